@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: the stillray developers
+# SPDX-License-Identifier: Apache-2.0
+
+# Settings that every stillray target shares, and the functions that declare modules and tests.
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+
+add_library(stillray_options INTERFACE)
+target_compile_options(stillray_options INTERFACE -Wall -Wextra)
+if(STILLRAY_WARNINGS_AS_ERRORS)
+  target_compile_options(stillray_options INTERFACE -Werror)
+endif()
+# The same expression must give the same bits on every machine: no contraction into fused
+# multiply-adds behind our back. SIMD code asks for them by name.
+target_compile_options(stillray_options INTERFACE -ffp-contract=off)
+if(STILLRAY_SANITIZE)
+  target_compile_options(stillray_options INTERFACE
+    -fsanitize=${STILLRAY_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(stillray_options INTERFACE -fsanitize=${STILLRAY_SANITIZE})
+endif()
+
+# stillray_add_module(<name> SOURCES ... [PUBLIC targets...] [PRIVATE targets...])
+# Declares the static library stillray_<name> with the alias stillray::<name>.
+function(stillray_add_module name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(stillray_${name} STATIC ${ARG_SOURCES})
+  add_library(stillray::${name} ALIAS stillray_${name})
+  target_include_directories(stillray_${name}
+    PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>
+    PRIVATE ${PROJECT_SOURCE_DIR}/src)
+  target_link_libraries(stillray_${name}
+    PUBLIC ${ARG_PUBLIC}
+    PRIVATE $<BUILD_INTERFACE:stillray_options> ${ARG_PRIVATE})
+endfunction()
+
+# stillray_add_test(<name> SOURCES ... LINK targets... [LABELS labels...] [TIMEOUT seconds])
+# Declares a GoogleTest program whose cases CTest runs one by one. LABELS: "fast" cases also run
+# under the sanitizers, "slow" ones do not. Default: fast.
+function(stillray_add_test name)
+  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+  if(NOT ARG_LABELS)
+    set(ARG_LABELS fast)
+  endif()
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 300)
+  endif()
+  add_executable(${name} ${ARG_SOURCES})
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/tests)
+  target_link_libraries(${name} PRIVATE stillray_options ${ARG_LINK} GTest::gmock GTest::gtest_main)
+  include(GoogleTest)
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST
+    PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT}
+    WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+endfunction()

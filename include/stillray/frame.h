@@ -1,0 +1,77 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// One noisy frame as a renderer hands it over: light split into signals, guides, and the light
+/// that needs no filter. Conventions are the same everywhere in stillray:
+///  - pixel (0,0) is the top left, x runs right, y down; pixel centres lie at +0.5
+///  - radiance is linear and scene-referred, in any unit, >= 0, without exposure
+///  - empty planes mean "not given"
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "stillray/image.h"
+
+namespace stillray {
+
+/// Which light a signal holds. Diffuse signals are divided by `albedo` before filtering, specular
+/// ones by `specular_albedo`.
+enum class SignalKind : uint8_t {
+  kDirectDiffuse,    ///< light that reached the first surface straight from a light, diffusely
+                     ///< reflected
+  kIndirectDiffuse,  ///< diffusely reflected light that met other surfaces before
+  kDirectSpecular,   ///< light from a light, reflected or refracted specularly at the first surface
+  kIndirectSpecular,  ///< specularly reflected or refracted light that met other surfaces before
+};
+inline constexpr int kSignalKindCount = 4;
+
+/// The name of a kind in files and on the command line: "direct_diffuse", ...
+const char* SignalName(SignalKind kind);
+
+/// One kind of light, summed over nothing else: width x height, scene-linear RGB radiance, the mean
+/// of this frame's samples. Albedo is still multiplied in.
+struct Signal {
+  SignalKind kind = SignalKind::kDirectDiffuse;
+  Image3 radiance;
+  /// Mean over this frame's samples of luminance(sample / max(albedo, kAlbedoFloor))^2, Rec. 709:
+  /// the second moment within the pixel. Empty when every pixel has at most one sample.
+  Image1 second_moment;
+};
+
+/// What is known of the surface seen by each pixel, free of noise.
+struct Guides {
+  Image1 depth;            ///< linear view-space z, > 0; +infinity where the ray left the scene
+  Image3 normal;           ///< world space, unit length; zero where there is no surface
+  Image3 albedo;           ///< linear diffuse reflectance
+  Image3 specular_albedo;  ///< linear specular reflectance towards the viewer (Fresnel and
+                           ///< roughness included)
+  Image2
+      motion;  ///< pixels, without jitter: the point seen at p was at p + motion(p) one frame ago
+  Plane<uint32_t> id;  ///< same surface, same number, in every frame; 0 where there is no surface
+  Image1 roughness;    ///< perceptual roughness, 0..1
+};
+
+struct Frame {
+  int width = 0;
+  int height = 0;
+  int64_t index = 0;
+  /// All rays of this frame went through (x + 0.5 + jitter_x, y + 0.5 + jitter_y); in -0.5..0.5.
+  float jitter_x = 0;
+  float jitter_y = 0;
+  std::vector<Signal> signals;
+  Guides guides;
+  Image3 emission;    ///< light that the first surface itself emits: added after filtering
+  Image3 background;  ///< light of rays that left the scene: passed through, never blended
+  Image1
+      samples;  ///< samples that each pixel got in this frame; 0 = missing. Empty: one everywhere
+
+  /// The signal of this kind, or nullptr.
+  const Signal* Find(SignalKind kind) const;
+};
+
+/// Signals, emission and background added up: the picture as rendered, before any filter.
+Image3 SumOfLight(const Frame& frame);
+
+}  // namespace stillray

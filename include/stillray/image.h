@@ -1,0 +1,145 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Planar images: one plane per channel, rows from the top, pixel (0,0) at the top left.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <type_traits>
+
+namespace stillray {
+
+/// A plane that somebody else owns. `stride` is the distance between rows in elements.
+template <typename T>
+struct PlaneView {
+  T* data = nullptr;
+  int width = 0;
+  int height = 0;
+  ptrdiff_t stride = 0;
+
+  T* Row(int y) const { return data + y * stride; }
+  T& operator()(int x, int y) const { return data[y * stride + x]; }
+  bool empty() const { return data == nullptr || width == 0 || height == 0; }
+  operator PlaneView<const T>() const  // NOLINT: implicit on purpose
+      requires(!std::is_const_v<T>) {
+    return {data, width, height, stride};
+  }
+};
+
+/// An owned plane of plain values. Rows start on cache lines. Around the picture lies a border of
+/// `border` pixels on every side (and at least one vector to the right) that may be read and
+/// written: filters use it to avoid edge tests. Picture and border are zero when made.
+template <typename T>
+class Plane {
+  static_assert(std::is_trivially_copyable_v<T>);
+
+ public:
+  /// Bytes to which every row's first pixel is aligned: a cache line, and the widest vector.
+  static constexpr size_t kAlignment = 64;
+
+  Plane() = default;
+  /// \param width, height  pixels, >= 0
+  explicit Plane(int width, int height, int border = 0)
+      : width_(width), height_(height), border_(border) {
+    constexpr int kPerLine = static_cast<int>(kAlignment / sizeof(T));
+    const int left = RoundUp(border, kPerLine);
+    stride_ = RoundUp(left + width + std::max(border, kPerLine), kPerLine);
+    const size_t count = static_cast<size_t>(stride_) * static_cast<size_t>(height + 2 * border);
+    bytes_ = count * sizeof(T);
+    storage_.reset(
+        static_cast<T*>(::operator new(std::max<size_t>(bytes_, 1), std::align_val_t(kAlignment))));
+    std::memset(static_cast<void*>(storage_.get()), 0, bytes_);
+    origin_ = storage_.get() + static_cast<ptrdiff_t>(border) * stride_ + left;
+  }
+  Plane(const Plane& other) : Plane(other.width_, other.height_, other.border_) {
+    if (bytes_ != 0) {
+      std::memcpy(static_cast<void*>(storage_.get()), other.storage_.get(), bytes_);
+    }
+  }
+  Plane(Plane&& other) noexcept { *this = std::move(other); }
+  Plane& operator=(const Plane& other) {
+    if (this != &other) {
+      *this = Plane(other);
+    }
+    return *this;
+  }
+  Plane& operator=(Plane&& other) noexcept {
+    std::swap(width_, other.width_);
+    std::swap(height_, other.height_);
+    std::swap(border_, other.border_);
+    std::swap(stride_, other.stride_);
+    std::swap(bytes_, other.bytes_);
+    std::swap(origin_, other.origin_);
+    std::swap(storage_, other.storage_);
+    return *this;
+  }
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  int border() const { return border_; }
+  ptrdiff_t stride() const { return stride_; }
+  size_t bytes() const { return bytes_; }
+  bool empty() const { return width_ == 0 || height_ == 0; }
+
+  T* Row(int y) { return origin_ + y * stride_; }
+  const T* Row(int y) const { return origin_ + y * stride_; }
+  T& operator()(int x, int y) { return origin_[y * stride_ + x]; }
+  const T& operator()(int x, int y) const { return origin_[y * stride_ + x]; }
+
+  PlaneView<T> view() { return {origin_, width_, height_, stride_}; }
+  PlaneView<const T> view() const { return {origin_, width_, height_, stride_}; }
+
+  /// Sets the picture, not the border, to `value`.
+  void Fill(T value) {
+    for (int y = 0; y < height_; ++y) {
+      std::fill_n(Row(y), width_, value);
+    }
+  }
+
+ private:
+  struct AlignedDelete {
+    void operator()(T* p) const { ::operator delete(p, std::align_val_t(kAlignment)); }
+  };
+  static int RoundUp(int value, int multiple) {
+    return (value + multiple - 1) / multiple * multiple;
+  }
+
+  int width_ = 0;
+  int height_ = 0;
+  int border_ = 0;
+  ptrdiff_t stride_ = 0;
+  size_t bytes_ = 0;
+  T* origin_ = nullptr;
+  std::unique_ptr<T, AlignedDelete> storage_;
+};
+
+/// N planes of the same size: N = 3 for colour (r, g, b) and normals (x, y, z), 2 for motion.
+template <typename T, int N>
+struct Planes {
+  std::array<Plane<T>, N> channel;
+
+  Planes() = default;
+  explicit Planes(int width, int height, int border = 0) {
+    for (Plane<T>& plane : channel) {
+      plane = Plane<T>(width, height, border);
+    }
+  }
+  int width() const { return channel[0].width(); }
+  int height() const { return channel[0].height(); }
+  bool empty() const { return channel[0].empty(); }
+  size_t bytes() const { return N * channel[0].bytes(); }
+  Plane<T>& operator[](int i) { return channel[static_cast<size_t>(i)]; }
+  const Plane<T>& operator[](int i) const { return channel[static_cast<size_t>(i)]; }
+};
+
+using Image1 = Plane<float>;
+using Image2 = Planes<float, 2>;
+using Image3 = Planes<float, 3>;
+
+}  // namespace stillray

@@ -1,0 +1,193 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// A scene as plain data: what glTF 2.0 can say and the path tracer can render. Axes as in glTF:
+/// right-handed, y up, cameras look along their node's -z; distances in scene units.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "stillray/image.h"
+#include "stillray/status.h"
+#include "stillray/vec.h"
+
+namespace stillray {
+
+enum class Wrap : uint8_t { kRepeat, kMirror, kClamp };
+
+/// 8-bit RGBA texels, rows from the top. Whether RGB is sRGB-encoded depends on the slot that uses
+/// the texture (glTF 2.0, 3.9.2): base colour and emissive are, the others are linear.
+struct Texture {
+  std::string name;
+  int width = 0;
+  int height = 0;
+  std::vector<uint8_t> texels;  ///< width * height * 4 bytes
+  Wrap wrap_u = Wrap::kRepeat;
+  Wrap wrap_v = Wrap::kRepeat;
+  bool nearest = false;  ///< no interpolation
+};
+
+/// A use of a texture. `transform` maps the mesh's (u, v, 1) to texture coordinates
+/// (KHR_texture_transform); (0,0) is the texture's top left.
+struct TextureRef {
+  int texture = -1;  ///< index into Scene::textures; -1 = none
+  int uv_set = 0;    ///< 0 or 1
+  mat3 transform = mat3(1.0f);
+};
+
+enum class AlphaMode : uint8_t { kOpaque, kMask, kBlend };
+
+/// glTF metallic-roughness material with the extensions stillray knows. All colours linear.
+struct Material {
+  std::string name;
+  vec4 base_color = vec4(1.0f);
+  TextureRef base_color_texture;  ///< sRGB
+  float metallic = 1.0f;
+  float roughness = 1.0f;                 ///< perceptual; GGX alpha is its square
+  TextureRef metallic_roughness_texture;  ///< linear; G roughness, B metallic
+  TextureRef normal_texture;              ///< linear, tangent space
+  float normal_scale = 1.0f;
+  vec3 emission = vec3(0.0f);   ///< emissiveFactor x KHR_materials_emissive_strength: radiance
+  TextureRef emissive_texture;  ///< sRGB
+  AlphaMode alpha_mode = AlphaMode::kOpaque;
+  float alpha_cutoff = 0.5f;
+  bool double_sided = false;        ///< also: emits from both faces
+  float transmission = 0.0f;        ///< KHR_materials_transmission
+  TextureRef transmission_texture;  ///< linear, R
+  float ior = 1.5f;                 ///< KHR_materials_ior
+  /// KHR_materials_volume present with thickness > 0: the mesh bounds a solid, rays refract.
+  /// Otherwise transmission is that of an infinitely thin sheet: rays go straight through.
+  bool solid = false;
+  vec3 attenuation_color = vec3(1.0f);
+  float attenuation_distance = std::numeric_limits<float>::infinity();
+
+  bool emits() const { return emission.x > 0 || emission.y > 0 || emission.z > 0; }
+};
+
+/// Triangles with one material (a glTF primitive). All per-vertex arrays have the size of
+/// `positions` or are empty, except `normals`, which are always given.
+struct Mesh {
+  std::string name;
+  std::vector<vec3> positions;
+  std::vector<vec3> normals;   ///< unit length
+  std::vector<vec4> tangents;  ///< unit length, w = handedness; given where a normal map is used
+  std::vector<vec2> uv[2];
+  std::vector<vec4> colors;       ///< linear, multiplied into the base colour
+  std::vector<uint32_t> indices;  ///< three per triangle, counter-clockwise seen from the front
+  int material = -1;              ///< index into Scene::materials (never -1 in a loaded scene)
+};
+
+/// Local transform of a node as glTF stores it.
+struct Transform {
+  vec3 translation = vec3(0.0f);
+  vec4 rotation = vec4(0.0f, 0.0f, 0.0f, 1.0f);  ///< unit quaternion x, y, z, w
+  vec3 scale = vec3(1.0f);
+  mat4 ToMatrix() const;
+};
+
+struct Node {
+  std::string name;
+  int parent = -1;
+  Transform local;
+  bool has_matrix = false;  ///< the node gave a matrix in place of translation, rotation, scale
+  mat4 matrix = mat4(1.0f);
+};
+
+/// A mesh placed in the scene. Its position in Scene::instances + 1 is its id in Guides::id.
+struct Instance {
+  int mesh = -1;
+  int node = -1;
+};
+
+struct Camera {
+  std::string name;
+  int node = -1;
+  float yfov = 0.8f;    ///< vertical angle of view, radians
+  float aspect = 0.0f;  ///< width / height that the camera was framed for; 0 = not given
+};
+
+enum class LightType : uint8_t { kPoint, kSpot, kDirectional };
+
+/// KHR_lights_punctual. Intensity: radiant intensity (point, spot) or irradiance (directional) in
+/// the scene's own units, taken as given without photometric conversion. Shines along its node's
+/// -z.
+struct PunctualLight {
+  std::string name;
+  LightType type = LightType::kPoint;
+  int node = -1;
+  vec3 intensity = vec3(0.0f);
+  float range = std::numeric_limits<float>::infinity();
+  float inner_cone_angle = 0.0f;
+  float outer_cone_angle = 0.7853982f;
+};
+
+enum class Interpolation : uint8_t { kStep, kLinear, kCubicSpline };
+enum class AnimatedProperty : uint8_t { kTranslation, kRotation, kScale };
+
+/// Keyframes of one property of one node. For kCubicSpline each key has three values: in-tangent,
+/// value, out-tangent. Before the first and after the last key the value is held.
+struct AnimationChannel {
+  int node = -1;
+  AnimatedProperty property = AnimatedProperty::kTranslation;
+  Interpolation interpolation = Interpolation::kLinear;
+  std::vector<float> times;  ///< seconds, strictly increasing
+  std::vector<vec4> values;
+};
+
+/// Light that arrives from infinitely far away.
+struct Environment {
+  vec3 radiance = vec3(0.0f);  ///< constant radiance; multiplied with `map` where there is one
+  /// Equirectangular radiance, empty if none: u = 0.5 + atan2(x, -z) / (2 pi), v = acos(y) / pi, so
+  /// that the middle of the picture lies at -z and its upper edge at +y.
+  Image3 map;
+};
+
+struct Scene {
+  std::string name;
+  std::vector<Texture> textures;
+  std::vector<Material> materials;
+  std::vector<Mesh> meshes;
+  std::vector<Node> nodes;  ///< parents stand before children
+  std::vector<Instance> instances;
+  std::vector<Camera>
+      cameras;  ///< at least one in a loaded scene: a sensible one is made if needed
+  std::vector<PunctualLight> lights;
+  std::vector<AnimationChannel> animation;
+  Environment environment;
+  std::vector<std::string> warnings;  ///< what was left out or mended while loading, one line each
+
+  size_t TriangleCount() const;    ///< with every instance counted
+  double AnimationLength() const;  ///< seconds; the last keyframe's time, 0 if nothing is animated
+};
+
+/// World transforms of all nodes at `seconds`, in the order of Scene::nodes.
+std::vector<mat4> NodeTransforms(const Scene& scene, double seconds);
+
+struct Aabb {
+  vec3 min = vec3(std::numeric_limits<float>::infinity());
+  vec3 max = vec3(-std::numeric_limits<float>::infinity());
+};
+/// Bounds of all instances at `seconds`.
+Aabb SceneBounds(const Scene& scene, double seconds);
+
+/// Reads a .gltf or .glb file with everything that it refers to.
+/// \return kNotFound, kBadData (message names the file, the element and what is wrong with it) or
+///         kUnsupported (a required extension that stillray lacks, by name)
+Result<Scene> LoadGltf(const std::string& path);
+
+/// The same from memory (a .glb, or .gltf text); external files are looked up in `base_folder`, or
+/// refused if that is empty. Safe on any bytes.
+Result<Scene> LoadGltfFromMemory(const uint8_t* data, size_t size, const std::string& base_folder);
+
+/// Makes one of the scenes that need no file: "cornell", "spheres", "lights".
+/// \return kNotFound with the list of names if there is no such scene
+Result<Scene> MakeBuiltinScene(const std::string& name);
+std::vector<std::string> BuiltinSceneNames();
+
+/// `spec` is "builtin:NAME" or the path of a .gltf or .glb file.
+Result<Scene> LoadScene(const std::string& spec);
+
+}  // namespace stillray

@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "stillray/frame.h"
+
+namespace stillray {
+
+const char* SignalName(SignalKind kind) {
+  switch (kind) {
+    case SignalKind::kDirectDiffuse:
+      return "direct_diffuse";
+    case SignalKind::kIndirectDiffuse:
+      return "indirect_diffuse";
+    case SignalKind::kDirectSpecular:
+      return "direct_specular";
+    case SignalKind::kIndirectSpecular:
+      return "indirect_specular";
+  }
+  return "unknown";
+}
+
+const Signal* Frame::Find(SignalKind kind) const {
+  for (const Signal& signal : signals) {
+    if (signal.kind == kind) {
+      return &signal;
+    }
+  }
+  return nullptr;
+}
+
+Image3 SumOfLight(const Frame& frame) {
+  Image3 sum(frame.width, frame.height);
+  const auto add = [&](const Image3& image) {
+    if (image.empty()) {
+      return;
+    }
+    for (int c = 0; c < 3; ++c) {
+      for (int y = 0; y < frame.height; ++y) {
+        const float* in = image[c].Row(y);
+        float* out = sum[c].Row(y);
+        for (int x = 0; x < frame.width; ++x) {
+          out[x] += in[x];
+        }
+      }
+    }
+  };
+  for (const Signal& signal : frame.signals) {
+    add(signal.radiance);
+  }
+  add(frame.emission);
+  add(frame.background);
+  return sum;
+}
+
+}  // namespace stillray

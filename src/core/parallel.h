@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Parallel loops on the thread pool that the ray tracer shares (oneTBB). The work given to one
+/// call of `body` never depends on the number of threads, so neither do results.
+#pragma once
+
+#include <functional>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+namespace stillray {
+
+/// Calls body(y0, y1) for consecutive bands of at most `band` rows that cover 0..height.
+template <typename Body>
+void ParallelRows(int height, int band, const Body& body) {
+  const int bands = (height + band - 1) / band;
+  tbb::parallel_for(0, bands, [&](int i) {
+    const int y0 = i * band;
+    body(y0, y0 + band < height ? y0 + band : height);
+  });
+}
+
+/// Reports work done, in 0..1; return false to stop the work, which then returns kCancelled.
+/// May be called from any thread, but never from two at once.
+using ProgressCallback = std::function<bool(double fraction)>;
+
+}  // namespace stillray
