@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The subcommands of the program, one file each.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "stillray/status.h"
+
+namespace stillray {
+
+/// Exit codes of the program: part of its interface.
+inline constexpr int kExitOk = 0;
+inline constexpr int kExitInternal = 1;     ///< a defect of stillray
+inline constexpr int kExitBadInput = 2;     ///< the command line, a file or the machine is at fault
+inline constexpr int kExitCancelled = 130;  ///< stopped by the user (Ctrl-C)
+
+/// Prints "stillray: error: ..." to stderr and returns the exit code that fits.
+int ReportError(const Status& status);
+
+/// Each adds its subcommand to `app`. When the command line names it, its callback runs and stores
+/// the exit code.
+void AddRenderCommand(CLI::App& app, int* exit_code);
+void AddCompareCommand(CLI::App& app, int* exit_code);
+void AddReportCommand(CLI::App& app, int* exit_code);
+void AddInfoCommand(CLI::App& app, int* exit_code);
+void AddBenchCommand(CLI::App& app, int* exit_code);
+
+}  // namespace stillray

@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+#include <string>
+
+#include "commands.h"
+
+namespace stillray {
+
+int ReportError(const Status& status) {
+  std::fprintf(stderr, "stillray: error: %s\n", status.message().c_str());
+  switch (status.code()) {
+    case StatusCode::kOk:
+      return kExitOk;
+    case StatusCode::kInternal:
+      return kExitInternal;
+    case StatusCode::kCancelled:
+      return kExitCancelled;
+    default:
+      return kExitBadInput;
+  }
+}
+
+namespace {
+
+int Main(int argc, char** argv) {
+  CLI::App app{"stillray: clean, temporally stable pictures from a few samples per pixel"};
+  app.set_version_flag("--version", std::string("stillray " STILLRAY_VERSION));
+  app.require_subcommand(1);
+  int exit_code = kExitOk;
+  AddRenderCommand(app, &exit_code);
+  AddCompareCommand(app, &exit_code);
+  AddReportCommand(app, &exit_code);
+  AddInfoCommand(app, &exit_code);
+  AddBenchCommand(app, &exit_code);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kExitOk : kExitBadInput;
+  }
+  return exit_code;
+}
+
+}  // namespace
+}  // namespace stillray
+
+int main(int argc, char** argv) {
+  try {
+    return stillray::Main(argc, argv);
+  } catch (const std::bad_alloc&) {
+    return stillray::ReportError(stillray::Status::OutOfMemory("out of memory"));
+  } catch (const std::exception& error) {
+    return stillray::ReportError(
+        stillray::Status::Internal(std::string("unexpected: ") + error.what()));
+  }
+}

@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Measures of picture quality, each named exactly and defined where it is declared.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "stillray/image.h"
+#include "stillray/status.h"
+
+namespace stillray {
+
+/// What two pictures of the same size differ by. Pixels that are not finite in either picture are
+/// counted and left out of everything else.
+struct ImageMetrics {
+  double psnr =
+      0;  ///< dB, of x / (1 + x) per channel, peak 1 (for display pictures: of the values)
+  double ssim =
+      0;  ///< Wang et al. 2004 on Rec. 709 luminance of x / (1 + x), Gaussian 11x11, sigma 1.5
+  double rel_mse = 0;     ///< mean of (test - ref)^2 / (ref^2 + 0.01) over channels and pixels
+  double flip = 0;        ///< LDR-FLIP (Andersson et al. 2020), mean, 67 pixels per degree
+  double hdr_flip = 0;    ///< HDR-FLIP (Andersson et al. 2021), mean; 0 for display pictures
+  double brightness = 0;  ///< mean luminance of test / mean luminance of reference
+  int64_t non_finite = 0;
+};
+
+/// \param display  the pictures are display-referred (decoded from PNG): FLIP takes them as they
+/// are and
+///                 the x / (1 + x) curve is left out. Otherwise linear radiance: LDR-FLIP is taken
+///                 at the middle exposure of HDR-FLIP's range.
+Result<ImageMetrics> CompareImages(const Image3& test, const Image3& reference, bool display);
+
+enum class ErrorMap : uint8_t { kFlip, kHdrFlip, kRelativeSquaredError, kSsim };
+/// Per-pixel error, >= 0; what CompareImages averages (kSsim: 1 - SSIM).
+Result<Image1> MakeErrorMap(const Image3& test, const Image3& reference, bool display,
+                            ErrorMap which);
+
+/// Change along the motion that the reference does not have: the mean over pixels whose history is
+/// visible (see below) and channels of |(T_t(p) - T_{t-1}(p + m)) - (R_t(p) - R_{t-1}(p + m))|, T
+/// and R compressed by x / (1 + x) unless `display`; bilinear lookups; `motion` as in Guides.
+/// Pixels whose history lies outside the picture are left out, and, where `depth` (of t) and
+/// `previous_depth` are given, those for which no surface within 5 % of the depth stood there.
+Result<double> TemporalError(const Image3& test, const Image3& previous_test,
+                             const Image3& reference, const Image3& previous_reference,
+                             const Image2& motion, const Image1& depth,
+                             const Image1& previous_depth, bool display);
+
+}  // namespace stillray
