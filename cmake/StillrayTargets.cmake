@@ -8,6 +8,8 @@ set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+# Packages are found by the module that uses them and are seen by its tests too.
+set(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL ON)
 
 add_library(stillray_options INTERFACE)
 target_compile_options(stillray_options INTERFACE -Wall -Wextra)

@@ -33,7 +33,7 @@ struct PlaneView {
 };
 
 /// An owned plane of plain values. Rows start on cache lines. Around the picture lies a border of
-/// `border` pixels on every side (and at least one vector to the right) that may be read and
+/// `border` pixels on every side (and one vector more to the right) that may be read and
 /// written: filters use it to avoid edge tests. Picture and border are zero when made.
 template <typename T>
 class Plane {
@@ -49,7 +49,8 @@ class Plane {
       : width_(width), height_(height), border_(border) {
     constexpr int kPerLine = static_cast<int>(kAlignment / sizeof(T));
     const int left = RoundUp(border, kPerLine);
-    stride_ = RoundUp(left + width + std::max(border, kPerLine), kPerLine);
+    // One vector beyond the border: the last vector of a row may start at its last pixel.
+    stride_ = RoundUp(left + width + border + kPerLine, kPerLine);
     const size_t count = static_cast<size_t>(stride_) * static_cast<size_t>(height + 2 * border);
     bytes_ = count * sizeof(T);
     storage_.reset(

@@ -1,0 +1,240 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The denoiser: one engine with a table of parameters and named presets (EAW, SVGF and what lies
+/// past them). It knows frames, not scenes or files.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "stillray/frame.h"
+#include "stillray/status.h"
+
+namespace stillray {
+
+/// How the light of a frame is grouped into signals that are filtered on their own.
+enum class SignalGrouping : int {
+  kSplit,            ///< direct diffuse, indirect diffuse, specular
+  kDirectIndirect,   ///< as SVGF: direct and indirect light, diffuse and specular together
+  kDiffuseSpecular,  ///< all diffuse light, all specular light
+  kSingle,           ///< all light in one signal
+};
+
+enum class HistoryWeight : int {
+  kConstant,  ///< alpha is alpha_min wherever there is history (SVGF)
+  kAge,       ///< alpha is max(alpha_min, n / (n_history + n)): a plain mean at first (PSVGF)
+};
+enum class VarianceOf : int {
+  kFrame,  ///< noise of a single frame, as the papers steer the filter
+  kMean,   ///< noise of the accumulated mean: the filter shrinks as a still view converges
+};
+enum class ShortHistory : int {
+  kSpatial,  ///< 7x7 bilateral estimate (SVGF, section 4.2)
+  kBlur,     ///< no luminance weight while the history is short (PSVGF, section 4.4.3)
+};
+enum class Wavelet : int {
+  kOff,    ///< no spatial filter
+  kNaive,  ///< no edge stops at all: for comparison
+  kEaw,    ///< Gaussians of luminance, normal and depth differences (Dammertz et al. 2010)
+  kSvgf,   ///< variance-guided (Schied et al. 2017)
+};
+enum class Kernel : int { k3x3, k5x5 };
+enum class DepthWeight : int {
+  kGradient,  ///< |z_p - z_q| against the slope at p (SVGF, eq. 3)
+  kPlane,     ///< distance of q from the plane through p, relative to its depth
+};
+enum class LuminanceWeights : int { kRec709, kRec601 };
+enum class LuminanceScale : int {
+  kDeviation,  ///< differences are measured in standard deviations
+  kVariance,   ///< divided by the variance as PSVGF prints it: depends on exposure
+};
+enum class Firefly : int {
+  kOff,
+  kClamp,     ///< light is clamped to the brightest of its eight neighbours
+  kCompress,  ///< filtered under c / (1 + luminance / mean): highlights come out darker
+};
+enum class Antialias : int { kOff, kTaa };
+enum class Tonemap : int { kLinear, kReinhard, kFilmic, kAces };
+
+inline constexpr int kMaxLevels = 8;
+
+/// Wavelet step sizes in the order in which they are applied.
+struct StepList {
+  int count = 5;
+  std::array<int, kMaxLevels> step = {1, 2, 4, 8, 16, 0, 0, 0};
+};
+
+/// Every parameter of the denoiser. Meaning, unit, range and the value of each preset stand in the
+/// table that Parameters() returns (docs/parameters.md is made from it); the defaults here are
+/// those of the preset "default".
+struct Settings {
+  SignalGrouping signals = SignalGrouping::kSplit;
+  bool demodulate = true;
+  Firefly firefly = Firefly::kOff;
+
+  bool temporal = true;
+  HistoryWeight history_weight = HistoryWeight::kAge;
+  float alpha_min = 0.1f;
+  float alpha_moments = 0.1f;
+  int max_history = 0;
+  float history_depth = 0.05f;
+  float history_normal = 25.0f;
+  bool history_id = true;
+  bool history_search = true;
+  bool limit_history = true;
+  float limit_gain = 16.0f;
+  float limit_dead = 8.0f;
+
+  VarianceOf variance_of = VarianceOf::kMean;
+  ShortHistory short_history = ShortHistory::kSpatial;
+  int short_history_length = 4;
+  float short_history_boost = 1.0f;
+  bool prefilter_variance = true;
+
+  Wavelet wavelet = Wavelet::kSvgf;
+  Kernel kernel = Kernel::k5x5;
+  StepList steps;
+  int feedback = 0;
+  float sigma_n = 128.0f;
+  DepthWeight depth_weight = DepthWeight::kPlane;
+  float sigma_z = 1.0f;
+  float plane_tolerance = 0.01f;
+  float depth_epsilon = 0.001f;
+  float max_slope = 0.0f;
+  float sigma_l = 4.0f;
+  float luminance_epsilon = 0.0001f;
+  LuminanceWeights luminance = LuminanceWeights::kRec709;
+  LuminanceScale luminance_scale = LuminanceScale::kDeviation;
+  bool wavelet_id = false;
+  float eaw_sigma_l = 4.0f;
+  float eaw_sigma_n = 0.3f;
+  float eaw_sigma_z = 0.05f;
+
+  Antialias antialias = Antialias::kTaa;
+  float taa_alpha = 0.1f;
+  float exposure = 0.0f;
+  Tonemap tonemap = Tonemap::kAces;
+};
+
+enum class ParameterType : uint8_t { kFloat, kInt, kFlag, kChoice, kSteps };
+
+/// One row of the parameter table.
+struct Parameter {
+  const char* name;
+  ParameterType type;
+  const char* group;   ///< the stage that reads it
+  const char* help;    ///< one sentence
+  const char* unit;    ///< "" if it has none
+  const char* symbol;  ///< in the papers; "" if it has none
+  double min;          ///< inclusive; of each step for kSteps
+  double max;
+  std::vector<const char*> choices;  ///< names of the values of a kChoice, in order
+};
+
+/// The table, in the order of the documentation.
+std::span<const Parameter> Parameters();
+
+/// Names of the presets: "default", "svgf", "eaw", "temporal".
+std::span<const std::string_view> PresetNames();
+
+/// \return kInvalidArgument with the list of names if there is no such preset
+Result<Settings> PresetSettings(std::string_view name);
+
+/// Sets one parameter from text: numbers in decimal, flags on/off/true/false/1/0, choices by name,
+/// steps as "1,2,4". \return kInvalidArgument naming the parameter, the value and what is allowed;
+/// `settings` is then unchanged
+Status SetParameter(Settings* settings, std::string_view name, std::string_view value);
+
+/// The value as text that SetParameter reads back to the same bits.
+/// \return kInvalidArgument for an unknown name
+Result<std::string> GetParameter(const Settings& settings, std::string_view name);
+
+/// \return kInvalidArgument naming the first parameter that is out of range or contradicts another
+Status ValidateSettings(const Settings& settings);
+
+/// Which implementation of the stages runs.
+enum class Backend : uint8_t {
+  kCpu,        ///< vectors and threads, the best instruction set that the machine has
+  kReference,  ///< scalar, one pixel after the other: what the others are held to
+};
+
+struct StageTime {
+  std::string name;
+  double milliseconds = 0;  ///< summed over signals and levels
+};
+
+/// An intermediate picture, width x height, 1 to 3 channels.
+struct NamedImage {
+  std::string name;
+  std::vector<Image1> channels;
+};
+
+struct DenoisedFrame {
+  Image3 colour;  ///< scene-linear: remodulated, emission and background added, antialiased
+  std::vector<StageTime> timings;  ///< in the order of the pipeline
+  std::vector<NamedImage> images;  ///< the pictures asked for with SetOutputs()
+  /// Pixels of signals whose light was NaN or infinite, or negative, and was treated as missing,
+  /// and pixels whose guides were not usable and that were passed through unfiltered.
+  int64_t non_finite = 0;
+  int64_t negative = 0;
+  int64_t bad_guides = 0;
+};
+
+/// Denoises a sequence frame by frame. One object holds one sequence's history; objects are
+/// independent of each other; one object must not be used by two threads at once. The same frames
+/// and settings give the same bits, whatever the number of threads.
+class Denoiser {
+ public:
+  /// \return kInvalidArgument if the settings are not valid
+  static Result<Denoiser> Create(const Settings& settings, Backend backend = Backend::kCpu);
+  Denoiser(Denoiser&&) noexcept;
+  Denoiser& operator=(Denoiser&&) noexcept;
+  ~Denoiser();
+
+  /// Denoises the next frame. A frame of another size than the last one restarts the history.
+  /// Required: signals, depth, normal; albedo where `demodulate` is on; motion where `temporal` or
+  /// TAA is on. Other guides may be empty.
+  /// \return kInvalidArgument naming the image that is missing or has a wrong size (history is then
+  ///         unchanged); kOutOfMemory
+  Status Denoise(const Frame& frame, DenoisedFrame* out);
+
+  /// New settings from the next frame on. History is kept unless the grouping of signals changes.
+  Status SetSettings(const Settings& settings);
+  const Settings& settings() const;
+
+  /// Intermediate pictures to return, by name: see OutputNames().
+  /// \return kInvalidArgument naming the unknown one
+  Status SetOutputs(const std::vector<std::string>& names);
+  /// Names valid for SetOutputs with these settings: "temporal", "atrous1", ..., "disocclusion",
+  /// and per signal "variance", "history", ...
+  static std::vector<std::string> OutputNames(const Settings& settings);
+
+  /// Forgets all history: the next frame is a first frame.
+  void Reset();
+
+  /// Bytes of history and working memory held now.
+  size_t memory_bytes() const;
+
+  /// The whole history as bytes, to continue a sequence later with the same bits.
+  std::vector<uint8_t> SaveHistory() const;
+  /// \return kBadData if `bytes` are damaged or were saved with another grouping of signals
+  Status RestoreHistory(std::span<const uint8_t> bytes);
+
+ private:
+  struct Impl;
+  explicit Denoiser(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Applies exposure (2^EV) and the curve, then sRGB encoding: linear radiance in, display values in
+/// 0..1 out, interleaved 8-bit RGB rows from the top (width * height * 3).
+/// Curves: docs/denoiser.md.
+std::vector<uint8_t> ToDisplay(const Image3& colour, float exposure, Tonemap curve);
+
+}  // namespace stillray

@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// What a header of formulas needs to compile both as C++ and as GLSL: such headers hold plain
+// functions of float, int, uint and vec2..vec4, marked SHARED_FN, and nothing else.
+#ifndef STILLRAY_CORE_SHARED_H
+#define STILLRAY_CORE_SHARED_H
+
+#ifdef __cplusplus
+#include <cmath>
+
+#include "stillray/vec.h"
+
+#define SHARED_FN inline
+#define SHARED_BEGIN namespace stillray {
+#define SHARED_END }
+
+namespace stillray {
+using uint = unsigned int;
+using glm::abs;
+using glm::clamp;
+using glm::dot;
+using glm::exp;
+using glm::max;
+using glm::min;
+using glm::pow;
+using glm::sqrt;
+}  // namespace stillray
+#else
+#define SHARED_FN
+#define SHARED_BEGIN
+#define SHARED_END
+#endif
+
+#endif  // STILLRAY_CORE_SHARED_H

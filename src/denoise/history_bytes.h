@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "denoise/denoiser_state.h"
+#include "stillray/status.h"
+
+namespace stillray {
+
+/// The state as bytes: a header (magic, version, sizes, flags), then all planes row by row, in the
+/// byte order of the machine. Equal states give equal bytes.
+std::vector<uint8_t> HistoryToBytes(const DenoiserState& state);
+
+/// \param signal_count  signals that the history must have
+/// \param border        border of the guides
+/// \return kBadData saying what does not fit
+Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, size_t signal_count,
+                                       int border);
+
+}  // namespace stillray

@@ -1,0 +1,91 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The planes that stages hand to each other. All of one denoiser have the same size; those that
+/// the wavelet reads around a pixel have a border wide enough for its largest step, filled with
+/// "nothing here".
+#pragma once
+
+#include "stillray/image.h"
+
+namespace stillray {
+
+/// Guides as the filter wants them. Where there is no usable surface everything is zero, so that
+/// every edge-stopping weight towards such a pixel is zero too.
+struct GuidePlanes {
+  Image1 inverse_depth;  ///< 1 / view z; affine over a plane in the picture, unlike z itself
+  Image3 normal;         ///< unit length, or zero
+  Image2
+      gradient;  ///< change of inverse depth per pixel to the right and down, on the same surface
+  Plane<uint32_t> id;  ///< zero where none is given
+
+  GuidePlanes() = default;
+  GuidePlanes(int width, int height, int border)
+      : inverse_depth(width, height, border),
+        normal(width, height, border),
+        gradient(width, height, border),
+        id(width, height, border) {}
+  size_t bytes() const {
+    return inverse_depth.bytes() + normal.bytes() + gradient.bytes() + id.bytes();
+  }
+};
+
+/// One signal of this frame before accumulation.
+struct NewLight {
+  Image3 colour;   ///< demodulated
+  Image1 samples;  ///< 0 = missing (the colour is then zero)
+  Image1 within;   ///< variance of single samples within the pixel; empty at one sample per pixel
+
+  size_t bytes() const { return colour.bytes() + samples.bytes() + within.bytes(); }
+};
+
+/// What is remembered of one signal. Moments are those of single samples, in deviation form.
+struct SignalHistory {
+  Image3 colour;
+  Image1 mean;      ///< of the luminance of samples
+  Image1 variance;  ///< of the luminance of samples, >= 0
+  Image1 length;    ///< samples received; 0 = no light yet
+  Image1 weights2;  ///< sum of the squared weights of all samples in `colour`: its noise is
+                    ///< variance * weights2
+
+  /// Of the planes that the 7x7 variance estimate reads: zero, so a length of zero.
+  static constexpr int kBorder = 3;
+
+  SignalHistory() = default;
+  SignalHistory(int width, int height)
+      : colour(width, height),
+        mean(width, height, kBorder),
+        variance(width, height, kBorder),
+        length(width, height, kBorder),
+        weights2(width, height) {}
+  size_t bytes() const {
+    return colour.bytes() + mean.bytes() + variance.bytes() + length.bytes() + weights2.bytes();
+  }
+};
+
+/// Light on its way through the wavelet levels.
+struct FilterPlanes {
+  Image3 colour;
+  Image1 variance;
+
+  FilterPlanes() = default;
+  FilterPlanes(int width, int height, int border)
+      : colour(width, height, border), variance(width, height, border) {}
+  size_t bytes() const { return colour.bytes() + variance.bytes(); }
+};
+
+/// Where a pixel's history is found (see stages/reproject.h).
+struct ReprojectionTaps {
+  Plane<int32_t> x;         ///< left column of the 2x2 taps in the previous frame
+  Plane<int32_t> y;         ///< upper row
+  Planes<float, 4> weight;  ///< of (x,y) (x+1,y) (x,y+1) (x+1,y+1); they sum to 1, or are all 0
+  Plane<uint32_t>
+      search;  ///< bits 0..8: taps of the 3x3 block around (x+1, y+1) to average instead
+
+  ReprojectionTaps() = default;
+  ReprojectionTaps(int width, int height)
+      : x(width, height), y(width, height), weight(width, height), search(width, height) {}
+  size_t bytes() const { return x.bytes() + y.bytes() + weight.bytes() + search.bytes(); }
+};
+
+}  // namespace stillray

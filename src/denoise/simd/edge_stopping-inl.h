@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// The weights of stages/edge_stopping_shared.h on vectors, under the same names: exponents are of 2
+// here.
+#if defined(STILLRAY_DENOISE_SIMD_EDGE_STOPPING_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef STILLRAY_DENOISE_SIMD_EDGE_STOPPING_INL_H_
+#undef STILLRAY_DENOISE_SIMD_EDGE_STOPPING_INL_H_
+#else
+#define STILLRAY_DENOISE_SIMD_EDGE_STOPPING_INL_H_
+#endif
+
+#include "denoise/simd/vector_math-inl.h"
+#include "denoise/stages/edge_stopping.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace stillray {
+namespace HWY_NAMESPACE {
+
+/// What the weights need to know of the centres: loaded once per vector of pixels.
+struct GuideCentre {
+  VF nx, ny, nz;
+  VF i;       ///< inverse depth
+  VF gx, gy;  ///< its gradient
+  VF z;       ///< depth (gradient weight)
+  VF scale;   ///< log2(e) / (tolerance * i) (plane weight)
+  VF flat;    ///< 0 where the slope is too steep to tell anything, else 1 (gradient weight)
+};
+
+HWY_INLINE GuideCentre LoadGuideCentre(const GuidePlanes& g, const EdgeStopping& e, int x, int y) {
+  const DF d;
+  GuideCentre c;
+  c.nx = hn::LoadU(d, g.normal[0].Row(y) + x);
+  c.ny = hn::LoadU(d, g.normal[1].Row(y) + x);
+  c.nz = hn::LoadU(d, g.normal[2].Row(y) + x);
+  c.i = hn::LoadU(d, g.inverse_depth.Row(y) + x);
+  c.gx = hn::LoadU(d, g.gradient[0].Row(y) + x);
+  c.gy = hn::LoadU(d, g.gradient[1].Row(y) + x);
+  const VF safe = hn::IfThenElse(hn::Gt(c.i, hn::Zero(d)), c.i, hn::Set(d, 1.0f));
+  c.z = hn::Div(hn::Set(d, 1.0f), safe);
+  c.scale = hn::Mul(c.z, hn::Set(d, kLog2E / e.plane_tolerance));
+  const VF steep = hn::Mul(hn::Max(hn::Abs(c.gx), hn::Abs(c.gy)), c.z);
+  const MF off =
+      hn::And(hn::Gt(steep, hn::Set(d, e.max_slope)), hn::Gt(hn::Set(d, e.max_slope), hn::Zero(d)));
+  c.flat = hn::IfThenZeroElse(off, hn::Set(d, 1.0f));
+  return c;
+}
+
+HWY_INLINE VF PlaneDeviation(const GuideCentre& c, VF iq, float dx, float dy) {
+  const DF d;
+  const VF expected = hn::MulAdd(c.gx, hn::Set(d, dx), hn::MulAdd(c.gy, hn::Set(d, dy), c.i));
+  return hn::Abs(hn::Sub(expected, iq));
+}
+
+/// Depth exponent of 2, >= 0; iq > 0 where it matters.
+HWY_INLINE VF DepthExponent(const GuideCentre& c, const EdgeStopping& e, VF iq, float dx,
+                            float dy) {
+  const DF d;
+  if (e.plane) {
+    return hn::Mul(PlaneDeviation(c, iq, dx, dy), c.scale);
+  }
+  const VF zq =
+      hn::Div(hn::Set(d, 1.0f), hn::IfThenElse(hn::Gt(iq, hn::Zero(d)), iq, hn::Set(d, 1.0f)));
+  const VF along = hn::Abs(hn::MulAdd(c.gx, hn::Set(d, dx), hn::Mul(c.gy, hn::Set(d, dy))));
+  const VF slope = hn::Mul(along, hn::Mul(c.z, c.z));
+  const VF allowed =
+      hn::MulAdd(hn::Set(d, e.sigma_z), slope, hn::Mul(hn::Set(d, e.depth_epsilon), c.z));
+  const VF difference = hn::Mul(hn::Abs(hn::Sub(c.z, zq)), c.flat);
+  return hn::Div(hn::Mul(difference, hn::Set(d, kLog2E)), allowed);
+}
+
+/// 2^exponent of max(0, cosine)^sigma_n, and whether the cosine is positive at all.
+HWY_INLINE VF NormalExponent(VF cosine, float sigma_n) {
+  const DF d;
+  return hn::Mul(hn::Set(d, sigma_n), Log2(hn::Max(cosine, hn::Set(d, 1e-30f))));
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace stillray
+HWY_AFTER_NAMESPACE();
+
+#endif  // include guard

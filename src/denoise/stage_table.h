@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The stages of one backend, so that the pipeline is written once.
+#pragma once
+
+#include "denoise/stages/accumulate.h"
+#include "denoise/stages/antialias.h"
+#include "denoise/stages/atrous.h"
+#include "denoise/stages/demodulate.h"
+#include "denoise/stages/estimate_variance.h"
+#include "denoise/stages/limit_history.h"
+#include "denoise/stages/prefilter_variance.h"
+#include "denoise/stages/prepare_guides.h"
+#include "denoise/stages/remodulate.h"
+#include "denoise/stages/reproject.h"
+#include "denoise/stages/suppress_fireflies.h"
+#include "denoise/stages/tonemap.h"
+
+namespace stillray {
+
+struct StageTable {
+  decltype(&reference::PrepareGuides) prepare_guides;
+  decltype(&reference::Demodulate) demodulate;
+  decltype(&reference::ClampFireflies) clamp_fireflies;
+  decltype(&reference::CompressLight) compress_light;
+  decltype(&reference::ExpandLight) expand_light;
+  decltype(&reference::FindTaps) find_taps;
+  decltype(&reference::FetchHistory) fetch_history;
+  decltype(&reference::CompareWithHistory) compare_with_history;
+  decltype(&reference::LimitHistory) limit_history;
+  decltype(&reference::Accumulate) accumulate;
+  decltype(&reference::EstimateVariance) estimate_variance;
+  decltype(&reference::PrefilterVariance) prefilter_variance;
+  decltype(&reference::Atrous) atrous;
+  decltype(&reference::Remodulate) remodulate;
+  decltype(&reference::AddUnfiltered) add_unfiltered;
+  decltype(&reference::Antialias) antialias;
+  decltype(&reference::Tonemap) tonemap;
+};
+
+#define STILLRAY_STAGES_OF(backend)                                                           \
+  StageTable {                                                                                \
+    &backend::PrepareGuides, &backend::Demodulate, &backend::ClampFireflies,                  \
+        &backend::CompressLight, &backend::ExpandLight, &backend::FindTaps,                   \
+        &backend::FetchHistory, &backend::CompareWithHistory, &backend::LimitHistory,         \
+        &backend::Accumulate, &backend::EstimateVariance, &backend::PrefilterVariance,        \
+        &backend::Atrous, &backend::Remodulate, &backend::AddUnfiltered, &backend::Antialias, \
+        &backend::Tonemap                                                                     \
+  }
+
+inline constexpr StageTable kReferenceStages = STILLRAY_STAGES_OF(reference);
+inline constexpr StageTable kCpuStages = STILLRAY_STAGES_OF(cpu);
+
+}  // namespace stillray

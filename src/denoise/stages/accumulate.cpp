@@ -1,0 +1,98 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise/stages/accumulate.h"
+
+#include "core/parallel.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "denoise/stages/accumulate.cpp"
+
+#include <hwy/foreach_target.h>  // IWYU pragma: keep
+
+#include <hwy/highway.h>
+
+#include "denoise/simd/vector_math-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace stillray {
+namespace HWY_NAMESPACE {
+namespace {
+
+HWY_INLINE VF NewFrameWeight(VF length, VF n, float alpha_min, bool constant_weight) {
+  const DF d;
+  const VF share = hn::Div(n, hn::Max(hn::Add(length, n), hn::Set(d, 1e-6f)));
+  const VF least = hn::Set(d, alpha_min);
+  const VF alpha = hn::Min(constant_weight ? least : hn::Max(least, share), hn::Set(d, 1.0f));
+  const VF with_history = hn::IfThenElse(hn::Gt(length, hn::Zero(d)), alpha, hn::Set(d, 1.0f));
+  return hn::IfThenElseZero(hn::Gt(n, hn::Zero(d)), with_history);
+}
+
+void AccumulateRows(const NewLight& light, const SignalHistory& before, const Image1* limit,
+                    const AccumulateParameters& p, int y0, int y1, SignalHistory* out) {
+  const DF d;
+  const VF one = hn::Set(d, 1.0f);
+  const int width = light.samples.width();
+  for (int y = y0; y < y1; ++y) {
+    for (int x = 0; x < width; x += LaneCount()) {
+      const VF n = hn::LoadU(d, light.samples.Row(y) + x);
+      const VF old_length = hn::LoadU(d, before.length.Row(y) + x);
+      VF length = old_length;
+      if (limit != nullptr) {
+        length = hn::Min(length, hn::LoadU(d, limit->Row(y) + x));
+      }
+      if (p.max_history > 0) {
+        length = hn::Min(length, hn::Max(hn::Sub(hn::Set(d, static_cast<float>(p.max_history)), n),
+                                         hn::Zero(d)));
+      }
+      const VF alpha = NewFrameWeight(length, n, p.alpha_min, p.constant_weight);
+      const VF alpha_moments = NewFrameWeight(length, n, p.alpha_moments, p.constant_weight);
+      VF colour[3];
+      for (int c = 0; c < 3; ++c) {
+        colour[c] = hn::LoadU(d, light.colour[c].Row(y) + x);
+        const VF old = hn::LoadU(d, before.colour[c].Row(y) + x);
+        StoreInRow(d, hn::MulAdd(alpha, hn::Sub(colour[c], old), old), out->colour[c].Row(y), x,
+                   width);
+      }
+      const VF mean = hn::LoadU(d, before.mean.Row(y) + x);
+      const VF variance = hn::LoadU(d, before.variance.Row(y) + x);
+      const VF weights2 = hn::LoadU(d, before.weights2.Row(y) + x);
+      const VF difference = hn::Sub(Luminance(colour[0], colour[1], colour[2], p.rec601), mean);
+      const VF keep = hn::Sub(one, alpha_moments);
+      VF mixed =
+          hn::Mul(keep, hn::MulAdd(hn::Mul(alpha_moments, difference), difference, variance));
+      if (!light.within.empty()) {
+        mixed = hn::MulAdd(alpha_moments, hn::LoadU(d, light.within.Row(y) + x), mixed);
+      }
+      const VF keep_light = hn::Sub(one, alpha);
+      const MF arrived = hn::Gt(n, hn::Zero(d));
+      const VF added = hn::Div(hn::Mul(alpha, alpha), hn::IfThenElse(arrived, n, one));
+      const VF new_weights2 = hn::MulAdd(hn::Mul(keep_light, keep_light), weights2, added);
+      StoreInRow(d, mixed, out->variance.Row(y), x, width);
+      StoreInRow(d, hn::MulAdd(alpha_moments, difference, mean), out->mean.Row(y), x, width);
+      StoreInRow(d, hn::IfThenElse(arrived, new_weights2, weights2), out->weights2.Row(y), x,
+                 width);
+      StoreInRow(d, hn::IfThenElse(arrived, hn::Add(length, n), old_length), out->length.Row(y), x,
+                 width);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace stillray
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace stillray::cpu {
+
+HWY_EXPORT(AccumulateRows);
+
+void Accumulate(const NewLight& light, const SignalHistory& before, const Image1* limit,
+                const AccumulateParameters& p, SignalHistory* out) {
+  ParallelRows(light.samples.height(), 32, [&](int y0, int y1) {
+    HWY_DYNAMIC_DISPATCH(AccumulateRows)(light, before, limit, p, y0, y1, out);
+  });
+}
+
+}  // namespace stillray::cpu
+#endif

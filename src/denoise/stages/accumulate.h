@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// accumulate: blends this frame's light and moments into the reprojected history.
+/// Source: SVGF section 4.1 (eq. 1), section 4.2; PSVGF section 4.2. Departs from them: moments in
+/// deviation form; age counts samples, with the moments within a pixel of several samples added; a
+/// missing pixel changes nothing; the sum of squared weights is kept. Pixel by pixel, in place
+/// allowed. Reads 48, writes 28 bytes.
+#pragma once
+
+#include "denoise/planes.h"
+
+namespace stillray {
+
+struct AccumulateParameters {
+  float alpha_min = 0.1f;
+  float alpha_moments = 0.1f;
+  bool constant_weight = false;  ///< SVGF: alpha_min wherever there is history
+  int max_history = 0;           ///< samples; 0: no limit
+  bool rec601 = false;           ///< luminance weights
+};
+
+/// \param before  reprojected history (all zero: none)
+/// \param limit   length that the history may count for at most, or nullptr
+namespace reference {
+void Accumulate(const NewLight& light, const SignalHistory& before, const Image1* limit,
+                const AccumulateParameters& parameters, SignalHistory* out);
+}
+namespace cpu {
+void Accumulate(const NewLight& light, const SignalHistory& before, const Image1* limit,
+                const AccumulateParameters& parameters, SignalHistory* out);
+}
+
+}  // namespace stillray

@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "core/colour_shared.h"
+#include "denoise/stages/accumulate.h"
+#include "denoise/stages/accumulate_shared.h"
+
+namespace stillray::reference {
+
+void Accumulate(const NewLight& light, const SignalHistory& before, const Image1* limit,
+                const AccumulateParameters& p, SignalHistory* out) {
+  const auto luminance = p.rec601 ? Luminance601 : Luminance709;
+  for (int y = 0; y < light.samples.height(); ++y) {
+    for (int x = 0; x < light.samples.width(); ++x) {
+      const float n = light.samples(x, y);
+      float length = before.length(x, y);
+      if (limit != nullptr) {
+        length = min(length, (*limit)(x, y));
+      }
+      if (p.max_history > 0) {
+        length = min(length, max(static_cast<float>(p.max_history) - n, 0.0f));
+      }
+      const float alpha = NewFrameWeight(length, n, p.alpha_min, p.constant_weight);
+      const float alpha_moments = NewFrameWeight(length, n, p.alpha_moments, p.constant_weight);
+      const float l =
+          luminance(light.colour[0](x, y), light.colour[1](x, y), light.colour[2](x, y));
+      const float d = l - before.mean(x, y);
+      const float within = light.within.empty() ? 0.0f : light.within(x, y);
+      for (int c = 0; c < 3; ++c) {
+        const float old = before.colour[c](x, y);
+        out->colour[c](x, y) = old + alpha * (light.colour[c](x, y) - old);
+      }
+      out->variance(x, y) = MixedVariance(before.variance(x, y), d, within, alpha_moments);
+      out->mean(x, y) = before.mean(x, y) + alpha_moments * d;
+      out->weights2(x, y) = MixedWeights2(before.weights2(x, y), n, alpha);
+      out->length(x, y) = n > 0 ? length + n : before.length(x, y);
+    }
+  }
+}
+
+}  // namespace stillray::reference

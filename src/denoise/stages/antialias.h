@@ -1,0 +1,33 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// antialias: temporal antialiasing of the finished picture.
+/// Source: Karis 2014 ("High Quality Temporal Supersampling"), SVGF section 3 (post-processing),
+/// PSVGF section 4.5: the previous output, fetched along the motion of the nearest surface around
+/// the pixel (so that edges move with what stands in front) with a Catmull-Rom filter, is clamped
+/// to the 3x3 neighbourhood of the present and blended, whatever the disocclusion test said.
+/// Departs from them: runs on scene-linear light, before the tone curve, with each side weighted by
+/// 1 / (1 + luminance / mean) for the blend, so that linear files are antialiased too and twice the
+/// light gives twice the picture. State: the previous output. Border: 1 pixel; reads 4x4 taps along
+/// the motion. Reads 36 and 16 x 12, writes 12 bytes per pixel.
+#pragma once
+
+#include "denoise/planes.h"
+
+namespace stillray {
+
+struct AntialiasParameters {
+  float alpha = 0.1f;  ///< weight of the new frame
+  float mean = 1;      ///< mean luminance of the new frame
+};
+
+namespace reference {
+void Antialias(const Image3& colour, const Image3& previous, const Image2& motion,
+               const GuidePlanes& guides, const AntialiasParameters& parameters, Image3* out);
+}
+namespace cpu {
+void Antialias(const Image3& colour, const Image3& previous, const Image2& motion,
+               const GuidePlanes& guides, const AntialiasParameters& parameters, Image3* out);
+}
+
+}  // namespace stillray

@@ -1,0 +1,88 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "core/colour.h"
+#include "denoise/stages/antialias.h"
+#include "denoise/stages/antialias_shared.h"
+
+namespace stillray::reference {
+namespace {
+
+vec3 Load(const Image3& image, int x, int y) {
+  x = std::clamp(x, 0, image.width() - 1);
+  y = std::clamp(y, 0, image.height() - 1);
+  return {image[0](x, y), image[1](x, y), image[2](x, y)};
+}
+
+/// Motion of the nearest surface in the 3x3 neighbourhood; ties go to the centre, then row by row.
+vec2 NearestMotion(const Image2& motion, const GuidePlanes& guides, int x, int y) {
+  float nearest = guides.inverse_depth(x, y);
+  vec2 result = {motion[0](x, y), motion[1](x, y)};
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      const int qx = std::clamp(x + dx, 0, motion.width() - 1);
+      const int qy = std::clamp(y + dy, 0, motion.height() - 1);
+      if (guides.inverse_depth(qx, qy) > nearest) {
+        nearest = guides.inverse_depth(qx, qy);
+        result = {motion[0](qx, qy), motion[1](qx, qy)};
+      }
+    }
+  }
+  return result;
+}
+
+vec3 SampleCatmullRom(const Image3& image, vec2 place) {
+  const float fx = std::floor(place.x);
+  const float fy = std::floor(place.y);
+  const vec4 wx = CatmullRom(place.x - fx);
+  const vec4 wy = CatmullRom(place.y - fy);
+  vec3 sum(0.0f);
+  for (int j = 0; j < 4; ++j) {
+    vec3 row(0.0f);
+    for (int i = 0; i < 4; ++i) {
+      row += wx[i] * Load(image, static_cast<int>(fx) + i - 1, static_cast<int>(fy) + j - 1);
+    }
+    sum += wy[j] * row;
+  }
+  return sum;
+}
+
+}  // namespace
+
+void Antialias(const Image3& colour, const Image3& previous, const Image2& motion,
+               const GuidePlanes& guides, const AntialiasParameters& p, Image3* out) {
+  const int width = colour.width();
+  const int height = colour.height();
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const vec3 now = Load(colour, x, y);
+      const vec2 m = NearestMotion(motion, guides, x, y);
+      const vec2 place = {static_cast<float>(x) + m.x, static_cast<float>(y) + m.y};
+      const bool inside = place.x > -0.5f && place.y > -0.5f &&
+                          place.x < static_cast<float>(width) - 0.5f &&
+                          place.y < static_cast<float>(height) - 0.5f;
+      vec3 result = now;
+      if (inside) {
+        vec3 low = now;
+        vec3 high = now;
+        for (int dy = -1; dy <= 1; ++dy) {
+          for (int dx = -1; dx <= 1; ++dx) {
+            low = min(low, Load(colour, x + dx, y + dy));
+            high = max(high, Load(colour, x + dx, y + dy));
+          }
+        }
+        const vec3 before = min(max(SampleCatmullRom(previous, place), low), high);
+        const float weight_now = p.alpha / (1.0f + Luminance709(now) / p.mean);
+        const float weight_before = (1.0f - p.alpha) / (1.0f + Luminance709(before) / p.mean);
+        result = (now * weight_now + before * weight_before) / (weight_now + weight_before);
+      }
+      for (int c = 0; c < 3; ++c) {
+        (*out)[c](x, y) = result[c];
+      }
+    }
+  }
+}
+
+}  // namespace stillray::reference

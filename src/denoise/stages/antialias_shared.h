@@ -1,0 +1,24 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Formulas of antialias.
+#ifndef STILLRAY_DENOISE_ANTIALIAS_SHARED_H
+#define STILLRAY_DENOISE_ANTIALIAS_SHARED_H
+
+#ifdef __cplusplus
+#include "core/shared.h"
+#endif
+
+SHARED_BEGIN
+
+// Weight of the six-tap (per axis: four) Catmull-Rom spline at distance -1-t, -t, 1-t, 2-t.
+SHARED_FN vec4 CatmullRom(float t) {
+  float t2 = t * t;
+  float t3 = t2 * t;
+  return vec4(-0.5f * t3 + t2 - 0.5f * t, 1.5f * t3 - 2.5f * t2 + 1.0f,
+              -1.5f * t3 + 2.0f * t2 + 0.5f * t, 0.5f * t3 - 0.5f * t2);
+}
+
+SHARED_END
+
+#endif

@@ -1,0 +1,135 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise/stages/demodulate.h"
+
+#include <atomic>
+
+#include "core/colour_shared.h"
+#include "core/parallel.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "denoise/stages/demodulate.cpp"
+
+#include <hwy/foreach_target.h>  // IWYU pragma: keep
+
+#include <hwy/highway.h>
+
+#include "denoise/simd/vector_math-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace stillray {
+namespace HWY_NAMESPACE {
+namespace {
+
+struct Colour {
+  VF r, g, b;
+};
+
+HWY_INLINE Colour LoadColour(const Image3& image, int x, int y) {
+  const DF d;
+  return {hn::LoadU(d, image[0].Row(y) + x), hn::LoadU(d, image[1].Row(y) + x),
+          hn::LoadU(d, image[2].Row(y) + x)};
+}
+
+HWY_INLINE Colour DivideByAlbedo(const Colour& light, const Colour& albedo) {
+  const VF least = hn::Set(DF(), kAlbedoFloor);
+  return {hn::Div(light.r, hn::Max(albedo.r, least)), hn::Div(light.g, hn::Max(albedo.g, least)),
+          hn::Div(light.b, hn::Max(albedo.b, least))};
+}
+
+HWY_INLINE VF WithinVariance(const DemodulateInput& in, int x, int y, const Colour& albedo) {
+  const DF d;
+  const VF least = hn::Set(d, kAlbedoFloor);
+  const VF signal = hn::Max(Luminance(albedo.r, albedo.g, albedo.b, false), least);
+  VF sum = hn::Zero(d);
+  for (int i = 0; i < in.count; ++i) {
+    if (in.second_moment[i] == nullptr) {
+      continue;
+    }
+    const VF one = hn::Set(d, 1.0f);
+    const Colour own =
+        in.own_albedo[i] != nullptr ? LoadColour(*in.own_albedo[i], x, y) : Colour{one, one, one};
+    const Colour light = DivideByAlbedo(LoadColour(*in.radiance[i], x, y), own);
+    const VF mean = Luminance(light.r, light.g, light.b, false);
+    const VF ratio = hn::Div(hn::Max(Luminance(own.r, own.g, own.b, false), least), signal);
+    const VF moment = hn::LoadU(d, in.second_moment[i]->Row(y) + x);
+    const VF variance = hn::Max(hn::NegMulAdd(mean, mean, moment), hn::Zero(d));
+    sum = hn::MulAdd(variance, hn::Mul(ratio, ratio), sum);
+  }
+  return hn::IfThenElseZero(IsFiniteLane(sum), sum);
+}
+
+DemodulateCounts DemodulateRows(const DemodulateInput& in, int y0, int y1, NewLight* out) {
+  const DF d;
+  const VF zero = hn::Zero(d);
+  const VF one = hn::Set(d, 1.0f);
+  const bool divide = in.albedo[0] != nullptr;
+  const int width = out->samples.width();
+  DemodulateCounts counts;
+  for (int y = y0; y < y1; ++y) {
+    for (int x = 0; x < width; x += LaneCount()) {
+      const MF in_row = InRow(x, width);
+      Colour sum = {zero, zero, zero};
+      MF finite = in_row;
+      VF least = zero;
+      for (int i = 0; i < in.count; ++i) {
+        const Colour light = LoadColour(*in.radiance[i], x, y);
+        finite = hn::And(finite, hn::And(IsFiniteLane(light.r),
+                                         hn::And(IsFiniteLane(light.g), IsFiniteLane(light.b))));
+        least = hn::Min(least, hn::Min(light.r, hn::Min(light.g, light.b)));
+        sum = {hn::Add(sum.r, light.r), hn::Add(sum.g, light.g), hn::Add(sum.b, light.b)};
+      }
+      Colour albedo = {one, one, one};
+      if (divide) {
+        albedo = LoadColour(*in.albedo[0], x, y);
+        if (in.albedo[1] != nullptr) {
+          const Colour more = LoadColour(*in.albedo[1], x, y);
+          albedo = {hn::Add(albedo.r, more.r), hn::Add(albedo.g, more.g),
+                    hn::Add(albedo.b, more.b)};
+        }
+        sum = DivideByAlbedo(sum, albedo);
+      }
+      finite = hn::And(
+          finite, hn::And(IsFiniteLane(sum.r), hn::And(IsFiniteLane(sum.g), IsFiniteLane(sum.b))));
+      const MF negative = hn::Lt(least, zero);
+      const VF given = in.samples != nullptr ? hn::LoadU(d, in.samples->Row(y) + x) : one;
+      const MF received = hn::And(hn::Gt(given, zero), IsFiniteLane(given));
+      const MF usable = hn::And(hn::AndNot(negative, finite), received);
+      counts.non_finite += static_cast<int64_t>(hn::CountTrue(d, hn::AndNot(finite, in_row)));
+      counts.negative += static_cast<int64_t>(hn::CountTrue(d, hn::And(finite, negative)));
+      StoreInRow(d, hn::IfThenElseZero(usable, sum.r), out->colour[0].Row(y), x, width);
+      StoreInRow(d, hn::IfThenElseZero(usable, sum.g), out->colour[1].Row(y), x, width);
+      StoreInRow(d, hn::IfThenElseZero(usable, sum.b), out->colour[2].Row(y), x, width);
+      StoreInRow(d, hn::IfThenElseZero(usable, given), out->samples.Row(y), x, width);
+      if (!out->within.empty()) {
+        StoreInRow(d, hn::IfThenElseZero(usable, WithinVariance(in, x, y, albedo)),
+                   out->within.Row(y), x, width);
+      }
+    }
+  }
+  return counts;
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace stillray
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace stillray::cpu {
+
+HWY_EXPORT(DemodulateRows);
+
+DemodulateCounts Demodulate(const DemodulateInput& in, NewLight* out) {
+  std::atomic<int64_t> non_finite = 0;
+  std::atomic<int64_t> negative = 0;
+  ParallelRows(out->samples.height(), 32, [&](int y0, int y1) {
+    const DemodulateCounts counts = HWY_DYNAMIC_DISPATCH(DemodulateRows)(in, y0, y1, out);
+    non_finite += counts.non_finite;
+    negative += counts.negative;
+  });
+  return {non_finite, negative};
+}
+
+}  // namespace stillray::cpu
+#endif

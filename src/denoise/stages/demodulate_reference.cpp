@@ -1,0 +1,78 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
+#include "core/colour.h"
+#include "denoise/stages/demodulate.h"
+
+namespace stillray::reference {
+namespace {
+
+vec3 Load(const Image3& image, int x, int y) {
+  return {image[0](x, y), image[1](x, y), image[2](x, y)};
+}
+
+vec3 AlbedoOf(const DemodulateInput& in, int x, int y) {
+  vec3 albedo(0.0f);
+  for (const Image3* part : in.albedo) {
+    albedo += part != nullptr ? Load(*part, x, y) : vec3(0.0f);
+  }
+  return albedo;
+}
+
+/// Variance of single samples of the signal: that of each light about its own mean, brought from
+/// its own albedo to the signal's. Lights are taken as uncorrelated.
+float WithinVariance(const DemodulateInput& in, int x, int y, vec3 albedo) {
+  float sum = 0;
+  for (int i = 0; i < in.count; ++i) {
+    if (in.second_moment[i] == nullptr) {
+      continue;
+    }
+    const vec3 own = in.own_albedo[i] != nullptr ? Load(*in.own_albedo[i], x, y) : vec3(1.0f);
+    const float mean = Luminance709(stillray::Demodulate(Load(*in.radiance[i], x, y), own));
+    const float ratio =
+        std::max(Luminance709(own), kAlbedoFloor) / std::max(Luminance709(albedo), kAlbedoFloor);
+    const float variance = std::max((*in.second_moment[i])(x, y) - mean * mean, 0.0f);
+    sum += variance * ratio * ratio;
+  }
+  return std::isfinite(sum) ? sum : 0.0f;
+}
+
+}  // namespace
+
+DemodulateCounts Demodulate(const DemodulateInput& in, NewLight* out) {
+  const bool divide = in.albedo[0] != nullptr;
+  DemodulateCounts counts;
+  for (int y = 0; y < out->colour.height(); ++y) {
+    for (int x = 0; x < out->colour.width(); ++x) {
+      vec3 sum(0.0f);
+      bool finite = true;
+      bool negative = false;
+      for (int i = 0; i < in.count; ++i) {
+        const vec3 light = Load(*in.radiance[i], x, y);
+        finite =
+            finite && std::isfinite(light.x) && std::isfinite(light.y) && std::isfinite(light.z);
+        negative = negative || light.x < 0 || light.y < 0 || light.z < 0;
+        sum += light;
+      }
+      const vec3 albedo = divide ? AlbedoOf(in, x, y) : vec3(1.0f);
+      const vec3 colour = divide ? stillray::Demodulate(sum, albedo) : sum;
+      finite =
+          finite && std::isfinite(colour.x) && std::isfinite(colour.y) && std::isfinite(colour.z);
+      const float given = in.samples != nullptr ? (*in.samples)(x, y) : 1.0f;
+      const bool usable = finite && !negative && given > 0 && std::isfinite(given);
+      counts.non_finite += finite ? 0 : 1;
+      counts.negative += finite && negative ? 1 : 0;
+      for (int c = 0; c < 3; ++c) {
+        out->colour[c](x, y) = usable ? colour[c] : 0.0f;
+      }
+      out->samples(x, y) = usable ? given : 0.0f;
+      if (!out->within.empty()) {
+        out->within(x, y) = usable ? WithinVariance(in, x, y, albedo) : 0.0f;
+      }
+    }
+  }
+  return counts;
+}
+
+}  // namespace stillray::reference

@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Edge-stopping weights of the wavelet and of the spatial variance estimate: exponents of e, so
+// that a product of weights is one exponential.
+#ifndef STILLRAY_DENOISE_EDGE_STOPPING_SHARED_H
+#define STILLRAY_DENOISE_EDGE_STOPPING_SHARED_H
+
+#ifdef __cplusplus
+#include "core/shared.h"
+#endif
+
+SHARED_BEGIN
+
+// max(0, n_p . n_q)^sigma_n: SVGF eq. 4, PSVGF section 4.4.1.
+SHARED_FN float NormalWeight(float cosine, float sigma_n) {
+  return pow(max(cosine, 0.0f), sigma_n);
+}
+
+// |z_p - z_q| / (sigma_z |grad z . (p - q)| + eps), eps in proportion to depth: SVGF eq. 3, PSVGF
+// section 4.4.2. i is 1/z and g its gradient; grad z = -g z^2. Off (0) where the slope at p,
+// relative to its depth and per pixel, exceeds max_slope (0: never): nothing can be told from so
+// few pixels.
+SHARED_FN float GradientDepthExponent(float ip, float iq, vec2 g, vec2 offset, float sigma_z,
+                                      float depth_epsilon, float max_slope) {
+  float zp = 1.0f / ip;
+  float zq = 1.0f / iq;
+  float slope = abs(g.x * offset.x + g.y * offset.y) * zp * zp;
+  float steep = max(abs(g.x), abs(g.y)) * zp;
+  bool off = max_slope > 0.0f && steep > max_slope;
+  return off ? 0.0f : abs(zp - zq) / (sigma_z * slope + depth_epsilon * zp);
+}
+
+// Distance of q from the plane through p along the ray of q, relative to depth, over the tolerance.
+// On a plane inverse depth is affine in the picture, so this is exact for any slope.
+SHARED_FN float PlaneDepthExponent(float ip, float iq, vec2 g, vec2 offset, float tolerance) {
+  float expected = ip + g.x * offset.x + g.y * offset.y;
+  return abs(expected - iq) / (tolerance * ip);
+}
+
+// |l_p - l_q| / (sigma_l sqrt(var_p) + eps): SVGF eq. 5. `spread` is the root of the prefiltered
+// variance (PSVGF: the variance itself); eps in proportion to the brighter of the two.
+SHARED_FN float LuminanceExponent(float lp, float lq, float spread, float sigma_l, float epsilon) {
+  return abs(lp - lq) / (sigma_l * spread + epsilon * max(abs(lp), abs(lq)) + 1e-12f);
+}
+
+// Gaussians of Dammertz et al. 2010, section 3.2, with squared differences d2 over squared sigmas.
+SHARED_FN float EawExponent(float luminance_d2, float normal_d2, float depth_d2, float sigma_l,
+                            float sigma_n, float sigma_z) {
+  return luminance_d2 / (sigma_l * sigma_l) + normal_d2 / (sigma_n * sigma_n) +
+         depth_d2 / (sigma_z * sigma_z);
+}
+
+SHARED_END
+
+#endif

@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// estimate_variance: the noise that the wavelet has to remove from each pixel.
+/// Source: SVGF section 4.2: temporal moments; 7x7 bilateral estimate over depth and normal while
+/// the history is shorter than `short_length`. Departs: optionally the variance of the accumulated
+/// mean in place of a frame's, and a boost of young estimates. Border: 3 pixels. Reads 28 (and 7x7
+/// x 40 where the history is short), writes 4 bytes per pixel.
+#pragma once
+
+#include "denoise/planes.h"
+#include "denoise/stages/edge_stopping.h"
+
+namespace stillray {
+
+struct EstimateVarianceParameters {
+  bool of_mean = true;
+  bool spatial = true;  ///< 7x7 estimate for short histories; else zero is left there
+  float short_length = 4;
+  float boost = 1;  ///< estimates of short histories are raised by (short_length / length)^boost
+  EdgeStopping edges;
+};
+
+/// \param samples  of this frame: a frame of n samples per pixel has 1/n of a sample's variance
+namespace reference {
+void EstimateVariance(const SignalHistory& history, const Image1& samples,
+                      const GuidePlanes& guides, const EstimateVarianceParameters& parameters,
+                      Image1* variance);
+}
+namespace cpu {
+void EstimateVariance(const SignalHistory& history, const Image1& samples,
+                      const GuidePlanes& guides, const EstimateVarianceParameters& parameters,
+                      Image1* variance);
+}
+
+}  // namespace stillray

@@ -1,0 +1,75 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "core/shared.h"
+#include "denoise/stages/edge_stopping_shared.h"
+#include "denoise/stages/estimate_variance.h"
+#include "denoise/stages/estimate_variance_shared.h"
+
+namespace stillray::reference {
+namespace {
+
+/// Variance of single samples from the 7x7 neighbourhood on the same surface, about this pixel's
+/// mean.
+float SpatialVariance(const SignalHistory& h, const GuidePlanes& g, const EdgeStopping& e, int x,
+                      int y) {
+  float sum_weight = 0;
+  float sum_d = 0;
+  float sum_d2 = 0;
+  const vec2 slope = {g.gradient[0](x, y), g.gradient[1](x, y)};
+  for (int dy = -3; dy <= 3; ++dy) {
+    for (int dx = -3; dx <= 3; ++dx) {
+      const int qx = x + dx;
+      const int qy = y + dy;
+      if (qx < 0 || qy < 0 || qx >= h.mean.width() || qy >= h.mean.height() ||
+          !(h.length(qx, qy) > 0) || !(g.inverse_depth(qx, qy) > 0)) {
+        continue;
+      }
+      const float cosine = g.normal[0](x, y) * g.normal[0](qx, qy) +
+                           g.normal[1](x, y) * g.normal[1](qx, qy) +
+                           g.normal[2](x, y) * g.normal[2](qx, qy);
+      const vec2 offset = {static_cast<float>(dx), static_cast<float>(dy)};
+      const float ip = g.inverse_depth(x, y);
+      const float iq = g.inverse_depth(qx, qy);
+      const float depth = e.plane ? PlaneDepthExponent(ip, iq, slope, offset, e.plane_tolerance)
+                                  : GradientDepthExponent(ip, iq, slope, offset, e.sigma_z,
+                                                          e.depth_epsilon, e.max_slope);
+      const float w = NormalWeight(cosine, e.sigma_n) * exp(-depth);
+      const float d = h.mean(qx, qy) - h.mean(x, y);
+      sum_weight += w;
+      sum_d += w * d;
+      sum_d2 += w * (h.variance(qx, qy) + d * d);
+    }
+  }
+  if (!(sum_weight > 0)) {
+    return 0;
+  }
+  const float mean_d = sum_d / sum_weight;
+  return max(sum_d2 / sum_weight - mean_d * mean_d, 0.0f);
+}
+
+}  // namespace
+
+void EstimateVariance(const SignalHistory& history, const Image1& samples,
+                      const GuidePlanes& guides, const EstimateVarianceParameters& p,
+                      Image1* variance) {
+  for (int y = 0; y < variance->height(); ++y) {
+    for (int x = 0; x < variance->width(); ++x) {
+      const float length = history.length(x, y);
+      const float weights2 = history.weights2(x, y);
+      float result = 0;
+      if (!(guides.inverse_depth(x, y) > 0) || !(length > 0)) {
+        result = 0;
+      } else if (length >= p.short_length) {
+        result = p.of_mean ? VarianceOfMean(history.variance(x, y), weights2)
+                           : history.variance(x, y) / max(samples(x, y), 1.0f);
+      } else if (p.spatial) {
+        const float spatial = SpatialVariance(history, guides, p.edges, x, y) *
+                              ShortHistoryBoost(length, p.short_length, p.boost);
+        result = spatial * (p.of_mean ? weights2 : 1.0f / max(samples(x, y), 1.0f));
+      }
+      (*variance)(x, y) = result;
+    }
+  }
+}
+
+}  // namespace stillray::reference

@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Formulas of estimate_variance.
+#ifndef STILLRAY_DENOISE_ESTIMATE_VARIANCE_SHARED_H
+#define STILLRAY_DENOISE_ESTIMATE_VARIANCE_SHARED_H
+
+#ifdef __cplusplus
+#include "core/shared.h"
+#endif
+
+SHARED_BEGIN
+
+// Noise of the accumulated mean from the spread of single samples about it: the estimate is raised
+// by 1 / (1 - weights2), since the mean was fitted to the same samples, and falls by weights2.
+SHARED_FN float VarianceOfMean(float variance, float weights2) {
+  float unbiased = variance / max(1.0f - weights2, 0.25f);
+  return unbiased * weights2;
+}
+
+// Confidence in the spatial estimate grows as the history does: (full / length)^boost.
+SHARED_FN float ShortHistoryBoost(float length, float full, float boost) {
+  return pow(max(full / max(length, 1.0f), 1.0f), boost);
+}
+
+SHARED_END
+
+#endif

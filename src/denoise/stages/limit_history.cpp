@@ -1,0 +1,131 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise/stages/limit_history.h"
+
+#include "core/parallel.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "denoise/stages/limit_history.cpp"
+
+#include <hwy/foreach_target.h>  // IWYU pragma: keep
+
+#include <hwy/highway.h>
+
+#include "denoise/simd/vector_math-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace stillray {
+namespace HWY_NAMESPACE {
+namespace {
+
+HWY_INLINE VF LuminanceAt(const Image3& c, int x, int y, bool rec601) {
+  const DF d;
+  return Luminance(hn::LoadU(d, c[0].Row(y) + x), hn::LoadU(d, c[1].Row(y) + x),
+                   hn::LoadU(d, c[2].Row(y) + x), rec601);
+}
+
+HWY_INLINE VF CompressLuminance(VF l, VF mean) {
+  return hn::Div(l, hn::Add(l, mean));
+}
+
+HWY_INLINE VF CompressVariance(VF l, VF variance, VF mean) {
+  const DF d;
+  const VF s = hn::Add(l, mean);
+  const VF slope = hn::Div(mean, hn::Mul(s, s));
+  const VF c = hn::Div(l, s);
+  return hn::Min(hn::Mul(hn::Mul(slope, slope), variance),
+                 hn::Mul(c, hn::Sub(hn::Set(d, 1.0f), c)));
+}
+
+HWY_INLINE VF FrameNoise(const NewLight& light, const SignalHistory& before, VF mean, int x,
+                         int y) {
+  const DF d;
+  const VF noise = CompressVariance(hn::LoadU(d, before.mean.Row(y) + x),
+                                    hn::LoadU(d, before.variance.Row(y) + x), mean);
+  return hn::Div(noise, hn::Max(hn::LoadU(d, light.samples.Row(y) + x), hn::Set(d, 1.0f)));
+}
+
+void CompareWithHistoryRows(const NewLight& light, const SignalHistory& before,
+                            const GuidePlanes& guides, const LimitHistoryParameters& p, int y0,
+                            int y1, FilterPlanes* compared, Image1* present) {
+  const DF d;
+  const VF zero = hn::Zero(d);
+  const VF mean = hn::Set(d, p.mean);
+  const int width = light.samples.width();
+  for (int y = y0; y < y1; ++y) {
+    for (int x = 0; x < width; x += LaneCount()) {
+      const MF both = hn::And(hn::Gt(hn::LoadU(d, guides.inverse_depth.Row(y) + x), zero),
+                              hn::And(hn::Gt(hn::LoadU(d, light.samples.Row(y) + x), zero),
+                                      hn::Gt(hn::LoadU(d, before.length.Row(y) + x), zero)));
+      const VF of_mean = hn::Mul(hn::LoadU(d, before.variance.Row(y) + x),
+                                 hn::LoadU(d, before.weights2.Row(y) + x));
+      const VF history_noise =
+          CompressVariance(hn::LoadU(d, before.mean.Row(y) + x), of_mean, mean);
+      const VF noise = hn::Add(FrameNoise(light, before, mean, x, y), history_noise);
+      const VF now = CompressLuminance(LuminanceAt(light.colour, x, y, p.rec601), mean);
+      const VF then = CompressLuminance(LuminanceAt(before.colour, x, y, p.rec601), mean);
+      StoreInRow(d, hn::IfThenElseZero(both, hn::Set(d, 1.0f)), present->Row(y), x, width);
+      StoreInRow(d, hn::IfThenElseZero(both, now), compared->colour[0].Row(y), x, width);
+      StoreInRow(d, hn::IfThenElseZero(both, then), compared->colour[1].Row(y), x, width);
+      StoreInRow(d, zero, compared->colour[2].Row(y), x, width);
+      StoreInRow(d, hn::IfThenElseZero(both, noise), compared->variance.Row(y), x, width);
+    }
+  }
+}
+
+void LimitHistoryRows(const FilterPlanes& blurred, const Image1& present, const NewLight& light,
+                      const SignalHistory& before, const LimitHistoryParameters& p, int y0, int y1,
+                      Image1* limit) {
+  const DF d;
+  const VF zero = hn::Zero(d);
+  const VF mean = hn::Set(d, p.mean);
+  const int width = limit->width();
+  for (int y = y0; y < y1; ++y) {
+    for (int x = 0; x < width; x += LaneCount()) {
+      const VF length = hn::LoadU(d, before.length.Row(y) + x);
+      const VF difference = hn::Sub(hn::LoadU(d, blurred.colour[0].Row(y) + x),
+                                    hn::LoadU(d, blurred.colour[1].Row(y) + x));
+      const VF noise = hn::LoadU(d, blurred.variance.Row(y) + x);
+      const VF square = hn::Mul(difference, difference);
+      const VF bias2 = hn::Max(zero, hn::NegMulAdd(hn::Set(d, 1.0f + p.dead), noise, square));
+      const VF own = hn::Max(FrameNoise(light, before, mean, x, y), hn::Set(d, 1e-8f));
+      const VF distrust = hn::MulAdd(hn::Set(d, p.gain), hn::Div(bias2, own),
+                                     hn::LoadU(d, before.weights2.Row(y) + x));
+      const VF limited = hn::Div(hn::Set(d, 1.0f), hn::Max(distrust, hn::Set(d, 1e-6f)));
+      const MF biased =
+          hn::And(hn::Gt(bias2, zero), hn::Gt(hn::LoadU(d, present.Row(y) + x), zero));
+      StoreInRow(d, hn::IfThenElse(biased, hn::Min(length, limited), length), limit->Row(y), x,
+                 width);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace stillray
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace stillray::cpu {
+
+HWY_EXPORT(CompareWithHistoryRows);
+HWY_EXPORT(LimitHistoryRows);
+
+void CompareWithHistory(const NewLight& light, const SignalHistory& before,
+                        const GuidePlanes& guides, const LimitHistoryParameters& p,
+                        FilterPlanes* compared, Image1* present) {
+  ParallelRows(present->height(), 32, [&](int y0, int y1) {
+    HWY_DYNAMIC_DISPATCH(CompareWithHistoryRows)
+    (light, before, guides, p, y0, y1, compared, present);
+  });
+}
+
+void LimitHistory(const FilterPlanes& blurred, const Image1& present, const NewLight& light,
+                  const SignalHistory& before, const LimitHistoryParameters& p, Image1* limit) {
+  ParallelRows(limit->height(), 32, [&](int y0, int y1) {
+    HWY_DYNAMIC_DISPATCH(LimitHistoryRows)(blurred, present, light, before, p, y0, y1, limit);
+  });
+}
+
+}  // namespace stillray::cpu
+#endif

@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
+#include "denoise/stages/prepare_guides.h"
+#include "denoise/stages/prepare_guides_shared.h"
+
+namespace stillray::reference {
+namespace {
+
+bool IsFinite(const Image3& image, int x, int y) {
+  return std::isfinite(image[0](x, y)) && std::isfinite(image[1](x, y)) &&
+         std::isfinite(image[2](x, y));
+}
+
+/// 1 / z and unit normal where there is a usable surface, else zero. Returns whether the guides are
+/// bad.
+bool ConvertPixel(const PrepareGuidesInput& in, int x, int y, GuidePlanes* out) {
+  const float z = (*in.depth)(x, y);
+  const bool finite_normal = IsFinite(*in.normal, x, y);
+  const vec3 n = {(*in.normal)[0](x, y), (*in.normal)[1](x, y), (*in.normal)[2](x, y)};
+  const float length2 = dot(n, n);
+  const bool surface =
+      z > 0 && std::isfinite(z) && finite_normal && length2 > 1e-12f && std::isfinite(length2);
+  const float scale = surface ? 1.0f / sqrt(length2) : 0.0f;
+  out->inverse_depth(x, y) = surface ? 1.0f / z : 0.0f;
+  for (int c = 0; c < 3; ++c) {
+    out->normal[c](x, y) = surface ? n[c] * scale : 0.0f;
+  }
+  out->id(x, y) = surface && in.id != nullptr ? (*in.id)(x, y) : 0u;
+  return !(z > 0) || !finite_normal;
+}
+
+bool SameSlope(const GuidePlanes& g, int x, int y, int x2, int y2) {
+  const float cosine = g.normal[0](x, y) * g.normal[0](x2, y2) +
+                       g.normal[1](x, y) * g.normal[1](x2, y2) +
+                       g.normal[2](x, y) * g.normal[2](x2, y2);
+  return cosine >= kGradientMinCosine && g.id(x, y) == g.id(x2, y2);
+}
+
+}  // namespace
+
+int64_t PrepareGuides(const PrepareGuidesInput& in, GuidePlanes* out) {
+  const int width = in.depth->width();
+  const int height = in.depth->height();
+  int64_t bad = 0;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      bad += ConvertPixel(in, x, y, out) ? 1 : 0;
+    }
+  }
+  const Image1& i = out->inverse_depth;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const auto ok = [&](int dx, int dy) {
+        return SameSlope(*out, x, y, x + dx, y + dy) ? 1.0f : 0.0f;
+      };
+      out->gradient[0](x, y) =
+          OneSidedGradient(i(x - 1, y), i(x, y), i(x + 1, y), ok(-1, 0), ok(1, 0));
+      out->gradient[1](x, y) =
+          OneSidedGradient(i(x, y - 1), i(x, y), i(x, y + 1), ok(0, -1), ok(0, 1));
+    }
+  }
+  return bad;
+}
+
+}  // namespace stillray::reference

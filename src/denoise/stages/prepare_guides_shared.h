@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Formulas of prepare_guides.
+#ifndef STILLRAY_DENOISE_PREPARE_GUIDES_SHARED_H
+#define STILLRAY_DENOISE_PREPARE_GUIDES_SHARED_H
+
+#ifdef __cplusplus
+#include "core/shared.h"
+#endif
+
+SHARED_BEGIN
+
+// Neighbours whose normals differ by more than this (25 degrees) do not tell the slope.
+const float kGradientMinCosine = 0.906f;
+
+// Slope of inverse depth along one axis from the differences to both neighbours. A neighbour on
+// another surface does not count; of two the smaller difference is taken, since an edge that the
+// ids do not show can only make a difference too large.
+SHARED_FN float OneSidedGradient(float before, float centre, float after, float before_ok,
+                                 float after_ok) {
+  float backward = centre - before;
+  float forward = after - centre;
+  float both = abs(backward) < abs(forward) ? backward : forward;
+  return after_ok > 0.0f ? (before_ok > 0.0f ? both : forward)
+                         : (before_ok > 0.0f ? backward : 0.0f);
+}
+
+SHARED_END
+
+#endif

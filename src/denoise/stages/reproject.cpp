@@ -1,0 +1,224 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise/stages/reproject.h"
+
+#include "core/parallel.h"
+#include "denoise/stages/reproject_shared.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "denoise/stages/reproject.cpp"
+
+#include <hwy/foreach_target.h>  // IWYU pragma: keep
+
+#include <hwy/highway.h>
+
+#include "denoise/simd/vector_math-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace stillray {
+namespace HWY_NAMESPACE {
+namespace {
+
+/// A pixel of the present frame, for tests against taps of the last one.
+struct Target {
+  VF nx, ny, nz, i, gx, gy, px, py;
+  VF allowed;  ///< difference of inverse depth that slope and jitter alone may make
+  VU id;
+};
+
+/// Lanes whose tap at (tx, ty) lies in the picture and shows the same surface.
+HWY_INLINE MF TapMatches(const Target& t, const GuidePlanes& before, VI tx, VI ty,
+                         const ReprojectParameters& p) {
+  const DF d;
+  const DI di;
+  const VI below = hn::Set(di, -1);
+  const auto inside =
+      hn::And(hn::And(hn::Gt(tx, below), hn::Lt(tx, hn::Set(di, before.id.width()))),
+              hn::And(hn::Gt(ty, below), hn::Lt(ty, hn::Set(di, before.id.height()))));
+  const VI stride = hn::Set(di, static_cast<int>(before.inverse_depth.stride()));
+  const VI index = hn::IfThenElseZero(inside, hn::Add(hn::Mul(ty, stride), tx));
+  const VF i = hn::GatherIndex(d, before.inverse_depth.Row(0), index);
+  const VF nx = hn::GatherIndex(d, before.normal[0].Row(0), index);
+  const VF ny = hn::GatherIndex(d, before.normal[1].Row(0), index);
+  const VF nz = hn::GatherIndex(d, before.normal[2].Row(0), index);
+  const VF dx = hn::Sub(hn::ConvertTo(d, tx), t.px);
+  const VF dy = hn::Sub(hn::ConvertTo(d, ty), t.py);
+  const VF expected = hn::MulAdd(t.gx, dx, hn::MulAdd(t.gy, dy, t.i));
+  const VF allowed = hn::MulAdd(hn::Set(d, p.depth_tolerance), expected, t.allowed);
+  const VF cosine = hn::MulAdd(t.nx, nx, hn::MulAdd(t.ny, ny, hn::Mul(t.nz, nz)));
+  MF same = hn::And(hn::Gt(i, hn::Zero(d)), hn::Le(hn::Abs(hn::Sub(i, expected)), allowed));
+  same = hn::And(same, hn::Ge(cosine, hn::Set(d, p.min_cosine)));
+  if (p.test_id) {
+    const DU du;
+    const VU id = hn::GatherIndex(du, before.id.Row(0), index);
+    const VU unknown = hn::Zero(du);
+    const auto id_ok = hn::Or(hn::Eq(id, t.id), hn::Or(hn::Eq(id, unknown), hn::Eq(t.id, unknown)));
+    same = hn::And(same, hn::RebindMask(d, id_ok));
+  }
+  return hn::And(same, hn::RebindMask(d, inside));
+}
+
+void FindTapsRows(const GuidePlanes& now, const GuidePlanes& before, const Image2& motion,
+                  const ReprojectParameters& p, int y0, int y1, ReprojectionTaps* taps) {
+  const DF d;
+  const DI di;
+  const DU du;
+  const VF zero = hn::Zero(d);
+  const VF one = hn::Set(d, 1.0f);
+  const int width = taps->x.width();
+  const int height = taps->x.height();
+  for (int y = y0; y < y1; ++y) {
+    for (int x = 0; x < width; x += LaneCount()) {
+      Target t;
+      t.nx = hn::LoadU(d, now.normal[0].Row(y) + x);
+      t.ny = hn::LoadU(d, now.normal[1].Row(y) + x);
+      t.nz = hn::LoadU(d, now.normal[2].Row(y) + x);
+      t.i = hn::LoadU(d, now.inverse_depth.Row(y) + x);
+      t.gx = hn::LoadU(d, now.gradient[0].Row(y) + x);
+      t.gy = hn::LoadU(d, now.gradient[1].Row(y) + x);
+      t.id = hn::LoadU(du, now.id.Row(y) + x);
+      t.allowed = hn::Mul(hn::Set(d, kReprojectSlack), hn::Add(hn::Abs(t.gx), hn::Abs(t.gy)));
+      const VF px = hn::Add(ColumnsFrom(x), hn::LoadU(d, motion[0].Row(y) + x));
+      const VF py = hn::Add(hn::Set(d, static_cast<float>(y)), hn::LoadU(d, motion[1].Row(y) + x));
+      const VF low = hn::Set(d, -2.0f);
+      const MF in_x =
+          hn::And(hn::Gt(px, low), hn::Lt(px, hn::Set(d, static_cast<float>(width) + 1.0f)));
+      const MF in_y =
+          hn::And(hn::Gt(py, low), hn::Lt(py, hn::Set(d, static_cast<float>(height) + 1.0f)));
+      const MF near_picture =
+          hn::And(hn::And(in_x, in_y), hn::And(hn::Gt(t.i, zero), InRow(x, width)));
+      t.px = hn::IfThenElseZero(near_picture, px);
+      t.py = hn::IfThenElseZero(near_picture, py);
+      const VF fx = hn::Floor(t.px);
+      const VF fy = hn::Floor(t.py);
+      const VF u = hn::Sub(t.px, fx);
+      const VF v = hn::Sub(t.py, fy);
+      VI bx = hn::ConvertTo(di, fx);
+      VI by = hn::ConvertTo(di, fy);
+      const VF weight_x[2] = {hn::Sub(one, u), u};
+      const VF weight_y[2] = {hn::Sub(one, v), v};
+      VF weight[4];
+      VF sum = zero;
+      for (int i = 0; i < 4; ++i) {
+        const VI tx = hn::Add(bx, hn::Set(di, i & 1));
+        const VI ty = hn::Add(by, hn::Set(di, i >> 1));
+        const MF matches = hn::And(near_picture, TapMatches(t, before, tx, ty, p));
+        weight[i] = hn::IfThenElseZero(matches, hn::Mul(weight_x[i & 1], weight_y[i >> 1]));
+        sum = hn::Add(sum, weight[i]);
+      }
+      // A sliver of a matching tap is no evidence: its weight would be raised a hundredfold.
+      const MF found = hn::Gt(sum, hn::Set(d, 0.01f));
+      const VF scale = hn::IfThenElseZero(found, hn::Div(one, hn::IfThenElse(found, sum, one)));
+      VU search = hn::Zero(du);
+      const MF lost = hn::AndNot(found, near_picture);
+      if (p.search && !hn::AllFalse(d, lost)) {
+        const VF half = hn::Set(d, 0.5f);
+        const VI cx = hn::Sub(hn::ConvertTo(di, hn::Floor(hn::Add(t.px, half))), hn::Set(di, 1));
+        const VI cy = hn::Sub(hn::ConvertTo(di, hn::Floor(hn::Add(t.py, half))), hn::Set(di, 1));
+        for (int i = 0; i < 9; ++i) {
+          const MF matches = hn::And(lost, TapMatches(t, before, hn::Add(cx, hn::Set(di, i % 3)),
+                                                      hn::Add(cy, hn::Set(di, i / 3)), p));
+          search =
+              hn::Or(search, hn::IfThenElseZero(hn::RebindMask(du, matches), hn::Set(du, 1u << i)));
+        }
+        bx = hn::IfThenElse(hn::RebindMask(di, lost), cx, bx);
+        by = hn::IfThenElse(hn::RebindMask(di, lost), cy, by);
+      }
+      const auto keep = hn::RebindMask(di, near_picture);
+      StoreInRow(di, hn::IfThenElseZero(keep, bx), taps->x.Row(y), x, width);
+      StoreInRow(di, hn::IfThenElseZero(keep, by), taps->y.Row(y), x, width);
+      for (int i = 0; i < 4; ++i) {
+        StoreInRow(d, hn::Mul(weight[i], scale), taps->weight[i].Row(y), x, width);
+      }
+      StoreInRow(du, search, taps->search.Row(y), x, width);
+    }
+  }
+}
+
+/// Mean of the taps that the search chose, for one pixel.
+float FetchSearched(const Image1& plane, const ReprojectionTaps& taps, int x, int y) {
+  const uint32_t search = taps.search(x, y);
+  float sum = 0;
+  int count = 0;
+  for (int i = 0; i < 9; ++i) {
+    if ((search >> i & 1u) != 0) {
+      sum += plane(taps.x(x, y) + i % 3, taps.y(x, y) + i / 3);
+      ++count;
+    }
+  }
+  return sum / static_cast<float>(count);
+}
+
+void FetchHistoryRows(const SignalHistory& before, const ReprojectionTaps& taps, int y0, int y1,
+                      SignalHistory* out) {
+  const DF d;
+  const DI di;
+  const DU du;
+  const Image1* in[7] = {&before.colour[0], &before.colour[1], &before.colour[2], &before.mean,
+                         &before.variance,  &before.length,    &before.weights2};
+  Image1* to[7] = {&out->colour[0], &out->colour[1], &out->colour[2], &out->mean,
+                   &out->variance,  &out->length,    &out->weights2};
+  const int width = taps.x.width();
+  for (int y = y0; y < y1; ++y) {
+    for (int x = 0; x < width; x += LaneCount()) {
+      const auto in_row = InRow(x, width);
+      const VI bx = hn::LoadU(di, taps.x.Row(y) + x);
+      const VI by = hn::LoadU(di, taps.y.Row(y) + x);
+      VF weight[4];
+      VI tap_x[4];
+      VI tap_y[4];
+      for (int i = 0; i < 4; ++i) {
+        weight[i] = hn::IfThenElseZero(in_row, hn::LoadU(d, taps.weight[i].Row(y) + x));
+        const auto used = hn::RebindMask(di, hn::Gt(weight[i], hn::Zero(d)));
+        tap_x[i] = hn::IfThenElseZero(used, hn::Add(bx, hn::Set(di, i & 1)));
+        tap_y[i] = hn::IfThenElseZero(used, hn::Add(by, hn::Set(di, i >> 1)));
+      }
+      const VU search =
+          hn::IfThenElseZero(hn::RebindMask(du, in_row), hn::LoadU(du, taps.search.Row(y) + x));
+      const bool any_searched = !hn::AllTrue(du, hn::Eq(search, hn::Zero(du)));
+      for (int k = 0; k < 7; ++k) {
+        const VI stride = hn::Set(di, static_cast<int>(in[k]->stride()));
+        VF sum = hn::Zero(d);
+        for (int i = 0; i < 4; ++i) {
+          const VI index = hn::Add(hn::Mul(tap_y[i], stride), tap_x[i]);
+          sum = hn::MulAdd(weight[i], hn::GatherIndex(d, in[k]->Row(0), index), sum);
+        }
+        StoreInRow(d, sum, to[k]->Row(y), x, width);
+        if (any_searched) {
+          for (int lane = x; lane < width && lane < x + LaneCount(); ++lane) {
+            if (taps.search(lane, y) != 0) {
+              (*to[k])(lane, y) = FetchSearched(*in[k], taps, lane, y);
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace stillray
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace stillray::cpu {
+
+HWY_EXPORT(FindTapsRows);
+HWY_EXPORT(FetchHistoryRows);
+
+void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& motion,
+              const ReprojectParameters& p, ReprojectionTaps* taps) {
+  ParallelRows(taps->x.height(), 16, [&](int y0, int y1) {
+    HWY_DYNAMIC_DISPATCH(FindTapsRows)(now, before, motion, p, y0, y1, taps);
+  });
+}
+
+void FetchHistory(const SignalHistory& before, const ReprojectionTaps& taps, SignalHistory* out) {
+  ParallelRows(taps.x.height(), 16, [&](int y0, int y1) {
+    HWY_DYNAMIC_DISPATCH(FetchHistoryRows)(before, taps, y0, y1, out);
+  });
+}
+
+}  // namespace stillray::cpu
+#endif

@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// reproject: finds each pixel's history in the previous frame, and fetches it.
+/// Source: SVGF section 4.1: 2x2 bilinear taps, each tested for the same surface (depth, normal,
+/// id) and for lying inside the picture, weights renormalised over those that pass; if none passes,
+/// the 3x3 taps around the place are averaged; if none of those, there is no history
+/// (disocclusion). Departs: depth is tested against the plane through the pixel, with room for the
+/// distance travelled in one frame. Everything remembered is fetched with the same taps and
+/// weights. Border: none. FindTaps reads 56, writes 28 bytes per pixel; FetchHistory reads 28 and 4
+/// x 28, writes 28.
+#pragma once
+
+#include "denoise/planes.h"
+
+namespace stillray {
+
+struct ReprojectParameters {
+  float depth_tolerance = 0.05f;  ///< relative
+  float min_cosine = 0.9f;        ///< between normals
+  bool test_id = true;
+  bool search = true;  ///< the 3x3 fall-back
+};
+
+namespace reference {
+void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& motion,
+              const ReprojectParameters& parameters, ReprojectionTaps* taps);
+void FetchHistory(const SignalHistory& before, const ReprojectionTaps& taps, SignalHistory* out);
+}  // namespace reference
+namespace cpu {
+void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& motion,
+              const ReprojectParameters& parameters, ReprojectionTaps* taps);
+void FetchHistory(const SignalHistory& before, const ReprojectionTaps& taps, SignalHistory* out);
+}  // namespace cpu
+
+}  // namespace stillray

@@ -1,0 +1,131 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
+#include "denoise/stages/reproject.h"
+#include "denoise/stages/reproject_shared.h"
+
+namespace stillray::reference {
+namespace {
+
+bool TapMatches(const GuidePlanes& now, const GuidePlanes& before, int x, int y, vec2 place, int tx,
+                int ty, const ReprojectParameters& p) {
+  if (tx < 0 || ty < 0 || tx >= before.id.width() || ty >= before.id.height()) {
+    return false;
+  }
+  const vec2 g = {now.gradient[0](x, y), now.gradient[1](x, y)};
+  const float expected = now.inverse_depth(x, y) + g.x * (static_cast<float>(tx) - place.x) +
+                         g.y * (static_cast<float>(ty) - place.y);
+  const float cosine = now.normal[0](x, y) * before.normal[0](tx, ty) +
+                       now.normal[1](x, y) * before.normal[1](tx, ty) +
+                       now.normal[2](x, y) * before.normal[2](tx, ty);
+  return IsSameSurface(expected, before.inverse_depth(tx, ty), g, cosine, now.id(x, y),
+                       before.id(tx, ty), p.depth_tolerance, p.min_cosine, p.test_id);
+}
+
+}  // namespace
+
+void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& motion,
+              const ReprojectParameters& p, ReprojectionTaps* taps) {
+  const int width = taps->x.width();
+  const int height = taps->x.height();
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const vec2 place = {static_cast<float>(x) + motion[0](x, y),
+                          static_cast<float>(y) + motion[1](x, y)};
+      // Also false for NaN. Beyond one pixel outside, no tap can lie inside.
+      const bool near_picture = place.x > -2.0f && place.y > -2.0f &&
+                                place.x < static_cast<float>(width) + 1.0f &&
+                                place.y < static_cast<float>(height) + 1.0f;
+      const bool surface = now.inverse_depth(x, y) > 0;
+      for (int i = 0; i < 4; ++i) {
+        taps->weight[i](x, y) = 0;
+      }
+      taps->search(x, y) = 0;
+      taps->x(x, y) = 0;
+      taps->y(x, y) = 0;
+      if (!near_picture || !surface) {
+        continue;
+      }
+      const float fx = std::floor(place.x);
+      const float fy = std::floor(place.y);
+      const float tx = place.x - fx;
+      const float ty = place.y - fy;
+      const int bx = static_cast<int>(fx);
+      const int by = static_cast<int>(fy);
+      float weight[4] = {(1 - tx) * (1 - ty), tx * (1 - ty), (1 - tx) * ty, tx * ty};
+      float sum = 0;
+      for (int i = 0; i < 4; ++i) {
+        if (!TapMatches(now, before, x, y, place, bx + (i & 1), by + (i >> 1), p)) {
+          weight[i] = 0;
+        }
+        sum += weight[i];
+      }
+      taps->x(x, y) = bx;
+      taps->y(x, y) = by;
+      // A sliver of a matching tap is no evidence: its weight would be raised a hundredfold.
+      if (sum > 0.01f) {
+        for (int i = 0; i < 4; ++i) {
+          taps->weight[i](x, y) = weight[i] / sum;
+        }
+        continue;
+      }
+      if (!p.search) {
+        continue;
+      }
+      const int cx = static_cast<int>(std::floor(place.x + 0.5f));
+      const int cy = static_cast<int>(std::floor(place.y + 0.5f));
+      taps->x(x, y) = cx - 1;
+      taps->y(x, y) = cy - 1;
+      uint32_t search = 0;
+      for (int i = 0; i < 9; ++i) {
+        if (TapMatches(now, before, x, y, place, cx - 1 + i % 3, cy - 1 + i / 3, p)) {
+          search |= 1u << i;
+        }
+      }
+      taps->search(x, y) = search;
+    }
+  }
+}
+
+namespace {
+
+float Fetch(const Image1& plane, const ReprojectionTaps& taps, int x, int y) {
+  const int bx = taps.x(x, y);
+  const int by = taps.y(x, y);
+  float sum = 0;
+  if (const uint32_t search = taps.search(x, y); search != 0) {
+    int count = 0;
+    for (int i = 0; i < 9; ++i) {
+      if ((search >> i & 1u) != 0) {
+        sum += plane(bx + i % 3, by + i / 3);
+        ++count;
+      }
+    }
+    return sum / static_cast<float>(count);
+  }
+  for (int i = 0; i < 4; ++i) {
+    if (const float w = taps.weight[i](x, y); w > 0) {
+      sum += w * plane(bx + (i & 1), by + (i >> 1));
+    }
+  }
+  return sum;
+}
+
+}  // namespace
+
+void FetchHistory(const SignalHistory& before, const ReprojectionTaps& taps, SignalHistory* out) {
+  const Image1* in[7] = {&before.colour[0], &before.colour[1], &before.colour[2], &before.mean,
+                         &before.variance,  &before.length,    &before.weights2};
+  Image1* to[7] = {&out->colour[0], &out->colour[1], &out->colour[2], &out->mean,
+                   &out->variance,  &out->length,    &out->weights2};
+  for (int i = 0; i < 7; ++i) {
+    for (int y = 0; y < taps.x.height(); ++y) {
+      for (int x = 0; x < taps.x.width(); ++x) {
+        (*to[i])(x, y) = Fetch(*in[i], taps, x, y);
+      }
+    }
+  }
+}
+
+}  // namespace stillray::reference

@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Formulas of reproject.
+#ifndef STILLRAY_DENOISE_REPROJECT_SHARED_H
+#define STILLRAY_DENOISE_REPROJECT_SHARED_H
+
+#ifdef __cplusplus
+#include "core/shared.h"
+#endif
+
+SHARED_BEGIN
+
+// Jitter and the rounding of motion move a tap by up to about one pixel along a slope.
+const float kReprojectSlack = 1.5f;
+
+// Whether a tap of the previous frame shows the surface that is expected there. i: inverse depths,
+// the expected one from the plane through the current pixel; g: its gradient; ids 0 are not known.
+SHARED_FN bool IsSameSurface(float expected, float i, vec2 g, float cosine, uint id, uint tap_id,
+                             float depth_tolerance, float min_cosine, bool test_id) {
+  float allowed = depth_tolerance * expected + kReprojectSlack * (abs(g.x) + abs(g.y));
+  bool depth_ok = i > 0.0f && abs(i - expected) <= allowed;
+  bool normal_ok = cosine >= min_cosine;
+  bool id_ok = !test_id || id == 0u || tap_id == 0u || id == tap_id;
+  return depth_ok && normal_ok && id_ok;
+}
+
+SHARED_END
+
+#endif

@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "core/colour.h"
+#include "denoise/stages/suppress_fireflies.h"
+
+namespace stillray::reference {
+namespace {
+
+float LuminanceAt(const Image3& image, int x, int y) {
+  return Luminance709(image[0](x, y), image[1](x, y), image[2](x, y));
+}
+
+/// Luminance of the brightest neighbour that has light; infinity if there is none.
+float BrightestNeighbour(const Image3& in, const Image1& samples, int x, int y) {
+  float brightest = -1;
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      const int qx = x + dx;
+      const int qy = y + dy;
+      const bool inside = qx >= 0 && qy >= 0 && qx < in.width() && qy < in.height();
+      if (inside && (dx != 0 || dy != 0) && samples(qx, qy) > 0) {
+        brightest = std::max(brightest, LuminanceAt(in, qx, qy));
+      }
+    }
+  }
+  return brightest < 0 ? INFINITY : brightest;
+}
+
+void Scale(Image3* colour, float (*scale)(float)) {
+  for (int y = 0; y < colour->height(); ++y) {
+    for (int x = 0; x < colour->width(); ++x) {
+      const float s = scale(LuminanceAt(*colour, x, y));
+      for (int c = 0; c < 3; ++c) {
+        (*colour)[c](x, y) *= s;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void ClampFireflies(const Image3& in, const Image1& samples, Image3* out) {
+  for (int y = 0; y < in.height(); ++y) {
+    for (int x = 0; x < in.width(); ++x) {
+      const float own = LuminanceAt(in, x, y);
+      const float limit = BrightestNeighbour(in, samples, x, y);
+      const float scale = own > limit ? limit / own : 1.0f;
+      for (int c = 0; c < 3; ++c) {
+        (*out)[c](x, y) = in[c](x, y) * scale;
+      }
+    }
+  }
+}
+
+void CompressLight(Image3* colour) {
+  Scale(colour, [](float l) { return 1.0f / (1.0f + l); });
+}
+
+void ExpandLight(Image3* colour) {
+  Scale(colour, [](float l) { return 1.0f / std::max(1.0f - l, 1e-6f); });
+}
+
+}  // namespace stillray::reference

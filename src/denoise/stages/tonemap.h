@@ -1,0 +1,27 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// tonemap: scene-linear light to 8-bit sRGB. Curves: tonemap_shared.h. Pixel by pixel.
+/// Reads 12, writes 3 bytes per pixel.
+#pragma once
+
+#include <cstdint>
+
+#include "stillray/image.h"
+
+namespace stillray {
+
+/// Light beyond this is white under every curve; the limit keeps infinities out of the formulas.
+inline constexpr float kBrightestLight = 1e6f;
+
+/// \param scale  2^exposure
+/// \param curve  0 linear, 1 Reinhard, 2 filmic, 3 ACES
+/// \param out    width * height * 3 bytes
+namespace reference {
+void Tonemap(const Image3& colour, float scale, int curve, uint8_t* out);
+}
+namespace cpu {
+void Tonemap(const Image3& colour, float scale, int curve, uint8_t* out);
+}
+
+}  // namespace stillray
