@@ -5,6 +5,7 @@
 /// target and then renamed, so that a reader never sees half a file.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -29,6 +30,14 @@ struct Channel {
 
 enum class ExrCompression : uint8_t { kNone, kZip, kZips, kPiz, kDwaa, kOther };
 
+/// Pixels x_min..x_max, y_min..y_max, both ends included, in the coordinates of an EXR file.
+struct ExrWindow {
+  int x_min = 0;
+  int y_min = 0;
+  int x_max = -1;
+  int y_max = -1;
+};
+
 /// A multilayer EXR picture: all channels have its size. Layers are name prefixes ("normal.").
 struct ExrImage {
   int width = 0;
@@ -36,6 +45,14 @@ struct ExrImage {
   std::vector<Channel> channels;
   std::map<std::string, std::string> attributes;  ///< text attributes
   ExrCompression compression = ExrCompression::kZip;
+
+  // Filled by reading, ignored by writing.
+  std::map<std::string, std::string> other_attributes;  ///< numbers, vectors, matrices, as text
+  std::string compression_name = "zip";                 ///< exactly: "pxr24", "b44a", ...
+  bool tiled = false;
+  ExrWindow data_window;
+  ExrWindow display_window;
+  std::vector<std::string> notes;  ///< what of the file was left out, one line each
 
   const Channel* Find(const std::string& name) const;
   void Add(const std::string& name, PixelType type, const Image1& values);
@@ -51,12 +68,40 @@ struct ExrImage {
 /// \return kNotFound, kBadData, kUnsupported (deep data; larger than 32768 pixels a side),
 /// kOutOfMemory
 Result<ExrImage> ReadExr(const std::string& path);
-Status WriteExr(const std::string& path, const ExrImage& image);
+/// The same from memory; `name` stands for the path in messages. Safe on any bytes.
+Result<ExrImage> DecodeExr(const uint8_t* data, size_t size, const std::string& name);
 
-/// Reads a colour picture as linear RGB: .exr (its main or else only RGB layer), .hdr, .png, .jpg
-/// (the last two are sRGB-decoded). `*linear_source`, if given, tells whether the file itself was
-/// linear.
+/// Writes one part of scanlines. Finite values beyond the range of half become +-65504 in kHalf
+/// channels, so that a finite picture stays finite; infinities and NaN stay what they are.
+/// kOther compresses with ZIP. Text attributes that OpenEXR itself defines with another type are
+/// refused.
+/// \return kInvalidArgument naming the channel whose plane is missing or has another size, whose
+///         name is empty or doubled, or whose data kDwaa would damage (it is lossy on channels that
+///         end in ".Y": motion, normals); kIo
+Status WriteExr(const std::string& path, const ExrImage& image);
+/// The bytes that WriteExr writes.
+Result<std::string> EncodeExr(const ExrImage& image);
+/// Threads that compress and decompress EXR files, >= 0 (0: only the calling one). Default: one per
+/// processor. Never changes a result.
+void SetExrThreads(int count);
+
+/// The three channels prefix + "R", "G", "B" (or "X", "Y", "Z") as one picture.
+/// \return kNotFound naming the channel that is missing
+Result<Image3> ExrLayer(const ExrImage& image, const std::string& prefix, bool xyz = false);
+/// The colour picture of a file: R, G, B without a layer; else the layer that ends in "Combined"
+/// (Blender's name for it); else the only layer with R, G and B; else Y (grey).
+/// \return kNotFound listing the layers if there is none, or more than one
+Result<Image3> ExrColour(const ExrImage& image, const std::string& name);
+
+/// Reads a colour picture as linear RGB: .exr (see ExrColour), .hdr, .png, .jpg (the last two are
+/// sRGB-decoded to 0..1; alpha is left out). The file's first bytes tell its kind, not its name.
+/// `*linear_source`, if given, tells whether the file itself was linear.
+/// \return kNotFound, kBadData, kUnsupported (another format, larger than 32768 pixels a side),
+///         kOutOfMemory
 Result<Image3> ReadImage(const std::string& path, bool* linear_source = nullptr);
+/// The same from memory; `name` stands for the path in messages. Safe on any bytes.
+Result<Image3> DecodeImage(const uint8_t* data, size_t size, const std::string& name,
+                           bool* linear_source = nullptr);
 
 /// Interleaved 8-bit RGB, rows from the top.
 struct Rgb8Image {
@@ -66,15 +111,29 @@ struct Rgb8Image {
 };
 /// Writes 8-bit RGB as PNG (sRGB chunk set).
 Status WritePng(const std::string& path, const Rgb8Image& image);
+/// Reads any PNG as 8-bit RGB: grey and palettes become RGB, 16 bits lose the lower 8, alpha is
+/// left out.
 Result<Rgb8Image> ReadPng8(const std::string& path);
+/// The same from memory; `name` stands for the path in messages. Safe on any bytes.
+Result<Rgb8Image> DecodePng8(const uint8_t* data, size_t size, const std::string& name);
+/// The bytes that WritePng writes.
+Result<std::string> EncodePng(const Rgb8Image& image);
 
-/// Writes `bytes` under a temporary name and renames the result to `path`.
+/// Writes `bytes` under a temporary name in the same folder and renames the result to `path`: other
+/// programs see the old file or the new one, never a part, and a failed write leaves no trace. What
+/// is not a regular file (/dev/stdout, a named pipe) is written directly; a symbolic link stays,
+/// its target is replaced. \return kNotFound (no such folder), kIo naming the path and the system's
+/// reason
 Status WriteFileAtomically(const std::string& path, const void* bytes, size_t size);
+/// \return kNotFound, kIo (a folder, no permission), kUnsupported (larger than `max_size` bytes)
 Result<std::string> ReadWholeFile(const std::string& path, size_t max_size);
 
-/// Feeds frames to an ffmpeg process that writes an H.264 .mp4.
+/// Feeds frames to an ffmpeg process that writes an H.264 .mp4 (4:2:0, BT.709, index at the front).
+/// Odd sizes are padded by one repeated column or row, as 4:2:0 wants even ones. Not thread-safe.
 class VideoWriter {
  public:
+  /// \param width, height  of the frames, 1..16384
+  /// \param fps  frames per second, > 0, at most 1000
   /// \return kUnsupported if ffmpeg is not installed (message says what to install)
   static Result<std::unique_ptr<VideoWriter>> Create(const std::string& path, int width, int height,
                                                      double fps);
@@ -83,8 +142,11 @@ class VideoWriter {
   virtual Status Finish() = 0;
 };
 
-/// "dir/name.####.exr" or "name.%04d.exr" with the frame number put in.
+/// "dir/name.####.exr" or "name.%04d.exr" with the frame number put in: as many digits as there are
+/// marks, more where the number needs them, a leading minus where it is negative. The last run of
+/// marks in the file's own name counts; a path without any is returned as it is.
 std::string FrameFileName(const std::string& pattern, int64_t frame);
+/// Whether the file's own name (not its folder) holds '#', "%d" or "%0Nd".
 bool IsFramePattern(const std::string& path);
 /// Numbers of the files on disk that match the pattern, sorted.
 std::vector<int64_t> FindFrames(const std::string& pattern);

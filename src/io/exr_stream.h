@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// OpenEXR's streams in memory, and its settings for the whole process.
+#pragma once
+
+#include <OpenEXR/ImfIO.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace stillray::io {
+
+/// Reads from bytes that somebody else owns. Throws on reading past their end.
+class ExrMemoryInput final : public Imf::IStream {
+ public:
+  ExrMemoryInput(const uint8_t* data, size_t size, const std::string& name)
+      : IStream(name.c_str()), data_(data), size_(size) {}
+  bool read(char bytes[], int count) override;
+  uint64_t tellg() override { return position_; }
+  void seekg(uint64_t position) override { position_ = position; }
+
+ private:
+  const uint8_t* data_;
+  size_t size_;
+  uint64_t position_ = 0;
+};
+
+/// Gathers what OpenEXR writes. In memory, because OpenEXR writes its line table in a destructor,
+/// where it swallows the error of a full disk.
+class ExrMemoryOutput final : public Imf::OStream {
+ public:
+  ExrMemoryOutput() : OStream("memory") {}
+  void write(const char bytes[], int count) override;
+  uint64_t tellp() override { return position_; }
+  void seekp(uint64_t position) override { position_ = position; }
+  std::string Take() { return std::move(bytes_); }
+
+ private:
+  std::string bytes_;
+  uint64_t position_ = 0;
+};
+
+/// Starts OpenEXR's threads unless SetExrThreads did, and sets its own limits. Cheap when called
+/// again.
+void PrepareOpenExr();
+
+/// The text of an exception as one line.
+std::string OneLine(const char* what);
+
+}  // namespace stillray::io

@@ -1,0 +1,270 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Radiance pictures (.hdr). Source: Ward, "Real Pixels", Graphics Gems II (1991), and the file
+// format description of the Radiance manual.
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "io/decoders.h"
+#include "io/image_limits.h"
+
+namespace stillray::io {
+
+namespace {
+
+using Rgbe = std::array<uint8_t, 4>;
+
+// Rows outside these widths are never run-length encoded by component.
+constexpr int kMinRunWidth = 8;
+constexpr int kMaxRunWidth = 32767;
+// A whole row can be one repeated pixel: about 12 bytes for kMaxSide pixels.
+constexpr uint64_t kMaxRatio = static_cast<uint64_t>(kMaxSide);
+constexpr size_t kMaxHeaderLine = 4096;
+
+Status Damaged(const std::string& name, const std::string& what) {
+  return Status::BadData(fmt::format("{}: is a damaged HDR file: {}", name, what));
+}
+
+struct HdrHeader {
+  int64_t width = 0;
+  int64_t height = 0;
+  bool flip_x = false;
+  bool flip_y = false;
+  double exposure = 1;  ///< product of all EXPOSURE lines
+  size_t data_begin = 0;
+};
+
+/// The line that starts at *at, without its end; *at moves behind it. Nothing if there is no end.
+std::optional<std::string_view> NextLine(std::string_view bytes, size_t* at) {
+  const size_t end = bytes.find('\n', *at);
+  if (end == std::string_view::npos || end - *at > kMaxHeaderLine) {
+    return std::nullopt;
+  }
+  std::string_view line = bytes.substr(*at, end - *at);
+  *at = end + 1;
+  if (line.ends_with('\r')) {
+    line.remove_suffix(1);
+  }
+  return line;
+}
+
+std::vector<std::string_view> Words(std::string_view line) {
+  std::vector<std::string_view> words;
+  for (size_t at = 0; (at = line.find_first_not_of(" \t", at)) != std::string_view::npos;) {
+    const size_t end = std::min(line.find_first_of(" \t", at), line.size());
+    words.push_back(line.substr(at, end - at));
+    at = end;
+  }
+  return words;
+}
+
+std::optional<int64_t> ParseCount(std::string_view text) {
+  int64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool whole = error == std::errc() && end == text.data() + text.size();
+  return whole ? std::optional(value) : std::nullopt;
+}
+
+/// "-Y 512 +X 768": rows from the top, pixels from the left.
+Status ParseResolution(const std::string& name, std::string_view line, HdrHeader* header) {
+  const std::vector<std::string_view> words = Words(line);
+  const auto is_axis = [](std::string_view word, char axis) {
+    return word.size() == 2 && (word[0] == '+' || word[0] == '-') && word[1] == axis;
+  };
+  const std::string shown(line.substr(0, 64));
+  if (words.size() == 4 && is_axis(words[0], 'X') && is_axis(words[2], 'Y')) {
+    return Status::Unsupported(
+        fmt::format("{}: its rows run along y (\"{}\"), which is not supported", name, shown));
+  }
+  if (words.size() != 4 || !is_axis(words[0], 'Y') || !is_axis(words[2], 'X')) {
+    return Damaged(name, fmt::format("\"{}\" stands where the size should", shown));
+  }
+  const std::optional<int64_t> height = ParseCount(words[1]);
+  const std::optional<int64_t> width = ParseCount(words[3]);
+  if (!height || !width) {
+    return Damaged(name, fmt::format("\"{}\" is not a size", shown));
+  }
+  header->height = *height;
+  header->width = *width;
+  header->flip_y = words[0][0] == '+';
+  header->flip_x = words[2][0] == '-';
+  return CheckImageSize(name, header->width, header->height);
+}
+
+Status ParseVariable(const std::string& name, std::string_view line, HdrHeader* header) {
+  constexpr std::string_view kFormat = "FORMAT=";
+  constexpr std::string_view kExposure = "EXPOSURE=";
+  if (line.starts_with(kFormat) && line.substr(kFormat.size()) != "32-bit_rle_rgbe") {
+    return Status::Unsupported(
+        fmt::format("{}: its format is {}; only 32-bit_rle_rgbe is supported", name,
+                    line.substr(kFormat.size(), 64)));
+  }
+  if (line.starts_with(kExposure)) {
+    const std::vector<std::string_view> words = Words(line.substr(kExposure.size()));
+    double value = 0;
+    if (!words.empty()) {
+      std::from_chars(words[0].data(), words[0].data() + words[0].size(), value);
+    }
+    header->exposure *= value;
+    if (!std::isfinite(header->exposure) || header->exposure <= 0) {
+      return Damaged(name, fmt::format("its exposure is \"{}\"", line.substr(0, 64)));
+    }
+  }
+  return Status::Ok();
+}
+
+Result<HdrHeader> ParseHeader(std::string_view bytes, const std::string& name) {
+  HdrHeader header;
+  size_t at = 0;
+  while (true) {
+    const std::optional<std::string_view> line = NextLine(bytes, &at);
+    if (!line) {
+      return Damaged(name, "its header has no end");
+    }
+    if (line->empty()) {
+      break;
+    }
+    STILLRAY_RETURN_IF_ERROR(ParseVariable(name, *line, &header));
+  }
+  const std::optional<std::string_view> line = NextLine(bytes, &at);
+  if (!line) {
+    return Damaged(name, "its size is missing");
+  }
+  STILLRAY_RETURN_IF_ERROR(ParseResolution(name, *line, &header));
+  header.data_begin = at;
+  return header;
+}
+
+/// Reads rows one after the other; every function returns nullptr or what is wrong.
+class RowReader {
+ public:
+  explicit RowReader(std::string_view bytes) : bytes_(bytes) {}
+
+  const char* Read(std::vector<Rgbe>* row) {
+    const size_t width = row->size();
+    const bool may_be_runs = width >= kMinRunWidth && width <= kMaxRunWidth;
+    if (may_be_runs && Left() >= 4 && Peek(0) == 2 && Peek(1) == 2 && Peek(2) < 128) {
+      const size_t found = static_cast<size_t>(Peek(2)) << 8 | Peek(3);
+      if (found != width) {
+        return "a row has another width than the picture";
+      }
+      at_ += 4;
+      return ReadComponents(row);
+    }
+    return ReadPixels(row);
+  }
+
+ private:
+  size_t Left() const { return bytes_.size() - at_; }
+  uint8_t Peek(size_t offset) const { return static_cast<uint8_t>(bytes_[at_ + offset]); }
+  static constexpr const char* kEndsEarly = "it ends too early";
+
+  /// Each of the four components on its own, as runs (above 128) and literals.
+  const char* ReadComponents(std::vector<Rgbe>* row) {
+    for (size_t component = 0; component < 4; ++component) {
+      for (size_t x = 0; x < row->size();) {
+        if (Left() < 2) {
+          return kEndsEarly;
+        }
+        const uint8_t code = Peek(0);
+        const bool run = code > 128;
+        const size_t count = run ? code - 128u : code;
+        ++at_;
+        if (count == 0 || count > row->size() - x) {
+          return "a run is longer than its row";
+        }
+        const size_t stored = run ? 1 : count;
+        if (Left() < stored) {
+          return kEndsEarly;
+        }
+        for (size_t i = 0; i < count; ++i) {
+          (*row)[x + i][component] = Peek(run ? 0 : i);
+        }
+        at_ += stored;
+        x += count;
+      }
+    }
+    return nullptr;
+  }
+
+  /// Whole pixels; (1, 1, 1, n) repeats the last one n times, and n's of a series are its digits to
+  /// the base 256, the lowest first.
+  const char* ReadPixels(std::vector<Rgbe>* row) {
+    int shift = 0;
+    for (size_t x = 0; x < row->size();) {
+      if (Left() < 4) {
+        return kEndsEarly;
+      }
+      const Rgbe pixel = {Peek(0), Peek(1), Peek(2), Peek(3)};
+      at_ += 4;
+      if (pixel[0] != 1 || pixel[1] != 1 || pixel[2] != 1) {
+        (*row)[x++] = pixel;
+        shift = 0;
+        continue;
+      }
+      if (x == 0 || shift > 16) {
+        return "a run has nothing to repeat";
+      }
+      const size_t count = static_cast<size_t>(pixel[3]) << shift;
+      if (count > row->size() - x) {
+        return "a run is longer than its row";
+      }
+      std::fill_n(row->begin() + static_cast<ptrdiff_t>(x), count, (*row)[x - 1]);
+      x += count;
+      shift += 8;
+    }
+    return nullptr;
+  }
+
+  std::string_view bytes_;
+  size_t at_ = 0;
+};
+
+}  // namespace
+
+Result<Image3> DecodeHdr(const uint8_t* data, size_t size, const std::string& name) {
+  const std::string_view bytes(reinterpret_cast<const char*>(data), size);
+  Result<HdrHeader> header = ParseHeader(bytes, name);
+  if (!header.ok()) {
+    return header.status();
+  }
+  const uint64_t decoded = static_cast<uint64_t>(header->width) *
+                           static_cast<uint64_t>(header->height) * 3 * sizeof(float);
+  STILLRAY_RETURN_IF_ERROR(CheckDecodedSize(name, decoded, size - header->data_begin, kMaxRatio));
+  const int width = static_cast<int>(header->width);
+  const int height = static_cast<int>(header->height);
+  // Value = mantissa / 256 * 2^(exponent - 128). Without Radiance's half step, so that black stays
+  // black, as other readers have it.
+  std::array<float, 256> scale{};
+  for (int e = 1; e < 256; ++e) {
+    scale[static_cast<size_t>(e)] =
+        static_cast<float>(std::ldexp(1.0, e - (128 + 8)) / header->exposure);
+  }
+  Image3 image(width, height);
+  RowReader reader(bytes.substr(header->data_begin));
+  std::vector<Rgbe> row(static_cast<size_t>(width));
+  for (int i = 0; i < height; ++i) {
+    if (const char* problem = reader.Read(&row); problem != nullptr) {
+      return Damaged(name, fmt::format("row {} of {}: {}", i + 1, height, problem));
+    }
+    const int y = header->flip_y ? height - 1 - i : i;
+    for (int c = 0; c < 3; ++c) {
+      float* out = image[c].Row(y);
+      for (int x = 0; x < width; ++x) {
+        const Rgbe& pixel = row[static_cast<size_t>(header->flip_x ? width - 1 - x : x)];
+        out[x] = static_cast<float>(pixel[static_cast<size_t>(c)]) * scale[pixel[3]];
+      }
+    }
+  }
+  return image;
+}
+
+}  // namespace stillray::io

@@ -1,0 +1,33 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What a picture file may claim before memory is taken for it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "stillray/status.h"
+
+namespace stillray::io {
+
+/// Pixels along a side: above this a size is taken for damage or malice.
+inline constexpr int64_t kMaxSide = 32768;
+/// Bytes of one decoded picture file, all channels together.
+inline constexpr uint64_t kMaxDecodedBytes = uint64_t{8} << 30;
+/// Bytes of a picture file on disk.
+inline constexpr size_t kMaxFileBytes = size_t{4} << 30;
+
+/// The most bytes that one byte of deflate can stand for: a match of 258 bytes in 2 bits.
+inline constexpr uint64_t kMaxDeflateRatio = 1032;
+
+/// \return kUnsupported above kMaxSide, kBadData below 1
+Status CheckImageSize(const std::string& name, int64_t width, int64_t height);
+
+/// Refuses a file that claims more than its bytes can hold, so that a few bytes cannot take all
+/// memory. `max_ratio`: decoded bytes per byte of the file that its compression can reach at most.
+Status CheckDecodedSize(const std::string& name, uint64_t decoded_bytes, uint64_t file_bytes,
+                        uint64_t max_ratio);
+
+}  // namespace stillray::io

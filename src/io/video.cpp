@@ -1,0 +1,340 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <new>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "io/atomic_file.h"
+#include "stillray/io.h"
+
+extern char** environ;
+
+namespace stillray {
+
+namespace io {
+
+namespace {
+
+constexpr int kMaxVideoSide = 16384;  // x264's limit
+constexpr double kMaxFps = 1000;
+// Frames are cut among threads in a way that depends on their number; a fixed number keeps the
+// bytes the same on every machine.
+constexpr const char* kEncoderThreads = "4";
+// Near the threshold of visible loss for x264's preset "medium".
+constexpr const char* kQuality = "16";
+
+/// The same file under a number that is none of the three standard ones, which may be free where a
+/// program runs without a terminal and which ffmpeg's own streams replace. Closes `fd`.
+int AboveStandardStreams(int fd) {
+  const int above = ::fcntl(fd, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+  ::close(fd);
+  return above;
+}
+
+/// A file without a name that takes what ffmpeg says; unlike a pipe it can never be full.
+class MessageFile {
+ public:
+  MessageFile() {
+    if (std::FILE* file = std::tmpfile(); file != nullptr) {
+      fd_ = ::fcntl(::fileno(file), F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+      std::fclose(file);
+    }
+  }
+  MessageFile(const MessageFile&) = delete;
+  MessageFile& operator=(const MessageFile&) = delete;
+  ~MessageFile() {
+    if (fd_ >= 0) {
+      ::close(fd_);
+    }
+  }
+  int fd() const { return fd_; }
+
+  /// The last line that is not empty.
+  std::string LastLine() const {
+    constexpr off_t kTail = 4096;
+    const off_t end = ::lseek(fd_, 0, SEEK_END);
+    std::string text(static_cast<size_t>(std::clamp<off_t>(end, 0, kTail)), '\0');
+    const ssize_t got =
+        ::pread(fd_, text.data(), text.size(), end - static_cast<off_t>(text.size()));
+    text.resize(static_cast<size_t>(std::max<ssize_t>(got, 0)));
+    for (char& c : text) {
+      c = c == '\r' ? '\n' : c;
+    }
+    while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) {
+      text.pop_back();
+    }
+    const size_t line_end = text.rfind('\n');
+    return line_end == std::string::npos ? text : text.substr(line_end + 1);
+  }
+
+ private:
+  int fd_ = -1;
+};
+
+std::vector<std::string> Arguments(const std::string& output, int width, int height, double fps) {
+  return {"ffmpeg", "-hide_banner", "-nostdin", "-loglevel", "error", "-y",
+          // What comes in: raw frames.
+          "-f", "rawvideo", "-pixel_format", "rgb24", "-video_size",
+          fmt::format("{}x{}", width, height), "-framerate", fmt::format("{}", fps), "-i", "pipe:0",
+          // What goes out.
+          "-vf", "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int",
+          "-c:v", "libx264", "-preset", "medium", "-crf", kQuality, "-threads", kEncoderThreads,
+          "-pix_fmt", "yuv420p", "-color_primaries", "bt709", "-color_trc", "bt709", "-colorspace",
+          "bt709", "-color_range", "tv", "-fflags", "+bitexact", "-flags:v", "+bitexact",
+          "-movflags", "+faststart", "-f", "mp4",
+          // "file:" keeps a name that holds a colon or starts with a dash a name.
+          "file:" + output};
+}
+
+/// Starts ffmpeg with `input` as its standard input, in a process group of its own: Ctrl-C must
+/// reach the program that feeds it, which then ends the file properly.
+int Spawn(const std::vector<std::string>& arguments, int input, int messages, pid_t* pid) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_adddup2(&actions, messages, STDERR_FILENO);
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  sigset_t none;
+  sigset_t defaults;
+  sigemptyset(&none);
+  sigemptyset(&defaults);
+  for (const int signal : {SIGPIPE, SIGINT, SIGTERM}) {
+    sigaddset(&defaults, signal);
+  }
+  posix_spawnattr_setsigmask(&attributes, &none);
+  posix_spawnattr_setsigdefault(&attributes, &defaults);
+  posix_spawnattr_setpgroup(&attributes, 0);
+  posix_spawnattr_setflags(&attributes,
+                           POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
+  std::vector<char*> argv;
+  for (const std::string& argument : arguments) {
+    argv.push_back(const_cast<char*>(argument.c_str()));
+  }
+  argv.push_back(nullptr);
+  const int error = posix_spawnp(pid, argv[0], &actions, &attributes, argv.data(), environ);
+  posix_spawnattr_destroy(&attributes);
+  posix_spawn_file_actions_destroy(&actions);
+  return error;
+}
+
+class FfmpegWriter final : public VideoWriter {
+ public:
+  FfmpegWriter(std::string path, AtomicTarget target, int width, int height)
+      : path_(std::move(path)), target_(std::move(target)), width_(width), height_(height) {}
+  ~FfmpegWriter() override { Abandon(); }
+
+  Status Start(double fps) {
+    if (messages_.fd() < 0) {
+      return Status::Io(fmt::format("{}: no temporary file could be made: {}", path_,
+                                    std::generic_category().message(errno)));
+    }
+    // A pair of sockets in place of a pipe, as only sockets can report a reader that is gone
+    // without a signal to the whole process.
+    int ends[2];
+    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
+      return Status::Io(fmt::format("{}: no pipe to ffmpeg could be made: {}", path_,
+                                    std::generic_category().message(errno)));
+    }
+    socket_ = AboveStandardStreams(ends[0]);
+    const int input = AboveStandardStreams(ends[1]);
+    const int error = Spawn(Arguments(target_.temp_path, Even(width_), Even(height_), fps), input,
+                            messages_.fd(), &pid_);
+    ::close(input);
+    if (error != 0) {
+      pid_ = -1;
+      return Status::Unsupported(fmt::format(
+          "{}: ffmpeg could not be started ({}); install the package ffmpeg to write videos", path_,
+          std::generic_category().message(error)));
+    }
+    return Status::Ok();
+  }
+
+  Status Write(const Rgb8Image& frame) override {
+    STILLRAY_RETURN_IF_ERROR(status_);
+    if (finished_) {
+      return Status::InvalidArgument(fmt::format("{}: the video is already finished", path_));
+    }
+    const size_t expected = static_cast<size_t>(width_) * static_cast<size_t>(height_) * 3;
+    if (frame.width != width_ || frame.height != height_ || frame.pixels.size() != expected) {
+      return Status::InvalidArgument(
+          fmt::format("{}: frame {} has {} x {} pixels in {} bytes; the video has {} x {}", path_,
+                      frames_, frame.width, frame.height, frame.pixels.size(), width_, height_));
+    }
+    const std::vector<uint8_t>& padded = Pad(frame);
+    if (!Send(padded.data(), padded.size())) {
+      status_ = Failure(errno, Reap());
+      return status_;
+    }
+    ++frames_;
+    return Status::Ok();
+  }
+
+  Status Finish() override {
+    STILLRAY_RETURN_IF_ERROR(status_);
+    if (finished_) {
+      return Status::Ok();
+    }
+    if (frames_ == 0) {
+      Abandon();
+      status_ = Status::InvalidArgument(fmt::format("{}: a video needs at least one frame", path_));
+      return status_;
+    }
+    const int exit_status = Reap();
+    struct stat info {};
+    const bool written = ::stat(target_.temp_path.c_str(), &info) == 0 && info.st_size > 0;
+    // -1: somebody else in this process collected the child; then the file must speak for itself.
+    if (exit_status > 0 || !written || (exit_status < 0 && !messages_.LastLine().empty())) {
+      status_ = Failure(0, exit_status);
+      return status_;
+    }
+    status_ = CommitAtomicTarget(target_);
+    finished_ = true;
+    return status_;
+  }
+
+ private:
+  static int Even(int size) { return size + size % 2; }
+
+  const std::vector<uint8_t>& Pad(const Rgb8Image& frame) {
+    if (width_ % 2 == 0 && height_ % 2 == 0) {
+      return frame.pixels;
+    }
+    const size_t row_bytes = static_cast<size_t>(width_) * 3;
+    const size_t padded_bytes = static_cast<size_t>(Even(width_)) * 3;
+    padded_.resize(padded_bytes * static_cast<size_t>(Even(height_)));
+    for (int y = 0; y < Even(height_); ++y) {
+      const uint8_t* from =
+          frame.pixels.data() + static_cast<size_t>(std::min(y, height_ - 1)) * row_bytes;
+      uint8_t* to = padded_.data() + static_cast<size_t>(y) * padded_bytes;
+      std::copy_n(from, row_bytes, to);
+      std::copy_n(from + row_bytes - 3, padded_bytes - row_bytes, to + row_bytes);
+    }
+    return padded_;
+  }
+
+  bool Send(const uint8_t* bytes, size_t size) {
+    while (size > 0) {
+      const ssize_t sent = ::send(socket_, bytes, size, MSG_NOSIGNAL);
+      if (sent < 0 && errno == EINTR) {
+        continue;
+      }
+      if (sent < 0) {
+        return false;
+      }
+      bytes += sent;
+      size -= static_cast<size_t>(sent);
+    }
+    return true;
+  }
+
+  /// Ends ffmpeg's input and waits for it.
+  /// \return its exit code; 128 + the signal that killed it; -1 if that is not known
+  int Reap() {
+    if (socket_ >= 0) {
+      ::close(socket_);
+      socket_ = -1;
+    }
+    if (pid_ < 0) {
+      return -1;
+    }
+    int status = 0;
+    pid_t result;
+    do {
+      result = ::waitpid(pid_, &status, 0);
+    } while (result < 0 && errno == EINTR);
+    pid_ = -1;
+    if (result < 0) {
+      return -1;
+    }
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
+
+  /// What went wrong, in ffmpeg's own words where it has any; the unfinished file goes.
+  Status Failure(int error_number, int exit_status) {
+    ::unlink(target_.temp_path.c_str());
+    std::string reason = messages_.LastLine();
+    for (char& c : reason) {
+      c = static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    }
+    if (reason.empty()) {
+      reason = exit_status > 0     ? fmt::format("it ended with code {}", exit_status)
+               : error_number != 0 ? std::generic_category().message(error_number)
+                                   : std::string("it wrote no file");
+    }
+    return Status::Io(fmt::format("{}: ffmpeg failed to write the video: {}", path_, reason));
+  }
+
+  void Abandon() {
+    if (pid_ >= 0) {
+      ::kill(pid_, SIGKILL);
+    }
+    Reap();
+    if (!finished_ && !target_.temp_path.empty()) {
+      ::unlink(target_.temp_path.c_str());
+    }
+  }
+
+  std::string path_;
+  AtomicTarget target_;
+  int width_;
+  int height_;
+  MessageFile messages_;
+  int socket_ = -1;
+  pid_t pid_ = -1;
+  int64_t frames_ = 0;
+  bool finished_ = false;
+  Status status_;  ///< the first failure, which all later calls report again
+  std::vector<uint8_t> padded_;
+};
+
+}  // namespace
+
+}  // namespace io
+
+Result<std::unique_ptr<VideoWriter>> VideoWriter::Create(const std::string& path, int width,
+                                                         int height, double fps) {
+  if (width < 1 || height < 1 || width > io::kMaxVideoSide || height > io::kMaxVideoSide) {
+    return Status::InvalidArgument(
+        fmt::format("{}: a video of {} x {} pixels cannot be written; 1 to {} a side can", path,
+                    width, height, io::kMaxVideoSide));
+  }
+  if (!(fps > 0 && fps <= io::kMaxFps)) {
+    return Status::InvalidArgument(
+        fmt::format("{}: {} frames per second are not possible; more than 0 and at most {} are",
+                    path, fps, io::kMaxFps));
+  }
+  Result<io::AtomicTarget> target = io::PrepareAtomicTarget(path);
+  if (!target.ok()) {
+    return target.status();
+  }
+  if (target->temp_path.empty()) {
+    return Status::Unsupported(
+        fmt::format("{}: a video can only be written to a regular file", path));
+  }
+  try {
+    auto writer =
+        std::make_unique<io::FfmpegWriter>(path, std::move(target).value(), width, height);
+    STILLRAY_RETURN_IF_ERROR(writer->Start(fps));
+    return std::unique_ptr<VideoWriter>(std::move(writer));
+  } catch (const std::bad_alloc&) {
+    return Status::OutOfMemory(fmt::format("{}: not enough memory to write a video", path));
+  }
+}
+
+}  // namespace stillray
