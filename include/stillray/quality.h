@@ -13,35 +13,47 @@
 namespace stillray {
 
 /// What two pictures of the same size differ by. Pixels that are not finite in either picture are
-/// counted and left out of everything else.
+/// counted and left out of everything else. docs/metrics.md has the formulas.
+///
+/// Most measures look at pictures through a curve on which differences count alike in light and
+/// shade: x / (1 + x) of radiance, the sRGB encoding of display pictures (their values in the
+/// file). Negative light counts as none there.
 struct ImageMetrics {
-  double psnr =
-      0;  ///< dB, of x / (1 + x) per channel, peak 1 (for display pictures: of the values)
-  double ssim =
-      0;  ///< Wang et al. 2004 on Rec. 709 luminance of x / (1 + x), Gaussian 11x11, sigma 1.5
+  double psnr = 0;  ///< dB, on the curve, peak 1; +infinity for equal pictures
+  double ssim = 0;  ///< Wang et al. 2004 on Rec. 709 luma on the curve, Gaussian 11x11, sigma 1.5
   double rel_mse = 0;     ///< mean of (test - ref)^2 / (ref^2 + 0.01) over channels and pixels
   double flip = 0;        ///< LDR-FLIP (Andersson et al. 2020), mean, 67 pixels per degree
   double hdr_flip = 0;    ///< HDR-FLIP (Andersson et al. 2021), mean; 0 for display pictures
-  double brightness = 0;  ///< mean luminance of test / mean luminance of reference
+  double brightness = 0;  ///< mean luminance of test / mean luminance of reference; +infinity if
+                          ///< only the reference is black, 1 if both are
   int64_t non_finite = 0;
 };
 
-/// \param display  the pictures are display-referred (decoded from PNG): FLIP takes them as they
-/// are and
-///                 the x / (1 + x) curve is left out. Otherwise linear radiance: LDR-FLIP is taken
-///                 at the middle exposure of HDR-FLIP's range.
+/// Deterministic: the same pictures give the same bits for any number of threads.
+/// \param display  the pictures are display-referred: linear values of 0..1 as ReadImage decodes
+///                 them from PNG and JPEG files. FLIP takes them as they are. Otherwise linear
+///                 radiance, for which LDR-FLIP is taken at the middle exposure of HDR-FLIP's
+///                 range.
+/// \return kInvalidArgument (an empty picture; sizes that differ, naming both), kBadData (no pixel
+///         is finite in both pictures)
 Result<ImageMetrics> CompareImages(const Image3& test, const Image3& reference, bool display);
 
 enum class ErrorMap : uint8_t { kFlip, kHdrFlip, kRelativeSquaredError, kSsim };
-/// Per-pixel error, >= 0; what CompareImages averages (kSsim: 1 - SSIM).
+/// Per-pixel error, >= 0; what CompareImages averages (kSsim: 1 - SSIM). NaN at the pixels that it
+/// leaves out.
+/// \return what CompareImages returns; kInvalidArgument for kHdrFlip of display pictures
 Result<Image1> MakeErrorMap(const Image3& test, const Image3& reference, bool display,
                             ErrorMap which);
 
 /// Change along the motion that the reference does not have: the mean over pixels whose history is
 /// visible (see below) and channels of |(T_t(p) - T_{t-1}(p + m)) - (R_t(p) - R_{t-1}(p + m))|, T
-/// and R compressed by x / (1 + x) unless `display`; bilinear lookups; `motion` as in Guides.
-/// Pixels whose history lies outside the picture are left out, and, where `depth` (of t) and
-/// `previous_depth` are given, those for which no surface within 5 % of the depth stood there.
+/// and R on the curve of ImageMetrics; bilinear lookups; `motion` as in Guides. Pixels whose
+/// history lies outside the picture or for which a value is not finite are left out, and, where
+/// `depth` (of t) and `previous_depth` are given, those for which no surface within 5 % of the
+/// depth stood there. \param motion  empty: nothing moves \param depth, previous_depth  either may
+/// be empty: then no history counts as hidden \return NaN if no pixel's history is visible;
+/// kInvalidArgument for an empty picture or sizes that
+///         differ, naming what has which
 Result<double> TemporalError(const Image3& test, const Image3& previous_test,
                              const Image3& reference, const Image3& previous_reference,
                              const Image2& motion, const Image1& depth,

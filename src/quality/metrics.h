@@ -1,0 +1,47 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The measures one by one. docs/metrics.md defines them; see there and in the sources for papers
+/// and formulas.
+#pragma once
+
+#include <vector>
+
+#include "quality/picture_pair.h"
+
+namespace stillray::quality {
+
+/// Peak signal-to-noise ratio in dB on CompressValue, peak 1; +infinity for equal pictures.
+double Psnr(const PicturePair& pair);
+
+/// Mean over valid pixels and channels of (test - reference)^2 / (reference^2 + 0.01).
+double RelativeMse(const PicturePair& pair);
+/// The mean over channels for each pixel, valid or not.
+Image1 RelativeSquaredErrorMap(const PicturePair& pair);
+
+/// 1 - SSIM for each pixel; in 0..2.
+Image1 SsimErrorMap(const PicturePair& pair);
+
+/// Mean luminance of test / mean luminance of reference; 1 if both are black, +infinity if only the
+/// reference is.
+double BrightnessRatio(const PicturePair& pair);
+
+/// One way to make a display picture of a pair.
+struct Exposure {
+  bool tonemap = false;  ///< false: display pictures, taken as they are
+  double stops = 0;
+};
+
+/// The exposures of HDR-FLIP: the first, between and the last, ascending, at least two.
+std::vector<Exposure> HdrFlipExposures(const PicturePair& pair);
+/// The one exposure at which LDR-FLIP is taken: none for display pictures, else the middle of
+/// HdrFlipExposures' range.
+Exposure LdrFlipExposure(const PicturePair& pair);
+
+/// For each pixel the largest LDR-FLIP error over the exposures; in 0..1.
+Image1 FlipErrorMap(const PicturePair& pair, const std::vector<Exposure>& exposures);
+
+/// Mean of a map over the pair's valid pixels.
+double MeanOfMap(const PicturePair& pair, const Image1& map);
+
+}  // namespace stillray::quality
