@@ -1,0 +1,112 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include <limits>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "scene/gltf_import.h"
+
+namespace stillray {
+
+namespace {
+
+constexpr float kPi = 3.14159265f;
+constexpr float kHalfPi = 1.57079633f;
+
+bool ReadColour(const JsonView& view, vec3* colour) {
+  view.Numbers("color", &colour->x, 3);
+  if (colour->x < 0 || colour->y < 0 || colour->z < 0) {
+    view.Fail("color", "is negative");
+    return false;
+  }
+  return true;
+}
+
+void ReadSpot(const JsonView& light, PunctualLight* out) {
+  const JsonView spot = light.Object("spot");
+  out->outer_cone_angle = spot.NumberIn("outerConeAngle", out->outer_cone_angle, 1e-3f, kHalfPi);
+  out->inner_cone_angle =
+      spot.NumberIn("innerConeAngle", out->inner_cone_angle, 0.0f, out->outer_cone_angle);
+}
+
+}  // namespace
+
+void ImportNodeCamera(GltfImport* import, const JsonView& node, int scene_node) {
+  const JsonView root = import->Root();
+  const int index = node.Index("camera", root.Size("cameras"), "cameras");
+  if (index < 0) {
+    return;
+  }
+  const JsonView view = root.Item("cameras", static_cast<size_t>(index));
+  const std::string type = view.String("type");
+  if (type != "perspective") {
+    view.Warn("type",
+              fmt::format("'{}' cameras are not supported, it is left out", Printable(type)));
+    return;
+  }
+  const JsonView perspective = view.Object("perspective");
+  Camera camera;
+  camera.name = view.String("name", import->scene.nodes[static_cast<size_t>(scene_node)].name);
+  camera.node = scene_node;
+  camera.yfov = perspective.Number("yfov", 0.0f);
+  camera.aspect = perspective.Number("aspectRatio", 0.0f);
+  if (!import->log.ok()) {
+    return;
+  }
+  if (!(camera.yfov > 0.0f && camera.yfov < kPi)) {
+    view.Fail("perspective.yfov",
+              fmt::format("{} is no angle of view (radians, 0..pi)", camera.yfov));
+    return;
+  }
+  if (perspective.Has("aspectRatio") && !(camera.aspect > 0.0f)) {
+    perspective.Warn("aspectRatio", fmt::format("{} is left out", camera.aspect));
+    camera.aspect = 0.0f;
+  }
+  import->scene.cameras.push_back(std::move(camera));
+}
+
+void ImportNodeLight(GltfImport* import, const JsonView& node, int scene_node) {
+  constexpr const char* kName = "KHR_lights_punctual";
+  const JsonView reference = node.Extension(kName);
+  if (!reference.exists()) {
+    return;
+  }
+  const JsonView lights = import->Root().Extension(kName);
+  const int index = reference.Index("light", lights.Size("lights"), "lights");
+  if (index < 0) {
+    return;
+  }
+  const JsonView view = lights.Item("lights", static_cast<size_t>(index));
+  const std::string type = view.String("type");
+  PunctualLight light;
+  light.name = view.String("name", import->scene.nodes[static_cast<size_t>(scene_node)].name);
+  light.node = scene_node;
+  if (type == "point") {
+    light.type = LightType::kPoint;
+  } else if (type == "spot") {
+    light.type = LightType::kSpot;
+    ReadSpot(view, &light);
+  } else if (type == "directional") {
+    light.type = LightType::kDirectional;
+  } else {
+    view.Fail("type", fmt::format("'{}' is not point, spot or directional", Printable(type)));
+    return;
+  }
+  vec3 colour(1.0f);
+  const float intensity = view.NumberIn("intensity", 1.0f, 0.0f, std::numeric_limits<float>::max());
+  if (!ReadColour(view, &colour)) {
+    return;
+  }
+  light.intensity = colour * intensity;
+  if (view.Has("range")) {
+    light.range = view.Number("range", light.range);
+    if (!(light.range > 0.0f)) {
+      view.Warn("range", fmt::format("{} is left out", light.range));
+      light.range = std::numeric_limits<float>::infinity();
+    }
+  }
+  import->scene.lights.push_back(std::move(light));
+}
+
+}  // namespace stillray

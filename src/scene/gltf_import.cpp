@@ -1,0 +1,158 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "scene/gltf_import.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <new>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "scene/data_uri.h"
+#include "scene/mesh_tools.h"
+
+namespace stillray {
+
+namespace {
+
+/// Elements that any file may ask for, and how many more for each of its bytes. A real file needs
+/// less than one per byte, unless it shares accessors between primitives.
+constexpr uint64_t kFreeElements = 4'000'000;
+constexpr uint64_t kElementsPerByte = 16;
+constexpr uint64_t kMaxElements = 1'000'000'000;
+
+/// The node of a world transform that no ray could be traced in, -1 if there is none.
+int FindBadTransform(const std::vector<mat4>& worlds) {
+  for (size_t i = 0; i < worlds.size(); ++i) {
+    for (int column = 0; column < 4; ++column) {
+      for (int row = 0; row < 4; ++row) {
+        if (!(std::abs(worlds[i][column][row]) <= kMaxCoordinate)) {
+          return static_cast<int>(i);
+        }
+      }
+    }
+  }
+  return -1;
+}
+
+/// Looks at the whole scene from the front, a little from above and from the right.
+void AddCamera(const Aabb& bounds, Scene* scene) {
+  const vec3 centre = 0.5f * (bounds.min + bounds.max);
+  const float radius = 0.5f * glm::length(bounds.max - bounds.min);
+  const vec3 back = glm::normalize(vec3(0.4f, 0.35f, 1.0f));
+  const vec3 right = glm::normalize(glm::cross(vec3(0.0f, 1.0f, 0.0f), back));
+  const vec3 up = glm::cross(back, right);
+  Camera camera;
+  camera.name = "made camera";
+  camera.node = static_cast<int>(scene->nodes.size());
+  const float distance = radius / std::sin(0.5f * camera.yfov);
+  Node node;
+  node.name = camera.name;
+  node.has_matrix = true;
+  node.matrix = mat4(vec4(right, 0.0f), vec4(up, 0.0f), vec4(back, 0.0f),
+                     vec4(centre + back * distance, 1.0f));
+  scene->nodes.push_back(std::move(node));
+  scene->cameras.push_back(std::move(camera));
+}
+
+bool HasLight(const Scene& scene) {
+  const vec3 sky = scene.environment.radiance;
+  return !scene.lights.empty() || sky.x > 0 || sky.y > 0 || sky.z > 0 ||
+         std::any_of(scene.meshes.begin(), scene.meshes.end(), [&](const Mesh& mesh) {
+           return scene.materials[static_cast<size_t>(mesh.material)].emits();
+         });
+}
+
+/// Checks the scene as a whole and adds what a picture of it cannot do without.
+void Complete(GltfImport* import) {
+  Scene& scene = import->scene;
+  if (scene.instances.empty()) {
+    import->log.Fail(Status::BadData("the scene has no triangles"));
+    return;
+  }
+  const int bad = FindBadTransform(NodeTransforms(scene, 0.0));
+  const Aabb bounds = bad < 0 ? SceneBounds(scene, 0.0) : Aabb();
+  if (bad >= 0) {
+    const auto at = std::find(import->node_of_gltf.begin(), import->node_of_gltf.end(), bad);
+    import->log.Fail(Status::BadData(
+        fmt::format("nodes[{}]: its transform has components that are not finite or beyond {:g}",
+                    at - import->node_of_gltf.begin(), kMaxCoordinate)));
+    return;
+  }
+  const vec3 size = bounds.max - bounds.min;
+  if (!(std::max({size.x, size.y, size.z}) <= kMaxCoordinate)) {
+    import->log.Fail(
+        Status::BadData(fmt::format("the scene is larger than {:g} units", kMaxCoordinate)));
+    return;
+  }
+  if (scene.cameras.empty()) {
+    import->log.Warn("the file has no perspective camera: one that sees the whole scene was made");
+    AddCamera(bounds, &scene);
+  }
+  if (!HasLight(scene)) {
+    import->log.Warn("the file has no light: surroundings of radiance 1 were added");
+    scene.environment.radiance = vec3(1.0f);
+  }
+}
+
+Result<Scene> Import(ByteSpan bytes, const std::string& base_folder) {
+  GltfImport import;
+  STILLRAY_RETURN_IF_ERROR(ParseGltf(bytes, base_folder, &import.document));
+  const auto load_buffers = [](GltfImport* state) {
+    LoadBuffers(&state->document, &state->log);
+    state->elements_left = std::min(
+        kMaxElements, kFreeElements + kElementsPerByte * uint64_t{state->document.total_bytes});
+  };
+  for (void (*step)(GltfImport*) :
+       {&CheckExtensions, static_cast<void (*)(GltfImport*)>(load_buffers), &ImportNodes,
+        &ImportMaterials, &ImportTextures, &ImportMeshes, &ImportAnimations, &Complete}) {
+    step(&import);
+    STILLRAY_RETURN_IF_ERROR(import.log.status());
+  }
+  import.scene.warnings = import.log.TakeWarnings();
+  return std::move(import.scene);
+}
+
+}  // namespace
+
+bool GltfImport::Charge(const std::string& user, uint64_t count) {
+  if (count > elements_left) {
+    log.Fail(
+        Status::BadData(fmt::format("{}: asks for {} elements, {} more than a file of {} bytes may",
+                                    user, count, count - elements_left, document.total_bytes)));
+    return false;
+  }
+  elements_left -= count;
+  return true;
+}
+
+Result<Scene> LoadGltfFromMemory(const uint8_t* data, size_t size, const std::string& base_folder) {
+  try {
+    return Import(ByteSpan(data, size), base_folder);
+  } catch (const std::bad_alloc&) {
+    return Status::OutOfMemory(fmt::format("no memory for a scene of {} bytes", size));
+  }
+}
+
+Result<Scene> LoadGltf(const std::string& path) {
+  Result<std::vector<uint8_t>> bytes = ReadFileBytes(path);
+  if (!bytes.ok()) {
+    return bytes.status();
+  }
+  const std::filesystem::path parent = std::filesystem::path(path).parent_path();
+  const std::string folder = (parent.empty() ? std::filesystem::path(".") : parent).string();
+  Result<Scene> scene = LoadGltfFromMemory(bytes->data(), bytes->size(), folder);
+  if (!scene.ok()) {
+    return Status(scene.status().code(),
+                  fmt::format("{}: {}", Printable(path), scene.status().message()));
+  }
+  if (scene->name.empty()) {
+    scene->name = std::filesystem::path(path).stem().string();
+  }
+  return scene;
+}
+
+}  // namespace stillray

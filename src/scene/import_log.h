@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What an import has to tell: the first error, and warnings about everything left out or mended.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "stillray/status.h"
+
+namespace stillray {
+
+/// Text from a file, made fit for a one-line message: control characters become '?', and what is
+/// longer than 200 bytes is cut.
+std::string Printable(const std::string& text);
+
+/// Collects messages. Only the first error counts: whatever follows it is a consequence. Not
+/// thread safe: parallel work writes into logs of its own, which are appended in a fixed order.
+class ImportLog {
+ public:
+  /// Warnings kept; the rest are only counted.
+  static constexpr size_t kMaxWarnings = 100;
+
+  void Fail(Status status);
+  /// Each text is kept once.
+  void Warn(const std::string& text);
+  void Append(const ImportLog& other);
+
+  bool ok() const { return status_.ok(); }
+  const Status& status() const { return status_; }
+  /// The warnings, and how many more there were.
+  std::vector<std::string> TakeWarnings();
+
+ private:
+  Status status_;
+  std::vector<std::string> warnings_;
+  size_t dropped_ = 0;
+};
+
+}  // namespace stillray

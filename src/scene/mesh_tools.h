@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What triangle meshes from files need before they can be rendered.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "stillray/scene.h"
+
+namespace stillray {
+
+/// Largest magnitude of a position's component: beyond it ray tracing has no digits left, and
+/// products of differences overflow.
+inline constexpr float kMaxCoordinate = 1e18f;
+
+/// Renumbers `indices` so that they name only vertices in use, in their old order.
+/// \param vertex_count  all indices are below it
+/// \return old number of every new vertex
+std::vector<uint32_t> CompactIndices(size_t vertex_count, std::vector<uint32_t>* indices);
+
+struct BadTriangles {
+  size_t not_finite = 0;  ///< a position is NaN, infinite or beyond kMaxCoordinate
+  size_t no_area = 0;
+};
+/// Removes triangles that no ray can hit.
+BadTriangles RemoveBadTriangles(const std::vector<vec3>& positions, std::vector<uint32_t>* indices);
+
+/// Flat normals; no two triangles may share a vertex.
+void ComputeFlatNormals(Mesh* mesh);
+
+/// Brings all normals to unit length. Those without a direction become the area-weighted mean of
+/// their triangles' normals.
+/// \return how many had none
+size_t NormalizeNormals(Mesh* mesh);
+
+/// Computes tangents for a normal map, as glTF 2.0 (3.7.2.1) asks when a file has none: per corner
+/// the direction of growing u in the plane of the vertex normal, averaged over the corners of a
+/// vertex weighted by their angles, made orthogonal to the normal; w so that
+/// cross(normal, tangent) * w points to shrinking v (up in the picture). Vertices at which
+/// mirrored and unmirrored triangles meet are split. Without usable texture coordinates any
+/// direction in the plane is taken.
+/// Departs from MikkTSpace in not splitting vertices by connectivity.
+/// \param map  the normal map's use: coordinate set and transform
+void ComputeTangents(const TextureRef& map, Mesh* mesh);
+
+}  // namespace stillray
