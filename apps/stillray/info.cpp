@@ -1,0 +1,102 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// stillray info: what is in a file.
+#include <cerrno>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <system_error>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "commands.h"
+#include "info_picture.h"
+#include "info_scene.h"
+#include "stillray/io.h"
+#include "stillray/scene.h"
+
+namespace stillray {
+
+namespace {
+
+struct InfoOptions {
+  std::string file;
+  std::string json_path;
+};
+
+struct Description {
+  std::string text;
+  nlohmann::ordered_json json;
+};
+
+Result<Description> Describe(const std::string& file) {
+  if (LooksLikeScene(file)) {
+    const Result<Scene> scene = LoadScene(file);
+    if (!scene.ok()) {
+      return scene.status();
+    }
+    return Description{SceneText(file, *scene), SceneJson(file, *scene)};
+  }
+  const Result<PictureInfo> picture = DescribePicture(file);
+  if (picture.ok()) {
+    return Description{PictureText(*picture), PictureJson(*picture)};
+  }
+  if (picture.status().code() == StatusCode::kNotFound && IsFramePattern(file)) {
+    return Status::NotFound(
+        fmt::format("{}: info takes one file, not a sequence; {} files match this pattern", file,
+                    FindFrames(file).size()));
+  }
+  return picture.status();
+}
+
+Status Print(const std::string& text) {
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
+    return Status::Io(fmt::format("standard output: could not be written: {}",
+                                  std::generic_category().message(errno)));
+  }
+  return Status::Ok();
+}
+
+Status RunInfo(const InfoOptions& options) {
+  const Result<Description> description = Describe(options.file);
+  if (!description.ok()) {
+    return description.status();
+  }
+  if (options.json_path.empty()) {
+    return Print(description->text);
+  }
+  // Names from files need not be UTF-8, as JSON must be.
+  const std::string json =
+      description->json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  if (options.json_path == "-") {
+    return Print(json);
+  }
+  STILLRAY_RETURN_IF_ERROR(WriteFileAtomically(options.json_path, json.data(), json.size()));
+  return Print(description->text);
+}
+
+}  // namespace
+
+void AddInfoCommand(CLI::App& app, int* exit_code) {
+  CLI::App* command = app.add_subcommand(
+      "info", "Shows what is in a picture (EXR, HDR, PNG, JPEG) or a scene (glTF, built-in)");
+  auto options = std::make_shared<InfoOptions>();
+  command->add_option("FILE", options->file, "Picture, .gltf or .glb file, or builtin:NAME")
+      ->required();
+  command->add_option("--json", options->json_path,
+                      "Write everything as JSON to this file too; - for JSON alone on standard "
+                      "output");
+  command->footer(
+      "Examples:\n"
+      "  stillray info frame.0001.exr\n"
+      "  stillray info kitchen.glb\n"
+      "  stillray info builtin:cornell --json cornell.json");
+  command->callback([options, exit_code] {
+    const Status status = RunInfo(*options);
+    *exit_code = status.ok() ? kExitOk : ReportError(status);
+  });
+}
+
+}  // namespace stillray

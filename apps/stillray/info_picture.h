@@ -1,0 +1,68 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What a picture file holds, for `stillray info`.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "stillray/io.h"
+#include "stillray/status.h"
+
+namespace stillray {
+
+/// Values of one channel, or of all channels of a layer.
+struct ValueRange {
+  int64_t count = 0;  ///< all values, finite or not
+  int64_t nan = 0;
+  int64_t infinite = 0;
+  int64_t negative = 0;  ///< finite and below zero
+  /// Over the finite values; meaningless where there are none.
+  double min = 0;
+  double max = 0;
+  double sum = 0;
+
+  int64_t finite() const { return count - nan - infinite; }
+  double mean() const { return sum / static_cast<double>(finite()); }
+};
+
+struct ChannelInfo {
+  std::string name;  ///< without its layer
+  PixelType type = PixelType::kFloat;
+  ValueRange values;
+};
+
+struct LayerInfo {
+  std::string name;  ///< without the last dot; empty for the main picture
+  std::vector<ChannelInfo> channels;
+  ValueRange values;
+};
+
+struct PictureInfo {
+  std::string path;
+  std::string format;  ///< "EXR", "HDR", "PNG", "JPEG"
+  uint64_t file_bytes = 0;
+  int width = 0;
+  int height = 0;
+  bool linear = true;  ///< false: the values below were decoded from sRGB
+  std::vector<LayerInfo> layers;
+
+  // Only of EXR files.
+  std::string compression;
+  bool tiled = false;
+  ExrWindow data_window;
+  ExrWindow display_window;
+  std::map<std::string, std::string> attributes;
+  std::vector<std::string> notes;
+};
+
+Result<PictureInfo> DescribePicture(const std::string& path);
+std::string PictureText(const PictureInfo& info);
+nlohmann::ordered_json PictureJson(const PictureInfo& info);
+
+}  // namespace stillray

@@ -1,0 +1,24 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What a scene holds, for `stillray info`.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "stillray/scene.h"
+#include "stillray/status.h"
+
+namespace stillray {
+
+/// Whether `info` should take `spec` for a scene rather than a picture: "builtin:NAME", or a name
+/// that ends in .gltf or .glb.
+bool LooksLikeScene(const std::string& spec);
+
+std::string SceneText(const std::string& spec, const Scene& scene);
+nlohmann::ordered_json SceneJson(const std::string& spec, const Scene& scene);
+
+}  // namespace stillray
