@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Per-pixel error as a picture: dark where there is none, bright where there is much.
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "quality/report_png.h"
+#include "stillray/image.h"
+#include "stillray/status.h"
+
+namespace stillray::report {
+
+/// How errors become positions on the colour ramp. FLIP lies in 0..1; relative squared error spans
+/// so many powers of ten that only its logarithm can be seen.
+struct HeatScale {
+  bool logarithmic = false;
+  float low = 0;   ///< error at the ramp's start; > 0 if logarithmic
+  float high = 1;  ///< error at its end, > low
+};
+inline constexpr HeatScale kFlipScale = {false, 0.0f, 1.0f};
+inline constexpr HeatScale kRelativeSquaredErrorScale = {true, 1e-4f, 10.0f};
+
+/// Index of the palette's colour for pixels whose error is not a finite number.
+inline constexpr int kNotFiniteIndex = 255;
+
+/// The ramp: entries 0..254 from black over violet, red and orange to pale yellow, ever lighter;
+/// the last entry is a green that the ramp does not hold.
+const std::array<Rgb8, 256>& HeatPalette();
+
+/// Palette index of one error. Beyond the scale's ends: the ends' colours.
+uint8_t HeatIndex(float error, const HeatScale& scale);
+
+/// The bytes of a palette PNG file of the size of `errors`.
+Result<std::string> EncodeHeatMap(const Image1& errors, const HeatScale& scale);
+
+}  // namespace stillray::report

@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The pictures of a report: which views of which frames a folder holds.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "stillray/status.h"
+
+namespace stillray::report {
+
+/// The views of one frame, in the order in which the page lists them. The last one is what the
+/// others are compared with.
+enum View : int { kNoisy, kTemporal, kDenoised, kReference };
+inline constexpr int kViewCount = 4;
+inline constexpr int kTestViewCount = 3;  ///< all but the reference
+inline constexpr std::array<const char*, kViewCount> kViewNames = {"noisy", "temporal", "denoised",
+                                                                   "reference"};
+
+/// Paths of one view of one frame; empty where there is no such file.
+struct PictureFiles {
+  std::string png;
+  std::string exr;
+  bool empty() const { return png.empty() && exr.empty(); }
+};
+
+using FrameFiles = std::array<PictureFiles, kViewCount>;
+/// By frame number.
+using SequenceFiles = std::map<int64_t, FrameFiles>;
+
+/// Finds VIEW.NUMBER.png and VIEW.NUMBER.exr; every other file is left alone.
+/// \return kNotFound (no such folder, nothing found), kIo, kBadData (two files of the same view,
+///         number and format, such as noisy.1.png and noisy.0001.png)
+Result<SequenceFiles> FindSequence(const std::string& folder);
+
+/// `count` indices out of 0..total-1, evenly spread, first and last included. One alone is the last
+/// one: temporal filters need frames to settle.
+std::vector<int> SpreadEvenly(int total, int count);
+
+/// "noisy, denoised and reference"
+std::string JoinNames(const std::vector<std::string>& names);
+
+}  // namespace stillray::report

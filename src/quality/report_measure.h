@@ -1,0 +1,68 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The pictures, error maps and measures of a report.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "quality/render_log.h"
+#include "quality/report.h"
+#include "quality/report_files.h"
+#include "stillray/quality.h"
+#include "stillray/status.h"
+
+namespace stillray::report {
+
+/// What views are compared on. Numbers of one source cannot be set against those of the other.
+enum Source : int {
+  kLinear,   ///< scene-linear radiance: EXR files of the view and of the reference
+  kDisplay,  ///< display values: PNG files of both
+};
+inline constexpr int kSourceCount = 2;
+
+enum MapKind : int { kFlipMap, kRelativeSquaredErrorMap };
+inline constexpr int kMapCount = 2;
+
+/// One view of one shown frame. Empty strings where there is none.
+struct ShownView {
+  std::string png;             ///< bytes of the picture's file, or made from its EXR file
+  bool made_from_exr = false;  ///< there was no PNG file
+  std::array<std::string, kMapCount> maps;  ///< bytes of palette PNG files
+  Source map_source = kLinear;
+};
+
+struct ShownFrame {
+  int64_t number = 0;
+  std::array<ShownView, kViewCount> views;
+};
+
+using ViewMetrics = std::array<std::optional<ImageMetrics>, kTestViewCount>;
+
+struct MeasuredFrame {
+  int64_t number = 0;
+  std::array<ViewMetrics, kSourceCount> metrics;
+};
+
+struct Measurements {
+  int width = 0;
+  int height = 0;
+  std::vector<ShownFrame> shown;
+  bool thinned_for_size = false;        ///< fewer than max_frames, for max_page_bytes
+  std::vector<MeasuredFrame> measured;  ///< frames with a reference, in order
+};
+
+/// Reads the pictures that are to be shown, and every one that can be compared with a reference.
+/// Linear radiance is measured wherever it is there; display values only if some view cannot be
+/// measured otherwise, and then for all views that have them, so that there is one scale on which
+/// all views can be set side by side.
+/// \return kBadData (damaged picture; sizes that differ from the first picture's or from
+///         render.json's, naming both), kCancelled, and what reading a picture returns
+Result<Measurements> Measure(const SequenceFiles& files, const RenderLog& log,
+                             const ReportOptions& options);
+
+}  // namespace stillray::report

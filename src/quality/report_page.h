@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The HTML text of a report.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "quality/render_log.h"
+#include "quality/report.h"
+#include "quality/report_measure.h"
+#include "stillray/status.h"
+
+namespace stillray::report {
+
+struct PageContent {
+  std::string folder_name;  ///< last component of the folder's path
+  bool has_log = false;
+  RenderLog log;
+  int frames_found = 0;
+  int zoom_width = 0;
+  Measurements measurements;
+  std::vector<std::string> notes;
+};
+
+/// "cornell, svgf" out of render.json, or else the folder's name.
+std::string PageTitle(const PageContent& content);
+
+/// Text for use between HTML tags and in quoted attributes. Bytes that are not UTF-8 become U+FFFD.
+std::string EscapeHtml(const std::string& text);
+
+/// The page: a fixed template, style and program, and two blocks of JSON that the program reads.
+/// What comes from files stands in the JSON and in the title alone; the program puts it into the
+/// page as text nodes, never as markup.
+std::string MakePage(const PageContent& content);
+
+}  // namespace stillray::report

@@ -1,0 +1,287 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Puts the page together. Everything that comes from files becomes text nodes, never markup.
+
+const kShapes = {
+  noisy: "circle",
+  temporal: "square",
+  denoised: "diamond",
+  render: "circle",
+  denoise: "diamond",
+};
+
+const kSourceLabels = {
+  linear: "linear radiance (EXR)",
+  display: "display values (PNG)",
+};
+
+/// `better`: +1 higher is better, -1 lower is better, 0 closer to one.
+const kMetrics = [
+  {key: "psnr", label: "PSNR", unit: "dB", better: 1, format: (v) => `${v.toFixed(2)} dB`},
+  {key: "ssim", label: "SSIM", unit: "", better: 1, format: (v) => v.toFixed(4)},
+  {key: "flip", label: "FLIP", unit: "", better: -1, format: (v) => v.toFixed(4), fromZero: true},
+  {key: "rel_mse", label: "relMSE", unit: "", better: -1, format: formatShort, logarithmic: true},
+  {
+    key: "hdr_flip",
+    label: "HDR-FLIP",
+    unit: "",
+    better: -1,
+    format: (v) => v.toFixed(4),
+    fromZero: true,
+    source: "linear",
+  },
+  {key: "brightness", label: "Brightness", unit: "", better: 0, format: (v) => v.toFixed(4),
+   tableOnly: true},
+];
+
+const kBetterText = {
+  "1": "higher is better",
+  "-1": "lower is better",
+  "0": "of the reference; 1 is right",
+};
+
+/// An element with attributes and children; strings become text.
+function make(name, attributes, ...children) {
+  const element = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) {
+    element.setAttribute(key, value);
+  }
+  element.append(...children);
+  return element;
+}
+
+function formatMs(value) {
+  return `${value >= 100 ? value.toFixed(0) : value >= 10 ? value.toFixed(1) : value.toFixed(2)} ms`;
+}
+
+function formatBytes(value) {
+  const units = ["bytes", "KiB", "MiB", "GiB", "TiB"];
+  let unit = 0;
+  while (value >= 1024 && unit + 1 < units.length) {
+    value /= 1024;
+    ++unit;
+  }
+  return `${unit === 0 ? value : value.toFixed(1)} ${units[unit]}`;
+}
+
+function formatMetric(metric, value) {
+  return value === null ? "\u2013" : value === "inf" ? "\u221e" : metric.format(value);
+}
+
+function showSummary(data) {
+  byId("title").textContent = data.title;
+  const setting = (name) => (data.settings.find(([key]) => key === name) || [])[1];
+  const count = data.frames_found;
+  const parts = [`${data.width} \u00d7 ${data.height} pixels`, `${count} frame${count > 1 ? "s" : ""}`];
+  const known = [
+    ["fps", (v) => `${v} frames per second`],
+    ["spp", (v) => `${v} sample${v === "1" ? "" : "s"} per pixel`],
+    ["bounces", (v) => `${v} bounces`],
+    ["sampler", (v) => `sampler ${v}`],
+    ["seed", (v) => `seed ${v}`],
+  ];
+  for (const [name, describe] of known) {
+    if (setting(name) !== undefined) {
+      parts.push(describe(setting(name)));
+    }
+  }
+  byId("summary").textContent = parts.join(" \u00b7 ");
+  byId("footer").textContent =
+      `Made by stillray report from the folder ${data.folder}.` +
+      (data.version ? ` Pictures by stillray ${data.version}.` : "");
+}
+
+function showNotes(data) {
+  byId("notes").append(...data.notes.map((note) => make("li", {}, note)));
+  byId("notes-section").hidden = data.notes.length === 0;
+}
+
+// Quality
+
+/// Whether `value` is the best of `all` means of a metric.
+function isBest(metric, value, all) {
+  const rank = (v) => {
+    const number = v === "inf" ? Infinity : v;
+    return metric.better === 0 ? -Math.abs(number - 1) : metric.better * number;
+  };
+  const known = all.filter((v) => v !== null);
+  return value !== null && known.length > 1 && known.every((v) => rank(v) <= rank(value));
+}
+
+function meansTable(source) {
+  const metrics = kMetrics.filter((metric) => !metric.source || metric.source === source.source);
+  const views = Object.entries(source.views);
+  const anyNonFinite = views.some(([, quality]) => quality.mean.non_finite > 0);
+  const head = make("tr", {}, make("th", {scope: "col"}, "Mean over frames"));
+  for (const metric of metrics) {
+    head.append(make("th", {scope: "col"}, metric.label,
+                     make("span", {class: "quiet"}, kBetterText[metric.better])));
+  }
+  head.append(make("th", {scope: "col"}, "Frames", make("span", {class: "quiet"}, "compared")));
+  if (anyNonFinite) {
+    head.append(make("th", {scope: "col"}, "Left out",
+                     make("span", {class: "quiet"}, "pixels not finite")));
+  }
+  const body = make("tbody", {});
+  for (const [view, quality] of views) {
+    const row = make("tr", {}, make("th", {scope: "row"}, view));
+    for (const metric of metrics) {
+      const all = views.map(([, other]) => other.mean[metric.key]);
+      const value = quality.mean[metric.key];
+      row.append(make("td", isBest(metric, value, all) ? {class: "best"} : {},
+                      formatMetric(metric, value)));
+    }
+    row.append(make("td", {}, String(quality.mean.frames)));
+    if (anyNonFinite) {
+      row.append(make("td", {}, String(quality.mean.non_finite)));
+    }
+    body.append(row);
+  }
+  return make("table", {}, make("thead", {}, head), body);
+}
+
+/// \return the plots of one source
+function showQuality(data, source, onPick) {
+  byId("means").replaceChildren(meansTable(source));
+  const plots = [];
+  for (const metric of kMetrics) {
+    if (metric.tableOnly || (metric.source && metric.source !== source.source)) {
+      continue;
+    }
+    const series = Object.entries(source.views).map(([view, quality]) => ({
+      name: view,
+      shape: kShapes[view],
+      values: quality.values[metric.key],
+    }));
+    plots.push(new Plot({
+      title: metric.label,
+      note: kBetterText[metric.better] + (metric.logarithmic ? ", logarithmic" : ""),
+      frames: data.quality.frames,
+      series,
+      logarithmic: metric.logarithmic || false,
+      fromZero: metric.fromZero || false,
+      format: metric.format,
+      onPick,
+    }));
+  }
+  byId("quality-plots").replaceChildren(...plots.map((plot) => plot.element));
+  return plots;
+}
+
+// Times
+
+function timeRow(step, share, attributes) {
+  const row = make("tr", attributes, make("th", {scope: "row"}, step.name));
+  for (const value of [step.median, step.min, step.max]) {
+    row.append(make("td", {}, formatMs(value)));
+  }
+  if (share) {
+    const percent = 100 * step.share;
+    const bar = make("span", {class: "bar", "aria-hidden": "true"});
+    bar.style.width = `${(0.04 * percent).toFixed(3)}rem`;
+    row.append(make("td", {class: "share"}, make("span", {class: "number"}, `${percent.toFixed(1)} %`),
+                    bar));
+  } else {
+    row.append(make("td", {class: "share"}));
+  }
+  return row;
+}
+
+function timesTable(times) {
+  const head = make("tr", {}, ...["Step", "Median", "Min", "Max", "Share of the stages"].map(
+      (text) => make("th", {scope: "col"}, text)));
+  head.lastChild.style.textAlign = "left";
+  const body = make("tbody", {}, ...times.stages.map((stage) => timeRow(stage, true, {})));
+  if (times.denoise) {
+    body.append(timeRow({...times.denoise, name: "denoise, whole"}, false, {class: "total"}));
+  }
+  if (times.render) {
+    body.append(timeRow({...times.render, name: "render, whole"}, false,
+                        times.denoise ? {} : {class: "total"}));
+  }
+  const count = times.frames.length;
+  return make("table", {}, make("caption", {}, `Over ${count} frame${count > 1 ? "s" : ""}`),
+              make("thead", {}, head), body);
+}
+
+function showTimes(data, onPick) {
+  const times = data.times;
+  if (times.stages.length === 0 && !times.render && !times.denoise) {
+    return [];
+  }
+  byId("times").append(timesTable(times));
+  byId("times-section").hidden = false;
+  const plots = [];
+  for (const name of ["denoise", "render"]) {
+    if (times[name]) {
+      plots.push(new Plot({
+        title: `Time to ${name}`,
+        note: "ms, lower is better",
+        frames: times.frames,
+        series: [{name, shape: kShapes[name], values: times[`${name}_ms`]}],
+        logarithmic: false,
+        fromZero: true,
+        format: formatMs,
+        onPick,
+      }));
+    }
+  }
+  byId("time-plots").append(...plots.map((plot) => plot.element));
+  return plots;
+}
+
+// Settings
+
+function pairsTable(title, pairs) {
+  return make("table", {}, make("caption", {}, title),
+              make("tbody", {}, ...pairs.map(([name, value]) => make(
+                  "tr", {}, make("th", {scope: "row"}, name), make("td", {}, value)))));
+}
+
+function showSettings(data) {
+  const memory = data.memory.map(([name, bytes]) => [name.replace(/_bytes$/, ""), formatBytes(bytes)]);
+  const tables = [["Rendering", data.settings], ["Denoiser parameters", data.parameters],
+                  ["Memory", memory]];
+  for (const [title, pairs] of tables) {
+    if (pairs.length > 0) {
+      byId("settings").append(pairsTable(title, pairs));
+      byId("settings-section").hidden = false;
+    }
+  }
+}
+
+function main() {
+  const data = JSON.parse(byId("report-data").textContent);
+  const pictures = JSON.parse(byId("report-pictures").textContent);
+  byId("report-pictures").remove();
+  showSummary(data);
+  showNotes(data);
+  showSettings(data);
+  const plots = {quality: [], times: []};
+  const mark = (index) => {
+    for (const plot of [...plots.quality, ...plots.times]) {
+      plot.setCurrent(data.frames[index].number);
+    }
+  };
+  const viewer = new Viewer(data, pictures, mark);
+  const onPick = (number) => viewer.goToNumber(number);
+  plots.times = showTimes(data, onPick);
+  const sources = data.quality.sources;
+  const showSource = () => {
+    plots.quality = showQuality(data, sources[byId("source").selectedIndex], onPick);
+    mark(viewer.frame);
+  };
+  for (const {source} of sources) {
+    byId("source").add(new Option(kSourceLabels[source], source));
+  }
+  byId("source").addEventListener("change", showSource);
+  byId("source-field").hidden = sources.length < 2;
+  if (sources.length > 0) {
+    byId("quality-section").hidden = false;
+    showSource();
+  }
+  mark(viewer.frame);
+}
+
+main();

@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Statistics over the frames of a render.json.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "quality/render_log.h"
+
+namespace stillray::report {
+
+/// Times of one step over the frames that list it.
+struct StepTimes {
+  std::string name;
+  int frames = 0;
+  double median_ms = 0;  ///< of an even number of frames: the mean of the two in the middle
+  double min_ms = 0;
+  double max_ms = 0;
+  double sum_ms = 0;
+  double share = 0;  ///< of the sum over all stages, 0..1
+};
+
+struct TimeTable {
+  std::vector<StepTimes> stages;  ///< in the order in which the first frame lists them
+  std::optional<StepTimes> render;
+  std::optional<StepTimes> denoise;
+};
+
+TimeTable MakeTimeTable(const std::vector<RenderLogFrame>& frames);
+
+}  // namespace stillray::report
