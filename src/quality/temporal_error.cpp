@@ -106,8 +106,9 @@ Taps FindTaps(double x, double y, Size size) {
 }
 
 bool SameSurface(double depth, double previous_depth) {
-  return depth == previous_depth ||  // infinity too: background
-         std::abs(previous_depth - depth) <= kDepthTolerance * std::abs(depth);
+  // Background is at infinity, which the tolerance would stretch to everything.
+  return depth == previous_depth || (std::isfinite(depth) && std::abs(previous_depth - depth) <=
+                                                                 kDepthTolerance * std::abs(depth));
 }
 
 /// Whether any pixel that the lookup reads showed a surface of this depth. False for NaN.
