@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "scene/builtin.h"
+
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "scene/import_log.h"
+
+namespace stillray {
+
+namespace {
+
+struct Builtin {
+  const char* name;
+  Scene (*make)();
+};
+
+constexpr std::array<Builtin, 3> kBuiltins = {{
+    {"cornell", &MakeCornellScene},
+    {"spheres", &MakeSpheresScene},
+    {"lights", &MakeLightsScene},
+}};
+
+constexpr std::string_view kBuiltinPrefix = "builtin:";
+
+}  // namespace
+
+std::vector<std::string> BuiltinSceneNames() {
+  std::vector<std::string> names;
+  for (const Builtin& builtin : kBuiltins) {
+    names.emplace_back(builtin.name);
+  }
+  return names;
+}
+
+Result<Scene> MakeBuiltinScene(const std::string& name) {
+  for (const Builtin& builtin : kBuiltins) {
+    if (name == builtin.name) {
+      Scene scene = builtin.make();
+      scene.name = name;
+      return scene;
+    }
+  }
+  return Status::NotFound(fmt::format("there is no built-in scene '{}'; there are {}",
+                                      Printable(name), fmt::join(BuiltinSceneNames(), ", ")));
+}
+
+Result<Scene> LoadScene(const std::string& spec) {
+  if (spec.compare(0, kBuiltinPrefix.size(), kBuiltinPrefix) == 0) {
+    return MakeBuiltinScene(spec.substr(kBuiltinPrefix.size()));
+  }
+  return LoadGltf(spec);
+}
+
+}  // namespace stillray

@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The scenes that need no file, and the parts that they are made of.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "stillray/scene.h"
+
+namespace stillray {
+
+Scene MakeCornellScene();
+Scene MakeSpheresScene();
+Scene MakeLightsScene();
+
+// Shapes. All normals point outward, all faces are counter-clockwise from outside.
+
+/// The parallelogram origin + s * edge_u + t * edge_v, facing cross(edge_u, edge_v); texture
+/// coordinates (s, t) * uv_scale.
+Mesh MakeQuad(vec3 origin, vec3 edge_u, vec3 edge_v, vec2 uv_scale, int material);
+/// A box on the plane y = 0, centred over the origin. Each face shows `repeats` textures per unit.
+Mesh MakeBox(vec3 size, float repeats, int material);
+/// A sphere about the origin, with a seam at u = 0.
+Mesh MakeSphere(float radius, int slices, int stacks, int material);
+/// A cylinder with a lid that stands on y = 0 about the y axis.
+Mesh MakeCylinder(float radius, float height, int slices, vec2 uv_scale, int material);
+
+// Textures of size x size texels that repeat without seams.
+
+/// Staggered planks along v, in `columns` columns, with grain and dark joints.
+Texture MakePlanks(const std::string& name, int size, int columns, vec3 light, vec3 dark,
+                   uint32_t seed);
+/// Square tiles with joints, each of its own shade.
+Texture MakeTiles(const std::string& name, int size, int tiles, vec3 tile, vec3 other, vec3 joint,
+                  uint32_t seed);
+/// Bricks in stretcher bond, `rows` of them, half as many in a row.
+Texture MakeBricks(const std::string& name, int size, int rows, vec3 brick, vec3 mortar,
+                   uint32_t seed);
+
+// Putting a scene together. All return the new element's index.
+
+int AddMaterial(Scene* scene, const std::string& name, vec3 colour, float metallic,
+                float roughness);
+int AddTexturedMaterial(Scene* scene, Texture texture, float roughness);
+int AddLightMaterial(Scene* scene, const std::string& name, vec3 radiance);
+int AddNode(Scene* scene, const std::string& name, vec3 translation);
+/// A mesh on a node of its own at `translation`; the node's index.
+int AddObject(Scene* scene, const std::string& name, Mesh mesh, vec3 translation);
+
+/// How the built-in scenes move: 120 keyframes, 30 per second.
+inline constexpr int kBuiltinKeys = 120;
+inline constexpr float kBuiltinKeysPerSecond = 30.0f;
+
+/// Animates a node: `pose` maps progress 0..1, slow at both ends, to the node's place.
+void Animate(Scene* scene, int node, const std::function<Transform(float)>& pose);
+/// Rotation about the y axis.
+vec4 RotationY(float radians);
+/// A pose at `eye` whose -z points to `target`, upright.
+Transform LookAt(vec3 eye, vec3 target);
+/// A camera with an animated node of its own.
+void AddAnimatedCamera(Scene* scene, float yfov, const std::function<Transform(float)>& pose);
+
+}  // namespace stillray

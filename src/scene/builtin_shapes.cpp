@@ -1,0 +1,208 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <utility>
+
+#include <glm/gtc/quaternion.hpp>
+
+#include "scene/builtin.h"
+
+namespace stillray {
+
+namespace {
+
+constexpr float kPi = 3.14159265f;
+
+uint32_t AddVertex(Mesh* mesh, vec3 position, vec3 normal, vec2 uv) {
+  mesh->positions.push_back(position);
+  mesh->normals.push_back(normal);
+  mesh->uv[0].push_back(uv);
+  return static_cast<uint32_t>(mesh->positions.size()) - 1;
+}
+
+void AddTriangle(Mesh* mesh, uint32_t a, uint32_t b, uint32_t c) {
+  mesh->indices.insert(mesh->indices.end(), {a, b, c});
+}
+
+void AddQuad(Mesh* mesh, vec3 origin, vec3 edge_u, vec3 edge_v, vec2 uv_scale) {
+  const vec3 normal = glm::normalize(glm::cross(edge_u, edge_v));
+  const uint32_t a = AddVertex(mesh, origin, normal, vec2(0.0f));
+  const uint32_t b = AddVertex(mesh, origin + edge_u, normal, vec2(uv_scale.x, 0.0f));
+  const uint32_t c = AddVertex(mesh, origin + edge_u + edge_v, normal, uv_scale);
+  const uint32_t d = AddVertex(mesh, origin + edge_v, normal, vec2(0.0f, uv_scale.y));
+  AddTriangle(mesh, a, b, c);
+  AddTriangle(mesh, a, c, d);
+}
+
+/// Slow at both ends, fastest in the middle: the integral of a cosine bell.
+float Ease(float t) {
+  return t - std::sin(2.0f * kPi * t) / (2.0f * kPi);
+}
+
+}  // namespace
+
+Mesh MakeQuad(vec3 origin, vec3 edge_u, vec3 edge_v, vec2 uv_scale, int material) {
+  Mesh mesh;
+  mesh.material = material;
+  AddQuad(&mesh, origin, edge_u, edge_v, uv_scale);
+  return mesh;
+}
+
+Mesh MakeBox(vec3 size, float repeats, int material) {
+  Mesh mesh;
+  mesh.material = material;
+  const vec3 x(size.x, 0.0f, 0.0f);
+  const vec3 y(0.0f, size.y, 0.0f);
+  const vec3 z(0.0f, 0.0f, size.z);
+  const vec3 low = -0.5f * (x + z);
+  const vec3 high = low + x + y + z;
+  const auto uv = [&](float u, float v) { return vec2(u, v) * repeats; };
+  AddQuad(&mesh, low, x, z, uv(size.x, size.z));
+  AddQuad(&mesh, low, y, x, uv(size.y, size.x));
+  AddQuad(&mesh, low, z, y, uv(size.z, size.y));
+  AddQuad(&mesh, high, -z, -x, uv(size.z, size.x));
+  AddQuad(&mesh, high, -x, -y, uv(size.x, size.y));
+  AddQuad(&mesh, high, -y, -z, uv(size.y, size.z));
+  return mesh;
+}
+
+Mesh MakeSphere(float radius, int slices, int stacks, int material) {
+  Mesh mesh;
+  mesh.material = material;
+  for (int j = 0; j <= stacks; ++j) {
+    const float v = static_cast<float>(j) / static_cast<float>(stacks);
+    for (int i = 0; i <= slices; ++i) {
+      const float u = static_cast<float>(i) / static_cast<float>(slices);
+      const vec3 normal(std::sin(kPi * v) * std::sin(2.0f * kPi * u), std::cos(kPi * v),
+                        std::sin(kPi * v) * std::cos(2.0f * kPi * u));
+      AddVertex(&mesh, radius * normal, glm::normalize(normal), vec2(u, v));
+    }
+  }
+  const auto at = [&](int i, int j) { return static_cast<uint32_t>(j * (slices + 1) + i); };
+  for (int j = 0; j < stacks; ++j) {
+    for (int i = 0; i < slices; ++i) {
+      if (j != stacks - 1) {
+        AddTriangle(&mesh, at(i, j), at(i, j + 1), at(i + 1, j + 1));
+      }
+      if (j != 0) {
+        AddTriangle(&mesh, at(i, j), at(i + 1, j + 1), at(i + 1, j));
+      }
+    }
+  }
+  return mesh;
+}
+
+Mesh MakeCylinder(float radius, float height, int slices, vec2 uv_scale, int material) {
+  Mesh mesh;
+  mesh.material = material;
+  const vec3 up(0.0f, 1.0f, 0.0f);
+  const auto direction = [&](int i) {
+    const float angle = 2.0f * kPi * static_cast<float>(i) / static_cast<float>(slices);
+    return vec3(std::sin(angle), 0.0f, std::cos(angle));
+  };
+  for (int i = 0; i <= slices; ++i) {
+    const float u = uv_scale.x * static_cast<float>(i) / static_cast<float>(slices);
+    AddVertex(&mesh, radius * direction(i) + height * up, direction(i), vec2(u, 0.0f));
+    AddVertex(&mesh, radius * direction(i), direction(i), vec2(u, uv_scale.y));
+  }
+  for (uint32_t i = 0; i < static_cast<uint32_t>(slices); ++i) {
+    AddTriangle(&mesh, 2 * i, 2 * i + 1, 2 * i + 3);
+    AddTriangle(&mesh, 2 * i, 2 * i + 3, 2 * i + 2);
+  }
+  const uint32_t centre = AddVertex(&mesh, height * up, up, vec2(0.5f));
+  for (int i = 0; i <= slices; ++i) {
+    const vec3 d = direction(i);
+    AddVertex(&mesh, radius * d + height * up, up, vec2(0.5f + 0.5f * d.x, 0.5f + 0.5f * d.z));
+  }
+  for (uint32_t i = 1; i <= static_cast<uint32_t>(slices); ++i) {
+    AddTriangle(&mesh, centre, centre + i, centre + i + 1);
+  }
+  return mesh;
+}
+
+int AddMaterial(Scene* scene, const std::string& name, vec3 colour, float metallic,
+                float roughness) {
+  Material material;
+  material.name = name;
+  material.base_color = vec4(colour, 1.0f);
+  material.metallic = metallic;
+  material.roughness = roughness;
+  scene->materials.push_back(std::move(material));
+  return static_cast<int>(scene->materials.size()) - 1;
+}
+
+int AddTexturedMaterial(Scene* scene, Texture texture, float roughness) {
+  const int index = AddMaterial(scene, texture.name, vec3(1.0f), 0.0f, roughness);
+  scene->materials.back().base_color_texture.texture = static_cast<int>(scene->textures.size());
+  scene->textures.push_back(std::move(texture));
+  return index;
+}
+
+int AddLightMaterial(Scene* scene, const std::string& name, vec3 radiance) {
+  const int index = AddMaterial(scene, name, vec3(0.0f), 0.0f, 1.0f);
+  scene->materials.back().emission = radiance;
+  return index;
+}
+
+int AddNode(Scene* scene, const std::string& name, vec3 translation) {
+  Node node;
+  node.name = name;
+  node.local.translation = translation;
+  scene->nodes.push_back(std::move(node));
+  return static_cast<int>(scene->nodes.size()) - 1;
+}
+
+int AddObject(Scene* scene, const std::string& name, Mesh mesh, vec3 translation) {
+  const int node = AddNode(scene, name, translation);
+  mesh.name = name;
+  scene->instances.push_back({static_cast<int>(scene->meshes.size()), node});
+  scene->meshes.push_back(std::move(mesh));
+  return node;
+}
+
+void Animate(Scene* scene, int node, const std::function<Transform(float)>& pose) {
+  AnimationChannel translation;
+  translation.node = node;
+  translation.property = AnimatedProperty::kTranslation;
+  AnimationChannel rotation;
+  rotation.node = node;
+  rotation.property = AnimatedProperty::kRotation;
+  for (int k = 0; k < kBuiltinKeys; ++k) {
+    const float time = static_cast<float>(k) / kBuiltinKeysPerSecond;
+    const Transform place =
+        pose(Ease(static_cast<float>(k) / static_cast<float>(kBuiltinKeys - 1)));
+    translation.times.push_back(time);
+    translation.values.emplace_back(place.translation, 0.0f);
+    rotation.times.push_back(time);
+    rotation.values.push_back(place.rotation);
+  }
+  scene->nodes[static_cast<size_t>(node)].local = pose(0.0f);
+  scene->animation.push_back(std::move(translation));
+  scene->animation.push_back(std::move(rotation));
+}
+
+vec4 RotationY(float radians) {
+  return {0.0f, std::sin(0.5f * radians), 0.0f, std::cos(0.5f * radians)};
+}
+
+Transform LookAt(vec3 eye, vec3 target) {
+  const vec3 back = glm::normalize(eye - target);
+  const vec3 right = glm::normalize(glm::cross(vec3(0.0f, 1.0f, 0.0f), back));
+  const glm::quat q = glm::normalize(glm::quat_cast(mat3(right, glm::cross(back, right), back)));
+  Transform pose;
+  pose.translation = eye;
+  pose.rotation = vec4(q.x, q.y, q.z, q.w);
+  return pose;
+}
+
+void AddAnimatedCamera(Scene* scene, float yfov, const std::function<Transform(float)>& pose) {
+  Camera camera;
+  camera.name = "camera";
+  camera.node = AddNode(scene, "camera", vec3(0.0f));
+  camera.yfov = yfov;
+  camera.aspect = 16.0f / 9.0f;
+  scene->cameras.push_back(std::move(camera));
+  Animate(scene, scene->cameras.back().node, pose);
+}
+
+}  // namespace stillray
