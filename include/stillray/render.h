@@ -52,6 +52,9 @@ struct RenderTimings {
   uint64_t primary_rays = 0;
   uint64_t bounce_rays = 0;
   uint64_t shadow_rays = 0;
+  /// Contributions that were not finite or negative, and left out. Anything but 0 is a defect of
+  /// the scene (NaN in its data) or of stillray.
+  uint64_t dropped = 0;
 };
 
 /// Progress of a long call in 0..1; return false to cancel. Called from one thread at a time.

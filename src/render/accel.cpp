@@ -1,0 +1,411 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render/accel.h"
+
+#include <atomic>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <type_traits>
+
+#include <embree3/rtcore.h>
+#include <fmt/format.h>
+
+namespace stillray::render {
+namespace {
+
+struct DeviceRelease {
+  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
+};
+struct SceneRelease {
+  void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
+};
+struct GeometryRelease {
+  void operator()(RTCGeometry geometry) const { rtcReleaseGeometry(geometry); }
+};
+using DeviceHandle = std::unique_ptr<std::remove_pointer_t<RTCDevice>, DeviceRelease>;
+using SceneHandle = std::unique_ptr<std::remove_pointer_t<RTCScene>, SceneRelease>;
+using GeometryHandle = std::unique_ptr<std::remove_pointer_t<RTCGeometry>, GeometryRelease>;
+
+// What Embree hands through to the shadow filter.
+struct ShadowContext {
+  RTCIntersectContext base;  // first: Embree knows only this part
+  const ShadowFilter* filter;
+  const RayBatch* rays;
+  vec3* transmittance;  // of the rays of the batch
+  uint32_t static_id;
+};
+static_assert(offsetof(ShadowContext, base) == 0);
+
+// The width of packets: the argument types that Embree's functions take for it.
+template <int kWidth>
+struct Packet;
+template <>
+struct Packet<4> {
+  using RayHit = RTCRayHit4;
+  using Ray = RTCRay4;
+  static constexpr auto kIntersect = rtcIntersect4;
+  static constexpr auto kOccluded = rtcOccluded4;
+};
+template <>
+struct Packet<8> {
+  using RayHit = RTCRayHit8;
+  using Ray = RTCRay8;
+  static constexpr auto kIntersect = rtcIntersect8;
+  static constexpr auto kOccluded = rtcOccluded8;
+};
+template <>
+struct Packet<16> {
+  using RayHit = RTCRayHit16;
+  using Ray = RTCRay16;
+  static constexpr auto kIntersect = rtcIntersect16;
+  static constexpr auto kOccluded = rtcOccluded16;
+};
+
+// Fills the packet with rays first, first + 1, ... Lanes beyond the batch are off.
+template <int kWidth>
+void LoadRays(const RayBatch& rays, int first, typename Packet<kWidth>::Ray* packet, int* valid) {
+  constexpr size_t kBytes = kWidth * sizeof(float);
+  std::memcpy(packet->org_x, rays.origin_x + first, kBytes);
+  std::memcpy(packet->org_y, rays.origin_y + first, kBytes);
+  std::memcpy(packet->org_z, rays.origin_z + first, kBytes);
+  std::memcpy(packet->dir_x, rays.direction_x + first, kBytes);
+  std::memcpy(packet->dir_y, rays.direction_y + first, kBytes);
+  std::memcpy(packet->dir_z, rays.direction_z + first, kBytes);
+  std::memcpy(packet->tfar, rays.end + first, kBytes);
+  for (int i = 0; i < kWidth; ++i) {
+    valid[i] = first + i < rays.count ? -1 : 0;
+    packet->tnear[i] = 0.0f;
+    packet->time[i] = 0.0f;
+    packet->mask[i] = ~0u;
+    packet->id[i] = static_cast<unsigned>(first + i);
+    packet->flags[i] = 0;
+  }
+}
+
+template <int kWidth>
+void IntersectBatch(RTCScene scene, const RayBatch& rays, RTCIntersectContextFlags flags,
+                    uint32_t static_id, HitBatch* hits) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = flags;
+  for (int first = 0; first < rays.count; first += kWidth) {
+    typename Packet<kWidth>::RayHit packet;
+    alignas(64) int valid[kWidth];
+    LoadRays<kWidth>(rays, first, &packet.ray, valid);
+    for (int i = 0; i < kWidth; ++i) {
+      packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+      packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    }
+    Packet<kWidth>::kIntersect(valid, scene, &context, &packet);
+    for (int i = 0; i < kWidth; ++i) {
+      const uint32_t geometry = packet.hit.geomID[i];
+      const uint32_t instance = packet.hit.instID[0][i];
+      const bool flat = instance == RTC_INVALID_GEOMETRY_ID || instance == static_id;
+      hits->t[first + i] = packet.ray.tfar[i];
+      hits->u[first + i] = packet.hit.u[i];
+      hits->v[first + i] = packet.hit.v[i];
+      hits->instance[first + i] =
+          geometry == RTC_INVALID_GEOMETRY_ID ? kNoHit : (flat ? geometry : instance);
+      hits->primitive[first + i] = packet.hit.primID[i];
+    }
+  }
+}
+
+template <int kWidth>
+void OccludedBatch(RTCScene scene, const RayBatch& rays, ShadowContext* context) {
+  for (int first = 0; first < rays.count; first += kWidth) {
+    typename Packet<kWidth>::Ray packet;
+    alignas(64) int valid[kWidth];
+    LoadRays<kWidth>(rays, first, &packet, valid);
+    Packet<kWidth>::kOccluded(valid, scene, &context->base, &packet);
+    for (int i = 0; i < kWidth && first + i < rays.count; ++i) {
+      if (packet.tfar[i] < 0) {  // Embree's sign for "occluded"
+        context->transmittance[first + i] = vec3(0.0f);
+      }
+    }
+  }
+}
+
+// Embree asks about every see-through triangle that a shadow ray crosses, once each.
+void FilterShadows(const RTCFilterFunctionNArguments* arguments) {
+  auto* context = reinterpret_cast<ShadowContext*>(arguments->context);
+  const unsigned n = arguments->N;
+  for (unsigned i = 0; i < n; ++i) {
+    if (arguments->valid[i] != -1) {
+      continue;
+    }
+    const uint32_t geometry = RTCHitN_geomID(arguments->hit, n, i);
+    const uint32_t instance = RTCHitN_instID(arguments->hit, n, i, 0);
+    const bool flat = instance == RTC_INVALID_GEOMETRY_ID || instance == context->static_id;
+    Hit hit;
+    hit.t = RTCRayN_tfar(arguments->ray, n, i);
+    hit.u = RTCHitN_u(arguments->hit, n, i);
+    hit.v = RTCHitN_v(arguments->hit, n, i);
+    hit.instance = flat ? geometry : instance;
+    hit.primitive = RTCHitN_primID(arguments->hit, n, i);
+    // The direction that the caller gave: Embree's is in the instance's space.
+    const auto ray = static_cast<int>(RTCRayN_id(arguments->ray, n, i));
+    vec3& light = context->transmittance[ray];
+    light *= context->filter->Transmittance(hit, context->rays->Direction(ray));
+    if (light.x > 0 || light.y > 0 || light.z > 0) {
+      arguments->valid[i] = 0;
+    }
+  }
+}
+
+// Gives the geometry a mesh's triangles, with `transform` applied.
+bool FillGeometry(RTCGeometry geometry, const Mesh& mesh, const mat4& transform) {
+  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                                               RTC_FORMAT_FLOAT3, 3 * sizeof(float),
+                                                               mesh.positions.size()));
+  auto* indices = static_cast<uint32_t*>(
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                              3 * sizeof(uint32_t), mesh.indices.size() / 3));
+  if (vertices == nullptr || indices == nullptr) {
+    return false;
+  }
+  for (size_t i = 0; i < mesh.positions.size(); ++i) {
+    const vec3 p = vec3(transform * vec4(mesh.positions[i], 1.0f));
+    vertices[3 * i] = p.x;
+    vertices[3 * i + 1] = p.y;
+    vertices[3 * i + 2] = p.z;
+  }
+  std::memcpy(indices, mesh.indices.data(), mesh.indices.size() / 3 * 3 * sizeof(uint32_t));
+  return true;
+}
+
+// An animated scale may well be zero. Embree needs the inverse.
+bool Invertible(const mat4& transform) {
+  const float determinant = glm::determinant(mat3(transform));
+  const float inverse = 1.0f / determinant;
+  return std::isfinite(determinant) && std::isfinite(inverse) && inverse != 0.0f;
+}
+
+class EmbreeAccel final : public Accel {
+ public:
+  explicit EmbreeAccel(const ShadowFilter& filter) : filter_(filter) {}
+
+  Status Build(const Scene& scene, const std::vector<AccelInstance>& instances,
+               const std::vector<mat4>& transforms);
+  Status Update(const std::vector<mat4>& transforms) override;
+  void IntersectCoherent(const RayBatch& rays, HitBatch* hits) const override;
+  void IntersectIncoherent(const RayBatch& rays, HitBatch* hits) const override;
+  void Occluded(const RayBatch& rays, vec3* transmittance) const override;
+  size_t memory_bytes() const override { return static_cast<size_t>(bytes_.load()); }
+
+ private:
+  static bool CountMemory(void* self, ssize_t bytes, bool /*post*/) {
+    static_cast<EmbreeAccel*>(self)->bytes_ += bytes;
+    return true;
+  }
+  Status Commit(RTCScene scene, const char* what);
+  Status BuildStatic(const Scene& scene, const std::vector<AccelInstance>& instances,
+                     const std::vector<mat4>& transforms);
+  Status BuildMoving(const Scene& scene, const std::vector<AccelInstance>& instances);
+  SceneHandle NewScene(RTCBuildQuality quality, RTCSceneFlags flags);
+  Status AddMesh(RTCScene target, const Mesh& mesh, const mat4& transform, bool see_through,
+                 uint32_t id);
+
+  const ShadowFilter& filter_;
+  std::atomic<int64_t> bytes_{0};  // before the device, which still counts when it goes
+  DeviceHandle device_;
+  SceneHandle static_scene_;
+  // Per mesh and kind (opaque, see-through): the scene that its moving instances share.
+  std::vector<SceneHandle> mesh_scenes_;
+  struct Moving {
+    uint32_t instance;
+    GeometryHandle geometry;
+  };
+  std::vector<Moving> moving_;
+  SceneHandle top_scene_;  // null where nothing moves: rays then enter static_scene_ itself
+  uint32_t static_id_ = RTC_INVALID_GEOMETRY_ID;
+  RTCScene root_ = nullptr;
+  int widest_packet_ = 4;
+};
+
+Status EmbreeAccel::Commit(RTCScene scene, const char* what) {
+  rtcCommitScene(scene);
+  const RTCError error = rtcGetDeviceError(device_.get());
+  if (error == RTC_ERROR_OUT_OF_MEMORY) {
+    return Status::OutOfMemory(fmt::format("building the BVH of {}: out of memory", what));
+  }
+  if (error != RTC_ERROR_NONE) {
+    return Status::Internal(
+        fmt::format("building the BVH of {}: Embree error {}", what, static_cast<int>(error)));
+  }
+  return Status::Ok();
+}
+
+SceneHandle EmbreeAccel::NewScene(RTCBuildQuality quality, RTCSceneFlags flags) {
+  SceneHandle scene(rtcNewScene(device_.get()));
+  rtcSetSceneBuildQuality(scene.get(), quality);
+  rtcSetSceneFlags(scene.get(), flags);
+  return scene;
+}
+
+Status EmbreeAccel::AddMesh(RTCScene target, const Mesh& mesh, const mat4& transform,
+                            bool see_through, uint32_t id) {
+  const GeometryHandle geometry(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
+  if (!FillGeometry(geometry.get(), mesh, transform)) {
+    return Status::OutOfMemory(
+        fmt::format("mesh \"{}\": no memory for the BVH's copy of its {} "
+                    "vertices",
+                    mesh.name, mesh.positions.size()));
+  }
+  if (see_through) {
+    rtcSetGeometryOccludedFilterFunction(geometry.get(), FilterShadows);
+  }
+  rtcCommitGeometry(geometry.get());
+  rtcAttachGeometryByID(target, geometry.get(), id);
+  return Status::Ok();
+}
+
+Status EmbreeAccel::BuildStatic(const Scene& scene, const std::vector<AccelInstance>& instances,
+                                const std::vector<mat4>& transforms) {
+  static_scene_ = NewScene(RTC_BUILD_QUALITY_MEDIUM, RTC_SCENE_FLAG_NONE);
+  for (size_t i = 0; i < instances.size(); ++i) {
+    const Mesh& mesh = scene.meshes[static_cast<size_t>(scene.instances[i].mesh)];
+    if (!instances[i].moving && !mesh.indices.empty()) {
+      STILLRAY_RETURN_IF_ERROR(AddMesh(static_scene_.get(), mesh, transforms[i],
+                                       instances[i].see_through, static_cast<uint32_t>(i)));
+    }
+  }
+  return Commit(static_scene_.get(), "what stands still");
+}
+
+Status EmbreeAccel::BuildMoving(const Scene& scene, const std::vector<AccelInstance>& instances) {
+  top_scene_ = NewScene(RTC_BUILD_QUALITY_MEDIUM, RTC_SCENE_FLAG_DYNAMIC);
+  mesh_scenes_.resize(2 * scene.meshes.size());
+  for (size_t i = 0; i < instances.size(); ++i) {
+    const auto mesh_index = static_cast<size_t>(scene.instances[i].mesh);
+    const Mesh& mesh = scene.meshes[mesh_index];
+    if (!instances[i].moving || mesh.indices.empty()) {
+      continue;
+    }
+    SceneHandle& mesh_scene = mesh_scenes_[2 * mesh_index + (instances[i].see_through ? 1 : 0)];
+    if (!mesh_scene) {
+      mesh_scene = NewScene(RTC_BUILD_QUALITY_MEDIUM, RTC_SCENE_FLAG_NONE);
+      STILLRAY_RETURN_IF_ERROR(
+          AddMesh(mesh_scene.get(), mesh, mat4(1.0f), instances[i].see_through, 0));
+      STILLRAY_RETURN_IF_ERROR(Commit(mesh_scene.get(), mesh.name.c_str()));
+    }
+    GeometryHandle geometry(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE));
+    rtcSetGeometryInstancedScene(geometry.get(), mesh_scene.get());
+    rtcSetGeometryTimeStepCount(geometry.get(), 1);
+    rtcAttachGeometryByID(top_scene_.get(), geometry.get(), static_cast<uint32_t>(i));
+    moving_.push_back({static_cast<uint32_t>(i), std::move(geometry)});
+  }
+  static_id_ = static_cast<uint32_t>(instances.size());
+  const GeometryHandle fixed(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE));
+  rtcSetGeometryInstancedScene(fixed.get(), static_scene_.get());
+  rtcSetGeometryTimeStepCount(fixed.get(), 1);
+  rtcCommitGeometry(fixed.get());
+  rtcAttachGeometryByID(top_scene_.get(), fixed.get(), static_id_);
+  return Status::Ok();
+}
+
+Status EmbreeAccel::Build(const Scene& scene, const std::vector<AccelInstance>& instances,
+                          const std::vector<mat4>& transforms) {
+  // No threads of its own: it runs on the pool that everything else uses.
+  device_.reset(rtcNewDevice("start_threads=0,set_affinity=0"));
+  if (!device_) {
+    return Status::Unsupported(fmt::format("Embree could not be started: error {}",
+                                           static_cast<int>(rtcGetDeviceError(nullptr))));
+  }
+  if (rtcGetDeviceProperty(device_.get(), RTC_DEVICE_PROPERTY_FILTER_FUNCTION_SUPPORTED) == 0 ||
+      rtcGetDeviceProperty(device_.get(), RTC_DEVICE_PROPERTY_TRIANGLE_GEOMETRY_SUPPORTED) == 0) {
+    return Status::Unsupported("this build of Embree lacks triangles or filter functions");
+  }
+  const auto native = [&](RTCDeviceProperty property) {
+    return rtcGetDeviceProperty(device_.get(), property) != 0;
+  };
+  widest_packet_ = native(RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)  ? 16
+                   : native(RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) ? 8
+                                                                       : 4;
+  rtcSetDeviceMemoryMonitorFunction(device_.get(), CountMemory, this);
+  STILLRAY_RETURN_IF_ERROR(BuildStatic(scene, instances, transforms));
+  root_ = static_scene_.get();
+  bool any_moving = false;
+  for (const AccelInstance& instance : instances) {
+    any_moving |= instance.moving;
+  }
+  if (any_moving) {
+    STILLRAY_RETURN_IF_ERROR(BuildMoving(scene, instances));
+    root_ = top_scene_.get();
+  }
+  return Update(transforms);
+}
+
+Status EmbreeAccel::Update(const std::vector<mat4>& transforms) {
+  if (!top_scene_) {
+    return Status::Ok();
+  }
+  for (const Moving& moving : moving_) {
+    const mat4& transform = transforms[moving.instance];
+    if (!Invertible(transform)) {
+      rtcDisableGeometry(moving.geometry.get());
+      continue;
+    }
+    rtcEnableGeometry(moving.geometry.get());
+    rtcSetGeometryTransform(moving.geometry.get(), 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
+                            &transform[0][0]);
+    rtcCommitGeometry(moving.geometry.get());
+  }
+  return Commit(top_scene_.get(), "what moves");
+}
+
+void EmbreeAccel::IntersectCoherent(const RayBatch& rays, HitBatch* hits) const {
+  switch (widest_packet_) {
+    case 16:
+      return IntersectBatch<16>(root_, rays, RTC_INTERSECT_CONTEXT_FLAG_COHERENT, static_id_, hits);
+    case 8:
+      return IntersectBatch<8>(root_, rays, RTC_INTERSECT_CONTEXT_FLAG_COHERENT, static_id_, hits);
+    default:
+      return IntersectBatch<4>(root_, rays, RTC_INTERSECT_CONTEXT_FLAG_COHERENT, static_id_, hits);
+  }
+}
+
+void EmbreeAccel::IntersectIncoherent(const RayBatch& rays, HitBatch* hits) const {
+  // Eight at a time is faster than sixteen where rays diverge.
+  if (widest_packet_ >= 8) {
+    return IntersectBatch<8>(root_, rays, RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT, static_id_, hits);
+  }
+  return IntersectBatch<4>(root_, rays, RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT, static_id_, hits);
+}
+
+void EmbreeAccel::Occluded(const RayBatch& rays, vec3* transmittance) const {
+  ShadowContext context;
+  rtcInitIntersectContext(&context.base);
+  context.base.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  context.filter = &filter_;
+  context.rays = &rays;
+  context.transmittance = transmittance;
+  context.static_id = static_id_;
+  for (int i = 0; i < rays.count; ++i) {
+    transmittance[i] = vec3(1.0f);
+  }
+  switch (widest_packet_) {
+    case 16:
+      return OccludedBatch<16>(root_, rays, &context);
+    case 8:
+      return OccludedBatch<8>(root_, rays, &context);
+    default:
+      return OccludedBatch<4>(root_, rays, &context);
+  }
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Accel>> Accel::Create(const Scene& scene,
+                                             const std::vector<AccelInstance>& instances,
+                                             const std::vector<mat4>& transforms,
+                                             const ShadowFilter& filter) {
+  auto accel = std::make_unique<EmbreeAccel>(filter);
+  STILLRAY_RETURN_IF_ERROR(accel->Build(scene, instances, transforms));
+  return std::unique_ptr<Accel>(std::move(accel));
+}
+
+}  // namespace stillray::render

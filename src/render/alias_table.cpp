@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render/alias_table.h"
+
+#include <algorithm>
+
+namespace stillray::render {
+
+void FillAliasTable(const float* weights, size_t count, AliasEntry* table) {
+  double sum = 0;
+  for (size_t i = 0; i < count; ++i) {
+    sum += weights[i];
+  }
+  if (!(sum > 0)) {
+    std::fill_n(table, count, AliasEntry{});
+    return;
+  }
+  std::vector<double> height(count);  // of each column; their mean is 1
+  std::vector<uint32_t> low;
+  std::vector<uint32_t> high;
+  for (size_t i = 0; i < count; ++i) {
+    const double probability = weights[i] / sum;
+    height[i] = probability * static_cast<double>(count);
+    table[i] = {1.0f, static_cast<uint32_t>(i), static_cast<float>(probability)};
+    (height[i] < 1 ? low : high).push_back(static_cast<uint32_t>(i));
+  }
+  while (!low.empty() && !high.empty()) {
+    const uint32_t small = low.back();
+    const uint32_t large = high.back();
+    low.pop_back();
+    table[small].keep = static_cast<float>(height[small]);
+    table[small].other = large;
+    height[large] -= 1 - height[small];
+    if (height[large] < 1) {
+      high.pop_back();
+      low.push_back(large);
+    }
+  }
+  // What is left are columns of height 1 up to rounding, except for entries that must not be drawn.
+  for (const uint32_t i : low) {
+    if (weights[i] == 0) {
+      table[i].keep = 0.0f;
+      table[i].other = static_cast<uint32_t>(std::max_element(weights, weights + count) - weights);
+    }
+  }
+}
+
+AliasChoice ChooseByAlias(const AliasEntry* table, size_t count, float u) {
+  constexpr float kBelowOne = 0.99999994f;
+  const float scaled = u * static_cast<float>(count);
+  const auto column = std::min(static_cast<size_t>(scaled), count - 1);
+  const float within = std::min(scaled - static_cast<float>(column), kBelowOne);
+  const AliasEntry& entry = table[column];
+  if (within < entry.keep) {
+    return {static_cast<uint32_t>(column), std::min(within / entry.keep, kBelowOne)};
+  }
+  return {entry.other, std::min((within - entry.keep) / (1.0f - entry.keep), kBelowOne)};
+}
+
+}  // namespace stillray::render

@@ -1,0 +1,257 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// What a surface does with light: glTF 2.0 metallic-roughness with transmission, as
+//   diffuse    Lambert, scaled by what the dielectric coat above it lets through
+//   specular   GGX reflection, Schlick Fresnel between f0 and f90 (coat and metal in one lobe)
+//   glass      GGX reflection and refraction, exact Fresnel (Walter et al. 2007), or a thin sheet
+// The rough lobes are scaled so that what single scattering loses comes back (Turquin 2019,
+// "Practical multiple scattering compensation for microfacet models"): a white surface reflects
+// all light. Directions are local, z along the shading normal; wo.z > 0 always.
+//
+// Refraction carries "basic radiance", L / n^2, which a boundary leaves as it is: a path that
+// enters a solid and leaves it again gets the same light as with both factors.
+#ifndef STILLRAY_RENDER_BSDF_SHARED_H
+#define STILLRAY_RENDER_BSDF_SHARED_H
+
+#ifdef __cplusplus
+#include "render/ggx_shared.h"
+#endif
+
+STILLRAY_RENDER_BEGIN
+
+struct Bsdf {
+  vec3 diffuse;              // reflectance of the diffuse lobe, coat included
+  vec3 specular_f0;          // reflectance at normal incidence
+  vec3 specular_scale;       // weight of the lobe times its energy compensation
+  vec3 tint;                 // what transmission leaves of the light
+  float specular_f90;        // reflectance at grazing incidence
+  float specular_alpha;      // 0 = ideally smooth
+  float glass_weight;        // of reflection and transmission together
+  float glass_compensation;  // energy compensation
+  float glass_alpha;         // 0 = ideally smooth
+  float eta;                 // refractive index beyond over here; of the sheet, if thin
+  float sheet_reflectance;   // of a smooth thin sheet, from the geometric normal
+  int thin;                  // 1: light goes straight through
+  float pick_diffuse;        // probabilities of the lobes; their sum is 1, or 0: black
+  float pick_specular;
+  float pick_glass;
+};
+
+// f times |cos|, per lobe, and the density of SampleBsdf, per solid angle. Ideally smooth lobes
+// have no part in either.
+struct BsdfValue {
+  vec3 diffuse;
+  vec3 specular;
+  float density;
+};
+
+const int kScatterNone = 0;      // the sample is worthless: the path ends
+const int kScatterRough = 1;     // drawn with a finite density
+const int kScatterMirror = 2;    // ideal reflection
+const int kScatterRefract = 3;   // ideal refraction
+const int kScatterStraight = 4;  // straight through a smooth thin sheet
+
+struct BsdfSample {
+  vec3 wi;
+  vec3 diffuse;   // f cos / density
+  vec3 specular;  // likewise; of ideally smooth lobes: share / probability
+  float density;  // of all rough lobes together; 0 for ideally smooth ones
+  int kind;
+};
+
+SHARED_FN BsdfValue EvaluateSpecular(Bsdf bsdf, vec3 wo, vec3 wi) {
+  BsdfValue value;
+  value.diffuse = vec3(0.0f);
+  vec3 h = normalize(wo + wi);
+  float lambda_o = GgxLambda(wo, bsdf.specular_alpha);
+  float lambda_i = GgxLambda(wi, bsdf.specular_alpha);
+  float d = GgxDensity(h, bsdf.specular_alpha) / (4.0f * wo.z);
+  float s = SchlickWeight(dot(wo, h));
+  vec3 fresnel = bsdf.specular_f0 * (1.0f - s) + vec3(bsdf.specular_f90 * s);
+  value.specular = bsdf.specular_scale * fresnel * (d / (1.0f + lambda_o + lambda_i));
+  value.density = d / (1.0f + lambda_o);
+  return value;
+}
+
+// Rough thin sheet: the reflected lobe above, the same lobe flipped below.
+SHARED_FN BsdfValue EvaluateSheet(Bsdf bsdf, vec3 wo, vec3 wi) {
+  BsdfValue value;
+  value.diffuse = vec3(0.0f);
+  vec3 up = vec3(wi.x, wi.y, abs(wi.z));
+  vec3 h = normalize(wo + up);
+  float lambda_o = GgxLambda(wo, bsdf.glass_alpha);
+  float lambda_i = GgxLambda(up, bsdf.glass_alpha);
+  float d = GgxDensity(h, bsdf.glass_alpha) / (4.0f * wo.z);
+  float reflectance = FresnelThinSheet(dot(wo, h), bsdf.eta);
+  float share = wi.z > 0.0f ? reflectance : 1.0f - reflectance;
+  vec3 colour = wi.z > 0.0f ? vec3(1.0f) : bsdf.tint;
+  float scale = bsdf.glass_weight * bsdf.glass_compensation;
+  value.specular = colour * (scale * share * d / (1.0f + lambda_o + lambda_i));
+  value.density = share * d / (1.0f + lambda_o);
+  return value;
+}
+
+// Rough boundary of a solid: Walter et al. 2007, eq. 20 and 21, G height-correlated for both sides.
+SHARED_FN BsdfValue EvaluateBoundary(Bsdf bsdf, vec3 wo, vec3 wi) {
+  BsdfValue value;
+  value.diffuse = vec3(0.0f);
+  value.specular = vec3(0.0f);
+  value.density = 0.0f;
+  vec3 h = wi.z > 0.0f ? normalize(wo + wi) : normalize(wo + bsdf.eta * wi);
+  h = h.z < 0.0f ? -h : h;
+  float cos_o = dot(wo, h);
+  float cos_i = dot(wi, h);
+  if (cos_o <= 0.0f || cos_i * wi.z <= 0.0f) {
+    return value;
+  }
+  float lambda_o = GgxLambda(wo, bsdf.glass_alpha);
+  float lambda_i = GgxLambda(wi, bsdf.glass_alpha);
+  float fresnel = FresnelDielectric(cos_o, bsdf.eta);
+  float share;
+  float jacobian;  // solid angle of h over that of wi
+  vec3 colour = vec3(1.0f);
+  if (wi.z > 0.0f) {
+    share = fresnel;
+    jacobian = 1.0f / (4.0f * cos_o);
+  } else {
+    float denominator = cos_o + bsdf.eta * cos_i;
+    share = 1.0f - fresnel;
+    jacobian = bsdf.eta * bsdf.eta * abs(cos_i) / max(denominator * denominator, 1e-12f);
+    colour = bsdf.tint;
+  }
+  float d = GgxDensity(h, bsdf.glass_alpha) * cos_o * jacobian * share / wo.z;
+  float scale = bsdf.glass_weight * bsdf.glass_compensation;
+  value.specular = colour * (scale * d / (1.0f + lambda_o + lambda_i));
+  value.density = d / (1.0f + lambda_o);
+  return value;
+}
+
+SHARED_FN BsdfValue EvaluateBsdf(Bsdf bsdf, vec3 wo, vec3 wi) {
+  BsdfValue value;
+  value.diffuse = vec3(0.0f);
+  value.specular = vec3(0.0f);
+  value.density = 0.0f;
+  if (wi.z > 0.0f) {
+    value.diffuse = bsdf.diffuse * (wi.z * kInvPi);
+    value.density = bsdf.pick_diffuse * wi.z * kInvPi;
+    if (bsdf.pick_specular > 0.0f && bsdf.specular_alpha > 0.0f) {
+      BsdfValue specular = EvaluateSpecular(bsdf, wo, wi);
+      value.specular += specular.specular;
+      value.density += bsdf.pick_specular * specular.density;
+    }
+  }
+  if (wi.z != 0.0f && bsdf.pick_glass > 0.0f && bsdf.glass_alpha > 0.0f) {
+    BsdfValue glass = bsdf.thin != 0 ? EvaluateSheet(bsdf, wo, wi) : EvaluateBoundary(bsdf, wo, wi);
+    value.specular += glass.specular;
+    value.density += bsdf.pick_glass * glass.density;
+  }
+  return value;
+}
+
+// A direction with density proportional to its cosine with z. u in [0,1)^2.
+SHARED_FN vec3 SampleCosine(float u0, float u1) {
+  float r = sqrt(u0);
+  float phi = 2.0f * kPi * u1;
+  return vec3(r * cos(phi), r * sin(phi), sqrt(max(1.0f - u0, 1e-12f)));
+}
+
+// The ideally smooth glass lobe. `u` picks reflection or transmission.
+SHARED_FN BsdfSample SampleSmoothGlass(Bsdf bsdf, vec3 wo, float u) {
+  BsdfSample result;
+  result.diffuse = vec3(0.0f);
+  result.density = 0.0f;
+  float share = bsdf.glass_weight / bsdf.pick_glass;
+  float reflectance = bsdf.thin != 0 ? bsdf.sheet_reflectance : FresnelDielectric(wo.z, bsdf.eta);
+  if (u < reflectance) {
+    result.wi = vec3(-wo.x, -wo.y, wo.z);
+    result.specular = vec3(share);
+    result.kind = kScatterMirror;
+  } else {
+    result.wi = bsdf.thin != 0 ? -wo : RefractAbout(wo, vec3(0.0f, 0.0f, 1.0f), bsdf.eta);
+    result.specular = share * bsdf.tint;
+    result.kind = bsdf.thin != 0 ? kScatterStraight : kScatterRefract;
+  }
+  return result;
+}
+
+// The direction that the rough glass lobe sends light to, about the microfacet normal h; z of
+// either sign. Zero where the microfacet sends it through the surface the wrong way: that light is
+// lost here, and the compensation accounts for it.
+SHARED_FN vec3 SampleRoughGlass(Bsdf bsdf, vec3 wo, vec3 h, float u) {
+  float cos_o = dot(wo, h);
+  vec3 reflected = 2.0f * cos_o * h - wo;
+  if (bsdf.thin != 0) {
+    float side = u < FresnelThinSheet(cos_o, bsdf.eta) ? 1.0f : -1.0f;
+    return reflected.z > 0.0f ? vec3(reflected.x, reflected.y, side * reflected.z) : vec3(0.0f);
+  }
+  if (u < FresnelDielectric(cos_o, bsdf.eta)) {
+    return reflected.z > 0.0f ? reflected : vec3(0.0f);
+  }
+  vec3 refracted = RefractAbout(wo, h, bsdf.eta);
+  return refracted.z < 0.0f ? refracted : vec3(0.0f);
+}
+
+// The ideally smooth specular lobe.
+SHARED_FN BsdfSample SampleMirror(Bsdf bsdf, vec3 wo) {
+  BsdfSample result;
+  float s = SchlickWeight(wo.z);
+  vec3 fresnel = bsdf.specular_f0 * (1.0f - s) + vec3(bsdf.specular_f90 * s);
+  result.wi = vec3(-wo.x, -wo.y, wo.z);
+  result.diffuse = vec3(0.0f);
+  result.specular = fresnel * bsdf.specular_scale / bsdf.pick_specular;
+  result.density = 0.0f;
+  result.kind = kScatterMirror;
+  return result;
+}
+
+// Draws a direction. u: (u.x, u.y) the direction, u.z the lobe, u.w reflection or transmission.
+SHARED_FN BsdfSample SampleBsdf(Bsdf bsdf, vec3 wo, vec4 u) {
+  BsdfSample result;
+  result.wi = vec3(0.0f);
+  result.diffuse = vec3(0.0f);
+  result.specular = vec3(0.0f);
+  result.density = 0.0f;
+  result.kind = kScatterNone;
+  if (u.z < bsdf.pick_diffuse) {
+    result.wi = SampleCosine(u.x, u.y);
+  } else if (u.z < bsdf.pick_diffuse + bsdf.pick_specular || bsdf.pick_glass <= 0.0f) {
+    if (bsdf.pick_specular <= 0.0f) {
+      return result;
+    }
+    if (bsdf.specular_alpha <= 0.0f) {
+      return SampleMirror(bsdf, wo);
+    }
+    vec3 h = SampleGgxVisible(wo, bsdf.specular_alpha, u.x, u.y);
+    result.wi = 2.0f * dot(wo, h) * h - wo;
+    result.wi.z = max(result.wi.z, 0.0f);
+  } else {
+    if (bsdf.glass_alpha <= 0.0f) {
+      return SampleSmoothGlass(bsdf, wo, u.w);
+    }
+    vec3 h = SampleGgxVisible(wo, bsdf.glass_alpha, u.x, u.y);
+    result.wi = SampleRoughGlass(bsdf, wo, h, u.w);
+  }
+  if (result.wi.z == 0.0f) {
+    return result;
+  }
+  BsdfValue value = EvaluateBsdf(bsdf, wo, result.wi);
+  if (value.density <= 0.0f) {
+    return result;
+  }
+  result.diffuse = value.diffuse / value.density;
+  result.specular = value.specular / value.density;
+  result.density = value.density;
+  result.kind = kScatterRough;
+  return result;
+}
+
+// Weight of one of two strategies: the power heuristic of Veach (1997), beta 2.
+SHARED_FN float MisWeight(float density, float other_density) {
+  float ratio = other_density / density;
+  return 1.0f / (1.0f + ratio * ratio);
+}
+
+STILLRAY_RENDER_END
+
+#endif  // STILLRAY_RENDER_BSDF_SHARED_H

@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// How much light the rough lobes reflect and transmit in all, by direction and roughness: found by
+/// numerical integration at start-up, always with the same result.
+#pragma once
+
+#include <array>
+
+#include "stillray/vec.h"
+
+namespace stillray::render {
+
+/// A function of the cosine with the normal and of perceptual roughness, by bilinear interpolation.
+class EnergyTable {
+ public:
+  static constexpr int kSize = 32;
+
+  /// \param cosine, roughness  0..1, clamped
+  float Lookup(float cosine, float roughness) const;
+
+  /// The cosine and the GGX alpha at which entry (i, j) is taken.
+  static float CosineAt(int i);
+  static float AlphaAt(int j);
+  float& At(int i, int j) { return values_[static_cast<size_t>(j * kSize + i)]; }
+
+ private:
+  std::array<float, static_cast<size_t>(kSize* kSize)> values_{};
+};
+
+/// Single-scattering GGX reflection with F = f0 (1 - s) + f90 s, s Schlick's weight, reflects
+/// f0 * scale + f90 * offset; all of it, scale + offset, with a white Fresnel term.
+struct SpecularEnergy {
+  EnergyTable scale;
+  EnergyTable offset;
+};
+
+/// The same for boundaries between dielectrics, all before compensation.
+struct GlassEnergy {
+  float ior = 1.5f;
+  EnergyTable enter_reflected;  ///< coming from outside
+  EnergyTable enter_total;
+  EnergyTable leave_reflected;  ///< coming from inside
+  EnergyTable leave_total;
+  EnergyTable sheet_reflected;  ///< thin sheet; its total is scale + offset of SpecularEnergy
+};
+
+/// Made at the first call (some milliseconds), thread-safe.
+const SpecularEnergy& SpecularEnergyTables();
+/// \param ior  >= 1
+GlassEnergy MakeGlassEnergy(float ior);
+
+}  // namespace stillray::render

@@ -1,0 +1,88 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// The isotropic GGX microfacet distribution (Walter et al. 2007) with the height-correlated Smith
+// shadowing of Heitz (2014), and Fresnel terms. Directions are in the local frame of the surface:
+// z along the shading normal, pointing away from the surface.
+#ifndef STILLRAY_RENDER_GGX_SHARED_H
+#define STILLRAY_RENDER_GGX_SHARED_H
+
+#ifdef __cplusplus
+#include "render/shared.h"
+#endif
+
+STILLRAY_RENDER_BEGIN
+
+// GGX alpha up to which a surface counts as ideally smooth: below, a float cannot resolve the lobe,
+// and no pixel can tell it from a mirror.
+const float kSmoothAlpha = 1e-3f;
+
+// Density of microfacet normals h, per solid angle and projected area. sin^2 is taken from x and y:
+// 1 - z^2 would cancel for narrow lobes.
+SHARED_FN float GgxDensity(vec3 h, float alpha) {
+  float alpha2 = alpha * alpha;
+  float d = h.x * h.x + h.y * h.y + alpha2 * h.z * h.z;
+  return alpha2 / (kPi * d * d);
+}
+
+// Smith's Lambda: 1 / (1 + Lambda) of the microfacets are visible from direction w.
+SHARED_FN float GgxLambda(vec3 w, float alpha) {
+  float tan2 = (w.x * w.x + w.y * w.y) / max(w.z * w.z, 1e-20f);
+  return 0.5f * (sqrt(1.0f + alpha * alpha * tan2) - 1.0f);
+}
+
+// A microfacet normal as seen from wo, with density GgxVisibleDensity. u in [0,1)^2.
+// Dupuy and Benyoub (2023), "Sampling Visible GGX Normals with Spherical Caps".
+SHARED_FN vec3 SampleGgxVisible(vec3 wo, float alpha, float u0, float u1) {
+  vec3 w = normalize(vec3(alpha * wo.x, alpha * wo.y, wo.z));
+  float phi = 2.0f * kPi * u0;
+  float z = (1.0f - u1) * (1.0f + w.z) - w.z;
+  float sin_theta = sqrt(clamp(1.0f - z * z, 0.0f, 1.0f));
+  vec3 h = vec3(sin_theta * cos(phi), sin_theta * sin(phi), z) + w;
+  return normalize(vec3(alpha * h.x, alpha * h.y, max(h.z, 1e-7f)));
+}
+
+// Density per solid angle with which SampleGgxVisible gives h; wo . h > 0.
+SHARED_FN float GgxVisibleDensity(vec3 wo, vec3 h, float alpha) {
+  return GgxDensity(h, alpha) * max(dot(wo, h), 0.0f) /
+         ((1.0f + GgxLambda(wo, alpha)) * max(wo.z, 1e-7f));
+}
+
+// Schlick's weight (1 - cos)^5.
+SHARED_FN float SchlickWeight(float cos_theta) {
+  float m = clamp(1.0f - cos_theta, 0.0f, 1.0f);
+  float m2 = m * m;
+  return m2 * m2 * m;
+}
+
+// Reflectance of a smooth boundary between dielectrics, unpolarised light; 1 under total
+// reflection. eta = refractive index beyond the boundary over that on the side of cos_theta >= 0.
+SHARED_FN float FresnelDielectric(float cos_theta, float eta) {
+  float sin2_t = (1.0f - cos_theta * cos_theta) / (eta * eta);
+  if (sin2_t >= 1.0f) {
+    return 1.0f;
+  }
+  float cos_t = sqrt(1.0f - sin2_t);
+  float parallel = (eta * cos_theta - cos_t) / (eta * cos_theta + cos_t);
+  float perpendicular = (cos_theta - eta * cos_t) / (cos_theta + eta * cos_t);
+  return 0.5f * (parallel * parallel + perpendicular * perpendicular);
+}
+
+// Reflectance of a thin plane-parallel sheet: the sum over all reflections between its two faces,
+// R + T R T + T R^3 T + ... = 2 R / (1 + R).
+SHARED_FN float FresnelThinSheet(float cos_theta, float ior) {
+  float r = FresnelDielectric(cos_theta, ior);
+  return 2.0f * r / (1.0f + r);
+}
+
+// The direction into which w, on the side of h, is refracted; only below total reflection.
+SHARED_FN vec3 RefractAbout(vec3 w, vec3 h, float eta) {
+  float cos_i = dot(w, h);
+  float sin2_t = (1.0f - cos_i * cos_i) / (eta * eta);
+  float cos_t = sqrt(max(1.0f - sin2_t, 0.0f));
+  return normalize(h * (cos_i / eta - cos_t) - w / eta);
+}
+
+STILLRAY_RENDER_END
+
+#endif  // STILLRAY_RENDER_GGX_SHARED_H

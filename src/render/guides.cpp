@@ -1,0 +1,98 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render/guides.h"
+
+#include <limits>
+
+namespace stillray::render {
+namespace {
+
+// Where a point was that the previous frame's camera had behind it: outside of the picture.
+vec2 MotionOutOfPicture(const CameraView& camera) {
+  return {2.0f * camera.width, 2.0f * camera.height};
+}
+
+vec2 MotionBetween(const TraceContext& context, vec3 offset, vec3 previous_offset) {
+  if (dot(previous_offset, context.previous_camera.forward) <= 0.0f) {
+    return MotionOutOfPicture(context.previous_camera);
+  }
+  return context.previous_camera.Project(previous_offset) - context.camera.Project(offset);
+}
+
+vec3 LocalPoint(const Mesh& mesh, const Hit& hit) {
+  const uint32_t* corner = mesh.indices.data() + 3 * static_cast<size_t>(hit.primitive);
+  return mesh.positions[corner[0]] * (1.0f - hit.u - hit.v) + mesh.positions[corner[1]] * hit.u +
+         mesh.positions[corner[2]] * hit.v;
+}
+
+vec2 SurfaceMotion(const TraceContext& context, const Hit& hit) {
+  const PlacedInstance& instance = context.state.instance(hit.instance);
+  const vec4 local(LocalPoint(*instance.mesh, hit), 1.0f);
+  const vec3 now(instance.world * local);
+  const vec3 before(instance.previous_world * local);
+  return MotionBetween(context, now - context.camera.position,
+                       before - context.previous_camera.position);
+}
+
+const PrimaryLayer* HeaviestLayer(const PrimaryPixel& pixel) {
+  const PrimaryLayer* heaviest = nullptr;
+  for (int i = 0; i < pixel.count; ++i) {
+    if (heaviest == nullptr || pixel.layers[i].weight > heaviest->weight) {
+      heaviest = &pixel.layers[i];
+    }
+  }
+  return heaviest;
+}
+
+vec3 EmissionTowards(const TraceContext& context, const Hit& hit, bool front) {
+  const Material& material = *context.state.instance(hit.instance).material;
+  return material.emits() && (front || material.double_sided) ? context.state.Emission(hit)
+                                                              : vec3(0.0f);
+}
+
+bool SeenFromFront(const TraceContext& context, const Hit& hit, vec3 direction) {
+  const PlacedInstance& instance = context.state.instance(hit.instance);
+  const Triangle t = context.state.TriangleOf(instance, hit.primitive);
+  return dot(cross(t.p1 - t.p0, t.p2 - t.p0), direction) * instance.orientation <= 0.0f;
+}
+
+}  // namespace
+
+PixelGuides MakeGuides(const TraceContext& context, const PrimaryPixel& pixel) {
+  PixelGuides guides;
+  const PrimaryLayer* heaviest = HeaviestLayer(pixel);
+  if (heaviest == nullptr) {
+    guides.depth = std::numeric_limits<float>::infinity();
+    guides.motion = MotionBetween(context, pixel.direction, pixel.direction);
+  }
+  for (int i = 0; i < pixel.count; ++i) {
+    const PrimaryLayer& layer = pixel.layers[i];
+    const Surface surface = MakeSurface(context.state, layer.hit, pixel.direction);
+    const Bsdf bsdf = context.bsdfs.Make(surface, 0.0f);
+    guides.albedo += bsdf.diffuse * layer.weight;
+    guides.specular_albedo += context.bsdfs.SpecularAlbedo(surface, bsdf) * layer.weight;
+    guides.emission += EmissionTowards(context, layer.hit, surface.front) * layer.weight;
+    if (&layer == heaviest) {
+      guides.depth = context.camera.Depth(surface.position);
+      guides.normal = surface.frame.z;
+      guides.motion = SurfaceMotion(context, layer.hit);
+      guides.id = layer.hit.instance + 1;
+      guides.roughness = surface.roughness;
+    }
+  }
+  guides.background = context.lights.environment().Radiance(pixel.direction) * pixel.background;
+  return guides;
+}
+
+UnscatteredLight FindUnscatteredLight(const TraceContext& context, const PrimaryPixel& pixel) {
+  UnscatteredLight light;
+  for (int i = 0; i < pixel.count; ++i) {
+    const PrimaryLayer& layer = pixel.layers[i];
+    const bool front = SeenFromFront(context, layer.hit, pixel.direction);
+    light.emission += EmissionTowards(context, layer.hit, front) * layer.weight;
+  }
+  light.background = context.lights.environment().Radiance(pixel.direction) * pixel.background;
+  return light;
+}
+
+}  // namespace stillray::render

@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render/primary.h"
+
+#include <limits>
+
+namespace stillray::render {
+namespace {
+
+// A ray that passes more surfaces than these, all cut out by their masks, sees the background.
+constexpr int kMaxPasses = 256;
+
+// Adds the surface to the pixel. Returns whether the ray goes on.
+bool AddLayer(const Hit& hit, float opacity, PrimaryPixel* pixel) {
+  if (!(opacity > 0.0f)) {
+    return true;
+  }
+  const bool last = opacity >= 1.0f || pixel->count == kMaxLayers - 1;
+  PrimaryLayer& layer = pixel->layers[pixel->count++];
+  layer.hit = hit;
+  layer.weight = last ? pixel->background : pixel->background * opacity;
+  pixel->background = last ? 0.0f : pixel->background - layer.weight;
+  return !last;
+}
+
+}  // namespace
+
+vec3 OriginBehind(const SceneState& state, const Hit& hit, vec3 direction) {
+  const Triangle t = state.TriangleOf(state.instance(hit.instance), hit.primitive);
+  const vec3 point = t.p0 * (1.0f - hit.u - hit.v) + t.p1 * hit.u + t.p2 * hit.v;
+  const vec3 normal = SafeNormalize(cross(t.p1 - t.p0, t.p2 - t.p0), direction);
+  return OffsetPoint(point, dot(normal, direction) > 0.0f ? normal : -normal);
+}
+
+void FindPrimarySurfaces(const TraceContext& context, const vec2* points, int count,
+                         RayScratch* scratch, PrimaryPixel* pixels, RenderTimings* timings) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const PhaseTimer timer(&timings->primary_ms);
+  scratch->rays.count = 0;
+  for (int i = 0; i < count; ++i) {
+    pixels[i].direction = context.camera.Direction(points[i]);
+    pixels[i].count = 0;
+    pixels[i].background = 1.0f;  // what no surface has taken yet
+    scratch->rays.Push(context.camera.position, pixels[i].direction, kInfinity);
+    scratch->owner[i] = i;
+  }
+  for (int pass = 0; pass < kMaxPasses && scratch->rays.count > 0; ++pass) {
+    timings->primary_rays += static_cast<uint64_t>(scratch->rays.count);
+    context.accel.IntersectCoherent(scratch->rays, &scratch->hits);
+    const int traced = scratch->rays.count;
+    scratch->rays.count = 0;
+    for (int i = 0; i < traced; ++i) {
+      const Hit hit = scratch->hits.Get(i);
+      if (hit.instance == kNoHit) {
+        continue;
+      }
+      const int owner = scratch->owner[i];
+      PrimaryPixel* pixel = &pixels[owner];
+      if (AddLayer(hit, context.state.Opacity(hit), pixel)) {
+        // Never ahead of the ray being read.
+        scratch->owner[scratch->rays.count] = owner;
+        scratch->rays.Push(OriginBehind(context.state, hit, pixel->direction), pixel->direction,
+                           kInfinity);
+      }
+    }
+  }
+}
+
+}  // namespace stillray::render

@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// How light falls off, from KHR_lights_punctual.
+#ifndef STILLRAY_RENDER_PUNCTUAL_SHARED_H
+#define STILLRAY_RENDER_PUNCTUAL_SHARED_H
+
+#ifdef __cplusplus
+#include "render/shared.h"
+#endif
+
+STILLRAY_RENDER_BEGIN
+
+// What a light's range leaves at `distance`, to be divided by its square: the extension's
+// recommended max(min(1 - (d / range)^4, 1), 0). Infinite range: 1.
+SHARED_FN float RangeAttenuation(float distance, float range) {
+  float ratio = distance / range;
+  float ratio2 = ratio * ratio;
+  return clamp(1.0f - ratio2 * ratio2, 0.0f, 1.0f);
+}
+
+// Of a spot light: 1 within the inner cone, 0 beyond the outer, and in between the square of a
+// linear ramp over the cosine.
+SHARED_FN float SpotAttenuation(float cosine, float inner_cosine, float outer_cosine) {
+  float ramp = (cosine - outer_cosine) / max(inner_cosine - outer_cosine, 0.001f);
+  float clamped = clamp(ramp, 0.0f, 1.0f);
+  return clamped * clamped;
+}
+
+STILLRAY_RENDER_END
+
+#endif  // STILLRAY_RENDER_PUNCTUAL_SHARED_H

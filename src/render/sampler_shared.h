@@ -1,0 +1,135 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Where random numbers come from: padded sets of four dimensions, each set decorrelated from the
+// others by hashing.
+//  - Sobol': the first four dimensions with the direction numbers of Joe and Kuo (2008), shuffled
+//    and Owen-scrambled per pixel and set after Burley (2020), "Practical Hash-based Owen
+//    Scrambling". Within a set, dimensions 0 and 1 form a (0,2)-sequence: give the pair that
+//    matters most those two.
+//  - Halton: 16 points, rotated per pixel (Cranley and Patterson 1976), as SVGF (section 3) uses.
+#ifndef STILLRAY_RENDER_SAMPLER_SHARED_H
+#define STILLRAY_RENDER_SAMPLER_SHARED_H
+
+#ifdef __cplusplus
+#include "render/shared.h"
+#endif
+
+STILLRAY_RENDER_BEGIN
+
+// Samples of one Sobol' sequence; sample numbers beyond it go into the seed.
+const int kSobolBits = 16;
+
+// Direction numbers, least significant bit first: those of dimension 0..3 for bit 0 of the index,
+// then for bit 1, ... Reversed so that the scramble needs no reversal of its own.
+const uint kSobolDirections[64] = {
+    0x00000001u, 0x00000001u, 0x00000001u, 0x00000001u,  //
+    0x00000002u, 0x00000003u, 0x00000003u, 0x00000003u,  //
+    0x00000004u, 0x00000005u, 0x00000006u, 0x00000004u,  //
+    0x00000008u, 0x0000000fu, 0x00000009u, 0x0000000au,  //
+    0x00000010u, 0x00000011u, 0x00000017u, 0x0000001fu,  //
+    0x00000020u, 0x00000033u, 0x0000003au, 0x0000002eu,  //
+    0x00000040u, 0x00000055u, 0x00000071u, 0x00000045u,  //
+    0x00000080u, 0x000000ffu, 0x000000a3u, 0x000000c9u,  //
+    0x00000100u, 0x00000101u, 0x00000116u, 0x0000011bu,  //
+    0x00000200u, 0x00000303u, 0x00000339u, 0x000002a4u,  //
+    0x00000400u, 0x00000505u, 0x00000677u, 0x0000079au,  //
+    0x00000800u, 0x00000f0fu, 0x000009aau, 0x00000b67u,  //
+    0x00001000u, 0x00001111u, 0x00001601u, 0x0000101eu,  //
+    0x00002000u, 0x00003333u, 0x00003903u, 0x0000302du,  //
+    0x00004000u, 0x00005555u, 0x00007706u, 0x00004041u,  //
+    0x00008000u, 0x0000ffffu, 0x0000aa09u, 0x0000a0c3u,
+};
+
+SHARED_FN uint ReverseBits(uint x) {
+  x = ((x & 0x55555555u) << 1) | ((x >> 1) & 0x55555555u);
+  x = ((x & 0x33333333u) << 2) | ((x >> 2) & 0x33333333u);
+  x = ((x & 0x0f0f0f0fu) << 4) | ((x >> 4) & 0x0f0f0f0fu);
+  x = ((x & 0x00ff00ffu) << 8) | ((x >> 8) & 0x00ff00ffu);
+  return (x << 16) | (x >> 16);
+}
+
+// A bijective mix of 32 bits: the same as HashU32 and HashCombine of core/random.h.
+SHARED_FN uint MixBits(uint x) {
+  x ^= x >> 16;
+  x *= 0x7feb352du;
+  x ^= x >> 15;
+  x *= 0x846ca68bu;
+  x ^= x >> 16;
+  return x;
+}
+SHARED_FN uint MixSeeds(uint a, uint b) {
+  return MixBits(a ^ (MixBits(b) + 0x9e3779b9u + (a << 6) + (a >> 2)));
+}
+
+// Owen scrambling of a fraction whose bits are reversed (most significant first at bit 0): every
+// step lets a bit depend on lower bits alone. Laine and Karras (2011), "Stratified sampling for
+// stochastic transparency", with the better-mixing constants published by N. Vegdahl (2021).
+SHARED_FN uint ScrambleReversed(uint x, uint seed) {
+  x ^= x * 0x3d20adeau;
+  x += seed;
+  x *= (seed >> 16) | 1u;
+  x ^= x * 0x05526c56u;
+  x ^= x * 0x53a22864u;
+  return x;
+}
+
+// The four coordinates of point `index` (< 2^kSobolBits), as bit-reversed 32-bit fractions.
+SHARED_FN uvec4 SobolReversed(uint index) {
+  uvec4 point = uvec4(0u);
+  for (int bit = 0; bit < kSobolBits; ++bit) {
+    uint mask = 0u - ((index >> bit) & 1u);
+    point.x ^= mask & kSobolDirections[4 * bit];
+    point.y ^= mask & kSobolDirections[4 * bit + 1];
+    point.z ^= mask & kSobolDirections[4 * bit + 2];
+    point.w ^= mask & kSobolDirections[4 * bit + 3];
+  }
+  return point;
+}
+
+// [0, 1): the top 24 bits, exact.
+SHARED_FN float FractionToFloat(uint bits) {
+  return float(bits >> 8) * (1.0f / 16777216.0f);
+}
+
+// Point `index` of the shuffled, scrambled sequence that `seed` names.
+SHARED_FN vec4 SobolSample(uint index, uint seed) {
+  uint mask = (1u << kSobolBits) - 1u;
+  uint shuffled = ReverseBits(ScrambleReversed(ReverseBits(index & mask), seed)) & mask;
+  uvec4 point = SobolReversed(shuffled);
+  return vec4(FractionToFloat(ReverseBits(ScrambleReversed(point.x, MixSeeds(seed, 1u)))),
+              FractionToFloat(ReverseBits(ScrambleReversed(point.y, MixSeeds(seed, 2u)))),
+              FractionToFloat(ReverseBits(ScrambleReversed(point.z, MixSeeds(seed, 3u)))),
+              FractionToFloat(ReverseBits(ScrambleReversed(point.w, MixSeeds(seed, 4u)))));
+}
+
+// The digits of `index` in `base`, mirrored at the radix point: in [0, 1).
+SHARED_FN float RadicalInverse(uint index, uint base) {
+  float inverse_base = 1.0f / float(base);
+  float digit_weight = inverse_base;
+  float value = 0.0f;
+  while (index > 0u) {
+    uint next = index / base;
+    value += float(index - next * base) * digit_weight;
+    digit_weight *= inverse_base;
+    index = next;
+  }
+  return min(value, 0.99999994f);
+}
+
+const uint kHaltonPeriod = 16u;
+
+// Point index % 16 of the Halton sequence (bases 2, 3, 5, 7; numbered from 1), rotated by `seed`.
+// `order` shuffles the cycle so that two sets of dimensions are not the same points.
+SHARED_FN vec4 HaltonSample(uint index, uint seed, uint order) {
+  uint i = ((index ^ order) & (kHaltonPeriod - 1u)) + 1u;
+  vec4 point = vec4(RadicalInverse(i, 2u), RadicalInverse(i, 3u), RadicalInverse(i, 5u),
+                    RadicalInverse(i, 7u));
+  vec4 shift = vec4(FractionToFloat(MixSeeds(seed, 1u)), FractionToFloat(MixSeeds(seed, 2u)),
+                    FractionToFloat(MixSeeds(seed, 3u)), FractionToFloat(MixSeeds(seed, 4u)));
+  return min(fract(point + shift), vec4(0.99999994f));
+}
+
+STILLRAY_RENDER_END
+
+#endif  // STILLRAY_RENDER_SAMPLER_SHARED_H

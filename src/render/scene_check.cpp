@@ -1,0 +1,211 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render/scene_check.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace stillray::render {
+namespace {
+
+template <typename T>
+Status CheckRange(const char* name, T value, T low, T high) {
+  if (value >= low && value <= high) {
+    return Status::Ok();
+  }
+  return Status::InvalidArgument(
+      fmt::format("{} is {}, expected {} to {}", name, value, low, high));
+}
+
+Status CheckIndex(const std::string& what, int index, size_t count) {
+  if (index >= 0 && static_cast<size_t>(index) < count) {
+    return Status::Ok();
+  }
+  return Status::InvalidArgument(fmt::format("{} is {}, but there are {}", what, index, count));
+}
+
+template <typename T>
+Status CheckCount(const std::string& mesh, const char* what, const std::vector<T>& values,
+                  size_t expected) {
+  if (values.empty() || values.size() == expected) {
+    return Status::Ok();
+  }
+  return Status::InvalidArgument(
+      fmt::format("{} has {} {}, expected {} as positions", mesh, values.size(), what, expected));
+}
+
+Status CheckMesh(const Scene& scene, size_t index) {
+  const Mesh& mesh = scene.meshes[index];
+  const std::string name = fmt::format("mesh {} (\"{}\")", index, mesh.name);
+  const size_t count = mesh.positions.size();
+  if (mesh.normals.size() != count) {
+    return Status::InvalidArgument(fmt::format("{} has {} normals, expected {} as positions", name,
+                                               mesh.normals.size(), count));
+  }
+  STILLRAY_RETURN_IF_ERROR(CheckCount(name, "tangents", mesh.tangents, count));
+  STILLRAY_RETURN_IF_ERROR(CheckCount(name, "uv of set 0", mesh.uv[0], count));
+  STILLRAY_RETURN_IF_ERROR(CheckCount(name, "uv of set 1", mesh.uv[1], count));
+  STILLRAY_RETURN_IF_ERROR(CheckCount(name, "colours", mesh.colors, count));
+  STILLRAY_RETURN_IF_ERROR(
+      CheckIndex(name + ": its material", mesh.material, scene.materials.size()));
+  if (mesh.indices.size() % 3 != 0) {
+    return Status::InvalidArgument(
+        fmt::format("{} has {} indices, expected a multiple of 3", name, mesh.indices.size()));
+  }
+  const auto largest = std::max_element(mesh.indices.begin(), mesh.indices.end());
+  if (largest != mesh.indices.end() && *largest >= count) {
+    return Status::InvalidArgument(
+        fmt::format("{} has the index {}, but {} vertices", name, *largest, count));
+  }
+  return Status::Ok();
+}
+
+Status CheckTexture(const Scene& scene, size_t index) {
+  const Texture& texture = scene.textures[index];
+  const std::string name = fmt::format("texture {} (\"{}\")", index, texture.name);
+  if (texture.width < 1 || texture.height < 1) {
+    return Status::InvalidArgument(
+        fmt::format("{} is {}x{}, expected at least 1x1", name, texture.width, texture.height));
+  }
+  const size_t expected =
+      4 * static_cast<size_t>(texture.width) * static_cast<size_t>(texture.height);
+  if (texture.texels.size() != expected) {
+    return Status::InvalidArgument(fmt::format("{} has {} bytes, expected {} for {}x{} RGBA", name,
+                                               texture.texels.size(), expected, texture.width,
+                                               texture.height));
+  }
+  return Status::Ok();
+}
+
+Status CheckMaterial(const Scene& scene, size_t index) {
+  const Material& material = scene.materials[index];
+  const std::string name = fmt::format("material {} (\"{}\")", index, material.name);
+  const std::pair<const char*, const TextureRef*> slots[] = {
+      {"base colour texture", &material.base_color_texture},
+      {"metallic-roughness texture", &material.metallic_roughness_texture},
+      {"normal texture", &material.normal_texture},
+      {"emissive texture", &material.emissive_texture},
+      {"transmission texture", &material.transmission_texture}};
+  for (const auto& [slot, ref] : slots) {
+    if (ref->texture != -1) {
+      STILLRAY_RETURN_IF_ERROR(
+          CheckIndex(fmt::format("{}: its {}", name, slot), ref->texture, scene.textures.size()));
+    }
+    if (ref->uv_set < 0 || ref->uv_set > 1) {
+      return Status::InvalidArgument(
+          fmt::format("{}: its {} uses uv set {}, expected 0 or 1", name, slot, ref->uv_set));
+    }
+  }
+  const vec3 e = material.emission;
+  if (!(e.x >= 0 && e.y >= 0 && e.z >= 0) || !std::isfinite(e.x + e.y + e.z)) {
+    return Status::InvalidArgument(fmt::format(
+        "{}: emission is ({}, {}, {}), expected finite and at least 0", name, e.x, e.y, e.z));
+  }
+  if (!(material.ior >= 1.0f && material.ior <= 10.0f)) {
+    return Status::InvalidArgument(
+        fmt::format("{}: ior is {}, expected 1 to 10", name, material.ior));
+  }
+  return Status::Ok();
+}
+
+Status CheckEnvironment(const Environment& environment) {
+  const vec3 e = environment.radiance;
+  if (!(e.x >= 0 && e.y >= 0 && e.z >= 0) || !std::isfinite(e.x + e.y + e.z)) {
+    return Status::InvalidArgument(fmt::format(
+        "environment: radiance is ({}, {}, {}), expected finite and at least 0", e.x, e.y, e.z));
+  }
+  for (int c = 0; c < 3 && !environment.map.empty(); ++c) {
+    for (int y = 0; y < environment.map.height(); ++y) {
+      for (int x = 0; x < environment.map.width(); ++x) {
+        const float value = environment.map[c](x, y);
+        if (!(value >= 0) || !std::isfinite(value)) {
+          return Status::InvalidArgument(
+              fmt::format("environment map: channel {} of pixel ({}, {}) is {}, expected finite "
+                          "and at least 0",
+                          c, x, y, value));
+        }
+      }
+    }
+  }
+  return Status::Ok();
+}
+
+Status CheckNodes(const Scene& scene) {
+  for (size_t i = 0; i < scene.nodes.size(); ++i) {
+    if (scene.nodes[i].parent < -1 || scene.nodes[i].parent >= static_cast<int>(i)) {
+      return Status::InvalidArgument(fmt::format(
+          "node {}: its parent is {}, expected -1 or a node before it", i, scene.nodes[i].parent));
+    }
+  }
+  for (size_t i = 0; i < scene.instances.size(); ++i) {
+    STILLRAY_RETURN_IF_ERROR(CheckIndex(fmt::format("instance {}: its mesh", i),
+                                        scene.instances[i].mesh, scene.meshes.size()));
+    STILLRAY_RETURN_IF_ERROR(CheckIndex(fmt::format("instance {}: its node", i),
+                                        scene.instances[i].node, scene.nodes.size()));
+  }
+  for (size_t i = 0; i < scene.cameras.size(); ++i) {
+    STILLRAY_RETURN_IF_ERROR(CheckIndex(fmt::format("camera {}: its node", i),
+                                        scene.cameras[i].node, scene.nodes.size()));
+    const float yfov = scene.cameras[i].yfov;
+    if (!(yfov > 0.0f && yfov < 3.1415925f)) {
+      return Status::InvalidArgument(
+          fmt::format("camera {}: yfov is {}, expected above 0 and below pi", i, yfov));
+    }
+  }
+  for (size_t i = 0; i < scene.lights.size(); ++i) {
+    STILLRAY_RETURN_IF_ERROR(
+        CheckIndex(fmt::format("light {}: its node", i), scene.lights[i].node, scene.nodes.size()));
+    const vec3 e = scene.lights[i].intensity;
+    if (!(e.x >= 0 && e.y >= 0 && e.z >= 0) || !std::isfinite(e.x + e.y + e.z)) {
+      return Status::InvalidArgument(fmt::format(
+          "light {}: intensity is ({}, {}, {}), expected finite and at least 0", i, e.x, e.y, e.z));
+    }
+  }
+  for (size_t i = 0; i < scene.animation.size(); ++i) {
+    STILLRAY_RETURN_IF_ERROR(CheckIndex(fmt::format("animation channel {}: its node", i),
+                                        scene.animation[i].node, scene.nodes.size()));
+  }
+  return Status::Ok();
+}
+
+}  // namespace
+
+Status CheckScene(const Scene& scene) {
+  for (size_t i = 0; i < scene.textures.size(); ++i) {
+    STILLRAY_RETURN_IF_ERROR(CheckTexture(scene, i));
+  }
+  for (size_t i = 0; i < scene.materials.size(); ++i) {
+    STILLRAY_RETURN_IF_ERROR(CheckMaterial(scene, i));
+  }
+  for (size_t i = 0; i < scene.meshes.size(); ++i) {
+    STILLRAY_RETURN_IF_ERROR(CheckMesh(scene, i));
+  }
+  STILLRAY_RETURN_IF_ERROR(CheckNodes(scene));
+  return CheckEnvironment(scene.environment);
+}
+
+Status CheckSettings(const RenderSettings& settings) {
+  STILLRAY_RETURN_IF_ERROR(CheckRange("width", settings.width, 1, 32768));
+  STILLRAY_RETURN_IF_ERROR(CheckRange("height", settings.height, 1, 32768));
+  STILLRAY_RETURN_IF_ERROR(CheckRange("spp", settings.spp, 1, 65536));
+  STILLRAY_RETURN_IF_ERROR(CheckRange("bounces", settings.bounces, 1, 32));
+  if (settings.sampler != SamplerKind::kSobol && settings.sampler != SamplerKind::kHalton16) {
+    return Status::InvalidArgument(fmt::format("sampler is number {}, expected sobol or halton16",
+                                               static_cast<int>(settings.sampler)));
+  }
+  return Status::Ok();
+}
+
+Status CheckMoment(const Scene& scene, const RenderMoment& moment) {
+  STILLRAY_RETURN_IF_ERROR(CheckIndex("camera", moment.camera, scene.cameras.size()));
+  if (!std::isfinite(moment.seconds) || !std::isfinite(moment.previous_seconds)) {
+    return Status::InvalidArgument(
+        fmt::format("seconds is {} and previous_seconds {}, expected finite numbers",
+                    moment.seconds, moment.previous_seconds));
+  }
+  return Status::Ok();
+}
+
+}  // namespace stillray::render

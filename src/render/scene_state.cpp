@@ -1,0 +1,132 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render/scene_state.h"
+
+#include "render/shared.h"
+#include "render/texture.h"
+
+namespace stillray::render {
+namespace {
+
+// The cofactor matrix: determinant times inverse transpose, defined for singular matrices too.
+mat3 CofactorMatrix(const mat3& m) {
+  return {cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])};
+}
+
+void Place(PlacedInstance* instance, const mat4& world) {
+  instance->world = world;
+  const mat3 linear(world);
+  instance->orientation = glm::determinant(linear) < 0.0f ? -1.0f : 1.0f;
+  instance->normal_matrix = CofactorMatrix(linear) * instance->orientation;
+}
+
+template <typename T>
+T Interpolate(const Mesh& mesh, const Hit& hit, const std::vector<T>& values) {
+  const uint32_t* corner = mesh.indices.data() + 3 * static_cast<size_t>(hit.primitive);
+  return values[corner[0]] * (1.0f - hit.u - hit.v) + values[corner[1]] * hit.u +
+         values[corner[2]] * hit.v;
+}
+
+// Nodes whose own transform, or that of a node above, is animated.
+std::vector<bool> AnimatedNodes(const Scene& scene) {
+  std::vector<bool> animated(scene.nodes.size(), false);
+  for (const AnimationChannel& channel : scene.animation) {
+    animated[static_cast<size_t>(channel.node)] = true;
+  }
+  for (size_t i = 0; i < scene.nodes.size(); ++i) {
+    const int parent = scene.nodes[i].parent;
+    animated[i] = animated[i] || (parent >= 0 && animated[static_cast<size_t>(parent)]);
+  }
+  return animated;
+}
+
+}  // namespace
+
+SceneState::SceneState(const Scene& scene) : scene_(&scene) {
+  const std::vector<bool> animated = AnimatedNodes(scene);
+  instances_.resize(scene.instances.size());
+  for (size_t i = 0; i < instances_.size(); ++i) {
+    PlacedInstance& instance = instances_[i];
+    instance.mesh = &scene.meshes[static_cast<size_t>(scene.instances[i].mesh)];
+    instance.material_index = instance.mesh->material;
+    instance.material = &scene.materials[static_cast<size_t>(instance.material_index)];
+    instance.moving = animated[static_cast<size_t>(scene.instances[i].node)];
+    instance.opaque = instance.material->alpha_mode == AlphaMode::kOpaque;
+  }
+}
+
+bool SceneState::Update(double seconds, double previous_seconds) {
+  nodes_ = NodeTransforms(*scene_, seconds);
+  previous_nodes_ = NodeTransforms(*scene_, previous_seconds);
+  bool moved = !placed_;
+  for (size_t i = 0; i < instances_.size(); ++i) {
+    const auto node = static_cast<size_t>(scene_->instances[i].node);
+    PlacedInstance& instance = instances_[i];
+    if (!placed_ || instance.world != nodes_[node]) {
+      moved = true;
+      Place(&instance, nodes_[node]);
+    }
+    instance.previous_world = previous_nodes_[node];
+  }
+  placed_ = true;
+  return moved;
+}
+
+std::vector<mat4> SceneState::InstanceTransforms() const {
+  std::vector<mat4> transforms(instances_.size());
+  for (size_t i = 0; i < transforms.size(); ++i) {
+    transforms[i] = instances_[i].world;
+  }
+  return transforms;
+}
+
+Triangle SceneState::TriangleOf(const PlacedInstance& instance, uint32_t primitive) const {
+  const uint32_t* corner = instance.mesh->indices.data() + 3 * static_cast<size_t>(primitive);
+  const auto place = [&](uint32_t i) {
+    return vec3(instance.world * vec4(instance.mesh->positions[i], 1.0f));
+  };
+  return {place(corner[0]), place(corner[1]), place(corner[2])};
+}
+
+vec2 SceneState::Uv(const Mesh& mesh, const Hit& hit, int set) {
+  const std::vector<vec2>& uv = mesh.uv[set];
+  return uv.empty() ? vec2(0.0f) : Interpolate(mesh, hit, uv);
+}
+
+vec4 SceneState::TextureValue(const TextureRef& ref, const Hit& hit, bool srgb) const {
+  if (ref.texture < 0) {
+    return vec4(1.0f);
+  }
+  const vec2 uv = TransformUv(ref, Uv(*instances_[hit.instance].mesh, hit, ref.uv_set));
+  return SampleTexture(scene_->textures[static_cast<size_t>(ref.texture)], uv,
+                       srgb ? TexelEncoding::kSrgb : TexelEncoding::kLinear);
+}
+
+vec4 SceneState::BaseColour(const Hit& hit) const {
+  const PlacedInstance& instance = instances_[hit.instance];
+  vec4 colour = instance.material->base_color;
+  colour *= TextureValue(instance.material->base_color_texture, hit, true);
+  if (!instance.mesh->colors.empty()) {
+    colour *= Interpolate(*instance.mesh, hit, instance.mesh->colors);
+  }
+  return glm::clamp(colour, 0.0f, 1.0f);
+}
+
+float SceneState::Opacity(const Hit& hit) const {
+  const PlacedInstance& instance = instances_[hit.instance];
+  if (instance.opaque) {
+    return 1.0f;
+  }
+  const float alpha = BaseColour(hit).w;
+  if (instance.material->alpha_mode == AlphaMode::kMask) {
+    return alpha >= instance.material->alpha_cutoff ? 1.0f : 0.0f;
+  }
+  return alpha;
+}
+
+vec3 SceneState::Emission(const Hit& hit) const {
+  const Material& material = *instances_[hit.instance].material;
+  return material.emission * vec3(TextureValue(material.emissive_texture, hit, true));
+}
+
+}  // namespace stillray::render

@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// A scene at one moment, ready to be looked up: where every instance stands and stood, and what
+/// its surface is like at a hit.
+#pragma once
+
+#include <vector>
+
+#include "render/accel.h"
+#include "stillray/scene.h"
+
+namespace stillray::render {
+
+/// One instance at this moment.
+struct PlacedInstance {
+  const Mesh* mesh = nullptr;
+  const Material* material = nullptr;
+  int material_index = 0;
+  mat4 world = mat4(1.0f);
+  mat4 previous_world = mat4(1.0f);  ///< at the previous frame's moment
+  mat3 normal_matrix = mat3(1.0f);   ///< takes normals to the world, not to unit length
+  /// -1 where the transform mirrors: then the front is where triangles run clockwise (glTF 2.0,
+  /// 3.7.4).
+  float orientation = 1.0f;
+  bool moving = false;
+  bool opaque = true;  ///< alpha is 1 everywhere
+};
+
+/// The corners of a triangle in the world.
+struct Triangle {
+  vec3 p0, p1, p2;
+};
+
+class SceneState {
+ public:
+  /// \param scene  valid (CheckScene); must outlive this
+  explicit SceneState(const Scene& scene);
+
+  /// \return whether any instance has moved since the last call
+  bool Update(double seconds, double previous_seconds);
+
+  const Scene& scene() const { return *scene_; }
+  const std::vector<PlacedInstance>& instances() const { return instances_; }
+  const PlacedInstance& instance(uint32_t i) const { return instances_[i]; }
+  /// Transforms of all nodes at this moment and the previous one.
+  const std::vector<mat4>& nodes() const { return nodes_; }
+  const std::vector<mat4>& previous_nodes() const { return previous_nodes_; }
+  std::vector<mat4> InstanceTransforms() const;
+
+  Triangle TriangleOf(const PlacedInstance& instance, uint32_t primitive) const;
+  /// Interpolated texture coordinates of a set; (0, 0) where the mesh has none.
+  static vec2 Uv(const Mesh& mesh, const Hit& hit, int set);
+  /// 0 = ray passes, 1 = opaque; in between for AlphaMode::kBlend.
+  float Opacity(const Hit& hit) const;
+  /// Light that the front of the surface sends out, without regard to the direction.
+  vec3 Emission(const Hit& hit) const;
+
+  /// Base colour with alpha: factor, texture and vertex colour.
+  vec4 BaseColour(const Hit& hit) const;
+  /// \return the texture's value at the hit, or 1 where there is none
+  vec4 TextureValue(const TextureRef& ref, const Hit& hit, bool srgb) const;
+
+ private:
+  const Scene* scene_;
+  std::vector<PlacedInstance> instances_;
+  std::vector<mat4> nodes_;
+  std::vector<mat4> previous_nodes_;
+  bool placed_ = false;
+};
+
+}  // namespace stillray::render

@@ -1,0 +1,275 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render/surface.h"
+
+#include <algorithm>
+
+namespace stillray::render {
+namespace {
+
+struct Corners {
+  uint32_t i0, i1, i2;
+};
+
+Corners CornersOf(const Mesh& mesh, const Hit& hit) {
+  const uint32_t* corner = mesh.indices.data() + 3 * static_cast<size_t>(hit.primitive);
+  return {corner[0], corner[1], corner[2]};
+}
+
+template <typename T>
+T Blend(const std::vector<T>& values, Corners c, const Hit& hit) {
+  return values[c.i0] * (1.0f - hit.u - hit.v) + values[c.i1] * hit.u + values[c.i2] * hit.v;
+}
+
+// The tangent along increasing u where the mesh has none: from the triangle's texture coordinates.
+vec4 TangentFromUv(const PlacedInstance& instance, const Hit& hit, const Triangle& triangle,
+                   int uv_set) {
+  const std::vector<vec2>& uv = instance.mesh->uv[uv_set];
+  if (uv.empty()) {
+    return vec4(0.0f);
+  }
+  const Corners c = CornersOf(*instance.mesh, hit);
+  const vec2 d1 = uv[c.i1] - uv[c.i0];
+  const vec2 d2 = uv[c.i2] - uv[c.i0];
+  const float area = d1.x * d2.y - d1.y * d2.x;
+  if (area == 0.0f) {
+    return vec4(0.0f);
+  }
+  const vec3 tangent =
+      ((triangle.p1 - triangle.p0) * d2.y - (triangle.p2 - triangle.p0) * d1.y) / area;
+  // glTF's v runs down the texture: a texture that is not mirrored has area < 0.
+  return vec4(tangent, area < 0.0f ? 1.0f : -1.0f);
+}
+
+vec3 ApplyNormalMap(const SceneState& state, const PlacedInstance& instance, const Hit& hit,
+                    const Triangle& triangle, vec3 normal) {
+  const Material& material = *instance.material;
+  if (material.normal_texture.texture < 0) {
+    return normal;
+  }
+  vec4 tangent;
+  if (instance.mesh->tangents.empty()) {
+    tangent = TangentFromUv(instance, hit, triangle, material.normal_texture.uv_set);
+  } else {
+    tangent = Blend(instance.mesh->tangents, CornersOf(*instance.mesh, hit), hit);
+    tangent = vec4(mat3(instance.world) * vec3(tangent), tangent.w);
+  }
+  const vec3 across = vec3(tangent) - normal * dot(normal, vec3(tangent));
+  const vec3 t = SafeNormalize(across, vec3(0.0f));
+  if (t == vec3(0.0f)) {
+    return normal;
+  }
+  const float handedness = (tangent.w < 0.0f ? -1.0f : 1.0f) * instance.orientation;
+  const vec3 b = cross(normal, t) * handedness;
+  vec3 m = vec3(state.TextureValue(material.normal_texture, hit, false)) * 2.0f - vec3(1.0f);
+  m.x *= material.normal_scale;
+  m.y *= material.normal_scale;
+  return SafeNormalize(t * m.x + b * m.y + normal * m.z, normal);
+}
+
+// Bends n towards wo until they are at least a little less than perpendicular.
+vec3 FaceViewer(vec3 n, vec3 wo) {
+  const float cosine = dot(n, wo);
+  if (cosine >= kMinViewCosine) {
+    return n;
+  }
+  // Twice the least, so that rounding cannot leave it below.
+  return normalize(n + wo * (2.0f * kMinViewCosine - cosine));
+}
+
+void SetNormals(const SceneState& state, const Hit& hit, Surface* surface) {
+  const PlacedInstance& instance = state.instance(hit.instance);
+  const Triangle triangle = state.TriangleOf(instance, hit.primitive);
+  surface->position =
+      triangle.p0 * (1.0f - hit.u - hit.v) + triangle.p1 * hit.u + triangle.p2 * hit.v;
+  const vec3 outward =
+      SafeNormalize(cross(triangle.p1 - triangle.p0, triangle.p2 - triangle.p0), surface->wo) *
+      instance.orientation;
+  surface->front = dot(outward, surface->wo) >= 0.0f;
+  const float side = surface->front ? 1.0f : -1.0f;
+  surface->geometric = outward * side;
+
+  const vec3 interpolated =
+      instance.normal_matrix * Blend(instance.mesh->normals, CornersOf(*instance.mesh, hit), hit);
+  vec3 normal = SafeNormalize(interpolated, outward);
+  // Normals that disagree with the winding are taken to be upside down.
+  normal = dot(normal, outward) < 0.0f ? -normal : normal;
+  normal = ApplyNormalMap(state, instance, hit, triangle, normal);
+  surface->frame = MakeLocalFrame(FaceViewer(normal * side, surface->wo));
+  surface->local_wo = surface->frame.ToLocal(surface->wo);
+  surface->local_wo.z = max(surface->local_wo.z, kMinViewCosine);
+}
+
+float ClampToUnit(float x) {
+  return x > 0.0f ? min(x, 1.0f) : 0.0f;  // also of what is not a number
+}
+
+float TransmissionOf(const SceneState& state, const Hit& hit) {
+  const Material& material = *state.instance(hit.instance).material;
+  if (material.transmission <= 0.0f) {
+    return 0.0f;
+  }
+  return ClampToUnit(material.transmission *
+                     state.TextureValue(material.transmission_texture, hit, false).x);
+}
+
+float AlphaOfRoughness(float roughness) {
+  const float alpha = roughness * roughness;
+  return alpha <= kSmoothAlpha ? 0.0f : alpha;
+}
+
+// Reflectance at normal incidence of a dielectric.
+float DielectricF0(float ior) {
+  const float r = (ior - 1.0f) / (ior + 1.0f);
+  return r * r;
+}
+
+// Share of light that a single-scattering lobe with Schlick weights reflects.
+struct SchlickShare {
+  float scale;
+  float offset;
+};
+
+SchlickShare ShareOfSpecular(float cosine, float alpha) {
+  if (alpha <= 0.0f) {
+    const float s = SchlickWeight(cosine);
+    return {1.0f - s, s};
+  }
+  const SpecularEnergy& tables = SpecularEnergyTables();
+  const float roughness = std::sqrt(alpha);
+  return {tables.scale.Lookup(cosine, roughness), tables.offset.Lookup(cosine, roughness)};
+}
+
+}  // namespace
+
+Surface MakeSurface(const SceneState& state, const Hit& hit, vec3 direction) {
+  const PlacedInstance& instance = state.instance(hit.instance);
+  const Material& material = *instance.material;
+  Surface surface;
+  surface.wo = -direction;
+  surface.material = &material;
+  SetNormals(state, hit, &surface);
+  surface.base_colour = vec3(state.BaseColour(hit));
+  const vec4 mr = state.TextureValue(material.metallic_roughness_texture, hit, false);
+  surface.metallic = ClampToUnit(material.metallic * mr.z);
+  surface.roughness = ClampToUnit(material.roughness * mr.y);
+  surface.transmission = TransmissionOf(state, hit);
+  return surface;
+}
+
+vec3 SheetTransmittance(const SceneState& state, const Hit& hit, float cosine) {
+  const Material& material = *state.instance(hit.instance).material;
+  const float transmission = material.solid ? 0.0f : TransmissionOf(state, hit);
+  if (transmission <= 0.0f) {
+    return vec3(0.0f);
+  }
+  const vec4 mr = state.TextureValue(material.metallic_roughness_texture, hit, false);
+  if (AlphaOfRoughness(ClampToUnit(material.roughness * mr.y)) > 0.0f) {
+    return vec3(0.0f);
+  }
+  const float share = (1.0f - ClampToUnit(material.metallic * mr.z)) * transmission *
+                      (1.0f - FresnelThinSheet(min(std::abs(cosine), 1.0f), material.ior));
+  return vec3(state.BaseColour(hit)) * share;
+}
+
+BsdfTables::BsdfTables(const Scene& scene) {
+  SpecularEnergyTables();
+  for (const Material& material : scene.materials) {
+    if (material.transmission > 0.0f && !glass_.count(material.ior)) {
+      glass_[material.ior] = std::make_unique<GlassEnergy>(MakeGlassEnergy(material.ior));
+    }
+  }
+}
+
+BsdfTables::GlassShare BsdfTables::ShareOfGlass(const Surface& surface, float alpha) const {
+  const Material& material = *surface.material;
+  const float cosine = surface.local_wo.z;
+  if (alpha <= 0.0f) {
+    if (!material.solid) {
+      return {FresnelThinSheet(min(dot(surface.wo, surface.geometric), 1.0f), material.ior), 1.0f};
+    }
+    const float eta = surface.front ? material.ior : 1.0f / material.ior;
+    return {FresnelDielectric(min(cosine, 1.0f), eta), 1.0f};
+  }
+  const GlassEnergy& tables = *glass_.at(material.ior);
+  const float roughness = std::sqrt(alpha);
+  if (!material.solid) {
+    const SchlickShare all = ShareOfSpecular(cosine, alpha);
+    return {tables.sheet_reflected.Lookup(cosine, roughness), all.scale + all.offset};
+  }
+  if (surface.front) {
+    return {tables.enter_reflected.Lookup(cosine, roughness),
+            tables.enter_total.Lookup(cosine, roughness)};
+  }
+  return {tables.leave_reflected.Lookup(cosine, roughness),
+          tables.leave_total.Lookup(cosine, roughness)};
+}
+
+Bsdf BsdfTables::Make(const Surface& surface, float min_alpha) const {
+  const Material& material = *surface.material;
+  const float own_alpha = AlphaOfRoughness(surface.roughness);
+  const float alpha = max(own_alpha, min_alpha);
+  const float cosine = surface.local_wo.z;
+  const float metal = surface.metallic;
+  const float glass = (1.0f - metal) * surface.transmission;
+  const float base = (1.0f - metal) * (1.0f - surface.transmission);
+
+  Bsdf bsdf;
+  const float coat_f0 = DielectricF0(material.ior);
+  // A boundary that reflects (almost) nothing does not do so at grazing incidence either.
+  const float coat_f90 = min(50.0f * coat_f0, 1.0f);
+  const SchlickShare share = ShareOfSpecular(cosine, alpha);
+  const float loss = 1.0f / (share.scale + share.offset) - 1.0f;
+  const float coat = (1.0f + coat_f0 * loss) * (coat_f0 * share.scale + coat_f90 * share.offset);
+  bsdf.diffuse = surface.base_colour * (base * max(1.0f - coat, 0.0f));
+
+  // Coat and metal share one lobe: Schlick's formula is linear in f0 and f90.
+  const float weight = metal + base;
+  bsdf.specular_f0 = surface.base_colour * metal + vec3(coat_f0 * base);
+  bsdf.specular_f90 = metal + coat_f90 * base;
+  bsdf.specular_scale =
+      weight > 0.0f ? vec3(1.0f) + bsdf.specular_f0 * (loss / weight) : vec3(1.0f);
+  bsdf.specular_alpha = alpha;
+
+  bsdf.thin = material.solid ? 0 : 1;
+  bsdf.eta = bsdf.thin != 0 || surface.front ? material.ior : 1.0f / material.ior;
+  bsdf.glass_alpha = bsdf.thin != 0 && own_alpha <= 0.0f ? 0.0f : alpha;
+  bsdf.glass_weight = glass;
+  bsdf.glass_compensation = 1.0f;
+  bsdf.tint = surface.base_colour;
+  bsdf.sheet_reflectance = 0.0f;
+  if (glass > 0.0f) {
+    const GlassShare of_glass = ShareOfGlass(surface, bsdf.glass_alpha);
+    bsdf.glass_compensation = 1.0f / max(of_glass.total, 0.1f);
+    bsdf.sheet_reflectance = of_glass.reflected;
+  }
+
+  const float specular =
+      MaxComponent(bsdf.specular_scale *
+                   (bsdf.specular_f0 * share.scale + vec3(bsdf.specular_f90 * share.offset)));
+  const float diffuse = MaxComponent(bsdf.diffuse);
+  const float sum = diffuse + specular + glass;
+  bsdf.pick_diffuse = sum > 0.0f ? diffuse / sum : 0.0f;
+  bsdf.pick_specular = sum > 0.0f ? specular / sum : 0.0f;
+  bsdf.pick_glass = sum > 0.0f ? glass / sum : 0.0f;
+  return bsdf;
+}
+
+vec3 BsdfTables::SpecularAlbedo(const Surface& surface, const Bsdf& bsdf) const {
+  const SchlickShare share = ShareOfSpecular(surface.local_wo.z, bsdf.specular_alpha);
+  vec3 albedo = bsdf.specular_scale *
+                (bsdf.specular_f0 * share.scale + vec3(bsdf.specular_f90 * share.offset));
+  if (bsdf.glass_weight > 0.0f) {
+    const GlassShare of_glass = ShareOfGlass(surface, bsdf.glass_alpha);
+    const float transmitted = of_glass.total - of_glass.reflected;
+    albedo += (vec3(of_glass.reflected) + bsdf.tint * transmitted) *
+              (bsdf.glass_weight * bsdf.glass_compensation);
+  }
+  return albedo;
+}
+
+size_t BsdfTables::memory_bytes() const {
+  return sizeof(SpecularEnergy) + glass_.size() * sizeof(GlassEnergy);
+}
+
+}  // namespace stillray::render

@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The surface at a hit: where it is, how it is turned, what it is made of.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "render/bsdf_shared.h"
+#include "render/energy_tables.h"
+#include "render/geometry.h"
+#include "render/scene_state.h"
+
+namespace stillray::render {
+
+struct Surface {
+  vec3 position;
+  vec3 geometric;     ///< unit normal of the triangle, towards the viewer
+  LocalFrame frame;   ///< z = the shading normal, towards the viewer too
+  vec3 wo;            ///< unit, towards the viewer
+  vec3 local_wo;      ///< wo in `frame`; its z is at least kMinViewCosine
+  bool front = true;  ///< seen from the side to which the triangle's own normal points
+  const Material* material = nullptr;
+  vec3 base_colour;
+  float metallic = 0;
+  float roughness = 0;  ///< perceptual
+  float transmission = 0;
+
+  /// Whether light may come from wi, seen from the geometric and from the shading normal alike:
+  /// otherwise it would leak through the surface.
+  bool Consistent(vec3 wi, float local_z) const {
+    return (dot(wi, geometric) > 0.0f) == (local_z > 0.0f);
+  }
+};
+
+/// Shading normals are bent until they make at least this cosine with the direction to the viewer.
+inline constexpr float kMinViewCosine = 1e-3f;
+
+/// \param direction  of the ray that hit, unit length
+Surface MakeSurface(const SceneState& state, const Hit& hit, vec3 direction);
+
+/// Light that passes a smooth thin sheet of this material straight on, for a ray that makes
+/// `cosine` with its geometric normal; 0 if it is no such sheet.
+vec3 SheetTransmittance(const SceneState& state, const Hit& hit, float cosine);
+
+/// Surfaces and their BSDF: the tables that depend on the scene's materials.
+class BsdfTables {
+ public:
+  explicit BsdfTables(const Scene& scene);
+
+  /// The surface's BSDF for its wo.
+  /// \param min_alpha  what path-space regularisation raises GGX alpha to (not of smooth thin
+  ///                   sheets: shadow rays pass them straight on)
+  Bsdf Make(const Surface& surface, float min_alpha) const;
+  /// Share of white light from everywhere that specular lobes send towards wo: exact.
+  vec3 SpecularAlbedo(const Surface& surface, const Bsdf& bsdf) const;
+
+  size_t memory_bytes() const;
+
+ private:
+  struct GlassShare {
+    float reflected;
+    float total;
+  };
+  GlassShare ShareOfGlass(const Surface& surface, float alpha) const;
+
+  // By refractive index; only for materials with transmission.
+  std::map<float, std::unique_ptr<GlassEnergy>> glass_;
+};
+
+}  // namespace stillray::render

@@ -1,0 +1,83 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render/texture.h"
+
+#include <array>
+#include <cmath>
+
+#include "core/colour.h"
+
+namespace stillray::render {
+namespace {
+
+using DecodeTable = std::array<float, 256>;
+
+const DecodeTable& TableOf(TexelEncoding encoding) {
+  static const std::array<DecodeTable, 2> kTables = [] {
+    std::array<DecodeTable, 2> tables{};
+    for (int i = 0; i < 256; ++i) {
+      const float value = static_cast<float>(i) / 255.0f;
+      tables[0][static_cast<size_t>(i)] = value;
+      tables[1][static_cast<size_t>(i)] = SrgbDecode(value);
+    }
+    return tables;
+  }();
+  return kTables[encoding == TexelEncoding::kSrgb ? 1 : 0];
+}
+
+int WrapTexel(int i, int size, Wrap wrap) {
+  switch (wrap) {
+    case Wrap::kRepeat: {
+      const int m = i % size;
+      return m < 0 ? m + size : m;
+    }
+    case Wrap::kMirror: {
+      int m = i % (2 * size);
+      m = m < 0 ? m + 2 * size : m;
+      return m < size ? m : 2 * size - 1 - m;
+    }
+    case Wrap::kClamp:
+      break;
+  }
+  return i < 0 ? 0 : (i >= size ? size - 1 : i);
+}
+
+vec4 Decode(const uint8_t* texel, const DecodeTable& rgb) {
+  return {rgb[texel[0]], rgb[texel[1]], rgb[texel[2]], static_cast<float>(texel[3]) / 255.0f};
+}
+
+// Texture coordinates come from files: what does not fit into an int after scaling, or is not a
+// number, must not reach a conversion.
+float SafeCoordinate(float x) {
+  constexpr float kLimit = 1e6f;
+  return x > -kLimit && x < kLimit ? x : 0.0f;
+}
+
+}  // namespace
+
+vec4 SampleTexture(const Texture& texture, vec2 uv, TexelEncoding encoding) {
+  const DecodeTable& rgb = TableOf(encoding);
+  const float x = SafeCoordinate(uv.x * static_cast<float>(texture.width));
+  const float y = SafeCoordinate(uv.y * static_cast<float>(texture.height));
+  const auto texel = [&](int tx, int ty) {
+    const int wx = WrapTexel(tx, texture.width, texture.wrap_u);
+    const int wy = WrapTexel(ty, texture.height, texture.wrap_v);
+    const size_t offset =
+        static_cast<size_t>(wy) * static_cast<size_t>(texture.width) + static_cast<size_t>(wx);
+    return Decode(texture.texels.data() + 4 * offset, rgb);
+  };
+  if (texture.nearest) {
+    return texel(static_cast<int>(std::floor(x)), static_cast<int>(std::floor(y)));
+  }
+  const float left = std::floor(x - 0.5f);
+  const float top = std::floor(y - 0.5f);
+  const float fx = x - 0.5f - left;
+  const float fy = y - 0.5f - top;
+  const int x0 = static_cast<int>(left);
+  const int y0 = static_cast<int>(top);
+  const vec4 upper = texel(x0, y0) * (1.0f - fx) + texel(x0 + 1, y0) * fx;
+  const vec4 lower = texel(x0, y0 + 1) * (1.0f - fx) + texel(x0 + 1, y0 + 1) * fx;
+  return upper * (1.0f - fy) + lower * fy;
+}
+
+}  // namespace stillray::render

@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Work on a picture tile by tile, on all threads, with progress and the way to stop.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <mutex>
+
+#include "stillray/render.h"
+
+namespace stillray::render {
+
+/// Pixels along the edge of a tile: a tile fills one batch of rays.
+inline constexpr int kTileSize = 32;
+
+struct Tile {
+  int x0 = 0;
+  int y0 = 0;
+  int width = 0;
+  int height = 0;
+
+  int count() const { return width * height; }
+};
+
+/// Calls body(tile) once for every tile of a width x height picture, from several threads.
+/// \return kCancelled if `progress` said so; some tiles were then left out
+Status ForEachTile(int width, int height, const RenderProgress& progress,
+                   const std::function<void(const Tile&)>& body);
+
+/// Counts finished work and asks whether to go on. Thread-safe.
+class ProgressMeter {
+ public:
+  ProgressMeter(const RenderProgress& progress, double total)
+      : progress_(progress), total_(total) {}
+
+  bool cancelled() const { return cancelled_.load(std::memory_order_relaxed); }
+  void Finish(double work);
+
+ private:
+  const RenderProgress& progress_;
+  double total_;
+  std::mutex mutex_;
+  double done_ = 0;
+  std::atomic<bool> cancelled_{false};
+};
+
+/// While it lives, this thread treats denormal numbers as zero: they would slow Embree down.
+class DenormalsOff {
+ public:
+  DenormalsOff();
+  ~DenormalsOff();
+  DenormalsOff(const DenormalsOff&) = delete;
+  DenormalsOff& operator=(const DenormalsOff&) = delete;
+
+ private:
+  unsigned saved_ = 0;
+};
+
+}  // namespace stillray::render
