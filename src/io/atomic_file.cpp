@@ -26,6 +26,8 @@ namespace fs = std::filesystem;
 
 // A file name may have 255 bytes; the temporary name adds ".tmp-", two numbers and dots.
 constexpr size_t kMaxNameInTemp = 200;
+// As many as Linux itself follows.
+constexpr int kMaxLinks = 40;
 // Linux moves at most 2 GiB - 4 KiB per call.
 constexpr size_t kMaxTransfer = size_t{1} << 30;
 
@@ -96,12 +98,14 @@ Result<AtomicTarget> PrepareAtomicTarget(const std::string& path) {
   std::error_code error;
   AtomicTarget target;
   target.final_path = path;
-  if (fs::is_symlink(path, error)) {
-    const fs::path resolved = fs::weakly_canonical(path, error);
-    if (error) {
-      return Status::Io(fmt::format("{}: could not be written: {}", path, error.message()));
+  // Link by link, as the last one may point to a file that does not exist yet.
+  for (int links = 0; fs::is_symlink(target.final_path, error); ++links) {
+    const fs::path link(target.final_path);
+    const fs::path next = fs::read_symlink(link, error);
+    if (error || links == kMaxLinks) {
+      return WriteError(path, error ? error.value() : ELOOP);
     }
-    target.final_path = resolved.string();
+    target.final_path = (link.parent_path() / next).string();
   }
   const fs::file_status status = fs::status(target.final_path, error);
   if (fs::is_directory(status)) {

@@ -121,8 +121,16 @@ Status CheckPart(const std::string& name, const Imf::Header& header, size_t file
   // Halves take twice their bytes in memory.
   const uint64_t ratio = 2 * TraitsOf(header.compression()).max_ratio;
   STILLRAY_RETURN_IF_ERROR(CheckDecodedSize(name, decoded, file_bytes, ratio));
-  STILLRAY_RETURN_IF_ERROR(
-      CheckDecodedSize(name, pixels(display) * channels * sizeof(float), UINT64_MAX, ratio));
+  // A small crop of a large canvas is common, so the file's bytes cannot bound this one.
+  constexpr uint64_t kHarmlessCanvas = uint64_t{1} << 30;
+  constexpr uint64_t kMaxCanvasRatio = 64;
+  const uint64_t canvas = pixels(display) * channels * sizeof(float);
+  STILLRAY_RETURN_IF_ERROR(CheckDecodedSize(name, canvas, UINT64_MAX, ratio));
+  if (canvas > std::max(kHarmlessCanvas, kMaxCanvasRatio * decoded)) {
+    return Status::BadData(
+        fmt::format("{}: claims a display window of {} x {} pixels for a data window of {} x {}",
+                    name, WidthOf(display), HeightOf(display), WidthOf(data), HeightOf(data)));
+  }
   if (header.hasTileDescription()) {
     // OpenEXR keeps a whole row of tiles in memory; a tile far larger than the picture is no tile.
     const Imf::TileDescription& tile = header.tileDescription();

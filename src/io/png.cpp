@@ -23,9 +23,9 @@ namespace io {
 
 namespace {
 
-// Measured on a 1920 x 1080 render with filters SUB and UP: level 3 takes a third of the time of
-// level 6 and gives files 6 % larger.
-constexpr int kCompressionLevel = 3;
+// Measured on a smooth 1920 x 1080 picture: with the Paeth filter alone level 4 takes 0.11 s for
+// 1.16 MB, level 6 0.56 s for 1.08 MB; trying all filters on every row gains less than 1 %.
+constexpr int kCompressionLevel = 4;
 // Texts and colour profiles are not used; what larger chunks hold is discarded.
 constexpr size_t kMaxChunkBytes = size_t{1} << 26;
 constexpr int kRowsPerTask = 64;
@@ -215,9 +215,7 @@ Result<std::string> EncodePng(const Rgb8Image& image) {
   spng_ctx* c = context.get();
   int error = spng_set_option(c, SPNG_ENCODE_TO_BUFFER, 1);
   error = error ? error : spng_set_option(c, SPNG_IMG_COMPRESSION_LEVEL, io::kCompressionLevel);
-  error = error ? error
-                : spng_set_option(c, SPNG_FILTER_CHOICE,
-                                  SPNG_FILTER_CHOICE_SUB | SPNG_FILTER_CHOICE_UP);
+  error = error ? error : spng_set_option(c, SPNG_FILTER_CHOICE, SPNG_FILTER_CHOICE_PAETH);
   error = error ? error : spng_set_ihdr(c, &header);
   error = error ? error : spng_set_srgb(c, kPerceptual);
   error = error ? error

@@ -54,7 +54,10 @@ std::optional<PatternParts> SplitPattern(const std::string& pattern) {
       continue;
     }
     int digits = 1;
-    std::from_chars(name.data() + percent + 1, name.data() + end, digits);
+    if (std::from_chars(name.data() + percent + 1, name.data() + end, digits).ec ==
+        std::errc::result_out_of_range) {
+      digits = kMaxDigits;
+    }
     parts.digits = std::clamp(digits, 1, kMaxDigits);
     parts.before = name.substr(0, percent);
     parts.after = name.substr(end + 1);
