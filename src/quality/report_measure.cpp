@@ -358,7 +358,10 @@ class Measurer {
       const Result<ImageMetrics> metrics =
           CompareImages(loaded->image[source], reference.image[source], source == kDisplay);
       if (!metrics.ok()) {
-        return metrics.status();
+        const std::string& path = source == kLinear ? frame[static_cast<size_t>(view)].exr
+                                                    : frame[static_cast<size_t>(view)].png;
+        return Status(metrics.status().code(), fmt::format("{} against the reference: {}", path,
+                                                           metrics.status().message()));
       }
       measured->metrics[source][static_cast<size_t>(view)] = *metrics;
       if (shown && !has_maps) {

@@ -52,7 +52,7 @@ function make(name, attributes, ...children) {
 }
 
 function formatMs(value) {
-  return `${value >= 100 ? value.toFixed(0) : value >= 10 ? value.toFixed(1) : value.toFixed(2)} ms`;
+  return value >= 100 ? value.toFixed(0) : value >= 10 ? value.toFixed(1) : value.toFixed(2);
 }
 
 function formatBytes(value) {
@@ -171,17 +171,17 @@ function showQuality(data, source, onPick) {
 
 // Times
 
-function timeRow(step, share, attributes) {
+/// \param largest  the share whose bar is full; 0: the step is no stage and has no share
+function timeRow(step, largest, attributes) {
   const row = make("tr", attributes, make("th", {scope: "row"}, step.name));
   for (const value of [step.median, step.min, step.max]) {
     row.append(make("td", {}, formatMs(value)));
   }
-  if (share) {
-    const percent = 100 * step.share;
+  if (largest > 0) {
     const bar = make("span", {class: "bar", "aria-hidden": "true"});
-    bar.style.width = `${(0.04 * percent).toFixed(3)}rem`;
-    row.append(make("td", {class: "share"}, make("span", {class: "number"}, `${percent.toFixed(1)} %`),
-                    bar));
+    bar.style.width = `${(5 * step.share / largest).toFixed(3)}rem`;
+    const number = make("span", {class: "number"}, `${(100 * step.share).toFixed(1)} %`);
+    row.append(make("td", {class: "share"}, number, bar));
   } else {
     row.append(make("td", {class: "share"}));
   }
@@ -189,15 +189,18 @@ function timeRow(step, share, attributes) {
 }
 
 function timesTable(times) {
-  const head = make("tr", {}, ...["Step", "Median", "Min", "Max", "Share of the stages"].map(
-      (text) => make("th", {scope: "col"}, text)));
-  head.lastChild.style.textAlign = "left";
-  const body = make("tbody", {}, ...times.stages.map((stage) => timeRow(stage, true, {})));
+  const head = make("tr", {}, ...["Median", "Min", "Max"].map(
+      (text) => make("th", {scope: "col"}, text, make("span", {class: "quiet"}, "ms"))));
+  head.prepend(make("th", {scope: "col"}, "Step"));
+  head.append(make("th", {scope: "col", class: "share"}, "Share",
+                   make("span", {class: "quiet"}, "of all stages")));
+  const largest = Math.max(...times.stages.map((stage) => stage.share));
+  const body = make("tbody", {}, ...times.stages.map((stage) => timeRow(stage, largest, {})));
   if (times.denoise) {
-    body.append(timeRow({...times.denoise, name: "denoise, whole"}, false, {class: "total"}));
+    body.append(timeRow({...times.denoise, name: "denoise, whole"}, 0, {class: "total"}));
   }
   if (times.render) {
-    body.append(timeRow({...times.render, name: "render, whole"}, false,
+    body.append(timeRow({...times.render, name: "render, whole"}, 0,
                         times.denoise ? {} : {class: "total"}));
   }
   const count = times.frames.length;
@@ -222,7 +225,7 @@ function showTimes(data, onPick) {
         series: [{name, shape: kShapes[name], values: times[`${name}_ms`]}],
         logarithmic: false,
         fromZero: true,
-        format: formatMs,
+        format: (value) => `${formatMs(value)} ms`,
         onPick,
       }));
     }

@@ -16,7 +16,7 @@ function formatShort(value) {
     return "0";
   }
   const size = Math.abs(value);
-  return size < 1e-3 || size >= 1e6 ? value.toExponential(1) : String(Number(value.toPrecision(3)));
+  return size < 1e-4 || size >= 1e6 ? value.toExponential(1) : String(Number(value.toPrecision(3)));
 }
 
 function svgElement(name, attributes, ...children) {
