@@ -92,7 +92,7 @@ void Complete(GltfImport* import) {
     import->log.Warn("the file has no perspective camera: one that sees the whole scene was made");
     AddCamera(bounds, &scene);
   }
-  if (!HasLight(scene)) {
+  if (!import->has_environment && !HasLight(scene)) {
     import->log.Warn("the file has no light: surroundings of radiance 1 were added");
     scene.environment.radiance = vec3(1.0f);
   }

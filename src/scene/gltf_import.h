@@ -29,6 +29,7 @@ struct GltfImport {
   std::vector<int> node_of_gltf;       ///< glTF node -> Scene::nodes, -1 if not part of the scene
   std::vector<GltfMeshUse> mesh_uses;  ///< in the order of Scene::nodes
   std::vector<int> image_of_texture;   ///< Scene::textures -> glTF image
+  bool has_environment = false;        ///< the file says what surrounds the scene, be it darkness
   /// Picture, wrap modes and filter -> index into Scene::textures.
   std::map<std::tuple<int, Wrap, Wrap, bool>, int> texture_of_use;
   /// Elements (vertices, triangle corners, keyframe values) that may still be read: accessors can

@@ -112,6 +112,7 @@ void ReadEnvironment(GltfImport* import, const JsonView& scene) {
     return;
   }
   import->scene.environment.radiance = radiance;
+  import->has_environment = true;
 }
 
 /// The glTF nodes at which the walk starts: those of the default scene, else of the first scene,

@@ -1,0 +1,256 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "scene/gltf_builder.h"
+#include "scene/test_pictures.h"
+
+namespace stillray {
+namespace {
+
+using nlohmann::json;
+using test::GltfBuilder;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+Scene Loaded(const GltfBuilder& builder) {
+  Result<Scene> scene = builder.Load();
+  EXPECT_TRUE(scene.ok()) << scene.status().message();
+  return scene.ok() ? std::move(scene).value() : Scene();
+}
+
+Scene WithMaterial(const json& material) {
+  GltfBuilder builder;
+  builder.AddTriangle();
+  builder.UseMaterial(material);
+  return Loaded(builder);
+}
+
+/// A triangle with texture coordinates and a PNG texture, index 0.
+GltfBuilder Textured() {
+  GltfBuilder builder;
+  builder.AddTriangle();
+  const int uvs = builder.AddFloats({0, 1, 1, 1, 0, 0}, "VEC2");
+  builder.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = uvs;
+  builder.AddTexture(test::EncodePng(test::TestTexels(4, 3), 4, 3), "image/png");
+  return builder;
+}
+
+TEST(GltfMaterials, MetallicRoughness) {
+  const Scene scene = WithMaterial({{"name", "brass"},
+                                    {"doubleSided", true},
+                                    {"pbrMetallicRoughness",
+                                     {{"baseColorFactor", {0.5, 0.25, 0.125, 0.75}},
+                                      {"metallicFactor", 0.5},
+                                      {"roughnessFactor", 0.25}}}});
+  const Material& material = scene.materials.at(0);
+  EXPECT_EQ(material.name, "brass");
+  EXPECT_EQ(material.base_color, vec4(0.5f, 0.25f, 0.125f, 0.75f));
+  EXPECT_EQ(material.metallic, 0.5f);
+  EXPECT_EQ(material.roughness, 0.25f);
+  EXPECT_TRUE(material.double_sided);
+  EXPECT_EQ(scene.meshes.at(0).material, 0);
+}
+
+TEST(GltfMaterials, DefaultsAreThoseOfGltf) {
+  const Material material = WithMaterial(json::object()).materials.at(0);
+  EXPECT_EQ(material.base_color, vec4(1.0f));
+  EXPECT_EQ(material.metallic, 1.0f);
+  EXPECT_EQ(material.roughness, 1.0f);
+  EXPECT_EQ(material.alpha_mode, AlphaMode::kOpaque);
+  EXPECT_EQ(material.alpha_cutoff, 0.5f);
+  EXPECT_EQ(material.ior, 1.5f);
+  EXPECT_FALSE(material.solid);
+  EXPECT_FALSE(material.double_sided);
+  EXPECT_FALSE(material.emits());
+  EXPECT_EQ(material.base_color_texture.texture, -1);
+}
+
+TEST(GltfMaterials, EmissiveStrengthMultipliesTheFactor) {
+  const Material material =
+      WithMaterial(
+          {{"emissiveFactor", {1, 0.5, 0.25}},
+           {"extensions", {{"KHR_materials_emissive_strength", {{"emissiveStrength", 40}}}}}})
+          .materials.at(0);
+  EXPECT_EQ(material.emission, vec3(40, 20, 10));
+  EXPECT_TRUE(material.emits());
+}
+
+TEST(GltfMaterials, TransmissionIorAndVolume) {
+  const Material material =
+      WithMaterial({{"extensions",
+                     {{"KHR_materials_transmission", {{"transmissionFactor", 0.75}}},
+                      {"KHR_materials_ior", {{"ior", 1.33}}},
+                      {"KHR_materials_volume",
+                       {{"thicknessFactor", 0.1},
+                        {"attenuationColor", {0.5, 1, 0.25}},
+                        {"attenuationDistance", 2}}}}}})
+          .materials.at(0);
+  EXPECT_EQ(material.transmission, 0.75f);
+  EXPECT_FLOAT_EQ(material.ior, 1.33f);
+  EXPECT_TRUE(material.solid);
+  EXPECT_EQ(material.attenuation_color, vec3(0.5f, 1.0f, 0.25f));
+  EXPECT_EQ(material.attenuation_distance, 2.0f);
+}
+
+TEST(GltfMaterials, AVolumeWithoutThicknessIsASheet) {
+  const Material material =
+      WithMaterial({{"extensions", {{"KHR_materials_volume", json::object()}}}}).materials.at(0);
+  EXPECT_FALSE(material.solid);
+  EXPECT_TRUE(std::isinf(material.attenuation_distance));
+}
+
+TEST(GltfMaterials, AlphaModes) {
+  EXPECT_EQ(WithMaterial({{"alphaMode", "BLEND"}}).materials.at(0).alpha_mode, AlphaMode::kBlend);
+  const Material mask =
+      WithMaterial({{"alphaMode", "MASK"}, {"alphaCutoff", 0.25}}).materials.at(0);
+  EXPECT_EQ(mask.alpha_mode, AlphaMode::kMask);
+  EXPECT_EQ(mask.alpha_cutoff, 0.25f);
+}
+
+TEST(GltfMaterials, FactorsOutOfRangeAreMovedIntoIt) {
+  const Scene scene = WithMaterial({{"pbrMetallicRoughness", {{"roughnessFactor", 1.5}}}});
+  EXPECT_EQ(scene.materials.at(0).roughness, 1.0f);
+  EXPECT_THAT(
+      scene.warnings,
+      Contains(HasSubstr("materials[0].pbrMetallicRoughness.roughnessFactor: 1.5 is outside")));
+}
+
+TEST(GltfMaterials, UnlitIsShownAsEmission) {
+  const Material material =
+      WithMaterial({{"pbrMetallicRoughness", {{"baseColorFactor", {0.5, 0.25, 0.125, 1}}}},
+                    {"extensions", {{"KHR_materials_unlit", json::object()}}}})
+          .materials.at(0);
+  EXPECT_EQ(material.emission, vec3(0.5f, 0.25f, 0.125f));
+  EXPECT_EQ(vec3(material.base_color), vec3(0.0f));
+}
+
+TEST(GltfTextures, EverySlotIsRead) {
+  GltfBuilder builder = Textured();
+  builder.UseMaterial(
+      {{"pbrMetallicRoughness",
+        {{"baseColorTexture", {{"index", 0}}}, {"metallicRoughnessTexture", {{"index", 0}}}}},
+       {"normalTexture", {{"index", 0}, {"scale", 0.5}}},
+       {"emissiveTexture", {{"index", 0}}},
+       {"occlusionTexture", {{"index", 0}}},
+       {"extensions",
+        {{"KHR_materials_transmission", {{"transmissionTexture", {{"index", 0}}}}}}}});
+  const Scene scene = Loaded(builder);
+  const Material& material = scene.materials.at(0);
+  for (const TextureRef* ref :
+       {&material.base_color_texture, &material.metallic_roughness_texture,
+        &material.normal_texture, &material.emissive_texture, &material.transmission_texture}) {
+    EXPECT_EQ(ref->texture, 0);
+    EXPECT_EQ(ref->transform, mat3(1.0f));
+  }
+  EXPECT_EQ(material.normal_scale, 0.5f);
+  ASSERT_EQ(scene.textures.size(), 1u) << "one picture with one sampler is one texture";
+  EXPECT_EQ(scene.textures[0].width, 4);
+  EXPECT_EQ(scene.textures[0].height, 3);
+  EXPECT_EQ(scene.textures[0].texels, test::TestTexels(4, 3));
+  EXPECT_EQ(scene.meshes.at(0).tangents.size(), 3u) << "a normal map needs tangents";
+  EXPECT_EQ(scene.meshes.at(0).tangents[0], vec4(1, 0, 0, 1));
+}
+
+TEST(GltfTextures, SamplersMakeTexturesOfTheirOwn) {
+  GltfBuilder builder = Textured();
+  builder.Add("samplers", {{"wrapS", 33071}, {"wrapT", 33648}, {"magFilter", 9728}});
+  builder.Add("textures", {{"source", 0}, {"sampler", 0}});
+  builder.UseMaterial({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}},
+                       {"emissiveTexture", {{"index", 1}}}});
+  const Scene scene = Loaded(builder);
+  ASSERT_EQ(scene.textures.size(), 2u);
+  EXPECT_EQ(scene.textures[0].wrap_u, Wrap::kRepeat);
+  EXPECT_FALSE(scene.textures[0].nearest);
+  EXPECT_EQ(scene.textures[1].wrap_u, Wrap::kClamp);
+  EXPECT_EQ(scene.textures[1].wrap_v, Wrap::kMirror);
+  EXPECT_TRUE(scene.textures[1].nearest);
+  EXPECT_EQ(scene.textures[1].texels, test::TestTexels(4, 3));
+}
+
+TEST(GltfTextures, TransformIsTranslationTimesRotationTimesScale) {
+  GltfBuilder builder = Textured();
+  builder.UseMaterial({{"pbrMetallicRoughness",
+                        {{"baseColorTexture",
+                          {{"index", 0},
+                           {"extensions",
+                            {{"KHR_texture_transform",
+                              {{"offset", {0.5, 0.25}},
+                               {"rotation", 1.5707963267948966},
+                               {"scale", {2, 4}},
+                               {"texCoord", 1}}}}}}}}}});
+  const Scene scene = Loaded(builder);
+  const TextureRef& ref = scene.materials.at(0).base_color_texture;
+  EXPECT_EQ(ref.uv_set, 1);
+  // Scaled to (2, 0) and (0, 4). A quarter turn counter-clockwise, with v down: u turns to -v and v
+  // to u.
+  const vec3 u = ref.transform * vec3(1, 0, 1);
+  const vec3 v = ref.transform * vec3(0, 1, 1);
+  EXPECT_NEAR(u.x, 0.5f, 1e-6f);
+  EXPECT_NEAR(u.y, 0.25f - 2.0f, 1e-6f);
+  EXPECT_NEAR(v.x, 0.5f + 4.0f, 1e-6f);
+  EXPECT_NEAR(v.y, 0.25f, 1e-6f);
+  // The mesh has no second set.
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("has no TEXCOORD_1")));
+  EXPECT_EQ(scene.meshes.at(0).uv[1].size(), 3u);
+}
+
+TEST(GltfTextures, WebpThroughItsExtension) {
+  GltfBuilder builder = Textured();
+  const int view = builder.AddView(test::EncodeWebp(test::TestTexels(5, 2), 5, 2));
+  const int image = builder.Add("images", {{"bufferView", view}, {"mimeType", "image/webp"}});
+  builder.json["textures"][0] = {{"source", 0},
+                                 {"extensions", {{"EXT_texture_webp", {{"source", image}}}}}};
+  builder.json["extensionsRequired"] = {"EXT_texture_webp"};
+  builder.UseMaterial({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}});
+  const Scene scene = Loaded(builder);
+  ASSERT_EQ(scene.textures.size(), 1u);
+  EXPECT_EQ(scene.textures[0].width, 5);
+  EXPECT_EQ(scene.textures[0].texels, test::TestTexels(5, 2));
+}
+
+TEST(GltfTextures, JpegIsDecodedAndOpaque) {
+  GltfBuilder builder = Textured();
+  builder.AddTexture(test::EncodeJpeg(std::vector<uint8_t>(8 * 8 * 4, 200), 8, 8), "image/jpeg");
+  builder.UseMaterial({{"emissiveTexture", {{"index", 1}}}});
+  const Scene scene = Loaded(builder);
+  ASSERT_EQ(scene.textures.size(), 1u);
+  EXPECT_NEAR(scene.textures[0].texels[0], 200, 2);
+  EXPECT_EQ(scene.textures[0].texels[3], 255);
+}
+
+TEST(GltfTextures, APictureGivenOnlyThroughAnUnknownExtensionIsUnsupported) {
+  GltfBuilder builder = Textured();
+  builder.json["textures"][0] = {{"extensions", {{"KHR_texture_basisu", {{"source", 0}}}}}};
+  builder.UseMaterial({{"emissiveTexture", {{"index", 0}}}});
+  const Result<Scene> scene = builder.Load();
+  ASSERT_FALSE(scene.ok());
+  EXPECT_EQ(scene.status().code(), StatusCode::kUnsupported);
+  EXPECT_THAT(scene.status().message(), HasSubstr("textures[0]"));
+  EXPECT_THAT(scene.status().message(), HasSubstr("KHR_texture_basisu"));
+}
+
+TEST(GltfExtensions, AnUnknownRequiredOneIsRefusedByName) {
+  GltfBuilder builder;
+  builder.AddTriangle();
+  builder.json["extensionsRequired"] = {"KHR_texture_transform", "KHR_draco_mesh_compression"};
+  const Result<Scene> scene = builder.Load();
+  ASSERT_FALSE(scene.ok());
+  EXPECT_EQ(scene.status().code(), StatusCode::kUnsupported);
+  EXPECT_THAT(scene.status().message(), HasSubstr("KHR_draco_mesh_compression"));
+}
+
+TEST(GltfExtensions, AnUnknownOptionalOneIsAWarning) {
+  GltfBuilder builder;
+  builder.AddTriangle();
+  builder.json["extensionsUsed"] = {"KHR_materials_sheen", "KHR_materials_ior"};
+  const Scene scene = Loaded(builder);
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("KHR_materials_sheen")));
+  EXPECT_THAT(scene.warnings, ::testing::Not(Contains(HasSubstr("KHR_materials_ior"))));
+}
+
+}  // namespace
+}  // namespace stillray
