@@ -12,7 +12,7 @@
 #include <cmath>
 
 #include "core/parallel.h"
-#include "quality/filter_row.h"
+#include "quality/filter_taps.h"
 #include "quality/flip_colour.h"
 #include "quality/flip_tonemap.h"
 #include "quality/metrics.h"
@@ -206,8 +206,8 @@ class TileFilter {
     for (int y = 0; y < tile.height + 2 * radius; ++y) {
       ReadRow(image, exposure, tile.x - radius, tile.y + y - radius, tile.width + 2 * radius);
       const auto filter = [&](size_t source, size_t inset, const Kernel& kernel, RowPlane plane) {
-        FilterRow(source_[source].data() + inset, kernel, tile.width,
-                  &rows_[plane][kStride * static_cast<size_t>(y)]);
+        FilterTaps(source_[source].data() + inset, 1, kernel, tile.width,
+                   &rows_[plane][kStride * static_cast<size_t>(y)]);
       };
       filter(0, colour_inset, k.achromatic, kRowA);
       filter(1, colour_inset, k.red_green, kRowRg);
@@ -239,8 +239,8 @@ class TileFilter {
     const Kernels& k = AllKernels();
     const auto filter = [&](RowPlane plane, const Kernel& kernel, Feature result) {
       const int inset = k.Radius() - static_cast<int>(kernel.size() / 2);
-      FilterColumns(&rows_[plane][kStride * static_cast<size_t>(y + inset)], kStride, kernel, width,
-                    results_[result].data());
+      FilterTaps(&rows_[plane][kStride * static_cast<size_t>(y + inset)], kStride, kernel, width,
+                 results_[result].data());
     };
     filter(kRowA, k.achromatic, kA);
     filter(kRowRg, k.red_green, kRg);

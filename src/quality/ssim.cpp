@@ -9,7 +9,7 @@
 #include <cmath>
 
 #include "core/parallel.h"
-#include "quality/filter_row.h"
+#include "quality/filter_taps.h"
 #include "quality/metrics.h"
 #include "quality/row_sums.h"
 
@@ -82,8 +82,8 @@ class FilteredRows {
         }
       }
       for (size_t i = 0; i < padded.size(); ++i) {
-        FilterRow(padded[i].data(), weights, width_,
-                  &planes_[i][stride_ * static_cast<size_t>(y - first)]);
+        FilterTaps(padded[i].data(), 1, weights, width_,
+                   &planes_[i][stride_ * static_cast<size_t>(y - first)]);
       }
     }
   }
@@ -92,8 +92,8 @@ class FilteredRows {
   void FilterDown(int row, const std::vector<double>& weights,
                   std::array<std::vector<double>, 5>* out) const {
     for (size_t i = 0; i < planes_.size(); ++i) {
-      FilterColumns(&planes_[i][stride_ * static_cast<size_t>(row)], stride_, weights, width_,
-                    (*out)[i].data());
+      FilterTaps(&planes_[i][stride_ * static_cast<size_t>(row)], stride_, weights, width_,
+                 (*out)[i].data());
     }
   }
 

@@ -52,6 +52,14 @@ TEST(FlipColour, WhiteIsOneAndClippingKeepsDisplayColours) {
   EXPECT_NEAR(kept.z, colour.z, 1e-6);
 }
 
+TEST(FlipColour, CubeRootIsExactToFourUnitsInTheLastPlace) {
+  for (float t = 0.005f; t < 1.5f; t *= 1.0003f) {
+    const float exact = static_cast<float>(std::cbrt(static_cast<double>(t)));
+    const float unit = std::nextafter(exact, 2.0f) - exact;
+    ASSERT_NEAR(quality::CubeRoot(t), exact, 4 * unit) << t;
+  }
+}
+
 // CIELAB of the sRGB primaries as colour tables print it; a and b times L / 100.
 TEST(FlipColour, PrimariesHaveTheirKnownLab) {
   const quality::HuntLab red = quality::HuntLabOfXyz(quality::XyzOfRgb(1, 0, 0));
