@@ -179,7 +179,7 @@ function timeRow(step, largest, attributes) {
   }
   if (largest > 0) {
     const bar = make("span", {class: "bar", "aria-hidden": "true"});
-    bar.style.width = `${(5 * step.share / largest).toFixed(3)}rem`;
+    bar.style.setProperty("--share", step.share / largest);
     const number = make("span", {class: "number"}, `${(100 * step.share).toFixed(1)} %`);
     row.append(make("td", {class: "share"}, number, bar));
   } else {

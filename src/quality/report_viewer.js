@@ -468,7 +468,9 @@ class Viewer {
       this.setFrame(Number(slider.value));
     });
     byId("play").addEventListener("click", () => this.togglePlay());
-    byId("transport").hidden = count < 2;
+    for (const part of [slider, byId("play"), byId("speed").parentElement]) {
+      part.hidden = count < 2;
+    }
   }
 
   /// \return a promise that is kept once the frame is shown
