@@ -88,7 +88,7 @@ struct Settings {
   bool history_id = true;
   bool history_search = true;
   bool limit_history = true;
-  float limit_gain = 16.0f;
+  float limit_gain = 4.0f;
   float limit_dead = 8.0f;
 
   VarianceOf variance_of = VarianceOf::kMean;
@@ -101,7 +101,7 @@ struct Settings {
   Kernel kernel = Kernel::k5x5;
   StepList steps;
   int feedback = 0;
-  float sigma_n = 128.0f;
+  float sigma_n = 64.0f;
   DepthWeight depth_weight = DepthWeight::kPlane;
   float sigma_z = 1.0f;
   float plane_tolerance = 0.01f;
@@ -111,6 +111,7 @@ struct Settings {
   float luminance_epsilon = 0.0001f;
   LuminanceWeights luminance = LuminanceWeights::kRec709;
   LuminanceScale luminance_scale = LuminanceScale::kDeviation;
+  float noise_ratio = 1.5f;
   bool wavelet_id = false;
   float eaw_sigma_l = 4.0f;
   float eaw_sigma_n = 0.3f;

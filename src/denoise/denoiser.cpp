@@ -1,22 +1,24 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
+// clang-format off
 // The order of the stages, and the owner of their history. One frame:
 //
-//   stage               border  reads                            writes               history
-//   prepare_guides      1       depth, normal, id                guides               kept for the
-//   next frame reproject           -       guides of both frames, motion    taps per signal:
-//     demodulate        -       lights, albedo, samples          new light
-//     suppress_fireflies 1      new light                        new light
-//     reproject (fetch) -       taps, last history               fetched history
-//     limit_history     wavelet new light, fetched history       longest length
-//     accumulate        -       new light, fetched history       history              colour,
-//     moments, length estimate_variance 3       history, guides                  variance
-//     prefilter_variance 1      variance                         spread               (before every
-//     level) atrous            wavelet colour, variance, guides         colour, variance     colour
-//     of the feedback level remodulate        -       colour, albedo                   picture
-//   antialias           4x4     picture, motion                  picture              kept for the
-//   next frame
+//   stage                border   reads                          writes               history
+//   prepare_guides       1        depth, normal, id              guides               kept for the next frame
+//   reproject            -        guides of both frames, motion  taps
+//   per signal:
+//     demodulate         -        lights, albedo, samples        new light
+//     suppress_fireflies 1        new light                      new light
+//     reproject (fetch)  -        taps, last history             fetched history
+//     limit_history      wavelet  new light, fetched history     longest length
+//     accumulate         -        new light, fetched history     history              colour, moments, length
+//     estimate_variance  3        history, guides                variance
+//     prefilter_variance 1        variance                       spread               (before every level)
+//     atrous             wavelet  colour, variance, guides       colour, variance     colour of the feedback level
+//     remodulate         -        colour, albedo                 picture
+//   antialias            4x4      picture, motion                picture              kept for the next frame
+// clang-format on
 
 #include <algorithm>
 #include <chrono>
@@ -157,6 +159,7 @@ struct Denoiser::Impl {
   void Allocate(int width, int height);
   void RunSignal(const SignalGroup& group, SignalHistory* history);
   void RunDemodulate(const SignalGroup& group);
+  void UpdateCompressionScale(const SignalHistory& history, bool has_history);
   void RunLimitHistory();
   void RunWavelet(const SignalGroup& group, SignalHistory* history);
   void RunLevel(int level, float mean_luminance, const SignalHistory& history, int source);
@@ -181,14 +184,14 @@ void Denoiser::Impl::Allocate(int width, int height) {
   // Never shrinks, so that going back and forth between settings allocates nothing.
   const int border = std::max(BorderOf(settings), present.border());
   const size_t groups = GroupsOf(settings.signals).size();
-  const bool same =
-      state.width == width && state.height == height && state.signals.size() == groups;
+  const bool same = state.width == width && state.height == height &&
+                    state.signals.size() == groups && limit.empty() != settings.limit_history;
   if (!same) {
-    state = DenoiserState(width, height, groups);
+    state = DenoiserState(width, height, groups, settings.limit_history);
     taps = ReprojectionTaps(width, height);
     light = {Image3(width, height), Image1(width, height), Image1()};
-    fetched = SignalHistory(width, height);
-    limit = Image1(width, height);
+    fetched = SignalHistory(width, height, settings.limit_history);
+    limit = settings.limit_history ? Image1(width, height) : Image1();
     scratch = Image3(width, height);
     picture = Image3(width, height);
   }
@@ -282,9 +285,19 @@ void Denoiser::Impl::RunDemodulate(const SignalGroup& group) {
   out->negative += counts.negative;
 }
 
+/// Chooses fetched.compressed_scale and brings the fetched history to it.
+void Denoiser::Impl::UpdateCompressionScale(const SignalHistory& history, bool has_history) {
+  const float mean = MeanLuminance(has_history ? fetched.colour : light.colour);
+  fetched.compressed_scale = has_history ? history.compressed_scale : 0.0f;
+  const float scale = CompressionScale(fetched.compressed_scale, mean);
+  if (scale != fetched.compressed_scale) {
+    RescaleHistory(scale, &fetched);
+  }
+}
+
 void Denoiser::Impl::RunLimitHistory() {
   LimitHistoryParameters p;
-  p.mean = MeanLuminance(fetched.colour);
+  p.scale = fetched.compressed_scale;
   p.dead = settings.limit_dead;
   p.gain = settings.limit_gain;
   p.rec601 = settings.luminance == LuminanceWeights::kRec601;
@@ -297,7 +310,7 @@ void Denoiser::Impl::RunLimitHistory() {
     geometry.step = 1 << level;
     stages->atrous(filter[source], spread, present, state.guides, geometry, &filter[source ^ 1]);
   }
-  stages->limit_history(filter[source], present, light, fetched, p, &limit);
+  stages->limit_history(filter[source], present, fetched, p, &limit);
 }
 
 void Denoiser::Impl::RunLevel(int level, float mean_luminance, const SignalHistory& history,
@@ -320,6 +333,7 @@ void Denoiser::Impl::RunLevel(int level, float mean_luminance, const SignalHisto
   p.edges = EdgesOf(settings);
   p.test_id = settings.wavelet_id;
   p.sigma_l = settings.sigma_l;
+  p.noise_ratio = settings.noise_ratio;
   p.luminance_epsilon = settings.luminance_epsilon;
   p.rec601 = settings.luminance == LuminanceWeights::kRec601;
   p.eaw_sigma_l = settings.eaw_sigma_l * mean_luminance * std::exp2f(static_cast<float>(-level));
@@ -379,8 +393,11 @@ void Denoiser::Impl::RunSignal(const SignalGroup& group, SignalHistory* history)
     if (has_history) {
       stages->fetch_history(*history, taps, &fetched);
     } else {
-      fetched = SignalHistory(state.width, state.height);
+      fetched = SignalHistory(state.width, state.height, settings.limit_history);
     }
+  }
+  if (settings.limit_history) {
+    UpdateCompressionScale(*history, has_history);
   }
   const bool limited = has_history && settings.limit_history;
   if (limited) {
@@ -396,7 +413,9 @@ void Denoiser::Impl::RunSignal(const SignalGroup& group, SignalHistory* history)
     p.constant_weight = settings.history_weight == HistoryWeight::kConstant;
     p.max_history = settings.max_history;
     p.rec601 = settings.luminance == LuminanceWeights::kRec601;
+    p.compressed_scale = fetched.compressed_scale;
     stages->accumulate(light, fetched, limited ? &limit : nullptr, p, history);
+    history->compressed_scale = fetched.compressed_scale;
   }
   KeepImage("noisy", group, light.colour);
   KeepImage("accumulated", group, history->colour);
@@ -543,6 +562,7 @@ Status Denoiser::SetSettings(const Settings& settings) {
   const bool regroup =
       settings.signals != impl_->settings.signals ||
       settings.demodulate != impl_->settings.demodulate ||
+      settings.limit_history != impl_->settings.limit_history ||
       (settings.firefly == Firefly::kCompress) != (impl_->settings.firefly == Firefly::kCompress);
   impl_->settings = settings;
   if (regroup) {
@@ -609,7 +629,8 @@ std::vector<uint8_t> Denoiser::SaveHistory() const {
 
 Status Denoiser::RestoreHistory(std::span<const uint8_t> bytes) {
   const size_t groups = GroupsOf(impl_->settings.signals).size();
-  Result<DenoiserState> restored = HistoryFromBytes(bytes, groups, BorderOf(impl_->settings));
+  Result<DenoiserState> restored =
+      HistoryFromBytes(bytes, groups, impl_->settings.limit_history, BorderOf(impl_->settings));
   if (!restored.ok()) {
     return restored.status();
   }

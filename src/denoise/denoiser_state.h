@@ -21,8 +21,11 @@ struct DenoiserState {
   Image3 picture;
 
   DenoiserState() = default;
-  DenoiserState(int w, int h, size_t signal_count)
-      : width(w), height(h), signals(signal_count, SignalHistory(w, h)), picture(w, h) {}
+  DenoiserState(int w, int h, size_t signal_count, bool with_compressed)
+      : width(w),
+        height(h),
+        signals(signal_count, SignalHistory(w, h, with_compressed)),
+        picture(w, h) {}
 
   size_t bytes() const {
     size_t sum = guides.bytes() + previous_guides.bytes() + picture.bytes();

@@ -11,12 +11,12 @@ namespace {
 
 struct Header {
   char magic[8] = {'s', 't', 'i', 'l', 'l', 'r', 'a', 'y'};
-  uint32_t version = 1;
+  uint32_t version = 2;
   uint32_t byte_order = 0x01020304;
   int32_t width = 0;
   int32_t height = 0;
   uint32_t signal_count = 0;
-  uint32_t flags = 0;  ///< 1: history, 2: picture
+  uint32_t flags = 0;  ///< 1: history, 2: picture, 4: compressed luminances
 };
 
 /// Calls visit(plane) for every plane of the state, in the order of the file.
@@ -33,6 +33,7 @@ void VisitPlanes(State& state, const Visit& visit) {
     visit(signal.variance);
     visit(signal.length);
     visit(signal.weights2);
+    visit(signal.compressed);
   }
   visit(state.guides.inverse_depth);
   visit_all(state.guides.normal);
@@ -41,8 +42,14 @@ void VisitPlanes(State& state, const Visit& visit) {
 }
 
 size_t PayloadBytes(const Header& header) {
-  const size_t planes = header.signal_count * size_t{7} + 8;
-  return planes * 4 * static_cast<size_t>(header.width) * static_cast<size_t>(header.height);
+  const size_t signal_planes = (header.flags & 4u) != 0 ? 8 : 7;
+  const size_t planes = header.signal_count * signal_planes + 8;
+  return header.signal_count * sizeof(float) +
+         planes * 4 * static_cast<size_t>(header.width) * static_cast<size_t>(header.height);
+}
+
+bool WithCompressed(const DenoiserState& state) {
+  return !state.signals.empty() && !state.signals[0].compressed.empty();
 }
 
 }  // namespace
@@ -52,10 +59,15 @@ std::vector<uint8_t> HistoryToBytes(const DenoiserState& state) {
   header.width = state.width;
   header.height = state.height;
   header.signal_count = static_cast<uint32_t>(state.signals.size());
-  header.flags = (state.has_history ? 1u : 0u) | (state.has_picture ? 2u : 0u);
+  header.flags = (state.has_history ? 1u : 0u) | (state.has_picture ? 2u : 0u) |
+                 (WithCompressed(state) ? 4u : 0u);
   std::vector<uint8_t> bytes(sizeof(Header));
   std::memcpy(bytes.data(), &header, sizeof(Header));
   bytes.reserve(sizeof(Header) + PayloadBytes(header));
+  for (const SignalHistory& signal : state.signals) {
+    const auto* scale = reinterpret_cast<const uint8_t*>(&signal.compressed_scale);
+    bytes.insert(bytes.end(), scale, scale + sizeof(float));
+  }
   VisitPlanes(state, [&](const auto& plane) {
     for (int y = 0; y < plane.height(); ++y) {
       const auto* row = reinterpret_cast<const uint8_t*>(plane.Row(y));
@@ -66,7 +78,7 @@ std::vector<uint8_t> HistoryToBytes(const DenoiserState& state) {
 }
 
 Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, size_t signal_count,
-                                       int border) {
+                                       bool with_compressed, int border) {
   Header header;
   const Header expected;
   if (bytes.size() < sizeof(Header)) {
@@ -87,15 +99,25 @@ Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, size_t si
     return Status::BadData(fmt::format("saved history has {} signals, the settings ask for {}",
                                        header.signal_count, signal_count));
   }
+  if (((header.flags & 4u) != 0) != with_compressed) {
+    return Status::BadData(
+        fmt::format("saved history was made with limit_history {}, the settings "
+                    "have it {}",
+                    with_compressed ? "off" : "on", with_compressed ? "on" : "off"));
+  }
   if (bytes.size() != sizeof(Header) + PayloadBytes(header)) {
     return Status::BadData(fmt::format("saved history has {} bytes, expected {}", bytes.size(),
                                        sizeof(Header) + PayloadBytes(header)));
   }
-  DenoiserState state(header.width, header.height, signal_count);
+  DenoiserState state(header.width, header.height, signal_count, with_compressed);
   state.has_history = (header.flags & 1u) != 0;
   state.has_picture = (header.flags & 2u) != 0;
   state.guides = GuidePlanes(header.width, header.height, border);
   const uint8_t* from = bytes.data() + sizeof(Header);
+  for (SignalHistory& signal : state.signals) {
+    std::memcpy(&signal.compressed_scale, from, sizeof(float));
+    from += sizeof(float);
+  }
   VisitPlanes(state, [&](auto& plane) {
     for (int y = 0; y < plane.height(); ++y) {
       const size_t row_bytes = static_cast<size_t>(plane.width()) * 4;

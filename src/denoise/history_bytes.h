@@ -17,9 +17,10 @@ namespace stillray {
 std::vector<uint8_t> HistoryToBytes(const DenoiserState& state);
 
 /// \param signal_count  signals that the history must have
+/// \param with_compressed  whether the settings have limit_history on
 /// \param border        border of the guides
 /// \return kBadData saying what does not fit
 Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, size_t signal_count,
-                                       int border);
+                                       bool with_compressed, int border);
 
 }  // namespace stillray

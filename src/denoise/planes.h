@@ -42,24 +42,30 @@ struct NewLight {
 /// What is remembered of one signal. Moments are those of single samples, in deviation form.
 struct SignalHistory {
   Image3 colour;
-  Image1 mean;      ///< of the luminance of samples
-  Image1 variance;  ///< of the luminance of samples, >= 0
-  Image1 length;    ///< samples received; 0 = no light yet
-  Image1 weights2;  ///< sum of the squared weights of all samples in `colour`: its noise is
-                    ///< variance * weights2
+  Image1 mean;        ///< of the luminance of samples
+  Image1 variance;    ///< of the luminance of samples, >= 0
+  Image1 length;      ///< samples received; 0 = no light yet
+  Image1 weights2;    ///< sum of the squared weights of all samples in `colour`: its noise is
+                      ///< variance * weights2
+  Image1 compressed;  ///< of compressed luminances (see limit_history_shared.h), weighted as
+                      ///< `colour`; empty unless limit_history runs
+  float compressed_scale = 0;  ///< luminance that is compressed to 1/2; 0: not known yet
 
   /// Of the planes that the 7x7 variance estimate reads: zero, so a length of zero.
   static constexpr int kBorder = 3;
 
   SignalHistory() = default;
-  SignalHistory(int width, int height)
+  /// \param with_compressed  make room for what limit_history compares
+  SignalHistory(int width, int height, bool with_compressed = false)
       : colour(width, height),
         mean(width, height, kBorder),
         variance(width, height, kBorder),
         length(width, height, kBorder),
-        weights2(width, height) {}
+        weights2(width, height),
+        compressed(with_compressed ? Image1(width, height) : Image1()) {}
   size_t bytes() const {
-    return colour.bytes() + mean.bytes() + variance.bytes() + length.bytes() + weights2.bytes();
+    return colour.bytes() + mean.bytes() + variance.bytes() + length.bytes() + weights2.bytes() +
+           compressed.bytes();
   }
 };
 

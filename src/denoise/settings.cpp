@@ -80,8 +80,7 @@ std::vector<Row> MakeTable() {
       "signals", Choice<&Settings::signals>(),
       {"split", "direct_indirect", "diffuse_specular", "single"}, "demodulate",
       "How light is grouped into signals with a filter and a history of their own: direct diffuse, "
-      "indirect diffuse and specular; direct and indirect; diffuse and specular; all in one.",
-      "direct_indirect", "direct_indirect"));
+      "indirect diffuse and specular; direct and indirect; diffuse and specular; all in one."));
   t.push_back(FlagRow("demodulate", &Settings::demodulate, "demodulate",
                       "Divide light by the albedo before filtering, so that textures stay sharp."));
   t.push_back(ChoiceRow("firefly", Choice<&Settings::firefly>(), {"off", "clamp", "compress"},
@@ -165,7 +164,8 @@ std::vector<Row> MakeTable() {
                      "accumulated light itself.",
                      "1"));
   t.push_back(FloatRow("sigma_n", &Settings::sigma_n, 0.0, 1024.0, "edge_stopping", "", "sigma_n",
-                       "Exponent of the normal weight: larger keeps finer creases."));
+                       "Exponent of the normal weight: larger keeps finer creases.",
+                       "128"));
   t.push_back(ChoiceRow("depth_weight", Choice<&Settings::depth_weight>(), {"gradient", "plane"},
                         "edge_stopping",
                         "Depth differences are held against the slope (the papers), or measured "
@@ -195,6 +195,12 @@ std::vector<Row> MakeTable() {
       "edge_stopping",
       "Luminance differences are divided by the standard deviation, or, as PSVGF prints it, by the "
       "variance: the result then depends on exposure."));
+  t.push_back(FloatRow(
+      "noise_ratio", &Settings::noise_ratio, 1.0, 100.0, "edge_stopping", "", "",
+      "How far a noisier neighbour may raise the noise that luminance differences are measured in. "
+      "At 1, as in the papers, sparsely lit surfaces come out too dark; large values blur "
+      "penumbras.",
+      "1"));
   t.push_back(FlagRow("wavelet_id", &Settings::wavelet_id, "edge_stopping",
                       "Never filter across different surface ids."));
   t.push_back(FloatRow("eaw_sigma_l", &Settings::eaw_sigma_l, 1e-3, 1000.0, "edge_stopping",

@@ -56,7 +56,14 @@ void AccumulateRows(const NewLight& light, const SignalHistory& before, const Im
       const VF mean = hn::LoadU(d, before.mean.Row(y) + x);
       const VF variance = hn::LoadU(d, before.variance.Row(y) + x);
       const VF weights2 = hn::LoadU(d, before.weights2.Row(y) + x);
-      const VF difference = hn::Sub(Luminance(colour[0], colour[1], colour[2], p.rec601), mean);
+      const VF l = Luminance(colour[0], colour[1], colour[2], p.rec601);
+      if (p.compressed_scale > 0) {
+        const VF old = hn::LoadU(d, before.compressed.Row(y) + x);
+        const VF light_l = hn::Max(l, hn::Zero(d));
+        const VF c = hn::Div(light_l, hn::Add(light_l, hn::Set(d, p.compressed_scale)));
+        StoreInRow(d, hn::MulAdd(alpha, hn::Sub(c, old), old), out->compressed.Row(y), x, width);
+      }
+      const VF difference = hn::Sub(l, mean);
       const VF keep = hn::Sub(one, alpha_moments);
       VF mixed =
           hn::Mul(keep, hn::MulAdd(hn::Mul(alpha_moments, difference), difference, variance));

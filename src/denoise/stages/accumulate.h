@@ -18,6 +18,8 @@ struct AccumulateParameters {
   bool constant_weight = false;  ///< SVGF: alpha_min wherever there is history
   int max_history = 0;           ///< samples; 0: no limit
   bool rec601 = false;           ///< luminance weights
+  /// Luminance that is compressed to 1/2 in `compressed`; 0: that plane is left out.
+  float compressed_scale = 0;
 };
 
 /// \param before  reprojected history (all zero: none)

@@ -3,6 +3,7 @@
 #include "core/colour_shared.h"
 #include "denoise/stages/accumulate.h"
 #include "denoise/stages/accumulate_shared.h"
+#include "denoise/stages/limit_history_shared.h"
 
 namespace stillray::reference {
 
@@ -28,6 +29,10 @@ void Accumulate(const NewLight& light, const SignalHistory& before, const Image1
       for (int c = 0; c < 3; ++c) {
         const float old = before.colour[c](x, y);
         out->colour[c](x, y) = old + alpha * (light.colour[c](x, y) - old);
+      }
+      if (p.compressed_scale > 0) {
+        const float old = before.compressed(x, y);
+        out->compressed(x, y) = old + alpha * (CompressLuminance(l, p.compressed_scale) - old);
       }
       out->variance(x, y) = MixedVariance(before.variance(x, y), d, within, alpha_moments);
       out->mean(x, y) = before.mean(x, y) + alpha_moments * d;

@@ -82,12 +82,8 @@ void FilterRow(const FilterPlanes& in, const Image1& spread, const Image1& prese
     const VF present_p = hn::LoadU(d, own.present + x);
     const VF lp = Luminance(rp, gp, bp, p.rec601);
     const VU id_p = hn::LoadU(du, own.id + x);
-    VF allowed =
-        one;  // of luminance differences, before the share that follows the brighter of the two
-    if constexpr (kWeights == AtrousWeights::kSvgf) {
-      allowed =
-          hn::MulAdd(hn::Set(d, p.sigma_l), hn::LoadU(d, spread.Row(y) + x), hn::Set(d, 1e-12f));
-    }
+    const VF spread_p = kWeights == AtrousWeights::kSvgf ? hn::LoadU(d, spread.Row(y) + x) : one;
+    const VF ratio = hn::Set(d, p.noise_ratio);
     const VF eaw_l = hn::Mul(present_p, hn::Set(d, kLog2E / (p.eaw_sigma_l * p.eaw_sigma_l)));
     const VF eaw_n = hn::Set(d, kLog2E / (p.eaw_sigma_n * p.eaw_sigma_n));
     const VF eaw_z =
@@ -131,6 +127,12 @@ void FilterRow(const FilterPlanes& in, const Image1& spread, const Image1& prese
           exponent = hn::Sub(exponent, DepthExponent(c, p.edges, iq, dx, dy));
           if constexpr (kWeights == AtrousWeights::kSvgf) {
             const VF lq = Luminance(rq, gq, bq, p.rec601);
+            VF noise = spread_p;
+            if (p.noise_ratio > 1) {
+              const VF spread_q = hn::LoadU(d, spread.Row(y + j * p.step) + xq);
+              noise = hn::Max(spread_p, hn::Min(spread_q, hn::Mul(spread_p, ratio)));
+            }
+            const VF allowed = hn::MulAdd(hn::Set(d, p.sigma_l), noise, hn::Set(d, 1e-12f));
             const VF tolerance = hn::MulAdd(hn::Set(d, p.luminance_epsilon),
                                             hn::Max(hn::Abs(lp), hn::Abs(lq)), allowed);
             exponent = hn::NegMulAdd(hn::Div(hn::Abs(hn::Sub(lp, lq)), tolerance),

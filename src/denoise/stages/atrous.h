@@ -32,6 +32,7 @@ struct AtrousParameters {
   EdgeStopping edges;
   bool test_id = false;  ///< also stop at another id
   float sigma_l = 4;
+  float noise_ratio = 1;  ///< >= 1; see SharedSpread
   float luminance_epsilon = 1e-4f;
   bool rec601 = false;
   float eaw_sigma_l = 1;  ///< in units of light; the caller halves it per level

@@ -44,7 +44,8 @@ float EdgeWeight(const FilterPlanes& in, const Image1& spread, const GuidePlanes
                            : GradientDepthExponent(ip, iq, slope, offset, e.sigma_z,
                                                    e.depth_epsilon, e.max_slope);
   if (p.weights == AtrousWeights::kSvgf) {
-    exponent += LuminanceExponent(lp, lq, spread(x, y), p.sigma_l, p.luminance_epsilon);
+    const float noise = SharedSpread(spread(x, y), spread(qx, qy), p.noise_ratio);
+    exponent += LuminanceExponent(lp, lq, noise, p.sigma_l, p.luminance_epsilon);
   }
   return NormalWeight(dot(np, nq), e.sigma_n) * exp(-exponent);
 }

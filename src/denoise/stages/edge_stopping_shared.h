@@ -38,6 +38,15 @@ SHARED_FN float PlaneDepthExponent(float ip, float iq, vec2 g, vec2 offset, floa
   return abs(expected - iq) / (tolerance * ip);
 }
 
+// Spread to measure the difference of p and q in: that of p, as in the papers, raised to that of a
+// noisier q, but at most `ratio` times. p's spread alone darkens sparsely lit surfaces: a pixel
+// that has seen few bright samples takes itself for less noisy than it is and turns its brighter
+// neighbours away, while they do not turn it away. Without the bound, noisy penumbras would leak
+// into the clean surfaces beside them.
+SHARED_FN float SharedSpread(float spread_p, float spread_q, float ratio) {
+  return max(spread_p, min(spread_q, ratio * spread_p));
+}
+
 // |l_p - l_q| / (sigma_l sqrt(var_p) + eps): SVGF eq. 5. `spread` is the root of the prefiltered
 // variance (PSVGF: the variance itself); eps in proportion to the brighter of the two.
 SHARED_FN float LuminanceExponent(float lp, float lq, float spread, float sigma_l, float epsilon) {

@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/stages/limit_history.h"
 
+#include <algorithm>
+
 #include "core/parallel.h"
+#include "denoise/stages/limit_history_shared.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "denoise/stages/limit_history.cpp"
@@ -24,25 +27,14 @@ HWY_INLINE VF LuminanceAt(const Image3& c, int x, int y, bool rec601) {
                    hn::LoadU(d, c[2].Row(y) + x), rec601);
 }
 
-HWY_INLINE VF CompressLuminance(VF l, VF mean) {
-  return hn::Div(l, hn::Add(l, mean));
-}
-
-HWY_INLINE VF CompressVariance(VF l, VF variance, VF mean) {
+/// See CompressedVariance.
+HWY_INLINE VF SampleVariance(const SignalHistory& before, VF scale, int x, int y) {
   const DF d;
-  const VF s = hn::Add(l, mean);
-  const VF slope = hn::Div(mean, hn::Mul(s, s));
-  const VF c = hn::Div(l, s);
-  return hn::Min(hn::Mul(hn::Mul(slope, slope), variance),
+  const VF c = hn::LoadU(d, before.compressed.Row(y) + x);
+  const VF s = hn::Add(hn::Max(hn::LoadU(d, before.mean.Row(y) + x), hn::Zero(d)), scale);
+  const VF slope = hn::Div(scale, hn::Mul(s, s));
+  return hn::Min(hn::Mul(hn::Mul(slope, slope), hn::LoadU(d, before.variance.Row(y) + x)),
                  hn::Mul(c, hn::Sub(hn::Set(d, 1.0f), c)));
-}
-
-HWY_INLINE VF FrameNoise(const NewLight& light, const SignalHistory& before, VF mean, int x,
-                         int y) {
-  const DF d;
-  const VF noise = CompressVariance(hn::LoadU(d, before.mean.Row(y) + x),
-                                    hn::LoadU(d, before.variance.Row(y) + x), mean);
-  return hn::Div(noise, hn::Max(hn::LoadU(d, light.samples.Row(y) + x), hn::Set(d, 1.0f)));
 }
 
 void CompareWithHistoryRows(const NewLight& light, const SignalHistory& before,
@@ -50,35 +42,35 @@ void CompareWithHistoryRows(const NewLight& light, const SignalHistory& before,
                             int y1, FilterPlanes* compared, Image1* present) {
   const DF d;
   const VF zero = hn::Zero(d);
-  const VF mean = hn::Set(d, p.mean);
+  const VF scale = hn::Set(d, p.scale);
+  const VF one = hn::Set(d, 1.0f);
   const int width = light.samples.width();
   for (int y = y0; y < y1; ++y) {
     for (int x = 0; x < width; x += LaneCount()) {
-      const MF both = hn::And(hn::Gt(hn::LoadU(d, guides.inverse_depth.Row(y) + x), zero),
-                              hn::And(hn::Gt(hn::LoadU(d, light.samples.Row(y) + x), zero),
-                                      hn::Gt(hn::LoadU(d, before.length.Row(y) + x), zero)));
-      const VF of_mean = hn::Mul(hn::LoadU(d, before.variance.Row(y) + x),
-                                 hn::LoadU(d, before.weights2.Row(y) + x));
-      const VF history_noise =
-          CompressVariance(hn::LoadU(d, before.mean.Row(y) + x), of_mean, mean);
-      const VF noise = hn::Add(FrameNoise(light, before, mean, x, y), history_noise);
-      const VF now = CompressLuminance(LuminanceAt(light.colour, x, y, p.rec601), mean);
-      const VF then = CompressLuminance(LuminanceAt(before.colour, x, y, p.rec601), mean);
-      StoreInRow(d, hn::IfThenElseZero(both, hn::Set(d, 1.0f)), present->Row(y), x, width);
+      const VF n = hn::LoadU(d, light.samples.Row(y) + x);
+      const MF both =
+          hn::And(hn::Gt(hn::LoadU(d, guides.inverse_depth.Row(y) + x), zero),
+                  hn::And(hn::Gt(n, zero), hn::Gt(hn::LoadU(d, before.length.Row(y) + x), zero)));
+      const VF l = hn::Max(LuminanceAt(light.colour, x, y, p.rec601), zero);
+      const VF now = hn::Div(l, hn::Add(l, scale));
+      const VF then = hn::LoadU(d, before.compressed.Row(y) + x);
+      const VF single = SampleVariance(before, scale, x, y);
+      const VF noise = hn::Mul(
+          single, hn::Add(hn::Div(one, hn::Max(n, one)), hn::LoadU(d, before.weights2.Row(y) + x)));
+      StoreInRow(d, hn::IfThenElseZero(both, one), present->Row(y), x, width);
       StoreInRow(d, hn::IfThenElseZero(both, now), compared->colour[0].Row(y), x, width);
       StoreInRow(d, hn::IfThenElseZero(both, then), compared->colour[1].Row(y), x, width);
-      StoreInRow(d, zero, compared->colour[2].Row(y), x, width);
+      StoreInRow(d, hn::IfThenElseZero(both, single), compared->colour[2].Row(y), x, width);
       StoreInRow(d, hn::IfThenElseZero(both, noise), compared->variance.Row(y), x, width);
     }
   }
 }
 
-void LimitHistoryRows(const FilterPlanes& blurred, const Image1& present, const NewLight& light,
+void LimitHistoryRows(const FilterPlanes& blurred, const Image1& present,
                       const SignalHistory& before, const LimitHistoryParameters& p, int y0, int y1,
                       Image1* limit) {
   const DF d;
   const VF zero = hn::Zero(d);
-  const VF mean = hn::Set(d, p.mean);
   const int width = limit->width();
   for (int y = y0; y < y1; ++y) {
     for (int x = 0; x < width; x += LaneCount()) {
@@ -88,7 +80,7 @@ void LimitHistoryRows(const FilterPlanes& blurred, const Image1& present, const 
       const VF noise = hn::LoadU(d, blurred.variance.Row(y) + x);
       const VF square = hn::Mul(difference, difference);
       const VF bias2 = hn::Max(zero, hn::NegMulAdd(hn::Set(d, 1.0f + p.dead), noise, square));
-      const VF own = hn::Max(FrameNoise(light, before, mean, x, y), hn::Set(d, 1e-8f));
+      const VF own = hn::Max(hn::LoadU(d, blurred.colour[2].Row(y) + x), hn::Set(d, 1e-8f));
       const VF distrust = hn::MulAdd(hn::Set(d, p.gain), hn::Div(bias2, own),
                                      hn::LoadU(d, before.weights2.Row(y) + x));
       const VF limited = hn::Div(hn::Set(d, 1.0f), hn::Max(distrust, hn::Set(d, 1e-6f)));
@@ -106,7 +98,26 @@ void LimitHistoryRows(const FilterPlanes& blurred, const Image1& present, const 
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace stillray::cpu {
+namespace stillray {
+
+float CompressionScale(float history_scale, float mean_luminance) {
+  const bool near = mean_luminance < 2 * history_scale && history_scale < 2 * mean_luminance;
+  return near ? history_scale : std::max(mean_luminance, 1e-20f);
+}
+
+void RescaleHistory(float scale, SignalHistory* history) {
+  ParallelRows(history->compressed.height(), 32, [&](int y0, int y1) {
+    for (int y = y0; y < y1; ++y) {
+      float* c = history->compressed.Row(y);
+      for (int x = 0; x < history->compressed.width(); ++x) {
+        c[x] = RescaleCompressed(c[x], history->compressed_scale, scale);
+      }
+    }
+  });
+  history->compressed_scale = scale;
+}
+
+namespace cpu {
 
 HWY_EXPORT(CompareWithHistoryRows);
 HWY_EXPORT(LimitHistoryRows);
@@ -120,12 +131,13 @@ void CompareWithHistory(const NewLight& light, const SignalHistory& before,
   });
 }
 
-void LimitHistory(const FilterPlanes& blurred, const Image1& present, const NewLight& light,
-                  const SignalHistory& before, const LimitHistoryParameters& p, Image1* limit) {
+void LimitHistory(const FilterPlanes& blurred, const Image1& present, const SignalHistory& before,
+                  const LimitHistoryParameters& p, Image1* limit) {
   ParallelRows(limit->height(), 32, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(LimitHistoryRows)(blurred, present, light, before, p, y0, y1, limit);
+    HWY_DYNAMIC_DISPATCH(LimitHistoryRows)(blurred, present, before, p, y0, y1, limit);
   });
 }
 
-}  // namespace stillray::cpu
+}  // namespace cpu
+}  // namespace stillray
 #endif

@@ -2,42 +2,51 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// limit_history: where the light itself changed, history that no longer resembles the present
-/// counts less. PSVGF (section 7) names the cure and gives no formula; ours: luminance of present
-/// and history, compressed, is blurred by three geometry-only wavelet levels; what their difference
-/// exceeds its expected noise by is taken for bias, and a Kalman gain says how many samples such a
-/// history is still worth. State: none. Border: that of the wavelet.
+/// counts less. PSVGF (section 7) names the cure and gives no formula; ours: the compressed
+/// luminance of this frame's samples is compared with the mean of the compressed luminances of
+/// earlier ones, both blurred by three geometry-only wavelet levels; what their difference exceeds
+/// its expected noise by is taken for bias, and a Kalman gain says how many samples such a history
+/// is still worth. The history keeps the mean of compressed samples, not the compressed mean: a
+/// mean of few bright samples compresses to more than they do one by one, so that sparse light
+/// would always look changed. Border: that of the wavelet. Reads 40, writes 20 bytes per pixel
+/// around the wavelet.
 #pragma once
 
 #include "denoise/planes.h"
 
 namespace stillray {
 
-/// The level functions around the wavelet, which the denoiser calls in between.
-/// Compare: colour = (compressed present, compressed history, 0), variance = expected noise of
-/// their difference, zero where either is missing; present = 1 where both exist. Limit: length that
-/// the history may count for; large where nothing speaks against it.
+/// The functions around the wavelet, which the denoiser calls in between. Compare: colour =
+/// (compressed present, compressed history, variance of single compressed samples), variance =
+/// expected noise of the difference, all zero where either is missing; present = 1 where both
+/// exist. Limit: length that the history may count for; its own where nothing speaks against it.
 struct LimitHistoryParameters {
-  float mean = 1;  ///< mean luminance of the signal (of the history; of the frame at the start)
+  float scale = 1;  ///< luminance that is compressed to 1/2; that of `before.compressed`
   float dead = 8;
   float gain = 16;
   bool rec601 = false;
 };
 
+/// The scale to compress with, so that it follows the light without changing from frame to frame:
+/// the history's as long as the mean luminance stays within a factor of two of it, else the mean.
+float CompressionScale(float history_scale, float mean_luminance);
+
+/// Brings the compressed luminances of a history to another scale.
+void RescaleHistory(float scale, SignalHistory* history);
+
 namespace reference {
 void CompareWithHistory(const NewLight& light, const SignalHistory& before,
                         const GuidePlanes& guides, const LimitHistoryParameters& parameters,
                         FilterPlanes* compared, Image1* present);
-void LimitHistory(const FilterPlanes& blurred, const Image1& present, const NewLight& light,
-                  const SignalHistory& before, const LimitHistoryParameters& parameters,
-                  Image1* limit);
+void LimitHistory(const FilterPlanes& blurred, const Image1& present, const SignalHistory& before,
+                  const LimitHistoryParameters& parameters, Image1* limit);
 }  // namespace reference
 namespace cpu {
 void CompareWithHistory(const NewLight& light, const SignalHistory& before,
                         const GuidePlanes& guides, const LimitHistoryParameters& parameters,
                         FilterPlanes* compared, Image1* present);
-void LimitHistory(const FilterPlanes& blurred, const Image1& present, const NewLight& light,
-                  const SignalHistory& before, const LimitHistoryParameters& parameters,
-                  Image1* limit);
+void LimitHistory(const FilterPlanes& blurred, const Image1& present, const SignalHistory& before,
+                  const LimitHistoryParameters& parameters, Image1* limit);
 }  // namespace cpu
 
 }  // namespace stillray

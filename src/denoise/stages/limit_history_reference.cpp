@@ -11,12 +11,6 @@ float Luminance(const Image3& c, int x, int y, bool rec601) {
   return (rec601 ? Luminance601 : Luminance709)(c[0](x, y), c[1](x, y), c[2](x, y));
 }
 
-/// Variance of this frame's value of a pixel, compressed.
-float FrameNoise(const NewLight& light, const SignalHistory& before, float mean, int x, int y) {
-  return CompressVariance(before.mean(x, y), before.variance(x, y), mean) /
-         max(light.samples(x, y), 1.0f);
-}
-
 }  // namespace
 
 void CompareWithHistory(const NewLight& light, const SignalHistory& before,
@@ -24,30 +18,30 @@ void CompareWithHistory(const NewLight& light, const SignalHistory& before,
                         FilterPlanes* compared, Image1* present) {
   for (int y = 0; y < light.samples.height(); ++y) {
     for (int x = 0; x < light.samples.width(); ++x) {
-      const bool both =
-          guides.inverse_depth(x, y) > 0 && light.samples(x, y) > 0 && before.length(x, y) > 0;
-      const float noise = FrameNoise(light, before, p.mean, x, y);
-      const float history_noise = CompressVariance(
-          before.mean(x, y), before.variance(x, y) * before.weights2(x, y), p.mean);
+      const float n = light.samples(x, y);
+      const bool both = guides.inverse_depth(x, y) > 0 && n > 0 && before.length(x, y) > 0;
+      const float now = CompressLuminance(Luminance(light.colour, x, y, p.rec601), p.scale);
+      const float then = before.compressed(x, y);
+      const float single =
+          CompressedVariance(then, before.mean(x, y), before.variance(x, y), p.scale);
+      const float noise = single * (1.0f / max(n, 1.0f) + before.weights2(x, y));
       (*present)(x, y) = both ? 1.0f : 0.0f;
-      compared->colour[0](x, y) =
-          both ? CompressLuminance(Luminance(light.colour, x, y, p.rec601), p.mean) : 0.0f;
-      compared->colour[1](x, y) =
-          both ? CompressLuminance(Luminance(before.colour, x, y, p.rec601), p.mean) : 0.0f;
-      compared->colour[2](x, y) = 0;
-      compared->variance(x, y) = both ? noise + history_noise : 0.0f;
+      compared->colour[0](x, y) = both ? now : 0.0f;
+      compared->colour[1](x, y) = both ? then : 0.0f;
+      compared->colour[2](x, y) = both ? single : 0.0f;
+      compared->variance(x, y) = both ? noise : 0.0f;
     }
   }
 }
 
-void LimitHistory(const FilterPlanes& blurred, const Image1& present, const NewLight& light,
-                  const SignalHistory& before, const LimitHistoryParameters& p, Image1* limit) {
+void LimitHistory(const FilterPlanes& blurred, const Image1& present, const SignalHistory& before,
+                  const LimitHistoryParameters& p, Image1* limit) {
   for (int y = 0; y < limit->height(); ++y) {
     for (int x = 0; x < limit->width(); ++x) {
       const float length = before.length(x, y);
       const float d = blurred.colour[0](x, y) - blurred.colour[1](x, y);
       const float limited = LimitedLength(length, before.weights2(x, y), d, blurred.variance(x, y),
-                                          FrameNoise(light, before, p.mean, x, y), p.dead, p.gain);
+                                          blurred.colour[2](x, y), p.dead, p.gain);
       (*limit)(x, y) = present(x, y) > 0 ? limited : length;
     }
   }

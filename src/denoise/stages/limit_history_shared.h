@@ -11,24 +11,29 @@
 
 SHARED_BEGIN
 
-// Luminance compressed to 0..1 about the signal's mean, so that one bright sample cannot outvote
-// its neighbourhood.
-SHARED_FN float CompressLuminance(float l, float mean) {
-  return l / (l + mean);
+// Luminance compressed to 0..1, 1/2 at `scale`, so that one bright sample cannot outvote its
+// neighbourhood.
+SHARED_FN float CompressLuminance(float l, float scale) {
+  return max(l, 0.0f) / (max(l, 0.0f) + scale);
 }
 
-// Variance of a compressed luminance: first order about `l`, and never more than a variable in
-// 0..1 with that mean can have (Bhatia and Davis 2000).
-SHARED_FN float CompressVariance(float l, float variance, float mean) {
-  float s = l + mean;
-  float slope = mean / (s * s);
-  float c = l / s;
+// The compressed luminance under another scale: exact for a single value.
+SHARED_FN float RescaleCompressed(float c, float old_scale, float scale) {
+  return c * old_scale / max(c * old_scale + (1.0f - c) * scale, 1e-30f);
+}
+
+// Variance of compressed single samples whose mean is c, when the samples themselves have mean l
+// and this variance: first order about l, and never more than a variable in 0..1 with mean c can
+// have (Bhatia and Davis 2000), which is what sparse bright samples come close to.
+SHARED_FN float CompressedVariance(float c, float l, float variance, float scale) {
+  float s = max(l, 0.0f) + scale;
+  float slope = scale / (s * s);
   return min(slope * slope * variance, c * (1.0f - c));
 }
 
 // The history length that a Kalman filter would still give credit for, when present and history
-// differ by d with expected noise `noise` (both blurred) and a pixel's own sample has variance
-// `variance`.
+// differ by d with expected noise `noise` (both blurred) and single samples of the neighbourhood
+// have variance `variance`.
 SHARED_FN float LimitedLength(float length, float weights2, float d, float noise, float variance,
                               float dead, float gain) {
   float bias2 = max(0.0f, d * d - (1.0f + dead) * noise);

@@ -154,10 +154,12 @@ void FetchHistoryRows(const SignalHistory& before, const ReprojectionTaps& taps,
   const DF d;
   const DI di;
   const DU du;
-  const Image1* in[7] = {&before.colour[0], &before.colour[1], &before.colour[2], &before.mean,
-                         &before.variance,  &before.length,    &before.weights2};
-  Image1* to[7] = {&out->colour[0], &out->colour[1], &out->colour[2], &out->mean,
-                   &out->variance,  &out->length,    &out->weights2};
+  const Image1* in[8] = {&before.colour[0], &before.colour[1], &before.colour[2],
+                         &before.mean,      &before.variance,  &before.length,
+                         &before.weights2,  &before.compressed};
+  Image1* to[8] = {&out->colour[0], &out->colour[1], &out->colour[2], &out->mean,
+                   &out->variance,  &out->length,    &out->weights2,  &out->compressed};
+  const int planes = before.compressed.empty() ? 7 : 8;
   const int width = taps.x.width();
   for (int y = y0; y < y1; ++y) {
     for (int x = 0; x < width; x += LaneCount()) {
@@ -176,7 +178,7 @@ void FetchHistoryRows(const SignalHistory& before, const ReprojectionTaps& taps,
       const VU search =
           hn::IfThenElseZero(hn::RebindMask(du, in_row), hn::LoadU(du, taps.search.Row(y) + x));
       const bool any_searched = !hn::AllTrue(du, hn::Eq(search, hn::Zero(du)));
-      for (int k = 0; k < 7; ++k) {
+      for (int k = 0; k < planes; ++k) {
         const VI stride = hn::Set(di, static_cast<int>(in[k]->stride()));
         VF sum = hn::Zero(d);
         for (int i = 0; i < 4; ++i) {

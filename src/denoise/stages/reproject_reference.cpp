@@ -115,11 +115,13 @@ float Fetch(const Image1& plane, const ReprojectionTaps& taps, int x, int y) {
 }  // namespace
 
 void FetchHistory(const SignalHistory& before, const ReprojectionTaps& taps, SignalHistory* out) {
-  const Image1* in[7] = {&before.colour[0], &before.colour[1], &before.colour[2], &before.mean,
-                         &before.variance,  &before.length,    &before.weights2};
-  Image1* to[7] = {&out->colour[0], &out->colour[1], &out->colour[2], &out->mean,
-                   &out->variance,  &out->length,    &out->weights2};
-  for (int i = 0; i < 7; ++i) {
+  const Image1* in[8] = {&before.colour[0], &before.colour[1], &before.colour[2],
+                         &before.mean,      &before.variance,  &before.length,
+                         &before.weights2,  &before.compressed};
+  Image1* to[8] = {&out->colour[0], &out->colour[1], &out->colour[2], &out->mean,
+                   &out->variance,  &out->length,    &out->weights2,  &out->compressed};
+  const int planes = before.compressed.empty() ? 7 : 8;
+  for (int i = 0; i < planes; ++i) {
     for (int y = 0; y < taps.x.height(); ++y) {
       for (int x = 0; x < taps.x.width(); ++x) {
         (*to[i])(x, y) = Fetch(*in[i], taps, x, y);
