@@ -35,7 +35,7 @@ struct ImageMetrics {
 ///                 radiance, for which LDR-FLIP is taken at the middle exposure of HDR-FLIP's
 ///                 range.
 /// \return kInvalidArgument (an empty picture; sizes that differ, naming both), kBadData (no pixel
-///         is finite in both pictures)
+///         is finite in both pictures), kOutOfMemory
 Result<ImageMetrics> CompareImages(const Image3& test, const Image3& reference, bool display);
 
 enum class ErrorMap : uint8_t { kFlip, kHdrFlip, kRelativeSquaredError, kSsim };

@@ -1,6 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 #include <limits>
+#include <new>
+
+#include <fmt/core.h>
 
 #include "quality/metrics.h"
 #include "quality/row_sums.h"
@@ -33,9 +36,7 @@ Image1 MakeMap(const PicturePair& pair, ErrorMap which) {
   return quality::SsimErrorMap(pair);
 }
 
-}  // namespace
-
-Result<ImageMetrics> CompareImages(const Image3& test, const Image3& reference, bool display) {
+Result<ImageMetrics> Compare(const Image3& test, const Image3& reference, bool display) {
   const Result<PicturePair> made = quality::MakePicturePair(test, reference, display);
   if (!made.ok()) {
     return made.status();
@@ -54,13 +55,8 @@ Result<ImageMetrics> CompareImages(const Image3& test, const Image3& reference, 
   return metrics;
 }
 
-Result<Image1> MakeErrorMap(const Image3& test, const Image3& reference, bool display,
-                            ErrorMap which) {
-  if (display && which == ErrorMap::kHdrFlip) {
-    return Status::InvalidArgument(
-        "HDR-FLIP is defined for linear radiance, not for display "
-        "pictures: ask for FLIP");
-  }
+Result<Image1> MakeMarkedMap(const Image3& test, const Image3& reference, bool display,
+                             ErrorMap which) {
   const Result<PicturePair> pair = quality::MakePicturePair(test, reference, display);
   if (!pair.ok()) {
     return pair.status();
@@ -74,6 +70,34 @@ Result<Image1> MakeErrorMap(const Image3& test, const Image3& reference, bool di
     }
   }
   return map;
+}
+
+Status OutOfMemory(const Image3& image) {
+  return Status::OutOfMemory(fmt::format("not enough memory to compare pictures of {}x{} pixels",
+                                         image.width(), image.height()));
+}
+
+}  // namespace
+
+Result<ImageMetrics> CompareImages(const Image3& test, const Image3& reference, bool display) {
+  try {
+    return Compare(test, reference, display);
+  } catch (const std::bad_alloc&) {
+    return OutOfMemory(test);
+  }
+}
+
+Result<Image1> MakeErrorMap(const Image3& test, const Image3& reference, bool display,
+                            ErrorMap which) {
+  if (display && which == ErrorMap::kHdrFlip) {
+    return Status::InvalidArgument(
+        "HDR-FLIP is defined for linear radiance, not for display pictures: ask for FLIP");
+  }
+  try {
+    return MakeMarkedMap(test, reference, display, which);
+  } catch (const std::bad_alloc&) {
+    return OutOfMemory(test);
+  }
 }
 
 }  // namespace stillray
