@@ -25,6 +25,7 @@
 
 #include "io/exr_stream.h"
 #include "io/image_limits.h"
+#include "io/text.h"
 #include "stillray/io.h"
 
 namespace stillray {
@@ -107,7 +108,7 @@ Status CheckPart(const std::string& name, const Imf::Header& header, size_t file
     if (it.channel().xSampling != 1 || it.channel().ySampling != 1) {
       return Status::Unsupported(
           fmt::format("{}: channel {} is subsampled by {} x {}; only full resolution is supported",
-                      name, it.name(), it.channel().xSampling, it.channel().ySampling));
+                      name, OneLine(it.name()), it.channel().xSampling, it.channel().ySampling));
     }
   }
   const uint64_t channels = ChannelCount(header);
@@ -225,7 +226,7 @@ Status AddChannels(const std::string& name, const std::string& part_name,
     }
     if (!taken.insert(channel.name).second) {
       return Status::BadData(
-          fmt::format("{}: two of its parts hold a channel {}", name, channel.name));
+          fmt::format("{}: two of its parts hold a channel {}", name, OneLine(channel.name)));
     }
     image->channels.push_back(std::move(channel));
   }
@@ -306,7 +307,7 @@ Result<ExrImage> DecodeParts(Imf::MultiPartInputFile& file, size_t size, const s
     const ExrWindow display = ToWindow(header.displayWindow());
     if (IsDeep(header) || WidthOf(display) != image.width || HeightOf(display) != image.height) {
       image.notes.push_back(fmt::format(
-          "part {} ({}) is left out: {}", i, part_name,
+          "part {} ({}) is left out: {}", i, OneLine(part_name),
           IsDeep(header) ? std::string("deep data")
                          : fmt::format("{} x {} pixels", WidthOf(display), HeightOf(display))));
       continue;

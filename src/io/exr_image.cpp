@@ -16,6 +16,7 @@
 #include <fmt/ranges.h>
 
 #include "io/exr_stream.h"
+#include "io/text.h"
 #include "stillray/io.h"
 
 namespace stillray {
@@ -42,6 +43,7 @@ std::vector<std::string> ColourLayers(const ExrImage& image) {
 }
 
 std::string ChannelNames(const ExrImage& image) {
+  constexpr size_t kMaxShownName = 100;
   constexpr size_t kMostNames = 40;  // enough to see what is there, short enough for one line
   std::vector<std::string> names;
   for (const Channel& channel : image.channels) {
@@ -49,7 +51,7 @@ std::string ChannelNames(const ExrImage& image) {
       names.push_back("...");
       break;
     }
-    names.push_back(channel.name);
+    names.push_back(io::OneLine(channel.name, kMaxShownName));
   }
   return fmt::format("{}", fmt::join(names, ", "));
 }
@@ -78,7 +80,7 @@ Status NoColour(const ExrImage& image, const std::string& name,
   return Status::NotFound(fmt::format(
       "{}: has no main picture but {} layers with R, G and B ({}); which one is meant is "
       "not clear",
-      name, layers.size(), fmt::join(layers, ", ")));
+      name, layers.size(), io::OneLine(fmt::format("{}", fmt::join(layers, ", ")))));
 }
 
 }  // namespace
@@ -161,10 +163,11 @@ std::mutex& ExrSetupMutex() {
 bool exr_is_prepared = false;  // guarded by ExrSetupMutex
 
 void PrepareLocked(int threads) {
-  // Far above what is accepted, so that a clear message of our own comes first; yet small enough
-  // that the table of lines which OpenEXR allocates from the header alone stays small.
-  constexpr int kMaxClaim = 1 << 20;
+  // Above what is accepted, so that a message of our own comes first; yet small enough that the
+  // tables of lines and tiles, which OpenEXR allocates from the header alone, stay small.
+  constexpr int kMaxClaim = 1 << 16;
   Imf::Header::setMaxImageSize(kMaxClaim, kMaxClaim);
+  Imf::Header::setMaxTileSize(kMaxClaim, kMaxClaim);
   Imf::setGlobalThreadCount(threads);
   exr_is_prepared = true;
 }
@@ -183,19 +186,6 @@ void PrepareOpenExr() {
   if (!exr_is_prepared) {
     PrepareLocked(static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
   }
-}
-
-std::string OneLine(const char* what) {
-  std::string text(what == nullptr ? "" : what);
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
-      c = ' ';
-    }
-  }
-  while (!text.empty() && (text.back() == ' ' || text.back() == '.')) {
-    text.pop_back();
-  }
-  return text;
 }
 
 bool ExrMemoryInput::read(char bytes[], int count) {

@@ -46,7 +46,4 @@ class ExrMemoryOutput final : public Imf::OStream {
 /// again.
 void PrepareOpenExr();
 
-/// The text of an exception as one line.
-std::string OneLine(const char* what);
-
 }  // namespace stillray::io

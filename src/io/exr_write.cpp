@@ -19,6 +19,7 @@
 #include "core/parallel.h"
 #include "io/exr_stream.h"
 #include "io/image_limits.h"
+#include "io/text.h"
 #include "stillray/io.h"
 
 namespace stillray {

@@ -15,6 +15,7 @@
 
 #include "io/decoders.h"
 #include "io/image_limits.h"
+#include "io/text.h"
 
 namespace stillray::io {
 
@@ -28,6 +29,7 @@ constexpr int kMaxRunWidth = 32767;
 // A whole row can be one repeated pixel: about 12 bytes for kMaxSide pixels.
 constexpr uint64_t kMaxRatio = static_cast<uint64_t>(kMaxSide);
 constexpr size_t kMaxHeaderLine = 4096;
+constexpr size_t kMaxShown = 64;  // characters of a line in messages
 
 Status Damaged(const std::string& name, const std::string& what) {
   return Status::BadData(fmt::format("{}: is a damaged HDR file: {}", name, what));
@@ -79,7 +81,7 @@ Status ParseResolution(const std::string& name, std::string_view line, HdrHeader
   const auto is_axis = [](std::string_view word, char axis) {
     return word.size() == 2 && (word[0] == '+' || word[0] == '-') && word[1] == axis;
   };
-  const std::string shown(line.substr(0, 64));
+  const std::string shown = OneLine(line, kMaxShown);
   if (words.size() == 4 && is_axis(words[0], 'X') && is_axis(words[2], 'Y')) {
     return Status::Unsupported(
         fmt::format("{}: its rows run along y (\"{}\"), which is not supported", name, shown));
@@ -105,7 +107,7 @@ Status ParseVariable(const std::string& name, std::string_view line, HdrHeader* 
   if (line.starts_with(kFormat) && line.substr(kFormat.size()) != "32-bit_rle_rgbe") {
     return Status::Unsupported(
         fmt::format("{}: its format is {}; only 32-bit_rle_rgbe is supported", name,
-                    line.substr(kFormat.size(), 64)));
+                    OneLine(line.substr(kFormat.size()), kMaxShown)));
   }
   if (line.starts_with(kExposure)) {
     const std::vector<std::string_view> words = Words(line.substr(kExposure.size()));
@@ -115,7 +117,7 @@ Status ParseVariable(const std::string& name, std::string_view line, HdrHeader* 
     }
     header->exposure *= value;
     if (!std::isfinite(header->exposure) || header->exposure <= 0) {
-      return Damaged(name, fmt::format("its exposure is \"{}\"", line.substr(0, 64)));
+      return Damaged(name, fmt::format("its exposure is \"{}\"", OneLine(line, kMaxShown)));
     }
   }
   return Status::Ok();

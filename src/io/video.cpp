@@ -19,6 +19,7 @@
 #include <fmt/format.h>
 
 #include "io/atomic_file.h"
+#include "io/text.h"
 #include "stillray/io.h"
 
 extern char** environ;
@@ -268,10 +269,7 @@ class FfmpegWriter final : public VideoWriter {
   /// What went wrong, in ffmpeg's own words where it has any; the unfinished file goes.
   Status Failure(int error_number, int exit_status) {
     ::unlink(target_.temp_path.c_str());
-    std::string reason = messages_.LastLine();
-    for (char& c : reason) {
-      c = static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-    }
+    std::string reason = OneLine(messages_.LastLine());
     if (reason.empty()) {
       reason = exit_status > 0     ? fmt::format("it ended with code {}", exit_status)
                : error_number != 0 ? std::generic_category().message(error_number)
