@@ -9,31 +9,36 @@
 #include <tbb/task_arena.h>
 
 #include "render/ggx_shared.h"
+#include "render/sampler_shared.h"
 
 namespace stillray::render {
 namespace {
 
-// Midpoints over half of the azimuth (the lobe is symmetric) and over the polar variable.
-constexpr int kAzimuthSteps = 12;
-constexpr int kPolarSteps = 64;
+// Points of a Hammersley set over half of the azimuth (the lobe is symmetric) and the polar
+// variable: where total reflection begins there is a kink, and a regular grid of as many points is
+// off by two percent there.
+constexpr int kPointCount = 1024;
 // The smallest roughness of the tables; below it the lobe is ideally smooth for our purposes.
 constexpr float kMinRoughness = 0.03f;
 // Grazing rows are taken just above the horizon, where everything is defined.
 constexpr float kMinCosine = 1e-3f;
 
+// The second coordinate of point i, shifted to the middle of its interval.
+float PolarPoint(uint32_t i) {
+  return FractionToFloat(ReverseBits(i)) + 0.5f / kPointCount;
+}
+
 vec3 DirectionWithCosine(float cosine) {
   return {std::sqrt(1.0f - cosine * cosine), 0.0f, cosine};
 }
 
-// Calls add(h, cos(wo, h)) for the microfacet normals of a fine grid over the sampled square.
+// Calls add(h, cos(wo, h)) for microfacet normals spread evenly over the sampled square.
 template <typename Add>
 void ForEachMicrofacet(vec3 wo, float alpha, const Add& add) {
-  for (int a = 0; a < kAzimuthSteps; ++a) {
-    for (int p = 0; p < kPolarSteps; ++p) {
-      const vec3 h =
-          SampleGgxVisible(wo, alpha, 0.5f * (a + 0.5f) / kAzimuthSteps, (p + 0.5f) / kPolarSteps);
-      add(h, dot(wo, h));
-    }
+  for (uint32_t i = 0; i < kPointCount; ++i) {
+    const float azimuth = 0.5f * (static_cast<float>(i) + 0.5f) / kPointCount;
+    const vec3 h = SampleGgxVisible(wo, alpha, azimuth, PolarPoint(i));
+    add(h, dot(wo, h));
   }
 }
 
@@ -66,48 +71,24 @@ SpecularEnergy MakeSpecularEnergy() {
         offset += weight * s;
       }
     });
-    constexpr double kCount = kAzimuthSteps * kPolarSteps;
-    energy.scale.At(i, j) = static_cast<float>(scale / kCount);
-    energy.offset.At(i, j) = static_cast<float>(offset / kCount);
+    energy.scale.At(i, j) = static_cast<float>(scale / kPointCount);
+    energy.offset.At(i, j) = static_cast<float>(offset / kPointCount);
   });
   return energy;
 }
 
-struct BoundaryEnergy {
-  float reflected;
-  float total;
-};
-
-BoundaryEnergy IntegrateBoundary(vec3 wo, float alpha, float eta) {
-  const float lambda_o = GgxLambda(wo, alpha);
-  double reflected = 0;
-  double transmitted = 0;
-  ForEachMicrofacet(wo, alpha, [&](vec3 h, float cosine) {
-    const float fresnel = FresnelDielectric(cosine, eta);
-    const vec3 up = 2.0f * cosine * h - wo;
-    if (up.z > 0) {
-      reflected += fresnel * ShadowingRatio(lambda_o, up, alpha);
-    }
+// One microfacet's part in what a boundary reflects and transmits.
+void AddBoundary(vec3 wo, vec3 h, float cosine, float alpha, float lambda_o, float reflected_weight,
+                 float eta, double* reflected, double* total) {
+  const float fresnel = FresnelDielectric(cosine, eta);
+  *reflected += fresnel * reflected_weight;
+  *total += fresnel * reflected_weight;
+  if (fresnel < 1.0f) {
     const vec3 down = RefractAbout(wo, h, eta);
-    if (fresnel < 1.0f && down.z < 0) {
-      transmitted += (1.0f - fresnel) * ShadowingRatio(lambda_o, down, alpha);
+    if (down.z < 0) {
+      *total += (1.0f - fresnel) * ShadowingRatio(lambda_o, down, alpha);
     }
-  });
-  constexpr double kCount = kAzimuthSteps * kPolarSteps;
-  return {static_cast<float>(reflected / kCount),
-          static_cast<float>((reflected + transmitted) / kCount)};
-}
-
-float IntegrateSheetReflection(vec3 wo, float alpha, float ior) {
-  const float lambda_o = GgxLambda(wo, alpha);
-  double reflected = 0;
-  ForEachMicrofacet(wo, alpha, [&](vec3 h, float cosine) {
-    const vec3 up = 2.0f * cosine * h - wo;
-    if (up.z > 0) {
-      reflected += FresnelThinSheet(cosine, ior) * ShadowingRatio(lambda_o, up, alpha);
-    }
-  });
-  return static_cast<float>(reflected / (kAzimuthSteps * kPolarSteps));
+  }
 }
 
 }  // namespace
@@ -147,15 +128,23 @@ const SpecularEnergy& SpecularEnergyTables() {
 
 GlassEnergy MakeGlassEnergy(float ior) {
   GlassEnergy energy;
-  energy.ior = ior;
   FillTables([&](int i, int j, vec3 wo, float alpha) {
-    const BoundaryEnergy enter = IntegrateBoundary(wo, alpha, ior);
-    const BoundaryEnergy leave = IntegrateBoundary(wo, alpha, 1.0f / ior);
-    energy.enter_reflected.At(i, j) = enter.reflected;
-    energy.enter_total.At(i, j) = enter.total;
-    energy.leave_reflected.At(i, j) = leave.reflected;
-    energy.leave_total.At(i, j) = leave.total;
-    energy.sheet_reflected.At(i, j) = IntegrateSheetReflection(wo, alpha, ior);
+    const float lambda_o = GgxLambda(wo, alpha);
+    double enter[2] = {0, 0};  // reflected, total
+    double leave[2] = {0, 0};
+    double sheet = 0;
+    ForEachMicrofacet(wo, alpha, [&](vec3 h, float cosine) {
+      const vec3 up = 2.0f * cosine * h - wo;
+      const float reflected = up.z > 0 ? ShadowingRatio(lambda_o, up, alpha) : 0.0f;
+      AddBoundary(wo, h, cosine, alpha, lambda_o, reflected, ior, &enter[0], &enter[1]);
+      AddBoundary(wo, h, cosine, alpha, lambda_o, reflected, 1.0f / ior, &leave[0], &leave[1]);
+      sheet += FresnelThinSheet(cosine, ior) * reflected;
+    });
+    energy.enter_reflected.At(i, j) = static_cast<float>(enter[0] / kPointCount);
+    energy.enter_total.At(i, j) = static_cast<float>(enter[1] / kPointCount);
+    energy.leave_reflected.At(i, j) = static_cast<float>(leave[0] / kPointCount);
+    energy.leave_total.At(i, j) = static_cast<float>(leave[1] / kPointCount);
+    energy.sheet_reflected.At(i, j) = static_cast<float>(sheet / kPointCount);
   });
   return energy;
 }

@@ -37,7 +37,6 @@ struct SpecularEnergy {
 
 /// The same for boundaries between dielectrics, all before compensation.
 struct GlassEnergy {
-  float ior = 1.5f;
   EnergyTable enter_reflected;  ///< coming from outside
   EnergyTable enter_total;
   EnergyTable leave_reflected;  ///< coming from inside

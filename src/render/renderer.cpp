@@ -173,7 +173,7 @@ class PathTracer final : public Renderer {
       : settings_(settings),
         strategy_(strategy),
         state_(scene),
-        bsdfs_(scene),
+        bsdfs_(scene, settings.regularise),
         lights_(state_),
         filter_(state_) {}
 

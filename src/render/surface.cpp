@@ -172,10 +172,11 @@ vec3 SheetTransmittance(const SceneState& state, const Hit& hit, float cosine) {
   return vec3(state.BaseColour(hit)) * share;
 }
 
-BsdfTables::BsdfTables(const Scene& scene) {
+BsdfTables::BsdfTables(const Scene& scene, bool regularise) {
   SpecularEnergyTables();
   for (const Material& material : scene.materials) {
-    if (material.transmission > 0.0f && !glass_.count(material.ior)) {
+    const bool rough = regularise || AlphaOfRoughness(ClampToUnit(material.roughness)) > 0.0f;
+    if (material.transmission > 0.0f && rough && !glass_.count(material.ior)) {
       glass_[material.ior] = std::make_unique<GlassEnergy>(MakeGlassEnergy(material.ior));
     }
   }

@@ -48,7 +48,8 @@ vec3 SheetTransmittance(const SceneState& state, const Hit& hit, float cosine);
 /// Surfaces and their BSDF: the tables that depend on the scene's materials.
 class BsdfTables {
  public:
-  explicit BsdfTables(const Scene& scene);
+  /// \param regularise  whether min_alpha may be above 0
+  BsdfTables(const Scene& scene, bool regularise);
 
   /// The surface's BSDF for its wo.
   /// \param min_alpha  what path-space regularisation raises GGX alpha to (not of smooth thin
@@ -66,7 +67,7 @@ class BsdfTables {
   };
   GlassShare ShareOfGlass(const Surface& surface, float alpha) const;
 
-  // By refractive index; only for materials with transmission.
+  // By refractive index; only for materials that may be rough glass.
   std::map<float, std::unique_ptr<GlassEnergy>> glass_;
 };
 

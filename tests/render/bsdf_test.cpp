@@ -1,0 +1,266 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render/bsdf_shared.h"
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "render/surface.h"
+#include "test_scenes.h"
+
+namespace stillray::render {
+namespace {
+
+vec3 Tilted(float cosine, float phi = 0.3f) {
+  const float sine = std::sqrt(1.0f - cosine * cosine);
+  return {sine * std::cos(phi), sine * std::sin(phi), cosine};
+}
+
+// A surface in the plane z = 0 seen from local direction wo.
+Surface FlatSurface(const Material& material, vec3 wo, bool front = true) {
+  Surface surface;
+  surface.geometric = vec3(0, 0, 1);
+  surface.frame = {vec3(1, 0, 0), vec3(0, 1, 0), vec3(0, 0, 1)};
+  surface.wo = surface.local_wo = wo;
+  surface.front = front;
+  surface.material = &material;
+  surface.base_colour = vec3(material.base_color);
+  surface.metallic = material.metallic;
+  surface.roughness = material.roughness;
+  surface.transmission = material.transmission;
+  return surface;
+}
+
+struct Case {
+  std::string name;
+  Material material;
+  bool front = true;
+};
+
+std::vector<Case> Cases() {
+  std::vector<Case> cases;
+  cases.push_back({"lambert", Lambert(vec3(1.0f))});
+  for (const float roughness : {0.0f, 0.15f, 0.4f, 0.7f, 1.0f}) {
+    cases.push_back({"metal " + std::to_string(roughness), Metal(vec3(1.0f), roughness)});
+    Material plastic = Metal(vec3(1.0f), roughness);
+    plastic.metallic = 0.0f;
+    cases.push_back({"dielectric " + std::to_string(roughness), plastic});
+    for (const bool front : {true, false}) {
+      cases.push_back({"glass " + std::to_string(roughness) + (front ? " in" : " out"),
+                       Glass(1.5f, roughness), front});
+    }
+    Material sheet = Glass(1.5f, roughness);
+    sheet.solid = false;
+    cases.push_back({"sheet " + std::to_string(roughness), sheet});
+  }
+  return cases;
+}
+
+// For all materials here: they share one refractive index, or need no table.
+const BsdfTables& Tables() {
+  static const BsdfTables kTables = [] {
+    Scene scene;
+    scene.materials.push_back(Glass(1.5f, 1.0f));
+    return BsdfTables(scene, false);
+  }();
+  return kTables;
+}
+
+vec4 RandomPoint(uint32_t i, uint32_t seed) {
+  return SobolSample(i & 0xffffu, seed + (i >> 16));
+}
+
+TEST(BsdfTest, WhiteSurfacesReflectAllLight) {
+  for (const Case& c : Cases()) {
+    const BsdfTables& tables = Tables();
+    for (const float cosine : {0.05f, 0.2f, 0.5f, 0.8f, 1.0f}) {
+      const Surface surface = FlatSurface(c.material, Tilted(cosine), c.front);
+      const Bsdf bsdf = tables.Make(surface, 0.0f);
+      constexpr uint32_t kCount = 4096;
+      glm::dvec3 sum(0.0);
+      for (uint32_t i = 0; i < kCount; ++i) {
+        const BsdfSample s = SampleBsdf(bsdf, surface.local_wo, RandomPoint(i, 1));
+        if (s.kind != kScatterNone) {
+          sum += glm::dvec3(s.diffuse + s.specular);
+        }
+      }
+      EXPECT_NEAR(sum.x / kCount, 1.0, 0.01) << c.name << " at cosine " << cosine;
+    }
+  }
+}
+
+TEST(BsdfTest, GuideAlbedosAreWhatTheLobesReflect) {
+  for (Case& c : Cases()) {
+    c.material.base_color = vec4(0.8f, 0.4f, 0.1f, 1.0f);
+    const BsdfTables& tables = Tables();
+    for (const float cosine : {0.1f, 0.4f, 0.9f}) {
+      const Surface surface = FlatSurface(c.material, Tilted(cosine), c.front);
+      const Bsdf bsdf = tables.Make(surface, 0.0f);
+      constexpr uint32_t kCount = 4096;
+      glm::dvec3 diffuse(0.0);
+      glm::dvec3 specular(0.0);
+      for (uint32_t i = 0; i < kCount; ++i) {
+        const BsdfSample s = SampleBsdf(bsdf, surface.local_wo, RandomPoint(i, 2));
+        if (s.kind != kScatterNone) {
+          diffuse += glm::dvec3(s.diffuse);
+          specular += glm::dvec3(s.specular);
+        }
+      }
+      const vec3 expected = tables.SpecularAlbedo(surface, bsdf);
+      for (int k = 0; k < 3; ++k) {
+        EXPECT_NEAR(diffuse[k] / kCount, bsdf.diffuse[k], 0.01) << c.name << ' ' << cosine;
+        EXPECT_NEAR(specular[k] / kCount, expected[k], 0.01) << c.name << ' ' << cosine;
+      }
+    }
+  }
+}
+
+// Counts samples over the sphere of directions and compares with the integral of the density.
+TEST(BsdfTest, SamplesFollowTheirDensity) {
+  constexpr int kRings = 16;
+  constexpr int kSectors = 12;
+  constexpr int kFine = 24;  // points per edge of a bin
+  constexpr uint32_t kCount = 65536;
+  for (const Case& c : Cases()) {
+    if (c.material.roughness < 0.4f) {
+      continue;  // too narrow for the bins
+    }
+    const BsdfTables& tables = Tables();
+    const Surface surface = FlatSurface(c.material, Tilted(0.6f), c.front);
+    const Bsdf bsdf = tables.Make(surface, 0.0f);
+    std::vector<double> observed(kRings * kSectors, 0.0);
+    double lost = 0;
+    for (uint32_t i = 0; i < kCount; ++i) {
+      // Independent numbers, not a low-discrepancy set: the statistic assumes so.
+      const auto u = [&](uint32_t d) { return FractionToFloat(MixSeeds(MixSeeds(i, 17), d)); };
+      const BsdfSample s = SampleBsdf(bsdf, surface.local_wo, vec4(u(0), u(1), u(2), u(3)));
+      if (s.kind == kScatterNone) {
+        ++lost;
+        continue;
+      }
+      ASSERT_EQ(s.kind, kScatterRough);
+      const int ring = std::min(static_cast<int>((s.wi.z + 1) * 0.5f * kRings), kRings - 1);
+      const float turn = std::atan2(s.wi.y, s.wi.x) * 0.5f * kInvPi + 0.5f;
+      const int sector = std::min(static_cast<int>(turn * kSectors), kSectors - 1);
+      ++observed[static_cast<size_t>(ring * kSectors + sector)];
+    }
+    double chi2 = 0;
+    double total = 0;
+    int bins = 0;
+    for (int ring = 0; ring < kRings; ++ring) {
+      for (int sector = 0; sector < kSectors; ++sector) {
+        double density = 0;
+        for (int a = 0; a < kFine; ++a) {
+          for (int b = 0; b < kFine; ++b) {
+            const float z = (ring + (a + 0.5f) / kFine) / kRings * 2 - 1;
+            const float phi = ((sector + (b + 0.5f) / kFine) / kSectors - 0.5f) * 2 * kPi;
+            density += EvaluateBsdf(bsdf, surface.local_wo, Tilted(z, phi)).density;
+          }
+        }
+        const double expected = density / (kFine * kFine) * 4 * kPi / (kRings * kSectors) * kCount;
+        total += expected;
+        const double got = observed[static_cast<size_t>(ring * kSectors + sector)];
+        if (expected >= 8) {
+          chi2 += (got - expected) * (got - expected) / expected;
+          ++bins;
+        } else {
+          EXPECT_LT(got, 40) << c.name << ": expected " << expected;
+        }
+      }
+    }
+    EXPECT_NEAR((total + lost) / kCount, 1.0, 0.01) << c.name;
+    // Mean bins, standard deviation sqrt(2 bins); 5 of those, and the error of the bins' integrals.
+    EXPECT_LT(chi2, bins + 5 * std::sqrt(2.0 * bins) + 0.1 * bins) << c.name << ", bins " << bins;
+  }
+}
+
+TEST(BsdfTest, SpecularLobeIsReciprocalUpToCompensation) {
+  const Material metal = Metal(vec3(1.0f), 0.6f);
+  const BsdfTables& tables = Tables();
+  const vec3 a = Tilted(0.3f, 0.1f);
+  const vec3 b = Tilted(0.8f, 2.0f);
+  const Bsdf from_a = tables.Make(FlatSurface(metal, a), 0.0f);
+  const Bsdf from_b = tables.Make(FlatSurface(metal, b), 0.0f);
+  const float ab = EvaluateBsdf(from_a, a, b).specular.x / (b.z * from_a.specular_scale.x);
+  const float ba = EvaluateBsdf(from_b, b, a).specular.x / (a.z * from_b.specular_scale.x);
+  EXPECT_NEAR(ab / ba, 1.0f, 1e-4f);
+}
+
+TEST(BsdfTest, BoundaryTransmissionIsReciprocal) {
+  // Basic radiance: f(a -> b) cos_b as seen from one side, over n^2 of the other, is symmetric.
+  Material glass = Glass(1.5f, 0.6f);
+  const BsdfTables& tables = Tables();
+  const vec3 outside = Tilted(0.7f, 0.2f);
+  const vec3 inside = Tilted(-0.85f, 2.9f);
+  const Bsdf in = tables.Make(FlatSurface(glass, outside), 0.0f);
+  const Bsdf out = tables.Make(FlatSurface(glass, -inside, false), 0.0f);
+  const float forward =
+      EvaluateBsdf(in, outside, inside).specular.x / (std::abs(inside.z) * in.glass_compensation);
+  const float back = EvaluateBsdf(out, -inside, -outside).specular.x /
+                     (std::abs(outside.z) * out.glass_compensation);
+  ASSERT_GT(forward, 0.0f);
+  EXPECT_NEAR(forward / back, 1.5f * 1.5f, 1e-3f);
+}
+
+TEST(GgxTest, VisibleNormalsIntegrateToOne) {
+  for (const float alpha : {0.1f, 0.4f, 1.0f}) {
+    for (const float cosine : {0.2f, 0.7f, 1.0f}) {
+      const vec3 wo = Tilted(cosine);
+      constexpr int kSteps = 800;
+      double sum = 0;
+      for (int i = 0; i < kSteps; ++i) {
+        for (int j = 0; j < 64; ++j) {
+          const float z = (i + 0.5f) / kSteps;
+          sum += GgxVisibleDensity(wo, Tilted(z, (j + 0.5f) / 64 * 2 * kPi), alpha);
+        }
+      }
+      EXPECT_NEAR(sum * 2 * kPi / (kSteps * 64), 1.0, 0.01) << alpha << ' ' << cosine;
+    }
+  }
+}
+
+TEST(GgxTest, SampledNormalsHaveTheMeanOfTheirDensity) {
+  const vec3 wo = Tilted(0.5f, 0.0f);
+  const float alpha = 0.5f;
+  constexpr uint32_t kCount = 16384;
+  glm::dvec3 sampled(0.0);
+  for (uint32_t i = 0; i < kCount; ++i) {
+    const vec4 u = SobolSample(i, 4);
+    sampled += glm::dvec3(SampleGgxVisible(wo, alpha, u.x, u.y));
+  }
+  glm::dvec3 integrated(0.0);
+  constexpr int kSteps = 400;
+  for (int i = 0; i < kSteps; ++i) {
+    for (int j = 0; j < 256; ++j) {
+      const vec3 h = Tilted((i + 0.5f) / kSteps, (j + 0.5f) / 256 * 2 * kPi);
+      integrated += glm::dvec3(h) * static_cast<double>(GgxVisibleDensity(wo, h, alpha));
+    }
+  }
+  integrated *= 2 * kPi / (kSteps * 256.0);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_NEAR(sampled[k] / kCount, integrated[k], 0.003) << k;
+  }
+}
+
+TEST(FresnelTest, ValuesWorkedByHand) {
+  EXPECT_NEAR(FresnelDielectric(1.0f, 1.5f), 0.04f, 1e-6f);
+  EXPECT_NEAR(FresnelDielectric(1.0f, 1.0f / 1.5f), 0.04f, 1e-6f);
+  EXPECT_FLOAT_EQ(FresnelDielectric(0.5f, 1.0f / 1.5f), 1.0f);  // sin 0.866 > 1 / 1.5
+  // 45 degrees on glass: sin t = 0.4714, cos t = 0.8819;
+  // rs = (0.7071 - 1.3229) / (0.7071 + 1.3229) = -0.3034, rp = rs^2 in modulus
+  const float rs = 0.3034f * 0.3034f;
+  EXPECT_NEAR(FresnelDielectric(0.70710678f, 1.5f), 0.5f * (rs + rs * rs), 1e-4f);
+  EXPECT_NEAR(FresnelThinSheet(1.0f, 1.5f), 0.08f / 1.04f, 1e-6f);
+  EXPECT_FLOAT_EQ(SchlickWeight(0.5f), 0.03125f);
+}
+
+TEST(FresnelTest, RefractionObeysSnell) {
+  const vec3 wo = Tilted(0.6f, 0.0f);  // sin = 0.8
+  const vec3 wi = RefractAbout(wo, vec3(0, 0, 1), 1.6f);
+  EXPECT_NEAR(wi.x, -0.5f, 1e-6f);
+  EXPECT_NEAR(wi.z, -std::sqrt(0.75f), 1e-6f);
+}
+
+}  // namespace
+}  // namespace stillray::render

@@ -1,0 +1,177 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render/sampler.h"
+
+#include <array>
+#include <cmath>
+#include <set>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/random.h"
+
+namespace stillray::render {
+namespace {
+
+// The first `bits` direction numbers m_k of a Sobol' dimension, from its primitive polynomial of
+// degree s with inner coefficients a: Joe and Kuo (2008), eq. 2.
+std::vector<uint32_t> DirectionNumbers(int s, uint32_t a, std::vector<uint32_t> m, int bits) {
+  for (int k = s; k < bits; ++k) {
+    uint32_t next = m[static_cast<size_t>(k - s)] ^ (m[static_cast<size_t>(k - s)] << s);
+    for (int i = 1; i < s; ++i) {
+      if ((a >> (s - 1 - i)) & 1u) {
+        next ^= m[static_cast<size_t>(k - i)] << i;
+      }
+    }
+    m.push_back(next);
+  }
+  return m;
+}
+
+TEST(SobolTest, DirectionsFollowFromThePolynomials) {
+  const std::vector<std::vector<uint32_t>> numbers = {
+      std::vector<uint32_t>(kSobolBits, 1u),  // van der Corput
+      DirectionNumbers(1, 0, {1}, kSobolBits), DirectionNumbers(2, 1, {1, 3}, kSobolBits),
+      DirectionNumbers(3, 1, {1, 3, 1}, kSobolBits)};
+  for (int bit = 0; bit < kSobolBits; ++bit) {
+    for (int d = 0; d < 4; ++d) {
+      const uint32_t fraction = numbers[static_cast<size_t>(d)][static_cast<size_t>(bit)]
+                                << (31 - bit);
+      EXPECT_EQ(kSobolDirections[4 * bit + d], ReverseBits(fraction)) << bit << ' ' << d;
+    }
+  }
+}
+
+// Every elementary interval of area 1/n holds exactly one of the first n = 2^k points.
+void ExpectNet(const std::vector<vec2>& points) {
+  const auto n = static_cast<int>(points.size());
+  for (int columns = 1; columns <= n; columns *= 2) {
+    const int rows = n / columns;
+    std::set<int> cells;
+    for (const vec2& p : points) {
+      cells.insert(static_cast<int>(p.x * static_cast<float>(columns)) * rows +
+                   static_cast<int>(p.y * static_cast<float>(rows)));
+    }
+    EXPECT_EQ(cells.size(), points.size()) << columns << 'x' << rows;
+  }
+}
+
+TEST(SobolTest, ScrambledPointsOfDimensions0And1AreNets) {
+  for (const uint32_t seed : {0u, 1u, 77u, 0xdeadbeefu}) {
+    for (const uint32_t n : {4u, 16u, 64u, 256u, 1024u}) {
+      std::vector<vec2> points;
+      for (uint32_t i = 0; i < n; ++i) {
+        const vec4 u = SobolSample(i, seed);
+        points.emplace_back(u.x, u.y);
+      }
+      ExpectNet(points);
+    }
+  }
+}
+
+TEST(SobolTest, EveryDimensionIsStratified) {
+  for (const uint32_t seed : {3u, 99u}) {
+    std::array<std::set<int>, 4> cells;
+    for (uint32_t i = 0; i < 1024; ++i) {
+      const vec4 u = SobolSample(i, seed);
+      for (int d = 0; d < 4; ++d) {
+        ASSERT_GE(u[d], 0.0f);
+        ASSERT_LT(u[d], 1.0f);
+        cells[static_cast<size_t>(d)].insert(static_cast<int>(u[d] * 1024.0f));
+      }
+    }
+    for (const std::set<int>& c : cells) {
+      EXPECT_EQ(c.size(), 1024u);
+    }
+  }
+}
+
+TEST(SobolTest, FramesContinueTheSequenceOfTheirPixel) {
+  // Any aligned block of 16 successive samples of a pixel is a net of its own.
+  for (uint64_t block = 0; block < 4; ++block) {
+    std::vector<vec2> points;
+    for (uint64_t i = 0; i < 16; ++i) {
+      const vec4 u =
+          MakePathSampler(SamplerKind::kSobol, 5, SampleStream::kFrames, 3, 4, block * 16 + i)
+              .Get(ScatterDimensions(0));
+      points.emplace_back(u.x, u.y);
+    }
+    ExpectNet(points);
+  }
+}
+
+TEST(SobolTest, PixelsSetsStreamsAndSeedsDiffer) {
+  const auto value = [](uint64_t seed, SampleStream stream, int x, int y, uint64_t i,
+                        uint32_t set) {
+    return MakePathSampler(SamplerKind::kSobol, seed, stream, x, y, i).Get(set).x;
+  };
+  const float base = value(1, SampleStream::kFrames, 2, 3, 4, 5);
+  EXPECT_EQ(base, value(1, SampleStream::kFrames, 2, 3, 4, 5));
+  EXPECT_NE(base, value(2, SampleStream::kFrames, 2, 3, 4, 5));
+  EXPECT_NE(base, value(1ull << 40, SampleStream::kFrames, 2, 3, 4, 5));
+  EXPECT_NE(base, value(1, SampleStream::kReference, 2, 3, 4, 5));
+  EXPECT_NE(base, value(1, SampleStream::kFrames, 3, 2, 4, 5));
+  EXPECT_NE(base, value(1, SampleStream::kFrames, 2, 3, 5, 5));
+  EXPECT_NE(base, value(1, SampleStream::kFrames, 2, 3, 4 + (1u << kSobolBits), 5));
+  EXPECT_NE(base, value(1, SampleStream::kFrames, 2, 3, 4, 6));
+}
+
+// Two sets of dimensions must not be correlated: the mean of the product of centred values has a
+// standard deviation of 1 / (12 sqrt(n)).
+TEST(SobolTest, SetsAreUncorrelated) {
+  constexpr int kCount = 4096;
+  double sum = 0;
+  for (uint64_t i = 0; i < kCount; ++i) {
+    const PathSampler s = MakePathSampler(SamplerKind::kSobol, 0, SampleStream::kFrames, 0, 0, i);
+    sum += (s.Get(ScatterDimensions(0)).x - 0.5) * (s.Get(ScatterDimensions(1)).x - 0.5);
+  }
+  EXPECT_LT(std::abs(sum / kCount), 5.0 / (12.0 * std::sqrt(kCount)));
+}
+
+TEST(HaltonTest, RadicalInversesWorkedByHand) {
+  EXPECT_FLOAT_EQ(RadicalInverse(1, 2), 0.5f);
+  EXPECT_FLOAT_EQ(RadicalInverse(2, 2), 0.25f);
+  EXPECT_FLOAT_EQ(RadicalInverse(3, 2), 0.75f);
+  EXPECT_FLOAT_EQ(RadicalInverse(6, 2), 0.375f);
+  EXPECT_FLOAT_EQ(RadicalInverse(1, 3), 1.0f / 3);
+  EXPECT_FLOAT_EQ(RadicalInverse(5, 3), 7.0f / 9);
+  EXPECT_FLOAT_EQ(RadicalInverse(7, 5), 11.0f / 25);
+  EXPECT_FLOAT_EQ(RadicalInverse(8, 7), 8.0f / 49);
+}
+
+TEST(HaltonTest, JitterIsHaltonWithPeriod16) {
+  EXPECT_FLOAT_EQ(FrameJitter(0).x, 0.0f);
+  EXPECT_FLOAT_EQ(FrameJitter(0).y, 1.0f / 3 - 0.5f);
+  EXPECT_FLOAT_EQ(FrameJitter(1).x, -0.25f);
+  EXPECT_FLOAT_EQ(FrameJitter(1).y, 2.0f / 3 - 0.5f);
+  for (int i = 0; i < 16; ++i) {
+    EXPECT_EQ(FrameJitter(i), FrameJitter(i + 16));
+    EXPECT_NE(FrameJitter(i), FrameJitter(i + 1));
+  }
+}
+
+TEST(HaltonTest, CyclesThroughSixteenRotatedPoints) {
+  for (const uint32_t set : {kPrimaryDimensions, ScatterDimensions(0), LightDimensions(3)}) {
+    const auto at = [set](uint64_t i) {
+      return MakePathSampler(SamplerKind::kHalton16, 9, SampleStream::kFrames, 1, 2, i).Get(set);
+    };
+    std::set<float> different;
+    for (uint64_t i = 0; i < 16; ++i) {
+      EXPECT_EQ(at(i), at(i + 16));
+      // Base 2 visits every sixteenth but one twice at most; rotation keeps distances modulo 1.
+      different.insert(at(i).x);
+    }
+    EXPECT_EQ(different.size(), 16u);
+  }
+}
+
+TEST(SamplerTest, HashesAreThoseOfCore) {
+  for (const uint32_t x : {0u, 1u, 12345u, 0xffffffffu}) {
+    EXPECT_EQ(MixBits(x), HashU32(x));
+    EXPECT_EQ(MixSeeds(x, 7u), HashCombine(x, 7u));
+  }
+}
+
+}  // namespace
+}  // namespace stillray::render

@@ -1,0 +1,219 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Small scenes made by hand, for tests of the path tracer.
+#pragma once
+
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/colour.h"
+#include "render/create_renderer.h"
+#include "stillray/render.h"
+
+namespace stillray::render {
+
+/// Pure Lambert: a refractive index of 1 has no coat.
+inline Material Lambert(vec3 albedo) {
+  Material material;
+  material.base_color = vec4(albedo, 1.0f);
+  material.metallic = 0.0f;
+  material.roughness = 1.0f;
+  material.ior = 1.0f;
+  return material;
+}
+
+inline Material Emitter(vec3 radiance) {
+  Material material = Lambert(vec3(0.0f));
+  material.emission = radiance;
+  return material;
+}
+
+inline Material Glass(float ior, float roughness) {
+  Material material;
+  material.metallic = 0.0f;
+  material.roughness = roughness;
+  material.transmission = 1.0f;
+  material.ior = ior;
+  material.solid = true;
+  return material;
+}
+
+inline Material Metal(vec3 colour, float roughness) {
+  Material material;
+  material.base_color = vec4(colour, 1.0f);
+  material.roughness = roughness;
+  return material;
+}
+
+inline Transform At(vec3 translation) {
+  Transform transform;
+  transform.translation = translation;
+  return transform;
+}
+
+/// Rotation by `angle` radians about a unit axis.
+inline vec4 Rotation(vec3 axis, float angle) {
+  return vec4(axis * std::sin(0.5f * angle), std::cos(0.5f * angle));
+}
+
+/// Adds a triangle with its own normal on all corners.
+inline void AddFlatTriangle(Mesh* mesh, vec3 a, vec3 b, vec3 c) {
+  const vec3 normal = glm::normalize(glm::cross(b - a, c - a));
+  for (const vec3& p : {a, b, c}) {
+    mesh->indices.push_back(static_cast<uint32_t>(mesh->positions.size()));
+    mesh->positions.push_back(p);
+    mesh->normals.push_back(normal);
+  }
+}
+
+/// A parallelogram with corner `o`; its front is where x, y, z = cross(x, y) are right-handed. uv
+/// (0,0) lies at o, (1,0) at o + x.
+inline Mesh Quad(vec3 o, vec3 x, vec3 y) {
+  Mesh mesh;
+  mesh.positions = {o, o + x, o + x + y, o + y};
+  mesh.normals.assign(4, glm::normalize(glm::cross(x, y)));
+  mesh.uv[0] = {vec2(0, 0), vec2(1, 0), vec2(1, 1), vec2(0, 1)};
+  mesh.indices = {0, 1, 2, 0, 2, 3};
+  return mesh;
+}
+
+/// An axis-aligned box; normals outward, or inward.
+inline Mesh Box(vec3 low, vec3 high, bool inward = false) {
+  Mesh mesh;
+  const vec3 s = high - low;
+  const vec3 x(s.x, 0, 0);
+  const vec3 y(0, s.y, 0);
+  const vec3 z(0, 0, s.z);
+  const auto add = [&](vec3 o, vec3 u, vec3 v) {
+    if (inward) {
+      std::swap(u, v);
+    }
+    AddFlatTriangle(&mesh, o, o + u, o + u + v);
+    AddFlatTriangle(&mesh, o, o + u + v, o + v);
+  };
+  add(low + z, x, y);
+  add(low, y, x);
+  add(low + x, y, z);
+  add(low, z, y);
+  add(low + y, z, x);
+  add(low, x, z);
+  return mesh;
+}
+
+/// A sphere of flat triangles: convex, with shading normals that agree with the geometry.
+inline Mesh FacetedSphere(vec3 centre, float radius, int subdivisions) {
+  Mesh octahedron;
+  const vec3 ends[] = {{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};
+  std::vector<std::array<vec3, 3>> faces;
+  for (int i = 0; i < 4; ++i) {
+    faces.push_back({ends[i], ends[(i + 1) % 4], vec3(0, 0, 1)});
+    faces.push_back({ends[(i + 1) % 4], ends[i], vec3(0, 0, -1)});
+  }
+  for (int s = 0; s < subdivisions; ++s) {
+    std::vector<std::array<vec3, 3>> finer;
+    for (const auto& [a, b, c] : faces) {
+      const vec3 ab = glm::normalize(a + b);
+      const vec3 bc = glm::normalize(b + c);
+      const vec3 ca = glm::normalize(c + a);
+      finer.insert(finer.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
+    }
+    faces = std::move(finer);
+  }
+  Mesh mesh;
+  for (const auto& [a, b, c] : faces) {
+    AddFlatTriangle(&mesh, centre + a * radius, centre + b * radius, centre + c * radius);
+  }
+  return mesh;
+}
+
+/// A scene with one camera at the origin that looks along -z.
+struct SceneBuilder {
+  Scene scene;
+
+  SceneBuilder() { scene.cameras.push_back({"camera", AddNode({}), 0.8f, 0.0f}); }
+  int AddNode(const Transform& local) {
+    Node node;
+    node.local = local;
+    scene.nodes.push_back(node);
+    return static_cast<int>(scene.nodes.size()) - 1;
+  }
+  /// \return the instance's index
+  int Add(Mesh mesh, const Material& material, const Transform& local = {}) {
+    mesh.material = static_cast<int>(scene.materials.size());
+    scene.materials.push_back(material);
+    scene.meshes.push_back(std::move(mesh));
+    scene.instances.push_back({static_cast<int>(scene.meshes.size()) - 1, AddNode(local)});
+    return static_cast<int>(scene.instances.size()) - 1;
+  }
+  Transform& CameraTransform() { return scene.nodes[0].local; }
+  /// Moves a node in a straight line from where it stands, at `velocity` per second.
+  void Move(int node, vec3 velocity) {
+    AnimationChannel channel;
+    channel.node = node;
+    channel.times = {0.0f, 1.0f};
+    const vec3 start = scene.nodes[static_cast<size_t>(node)].local.translation;
+    channel.values = {vec4(start, 0.0f), vec4(start + velocity, 0.0f)};
+    scene.animation.push_back(channel);
+  }
+  int InstanceNode(int instance) const {
+    return scene.instances[static_cast<size_t>(instance)].node;
+  }
+};
+
+inline RenderSettings SmallSettings(int width, int height, int spp) {
+  RenderSettings settings;
+  settings.width = width;
+  settings.height = height;
+  settings.spp = spp;
+  settings.jitter = false;
+  return settings;
+}
+
+inline Frame RenderOne(const Scene& scene, const RenderSettings& settings,
+                       const RenderMoment& moment = {},
+                       LightStrategy strategy = LightStrategy::kBoth) {
+  Frame frame;
+  auto renderer = CreateRenderer(scene, settings, strategy);
+  EXPECT_TRUE(renderer.ok()) << renderer.status().message();
+  if (renderer.ok()) {
+    const Status status = (*renderer)->RenderFrame(moment, &frame);
+    EXPECT_TRUE(status.ok()) << status.message();
+    EXPECT_EQ((*renderer)->timings().dropped, 0u);
+  }
+  return frame;
+}
+
+inline Image3 RenderMean(const Scene& scene, const RenderSettings& settings, int spp,
+                         LightStrategy strategy = LightStrategy::kBoth) {
+  Image3 image;
+  auto renderer = CreateRenderer(scene, settings, strategy);
+  EXPECT_TRUE(renderer.ok()) << renderer.status().message();
+  if (renderer.ok()) {
+    const Status status = (*renderer)->RenderReference({}, spp, &image);
+    EXPECT_TRUE(status.ok()) << status.message();
+    EXPECT_EQ((*renderer)->timings().dropped, 0u);
+  }
+  return image;
+}
+
+inline vec3 Pixel(const Image3& image, int x, int y) {
+  return {image[0](x, y), image[1](x, y), image[2](x, y)};
+}
+
+/// Mean over the picture.
+inline vec3 Mean(const Image3& image) {
+  glm::dvec3 sum(0.0);
+  for (int y = 0; y < image.height(); ++y) {
+    for (int x = 0; x < image.width(); ++x) {
+      sum += glm::dvec3(Pixel(image, x, y));
+    }
+  }
+  return vec3(sum / (static_cast<double>(image.width()) * image.height()));
+}
+
+}  // namespace stillray::render
