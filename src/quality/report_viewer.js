@@ -258,11 +258,16 @@ class Viewer {
     return Math.min(this.width / this.data.width, this.height / this.data.height);
   }
 
+  /// From the whole picture, or one screen pixel per picture pixel if that is less, to squares.
+  clampScale(scale) {
+    const fit = this.fitScale();
+    return clamp(scale, Math.min(fit, 1 / this.ratio), Math.max(kMaxScale, fit));
+  }
+
   open() {
     this.reset();
     if (this.data.zoom_width > 0) {
-      this.zoomAbout(this.width / 2, this.height / 2,
-                     this.width / this.data.zoom_width / this.scale);
+      this.zoomCentre(this.width / this.data.zoom_width / this.scale);
     }
   }
 
@@ -274,7 +279,7 @@ class Viewer {
   /// larger one covers it.
   moveTo(scale, x, y) {
     const fit = this.fitScale();
-    this.scale = clamp(scale, Math.min(fit, 1 / this.ratio), Math.max(kMaxScale, fit));
+    this.scale = this.clampScale(scale);
     const place = (offset, picture, stage) =>
         picture <= stage ? (stage - picture) / 2 : clamp(offset, stage - picture, 0);
     this.x = place(x, this.data.width * this.scale, this.width);
@@ -286,17 +291,18 @@ class Viewer {
     this.draw();
   }
 
-  /// The picture's point at (x, y) of the stage stays there.
-  zoomAbout(x, y, factor) {
+  /// Zooms so that the picture's point at the place `from` of the stage comes to lie at `to`.
+  /// \return whether the scale has changed
+  zoomAbout(from, factor, to = from) {
     const old = this.scale;
-    const fit = this.fitScale();
-    const scale = clamp(old * factor, Math.min(fit, 1 / this.ratio), Math.max(kMaxScale, fit));
-    this.moveTo(scale, x - (x - this.x) * scale / old, y - (y - this.y) * scale / old);
+    const scale = this.clampScale(old * factor);
+    this.moveTo(scale, to[0] - (from[0] - this.x) * scale / old,
+                to[1] - (from[1] - this.y) * scale / old);
     return scale !== old;
   }
 
   zoomCentre(factor) {
-    this.zoomAbout(this.width / 2, this.height / 2, factor);
+    this.zoomAbout([this.width / 2, this.height / 2], factor);
   }
 
   setUpZoom() {
@@ -309,13 +315,13 @@ class Viewer {
       const pages = event.deltaMode === WheelEvent.DOM_DELTA_PAGE ? this.height : 1;
       // A pinch on a touch pad comes as small wheel steps with the control key.
       const speed = event.ctrlKey ? 0.01 : 0.002;
-      const [x, y] = this.stagePoint(event);
-      const zoomed = this.zoomAbout(x, y, Math.exp(-event.deltaY * lines * pages * speed));
+      const point = this.stagePoint(event);
+      const zoomed = this.zoomAbout(point, Math.exp(-event.deltaY * lines * pages * speed));
       // At the end of the range the wheel scrolls the page as usual.
       if (zoomed || event.ctrlKey) {
         event.preventDefault();
       }
-      this.showPixel(x, y);
+      this.showPixel(...point);
     }, {passive: false});
   }
 
@@ -363,12 +369,8 @@ class Viewer {
         [0, 1].map((k) => points.reduce((sum, p) => sum + p[k], 0) / points.length);
     const spread = (points) =>
         points.length < 2 ? 1 : Math.hypot(points[0][0] - points[1][0], points[0][1] - points[1][1]);
-    const from = middle(before);
-    const to = middle(after);
-    this.moveTo(this.scale, this.x + to[0] - from[0], this.y + to[1] - from[1]);
-    if (spread(before) > 0) {
-      this.zoomAbout(to[0], to[1], spread(after) / spread(before));
-    }
+    const factor = spread(before) > 0 ? spread(after) / spread(before) : 1;
+    this.zoomAbout(middle(before), factor, middle(after));
   }
 
   onStageKey(event) {

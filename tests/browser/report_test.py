@@ -119,6 +119,11 @@ class ReportPage(unittest.TestCase):
         return self.browser.script(
             "return document.querySelector(arguments[0]).textContent", selector)
 
+    def zoom(self):
+        """Screen pixels per picture pixel, in percent."""
+        return float(self.browser.script(
+            "return document.getElementById('zoom-level').value").rstrip(" %"))
+
     def split(self):
         return int(self.browser.script(
             "return document.getElementById('divider').getAttribute('aria-valuenow')"))
@@ -166,12 +171,11 @@ class ReportPage(unittest.TestCase):
         self.assertEqual(self.see()(0.05, 0.9), denoised(4))
 
     def test_wheel_zooms_about_the_cursor(self):
-        before = self.browser.script("return document.getElementById('zoom-level').value")
+        before = self.zoom()
         beside = (MARK[0] + 6 / WIDTH, MARK[1])
         self.assertEqual(self.see()(*beside), noisy(4))
         self.browser.wheel(*self.point(*MARK), -400)
-        after = self.browser.script("return document.getElementById('zoom-level').value")
-        self.assertNotEqual(before, after)
+        self.assertGreater(self.zoom(), 2 * before)
         colour = self.see()
         self.assertEqual(colour(*MARK), YELLOW, "the point under the cursor stays")
         self.assertEqual(colour(*beside), YELLOW, "the mark has grown")
@@ -183,16 +187,39 @@ class ReportPage(unittest.TestCase):
         self.assertEqual(seen, {YELLOW, noisy(4)})
         self.browser.click("#zoom-reset")
         self.assertEqual(self.see()(*beside), noisy(4))
-        self.assertEqual(before, self.browser.script(
-            "return document.getElementById('zoom-level').value"))
+        self.assertEqual(self.zoom(), before)
+
+    def test_zoom_keeps_the_point_under_the_cursor(self):
+        corner = (MARK_X.start / WIDTH, MARK_Y.start / HEIGHT)
+        for _ in range(3):
+            self.browser.wheel(*self.point(*corner), -250)
+        colour = self.see()
+        for dx, dy in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
+            expected = YELLOW if dx > 0 and dy > 0 else noisy(4)
+            self.assertEqual(colour(corner[0] + 0.006 * dx, corner[1] + 0.012 * dy), expected)
+
+    def test_pinch_zooms(self):
+        before = self.zoom()
+        centre = self.point(*MARK)
+        self.browser.pointers(
+            [[(centre[0] + 20 * side, centre[1]), "down", (centre[0] + 40 * side, centre[1]),
+              (centre[0] + 60 * side, centre[1]), "up"] for side in (-1, 1)], kind="touch")
+        self.assertAlmostEqual(self.zoom() / before, 3, delta=0.1)
+        colour = self.see()
+        self.assertEqual(colour(*MARK), YELLOW)
+        self.assertEqual(colour(MARK[0] + 10 / WIDTH, MARK[1]), YELLOW)
 
     def test_drag_pans_when_zoomed(self):
         self.browser.wheel(*self.point(*MARK), -400)
+        target = (MARK[0] - 0.1, MARK[1] + 0.4)
         self.browser.pointer([self.point(*MARK), "down", self.point(MARK[0], MARK[1] + 0.1),
-                              self.point(MARK[0], MARK[1] + 0.4), "up"])
+                              self.point(*target), "up"])
         colour = self.see()
-        self.assertEqual(colour(MARK[0], MARK[1] + 0.4), YELLOW)
-        self.assertEqual(colour(MARK[0], MARK[1]), noisy(4))
+        # The mark now measures 0.28 by 0.56 of the stage.
+        self.assertEqual(colour(*target), YELLOW)
+        self.assertEqual(colour(target[0] - 0.12, target[1] - 0.2), YELLOW)
+        self.assertEqual(colour(target[0] + 0.16, target[1]), noisy(4))
+        self.assertEqual(colour(*MARK), noisy(4))
         self.assertEqual(self.split(), 50, "the divider is not moved by panning")
 
     def test_views(self):
@@ -260,13 +287,11 @@ class ReportPage(unittest.TestCase):
         self.wait_shown("3 noisy denoised")
         self.browser.keys("s")
         self.wait_shown("3 denoised noisy")
-        before = self.browser.script("return document.getElementById('zoom-level').value")
+        before = self.zoom()
         self.browser.keys("+")
-        self.assertNotEqual(before, self.browser.script(
-            "return document.getElementById('zoom-level').value"))
+        self.assertGreater(self.zoom(), before)
         self.browser.keys("0")
-        self.assertEqual(before, self.browser.script(
-            "return document.getElementById('zoom-level').value"))
+        self.assertEqual(self.zoom(), before)
 
     def test_text_of_files_is_shown_as_text(self):
         self.assertEqual(self.text("#title"), f"{HOSTILE}, svgf")

@@ -146,18 +146,24 @@ class Browser:
 
     def pointer(self, steps, kind="mouse"):
         """Moves a pointer. Steps: (x, y) in window pixels, "down", "up"."""
-        actions = []
-        for step in steps:
-            if step == "down":
-                actions.append({"type": "pointerDown", "button": 0})
-            elif step == "up":
-                actions.append({"type": "pointerUp", "button": 0})
-            else:
-                actions.append({"type": "pointerMove", "duration": 20, "x": round(step[0]),
-                                "y": round(step[1])})
-        self._call("POST", "/actions", {"actions": [
-            {"type": "pointer", "id": kind, "parameters": {"pointerType": kind},
-             "actions": actions}]})
+        self.pointers([steps], kind)
+
+    def pointers(self, paths, kind):
+        """Moves several pointers at once, each along steps as above; all as many."""
+        sources = []
+        for number, steps in enumerate(paths):
+            actions = []
+            for step in steps:
+                if step == "down":
+                    actions.append({"type": "pointerDown", "button": 0})
+                elif step == "up":
+                    actions.append({"type": "pointerUp", "button": 0})
+                else:
+                    actions.append({"type": "pointerMove", "duration": 20, "x": round(step[0]),
+                                    "y": round(step[1])})
+            sources.append({"type": "pointer", "id": f"{kind}{number}",
+                            "parameters": {"pointerType": kind}, "actions": actions})
+        self._call("POST", "/actions", {"actions": sources})
 
     def wheel(self, x, y, delta_y):
         self._call("POST", "/actions", {"actions": [
