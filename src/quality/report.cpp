@@ -8,6 +8,7 @@
 
 #include <fmt/core.h>
 
+#include "io/text.h"
 #include "quality/render_log.h"
 #include "quality/report_files.h"
 #include "quality/report_measure.h"
@@ -179,10 +180,8 @@ std::string LastComponent(const std::string& folder) {
   return error || path.filename().empty() ? folder : path.filename().string();
 }
 
-}  // namespace
-
-Result<std::string> BuildReport(const std::string& folder, const ReportOptions& options,
-                                ReportSummary* summary) {
+Result<std::string> Build(const std::string& folder, const ReportOptions& options,
+                          ReportSummary* summary) {
   STILLRAY_RETURN_IF_ERROR(CheckOptions(options));
   const Result<SequenceFiles> files = report::FindSequence(folder);
   if (!files.ok()) {
@@ -205,6 +204,18 @@ Result<std::string> BuildReport(const std::string& folder, const ReportOptions& 
     summary->frames_shown = static_cast<int>(content.measurements.shown.size());
     summary->page_bytes = page.size();
     summary->notes = content.notes;
+  }
+  return page;
+}
+
+}  // namespace
+
+Result<std::string> BuildReport(const std::string& folder, const ReportOptions& options,
+                                ReportSummary* summary) {
+  Result<std::string> page = Build(folder, options, summary);
+  if (!page.ok()) {
+    // Names of folders may hold anything.
+    return Status(page.status().code(), io::OneLine(page.status().message()));
   }
   return page;
 }

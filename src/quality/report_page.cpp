@@ -20,6 +20,7 @@ namespace stillray::report {
 // Generated at build time from the files beside this one.
 extern const char kReportTemplate[];
 extern const char kReportStyle[];
+extern const char kReportViewsScript[];
 extern const char kReportViewerScript[];
 extern const char kReportPlotsScript[];
 extern const char kReportPageScript[];
@@ -310,6 +311,7 @@ std::string MakePage(const PageContent& content) {
                                         {"STYLE", kReportStyle},
                                         {"DATA", ScriptSafe(data)},
                                         {"PICTURES", pictures.TakeJson()},
+                                        {"VIEWS", kReportViewsScript},
                                         {"VIEWER", kReportViewerScript},
                                         {"PLOTS", kReportPlotsScript},
                                         {"SCRIPT", kReportPageScript}});

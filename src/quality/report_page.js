@@ -73,7 +73,8 @@ function showSummary(data) {
   byId("title").textContent = data.title;
   const setting = (name) => (data.settings.find(([key]) => key === name) || [])[1];
   const count = data.frames_found;
-  const parts = [`${data.width} \u00d7 ${data.height} pixels`, `${count} frame${count > 1 ? "s" : ""}`];
+  const parts = [`${data.width} \u00d7 ${data.height} pixels`,
+                 `${count} frame${count > 1 ? "s" : ""}`];
   const known = [
     ["fps", (v) => `${v} frames per second`],
     ["spp", (v) => `${v} sample${v === "1" ? "" : "s"} per pixel`],
@@ -243,7 +244,8 @@ function pairsTable(title, pairs) {
 }
 
 function showSettings(data) {
-  const memory = data.memory.map(([name, bytes]) => [name.replace(/_bytes$/, ""), formatBytes(bytes)]);
+  const memory = data.memory.map(
+      ([name, bytes]) => [name.replace(/_bytes$/, ""), formatBytes(bytes)]);
   const tables = [["Rendering", data.settings], ["Denoiser parameters", data.parameters],
                   ["Memory", memory]];
   for (const [title, pairs] of tables) {

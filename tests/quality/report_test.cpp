@@ -350,6 +350,13 @@ TEST(ReportErrors, MissingFolder) {
   EXPECT_EQ(page.status().message(), "/no/such/folder: no such folder");
 }
 
+TEST(ReportErrors, MessagesAreOneLineWhateverTheFolderIsCalled) {
+  const TestFolder folder("a\nb\x1b[31m");
+  folder.AddPng("noisy.0001.png", 3);
+  folder.Write("denoised.0001.png", "");
+  EXPECT_THAT(BuildError(folder).message(), AllOf(Not(HasSubstr("\n")), Not(HasSubstr("\x1b"))));
+}
+
 TEST(ReportErrors, FileInsteadOfFolder) {
   const TestFolder folder;
   folder.Write("file", "");
