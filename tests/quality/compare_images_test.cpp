@@ -65,7 +65,7 @@ TEST(CompareImages, PixelsThatAreNotFiniteAreCountedAndLeftOut) {
   test[0](20, 15) = kNan;
   test[1](21, 15) = kInfinity;
   Image3 broken_reference = reference;
-  broken_reference[2](5, 5) = -kInfinity;
+  broken_reference[2](5, 5) = kInfinity;
   broken_reference[2](20, 15) = kNan;  // broken in both pictures
   const Result<ImageMetrics> metrics = CompareImages(test, broken_reference, false);
   ASSERT_TRUE(metrics.ok());
@@ -89,6 +89,35 @@ TEST(CompareImages, PixelsThatAreNotFiniteAreCountedAndLeftOut) {
     EXPECT_TRUE(std::isnan((*map)(5, 5)));
     EXPECT_TRUE(std::isnan((*map)(20, 15)));
     EXPECT_TRUE(std::isnan((*map)(21, 15)));
+  }
+}
+
+// Where the reference is broken both pictures are black to the windows around; where only the test
+// is, both hold the reference.
+TEST(CompareImages, PixelsThatAreNotFiniteLookTheSameInBothPictures) {
+  const Image3 reference = ScenePicture(30, 20, 2.0f);
+  const Image3 test = Blend(reference, NoisePicture(30, 20, 3), 0.5f);
+  Image3 broken_test = test, broken_reference = reference;
+  Image3 mended_test = test, mended_reference = reference;
+  broken_reference[1](12, 10) = kInfinity;
+  broken_test[0](17, 9) = kInfinity;
+  for (int c = 0; c < 3; ++c) {
+    mended_test[c](12, 10) = 0;
+    mended_reference[c](12, 10) = 0;
+    mended_test[c](17, 9) = reference[c](17, 9);
+  }
+  for (const ErrorMap which : {ErrorMap::kFlip, ErrorMap::kSsim}) {
+    // As display pictures, whose exposure does not depend on the pixels that are left out.
+    const Result<Image1> broken = MakeErrorMap(broken_test, broken_reference, true, which);
+    const Result<Image1> mended = MakeErrorMap(mended_test, mended_reference, true, which);
+    ASSERT_TRUE(broken.ok() && mended.ok());
+    for (int y = 0; y < 20; ++y) {
+      for (int x = 0; x < 30; ++x) {
+        if (!std::isnan((*broken)(x, y))) {
+          ASSERT_EQ((*broken)(x, y), (*mended)(x, y)) << x << ", " << y;
+        }
+      }
+    }
   }
 }
 
