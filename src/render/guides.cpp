@@ -58,7 +58,8 @@ bool SeenFromFront(const TraceContext& context, const Hit& hit, vec3 direction) 
 
 }  // namespace
 
-PixelGuides MakeGuides(const TraceContext& context, const PrimaryPixel& pixel) {
+PixelGuides MakeGuides(const TraceContext& context, const PrimaryPixel& pixel,
+                       FirstSurface* first) {
   PixelGuides guides;
   const PrimaryLayer* heaviest = HeaviestLayer(pixel);
   if (heaviest == nullptr) {
@@ -72,6 +73,9 @@ PixelGuides MakeGuides(const TraceContext& context, const PrimaryPixel& pixel) {
     guides.albedo += bsdf.diffuse * layer.weight;
     guides.specular_albedo += context.bsdfs.SpecularAlbedo(surface, bsdf) * layer.weight;
     guides.emission += EmissionTowards(context, layer.hit, surface.front) * layer.weight;
+    if (pixel.count == 1) {
+      *first = {surface, bsdf};
+    }
     if (&layer == heaviest) {
       guides.depth = context.camera.Depth(surface.position);
       guides.normal = surface.frame.z;

@@ -24,7 +24,8 @@ struct PixelGuides {
   vec3 background;
 };
 
-PixelGuides MakeGuides(const TraceContext& context, const PrimaryPixel& pixel);
+/// \param first  [out] for TraceSample; left alone unless the pixel has just one layer
+PixelGuides MakeGuides(const TraceContext& context, const PrimaryPixel& pixel, FirstSurface* first);
 
 /// The light of PixelGuides alone.
 struct UnscatteredLight {

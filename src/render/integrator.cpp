@@ -50,11 +50,35 @@ vec3 Absorb(vec3 absorption, float distance) {
   return absorption == vec3(0.0f) ? vec3(1.0f) : glm::exp(-absorption * min(distance, kFar));
 }
 
+// Hits lie all over the scene's memory: asks for what the next ones need, first for the indices of
+// their triangles, then for the corners.
+void FetchAhead(const SceneState& state, const HitBatch& hits, int i, int count) {
+  constexpr int kIndices = 16;
+  constexpr int kCorners = 8;
+  if (i + kIndices < count && hits.instance[i + kIndices] != kNoHit) {
+    const Mesh& mesh = *state.instance(hits.instance[i + kIndices]).mesh;
+    __builtin_prefetch(mesh.indices.data() + 3 * static_cast<size_t>(hits.primitive[i + kIndices]));
+  }
+  if (i + kCorners < count && hits.instance[i + kCorners] != kNoHit) {
+    const Mesh& mesh = *state.instance(hits.instance[i + kCorners]).mesh;
+    const size_t first = 3 * static_cast<size_t>(hits.primitive[i + kCorners]);
+    for (size_t k = first; k < first + 3; ++k) {
+      const uint32_t corner = mesh.indices[k];
+      __builtin_prefetch(mesh.positions.data() + corner);
+      __builtin_prefetch(mesh.normals.data() + corner);
+      if (!mesh.uv[0].empty()) {
+        __builtin_prefetch(mesh.uv[0].data() + corner);
+      }
+    }
+  }
+}
+
 // The steps that all paths of a tile take together.
 class Tracer {
  public:
-  Tracer(const TraceContext& context, PathScratch* scratch, RenderTimings* timings)
-      : context_(context), scratch_(*scratch), timings_(*timings) {}
+  Tracer(const TraceContext& context, const FirstSurface* first, PathScratch* scratch,
+         RenderTimings* timings)
+      : context_(context), first_(first), scratch_(*scratch), timings_(*timings) {}
 
   void Start(const PrimaryPixel* pixels, const PathSampler* samplers, int count);
   void ShadeAll();
@@ -64,9 +88,12 @@ class Tracer {
 
  private:
   void Shade(int path_index, const Hit& hit);
+  void ScatterAt(Path* path, const Surface& surface, const Bsdf& bsdf, vec3 direction, vec4 u);
   void Leave(const Path& path, vec3 direction);
   void MeetLight(const Path& path, const Hit& hit, const Surface& surface, vec3 direction);
-  void SeekLight(const Path& path, const Surface& surface, const Bsdf& bsdf, float total, vec4 u);
+  float SeekLight(const Path& path, const Surface& surface, const Bsdf& bsdf, vec4 u);
+  void SendShadowRay(const Surface& surface, const LightSample& light, bool above,
+                     const PathScratch::ShadowLight& found);
   bool Scatter(Path* path, const Surface& surface, const Bsdf& bsdf, vec3* direction);
   bool SurvivesRoulette(Path* path, float u);
   void Continue(const Path& path, vec3 origin, vec3 direction);
@@ -75,6 +102,7 @@ class Tracer {
   float ScatterWeight(const Path& path, float light_density) const;
 
   const TraceContext& context_;
+  const FirstSurface* first_;
   PathScratch& scratch_;
   RenderTimings& timings_;
 };
@@ -144,6 +172,7 @@ void Tracer::Start(const PrimaryPixel* pixels, const PathSampler* samplers, int 
     path.throughput = vec3(1.0f);
     path.pixel = i;
     path.first = true;
+    path.known = first_ != nullptr && pixel.count == 1;
     trace.rays.Push(context_.camera.position, pixel.direction, kInfinity);
     const Hit& hit = pixel.layers[layer].hit;
     trace.hits.t[at] = hit.t;
@@ -158,7 +187,9 @@ void Tracer::ShadeAll() {
   const PhaseTimer timer(&timings_.shade_ms);
   scratch_.next.count = 0;
   scratch_.shadow.count = 0;
-  for (int i = 0; i < scratch_.trace.rays.count; ++i) {
+  const int count = scratch_.trace.rays.count;
+  for (int i = 0; i < count; ++i) {
+    FetchAhead(context_.state, scratch_.trace.hits, i, count);
     Shade(i, scratch_.trace.hits.Get(i));
   }
 }
@@ -193,16 +224,17 @@ void Tracer::MeetLight(const Path& path, const Hit& hit, const Surface& surface,
   AddFound(path, context_.state.Emission(hit) * ScatterWeight(path, density));
 }
 
-// Sends a ray to a light.
-void Tracer::SeekLight(const Path& path, const Surface& surface, const Bsdf& bsdf, float total,
-                       vec4 u) {
-  const LightSample light = context_.lights.Sample(surface.position, surface.frame.z, total, u);
+// Sends a ray to a light. Returns the total of LightChoices.
+float Tracer::SeekLight(const Path& path, const Surface& surface, const Bsdf& bsdf, vec4 u) {
+  LightChoices choices;
+  context_.lights.Weigh(surface.position, &choices);
+  const LightSample light = context_.lights.Sample(surface.position, surface.frame.z, choices, u);
   if (!(light.density > 0.0f) || (context_.strategy == LightStrategy::kScatter && !light.delta)) {
-    return;
+    return choices.total();
   }
   const vec3 wi = surface.frame.ToLocal(light.direction);
   if (!surface.Consistent(light.direction, wi.z)) {
-    return;
+    return choices.total();
   }
   const BsdfValue value = EvaluateBsdf(bsdf, surface.local_wo, wi);
   const bool weighted = !light.delta && context_.strategy == LightStrategy::kBoth;
@@ -220,10 +252,16 @@ void Tracer::SeekLight(const Path& path, const Surface& surface, const Bsdf& bsd
     found.diffuse = path.diffuse * scattered;
     found.specular = path.specular * scattered;
   }
-  if (found.diffuse == vec3(0.0f) && found.specular == vec3(0.0f)) {
-    return;
+  if (found.diffuse != vec3(0.0f) || found.specular != vec3(0.0f)) {
+    SendShadowRay(surface, light, wi.z > 0.0f, found);
   }
-  const vec3 side = wi.z > 0.0f ? surface.geometric : -surface.geometric;
+  return choices.total();
+}
+
+// Tests whether the light found arrives.
+void Tracer::SendShadowRay(const Surface& surface, const LightSample& light, bool above,
+                           const PathScratch::ShadowLight& found) {
+  const vec3 side = above ? surface.geometric : -surface.geometric;
   const vec3 from = OffsetPoint(surface.position, side);
   vec3 direction = light.direction;
   float end = light.distance;
@@ -318,32 +356,42 @@ void Tracer::Shade(int path_index, const Hit& hit) {
     }
     u.w = min(u.w / opacity, kBelowOne);
   }
+  if (path.known) {
+    const FirstSurface& first = first_[path.pixel];
+    return ScatterAt(&path, first.surface, first.bsdf, direction, u);
+  }
   const Surface surface = MakeSurface(context_.state, hit, direction);
   MeetLight(path, hit, surface, direction);
   const float min_alpha = context_.settings.regularise ? kRegularisation * path.roughest : 0.0f;
   const Bsdf bsdf = context_.bsdfs.Make(surface, min_alpha > kSmoothAlpha ? min_alpha : 0.0f);
+  ScatterAt(&path, surface, bsdf, direction, u);
+}
+
+// Seeks light at the surface and follows the path on. u: LightDimensions of this step.
+void Tracer::ScatterAt(Path* path, const Surface& surface, const Bsdf& bsdf, vec3 direction,
+                       vec4 u) {
   if (bsdf.pick_diffuse + bsdf.pick_specular + bsdf.pick_glass <= 0.0f) {
     return;  // black
   }
   const bool any_rough = bsdf.pick_diffuse > 0.0f || bsdf.specular_alpha > 0.0f ||
                          (bsdf.pick_glass > 0.0f && bsdf.glass_alpha > 0.0f);
-  const bool may_scatter = path.first || path.bounces < context_.settings.bounces;
+  const bool may_scatter = path->first || path->bounces < context_.settings.bounces;
   float total = 0.0f;
   if (any_rough && may_scatter && !context_.lights.empty()) {
-    total = context_.lights.TotalImportance(surface.position);
-    SeekLight(path, surface, bsdf, total, u);
+    total = SeekLight(*path, surface, bsdf, u);
   }
   vec3 onward;
-  const bool was_first = path.first;
-  if (!Scatter(&path, surface, bsdf, &onward) || !SurvivesRoulette(&path, u.w)) {
+  const bool was_first = path->first;
+  if (!Scatter(path, surface, bsdf, &onward) || !SurvivesRoulette(path, u.w)) {
     return;
   }
   if (was_first || onward != direction) {
-    path.light_total = total;
+    path->light_total = total;
   }
-  ++path.step;
+  ++path->step;
+  path->known = false;
   const bool up = dot(onward, surface.geometric) > 0.0f;
-  Continue(path, OffsetPoint(surface.position, up ? surface.geometric : -surface.geometric),
+  Continue(*path, OffsetPoint(surface.position, up ? surface.geometric : -surface.geometric),
            onward);
 }
 
@@ -376,10 +424,10 @@ void Tracer::TraceBounces() {
 
 }  // namespace
 
-void TraceSample(const TraceContext& context, const PrimaryPixel* pixels,
+void TraceSample(const TraceContext& context, const PrimaryPixel* pixels, const FirstSurface* first,
                  const PathSampler* samplers, int count, PathScratch* scratch,
                  RenderTimings* timings) {
-  Tracer tracer(context, scratch, timings);
+  Tracer tracer(context, first, scratch, timings);
   tracer.Start(pixels, samplers, count);
   while (tracer.Alive()) {
     tracer.ShadeAll();

@@ -36,13 +36,14 @@ struct Path {
   vec3 origin;        // where the ray last scattered with a finite density, or left the camera
   vec3 normal;        // shading normal there
   float density;      // of the ray per solid angle; 0: ideally smooth
-  float light_total;  // LightSet::TotalImportance there
+  float light_total;  // LightChoices::total() there
   float roughest;     // for regularisation
   int pixel;          // in the tile
   int step;           // surfaces met so far
   int bounces;        // of those, the ones that scattered, without the first
   int free_events;
   bool first;   // has not scattered yet
+  bool known;   // first, and its surface is among those given to TraceSample
   bool direct;  // light met now comes straight from a light
 };
 
@@ -64,8 +65,10 @@ struct PathScratch {
 };
 
 /// Traces one sample of every pixel into scratch->light (without emission and background).
+/// \param first     of the pixels with a single layer, so that it need not be looked up again;
+///                  null: it is not known
 /// \param samplers  one per pixel
-void TraceSample(const TraceContext& context, const PrimaryPixel* pixels,
+void TraceSample(const TraceContext& context, const PrimaryPixel* pixels, const FirstSurface* first,
                  const PathSampler* samplers, int count, PathScratch* scratch,
                  RenderTimings* timings);
 

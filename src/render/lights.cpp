@@ -37,14 +37,9 @@ struct Angle {
   float cosine, sine;
 };
 Angle Less(Angle a, Angle b) {
-  if (a.cosine >= b.cosine) {
-    return {1.0f, 0.0f};
-  }
-  return {a.cosine * b.cosine + a.sine * b.sine, a.sine * b.cosine - a.cosine * b.sine};
-}
-Angle FromCosine(float cosine) {
-  const float c = clamp(cosine, -1.0f, 1.0f);
-  return {c, std::sqrt(1.0f - c * c)};
+  return a.cosine >= b.cosine
+             ? Angle{1.0f, 0.0f}
+             : Angle{a.cosine * b.cosine + a.sine * b.sine, a.sine * b.cosine - a.cosine * b.sine};
 }
 
 vec3 Axis(const mat4& world) {
@@ -137,6 +132,16 @@ void LightSet::PlacePunctual() {
   FillAliasTable(weights.data(), weights.size(), distant_table_.data());
 }
 
+// The two triangles of a quad light are better left together.
+bool LightSet::WorthSplitting(const Cluster& group) const {
+  if (group.count != 2) {
+    return group.count > 2;
+  }
+  const Element& a = elements_[group.first];
+  const Element& b = elements_[group.first + 1];
+  return !a.is_area || !b.is_area || areas_[a.area].instance != areas_[b.area].instance;
+}
+
 // Cuts the group whose light is most spread out, until there are enough or nothing is left to cut.
 void LightSet::SplitElements(std::vector<Cluster>* groups) {
   const auto extent = [&](const Cluster& group) {
@@ -156,7 +161,7 @@ void LightSet::SplitElements(std::vector<Cluster>* groups) {
     for (size_t g = 0; g < groups->size(); ++g) {
       const auto [size, intensity] = extent((*groups)[g]);
       const float spread = dot(size, size) * intensity;
-      if ((*groups)[g].count > 1 && spread > most) {
+      if (WorthSplitting((*groups)[g]) && spread > most) {
         most = spread;
         widest = static_cast<int>(g);
       }
@@ -213,6 +218,7 @@ void LightSet::FinishCluster(Cluster* cluster, uint32_t index) {
   // A rounding error must not put the axis itself outside of its cone.
   constexpr float kMargin = 1e-4f;
   cluster->cone_cosine = max(cluster->cone_cosine - kMargin, -1.0f);
+  cluster->cone_sine = std::sqrt(1.0f - cluster->cone_cosine * cluster->cone_cosine);
 }
 
 void LightSet::MakeClusters() {
@@ -255,28 +261,29 @@ float LightSet::ClusterImportance(const Cluster& cluster, vec3 point) const {
   if (cluster.cone_cosine <= -1.0f || distance2 <= radius2) {
     return base;
   }
-  float cosine = dot(offset, cluster.axis) / std::sqrt(distance2);
-  cosine = cluster.two_sided ? std::abs(cosine) : cosine;
-  const float sine_of_radius = std::sqrt(radius2 / distance2);
-  const Angle seen{std::sqrt(max(1.0f - sine_of_radius * sine_of_radius, 0.0f)), sine_of_radius};
-  const Angle between = Less(Less(FromCosine(cosine), FromCosine(cluster.cone_cosine)), seen);
-  return base * max(between.cosine, 0.0f);
+  const float inverse2 = 1.0f / distance2;
+  float cosine = min(dot(offset, cluster.axis) * std::sqrt(inverse2), 1.0f);
+  cosine = cluster.two_sided ? std::abs(cosine) : max(cosine, -1.0f);
+  const Angle to_axis{cosine, std::sqrt(max(1.0f - cosine * cosine, 0.0f))};
+  const float seen2 = min(radius2 * inverse2, 1.0f);
+  const Angle seen{std::sqrt(1.0f - seen2), std::sqrt(seen2)};
+  const Angle cone{cluster.cone_cosine, cluster.cone_sine};
+  return base * max(Less(Less(to_axis, cone), seen).cosine, 0.0f);
 }
 
-float LightSet::ChoiceImportance(int choice, vec3 point) const {
-  const int clusters = static_cast<int>(clusters_.size());
-  if (choice < clusters) {
-    return ClusterImportance(clusters_[static_cast<size_t>(choice)], point);
+void LightSet::Weigh(vec3 point, LightChoices* choices) const {
+  choices->count = choice_count_;
+  if (choice_count_ == 0) {
+    return;
   }
-  return choice == clusters ? distant_irradiance_ : environment_irradiance_;
-}
-
-float LightSet::TotalImportance(vec3 point) const {
-  float total = 0;
-  for (int i = 0; i < choice_count_; ++i) {
-    total += ChoiceImportance(i, point);
+  float sum = 0;
+  int i = 0;
+  for (const Cluster& cluster : clusters_) {
+    sum += ClusterImportance(cluster, point);
+    choices->sums[i++] = sum;
   }
-  return total;
+  choices->sums[i++] = sum + distant_irradiance_;
+  choices->sums[i] = sum + distant_irradiance_ + environment_irradiance_;
 }
 
 LightSample LightSet::SampleArea(const AreaLight& light, vec3 point, float choice, float u0,
@@ -343,31 +350,21 @@ LightSample LightSet::SampleCluster(const Cluster& cluster, vec3 point, float ch
                          : SamplePunctual(points_[element.point], point, density);
 }
 
-LightSample LightSet::Sample(vec3 point, vec3 normal, float total, vec4 u) const {
+LightSample LightSet::Sample(vec3 point, vec3 normal, const LightChoices& choices, vec4 u) const {
+  const float total = choices.total();
   if (!(total > 0.0f) || !std::isfinite(total)) {
     return {};
   }
-  float rest = u.z * total;
+  // The first choice whose running sum exceeds the mark: never one without importance, since the
+  // mark is below the total.
+  const float mark = min(u.z * total, std::nextafter(total, 0.0f));
   int choice = 0;
-  float importance = ChoiceImportance(0, point);
-  int last = importance > 0.0f ? 0 : -1;
-  float last_importance = importance;
-  while (choice + 1 < choice_count_ && (rest >= importance || importance <= 0.0f)) {
-    rest -= importance;
-    importance = ChoiceImportance(++choice, point);
-    if (importance > 0.0f) {
-      last = choice;
-      last_importance = importance;
-    }
+  while (choices.sums[choice] <= mark) {
+    ++choice;
   }
-  if (importance <= 0.0f) {  // rounding led past the last possible choice
-    choice = last;
-    importance = last_importance;
-  }
-  if (choice < 0) {
-    return {};
-  }
-  u.z = clamp(rest / importance, 0.0f, 0.99999994f);
+  const float below = choice > 0 ? choices.sums[choice - 1] : 0.0f;
+  const float importance = choices.sums[choice] - below;
+  u.z = clamp((mark - below) / importance, 0.0f, 0.99999994f);
   const float probability = importance / total;
   const int clusters = static_cast<int>(clusters_.size());
   if (choice < clusters) {

@@ -33,6 +33,14 @@ struct LightSample {
   vec3 normal;         ///< there, on the side of the shading point
 };
 
+/// How a shading point weighs its choices of light: running sums of their importances.
+struct LightChoices {
+  int count = 0;
+  float sums[kMaxLightChoices];
+
+  float total() const { return count > 0 ? sums[count - 1] : 0.0f; }
+};
+
 class LightSet {
  public:
   explicit LightSet(const SceneState& state);
@@ -43,15 +51,16 @@ class LightSet {
   bool empty() const { return choice_count_ == 0; }
   const EnvironmentLight& environment() const { return environment_; }
 
-  /// What each choice could send to `point`, added up: divides its probabilities.
-  float TotalImportance(vec3 point) const;
+  /// What each choice could send to `point`.
+  void Weigh(vec3 point, LightChoices* choices) const;
 
   /// Draws light for a surface. u: (u.x, u.y) the place, u.z the light.
-  /// \param total  TotalImportance(point)
-  LightSample Sample(vec3 point, vec3 normal, float total, vec4 u) const;
+  /// \param choices  as Weigh gives them for the point
+  LightSample Sample(vec3 point, vec3 normal, const LightChoices& choices, vec4 u) const;
 
   /// Density with which Sample, at `point`, gives the place on an emitter that a ray of unit
   /// direction met at `distance`.
+  /// \param total  LightChoices::total() there
   float DensityOfHit(vec3 point, float total, const Hit& hit, vec3 direction, float distance) const;
   /// The same for the environment.
   float DensityOfEnvironment(vec3 normal, float total, vec3 direction) const;
@@ -91,6 +100,7 @@ class LightSet {
     float intensity = 0;
     vec3 axis;
     float cone_cosine = -1;  // emission normals lie within this of the axis; -1: anywhere
+    float cone_sine = 0;
     bool two_sided = false;
   };
 
@@ -98,10 +108,10 @@ class LightSet {
   void PlaceAreas();
   void PlacePunctual();
   void MakeClusters();
+  bool WorthSplitting(const Cluster& group) const;
   void SplitElements(std::vector<Cluster>* groups);
   void FinishCluster(Cluster* cluster, uint32_t index);
   float ClusterImportance(const Cluster& cluster, vec3 point) const;
-  float ChoiceImportance(int choice, vec3 point) const;
   bool TwoSided(const AreaLight& light) const;
   LightSample SampleArea(const AreaLight& light, vec3 point, float choice, float u0,
                          float u1) const;

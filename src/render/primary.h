@@ -24,6 +24,12 @@ struct PrimaryPixel {
   PrimaryLayer layers[kMaxLayers];
 };
 
+/// The surface that a pixel shows, where it is a single one.
+struct FirstSurface {
+  Surface surface;
+  Bsdf bsdf;
+};
+
 /// Room for tracing one batch.
 struct RayScratch {
   RayBatch rays;

@@ -23,6 +23,7 @@ struct TileScratch {
   PathSampler samplers[kBatchCapacity];
   PrimaryPixel pixels[kBatchCapacity];
   PixelGuides guides[kBatchCapacity];
+  FirstSurface first[kBatchCapacity];
   SampleLight sum[kBatchCapacity];
   std::array<float, kSignalKindCount> square[kBatchCapacity];
   PathScratch paths;
@@ -266,7 +267,7 @@ void PathTracer::RenderTile(const TraceContext& context, const RenderMoment& mom
   {
     const PhaseTimer timer(&timings->shade_ms);
     for (int i = 0; i < tile.count(); ++i) {
-      scratch->guides[i] = MakeGuides(context, scratch->pixels[i]);
+      scratch->guides[i] = MakeGuides(context, scratch->pixels[i], &scratch->first[i]);
       StoreGuides(scratch->guides[i], tile.x0 + i % tile.width, tile.y0 + i / tile.width, frame);
     }
   }
@@ -274,8 +275,8 @@ void PathTracer::RenderTile(const TraceContext& context, const RenderMoment& mom
   for (uint64_t s = 0; s < spp; ++s) {
     MakeSamplers(SampleStream::kFrames, static_cast<uint64_t>(moment.frame_index) * spp + s, tile,
                  scratch);
-    TraceSample(context, scratch->pixels, scratch->samplers, tile.count(), &scratch->paths,
-                timings);
+    TraceSample(context, scratch->pixels, scratch->first, scratch->samplers, tile.count(),
+                &scratch->paths, timings);
     AddSamples(tile.count(), spp > 1, scratch);
   }
   StoreLight(tile, settings_.spp, *scratch, frame);
@@ -298,7 +299,7 @@ void PathTracer::RenderReferenceTile(const TraceContext& context, const Tile& ti
     }
     FindPrimarySurfaces(context, scratch->points, tile.count(), &scratch->paths.trace,
                         scratch->pixels, timings);
-    TraceSample(context, scratch->pixels, scratch->samplers, tile.count(), &scratch->paths,
+    TraceSample(context, scratch->pixels, nullptr, scratch->samplers, tile.count(), &scratch->paths,
                 timings);
     for (int i = 0; i < tile.count(); ++i) {
       const UnscatteredLight own = FindUnscatteredLight(context, scratch->pixels[i]);

@@ -32,13 +32,7 @@ struct PathSampler {
 
   /// Four numbers in [0, 1). \param set  which dimensions: kPrimaryDimensions, ScatterDimensions(),
   /// LightDimensions()
-  vec4 Get(uint32_t set) const {
-    const uint32_t set_seed = MixSeeds(seed, set);
-    if (kind == SamplerKind::kSobol) {
-      return SobolSample(index, set_seed);
-    }
-    return HaltonSample(index, set_seed, MixBits(set));
-  }
+  vec4 Get(uint32_t set) const;
 };
 
 /// The sampler of sample number `sample` (counted over all frames) of pixel (x, y).

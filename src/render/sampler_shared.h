@@ -92,15 +92,23 @@ SHARED_FN float FractionToFloat(uint bits) {
   return float(bits >> 8) * (1.0f / 16777216.0f);
 }
 
-// Point `index` of the shuffled, scrambled sequence that `seed` names.
-SHARED_FN vec4 SobolSample(uint index, uint seed) {
+// Which point of the sequence comes at place `index` for this seed.
+SHARED_FN uint ShuffledIndex(uint index, uint seed) {
   uint mask = (1u << kSobolBits) - 1u;
-  uint shuffled = ReverseBits(ScrambleReversed(ReverseBits(index & mask), seed)) & mask;
-  uvec4 point = SobolReversed(shuffled);
+  return ReverseBits(ScrambleReversed(ReverseBits(index & mask), seed)) & mask;
+}
+
+// The scrambled coordinates of a point as SobolReversed gives it.
+SHARED_FN vec4 ScramblePoint(uvec4 point, uint seed) {
   return vec4(FractionToFloat(ReverseBits(ScrambleReversed(point.x, MixSeeds(seed, 1u)))),
               FractionToFloat(ReverseBits(ScrambleReversed(point.y, MixSeeds(seed, 2u)))),
               FractionToFloat(ReverseBits(ScrambleReversed(point.z, MixSeeds(seed, 3u)))),
               FractionToFloat(ReverseBits(ScrambleReversed(point.w, MixSeeds(seed, 4u)))));
+}
+
+// Point `index` of the shuffled, scrambled sequence that `seed` names.
+SHARED_FN vec4 SobolSample(uint index, uint seed) {
+  return ScramblePoint(SobolReversed(ShuffledIndex(index, seed)), seed);
 }
 
 // The digits of `index` in `base`, mirrored at the radix point: in [0, 1).

@@ -178,13 +178,15 @@ TEST(LightSetTest, DensitiesOfRaysAreThoseOfSamples) {
   lights.Update(true);
   const vec3 point(0.5f, -1, -2);
   const vec3 normal(0, 1, 0);
-  const float total = lights.TotalImportance(point);
+  LightChoices choices;
+  lights.Weigh(point, &choices);
+  const float total = choices.total();
   // The total flux that samples estimate must be what summing over all triangles gives.
   double estimate = 0;
   constexpr uint32_t kCount = 65536;
   for (uint32_t i = 0; i < kCount; ++i) {
     const vec4 u = SobolSample(i, 21);
-    const LightSample s = lights.Sample(point, normal, total, u);
+    const LightSample s = lights.Sample(point, normal, choices, u);
     if (s.density > 0.0f && std::isfinite(s.distance)) {
       estimate += s.radiance.x / s.density;
     } else if (s.density > 0.0f) {
@@ -219,10 +221,12 @@ TEST(LightSetTest, RayAndSampleAgreeOnDensity) {
   LightSet lights(state);
   lights.Update(true);
   const vec3 point(0.2f, -1, -2);
-  const float total = lights.TotalImportance(point);
+  LightChoices choices;
+  lights.Weigh(point, &choices);
+  const float total = choices.total();
   int compared = 0;
   for (uint32_t i = 0; i < 64; ++i) {
-    const LightSample s = lights.Sample(point, vec3(0, 1, 0), total, SobolSample(i, 2));
+    const LightSample s = lights.Sample(point, vec3(0, 1, 0), choices, SobolSample(i, 2));
     ASSERT_GT(s.density, 0.0f);
     // Which triangle it was follows from the point.
     const uint32_t instance = s.point.z > -4.0f ? 0 : 1;

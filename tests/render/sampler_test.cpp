@@ -117,6 +117,14 @@ TEST(SobolTest, PixelsSetsStreamsAndSeedsDiffer) {
   EXPECT_NE(base, value(1, SampleStream::kFrames, 2, 3, 4, 6));
 }
 
+TEST(SobolTest, TablesGiveWhatTheFormulaGives) {
+  for (uint64_t i = 0; i < (1u << kSobolBits); i += 37) {
+    const PathSampler s = MakePathSampler(SamplerKind::kSobol, 4, SampleStream::kFrames, 8, 9, i);
+    ASSERT_EQ(s.Get(LightDimensions(2)),
+              SobolSample(s.index, MixSeeds(s.seed, LightDimensions(2))));
+  }
+}
+
 // Two sets of dimensions must not be correlated: the mean of the product of centred values has a
 // standard deviation of 1 / (12 sqrt(n)).
 TEST(SobolTest, SetsAreUncorrelated) {
