@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Progress of a run over many frames: a bar with the time left on a terminal, plain lines
+/// elsewhere.
+#pragma once
+
+#include <chrono>
+#include <cstdio>
+#include <string>
+
+namespace stillray {
+
+/// "12 s", "3 min 05 s", "2 h 10 min".
+std::string FormatDuration(double seconds);
+
+class Progress {
+ public:
+  /// \param total   units of work, > 0, in any unit
+  /// \param stream  where to write; a terminal gets the bar
+  Progress(double total, std::FILE* stream);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  /// Redraws the bar, a few times per second at most. Does nothing elsewhere than on a terminal.
+  void Update(double done, const std::string& what);
+  /// A finished step: the line stays, except on a terminal, where the bar goes on.
+  void Step(double done, const std::string& line);
+  /// Removes the bar, so that other text can be written.
+  void Clear();
+
+ private:
+  std::string TimeLeft(double done) const;
+  void Draw(double done, const std::string& what);
+
+  using Clock = std::chrono::steady_clock;
+  double total_;
+  std::FILE* stream_;
+  bool terminal_;
+  bool drawn_ = false;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point last_draw_;
+};
+
+}  // namespace stillray

@@ -1,0 +1,484 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// stillray render: a scene in, clean frames out.
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+
+#include "commands.h"
+#include "interrupt.h"
+#include "progress.h"
+#include "render_files.h"
+#include "render_options.h"
+#include "resume.h"
+#include "run_log.h"
+#include "stillray/scene.h"
+
+namespace stillray {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// The history of a run that dies is not older than this, unless a single frame takes longer.
+constexpr std::chrono::seconds kSaveInterval(30);
+
+double Milliseconds(Clock::time_point since) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - since).count();
+}
+
+int PickCamera(const Scene& scene, const std::string& name) {
+  for (size_t i = 0; i < scene.cameras.size(); ++i) {
+    if (scene.cameras[i].name == name || std::to_string(i) == name) {
+      return static_cast<int>(i);
+    }
+  }
+  return -1;
+}
+
+Result<Scene> LoadSceneFor(const RenderOptions& options) {
+  Result<Scene> scene = LoadScene(options.text.scene);
+  if (!scene.ok() || options.text.environment.empty()) {
+    return scene;
+  }
+  bool linear = false;
+  Result<Image3> map = ReadImage(options.text.environment, &linear);
+  if (!map.ok()) {
+    return Status(map.status().code(), "--environment: " + map.status().message());
+  }
+  if (!linear) {
+    return Status::InvalidArgument(
+        fmt::format("--environment {} is a display picture, expected radiance as .hdr or .exr",
+                    options.text.environment));
+  }
+  scene->environment.map = std::move(map.value());
+  scene->environment.radiance = vec3(1.0f);
+  return scene;
+}
+
+/// The frames of one run, one after the other, and everything that lives as long as it does.
+class RenderRun {
+ public:
+  RenderRun(const RenderOptions& options, const Scene& scene, int threads)
+      : options_(options),
+        scene_(scene),
+        threads_(threads),
+        fingerprint_(RenderFingerprint(options)),
+        next_frame_(options.frames.first) {}
+
+  Status Run();
+
+ private:
+  Status Prepare();
+  Status Resume();
+  Status FeedVideoAgain();
+  Status RenderOne(int64_t frame, Progress* progress);
+  Status RenderReference(const RenderMoment& moment, Progress* progress, Image3* reference);
+  void Log(const RenderMoment& moment, double render_ms, double denoise_ms);
+  Status SaveState(bool with_history);
+  Status Stop(const Status& reason);
+  Status WriteLog() const;
+  double Work(int64_t frame) const;
+  double WorkBefore(int64_t frame) const;
+  std::string FrameText(int64_t frame) const {
+    return fmt::format("frame {} of {}", frame, options_.frames.last);
+  }
+  void Summarise() const;
+
+  const RenderOptions& options_;
+  const Scene& scene_;
+  int threads_;
+  std::string fingerprint_;
+  int64_t next_frame_;
+  int camera_ = 0;
+  std::unique_ptr<Renderer> renderer_;
+  std::optional<Denoiser> denoiser_;
+  std::unique_ptr<VideoWriter> video_;
+  Frame frame_;
+  DenoisedFrame denoised_;
+  RunLog log_;
+  Clock::time_point last_save_ = Clock::now();
+  int64_t non_finite_ = 0;
+  int64_t bad_guides_ = 0;
+};
+
+/// Samples per pixel that a frame takes, as a measure of the time it will take. Filtering and
+/// writing count as four.
+double RenderRun::Work(int64_t frame) const {
+  return options_.render.spp + 4.0 +
+         (options_.WantsReference(frame) ? options_.text.reference_spp : 0);
+}
+
+double RenderRun::WorkBefore(int64_t frame) const {
+  double work = 0;
+  for (int64_t f = options_.frames.first; f < frame; ++f) {
+    work += Work(f);
+  }
+  return work;
+}
+
+Status RenderRun::Prepare() {
+  const std::string& folder = options_.text.folder;
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error || !std::filesystem::is_directory(folder)) {
+    return Status::Io(fmt::format("cannot make the folder {}: {}", folder,
+                                  error ? error.message() : "a file of that name exists"));
+  }
+  if (!options_.text.camera.empty()) {
+    camera_ = PickCamera(scene_, options_.text.camera);
+    if (camera_ < 0) {
+      std::string names;
+      for (const Camera& camera : scene_.cameras) {
+        names += (names.empty() ? "" : ", ") + camera.name;
+      }
+      return Status::NotFound(
+          fmt::format("--camera is '{}', the scene has: {}", options_.text.camera, names));
+    }
+  }
+  Result<Denoiser> denoiser = Denoiser::Create(options_.denoise);
+  if (!denoiser.ok()) {
+    return denoiser.status();
+  }
+  denoiser_.emplace(std::move(denoiser.value()));
+  STILLRAY_RETURN_IF_ERROR(denoiser_->SetOutputs(options_.outputs));
+  if (options_.text.resume) {
+    STILLRAY_RETURN_IF_ERROR(Resume());
+    if (next_frame_ > options_.frames.last) {
+      return Status::Ok();
+    }
+  } else {
+    RemoveResumeState(folder);
+  }
+  if (options_.mp4) {
+    Result<std::unique_ptr<VideoWriter>> video =
+        VideoWriter::Create((std::filesystem::path(folder) / "denoised.mp4").string(),
+                            options_.render.width, options_.render.height, options_.text.fps);
+    if (!video.ok() &&
+        (options_.text.formats_given || video.status().code() != StatusCode::kUnsupported)) {
+      return video.status();
+    }
+    if (video.ok()) {
+      video_ = std::move(video.value());
+      STILLRAY_RETURN_IF_ERROR(FeedVideoAgain());
+    } else {
+      fmt::print(stderr, "note: no video: {}\n", video.status().message());
+    }
+  }
+  Result<std::unique_ptr<Renderer>> renderer = Renderer::Create(scene_, options_.render);
+  if (!renderer.ok()) {
+    return renderer.status();
+  }
+  renderer_ = std::move(renderer.value());
+  return Status::Ok();
+}
+
+Status RenderRun::Resume() {
+  Result<ResumeState> state = LoadResumeState(options_.text.folder);
+  if (!state.ok() && state.status().code() == StatusCode::kNotFound) {
+    fmt::print(stderr, "note: nothing to resume in {}, starting with frame {}\n",
+               options_.text.folder, next_frame_);
+    return Status::Ok();
+  }
+  if (!state.ok()) {
+    return state.status();
+  }
+  const std::string difference = FingerprintDifference(state->fingerprint, fingerprint_);
+  if (!difference.empty()) {
+    return Status::InvalidArgument(
+        fmt::format("cannot resume {}: {}", ResumePath(options_.text.folder), difference));
+  }
+  if (state->last_frame >= options_.frames.last) {
+    fmt::print(stderr, "all frames are there already\n");
+    next_frame_ = state->last_frame + 1;
+    return Status::Ok();
+  }
+  if (state->history.empty()) {
+    fmt::print(stderr,
+               "note: starting again with frame {}: the run ended at frame {} and kept no "
+               "history\n",
+               next_frame_, state->last_frame);
+    return Status::Ok();
+  }
+  if (options_.mp4 && !options_.png) {
+    fmt::print(stderr,
+               "note: starting again with frame {}: a video can only be resumed where --format has "
+               "png too\n",
+               next_frame_);
+    return Status::Ok();
+  }
+  STILLRAY_RETURN_IF_ERROR(denoiser_->RestoreHistory(state->history));
+  Result<RunLog> log = ParseRunLog(state->log);
+  if (!log.ok()) {
+    return log.status();
+  }
+  log_ = std::move(log.value());
+  next_frame_ = state->last_frame + 1;
+  fmt::print(stderr, "resuming with frame {}\n", next_frame_);
+  return Status::Ok();
+}
+
+/// Encodes the frames that an earlier run finished, from their pictures.
+Status RenderRun::FeedVideoAgain() {
+  const std::string pattern = ViewPattern(options_.text.folder, "denoised", "png");
+  for (int64_t frame = options_.frames.first; frame < next_frame_; ++frame) {
+    const Result<Rgb8Image> picture = ReadPng8(FrameFileName(pattern, frame));
+    if (!picture.ok()) {
+      return picture.status();
+    }
+    STILLRAY_RETURN_IF_ERROR(video_->Write(*picture));
+  }
+  return Status::Ok();
+}
+
+Status RenderRun::RenderReference(const RenderMoment& moment, Progress* progress,
+                                  Image3* reference) {
+  const double before = WorkBefore(moment.frame_index) + options_.render.spp;
+  const int spp = options_.text.reference_spp;
+  return renderer_->RenderReference(moment, spp, reference, [&](double part) {
+    progress->Update(before + part * spp, FrameText(moment.frame_index) + ", reference");
+    return !Interrupted();
+  });
+}
+
+void RenderRun::Log(const RenderMoment& moment, double render_ms, double denoise_ms) {
+  FrameLog entry;
+  entry.frame = moment.frame_index;
+  entry.seconds = moment.seconds;
+  entry.render_ms = render_ms;
+  entry.denoise_ms = denoise_ms;
+  entry.stages = denoised_.timings;
+  log_.frames.push_back(std::move(entry));
+  log_.denoiser_bytes = denoiser_->memory_bytes();
+  log_.renderer_bytes = renderer_->memory_bytes();
+}
+
+Status RenderRun::RenderOne(int64_t number, Progress* progress) {
+  RenderMoment moment;
+  moment.frame_index = number;
+  moment.seconds = options_.Seconds(number);
+  moment.previous_seconds = options_.PreviousSeconds(number);
+  moment.camera = camera_;
+  const Clock::time_point start = Clock::now();
+  STILLRAY_RETURN_IF_ERROR(renderer_->RenderFrame(moment, &frame_, [&](double part) {
+    progress->Update(WorkBefore(number) + part * options_.render.spp, FrameText(number));
+    return !Interrupted();
+  }));
+  const double render_ms = Milliseconds(start);
+  Image3 reference;
+  if (options_.WantsReference(number)) {
+    STILLRAY_RETURN_IF_ERROR(RenderReference(moment, progress, &reference));
+  }
+  const Clock::time_point denoise_start = Clock::now();
+  STILLRAY_RETURN_IF_ERROR(denoiser_->Denoise(frame_, &denoised_));
+  const double denoise_ms = Milliseconds(denoise_start);
+  non_finite_ += denoised_.non_finite + denoised_.negative;
+  bad_guides_ += denoised_.bad_guides;
+  Rgb8Image display;
+  STILLRAY_RETURN_IF_ERROR(WriteFrameFiles(options_, frame_, denoised_,
+                                           reference.empty() ? nullptr : &reference, &display));
+  if (video_) {
+    STILLRAY_RETURN_IF_ERROR(video_->Write(display));
+  }
+  Log(moment, render_ms, denoise_ms);
+  next_frame_ = number + 1;
+  progress->Step(WorkBefore(next_frame_), fmt::format("{}: render {:.0f} ms, denoise {:.0f} ms",
+                                                      FrameText(number), render_ms, denoise_ms));
+  if (Clock::now() - last_save_ > kSaveInterval && number < options_.frames.last) {
+    STILLRAY_RETURN_IF_ERROR(SaveState(true));
+  }
+  return Status::Ok();
+}
+
+Status RenderRun::SaveState(bool with_history) {
+  ResumeState state;
+  state.fingerprint = fingerprint_;
+  state.log = RunLogJson(options_, log_, threads_);
+  state.last_frame = next_frame_ - 1;
+  if (with_history) {
+    state.history = denoiser_->SaveHistory();
+  }
+  last_save_ = Clock::now();
+  return SaveResumeState(options_.text.folder, state);
+}
+
+Status RenderRun::WriteLog() const {
+  const std::string json = RunLogJson(options_, log_, threads_);
+  const std::string path = (std::filesystem::path(options_.text.folder) / "render.json").string();
+  STILLRAY_RETURN_IF_ERROR(WriteFileAtomically(path, json.data(), json.size()));
+  if (options_.text.json_path.empty()) {
+    return Status::Ok();
+  }
+  const std::string copy = options_.text.json_path == "-" ? "/dev/stdout" : options_.text.json_path;
+  return WriteFileAtomically(copy, json.data(), json.size());
+}
+
+void RenderRun::Summarise() const {
+  if (non_finite_ > 0) {
+    fmt::print(stderr, "warning: {} samples were not finite or negative and were left out\n",
+               non_finite_);
+  }
+  if (bad_guides_ > 0) {
+    fmt::print(stderr, "warning: {} pixels had no usable guides and were not filtered\n",
+               bad_guides_);
+  }
+  if (options_.text.timings) {
+    fmt::print("{}", TimingsTable(log_));
+  }
+  fmt::print("{}: frames {} to {}\n", options_.text.folder, options_.frames.first,
+             options_.frames.last);
+}
+
+Status RenderRun::Run() {
+  STILLRAY_RETURN_IF_ERROR(Prepare());
+  if (next_frame_ > options_.frames.last) {
+    return Status::Ok();
+  }
+  {
+    Progress progress(WorkBefore(options_.frames.last + 1), stderr);
+    for (int64_t frame = next_frame_; frame <= options_.frames.last; ++frame) {
+      const Status rendered = RenderOne(frame, &progress);
+      if (!rendered.ok()) {
+        progress.Clear();
+        return Stop(rendered);
+      }
+    }
+  }
+  if (video_) {
+    STILLRAY_RETURN_IF_ERROR(video_->Finish());
+  }
+  STILLRAY_RETURN_IF_ERROR(WriteLog());
+  STILLRAY_RETURN_IF_ERROR(SaveState(false));
+  Summarise();
+  return Status::Ok();
+}
+
+/// Keeps what is done when a frame failed or the user stopped.
+Status RenderRun::Stop(const Status& reason) {
+  const bool cancelled = reason.code() == StatusCode::kCancelled;
+  // A frame that was filtered but could not be written is already in the history.
+  const bool resumable = next_frame_ > options_.frames.first && cancelled;
+  if (resumable) {
+    STILLRAY_RETURN_IF_ERROR(SaveState(true));
+  }
+  if (cancelled) {
+    return Status(
+        StatusCode::kCancelled,
+        fmt::format("stopped; {} of {} frames are finished{}", next_frame_ - options_.frames.first,
+                    options_.frames.count(), resumable ? ", --resume goes on from here" : ""));
+  }
+  return reason;
+}
+
+Status RunRender(const RenderArguments& arguments) {
+  Result<RenderOptions> options = ParseRenderArguments(arguments);
+  if (!options.ok()) {
+    return options.status();
+  }
+  const int available = tbb::info::default_concurrency();
+  const int threads = arguments.threads > 0 ? arguments.threads : available;
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                  static_cast<size_t>(threads));
+  SetExrThreads(threads - 1);
+  CatchInterrupts();
+  const Result<Scene> scene = LoadSceneFor(*options);
+  if (!scene.ok()) {
+    return scene.status();
+  }
+  for (const std::string& warning : scene->warnings) {
+    fmt::print(stderr, "warning: {}\n", warning);
+  }
+  RenderRun run(*options, *scene, threads);
+  return run.Run();
+}
+
+constexpr const char* kExamples = R"(
+Frame N shows the animation at (N - 1) / fps seconds. DIR gets denoised.####.exr/png,
+noisy.####.exr/png, with --reference reference.####.exr/png, denoised.mp4 and render.json.
+
+Examples:
+  stillray render builtin:cornell -o out
+  stillray render kitchen.glb -o out --size 1920x1080 --frames 1-60 --spp 2 --format exr
+  stillray render builtin:lights -o out --preset svgf --set sigma_l=6 --aov temporal,variance
+  stillray render scene.gltf -o out --environment sky.hdr --exposure 1 --tonemap filmic
+  stillray render builtin:spheres -o out --frames 1-32 --reference 1024 --reference-frames 31-32
+  stillray render kitchen.glb -o out --still --frames 1-200 --format png --resume
+)";
+
+}  // namespace
+
+void AddRenderCommand(CLI::App& app, int* exit_code) {
+  CLI::App* command = app.add_subcommand(
+      "render", "Path-trace a scene at few samples per pixel and denoise every frame");
+  command->footer(kExamples);
+  const auto a = std::make_shared<RenderArguments>();
+  command->add_option("scene", a->scene, ".gltf, .glb or builtin:NAME (cornell, spheres, lights)")
+      ->required();
+  command->add_option("-o,--output", a->folder, "Folder for the pictures; made if needed")
+      ->required();
+  command->add_option("--size", a->size, "WIDTHxHEIGHT in pixels")->capture_default_str();
+  command->add_option("--frames", a->frames, "FIRST-LAST, or one frame")->capture_default_str();
+  command->add_option("--fps", a->fps, "Frames per second")->capture_default_str();
+  command->add_flag("--still", a->still,
+                    "Hold scene and camera at the first frame while the noise goes on");
+  command->add_option("--camera", a->camera, "Name or number of the camera; default: the first");
+  command->add_option("--environment", a->environment,
+                      "Light from all around: .hdr or .exr, latitude-longitude");
+  command->add_option("--spp", a->spp, "Paths per pixel and frame")->capture_default_str();
+  command->add_option("--bounces", a->bounces, "Surfaces a path may scatter at after the first")
+      ->capture_default_str();
+  command->add_option("--seed", a->seed, "Of the random numbers")->capture_default_str();
+  command->add_option("--sampler", a->sampler, "sobol or halton16")->capture_default_str();
+  command->add_flag("--regularise", a->regularise,
+                    "Treat surfaces as rougher that a path meets after a rough one: fewer "
+                    "fireflies, dimmer caustics");
+  command->add_flag("--no-jitter", a->no_jitter,
+                    "Always sample the pixels' centres, as presets without antialiasing do");
+  command->add_option("--reference", a->reference_spp,
+                      "Also render converged pictures with this many paths per pixel");
+  command->add_option("--reference-frames", a->reference_frames,
+                      "Only for these frames, such as 30-31,60-61; default: all");
+  command
+      ->add_option("--preset", a->preset,
+                   fmt::format("Denoiser: {}", fmt::join(PresetNames(), ", ")))
+      ->capture_default_str();
+  command
+      ->add_option("--set", a->set,
+                   "A parameter of the denoiser as name=value (docs/parameters.md); repeatable")
+      ->allow_extra_args(false)
+      ->take_all();
+  command->add_option("--exposure", a->exposure, "Stops, for display pictures");
+  command->add_option("--tonemap", a->tonemap,
+                      "Curve of display pictures: linear, reinhard, filmic, aces");
+  command
+      ->add_option("--aov", a->aovs,
+                   "More layers and pictures, such as temporal,variance,history,atrous3,normal")
+      ->allow_extra_args(false)
+      ->take_all();
+  CLI::Option* format =
+      command->add_option("--format", a->formats, "What to write: a list of exr, png, mp4")
+          ->capture_default_str();
+  command->add_flag("--float", a->float_exr, "32-bit EXR files; default: 16-bit (half)");
+  command->add_option("--threads", a->threads, "Default: all processors")
+      ->check(CLI::Range(0, 4096));
+  command->add_flag("--resume", a->resume,
+                    "Go on where an interrupted run with the same settings stopped");
+  command->add_flag("--timings", a->timings, "Print milliseconds per stage, and memory");
+  command->add_option("--json", a->json_path,
+                      "Write settings, times and memory there too (- for standard output)");
+  command->callback([a, format, exit_code] {
+    a->formats_given = format->count() > 0;
+    const Status status = RunRender(*a);
+    *exit_code = status.ok() ? kExitOk : ReportError(status);
+  });
+}
+
+}  // namespace stillray

@@ -1,0 +1,161 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render_files.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+namespace stillray {
+namespace {
+
+/// Depth and motion need more digits than a half has; what a single float per pixel costs is small.
+constexpr PixelType kExact = PixelType::kFloat;
+
+void AddMotionAndDepth(const Guides& guides, ExrImage* image) {
+  if (!guides.motion.empty()) {
+    image->Add("motion.X", kExact, guides.motion[0]);
+    image->Add("motion.Y", kExact, guides.motion[1]);
+  }
+  image->Add("depth.Z", kExact, guides.depth);
+}
+
+void AddGuide(const std::string& name, const Frame& frame, PixelType type, ExrImage* image) {
+  const Guides& g = frame.guides;
+  if (name == "normal") {
+    image->Add("normal.", type, g.normal, true);
+  } else if (name == "albedo") {
+    image->Add("albedo.", type, g.albedo);
+  } else if (name == "specular_albedo") {
+    image->Add("specular_albedo.", type, g.specular_albedo);
+  } else if (name == "id") {
+    image->Add("id.X", g.id);
+  } else if (name == "roughness") {
+    image->Add("roughness.X", type, g.roughness);
+  } else if (name == "emission") {
+    image->Add("emission.", type, frame.emission);
+  } else if (name == "background") {
+    image->Add("background.", type, frame.background);
+  }
+}
+
+void Describe(const RenderOptions& options, const Frame& frame, ExrImage* image) {
+  image->width = frame.width;
+  image->height = frame.height;
+  image->attributes["stillray"] = STILLRAY_VERSION;
+  image->attributes["scene"] = options.text.scene;
+  image->attributes["frame"] = fmt::format("{}", frame.index);
+  image->attributes["jitter"] = fmt::format("{} {}", frame.jitter_x, frame.jitter_y);
+}
+
+Status WritePicture(const RenderOptions& options, const std::string& view, int64_t frame,
+                    const Image3& colour, Rgb8Image* display) {
+  Rgb8Image picture;
+  picture.width = colour.width();
+  picture.height = colour.height();
+  picture.pixels = ToDisplay(colour, options.denoise.exposure, options.denoise.tonemap);
+  Status status;
+  if (options.png) {
+    status = WritePng(FrameFileName(ViewPattern(options.text.folder, view, "png"), frame), picture);
+  }
+  if (display != nullptr) {
+    *display = std::move(picture);
+  }
+  return status;
+}
+
+Status WriteExrFile(const RenderOptions& options, const std::string& view, int64_t frame,
+                    const ExrImage& image) {
+  return WriteExr(FrameFileName(ViewPattern(options.text.folder, view, "exr"), frame), image);
+}
+
+Status WritePlainView(const RenderOptions& options, const Frame& frame, const std::string& view,
+                      const Image3& colour) {
+  if (options.exr) {
+    ExrImage image;
+    Describe(options, frame, &image);
+    image.Add("", options.exr_type, colour);
+    STILLRAY_RETURN_IF_ERROR(WriteExrFile(options, view, frame.index, image));
+  }
+  return WritePicture(options, view, frame.index, colour, nullptr);
+}
+
+}  // namespace
+
+bool IsPictureOutput(const std::string& name) {
+  return name == "temporal" || name == "aliased" || name.rfind("atrous", 0) == 0;
+}
+
+std::string ViewPattern(const std::string& folder, const std::string& view,
+                        const std::string& extension) {
+  return (std::filesystem::path(folder) / fmt::format("{}.####.{}", view, extension)).string();
+}
+
+ExrImage DenoisedExr(const RenderOptions& options, const Frame& frame, const DenoisedFrame& out) {
+  ExrImage image;
+  Describe(options, frame, &image);
+  image.Add("", options.exr_type, out.colour);
+  AddMotionAndDepth(frame.guides, &image);
+  for (const std::string& name : options.guides) {
+    AddGuide(name, frame, options.exr_type, &image);
+  }
+  for (const NamedImage& named : out.images) {
+    const char* letters = named.channels.size() == 3 ? "RGB" : "XYZ";
+    for (size_t c = 0; c < named.channels.size(); ++c) {
+      image.Add(fmt::format("{}.{}", named.name, letters[c]), options.exr_type, named.channels[c]);
+    }
+  }
+  return image;
+}
+
+ExrImage NoisyExr(const RenderOptions& options, const Frame& frame) {
+  ExrImage image;
+  Describe(options, frame, &image);
+  image.Add("", options.exr_type, SumOfLight(frame));
+  for (const Signal& signal : frame.signals) {
+    const std::string name = SignalName(signal.kind);
+    image.Add(name + ".", options.exr_type, signal.radiance);
+    if (!signal.second_moment.empty()) {
+      image.Add(name + ".second_moment.X", kExact, signal.second_moment);
+    }
+  }
+  AddMotionAndDepth(frame.guides, &image);
+  for (const char* name :
+       {"normal", "albedo", "specular_albedo", "id", "roughness", "emission", "background"}) {
+    AddGuide(name, frame, options.exr_type, &image);
+  }
+  if (!frame.samples.empty()) {
+    image.Add("samples.X", options.exr_type, frame.samples);
+  }
+  return image;
+}
+
+Status WriteFrameFiles(const RenderOptions& options, const Frame& frame, const DenoisedFrame& out,
+                       const Image3* reference, Rgb8Image* display) {
+  if (options.exr) {
+    STILLRAY_RETURN_IF_ERROR(WriteExrFile(options, "noisy", frame.index, NoisyExr(options, frame)));
+    STILLRAY_RETURN_IF_ERROR(
+        WriteExrFile(options, "denoised", frame.index, DenoisedExr(options, frame, out)));
+  }
+  if (options.png) {
+    STILLRAY_RETURN_IF_ERROR(
+        WritePicture(options, "noisy", frame.index, SumOfLight(frame), nullptr));
+  }
+  for (const NamedImage& named : out.images) {
+    if (IsPictureOutput(named.name)) {
+      Image3 colour(frame.width, frame.height);
+      for (int c = 0; c < 3; ++c) {
+        colour[c] = named.channels[static_cast<size_t>(c)];
+      }
+      STILLRAY_RETURN_IF_ERROR(WritePlainView(options, frame, named.name, colour));
+    }
+  }
+  if (reference != nullptr) {
+    STILLRAY_RETURN_IF_ERROR(WritePlainView(options, frame, "reference", *reference));
+  }
+  // Last, so that a denoised picture means that the frame is complete.
+  return WritePicture(options, "denoised", frame.index, out.colour, display);
+}
+
+}  // namespace stillray

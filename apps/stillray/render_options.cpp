@@ -1,0 +1,237 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render_options.h"
+
+#include <algorithm>
+#include <charconv>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "render_files.h"
+
+namespace stillray {
+namespace {
+
+constexpr int64_t kLastFrame = 99'999'999;
+constexpr int kLargestSide = 32768;
+/// 16 thousand by 16 thousand: past this the work planes alone need more than 100 GB.
+constexpr int64_t kMostPixels = int64_t{1} << 28;
+
+template <typename T>
+bool ParseWhole(std::string_view text, T* out) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), *out);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+std::vector<std::string> SplitList(std::string_view text) {
+  std::vector<std::string> parts;
+  while (!text.empty()) {
+    const size_t comma = text.find(',');
+    if (comma != 0) {
+      parts.emplace_back(text.substr(0, comma));
+    }
+    text.remove_prefix(comma == std::string_view::npos ? text.size() : comma + 1);
+  }
+  return parts;
+}
+
+Status ParseSize(const std::string& text, RenderSettings* render) {
+  const size_t x = text.find('x');
+  const bool parsed = x != std::string::npos &&
+                      ParseWhole(std::string_view(text).substr(0, x), &render->width) &&
+                      ParseWhole(std::string_view(text).substr(x + 1), &render->height);
+  if (!parsed || render->width < 1 || render->height < 1 || render->width > kLargestSide ||
+      render->height > kLargestSide) {
+    return Status::InvalidArgument(fmt::format(
+        "--size is '{}', expected WIDTHxHEIGHT with 1 to {} pixels a side", text, kLargestSide));
+  }
+  if (int64_t{render->width} * render->height > kMostPixels) {
+    return Status::InvalidArgument(
+        fmt::format("--size is '{}', which is more than {} pixels", text, kMostPixels));
+  }
+  return Status::Ok();
+}
+
+Status ParseRange(const char* option, const std::string& text, FrameRange* range) {
+  const size_t dash = text.find('-');
+  const std::string_view all(text);
+  bool parsed = ParseWhole(all.substr(0, dash), &range->first);
+  range->last = range->first;
+  if (dash != std::string::npos) {
+    parsed = parsed && ParseWhole(all.substr(dash + 1), &range->last);
+  }
+  if (!parsed || range->first < 0 || range->last < range->first || range->last > kLastFrame) {
+    return Status::InvalidArgument(
+        fmt::format("{} is '{}', expected FIRST-LAST or one number, 0 to {}, such as 1-120", option,
+                    text, kLastFrame));
+  }
+  return Status::Ok();
+}
+
+Status ParseFormats(const RenderArguments& arguments, RenderOptions* options) {
+  for (const std::string& name : SplitList(arguments.formats)) {
+    bool* wanted = name == "exr"   ? &options->exr
+                   : name == "png" ? &options->png
+                   : name == "mp4" ? &options->mp4
+                                   : nullptr;
+    if (wanted == nullptr) {
+      return Status::InvalidArgument(
+          fmt::format("--format has '{}', expected a list of exr, png, mp4", name));
+    }
+    *wanted = true;
+  }
+  if (!options->exr && !options->png && !options->mp4) {
+    return Status::InvalidArgument("--format is empty, expected a list of exr, png, mp4");
+  }
+  return Status::Ok();
+}
+
+Status ParseDenoiseSettings(const RenderArguments& arguments, Settings* settings) {
+  Result<Settings> preset = PresetSettings(arguments.preset);
+  if (!preset.ok()) {
+    return Status::InvalidArgument("--preset: " + preset.status().message());
+  }
+  *settings = std::move(preset.value());
+  for (const std::string& assignment : arguments.set) {
+    const size_t equals = assignment.find('=');
+    if (equals == std::string::npos) {
+      return Status::InvalidArgument(fmt::format("--set is '{}', expected name=value", assignment));
+    }
+    const Status set =
+        SetParameter(settings, assignment.substr(0, equals), assignment.substr(equals + 1));
+    if (!set.ok()) {
+      return Status::InvalidArgument("--set: " + set.message());
+    }
+  }
+  if (arguments.exposure) {
+    const Status set = SetParameter(settings, "exposure", fmt::format("{}", *arguments.exposure));
+    if (!set.ok()) {
+      return Status::InvalidArgument("--exposure: " + set.message());
+    }
+  }
+  if (arguments.tonemap) {
+    const Status set = SetParameter(settings, "tonemap", *arguments.tonemap);
+    if (!set.ok()) {
+      return Status::InvalidArgument("--tonemap: " + set.message());
+    }
+  }
+  return ValidateSettings(*settings);
+}
+
+/// Sorts the names of --aov into outputs of the denoiser and guides of the frame.
+Status ParseAovs(const RenderArguments& arguments, RenderOptions* options) {
+  const std::vector<std::string> known = Denoiser::OutputNames(options->denoise);
+  for (const std::string& list : arguments.aovs) {
+    for (const std::string& name : SplitList(list)) {
+      if (std::find(std::begin(kGuideNames), std::end(kGuideNames), name) !=
+          std::end(kGuideNames)) {
+        options->guides.push_back(name);
+        continue;
+      }
+      const size_t before = options->outputs.size();
+      for (const std::string& candidate : known) {
+        if (candidate == name || candidate.substr(0, candidate.find('.')) == name) {
+          options->outputs.push_back(candidate);
+        }
+      }
+      if (options->outputs.size() == before) {
+        return Status::InvalidArgument(fmt::format("--aov has '{}', expected some of {}, {}", name,
+                                                   fmt::join(kGuideNames, ", "),
+                                                   fmt::join(known, ", ")));
+      }
+      if (!options->exr && !IsPictureOutput(name)) {
+        return Status::InvalidArgument(
+            fmt::format("--aov {} is written to EXR files only: add exr to --format", name));
+      }
+    }
+  }
+  return Status::Ok();
+}
+
+Status ParseReference(const RenderArguments& arguments, RenderOptions* options) {
+  if (arguments.reference_frames.empty()) {
+    if (arguments.reference_spp > 0) {
+      options->reference_frames.push_back(options->frames);
+    }
+    return Status::Ok();
+  }
+  if (arguments.reference_spp <= 0) {
+    return Status::InvalidArgument("--reference-frames needs --reference SPP");
+  }
+  for (const std::string& part : SplitList(arguments.reference_frames)) {
+    FrameRange range;
+    STILLRAY_RETURN_IF_ERROR(ParseRange("--reference-frames", part, &range));
+    options->reference_frames.push_back(range);
+  }
+  return Status::Ok();
+}
+
+Status ParseRenderSettings(const RenderArguments& arguments, RenderOptions* options) {
+  RenderSettings& render = options->render;
+  STILLRAY_RETURN_IF_ERROR(ParseSize(arguments.size, &render));
+  render.spp = arguments.spp;
+  render.bounces = arguments.bounces;
+  render.seed = arguments.seed;
+  render.regularise = arguments.regularise;
+  // Without antialiasing in time a moving sample point would only make edges shake.
+  render.jitter = !arguments.no_jitter && options->denoise.antialias != Antialias::kOff;
+  if (arguments.sampler == "sobol") {
+    render.sampler = SamplerKind::kSobol;
+  } else if (arguments.sampler == "halton16") {
+    render.sampler = SamplerKind::kHalton16;
+  } else {
+    return Status::InvalidArgument(
+        fmt::format("--sampler is '{}', expected sobol or halton16", arguments.sampler));
+  }
+  return Status::Ok();
+}
+
+}  // namespace
+
+bool RenderOptions::WantsReference(int64_t frame) const {
+  return std::any_of(reference_frames.begin(), reference_frames.end(),
+                     [&](const FrameRange& range) { return range.Contains(frame); });
+}
+
+double RenderOptions::Seconds(int64_t frame) const {
+  return static_cast<double>((text.still ? frames.first : frame) - 1) / text.fps;
+}
+
+double RenderOptions::PreviousSeconds(int64_t frame) const {
+  return text.still ? Seconds(frame) : Seconds(frame - 1);
+}
+
+Result<RenderOptions> ParseRenderArguments(const RenderArguments& arguments) {
+  RenderOptions options;
+  options.text = arguments;
+  STILLRAY_RETURN_IF_ERROR(ParseRange("--frames", arguments.frames, &options.frames));
+  STILLRAY_RETURN_IF_ERROR(ParseDenoiseSettings(arguments, &options.denoise));
+  STILLRAY_RETURN_IF_ERROR(ParseRenderSettings(arguments, &options));
+  STILLRAY_RETURN_IF_ERROR(ParseFormats(arguments, &options));
+  STILLRAY_RETURN_IF_ERROR(ParseAovs(arguments, &options));
+  STILLRAY_RETURN_IF_ERROR(ParseReference(arguments, &options));
+  if (!(arguments.fps > 0 && arguments.fps <= 1000)) {
+    return Status::InvalidArgument(
+        fmt::format("--fps is {}, expected more than 0 and at most 1000", arguments.fps));
+  }
+  options.exr_type = arguments.float_exr ? PixelType::kFloat : PixelType::kHalf;
+  return options;
+}
+
+std::string RenderFingerprint(const RenderOptions& options) {
+  const RenderArguments& a = options.text;
+  std::string text = fmt::format(
+      "scene {}\nframes from {}\nsize {}\nfps {}\nspp {}\nbounces {}\nseed {}\nsampler {}\n"
+      "environment {}\ncamera {}\nreference {}\nreference-frames {}\naov {}\nformat {}\n"
+      "float {}\nstill {}\nregularise {}\njitter {}\n",
+      a.scene, options.frames.first, a.size, a.fps, a.spp, a.bounces, a.seed, a.sampler,
+      a.environment, a.camera, a.reference_spp, a.reference_frames, fmt::join(a.aovs, ","),
+      a.formats, a.float_exr, a.still, a.regularise, options.render.jitter);
+  for (const Parameter& p : Parameters()) {
+    text += fmt::format("{} {}\n", p.name, GetParameter(options.denoise, p.name).value());
+  }
+  return text;
+}
+
+}  // namespace stillray

@@ -1,0 +1,87 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The command line of `stillray render`, checked before any work begins.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "stillray/denoise.hpp"
+#include "stillray/io.h"
+#include "stillray/render.h"
+
+namespace stillray {
+
+/// Text as the user gave it.
+struct RenderArguments {
+  std::string scene;
+  std::string folder;
+  std::string size = "1280x720";
+  std::string frames = "1-120";
+  double fps = 30;
+  int spp = 1;
+  int bounces = 4;
+  std::string preset = "default";
+  std::vector<std::string> set;
+  uint64_t seed = 0;
+  std::string sampler = "sobol";
+  std::string environment;
+  std::string camera;
+  int reference_spp = 0;
+  std::string reference_frames;
+  std::vector<std::string> aovs;
+  std::string formats = "exr,png,mp4";
+  bool formats_given = false;
+  bool float_exr = false;
+  std::optional<double> exposure;
+  std::optional<std::string> tonemap;
+  bool still = false;
+  bool regularise = false;
+  bool no_jitter = false;
+  int threads = 0;
+  bool resume = false;
+  bool timings = false;
+  std::string json_path;
+};
+
+/// Inclusive range of frame numbers. Frame 1 shows the beginning of the animation.
+struct FrameRange {
+  int64_t first = 1;
+  int64_t last = 120;
+  int64_t count() const { return last - first + 1; }
+  bool Contains(int64_t frame) const { return frame >= first && frame <= last; }
+};
+
+/// The same, understood.
+struct RenderOptions {
+  RenderArguments text;
+  FrameRange frames;
+  std::vector<FrameRange> reference_frames;
+  RenderSettings render;
+  Settings denoise;
+  PixelType exr_type = PixelType::kHalf;
+  bool exr = false;
+  bool png = false;
+  bool mp4 = false;
+  std::vector<std::string> outputs;  ///< of the denoiser, by full name
+  std::vector<std::string> guides;   ///< of the frame, beside motion and depth
+
+  bool WantsReference(int64_t frame) const;
+  /// The moment that a frame shows.
+  double Seconds(int64_t frame) const;
+  double PreviousSeconds(int64_t frame) const;
+};
+
+/// \return kInvalidArgument naming the option, what it is and what was expected
+Result<RenderOptions> ParseRenderArguments(const RenderArguments& arguments);
+
+/// Everything that decides what the pictures look like, one "name value" a line: runs with the same
+/// text make the same bits.
+std::string RenderFingerprint(const RenderOptions& options);
+
+}  // namespace stillray

@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What a run took and was made with: render.json (docs/report.md) and the table of --timings.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "render_options.h"
+#include "stillray/denoise.hpp"
+
+namespace stillray {
+
+struct FrameLog {
+  int64_t frame = 0;
+  double seconds = 0;
+  double render_ms = 0;
+  double denoise_ms = 0;
+  std::vector<StageTime> stages;  ///< of renderer and denoiser
+};
+
+struct RunLog {
+  std::vector<FrameLog> frames;
+  size_t denoiser_bytes = 0;
+  size_t renderer_bytes = 0;
+};
+
+/// The text of render.json.
+std::string RunLogJson(const RenderOptions& options, const RunLog& log, int threads);
+
+/// The frames of a render.json that RunLogJson made.
+/// \return kBadData
+Result<RunLog> ParseRunLog(const std::string& json);
+
+/// Median milliseconds of each stage over the frames, and memory, as a table.
+std::string TimingsTable(const RunLog& log);
+
+}  // namespace stillray
