@@ -59,24 +59,26 @@ vec4 SampleTexture(const Texture& texture, vec2 uv, TexelEncoding encoding) {
   const DecodeTable& rgb = TableOf(encoding);
   const float x = SafeCoordinate(uv.x * static_cast<float>(texture.width));
   const float y = SafeCoordinate(uv.y * static_cast<float>(texture.height));
+  const auto column = [&](int i) { return WrapTexel(i, texture.width, texture.wrap_u); };
+  const auto row = [&](int i) { return WrapTexel(i, texture.height, texture.wrap_v); };
   const auto texel = [&](int tx, int ty) {
-    const int wx = WrapTexel(tx, texture.width, texture.wrap_u);
-    const int wy = WrapTexel(ty, texture.height, texture.wrap_v);
     const size_t offset =
-        static_cast<size_t>(wy) * static_cast<size_t>(texture.width) + static_cast<size_t>(wx);
+        static_cast<size_t>(ty) * static_cast<size_t>(texture.width) + static_cast<size_t>(tx);
     return Decode(texture.texels.data() + 4 * offset, rgb);
   };
   if (texture.nearest) {
-    return texel(static_cast<int>(std::floor(x)), static_cast<int>(std::floor(y)));
+    return texel(column(static_cast<int>(std::floor(x))), row(static_cast<int>(std::floor(y))));
   }
   const float left = std::floor(x - 0.5f);
   const float top = std::floor(y - 0.5f);
   const float fx = x - 0.5f - left;
   const float fy = y - 0.5f - top;
-  const int x0 = static_cast<int>(left);
-  const int y0 = static_cast<int>(top);
-  const vec4 upper = texel(x0, y0) * (1.0f - fx) + texel(x0 + 1, y0) * fx;
-  const vec4 lower = texel(x0, y0 + 1) * (1.0f - fx) + texel(x0 + 1, y0 + 1) * fx;
+  const int x0 = column(static_cast<int>(left));
+  const int x1 = column(static_cast<int>(left) + 1);
+  const int y0 = row(static_cast<int>(top));
+  const int y1 = row(static_cast<int>(top) + 1);
+  const vec4 upper = texel(x0, y0) * (1.0f - fx) + texel(x1, y0) * fx;
+  const vec4 lower = texel(x0, y1) * (1.0f - fx) + texel(x1, y1) * fx;
   return upper * (1.0f - fy) + lower * fy;
 }
 
