@@ -65,7 +65,7 @@ void AddThings(Scene* scene) {
 
 /// A dim panel under the ceiling, so that shadows are not black.
 void AddFillLight(Scene* scene) {
-  const int panel = AddLightMaterial(scene, "panel", vec3(1.3f, 1.5f, 1.8f));
+  const int panel = AddLightMaterial(scene, "panel", vec3(0.55f, 0.65f, 0.80f));
   AddObject(scene, "panel",
             MakeQuad(vec3(-1.0f, kHeight - 0.002f, -0.5f), vec3(2.0f, 0.0f, 0.0f),
                      vec3(0.0f, 0.0f, 1.2f), vec2(1.0f), panel),
@@ -73,12 +73,12 @@ void AddFillLight(Scene* scene) {
 }
 
 void AddMovingLamp(Scene* scene) {
-  const int glow = AddLightMaterial(scene, "lamp", vec3(420.0f, 330.0f, 215.0f));
+  const int glow = AddLightMaterial(scene, "lamp", vec3(900.0f, 730.0f, 500.0f));
   const int lamp = AddObject(scene, "lamp", MakeSphere(0.07f, 16, 8, glow), vec3(0.0f));
   Animate(scene, lamp, [](float t) {
     Transform pose;
     pose.translation =
-        vec3(glm::mix(-1.1f, 1.1f, t), 1.75f + 0.25f * std::sin(3.14159265f * t), 0.55f);
+        vec3(glm::mix(-1.1f, 1.1f, t), 2.3f + 0.2f * std::sin(3.14159265f * t), 0.55f);
     return pose;
   });
 }
@@ -87,14 +87,14 @@ void AddMovingLamp(Scene* scene) {
 void AddSlats(Scene* scene) {
   constexpr int kSlats = 6;
   constexpr float kGap = 0.24f;
-  const int paint = AddMaterial(scene, "slats", vec3(0.30f, 0.31f, 0.30f), 0.0f, 0.6f);
+  const int paint = AddMaterial(scene, "slats", vec3(0.16f, 0.11f, 0.08f), 0.0f, 0.6f);
   const int rail =
       AddObject(scene, "rail", MakeBox(vec3(kGap * kSlats, 0.05f, 0.05f), 1.0f, paint), vec3(0.0f));
   for (int i = 0; i < kSlats; ++i) {
     const float x = (static_cast<float>(i) - 0.5f * (kSlats - 1)) * kGap;
     const int slat =
         AddObject(scene, fmt::format("slat {}", i + 1),
-                  MakeBox(vec3(0.09f, 1.35f, 0.02f), 1.0f, paint), vec3(x, -1.35f, 0.0f));
+                  MakeBox(vec3(0.12f, 1.35f, 0.02f), 1.0f, paint), vec3(x, -1.35f, 0.0f));
     scene->nodes[static_cast<size_t>(slat)].parent = rail;
   }
   Animate(scene, rail, [](float t) {

@@ -24,10 +24,10 @@ constexpr float kSpacing = 1.1f;
 /// Radiance of the sky in a direction of unit length. The sun is a disc of 9 degrees radius with a
 /// soft edge: a real one would be two thousand times as bright and as hard to sample.
 vec3 SkyRadiance(vec3 direction) {
-  const vec3 zenith(0.16f, 0.30f, 0.62f);
-  const vec3 horizon(0.62f, 0.72f, 0.82f);
+  const vec3 zenith(0.24f, 0.42f, 0.80f);
+  const vec3 horizon(0.85f, 0.95f, 1.05f);
   const vec3 ground(0.22f, 0.20f, 0.18f);
-  const vec3 sun_radiance(34.0f, 29.0f, 22.0f);
+  const vec3 sun_radiance(78.0f, 66.0f, 50.0f);
   static const vec3 sun_direction = glm::normalize(vec3(-0.65f, 0.75f, 0.55f));
   constexpr float kSunRadius = 9.0f * kPi / 180.0f;
   constexpr float kSunEdge = 4.0f * kPi / 180.0f;
@@ -125,8 +125,8 @@ Scene MakeSpheresScene() {
   constexpr float kFieldOfView = 0.61f;
   AddAnimatedCamera(&scene, kFieldOfView, [](float t) {
     const vec3 target(0.0f, 0.35f, 0.1f);
-    const float angle = glm::mix(-0.17f, 0.17f, t);
-    const float distance = glm::mix(7.6f, 7.0f, t);
+    const float angle = glm::mix(-0.07f, 0.07f, t);
+    const float distance = glm::mix(6.5f, 6.25f, t);
     const vec3 offset(std::sin(angle) * distance, 0.42f * distance, std::cos(angle) * distance);
     return LookAt(target + offset, target);
   });

@@ -191,10 +191,10 @@ void MakeTriangles(Primitive* primitive, std::vector<uint32_t>* indices) {
   std::vector<uint32_t> triangles;
   const std::vector<uint32_t>& p = *indices;
   for (size_t i = 0; i + 2 < p.size(); ++i) {
-    if (primitive->mode == kTriangleFan) {
-      triangles.insert(triangles.end(), {p[i + 1], p[i + 2], p[0]});
-    } else {
+    if (primitive->mode == kTriangleStrip) {
       triangles.insert(triangles.end(), {p[i], p[i + 1 + i % 2], p[i + 2 - i % 2]});
+    } else {
+      triangles.insert(triangles.end(), {p[i + 1], p[i + 2], p[0]});
     }
   }
   *indices = std::move(triangles);
