@@ -11,6 +11,9 @@ const kShapes = {
   denoise: "diamond",
 };
 
+// Rows of one column of the parameters' table: about as many as there are other settings.
+const kParameterRows = 18;
+
 const kSourceLabels = {
   linear: "linear radiance (EXR)",
   display: "display values (PNG)",
@@ -76,7 +79,7 @@ function showSummary(data) {
   const parts = [`${data.width} \u00d7 ${data.height} pixels`,
                  `${count} frame${count > 1 ? "s" : ""}`];
   const known = [
-    ["fps", (v) => `${v} frames per second`],
+    ["fps", (v) => `${Number(v)} frames per second`],
     ["spp", (v) => `${v} sample${v === "1" ? "" : "s"} per pixel`],
     ["bounces", (v) => `${v} bounces`],
     ["sampler", (v) => `sampler ${v}`],
@@ -246,11 +249,17 @@ function pairsTable(title, pairs) {
 function showSettings(data) {
   const memory = data.memory.map(
       ([name, bytes]) => [name.replace(/_bytes$/, ""), formatBytes(bytes)]);
-  const tables = [["Rendering", data.settings], ["Denoiser parameters", data.parameters],
-                  ["Memory", memory]];
-  for (const [title, pairs] of tables) {
-    if (pairs.length > 0) {
-      byId("settings").append(pairsTable(title, pairs));
+  const parameters = [];
+  for (let i = 0; i < data.parameters.length; i += kParameterRows) {
+    const title = i === 0 ? "Denoiser parameters" : "Denoiser parameters, continued";
+    parameters.push([[title, data.parameters.slice(i, i + kParameterRows)]]);
+  }
+  // One column each.
+  for (const column of [[["Rendering", data.settings], ["Memory", memory]], ...parameters]) {
+    const tables = column.filter(([, pairs]) => pairs.length > 0);
+    if (tables.length > 0) {
+      byId("settings").append(
+          make("div", {}, ...tables.map(([title, pairs]) => pairsTable(title, pairs))));
       byId("settings-section").hidden = false;
     }
   }

@@ -3,6 +3,8 @@
 #include "quality/report_times.h"
 
 #include <algorithm>
+#include <iterator>
+#include <list>
 #include <map>
 #include <numeric>
 
@@ -29,7 +31,7 @@ std::optional<StepTimes> Summarise(const std::string& name, std::vector<double> 
 }  // namespace
 
 TimeTable MakeTimeTable(const std::vector<RenderLogFrame>& frames) {
-  std::vector<std::string> order;
+  std::list<std::string> order;
   std::map<std::string, std::vector<double>> stages;
   std::vector<double> render;
   std::vector<double> denoise;
@@ -40,10 +42,14 @@ TimeTable MakeTimeTable(const std::vector<RenderLogFrame>& frames) {
     if (frame.denoise_ms) {
       denoise.push_back(*frame.denoise_ms);
     }
+    auto previous = order.end();
     for (const auto& [stage, ms] : frame.stages_ms) {
       std::vector<double>& values = stages[stage];
       if (values.empty()) {
-        order.push_back(stage);
+        const auto after = previous == order.end() ? order.begin() : std::next(previous);
+        previous = order.insert(after, stage);
+      } else {
+        previous = std::find(order.begin(), order.end(), stage);
       }
       values.push_back(ms);
     }

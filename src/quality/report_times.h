@@ -24,7 +24,9 @@ struct StepTimes {
 };
 
 struct TimeTable {
-  std::vector<StepTimes> stages;  ///< in the order in which the first frame lists them
+  /// In the order in which the frames list them; a stage that is missing in the first frame (for
+  /// want of a history) stands behind the one that it follows later.
+  std::vector<StepTimes> stages;
   std::optional<StepTimes> render;
   std::optional<StepTimes> denoise;
 };

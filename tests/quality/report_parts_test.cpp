@@ -161,6 +161,17 @@ TEST(TimeTable, MedianRangeAndShare) {
   EXPECT_FALSE(table.render.has_value());
 }
 
+TEST(TimeTable, StagesThatComeLaterStandWhereTheyRun) {
+  std::vector<RenderLogFrame> frames(2);
+  frames[0].stages_ms = {{"b", 1.0}, {"d", 1.0}};
+  frames[1].stages_ms = {{"a", 1.0}, {"b", 1.0}, {"c", 1.0}, {"d", 1.0}, {"e", 1.0}};
+  std::string order;
+  for (const StepTimes& stage : MakeTimeTable(frames).stages) {
+    order += stage.name;
+  }
+  EXPECT_EQ(order, "abcde");
+}
+
 TEST(TimeTable, StagesThatTakeNoTimeHaveNoShare) {
   std::vector<RenderLogFrame> frames(1);
   frames[0].stages_ms = {{"nothing", 0.0}};
