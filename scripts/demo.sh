@@ -1,0 +1,27 @@
+#!/bin/bash
+# SPDX-FileCopyrightText: the stillray developers
+# SPDX-License-Identifier: Apache-2.0
+#
+# From a bare Debian 12 to clean pictures: installs, builds, renders a built-in scene at one sample
+# per pixel, denoises it, and compares the last frames with converged ones. Needs root or sudo.
+#   scripts/demo.sh [FOLDER]     default: out/demo
+set -euo pipefail
+cd "$(dirname "$0")/.."
+out="${1:-out/demo}"
+
+scripts/install_packages.sh build
+cmake -S . -B build -G Ninja -DSTILLRAY_BUILD_TESTS=OFF >/dev/null
+cmake --build build --target stillray
+
+stillray=build/apps/stillray/stillray
+"$stillray" render builtin:cornell -o "$out" --size 640x360 --frames 1-60 --aov temporal \
+  --reference 512 --reference-frames 59-60 --timings
+"$stillray" compare "$out/denoised.####.exr" "$out/reference.####.exr"
+"$stillray" report "$out"
+
+echo
+echo "noisy:      $out/noisy.0060.png"
+echo "denoised:   $out/denoised.0060.png"
+echo "converged:  $out/reference.0060.png"
+echo "video:      $out/denoised.mp4"
+echo "all side by side, in a browser: $out/report.html"

@@ -1,0 +1,42 @@
+#!/bin/bash
+# SPDX-FileCopyrightText: the stillray developers
+# SPDX-License-Identifier: Apache-2.0
+#
+# Installs what stillray needs on Debian 12 or newer, as root or through sudo.
+#   scripts/install_packages.sh build    compilers and libraries
+#   scripts/install_packages.sh test     also what only the tests and checks use
+set -euo pipefail
+
+build_packages=(
+  build-essential cmake ninja-build pkg-config
+  libcli11-dev libembree-dev libfmt-dev libglm-dev libhwy-dev libopenexr-dev libspng-dev libstb-dev
+  libtbb-dev libtinygltf-dev libwebp-dev nlohmann-json3-dev
+  ffmpeg
+)
+test_packages=(
+  libgtest-dev libgmock-dev python3 chromium chromium-driver
+  clang clang-format libclang-rt-14-dev
+)
+
+case "${1:-}" in
+  build) wanted=("${build_packages[@]}") ;;
+  test) wanted=("${build_packages[@]}" "${test_packages[@]}") ;;
+  *) sed -n 's/^# \?//; 5,7p' "$0" >&2; exit 2 ;;
+esac
+
+missing=()
+for package in "${wanted[@]}"; do
+  dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q '^install ok installed$' ||
+    missing+=("$package")
+done
+[ "${#missing[@]}" -eq 0 ] && exit 0
+
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+  command -v sudo >/dev/null || { echo "error: these packages are missing, and neither root nor sudo is here: ${missing[*]}" >&2; exit 2; }
+  as_root=(sudo)
+fi
+echo "installing: ${missing[*]}"
+"${as_root[@]}" apt-get update -qq
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+  apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null

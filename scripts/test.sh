@@ -1,0 +1,14 @@
+#!/bin/bash
+# SPDX-FileCopyrightText: the stillray developers
+# SPDX-License-Identifier: Apache-2.0
+#
+# From a bare Debian 12: installs, builds everything and runs every test. Needs root or sudo for
+# what is missing.
+#   scripts/test.sh [ctest arguments, such as -R denoise or -L fast]
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+scripts/install_packages.sh test
+cmake -S . -B build -G Ninja -DSTILLRAY_BUILD_TESTS=ON >/dev/null
+cmake --build build
+ctest --test-dir build --output-on-failure --no-tests=error -j "$(nproc)" "$@"
