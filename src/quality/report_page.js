@@ -11,7 +11,7 @@ const kShapes = {
   denoise: "diamond",
 };
 
-// Rows of one column of the parameters' table: about as many as there are other settings.
+// Least number of rows after which the parameters' table goes on in a second column.
 const kParameterRows = 18;
 
 const kSourceLabels = {
@@ -250,9 +250,10 @@ function showSettings(data) {
   const memory = data.memory.map(
       ([name, bytes]) => [name.replace(/_bytes$/, ""), formatBytes(bytes)]);
   const parameters = [];
-  for (let i = 0; i < data.parameters.length; i += kParameterRows) {
+  const rows = Math.max(kParameterRows, Math.ceil(data.parameters.length / 2));
+  for (let i = 0; i < data.parameters.length; i += rows) {
     const title = i === 0 ? "Denoiser parameters" : "Denoiser parameters, continued";
-    parameters.push([[title, data.parameters.slice(i, i + kParameterRows)]]);
+    parameters.push([[title, data.parameters.slice(i, i + rows)]]);
   }
   // One column each.
   for (const column of [[["Rendering", data.settings], ["Memory", memory]], ...parameters]) {
