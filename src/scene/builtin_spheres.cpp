@@ -111,8 +111,8 @@ Scene MakeSpheresScene() {
   scene.environment = MakeSky();
   const int tiles =
       AddTexturedMaterial(&scene,
-                          MakeTiles("ground", 1024, 8, vec3(0.50f, 0.47f, 0.42f),
-                                    vec3(0.27f, 0.27f, 0.28f), vec3(0.12f, 0.11f, 0.10f), 23),
+                          MakeTiles("ground", 1024, 8, vec3(0.46f, 0.42f, 0.36f),
+                                    vec3(0.20f, 0.20f, 0.21f), vec3(0.12f, 0.11f, 0.10f), 23),
                           0.6f);
   constexpr float kGroundHalf = 40.0f;
   constexpr float kMetresPerTexture = 4.0f;
