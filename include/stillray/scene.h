@@ -173,7 +173,14 @@ struct Aabb {
 /// Bounds of all instances at `seconds`.
 Aabb SceneBounds(const Scene& scene, double seconds);
 
-/// Reads a .gltf or .glb file with everything that it refers to.
+/// Reads a .gltf or .glb file with everything that it refers to. Extensions that it knows:
+/// KHR_lights_punctual, KHR_materials_emissive_strength, _ior, _transmission, _unlit (as emission),
+/// _volume, KHR_mesh_quantization, KHR_texture_transform, EXT_texture_webp. Also
+/// scenes[i].extras.environment = {"type": "constant", "radiance": [r, g, b]}. All animations are
+/// merged. A file without a camera gets one that sees everything, one without any light gets
+/// surroundings of radiance 1; both, like all that is left out or mended, are told in
+/// Scene::warnings. Textures are at most 16384 texels wide and high. Nodes may mirror (negative
+/// determinant): front faces are then the clockwise ones, as glTF 2.0 (3.7.4) says.
 /// \return kNotFound, kBadData (message names the file, the element and what is wrong with it) or
 ///         kUnsupported (a required extension that stillray lacks, by name)
 Result<Scene> LoadGltf(const std::string& path);
