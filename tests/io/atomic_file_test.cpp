@@ -200,6 +200,21 @@ TEST(ReadWholeFile, RefusesWhatIsTooLarge) {
   EXPECT_EQ(ReadWholeFile("/dev/zero", 100000).status().code(), StatusCode::kUnsupported);
 }
 
+TEST(ReadWholeFile, BoundsPipesToo) {
+  const auto read_five = [](size_t max_size) {
+    int ends[2];
+    EXPECT_EQ(::pipe(ends), 0);
+    EXPECT_EQ(::write(ends[1], "12345", 5), 5);
+    ::close(ends[1]);
+    Result<std::string> read = ReadWholeFile("/dev/fd/" + std::to_string(ends[0]), max_size);
+    ::close(ends[0]);
+    return read;
+  };
+  EXPECT_EQ(read_five(4).status().code(), StatusCode::kUnsupported);
+  ASSERT_TRUE(read_five(5).ok());
+  EXPECT_EQ(read_five(5).value(), "12345");
+}
+
 TEST(ReadWholeFile, NamesWhatIsMissing) {
   const TempFolder folder;
   const Result<std::string> read = ReadWholeFile(folder.Path("none"), 10);

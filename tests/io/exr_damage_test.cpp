@@ -95,11 +95,12 @@ TEST(ExrDamage, HugeWindowsAreRefusedBeforeMemoryIsTaken) {
 
 TEST(ExrDamage, ClaimsBeyondTheBytesAreRefused) {
   const std::string whole = SmallExr(ExrCompression::kNone);
-  const std::vector<int32_t> window = {0, 0, 3999, 3999};
+  // Wider only: the table of lines stays right, and nothing but the size is wrong.
+  const std::vector<int32_t> window = {0, 0, 32767, 39};
   const Result<ExrImage> image = Decode(WithAttribute(
       WithAttribute(whole, "dataWindow", "box2i", window), "displayWindow", "box2i", window));
   EXPECT_EQ(image.status().code(), StatusCode::kBadData);
-  EXPECT_THAT(image.status().message(), AnyOf(HasSubstr("cannot hold"), HasSubstr("damaged")));
+  EXPECT_THAT(image.status().message(), HasSubstr("cannot hold"));
 }
 
 TEST(ExrDamage, DisplayWindowAloneCannotTakeAllMemory) {

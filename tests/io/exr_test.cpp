@@ -303,6 +303,14 @@ TEST(ExrColour, ThenGrey) {
   }
 }
 
+TEST(ExrColour, NamesFromFilesCannotSteerTheTerminal) {
+  ExrImage image;
+  image.width = 8;
+  image.height = 4;
+  image.Add("a\x1b[2J\nb", PixelType::kFloat, HalfExact(8, 4, 10));
+  EXPECT_THAT(ExrColour(image, "a.exr").status().message(), HasSubstr("a [2J b"));
+}
+
 TEST(ExrColour, SaysWhatThereIsWhereNothingIsClear) {
   ExrImage image;
   image.width = 8;
