@@ -360,8 +360,17 @@ void Tracer::Shade(int path_index, const Hit& hit) {
     const FirstSurface& first = first_[path.pixel];
     return ScatterAt(&path, first.surface, first.bsdf, direction, u);
   }
+  // At the end of the path only light itself counts, or what lies behind smooth glass.
+  const Material& material = *context_.state.instance(hit.instance).material;
+  const bool at_end = path.bounces >= context_.settings.bounces && material.transmission <= 0.0f;
+  if (at_end && !material.emits()) {
+    return;
+  }
   const Surface surface = MakeSurface(context_.state, hit, direction);
   MeetLight(path, hit, surface, direction);
+  if (at_end) {
+    return;
+  }
   const float min_alpha = context_.settings.regularise ? kRegularisation * path.roughest : 0.0f;
   const Bsdf bsdf = context_.bsdfs.Make(surface, min_alpha > kSmoothAlpha ? min_alpha : 0.0f);
   ScatterAt(&path, surface, bsdf, direction, u);
