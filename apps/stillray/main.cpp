@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
+#include <csignal>
 #include <cstdio>
 #include <string>
 
@@ -45,6 +46,8 @@ int Main(int argc, char** argv) {
 }  // namespace stillray
 
 int main(int argc, char** argv) {
+  // A write past a limit on file sizes then fails with a message instead of ending the program.
+  std::signal(SIGXFSZ, SIG_IGN);
   try {
     return stillray::Main(argc, argv);
   } catch (const std::bad_alloc&) {

@@ -76,6 +76,7 @@ Status WritePlainView(const RenderOptions& options, const Frame& frame, const st
     ExrImage image;
     Describe(options, frame, &image);
     image.Add("", options.exr_type, colour);
+    AddMotionAndDepth(frame.guides, &image);
     STILLRAY_RETURN_IF_ERROR(WriteExrFile(options, view, frame.index, image));
   }
   return WritePicture(options, view, frame.index, colour, nullptr);

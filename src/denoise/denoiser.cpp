@@ -457,7 +457,6 @@ void Denoiser::Impl::RunAntialias() {
   } else {
     AntialiasParameters p;
     p.alpha = settings.taa_alpha;
-    p.mean = MeanLuminance(picture);
     stages->antialias(picture, state.picture, frame->guides.motion, state.guides, p, &scratch);
     std::swap(state.picture, scratch);
   }

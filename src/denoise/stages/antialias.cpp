@@ -41,7 +41,6 @@ void AntialiasRows(const Image3& colour, const Image3& previous, const Image2& m
                    Image3* out) {
   const DF d;
   const DI di;
-  const VF one = hn::Set(d, 1.0f);
   const int width = colour.width();
   const int height = colour.height();
   const VI stride = hn::Set(di, static_cast<int>(previous[0].stride()));
@@ -109,16 +108,9 @@ void AntialiasRows(const Image3& colour, const Image3& previous, const Image2& m
       for (int c = 0; c < 3; ++c) {
         before[c] = hn::Min(hn::Max(before[c], low[c]), high[c]);
       }
-      const VF inverse_mean = hn::Set(d, 1.0f / p.mean);
-      const VF l_now = Luminance(now[0], now[1], now[2], false);
-      const VF l_before = Luminance(before[0], before[1], before[2], false);
-      const VF weight_now = hn::Div(hn::Set(d, p.alpha), hn::MulAdd(l_now, inverse_mean, one));
-      const VF weight_before =
-          hn::Div(hn::Set(d, 1.0f - p.alpha), hn::MulAdd(l_before, inverse_mean, one));
-      const VF scale = hn::Div(one, hn::Add(weight_now, weight_before));
+      const VF alpha = hn::Set(d, p.alpha);
       for (int c = 0; c < 3; ++c) {
-        const VF blend =
-            hn::Mul(hn::MulAdd(now[c], weight_now, hn::Mul(before[c], weight_before)), scale);
+        const VF blend = hn::MulAdd(alpha, hn::Sub(now[c], before[c]), before[c]);
         StoreInRow(d, hn::IfThenElse(inside, blend, now[c]), (*out)[c].Row(y), x, width);
       }
     }

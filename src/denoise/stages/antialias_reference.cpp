@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/colour.h"
+#include "core/shared.h"
 #include "denoise/stages/antialias.h"
 #include "denoise/stages/antialias_shared.h"
 
@@ -74,9 +74,7 @@ void Antialias(const Image3& colour, const Image3& previous, const Image2& motio
           }
         }
         const vec3 before = min(max(SampleCatmullRom(previous, place), low), high);
-        const float weight_now = p.alpha / (1.0f + Luminance709(now) / p.mean);
-        const float weight_before = (1.0f - p.alpha) / (1.0f + Luminance709(before) / p.mean);
-        result = (now * weight_now + before * weight_before) / (weight_now + weight_before);
+        result = before + p.alpha * (now - before);
       }
       for (int c = 0; c < 3; ++c) {
         (*out)[c](x, y) = result[c];
