@@ -65,7 +65,8 @@ using RenderProgress = std::function<bool(double fraction)>;
 class Renderer {
  public:
   /// Builds the BVH and the light tables. `scene` must outlive the renderer and stay as it is.
-  /// \return kInvalidArgument naming the setting that is out of range; kOutOfMemory
+  /// \return kInvalidArgument naming the setting that is out of range, or the element of the scene
+  ///         that contradicts itself; kUnsupported if the ray tracer cannot run; kOutOfMemory
   static Result<std::unique_ptr<Renderer>> Create(const Scene& scene,
                                                   const RenderSettings& settings);
   virtual ~Renderer() = default;
