@@ -3,6 +3,7 @@
 #include "denoise/stages/antialias.h"
 
 #include "core/parallel.h"
+#include "denoise/stages/antialias_shared.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "denoise/stages/antialias.cpp"
@@ -54,7 +55,11 @@ void AntialiasRows(const Image3& colour, const Image3& previous, const Image2& m
       for (int c = 0; c < 3; ++c) {
         now[c] = low[c] = high[c] = hn::LoadU(d, colour[c].Row(y) + x);
       }
-      VF nearest = hn::LoadU(d, guides.inverse_depth.Row(y) + x);
+      const VF centre = hn::LoadU(d, guides.inverse_depth.Row(y) + x);
+      const VF gx = hn::LoadU(d, guides.gradient[0].Row(y) + x);
+      const VF gy = hn::LoadU(d, guides.gradient[1].Row(y) + x);
+      const VF slack = hn::MulAdd(hn::Set(d, kInFront), centre, centre);
+      VF nearest = centre;
       VF mx = hn::LoadU(d, motion[0].Row(y) + x);
       VF my = hn::LoadU(d, motion[1].Row(y) + x);
       for (const int row : rows) {
@@ -66,7 +71,10 @@ void AntialiasRows(const Image3& colour, const Image3& previous, const Image2& m
             high[c] = hn::Max(high[c], q);
           }
           const VF i = hn::GatherIndex(d, guides.inverse_depth.Row(row), at);
-          const MF nearer = hn::Gt(i, nearest);
+          const VF ox = hn::ConvertTo(d, hn::Sub(at, columns));
+          const VF oy = hn::Set(d, static_cast<float>(row - y));
+          const VF plane = hn::MulAdd(gx, ox, hn::MulAdd(gy, oy, slack));
+          const MF nearer = hn::And(hn::Gt(i, nearest), hn::Gt(i, plane));
           nearest = hn::IfThenElse(nearer, i, nearest);
           mx = hn::IfThenElse(nearer, hn::GatherIndex(d, motion[0].Row(row), at), mx);
           my = hn::IfThenElse(nearer, hn::GatherIndex(d, motion[1].Row(row), at), my);

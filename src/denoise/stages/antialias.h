@@ -3,14 +3,14 @@
 
 /// antialias: temporal antialiasing of the finished picture.
 /// Source: Karis 2014 ("High Quality Temporal Supersampling"), SVGF section 3 (post-processing),
-/// PSVGF section 4.5: the previous output, fetched along the motion of the nearest surface around
-/// the pixel (so that edges move with what stands in front) with a Catmull-Rom filter, is clamped
-/// to the 3x3 neighbourhood of the present and blended, whatever the disocclusion test said.
-/// Departs from them: runs on scene-linear light, before the tone curve, so that linear files are
-/// antialiased too, and blends without Karis' weights 1 / (1 + luminance): those suppress flicker
-/// of undenoised highlights, but darkened textures of high contrast by 5 %, where the plain blend
-/// converges to the box-filtered picture. State: the previous output. Border: 1 pixel; reads 4x4
-/// taps along the motion. Reads 36 and 16 x 12, writes 12 bytes per pixel.
+/// PSVGF section 4.5: the previous output, fetched along the motion of the nearest surface that
+/// stands in front of the pixel's own (so that edges move with what they belong to) with a
+/// Catmull-Rom filter, is clamped to the 3x3 neighbourhood of the present and blended, whatever the
+/// disocclusion test said. Departs from them: runs on scene-linear light, before the tone curve, so
+/// that linear files are antialiased too, and blends without Karis' weights 1 / (1 + luminance):
+/// those suppress flicker of undenoised highlights, but darkened textures of high contrast by 5 %,
+/// where the plain blend converges to the box-filtered picture. State: the previous output. Border:
+/// 1 pixel; reads 4x4 taps along the motion. Reads 36 and 16 x 12, writes 12 bytes per pixel.
 #pragma once
 
 #include "denoise/planes.h"

@@ -16,15 +16,20 @@ vec3 Load(const Image3& image, int x, int y) {
   return {image[0](x, y), image[1](x, y), image[2](x, y)};
 }
 
-/// Motion of the nearest surface in the 3x3 neighbourhood; ties go to the centre, then row by row.
+/// Motion of the nearest surface in the 3x3 neighbourhood that stands in front of the centre's own;
+/// ties go to the first row by row.
 vec2 NearestMotion(const Image2& motion, const GuidePlanes& guides, int x, int y) {
-  float nearest = guides.inverse_depth(x, y);
+  const float centre = guides.inverse_depth(x, y);
+  const vec2 gradient = {guides.gradient[0](x, y), guides.gradient[1](x, y)};
+  float nearest = centre;
   vec2 result = {motion[0](x, y), motion[1](x, y)};
   for (int dy = -1; dy <= 1; ++dy) {
     for (int dx = -1; dx <= 1; ++dx) {
       const int qx = std::clamp(x + dx, 0, motion.width() - 1);
       const int qy = std::clamp(y + dy, 0, motion.height() - 1);
-      if (guides.inverse_depth(qx, qy) > nearest) {
+      const vec2 offset = {static_cast<float>(qx - x), static_cast<float>(qy - y)};
+      if (guides.inverse_depth(qx, qy) > nearest &&
+          StandsInFront(centre, guides.inverse_depth(qx, qy), gradient, offset)) {
         nearest = guides.inverse_depth(qx, qy);
         result = {motion[0](qx, qy), motion[1](qx, qy)};
       }

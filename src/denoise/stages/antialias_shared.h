@@ -11,6 +11,14 @@
 
 SHARED_BEGIN
 
+// Whether a neighbour stands in front of the surface at a pixel, rather than being part of it: i
+// are inverse depths, g the gradient at the pixel. Of a surface seen edge-on every pixel moves
+// differently, and the motion of the nearest would pull its picture apart.
+const float kInFront = 0.02f;
+SHARED_FN bool StandsInFront(float i, float i_neighbour, vec2 g, vec2 offset) {
+  return i_neighbour > i + g.x * offset.x + g.y * offset.y + kInFront * i;
+}
+
 // Weight of the six-tap (per axis: four) Catmull-Rom spline at distance -1-t, -t, 1-t, 2-t.
 SHARED_FN vec4 CatmullRom(float t) {
   float t2 = t * t;
