@@ -164,8 +164,7 @@ std::vector<Row> MakeTable() {
                      "accumulated light itself.",
                      "1"));
   t.push_back(FloatRow("sigma_n", &Settings::sigma_n, 0.0, 1024.0, "edge_stopping", "", "sigma_n",
-                       "Exponent of the normal weight: larger keeps finer creases.",
-                       "128"));
+                       "Exponent of the normal weight: larger keeps finer creases.", "128"));
   t.push_back(ChoiceRow("depth_weight", Choice<&Settings::depth_weight>(), {"gradient", "plane"},
                         "edge_stopping",
                         "Depth differences are held against the slope (the papers), or measured "
