@@ -331,6 +331,7 @@ void AddBenchCommand(CLI::App& app, int* exit_code) {
       ->capture_default_str();
   command->add_option("--preset", a->presets, "Presets to measure: a list")
       ->delimiter(',')
+      ->take_all()
       ->capture_default_str();
   command->add_option("--repeats", a->repeats, "Frames that are measured")
       ->check(CLI::Range(1, 100000))

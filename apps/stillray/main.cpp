@@ -28,6 +28,11 @@ int Main(int argc, char** argv) {
   CLI::App app{"stillray: clean, temporally stable pictures from a few samples per pixel"};
   app.set_version_flag("--version", std::string("stillray " STILLRAY_VERSION));
   app.require_subcommand(1);
+  // The last of a repeated option counts, so that scripts can append to a command line.
+  app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+  app.failure_message([](const CLI::App*, const CLI::Error& error) {
+    return std::string("stillray: error: ") + error.what() + " (--help tells the usage)\n";
+  });
   int exit_code = kExitOk;
   AddRenderCommand(app, &exit_code);
   AddCompareCommand(app, &exit_code);

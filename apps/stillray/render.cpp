@@ -126,13 +126,6 @@ double RenderRun::WorkBefore(int64_t frame) const {
 }
 
 Status RenderRun::Prepare() {
-  const std::string& folder = options_.text.folder;
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error || !std::filesystem::is_directory(folder)) {
-    return Status::Io(fmt::format("cannot make the folder {}: {}", folder,
-                                  error ? error.message() : "a file of that name exists"));
-  }
   if (!options_.text.camera.empty()) {
     camera_ = PickCamera(scene_, options_.text.camera);
     if (camera_ < 0) {
@@ -144,12 +137,25 @@ Status RenderRun::Prepare() {
           fmt::format("--camera is '{}', the scene has: {}", options_.text.camera, names));
     }
   }
+  // Whatever may be wrong with the settings is found before anything is written.
+  Result<std::unique_ptr<Renderer>> renderer = Renderer::Create(scene_, options_.render);
+  if (!renderer.ok()) {
+    return renderer.status();
+  }
+  renderer_ = std::move(renderer.value());
   Result<Denoiser> denoiser = Denoiser::Create(options_.denoise);
   if (!denoiser.ok()) {
     return denoiser.status();
   }
   denoiser_.emplace(std::move(denoiser.value()));
   STILLRAY_RETURN_IF_ERROR(denoiser_->SetOutputs(options_.outputs));
+  const std::string& folder = options_.text.folder;
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error || !std::filesystem::is_directory(folder)) {
+    return Status::Io(fmt::format("cannot make the folder {}: {}", folder,
+                                  error ? error.message() : "a file of that name exists"));
+  }
   if (options_.text.resume) {
     STILLRAY_RETURN_IF_ERROR(Resume());
     if (next_frame_ > options_.frames.last) {
@@ -173,11 +179,6 @@ Status RenderRun::Prepare() {
       fmt::print(stderr, "note: no video: {}\n", video.status().message());
     }
   }
-  Result<std::unique_ptr<Renderer>> renderer = Renderer::Create(scene_, options_.render);
-  if (!renderer.ok()) {
-    return renderer.status();
-  }
-  renderer_ = std::move(renderer.value());
   return Status::Ok();
 }
 

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render_options.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <charconv>
 #include <string_view>
@@ -15,8 +17,9 @@ namespace {
 
 constexpr int64_t kLastFrame = 99'999'999;
 constexpr int kLargestSide = 32768;
-/// 16 thousand by 16 thousand: past this the work planes alone need more than 100 GB.
-constexpr int64_t kMostPixels = int64_t{1} << 28;
+/// What frame, histories and work planes take, measured and rounded up: far too large pictures are
+/// refused at once instead of bringing the machine to its knees.
+constexpr int64_t kBytesPerPixel = 600;
 
 template <typename T>
 bool ParseWhole(std::string_view text, T* out) {
@@ -46,9 +49,12 @@ Status ParseSize(const std::string& text, RenderSettings* render) {
     return Status::InvalidArgument(fmt::format(
         "--size is '{}', expected WIDTHxHEIGHT with 1 to {} pixels a side", text, kLargestSide));
   }
-  if (int64_t{render->width} * render->height > kMostPixels) {
+  const int64_t needed = int64_t{render->width} * render->height * kBytesPerPixel;
+  const int64_t memory = int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGE_SIZE);
+  if (memory > 0 && needed > memory) {
     return Status::InvalidArgument(
-        fmt::format("--size is '{}', which is more than {} pixels", text, kMostPixels));
+        fmt::format("--size is '{}', which takes about {} GB; this machine has {} GB", text,
+                    needed / 1'000'000'000, memory / 1'000'000'000));
   }
   return Status::Ok();
 }
@@ -150,6 +156,10 @@ Status ParseAovs(const RenderArguments& arguments, RenderOptions* options) {
 }
 
 Status ParseReference(const RenderArguments& arguments, RenderOptions* options) {
+  if (arguments.reference_spp < 0 || arguments.reference_spp > 1 << 20) {
+    return Status::InvalidArgument(fmt::format(
+        "--reference is {}, expected 1 to {} paths per pixel", arguments.reference_spp, 1 << 20));
+  }
   if (arguments.reference_frames.empty()) {
     if (arguments.reference_spp > 0) {
       options->reference_frames.push_back(options->frames);

@@ -70,6 +70,11 @@ Status Run(const ReportArguments& arguments) {
 void AddReportCommand(CLI::App& app, int* exit_code) {
   CLI::App* command = app.add_subcommand(
       "report", "Write one HTML page that compares the pictures of a rendered sequence");
+  command->footer(R"(
+Examples:
+  stillray report out
+  stillray report out -o comparison.html --max-frames 30 --max-size 100
+)");
   const auto arguments = std::make_shared<ReportArguments>();
   command->add_option("folder", arguments->folder, "What stillray render wrote")->required();
   command->add_option("-o,--output", arguments->output,

@@ -1,0 +1,310 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// stillray render, as a user runs it.
+#include <signal.h>
+
+#include <chrono>
+#include <filesystem>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "program.h"
+#include "stillray/io.h"
+
+namespace stillray {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+std::vector<std::string> Render(const std::string& folder, std::vector<std::string> more,
+                                const std::string& scene = "builtin:cornell") {
+  std::vector<std::string> all = {"render", scene,   "-o", folder,      "--size",
+                                  "48x27",  "--fps", "15", "--bounces", "2"};
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
+
+std::set<std::string> FilesIn(const std::string& folder) {
+  std::set<std::string> names;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    names.insert(entry.path().filename().string());
+  }
+  return names;
+}
+
+/// Pictures of two folders that are not the same byte for byte.
+std::vector<std::string> Differences(const std::string& a, const std::string& b,
+                                     const std::string& extension) {
+  std::vector<std::string> different;
+  for (const std::string& name : FilesIn(a)) {
+    if (fs::path(name).extension() == extension &&
+        ReadText((fs::path(a) / name).string()) != ReadText((fs::path(b) / name).string())) {
+      different.push_back(name);
+    }
+  }
+  return different;
+}
+
+TEST(CliRender, WritesWhatItPromises) {
+  const TemporaryFolder folder;
+  const std::string out = folder / "deep/er";
+  const ProgramRun run = RunProgram(Render(
+      out, {"--frames", "3-4", "--reference", "4", "--reference-frames", "4", "--format", "exr,png",
+            "--aov", "temporal,variance,normal", "--timings", "--json", folder / "log.json"}));
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_EQ(
+      FilesIn(out),
+      (std::set<std::string>{
+          "denoised.0003.exr", "denoised.0003.png", "denoised.0004.exr", "denoised.0004.png",
+          "noisy.0003.exr", "noisy.0003.png", "noisy.0004.exr", "noisy.0004.png",
+          "reference.0004.exr", "reference.0004.png", "render.json", "resume.stillray",
+          "temporal.0003.exr", "temporal.0003.png", "temporal.0004.exr", "temporal.0004.png"}));
+  EXPECT_THAT(run.output, HasSubstr("atrous"));
+  EXPECT_THAT(run.errors, HasSubstr("frame 3 of 4"));
+  const auto json = nlohmann::json::parse(ReadText(folder / "log.json"));
+  EXPECT_EQ(json["frames"].size(), 2u);
+  EXPECT_EQ(json["frames"][0]["frame"], 3);
+  EXPECT_DOUBLE_EQ(json["frames"][0]["seconds"], 2.0 / 15);
+  EXPECT_EQ(json["parameters"]["signals"], "split");
+
+  const Result<ExrImage> denoised = ReadExr((fs::path(out) / "denoised.0004.exr").string());
+  ASSERT_TRUE(denoised.ok());
+  for (const char* name : {"R", "motion.X", "depth.Z", "normal.Y", "variance.direct.X"}) {
+    EXPECT_NE(denoised->Find(name), nullptr) << name;
+  }
+  const Result<ExrImage> noisy = ReadExr((fs::path(out) / "noisy.0004.exr").string());
+  ASSERT_TRUE(noisy.ok());
+  for (const char* name : {"R", "direct_diffuse.R", "indirect_specular.B", "albedo.G", "id.X",
+                           "emission.R", "background.B", "roughness.X"}) {
+    EXPECT_NE(noisy->Find(name), nullptr) << name;
+  }
+  // The noisy picture is the sum of its parts.
+  const float sum = noisy->Find("direct_diffuse.R")->values(20, 13) +
+                    noisy->Find("indirect_diffuse.R")->values(20, 13) +
+                    noisy->Find("direct_specular.R")->values(20, 13) +
+                    noisy->Find("indirect_specular.R")->values(20, 13) +
+                    noisy->Find("emission.R")->values(20, 13) +
+                    noisy->Find("background.R")->values(20, 13);
+  EXPECT_NEAR(noisy->Find("R")->values(20, 13), sum, 0.005f * sum);
+}
+
+TEST(CliRender, ThreadsDoNotChangeBits) {
+  const TemporaryFolder folder;
+  for (const char* threads : {"1", "3"}) {
+    const ProgramRun run = RunProgram(
+        Render(folder / threads, {"--frames", "1-3", "--format", "exr,png", "--threads", threads}));
+    ASSERT_EQ(run.exit_code, 0) << run.errors;
+  }
+  EXPECT_THAT(Differences(folder / "1", folder / "3", ".exr"), ::testing::IsEmpty());
+  EXPECT_THAT(Differences(folder / "1", folder / "3", ".png"), ::testing::IsEmpty());
+}
+
+TEST(CliRender, SeedsAndSamplersChangeTheNoise) {
+  const TemporaryFolder folder;
+  const auto noisy = [&](const std::string& name, const std::vector<std::string>& more) {
+    std::vector<std::string> all = {"--frames", "1", "--format", "exr"};
+    all.insert(all.end(), more.begin(), more.end());
+    EXPECT_EQ(RunProgram(Render(folder / name, all)).exit_code, 0);
+    return ReadText((folder / name) + "/noisy.0001.exr");
+  };
+  const std::string first = noisy("a", {});
+  EXPECT_EQ(first, noisy("b", {}));
+  EXPECT_NE(first, noisy("c", {"--seed", "1"}));
+  EXPECT_NE(first, noisy("d", {"--sampler", "halton16"}));
+}
+
+TEST(CliRender, StillHoldsTheScene) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(RunProgram(Render(folder.path(),
+                              {"--frames", "20-21", "--still", "--format", "exr", "--no-jitter"}))
+                .exit_code,
+            0);
+  const Result<ExrImage> first = ReadExr(folder / "noisy.0020.exr");
+  const Result<ExrImage> second = ReadExr(folder / "noisy.0021.exr");
+  ASSERT_TRUE(first.ok() && second.ok());
+  bool noise_differs = false;
+  for (int y = 0; y < 27; ++y) {
+    for (int x = 0; x < 48; ++x) {
+      EXPECT_EQ(first->Find("depth.Z")->values(x, y), second->Find("depth.Z")->values(x, y));
+      EXPECT_EQ(second->Find("motion.X")->values(x, y), 0.0f);
+      noise_differs =
+          noise_differs || first->Find("R")->values(x, y) != second->Find("R")->values(x, y);
+    }
+  }
+  EXPECT_TRUE(noise_differs);
+}
+
+/// Starts a run, waits until some frames are there, and sends it `signal_number`.
+int InterruptedRun(const std::vector<std::string>& arguments, const std::string& wait_for,
+                   int signal_number) {
+  const pid_t child = fork();
+  if (child == 0) {
+    std::vector<std::string> copy = arguments;
+    copy.insert(copy.begin(), STILLRAY_PROGRAM);
+    std::vector<char*> argv;
+    for (std::string& argument : copy) {
+      argv.push_back(argument.data());
+    }
+    argv.push_back(nullptr);
+    const int null = open("/dev/null", O_RDWR);
+    dup2(null, STDOUT_FILENO);
+    dup2(null, STDERR_FILENO);
+    execv(STILLRAY_PROGRAM, argv.data());
+    _exit(127);
+  }
+  for (int i = 0; i < 3000 && !fs::exists(wait_for); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  kill(child, signal_number);
+  int state = 0;
+  waitpid(child, &state, 0);
+  return WIFEXITED(state) ? WEXITSTATUS(state) : -1;
+}
+
+TEST(CliRender, InterruptedAndResumedGivesTheSameBits) {
+  const TemporaryFolder folder;
+  const std::vector<std::string> settings = {"--frames", "1-40",   "--format",
+                                             "exr,png",  "--size", "160x90"};
+  ASSERT_EQ(RunProgram(Render(folder / "whole", settings)).exit_code, 0);
+  const std::string out = folder / "part";
+  ASSERT_EQ(InterruptedRun(Render(out, settings), out + "/denoised.0003.png", SIGINT), 130);
+  const std::set<std::string> left = FilesIn(out);
+  EXPECT_TRUE(left.count("resume.stillray"));
+  EXPECT_FALSE(left.count("denoised.0040.png")) << "it was not interrupted";
+  for (const std::string& name : left) {
+    EXPECT_THAT(name, ::testing::Not(HasSubstr("tmp"))) << "half-written";
+  }
+  std::vector<std::string> again = settings;
+  again.insert(again.end(), {"--resume", "--seed", "5"});
+  const ProgramRun refused = RunProgram(Render(out, again));
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.errors, HasSubstr("made with 'seed 0', this run has 'seed 5'"));
+
+  again.resize(again.size() - 2);
+  const ProgramRun resumed = RunProgram(Render(out, again));
+  ASSERT_EQ(resumed.exit_code, 0) << resumed.errors;
+  EXPECT_THAT(resumed.errors, HasSubstr("resuming with frame"));
+  EXPECT_THAT(Differences(folder / "whole", out, ".exr"), ::testing::IsEmpty());
+  EXPECT_THAT(Differences(folder / "whole", out, ".png"), ::testing::IsEmpty());
+  const auto json = nlohmann::json::parse(ReadText(out + "/render.json"));
+  EXPECT_EQ(json["frames"].size(), 40u);
+
+  const ProgramRun complete = RunProgram(Render(out, again));
+  EXPECT_EQ(complete.exit_code, 0);
+  EXPECT_THAT(complete.errors, HasSubstr("all frames are there already"));
+}
+
+TEST(CliRender, ADamagedResumeFileIsNamed) {
+  const TemporaryFolder folder;
+  const std::string out = folder / "o";
+  fs::create_directory(out);
+  const std::string bytes = "stillray resume 1\nxx";
+  ASSERT_TRUE(WriteFileAtomically(out + "/resume.stillray", bytes.data(), bytes.size()).ok());
+  const ProgramRun run = RunProgram(Render(out, {"--frames", "1", "--resume"}));
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.errors, HasSubstr("resume.stillray is damaged"));
+}
+
+TEST(CliRender, VideoHasAllFrames) {
+  if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) {
+    GTEST_SKIP() << "ffmpeg is not installed";
+  }
+  const TemporaryFolder folder;
+  const ProgramRun run = RunProgram(Render(folder.path(), {"--frames", "1-5", "--format", "mp4"}));
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_EQ(FilesIn(folder.path()),
+            (std::set<std::string>{"denoised.mp4", "render.json", "resume.stillray"}));
+  EXPECT_GT(fs::file_size(folder / "denoised.mp4"), 500u);
+}
+
+TEST(CliRender, BadInputIsNamed) {
+  const TemporaryFolder folder;
+  const std::string out = folder / "out";
+  struct Case {
+    std::vector<std::string> arguments;
+    const char* message;
+  };
+  const Case cases[] = {
+      {{"--size", "0x0"}, "--size is '0x0'"},
+      {{"--size", "12"}, "--size is '12'"},
+      {{"--size", "32768x32768"}, "GB; this machine has"},
+      {{"--frames", "9-3"}, "--frames is '9-3'"},
+      {{"--frames", "x"}, "--frames is 'x'"},
+      {{"--spp", "0"}, "spp is 0, expected 1 to"},
+      {{"--bounces", "33"}, "bounces is 33, expected 1 to 32"},
+      {{"--fps", "0"}, "--fps is 0"},
+      {{"--preset", "nope"}, "unknown preset 'nope'; presets are: default"},
+      {{"--set", "sigma_l"}, "--set is 'sigma_l', expected name=value"},
+      {{"--set", "sigma_l=-1"}, "parameter 'sigma_l' is '-1', expected a number from"},
+      {{"--set", "nope=1"}, "unknown parameter 'nope'"},
+      {{"--sampler", "nope"}, "--sampler is 'nope', expected sobol or halton16"},
+      {{"--aov", "nope"}, "--aov has 'nope'"},
+      {{"--aov", "variance", "--format", "png"}, "add exr to --format"},
+      {{"--format", "gif"}, "--format has 'gif'"},
+      {{"--camera", "nope"}, "--camera is 'nope', the scene has: "},
+      {{"--environment", "nope.hdr"}, "nope.hdr"},
+      {{"--reference", "-1"}, "--reference is -1"},
+      {{"--reference-frames", "1"}, "--reference-frames needs --reference"},
+      {{"--tonemap", "nope"}, "parameter 'tonemap' is 'nope', expected one of linear"},
+      {{"--exposure", "99"}, "parameter 'exposure' is '99'"},
+  };
+  for (const Case& c : cases) {
+    const ProgramRun run = RunProgram(Render(out, c.arguments));
+    EXPECT_EQ(run.exit_code, 2) << c.message;
+    EXPECT_THAT(run.errors, HasSubstr(c.message));
+    EXPECT_EQ(std::count(run.errors.begin(), run.errors.end(), '\n'), 1) << run.errors;
+    EXPECT_FALSE(fs::exists(out)) << c.message << ": something was written";
+  }
+}
+
+TEST(CliRender, BadScenesAndFoldersAreNamed) {
+  const TemporaryFolder folder;
+  const std::string scene = folder / "broken.glb";
+  ASSERT_TRUE(WriteFileAtomically(scene, "glTF\2\0\0\0\377", 9).ok());
+  const ProgramRun broken = RunProgram(Render(folder / "out", {}, scene));
+  EXPECT_EQ(broken.exit_code, 2);
+  EXPECT_THAT(broken.errors, HasSubstr("broken.glb"));
+  const ProgramRun missing = RunProgram(Render(folder / "out", {}, folder / "none.glb"));
+  EXPECT_EQ(missing.exit_code, 2);
+  EXPECT_THAT(missing.errors, HasSubstr("none.glb: no such file"));
+  const ProgramRun unknown = RunProgram(Render(folder / "out", {}, "builtin:none"));
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.errors, HasSubstr("cornell, spheres, lights"));
+  EXPECT_FALSE(fs::exists(folder / "out"));
+
+  const ProgramRun file = RunProgram(Render(scene, {"--frames", "1"}));
+  EXPECT_EQ(file.exit_code, 2);
+  EXPECT_THAT(file.errors, HasSubstr("cannot make the folder"));
+}
+
+TEST(CliRender, AFullDiskLeavesNothingHalfWritten) {
+  // A limit on the size of files stands for the full disk: 8 KB, less than any EXR file here.
+  const TemporaryFolder folder;
+  const std::string command = std::string("ulimit -f 8; '") + STILLRAY_PROGRAM +
+                              "' render builtin:cornell -o '" + (folder / "out") +
+                              "' --size 160x90 --frames 1 --format exr >/dev/null 2>'" +
+                              (folder / "errors") + "'";
+  const int state = std::system(command.c_str());
+  EXPECT_TRUE(WIFEXITED(state) && WEXITSTATUS(state) == 2);
+  EXPECT_THAT(ReadText(folder / "errors"), HasSubstr("noisy.0001.exr"));
+  EXPECT_TRUE(FilesIn(folder / "out").empty());
+}
+
+TEST(CliRender, HelpHasExamples) {
+  for (const char* command : {"render", "compare", "report", "info", "bench"}) {
+    const ProgramRun run = RunProgram({command, "--help"});
+    EXPECT_EQ(run.exit_code, 0);
+    EXPECT_THAT(run.output, HasSubstr("xample")) << command;
+  }
+}
+
+}  // namespace
+}  // namespace stillray
