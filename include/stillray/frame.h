@@ -17,15 +17,19 @@
 namespace stillray {
 
 /// Which light a signal holds. Diffuse signals are divided by `albedo` before filtering, specular
-/// ones by `specular_albedo`.
+/// ones by `specular_albedo`, transmitted ones by `transmission_albedo`.
 enum class SignalKind : uint8_t {
   kDirectDiffuse,    ///< light that reached the first surface straight from a light, diffusely
                      ///< reflected
   kIndirectDiffuse,  ///< diffusely reflected light that met other surfaces before
   kDirectSpecular,   ///< light from a light, reflected or refracted specularly at the first surface
   kIndirectSpecular,  ///< specularly reflected or refracted light that met other surfaces before
+  /// Light through the first surface, of renderers that tell it from reflections. stillray's own
+  /// counts it as specular.
+  kDirectTransmission,
+  kIndirectTransmission,
 };
-inline constexpr int kSignalKindCount = 4;
+inline constexpr int kSignalKindCount = 6;
 
 /// The name of a kind in files and on the command line: "direct_diffuse", ...
 const char* SignalName(SignalKind kind);
@@ -42,11 +46,12 @@ struct Signal {
 
 /// What is known of the surface seen by each pixel, free of noise.
 struct Guides {
-  Image1 depth;            ///< linear view-space z, > 0; +infinity where the ray left the scene
-  Image3 normal;           ///< world space, unit length; zero where there is no surface
-  Image3 albedo;           ///< linear diffuse reflectance
-  Image3 specular_albedo;  ///< linear specular reflectance towards the viewer (Fresnel and
-                           ///< roughness included)
+  Image1 depth;                ///< linear view-space z, > 0; +infinity where the ray left the scene
+  Image3 normal;               ///< world space, unit length; zero where there is no surface
+  Image3 albedo;               ///< linear diffuse reflectance
+  Image3 specular_albedo;      ///< linear specular reflectance towards the viewer (Fresnel and
+                               ///< roughness included)
+  Image3 transmission_albedo;  ///< linear transmittance; only needed with transmission signals
   Image2
       motion;  ///< pixels, without jitter: the point seen at p was at p + motion(p) one frame ago
   Plane<uint32_t> id;  ///< same surface, same number, in every frame; 0 where there is no surface

@@ -35,6 +35,10 @@ struct RenderSettings {
   bool regularise = false;
 };
 
+/// Signals of a rendered frame: direct and indirect, diffuse and specular, in that order of
+/// SignalKind.
+inline constexpr int kTracedSignalCount = 4;
+
 /// What is to be seen: two moments of the scene's animation.
 struct RenderMoment {
   int64_t frame_index = 0;      ///< picks the random numbers (and the jitter) of this frame

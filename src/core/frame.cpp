@@ -14,6 +14,10 @@ const char* SignalName(SignalKind kind) {
       return "direct_specular";
     case SignalKind::kIndirectSpecular:
       return "indirect_specular";
+    case SignalKind::kDirectTransmission:
+      return "direct_transmission";
+    case SignalKind::kIndirectTransmission:
+      return "indirect_transmission";
   }
   return "unknown";
 }

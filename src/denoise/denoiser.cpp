@@ -156,7 +156,7 @@ struct Denoiser::Impl {
   const Frame* frame = nullptr;
   DenoisedFrame* out = nullptr;
 
-  void Allocate(int width, int height);
+  void Allocate(int width, int height, size_t groups);
   void RunSignal(const SignalGroup& group, SignalHistory* history);
   void RunDemodulate(const SignalGroup& group);
   void UpdateCompressionScale(const SignalHistory& history, bool has_history);
@@ -164,7 +164,7 @@ struct Denoiser::Impl {
   void RunWavelet(const SignalGroup& group, SignalHistory* history);
   void RunLevel(int level, float mean_luminance, const SignalHistory& history, int source);
   void RunAntialias();
-  void Albedos(const SignalGroup& group, const Image3* albedo[2]) const;
+  AlbedoSum Albedos(const SignalGroup& group) const;
   void AddSignal(const SignalGroup& group, const Image3& light_in, Image3* sum);
 
   bool Wants(const std::string& name) const {
@@ -180,10 +180,9 @@ struct Denoiser::Impl {
   std::vector<std::pair<std::string, Image3>> composites;
 };
 
-void Denoiser::Impl::Allocate(int width, int height) {
+void Denoiser::Impl::Allocate(int width, int height, size_t groups) {
   // Never shrinks, so that going back and forth between settings allocates nothing.
   const int border = std::max(BorderOf(settings), present.border());
-  const size_t groups = GroupsOf(settings.signals).size();
   const bool same = state.width == width && state.height == height &&
                     state.signals.size() == groups && limit.empty() != settings.limit_history;
   if (!same) {
@@ -238,24 +237,28 @@ void Denoiser::Impl::KeepImage(const std::string& kind, const SignalGroup& group
   }
 }
 
-void Denoiser::Impl::Albedos(const SignalGroup& group, const Image3* albedo[2]) const {
+AlbedoSum Denoiser::Impl::Albedos(const SignalGroup& group) const {
+  AlbedoSum sum;
   const Guides& g = frame->guides;
-  const bool diffuse = settings.demodulate && group.diffuse_albedo && !g.albedo.empty();
-  const bool specular = settings.demodulate && group.specular_albedo && !g.specular_albedo.empty();
-  albedo[0] = diffuse ? &g.albedo : specular ? &g.specular_albedo : nullptr;
-  albedo[1] = diffuse && specular ? &g.specular_albedo : nullptr;
+  const auto add = [&](bool used, const Image3& albedo) {
+    if (settings.demodulate && used && !albedo.empty()) {
+      sum.part[sum.count++] = &albedo;
+    }
+  };
+  add(group.diffuse_albedo, g.albedo);
+  add(group.specular_albedo, g.specular_albedo);
+  add(group.transmission_albedo, g.transmission_albedo);
+  return sum;
 }
 
 void Denoiser::Impl::AddSignal(const SignalGroup& group, const Image3& light_in, Image3* sum) {
-  const Image3* albedo[2];
-  Albedos(group, albedo);
   const Image3* expanded = &light_in;
   if (settings.firefly == Firefly::kCompress) {
     CopyImage(light_in, &scratch);
     stages->expand_light(&scratch);
     expanded = &scratch;
   }
-  stages->remodulate(*expanded, albedo[0], albedo[1], sum);
+  stages->remodulate(*expanded, Albedos(group), sum);
 }
 
 void Denoiser::Impl::RunDemodulate(const SignalGroup& group) {
@@ -266,14 +269,14 @@ void Denoiser::Impl::RunDemodulate(const SignalGroup& group) {
     if (signal == nullptr) {
       continue;
     }
-    const Image3& own = IsSpecular(kind) ? frame->guides.specular_albedo : frame->guides.albedo;
+    const Image3& own = AlbedoOf(frame->guides, kind);
     in.radiance[in.count] = &signal->radiance;
     in.second_moment[in.count] = signal->second_moment.empty() ? nullptr : &signal->second_moment;
     in.own_albedo[in.count] = own.empty() ? nullptr : &own;
     within = within || !signal->second_moment.empty();
     ++in.count;
   }
-  Albedos(group, in.albedo);
+  in.albedo = Albedos(group);
   in.samples = frame->samples.empty() ? nullptr : &frame->samples;
   if (within && light.within.empty()) {
     light.within = Image1(state.width, state.height);
@@ -479,7 +482,8 @@ Result<Denoiser> Denoiser::Create(const Settings& settings, Backend backend) {
 Status Denoiser::Denoise(const Frame& frame, DenoisedFrame* out) {
   STILLRAY_RETURN_IF_ERROR(CheckFrame(frame, impl_->settings));
   Impl& d = *impl_;
-  d.Allocate(frame.width, frame.height);
+  const std::vector<SignalGroup> groups = GroupsOf(d.settings.signals, HasTransmission(frame));
+  d.Allocate(frame.width, frame.height, groups.size());
   d.frame = &frame;
   d.out = out;
   out->timings.clear();
@@ -499,7 +503,6 @@ Status Denoiser::Denoise(const Frame& frame, DenoisedFrame* out) {
     out->bad_guides = d.stages->prepare_guides(
         {&g.depth, &g.normal, g.id.empty() ? nullptr : &g.id}, &d.state.guides);
   }
-  const std::vector<SignalGroup> groups = GroupsOf(d.settings.signals);
   if (d.settings.temporal && d.state.has_history) {
     const StageTimer timer(&out->timings, "reproject");
     ReprojectParameters p;
@@ -582,7 +585,7 @@ std::vector<std::string> Denoiser::OutputNames(const Settings& settings) {
   names.insert(names.end(), {"aliased", "disocclusion"});
   for (const char* kind : {"noisy", "accumulated", "filtered", "variance", "filtered_variance",
                            "history", "limit", "moment_mean", "moment_variance"}) {
-    for (const SignalGroup& group : GroupsOf(settings.signals)) {
+    for (const SignalGroup& group : GroupsOf(settings.signals, true)) {
       names.push_back(fmt::format("{}.{}", kind, group.name));
     }
   }
@@ -627,14 +630,15 @@ std::vector<uint8_t> Denoiser::SaveHistory() const {
 }
 
 Status Denoiser::RestoreHistory(std::span<const uint8_t> bytes) {
-  const size_t groups = GroupsOf(impl_->settings.signals).size();
+  const Settings& s = impl_->settings;
   Result<DenoiserState> restored =
-      HistoryFromBytes(bytes, groups, impl_->settings.limit_history, BorderOf(impl_->settings));
+      HistoryFromBytes(bytes, GroupsOf(s.signals, false).size(), GroupsOf(s.signals, true).size(),
+                       s.limit_history, BorderOf(s));
   if (!restored.ok()) {
     return restored.status();
   }
   impl_->state = DenoiserState();
-  impl_->Allocate(restored->width, restored->height);
+  impl_->Allocate(restored->width, restored->height, restored->signals.size());
   impl_->state = std::move(restored.value());
   return Status::Ok();
 }

@@ -2,7 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/frame_check.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
+
+#include "denoise/signal_groups.h"
 
 namespace stillray {
 namespace {
@@ -40,15 +44,11 @@ Status CheckPlanes(const Frame& frame, const Planes<float, N>& planes, const std
   return Status::Ok();
 }
 
-bool HasLight(const Frame& frame, bool specular) {
-  for (const Signal& signal : frame.signals) {
-    const bool is_specular =
-        signal.kind == SignalKind::kDirectSpecular || signal.kind == SignalKind::kIndirectSpecular;
-    if (is_specular == specular) {
-      return true;
-    }
-  }
-  return false;
+/// Whether there is light that is divided by this guide.
+bool DividesLight(const Frame& frame, const Image3& albedo) {
+  return std::any_of(frame.signals.begin(), frame.signals.end(), [&](const Signal& signal) {
+    return &AlbedoOf(frame.guides, signal.kind) == &albedo;
+  });
 }
 
 }  // namespace
@@ -81,9 +81,13 @@ Status CheckFrame(const Frame& frame, const Settings& settings) {
   STILLRAY_RETURN_IF_ERROR(CheckPlane(frame, g.depth, "depth", true));
   STILLRAY_RETURN_IF_ERROR(CheckPlanes(frame, g.normal, "normal", true));
   STILLRAY_RETURN_IF_ERROR(
-      CheckPlanes(frame, g.albedo, "albedo", settings.demodulate && HasLight(frame, false)));
-  STILLRAY_RETURN_IF_ERROR(CheckPlanes(frame, g.specular_albedo, "specular_albedo",
-                                       settings.demodulate && HasLight(frame, true)));
+      CheckPlanes(frame, g.albedo, "albedo", settings.demodulate && DividesLight(frame, g.albedo)));
+  STILLRAY_RETURN_IF_ERROR(
+      CheckPlanes(frame, g.specular_albedo, "specular_albedo",
+                  settings.demodulate && DividesLight(frame, g.specular_albedo)));
+  STILLRAY_RETURN_IF_ERROR(
+      CheckPlanes(frame, g.transmission_albedo, "transmission_albedo",
+                  settings.demodulate && DividesLight(frame, g.transmission_albedo)));
   STILLRAY_RETURN_IF_ERROR(CheckPlanes(frame, g.motion, "motion", needs_motion));
   STILLRAY_RETURN_IF_ERROR(CheckPlane(frame, g.id, "id", false));
   STILLRAY_RETURN_IF_ERROR(CheckPlane(frame, g.roughness, "roughness", false));

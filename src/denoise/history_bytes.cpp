@@ -77,7 +77,7 @@ std::vector<uint8_t> HistoryToBytes(const DenoiserState& state) {
   return bytes;
 }
 
-Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, size_t signal_count,
+Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, size_t least, size_t most,
                                        bool with_compressed, int border) {
   Header header;
   const Header expected;
@@ -95,9 +95,9 @@ Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, size_t si
     return Status::BadData(
         fmt::format("saved history claims a size of {}x{}", header.width, header.height));
   }
-  if (header.signal_count != signal_count) {
+  if (header.signal_count != least && header.signal_count != most) {
     return Status::BadData(fmt::format("saved history has {} signals, the settings ask for {}",
-                                       header.signal_count, signal_count));
+                                       header.signal_count, least));
   }
   if (((header.flags & 4u) != 0) != with_compressed) {
     return Status::BadData(
@@ -109,7 +109,7 @@ Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, size_t si
     return Status::BadData(fmt::format("saved history has {} bytes, expected {}", bytes.size(),
                                        sizeof(Header) + PayloadBytes(header)));
   }
-  DenoiserState state(header.width, header.height, signal_count, with_compressed);
+  DenoiserState state(header.width, header.height, header.signal_count, with_compressed);
   state.has_history = (header.flags & 1u) != 0;
   state.has_picture = (header.flags & 2u) != 0;
   state.guides = GuidePlanes(header.width, header.height, border);

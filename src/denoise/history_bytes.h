@@ -16,11 +16,12 @@ namespace stillray {
 /// byte order of the machine. Equal states give equal bytes.
 std::vector<uint8_t> HistoryToBytes(const DenoiserState& state);
 
-/// \param signal_count  signals that the history must have
+/// \param least, most    signals that the history may have: those of frames without and with
+///                       transmission
 /// \param with_compressed  whether the settings have limit_history on
 /// \param border        border of the guides
 /// \return kBadData saying what does not fit
-Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, size_t signal_count,
+Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, size_t least, size_t most,
                                        bool with_compressed, int border);
 
 }  // namespace stillray

@@ -30,6 +30,12 @@ struct GuidePlanes {
   }
 };
 
+/// The albedos whose sum a signal is divided by; none: it is not divided.
+struct AlbedoSum {
+  const Image3* part[3] = {};
+  int count = 0;
+};
+
 /// One signal of this frame before accumulation.
 struct NewLight {
   Image3 colour;   ///< demodulated

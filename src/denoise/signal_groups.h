@@ -13,34 +13,64 @@ namespace stillray {
 struct SignalGroup {
   const char* name;
   std::vector<SignalKind> kinds;
-  bool diffuse_albedo = false;   ///< divided by albedo
-  bool specular_albedo = false;  ///< ... plus specular albedo
+  bool diffuse_albedo = false;       ///< divided by the sum of albedo, ...
+  bool specular_albedo = false;      ///< ... specular albedo ...
+  bool transmission_albedo = false;  ///< ... and transmission albedo, of those that are true
 };
 
-inline std::vector<SignalGroup> GroupsOf(SignalGrouping grouping) {
+/// \param with_transmission  whether frames have transmission signals
+inline std::vector<SignalGroup> GroupsOf(SignalGrouping grouping, bool with_transmission) {
   using enum SignalKind;
+  const bool t = with_transmission;
+  std::vector<SignalGroup> groups;
   switch (grouping) {
     case SignalGrouping::kDirectIndirect:
-      return {{"direct", {kDirectDiffuse, kDirectSpecular}, true, true},
-              {"indirect", {kIndirectDiffuse, kIndirectSpecular}, true, true}};
-    case SignalGrouping::kDiffuseSpecular:
-      return {{"diffuse", {kDirectDiffuse, kIndirectDiffuse}, true, false},
-              {"specular", {kDirectSpecular, kIndirectSpecular}, false, true}};
+      return {{"direct", {kDirectDiffuse, kDirectSpecular, kDirectTransmission}, true, true, t},
+              {"indirect",
+               {kIndirectDiffuse, kIndirectSpecular, kIndirectTransmission},
+               true,
+               true,
+               t}};
     case SignalGrouping::kSingle:
       return {{"light",
-               {kDirectDiffuse, kIndirectDiffuse, kDirectSpecular, kIndirectSpecular},
+               {kDirectDiffuse, kIndirectDiffuse, kDirectSpecular, kIndirectSpecular,
+                kDirectTransmission, kIndirectTransmission},
                true,
-               true}};
+               true,
+               t}};
+    case SignalGrouping::kDiffuseSpecular:
+      groups = {{"diffuse", {kDirectDiffuse, kIndirectDiffuse}, true, false, false}};
+      break;
     case SignalGrouping::kSplit:
+      groups = {{"direct", {kDirectDiffuse}, true, false, false},
+                {"indirect", {kIndirectDiffuse}, true, false, false}};
       break;
   }
-  return {{"direct", {kDirectDiffuse}, true, false},
-          {"indirect", {kIndirectDiffuse}, true, false},
-          {"specular", {kDirectSpecular, kIndirectSpecular}, false, true}};
+  groups.push_back({"specular", {kDirectSpecular, kIndirectSpecular}, false, true, false});
+  if (with_transmission) {
+    groups.push_back(
+        {"transmission", {kDirectTransmission, kIndirectTransmission}, false, false, true});
+  }
+  return groups;
 }
 
-inline bool IsSpecular(SignalKind kind) {
-  return kind == SignalKind::kDirectSpecular || kind == SignalKind::kIndirectSpecular;
+/// The guide that light of this kind is divided by.
+inline const Image3& AlbedoOf(const Guides& guides, SignalKind kind) {
+  switch (kind) {
+    case SignalKind::kDirectSpecular:
+    case SignalKind::kIndirectSpecular:
+      return guides.specular_albedo;
+    case SignalKind::kDirectTransmission:
+    case SignalKind::kIndirectTransmission:
+      return guides.transmission_albedo;
+    default:
+      return guides.albedo;
+  }
+}
+
+inline bool HasTransmission(const Frame& frame) {
+  return frame.Find(SignalKind::kDirectTransmission) != nullptr ||
+         frame.Find(SignalKind::kIndirectTransmission) != nullptr;
 }
 
 }  // namespace stillray

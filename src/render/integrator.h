@@ -12,6 +12,7 @@
 
 #include "render/primary.h"
 #include "stillray/frame.h"
+#include "stillray/render.h"
 
 namespace stillray::render {
 
@@ -24,7 +25,7 @@ inline constexpr int kMaxFreeEvents = 24;
 inline constexpr float kRegularisation = 0.3f;
 
 /// Light of one sample by SignalKind.
-using SampleLight = std::array<vec3, kSignalKindCount>;
+using SampleLight = std::array<vec3, kTracedSignalCount>;
 
 /// A path between two surfaces.
 struct Path {

@@ -25,7 +25,7 @@ struct TileScratch {
   PixelGuides guides[kBatchCapacity];
   FirstSurface first[kBatchCapacity];
   SampleLight sum[kBatchCapacity];
-  std::array<float, kSignalKindCount> square[kBatchCapacity];
+  std::array<float, kTracedSignalCount> square[kBatchCapacity];
   PathScratch paths;
   RenderTimings timings;
 };
@@ -75,8 +75,8 @@ void PrepareFrame(const RenderSettings& settings, Frame* frame) {
   const int h = settings.height;
   frame->width = w;
   frame->height = h;
-  frame->signals.resize(kSignalKindCount);
-  for (int k = 0; k < kSignalKindCount; ++k) {
+  frame->signals.resize(kTracedSignalCount);
+  for (int k = 0; k < kTracedSignalCount; ++k) {
     Signal& signal = frame->signals[static_cast<size_t>(k)];
     signal.kind = static_cast<SignalKind>(k);
     Prepare(&signal.radiance, w, h);
@@ -129,7 +129,7 @@ bool IsSpecular(int kind) {
 
 void AddSamples(int count, bool with_squares, TileScratch* scratch) {
   for (int i = 0; i < count; ++i) {
-    for (int k = 0; k < kSignalKindCount; ++k) {
+    for (int k = 0; k < kTracedSignalCount; ++k) {
       const auto kind = static_cast<size_t>(k);
       const vec3 light = scratch->paths.light[i][kind];
       scratch->sum[i][kind] += light;
@@ -148,7 +148,7 @@ void StoreLight(const Tile& tile, int spp, const TileScratch& scratch, Frame* fr
   for (int i = 0; i < tile.count(); ++i) {
     const int x = tile.x0 + i % tile.width;
     const int y = tile.y0 + i / tile.width;
-    for (size_t k = 0; k < kSignalKindCount; ++k) {
+    for (size_t k = 0; k < kTracedSignalCount; ++k) {
       Store(&frame->signals[k].radiance, x, y, scratch.sum[i][k] * scale);
       if (spp > 1) {
         frame->signals[k].second_moment(x, y) = scratch.square[i][k] * scale;

@@ -466,6 +466,50 @@ TEST(Denoiser, ReprojectionIsExactToAHundredthOfAPixel) {
   FAIL() << "no such output";
 }
 
+TEST(Denoiser, TransmissionIsASignalOfItsOwn) {
+  // What is reflected and what is seen through the glass, each with its own albedo, add up again.
+  const auto make = [](int i) {
+    Frame f = MakeWall(32, 24, i);
+    f.signals.push_back({SignalKind::kDirectTransmission, Image3(32, 24), Image1()});
+    f.guides.transmission_albedo = Image3(32, 24);
+    FillImage<3>(&f.guides.transmission_albedo,
+                 [](int x, int, int c) { return 0.1f + 0.2f * static_cast<float>((x + c) % 3); });
+    FillImage<3>(&f.signals.back().radiance, [](int x, int, int c) {
+      return 3.0f * (0.1f + 0.2f * static_cast<float>((x + c) % 3));
+    });
+    FillImage<3>(&Light(&f, SignalKind::kDirectDiffuse), [](int, int, int) { return 0.25f; });
+    return f;
+  };
+  for (const char* signals : {"split", "diffuse_specular"}) {
+    Settings s;
+    ASSERT_TRUE(SetParameter(&s, "signals", signals).ok());
+    Denoiser d = MakeDenoiser(s);
+    ASSERT_TRUE(d.SetOutputs({"filtered.transmission"}).ok());
+    DenoisedFrame out;
+    for (int i = 0; i < 3; ++i) {
+      ASSERT_TRUE(d.Denoise(make(i), &out).ok());
+    }
+    ASSERT_EQ(out.images.size(), 1u);
+    EXPECT_NEAR(out.images[0].channels[0](10, 10), 3.0f, 1e-5f);  // demodulated: no texture left
+    for (int x = 0; x < 32; ++x) {
+      EXPECT_NEAR(out.colour[0](x, 10), 0.25f + 3.0f * (0.1f + 0.2f * static_cast<float>(x % 3)),
+                  1e-4f);
+    }
+    // A history with transmission goes on with it.
+    Denoiser resumed = MakeDenoiser(s);
+    ASSERT_TRUE(resumed.RestoreHistory(d.SaveHistory()).ok());
+    DenoisedFrame next;
+    ASSERT_TRUE(resumed.Denoise(make(3), &next).ok());
+    ASSERT_TRUE(d.Denoise(make(3), &out).ok());
+    EXPECT_TRUE(SameBits(next.colour, out.colour));
+  }
+  Frame missing = make(0);
+  missing.guides.transmission_albedo = Image3();
+  Denoiser d = MakeDenoiser(Settings());
+  DenoisedFrame out;
+  EXPECT_THAT(d.Denoise(missing, &out).message(), HasSubstr("'transmission_albedo[0]' is missing"));
+}
+
 TEST(Denoiser, ReachOfFiveLevels) {
   // A single bright pixel in a still black picture without edge stops: 5 levels of 5x5 reach 62
   // pixels to each side, of 3x3 reach 31.

@@ -127,7 +127,7 @@ TEST(RendererTest, SecondMomentIsThatOfSingleSamples) {
   const Frame frame = RenderOne(builder.scene, SmallSettings(48, 32, kSamples));
   ASSERT_EQ(frame.samples(7, 7), kSamples);
   // Without jitter and movement, frame i of one sample draws sample i of the big frame.
-  Image1 sums[kSignalKindCount];
+  Image1 sums[kTracedSignalCount];
   for (Image1& sum : sums) {
     sum = Image1(48, 32);
   }
@@ -136,7 +136,7 @@ TEST(RendererTest, SecondMomentIsThatOfSingleSamples) {
     moment.frame_index = i;
     const Frame single = RenderOne(builder.scene, SmallSettings(48, 32, 1), moment);
     EXPECT_TRUE(single.samples.empty());
-    for (int k = 0; k < kSignalKindCount; ++k) {
+    for (int k = 0; k < kTracedSignalCount; ++k) {
       const Signal& signal = single.signals[static_cast<size_t>(k)];
       EXPECT_TRUE(signal.second_moment.empty());
       const bool diffuse =
@@ -152,7 +152,7 @@ TEST(RendererTest, SecondMomentIsThatOfSingleSamples) {
     }
   }
   double total = 0;
-  for (int k = 0; k < kSignalKindCount; ++k) {
+  for (int k = 0; k < kTracedSignalCount; ++k) {
     for (int y = 0; y < 32; ++y) {
       for (int x = 0; x < 48; ++x) {
         const float expected = sums[k](x, y) / kSamples;

@@ -63,7 +63,7 @@ DemodulateCounts DemodulateRows(const DemodulateInput& in, int y0, int y1, NewLi
   const DF d;
   const VF zero = hn::Zero(d);
   const VF one = hn::Set(d, 1.0f);
-  const bool divide = in.albedo[0] != nullptr;
+  const bool divide = in.albedo.count > 0;
   const int width = out->samples.width();
   DemodulateCounts counts;
   for (int y = y0; y < y1; ++y) {
@@ -81,9 +81,9 @@ DemodulateCounts DemodulateRows(const DemodulateInput& in, int y0, int y1, NewLi
       }
       Colour albedo = {one, one, one};
       if (divide) {
-        albedo = LoadColour(*in.albedo[0], x, y);
-        if (in.albedo[1] != nullptr) {
-          const Colour more = LoadColour(*in.albedo[1], x, y);
+        albedo = LoadColour(*in.albedo.part[0], x, y);
+        for (int i = 1; i < in.albedo.count; ++i) {
+          const Colour more = LoadColour(*in.albedo.part[i], x, y);
           albedo = {hn::Add(albedo.r, more.r), hn::Add(albedo.g, more.g),
                     hn::Add(albedo.b, more.b)};
         }

@@ -4,7 +4,7 @@
 /// demodulate: light divided by albedo, the lights of one signal added up, unusable samples set
 /// aside. Source: SVGF section 3, PSVGF section 4.1. Departs from them: a sample that is NaN,
 /// infinite or negative in any channel is missing (samples = 0) and is counted. No state. Border:
-/// none. Reads 12 bytes per light and 12 to 24 of albedo, writes 16 to 20 bytes per pixel.
+/// none. Reads 12 bytes per light and 0 to 36 of albedo, writes 16 to 20 bytes per pixel.
 #pragma once
 
 #include "denoise/planes.h"
@@ -12,11 +12,11 @@
 namespace stillray {
 
 struct DemodulateInput {
-  const Image3* radiance[4] = {};       ///< lights that make up this signal
-  const Image1* second_moment[4] = {};  ///< of each, or nullptr (see Signal::second_moment)
-  const Image3* own_albedo[4] = {};     ///< the albedo that each second moment was divided by
+  const Image3* radiance[6] = {};       ///< lights that make up this signal
+  const Image1* second_moment[6] = {};  ///< of each, or nullptr (see Signal::second_moment)
+  const Image3* own_albedo[6] = {};     ///< the albedo that each second moment was divided by
   int count = 0;
-  const Image3* albedo[2] = {};     ///< their sum divides the signal; both nullptr: no division
+  AlbedoSum albedo;                 ///< divides the signal
   const Image1* samples = nullptr;  ///< nullptr: one sample everywhere
 };
 

@@ -14,8 +14,8 @@ vec3 Load(const Image3& image, int x, int y) {
 
 vec3 AlbedoOf(const DemodulateInput& in, int x, int y) {
   vec3 albedo(0.0f);
-  for (const Image3* part : in.albedo) {
-    albedo += part != nullptr ? Load(*part, x, y) : vec3(0.0f);
+  for (int i = 0; i < in.albedo.count; ++i) {
+    albedo += Load(*in.albedo.part[i], x, y);
   }
   return albedo;
 }
@@ -41,7 +41,7 @@ float WithinVariance(const DemodulateInput& in, int x, int y, vec3 albedo) {
 }  // namespace
 
 DemodulateCounts Demodulate(const DemodulateInput& in, NewLight* out) {
-  const bool divide = in.albedo[0] != nullptr;
+  const bool divide = in.albedo.count > 0;
   DemodulateCounts counts;
   for (int y = 0; y < out->colour.height(); ++y) {
     for (int x = 0; x < out->colour.width(); ++x) {

@@ -21,8 +21,7 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-void RemodulateRows(const Image3& light, const Image3* albedo_a, const Image3* albedo_b, int y0,
-                    int y1, Image3* sum) {
+void RemodulateRows(const Image3& light, const AlbedoSum& albedo, int y0, int y1, Image3* sum) {
   const DF d;
   const int width = sum->width();
   for (int c = 0; c < 3; ++c) {
@@ -30,12 +29,14 @@ void RemodulateRows(const Image3& light, const Image3* albedo_a, const Image3* a
       for (int x = 0; x < width; x += LaneCount()) {
         const VF in = hn::LoadU(d, light[c].Row(y) + x);
         const VF before = hn::LoadU(d, (*sum)[c].Row(y) + x);
-        VF albedo = hn::Zero(d);
-        for (const Image3* part : {albedo_a, albedo_b}) {
-          albedo = part != nullptr ? hn::Add(albedo, hn::LoadU(d, (*part)[c].Row(y) + x)) : albedo;
+        VF factor = hn::Set(d, 1.0f);
+        if (albedo.count > 0) {
+          factor = hn::LoadU(d, (*albedo.part[0])[c].Row(y) + x);
+          for (int i = 1; i < albedo.count; ++i) {
+            factor = hn::Add(factor, hn::LoadU(d, (*albedo.part[i])[c].Row(y) + x));
+          }
+          factor = hn::Max(factor, hn::Set(d, kAlbedoFloor));
         }
-        const bool multiply = albedo_a != nullptr || albedo_b != nullptr;
-        const VF factor = multiply ? hn::Max(albedo, hn::Set(d, kAlbedoFloor)) : hn::Set(d, 1.0f);
         StoreInRow(d, hn::MulAdd(in, factor, before), (*sum)[c].Row(y), x, width);
       }
     }
@@ -76,9 +77,9 @@ namespace stillray::cpu {
 HWY_EXPORT(RemodulateRows);
 HWY_EXPORT(AddUnfilteredRows);
 
-void Remodulate(const Image3& light, const Image3* albedo_a, const Image3* albedo_b, Image3* sum) {
+void Remodulate(const Image3& light, const AlbedoSum& albedo, Image3* sum) {
   ParallelRows(sum->height(), 32, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(RemodulateRows)(light, albedo_a, albedo_b, y0, y1, sum);
+    HWY_DYNAMIC_DISPATCH(RemodulateRows)(light, albedo, y0, y1, sum);
   });
 }
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// remodulate: adds a signal, times its albedo, to the picture. Source: SVGF section 3. Pixel by
-/// pixel. Reads 36 to 48, writes 12 bytes per pixel and signal.
+/// pixel. Reads 24 to 60, writes 12 bytes per pixel and signal.
 #pragma once
 
 #include "denoise/planes.h"
@@ -10,14 +10,14 @@
 namespace stillray {
 
 /// AddUnfiltered: sum += light as it is (emission, background); values that are not finite count as
-/// zero, and the number of such pixels is returned. Remodulate: sum += light * max(albedo_a +
-/// albedo_b, floor); either albedo may be nullptr, both: no product
+/// zero, and the number of such pixels is returned. Remodulate: sum += light * max(albedo,
+/// floor), or light as it is where there is no albedo.
 namespace reference {
-void Remodulate(const Image3& light, const Image3* albedo_a, const Image3* albedo_b, Image3* sum);
+void Remodulate(const Image3& light, const AlbedoSum& albedo, Image3* sum);
 int64_t AddUnfiltered(const Image3& light, Image3* sum);
 }  // namespace reference
 namespace cpu {
-void Remodulate(const Image3& light, const Image3* albedo_a, const Image3* albedo_b, Image3* sum);
+void Remodulate(const Image3& light, const AlbedoSum& albedo, Image3* sum);
 int64_t AddUnfiltered(const Image3& light, Image3* sum);
 }  // namespace cpu
 

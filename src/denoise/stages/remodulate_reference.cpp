@@ -7,14 +7,16 @@
 
 namespace stillray::reference {
 
-void Remodulate(const Image3& light, const Image3* albedo_a, const Image3* albedo_b, Image3* sum) {
+void Remodulate(const Image3& light, const AlbedoSum& albedo, Image3* sum) {
   for (int c = 0; c < 3; ++c) {
     for (int y = 0; y < sum->height(); ++y) {
       for (int x = 0; x < sum->width(); ++x) {
-        const float a = albedo_a != nullptr ? (*albedo_a)[c](x, y) : 0.0f;
-        const float b = albedo_b != nullptr ? (*albedo_b)[c](x, y) : 0.0f;
-        const bool multiply = albedo_a != nullptr || albedo_b != nullptr;
-        (*sum)[c](x, y) += multiply ? stillray::Remodulate(light[c](x, y), a + b) : light[c](x, y);
+        float factor = 0;
+        for (int i = 0; i < albedo.count; ++i) {
+          factor += (*albedo.part[i])[c](x, y);
+        }
+        (*sum)[c](x, y) +=
+            albedo.count > 0 ? stillray::Remodulate(light[c](x, y), factor) : light[c](x, y);
       }
     }
   }
