@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What a Denoiser is inside. denoiser.cpp has the order of the stages, signal_pipeline.cpp those
+/// that run for each signal.
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "denoise/denoiser_state.h"
+#include "denoise/signal_groups.h"
+#include "denoise/stage_table.h"
+#include "stillray/denoise.hpp"
+
+namespace stillray {
+
+inline constexpr int kLimitHistoryLevels = 3;
+
+void CopyImage(const Image3& from, Image3* to);
+
+struct Denoiser::Impl {
+  Settings settings;
+  const StageTable* stages = &kCpuStages;
+  std::vector<std::string> outputs;
+  DenoiserState state;
+
+  // Work planes, kept between frames so that nothing is allocated in the steady state.
+  ReprojectionTaps taps;
+  NewLight light;
+  SignalHistory fetched;
+  FilterPlanes filter[2];
+  Image1 spread;
+  Image1 present;
+  Image1 limit;
+  Image3 scratch;
+  Image3 picture;
+
+  // The frame in progress.
+  const Frame* frame = nullptr;
+  DenoisedFrame* out = nullptr;
+
+  void Allocate(int width, int height, size_t groups);
+  void RunSignal(const SignalGroup& group, SignalHistory* history);
+  void RunDemodulate(const SignalGroup& group);
+  void UpdateCompressionScale(const SignalHistory& history, bool has_history);
+  void RunLimitHistory();
+  void RunWavelet(const SignalGroup& group, SignalHistory* history);
+  void RunLevel(int level, float mean_luminance, const SignalHistory& history, int source);
+  void RunAntialias();
+  AlbedoSum Albedos(const SignalGroup& group) const;
+  void AddSignal(const SignalGroup& group, const Image3& light_in, Image3* sum);
+
+  bool Wants(const std::string& name) const {
+    return std::find(outputs.begin(), outputs.end(), name) != outputs.end();
+  }
+  /// The composite picture called `name` among the outputs, made on first use.
+  Image3* Composite(const std::string& name);
+  void KeepPlane(const std::string& kind, const SignalGroup& group, const Image1& plane);
+  void KeepImage(const std::string& kind, const SignalGroup& group, const Image3& image);
+  size_t WorkBytes() const;
+
+  // Composites of several signals while a frame is in progress.
+  std::vector<std::pair<std::string, Image3>> composites;
+};
+
+}  // namespace stillray

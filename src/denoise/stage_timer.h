@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "stillray/denoise.hpp"
+
+namespace stillray {
+
+/// Adds the time from its making to its end to the stage of that name.
+class StageTimer {
+ public:
+  StageTimer(std::vector<StageTime>* times, const char* name) : times_(times), name_(name) {}
+  StageTimer(const StageTimer&) = delete;
+  StageTimer& operator=(const StageTimer&) = delete;
+  ~StageTimer() {
+    const std::chrono::duration<double, std::milli> elapsed =
+        std::chrono::steady_clock::now() - start_;
+    const auto at = std::find_if(times_->begin(), times_->end(),
+                                 [&](const StageTime& t) { return t.name == name_; });
+    if (at == times_->end()) {
+      times_->push_back({name_, elapsed.count()});
+    } else {
+      at->milliseconds += elapsed.count();
+    }
+  }
+
+ private:
+  std::vector<StageTime>* times_;
+  const char* name_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace stillray
