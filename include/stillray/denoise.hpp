@@ -187,6 +187,32 @@ struct DenoisedFrame {
   int64_t bad_guides = 0;
 };
 
+/// What frames after a frame know of its light, its own not included. Made by Denoiser::Accumulate,
+/// taken by Denoiser::Denoise.
+class FutureLight {
+ public:
+  FutureLight();
+  FutureLight(FutureLight&&) noexcept;
+  FutureLight& operator=(FutureLight&&) noexcept;
+  ~FutureLight();
+
+  bool empty() const;
+  size_t bytes() const;  ///< memory held
+
+ private:
+  friend class Denoiser;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Motion towards the next frame, in the conventions of Guides::motion: where the point seen at p
+/// stands one frame later, as p + result(p). Made from the next frame's own motion, which points
+/// back: the place q of the next frame with q + next_motion(q) = p is searched; of several the
+/// nearest surface, by `next_depth`, as that is the one seen at p. Where there is none (the point
+/// goes out of the picture or behind something) the result leads out of the picture. Both images
+/// have one size.
+Image2 ReverseMotion(const Image2& next_motion, const Image1& next_depth);
+
 /// Denoises a sequence frame by frame. One object holds one sequence's history; objects are
 /// independent of each other; one object must not be used by two threads at once. The same frames
 /// and settings give the same bits, whatever the number of threads.
@@ -204,6 +230,18 @@ class Denoiser {
   /// \return kInvalidArgument naming the image that is missing or has a wrong size (history is then
   ///         unchanged); kOutOfMemory
   Status Denoise(const Frame& frame, DenoisedFrame* out);
+
+  /// The same with light of the frame's future, which the whole sequence played backward has left:
+  /// first frames and freshly uncovered surfaces come out as clean as the rest. The history itself
+  /// stays free of the future; `feedback` has no effect.
+  /// \return also kInvalidArgument if `future` was made from frames of another size or other
+  /// signals
+  Status Denoise(const Frame& frame, const FutureLight& future, DenoisedFrame* out);
+
+  /// Only accumulates the frame: for playing a sequence backward, from its last frame to its first,
+  /// with motion that points to the *next* frame (see ReverseMotion). `future` is set to what is
+  /// known of the frame's light from the frames after it. Errors as Denoise.
+  Status Accumulate(const Frame& frame, FutureLight* future);
 
   /// New settings from the next frame on. History is kept unless the grouping of signals changes.
   Status SetSettings(const Settings& settings);
@@ -230,6 +268,8 @@ class Denoiser {
  private:
   struct Impl;
   explicit Denoiser(std::unique_ptr<Impl> impl);
+  static Status CheckFuture(const Frame& frame, const Settings& settings,
+                            const FutureLight& future);
   std::unique_ptr<Impl> impl_;
 };
 

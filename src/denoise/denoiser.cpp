@@ -13,6 +13,7 @@
 //     reproject (fetch)  -        taps, last history             fetched history
 //     limit_history      wavelet  new light, fetched history     longest length
 //     accumulate         -        new light, fetched history     history              colour, moments, length
+//     merge_future       -        history, light of the future   merged history       (only where the future is known)
 //     estimate_variance  3        history, guides                variance
 //     prefilter_variance 1        variance                       spread               (before every level)
 //     atrous             wavelet  colour, variance, guides       colour, variance     colour of the feedback level
@@ -101,6 +102,44 @@ void Denoiser::Impl::RunAntialias() {
   state.has_picture = true;
 }
 
+FutureLight::FutureLight() = default;
+FutureLight::FutureLight(FutureLight&&) noexcept = default;
+FutureLight& FutureLight::operator=(FutureLight&&) noexcept = default;
+FutureLight::~FutureLight() = default;
+
+bool FutureLight::empty() const {
+  return impl_ == nullptr;
+}
+
+size_t FutureLight::bytes() const {
+  size_t sum = 0;
+  if (impl_ != nullptr) {
+    for (const SignalHistory& signal : impl_->signals) {
+      sum += signal.bytes();
+    }
+  }
+  return sum;
+}
+
+/// Whether light of the future was accumulated from frames like this one.
+Status Denoiser::CheckFuture(const Frame& frame, const Settings& settings,
+                             const FutureLight& future) {
+  if (future.empty()) {
+    return Status::Ok();
+  }
+  const std::vector<SignalHistory>& signals = future.impl_->signals;
+  const size_t expected = GroupsOf(settings.signals, HasTransmission(frame)).size();
+  const Image1& length = signals.front().length;
+  if (signals.size() != expected || length.width() != frame.width ||
+      length.height() != frame.height) {
+    return Status::InvalidArgument(fmt::format(
+        "frame {}: the light of its future has {} signals of {}x{}, expected {} of {}x{}",
+        frame.index, signals.size(), length.width(), length.height(), expected, frame.width,
+        frame.height));
+  }
+  return Status::Ok();
+}
+
 Denoiser::Denoiser(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Denoiser::Denoiser(Denoiser&&) noexcept = default;
 Denoiser& Denoiser::operator=(Denoiser&&) noexcept = default;
@@ -114,41 +153,82 @@ Result<Denoiser> Denoiser::Create(const Settings& settings, Backend backend) {
   return Denoiser(std::move(impl));
 }
 
-Status Denoiser::Denoise(const Frame& frame, DenoisedFrame* out) {
-  STILLRAY_RETURN_IF_ERROR(CheckFrame(frame, impl_->settings));
-  Impl& d = *impl_;
-  const std::vector<SignalGroup> groups = GroupsOf(d.settings.signals, HasTransmission(frame));
-  d.Allocate(frame.width, frame.height, groups.size());
-  d.frame = &frame;
-  d.out = out;
+Status Denoiser::Impl::Begin(const Frame& next_frame, DenoisedFrame* result) {
+  STILLRAY_RETURN_IF_ERROR(CheckFrame(next_frame, settings));
+  groups = GroupsOf(settings.signals, HasTransmission(next_frame));
+  Allocate(next_frame.width, next_frame.height, groups.size());
+  frame = &next_frame;
+  out = result;
   out->timings.clear();
   out->images.clear();
   out->non_finite = out->negative = out->bad_guides = 0;
-  d.composites.clear();
+  composites.clear();
   for (int c = 0; c < 3; ++c) {
-    d.picture[c].Fill(0.0f);
+    picture[c].Fill(0.0f);
   }
   {
     const StageTimer timer(&out->timings, "prepare_guides");
-    std::swap(d.state.guides, d.state.previous_guides);
-    if (d.state.guides.inverse_depth.border() != d.present.border() || d.state.guides.id.empty()) {
-      d.state.guides = GuidePlanes(frame.width, frame.height, d.present.border());
+    std::swap(state.guides, state.previous_guides);
+    if (state.guides.inverse_depth.border() != present.border() || state.guides.id.empty()) {
+      state.guides = GuidePlanes(frame->width, frame->height, present.border());
     }
-    const Guides& g = frame.guides;
-    out->bad_guides = d.stages->prepare_guides(
-        {&g.depth, &g.normal, g.id.empty() ? nullptr : &g.id}, &d.state.guides);
+    const Guides& g = frame->guides;
+    out->bad_guides = stages->prepare_guides({&g.depth, &g.normal, g.id.empty() ? nullptr : &g.id},
+                                             &state.guides);
   }
-  if (d.settings.temporal && d.state.has_history) {
+  if (settings.temporal && state.has_history) {
     const StageTimer timer(&out->timings, "reproject");
     ReprojectParameters p;
-    p.depth_tolerance = d.settings.history_depth;
-    p.min_cosine = std::cos(d.settings.history_normal * 0.017453293f);
-    p.test_id = d.settings.history_id;
-    p.search = d.settings.history_search;
-    d.stages->find_taps(d.state.guides, d.state.previous_guides, frame.guides.motion, p, &d.taps);
+    p.depth_tolerance = settings.history_depth;
+    p.min_cosine = std::cos(settings.history_normal * 0.017453293f);
+    p.test_id = settings.history_id;
+    p.search = settings.history_search;
+    stages->find_taps(state.guides, state.previous_guides, frame->guides.motion, p, &taps);
   }
-  for (size_t i = 0; i < groups.size(); ++i) {
-    d.RunSignal(groups[i], &d.state.signals[i]);
+  return Status::Ok();
+}
+
+Status Denoiser::Accumulate(const Frame& frame, FutureLight* future) {
+  Impl& d = *impl_;
+  DenoisedFrame counts;
+  STILLRAY_RETURN_IF_ERROR(d.Begin(frame, &counts));
+  future->impl_ = std::make_unique<FutureLight::Impl>();
+  for (size_t i = 0; i < d.groups.size(); ++i) {
+    SignalHistory* history = &d.state.signals[i];
+    const bool limited = d.GatherLight(d.groups[i], *history);
+    future->impl_->signals.push_back(d.ShortenedHistory(limited));
+    d.RunAccumulate(limited, history);
+  }
+  d.state.has_history = d.settings.temporal;
+  d.state.has_picture = false;
+  d.frame = nullptr;
+  d.out = nullptr;
+  return Status::Ok();
+}
+
+Status Denoiser::Denoise(const Frame& frame, DenoisedFrame* out) {
+  return Denoise(frame, FutureLight(), out);
+}
+
+Status Denoiser::Denoise(const Frame& frame, const FutureLight& future, DenoisedFrame* out) {
+  Impl& d = *impl_;
+  STILLRAY_RETURN_IF_ERROR(CheckFuture(frame, d.settings, future));
+  STILLRAY_RETURN_IF_ERROR(d.Begin(frame, out));
+  for (size_t i = 0; i < d.groups.size(); ++i) {
+    SignalHistory* history = &d.state.signals[i];
+    d.RunAccumulate(d.GatherLight(d.groups[i], *history), history);
+    if (future.empty()) {
+      d.FilterSignal(d.groups[i], history);
+      continue;
+    }
+    if (d.merged.length.width() != frame.width || d.merged.length.height() != frame.height) {
+      d.merged = SignalHistory(frame.width, frame.height);
+    }
+    {
+      const StageTimer timer(&out->timings, "merge_future");
+      d.stages->merge_future(*history, future.impl_->signals[i], &d.merged);
+    }
+    d.FilterSignal(d.groups[i], &d.merged);
   }
   if (d.Wants("disocclusion")) {
     Image1 mask(frame.width, frame.height);
@@ -252,8 +332,9 @@ void Denoiser::Reset() {
 }
 
 size_t Denoiser::Impl::WorkBytes() const {
-  return taps.bytes() + light.bytes() + fetched.bytes() + filter[0].bytes() + filter[1].bytes() +
-         spread.bytes() + present.bytes() + limit.bytes() + scratch.bytes() + picture.bytes();
+  return taps.bytes() + light.bytes() + fetched.bytes() + merged.bytes() + filter[0].bytes() +
+         filter[1].bytes() + spread.bytes() + present.bytes() + limit.bytes() + scratch.bytes() +
+         picture.bytes();
 }
 
 size_t Denoiser::memory_bytes() const {

@@ -21,6 +21,10 @@ inline constexpr int kLimitHistoryLevels = 3;
 
 void CopyImage(const Image3& from, Image3* to);
 
+struct FutureLight::Impl {
+  std::vector<SignalHistory> signals;
+};
+
 struct Denoiser::Impl {
   Settings settings;
   const StageTable* stages = &kCpuStages;
@@ -31,6 +35,7 @@ struct Denoiser::Impl {
   ReprojectionTaps taps;
   NewLight light;
   SignalHistory fetched;
+  SignalHistory merged;  ///< with the future; empty until there is one
   FilterPlanes filter[2];
   Image1 spread;
   Image1 present;
@@ -39,11 +44,18 @@ struct Denoiser::Impl {
   Image3 picture;
 
   // The frame in progress.
+  std::vector<SignalGroup> groups;
   const Frame* frame = nullptr;
   DenoisedFrame* out = nullptr;
 
   void Allocate(int width, int height, size_t groups);
-  void RunSignal(const SignalGroup& group, SignalHistory* history);
+  /// Looks up the history of every pixel: everything that comes before the signals.
+  Status Begin(const Frame& next_frame, DenoisedFrame* result);
+  /// Leaves the new light in `light` and its history in `fetched`. \return whether `limit` is set
+  bool GatherLight(const SignalGroup& group, const SignalHistory& history);
+  void RunAccumulate(bool limited, SignalHistory* history);
+  SignalHistory ShortenedHistory(bool limited) const;
+  void FilterSignal(const SignalGroup& group, SignalHistory* history);
   void RunDemodulate(const SignalGroup& group);
   void UpdateCompressionScale(const SignalHistory& history, bool has_history);
   void RunLimitHistory();

@@ -237,7 +237,7 @@ void Denoiser::Impl::RunWavelet(const SignalGroup& group, SignalHistory* history
   AddSignal(group, filter[source].colour, &picture);
 }
 
-void Denoiser::Impl::RunSignal(const SignalGroup& group, SignalHistory* history) {
+bool Denoiser::Impl::GatherLight(const SignalGroup& group, const SignalHistory& history) {
   {
     const StageTimer timer(&out->timings, "demodulate");
     RunDemodulate(group);
@@ -255,13 +255,13 @@ void Denoiser::Impl::RunSignal(const SignalGroup& group, SignalHistory* history)
   {
     const StageTimer timer(&out->timings, "reproject");
     if (has_history) {
-      stages->fetch_history(*history, taps, &fetched);
+      stages->fetch_history(history, taps, &fetched);
     } else {
       fetched = SignalHistory(state.width, state.height, settings.limit_history);
     }
   }
   if (settings.limit_history) {
-    UpdateCompressionScale(*history, has_history);
+    UpdateCompressionScale(history, has_history);
   }
   const bool limited = has_history && settings.limit_history;
   if (limited) {
@@ -269,19 +269,40 @@ void Denoiser::Impl::RunSignal(const SignalGroup& group, SignalHistory* history)
     RunLimitHistory();
     KeepPlane("limit", group, limit);
   }
-  {
-    const StageTimer timer(&out->timings, "accumulate");
-    AccumulateParameters p;
-    p.alpha_min = settings.alpha_min;
-    p.alpha_moments = settings.alpha_moments;
-    p.constant_weight = settings.history_weight == HistoryWeight::kConstant;
-    p.max_history = settings.max_history;
-    p.rec601 = settings.luminance == LuminanceWeights::kRec601;
-    p.compressed_scale = fetched.compressed_scale;
-    stages->accumulate(light, fetched, limited ? &limit : nullptr, p, history);
-    history->compressed_scale = fetched.compressed_scale;
-  }
   KeepImage("noisy", group, light.colour);
+  return limited;
+}
+
+void Denoiser::Impl::RunAccumulate(bool limited, SignalHistory* history) {
+  const StageTimer timer(&out->timings, "accumulate");
+  AccumulateParameters p;
+  p.alpha_min = settings.alpha_min;
+  p.alpha_moments = settings.alpha_moments;
+  p.constant_weight = settings.history_weight == HistoryWeight::kConstant;
+  p.max_history = settings.max_history;
+  p.rec601 = settings.luminance == LuminanceWeights::kRec601;
+  p.compressed_scale = fetched.compressed_scale;
+  stages->accumulate(light, fetched, limited ? &limit : nullptr, p, history);
+  history->compressed_scale = fetched.compressed_scale;
+}
+
+/// What `fetched` is worth after limit_history, as plain lengths and weights.
+SignalHistory Denoiser::Impl::ShortenedHistory(bool limited) const {
+  SignalHistory shortened = fetched;
+  shortened.compressed = Image1();
+  for (int y = 0; limited && y < state.height; ++y) {
+    for (int x = 0; x < state.width; ++x) {
+      const float most = limit(x, y);
+      if (most < shortened.length(x, y)) {
+        shortened.length(x, y) = most;
+        shortened.weights2(x, y) = std::max(shortened.weights2(x, y), 1.0f / most);
+      }
+    }
+  }
+  return shortened;
+}
+
+void Denoiser::Impl::FilterSignal(const SignalGroup& group, SignalHistory* history) {
   KeepImage("accumulated", group, history->colour);
   KeepPlane("history", group, history->length);
   KeepPlane("moment_mean", group, history->mean);

@@ -10,6 +10,7 @@
 #include "denoise/stages/demodulate.h"
 #include "denoise/stages/estimate_variance.h"
 #include "denoise/stages/limit_history.h"
+#include "denoise/stages/merge_future.h"
 #include "denoise/stages/prefilter_variance.h"
 #include "denoise/stages/prepare_guides.h"
 #include "denoise/stages/remodulate.h"
@@ -30,6 +31,7 @@ struct StageTable {
   decltype(&reference::CompareWithHistory) compare_with_history;
   decltype(&reference::LimitHistory) limit_history;
   decltype(&reference::Accumulate) accumulate;
+  decltype(&reference::MergeFuture) merge_future;
   decltype(&reference::EstimateVariance) estimate_variance;
   decltype(&reference::PrefilterVariance) prefilter_variance;
   decltype(&reference::Atrous) atrous;
@@ -39,14 +41,14 @@ struct StageTable {
   decltype(&reference::Tonemap) tonemap;
 };
 
-#define STILLRAY_STAGES_OF(backend)                                                           \
-  StageTable {                                                                                \
-    &backend::PrepareGuides, &backend::Demodulate, &backend::ClampFireflies,                  \
-        &backend::CompressLight, &backend::ExpandLight, &backend::FindTaps,                   \
-        &backend::FetchHistory, &backend::CompareWithHistory, &backend::LimitHistory,         \
-        &backend::Accumulate, &backend::EstimateVariance, &backend::PrefilterVariance,        \
-        &backend::Atrous, &backend::Remodulate, &backend::AddUnfiltered, &backend::Antialias, \
-        &backend::Tonemap                                                                     \
+#define STILLRAY_STAGES_OF(backend)                                                   \
+  StageTable {                                                                        \
+    &backend::PrepareGuides, &backend::Demodulate, &backend::ClampFireflies,          \
+        &backend::CompressLight, &backend::ExpandLight, &backend::FindTaps,           \
+        &backend::FetchHistory, &backend::CompareWithHistory, &backend::LimitHistory, \
+        &backend::Accumulate, &backend::MergeFuture, &backend::EstimateVariance,      \
+        &backend::PrefilterVariance, &backend::Atrous, &backend::Remodulate,          \
+        &backend::AddUnfiltered, &backend::Antialias, &backend::Tonemap               \
   }
 
 inline constexpr StageTable kReferenceStages = STILLRAY_STAGES_OF(reference);
