@@ -5,8 +5,8 @@
 
     scripts/results.py [--scene NAME=PATH ...] [--work out/results] [--only cornell,lights]
 
-Converged references are rendered first, which takes many minutes a scene, and are kept in the work
-folder: remove it to render them again. Then every preset renders the frames up to the references,
+Converged references are rendered first, which takes many minutes a scene. What is finished is kept in
+the work folder: remove it to render again. Then every preset renders the frames up to the references,
 and stillray compare sets the last ones against them.
 """
 import argparse
@@ -54,7 +54,7 @@ def measure_scene(stillray, name, scene, work):
         folder = work / f"{name}-{preset}"
         aov = ["--aov", "temporal"] if preset == "default" else []
         run(stillray, "render", scene, "-o", folder, "--size", SIZE, "--frames", f"1-{FRAMES[1]}",
-            "--preset", preset, "--format", "exr,png", *aov)
+            "--preset", preset, "--format", "exr,png", "--resume", *aov)
         if preset == "default":
             rows.append(("noisy", measure(stillray, folder, reference, "noisy")))
             rows.append(("accumulated only", measure(stillray, folder, reference, "temporal")))
