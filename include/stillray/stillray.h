@@ -1,0 +1,238 @@
+/* SPDX-FileCopyrightText: the stillray developers
+ * SPDX-License-Identifier: Apache-2.0 */
+
+/* The denoiser for any language that can call C (C99). docs/library.md shows it at work.
+ *
+ *  - A device holds the threads; a denoiser holds the settings and history of one sequence.
+ *  - Images stay the caller's: a description of the memory is kept, and read or written only within
+ *    stillray_denoiser_execute(). Inputs and outputs may be the same memory.
+ *  - Every function that can fail returns a code; the message is kept by the object it was called
+ *    on, or by the calling thread where there is no object.
+ *  - Different objects may be used by different threads at once, also with one device; one denoiser
+ *    by one thread at a time. There is no global state. Nothing is printed, thrown or exited.
+ *  - The same frames and settings give the same bits, whatever the number of threads.
+ *  - NULL handles, names and pointers are errors (STILLRAY_ERROR_INVALID_ARGUMENT) unless said
+ *    otherwise; a released handle must not be used any more.
+ *
+ * Pictures: pixel (0,0) is the top left, x runs right, y down. Radiance is linear and
+ * scene-referred. What each input means is told by stillray_input_at() and in docs/library.md. */
+#ifndef STILLRAY_STILLRAY_H_
+#define STILLRAY_STILLRAY_H_
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(__GNUC__)
+#define STILLRAY_API __attribute__((visibility("default")))
+#else
+#define STILLRAY_API
+#endif
+
+/* What a program was compiled against; the library refuses to make a device for another. */
+#define STILLRAY_ABI_VERSION 1u
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct stillray_device stillray_device;
+typedef struct stillray_denoiser stillray_denoiser;
+
+typedef enum stillray_error {
+  STILLRAY_OK = 0,
+  STILLRAY_ERROR_INVALID_ARGUMENT = 1, /* a caller's mistake: sizes that differ, unknown names */
+  STILLRAY_ERROR_NOT_FOUND = 2,
+  STILLRAY_ERROR_BAD_DATA = 3,    /* a saved history that is damaged or of other settings */
+  STILLRAY_ERROR_UNSUPPORTED = 4, /* another ABI version */
+  STILLRAY_ERROR_IO = 5,
+  STILLRAY_ERROR_OUT_OF_MEMORY = 6,
+  STILLRAY_ERROR_CANCELLED = 7, /* the progress callback asked to stop */
+  STILLRAY_ERROR_INTERNAL = 8   /* a defect of stillray */
+} stillray_error;
+
+/* ---- Library -------------------------------------------------------------------------------- */
+
+/* STILLRAY_ABI_VERSION of the library that is running. */
+STILLRAY_API uint32_t stillray_abi_version(void);
+/* "MAJOR.MINOR.PATCH" of the library that is running. */
+STILLRAY_API const char* stillray_version(void);
+/* "out of memory", ...; never NULL. */
+STILLRAY_API const char* stillray_error_name(int error);
+
+/* ---- Images --------------------------------------------------------------------------------- */
+
+typedef enum stillray_format {
+  STILLRAY_FORMAT_FLOAT = 1, /* 32-bit IEEE floats */
+  STILLRAY_FORMAT_HALF = 2,  /* 16-bit IEEE floats; outputs are rounded to nearest even */
+  STILLRAY_FORMAT_UINT32 = 3 /* only for "id" */
+} stillray_format;
+
+/* Channel c of pixel (x, y) lies at data + y * row_stride + x * pixel_stride + c * channel_stride
+ * bytes, in any order: interleaved, planar, bottom-up (negative row_stride), part of a larger
+ * picture. No two elements may share bytes. No alignment is needed. */
+typedef struct stillray_image {
+  void* data;       /* inputs are only read */
+  int32_t format;   /* a stillray_format */
+  int32_t channels; /* 1 to 4; inputs may have more than are needed, which are left alone */
+  int32_t width;    /* pixels, 1 to 32768 */
+  int32_t height;
+  ptrdiff_t pixel_stride;   /* bytes; 0: channels * bytes of the format */
+  ptrdiff_t row_stride;     /* bytes; 0: width * pixel_stride */
+  ptrdiff_t channel_stride; /* bytes; 0: bytes of the format */
+} stillray_image;
+
+/* Tightly packed pixels: RGBRGB... */
+STILLRAY_API stillray_image stillray_interleaved(void* data, int32_t format, int32_t channels,
+                                                 int32_t width, int32_t height);
+/* Tightly packed planes: RR...GG...BB... */
+STILLRAY_API stillray_image stillray_planar(void* data, int32_t format, int32_t channels,
+                                            int32_t width, int32_t height);
+
+/* ---- What there is -------------------------------------------------------------------------- */
+
+/* An image that a frame may have. All strings here live as long as the program. */
+typedef struct stillray_input_info {
+  const char* name; /* "direct_diffuse", "albedo", "motion", ... */
+  const char* help; /* one sentence: meaning, unit */
+  int32_t channels; /* least number of channels */
+} stillray_input_info;
+
+STILLRAY_API size_t stillray_input_count(void);
+/* INVALID_ARGUMENT if index is not below the count; the message is the thread's. */
+STILLRAY_API stillray_error stillray_input_at(size_t index, stillray_input_info* info);
+
+typedef enum stillray_parameter_type {
+  STILLRAY_PARAMETER_FLOAT = 0,
+  STILLRAY_PARAMETER_INT = 1,
+  STILLRAY_PARAMETER_FLAG = 2,   /* "on" or "off" */
+  STILLRAY_PARAMETER_CHOICE = 3, /* one of `choices` */
+  STILLRAY_PARAMETER_STEPS = 4   /* "1,2,4,8,16" */
+} stillray_parameter_type;
+
+typedef struct stillray_parameter {
+  const char* name;
+  const char* help;  /* one sentence */
+  const char* group; /* the stage that reads it */
+  const char* unit;  /* "" if it has none */
+  stillray_parameter_type type;
+  double min; /* inclusive; of each step for STEPS */
+  double max;
+  const char* default_value;  /* as text, of the preset "default" */
+  const char* const* choices; /* `choice_count` names; NULL if there are none */
+  size_t choice_count;
+} stillray_parameter;
+
+STILLRAY_API size_t stillray_parameter_count(void);
+STILLRAY_API stillray_error stillray_parameter_at(size_t index, stillray_parameter* parameter);
+
+STILLRAY_API size_t stillray_preset_count(void);
+/* NULL if index is not below the count. */
+STILLRAY_API const char* stillray_preset_name(size_t index);
+
+/* ---- Device --------------------------------------------------------------------------------- */
+
+/* abi_version: pass STILLRAY_ABI_VERSION. threads: 1 to 1024, at most one per processor is
+ * used; 0: one per processor.
+ * On failure *device is NULL. UNSUPPORTED: the library has another ABI version. */
+STILLRAY_API stillray_error stillray_device_create(uint32_t abi_version, int32_t threads,
+                                                   stillray_device** device);
+/* Denoisers made of it keep what they need. NULL is allowed. */
+STILLRAY_API void stillray_device_release(stillray_device* device);
+/* The number of threads; 0 if device is NULL. */
+STILLRAY_API int32_t stillray_device_threads(const stillray_device* device);
+
+/* ---- Denoiser ------------------------------------------------------------------------------- */
+
+/* preset: a name, or NULL for "default". On failure *denoiser is NULL, the message is the
+ * thread's. */
+STILLRAY_API stillray_error stillray_denoiser_create(stillray_device* device, const char* preset,
+                                                     stillray_denoiser** denoiser);
+/* NULL is allowed. */
+STILLRAY_API void stillray_denoiser_release(stillray_denoiser* denoiser);
+
+/* One line on the last call that failed: of this denoiser, or, if it is NULL, of this thread's
+ * calls without a denoiser (creation, NULL handles, tables). "" if none failed. Valid until the
+ * next failure of the same kind. */
+STILLRAY_API const char* stillray_error_message(const stillray_denoiser* denoiser);
+
+/* All settings of a preset. */
+STILLRAY_API stillray_error stillray_denoiser_set_preset(stillray_denoiser* denoiser,
+                                                         const char* preset);
+/* One setting, from text: "0.2", "on", "split", "1,2,4". Settings that contradict each other are
+ * reported by execute, so that they can be changed in any order. History is kept where it can be:
+ * regrouping signals restarts it. */
+STILLRAY_API stillray_error stillray_denoiser_set(stillray_denoiser* denoiser, const char* name,
+                                                  const char* value);
+/* *value: text that set() reads back to the same bits, valid until the next call of get(). */
+STILLRAY_API stillray_error stillray_denoiser_get(stillray_denoiser* denoiser, const char* name,
+                                                  const char** value);
+
+/* The images of the frames to come; NULL takes one away. They stay until changed. */
+STILLRAY_API stillray_error stillray_denoiser_set_input(stillray_denoiser* denoiser,
+                                                        const char* name,
+                                                        const stillray_image* image);
+/* Where to write a result; NULL takes it away. "colour" (3 channels) is the picture;
+ * "variance" (1) the variance of its luminance before the spatial filter, and "history_length" (1)
+ * the samples in the shortest history, steer adaptive samplers; the others are intermediate
+ * pictures. Channels beyond those of the result are left alone. What a frame does not have (such
+ * as "limit" in a first frame) is filled with 0. */
+STILLRAY_API stillray_error stillray_denoiser_set_output(stillray_denoiser* denoiser,
+                                                         const char* name,
+                                                         const stillray_image* image);
+/* The results that there are with the present settings; 0 and NULL if there is no such one. */
+STILLRAY_API size_t stillray_denoiser_output_count(stillray_denoiser* denoiser);
+STILLRAY_API const char* stillray_denoiser_output_name(stillray_denoiser* denoiser, size_t index);
+
+/* All rays of the next frames went through (x + 0.5 + jitter_x, y + 0.5 + jitter_y); -0.5 to 0.5.
+ */
+STILLRAY_API stillray_error stillray_denoiser_set_jitter(stillray_denoiser* denoiser,
+                                                         float jitter_x, float jitter_y);
+
+/* Called with the part of the frame that is done, 0 to 1 (an estimate from the last frame's time),
+ * on the thread that called execute; return 0 to go on, anything else to cancel. */
+typedef int (*stillray_progress)(void* user, double fraction);
+/* progress may be NULL: none. */
+STILLRAY_API stillray_error stillray_denoiser_set_progress(stillray_denoiser* denoiser,
+                                                           stillray_progress progress, void* user);
+
+/* Denoises the next frame of the sequence. A frame of another size than the last one restarts the
+ * history.
+ *  INVALID_ARGUMENT  an image is missing or of another size than the others, or settings
+ *                    contradict each other: the message names it. History is unchanged.
+ *  CANCELLED         no output was written. History is unchanged if nothing was filtered yet
+ *                    (fraction was 0), else it restarts.
+ *  OUT_OF_MEMORY     no output was written; history restarts. */
+STILLRAY_API stillray_error stillray_denoiser_execute(stillray_denoiser* denoiser);
+
+/* Frames have this size from now on: forgets all inputs and outputs, so that no image of the old
+ * size is left, frees the memory of the old size, and refuses images of another. 0, 0: any. */
+STILLRAY_API stillray_error stillray_denoiser_resize(stillray_denoiser* denoiser, int32_t width,
+                                                     int32_t height);
+/* Forgets all history: the next frame is a first frame, as after a cut. */
+STILLRAY_API stillray_error stillray_denoiser_reset(stillray_denoiser* denoiser);
+
+/* The whole history, to continue later with the same bits. *size: bytes needed. buffer NULL only
+ * asks for the size; a capacity below it is INVALID_ARGUMENT, and nothing is written. */
+STILLRAY_API stillray_error stillray_denoiser_save_history(stillray_denoiser* denoiser,
+                                                           void* buffer, size_t capacity,
+                                                           size_t* size);
+/* BAD_DATA if the bytes are damaged or of other settings; history is then unchanged. */
+STILLRAY_API stillray_error stillray_denoiser_restore_history(stillray_denoiser* denoiser,
+                                                              const void* buffer, size_t size);
+
+/* What the last frame was like. */
+typedef struct stillray_statistics {
+  int64_t non_finite;  /* values of light that were NaN or infinite and were treated as missing */
+  int64_t negative;    /* ... that were negative */
+  int64_t bad_guides;  /* pixels whose depth or normal could not be used: passed through */
+  size_t memory_bytes; /* history and working memory held now */
+  double filter_ms;    /* time of all stages, without copying images in and out */
+} stillray_statistics;
+STILLRAY_API stillray_error stillray_denoiser_statistics(stillray_denoiser* denoiser,
+                                                         stillray_statistics* statistics);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* STILLRAY_STILLRAY_H_ */

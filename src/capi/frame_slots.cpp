@@ -1,0 +1,162 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "capi/frame_slots.h"
+
+#include <algorithm>
+#include <array>
+
+#include "capi/image_access.h"
+
+namespace stillray::capi {
+namespace {
+
+constexpr std::array kInputs = {
+    stillray_input_info{"direct_diffuse",
+                        "Light straight from a light, diffusely reflected: linear RGB, albedo "
+                        "multiplied in, mean of this frame's samples.",
+                        3},
+    stillray_input_info{"indirect_diffuse",
+                        "Diffusely reflected light that met other surfaces before.", 3},
+    stillray_input_info{"direct_specular", "Light straight from a light, specularly reflected.", 3},
+    stillray_input_info{"indirect_specular",
+                        "Specularly reflected light that met other surfaces before.", 3},
+    stillray_input_info{"direct_transmission",
+                        "Light straight from a light, through the first surface.", 3},
+    stillray_input_info{"indirect_transmission",
+                        "Light through the first surface that met other surfaces before.", 3},
+    stillray_input_info{"direct_diffuse.second_moment",
+                        "Mean over the pixel's samples of luminance(sample / max(albedo, 0.01))^2; "
+                        "for several samples per pixel.",
+                        1},
+    stillray_input_info{"indirect_diffuse.second_moment", "The same of indirect_diffuse.", 1},
+    stillray_input_info{"direct_specular.second_moment", "The same of direct_specular.", 1},
+    stillray_input_info{"indirect_specular.second_moment", "The same of indirect_specular.", 1},
+    stillray_input_info{"direct_transmission.second_moment", "The same of direct_transmission.", 1},
+    stillray_input_info{"indirect_transmission.second_moment", "The same of indirect_transmission.",
+                        1},
+    stillray_input_info{
+        "depth",
+        "Linear view-space z of the first surface, > 0; infinite where the ray left "
+        "the scene.",
+        1},
+    stillray_input_info{
+        "normal", "World-space unit normal of the first surface; zero where there is none.", 3},
+    stillray_input_info{"albedo", "Diffuse reflectance of the first surface, linear RGB.", 3},
+    stillray_input_info{"specular_albedo",
+                        "Specular reflectance towards the viewer, linear RGB; needed with specular "
+                        "light.",
+                        3},
+    stillray_input_info{"transmission_albedo",
+                        "Transmittance, linear RGB; needed with transmitted light.", 3},
+    stillray_input_info{"motion",
+                        "Pixels, x right, y down, without jitter: the point seen at p was at p + "
+                        "motion(p) one frame ago.",
+                        2},
+    stillray_input_info{"id", "Same surface, same number, in every frame; 0 where there is none.",
+                        1},
+    stillray_input_info{"roughness", "Perceptual roughness, 0 to 1.", 1},
+    stillray_input_info{
+        "emission", "Light that the first surface emits: added after filtering, linear RGB.", 3},
+    stillray_input_info{"background",
+                        "Light of rays that left the scene: added after filtering, linear RGB.", 3},
+    stillray_input_info{"samples",
+                        "Samples that each pixel got in this frame, 0 where it is missing; not "
+                        "given: 1 everywhere.",
+                        1},
+};
+
+const stillray_image* Find(const ImageMap& images, std::string_view name) {
+  const auto at = images.find(name);
+  return at == images.end() ? nullptr : &at->second;
+}
+
+template <typename T>
+void Fit(const Frame& frame, Plane<T>* plane) {
+  if (plane->width() != frame.width || plane->height() != frame.height) {
+    *plane = Plane<T>(frame.width, frame.height);
+  }
+}
+
+void Load(const ImageMap& images, std::string_view name, const Frame& frame, Image1* plane) {
+  const stillray_image* image = Find(images, name);
+  if (image == nullptr) {
+    *plane = Image1();
+    return;
+  }
+  Fit(frame, plane);
+  ReadChannel(*image, 0, plane);
+}
+
+template <int N>
+void Load(const ImageMap& images, std::string_view name, const Frame& frame,
+          Planes<float, N>* planes) {
+  const stillray_image* image = Find(images, name);
+  for (int c = 0; c < N; ++c) {
+    Image1& plane = (*planes)[c];
+    if (image == nullptr) {
+      plane = Image1();
+      continue;
+    }
+    Fit(frame, &plane);
+    ReadChannel(*image, c, &plane);
+  }
+}
+
+void LoadSignals(const ImageMap& images, Frame* frame) {
+  std::vector<Signal> before = std::move(frame->signals);
+  frame->signals.clear();
+  for (int k = 0; k < kSignalKindCount; ++k) {
+    const auto kind = static_cast<SignalKind>(k);
+    const std::string name = SignalName(kind);
+    if (Find(images, name) == nullptr) {
+      continue;
+    }
+    const auto old =
+        std::find_if(before.begin(), before.end(), [&](const Signal& s) { return s.kind == kind; });
+    Signal signal = old == before.end() ? Signal() : std::move(*old);
+    signal.kind = kind;
+    Load(images, name, *frame, &signal.radiance);
+    Load(images, name + ".second_moment", *frame, &signal.second_moment);
+    frame->signals.push_back(std::move(signal));
+  }
+}
+
+}  // namespace
+
+std::span<const stillray_input_info> Inputs() {
+  return kInputs;
+}
+
+const stillray_input_info* FindInput(std::string_view name) {
+  const auto at = std::find_if(kInputs.begin(), kInputs.end(),
+                               [&](const stillray_input_info& i) { return name == i.name; });
+  return at == kInputs.end() ? nullptr : &*at;
+}
+
+bool IsId(std::string_view name) {
+  return name == "id";
+}
+
+void LoadFrame(const ImageMap& images, Frame* frame) {
+  LoadSignals(images, frame);
+  Guides& g = frame->guides;
+  Load(images, "depth", *frame, &g.depth);
+  Load(images, "normal", *frame, &g.normal);
+  Load(images, "albedo", *frame, &g.albedo);
+  Load(images, "specular_albedo", *frame, &g.specular_albedo);
+  Load(images, "transmission_albedo", *frame, &g.transmission_albedo);
+  Load(images, "motion", *frame, &g.motion);
+  Load(images, "roughness", *frame, &g.roughness);
+  Load(images, "emission", *frame, &frame->emission);
+  Load(images, "background", *frame, &frame->background);
+  Load(images, "samples", *frame, &frame->samples);
+  const stillray_image* id = Find(images, "id");
+  if (id == nullptr) {
+    g.id = Plane<uint32_t>();
+    return;
+  }
+  Fit(*frame, &g.id);
+  ReadIds(*id, &g.id);
+}
+
+}  // namespace stillray::capi

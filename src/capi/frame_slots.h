@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The images of a frame by name.
+#pragma once
+
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "stillray/core.h"
+#include "stillray/stillray.h"
+
+namespace stillray::capi {
+
+using ImageMap = std::map<std::string, stillray_image, std::less<>>;
+
+/// All inputs, in the order of the documentation.
+std::span<const stillray_input_info> Inputs();
+
+/// \return nullptr if there is no such input
+const stillray_input_info* FindInput(std::string_view name);
+
+/// Whether the input holds whole numbers (STILLRAY_FORMAT_UINT32).
+bool IsId(std::string_view name);
+
+/// Copies the images into the frame; what is not given becomes empty. All images are of the size
+/// frame->width x frame->height.
+void LoadFrame(const ImageMap& images, Frame* frame);
+
+}  // namespace stillray::capi

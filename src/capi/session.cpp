@@ -1,0 +1,389 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "capi/session.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <future>
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_group.h>
+
+#include "capi/image_access.h"
+#include "core/colour.h"
+#include "denoise/signal_groups.h"
+
+namespace stillray::capi {
+namespace {
+
+constexpr int kMaxSide = 32768;
+/// How often the progress callback is asked: quick for a person, free for a processor.
+constexpr std::chrono::milliseconds kPoll(4);
+/// Parts of a frame's progress: reading inputs takes no time worth reporting.
+constexpr double kFilteringEnds = 0.95;
+
+bool StartsWith(std::string_view name, std::string_view prefix) {
+  return name.substr(0, prefix.size()) == prefix;
+}
+
+int ChannelsOf(std::string_view output) {
+  if (output == "colour" || output == "temporal" || output == "aliased" ||
+      StartsWith(output, "atrous") || StartsWith(output, "noisy.") ||
+      StartsWith(output, "accumulated.") || StartsWith(output, "filtered.")) {
+    return 3;
+  }
+  return 1;
+}
+
+Status UnknownName(const char* what, std::string_view name, const std::string& known) {
+  return Status::InvalidArgument(
+      fmt::format("unknown {0} '{1}'; {0}s are: {2}", what, name, known));
+}
+
+double TotalMs(const std::vector<StageTime>& timings) {
+  double sum = 0;
+  for (const StageTime& stage : timings) {
+    sum += stage.milliseconds;
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::vector<std::string> Session::OutputNames() const {
+  std::vector<std::string> names = {"colour", "history_length"};
+  const bool with_variance = settings_.wavelet == Wavelet::kSvgf;
+  if (with_variance) {
+    names.insert(names.begin() + 1, "variance");
+  }
+  for (std::string& name : Denoiser::OutputNames(settings_)) {
+    if (with_variance || (!StartsWith(name, "variance.") && !StartsWith(name, "filtered"))) {
+      names.push_back(std::move(name));
+    }
+  }
+  return names;
+}
+
+Status Session::CheckSize(std::string_view name, const stillray_image& image) const {
+  if (width_ != 0 && (image.width != width_ || image.height != height_)) {
+    return Status::InvalidArgument(fmt::format("image '{}' is {}x{}, expected {}x{} as resized to",
+                                               name, image.width, image.height, width_, height_));
+  }
+  return Status::Ok();
+}
+
+Status Session::SetInput(std::string_view name, const stillray_image* image) {
+  const stillray_input_info* info = FindInput(name);
+  if (info == nullptr) {
+    std::string known;
+    for (const stillray_input_info& input : Inputs()) {
+      known += known.empty() ? "" : ", ";
+      known += input.name;
+    }
+    return UnknownName("input", name, known);
+  }
+  if (image == nullptr) {
+    inputs_.erase(info->name);
+    return Status::Ok();
+  }
+  stillray_image checked = *image;
+  STILLRAY_RETURN_IF_ERROR(CheckImage(name, info->channels, IsId(name), &checked));
+  STILLRAY_RETURN_IF_ERROR(CheckSize(name, checked));
+  inputs_.insert_or_assign(info->name, checked);
+  return Status::Ok();
+}
+
+Status Session::SetOutput(std::string_view name, const stillray_image* image) {
+  if (image == nullptr) {
+    const auto at = outputs_.find(name);
+    if (at != outputs_.end()) {
+      outputs_.erase(at);
+      return Status::Ok();
+    }
+  }
+  const std::vector<std::string> names = OutputNames();
+  if (std::find(names.begin(), names.end(), name) == names.end()) {
+    return UnknownName("output", name, fmt::format("{}", fmt::join(names, ", ")));
+  }
+  if (image == nullptr) {
+    return Status::Ok();
+  }
+  stillray_image checked = *image;
+  STILLRAY_RETURN_IF_ERROR(CheckImage(name, ChannelsOf(name), false, &checked));
+  STILLRAY_RETURN_IF_ERROR(CheckSize(name, checked));
+  outputs_.insert_or_assign(std::string(name), checked);
+  return Status::Ok();
+}
+
+Status Session::SetJitter(float x, float y) {
+  if (!(std::abs(x) <= 0.5f) || !(std::abs(y) <= 0.5f)) {
+    return Status::InvalidArgument(
+        fmt::format("jitter is ({}, {}), expected -0.5 to 0.5 for each", x, y));
+  }
+  frame_.jitter_x = x;
+  frame_.jitter_y = y;
+  return Status::Ok();
+}
+
+void Session::SetProgress(stillray_progress progress, void* user) {
+  progress_ = progress;
+  progress_user_ = user;
+}
+
+Status Session::Prepare() {
+  if (!engine_.has_value()) {
+    Result<Denoiser> made = Denoiser::Create(settings_);
+    if (!made.ok()) {
+      return made.status();
+    }
+    engine_.emplace(std::move(made.value()));
+  }
+  return engine_->SetSettings(settings_);
+}
+
+Status Session::CheckSizes() {
+  if (inputs_.empty()) {
+    return Status::InvalidArgument("no input is set");
+  }
+  // The first image of the documentation's order sets the size: it is light where there is any.
+  const stillray_image* first = nullptr;
+  std::string first_name;
+  for (const stillray_input_info& info : Inputs()) {
+    const auto at = inputs_.find(info.name);
+    if (at != inputs_.end()) {
+      first = &at->second;
+      first_name = info.name;
+      break;
+    }
+  }
+  for (const ImageMap* images : {&inputs_, &outputs_}) {
+    for (const auto& [name, image] : *images) {
+      if (image.width != first->width || image.height != first->height) {
+        return Status::InvalidArgument(fmt::format("image '{}' is {}x{}, expected {}x{} as '{}'",
+                                                   name, image.width, image.height, first->width,
+                                                   first->height, first_name));
+      }
+    }
+  }
+  frame_.width = first->width;
+  frame_.height = first->height;
+  return Status::Ok();
+}
+
+Status Session::CheckOutputs() const {
+  if (outputs_.empty()) {
+    return Status::InvalidArgument("no output is set");
+  }
+  const std::vector<std::string> names = OutputNames();
+  for (const auto& [name, image] : outputs_) {
+    if (std::find(names.begin(), names.end(), name) == names.end()) {
+      return UnknownName("output", name, fmt::format("{}", fmt::join(names, ", ")));
+    }
+  }
+  return Status::Ok();
+}
+
+bool Session::Report(double fraction) const {
+  return progress_ == nullptr || progress_(progress_user_, fraction) == 0;
+}
+
+Status Session::Execute() {
+  STILLRAY_RETURN_IF_ERROR(CheckSizes());
+  STILLRAY_RETURN_IF_ERROR(CheckOutputs());
+  STILLRAY_RETURN_IF_ERROR(Prepare());
+  std::vector<std::string> wanted;
+  for (const auto& [name, image] : outputs_) {
+    if (name == "history_length") {
+      wanted.push_back("history");
+    } else if (name != "colour") {
+      wanted.push_back(name);
+    }
+  }
+  STILLRAY_RETURN_IF_ERROR(engine_->SetOutputs(wanted));
+  if (!Report(0.0)) {
+    return Status::Cancelled();
+  }
+  threads_->arena.execute([&] { LoadFrame(inputs_, &frame_); });
+  STILLRAY_RETURN_IF_ERROR(progress_ == nullptr ? Filter() : FilterWatched());
+  last_filter_ms_ = TotalMs(result_.timings);
+  threads_->arena.execute([&] { WriteOutputs(); });
+  ++frame_.index;
+  // The frame is finished and its outputs are written: there is nothing left to cancel.
+  Report(1.0);
+  return Status::Ok();
+}
+
+Status Session::Filter() {
+  Status status;
+  threads_->arena.execute([&] { status = engine_->Denoise(frame_, &result_); });
+  return status;
+}
+
+Status Session::FilterWatched() {
+  // Loops within the engine belong to this group, so that cancelling it ends them all.
+  tbb::task_group_context group;
+  std::future<Status> filtering = std::async(std::launch::async, [&] {
+    Status status;
+    threads_->arena.execute([&] {
+      tbb::parallel_for(
+          0, 1, [&](int) { status = engine_->Denoise(frame_, &result_); }, group);
+    });
+    return status;
+  });
+  const auto start = std::chrono::steady_clock::now();
+  bool cancelled = false;
+  while (filtering.wait_for(kPoll) != std::future_status::ready) {
+    const std::chrono::duration<double, std::milli> elapsed =
+        std::chrono::steady_clock::now() - start;
+    const double part = last_filter_ms_ > 0 ? std::min(1.0, elapsed.count() / last_filter_ms_) : 0;
+    // Above 0, which promises that nothing has been filtered yet.
+    if (!cancelled && !Report(std::max(0.01, kFilteringEnds * part))) {
+      cancelled = true;
+      group.cancel_group_execution();
+    }
+  }
+  Status status = filtering.get();
+  if (!status.ok()) {
+    return status;  // refused before anything was done
+  }
+  if (cancelled || !Report(kFilteringEnds)) {
+    engine_.reset();  // half a frame is in its history
+    return Status::Cancelled();
+  }
+  return Status::Ok();
+}
+
+Image1 Session::VarianceOfPicture() const {
+  Image1 sum(frame_.width, frame_.height);
+  const Guides& g = frame_.guides;
+  for (const SignalGroup& group : GroupsOf(settings_.signals, HasTransmission(frame_))) {
+    const std::string name = std::string("variance.") + group.name;
+    const auto at = std::find_if(result_.images.begin(), result_.images.end(),
+                                 [&](const NamedImage& image) { return image.name == name; });
+    if (at == result_.images.end()) {
+      continue;
+    }
+    std::vector<const Image3*> albedos;
+    for (const auto& [used, albedo] :
+         {std::pair{group.diffuse_albedo, &g.albedo},
+          std::pair{group.specular_albedo, &g.specular_albedo},
+          std::pair{group.transmission_albedo, &g.transmission_albedo}}) {
+      if (used && settings_.demodulate && !albedo->empty()) {
+        albedos.push_back(albedo);
+      }
+    }
+    for (int y = 0; y < frame_.height; ++y) {
+      for (int x = 0; x < frame_.width; ++x) {
+        float factor[3] = {1, 1, 1};
+        for (int c = 0; c < 3 && !albedos.empty(); ++c) {
+          float albedo = 0;
+          for (const Image3* part : albedos) {
+            albedo += (*part)[c](x, y);
+          }
+          factor[c] = std::max(albedo, kAlbedoFloor);
+        }
+        const float luminance = Luminance709(factor[0], factor[1], factor[2]);
+        sum(x, y) += luminance * luminance * at->channels[0](x, y);
+      }
+    }
+  }
+  return sum;
+}
+
+Image1 Session::ShortestHistory() const {
+  Image1 shortest(frame_.width, frame_.height);
+  bool first = true;
+  for (const NamedImage& image : result_.images) {
+    if (!StartsWith(image.name, "history.")) {
+      continue;
+    }
+    for (int y = 0; y < frame_.height; ++y) {
+      for (int x = 0; x < frame_.width; ++x) {
+        const float length = image.channels[0](x, y);
+        shortest(x, y) = first ? length : std::min(shortest(x, y), length);
+      }
+    }
+    first = false;
+  }
+  return shortest;
+}
+
+void Session::WriteOutput(const std::string& name, const stillray_image& image) {
+  if (name == "variance") {
+    WriteChannel(VarianceOfPicture(), 0, image);
+    return;
+  }
+  if (name == "history_length") {
+    WriteChannel(ShortestHistory(), 0, image);
+    return;
+  }
+  const auto at = std::find_if(result_.images.begin(), result_.images.end(),
+                               [&](const NamedImage& i) { return i.name == name; });
+  for (int c = 0; c < ChannelsOf(name); ++c) {
+    if (name == "colour") {
+      WriteChannel(result_.colour[c], c, image);
+    } else if (at != result_.images.end()) {
+      WriteChannel(at->channels[static_cast<size_t>(c)], c, image);
+    } else {
+      ClearChannel(c, image);
+    }
+  }
+}
+
+void Session::WriteOutputs() {
+  for (const auto& [name, image] : outputs_) {
+    WriteOutput(name, image);
+  }
+}
+
+Status Session::Resize(int width, int height) {
+  const bool any = width == 0 && height == 0;
+  if (!any && (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide)) {
+    return Status::InvalidArgument(fmt::format("size is {}x{}, expected 1x1 to {}x{}, or 0x0",
+                                               width, height, kMaxSide, kMaxSide));
+  }
+  inputs_.clear();
+  outputs_.clear();
+  width_ = width;
+  height_ = height;
+  if (frame_.width != width || frame_.height != height) {
+    Frame empty;
+    empty.index = frame_.index;
+    empty.jitter_x = frame_.jitter_x;
+    empty.jitter_y = frame_.jitter_y;
+    frame_ = std::move(empty);
+    result_ = DenoisedFrame();
+    engine_.reset();
+  }
+  return Status::Ok();
+}
+
+void Session::Reset() {
+  if (engine_.has_value()) {
+    engine_->Reset();
+  }
+}
+
+Result<std::vector<uint8_t>> Session::SaveHistory() {
+  STILLRAY_RETURN_IF_ERROR(Prepare());
+  return engine_->SaveHistory();
+}
+
+Status Session::RestoreHistory(std::span<const uint8_t> bytes) {
+  STILLRAY_RETURN_IF_ERROR(Prepare());
+  return engine_->RestoreHistory(bytes);
+}
+
+stillray_statistics Session::Statistics() const {
+  stillray_statistics s = {};
+  s.non_finite = result_.non_finite;
+  s.negative = result_.negative;
+  s.bad_guides = result_.bad_guides;
+  s.memory_bytes = engine_.has_value() ? engine_->memory_bytes() : 0;
+  s.filter_ms = last_filter_ms_;
+  return s;
+}
+
+}  // namespace stillray::capi
