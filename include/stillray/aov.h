@@ -1,0 +1,176 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Frames of other renderers: which layers of an EXR file hold which light and which guide, under
+/// which convention, and the way from there to a Frame and back into the file.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "stillray/frame.h"
+#include "stillray/io.h"
+#include "stillray/status.h"
+
+namespace stillray {
+
+enum class MotionUnit : uint8_t {
+  kPixels,
+  kFraction,  ///< 1 is the width (x) or height (y) of the picture
+  kNdc,       ///< 2 is the width or height: coordinates run from -1 to 1
+};
+enum class MotionDirection : uint8_t {
+  kToPrevious,    ///< place one frame ago minus place now, as in stillray
+  kFromPrevious,  ///< place now minus place one frame ago
+  kToNext,        ///< place one frame later minus place now; taken for steady motion
+};
+
+/// What the two numbers of a motion layer mean.
+struct MotionConvention {
+  MotionUnit unit = MotionUnit::kPixels;
+  MotionDirection direction = MotionDirection::kToPrevious;
+  bool y_up = false;      ///< positive y points to the top of the picture
+  bool jittered = false;  ///< the shift of the sample points between the frames is in it
+  float scale = 1;        ///< stored values are multiplied by this first, e.g. 1 / shutter length
+};
+
+/// Sample points of this frame and the one before it, pixels from the pixel centre.
+struct JitterPair {
+  float x = 0;
+  float y = 0;
+  float previous_x = 0;
+  float previous_y = 0;
+};
+
+enum class DepthKind : uint8_t {
+  kLinear,      ///< distance along the viewing axis
+  kRay,         ///< length of the ray; needs `focal`
+  kInverse,     ///< 1 / linear; 0 is infinity
+  kNormalised,  ///< 0 at `near`, 1 at `far`, linear between
+  kProjected,   ///< 0 at `near`, 1 at `far`, as a rasteriser stores it
+  kReversed,    ///< 1 at `near`, 0 at `far`, as a rasteriser stores it
+};
+
+struct DepthConvention {
+  DepthKind kind = DepthKind::kLinear;
+  float near = 0;
+  float far = std::numeric_limits<float>::infinity();
+  float focal = 0;          ///< of kRay: focal length in pixels, principal point in the middle
+  float background = 1e9f;  ///< stored values from here on are infinity (kLinear and kRay)
+};
+
+struct NormalConvention {
+  bool camera_space = false;  ///< turned into world space where the file has worldToCamera
+  bool encoded = false;       ///< stored as n / 2 + 1/2
+  /// Where our x, y and z stand: 1, 2, 3 for the first, second, third channel, negative for its
+  /// opposite.
+  std::array<int, 3> axes = {1, 2, 3};
+};
+
+/// Motion as Guides wants it: pixels, y down, towards the previous frame, without jitter.
+/// \param x, y  planes of one size, as stored
+Image2 ConvertMotion(const Image1& x, const Image1& y, const MotionConvention& convention,
+                     const JitterPair& jitter);
+/// Linear depth; +infinity for background. What no camera can see (negative, zero, NaN) stays.
+Image1 ConvertDepth(const Image1& depth, const DepthConvention& convention);
+/// Unit normals; zero stays zero, NaN stays NaN.
+/// \param world_to_camera  rows of the upper 3 x 3 of OpenEXR's worldToCamera (row vectors:
+///        camera = world * matrix), or nullptr
+Image3 ConvertNormal(const Image3& normal, const NormalConvention& convention,
+                     const std::array<float, 9>* world_to_camera);
+
+/// "pixels, to_previous, y_up": the words that --aov takes.
+std::string ConventionText(const MotionConvention& convention);
+std::string ConventionText(const DepthConvention& convention);
+std::string ConventionText(const NormalConvention& convention);
+
+/// What a layer can serve as.
+enum class Aov : uint8_t {
+  kColour,  ///< all light
+  kResult,  ///< where the denoised light is written; kColour's layer unless there is one
+  kAlpha,
+  kDepth,
+  kNormal,
+  kMotion,
+  kAlbedo,
+  kSpecularAlbedo,
+  kTransmissionAlbedo,
+  kFallbackAlbedo,  ///< of all reflection together; used with kColour alone
+  kId,
+  kCryptomatte,  ///< id as the bits of a float
+  kRoughness,
+  kSamples,
+  kDirectDiffuse,
+  kIndirectDiffuse,
+  kDirectSpecular,
+  kIndirectSpecular,
+  kDirectTransmission,
+  kIndirectTransmission,
+  kDirectVolume,
+  kIndirectVolume,
+  kEmission,
+  kBackground,
+};
+inline constexpr int kAovCount = 24;
+/// The name on the command line: "colour", "direct_diffuse", ...
+const char* AovName(Aov aov);
+
+/// A layer of a file in its role. `channels`: full names, in the order of the components.
+struct AovSource {
+  Aov aov = Aov::kColour;
+  std::string layer;  ///< without its last dot; empty for the main picture
+  std::vector<std::string> channels;
+};
+
+/// --renderer and --aov as given.
+struct AovOptions {
+  std::string renderer = "auto";
+  std::vector<std::string> mappings;  ///< "normal=MyNormals,encoded", see docs/renderers.md
+};
+
+/// How the layers of a file were understood; valid for all files with the same channels.
+struct AovLayout {
+  std::string renderer;
+  std::vector<AovSource> sources;
+  MotionConvention motion;
+  DepthConvention depth;
+  NormalConvention normal;
+  bool light_is_divided = false;     ///< light layers are without albedo (Blender)
+  bool from_colour = false;          ///< one signal: colour less emission and background
+  std::vector<std::string> carried;  ///< layers that serve as nothing, and are kept as they are
+  std::vector<std::string> notes;    ///< what is missing and what follows from it, one line each
+
+  const AovSource* Find(Aov aov) const;
+};
+
+/// Names for AovOptions::renderer: "auto", "blender", ...
+std::span<const std::string_view> RendererNames();
+
+/// Finds out what the layers of `image` are. `name` stands for the file in messages.
+/// \return kInvalidArgument naming the part of the options that is wrong; kNotFound if there is no
+///         light or a layer that was asked for is not there
+Result<AovLayout> UnderstandAovs(const ExrImage& image, const AovOptions& options,
+                                 const std::string& name);
+/// The layout as lines of a table with a heading, and the notes.
+std::string AovTable(const AovLayout& layout);
+
+/// Makes a frame of an image. The light of the frame adds up to the file's colour.
+/// \param previous_jitter  of the frame before, x and y; only for files with jitter
+/// \return kBadData naming the channel that the layout has and the image lacks
+Result<Frame> ImportFrame(const ExrImage& image, const AovLayout& layout,
+                          std::array<float, 2> previous_jitter, const std::string& name);
+
+/// The bytes of the EXR file `original` with `colour` in place of the light that the layout's
+/// result names (added as channels of the first part if it has none). All other channels, parts,
+/// attributes, pixel types, windows and the compression stay; parts that hold the light and are
+/// compressed with DWAA or DWAB become ZIP, since their other channels would lose again.
+/// \return kBadData, kInvalidArgument if sizes differ
+Result<std::string> ReplaceLight(const std::string& original, const AovLayout& layout,
+                                 const Image3& colour, const std::string& name);
+
+}  // namespace stillray

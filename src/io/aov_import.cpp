@@ -1,0 +1,414 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// A file's layers as a Frame whose light adds up to the file's colour.
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "core/parallel.h"
+#include "io/text.h"
+#include "stillray/aov.h"
+
+namespace stillray {
+namespace {
+
+constexpr int kRowsPerTask = 16;
+
+/// Sums of passes differ from the colour by the rounding of halves; more than this part of it is
+/// light that no pass holds.
+constexpr float kRoundingPart = 0.01f;
+
+/// Calls body(x, y) for every pixel.
+template <typename Body>
+void ForEachPixel(int width, int height, const Body& body) {
+  ParallelRows(height, kRowsPerTask, [&](int y0, int y1) {
+    for (int y = y0; y < y1; ++y) {
+      for (int x = 0; x < width; ++x) {
+        body(x, y);
+      }
+    }
+  });
+}
+
+struct LightRow {
+  Aov aov;
+  SignalKind kind;
+  Aov albedo;
+};
+constexpr LightRow kLights[] = {
+    {Aov::kDirectDiffuse, SignalKind::kDirectDiffuse, Aov::kAlbedo},
+    {Aov::kIndirectDiffuse, SignalKind::kIndirectDiffuse, Aov::kAlbedo},
+    {Aov::kDirectSpecular, SignalKind::kDirectSpecular, Aov::kSpecularAlbedo},
+    {Aov::kIndirectSpecular, SignalKind::kIndirectSpecular, Aov::kSpecularAlbedo},
+    {Aov::kDirectTransmission, SignalKind::kDirectTransmission, Aov::kTransmissionAlbedo},
+    {Aov::kIndirectTransmission, SignalKind::kIndirectTransmission, Aov::kTransmissionAlbedo},
+};
+
+/// One file on its way into a frame.
+class Importer {
+ public:
+  Importer(const ExrImage& image, const AovLayout& layout, const std::string& name)
+      : image_(image), layout_(layout), name_(name) {
+    frame_.width = image.width;
+    frame_.height = image.height;
+  }
+
+  Result<Frame> Import(std::array<float, 2> previous_jitter);
+
+ private:
+  Status CheckChannels() const;
+  std::optional<Image1> Plane1(Aov aov) const;
+  Image1 Values(const std::string& channel) const;
+  Image3 Colour(Aov aov) const;
+  Image3 Filled(float x, float y, float z) const;
+  void ImportJitter();
+  void ImportGuides(std::array<float, 2> previous_jitter);
+  void ImportNormal();
+  void ImportId();
+  void ImportAlbedo();
+  void ImportPasses();
+  void ImportVolume();
+  void ImportColourAlone();
+  void AddRest();
+  Signal& SignalOf(SignalKind kind);
+
+  const ExrImage& image_;
+  const AovLayout& layout_;
+  const std::string& name_;
+  Frame frame_;
+};
+
+Status Importer::CheckChannels() const {
+  for (const AovSource& source : layout_.sources) {
+    for (const std::string& channel : source.channels) {
+      if (image_.Find(channel) == nullptr) {
+        return Status::BadData(
+            fmt::format("{}: has no channel {}, which serves as {} in the first frame", name_,
+                        io::OneLine(channel), AovName(source.aov)));
+      }
+    }
+  }
+  return Status::Ok();
+}
+
+Image1 Importer::Values(const std::string& name) const {
+  const Channel& channel = *image_.Find(name);
+  if (channel.type != PixelType::kUint32) {
+    return channel.values;
+  }
+  Image1 values(image_.width, image_.height);
+  ForEachPixel(image_.width, image_.height,
+               [&](int x, int y) { values(x, y) = static_cast<float>(channel.integers(x, y)); });
+  return values;
+}
+
+std::optional<Image1> Importer::Plane1(Aov aov) const {
+  const AovSource* source = layout_.Find(aov);
+  if (source == nullptr) {
+    return std::nullopt;
+  }
+  return Values(source->channels[0]);
+}
+
+/// Empty where the layout has no such layer.
+Image3 Importer::Colour(Aov aov) const {
+  Image3 image;
+  if (const AovSource* source = layout_.Find(aov)) {
+    for (int c = 0; c < 3; ++c) {
+      image[c] = Values(source->channels[static_cast<size_t>(c)]);
+    }
+  }
+  return image;
+}
+
+Image3 Importer::Filled(float x, float y, float z) const {
+  Image3 image(frame_.width, frame_.height);
+  image[0].Fill(x);
+  image[1].Fill(y);
+  image[2].Fill(z);
+  return image;
+}
+
+/// Numbers of a text attribute, as many as there are.
+std::vector<float> Numbers(const std::map<std::string, std::string>& attributes,
+                           const std::string& name) {
+  std::vector<float> numbers;
+  const auto at = attributes.find(name);
+  if (at == attributes.end()) {
+    return numbers;
+  }
+  const char* begin = at->second.data();
+  const char* end = begin + at->second.size();
+  while (begin < end) {
+    float number = 0;
+    const auto [stop, error] = std::from_chars(begin, end, number);
+    if (error != std::errc() || !std::isfinite(number)) {
+      break;
+    }
+    numbers.push_back(number);
+    begin = stop;
+    while (begin < end && *begin == ' ') {
+      ++begin;
+    }
+  }
+  return numbers;
+}
+
+void Importer::ImportJitter() {
+  const std::vector<float> jitter = Numbers(image_.attributes, "jitter");
+  if (jitter.size() == 2 && std::fabs(jitter[0]) <= 0.5f && std::fabs(jitter[1]) <= 0.5f) {
+    frame_.jitter_x = jitter[0];
+    frame_.jitter_y = jitter[1];
+  }
+}
+
+void Importer::ImportNormal() {
+  Guides& g = frame_.guides;
+  const Image3 stored = Colour(Aov::kNormal);
+  if (stored.empty()) {
+    g.normal = Filled(0, 0, 1);
+    return;
+  }
+  const std::vector<float> m = Numbers(image_.other_attributes, "worldToCamera");
+  std::array<float, 9> rotation{};
+  if (m.size() == 16) {
+    rotation = {m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]};
+  }
+  g.normal = ConvertNormal(stored, layout_.normal, m.size() == 16 ? &rotation : nullptr);
+}
+
+/// A surface without a number (0) is still a surface: numbers begin at 1 here.
+void Importer::ImportId() {
+  const AovSource* source = layout_.Find(Aov::kId);
+  const bool matte = source == nullptr && layout_.Find(Aov::kCryptomatte) != nullptr;
+  if (source == nullptr && !matte) {
+    return;
+  }
+  Plane<uint32_t>& id = frame_.guides.id;
+  const Channel& channel =
+      *image_.Find(matte ? layout_.Find(Aov::kCryptomatte)->channels[0] : source->channels[0]);
+  if (channel.type == PixelType::kUint32) {
+    id = channel.integers;
+    return;
+  }
+  constexpr float kLargest = 4e9f;
+  id = Plane<uint32_t>(frame_.width, frame_.height);
+  ForEachPixel(frame_.width, frame_.height, [&](int x, int y) {
+    const float value = channel.values(x, y);
+    if (!std::isfinite(frame_.guides.depth(x, y))) {
+      id(x, y) = 0;
+    } else if (matte) {
+      id(x, y) = std::bit_cast<uint32_t>(value);
+    } else {
+      id(x, y) = value >= 0 && value < kLargest ? static_cast<uint32_t>(std::lround(value)) + 1 : 0;
+    }
+  });
+}
+
+void Importer::ImportGuides(std::array<float, 2> previous_jitter) {
+  Guides& g = frame_.guides;
+  if (const std::optional<Image1> depth = Plane1(Aov::kDepth)) {
+    g.depth = ConvertDepth(*depth, layout_.depth);
+  } else {
+    g.depth = Image1(frame_.width, frame_.height);
+    g.depth.Fill(1);
+  }
+  ImportNormal();
+  if (const AovSource* motion = layout_.Find(Aov::kMotion)) {
+    g.motion =
+        ConvertMotion(Values(motion->channels[0]), Values(motion->channels[1]), layout_.motion,
+                      {frame_.jitter_x, frame_.jitter_y, previous_jitter[0], previous_jitter[1]});
+  }
+  ImportId();
+  if (std::optional<Image1> roughness = Plane1(Aov::kRoughness)) {
+    g.roughness = std::move(*roughness);
+  }
+  if (std::optional<Image1> samples = Plane1(Aov::kSamples)) {
+    frame_.samples = std::move(*samples);
+  }
+}
+
+Signal& Importer::SignalOf(SignalKind kind) {
+  for (Signal& signal : frame_.signals) {
+    if (signal.kind == kind) {
+      return signal;
+    }
+  }
+  Signal signal;
+  signal.kind = kind;
+  signal.radiance = Image3(frame_.width, frame_.height);
+  frame_.signals.push_back(std::move(signal));
+  return frame_.signals.back();
+}
+
+void MultiplyBy(const Image3& factor, Image3* image) {
+  ForEachPixel(image->width(), image->height(), [&](int x, int y) {
+    for (int c = 0; c < 3; ++c) {
+      (*image)[c](x, y) *= factor[c](x, y);
+    }
+  });
+}
+
+void AddTo(const Image3& more, Image3* image) {
+  if (image->empty()) {
+    *image = more;
+    return;
+  }
+  ForEachPixel(image->width(), image->height(), [&](int x, int y) {
+    for (int c = 0; c < 3; ++c) {
+      (*image)[c](x, y) += more[c](x, y);
+    }
+  });
+}
+
+void Importer::ImportAlbedo() {
+  Guides& g = frame_.guides;
+  const bool one_signal = layout_.from_colour && layout_.Find(Aov::kFallbackAlbedo) != nullptr;
+  g.albedo = Colour(one_signal ? Aov::kFallbackAlbedo : Aov::kAlbedo);
+  if (g.albedo.empty()) {
+    g.albedo = Filled(1, 1, 1);
+  }
+  g.specular_albedo = Colour(Aov::kSpecularAlbedo);
+  if (g.specular_albedo.empty()) {
+    g.specular_albedo = Filled(1, 1, 1);
+  }
+  g.transmission_albedo = Colour(Aov::kTransmissionAlbedo);
+}
+
+void Importer::ImportPasses() {
+  for (const LightRow& row : kLights) {
+    if (layout_.Find(row.aov) == nullptr) {
+      continue;
+    }
+    Image3 light = Colour(row.aov);
+    if (layout_.light_is_divided) {
+      MultiplyBy(Colour(row.albedo), &light);
+    }
+    SignalOf(row.kind).radiance = std::move(light);
+  }
+  for (Signal& signal : frame_.signals) {
+    const Channel* moment = image_.Find(fmt::format("{}.second_moment.X", SignalName(signal.kind)));
+    if (layout_.renderer == "stillray" && moment != nullptr && moment->type != PixelType::kUint32) {
+      signal.second_moment = moment->values;
+    }
+  }
+  ImportVolume();
+}
+
+/// Light scattered in volumes has no albedo to be divided by. It joins transmitted light: both come
+/// from behind what the guides describe.
+void Importer::ImportVolume() {
+  for (const auto& [aov, kind] :
+       {std::pair(Aov::kDirectVolume, SignalKind::kDirectTransmission),
+        std::pair(Aov::kIndirectVolume, SignalKind::kIndirectTransmission)}) {
+    if (layout_.Find(aov) != nullptr) {
+      AddTo(Colour(aov), &SignalOf(kind).radiance);
+    }
+  }
+}
+
+/// Finite part of a - b; 0 where either is not finite, so that damage stays where it came from.
+float Difference(float a, float b) {
+  const float difference = a - b;
+  return std::isfinite(difference) ? difference : 0.0f;
+}
+
+/// The only signal is colour less what needs no filter.
+void Importer::ImportColourAlone() {
+  Image3 light = Colour(Aov::kColour);
+  const Image3 emission = frame_.emission;
+  const Image3 background = frame_.background;
+  ForEachPixel(frame_.width, frame_.height, [&](int x, int y) {
+    for (int c = 0; c < 3; ++c) {
+      const float colour = light[c](x, y);
+      const float known = (emission.empty() ? 0.0f : emission[c](x, y)) +
+                          (background.empty() ? 0.0f : background[c](x, y));
+      if (known == 0 || !std::isfinite(known)) {
+        continue;
+      }
+      const float left = colour - known;
+      const bool rounding = std::fabs(left) <= kRoundingPart * std::fabs(known);
+      light[c](x, y) = rounding ? 0.0f : left;
+    }
+  });
+  // A film that is transparent has sky in its passes and none in its colour.
+  ForEachPixel(frame_.width, frame_.height, [&](int x, int y) {
+    for (int c = 0; c < 3; ++c) {
+      if (light[c](x, y) < 0 && !background.empty() && background[c](x, y) > 0) {
+        const float over = std::min(-light[c](x, y), background[c](x, y));
+        frame_.background[c](x, y) -= over;
+        light[c](x, y) += over;
+      }
+    }
+  });
+  SignalOf(SignalKind::kDirectDiffuse).radiance = std::move(light);
+}
+
+/// What the colour has and the passes lack (or the reverse: sky behind a transparent film) is added
+/// unfiltered, so that the frame adds up to the colour; light that no pass names is not lost.
+void Importer::AddRest() {
+  const Image3 colour = Colour(Aov::kColour);
+  if (colour.empty() || layout_.from_colour) {
+    return;
+  }
+  const Image3 sum = SumOfLight(frame_);
+  if (frame_.emission.empty()) {
+    frame_.emission = Image3(frame_.width, frame_.height);
+  }
+  ForEachPixel(frame_.width, frame_.height, [&](int x, int y) {
+    for (int c = 0; c < 3; ++c) {
+      const float a = colour[c](x, y);
+      const float b = sum[c](x, y);
+      const float rest = Difference(a, b);
+      if (std::fabs(rest) > kRoundingPart * std::max(std::fabs(a), std::fabs(b))) {
+        frame_.emission[c](x, y) += rest;
+      }
+    }
+  });
+}
+
+Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
+  STILLRAY_RETURN_IF_ERROR(CheckChannels());
+  ImportJitter();
+  ImportGuides(previous_jitter);
+  ImportAlbedo();
+  frame_.emission = Colour(Aov::kEmission);
+  frame_.background = Colour(Aov::kBackground);
+  if (layout_.from_colour) {
+    ImportColourAlone();
+  } else {
+    ImportPasses();
+    AddRest();
+  }
+  // Where nothing transmits, light from volumes must not be divided by zero's floor.
+  Image3& transmission = frame_.guides.transmission_albedo;
+  const bool transmits = frame_.Find(SignalKind::kDirectTransmission) != nullptr ||
+                         frame_.Find(SignalKind::kIndirectTransmission) != nullptr;
+  if (!transmits) {
+    transmission = Image3();
+  } else if (transmission.empty()) {
+    transmission = Filled(1, 1, 1);
+  } else if (layout_.Find(Aov::kDirectVolume) || layout_.Find(Aov::kIndirectVolume)) {
+    ForEachPixel(frame_.width, frame_.height, [&](int x, int y) {
+      for (int c = 0; c < 3; ++c) {
+        float& value = transmission[c](x, y);
+        value = value > 0 ? value : 1.0f;
+      }
+    });
+  }
+  return std::move(frame_);
+}
+
+}  // namespace
+
+Result<Frame> ImportFrame(const ExrImage& image, const AovLayout& layout,
+                          std::array<float, 2> previous_jitter, const std::string& name) {
+  return Importer(image, layout, name).Import(previous_jitter);
+}
+
+}  // namespace stillray

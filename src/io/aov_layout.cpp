@@ -1,0 +1,427 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Which layer of a file serves as what.
+#include <algorithm>
+#include <optional>
+#include <set>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "io/aov_mapping.h"
+#include "io/aov_presets.h"
+#include "io/text.h"
+#include "stillray/aov.h"
+
+namespace stillray {
+namespace {
+
+constexpr std::string_view kRendererNames[] = {"auto",   "blender",   "stillray",
+                                               "arnold", "renderman", "vray"};
+
+std::string LayerOf(const std::string& channel) {
+  const size_t dot = channel.rfind('.');
+  return dot == std::string::npos ? "" : channel.substr(0, dot);
+}
+
+std::string ChannelOf(const std::string& layer, char letter) {
+  return layer.empty() ? std::string(1, letter) : fmt::format("{}.{}", layer, letter);
+}
+
+/// Names of a file's channels, for many look-ups.
+class ChannelNames {
+ public:
+  explicit ChannelNames(const ExrImage& image) {
+    for (const Channel& channel : image.channels) {
+      names_.insert(channel.name);
+      layers_.insert(LayerOf(channel.name));
+    }
+  }
+  const std::set<std::string>& layers() const { return layers_; }
+  bool Has(const std::string& channel) const { return names_.count(channel) != 0; }
+  /// The full names, if the layer has all these letters.
+  std::optional<std::vector<std::string>> Find(const std::string& layer,
+                                               std::string_view letters) const {
+    std::vector<std::string> channels;
+    for (const char letter : letters) {
+      channels.push_back(ChannelOf(layer, letter));
+      if (!Has(channels.back())) {
+        return std::nullopt;
+      }
+    }
+    return channels;
+  }
+
+ private:
+  std::set<std::string> names_;
+  std::set<std::string> layers_;
+};
+
+bool Has(const std::vector<AovSource>& sources, Aov aov) {
+  return std::any_of(sources.begin(), sources.end(),
+                     [&](const AovSource& s) { return s.aov == aov; });
+}
+
+/// What the table finds behind `prefix` ("ViewLayer.").
+std::vector<AovSource> MatchRows(const ChannelNames& names, const io::AovPreset& preset,
+                                 const std::string& prefix) {
+  std::vector<AovSource> sources;
+  for (const io::AovNameRow& row : preset.rows) {
+    const std::string layer = *row.layer == '\0' ? "" : prefix + row.layer;
+    auto channels = names.Find(layer, row.channels);
+    if (channels && !Has(sources, row.aov)) {
+      sources.push_back({row.aov, layer, std::move(*channels)});
+    }
+  }
+  return sources;
+}
+
+/// A renderer puts the name of the view layer, of the scene or nothing before the names of passes:
+/// the prefix behind which most is found is taken.
+std::vector<AovSource> MatchPreset(const ChannelNames& names, const io::AovPreset& preset) {
+  std::set<std::string> prefixes = {""};
+  for (const std::string& layer : names.layers()) {
+    for (const io::AovNameRow& row : preset.rows) {
+      const std::string tail = fmt::format(".{}", row.layer);
+      if (tail.size() > 1 && layer.ends_with(tail)) {
+        prefixes.insert(layer.substr(0, layer.size() - tail.size() + 1));
+      }
+    }
+  }
+  std::vector<AovSource> best;
+  for (const std::string& prefix : prefixes) {
+    std::vector<AovSource> sources = MatchRows(names, preset, prefix);
+    if (sources.size() > best.size()) {
+      best = std::move(sources);
+    }
+  }
+  return best;
+}
+
+Result<const io::AovPreset*> PickPreset(const ChannelNames& names, const std::string& renderer,
+                                        std::vector<AovSource>* sources) {
+  const io::AovPreset* picked = nullptr;
+  bool known = renderer == "auto";
+  for (const io::AovPreset& preset : io::AovPresets()) {
+    known = known || preset.name == renderer;
+    if (renderer != "auto" && preset.name != renderer) {
+      continue;
+    }
+    std::vector<AovSource> found = MatchPreset(names, preset);
+    if (picked == nullptr || found.size() > sources->size()) {
+      picked = &preset;
+      *sources = std::move(found);
+    }
+  }
+  if (!known) {
+    return Status::InvalidArgument(fmt::format("--renderer is '{}', expected one of {}",
+                                               io::OneLine(renderer),
+                                               fmt::join(kRendererNames, ", ")));
+  }
+  return picked;
+}
+
+int ComponentCount(Aov aov) {
+  switch (aov) {
+    case Aov::kAlpha:
+    case Aov::kDepth:
+    case Aov::kId:
+    case Aov::kCryptomatte:
+    case Aov::kRoughness:
+    case Aov::kSamples:
+      return 1;
+    case Aov::kMotion:
+      return 2;
+    default:
+      return 3;
+  }
+}
+
+std::vector<const char*> UsualLetters(Aov aov) {
+  switch (ComponentCount(aov)) {
+    case 1:
+      if (aov == Aov::kAlpha) {
+        return {"A", "a", "V", "R"};
+      }
+      return {"Z", "z", "V", "X", "R", "r", "Y"};
+    case 2:
+      return {"XY", "RG", "xy", "rg", "UV"};
+    default:
+      return {"RGB", "XYZ", "rgb", "xyz"};
+  }
+}
+
+/// The layer of that name, or the only one that ends in ".name".
+Result<std::string> FindLayer(const ChannelNames& names, const io::AovMapping& mapping,
+                              const std::string& file) {
+  if (names.layers().count(mapping.layer) != 0) {
+    return mapping.layer;
+  }
+  std::vector<std::string> found;
+  for (const std::string& layer : names.layers()) {
+    if (layer.ends_with(fmt::format(".{}", mapping.layer))) {
+      found.push_back(layer);
+    }
+  }
+  if (found.size() == 1) {
+    return found[0];
+  }
+  return Status::NotFound(fmt::format(
+      "{}: --aov {}: {} layers are called '{}'{}", file, AovName(mapping.aov),
+      found.empty() ? "no" : "several", io::OneLine(mapping.layer),
+      io::OneLine(fmt::format(
+          " among {}", fmt::join(found.empty() ? std::vector<std::string>(names.layers().begin(),
+                                                                          names.layers().end())
+                                               : found,
+                                 ", ")))));
+}
+
+Status ApplyMapping(const ChannelNames& names, const std::string& text, const std::string& file,
+                    AovLayout* layout) {
+  const Result<io::AovMapping> mapping = io::ParseAovMapping(text);
+  if (!mapping.ok()) {
+    return mapping.status();
+  }
+  std::erase_if(layout->sources, [&](const AovSource& s) { return s.aov == mapping->aov; });
+  if (mapping->layer == "none") {
+    return Status::Ok();
+  }
+  STILLRAY_RETURN_IF_ERROR(io::ApplyWords(*mapping, layout));
+  // A single channel may be named in full.
+  if (ComponentCount(mapping->aov) == 1 && names.Has(mapping->layer)) {
+    layout->sources.push_back({mapping->aov, LayerOf(mapping->layer), {mapping->layer}});
+    return Status::Ok();
+  }
+  const Result<std::string> layer = FindLayer(names, *mapping, file);
+  if (!layer.ok()) {
+    return layer.status();
+  }
+  std::vector<const char*> choices = UsualLetters(mapping->aov);
+  if (!mapping->channels.empty()) {
+    if (static_cast<int>(mapping->channels.size()) != ComponentCount(mapping->aov)) {
+      return Status::InvalidArgument(
+          fmt::format("--aov {}: channels= is '{}', expected {} letters", AovName(mapping->aov),
+                      io::OneLine(mapping->channels), ComponentCount(mapping->aov)));
+    }
+    choices = {mapping->channels.c_str()};
+  }
+  for (const char* letters : choices) {
+    if (auto channels = names.Find(*layer, letters)) {
+      layout->sources.push_back({mapping->aov, *layer, std::move(*channels)});
+      return Status::Ok();
+    }
+  }
+  return Status::NotFound(fmt::format("{}: --aov {}: layer '{}' has no channels {}", file,
+                                      AovName(mapping->aov), io::OneLine(*layer),
+                                      fmt::join(choices, " or ")));
+}
+
+bool IsLight(Aov aov) {
+  return aov >= Aov::kDirectDiffuse && aov <= Aov::kIndirectVolume;
+}
+
+void Drop(Aov aov, AovLayout* layout) {
+  std::erase_if(layout->sources, [&](const AovSource& s) { return s.aov == aov; });
+}
+
+/// The colour layer that divided light must be multiplied by.
+Aov AlbedoOf(Aov light) {
+  switch (light) {
+    case Aov::kDirectDiffuse:
+    case Aov::kIndirectDiffuse:
+      return Aov::kAlbedo;
+    case Aov::kDirectSpecular:
+    case Aov::kIndirectSpecular:
+      return Aov::kSpecularAlbedo;
+    default:
+      return Aov::kTransmissionAlbedo;
+  }
+}
+
+/// Whether all of the light can be had from passes, or only from the sum; what is not needed goes.
+Status DecideLight(const std::string& file, AovLayout* layout) {
+  const bool has_colour = layout->Find(Aov::kColour) != nullptr;
+  const bool has_diffuse = layout->Find(Aov::kDirectDiffuse) || layout->Find(Aov::kIndirectDiffuse);
+  for (const AovSource& source : std::vector<AovSource>(layout->sources)) {
+    const bool divided =
+        layout->light_is_divided && IsLight(source.aov) && source.aov < Aov::kDirectVolume;
+    if (divided && layout->Find(AlbedoOf(source.aov)) == nullptr) {
+      if (!has_colour) {
+        return Status::NotFound(fmt::format("{}: layer {} is without its colour: no {} was found",
+                                            file, io::OneLine(source.layer),
+                                            AovName(AlbedoOf(source.aov))));
+      }
+      layout->notes.push_back(fmt::format("{} is not used: its colour ({}) is missing",
+                                          source.layer, AovName(AlbedoOf(source.aov))));
+      Drop(source.aov, layout);
+    }
+  }
+  const bool has_light = std::any_of(layout->sources.begin(), layout->sources.end(),
+                                     [](const AovSource& s) { return IsLight(s.aov); });
+  if (!has_colour && !has_light) {
+    return Status::NotFound(fmt::format(
+        "{}: no light was found as '{}' names it; --renderer and --aov tell which layers hold it",
+        file, layout->renderer));
+  }
+  // Without diffuse passes the others would leave most of the light over anyway.
+  layout->from_colour = has_colour && !has_diffuse;
+  if (layout->from_colour) {
+    for (int i = static_cast<int>(Aov::kDirectDiffuse); i <= static_cast<int>(Aov::kIndirectVolume);
+         ++i) {
+      Drop(static_cast<Aov>(i), layout);
+    }
+    layout->notes.push_back(
+        "light passes are missing: all light is filtered as one signal; reflections keep less "
+        "detail");
+  }
+  return Status::Ok();
+}
+
+void NoteMissingGuides(AovLayout* layout) {
+  const auto note = [&](Aov aov, const char* text) {
+    if (layout->Find(aov) == nullptr) {
+      layout->notes.push_back(fmt::format("no {}: {}", AovName(aov), text));
+    }
+  };
+  note(Aov::kMotion, "every frame is denoised on its own, without history");
+  note(Aov::kDepth, "edges are told by what is left (normals, light)");
+  note(Aov::kNormal, "edges are told by what is left (depth, light)");
+  if (layout->from_colour && layout->Find(Aov::kFallbackAlbedo) == nullptr) {
+    note(Aov::kAlbedo, "textures are filtered together with the light and lose detail");
+  } else if (!layout->from_colour) {
+    note(Aov::kAlbedo, "textures are filtered together with the light and lose detail");
+  }
+  if (layout->motion.direction == MotionDirection::kToNext && layout->Find(Aov::kMotion)) {
+    layout->notes.push_back(
+        "motion points to the next frame; its opposite is taken for the way from the previous one, "
+        "which is right where motion is steady");
+  }
+  if (layout->normal.camera_space && layout->Find(Aov::kNormal)) {
+    layout->notes.push_back(
+        "normals in camera space become world space only in files with worldToCamera");
+  }
+}
+
+/// The two ids cannot both count. Numbers that nobody gave out say nothing.
+void PickId(const ExrImage& image, bool id_is_index, AovLayout* layout) {
+  const AovSource* id = layout->Find(Aov::kId);
+  if (id != nullptr && id_is_index) {
+    const Channel* channel = image.Find(id->channels[0]);
+    bool any = false;
+    for (int y = 0; channel != nullptr && y < channel->values.height() && !any; ++y) {
+      const float* row = channel->values.Row(y);
+      any = std::any_of(row, row + channel->values.width(), [](float v) { return v != 0; });
+    }
+    if (!any && channel != nullptr && channel->type != PixelType::kUint32) {
+      layout->notes.push_back(fmt::format("{} is zero everywhere and is not used", id->layer));
+      Drop(Aov::kId, layout);
+    }
+  }
+  if (layout->Find(Aov::kId) != nullptr) {
+    Drop(Aov::kCryptomatte, layout);
+    return;
+  }
+  const AovSource* matte = layout->Find(Aov::kCryptomatte);
+  const Channel* channel = matte == nullptr ? nullptr : image.Find(matte->channels[0]);
+  if (channel != nullptr && channel->type != PixelType::kFloat) {
+    layout->notes.push_back(
+        fmt::format("{} is not used: its names do not survive in less than 32 bits", matte->layer));
+    Drop(Aov::kCryptomatte, layout);
+  }
+}
+
+void ListCarried(const ChannelNames& names, AovLayout* layout) {
+  for (const std::string& layer : names.layers()) {
+    const bool serves = std::any_of(layout->sources.begin(), layout->sources.end(),
+                                    [&](const AovSource& s) { return s.layer == layer; });
+    if (!serves) {
+      layout->carried.push_back(layer);
+    }
+  }
+}
+
+std::string LettersOf(const AovSource& source) {
+  std::string letters;
+  for (const std::string& channel : source.channels) {
+    letters += channel.substr(channel.rfind('.') + 1);
+  }
+  return letters;
+}
+
+std::string ConventionOf(const AovLayout& layout, const AovSource& source) {
+  switch (source.aov) {
+    case Aov::kMotion:
+      return ConventionText(layout.motion);
+    case Aov::kDepth:
+      return ConventionText(layout.depth);
+    case Aov::kNormal:
+      return ConventionText(layout.normal);
+    default:
+      return layout.light_is_divided && IsLight(source.aov) && source.aov < Aov::kDirectVolume
+                 ? fmt::format("times {}", AovName(AlbedoOf(source.aov)))
+                 : "";
+  }
+}
+
+}  // namespace
+
+std::span<const std::string_view> RendererNames() {
+  return kRendererNames;
+}
+
+const AovSource* AovLayout::Find(Aov aov) const {
+  const auto at = std::find_if(sources.begin(), sources.end(),
+                               [&](const AovSource& s) { return s.aov == aov; });
+  return at == sources.end() ? nullptr : &*at;
+}
+
+Result<AovLayout> UnderstandAovs(const ExrImage& image, const AovOptions& options,
+                                 const std::string& name) {
+  const ChannelNames names(image);
+  AovLayout layout;
+  const Result<const io::AovPreset*> preset = PickPreset(names, options.renderer, &layout.sources);
+  if (!preset.ok()) {
+    return preset.status();
+  }
+  layout.renderer = (*preset)->name;
+  layout.motion = (*preset)->motion;
+  layout.depth = (*preset)->depth;
+  layout.normal = (*preset)->normal;
+  layout.light_is_divided = (*preset)->light_is_divided;
+  for (const std::string& mapping : options.mappings) {
+    STILLRAY_RETURN_IF_ERROR(ApplyMapping(names, mapping, name, &layout));
+  }
+  PickId(image, (*preset)->id_is_index, &layout);
+  STILLRAY_RETURN_IF_ERROR(DecideLight(name, &layout));
+  std::stable_sort(layout.sources.begin(), layout.sources.end(),
+                   [](const AovSource& a, const AovSource& b) { return a.aov < b.aov; });
+  NoteMissingGuides(&layout);
+  ListCarried(names, &layout);
+  return layout;
+}
+
+std::string AovTable(const AovLayout& layout) {
+  size_t width = 8;
+  for (const AovSource& source : layout.sources) {
+    width = std::max(width, std::min<size_t>(source.layer.size(), 60));
+  }
+  std::string text = fmt::format("understood as frames of {}\n", layout.renderer);
+  for (const AovSource& source : layout.sources) {
+    std::string line = fmt::format("  {:<22}  {:<{}}  {:<4}  {}", AovName(source.aov),
+                                   source.layer.empty() ? "(main)" : io::OneLine(source.layer, 60),
+                                   width, LettersOf(source), ConventionOf(layout, source));
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + "\n";
+  }
+  for (const std::string& layer : layout.carried) {
+    text += fmt::format("  {:<22}  {}\n", "(carried through)",
+                        layer.empty() ? "(main)" : io::OneLine(layer, 60));
+  }
+  for (const std::string& note : layout.notes) {
+    text += "note: " + io::OneLine(note) + "\n";
+  }
+  return text;
+}
+
+}  // namespace stillray

@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What renderers call their layers: tables, one per renderer.
+#pragma once
+
+#include <span>
+#include <string_view>
+
+#include "stillray/aov.h"
+
+namespace stillray::io {
+
+/// A layer that serves as `aov`. Of several rows with the same `aov` the first that a file has
+/// counts.
+struct AovNameRow {
+  Aov aov;
+  const char* layer;     ///< without what stands before it ("ViewLayer."); "" for the main picture
+  const char* channels;  ///< one letter per component: "RGB", "XYZ", "Z"
+};
+
+struct AovPreset {
+  std::string_view name;
+  std::span<const AovNameRow> rows;
+  MotionConvention motion;
+  DepthConvention depth;
+  NormalConvention normal;
+  bool light_is_divided = false;
+  bool id_is_index = false;  ///< ids are numbers from 0 that users give out, not hashes
+};
+
+/// In the order in which "auto" prefers them when they explain equally much.
+std::span<const AovPreset> AovPresets();
+
+}  // namespace stillray::io
