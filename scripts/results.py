@@ -17,7 +17,14 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BUILTIN = ["cornell", "spheres", "lights"]
-PRESETS = ["default", "svgf", "temporal", "eaw"]
+# Row, folder, options.
+RUNS = [
+    ("`default`", "default", ["--preset", "default", "--aov", "temporal"]),
+    ("`svgf`", "svgf", ["--preset", "svgf"]),
+    ("`temporal`", "temporal-plain", ["--preset", "temporal"]),
+    ("`temporal`, antialiased", "temporal", ["--preset", "temporal", "--set", "antialias=taa"]),
+    ("`eaw`", "eaw", ["--preset", "eaw"]),
+]
 FRAMES = (40, 41)
 SIZE = "640x360"
 REFERENCE_SPP = 1024
@@ -50,15 +57,13 @@ def measure_scene(stillray, name, scene, work):
     reference = work / f"{name}-reference"
     render_reference(stillray, name, scene, reference)
     rows = []
-    for preset in PRESETS:
-        folder = work / f"{name}-{preset}"
-        aov = ["--aov", "temporal"] if preset == "default" else []
+    for row, suffix, options in RUNS:
+        folder = work / f"{name}-{suffix}"
         run(stillray, "render", scene, "-o", folder, "--size", SIZE, "--frames", f"1-{FRAMES[1]}",
-            "--preset", preset, "--format", "exr,png", "--resume", *aov)
-        if preset == "default":
+            "--format", "exr,png", "--resume", *options)
+        if suffix == "default":
             rows.append(("noisy", measure(stillray, folder, reference, "noisy")))
-            rows.append(("accumulated only", measure(stillray, folder, reference, "temporal")))
-        rows.append((f"`{preset}`", measure(stillray, folder, reference, "denoised")))
+        rows.append((row, measure(stillray, folder, reference, "denoised")))
     return rows
 
 

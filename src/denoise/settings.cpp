@@ -211,7 +211,7 @@ std::vector<Row> MakeTable() {
                        "of depth", "sigma_x",
                        "Width of the Gaussian of distances from the plane of wavelet=eaw."));
   t.push_back(ChoiceRow("antialias", Choice<&Settings::antialias>(), {"off", "taa"}, "antialias",
-                        "Temporal antialiasing of the finished picture.", nullptr, "off"));
+                        "Temporal antialiasing of the finished picture.", nullptr, "off", "off"));
   t.push_back(FloatRow("taa_alpha", &Settings::taa_alpha, 0.0, 1.0, "antialias", "", "alpha",
                        "Weight of the new frame in temporal antialiasing."));
   t.push_back(FloatRow("exposure", &Settings::exposure, -32.0, 32.0, "tonemap", "EV", "",
