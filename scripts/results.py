@@ -29,7 +29,7 @@ FRAMES = (40, 41)
 SIZE = "640x360"
 REFERENCE_SPP = 1024
 # Where the last bit of noise would take longer than it is worth.
-REFERENCE_SPP_OF = {"lights": 512}
+REFERENCE_SPP_OF = {"lights": 256}
 MEASURES = [("flip", "FLIP", "{:.4f}"), ("ssim", "SSIM", "{:.4f}"), ("rel_mse", "relMSE", "{:.4f}"),
             ("psnr", "PSNR, dB", "{:.2f}"), ("brightness", "brightness", "{:.4f}"),
             ("temporal_error", "temporal error", "{:.5f}")]

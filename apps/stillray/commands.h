@@ -22,6 +22,7 @@ int ReportError(const Status& status);
 /// Each adds its subcommand to `app`. When the command line names it, its callback runs and stores
 /// the exit code.
 void AddRenderCommand(CLI::App& app, int* exit_code);
+void AddDenoiseCommand(CLI::App& app, int* exit_code);
 void AddCompareCommand(CLI::App& app, int* exit_code);
 void AddReportCommand(CLI::App& app, int* exit_code);
 void AddInfoCommand(CLI::App& app, int* exit_code);
