@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Which files `stillray denoise` reads and writes.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "stillray/status.h"
+
+namespace stillray {
+
+struct SequenceFile {
+  int64_t frame = 0;
+  std::string input;
+  std::string output;
+};
+
+/// The files in the order of their frames.
+/// \param inputs  one pattern, one folder that holds one sequence, or files
+/// \param output  a pattern, a folder (existing or ending in a slash), or for one frame a file
+/// \param frames  "FIRST-LAST", one number, or empty for all
+/// \return kNotFound, kInvalidArgument (a folder with several sequences, frames that are not there,
+///         outputs that would overwrite inputs or each other)
+Result<std::vector<SequenceFile>> ListSequence(const std::vector<std::string>& inputs,
+                                               const std::string& output,
+                                               const std::string& frames);
+
+}  // namespace stillray

@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What a run of `stillray denoise` did: the text of --json and the table of --timings.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "denoise_options.h"
+
+namespace stillray {
+
+struct DenoisedFrameLog {
+  int64_t frame = 0;
+  std::string input;
+  std::string output;
+  double read_ms = 0;
+  double denoise_ms = 0;
+  double write_ms = 0;
+  /// Part of the pixels with a surface that had no history, 0..1; 1 in the first frame.
+  double without_history = 1;
+  bool restarted = false;     ///< history was dropped before this frame
+  int64_t missing_light = 0;  ///< values that were NaN, infinite or negative
+  int64_t bad_guides = 0;     ///< pixels that were passed through
+  std::vector<StageTime> stages;
+};
+
+struct DenoiseLog {
+  std::vector<DenoisedFrameLog> frames;
+  size_t denoiser_bytes = 0;
+};
+
+std::string DenoiseLogJson(const DenoiseOptions& options, const AovLayout& layout,
+                           const Settings& used, const DenoiseLog& log, int threads);
+/// The frames of a text that DenoiseLogJson made. \return kBadData
+Result<DenoiseLog> ParseDenoiseLog(const std::string& json);
+/// Median, least and most milliseconds of every step, and memory.
+std::string DenoiseTimings(const DenoiseLog& log);
+
+}  // namespace stillray

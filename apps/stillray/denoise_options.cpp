@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise_options.h"
+
+#include <unistd.h>
+
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace stillray {
+namespace {
+
+/// What frame, histories and work planes take, measured and rounded up.
+constexpr int64_t kBytesPerPixel = 700;
+/// A channel is held once as read and once while it is written.
+constexpr int64_t kBytesPerChannel = 2 * static_cast<int64_t>(sizeof(float));
+
+Status ParseSettings(const DenoiseArguments& arguments, DenoiseOptions* options) {
+  Result<Settings> preset = PresetSettings(arguments.preset);
+  if (!preset.ok()) {
+    return Status::InvalidArgument("--preset: " + preset.status().message());
+  }
+  options->settings = std::move(preset.value());
+  for (const std::string& assignment : arguments.set) {
+    const size_t equals = assignment.find('=');
+    if (equals == std::string::npos) {
+      return Status::InvalidArgument(fmt::format("--set is '{}', expected name=value", assignment));
+    }
+    const std::string name = assignment.substr(0, equals);
+    const Status set = SetParameter(&options->settings, name, assignment.substr(equals + 1));
+    if (!set.ok()) {
+      return Status::InvalidArgument("--set: " + set.message());
+    }
+    options->antialias_given = options->antialias_given || name == "antialias";
+  }
+  return ValidateSettings(options->settings);
+}
+
+/// "8G", "500M", bytes without a letter.
+Status ParseMemory(const std::string& text, int64_t* bytes) {
+  if (text.empty()) {
+    *bytes = int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGE_SIZE);
+    return Status::Ok();
+  }
+  double number = 0;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  const std::string unit(stop, text.data() + text.size());
+  const double factor = unit.empty()                 ? 1
+                        : unit == "K" || unit == "k" ? 1e3
+                        : unit == "M" || unit == "m" ? 1e6
+                        : unit == "G" || unit == "g" ? 1e9
+                                                     : 0;
+  const double value = number * factor;
+  if (error != std::errc() || !(value >= 1 && value <= 1e18)) {
+    return Status::InvalidArgument(
+        fmt::format("--memory-limit is '{}', expected a size such as 500M or 8G", text));
+  }
+  *bytes = static_cast<int64_t>(value);
+  return Status::Ok();
+}
+
+}  // namespace
+
+Result<DenoiseOptions> ParseDenoiseArguments(const DenoiseArguments& arguments) {
+  DenoiseOptions options;
+  options.text = arguments;
+  STILLRAY_RETURN_IF_ERROR(ParseSettings(arguments, &options));
+  STILLRAY_RETURN_IF_ERROR(ParseMemory(arguments.memory_limit, &options.memory_limit));
+  Result<std::vector<SequenceFile>> files =
+      ListSequence(arguments.inputs, arguments.output, arguments.frames);
+  if (!files.ok()) {
+    return files.status();
+  }
+  options.files = std::move(files.value());
+  return options;
+}
+
+std::string DenoiseFingerprint(const DenoiseOptions& options) {
+  const DenoiseArguments& a = options.text;
+  std::string text = fmt::format("denoise {}\noutput {}\nfirst {}\nrenderer {}\naov {}\n",
+                                 fmt::join(a.inputs, " "), a.output, options.files.front().input,
+                                 a.aovs.renderer, fmt::join(a.aovs.mappings, " "));
+  text += fmt::format("antialias given {}\n", options.antialias_given);
+  for (const Parameter& p : Parameters()) {
+    text += fmt::format("{} {}\n", p.name, GetParameter(options.settings, p.name).value());
+  }
+  return text;
+}
+
+Status CheckMemory(const ExrImage& image, const DenoiseOptions& options, const std::string& name) {
+  const int64_t pixels = int64_t{image.width} * image.height;
+  const int64_t channels = static_cast<int64_t>(image.channels.size());
+  const int64_t needed = pixels * (kBytesPerPixel + channels * kBytesPerChannel);
+  if (options.memory_limit > 0 && needed > options.memory_limit) {
+    return Status::OutOfMemory(fmt::format(
+        "{}: a frame of {} x {} pixels with {} channels takes about {:.1f} MB; {} {:.1f} MB", name,
+        image.width, image.height, channels, static_cast<double>(needed) / 1e6,
+        options.text.memory_limit.empty() ? "this machine has" : "--memory-limit is",
+        static_cast<double>(options.memory_limit) / 1e6));
+  }
+  return Status::Ok();
+}
+
+}  // namespace stillray

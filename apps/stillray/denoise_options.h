@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The command line of `stillray denoise`, checked before any work begins.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "denoise_inputs.h"
+#include "stillray/aov.h"
+#include "stillray/denoise.hpp"
+
+namespace stillray {
+
+/// Text as the user gave it.
+struct DenoiseArguments {
+  std::vector<std::string> inputs;
+  std::string output;
+  std::string frames;
+  AovOptions aovs;
+  std::string preset = "default";
+  std::vector<std::string> set;
+  int threads = 0;
+  std::string memory_limit;
+  bool resume = false;
+  bool timings = false;
+  std::string json_path;
+};
+
+/// The same, understood.
+struct DenoiseOptions {
+  DenoiseArguments text;
+  std::vector<SequenceFile> files;
+  Settings settings;
+  bool antialias_given = false;  ///< by --set
+  int64_t memory_limit = 0;      ///< bytes; the machine's memory by default
+};
+
+/// \return kInvalidArgument naming the option, what it is and what was expected; kNotFound
+Result<DenoiseOptions> ParseDenoiseArguments(const DenoiseArguments& arguments);
+
+/// Everything that decides what the pictures look like, one "name value" a line: runs with the same
+/// text make the same bits.
+std::string DenoiseFingerprint(const DenoiseOptions& options);
+
+/// Fails if a frame of this size does not fit into the memory limit.
+Status CheckMemory(const ExrImage& image, const DenoiseOptions& options, const std::string& name);
+
+}  // namespace stillray
