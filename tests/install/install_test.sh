@@ -73,4 +73,11 @@ END
 "$cmake" -S "$work/static" -B "$work/static/build" -DCMAKE_PREFIX_PATH="$prefix" >"$work/static.txt"
 "$cmake" --build "$work/static/build" >>"$work/static.txt" || fail "$(cat "$work/static.txt")"
 "$work/static/build/user"
+package="$(find "$prefix" -type d -path '*dist-packages/stillray')"
+if [ -n "$package" ]; then
+  echo "== Python"
+  PYTHONPATH="$(dirname "$package")" /usr/bin/python3 -B "$source/examples/python/denoise.py" \
+    "$work" | tee "$work/python.txt"
+  check_errors "$work/python.txt"
+fi
 echo "all good"

@@ -1,0 +1,47 @@
+# SPDX-FileCopyrightText: the stillray developers
+# SPDX-License-Identifier: Apache-2.0
+"""stillray: a temporally stable denoiser for path-traced animations.
+
+    import numpy as np
+    import stillray
+
+    denoiser = stillray.Denoiser("default")
+    for frame in frames:                       # a renderer's
+        clean = denoiser.denoise({
+            "direct_diffuse": frame.direct,    # (height, width, 3), linear, noisy
+            "indirect_diffuse": frame.indirect,
+            "albedo": frame.albedo,            # (height, width, 3)
+            "normal": frame.normal,            # (height, width, 3), world space
+            "depth": frame.depth,              # (height, width), linear view z
+            "motion": frame.motion,            # (height, width, 2), pixels
+        })                                     # (height, width, 3), float32
+
+Arrays are float32 or float16 (`id`: uint32) of any strides, also planar, mirrored or a part of a
+larger array; they are read and written where they lie. `stillray.inputs()` says what each image
+means, `stillray.parameters()` which settings there are.
+
+Pixel (0, 0) is the top left; x runs right, y down. `motion` points to where the surface was one
+frame ago. Errors: ValueError for wrong arguments, with what was wrong and what was expected.
+"""
+
+from ._stillray import (
+    Cancelled,
+    Denoiser,
+    Error,
+    Parameter,
+    __version__,
+    inputs,
+    parameters,
+    presets,
+)
+
+__all__ = [
+    "Cancelled",
+    "Denoiser",
+    "Error",
+    "Parameter",
+    "__version__",
+    "inputs",
+    "parameters",
+    "presets",
+]
