@@ -28,8 +28,9 @@ RUNS = [
 FRAMES = (40, 41)
 SIZE = "640x360"
 REFERENCE_SPP = 1024
-# Where the last bit of noise would take longer than it is worth.
-REFERENCE_SPP_OF = {"lights": 256}
+# Where noise falls slowly and full references would take most of an hour.
+REFERENCE_SPP_OF = {"lights": 512}
+SIZE_OF = {"lights": "320x180"}
 MEASURES = [("flip", "FLIP", "{:.4f}"), ("ssim", "SSIM", "{:.4f}"), ("rel_mse", "relMSE", "{:.4f}"),
             ("psnr", "PSNR, dB", "{:.2f}"), ("brightness", "brightness", "{:.4f}"),
             ("temporal_error", "temporal error", "{:.5f}")]
@@ -43,7 +44,7 @@ def run(*command):
 def render_reference(stillray, name, scene, folder):
     if (folder / "render.json").exists():
         return
-    run(stillray, "render", scene, "-o", folder, "--size", SIZE, "--frames",
+    run(stillray, "render", scene, "-o", folder, "--size", SIZE_OF.get(name, SIZE), "--frames",
         f"{FRAMES[0]}-{FRAMES[1]}", "--reference", REFERENCE_SPP_OF.get(name, REFERENCE_SPP), "--format", "exr,png", "--seed", 1000, "--resume")
 
 
@@ -59,7 +60,7 @@ def measure_scene(stillray, name, scene, work):
     rows = []
     for row, suffix, options in RUNS:
         folder = work / f"{name}-{suffix}"
-        run(stillray, "render", scene, "-o", folder, "--size", SIZE, "--frames", f"1-{FRAMES[1]}",
+        run(stillray, "render", scene, "-o", folder, "--size", SIZE_OF.get(name, SIZE), "--frames", f"1-{FRAMES[1]}",
             "--format", "exr,png", "--resume", *options)
         if suffix == "default":
             rows.append(("noisy", measure(stillray, folder, reference, "noisy")))

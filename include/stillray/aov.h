@@ -140,8 +140,10 @@ struct AovLayout {
   MotionConvention motion;
   DepthConvention depth;
   NormalConvention normal;
-  bool light_is_divided = false;     ///< light layers are without albedo (Blender)
-  bool from_colour = false;          ///< one signal: colour less emission and background
+  bool light_is_divided = false;  ///< light layers are without albedo (Blender)
+  bool from_colour = false;       ///< one signal: colour less emission and background
+  /// What light is that the colour holds beyond the passes; kEmission is not filtered.
+  Aov rest = Aov::kEmission;
   std::vector<std::string> carried;  ///< layers that serve as nothing, and are kept as they are
   std::vector<std::string> notes;    ///< what is missing and what follows from it, one line each
 

@@ -13,12 +13,14 @@
 
 #include "capi/image_access.h"
 #include "core/colour.h"
+#include "core/parallel.h"
 #include "denoise/signal_groups.h"
 
 namespace stillray::capi {
 namespace {
 
 constexpr int kMaxSide = 32768;
+constexpr int kBand = 32;
 /// How often the progress callback is asked: quick for a person, free for a processor.
 constexpr std::chrono::milliseconds kPoll(4);
 /// Parts of a frame's progress: reading inputs takes no time worth reporting.
@@ -274,20 +276,22 @@ Image1 Session::VarianceOfPicture() const {
         albedos.push_back(albedo);
       }
     }
-    for (int y = 0; y < frame_.height; ++y) {
-      for (int x = 0; x < frame_.width; ++x) {
-        float factor[3] = {1, 1, 1};
-        for (int c = 0; c < 3 && !albedos.empty(); ++c) {
-          float albedo = 0;
-          for (const Image3* part : albedos) {
-            albedo += (*part)[c](x, y);
+    ParallelRows(frame_.height, kBand, [&](int y0, int y1) {
+      for (int y = y0; y < y1; ++y) {
+        for (int x = 0; x < frame_.width; ++x) {
+          float factor[3] = {1, 1, 1};
+          for (int c = 0; c < 3 && !albedos.empty(); ++c) {
+            float albedo = 0;
+            for (const Image3* part : albedos) {
+              albedo += (*part)[c](x, y);
+            }
+            factor[c] = std::max(albedo, kAlbedoFloor);
           }
-          factor[c] = std::max(albedo, kAlbedoFloor);
+          const float luminance = Luminance709(factor[0], factor[1], factor[2]);
+          sum(x, y) += luminance * luminance * at->channels[0](x, y);
         }
-        const float luminance = Luminance709(factor[0], factor[1], factor[2]);
-        sum(x, y) += luminance * luminance * at->channels[0](x, y);
       }
-    }
+    });
   }
   return sum;
 }
@@ -299,12 +303,14 @@ Image1 Session::ShortestHistory() const {
     if (!StartsWith(image.name, "history.")) {
       continue;
     }
-    for (int y = 0; y < frame_.height; ++y) {
-      for (int x = 0; x < frame_.width; ++x) {
-        const float length = image.channels[0](x, y);
-        shortest(x, y) = first ? length : std::min(shortest(x, y), length);
+    ParallelRows(frame_.height, kBand, [&](int y0, int y1) {
+      for (int y = y0; y < y1; ++y) {
+        for (int x = 0; x < frame_.width; ++x) {
+          const float length = image.channels[0](x, y);
+          shortest(x, y) = first ? length : std::min(shortest(x, y), length);
+        }
       }
-    }
+    });
     first = false;
   }
   return shortest;

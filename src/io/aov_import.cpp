@@ -349,8 +349,9 @@ void Importer::ImportColourAlone() {
   SignalOf(SignalKind::kDirectDiffuse).radiance = std::move(light);
 }
 
-/// What the colour has and the passes lack (or the reverse: sky behind a transparent film) is added
-/// unfiltered, so that the frame adds up to the colour; light that no pass names is not lost.
+/// What the colour has and the passes lack goes where the layout says; what the passes have too
+/// much (sky behind a transparent film) is taken off unfiltered light. So the frame adds up to the
+/// colour.
 void Importer::AddRest() {
   const Image3 colour = Colour(Aov::kColour);
   if (colour.empty() || layout_.from_colour) {
@@ -360,13 +361,19 @@ void Importer::AddRest() {
   if (frame_.emission.empty()) {
     frame_.emission = Image3(frame_.width, frame_.height);
   }
+  Image3* noisy = layout_.rest == Aov::kIndirectSpecular
+                      ? &SignalOf(SignalKind::kIndirectSpecular).radiance
+                  : layout_.rest == Aov::kIndirectTransmission
+                      ? &SignalOf(SignalKind::kIndirectTransmission).radiance
+                      : nullptr;
   ForEachPixel(frame_.width, frame_.height, [&](int x, int y) {
     for (int c = 0; c < 3; ++c) {
       const float a = colour[c](x, y);
       const float b = sum[c](x, y);
       const float rest = Difference(a, b);
       if (std::fabs(rest) > kRoundingPart * std::max(std::fabs(a), std::fabs(b))) {
-        frame_.emission[c](x, y) += rest;
+        Image3& target = rest > 0 && noisy != nullptr ? *noisy : frame_.emission;
+        target[c](x, y) += rest;
       }
     }
   });

@@ -242,7 +242,6 @@ Aov AlbedoOf(Aov light) {
 /// Whether all of the light can be had from passes, or only from the sum; what is not needed goes.
 Status DecideLight(const std::string& file, AovLayout* layout) {
   const bool has_colour = layout->Find(Aov::kColour) != nullptr;
-  const bool has_diffuse = layout->Find(Aov::kDirectDiffuse) || layout->Find(Aov::kIndirectDiffuse);
   for (const AovSource& source : std::vector<AovSource>(layout->sources)) {
     const bool divided =
         layout->light_is_divided && IsLight(source.aov) && source.aov < Aov::kDirectVolume;
@@ -264,6 +263,7 @@ Status DecideLight(const std::string& file, AovLayout* layout) {
         "{}: no light was found as '{}' names it; --renderer and --aov tell which layers hold it",
         file, layout->renderer));
   }
+  const bool has_diffuse = layout->Find(Aov::kDirectDiffuse) || layout->Find(Aov::kIndirectDiffuse);
   // Without diffuse passes the others would leave most of the light over anyway.
   layout->from_colour = has_colour && !has_diffuse;
   if (layout->from_colour) {
@@ -276,6 +276,25 @@ Status DecideLight(const std::string& file, AovLayout* layout) {
         "detail");
   }
   return Status::Ok();
+}
+
+/// Where light goes that the colour has and no pass names. Passes of reflection or transmission
+/// that are not there leave noisy light over; so do lobes that other renderers have (coat, sheen).
+void DecideRest(AovLayout* layout) {
+  const auto has = [&](Aov a, Aov b) { return layout->Find(a) || layout->Find(b); };
+  if (layout->from_colour || layout->Find(Aov::kColour) == nullptr ||
+      layout->renderer == "stillray") {
+    return;
+  }
+  if (layout->renderer != "blender" || !has(Aov::kDirectSpecular, Aov::kIndirectSpecular)) {
+    layout->rest = Aov::kIndirectSpecular;
+  } else if (!has(Aov::kDirectTransmission, Aov::kIndirectTransmission)) {
+    layout->rest = Aov::kIndirectTransmission;
+  }
+  if (layout->rest != Aov::kEmission) {
+    layout->notes.push_back(
+        fmt::format("what the colour holds beyond the passes counts as {}", AovName(layout->rest)));
+  }
 }
 
 void NoteMissingGuides(AovLayout* layout) {
@@ -394,6 +413,7 @@ Result<AovLayout> UnderstandAovs(const ExrImage& image, const AovOptions& option
   }
   PickId(image, (*preset)->id_is_index, &layout);
   STILLRAY_RETURN_IF_ERROR(DecideLight(name, &layout));
+  DecideRest(&layout);
   std::stable_sort(layout.sources.begin(), layout.sources.end(),
                    [](const AovSource& a, const AovSource& b) { return a.aov < b.aov; });
   NoteMissingGuides(&layout);
