@@ -285,7 +285,7 @@ Image1 Session::VarianceOfPicture() const {
             for (const Image3* part : albedos) {
               albedo += (*part)[c](x, y);
             }
-            factor[c] = std::max(albedo, kAlbedoFloor);
+            factor[c] = std::max(kAlbedoFloor, albedo);  // in this order NaN gives the floor
           }
           const float luminance = Luminance709(factor[0], factor[1], factor[2]);
           sum(x, y) += luminance * luminance * at->channels[0](x, y);
