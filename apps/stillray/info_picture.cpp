@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "core/parallel.h"
+#include "stillray/aov.h"
 
 namespace stillray {
 
@@ -121,6 +122,8 @@ Result<PictureInfo> DescribeExr(const uint8_t* data, size_t size, PictureInfo in
   info.attributes = image->attributes;
   info.attributes.insert(image->other_attributes.begin(), image->other_attributes.end());
   info.notes = image->notes;
+  const Result<AovLayout> layout = UnderstandAovs(*image, AovOptions(), info.path);
+  info.aovs = layout.ok() ? AovTable(*layout) : "";
   return info;
 }
 
@@ -268,6 +271,7 @@ std::string PictureText(const PictureInfo& info) {
         fmt::format("values          {}\n", info.linear ? "linear" : "linear, decoded from sRGB");
   }
   text += LayerTable(info);
+  text += info.aovs.empty() ? "" : "\n" + info.aovs;
   if (!info.attributes.empty()) {
     text += "\nattributes\n";
     for (const auto& [name, value] : info.attributes) {
@@ -293,6 +297,7 @@ nlohmann::ordered_json PictureJson(const PictureInfo& info) {
     json["display_window"] = WindowJson(info.display_window);
     json["attributes"] = info.attributes;
     json["notes"] = info.notes;
+    json["aovs"] = info.aovs;
   }
   json["layers"] = nlohmann::ordered_json::array();
   for (const LayerInfo& layer : info.layers) {

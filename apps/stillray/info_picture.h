@@ -59,6 +59,7 @@ struct PictureInfo {
   ExrWindow display_window;
   std::map<std::string, std::string> attributes;
   std::vector<std::string> notes;
+  std::string aovs;  ///< how `stillray denoise` understands the layers; empty: not at all
 };
 
 Result<PictureInfo> DescribePicture(const std::string& path);

@@ -1,0 +1,203 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// stillray denoise, as a user runs it, on frames made here.
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "program.h"
+#include "stillray/io.h"
+
+namespace stillray {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+constexpr int kWidth = 32;
+constexpr int kHeight = 20;
+
+/// 0..1, the same for the same arguments.
+float Noise(int x, int y, int frame) {
+  uint32_t h = static_cast<uint32_t>(x) * 73856093u ^ static_cast<uint32_t>(y) * 19349663u ^
+               static_cast<uint32_t>(frame) * 83492791u;
+  h = (h ^ (h >> 13)) * 1274126177u;
+  return static_cast<float>((h ^ (h >> 16)) & 0xffff) / 65535.0f;
+}
+
+Image3 Constant(float value) {
+  Image3 image(kWidth, kHeight);
+  for (int c = 0; c < 3; ++c) {
+    image[c].Fill(value);
+  }
+  return image;
+}
+
+/// A wall of colour 0.5 under noisy light of mean 1, as Blender would write it. `depth` and
+/// `normal_axis` change at a cut.
+ExrImage BlenderFrame(int frame, float depth = 4, int normal_axis = 2) {
+  ExrImage image;
+  image.width = kWidth;
+  image.height = kHeight;
+  Image3 light(kWidth, kHeight);
+  for (int c = 0; c < 3; ++c) {
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        light[c](x, y) = 2 * Noise(x, y, frame);
+      }
+    }
+  }
+  Image3 combined = light;
+  for (int c = 0; c < 3; ++c) {
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        combined[c](x, y) *= 0.5f;
+      }
+    }
+  }
+  Image3 normal(kWidth, kHeight);
+  normal[normal_axis].Fill(1);
+  Image1 z(kWidth, kHeight);
+  z.Fill(depth);
+  image.Add("ViewLayer.Combined.", PixelType::kHalf, combined);
+  image.Add("ViewLayer.DiffDir.", PixelType::kHalf, light);
+  image.Add("ViewLayer.DiffInd.", PixelType::kHalf, Constant(0));
+  image.Add("ViewLayer.DiffCol.", PixelType::kHalf, Constant(0.5f));
+  image.Add("ViewLayer.Normal.", PixelType::kFloat, normal, true);
+  image.Add("ViewLayer.Depth.Z", PixelType::kFloat, z);
+  image.Add("ViewLayer.Vector.X", PixelType::kFloat, Image1(kWidth, kHeight));
+  image.Add("ViewLayer.Vector.Y", PixelType::kFloat, Image1(kWidth, kHeight));
+  image.attributes["Camera"] = "camera";
+  return image;
+}
+
+void WriteFrames(const std::string& pattern, int first, int last) {
+  for (int frame = first; frame <= last; ++frame) {
+    const Status written = WriteExr(FrameFileName(pattern, frame), BlenderFrame(frame));
+    ASSERT_TRUE(written.ok()) << written.message();
+  }
+}
+
+/// Mean squared difference of the written light from the wall's 0.5.
+double Error(const std::string& path) {
+  const Result<ExrImage> image = ReadExr(path);
+  if (!image.ok()) {
+    ADD_FAILURE() << image.status().message();
+    return 1;
+  }
+  const Image1& red = image->Find("ViewLayer.Combined.R")->values;
+  double sum = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      sum += (red(x, y) - 0.5) * (red(x, y) - 0.5);
+    }
+  }
+  return sum / (kWidth * kHeight);
+}
+
+TEST(CliDenoise, CleansLightAndKeepsTheRest) {
+  const TemporaryFolder folder;
+  WriteFrames(folder / "in.####.exr", 3, 6);
+  const ProgramRun run =
+      RunProgram({"denoise", folder / "in.####.exr", "-o", folder / "new/out.####.exr", "--timings",
+                  "--json", folder / "log.json"});
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.output, HasSubstr("understood as frames of blender"));
+  EXPECT_THAT(run.output, HasSubstr("atrous"));
+  const double noise = Error(folder / "in.0006.exr");
+  EXPECT_LT(Error(folder / "new/out.0006.exr"), noise / 20);
+  EXPECT_FALSE(fs::exists(folder / "new/resume.stillray"));
+  const Result<ExrImage> out = ReadExr(folder / "new/out.0003.exr");
+  ASSERT_TRUE(out.ok());
+  EXPECT_EQ(out->attributes.at("Camera"), "camera");
+  EXPECT_EQ(out->Find("ViewLayer.DiffDir.R")->values(3, 3),
+            ReadExr(folder / "in.0003.exr")->Find("ViewLayer.DiffDir.R")->values(3, 3));
+  const auto json = nlohmann::json::parse(ReadText(folder / "log.json"));
+  EXPECT_EQ(json["frames"].size(), 4u);
+  EXPECT_EQ(json["aovs"]["renderer"], "blender");
+  EXPECT_EQ(json["parameters"]["antialias"], "off");
+  EXPECT_EQ(json["frames"][0]["restarted"], false);
+  EXPECT_LT(json["frames"][1]["without_history"], 0.01);
+}
+
+TEST(CliDenoise, TakesFoldersListsAndRanges) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "in");
+  WriteFrames(folder / "in/f.%04d.exr", 1, 3);
+  ProgramRun run = RunProgram({"denoise", folder / "in", "-o", folder / "a/", "--frames", "2-3"});
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_FALSE(fs::exists(folder / "a/f.0001.exr"));
+  run = RunProgram({"denoise", folder / "in/f.0002.exr", folder / "in/f.0003.exr", "-o",
+                    folder / "b/g.#.exr", "--threads", "1"});
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_EQ(ReadText(folder / "a/f.0003.exr"), ReadText(folder / "b/g.3.exr"));
+}
+
+TEST(CliDenoise, CutsAndGapsRestartTheHistory) {
+  const TemporaryFolder folder;
+  WriteFrames(folder / "in.####.exr", 1, 3);
+  ASSERT_TRUE(WriteExr(folder / "in.0004.exr", BlenderFrame(4, 40, 0)).ok());
+  ASSERT_TRUE(WriteExr(folder / "in.0006.exr", BlenderFrame(6, 40, 0)).ok());
+  const ProgramRun run =
+      RunProgram({"denoise", folder / "in.####.exr", "-o", folder / "out.####.exr"});
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.errors, HasSubstr("note: frame 4: hardly a pixel has a history"));
+  EXPECT_THAT(run.errors, HasSubstr("note: frame 6: frames after 4 are missing"));
+  // Behind the cut the picture is the one of a sequence that begins there.
+  const ProgramRun alone = RunProgram(
+      {"denoise", folder / "in.####.exr", "-o", folder / "alone.####.exr", "--frames", "4"});
+  ASSERT_EQ(alone.exit_code, 0) << alone.errors;
+  EXPECT_EQ(ReadText(folder / "out.0004.exr"), ReadText(folder / "alone.0004.exr"));
+}
+
+TEST(CliDenoise, WithoutMotionEveryFrameStandsAlone) {
+  const TemporaryFolder folder;
+  WriteFrames(folder / "in.####.exr", 1, 2);
+  const std::vector<std::string> common = {"denoise", folder / "in.####.exr", "--aov",
+                                           "motion=none"};
+  std::vector<std::string> both = common;
+  both.insert(both.end(), {"-o", folder / "a.####.exr"});
+  std::vector<std::string> second = common;
+  second.insert(second.end(), {"-o", folder / "b.####.exr", "--frames", "2"});
+  const ProgramRun run = RunProgram(both);
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.output, HasSubstr("no motion: every frame is denoised on its own"));
+  ASSERT_EQ(RunProgram(second).exit_code, 0);
+  EXPECT_EQ(ReadText(folder / "a.0002.exr"), ReadText(folder / "b.0002.exr"));
+}
+
+TEST(CliDenoise, ErrorsAreOneLineAndNameTheCause) {
+  const TemporaryFolder folder;
+  WriteFrames(folder / "in.####.exr", 1, 2);
+  const std::string in = folder / "in.####.exr";
+  const std::string out = folder / "out.####.exr";
+  const auto error = [](const std::vector<std::string>& arguments) {
+    const ProgramRun run = RunProgram(arguments);
+    EXPECT_EQ(run.exit_code, 2) << run.errors;
+    return run.errors;
+  };
+  EXPECT_THAT(error({"denoise", folder / "no.####.exr", "-o", out}),
+              HasSubstr("no file matches this pattern"));
+  EXPECT_THAT(error({"denoise", in, "-o", in}), HasSubstr("would overwrite the input"));
+  EXPECT_THAT(error({"denoise", in, "-o", folder / "one.exr"}), HasSubstr("expected a pattern"));
+  EXPECT_THAT(error({"denoise", in, "-o", out, "--frames", "7-9"}),
+              HasSubstr("the 2 files found are frames 1 to 2"));
+  EXPECT_THAT(error({"denoise", in, "-o", out, "--frames", "x"}), HasSubstr("--frames is 'x'"));
+  EXPECT_THAT(error({"denoise", in, "-o", out, "--renderer", "x"}), HasSubstr("--renderer is 'x'"));
+  EXPECT_THAT(error({"denoise", in, "-o", out, "--memory-limit", "100K"}),
+              HasSubstr("--memory-limit is 0.1 MB"));
+  EXPECT_THAT(error({"denoise", in, "-o", out, "--memory-limit", "lots"}),
+              HasSubstr("expected a size such as"));
+  EXPECT_THAT(error({"denoise", in, "-o", out, "--set", "sigma=1"}), HasSubstr("--set: "));
+  WriteFrames(folder / "other.####.exr", 1, 1);
+  EXPECT_THAT(error({"denoise", folder.path(), "-o", out}), HasSubstr("holds 2 sequences"));
+}
+
+}  // namespace
+}  // namespace stillray
