@@ -266,7 +266,9 @@ Status DecideLight(const std::string& file, AovLayout* layout) {
   const bool has_diffuse = layout->Find(Aov::kDirectDiffuse) || layout->Find(Aov::kIndirectDiffuse);
   // Without diffuse passes the others would leave most of the light over anyway.
   layout->from_colour = has_colour && !has_diffuse;
-  if (layout->from_colour) {
+  if (!layout->from_colour) {
+    Drop(Aov::kFallbackAlbedo, layout);
+  } else {
     for (int i = static_cast<int>(Aov::kDirectDiffuse); i <= static_cast<int>(Aov::kIndirectVolume);
          ++i) {
       Drop(static_cast<Aov>(i), layout);

@@ -97,6 +97,15 @@ TEST(AovLayout, FileOutputNodeHasNoViewLayer) {
   EXPECT_THAT(layout->notes, ElementsAre(HasSubstr("light passes are missing")));
 }
 
+TEST(AovLayout, TheAlbedoOfAllReflectionIsOnlyForColourAlone) {
+  std::vector<std::string> names = BlenderChannels("V.", false);
+  AddLayer("V.Denoising Albedo", "RGB", &names);
+  const Result<AovLayout> layout = Understand(names, {});
+  ASSERT_TRUE(layout.ok());
+  EXPECT_EQ(layout->Find(Aov::kFallbackAlbedo), nullptr);
+  EXPECT_THAT(layout->carried, Contains("V.Denoising Albedo"));
+}
+
 TEST(AovLayout, TheViewLayerWithMostPassesCounts) {
   std::vector<std::string> names = BlenderChannels("Main.", false);
   AddLayer("Composite.Combined", "RGBA", &names);
