@@ -2,38 +2,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise_log.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+
+#include "log_parts.h"
 
 namespace stillray {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Rounded to what a clock can tell, so that files stay readable.
-double Rounded(double milliseconds) {
-  return std::round(milliseconds * 1000) / 1000;
-}
-
 Json FrameJson(const DenoisedFrameLog& frame) {
-  Json stages = Json::object();
-  for (const StageTime& stage : frame.stages) {
-    stages[stage.name] = Rounded(stage.milliseconds);
-  }
   return {{"frame", frame.frame},
           {"input", frame.input},
           {"output", frame.output},
-          {"read_ms", Rounded(frame.read_ms)},
-          {"denoise_ms", Rounded(frame.denoise_ms)},
-          {"write_ms", Rounded(frame.write_ms)},
+          {"read_ms", RoundedMs(frame.read_ms)},
+          {"denoise_ms", RoundedMs(frame.denoise_ms)},
+          {"write_ms", RoundedMs(frame.write_ms)},
           {"without_history", frame.without_history},
           {"restarted", frame.restarted},
           {"missing_light", frame.missing_light},
           {"bad_guides", frame.bad_guides},
-          {"stages_ms", std::move(stages)}};
+          {"stages_ms", StagesJson(frame.stages)}};
 }
 
 Json LayoutJson(const AovLayout& layout) {
@@ -51,20 +41,10 @@ Json LayoutJson(const AovLayout& layout) {
           {"notes", layout.notes}};
 }
 
-void AddRow(const std::string& name, std::vector<double> values, std::string* table) {
-  std::sort(values.begin(), values.end());
-  *table += fmt::format("  {:<22}{:>10.2f}{:>10.2f}{:>10.2f}\n", name, values[values.size() / 2],
-                        values.front(), values.back());
-}
-
 }  // namespace
 
 std::string DenoiseLogJson(const DenoiseOptions& options, const AovLayout& layout,
                            const Settings& used, const DenoiseLog& log, int threads) {
-  Json parameters = Json::object();
-  for (const Parameter& p : Parameters()) {
-    parameters[p.name] = GetParameter(used, p.name).value();
-  }
   Json frames = Json::array();
   for (const DenoisedFrameLog& frame : log.frames) {
     frames.push_back(FrameJson(frame));
@@ -73,7 +53,7 @@ std::string DenoiseLogJson(const DenoiseOptions& options, const AovLayout& layou
                      {"preset", options.text.preset},
                      {"threads", threads},
                      {"aovs", LayoutJson(layout)},
-                     {"parameters", std::move(parameters)},
+                     {"parameters", ParametersJson(used)},
                      {"frames", std::move(frames)},
                      {"memory", {{"denoiser_bytes", log.denoiser_bytes}}}};
   // Names from files need not be UTF-8, as JSON must be.
@@ -121,18 +101,10 @@ std::string DenoiseTimings(const DenoiseLog& log) {
     }
     return values;
   };
-  AddRow("read", column([](const DenoisedFrameLog& f) { return f.read_ms; }), &table);
-  AddRow("denoise", column([](const DenoisedFrameLog& f) { return f.denoise_ms; }), &table);
-  // The last frame has the stages that need a history too.
-  for (const StageTime& stage : log.frames.back().stages) {
-    AddRow("  " + stage.name, column([&](const DenoisedFrameLog& f) {
-             const auto at = std::find_if(f.stages.begin(), f.stages.end(),
-                                          [&](const StageTime& s) { return s.name == stage.name; });
-             return at == f.stages.end() ? 0.0 : at->milliseconds;
-           }),
-           &table);
-  }
-  AddRow("write", column([](const DenoisedFrameLog& f) { return f.write_ms; }), &table);
+  table += TimingsRow("read", column([](const DenoisedFrameLog& f) { return f.read_ms; }));
+  table += TimingsRow("denoise", column([](const DenoisedFrameLog& f) { return f.denoise_ms; }));
+  table += StageRows(log.frames);
+  table += TimingsRow("write", column([](const DenoisedFrameLog& f) { return f.write_ms; }));
   return table + fmt::format("  {:<22}{:>10.1f} MB\n", "memory, denoiser",
                              static_cast<double>(log.denoiser_bytes) / 1e6);
 }

@@ -2,55 +2,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run_log.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+
+#include "log_parts.h"
 
 namespace stillray {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Rounded to what a clock can tell, so that files stay readable.
-double Rounded(double milliseconds) {
-  return std::round(milliseconds * 1000) / 1000;
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) {
-    return 0;
-  }
-  std::sort(values.begin(), values.end());
-  const size_t middle = values.size() / 2;
-  return values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
-}
-
 Json FrameJson(const FrameLog& frame) {
-  Json stages = Json::object();
-  for (const StageTime& stage : frame.stages) {
-    stages[stage.name] = Rounded(stage.milliseconds);
-  }
   return {{"frame", frame.frame},
           {"seconds", frame.seconds},
-          {"render_ms", Rounded(frame.render_ms)},
-          {"denoise_ms", Rounded(frame.denoise_ms)},
-          {"stages_ms", std::move(stages)}};
-}
-
-Json ParametersJson(const Settings& settings) {
-  Json parameters = Json::object();
-  for (const Parameter& p : Parameters()) {
-    parameters[p.name] = GetParameter(settings, p.name).value();
-  }
-  return parameters;
-}
-
-void AddRow(const std::string& name, const std::vector<double>& values, std::string* table) {
-  *table += fmt::format("  {:<22}{:>10.2f}{:>10.2f}{:>10.2f}\n", name, Median(values),
-                        *std::min_element(values.begin(), values.end()),
-                        *std::max_element(values.begin(), values.end()));
+          {"render_ms", RoundedMs(frame.render_ms)},
+          {"denoise_ms", RoundedMs(frame.denoise_ms)},
+          {"stages_ms", StagesJson(frame.stages)}};
 }
 
 }  // namespace
@@ -115,17 +82,9 @@ std::string TimingsTable(const RunLog& log) {
     }
     return values;
   };
-  AddRow("render", column([](const FrameLog& f) { return f.render_ms; }), &table);
-  AddRow("denoise", column([](const FrameLog& f) { return f.denoise_ms; }), &table);
-  // The last frame has the stages that need a history too.
-  for (const StageTime& stage : log.frames.back().stages) {
-    AddRow("  " + stage.name, column([&](const FrameLog& f) {
-             const auto at = std::find_if(f.stages.begin(), f.stages.end(),
-                                          [&](const StageTime& s) { return s.name == stage.name; });
-             return at == f.stages.end() ? 0.0 : at->milliseconds;
-           }),
-           &table);
-  }
+  table += TimingsRow("render", column([](const FrameLog& f) { return f.render_ms; }));
+  table += TimingsRow("denoise", column([](const FrameLog& f) { return f.denoise_ms; }));
+  table += StageRows(log.frames);
   table += fmt::format("  {:<22}{:>10.1f} MB\n  {:<22}{:>10.1f} MB\n", "memory, denoiser",
                        static_cast<double>(log.denoiser_bytes) / 1e6, "memory, renderer",
                        static_cast<double>(log.renderer_bytes) / 1e6);

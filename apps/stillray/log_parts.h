@@ -1,0 +1,68 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What the logs of all commands that denoise have in common: JSON of stages and settings, and the
+/// rows of the table of --timings.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "stillray/denoise.hpp"
+
+namespace stillray {
+
+/// Rounded to what a clock can tell, so that files stay readable.
+inline double RoundedMs(double milliseconds) {
+  return std::round(milliseconds * 1000) / 1000;
+}
+
+inline nlohmann::ordered_json StagesJson(const std::vector<StageTime>& stages) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (const StageTime& stage : stages) {
+    json[stage.name] = RoundedMs(stage.milliseconds);
+  }
+  return json;
+}
+
+inline nlohmann::ordered_json ParametersJson(const Settings& settings) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (const Parameter& p : Parameters()) {
+    json[p.name] = GetParameter(settings, p.name).value();
+  }
+  return json;
+}
+
+/// \param values  milliseconds, one per frame, not empty
+inline std::string TimingsRow(const std::string& name, std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const size_t middle = values.size() / 2;
+  const double median =
+      values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
+  return fmt::format("  {:<22}{:>10.2f}{:>10.2f}{:>10.2f}\n", name, median, values.front(),
+                     values.back());
+}
+
+/// One row per stage of the last frame, which has the stages that need a history too.
+/// \param frames  with a member `stages`, not empty
+template <typename FrameLogs>
+std::string StageRows(const FrameLogs& frames) {
+  std::string rows;
+  for (const StageTime& stage : frames.back().stages) {
+    std::vector<double> values;
+    for (const auto& frame : frames) {
+      const auto at = std::find_if(frame.stages.begin(), frame.stages.end(),
+                                   [&](const StageTime& s) { return s.name == stage.name; });
+      values.push_back(at == frame.stages.end() ? 0.0 : at->milliseconds);
+    }
+    rows += TimingsRow("  " + stage.name, values);
+  }
+  return rows;
+}
+
+}  // namespace stillray
