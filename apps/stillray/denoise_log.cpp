@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise_log.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -17,6 +19,7 @@ Json FrameJson(const DenoisedFrameLog& frame) {
           {"input", frame.input},
           {"output", frame.output},
           {"read_ms", RoundedMs(frame.read_ms)},
+          {"future_ms", RoundedMs(frame.future_ms)},
           {"denoise_ms", RoundedMs(frame.denoise_ms)},
           {"write_ms", RoundedMs(frame.write_ms)},
           {"without_history", frame.without_history},
@@ -49,13 +52,11 @@ std::string DenoiseLogJson(const DenoiseOptions& options, const AovLayout& layou
   for (const DenoisedFrameLog& frame : log.frames) {
     frames.push_back(FrameJson(frame));
   }
-  const Json json = {{"stillray", STILLRAY_VERSION},
-                     {"preset", options.text.preset},
-                     {"threads", threads},
-                     {"aovs", LayoutJson(layout)},
-                     {"parameters", ParametersJson(used)},
-                     {"frames", std::move(frames)},
-                     {"memory", {{"denoiser_bytes", log.denoiser_bytes}}}};
+  const Json json = {
+      {"stillray", STILLRAY_VERSION},  {"preset", options.text.preset},
+      {"window", options.text.window}, {"threads", threads},
+      {"aovs", LayoutJson(layout)},    {"parameters", ParametersJson(used)},
+      {"frames", std::move(frames)},   {"memory", {{"denoiser_bytes", log.denoiser_bytes}}}};
   // Names from files need not be UTF-8, as JSON must be.
   return json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
@@ -70,6 +71,7 @@ Result<DenoiseLog> ParseDenoiseLog(const std::string& text) {
       frame.input = entry.at("input").get<std::string>();
       frame.output = entry.at("output").get<std::string>();
       frame.read_ms = entry.at("read_ms").get<double>();
+      frame.future_ms = entry.at("future_ms").get<double>();
       frame.denoise_ms = entry.at("denoise_ms").get<double>();
       frame.write_ms = entry.at("write_ms").get<double>();
       frame.without_history = entry.at("without_history").get<double>();
@@ -102,6 +104,11 @@ std::string DenoiseTimings(const DenoiseLog& log) {
     return values;
   };
   table += TimingsRow("read", column([](const DenoisedFrameLog& f) { return f.read_ms; }));
+  if (std::any_of(log.frames.begin(), log.frames.end(),
+                  [](const DenoisedFrameLog& f) { return f.future_ms > 0; })) {
+    table +=
+        TimingsRow("look ahead", column([](const DenoisedFrameLog& f) { return f.future_ms; }));
+  }
   table += TimingsRow("denoise", column([](const DenoisedFrameLog& f) { return f.denoise_ms; }));
   table += StageRows(log.frames);
   table += TimingsRow("write", column([](const DenoisedFrameLog& f) { return f.write_ms; }));

@@ -17,6 +17,7 @@ struct DenoisedFrameLog {
   std::string input;
   std::string output;
   double read_ms = 0;
+  double future_ms = 0;  ///< playing later frames backward, where that was due
   double denoise_ms = 0;
   double write_ms = 0;
   /// Part of the pixels with a surface that had no history, 0..1; 1 in the first frame.

@@ -4,6 +4,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -18,6 +19,19 @@ namespace {
 constexpr int64_t kBytesPerPixel = 700;
 /// A channel is held once as read and once while it is written.
 constexpr int64_t kBytesPerChannel = 2 * static_cast<int64_t>(sizeof(float));
+/// --window both: the denoiser that plays backward and the frame in its hands, likewise.
+constexpr int64_t kBytesPerPixelBackward = 700;
+/// Seven planes for each of four signals.
+constexpr int64_t kBytesPerPixelOfFuture = 7 * 4 * static_cast<int64_t>(sizeof(float));
+
+int64_t BytesNeeded(const ExrImage& image, const DenoiseOptions& options) {
+  const int64_t channels = static_cast<int64_t>(image.channels.size());
+  int64_t per_pixel = kBytesPerPixel + channels * kBytesPerChannel;
+  if (options.window == Window::kBoth) {
+    per_pixel += kBytesPerPixelBackward + kBytesPerPixelOfFuture;
+  }
+  return int64_t{image.width} * image.height * per_pixel;
+}
 
 Status ParseSettings(const DenoiseArguments& arguments, DenoiseOptions* options) {
   Result<Settings> preset = PresetSettings(arguments.preset);
@@ -69,6 +83,11 @@ Result<DenoiseOptions> ParseDenoiseArguments(const DenoiseArguments& arguments) 
   DenoiseOptions options;
   options.text = arguments;
   STILLRAY_RETURN_IF_ERROR(ParseSettings(arguments, &options));
+  if (arguments.window != "past" && arguments.window != "both") {
+    return Status::InvalidArgument(
+        fmt::format("--window is '{}', expected past or both", arguments.window));
+  }
+  options.window = arguments.window == "both" ? Window::kBoth : Window::kPast;
   STILLRAY_RETURN_IF_ERROR(ParseMemory(arguments.memory_limit, &options.memory_limit));
   Result<std::vector<SequenceFile>> files =
       ListSequence(arguments.inputs, arguments.output, arguments.frames);
@@ -84,6 +103,10 @@ std::string DenoiseFingerprint(const DenoiseOptions& options) {
   std::string text = fmt::format("denoise {}\noutput {}\nfirst {}\nrenderer {}\naov {}\n",
                                  fmt::join(a.inputs, " "), a.output, options.files.front().input,
                                  a.aovs.renderer, fmt::join(a.aovs.mappings, " "));
+  text += fmt::format("window {}\n", a.window);
+  if (options.window == Window::kBoth) {
+    text += fmt::format("last {}\n", options.files.back().input);
+  }
   text += fmt::format("antialias given {}\n", options.antialias_given);
   for (const Parameter& p : Parameters()) {
     text += fmt::format("{} {}\n", p.name, GetParameter(options.settings, p.name).value());
@@ -92,17 +115,28 @@ std::string DenoiseFingerprint(const DenoiseOptions& options) {
 }
 
 Status CheckMemory(const ExrImage& image, const DenoiseOptions& options, const std::string& name) {
-  const int64_t pixels = int64_t{image.width} * image.height;
-  const int64_t channels = static_cast<int64_t>(image.channels.size());
-  const int64_t needed = pixels * (kBytesPerPixel + channels * kBytesPerChannel);
-  if (options.memory_limit > 0 && needed > options.memory_limit) {
-    return Status::OutOfMemory(fmt::format(
-        "{}: a frame of {} x {} pixels with {} channels takes about {:.1f} MB; {} {:.1f} MB", name,
-        image.width, image.height, channels, static_cast<double>(needed) / 1e6,
-        options.text.memory_limit.empty() ? "this machine has" : "--memory-limit is",
-        static_cast<double>(options.memory_limit) / 1e6));
+  if (options.memory_limit <= 0 || BytesNeeded(image, options) <= options.memory_limit) {
+    return Status::Ok();
   }
-  return Status::Ok();
+  return Status::OutOfMemory(
+      fmt::format("{}: a frame of {} x {} pixels with {} channels takes about {:.1f} MB; {} {:.1f} "
+                  "MB",
+                  name, image.width, image.height, image.channels.size(),
+                  static_cast<double>(BytesNeeded(image, options)) / 1e6,
+                  options.text.memory_limit.empty() ? "this machine has" : "--memory-limit is",
+                  static_cast<double>(options.memory_limit) / 1e6));
+}
+
+Result<size_t> FuturesThatFit(const ExrImage& image, const DenoiseOptions& options,
+                              const std::string& name) {
+  STILLRAY_RETURN_IF_ERROR(CheckMemory(image, options, name));
+  if (options.memory_limit <= 0) {
+    return kFutureBlock;
+  }
+  // One is part of what the frame itself needs.
+  const int64_t left = options.memory_limit - BytesNeeded(image, options);
+  const int64_t each = kBytesPerPixelOfFuture * image.width * image.height;
+  return static_cast<size_t>(std::clamp<int64_t>(1 + left / each, 1, kFutureBlock));
 }
 
 }  // namespace stillray

@@ -22,6 +22,7 @@ struct DenoiseArguments {
   AovOptions aovs;
   std::string preset = "default";
   std::vector<std::string> set;
+  std::string window = "past";
   int threads = 0;
   std::string memory_limit;
   bool resume = false;
@@ -29,11 +30,15 @@ struct DenoiseArguments {
   std::string json_path;
 };
 
+/// Which frames a frame gets light of, beside its own.
+enum class Window { kPast, kBoth };
+
 /// The same, understood.
 struct DenoiseOptions {
   DenoiseArguments text;
   std::vector<SequenceFile> files;
   Settings settings;
+  Window window = Window::kPast;
   bool antialias_given = false;  ///< by --set
   int64_t memory_limit = 0;      ///< bytes; the machine's memory by default
 };
@@ -45,7 +50,15 @@ Result<DenoiseOptions> ParseDenoiseArguments(const DenoiseArguments& arguments);
 /// text make the same bits.
 std::string DenoiseFingerprint(const DenoiseOptions& options);
 
+/// Frames whose future is held at once, at most; see denoise_future.h.
+inline constexpr size_t kFutureBlock = 16;
+
 /// Fails if a frame of this size does not fit into the memory limit.
 Status CheckMemory(const ExrImage& image, const DenoiseOptions& options, const std::string& name);
+
+/// Of how many frames of this size the future fits into the memory limit beside everything else;
+/// 1..kFutureBlock. \return kOutOfMemory if not even one does
+Result<size_t> FuturesThatFit(const ExrImage& image, const DenoiseOptions& options,
+                              const std::string& name);
 
 }  // namespace stillray

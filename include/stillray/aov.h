@@ -28,6 +28,7 @@ enum class MotionDirection : uint8_t {
   kToPrevious,    ///< place one frame ago minus place now, as in stillray
   kFromPrevious,  ///< place now minus place one frame ago
   kToNext,        ///< place one frame later minus place now; taken for steady motion
+  kFromNext,      ///< place now minus place one frame later; taken for steady motion
 };
 
 /// What the two numbers of a motion layer mean.
@@ -76,6 +77,12 @@ struct NormalConvention {
 /// \param x, y  planes of one size, as stored
 Image2 ConvertMotion(const Image1& x, const Image1& y, const MotionConvention& convention,
                      const JitterPair& jitter);
+/// Motion towards the next frame, otherwise as ConvertMotion: the point seen at p stands at
+/// p + result(p) one frame later.
+/// \param convention  direction kToNext or kFromNext
+/// \param jitter  `previous` stands for the next frame
+Image2 ConvertNextMotion(const Image1& x, const Image1& y, const MotionConvention& convention,
+                         const JitterPair& jitter);
 /// Linear depth; +infinity for background. What no camera can see (negative, zero, NaN) stays.
 Image1 ConvertDepth(const Image1& depth, const DepthConvention& convention);
 /// Unit normals; zero stays zero, NaN stays NaN.
@@ -97,6 +104,7 @@ enum class Aov : uint8_t {
   kDepth,
   kNormal,
   kMotion,
+  kNextMotion,  ///< towards the next frame, beside kMotion
   kAlbedo,
   kSpecularAlbedo,
   kTransmissionAlbedo,
@@ -116,7 +124,7 @@ enum class Aov : uint8_t {
   kEmission,
   kBackground,
 };
-inline constexpr int kAovCount = 24;
+inline constexpr int kAovCount = 25;
 /// The name on the command line: "colour", "direct_diffuse", ...
 const char* AovName(Aov aov);
 
@@ -138,6 +146,7 @@ struct AovLayout {
   std::string renderer;
   std::vector<AovSource> sources;
   MotionConvention motion;
+  MotionConvention next_motion;
   DepthConvention depth;
   NormalConvention normal;
   bool light_is_divided = false;  ///< light layers are without albedo (Blender)
@@ -166,6 +175,12 @@ std::string AovTable(const AovLayout& layout);
 /// \return kBadData naming the channel that the layout has and the image lacks
 Result<Frame> ImportFrame(const ExrImage& image, const AovLayout& layout,
                           std::array<float, 2> previous_jitter, const std::string& name);
+
+/// Motion towards the next frame (see ConvertNextMotion), for playing a sequence backward. Empty
+/// where the file does not tell it: no layer has it, or the layer is zero everywhere, which in
+/// Blender stands for "not known" as often as for "still".
+/// \param jitter  `previous` stands for the next frame
+Image2 ImportNextMotion(const ExrImage& image, const AovLayout& layout, const JitterPair& jitter);
 
 /// The bytes of the EXR file `original` with `colour` in place of the light that the layout's
 /// result names (added as channels of the first part if it has none). All other channels, parts,

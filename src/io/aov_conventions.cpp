@@ -100,13 +100,15 @@ std::array<float, 3> Unit(const std::array<float, 3>& n) {
 
 }  // namespace
 
-Image2 ConvertMotion(const Image1& x, const Image1& y, const MotionConvention& c,
-                     const JitterPair& jitter) {
+namespace {
+
+/// \param sign  of what is wanted in terms of what is stored
+Image2 ScaledMotion(const Image1& x, const Image1& y, const MotionConvention& c, float sign,
+                    const JitterPair& jitter) {
   const int width = x.width();
   const int height = x.height();
-  const float sign = c.direction == MotionDirection::kToPrevious ? c.scale : -c.scale;
-  const float x_scale = sign * PixelsPerUnit(c.unit, width);
-  const float y_scale = sign * PixelsPerUnit(c.unit, height) * (c.y_up ? -1.0f : 1.0f);
+  const float x_scale = sign * c.scale * PixelsPerUnit(c.unit, width);
+  const float y_scale = sign * c.scale * PixelsPerUnit(c.unit, height) * (c.y_up ? -1.0f : 1.0f);
   // A point at p stands at p - jitter in the picture's grid.
   const float x_shift = c.jittered ? jitter.previous_x - jitter.x : 0.0f;
   const float y_shift = c.jittered ? jitter.previous_y - jitter.y : 0.0f;
@@ -120,6 +122,21 @@ Image2 ConvertMotion(const Image1& x, const Image1& y, const MotionConvention& c
     }
   });
   return motion;
+}
+
+}  // namespace
+
+Image2 ConvertMotion(const Image1& x, const Image1& y, const MotionConvention& c,
+                     const JitterPair& jitter) {
+  // Steady motion goes on by what it came.
+  const bool as_stored =
+      c.direction == MotionDirection::kToPrevious || c.direction == MotionDirection::kFromNext;
+  return ScaledMotion(x, y, c, as_stored ? 1.0f : -1.0f, jitter);
+}
+
+Image2 ConvertNextMotion(const Image1& x, const Image1& y, const MotionConvention& c,
+                         const JitterPair& jitter) {
+  return ScaledMotion(x, y, c, c.direction == MotionDirection::kToNext ? 1.0f : -1.0f, jitter);
 }
 
 Image1 ConvertDepth(const Image1& depth, const DepthConvention& c) {
@@ -160,7 +177,7 @@ Image3 ConvertNormal(const Image3& normal, const NormalConvention& c,
 
 std::string ConventionText(const MotionConvention& c) {
   constexpr const char* kUnits[] = {"pixels", "fraction", "ndc"};
-  constexpr const char* kDirections[] = {"to_previous", "from_previous", "to_next"};
+  constexpr const char* kDirections[] = {"to_previous", "from_previous", "to_next", "from_next"};
   std::string text =
       fmt::format("{}, {}, {}", kUnits[static_cast<size_t>(c.unit)],
                   kDirections[static_cast<size_t>(c.direction)], c.y_up ? "y_up" : "y_down");

@@ -59,6 +59,7 @@ class Importer {
   }
 
   Result<Frame> Import(std::array<float, 2> previous_jitter);
+  Image2 NextMotion(const JitterPair& jitter) const;
 
  private:
   Status CheckChannels() const;
@@ -411,7 +412,42 @@ Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
   return std::move(frame_);
 }
 
+bool IsZero(const Image1& plane) {
+  for (int y = 0; y < plane.height(); ++y) {
+    const float* row = plane.Row(y);
+    if (std::any_of(row, row + plane.width(), [](float v) { return v != 0; })) {
+      return false;
+    }
+  }
+  return true;
+}
+
+Image2 Importer::NextMotion(const JitterPair& jitter) const {
+  const MotionDirection direction = layout_.motion.direction;
+  const bool main_is_next =
+      direction == MotionDirection::kToNext || direction == MotionDirection::kFromNext;
+  const AovSource* source = layout_.Find(main_is_next ? Aov::kMotion : Aov::kNextMotion);
+  if (source == nullptr) {
+    return {};
+  }
+  for (const std::string& channel : source->channels) {
+    if (image_.Find(channel) == nullptr) {
+      return {};
+    }
+  }
+  const Image1 x = Values(source->channels[0]);
+  const Image1 y = Values(source->channels[1]);
+  if (IsZero(x) && IsZero(y)) {
+    return {};
+  }
+  return ConvertNextMotion(x, y, main_is_next ? layout_.motion : layout_.next_motion, jitter);
+}
+
 }  // namespace
+
+Image2 ImportNextMotion(const ExrImage& image, const AovLayout& layout, const JitterPair& jitter) {
+  return Importer(image, layout, "").NextMotion(jitter);
+}
 
 Result<Frame> ImportFrame(const ExrImage& image, const AovLayout& layout,
                           std::array<float, 2> previous_jitter, const std::string& name) {

@@ -132,6 +132,7 @@ int ComponentCount(Aov aov) {
     case Aov::kSamples:
       return 1;
     case Aov::kMotion:
+    case Aov::kNextMotion:
       return 2;
     default:
       return 3;
@@ -177,13 +178,21 @@ Result<std::string> FindLayer(const ChannelNames& names, const io::AovMapping& m
                                  ", ")))));
 }
 
+void Drop(Aov aov, AovLayout* layout) {
+  std::erase_if(layout->sources, [&](const AovSource& s) { return s.aov == aov; });
+}
+
 Status ApplyMapping(const ChannelNames& names, const std::string& text, const std::string& file,
                     AovLayout* layout) {
   const Result<io::AovMapping> mapping = io::ParseAovMapping(text);
   if (!mapping.ok()) {
     return mapping.status();
   }
-  std::erase_if(layout->sources, [&](const AovSource& s) { return s.aov == mapping->aov; });
+  Drop(mapping->aov, layout);
+  if (mapping->aov == Aov::kMotion) {
+    // What the table says of the way to the next frame belongs to another motion.
+    Drop(Aov::kNextMotion, layout);
+  }
   if (mapping->layer == "none") {
     return Status::Ok();
   }
@@ -219,10 +228,6 @@ Status ApplyMapping(const ChannelNames& names, const std::string& text, const st
 
 bool IsLight(Aov aov) {
   return aov >= Aov::kDirectDiffuse && aov <= Aov::kIndirectVolume;
-}
-
-void Drop(Aov aov, AovLayout* layout) {
-  std::erase_if(layout->sources, [&](const AovSource& s) { return s.aov == aov; });
 }
 
 /// The colour layer that divided light must be multiplied by.
@@ -313,7 +318,9 @@ void NoteMissingGuides(AovLayout* layout) {
   } else if (!layout->from_colour) {
     note(Aov::kAlbedo, "textures are filtered together with the light and lose detail");
   }
-  if (layout->motion.direction == MotionDirection::kToNext && layout->Find(Aov::kMotion)) {
+  const bool steady = layout->motion.direction == MotionDirection::kToNext ||
+                      layout->motion.direction == MotionDirection::kFromNext;
+  if (steady && layout->Find(Aov::kMotion)) {
     layout->notes.push_back(
         "motion points to the next frame; its opposite is taken for the way from the previous one, "
         "which is right where motion is steady");
@@ -374,6 +381,8 @@ std::string ConventionOf(const AovLayout& layout, const AovSource& source) {
   switch (source.aov) {
     case Aov::kMotion:
       return ConventionText(layout.motion);
+    case Aov::kNextMotion:
+      return ConventionText(layout.next_motion);
     case Aov::kDepth:
       return ConventionText(layout.depth);
     case Aov::kNormal:
@@ -407,6 +416,7 @@ Result<AovLayout> UnderstandAovs(const ExrImage& image, const AovOptions& option
   }
   layout.renderer = (*preset)->name;
   layout.motion = (*preset)->motion;
+  layout.next_motion = (*preset)->next_motion;
   layout.depth = (*preset)->depth;
   layout.normal = (*preset)->normal;
   layout.light_is_divided = (*preset)->light_is_divided;

@@ -48,6 +48,8 @@ Status ApplyMotionWord(const AovMapping& mapping, const std::string& word, Motio
     c->direction = MotionDirection::kFromPrevious;
   } else if (word == "to_next") {
     c->direction = MotionDirection::kToNext;
+  } else if (word == "from_next") {
+    c->direction = MotionDirection::kFromNext;
   } else if (word == "y_up" || word == "y_down") {
     c->y_up = word == "y_up";
   } else if (word == "jittered") {
@@ -55,9 +57,10 @@ Status ApplyMotionWord(const AovMapping& mapping, const std::string& word, Motio
   } else if (const auto scale = PositiveAfter("scale", word); scale && std::isfinite(*scale)) {
     c->scale = *scale;
   } else {
-    return UnknownWord(mapping, word,
-                       "pixels, fraction, ndc, to_previous, from_previous, to_next, y_up, y_down, "
-                       "jittered, scale=NUMBER or channels=XY");
+    return UnknownWord(
+        mapping, word,
+        "pixels, fraction, ndc, to_previous, from_previous, to_next, from_next, y_up, "
+        "y_down, jittered, scale=NUMBER or channels=XY");
   }
   return Status::Ok();
 }
@@ -185,6 +188,9 @@ Status ApplyWords(const AovMapping& mapping, AovLayout* layout) {
       case Aov::kMotion:
         STILLRAY_RETURN_IF_ERROR(ApplyMotionWord(mapping, word, &layout->motion));
         break;
+      case Aov::kNextMotion:
+        STILLRAY_RETURN_IF_ERROR(ApplyMotionWord(mapping, word, &layout->next_motion));
+        break;
       case Aov::kDepth:
         STILLRAY_RETURN_IF_ERROR(ApplyDepthWord(mapping, word, &layout->depth));
         break;
@@ -194,6 +200,13 @@ Status ApplyWords(const AovMapping& mapping, AovLayout* layout) {
       default:
         return UnknownWord(mapping, word, "channels=LETTERS and nothing else");
     }
+  }
+  const MotionDirection next = layout->next_motion.direction;
+  if (mapping.aov == Aov::kNextMotion && next != MotionDirection::kToNext &&
+      next != MotionDirection::kFromNext) {
+    return Status::InvalidArgument(
+        fmt::format("--aov next_motion: its direction is {}, expected to_next or from_next",
+                    next == MotionDirection::kToPrevious ? "to_previous" : "from_previous"));
   }
   return mapping.aov == Aov::kDepth ? CheckDepth(layout->depth) : Status::Ok();
 }
@@ -207,6 +220,7 @@ const char* AovName(Aov aov) {
                                              "depth",
                                              "normal",
                                              "motion",
+                                             "next_motion",
                                              "albedo",
                                              "specular_albedo",
                                              "transmission_albedo",

@@ -23,6 +23,7 @@ constexpr AovNameRow kBlender[] = {
     {Aov::kDepth, "Depth", "V"},
     {Aov::kNormal, "Normal", "XYZ"},
     {Aov::kMotion, "Vector", "XY"},
+    {Aov::kNextMotion, "Vector", "ZW"},
     {Aov::kAlbedo, "DiffCol", "RGB"},
     {Aov::kAlbedo, "Diffuse Color", "RGB"},
     {Aov::kSpecularAlbedo, "GlossCol", "RGB"},
@@ -123,6 +124,9 @@ constexpr AovNameRow kRenderMan[] = {
     {Aov::kMotion, "motionBack", "XY"},
     {Aov::kMotion, "motionBack", "xy"},
     {Aov::kMotion, "motionBack", "RG"},
+    {Aov::kNextMotion, "motionFore", "XY"},
+    {Aov::kNextMotion, "motionFore", "xy"},
+    {Aov::kNextMotion, "motionFore", "RG"},
     {Aov::kAlbedo, "albedo", "RGB"},
     {Aov::kAlbedo, "albedo", "rgb"},
     {Aov::kFallbackAlbedo, "albedo", "RGB"},
@@ -177,17 +181,24 @@ constexpr AovNameRow kVRay[] = {
 };
 
 constexpr MotionConvention kStillrayMotion;
+constexpr MotionConvention kStillrayNextMotion = {.direction = MotionDirection::kToNext};
 constexpr MotionConvention kBlenderMotion = {.y_up = true};
 constexpr MotionConvention kForwardMotion = {.direction = MotionDirection::kToNext, .y_up = true};
+/// Blender's ZW is the place now minus the place in the next frame.
+constexpr MotionConvention kBlenderNextMotion = {.direction = MotionDirection::kFromNext,
+                                                 .y_up = true};
 constexpr DepthConvention kLinearDepth;
 constexpr NormalConvention kWorldNormal;
 
 constexpr std::array<AovPreset, 5> kPresets = {{
-    {"blender", kBlender, kBlenderMotion, kLinearDepth, kWorldNormal, true, true},
-    {"stillray", kStillray, kStillrayMotion, kLinearDepth, kWorldNormal, false, false},
-    {"arnold", kArnold, kForwardMotion, kLinearDepth, kWorldNormal, false, true},
-    {"renderman", kRenderMan, kBlenderMotion, kLinearDepth, kWorldNormal, false, true},
-    {"vray", kVRay, kForwardMotion, kLinearDepth, kWorldNormal, false, true},
+    {"blender", kBlender, kBlenderMotion, kBlenderNextMotion, kLinearDepth, kWorldNormal, true,
+     true},
+    {"stillray", kStillray, kStillrayMotion, kStillrayNextMotion, kLinearDepth, kWorldNormal, false,
+     false},
+    {"arnold", kArnold, kForwardMotion, kForwardMotion, kLinearDepth, kWorldNormal, false, true},
+    {"renderman", kRenderMan, kBlenderMotion, kForwardMotion, kLinearDepth, kWorldNormal, false,
+     true},
+    {"vray", kVRay, kForwardMotion, kForwardMotion, kLinearDepth, kWorldNormal, false, true},
 }};
 
 }  // namespace

@@ -23,6 +23,7 @@ struct AovPreset {
   std::string_view name;
   std::span<const AovNameRow> rows;
   MotionConvention motion;
+  MotionConvention next_motion;
   DepthConvention depth;
   NormalConvention normal;
   bool light_is_divided = false;

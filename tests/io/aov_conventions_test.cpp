@@ -54,6 +54,24 @@ TEST(AovMotion, OppositeDirections) {
   EXPECT_EQ(Motion(3, 2, {.direction = MotionDirection::kFromPrevious}), (Pair{-3, -2}));
   EXPECT_EQ(Motion(3, -2, {.direction = MotionDirection::kToNext, .y_up = true}), (Pair{-3, -2}));
 }
+// The same point goes on by 3 pixels to the right and 2 down.
+TEST(AovMotion, TowardsTheNextFrame) {
+  const auto next = [](float x, float y, const MotionConvention& convention,
+                       const JitterPair& jitter) {
+    const Image2 motion =
+        ConvertNextMotion(Constant(200, 100, x), Constant(200, 100, y), convention, jitter);
+    return Pair{motion[0](3, 5), motion[1](3, 5)};
+  };
+  const MotionConvention to_next = {.direction = MotionDirection::kToNext};
+  EXPECT_EQ(next(3, 2, to_next, {}), (Pair{3, 2}));
+  const MotionConvention blender = {.direction = MotionDirection::kFromNext, .y_up = true};
+  EXPECT_EQ(next(-3, 2, blender, {}), (Pair{3, 2}));
+  EXPECT_EQ(Motion(-3, 2, blender), (Pair{-3, -2}));  // steady motion
+  // A still point at 10.25 seen through a sample at +0.25 stands at 10.0 in the grid, and through
+  // one at -0.5 in the next frame at 10.75.
+  const MotionConvention jittered = {.direction = MotionDirection::kToNext, .jittered = true};
+  EXPECT_EQ(next(0.75f, 0, jittered, {0.25f, 0, -0.5f, 0}), (Pair{0, 0}));
+}
 TEST(AovMotion, FractionsOfThePicture) {
   EXPECT_EQ(Motion(-0.25f, -0.5f, {.unit = MotionUnit::kFraction}), (Pair{-50, -50}));
 }

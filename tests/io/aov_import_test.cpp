@@ -92,6 +92,27 @@ TEST(AovImport, BlenderGuides) {
   EXPECT_EQ(frame->guides.id(0, 0), 6u);
 }
 
+// Blender's ZW is the place now minus the place in the next frame, y up.
+TEST(AovImport, TheWayToTheNextFrame) {
+  const auto next = [](const ExrImage& image, const AovOptions& options) -> std::vector<float> {
+    const Result<AovLayout> layout = UnderstandAovs(image, options, "file");
+    EXPECT_TRUE(layout.ok()) << layout.status().message();
+    const Image2 motion = ImportNextMotion(image, *layout, {});
+    return motion.empty() ? std::vector<float>()
+                          : std::vector<float>{motion[0](0, 0), motion[1](0, 0)};
+  };
+  std::map<std::string, std::vector<float>> layers = BlenderLayers();
+  EXPECT_THAT(next(OnePixel(layers), {}), ::testing::ElementsAre(-7, 7));
+  // Another motion than the table's knows nothing of the table's next frame.
+  EXPECT_THAT(next(OnePixel(layers), {"auto", {"motion=Vector,y_down"}}), ::testing::IsEmpty());
+  EXPECT_THAT(next(OnePixel(layers), {"auto", {"motion=Vector,to_next"}}),
+              ::testing::ElementsAre(3, -2));
+  EXPECT_THAT(next(OnePixel(layers), {"auto", {"next_motion=Vector,channels=ZW,to_next,y_down"}}),
+              ::testing::ElementsAre(7, 7));
+  layers["Vector:XYZW"] = {3, 2, 0, 0};
+  EXPECT_THAT(next(OnePixel(layers), {}), ::testing::IsEmpty());
+}
+
 TEST(AovImport, NothingBehindDepthIsASurface) {
   auto layers = BlenderLayers();
   layers["Depth:Z"] = {1e10f};

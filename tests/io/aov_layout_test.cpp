@@ -155,6 +155,20 @@ TEST(AovLayout, MappingsOverrideNames) {
   EXPECT_THAT(AovTable(*layout), HasSubstr("my.nrm"));
 }
 
+TEST(AovLayout, TheWayToTheNextFrameGoesWithItsMotion) {
+  Result<AovLayout> layout = Understand(BlenderChannels("", false), {"blender", {}});
+  ASSERT_TRUE(layout.ok());
+  EXPECT_THAT(layout->Find(Aov::kNextMotion)->channels, ElementsAre("Vector.Z", "Vector.W"));
+  EXPECT_EQ(ConventionText(layout->next_motion), "pixels, from_next, y_up");
+  layout = Understand(BlenderChannels("", false), {"blender", {"motion=Vector,y_down"}});
+  ASSERT_TRUE(layout.ok());
+  EXPECT_EQ(layout->Find(Aov::kNextMotion), nullptr);
+  layout =
+      Understand(BlenderChannels("", false), {"blender", {"next_motion=Vector,from_previous"}});
+  EXPECT_EQ(layout.status().message(),
+            "--aov next_motion: its direction is from_previous, expected to_next or from_next");
+}
+
 TEST(AovLayout, NoneTakesALayerAway) {
   const Result<AovLayout> layout =
       Understand(BlenderChannels("", false), {"blender", {"motion=none"}});

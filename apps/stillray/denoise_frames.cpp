@@ -1,0 +1,98 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise_frames.h"
+
+#include "denoise_cuts.h"
+
+namespace stillray {
+namespace {
+
+constexpr size_t kMaxFileBytes = size_t{4} << 30;
+
+/// Motion that holds the shift of the sample points was converted without the neighbour's.
+void AddJitter(const MotionConvention& convention, const Frame& neighbour, Image2* motion) {
+  if (!convention.jittered || (neighbour.jitter_x == 0 && neighbour.jitter_y == 0)) {
+    return;
+  }
+  for (int y = 0; y < motion->height(); ++y) {
+    for (int x = 0; x < motion->width(); ++x) {
+      (*motion)[0](x, y) += neighbour.jitter_x;
+      (*motion)[1](x, y) += neighbour.jitter_y;
+    }
+  }
+}
+
+bool SameSize(const Frame& a, const Frame& b) {
+  return a.width == b.width && a.height == b.height;
+}
+
+}  // namespace
+
+Result<LoadedFile> LoadFile(const std::string& path, const DenoiseOptions& options) {
+  LoadedFile file;
+  Result<std::string> bytes = ReadWholeFile(path, kMaxFileBytes);
+  if (!bytes.ok()) {
+    return bytes.status();
+  }
+  file.bytes = std::move(bytes.value());
+  Result<ExrImage> image =
+      DecodeExr(reinterpret_cast<const uint8_t*>(file.bytes.data()), file.bytes.size(), path);
+  if (!image.ok()) {
+    return image.status();
+  }
+  file.image = std::move(image.value());
+  STILLRAY_RETURN_IF_ERROR(CheckMemory(file.image, options, path));
+  return file;
+}
+
+Result<SequenceFrame> LoadFrame(const SequenceFile& file, const DenoiseOptions& options,
+                                const AovLayout& layout, bool keep_bytes) {
+  Result<LoadedFile> loaded = LoadFile(file.input, options);
+  if (!loaded.ok()) {
+    return loaded.status();
+  }
+  Result<Frame> frame = ImportFrame(loaded->image, layout, {0, 0}, file.input);
+  if (!frame.ok()) {
+    return frame.status();
+  }
+  SequenceFrame result;
+  result.frame = std::move(frame.value());
+  result.frame.index = file.frame;
+  result.next_motion =
+      ImportNextMotion(loaded->image, layout, {result.frame.jitter_x, result.frame.jitter_y, 0, 0});
+  if (keep_bytes) {
+    result.bytes = std::move(loaded->bytes);
+  }
+  return result;
+}
+
+void KeepGuidesOnly(SequenceFrame* frame) {
+  frame->bytes = std::string();
+  frame->frame.signals.clear();
+  frame->frame.emission = Image3();
+  frame->frame.background = Image3();
+  frame->next_motion = Image2();
+}
+
+Link LinkToPrevious(const SequenceFrame& before, const AovLayout& layout, SequenceFrame* now) {
+  if (now->frame.index != before.frame.index + 1) {
+    return Link::kGap;
+  }
+  if (!SameSize(before.frame, now->frame) || now->frame.guides.motion.empty()) {
+    return Link::kCut;
+  }
+  AddJitter(layout.motion, before.frame, &now->frame.guides.motion);
+  return IsCut(FindAgain(now->frame, before.frame.guides)) ? Link::kCut : Link::kContinues;
+}
+
+Image2 MotionToNext(const SequenceFrame& now, const SequenceFrame& next, const AovLayout& layout) {
+  if (now.next_motion.empty()) {
+    return ReverseMotion(next.frame.guides.motion, next.frame.guides.depth);
+  }
+  Image2 motion = now.next_motion;
+  AddJitter(layout.Find(Aov::kNextMotion) != nullptr ? layout.next_motion : layout.motion,
+            next.frame, &motion);
+  return motion;
+}
+
+}  // namespace stillray

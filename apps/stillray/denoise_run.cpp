@@ -1,0 +1,440 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise_run.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "denoise_frames.h"
+#include "denoise_future.h"
+#include "denoise_log.h"
+#include "interrupt.h"
+#include "progress.h"
+#include "resume.h"
+
+namespace stillray {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// The history of a run that dies is not older than this, unless a single frame takes longer.
+constexpr std::chrono::seconds kSaveInterval(30);
+
+double Milliseconds(Clock::time_point since) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - since).count();
+}
+
+/// Part of the pixels with a surface that the mask marks; 0 where there is no surface at all.
+double PartWithoutHistory(const DenoisedFrame& out, const Frame& frame) {
+  const auto mask = std::find_if(out.images.begin(), out.images.end(),
+                                 [](const NamedImage& i) { return i.name == "disocclusion"; });
+  if (mask == out.images.end()) {
+    return 0;
+  }
+  int64_t surfaces = 0;
+  int64_t marked = 0;
+  for (int y = 0; y < frame.height; ++y) {
+    for (int x = 0; x < frame.width; ++x) {
+      if (std::isfinite(frame.guides.depth(x, y))) {
+        ++surfaces;
+        marked += mask->channels[0](x, y) > 0.5f;
+      }
+    }
+  }
+  return surfaces == 0 ? 0 : static_cast<double>(marked) / static_cast<double>(surfaces);
+}
+
+bool IsStill(const Image2& motion) {
+  for (int c = 0; c < 2; ++c) {
+    for (int y = 0; y < motion.height(); ++y) {
+      const float* row = motion[c].Row(y);
+      if (std::any_of(row, row + motion.width(), [](float v) { return v != 0; })) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+/// The frames of one run, one after the other, and everything that lives as long as it does.
+class DenoiseRun {
+ public:
+  DenoiseRun(const DenoiseOptions& options, int threads)
+      : options_(options),
+        threads_(threads),
+        fingerprint_(DenoiseFingerprint(options)),
+        folder_(std::filesystem::path(options.files.front().output).parent_path().string()) {}
+
+  Status Run();
+
+ private:
+  Status Prepare();
+  Status Understand();
+  void ChooseSettings(const ExrImage& first);
+  Status PrepareFuture(const ExrImage& first);
+  Status PlayBackward(const SequenceFile& file);
+  Status MakeFolder() const;
+  Status Resume();
+  Status DenoiseFile(size_t at);
+  Status Filter(SequenceFrame* frame, size_t at, DenoisedFrameLog* log);
+  Status Write(const SequenceFrame& frame, const SequenceFile& names) const;
+  void Report(const DenoisedFrameLog& log, Link link);
+  Status SaveState();
+  Status Stop(const Status& reason);
+  Status WriteJson() const;
+  void Summarise() const;
+  bool LooksAhead() const { return future_.has_value(); }
+
+  const DenoiseOptions& options_;
+  int threads_;
+  std::string fingerprint_;
+  std::string folder_;
+  size_t next_ = 0;  ///< index into the files
+  AovLayout layout_;
+  Settings settings_;
+  std::optional<Denoiser> denoiser_;
+  size_t futures_held_ = 0;
+  std::optional<FuturePass> future_;
+  std::optional<SequenceFrame> previous_;  ///< guides only
+  DenoisedFrame denoised_;
+  DenoiseLog log_;
+  std::optional<Progress> progress_;
+  double done_ = 0;  ///< frames denoised and played backward
+  bool motion_was_seen_ = false;
+  size_t seen_ = 0;   ///< files whose light is in the history
+  size_t saved_ = 0;  ///< files done when the state was saved; 0: never
+  Clock::time_point last_save_ = Clock::now();
+};
+
+/// Files without motion have no history to speak of; antialiasing in time needs jittered frames,
+/// and would soften those of other renderers.
+void DenoiseRun::ChooseSettings(const ExrImage& first) {
+  settings_ = options_.settings;
+  const bool has_motion = layout_.Find(Aov::kMotion) != nullptr;
+  if (!has_motion) {
+    settings_.temporal = false;
+  }
+  const auto jitter = first.attributes.find("jitter");
+  const bool jittered = jitter != first.attributes.end() && jitter->second != "0 0";
+  if (!has_motion || (!jittered && !options_.antialias_given)) {
+    settings_.antialias = Antialias::kOff;
+  }
+}
+
+Status DenoiseRun::PrepareFuture(const ExrImage& first) {
+  if (options_.window != Window::kBoth) {
+    return Status::Ok();
+  }
+  if (!settings_.temporal) {
+    fmt::print(stderr, "note: without history there is no future either: --window past\n");
+    return Status::Ok();
+  }
+  const Result<size_t> held = FuturesThatFit(first, options_, options_.files.front().input);
+  if (!held.ok()) {
+    return held.status();
+  }
+  futures_held_ = *held;
+  Result<Denoiser> backward = Denoiser::Create(settings_);
+  if (!backward.ok()) {
+    return backward.status();
+  }
+  future_.emplace(options_, layout_, std::move(backward.value()), futures_held_,
+                  [this](const SequenceFile& file) { return PlayBackward(file); });
+  return Status::Ok();
+}
+
+Status DenoiseRun::Understand() {
+  const SequenceFile& first = options_.files.front();
+  const Result<LoadedFile> file = LoadFile(first.input, options_);
+  if (!file.ok()) {
+    return file.status();
+  }
+  Result<AovLayout> layout = UnderstandAovs(file->image, options_.text.aovs, first.input);
+  if (!layout.ok()) {
+    return layout.status();
+  }
+  layout_ = std::move(layout.value());
+  fmt::print(options_.text.json_path == "-" ? stderr : stdout, "{}", AovTable(layout_));
+  std::fflush(stdout);
+  for (const std::string& note : file->image.notes) {
+    fmt::print(stderr, "note: {}\n", note);
+  }
+  ChooseSettings(file->image);
+  return PrepareFuture(file->image);
+}
+
+Status DenoiseRun::MakeFolder() const {
+  if (folder_.empty()) {
+    return Status::Ok();
+  }
+  std::error_code error;
+  std::filesystem::create_directories(folder_, error);
+  if (error || !std::filesystem::is_directory(folder_)) {
+    return Status::Io(fmt::format("cannot make the folder {}: {}", folder_,
+                                  error ? error.message() : "a file of that name exists"));
+  }
+  return Status::Ok();
+}
+
+Status DenoiseRun::Prepare() {
+  STILLRAY_RETURN_IF_ERROR(Understand());
+  Result<Denoiser> denoiser = Denoiser::Create(settings_);
+  if (!denoiser.ok()) {
+    return denoiser.status();
+  }
+  denoiser_.emplace(std::move(denoiser.value()));
+  if (settings_.temporal) {
+    STILLRAY_RETURN_IF_ERROR(denoiser_->SetOutputs({"disocclusion"}));
+  }
+  STILLRAY_RETURN_IF_ERROR(MakeFolder());
+  return Resume();
+}
+
+Status DenoiseRun::Resume() {
+  Result<ResumeState> state = LoadResumeState(folder_);
+  const bool ours = state.ok() && state->fingerprint == fingerprint_;
+  if (!options_.text.resume) {
+    if (ours) {
+      RemoveResumeState(folder_);
+    }
+    return Status::Ok();
+  }
+  if (!state.ok() && state.status().code() == StatusCode::kNotFound) {
+    fmt::print(stderr, "note: nothing to resume in {}, starting with frame {}\n",
+               folder_.empty() ? "." : folder_, options_.files.front().frame);
+    return Status::Ok();
+  }
+  if (!state.ok()) {
+    return state.status();
+  }
+  if (!ours) {
+    return Status::InvalidArgument(
+        fmt::format("cannot resume {}: {}", ResumePath(folder_),
+                    FingerprintDifference(state->fingerprint, fingerprint_)));
+  }
+  STILLRAY_RETURN_IF_ERROR(denoiser_->RestoreHistory(state->history));
+  Result<DenoiseLog> log = ParseDenoiseLog(state->log);
+  if (!log.ok()) {
+    return log.status();
+  }
+  log_ = std::move(log.value());
+  while (next_ < options_.files.size() && options_.files[next_].frame <= state->last_frame) {
+    ++next_;
+  }
+  saved_ = seen_ = next_;
+  if (next_ > 0 && next_ < options_.files.size()) {
+    Result<SequenceFrame> before = LoadFrame(options_.files[next_ - 1], options_, layout_, false);
+    if (!before.ok()) {
+      return before.status();
+    }
+    motion_was_seen_ = !IsStill(before->frame.guides.motion);
+    previous_ = std::move(before.value());
+    KeepGuidesOnly(&*previous_);
+    fmt::print(stderr, "resuming with frame {}\n", options_.files[next_].frame);
+  }
+  return Status::Ok();
+}
+
+Status DenoiseRun::PlayBackward(const SequenceFile& file) {
+  if (Interrupted()) {
+    return Status::Cancelled();
+  }
+  done_ += 1;
+  progress_->Update(done_, fmt::format("looking ahead: frame {}", file.frame));
+  return Status::Ok();
+}
+
+/// Denoises one frame. History is dropped where it belongs to something else: behind a gap in the
+/// numbers and at a cut.
+Status DenoiseRun::Filter(SequenceFrame* frame, size_t at, DenoisedFrameLog* log) {
+  Link link = Link::kContinues;
+  if (settings_.temporal && previous_) {
+    link = LinkToPrevious(*previous_, layout_, frame);
+  }
+  if (link != Link::kContinues) {
+    denoiser_->Reset();
+    log->restarted = true;
+  }
+  FutureLight future;
+  if (LooksAhead()) {
+    const Clock::time_point start = Clock::now();
+    STILLRAY_RETURN_IF_ERROR(future_->Take(at, &future));
+    log->future_ms = Milliseconds(start);
+  }
+  const Clock::time_point start = Clock::now();
+  const Status filtered = denoiser_->Denoise(frame->frame, future, &denoised_);
+  if (!filtered.ok()) {
+    return Status(filtered.code(), fmt::format("{}: {}", log->input, filtered.message()));
+  }
+  seen_ = at + 1;
+  log->denoise_ms = Milliseconds(start);
+  log->without_history = settings_.temporal ? PartWithoutHistory(denoised_, frame->frame) : 1.0;
+  Report(*log, link);
+  return Status::Ok();
+}
+
+void DenoiseRun::Report(const DenoisedFrameLog& log, Link link) {
+  if (link == Link::kContinues) {
+    return;
+  }
+  progress_->Clear();
+  fmt::print(stderr, "note: frame {}: {}; the history starts again here\n", log.frame,
+             link == Link::kCut
+                 ? "hardly anything of the frame before is found again, a cut"
+                 : fmt::format("frames after {} are missing", previous_->frame.index));
+}
+
+Status DenoiseRun::Write(const SequenceFrame& frame, const SequenceFile& names) const {
+  const Result<std::string> bytes =
+      ReplaceLight(frame.bytes, layout_, denoised_.colour, names.input);
+  if (!bytes.ok()) {
+    return bytes.status();
+  }
+  return WriteFileAtomically(names.output, bytes->data(), bytes->size());
+}
+
+Status DenoiseRun::DenoiseFile(size_t at) {
+  const SequenceFile& names = options_.files[at];
+  DenoisedFrameLog log;
+  log.frame = names.frame;
+  log.input = names.input;
+  log.output = names.output;
+  Clock::time_point start = Clock::now();
+  Result<SequenceFrame> frame = LoadFrame(names, options_, layout_, true);
+  if (!frame.ok()) {
+    return frame.status();
+  }
+  motion_was_seen_ = motion_was_seen_ || !IsStill(frame->frame.guides.motion);
+  log.read_ms = Milliseconds(start);
+  STILLRAY_RETURN_IF_ERROR(Filter(&*frame, at, &log));
+  start = Clock::now();
+  STILLRAY_RETURN_IF_ERROR(Write(*frame, names));
+  log.write_ms = Milliseconds(start);
+  previous_ = std::move(frame.value());
+  KeepGuidesOnly(&*previous_);
+  log.missing_light = denoised_.non_finite + denoised_.negative;
+  log.bad_guides = denoised_.bad_guides;
+  log.stages = denoised_.timings;
+  next_ = at + 1;
+  done_ += 1;
+  progress_->Step(
+      done_, fmt::format("frame {} ({} of {}): read {:.0f} ms, {}denoise {:.0f} ms, "
+                         "write {:.0f} ms{}",
+                         names.frame, next_, options_.files.size(), log.read_ms,
+                         LooksAhead() ? fmt::format("look ahead {:.0f} ms, ", log.future_ms) : "",
+                         log.denoise_ms, log.write_ms, log.restarted ? ", history restarted" : ""));
+  log_.frames.push_back(std::move(log));
+  log_.denoiser_bytes =
+      std::max(log_.denoiser_bytes,
+               denoiser_->memory_bytes() + (LooksAhead() ? future_->memory_bytes() : 0));
+  return Status::Ok();
+}
+
+Status DenoiseRun::SaveState() {
+  ResumeState state;
+  state.fingerprint = fingerprint_;
+  state.log = DenoiseLogJson(options_, layout_, settings_, log_, threads_);
+  state.last_frame = options_.files[next_ - 1].frame;
+  state.history = denoiser_->SaveHistory();
+  last_save_ = Clock::now();
+  saved_ = next_;
+  return SaveResumeState(folder_, state);
+}
+
+/// Keeps what is done when a frame failed or the user stopped.
+Status DenoiseRun::Stop(const Status& reason) {
+  const bool cancelled = reason.code() == StatusCode::kCancelled;
+  std::string message = cancelled ? "stopped" : reason.message();
+  // A frame that was denoised and could not be written is in the history already.
+  if (next_ > 0 && seen_ == next_) {
+    const Status saved = SaveState();
+    if (!saved.ok()) {
+      return cancelled ? saved : reason;
+    }
+  }
+  if (next_ > 0 || cancelled) {
+    message += fmt::format("; {} of {} frames are finished", next_, options_.files.size());
+  }
+  if (saved_ > 0) {
+    message += fmt::format(", --resume goes on from frame {}", options_.files[saved_].frame);
+  }
+  return Status(reason.code(), message);
+}
+
+Status DenoiseRun::WriteJson() const {
+  if (options_.text.json_path.empty()) {
+    return Status::Ok();
+  }
+  const std::string json = DenoiseLogJson(options_, layout_, settings_, log_, threads_);
+  const std::string path = options_.text.json_path == "-" ? "/dev/stdout" : options_.text.json_path;
+  return WriteFileAtomically(path, json.data(), json.size());
+}
+
+void DenoiseRun::Summarise() const {
+  int64_t missing = 0;
+  int64_t bad_guides = 0;
+  for (const DenoisedFrameLog& frame : log_.frames) {
+    missing += frame.missing_light;
+    bad_guides += frame.bad_guides;
+  }
+  if (missing > 0) {
+    fmt::print(stderr,
+               "warning: {} pixels of light were not finite or negative and were left out\n",
+               missing);
+  }
+  if (bad_guides > 0) {
+    fmt::print(stderr, "warning: {} pixels had no usable guides and were not filtered\n",
+               bad_guides);
+  }
+  if (layout_.Find(Aov::kMotion) != nullptr && !motion_was_seen_ && log_.frames.size() > 1) {
+    fmt::print(stderr,
+               "warning: motion is zero in every frame; that is right for a still camera and scene "
+               "only (Blender writes zeros where motion blur is on)\n");
+  }
+  std::FILE* out = options_.text.json_path == "-" ? stderr : stdout;
+  if (options_.text.timings) {
+    fmt::print(out, "{}", DenoiseTimings(log_));
+  }
+  fmt::print(out, "{} frames, {} to {}\n", options_.files.size(), options_.files.front().output,
+             options_.files.back().output);
+}
+
+Status DenoiseRun::Run() {
+  STILLRAY_RETURN_IF_ERROR(Prepare());
+  const size_t files = options_.files.size();
+  const size_t backward = LooksAhead() ? FuturePass::CountSteps(next_, files, futures_held_) : 0;
+  done_ = static_cast<double>(next_);
+  progress_.emplace(static_cast<double>(files + backward), stderr);
+  while (next_ < files) {
+    const Status done = Interrupted() ? Status::Cancelled() : DenoiseFile(next_);
+    if (!done.ok()) {
+      progress_->Clear();
+      return Stop(done);
+    }
+    if (Clock::now() - last_save_ > kSaveInterval && next_ < files) {
+      STILLRAY_RETURN_IF_ERROR(SaveState());
+    }
+  }
+  progress_.reset();
+  STILLRAY_RETURN_IF_ERROR(WriteJson());
+  if (saved_ > 0) {
+    RemoveResumeState(folder_);
+  }
+  Summarise();
+  return Status::Ok();
+}
+
+}  // namespace
+
+Status RunDenoise(const DenoiseOptions& options, int threads) {
+  return DenoiseRun(options, threads).Run();
+}
+
+}  // namespace stillray
