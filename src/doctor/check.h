@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What every check of the input doctor is: it looks at each frame beside the one before, keeps a
+/// few numbers, and concludes at the end. Thresholds stand with the check, with what clean and
+/// faulty sequences measured.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "stillray/aov.h"
+#include "stillray/doctor.h"
+#include "stillray/frame.h"
+#include "stillray/io.h"
+
+namespace stillray::doctor {
+
+/// One frame as the checks see it.
+struct Exhibit {
+  int64_t number = 0;
+  std::string name;
+  const ExrImage* image = nullptr;  ///< of the newest frame only
+  const AovLayout* layout = nullptr;
+  Frame frame;
+  /// Luminance of all noisy light divided by its albedo; 0 where it is missing.
+  Image1 light;
+};
+
+/// What the checks have to say.
+class Verdict {
+ public:
+  explicit Verdict(DoctorReport* report) : report_(report) {}
+
+  void Add(Finding finding) { report_->findings.push_back(std::move(finding)); }
+  void Add(Measure measure) { report_->measures.push_back(std::move(measure)); }
+  /// Whether a finding whose name starts like this was made before.
+  bool Has(std::string_view prefix) const {
+    return std::any_of(report_->findings.begin(), report_->findings.end(),
+                       [&](const Finding& f) { return f.name.starts_with(prefix); });
+  }
+
+ private:
+  DoctorReport* report_;
+};
+
+class Check {
+ public:
+  virtual ~Check() = default;
+  /// \param before  the frame whose number is one less, if it is there, of the same size, and not
+  ///        a copy or next to one; else nullptr
+  virtual void Look(const Exhibit& now, const Exhibit* before) = 0;
+  virtual void Conclude(Verdict* verdict) = 0;
+};
+
+std::unique_ptr<Check> MakeMissingLayersCheck();
+std::unique_ptr<Check> MakeDamageCheck();
+std::unique_ptr<Check> MakeMotionCheck();
+std::unique_ptr<Check> MakeStillMotionCheck();
+std::unique_ptr<Check> MakeNormalCheck();
+std::unique_ptr<Check> MakeCameraSpaceCheck();
+std::unique_ptr<Check> MakeDepthValuesCheck();
+std::unique_ptr<Check> MakeDepthPlanesCheck();
+std::unique_ptr<Check> MakeAlbedoCheck();
+std::unique_ptr<Check> MakeSumCheck();
+std::unique_ptr<Check> MakeRangeCheck();
+std::unique_ptr<Check> MakeExposureCheck();
+std::unique_ptr<Check> MakeSeedCheck();
+std::unique_ptr<Check> MakeGuideNoiseCheck();
+std::unique_ptr<Check> MakeIdCheck();
+
+/// The layer's name for messages: "ViewLayer.Vector", "the main picture".
+std::string LayerText(const AovLayout& layout, Aov aov);
+/// "motion=ViewLayer.Vector,pixels,to_previous,y_down": a value of --aov without blanks between the
+/// words.
+std::string MappingText(const AovLayout& layout, Aov aov, const std::string& words);
+/// "stillray denoise ... --aov 'MAPPING'"
+std::string MappingCure(const std::string& mapping);
+
+/// A layer's stored plane as float; empty if the layout has no such layer or component.
+Image1 StoredPlane(const Exhibit& exhibit, Aov aov, size_t component);
+/// The same of three components.
+Image3 StoredColour(const Exhibit& exhibit, Aov aov);
+
+}  // namespace stillray::doctor

@@ -1,0 +1,199 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Values that cannot be: NaN, infinite, negative light. And layers that are not there at all.
+#include <cmath>
+#include <map>
+
+#include <fmt/format.h>
+
+#include "doctor/check.h"
+#include "io/text.h"
+
+namespace stillray::doctor {
+namespace {
+
+/// Lossy compression rings around bright pixels: negative values down to this part of the largest
+/// one are its doing. (DWAA at its default level: 0.3 % measured.)
+constexpr float kRinging = 0.02f;
+/// Rounding of a difference; below it nothing was negative.
+constexpr float kRounding = 1e-5f;
+
+/// Where values of one kind stand.
+struct Places {
+  std::vector<int64_t> frames;
+  int64_t count = 0;
+  std::string layer;  ///< of the first
+  int64_t frame = 0;
+  int x = 0;
+  int y = 0;
+  float value = 0;
+
+  void Add(const Exhibit& now, const std::string& name, int px, int py, float v) {
+    if (count++ == 0) {
+      layer = name;
+      frame = now.number;
+      x = px;
+      y = py;
+      value = v;
+    }
+    if (frames.empty() || frames.back() != now.number) {
+      frames.push_back(now.number);
+    }
+  }
+  std::string Text() const {
+    return fmt::format("{} values in {}; the first in {} of frame {} at x {}, y {}", count,
+                       FrameRanges(frames), io::OneLine(layer), frame, x, y);
+  }
+};
+
+bool IsLight(Aov aov) {
+  return aov == Aov::kColour || aov >= Aov::kDirectDiffuse;
+}
+
+bool IsLossy(const ExrImage& image) {
+  const std::string& name = image.compression_name;
+  return name.starts_with("dwa") || name.starts_with("b44");
+}
+
+class DamageCheck : public Check {
+ public:
+  void Look(const Exhibit& now, const Exhibit* before) override;
+  void Conclude(Verdict* verdict) override;
+
+ private:
+  void LookAt(const Exhibit& now, const AovSource& source, const Channel& channel);
+
+  int64_t frames_ = 0;
+  Places broken_;
+  Places negative_;
+};
+
+void DamageCheck::LookAt(const Exhibit& now, const AovSource& source, const Channel& channel) {
+  const bool depth = source.aov == Aov::kDepth;
+  const bool light = IsLight(source.aov);
+  float limit = kRounding;
+  if (light && IsLossy(*now.image)) {
+    for (int y = 0; y < channel.values.height(); ++y) {
+      const float* row = channel.values.Row(y);
+      for (int x = 0; x < channel.values.width(); ++x) {
+        limit = std::isfinite(row[x]) ? std::max(limit, kRinging * row[x]) : limit;
+      }
+    }
+  }
+  for (int y = 0; y < channel.values.height(); ++y) {
+    const float* row = channel.values.Row(y);
+    for (int x = 0; x < channel.values.width(); ++x) {
+      // Infinite depth is the background.
+      if (std::isnan(row[x]) || (std::isinf(row[x]) && !depth)) {
+        broken_.Add(now, channel.name, x, y, row[x]);
+      } else if (light && row[x] < -limit) {
+        negative_.Add(now, channel.name, x, y, row[x]);
+      }
+    }
+  }
+}
+
+void DamageCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
+  ++frames_;
+  for (const AovSource& source : now.layout->sources) {
+    // The bits of a hash may look like anything.
+    if (source.aov == Aov::kCryptomatte || source.aov == Aov::kResult) {
+      continue;
+    }
+    for (const std::string& name : source.channels) {
+      const Channel* channel = now.image->Find(name);
+      if (channel != nullptr && channel->type != PixelType::kUint32) {
+        LookAt(now, source, *channel);
+      }
+    }
+  }
+}
+
+void DamageCheck::Conclude(Verdict* verdict) {
+  verdict->Add(Measure{"not_finite_values", static_cast<double>(broken_.count), 0,
+                       broken_.count > 0, frames_});
+  verdict->Add(Measure{"negative_values", static_cast<double>(negative_.count), 0,
+                       negative_.count > 0, frames_});
+  if (broken_.count > 0) {
+    verdict->Add(Finding{
+        "not_finite", broken_.frames,
+        fmt::format("NaN or infinite: {} ({}); expected none", broken_.Text(), broken_.value),
+        "find the material or light that makes them and render these frames again; stillray "
+        "denoise "
+        "leaves such pixels out and fills them from their neighbours",
+        static_cast<double>(broken_.count), 0, ""});
+  }
+  if (negative_.count > 0) {
+    verdict->Add(Finding{
+        "negative_light", negative_.frames,
+        fmt::format("light below zero: {} ({:.4g}); expected none", negative_.Text(),
+                    negative_.value),
+        "write scene-linear light, not a difference, and use a pixel filter without negative lobes "
+        "(Box or Blackman-Harris, not Mitchell or sinc); such pixels are left out",
+        static_cast<double>(negative_.count), 0, ""});
+  }
+}
+
+/// Layers without which the denoiser has less to go by.
+class MissingLayersCheck : public Check {
+ public:
+  void Look(const Exhibit& now, const Exhibit* before) override;
+  void Conclude(Verdict* verdict) override;
+
+ private:
+  const AovLayout* layout_ = nullptr;
+  std::vector<int64_t> frames_;
+};
+
+void MissingLayersCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
+  layout_ = now.layout;
+  frames_.push_back(now.number);
+}
+
+/// Where Blender has the pass.
+std::string SettingFor(const AovLayout& layout, const char* blender, const char* other) {
+  return layout.renderer == "blender"
+             ? fmt::format("switch on {} in View Layer Properties > Passes", blender)
+             : fmt::format("write {}, or name its layer with --aov", other);
+}
+
+void MissingLayersCheck::Conclude(Verdict* verdict) {
+  if (layout_ == nullptr) {
+    return;
+  }
+  const auto missing = [&](const char* name, const char* what, const std::string& cure) {
+    verdict->Add(Finding{name, frames_, what, cure, 0, 1, ""});
+  };
+  if (layout_->Find(Aov::kMotion) == nullptr && frames_.size() > 1) {
+    missing("motion_missing",
+            "no layer of motion was found: every frame would be denoised on its own",
+            SettingFor(*layout_, "Data > Vector (and motion blur off)",
+                       "motion to the previous frame"));
+  }
+  if (layout_->Find(Aov::kDepth) == nullptr) {
+    missing("depth_missing", "no layer of depth was found: edges are told by normals and light",
+            SettingFor(*layout_, "Data > Z", "linear depth"));
+  }
+  if (layout_->Find(Aov::kNormal) == nullptr) {
+    missing("normal_missing", "no layer of normals was found: edges are told by depth and light",
+            SettingFor(*layout_, "Data > Normal", "world-space normals"));
+  }
+  if (layout_->Find(Aov::kAlbedo) == nullptr && layout_->Find(Aov::kFallbackAlbedo) == nullptr) {
+    missing("albedo_missing",
+            "no layer of albedo was found: textures are filtered with the light and lose detail",
+            SettingFor(*layout_, "Light > Diffuse > Color", "the diffuse reflectance"));
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<Check> MakeDamageCheck() {
+  return std::make_unique<DamageCheck>();
+}
+
+std::unique_ptr<Check> MakeMissingLayersCheck() {
+  return std::make_unique<MissingLayersCheck>();
+}
+
+}  // namespace stillray::doctor

@@ -1,0 +1,230 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Motion that is not there, or leads elsewhere: blocks of the picture are searched for in the frame
+// before, around the place to which the motion leads.
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "core/parallel.h"
+#include "doctor/check.h"
+#include "doctor/warp.h"
+
+namespace stillray::doctor {
+namespace {
+
+constexpr int kBlock = 16;
+constexpr int kReach = 12;            ///< pixels searched in each direction
+constexpr int kCoarse = 2;            ///< step of the search; then by single pixels around the best
+constexpr size_t kMostSearches = 96;  ///< blocks searched for per pair of frames
+constexpr int kLeastStructured = 12;
+/// Mean distance from which a block is not explained by its motion. Clean sequences: 95 % of the
+/// blocks below 0.05.
+constexpr float kUnexplained = 0.1f;
+/// A block was found elsewhere if its distance there is below this part.
+constexpr float kFound = 0.35f;
+/// Part of the blocks with structure that were found elsewhere. Clean: at most 0.03 measured (a
+/// turning cube). All zero: one moving object is enough; else most of the picture must be wrong.
+constexpr double kMovedAlthoughZero = 0.1;
+constexpr double kMovedElsewhere = 0.3;
+constexpr double kAgreement = 0.7;
+
+struct Block {
+  int x = 0;
+  int y = 0;
+  float distance = 0;  ///< as the motion says
+};
+
+/// Mean distance of a block if its pixels moved by their motion and (dx, dy).
+float BlockDistance(const Exhibit& now, const Exhibit& before, const Features& a, const Features& b,
+                    const Block& block, int dx, int dy) {
+  float sum = 0;
+  for (int y = block.y; y < block.y + kBlock; y += 2) {
+    for (int x = block.x; x < block.x + kBlock; x += 2) {
+      const vec2 m = MotionAt(now.frame, x, y);
+      const vec2 finite = std::isfinite(m.x + m.y) ? m : vec2(0.0f);
+      const vec2 shifted = finite + vec2(static_cast<float>(dx), static_cast<float>(dy));
+      sum += a.DistanceAt(x, y, b, PlaceBefore(now, before, x, y, shifted));
+    }
+  }
+  return sum / ((kBlock / 2) * (kBlock / 2));
+}
+
+/// Whether a block shifted a little differs from itself: else it cannot be found.
+bool HasStructure(const Features& f, int x0, int y0) {
+  constexpr int kShift = 4;
+  float right = 0;
+  float down = 0;
+  for (int y = y0; y < y0 + kBlock; y += 2) {
+    for (int x = x0; x < x0 + kBlock; x += 2) {
+      right += f.Distance(x, y, f, std::min(x + kShift, f.width() - 1), y);
+      down += f.Distance(x, y, f, x, std::min(y + kShift, f.height() - 1));
+    }
+  }
+  constexpr float kCount = (kBlock / 2) * (kBlock / 2);
+  return std::min(right, down) > kUnexplained * kCount;
+}
+
+/// Where the block is found: the offset from where its motion leads.
+struct Search {
+  int dx = 0;
+  int dy = 0;
+  float distance = 0;
+
+  void Try(int x, int y, float d) {
+    if (d < distance) {
+      *this = {x, y, d};
+    }
+  }
+};
+
+Search SearchFor(const Exhibit& now, const Exhibit& before, const Features& a, const Features& b,
+                 const Block& block) {
+  Search best{0, 0, block.distance};
+  for (int dy = -kReach; dy <= kReach; dy += kCoarse) {
+    for (int dx = -kReach; dx <= kReach; dx += kCoarse) {
+      best.Try(dx, dy, BlockDistance(now, before, a, b, block, dx, dy));
+    }
+  }
+  const Search coarse = best;
+  for (int dy = coarse.dy - 1; dy <= coarse.dy + 1; ++dy) {
+    for (int dx = coarse.dx - 1; dx <= coarse.dx + 1; ++dx) {
+      best.Try(dx, dy, BlockDistance(now, before, a, b, block, dx, dy));
+    }
+  }
+  return best;
+}
+
+bool IsZero(const Frame& frame) {
+  for (int c = 0; c < 2; ++c) {
+    for (int y = 0; y < frame.height; ++y) {
+      const float* row = frame.guides.motion[c].Row(y);
+      if (std::any_of(row, row + frame.width, [](float v) { return std::fabs(v) > 1e-3f; })) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+class StillMotionCheck : public Check {
+ public:
+  void Look(const Exhibit& now, const Exhibit* before) override;
+  void Conclude(Verdict* verdict) override;
+
+ private:
+  struct Pair {
+    int64_t number = 0;
+    bool zero = false;
+    double moved = 0;   ///< part of the blocks with structure
+    double length = 0;  ///< mean offset of those, pixels
+  };
+  const AovLayout* layout_ = nullptr;
+  std::vector<Pair> pairs_;
+};
+
+void StillMotionCheck::Look(const Exhibit& now, const Exhibit* before) {
+  layout_ = now.layout;
+  if (before == nullptr || now.frame.guides.motion.empty()) {
+    return;
+  }
+  const Features a(now);
+  const Features b(*before);
+  std::vector<Block> unexplained;
+  int structured = 0;
+  for (int y = 0; y + kBlock <= now.frame.height; y += kBlock) {
+    for (int x = 0; x + kBlock <= now.frame.width; x += kBlock) {
+      if (!HasStructure(a, x, y)) {
+        continue;
+      }
+      ++structured;
+      Block block{x, y, 0};
+      block.distance = BlockDistance(now, *before, a, b, block, 0, 0);
+      if (block.distance > kUnexplained) {
+        unexplained.push_back(block);
+      }
+    }
+  }
+  if (structured < kLeastStructured) {
+    return;
+  }
+  const size_t stride = (unexplained.size() + kMostSearches - 1) / kMostSearches;
+  std::vector<Search> found(stride == 0 ? 0 : (unexplained.size() + stride - 1) / stride);
+  ParallelRows(static_cast<int>(found.size()), 1, [&](int i, int) {
+    found[static_cast<size_t>(i)] =
+        SearchFor(now, *before, a, b, unexplained[static_cast<size_t>(i) * stride]);
+  });
+  int moved = 0;
+  double length = 0;
+  for (size_t i = 0; i < found.size(); ++i) {
+    const Search& s = found[i];
+    if (s.distance < kFound * unexplained[i * stride].distance &&
+        std::max(std::abs(s.dx), std::abs(s.dy)) >= 2) {
+      ++moved;
+      length += std::hypot(s.dx, s.dy);
+    }
+  }
+  pairs_.push_back({now.number, IsZero(now.frame),
+                    static_cast<double>(moved) * static_cast<double>(stride) / structured,
+                    moved > 0 ? length / moved : 0});
+}
+
+void StillMotionCheck::Conclude(Verdict* verdict) {
+  const auto conclude = [&](bool zero, double limit, const char* name, const std::string& what,
+                            const std::string& cure) {
+    std::vector<int64_t> frames;
+    int64_t judged = 0;
+    double moved = 0;
+    double length = 0;
+    for (const Pair& pair : pairs_) {
+      if (pair.zero != zero) {
+        continue;
+      }
+      ++judged;
+      moved += pair.moved;
+      if (pair.moved >= limit) {
+        frames.push_back(pair.number);
+        length += pair.length;
+      }
+    }
+    if (judged == 0) {
+      return;
+    }
+    moved /= static_cast<double>(judged);
+    const bool broken = !frames.empty() && static_cast<double>(frames.size()) >=
+                                               kAgreement * static_cast<double>(judged);
+    verdict->Add(Measure{std::string(name) + "_blocks", moved, limit, broken, judged});
+    if (!broken || verdict->Has("motion_")) {
+      return;
+    }
+    verdict->Add(Finding{
+        name, frames,
+        fmt::format("motion in {} {} in {}: {:.0f} % of the blocks with structure are found about "
+                    "{:.1f} pixels from there (expected below {:.0f} %)",
+                    LayerText(*layout_, Aov::kMotion), what, FrameRanges(frames), 100 * moved,
+                    length / static_cast<double>(frames.size()), 100 * limit),
+        cure, moved, limit, ""});
+  };
+  if (layout_ == nullptr) {
+    return;
+  }
+  const bool blender = layout_->renderer == "blender";
+  conclude(true, kMovedAlthoughZero, "motion_zero", "is zero everywhere, but the picture moves",
+           blender ? "switch off Render Properties > Motion Blur (with it on, Vector is zero) and "
+                     "render again, or leave motion out: stillray denoise with --aov motion=none"
+                   : "switch on the motion output (in some renderers: motion blur with an "
+                     "instantaneous shutter), or leave it out: stillray denoise with --aov "
+                     "motion=none");
+  conclude(false, kMovedElsewhere, "motion_wrong", "does not lead to where things were",
+           "look at unit, scale and offset of the motion output (its maximum must not be clamped, "
+           "nor 0 be stored as 0.5), or leave it out: stillray denoise with --aov motion=none");
+}
+
+}  // namespace
+
+std::unique_ptr<Check> MakeStillMotionCheck() {
+  return std::make_unique<StillMotionCheck>();
+}
+
+}  // namespace stillray::doctor
