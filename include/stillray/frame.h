@@ -46,7 +46,8 @@ struct Signal {
 
 /// What is known of the surface seen by each pixel, free of noise.
 struct Guides {
-  Image1 depth;                ///< linear view-space z, > 0; +infinity where the ray left the scene
+  /// Linear view-space z, > 0; +infinity where the ray left the scene; 0 where no guide is known.
+  Image1 depth;
   Image3 normal;               ///< world space, unit length; zero where there is no surface
   Image3 albedo;               ///< linear diffuse reflectance
   Image3 specular_albedo;      ///< linear specular reflectance towards the viewer (Fresnel and

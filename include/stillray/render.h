@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "stillray/frame.h"
@@ -20,11 +21,25 @@ enum class SamplerKind : uint8_t {
   kHalton16,  ///< the 16 Halton points that SVGF (section 3) cycles through, rotated per pixel
 };
 
+/// Where guides, emission and background are known in frames of less than one path per pixel.
+enum class GuideCoverage : uint8_t {
+  kFull,    ///< everywhere: every frame follows the primary rays of all pixels
+  kSparse,  ///< where the frame traced a path; elsewhere they are all 0, depth too
+};
+
+/// Frames that a sample may take at most to reach every pixel.
+inline constexpr int kMaxCycle = 256;
+
 struct RenderSettings {
   int width = 1280;  ///< pixels, 1..32768
   int height = 720;  ///< pixels, 1..32768
   int spp = 1;       ///< paths per pixel and frame, 1..65536
-  int bounces = 4;   ///< surfaces a path may scatter at after the first one, 1..32 (1: as in SVGF)
+  /// Frames per path: each frame traces 1 / cycle of the pixels, well spread, and frames
+  /// k * cycle ... k * cycle + cycle - 1 trace every pixel once. 1..kMaxCycle; above 1 only with
+  /// spp 1. Frame::samples is then 1 where a path was traced and 0, like all signals, elsewhere.
+  int cycle = 1;
+  GuideCoverage guides = GuideCoverage::kFull;  ///< only matters where cycle is above 1
+  int bounces = 4;  ///< surfaces a path may scatter at after the first one, 1..32 (1: as in SVGF)
   uint64_t seed = 0;
   SamplerKind sampler = SamplerKind::kSobol;
   /// All rays of a frame pass through one point of their pixels that moves from frame to frame
@@ -39,12 +54,24 @@ struct RenderSettings {
 /// SignalKind.
 inline constexpr int kTracedSignalCount = 4;
 
+/// A camera that stands anywhere.
+struct CameraPose {
+  /// Camera to world: looks along -z, y is up (as cameras of glTF do). Scale does not matter.
+  mat4 world_from_camera = mat4(1.0f);
+  float yfov = 0.8f;  ///< vertical angle of view, radians; above 0, below pi
+};
+
 /// What is to be seen: two moments of the scene's animation.
 struct RenderMoment {
   int64_t frame_index = 0;      ///< picks the random numbers (and the jitter) of this frame
   double seconds = 0;           ///< of this frame
   double previous_seconds = 0;  ///< of the frame before, to which motion vectors point
   int camera = 0;               ///< index into Scene::cameras
+  /// Takes the place of the scene's camera.
+  std::optional<CameraPose> pose;
+  /// Of the frame before, to which motion vectors point; only with `pose`. Without: the camera
+  /// stands still.
+  std::optional<CameraPose> previous_pose;
 };
 
 struct RenderTimings {
@@ -75,7 +102,16 @@ class Renderer {
                                                   const RenderSettings& settings);
   virtual ~Renderer() = default;
 
-  /// Renders one frame: signals, guides, emission, background.
+  /// Other settings from the next frame on; the scene need not be prepared again. The random
+  /// numbers of a pixel follow the number of its sample, which is counted from frame_index, spp and
+  /// cycle: where spp or cycle change in the middle of a sequence, change the seed as well, or the
+  /// same samples may come again.
+  /// \return kInvalidArgument naming the setting that is out of range; all stay as they were
+  virtual Status SetSettings(const RenderSettings& settings) = 0;
+  virtual const RenderSettings& settings() const = 0;
+
+  /// Renders one frame: signals, guides, emission, background. `frame` may be any; a frame that
+  /// comes back as this call left it is filled faster.
   virtual Status RenderFrame(const RenderMoment& moment, Frame* frame,
                              const RenderProgress& progress = {}) = 0;
 

@@ -2,23 +2,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillray/render.h"
 
+#include <algorithm>
 #include <new>
-#include <optional>
+#include <vector>
 
 #include <tbb/enumerable_thread_specific.h>
 
 #include "core/colour.h"
 #include "render/create_renderer.h"
-#include "render/guides.h"
-#include "render/integrator.h"
+#include "render/frame_store.h"
+#include "render/pixel_order.h"
 #include "render/scene_check.h"
-#include "render/tiles.h"
 
 namespace stillray::render {
 namespace {
 
-// What a thread needs to render one tile; kept for the next frame.
+// What a thread needs to render one batch of pixels; kept for the next frame.
 struct TileScratch {
+  std::vector<PixelPosition> order;  // the pixels of a region that are to be traced
+  PixelPosition positions[kBatchCapacity];
+  int count = 0;
   vec2 points[kBatchCapacity];
   PathSampler samplers[kBatchCapacity];
   PrimaryPixel pixels[kBatchCapacity];
@@ -63,65 +66,6 @@ std::vector<AccelInstance> DescribeInstances(const SceneState& state) {
   return out;
 }
 
-template <typename P>
-void Prepare(P* image, int width, int height) {
-  if (image->width() != width || image->height() != height) {
-    *image = P(width, height);
-  }
-}
-
-void PrepareFrame(const RenderSettings& settings, Frame* frame) {
-  const int w = settings.width;
-  const int h = settings.height;
-  frame->width = w;
-  frame->height = h;
-  frame->signals.resize(kTracedSignalCount);
-  for (int k = 0; k < kTracedSignalCount; ++k) {
-    Signal& signal = frame->signals[static_cast<size_t>(k)];
-    signal.kind = static_cast<SignalKind>(k);
-    Prepare(&signal.radiance, w, h);
-    if (settings.spp > 1) {
-      Prepare(&signal.second_moment, w, h);
-    } else {
-      signal.second_moment = Image1();
-    }
-  }
-  Prepare(&frame->guides.depth, w, h);
-  Prepare(&frame->guides.normal, w, h);
-  Prepare(&frame->guides.albedo, w, h);
-  Prepare(&frame->guides.specular_albedo, w, h);
-  Prepare(&frame->guides.motion, w, h);
-  Prepare(&frame->guides.id, w, h);
-  Prepare(&frame->guides.roughness, w, h);
-  Prepare(&frame->emission, w, h);
-  Prepare(&frame->background, w, h);
-  if (settings.spp > 1) {
-    Prepare(&frame->samples, w, h);
-    frame->samples.Fill(static_cast<float>(settings.spp));
-  } else {
-    frame->samples = Image1();
-  }
-}
-
-void Store(Image3* image, int x, int y, vec3 value) {
-  for (int c = 0; c < 3; ++c) {
-    (*image)[c](x, y) = value[c];
-  }
-}
-
-void StoreGuides(const PixelGuides& guides, int x, int y, Frame* frame) {
-  frame->guides.depth(x, y) = guides.depth;
-  Store(&frame->guides.normal, x, y, guides.normal);
-  Store(&frame->guides.albedo, x, y, guides.albedo);
-  Store(&frame->guides.specular_albedo, x, y, guides.specular_albedo);
-  frame->guides.motion[0](x, y) = guides.motion.x;
-  frame->guides.motion[1](x, y) = guides.motion.y;
-  frame->guides.id(x, y) = guides.id;
-  frame->guides.roughness(x, y) = guides.roughness;
-  Store(&frame->emission, x, y, guides.emission);
-  Store(&frame->background, x, y, guides.background);
-}
-
 bool IsSpecular(int kind) {
   return static_cast<SignalKind>(kind) == SignalKind::kDirectSpecular ||
          static_cast<SignalKind>(kind) == SignalKind::kIndirectSpecular;
@@ -143,18 +87,37 @@ void AddSamples(int count, bool with_squares, TileScratch* scratch) {
   }
 }
 
-void StoreLight(const Tile& tile, int spp, const TileScratch& scratch, Frame* frame) {
+void StoreLight(int spp, const TileScratch& scratch, Frame* frame) {
   const float scale = 1.0f / static_cast<float>(spp);
-  for (int i = 0; i < tile.count(); ++i) {
-    const int x = tile.x0 + i % tile.width;
-    const int y = tile.y0 + i / tile.width;
+  for (int i = 0; i < scratch.count; ++i) {
+    const auto [x, y] = scratch.positions[i];
     for (size_t k = 0; k < kTracedSignalCount; ++k) {
-      Store(&frame->signals[k].radiance, x, y, scratch.sum[i][k] * scale);
+      StorePixel(&frame->signals[k].radiance, x, y, scratch.sum[i][k] * scale);
       if (spp > 1) {
         frame->signals[k].second_moment(x, y) = scratch.square[i][k] * scale;
       }
     }
   }
+}
+
+// Regions of the picture that hold some hundred pixels of a frame, so that packets of rays are
+// full.
+int RegionSize(int cycle) {
+  return cycle <= 4 ? kTileSize : cycle <= 16 ? 2 * kTileSize : 4 * kTileSize;
+}
+
+// One part of the progress of a whole call.
+RenderProgress PartOfProgress(const RenderProgress& progress, double begin, double end) {
+  if (!progress) {
+    return {};
+  }
+  return [&progress, begin, end](double part) { return progress(begin + part * (end - begin)); };
+}
+
+Camera CameraOf(const CameraPose& pose) {
+  Camera camera;
+  camera.yfov = pose.yfov;
+  return camera;
 }
 
 void AddTimings(const RenderTimings& part, RenderTimings* sum) {
@@ -179,6 +142,8 @@ class PathTracer final : public Renderer {
         filter_(state_) {}
 
   Status Build();
+  Status SetSettings(const RenderSettings& settings) override;
+  const RenderSettings& settings() const override { return settings_; }
   Status RenderFrame(const RenderMoment& moment, Frame* frame,
                      const RenderProgress& progress) override;
   Status RenderReference(const RenderMoment& moment, int spp, Image3* radiance,
@@ -189,14 +154,24 @@ class PathTracer final : public Renderer {
   }
 
  private:
+  enum class Guidance : bool { kStore, kOnlyFind };
+
   Result<TraceContext> MoveTo(const RenderMoment& moment);
-  void RenderTile(const TraceContext& context, const RenderMoment& moment, const Tile& tile,
-                  TileScratch* scratch, Frame* frame) const;
-  void RenderReferenceTile(const TraceContext& context, const Tile& tile, int spp,
-                           TileScratch* scratch, Image3* radiance) const;
-  void MakeSamplers(SampleStream stream, uint64_t sample, const Tile& tile,
-                    TileScratch* scratch) const;
-  Status RunTiles(const RenderProgress& progress,
+  Status RenderWhole(const TraceContext& context, const RenderMoment& moment, Frame* frame,
+                     const RenderProgress& progress);
+  Status RenderPart(const TraceContext& context, const RenderMoment& moment, Frame* frame,
+                    const RenderProgress& progress);
+  void TakeTile(const Tile& tile, TileScratch* scratch) const;
+  void FindGuides(const TraceContext& context, Guidance guidance, TileScratch* scratch,
+                  Frame* frame) const;
+  void TraceSamples(const TraceContext& context, uint64_t first_sample, TileScratch* scratch,
+                    Frame* frame) const;
+  void RenderRegion(const TraceContext& context, const PixelOrder& order, const Tile& region,
+                    TileScratch* scratch, Frame* frame) const;
+  void RenderReferenceTile(const TraceContext& context, int spp, TileScratch* scratch,
+                           Image3* radiance) const;
+  void MakeSamplers(SampleStream stream, uint64_t sample, TileScratch* scratch) const;
+  Status RunTiles(int tile_size, const RenderProgress& progress,
                   const std::function<void(const Tile&, TileScratch*)>& body);
 
   RenderSettings settings_;
@@ -207,6 +182,7 @@ class PathTracer final : public Renderer {
   SceneShadowFilter filter_;
   std::unique_ptr<Accel> accel_;
   RenderTimings timings_;
+  SparseFrameCleaner cleaner_;
   tbb::enumerable_thread_specific<std::unique_ptr<TileScratch>> scratch_;
 };
 
@@ -231,77 +207,130 @@ Result<TraceContext> PathTracer::MoveTo(const RenderMoment& moment) {
     STILLRAY_RETURN_IF_ERROR(accel_->Update(state_.InstanceTransforms()));
   }
   lights_.Update(moved);
+  const auto context = [&](const Camera& camera, const mat4& world, const Camera& previous,
+                           const mat4& previous_world) {
+    const int w = settings_.width;
+    const int h = settings_.height;
+    return TraceContext{state_,
+                        bsdfs_,
+                        lights_,
+                        *accel_,
+                        settings_,
+                        strategy_,
+                        MakeCameraView(camera, world, w, h),
+                        MakeCameraView(previous, previous_world, w, h)};
+  };
+  if (moment.pose) {
+    const CameraPose& previous = moment.previous_pose ? *moment.previous_pose : *moment.pose;
+    return context(CameraOf(*moment.pose), moment.pose->world_from_camera, CameraOf(previous),
+                   previous.world_from_camera);
+  }
   const Camera& camera = state_.scene().cameras[static_cast<size_t>(moment.camera)];
   const auto node = static_cast<size_t>(camera.node);
-  return TraceContext{
-      state_,
-      bsdfs_,
-      lights_,
-      *accel_,
-      settings_,
-      strategy_,
-      MakeCameraView(camera, state_.nodes()[node], settings_.width, settings_.height),
-      MakeCameraView(camera, state_.previous_nodes()[node], settings_.width, settings_.height)};
+  return context(camera, state_.nodes()[node], camera, state_.previous_nodes()[node]);
 }
 
-void PathTracer::MakeSamplers(SampleStream stream, uint64_t sample, const Tile& tile,
-                              TileScratch* scratch) const {
-  for (int i = 0; i < tile.count(); ++i) {
-    scratch->samplers[i] =
-        MakePathSampler(settings_.sampler, settings_.seed, stream, tile.x0 + i % tile.width,
-                        tile.y0 + i / tile.width, sample);
+Status PathTracer::SetSettings(const RenderSettings& settings) {
+  STILLRAY_RETURN_IF_ERROR(CheckSettings(settings));
+  try {
+    if (settings.regularise != settings_.regularise) {
+      bsdfs_ = BsdfTables(state_.scene(), settings.regularise);
+    }
+    settings_ = settings;
+    return Status::Ok();
+  } catch (const std::bad_alloc&) {
+    return Status::OutOfMemory("changing the settings of the renderer: out of memory");
   }
 }
 
-void PathTracer::RenderTile(const TraceContext& context, const RenderMoment& moment,
-                            const Tile& tile, TileScratch* scratch, Frame* frame) const {
-  const vec2 offset(0.5f + frame->jitter_x, 0.5f + frame->jitter_y);
+void PathTracer::TakeTile(const Tile& tile, TileScratch* scratch) const {
+  scratch->count = tile.count();
   for (int i = 0; i < tile.count(); ++i) {
-    scratch->points[i] = vec2(tile.x0 + i % tile.width, tile.y0 + i / tile.width) + offset;
+    scratch->positions[i] = {tile.x0 + i % tile.width, tile.y0 + i / tile.width};
+  }
+}
+
+void PathTracer::MakeSamplers(SampleStream stream, uint64_t sample, TileScratch* scratch) const {
+  for (int i = 0; i < scratch->count; ++i) {
+    const auto [x, y] = scratch->positions[i];
+    scratch->samplers[i] = MakePathSampler(settings_.sampler, settings_.seed, stream, x, y, sample);
+  }
+}
+
+// What the pixels of the batch see.
+void PathTracer::FindGuides(const TraceContext& context, Guidance guidance, TileScratch* scratch,
+                            Frame* frame) const {
+  const vec2 offset(0.5f + frame->jitter_x, 0.5f + frame->jitter_y);
+  for (int i = 0; i < scratch->count; ++i) {
+    scratch->points[i] = vec2(scratch->positions[i].x, scratch->positions[i].y) + offset;
+  }
+  RenderTimings* timings = &scratch->timings;
+  FindPrimarySurfaces(context, scratch->points, scratch->count, &scratch->paths.trace,
+                      scratch->pixels, timings);
+  const PhaseTimer timer(&timings->shade_ms);
+  for (int i = 0; i < scratch->count; ++i) {
+    scratch->guides[i] = MakeGuides(context, scratch->pixels[i], &scratch->first[i]);
+    if (guidance == Guidance::kStore) {
+      StoreGuides(scratch->guides[i], scratch->positions[i].x, scratch->positions[i].y, frame);
+    }
+  }
+}
+
+// Light of the pixels of the batch, whose guides were found.
+void PathTracer::TraceSamples(const TraceContext& context, uint64_t first_sample,
+                              TileScratch* scratch, Frame* frame) const {
+  for (int i = 0; i < scratch->count; ++i) {
     scratch->sum[i].fill(vec3(0.0f));
     scratch->square[i].fill(0.0f);
   }
-  RenderTimings* timings = &scratch->timings;
-  FindPrimarySurfaces(context, scratch->points, tile.count(), &scratch->paths.trace,
-                      scratch->pixels, timings);
-  {
-    const PhaseTimer timer(&timings->shade_ms);
-    for (int i = 0; i < tile.count(); ++i) {
-      scratch->guides[i] = MakeGuides(context, scratch->pixels[i], &scratch->first[i]);
-      StoreGuides(scratch->guides[i], tile.x0 + i % tile.width, tile.y0 + i / tile.width, frame);
-    }
-  }
   const auto spp = static_cast<uint64_t>(settings_.spp);
   for (uint64_t s = 0; s < spp; ++s) {
-    MakeSamplers(SampleStream::kFrames, static_cast<uint64_t>(moment.frame_index) * spp + s, tile,
-                 scratch);
-    TraceSample(context, scratch->pixels, scratch->first, scratch->samplers, tile.count(),
-                &scratch->paths, timings);
-    AddSamples(tile.count(), spp > 1, scratch);
+    MakeSamplers(SampleStream::kFrames, first_sample + s, scratch);
+    TraceSample(context, scratch->pixels, scratch->first, scratch->samplers, scratch->count,
+                &scratch->paths, &scratch->timings);
+    AddSamples(scratch->count, spp > 1, scratch);
   }
-  StoreLight(tile, settings_.spp, *scratch, frame);
+  StoreLight(settings_.spp, *scratch, frame);
 }
 
-void PathTracer::RenderReferenceTile(const TraceContext& context, const Tile& tile, int spp,
-                                     TileScratch* scratch, Image3* radiance) const {
+void PathTracer::RenderRegion(const TraceContext& context, const PixelOrder& order,
+                              const Tile& region, TileScratch* scratch, Frame* frame) const {
+  cleaner_.Clear(region, frame);
+  order.Collect(region, &scratch->order);
+  const Guidance guidance =
+      settings_.guides == GuideCoverage::kSparse ? Guidance::kStore : Guidance::kOnlyFind;
+  for (size_t done = 0; done < scratch->order.size(); done += kBatchCapacity) {
+    const size_t count = std::min(scratch->order.size() - done, size_t{kBatchCapacity});
+    std::copy_n(scratch->order.begin() + static_cast<ptrdiff_t>(done), count, scratch->positions);
+    scratch->count = static_cast<int>(count);
+    FindGuides(context, guidance, scratch, frame);
+    TraceSamples(context, static_cast<uint64_t>(order.cycle_index()), scratch, frame);
+    for (size_t i = 0; i < count; ++i) {
+      frame->samples(scratch->positions[i].x, scratch->positions[i].y) = 1.0f;
+    }
+  }
+}
+
+void PathTracer::RenderReferenceTile(const TraceContext& context, int spp, TileScratch* scratch,
+                                     Image3* radiance) const {
   // Sums of many samples: in double precision, or small ones would be lost.
-  std::vector<glm::dvec3> sum(static_cast<size_t>(tile.count()), glm::dvec3(0.0));
+  std::vector<glm::dvec3> sum(static_cast<size_t>(scratch->count), glm::dvec3(0.0));
   RenderTimings* timings = &scratch->timings;
   for (int s = 0; s < spp; ++s) {
-    MakeSamplers(SampleStream::kReference, static_cast<uint64_t>(s), tile, scratch);
-    for (int i = 0; i < tile.count(); ++i) {
+    MakeSamplers(SampleStream::kReference, static_cast<uint64_t>(s), scratch);
+    for (int i = 0; i < scratch->count; ++i) {
       vec2 within(0.5f);
       if (settings_.jitter) {
         const vec4 u = scratch->samplers[i].Get(kPrimaryDimensions);
         within = vec2(u.x, u.y);
       }
-      scratch->points[i] = vec2(tile.x0 + i % tile.width, tile.y0 + i / tile.width) + within;
+      scratch->points[i] = vec2(scratch->positions[i].x, scratch->positions[i].y) + within;
     }
-    FindPrimarySurfaces(context, scratch->points, tile.count(), &scratch->paths.trace,
+    FindPrimarySurfaces(context, scratch->points, scratch->count, &scratch->paths.trace,
                         scratch->pixels, timings);
-    TraceSample(context, scratch->pixels, nullptr, scratch->samplers, tile.count(), &scratch->paths,
-                timings);
-    for (int i = 0; i < tile.count(); ++i) {
+    TraceSample(context, scratch->pixels, nullptr, scratch->samplers, scratch->count,
+                &scratch->paths, timings);
+    for (int i = 0; i < scratch->count; ++i) {
       const UnscatteredLight own = FindUnscatteredLight(context, scratch->pixels[i]);
       vec3 light = own.emission + own.background;
       for (const vec3& signal : scratch->paths.light[i]) {
@@ -310,16 +339,16 @@ void PathTracer::RenderReferenceTile(const TraceContext& context, const Tile& ti
       sum[static_cast<size_t>(i)] += glm::dvec3(light);
     }
   }
-  for (int i = 0; i < tile.count(); ++i) {
-    Store(radiance, tile.x0 + i % tile.width, tile.y0 + i / tile.width,
-          vec3(sum[static_cast<size_t>(i)] / static_cast<double>(spp)));
+  for (int i = 0; i < scratch->count; ++i) {
+    StorePixel(radiance, scratch->positions[i].x, scratch->positions[i].y,
+               vec3(sum[static_cast<size_t>(i)] / static_cast<double>(spp)));
   }
 }
 
-Status PathTracer::RunTiles(const RenderProgress& progress,
+Status PathTracer::RunTiles(int tile_size, const RenderProgress& progress,
                             const std::function<void(const Tile&, TileScratch*)>& body) {
   const Status status =
-      ForEachTile(settings_.width, settings_.height, progress, [&](const Tile& tile) {
+      ForEachTile(settings_.width, settings_.height, tile_size, progress, [&](const Tile& tile) {
         std::unique_ptr<TileScratch>& mine = scratch_.local();
         if (!mine) {
           mine = std::make_unique<TileScratch>();
@@ -335,6 +364,45 @@ Status PathTracer::RunTiles(const RenderProgress& progress,
   return status;
 }
 
+// A frame in which every pixel gets its samples.
+Status PathTracer::RenderWhole(const TraceContext& context, const RenderMoment& moment,
+                               Frame* frame, const RenderProgress& progress) {
+  cleaner_.Forget();
+  PrepareFrame(settings_, moment, frame);
+  const uint64_t first_sample =
+      static_cast<uint64_t>(moment.frame_index) * static_cast<uint64_t>(settings_.spp);
+  return RunTiles(kTileSize, progress, [&](const Tile& tile, TileScratch* scratch) {
+    TakeTile(tile, scratch);
+    FindGuides(context, Guidance::kStore, scratch, frame);
+    TraceSamples(context, first_sample, scratch, frame);
+  });
+}
+
+// A frame in which some pixels get a sample.
+Status PathTracer::RenderPart(const TraceContext& context, const RenderMoment& moment, Frame* frame,
+                              const RenderProgress& progress) {
+  cleaner_.Begin(settings_, *frame);
+  PrepareFrame(settings_, moment, frame);
+  double done = 0;
+  if (settings_.guides == GuideCoverage::kFull) {
+    done = 0.5;
+    STILLRAY_RETURN_IF_ERROR(RunTiles(kTileSize, PartOfProgress(progress, 0, done),
+                                      [&](const Tile& tile, TileScratch* scratch) {
+                                        TakeTile(tile, scratch);
+                                        FindGuides(context, Guidance::kStore, scratch, frame);
+                                      }));
+  }
+  // Its paths need full packets, which the pixels of a larger region fill: their primary rays are
+  // followed again, which is little beside the paths.
+  const PixelOrder order(settings_.cycle, settings_.seed, moment.frame_index);
+  STILLRAY_RETURN_IF_ERROR(RunTiles(RegionSize(settings_.cycle), PartOfProgress(progress, done, 1),
+                                    [&](const Tile& region, TileScratch* scratch) {
+                                      RenderRegion(context, order, region, scratch, frame);
+                                    }));
+  cleaner_.End(settings_, *frame);
+  return Status::Ok();
+}
+
 Status PathTracer::RenderFrame(const RenderMoment& moment, Frame* frame,
                                const RenderProgress& progress) {
   if (frame == nullptr) {
@@ -345,14 +413,8 @@ Status PathTracer::RenderFrame(const RenderMoment& moment, Frame* frame,
     if (!context.ok()) {
       return context.status();
     }
-    PrepareFrame(settings_, frame);
-    frame->index = moment.frame_index;
-    const vec2 jitter = settings_.jitter ? FrameJitter(moment.frame_index) : vec2(0.0f);
-    frame->jitter_x = jitter.x;
-    frame->jitter_y = jitter.y;
-    return RunTiles(progress, [&](const Tile& tile, TileScratch* scratch) {
-      RenderTile(*context, moment, tile, scratch, frame);
-    });
+    return settings_.cycle > 1 ? RenderPart(*context, moment, frame, progress)
+                               : RenderWhole(*context, moment, frame, progress);
   } catch (const std::bad_alloc&) {
     return Status::OutOfMemory("rendering a frame: out of memory");
   }
@@ -372,9 +434,10 @@ Status PathTracer::RenderReference(const RenderMoment& moment, int spp, Image3* 
     if (!context.ok()) {
       return context.status();
     }
-    Prepare(radiance, settings_.width, settings_.height);
-    return RunTiles(progress, [&](const Tile& tile, TileScratch* scratch) {
-      RenderReferenceTile(*context, tile, spp, scratch, radiance);
+    ResizeImage(radiance, settings_.width, settings_.height);
+    return RunTiles(kTileSize, progress, [&](const Tile& tile, TileScratch* scratch) {
+      TakeTile(tile, scratch);
+      RenderReferenceTile(*context, spp, scratch, radiance);
     });
   } catch (const std::bad_alloc&) {
     return Status::OutOfMemory("rendering a reference: out of memory");

@@ -170,6 +170,24 @@ Status CheckNodes(const Scene& scene) {
   return Status::Ok();
 }
 
+Status CheckPose(const char* name, const CameraPose& pose) {
+  if (!(pose.yfov > 0.0f && pose.yfov < 3.1415925f)) {
+    return Status::InvalidArgument(
+        fmt::format("{}: yfov is {}, expected above 0 and below pi", name, pose.yfov));
+  }
+  const mat4& m = pose.world_from_camera;
+  for (int column = 0; column < 4; ++column) {
+    for (int row = 0; row < 3; ++row) {
+      if (!std::isfinite(m[column][row])) {
+        return Status::InvalidArgument(fmt::format(
+            "{}: world_from_camera has {} in column {}, row {}, expected finite numbers", name,
+            m[column][row], column, row));
+      }
+    }
+  }
+  return Status::Ok();
+}
+
 }  // namespace
 
 Status CheckScene(const Scene& scene) {
@@ -190,6 +208,16 @@ Status CheckSettings(const RenderSettings& settings) {
   STILLRAY_RETURN_IF_ERROR(CheckRange("width", settings.width, 1, 32768));
   STILLRAY_RETURN_IF_ERROR(CheckRange("height", settings.height, 1, 32768));
   STILLRAY_RETURN_IF_ERROR(CheckRange("spp", settings.spp, 1, 65536));
+  STILLRAY_RETURN_IF_ERROR(CheckRange("cycle", settings.cycle, 1, kMaxCycle));
+  if (settings.cycle > 1 && settings.spp > 1) {
+    return Status::InvalidArgument(
+        fmt::format("cycle is {} and spp {}, expected spp 1 where a path takes several frames",
+                    settings.cycle, settings.spp));
+  }
+  if (settings.guides != GuideCoverage::kFull && settings.guides != GuideCoverage::kSparse) {
+    return Status::InvalidArgument(fmt::format("guides is number {}, expected full or sparse",
+                                               static_cast<int>(settings.guides)));
+  }
   STILLRAY_RETURN_IF_ERROR(CheckRange("bounces", settings.bounces, 1, 32));
   if (settings.sampler != SamplerKind::kSobol && settings.sampler != SamplerKind::kHalton16) {
     return Status::InvalidArgument(fmt::format("sampler is number {}, expected sobol or halton16",
@@ -199,7 +227,17 @@ Status CheckSettings(const RenderSettings& settings) {
 }
 
 Status CheckMoment(const Scene& scene, const RenderMoment& moment) {
-  STILLRAY_RETURN_IF_ERROR(CheckIndex("camera", moment.camera, scene.cameras.size()));
+  if (moment.pose) {
+    STILLRAY_RETURN_IF_ERROR(CheckPose("pose", *moment.pose));
+  } else {
+    STILLRAY_RETURN_IF_ERROR(CheckIndex("camera", moment.camera, scene.cameras.size()));
+  }
+  if (moment.previous_pose) {
+    if (!moment.pose) {
+      return Status::InvalidArgument("previous_pose is given without pose");
+    }
+    STILLRAY_RETURN_IF_ERROR(CheckPose("previous_pose", *moment.previous_pose));
+  }
   if (!std::isfinite(moment.seconds) || !std::isfinite(moment.previous_seconds)) {
     return Status::InvalidArgument(
         fmt::format("seconds is {} and previous_seconds {}, expected finite numbers",

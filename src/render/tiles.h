@@ -25,8 +25,9 @@ struct Tile {
 };
 
 /// Calls body(tile) once for every tile of a width x height picture, from several threads.
+/// \param tile_size  pixels along the edge of a tile
 /// \return kCancelled if `progress` said so; some tiles were then left out
-Status ForEachTile(int width, int height, const RenderProgress& progress,
+Status ForEachTile(int width, int height, int tile_size, const RenderProgress& progress,
                    const std::function<void(const Tile&)>& body);
 
 /// Counts finished work and asks whether to go on. Thread-safe.
