@@ -23,6 +23,7 @@ int ReportError(const Status& status);
 /// the exit code.
 void AddRenderCommand(CLI::App& app, int* exit_code);
 void AddDenoiseCommand(CLI::App& app, int* exit_code);
+void AddViewCommand(CLI::App& app, int* exit_code);
 void AddCompareCommand(CLI::App& app, int* exit_code);
 void AddReportCommand(CLI::App& app, int* exit_code);
 void AddInfoCommand(CLI::App& app, int* exit_code);

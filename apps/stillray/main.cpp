@@ -36,6 +36,7 @@ int Main(int argc, char** argv) {
   int exit_code = kExitOk;
   AddRenderCommand(app, &exit_code);
   AddDenoiseCommand(app, &exit_code);
+  AddViewCommand(app, &exit_code);
   AddCompareCommand(app, &exit_code);
   AddReportCommand(app, &exit_code);
   AddInfoCommand(app, &exit_code);

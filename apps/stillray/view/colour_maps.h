@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Numbers as display colours. Not finite numbers are magenta, so that they meet the eye.
+#pragma once
+
+#include <cstdint>
+
+namespace stillray::view {
+
+struct Rgb8 {
+  uint8_t r = 0;
+  uint8_t g = 0;
+  uint8_t b = 0;
+  bool operator==(const Rgb8&) const = default;
+};
+
+/// sRGB encoding of 0..1; what lies outside is clamped.
+float ToSrgb(float linear);
+/// 0..1 from black to white; outside is clamped.
+Rgb8 Grey(float value);
+/// 0..1 from black over violet, red and yellow to white: ever brighter, also in print.
+Rgb8 Heat(float value);
+/// Unit vectors; black for zero.
+Rgb8 NormalColour(float x, float y, float z);
+/// Direction as hue (right: red), length in pixels as brightness: 4 is half.
+Rgb8 MotionColour(float x, float y);
+/// Distinct for numbers near each other; black for 0.
+Rgb8 IdColour(uint32_t id);
+
+}  // namespace stillray::view

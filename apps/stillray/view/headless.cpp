@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "view/headless.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "interrupt.h"
+#include "stillray/io.h"
+#include "view/split.h"
+#include "view/view_session.h"
+
+namespace stillray::view {
+namespace {
+
+Status MakeFolder(const std::string& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error || !std::filesystem::is_directory(folder)) {
+    return Status::Io(fmt::format("cannot make the folder {}: {}", folder,
+                                  error ? error.message() : "a file of that name exists"));
+  }
+  return Status::Ok();
+}
+
+double Median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + static_cast<ptrdiff_t>(values.size() / 2),
+                   values.end());
+  return values[values.size() / 2];
+}
+
+void Summarise(const ViewFrame& last, const std::vector<FrameCost>& costs) {
+  std::vector<double> trace;
+  std::vector<double> filter;
+  std::vector<double> total;
+  for (const FrameCost& cost : costs) {
+    trace.push_back(cost.trace_ms);
+    filter.push_back(cost.filter_ms);
+    total.push_back(cost.total());
+  }
+  fmt::print(
+      "{} frames of {}x{} at {} samples per pixel: median {:.1f} ms (tracing {:.1f}, filter and "
+      "pictures {:.1f}), slowest {:.1f} ms\n",
+      costs.size(), last.width, last.height, ToText(last.rate), Median(total), Median(trace),
+      Median(filter), *std::max_element(total.begin(), total.end()));
+}
+
+}  // namespace
+
+Status RunHeadless(const ViewOptions& options) {
+  if (!options.folder.empty()) {
+    STILLRAY_RETURN_IF_ERROR(MakeFolder(options.folder));
+  }
+  Result<LoadedScene> loaded =
+      LoadForView(options.request, options.settings, [](const std::string&) {});
+  if (!loaded.ok()) {
+    return loaded.status();
+  }
+  ViewSession session(std::move(loaded.value()));
+  for (const std::string& warning : session.scene().warnings) {
+    fmt::print(stderr, "note: {}\n", warning);
+  }
+  CatchInterrupts();
+  const RenderProgress keep_going = [](double) { return !Interrupted(); };
+  ViewFrame frame;
+  std::vector<FrameCost> costs;
+  for (int n = 1; n <= options.headless_frames; ++n) {
+    STILLRAY_RETURN_IF_ERROR(
+        session.RenderNext(options.settings, 1 / options.settings.fps, keep_going, &frame));
+    STILLRAY_RETURN_IF_ERROR(session.RefineReference(keep_going));
+    costs.push_back(frame.cost);
+    if (!options.folder.empty()) {
+      const std::string pattern =
+          (std::filesystem::path(options.folder) / "view.####.png").string();
+      STILLRAY_RETURN_IF_ERROR(WritePng(FrameFileName(pattern, n),
+                                        ComposePanes(frame.pictures, options.settings.dividers)));
+    }
+  }
+  Summarise(frame, costs);
+  return Status::Ok();
+}
+
+}  // namespace stillray::view

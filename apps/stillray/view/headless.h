@@ -1,0 +1,17 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The viewer without a window: what it would show, as files.
+#pragma once
+
+#include "stillray/status.h"
+#include "view/view_options.h"
+
+namespace stillray::view {
+
+/// Renders the frames one by one, writes FOLDER/view.####.png of each (none without a folder), and
+/// prints what a frame took. The same options give the same pictures.
+/// \return kCancelled after Ctrl-C
+Status RunHeadless(const ViewOptions& options);
+
+}  // namespace stillray::view

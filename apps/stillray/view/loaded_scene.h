@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// A scene ready to be traced, and the renderer settings that a view stands for.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "stillray/render.h"
+#include "stillray/scene.h"
+#include "view/view_settings.h"
+
+namespace stillray::view {
+
+struct SceneRequest {
+  std::string scene;        ///< path of a .gltf or .glb file, or "builtin:NAME"
+  std::string environment;  ///< path of an .hdr or .exr file; empty: as the scene says
+};
+
+struct LoadedScene {
+  SceneRequest request;
+  std::unique_ptr<Scene> scene;  ///< stands still in memory: the renderer points to it
+  std::unique_ptr<Renderer> renderer;
+};
+
+/// Told what is being done, in words: "reading kitchen.glb".
+using LoadReport = std::function<void(const std::string& what)>;
+
+/// \return what LoadScene, ReadImage and Renderer::Create return; kInvalidArgument for an
+///         environment that is no radiance
+Result<LoadedScene> LoadForView(const SceneRequest& request, const ViewSettings& settings,
+                                const LoadReport& report);
+
+/// Size of the picture for an area of the screen, each side at least 16.
+void PictureSize(const ViewSettings& settings, float scale, int* width, int* height);
+RenderSettings RenderSettingsFor(const ViewSettings& settings, const SampleRate& rate, float scale);
+}  // namespace stillray::view

@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The converged picture of a view that stands still, refined pass by pass.
+#pragma once
+
+#include "stillray/image.h"
+#include "stillray/render.h"
+
+namespace stillray::view {
+
+class ReferenceAccumulator {
+ public:
+  void Reset() { spp_ = 0; }
+  /// Adds one sample per pixel, of random numbers that no pass before had.
+  /// The renderer has its own settings again when this returns.
+  /// \return kCancelled if `keep_going` said so: the sum is then as before
+  Status AddPass(const RenderMoment& moment, Renderer* renderer, const RenderProgress& keep_going);
+
+  int spp() const { return spp_; }
+  /// The mean of all passes; nullptr if there is none.
+  const Image3* picture() const { return spp_ > 0 ? &mean_ : nullptr; }
+
+ private:
+  int spp_ = 0;
+  Image3 pass_;
+  Image3 mean_;
+};
+
+}  // namespace stillray::view

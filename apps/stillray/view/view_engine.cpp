@@ -1,0 +1,387 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "view/view_engine.h"
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <filesystem>
+#include <new>
+
+#include <fmt/format.h>
+
+#include "view/split.h"
+
+namespace stillray::view {
+namespace {
+
+// A still view is done when more samples would no longer be seen.
+constexpr double kEnoughSamples = 4096;
+constexpr int kEnoughReference = 16384;
+// A reference of fewer samples measures its own noise.
+constexpr int kMeasurableReference = 16;
+
+double Now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+std::string LowerExtension(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+/// Work that may run out of memory, as a Status.
+template <typename Body>
+Status Guarded(const char* what, const Body& body) {
+  try {
+    return body();
+  } catch (const std::bad_alloc&) {
+    return Status::OutOfMemory(fmt::format("{}: out of memory", what));
+  } catch (const std::exception& error) {
+    return Status::Internal(fmt::format("{}: {}", what, error.what()));
+  }
+}
+
+void AddLayer(const std::string& name, const std::vector<Image1>& values, bool main,
+              ExrImage* image) {
+  // Three channels are colours (or axes), two are x and y, one stands alone.
+  for (size_t c = 0; c < values.size(); ++c) {
+    const char letter = values.size() == 3 ? "RGB"[c] : "XY"[std::min<size_t>(c, 1)];
+    if (main) {
+      image->Add(std::string(1, "RGB"[c]), PixelType::kFloat, values[c]);
+    } else {
+      image->Add(fmt::format("{}.{}", name, letter), PixelType::kFloat, values[c]);
+    }
+  }
+}
+
+}  // namespace
+
+ViewEngine::ViewEngine(const ViewSettings& settings, std::function<void()> wake)
+    : wake_(std::move(wake)), settings_(settings) {
+  loader_ = std::thread([this] { LoadLoop(); });
+  worker_ = std::thread([this] { WorkLoop(); });
+}
+
+ViewEngine::~ViewEngine() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  work_.notify_all();
+  load_.notify_all();
+  worker_.join();
+  loader_.join();
+}
+
+void ViewEngine::Open(const SceneRequest& request) {
+  {
+    const std::lock_guard lock(mutex_);
+    request_ = std::make_unique<SceneRequest>(request);
+    ++requested_;
+    load_state_ = {true, "waiting for the last file", 0};
+    load_began_ = Now();
+  }
+  load_.notify_all();
+}
+
+void ViewEngine::Post(const ViewSettings& settings) {
+  {
+    const std::lock_guard lock(mutex_);
+    settings_ = settings;
+    ++posted_;
+  }
+  work_.notify_all();
+}
+
+std::vector<EngineMessage> ViewEngine::TakeMessages() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(messages_, {});
+}
+
+LoadState ViewEngine::load_state() const {
+  const std::lock_guard lock(mutex_);
+  LoadState state = load_state_;
+  state.seconds = state.loading ? Now() - load_began_ : 0;
+  return state;
+}
+
+SceneInfo ViewEngine::scene_info() const {
+  const std::lock_guard lock(mutex_);
+  return scene_info_;
+}
+
+void ViewEngine::Tell(bool is_error, std::string text) {
+  {
+    const std::lock_guard lock(mutex_);
+    messages_.push_back({is_error, std::move(text)});
+  }
+  wake_();
+}
+
+void ViewEngine::AddJob(Job job) {
+  {
+    const std::lock_guard lock(mutex_);
+    jobs_.push_back(std::move(job));
+  }
+  work_.notify_all();
+}
+
+void ViewEngine::LoadLoop() {
+  while (true) {
+    SceneRequest request;
+    ViewSettings settings;
+    uint64_t number = 0;
+    {
+      std::unique_lock lock(mutex_);
+      load_.wait(lock, [&] { return stop_ || request_; });
+      if (stop_) {
+        return;
+      }
+      request = *request_;
+      request_.reset();
+      settings = settings_;
+      number = requested_;
+    }
+    auto loaded = std::make_unique<LoadedScene>();
+    const Status status = Guarded("loading a scene", [&] {
+      Result<LoadedScene> result = LoadForView(request, settings, [&](const std::string& what) {
+        {
+          const std::lock_guard lock(mutex_);
+          load_state_.what = what;
+        }
+        wake_();
+      });
+      if (result.ok()) {
+        *loaded = std::move(result.value());
+      }
+      return result.status();
+    });
+    {
+      const std::lock_guard lock(mutex_);
+      if (number != requested_) {
+        continue;  // another scene is wanted by now
+      }
+      load_state_ = {};
+      if (status.ok()) {
+        loaded_ = std::move(loaded);
+        scene_waiting_ = true;
+      } else {
+        messages_.push_back({true, status.message()});
+      }
+    }
+    work_.notify_all();
+    wake_();
+  }
+}
+
+bool ViewEngine::WaitForWork() {
+  std::unique_lock lock(mutex_);
+  work_.wait(lock, [&] {
+    const bool frames_to_make = session_ && (!idle_ || posted_ != last_posted_);
+    return stop_ || loaded_ || !jobs_.empty() || frames_to_make;
+  });
+  return !stop_;
+}
+
+void ViewEngine::WorkLoop() {
+  while (WaitForWork()) {
+    TakeLoadedScene();
+    RunJobs();
+    if (session_ && (!idle_ || posted_ != last_posted_)) {
+      const Status status = Guarded("making a frame", [this] {
+        MakeFrame();
+        return Status::Ok();
+      });
+      if (!status.ok()) {
+        idle_ = true;
+        Tell(true, status.message());
+      }
+    }
+  }
+  EndClip();
+}
+
+void ViewEngine::TakeLoadedScene() {
+  std::unique_ptr<LoadedScene> loaded;
+  {
+    const std::lock_guard lock(mutex_);
+    loaded = std::move(loaded_);
+    scene_waiting_ = false;
+  }
+  if (!loaded) {
+    return;
+  }
+  EndClip();
+  session_.reset();  // the old scene's memory first
+  session_ = std::make_unique<ViewSession>(std::move(*loaded));
+  metrics_.Forget();
+  idle_ = false;
+  shown_ = {};
+  const Scene& scene = session_->scene();
+  const std::lock_guard lock(mutex_);
+  ++scene_info_.number;
+  scene_info_.request = session_->request();
+  scene_info_.warnings = scene.warnings;
+  scene_info_.triangles = scene.TriangleCount();
+  scene_info_.length = scene.AnimationLength();
+  scene_info_.cameras.clear();
+  for (const Camera& camera : scene.cameras) {
+    scene_info_.cameras.push_back(camera.name);
+  }
+}
+
+void ViewEngine::RunJobs() {
+  std::deque<Job> jobs;
+  {
+    const std::lock_guard lock(mutex_);
+    jobs.swap(jobs_);
+  }
+  for (const Job& job : jobs) {
+    job();
+  }
+}
+
+bool ViewEngine::IsDone(const ViewSettings& settings, const ViewFrame& frame) const {
+  const bool reference_done =
+      !settings.reference || session_->reference().spp() >= kEnoughReference;
+  const bool moving = settings.playing && frame.length > 0 && settings.speed != 0;
+  return frame.still && !moving && !clip_ && frame.samples >= kEnoughSamples && reference_done;
+}
+
+void ViewEngine::MakeFrame() {
+  ViewSettings settings;
+  {
+    const std::lock_guard lock(mutex_);
+    settings = settings_;
+    last_posted_ = posted_;
+    // A pose of the scene before is none of this one.
+    settings.free_camera = settings.free_camera && settings.pose_scene == scene_info_.number;
+  }
+  settings.wall_clock = settings.wall_clock && !clip_;
+  const double now = Now();
+  const double elapsed = now - last_frame_at_;
+  last_frame_at_ = now;
+  ViewFrame& frame = frames_.back();
+  const Status status = session_->RenderNext(
+      settings, elapsed, [this](double) { return !stop_ && !scene_waiting_; }, &frame);
+  if (!status.ok()) {
+    if (status.code() != StatusCode::kCancelled) {
+      idle_ = true;
+      Tell(true, status.message());
+    }
+    return;
+  }
+  idle_ = IsDone(settings, frame);
+  if (!frame.still) {
+    metrics_.Forget();
+  }
+  frame.measures = metrics_.latest();
+  dividers_ = settings.dividers;
+  shown_ = ComposePanes(frame.pictures, dividers_);
+  shown_panes_ = frame.panes;
+  RecordFrame(frame);
+  frames_.Publish();
+  wake_();
+  if (session_->WantsReference()) {
+    // Any wish of the user's comes first.
+    const Status refined = session_->RefineReference(
+        [this](double) { return !stop_ && !scene_waiting_ && posted_ == last_posted_; });
+    if (!refined.ok() && refined.code() != StatusCode::kCancelled) {
+      Tell(true, refined.message());
+    }
+    const ReferenceAccumulator& reference = session_->reference();
+    if (reference.spp() >= kMeasurableReference) {
+      metrics_.Offer(session_->denoised(), session_->noisy(), *reference.picture(),
+                     reference.spp());
+    }
+  }
+}
+
+void ViewEngine::Save(const std::string& path) {
+  AddJob([this, path] {
+    const Status status = Guarded("saving", [&] { return SaveNow(path); });
+    Tell(!status.ok(), status.ok() ? "saved " + path : status.message());
+  });
+}
+
+Status ViewEngine::SaveNow(const std::string& path) const {
+  if (shown_.pixels.empty()) {
+    return Status::NotFound("there is no picture to save yet");
+  }
+  const std::string extension = LowerExtension(path);
+  if (extension == ".png") {
+    return WritePng(path, shown_);
+  }
+  if (extension != ".exr") {
+    return Status::InvalidArgument(
+        fmt::format("'{}' ends in '{}', expected .png or .exr", path, extension));
+  }
+  ExrImage image;
+  image.width = shown_.width;
+  image.height = shown_.height;
+  for (size_t i = 0; i < shown_panes_.size(); ++i) {
+    Result<std::vector<Image1>> values = session_->Values(shown_panes_[i]);
+    if (!values.ok()) {
+      return values.status();
+    }
+    const bool main = i == 0 && values->size() == 3;
+    const bool seen =
+        std::find(shown_panes_.begin(), shown_panes_.begin() + static_cast<ptrdiff_t>(i),
+                  shown_panes_[i]) != shown_panes_.begin() + static_cast<ptrdiff_t>(i);
+    if (!seen) {
+      AddLayer(shown_panes_[i], values.value(), main, &image);
+    }
+  }
+  return WriteExr(path, image);
+}
+
+void ViewEngine::StartClip(const std::string& path, double fps) {
+  AddJob([this, path, fps] {
+    EndClip();
+    if (shown_.pixels.empty()) {
+      Tell(true, "there is no picture to record yet");
+      return;
+    }
+    Result<std::unique_ptr<VideoWriter>> writer =
+        VideoWriter::Create(path, shown_.width, shown_.height, fps);
+    if (!writer.ok()) {
+      Tell(true, writer.status().message());
+      return;
+    }
+    clip_ = std::move(writer.value());
+    clip_path_ = path;
+    recording_ = true;
+    idle_ = false;
+    wake_();
+  });
+}
+
+void ViewEngine::StopClip() {
+  AddJob([this] { EndClip(); });
+}
+
+void ViewEngine::RecordFrame(const ViewFrame& frame) {
+  if (!clip_) {
+    return;
+  }
+  const Status status = clip_->Write(shown_);
+  if (!status.ok()) {
+    Tell(true, fmt::format("the clip ends at frame {}: {}", frame.number, status.message()));
+    EndClip();
+  }
+}
+
+void ViewEngine::EndClip() {
+  if (!clip_) {
+    return;
+  }
+  const Status status = clip_->Finish();
+  clip_.reset();
+  recording_ = false;
+  Tell(!status.ok(), status.ok() ? "saved " + clip_path_ : status.message());
+}
+
+}  // namespace stillray::view

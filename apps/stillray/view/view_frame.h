@@ -1,0 +1,68 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What the engine hands to the interface: pictures ready to be shown, and what is told beside
+/// them.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "stillray/denoise.hpp"
+#include "stillray/io.h"
+#include "stillray/quality.h"
+#include "view/sample_rate.h"
+#include "view/view_pose.h"
+
+namespace stillray::view {
+
+struct InspectedValue {
+  std::string view;
+  std::vector<float> values;  ///< 1 to 3
+};
+
+/// Measures of the denoised and of the noisy picture against the reference.
+struct LiveMeasures {
+  ImageMetrics denoised;
+  ImageMetrics noisy;
+  int reference_spp = 0;
+};
+
+struct MemoryUse {
+  size_t scene = 0;  ///< acceleration structure and light tables
+  size_t denoiser = 0;
+  size_t frame = 0;  ///< signals, guides, pictures
+};
+
+struct ViewFrame {
+  uint64_t number = 0;  ///< of frames shown since the scene was opened, from 1
+  int width = 0;        ///< of the pictures
+  int height = 0;
+  std::vector<std::string> panes;
+  std::vector<Rgb8Image> pictures;  ///< one for each pane
+
+  SampleRate rate;
+  float scale = 0;
+  double samples = 0;  ///< per pixel since the view last changed, at this rate
+  bool still = false;  ///< nothing has moved since the last frame
+  double seconds = 0;
+  double length = 0;  ///< of the animation, seconds; 0: nothing moves
+  ViewPose pose;      ///< where this frame was seen from
+
+  FrameCost cost;
+  double show_ms = 0;             ///< making of the pictures
+  std::vector<StageTime> stages;  ///< tracer first, then the denoiser
+  MemoryUse memory;
+  int reference_spp = 0;  ///< samples in the reference; 0: there is none
+  std::optional<LiveMeasures> measures;
+
+  int inspect_x = 0;  ///< pixel that `inspected` tells of
+  int inspect_y = 0;
+  std::vector<InspectedValue> inspected;
+  uint64_t focus = 0;     ///< the last order to focus that this frame answers
+  float focus_depth = 0;  ///< 0: nothing is there
+};
+
+}  // namespace stillray::view

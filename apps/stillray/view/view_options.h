@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The command line of `stillray view`, checked before any work begins.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "view/loaded_scene.h"
+#include "view/view_settings.h"
+
+namespace stillray::view {
+
+/// Text as the user gave it.
+struct ViewArguments {
+  std::string scene;
+  std::string environment;
+  std::string size = "1280x720";
+  std::string preset = "default";
+  std::vector<std::string> set;
+  std::string spp = "auto";
+  std::string scale = "auto";
+  std::string panes = "denoised";
+  std::string sampler = "sobol";
+  double target_ms = 50;
+  double fps = 30;
+  int bounces = 4;
+  int camera = 0;
+  bool play = false;
+  int threads = 0;
+  int headless_frames = 0;
+  std::string folder;
+};
+
+/// The same, understood.
+struct ViewOptions {
+  SceneRequest request;
+  ViewSettings settings;  ///< `width` and `height` are those of the window, or of the pictures
+  std::string preset;
+  int threads = 0;
+  int headless_frames = 0;  ///< 0: open a window
+  std::string folder;
+};
+
+/// \return kInvalidArgument naming the option, what it is and what was expected
+Result<ViewOptions> ParseViewArguments(const ViewArguments& arguments);
+
+void DeclareViewOptions(CLI::App* command, ViewArguments* arguments);
+
+}  // namespace stillray::view

@@ -1,0 +1,267 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "view/view_session.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace stillray::view {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// After a pause on the wall (another window, a slow frame) animations go on where they were.
+constexpr double kLongestStep = 0.25;
+constexpr int kFocusReach = 24;  // pixels around a click that are searched for a surface
+
+double Milliseconds(Clock::time_point since) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - since).count();
+}
+
+bool SameScene(const ViewSettings& a, const ViewSettings& b) {
+  return a.bounces == b.bounces && a.regularise == b.regularise && a.restart == b.restart;
+}
+
+int PixelAt(float fraction, int size) {
+  return std::clamp(static_cast<int>(fraction * static_cast<float>(size)), 0, size - 1);
+}
+
+bool IsSurface(float depth) {
+  return std::isfinite(depth) && depth > 0;
+}
+
+/// The depth of the surface nearest to a pixel; 0 if there is none.
+float DepthNear(const Image1& depth, int x, int y) {
+  float best = 0;
+  int best_distance = kFocusReach * kFocusReach + 1;
+  for (int dy = -kFocusReach; dy <= kFocusReach; ++dy) {
+    for (int dx = -kFocusReach; dx <= kFocusReach; ++dx) {
+      const int distance = dx * dx + dy * dy;
+      const bool inside =
+          x + dx >= 0 && x + dx < depth.width() && y + dy >= 0 && y + dy < depth.height();
+      if (inside && distance < best_distance && IsSurface(depth(x + dx, y + dy))) {
+        best = depth(x + dx, y + dy);
+        best_distance = distance;
+      }
+    }
+  }
+  return best;
+}
+
+size_t FrameBytes(const Frame& frame) {
+  const Guides& g = frame.guides;
+  size_t bytes = g.depth.bytes() + g.normal.bytes() + g.albedo.bytes() + g.specular_albedo.bytes() +
+                 g.motion.bytes() + g.id.bytes() + g.roughness.bytes() + frame.emission.bytes() +
+                 frame.background.bytes() + frame.samples.bytes();
+  for (const Signal& signal : frame.signals) {
+    bytes += signal.radiance.bytes() + signal.second_moment.bytes();
+  }
+  return bytes;
+}
+
+void AddTracerStages(const RenderTimings& t, double wall_ms, std::vector<StageTime>* stages) {
+  // Phases are summed over threads; told here are their shares of the time on the wall.
+  const double sum = t.primary_ms + t.bounce_ms + t.shadow_ms + t.shade_ms;
+  const double scale = sum > 0 ? std::max(wall_ms - t.update_ms, 0.0) / sum : 0;
+  stages->push_back({"update scene", t.update_ms});
+  stages->push_back({"primary rays", t.primary_ms * scale});
+  stages->push_back({"bounces", t.bounce_ms * scale});
+  stages->push_back({"shadow rays", t.shadow_ms * scale});
+  stages->push_back({"shading", t.shade_ms * scale});
+}
+
+}  // namespace
+
+ViewSession::ViewSession(LoadedScene loaded) : loaded_(std::move(loaded)) {
+  length_ = loaded_.scene->AnimationLength();
+  bounds_ = SceneBounds(*loaded_.scene, 0);
+}
+
+double ViewSession::NextSeconds(const ViewSettings& s, double elapsed) {
+  const double now = moment_.render.seconds;
+  if (s.seek != settings_.seek) {
+    return std::clamp(s.seek_seconds, 0.0, std::max(length_, 0.0));
+  }
+  if (!s.playing || frames_ == 0 || length_ <= 0) {
+    return now;
+  }
+  const double step = s.wall_clock ? std::clamp(elapsed, 0.0, kLongestStep) : 1 / s.fps;
+  const double next = std::fmod(now + step * s.speed, length_);
+  return next < 0 ? next + length_ : next;
+}
+
+ViewSession::Moment ViewSession::NextMoment(const ViewSettings& s, double elapsed) {
+  Moment next;
+  const bool first = frames_ == 0;
+  next.render.frame_index = static_cast<int64_t>(frames_);
+  next.render.seconds = NextSeconds(s, elapsed);
+  next.render.previous_seconds = first ? next.render.seconds : moment_.render.seconds;
+  const int count = static_cast<int>(loaded_.scene->cameras.size());
+  next.render.camera = std::clamp(s.camera, 0, count - 1);
+  next.pose = s.free_camera
+                  ? s.pose
+                  : FilePose(*loaded_.scene, bounds_, next.render.camera, next.render.seconds);
+  next.render.pose = CameraPose{ToMatrix(next.pose), next.pose.yfov};
+  next.render.previous_pose = first ? next.render.pose : moment_.render.pose;
+  return next;
+}
+
+Status ViewSession::PrepareDenoiser(const ViewSettings& s) {
+  views_ = ListViews(s.denoise);
+  if (!denoiser_) {
+    Result<Denoiser> denoiser = Denoiser::Create(s.denoise);
+    if (!denoiser.ok()) {
+      return denoiser.status();
+    }
+    denoiser_.emplace(std::move(denoiser.value()));
+  } else {
+    STILLRAY_RETURN_IF_ERROR(denoiser_->SetSettings(s.denoise));
+  }
+  outputs_.clear();
+  for (const ViewInfo& view : views_) {
+    const bool shown = std::find(s.panes.begin(), s.panes.end(), view.name) != s.panes.end();
+    const bool told = s.inspect && (view.group == "history" || view.name == "temporal" ||
+                                    view.group == "moments and variance");
+    if (shown || told) {
+      for (const std::string& output : view.outputs) {
+        if (std::find(outputs_.begin(), outputs_.end(), output) == outputs_.end()) {
+          outputs_.push_back(output);
+        }
+      }
+    }
+  }
+  return denoiser_->SetOutputs(outputs_);
+}
+
+Status ViewSession::Prepare(const ViewSettings& s) {
+  if (!s.auto_rate) {
+    control_.set_rate(s.rate);
+  } else if (frames_ == 0 || !settings_.auto_rate) {
+    control_.set_rate(s.rate);
+  }
+  if (!s.auto_scale || frames_ == 0 || !settings_.auto_scale) {
+    control_.set_scale(s.scale);
+  }
+  STILLRAY_RETURN_IF_ERROR(ValidateSettings(s.denoise));
+  STILLRAY_RETURN_IF_ERROR(PrepareDenoiser(s));
+  const SampleRate rate = control_.rate();
+  const RenderSettings& current = loaded_.renderer->settings();
+  rate_changes_ += rate.spp != current.spp || rate.cycle != current.cycle;
+  RenderSettings wanted = RenderSettingsFor(s, rate, control_.scale());
+  // Samples are numbered from the rate: at another one, the same numbers would come again.
+  wanted.seed += rate_changes_;
+  return loaded_.renderer->SetSettings(wanted);
+}
+
+Status ViewSession::RenderNext(const ViewSettings& s, double elapsed,
+                               const RenderProgress& keep_going, ViewFrame* out) {
+  STILLRAY_RETURN_IF_ERROR(Prepare(s));
+  const Moment next = NextMoment(s, elapsed);
+  const bool moved = frames_ == 0 || !(next.pose == moment_.pose) ||
+                     next.render.seconds != moment_.render.seconds || !SameScene(s, settings_) ||
+                     frame_.width != loaded_.renderer->settings().width ||
+                     frame_.height != loaded_.renderer->settings().height;
+  if (frames_ > 0 && (s.restart != settings_.restart)) {
+    denoiser_->Reset();
+  }
+  const Clock::time_point start = Clock::now();
+  STILLRAY_RETURN_IF_ERROR(loaded_.renderer->RenderFrame(next.render, &frame_, keep_going));
+  const double render_ms = Milliseconds(start);
+  const Clock::time_point filter_start = Clock::now();
+  STILLRAY_RETURN_IF_ERROR(denoiser_->Denoise(frame_, &denoised_));
+  const double denoise_ms = Milliseconds(filter_start);
+
+  settings_ = s;
+  moment_ = next;
+  still_ = !moved;
+  samples_ = (moved ? 0 : samples_) + control_.rate().value();
+  ++frames_;
+  if (moved) {
+    reference_.Reset();
+  }
+  noisy_ = SumOfLight(frame_);
+  Show(s, out);
+  Account(denoise_ms, render_ms, out);
+  if (s.auto_rate) {
+    control_.Observe(out->cost, s.target_ms, s.auto_scale);
+  }
+  return Status::Ok();
+}
+
+Status ViewSession::RefineReference(const RenderProgress& keep_going) {
+  if (!WantsReference()) {
+    return Status::Ok();
+  }
+  return reference_.AddPass(moment_.render, loaded_.renderer.get(), keep_going);
+}
+
+ViewSources ViewSession::Sources() const {
+  return {&frame_, &denoised_, &noisy_, reference_.picture(), &settings_.denoise};
+}
+
+void ViewSession::Show(const ViewSettings& s, ViewFrame* out) const {
+  const Clock::time_point start = Clock::now();
+  out->number = frames_;
+  out->width = frame_.width;
+  out->height = frame_.height;
+  out->panes.clear();
+  out->pictures.clear();
+  for (const std::string& name : s.panes) {
+    const ViewInfo* view = FindView(views_, name);
+    // Names of signals change with their grouping: the plain picture stands in for what is gone.
+    view = view != nullptr ? view : &views_[0];
+    out->panes.push_back(view->name);
+    out->pictures.push_back(ViewPicture(*view, Sources()));
+  }
+  Inspect(s, out);
+  out->show_ms = Milliseconds(start);
+}
+
+void ViewSession::Inspect(const ViewSettings& s, ViewFrame* out) const {
+  out->inspected.clear();
+  out->inspect_x = PixelAt(s.inspect_x, frame_.width);
+  out->inspect_y = PixelAt(s.inspect_y, frame_.height);
+  if (s.inspect) {
+    for (const ViewInfo& view : views_) {
+      std::vector<float> values = ViewValuesAt(view, Sources(), out->inspect_x, out->inspect_y);
+      if (!values.empty()) {
+        out->inspected.push_back({view.name, std::move(values)});
+      }
+    }
+  }
+  out->focus = s.focus;
+  out->focus_depth = DepthNear(frame_.guides.depth, PixelAt(s.focus_x, frame_.width),
+                               PixelAt(s.focus_y, frame_.height));
+}
+
+void ViewSession::Account(double denoise_ms, double render_ms, ViewFrame* out) const {
+  out->rate = control_.rate();
+  out->scale = control_.scale();
+  out->samples = samples_;
+  out->still = still_;
+  out->seconds = moment_.render.seconds;
+  out->length = length_;
+  out->pose = moment_.pose;
+  out->cost = {render_ms, denoise_ms + out->show_ms};
+  out->stages.clear();
+  AddTracerStages(loaded_.renderer->timings(), render_ms, &out->stages);
+  out->stages.insert(out->stages.end(), denoised_.timings.begin(), denoised_.timings.end());
+  out->stages.push_back({"make pictures", out->show_ms});
+  out->memory = {loaded_.renderer->memory_bytes(), denoiser_->memory_bytes(), FrameBytes(frame_)};
+  out->reference_spp = reference_.spp();
+}
+
+Result<std::vector<Image1>> ViewSession::Values(const std::string& name) const {
+  const ViewInfo* view = FindView(views_, name);
+  std::vector<Image1> values =
+      view == nullptr || frames_ == 0 ? std::vector<Image1>() : ViewValues(*view, Sources());
+  if (values.empty()) {
+    return Status::NotFound(fmt::format("there is no picture '{}' to save yet", name));
+  }
+  return values;
+}
+
+}  // namespace stillray::view

@@ -1,0 +1,76 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// One scene being looked at: settings in, the next picture out. No threads, no clock, no window:
+/// the same calls give the same bits (as long as the rate is fixed).
+#pragma once
+
+#include <optional>
+
+#include "stillray/denoise.hpp"
+#include "view/loaded_scene.h"
+#include "view/reference.h"
+#include "view/view_frame.h"
+#include "view/view_settings.h"
+#include "view/views.h"
+
+namespace stillray::view {
+
+class ViewSession {
+ public:
+  explicit ViewSession(LoadedScene loaded);
+
+  /// Renders, denoises and paints the next frame.
+  /// \param elapsed     seconds since the last frame, for animations on the wall clock
+  /// \param keep_going  returns false to give the frame up
+  /// \return kCancelled (the next frame goes on as if this one had not been); kInvalidArgument for
+  ///         settings that contradict each other
+  Status RenderNext(const ViewSettings& settings, double elapsed, const RenderProgress& keep_going,
+                    ViewFrame* out);
+  /// Makes the reference one sample better, where one is wanted and the view stands still.
+  Status RefineReference(const RenderProgress& keep_going);
+  bool WantsReference() const { return settings_.reference && still_; }
+
+  const Scene& scene() const { return *loaded_.scene; }
+  const SceneRequest& request() const { return loaded_.request; }
+  /// Of the last frame; empty pictures before the first.
+  const Image3& noisy() const { return noisy_; }
+  const Image3& denoised() const { return denoised_.colour; }
+  const ReferenceAccumulator& reference() const { return reference_; }
+  /// The numbers of a view of the last frame, for files. \return kNotFound if it has no such view
+  Result<std::vector<Image1>> Values(const std::string& view) const;
+
+ private:
+  struct Moment {
+    RenderMoment render;
+    ViewPose pose;
+  };
+  Status Prepare(const ViewSettings& settings);
+  Status PrepareDenoiser(const ViewSettings& settings);
+  Moment NextMoment(const ViewSettings& settings, double elapsed);
+  double NextSeconds(const ViewSettings& settings, double elapsed);
+  void Show(const ViewSettings& settings, ViewFrame* out) const;
+  void Inspect(const ViewSettings& settings, ViewFrame* out) const;
+  void Account(double denoise_ms, double render_ms, ViewFrame* out) const;
+  ViewSources Sources() const;
+
+  LoadedScene loaded_;
+  std::optional<Denoiser> denoiser_;
+  ViewSettings settings_;  ///< of the last frame
+  Aabb bounds_;
+  std::vector<ViewInfo> views_;
+  std::vector<std::string> outputs_;
+  RateControl control_;
+  Frame frame_;
+  DenoisedFrame denoised_;
+  Image3 noisy_;
+  ReferenceAccumulator reference_;
+  Moment moment_;  ///< of the last frame
+  uint64_t frames_ = 0;
+  double samples_ = 0;
+  uint64_t rate_changes_ = 0;
+  bool still_ = false;
+  double length_ = 0;
+};
+
+}  // namespace stillray::view

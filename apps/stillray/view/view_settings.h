@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What a picture is to be like: one plain value that the interface hands to the engine whole.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "stillray/denoise.hpp"
+#include "stillray/render.h"
+#include "view/sample_rate.h"
+#include "view/view_pose.h"
+
+namespace stillray::view {
+
+/// Counters (`seek`, `focus`, `restart`) are orders: what they stand for happens once, when they
+/// change.
+struct ViewSettings {
+  int width = 640;  ///< of the area on the screen, pixels; the picture has `scale` times as many
+  int height = 360;
+  float scale = 0.5f;  ///< of the picture's width and height, 0.05..1
+  bool auto_scale = true;
+  SampleRate rate{1, 16};
+  bool auto_rate = true;  ///< samples follow the time that a frame may take
+  double target_ms = 50;
+
+  int bounces = 4;
+  SamplerKind sampler = SamplerKind::kSobol;
+  bool regularise = false;
+  bool sparse_guides = false;  ///< below one sample per pixel: guides only where a path is traced
+  uint64_t seed = 0;
+  Settings denoise;
+
+  bool free_camera = false;  ///< `pose`; else the file's `camera`, with its animation
+  ViewPose pose;
+  uint64_t pose_scene = 0;  ///< number of the opened scene that `pose` belongs to (ViewEngine)
+  int camera = 0;
+
+  bool playing = false;
+  bool wall_clock = true;  ///< time passes as on the wall; else 1 / fps with every frame
+  double fps = 30;
+  double speed = 1;  ///< of all that moves, -8..8
+  uint64_t seek = 0;
+  double seek_seconds = 0;
+
+  std::vector<std::string> panes = {"denoised"};  ///< views side by side, 1 to 3: see ListViews
+  std::vector<float> dividers;  ///< between panes, fractions of the width; empty: even
+  bool reference = false;       ///< accumulate a converged picture while nothing moves
+  bool inspect = false;
+  float inspect_x = 0;  ///< fractions of the picture, from the top left
+  float inspect_y = 0;
+  uint64_t focus = 0;  ///< tell the depth at this place
+  float focus_x = 0;
+  float focus_y = 0;
+  uint64_t restart = 0;  ///< forget all history
+};
+
+}  // namespace stillray::view

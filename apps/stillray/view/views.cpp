@@ -1,0 +1,360 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "view/views.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "core/parallel.h"
+#include "stillray/render.h"
+#include "view/colour_maps.h"
+
+namespace stillray::view {
+namespace {
+
+constexpr int kBand = 16;
+constexpr uint8_t kAbsent = 40;  // dark grey: there is no such picture yet
+
+Colouring ColouringOf(const std::string& kind) {
+  if (kind == "disocclusion") {
+    return Colouring::kUnit;
+  }
+  if (kind == "history" || kind == "limit") {
+    return Colouring::kCount;
+  }
+  if (kind == "moment_mean") {
+    return Colouring::kLuminance;
+  }
+  return kind.find("variance") != std::string::npos ? Colouring::kVariance : Colouring::kLight;
+}
+
+std::string GroupOfOutput(const std::string& kind) {
+  if (kind == "temporal" || kind == "aliased") {
+    return "picture";
+  }
+  if (kind.rfind("atrous", 0) == 0) {
+    return "wavelet levels";
+  }
+  if (kind == "history" || kind == "limit" || kind == "disocclusion") {
+    return "history";
+  }
+  return ColouringOf(kind) == Colouring::kLight ? "light without albedo" : "moments and variance";
+}
+
+std::string KindOf(const std::string& name) {
+  return name.substr(0, name.find('.'));
+}
+
+/// Planes of a view as they lie in its sources: at most three, or the ids.
+struct Layer {
+  std::vector<const Image1*> planes;
+  const Plane<uint32_t>* ids = nullptr;
+  const Image1* divisor = nullptr;  ///< of kRelative: planes[0] is the variance, this the mean
+  bool ones = false;                ///< 1 everywhere: frames that do not tell their samples
+};
+
+template <size_t N>
+Layer LayerOf(const Planes<float, static_cast<int>(N)>& image) {
+  Layer layer;
+  for (const Image1& plane : image.channel) {
+    if (!plane.empty()) {
+      layer.planes.push_back(&plane);
+    }
+  }
+  return layer;
+}
+
+Layer LayerOf(const Image1& plane) {
+  return plane.empty() ? Layer{} : Layer{{&plane}};
+}
+
+const NamedImage* FindOutput(const DenoisedFrame& denoised, std::string_view name) {
+  for (const NamedImage& image : denoised.images) {
+    if (image.name == name) {
+      return &image;
+    }
+  }
+  return nullptr;
+}
+
+Layer OutputLayer(const DenoisedFrame& denoised, std::string_view name) {
+  Layer layer;
+  if (const NamedImage* image = FindOutput(denoised, name); image != nullptr) {
+    for (const Image1& plane : image->channels) {
+      layer.planes.push_back(&plane);
+    }
+  }
+  return layer;
+}
+
+Layer RelativeLayer(const ViewInfo& view, const DenoisedFrame& denoised) {
+  Layer layer = OutputLayer(denoised, view.outputs[0]);
+  const Layer mean = OutputLayer(denoised, view.outputs[1]);
+  layer.divisor = mean.planes.empty() ? nullptr : mean.planes[0];
+  return layer.planes.empty() || mean.planes.empty() ? Layer{} : layer;
+}
+
+Layer GuideLayer(const std::string& name, const Frame& frame) {
+  const Guides& g = frame.guides;
+  if (name == "depth") {
+    return LayerOf(g.depth);
+  }
+  if (name == "normal") {
+    return LayerOf<3>(g.normal);
+  }
+  if (name == "albedo") {
+    return LayerOf<3>(g.albedo);
+  }
+  if (name == "specular_albedo") {
+    return LayerOf<3>(g.specular_albedo);
+  }
+  if (name == "motion") {
+    return LayerOf<2>(g.motion);
+  }
+  if (name == "id") {
+    Layer layer;
+    layer.ids = g.id.empty() ? nullptr : &g.id;
+    return layer;
+  }
+  return name == "roughness" ? LayerOf(g.roughness) : Layer{};
+}
+
+Layer FindLayer(const ViewInfo& view, const ViewSources& s) {
+  const std::string& name = view.name;
+  if (name == "denoised") {
+    return LayerOf<3>(s.denoised->colour);
+  }
+  if (name == "noisy") {
+    return LayerOf<3>(*s.noisy);
+  }
+  if (name == "reference") {
+    return s.reference == nullptr ? Layer{} : LayerOf<3>(*s.reference);
+  }
+  if (name == "emission") {
+    return LayerOf<3>(s.frame->emission);
+  }
+  if (name == "background") {
+    return LayerOf<3>(s.frame->background);
+  }
+  if (name == "samples") {
+    Layer layer = LayerOf(s.frame->samples);
+    layer.ones = s.frame->samples.empty();
+    return layer;
+  }
+  for (const Signal& signal : s.frame->signals) {
+    if (name == SignalName(signal.kind)) {
+      return LayerOf<3>(signal.radiance);
+    }
+  }
+  if (view.colouring == Colouring::kRelative) {
+    return RelativeLayer(view, *s.denoised);
+  }
+  return view.outputs.empty() ? GuideLayer(name, *s.frame)
+                              : OutputLayer(*s.denoised, view.outputs[0]);
+}
+
+float Relative(const Layer& layer, int x, int y) {
+  const float mean = std::max((*layer.divisor)(x, y), 1e-6f);
+  return std::sqrt(std::max((*layer.planes[0])(x, y), 0.0f)) / mean;
+}
+
+Rgb8 Colour(Colouring colouring, const float* v, float scale) {
+  switch (colouring) {
+    case Colouring::kNormal:
+      return NormalColour(v[0], v[1], v[2]);
+    case Colouring::kDepth:
+      return Grey(std::isfinite(v[0]) && v[0] > 0 ? scale / v[0] : 0);
+    case Colouring::kMotion:
+      return MotionColour(v[0], v[1]);
+    case Colouring::kUnit:
+      return Grey(v[0]);
+    case Colouring::kCount:
+      return Heat(std::log2(1 + std::max(v[0], 0.0f)) / 8);
+    case Colouring::kLuminance:
+      return Grey(ToSrgb(v[0] * scale / (1 + v[0] * scale)));
+    case Colouring::kVariance: {
+      const float deviation = std::sqrt(std::max(v[0], 0.0f)) * scale;
+      return Heat(deviation / (1 + deviation));
+    }
+    case Colouring::kRelative:
+      return Heat(v[0] / (1 + v[0]));
+    case Colouring::kAlbedo:
+      return {Grey(ToSrgb(v[0])).r, Grey(ToSrgb(v[1])).r, Grey(ToSrgb(v[2])).r};
+    case Colouring::kLight:
+    case Colouring::kId:
+      break;
+  }
+  return {};
+}
+
+/// What values are multiplied by before they become colours.
+float ScaleOf(Colouring colouring, const Layer& layer, const Settings& settings) {
+  if (colouring == Colouring::kDepth) {
+    float nearest = INFINITY;
+    const Image1& depth = *layer.planes[0];
+    for (int y = 0; y < depth.height(); ++y) {
+      for (int x = 0; x < depth.width(); ++x) {
+        const float z = depth(x, y);
+        nearest = z > 0 && z < nearest ? z : nearest;
+      }
+    }
+    return std::isfinite(nearest) ? nearest : 1.0f;
+  }
+  return std::exp2(settings.exposure);
+}
+
+Image3 AsColour(const Layer& layer) {
+  Image3 colour(layer.planes[0]->width(), layer.planes[0]->height());
+  for (int c = 0; c < 3; ++c) {
+    colour[c] = *layer.planes[std::min(static_cast<size_t>(c), layer.planes.size() - 1)];
+  }
+  return colour;
+}
+
+template <typename Pixel>
+void Paint(Rgb8Image* picture, const Pixel& pixel) {
+  ParallelRows(picture->height, kBand, [&](int y0, int y1) {
+    for (int y = y0; y < y1; ++y) {
+      uint8_t* row = picture->pixels.data() + static_cast<size_t>(y) * picture->width * 3;
+      for (int x = 0; x < picture->width; ++x) {
+        const Rgb8 c = pixel(x, y);
+        row[3 * x] = c.r;
+        row[3 * x + 1] = c.g;
+        row[3 * x + 2] = c.b;
+      }
+    }
+  });
+}
+
+}  // namespace
+
+std::vector<ViewInfo> ListViews(const Settings& settings) {
+  std::vector<ViewInfo> views = {{"denoised", "picture", Colouring::kLight, {}},
+                                 {"noisy", "picture", Colouring::kLight, {}},
+                                 {"reference", "picture", Colouring::kLight, {}}};
+  std::vector<std::string> outputs = Denoiser::OutputNames(settings);
+  // The tracer counts what passes through surfaces as specular: nothing is ever in there.
+  std::erase_if(outputs, [](const std::string& name) { return name.ends_with(".transmission"); });
+  for (const char* group :
+       {"picture", "wavelet levels", "history", "moments and variance", "light without albedo"}) {
+    for (const std::string& name : outputs) {
+      const std::string kind = KindOf(name);
+      if (GroupOfOutput(kind) == group) {
+        views.push_back(
+            {kind == "noisy" ? "new" + name.substr(5) : name, group, ColouringOf(kind), {name}});
+      }
+      if (kind == "variance" && std::string(group) == "moments and variance") {
+        const std::string signal = name.substr(kind.size());
+        views.push_back({"relative_noise" + signal,
+                         group,
+                         Colouring::kRelative,
+                         {name, "moment_mean" + signal}});
+      }
+    }
+  }
+  for (int k = 0; k < kTracedSignalCount; ++k) {
+    views.push_back(
+        {SignalName(static_cast<SignalKind>(k)), "light of this frame", Colouring::kLight, {}});
+  }
+  for (const char* name : {"emission", "background"}) {
+    views.push_back({name, "light of this frame", Colouring::kLight, {}});
+  }
+  const std::pair<const char*, Colouring> guides[] = {{"samples", Colouring::kCount},
+                                                      {"depth", Colouring::kDepth},
+                                                      {"normal", Colouring::kNormal},
+                                                      {"albedo", Colouring::kAlbedo},
+                                                      {"specular_albedo", Colouring::kAlbedo},
+                                                      {"motion", Colouring::kMotion},
+                                                      {"id", Colouring::kId},
+                                                      {"roughness", Colouring::kUnit}};
+  for (const auto& [name, colouring] : guides) {
+    views.push_back({name, "guides", colouring, {}});
+  }
+  return views;
+}
+
+const ViewInfo* FindView(const std::vector<ViewInfo>& views, std::string_view name) {
+  for (const ViewInfo& view : views) {
+    if (view.name == name) {
+      return &view;
+    }
+  }
+  return nullptr;
+}
+
+std::vector<Image1> ViewValues(const ViewInfo& view, const ViewSources& sources) {
+  const Layer layer = FindLayer(view, sources);
+  const int width = sources.frame->width;
+  const int height = sources.frame->height;
+  std::vector<Image1> values;
+  if (layer.ids != nullptr || layer.ones || layer.divisor != nullptr) {
+    values.emplace_back(width, height);
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        values[0](x, y) = layer.ids != nullptr ? static_cast<float>((*layer.ids)(x, y))
+                          : layer.ones         ? 1.0f
+                                               : Relative(layer, x, y);
+      }
+    }
+    return values;
+  }
+  for (const Image1* plane : layer.planes) {
+    values.push_back(*plane);
+  }
+  return values;
+}
+
+std::vector<float> ViewValuesAt(const ViewInfo& view, const ViewSources& sources, int x, int y) {
+  const Layer layer = FindLayer(view, sources);
+  if (layer.ids != nullptr) {
+    return {static_cast<float>((*layer.ids)(x, y))};
+  }
+  if (layer.ones) {
+    return {1.0f};
+  }
+  if (layer.divisor != nullptr) {
+    return {Relative(layer, x, y)};
+  }
+  std::vector<float> values;
+  for (const Image1* plane : layer.planes) {
+    values.push_back((*plane)(x, y));
+  }
+  return values;
+}
+
+Rgb8Image ViewPicture(const ViewInfo& view, const ViewSources& sources) {
+  Rgb8Image picture;
+  picture.width = sources.frame->width;
+  picture.height = sources.frame->height;
+  const Layer layer = FindLayer(view, sources);
+  const Settings& settings = *sources.settings;
+  const bool absent = layer.planes.empty() && layer.ids == nullptr && !layer.ones;
+  if (!absent && view.colouring == Colouring::kLight) {
+    picture.pixels = ToDisplay(AsColour(layer), settings.exposure, settings.tonemap);
+    return picture;
+  }
+  picture.pixels.resize(static_cast<size_t>(picture.width) * picture.height * 3, kAbsent);
+  if (absent) {
+    return picture;
+  }
+  if (layer.ids != nullptr) {
+    Paint(&picture, [&](int x, int y) { return IdColour((*layer.ids)(x, y)); });
+    return picture;
+  }
+  const float scale = ScaleOf(view.colouring, layer, settings);
+  Paint(&picture, [&](int x, int y) {
+    float values[3] = {1, 0, 0};
+    for (size_t c = 0; c < layer.planes.size() && c < 3; ++c) {
+      values[c] = (*layer.planes[c])(x, y);
+    }
+    if (layer.divisor != nullptr) {
+      values[0] = Relative(layer, x, y);
+    }
+    return Colour(view.colouring, values, scale);
+  });
+  return picture;
+}
+
+}  // namespace stillray::view

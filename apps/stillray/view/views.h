@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Everything of a frame that can be looked at, by name: the finished picture, guides, signals,
+/// moments, variances, levels of the wavelet.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "stillray/denoise.hpp"
+#include "stillray/frame.h"
+#include "stillray/io.h"
+
+namespace stillray::view {
+
+/// How numbers become colours.
+enum class Colouring : uint8_t {
+  kLight,      ///< radiance: exposure, tone curve, sRGB
+  kAlbedo,     ///< reflectance: sRGB
+  kNormal,     ///< -1..1 as 0..1
+  kDepth,      ///< the nearest white, infinity black
+  kMotion,     ///< direction as hue, length as brightness
+  kId,         ///< a colour for each number
+  kUnit,       ///< 0..1 as grey
+  kCount,      ///< samples, on a logarithmic scale from black over red and yellow to white
+  kLuminance,  ///< one channel of light
+  kVariance,   ///< its root, relative to `exposure`, as heat
+  kRelative,   ///< deviation relative to the mean: 1 is in the middle of the heat scale
+};
+
+struct ViewInfo {
+  std::string name;
+  std::string group;  ///< "picture", "guides", "light of this frame", ...
+  Colouring colouring = Colouring::kLight;
+  /// Outputs of the denoiser that the view needs; empty if none.
+  std::vector<std::string> outputs;
+};
+
+/// All views that there are with these settings, in the order of a menu.
+std::vector<ViewInfo> ListViews(const Settings& settings);
+/// nullptr if there is no such view.
+const ViewInfo* FindView(const std::vector<ViewInfo>& views, std::string_view name);
+
+/// Where views take their numbers from. None may be nullptr but `reference`.
+struct ViewSources {
+  const Frame* frame = nullptr;
+  const DenoisedFrame* denoised = nullptr;
+  const Image3* noisy = nullptr;      ///< all light of `frame`
+  const Image3* reference = nullptr;  ///< nullptr: none yet
+  const Settings* settings = nullptr;
+};
+
+/// The numbers of a view: 1 to 3 planes of one size, in full precision; none if the frame has no
+/// such thing (no reference yet, a history of the first frame).
+std::vector<Image1> ViewValues(const ViewInfo& view, const ViewSources& sources);
+/// The numbers at one pixel; as many as ViewValues has planes, without making these.
+std::vector<float> ViewValuesAt(const ViewInfo& view, const ViewSources& sources, int x, int y);
+/// As displayed. What the frame does not have is dark grey.
+Rgb8Image ViewPicture(const ViewInfo& view, const ViewSources& sources);
+
+}  // namespace stillray::view

@@ -1,0 +1,15 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Stands in for the window where its libraries were not there when stillray was built.
+#include "view/window/viewer.h"
+
+namespace stillray::view {
+
+Status RunViewer(const ViewOptions&) {
+  return Status::Unsupported(
+      "this build has no window: install libglfw3-dev, libimgui-dev and libgl-dev and build again "
+      "(pictures without a window: --headless-frames N -o DIR)");
+}
+
+}  // namespace stillray::view

@@ -1,0 +1,270 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "view/view_engine.h"
+
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace stillray::view {
+namespace {
+
+using ::testing::HasSubstr;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::seconds kPatience(60);
+
+ViewSettings SmallSettings() {
+  ViewSettings settings;
+  settings.width = 96;
+  settings.height = 64;
+  settings.scale = 1;
+  settings.auto_scale = false;
+  settings.rate = {1, 1};
+  settings.auto_rate = false;
+  return settings;
+}
+
+/// Waits until `done` says so; false if it never does.
+bool Until(const std::function<bool()>& done) {
+  const Clock::time_point end = Clock::now() + kPatience;
+  while (!done()) {
+    if (Clock::now() > end) {
+      return false;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  return true;
+}
+
+bool FrameWith(ViewEngine* engine, const std::function<bool(const ViewFrame&)>& accept) {
+  return Until([&] {
+    const ViewFrame* frame = engine->TakeFrame();
+    return frame != nullptr && accept(*frame);
+  });
+}
+
+class Folder {
+ public:
+  Folder() {
+    std::string name = (std::filesystem::temp_directory_path() / "stillray-XXXXXX").string();
+    path_ = mkdtemp(name.data());
+  }
+  ~Folder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
+
+ private:
+  std::filesystem::path path_;
+};
+
+std::string OneMessage(ViewEngine* engine, bool* is_error) {
+  std::vector<EngineMessage> messages;
+  EXPECT_TRUE(Until([&] {
+    messages = engine->TakeMessages();
+    return !messages.empty();
+  }));
+  *is_error = !messages.empty() && messages[0].is_error;
+  return messages.empty() ? "" : messages[0].text;
+}
+
+TEST(ViewEngine, ShowsFramesAndFollowsSettings) {
+  std::atomic<int> wakes = 0;
+  ViewEngine engine(SmallSettings(), [&] { ++wakes; });
+  engine.Open({"builtin:cornell", ""});
+  ASSERT_TRUE(FrameWith(&engine, [](const ViewFrame& f) { return f.number >= 3; }));
+  EXPECT_GT(wakes, 0);
+  EXPECT_EQ(engine.scene_info().number, 1u);
+  EXPECT_GT(engine.scene_info().triangles, 10u);
+  EXPECT_FALSE(engine.load_state().loading);
+
+  ViewSettings settings = SmallSettings();
+  settings.width = 60;
+  settings.panes = {"normal", "depth"};
+  engine.Post(settings);
+  EXPECT_TRUE(FrameWith(&engine, [](const ViewFrame& f) {
+    return f.width == 60 && f.panes == std::vector<std::string>{"normal", "depth"};
+  }));
+}
+
+TEST(ViewEngine, ABadFileIsAMessageAndTheOldSceneStays) {
+  ViewEngine engine(SmallSettings(), [] {});
+  engine.Open({"builtin:cornell", ""});
+  ASSERT_TRUE(FrameWith(&engine, [](const ViewFrame&) { return true; }));
+  engine.Open({"no/such/file.glb", ""});
+  bool is_error = false;
+  EXPECT_THAT(OneMessage(&engine, &is_error), HasSubstr("no/such/file.glb"));
+  EXPECT_TRUE(is_error);
+  EXPECT_EQ(engine.scene_info().number, 1u);
+  EXPECT_TRUE(FrameWith(&engine, [](const ViewFrame&) { return true; }));
+}
+
+TEST(ViewEngine, OfManyRequestsTheLastIsShown) {
+  ViewEngine engine(SmallSettings(), [] {});
+  for (const char* scene : {"builtin:cornell", "builtin:lights", "builtin:cornell",
+                            "builtin:lights", "builtin:spheres"}) {
+    engine.Open({scene, ""});
+  }
+  EXPECT_TRUE(Until([&] { return engine.scene_info().request.scene == "builtin:spheres"; }));
+  EXPECT_TRUE(FrameWith(&engine, [](const ViewFrame&) { return true; }));
+}
+
+TEST(ViewEngine, NoCallWaitsForWork) {
+  ViewSettings settings = SmallSettings();
+  settings.width = 640;
+  settings.height = 480;
+  settings.rate = {16, 1};  // frames that take long
+  ViewEngine engine(settings, [] {});
+  engine.Open({"builtin:cornell", ""});
+  double slowest_ms = 0;
+  const auto timed = [&](const std::function<void()>& call) {
+    const Clock::time_point start = Clock::now();
+    call();
+    slowest_ms = std::max(slowest_ms,
+                          std::chrono::duration<double, std::milli>(Clock::now() - start).count());
+  };
+  for (int i = 0; i < 60; ++i) {
+    settings.width = 600 + i;
+    timed([&] { engine.Post(settings); });
+    timed([&] { engine.TakeFrame(); });
+    timed([&] { engine.TakeMessages(); });
+    timed([&] { engine.load_state(); });
+    timed([&] { engine.scene_info(); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  EXPECT_LT(slowest_ms, 100);
+}
+
+TEST(ViewEngine, RestsWhenNothingChangesAndWakesUpAgain) {
+  ViewSettings settings = SmallSettings();
+  settings.width = 16;
+  settings.height = 16;
+  settings.rate = {64, 1};
+  ViewEngine engine(settings, [] {});
+  engine.Open({"builtin:cornell", ""});
+  // 4096 samples are enough: 64 frames.
+  ASSERT_TRUE(FrameWith(&engine, [](const ViewFrame& f) { return f.samples >= 4096; }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  const ViewFrame* more = engine.TakeFrame();
+  EXPECT_TRUE(more == nullptr || more->number <= 66) << more->number;
+  settings.restart = 1;
+  engine.Post(settings);
+  EXPECT_TRUE(FrameWith(&engine, [](const ViewFrame& f) { return f.samples < 4096; }));
+}
+
+TEST(ViewEngine, SavesWhatIsShown) {
+  const Folder folder;
+  ViewSettings settings = SmallSettings();
+  settings.panes = {"noisy", "denoised", "motion"};
+  ViewEngine engine(settings, [] {});
+  bool is_error = false;
+  engine.Save(folder / "early.png");
+  EXPECT_THAT(OneMessage(&engine, &is_error), HasSubstr("no picture"));
+  engine.Open({"builtin:cornell", ""});
+  ASSERT_TRUE(FrameWith(&engine, [](const ViewFrame&) { return true; }));
+
+  engine.Save(folder / "shown.png");
+  EXPECT_THAT(OneMessage(&engine, &is_error), HasSubstr("shown.png"));
+  EXPECT_FALSE(is_error);
+  EXPECT_EQ(ReadPng8(folder / "shown.png").value().width, 96);
+
+  engine.Save(folder / "shown.exr");
+  OneMessage(&engine, &is_error);
+  EXPECT_FALSE(is_error);
+  const ExrImage image = ReadExr(folder / "shown.exr").value();
+  for (const char* channel : {"R", "G", "B", "denoised.R", "motion.X", "motion.Y"}) {
+    EXPECT_NE(image.Find(channel), nullptr) << channel;
+  }
+  engine.Save(folder / "shown.gif");
+  EXPECT_THAT(OneMessage(&engine, &is_error), HasSubstr("expected .png or .exr"));
+  EXPECT_TRUE(is_error);
+  engine.Save(folder / "no/such/folder/a.png");
+  OneMessage(&engine, &is_error);
+  EXPECT_TRUE(is_error);
+}
+
+TEST(ViewEngine, RecordsAClip) {
+  if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) {
+    GTEST_SKIP() << "ffmpeg is not installed";
+  }
+  const Folder folder;
+  ViewSettings settings = SmallSettings();
+  settings.playing = true;
+  ViewEngine engine(settings, [] {});
+  engine.Open({"builtin:lights", ""});
+  ASSERT_TRUE(FrameWith(&engine, [](const ViewFrame&) { return true; }));
+  engine.StartClip(folder / "clip.mp4", 30);
+  ASSERT_TRUE(Until([&] { return engine.recording(); }));
+  uint64_t first = 0;
+  ASSERT_TRUE(FrameWith(&engine, [&](const ViewFrame& f) {
+    first = first == 0 ? f.number : first;
+    return f.number >= first + 8;
+  }));
+  engine.StopClip();
+  bool is_error = false;
+  EXPECT_THAT(OneMessage(&engine, &is_error), HasSubstr("clip.mp4"));
+  EXPECT_FALSE(is_error);
+  EXPECT_GT(std::filesystem::file_size(folder / "clip.mp4"), 500u);
+}
+
+TEST(ViewEngine, AClipEndsWithAMessageWhenTheSizeChanges) {
+  if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) {
+    GTEST_SKIP() << "ffmpeg is not installed";
+  }
+  const Folder folder;
+  ViewSettings settings = SmallSettings();
+  ViewEngine engine(settings, [] {});
+  engine.Open({"builtin:cornell", ""});
+  ASSERT_TRUE(FrameWith(&engine, [](const ViewFrame&) { return true; }));
+  engine.StartClip(folder / "clip.mp4", 30);
+  ASSERT_TRUE(Until([&] { return engine.recording(); }));
+  settings.width = 64;
+  engine.Post(settings);
+  bool is_error = false;
+  EXPECT_THAT(OneMessage(&engine, &is_error), HasSubstr("clip"));
+  EXPECT_TRUE(Until([&] { return !engine.recording(); }));
+}
+
+TEST(ViewEngine, MeasuresAStillViewAgainstItsReference) {
+  ViewSettings settings = SmallSettings();
+  settings.reference = true;
+  ViewEngine engine(settings, [] {});
+  engine.Open({"builtin:cornell", ""});
+  LiveMeasures measures;
+  ASSERT_TRUE(FrameWith(&engine, [&](const ViewFrame& f) {
+    if (f.measures) {
+      measures = *f.measures;
+    }
+    return f.measures.has_value();
+  }));
+  EXPECT_GE(measures.reference_spp, 16);
+  EXPECT_GT(measures.denoised.psnr, measures.noisy.psnr);
+  EXPECT_LT(measures.denoised.flip, measures.noisy.flip);
+}
+
+TEST(ViewEngine, EndsAtOnceWhateverItDoes) {
+  for (int delay_ms : {0, 1, 5, 30}) {
+    ViewSettings settings = SmallSettings();
+    settings.width = 640;
+    settings.height = 480;
+    settings.rate = {64, 1};
+    const Clock::time_point start = [&] {
+      ViewEngine engine(settings, [] {});
+      engine.Open({"builtin:spheres", ""});
+      std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms));
+      return Clock::now();
+    }();
+    EXPECT_LT(std::chrono::duration<double>(Clock::now() - start).count(), 5.0);
+  }
+}
+
+}  // namespace
+}  // namespace stillray::view

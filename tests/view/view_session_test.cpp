@@ -1,0 +1,272 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "view/view_session.h"
+
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "stillray/quality.h"
+
+namespace stillray::view {
+namespace {
+
+using ::testing::HasSubstr;
+
+const RenderProgress kGoOn = [](double) { return true; };
+
+ViewSettings SmallSettings() {
+  ViewSettings settings;
+  settings.width = 96;
+  settings.height = 64;
+  settings.scale = 1;
+  settings.auto_scale = false;
+  settings.rate = {1, 1};
+  settings.auto_rate = false;
+  settings.wall_clock = false;
+  settings.panes = {"denoised", "noisy"};
+  return settings;
+}
+
+ViewSession Open(const std::string& scene) {
+  return ViewSession(
+      std::move(LoadForView({scene, ""}, SmallSettings(), [](const std::string&) {}).value()));
+}
+
+ViewFrame Next(const ViewSettings& settings, ViewSession* session) {
+  ViewFrame frame;
+  const Status status = session->RenderNext(settings, 0.04, kGoOn, &frame);
+  EXPECT_TRUE(status.ok()) << status.message();
+  return frame;
+}
+
+double MeanDifference(const Rgb8Image& a, const Rgb8Image& b) {
+  double sum = 0;
+  for (size_t i = 0; i < a.pixels.size(); ++i) {
+    sum += std::abs(int{a.pixels[i]} - int{b.pixels[i]});
+  }
+  return sum / static_cast<double>(a.pixels.size());
+}
+
+TEST(ViewSession, AStillViewGetsBetter) {
+  ViewSession session = Open("builtin:cornell");
+  ViewSettings settings = SmallSettings();
+  const ViewFrame first = Next(settings, &session);
+  EXPECT_EQ(first.number, 1u);
+  EXPECT_EQ(first.pictures.size(), 2u);
+  EXPECT_FALSE(first.still);
+  const Image3 early = session.denoised();
+  for (int i = 0; i < 30; ++i) {
+    Next(settings, &session);
+  }
+  const Image3 late = session.denoised();
+  settings.reference = true;
+  Next(settings, &session);
+  for (int i = 0; i < 128; ++i) {
+    ASSERT_TRUE(session.RefineReference(kGoOn).ok());
+  }
+  EXPECT_EQ(session.reference().spp(), 128);
+  const Image3& reference = *session.reference().picture();
+  const double before = CompareImages(early, reference, false).value().flip;
+  const double after = CompareImages(late, reference, false).value().flip;
+  EXPECT_LT(after, 0.8 * before);
+  EXPECT_LT(CompareImages(early, reference, false).value().flip,
+            CompareImages(session.noisy(), reference, false).value().flip);
+}
+
+TEST(ViewSession, ReferencePassesAreIndependentOfEachOther) {
+  ViewSession session = Open("builtin:cornell");
+  ViewSettings settings = SmallSettings();
+  settings.reference = true;
+  Next(settings, &session);
+  Next(settings, &session);
+  std::vector<double> errors;
+  Image3 few;
+  for (int i = 0; i < 256; ++i) {
+    ASSERT_TRUE(session.RefineReference(kGoOn).ok());
+    if (i == 15) {
+      few = *session.reference().picture();
+    }
+  }
+  const Image3& many = *session.reference().picture();
+  // 16 samples against 256: had every pass the same random numbers, both would be equal.
+  EXPECT_GT(CompareImages(few, many, false).value().rel_mse, 1e-3);
+}
+
+TEST(ViewSession, TheSameCallsGiveTheSameBits) {
+  std::vector<uint8_t> pixels[2];
+  for (std::vector<uint8_t>& run : pixels) {
+    ViewSession session = Open("builtin:lights");
+    ViewSettings settings = SmallSettings();
+    settings.playing = true;
+    settings.rate = {1, 4};
+    ViewFrame frame;
+    for (int i = 0; i < 6; ++i) {
+      frame = Next(settings, &session);
+      settings.rate = i == 2 ? SampleRate{1, 2} : settings.rate;
+    }
+    run = frame.pictures[0].pixels;
+  }
+  EXPECT_EQ(pixels[0], pixels[1]);
+}
+
+TEST(ViewSession, FewerSamplesThanPixelsFillInOverACycle) {
+  ViewSession session = Open("builtin:cornell");
+  ViewSettings settings = SmallSettings();
+  settings.rate = {1, 8};
+  settings.panes = {"samples"};
+  Image1 sum(96, 64);
+  for (int n = 0; n < 8; ++n) {
+    Next(settings, &session);
+    const std::vector<Image1> samples = session.Values("samples").value();
+    for (int y = 0; y < 64; ++y) {
+      for (int x = 0; x < 96; ++x) {
+        sum(x, y) += samples[0](x, y);
+      }
+    }
+  }
+  for (int y = 0; y < 64; ++y) {
+    for (int x = 0; x < 96; ++x) {
+      ASSERT_EQ(sum(x, y), 1) << x << " " << y;
+    }
+  }
+}
+
+TEST(ViewSession, AMovedCameraSeesSomethingElse) {
+  ViewSession session = Open("builtin:cornell");
+  ViewSettings settings = SmallSettings();
+  const ViewFrame before = Next(settings, &session);
+  settings.free_camera = true;
+  settings.pose = Orbit(before.pose, 0.4f, 0.1f);
+  const ViewFrame after = Next(settings, &session);
+  EXPECT_FALSE(after.still);
+  EXPECT_EQ(after.pose, settings.pose);
+  EXPECT_GT(MeanDifference(before.pictures[0], after.pictures[0]), 5);
+  // Motion vectors tell of the way of the camera.
+  const std::vector<Image1> motion = session.Values("motion").value();
+  EXPECT_GT(std::abs(motion[0](48, 32)), 1);
+}
+
+TEST(ViewSession, TheFreeCameraAtTheFilesPlaceSeesTheSame) {
+  ViewSession session = Open("builtin:cornell");
+  ViewSettings settings = SmallSettings();
+  const ViewFrame file = Next(settings, &session);
+  settings.free_camera = true;
+  settings.pose = file.pose;
+  const ViewFrame free = Next(settings, &session);
+  EXPECT_TRUE(free.still);
+}
+
+TEST(ViewSession, TimePassesSeeksAndWraps) {
+  ViewSession session = Open("builtin:lights");
+  ViewSettings settings = SmallSettings();
+  const ViewFrame first = Next(settings, &session);
+  EXPECT_GT(first.length, 0);
+  EXPECT_EQ(first.seconds, 0);
+  settings.playing = true;
+  settings.fps = 10;
+  settings.speed = 2;
+  EXPECT_NEAR(Next(settings, &session).seconds, 0.2, 1e-9);
+  settings.seek = 1;
+  settings.seek_seconds = first.length - 0.1;
+  EXPECT_NEAR(Next(settings, &session).seconds, first.length - 0.1, 1e-9);
+  EXPECT_NEAR(Next(settings, &session).seconds, 0.1, 1e-9);
+  settings.speed = -2;
+  EXPECT_NEAR(Next(settings, &session).seconds, first.length - 0.1, 1e-9);
+  settings.playing = false;
+  EXPECT_NEAR(Next(settings, &session).seconds, first.length - 0.1, 1e-9);
+}
+
+TEST(ViewSession, ResizingGoesOnAtTheNewSize) {
+  ViewSession session = Open("builtin:cornell");
+  ViewSettings settings = SmallSettings();
+  Next(settings, &session);
+  settings.width = 50;
+  settings.height = 31;
+  const ViewFrame frame = Next(settings, &session);
+  EXPECT_EQ(frame.width, 50);
+  EXPECT_EQ(frame.height, 31);
+  EXPECT_EQ(frame.pictures[1].pixels.size(), 50u * 31 * 3);
+  settings.width = 1;
+  settings.height = 1;
+  EXPECT_EQ(Next(settings, &session).width, 16);
+}
+
+TEST(ViewSession, EveryPresetAndGroupingWorksInAnyOrder) {
+  ViewSession session = Open("builtin:spheres");
+  ViewSettings settings = SmallSettings();
+  settings.inspect = true;
+  for (const std::string_view preset : PresetNames()) {
+    for (const char* signals : {"split", "single", "direct_indirect"}) {
+      settings.denoise = PresetSettings(preset).value();
+      ASSERT_TRUE(SetParameter(&settings.denoise, "signals", signals).ok());
+      settings.panes = {"denoised", "variance.direct"};
+      const ViewFrame frame = Next(settings, &session);
+      EXPECT_GT(frame.inspected.size(), 10u) << preset << " " << signals;
+    }
+  }
+}
+
+TEST(ViewSession, ContradictingSettingsAreNamedAndChangeNothing) {
+  ViewSession session = Open("builtin:cornell");
+  ViewSettings settings = SmallSettings();
+  Next(settings, &session);
+  settings.denoise.feedback = 7;
+  ViewFrame frame;
+  const Status status = session.RenderNext(settings, 0, kGoOn, &frame);
+  EXPECT_EQ(status.code(), StatusCode::kInvalidArgument);
+  EXPECT_THAT(status.message(), HasSubstr("feedback"));
+  EXPECT_EQ(Next(SmallSettings(), &session).number, 2u);
+}
+
+TEST(ViewSession, AFrameGivenUpLeavesTheHistoryAlone) {
+  ViewSession session = Open("builtin:cornell");
+  const ViewSettings settings = SmallSettings();
+  Next(settings, &session);
+  ViewFrame frame;
+  const Status status = session.RenderNext(
+      settings, 0, [](double) { return false; }, &frame);
+  EXPECT_EQ(status.code(), StatusCode::kCancelled);
+  const ViewFrame next = Next(settings, &session);
+  EXPECT_EQ(next.number, 2u);
+  EXPECT_TRUE(next.still);
+}
+
+TEST(ViewSession, TellsTheDepthUnderAClick) {
+  ViewSession session = Open("builtin:cornell");
+  ViewSettings settings = SmallSettings();
+  settings.focus = 3;
+  settings.focus_x = 0.5f;
+  settings.focus_y = 0.5f;
+  const ViewFrame frame = Next(settings, &session);
+  EXPECT_EQ(frame.focus, 3u);
+  EXPECT_FLOAT_EQ(frame.focus_depth, session.Values("depth").value()[0](48, 32));
+}
+
+TEST(ViewSession, AdaptsItsRateToTheTarget) {
+  ViewSession session = Open("builtin:cornell");
+  ViewSettings settings = SmallSettings();
+  settings.auto_rate = true;
+  settings.rate = {1, 16};
+  settings.target_ms = 4000;  // far more than these frames need
+  ViewFrame frame;
+  for (int i = 0; i < 12; ++i) {
+    frame = Next(settings, &session);
+  }
+  EXPECT_GE(frame.rate.value(), 4.0 / 16);
+}
+
+TEST(LoadForView, NamesWhatIsWrong) {
+  const auto quiet = [](const std::string&) {};
+  EXPECT_EQ(LoadForView({"no/such.glb", ""}, SmallSettings(), quiet).status().code(),
+            StatusCode::kNotFound);
+  const Result<LoadedScene> bad =
+      LoadForView({"builtin:cornell", "no/such.hdr"}, SmallSettings(), quiet);
+  ASSERT_FALSE(bad.ok());
+  EXPECT_THAT(bad.status().message(), HasSubstr("environment"));
+  EXPECT_THAT(bad.status().message(), HasSubstr("no/such.hdr"));
+}
+
+}  // namespace
+}  // namespace stillray::view

@@ -1,0 +1,120 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "view/views.h"
+
+#include <set>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "view/view_session.h"
+
+namespace stillray::view {
+namespace {
+
+ViewSettings SmallSettings() {
+  ViewSettings settings;
+  settings.width = 64;
+  settings.height = 48;
+  settings.scale = 1;
+  settings.auto_scale = false;
+  settings.rate = {1, 1};
+  settings.auto_rate = false;
+  settings.wall_clock = false;
+  settings.playing = true;
+  settings.reference = true;
+  return settings;
+}
+
+TEST(Views, NamesAreUniqueAndCoverEveryOutput) {
+  const Settings settings;
+  std::set<std::string> names;
+  std::set<std::string> outputs;
+  for (const ViewInfo& view : ListViews(settings)) {
+    EXPECT_TRUE(names.insert(view.name).second) << view.name;
+    outputs.insert(view.outputs.begin(), view.outputs.end());
+  }
+  for (const std::string& output : Denoiser::OutputNames(settings)) {
+    EXPECT_EQ(outputs.count(output), output.ends_with(".transmission") ? 0u : 1u) << output;
+  }
+  for (const char* name :
+       {"denoised", "noisy", "reference", "depth", "normal", "albedo", "motion", "id", "roughness",
+        "samples", "emission", "background", "direct_diffuse", "indirect_specular", "atrous5",
+        "relative_noise.direct", "history.specular"}) {
+    EXPECT_EQ(names.count(name), 1u) << name;
+  }
+}
+
+/// Every view of a moving scene shows something, and no two of them the same.
+TEST(Views, EveryViewShowsItsOwnPicture) {
+  ViewSession session(std::move(
+      LoadForView({"builtin:lights", ""}, SmallSettings(), [](const std::string&) {}).value()));
+  ViewSettings settings = SmallSettings();
+  std::set<std::string> pictures;
+  // Nothing of this scene is known to be dark but these.
+  const std::set<std::string> may_be_dark = {"disocclusion", "background", "emission"};
+  for (const ViewInfo& view : ListViews(settings.denoise)) {
+    settings.panes = {view.name};
+    ViewFrame frame;
+    ASSERT_TRUE(session
+                    .RenderNext(
+                        settings, 0, [](double) { return true; }, &frame)
+                    .ok());
+    ASSERT_EQ(frame.panes[0], view.name);
+    const std::vector<uint8_t>& pixels = frame.pictures[0].pixels;
+    const std::set<uint8_t> values(pixels.begin(), pixels.end());
+    if (may_be_dark.count(view.name) == 0 && view.name != "reference" && view.name != "samples") {
+      EXPECT_GT(values.size(), 3u) << view.name;
+      EXPECT_TRUE(pictures.insert(std::string(pixels.begin(), pixels.end())).second)
+          << view.name << " shows what another one shows";
+    }
+  }
+}
+
+TEST(Views, WhatIsNotThereIsGreyAndHasNoValues) {
+  Frame frame;
+  frame.width = 4;
+  frame.height = 3;
+  const DenoisedFrame denoised;
+  const Image3 noisy(4, 3);
+  const Settings settings;
+  const ViewSources sources = {&frame, &denoised, &noisy, nullptr, &settings};
+  const std::vector<ViewInfo> views = ListViews(settings);
+  for (const char* name :
+       {"reference", "depth", "id", "variance.direct", "relative_noise.direct", "denoised"}) {
+    const ViewInfo& view = *FindView(views, name);
+    EXPECT_TRUE(ViewValues(view, sources).empty()) << name;
+    EXPECT_TRUE(ViewValuesAt(view, sources, 1, 1).empty()) << name;
+    EXPECT_EQ(ViewPicture(view, sources).pixels, std::vector<uint8_t>(36, 40)) << name;
+  }
+  EXPECT_EQ(FindView(views, "no such view"), nullptr);
+}
+
+TEST(Views, ValuesAtAPixelAreThoseOfThePlanes) {
+  ViewSession session(std::move(
+      LoadForView({"builtin:cornell", ""}, SmallSettings(), [](const std::string&) {}).value()));
+  ViewSettings settings = SmallSettings();
+  settings.inspect = true;
+  settings.inspect_x = 0.3f;
+  settings.inspect_y = 0.6f;
+  ViewFrame frame;
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE(session
+                    .RenderNext(
+                        settings, 0, [](double) { return true; }, &frame)
+                    .ok());
+  }
+  EXPECT_EQ(frame.inspect_x, 19);
+  EXPECT_EQ(frame.inspect_y, 28);
+  for (const InspectedValue& told : frame.inspected) {
+    const std::vector<Image1> planes = session.Values(told.view).value();
+    ASSERT_EQ(planes.size(), told.values.size()) << told.view;
+    for (size_t c = 0; c < planes.size(); ++c) {
+      EXPECT_EQ(planes[c](19, 28), told.values[c]) << told.view;
+    }
+  }
+  EXPECT_GT(frame.inspected.size(), 20u);
+}
+
+}  // namespace
+}  // namespace stillray::view
