@@ -113,7 +113,7 @@ class RenderRun {
 /// Samples per pixel that a frame takes, as a measure of the time it will take. Filtering and
 /// writing count as four.
 double RenderRun::Work(int64_t frame) const {
-  return options_.render.spp + 4.0 +
+  return SamplesPerPixel(options_.render) + 4.0 +
          (options_.WantsReference(frame) ? options_.text.reference_spp : 0);
 }
 
@@ -242,7 +242,7 @@ Status RenderRun::FeedVideoAgain() {
 
 Status RenderRun::RenderReference(const RenderMoment& moment, Progress* progress,
                                   Image3* reference) {
-  const double before = WorkBefore(moment.frame_index) + options_.render.spp;
+  const double before = WorkBefore(moment.frame_index) + SamplesPerPixel(options_.render);
   const int spp = options_.text.reference_spp;
   return renderer_->RenderReference(moment, spp, reference, [&](double part) {
     progress->Update(before + part * spp, FrameText(moment.frame_index) + ", reference");
@@ -270,7 +270,8 @@ Status RenderRun::RenderOne(int64_t number, Progress* progress) {
   moment.camera = camera_;
   const Clock::time_point start = Clock::now();
   STILLRAY_RETURN_IF_ERROR(renderer_->RenderFrame(moment, &frame_, [&](double part) {
-    progress->Update(WorkBefore(number) + part * options_.render.spp, FrameText(number));
+    progress->Update(WorkBefore(number) + part * SamplesPerPixel(options_.render),
+                     FrameText(number));
     return !Interrupted();
   }));
   const double render_ms = Milliseconds(start);
@@ -411,6 +412,7 @@ Examples:
   stillray render builtin:lights -o out --preset svgf --set sigma_l=6 --aov temporal,variance
   stillray render scene.gltf -o out --environment sky.hdr --exposure 1 --tonemap filmic
   stillray render builtin:spheres -o out --frames 1-32 --reference 1024 --reference-frames 31-32
+  stillray render builtin:cornell -o out --still --spp 1/16 --guides sparse
   stillray render kitchen.glb -o out --still --frames 1-200 --format png --resume
 )";
 
@@ -433,7 +435,15 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
   command->add_option("--camera", a->camera, "Name or number of the camera; default: the first");
   command->add_option("--environment", a->environment,
                       "Light from all around: .hdr or .exr, latitude-longitude");
-  command->add_option("--spp", a->spp, "Paths per pixel and frame")->capture_default_str();
+  command
+      ->add_option(
+          "--spp", a->spp,
+          "Paths per pixel and frame; 1/2 to 1/256: one path per pixel in that many frames")
+      ->capture_default_str();
+  command
+      ->add_option("--guides", a->guides,
+                   "With --spp below 1: full, or sparse (known only where a path was traced)")
+      ->capture_default_str();
   command->add_option("--bounces", a->bounces, "Surfaces a path may scatter at after the first")
       ->capture_default_str();
   command->add_option("--seed", a->seed, "Of the random numbers")->capture_default_str();

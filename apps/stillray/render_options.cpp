@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -17,6 +18,7 @@ namespace {
 
 constexpr int64_t kLastFrame = 99'999'999;
 constexpr int kLargestSide = 32768;
+constexpr int kMostSamples = 65536;
 /// What frame, histories and work planes take, measured and rounded up: far too large pictures are
 /// refused at once instead of bringing the machine to its knees.
 constexpr int64_t kBytesPerPixel = 600;
@@ -177,10 +179,23 @@ Status ParseReference(const RenderArguments& arguments, RenderOptions* options) 
   return Status::Ok();
 }
 
+Status ParseGuides(const std::string& text, RenderSettings* render) {
+  if (text != "full" && text != "sparse") {
+    return Status::InvalidArgument(fmt::format("--guides is '{}', expected full or sparse", text));
+  }
+  render->guides = text == "full" ? GuideCoverage::kFull : GuideCoverage::kSparse;
+  if (render->guides == GuideCoverage::kSparse && render->cycle == 1) {
+    return Status::InvalidArgument(
+        fmt::format("--guides sparse is for --spp below 1, but --spp is {}", render->spp));
+  }
+  return Status::Ok();
+}
+
 Status ParseRenderSettings(const RenderArguments& arguments, RenderOptions* options) {
   RenderSettings& render = options->render;
   STILLRAY_RETURN_IF_ERROR(ParseSize(arguments.size, &render));
-  render.spp = arguments.spp;
+  STILLRAY_RETURN_IF_ERROR(ParseSamplesPerPixel(arguments.spp, &render));
+  STILLRAY_RETURN_IF_ERROR(ParseGuides(arguments.guides, &render));
   render.bounces = arguments.bounces;
   render.seed = arguments.seed;
   render.regularise = arguments.regularise;
@@ -198,6 +213,37 @@ Status ParseRenderSettings(const RenderArguments& arguments, RenderOptions* opti
 }
 
 }  // namespace
+
+Status ParseSamplesPerPixel(const std::string& text, RenderSettings* render) {
+  int whole = 0;
+  if (ParseWhole(text, &whole) && whole >= 1 && whole <= kMostSamples) {
+    render->spp = whole;
+    render->cycle = 1;
+    return Status::Ok();
+  }
+  int cycle = 0;
+  double decimal = 0;
+  if (text.rfind("1/", 0) == 0) {
+    cycle = ParseWhole(std::string_view(text).substr(2), &cycle) ? cycle : 0;
+  } else if (ParseWhole(text, &decimal) && decimal > 0.5 / kMaxCycle && decimal < 1) {
+    const double frames = std::round(1 / decimal);
+    // Numbers of three digits, such as 0.333, stand for the fraction that they mean.
+    cycle = std::abs(decimal * frames - 1) < 0.005 ? static_cast<int>(frames) : 0;
+  }
+  if (cycle < 2 || cycle > kMaxCycle) {
+    return Status::InvalidArgument(
+        fmt::format("--spp is '{}', expected 1 to {}, or 1/2 to 1/{} for one path per pixel in "
+                    "several frames",
+                    text, kMostSamples, kMaxCycle));
+  }
+  render->spp = 1;
+  render->cycle = cycle;
+  return Status::Ok();
+}
+
+std::string SamplesPerPixelText(const RenderSettings& render) {
+  return render.cycle > 1 ? fmt::format("1/{}", render.cycle) : fmt::format("{}", render.spp);
+}
 
 bool RenderOptions::WantsReference(int64_t frame) const {
   return std::any_of(reference_frames.begin(), reference_frames.end(),
@@ -232,12 +278,13 @@ Result<RenderOptions> ParseRenderArguments(const RenderArguments& arguments) {
 std::string RenderFingerprint(const RenderOptions& options) {
   const RenderArguments& a = options.text;
   std::string text = fmt::format(
-      "scene {}\nframes from {}\nsize {}\nfps {}\nspp {}\nbounces {}\nseed {}\nsampler {}\n"
+      "scene {}\nframes from {}\nsize {}\nfps {}\nspp {}\nguides {}\nbounces {}\nseed {}\nsampler "
+      "{}\n"
       "environment {}\ncamera {}\nreference {}\nreference-frames {}\naov {}\nformat {}\n"
       "float {}\nstill {}\nregularise {}\njitter {}\n",
-      a.scene, options.frames.first, a.size, a.fps, a.spp, a.bounces, a.seed, a.sampler,
-      a.environment, a.camera, a.reference_spp, a.reference_frames, fmt::join(a.aovs, ","),
-      a.formats, a.float_exr, a.still, a.regularise, options.render.jitter);
+      a.scene, options.frames.first, a.size, a.fps, SamplesPerPixelText(options.render), a.guides,
+      a.bounces, a.seed, a.sampler, a.environment, a.camera, a.reference_spp, a.reference_frames,
+      fmt::join(a.aovs, ","), a.formats, a.float_exr, a.still, a.regularise, options.render.jitter);
   for (const Parameter& p : Parameters()) {
     text += fmt::format("{} {}\n", p.name, GetParameter(options.denoise, p.name).value());
   }

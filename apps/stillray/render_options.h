@@ -24,7 +24,8 @@ struct RenderArguments {
   std::string size = "1280x720";
   std::string frames = "1-120";
   double fps = 30;
-  int spp = 1;
+  std::string spp = "1";
+  std::string guides = "full";
   int bounces = 4;
   std::string preset = "default";
   std::vector<std::string> set;
@@ -76,6 +77,17 @@ struct RenderOptions {
   double Seconds(int64_t frame) const;
   double PreviousSeconds(int64_t frame) const;
 };
+
+/// Paths per pixel and frame: a whole number, or 1/2 to 1/256 as a fraction or a decimal number,
+/// which sets RenderSettings::cycle.
+/// \return kInvalidArgument; `render` is then unchanged
+Status ParseSamplesPerPixel(const std::string& text, RenderSettings* render);
+/// As ParseSamplesPerPixel reads it: "4", "1/128".
+std::string SamplesPerPixelText(const RenderSettings& render);
+/// The same as a number.
+inline double SamplesPerPixel(const RenderSettings& render) {
+  return static_cast<double>(render.spp) / render.cycle;
+}
 
 /// \return kInvalidArgument naming the option, what it is and what was expected
 Result<RenderOptions> ParseRenderArguments(const RenderArguments& arguments);

@@ -20,6 +20,10 @@ Json FrameJson(const FrameLog& frame) {
           {"stages_ms", StagesJson(frame.stages)}};
 }
 
+Json SppJson(const RenderSettings& render) {
+  return render.cycle > 1 ? Json(SamplesPerPixel(render)) : Json(render.spp);
+}
+
 }  // namespace
 
 std::string RunLogJson(const RenderOptions& options, const RunLog& log, int threads) {
@@ -29,7 +33,7 @@ std::string RunLogJson(const RenderOptions& options, const RunLog& log, int thre
                {"width", options.render.width},
                {"height", options.render.height},
                {"fps", a.fps},
-               {"spp", a.spp},
+               {"spp", SppJson(options.render)},
                {"bounces", a.bounces},
                {"preset", a.preset},
                {"seed", a.seed},
@@ -38,6 +42,9 @@ std::string RunLogJson(const RenderOptions& options, const RunLog& log, int thre
                {"exposure", options.denoise.exposure},
                {"tonemap", GetParameter(options.denoise, "tonemap").value()},
                {"parameters", ParametersJson(options.denoise)}};
+  if (options.render.cycle > 1) {
+    json["guides"] = a.guides;
+  }
   Json frames = Json::array();
   for (const FrameLog& frame : log.frames) {
     frames.push_back(FrameJson(frame));

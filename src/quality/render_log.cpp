@@ -94,6 +94,7 @@ constexpr ScalarKey kScalarKeys[] = {
     {"height", Kind::kInteger, 1, 32768},
     {"fps", Kind::kNumber, 1e-6, 1e6},
     {"spp", Kind::kNumber, 0, 1e9},
+    {"guides", Kind::kText},
     {"bounces", Kind::kInteger, 0, 1e6},
     {"preset", Kind::kText},
     {"seed", Kind::kInteger, 0, 0x1p64},

@@ -142,6 +142,57 @@ TEST(CliRender, StillHoldsTheScene) {
   EXPECT_TRUE(noise_differs);
 }
 
+TEST(CliRender, LessThanOneSamplePerPixel) {
+  const TemporaryFolder folder;
+  for (const char* guides : {"full", "sparse"}) {
+    const ProgramRun run =
+        RunProgram(Render(folder / guides, {"--spp", "0.2", "--guides", guides, "--frames", "5-9",
+                                            "--still", "--no-jitter", "--format", "exr,png"}));
+    ASSERT_EQ(run.exit_code, 0) << run.errors;
+    const auto json = nlohmann::json::parse(ReadText(folder / guides + "/render.json"));
+    EXPECT_DOUBLE_EQ(json["spp"], 0.2);
+    EXPECT_EQ(json["guides"], guides);
+    EXPECT_EQ(json["frames"].size(), 5u);
+    // Frames 5 to 9 are one cycle of five.
+    int traced = 0;
+    for (int frame = 5; frame <= 9; ++frame) {
+      const Result<ExrImage> noisy =
+          ReadExr(folder / guides + "/noisy.000" + std::to_string(frame) + ".exr");
+      ASSERT_TRUE(noisy.ok());
+      for (int y = 0; y < 27; ++y) {
+        for (int x = 0; x < 48; ++x) {
+          const bool sampled = noisy->Find("samples.X")->values(x, y) == 1.0f;
+          traced += sampled;
+          const bool known = noisy->Find("depth.Z")->values(x, y) > 0.0f;
+          ASSERT_EQ(known, sampled || guides == std::string("full"));
+          ASSERT_TRUE(sampled || noisy->Find("direct_diffuse.R")->values(x, y) == 0.0f);
+        }
+      }
+    }
+    EXPECT_EQ(traced, 27 * 48);
+    const ProgramRun report = RunProgram({"report", folder / guides});
+    EXPECT_EQ(report.exit_code, 0) << report.errors;
+  }
+}
+
+TEST(CliRender, FractionsAndDecimalsAreTheSame) {
+  const TemporaryFolder folder;
+  const std::vector<std::string> common = {"--frames", "1-3", "--format", "exr"};
+  const auto with = [&](const char* spp) {
+    std::vector<std::string> all = {"--spp", spp};
+    all.insert(all.end(), common.begin(), common.end());
+    return all;
+  };
+  ASSERT_EQ(RunProgram(Render(folder / "a", with("1/3"))).exit_code, 0);
+  ASSERT_EQ(RunProgram(Render(folder / "b", with("0.333"))).exit_code, 0);
+  EXPECT_THAT(Differences(folder / "a", folder / "b", ".exr"), ::testing::IsEmpty());
+  std::vector<std::string> again = with("0.33333");
+  again.push_back("--resume");
+  const ProgramRun resumed = RunProgram(Render(folder / "a", again));
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
+  EXPECT_THAT(resumed.errors, HasSubstr("all frames are there already"));
+}
+
 /// Starts a run, waits until some frames are there, and sends it `signal_number`.
 int InterruptedRun(const std::vector<std::string>& arguments, const std::string& wait_for,
                    int signal_number) {
@@ -238,7 +289,17 @@ TEST(CliRender, BadInputIsNamed) {
       {{"--size", "32768x32768"}, "GB; this machine has"},
       {{"--frames", "9-3"}, "--frames is '9-3'"},
       {{"--frames", "x"}, "--frames is 'x'"},
-      {{"--spp", "0"}, "spp is 0, expected 1 to"},
+      {{"--spp", "0"}, "--spp is '0', expected 1 to 65536, or 1/2 to 1/256"},
+      {{"--spp", "-1"}, "--spp is '-1'"},
+      {{"--spp", "1/1"}, "--spp is '1/1'"},
+      {{"--spp", "1/257"}, "--spp is '1/257'"},
+      {{"--spp", "2/3"}, "--spp is '2/3'"},
+      {{"--spp", "0.4"}, "--spp is '0.4'"},
+      {{"--spp", "1.5"}, "--spp is '1.5'"},
+      {{"--spp", "nan"}, "--spp is 'nan'"},
+      {{"--spp", "1e-9"}, "--spp is '1e-9'"},
+      {{"--guides", "none"}, "--guides is 'none', expected full or sparse"},
+      {{"--guides", "sparse", "--spp", "2"}, "--guides sparse is for --spp below 1"},
       {{"--bounces", "33"}, "bounces is 33, expected 1 to 32"},
       {{"--fps", "0"}, "--fps is 0"},
       {{"--preset", "nope"}, "unknown preset 'nope'; presets are: default"},
