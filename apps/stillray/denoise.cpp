@@ -33,7 +33,8 @@ Status ParseAndRun(const DenoiseArguments& arguments) {
 
 constexpr const char* kExamples = R"(
 Every file is written again with clean light in place of its colour (Blender: Combined; it is added
-where a file has none). All other layers, the metadata and the compression stay as they are. See
+where a file has none). All other layers (light layers too, without --passes), the metadata and the
+compression stay as they are. See
 docs/renderers.md for what is understood and how to map your own names.
 
 Examples:
@@ -41,7 +42,7 @@ Examples:
   stillray denoise 'shot.%04d.exr' -o clean/ --frames 1-24 --renderer blender --preset svgf
   stillray denoise frames/ -o clean/ --aov normal=N,encoded --aov motion=mv,ndc,from_previous,y_up
   stillray denoise a.0001.exr a.0002.exr -o clean/ --timings --json log.json
-  stillray denoise 'shot.####.exr' -o 'clean/shot.####.exr' --window both
+  stillray denoise 'shot.####.exr' -o 'clean/shot.####.exr' --window both --passes
   stillray denoise 'shot.####.exr' -o 'clean/shot.####.exr' --resume
 )";
 
@@ -85,6 +86,10 @@ void AddDenoiseCommand(CLI::App& app, int* exit_code) {
           "about half as long again and 1.8 kB per pixel more memory, or less memory and "
           "more time with the same result where --memory-limit demands it")
       ->capture_default_str();
+  command->add_flag(
+      "--passes", a->passes,
+      "Write the denoised light of every light layer (DiffDir, GlossInd, ...) too, so "
+      "that putting the layers together gives the denoised colour");
   command->add_option("--threads", a->threads, "Default: all processors")
       ->check(CLI::Range(0, 4096));
   command->add_option("--memory-limit", a->memory_limit,

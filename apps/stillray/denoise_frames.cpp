@@ -46,21 +46,22 @@ Result<LoadedFile> LoadFile(const std::string& path, const DenoiseOptions& optio
 }
 
 Result<SequenceFrame> LoadFrame(const SequenceFile& file, const DenoiseOptions& options,
-                                const AovLayout& layout, bool keep_bytes) {
+                                const AovLayout& layout, bool to_write) {
   Result<LoadedFile> loaded = LoadFile(file.input, options);
   if (!loaded.ok()) {
     return loaded.status();
   }
-  Result<Frame> frame = ImportFrame(loaded->image, layout, {0, 0}, file.input);
+  SequenceFrame result;
+  Result<Frame> frame = ImportFrame(loaded->image, layout, {0, 0}, file.input,
+                                    to_write && options.text.passes ? &result.parts : nullptr);
   if (!frame.ok()) {
     return frame.status();
   }
-  SequenceFrame result;
   result.frame = std::move(frame.value());
   result.frame.index = file.frame;
   result.next_motion =
       ImportNextMotion(loaded->image, layout, {result.frame.jitter_x, result.frame.jitter_y, 0, 0});
-  if (keep_bytes) {
+  if (to_write) {
     result.bytes = std::move(loaded->bytes);
   }
   return result;
@@ -68,6 +69,7 @@ Result<SequenceFrame> LoadFrame(const SequenceFile& file, const DenoiseOptions& 
 
 void KeepGuidesOnly(SequenceFrame* frame) {
   frame->bytes = std::string();
+  frame->parts.clear();
   frame->frame.signals.clear();
   frame->frame.emission = Image3();
   frame->frame.background = Image3();

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "denoise_options.h"
 #include "stillray/aov.h"
@@ -28,11 +29,12 @@ struct SequenceFrame {
   Frame frame;
   /// Towards the next frame, lacking the next frame's jitter likewise; empty where not told.
   Image2 next_motion;
+  std::vector<LightPart> parts;  ///< of the light; with --passes only
 };
 
-/// \param keep_bytes  else `bytes` stays empty
+/// \param to_write  else `bytes` and `parts` stay empty
 Result<SequenceFrame> LoadFrame(const SequenceFile& file, const DenoiseOptions& options,
-                                const AovLayout& layout, bool keep_bytes);
+                                const AovLayout& layout, bool to_write);
 
 /// Frees what a neighbour is not asked for: bytes and light.
 void KeepGuidesOnly(SequenceFrame* frame);

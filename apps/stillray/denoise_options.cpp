@@ -24,11 +24,17 @@ constexpr int64_t kBytesPerPixelBackward = 700;
 /// Seven planes for each of four signals.
 constexpr int64_t kBytesPerPixelOfFuture = 7 * 4 * static_cast<int64_t>(sizeof(float));
 
+/// --passes: two denoisers of parts, the parts and the new layers; measured and rounded up.
+constexpr int64_t kBytesPerPixelOfPasses = 1100;
+
 int64_t BytesNeeded(const ExrImage& image, const DenoiseOptions& options) {
   const int64_t channels = static_cast<int64_t>(image.channels.size());
   int64_t per_pixel = kBytesPerPixel + channels * kBytesPerChannel;
   if (options.window == Window::kBoth) {
     per_pixel += kBytesPerPixelBackward + kBytesPerPixelOfFuture;
+  }
+  if (options.text.passes) {
+    per_pixel += kBytesPerPixelOfPasses;
   }
   return int64_t{image.width} * image.height * per_pixel;
 }
@@ -103,7 +109,7 @@ std::string DenoiseFingerprint(const DenoiseOptions& options) {
   std::string text = fmt::format("denoise {}\noutput {}\nfirst {}\nrenderer {}\naov {}\n",
                                  fmt::join(a.inputs, " "), a.output, options.files.front().input,
                                  a.aovs.renderer, fmt::join(a.aovs.mappings, " "));
-  text += fmt::format("window {}\n", a.window);
+  text += fmt::format("window {}\npasses {}\n", a.window, a.passes);
   if (options.window == Window::kBoth) {
     text += fmt::format("last {}\n", options.files.back().input);
   }

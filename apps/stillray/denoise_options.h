@@ -25,6 +25,7 @@ struct DenoiseArguments {
   std::string window = "past";
   int threads = 0;
   std::string memory_limit;
+  bool passes = false;
   bool resume = false;
   bool timings = false;
   std::string json_path;

@@ -6,15 +6,19 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
 #include "denoise_frames.h"
 #include "denoise_future.h"
 #include "denoise_log.h"
+#include "denoise_passes.h"
 #include "interrupt.h"
 #include "progress.h"
 #include "resume.h"
@@ -86,6 +90,8 @@ class DenoiseRun {
   Status Filter(SequenceFrame* frame, size_t at, DenoisedFrameLog* log);
   Status Write(const SequenceFrame& frame, const SequenceFile& names) const;
   void Report(const DenoisedFrameLog& log, Link link);
+  std::vector<uint8_t> SaveHistory() const;
+  Status RestoreHistory(std::span<const uint8_t> bytes);
   Status SaveState();
   Status Stop(const Status& reason);
   Status WriteJson() const;
@@ -103,7 +109,9 @@ class DenoiseRun {
   size_t futures_held_ = 0;
   std::optional<FuturePass> future_;
   std::optional<SequenceFrame> previous_;  ///< guides only
+  std::optional<PassSplitter> splitter_;
   DenoisedFrame denoised_;
+  std::vector<NewLayer> layers_;  ///< of the frame in work
   DenoiseLog log_;
   std::optional<Progress> progress_;
   double done_ = 0;  ///< frames denoised and played backward
@@ -122,7 +130,8 @@ void DenoiseRun::ChooseSettings(const ExrImage& first) {
     settings_.temporal = false;
   }
   const auto jitter = first.attributes.find("jitter");
-  const bool jittered = jitter != first.attributes.end() && jitter->second != "0 0";
+  const bool jittered =
+      jitter != first.attributes.end() && jitter->second != "0 0" && !options_.text.passes;
   if (!has_motion || (!jittered && !options_.antialias_given)) {
     settings_.antialias = Antialias::kOff;
   }
@@ -167,6 +176,10 @@ Status DenoiseRun::Understand() {
     fmt::print(stderr, "note: {}\n", note);
   }
   ChooseSettings(file->image);
+  if (options_.text.passes) {
+    STILLRAY_RETURN_IF_ERROR(PassSplitter::Check(settings_, layout_));
+    splitter_.emplace(settings_);
+  }
   return PrepareFuture(file->image);
 }
 
@@ -190,9 +203,14 @@ Status DenoiseRun::Prepare() {
     return denoiser.status();
   }
   denoiser_.emplace(std::move(denoiser.value()));
-  if (settings_.temporal) {
-    STILLRAY_RETURN_IF_ERROR(denoiser_->SetOutputs({"disocclusion"}));
+  std::vector<std::string> outputs;
+  if (splitter_) {
+    outputs = PassSplitter::Outputs(settings_);
   }
+  if (settings_.temporal) {
+    outputs.emplace_back("disocclusion");
+  }
+  STILLRAY_RETURN_IF_ERROR(denoiser_->SetOutputs(outputs));
   STILLRAY_RETURN_IF_ERROR(MakeFolder());
   return Resume();
 }
@@ -219,7 +237,7 @@ Status DenoiseRun::Resume() {
         fmt::format("cannot resume {}: {}", ResumePath(folder_),
                     FingerprintDifference(state->fingerprint, fingerprint_)));
   }
-  STILLRAY_RETURN_IF_ERROR(denoiser_->RestoreHistory(state->history));
+  STILLRAY_RETURN_IF_ERROR(RestoreHistory(state->history));
   Result<DenoiseLog> log = ParseDenoiseLog(state->log);
   if (!log.ok()) {
     return log.status();
@@ -260,6 +278,9 @@ Status DenoiseRun::Filter(SequenceFrame* frame, size_t at, DenoisedFrameLog* log
   }
   if (link != Link::kContinues) {
     denoiser_->Reset();
+    if (splitter_) {
+      splitter_->Reset();
+    }
     log->restarted = true;
   }
   FutureLight future;
@@ -274,6 +295,10 @@ Status DenoiseRun::Filter(SequenceFrame* frame, size_t at, DenoisedFrameLog* log
     return Status(filtered.code(), fmt::format("{}: {}", log->input, filtered.message()));
   }
   seen_ = at + 1;
+  if (splitter_) {
+    STILLRAY_RETURN_IF_ERROR(splitter_->Split(frame->frame, layout_, std::move(frame->parts),
+                                              denoised_, &denoised_.colour, &layers_));
+  }
   log->denoise_ms = Milliseconds(start);
   log->without_history = settings_.temporal ? PartWithoutHistory(denoised_, frame->frame) : 1.0;
   Report(*log, link);
@@ -293,7 +318,7 @@ void DenoiseRun::Report(const DenoisedFrameLog& log, Link link) {
 
 Status DenoiseRun::Write(const SequenceFrame& frame, const SequenceFile& names) const {
   const Result<std::string> bytes =
-      ReplaceLight(frame.bytes, layout_, denoised_.colour, names.input);
+      ReplaceLight(frame.bytes, layout_, denoised_.colour, names.input, layers_);
   if (!bytes.ok()) {
     return bytes.status();
   }
@@ -332,9 +357,41 @@ Status DenoiseRun::DenoiseFile(size_t at) {
                          log.denoise_ms, log.write_ms, log.restarted ? ", history restarted" : ""));
   log_.frames.push_back(std::move(log));
   log_.denoiser_bytes =
-      std::max(log_.denoiser_bytes,
-               denoiser_->memory_bytes() + (LooksAhead() ? future_->memory_bytes() : 0));
+      std::max(log_.denoiser_bytes, denoiser_->memory_bytes() +
+                                        (LooksAhead() ? future_->memory_bytes() : 0) +
+                                        (splitter_ ? splitter_->memory_bytes() : 0));
   return Status::Ok();
+}
+
+/// The history of the light, and behind it that of its parts. The last 8 bytes tell the size of the
+/// first.
+std::vector<uint8_t> DenoiseRun::SaveHistory() const {
+  std::vector<uint8_t> bytes = denoiser_->SaveHistory();
+  if (splitter_) {
+    const uint64_t size = bytes.size();
+    const std::vector<uint8_t> parts = splitter_->SaveHistory();
+    bytes.insert(bytes.end(), parts.begin(), parts.end());
+    bytes.resize(bytes.size() + sizeof(size));
+    std::memcpy(bytes.data() + bytes.size() - sizeof(size), &size, sizeof(size));
+  }
+  return bytes;
+}
+
+Status DenoiseRun::RestoreHistory(std::span<const uint8_t> bytes) {
+  if (splitter_) {
+    uint64_t size = 0;
+    if (bytes.size() < sizeof(size)) {
+      return Status::BadData(ResumePath(folder_) + " is damaged: it has no history");
+    }
+    const std::span<const uint8_t> all = bytes.first(bytes.size() - sizeof(size));
+    std::memcpy(&size, all.data() + all.size(), sizeof(size));
+    if (size > all.size()) {
+      return Status::BadData(ResumePath(folder_) + " is damaged: its history is cut short");
+    }
+    STILLRAY_RETURN_IF_ERROR(splitter_->RestoreHistory(all.subspan(size)));
+    bytes = all.first(size);
+  }
+  return denoiser_->RestoreHistory(bytes);
 }
 
 Status DenoiseRun::SaveState() {
@@ -342,7 +399,7 @@ Status DenoiseRun::SaveState() {
   state.fingerprint = fingerprint_;
   state.log = DenoiseLogJson(options_, layout_, settings_, log_, threads_);
   state.last_frame = options_.files[next_ - 1].frame;
-  state.history = denoiser_->SaveHistory();
+  state.history = SaveHistory();
   last_save_ = Clock::now();
   saved_ = next_;
   return SaveResumeState(folder_, state);

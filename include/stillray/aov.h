@@ -170,11 +170,22 @@ Result<AovLayout> UnderstandAovs(const ExrImage& image, const AovOptions& option
 /// The layout as lines of a table with a heading, and the notes.
 std::string AovTable(const AovLayout& layout);
 
+/// The light of one layer, as it went into a signal of the frame.
+struct LightPart {
+  Aov aov = Aov::kColour;  ///< kColour: what the colour has and no layer names
+  SignalKind kind = SignalKind::kDirectDiffuse;
+  Image3 radiance;
+  /// The stored colour that the layer is without, where the frame's albedo is not the same.
+  Image3 stored_albedo;
+};
+
 /// Makes a frame of an image. The light of the frame adds up to the file's colour.
 /// \param previous_jitter  of the frame before, x and y; only for files with jitter
+/// \param parts  if given: of what the signals are made
 /// \return kBadData naming the channel that the layout has and the image lacks
 Result<Frame> ImportFrame(const ExrImage& image, const AovLayout& layout,
-                          std::array<float, 2> previous_jitter, const std::string& name);
+                          std::array<float, 2> previous_jitter, const std::string& name,
+                          std::vector<LightPart>* parts = nullptr);
 
 /// Motion towards the next frame (see ConvertNextMotion), for playing a sequence backward. Empty
 /// where the file does not tell it: no layer has it, or the layer is zero everywhere, which in
@@ -182,12 +193,20 @@ Result<Frame> ImportFrame(const ExrImage& image, const AovLayout& layout,
 /// \param jitter  `previous` stands for the next frame
 Image2 ImportNextMotion(const ExrImage& image, const AovLayout& layout, const JitterPair& jitter);
 
+/// New content of the layer that serves as `aov`.
+struct NewLayer {
+  Aov aov = Aov::kColour;
+  Image3 values;
+};
+
 /// The bytes of the EXR file `original` with `colour` in place of the light that the layout's
 /// result names (added as channels of the first part if it has none). All other channels, parts,
 /// attributes, pixel types, windows and the compression stay; parts that hold the light and are
 /// compressed with DWAA or DWAB become ZIP, since their other channels would lose again.
+/// \param layers  what else is replaced; those that the layout does not have are left out
 /// \return kBadData, kInvalidArgument if sizes differ
 Result<std::string> ReplaceLight(const std::string& original, const AovLayout& layout,
-                                 const Image3& colour, const std::string& name);
+                                 const Image3& colour, const std::string& name,
+                                 const std::vector<NewLayer>& layers = {});
 
 }  // namespace stillray

@@ -279,13 +279,20 @@ Status CheckSize(const Imf::MultiPartInputFile& file, const Image3& colour,
 }  // namespace
 
 Result<std::string> ReplaceLight(const std::string& original, const AovLayout& layout,
-                                 const Image3& colour, const std::string& name) {
+                                 const Image3& colour, const std::string& name,
+                                 const std::vector<NewLayer>& layers) {
   const AovSource* target = layout.Find(Aov::kResult);
   if (target == nullptr) {
     target = layout.Find(Aov::kColour);
   }
   const std::array<std::string, 3> added = NamesForNewLayer(layout);
   NewLight light;
+  for (const NewLayer& layer : layers) {
+    const AovSource* source = layout.Find(layer.aov);
+    for (size_t c = 0; source != nullptr && c < 3; ++c) {
+      light[source->channels[c]] = &layer.values[static_cast<int>(c)];
+    }
+  }
   for (size_t c = 0; c < 3; ++c) {
     light[target != nullptr ? target->channels[c] : added[c]] = &colour[static_cast<int>(c)];
   }
@@ -295,6 +302,9 @@ Result<std::string> ReplaceLight(const std::string& original, const AovLayout& l
                               name);
     Imf::MultiPartInputFile file(stream);
     STILLRAY_RETURN_IF_ERROR(CheckSize(file, colour, name));
+    for (const NewLayer& layer : layers) {
+      STILLRAY_RETURN_IF_ERROR(CheckSize(file, layer.values, name));
+    }
     return Rewrite(file, std::move(light));
   } catch (const std::bad_alloc&) {
     return Status::OutOfMemory(fmt::format("{}: not enough memory to write it again", name));

@@ -52,8 +52,9 @@ constexpr LightRow kLights[] = {
 /// One file on its way into a frame.
 class Importer {
  public:
-  Importer(const ExrImage& image, const AovLayout& layout, const std::string& name)
-      : image_(image), layout_(layout), name_(name) {
+  Importer(const ExrImage& image, const AovLayout& layout, const std::string& name,
+           std::vector<LightPart>* parts = nullptr)
+      : image_(image), layout_(layout), name_(name), parts_(parts) {
     frame_.width = image.width;
     frame_.height = image.height;
   }
@@ -77,10 +78,12 @@ class Importer {
   void ImportColourAlone();
   void AddRest();
   Signal& SignalOf(SignalKind kind);
+  void KeepPart(Aov aov, SignalKind kind, const Image3& radiance);
 
   const ExrImage& image_;
   const AovLayout& layout_;
   const std::string& name_;
+  std::vector<LightPart>* parts_;  ///< or nullptr
   Frame frame_;
 };
 
@@ -281,6 +284,12 @@ void Importer::ImportAlbedo() {
   g.transmission_albedo = Colour(Aov::kTransmissionAlbedo);
 }
 
+void Importer::KeepPart(Aov aov, SignalKind kind, const Image3& radiance) {
+  if (parts_ != nullptr) {
+    parts_->push_back({aov, kind, radiance, Image3()});
+  }
+}
+
 void Importer::ImportPasses() {
   for (const LightRow& row : kLights) {
     if (layout_.Find(row.aov) == nullptr) {
@@ -290,6 +299,7 @@ void Importer::ImportPasses() {
     if (layout_.light_is_divided) {
       MultiplyBy(Colour(row.albedo), &light);
     }
+    KeepPart(row.aov, row.kind, light);
     SignalOf(row.kind).radiance = std::move(light);
   }
   for (Signal& signal : frame_.signals) {
@@ -308,7 +318,9 @@ void Importer::ImportVolume() {
        {std::pair(Aov::kDirectVolume, SignalKind::kDirectTransmission),
         std::pair(Aov::kIndirectVolume, SignalKind::kIndirectTransmission)}) {
     if (layout_.Find(aov) != nullptr) {
-      AddTo(Colour(aov), &SignalOf(kind).radiance);
+      const Image3 light = Colour(aov);
+      KeepPart(aov, kind, light);
+      AddTo(light, &SignalOf(kind).radiance);
     }
   }
 }
@@ -362,11 +374,12 @@ void Importer::AddRest() {
   if (frame_.emission.empty()) {
     frame_.emission = Image3(frame_.width, frame_.height);
   }
-  Image3* noisy = layout_.rest == Aov::kIndirectSpecular
-                      ? &SignalOf(SignalKind::kIndirectSpecular).radiance
-                  : layout_.rest == Aov::kIndirectTransmission
-                      ? &SignalOf(SignalKind::kIndirectTransmission).radiance
-                      : nullptr;
+  const bool filtered = layout_.rest != Aov::kEmission;
+  const SignalKind kind = layout_.rest == Aov::kIndirectTransmission
+                              ? SignalKind::kIndirectTransmission
+                              : SignalKind::kIndirectSpecular;
+  Image3* noisy = filtered ? &SignalOf(kind).radiance : nullptr;
+  Image3 unnamed(filtered && parts_ != nullptr ? frame_.width : 0, frame_.height);
   ForEachPixel(frame_.width, frame_.height, [&](int x, int y) {
     for (int c = 0; c < 3; ++c) {
       const float a = colour[c](x, y);
@@ -375,9 +388,15 @@ void Importer::AddRest() {
       if (std::fabs(rest) > kRoundingPart * std::max(std::fabs(a), std::fabs(b))) {
         Image3& target = rest > 0 && noisy != nullptr ? *noisy : frame_.emission;
         target[c](x, y) += rest;
+        if (!unnamed.empty() && &target == noisy) {
+          unnamed[c](x, y) = rest;
+        }
       }
     }
   });
+  if (!unnamed.empty()) {
+    KeepPart(Aov::kColour, kind, unnamed);
+  }
 }
 
 Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
@@ -402,6 +421,12 @@ Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
   } else if (transmission.empty()) {
     transmission = Filled(1, 1, 1);
   } else if (layout_.Find(Aov::kDirectVolume) || layout_.Find(Aov::kIndirectVolume)) {
+    for (size_t i = 0; parts_ != nullptr && i < parts_->size(); ++i) {
+      if ((*parts_)[i].aov == Aov::kDirectTransmission ||
+          (*parts_)[i].aov == Aov::kIndirectTransmission) {
+        (*parts_)[i].stored_albedo = transmission;
+      }
+    }
     ForEachPixel(frame_.width, frame_.height, [&](int x, int y) {
       for (int c = 0; c < 3; ++c) {
         float& value = transmission[c](x, y);
@@ -450,8 +475,9 @@ Image2 ImportNextMotion(const ExrImage& image, const AovLayout& layout, const Ji
 }
 
 Result<Frame> ImportFrame(const ExrImage& image, const AovLayout& layout,
-                          std::array<float, 2> previous_jitter, const std::string& name) {
-  return Importer(image, layout, name).Import(previous_jitter);
+                          std::array<float, 2> previous_jitter, const std::string& name,
+                          std::vector<LightPart>* parts) {
+  return Importer(image, layout, name, parts).Import(previous_jitter);
 }
 
 }  // namespace stillray

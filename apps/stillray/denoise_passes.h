@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// --passes: the denoised light of every layer on its own, so that a compositor that puts the
+/// layers together gets the denoised colour.
+///
+/// A signal that was filtered as a whole (direct and indirect specular light) is split in the
+/// proportion of its parts, each of which a denoiser of its own has filtered: shares of single
+/// noisy pixels would bring their noise back. Only the proportion is taken from there, so the parts
+/// add up to the signal.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "stillray/aov.h"
+#include "stillray/denoise.hpp"
+
+namespace stillray {
+
+class PassSplitter {
+ public:
+  /// \return kInvalidArgument naming the setting under which light cannot be told apart
+  static Status Check(const Settings& settings, const AovLayout& layout);
+
+  explicit PassSplitter(const Settings& settings);
+
+  /// Outputs that the denoiser of the whole light must return.
+  static std::vector<std::string> Outputs(const Settings& settings);
+
+  /// Splits what `denoised` holds of `frame` into `layers`, as the file stores them.
+  /// \param parts   the frame's light; emptied
+  /// \param colour  [in,out] the denoised colour; loses what no sum of layers can hold: light that
+  ///        the floor of the albedo leaves on black surfaces
+  Status Split(const Frame& frame, const AovLayout& layout, std::vector<LightPart> parts,
+               const DenoisedFrame& denoised, Image3* colour, std::vector<NewLayer>* layers);
+
+  void Reset();
+  std::vector<uint8_t> SaveHistory() const;
+  /// \return kBadData
+  Status RestoreHistory(std::span<const uint8_t> bytes);
+  size_t memory_bytes() const;
+
+ private:
+  using Members = std::vector<LightPart*>;
+  Status Estimate(const Frame& frame, const std::string& group, const Members& members,
+                  std::vector<Image3>* estimates);
+  Status FilterPair(const Frame& frame, const std::string& name, LightPart* first,
+                    LightPart* second, std::vector<Image3>* estimates);
+
+  Settings settings_;
+  std::map<std::string, Denoiser> denoisers_;  ///< of two parts each, made on first use
+};
+
+}  // namespace stillray
