@@ -96,6 +96,10 @@ void Denoiser::Impl::RunAntialias() {
   } else {
     AntialiasParameters p;
     p.alpha = settings.taa_alpha;
+    if (settings.temporal) {
+      p.length = &state.signals.front().length;
+      p.samples = frame->samples.empty() ? nullptr : &frame->samples;
+    }
     stages->antialias(picture, state.picture, frame->guides.motion, state.guides, p, &scratch);
     std::swap(state.picture, scratch);
   }

@@ -37,6 +37,21 @@ HWY_INLINE void CatmullRom(VF t, VF w[4]) {
   w[3] = hn::Mul(half, hn::Sub(t3, t2));
 }
 
+/// NewPictureWeight for a vector of pixels.
+HWY_INLINE VF Alpha(const AntialiasParameters& p, VF longest, int x, int y) {
+  const DF d;
+  const VF alpha = hn::Set(d, p.alpha);
+  if (p.length == nullptr) {
+    return alpha;
+  }
+  const VF one = hn::Set(d, 1.0f);
+  const VF n = p.samples == nullptr ? one : hn::LoadU(d, p.samples->Row(y) + x);
+  const MF some = hn::Gt(n, hn::Zero(d));
+  const VF length = hn::Max(longest, n);
+  const VF share = hn::Div(n, hn::IfThenElse(some, length, one));
+  return hn::IfThenElse(some, hn::Min(hn::Max(alpha, share), one), alpha);
+}
+
 void AntialiasRows(const Image3& colour, const Image3& previous, const Image2& motion,
                    const GuidePlanes& guides, const AntialiasParameters& p, int y0, int y1,
                    Image3* out) {
@@ -59,6 +74,7 @@ void AntialiasRows(const Image3& colour, const Image3& previous, const Image2& m
       const VF gx = hn::LoadU(d, guides.gradient[0].Row(y) + x);
       const VF gy = hn::LoadU(d, guides.gradient[1].Row(y) + x);
       const VF slack = hn::MulAdd(hn::Set(d, kInFront), centre, centre);
+      VF longest = hn::Zero(d);
       VF nearest = centre;
       VF mx = hn::LoadU(d, motion[0].Row(y) + x);
       VF my = hn::LoadU(d, motion[1].Row(y) + x);
@@ -69,6 +85,9 @@ void AntialiasRows(const Image3& colour, const Image3& previous, const Image2& m
             const VF q = hn::GatherIndex(d, colour[c].Row(row), at);
             low[c] = hn::Min(low[c], q);
             high[c] = hn::Max(high[c], q);
+          }
+          if (p.length != nullptr) {
+            longest = hn::Max(longest, hn::GatherIndex(d, p.length->Row(row), at));
           }
           const VF i = hn::GatherIndex(d, guides.inverse_depth.Row(row), at);
           const VF ox = hn::ConvertTo(d, hn::Sub(at, columns));
@@ -116,7 +135,7 @@ void AntialiasRows(const Image3& colour, const Image3& previous, const Image2& m
       for (int c = 0; c < 3; ++c) {
         before[c] = hn::Min(hn::Max(before[c], low[c]), high[c]);
       }
-      const VF alpha = hn::Set(d, p.alpha);
+      const VF alpha = Alpha(p, longest, x, y);
       for (int c = 0; c < 3; ++c) {
         const VF blend = hn::MulAdd(alpha, hn::Sub(now[c], before[c]), before[c]);
         StoreInRow(d, hn::IfThenElse(inside, blend, now[c]), (*out)[c].Row(y), x, width);

@@ -6,11 +6,13 @@
 /// PSVGF section 4.5: the previous output, fetched along the motion of the nearest surface that
 /// stands in front of the pixel's own (so that edges move with what they belong to) with a
 /// Catmull-Rom filter, is clamped to the 3x3 neighbourhood of the present and blended, whatever the
-/// disocclusion test said. Departs from them: runs on scene-linear light, before the tone curve, so
-/// that linear files are antialiased too, and blends without Karis' weights 1 / (1 + luminance):
-/// those suppress flicker of undenoised highlights, but darkened textures of high contrast by 5 %,
-/// where the plain blend converges to the box-filtered picture. State: the previous output. Border:
-/// 1 pixel; reads 4x4 taps along the motion. Reads 36 and 16 x 12, writes 12 bytes per pixel.
+/// disocclusion test said. Departs from them: while the light of a pixel is young the picture
+/// before counts no more than the light before does (the clamp lets a wrong picture pass where the
+/// noise of young light is large); runs on scene-linear light, before the tone curve, so that
+/// linear files are antialiased too, and blends without Karis' weights 1 / (1 + luminance): those
+/// suppress flicker of undenoised highlights, but darkened textures of high contrast by 5 %, where
+/// the plain blend converges to the box-filtered picture. State: the previous output. Border: 1
+/// pixel; reads 4x4 taps along the motion. Reads 36 and 16 x 12, writes 12 bytes per pixel.
 #pragma once
 
 #include "denoise/planes.h"
@@ -19,6 +21,10 @@ namespace stillray {
 
 struct AntialiasParameters {
   float alpha = 0.1f;  ///< weight of the new frame
+  /// Samples that the light of each pixel has in all, and that this frame brought; nullptr for
+  /// length: weight `alpha` everywhere; for samples: one everywhere.
+  const Image1* length = nullptr;
+  const Image1* samples = nullptr;
 };
 
 namespace reference {

@@ -38,6 +38,18 @@ vec2 NearestMotion(const Image2& motion, const GuidePlanes& guides, int x, int y
   return result;
 }
 
+/// The longest history in the 3x3 neighbourhood.
+float LongestAround(const Image1& length, int x, int y) {
+  float longest = 0;
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      longest = std::max(longest, length(std::clamp(x + dx, 0, length.width() - 1),
+                                         std::clamp(y + dy, 0, length.height() - 1)));
+    }
+  }
+  return longest;
+}
+
 vec3 SampleCatmullRom(const Image3& image, vec2 place) {
   const float fx = std::floor(place.x);
   const float fy = std::floor(place.y);
@@ -79,7 +91,12 @@ void Antialias(const Image3& colour, const Image3& previous, const Image2& motio
           }
         }
         const vec3 before = min(max(SampleCatmullRom(previous, place), low), high);
-        result = before + p.alpha * (now - before);
+        const float alpha =
+            p.length == nullptr
+                ? p.alpha
+                : NewPictureWeight(p.alpha, LongestAround(*p.length, x, y),
+                                   p.samples == nullptr ? 1.0f : (*p.samples)(x, y));
+        result = before + alpha * (now - before);
       }
       for (int c = 0; c < 3; ++c) {
         (*out)[c](x, y) = result[c];

@@ -19,6 +19,13 @@ SHARED_FN bool StandsInFront(float i, float i_neighbour, vec2 g, vec2 offset) {
   return i_neighbour > i + g.x * offset.x + g.y * offset.y + kInFront * i;
 }
 
+// Weight of the new picture, whose light has `length` samples, n of them new. Where the light
+// itself has just begun (a surface that came into view) the old picture showed something else,
+// however well it fits the clamp: it counts no more than the light's own history does.
+SHARED_FN float NewPictureWeight(float alpha, float length, float n) {
+  return n > 0.0f ? min(max(alpha, n / max(length, n)), 1.0f) : alpha;
+}
+
 // Weight of the six-tap (per axis: four) Catmull-Rom spline at distance -1-t, -t, 1-t, 2-t.
 SHARED_FN vec4 CatmullRom(float t) {
   float t2 = t * t;

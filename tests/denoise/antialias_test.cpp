@@ -1,0 +1,85 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// What antialiasing in time may keep of the picture before.
+#include <gtest/gtest.h>
+
+#include "denoise/stages/antialias_shared.h"
+#include "denoise/test_frames.h"
+#include "stillray/denoise.hpp"
+
+namespace stillray {
+namespace {
+
+using test::FillImage;
+using test::Light;
+using test::MakeWall;
+
+/// A wall under light that differs from pixel to pixel, so that the clamp lets much pass.
+Frame MakeStripes(int64_t index, float brightness) {
+  Frame f = MakeWall(32, 24, index);
+  FillImage<3>(&Light(&f, SignalKind::kDirectDiffuse),
+               [&](int x, int y, int) { return brightness * ((x + y) % 2 == 0 ? 0.1f : 1.0f); });
+  return f;
+}
+
+TEST(Antialias, NewPictureWeight) {
+  EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 1, 1), 1.0f);         // the first sample of a surface
+  EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 4, 1), 0.25f);        // a plain mean while it is young
+  EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 16, 4), 0.25f);       // four samples in each frame
+  EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 200, 1), 0.1f);       // then the weight that was asked for
+  EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 0.5f, 0), 0.1f);      // nothing new: as ever
+  EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 0.25f, 0.5f), 1.0f);  // never more than all
+}
+
+TEST(Antialias, APictureOfAnotherSurfaceIsForgotten) {
+  Settings s = PresetSettings("default").value();
+  s.wavelet = Wavelet::kOff;
+  for (const Backend backend : {Backend::kReference, Backend::kCpu}) {
+    Denoiser d = Denoiser::Create(s, backend).value();
+    ASSERT_TRUE(d.SetOutputs({"aliased"}).ok());
+    DenoisedFrame out;
+    for (int i = 0; i < 6; ++i) {
+      ASSERT_TRUE(d.Denoise(MakeStripes(i, 1.0f), &out).ok());
+    }
+    Frame other = MakeStripes(6, 2.0f);
+    other.guides.id.Fill(9);
+    for (Signal& signal : other.signals) {
+      std::swap(signal.radiance[0], signal.radiance[1]);
+    }
+    ASSERT_TRUE(d.Denoise(other, &out).ok());
+    for (int y = 0; y < 24; ++y) {
+      for (int x = 0; x < 32; ++x) {
+        EXPECT_FLOAT_EQ(out.colour[1](x, y), out.images[0].channels[1](x, y)) << x << " " << y;
+      }
+    }
+  }
+}
+
+TEST(Antialias, AThinDisocclusionIsStillAntialiased) {
+  // Jitter uncovers and covers edges all the time: a pixel whose neighbours have a history keeps
+  // blending, or edges would never be smooth.
+  Settings s = PresetSettings("default").value();
+  s.wavelet = Wavelet::kOff;
+  s.history_search = false;
+  Denoiser d = Denoiser::Create(s).value();
+  ASSERT_TRUE(d.SetOutputs({"aliased"}).ok());
+  DenoisedFrame out;
+  for (int i = 0; i < 10; ++i) {
+    ASSERT_TRUE(d.Denoise(MakeStripes(i, 1.0f), &out).ok());
+  }
+  Frame f = MakeStripes(10, 1.0f);
+  for (int y = 0; y < 24; ++y) {
+    f.guides.id(16, y) = 2;
+    for (int c = 0; c < 3; ++c) {
+      Light(&f, SignalKind::kDirectDiffuse)[c](16, y) = 2.0f;
+    }
+  }
+  ASSERT_TRUE(d.Denoise(f, &out).ok());
+  const float aliased = out.images[0].channels[0](16, 12);
+  EXPECT_FLOAT_EQ(aliased, 2.0f);
+  EXPECT_LT(out.colour[0](16, 12), 0.7f * aliased);
+}
+
+}  // namespace
+}  // namespace stillray
