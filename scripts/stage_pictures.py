@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: the stillray developers
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the pictures of docs/denoiser.md: what every stage of the denoiser writes.
+"""Makes the pictures of docs/denoiser.md, what every stage of the denoiser writes, and docs/inputs.md.
 
     scripts/stage_pictures.py [--work out/stages] [--only stage_atrous,stage_guides]
 
@@ -128,6 +128,11 @@ def figures(arguments):
     def noisy(layer):
         return lights.layer(layer, file="noisy")
 
+    def misled(name, *mapping):
+        options = [word for layer in mapping for word in ("--aov", layer)]
+        picture = denoised(arguments, fast, f"misled-{name}", 8, "--set", "antialias=off", *options)
+        return enlarge(picture, 2, 0, 35, 120, 90)
+
     def crop(picture):
         return enlarge(picture, 3, 100, 20, 80, 60)
 
@@ -160,7 +165,8 @@ def figures(arguments):
             coarse(light(lights.layer("accumulated.indirect"), 0.8)),
             heat(lights.layer("history.indirect"), 0, 40)]),
         "stage_merge_future": (2, lambda: [
-            enlarge(light(with_window(arguments, lights, window), 0.7), 3, 100, 40, 110, 60)
+            enlarge(denoised(arguments, lights, f"window-{window}", 1, "--frames", "1-16",
+                             "--window", window), 3, 100, 40, 110, 60)
             for window in ("past", "both")]),
         "stage_variance": (3, lambda: [
             heat(lights.layer("moment_variance.direct"), 1e-4, 10, True),
@@ -179,6 +185,9 @@ def figures(arguments):
             enlarge(edges.png(name, 16), 5, 262, 138, 72, 45) for name in ("aliased", "denoised")]),
         "stage_tonemap": (4, lambda: [
             enlarge(run.png("denoised"), 1, 40, 35, 175, 100) for run in curves]),
+        "inputs": (3, lambda: [
+            misled("right"), misled("still", "motion=none"),
+            misled("albedo", "albedo=none", "specular_albedo=none")]),
         "presets": (4, lambda: [
             enlarge(run.png("denoised"), 1, 40, 15, 175, 120) for run in [lights, *presets]]),
     }
@@ -189,16 +198,18 @@ def noisy_depth(run):
     return planes["depth.Z"].astype(float)[..., None]
 
 
-def with_window(arguments, run, window):
-    """The first frame of a rendered sequence, denoised with or without those after it."""
+def denoised(arguments, run, name, frame, *options):
+    """A frame of a rendered sequence, read back and denoised with these options, as light."""
     run.render()
-    folder = arguments.work / f"window-{window}"
-    if not (folder / "noisy.0001.exr").exists():
-        subprocess.run([str(arguments.program), "denoise", str(run.folder / "noisy.####.exr"), "-o",
-                        f"{folder}/", "--frames", "1-16", "--window", window], check=True,
-                       stdout=subprocess.DEVNULL)
-    planes = read_exr(folder / "noisy.0001.exr")
-    return np.stack([planes[c].astype(float) for c in "RGB"], axis=2)
+    folder = arguments.work / name
+    path = folder / f"noisy.{frame:04}.exr"
+    if not path.exists():
+        command = [str(arguments.program), "denoise", str(run.folder / "noisy.####.exr"), "-o",
+                   f"{folder}/", *options]
+        print("+", *command, flush=True)
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    planes = read_exr(path)
+    return light(np.stack([planes[c].astype(float) for c in "RGB"], axis=2), 0.7)
 
 
 def main():
