@@ -18,36 +18,45 @@ struct PixelPosition {
 
 /// The order in which one cycle of frames goes through the pixels, and the place of a frame in it.
 ///
-/// A pixel's rank is frac(a x + b y + offset) with a and b badly approximable: pixels whose ranks
-/// differ by less than w are then at least sqrt(c / w) apart, with c near that of the plastic
-/// number (0.245; M. Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences").
-/// Hence the pixels of one frame, whose ranks lie in a window of 1 / cycle, are well spread, those
-/// of any consecutive frames together too, and this for any length of the cycle. Every cycle takes
-/// another pair (a, b) and offset.
+/// Each pixel has a rank in [0, 1); frame f of the cycle traces those with ranks from f / cycle to
+/// (f + 1) / cycle. In short cycles the rank is frac(a x + b y + offset) with a and b badly
+/// approximable: pixels whose ranks differ by less than w are then at least sqrt(c / w) apart, with
+/// c near that of the plastic number, 0.245 (M. Roberts 2018, "The Unreasonable Effectiveness of
+/// Quasirandom Sequences"). Hence the pixels of any consecutive frames are well spread, for any
+/// length of the cycle. In long cycles this rule picks cells of 2x2 or 4x4 pixels, and each cell
+/// goes through its own pixels in a shuffled order, one after every 1/4 or 1/16 of the cycle: as
+/// even as blue noise and as irregular. Every cycle takes another pair (a, b), offset and shuffle.
 class PixelOrder {
  public:
-  /// \param cycle  frames, >= 1
+  /// \param cycle  frames, 1..2^16
   PixelOrder(int cycle, uint64_t seed, int64_t frame_index);
 
   /// How many cycles were completed before this frame: the number of the pixels' sample.
   int64_t cycle_index() const { return cycle_index_; }
   /// Frame of the cycle in which the pixel gets its path: 0 to cycle - 1.
   int FrameOf(int x, int y) const;
-  /// The pixels of the region whose turn it is, by rows.
+  /// The pixels of the region whose turn it is, by rows of cells.
+  /// \param region  its corner lies on a multiple of 4
   void Collect(const Tile& region, std::vector<PixelPosition>* pixels) const;
 
  private:
-  uint32_t Rank(int x, int y) const {
-    return offset_ + step_x_ * static_cast<uint32_t>(x) + step_y_ * static_cast<uint32_t>(y);
+  // The rank of the first slot of a cell: below one slot, a 1 / 4^cell_bits_ of all ranks.
+  uint32_t FirstRank(int cell_x, int cell_y) const {
+    return (offset_ + step_x_ * static_cast<uint32_t>(cell_x) +
+            step_y_ * static_cast<uint32_t>(cell_y)) >>
+           (2 * cell_bits_);
   }
+  uint32_t Shuffle(int cell_x, int cell_y) const;
 
   uint32_t cycle_;
   int64_t cycle_index_;
-  uint32_t first_rank_;  // of this frame's window
+  int cell_bits_ = 0;    // a cell has 2^cell_bits_ pixels a side
+  uint32_t first_rank_;  // of this frame's window, in 1 / 2^32
   uint32_t last_rank_;   // inclusive
   uint32_t step_x_;
   uint32_t step_y_;
   uint32_t offset_;
+  uint32_t shuffle_seed_;
 };
 
 }  // namespace stillray::render

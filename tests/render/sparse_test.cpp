@@ -175,6 +175,51 @@ TEST(SparseTest, ACycleAddsUpToOneSample) {
   }
 }
 
+TEST(SparseTest, CyclesConvergeToTheReference) {
+  // A still view: frame after frame of one in nine pixels adds up to the picture that plain
+  // accumulation of whole frames converges to, about as fast as random numbers would.
+  const SceneBuilder builder = Room();
+  constexpr int kCycle = 9;
+  constexpr int kCycles = 96;
+  RenderSettings settings = SparseSettings(kCycle, GuideCoverage::kSparse);
+  settings.width = 28;
+  settings.height = 20;
+  const auto renderer = MakeRenderer(builder, settings);
+  Image3 truth;
+  ASSERT_TRUE(renderer->RenderReference({}, 1024, &truth).ok());
+  Image3 sum(settings.width, settings.height);
+  const auto error = [&](int cycles) {
+    double squares = 0;
+    for (int y = 0; y < settings.height; ++y) {
+      for (int x = 0; x < settings.width; ++x) {
+        const vec3 d = Pixel(sum, x, y) / static_cast<float>(cycles) - Pixel(truth, x, y);
+        squares += glm::dot(d, d);
+      }
+    }
+    return std::sqrt(squares);
+  };
+  double after_six = 0;
+  Frame frame;
+  for (int f = 0; f < kCycle * kCycles; ++f) {
+    ASSERT_TRUE(renderer->RenderFrame(MomentOf(f), &frame).ok());
+    const Image3 light = SumOfLight(frame);
+    for (int c = 0; c < 3; ++c) {
+      for (int y = 0; y < settings.height; ++y) {
+        for (int x = 0; x < settings.width; ++x) {
+          sum[c](x, y) += light[c](x, y);
+        }
+      }
+    }
+    after_six = f + 1 == kCycle * 6 ? error(6) : after_six;
+  }
+  const vec3 mean = Mean(sum) / static_cast<float>(kCycles);
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(mean[c] / Mean(truth)[c], 1.0f, 0.005f) << c;
+  }
+  // Sixteen times the samples; the truth has noise of its own.
+  EXPECT_LT(error(kCycles), after_six / 3);
+}
+
 TEST(SparseTest, FullGuidesAreThoseOfAWholeFrame) {
   const SceneBuilder builder = Room();
   const Frame whole = RenderOne(builder.scene, SmallSettings(kWidth, kHeight, 1), MomentOf(9));
