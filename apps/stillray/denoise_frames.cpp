@@ -61,6 +61,9 @@ Result<SequenceFrame> LoadFrame(const SequenceFile& file, const DenoiseOptions& 
   result.frame.index = file.frame;
   result.next_motion =
       ImportNextMotion(loaded->image, layout, {result.frame.jitter_x, result.frame.jitter_y, 0, 0});
+  if (layout.motion_from_cameras) {
+    result.camera = CameraOf(loaded->image);
+  }
   if (to_write) {
     result.bytes = std::move(loaded->bytes);
   }
@@ -83,11 +86,19 @@ Link LinkToPrevious(const SequenceFrame& before, const AovLayout& layout, Sequen
   if (!SameSize(before.frame, now->frame) || now->frame.guides.motion.empty()) {
     return Link::kCut;
   }
-  AddJitter(layout.motion, before.frame, &now->frame.guides.motion);
+  if (now->camera && before.camera) {
+    now->frame.guides.motion =
+        MotionFromCameras(now->frame.guides.depth, *now->camera, *before.camera);
+  } else {
+    AddJitter(layout.motion, before.frame, &now->frame.guides.motion);
+  }
   return IsCut(FindAgain(now->frame, before.frame.guides)) ? Link::kCut : Link::kContinues;
 }
 
 Image2 MotionToNext(const SequenceFrame& now, const SequenceFrame& next, const AovLayout& layout) {
+  if (now.camera && next.camera) {
+    return MotionFromCameras(now.frame.guides.depth, *now.camera, *next.camera);
+  }
   if (now.next_motion.empty()) {
     return ReverseMotion(next.frame.guides.motion, next.frame.guides.depth);
   }

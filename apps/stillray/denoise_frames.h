@@ -6,6 +6,7 @@
 /// see the same cuts.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,7 +30,8 @@ struct SequenceFrame {
   Frame frame;
   /// Towards the next frame, lacking the next frame's jitter likewise; empty where not told.
   Image2 next_motion;
-  std::vector<LightPart> parts;  ///< of the light; with --passes only
+  std::optional<CameraMatrices> camera;  ///< where motion comes from it
+  std::vector<LightPart> parts;          ///< of the light; with --passes only
 };
 
 /// \param to_write  else `bytes` and `parts` stay empty

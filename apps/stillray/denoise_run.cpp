@@ -125,7 +125,7 @@ class DenoiseRun {
 /// and would soften those of other renderers.
 void DenoiseRun::ChooseSettings(const ExrImage& first) {
   settings_ = options_.settings;
-  const bool has_motion = layout_.Find(Aov::kMotion) != nullptr;
+  const bool has_motion = layout_.Find(Aov::kMotion) != nullptr || layout_.motion_from_cameras;
   if (!has_motion) {
     settings_.temporal = false;
   }

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -91,6 +92,24 @@ Image1 ConvertDepth(const Image1& depth, const DepthConvention& convention);
 Image3 ConvertNormal(const Image3& normal, const NormalConvention& convention,
                      const std::array<float, 9>* world_to_camera);
 
+/// The standard attributes worldToCamera and worldToNDC of an EXR file: rows of 4 x 4 matrices for
+/// row vectors, as OpenEXR defines them.
+struct CameraMatrices {
+  std::array<double, 16> world_to_camera;
+  std::array<double, 16> world_to_ndc;
+};
+/// Empty if one is missing, is not of 16 finite numbers, or worldToCamera has no inverse.
+std::optional<CameraMatrices> CameraOf(const ExrImage& image);
+
+/// Where the points seen now stand in the picture of the other camera: at p + result(p), in pixels,
+/// right and down. For what does not move by itself. Zero where depth is infinite; points behind
+/// the other camera lead out of the picture. Device coordinates run from 0 to 1 from the upper left
+/// corner (the standard) or from -1 to 1 with y up, and the camera looks along +z (the standard) or
+/// -z; where the viewing axis stands in the picture tells which.
+/// \param depth  linear; the size of both pictures
+Image2 MotionFromCameras(const Image1& depth, const CameraMatrices& now,
+                         const CameraMatrices& other);
+
 /// "pixels, to_previous, y_up": the words that --aov takes.
 std::string ConventionText(const MotionConvention& convention);
 std::string ConventionText(const DepthConvention& convention);
@@ -149,6 +168,8 @@ struct AovLayout {
   MotionConvention next_motion;
   DepthConvention depth;
   NormalConvention normal;
+  /// No layer tells motion; depth and the cameras of both frames do, for what stands still.
+  bool motion_from_cameras = false;
   bool light_is_divided = false;  ///< light layers are without albedo (Blender)
   bool from_colour = false;       ///< one signal: colour less emission and background
   /// What light is that the colour holds beyond the passes; kEmission is not filtered.
@@ -179,10 +200,10 @@ struct LightPart {
   Image3 stored_albedo;
 };
 
-/// Makes a frame of an image. The light of the frame adds up to the file's colour.
-/// \param previous_jitter  of the frame before, x and y; only for files with jitter
-/// \param parts  if given: of what the signals are made
-/// \return kBadData naming the channel that the layout has and the image lacks
+/// Makes a frame of an image. The light of the frame adds up to the file's colour. Where motion
+/// comes from cameras it is zero here: two frames are needed to find it. \param previous_jitter  of
+/// the frame before, x and y; only for files with jitter \param parts  if given: of what the
+/// signals are made \return kBadData naming the channel that the layout has and the image lacks
 Result<Frame> ImportFrame(const ExrImage& image, const AovLayout& layout,
                           std::array<float, 2> previous_jitter, const std::string& name,
                           std::vector<LightPart>* parts = nullptr);

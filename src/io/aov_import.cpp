@@ -97,6 +97,10 @@ Status Importer::CheckChannels() const {
       }
     }
   }
+  if (layout_.motion_from_cameras && !CameraOf(image_)) {
+    return Status::BadData(fmt::format(
+        "{}: has no usable worldToCamera and worldToNDC, which the first frame has", name_));
+  }
   return Status::Ok();
 }
 
@@ -227,6 +231,8 @@ void Importer::ImportGuides(std::array<float, 2> previous_jitter) {
     g.motion =
         ConvertMotion(Values(motion->channels[0]), Values(motion->channels[1]), layout_.motion,
                       {frame_.jitter_x, frame_.jitter_y, previous_jitter[0], previous_jitter[1]});
+  } else if (layout_.motion_from_cameras) {
+    g.motion = Image2(frame_.width, frame_.height);
   }
   ImportId();
   if (std::optional<Image1> roughness = Plane1(Aov::kRoughness)) {

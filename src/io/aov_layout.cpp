@@ -310,7 +310,14 @@ void NoteMissingGuides(AovLayout* layout) {
       layout->notes.push_back(fmt::format("no {}: {}", AovName(aov), text));
     }
   };
-  note(Aov::kMotion, "every frame is denoised on its own, without history");
+  if (layout->motion_from_cameras) {
+    layout->notes.push_back(
+        "no motion: it is derived from depth and the cameras (worldToCamera, worldToNDC); what "
+        "moves "
+        "by itself is not in it");
+  } else {
+    note(Aov::kMotion, "every frame is denoised on its own, without history");
+  }
   note(Aov::kDepth, "edges are told by what is left (normals, light)");
   note(Aov::kNormal, "edges are told by what is left (depth, light)");
   if (layout->from_colour && layout->Find(Aov::kFallbackAlbedo) == nullptr) {
@@ -420,14 +427,18 @@ Result<AovLayout> UnderstandAovs(const ExrImage& image, const AovOptions& option
   layout.depth = (*preset)->depth;
   layout.normal = (*preset)->normal;
   layout.light_is_divided = (*preset)->light_is_divided;
+  bool without_motion = false;
   for (const std::string& mapping : options.mappings) {
     STILLRAY_RETURN_IF_ERROR(ApplyMapping(names, mapping, name, &layout));
+    without_motion = without_motion || mapping == "motion=none";
   }
   PickId(image, (*preset)->id_is_index, &layout);
   STILLRAY_RETURN_IF_ERROR(DecideLight(name, &layout));
   DecideRest(&layout);
   std::stable_sort(layout.sources.begin(), layout.sources.end(),
                    [](const AovSource& a, const AovSource& b) { return a.aov < b.aov; });
+  layout.motion_from_cameras = !without_motion && layout.Find(Aov::kMotion) == nullptr &&
+                               layout.Find(Aov::kDepth) != nullptr && CameraOf(image).has_value();
   NoteMissingGuides(&layout);
   ListCarried(names, &layout);
   return layout;

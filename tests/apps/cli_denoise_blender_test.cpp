@@ -2,14 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // stillray denoise --window both on a sequence that Blender rendered, against converged frames.
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "program.h"
+#include "stillray/aov.h"
 #include "stillray/io.h"
 #include "stillray/quality.h"
 
@@ -63,6 +67,64 @@ TEST_F(BlenderWindow, AFirstFrameIsThreeDecibelsBetter) {
   const double past = Psnr({"--frames", "16-24"}, {16})[0];
   const double both = Psnr({"--frames", "16-24", "--window", "both"}, {16})[0];
   EXPECT_GE(both, past + 3.0);
+}
+
+/// Blender's camera looks along -z, y up; `rows` turn its coordinates into the world's.
+CameraMatrices StandardMatrices(const nlohmann::json& rows, double focal) {
+  double c[4][4];
+  for (size_t i = 0; i < 4; ++i) {
+    for (size_t j = 0; j < 4; ++j) {
+      c[i][j] = rows[i][j].get<double>();
+    }
+  }
+  CameraMatrices m{};
+  std::array<double, 16>& w = m.world_to_camera;
+  for (size_t i = 0; i < 3; ++i) {
+    for (size_t j = 0; j < 3; ++j) {
+      w[4 * i + j] = c[i][j];
+      w[12 + j] -= c[i][j] * c[i][3];
+    }
+  }
+  w[15] = 1;
+  const double fx = focal / 384;
+  const double fy = focal / 216;
+  for (size_t i = 0; i < 4; ++i) {
+    const double z = w[4 * i + 2];
+    m.world_to_ndc[4 * i] = fx * w[4 * i] - 0.5 * z;
+    m.world_to_ndc[4 * i + 1] = -fy * w[4 * i + 1] - 0.5 * z;
+    m.world_to_ndc[4 * i + 3] = -z;
+  }
+  return m;
+}
+
+// Vector holds halves: 0.004 pixels and what the printed matrices have lost.
+TEST_F(BlenderWindow, CamerasTellTheMotionOfWhatStandsStill) {
+  const nlohmann::json cameras = nlohmann::json::parse(ReadText(folder_ + "/cameras.json"));
+  const double focal = cameras["focal_pixels"].get<double>();
+  const std::string path = folder_ + "/frame_0008.exr";
+  const Result<ExrImage> image = ReadExr(path);
+  ASSERT_TRUE(image.ok()) << image.status().message();
+  const Result<AovLayout> layout = UnderstandAovs(*image, {}, path);
+  ASSERT_TRUE(layout.ok());
+  const Result<Frame> frame = ImportFrame(*image, *layout, {0, 0}, path);
+  ASSERT_TRUE(frame.ok());
+  const auto camera = [&](const char* number) {
+    return StandardMatrices(cameras["camera_to_world"][number], focal);
+  };
+  const Image2 back = MotionFromCameras(frame->guides.depth, camera("8"), camera("7"));
+  const Image2 on = MotionFromCameras(frame->guides.depth, camera("8"), camera("9"));
+  const Image2 next = ImportNextMotion(*image, *layout, {});
+  constexpr uint32_t kMover = 29 + 1;  // numbers begin at 1 in a frame
+  double worst = 0;
+  for (int y = 0; y < frame->height; ++y) {
+    for (int x = 0; x < frame->width; ++x) {
+      for (int c = 0; c < 2 && frame->guides.id(x, y) != kMover; ++c) {
+        worst = std::max<double>(worst, std::fabs(back[c](x, y) - frame->guides.motion[c](x, y)));
+        worst = std::max<double>(worst, std::fabs(on[c](x, y) - next[c](x, y)));
+      }
+    }
+  }
+  EXPECT_LT(worst, 0.01);
 }
 
 }  // namespace

@@ -1,0 +1,149 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Motion of a still scene under a moving camera, from the matrices that OpenEXR has standard
+// attributes for.
+#include <charconv>
+#include <cmath>
+
+#include <glm/mat4x4.hpp>
+#include <glm/matrix.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec4.hpp>
+
+#include "core/parallel.h"
+#include "stillray/aov.h"
+
+namespace stillray {
+namespace {
+
+constexpr int kRowsPerTask = 16;
+
+/// 16 finite numbers, or nothing.
+std::optional<std::array<double, 16>> Matrix(const ExrImage& image, const std::string& name) {
+  const auto at = image.other_attributes.find(name);
+  if (at == image.other_attributes.end()) {
+    return std::nullopt;
+  }
+  std::array<double, 16> numbers;
+  const char* begin = at->second.data();
+  const char* end = begin + at->second.size();
+  for (double& number : numbers) {
+    while (begin < end && *begin == ' ') {
+      ++begin;
+    }
+    const auto [stop, error] = std::from_chars(begin, end, number);
+    if (error != std::errc() || !std::isfinite(number)) {
+      return std::nullopt;
+    }
+    begin = stop;
+  }
+  return numbers;
+}
+
+/// The file's rows become columns: its row vectors times the matrix are the result times column
+/// vectors.
+glm::dmat4 ForColumns(const std::array<double, 16>& m) {
+  glm::dmat4 result;
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 4; ++j) {
+      result[i][j] = m[static_cast<size_t>(4 * i + j)];
+    }
+  }
+  return result;
+}
+
+/// From a camera's space to pixels: a projection, and what its coordinates mean.
+struct Projection {
+  glm::dmat4 matrix;      ///< camera space to device coordinates
+  double z_sign = 1;      ///< of what is in front
+  glm::dvec2 scale{1.0};  ///< pixels = device * scale + offset
+  glm::dvec2 offset{0.0};
+};
+
+glm::dvec2 Device(const glm::dmat4& matrix, const glm::dvec4& point) {
+  const glm::dvec4 p = matrix * point;
+  return glm::dvec2(p) / p.w;
+}
+
+/// The standard says 0 to 1 from the upper left corner and a camera that looks along +z. Renderers
+/// also write -1 to 1 with y up, and cameras that look along -z: the viewing axis tells, which hits
+/// the middle of the picture or near it.
+Projection Understand(const glm::dmat4& matrix, int width, int height) {
+  Projection p;
+  p.matrix = matrix;
+  p.z_sign = matrix[2][3] < 0 ? -1.0 : 1.0;
+  const glm::dvec2 middle = Device(matrix, {0, 0, p.z_sign, 1});
+  const glm::dvec2 above = Device(matrix, {0, 1, p.z_sign, 1});
+  const glm::dvec2 from_half = glm::abs(middle - glm::dvec2(0.5));
+  const bool from_corner = from_half.x + from_half.y <= std::abs(middle.x) + std::abs(middle.y);
+  p.scale = glm::dvec2(width, height) * (from_corner ? 1.0 : 0.5);
+  p.offset = from_corner ? glm::dvec2(0.0) : 0.5 * glm::dvec2(width, height);
+  if (above.y > middle.y) {  // y up
+    p.scale.y = -p.scale.y;
+    p.offset.y = height - p.offset.y;
+  }
+  return p;
+}
+
+/// The point in camera space at depth z that is seen at these device coordinates.
+glm::dvec4 Unproject(const Projection& p, const glm::dvec2& device, double z) {
+  const glm::dmat4& m = p.matrix;
+  // Row r of the matrix less `device[r]` times its last row must give zero.
+  const auto entry = [&](int r, int column) { return m[column][r] - device[r] * m[column][3]; };
+  const double a = entry(0, 0);
+  const double b = entry(0, 1);
+  const double c = entry(1, 0);
+  const double d = entry(1, 1);
+  const double e = -(entry(0, 2) * z + entry(0, 3));
+  const double f = -(entry(1, 2) * z + entry(1, 3));
+  const double determinant = a * d - b * c;
+  return {(e * d - b * f) / determinant, (a * f - e * c) / determinant, z, 1};
+}
+
+}  // namespace
+
+std::optional<CameraMatrices> CameraOf(const ExrImage& image) {
+  const auto to_camera = Matrix(image, "worldToCamera");
+  const auto to_ndc = Matrix(image, "worldToNDC");
+  if (!to_camera || !to_ndc || glm::determinant(ForColumns(*to_camera)) == 0) {
+    return std::nullopt;
+  }
+  return CameraMatrices{*to_camera, *to_ndc};
+}
+
+Image2 MotionFromCameras(const Image1& depth, const CameraMatrices& now,
+                         const CameraMatrices& other) {
+  const int width = depth.width();
+  const int height = depth.height();
+  const glm::dmat4 to_world = glm::inverse(ForColumns(now.world_to_camera));
+  const Projection here = Understand(ForColumns(now.world_to_ndc) * to_world, width, height);
+  const Projection there =
+      Understand(ForColumns(other.world_to_ndc) * glm::inverse(ForColumns(other.world_to_camera)),
+                 width, height);
+  const glm::dmat4 to_other = ForColumns(other.world_to_ndc) * to_world;
+  Image2 motion(width, height);
+  ParallelRows(height, kRowsPerTask, [&](int y0, int y1) {
+    for (int y = y0; y < y1; ++y) {
+      for (int x = 0; x < width; ++x) {
+        const double z = depth(x, y);
+        if (!std::isfinite(z)) {
+          continue;  // nothing there that could have a history
+        }
+        const glm::dvec2 pixel(x + 0.5, y + 0.5);
+        const glm::dvec4 point =
+            Unproject(here, (pixel - here.offset) / here.scale, here.z_sign * z);
+        const glm::dvec4 seen = to_other * point;
+        const glm::dvec2 moved = glm::dvec2(seen) / seen.w * there.scale + there.offset - pixel;
+        // Behind the other camera, or matrices that make no sense: nowhere in the picture.
+        const bool in_front = seen.w > 0 && std::isfinite(moved.x) && std::isfinite(moved.y);
+        motion[0](x, y) = in_front ? static_cast<float>(moved.x) : 2.0f * static_cast<float>(width);
+        motion[1](x, y) =
+            in_front ? static_cast<float>(moved.y) : 2.0f * static_cast<float>(height);
+      }
+    }
+  });
+  return motion;
+}
+
+}  // namespace stillray
