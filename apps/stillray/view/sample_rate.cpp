@@ -19,6 +19,7 @@ constexpr double kLate = 1.1;
 constexpr double kSpare = 0.9;
 constexpr int kFramesToFall = 2;
 constexpr int kFramesToRise = 4;
+constexpr double kSmallShare = 0.2;  // of a frame's time: less tracing would hardly be felt
 constexpr double kFarTooLate = 1.6;  // one frame of this kind is enough
 // A change of resolution starts all histories anew: it must be worth it for a while.
 constexpr int kFramesToGrow = 40;
@@ -121,6 +122,9 @@ void RateControl::Slower(const FrameCost& cost, double target_ms, bool auto_scal
   if (auto_scale && (few_samples || filter_bound) && scale_ > kScales[0]) {
     scale_ = SmallerScale(scale_);
     return;
+  }
+  if (cost.trace_ms < kSmallShare * cost.total()) {
+    return;  // a worse picture would not be a faster one
   }
   SampleRate lower = Halved(rate_);
   double trace = cost.trace_ms / 2;

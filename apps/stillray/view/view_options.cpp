@@ -34,12 +34,26 @@ Status ParseSize(const std::string& text, ViewSettings* settings) {
   return Status::Ok();
 }
 
-Status ParseDenoise(const ViewArguments& arguments, Settings* settings) {
-  Result<Settings> preset = PresetSettings(arguments.preset);
-  if (!preset.ok()) {
-    return Status::InvalidArgument("--preset: " + preset.status().message());
+/// A file first, then a preset in its place, then single parameters.
+Status ParseDenoise(const ViewArguments& arguments, ViewOptions* options) {
+  Settings* settings = &options->settings.denoise;
+  options->preset = "default";
+  if (!arguments.settings_file.empty()) {
+    Result<SettingsFile> file = ReadSettingsFile(arguments.settings_file);
+    if (!file.ok()) {
+      return Status(file.status().code(), "--settings: " + file.status().message());
+    }
+    ApplySettingsFile(file.value(), &options->settings);
+    options->preset = file->preset;
   }
-  *settings = preset.value();
+  if (arguments.preset) {
+    Result<Settings> preset = PresetSettings(*arguments.preset);
+    if (!preset.ok()) {
+      return Status::InvalidArgument("--preset: " + preset.status().message());
+    }
+    *settings = preset.value();
+    options->preset = *arguments.preset;
+  }
   for (const std::string& assignment : arguments.set) {
     const size_t equals = assignment.find('=');
     if (equals == std::string::npos) {
@@ -82,9 +96,11 @@ Status ParsePanes(const std::string& text, ViewSettings* settings) {
 }
 
 Status ParseRate(const ViewArguments& arguments, ViewSettings* settings) {
-  settings->auto_rate = arguments.spp == "auto";
-  if (!settings->auto_rate) {
-    Result<SampleRate> rate = ParseSampleRate(arguments.spp);
+  if (arguments.spp) {
+    settings->auto_rate = *arguments.spp == "auto";
+  }
+  if (arguments.spp && !settings->auto_rate) {
+    Result<SampleRate> rate = ParseSampleRate(*arguments.spp);
     if (!rate.ok()) {
       return Status::InvalidArgument("--spp: " + rate.status().message() + ", or auto");
     }
@@ -132,26 +148,50 @@ Status ParseHeadless(const ViewArguments& arguments, ViewOptions* options) {
 
 }  // namespace
 
+void ApplySettingsFile(const SettingsFile& file, ViewSettings* settings) {
+  settings->denoise = file.denoise;
+  if (file.render.spp) {
+    settings->auto_rate = false;
+    settings->rate = ParseSampleRate(*file.render.spp).value();
+  }
+  if (file.render.guides) {
+    settings->sparse_guides = *file.render.guides == "sparse";
+  }
+  if (file.render.sampler) {
+    settings->sampler =
+        *file.render.sampler == "sobol" ? SamplerKind::kSobol : SamplerKind::kHalton16;
+  }
+  settings->bounces = file.render.bounces.value_or(settings->bounces);
+  settings->regularise = file.render.regularise.value_or(settings->regularise);
+}
+
 Result<ViewOptions> ParseViewArguments(const ViewArguments& arguments) {
   ViewOptions options;
   options.request = {arguments.scene, arguments.environment};
-  options.preset = arguments.preset;
   options.threads = arguments.threads;
   ViewSettings& settings = options.settings;
   STILLRAY_RETURN_IF_ERROR(ParseSize(arguments.size, &settings));
-  STILLRAY_RETURN_IF_ERROR(ParseDenoise(arguments, &settings.denoise));
+  STILLRAY_RETURN_IF_ERROR(ParseDenoise(arguments, &options));
   STILLRAY_RETURN_IF_ERROR(ParsePanes(arguments.panes, &settings));
   STILLRAY_RETURN_IF_ERROR(ParseRate(arguments, &settings));
-  if (arguments.bounces < 1 || arguments.bounces > 32) {
+  if (arguments.guides && *arguments.guides != "full" && *arguments.guides != "sparse") {
     return Status::InvalidArgument(
-        fmt::format("--bounces is {}, expected 1 to 32", arguments.bounces));
+        fmt::format("--guides is '{}', expected full or sparse", *arguments.guides));
   }
-  settings.bounces = arguments.bounces;
-  if (arguments.sampler != "sobol" && arguments.sampler != "halton16") {
+  settings.sparse_guides =
+      arguments.guides ? *arguments.guides == "sparse" : settings.sparse_guides;
+  if (arguments.bounces && (*arguments.bounces < 1 || *arguments.bounces > 32)) {
     return Status::InvalidArgument(
-        fmt::format("--sampler is '{}', expected sobol or halton16", arguments.sampler));
+        fmt::format("--bounces is {}, expected 1 to 32", *arguments.bounces));
   }
-  settings.sampler = arguments.sampler == "sobol" ? SamplerKind::kSobol : SamplerKind::kHalton16;
+  settings.bounces = arguments.bounces.value_or(settings.bounces);
+  if (arguments.sampler && *arguments.sampler != "sobol" && *arguments.sampler != "halton16") {
+    return Status::InvalidArgument(
+        fmt::format("--sampler is '{}', expected sobol or halton16", *arguments.sampler));
+  }
+  if (arguments.sampler) {
+    settings.sampler = *arguments.sampler == "sobol" ? SamplerKind::kSobol : SamplerKind::kHalton16;
+  }
   if (!(arguments.fps > 0 && arguments.fps <= 1000)) {
     return Status::InvalidArgument(
         fmt::format("--fps is {}, expected more than 0 and at most 1000", arguments.fps));
@@ -168,21 +208,22 @@ void DeclareViewOptions(CLI::App* command, ViewArguments* a) {
   command->add_option("--environment", a->environment, "Light from afar: .hdr or .exr");
   command->add_option("--size", a->size, "Of the window: WIDTHxHEIGHT in pixels")
       ->capture_default_str();
-  command->add_option("--preset", a->preset, "Settings of the denoiser")->capture_default_str();
+  command->add_option("--settings", a->settings_file,
+                      "A file of name=value lines, as the viewer saves them");
+  command->add_option("--preset", a->preset, "Settings of the denoiser");
   command->add_option("--set", a->set, "One setting of it: name=value")
       ->take_all()
       ->allow_extra_args(false);
   command->add_option("--views", a->panes, "What is shown side by side: noisy,denoised,reference")
       ->capture_default_str();
-  command->add_option("--spp", a->spp, "Samples per pixel and frame: auto, 4, 1/8")
-      ->capture_default_str();
+  command->add_option("--spp", a->spp, "Samples per pixel and frame: auto, 4, 1/8");
   command->add_option("--target-ms", a->target_ms, "Time that a frame may take, for auto")
       ->capture_default_str();
   command->add_option("--scale", a->scale, "Resolution of the picture: auto, 0.05 to 1")
       ->capture_default_str();
-  command->add_option("--bounces", a->bounces, "Surfaces a path scatters at")
-      ->capture_default_str();
-  command->add_option("--sampler", a->sampler, "sobol or halton16")->capture_default_str();
+  command->add_option("--guides", a->guides, "Below one sample per pixel: full or sparse");
+  command->add_option("--bounces", a->bounces, "Surfaces a path scatters at; default: 4");
+  command->add_option("--sampler", a->sampler, "sobol or halton16");
   command->add_option("--camera", a->camera, "Number of the file's camera, from 0")
       ->capture_default_str();
   command->add_option("--fps", a->fps, "Frames per second of clips and single steps")

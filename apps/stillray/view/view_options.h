@@ -4,11 +4,13 @@
 /// The command line of `stillray view`, checked before any work begins.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 
+#include "settings_file.h"
 #include "view/loaded_scene.h"
 #include "view/view_settings.h"
 
@@ -19,15 +21,17 @@ struct ViewArguments {
   std::string scene;
   std::string environment;
   std::string size = "1280x720";
-  std::string preset = "default";
+  std::optional<std::string> preset;
+  std::string settings_file;
   std::vector<std::string> set;
-  std::string spp = "auto";
+  std::optional<std::string> spp;
   std::string scale = "auto";
   std::string panes = "denoised";
-  std::string sampler = "sobol";
+  std::optional<std::string> sampler;
+  std::optional<std::string> guides;
   double target_ms = 50;
   double fps = 30;
-  int bounces = 4;
+  std::optional<int> bounces;
   int camera = 0;
   bool play = false;
   int threads = 0;
@@ -44,6 +48,9 @@ struct ViewOptions {
   int headless_frames = 0;  ///< 0: open a window
   std::string folder;
 };
+
+/// Takes what the file sets; the rest stays.
+void ApplySettingsFile(const SettingsFile& file, ViewSettings* settings);
 
 /// \return kInvalidArgument naming the option, what it is and what was expected
 Result<ViewOptions> ParseViewArguments(const ViewArguments& arguments);

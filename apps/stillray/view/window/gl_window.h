@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The window with its OpenGL 3.3 context and Dear ImGui set up in it.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "stillray/status.h"
+
+struct GLFWwindow;
+
+namespace stillray::view {
+
+class GlWindow {
+ public:
+  /// \return kUnsupported if there is no display or no OpenGL 3.3
+  static Result<std::unique_ptr<GlWindow>> Create(int width, int height, const std::string& title);
+  ~GlWindow();
+  GlWindow(const GlWindow&) = delete;
+  GlWindow& operator=(const GlWindow&) = delete;
+
+  /// Sleeps until there is an event, or for so many seconds at most. \return whether the user did
+  /// something, or the system wants the window drawn again
+  bool WaitForEvents(double seconds);
+  /// Ends a WaitForEvents; may be called from any thread while the window lives.
+  static void Wake();
+  /// Everything between these two is one frame of the interface.
+  void BeginFrame();
+  void EndFrame();
+
+  bool should_close() const;
+  void SetTitle(const std::string& title);
+  /// Paths of files that were dropped on the window since the last call.
+  std::vector<std::string> TakeDroppedFiles();
+  GLFWwindow* handle() const { return window_; }
+
+ private:
+  explicit GlWindow(GLFWwindow* window) : window_(window) {}
+
+  void CountInput();
+
+  GLFWwindow* window_;
+  std::vector<std::string> dropped_;
+  bool input_ = false;
+};
+
+}  // namespace stillray::view

@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Where the parts of the window are, in its own pixels.
+#pragma once
+
+#include <algorithm>
+
+namespace stillray::view {
+
+struct Rect {
+  float x = 0;
+  float y = 0;
+  float width = 0;
+  float height = 0;
+};
+
+struct Layout {
+  Rect picture;
+  Rect panel;
+  Rect bar;
+};
+
+/// \param width, height  of the window
+/// \param menu_height    of the menu at its top
+/// \param line_height    of a line of text with its frame
+inline Layout MakeLayout(float width, float height, float menu_height, float line_height,
+                         bool show_panel) {
+  const float panel = show_panel ? std::clamp(width * 0.29f, 22 * 15.0f, 30 * 15.0f) : 0;
+  const float bar = line_height + 14;
+  Layout layout;
+  layout.picture = {0, menu_height, std::max(width - panel, 16.0f),
+                    std::max(height - menu_height - bar, 16.0f)};
+  layout.panel = {width - panel, menu_height, panel, std::max(height - menu_height, 16.0f)};
+  layout.bar = {0, height - bar, std::max(width - panel, 16.0f), bar};
+  return layout;
+}
+
+}  // namespace stillray::view

@@ -1,0 +1,205 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "view/window/picture_area.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include "view/split.h"
+#include "view/window/camera_input.h"
+
+namespace stillray::view {
+namespace {
+
+constexpr float kGrab = 7;  // pixels to both sides of a divider that take hold of it
+constexpr ImU32 kLine = IM_COL32(240, 240, 240, 220);
+constexpr ImU32 kShade = IM_COL32(0, 0, 0, 150);
+constexpr ImU32 kText = IM_COL32(235, 238, 240, 255);
+
+void DrawLabel(ImVec2 at, const std::string& text) {
+  ImDrawList* draw = ImGui::GetWindowDrawList();
+  const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+  draw->AddRectFilled({at.x - 5, at.y - 3}, {at.x + size.x + 5, at.y + size.y + 3}, kShade, 3);
+  draw->AddText(at, kText, text.c_str());
+}
+
+void DrawPanes(const Rect& area, const PaneTextures& textures, const ViewerState& state) {
+  ImDrawList* draw = ImGui::GetWindowDrawList();
+  const int count = textures.count();
+  const std::vector<float> ends = PaneEnds(state.settings.dividers, count);
+  float begin = 0;
+  for (int i = 0; i < count; ++i) {
+    const float end = ends[static_cast<size_t>(i)];
+    const auto texture = reinterpret_cast<ImTextureID>(  // NOLINT: as ImGui wants it
+        static_cast<uintptr_t>(textures.texture(i)));
+    draw->AddImage(texture, {area.x + begin * area.width, area.y},
+                   {area.x + end * area.width, area.y + area.height}, {begin, 0}, {end, 1});
+    begin = end;
+  }
+  begin = 0;
+  for (int i = 0; i < count; ++i) {
+    const float left = area.x + begin * area.width;
+    if (i > 0) {
+      draw->AddLine({left, area.y}, {left, area.y + area.height}, kLine, 2);
+      const float middle = area.y + area.height / 2;
+      draw->AddRectFilled({left - 3, middle - 18}, {left + 3, middle + 18}, kLine, 3);
+    }
+    if (count > 1 || state.frame->panes[static_cast<size_t>(i)] != "denoised") {
+      const Rect strip = {left, area.y, (ends[static_cast<size_t>(i)] - begin) * area.width, 0};
+      draw->PushClipRect({strip.x, area.y}, {strip.x + strip.width, area.y + area.height}, true);
+      DrawLabel({strip.x + 12, area.y + 10}, state.frame->panes[static_cast<size_t>(i)]);
+      draw->PopClipRect();
+    }
+    begin = ends[static_cast<size_t>(i)];
+  }
+}
+
+/// The divider under the mouse; -1 if there is none.
+int DividerAt(const Rect& area, float x, const ViewerState& state) {
+  const std::vector<float> ends =
+      PaneEnds(state.settings.dividers, static_cast<int>(state.settings.panes.size()));
+  for (size_t i = 0; i + 1 < ends.size(); ++i) {
+    if (std::abs(area.x + ends[i] * area.width - x) <= kGrab) {
+      return static_cast<int>(i);
+    }
+  }
+  return -1;
+}
+
+/// \return whether the mouse has to do with a divider, and the camera is to stand still
+bool HandleDividers(const Rect& area, ViewerState* state) {
+  const ImGuiIO& io = ImGui::GetIO();
+  const int under = ImGui::IsItemHovered() ? DividerAt(area, io.MousePos.x, *state) : -1;
+  if (under >= 0 && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
+    state->dragged_divider = under;
+  }
+  if (!ImGui::IsMouseDown(ImGuiMouseButton_Left)) {
+    state->dragged_divider = -1;
+  }
+  const bool held = state->dragged_divider >= 0 &&
+                    state->dragged_divider + 1 < static_cast<int>(state->settings.panes.size());
+  if (under >= 0 || held) {
+    ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeEW);
+  }
+  if (held) {
+    std::vector<float> ends =
+        PaneEnds(state->settings.dividers, static_cast<int>(state->settings.panes.size()));
+    ends.pop_back();
+    ends[static_cast<size_t>(state->dragged_divider)] = (io.MousePos.x - area.x) / area.width;
+    state->settings.dividers = ends;
+    state->changed = true;
+  }
+  return held;
+}
+
+void HandleInspector(const Rect& area, ViewerState* state) {
+  if (!state->settings.inspect || state->inspector_pinned || !ImGui::IsItemHovered()) {
+    return;
+  }
+  const ImVec2 mouse = ImGui::GetIO().MousePos;
+  const float x = std::clamp((mouse.x - area.x) / area.width, 0.0f, 1.0f);
+  const float y = std::clamp((mouse.y - area.y) / area.height, 0.0f, 1.0f);
+  state->changed |= x != state->settings.inspect_x || y != state->settings.inspect_y;
+  state->settings.inspect_x = x;
+  state->settings.inspect_y = y;
+}
+
+void DrawInspectedPixel(const Rect& area, const ViewerState& state) {
+  if (!state.settings.inspect || state.frame == nullptr) {
+    return;
+  }
+  const auto w = static_cast<float>(state.frame->width);
+  const auto h = static_cast<float>(state.frame->height);
+  const float px = area.width / w;
+  const float py = area.height / h;
+  const float x = area.x + static_cast<float>(state.frame->inspect_x) * px;
+  const float y = area.y + static_cast<float>(state.frame->inspect_y) * py;
+  ImDrawList* draw = ImGui::GetWindowDrawList();
+  draw->AddRect({x - 2, y - 2}, {x + px + 2, y + py + 2}, IM_COL32(0, 0, 0, 255));
+  draw->AddRect({x - 1, y - 1}, {x + px + 1, y + py + 1}, IM_COL32(255, 255, 255, 255));
+}
+
+void DrawStatus(const Rect& area, const ViewerState& state) {
+  const ViewFrame& f = *state.frame;
+  std::string text = fmt::format("{}x{}   {} samples/pixel   {:.0f} ms", f.width, f.height,
+                                 ToText(f.rate), f.cost.total());
+  if (f.still && f.samples >= 1) {
+    text += fmt::format("   {:.0f} gathered", f.samples);
+  }
+  if (state.settings.reference && f.reference_spp > 0) {
+    text += fmt::format("   reference {}", f.reference_spp);
+  }
+  const float line = ImGui::GetTextLineHeight();
+  DrawLabel({area.x + 12, area.y + area.height - line - 10}, text);
+  if (state.recording) {
+    ImDrawList* draw = ImGui::GetWindowDrawList();
+    draw->AddCircleFilled({area.x + area.width - 20, area.y + 20}, 7, IM_COL32(230, 50, 40, 255));
+  }
+}
+
+void DrawToasts(const Rect& area, const ViewerState& state) {
+  const float line = ImGui::GetTextLineHeight() + 12;
+  float y = area.y + area.height - line - 32;
+  for (auto toast = state.toasts.rbegin(); toast != state.toasts.rend() && y > area.y; ++toast) {
+    DrawLabel({area.x + 12, y}, toast->text);
+    y -= line;
+  }
+}
+
+void DrawLoading(const Rect& area, double now, const ViewerState& state) {
+  ImDrawList* draw = ImGui::GetWindowDrawList();
+  const std::string text = fmt::format(
+      "{} ... {:.1f} s", state.load.loading ? state.load.what : "first frame", state.load.seconds);
+  const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+  const float width = std::max(260.0f, size.x + 40);
+  const float x = area.x + (area.width - width) / 2;
+  const float y = area.y + area.height / 2 - 34;
+  draw->AddRectFilled({x, y}, {x + width, y + 68}, IM_COL32(20, 22, 25, 235), 6);
+  draw->AddText({x + (width - size.x) / 2, y + 14}, kText, text.c_str());
+  // How much is left is not known: a mark that runs says that something goes on.
+  const float from = x + 20;
+  const float length = width - 40;
+  const auto phase = static_cast<float>(std::fmod(now * 0.7, 1.0));
+  const float begin = std::max(0.0f, phase * 1.3f - 0.3f);
+  const float end = std::min(1.0f, phase * 1.3f);
+  draw->AddRectFilled({from, y + 46}, {from + length, y + 52}, IM_COL32(60, 64, 70, 255), 3);
+  draw->AddRectFilled({from + begin * length, y + 46}, {from + end * length, y + 52},
+                      IM_COL32(70, 170, 215, 255), 3);
+}
+
+}  // namespace
+
+void DrawPictureArea(const Rect& area, const PaneTextures& textures, double now,
+                     ViewerState* state) {
+  ImGui::SetNextWindowPos({area.x, area.y});
+  ImGui::SetNextWindowSize({area.width, area.height});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0, 0});
+  constexpr ImGuiWindowFlags kBare =
+      ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
+      ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoBringToFrontOnFocus |
+      ImGuiWindowFlags_NoNav;
+  ImGui::Begin("picture", nullptr, kBare);
+  ImGui::PopStyleVar();
+  ImGui::InvisibleButton("mouse", {area.width, area.height},
+                         ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight |
+                             ImGuiButtonFlags_MouseButtonMiddle);
+  HandleInspector(area, state);
+  if (!HandleDividers(area, state)) {
+    HandleCameraMouse(area, state);
+  }
+  if (state->frame != nullptr && textures.count() > 0) {
+    DrawPanes(area, textures, *state);
+    DrawInspectedPixel(area, *state);
+    DrawStatus(area, *state);
+  }
+  DrawToasts(area, *state);
+  if (state->load.loading || (state->frame == nullptr && state->scene.number > 0)) {
+    DrawLoading(area, now, *state);
+  }
+  ImGui::End();
+}
+
+}  // namespace stillray::view

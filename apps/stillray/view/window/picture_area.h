@@ -1,0 +1,16 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The pictures side by side, with the dividers, what is written over them, and the mouse in them.
+#pragma once
+
+#include "view/window/layout.h"
+#include "view/window/pane_textures.h"
+#include "view/window/viewer_state.h"
+
+namespace stillray::view {
+
+void DrawPictureArea(const Rect& area, const PaneTextures& textures, double now,
+                     ViewerState* state);
+
+}  // namespace stillray::view

@@ -1,0 +1,190 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// The panel at the right, the menu at the top, and the bar of the animation.
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include "view/window/panels.h"
+
+namespace stillray::view {
+namespace {
+
+bool Section(const char* name, bool open) {
+  return ImGui::CollapsingHeader(name, open ? ImGuiTreeNodeFlags_DefaultOpen : 0);
+}
+
+void SceneMenu(ViewEngine* engine, ViewerState* state) {
+  if (ImGui::MenuItem("Open scene...", "Ctrl+O")) {
+    OpenDialog(Dialog::kOpenScene, state);
+  }
+  if (ImGui::BeginMenu("Built-in")) {
+    for (const std::string& name : BuiltinSceneNames()) {
+      if (ImGui::MenuItem(name.c_str())) {
+        state->request = {"builtin:" + name, ""};
+        engine->Open(state->request);
+      }
+    }
+    ImGui::EndMenu();
+  }
+  if (ImGui::MenuItem("Environment...")) {
+    OpenDialog(Dialog::kOpenEnvironment, state);
+  }
+  ImGui::Separator();
+  if (ImGui::MenuItem("Save picture...", "Ctrl+S")) {
+    OpenDialog(Dialog::kSavePicture, state);
+  }
+  if (state->recording) {
+    if (ImGui::MenuItem("End the clip", "Ctrl+R")) {
+      engine->StopClip();
+    }
+  } else if (ImGui::MenuItem("Record a clip...", "Ctrl+R")) {
+    OpenDialog(Dialog::kRecordClip, state);
+  }
+  ImGui::Separator();
+  if (ImGui::MenuItem("Quit", "Ctrl+Q")) {
+    state->quit = true;
+  }
+}
+
+void ViewMenu(ViewerState* state) {
+  if (ImGui::MenuItem("denoised")) {
+    SetPanes({"denoised"}, state);
+  }
+  if (ImGui::MenuItem("noisy | denoised", "Tab")) {
+    SetPanes({"noisy", "denoised"}, state);
+  }
+  if (ImGui::MenuItem("noisy | denoised | reference")) {
+    SetPanes({"noisy", "denoised", "reference"}, state);
+  }
+  if (ImGui::MenuItem("before | after the wavelet")) {
+    SetPanes({"temporal", "denoised"}, state);
+  }
+  ImGui::Separator();
+  ImGui::MenuItem("Side panel", "F2", &state->show_panel);
+  ImGui::MenuItem("Sharp pixels", nullptr, &state->sharp_pixels);
+}
+
+}  // namespace
+
+void DrawMenu(ViewEngine* engine, ViewerState* state) {
+  if (!ImGui::BeginMainMenuBar()) {
+    return;
+  }
+  if (ImGui::BeginMenu("Scene")) {
+    SceneMenu(engine, state);
+    ImGui::EndMenu();
+  }
+  if (ImGui::BeginMenu("View")) {
+    ViewMenu(state);
+    ImGui::EndMenu();
+  }
+  if (ImGui::BeginMenu("Settings")) {
+    for (const std::string_view name : PresetNames()) {
+      const std::string text(name);
+      if (ImGui::MenuItem(text.c_str(), nullptr, text == state->preset)) {
+        SetPreset(text, state);
+      }
+    }
+    ImGui::Separator();
+    if (ImGui::MenuItem("Load...")) {
+      OpenDialog(Dialog::kLoadSettings, state);
+    }
+    if (ImGui::MenuItem("Save...")) {
+      OpenDialog(Dialog::kSaveSettings, state);
+    }
+    ImGui::EndMenu();
+  }
+  if (ImGui::MenuItem("Keys")) {
+    state->show_help = true;
+  }
+  if (state->scene.number > 0) {
+    const std::string text =
+        fmt::format("{}   {} triangles", state->scene.request.scene, state->scene.triangles);
+    const float room = ImGui::GetWindowWidth() - ImGui::CalcTextSize(text.c_str()).x - 16;
+    ImGui::SameLine(std::max(room, ImGui::GetCursorPosX() + 20));
+    ImGui::TextDisabled("%s", text.c_str());
+  }
+  ImGui::EndMainMenuBar();
+}
+
+void DrawPlaybackBar(const Rect& area, ViewerState* state) {
+  ImGui::SetNextWindowPos({area.x, area.y});
+  ImGui::SetNextWindowSize({area.width, area.height});
+  ImGui::Begin("playback", nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
+                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav);
+  ViewSettings& s = state->settings;
+  const double length = state->scene.length;
+  if (length <= 0) {
+    ImGui::AlignTextToFramePadding();
+    ImGui::TextDisabled(state->scene.number > 0 ? "nothing is animated in this scene" : "");
+    ImGui::End();
+    return;
+  }
+  if (ImGui::Button(s.playing ? "Pause" : "Play", {58, 0})) {
+    s.playing = !s.playing;
+    state->changed = true;
+  }
+  ImGui::SameLine();
+  if (ImGui::Button("<", {26, 0})) {
+    StepFrames(-1, state);
+  }
+  ImGui::SameLine(0, 3);
+  if (ImGui::Button(">", {26, 0})) {
+    StepFrames(1, state);
+  }
+  ImGui::SameLine();
+  const float speed_width = 150;
+  ImGui::SetNextItemWidth(std::max(ImGui::GetContentRegionAvail().x - speed_width - 8, 80.0f));
+  auto seconds = static_cast<float>(state->frame != nullptr ? state->frame->seconds : 0);
+  if (ImGui::SliderFloat("##time", &seconds, 0, static_cast<float>(length),
+                         fmt::format("%.2f / {:.2f} s", length).c_str(),
+                         ImGuiSliderFlags_AlwaysClamp)) {
+    Seek(seconds, state);
+  }
+  ImGui::SameLine();
+  ImGui::SetNextItemWidth(-1);
+  auto speed = static_cast<float>(s.speed);
+  if (ImGui::SliderFloat("##speed", &speed, -4, 4, "speed %.2f")) {
+    s.speed = std::abs(speed) < 0.04f ? 0 : std::clamp(speed, -8.0f, 8.0f);
+    state->changed = true;
+  }
+  ImGui::End();
+}
+
+void DrawSidePanel(const Rect& area, ViewerState* state) {
+  ImGui::SetNextWindowPos({area.x, area.y});
+  ImGui::SetNextWindowSize({area.width, area.height});
+  ImGui::Begin("panel", nullptr,
+               ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
+                   ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings |
+                   ImGuiWindowFlags_AlwaysVerticalScrollbar);
+  if (Section("View", true)) {
+    DrawViewPanel(state);
+  }
+  if (Section("Samples and light", true)) {
+    DrawRenderPanel(state);
+  }
+  if (Section("Denoiser", true)) {
+    DrawParameterPanel(state);
+  }
+  if (Section("Camera", false)) {
+    DrawCameraPanel(state);
+  }
+  if (Section("Times and memory", true)) {
+    DrawTimePanel(*state);
+  }
+  if (Section("Against the reference", false)) {
+    DrawMeasurePanel(state);
+  }
+  if (Section("Pixel", false)) {
+    DrawInspectorPanel(state);
+  }
+  ImGui::End();
+}
+
+}  // namespace stillray::view

@@ -1,0 +1,138 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "view/window/viewer.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <filesystem>
+#include <thread>
+
+#include <imgui.h>
+
+#include "interrupt.h"
+#include "view/view_engine.h"
+#include "view/window/camera_input.h"
+#include "view/window/gl_window.h"
+#include "view/window/layout.h"
+#include "view/window/pane_textures.h"
+#include "view/window/panels.h"
+#include "view/window/picture_area.h"
+#include "view/window/viewer_state.h"
+
+namespace stillray::view {
+namespace {
+
+// Input and new pictures wake the interface; these are for what moves without them.
+constexpr double kIdleSeconds = 0.5;
+constexpr double kLivelySeconds = 0.016;
+constexpr double kShortestFrame = 0.012;  // where the display does not set the pace
+// Widgets answer input over a few frames.
+constexpr int kFramesAfterInput = 3;
+
+double Now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+std::string Title(const SceneRequest& request) {
+  return std::filesystem::path(request.scene).filename().string() + " - stillray";
+}
+
+/// One frame of the interface. \return whether something moves that the interface itself moves
+bool DrawInterface(double now, double elapsed, PaneTextures* textures, ViewEngine* engine,
+                   ViewerState* state) {
+  DrawMenu(engine, state);
+  const ImGuiIO& io = ImGui::GetIO();
+  const Layout layout = MakeLayout(io.DisplaySize.x, io.DisplaySize.y, ImGui::GetFrameHeight(),
+                                   ImGui::GetFrameHeight(), state->show_panel);
+  const int width = static_cast<int>(layout.picture.width);
+  const int height = static_cast<int>(layout.picture.height);
+  if (width != state->settings.width || height != state->settings.height) {
+    state->settings.width = width;
+    state->settings.height = height;
+    state->changed = true;
+  }
+  if (state->frame != nullptr) {
+    textures->Upload(*state->frame, state->sharp_pixels);
+  }
+  DrawPictureArea(layout.picture, *textures, now, state);
+  DrawPlaybackBar(layout.bar, state);
+  if (state->show_panel) {
+    DrawSidePanel(layout.panel, state);
+  }
+  DrawDialogs(engine, state);
+  HandleKeys(engine, state);
+  const bool flying = HandleFlyKeys(elapsed, state);
+  return flying || state->flight || state->load.loading || state->dragged_divider >= 0;
+}
+
+void DrawFrame(double now, double elapsed, bool* lively, GlWindow* window, PaneTextures* textures,
+               ViewEngine* engine, ViewerState* state) {
+  window->BeginFrame();
+  *lively = DrawInterface(now, elapsed, textures, engine, state);
+  if (state->changed) {
+    engine->Post(state->settings);
+    state->changed = false;
+  }
+  window->EndFrame();
+}
+
+void Loop(GlWindow* window, std::atomic<bool>* news, ViewEngine* engine, ViewerState* state) {
+  PaneTextures textures;
+  double last = Now();
+  bool lively = true;
+  int frames_due = kFramesAfterInput;
+  uint64_t titled = 0;
+  while (!window->should_close() && !state->quit && !Interrupted()) {
+    const bool soon = lively || frames_due > 0;
+    frames_due = window->WaitForEvents(soon ? kLivelySeconds : kIdleSeconds) ? kFramesAfterInput
+                                                                             : frames_due;
+    double now = Now();
+    if (!soon && frames_due == 0 && !*news && now - last < kIdleSeconds) {
+      continue;
+    }
+    if (now - last < kShortestFrame) {
+      std::this_thread::sleep_for(std::chrono::duration<double>(kShortestFrame - (now - last)));
+      now = Now();
+    }
+    *news = false;
+    Update(now, engine, state);
+    for (const std::string& path : window->TakeDroppedFiles()) {
+      OpenDropped(path, engine, state);
+    }
+    if (state->scene.number != titled) {
+      titled = state->scene.number;
+      window->SetTitle(Title(state->scene.request));
+    }
+    DrawFrame(now, now - last, &lively, window, &textures, engine, state);
+    frames_due = std::max(frames_due - 1, 0);
+    last = now;
+  }
+}
+
+}  // namespace
+
+Status RunViewer(const ViewOptions& options) {
+  Result<std::unique_ptr<GlWindow>> window =
+      GlWindow::Create(options.settings.width, options.settings.height, Title(options.request));
+  if (!window.ok()) {
+    return window.status();
+  }
+  CatchInterrupts();
+  ViewerState state;
+  state.settings = options.settings;
+  state.preset = options.preset;
+  state.request = options.request;
+  state.views = ListViews(state.settings.denoise);
+  // The engine ends before the window, which its threads wake.
+  std::atomic<bool> news = false;
+  ViewEngine engine(state.settings, [&news] {
+    news = true;
+    GlWindow::Wake();
+  });
+  engine.Open(options.request);
+  Loop(window->get(), &news, &engine, &state);
+  return Status::Ok();
+}
+
+}  // namespace stillray::view

@@ -1,0 +1,106 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What the interface knows and remembers from one of its frames to the next.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "view/view_engine.h"
+#include "view/view_frame.h"
+#include "view/view_settings.h"
+#include "view/views.h"
+
+namespace stillray::view {
+
+enum class Dialog : uint8_t {
+  kNone,
+  kOpenScene,
+  kOpenEnvironment,
+  kSavePicture,
+  kRecordClip,
+  kLoadSettings,
+  kSaveSettings,
+};
+
+/// Short notice that goes away by itself.
+struct Toast {
+  std::string text;
+  double until = 0;  ///< seconds of the interface's clock
+};
+
+struct PoseFlight {
+  ViewPose from;
+  ViewPose to;
+  double began = 0;
+};
+
+/// Times of the last frames, for the plot.
+struct TimeHistory {
+  static constexpr int kLength = 180;
+  std::array<FrameCost, kLength> costs = {};
+  int next = 0;
+  int count = 0;
+
+  void Add(const FrameCost& cost) {
+    costs[static_cast<size_t>(next)] = cost;
+    next = (next + 1) % kLength;
+    count = count < kLength ? count + 1 : kLength;
+  }
+};
+
+struct ViewerState {
+  ViewSettings settings;
+  bool changed = true;  ///< `settings` is to be posted
+  std::string preset = "default";
+  std::vector<ViewInfo> views;  ///< for the present settings
+  std::string parameter_error;  ///< why the last change of a parameter was refused
+
+  SceneInfo scene;
+  SceneRequest request;  ///< last asked for
+  LoadState load;
+  const ViewFrame* frame = nullptr;  ///< newest; nullptr before the first
+  bool recording = false;
+  TimeHistory times;
+
+  std::array<std::optional<ViewPose>, 9> saved_views;
+  std::optional<PoseFlight> flight;
+  uint64_t focus_asked = 0;  ///< order to focus that waits for its answer; 0: none
+
+  Dialog dialog = Dialog::kNone;
+  bool dialog_opening = false;
+  std::string dialog_path;
+  std::string dialog_error;
+  std::vector<std::string> errors;  ///< to be shown in a message box, oldest first
+  std::vector<Toast> toasts;
+
+  bool show_panel = true;
+  bool show_help = false;
+  bool sharp_pixels = false;  ///< enlarge without interpolation
+  bool inspector_pinned = false;
+  int dragged_divider = -1;
+  bool quit = false;
+};
+
+/// The widget row of one choice of views, e.g. in a menu.
+void SetPanes(std::vector<std::string> panes, ViewerState* state);
+/// Takes a preset's values for all parameters but exposure and tone curve, which are the viewer's.
+void SetPreset(const std::string& name, ViewerState* state);
+void NextPreset(ViewerState* state);
+/// The camera leaves the file's path, if it has not yet, and stands at `pose`.
+void SetPose(const ViewPose& pose, ViewerState* state);
+void UseFileCamera(int camera, ViewerState* state);
+void SaveView(size_t slot, ViewerState* state);
+/// Flies there; nothing happens if nothing was saved.
+void GoToSavedView(size_t slot, ViewerState* state);
+void Seek(double seconds, ViewerState* state);
+void StepFrames(int frames, ViewerState* state);
+void AddToast(const std::string& text, double now, ViewerState* state);
+void AddError(const std::string& text, ViewerState* state);
+/// Takes what the engine has to tell.
+void Update(double now, ViewEngine* engine, ViewerState* state);
+
+}  // namespace stillray::view
