@@ -14,6 +14,7 @@ namespace stillray {
 inline constexpr int kExitOk = 0;
 inline constexpr int kExitInternal = 1;     ///< a defect of stillray
 inline constexpr int kExitBadInput = 2;     ///< the command line, a file or the machine is at fault
+inline constexpr int kExitFindings = 3;     ///< stillray check found something wrong
 inline constexpr int kExitCancelled = 130;  ///< stopped by the user (Ctrl-C)
 
 /// Prints "stillray: error: ..." to stderr and returns the exit code that fits.
@@ -27,6 +28,7 @@ void AddViewCommand(CLI::App& app, int* exit_code);
 void AddCompareCommand(CLI::App& app, int* exit_code);
 void AddReportCommand(CLI::App& app, int* exit_code);
 void AddInfoCommand(CLI::App& app, int* exit_code);
+void AddCheckCommand(CLI::App& app, int* exit_code);
 void AddBenchCommand(CLI::App& app, int* exit_code);
 
 }  // namespace stillray

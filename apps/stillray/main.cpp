@@ -40,6 +40,7 @@ int Main(int argc, char** argv) {
   AddCompareCommand(app, &exit_code);
   AddReportCommand(app, &exit_code);
   AddInfoCommand(app, &exit_code);
+  AddCheckCommand(app, &exit_code);
   AddBenchCommand(app, &exit_code);
   try {
     app.parse(argc, argv);

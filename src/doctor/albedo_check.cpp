@@ -26,8 +26,8 @@ constexpr double kMayBeBlack = 0.02;
 constexpr double kLinearExponent = 1.6;
 constexpr int kWindow = 8;
 constexpr int kLeastInClass = 8;
-constexpr float kContrast = 1.5f;
-constexpr size_t kLeastWindows = 60;
+constexpr float kContrast = 1.25f;
+constexpr size_t kLeastWindows = 40;
 constexpr double kAgreement = 0.7;
 constexpr float kBright = 6.0f;
 
@@ -257,10 +257,7 @@ void AlbedoCheck::Conclude(Verdict* verdict) {
               "(expected below {:.0f} %)",
               LayerText(*layout_, Aov::kAlbedo), 100 * worst, FrameRanges(frames),
               100 * kMayBeBlack),
-          "render the albedo pass of these frames again, or leave it out: stillray denoise with "
-          "--aov "
-          "albedo=none",
-          worst, kMayBeBlack, "albedo=none"});
+          "render the albedo pass of these frames again", worst, kMayBeBlack, ""});
     }
   }
   if (!exponents_.empty()) {

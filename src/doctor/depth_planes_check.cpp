@@ -23,13 +23,16 @@ constexpr size_t kMostTriples = 4000;
 constexpr float kSteps = 200;
 constexpr float kHalfStep = 0x1p-11f;
 constexpr float kFloatStep = 0x1p-22f;
-/// Bend: second difference over the difference of the ends. Clean depth measured below 0.0005
-/// (floats) and 0.01 (halves); 0 to 1, projected and ray depth 0.002 and more.
-constexpr double kLeastBend = 1.5e-3;
-/// Bend of depth of no known kind.
-constexpr double kSurelyBent = 0.03;
+/// Bend: second difference over the difference of the ends, of the quarter of the lines that rise
+/// most. Clean depth of floats measured below 0.0001; other kinds 0.003 and more.
+constexpr double kLeastBend = 4e-4;
+/// Bend of depth of no known kind: all of it to one side, as a curve bends, and noise does not.
+constexpr double kSurelyBent = 4e-3;
+constexpr double kOneSide = 0.9;
 /// The right kind bends less than this part of the given one.
 constexpr double kFarLess = 0.2;
+/// Of kinds with a parameter to fit, which can imitate other curves. True ones: 0.0004 and 0.013.
+constexpr double kFarLessFitted = 0.04;
 constexpr double kAgreement = 0.7;
 
 /// Stored values at the ends and the middle of a flat line, and how far from the picture's middle
@@ -87,11 +90,33 @@ Fit LeastBend(double from, double to, const Bend& bend) {
   return best;
 }
 
+/// Part of the lines that bend to the same side.
+double OneSide(const std::vector<Triple>& triples) {
+  size_t up = 0;
+  for (const Triple& t : triples) {
+    up += 1.0 / t.depth[0] - 2.0 / t.depth[1] + 1.0 / t.depth[2] > 0;
+  }
+  return static_cast<double>(std::max(up, triples.size() - up)) /
+         static_cast<double>(triples.size());
+}
+
+/// The lines along which depth changes most, as a part of it: there kinds differ most.
+std::vector<Triple> Steepest(std::vector<Triple> triples) {
+  const auto steepness = [](const Triple& t) {
+    return std::fabs(t.stored[2] - t.stored[0]) / std::fabs(t.stored[1]);
+  };
+  std::stable_sort(triples.begin(), triples.end(),
+                   [&](const Triple& a, const Triple& b) { return steepness(a) > steepness(b); });
+  triples.resize(std::clamp(triples.size() / 4, kLeastTriples, kMostTriples));
+  return triples;
+}
+
 enum class Kind : uint8_t { kGiven, kLinear, kInverse, kRay, kOffset };
 
 struct Judged {
   int64_t number = 0;
-  double given = 0;  ///< bend
+  double given = 0;     ///< bend
+  double one_side = 0;  ///< part of the lines that bend to the same side
   Kind kind = Kind::kGiven;
   double bend = 0;  ///< of `kind`
   double parameter = 0;
@@ -119,7 +144,8 @@ void DepthPlanesCheck::AddTriples(const Exhibit& now, const Image1& stored, floa
   const int stride = SampleStep(f.width, f.height, kSamples);
   const float middle_x = 0.5f * static_cast<float>(f.width);
   const float middle_y = 0.5f * static_cast<float>(f.height);
-  for (const int reach : {std::max(f.width / 24, 4), std::max(f.width / 64, 3)}) {
+  for (const int reach :
+       {std::max(f.width / 12, 6), std::max(f.width / 24, 4), std::max(f.width / 64, 3)}) {
     for (int y = stride / 2; y < f.height; y += stride) {
       for (int x = stride / 2; x < f.width; x += stride) {
         for (const auto& [dx, dy] : {std::pair(1, 0), std::pair(0, 1)}) {
@@ -160,12 +186,10 @@ void DepthPlanesCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
   if (all.size() < kLeastTriples) {
     return;
   }
-  const size_t stride = (all.size() + kMostTriples - 1) / kMostTriples;
-  std::vector<Triple> triples;
+  const std::vector<Triple> triples = Steepest(std::move(all));
   std::vector<float> values;
-  for (size_t i = 0; i < all.size(); i += stride) {
-    triples.push_back(all[i]);
-    values.push_back(all[i].stored[1]);
+  for (const Triple& t : triples) {
+    values.push_back(t.stored[1]);
   }
   Judged j;
   j.number = now.number;
@@ -174,9 +198,11 @@ void DepthPlanesCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
   j.largest = values.back();
   j.given = MedianBend(triples, [](const Triple& t, size_t i) { return 1.0 / t.depth[i]; });
   j.bend = j.given;
+  j.one_side = OneSide(triples);
   if (j.given > kLeastBend) {
     const auto consider = [&](Kind kind, double bend, double parameter) {
-      if (bend < kFarLess * j.given && bend < j.bend) {
+      const bool fitted = kind == Kind::kRay || kind == Kind::kOffset;
+      if (bend < (fitted ? kFarLessFitted : kFarLess) * j.given && bend < j.bend) {
         j.kind = kind;
         j.bend = bend;
         j.parameter = parameter;
@@ -276,7 +302,8 @@ void DepthPlanesCheck::Conclude(Verdict* verdict) {
     std::vector<int64_t> frames;
     std::vector<Judged> such;
     for (const Judged& j : frames_) {
-      if (j.kind == kind && (kind != Kind::kGiven || j.given > kSurelyBent)) {
+      if (j.kind == kind &&
+          (kind != Kind::kGiven || (j.given > kSurelyBent && j.one_side > kOneSide))) {
         frames.push_back(j.number);
         such.push_back(j);
       }

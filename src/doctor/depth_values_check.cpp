@@ -33,6 +33,19 @@ struct Values {
   float farthest = 0;       ///< stored on surfaces
 };
 
+bool HasSurface(const Exhibit& now) {
+  if (now.layout->Find(Aov::kNormal) == nullptr) {
+    return false;
+  }
+  int64_t surfaces = 0;
+  for (int y = 0; y < now.frame.height; ++y) {
+    for (int x = 0; x < now.frame.width; ++x) {
+      surfaces += !IsZeroNormal(now.frame.guides.normal, x, y);
+    }
+  }
+  return static_cast<double>(surfaces) > kBackground * now.frame.width * now.frame.height;
+}
+
 class DepthValuesCheck : public Check {
  public:
   void Look(const Exhibit& now, const Exhibit* before) override;
@@ -90,6 +103,11 @@ void DepthValuesCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
       v.one_value = part;
       v.value = value;
     }
+  }
+  if (first && HasSurface(now)) {
+    // No depth at all, where normals say that there are surfaces.
+    v.least = v.largest = stored(0, 0);
+    first = false;
   }
   if (!first) {
     frames_.push_back(v);

@@ -157,6 +157,7 @@ class DoctorImpl : public Doctor {
   void LookAt(int64_t number, const std::string& name, const ExrImage& image, Frame frame,
               bool repeated);
   void ConcludeFiles(Verdict* verdict) const;
+  void ConcludeRepeated(Verdict* verdict) const;
 
   AovOptions options_;
   std::optional<AovLayout> layout_;
@@ -278,6 +279,37 @@ void DoctorImpl::LookAt(int64_t number, const std::string& name, const ExrImage&
   before_is_copy_ = repeated;
 }
 
+/// Single copies were put in place of frames; where nothing ever changes, noise does not either.
+void DoctorImpl::ConcludeRepeated(Verdict* verdict) const {
+  if (repeated_.empty()) {
+    return;
+  }
+  const auto count = static_cast<double>(repeated_.size());
+  constexpr double kNearlyAll = 0.8;
+  if (repeated_.size() >= 2 && count >= kNearlyAll * static_cast<double>(numbers_.size() - 1)) {
+    verdict->Add(Finding{
+        "fixed_seed", repeated_,
+        fmt::format(
+            "the noise is the same in every frame: {} have the same bits as an earlier frame; "
+            "accumulating them gains nothing",
+            FrameRanges(repeated_)),
+        layout_->renderer == "blender"
+            ? "press the clock beside Render Properties > Sampling > Advanced > Seed, and render "
+              "again"
+            : "give every frame another seed, and render again",
+        count, 0, ""});
+    return;
+  }
+  verdict->Add(Finding{
+      "frames_repeated", repeated_,
+      fmt::format("{} {} the same bits as an earlier frame (frame {} those of frame {}); expected "
+                  "new noise in every frame",
+                  FrameRanges(repeated_), repeated_.size() == 1 ? "has" : "have", repeated_.front(),
+                  original_),
+      "render these frames again; a still picture needs a new seed in every frame too", count, 0,
+      ""});
+}
+
 void DoctorImpl::ConcludeFiles(Verdict* verdict) const {
   std::vector<int64_t> missing;
   for (size_t i = 1; i < numbers_.size(); ++i) {
@@ -295,17 +327,7 @@ void DoctorImpl::ConcludeFiles(Verdict* verdict) const {
         "render the missing frames, or name a range without gaps with --frames",
         static_cast<double>(missing.size()), 0, ""});
   }
-  if (!repeated_.empty()) {
-    verdict->Add(Finding{
-        "frames_repeated", repeated_,
-        fmt::format(
-            "{} {} the same bits as an earlier frame (frame {} those of frame {}); expected "
-            "new noise in every frame",
-            FrameRanges(repeated_), repeated_.size() == 1 ? "has" : "have", repeated_.front(),
-            original_),
-        "render these frames again; a still picture needs a new seed in every frame too",
-        static_cast<double>(repeated_.size()), 0, ""});
-  }
+  ConcludeRepeated(verdict);
   if (!other_size_.empty()) {
     verdict->Add(
         Finding{"size_changes", other_size_,

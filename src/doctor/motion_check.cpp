@@ -293,7 +293,7 @@ std::string MotionCheck::Cure(const Reading& reading, std::string* aov) const {
 
 Finding MotionCheck::MakeFinding(size_t best, const std::vector<int64_t>& frames,
                                  double ratio) const {
-  const Reading& r = readings_[best];
+  const Reading r = BeforeSwap(readings_[best], layout_->motion);
   const bool flipped = r.sign_x != r.sign_y;
   Finding finding;
   std::vector<std::string> parts;
@@ -342,7 +342,7 @@ Finding MotionCheck::MakeFinding(size_t best, const std::vector<int64_t>& frames
       LayerText(*layout_, Aov::kMotion), text, FrameRanges(frames), 1 / ratio, 1 / kFarBetter);
   finding.measured = 1 / ratio;
   finding.expected = 1 / kFarBetter;
-  finding.cure = Cure(r, &finding.aov);
+  finding.cure = Cure(readings_[best], &finding.aov);
   return finding;
 }
 

@@ -24,7 +24,6 @@ constexpr double kFew = 0.4;
 constexpr double kMedianOff = 0.06;
 /// Part of the surfaces without a normal.
 constexpr double kMayBeZero = 0.3;
-constexpr double kAgreement = 0.7;
 
 float Length(float x, float y, float z) {
   return std::sqrt(x * x + y * y + z * z);

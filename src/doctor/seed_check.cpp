@@ -4,6 +4,7 @@
 // The same noise in every frame: at the same pixel, whatever it shows.
 #include <array>
 #include <cmath>
+#include <deque>
 
 #include <fmt/format.h>
 
@@ -17,6 +18,8 @@ namespace {
 /// Where this much moves, the picture's own detail is elsewhere, and what stays at a pixel is
 /// noise.
 constexpr float kMoves = 1.5f;
+/// How many frames are kept to wait for that.
+constexpr size_t kFramesBack = 6;
 constexpr float kStill = 0.05f;
 constexpr int64_t kLeastPixels = 1500;
 /// Correlation of the noise with that of the frame before. Animated seed: below 0.04; a fixed one:
@@ -103,58 +106,85 @@ class SeedCheck : public Check {
              (judged_still && identical > kIdentical);
     }
   };
+  void LookMoving(const Frame& frame, const Image1& noise, Pair* pair) const;
+  static void LookStill(const Exhibit& now, const Exhibit& before, const Image1& noise, Pair* pair);
+
   const AovLayout* layout_ = nullptr;
-  Image1 noise_before_;
-  int64_t number_before_ = 0;
+  std::deque<Image1> noises_;  ///< of the frames before, the newest first
   std::vector<Pair> pairs_;
 };
+
+/// Compares with the newest of the frames before that is far enough back: what moves slowly has to
+/// move on for some frames until it is elsewhere.
+void SeedCheck::LookMoving(const Frame& frame, const Image1& noise, Pair* pair) const {
+  Correlation here;
+  std::array<Correlation, kOffsets.size()> off;
+  int64_t moving = 0;
+  for (int y = 3; y + 3 < frame.height; ++y) {
+    for (int x = 3; x + 3 < frame.width; ++x) {
+      const vec2 m = MotionAt(frame, x, y);
+      const float length = std::max(std::fabs(m.x), std::fabs(m.y));
+      if (!(length * static_cast<float>(noises_.size()) >= kMoves)) {
+        continue;
+      }
+      const auto back = static_cast<size_t>(std::ceil(kMoves / length)) - 1;
+      const Image1& old = noises_[std::min(back, noises_.size() - 1)];
+      ++moving;
+      here.Add(noise(x, y), old(x, y));
+      for (size_t i = 0; i < kOffsets.size(); ++i) {
+        off[i].Add(noise(x, y), old(x + kOffsets[i][0], y + kOffsets[i][1]));
+      }
+    }
+  }
+  pair->here = here.Value();
+  for (const Correlation& c : off) {
+    pair->elsewhere = std::max(pair->elsewhere, c.Value());
+  }
+  pair->judged_moving = moving >= kLeastPixels;
+}
+
+void SeedCheck::LookStill(const Exhibit& now, const Exhibit& before, const Image1& noise,
+                          Pair* pair) {
+  int64_t still = 0;
+  int64_t noisy = 0;
+  int64_t identical = 0;
+  for (int y = 1; y + 1 < now.frame.height; ++y) {
+    for (int x = 1; x + 1 < now.frame.width; ++x) {
+      const vec2 m = now.frame.guides.motion.empty() ? vec2(0.0f) : MotionAt(now.frame, x, y);
+      if (std::max(std::fabs(m.x), std::fabs(m.y)) <= kStill && now.light(x, y) > 0) {
+        ++still;
+        if (std::fabs(noise(x, y)) > kNoisy) {
+          ++noisy;
+          identical += now.light(x, y) == before.light(x, y);
+        }
+      }
+    }
+  }
+  // Without noise, light that stays the same is right.
+  pair->judged_still = noisy >= kLeastPixels && noisy * 5 >= still;
+  pair->identical = noisy == 0 ? 0 : static_cast<double>(identical) / static_cast<double>(noisy);
+}
 
 void SeedCheck::Look(const Exhibit& now, const Exhibit* before) {
   layout_ = now.layout;
   Image1 noise = Noise(now);
-  if (before != nullptr && number_before_ == before->number) {
-    const bool has_motion = !now.frame.guides.motion.empty();
+  if (before == nullptr) {
+    noises_.clear();
+  } else if (!noises_.empty()) {
     Pair pair;
     pair.number = now.number;
-    Correlation here;
-    std::array<Correlation, kOffsets.size()> off;
-    int64_t moving = 0;
-    int64_t still = 0;
-    int64_t noisy = 0;
-    int64_t identical = 0;
-    for (int y = 3; y + 3 < now.frame.height; ++y) {
-      for (int x = 3; x + 3 < now.frame.width; ++x) {
-        const vec2 m = has_motion ? MotionAt(now.frame, x, y) : vec2(0.0f);
-        const float length = std::max(std::fabs(m.x), std::fabs(m.y));
-        if (has_motion && length >= kMoves) {
-          ++moving;
-          here.Add(noise(x, y), noise_before_(x, y));
-          for (size_t i = 0; i < kOffsets.size(); ++i) {
-            off[i].Add(noise(x, y), noise_before_(x + kOffsets[i][0], y + kOffsets[i][1]));
-          }
-        } else if (length <= kStill && now.light(x, y) > 0) {
-          ++still;
-          if (std::fabs(noise(x, y)) > kNoisy) {
-            ++noisy;
-            identical += now.light(x, y) == before->light(x, y);
-          }
-        }
-      }
+    if (!now.frame.guides.motion.empty()) {
+      LookMoving(now.frame, noise, &pair);
     }
-    pair.here = here.Value();
-    for (const Correlation& c : off) {
-      pair.elsewhere = std::max(pair.elsewhere, c.Value());
-    }
-    pair.judged_moving = moving >= kLeastPixels;
-    // Without noise, light that stays the same is right.
-    pair.judged_still = noisy >= kLeastPixels && noisy * 5 >= still;
-    pair.identical = noisy == 0 ? 0 : static_cast<double>(identical) / static_cast<double>(noisy);
+    LookStill(now, *before, noise, &pair);
     if (pair.judged_moving || pair.judged_still) {
       pairs_.push_back(pair);
     }
   }
-  noise_before_ = std::move(noise);
-  number_before_ = now.number;
+  noises_.push_front(std::move(noise));
+  if (noises_.size() > kFramesBack) {
+    noises_.pop_back();
+  }
 }
 
 void SeedCheck::Conclude(Verdict* verdict) {

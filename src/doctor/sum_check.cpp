@@ -23,10 +23,16 @@ constexpr double kMayDiffer = 0.03;
 constexpr double kMayDifferLossy = 0.2;
 /// An explanation holds for this part of the values.
 constexpr double kExplains = 0.93;
-constexpr double kAgreement = 0.7;
 
 /// What the colour could be, made of the sum of passes.
-enum Explanation : size_t { kEncoded, kToneMapped, kAlbedoEncoded, kAboveSum, kExplanations };
+enum Explanation : size_t {
+  kEncoded,
+  kToneMapped,
+  kAlbedoEncoded,
+  kGain,
+  kAboveSum,
+  kExplanations
+};
 
 struct Sums {
   int64_t number = 0;
@@ -41,8 +47,12 @@ bool Near(float a, float b, float floor) {
   return std::fabs(a - b) <= kTolerance * std::max(std::fabs(a), std::fabs(b)) + floor;
 }
 
-bool IsTransparent(const Image1& alpha, int x, int y) {
-  return !alpha.empty() && alpha(x, y) < 0.999f;
+/// Behind a transparent film the environment's pass holds sky that the colour has not.
+bool HidesSky(const Exhibit& now, const Image1& alpha, int x, int y) {
+  const Image3& sky = now.frame.background;
+  return !alpha.empty() && alpha(x, y) < 0.999f && !sky.empty() &&
+         (sky[0](x, y) != 0 || sky[1](x, y) != 0 || sky[2](x, y) != 0 ||
+          !std::isfinite(now.frame.guides.depth(x, y)));
 }
 
 /// The passes alone. Empty if they cannot stand alone.
@@ -109,7 +119,7 @@ void SumCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
   const auto each = [&](const auto& body) {
     for (int y = step / 2; y < now.frame.height; y += step) {
       for (int x = step / 2; x < now.frame.width; x += step) {
-        for (int c = 0; c < 3 && !IsTransparent(alpha, x, y); ++c) {
+        for (int c = 0; c < 3 && !HidesSky(now, alpha, x, y); ++c) {
           if (std::isfinite(colour[c](x, y)) && std::isfinite(sum[c](x, y))) {
             body(x, y, c, colour[c](x, y), sum[c](x, y));
           }
@@ -126,9 +136,13 @@ void SumCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
   each([&](int, int, int, float a, float b) { s.differ += !Near(a, b, floor); });
   if (static_cast<double>(s.differ) > kMayDiffer * static_cast<double>(s.count)) {
     decoded = SumWithDecodedAlbedo(now);
-    each([&](int x, int y, int c, float a, float b) {
+    each([&](int, int, int, float a, float b) {
       s.colour += a;
       s.passes += b;
+    });
+    const auto gain = static_cast<float>(s.colour / std::max(s.passes, 1e-30));
+    each([&](int x, int y, int c, float a, float b) {
+      s.explained[kGain] += Near(a, gain * b, floor);
       s.explained[kEncoded] += Near(std::min(a, 1.0f), std::min(SrgbEncode(b), 1.0f), floor);
       s.explained[kToneMapped] += Near(a, b / (1 + b), floor);
       s.explained[kAlbedoEncoded] += Near(a, (*decoded)[c](x, y), floor);
@@ -189,7 +203,7 @@ Finding SumCheck::MakeFinding(const std::vector<int64_t>& frames, const Sums& s)
     f.what = "albedo is encoded as sRGB: " + where +
              ", and agree once the colours of the passes are decoded";
     f.cure = "write the colour passes scene-linear, as data (no view transform)";
-  } else if (!missing.empty() &&
+  } else if (layout_->renderer == "blender" && !missing.empty() && part(kGain) < kExplains &&
              static_cast<double>(s.explained[kAboveSum]) > 0.95 * static_cast<double>(s.differ)) {
     f.name = "passes_missing";
     f.what =
