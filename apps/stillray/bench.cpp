@@ -119,6 +119,7 @@ class MinimalCopy {
 
 struct RayRates {
   std::vector<double> primary, bounce, shadow, frame_ms;
+  std::vector<Times> phases;  ///< of a frame, added up over threads
 };
 
 void RecordRays(const RenderTimings& t, double frame_ms, RayRates* rates) {
@@ -131,6 +132,12 @@ void RecordRays(const RenderTimings& t, double frame_ms, RayRates* rates) {
   add(t.bounce_rays, t.bounce_ms, &rates->bounce);
   add(t.shadow_rays, t.shadow_ms, &rates->shadow);
   rates->frame_ms.push_back(frame_ms);
+  const std::pair<const char*, double> phases[] = {
+      {"update", t.update_ms}, {"clear", t.clear_ms},   {"primary", t.primary_ms},
+      {"bounce", t.bounce_ms}, {"shadow", t.shadow_ms}, {"shade", t.shade_ms}};
+  for (const auto& [name, ms] : phases) {
+    Find(&rates->phases, name).ms.push_back(ms);
+  }
 }
 
 class Bench {
@@ -217,10 +224,10 @@ double MedianOf(std::vector<double> values) {
 }
 
 std::string Bench::Table() const {
-  std::string text =
-      fmt::format("{}, {}x{}, {} spp, {} bounces, {} threads, {} interleaved repeats\n\n",
-                  options_.text.scene, options_.render.width, options_.render.height,
-                  options_.render.spp, options_.render.bounces, threads_, arguments_.repeats);
+  std::string text = fmt::format(
+      "{}, {}x{}, {} spp, {} bounces, {} threads, {} interleaved repeats\n\n", options_.text.scene,
+      options_.render.width, options_.render.height, SamplesPerPixelText(options_.render),
+      options_.render.bounces, threads_, arguments_.repeats);
   for (const Subject& subject : subjects_) {
     text +=
         fmt::format("{:<24}{:>10}{:>10}{:>12}\n", subject.name, "min ms", "median ms", "x copy");
@@ -234,11 +241,15 @@ std::string Bench::Table() const {
   text += fmt::format("copy of {:.1f} MB: {:.2f} ms (min {:.2f})\n",
                       static_cast<double>(copy_bytes_) / 2e6, copy_.Median(), copy_.Min());
   text += fmt::format(
-      "tracing, median: {:.0f} ms per frame; million rays per second and thread: "
+      "tracing, median: {:.1f} ms per frame; million rays per second and thread: "
       "primary {:.2f}, bounce {:.2f}, shadow {:.2f}\n",
       MedianOf(rays_.frame_ms), MedianOf(rays_.primary), MedianOf(rays_.bounce),
       MedianOf(rays_.shadow));
-  return text;
+  text += "tracing, median ms of all threads together:";
+  for (const Times& phase : rays_.phases) {
+    text += fmt::format(" {} {:.2f}", phase.name, phase.Median());
+  }
+  return text + "\n";
 }
 
 std::string Bench::Json() const {
@@ -251,11 +262,16 @@ std::string Bench::Json() const {
     }
     subjects.push_back({{"name", subject.name}, {"stages", stages}, {"bytes", subject.bytes}});
   }
+  Json phases = Json::object();
+  for (const Times& phase : rays_.phases) {
+    phases[phase.name] = {{"min_ms", phase.Min()}, {"median_ms", phase.Median()}};
+  }
   const Json json = {{"stillray", STILLRAY_VERSION},
                      {"scene", options_.text.scene},
                      {"width", options_.render.width},
                      {"height", options_.render.height},
-                     {"spp", options_.render.spp},
+                     {"spp", SamplesPerPixel(options_.render)},
+                     {"guides", options_.text.guides},
                      {"bounces", options_.render.bounces},
                      {"threads", threads_},
                      {"repeats", arguments_.repeats},
@@ -263,6 +279,7 @@ std::string Bench::Json() const {
                      {"copy", {{"bytes", copy_bytes_ / 2}, {"median_ms", copy_.Median()}}},
                      {"tracing",
                       {{"frame_ms", MedianOf(rays_.frame_ms)},
+                       {"phases_of_all_threads", phases},
                        {"primary_mrays_per_s_and_thread", MedianOf(rays_.primary)},
                        {"bounce_mrays_per_s_and_thread", MedianOf(rays_.bounce)},
                        {"shadow_mrays_per_s_and_thread", MedianOf(rays_.shadow)}}}};
@@ -310,6 +327,7 @@ Examples:
   stillray bench
   stillray bench --size 1920x1080 --preset svgf --repeats 21 --json bench.json
   stillray bench --scene kitchen.glb --threads 1
+  stillray bench --size 1366x690 --spp 1/128 --guides sparse --bounces 4
   stillray bench --size 320x180 --scalar      beside the scalar reference
 )";
 
@@ -326,7 +344,15 @@ void AddBenchCommand(CLI::App& app, int* exit_code) {
   command->add_option("--scene", a->render.scene, ".gltf, .glb or builtin:NAME")
       ->capture_default_str();
   command->add_option("--size", a->render.size, "WIDTHxHEIGHT in pixels")->capture_default_str();
-  command->add_option("--spp", a->render.spp, "Paths per pixel and frame")->capture_default_str();
+  command
+      ->add_option(
+          "--spp", a->render.spp,
+          "Paths per pixel and frame; 1/2 to 1/256: one path per pixel in that many frames")
+      ->capture_default_str();
+  command
+      ->add_option("--guides", a->render.guides,
+                   "With --spp below 1: full, or sparse (known only where a path was traced)")
+      ->capture_default_str();
   command->add_option("--bounces", a->render.bounces, "Bounces of the path tracer")
       ->capture_default_str();
   command->add_option("--preset", a->presets, "Presets to measure: a list")

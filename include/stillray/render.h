@@ -76,6 +76,7 @@ struct RenderMoment {
 
 struct RenderTimings {
   double update_ms = 0;  ///< transforms, light tables, top level of the BVH
+  double clear_ms = 0;   ///< with `cycle`: choosing pixels, and zero where no path is traced
   double primary_ms = 0;
   double bounce_ms = 0;
   double shadow_ms = 0;

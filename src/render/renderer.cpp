@@ -121,6 +121,7 @@ Camera CameraOf(const CameraPose& pose) {
 }
 
 void AddTimings(const RenderTimings& part, RenderTimings* sum) {
+  sum->clear_ms += part.clear_ms;
   sum->primary_ms += part.primary_ms;
   sum->bounce_ms += part.bounce_ms;
   sum->shadow_ms += part.shadow_ms;
@@ -295,8 +296,11 @@ void PathTracer::TraceSamples(const TraceContext& context, uint64_t first_sample
 
 void PathTracer::RenderRegion(const TraceContext& context, const PixelOrder& order,
                               const Tile& region, TileScratch* scratch, Frame* frame) const {
-  cleaner_.Clear(region, frame);
-  order.Collect(region, &scratch->order);
+  {
+    const PhaseTimer timer(&scratch->timings.clear_ms);
+    cleaner_.Clear(region, frame);
+    order.Collect(region, &scratch->order);
+  }
   const Guidance guidance =
       settings_.guides == GuideCoverage::kSparse ? Guidance::kStore : Guidance::kOnlyFind;
   for (size_t done = 0; done < scratch->order.size(); done += kBatchCapacity) {
