@@ -3,6 +3,9 @@
 
 // The doctor as a whole: numbers, errors, cures that work, the same report for any threads.
 #include <cmath>
+#include <fstream>
+#include <functional>
+#include <iterator>
 #include <limits>
 #include <set>
 #include <string>
@@ -35,6 +38,16 @@ TEST(FindingTableText, HasEveryNameOnce) {
   for (const FindingInfo& info : FindingTable()) {
     EXPECT_TRUE(names.insert(info.name).second) << info.name;
     EXPECT_FALSE(info.meaning.empty());
+  }
+}
+
+TEST(FindingTableText, IsInTheDocumentation) {
+  std::ifstream file(STILLRAY_CHECK_PAGE);
+  const std::string page{std::istreambuf_iterator<char>(file), {}};
+  for (const FindingInfo& info : FindingTable()) {
+    std::string name(1, '`');
+    name.append(info.name).push_back('`');
+    EXPECT_THAT(page, HasSubstr(name));
   }
 }
 
