@@ -107,7 +107,7 @@ struct Settings {
   float plane_tolerance = 0.01f;
   float depth_epsilon = 0.001f;
   float max_slope = 0.0f;
-  float sigma_l = 4.0f;
+  float sigma_l = 3.0f;
   float luminance_epsilon = 0.0001f;
   LuminanceWeights luminance = LuminanceWeights::kRec709;
   LuminanceScale luminance_scale = LuminanceScale::kDeviation;

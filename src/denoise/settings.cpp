@@ -181,9 +181,9 @@ std::vector<Row> MakeTable() {
   t.push_back(FloatRow("max_slope", &Settings::max_slope, 0.0, 100.0, "edge_stopping",
                        "of depth per pixel", "",
                        "Slopes beyond this switch depth_weight=gradient off; 0: never."));
-  t.push_back(
-      FloatRow("sigma_l", &Settings::sigma_l, 1e-3, 1000.0, "edge_stopping", "", "sigma_l",
-               "Tolerance of the luminance weight, in standard deviations: larger blurs more."));
+  t.push_back(FloatRow(
+      "sigma_l", &Settings::sigma_l, 1e-3, 1000.0, "edge_stopping", "", "sigma_l",
+      "Tolerance of the luminance weight, in standard deviations: larger blurs more.", "4"));
   t.push_back(FloatRow("luminance_epsilon", &Settings::luminance_epsilon, 0.0, 10.0,
                        "edge_stopping", "of luminance", "epsilon",
                        "Smallest tolerance of the luminance weight."));
