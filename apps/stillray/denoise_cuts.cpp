@@ -20,7 +20,7 @@ constexpr float kAlbedoTolerance = 0.1f;
 
 /// What two frames must share to belong to one shot; see IsCut().
 constexpr double kLeastOfSurfaces = 0.1;
-constexpr double kLeastOfInside = 0.3;
+constexpr double kLeastOfInside = 0.2;
 
 bool SameDepth(const Guides& a, int x, int y, const Guides& b, int u, int v) {
   const float za = a.depth(x, y);

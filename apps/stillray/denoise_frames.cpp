@@ -35,13 +35,18 @@ Result<LoadedFile> LoadFile(const std::string& path, const DenoiseOptions& optio
     return bytes.status();
   }
   file.bytes = std::move(bytes.value());
-  Result<ExrImage> image =
-      DecodeExr(reinterpret_cast<const uint8_t*>(file.bytes.data()), file.bytes.size(), path);
+  const auto* data = reinterpret_cast<const uint8_t*>(file.bytes.data());
+  const Result<ExrExtent> extent = MeasureExr(data, file.bytes.size(), path);
+  if (!extent.ok()) {
+    return extent.status();
+  }
+  file.extent = *extent;
+  STILLRAY_RETURN_IF_ERROR(CheckMemory(file.extent, options, path));
+  Result<ExrImage> image = DecodeExr(data, file.bytes.size(), path);
   if (!image.ok()) {
     return image.status();
   }
   file.image = std::move(image.value());
-  STILLRAY_RETURN_IF_ERROR(CheckMemory(file.image, options, path));
   return file;
 }
 

@@ -18,6 +18,7 @@ namespace stillray {
 /// A file's bytes and what they hold: the bytes are needed again to write it.
 struct LoadedFile {
   std::string bytes;
+  ExrExtent extent;
   ExrImage image;
 };
 

@@ -27,16 +27,15 @@ constexpr int64_t kBytesPerPixelOfFuture = 7 * 4 * static_cast<int64_t>(sizeof(f
 /// --passes: two denoisers of parts, the parts and the new layers; measured and rounded up.
 constexpr int64_t kBytesPerPixelOfPasses = 1100;
 
-int64_t BytesNeeded(const ExrImage& image, const DenoiseOptions& options) {
-  const int64_t channels = static_cast<int64_t>(image.channels.size());
-  int64_t per_pixel = kBytesPerPixel + channels * kBytesPerChannel;
+int64_t BytesNeeded(const ExrExtent& extent, const DenoiseOptions& options) {
+  int64_t per_pixel = kBytesPerPixel + extent.channels * kBytesPerChannel;
   if (options.window == Window::kBoth) {
     per_pixel += kBytesPerPixelBackward + kBytesPerPixelOfFuture;
   }
   if (options.text.passes) {
     per_pixel += kBytesPerPixelOfPasses;
   }
-  return int64_t{image.width} * image.height * per_pixel;
+  return extent.pixels * per_pixel;
 }
 
 Status ParseSettings(const DenoiseArguments& arguments, DenoiseOptions* options) {
@@ -120,28 +119,29 @@ std::string DenoiseFingerprint(const DenoiseOptions& options) {
   return text;
 }
 
-Status CheckMemory(const ExrImage& image, const DenoiseOptions& options, const std::string& name) {
-  if (options.memory_limit <= 0 || BytesNeeded(image, options) <= options.memory_limit) {
+Status CheckMemory(const ExrExtent& extent, const DenoiseOptions& options,
+                   const std::string& name) {
+  if (options.memory_limit <= 0 || BytesNeeded(extent, options) <= options.memory_limit) {
     return Status::Ok();
   }
   return Status::OutOfMemory(
       fmt::format("{}: a frame of {} x {} pixels with {} channels takes about {:.1f} MB; {} {:.1f} "
                   "MB",
-                  name, image.width, image.height, image.channels.size(),
-                  static_cast<double>(BytesNeeded(image, options)) / 1e6,
+                  name, extent.width, extent.height, extent.channels,
+                  static_cast<double>(BytesNeeded(extent, options)) / 1e6,
                   options.text.memory_limit.empty() ? "this machine has" : "--memory-limit is",
                   static_cast<double>(options.memory_limit) / 1e6));
 }
 
-Result<size_t> FuturesThatFit(const ExrImage& image, const DenoiseOptions& options,
+Result<size_t> FuturesThatFit(const ExrExtent& extent, const DenoiseOptions& options,
                               const std::string& name) {
-  STILLRAY_RETURN_IF_ERROR(CheckMemory(image, options, name));
+  STILLRAY_RETURN_IF_ERROR(CheckMemory(extent, options, name));
   if (options.memory_limit <= 0) {
     return kFutureBlock;
   }
   // One is part of what the frame itself needs.
-  const int64_t left = options.memory_limit - BytesNeeded(image, options);
-  const int64_t each = kBytesPerPixelOfFuture * image.width * image.height;
+  const int64_t left = options.memory_limit - BytesNeeded(extent, options);
+  const int64_t each = kBytesPerPixelOfFuture * extent.pixels;
   return static_cast<size_t>(std::clamp<int64_t>(1 + left / each, 1, kFutureBlock));
 }
 

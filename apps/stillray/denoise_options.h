@@ -55,11 +55,11 @@ std::string DenoiseFingerprint(const DenoiseOptions& options);
 inline constexpr size_t kFutureBlock = 16;
 
 /// Fails if a frame of this size does not fit into the memory limit.
-Status CheckMemory(const ExrImage& image, const DenoiseOptions& options, const std::string& name);
+Status CheckMemory(const ExrExtent& extent, const DenoiseOptions& options, const std::string& name);
 
 /// Of how many frames of this size the future fits into the memory limit beside everything else;
 /// 1..kFutureBlock. \return kOutOfMemory if not even one does
-Result<size_t> FuturesThatFit(const ExrImage& image, const DenoiseOptions& options,
+Result<size_t> FuturesThatFit(const ExrExtent& extent, const DenoiseOptions& options,
                               const std::string& name);
 
 }  // namespace stillray

@@ -82,7 +82,7 @@ class DenoiseRun {
   Status Prepare();
   Status Understand();
   void ChooseSettings(const ExrImage& first);
-  Status PrepareFuture(const ExrImage& first);
+  Status PrepareFuture(const ExrExtent& first);
   Status PlayBackward(const SequenceFile& file);
   Status MakeFolder() const;
   Status Resume();
@@ -137,7 +137,7 @@ void DenoiseRun::ChooseSettings(const ExrImage& first) {
   }
 }
 
-Status DenoiseRun::PrepareFuture(const ExrImage& first) {
+Status DenoiseRun::PrepareFuture(const ExrExtent& first) {
   if (options_.window != Window::kBoth) {
     return Status::Ok();
   }
@@ -180,7 +180,7 @@ Status DenoiseRun::Understand() {
     STILLRAY_RETURN_IF_ERROR(PassSplitter::Check(settings_, layout_));
     splitter_.emplace(settings_);
   }
-  return PrepareFuture(file->image);
+  return PrepareFuture(file->extent);
 }
 
 Status DenoiseRun::MakeFolder() const {

@@ -191,6 +191,16 @@ Result<AovLayout> UnderstandAovs(const ExrImage& image, const AovOptions& option
 /// The layout as lines of a table with a heading, and the notes.
 std::string AovTable(const AovLayout& layout);
 
+/// What decoding a file would take, from its header alone.
+struct ExrExtent {
+  int64_t width = 0;  ///< of the display window
+  int64_t height = 0;
+  int64_t pixels = 0;    ///< of the largest window, data or display
+  int64_t channels = 0;  ///< of all parts that are decoded
+};
+/// \return kBadData if the header is damaged
+Result<ExrExtent> MeasureExr(const uint8_t* data, size_t size, const std::string& name);
+
 /// The light of one layer, as it went into a signal of the frame.
 struct LightPart {
   Aov aov = Aov::kColour;  ///< kColour: what the colour has and no layer names

@@ -173,6 +173,24 @@ TEST(CliDenoise, WithoutMotionEveryFrameStandsAlone) {
   EXPECT_EQ(ReadText(folder / "a.0002.exr"), ReadText(folder / "b.0002.exr"));
 }
 
+// What does not fit is not decoded: that the file breaks off is not even seen.
+TEST(CliDenoise, MemoryIsCheckedBeforeDecoding) {
+  const TemporaryFolder folder;
+  WriteFrames(folder / "in.####.exr", 1, 1);
+  const std::string bytes = ReadText(folder / "in.0001.exr");
+  ASSERT_TRUE(WriteFileAtomically(folder / "in.0001.exr", bytes.data(), bytes.size() / 2).ok());
+  const std::vector<std::string> arguments = {"denoise", folder / "in.####.exr", "-o",
+                                              folder / "out.####.exr"};
+  const ProgramRun damaged = RunProgram(arguments);
+  EXPECT_EQ(damaged.exit_code, 2);
+  EXPECT_THAT(damaged.errors, HasSubstr("in.0001.exr: is a damaged EXR file"));
+  std::vector<std::string> limited = arguments;
+  limited.insert(limited.end(), {"--memory-limit", "100K"});
+  const ProgramRun refused = RunProgram(limited);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.errors, HasSubstr("a frame of 32 x 20 pixels with 18 channels takes about"));
+}
+
 TEST(CliDenoise, ErrorsAreOneLineAndNameTheCause) {
   const TemporaryFolder folder;
   WriteFrames(folder / "in.####.exr", 1, 2);
