@@ -111,8 +111,8 @@ class Renderer {
   virtual Status SetSettings(const RenderSettings& settings) = 0;
   virtual const RenderSettings& settings() const = 0;
 
-  /// Renders one frame: signals, guides, emission, background. `frame` may be any; a frame that
-  /// comes back as this call left it is filled faster.
+  /// Renders one frame: signals, guides, emission, background. `frame` may be any. With
+  /// `cycle`, one that comes back is only cleared where it was set: do not write to its planes.
   virtual Status RenderFrame(const RenderMoment& moment, Frame* frame,
                              const RenderProgress& progress = {}) = 0;
 

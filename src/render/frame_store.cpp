@@ -3,6 +3,7 @@
 #include "render/frame_store.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "render/sampler.h"
 
@@ -55,19 +56,68 @@ void ClearAll(const Tile& region, bool with_guides, Frame* frame) {
   }
 }
 
-void ClearTraced(const Tile& region, bool with_guides, Frame* frame) {
-  for (int y = region.y0; y < region.y0 + region.height; ++y) {
-    float* samples = frame->samples.Row(y);
-    for (int x = region.x0; x < region.x0 + region.width; ++x) {
-      if (samples[x] == 0.0f) {
-        continue;
-      }
-      samples[x] = 0.0f;
-      const auto clear = [&](auto& plane) { plane(x, y) = 0; };
-      ForEachLightPlane(*frame, clear);
-      if (with_guides) {
-        ForEachGuidePlane(*frame, clear);
-      }
+// Kinds of values that are zero in many pixels: bits 0 to 3 are the signals.
+constexpr uint32_t kEmissionBit = 1u << 4;
+constexpr uint32_t kBackgroundBit = 1u << 5;
+constexpr uint32_t kMotionBit = 1u << 6;
+constexpr uint32_t kAlbedoBit = 1u << 7;
+constexpr uint32_t kSpecularAlbedoBit = 1u << 8;
+constexpr uint32_t kGuideBits = 1u << 9;  // depth, normal, id, roughness
+static_assert(kTracedSignalCount <= 4);
+
+// Stores the value unless it is zero, as the pixel is already. Returns the bit if it was stored.
+uint32_t StoreUnlessZero(Image3* image, int x, int y, vec3 value, uint32_t bit) {
+  if (value == vec3(0.0f)) {
+    return 0;
+  }
+  StorePixel(image, x, y, value);
+  return bit;
+}
+
+uint32_t StoreSparseGuides(const PixelGuides& guides, int x, int y, Frame* frame) {
+  Guides& g = frame->guides;
+  g.depth(x, y) = guides.depth;
+  StorePixel(&g.normal, x, y, guides.normal);
+  g.id(x, y) = guides.id;
+  g.roughness(x, y) = guides.roughness;
+  uint32_t kinds = kGuideBits;
+  if (guides.motion != vec2(0.0f)) {
+    g.motion[0](x, y) = guides.motion.x;
+    g.motion[1](x, y) = guides.motion.y;
+    kinds |= kMotionBit;
+  }
+  kinds |= StoreUnlessZero(&g.albedo, x, y, guides.albedo, kAlbedoBit);
+  kinds |= StoreUnlessZero(&g.specular_albedo, x, y, guides.specular_albedo, kSpecularAlbedoBit);
+  kinds |= StoreUnlessZero(&frame->emission, x, y, guides.emission, kEmissionBit);
+  kinds |= StoreUnlessZero(&frame->background, x, y, guides.background, kBackgroundBit);
+  return kinds;
+}
+
+void ClearKinds(uint32_t kinds, int x, int y, Frame* frame) {
+  frame->samples(x, y) = 0.0f;
+  for (size_t k = 0; k < frame->signals.size(); ++k) {
+    if ((kinds & (1u << k)) != 0) {
+      StorePixel(&frame->signals[k].radiance, x, y, vec3(0.0f));
+    }
+  }
+  Guides& g = frame->guides;
+  if ((kinds & kGuideBits) != 0) {
+    g.depth(x, y) = 0.0f;
+    StorePixel(&g.normal, x, y, vec3(0.0f));
+    g.id(x, y) = 0;
+    g.roughness(x, y) = 0.0f;
+  }
+  if ((kinds & kMotionBit) != 0) {
+    g.motion[0](x, y) = 0.0f;
+    g.motion[1](x, y) = 0.0f;
+  }
+  const std::pair<uint32_t, Image3*> images[] = {{kAlbedoBit, &g.albedo},
+                                                 {kSpecularAlbedoBit, &g.specular_albedo},
+                                                 {kEmissionBit, &frame->emission},
+                                                 {kBackgroundBit, &frame->background}};
+  for (const auto& [bit, image] : images) {
+    if ((kinds & bit) != 0) {
+      StorePixel(image, x, y, vec3(0.0f));
     }
   }
 }
@@ -125,7 +175,7 @@ void PrepareFrame(const RenderSettings& settings, const RenderMoment& moment, Fr
   }
 }
 
-SparseFrameCleaner::Stamp SparseFrameCleaner::MakeStamp(GuideCoverage guides, const Frame& frame) {
+SparseFrameWriter::Stamp SparseFrameWriter::MakeStamp(GuideCoverage guides, const Frame& frame) {
   Stamp stamp;
   const auto add = [&](const auto& plane) { stamp.planes.push_back(plane.Row(0)); };
   add(frame.samples);
@@ -138,23 +188,45 @@ SparseFrameCleaner::Stamp SparseFrameCleaner::MakeStamp(GuideCoverage guides, co
   return stamp;
 }
 
-void SparseFrameCleaner::Begin(const RenderSettings& settings, const Frame& frame) {
+std::vector<SparseFrameWriter::StoredPixel>& SparseFrameWriter::StoredIn(const Tile& region) {
+  return stored_[static_cast<size_t>(region.y0 / kSparseRegion.height * columns_ +
+                                     region.x0 / kSparseRegion.width)];
+}
+
+void SparseFrameWriter::Begin(const RenderSettings& settings, const Frame& frame) {
   guides_ = settings.guides;
-  only_traced_ = known_ == MakeStamp(settings.guides, frame);
+  is_known_ = known_ == MakeStamp(settings.guides, frame) && frame.width == settings.width &&
+              frame.height == settings.height;
   known_ = Stamp();
+  columns_ = (settings.width + kSparseRegion.width - 1) / kSparseRegion.width;
+  const int rows = (settings.height + kSparseRegion.height - 1) / kSparseRegion.height;
+  stored_.resize(static_cast<size_t>(columns_) * static_cast<size_t>(rows));
 }
 
-void SparseFrameCleaner::Clear(const Tile& region, Frame* frame) const {
-  const bool with_guides = guides_ == GuideCoverage::kSparse;
-  if (only_traced_) {
-    ClearTraced(region, with_guides, frame);
+void SparseFrameWriter::Clear(const Tile& region, Frame* frame) {
+  std::vector<StoredPixel>& stored = StoredIn(region);
+  if (is_known_) {
+    for (const StoredPixel& pixel : stored) {
+      ClearKinds(pixel.kinds, pixel.x, pixel.y, frame);
+    }
   } else {
-    ClearAll(region, with_guides, frame);
+    ClearAll(region, guides_ == GuideCoverage::kSparse, frame);
   }
+  stored.clear();
 }
 
-void SparseFrameCleaner::End(const RenderSettings& settings, const Frame& frame) {
-  known_ = MakeStamp(settings.guides, frame);
+void SparseFrameWriter::Store(const Tile& region, int x, int y, const SampleLight& light,
+                              const PixelGuides& guides, Frame* frame) {
+  frame->samples(x, y) = 1.0f;
+  uint32_t kinds = guides_ == GuideCoverage::kSparse ? StoreSparseGuides(guides, x, y, frame) : 0u;
+  for (size_t k = 0; k < light.size(); ++k) {
+    kinds |= StoreUnlessZero(&frame->signals[k].radiance, x, y, light[k], 1u << k);
+  }
+  StoredIn(region).push_back({static_cast<uint16_t>(x), static_cast<uint16_t>(y), kinds});
+}
+
+void SparseFrameWriter::End(const Frame& frame) {
+  known_ = MakeStamp(guides_, frame);
 }
 
 }  // namespace stillray::render

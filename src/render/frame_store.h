@@ -4,6 +4,7 @@
 /// Results into the planes of a frame.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "render/guides.h"
@@ -27,19 +28,27 @@ void ResizeImage(P* image, int width, int height) {
 /// they are. Frame::samples: `spp` everywhere where it is above 1, left as it is where `cycle` is.
 void PrepareFrame(const RenderSettings& settings, const RenderMoment& moment, Frame* frame);
 
-/// Frames in which most pixels are missing hold zero almost everywhere. Clearing all of that takes
-/// longer than tracing the rest: this clears the pixels that the frame before has set, as long as
-/// it is sure that the frame is the one it knows.
-class SparseFrameCleaner {
+/// Regions in which sparse frames are rendered: wide, since the pixels of a row share memory pages.
+inline constexpr TileSize kSparseRegion = {512, 32};
+
+/// Writes frames in which most pixels are missing, and all planes zero there. Clearing whole planes
+/// takes longer than tracing the rest: this clears what it stored into the frame the last time, as
+/// long as it is sure that the frame is the one it knows.
+///
+/// Order of calls for a frame: Begin, PrepareFrame, for each region Clear and then Store, End.
+class SparseFrameWriter {
  public:
-  /// To be called before PrepareFrame.
   void Begin(const RenderSettings& settings, const Frame& frame);
   /// Sets samples and signals of a region to zero and, with GuideCoverage::kSparse, all the rest.
-  /// Different regions may be cleared by different threads at once.
-  void Clear(const Tile& region, Frame* frame) const;
-  /// To be called when all pixels are stored; `frame` is then known to the next Begin.
-  void End(const RenderSettings& settings, const Frame& frame);
-  /// Nothing is known of any frame: the last one was not finished.
+  /// Different regions may be cleared and stored by different threads at once.
+  void Clear(const Tile& region, Frame* frame);
+  /// Stores a pixel of a region that was cleared.
+  /// \param guides  only stored with GuideCoverage::kSparse
+  void Store(const Tile& region, int x, int y, const SampleLight& light, const PixelGuides& guides,
+             Frame* frame);
+  /// `frame` is from now on known to Begin.
+  void End(const Frame& frame);
+  /// Nothing is known of any frame.
   void Forget() { known_ = Stamp(); }
 
  private:
@@ -52,10 +61,19 @@ class SparseFrameCleaner {
     GuideCoverage guides = GuideCoverage::kFull;
     bool operator==(const Stamp&) const = default;
   };
+  // A pixel that was stored. `kinds`: one bit for each kind of value that is not zero.
+  struct StoredPixel {
+    uint16_t x;
+    uint16_t y;
+    uint32_t kinds;
+  };
   static Stamp MakeStamp(GuideCoverage guides, const Frame& frame);
+  std::vector<StoredPixel>& StoredIn(const Tile& region);
 
   GuideCoverage guides_ = GuideCoverage::kFull;
-  bool only_traced_ = false;
+  bool is_known_ = false;
+  int columns_ = 0;
+  std::vector<std::vector<StoredPixel>> stored_;  // by region
   Stamp known_;
 };
 

@@ -100,12 +100,6 @@ void StoreLight(int spp, const TileScratch& scratch, Frame* frame) {
   }
 }
 
-// Regions of the picture that hold some hundred pixels of a frame, so that packets of rays are
-// full.
-int RegionSize(int cycle) {
-  return cycle <= 4 ? kTileSize : cycle <= 16 ? 2 * kTileSize : 4 * kTileSize;
-}
-
 // One part of the progress of a whole call.
 RenderProgress PartOfProgress(const RenderProgress& progress, double begin, double end) {
   if (!progress) {
@@ -165,14 +159,13 @@ class PathTracer final : public Renderer {
   void TakeTile(const Tile& tile, TileScratch* scratch) const;
   void FindGuides(const TraceContext& context, Guidance guidance, TileScratch* scratch,
                   Frame* frame) const;
-  void TraceSamples(const TraceContext& context, uint64_t first_sample, TileScratch* scratch,
-                    Frame* frame) const;
+  void TraceSamples(const TraceContext& context, uint64_t first_sample, TileScratch* scratch) const;
   void RenderRegion(const TraceContext& context, const PixelOrder& order, const Tile& region,
-                    TileScratch* scratch, Frame* frame) const;
+                    TileScratch* scratch, Frame* frame);
   void RenderReferenceTile(const TraceContext& context, int spp, TileScratch* scratch,
                            Image3* radiance) const;
   void MakeSamplers(SampleStream stream, uint64_t sample, TileScratch* scratch) const;
-  Status RunTiles(int tile_size, const RenderProgress& progress,
+  Status RunTiles(TileSize size, const RenderProgress& progress,
                   const std::function<void(const Tile&, TileScratch*)>& body);
 
   RenderSettings settings_;
@@ -183,7 +176,7 @@ class PathTracer final : public Renderer {
   SceneShadowFilter filter_;
   std::unique_ptr<Accel> accel_;
   RenderTimings timings_;
-  SparseFrameCleaner cleaner_;
+  SparseFrameWriter sparse_;
   tbb::enumerable_thread_specific<std::unique_ptr<TileScratch>> scratch_;
 };
 
@@ -279,7 +272,7 @@ void PathTracer::FindGuides(const TraceContext& context, Guidance guidance, Tile
 
 // Light of the pixels of the batch, whose guides were found.
 void PathTracer::TraceSamples(const TraceContext& context, uint64_t first_sample,
-                              TileScratch* scratch, Frame* frame) const {
+                              TileScratch* scratch) const {
   for (int i = 0; i < scratch->count; ++i) {
     scratch->sum[i].fill(vec3(0.0f));
     scratch->square[i].fill(0.0f);
@@ -291,26 +284,25 @@ void PathTracer::TraceSamples(const TraceContext& context, uint64_t first_sample
                 &scratch->paths, &scratch->timings);
     AddSamples(scratch->count, spp > 1, scratch);
   }
-  StoreLight(settings_.spp, *scratch, frame);
 }
 
 void PathTracer::RenderRegion(const TraceContext& context, const PixelOrder& order,
-                              const Tile& region, TileScratch* scratch, Frame* frame) const {
+                              const Tile& region, TileScratch* scratch, Frame* frame) {
   {
     const PhaseTimer timer(&scratch->timings.clear_ms);
-    cleaner_.Clear(region, frame);
+    sparse_.Clear(region, frame);
     order.Collect(region, &scratch->order);
   }
-  const Guidance guidance =
-      settings_.guides == GuideCoverage::kSparse ? Guidance::kStore : Guidance::kOnlyFind;
   for (size_t done = 0; done < scratch->order.size(); done += kBatchCapacity) {
     const size_t count = std::min(scratch->order.size() - done, size_t{kBatchCapacity});
     std::copy_n(scratch->order.begin() + static_cast<ptrdiff_t>(done), count, scratch->positions);
     scratch->count = static_cast<int>(count);
-    FindGuides(context, guidance, scratch, frame);
-    TraceSamples(context, static_cast<uint64_t>(order.cycle_index()), scratch, frame);
+    FindGuides(context, Guidance::kOnlyFind, scratch, frame);
+    TraceSamples(context, static_cast<uint64_t>(order.cycle_index()), scratch);
+    const PhaseTimer timer(&scratch->timings.shade_ms);
     for (size_t i = 0; i < count; ++i) {
-      frame->samples(scratch->positions[i].x, scratch->positions[i].y) = 1.0f;
+      const auto [x, y] = scratch->positions[i];
+      sparse_.Store(region, x, y, scratch->sum[i], scratch->guides[i], frame);
     }
   }
 }
@@ -349,10 +341,10 @@ void PathTracer::RenderReferenceTile(const TraceContext& context, int spp, TileS
   }
 }
 
-Status PathTracer::RunTiles(int tile_size, const RenderProgress& progress,
+Status PathTracer::RunTiles(TileSize size, const RenderProgress& progress,
                             const std::function<void(const Tile&, TileScratch*)>& body) {
   const Status status =
-      ForEachTile(settings_.width, settings_.height, tile_size, progress, [&](const Tile& tile) {
+      ForEachTile(settings_.width, settings_.height, size, progress, [&](const Tile& tile) {
         std::unique_ptr<TileScratch>& mine = scratch_.local();
         if (!mine) {
           mine = std::make_unique<TileScratch>();
@@ -371,39 +363,40 @@ Status PathTracer::RunTiles(int tile_size, const RenderProgress& progress,
 // A frame in which every pixel gets its samples.
 Status PathTracer::RenderWhole(const TraceContext& context, const RenderMoment& moment,
                                Frame* frame, const RenderProgress& progress) {
-  cleaner_.Forget();
+  sparse_.Forget();
   PrepareFrame(settings_, moment, frame);
   const uint64_t first_sample =
       static_cast<uint64_t>(moment.frame_index) * static_cast<uint64_t>(settings_.spp);
-  return RunTiles(kTileSize, progress, [&](const Tile& tile, TileScratch* scratch) {
+  return RunTiles(TileSize(), progress, [&](const Tile& tile, TileScratch* scratch) {
     TakeTile(tile, scratch);
     FindGuides(context, Guidance::kStore, scratch, frame);
-    TraceSamples(context, first_sample, scratch, frame);
+    TraceSamples(context, first_sample, scratch);
+    StoreLight(settings_.spp, *scratch, frame);
   });
 }
 
 // A frame in which some pixels get a sample.
 Status PathTracer::RenderPart(const TraceContext& context, const RenderMoment& moment, Frame* frame,
                               const RenderProgress& progress) {
-  cleaner_.Begin(settings_, *frame);
+  sparse_.Begin(settings_, *frame);
   PrepareFrame(settings_, moment, frame);
   double done = 0;
   if (settings_.guides == GuideCoverage::kFull) {
     done = 0.5;
-    STILLRAY_RETURN_IF_ERROR(RunTiles(kTileSize, PartOfProgress(progress, 0, done),
+    STILLRAY_RETURN_IF_ERROR(RunTiles(TileSize(), PartOfProgress(progress, 0, done),
                                       [&](const Tile& tile, TileScratch* scratch) {
                                         TakeTile(tile, scratch);
                                         FindGuides(context, Guidance::kStore, scratch, frame);
                                       }));
   }
-  // Its paths need full packets, which the pixels of a larger region fill: their primary rays are
-  // followed again, which is little beside the paths.
+  // Paths need full packets, which the pixels of a large region fill. Where all guides were found,
+  // the primary rays of these pixels are followed again, which is little beside the paths.
   const PixelOrder order(settings_.cycle, settings_.seed, moment.frame_index);
-  STILLRAY_RETURN_IF_ERROR(RunTiles(RegionSize(settings_.cycle), PartOfProgress(progress, done, 1),
+  STILLRAY_RETURN_IF_ERROR(RunTiles(kSparseRegion, PartOfProgress(progress, done, 1),
                                     [&](const Tile& region, TileScratch* scratch) {
                                       RenderRegion(context, order, region, scratch, frame);
                                     }));
-  cleaner_.End(settings_, *frame);
+  sparse_.End(*frame);
   return Status::Ok();
 }
 
@@ -439,7 +432,7 @@ Status PathTracer::RenderReference(const RenderMoment& moment, int spp, Image3* 
       return context.status();
     }
     ResizeImage(radiance, settings_.width, settings_.height);
-    return RunTiles(kTileSize, progress, [&](const Tile& tile, TileScratch* scratch) {
+    return RunTiles(TileSize(), progress, [&](const Tile& tile, TileScratch* scratch) {
       TakeTile(tile, scratch);
       RenderReferenceTile(*context, spp, scratch, radiance);
     });

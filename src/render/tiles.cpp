@@ -13,10 +13,10 @@
 
 namespace stillray::render {
 
-Status ForEachTile(int width, int height, int tile_size, const RenderProgress& progress,
+Status ForEachTile(int width, int height, TileSize size, const RenderProgress& progress,
                    const std::function<void(const Tile&)>& body) {
-  const int columns = (width + tile_size - 1) / tile_size;
-  const int rows = (height + tile_size - 1) / tile_size;
+  const int columns = (width + size.width - 1) / size.width;
+  const int rows = (height + size.height - 1) / size.height;
   ProgressMeter meter(progress, static_cast<double>(columns) * rows);
   tbb::parallel_for(
       0, columns * rows, 1,
@@ -25,10 +25,10 @@ Status ForEachTile(int width, int height, int tile_size, const RenderProgress& p
           return;
         }
         Tile tile;
-        tile.x0 = i % columns * tile_size;
-        tile.y0 = i / columns * tile_size;
-        tile.width = std::min(tile_size, width - tile.x0);
-        tile.height = std::min(tile_size, height - tile.y0);
+        tile.x0 = i % columns * size.width;
+        tile.y0 = i / columns * size.height;
+        tile.width = std::min(size.width, width - tile.x0);
+        tile.height = std::min(size.height, height - tile.y0);
         {
           const DenormalsOff denormals_off;
           body(tile);

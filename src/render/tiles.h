@@ -15,6 +15,11 @@ namespace stillray::render {
 /// Pixels along the edge of a tile: a tile fills one batch of rays.
 inline constexpr int kTileSize = 32;
 
+struct TileSize {
+  int width = kTileSize;
+  int height = kTileSize;
+};
+
 struct Tile {
   int x0 = 0;
   int y0 = 0;
@@ -25,9 +30,9 @@ struct Tile {
 };
 
 /// Calls body(tile) once for every tile of a width x height picture, from several threads.
-/// \param tile_size  pixels along the edge of a tile
+/// \param size  of a tile; less at the right and lower edge of the picture
 /// \return kCancelled if `progress` said so; some tiles were then left out
-Status ForEachTile(int width, int height, int tile_size, const RenderProgress& progress,
+Status ForEachTile(int width, int height, TileSize size, const RenderProgress& progress,
                    const std::function<void(const Tile&)>& body);
 
 /// Counts finished work and asks whether to go on. Thread-safe.

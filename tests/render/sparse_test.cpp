@@ -277,18 +277,23 @@ TEST(SparseTest, FramesThatComeBackAreAsNewOnes) {
 TEST(SparseTest, SameBitsWithAnyNumberOfThreads) {
   const SceneBuilder builder = Room();
   RenderSettings settings = SparseSettings(6, GuideCoverage::kSparse);
-  settings.width = 300;
-  settings.height = 200;
+  settings.width = 1100;  // several regions wide and high
+  settings.height = 70;
   settings.jitter = true;
-  Frame one;
-  {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
-    ASSERT_TRUE(MakeRenderer(builder, settings)->RenderFrame(MomentOf(13), &one).ok());
+  Frame frames[2];
+  for (const int threads : {1, 4}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                    static_cast<size_t>(threads));
+    const auto renderer = MakeRenderer(builder, settings);
+    Frame& frame = frames[threads == 1 ? 0 : 1];
+    for (const int index : {12, 13}) {
+      ASSERT_TRUE(renderer->RenderFrame(MomentOf(index), &frame).ok());
+    }
   }
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 4);
-  Frame several;
-  ASSERT_TRUE(MakeRenderer(builder, settings)->RenderFrame(MomentOf(13), &several).ok());
-  ExpectSameFrame(one, several);
+  ExpectSameFrame(frames[0], frames[1]);
+  Frame fresh;
+  ASSERT_TRUE(MakeRenderer(builder, settings)->RenderFrame(MomentOf(13), &fresh).ok());
+  ExpectSameFrame(frames[0], fresh);
 }
 
 TEST(SparseTest, SettingsChangeInPlace) {
