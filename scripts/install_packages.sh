@@ -12,10 +12,12 @@ build_packages=(
   libcli11-dev libembree-dev libfmt-dev libglm-dev libhwy-dev libopenexr-dev libspng-dev libstb-dev
   libtbb-dev libtinygltf-dev libwebp-dev nlohmann-json3-dev pybind11-dev python3-dev python3-numpy
   ffmpeg
+  libglfw3-dev libimgui-dev libgl-dev
 )
 test_packages=(
   libgtest-dev libgmock-dev python3 chromium chromium-driver
   clang clang-format libclang-rt-14-dev
+  xvfb xdotool libgl1-mesa-dri
 )
 
 case "${1:-}" in

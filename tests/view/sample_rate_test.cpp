@@ -124,12 +124,18 @@ TEST(RateControl, ASlowFilterCostsResolutionNotSamples) {
 
 TEST(RateControl, WithAFixedResolutionOnlySamplesChange) {
   RateControl control({1, 4}, 1.0f);
-  Machine machine;
-  machine.filter_ms = 500;
+  const Machine machine{10, 2000, 30};
   Observe(machine, 50, false, 30, &control);
   EXPECT_FLOAT_EQ(control.scale(), 1.0f);
-  // Fewer samples than these would save less than a fifth of the time.
-  EXPECT_EQ(control.rate(), (SampleRate{1, 2}));
+  EXPECT_LE(machine.Cost(control).total(), 55);
+}
+
+TEST(RateControl, SamplesStayWhereTheyCostLittle) {
+  RateControl control({1, 4}, 0.25f);
+  for (int i = 0; i < 30; ++i) {
+    control.Observe({10, 200}, 50, true);
+  }
+  EXPECT_EQ(control.rate(), (SampleRate{1, 4}));
 }
 
 TEST(RateControl, AFastMachineGetsFullResolutionAndManySamples) {

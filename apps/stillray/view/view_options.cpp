@@ -169,6 +169,7 @@ Result<ViewOptions> ParseViewArguments(const ViewArguments& arguments) {
   ViewOptions options;
   options.request = {arguments.scene, arguments.environment};
   options.threads = arguments.threads;
+  options.report = arguments.report;
   ViewSettings& settings = options.settings;
   STILLRAY_RETURN_IF_ERROR(ParseSize(arguments.size, &settings));
   STILLRAY_RETURN_IF_ERROR(ParseDenoise(arguments, &options));
@@ -233,6 +234,8 @@ void DeclareViewOptions(CLI::App* command, ViewArguments* a) {
       ->check(CLI::Range(0, 4096));
   command->add_option("--headless-frames", a->headless_frames,
                       "No window: write what it would show, frame by frame, to -o");
+  command->add_option("--report", a->report,
+                      "At the end, write how long the window's own frames took: JSON");
   command->add_option("-o,--output", a->folder, "Folder for --headless-frames");
 }
 

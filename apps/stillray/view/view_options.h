@@ -37,6 +37,7 @@ struct ViewArguments {
   int threads = 0;
   int headless_frames = 0;
   std::string folder;
+  std::string report;
 };
 
 /// The same, understood.
@@ -47,6 +48,7 @@ struct ViewOptions {
   int threads = 0;
   int headless_frames = 0;  ///< 0: open a window
   std::string folder;
+  std::string report;  ///< file for the times of the interface; empty: none
 };
 
 /// Takes what the file sets; the rest stays.

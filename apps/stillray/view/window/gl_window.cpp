@@ -60,6 +60,7 @@ void UseStyle(float scale) {
   colours[ImGuiCol_SliderGrabActive] = {0.35f, 0.72f, 0.88f, 1.0f};
   colours[ImGuiCol_CheckMark] = {0.45f, 0.80f, 0.95f, 1.0f};
   colours[ImGuiCol_TitleBgActive] = {0.16f, 0.30f, 0.38f, 1.0f};
+  colours[ImGuiCol_ModalWindowDimBg] = {0.0f, 0.0f, 0.0f, 0.45f};
   colours[ImGuiCol_Separator] = {0.25f, 0.27f, 0.30f, 1.0f};
 }
 

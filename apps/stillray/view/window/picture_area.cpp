@@ -15,7 +15,7 @@ namespace stillray::view {
 namespace {
 
 constexpr float kGrab = 7;  // pixels to both sides of a divider that take hold of it
-constexpr ImU32 kLine = IM_COL32(240, 240, 240, 220);
+constexpr ImU32 kLine = IM_COL32(240, 240, 240, 255);
 constexpr ImU32 kShade = IM_COL32(0, 0, 0, 150);
 constexpr ImU32 kText = IM_COL32(235, 238, 240, 255);
 

@@ -8,9 +8,11 @@
 #include <filesystem>
 #include <thread>
 
+#include <fmt/format.h>
 #include <imgui.h>
 
 #include "interrupt.h"
+#include "stillray/io.h"
 #include "view/view_engine.h"
 #include "view/window/camera_input.h"
 #include "view/window/gl_window.h"
@@ -66,6 +68,29 @@ bool DrawInterface(double now, double elapsed, PaneTextures* textures, ViewEngin
   return flying || state->flight || state->load.loading || state->dragged_divider >= 0;
 }
 
+/// How long the window's own frames took: what a user feels as a freeze.
+struct InterfaceTimes {
+  int64_t frames = 0;
+  int64_t pictures = 0;  ///< of the engine, shown
+  double slowest_ms = 0;
+  double sum_ms = 0;
+
+  void Add(double ms) {
+    ++frames;
+    slowest_ms = std::max(slowest_ms, ms);
+    sum_ms += ms;
+  }
+};
+
+Status WriteReport(const std::string& path, const InterfaceTimes& times) {
+  const std::string text = fmt::format(
+      "{{\"interface_frames\": {}, \"pictures\": {}, \"slowest_ms\": {:.2f}, \"mean_ms\": "
+      "{:.2f}}}\n",
+      times.frames, times.pictures, times.slowest_ms,
+      times.frames > 0 ? times.sum_ms / static_cast<double>(times.frames) : 0.0);
+  return WriteFileAtomically(path, text.data(), text.size());
+}
+
 void DrawFrame(double now, double elapsed, bool* lively, GlWindow* window, PaneTextures* textures,
                ViewEngine* engine, ViewerState* state) {
   window->BeginFrame();
@@ -77,12 +102,14 @@ void DrawFrame(double now, double elapsed, bool* lively, GlWindow* window, PaneT
   window->EndFrame();
 }
 
-void Loop(GlWindow* window, std::atomic<bool>* news, ViewEngine* engine, ViewerState* state) {
+InterfaceTimes Loop(GlWindow* window, std::atomic<bool>* news, ViewEngine* engine,
+                    ViewerState* state) {
   PaneTextures textures;
   double last = Now();
   bool lively = true;
   int frames_due = kFramesAfterInput;
   uint64_t titled = 0;
+  InterfaceTimes times;
   while (!window->should_close() && !state->quit && !Interrupted()) {
     const bool soon = lively || frames_due > 0;
     frames_due = window->WaitForEvents(soon ? kLivelySeconds : kIdleSeconds) ? kFramesAfterInput
@@ -107,7 +134,10 @@ void Loop(GlWindow* window, std::atomic<bool>* news, ViewEngine* engine, ViewerS
     DrawFrame(now, now - last, &lively, window, &textures, engine, state);
     frames_due = std::max(frames_due - 1, 0);
     last = now;
+    times.Add((Now() - now) * 1e3);
+    times.pictures = state->frame != nullptr ? static_cast<int64_t>(state->frame->number) : 0;
   }
+  return times;
 }
 
 }  // namespace
@@ -131,8 +161,8 @@ Status RunViewer(const ViewOptions& options) {
     GlWindow::Wake();
   });
   engine.Open(options.request);
-  Loop(window->get(), &news, &engine, &state);
-  return Status::Ok();
+  const InterfaceTimes times = Loop(window->get(), &news, &engine, &state);
+  return options.report.empty() ? Status::Ok() : WriteReport(options.report, times);
 }
 
 }  // namespace stillray::view

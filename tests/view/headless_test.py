@@ -1,0 +1,92 @@
+# SPDX-FileCopyrightText: the stillray developers
+# SPDX-License-Identifier: Apache-2.0
+"""`stillray view` without a window: the same pictures in every run, and clear errors.
+
+    headless_test.py PROGRAM
+"""
+import os
+import subprocess
+import sys
+import tempfile
+
+
+def run(program, *arguments, **environment):
+    return subprocess.run([program, "view", *arguments], capture_output=True, text=True, timeout=120,
+                          env={**os.environ, **environment})
+
+
+def files(folder):
+    contents = {}
+    for name in sorted(os.listdir(folder)):
+        with open(os.path.join(folder, name), "rb") as file:
+            contents[name] = file.read()
+    return contents
+
+
+def test_same_pictures(program, folder):
+    seen = []
+    for name, threads in (("a", "1"), ("b", "2")):
+        out = os.path.join(folder, name)
+        done = run(program, "builtin:lights", "--size", "80x60", "--headless-frames", "5", "--spp",
+                   "1/4", "--play", "--views", "noisy,denoised", "--threads", threads, "-o", out)
+        assert done.returncode == 0, done.stderr
+        assert "5 frames of 80x60 at 1/4 samples per pixel" in done.stdout, done.stdout
+        seen.append(files(out))
+    assert list(seen[0]) == [f"view.{n:04d}.png" for n in range(1, 6)]
+    assert seen[0] == seen[1]
+    assert seen[0]["view.0001.png"] != seen[0]["view.0005.png"]
+
+
+def test_settings_file(program, folder):
+    path = os.path.join(folder, "a.settings")
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("# mine\npreset=svgf\nsigma_l = 2\nrender.spp=1/2\nrender.bounces=1\n")
+    out = [os.path.join(folder, name) for name in ("file", "line")]
+    common = ["builtin:cornell", "--size", "64x48", "--headless-frames", "2"]
+    first = run(program, *common, "--settings", path, "-o", out[0])
+    assert first.returncode == 0, first.stderr
+    second = run(program, *common, "--preset", "svgf", "--set", "sigma_l=2", "--spp", "1/2",
+                 "--bounces", "1", "-o", out[1])
+    assert second.returncode == 0, second.stderr
+    assert files(out[0]) == files(out[1])
+
+
+def test_errors(program, folder):
+    path = os.path.join(folder, "bad.settings")
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("preset=svgf\n\nsigma_l=much\n")
+    for arguments, words in (
+            (["builtin:no"], ["built-in", "'no'"]),
+            (["no/such.glb"], ["no/such.glb"]),
+            (["builtin:cornell", "--spp", "1/3000"], ["--spp", "1/3000"]),
+            (["builtin:cornell", "--scale", "0"], ["--scale", "'0'"]),
+            (["builtin:cornell", "--views", "nothing"], ["--views", "'nothing'", "denoised"]),
+            (["builtin:cornell", "--views", "noisy,noisy,noisy,noisy"], ["--views", "3"]),
+            (["builtin:cornell", "--size", "8x8"], ["--size", "8x8"]),
+            (["builtin:cornell", "--set", "feedback=8"], ["feedback"]),
+            (["builtin:cornell", "--environment", "no.hdr"], ["environment", "no.hdr"]),
+            (["builtin:cornell", "--settings", path], ["bad.settings:3", "sigma_l", "much"]),
+            (["builtin:cornell", "--settings", "no.settings"], ["no.settings"]),
+            (["builtin:cornell", "-o", "/dev/null/x"], ["/dev/null/x"])):
+        done = run(program, *arguments, "--headless-frames", "1")
+        assert done.returncode == 2, (arguments, done.returncode, done.stderr)
+        for word in words:
+            assert word in done.stderr, (arguments, done.stderr)
+
+
+def test_no_display(program, folder):
+    done = run(program, "builtin:cornell", DISPLAY="", WAYLAND_DISPLAY="")
+    assert done.returncode == 2, done.stderr
+    assert "--headless-frames" in done.stderr, done.stderr
+
+
+def main():
+    program = os.path.abspath(sys.argv[1])
+    for test in (test_same_pictures, test_settings_file, test_errors, test_no_display):
+        print(test.__name__, flush=True)
+        with tempfile.TemporaryDirectory() as folder:
+            test(program, folder)
+
+
+if __name__ == "__main__":
+    main()

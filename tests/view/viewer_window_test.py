@@ -1,0 +1,184 @@
+# SPDX-FileCopyrightText: the stillray developers
+# SPDX-License-Identifier: Apache-2.0
+"""Drives `stillray view` with mouse and keys and looks at the screen.
+
+    viewer_window_test.py PROGRAM
+"""
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+
+from display import Display, difference, require, until
+
+PICTURE = (40, 60, 560, 480)  # well within the picture of a window of 960 x 600
+PANEL = (660, 30, 940, 580)
+
+
+class Viewer:
+    def __init__(self, display, program, folder):
+        self.display = display
+        self.report = os.path.join(folder, "report.json")
+        self.process = subprocess.Popen(
+            [program, "view", "builtin:cornell", "--size", "960x600", "--spp", "1", "--scale", "0.25",
+             "--bounces", "1", "--report", self.report],
+            env=display.environment, stderr=subprocess.PIPE, cwd=folder)
+        display.do("search", "--sync", "--name", "stillray")
+        # Without a window manager nobody gives the window the keyboard.
+        self.window = subprocess.run(["xdotool", "search", "--name", "stillray"], check=True,
+                                     env=display.environment, capture_output=True,
+                                     text=True).stdout.split()[0]
+        display.do("windowmove", self.window, 0, 0)
+        display.do("windowfocus", self.window)
+        display.do("mousemove", 300, 300)
+
+    def check_alive(self):
+        assert self.process.poll() is None, self.process.stderr.read().decode()
+
+
+def settled(display, box):
+    """The screen once the picture in the box has come to rest."""
+    last = [display.screen()]
+
+    def quiet():
+        time.sleep(0.4)
+        now = display.screen()
+        rest = difference(last[0], now, box) < 0.8
+        last[0] = now
+        return rest
+
+    until("a picture at rest", quiet)
+    return last[0]
+
+
+def test_shows_a_picture(display, viewer):
+    until("a bright picture", lambda: display.screen().mean(PICTURE) > 40)
+    screen = settled(display, PICTURE)
+    assert screen.roughness(PICTURE) < 6, "the denoised picture is smooth"
+    assert 10 < screen.mean(PANEL) < 120, "the panel is dark with text"
+    viewer.check_alive()
+
+
+def test_orbits(display, viewer):
+    before = settled(display, PICTURE)
+    display.drag((200, 250), (330, 270))
+    after = settled(display, PICTURE)
+    assert difference(before, after, PICTURE) > 8, difference(before, after, PICTURE)
+    display.key("Home")
+    again = settled(display, PICTURE)
+    assert difference(before, again, PICTURE) < 4, "Home brings the file's camera back"
+
+
+def test_flies(display, viewer):
+    before = settled(display, PICTURE)
+    display.do("keydown", "w")
+    time.sleep(0.6)
+    display.do("keyup", "w")
+    assert difference(before, settled(display, PICTURE), PICTURE) > 4
+    display.key("Home")
+    settled(display, PICTURE)
+
+
+def line_at(screen, x):
+    """Whether a bright upright line stands at x."""
+    rows = range(100, 460, 6)
+    return sum(max(screen.row(y, x - 2, x + 3)) > 225 for y in rows) > 0.95 * len(rows)
+
+
+def test_divides(display, viewer):
+    display.key("Tab")
+    middle = 315  # half of the picture beside a panel of 330
+    until("a divider in the middle",
+          lambda: line_at(display.screen(), middle))
+    screen = display.screen()
+    noisy = screen.roughness((60, 100, 280, 460))
+    clean = screen.roughness((340, 100, 560, 460))
+    assert noisy > 2 * clean, (noisy, clean)
+    display.drag((middle, 250), (150, 250))
+    until("the divider where it was dragged to", lambda: line_at(display.screen(), 150))
+    assert not line_at(display.screen(), middle)
+    display.key("Tab")
+    display.key("Tab")
+    until("one picture again", lambda: not line_at(display.screen(), 150))
+
+
+def test_changes_the_preset(display, viewer):
+    before = settled(display, PANEL)
+    display.key("p")
+    until("another preset in the panel",
+          lambda: difference(before, display.screen(), PANEL) > 0.05)
+    viewer.check_alive()
+
+
+def test_saves_a_picture(display, viewer, folder):
+    path = os.path.join(folder, "shown.png")
+    display.key("ctrl+s")
+    time.sleep(0.5)
+    display.key("ctrl+a")
+    display.do("type", "--delay", "60", path)
+    display.key("Return")
+    until("the saved picture", lambda: os.path.exists(path))
+    with open(path, "rb") as file:
+        assert file.read(8) == b"\x89PNG\r\n\x1a\n"
+
+
+def test_tells_what_is_wrong(display, viewer):
+    before = settled(display, PICTURE)
+    display.key("ctrl+o")
+    time.sleep(0.5)
+    display.key("ctrl+a")
+    display.do("type", "--delay", "60", "/no/such.glb")
+    display.key("Return")
+    time.sleep(2)  # the dialog goes, the message comes
+    until("a message box", lambda: difference(before, display.screen(), PICTURE) > 3)
+    viewer.check_alive()
+    display.key("Return")
+    until("the picture again", lambda: difference(before, display.screen(), PICTURE) < 2)
+
+
+def test_resizes(display, viewer):
+    display.do("windowsize", viewer.window, 700, 420)
+    until("an empty screen beside the window",
+          lambda: max(display.screen().row(300, 720, 940)) == 0)
+    small = (40, 60, 330, 330)
+    until("the picture in the small window", lambda: display.screen().mean(small) > 40)
+    display.do("windowsize", viewer.window, 960, 600)
+    until("the picture in the large window", lambda: display.screen().mean(PICTURE) > 40)
+    viewer.check_alive()
+
+
+def test_quits(display, viewer):
+    display.key("ctrl+q")
+    assert viewer.process.wait(timeout=30) == 0, viewer.process.stderr.read().decode()
+    with open(viewer.report, encoding="utf-8") as file:
+        report = json.load(file)
+    print(report)
+    assert report["pictures"] > 10
+    assert report["slowest_ms"] < 1000, report
+
+
+def main():
+    require("Xvfb", "xdotool")
+    program = os.path.abspath(sys.argv[1])
+    with tempfile.TemporaryDirectory() as folder, Display() as display:
+        viewer = Viewer(display, program, folder)
+        try:
+            for test in (test_shows_a_picture, test_orbits, test_flies, test_divides,
+                         test_changes_the_preset):
+                print(test.__name__, flush=True)
+                test(display, viewer)
+            print("test_saves_a_picture", flush=True)
+            test_saves_a_picture(display, viewer, folder)
+            for test in (test_tells_what_is_wrong, test_resizes, test_quits):
+                print(test.__name__, flush=True)
+                test(display, viewer)
+        finally:
+            if viewer.process.poll() is None:
+                viewer.process.kill()
+            viewer.process.wait()
+
+
+if __name__ == "__main__":
+    main()
