@@ -15,6 +15,8 @@ namespace stillray::doctor {
 namespace {
 
 constexpr float kAboveOne = 1.02f;
+/// Sums of lobes (coat and base) may reflect a little more.
+constexpr float kSpecularAboveOne = 2.0f;
 /// Part of the pixels above: a few overlapping closures reach a little more. Clean: 0.
 constexpr double kMayBeAbove = 0.003;
 constexpr float kBlack = 1e-4f;
@@ -97,7 +99,7 @@ void AlbedoCheck::LookAbove(const Exhibit& now) {
     for (int y = 0; y < now.frame.height; ++y) {
       for (int x = 0; x < now.frame.width; ++x) {
         const float most = std::max({albedo[0](x, y), albedo[1](x, y), albedo[2](x, y)});
-        above += most > kAboveOne;
+        above += most > (layer.aov == Aov::kAlbedo ? kAboveOne : kSpecularAboveOne);
         layer.largest = std::isfinite(most) ? std::max(layer.largest, most) : layer.largest;
       }
     }

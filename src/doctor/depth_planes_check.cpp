@@ -122,7 +122,32 @@ struct Judged {
   double parameter = 0;
   double median = 0;  ///< stored
   double largest = 0;
+  double below = 0;  ///< median stored in the lower third of the picture, ...
+  double above = 0;  ///< ... and in the upper
 };
+
+double MedianOfRows(const Image1& image, int y0, int y1) {
+  std::vector<float> values;
+  for (int y = y0; y < y1; ++y) {
+    for (int x = 0; x < image.width(); ++x) {
+      if (std::isfinite(image(x, y))) {
+        values.push_back(image(x, y));
+      }
+    }
+  }
+  if (values.empty()) {
+    return 0;
+  }
+  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Without perspective distances themselves are linear, and are right. 1 / distance seldom exceeds
+/// 1, and is larger below, where the ground is near.
+bool MayBeInverse(const Judged& j) {
+  return j.largest <= 1 || j.below > 1.1 * j.above;
+}
 
 class DepthPlanesCheck : public Check {
  public:
@@ -196,6 +221,8 @@ void DepthPlanesCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
   std::sort(values.begin(), values.end());
   j.median = values[values.size() / 2];
   j.largest = values.back();
+  j.below = MedianOfRows(stored, 2 * now.frame.height / 3, now.frame.height);
+  j.above = MedianOfRows(stored, 0, now.frame.height / 3);
   j.given = MedianBend(triples, [](const Triple& t, size_t i) { return 1.0 / t.depth[i]; });
   j.bend = j.given;
   j.one_side = OneSide(triples);
@@ -210,8 +237,12 @@ void DepthPlanesCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
     };
     consider(Kind::kLinear,
              MedianBend(triples, [](const Triple& t, size_t i) { return 1.0 / t.stored[i]; }), 0);
-    consider(Kind::kInverse,
-             MedianBend(triples, [](const Triple& t, size_t i) { return double{t.stored[i]}; }), 0);
+    const double itself =
+        MedianBend(triples, [](const Triple& t, size_t i) { return double{t.stored[i]}; });
+    if (itself < kFarLess * j.given && !MayBeInverse(j)) {
+      return;
+    }
+    consider(Kind::kInverse, itself, 0);
     if (layout_->depth.kind == DepthKind::kLinear && j.kind == Kind::kGiven) {
       const Fit ray = LeastBend(0.3 * now.frame.width, 6.0 * now.frame.width, [&](double focal) {
         return MedianBend(triples, [&](const Triple& t, size_t i) {

@@ -18,11 +18,12 @@ constexpr int kLeastBlocks = 24;
 /// Single bright samples count as this many times the mean.
 constexpr float kBright = 4.0f;
 constexpr float kSameSurface = 0.1f;
-/// Factor (as a logarithm) from which it counts. Clean sequences at one sample: below 0.02.
-constexpr double kLeastChange = 0.09;
+/// Factor (as a logarithm) from which it counts. Clean sequences: below 0.02 under lamps that stay,
+/// 0.08 under several that move by a quarter of a second from frame to frame.
+constexpr double kLeastChange = 0.14;
 /// Median difference of the blocks' factors from the common one, as a part of it: a lamp that
-/// moves or is dimmed changes some blocks and not others.
-constexpr double kEven = 0.5;
+/// moves or is dimmed changes some blocks and not others. Planted: 0.1.
+constexpr double kEven = 0.35;
 
 double Median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);

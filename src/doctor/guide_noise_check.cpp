@@ -244,9 +244,12 @@ void IdCheck::Conclude(Verdict* verdict) {
       frames.push_back(pair.number);
     }
   }
-  verdict->Add(Measure{"id_changes", mean, kMayChange, !frames.empty(),
-                       static_cast<int64_t>(pairs_.size())});
-  if (frames.empty()) {
+  // A cut changes everything once.
+  const bool broken =
+      static_cast<double>(frames.size()) >= kAgreement * static_cast<double>(pairs_.size());
+  verdict->Add(
+      Measure{"id_changes", mean, kMayChange, broken, static_cast<int64_t>(pairs_.size())});
+  if (!broken) {
     return;
   }
   const Aov aov = layout_->Find(Aov::kId) != nullptr ? Aov::kId : Aov::kCryptomatte;

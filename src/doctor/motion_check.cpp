@@ -47,7 +47,8 @@ struct Reading {
   }
   /// How much it takes to get there: of readings that explain equally much, the simplest is right.
   int Steps() const {
-    return (unit != Unit::kSame) * 2 + (scale != 1) * 2 + swap * 2 + (sign_x < 0 || sign_y < 0);
+    return (unit != Unit::kSame) * 2 + (scale != 1) * 2 + swap * 2 + (sign_x < 0 || sign_y < 0) +
+           (scale == 0) * 8;
   }
 };
 
@@ -97,6 +98,10 @@ std::vector<Reading> MakeReadings(const MotionConvention& given) {
       readings.push_back({Unit::kSame, scale, false, x, y});
     }
   }
+  for (const float scale : {1.0f / 3, 0.25f, 3.0f, 4.0f}) {
+    readings.push_back({Unit::kSame, scale, false, 1, 1});
+  }
+  readings.push_back({Unit::kSame, 0, false, 1, 1});  // no motion at all
   std::stable_sort(readings.begin(), readings.end(),
                    [](const Reading& a, const Reading& b) { return a.Steps() < b.Steps(); });
   return readings;
@@ -305,9 +310,12 @@ Finding MotionCheck::MakeFinding(size_t best, const std::vector<int64_t>& frames
                     : ndc    ? "is in coordinates from -1 to 1 across the picture, not in pixels"
                              : "is in pixels already");
   }
-  if (r.scale != 1) {
+  if (r.scale == 0) {
+    finding.name = "motion_wrong";
+    parts.push_back("leads further astray than no motion would");
+  } else if (r.scale != 1) {
     finding.name = "motion_scaled";
-    parts.push_back(fmt::format("is {} as long as what moves", r.scale > 1 ? "half" : "twice"));
+    parts.push_back(fmt::format("is {:.3g} times as long as what moves", 1 / r.scale));
   }
   if (r.swap) {
     finding.name = finding.name.empty() ? "motion_swapped" : finding.name;
@@ -336,13 +344,20 @@ Finding MotionCheck::MakeFinding(size_t best, const std::vector<int64_t>& frames
   }
   finding.frames = frames;
   finding.what = fmt::format(
-      "motion in {} {}: in {}, the previous frame warped by it differs {:.1f} times as much as "
-      "read "
-      "so (albedo and normals; expected below {:.1f})",
-      LayerText(*layout_, Aov::kMotion), text, FrameRanges(frames), 1 / ratio, 1 / kFarBetter);
+      "motion in {} {}: in {}, the previous frame warped by it differs {:.1f} times as much as {} "
+      "(albedo and normals; expected below {:.1f})",
+      LayerText(*layout_, Aov::kMotion), text, FrameRanges(frames), 1 / ratio,
+      r.scale == 0 ? "not warped at all" : "read so", 1 / kFarBetter);
   finding.measured = 1 / ratio;
   finding.expected = 1 / kFarBetter;
-  finding.cure = Cure(readings_[best], &finding.aov);
+  if (r.scale == 0) {
+    finding.cure =
+        "look at unit and scale of the motion output (pixels per frame, not per second), and give "
+        "it "
+        "with --aov motion=LAYER,scale=; or leave it out: stillray denoise with --aov motion=none";
+  } else {
+    finding.cure = Cure(readings_[best], &finding.aov);
+  }
   return finding;
 }
 

@@ -20,6 +20,8 @@ constexpr double kPileUp = 0.003;
 /// Of the pixels at the maximum, the part that has a neighbour on the same surface with less light,
 /// but not none. Even light (a sun on a floor) has few; a limit on noise has most.
 constexpr double kSpeckled = 0.3;
+/// Renderers cut fireflies of indirect light (Blender at 10), which is right.
+constexpr float kFireflies = 5.0f;
 constexpr float kLittle = 0.02f;
 constexpr float kNearly = 0.98f;
 /// Compressed light comes close to 1 in every frame and never reaches beyond.
@@ -49,6 +51,9 @@ struct Peak {
 
 /// Light of which a value occurs often by nature: sky, and lamps that are seen.
 bool IsUnfiltered(const Frame& frame, int x, int y) {
+  if (!std::isfinite(frame.guides.depth(x, y))) {
+    return true;
+  }
   for (int c = 0; c < 3; ++c) {
     if ((!frame.emission.empty() && frame.emission[c](x, y) > 0) ||
         (!frame.background.empty() && frame.background[c](x, y) > 0)) {
@@ -141,10 +146,14 @@ class RangeCheck : public Check {
 void RangeCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
   layout_ = now.layout;
   ++frames_;
-  for (int c = 0; c < 3 && !now.frame.background.empty(); ++c) {
-    for (int y = 0; y < now.frame.height; ++y) {
-      for (int x = 0; x < now.frame.width; ++x) {
-        const float v = now.frame.background[c](x, y);
+  const Image3 all = SumOfLight(now.frame);
+  for (int y = 0; y < now.frame.height; ++y) {
+    for (int x = 0; x < now.frame.width; ++x) {
+      const bool sky = !std::isfinite(now.frame.guides.depth(x, y));
+      for (int c = 0; c < 3; ++c) {
+        const float v = sky                            ? all[c](x, y)
+                        : now.frame.background.empty() ? 0.0f
+                                                       : now.frame.background[c](x, y);
         sky_ = std::isfinite(v) ? std::max(sky_, v) : sky_;
       }
     }
@@ -161,6 +170,11 @@ void RangeCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
 /// albedo wherever nothing is in the way, and divided light the sky's itself: both are no limits.
 bool RangeCheck::IsClamped(const Peak& peak, Aov aov) const {
   const bool divided = layout_->light_is_divided && aov != Aov::kColour;
+  const bool indirect = aov == Aov::kIndirectDiffuse || aov == Aov::kIndirectSpecular ||
+                        aov == Aov::kIndirectTransmission;
+  if (indirect && peak.maximum >= kFireflies) {
+    return false;
+  }
   return peak.piled >= kPileUp && peak.speckled >= kSpeckled && peak.maximum > 1.02f * sky_ &&
          (divided || peak.many_albedos);
 }

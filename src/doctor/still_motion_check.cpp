@@ -132,6 +132,9 @@ void StillMotionCheck::Look(const Exhibit& now, const Exhibit* before) {
   }
   const Features a(now);
   const Features b(*before);
+  if (!a.of_guides() || !b.of_guides()) {
+    return;
+  }
   std::vector<Block> unexplained;
   int structured = 0;
   for (int y = 0; y + kBlock <= now.frame.height; y += kBlock) {

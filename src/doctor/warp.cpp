@@ -86,6 +86,7 @@ Features::Features(const Exhibit& exhibit)
     }
   }
   if (planes.empty()) {
+    of_guides_ = false;
     own.push_back(Blurred(exhibit.light));
     const auto mean = static_cast<float>(std::max(MeanOf(exhibit.light), 1e-20));
     planes.emplace_back(&own[0], 1.0f / mean);

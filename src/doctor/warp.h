@@ -55,14 +55,15 @@ class Features {
   /// match one of them, and not their mean. 1 outside the picture.
   float DistanceAt(int x, int y, const Features& other, vec2 place) const;
 
+  /// Whether they are of guides: light also changes where nothing moves.
+  bool of_guides() const { return of_guides_; }
   int width() const { return width_; }
   int height() const { return height_; }
 
  private:
-  void AddAlbedo(const Image3& albedo);
-
   int width_ = 0;
   int height_ = 0;
+  bool of_guides_ = true;
   size_t count_ = 0;
   std::vector<float> values_;  ///< count_ per pixel
 };

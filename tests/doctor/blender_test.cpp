@@ -2,14 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The doctor on a sequence that Blender rendered: nothing is wrong with it until it is spoilt.
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <set>
 #include <string>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "core/colour_shared.h"
 #include "doctor/sequences.h"
@@ -75,6 +78,31 @@ void AddNoise(Sequence* s, const std::string& layer, float size) {
   }
 }
 
+/// World normals in the axes of the camera: x right, y up, z towards the viewer.
+void ToCameraSpace(Sequence* s) {
+  std::ifstream file(Folder() + "/cameras.json");
+  const nlohmann::json cameras = nlohmann::json::parse(file);
+  for (NumberedImage& f : *s) {
+    const auto& m = cameras["camera_to_world"][std::to_string(f.number)];
+    std::array<Image1*, 3> n;
+    for (size_t c = 0; c < 3; ++c) {
+      n[c] = &ChannelOf(f.image, kView + "Normal." + "XYZ"[c]).values;
+    }
+    for (int y = 0; y < f.image.height; ++y) {
+      for (int x = 0; x < f.image.width; ++x) {
+        const std::array<float, 3> world = {(*n[0])(x, y), (*n[1])(x, y), (*n[2])(x, y)};
+        for (size_t c = 0; c < 3; ++c) {
+          float sum = 0;
+          for (size_t i = 0; i < 3; ++i) {
+            sum += world[i] * m[i][c].get<float>();
+          }
+          (*n[c])(x, y) = sum;
+        }
+      }
+    }
+  }
+}
+
 const Fault kFaults[] = {
     {"clean", [](Sequence*) {}, {}},
     {"motion_negated",
@@ -128,6 +156,29 @@ const Fault kFaults[] = {
        ChangeLayer(s, kView + "Vector.", [](float v, int, int) { return v * 2; });
      },
      {"motion_scaled"}},
+    {"motion_third",
+     [](Sequence* s) {
+       ChangeLayer(s, kView + "Vector.", [](float v, int, int) { return v / 3; });
+     },
+     {"motion_scaled"}},
+    {"motion_per_second",
+     [](Sequence* s) {
+       ChangeLayer(s, kView + "Vector.", [](float v, int, int) { return v * 24; });
+     },
+     {"motion_wrong"}},
+    {"light_of_one_frame",
+     [](Sequence* s) {
+       for (size_t i = 1; i < s->size(); ++i) {
+         for (const Channel& c : (*s)[0].image.channels) {
+           if (c.name.find("Dir.") != std::string::npos ||
+               c.name.find("Ind.") != std::string::npos) {
+             ChannelOf((*s)[i].image, c.name).values = c.values;
+           }
+         }
+       }
+     },
+     {"fixed_seed"}},
+    {"normals_of_the_camera", ToCameraSpace, {"normal_camera_space"}},
     {"motion_zero",
      [](Sequence* s) { ChangeLayer(s, kView + "Vector.", [](float, int, int) { return 0.0f; }); },
      {"motion_zero"}},

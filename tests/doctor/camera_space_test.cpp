@@ -126,5 +126,25 @@ TEST(CameraSpace, ACameraThatStandsIsClean) {
   EXPECT_EQ(FindingsOf(MakeSequence(0.4f, 0, Space::kCamera)), Names());
 }
 
+// Without perspective z itself is linear on flat surfaces, as 1 / z is with it: no fault.
+TEST(Orthographic, LinearDepthIsClean) {
+  Sequence sequence = MakeSequence(0.4f, 0.0f, Space::kWorld);
+  for (NumberedImage& frame : sequence) {
+    for (int y = 0; y < frame.image.height; ++y) {
+      const bool ground = y >= 30;
+      for (int x = 0; x < frame.image.width; ++x) {
+        const auto set = [&](const char* name, float v) {
+          ChannelOf(frame.image, name).values(x, y) = v;
+        };
+        set("depth.Z", ground ? 14 - 0.1f * static_cast<float>(y) : 11);
+        set("normal.X", 0);
+        set("normal.Y", ground ? 1 : 0);
+        set("normal.Z", ground ? 0 : 1);
+      }
+    }
+  }
+  EXPECT_EQ(FindingsOf(sequence), Names());
+}
+
 }  // namespace
 }  // namespace stillray

@@ -179,6 +179,11 @@ const CleanScene kCleanScenes[] = {
     {"cornell_4_spp", {.scene = "cornell", .spp = 4}},
     // A still camera and still things: the animation has not begun to matter.
     {"still", {.scene = "spheres", .step = 0}},
+    {"lights_averaged", {.scene = "lights", .averaged = true}},
+    {"lights_averaged_slow", {.scene = "lights", .step = 1.0 / 24, .averaged = true}},
+    {"spheres_averaged", {.scene = "spheres", .averaged = true}},
+    {"cornell_averaged", {.scene = "cornell", .averaged = true}},
+    {"still_averaged", {.scene = "lights", .step = 0, .averaged = true}},
     {"one_frame", {.scene = "lights", .frames = 1}},
 };
 class CleanScenes : public ::testing::TestWithParam<CleanScene> {};

@@ -33,6 +33,51 @@ ExrImage ImageOf(const Frame& frame) {
   return image;
 }
 
+void AddScaled(const Image3& from, float scale, Image3* to) {
+  for (int c = 0; c < 3; ++c) {
+    for (int y = 0; y < from.height(); ++y) {
+      for (int x = 0; x < from.width(); ++x) {
+        (*to)[c](x, y) += scale * from[c](x, y);
+      }
+    }
+  }
+}
+
+void Clear(Image3* image) {
+  for (int c = 0; c < 3; ++c) {
+    (*image)[c].Fill(0);
+  }
+}
+
+/// \param centred  a renderer without jitter
+Frame Averaged(Renderer* jittered, Renderer* centred, RenderMoment moment) {
+  constexpr int kSamples = 4;
+  Frame mean;
+  EXPECT_TRUE(centred->RenderFrame(moment, &mean).ok());
+  for (Image3* image : {&mean.guides.albedo, &mean.guides.specular_albedo, &mean.guides.normal,
+                        &mean.emission, &mean.background}) {
+    Clear(image);
+  }
+  for (Signal& signal : mean.signals) {
+    Clear(&signal.radiance);
+  }
+  const int64_t first = moment.frame_index * kSamples;
+  for (int i = 0; i < kSamples; ++i) {
+    moment.frame_index = first + i;
+    Frame one;
+    EXPECT_TRUE(jittered->RenderFrame(moment, &one).ok());
+    AddScaled(one.guides.albedo, 1.0f / kSamples, &mean.guides.albedo);
+    AddScaled(one.guides.specular_albedo, 1.0f / kSamples, &mean.guides.specular_albedo);
+    AddScaled(one.guides.normal, 1.0f / kSamples, &mean.guides.normal);
+    AddScaled(one.emission, 1.0f / kSamples, &mean.emission);
+    AddScaled(one.background, 1.0f / kSamples, &mean.background);
+    for (size_t s = 0; s < mean.signals.size(); ++s) {
+      AddScaled(one.signals[s].radiance, 1.0f / kSamples, &mean.signals[s].radiance);
+    }
+  }
+  return mean;
+}
+
 }  // namespace
 
 Sequence RenderSequence(const SceneOptions& o) {
@@ -46,14 +91,21 @@ Sequence RenderSequence(const SceneOptions& o) {
   settings.jitter = o.jitter;
   const auto renderer = Renderer::Create(*scene, settings);
   EXPECT_TRUE(renderer.ok()) << renderer.status().message();
+  settings.jitter = false;
+  const auto centred = Renderer::Create(*scene, settings);
+  EXPECT_TRUE(centred.ok()) << centred.status().message();
   for (int i = 0; i < o.frames; ++i) {
     RenderMoment moment;
     moment.frame_index = o.fixed_seed ? 0 : i;
     moment.seconds = o.start + i * o.step;
     moment.previous_seconds = i == 0 ? moment.seconds : moment.seconds - o.step;
     Frame frame;
-    const Status status = renderer.value()->RenderFrame(moment, &frame);
-    EXPECT_TRUE(status.ok()) << status.message();
+    if (o.averaged) {
+      frame = Averaged(renderer->get(), centred->get(), moment);
+    } else {
+      const Status status = renderer.value()->RenderFrame(moment, &frame);
+      EXPECT_TRUE(status.ok()) << status.message();
+    }
     sequence.push_back({i + 1, ImageOf(frame)});
   }
   return sequence;

@@ -31,6 +31,9 @@ struct SceneOptions {
   int spp = 1;
   bool jitter = true;
   bool fixed_seed = false;
+  /// Four samples spread over the pixel: light, albedo and normals are their means; depth, motion
+  /// and ids are those of the pixel's centre.
+  bool averaged = false;
 };
 /// Frames 1, 2, ... of a built-in scene with the layers that `stillray render` writes.
 Sequence RenderSequence(const SceneOptions& options);
