@@ -138,6 +138,14 @@ TEST(RateControl, SamplesStayWhereTheyCostLittle) {
   EXPECT_EQ(control.rate(), (SampleRate{1, 4}));
 }
 
+TEST(RateControl, AFallThatDoesNotHelpIsTakenBack) {
+  RateControl control({1, 8}, 0.25f);
+  for (int i = 0; i < 300; ++i) {
+    control.Observe({100, 100}, 50, true);  // whatever is traced: the machine is busy elsewhere
+  }
+  EXPECT_GE(control.rate().value(), 1.0 / 64);
+}
+
 TEST(RateControl, AFastMachineGetsFullResolutionAndManySamples) {
   RateControl control;
   Machine machine{0.5, 3, 2};

@@ -20,6 +20,9 @@ constexpr double kSpare = 0.9;
 constexpr int kFramesToFall = 2;
 constexpr int kFramesToRise = 4;
 constexpr double kSmallShare = 0.2;  // of a frame's time: less tracing would hardly be felt
+constexpr int kFramesToJudge = 3;
+constexpr double kUseless = 0.8;  // tracing takes at least this part of the time it took before
+constexpr int kFramesToHold = 90;
 constexpr double kFarTooLate = 1.6;  // one frame of this kind is enough
 // A change of resolution starts all histories anew: it must be worth it for a while.
 constexpr int kFramesToGrow = 40;
@@ -97,6 +100,7 @@ void RateControl::set_scale(float scale) {
 }
 
 void RateControl::Observe(const FrameCost& cost, double target_ms, bool auto_scale) {
+  JudgeLastFall(cost);
   const double total = cost.total();
   over_ = total > target_ms * kLate ? over_ + 1 : 0;
   under_ = cost.filter_ms + 2 * cost.trace_ms <= target_ms * kSpare ? under_ + 1 : 0;
@@ -121,9 +125,11 @@ void RateControl::Slower(const FrameCost& cost, double target_ms, bool auto_scal
   const bool filter_bound = cost.filter_ms > 0.8 * target_ms;
   if (auto_scale && (few_samples || filter_bound) && scale_ > kScales[0]) {
     scale_ = SmallerScale(scale_);
+    trace_before_fall_ = 0;  // smaller pictures are traced faster in any case
     return;
   }
-  if (cost.trace_ms < kSmallShare * cost.total()) {
+  const bool judging = trace_before_fall_ > 0;
+  if (judging || hold_ > 0 || cost.trace_ms < kSmallShare * cost.total()) {
     return;  // a worse picture would not be a faster one
   }
   SampleRate lower = Halved(rate_);
@@ -133,7 +139,23 @@ void RateControl::Slower(const FrameCost& cost, double target_ms, bool auto_scal
     lower = Halved(lower);
     trace /= 2;
   }
+  before_fall_ = rate_;
+  trace_before_fall_ = cost.trace_ms;
+  since_fall_ = 0;
   rate_ = lower;
+}
+
+void RateControl::JudgeLastFall(const FrameCost& cost) {
+  hold_ = std::max(hold_ - 1, 0);
+  if (trace_before_fall_ <= 0 || ++since_fall_ < kFramesToJudge) {
+    return;
+  }
+  if (cost.trace_ms > kUseless * trace_before_fall_ && rate_.value() < before_fall_.value()) {
+    rate_ = before_fall_;
+    over_ = under_ = 0;
+    hold_ = kFramesToHold;
+  }
+  trace_before_fall_ = 0;
 }
 
 void RateControl::Faster(bool auto_scale) {

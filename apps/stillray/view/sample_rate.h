@@ -64,12 +64,18 @@ class RateControl {
  private:
   void Slower(const FrameCost& cost, double target_ms, bool auto_scale);
   void Faster(bool auto_scale);
+  void JudgeLastFall(const FrameCost& cost);
 
   SampleRate rate_{1, 16};
   float scale_ = 0.5f;
   int over_ = 0;   ///< frames in a row that took too long
   int under_ = 0;  ///< frames in a row that could have had twice the samples
   int roomy_ = 0;  ///< frames in a row in which a larger picture would have fitted
+  // A fall that did not make tracing faster is taken back: what takes the time is something else.
+  SampleRate before_fall_;
+  double trace_before_fall_ = 0;  ///< 0: no fall is being judged
+  int since_fall_ = 0;
+  int hold_ = 0;  ///< frames in which samples do not fall
 };
 
 }  // namespace stillray::view

@@ -15,6 +15,8 @@ using Clock = std::chrono::steady_clock;
 
 /// After a pause on the wall (another window, a slow frame) animations go on where they were.
 constexpr double kLongestStep = 0.25;
+/// The first frames fill caches and pages: their times tell nothing of those to come.
+constexpr uint64_t kFirstFrames = 2;
 constexpr int kFocusReach = 24;  // pixels around a click that are searched for a surface
 
 double Milliseconds(Clock::time_point since) {
@@ -185,7 +187,7 @@ Status ViewSession::RenderNext(const ViewSettings& s, double elapsed,
   noisy_ = SumOfLight(frame_);
   Show(s, out);
   Account(denoise_ms, render_ms, out);
-  if (s.auto_rate) {
+  if (s.auto_rate && frames_ > kFirstFrames) {
     control_.Observe(out->cost, s.target_ms, s.auto_scale);
   }
   return Status::Ok();
