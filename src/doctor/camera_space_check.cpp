@@ -86,7 +86,8 @@ float Misalignment(const std::vector<Patch>& patches, int width) {
         for (const Patch& p : patches) {
           const vec3 n(-focal * p.slope.x, up * focal * p.slope.y, towards * p.slope.z);
           const float length = glm::length(n);
-          angles.push_back(length > 0 ? AngleBetween(n / length, p.normal) : 180.0f);
+          const float angle = AngleBetween(n / length, p.normal);
+          angles.push_back(std::isfinite(angle) ? angle : 180.0f);
         }
         const auto at = angles.begin() + static_cast<ptrdiff_t>(angles.size() * 3 / 4);
         std::nth_element(angles.begin(), at, angles.end());

@@ -52,11 +52,12 @@ double MedianBend(const std::vector<Triple>& triples, const Function& linear) {
     const double b = linear(t, 1);
     const double c = linear(t, 2);
     const double rise = std::fabs(c - a);
-    bends.push_back(rise > 0 ? std::fabs(a - 2 * b + c) / rise : 1e3);
+    const double bend = std::fabs(a - 2 * b + c) / rise;
+    bends.push_back(std::isfinite(bend) ? bend : 1e3);
   }
   const auto middle = bends.begin() + static_cast<ptrdiff_t>(bends.size() / 2);
   std::nth_element(bends.begin(), middle, bends.end());
-  return std::isfinite(*middle) ? *middle : 1e3;
+  return *middle;
 }
 
 /// The value of a parameter, searched on a logarithmic grid and then between its neighbours, with
@@ -188,7 +189,10 @@ void DepthPlanesCheck::AddTriples(const Exhibit& now, const Image1& stored, floa
             t.depth[i] = f.guides.depth(px, py);
             t.radius[i] = rx * rx + ry * ry;
           }
-          if (std::fabs(t.stored[2] - t.stored[0]) > kSteps * step * std::fabs(t.stored[1])) {
+          const float size =
+              std::fabs(t.stored[0]) + std::fabs(t.stored[1]) + std::fabs(t.stored[2]);
+          if (std::isfinite(size) &&
+              std::fabs(t.stored[2] - t.stored[0]) > kSteps * step * std::fabs(t.stored[1])) {
             triples->push_back(t);
           }
         }

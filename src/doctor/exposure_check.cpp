@@ -100,8 +100,8 @@ std::vector<double> BlockChanges(const Exhibit& now, const Exhibit& before, floa
           }
         }
       }
-      if (count >= kBlock * kBlock / 2 && sum > 0.02 * limit_now * count &&
-          sum_before > 0.02 * limit_before * count) {
+      if (std::isfinite(sum) && std::isfinite(sum_before) && count >= kBlock * kBlock / 2 &&
+          sum > 0.02 * limit_now * count && sum_before > 0.02 * limit_before * count) {
         changes.push_back(std::log(sum / sum_before));
       }
     }

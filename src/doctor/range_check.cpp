@@ -109,7 +109,9 @@ Peak PeakOf(const Exhibit& now, const Image3& light) {
           continue;
         }
         ++piled;
-        albedos[static_cast<int>(32 * std::clamp(f.guides.albedo[c](x, y), 0.0f, 1.0f))]++;
+        const float albedo = f.guides.albedo[c](x, y);
+        albedos[std::isfinite(albedo) ? static_cast<int>(32 * std::clamp(albedo, 0.0f, 1.0f))
+                                      : 0]++;
         const auto darker = [&](int px, int py) {
           const float v = light[c](px, py);
           return v > kLittle * peak.maximum && v < kNearly * peak.maximum &&
