@@ -54,7 +54,7 @@ Status ParseSettings(const DenoiseArguments& arguments, DenoiseOptions* options)
     if (!set.ok()) {
       return Status::InvalidArgument("--set: " + set.message());
     }
-    options->antialias_given = options->antialias_given || name == "antialias";
+    options->set_names.push_back(name);
   }
   return ValidateSettings(options->settings);
 }
@@ -84,6 +84,10 @@ Status ParseMemory(const std::string& text, int64_t* bytes) {
 
 }  // namespace
 
+bool DenoiseOptions::IsSet(std::string_view parameter) const {
+  return std::find(set_names.begin(), set_names.end(), parameter) != set_names.end();
+}
+
 Result<DenoiseOptions> ParseDenoiseArguments(const DenoiseArguments& arguments) {
   DenoiseOptions options;
   options.text = arguments;
@@ -112,10 +116,14 @@ std::string DenoiseFingerprint(const DenoiseOptions& options) {
   if (options.window == Window::kBoth) {
     text += fmt::format("last {}\n", options.files.back().input);
   }
-  text += fmt::format("antialias given {}\n", options.antialias_given);
   for (const Parameter& p : Parameters()) {
     text += fmt::format("{} {}\n", p.name, GetParameter(options.settings, p.name).value());
   }
+  // What is set by name is kept where the files would choose another value.
+  std::vector<std::string> set = options.set_names;
+  std::sort(set.begin(), set.end());
+  set.erase(std::unique(set.begin(), set.end()), set.end());
+  text += fmt::format("set {}\n", fmt::join(set, " "));
   return text;
 }
 

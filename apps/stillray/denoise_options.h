@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "denoise_inputs.h"
@@ -40,8 +41,10 @@ struct DenoiseOptions {
   std::vector<SequenceFile> files;
   Settings settings;
   Window window = Window::kPast;
-  bool antialias_given = false;  ///< by --set
-  int64_t memory_limit = 0;      ///< bytes; the machine's memory by default
+  std::vector<std::string> set_names;  ///< parameters that --set gave
+  int64_t memory_limit = 0;            ///< bytes; the machine's memory by default
+
+  bool IsSet(std::string_view parameter) const;
 };
 
 /// \return kInvalidArgument naming the option, what it is and what was expected; kNotFound

@@ -82,6 +82,7 @@ class DenoiseRun {
   Status Prepare();
   Status Understand();
   void ChooseSettings(const ExrImage& first);
+  void RelaxHistoryTests();
   Status PrepareFuture(const ExrExtent& first);
   Status PlayBackward(const SequenceFile& file);
   Status MakeFolder() const;
@@ -121,10 +122,29 @@ class DenoiseRun {
   Clock::time_point last_save_ = Clock::now();
 };
 
+/// Where edges are mixtures that come out differently in every frame, sharp tests of the history
+/// fail there and leave the noise. Light that is not the same is found by limit_history all the
+/// same; without it sharp tests are the lesser evil.
+void DenoiseRun::RelaxHistoryTests() {
+  if (!layout_.soft_guides || !settings_.limit_history) {
+    return;
+  }
+  if (!options_.IsSet("history_id")) {
+    settings_.history_id = false;
+  }
+  if (!options_.IsSet("history_normal")) {
+    settings_.history_normal = 80.0f;
+  }
+  if (!options_.IsSet("history_depth")) {
+    settings_.history_depth = 0.3f;
+  }
+}
+
 /// Files without motion have no history to speak of; antialiasing in time needs jittered frames,
 /// and would soften those of other renderers.
 void DenoiseRun::ChooseSettings(const ExrImage& first) {
   settings_ = options_.settings;
+  RelaxHistoryTests();
   const bool has_motion = layout_.Find(Aov::kMotion) != nullptr || layout_.motion_from_cameras;
   if (!has_motion) {
     settings_.temporal = false;
@@ -132,7 +152,7 @@ void DenoiseRun::ChooseSettings(const ExrImage& first) {
   const auto jitter = first.attributes.find("jitter");
   const bool jittered =
       jitter != first.attributes.end() && jitter->second != "0 0" && !options_.text.passes;
-  if (!has_motion || (!jittered && !options_.antialias_given)) {
+  if (!has_motion || (!jittered && !options_.IsSet("antialias"))) {
     settings_.antialias = Antialias::kOff;
   }
 }

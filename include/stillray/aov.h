@@ -170,6 +170,8 @@ struct AovLayout {
   NormalConvention normal;
   /// No layer tells motion; depth and the cameras of both frames do, for what stands still.
   bool motion_from_cameras = false;
+  /// Normals are means over several surfaces at edges: guides are antialiased, or noisy.
+  bool soft_guides = false;
   bool light_is_divided = false;  ///< light layers are without albedo (Blender)
   bool from_colour = false;       ///< one signal: colour less emission and background
   /// What light is that the colour holds beyond the passes; kEmission is not filtered.

@@ -338,6 +338,52 @@ void NoteMissingGuides(AovLayout* layout) {
   }
 }
 
+/// Part of the pixels with a normal where it is much shorter than 1: a mean of unlike ones. What
+/// has no normal to speak of (background) does not count.
+double PartOfShortNormals(const ExrImage& image, const AovLayout& layout) {
+  const AovSource* source = layout.Find(Aov::kNormal);
+  if (source == nullptr) {
+    return 0;
+  }
+  std::array<const Image1*, 3> planes{};
+  for (size_t c = 0; c < 3; ++c) {
+    const Channel* channel = image.Find(source->channels[c]);
+    if (channel == nullptr || channel->type == PixelType::kUint32) {
+      return 0;
+    }
+    planes[c] = &channel->values;
+  }
+  constexpr float kNone = 0.1f;
+  constexpr float kShort = 0.97f;
+  int64_t any = 0;
+  int64_t less = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      float squared = 0;
+      for (const Image1* plane : planes) {
+        const float n = layout.normal.encoded ? 2.0f * (*plane)(x, y) - 1.0f : (*plane)(x, y);
+        squared += n * n;
+      }
+      any += squared > kNone * kNone;
+      less += squared > kNone * kNone && squared < kShort * kShort;
+    }
+  }
+  return any == 0 ? 0 : static_cast<double>(less) / static_cast<double>(any);
+}
+
+/// Edges of a frame of one sample per pixel are sharp; of several, some per cent of all pixels lie
+/// on one.
+void NoteSoftGuides(const ExrImage& image, AovLayout* layout) {
+  constexpr double kEnough = 0.002;
+  const double part = PartOfShortNormals(image, *layout);
+  layout->soft_guides = part > kEnough;
+  if (layout->soft_guides) {
+    layout->notes.push_back(fmt::format(
+        "normals are shorter than 1 at {:.1f} % of the pixels: guides are antialiased or noisy",
+        100 * part));
+  }
+}
+
 /// The two ids cannot both count. Numbers that nobody gave out say nothing.
 void PickId(const ExrImage& image, bool id_is_index, AovLayout* layout) {
   const AovSource* id = layout->Find(Aov::kId);
@@ -440,6 +486,7 @@ Result<AovLayout> UnderstandAovs(const ExrImage& image, const AovOptions& option
   layout.motion_from_cameras = !without_motion && layout.Find(Aov::kMotion) == nullptr &&
                                layout.Find(Aov::kDepth) != nullptr && CameraOf(image).has_value();
   NoteMissingGuides(&layout);
+  NoteSoftGuides(image, &layout);
   ListCarried(names, &layout);
   return layout;
 }

@@ -191,6 +191,40 @@ TEST(CliDenoise, MemoryIsCheckedBeforeDecoding) {
   EXPECT_THAT(refused.errors, HasSubstr("a frame of 32 x 20 pixels with 18 channels takes about"));
 }
 
+// Antialiased normals are shorter than 1 where surfaces meet.
+TEST(CliDenoise, SoftEdgesRelaxTheTestsOfTheHistory) {
+  const TemporaryFolder folder;
+  for (int frame = 1; frame <= 2; ++frame) {
+    ExrImage image = BlenderFrame(frame);
+    for (Channel& channel : image.channels) {
+      if (channel.name == "ViewLayer.Normal.Z") {
+        for (int y = 0; y < kHeight; ++y) {
+          channel.values(frame + 3, y) = 0.7f;
+        }
+      }
+    }
+    ASSERT_TRUE(WriteExr(FrameFileName(folder / "in.#.exr", frame), image).ok());
+  }
+  const auto parameters = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {
+        "denoise", folder / "in.#.exr", "-o", folder / "out.#.exr", "--json", folder / "log.json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProgramRun run = RunProgram(arguments);
+    EXPECT_EQ(run.exit_code, 0) << run.errors;
+    EXPECT_THAT(run.output, HasSubstr("guides are antialiased or noisy"));
+    return nlohmann::json::parse(ReadText(folder / "log.json"))["parameters"];
+  };
+  nlohmann::json used = parameters({});
+  EXPECT_EQ(used["history_id"], "off");
+  EXPECT_EQ(used["history_normal"], "80");
+  EXPECT_EQ(used["history_depth"], "0.3");
+  used = parameters({"--set", "history_normal=30"});
+  EXPECT_EQ(used["history_normal"], "30");
+  EXPECT_EQ(used["history_id"], "off");
+  used = parameters({"--preset", "svgf"});
+  EXPECT_EQ(used["history_id"], "on");
+}
+
 TEST(CliDenoise, ErrorsAreOneLineAndNameTheCause) {
   const TemporaryFolder folder;
   WriteFrames(folder / "in.####.exr", 1, 2);

@@ -177,6 +177,37 @@ TEST(AovLayout, NoneTakesALayerAway) {
   EXPECT_THAT(layout->carried, Contains("Vector"));
 }
 
+// Of 40 pixels, `count` have a normal of half the length; one has none.
+TEST(AovLayout, ShortNormalsTellAntialiasedGuides) {
+  const auto soft = [](int count, bool encoded) {
+    ExrImage image;
+    image.width = 40;
+    image.height = 1;
+    Image3 normal(40, 1);
+    for (int x = 1; x < 40; ++x) {
+      normal[2](x, 0) = x <= count ? 0.5f : 1.0f;
+    }
+    for (int c = 0; c < 3 && encoded; ++c) {
+      for (int x = 0; x < 40; ++x) {
+        normal[c](x, 0) = 0.5f + 0.5f * normal[c](x, 0);
+      }
+    }
+    Image1 light(40, 1);
+    for (const char* name : {"R", "G", "B"}) {
+      image.Add(name, PixelType::kFloat, light);
+    }
+    image.Add("N.", PixelType::kFloat, normal, true);
+    const Result<AovLayout> layout =
+        UnderstandAovs(image, {"arnold", {encoded ? "normal=N,encoded" : "normal=N"}}, "f");
+    EXPECT_TRUE(layout.ok()) << layout.status().message();
+    return layout.ok() && layout->soft_guides;
+  };
+  for (const bool encoded : {false, true}) {
+    EXPECT_FALSE(soft(0, encoded));
+    EXPECT_TRUE(soft(2, encoded));
+  }
+}
+
 TEST(AovLayout, WrongOptionsAreNamed) {
   const std::vector<std::string> names = BlenderChannels("", false);
   const auto message = [&](const std::string& mapping) {
