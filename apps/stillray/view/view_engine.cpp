@@ -260,7 +260,12 @@ void ViewEngine::MakeFrame() {
     // A pose of the scene before is none of this one.
     settings.free_camera = settings.free_camera && settings.pose_scene == scene_info_.number;
   }
-  settings.wall_clock = settings.wall_clock && !clip_;
+  if (clip_) {
+    // A video has one size, and time passes evenly in it.
+    settings.wall_clock = false;
+    settings.auto_scale = false;
+    settings.scale = shown_scale_;
+  }
   const double now = Now();
   const double elapsed = now - last_frame_at_;
   last_frame_at_ = now;
@@ -282,6 +287,7 @@ void ViewEngine::MakeFrame() {
   dividers_ = settings.dividers;
   shown_ = ComposePanes(frame.pictures, dividers_);
   shown_panes_ = frame.panes;
+  shown_scale_ = frame.scale;
   RecordFrame(frame);
   frames_.Publish();
   wake_();

@@ -114,6 +114,7 @@ class ViewEngine {
   std::vector<float> dividers_;
   Rgb8Image shown_;
   std::vector<std::string> shown_panes_;
+  float shown_scale_ = 1;
   LiveMetrics metrics_;
   double last_frame_at_ = 0;
   uint64_t last_posted_ = 0;
