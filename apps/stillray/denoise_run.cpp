@@ -450,8 +450,14 @@ Status DenoiseRun::WriteJson() const {
     return Status::Ok();
   }
   const std::string json = DenoiseLogJson(options_, layout_, settings_, log_, threads_);
-  const std::string path = options_.text.json_path == "-" ? "/dev/stdout" : options_.text.json_path;
-  return WriteFileAtomically(path, json.data(), json.size());
+  if (options_.text.json_path != "-") {
+    return WriteFileAtomically(options_.text.json_path, json.data(), json.size());
+  }
+  // By name (/dev/stdout) a pipe could not be opened again.
+  if (std::fwrite(json.data(), 1, json.size(), stdout) != json.size() || std::fflush(stdout) != 0) {
+    return Status::Io("--json -: standard output could not be written");
+  }
+  return Status::Ok();
 }
 
 void DenoiseRun::Summarise() const {

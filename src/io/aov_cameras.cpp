@@ -136,7 +136,8 @@ Image2 MotionFromCameras(const Image1& depth, const CameraMatrices& now,
         const glm::dvec4 seen = to_other * point;
         const glm::dvec2 moved = glm::dvec2(seen) / seen.w * there.scale + there.offset - pixel;
         // Behind the other camera, or matrices that make no sense: nowhere in the picture.
-        const bool in_front = seen.w > 0 && std::isfinite(moved.x) && std::isfinite(moved.y);
+        constexpr double kFar = 1e6;
+        const bool in_front = seen.w > 0 && std::fabs(moved.x) < kFar && std::fabs(moved.y) < kFar;
         motion[0](x, y) = in_front ? static_cast<float>(moved.x) : 2.0f * static_cast<float>(width);
         motion[1](x, y) =
             in_front ? static_cast<float>(moved.y) : 2.0f * static_cast<float>(height);

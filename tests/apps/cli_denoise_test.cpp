@@ -3,6 +3,7 @@
 
 // stillray denoise, as a user runs it, on frames made here.
 #include <cstdint>
+#include <cstdio>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -223,6 +224,24 @@ TEST(CliDenoise, SoftEdgesRelaxTheTestsOfTheHistory) {
   EXPECT_EQ(used["history_id"], "off");
   used = parameters({"--preset", "svgf"});
   EXPECT_EQ(used["history_id"], "on");
+}
+
+TEST(CliDenoise, JsonGoesThroughAPipeAlone) {
+  const TemporaryFolder folder;
+  WriteFrames(folder / "in.#.exr", 1, 2);
+  const std::string command = std::string("'") + STILLRAY_PROGRAM + "' denoise '" +
+                              (folder / "in.#.exr") + "' -o '" + (folder / "out.#.exr") +
+                              "' --json - 2>/dev/null";
+  std::FILE* pipe = popen(command.c_str(), "r");
+  ASSERT_NE(pipe, nullptr);
+  std::string text;
+  for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) {
+    text += static_cast<char>(c);
+  }
+  EXPECT_EQ(pclose(pipe), 0);
+  const auto json = nlohmann::json::parse(text, nullptr, false);
+  ASSERT_FALSE(json.is_discarded()) << text;
+  EXPECT_EQ(json["frames"].size(), 2u);
 }
 
 TEST(CliDenoise, ErrorsAreOneLineAndNameTheCause) {
