@@ -65,6 +65,8 @@ def test_errors(program, folder):
             (["builtin:cornell", "--size", "8x8"], ["--size", "8x8"]),
             (["builtin:cornell", "--set", "feedback=8"], ["feedback"]),
             (["builtin:cornell", "--environment", "no.hdr"], ["environment", "no.hdr"]),
+            (["builtin:cornell", "--camera", "9"], ["--camera", "9"]),
+            (["builtin:cornell", "--camera", "-1"], ["--camera", "-1"]),
             (["builtin:cornell", "--settings", path], ["bad.settings:3", "sigma_l", "much"]),
             (["builtin:cornell", "--settings", "no.settings"], ["no.settings"]),
             (["builtin:cornell", "-o", "/dev/null/x"], ["/dev/null/x"])):

@@ -59,6 +59,11 @@ Status RunHeadless(const ViewOptions& options) {
   if (!loaded.ok()) {
     return loaded.status();
   }
+  const size_t cameras = loaded->scene->cameras.size();
+  if (static_cast<size_t>(options.settings.camera) >= cameras) {
+    return Status::InvalidArgument(fmt::format("--camera is {}, the scene's are numbered 0 to {}",
+                                               options.settings.camera, cameras - 1));
+  }
   ViewSession session(std::move(loaded.value()));
   for (const std::string& warning : session.scene().warnings) {
     fmt::print(stderr, "note: {}\n", warning);

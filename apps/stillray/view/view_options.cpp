@@ -198,6 +198,10 @@ Result<ViewOptions> ParseViewArguments(const ViewArguments& arguments) {
         fmt::format("--fps is {}, expected more than 0 and at most 1000", arguments.fps));
   }
   settings.fps = arguments.fps;
+  if (arguments.camera < 0) {
+    return Status::InvalidArgument(
+        fmt::format("--camera is {}, expected 0 or more", arguments.camera));
+  }
   settings.camera = arguments.camera;
   settings.playing = arguments.play;
   STILLRAY_RETURN_IF_ERROR(ParseHeadless(arguments, &options));

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 namespace stillray::view {
 namespace {
 
@@ -26,13 +28,21 @@ void TakeScene(double now, ViewEngine* engine, ViewerState* state) {
   if (info.number == state->scene.number) {
     return;
   }
+  // What the command line says of the camera is meant for its own scene.
+  int camera = state->scene.number == 0 ? state->settings.camera : 0;
+  if (static_cast<size_t>(camera) >= info.cameras.size()) {
+    AddError(fmt::format("--camera is {}, the scene's are numbered 0 to {}", camera,
+                         info.cameras.size() - 1),
+             state);
+    camera = 0;
+  }
   state->scene = std::move(info);
   for (const std::string& warning : state->scene.warnings) {
     AddToast(warning, now, state);
   }
   state->saved_views = {};
   state->flight.reset();
-  UseFileCamera(0, state);
+  UseFileCamera(camera, state);
 }
 
 void TakeFrame(ViewEngine* engine, ViewerState* state) {
