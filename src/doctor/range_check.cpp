@@ -14,15 +14,16 @@
 namespace stillray::doctor {
 namespace {
 
-/// Part of the pixels that have exactly the maximum. Noise without a limit: below 0.0001 measured
-/// in clean sequences, except where light has one value by nature (see Looks).
-constexpr double kPileUp = 0.003;
+/// Part of the values that have exactly the maximum. Noise without a limit has one such value,
+/// except where light has one value by nature (see below).
+constexpr double kPileUp = 5e-4;
+constexpr int64_t kLeastValues = 20;
 /// Of the pixels at the maximum, the part that has a neighbour on the same surface with less light,
 /// but not none. Even light (a sun on a floor) has few; a limit on noise has most.
 constexpr double kSpeckled = 0.3;
 /// Renderers cut fireflies of indirect light (Blender at 10), which is right.
 constexpr float kFireflies = 5.0f;
-constexpr float kLittle = 0.02f;
+constexpr float kLittle = 1e-3f;
 constexpr float kNearly = 0.98f;
 /// Compressed light comes close to 1 in every frame and never reaches beyond.
 constexpr float kCloseToOne = 0.9f;
@@ -43,6 +44,7 @@ constexpr Aov kLights[] = {
 struct Peak {
   int64_t number = 0;
   float maximum = 0;
+  int64_t values = 0;   ///< of all channels that have it
   double piled = 0;     ///< part of the pixels of a channel that have it
   double speckled = 0;  ///< part of these with a darker neighbour on the same surface
   bool many_albedos = false;
@@ -121,6 +123,7 @@ Peak PeakOf(const Exhibit& now, const Image3& light) {
       }
     }
   }
+  peak.values = piled;
   peak.piled = static_cast<double>(piled) / static_cast<double>(count);
   peak.speckled = piled == 0 ? 0 : static_cast<double>(speckled) / static_cast<double>(piled);
   peak.many_albedos = std::count_if(albedos.begin(), albedos.end(), [&](const auto& entry) {
@@ -177,8 +180,8 @@ bool RangeCheck::IsClamped(const Peak& peak, Aov aov) const {
   if (indirect && peak.maximum >= kFireflies) {
     return false;
   }
-  return peak.piled >= kPileUp && peak.speckled >= kSpeckled && peak.maximum > 1.02f * sky_ &&
-         (divided || peak.many_albedos);
+  return peak.values >= kLeastValues && peak.piled >= kPileUp && peak.speckled >= kSpeckled &&
+         peak.maximum > 1.02f * sky_ && (divided || peak.many_albedos);
 }
 
 void RangeCheck::ConcludeClamp(Verdict* verdict) const {

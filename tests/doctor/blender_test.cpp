@@ -301,6 +301,13 @@ const Fault kFaults[] = {
        }
      },
      {"light_clamped"}},
+    {"clamped_high",
+     [](Sequence* s) {
+       for (const char* l : {"DiffDir.", "DiffInd.", "GlossDir.", "GlossInd."}) {
+         ChangeLayer(s, kView + l, [](float v, int, int) { return std::min(v, 2.0f); });
+       }
+     },
+     {"light_clamped"}},
     {"tone_mapped",
      [](Sequence* s) {
        for (const char* l : {"DiffDir.", "DiffInd.", "GlossDir.", "GlossInd."}) {
