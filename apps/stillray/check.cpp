@@ -36,7 +36,7 @@ struct CheckArguments {
 constexpr size_t kMaxFileBytes = size_t{4} << 30;
 
 /// Where a listing of outputs would begin: nothing is written.
-constexpr const char* kNowhere = "/nonexistent/";
+constexpr const char* kNowhere = "/nonexistent/frame.####.exr";
 
 nlohmann::ordered_json Number(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
