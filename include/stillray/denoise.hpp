@@ -59,7 +59,18 @@ enum class Firefly : int {
   kClamp,     ///< light is clamped to the brightest of its eight neighbours
   kCompress,  ///< filtered under c / (1 + luminance / mean): highlights come out darker
 };
+/// When filtered light becomes history, below one sample per pixel.
+enum class FeedbackWhen : int {
+  kFrame,   ///< after every frame: untouched pixels are blurred again and again
+  kSample,  ///< once a whole sample per pixel has arrived: the picture then changes visibly
+  kBlend,   ///< the same, blended in until the next one (PSVGF, section 5)
+};
 enum class Antialias : int { kOff, kTaa };
+enum class Fxaa : int {
+  kOff,
+  kSparse,  ///< below one sample per pixel, of pixels with fewer than four
+  kOn,
+};
 enum class Tonemap : int { kLinear, kReinhard, kFilmic, kAces };
 
 inline constexpr int kMaxLevels = 8;
@@ -74,6 +85,7 @@ struct StepList {
 /// table that Parameters() returns (docs/parameters.md is made from it); the defaults here are
 /// those of the preset "default".
 struct Settings {
+  bool fill_guides = true;
   SignalGrouping signals = SignalGrouping::kSplit;
   bool demodulate = true;
   Firefly firefly = Firefly::kOff;
@@ -101,6 +113,7 @@ struct Settings {
   Kernel kernel = Kernel::k5x5;
   StepList steps;
   int feedback = 0;
+  FeedbackWhen feedback_when = FeedbackWhen::kBlend;
   float sigma_n = 64.0f;
   DepthWeight depth_weight = DepthWeight::kPlane;
   float sigma_z = 1.0f;
@@ -119,8 +132,10 @@ struct Settings {
 
   Antialias antialias = Antialias::kTaa;
   float taa_alpha = 0.1f;
+  Fxaa fxaa = Fxaa::kSparse;
   float exposure = 0.0f;
   Tonemap tonemap = Tonemap::kAces;
+  float dither = 0.0f;
 };
 
 enum class ParameterType : uint8_t { kFloat, kInt, kFlag, kChoice, kSteps };
@@ -141,7 +156,7 @@ struct Parameter {
 /// The table, in the order of the documentation.
 std::span<const Parameter> Parameters();
 
-/// Names of the presets: "default", "svgf", "eaw", "temporal".
+/// Names of the presets: "default", "svgf", "psvgf", "eaw", "temporal".
 std::span<const std::string_view> PresetNames();
 
 /// \return kInvalidArgument with the list of names if there is no such preset
@@ -276,6 +291,10 @@ class Denoiser {
 /// Applies exposure (2^EV) and the curve, then sRGB encoding: linear radiance in, display values in
 /// 0..1 out, interleaved 8-bit RGB rows from the top (width * height * 3).
 /// Curves: docs/denoiser.md.
-std::vector<uint8_t> ToDisplay(const Image3& colour, float exposure, Tonemap curve);
+/// \param dither  noise that is added before rounding, in steps of the result (triangular, +- this
+///                much), so that slow gradients and slowly moving ones do not show bands
+/// \param frame   picks the noise
+std::vector<uint8_t> ToDisplay(const Image3& colour, float exposure, Tonemap curve,
+                               float dither = 0, int64_t frame = 0);
 
 }  // namespace stillray

@@ -5,6 +5,7 @@
 // The order of the stages, and the owner of their history. One frame:
 //
 //   stage                border   reads                          writes               history
+//   fill_guides          pyramid  depth, ..., samples            completed guides     known guides   (only where some are unknown)
 //   prepare_guides       1        depth, normal, id              guides               kept for the next frame
 //   reproject            -        guides of both frames, motion  taps
 //   per signal:
@@ -18,6 +19,7 @@
 //     prefilter_variance 1        variance                       spread               (before every level)
 //     atrous             wavelet  colour, variance, guides       colour, variance     colour of the feedback level
 //     remodulate         -        colour, albedo                 picture
+//   fxaa                 9        picture, length                picture
 //   antialias            4x4      picture, motion                picture              kept for the next frame
 // clang-format on
 
@@ -49,6 +51,9 @@ void CopyGuides(const GuidePlanes& from, GuidePlanes* to) {
   CopyImage(from.normal, &to->normal);
 }
 
+/// Frames of one cycle add up to one sample per pixel but for rounding.
+constexpr float kWholeSample = 1.0f - 1e-4f;
+
 /// Border that the wavelet needs with these settings.
 int BorderOf(const Settings& s) {
   const int longest = *std::max_element(s.steps.step.begin(), s.steps.step.begin() + s.steps.count);
@@ -62,12 +67,13 @@ void Denoiser::Impl::Allocate(int width, int height, size_t groups) {
   // Never shrinks, so that going back and forth between settings allocates nothing.
   const int border = std::max(BorderOf(settings), present.border());
   const bool same = state.width == width && state.height == height &&
-                    state.signals.size() == groups && limit.empty() != settings.limit_history;
+                    state.signals.size() == groups && limit.empty() != settings.limit_history &&
+                    state.signals.front().behind.empty() != BlendsFeedback(settings);
   if (!same) {
-    state = DenoiserState(width, height, groups, settings.limit_history);
+    state = DenoiserState(width, height, groups, settings.limit_history, BlendsFeedback(settings));
     taps = ReprojectionTaps(width, height);
     light = {Image3(width, height), Image1(width, height), Image1()};
-    fetched = SignalHistory(width, height, settings.limit_history);
+    fetched = SignalHistory(width, height, settings.limit_history, BlendsFeedback(settings));
     limit = settings.limit_history ? Image1(width, height) : Image1();
     scratch = Image3(width, height);
     picture = Image3(width, height);
@@ -81,6 +87,52 @@ void Denoiser::Impl::Allocate(int width, int height, size_t groups) {
     spread = Image1(width, height, border);
     present = Image1(width, height, border);
   }
+}
+
+/// How far the samples of this frame bring the next feedback of filtered light (PSVGF section 5).
+void Denoiser::Impl::AdvanceFeedback() {
+  double arrived = 1;
+  if (!frame->samples.empty()) {
+    std::vector<double> rows(static_cast<size_t>(frame->height));
+    ParallelRows(frame->height, 32, [&](int y0, int y1) {
+      for (int y = y0; y < y1; ++y) {
+        const float* row = frame->samples.Row(y);
+        double sum = 0;
+        for (int x = 0; x < frame->width; ++x) {
+          sum += row[x] > 0 && std::isfinite(row[x]) ? static_cast<double>(row[x]) : 0.0;
+        }
+        rows[static_cast<size_t>(y)] = sum;
+      }
+    });
+    arrived = 0;
+    for (const double row : rows) {
+      arrived += row / (static_cast<double>(frame->width) * frame->height);
+    }
+  }
+  samples_per_pixel = static_cast<float>(arrived);
+  state.feedback_progress =
+      std::min(state.feedback_progress + static_cast<float>(std::min(arrived, 1.0)), 1.0f);
+  const bool whole = state.feedback_progress > kWholeSample;
+  feedback_phase = whole ? 1.0f : state.feedback_progress;
+  feeds_back = settings.temporal && settings.feedback > 0 &&
+               (settings.feedback_when == FeedbackWhen::kFrame || whole);
+  if (whole) {
+    state.feedback_progress = 0;
+  }
+}
+
+void Denoiser::Impl::RunFxaa() {
+  const bool sparse = samples_per_pixel < kWholeSample;
+  if (settings.fxaa == Fxaa::kOff || (settings.fxaa == Fxaa::kSparse && !sparse)) {
+    return;
+  }
+  const StageTimer timer(&out->timings, "fxaa");
+  FxaaParameters p;
+  if (settings.fxaa == Fxaa::kSparse) {
+    p.length = &state.signals.front().length;
+  }
+  stages->fxaa(picture, p, &scratch);
+  std::swap(picture, scratch);
 }
 
 void Denoiser::Impl::RunAntialias() {
@@ -100,7 +152,7 @@ void Denoiser::Impl::RunAntialias() {
       p.length = &state.signals.front().length;
       p.samples = frame->samples.empty() ? nullptr : &frame->samples;
     }
-    stages->antialias(picture, state.picture, frame->guides.motion, state.guides, p, &scratch);
+    stages->antialias(picture, state.picture, guides->motion, state.guides, p, &scratch);
     std::swap(state.picture, scratch);
   }
   state.has_picture = true;
@@ -162,6 +214,9 @@ Status Denoiser::Impl::Begin(const Frame& next_frame, DenoisedFrame* result) {
   groups = GroupsOf(settings.signals, HasTransmission(next_frame));
   Allocate(next_frame.width, next_frame.height, groups.size());
   frame = &next_frame;
+  guides = &next_frame.guides;
+  emission = &next_frame.emission;
+  background = &next_frame.background;
   out = result;
   out->timings.clear();
   out->images.clear();
@@ -170,13 +225,23 @@ Status Denoiser::Impl::Begin(const Frame& next_frame, DenoisedFrame* result) {
   for (int c = 0; c < 3; ++c) {
     picture[c].Fill(0.0f);
   }
+  if (settings.fill_guides && HasUnknownGuides(next_frame)) {
+    const StageTimer timer(&out->timings, "fill_guides");
+    CompleteGuides(next_frame, *stages, &state.held, &sparse);
+    guides = &state.held.guides;
+    emission = &state.held.emission;
+    background = &state.held.background;
+  } else if (!state.held.empty()) {
+    state.held = HeldGuides();
+  }
+  AdvanceFeedback();
   {
     const StageTimer timer(&out->timings, "prepare_guides");
     std::swap(state.guides, state.previous_guides);
     if (state.guides.inverse_depth.border() != present.border() || state.guides.id.empty()) {
       state.guides = GuidePlanes(frame->width, frame->height, present.border());
     }
-    const Guides& g = frame->guides;
+    const Guides& g = *guides;
     out->bad_guides = stages->prepare_guides({&g.depth, &g.normal, g.id.empty() ? nullptr : &g.id},
                                              &state.guides);
   }
@@ -187,7 +252,7 @@ Status Denoiser::Impl::Begin(const Frame& next_frame, DenoisedFrame* result) {
     p.min_cosine = std::cos(settings.history_normal * 0.017453293f);
     p.test_id = settings.history_id;
     p.search = settings.history_search;
-    stages->find_taps(state.guides, state.previous_guides, frame->guides.motion, p, &taps);
+    stages->find_taps(state.guides, state.previous_guides, guides->motion, p, &taps);
   }
   return Status::Ok();
 }
@@ -251,7 +316,7 @@ Status Denoiser::Denoise(const Frame& frame, const FutureLight& future, Denoised
   }
   {
     const StageTimer timer(&out->timings, "remodulate");
-    for (const Image3* unfiltered : {&frame.emission, &frame.background}) {
+    for (const Image3* unfiltered : {d.emission, d.background}) {
       if (!unfiltered->empty()) {
         out->non_finite += d.stages->add_unfiltered(*unfiltered, &d.picture);
         for (auto& [name, image] : d.composites) {
@@ -263,6 +328,7 @@ Status Denoiser::Denoise(const Frame& frame, const FutureLight& future, Denoised
   if (d.Wants("aliased")) {
     out->images.push_back({"aliased", {d.picture[0], d.picture[1], d.picture[2]}});
   }
+  d.RunFxaa();
   d.RunAntialias();
   if (out->colour.width() != frame.width || out->colour.height() != frame.height) {
     out->colour = Image3(frame.width, frame.height);
@@ -284,6 +350,7 @@ Status Denoiser::SetSettings(const Settings& settings) {
       settings.signals != impl_->settings.signals ||
       settings.demodulate != impl_->settings.demodulate ||
       settings.limit_history != impl_->settings.limit_history ||
+      BlendsFeedback(settings) != BlendsFeedback(impl_->settings) ||
       (settings.firefly == Firefly::kCompress) != (impl_->settings.firefly == Firefly::kCompress);
   impl_->settings = settings;
   if (regroup) {
@@ -333,12 +400,14 @@ Status Denoiser::SetOutputs(const std::vector<std::string>& names) {
 void Denoiser::Reset() {
   impl_->state.has_history = false;
   impl_->state.has_picture = false;
+  impl_->state.held = HeldGuides();
+  impl_->state.feedback_progress = 0;
 }
 
 size_t Denoiser::Impl::WorkBytes() const {
   return taps.bytes() + light.bytes() + fetched.bytes() + merged.bytes() + filter[0].bytes() +
          filter[1].bytes() + spread.bytes() + present.bytes() + limit.bytes() + scratch.bytes() +
-         picture.bytes();
+         picture.bytes() + sparse.bytes();
 }
 
 size_t Denoiser::memory_bytes() const {
@@ -353,7 +422,7 @@ Status Denoiser::RestoreHistory(std::span<const uint8_t> bytes) {
   const Settings& s = impl_->settings;
   Result<DenoiserState> restored =
       HistoryFromBytes(bytes, GroupsOf(s.signals, false).size(), GroupsOf(s.signals, true).size(),
-                       s.limit_history, BorderOf(s));
+                       {s.limit_history, BlendsFeedback(s)}, BorderOf(s));
   if (!restored.ok()) {
     return restored.status();
   }
@@ -363,10 +432,12 @@ Status Denoiser::RestoreHistory(std::span<const uint8_t> bytes) {
   return Status::Ok();
 }
 
-std::vector<uint8_t> ToDisplay(const Image3& colour, float exposure, Tonemap curve) {
+std::vector<uint8_t> ToDisplay(const Image3& colour, float exposure, Tonemap curve, float dither,
+                               int64_t frame) {
   std::vector<uint8_t> bytes(static_cast<size_t>(colour.width()) *
                              static_cast<size_t>(colour.height()) * 3);
-  cpu::Tonemap(colour, std::exp2f(exposure), static_cast<int>(curve), bytes.data());
+  cpu::Tonemap(colour, std::exp2f(exposure), static_cast<int>(curve),
+               {dither, static_cast<uint32_t>(frame)}, bytes.data());
   return bytes;
 }
 

@@ -21,6 +21,12 @@ inline constexpr int kLimitHistoryLevels = 3;
 
 void CopyImage(const Image3& from, Image3* to);
 
+/// Whether history is kept twice, with and without the last feedback.
+inline bool BlendsFeedback(const Settings& s) {
+  return s.temporal && s.feedback > 0 && s.wavelet != Wavelet::kOff &&
+         s.feedback_when == FeedbackWhen::kBlend;
+}
+
 struct FutureLight::Impl {
   std::vector<SignalHistory> signals;
 };
@@ -43,7 +49,15 @@ struct Denoiser::Impl {
   Image3 scratch;
   Image3 picture;
 
-  // The frame in progress.
+  SparseGuidesWork sparse;
+
+  // The frame in progress. Guides, emission and background are the frame's own or completed.
+  const Guides* guides = nullptr;
+  const Image3* emission = nullptr;
+  const Image3* background = nullptr;
+  float samples_per_pixel = 1;
+  float feedback_phase = 1;  ///< weight of history with the last feedback in what is filtered
+  bool feeds_back = false;   ///< whether this frame's filtered light becomes history
   std::vector<SignalGroup> groups;
   const Frame* frame = nullptr;
   DenoisedFrame* out = nullptr;
@@ -61,6 +75,8 @@ struct Denoiser::Impl {
   void RunLimitHistory();
   void RunWavelet(const SignalGroup& group, SignalHistory* history);
   void RunLevel(int level, float mean_luminance, const SignalHistory& history, int source);
+  void AdvanceFeedback();
+  void RunFxaa();
   void RunAntialias();
   AlbedoSum Albedos(const SignalGroup& group) const;
   void AddSignal(const SignalGroup& group, const Image3& light_in, Image3* sum);

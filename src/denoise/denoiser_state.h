@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "denoise/planes.h"
+#include "denoise/sparse_guides.h"
 
 namespace stillray {
 
@@ -19,16 +20,19 @@ struct DenoiserState {
   GuidePlanes guides;  ///< of the last finished frame; of the present one while it is in progress
   GuidePlanes previous_guides;  ///< of the frame before the one in progress
   Image3 picture;
+  HeldGuides held;  ///< of frames that do not know their guides everywhere; else empty
+  /// Samples per pixel that have arrived since filtered light was last fed back.
+  float feedback_progress = 0;
 
   DenoiserState() = default;
-  DenoiserState(int w, int h, size_t signal_count, bool with_compressed)
+  DenoiserState(int w, int h, size_t signal_count, bool with_compressed, bool with_behind)
       : width(w),
         height(h),
-        signals(signal_count, SignalHistory(w, h, with_compressed)),
+        signals(signal_count, SignalHistory(w, h, with_compressed, with_behind)),
         picture(w, h) {}
 
   size_t bytes() const {
-    size_t sum = guides.bytes() + previous_guides.bytes() + picture.bytes();
+    size_t sum = guides.bytes() + previous_guides.bytes() + picture.bytes() + held.bytes();
     for (const SignalHistory& signal : signals) {
       sum += signal.bytes();
     }

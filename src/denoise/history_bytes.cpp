@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/history_bytes.h"
 
+#include <bit>
 #include <cstring>
 
 #include <fmt/format.h>
@@ -11,12 +12,16 @@ namespace {
 
 struct Header {
   char magic[8] = {'s', 't', 'i', 'l', 'l', 'r', 'a', 'y'};
-  uint32_t version = 2;
+  uint32_t version = 3;
   uint32_t byte_order = 0x01020304;
   int32_t width = 0;
   int32_t height = 0;
   uint32_t signal_count = 0;
-  uint32_t flags = 0;  ///< 1: history, 2: picture, 4: compressed luminances
+  /// 1: history, 2: picture, 4: compressed luminances, 8: history without the last feedback, 16:
+  /// held guides, 32: with ids
+  uint32_t flags = 0;
+  uint32_t held_planes = 0;  ///< bit n: the n-th plane of VisitHeldPlanes is there
+  float feedback_progress = 0;
 };
 
 /// Calls visit(plane) for every plane of the state, in the order of the file.
@@ -34,22 +39,54 @@ void VisitPlanes(State& state, const Visit& visit) {
     visit(signal.length);
     visit(signal.weights2);
     visit(signal.compressed);
+    visit_all(signal.behind);
   }
   visit(state.guides.inverse_depth);
   visit_all(state.guides.normal);
   visit(state.guides.id);
   visit_all(state.picture);
+  VisitHeldPlanes(state.held, visit);
+  visit(state.held.guides.id);
 }
 
 size_t PayloadBytes(const Header& header) {
-  const size_t signal_planes = (header.flags & 4u) != 0 ? 8 : 7;
-  const size_t planes = header.signal_count * signal_planes + 8;
+  const size_t signal_planes =
+      7u + ((header.flags & 4u) != 0 ? 1u : 0u) + ((header.flags & 8u) != 0 ? 3u : 0u);
+  const size_t planes = header.signal_count * signal_planes + 8 +
+                        static_cast<size_t>(std::popcount(header.held_planes)) +
+                        ((header.flags & 32u) != 0 ? 1u : 0u);
   return header.signal_count * sizeof(float) +
          planes * 4 * static_cast<size_t>(header.width) * static_cast<size_t>(header.height);
 }
 
-bool WithCompressed(const DenoiserState& state) {
-  return !state.signals.empty() && !state.signals[0].compressed.empty();
+HistoryKinds KindsOf(const DenoiserState& state) {
+  const bool any = !state.signals.empty();
+  return {any && !state.signals[0].compressed.empty(), any && !state.signals[0].behind.empty()};
+}
+
+uint32_t PlanesOf(const HeldGuides& held) {
+  uint32_t mask = 0;
+  uint32_t bit = 1;
+  VisitHeldPlanes(held, [&](const Image1& plane) {
+    mask |= plane.empty() ? 0u : bit;
+    bit <<= 1;
+  });
+  return mask;
+}
+
+/// Makes the planes that the mask names. \return false if it names some that do not exist
+bool MakePlanes(const Header& header, HeldGuides* held) {
+  uint32_t mask = header.held_planes;
+  VisitHeldPlanes(*held, [&](Image1& plane) {
+    if ((mask & 1u) != 0) {
+      plane = Image1(header.width, header.height);
+    }
+    mask >>= 1;
+  });
+  if ((header.flags & 32u) != 0) {
+    held->guides.id = Plane<uint32_t>(header.width, header.height);
+  }
+  return mask == 0;
 }
 
 }  // namespace
@@ -60,7 +97,10 @@ std::vector<uint8_t> HistoryToBytes(const DenoiserState& state) {
   header.height = state.height;
   header.signal_count = static_cast<uint32_t>(state.signals.size());
   header.flags = (state.has_history ? 1u : 0u) | (state.has_picture ? 2u : 0u) |
-                 (WithCompressed(state) ? 4u : 0u);
+                 (KindsOf(state).compressed ? 4u : 0u) | (KindsOf(state).behind ? 8u : 0u) |
+                 (state.held.empty() ? 0u : 16u) | (state.held.guides.id.empty() ? 0u : 32u);
+  header.held_planes = PlanesOf(state.held);
+  header.feedback_progress = state.feedback_progress;
   std::vector<uint8_t> bytes(sizeof(Header));
   std::memcpy(bytes.data(), &header, sizeof(Header));
   bytes.reserve(sizeof(Header) + PayloadBytes(header));
@@ -78,7 +118,7 @@ std::vector<uint8_t> HistoryToBytes(const DenoiserState& state) {
 }
 
 Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, size_t least, size_t most,
-                                       bool with_compressed, int border) {
+                                       const HistoryKinds& kinds, int border) {
   Header header;
   const Header expected;
   if (bytes.size() < sizeof(Header)) {
@@ -99,20 +139,34 @@ Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, size_t le
     return Status::BadData(fmt::format("saved history has {} signals, the settings ask for {}",
                                        header.signal_count, least));
   }
-  if (((header.flags & 4u) != 0) != with_compressed) {
+  if (((header.flags & 4u) != 0) != kinds.compressed) {
     return Status::BadData(
         fmt::format("saved history was made with limit_history {}, the settings "
                     "have it {}",
-                    with_compressed ? "off" : "on", with_compressed ? "on" : "off"));
+                    kinds.compressed ? "off" : "on", kinds.compressed ? "on" : "off"));
+  }
+  if (((header.flags & 8u) != 0) != kinds.behind) {
+    return Status::BadData(
+        fmt::format("saved history was made with{} feedback_when=blend, the settings are with{} it",
+                    kinds.behind ? "out" : "", kinds.behind ? "" : "out"));
+  }
+  if (!(header.feedback_progress >= 0 && header.feedback_progress <= 1)) {
+    return Status::BadData("saved history has a feedback progress out of 0..1");
   }
   if (bytes.size() != sizeof(Header) + PayloadBytes(header)) {
     return Status::BadData(fmt::format("saved history has {} bytes, expected {}", bytes.size(),
                                        sizeof(Header) + PayloadBytes(header)));
   }
-  DenoiserState state(header.width, header.height, header.signal_count, with_compressed);
+  DenoiserState state(header.width, header.height, header.signal_count, kinds.compressed,
+                      kinds.behind);
   state.has_history = (header.flags & 1u) != 0;
   state.has_picture = (header.flags & 2u) != 0;
   state.guides = GuidePlanes(header.width, header.height, border);
+  state.feedback_progress = header.feedback_progress;
+  if (!MakePlanes(header, &state.held)) {
+    return Status::BadData(fmt::format(
+        "saved history names planes of guides that do not exist: {:#x}", header.held_planes));
+  }
   const uint8_t* from = bytes.data() + sizeof(Header);
   for (SignalHistory& signal : state.signals) {
     std::memcpy(&signal.compressed_scale, from, sizeof(float));

@@ -55,6 +55,9 @@ struct SignalHistory {
                       ///< variance * weights2
   Image1 compressed;  ///< of compressed luminances (see limit_history_shared.h), weighted as
                       ///< `colour`; empty unless limit_history runs
+  /// `colour` without the last filtered picture that was fed back, one step behind it; empty unless
+  /// feedback is blended in (PSVGF section 5).
+  Image3 behind;
   float compressed_scale = 0;  ///< luminance that is compressed to 1/2; 0: not known yet
 
   /// Of the planes that the 7x7 variance estimate reads: zero, so a length of zero.
@@ -62,16 +65,18 @@ struct SignalHistory {
 
   SignalHistory() = default;
   /// \param with_compressed  make room for what limit_history compares
-  SignalHistory(int width, int height, bool with_compressed = false)
+  /// \param with_behind      make room for `behind`
+  SignalHistory(int width, int height, bool with_compressed = false, bool with_behind = false)
       : colour(width, height),
         mean(width, height, kBorder),
         variance(width, height, kBorder),
         length(width, height, kBorder),
         weights2(width, height),
-        compressed(with_compressed ? Image1(width, height) : Image1()) {}
+        compressed(with_compressed ? Image1(width, height) : Image1()),
+        behind(with_behind ? Image3(width, height) : Image3()) {}
   size_t bytes() const {
-    return colour.bytes() + mean.bytes() + variance.bytes() + length.bytes() + weights2.bytes() +
-           compressed.bytes();
+    return colour.bytes() + behind.bytes() + mean.bytes() + variance.bytes() + length.bytes() +
+           weights2.bytes() + compressed.bytes();
   }
 };
 

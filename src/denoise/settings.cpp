@@ -76,6 +76,10 @@ Row ChoiceRow(const char* name, ChoiceMember member, std::vector<const char*> ch
 
 std::vector<Row> MakeTable() {
   std::vector<Row> t;
+  t.push_back(
+      FlagRow("fill_guides", &Settings::fill_guides, "fill_guides",
+              "Guides of pixels of which nothing is known (depth 0 and no sample) come from "
+              "earlier frames, or from the nearest that are known."));
   t.push_back(ChoiceRow(
       "signals", Choice<&Settings::signals>(),
       {"split", "direct_indirect", "diffuse_specular", "single"}, "demodulate",
@@ -163,6 +167,12 @@ std::vector<Row> MakeTable() {
                      "Which level's output becomes the history of the next frame; 0: none, the "
                      "accumulated light itself.",
                      "1"));
+  t.push_back(ChoiceRow(
+      "feedback_when", Choice<&Settings::feedback_when>(), {"frame", "sample", "blend"}, "atrous",
+      "When filtered light becomes history: after every frame; once a whole sample per pixel has "
+      "arrived; then, but blended in until the next one. All are the same at one sample per pixel "
+      "and above.",
+      "frame"));
   t.push_back(FloatRow("sigma_n", &Settings::sigma_n, 0.0, 1024.0, "edge_stopping", "", "sigma_n",
                        "Exponent of the normal weight: larger keeps finer creases.", "128"));
   t.push_back(ChoiceRow("depth_weight", Choice<&Settings::depth_weight>(), {"gradient", "plane"},
@@ -214,11 +224,20 @@ std::vector<Row> MakeTable() {
                         "Temporal antialiasing of the finished picture.", nullptr, "off", "off"));
   t.push_back(FloatRow("taa_alpha", &Settings::taa_alpha, 0.0, 1.0, "antialias", "", "alpha",
                        "Weight of the new frame in temporal antialiasing."));
+  t.push_back(
+      ChoiceRow("fxaa", Choice<&Settings::fxaa>(), {"off", "sparse", "on"}, "fxaa",
+                "Smooth jagged edges within the frame: never; below one sample per pixel, of "
+                "pixels with fewer than "
+                "four samples; always.",
+                "off", "off", "off"));
   t.push_back(FloatRow("exposure", &Settings::exposure, -32.0, 32.0, "tonemap", "EV", "",
                        "Light is multiplied by 2^exposure for display; linear files are not."));
   t.push_back(ChoiceRow("tonemap", Choice<&Settings::tonemap>(),
                         {"linear", "reinhard", "filmic", "aces"}, "tonemap",
                         "Tone curve for display; linear files have none."));
+  t.push_back(FloatRow("dither", &Settings::dither, 0.0, 8.0, "tonemap", "8-bit steps", "",
+                       "Noise added for display, against bands in slow gradients; linear files "
+                       "have none."));
   return t;
 }
 
@@ -360,7 +379,29 @@ struct Getter {
   }
 };
 
-constexpr std::string_view kPresets[] = {"default", "svgf", "eaw", "temporal"};
+constexpr std::string_view kPresets[] = {"default", "svgf", "psvgf", "eaw", "temporal"};
+
+/// Progressive SVGF (Dundr 2018), where it differs from "default".
+constexpr std::pair<const char*, const char*> kPsvgf[] = {
+    {"signals", "diffuse_specular"},
+    {"alpha_min", "0.1"},
+    {"limit_history", "off"},
+    {"variance_of", "frame"},
+    {"short_history", "blur"},
+    {"short_history_boost", "0"},
+    {"kernel", "3x3"},
+    {"steps", "16,8,4,2,1"},
+    {"feedback", "5"},
+    {"sigma_n", "64"},
+    {"depth_weight", "gradient"},
+    {"max_slope", "0.1"},
+    {"sigma_l", "4"},
+    {"luminance_epsilon", "0.05"},
+    {"luminance", "rec601"},
+    {"luminance_scale", "variance"},
+    {"noise_ratio", "1"},
+    {"dither", "1"},
+};
 
 }  // namespace
 
@@ -385,6 +426,12 @@ Result<Settings> PresetSettings(std::string_view name) {
         fmt::format("unknown preset '{}'; presets are: {}", name, fmt::join(kPresets, ", ")));
   }
   Settings settings;
+  if (name == "psvgf") {
+    for (const auto& [parameter, value] : kPsvgf) {
+      STILLRAY_RETURN_IF_ERROR(SetParameter(&settings, parameter, value));
+    }
+    return settings;
+  }
   for (const Row& row : Table()) {
     const char* value = name == "svgf"       ? row.svgf
                         : name == "eaw"      ? row.eaw

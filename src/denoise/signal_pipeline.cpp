@@ -48,10 +48,33 @@ EdgeStopping EdgesOf(const Settings& s) {
   return edges;
 }
 
+/// Lengths are means of whole numbers with weights that sum to one but for rounding: a little less
+/// than the limit is no short history, or roundings would decide.
+float ShortHistoryLength(const Settings& s) {
+  constexpr float kRounding = 1e-3f;
+  return static_cast<float>(s.short_history_length) - kRounding;
+}
+
 AtrousWeights WeightsOf(Wavelet wavelet) {
   return wavelet == Wavelet::kNaive ? AtrousWeights::kNaive
          : wavelet == Wavelet::kEaw ? AtrousWeights::kEaw
                                     : AtrousWeights::kSvgf;
+}
+
+/// Between the history before the last feedback and after it (PSVGF section 5).
+void BlendFeedback(const SignalHistory& history, float phase, Image3* out) {
+  ParallelRows(out->height(), 32, [&](int y0, int y1) {
+    for (int c = 0; c < 3; ++c) {
+      for (int y = y0; y < y1; ++y) {
+        const float* before = history.behind[c].Row(y);
+        const float* after = history.colour[c].Row(y);
+        float* to = (*out)[c].Row(y);
+        for (int x = 0; x < out->width(); ++x) {
+          to[x] = before[x] + phase * (after[x] - before[x]);
+        }
+      }
+    }
+  });
 }
 
 }  // namespace
@@ -100,7 +123,7 @@ void Denoiser::Impl::KeepImage(const std::string& kind, const SignalGroup& group
 
 AlbedoSum Denoiser::Impl::Albedos(const SignalGroup& group) const {
   AlbedoSum sum;
-  const Guides& g = frame->guides;
+  const Guides& g = *guides;
   const auto add = [&](bool used, const Image3& albedo) {
     if (settings.demodulate && used && !albedo.empty()) {
       sum.part[sum.count++] = &albedo;
@@ -130,7 +153,7 @@ void Denoiser::Impl::RunDemodulate(const SignalGroup& group) {
     if (signal == nullptr) {
       continue;
     }
-    const Image3& own = AlbedoOf(frame->guides, kind);
+    const Image3& own = AlbedoOf(*guides, kind);
     in.radiance[in.count] = &signal->radiance;
     in.second_moment[in.count] = signal->second_moment.empty() ? nullptr : &signal->second_moment;
     in.own_albedo[in.count] = own.empty() ? nullptr : &own;
@@ -184,9 +207,8 @@ void Denoiser::Impl::RunLevel(int level, float mean_luminance, const SignalHisto
     PrefilterVarianceParameters p;
     p.smooth = settings.prefilter_variance;
     p.square_root = settings.luminance_scale == LuminanceScale::kDeviation;
-    p.unbounded_below = settings.short_history == ShortHistory::kBlur
-                            ? static_cast<float>(settings.short_history_length)
-                            : 0.0f;
+    p.unbounded_below =
+        settings.short_history == ShortHistory::kBlur ? ShortHistoryLength(settings) : 0.0f;
     stages->prefilter_variance(filter[source].variance, present, history.length, p, &spread);
   }
   const StageTimer timer(&out->timings, "atrous");
@@ -217,13 +239,20 @@ void Denoiser::Impl::RunWavelet(const SignalGroup& group, SignalHistory* history
       }
     }
   });
-  CopyImage(history->colour, &filter[0].colour);
+  if (feedback_phase < 1 && !history->behind.empty()) {
+    BlendFeedback(*history, feedback_phase, &filter[0].colour);
+  } else {
+    CopyImage(history->colour, &filter[0].colour);
+  }
   const float mean = settings.wavelet == Wavelet::kEaw ? MeanLuminance(history->colour) : 1.0f;
   int source = 0;
   for (int level = 0; level < settings.steps.count; ++level, source ^= 1) {
     RunLevel(level, mean, *history, source);
     const Image3& filtered = filter[source ^ 1].colour;
-    if (settings.feedback == level + 1 && settings.temporal) {
+    if (settings.feedback == level + 1 && feeds_back) {
+      if (!history->behind.empty()) {
+        CopyImage(history->colour, &history->behind);
+      }
       CopyImage(filtered, &history->colour);
     }
     const std::string name = fmt::format("atrous{}", level + 1);
@@ -257,7 +286,8 @@ bool Denoiser::Impl::GatherLight(const SignalGroup& group, const SignalHistory& 
     if (has_history) {
       stages->fetch_history(history, taps, &fetched);
     } else {
-      fetched = SignalHistory(state.width, state.height, settings.limit_history);
+      fetched = SignalHistory(state.width, state.height, settings.limit_history,
+                              BlendsFeedback(settings));
     }
   }
   if (settings.limit_history) {
@@ -320,7 +350,7 @@ void Denoiser::Impl::FilterSignal(const SignalGroup& group, SignalHistory* histo
     EstimateVarianceParameters p;
     p.of_mean = settings.variance_of == VarianceOf::kMean;
     p.spatial = settings.short_history == ShortHistory::kSpatial;
-    p.short_length = static_cast<float>(settings.short_history_length);
+    p.short_length = ShortHistoryLength(settings);
     p.boost = settings.short_history_boost;
     p.edges = EdgesOf(settings);
     stages->estimate_variance(*history, light.samples, state.guides, p, &filter[0].variance);

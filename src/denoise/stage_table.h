@@ -9,6 +9,8 @@
 #include "denoise/stages/atrous.h"
 #include "denoise/stages/demodulate.h"
 #include "denoise/stages/estimate_variance.h"
+#include "denoise/stages/fill_guides.h"
+#include "denoise/stages/fxaa.h"
 #include "denoise/stages/limit_history.h"
 #include "denoise/stages/merge_future.h"
 #include "denoise/stages/prefilter_variance.h"
@@ -21,6 +23,8 @@
 namespace stillray {
 
 struct StageTable {
+  decltype(&reference::FillHoles) fill_holes;
+  decltype(&reference::FillIds) fill_ids;
   decltype(&reference::PrepareGuides) prepare_guides;
   decltype(&reference::Demodulate) demodulate;
   decltype(&reference::ClampFireflies) clamp_fireflies;
@@ -37,18 +41,20 @@ struct StageTable {
   decltype(&reference::Atrous) atrous;
   decltype(&reference::Remodulate) remodulate;
   decltype(&reference::AddUnfiltered) add_unfiltered;
+  decltype(&reference::Fxaa) fxaa;
   decltype(&reference::Antialias) antialias;
   decltype(&reference::Tonemap) tonemap;
 };
 
-#define STILLRAY_STAGES_OF(backend)                                                   \
-  StageTable {                                                                        \
-    &backend::PrepareGuides, &backend::Demodulate, &backend::ClampFireflies,          \
-        &backend::CompressLight, &backend::ExpandLight, &backend::FindTaps,           \
-        &backend::FetchHistory, &backend::CompareWithHistory, &backend::LimitHistory, \
-        &backend::Accumulate, &backend::MergeFuture, &backend::EstimateVariance,      \
-        &backend::PrefilterVariance, &backend::Atrous, &backend::Remodulate,          \
-        &backend::AddUnfiltered, &backend::Antialias, &backend::Tonemap               \
+#define STILLRAY_STAGES_OF(backend)                                                         \
+  StageTable {                                                                              \
+    &backend::FillHoles, &backend::FillIds, &backend::PrepareGuides, &backend::Demodulate,  \
+        &backend::ClampFireflies, &backend::CompressLight, &backend::ExpandLight,           \
+        &backend::FindTaps, &backend::FetchHistory, &backend::CompareWithHistory,           \
+        &backend::LimitHistory, &backend::Accumulate, &backend::MergeFuture,                \
+        &backend::EstimateVariance, &backend::PrefilterVariance, &backend::Atrous,          \
+        &backend::Remodulate, &backend::AddUnfiltered, &backend::Fxaa, &backend::Antialias, \
+        &backend::Tonemap                                                                   \
   }
 
 inline constexpr StageTable kReferenceStages = STILLRAY_STAGES_OF(reference);

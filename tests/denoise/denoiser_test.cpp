@@ -77,10 +77,13 @@ std::vector<Settings> AllKindsOfSettings() {
   std::vector<Settings> all;
   for (const std::string_view preset : PresetNames()) {
     all.push_back(PresetSettings(preset).value());
+    // Decides at thresholds, so that a rounding may change a pixel; one code serves both versions.
+    all.back().fxaa = Fxaa::kOff;
   }
   const auto add = [&](std::string_view preset,
                        std::initializer_list<std::pair<const char*, const char*>> changes) {
     Settings s = PresetSettings(preset).value();
+    s.fxaa = Fxaa::kOff;
     for (const auto& [name, value] : changes) {
       EXPECT_TRUE(SetParameter(&s, name, value).ok());
     }
@@ -228,8 +231,8 @@ TEST(Denoiser, NoiseFallsAndMeanIsKept) {
     const double denoised = run(s, &mean);
     EXPECT_LT(denoised, accumulated / 4) << preset;
     // SVGF measures differences in the pixel's own noise and so turns bright neighbours away (see
-    // SharedSpread): a known darkening, which "default" avoids.
-    EXPECT_NEAR(mean, 0.5, std::string(preset) == "svgf" ? 0.02 : 0.005) << preset;
+    // SharedSpread): a known darkening, which "default" nearly avoids.
+    EXPECT_NEAR(mean, 0.5, std::string_view(preset) == "svgf" ? 0.02 : 0.006) << preset;
   }
 }
 
@@ -538,6 +541,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
     std::vector<std::pair<const char*, const char*>> with;
   };
   const std::vector<Move> moves = {
+      {"fill_guides", "off", {}},
       {"signals", "single", {}},
       {"demodulate", "off", {}},
       {"firefly", "clamp", {}},
@@ -564,6 +568,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
       {"kernel", "3x3", {}},
       {"steps", "16,8,4,2,1", {}},
       {"feedback", "1", {}},
+      {"feedback_when", "frame", {{"feedback", "2"}}},
       {"sigma_n", "8", {}},
       {"depth_weight", "gradient", {}},
       {"sigma_z", "20", {{"depth_weight", "gradient"}}},
@@ -581,16 +586,26 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
       {"eaw_sigma_z", "5", {{"wavelet", "eaw"}, {"eaw_sigma_n", "5"}}},
       {"antialias", "off", {}},
       {"taa_alpha", "0.5", {}},
+      {"fxaa", "on", {}},
       {"exposure", "1", {}},
       {"tonemap", "linear", {}},
+      {"dither", "2", {}},
   };
   const auto picture = [](const Settings& s) {
     Denoiser d = MakeDenoiser(s);
     DenoisedFrame out;
     for (int i = 0; i < 8; ++i) {
-      EXPECT_TRUE(d.Denoise(MakeBusyFrame(48, 40, i), &out).ok());
+      Frame f = MakeBusyFrame(48, 40, i);
+      // Nothing is known of a block without samples, for fill_guides.
+      for (int y = 20; y < 24; ++y) {
+        for (int x = 20; x < 28; ++x) {
+          f.samples(x, y) = 0;
+          f.guides.depth(x, y) = 0;
+        }
+      }
+      EXPECT_TRUE(d.Denoise(f, &out).ok());
     }
-    return ToDisplay(out.colour, s.exposure, s.tonemap);
+    return ToDisplay(out.colour, s.exposure, s.tonemap, s.dither, 1);
   };
   for (const Parameter& p : Parameters()) {
     const auto move = std::find_if(moves.begin(), moves.end(),

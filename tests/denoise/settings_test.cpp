@@ -64,7 +64,7 @@ TEST(Settings, ErrorsNameParameterValueAndRange) {
   EXPECT_THAT(message("steps", ""), HasSubstr("whole numbers"));
   EXPECT_THAT(message("sigma_m", "1"), HasSubstr("unknown parameter 'sigma_m'"));
   EXPECT_THAT(PresetSettings("best").status().message(),
-              HasSubstr("presets are: default, svgf, eaw, temporal"));
+              HasSubstr("presets are: default, svgf, psvgf, eaw, temporal"));
 }
 
 TEST(Settings, ContradictionsAndOutOfRangeStructsAreFound) {

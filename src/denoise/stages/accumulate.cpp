@@ -52,6 +52,11 @@ void AccumulateRows(const NewLight& light, const SignalHistory& before, const Im
         const VF old = hn::LoadU(d, before.colour[c].Row(y) + x);
         StoreInRow(d, hn::MulAdd(alpha, hn::Sub(colour[c], old), old), out->colour[c].Row(y), x,
                    width);
+        if (!before.behind.empty()) {
+          const VF behind = hn::LoadU(d, before.behind[c].Row(y) + x);
+          StoreInRow(d, hn::MulAdd(alpha, hn::Sub(colour[c], behind), behind),
+                     out->behind[c].Row(y), x, width);
+        }
       }
       const VF mean = hn::LoadU(d, before.mean.Row(y) + x);
       const VF variance = hn::LoadU(d, before.variance.Row(y) + x);

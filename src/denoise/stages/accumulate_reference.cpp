@@ -29,6 +29,10 @@ void Accumulate(const NewLight& light, const SignalHistory& before, const Image1
       for (int c = 0; c < 3; ++c) {
         const float old = before.colour[c](x, y);
         out->colour[c](x, y) = old + alpha * (light.colour[c](x, y) - old);
+        if (!before.behind.empty()) {
+          const float behind = before.behind[c](x, y);
+          out->behind[c](x, y) = behind + alpha * (light.colour[c](x, y) - behind);
+        }
       }
       if (p.compressed_scale > 0) {
         const float old = before.compressed(x, y);

@@ -135,18 +135,45 @@ void FindTapsRows(const GuidePlanes& now, const GuidePlanes& before, const Image
   }
 }
 
-/// Mean of the taps that the search chose, for one pixel.
-float FetchSearched(const Image1& plane, const ReprojectionTaps& taps, int x, int y) {
+/// Mean of the taps that the search chose, for one pixel; with `light_only` of those with light.
+float FetchSearched(const Image1& plane, const Image1& length, const ReprojectionTaps& taps,
+                    bool light_only, int x, int y) {
   const uint32_t search = taps.search(x, y);
   float sum = 0;
   int count = 0;
   for (int i = 0; i < 9; ++i) {
-    if ((search >> i & 1u) != 0) {
-      sum += plane(taps.x(x, y) + i % 3, taps.y(x, y) + i / 3);
+    const int qx = taps.x(x, y) + i % 3;
+    const int qy = taps.y(x, y) + i / 3;
+    if ((search >> i & 1u) != 0 && (!light_only || length(qx, qy) > 0)) {
+      sum += plane(qx, qy);
       ++count;
     }
   }
-  return sum / static_cast<float>(count);
+  return count > 0 ? sum / static_cast<float>(count) : 0.0f;
+}
+
+/// The weights without the taps that have no light, brought to their sum again.
+HWY_INLINE void KeepTapsWithLight(const Image1& length, const VI tap_x[4], const VI tap_y[4],
+                                  const VF weight[4], VF kept[4]) {
+  const DF d;
+  const DI di;
+  const VF zero = hn::Zero(d);
+  const VI stride = hn::Set(di, static_cast<int>(length.stride()));
+  VF sum = zero;
+  VF lost = zero;
+  for (int i = 0; i < 4; ++i) {
+    const VI index = hn::Add(hn::Mul(tap_y[i], stride), tap_x[i]);
+    const MF light = hn::Gt(hn::GatherIndex(d, length.Row(0), index), zero);
+    kept[i] = hn::IfThenElseZero(light, weight[i]);
+    sum = hn::Add(sum, kept[i]);
+    lost = hn::Add(lost, hn::Sub(weight[i], kept[i]));
+  }
+  const VF one = hn::Set(d, 1.0f);
+  const MF rescale = hn::And(hn::Gt(lost, zero), hn::Gt(sum, zero));
+  const VF scale = hn::IfThenElse(rescale, hn::Div(one, hn::IfThenElse(rescale, sum, one)), one);
+  for (int i = 0; i < 4; ++i) {
+    kept[i] = hn::Mul(kept[i], scale);
+  }
 }
 
 void FetchHistoryRows(const SignalHistory& before, const ReprojectionTaps& taps, int y0, int y1,
@@ -154,12 +181,9 @@ void FetchHistoryRows(const SignalHistory& before, const ReprojectionTaps& taps,
   const DF d;
   const DI di;
   const DU du;
-  const Image1* in[8] = {&before.colour[0], &before.colour[1], &before.colour[2],
-                         &before.mean,      &before.variance,  &before.length,
-                         &before.weights2,  &before.compressed};
-  Image1* to[8] = {&out->colour[0], &out->colour[1], &out->colour[2], &out->mean,
-                   &out->variance,  &out->length,    &out->weights2,  &out->compressed};
-  const int planes = before.compressed.empty() ? 7 : 8;
+  const Image1* in[kMostHistoryPlanes];
+  Image1* to[kMostHistoryPlanes];
+  const int planes = ListHistoryPlanes(before, out, in, to);
   const int width = taps.x.width();
   for (int y = y0; y < y1; ++y) {
     for (int x = 0; x < width; x += LaneCount()) {
@@ -178,18 +202,22 @@ void FetchHistoryRows(const SignalHistory& before, const ReprojectionTaps& taps,
       const VU search =
           hn::IfThenElseZero(hn::RebindMask(du, in_row), hn::LoadU(du, taps.search.Row(y) + x));
       const bool any_searched = !hn::AllTrue(du, hn::Eq(search, hn::Zero(du)));
+      VF kept[4];
+      KeepTapsWithLight(before.length, tap_x, tap_y, weight, kept);
       for (int k = 0; k < planes; ++k) {
+        const bool light_only = in[k] != &before.length;
+        const VF* w = light_only ? kept : weight;
         const VI stride = hn::Set(di, static_cast<int>(in[k]->stride()));
         VF sum = hn::Zero(d);
         for (int i = 0; i < 4; ++i) {
           const VI index = hn::Add(hn::Mul(tap_y[i], stride), tap_x[i]);
-          sum = hn::MulAdd(weight[i], hn::GatherIndex(d, in[k]->Row(0), index), sum);
+          sum = hn::MulAdd(w[i], hn::GatherIndex(d, in[k]->Row(0), index), sum);
         }
         StoreInRow(d, sum, to[k]->Row(y), x, width);
         if (any_searched) {
           for (int lane = x; lane < width && lane < x + LaneCount(); ++lane) {
             if (taps.search(lane, y) != 0) {
-              (*to[k])(lane, y) = FetchSearched(*in[k], taps, lane, y);
+              (*to[k])(lane, y) = FetchSearched(*in[k], before.length, taps, light_only, lane, y);
             }
           }
         }

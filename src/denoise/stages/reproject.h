@@ -7,8 +7,9 @@
 /// the 3x3 taps around the place are averaged; if none of those, there is no history
 /// (disocclusion). Departs: depth is tested against the plane through the pixel, with room for the
 /// distance travelled in one frame. Everything remembered is fetched with the same taps and
-/// weights. Border: none. FindTaps reads 56, writes 28 bytes per pixel; FetchHistory reads 28 and 4
-/// x 28, writes 28.
+/// weights, but that taps without light (below one sample per pixel) count for the length alone.
+/// Border: none. FindTaps reads 56, writes 28 bytes per pixel; FetchHistory reads 28 and 4 x 28,
+/// writes 28.
 #pragma once
 
 #include "denoise/planes.h"
@@ -21,6 +22,31 @@ struct ReprojectParameters {
   bool test_id = true;
   bool search = true;  ///< the 3x3 fall-back
 };
+
+inline constexpr int kMostHistoryPlanes = 11;
+
+/// The planes of \p before that are fetched, and where they go. \return their number, up to
+/// kMostHistoryPlanes
+inline int ListHistoryPlanes(const SignalHistory& before, SignalHistory* out, const Image1** in,
+                             Image1** to) {
+  int count = 0;
+  const auto add = [&](const Image1& from, Image1& into) {
+    if (!from.empty()) {
+      in[count] = &from;
+      to[count++] = &into;
+    }
+  };
+  for (int c = 0; c < 3; ++c) {
+    add(before.colour[c], out->colour[c]);
+    add(before.behind[c], out->behind[c]);
+  }
+  add(before.mean, out->mean);
+  add(before.variance, out->variance);
+  add(before.length, out->length);
+  add(before.weights2, out->weights2);
+  add(before.compressed, out->compressed);
+  return count;
+}
 
 namespace reference {
 void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& motion,

@@ -90,41 +90,50 @@ void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& m
 
 namespace {
 
-float Fetch(const Image1& plane, const ReprojectionTaps& taps, int x, int y) {
+/// Weighted mean of the taps; with `light_only` of those alone that have light.
+float Fetch(const Image1& plane, const Image1& length, const ReprojectionTaps& taps,
+            bool light_only, int x, int y) {
   const int bx = taps.x(x, y);
   const int by = taps.y(x, y);
+  const uint32_t search = taps.search(x, y);
   float sum = 0;
-  if (const uint32_t search = taps.search(x, y); search != 0) {
-    int count = 0;
+  float weights = 0;
+  bool some_without = false;
+  const auto add = [&](int qx, int qy, float w) {
+    if (light_only && !(length(qx, qy) > 0)) {
+      some_without = true;
+      return;
+    }
+    sum += w * plane(qx, qy);
+    weights += w;
+  };
+  if (search != 0) {
     for (int i = 0; i < 9; ++i) {
       if ((search >> i & 1u) != 0) {
-        sum += plane(bx + i % 3, by + i / 3);
-        ++count;
+        add(bx + i % 3, by + i / 3, 1.0f);
       }
     }
-    return sum / static_cast<float>(count);
+    return weights > 0 ? sum / weights : 0.0f;
   }
   for (int i = 0; i < 4; ++i) {
     if (const float w = taps.weight[i](x, y); w > 0) {
-      sum += w * plane(bx + (i & 1), by + (i >> 1));
+      add(bx + (i & 1), by + (i >> 1), w);
     }
   }
-  return sum;
+  return some_without && weights > 0 ? sum / weights : sum;
 }
 
 }  // namespace
 
 void FetchHistory(const SignalHistory& before, const ReprojectionTaps& taps, SignalHistory* out) {
-  const Image1* in[8] = {&before.colour[0], &before.colour[1], &before.colour[2],
-                         &before.mean,      &before.variance,  &before.length,
-                         &before.weights2,  &before.compressed};
-  Image1* to[8] = {&out->colour[0], &out->colour[1], &out->colour[2], &out->mean,
-                   &out->variance,  &out->length,    &out->weights2,  &out->compressed};
-  const int planes = before.compressed.empty() ? 7 : 8;
+  const Image1* in[kMostHistoryPlanes];
+  Image1* to[kMostHistoryPlanes];
+  const int planes = ListHistoryPlanes(before, out, in, to);
   for (int i = 0; i < planes; ++i) {
+    const bool light_only = in[i] != &before.length;
     for (int y = 0; y < taps.x.height(); ++y) {
       for (int x = 0; x < taps.x.width(); ++x) {
-        (*to[i])(x, y) = Fetch(*in[i], taps, x, y);
+        (*to[i])(x, y) = Fetch(*in[i], before.length, taps, light_only, x, y);
       }
     }
   }

@@ -3,6 +3,7 @@
 #include "denoise/stages/tonemap.h"
 
 #include "core/parallel.h"
+#include "denoise/stages/tonemap_shared.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "denoise/stages/tonemap.cpp"
@@ -51,11 +52,11 @@ HWY_INLINE VF SrgbEncode(VF x) {
   return hn::IfThenElse(hn::Le(x, hn::Set(d, 0.0031308f)), hn::Mul(hn::Set(d, 12.92f), x), curve);
 }
 
-void TonemapRows(const Image3& colour, float scale, int curve, int y0, int y1, uint8_t* out) {
+void TonemapRows(const Image3& colour, float scale, int curve, const Dither& dither, int y0, int y1,
+                 uint8_t* out) {
   const DF d;
-  const DI di;
   const int width = colour.width();
-  HWY_ALIGN int32_t values[3][HWY_MAX_BYTES / sizeof(int32_t)];
+  HWY_ALIGN float values[3][HWY_MAX_BYTES / sizeof(float)];
   for (int y = y0; y < y1; ++y) {
     uint8_t* row = out + static_cast<size_t>(y) * static_cast<size_t>(width) * 3;
     for (int x = 0; x < width; x += LaneCount()) {
@@ -64,13 +65,17 @@ void TonemapRows(const Image3& colour, float scale, int curve, int y0, int y1, u
         const VF positive =
             hn::IfThenElseZero(hn::Gt(exposed, hn::Zero(d)), exposed);  // NaN is black
         const VF light = hn::Min(positive, hn::Set(d, kBrightestLight));
-        const VF display = SrgbEncode(ToneCurve(light, curve));
-        hn::Store(hn::ConvertTo(di, hn::MulAdd(display, hn::Set(d, 255.0f), hn::Set(d, 0.5f))), di,
-                  values[c]);
+        hn::Store(SrgbEncode(ToneCurve(light, curve)), d, values[c]);
       }
       for (int i = 0; i < LaneCount() && x + i < width; ++i) {
         for (int c = 0; c < 3; ++c) {
-          row[(x + i) * 3 + c] = static_cast<uint8_t>(values[c][i]);
+          const float noise =
+              dither.amount > 0
+                  ? dither.amount * stillray::DitherNoise(static_cast<uint32_t>(x + i),
+                                                          static_cast<uint32_t>(y),
+                                                          static_cast<uint32_t>(c), dither.frame)
+                  : 0.0f;
+          row[(x + i) * 3 + c] = static_cast<uint8_t>(stillray::DisplayStep(values[c][i], noise));
         }
       }
     }
@@ -87,9 +92,9 @@ namespace stillray::cpu {
 
 HWY_EXPORT(TonemapRows);
 
-void Tonemap(const Image3& colour, float scale, int curve, uint8_t* out) {
+void Tonemap(const Image3& colour, float scale, int curve, const Dither& dither, uint8_t* out) {
   ParallelRows(colour.height(), 32, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(TonemapRows)(colour, scale, curve, y0, y1, out);
+    HWY_DYNAMIC_DISPATCH(TonemapRows)(colour, scale, curve, dither, y0, y1, out);
   });
 }
 

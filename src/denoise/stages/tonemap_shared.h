@@ -44,6 +44,25 @@ SHARED_FN float ToneCurve(float x, int curve) {
   return clamp(x, 0.0f, 1.0f);
 }
 
+// Triangular noise in -1..1 for one channel of one pixel: the sum of two uniform numbers from one
+// hash, less one.
+SHARED_FN float DitherNoise(uint x, uint y, uint channel, uint frame) {
+  uint h = x * 0x9e3779b1u ^ y * 0x85ebca77u ^ channel * 0xc2b2ae3du ^ frame * 0x27d4eb2fu;
+  h ^= h >> 15;
+  h *= 0x2c1b3c6du;
+  h ^= h >> 12;
+  h *= 0x297a2d39u;
+  h ^= h >> 15;
+  return (float(h & 0xffffu) + float(h >> 16)) * (1.0f / 65536.0f) - 1.0f;
+}
+
+// Rounds 0..1 to a byte. Black and white stay what they are: noise would lift and lower them.
+SHARED_FN float DisplayStep(float display, float noise) {
+  float value = display * 255.0f;
+  float room = min(value, 255.0f - value);
+  return value + clamp(noise, -room, room) + 0.5f;
+}
+
 SHARED_END
 
 #endif

@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// fxaa: smooths jagged edges within one frame.
+/// Source: PSVGF section 5 names FXAA (Lottes 2009), while there are too few samples for
+/// antialiasing in time. An edge is where luminance steps; along it, to both sides, the ends of its
+/// step are looked for; a pixel near an end takes part of its neighbour across the edge, as a
+/// slanted edge would cover it. Departs: runs on scene-linear light and takes contrast relative to
+/// the brighter side, so that twice the light gives twice the picture; at most kFxaaReach pixels
+/// are walked to each side. Border: kFxaaReach + 1, repeated. Reads 16, writes 12 bytes per pixel.
+#pragma once
+
+#include "stillray/image.h"
+
+namespace stillray {
+
+struct FxaaParameters {
+  /// Samples that the light of each pixel has; the filter fades out from the first to the fourth.
+  /// nullptr: full strength everywhere.
+  const Image1* length = nullptr;
+};
+
+namespace reference {
+void Fxaa(const Image3& colour, const FxaaParameters& parameters, Image3* out);
+}
+namespace cpu {
+void Fxaa(const Image3& colour, const FxaaParameters& parameters, Image3* out);
+}
+
+}  // namespace stillray

@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Formulas of fxaa.
+#ifndef STILLRAY_DENOISE_FXAA_SHARED_H
+#define STILLRAY_DENOISE_FXAA_SHARED_H
+
+#ifdef __cplusplus
+#include "core/shared.h"
+#endif
+
+SHARED_BEGIN
+
+const int kFxaaReach = 8;
+const float kFxaaContrast = 0.2f;  // of the brightest around: less is no edge
+
+// Relative, so that twice the light gives the same edges.
+SHARED_FN bool IsEdge(float lowest, float highest) {
+  return highest - lowest > highest * kFxaaContrast;
+}
+
+// Share of the neighbour across the edge for a pixel that is `near` pixels from the nearer end of a
+// step of `near` + `far` pixels in all, if the step at that end goes the pixel's way: a straight
+// edge covers the neighbour half at the end and not at all in the middle.
+SHARED_FN float AcrossShare(float near, float far) {
+  return max(0.5f - near / (near + far), 0.0f);
+}
+
+// Full below one sample, none from the fourth on.
+SHARED_FN float FxaaStrength(float length) {
+  return clamp((4.0f - length) / 3.0f, 0.0f, 1.0f);
+}
+
+SHARED_END
+
+#endif
