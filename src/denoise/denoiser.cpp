@@ -51,9 +51,6 @@ void CopyGuides(const GuidePlanes& from, GuidePlanes* to) {
   CopyImage(from.normal, &to->normal);
 }
 
-/// Frames of one cycle add up to one sample per pixel but for rounding.
-constexpr float kWholeSample = 1.0f - 1e-4f;
-
 /// Border that the wavelet needs with these settings.
 int BorderOf(const Settings& s) {
   const int longest = *std::max_element(s.steps.step.begin(), s.steps.step.begin() + s.steps.count);
@@ -122,8 +119,7 @@ void Denoiser::Impl::AdvanceFeedback() {
 }
 
 void Denoiser::Impl::RunFxaa() {
-  const bool sparse = samples_per_pixel < kWholeSample;
-  if (settings.fxaa == Fxaa::kOff || (settings.fxaa == Fxaa::kSparse && !sparse)) {
+  if (settings.fxaa == Fxaa::kOff || (settings.fxaa == Fxaa::kSparse && !IsSparse())) {
     return;
   }
   const StageTimer timer(&out->timings, "fxaa");
@@ -406,8 +402,8 @@ void Denoiser::Reset() {
 
 size_t Denoiser::Impl::WorkBytes() const {
   return taps.bytes() + light.bytes() + fetched.bytes() + merged.bytes() + filter[0].bytes() +
-         filter[1].bytes() + spread.bytes() + present.bytes() + limit.bytes() + scratch.bytes() +
-         picture.bytes() + sparse.bytes();
+         filter[1].bytes() + spread.bytes() + present.bytes() + grown.bytes() + limit.bytes() +
+         scratch.bytes() + picture.bytes() + sparse.bytes();
 }
 
 size_t Denoiser::memory_bytes() const {

@@ -27,6 +27,9 @@ inline bool BlendsFeedback(const Settings& s) {
          s.feedback_when == FeedbackWhen::kBlend;
 }
 
+/// Frames of one cycle add up to one sample per pixel but for rounding.
+inline constexpr float kWholeSample = 1.0f - 1e-4f;
+
 struct FutureLight::Impl {
   std::vector<SignalHistory> signals;
 };
@@ -45,6 +48,7 @@ struct Denoiser::Impl {
   FilterPlanes filter[2];
   Image1 spread;
   Image1 present;
+  Image1 grown;  ///< `present` of the next level; empty until there is a sparse frame
   Image1 limit;
   Image3 scratch;
   Image3 picture;
@@ -81,6 +85,8 @@ struct Denoiser::Impl {
   AlbedoSum Albedos(const SignalGroup& group) const;
   void AddSignal(const SignalGroup& group, const Image3& light_in, Image3* sum);
 
+  /// Whether the frame in progress has less than one sample per pixel.
+  bool IsSparse() const { return samples_per_pixel < kWholeSample; }
   bool Wants(const std::string& name) const {
     return std::find(outputs.begin(), outputs.end(), name) != outputs.end();
   }

@@ -48,6 +48,9 @@ EdgeStopping EdgesOf(const Settings& s) {
   return edges;
 }
 
+/// Samples that the 7x7 neighbourhood must have below one per pixel.
+constexpr float kLeastEvidence = 4.0f;
+
 /// Lengths are means of whole numbers with weights that sum to one but for rounding: a little less
 /// than the limit is no short history, or roundings would decide.
 float ShortHistoryLength(const Settings& s) {
@@ -225,7 +228,11 @@ void Denoiser::Impl::RunLevel(int level, float mean_luminance, const SignalHisto
   p.eaw_sigma_l = settings.eaw_sigma_l * mean_luminance * std::exp2f(static_cast<float>(-level));
   p.eaw_sigma_n = settings.eaw_sigma_n;
   p.eaw_sigma_z = settings.eaw_sigma_z;
+  p.grown = IsSparse() ? &grown : nullptr;
   stages->atrous(filter[source], spread, present, state.guides, p, &filter[source ^ 1]);
+  if (p.grown != nullptr) {
+    std::swap(present, grown);
+  }
 }
 
 void Denoiser::Impl::RunWavelet(const SignalGroup& group, SignalHistory* history) {
@@ -243,6 +250,10 @@ void Denoiser::Impl::RunWavelet(const SignalGroup& group, SignalHistory* history
     BlendFeedback(*history, feedback_phase, &filter[0].colour);
   } else {
     CopyImage(history->colour, &filter[0].colour);
+  }
+  if (IsSparse() && (grown.width() != state.width || grown.height() != state.height ||
+                     grown.border() != present.border())) {
+    grown = Image1(state.width, state.height, present.border());
   }
   const float mean = settings.wavelet == Wavelet::kEaw ? MeanLuminance(history->colour) : 1.0f;
   int source = 0;
@@ -351,6 +362,7 @@ void Denoiser::Impl::FilterSignal(const SignalGroup& group, SignalHistory* histo
     p.of_mean = settings.variance_of == VarianceOf::kMean;
     p.spatial = settings.short_history == ShortHistory::kSpatial;
     p.short_length = ShortHistoryLength(settings);
+    p.least_evidence = IsSparse() ? kLeastEvidence : 0.0f;
     p.boost = settings.short_history_boost;
     p.edges = EdgesOf(settings);
     stages->estimate_variance(*history, light.samples, state.guides, p, &filter[0].variance);

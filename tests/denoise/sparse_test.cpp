@@ -292,6 +292,32 @@ TEST(Sparse, NoGhostOfAnObjectThatLeft) {
   EXPECT_NEAR(trail, 0.2, 0.02);
 }
 
+TEST(Sparse, TheFirstFrameHasNeitherHolesNorDots) {
+  // One pixel of 32, each with noise as large as the light: what a level has filled must count in
+  // the next, and single samples must not stop at their own luminance.
+  for (const std::string_view preset : {"default", "psvgf"}) {
+    Denoiser d = MakeDenoiser(PresetSettings(preset).value());
+    Frame f = MakeWall(kWidth, kHeight);
+    FillImage<3>(&Light(&f, SignalKind::kDirectDiffuse), [&](int x, int y, int) {
+      return 2.0f * Random(11, static_cast<uint32_t>(x), static_cast<uint32_t>(y));
+    });
+    DenoisedFrame out;
+    ASSERT_TRUE(d.Denoise(MakeSparse(std::move(f), 32, true), &out).ok());
+    double sum = 0;
+    double sum2 = 0;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        EXPECT_GT(out.colour[0](x, y), 0.2f) << preset << " " << x << " " << y;
+        sum += out.colour[0](x, y);
+        sum2 += out.colour[0](x, y) * out.colour[0](x, y);
+      }
+    }
+    const double mean = sum / (kWidth * kHeight);
+    // A sample's deviation is 0.58 of the mean.
+    EXPECT_LT(std::sqrt(sum2 / (kWidth * kHeight) - mean * mean), 0.3 * mean) << preset;
+  }
+}
+
 /// Sum over frames of the mean squared change of the picture, at frames that end a cycle and
 /// others.
 struct Jumps {

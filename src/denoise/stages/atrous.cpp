@@ -156,6 +156,9 @@ void FilterRow(const FilterPlanes& in, const Image1& spread, const Image1& prese
                width);
     StoreInRow(d, hn::IfThenElse(filled, hn::Mul(sums.variance, hn::Mul(scale, scale)), variance_p),
                out->variance.Row(y), x, width);
+    if (p.grown != nullptr) {
+      StoreInRow(d, hn::IfThenElse(filled, one, present_p), p.grown->Row(y), x, width);
+    }
   }
 }
 

@@ -5,9 +5,9 @@
 /// Source: Dammertz et al. 2010; SVGF section 4.3, eqs. 2 to 5; PSVGF section 4.4. The kernel is
 /// the outer product of (1/4 1/2 1/4) or (1/16 1/4 3/8 1/4 1/16); taps lie `step` pixels apart.
 /// Variance: sum(h^2 w^2 Var) / (sum(h w))^2. Pixels without light are skipped as taps and filled
-/// as centres; pixels without a surface pass through. Border: step * radius. Departs: where PSVGF
-/// prints w^2 Var for the variance, the normalised form stands. Reads 48, writes 16 bytes per pixel
-/// (every tap again, from cache).
+/// as centres; they are taps of the levels after that. Pixels without a surface pass through.
+/// Border: step * radius. Departs: where PSVGF prints w^2 Var for the variance, the normalised form
+/// stands. Reads 48, writes 16 bytes per pixel (every tap again, from cache).
 #pragma once
 
 #include "denoise/planes.h"
@@ -38,6 +38,10 @@ struct AtrousParameters {
   float eaw_sigma_l = 1;  ///< in units of light; the caller halves it per level
   float eaw_sigma_n = 0.3f;
   float eaw_sigma_z = 0.05f;
+  /// Set to 1 where there is light after this level, else 0 (`present` of the next one); nullptr:
+  /// not wanted. Below one sample per pixel a level that forgot what the one before has filled
+  /// would show single samples as dots.
+  Image1* grown = nullptr;
 };
 
 /// \param spread   see prefilter_variance; read by kSvgf only

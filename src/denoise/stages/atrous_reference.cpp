@@ -78,6 +78,9 @@ void FilterPixel(const FilterPlanes& in, const Image1& spread, const Image1& pre
     out->colour[c](x, y) = filled ? sum[c] / sum_weight : in.colour[c](x, y);
   }
   out->variance(x, y) = filled ? sum_variance / (sum_weight * sum_weight) : in.variance(x, y);
+  if (p.grown != nullptr) {
+    (*p.grown)(x, y) = filled || centre_present ? 1.0f : 0.0f;
+  }
 }
 
 }  // namespace
@@ -97,6 +100,9 @@ void Atrous(const FilterPlanes& in, const Image1& spread, const Image1& present,
         out->colour[c](x, y) = in.colour[c](x, y);
       }
       out->variance(x, y) = in.variance(x, y);
+      if (p.grown != nullptr) {
+        (*p.grown)(x, y) = present(x, y);
+      }
     }
   }
 }

@@ -34,8 +34,9 @@ HWY_INLINE VF ShortHistoryBoost(VF length, float full, float boost) {
 
 /// Variance of single samples from the 7x7 neighbourhood on the same surface, about each pixel's
 /// mean.
-HWY_INLINE VF SpatialVariance(const SignalHistory& h, const GuidePlanes& g, const EdgeStopping& e,
-                              int x, int y) {
+HWY_INLINE VF SpatialVariance(const SignalHistory& h, const GuidePlanes& g,
+                              const EstimateVarianceParameters& p, int x, int y) {
+  const EdgeStopping& e = p.edges;
   const DF d;
   const VF zero = hn::Zero(d);
   const GuideCentre c = LoadGuideCentre(g, e, x, y);
@@ -70,7 +71,9 @@ HWY_INLINE VF SpatialVariance(const SignalHistory& h, const GuidePlanes& g, cons
   const VF scale = hn::Div(hn::Set(d, 1.0f), hn::IfThenElse(any, sum_weight, hn::Set(d, 1.0f)));
   const VF mean_d = hn::Mul(sum_d, scale);
   const VF variance = hn::NegMulAdd(mean_d, mean_d, hn::Mul(sum_d2, scale));
-  return hn::IfThenElseZero(any, hn::Max(variance, zero));
+  const VF estimate = hn::IfThenElseZero(any, hn::Max(variance, zero));
+  return hn::IfThenElse(hn::Lt(sum_weight, hn::Set(d, p.least_evidence)),
+                        hn::Set(d, kUnknownVariance), estimate);
 }
 
 void EstimateVarianceRows(const SignalHistory& history, const Image1& samples,
@@ -94,7 +97,7 @@ void EstimateVarianceRows(const SignalHistory& history, const Image1& samples,
       if (!hn::AllFalse(d, is_short)) {
         VF spatial = zero;
         if (p.spatial) {
-          spatial = hn::Mul(SpatialVariance(history, guides, p.edges, x, y),
+          spatial = hn::Mul(SpatialVariance(history, guides, p, x, y),
                             ShortHistoryBoost(length, p.short_length, p.boost));
           spatial = hn::Mul(spatial, p.of_mean ? weights2 : per_frame);
         }

@@ -13,10 +13,16 @@
 
 namespace stillray {
 
+/// So large that luminance stops nothing, so small that sums of it stay finite.
+inline constexpr float kUnknownVariance = 1e20f;
+
 struct EstimateVarianceParameters {
   bool of_mean = true;
   bool spatial = true;  ///< 7x7 estimate for short histories; else zero is left there
   float short_length = 4;
+  /// Sum of the weights of the 7x7 neighbourhood below which it says nothing: the variance is then
+  /// kUnknownVariance. A sample alone has no variance.
+  float least_evidence = 0;
   float boost = 1;  ///< estimates of short histories are raised by (short_length / length)^boost
   EdgeStopping edges;
 };

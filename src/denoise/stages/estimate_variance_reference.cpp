@@ -10,8 +10,9 @@ namespace {
 
 /// Variance of single samples from the 7x7 neighbourhood on the same surface, about this pixel's
 /// mean.
-float SpatialVariance(const SignalHistory& h, const GuidePlanes& g, const EdgeStopping& e, int x,
-                      int y) {
+float SpatialVariance(const SignalHistory& h, const GuidePlanes& g,
+                      const EstimateVarianceParameters& p, int x, int y) {
+  const EdgeStopping& e = p.edges;
   float sum_weight = 0;
   float sum_d = 0;
   float sum_d2 = 0;
@@ -40,6 +41,9 @@ float SpatialVariance(const SignalHistory& h, const GuidePlanes& g, const EdgeSt
       sum_d2 += w * (h.variance(qx, qy) + d * d);
     }
   }
+  if (sum_weight < p.least_evidence) {
+    return kUnknownVariance;
+  }
   if (!(sum_weight > 0)) {
     return 0;
   }
@@ -63,7 +67,7 @@ void EstimateVariance(const SignalHistory& history, const Image1& samples,
         result = p.of_mean ? VarianceOfMean(history.variance(x, y), weights2)
                            : history.variance(x, y) / max(samples(x, y), 1.0f);
       } else if (p.spatial) {
-        const float spatial = SpatialVariance(history, guides, p.edges, x, y) *
+        const float spatial = SpatialVariance(history, guides, p, x, y) *
                               ShortHistoryBoost(length, p.short_length, p.boost);
         result = spatial * (p.of_mean ? weights2 : 1.0f / max(samples(x, y), 1.0f));
       }
