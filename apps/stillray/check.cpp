@@ -18,6 +18,7 @@
 #include "denoise_inputs.h"
 #include "interrupt.h"
 #include "io/text.h"
+#include "json_output.h"
 #include "progress.h"
 #include "stillray/doctor.h"
 
@@ -150,8 +151,7 @@ Status RunCheck(const CheckArguments& a, bool* clean) {
     return Status::Ok();
   }
   const std::string json = ReportJson(*report, *files);
-  const std::string path = a.json_path == "-" ? "/dev/stdout" : a.json_path;
-  return WriteFileAtomically(path, json.data(), json.size());
+  return WriteJsonOutput(a.json_path, json);
 }
 
 constexpr const char* kExamples = R"(

@@ -14,6 +14,7 @@
 #include "denoise_options.h"
 #include "denoise_run.h"
 #include "interrupt.h"
+#include "settings_file.h"
 
 namespace stillray {
 namespace {
@@ -73,6 +74,10 @@ void AddDenoiseCommand(CLI::App& app, int* exit_code) {
   command->add_option("--preset", a->preset, fmt::format("{}", fmt::join(PresetNames(), ", ")))
       ->capture_default_str();
   command
+      ->add_option("--settings", a->settings_file,
+                   "A file of name=value lines, as the viewer saves them (docs/viewer.md)")
+      ->excludes("--preset");
+  command
       ->add_option("--set", a->set,
                    "A parameter of the denoiser as name=value (docs/parameters.md); repeatable. "
                    "antialias is off unless it is set here or the frames are jittered")
@@ -101,7 +106,13 @@ void AddDenoiseCommand(CLI::App& app, int* exit_code) {
       "--json", a->json_path,
       "Write settings, times and what was understood there (- for standard output)");
   command->callback([a, exit_code] {
-    const Status status = ParseAndRun(*a);
+    RenderLines for_renderers;
+    Status status = a->settings_file.empty() ? Status::Ok()
+                                             : SettingsFileAsOptions(a->settings_file, &a->preset,
+                                                                     &a->set, &for_renderers);
+    if (status.ok()) {
+      status = ParseAndRun(*a);
+    }
     *exit_code = status.ok() ? kExitOk : ReportError(status);
   });
 }

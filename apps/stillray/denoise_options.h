@@ -22,6 +22,7 @@ struct DenoiseArguments {
   std::string frames;
   AovOptions aovs;
   std::string preset = "default";
+  std::string settings_file;
   std::vector<std::string> set;
   std::string window = "past";
   int threads = 0;

@@ -20,6 +20,7 @@
 #include "denoise_log.h"
 #include "denoise_passes.h"
 #include "interrupt.h"
+#include "json_output.h"
 #include "progress.h"
 #include "resume.h"
 
@@ -450,14 +451,7 @@ Status DenoiseRun::WriteJson() const {
     return Status::Ok();
   }
   const std::string json = DenoiseLogJson(options_, layout_, settings_, log_, threads_);
-  if (options_.text.json_path != "-") {
-    return WriteFileAtomically(options_.text.json_path, json.data(), json.size());
-  }
-  // By name (/dev/stdout) a pipe could not be opened again.
-  if (std::fwrite(json.data(), 1, json.size(), stdout) != json.size() || std::fflush(stdout) != 0) {
-    return Status::Io("--json -: standard output could not be written");
-  }
-  return Status::Ok();
+  return WriteJsonOutput(options_.text.json_path, json);
 }
 
 void DenoiseRun::Summarise() const {

@@ -16,11 +16,13 @@
 
 #include "commands.h"
 #include "interrupt.h"
+#include "json_output.h"
 #include "progress.h"
 #include "render_files.h"
 #include "render_options.h"
 #include "resume.h"
 #include "run_log.h"
+#include "settings_file.h"
 #include "stillray/scene.h"
 
 namespace stillray {
@@ -319,8 +321,7 @@ Status RenderRun::WriteLog() const {
   if (options_.text.json_path.empty()) {
     return Status::Ok();
   }
-  const std::string copy = options_.text.json_path == "-" ? "/dev/stdout" : options_.text.json_path;
-  return WriteFileAtomically(copy, json.data(), json.size());
+  return WriteJsonOutput(options_.text.json_path, json);
 }
 
 void RenderRun::Summarise() const {
@@ -402,6 +403,26 @@ Status RunRender(const RenderArguments& arguments) {
   return run.Run();
 }
 
+/// What the settings file says, where the command line does not say it itself.
+Status TakeSettingsFile(const CLI::App& command, RenderArguments* a) {
+  if (a->settings_file.empty()) {
+    return Status::Ok();
+  }
+  RenderLines lines;
+  STILLRAY_RETURN_IF_ERROR(SettingsFileAsOptions(a->settings_file, &a->preset, &a->set, &lines));
+  const auto take = [&](const char* option, const auto& line, auto* value) {
+    if (line.has_value() && command.count(option) == 0) {
+      *value = *line;
+    }
+  };
+  take("--spp", lines.spp, &a->spp);
+  take("--guides", lines.guides, &a->guides);
+  take("--bounces", lines.bounces, &a->bounces);
+  take("--sampler", lines.sampler, &a->sampler);
+  take("--regularise", lines.regularise, &a->regularise);
+  return Status::Ok();
+}
+
 constexpr const char* kExamples = R"(
 Frame N shows the animation at (N - 1) / fps seconds. DIR gets denoised.####.exr/png,
 noisy.####.exr/png, with --reference reference.####.exr/png, denoised.mp4 and render.json.
@@ -462,6 +483,10 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
                    fmt::format("Denoiser: {}", fmt::join(PresetNames(), ", ")))
       ->capture_default_str();
   command
+      ->add_option("--settings", a->settings_file,
+                   "A file of name=value lines, as the viewer saves them (docs/viewer.md)")
+      ->excludes("--preset");
+  command
       ->add_option("--set", a->set,
                    "A parameter of the denoiser as name=value (docs/parameters.md); repeatable")
       ->allow_extra_args(false)
@@ -485,9 +510,12 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
   command->add_flag("--timings", a->timings, "Print milliseconds per stage, and memory");
   command->add_option("--json", a->json_path,
                       "Write settings, times and memory there too (- for standard output)");
-  command->callback([a, format, exit_code] {
+  command->callback([a, format, command, exit_code] {
     a->formats_given = format->count() > 0;
-    const Status status = RunRender(*a);
+    Status status = TakeSettingsFile(*command, a.get());
+    if (status.ok()) {
+      status = RunRender(*a);
+    }
     *exit_code = status.ok() ? kExitOk : ReportError(status);
   });
 }

@@ -54,7 +54,8 @@ Status WritePicture(const RenderOptions& options, const std::string& view, int64
   Rgb8Image picture;
   picture.width = colour.width();
   picture.height = colour.height();
-  picture.pixels = ToDisplay(colour, options.denoise.exposure, options.denoise.tonemap);
+  picture.pixels = ToDisplay(colour, options.denoise.exposure, options.denoise.tonemap,
+                             options.denoise.dither, frame);
   Status status;
   if (options.png) {
     status = WritePng(FrameFileName(ViewPattern(options.text.folder, view, "png"), frame), picture);

@@ -28,6 +28,7 @@ struct RenderArguments {
   std::string guides = "full";
   int bounces = 4;
   std::string preset = "default";
+  std::string settings_file;
   std::vector<std::string> set;
   uint64_t seed = 0;
   std::string sampler = "sobol";

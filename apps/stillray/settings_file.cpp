@@ -111,6 +111,23 @@ void AppendRenderLines(const RenderLines& render, std::string* text) {
   }
 }
 
+/// "name=value" of every parameter that differs from the preset.
+Result<std::vector<std::string>> ChangesOf(const SettingsFile& settings) {
+  const Result<Settings> preset = PresetSettings(settings.preset);
+  if (!preset.ok()) {
+    return preset.status();
+  }
+  STILLRAY_RETURN_IF_ERROR(ValidateSettings(settings.denoise));
+  std::vector<std::string> changes;
+  for (const Parameter& p : Parameters()) {
+    const std::string value = GetParameter(settings.denoise, p.name).value();
+    if (value != GetParameter(preset.value(), p.name).value()) {
+      changes.push_back(fmt::format("{}={}", p.name, value));
+    }
+  }
+  return changes;
+}
+
 }  // namespace
 
 Result<SettingsFile> ParseSettingsFile(std::string_view text, const std::string& name) {
@@ -141,18 +158,30 @@ Result<SettingsFile> ReadSettingsFile(const std::string& path) {
   return text.ok() ? ParseSettingsFile(text.value(), path) : Result<SettingsFile>(text.status());
 }
 
-Result<std::string> FormatSettingsFile(const SettingsFile& settings) {
-  const Result<Settings> preset = PresetSettings(settings.preset);
-  if (!preset.ok()) {
-    return preset.status();
+Status SettingsFileAsOptions(const std::string& path, std::string* preset,
+                             std::vector<std::string>* set, RenderLines* render) {
+  const Result<SettingsFile> file = ReadSettingsFile(path);
+  if (!file.ok()) {
+    return Status(file.status().code(), "--settings: " + file.status().message());
   }
-  STILLRAY_RETURN_IF_ERROR(ValidateSettings(settings.denoise));
+  const Result<std::vector<std::string>> changes = ChangesOf(file.value());
+  if (!changes.ok()) {
+    return changes.status();
+  }
+  *preset = file->preset;
+  set->insert(set->begin(), changes->begin(), changes->end());
+  *render = file->render;
+  return Status::Ok();
+}
+
+Result<std::string> FormatSettingsFile(const SettingsFile& settings) {
+  const Result<std::vector<std::string>> changes = ChangesOf(settings);
+  if (!changes.ok()) {
+    return changes.status();
+  }
   std::string text = fmt::format("# stillray settings\npreset={}\n", settings.preset);
-  for (const Parameter& p : Parameters()) {
-    const std::string value = GetParameter(settings.denoise, p.name).value();
-    if (value != GetParameter(preset.value(), p.name).value()) {
-      text += fmt::format("{}={}\n", p.name, value);
-    }
+  for (const std::string& line : changes.value()) {
+    text += line + "\n";
   }
   AppendRenderLines(settings.render, &text);
   return text;

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "stillray/denoise.hpp"
 
@@ -34,6 +35,11 @@ struct SettingsFile {
 Result<SettingsFile> ReadSettingsFile(const std::string& path);
 /// The same from memory; `name` stands for the path in messages. Safe on any bytes.
 Result<SettingsFile> ParseSettingsFile(std::string_view text, const std::string& name);
+
+/// A settings file as the options that say the same: the preset, and what it changes of it, put
+/// before what is in `set`. Errors as ReadSettingsFile.
+Status SettingsFileAsOptions(const std::string& path, std::string* preset,
+                             std::vector<std::string>* set, RenderLines* render);
 
 /// Text that reads back to the same settings: the preset, and what differs from it.
 /// \return kInvalidArgument if there is no such preset or the settings are not valid

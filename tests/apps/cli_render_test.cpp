@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <set>
 #include <string>
 #include <thread>
@@ -191,6 +192,43 @@ TEST(CliRender, FractionsAndDecimalsAreTheSame) {
   const ProgramRun resumed = RunProgram(Render(folder / "a", again));
   EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
   EXPECT_THAT(resumed.errors, HasSubstr("all frames are there already"));
+}
+
+TEST(CliRender, ASettingsFileSaysWhatOptionsSay) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "look.txt") << "# saved by the viewer\npreset=psvgf\nsigma_n=32\n"
+                                     << "render.spp=1/4\nrender.guides=sparse\nrender.bounces=2\n";
+  const std::string out = folder / "file";
+  const ProgramRun from_file = RunProgram(
+      Render(out, {"--frames", "1-3", "--format", "exr", "--settings", folder / "look.txt"}));
+  ASSERT_EQ(from_file.exit_code, 0) << from_file.errors;
+  ASSERT_EQ(RunProgram(Render(folder / "options", {"--frames", "1-3", "--format", "exr", "--preset",
+                                                   "psvgf", "--set", "sigma_n=32", "--spp", "1/4",
+                                                   "--guides", "sparse", "--bounces", "2"}))
+                .exit_code,
+            0);
+  EXPECT_THAT(Differences(out, folder / "options", ".exr"), ::testing::IsEmpty());
+  // What the command line says goes first.
+  ASSERT_EQ(RunProgram(Render(folder / "own", {"--frames", "1-3", "--format", "exr", "--settings",
+                                               folder / "look.txt", "--bounces", "3"}))
+                .exit_code,
+            0);
+  EXPECT_THAT(Differences(out, folder / "own", ".exr"), ::testing::Not(::testing::IsEmpty()));
+  const ProgramRun none =
+      RunProgram(Render(folder / "none", {"--settings", folder / "missing.txt"}));
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_THAT(none.errors, HasSubstr("--settings: "));
+  const ProgramRun both =
+      RunProgram(Render(folder / "both", {"--settings", folder / "look.txt", "--preset", "svgf"}));
+  EXPECT_EQ(both.exit_code, 2);
+}
+
+TEST(CliRender, JsonGoesToAPipe) {
+  const TemporaryFolder folder;
+  const ProgramRun run =
+      RunProgram(Render(folder / "out", {"--frames", "1-1", "--format", "exr", "--json", "-"}));
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_NE(run.output.find("\"parameters\""), std::string::npos);
 }
 
 /// Starts a run, waits until some frames are there, and sends it `signal_number`.

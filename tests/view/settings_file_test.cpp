@@ -17,7 +17,7 @@ TEST(SettingsFile, EveryPresetComesBack) {
     file.preset = std::string(name);
     file.denoise = PresetSettings(name).value();
     ASSERT_TRUE(SetParameter(&file.denoise, "sigma_l", "3.14159274").ok());
-    ASSERT_TRUE(SetParameter(&file.denoise, "steps", "1,3,9").ok());
+    ASSERT_TRUE(SetParameter(&file.denoise, "steps", "1,3,9,27,5").ok());
     const std::string text = FormatSettingsFile(file).value();
     const SettingsFile back = ParseSettingsFile(text, "text").value();
     EXPECT_EQ(back.preset, name);

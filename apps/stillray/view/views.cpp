@@ -332,7 +332,8 @@ Rgb8Image ViewPicture(const ViewInfo& view, const ViewSources& sources) {
   const Settings& settings = *sources.settings;
   const bool absent = layer.planes.empty() && layer.ids == nullptr && !layer.ones;
   if (!absent && view.colouring == Colouring::kLight) {
-    picture.pixels = ToDisplay(AsColour(layer), settings.exposure, settings.tonemap);
+    picture.pixels = ToDisplay(AsColour(layer), settings.exposure, settings.tonemap,
+                               settings.dither, sources.frame->index);
     return picture;
   }
   picture.pixels.resize(static_cast<size_t>(picture.width) * picture.height * 3, kAbsent);

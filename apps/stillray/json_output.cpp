@@ -1,0 +1,22 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "json_output.h"
+
+#include <cstdio>
+
+#include "stillray/io.h"
+
+namespace stillray {
+
+Status WriteJsonOutput(const std::string& path, const std::string& json) {
+  if (path != "-") {
+    return WriteFileAtomically(path, json.data(), json.size());
+  }
+  // By name (/dev/stdout) a pipe could not be opened again.
+  if (std::fwrite(json.data(), 1, json.size(), stdout) != json.size() || std::fflush(stdout) != 0) {
+    return Status::Io("--json -: standard output could not be written");
+  }
+  return Status::Ok();
+}
+
+}  // namespace stillray
