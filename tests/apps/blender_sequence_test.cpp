@@ -3,6 +3,7 @@
 
 // stillray denoise on a sequence that Blender rendered, against converged frames.
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
@@ -72,6 +73,130 @@ TEST(BlenderSequence, SvgfIsThePublishedFilter) {
   EXPECT_NEAR(quality.psnr, 36.3, 0.3);
   EXPECT_GE(quality.darkest, 0.96);
   EXPECT_LE(quality.brightest, 1.02);
+}
+
+/// Diffuse light without the colour of surfaces, under l / (1 + l), and what tells surfaces apart.
+struct DiffuseLight {
+  Image3 light;
+  Image1 depth;
+  Image1 id;
+  Image2 motion;
+};
+
+const Image1* Layer(const ExrImage& image, const std::string& name) {
+  const auto* channel = image.Find("ViewLayer." + name);
+  return channel == nullptr ? nullptr : &channel->values;
+}
+
+bool ReadDiffuseLight(const std::string& path, DiffuseLight* out) {
+  const Result<ExrImage> image = ReadExr(path);
+  if (!image.ok()) {
+    return false;
+  }
+  out->light = Image3(image->width, image->height);
+  for (int c = 0; c < 3; ++c) {
+    const std::string channel(1, "RGB"[c]);
+    const Image1* direct = Layer(*image, "DiffDir." + channel);
+    const Image1* indirect = Layer(*image, "DiffInd." + channel);
+    if (direct == nullptr || indirect == nullptr) {
+      return false;
+    }
+    for (int y = 0; y < image->height; ++y) {
+      for (int x = 0; x < image->width; ++x) {
+        const float l = (*direct)(x, y) + (*indirect)(x, y);
+        out->light[c](x, y) = l / (1 + l);
+      }
+    }
+  }
+  const Image1* depth = Layer(*image, "Depth.Z");
+  const Image1* id = Layer(*image, "IndexOB.X");
+  const Image1* mx = Layer(*image, "Vector.X");
+  const Image1* my = Layer(*image, "Vector.Y");
+  if (depth == nullptr || id == nullptr || mx == nullptr || my == nullptr) {
+    return false;
+  }
+  out->depth = *depth;
+  out->id = *id;
+  out->motion[0] = *mx;
+  out->motion[1] = *my;
+  return true;
+}
+
+/// Mean change of the light from frame to frame along the motion, where all four pixels around the
+/// place in the frame before show the same surface.
+double MeanChange(const DiffuseLight& before, const DiffuseLight& now) {
+  double sum = 0;
+  int64_t count = 0;
+  for (int y = 0; y < now.depth.height(); ++y) {
+    for (int x = 0; x < now.depth.width(); ++x) {
+      const float px = static_cast<float>(x) + now.motion[0](x, y);
+      const float py = static_cast<float>(y) - now.motion[1](x, y);  // Blender counts y upward
+      const int qx = static_cast<int>(std::floor(px));
+      const int qy = static_cast<int>(std::floor(py));
+      if (qx < 0 || qy < 0 || qx + 1 >= now.depth.width() || qy + 1 >= now.depth.height() ||
+          now.depth(x, y) > 1e9f) {
+        continue;
+      }
+      float weight[4];
+      bool same = true;
+      for (int i = 0; i < 4; ++i) {
+        const int ox = i & 1;
+        const int oy = i >> 1;
+        const float u = px - static_cast<float>(qx);
+        const float v = py - static_cast<float>(qy);
+        weight[i] = (ox == 1 ? u : 1 - u) * (oy == 1 ? v : 1 - v);
+        same = same && before.id(qx + ox, qy + oy) == now.id(x, y) &&
+               std::abs(before.depth(qx + ox, qy + oy) - now.depth(x, y)) < 0.05f * now.depth(x, y);
+      }
+      for (int c = 0; same && c < 3; ++c) {
+        float there = 0;
+        for (int i = 0; i < 4; ++i) {
+          there += weight[i] * before.light[c](qx + (i & 1), qy + (i >> 1));
+        }
+        sum += std::abs(now.light[c](x, y) - there);
+        ++count;
+      }
+    }
+  }
+  return sum / static_cast<double>(count);
+}
+
+/// Over frames 9 to 24. \return false if files are missing
+bool MeasureFlicker(const std::string& pattern, double* flicker) {
+  DiffuseLight before;
+  *flicker = 0;
+  for (int frame = 8; frame <= 24; ++frame) {
+    DiffuseLight now;
+    if (!ReadDiffuseLight(FrameFileName(pattern, frame), &now)) {
+      return false;
+    }
+    if (frame > 8) {
+      *flicker += MeanChange(before, now) / 16;
+    }
+    before = std::move(now);
+  }
+  return true;
+}
+
+TEST(BlenderSequence, FlickerIsGone) {
+  const std::string folder = SequenceFolder();
+  if (!std::filesystem::exists(folder)) {
+    GTEST_SKIP() << folder
+                 << " does not exist; STILLRAY_TEST_DATA names the folder with sequences/";
+  }
+  double noisy = 0;
+  ASSERT_TRUE(MeasureFlicker(folder + "/frame_####.exr", &noisy));
+  EXPECT_GT(noisy, 0.05);
+  for (const char* window : {"past", "both"}) {
+    const TemporaryFolder out;
+    const ProgramRun run = RunProgram({"denoise", folder + "/frame_####.exr", "-o",
+                                       out / "out.####.exr", "--passes", "--window", window});
+    ASSERT_EQ(run.exit_code, 0) << run.errors;
+    double flicker = 0;
+    ASSERT_TRUE(MeasureFlicker(out / "out.####.exr", &flicker));
+    EXPECT_LT(flicker, 4e-3) << window;
+    RecordProperty(std::string("flicker_") + window, std::to_string(flicker));
+  }
 }
 
 }  // namespace

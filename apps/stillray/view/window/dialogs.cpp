@@ -35,8 +35,7 @@ DialogText TextOf(Dialog dialog) {
     case Dialog::kLoadSettings:
       return {"Load settings", "A file of name=value lines", "stillray.settings"};
     case Dialog::kSaveSettings:
-      return {"Save settings", "A file of name=value lines, for --settings",
-              "stillray.settings"};
+      return {"Save settings", "A file of name=value lines, for --settings", "stillray.settings"};
     case Dialog::kNone:
       break;
   }
