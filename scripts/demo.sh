@@ -15,7 +15,7 @@ cmake --build build --target stillray
 
 stillray=build/apps/stillray/stillray
 "$stillray" render builtin:cornell -o "$out" --size 640x360 --frames 1-60 --aov temporal \
-  --reference 512 --reference-frames 59-60 --timings
+  --reference 256 --reference-frames 59-60 --timings
 "$stillray" compare "$out/denoised.####.exr" "$out/reference.####.exr"
 "$stillray" report "$out"
 
