@@ -16,6 +16,7 @@
 #include <tbb/parallel_for.h>
 #include <nlohmann/json.hpp>
 
+#include "bench_tracer.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "progress.h"
@@ -117,29 +118,6 @@ class MinimalCopy {
   std::vector<char> to_;
 };
 
-struct RayRates {
-  std::vector<double> primary, bounce, shadow, frame_ms;
-  std::vector<Times> phases;  ///< of a frame, added up over threads
-};
-
-void RecordRays(const RenderTimings& t, double frame_ms, RayRates* rates) {
-  const auto add = [](uint64_t rays, double ms, std::vector<double>* to) {
-    if (rays > 0 && ms > 0) {
-      to->push_back(static_cast<double>(rays) / ms / 1e3);
-    }
-  };
-  add(t.primary_rays, t.primary_ms, &rates->primary);
-  add(t.bounce_rays, t.bounce_ms, &rates->bounce);
-  add(t.shadow_rays, t.shadow_ms, &rates->shadow);
-  rates->frame_ms.push_back(frame_ms);
-  const std::pair<const char*, double> phases[] = {
-      {"update", t.update_ms}, {"clear", t.clear_ms},   {"primary", t.primary_ms},
-      {"bounce", t.bounce_ms}, {"shadow", t.shadow_ms}, {"shade", t.shade_ms}};
-  for (const auto& [name, ms] : phases) {
-    Find(&rates->phases, name).ms.push_back(ms);
-  }
-}
-
 class Bench {
  public:
   Bench(const BenchArguments& arguments, RenderOptions options, int threads)
@@ -159,7 +137,7 @@ class Bench {
   std::vector<Subject> subjects_;
   Times copy_ = {"copy", {}};
   size_t copy_bytes_ = 0;
-  RayRates rays_;
+  TracerBench tracer_;
 };
 
 Status Bench::AddSubjects() {
@@ -176,6 +154,9 @@ Status Bench::AddSubjects() {
     return Status::Ok();
   };
   for (const std::string& preset : arguments_.presets) {
+    if (preset == "none") {
+      continue;
+    }
     STILLRAY_RETURN_IF_ERROR(add(preset, Backend::kCpu, preset));
     if (arguments_.reference) {
       STILLRAY_RETURN_IF_ERROR(add(preset, Backend::kReference, preset + ", scalar"));
@@ -201,7 +182,8 @@ Status Bench::Measure(Renderer* renderer) {
     const double frame_ms = Milliseconds(start);
     const bool record = i > kWarmUp;
     if (record) {
-      RecordRays(renderer->timings(), frame_ms, &rays_);
+      tracer_.AddFrame(renderer->timings(), frame_ms);
+      tracer_.RunBare();
     }
     if (!copy) {
       copy = std::make_unique<MinimalCopy>(frame);
@@ -216,11 +198,6 @@ Status Bench::Measure(Renderer* renderer) {
     progress.Update(i, fmt::format("frame {}", i));
   }
   return Status::Ok();
-}
-
-double MedianOf(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values.empty() ? 0 : values[values.size() / 2];
 }
 
 std::string Bench::Table() const {
@@ -240,16 +217,7 @@ std::string Bench::Table() const {
   }
   text += fmt::format("copy of {:.1f} MB: {:.2f} ms (min {:.2f})\n",
                       static_cast<double>(copy_bytes_) / 2e6, copy_.Median(), copy_.Min());
-  text += fmt::format(
-      "tracing, median: {:.1f} ms per frame; million rays per second and thread: "
-      "primary {:.2f}, bounce {:.2f}, shadow {:.2f}\n",
-      MedianOf(rays_.frame_ms), MedianOf(rays_.primary), MedianOf(rays_.bounce),
-      MedianOf(rays_.shadow));
-  text += "tracing, median ms of all threads together:";
-  for (const Times& phase : rays_.phases) {
-    text += fmt::format(" {} {:.2f}", phase.name, phase.Median());
-  }
-  return text + "\n";
+  return text + tracer_.Table();
 }
 
 std::string Bench::Json() const {
@@ -262,10 +230,6 @@ std::string Bench::Json() const {
     }
     subjects.push_back({{"name", subject.name}, {"stages", stages}, {"bytes", subject.bytes}});
   }
-  Json phases = Json::object();
-  for (const Times& phase : rays_.phases) {
-    phases[phase.name] = {{"min_ms", phase.Min()}, {"median_ms", phase.Median()}};
-  }
   const Json json = {{"stillray", STILLRAY_VERSION},
                      {"scene", options_.text.scene},
                      {"width", options_.render.width},
@@ -277,12 +241,7 @@ std::string Bench::Json() const {
                      {"repeats", arguments_.repeats},
                      {"denoisers", subjects},
                      {"copy", {{"bytes", copy_bytes_ / 2}, {"median_ms", copy_.Median()}}},
-                     {"tracing",
-                      {{"frame_ms", MedianOf(rays_.frame_ms)},
-                       {"phases_of_all_threads", phases},
-                       {"primary_mrays_per_s_and_thread", MedianOf(rays_.primary)},
-                       {"bounce_mrays_per_s_and_thread", MedianOf(rays_.bounce)},
-                       {"shadow_mrays_per_s_and_thread", MedianOf(rays_.shadow)}}}};
+                     {"tracing", tracer_.Json()}};
   return json.dump(1) + "\n";
 }
 
@@ -296,6 +255,11 @@ Status Bench::Run() {
   if (!renderer.ok()) {
     return renderer.status();
   }
+  RenderMoment moment;
+  moment.frame_index = 1;
+  moment.seconds = options_.Seconds(1);
+  moment.previous_seconds = options_.PreviousSeconds(1);
+  STILLRAY_RETURN_IF_ERROR(tracer_.Prepare(*scene, options_.render, moment));
   STILLRAY_RETURN_IF_ERROR(Measure(renderer->get()));
   fmt::print("{}", Table());
   if (arguments_.json_path.empty()) {
@@ -322,11 +286,14 @@ constexpr const char* kExamples = R"(
 Frames are rendered one by one and each is given to every denoiser in turn, so that a slow moment of
 the machine meets all of them alike. "x copy" is the median over that of a copy of the least bytes
 that any filter must read and write, measured in the same run.
+"Embree": what the fastest of its calls makes of the rays of the first frame, in the same order, in
+a loop that does nothing else; least times of the same run.
 
 Examples:
   stillray bench
   stillray bench --size 1920x1080 --preset svgf --repeats 21 --json bench.json
   stillray bench --scene kitchen.glb --threads 1
+  stillray bench --preset none                the path tracer alone
   stillray bench --size 1366x690 --spp 1/128 --guides sparse --bounces 4
   stillray bench --size 320x180 --scalar      beside the scalar reference
 )";
@@ -355,7 +322,7 @@ void AddBenchCommand(CLI::App& app, int* exit_code) {
       ->capture_default_str();
   command->add_option("--bounces", a->render.bounces, "Bounces of the path tracer")
       ->capture_default_str();
-  command->add_option("--preset", a->presets, "Presets to measure: a list")
+  command->add_option("--preset", a->presets, "Presets to measure: a list, or none")
       ->delimiter(',')
       ->take_all()
       ->capture_default_str();

@@ -136,7 +136,7 @@ class PathTracer final : public Renderer {
         lights_(state_),
         filter_(state_) {}
 
-  Status Build();
+  Status Build(RayLogs* logs);
   Status SetSettings(const RenderSettings& settings) override;
   const RenderSettings& settings() const override { return settings_; }
   Status RenderFrame(const RenderMoment& moment, Frame* frame,
@@ -180,14 +180,14 @@ class PathTracer final : public Renderer {
   tbb::enumerable_thread_specific<std::unique_ptr<TileScratch>> scratch_;
 };
 
-Status PathTracer::Build() {
+Status PathTracer::Build(RayLogs* logs) {
   state_.Update(0.0, 0.0);
   Result<std::unique_ptr<Accel>> accel = Accel::Create(state_.scene(), DescribeInstances(state_),
                                                        state_.InstanceTransforms(), filter_);
   if (!accel.ok()) {
     return accel.status();
   }
-  accel_ = std::move(*accel);
+  accel_ = logs == nullptr ? std::move(*accel) : MakeRecordingAccel(std::move(*accel), logs);
   lights_.Update(true);
   return Status::Ok();
 }
@@ -444,12 +444,12 @@ Status PathTracer::RenderReference(const RenderMoment& moment, int spp, Image3* 
 }  // namespace
 
 Result<std::unique_ptr<Renderer>> CreateRenderer(const Scene& scene, const RenderSettings& settings,
-                                                 LightStrategy strategy) {
+                                                 LightStrategy strategy, RayLogs* logs) {
   STILLRAY_RETURN_IF_ERROR(CheckSettings(settings));
   STILLRAY_RETURN_IF_ERROR(CheckScene(scene));
   try {
     auto renderer = std::make_unique<PathTracer>(scene, settings, strategy);
-    STILLRAY_RETURN_IF_ERROR(renderer->Build());
+    STILLRAY_RETURN_IF_ERROR(renderer->Build(logs));
     return std::unique_ptr<Renderer>(std::move(renderer));
   } catch (const std::bad_alloc&) {
     return Status::OutOfMemory("preparing the scene: out of memory");

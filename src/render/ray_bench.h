@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What limits the tracer: the rays of one of its frames, traced again by nothing but Embree.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+
+#include "stillray/render.h"
+
+namespace stillray::render {
+
+enum class RayPhase : uint8_t { kPrimary, kBounce, kShadow };
+inline constexpr int kRayPhaseCount = 3;
+const char* RayPhaseName(RayPhase phase);
+
+/// Ways to hand rays to Embree.
+enum class RayCall : uint8_t { kSingle, kPacket4, kPacket8, kPacket16, kStream };
+inline constexpr int kRayCallCount = 5;
+const char* RayCallName(RayCall call);
+
+/// The time that a loop over rays took, added up over its threads, and what it found.
+struct RayRun {
+  double thread_ms = 0;
+  uint64_t rays = 0;
+  uint64_t hits = 0;
+
+  /// Million rays per second and thread.
+  double Rate() const { return thread_ms > 0 ? static_cast<double>(rays) / thread_ms * 1e-3 : 0; }
+};
+
+/// The rays of one frame in the order in which they were traced, and loops that do nothing with
+/// them but to call Embree: load a packet, trace it, add up what came out. Their BVH is one flat
+/// one of all triangles where they stand at that moment, without filters, at the tracer's quality.
+class RayBench {
+ public:
+  /// Renders the frame once, on one thread, to record its rays.
+  static Result<std::unique_ptr<RayBench>> Record(const Scene& scene,
+                                                  const RenderSettings& settings,
+                                                  const RenderMoment& moment);
+  virtual ~RayBench() = default;
+
+  virtual uint64_t ray_count(RayPhase phase) const = 0;
+  /// Traces all rays of the phase once, on all threads of the pool.
+  virtual RayRun Run(RayPhase phase, RayCall call) const = 0;
+};
+
+}  // namespace stillray::render

@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Keeps what passes through an Accel.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "render/accel.h"
+#include "render/ray_bench.h"
+
+namespace stillray::render {
+
+/// Rays of one phase, batch after batch.
+struct RayLog {
+  struct Batch {
+    size_t first = 0;
+    int count = 0;
+  };
+  std::vector<Batch> batches;
+  /// Origin x, y, z, direction x, y, z, end: of all rays, with room for a packet behind the last.
+  std::array<std::vector<float>, 7> values;
+
+  size_t count() const { return batches.empty() ? 0 : batches.back().first + batches.back().count; }
+};
+
+using RayLogs = std::array<RayLog, kRayPhaseCount>;
+
+/// An Accel that hands everything on to `inner` and keeps the rays in `logs`, which must outlive
+/// it. For one thread at a time.
+std::unique_ptr<Accel> MakeRecordingAccel(std::unique_ptr<Accel> inner, RayLogs* logs);
+
+}  // namespace stillray::render
