@@ -64,6 +64,19 @@ struct Packet<16> {
   static constexpr auto kOccluded = rtcOccluded16;
 };
 
+// What is the same in all rays, and what Embree leaves as it is: written once for many packets.
+template <int kWidth>
+void PrepareRays(typename Packet<kWidth>::Ray* packet, int* valid) {
+  for (int i = 0; i < kWidth; ++i) {
+    valid[i] = -1;
+    packet->tnear[i] = 0.0f;
+    packet->time[i] = 0.0f;
+    packet->mask[i] = ~0u;
+    packet->id[i] = 0;
+    packet->flags[i] = 0;
+  }
+}
+
 // Fills the packet with rays first, first + 1, ... Lanes beyond the batch are off.
 template <int kWidth>
 void LoadRays(const RayBatch& rays, int first, typename Packet<kWidth>::Ray* packet, int* valid) {
@@ -75,13 +88,10 @@ void LoadRays(const RayBatch& rays, int first, typename Packet<kWidth>::Ray* pac
   std::memcpy(packet->dir_y, rays.direction_y + first, kBytes);
   std::memcpy(packet->dir_z, rays.direction_z + first, kBytes);
   std::memcpy(packet->tfar, rays.end + first, kBytes);
-  for (int i = 0; i < kWidth; ++i) {
-    valid[i] = first + i < rays.count ? -1 : 0;
-    packet->tnear[i] = 0.0f;
-    packet->time[i] = 0.0f;
-    packet->mask[i] = ~0u;
-    packet->id[i] = static_cast<unsigned>(first + i);
-    packet->flags[i] = 0;
+  if (first + kWidth > rays.count) {
+    for (int i = 0; i < kWidth; ++i) {
+      valid[i] = first + i < rays.count ? -1 : 0;
+    }
   }
 }
 
@@ -91,9 +101,10 @@ void IntersectBatch(RTCScene scene, const RayBatch& rays, RTCIntersectContextFla
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags = flags;
+  typename Packet<kWidth>::RayHit packet;
+  alignas(64) int valid[kWidth];
+  PrepareRays<kWidth>(&packet.ray, valid);
   for (int first = 0; first < rays.count; first += kWidth) {
-    typename Packet<kWidth>::RayHit packet;
-    alignas(64) int valid[kWidth];
     LoadRays<kWidth>(rays, first, &packet.ray, valid);
     for (int i = 0; i < kWidth; ++i) {
       packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
@@ -116,10 +127,14 @@ void IntersectBatch(RTCScene scene, const RayBatch& rays, RTCIntersectContextFla
 
 template <int kWidth>
 void OccludedBatch(RTCScene scene, const RayBatch& rays, ShadowContext* context) {
+  typename Packet<kWidth>::Ray packet;
+  alignas(64) int valid[kWidth];
+  PrepareRays<kWidth>(&packet, valid);
   for (int first = 0; first < rays.count; first += kWidth) {
-    typename Packet<kWidth>::Ray packet;
-    alignas(64) int valid[kWidth];
     LoadRays<kWidth>(rays, first, &packet, valid);
+    for (int i = 0; i < kWidth; ++i) {
+      packet.id[i] = static_cast<unsigned>(first + i);  // for the filter
+    }
     Packet<kWidth>::kOccluded(valid, scene, &context->base, &packet);
     for (int i = 0; i < kWidth && first + i < rays.count; ++i) {
       if (packet.tfar[i] < 0) {  // Embree's sign for "occluded"
@@ -156,6 +171,19 @@ void FilterShadows(const RTCFilterFunctionNArguments* arguments) {
   }
 }
 
+// Scenes of at most so many triangles lie in one flat BVH also where they move: it is rebuilt per
+// frame in less time than the rays would spend on entering and leaving instances.
+constexpr size_t kMaxRebuilt = 4096;
+
+void PlaceVertices(const Mesh& mesh, const mat4& transform, float* vertices) {
+  for (size_t i = 0; i < mesh.positions.size(); ++i) {
+    const vec3 p = vec3(transform * vec4(mesh.positions[i], 1.0f));
+    vertices[3 * i] = p.x;
+    vertices[3 * i + 1] = p.y;
+    vertices[3 * i + 2] = p.z;
+  }
+}
+
 // Gives the geometry a mesh's triangles, with `transform` applied.
 bool FillGeometry(RTCGeometry geometry, const Mesh& mesh, const mat4& transform) {
   auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
@@ -167,12 +195,7 @@ bool FillGeometry(RTCGeometry geometry, const Mesh& mesh, const mat4& transform)
   if (vertices == nullptr || indices == nullptr) {
     return false;
   }
-  for (size_t i = 0; i < mesh.positions.size(); ++i) {
-    const vec3 p = vec3(transform * vec4(mesh.positions[i], 1.0f));
-    vertices[3 * i] = p.x;
-    vertices[3 * i + 1] = p.y;
-    vertices[3 * i + 2] = p.z;
-  }
+  PlaceVertices(mesh, transform, vertices);
   std::memcpy(indices, mesh.indices.data(), mesh.indices.size() / 3 * 3 * sizeof(uint32_t));
   return true;
 }
@@ -205,6 +228,7 @@ class EmbreeAccel final : public Accel {
   Status BuildStatic(const Scene& scene, const std::vector<AccelInstance>& instances,
                      const std::vector<mat4>& transforms);
   Status BuildMoving(const Scene& scene, const std::vector<AccelInstance>& instances);
+  void UpdateFlat(const std::vector<mat4>& transforms);
   SceneHandle NewScene(RTCBuildQuality quality, RTCSceneFlags flags);
   Status AddMesh(RTCScene target, const Mesh& mesh, const mat4& transform, bool see_through,
                  uint32_t id);
@@ -218,11 +242,13 @@ class EmbreeAccel final : public Accel {
   struct Moving {
     uint32_t instance;
     GeometryHandle geometry;
+    const Mesh* mesh;
   };
   std::vector<Moving> moving_;
   SceneHandle top_scene_;  // null where nothing moves: rays then enter static_scene_ itself
   uint32_t static_id_ = RTC_INVALID_GEOMETRY_ID;
   RTCScene root_ = nullptr;
+  bool flat_ = false;  // all triangles lie in static_scene_, which is rebuilt when some have moved
   int widest_packet_ = 4;
 };
 
@@ -268,9 +294,14 @@ Status EmbreeAccel::BuildStatic(const Scene& scene, const std::vector<AccelInsta
   static_scene_ = NewScene(RTC_BUILD_QUALITY_MEDIUM, RTC_SCENE_FLAG_NONE);
   for (size_t i = 0; i < instances.size(); ++i) {
     const Mesh& mesh = scene.meshes[static_cast<size_t>(scene.instances[i].mesh)];
-    if (!instances[i].moving && !mesh.indices.empty()) {
+    if ((flat_ || !instances[i].moving) && !mesh.indices.empty()) {
       STILLRAY_RETURN_IF_ERROR(AddMesh(static_scene_.get(), mesh, transforms[i],
                                        instances[i].see_through, static_cast<uint32_t>(i)));
+      if (instances[i].moving) {
+        RTCGeometry geometry = rtcGetGeometry(static_scene_.get(), static_cast<unsigned>(i));
+        rtcRetainGeometry(geometry);
+        moving_.push_back({static_cast<uint32_t>(i), GeometryHandle(geometry), &mesh});
+      }
     }
   }
   return Commit(static_scene_.get(), "what stands still");
@@ -296,7 +327,7 @@ Status EmbreeAccel::BuildMoving(const Scene& scene, const std::vector<AccelInsta
     rtcSetGeometryInstancedScene(geometry.get(), mesh_scene.get());
     rtcSetGeometryTimeStepCount(geometry.get(), 1);
     rtcAttachGeometryByID(top_scene_.get(), geometry.get(), static_cast<uint32_t>(i));
-    moving_.push_back({static_cast<uint32_t>(i), std::move(geometry)});
+    moving_.push_back({static_cast<uint32_t>(i), std::move(geometry), &mesh});
   }
   static_id_ = static_cast<uint32_t>(instances.size());
   const GeometryHandle fixed(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE));
@@ -326,20 +357,36 @@ Status EmbreeAccel::Build(const Scene& scene, const std::vector<AccelInstance>& 
                    : native(RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) ? 8
                                                                        : 4;
   rtcSetDeviceMemoryMonitorFunction(device_.get(), CountMemory, this);
-  STILLRAY_RETURN_IF_ERROR(BuildStatic(scene, instances, transforms));
-  root_ = static_scene_.get();
   bool any_moving = false;
   for (const AccelInstance& instance : instances) {
     any_moving |= instance.moving;
   }
-  if (any_moving) {
+  flat_ = any_moving && scene.TriangleCount() <= kMaxRebuilt;
+  STILLRAY_RETURN_IF_ERROR(BuildStatic(scene, instances, transforms));
+  root_ = static_scene_.get();
+  if (any_moving && !flat_) {
     STILLRAY_RETURN_IF_ERROR(BuildMoving(scene, instances));
     root_ = top_scene_.get();
   }
   return Update(transforms);
 }
 
+void EmbreeAccel::UpdateFlat(const std::vector<mat4>& transforms) {
+  for (const Moving& moving : moving_) {
+    RTCGeometry geometry = moving.geometry.get();
+    PlaceVertices(
+        *moving.mesh, transforms[moving.instance],
+        static_cast<float*>(rtcGetGeometryBufferData(geometry, RTC_BUFFER_TYPE_VERTEX, 0)));
+    rtcUpdateGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0);
+    rtcCommitGeometry(geometry);
+  }
+}
+
 Status EmbreeAccel::Update(const std::vector<mat4>& transforms) {
+  if (flat_) {
+    UpdateFlat(transforms);
+    return Commit(static_scene_.get(), "what moves");
+  }
   if (!top_scene_) {
     return Status::Ok();
   }

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/primary.h"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace stillray::render {
@@ -9,6 +11,27 @@ namespace {
 
 // A ray that passes more surfaces than these, all cut out by their masks, sees the background.
 constexpr int kMaxPasses = 256;
+
+// One loop over arrays, in the operations of CameraView::Direction: compilers make vectors of it.
+void MakeCameraRays(const CameraView& camera, const vec2* points, int count, RayBatch* rays) {
+  const CameraView view = camera;
+  for (int i = 0; i < count; ++i) {
+    const float x = (2.0f * points[i].x / view.width - 1.0f) * view.half_width;
+    const float y = (1.0f - 2.0f * points[i].y / view.height) * view.half_height;
+    const float dx = view.forward.x + view.right.x * x + view.up.x * y;
+    const float dy = view.forward.y + view.right.y * x + view.up.y * y;
+    const float dz = view.forward.z + view.right.z * x + view.up.z * y;
+    const float scale = 1.0f / std::sqrt(dx * dx + dy * dy + dz * dz);
+    rays->direction_x[i] = dx * scale;
+    rays->direction_y[i] = dy * scale;
+    rays->direction_z[i] = dz * scale;
+  }
+  std::fill_n(rays->origin_x, count, view.position.x);
+  std::fill_n(rays->origin_y, count, view.position.y);
+  std::fill_n(rays->origin_z, count, view.position.z);
+  std::fill_n(rays->end, count, std::numeric_limits<float>::infinity());
+  rays->count = count;
+}
 
 // Adds the surface to the pixel. Returns whether the ray goes on.
 bool AddLayer(const Hit& hit, float opacity, PrimaryPixel* pixel) {
@@ -35,18 +58,25 @@ vec3 OriginBehind(const SceneState& state, const Hit& hit, vec3 direction) {
 void FindPrimarySurfaces(const TraceContext& context, const vec2* points, int count,
                          RayScratch* scratch, PrimaryPixel* pixels, RenderTimings* timings) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  const PhaseTimer timer(&timings->primary_ms);
-  scratch->rays.count = 0;
-  for (int i = 0; i < count; ++i) {
-    pixels[i].direction = context.camera.Direction(points[i]);
-    pixels[i].count = 0;
-    pixels[i].background = 1.0f;  // what no surface has taken yet
-    scratch->rays.Push(context.camera.position, pixels[i].direction, kInfinity);
-    scratch->owner[i] = i;
+  {
+    const PhaseTimer timer(&timings->primary_ms);
+    MakeCameraRays(context.camera, points, count, &scratch->rays);
   }
   for (int pass = 0; pass < kMaxPasses && scratch->rays.count > 0; ++pass) {
     timings->primary_rays += static_cast<uint64_t>(scratch->rays.count);
-    context.accel.IntersectCoherent(scratch->rays, &scratch->hits);
+    {
+      const PhaseTimer timer(&timings->primary_ms);
+      context.accel.IntersectCoherent(scratch->rays, &scratch->hits);
+    }
+    const PhaseTimer timer(&timings->shade_ms);
+    if (pass == 0) {
+      for (int i = 0; i < count; ++i) {
+        pixels[i].direction = scratch->rays.Direction(i);
+        pixels[i].count = 0;
+        pixels[i].background = 1.0f;  // what no surface has taken yet
+        scratch->owner[i] = i;
+      }
+    }
     const int traced = scratch->rays.count;
     scratch->rays.count = 0;
     for (int i = 0; i < traced; ++i) {

@@ -45,6 +45,13 @@ void LoadPacket(const RayLog& log, size_t first, size_t end, Ray* ray, int* vali
   }
   for (size_t i = 0; i < kWidth; ++i) {
     valid[i] = first + i < end ? -1 : 0;
+  }
+}
+
+// What is the same in all rays, and Embree leaves as it is.
+template <int kWidth, typename Ray>
+void PreparePacket(Ray* ray) {
+  for (int i = 0; i < kWidth; ++i) {
     ray->tnear[i] = 0.0f;
     ray->time[i] = 0.0f;
     ray->mask[i] = ~0u;
@@ -70,12 +77,13 @@ struct Loop {
   template <int kWidth, typename RayHit, typename Trace>
   uint64_t Packets(const Trace& trace) const {
     uint64_t hits = 0;
+    alignas(64) int valid[kWidth];
+    RayHit packet;
+    PreparePacket<kWidth>(&packet.ray);
+    std::fill_n(packet.hit.instID[0], kWidth, RTC_INVALID_GEOMETRY_ID);
     for (size_t i = first; i < end; i += kWidth) {
-      alignas(64) int valid[kWidth];
-      RayHit packet;
       LoadPacket<kWidth>(log, i, end, &packet.ray, valid);
       std::fill_n(packet.hit.geomID, kWidth, RTC_INVALID_GEOMETRY_ID);
-      std::fill_n(packet.hit.instID[0], kWidth, RTC_INVALID_GEOMETRY_ID);
       trace(valid, scene, context, &packet);
       for (int k = 0; k < kWidth; ++k) {
         hits += valid[k] != 0 && packet.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID ? 1u : 0u;
@@ -86,9 +94,10 @@ struct Loop {
   template <int kWidth, typename Ray, typename Trace>
   uint64_t ShadowPackets(const Trace& trace) const {
     uint64_t hits = 0;
+    alignas(64) int valid[kWidth];
+    Ray packet;
+    PreparePacket<kWidth>(&packet);
     for (size_t i = first; i < end; i += kWidth) {
-      alignas(64) int valid[kWidth];
-      Ray packet;
       LoadPacket<kWidth>(log, i, end, &packet, valid);
       trace(valid, scene, context, &packet);
       for (int k = 0; k < kWidth; ++k) {
