@@ -60,7 +60,7 @@ struct BsdfSample {
   int kind;
 };
 
-SHARED_FN BsdfValue EvaluateSpecular(Bsdf bsdf, vec3 wo, vec3 wi) {
+SHARED_FN BsdfValue EvaluateSpecular(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
   BsdfValue value;
   value.diffuse = vec3(0.0f);
   vec3 h = normalize(wo + wi);
@@ -75,7 +75,7 @@ SHARED_FN BsdfValue EvaluateSpecular(Bsdf bsdf, vec3 wo, vec3 wi) {
 }
 
 // Rough thin sheet: the reflected lobe above, the same lobe flipped below.
-SHARED_FN BsdfValue EvaluateSheet(Bsdf bsdf, vec3 wo, vec3 wi) {
+SHARED_FN BsdfValue EvaluateSheet(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
   BsdfValue value;
   value.diffuse = vec3(0.0f);
   vec3 up = vec3(wi.x, wi.y, abs(wi.z));
@@ -93,7 +93,7 @@ SHARED_FN BsdfValue EvaluateSheet(Bsdf bsdf, vec3 wo, vec3 wi) {
 }
 
 // Rough boundary of a solid: Walter et al. 2007, eq. 20 and 21, G height-correlated for both sides.
-SHARED_FN BsdfValue EvaluateBoundary(Bsdf bsdf, vec3 wo, vec3 wi) {
+SHARED_FN BsdfValue EvaluateBoundary(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
   BsdfValue value;
   value.diffuse = vec3(0.0f);
   value.specular = vec3(0.0f);
@@ -127,7 +127,7 @@ SHARED_FN BsdfValue EvaluateBoundary(Bsdf bsdf, vec3 wo, vec3 wi) {
   return value;
 }
 
-SHARED_FN BsdfValue EvaluateBsdf(Bsdf bsdf, vec3 wo, vec3 wi) {
+SHARED_FN BsdfValue EvaluateBsdf(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
   BsdfValue value;
   value.diffuse = vec3(0.0f);
   value.specular = vec3(0.0f);
@@ -152,12 +152,12 @@ SHARED_FN BsdfValue EvaluateBsdf(Bsdf bsdf, vec3 wo, vec3 wi) {
 // A direction with density proportional to its cosine with z. u in [0,1)^2.
 SHARED_FN vec3 SampleCosine(float u0, float u1) {
   float r = sqrt(u0);
-  float phi = 2.0f * kPi * u1;
-  return vec3(r * cos(phi), r * sin(phi), sqrt(max(1.0f - u0, 1e-12f)));
+  vec2 turn = CosSinOfTurn(u1);
+  return vec3(r * turn.x, r * turn.y, sqrt(max(1.0f - u0, 1e-12f)));
 }
 
 // The ideally smooth glass lobe. `u` picks reflection or transmission.
-SHARED_FN BsdfSample SampleSmoothGlass(Bsdf bsdf, vec3 wo, float u) {
+SHARED_FN BsdfSample SampleSmoothGlass(SHARED_IN(Bsdf) bsdf, vec3 wo, float u) {
   BsdfSample result;
   result.diffuse = vec3(0.0f);
   result.density = 0.0f;
@@ -178,7 +178,7 @@ SHARED_FN BsdfSample SampleSmoothGlass(Bsdf bsdf, vec3 wo, float u) {
 // The direction that the rough glass lobe sends light to, about the microfacet normal h; z of
 // either sign. Zero where the microfacet sends it through the surface the wrong way: that light is
 // lost here, and the compensation accounts for it.
-SHARED_FN vec3 SampleRoughGlass(Bsdf bsdf, vec3 wo, vec3 h, float u) {
+SHARED_FN vec3 SampleRoughGlass(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 h, float u) {
   float cos_o = dot(wo, h);
   vec3 reflected = 2.0f * cos_o * h - wo;
   if (bsdf.thin != 0) {
@@ -193,7 +193,7 @@ SHARED_FN vec3 SampleRoughGlass(Bsdf bsdf, vec3 wo, vec3 h, float u) {
 }
 
 // The ideally smooth specular lobe.
-SHARED_FN BsdfSample SampleMirror(Bsdf bsdf, vec3 wo) {
+SHARED_FN BsdfSample SampleMirror(SHARED_IN(Bsdf) bsdf, vec3 wo) {
   BsdfSample result;
   float s = SchlickWeight(wo.z);
   vec3 fresnel = bsdf.specular_f0 * (1.0f - s) + vec3(bsdf.specular_f90 * s);
@@ -206,7 +206,7 @@ SHARED_FN BsdfSample SampleMirror(Bsdf bsdf, vec3 wo) {
 }
 
 // Draws a direction. u: (u.x, u.y) the direction, u.z the lobe, u.w reflection or transmission.
-SHARED_FN BsdfSample SampleBsdf(Bsdf bsdf, vec3 wo, vec4 u) {
+SHARED_FN BsdfSample SampleBsdf(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u) {
   BsdfSample result;
   result.wi = vec3(0.0f);
   result.diffuse = vec3(0.0f);

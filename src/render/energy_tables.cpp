@@ -105,18 +105,13 @@ float EnergyTable::AlphaAt(int j) {
   return roughness * roughness;
 }
 
-float EnergyTable::Lookup(float cosine, float roughness) const {
+EnergyTable::Place EnergyTable::Find(float cosine, float roughness) {
   const float x = std::sqrt(std::clamp(cosine, 0.0f, 1.0f)) * (kSize - 1);
   const float y =
       std::clamp((roughness - kMinRoughness) / (1.0f - kMinRoughness), 0.0f, 1.0f) * (kSize - 1);
   const int i = std::min(static_cast<int>(x), kSize - 2);
   const int j = std::min(static_cast<int>(y), kSize - 2);
-  const float fx = x - static_cast<float>(i);
-  const float fy = y - static_cast<float>(j);
-  const float* row = values_.data() + j * kSize + i;
-  const float low = row[0] + (row[1] - row[0]) * fx;
-  const float high = row[kSize] + (row[kSize + 1] - row[kSize]) * fx;
-  return low + (high - low) * fy;
+  return {j * kSize + i, x - static_cast<float>(i), y - static_cast<float>(j)};
 }
 
 const SpecularEnergy& SpecularEnergyTables() {

@@ -16,8 +16,20 @@ class EnergyTable {
  public:
   static constexpr int kSize = 32;
 
+  /// Where a value is looked up: the same in all tables.
+  struct Place {
+    int first;  // of the four entries
+    float x, y;
+  };
   /// \param cosine, roughness  0..1, clamped
-  float Lookup(float cosine, float roughness) const;
+  static Place Find(float cosine, float roughness);
+
+  float Lookup(const Place& at) const {
+    const float* row = values_.data() + at.first;
+    const float low = row[0] + (row[1] - row[0]) * at.x;
+    const float high = row[kSize] + (row[kSize + 1] - row[kSize]) * at.x;
+    return low + (high - low) * at.y;
+  }
 
   /// The cosine and the GGX alpha at which entry (i, j) is taken.
   static float CosineAt(int i);

@@ -35,10 +35,10 @@ SHARED_FN float GgxLambda(vec3 w, float alpha) {
 // Dupuy and Benyoub (2023), "Sampling Visible GGX Normals with Spherical Caps".
 SHARED_FN vec3 SampleGgxVisible(vec3 wo, float alpha, float u0, float u1) {
   vec3 w = normalize(vec3(alpha * wo.x, alpha * wo.y, wo.z));
-  float phi = 2.0f * kPi * u0;
+  vec2 turn = CosSinOfTurn(u0);
   float z = (1.0f - u1) * (1.0f + w.z) - w.z;
   float sin_theta = sqrt(clamp(1.0f - z * z, 0.0f, 1.0f));
-  vec3 h = vec3(sin_theta * cos(phi), sin_theta * sin(phi), z) + w;
+  vec3 h = vec3(sin_theta * turn.x, sin_theta * turn.y, z) + w;
   return normalize(vec3(alpha * h.x, alpha * h.y, max(h.z, 1e-7f)));
 }
 

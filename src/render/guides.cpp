@@ -25,8 +25,12 @@ vec3 LocalPoint(const Mesh& mesh, const Hit& hit) {
          mesh.positions[corner[2]] * hit.v;
 }
 
-vec2 SurfaceMotion(const TraceContext& context, const Hit& hit) {
+vec2 SurfaceMotion(const TraceContext& context, const Hit& hit, vec3 position) {
   const PlacedInstance& instance = context.state.instance(hit.instance);
+  if (!instance.moving) {
+    return MotionBetween(context, position - context.camera.position,
+                         position - context.previous_camera.position);
+  }
   const vec4 local(LocalPoint(*instance.mesh, hit), 1.0f);
   const vec3 now(instance.world * local);
   const vec3 before(instance.previous_world * local);
@@ -69,9 +73,10 @@ PixelGuides MakeGuides(const TraceContext& context, const PrimaryPixel& pixel,
   for (int i = 0; i < pixel.count; ++i) {
     const PrimaryLayer& layer = pixel.layers[i];
     const Surface surface = MakeSurface(context.state, layer.hit, pixel.direction);
-    const Bsdf bsdf = context.bsdfs.Make(surface, 0.0f);
+    vec3 specular_albedo;
+    const Bsdf bsdf = context.bsdfs.Make(surface, 0.0f, &specular_albedo);
     guides.albedo += bsdf.diffuse * layer.weight;
-    guides.specular_albedo += context.bsdfs.SpecularAlbedo(surface, bsdf) * layer.weight;
+    guides.specular_albedo += specular_albedo * layer.weight;
     guides.emission += EmissionTowards(context, layer.hit, surface.front) * layer.weight;
     if (pixel.count == 1) {
       *first = {surface, bsdf};
@@ -79,7 +84,7 @@ PixelGuides MakeGuides(const TraceContext& context, const PrimaryPixel& pixel,
     if (&layer == heaviest) {
       guides.depth = context.camera.Depth(surface.position);
       guides.normal = surface.frame.z;
-      guides.motion = SurfaceMotion(context, layer.hit);
+      guides.motion = SurfaceMotion(context, layer.hit, surface.position);
       guides.id = layer.hit.instance + 1;
       guides.roughness = surface.roughness;
     }

@@ -13,6 +13,8 @@
 
 #define STILLRAY_RENDER_BEGIN namespace stillray::render {
 #define STILLRAY_RENDER_END }
+// A parameter that is only read: a large one is not copied.
+#define SHARED_IN(type) const type&
 
 namespace stillray::render {
 using glm::cos;
@@ -28,12 +30,31 @@ using glm::uvec4;
 #else
 #define STILLRAY_RENDER_BEGIN
 #define STILLRAY_RENDER_END
+#define SHARED_IN(type) type
 #endif
 
 STILLRAY_RENDER_BEGIN
 
 const float kPi = 3.14159265f;
 const float kInvPi = 0.31830989f;
+
+// (cos, sin) of a full turn times u, for u in [0, 1): the turn is cut into quarters, which is
+// exact, and the rest taken by minimax polynomials (S. Moshier's Cephes, sinf and cosf), to 1e-7.
+// The same bits with any mathematical library.
+SHARED_FN vec2 CosSinOfTurn(float u) {
+  int quarter = int(4.0f * u + 0.5f);
+  float x = (u - 0.25f * float(quarter)) * (2.0f * kPi);
+  float x2 = x * x;
+  float s = x + x * x2 * (-1.6666654611e-1f + x2 * (8.3321608736e-3f - 1.9515295891e-4f * x2));
+  float c =
+      1.0f - 0.5f * x2 +
+      x2 * x2 *
+          (4.166664568298827e-2f + x2 * (-1.388731625493765e-3f + 2.443315711809948e-5f * x2));
+  float near_cos = (quarter & 1) == 0 ? c : s;
+  float near_sin = (quarter & 1) == 0 ? s : c;
+  return vec2(((quarter + 1) & 2) == 0 ? near_cos : -near_cos,
+              (quarter & 2) == 0 ? near_sin : -near_sin);
+}
 
 SHARED_FN float MaxComponent(vec3 v) {
   return max(v.x, max(v.y, v.z));

@@ -136,8 +136,8 @@ SchlickShare ShareOfSpecular(float cosine, float alpha) {
     return {1.0f - s, s};
   }
   const SpecularEnergy& tables = SpecularEnergyTables();
-  const float roughness = std::sqrt(alpha);
-  return {tables.scale.Lookup(cosine, roughness), tables.offset.Lookup(cosine, roughness)};
+  const EnergyTable::Place at = EnergyTable::Find(cosine, std::sqrt(alpha));
+  return {tables.scale.Lookup(at), tables.offset.Lookup(at)};
 }
 
 }  // namespace
@@ -193,20 +193,18 @@ BsdfTables::GlassShare BsdfTables::ShareOfGlass(const Surface& surface, float al
     return {FresnelDielectric(min(cosine, 1.0f), eta), 1.0f};
   }
   const GlassEnergy& tables = *glass_.at(material.ior);
-  const float roughness = std::sqrt(alpha);
+  const EnergyTable::Place at = EnergyTable::Find(cosine, std::sqrt(alpha));
   if (!material.solid) {
     const SchlickShare all = ShareOfSpecular(cosine, alpha);
-    return {tables.sheet_reflected.Lookup(cosine, roughness), all.scale + all.offset};
+    return {tables.sheet_reflected.Lookup(at), all.scale + all.offset};
   }
   if (surface.front) {
-    return {tables.enter_reflected.Lookup(cosine, roughness),
-            tables.enter_total.Lookup(cosine, roughness)};
+    return {tables.enter_reflected.Lookup(at), tables.enter_total.Lookup(at)};
   }
-  return {tables.leave_reflected.Lookup(cosine, roughness),
-          tables.leave_total.Lookup(cosine, roughness)};
+  return {tables.leave_reflected.Lookup(at), tables.leave_total.Lookup(at)};
 }
 
-Bsdf BsdfTables::Make(const Surface& surface, float min_alpha) const {
+Bsdf BsdfTables::Make(const Surface& surface, float min_alpha, vec3* specular_albedo) const {
   const Material& material = *surface.material;
   const float own_alpha = AlphaOfRoughness(surface.roughness);
   const float alpha = max(own_alpha, min_alpha);
@@ -239,34 +237,30 @@ Bsdf BsdfTables::Make(const Surface& surface, float min_alpha) const {
   bsdf.glass_compensation = 1.0f;
   bsdf.tint = surface.base_colour;
   bsdf.sheet_reflectance = 0.0f;
+  GlassShare of_glass = {0.0f, 0.0f};
   if (glass > 0.0f) {
-    const GlassShare of_glass = ShareOfGlass(surface, bsdf.glass_alpha);
+    of_glass = ShareOfGlass(surface, bsdf.glass_alpha);
     bsdf.glass_compensation = 1.0f / max(of_glass.total, 0.1f);
     bsdf.sheet_reflectance = of_glass.reflected;
   }
 
-  const float specular =
-      MaxComponent(bsdf.specular_scale *
-                   (bsdf.specular_f0 * share.scale + vec3(bsdf.specular_f90 * share.offset)));
+  const vec3 reflected = bsdf.specular_scale *
+                         (bsdf.specular_f0 * share.scale + vec3(bsdf.specular_f90 * share.offset));
+  if (specular_albedo != nullptr) {
+    *specular_albedo = reflected;
+    if (glass > 0.0f) {
+      const float transmitted = of_glass.total - of_glass.reflected;
+      *specular_albedo += (vec3(of_glass.reflected) + bsdf.tint * transmitted) *
+                          (bsdf.glass_weight * bsdf.glass_compensation);
+    }
+  }
+  const float specular = MaxComponent(reflected);
   const float diffuse = MaxComponent(bsdf.diffuse);
   const float sum = diffuse + specular + glass;
   bsdf.pick_diffuse = sum > 0.0f ? diffuse / sum : 0.0f;
   bsdf.pick_specular = sum > 0.0f ? specular / sum : 0.0f;
   bsdf.pick_glass = sum > 0.0f ? glass / sum : 0.0f;
   return bsdf;
-}
-
-vec3 BsdfTables::SpecularAlbedo(const Surface& surface, const Bsdf& bsdf) const {
-  const SchlickShare share = ShareOfSpecular(surface.local_wo.z, bsdf.specular_alpha);
-  vec3 albedo = bsdf.specular_scale *
-                (bsdf.specular_f0 * share.scale + vec3(bsdf.specular_f90 * share.offset));
-  if (bsdf.glass_weight > 0.0f) {
-    const GlassShare of_glass = ShareOfGlass(surface, bsdf.glass_alpha);
-    const float transmitted = of_glass.total - of_glass.reflected;
-    albedo += (vec3(of_glass.reflected) + bsdf.tint * transmitted) *
-              (bsdf.glass_weight * bsdf.glass_compensation);
-  }
-  return albedo;
 }
 
 size_t BsdfTables::memory_bytes() const {

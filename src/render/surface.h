@@ -54,9 +54,9 @@ class BsdfTables {
   /// The surface's BSDF for its wo.
   /// \param min_alpha  what path-space regularisation raises GGX alpha to (not of smooth thin
   ///                   sheets: shadow rays pass them straight on)
-  Bsdf Make(const Surface& surface, float min_alpha) const;
-  /// Share of white light from everywhere that specular lobes send towards wo: exact.
-  vec3 SpecularAlbedo(const Surface& surface, const Bsdf& bsdf) const;
+  /// \param specular_albedo  [out] if not null: the share of white light from everywhere that
+  ///                         specular lobes send towards wo, exact
+  Bsdf Make(const Surface& surface, float min_alpha, vec3* specular_albedo = nullptr) const;
 
   size_t memory_bytes() const;
 

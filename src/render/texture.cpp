@@ -3,7 +3,6 @@
 #include "render/texture.h"
 
 #include <array>
-#include <cmath>
 
 #include "core/colour.h"
 
@@ -28,6 +27,9 @@ const DecodeTable& TableOf(TexelEncoding encoding) {
 int WrapTexel(int i, int size, Wrap wrap) {
   switch (wrap) {
     case Wrap::kRepeat: {
+      if ((size & (size - 1)) == 0) {
+        return i & (size - 1);
+      }
       const int m = i % size;
       return m < 0 ? m + size : m;
     }
@@ -53,6 +55,12 @@ float SafeCoordinate(float x) {
   return x > -kLimit && x < kLimit ? x : 0.0f;
 }
 
+// Coordinates are safe: they fit into an int.
+int FloorToInt(float x) {
+  const int towards_zero = static_cast<int>(x);
+  return towards_zero - (x < static_cast<float>(towards_zero) ? 1 : 0);
+}
+
 }  // namespace
 
 vec4 SampleTexture(const Texture& texture, vec2 uv, TexelEncoding encoding) {
@@ -67,16 +75,16 @@ vec4 SampleTexture(const Texture& texture, vec2 uv, TexelEncoding encoding) {
     return Decode(texture.texels.data() + 4 * offset, rgb);
   };
   if (texture.nearest) {
-    return texel(column(static_cast<int>(std::floor(x))), row(static_cast<int>(std::floor(y))));
+    return texel(column(FloorToInt(x)), row(FloorToInt(y)));
   }
-  const float left = std::floor(x - 0.5f);
-  const float top = std::floor(y - 0.5f);
-  const float fx = x - 0.5f - left;
-  const float fy = y - 0.5f - top;
-  const int x0 = column(static_cast<int>(left));
-  const int x1 = column(static_cast<int>(left) + 1);
-  const int y0 = row(static_cast<int>(top));
-  const int y1 = row(static_cast<int>(top) + 1);
+  const int left = FloorToInt(x - 0.5f);
+  const int top = FloorToInt(y - 0.5f);
+  const float fx = x - 0.5f - static_cast<float>(left);
+  const float fy = y - 0.5f - static_cast<float>(top);
+  const int x0 = column(left);
+  const int x1 = column(left + 1);
+  const int y0 = row(top);
+  const int y1 = row(top + 1);
   const vec4 upper = texel(x0, y0) * (1.0f - fx) + texel(x1, y0) * fx;
   const vec4 lower = texel(x0, y1) * (1.0f - fx) + texel(x1, y1) * fx;
   return upper * (1.0f - fy) + lower * fy;
