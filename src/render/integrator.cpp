@@ -78,23 +78,28 @@ class Tracer {
  public:
   Tracer(const TraceContext& context, const FirstSurface* first, PathScratch* scratch,
          RenderTimings* timings)
-      : context_(context), first_(first), scratch_(*scratch), timings_(*timings) {}
+      : context_(context),
+        first_(first),
+        scratch_(*scratch),
+        rays_(&scratch->trace.rays),
+        next_(&scratch->next),
+        timings_(*timings) {}
 
   void Start(const PrimaryPixel* pixels, const PathSampler* samplers, int count);
   void ShadeAll();
   void TraceShadows();
   void TraceBounces();
-  bool Alive() const { return scratch_.trace.rays.count > 0; }
+  bool Alive() const { return rays_->count > 0; }
 
  private:
   void Shade(int path_index, const Hit& hit);
-  void ScatterAt(Path* path, const Surface& surface, const Bsdf& bsdf, vec3 direction, vec4 u);
+  void ScatterAt(int path_index, const Surface& surface, const Bsdf& bsdf, vec3 direction, vec4 u);
   void Leave(const Path& path, vec3 direction);
   void MeetLight(const Path& path, const Hit& hit, const Surface& surface, vec3 direction);
   float SeekLight(const Path& path, const Surface& surface, const Bsdf& bsdf, vec4 u);
   void SendShadowRay(const Surface& surface, const LightSample& light, bool above,
                      const PathScratch::ShadowLight& found);
-  bool Scatter(Path* path, const Surface& surface, const Bsdf& bsdf, vec3* direction);
+  bool Scatter(Path* path, const Surface& surface, const Bsdf& bsdf, vec4 u, vec3* direction);
   bool SurvivesRoulette(Path* path, float u);
   void Continue(const Path& path, vec3 origin, vec3 direction);
   void Add(int pixel, SignalKind kind, vec3 light);
@@ -104,6 +109,8 @@ class Tracer {
   const TraceContext& context_;
   const FirstSurface* first_;
   PathScratch& scratch_;
+  RayBatch* rays_;  // those of the paths, and those of the next step
+  RayBatch* next_;
   RenderTimings& timings_;
 };
 
@@ -185,9 +192,16 @@ void Tracer::Start(const PrimaryPixel* pixels, const PathSampler* samplers, int 
 
 void Tracer::ShadeAll() {
   const PhaseTimer timer(&timings_.shade_ms);
-  scratch_.next.count = 0;
+  next_->count = 0;
   scratch_.shadow.count = 0;
-  const int count = scratch_.trace.rays.count;
+  const int count = rays_->count;
+  SamplerBatch& samplers = scratch_.samplers;
+  samplers.count = 0;
+  for (int i = 0; i < count; ++i) {
+    samplers.Push(scratch_.paths[i].sampler, ScatterDimensions(scratch_.paths[i].step));
+  }
+  DrawNumbers(samplers, 0, &scratch_.scatter_numbers);
+  DrawNumbers(samplers, LightDimensions(0) - ScatterDimensions(0), &scratch_.light_numbers);
   for (int i = 0; i < count; ++i) {
     FetchAhead(context_.state, scratch_.trace.hits, i, count);
     Shade(i, scratch_.trace.hits.Get(i));
@@ -197,8 +211,11 @@ void Tracer::ShadeAll() {
 // Keeps the path for the next step. There are never more survivors than paths shaded so far, so
 // that none is overwritten before its turn.
 void Tracer::Continue(const Path& path, vec3 origin, vec3 direction) {
-  scratch_.paths[scratch_.next.count] = path;
-  scratch_.next.Push(origin, direction, kInfinity);
+  Path& kept = scratch_.paths[next_->count];
+  if (&kept != &path) {
+    kept = path;
+  }
+  next_->Push(origin, direction, kInfinity);
 }
 
 // The ray left the scene.
@@ -276,9 +293,9 @@ void Tracer::SendShadowRay(const Surface& surface, const LightSample& light, boo
 }
 
 // Draws the ray on and gives the path its new weight. Returns whether it goes on.
-bool Tracer::Scatter(Path* path, const Surface& surface, const Bsdf& bsdf, vec3* direction) {
-  const BsdfSample sample =
-      SampleBsdf(bsdf, surface.local_wo, path->sampler.Get(ScatterDimensions(path->step)));
+bool Tracer::Scatter(Path* path, const Surface& surface, const Bsdf& bsdf, vec4 u,
+                     vec3* direction) {
+  const BsdfSample sample = SampleBsdf(bsdf, surface.local_wo, u);
   if (sample.kind == kScatterNone) {
     return false;
   }
@@ -336,15 +353,15 @@ bool Tracer::SurvivesRoulette(Path* path, float u) {
 }
 
 void Tracer::Shade(int path_index, const Hit& hit) {
-  Path path = scratch_.paths[path_index];
-  const vec3 direction = scratch_.trace.rays.Direction(path_index);
+  Path& path = scratch_.paths[path_index];
+  const vec3 direction = rays_->Direction(path_index);
   if (!path.first) {
     path.throughput *= Absorb(path.absorption, hit.t);
     if (hit.instance == kNoHit) {
       return Leave(path, direction);
     }
   }
-  vec4 u = path.sampler.Get(LightDimensions(path.step));
+  vec4 u = scratch_.light_numbers.Get(path_index);
   if (!path.first) {
     const float opacity = context_.state.Opacity(hit);
     if (u.w >= opacity) {
@@ -358,7 +375,7 @@ void Tracer::Shade(int path_index, const Hit& hit) {
   }
   if (path.known) {
     const FirstSurface& first = first_[path.pixel];
-    return ScatterAt(&path, first.surface, first.bsdf, direction, u);
+    return ScatterAt(path_index, first.surface, first.bsdf, direction, u);
   }
   // At the end of the path only light itself counts, or what lies behind smooth glass.
   const Material& material = *context_.state.instance(hit.instance).material;
@@ -373,12 +390,13 @@ void Tracer::Shade(int path_index, const Hit& hit) {
   }
   const float min_alpha = context_.settings.regularise ? kRegularisation * path.roughest : 0.0f;
   const Bsdf bsdf = context_.bsdfs.Make(surface, min_alpha > kSmoothAlpha ? min_alpha : 0.0f);
-  ScatterAt(&path, surface, bsdf, direction, u);
+  ScatterAt(path_index, surface, bsdf, direction, u);
 }
 
 // Seeks light at the surface and follows the path on. u: LightDimensions of this step.
-void Tracer::ScatterAt(Path* path, const Surface& surface, const Bsdf& bsdf, vec3 direction,
+void Tracer::ScatterAt(int path_index, const Surface& surface, const Bsdf& bsdf, vec3 direction,
                        vec4 u) {
+  Path* path = &scratch_.paths[path_index];
   if (bsdf.pick_diffuse + bsdf.pick_specular + bsdf.pick_glass <= 0.0f) {
     return;  // black
   }
@@ -391,7 +409,8 @@ void Tracer::ScatterAt(Path* path, const Surface& surface, const Bsdf& bsdf, vec
   }
   vec3 onward;
   const bool was_first = path->first;
-  if (!Scatter(path, surface, bsdf, &onward) || !SurvivesRoulette(path, u.w)) {
+  if (!Scatter(path, surface, bsdf, scratch_.scatter_numbers.Get(path_index), &onward) ||
+      !SurvivesRoulette(path, u.w)) {
     return;
   }
   if (was_first || onward != direction) {
@@ -408,9 +427,12 @@ void Tracer::TraceShadows() {
   if (scratch_.shadow.count == 0) {
     return;
   }
-  const PhaseTimer timer(&timings_.shadow_ms);
-  timings_.shadow_rays += static_cast<uint64_t>(scratch_.shadow.count);
-  context_.accel.Occluded(scratch_.shadow, scratch_.transmittance);
+  {
+    const PhaseTimer timer(&timings_.shadow_ms);
+    timings_.shadow_rays += static_cast<uint64_t>(scratch_.shadow.count);
+    context_.accel.Occluded(scratch_.shadow, scratch_.transmittance);
+  }
+  const PhaseTimer timer(&timings_.shade_ms);
   for (int i = 0; i < scratch_.shadow.count; ++i) {
     const PathScratch::ShadowLight& found = scratch_.shadow_light[i];
     const vec3 through = scratch_.transmittance[i];
@@ -425,10 +447,10 @@ void Tracer::TraceShadows() {
 }
 
 void Tracer::TraceBounces() {
+  std::swap(rays_, next_);
   const PhaseTimer timer(&timings_.bounce_ms);
-  timings_.bounce_rays += static_cast<uint64_t>(scratch_.next.count);
-  std::swap(scratch_.trace.rays, scratch_.next);
-  context_.accel.IntersectIncoherent(scratch_.trace.rays, &scratch_.trace.hits);
+  timings_.bounce_rays += static_cast<uint64_t>(rays_->count);
+  context_.accel.IntersectIncoherent(*rays_, &scratch_.trace.hits);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include <array>
 
+#include "render/draw_numbers.h"
 #include "render/primary.h"
 #include "stillray/frame.h"
 #include "stillray/render.h"
@@ -62,6 +63,9 @@ struct PathScratch {
   ShadowLight shadow_light[kBatchCapacity];
   vec3 transmittance[kBatchCapacity];
   Path paths[kBatchCapacity];
+  SamplerBatch samplers;
+  NumberBatch scatter_numbers;  // of the paths, for this step
+  NumberBatch light_numbers;
   SampleLight light[kBatchCapacity];  // by pixel of the tile
 };
 

@@ -4,12 +4,15 @@
 
 #include <array>
 #include <cmath>
+#include <memory>
 #include <set>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include "core/random.h"
+#include "render/draw_numbers.h"
 
 namespace stillray::render {
 namespace {
@@ -172,6 +175,31 @@ TEST(HaltonTest, CyclesThroughSixteenRotatedPoints) {
     }
     EXPECT_EQ(different.size(), 16u);
   }
+}
+
+TEST(SamplerTest, ManyAtOnceAreTheSameAsOneByOne) {
+  for (int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1) {
+    const int64_t target = targets & -targets;
+    hwy::SetSupportedTargetsForTest(target);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    for (const SamplerKind kind : {SamplerKind::kSobol, SamplerKind::kHalton16}) {
+      auto samplers = std::make_unique<SamplerBatch>();
+      auto numbers = std::make_unique<NumberBatch>();
+      std::vector<PathSampler> single;
+      for (int i = 0; i < 1001; ++i) {
+        const auto sample = static_cast<uint64_t>(i) * 7919u;
+        single.push_back(MakePathSampler(kind, 3, SampleStream::kFrames, i % 37, i / 37, sample));
+        samplers->Push(single.back(), ScatterDimensions(i % 30));
+      }
+      DrawNumbers(*samplers, 1, numbers.get());
+      for (int i = 0; i < samplers->count; ++i) {
+        EXPECT_EQ(numbers->Get(i), single[static_cast<size_t>(i)].Get(LightDimensions(i % 30)))
+            << hwy::TargetName(target) << " " << i;
+      }
+    }
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
 }
 
 TEST(SamplerTest, HashesAreThoseOfCore) {

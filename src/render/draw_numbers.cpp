@@ -1,0 +1,127 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render/draw_numbers.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "render/draw_numbers.cpp"
+
+#include <hwy/foreach_target.h>  // IWYU pragma: keep
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace stillray::render {
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using DU = hn::CappedTag<uint32_t, 16>;
+using VU = hn::Vec<DU>;
+
+HWY_INLINE VU Constant(uint32_t value) {
+  return hn::Set(DU(), value);
+}
+
+// The functions of sampler_shared.h, lane by lane.
+
+HWY_INLINE VU ReverseBits(VU x) {
+  const auto swap = [](VU v, uint32_t mask, auto shift) HWY_ATTR {
+    const VU m = Constant(mask);
+    return hn::Or(hn::ShiftLeft<shift()>(hn::And(v, m)), hn::And(hn::ShiftRight<shift()>(v), m));
+  };
+  x = swap(x, 0x55555555u, std::integral_constant<int, 1>());
+  x = swap(x, 0x33333333u, std::integral_constant<int, 2>());
+  x = swap(x, 0x0f0f0f0fu, std::integral_constant<int, 4>());
+  x = swap(x, 0x00ff00ffu, std::integral_constant<int, 8>());
+  return hn::Or(hn::ShiftLeft<16>(x), hn::ShiftRight<16>(x));
+}
+
+HWY_INLINE VU MixBits(VU x) {
+  x = hn::Xor(x, hn::ShiftRight<16>(x));
+  x = hn::Mul(x, Constant(0x7feb352du));
+  x = hn::Xor(x, hn::ShiftRight<15>(x));
+  x = hn::Mul(x, Constant(0x846ca68bu));
+  return hn::Xor(x, hn::ShiftRight<16>(x));
+}
+
+// MixSeeds(a, b), given MixBits(b).
+HWY_INLINE VU MixSeeds(VU a, VU mixed_b) {
+  const VU shifted = hn::Add(hn::ShiftLeft<6>(a), hn::ShiftRight<2>(a));
+  return MixBits(hn::Xor(a, hn::Add(hn::Add(mixed_b, Constant(0x9e3779b9u)), shifted)));
+}
+
+HWY_INLINE VU ScrambleReversed(VU x, VU seed) {
+  x = hn::Xor(x, hn::Mul(x, Constant(0x3d20adeau)));
+  x = hn::Add(x, seed);
+  x = hn::Mul(x, hn::Or(hn::ShiftRight<16>(seed), Constant(1u)));
+  x = hn::Xor(x, hn::Mul(x, Constant(0x05526c56u)));
+  return hn::Xor(x, hn::Mul(x, Constant(0x53a22864u)));
+}
+
+// One coordinate of the point, scrambled; `dimension` from 0.
+HWY_INLINE void StoreScrambled(VU reversed, VU set_seed, uint32_t dimension, float* out) {
+  const hn::RebindToSigned<DU> di;
+  const hn::RebindToFloat<DU> df;
+  const VU seed = MixSeeds(set_seed, Constant(render::MixBits(dimension + 1u)));
+  const VU bits = hn::ShiftRight<8>(ReverseBits(ScrambleReversed(reversed, seed)));
+  const auto whole = hn::ConvertTo(df, hn::BitCast(di, bits));  // 24 bits: exact
+  hn::Store(hn::Mul(whole, hn::Set(df, 1.0f / 16777216.0f)), df, out);
+}
+
+HWY_INLINE VU ShuffledIndex(VU index, VU seed) {
+  const VU mask = Constant((1u << kSobolBits) - 1u);
+  return hn::And(ReverseBits(ScrambleReversed(ReverseBits(hn::And(index, mask)), seed)), mask);
+}
+
+// Arrays end on whole vectors: what lies behind the last path is made too, and not used.
+void DrawSobol(const SamplerBatch& samplers, uint32_t offset, NumberBatch* numbers) {
+  const DU d;
+  for (int i = 0; i < samplers.count; i += static_cast<int>(hn::Lanes(d))) {
+    const VU set = hn::Add(hn::Load(d, samplers.set + i), Constant(offset));
+    const VU set_seed = MixSeeds(hn::Load(d, samplers.seed + i), MixBits(set));
+    const VU index = ShuffledIndex(hn::Load(d, samplers.index + i), set_seed);
+    VU y = hn::Zero(d);
+    VU z = hn::Zero(d);
+    VU w = hn::Zero(d);
+    VU rest = index;
+    for (int bit = 0; bit < kSobolBits; ++bit) {
+      const VU on = hn::Sub(hn::Zero(d), hn::And(rest, Constant(1u)));
+      rest = hn::ShiftRight<1>(rest);
+      y = hn::Xor(y, hn::And(on, Constant(kSobolDirections[4 * bit + 1])));
+      z = hn::Xor(z, hn::And(on, Constant(kSobolDirections[4 * bit + 2])));
+      w = hn::Xor(w, hn::And(on, Constant(kSobolDirections[4 * bit + 3])));
+    }
+    // The first dimension's direction numbers are the bits themselves.
+    StoreScrambled(index, set_seed, 0, numbers->u[0] + i);
+    StoreScrambled(y, set_seed, 1, numbers->u[1] + i);
+    StoreScrambled(z, set_seed, 2, numbers->u[2] + i);
+    StoreScrambled(w, set_seed, 3, numbers->u[3] + i);
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace stillray::render
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace stillray::render {
+
+HWY_EXPORT(DrawSobol);
+
+void DrawNumbers(const SamplerBatch& samplers, uint32_t offset, NumberBatch* numbers) {
+  if (samplers.kind == SamplerKind::kSobol) {
+    HWY_DYNAMIC_DISPATCH(DrawSobol)(samplers, offset, numbers);
+    return;
+  }
+  for (int i = 0; i < samplers.count; ++i) {
+    const PathSampler sampler{samplers.kind, samplers.index[i], samplers.seed[i]};
+    const vec4 u = sampler.Get(samplers.set[i] + offset);
+    for (int k = 0; k < 4; ++k) {
+      numbers->u[k][i] = u[k];
+    }
+  }
+}
+
+}  // namespace stillray::render
+#endif
