@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -53,14 +54,16 @@ class Plane {
     stride_ = RoundUp(left + width + border + kPerLine, kPerLine);
     const size_t count = static_cast<size_t>(stride_) * static_cast<size_t>(height + 2 * border);
     bytes_ = count * sizeof(T);
+    const size_t shift = NextShift();
     storage_.reset(
-        static_cast<T*>(::operator new(std::max<size_t>(bytes_, 1), std::align_val_t(kAlignment))));
-    std::memset(static_cast<void*>(storage_.get()), 0, bytes_);
-    origin_ = storage_.get() + static_cast<ptrdiff_t>(border) * stride_ + left;
+        static_cast<T*>(::operator new(bytes_ + kShiftRange, std::align_val_t(kAlignment))));
+    data_ = storage_.get() + shift / sizeof(T);
+    std::memset(static_cast<void*>(data_), 0, bytes_);
+    origin_ = data_ + static_cast<ptrdiff_t>(border) * stride_ + left;
   }
   Plane(const Plane& other) : Plane(other.width_, other.height_, other.border_) {
     if (bytes_ != 0) {
-      std::memcpy(static_cast<void*>(storage_.get()), other.storage_.get(), bytes_);
+      std::memcpy(static_cast<void*>(data_), other.data_, bytes_);
     }
   }
   Plane(Plane&& other) noexcept { *this = std::move(other); }
@@ -76,6 +79,7 @@ class Plane {
     std::swap(border_, other.border_);
     std::swap(stride_, other.stride_);
     std::swap(bytes_, other.bytes_);
+    std::swap(data_, other.data_);
     std::swap(origin_, other.origin_);
     std::swap(storage_, other.storage_);
     return *this;
@@ -107,6 +111,14 @@ class Plane {
   struct AlignedDelete {
     void operator()(T* p) const { ::operator delete(p, std::align_val_t(kAlignment)); }
   };
+  /// Large allocations all start at one place of a memory page, so that the same pixel of many
+  /// planes would compete for the few ways of one cache set. Planes made one after another start
+  /// at different places.
+  static constexpr size_t kShiftRange = 4096;
+  static size_t NextShift() {
+    static std::atomic<uint32_t> made = 0;
+    return made.fetch_add(1, std::memory_order_relaxed) % 16 * (kShiftRange / 16);
+  }
   static int RoundUp(int value, int multiple) {
     return (value + multiple - 1) / multiple * multiple;
   }
@@ -116,6 +128,7 @@ class Plane {
   int border_ = 0;
   ptrdiff_t stride_ = 0;
   size_t bytes_ = 0;
+  T* data_ = nullptr;  ///< first element, border included
   T* origin_ = nullptr;
   std::unique_ptr<T, AlignedDelete> storage_;
 };

@@ -21,6 +21,15 @@ SHARED_FN float Luminance601(float r, float g, float b) {
   return 0.299f * r + 0.587f * g + 0.114f * b;
 }
 
+// Green of a colour given as (luminance, red, blue). All filters are linear, so they work in that
+// basis as well as in (red, green, blue), and have the luminance at hand.
+SHARED_FN float Green709(float l, float r, float b) {
+  return max((l - 0.2126f * r - 0.0722f * b) / 0.7152f, 0.0f);
+}
+SHARED_FN float Green601(float l, float r, float b) {
+  return max((l - 0.299f * r - 0.114f * b) / 0.587f, 0.0f);
+}
+
 // The smallest reflectance by which light is divided: below it the quotient would only amplify
 // rounding and fireflies. Multiplying by the same floored value gives the input back.
 const float kAlbedoFloor = 0.01f;

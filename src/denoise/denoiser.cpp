@@ -62,7 +62,8 @@ int BorderOf(const Settings& s) {
 
 void Denoiser::Impl::Allocate(int width, int height, size_t groups) {
   // Never shrinks, so that going back and forth between settings allocates nothing.
-  const int border = std::max(BorderOf(settings), present.border());
+  const int before = wavelet.empty() ? 0 : wavelet.front().present.border();
+  const int border = std::max(BorderOf(settings), before);
   const bool same = state.width == width && state.height == height &&
                     state.signals.size() == groups && limit.empty() != settings.limit_history &&
                     state.signals.front().behind.empty() != BlendsFeedback(settings);
@@ -75,14 +76,14 @@ void Denoiser::Impl::Allocate(int width, int height, size_t groups) {
     scratch = Image3(width, height);
     picture = Image3(width, height);
   }
-  if (!same || present.border() != border) {
+  if (!same || before != border) {
     GuidePlanes wider(width, height, border);
     CopyGuides(state.guides, &wider);
     state.guides = std::move(wider);
-    filter[0] = FilterPlanes(width, height, border);
-    filter[1] = FilterPlanes(width, height, border);
-    spread = Image1(width, height, border);
-    present = Image1(width, height, border);
+    wavelet.clear();
+    for (size_t i = 0; i < groups; ++i) {
+      wavelet.emplace_back(width, height, border);
+    }
   }
 }
 
@@ -218,9 +219,6 @@ Status Denoiser::Impl::Begin(const Frame& next_frame, DenoisedFrame* result) {
   out->images.clear();
   out->non_finite = out->negative = out->bad_guides = 0;
   composites.clear();
-  for (int c = 0; c < 3; ++c) {
-    picture[c].Fill(0.0f);
-  }
   if (settings.fill_guides && HasUnknownGuides(next_frame)) {
     const StageTimer timer(&out->timings, "fill_guides");
     CompleteGuides(next_frame, *stages, &state.held, &sparse);
@@ -234,8 +232,9 @@ Status Denoiser::Impl::Begin(const Frame& next_frame, DenoisedFrame* result) {
   {
     const StageTimer timer(&out->timings, "prepare_guides");
     std::swap(state.guides, state.previous_guides);
-    if (state.guides.inverse_depth.border() != present.border() || state.guides.id.empty()) {
-      state.guides = GuidePlanes(frame->width, frame->height, present.border());
+    const int border = wavelet.front().present.border();
+    if (state.guides.inverse_depth.border() != border || state.guides.id.empty()) {
+      state.guides = GuidePlanes(frame->width, frame->height, border);
     }
     const Guides& g = *guides;
     out->bad_guides = stages->prepare_guides({&g.depth, &g.normal, g.id.empty() ? nullptr : &g.id},
@@ -260,7 +259,7 @@ Status Denoiser::Accumulate(const Frame& frame, FutureLight* future) {
   future->impl_ = std::make_unique<FutureLight::Impl>();
   for (size_t i = 0; i < d.groups.size(); ++i) {
     SignalHistory* history = &d.state.signals[i];
-    const bool limited = d.GatherLight(d.groups[i], *history);
+    const bool limited = d.GatherLight(i, *history);
     future->impl_->signals.push_back(d.ShortenedHistory(limited));
     d.RunAccumulate(limited, history);
   }
@@ -281,20 +280,23 @@ Status Denoiser::Denoise(const Frame& frame, const FutureLight& future, Denoised
   STILLRAY_RETURN_IF_ERROR(d.Begin(frame, out));
   for (size_t i = 0; i < d.groups.size(); ++i) {
     SignalHistory* history = &d.state.signals[i];
-    d.RunAccumulate(d.GatherLight(d.groups[i], *history), history);
+    d.RunAccumulate(d.GatherLight(i, *history), history);
     if (future.empty()) {
-      d.FilterSignal(d.groups[i], history);
+      d.BeginFilter(i, history);
       continue;
     }
-    if (d.merged.length.width() != frame.width || d.merged.length.height() != frame.height) {
-      d.merged = SignalHistory(frame.width, frame.height);
+    d.merged.resize(d.groups.size());
+    SignalHistory& merged = d.merged[i];
+    if (merged.length.width() != frame.width || merged.length.height() != frame.height) {
+      merged = SignalHistory(frame.width, frame.height);
     }
     {
       const StageTimer timer(&out->timings, "merge_future");
-      d.stages->merge_future(*history, future.impl_->signals[i], &d.merged);
+      d.stages->merge_future(*history, future.impl_->signals[i], &merged);
     }
-    d.FilterSignal(d.groups[i], &d.merged);
+    d.BeginFilter(i, &merged);
   }
+  d.FilterSignals();
   if (d.Wants("disocclusion")) {
     Image1 mask(frame.width, frame.height);
     for (int y = 0; y < frame.height; ++y) {
@@ -346,6 +348,7 @@ Status Denoiser::SetSettings(const Settings& settings) {
       settings.signals != impl_->settings.signals ||
       settings.demodulate != impl_->settings.demodulate ||
       settings.limit_history != impl_->settings.limit_history ||
+      settings.luminance != impl_->settings.luminance ||
       BlendsFeedback(settings) != BlendsFeedback(impl_->settings) ||
       (settings.firefly == Firefly::kCompress) != (impl_->settings.firefly == Firefly::kCompress);
   impl_->settings = settings;
@@ -401,9 +404,15 @@ void Denoiser::Reset() {
 }
 
 size_t Denoiser::Impl::WorkBytes() const {
-  return taps.bytes() + light.bytes() + fetched.bytes() + merged.bytes() + filter[0].bytes() +
-         filter[1].bytes() + spread.bytes() + present.bytes() + grown.bytes() + limit.bytes() +
-         scratch.bytes() + picture.bytes() + sparse.bytes();
+  size_t sum = taps.bytes() + light.bytes() + fetched.bytes() + limit.bytes() + scratch.bytes() +
+               picture.bytes() + sparse.bytes();
+  for (const SignalHistory& signal : merged) {
+    sum += signal.bytes();
+  }
+  for (const WaveletPlanes& planes : wavelet) {
+    sum += planes.bytes();
+  }
+  return sum;
 }
 
 size_t Denoiser::memory_bytes() const {

@@ -34,6 +34,27 @@ struct FutureLight::Impl {
   std::vector<SignalHistory> signals;
 };
 
+/// One signal on its way through the wavelet.
+struct WaveletPlanes {
+  FilterPlanes filter[2];
+  Image1 stop;
+  Image1 present;
+  Image1 grown;           ///< `present` of the next level; empty until there is a sparse frame
+  int source = 0;         ///< which of `filter` holds the light
+  bool complete = false;  ///< `present` is 1 on every surface
+  float mean_luminance = 1;
+  SignalHistory* history = nullptr;  ///< where the light came from
+
+  WaveletPlanes() = default;
+  WaveletPlanes(int width, int height, int border)
+      : filter{{width, height, border}, {width, height, border}},
+        stop(width, height, border),
+        present(width, height, border) {}
+  size_t bytes() const {
+    return filter[0].bytes() + filter[1].bytes() + stop.bytes() + present.bytes() + grown.bytes();
+  }
+};
+
 struct Denoiser::Impl {
   Settings settings;
   const StageTable* stages = &kCpuStages;
@@ -44,11 +65,8 @@ struct Denoiser::Impl {
   ReprojectionTaps taps;
   NewLight light;
   SignalHistory fetched;
-  SignalHistory merged;  ///< with the future; empty until there is one
-  FilterPlanes filter[2];
-  Image1 spread;
-  Image1 present;
-  Image1 grown;  ///< `present` of the next level; empty until there is a sparse frame
+  std::vector<SignalHistory> merged;   ///< with the future; empty until there is one
+  std::vector<WaveletPlanes> wavelet;  ///< of every signal
   Image1 limit;
   Image3 scratch;
   Image3 picture;
@@ -70,23 +88,30 @@ struct Denoiser::Impl {
   /// Looks up the history of every pixel: everything that comes before the signals.
   Status Begin(const Frame& next_frame, DenoisedFrame* result);
   /// Leaves the new light in `light` and its history in `fetched`. \return whether `limit` is set
-  bool GatherLight(const SignalGroup& group, const SignalHistory& history);
+  bool GatherLight(size_t signal, const SignalHistory& history);
   void RunAccumulate(bool limited, SignalHistory* history);
   SignalHistory ShortenedHistory(bool limited) const;
-  void FilterSignal(const SignalGroup& group, SignalHistory* history);
+  /// Leaves the accumulated light and its variance in `wavelet`.
+  void BeginFilter(size_t signal, SignalHistory* history);
+  void FindPresent(WaveletPlanes* planes) const;
+  /// Runs all levels, and adds the filtered light to the picture.
+  void FilterSignals();
   void RunDemodulate(const SignalGroup& group);
   void UpdateCompressionScale(const SignalHistory& history, bool has_history);
-  void RunLimitHistory();
-  void RunWavelet(const SignalGroup& group, SignalHistory* history);
-  void RunLevel(int level, float mean_luminance, const SignalHistory& history, int source);
+  void RunLimitHistory(WaveletPlanes* planes);
+  void RunPrefilter(WaveletPlanes* planes);
+  void RunLevel(int level);
+  void KeepLevel(int level);
   void AdvanceFeedback();
   void RunFxaa();
   void RunAntialias();
   AlbedoSum Albedos(const SignalGroup& group) const;
-  void AddSignal(const SignalGroup& group, const Image3& light_in, Image3* sum);
+  /// \param add  to what `sum` holds; else it is overwritten
+  void AddSignal(const SignalGroup& group, const Image3& light_in, bool add, Image3* sum);
 
   /// Whether the frame in progress has less than one sample per pixel.
   bool IsSparse() const { return samples_per_pixel < kWholeSample; }
+  bool Rec601() const { return settings.luminance == LuminanceWeights::kRec601; }
   bool Wants(const std::string& name) const {
     return std::find(outputs.begin(), outputs.end(), name) != outputs.end();
   }

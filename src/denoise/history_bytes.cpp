@@ -12,7 +12,7 @@ namespace {
 
 struct Header {
   char magic[8] = {'s', 't', 'i', 'l', 'l', 'r', 'a', 'y'};
-  uint32_t version = 3;
+  uint32_t version = 4;
   uint32_t byte_order = 0x01020304;
   int32_t width = 0;
   int32_t height = 0;

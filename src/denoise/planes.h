@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The planes that stages hand to each other. All of one denoiser have the same size; those that
+/// The planes that stages hand to each other. Light between demodulate and remodulate is kept as
+/// (luminance, red, blue): see Green709. All of one denoiser have the same size; those that
 /// the wavelet reads around a pixel have a border wide enough for its largest step, filled with
 /// "nothing here".
 #pragma once
@@ -14,6 +15,7 @@ namespace stillray {
 /// every edge-stopping weight towards such a pixel is zero too.
 struct GuidePlanes {
   Image1 inverse_depth;  ///< 1 / view z; affine over a plane in the picture, unlike z itself
+  Image1 depth;          ///< view z
   Image3 normal;         ///< unit length, or zero
   Image2
       gradient;  ///< change of inverse depth per pixel to the right and down, on the same surface
@@ -22,11 +24,12 @@ struct GuidePlanes {
   GuidePlanes() = default;
   GuidePlanes(int width, int height, int border)
       : inverse_depth(width, height, border),
+        depth(width, height, border),
         normal(width, height, border),
         gradient(width, height, border),
         id(width, height, border) {}
   size_t bytes() const {
-    return inverse_depth.bytes() + normal.bytes() + gradient.bytes() + id.bytes();
+    return inverse_depth.bytes() + depth.bytes() + normal.bytes() + gradient.bytes() + id.bytes();
   }
 };
 
@@ -38,7 +41,7 @@ struct AlbedoSum {
 
 /// One signal of this frame before accumulation.
 struct NewLight {
-  Image3 colour;   ///< demodulated
+  Image3 colour;   ///< demodulated: luminance, red, blue
   Image1 samples;  ///< 0 = missing (the colour is then zero)
   Image1 within;   ///< variance of single samples within the pixel; empty at one sample per pixel
 
@@ -47,7 +50,7 @@ struct NewLight {
 
 /// What is remembered of one signal. Moments are those of single samples, in deviation form.
 struct SignalHistory {
-  Image3 colour;
+  Image3 colour;      ///< luminance, red, blue
   Image1 mean;        ///< of the luminance of samples
   Image1 variance;    ///< of the luminance of samples, >= 0
   Image1 length;      ///< samples received; 0 = no light yet
@@ -82,7 +85,7 @@ struct SignalHistory {
 
 /// Light on its way through the wavelet levels.
 struct FilterPlanes {
-  Image3 colour;
+  Image3 colour;  ///< luminance, red, blue
   Image1 variance;
 
   FilterPlanes() = default;

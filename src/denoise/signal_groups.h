@@ -18,6 +18,9 @@ struct SignalGroup {
   bool transmission_albedo = false;  ///< ... and transmission albedo, of those that are true
 };
 
+/// The most signals that GroupsOf makes.
+inline constexpr size_t kMostGroups = 4;
+
 /// \param with_transmission  whether frames have transmission signals
 inline std::vector<SignalGroup> GroupsOf(SignalGrouping grouping, bool with_transmission) {
   using enum SignalKind;

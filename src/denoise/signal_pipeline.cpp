@@ -3,12 +3,13 @@
 
 // The stages that run for each signal on its own: from its light to its part of the picture.
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <string>
 
 #include <fmt/format.h>
 
-#include "core/colour_shared.h"
 #include "core/parallel.h"
 #include "denoise/denoiser_impl.h"
 #include "denoise/stage_timer.h"
@@ -16,15 +17,15 @@
 namespace stillray {
 namespace {
 
-/// Mean luminance in double precision, rows added in order; a small positive number for a black
-/// image.
+/// Mean luminance of light in double precision, rows added in order; a small positive number for
+/// black light.
 float MeanLuminance(const Image3& image) {
   std::vector<double> rows(static_cast<size_t>(image.height()));
   ParallelRows(image.height(), 8, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
       double sum = 0;
       for (int x = 0; x < image.width(); ++x) {
-        sum += Luminance709(image[0](x, y), image[1](x, y), image[2](x, y));
+        sum += static_cast<double>(image[0](x, y));
       }
       rows[static_cast<size_t>(y)] = sum;
     }
@@ -62,6 +63,25 @@ AtrousWeights WeightsOf(Wavelet wavelet) {
   return wavelet == Wavelet::kNaive ? AtrousWeights::kNaive
          : wavelet == Wavelet::kEaw ? AtrousWeights::kEaw
                                     : AtrousWeights::kSvgf;
+}
+
+/// Whether light is known on every surface.
+bool IsComplete(const Image1& present, const GuidePlanes& guides) {
+  std::atomic<bool> complete = true;
+  ParallelRows(present.height(), 32, [&](int y0, int y1) {
+    int missing = 0;
+    for (int y = y0; y < y1; ++y) {
+      const float* i = guides.inverse_depth.Row(y);
+      const float* there = present.Row(y);
+      for (int x = 0; x < present.width(); ++x) {
+        missing += i[x] > 0 && there[x] == 0 ? 1 : 0;
+      }
+    }
+    if (missing > 0) {
+      complete = false;
+    }
+  });
+  return complete;
 }
 
 /// Between the history before the last feedback and after it (PSVGF section 5).
@@ -119,7 +139,7 @@ void Denoiser::Impl::KeepImage(const std::string& kind, const SignalGroup& group
   const std::string name = kind + "." + group.name;
   if (Wants(name)) {
     Image3 copy(state.width, state.height);
-    CopyImage(image, &copy);
+    stages->remodulate(image, AlbedoSum(), {Rec601(), false}, &copy);
     out->images.push_back({name, {copy[0], copy[1], copy[2]}});
   }
 }
@@ -138,14 +158,15 @@ AlbedoSum Denoiser::Impl::Albedos(const SignalGroup& group) const {
   return sum;
 }
 
-void Denoiser::Impl::AddSignal(const SignalGroup& group, const Image3& light_in, Image3* sum) {
+void Denoiser::Impl::AddSignal(const SignalGroup& group, const Image3& light_in, bool add,
+                               Image3* sum) {
   const Image3* expanded = &light_in;
   if (settings.firefly == Firefly::kCompress) {
     CopyImage(light_in, &scratch);
     stages->expand_light(&scratch);
     expanded = &scratch;
   }
-  stages->remodulate(*expanded, Albedos(group), sum);
+  stages->remodulate(*expanded, Albedos(group), {Rec601(), add}, sum);
 }
 
 void Denoiser::Impl::RunDemodulate(const SignalGroup& group) {
@@ -164,6 +185,7 @@ void Denoiser::Impl::RunDemodulate(const SignalGroup& group) {
     ++in.count;
   }
   in.albedo = Albedos(group);
+  in.rec601 = Rec601();
   in.samples = frame->samples.empty() ? nullptr : &frame->samples;
   if (within && light.within.empty()) {
     light.within = Image1(state.width, state.height);
@@ -185,99 +207,109 @@ void Denoiser::Impl::UpdateCompressionScale(const SignalHistory& history, bool h
   }
 }
 
-void Denoiser::Impl::RunLimitHistory() {
+void Denoiser::Impl::RunLimitHistory(WaveletPlanes* planes) {
   LimitHistoryParameters p;
   p.scale = fetched.compressed_scale;
   p.dead = settings.limit_dead;
   p.gain = settings.limit_gain;
-  p.rec601 = settings.luminance == LuminanceWeights::kRec601;
-  stages->compare_with_history(light, fetched, state.guides, p, &filter[0], &present);
+  FilterPlanes* filter = planes->filter;
+  stages->compare_with_history(light, fetched, state.guides, p, &filter[0], &planes->present);
   AtrousParameters geometry;
   geometry.weights = AtrousWeights::kGeometry;
   geometry.edges = EdgesOf(settings);
   int source = 0;
   for (int level = 0; level < kLimitHistoryLevels; ++level, source ^= 1) {
     geometry.step = 1 << level;
-    stages->atrous(filter[source], spread, present, state.guides, geometry, &filter[source ^ 1]);
+    const AtrousSignal signal = {&filter[source], &filter[source ^ 1], &planes->stop,
+                                 &planes->present};
+    stages->atrous({&signal, 1}, state.guides, geometry);
   }
-  stages->limit_history(filter[source], present, fetched, p, &limit);
+  stages->limit_history(filter[source], planes->present, fetched, p, &limit);
 }
 
-void Denoiser::Impl::RunLevel(int level, float mean_luminance, const SignalHistory& history,
-                              int source) {
-  if (settings.wavelet == Wavelet::kSvgf) {
-    const StageTimer timer(&out->timings, "prefilter_variance");
-    PrefilterVarianceParameters p;
-    p.smooth = settings.prefilter_variance;
-    p.square_root = settings.luminance_scale == LuminanceScale::kDeviation;
-    p.unbounded_below =
-        settings.short_history == ShortHistory::kBlur ? ShortHistoryLength(settings) : 0.0f;
-    stages->prefilter_variance(filter[source].variance, present, history.length, p, &spread);
-  }
-  const StageTimer timer(&out->timings, "atrous");
+void Denoiser::Impl::RunPrefilter(WaveletPlanes* planes) {
+  const StageTimer timer(&out->timings, "prefilter_variance");
+  PrefilterVarianceParameters p;
+  p.smooth = settings.prefilter_variance;
+  p.square_root = settings.luminance_scale == LuminanceScale::kDeviation;
+  p.sigma_l = settings.sigma_l;
+  p.luminance_epsilon = settings.luminance_epsilon;
+  p.unbounded_below =
+      settings.short_history == ShortHistory::kBlur ? ShortHistoryLength(settings) : 0.0f;
+  stages->prefilter_variance(planes->filter[planes->source], planes->present,
+                             planes->history->length, p, &planes->stop);
+}
+
+void Denoiser::Impl::RunLevel(int level) {
   AtrousParameters p;
   p.step = settings.steps.step[static_cast<size_t>(level)];
   p.radius = settings.kernel == Kernel::k5x5 ? 2 : 1;
   p.weights = WeightsOf(settings.wavelet);
   p.edges = EdgesOf(settings);
   p.test_id = settings.wavelet_id;
-  p.sigma_l = settings.sigma_l;
   p.noise_ratio = settings.noise_ratio;
-  p.luminance_epsilon = settings.luminance_epsilon;
-  p.rec601 = settings.luminance == LuminanceWeights::kRec601;
-  p.eaw_sigma_l = settings.eaw_sigma_l * mean_luminance * std::exp2f(static_cast<float>(-level));
   p.eaw_sigma_n = settings.eaw_sigma_n;
   p.eaw_sigma_z = settings.eaw_sigma_z;
-  p.grown = IsSparse() ? &grown : nullptr;
-  stages->atrous(filter[source], spread, present, state.guides, p, &filter[source ^ 1]);
-  if (p.grown != nullptr) {
-    std::swap(present, grown);
+  std::array<AtrousSignal, kMostGroups> signals;
+  for (size_t i = 0; i < groups.size(); ++i) {
+    WaveletPlanes& planes = wavelet[i];
+    if (settings.wavelet == Wavelet::kSvgf) {
+      RunPrefilter(&planes);
+    }
+    AtrousSignal& s = signals[i];
+    s = {&planes.filter[planes.source], &planes.filter[planes.source ^ 1], &planes.stop,
+         &planes.present};
+    s.complete = planes.complete;
+    s.eaw_sigma_l =
+        settings.eaw_sigma_l * planes.mean_luminance * std::exp2f(static_cast<float>(-level));
+    s.grown = IsSparse() && !planes.complete ? &planes.grown : nullptr;
+  }
+  const StageTimer timer(&out->timings, "atrous");
+  stages->atrous({signals.data(), groups.size()}, state.guides, p);
+  for (size_t i = 0; i < groups.size(); ++i) {
+    wavelet[i].source ^= 1;
+    if (signals[i].grown != nullptr) {
+      std::swap(wavelet[i].present, wavelet[i].grown);
+      wavelet[i].complete = IsComplete(wavelet[i].present, state.guides);
+    }
   }
 }
 
-void Denoiser::Impl::RunWavelet(const SignalGroup& group, SignalHistory* history) {
+/// What is wanted of a level's output besides the next level.
+void Denoiser::Impl::KeepLevel(int level) {
+  const std::string name = fmt::format("atrous{}", level + 1);
+  const bool wanted = Wants(name);
+  for (size_t i = 0; i < groups.size(); ++i) {
+    const Image3& filtered = wavelet[i].filter[wavelet[i].source].colour;
+    SignalHistory* history = wavelet[i].history;
+    if (settings.feedback == level + 1 && feeds_back) {
+      if (!history->behind.empty()) {
+        std::swap(history->colour, history->behind);
+      }
+      CopyImage(filtered, &history->colour);
+    }
+    if (wanted) {
+      AddSignal(groups[i], filtered, true, Composite(name));
+    }
+  }
+}
+
+void Denoiser::Impl::FindPresent(WaveletPlanes* planes) const {
   ParallelRows(state.height, 32, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
       const float* i = state.guides.inverse_depth.Row(y);
-      const float* length = history->length.Row(y);
-      float* to = present.Row(y);
+      const float* length = planes->history->length.Row(y);
+      float* to = planes->present.Row(y);
       for (int x = 0; x < state.width; ++x) {
         to[x] = i[x] > 0 && length[x] > 0 ? 1.0f : 0.0f;
       }
     }
   });
-  if (feedback_phase < 1 && !history->behind.empty()) {
-    BlendFeedback(*history, feedback_phase, &filter[0].colour);
-  } else {
-    CopyImage(history->colour, &filter[0].colour);
-  }
-  if (IsSparse() && (grown.width() != state.width || grown.height() != state.height ||
-                     grown.border() != present.border())) {
-    grown = Image1(state.width, state.height, present.border());
-  }
-  const float mean = settings.wavelet == Wavelet::kEaw ? MeanLuminance(history->colour) : 1.0f;
-  int source = 0;
-  for (int level = 0; level < settings.steps.count; ++level, source ^= 1) {
-    RunLevel(level, mean, *history, source);
-    const Image3& filtered = filter[source ^ 1].colour;
-    if (settings.feedback == level + 1 && feeds_back) {
-      if (!history->behind.empty()) {
-        CopyImage(history->colour, &history->behind);
-      }
-      CopyImage(filtered, &history->colour);
-    }
-    const std::string name = fmt::format("atrous{}", level + 1);
-    if (Wants(name)) {
-      AddSignal(group, filtered, Composite(name));
-    }
-  }
-  KeepImage("filtered", group, filter[source].colour);
-  KeepPlane("filtered_variance", group, filter[source].variance);
-  const StageTimer timer(&out->timings, "remodulate");
-  AddSignal(group, filter[source].colour, &picture);
+  planes->complete = IsComplete(planes->present, state.guides);
 }
 
-bool Denoiser::Impl::GatherLight(const SignalGroup& group, const SignalHistory& history) {
+bool Denoiser::Impl::GatherLight(size_t signal, const SignalHistory& history) {
+  const SignalGroup& group = groups[signal];
   {
     const StageTimer timer(&out->timings, "demodulate");
     RunDemodulate(group);
@@ -307,7 +339,7 @@ bool Denoiser::Impl::GatherLight(const SignalGroup& group, const SignalHistory& 
   const bool limited = has_history && settings.limit_history;
   if (limited) {
     const StageTimer timer(&out->timings, "limit_history");
-    RunLimitHistory();
+    RunLimitHistory(&wavelet[signal]);
     KeepPlane("limit", group, limit);
   }
   KeepImage("noisy", group, light.colour);
@@ -321,7 +353,6 @@ void Denoiser::Impl::RunAccumulate(bool limited, SignalHistory* history) {
   p.alpha_moments = settings.alpha_moments;
   p.constant_weight = settings.history_weight == HistoryWeight::kConstant;
   p.max_history = settings.max_history;
-  p.rec601 = settings.luminance == LuminanceWeights::kRec601;
   p.compressed_scale = fetched.compressed_scale;
   stages->accumulate(light, fetched, limited ? &limit : nullptr, p, history);
   history->compressed_scale = fetched.compressed_scale;
@@ -343,17 +374,19 @@ SignalHistory Denoiser::Impl::ShortenedHistory(bool limited) const {
   return shortened;
 }
 
-void Denoiser::Impl::FilterSignal(const SignalGroup& group, SignalHistory* history) {
+void Denoiser::Impl::BeginFilter(size_t signal, SignalHistory* history) {
+  const SignalGroup& group = groups[signal];
   KeepImage("accumulated", group, history->colour);
   KeepPlane("history", group, history->length);
   KeepPlane("moment_mean", group, history->mean);
   KeepPlane("moment_variance", group, history->variance);
   if (Wants("temporal")) {
-    AddSignal(group, history->colour, Composite("temporal"));
+    AddSignal(group, history->colour, true, Composite("temporal"));
   }
+  WaveletPlanes& planes = wavelet[signal];
+  planes.history = history;
+  planes.source = 0;
   if (settings.wavelet == Wavelet::kOff) {
-    const StageTimer timer(&out->timings, "remodulate");
-    AddSignal(group, history->colour, &picture);
     return;
   }
   if (settings.wavelet == Wavelet::kSvgf) {
@@ -365,10 +398,40 @@ void Denoiser::Impl::FilterSignal(const SignalGroup& group, SignalHistory* histo
     p.least_evidence = IsSparse() ? kLeastEvidence : 0.0f;
     p.boost = settings.short_history_boost;
     p.edges = EdgesOf(settings);
-    stages->estimate_variance(*history, light.samples, state.guides, p, &filter[0].variance);
-    KeepPlane("variance", group, filter[0].variance);
+    stages->estimate_variance(*history, light.samples, state.guides, p, &planes.filter[0].variance);
+    KeepPlane("variance", group, planes.filter[0].variance);
   }
-  RunWavelet(group, history);
+  FindPresent(&planes);
+  if (IsSparse() && (planes.grown.width() != state.width || planes.grown.height() != state.height ||
+                     planes.grown.border() != planes.present.border())) {
+    planes.grown = Image1(state.width, state.height, planes.present.border());
+  }
+  if (settings.wavelet == Wavelet::kEaw) {
+    planes.mean_luminance = MeanLuminance(history->colour);
+  }
+  if (feedback_phase < 1 && !history->behind.empty()) {
+    BlendFeedback(*history, feedback_phase, &planes.filter[0].colour);
+  } else {
+    CopyImage(history->colour, &planes.filter[0].colour);
+  }
+}
+
+void Denoiser::Impl::FilterSignals() {
+  const bool filters = settings.wavelet != Wavelet::kOff;
+  for (int level = 0; filters && level < settings.steps.count; ++level) {
+    RunLevel(level);
+    KeepLevel(level);
+  }
+  const StageTimer timer(&out->timings, "remodulate");
+  for (size_t i = 0; i < groups.size(); ++i) {
+    const WaveletPlanes& planes = wavelet[i];
+    const FilterPlanes& filtered = planes.filter[planes.source];
+    if (filters) {
+      KeepImage("filtered", groups[i], filtered.colour);
+      KeepPlane("filtered_variance", groups[i], filtered.variance);
+    }
+    AddSignal(groups[i], filters ? filtered.colour : planes.history->colour, i > 0, &picture);
+  }
 }
 
 }  // namespace stillray

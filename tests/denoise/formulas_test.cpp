@@ -128,7 +128,8 @@ TEST(Formulas, EdgeStoppingWeights) {
   EXPECT_EQ(GradientDepthExponent(0.5f, 0.4f, vec2(0.1f, 0), vec2(3, 7), 2, 0.01f, 0.19f), 0.0f);
   EXPECT_NEAR(PlaneDepthExponent(0.5f, 0.62f, vec2(0.04f, 0.01f), vec2(2, -1), 0.1f),
               std::abs(0.5 + 0.08 - 0.01 - 0.62) / 0.05, 1e-5);
-  EXPECT_NEAR(LuminanceExponent(1, 3, 0.25f, 4, 0.001f), 2 / (1 + 0.003), 1e-6);
+  // One tolerance, 4 * 0.25 + 0.001 * 3, takes the weight to 1/e.
+  EXPECT_NEAR(std::exp2(-1.003 * LuminanceStop(3, 0.25f, 4, 0.001f)), std::exp(-1.0), 1e-6);
   EXPECT_NEAR(EawExponent(0.04f, 0.09f, 0.01f, 0.5f, 0.3f, 0.2f), 0.16 + 1 + 0.25, 1e-6);
 }
 
@@ -144,11 +145,18 @@ TEST(Formulas, PlaneWeightIsExactOnAnySlope) {
   }
 }
 
-TEST(Formulas, SharedSpread) {
-  EXPECT_EQ(SharedSpread(1, 5, 1), 1.0f);     // the papers': the pixel's own
-  EXPECT_EQ(SharedSpread(1, 5, 1.5f), 1.5f);  // raised, but bounded
-  EXPECT_EQ(SharedSpread(1, 1.2f, 1.5f), 1.2f);
-  EXPECT_EQ(SharedSpread(1, 0.2f, 1.5f), 1.0f);  // never lowered
+TEST(Formulas, SharedStop) {
+  EXPECT_EQ(SharedStop(6, 2, 1), 6.0f);     // the papers': the pixel's own
+  EXPECT_EQ(SharedStop(6, 2, 1.5f), 4.0f);  // lowered for a noisier neighbour, but bounded
+  EXPECT_EQ(SharedStop(6, 5, 1.5f), 5.0f);
+  EXPECT_EQ(SharedStop(6, 9, 1.5f), 6.0f);  // never raised
+  EXPECT_EQ(SharedStop(0, 9, 1.5f), 0.0f);
+}
+
+TEST(Formulas, GreenFromLuminance) {
+  EXPECT_NEAR(Green709(Luminance709(0.3f, 0.7f, 0.2f), 0.3f, 0.2f), 0.7f, 1e-6);
+  EXPECT_NEAR(Green601(Luminance601(0.3f, 0.7f, 0.2f), 0.3f, 0.2f), 0.7f, 1e-6);
+  EXPECT_EQ(Green709(0, 1e-9f, 0), 0.0f);  // rounding makes no negative light
 }
 
 TEST(Formulas, CompressedLuminance) {

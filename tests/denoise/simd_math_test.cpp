@@ -36,6 +36,20 @@ void CheckExp2() {
   EXPECT_EQ(First(Exp2(hn::Set(d, -HUGE_VALF))), 0.0f);
 }
 
+void CheckWeightExp2() {
+  const DF d;
+  double worst = 0;
+  for (double x = -59.9; x < 99.0; x += 0.00037) {
+    const float in = static_cast<float>(x);
+    const double exact = std::exp2(static_cast<double>(in));
+    worst = std::max(worst, std::abs(First(WeightExp2(hn::Set(d, in))) / exact - 1.0));
+  }
+  EXPECT_LT(worst, 3e-6) << hwy::TargetName(HWY_TARGET);
+  EXPECT_EQ(First(WeightExp2(hn::Set(d, -60.5f))), 0.0f);
+  EXPECT_EQ(First(WeightExp2(hn::Set(d, -1e30f))), 0.0f);
+  EXPECT_EQ(First(WeightExp2(hn::Set(d, -HUGE_VALF))), 0.0f);
+}
+
 void CheckLog2() {
   const DF d;
   double worst = 0;
@@ -75,6 +89,7 @@ HWY_AFTER_NAMESPACE();
 namespace stillray {
 
 HWY_EXPORT(CheckExp2);
+HWY_EXPORT(CheckWeightExp2);
 HWY_EXPORT(CheckLog2);
 HWY_EXPORT(CheckStoreInRow);
 
@@ -92,6 +107,9 @@ void OnEveryTarget(const Check& check) {
 
 TEST(SimdMath, Exp2) {
   OnEveryTarget([] { HWY_DYNAMIC_DISPATCH(CheckExp2)(); });
+}
+TEST(SimdMath, WeightExp2) {
+  OnEveryTarget([] { HWY_DYNAMIC_DISPATCH(CheckWeightExp2)(); });
 }
 TEST(SimdMath, Log2) {
   OnEveryTarget([] { HWY_DYNAMIC_DISPATCH(CheckLog2)(); });

@@ -61,7 +61,7 @@ void AccumulateRows(const NewLight& light, const SignalHistory& before, const Im
       const VF mean = hn::LoadU(d, before.mean.Row(y) + x);
       const VF variance = hn::LoadU(d, before.variance.Row(y) + x);
       const VF weights2 = hn::LoadU(d, before.weights2.Row(y) + x);
-      const VF l = Luminance(colour[0], colour[1], colour[2], p.rec601);
+      const VF l = colour[0];
       if (p.compressed_scale > 0) {
         const VF old = hn::LoadU(d, before.compressed.Row(y) + x);
         const VF light_l = hn::Max(l, hn::Zero(d));

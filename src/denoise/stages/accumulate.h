@@ -17,7 +17,6 @@ struct AccumulateParameters {
   float alpha_moments = 0.1f;
   bool constant_weight = false;  ///< SVGF: alpha_min wherever there is history
   int max_history = 0;           ///< samples; 0: no limit
-  bool rec601 = false;           ///< luminance weights
   /// Luminance that is compressed to 1/2 in `compressed`; 0: that plane is left out.
   float compressed_scale = 0;
 };

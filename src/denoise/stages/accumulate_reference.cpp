@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#include "core/colour_shared.h"
+#include "core/shared.h"
 #include "denoise/stages/accumulate.h"
 #include "denoise/stages/accumulate_shared.h"
 #include "denoise/stages/limit_history_shared.h"
@@ -9,7 +9,6 @@ namespace stillray::reference {
 
 void Accumulate(const NewLight& light, const SignalHistory& before, const Image1* limit,
                 const AccumulateParameters& p, SignalHistory* out) {
-  const auto luminance = p.rec601 ? Luminance601 : Luminance709;
   for (int y = 0; y < light.samples.height(); ++y) {
     for (int x = 0; x < light.samples.width(); ++x) {
       const float n = light.samples(x, y);
@@ -22,8 +21,7 @@ void Accumulate(const NewLight& light, const SignalHistory& before, const Image1
       }
       const float alpha = NewFrameWeight(length, n, p.alpha_min, p.constant_weight);
       const float alpha_moments = NewFrameWeight(length, n, p.alpha_moments, p.constant_weight);
-      const float l =
-          luminance(light.colour[0](x, y), light.colour[1](x, y), light.colour[2](x, y));
+      const float l = light.colour[0](x, y);
       const float d = l - before.mean(x, y);
       const float within = light.within.empty() ? 0.0f : light.within(x, y);
       for (int c = 0; c < 3; ++c) {

@@ -1,6 +1,15 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
+
+// One exponent of 2 per tap: kernel, normal, depth and luminance add up before a single
+// exponential; the guides' part of it is worked out once for all signals. Taps come in pairs at
+// opposite offsets, which share the slope's tolerance. All planes have one stride, so that a tap is
+// one distance in memory for all of them; normals in the border are zero, which makes every weight
+// there zero without a test.
 #include "denoise/stages/atrous.h"
+
+#include <algorithm>
+#include <array>
 
 #include "core/check.h"
 #include "core/parallel.h"
@@ -16,170 +25,332 @@
 #include "denoise/simd/edge_stopping-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
+#ifndef STILLRAY_ATROUS_ONCE
+#define STILLRAY_ATROUS_ONCE
+namespace stillray {
+
+/// The tap at (dx, dy) pixels and that at (-dx, -dy).
+struct TapPair {
+  float dx;
+  float dy;
+  float log2_kernel;
+  ptrdiff_t distance;  ///< in the planes, of the first; the second lies as far on the other side
+};
+
+/// Of a 5x5 kernel.
+inline constexpr int kMostPairs = 12;
+
+/// What rows of a level have in common.
+struct AtrousLevel {
+  std::span<const AtrousSignal> signals;
+  const GuidePlanes& guides;
+  const AtrousParameters& parameters;
+  std::array<TapPair, kMostPairs> pairs;
+  int pair_count;
+  float centre_kernel;
+};
+
+/// From this exponent of the normal weight on, a parabola in the cosine is as good as the logarithm
+/// (weights differ by 1.1e-4 at 64, 2.8e-5 at 128).
+inline constexpr float kParabolaFromSigmaN = 64;
+
+}  // namespace stillray
+#endif
+
 HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// log2 of the kernel by distance from its centre.
-constexpr float kLog2Kernel3[2] = {-1.0f, -2.0f};
-constexpr float kLog2Kernel5[3] = {-1.41503750f, -2.0f, -4.0f};
-
-struct Sums {
-  VF r, g, b, variance, weight;
-};
-
-/// Rows of the taps at one vertical offset.
-struct TapRows {
-  const float* colour[3];
+/// One signal at the pixels x, x + 1, ... of a row.
+struct SignalRow {
+  const float* luminance;
+  const float* red;
+  const float* blue;
   const float* variance;
+  const float* stop;
   const float* present;
-  const float* normal[3];
-  const float* inverse_depth;
-  const uint32_t* id;
+  float eaw_l;  ///< log2(e) / sigma^2
 };
 
-TapRows RowsAt(const FilterPlanes& in, const Image1& present, const GuidePlanes& g, int y) {
-  return {{in.colour[0].Row(y), in.colour[1].Row(y), in.colour[2].Row(y)},
-          in.variance.Row(y),
-          present.Row(y),
-          {g.normal[0].Row(y), g.normal[1].Row(y), g.normal[2].Row(y)},
-          g.inverse_depth.Row(y),
-          g.id.Row(y)};
+SignalRow RowOf(const AtrousSignal& s, int y) {
+  return {s.in->colour[0].Row(y),
+          s.in->colour[1].Row(y),
+          s.in->colour[2].Row(y),
+          s.in->variance.Row(y),
+          s.stop->Row(y),
+          s.present->Row(y),
+          kLog2E / (s.eaw_sigma_l * s.eaw_sigma_l)};
 }
 
-HWY_INLINE void AddTap(const TapRows& q, int x, VF weight, VF r, VF g, VF b, Sums* sums) {
+struct Sums {
+  VF luminance, red, blue, variance, weight;
+};
+
+HWY_INLINE void AddTap(const SignalRow& s, ptrdiff_t q, VF weight, VF luminance, Sums* sums) {
   const DF d;
-  sums->r = hn::MulAdd(weight, r, sums->r);
-  sums->g = hn::MulAdd(weight, g, sums->g);
-  sums->b = hn::MulAdd(weight, b, sums->b);
+  sums->luminance = hn::MulAdd(weight, luminance, sums->luminance);
+  sums->red = hn::MulAdd(weight, hn::LoadU(d, s.red + q), sums->red);
+  sums->blue = hn::MulAdd(weight, hn::LoadU(d, s.blue + q), sums->blue);
   sums->variance =
-      hn::MulAdd(hn::Mul(weight, weight), hn::LoadU(d, q.variance + x), sums->variance);
+      hn::MulAdd(hn::Mul(weight, weight), hn::LoadU(d, s.variance + q), sums->variance);
   sums->weight = hn::Add(sums->weight, weight);
 }
 
-/// Filters the pixels of one row. kWeights is a template argument so that each kind of filter has
-/// an inner loop without branches.
-template <AtrousWeights kWeights>
-void FilterRow(const FilterPlanes& in, const Image1& spread, const Image1& present,
-               const GuidePlanes& guides, const AtrousParameters& p, int y, FilterPlanes* out) {
+/// The guides of one row, and what does not change from tap to tap.
+struct GuideRow {
+  const float* nx;
+  const float* ny;
+  const float* nz;
+  const float* depth;  ///< inverse where distances are from a plane
+  const uint32_t* id;
+};
+
+/// sigma_n log2(cosine), to second order about 1: far from it, 2 to its power is 0 all the same.
+HWY_INLINE VF NearParabola(VF cosine, VF bias, float sigma_n) {
+  const DF d;
+  const float k = sigma_n * kLog2E;
+  return hn::MulAdd(cosine, hn::MulAdd(cosine, hn::Set(d, -0.5f * k), hn::Set(d, 2.0f * k)), bias);
+}
+constexpr float kParabolaAtZero = -1.5f * kLog2E;
+
+/// Exponent of the guides' weights at one tap; `expected` is the depth that the tap has on the
+/// centre's surface.
+template <bool kParabola>
+HWY_INLINE VF GuideExponent(const GuideRow& g, const GuideCentre& c, ptrdiff_t q, VF expected,
+                            VF depth_scale, VF log2_kernel, float sigma_n) {
+  const DF d;
+  const VF cosine =
+      hn::MulAdd(c.nx, hn::LoadU(d, g.nx + q),
+                 hn::MulAdd(c.ny, hn::LoadU(d, g.ny + q), hn::Mul(c.nz, hn::LoadU(d, g.nz + q))));
+  VF exponent;
+  if constexpr (kParabola) {
+    exponent = NearParabola(cosine, log2_kernel, sigma_n);
+  } else {
+    exponent = hn::Add(log2_kernel, NormalExponent(cosine, sigma_n));
+    exponent = hn::IfThenElse(hn::Gt(cosine, hn::Zero(d)), exponent, hn::Set(d, -1000.0f));
+  }
+  const VF deviation = hn::Abs(hn::Sub(expected, hn::LoadU(d, g.depth + q)));
+  return hn::NegMulAdd(deviation, depth_scale, exponent);
+}
+
+/// Writes the filtered pixels of one signal.
+HWY_INLINE void Finish(const AtrousSignal& signal, const SignalRow& row, const Sums& sums,
+                       MF surface, int x, int y) {
+  const DF d;
+  const VF one = hn::Set(d, 1.0f);
+  const int width = signal.present->width();
+  const MF filled = hn::And(hn::Gt(sums.weight, hn::Set(d, kMinAtrousWeight)), surface);
+  const VF scale = hn::Div(one, hn::IfThenElse(filled, sums.weight, one));
+  const auto store = [&](VF sum, VF factor, const float* before, Image1* out) HWY_ATTR {
+    StoreInRow(d, hn::IfThenElse(filled, hn::Mul(sum, factor), hn::LoadU(d, before + x)),
+               out->Row(y), x, width);
+  };
+  store(sums.luminance, scale, row.luminance, &signal.out->colour[0]);
+  store(sums.red, scale, row.red, &signal.out->colour[1]);
+  store(sums.blue, scale, row.blue, &signal.out->colour[2]);
+  store(sums.variance, hn::Mul(scale, scale), row.variance, &signal.out->variance);
+  if (signal.grown != nullptr) {
+    StoreInRow(d, hn::IfThenElse(filled, one, hn::LoadU(d, row.present + x)), signal.grown->Row(y),
+               x, width);
+  }
+}
+
+/// Exponents (or weights) of all taps of one vector of pixels, in the order of the pairs.
+using TapVectors = float[2 * kMostPairs][hn::MaxLanes(DF())];
+
+/// What the guides say about the taps of the pixels x, x + 1, ...: shared by all signals. A pass of
+/// its own, because the whole chain from the guides to the sums would be longer than what cores
+/// can look ahead.
+template <bool kParabola>
+HWY_INLINE void GuideExponents(const AtrousLevel& level, const GuideRow& guide,
+                               const GuideCentre& c, int x, TapVectors& exponents) {
   const DF d;
   const DU du;
-  const int width = present.width();
-  const float* log2_kernel = p.radius == 1 ? kLog2Kernel3 : kLog2Kernel5;
-  TapRows rows[5];
-  for (int j = -p.radius; j <= p.radius; ++j) {
-    rows[j + p.radius] = RowsAt(in, present, guides, y + j * p.step);
-  }
-  const TapRows& own = rows[p.radius];
-  const VF one = hn::Set(d, 1.0f);
-  for (int x = 0; x < width; x += LaneCount()) {
-    const GuideCentre c = LoadGuideCentre(guides, p.edges, x, y);
-    const VF rp = hn::LoadU(d, own.colour[0] + x);
-    const VF gp = hn::LoadU(d, own.colour[1] + x);
-    const VF bp = hn::LoadU(d, own.colour[2] + x);
-    const VF variance_p = hn::LoadU(d, own.variance + x);
-    const VF present_p = hn::LoadU(d, own.present + x);
-    const VF lp = Luminance(rp, gp, bp, p.rec601);
-    const VU id_p = hn::LoadU(du, own.id + x);
-    const VF spread_p = kWeights == AtrousWeights::kSvgf ? hn::LoadU(d, spread.Row(y) + x) : one;
-    const VF ratio = hn::Set(d, p.noise_ratio);
-    const VF eaw_l = hn::Mul(present_p, hn::Set(d, kLog2E / (p.eaw_sigma_l * p.eaw_sigma_l)));
-    const VF eaw_n = hn::Set(d, kLog2E / (p.eaw_sigma_n * p.eaw_sigma_n));
-    const VF eaw_z =
-        hn::Mul(hn::Mul(c.z, c.z), hn::Set(d, kLog2E / (p.eaw_sigma_z * p.eaw_sigma_z)));
-    Sums sums = {hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d)};
-    for (int j = -p.radius; j <= p.radius; ++j) {
-      const TapRows& q = rows[j + p.radius];
-      const float dy = static_cast<float>(j * p.step);
-      for (int i = -p.radius; i <= p.radius; ++i) {
-        const int xq = x + i * p.step;
-        const float log2_h = log2_kernel[i < 0 ? -i : i] + log2_kernel[j < 0 ? -j : j];
-        const VF present_q = hn::LoadU(d, q.present + xq);
-        const VF rq = hn::LoadU(d, q.colour[0] + xq);
-        const VF gq = hn::LoadU(d, q.colour[1] + xq);
-        const VF bq = hn::LoadU(d, q.colour[2] + xq);
-        if (kWeights == AtrousWeights::kNaive || (i == 0 && j == 0)) {
-          AddTap(q, xq, hn::Mul(present_q, Exp2(hn::Set(d, log2_h))), rq, gq, bq, &sums);
-          continue;
-        }
-        const float dx = static_cast<float>(i * p.step);
-        const VF nx = hn::LoadU(d, q.normal[0] + xq);
-        const VF ny = hn::LoadU(d, q.normal[1] + xq);
-        const VF nz = hn::LoadU(d, q.normal[2] + xq);
-        const VF iq = hn::LoadU(d, q.inverse_depth + xq);
-        VF exponent = hn::Set(d, log2_h);
-        MF keep = hn::Gt(present_q, hn::Zero(d));
-        if constexpr (kWeights == AtrousWeights::kEaw) {
-          const VF ex = hn::Sub(c.nx, nx);
-          const VF ey = hn::Sub(c.ny, ny);
-          const VF ez = hn::Sub(c.nz, nz);
-          const VF n2 = hn::MulAdd(ex, ex, hn::MulAdd(ey, ey, hn::Mul(ez, ez)));
-          const VF deviation = PlaneDeviation(c, iq, dx, dy);
-          const VF dl = hn::Sub(lp, Luminance(rq, gq, bq, p.rec601));
-          exponent = hn::NegMulAdd(hn::Mul(dl, dl), eaw_l, exponent);
-          exponent = hn::NegMulAdd(n2, eaw_n, exponent);
-          exponent = hn::NegMulAdd(hn::Mul(deviation, deviation), eaw_z, exponent);
-        } else {
-          const VF cosine = hn::MulAdd(c.nx, nx, hn::MulAdd(c.ny, ny, hn::Mul(c.nz, nz)));
-          keep = hn::And(keep, hn::Gt(cosine, hn::Zero(d)));
-          exponent = hn::Add(exponent, NormalExponent(cosine, p.edges.sigma_n));
-          exponent = hn::Sub(exponent, DepthExponent(c, p.edges, iq, dx, dy));
-          if constexpr (kWeights == AtrousWeights::kSvgf) {
-            const VF lq = Luminance(rq, gq, bq, p.rec601);
-            VF noise = spread_p;
-            if (p.noise_ratio > 1) {
-              const VF spread_q = hn::LoadU(d, spread.Row(y + j * p.step) + xq);
-              noise = hn::Max(spread_p, hn::Min(spread_q, hn::Mul(spread_p, ratio)));
-            }
-            const VF allowed = hn::MulAdd(hn::Set(d, p.sigma_l), noise, hn::Set(d, 1e-12f));
-            const VF tolerance = hn::MulAdd(hn::Set(d, p.luminance_epsilon),
-                                            hn::Max(hn::Abs(lp), hn::Abs(lq)), allowed);
-            exponent = hn::NegMulAdd(hn::Div(hn::Abs(hn::Sub(lp, lq)), tolerance),
-                                     hn::Set(d, kLog2E), exponent);
-          }
-        }
-        if (p.test_id) {
-          keep = hn::And(keep, hn::RebindMask(d, hn::Eq(id_p, hn::LoadU(du, q.id + xq))));
-        }
-        AddTap(q, xq, hn::IfThenElseZero(keep, Exp2(exponent)), rq, gq, bq, &sums);
-      }
+  const EdgeStopping& edges = level.parameters.edges;
+  const VF slope_scale = hn::Mul(hn::Set(d, edges.sigma_z), hn::Mul(c.z, c.z));
+  const VF slope_least = hn::Mul(hn::Set(d, edges.depth_epsilon), c.z);
+  const VF steepness = hn::Mul(c.flat, hn::Set(d, kLog2E));
+  const VU id = hn::LoadU(du, guide.id + x);
+  const float at_zero = kParabola ? edges.sigma_n * kParabolaAtZero : 0.0f;
+  for (int i = 0; i < level.pair_count; ++i) {
+    const TapPair& pair = level.pairs[static_cast<size_t>(i)];
+    const VF bias = hn::Set(d, pair.log2_kernel + at_zero);
+    const VF along = hn::MulAdd(c.gx, hn::Set(d, pair.dx), hn::Mul(c.gy, hn::Set(d, pair.dy)));
+    VF expected[2];
+    VF scale;
+    if (edges.plane) {
+      expected[0] = hn::Add(c.i, along);
+      expected[1] = hn::Sub(c.i, along);
+      scale = c.scale;
+    } else {
+      expected[0] = expected[1] = c.z;
+      scale = hn::Div(steepness, hn::MulAdd(slope_scale, hn::Abs(along), slope_least));
     }
-    const MF filled =
-        hn::And(hn::Gt(sums.weight, hn::Set(d, kMinAtrousWeight)), hn::Gt(c.i, hn::Zero(d)));
-    const VF scale = hn::Div(one, hn::IfThenElse(filled, sums.weight, one));
-    StoreInRow(d, hn::IfThenElse(filled, hn::Mul(sums.r, scale), rp), out->colour[0].Row(y), x,
-               width);
-    StoreInRow(d, hn::IfThenElse(filled, hn::Mul(sums.g, scale), gp), out->colour[1].Row(y), x,
-               width);
-    StoreInRow(d, hn::IfThenElse(filled, hn::Mul(sums.b, scale), bp), out->colour[2].Row(y), x,
-               width);
-    StoreInRow(d, hn::IfThenElse(filled, hn::Mul(sums.variance, hn::Mul(scale, scale)), variance_p),
-               out->variance.Row(y), x, width);
-    if (p.grown != nullptr) {
-      StoreInRow(d, hn::IfThenElse(filled, one, present_p), p.grown->Row(y), x, width);
+    for (int side = 0; side < 2; ++side) {
+      const ptrdiff_t q = x + (side == 0 ? pair.distance : -pair.distance);
+      VF exponent =
+          GuideExponent<kParabola>(guide, c, q, expected[side], scale, bias, edges.sigma_n);
+      if (level.parameters.test_id) {
+        const MF same = hn::RebindMask(d, hn::Eq(id, hn::LoadU(du, guide.id + q)));
+        exponent = hn::IfThenElse(same, exponent, hn::Set(d, -1000.0f));
+      }
+      hn::Store(exponent, d, exponents[2 * i + side]);
     }
   }
 }
 
-void AtrousRows(const FilterPlanes& in, const Image1& spread, const Image1& present,
-                const GuidePlanes& guides, const AtrousParameters& p, int y0, int y1,
-                FilterPlanes* out) {
-  for (int y = y0; y < y1; ++y) {
-    switch (p.weights) {
-      case AtrousWeights::kNaive:
-        FilterRow<AtrousWeights::kNaive>(in, spread, present, guides, p, y, out);
-        break;
-      case AtrousWeights::kGeometry:
-        FilterRow<AtrousWeights::kGeometry>(in, spread, present, guides, p, y, out);
-        break;
-      case AtrousWeights::kSvgf:
-        FilterRow<AtrousWeights::kSvgf>(in, spread, present, guides, p, y, out);
-        break;
-      case AtrousWeights::kEaw:
-        FilterRow<AtrousWeights::kEaw>(in, spread, present, guides, p, y, out);
-        break;
+/// Adds up the taps of one signal at the pixels x, x + 1, ... kLuminance: weights of SVGF, else
+/// those of the guides alone. kShared: stops are shared with noisier neighbours.
+template <bool kLuminance, bool kShared, bool kComplete>
+HWY_INLINE Sums SumTaps(const AtrousLevel& level, const SignalRow& row, const TapVectors& exponents,
+                        int x) {
+  const DF d;
+  const VF zero = hn::Zero(d);
+  const VF centre = hn::LoadU(d, row.luminance + x);
+  const VF stop = kLuminance ? hn::LoadU(d, row.stop + x) : zero;
+  const VF least = hn::Mul(stop, hn::Set(d, 1 / level.parameters.noise_ratio));
+  const VF kernel = hn::Set(d, level.centre_kernel);
+  Sums sums = {zero, zero, zero, zero, zero};
+  AddTap(row, x, kComplete ? kernel : hn::Mul(kernel, hn::LoadU(d, row.present + x)), centre,
+         &sums);
+  for (int i = 0; i < 2 * level.pair_count; ++i) {
+    const ptrdiff_t distance = level.pairs[static_cast<size_t>(i / 2)].distance;
+    const ptrdiff_t q = x + (i % 2 == 0 ? distance : -distance);
+    const VF l = hn::LoadU(d, row.luminance + q);
+    VF exponent = hn::Load(d, exponents[i]);
+    if constexpr (kLuminance) {
+      VF factor = stop;
+      if constexpr (kShared) {
+        factor = hn::Min(factor, hn::Max(hn::LoadU(d, row.stop + q), least));
+      }
+      exponent = hn::NegMulAdd(hn::Abs(hn::Sub(centre, l)), factor, exponent);
     }
+    VF weight = WeightExp2(exponent);
+    if constexpr (!kComplete) {
+      weight = hn::Mul(weight, hn::LoadU(d, row.present + q));
+    }
+    AddTap(row, q, weight, l, &sums);
+  }
+  return sums;
+}
+
+/// Filters one row of all signals with the weights of SVGF, or those of geometry alone. Template
+/// arguments rather than branches in the innermost loop.
+template <bool kLuminance, bool kParabola, bool kShared, bool kComplete>
+void FilterRow(const AtrousLevel& level, int y) {
+  const DF d;
+  const GuidePlanes& g = level.guides;
+  const EdgeStopping& edges = level.parameters.edges;
+  const GuideRow guide = {g.normal[0].Row(y), g.normal[1].Row(y), g.normal[2].Row(y),
+                          edges.plane ? g.inverse_depth.Row(y) : g.depth.Row(y), g.id.Row(y)};
+  const int width = g.id.width();
+  HWY_ALIGN TapVectors exponents;
+  for (int x = 0; x < width; x += LaneCount()) {
+    const GuideCentre c = LoadGuideCentre(g, edges, x, y);
+    const MF surface = hn::Gt(c.i, hn::Zero(d));
+    const bool any = !hn::AllFalse(d, surface);
+    if (any) {
+      GuideExponents<kParabola>(level, guide, c, x, exponents);
+    }
+    for (const AtrousSignal& signal : level.signals) {
+      const SignalRow row = RowOf(signal, y);
+      const VF zero = hn::Zero(d);
+      const Sums sums = any ? SumTaps<kLuminance, kShared, kComplete>(level, row, exponents, x)
+                            : Sums{zero, zero, zero, zero, zero};
+      Finish(signal, row, sums, surface, x, y);
+    }
+  }
+}
+
+/// The weights that are there for comparison: the kernel alone, and the Gaussians of EAW.
+template <bool kEaw>
+void FilterRowForComparison(const AtrousLevel& level, const AtrousSignal& signal, int y) {
+  const DF d;
+  const DU du;
+  const AtrousParameters& p = level.parameters;
+  const GuidePlanes& g = level.guides;
+  const GuideRow guide = {g.normal[0].Row(y), g.normal[1].Row(y), g.normal[2].Row(y),
+                          g.inverse_depth.Row(y), g.id.Row(y)};
+  const SignalRow row = RowOf(signal, y);
+  const int width = g.id.width();
+  for (int x = 0; x < width; x += LaneCount()) {
+    const GuideCentre c = LoadGuideCentre(g, p.edges, x, y);
+    const VU id = hn::LoadU(du, guide.id + x);
+    const VF present = hn::LoadU(d, row.present + x);
+    const VF luminance = hn::LoadU(d, row.luminance + x);
+    const VF eaw_l = hn::Mul(present, hn::Set(d, row.eaw_l));
+    const VF eaw_n = hn::Set(d, kLog2E / (p.eaw_sigma_n * p.eaw_sigma_n));
+    const VF eaw_z =
+        hn::Mul(hn::Mul(c.z, c.z), hn::Set(d, kLog2E / (p.eaw_sigma_z * p.eaw_sigma_z)));
+    const VF zero = hn::Zero(d);
+    Sums sums = {zero, zero, zero, zero, zero};
+    AddTap(row, x, hn::Mul(present, hn::Set(d, level.centre_kernel)), luminance, &sums);
+    const auto add_tap = [&](ptrdiff_t distance, float dx, float dy, float log2_kernel) HWY_ATTR
+        __attribute__((always_inline)) {
+      const ptrdiff_t q = x + distance;
+      const VF l = hn::LoadU(d, row.luminance + q);
+      VF exponent = hn::Set(d, log2_kernel);
+      if constexpr (kEaw) {
+        const VF ex = hn::Sub(c.nx, hn::LoadU(d, guide.nx + q));
+        const VF ey = hn::Sub(c.ny, hn::LoadU(d, guide.ny + q));
+        const VF ez = hn::Sub(c.nz, hn::LoadU(d, guide.nz + q));
+        const VF n2 = hn::MulAdd(ex, ex, hn::MulAdd(ey, ey, hn::Mul(ez, ez)));
+        const VF deviation = PlaneDeviation(c, hn::LoadU(d, guide.depth + q), dx, dy);
+        const VF dl = hn::Sub(luminance, l);
+        exponent = hn::NegMulAdd(hn::Mul(dl, dl), eaw_l, exponent);
+        exponent = hn::NegMulAdd(n2, eaw_n, exponent);
+        exponent = hn::NegMulAdd(hn::Mul(deviation, deviation), eaw_z, exponent);
+        if (p.test_id) {
+          const MF same = hn::RebindMask(d, hn::Eq(id, hn::LoadU(du, guide.id + q)));
+          exponent = hn::IfThenElse(same, exponent, hn::Set(d, -1000.0f));
+        }
+      }
+      AddTap(row, q, hn::Mul(hn::LoadU(d, row.present + q), WeightExp2(exponent)), l, &sums);
+    };
+    for (int i = 0; i < level.pair_count; ++i) {
+      const TapPair& pair = level.pairs[static_cast<size_t>(i)];
+      add_tap(pair.distance, pair.dx, pair.dy, pair.log2_kernel);
+      add_tap(-pair.distance, -pair.dx, -pair.dy, pair.log2_kernel);
+    }
+    Finish(signal, row, sums, hn::Gt(c.i, zero), x, y);
+  }
+}
+
+template <bool kLuminance>
+void FilterRowOf(const AtrousLevel& level, int y) {
+  const AtrousParameters& p = level.parameters;
+  const bool complete = std::all_of(level.signals.begin(), level.signals.end(),
+                                    [](const AtrousSignal& s) { return s.complete; });
+  if (p.edges.sigma_n < kParabolaFromSigmaN) {
+    FilterRow<kLuminance, false, kLuminance, false>(level, y);
+  } else if (!complete) {
+    FilterRow<kLuminance, true, kLuminance, false>(level, y);
+  } else if (p.noise_ratio > 1) {
+    FilterRow<kLuminance, true, kLuminance, true>(level, y);
+  } else {
+    FilterRow<kLuminance, true, false, true>(level, y);
+  }
+}
+
+void AtrousRow(const AtrousLevel& level, int y) {
+  switch (level.parameters.weights) {
+    case AtrousWeights::kNaive:
+      for (const AtrousSignal& signal : level.signals) {
+        FilterRowForComparison<false>(level, signal, y);
+      }
+      break;
+    case AtrousWeights::kEaw:
+      for (const AtrousSignal& signal : level.signals) {
+        FilterRowForComparison<true>(level, signal, y);
+      }
+      break;
+    case AtrousWeights::kGeometry:
+      FilterRowOf<false>(level, y);
+      break;
+    case AtrousWeights::kSvgf:
+      FilterRowOf<true>(level, y);
+      break;
   }
 }
 
@@ -190,15 +361,54 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace stillray::cpu {
+namespace {
 
-HWY_EXPORT(AtrousRows);
+HWY_EXPORT(AtrousRow);
 
-void Atrous(const FilterPlanes& in, const Image1& spread, const Image1& present,
-            const GuidePlanes& guides, const AtrousParameters& p, FilterPlanes* out) {
-  STILLRAY_CHECK_LE(p.step * p.radius, present.border());
-  STILLRAY_CHECK_LE(p.step * p.radius, guides.inverse_depth.border());
-  ParallelRows(present.height(), 8, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(AtrousRows)(in, spread, present, guides, p, y0, y1, out);
+/// Chooses one of each two taps at opposite offsets, all but the centre.
+void AddPairs(int radius, int step, ptrdiff_t stride, AtrousLevel* level) {
+  constexpr float kLog2Kernel3[2] = {-1.0f, -2.0f};
+  constexpr float kLog2Kernel5[3] = {-1.41503750f, -2.0f, -4.0f};
+  const float* log2_kernel = radius == 1 ? kLog2Kernel3 : kLog2Kernel5;
+  for (int j = 0; j <= radius; ++j) {
+    for (int i = j == 0 ? 1 : -radius; i <= radius; ++i) {
+      level->pairs[static_cast<size_t>(level->pair_count++)] = {
+          static_cast<float>(i * step), static_cast<float>(j * step),
+          log2_kernel[i < 0 ? -i : i] + log2_kernel[j], j * step * stride + i * step};
+    }
+  }
+}
+
+/// The i-th row in an order in which the rows of one residue modulo `step` follow each other, so
+/// that a level's taps are found in the cache.
+int RowInOrder(int i, int step, int height) {
+  const int rows = height / step;  // of each residue, and one more of the first `longer`
+  const int longer = height % step;
+  const int of_longer = longer * (rows + 1);
+  if (i < of_longer) {
+    return i / (rows + 1) + i % (rows + 1) * step;
+  }
+  return longer + (i - of_longer) / rows + (i - of_longer) % rows * step;
+}
+
+}  // namespace
+
+void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
+            const AtrousParameters& p) {
+  const ptrdiff_t stride = guides.inverse_depth.stride();
+  for (const AtrousSignal& signal : signals) {
+    STILLRAY_CHECK_LE(p.step * p.radius, signal.present->border());
+    STILLRAY_CHECK_EQ(signal.in->variance.stride(), stride);
+    STILLRAY_CHECK_EQ(signal.present->stride(), stride);
+    STILLRAY_CHECK_EQ(signal.stop->stride(), stride);
+  }
+  AtrousLevel level = {signals, guides, p, {}, 0, p.radius == 1 ? 0.25f : 9.0f / 64.0f};
+  AddPairs(p.radius, p.step, stride, &level);
+  const int height = guides.id.height();
+  ParallelRows(height, 8, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      HWY_DYNAMIC_DISPATCH(AtrousRow)(level, RowInOrder(i, p.step, height));
+    }
   });
 }
 

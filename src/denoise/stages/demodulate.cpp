@@ -97,8 +97,9 @@ DemodulateCounts DemodulateRows(const DemodulateInput& in, int y0, int y1, NewLi
       const MF usable = hn::And(hn::AndNot(negative, finite), received);
       counts.non_finite += static_cast<int64_t>(hn::CountTrue(d, hn::AndNot(finite, in_row)));
       counts.negative += static_cast<int64_t>(hn::CountTrue(d, hn::And(finite, negative)));
-      StoreInRow(d, hn::IfThenElseZero(usable, sum.r), out->colour[0].Row(y), x, width);
-      StoreInRow(d, hn::IfThenElseZero(usable, sum.g), out->colour[1].Row(y), x, width);
+      const VF luminance = Luminance(sum.r, sum.g, sum.b, in.rec601);
+      StoreInRow(d, hn::IfThenElseZero(usable, luminance), out->colour[0].Row(y), x, width);
+      StoreInRow(d, hn::IfThenElseZero(usable, sum.r), out->colour[1].Row(y), x, width);
       StoreInRow(d, hn::IfThenElseZero(usable, sum.b), out->colour[2].Row(y), x, width);
       StoreInRow(d, hn::IfThenElseZero(usable, given), out->samples.Row(y), x, width);
       if (!out->within.empty()) {

@@ -18,6 +18,7 @@ struct DemodulateInput {
   int count = 0;
   AlbedoSum albedo;                 ///< divides the signal
   const Image1* samples = nullptr;  ///< nullptr: one sample everywhere
+  bool rec601 = false;              ///< luminance weights of the result
 };
 
 struct DemodulateCounts {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/colour.h"
+#include "core/colour_shared.h"
 #include "denoise/stages/demodulate.h"
 
 namespace stillray::reference {
@@ -63,9 +64,11 @@ DemodulateCounts Demodulate(const DemodulateInput& in, NewLight* out) {
       const bool usable = finite && !negative && given > 0 && std::isfinite(given);
       counts.non_finite += finite ? 0 : 1;
       counts.negative += finite && negative ? 1 : 0;
-      for (int c = 0; c < 3; ++c) {
-        out->colour[c](x, y) = usable ? colour[c] : 0.0f;
-      }
+      const float luminance = in.rec601 ? Luminance601(colour.x, colour.y, colour.z)
+                                        : Luminance709(colour.x, colour.y, colour.z);
+      out->colour[0](x, y) = usable ? luminance : 0.0f;
+      out->colour[1](x, y) = usable ? colour.x : 0.0f;
+      out->colour[2](x, y) = usable ? colour.z : 0.0f;
       out->samples(x, y) = usable ? given : 0.0f;
       if (!out->within.empty()) {
         out->within(x, y) = usable ? WithinVariance(in, x, y, albedo) : 0.0f;

@@ -38,19 +38,20 @@ SHARED_FN float PlaneDepthExponent(float ip, float iq, vec2 g, vec2 offset, floa
   return abs(expected - iq) / (tolerance * ip);
 }
 
-// Spread to measure the difference of p and q in: that of p, as in the papers, raised to that of a
-// noisier q, but at most `ratio` times. p's spread alone darkens sparsely lit surfaces: a pixel
-// that has seen few bright samples takes itself for less noisy than it is and turns its brighter
-// neighbours away, while they do not turn it away. Without the bound, noisy penumbras would leak
-// into the clean surfaces beside them.
-SHARED_FN float SharedSpread(float spread_p, float spread_q, float ratio) {
-  return max(spread_p, min(spread_q, ratio * spread_p));
+// How sharply a pixel stops others by their luminance: log2(e) / (sigma_l sqrt(var_p) + eps), the
+// factor of |l_p - l_q| in an exponent of 2 (SVGF eq. 5). `spread` is the root of the prefiltered
+// variance (PSVGF: the variance itself); eps in proportion to the luminance.
+SHARED_FN float LuminanceStop(float l, float spread, float sigma_l, float epsilon) {
+  return 1.44269504f / (sigma_l * spread + epsilon * abs(l) + 1e-12f);
 }
 
-// |l_p - l_q| / (sigma_l sqrt(var_p) + eps): SVGF eq. 5. `spread` is the root of the prefiltered
-// variance (PSVGF: the variance itself); eps in proportion to the brighter of the two.
-SHARED_FN float LuminanceExponent(float lp, float lq, float spread, float sigma_l, float epsilon) {
-  return abs(lp - lq) / (sigma_l * spread + epsilon * max(abs(lp), abs(lq)) + 1e-12f);
+// The stop between p and q: that of p, as in the papers, lowered to that of a noisier q, but to no
+// less than 1 / ratio of it. p's alone darkens sparsely lit surfaces: a pixel that has seen few
+// bright samples takes itself for less noisy than it is and turns its brighter neighbours away,
+// while they do not turn it away. Without the bound, noisy penumbras would leak into the clean
+// surfaces beside them.
+SHARED_FN float SharedStop(float stop_p, float stop_q, float ratio) {
+  return min(stop_p, max(stop_q, stop_p / ratio));
 }
 
 // Gaussians of Dammertz et al. 2010, section 3.2, with squared differences d2 over squared sigmas.

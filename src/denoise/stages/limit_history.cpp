@@ -21,12 +21,6 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-HWY_INLINE VF LuminanceAt(const Image3& c, int x, int y, bool rec601) {
-  const DF d;
-  return Luminance(hn::LoadU(d, c[0].Row(y) + x), hn::LoadU(d, c[1].Row(y) + x),
-                   hn::LoadU(d, c[2].Row(y) + x), rec601);
-}
-
 /// See CompressedVariance.
 HWY_INLINE VF SampleVariance(const SignalHistory& before, VF scale, int x, int y) {
   const DF d;
@@ -51,7 +45,7 @@ void CompareWithHistoryRows(const NewLight& light, const SignalHistory& before,
       const MF both =
           hn::And(hn::Gt(hn::LoadU(d, guides.inverse_depth.Row(y) + x), zero),
                   hn::And(hn::Gt(n, zero), hn::Gt(hn::LoadU(d, before.length.Row(y) + x), zero)));
-      const VF l = hn::Max(LuminanceAt(light.colour, x, y, p.rec601), zero);
+      const VF l = hn::Max(hn::LoadU(d, light.colour[0].Row(y) + x), zero);
       const VF now = hn::Div(l, hn::Add(l, scale));
       const VF then = hn::LoadU(d, before.compressed.Row(y) + x);
       const VF single = SampleVariance(before, scale, x, y);

@@ -24,7 +24,6 @@ struct LimitHistoryParameters {
   float scale = 1;  ///< luminance that is compressed to 1/2; that of `before.compressed`
   float dead = 8;
   float gain = 16;
-  bool rec601 = false;
 };
 
 /// The scale to compress with, so that it follows the light without changing from frame to frame:

@@ -1,18 +1,10 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#include "core/colour_shared.h"
+#include "core/shared.h"
 #include "denoise/stages/limit_history.h"
 #include "denoise/stages/limit_history_shared.h"
 
 namespace stillray::reference {
-namespace {
-
-float Luminance(const Image3& c, int x, int y, bool rec601) {
-  return (rec601 ? Luminance601 : Luminance709)(c[0](x, y), c[1](x, y), c[2](x, y));
-}
-
-}  // namespace
-
 void CompareWithHistory(const NewLight& light, const SignalHistory& before,
                         const GuidePlanes& guides, const LimitHistoryParameters& p,
                         FilterPlanes* compared, Image1* present) {
@@ -20,7 +12,7 @@ void CompareWithHistory(const NewLight& light, const SignalHistory& before,
     for (int x = 0; x < light.samples.width(); ++x) {
       const float n = light.samples(x, y);
       const bool both = guides.inverse_depth(x, y) > 0 && n > 0 && before.length(x, y) > 0;
-      const float now = CompressLuminance(Luminance(light.colour, x, y, p.rec601), p.scale);
+      const float now = CompressLuminance(light.colour[0](x, y), p.scale);
       const float then = before.compressed(x, y);
       const float single =
           CompressedVariance(then, before.mean(x, y), before.variance(x, y), p.scale);

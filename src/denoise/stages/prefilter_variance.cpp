@@ -18,10 +18,11 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-void PrefilterVarianceRows(const Image1& variance, const Image1& present, const Image1& length,
-                           const PrefilterVarianceParameters& p, int y0, int y1, Image1* spread) {
+void PrefilterVarianceRows(const FilterPlanes& in, const Image1& present, const Image1& length,
+                           const PrefilterVarianceParameters& p, int y0, int y1, Image1* stop) {
   const DF d;
-  const int width = spread->width();
+  const Image1& variance = in.variance;
+  const int width = stop->width();
   const int radius = p.smooth ? 1 : 0;
   for (int y = y0; y < y1; ++y) {
     for (int x = 0; x < width; x += LaneCount()) {
@@ -36,12 +37,16 @@ void PrefilterVarianceRows(const Image1& variance, const Image1& present, const 
         }
       }
       const VF smoothed = hn::Div(sum, hn::Max(sum_weight, hn::Set(d, 1.0f)));
-      const VF result = p.square_root ? hn::Sqrt(smoothed) : smoothed;
+      const VF spread = p.square_root ? hn::Sqrt(smoothed) : smoothed;
+      const VF l = hn::Abs(hn::LoadU(d, in.colour[0].Row(y) + x));
+      const VF tolerance =
+          hn::MulAdd(hn::Set(d, p.sigma_l), spread,
+                     hn::MulAdd(hn::Set(d, p.luminance_epsilon), l, hn::Set(d, 1e-12f)));
       const MF bounded =
           hn::And(hn::Gt(hn::LoadU(d, present.Row(y) + x), hn::Zero(d)),
                   hn::Ge(hn::LoadU(d, length.Row(y) + x), hn::Set(d, p.unbounded_below)));
-      StoreInRow(d, hn::IfThenElse(bounded, result, hn::Set(d, kUnboundedSpread)), spread->Row(y),
-                 x, width);
+      StoreInRow(d, hn::IfThenElseZero(bounded, hn::Div(hn::Set(d, kLog2E), tolerance)),
+                 stop->Row(y), x, width);
     }
   }
 }
@@ -56,10 +61,10 @@ namespace stillray::cpu {
 
 HWY_EXPORT(PrefilterVarianceRows);
 
-void PrefilterVariance(const Image1& variance, const Image1& present, const Image1& length,
-                       const PrefilterVarianceParameters& p, Image1* spread) {
-  ParallelRows(spread->height(), 32, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(PrefilterVarianceRows)(variance, present, length, p, y0, y1, spread);
+void PrefilterVariance(const FilterPlanes& in, const Image1& present, const Image1& length,
+                       const PrefilterVarianceParameters& p, Image1* stop) {
+  ParallelRows(stop->height(), 32, [&](int y0, int y1) {
+    HWY_DYNAMIC_DISPATCH(PrefilterVarianceRows)(in, present, length, p, y0, y1, stop);
   });
 }
 

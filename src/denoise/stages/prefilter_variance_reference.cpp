@@ -1,14 +1,15 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 #include "core/shared.h"
+#include "denoise/stages/edge_stopping_shared.h"
 #include "denoise/stages/prefilter_variance.h"
 
 namespace stillray::reference {
 
-void PrefilterVariance(const Image1& variance, const Image1& present, const Image1& length,
-                       const PrefilterVarianceParameters& p, Image1* spread) {
-  for (int y = 0; y < spread->height(); ++y) {
-    for (int x = 0; x < spread->width(); ++x) {
+void PrefilterVariance(const FilterPlanes& in, const Image1& present, const Image1& length,
+                       const PrefilterVarianceParameters& p, Image1* stop) {
+  for (int y = 0; y < stop->height(); ++y) {
+    for (int x = 0; x < stop->width(); ++x) {
       float sum = 0;
       float sum_weight = 0;
       const int radius = p.smooth ? 1 : 0;
@@ -16,13 +17,16 @@ void PrefilterVariance(const Image1& variance, const Image1& present, const Imag
         for (int dx = -radius; dx <= radius; ++dx) {
           const float kernel = (dx == 0 ? 2.0f : 1.0f) * (dy == 0 ? 2.0f : 1.0f);
           const float w = kernel * present(x + dx, y + dy);
-          sum += w * variance(x + dx, y + dy);
+          sum += w * in.variance(x + dx, y + dy);
           sum_weight += w;
         }
       }
       const bool bounded = present(x, y) > 0 && length(x, y) >= p.unbounded_below;
       const float smoothed = sum / max(sum_weight, 1.0f);
-      (*spread)(x, y) = bounded ? (p.square_root ? sqrt(smoothed) : smoothed) : kUnboundedSpread;
+      const float spread = p.square_root ? sqrt(smoothed) : smoothed;
+      (*stop)(x, y) =
+          bounded ? LuminanceStop(in.colour[0](x, y), spread, p.sigma_l, p.luminance_epsilon)
+                  : 0.0f;
     }
   }
 }

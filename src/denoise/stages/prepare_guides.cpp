@@ -44,6 +44,7 @@ int64_t ConvertGuideRows(const PrepareGuidesInput& in, int y0, int y1, GuidePlan
       const VF scale = hn::Div(one, hn::Sqrt(hn::IfThenElse(surface, length2, one)));
       const VF i = hn::Div(one, hn::IfThenElse(surface, z, one));
       StoreInRow(d, hn::IfThenElseZero(surface, i), out->inverse_depth.Row(y), x, width);
+      StoreInRow(d, hn::IfThenElseZero(surface, z), out->depth.Row(y), x, width);
       StoreInRow(d, hn::IfThenElseZero(surface, hn::Mul(nx, scale)), out->normal[0].Row(y), x,
                  width);
       StoreInRow(d, hn::IfThenElseZero(surface, hn::Mul(ny, scale)), out->normal[1].Row(y), x,

@@ -5,7 +5,7 @@
 /// Source: SVGF section 4.4 and PSVGF section 4.4.2 need the slope of the depth; they take
 /// screen-space derivatives. Departs from them: the slope is that of inverse depth, which is
 /// constant over a plane, from one-sided differences that do not cross edges. No state. Border: 1
-/// pixel. Reads 24, writes 32 bytes per pixel.
+/// pixel. Reads 24, writes 36 bytes per pixel.
 #pragma once
 
 #include "denoise/planes.h"

@@ -24,6 +24,7 @@ bool ConvertPixel(const PrepareGuidesInput& in, int x, int y, GuidePlanes* out) 
       z > 0 && std::isfinite(z) && finite_normal && length2 > 1e-12f && std::isfinite(length2);
   const float scale = surface ? 1.0f / sqrt(length2) : 0.0f;
   out->inverse_depth(x, y) = surface ? 1.0f / z : 0.0f;
+  out->depth(x, y) = surface ? z : 0.0f;
   for (int c = 0; c < 3; ++c) {
     out->normal[c](x, y) = surface ? n[c] * scale : 0.0f;
   }

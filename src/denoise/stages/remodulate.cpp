@@ -21,14 +21,16 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-void RemodulateRows(const Image3& light, const AlbedoSum& albedo, int y0, int y1, Image3* sum) {
+void RemodulateRows(const Image3& light, const AlbedoSum& albedo, const RemodulateParameters& p,
+                    int y0, int y1, Image3* sum) {
   const DF d;
   const int width = sum->width();
-  for (int c = 0; c < 3; ++c) {
-    for (int y = y0; y < y1; ++y) {
-      for (int x = 0; x < width; x += LaneCount()) {
-        const VF in = hn::LoadU(d, light[c].Row(y) + x);
-        const VF before = hn::LoadU(d, (*sum)[c].Row(y) + x);
+  for (int y = y0; y < y1; ++y) {
+    for (int x = 0; x < width; x += LaneCount()) {
+      const VF r = hn::LoadU(d, light[1].Row(y) + x);
+      const VF b = hn::LoadU(d, light[2].Row(y) + x);
+      const VF rgb[3] = {r, Green(hn::LoadU(d, light[0].Row(y) + x), r, b, p.rec601), b};
+      for (int c = 0; c < 3; ++c) {
         VF factor = hn::Set(d, 1.0f);
         if (albedo.count > 0) {
           factor = hn::LoadU(d, (*albedo.part[0])[c].Row(y) + x);
@@ -37,7 +39,9 @@ void RemodulateRows(const Image3& light, const AlbedoSum& albedo, int y0, int y1
           }
           factor = hn::Max(factor, hn::Set(d, kAlbedoFloor));
         }
-        StoreInRow(d, hn::MulAdd(in, factor, before), (*sum)[c].Row(y), x, width);
+        float* to = (*sum)[c].Row(y);
+        const VF before = p.add ? hn::LoadU(d, to + x) : hn::Zero(d);
+        StoreInRow(d, hn::MulAdd(rgb[c], factor, before), to, x, width);
       }
     }
   }
@@ -77,9 +81,10 @@ namespace stillray::cpu {
 HWY_EXPORT(RemodulateRows);
 HWY_EXPORT(AddUnfilteredRows);
 
-void Remodulate(const Image3& light, const AlbedoSum& albedo, Image3* sum) {
+void Remodulate(const Image3& light, const AlbedoSum& albedo, const RemodulateParameters& p,
+                Image3* sum) {
   ParallelRows(sum->height(), 32, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(RemodulateRows)(light, albedo, y0, y1, sum);
+    HWY_DYNAMIC_DISPATCH(RemodulateRows)(light, albedo, p, y0, y1, sum);
   });
 }
 

@@ -9,15 +9,22 @@
 
 namespace stillray {
 
-/// AddUnfiltered: sum += light as it is (emission, background); values that are not finite count as
-/// zero, and the number of such pixels is returned. Remodulate: sum += light * max(albedo,
-/// floor), or light as it is where there is no albedo.
+struct RemodulateParameters {
+  bool rec601 = false;  ///< luminance weights of the light
+  bool add = true;      ///< to what `sum` holds; off: `sum` is overwritten
+};
+
+/// AddUnfiltered: sum += light as it is (emission, background; red, green, blue); values that are
+/// not finite count as zero, and the number of such pixels is returned. Remodulate: sum += light
+/// (luminance, red, blue) * max(albedo, floor), or light itself where there is no albedo.
 namespace reference {
-void Remodulate(const Image3& light, const AlbedoSum& albedo, Image3* sum);
+void Remodulate(const Image3& light, const AlbedoSum& albedo,
+                const RemodulateParameters& parameters, Image3* sum);
 int64_t AddUnfiltered(const Image3& light, Image3* sum);
 }  // namespace reference
 namespace cpu {
-void Remodulate(const Image3& light, const AlbedoSum& albedo, Image3* sum);
+void Remodulate(const Image3& light, const AlbedoSum& albedo,
+                const RemodulateParameters& parameters, Image3* sum);
 int64_t AddUnfiltered(const Image3& light, Image3* sum);
 }  // namespace cpu
 

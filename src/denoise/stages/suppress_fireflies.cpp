@@ -20,12 +20,6 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-HWY_INLINE VF LuminanceAt(const Image3& c, int x, int y) {
-  const DF d;
-  return Luminance(hn::LoadU(d, c[0].Row(y) + x), hn::LoadU(d, c[1].Row(y) + x),
-                   hn::LoadU(d, c[2].Row(y) + x), false);
-}
-
 /// Luminance at pixels of the row that have light, -1 elsewhere.
 void PresentLuminanceRows(const Image3& in, const Image1& samples, int y0, int y1, Image1* out) {
   const DF d;
@@ -33,8 +27,8 @@ void PresentLuminanceRows(const Image3& in, const Image1& samples, int y0, int y
   for (int y = y0; y < y1; ++y) {
     for (int x = 0; x < width; x += LaneCount()) {
       const MF present = hn::Gt(hn::LoadU(d, samples.Row(y) + x), hn::Zero(d));
-      StoreInRow(d, hn::IfThenElse(present, LuminanceAt(in, x, y), hn::Set(d, -1.0f)), out->Row(y),
-                 x, width);
+      StoreInRow(d, hn::IfThenElse(present, hn::LoadU(d, in[0].Row(y) + x), hn::Set(d, -1.0f)),
+                 out->Row(y), x, width);
     }
   }
 }
@@ -55,7 +49,7 @@ void ClampFireflyRows(const Image3& in, const Image1& luminance, int y0, int y1,
           }
         }
       }
-      const VF own = LuminanceAt(in, x, y);
+      const VF own = hn::LoadU(d, in[0].Row(y) + x);
       const MF clamp = hn::And(hn::Ge(brightest, zero), hn::Gt(own, brightest));
       const VF scale =
           hn::IfThenElse(clamp, hn::Div(brightest, hn::IfThenElse(clamp, own, one)), one);
@@ -72,7 +66,7 @@ void ScaleRows(bool expand, int y0, int y1, Image3* colour) {
   const int width = colour->width();
   for (int y = y0; y < y1; ++y) {
     for (int x = 0; x < width; x += LaneCount()) {
-      const VF l = LuminanceAt(*colour, x, y);
+      const VF l = hn::LoadU(d, (*colour)[0].Row(y) + x);
       const VF divisor = expand ? hn::Max(hn::Sub(one, l), hn::Set(d, 1e-6f)) : hn::Add(one, l);
       for (int c = 0; c < 3; ++c) {
         StoreInRow(d, hn::Div(hn::LoadU(d, (*colour)[c].Row(y) + x), divisor), (*colour)[c].Row(y),

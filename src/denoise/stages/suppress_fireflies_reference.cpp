@@ -1,14 +1,12 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#include "core/colour.h"
+#include <algorithm>
+#include <cmath>
+
 #include "denoise/stages/suppress_fireflies.h"
 
 namespace stillray::reference {
 namespace {
-
-float LuminanceAt(const Image3& image, int x, int y) {
-  return Luminance709(image[0](x, y), image[1](x, y), image[2](x, y));
-}
 
 /// Luminance of the brightest neighbour that has light; infinity if there is none.
 float BrightestNeighbour(const Image3& in, const Image1& samples, int x, int y) {
@@ -19,7 +17,7 @@ float BrightestNeighbour(const Image3& in, const Image1& samples, int x, int y) 
       const int qy = y + dy;
       const bool inside = qx >= 0 && qy >= 0 && qx < in.width() && qy < in.height();
       if (inside && (dx != 0 || dy != 0) && samples(qx, qy) > 0) {
-        brightest = std::max(brightest, LuminanceAt(in, qx, qy));
+        brightest = std::max(brightest, in[0](qx, qy));
       }
     }
   }
@@ -29,7 +27,7 @@ float BrightestNeighbour(const Image3& in, const Image1& samples, int x, int y) 
 void Scale(Image3* colour, float (*scale)(float)) {
   for (int y = 0; y < colour->height(); ++y) {
     for (int x = 0; x < colour->width(); ++x) {
-      const float s = scale(LuminanceAt(*colour, x, y));
+      const float s = scale((*colour)[0](x, y));
       for (int c = 0; c < 3; ++c) {
         (*colour)[c](x, y) *= s;
       }
@@ -42,7 +40,7 @@ void Scale(Image3* colour, float (*scale)(float)) {
 void ClampFireflies(const Image3& in, const Image1& samples, Image3* out) {
   for (int y = 0; y < in.height(); ++y) {
     for (int x = 0; x < in.width(); ++x) {
-      const float own = LuminanceAt(in, x, y);
+      const float own = in[0](x, y);
       const float limit = BrightestNeighbour(in, samples, x, y);
       const float scale = own > limit ? limit / own : 1.0f;
       for (int c = 0; c < 3; ++c) {

@@ -1,0 +1,258 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Each stage of the denoiser on its own, vector and scalar, at 1280x720 on all threads or those
+// that TBB is given. For whole frames, and for ratios within one run: stillray bench.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <benchmark/benchmark.h>
+#include <tbb/global_control.h>
+
+#include "core/random.h"
+#include "denoise/stage_table.h"
+#include "machine_limits.h"
+
+namespace stillray {
+namespace {
+
+constexpr int kWidth = 1280;
+constexpr int kHeight = 720;
+constexpr int kBorder = 32;
+constexpr int kSignals = 3;
+
+float Random(int x, int y, int c) {
+  return UniformFloat(HashCombine(HashCombine(static_cast<uint32_t>(x), static_cast<uint32_t>(y)),
+                                  static_cast<uint32_t>(c)));
+}
+
+/// Planes as they stand in the middle of a frame: tilted planes at several depths, smooth motion by
+/// a fraction of a pixel, noisy light, histories of eight samples.
+struct Planes720 {
+  Image1 depth{kWidth, kHeight};
+  Image3 normal{kWidth, kHeight};
+  Plane<uint32_t> id{kWidth, kHeight};
+  Image2 motion{kWidth, kHeight};
+  Image3 albedo{kWidth, kHeight};
+  Image3 radiance{kWidth, kHeight};
+  GuidePlanes guides{kWidth, kHeight, kBorder};
+  GuidePlanes previous{kWidth, kHeight, kBorder};
+  ReprojectionTaps taps{kWidth, kHeight};
+  NewLight light{Image3(kWidth, kHeight), Image1(kWidth, kHeight), Image1()};
+  SignalHistory history{kWidth, kHeight};
+  SignalHistory fetched{kWidth, kHeight};
+  std::array<std::array<FilterPlanes, 2>, kSignals> filter;
+  std::array<Image1, kSignals> stop;
+  Image1 present{kWidth, kHeight, kBorder};
+  Image3 picture{kWidth, kHeight};
+  Image3 picture2{kWidth, kHeight};
+
+  Planes720();
+};
+
+Planes720::Planes720() {
+  for (int s = 0; s < kSignals; ++s) {
+    filter[static_cast<size_t>(s)] = {FilterPlanes(kWidth, kHeight, kBorder),
+                                      FilterPlanes(kWidth, kHeight, kBorder)};
+    stop[static_cast<size_t>(s)] = Image1(kWidth, kHeight, kBorder);
+  }
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const int which = x * 5 / kWidth + y * 3 / kHeight;
+      const float angle = 0.3f * static_cast<float>(which) + 0.0002f * static_cast<float>(x);
+      depth(x, y) = 1 / (0.1f + 0.05f * static_cast<float>(which) +
+                         1e-5f * static_cast<float>(x + 2 * y));
+      normal[0](x, y) = std::sin(angle);
+      normal[2](x, y) = std::cos(angle);
+      id(x, y) = static_cast<uint32_t>(which + 1);
+      motion[0](x, y) = 0.6f + 1e-4f * static_cast<float>(x);
+      motion[1](x, y) = -0.3f;
+      present(x, y) = 1;
+      light.samples(x, y) = 1;
+      history.length(x, y) = 8;
+      history.weights2(x, y) = 0.125f;
+      history.variance(x, y) = 0.1f;
+      for (int c = 0; c < 3; ++c) {
+        const float noise = -std::log(1 - Random(x, y, c / 3));
+        albedo[c](x, y) = 0.2f + 0.5f * Random(x / 8, y / 8, c);
+        radiance[c](x, y) = noise * albedo[c](x, y);
+        picture[c](x, y) = picture2[c](x, y) = noise;
+        history.colour[c](x, y) = noise;
+      }
+      for (int s = 0; s < kSignals; ++s) {
+        FilterPlanes& f = filter[static_cast<size_t>(s)][0];
+        for (int c = 0; c < 3; ++c) {
+          f.colour[c](x, y) = -std::log(1 - Random(x, y, s));
+        }
+        f.variance(x, y) = 0.1f;
+        stop[static_cast<size_t>(s)](x, y) = 1.2f;
+      }
+    }
+  }
+  cpu::PrepareGuides({&depth, &normal, &id}, &guides);
+  cpu::PrepareGuides({&depth, &normal, &id}, &previous);
+  cpu::FindTaps(guides, previous, motion, {}, &taps);
+}
+
+Planes720& Shared() {
+  static Planes720 planes;
+  return planes;
+}
+
+template <typename Body>
+void Measure(benchmark::State& state, const Body& body) {
+  Shared();
+  for ([[maybe_unused]] auto _ : state) {
+    body();
+  }
+  state.SetItemsProcessed(state.iterations() * kWidth * kHeight);
+}
+
+/// Arguments: signals, radius, step, whether with the weights of preset svgf.
+void Atrous(benchmark::State& state, const StageTable& stages) {
+  Planes720& p = Shared();
+  AtrousParameters parameters;
+  parameters.radius = static_cast<int>(state.range(1));
+  parameters.step = static_cast<int>(state.range(2));
+  if (state.range(3) != 0) {
+    parameters.edges.plane = false;
+  } else {
+    parameters.noise_ratio = 1.5f;
+  }
+  std::array<AtrousSignal, kSignals> signals;
+  for (size_t s = 0; s < signals.size(); ++s) {
+    signals[s] = {&p.filter[s][0], &p.filter[s][1], &p.stop[s], &p.present};
+    signals[s].complete = true;
+  }
+  Measure(state, [&] {
+    stages.atrous({signals.data(), static_cast<size_t>(state.range(0))}, p.guides, parameters);
+  });
+}
+
+/// Also over the time that its arithmetic takes at the peak rate, measured in between: 15.5
+/// multiply-adds per tap, as counted for one signal.
+void AtrousOfOneThread(benchmark::State& state) {
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+  double peak = MultiplyAddsPerSecond();
+  Atrous(state, kCpuStages);
+  peak = std::max(peak, MultiplyAddsPerSecond());
+  const double side = 2.0 * static_cast<double>(state.range(1)) + 1;
+  const double work = 15.5 * (side * side - 1) * kWidth * kHeight;
+  state.counters["over_peak"] = benchmark::Counter(
+      work * static_cast<double>(state.iterations()) / peak,
+      benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+
+/// The least bytes of a frame of one signal: 72 per pixel.
+void Copy(benchmark::State& state) {
+  CopyTest copy(size_t{72} * kWidth * kHeight);
+  for ([[maybe_unused]] auto _ : state) {
+    copy.Run();
+  }
+}
+
+void PrefilterVariance(benchmark::State& state, const StageTable& stages) {
+  Planes720& p = Shared();
+  Measure(state, [&] {
+    stages.prefilter_variance(p.filter[0][0], p.present, p.history.length, {}, &p.stop[0]);
+  });
+}
+
+void PrepareGuides(benchmark::State& state, const StageTable& stages) {
+  Planes720& p = Shared();
+  Measure(state, [&] { stages.prepare_guides({&p.depth, &p.normal, &p.id}, &p.guides); });
+}
+
+void FindTaps(benchmark::State& state, const StageTable& stages) {
+  Planes720& p = Shared();
+  Measure(state, [&] { stages.find_taps(p.guides, p.previous, p.motion, {}, &p.taps); });
+}
+
+void FetchHistory(benchmark::State& state, const StageTable& stages) {
+  Planes720& p = Shared();
+  Measure(state, [&] { stages.fetch_history(p.history, p.taps, &p.fetched); });
+}
+
+void Demodulate(benchmark::State& state, const StageTable& stages) {
+  Planes720& p = Shared();
+  DemodulateInput in;
+  in.radiance[0] = &p.radiance;
+  in.count = 1;
+  in.albedo.part[0] = &p.albedo;
+  in.albedo.count = 1;
+  Measure(state, [&] { benchmark::DoNotOptimize(stages.demodulate(in, &p.light)); });
+}
+
+void Accumulate(benchmark::State& state, const StageTable& stages) {
+  Planes720& p = Shared();
+  Measure(state, [&] { stages.accumulate(p.light, p.history, nullptr, {}, &p.fetched); });
+}
+
+void EstimateVariance(benchmark::State& state, const StageTable& stages) {
+  Planes720& p = Shared();
+  Measure(state, [&] {
+    stages.estimate_variance(p.history, p.light.samples, p.guides, {}, &p.filter[0][0].variance);
+  });
+}
+
+void Remodulate(benchmark::State& state, const StageTable& stages) {
+  Planes720& p = Shared();
+  AlbedoSum albedo;
+  albedo.part[0] = &p.albedo;
+  albedo.count = 1;
+  Measure(state, [&] {
+    stages.remodulate(p.filter[0][0].colour, albedo, {false, false}, &p.picture2);
+  });
+}
+
+void Antialias(benchmark::State& state, const StageTable& stages) {
+  Planes720& p = Shared();
+  AntialiasParameters parameters;
+  parameters.length = &p.history.length;
+  Measure(state, [&] {
+    stages.antialias(p.picture, p.radiance, p.motion, p.guides, parameters, &p.picture2);
+  });
+}
+
+void Fxaa(benchmark::State& state, const StageTable& stages) {
+  Planes720& p = Shared();
+  Measure(state, [&] { stages.fxaa(p.picture, {}, &p.picture2); });
+}
+
+void AtrousArguments(benchmark::internal::Benchmark* b) {
+  b->ArgNames({"signals", "radius", "step", "svgf"});
+  for (const int signals : {1, 2, 3}) {
+    for (const int radius : {1, 2}) {
+      b->Args({signals, radius, 1, 1});
+      b->Args({signals, radius, 1, 0});
+      b->Args({signals, radius, 16, 1});
+    }
+  }
+}
+
+BENCHMARK_CAPTURE(Atrous, vector, kCpuStages)->Apply(AtrousArguments)->UseRealTime();
+BENCHMARK(Copy)->UseRealTime();
+BENCHMARK(AtrousOfOneThread)->Apply(AtrousArguments)->UseRealTime();
+BENCHMARK_CAPTURE(Atrous, scalar, kReferenceStages)
+    ->ArgNames({"signals", "radius", "step", "svgf"})
+    ->Args({1, 2, 1, 1})
+    ->UseRealTime();
+
+#define STILLRAY_BENCHMARK_STAGE(stage)                             \
+  BENCHMARK_CAPTURE(stage, vector, kCpuStages)->UseRealTime();      \
+  BENCHMARK_CAPTURE(stage, scalar, kReferenceStages)->UseRealTime()
+
+STILLRAY_BENCHMARK_STAGE(PrepareGuides);
+STILLRAY_BENCHMARK_STAGE(FindTaps);
+STILLRAY_BENCHMARK_STAGE(FetchHistory);
+STILLRAY_BENCHMARK_STAGE(Demodulate);
+STILLRAY_BENCHMARK_STAGE(Accumulate);
+STILLRAY_BENCHMARK_STAGE(EstimateVariance);
+STILLRAY_BENCHMARK_STAGE(PrefilterVariance);
+STILLRAY_BENCHMARK_STAGE(Remodulate);
+STILLRAY_BENCHMARK_STAGE(Antialias);
+STILLRAY_BENCHMARK_STAGE(Fxaa);
+
+}  // namespace
+}  // namespace stillray
