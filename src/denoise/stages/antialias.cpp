@@ -12,6 +12,7 @@
 
 #include <hwy/highway.h>
 
+#include "denoise/simd/tap_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -52,93 +53,144 @@ HWY_INLINE VF Alpha(const AntialiasParameters& p, VF longest, int x, int y) {
   return hn::IfThenElse(some, hn::Min(hn::Max(alpha, share), one), alpha);
 }
 
-void AntialiasRows(const Image3& colour, const Image3& previous, const Image2& motion,
-                   const GuidePlanes& guides, const AntialiasParameters& p, int y0, int y1,
-                   Image3* out) {
+/// What a vector of pixels learns from its 3x3 neighbours.
+struct Neighbourhood {
+  VF low[3];
+  VF high[3];
+  VF mx, my;   ///< motion of the nearest surface in front of the centre's, or the centre's own
+  VF longest;  ///< history of any pixel; 0 where lengths are not known
+};
+
+/// \param inner  neighbours exist in all columns, so that plain loads find them; else the picture's
+///               edge is repeated
+HWY_INLINE Neighbourhood LookAround(const Image3& colour, const Image2& motion,
+                                    const GuidePlanes& guides, const Image1* length, int x, int y,
+                                    bool inner) {
   const DF d;
   const DI di;
   const int width = colour.width();
   const int height = colour.height();
-  const VI stride = hn::Set(di, static_cast<int>(previous[0].stride()));
+  const VI columns = hn::Iota(di, x);
+  Neighbourhood n;
+  for (int c = 0; c < 3; ++c) {
+    n.low[c] = n.high[c] = hn::LoadU(d, colour[c].Row(y) + x);
+  }
+  const VF centre = hn::LoadU(d, guides.inverse_depth.Row(y) + x);
+  const VF gx = hn::LoadU(d, guides.gradient[0].Row(y) + x);
+  const VF gy = hn::LoadU(d, guides.gradient[1].Row(y) + x);
+  const VF slack = hn::MulAdd(hn::Set(d, kInFront), centre, centre);
+  n.longest = hn::Zero(d);
+  VF nearest = centre;
+  n.mx = hn::LoadU(d, motion[0].Row(y) + x);
+  n.my = hn::LoadU(d, motion[1].Row(y) + x);
+  for (const int row : {y > 0 ? y - 1 : 0, y, y + 1 < height ? y + 1 : height - 1}) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      const VI at = ClampColumns(hn::Add(columns, hn::Set(di, dx)), width);
+      const auto load = [&](const Image1& plane) HWY_ATTR {
+        return inner ? hn::LoadU(d, plane.Row(row) + x + dx)
+                     : hn::GatherIndex(d, plane.Row(row), at);
+      };
+      for (int c = 0; c < 3; ++c) {
+        const VF q = load(colour[c]);
+        n.low[c] = hn::Min(n.low[c], q);
+        n.high[c] = hn::Max(n.high[c], q);
+      }
+      if (length != nullptr) {
+        n.longest = hn::Max(n.longest, load(*length));
+      }
+      const VF i = load(guides.inverse_depth);
+      const VF ox = hn::ConvertTo(d, hn::Sub(at, columns));
+      const VF oy = hn::Set(d, static_cast<float>(row - y));
+      const VF plane = hn::MulAdd(gx, ox, hn::MulAdd(gy, oy, slack));
+      const MF nearer = hn::And(hn::Gt(i, nearest), hn::Gt(i, plane));
+      if (!hn::AllFalse(d, nearer)) {
+        nearest = hn::IfThenElse(nearer, i, nearest);
+        n.mx = hn::IfThenElse(nearer, load(motion[0]), n.mx);
+        n.my = hn::IfThenElse(nearer, load(motion[1]), n.my);
+      }
+    }
+  }
+  return n;
+}
+
+/// The previous picture at (px, py), Catmull-Rom over 4x4 taps; lanes not `inside` are not read.
+HWY_INLINE void SamplePrevious(const Image3& previous, VF px, VF py, MF inside, VF before[3]) {
+  const DF d;
+  const DI di;
+  const int width = previous.width();
+  const int height = previous.height();
+  const ptrdiff_t stride = previous[0].stride();
+  const VF sx = hn::IfThenElseZero(inside, px);
+  const VF sy = hn::IfThenElseZero(inside, py);
+  const VF fx = hn::Floor(sx);
+  const VF fy = hn::Floor(sy);
+  const VF u = hn::Sub(sx, fx);
+  const VF v = hn::Sub(sy, fy);
+  const VI bx = hn::Sub(hn::ConvertTo(di, fx), hn::Set(di, 1));
+  const VI by = hn::Sub(hn::ConvertTo(di, fy), hn::Set(di, 1));
+  // The last lane may not look beyond the last column: there the edge is repeated, lane by lane.
+  const SideBySide block = FindSideBySide(bx, by, inside, 4, width - LaneCount());
+  const auto load = [&](int i, int j) HWY_ATTR {
+    const VI row = ClampColumns(hn::Add(by, hn::Set(di, j)), height);
+    const VI column = ClampColumns(hn::Add(bx, hn::Set(di, i)), width);
+    const VI index = hn::Add(hn::Mul(row, hn::Set(di, static_cast<int>(stride))), column);
+    return TapAt(block, i, j, height, stride, index);
+  };
+  const VF zero = hn::Zero(d);
+  if (hn::AllTrue(d, hn::And(hn::Eq(u, zero), hn::Eq(v, zero)))) {  // nothing moved
+    const TapLoad tap = load(1, 1);
+    for (int c = 0; c < 3; ++c) {
+      before[c] = tap(d, previous[c]);
+    }
+    return;
+  }
+  VF wx[4];
+  VF wy[4];
+  CatmullRom(u, wx);
+  CatmullRom(v, wy);
+  for (int c = 0; c < 3; ++c) {
+    before[c] = zero;
+  }
+  for (int j = 0; j < 4; ++j) {
+    VF sums[3] = {zero, zero, zero};
+    for (int i = 0; i < 4; ++i) {
+      const TapLoad tap = load(i, j);
+      for (int c = 0; c < 3; ++c) {
+        sums[c] = hn::MulAdd(wx[i], tap(d, previous[c]), sums[c]);
+      }
+    }
+    for (int c = 0; c < 3; ++c) {
+      before[c] = hn::MulAdd(wy[j], sums[c], before[c]);
+    }
+  }
+}
+
+void AntialiasRows(const Image3& colour, const Image3& previous, const Image2& motion,
+                   const GuidePlanes& guides, const AntialiasParameters& p, int y0, int y1,
+                   Image3* out) {
+  const DF d;
+  const int width = colour.width();
+  const int height = colour.height();
+  const VF edge = hn::Set(d, -0.5f);
+  const VF right = hn::Set(d, static_cast<float>(width) - 0.5f);
+  const VF bottom = hn::Set(d, static_cast<float>(height) - 0.5f);
   for (int y = y0; y < y1; ++y) {
-    const int rows[3] = {y > 0 ? y - 1 : 0, y, y + 1 < height ? y + 1 : height - 1};
     for (int x = 0; x < width; x += LaneCount()) {
-      const VI columns = hn::Iota(di, x);
-      VF now[3];
-      VF low[3];
-      VF high[3];
-      for (int c = 0; c < 3; ++c) {
-        now[c] = low[c] = high[c] = hn::LoadU(d, colour[c].Row(y) + x);
-      }
-      const VF centre = hn::LoadU(d, guides.inverse_depth.Row(y) + x);
-      const VF gx = hn::LoadU(d, guides.gradient[0].Row(y) + x);
-      const VF gy = hn::LoadU(d, guides.gradient[1].Row(y) + x);
-      const VF slack = hn::MulAdd(hn::Set(d, kInFront), centre, centre);
-      VF longest = hn::Zero(d);
-      VF nearest = centre;
-      VF mx = hn::LoadU(d, motion[0].Row(y) + x);
-      VF my = hn::LoadU(d, motion[1].Row(y) + x);
-      for (const int row : rows) {
-        for (int dx = -1; dx <= 1; ++dx) {
-          const VI at = ClampColumns(hn::Add(columns, hn::Set(di, dx)), width);
-          for (int c = 0; c < 3; ++c) {
-            const VF q = hn::GatherIndex(d, colour[c].Row(row), at);
-            low[c] = hn::Min(low[c], q);
-            high[c] = hn::Max(high[c], q);
-          }
-          if (p.length != nullptr) {
-            longest = hn::Max(longest, hn::GatherIndex(d, p.length->Row(row), at));
-          }
-          const VF i = hn::GatherIndex(d, guides.inverse_depth.Row(row), at);
-          const VF ox = hn::ConvertTo(d, hn::Sub(at, columns));
-          const VF oy = hn::Set(d, static_cast<float>(row - y));
-          const VF plane = hn::MulAdd(gx, ox, hn::MulAdd(gy, oy, slack));
-          const MF nearer = hn::And(hn::Gt(i, nearest), hn::Gt(i, plane));
-          nearest = hn::IfThenElse(nearer, i, nearest);
-          mx = hn::IfThenElse(nearer, hn::GatherIndex(d, motion[0].Row(row), at), mx);
-          my = hn::IfThenElse(nearer, hn::GatherIndex(d, motion[1].Row(row), at), my);
-        }
-      }
-      const VF px = hn::Add(hn::ConvertTo(d, columns), mx);
-      const VF py = hn::Add(hn::Set(d, static_cast<float>(y)), my);
-      const VF edge = hn::Set(d, -0.5f);
-      const MF in_x =
-          hn::And(hn::Gt(px, edge), hn::Lt(px, hn::Set(d, static_cast<float>(width) - 0.5f)));
-      const MF in_y =
-          hn::And(hn::Gt(py, edge), hn::Lt(py, hn::Set(d, static_cast<float>(height) - 0.5f)));
+      const bool inner = x > 0 && x + LaneCount() < width;
+      const Neighbourhood n = LookAround(colour, motion, guides, p.length, x, y, inner);
+      const VF px = hn::Add(ColumnsFrom(x), n.mx);
+      const VF py = hn::Add(hn::Set(d, static_cast<float>(y)), n.my);
+      const MF in_x = hn::And(hn::Gt(px, edge), hn::Lt(px, right));
+      const MF in_y = hn::And(hn::Gt(py, edge), hn::Lt(py, bottom));
       const MF inside = hn::And(hn::And(in_x, in_y), InRow(x, width));
-      const VF sx = hn::IfThenElseZero(inside, px);
-      const VF sy = hn::IfThenElseZero(inside, py);
-      const VF fx = hn::Floor(sx);
-      const VF fy = hn::Floor(sy);
-      VF wx[4];
-      VF wy[4];
-      CatmullRom(hn::Sub(sx, fx), wx);
-      CatmullRom(hn::Sub(sy, fy), wy);
-      const VI bx = hn::ConvertTo(di, fx);
-      const VI by = hn::ConvertTo(di, fy);
-      VF before[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
-      for (int j = 0; j < 4; ++j) {
-        const VI row = ClampColumns(hn::Add(by, hn::Set(di, j - 1)), height);
-        VF sums[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
-        for (int i = 0; i < 4; ++i) {
-          const VI index =
-              hn::Add(hn::Mul(row, stride), ClampColumns(hn::Add(bx, hn::Set(di, i - 1)), width));
-          for (int c = 0; c < 3; ++c) {
-            sums[c] = hn::MulAdd(wx[i], hn::GatherIndex(d, previous[c].Row(0), index), sums[c]);
-          }
-        }
-        for (int c = 0; c < 3; ++c) {
-          before[c] = hn::MulAdd(wy[j], sums[c], before[c]);
-        }
-      }
+      VF before[3];
+      SamplePrevious(previous, px, py, inside, before);
+      const VF alpha = Alpha(p, n.longest, x, y);
       for (int c = 0; c < 3; ++c) {
-        before[c] = hn::Min(hn::Max(before[c], low[c]), high[c]);
-      }
-      const VF alpha = Alpha(p, longest, x, y);
-      for (int c = 0; c < 3; ++c) {
-        const VF blend = hn::MulAdd(alpha, hn::Sub(now[c], before[c]), before[c]);
-        StoreInRow(d, hn::IfThenElse(inside, blend, now[c]), (*out)[c].Row(y), x, width);
+        const VF now = hn::LoadU(d, colour[c].Row(y) + x);
+        const VF kept = hn::Min(hn::Max(before[c], n.low[c]), n.high[c]);
+        const VF blend = hn::MulAdd(alpha, hn::Sub(now, kept), kept);
+        StoreInRow(d, hn::IfThenElse(inside, blend, now), (*out)[c].Row(y), x, width);
       }
     }
   }

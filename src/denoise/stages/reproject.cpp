@@ -12,6 +12,7 @@
 
 #include <hwy/highway.h>
 
+#include "denoise/simd/tap_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -26,21 +27,26 @@ struct Target {
   VU id;
 };
 
-/// Lanes whose tap at (tx, ty) lies in the picture and shows the same surface.
-HWY_INLINE MF TapMatches(const Target& t, const GuidePlanes& before, VI tx, VI ty,
-                         const ReprojectParameters& p) {
+/// Lanes whose tap, the one at (cx, cy) of the block that starts at (bx, by), lies in the picture
+/// and shows the same surface.
+HWY_INLINE MF TapMatches(const Target& t, const GuidePlanes& before, const SideBySide& block,
+                         int cx, int cy, VI bx, VI by, const ReprojectParameters& p) {
   const DF d;
   const DI di;
+  const VI tx = hn::Add(bx, hn::Set(di, cx));
+  const VI ty = hn::Add(by, hn::Set(di, cy));
   const VI below = hn::Set(di, -1);
   const auto inside =
       hn::And(hn::And(hn::Gt(tx, below), hn::Lt(tx, hn::Set(di, before.id.width()))),
               hn::And(hn::Gt(ty, below), hn::Lt(ty, hn::Set(di, before.id.height()))));
-  const VI stride = hn::Set(di, static_cast<int>(before.inverse_depth.stride()));
-  const VI index = hn::IfThenElseZero(inside, hn::Add(hn::Mul(ty, stride), tx));
-  const VF i = hn::GatherIndex(d, before.inverse_depth.Row(0), index);
-  const VF nx = hn::GatherIndex(d, before.normal[0].Row(0), index);
-  const VF ny = hn::GatherIndex(d, before.normal[1].Row(0), index);
-  const VF nz = hn::GatherIndex(d, before.normal[2].Row(0), index);
+  const ptrdiff_t stride = before.inverse_depth.stride();
+  const VI index =
+      hn::IfThenElseZero(inside, hn::Add(hn::Mul(ty, hn::Set(di, static_cast<int>(stride))), tx));
+  const TapLoad load = TapAt(block, cx, cy, before.id.height(), stride, index);
+  const VF i = load(d, before.inverse_depth);
+  const VF nx = load(d, before.normal[0]);
+  const VF ny = load(d, before.normal[1]);
+  const VF nz = load(d, before.normal[2]);
   const VF dx = hn::Sub(hn::ConvertTo(d, tx), t.px);
   const VF dy = hn::Sub(hn::ConvertTo(d, ty), t.py);
   const VF expected = hn::MulAdd(t.gx, dx, hn::MulAdd(t.gy, dy, t.i));
@@ -50,7 +56,7 @@ HWY_INLINE MF TapMatches(const Target& t, const GuidePlanes& before, VI tx, VI t
   same = hn::And(same, hn::Ge(cosine, hn::Set(d, p.min_cosine)));
   if (p.test_id) {
     const DU du;
-    const VU id = hn::GatherIndex(du, before.id.Row(0), index);
+    const VU id = load(du, before.id);
     const VU unknown = hn::Zero(du);
     const auto id_ok = hn::Or(hn::Eq(id, t.id), hn::Or(hn::Eq(id, unknown), hn::Eq(t.id, unknown)));
     same = hn::And(same, hn::RebindMask(d, id_ok));
@@ -99,10 +105,10 @@ void FindTapsRows(const GuidePlanes& now, const GuidePlanes& before, const Image
       const VF weight_y[2] = {hn::Sub(one, v), v};
       VF weight[4];
       VF sum = zero;
+      const SideBySide block = FindSideBySide(bx, by, near_picture, 2, width);
       for (int i = 0; i < 4; ++i) {
-        const VI tx = hn::Add(bx, hn::Set(di, i & 1));
-        const VI ty = hn::Add(by, hn::Set(di, i >> 1));
-        const MF matches = hn::And(near_picture, TapMatches(t, before, tx, ty, p));
+        const MF matches =
+            hn::And(near_picture, TapMatches(t, before, block, i & 1, i >> 1, bx, by, p));
         weight[i] = hn::IfThenElseZero(matches, hn::Mul(weight_x[i & 1], weight_y[i >> 1]));
         sum = hn::Add(sum, weight[i]);
       }
@@ -116,8 +122,8 @@ void FindTapsRows(const GuidePlanes& now, const GuidePlanes& before, const Image
         const VI cx = hn::Sub(hn::ConvertTo(di, hn::Floor(hn::Add(t.px, half))), hn::Set(di, 1));
         const VI cy = hn::Sub(hn::ConvertTo(di, hn::Floor(hn::Add(t.py, half))), hn::Set(di, 1));
         for (int i = 0; i < 9; ++i) {
-          const MF matches = hn::And(lost, TapMatches(t, before, hn::Add(cx, hn::Set(di, i % 3)),
-                                                      hn::Add(cy, hn::Set(di, i / 3)), p));
+          const MF matches =
+              hn::And(lost, TapMatches(t, before, SideBySide(), i % 3, i / 3, cx, cy, p));
           search =
               hn::Or(search, hn::IfThenElseZero(hn::RebindMask(du, matches), hn::Set(du, 1u << i)));
         }
@@ -153,18 +159,13 @@ float FetchSearched(const Image1& plane, const Image1& length, const Reprojectio
 }
 
 /// The weights without the taps that have no light, brought to their sum again.
-HWY_INLINE void KeepTapsWithLight(const Image1& length, const VI tap_x[4], const VI tap_y[4],
-                                  const VF weight[4], VF kept[4]) {
+HWY_INLINE void KeepTapsWithLight(const VF length[4], const VF weight[4], VF kept[4]) {
   const DF d;
-  const DI di;
   const VF zero = hn::Zero(d);
-  const VI stride = hn::Set(di, static_cast<int>(length.stride()));
   VF sum = zero;
   VF lost = zero;
   for (int i = 0; i < 4; ++i) {
-    const VI index = hn::Add(hn::Mul(tap_y[i], stride), tap_x[i]);
-    const MF light = hn::Gt(hn::GatherIndex(d, length.Row(0), index), zero);
-    kept[i] = hn::IfThenElseZero(light, weight[i]);
+    kept[i] = hn::IfThenElseZero(hn::Gt(length[i], zero), weight[i]);
     sum = hn::Add(sum, kept[i]);
     lost = hn::Add(lost, hn::Sub(weight[i], kept[i]));
   }
@@ -176,10 +177,68 @@ HWY_INLINE void KeepTapsWithLight(const Image1& length, const VI tap_x[4], const
   }
 }
 
+/// The 2x2 taps of a vector of pixels, and what each counts.
+struct FetchTaps {
+  TapLoad load[4];
+  TapLoad bordered[4];  ///< in planes with the border of the moments
+  VF weight[4];
+  VF kept[4];   ///< weights without the taps that have no light
+  bool single;  ///< only the first tap has any weight: nothing moved
+};
+
+HWY_INLINE FetchTaps LoadTaps(const SignalHistory& before, const ReprojectionTaps& taps, int x,
+                              int y) {
+  const DF d;
+  const DI di;
+  const int width = taps.x.width();
+  const int height = taps.x.height();
+  const MF in_row = InRow(x, width);
+  const VI bx = hn::LoadU(di, taps.x.Row(y) + x);
+  const VI by = hn::LoadU(di, taps.y.Row(y) + x);
+  FetchTaps t;
+  MF used = hn::FirstN(d, 0);
+  MF others = used;
+  for (int i = 0; i < 4; ++i) {
+    t.weight[i] = hn::IfThenElseZero(in_row, hn::LoadU(d, taps.weight[i].Row(y) + x));
+    const MF counts = hn::Gt(t.weight[i], hn::Zero(d));
+    used = hn::Or(used, counts);
+    others = i == 0 ? others : hn::Or(others, counts);
+  }
+  t.single = hn::AllFalse(d, others);
+  const SideBySide block = FindSideBySide(bx, by, used, 2, width);
+  VF length[4];
+  for (int i = 0; i < 4; ++i) {
+    const auto counts = hn::RebindMask(di, hn::Gt(t.weight[i], hn::Zero(d)));
+    const VI tx = hn::IfThenElseZero(counts, hn::Add(bx, hn::Set(di, i & 1)));
+    const VI ty = hn::IfThenElseZero(counts, hn::Add(by, hn::Set(di, i >> 1)));
+    const auto load = [&](ptrdiff_t stride) HWY_ATTR {
+      const VI index = hn::Add(hn::Mul(ty, hn::Set(di, static_cast<int>(stride))), tx);
+      return TapAt(block, i & 1, i >> 1, height, stride, index);
+    };
+    t.load[i] = load(before.colour[0].stride());
+    t.bordered[i] = load(before.length.stride());
+    length[i] = t.bordered[i](d, before.length);
+  }
+  KeepTapsWithLight(length, t.weight, t.kept);
+  return t;
+}
+
+/// One plane of the history at a vector of pixels.
+HWY_INLINE VF FetchPlane(const Image1& plane, const FetchTaps& t, const VF weight[4]) {
+  const DF d;
+  const TapLoad* load = plane.border() > 0 ? t.bordered : t.load;
+  VF sum = hn::Mul(weight[0], load[0](d, plane));
+  if (!t.single) {
+    for (int i = 1; i < 4; ++i) {
+      sum = hn::MulAdd(weight[i], load[i](d, plane), sum);
+    }
+  }
+  return sum;
+}
+
 void FetchHistoryRows(const SignalHistory& before, const ReprojectionTaps& taps, int y0, int y1,
                       SignalHistory* out) {
   const DF d;
-  const DI di;
   const DU du;
   const Image1* in[kMostHistoryPlanes];
   Image1* to[kMostHistoryPlanes];
@@ -187,38 +246,17 @@ void FetchHistoryRows(const SignalHistory& before, const ReprojectionTaps& taps,
   const int width = taps.x.width();
   for (int y = y0; y < y1; ++y) {
     for (int x = 0; x < width; x += LaneCount()) {
-      const auto in_row = InRow(x, width);
-      const VI bx = hn::LoadU(di, taps.x.Row(y) + x);
-      const VI by = hn::LoadU(di, taps.y.Row(y) + x);
-      VF weight[4];
-      VI tap_x[4];
-      VI tap_y[4];
-      for (int i = 0; i < 4; ++i) {
-        weight[i] = hn::IfThenElseZero(in_row, hn::LoadU(d, taps.weight[i].Row(y) + x));
-        const auto used = hn::RebindMask(di, hn::Gt(weight[i], hn::Zero(d)));
-        tap_x[i] = hn::IfThenElseZero(used, hn::Add(bx, hn::Set(di, i & 1)));
-        tap_y[i] = hn::IfThenElseZero(used, hn::Add(by, hn::Set(di, i >> 1)));
-      }
-      const VU search =
-          hn::IfThenElseZero(hn::RebindMask(du, in_row), hn::LoadU(du, taps.search.Row(y) + x));
+      const FetchTaps t = LoadTaps(before, taps, x, y);
+      const VU search = hn::IfThenElseZero(hn::RebindMask(du, InRow(x, width)),
+                                           hn::LoadU(du, taps.search.Row(y) + x));
       const bool any_searched = !hn::AllTrue(du, hn::Eq(search, hn::Zero(du)));
-      VF kept[4];
-      KeepTapsWithLight(before.length, tap_x, tap_y, weight, kept);
       for (int k = 0; k < planes; ++k) {
         const bool light_only = in[k] != &before.length;
-        const VF* w = light_only ? kept : weight;
-        const VI stride = hn::Set(di, static_cast<int>(in[k]->stride()));
-        VF sum = hn::Zero(d);
-        for (int i = 0; i < 4; ++i) {
-          const VI index = hn::Add(hn::Mul(tap_y[i], stride), tap_x[i]);
-          sum = hn::MulAdd(w[i], hn::GatherIndex(d, in[k]->Row(0), index), sum);
-        }
-        StoreInRow(d, sum, to[k]->Row(y), x, width);
-        if (any_searched) {
-          for (int lane = x; lane < width && lane < x + LaneCount(); ++lane) {
-            if (taps.search(lane, y) != 0) {
-              (*to[k])(lane, y) = FetchSearched(*in[k], before.length, taps, light_only, lane, y);
-            }
+        StoreInRow(d, FetchPlane(*in[k], t, light_only ? t.kept : t.weight), to[k]->Row(y), x,
+                   width);
+        for (int lane = x; any_searched && lane < width && lane < x + LaneCount(); ++lane) {
+          if (taps.search(lane, y) != 0) {
+            (*to[k])(lane, y) = FetchSearched(*in[k], before.length, taps, light_only, lane, y);
           }
         }
       }

@@ -1,0 +1,78 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Taps of a vector of pixels in another frame. Under smooth motion they lie side by side, and plain
+// loads do what gathers would take several times as long for.
+#if defined(STILLRAY_DENOISE_SIMD_TAP_ROWS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef STILLRAY_DENOISE_SIMD_TAP_ROWS_INL_H_
+#undef STILLRAY_DENOISE_SIMD_TAP_ROWS_INL_H_
+#else
+#define STILLRAY_DENOISE_SIMD_TAP_ROWS_INL_H_
+#endif
+
+#include <algorithm>
+
+#include "denoise/simd/vector_math-inl.h"
+#include "stillray/image.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace stillray {
+namespace HWY_NAMESPACE {
+
+/// A block of taps that the pixels x, x + 1, ... of a vector see at the same offset from
+/// themselves.
+struct SideBySide {
+  bool found = false;
+  int x = 0;  ///< of the first lane's first tap
+  int y = 0;
+};
+
+/// Whether the lanes in `used` have their first taps side by side, so that rows of `width` pixels
+/// without a border can be read there: taps first_x + lane .. first_x + lane + columns - 1. Lanes
+/// that are not used may read beyond the row, up to one vector.
+HWY_INLINE SideBySide FindSideBySide(VI first_x, VI first_y, MF used, int columns, int width) {
+  const DI di;
+  const auto lanes = hn::RebindMask(di, used);
+  const intptr_t some = hn::FindFirstTrue(di, lanes);
+  SideBySide block;
+  if (some < 0) {
+    return block;
+  }
+  const VI start = hn::Sub(first_x, hn::Iota(di, 0));
+  const VI at = hn::Set(di, hn::ExtractLane(start, static_cast<size_t>(some)));
+  const VI row = hn::Set(di, hn::ExtractLane(first_y, static_cast<size_t>(some)));
+  const auto same = hn::And(hn::Eq(start, at), hn::Eq(first_y, row));
+  block.x = hn::GetLane(at);
+  block.y = hn::GetLane(row);
+  block.found = hn::AllTrue(di, hn::Or(same, hn::Not(lanes))) && block.x >= 0 &&
+                block.x + columns - 1 <= width;
+  return block;
+}
+
+/// Taps at one offset within their block, from planes of one stride: `block` if found, else the
+/// indices.
+struct TapLoad {
+  bool side_by_side;
+  ptrdiff_t start;  ///< in elements from the plane's first row
+  VI index;         ///< must be valid in all lanes
+
+  template <class D, typename T>
+  HWY_INLINE hn::Vec<D> operator()(D d, const Plane<T>& plane) const {
+    return side_by_side ? hn::LoadU(d, plane.Row(0) + start)
+                        : hn::GatherIndex(d, plane.Row(0), index);
+  }
+};
+
+/// The taps of row `dy` and column `dx` of the block. Rows outside the picture are read at its
+/// edge; whoever asks gives them no weight.
+HWY_INLINE TapLoad TapAt(const SideBySide& block, int dx, int dy, int height, ptrdiff_t stride,
+                         VI index) {
+  const int row = std::clamp(block.y + dy, 0, height - 1);
+  return {block.found, row * stride + block.x + dx, index};
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace stillray
+HWY_AFTER_NAMESPACE();
+
+#endif  // include guard
