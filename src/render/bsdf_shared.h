@@ -60,17 +60,25 @@ struct BsdfSample {
   int kind;
 };
 
+// GgxDensity(h) / (4 cos) over 1 + Lambda(wo) + Lambda(wi), and over 1 + Lambda(wo), for the half
+// vector h of two directions above the surface. With m = wo + wi not normalised and
+// T(w) = sqrt(w.z^2 + alpha^2 (1 - w.z^2)), so that 1 + 2 Lambda(w) = T(w) / w.z, few divisions
+// remain; the cosine of wo and h is |m| / 2.
 SHARED_FN BsdfValue EvaluateSpecular(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
   BsdfValue value;
   value.diffuse = vec3(0.0f);
-  vec3 h = normalize(wo + wi);
-  float lambda_o = GgxLambda(wo, bsdf.specular_alpha);
-  float lambda_i = GgxLambda(wi, bsdf.specular_alpha);
-  float d = GgxDensity(h, bsdf.specular_alpha) / (4.0f * wo.z);
-  float s = SchlickWeight(dot(wo, h));
+  float alpha2 = bsdf.specular_alpha * bsdf.specular_alpha;
+  vec3 m = wo + wi;
+  float across2 = m.x * m.x + m.y * m.y;
+  float length2 = across2 + m.z * m.z;
+  float e = (across2 + alpha2 * m.z * m.z) / length2;
+  float to = sqrt(wo.z * wo.z + alpha2 * (wo.x * wo.x + wo.y * wo.y));
+  float ti = sqrt(wi.z * wi.z + alpha2 * (wi.x * wi.x + wi.y * wi.y));
+  float d = alpha2 * (0.5f * kInvPi) / (e * e);
+  float s = SchlickWeight(0.5f * sqrt(length2));
   vec3 fresnel = bsdf.specular_f0 * (1.0f - s) + vec3(bsdf.specular_f90 * s);
-  value.specular = bsdf.specular_scale * fresnel * (d / (1.0f + lambda_o + lambda_i));
-  value.density = d / (1.0f + lambda_o);
+  value.specular = bsdf.specular_scale * fresnel * (d * wi.z / (to * wi.z + ti * wo.z));
+  value.density = d / (wo.z + to);
   return value;
 }
 

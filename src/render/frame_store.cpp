@@ -130,17 +130,55 @@ void StorePixel(Image3* image, int x, int y, vec3 value) {
   }
 }
 
-void StoreGuides(const PixelGuides& guides, int x, int y, Frame* frame) {
-  frame->guides.depth(x, y) = guides.depth;
-  StorePixel(&frame->guides.normal, x, y, guides.normal);
-  StorePixel(&frame->guides.albedo, x, y, guides.albedo);
-  StorePixel(&frame->guides.specular_albedo, x, y, guides.specular_albedo);
-  frame->guides.motion[0](x, y) = guides.motion.x;
-  frame->guides.motion[1](x, y) = guides.motion.y;
-  frame->guides.id(x, y) = guides.id;
-  frame->guides.roughness(x, y) = guides.roughness;
-  StorePixel(&frame->emission, x, y, guides.emission);
-  StorePixel(&frame->background, x, y, guides.background);
+void StoreGuides(const Tile& tile, const PixelGuides* guides, Frame* frame) {
+  Guides& g = frame->guides;
+  const auto store = [&](auto* plane, const auto& value) {
+    for (int y = 0; y < tile.height; ++y) {
+      auto* row = plane->Row(tile.y0 + y) + tile.x0;
+      const PixelGuides* from = guides + y * tile.width;
+      for (int x = 0; x < tile.width; ++x) {
+        row[x] = value(from[x]);
+      }
+    }
+  };
+  const auto store3 = [&](Image3* image, vec3 PixelGuides::*member) {
+    for (int c = 0; c < 3; ++c) {
+      store(&(*image)[c], [member, c](const PixelGuides& pixel) { return (pixel.*member)[c]; });
+    }
+  };
+  store(&g.depth, [](const PixelGuides& pixel) { return pixel.depth; });
+  store(&g.motion[0], [](const PixelGuides& pixel) { return pixel.motion.x; });
+  store(&g.motion[1], [](const PixelGuides& pixel) { return pixel.motion.y; });
+  store(&g.id, [](const PixelGuides& pixel) { return pixel.id; });
+  store(&g.roughness, [](const PixelGuides& pixel) { return pixel.roughness; });
+  store3(&g.normal, &PixelGuides::normal);
+  store3(&g.albedo, &PixelGuides::albedo);
+  store3(&g.specular_albedo, &PixelGuides::specular_albedo);
+  store3(&frame->emission, &PixelGuides::emission);
+  store3(&frame->background, &PixelGuides::background);
+}
+
+void StoreLight(const Tile& tile, int spp, const SampleLight* sums,
+                const std::array<float, kTracedSignalCount>* squares, Frame* frame) {
+  const float scale = 1.0f / static_cast<float>(spp);
+  for (size_t k = 0; k < kTracedSignalCount; ++k) {
+    Signal& signal = frame->signals[k];
+    for (int y = 0; y < tile.height; ++y) {
+      const SampleLight* from = sums + y * tile.width;
+      for (int c = 0; c < 3; ++c) {
+        float* row = signal.radiance[c].Row(tile.y0 + y) + tile.x0;
+        for (int x = 0; x < tile.width; ++x) {
+          row[x] = from[x][k][c] * scale;
+        }
+      }
+      if (spp > 1) {
+        float* row = signal.second_moment.Row(tile.y0 + y) + tile.x0;
+        for (int x = 0; x < tile.width; ++x) {
+          row[x] = squares[y * tile.width + x][k] * scale;
+        }
+      }
+    }
+  }
 }
 
 void PrepareFrame(const RenderSettings& settings, const RenderMoment& moment, Frame* frame) {

@@ -14,7 +14,11 @@
 namespace stillray::render {
 
 void StorePixel(Image3* image, int x, int y, vec3 value);
-void StoreGuides(const PixelGuides& guides, int x, int y, Frame* frame);
+/// Guides, emission and background of a tile's pixels, row by row, into the planes.
+void StoreGuides(const Tile& tile, const PixelGuides* guides, Frame* frame);
+/// The light of a tile's pixels: `sums` of spp samples.
+void StoreLight(const Tile& tile, int spp, const SampleLight* sums,
+                const std::array<float, kTracedSignalCount>* squares, Frame* frame);
 
 /// Gives an image this size, unless it has it; new ones are zero, others keep what they hold.
 template <typename P>

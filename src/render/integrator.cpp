@@ -416,6 +416,11 @@ void Tracer::ScatterAt(int path_index, const Surface& surface, const Bsdf& bsdf,
   if (was_first || onward != direction) {
     path->light_total = total;
   }
+  // A ray after which only emitters count need not be traced where there can be none.
+  if (context_.ends_are_opaque && path->bounces >= context_.settings.bounces &&
+      !context_.lights.MayBeMet(surface.position, onward)) {
+    return;
+  }
   ++path->step;
   path->known = false;
   const bool up = dot(onward, surface.geometric) > 0.0f;

@@ -77,6 +77,7 @@ bool LightSet::TwoSided(const AreaLight& light) const {
 }
 
 void LightSet::PlaceAreas() {
+  all_in_clusters_ = true;
   for (AreaLight& light : areas_) {
     const PlacedInstance& instance = state_.instance(light.instance);
     const Triangle triangle = state_.TriangleOf(instance, light.primitive);
@@ -98,6 +99,8 @@ void LightSet::PlaceAreas() {
       element.centre = (element.low + element.high) * 0.5f;
       element.intensity = intensity;
       elements_.push_back(element);
+    } else {
+      all_in_clusters_ = false;
     }
   }
 }
@@ -202,6 +205,8 @@ void LightSet::FinishCluster(Cluster* cluster, uint32_t index) {
       cluster->two_sided = cluster->two_sided || TwoSided(areas_[element.area]);
     }
   }
+  cluster->low = low;
+  cluster->high = high;
   cluster->centre = (low + high) * 0.5f;
   cluster->radius = 0.5f * length(high - low);
   cluster->axis = SafeNormalize(axis, vec3(0.0f));
@@ -284,6 +289,29 @@ void LightSet::Weigh(vec3 point, LightChoices* choices) const {
   }
   choices->sums[i++] = sum + distant_irradiance_;
   choices->sums[i] = sum + distant_irradiance_ + environment_irradiance_;
+}
+
+bool LightSet::MayBeMet(vec3 origin, vec3 direction) const {
+  if (!environment_.dark() || !all_in_clusters_) {
+    return true;
+  }
+  // The ray's origin lies a little off the surface, in a direction that is not known here.
+  constexpr float kSlack = 1e-4f;
+  const vec3 inverse = 1.0f / direction;
+  for (const Cluster& cluster : clusters_) {
+    const vec3 slack = (abs(cluster.low) + abs(cluster.high) + abs(origin)) * kSlack + kSlack;
+    const vec3 t0 = (cluster.low - slack - origin) * inverse;
+    const vec3 t1 = (cluster.high + slack - origin) * inverse;
+    const vec3 nearer = min(t0, t1);
+    const vec3 farther = max(t0, t1);
+    const float enter = MaxComponent(nearer);
+    const float leave = min(farther.x, min(farther.y, farther.z));
+    // Not a number, where a component of the direction is zero on the very edge: may be.
+    if (!(enter > leave) && !(leave < 0.0f)) {
+      return true;
+    }
+  }
+  return false;
 }
 
 LightSample LightSet::SampleArea(const AreaLight& light, vec3 point, float choice, float u0,

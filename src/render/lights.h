@@ -58,6 +58,10 @@ class LightSet {
   /// \param choices  as Weigh gives them for the point
   LightSample Sample(vec3 point, vec3 normal, const LightChoices& choices, vec4 u) const;
 
+  /// Whether a ray could bring light by meeting an emitter or leaving the scene. False is certain,
+  /// as long as the ray goes straight; it costs much less than tracing the ray.
+  bool MayBeMet(vec3 origin, vec3 direction) const;
+
   /// Density with which Sample, at `point`, gives the place on an emitter that a ray of unit
   /// direction met at `distance`.
   /// \param total  LightChoices::total() there
@@ -102,6 +106,7 @@ class LightSet {
     float cone_cosine = -1;  // emission normals lie within this of the axis; -1: anywhere
     float cone_sine = 0;
     bool two_sided = false;
+    vec3 low, high;  // bounds
   };
 
   void CollectAreas(const SceneState& state);
@@ -131,6 +136,7 @@ class LightSet {
   std::vector<AliasEntry> element_table_;
   std::vector<Cluster> clusters_;
   int choice_count_ = 0;
+  bool all_in_clusters_ = true;  // no triangle emits without being an element
 };
 
 }  // namespace stillray::render

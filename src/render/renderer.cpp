@@ -87,25 +87,17 @@ void AddSamples(int count, bool with_squares, TileScratch* scratch) {
   }
 }
 
-void StoreLight(int spp, const TileScratch& scratch, Frame* frame) {
-  const float scale = 1.0f / static_cast<float>(spp);
-  for (int i = 0; i < scratch.count; ++i) {
-    const auto [x, y] = scratch.positions[i];
-    for (size_t k = 0; k < kTracedSignalCount; ++k) {
-      StorePixel(&frame->signals[k].radiance, x, y, scratch.sum[i][k] * scale);
-      if (spp > 1) {
-        frame->signals[k].second_moment(x, y) = scratch.square[i][k] * scale;
-      }
-    }
-  }
-}
-
 // One part of the progress of a whole call.
 RenderProgress PartOfProgress(const RenderProgress& progress, double begin, double end) {
   if (!progress) {
     return {};
   }
   return [&progress, begin, end](double part) { return progress(begin + part * (end - begin)); };
+}
+
+bool AnyTransmission(const Scene& scene) {
+  return std::any_of(scene.materials.begin(), scene.materials.end(),
+                     [](const Material& material) { return material.transmission > 0.0f; });
 }
 
 Camera CameraOf(const CameraPose& pose) {
@@ -131,6 +123,7 @@ class PathTracer final : public Renderer {
   PathTracer(const Scene& scene, const RenderSettings& settings, LightStrategy strategy)
       : settings_(settings),
         strategy_(strategy),
+        any_transmission_(AnyTransmission(scene)),
         state_(scene),
         bsdfs_(scene, settings.regularise),
         lights_(state_),
@@ -149,16 +142,14 @@ class PathTracer final : public Renderer {
   }
 
  private:
-  enum class Guidance : bool { kStore, kOnlyFind };
-
   Result<TraceContext> MoveTo(const RenderMoment& moment);
   Status RenderWhole(const TraceContext& context, const RenderMoment& moment, Frame* frame,
                      const RenderProgress& progress);
   Status RenderPart(const TraceContext& context, const RenderMoment& moment, Frame* frame,
                     const RenderProgress& progress);
   void TakeTile(const Tile& tile, TileScratch* scratch) const;
-  void FindGuides(const TraceContext& context, Guidance guidance, TileScratch* scratch,
-                  Frame* frame) const;
+  void FindGuides(const TraceContext& context, const Frame& frame, TileScratch* scratch) const;
+  static void StoreTileGuides(const Tile& tile, TileScratch* scratch, Frame* frame);
   void TraceSamples(const TraceContext& context, uint64_t first_sample, TileScratch* scratch) const;
   void RenderRegion(const TraceContext& context, const PixelOrder& order, const Tile& region,
                     TileScratch* scratch, Frame* frame);
@@ -170,6 +161,7 @@ class PathTracer final : public Renderer {
 
   RenderSettings settings_;
   LightStrategy strategy_;
+  bool any_transmission_;
   SceneState state_;
   BsdfTables bsdfs_;
   LightSet lights_;
@@ -212,7 +204,8 @@ Result<TraceContext> PathTracer::MoveTo(const RenderMoment& moment) {
                         settings_,
                         strategy_,
                         MakeCameraView(camera, world, w, h),
-                        MakeCameraView(previous, previous_world, w, h)};
+                        MakeCameraView(previous, previous_world, w, h),
+                        !any_transmission_};
   };
   if (moment.pose) {
     const CameraPose& previous = moment.previous_pose ? *moment.previous_pose : *moment.pose;
@@ -252,9 +245,9 @@ void PathTracer::MakeSamplers(SampleStream stream, uint64_t sample, TileScratch*
 }
 
 // What the pixels of the batch see.
-void PathTracer::FindGuides(const TraceContext& context, Guidance guidance, TileScratch* scratch,
-                            Frame* frame) const {
-  const vec2 offset(0.5f + frame->jitter_x, 0.5f + frame->jitter_y);
+void PathTracer::FindGuides(const TraceContext& context, const Frame& frame,
+                            TileScratch* scratch) const {
+  const vec2 offset(0.5f + frame.jitter_x, 0.5f + frame.jitter_y);
   for (int i = 0; i < scratch->count; ++i) {
     scratch->points[i] = vec2(scratch->positions[i].x, scratch->positions[i].y) + offset;
   }
@@ -264,10 +257,12 @@ void PathTracer::FindGuides(const TraceContext& context, Guidance guidance, Tile
   const PhaseTimer timer(&timings->shade_ms);
   for (int i = 0; i < scratch->count; ++i) {
     scratch->guides[i] = MakeGuides(context, scratch->pixels[i], &scratch->first[i]);
-    if (guidance == Guidance::kStore) {
-      StoreGuides(scratch->guides[i], scratch->positions[i].x, scratch->positions[i].y, frame);
-    }
   }
+}
+
+void PathTracer::StoreTileGuides(const Tile& tile, TileScratch* scratch, Frame* frame) {
+  const PhaseTimer timer(&scratch->timings.shade_ms);
+  StoreGuides(tile, scratch->guides, frame);
 }
 
 // Light of the pixels of the batch, whose guides were found.
@@ -297,7 +292,7 @@ void PathTracer::RenderRegion(const TraceContext& context, const PixelOrder& ord
     const size_t count = std::min(scratch->order.size() - done, size_t{kBatchCapacity});
     std::copy_n(scratch->order.begin() + static_cast<ptrdiff_t>(done), count, scratch->positions);
     scratch->count = static_cast<int>(count);
-    FindGuides(context, Guidance::kOnlyFind, scratch, frame);
+    FindGuides(context, *frame, scratch);
     TraceSamples(context, static_cast<uint64_t>(order.cycle_index()), scratch);
     const PhaseTimer timer(&scratch->timings.shade_ms);
     for (size_t i = 0; i < count; ++i) {
@@ -369,9 +364,11 @@ Status PathTracer::RenderWhole(const TraceContext& context, const RenderMoment& 
       static_cast<uint64_t>(moment.frame_index) * static_cast<uint64_t>(settings_.spp);
   return RunTiles(TileSize(), progress, [&](const Tile& tile, TileScratch* scratch) {
     TakeTile(tile, scratch);
-    FindGuides(context, Guidance::kStore, scratch, frame);
+    FindGuides(context, *frame, scratch);
+    StoreTileGuides(tile, scratch, frame);
     TraceSamples(context, first_sample, scratch);
-    StoreLight(settings_.spp, *scratch, frame);
+    const PhaseTimer timer(&scratch->timings.shade_ms);
+    StoreLight(tile, settings_.spp, scratch->sum, scratch->square, frame);
   });
 }
 
@@ -386,7 +383,8 @@ Status PathTracer::RenderPart(const TraceContext& context, const RenderMoment& m
     STILLRAY_RETURN_IF_ERROR(RunTiles(TileSize(), PartOfProgress(progress, 0, done),
                                       [&](const Tile& tile, TileScratch* scratch) {
                                         TakeTile(tile, scratch);
-                                        FindGuides(context, Guidance::kStore, scratch, frame);
+                                        FindGuides(context, *frame, scratch);
+                                        StoreTileGuides(tile, scratch, frame);
                                       }));
   }
   // Paths need full packets, which the pixels of a large region fill. Where all guides were found,

@@ -31,6 +31,9 @@ struct TraceContext {
   LightStrategy strategy = LightStrategy::kBoth;
   CameraView camera;
   CameraView previous_camera;
+  /// No surface sends a ray on without counting a bounce, but straight through: a path at its last
+  /// bounce meets an emitter by its next ray or not at all.
+  bool ends_are_opaque = false;
 };
 
 /// Adds the time until it goes to a sum of milliseconds.

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillray/render.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -360,6 +361,43 @@ TEST(RendererTest, TextureCoordinatesOfAnySizeAreSafe) {
   builder.scene.environment.radiance = vec3(1.0f);
   const Frame frame = RenderOne(builder.scene, SmallSettings(8, 8, 1));
   EXPECT_NEAR(frame.guides.albedo[0](2, 5), SrgbDecode(128.0f / 255), 1e-5f);
+}
+
+// The last ray of a path is left out where it can meet no emitter. A transmissive material, even
+// one that nothing is made of, keeps the renderer from relying on that: the picture stays the same.
+TEST(LastRayTest, LeavingItOutChangesNothing) {
+  for (const std::string& name : BuiltinSceneNames()) {
+    Result<Scene> scene = MakeBuiltinScene(name);
+    ASSERT_TRUE(scene.ok());
+    const bool glass = std::any_of(scene->materials.begin(), scene->materials.end(),
+                                   [](const Material& m) { return m.transmission > 0.0f; });
+    RenderSettings settings;
+    settings.width = 120;
+    settings.height = 68;
+    settings.bounces = 2;
+    const auto render = [&](uint64_t* bounce_rays) {
+      Result<std::unique_ptr<Renderer>> renderer = Renderer::Create(*scene, settings);
+      EXPECT_TRUE(renderer.ok());
+      Frame frame;
+      EXPECT_TRUE((*renderer)->RenderFrame(RenderMoment(), &frame).ok());
+      *bounce_rays = (*renderer)->timings().bounce_rays;
+      return frame;
+    };
+    uint64_t with = 0;
+    uint64_t without = 0;
+    const Frame left_out = render(&without);
+    Material unused;
+    unused.transmission = 1.0f;
+    scene->materials.push_back(unused);
+    const Frame all = render(&with);
+    ExpectSameFrame(left_out, all);
+    const bool lit_from_outside = scene->environment.radiance != vec3(0.0f);
+    if (!glass && !lit_from_outside) {
+      EXPECT_LT(without, with * 8 / 10) << name;
+    } else {
+      EXPECT_EQ(without, with) << name;
+    }
+  }
 }
 
 }  // namespace
