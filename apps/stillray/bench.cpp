@@ -4,7 +4,6 @@
 // stillray bench: milliseconds of every stage, beside what limits them, in one run.
 #include <algorithm>
 #include <chrono>
-#include <cstring>
 #include <memory>
 #include <string>
 #include <utility>
@@ -13,9 +12,9 @@
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 #include <tbb/info.h>
-#include <tbb/parallel_for.h>
 #include <nlohmann/json.hpp>
 
+#include "bench_filter.h"
 #include "bench_tracer.h"
 #include "commands.h"
 #include "interrupt.h"
@@ -27,275 +26,184 @@
 namespace stillray {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-double Milliseconds(Clock::time_point since) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - since).count();
-}
-
 struct BenchArguments {
-  RenderArguments render;  ///< scene, size, samples, bounces
-  std::vector<std::string> presets = {"default", "svgf", "eaw"};
-  int repeats = 11;
-  bool reference = false;
+  RenderArguments render;  ///< scene, samples, bounces, settings
+  std::vector<std::string> sizes = {"1280x720", "1920x1080"};
+  std::vector<std::string> presets = {"svgf", "psvgf", "default"};
+  std::vector<std::string> kernels = {"3x3", "5x5"};
+  std::vector<int> threads = {1, 0};
+  int repeats = 9;
+  bool scalar = true;
   std::string json_path;
 };
 
-/// All times of one thing, one per repeat.
-struct Times {
-  std::string name;
-  std::vector<double> ms;
-
-  double Min() const { return *std::min_element(ms.begin(), ms.end()); }
-  double Median() const {
-    std::vector<double> sorted = ms;
-    std::sort(sorted.begin(), sorted.end());
-    return sorted[sorted.size() / 2];
-  }
+/// One size: frames are rendered one by one, and given to every filter in turn.
+struct BenchSize {
+  std::string text;
+  RenderOptions options;
+  FilterBench filter;
+  TracerBench tracer;
 };
 
-Times& Find(std::vector<Times>* table, const std::string& name) {
-  const auto at =
-      std::find_if(table->begin(), table->end(), [&](const Times& t) { return t.name == name; });
-  if (at != table->end()) {
-    return *at;
-  }
-  table->push_back({name, {}});
-  return table->back();
-}
-
-/// One denoiser under test.
-struct Subject {
-  std::string name;
-  Denoiser denoiser;
-  std::vector<Times> stages;  ///< "whole" first
-  size_t bytes = 0;
-
-  Status Run(const Frame& frame, bool record) {
-    DenoisedFrame out;
-    const Clock::time_point start = Clock::now();
-    STILLRAY_RETURN_IF_ERROR(denoiser.Denoise(frame, &out));
-    const double whole = Milliseconds(start);
-    if (record) {
-      Find(&stages, "whole").ms.push_back(whole);
-      for (const StageTime& stage : out.timings) {
-        Find(&stages, stage.name).ms.push_back(stage.milliseconds);
-      }
-      bytes = denoiser.memory_bytes();
-    }
-    return Status::Ok();
-  }
-};
-
-/// Reads and writes as many bytes as a filter must at least: all of a frame in, a picture out.
-class MinimalCopy {
- public:
-  explicit MinimalCopy(const Frame& frame) {
-    const size_t pixels = static_cast<size_t>(frame.width) * static_cast<size_t>(frame.height);
-    // Signals, normal, two albedos: 3 floats each; depth, motion, id; the result.
-    read_ = pixels * 4 * (frame.signals.size() * 3 + 9 + 4);
-    write_ = pixels * 4 * 3;
-    from_.assign(read_, 1);
-    to_.assign(read_, 0);
-  }
-  size_t bytes() const { return read_ + write_; }
-
-  double Milliseconds() {
-    // A copy of n bytes reads n and writes n: half of the sum.
-    const size_t n = (read_ + write_) / 2;
-    const size_t block = size_t{1} << 20;
-    const Clock::time_point start = Clock::now();
-    tbb::parallel_for(size_t{0}, (n + block - 1) / block, [&](size_t i) {
-      std::memcpy(to_.data() + i * block, from_.data() + i * block, std::min(block, n - i * block));
-    });
-    return stillray::Milliseconds(start);
-  }
-
- private:
-  size_t read_ = 0;
-  size_t write_ = 0;
-  std::vector<char> from_;
-  std::vector<char> to_;
-};
-
-class Bench {
- public:
-  Bench(const BenchArguments& arguments, RenderOptions options, int threads)
-      : arguments_(arguments), options_(std::move(options)), threads_(threads) {}
-
-  Status Run();
-
- private:
-  Status AddSubjects();
-  Status Measure(Renderer* renderer);
-  std::string Table() const;
-  std::string Json() const;
-
-  const BenchArguments& arguments_;
-  RenderOptions options_;
-  int threads_;
-  std::vector<Subject> subjects_;
-  Times copy_ = {"copy", {}};
-  size_t copy_bytes_ = 0;
-  TracerBench tracer_;
-};
-
-Status Bench::AddSubjects() {
-  const auto add = [&](const std::string& preset, Backend backend, const std::string& name) {
+Status AddSubjects(const BenchArguments& a, int most_threads, FilterBench* filter) {
+  const auto add = [&](const std::string& preset, bool one_signal, const std::string& kernel,
+                       int threads, Backend backend) {
     Result<Settings> settings = PresetSettings(preset);
     if (!settings.ok()) {
       return settings.status();
     }
-    Result<Denoiser> denoiser = Denoiser::Create(*settings, backend);
-    if (!denoiser.ok()) {
-      return denoiser.status();
+    STILLRAY_RETURN_IF_ERROR(SetParameter(&settings.value(), "kernel", kernel));
+    if (one_signal) {
+      STILLRAY_RETURN_IF_ERROR(SetParameter(&settings.value(), "signals", "single"));
     }
-    subjects_.push_back({name, std::move(denoiser.value()), {}, 0});
-    return Status::Ok();
+    for (const std::string& change : a.render.set) {
+      const size_t equal = change.find('=');
+      if (equal == std::string::npos) {
+        return Status::InvalidArgument(
+            fmt::format("--set '{}', expected NAME=VALUE such as sigma_l=4", change));
+      }
+      STILLRAY_RETURN_IF_ERROR(
+          SetParameter(&settings.value(), change.substr(0, equal), change.substr(equal + 1)));
+    }
+    const std::string name = preset + (one_signal ? ", one signal" : "");
+    return filter->Add({name, kernel, threads, backend, *settings});
   };
-  for (const std::string& preset : arguments_.presets) {
-    if (preset == "none") {
-      continue;
-    }
-    STILLRAY_RETURN_IF_ERROR(add(preset, Backend::kCpu, preset));
-    if (arguments_.reference) {
-      STILLRAY_RETURN_IF_ERROR(add(preset, Backend::kReference, preset + ", scalar"));
+  for (const std::string& preset : a.presets) {
+    for (const bool one_signal : {true, false}) {
+      // What the targets are made for is the published filter of one signal.
+      if (preset == "none" || (one_signal && preset != "svgf")) {
+        continue;
+      }
+      for (const std::string& kernel : a.kernels) {
+        for (const int threads : a.threads) {
+          const int count = threads > 0 ? std::min(threads, most_threads) : most_threads;
+          STILLRAY_RETURN_IF_ERROR(add(preset, one_signal, kernel, count, Backend::kCpu));
+        }
+        if (one_signal && a.scalar) {
+          STILLRAY_RETURN_IF_ERROR(add(preset, true, kernel, 1, Backend::kReference));
+        }
+      }
     }
   }
   return Status::Ok();
 }
 
-Status Bench::Measure(Renderer* renderer) {
+Status Measure(const BenchArguments& a, const Scene& scene, BenchSize* size) {
+  const RenderOptions& options = size->options;
+  Result<std::unique_ptr<Renderer>> created = Renderer::Create(scene, options.render);
+  if (!created.ok()) {
+    return created.status();
+  }
+  Renderer* renderer = created->get();
   // The first frames fill histories and touch memory for the first time.
   constexpr int kWarmUp = 4;
-  Progress progress(kWarmUp + arguments_.repeats, stderr);
+  Progress progress(kWarmUp + a.repeats, stderr);
   Frame frame;
-  std::unique_ptr<MinimalCopy> copy;
-  for (int i = 1; i <= kWarmUp + arguments_.repeats; ++i) {
+  for (int i = 1; i <= kWarmUp + a.repeats; ++i) {
     RenderMoment moment;
     moment.frame_index = i;
-    moment.seconds = options_.Seconds(i);
-    moment.previous_seconds = options_.PreviousSeconds(i);
-    const Clock::time_point start = Clock::now();
+    moment.seconds = options.Seconds(i);
+    moment.previous_seconds = options.PreviousSeconds(i);
+    if (i == 1) {
+      STILLRAY_RETURN_IF_ERROR(size->tracer.Prepare(scene, options.render, moment));
+    }
+    const auto start = std::chrono::steady_clock::now();
     STILLRAY_RETURN_IF_ERROR(
         renderer->RenderFrame(moment, &frame, [](double) { return !Interrupted(); }));
-    const double frame_ms = Milliseconds(start);
+    const double frame_ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     const bool record = i > kWarmUp;
     if (record) {
-      tracer_.AddFrame(renderer->timings(), frame_ms);
-      tracer_.RunBare();
+      size->tracer.AddFrame(renderer->timings(), frame_ms);
+      size->tracer.RunBare();
     }
-    if (!copy) {
-      copy = std::make_unique<MinimalCopy>(frame);
-      copy_bytes_ = copy->bytes();
-    }
-    for (Subject& subject : subjects_) {
-      STILLRAY_RETURN_IF_ERROR(subject.Run(frame, record));
-    }
-    if (record) {
-      copy_.ms.push_back(copy->Milliseconds());
-    }
-    progress.Update(i, fmt::format("frame {}", i));
+    STILLRAY_RETURN_IF_ERROR(size->filter.Run(frame, record));
+    progress.Update(i, fmt::format("{} frame {}", size->text, i));
   }
   return Status::Ok();
 }
 
-std::string Bench::Table() const {
-  std::string text = fmt::format(
-      "{}, {}x{}, {} spp, {} bounces, {} threads, {} interleaved repeats\n\n", options_.text.scene,
-      options_.render.width, options_.render.height, SamplesPerPixelText(options_.render),
-      options_.render.bounces, threads_, arguments_.repeats);
-  for (const Subject& subject : subjects_) {
-    text +=
-        fmt::format("{:<24}{:>10}{:>10}{:>12}\n", subject.name, "min ms", "median ms", "x copy");
-    for (const Times& t : subject.stages) {
-      text += fmt::format("  {:<22}{:>10.2f}{:>10.2f}{:>12.1f}\n", t.name, t.Min(), t.Median(),
-                          t.Median() / copy_.Median());
-    }
-    text +=
-        fmt::format("  {:<22}{:>10.1f} MB\n\n", "memory", static_cast<double>(subject.bytes) / 1e6);
-  }
-  text += fmt::format("copy of {:.1f} MB: {:.2f} ms (min {:.2f})\n",
-                      static_cast<double>(copy_bytes_) / 2e6, copy_.Median(), copy_.Min());
-  return text + tracer_.Table();
+std::string Title(const BenchArguments& a, const BenchSize& size, int threads) {
+  const RenderOptions& o = size.options;
+  return fmt::format("{}, {}x{}, {} spp, {} bounces, {} threads, {} interleaved repeats\n\n",
+                     o.text.scene, o.render.width, o.render.height, SamplesPerPixelText(o.render),
+                     o.render.bounces, threads, a.repeats);
 }
 
-std::string Bench::Json() const {
+std::string JsonText(const BenchArguments& a, const std::vector<BenchSize>& sizes, int threads) {
   using Json = nlohmann::ordered_json;
-  Json subjects = Json::array();
-  for (const Subject& subject : subjects_) {
-    Json stages = Json::object();
-    for (const Times& t : subject.stages) {
-      stages[t.name] = {{"min_ms", t.Min()}, {"median_ms", t.Median()}};
-    }
-    subjects.push_back({{"name", subject.name}, {"stages", stages}, {"bytes", subject.bytes}});
+  Json list = Json::array();
+  for (const BenchSize& size : sizes) {
+    list.push_back({{"width", size.options.render.width},
+                    {"height", size.options.render.height},
+                    {"filter", size.filter.Json()},
+                    {"tracing", size.tracer.Json()}});
   }
+  const RenderOptions& o = sizes.front().options;
   const Json json = {{"stillray", STILLRAY_VERSION},
-                     {"scene", options_.text.scene},
-                     {"width", options_.render.width},
-                     {"height", options_.render.height},
-                     {"spp", SamplesPerPixel(options_.render)},
-                     {"guides", options_.text.guides},
-                     {"bounces", options_.render.bounces},
-                     {"threads", threads_},
-                     {"repeats", arguments_.repeats},
-                     {"denoisers", subjects},
-                     {"copy", {{"bytes", copy_bytes_ / 2}, {"median_ms", copy_.Median()}}},
-                     {"tracing", tracer_.Json()}};
+                     {"scene", o.text.scene},
+                     {"spp", SamplesPerPixel(o.render)},
+                     {"guides", o.text.guides},
+                     {"bounces", o.render.bounces},
+                     {"threads", threads},
+                     {"repeats", a.repeats},
+                     {"sizes", list}};
   return json.dump(1) + "\n";
 }
 
-Status Bench::Run() {
-  STILLRAY_RETURN_IF_ERROR(AddSubjects());
-  const Result<Scene> scene = LoadScene(options_.text.scene);
-  if (!scene.ok()) {
-    return scene.status();
-  }
-  Result<std::unique_ptr<Renderer>> renderer = Renderer::Create(*scene, options_.render);
-  if (!renderer.ok()) {
-    return renderer.status();
-  }
-  RenderMoment moment;
-  moment.frame_index = 1;
-  moment.seconds = options_.Seconds(1);
-  moment.previous_seconds = options_.PreviousSeconds(1);
-  STILLRAY_RETURN_IF_ERROR(tracer_.Prepare(*scene, options_.render, moment));
-  STILLRAY_RETURN_IF_ERROR(Measure(renderer->get()));
-  fmt::print("{}", Table());
-  if (arguments_.json_path.empty()) {
-    return Status::Ok();
-  }
-  const std::string json = Json();
-  return WriteFileAtomically(arguments_.json_path, json.data(), json.size());
-}
-
 Status RunBench(const BenchArguments& arguments) {
-  Result<RenderOptions> options = ParseRenderArguments(arguments.render);
-  if (!options.ok()) {
-    return options.status();
-  }
-  const int available = tbb::info::default_concurrency();
-  const int threads = arguments.render.threads > 0 ? arguments.render.threads : available;
+  const int most_threads = tbb::info::default_concurrency();
+  const int asked = *std::max_element(arguments.threads.begin(), arguments.threads.end());
+  const bool all =
+      std::find(arguments.threads.begin(), arguments.threads.end(), 0) != arguments.threads.end();
+  const int threads = all ? most_threads : std::min(asked, most_threads);
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<size_t>(threads));
   CatchInterrupts();
-  return Bench(arguments, std::move(options.value()), threads).Run();
+  std::vector<BenchSize> sizes(arguments.sizes.size());
+  for (size_t i = 0; i < sizes.size(); ++i) {
+    RenderArguments render = arguments.render;
+    render.size = sizes[i].text = arguments.sizes[i];
+    render.set.clear();
+    Result<RenderOptions> options = ParseRenderArguments(render);
+    if (!options.ok()) {
+      return options.status();
+    }
+    sizes[i].options = std::move(options.value());
+    STILLRAY_RETURN_IF_ERROR(AddSubjects(arguments, threads, &sizes[i].filter));
+  }
+  const Result<Scene> scene = LoadScene(arguments.render.scene);
+  if (!scene.ok()) {
+    return scene.status();
+  }
+  for (BenchSize& size : sizes) {
+    STILLRAY_RETURN_IF_ERROR(Measure(arguments, *scene, &size));
+    fmt::print("{}{}{}\n", Title(arguments, size, threads),
+               size.filter.empty() ? "" : size.filter.Table() + "\n", size.tracer.Table());
+  }
+  if (arguments.json_path.empty()) {
+    return Status::Ok();
+  }
+  const std::string json = JsonText(arguments, sizes, threads);
+  return WriteFileAtomically(arguments.json_path, json.data(), json.size());
 }
 
 constexpr const char* kExamples = R"(
-Frames are rendered one by one and each is given to every denoiser in turn, so that a slow moment of
-the machine meets all of them alike. "x copy" is the median over that of a copy of the least bytes
-that any filter must read and write, measured in the same run.
+Frames are rendered one by one and each is given to every filter in turn, so that a slow moment of
+the machine meets all of them alike; compare ratios rather than milliseconds.
+x copy: median over that of a copy of the least bytes that such a filter must read and write.
+scalar x: least time of the scalar reference on one thread over the filter's.
+atrous x peak: least time of the wavelet over that of its arithmetic at the peak rate.
 "Embree": what the fastest of its calls makes of the rays of the first frame, in the same order, in
 a loop that does nothing else; least times of the same run.
 
 Examples:
   stillray bench
   stillray bench --size 1920x1080 --preset svgf --repeats 21 --json bench.json
-  stillray bench --scene kitchen.glb --threads 1
+  stillray bench --scene kitchen.glb --size 1280x720 --threads 0
   stillray bench --preset none                the path tracer alone
-  stillray bench --size 1366x690 --spp 1/128 --guides sparse --bounces 4
-  stillray bench --size 320x180 --scalar      beside the scalar reference
+  stillray bench --size 1366x690 --spp 1/128 --guides sparse --preset psvgf --kernel 3x3 --threads 0
+  stillray bench --preset svgf --set sigma_n=32 --no-scalar
 )";
 
 }  // namespace
@@ -310,7 +218,10 @@ void AddBenchCommand(CLI::App& app, int* exit_code) {
   a->render.bounces = 1;
   command->add_option("--scene", a->render.scene, ".gltf, .glb or builtin:NAME")
       ->capture_default_str();
-  command->add_option("--size", a->render.size, "WIDTHxHEIGHT in pixels")->capture_default_str();
+  command->add_option("--size", a->sizes, "WIDTHxHEIGHT in pixels: a list")
+      ->delimiter(',')
+      ->take_all()
+      ->capture_default_str();
   command
       ->add_option(
           "--spp", a->render.spp,
@@ -329,9 +240,19 @@ void AddBenchCommand(CLI::App& app, int* exit_code) {
   command->add_option("--repeats", a->repeats, "Frames that are measured")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
-  command->add_flag("--scalar", a->reference, "Also the scalar reference (slow)");
-  command->add_option("--threads", a->render.threads, "Default: all processors")
-      ->check(CLI::Range(0, 4096));
+  command->add_option("--kernel", a->kernels, "Kernels of the wavelet: a list")
+      ->delimiter(',')
+      ->take_all()
+      ->capture_default_str();
+  command->add_option("--set", a->render.set,
+                      "Parameter of the denoiser as NAME=VALUE; repeatable");
+  command->add_flag("--scalar,!--no-scalar", a->scalar,
+                    "Also the scalar reference of preset svgf with one signal (slow; default)");
+  command->add_option("--threads", a->threads, "Threads of the filter: a list; 0: all processors")
+      ->delimiter(',')
+      ->take_all()
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
   command->add_option("--json", a->json_path, "Write the figures there too");
   command->callback([a, exit_code] {
     const Status status = RunBench(*a);
