@@ -33,11 +33,15 @@ HWY_INLINE GuideCentre LoadGuideCentre(const GuidePlanes& g, const EdgeStopping&
   c.nx = hn::LoadU(d, g.normal[0].Row(y) + x);
   c.ny = hn::LoadU(d, g.normal[1].Row(y) + x);
   c.nz = hn::LoadU(d, g.normal[2].Row(y) + x);
-  c.i = hn::LoadU(d, g.inverse_depth.Row(y) + x);
   c.gx = hn::LoadU(d, g.gradient[0].Row(y) + x);
   c.gy = hn::LoadU(d, g.gradient[1].Row(y) + x);
-  const VF safe = hn::IfThenElse(hn::Gt(c.i, hn::Zero(d)), c.i, hn::Set(d, 1.0f));
-  c.z = hn::Div(hn::Set(d, 1.0f), safe);
+  // Each kind of weight reads one plane of depths, and no other.
+  const VF depth = hn::LoadU(d, (e.plane ? g.inverse_depth : g.depth).Row(y) + x);
+  const VF one = hn::Set(d, 1.0f);
+  const MF surface = hn::Gt(depth, hn::Zero(d));
+  const VF inverse = hn::Div(one, hn::IfThenElse(surface, depth, one));
+  c.i = e.plane ? depth : hn::IfThenElseZero(surface, inverse);
+  c.z = e.plane ? inverse : hn::IfThenElse(surface, depth, one);
   c.scale = hn::Mul(c.z, hn::Set(d, kLog2E / e.plane_tolerance));
   const VF steep = hn::Mul(hn::Max(hn::Abs(c.gx), hn::Abs(c.gy)), c.z);
   const MF off =

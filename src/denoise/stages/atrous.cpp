@@ -37,6 +37,7 @@ struct TapPair {
   ptrdiff_t distance;  ///< in the planes, of the first; the second lies as far on the other side
 };
 
+inline constexpr size_t kMostSignals = 8;
 /// Of a 5x5 kernel.
 inline constexpr int kMostPairs = 12;
 
@@ -134,25 +135,38 @@ HWY_INLINE VF GuideExponent(const GuideRow& g, const GuideCentre& c, ptrdiff_t q
   return hn::NegMulAdd(deviation, depth_scale, exponent);
 }
 
+/// Where the filtered pixels of one signal go.
+struct OutputRow {
+  float* luminance;
+  float* red;
+  float* blue;
+  float* variance;
+  float* grown;  ///< nullptr: not wanted
+};
+
+OutputRow OutputOf(const AtrousSignal& s, int y) {
+  return {s.out->colour[0].Row(y), s.out->colour[1].Row(y), s.out->colour[2].Row(y),
+          s.out->variance.Row(y), s.grown != nullptr ? s.grown->Row(y) : nullptr};
+}
+
 /// Writes the filtered pixels of one signal.
-HWY_INLINE void Finish(const AtrousSignal& signal, const SignalRow& row, const Sums& sums,
-                       MF surface, int x, int y) {
+HWY_INLINE void Finish(const AtrousSignal& signal, const SignalRow& row, const OutputRow& out,
+                       const Sums& sums, MF surface, int x) {
   const DF d;
   const VF one = hn::Set(d, 1.0f);
   const int width = signal.present->width();
   const MF filled = hn::And(hn::Gt(sums.weight, hn::Set(d, kMinAtrousWeight)), surface);
   const VF scale = hn::Div(one, hn::IfThenElse(filled, sums.weight, one));
-  const auto store = [&](VF sum, VF factor, const float* before, Image1* out) HWY_ATTR {
-    StoreInRow(d, hn::IfThenElse(filled, hn::Mul(sum, factor), hn::LoadU(d, before + x)),
-               out->Row(y), x, width);
+  const auto store = [&](VF sum, VF factor, const float* before, float* to) HWY_ATTR {
+    StoreInRow(d, hn::IfThenElse(filled, hn::Mul(sum, factor), hn::LoadU(d, before + x)), to, x,
+               width);
   };
-  store(sums.luminance, scale, row.luminance, &signal.out->colour[0]);
-  store(sums.red, scale, row.red, &signal.out->colour[1]);
-  store(sums.blue, scale, row.blue, &signal.out->colour[2]);
-  store(sums.variance, hn::Mul(scale, scale), row.variance, &signal.out->variance);
-  if (signal.grown != nullptr) {
-    StoreInRow(d, hn::IfThenElse(filled, one, hn::LoadU(d, row.present + x)), signal.grown->Row(y),
-               x, width);
+  store(sums.luminance, scale, row.luminance, out.luminance);
+  store(sums.red, scale, row.red, out.red);
+  store(sums.blue, scale, row.blue, out.blue);
+  store(sums.variance, hn::Mul(scale, scale), row.variance, out.variance);
+  if (out.grown != nullptr) {
+    StoreInRow(d, hn::IfThenElse(filled, one, hn::LoadU(d, row.present + x)), out.grown, x, width);
   }
 }
 
@@ -171,7 +185,8 @@ HWY_INLINE void GuideExponents(const AtrousLevel& level, const GuideRow& guide,
   const VF slope_scale = hn::Mul(hn::Set(d, edges.sigma_z), hn::Mul(c.z, c.z));
   const VF slope_least = hn::Mul(hn::Set(d, edges.depth_epsilon), c.z);
   const VF steepness = hn::Mul(c.flat, hn::Set(d, kLog2E));
-  const VU id = hn::LoadU(du, guide.id + x);
+  const bool test_id = level.parameters.test_id;
+  const VU id = test_id ? hn::LoadU(du, guide.id + x) : hn::Zero(du);
   const float at_zero = kParabola ? edges.sigma_n * kParabolaAtZero : 0.0f;
   for (int i = 0; i < level.pair_count; ++i) {
     const TapPair& pair = level.pairs[static_cast<size_t>(i)];
@@ -191,7 +206,7 @@ HWY_INLINE void GuideExponents(const AtrousLevel& level, const GuideRow& guide,
       const ptrdiff_t q = x + (side == 0 ? pair.distance : -pair.distance);
       VF exponent =
           GuideExponent<kParabola>(guide, c, q, expected[side], scale, bias, edges.sigma_n);
-      if (level.parameters.test_id) {
+      if (test_id) {
         const MF same = hn::RebindMask(d, hn::Eq(id, hn::LoadU(du, guide.id + q)));
         exponent = hn::IfThenElse(same, exponent, hn::Set(d, -1000.0f));
       }
@@ -245,20 +260,25 @@ void FilterRow(const AtrousLevel& level, int y) {
   const GuideRow guide = {g.normal[0].Row(y), g.normal[1].Row(y), g.normal[2].Row(y),
                           edges.plane ? g.inverse_depth.Row(y) : g.depth.Row(y), g.id.Row(y)};
   const int width = g.id.width();
+  SignalRow rows[kMostSignals];
+  OutputRow outputs[kMostSignals];
+  for (size_t i = 0; i < level.signals.size(); ++i) {
+    rows[i] = RowOf(level.signals[i], y);
+    outputs[i] = OutputOf(level.signals[i], y);
+  }
   HWY_ALIGN TapVectors exponents;
   for (int x = 0; x < width; x += LaneCount()) {
-    const GuideCentre c = LoadGuideCentre(g, edges, x, y);
-    const MF surface = hn::Gt(c.i, hn::Zero(d));
+    const MF surface = hn::Gt(hn::LoadU(d, guide.depth + x), hn::Zero(d));
     const bool any = !hn::AllFalse(d, surface);
     if (any) {
+      const GuideCentre c = LoadGuideCentre(g, edges, x, y);
       GuideExponents<kParabola>(level, guide, c, x, exponents);
     }
-    for (const AtrousSignal& signal : level.signals) {
-      const SignalRow row = RowOf(signal, y);
+    for (size_t i = 0; i < level.signals.size(); ++i) {
       const VF zero = hn::Zero(d);
-      const Sums sums = any ? SumTaps<kLuminance, kShared, kComplete>(level, row, exponents, x)
+      const Sums sums = any ? SumTaps<kLuminance, kShared, kComplete>(level, rows[i], exponents, x)
                             : Sums{zero, zero, zero, zero, zero};
-      Finish(signal, row, sums, surface, x, y);
+      Finish(level.signals[i], rows[i], outputs[i], sums, surface, x);
     }
   }
 }
@@ -313,7 +333,7 @@ void FilterRowForComparison(const AtrousLevel& level, const AtrousSignal& signal
       add_tap(pair.distance, pair.dx, pair.dy, pair.log2_kernel);
       add_tap(-pair.distance, -pair.dx, -pair.dy, pair.log2_kernel);
     }
-    Finish(signal, row, sums, hn::Gt(c.i, zero), x, y);
+    Finish(signal, row, OutputOf(signal, y), sums, hn::Gt(c.i, zero), x);
   }
 }
 
@@ -396,6 +416,7 @@ int RowInOrder(int i, int step, int height) {
 void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
             const AtrousParameters& p) {
   const ptrdiff_t stride = guides.inverse_depth.stride();
+  STILLRAY_CHECK_LE(signals.size(), kMostSignals);
   for (const AtrousSignal& signal : signals) {
     STILLRAY_CHECK_LE(p.step * p.radius, signal.present->border());
     STILLRAY_CHECK_EQ(signal.in->variance.stride(), stride);

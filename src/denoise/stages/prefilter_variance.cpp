@@ -42,9 +42,11 @@ void PrefilterVarianceRows(const FilterPlanes& in, const Image1& present, const 
       const VF tolerance =
           hn::MulAdd(hn::Set(d, p.sigma_l), spread,
                      hn::MulAdd(hn::Set(d, p.luminance_epsilon), l, hn::Set(d, 1e-12f)));
-      const MF bounded =
-          hn::And(hn::Gt(hn::LoadU(d, present.Row(y) + x), hn::Zero(d)),
-                  hn::Ge(hn::LoadU(d, length.Row(y) + x), hn::Set(d, p.unbounded_below)));
+      MF bounded = hn::Gt(hn::LoadU(d, present.Row(y) + x), hn::Zero(d));
+      if (p.unbounded_below > 0) {
+        const VF old = hn::LoadU(d, length.Row(y) + x);
+        bounded = hn::And(bounded, hn::Ge(old, hn::Set(d, p.unbounded_below)));
+      }
       StoreInRow(d, hn::IfThenElseZero(bounded, hn::Div(hn::Set(d, kLog2E), tolerance)),
                  stop->Row(y), x, width);
     }
