@@ -3,6 +3,7 @@
 #include "denoise/stages/accumulate.h"
 
 #include "core/parallel.h"
+#include "denoise/simd/next_row.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "denoise/stages/accumulate.cpp"
@@ -33,7 +34,19 @@ void AccumulateRows(const NewLight& light, const SignalHistory& before, const Im
   const VF one = hn::Set(d, 1.0f);
   const int width = light.samples.width();
   for (int y = y0; y < y1; ++y) {
+    NextRow<40> next;
+    next.Add(light.colour, y + 1);
+    next.Add(light.samples, y + 1);
+    for (const SignalHistory* history : {&before, static_cast<const SignalHistory*>(out)}) {
+      next.Add(history->colour, y + 1);
+      next.Add(history->behind, y + 1);
+      for (const Image1* plane : {&history->mean, &history->variance, &history->length,
+                                  &history->weights2, &history->compressed}) {
+        next.Add(*plane, y + 1);
+      }
+    }
     for (int x = 0; x < width; x += LaneCount()) {
+      next.Fetch(x);
       const VF n = hn::LoadU(d, light.samples.Row(y) + x);
       const VF old_length = hn::LoadU(d, before.length.Row(y) + x);
       VF length = old_length;

@@ -3,6 +3,7 @@
 #include "denoise/stages/antialias.h"
 
 #include "core/parallel.h"
+#include "denoise/simd/next_row.h"
 #include "denoise/stages/antialias_shared.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -175,7 +176,18 @@ void AntialiasRows(const Image3& colour, const Image3& previous, const Image2& m
   const VF right = hn::Set(d, static_cast<float>(width) - 0.5f);
   const VF bottom = hn::Set(d, static_cast<float>(height) - 0.5f);
   for (int y = y0; y < y1; ++y) {
+    NextRow<20> next;
+    next.Add(colour, y + 2);
+    next.Add(previous, y + 3);
+    next.Add(motion, y + 1);
+    next.Add(guides.inverse_depth, y + 2);
+    next.Add(guides.gradient, y + 1);
+    if (p.length != nullptr) {
+      next.Add(*p.length, y + 2);
+    }
+    next.Add(*out, y + 1);
     for (int x = 0; x < width; x += LaneCount()) {
+      next.Fetch(x);
       const bool inner = x > 0 && x + LaneCount() < width;
       const Neighbourhood n = LookAround(colour, motion, guides, p.length, x, y, inner);
       const VF px = hn::Add(ColumnsFrom(x), n.mx);

@@ -14,6 +14,7 @@
 #include "core/check.h"
 #include "core/parallel.h"
 #include "denoise/planes.h"
+#include "denoise/simd/next_row.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "denoise/stages/atrous.cpp"
@@ -38,6 +39,7 @@ struct TapPair {
 };
 
 inline constexpr size_t kMostSignals = 8;
+inline constexpr size_t kMostStreams = 6 + 9 * kMostSignals;
 /// Of a 5x5 kernel.
 inline constexpr int kMostPairs = 12;
 
@@ -250,6 +252,26 @@ HWY_INLINE Sums SumTaps(const AtrousLevel& level, const SignalRow& row, const Ta
   return sums;
 }
 
+/// What the next row will read and write that this one does not.
+NextRow<kMostStreams> NextRowOf(const AtrousLevel& level, int y) {
+  const AtrousParameters& p = level.parameters;
+  const GuidePlanes& g = level.guides;
+  const int own = y + p.step;                       // the pixels themselves
+  const int leading = y + p.step * (p.radius + 1);  // their furthest taps
+  NextRow<kMostStreams> next;
+  next.Add(g.normal, leading);
+  next.Add(p.edges.plane ? g.inverse_depth : g.depth, leading);
+  next.Add(g.gradient, own);
+  for (const AtrousSignal& signal : level.signals) {
+    next.Add(signal.in->colour, leading);
+    next.Add(signal.in->variance, leading);
+    next.Add(*signal.stop, p.noise_ratio > 1 ? leading : own);
+    next.Add(signal.out->colour, own);
+    next.Add(signal.out->variance, own);
+  }
+  return next;
+}
+
 /// Filters one row of all signals with the weights of SVGF, or those of geometry alone. Template
 /// arguments rather than branches in the innermost loop.
 template <bool kLuminance, bool kParabola, bool kShared, bool kComplete>
@@ -266,8 +288,10 @@ void FilterRow(const AtrousLevel& level, int y) {
     rows[i] = RowOf(level.signals[i], y);
     outputs[i] = OutputOf(level.signals[i], y);
   }
+  const NextRow<kMostStreams> next = NextRowOf(level, y);
   HWY_ALIGN TapVectors exponents;
   for (int x = 0; x < width; x += LaneCount()) {
+    next.Fetch(x);
     const MF surface = hn::Gt(hn::LoadU(d, guide.depth + x), hn::Zero(d));
     const bool any = !hn::AllFalse(d, surface);
     if (any) {

@@ -6,6 +6,7 @@
 
 #include "core/colour_shared.h"
 #include "core/parallel.h"
+#include "denoise/simd/next_row.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "denoise/stages/demodulate.cpp"
@@ -67,7 +68,17 @@ DemodulateCounts DemodulateRows(const DemodulateInput& in, int y0, int y1, NewLi
   const int width = out->samples.width();
   DemodulateCounts counts;
   for (int y = y0; y < y1; ++y) {
+    NextRow<40> next;
+    for (int i = 0; i < in.count; ++i) {
+      next.Add(*in.radiance[i], y + 1);
+    }
+    for (int i = 0; i < in.albedo.count; ++i) {
+      next.Add(*in.albedo.part[i], y + 1);
+    }
+    next.Add(out->colour, y + 1);
+    next.Add(out->samples, y + 1);
     for (int x = 0; x < width; x += LaneCount()) {
+      next.Fetch(x);
       const MF in_row = InRow(x, width);
       Colour sum = {zero, zero, zero};
       MF finite = in_row;

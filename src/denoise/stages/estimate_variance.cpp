@@ -3,6 +3,7 @@
 #include "denoise/stages/estimate_variance.h"
 
 #include "core/parallel.h"
+#include "denoise/simd/next_row.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "denoise/stages/estimate_variance.cpp"
@@ -84,7 +85,14 @@ void EstimateVarianceRows(const SignalHistory& history, const Image1& samples,
   const VF one = hn::Set(d, 1.0f);
   const int width = variance->width();
   for (int y = y0; y < y1; ++y) {
+    NextRow<8> next;
+    for (const Image1* plane :
+         {&history.length, &history.weights2, &history.variance, &samples, &guides.inverse_depth}) {
+      next.Add(*plane, y + 1);
+    }
+    next.Add(*variance, y + 1);
     for (int x = 0; x < width; x += LaneCount()) {
+      next.Fetch(x);
       const VF length = hn::LoadU(d, history.length.Row(y) + x);
       const VF weights2 = hn::LoadU(d, history.weights2.Row(y) + x);
       const VF temporal = hn::LoadU(d, history.variance.Row(y) + x);

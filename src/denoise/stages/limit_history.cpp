@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/parallel.h"
+#include "denoise/simd/next_row.h"
 #include "denoise/stages/limit_history_shared.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -40,7 +41,16 @@ void CompareWithHistoryRows(const NewLight& light, const SignalHistory& before,
   const VF one = hn::Set(d, 1.0f);
   const int width = light.samples.width();
   for (int y = y0; y < y1; ++y) {
+    NextRow<20> next;
+    for (const Image1* plane :
+         {&light.samples, &light.colour[0], &guides.inverse_depth, &before.length, &before.mean,
+          &before.variance, &before.compressed, &before.weights2,
+          static_cast<const Image1*>(present), static_cast<const Image1*>(&compared->variance)}) {
+      next.Add(*plane, y + 1);
+    }
+    next.Add(compared->colour, y + 1);
     for (int x = 0; x < width; x += LaneCount()) {
+      next.Fetch(x);
       const VF n = hn::LoadU(d, light.samples.Row(y) + x);
       const MF both =
           hn::And(hn::Gt(hn::LoadU(d, guides.inverse_depth.Row(y) + x), zero),
@@ -67,7 +77,14 @@ void LimitHistoryRows(const FilterPlanes& blurred, const Image1& present,
   const VF zero = hn::Zero(d);
   const int width = limit->width();
   for (int y = y0; y < y1; ++y) {
+    NextRow<8> next;
+    for (const Image1* plane : {&before.length, &blurred.variance, &before.weights2, &present,
+                                static_cast<const Image1*>(limit)}) {
+      next.Add(*plane, y + 1);
+    }
+    next.Add(blurred.colour, y + 1);
     for (int x = 0; x < width; x += LaneCount()) {
+      next.Fetch(x);
       const VF length = hn::LoadU(d, before.length.Row(y) + x);
       const VF difference = hn::Sub(hn::LoadU(d, blurred.colour[0].Row(y) + x),
                                     hn::LoadU(d, blurred.colour[1].Row(y) + x));

@@ -3,6 +3,7 @@
 #include "denoise/stages/prefilter_variance.h"
 
 #include "core/parallel.h"
+#include "denoise/simd/next_row.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "denoise/stages/prefilter_variance.cpp"
@@ -25,7 +26,13 @@ void PrefilterVarianceRows(const FilterPlanes& in, const Image1& present, const 
   const int width = stop->width();
   const int radius = p.smooth ? 1 : 0;
   for (int y = y0; y < y1; ++y) {
+    NextRow<8> next;
+    next.Add(variance, y + 2);
+    next.Add(present, y + 2);
+    next.Add(in.colour[0], y + 1);
+    next.Add(*stop, y + 1);
     for (int x = 0; x < width; x += LaneCount()) {
+      next.Fetch(x);
       VF sum = hn::Zero(d);
       VF sum_weight = hn::Zero(d);
       for (int dy = -radius; dy <= radius; ++dy) {

@@ -5,6 +5,7 @@
 #include <atomic>
 
 #include "core/parallel.h"
+#include "denoise/simd/next_row.h"
 #include "denoise/stages/prepare_guides_shared.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -28,7 +29,18 @@ int64_t ConvertGuideRows(const PrepareGuidesInput& in, int y0, int y1, GuidePlan
   const int width = in.depth->width();
   int64_t bad = 0;
   for (int y = y0; y < y1; ++y) {
+    NextRow<16> next;
+    next.Add(*in.depth, y + 1);
+    next.Add(*in.normal, y + 1);
+    if (in.id != nullptr) {
+      next.Add(*in.id, y + 1);
+    }
+    next.Add(out->inverse_depth, y + 1);
+    next.Add(out->depth, y + 1);
+    next.Add(out->normal, y + 1);
+    next.Add(out->id, y + 1);
     for (int x = 0; x < width; x += LaneCount()) {
+      next.Fetch(x);
       const VF z = hn::LoadU(d, in.depth->Row(y) + x);
       const VF nx = hn::LoadU(d, (*in.normal)[0].Row(y) + x);
       const VF ny = hn::LoadU(d, (*in.normal)[1].Row(y) + x);
@@ -74,7 +86,13 @@ void GradientRows(int y0, int y1, GuidePlanes* g) {
   const DU du;
   const int width = g->id.width();
   for (int y = y0; y < y1; ++y) {
+    NextRow<8> next;
+    next.Add(g->normal, y + 2);
+    next.Add(g->id, y + 2);
+    next.Add(g->inverse_depth, y + 2);
+    next.Add(g->gradient, y + 1);
     for (int x = 0; x < width; x += LaneCount()) {
+      next.Fetch(x);
       const VF nx = hn::LoadU(d, g->normal[0].Row(y) + x);
       const VF ny = hn::LoadU(d, g->normal[1].Row(y) + x);
       const VF nz = hn::LoadU(d, g->normal[2].Row(y) + x);

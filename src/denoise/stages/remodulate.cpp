@@ -6,6 +6,7 @@
 
 #include "core/colour_shared.h"
 #include "core/parallel.h"
+#include "denoise/simd/next_row.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "denoise/stages/remodulate.cpp"
@@ -26,7 +27,14 @@ void RemodulateRows(const Image3& light, const AlbedoSum& albedo, const Remodula
   const DF d;
   const int width = sum->width();
   for (int y = y0; y < y1; ++y) {
+    NextRow<20> next;
+    next.Add(light, y + 1);
+    for (int i = 0; i < albedo.count; ++i) {
+      next.Add(*albedo.part[i], y + 1);
+    }
+    next.Add(*sum, y + 1);
     for (int x = 0; x < width; x += LaneCount()) {
+      next.Fetch(x);
       const VF r = hn::LoadU(d, light[1].Row(y) + x);
       const VF b = hn::LoadU(d, light[2].Row(y) + x);
       const VF rgb[3] = {r, Green(hn::LoadU(d, light[0].Row(y) + x), r, b, p.rec601), b};

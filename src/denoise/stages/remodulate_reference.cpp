@@ -13,7 +13,8 @@ void Remodulate(const Image3& light, const AlbedoSum& albedo, const RemodulatePa
     for (int x = 0; x < sum->width(); ++x) {
       const float r = light[1](x, y);
       const float b = light[2](x, y);
-      const float rgb[3] = {r, p.rec601 ? Green601(light[0](x, y), r, b) : Green709(light[0](x, y), r, b), b};
+      const float rgb[3] = {
+          r, p.rec601 ? Green601(light[0](x, y), r, b) : Green709(light[0](x, y), r, b), b};
       for (int c = 0; c < 3; ++c) {
         float factor = 0;
         for (int i = 0; i < albedo.count; ++i) {

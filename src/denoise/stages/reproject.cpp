@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/stages/reproject.h"
 
+#include <cmath>
+
 #include "core/parallel.h"
+#include "denoise/simd/next_row.h"
 #include "denoise/stages/reproject_shared.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -64,6 +67,11 @@ HWY_INLINE MF TapMatches(const Target& t, const GuidePlanes& before, const SideB
   return hn::And(same, hn::RebindMask(d, inside));
 }
 
+/// The row that a pixel of row y looks at, near enough to fetch it ahead of its use.
+int RowSeen(int y, float motion) {
+  return y + (std::abs(motion) < 1e4f ? static_cast<int>(std::floor(motion)) : 0);
+}
+
 void FindTapsRows(const GuidePlanes& now, const GuidePlanes& before, const Image2& motion,
                   const ReprojectParameters& p, int y0, int y1, ReprojectionTaps* taps) {
   const DF d;
@@ -74,7 +82,22 @@ void FindTapsRows(const GuidePlanes& now, const GuidePlanes& before, const Image
   const int width = taps->x.width();
   const int height = taps->x.height();
   for (int y = y0; y < y1; ++y) {
+    const int there = RowSeen(y, motion[1](width / 2, y));
+    NextRow<32> next;
+    next.Add(now.normal, y + 1);
+    next.Add(now.inverse_depth, y + 1);
+    next.Add(now.gradient, y + 1);
+    next.Add(now.id, y + 1);
+    next.Add(motion, y + 1);
+    next.Add(before.normal, there + 2);
+    next.Add(before.inverse_depth, there + 2);
+    next.Add(before.id, there + 2);
+    next.Add(taps->x, y + 1);
+    next.Add(taps->y, y + 1);
+    next.Add(taps->weight, y + 1);
+    next.Add(taps->search, y + 1);
     for (int x = 0; x < width; x += LaneCount()) {
+      next.Fetch(x);
       Target t;
       t.nx = hn::LoadU(d, now.normal[0].Row(y) + x);
       t.ny = hn::LoadU(d, now.normal[1].Row(y) + x);
@@ -245,7 +268,18 @@ void FetchHistoryRows(const SignalHistory& before, const ReprojectionTaps& taps,
   const int planes = ListHistoryPlanes(before, out, in, to);
   const int width = taps.x.width();
   for (int y = y0; y < y1; ++y) {
+    const int there = taps.y(width / 2, y);
+    NextRow<2 * kMostHistoryPlanes + 7> next;
+    next.Add(taps.x, y + 1);
+    next.Add(taps.y, y + 1);
+    next.Add(taps.weight, y + 1);
+    next.Add(taps.search, y + 1);
+    for (int k = 0; k < planes; ++k) {
+      next.Add(*in[k], there + 2);
+      next.Add(*to[k], y + 1);
+    }
     for (int x = 0; x < width; x += LaneCount()) {
+      next.Fetch(x);
       const FetchTaps t = LoadTaps(before, taps, x, y);
       const VU search = hn::IfThenElseZero(hn::RebindMask(du, InRow(x, width)),
                                            hn::LoadU(du, taps.search.Row(y) + x));
