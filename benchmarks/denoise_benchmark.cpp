@@ -61,8 +61,8 @@ Planes720::Planes720() {
     for (int x = 0; x < kWidth; ++x) {
       const int which = x * 5 / kWidth + y * 3 / kHeight;
       const float angle = 0.3f * static_cast<float>(which) + 0.0002f * static_cast<float>(x);
-      depth(x, y) = 1 / (0.1f + 0.05f * static_cast<float>(which) +
-                         1e-5f * static_cast<float>(x + 2 * y));
+      depth(x, y) =
+          1 / (0.1f + 0.05f * static_cast<float>(which) + 1e-5f * static_cast<float>(x + 2 * y));
       normal[0](x, y) = std::sin(angle);
       normal[2](x, y) = std::cos(angle);
       id(x, y) = static_cast<uint32_t>(which + 1);
@@ -139,9 +139,9 @@ void AtrousOfOneThread(benchmark::State& state) {
   peak = std::max(peak, MultiplyAddsPerSecond());
   const double side = 2.0 * static_cast<double>(state.range(1)) + 1;
   const double work = 15.5 * (side * side - 1) * kWidth * kHeight;
-  state.counters["over_peak"] = benchmark::Counter(
-      work * static_cast<double>(state.iterations()) / peak,
-      benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+  state.counters["over_peak"] =
+      benchmark::Counter(work * static_cast<double>(state.iterations()) / peak,
+                         benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
 /// The least bytes of a frame of one signal: 72 per pixel.
@@ -186,7 +186,7 @@ void Demodulate(benchmark::State& state, const StageTable& stages) {
 
 void Accumulate(benchmark::State& state, const StageTable& stages) {
   Planes720& p = Shared();
-  Measure(state, [&] { stages.accumulate(p.light, p.history, nullptr, {}, &p.fetched); });
+  Measure(state, [&] { stages.accumulate(p.light, p.history, &p.taps, nullptr, {}, &p.fetched); });
 }
 
 void EstimateVariance(benchmark::State& state, const StageTable& stages) {
@@ -239,8 +239,8 @@ BENCHMARK_CAPTURE(Atrous, scalar, kReferenceStages)
     ->Args({1, 2, 1, 1})
     ->UseRealTime();
 
-#define STILLRAY_BENCHMARK_STAGE(stage)                             \
-  BENCHMARK_CAPTURE(stage, vector, kCpuStages)->UseRealTime();      \
+#define STILLRAY_BENCHMARK_STAGE(stage)                        \
+  BENCHMARK_CAPTURE(stage, vector, kCpuStages)->UseRealTime(); \
   BENCHMARK_CAPTURE(stage, scalar, kReferenceStages)->UseRealTime()
 
 STILLRAY_BENCHMARK_STAGE(PrepareGuides);

@@ -11,9 +11,10 @@
 //   per signal:
 //     demodulate         -        lights, albedo, samples        new light
 //     suppress_fireflies 1        new light                      new light
-//     reproject (fetch)  -        taps, last history             fetched history
+//     reproject (fetch)  -        taps, last history             fetched history      (only for limit_history)
 //     limit_history      wavelet  new light, fetched history     longest length
 //     accumulate         -        new light, fetched history     history              colour, moments, length
+//                                 or taps, last history
 //     merge_future       -        history, light of the future   merged history       (only where the future is known)
 //     estimate_variance  3        history, guides                variance
 //     prefilter_variance 1        variance                       spread               (before every level)
@@ -72,6 +73,7 @@ void Denoiser::Impl::Allocate(int width, int height, size_t groups) {
     taps = ReprojectionTaps(width, height);
     light = {Image3(width, height), Image1(width, height), Image1()};
     fetched = SignalHistory(width, height, settings.limit_history, BlendsFeedback(settings));
+    fetched_is_empty = true;
     limit = settings.limit_history ? Image1(width, height) : Image1();
     scratch = Image3(width, height);
     picture = Image3(width, height);
@@ -256,6 +258,7 @@ Status Denoiser::Accumulate(const Frame& frame, FutureLight* future) {
   Impl& d = *impl_;
   DenoisedFrame counts;
   STILLRAY_RETURN_IF_ERROR(d.Begin(frame, &counts));
+  d.keeps_past = true;
   future->impl_ = std::make_unique<FutureLight::Impl>();
   for (size_t i = 0; i < d.groups.size(); ++i) {
     SignalHistory* history = &d.state.signals[i];
@@ -278,6 +281,7 @@ Status Denoiser::Denoise(const Frame& frame, const FutureLight& future, Denoised
   Impl& d = *impl_;
   STILLRAY_RETURN_IF_ERROR(CheckFuture(frame, d.settings, future));
   STILLRAY_RETURN_IF_ERROR(d.Begin(frame, out));
+  d.keeps_past = false;
   for (size_t i = 0; i < d.groups.size(); ++i) {
     SignalHistory* history = &d.state.signals[i];
     d.RunAccumulate(d.GatherLight(i, *history), history);

@@ -64,7 +64,8 @@ struct Denoiser::Impl {
   // Work planes, kept between frames so that nothing is allocated in the steady state.
   ReprojectionTaps taps;
   NewLight light;
-  SignalHistory fetched;
+  SignalHistory fetched;  ///< looked up for this frame's pixels, or room for the next history
+  bool fetched_is_empty = false;       ///< no light in it anywhere
   std::vector<SignalHistory> merged;   ///< with the future; empty until there is one
   std::vector<WaveletPlanes> wavelet;  ///< of every signal
   Image1 limit;
@@ -79,6 +80,7 @@ struct Denoiser::Impl {
   const Image3* background = nullptr;
   float samples_per_pixel = 1;
   float feedback_phase = 1;  ///< weight of history with the last feedback in what is filtered
+  bool keeps_past = false;   ///< what the past alone knows is wanted (light of the future)
   bool feeds_back = false;   ///< whether this frame's filtered light becomes history
   std::vector<SignalGroup> groups;
   const Frame* frame = nullptr;
@@ -111,6 +113,8 @@ struct Denoiser::Impl {
 
   /// Whether the frame in progress has less than one sample per pixel.
   bool IsSparse() const { return samples_per_pixel < kWholeSample; }
+  /// Whether somebody needs the history of this frame's pixels before new light joins it.
+  bool FetchesApart() const { return settings.limit_history || keeps_past; }
   bool Rec601() const { return settings.luminance == LuminanceWeights::kRec601; }
   bool Wants(const std::string& name) const {
     return std::find(outputs.begin(), outputs.end(), name) != outputs.end();

@@ -324,14 +324,14 @@ bool Denoiser::Impl::GatherLight(size_t signal, const SignalHistory& history) {
     }
   }
   const bool has_history = settings.temporal && state.has_history;
-  {
+  if (!has_history && !fetched_is_empty) {
+    fetched =
+        SignalHistory(state.width, state.height, settings.limit_history, BlendsFeedback(settings));
+    fetched_is_empty = true;
+  } else if (has_history && FetchesApart()) {
     const StageTimer timer(&out->timings, "reproject");
-    if (has_history) {
-      stages->fetch_history(history, taps, &fetched);
-    } else {
-      fetched = SignalHistory(state.width, state.height, settings.limit_history,
-                              BlendsFeedback(settings));
-    }
+    stages->fetch_history(history, taps, &fetched);
+    fetched_is_empty = false;
   }
   if (settings.limit_history) {
     UpdateCompressionScale(history, has_history);
@@ -354,8 +354,15 @@ void Denoiser::Impl::RunAccumulate(bool limited, SignalHistory* history) {
   p.constant_weight = settings.history_weight == HistoryWeight::kConstant;
   p.max_history = settings.max_history;
   p.compressed_scale = fetched.compressed_scale;
-  stages->accumulate(light, fetched, limited ? &limit : nullptr, p, history);
-  history->compressed_scale = fetched.compressed_scale;
+  if (FetchesApart() || !settings.temporal || !state.has_history) {
+    stages->accumulate(light, fetched, nullptr, limited ? &limit : nullptr, p, history);
+    history->compressed_scale = fetched.compressed_scale;
+    return;
+  }
+  // Nothing needs the history of this frame's pixels by itself: it is looked up on the way.
+  stages->accumulate(light, *history, &taps, nullptr, p, &fetched);
+  std::swap(*history, fetched);
+  fetched_is_empty = false;
 }
 
 /// What `fetched` is worth after limit_history, as plain lengths and weights.

@@ -12,6 +12,7 @@
 
 #include <hwy/highway.h>
 
+#include "denoise/simd/fetch_taps-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -28,27 +29,40 @@ HWY_INLINE VF NewFrameWeight(VF length, VF n, float alpha_min, bool constant_wei
   return hn::IfThenElseZero(hn::Gt(n, hn::Zero(d)), with_history);
 }
 
-void AccumulateRows(const NewLight& light, const SignalHistory& before, const Image1* limit,
+void AccumulateRows(const NewLight& light, const SignalHistory& before,
+                    const ReprojectionTaps* taps, const Image1* limit,
                     const AccumulateParameters& p, int y0, int y1, SignalHistory* out) {
   const DF d;
   const VF one = hn::Set(d, 1.0f);
   const int width = light.samples.width();
   for (int y = y0; y < y1; ++y) {
-    NextRow<40> next;
+    NextRow<48> next;
     next.Add(light.colour, y + 1);
     next.Add(light.samples, y + 1);
-    for (const SignalHistory* history : {&before, static_cast<const SignalHistory*>(out)}) {
-      next.Add(history->colour, y + 1);
-      next.Add(history->behind, y + 1);
-      for (const Image1* plane : {&history->mean, &history->variance, &history->length,
-                                  &history->weights2, &history->compressed}) {
-        next.Add(*plane, y + 1);
+    const auto add_history = [&](const SignalHistory& history, int row) {
+      next.Add(history.colour, row);
+      next.Add(history.behind, row);
+      for (const Image1* plane : {&history.mean, &history.variance, &history.length,
+                                  &history.weights2, &history.compressed}) {
+        next.Add(*plane, row);
       }
+    };
+    add_history(before, taps != nullptr ? taps->y(width / 2, y) + 2 : y + 1);
+    add_history(*out, y + 1);
+    if (taps != nullptr) {
+      next.Add(taps->x, y + 1);
+      next.Add(taps->y, y + 1);
+      next.Add(taps->weight, y + 1);
+      next.Add(taps->search, y + 1);
     }
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
+      const FetchTaps found = taps != nullptr ? LoadTaps(before, *taps, x, y) : FetchTaps();
+      const auto old_of = [&](const Image1& plane) HWY_ATTR {
+        return taps != nullptr ? FetchPlane(plane, before, found) : hn::LoadU(d, plane.Row(y) + x);
+      };
       const VF n = hn::LoadU(d, light.samples.Row(y) + x);
-      const VF old_length = hn::LoadU(d, before.length.Row(y) + x);
+      const VF old_length = old_of(before.length);
       VF length = old_length;
       if (limit != nullptr) {
         length = hn::Min(length, hn::LoadU(d, limit->Row(y) + x));
@@ -62,21 +76,21 @@ void AccumulateRows(const NewLight& light, const SignalHistory& before, const Im
       VF colour[3];
       for (int c = 0; c < 3; ++c) {
         colour[c] = hn::LoadU(d, light.colour[c].Row(y) + x);
-        const VF old = hn::LoadU(d, before.colour[c].Row(y) + x);
+        const VF old = old_of(before.colour[c]);
         StoreInRow(d, hn::MulAdd(alpha, hn::Sub(colour[c], old), old), out->colour[c].Row(y), x,
                    width);
         if (!before.behind.empty()) {
-          const VF behind = hn::LoadU(d, before.behind[c].Row(y) + x);
+          const VF behind = old_of(before.behind[c]);
           StoreInRow(d, hn::MulAdd(alpha, hn::Sub(colour[c], behind), behind),
                      out->behind[c].Row(y), x, width);
         }
       }
-      const VF mean = hn::LoadU(d, before.mean.Row(y) + x);
-      const VF variance = hn::LoadU(d, before.variance.Row(y) + x);
-      const VF weights2 = hn::LoadU(d, before.weights2.Row(y) + x);
+      const VF mean = old_of(before.mean);
+      const VF variance = old_of(before.variance);
+      const VF weights2 = old_of(before.weights2);
       const VF l = colour[0];
       if (p.compressed_scale > 0) {
-        const VF old = hn::LoadU(d, before.compressed.Row(y) + x);
+        const VF old = old_of(before.compressed);
         const VF light_l = hn::Max(l, hn::Zero(d));
         const VF c = hn::Div(light_l, hn::Add(light_l, hn::Set(d, p.compressed_scale)));
         StoreInRow(d, hn::MulAdd(alpha, hn::Sub(c, old), old), out->compressed.Row(y), x, width);
@@ -112,10 +126,10 @@ namespace stillray::cpu {
 
 HWY_EXPORT(AccumulateRows);
 
-void Accumulate(const NewLight& light, const SignalHistory& before, const Image1* limit,
-                const AccumulateParameters& p, SignalHistory* out) {
+void Accumulate(const NewLight& light, const SignalHistory& before, const ReprojectionTaps* taps,
+                const Image1* limit, const AccumulateParameters& p, SignalHistory* out) {
   ParallelRows(light.samples.height(), 32, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(AccumulateRows)(light, before, limit, p, y0, y1, out);
+    HWY_DYNAMIC_DISPATCH(AccumulateRows)(light, before, taps, limit, p, y0, y1, out);
   });
 }
 

@@ -21,15 +21,17 @@ struct AccumulateParameters {
   float compressed_scale = 0;
 };
 
-/// \param before  reprojected history (all zero: none)
+/// \param before  reprojected history (all zero: none), or with taps that of the last frame, which
+///                is looked up along them (stages/reproject.h) and must not be \p out
+/// \param taps    nullptr: the history has been looked up
 /// \param limit   length that the history may count for at most, or nullptr
 namespace reference {
-void Accumulate(const NewLight& light, const SignalHistory& before, const Image1* limit,
-                const AccumulateParameters& parameters, SignalHistory* out);
+void Accumulate(const NewLight& light, const SignalHistory& before, const ReprojectionTaps* taps,
+                const Image1* limit, const AccumulateParameters& parameters, SignalHistory* out);
 }
 namespace cpu {
-void Accumulate(const NewLight& light, const SignalHistory& before, const Image1* limit,
-                const AccumulateParameters& parameters, SignalHistory* out);
+void Accumulate(const NewLight& light, const SignalHistory& before, const ReprojectionTaps* taps,
+                const Image1* limit, const AccumulateParameters& parameters, SignalHistory* out);
 }
 
 }  // namespace stillray

@@ -4,11 +4,13 @@
 #include "denoise/stages/accumulate.h"
 #include "denoise/stages/accumulate_shared.h"
 #include "denoise/stages/limit_history_shared.h"
+#include "denoise/stages/reproject.h"
 
 namespace stillray::reference {
+namespace {
 
-void Accumulate(const NewLight& light, const SignalHistory& before, const Image1* limit,
-                const AccumulateParameters& p, SignalHistory* out) {
+void Join(const NewLight& light, const SignalHistory& before, const Image1* limit,
+          const AccumulateParameters& p, SignalHistory* out) {
   for (int y = 0; y < light.samples.height(); ++y) {
     for (int x = 0; x < light.samples.width(); ++x) {
       const float n = light.samples(x, y);
@@ -42,6 +44,18 @@ void Accumulate(const NewLight& light, const SignalHistory& before, const Image1
       out->length(x, y) = n > 0 ? length + n : before.length(x, y);
     }
   }
+}
+
+}  // namespace
+
+void Accumulate(const NewLight& light, const SignalHistory& before, const ReprojectionTaps* taps,
+                const Image1* limit, const AccumulateParameters& p, SignalHistory* out) {
+  if (taps == nullptr) {
+    Join(light, before, limit, p, out);
+    return;
+  }
+  FetchHistory(before, *taps, out);
+  Join(light, *out, limit, p, out);
 }
 
 }  // namespace stillray::reference

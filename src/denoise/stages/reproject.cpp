@@ -15,6 +15,7 @@
 
 #include <hwy/highway.h>
 
+#include "denoise/simd/fetch_taps-inl.h"
 #include "denoise/simd/tap_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
@@ -164,105 +165,9 @@ void FindTapsRows(const GuidePlanes& now, const GuidePlanes& before, const Image
   }
 }
 
-/// Mean of the taps that the search chose, for one pixel; with `light_only` of those with light.
-float FetchSearched(const Image1& plane, const Image1& length, const ReprojectionTaps& taps,
-                    bool light_only, int x, int y) {
-  const uint32_t search = taps.search(x, y);
-  float sum = 0;
-  int count = 0;
-  for (int i = 0; i < 9; ++i) {
-    const int qx = taps.x(x, y) + i % 3;
-    const int qy = taps.y(x, y) + i / 3;
-    if ((search >> i & 1u) != 0 && (!light_only || length(qx, qy) > 0)) {
-      sum += plane(qx, qy);
-      ++count;
-    }
-  }
-  return count > 0 ? sum / static_cast<float>(count) : 0.0f;
-}
-
-/// The weights without the taps that have no light, brought to their sum again.
-HWY_INLINE void KeepTapsWithLight(const VF length[4], const VF weight[4], VF kept[4]) {
-  const DF d;
-  const VF zero = hn::Zero(d);
-  VF sum = zero;
-  VF lost = zero;
-  for (int i = 0; i < 4; ++i) {
-    kept[i] = hn::IfThenElseZero(hn::Gt(length[i], zero), weight[i]);
-    sum = hn::Add(sum, kept[i]);
-    lost = hn::Add(lost, hn::Sub(weight[i], kept[i]));
-  }
-  const VF one = hn::Set(d, 1.0f);
-  const MF rescale = hn::And(hn::Gt(lost, zero), hn::Gt(sum, zero));
-  const VF scale = hn::IfThenElse(rescale, hn::Div(one, hn::IfThenElse(rescale, sum, one)), one);
-  for (int i = 0; i < 4; ++i) {
-    kept[i] = hn::Mul(kept[i], scale);
-  }
-}
-
-/// The 2x2 taps of a vector of pixels, and what each counts.
-struct FetchTaps {
-  TapLoad load[4];
-  TapLoad bordered[4];  ///< in planes with the border of the moments
-  VF weight[4];
-  VF kept[4];   ///< weights without the taps that have no light
-  bool single;  ///< only the first tap has any weight: nothing moved
-};
-
-HWY_INLINE FetchTaps LoadTaps(const SignalHistory& before, const ReprojectionTaps& taps, int x,
-                              int y) {
-  const DF d;
-  const DI di;
-  const int width = taps.x.width();
-  const int height = taps.x.height();
-  const MF in_row = InRow(x, width);
-  const VI bx = hn::LoadU(di, taps.x.Row(y) + x);
-  const VI by = hn::LoadU(di, taps.y.Row(y) + x);
-  FetchTaps t;
-  MF used = hn::FirstN(d, 0);
-  MF others = used;
-  for (int i = 0; i < 4; ++i) {
-    t.weight[i] = hn::IfThenElseZero(in_row, hn::LoadU(d, taps.weight[i].Row(y) + x));
-    const MF counts = hn::Gt(t.weight[i], hn::Zero(d));
-    used = hn::Or(used, counts);
-    others = i == 0 ? others : hn::Or(others, counts);
-  }
-  t.single = hn::AllFalse(d, others);
-  const SideBySide block = FindSideBySide(bx, by, used, 2, width);
-  VF length[4];
-  for (int i = 0; i < 4; ++i) {
-    const auto counts = hn::RebindMask(di, hn::Gt(t.weight[i], hn::Zero(d)));
-    const VI tx = hn::IfThenElseZero(counts, hn::Add(bx, hn::Set(di, i & 1)));
-    const VI ty = hn::IfThenElseZero(counts, hn::Add(by, hn::Set(di, i >> 1)));
-    const auto load = [&](ptrdiff_t stride) HWY_ATTR {
-      const VI index = hn::Add(hn::Mul(ty, hn::Set(di, static_cast<int>(stride))), tx);
-      return TapAt(block, i & 1, i >> 1, height, stride, index);
-    };
-    t.load[i] = load(before.colour[0].stride());
-    t.bordered[i] = load(before.length.stride());
-    length[i] = t.bordered[i](d, before.length);
-  }
-  KeepTapsWithLight(length, t.weight, t.kept);
-  return t;
-}
-
-/// One plane of the history at a vector of pixels.
-HWY_INLINE VF FetchPlane(const Image1& plane, const FetchTaps& t, const VF weight[4]) {
-  const DF d;
-  const TapLoad* load = plane.border() > 0 ? t.bordered : t.load;
-  VF sum = hn::Mul(weight[0], load[0](d, plane));
-  if (!t.single) {
-    for (int i = 1; i < 4; ++i) {
-      sum = hn::MulAdd(weight[i], load[i](d, plane), sum);
-    }
-  }
-  return sum;
-}
-
 void FetchHistoryRows(const SignalHistory& before, const ReprojectionTaps& taps, int y0, int y1,
                       SignalHistory* out) {
   const DF d;
-  const DU du;
   const Image1* in[kMostHistoryPlanes];
   Image1* to[kMostHistoryPlanes];
   const int planes = ListHistoryPlanes(before, out, in, to);
@@ -281,18 +186,8 @@ void FetchHistoryRows(const SignalHistory& before, const ReprojectionTaps& taps,
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
       const FetchTaps t = LoadTaps(before, taps, x, y);
-      const VU search = hn::IfThenElseZero(hn::RebindMask(du, InRow(x, width)),
-                                           hn::LoadU(du, taps.search.Row(y) + x));
-      const bool any_searched = !hn::AllTrue(du, hn::Eq(search, hn::Zero(du)));
       for (int k = 0; k < planes; ++k) {
-        const bool light_only = in[k] != &before.length;
-        StoreInRow(d, FetchPlane(*in[k], t, light_only ? t.kept : t.weight), to[k]->Row(y), x,
-                   width);
-        for (int lane = x; any_searched && lane < width && lane < x + LaneCount(); ++lane) {
-          if (taps.search(lane, y) != 0) {
-            (*to[k])(lane, y) = FetchSearched(*in[k], before.length, taps, light_only, lane, y);
-          }
-        }
+        StoreInRow(d, FetchPlane(*in[k], before, t), to[k]->Row(y), x, width);
       }
     }
   }
