@@ -122,7 +122,8 @@ void Atrous(benchmark::State& state, const StageTable& stages) {
   }
   std::array<AtrousSignal, kSignals> signals;
   for (size_t s = 0; s < signals.size(); ++s) {
-    signals[s] = {&p.filter[s][0], &p.filter[s][1], &p.stop[s], &p.present};
+    signals[s] = {&p.filter[s][0].colour, &p.filter[s][0].variance, &p.filter[s][1], &p.stop[s],
+                  &p.present};
     signals[s].complete = true;
   }
   Measure(state, [&] {
@@ -155,7 +156,8 @@ void Copy(benchmark::State& state) {
 void PrefilterVariance(benchmark::State& state, const StageTable& stages) {
   Planes720& p = Shared();
   Measure(state, [&] {
-    stages.prefilter_variance(p.filter[0][0], p.present, p.history.length, {}, &p.stop[0]);
+    stages.prefilter_variance(p.filter[0][0].colour[0], p.filter[0][0].variance, p.present,
+                              p.history.length, {}, &p.stop[0]);
   });
 }
 
@@ -198,12 +200,11 @@ void EstimateVariance(benchmark::State& state, const StageTable& stages) {
 
 void Remodulate(benchmark::State& state, const StageTable& stages) {
   Planes720& p = Shared();
-  AlbedoSum albedo;
-  albedo.part[0] = &p.albedo;
-  albedo.count = 1;
-  Measure(state, [&] {
-    stages.remodulate(p.filter[0][0].colour, albedo, {false, false}, &p.picture2);
-  });
+  SignalLight light;
+  light.light = &p.filter[0][0].colour;
+  light.albedo.part[0] = &p.albedo;
+  light.albedo.count = 1;
+  Measure(state, [&] { stages.remodulate({&light, 1}, {}, {false, false}, &p.picture2); });
 }
 
 void Antialias(benchmark::State& state, const StageTable& stages) {

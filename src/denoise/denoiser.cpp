@@ -52,6 +52,17 @@ void CopyGuides(const GuidePlanes& from, GuidePlanes* to) {
   CopyImage(from.normal, &to->normal);
 }
 
+/// Gives the light of a history another border.
+void SetBorder(int border, SignalHistory* history) {
+  for (Image3* image : {&history->colour, &history->behind}) {
+    if (!image->empty() && (*image)[0].border() != border) {
+      Image3 other(image->width(), image->height(), border);
+      CopyImage(*image, &other);
+      *image = std::move(other);
+    }
+  }
+}
+
 /// Border that the wavelet needs with these settings.
 int BorderOf(const Settings& s) {
   const int longest = *std::max_element(s.steps.step.begin(), s.steps.step.begin() + s.steps.count);
@@ -63,16 +74,17 @@ int BorderOf(const Settings& s) {
 
 void Denoiser::Impl::Allocate(int width, int height, size_t groups) {
   // Never shrinks, so that going back and forth between settings allocates nothing.
-  const int before = wavelet.empty() ? 0 : wavelet.front().present.border();
-  const int border = std::max(BorderOf(settings), before);
+  const int before = border;
+  border = std::max(BorderOf(settings), before);
   const bool same = state.width == width && state.height == height &&
                     state.signals.size() == groups && limit.empty() != settings.limit_history &&
                     state.signals.front().behind.empty() != BlendsFeedback(settings);
   if (!same) {
-    state = DenoiserState(width, height, groups, settings.limit_history, BlendsFeedback(settings));
+    state = DenoiserState(width, height, groups, settings.limit_history, BlendsFeedback(settings),
+                          border);
     taps = ReprojectionTaps(width, height);
     light = {Image3(width, height), Image1(width, height), Image1()};
-    fetched = SignalHistory(width, height, settings.limit_history, BlendsFeedback(settings));
+    fetched = EmptyHistory();
     fetched_is_empty = true;
     limit = settings.limit_history ? Image1(width, height) : Image1();
     scratch = Image3(width, height);
@@ -87,6 +99,10 @@ void Denoiser::Impl::Allocate(int width, int height, size_t groups) {
       wavelet.emplace_back(width, height, border);
     }
   }
+  for (SignalHistory& signal : state.signals) {
+    SetBorder(border, &signal);
+  }
+  SetBorder(border, &fetched);
 }
 
 /// How far the samples of this frame bring the next feedback of filtered light (PSVGF section 5).
@@ -234,7 +250,6 @@ Status Denoiser::Impl::Begin(const Frame& next_frame, DenoisedFrame* result) {
   {
     const StageTimer timer(&out->timings, "prepare_guides");
     std::swap(state.guides, state.previous_guides);
-    const int border = wavelet.front().present.border();
     if (state.guides.inverse_depth.border() != border || state.guides.id.empty()) {
       state.guides = GuidePlanes(frame->width, frame->height, border);
     }
@@ -292,7 +307,7 @@ Status Denoiser::Denoise(const Frame& frame, const FutureLight& future, Denoised
     d.merged.resize(d.groups.size());
     SignalHistory& merged = d.merged[i];
     if (merged.length.width() != frame.width || merged.length.height() != frame.height) {
-      merged = SignalHistory(frame.width, frame.height);
+      merged = SignalHistory(frame.width, frame.height, false, false, d.border);
     }
     {
       const StageTimer timer(&out->timings, "merge_future");
@@ -301,6 +316,7 @@ Status Denoiser::Denoise(const Frame& frame, const FutureLight& future, Denoised
     d.BeginFilter(i, &merged);
   }
   d.FilterSignals();
+  d.ComposePicture();
   if (d.Wants("disocclusion")) {
     Image1 mask(frame.width, frame.height);
     for (int y = 0; y < frame.height; ++y) {
@@ -315,17 +331,6 @@ Status Denoiser::Denoise(const Frame& frame, const FutureLight& future, Denoised
       }
     }
     out->images.push_back({"disocclusion", {std::move(mask)}});
-  }
-  {
-    const StageTimer timer(&out->timings, "remodulate");
-    for (const Image3* unfiltered : {d.emission, d.background}) {
-      if (!unfiltered->empty()) {
-        out->non_finite += d.stages->add_unfiltered(*unfiltered, &d.picture);
-        for (auto& [name, image] : d.composites) {
-          d.stages->add_unfiltered(*unfiltered, &image);
-        }
-      }
-    }
   }
   if (d.Wants("aliased")) {
     out->images.push_back({"aliased", {d.picture[0], d.picture[1], d.picture[2]}});

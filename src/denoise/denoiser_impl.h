@@ -39,9 +39,12 @@ struct WaveletPlanes {
   FilterPlanes filter[2];
   Image1 stop;
   Image1 present;
-  Image1 grown;           ///< `present` of the next level; empty until there is a sparse frame
-  int source = 0;         ///< which of `filter` holds the light
-  bool complete = false;  ///< `present` is 1 on every surface
+  Image1 grown;                ///< `present` of the next level; empty until there is a sparse frame
+  int target = 0;              ///< which of `filter` the next level writes to
+  Image3* light = nullptr;     ///< what the next level reads, or the result
+  Image1* variance = nullptr;  ///< of it
+  const Image1* where = nullptr;  ///< positive where there is light on a surface
+  bool complete = false;          ///< `present` is 1 on every surface
   float mean_luminance = 1;
   SignalHistory* history = nullptr;  ///< where the light came from
 
@@ -74,6 +77,8 @@ struct Denoiser::Impl {
 
   SparseGuidesWork sparse;
 
+  int border = 0;  ///< of what the wavelet reads; never shrinks, so that nothing is made anew
+
   // The frame in progress. Guides, emission and background are the frame's own or completed.
   const Guides* guides = nullptr;
   const Image3* emission = nullptr;
@@ -96,8 +101,14 @@ struct Denoiser::Impl {
   /// Leaves the accumulated light and its variance in `wavelet`.
   void BeginFilter(size_t signal, SignalHistory* history);
   void FindPresent(WaveletPlanes* planes) const;
-  /// Runs all levels, and adds the filtered light to the picture.
+  SignalHistory EmptyHistory() const {
+    return SignalHistory(state.width, state.height, settings.limit_history,
+                         BlendsFeedback(settings), border);
+  }
+  /// Runs all levels.
   void FilterSignals();
+  /// Puts the picture together from filtered and unfiltered light.
+  void ComposePicture();
   void RunDemodulate(const SignalGroup& group);
   void UpdateCompressionScale(const SignalHistory& history, bool has_history);
   void RunLimitHistory(WaveletPlanes* planes);
@@ -108,8 +119,7 @@ struct Denoiser::Impl {
   void RunFxaa();
   void RunAntialias();
   AlbedoSum Albedos(const SignalGroup& group) const;
-  /// \param add  to what `sum` holds; else it is overwritten
-  void AddSignal(const SignalGroup& group, const Image3& light_in, bool add, Image3* sum);
+  void AddSignal(const SignalGroup& group, const Image3& light_in, Image3* sum);
 
   /// Whether the frame in progress has less than one sample per pixel.
   bool IsSparse() const { return samples_per_pixel < kWholeSample; }

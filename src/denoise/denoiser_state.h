@@ -25,10 +25,11 @@ struct DenoiserState {
   float feedback_progress = 0;
 
   DenoiserState() = default;
-  DenoiserState(int w, int h, size_t signal_count, bool with_compressed, bool with_behind)
+  DenoiserState(int w, int h, size_t signal_count, bool with_compressed, bool with_behind,
+                int border)
       : width(w),
         height(h),
-        signals(signal_count, SignalHistory(w, h, with_compressed, with_behind)),
+        signals(signal_count, SignalHistory(w, h, with_compressed, with_behind, border)),
         picture(w, h) {}
 
   size_t bytes() const {

@@ -158,7 +158,7 @@ Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, size_t le
                                        sizeof(Header) + PayloadBytes(header)));
   }
   DenoiserState state(header.width, header.height, header.signal_count, kinds.compressed,
-                      kinds.behind);
+                      kinds.behind, border);
   state.has_history = (header.flags & 1u) != 0;
   state.has_picture = (header.flags & 2u) != 0;
   state.guides = GuidePlanes(header.width, header.height, border);

@@ -69,14 +69,16 @@ struct SignalHistory {
   SignalHistory() = default;
   /// \param with_compressed  make room for what limit_history compares
   /// \param with_behind      make room for `behind`
-  SignalHistory(int width, int height, bool with_compressed = false, bool with_behind = false)
-      : colour(width, height),
+  /// \param border           of the light, which the wavelet's first level reads where it is
+  SignalHistory(int width, int height, bool with_compressed = false, bool with_behind = false,
+                int border = 0)
+      : colour(width, height, border),
         mean(width, height, kBorder),
         variance(width, height, kBorder),
         length(width, height, kBorder),
         weights2(width, height),
         compressed(with_compressed ? Image1(width, height) : Image1()),
-        behind(with_behind ? Image3(width, height) : Image3()) {}
+        behind(with_behind ? Image3(width, height, border) : Image3()) {}
   size_t bytes() const {
     return colour.bytes() + behind.bytes() + mean.bytes() + variance.bytes() + length.bytes() +
            weights2.bytes() + compressed.bytes();

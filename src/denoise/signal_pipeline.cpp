@@ -6,6 +6,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <span>
 #include <string>
 
 #include <fmt/format.h>
@@ -139,7 +140,8 @@ void Denoiser::Impl::KeepImage(const std::string& kind, const SignalGroup& group
   const std::string name = kind + "." + group.name;
   if (Wants(name)) {
     Image3 copy(state.width, state.height);
-    stages->remodulate(image, AlbedoSum(), {Rec601(), false}, &copy);
+    const SignalLight light_out = {&image, AlbedoSum()};
+    stages->remodulate({&light_out, 1}, {}, {Rec601(), false}, &copy);
     out->images.push_back({name, {copy[0], copy[1], copy[2]}});
   }
 }
@@ -158,15 +160,15 @@ AlbedoSum Denoiser::Impl::Albedos(const SignalGroup& group) const {
   return sum;
 }
 
-void Denoiser::Impl::AddSignal(const SignalGroup& group, const Image3& light_in, bool add,
-                               Image3* sum) {
+void Denoiser::Impl::AddSignal(const SignalGroup& group, const Image3& light_in, Image3* sum) {
   const Image3* expanded = &light_in;
   if (settings.firefly == Firefly::kCompress) {
     CopyImage(light_in, &scratch);
     stages->expand_light(&scratch);
     expanded = &scratch;
   }
-  stages->remodulate(*expanded, Albedos(group), {Rec601(), add}, sum);
+  const SignalLight light_out = {expanded, Albedos(group)};
+  stages->remodulate({&light_out, 1}, {}, {Rec601(), true}, sum);
 }
 
 void Denoiser::Impl::RunDemodulate(const SignalGroup& group) {
@@ -220,8 +222,8 @@ void Denoiser::Impl::RunLimitHistory(WaveletPlanes* planes) {
   int source = 0;
   for (int level = 0; level < kLimitHistoryLevels; ++level, source ^= 1) {
     geometry.step = 1 << level;
-    const AtrousSignal signal = {&filter[source], &filter[source ^ 1], &planes->stop,
-                                 &planes->present};
+    const AtrousSignal signal = {&filter[source].colour, &filter[source].variance,
+                                 &filter[source ^ 1], &planes->stop, &planes->present};
     stages->atrous({&signal, 1}, state.guides, geometry);
   }
   stages->limit_history(filter[source], planes->present, fetched, p, &limit);
@@ -236,7 +238,7 @@ void Denoiser::Impl::RunPrefilter(WaveletPlanes* planes) {
   p.luminance_epsilon = settings.luminance_epsilon;
   p.unbounded_below =
       settings.short_history == ShortHistory::kBlur ? ShortHistoryLength(settings) : 0.0f;
-  stages->prefilter_variance(planes->filter[planes->source], planes->present,
+  stages->prefilter_variance((*planes->light)[0], *planes->variance, *planes->where,
                              planes->history->length, p, &planes->stop);
 }
 
@@ -257,8 +259,7 @@ void Denoiser::Impl::RunLevel(int level) {
       RunPrefilter(&planes);
     }
     AtrousSignal& s = signals[i];
-    s = {&planes.filter[planes.source], &planes.filter[planes.source ^ 1], &planes.stop,
-         &planes.present};
+    s = {planes.light, planes.variance, &planes.filter[planes.target], &planes.stop, planes.where};
     s.complete = planes.complete;
     s.eaw_sigma_l =
         settings.eaw_sigma_l * planes.mean_luminance * std::exp2f(static_cast<float>(-level));
@@ -267,10 +268,14 @@ void Denoiser::Impl::RunLevel(int level) {
   const StageTimer timer(&out->timings, "atrous");
   stages->atrous({signals.data(), groups.size()}, state.guides, p);
   for (size_t i = 0; i < groups.size(); ++i) {
-    wavelet[i].source ^= 1;
+    WaveletPlanes& planes = wavelet[i];
+    FilterPlanes& filtered = planes.filter[planes.target];
+    planes.light = &filtered.colour;
+    planes.variance = &filtered.variance;
+    planes.target ^= 1;
     if (signals[i].grown != nullptr) {
-      std::swap(wavelet[i].present, wavelet[i].grown);
-      wavelet[i].complete = IsComplete(wavelet[i].present, state.guides);
+      std::swap(planes.present, planes.grown);
+      planes.complete = IsComplete(planes.present, state.guides);
     }
   }
 }
@@ -280,32 +285,41 @@ void Denoiser::Impl::KeepLevel(int level) {
   const std::string name = fmt::format("atrous{}", level + 1);
   const bool wanted = Wants(name);
   for (size_t i = 0; i < groups.size(); ++i) {
-    const Image3& filtered = wavelet[i].filter[wavelet[i].source].colour;
-    SignalHistory* history = wavelet[i].history;
+    WaveletPlanes& planes = wavelet[i];
+    SignalHistory* history = planes.history;
     if (settings.feedback == level + 1 && feeds_back) {
       if (!history->behind.empty()) {
         std::swap(history->colour, history->behind);
       }
-      CopyImage(filtered, &history->colour);
+      // What was the history is room for another level now.
+      std::swap(history->colour, *planes.light);
+      planes.light = &history->colour;
     }
     if (wanted) {
-      AddSignal(groups[i], filtered, true, Composite(name));
+      AddSignal(groups[i], *planes.light, Composite(name));
     }
   }
 }
 
+/// Marks where there is light, if that is not everywhere.
 void Denoiser::Impl::FindPresent(WaveletPlanes* planes) const {
+  const Image1& surface = state.guides.inverse_depth;
+  const Image1& length = planes->history->length;
+  planes->complete = IsComplete(length, state.guides);
+  planes->where = planes->complete ? &surface : &planes->present;
+  if (planes->complete) {
+    return;
+  }
   ParallelRows(state.height, 32, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
-      const float* i = state.guides.inverse_depth.Row(y);
-      const float* length = planes->history->length.Row(y);
+      const float* i = surface.Row(y);
+      const float* samples = length.Row(y);
       float* to = planes->present.Row(y);
       for (int x = 0; x < state.width; ++x) {
-        to[x] = i[x] > 0 && length[x] > 0 ? 1.0f : 0.0f;
+        to[x] = i[x] > 0 && samples[x] > 0 ? 1.0f : 0.0f;
       }
     }
   });
-  planes->complete = IsComplete(planes->present, state.guides);
 }
 
 bool Denoiser::Impl::GatherLight(size_t signal, const SignalHistory& history) {
@@ -325,8 +339,7 @@ bool Denoiser::Impl::GatherLight(size_t signal, const SignalHistory& history) {
   }
   const bool has_history = settings.temporal && state.has_history;
   if (!has_history && !fetched_is_empty) {
-    fetched =
-        SignalHistory(state.width, state.height, settings.limit_history, BlendsFeedback(settings));
+    fetched = EmptyHistory();
     fetched_is_empty = true;
   } else if (has_history && FetchesApart()) {
     const StageTimer timer(&out->timings, "reproject");
@@ -388,11 +401,13 @@ void Denoiser::Impl::BeginFilter(size_t signal, SignalHistory* history) {
   KeepPlane("moment_mean", group, history->mean);
   KeepPlane("moment_variance", group, history->variance);
   if (Wants("temporal")) {
-    AddSignal(group, history->colour, true, Composite("temporal"));
+    AddSignal(group, history->colour, Composite("temporal"));
   }
   WaveletPlanes& planes = wavelet[signal];
   planes.history = history;
-  planes.source = 0;
+  planes.light = &history->colour;
+  planes.variance = &planes.filter[0].variance;
+  planes.target = 1;
   if (settings.wavelet == Wavelet::kOff) {
     return;
   }
@@ -418,26 +433,49 @@ void Denoiser::Impl::BeginFilter(size_t signal, SignalHistory* history) {
   }
   if (feedback_phase < 1 && !history->behind.empty()) {
     BlendFeedback(*history, feedback_phase, &planes.filter[0].colour);
-  } else {
-    CopyImage(history->colour, &planes.filter[0].colour);
+    planes.light = &planes.filter[0].colour;
   }
 }
 
 void Denoiser::Impl::FilterSignals() {
-  const bool filters = settings.wavelet != Wavelet::kOff;
-  for (int level = 0; filters && level < settings.steps.count; ++level) {
+  if (settings.wavelet == Wavelet::kOff) {
+    return;
+  }
+  for (int level = 0; level < settings.steps.count; ++level) {
     RunLevel(level);
     KeepLevel(level);
   }
-  const StageTimer timer(&out->timings, "remodulate");
   for (size_t i = 0; i < groups.size(); ++i) {
-    const WaveletPlanes& planes = wavelet[i];
-    const FilterPlanes& filtered = planes.filter[planes.source];
-    if (filters) {
-      KeepImage("filtered", groups[i], filtered.colour);
-      KeepPlane("filtered_variance", groups[i], filtered.variance);
+    KeepImage("filtered", groups[i], *wavelet[i].light);
+    KeepPlane("filtered_variance", groups[i], *wavelet[i].variance);
+  }
+}
+
+void Denoiser::Impl::ComposePicture() {
+  const StageTimer timer(&out->timings, "remodulate");
+  std::array<const Image3*, 2> unfiltered = {};
+  size_t unfiltered_count = 0;
+  for (const Image3* image : {emission, background}) {
+    if (!image->empty()) {
+      unfiltered[unfiltered_count++] = image;
     }
-    AddSignal(groups[i], filters ? filtered.colour : planes.history->colour, i > 0, &picture);
+  }
+  const std::span<const Image3* const> as_it_is(unfiltered.data(), unfiltered_count);
+  std::array<SignalLight, kMostGroups> lights;
+  for (size_t i = 0; i < groups.size(); ++i) {
+    Image3* light_of_signal = wavelet[i].light;
+    if (settings.firefly == Firefly::kCompress) {
+      Image3* expanded = &wavelet[i].filter[wavelet[i].target].colour;
+      CopyImage(*light_of_signal, expanded);
+      stages->expand_light(expanded);
+      light_of_signal = expanded;
+    }
+    lights[i] = {light_of_signal, Albedos(groups[i])};
+  }
+  out->non_finite +=
+      stages->remodulate({lights.data(), groups.size()}, as_it_is, {Rec601(), false}, &picture);
+  for (auto& [name, image] : composites) {
+    stages->remodulate({}, as_it_is, {Rec601(), true}, &image);
   }
 }
 

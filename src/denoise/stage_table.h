@@ -40,21 +40,19 @@ struct StageTable {
   decltype(&reference::PrefilterVariance) prefilter_variance;
   decltype(&reference::Atrous) atrous;
   decltype(&reference::Remodulate) remodulate;
-  decltype(&reference::AddUnfiltered) add_unfiltered;
   decltype(&reference::Fxaa) fxaa;
   decltype(&reference::Antialias) antialias;
   decltype(&reference::Tonemap) tonemap;
 };
 
-#define STILLRAY_STAGES_OF(backend)                                                         \
-  StageTable {                                                                              \
-    &backend::FillHoles, &backend::FillIds, &backend::PrepareGuides, &backend::Demodulate,  \
-        &backend::ClampFireflies, &backend::CompressLight, &backend::ExpandLight,           \
-        &backend::FindTaps, &backend::FetchHistory, &backend::CompareWithHistory,           \
-        &backend::LimitHistory, &backend::Accumulate, &backend::MergeFuture,                \
-        &backend::EstimateVariance, &backend::PrefilterVariance, &backend::Atrous,          \
-        &backend::Remodulate, &backend::AddUnfiltered, &backend::Fxaa, &backend::Antialias, \
-        &backend::Tonemap                                                                   \
+#define STILLRAY_STAGES_OF(backend)                                                        \
+  StageTable {                                                                             \
+    &backend::FillHoles, &backend::FillIds, &backend::PrepareGuides, &backend::Demodulate, \
+        &backend::ClampFireflies, &backend::CompressLight, &backend::ExpandLight,          \
+        &backend::FindTaps, &backend::FetchHistory, &backend::CompareWithHistory,          \
+        &backend::LimitHistory, &backend::Accumulate, &backend::MergeFuture,               \
+        &backend::EstimateVariance, &backend::PrefilterVariance, &backend::Atrous,         \
+        &backend::Remodulate, &backend::Fxaa, &backend::Antialias, &backend::Tonemap       \
   }
 
 inline constexpr StageTable kReferenceStages = STILLRAY_STAGES_OF(reference);

@@ -58,7 +58,6 @@ HWY_INLINE void KeepTapsWithLight(const VF length[4], const VF weight[4], VF kep
 /// The 2x2 taps of a vector of pixels, and what each counts.
 struct FetchTaps {
   TapLoad load[4];
-  TapLoad bordered[4];  ///< in planes with the border of the moments
   VF weight[4];
   VF kept[4];     ///< weights without the taps that have no light
   bool single;    ///< only the first tap has any weight: nothing moved
@@ -92,13 +91,8 @@ HWY_INLINE FetchTaps LoadTaps(const SignalHistory& before, const ReprojectionTap
     const auto counts = hn::RebindMask(di, hn::Gt(t.weight[i], hn::Zero(d)));
     const VI tx = hn::IfThenElseZero(counts, hn::Add(bx, hn::Set(di, i & 1)));
     const VI ty = hn::IfThenElseZero(counts, hn::Add(by, hn::Set(di, i >> 1)));
-    const auto load = [&](ptrdiff_t stride) HWY_ATTR {
-      const VI index = hn::Add(hn::Mul(ty, hn::Set(di, static_cast<int>(stride))), tx);
-      return TapAt(block, i & 1, i >> 1, height, stride, index);
-    };
-    t.load[i] = load(before.colour[0].stride());
-    t.bordered[i] = load(before.length.stride());
-    length[i] = t.bordered[i](d, before.length);
+    t.load[i] = TapAt(block, i & 1, i >> 1, height, tx, ty);
+    length[i] = t.load[i](d, before.length);
   }
   KeepTapsWithLight(length, t.weight, t.kept);
   const DU du;
@@ -117,11 +111,10 @@ HWY_INLINE VF FetchPlane(const Image1& plane, const SignalHistory& before, const
   const DF d;
   const bool light_only = &plane != &before.length;
   const VF* weight = light_only ? t.kept : t.weight;
-  const TapLoad* load = plane.border() > 0 ? t.bordered : t.load;
-  VF sum = hn::Mul(weight[0], load[0](d, plane));
+  VF sum = hn::Mul(weight[0], t.load[0](d, plane));
   if (!t.single) {
     for (int i = 1; i < 4; ++i) {
-      sum = hn::MulAdd(weight[i], load[i](d, plane), sum);
+      sum = hn::MulAdd(weight[i], t.load[i](d, plane), sum);
     }
   }
   if (t.searched) {

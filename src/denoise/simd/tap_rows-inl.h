@@ -49,26 +49,29 @@ HWY_INLINE SideBySide FindSideBySide(VI first_x, VI first_y, MF used, int column
   return block;
 }
 
-/// Taps at one offset within their block, from planes of one stride: `block` if found, else the
-/// indices.
+/// Taps at one offset within their block: loads where they lie side by side, else gathers.
 struct TapLoad {
   bool side_by_side;
-  ptrdiff_t start;  ///< in elements from the plane's first row
-  VI index;         ///< must be valid in all lanes
+  int row;  ///< of the first lane
+  int column;
+  VI x;  ///< of every lane: must be pixels
+  VI y;
 
   template <class D, typename T>
   HWY_INLINE hn::Vec<D> operator()(D d, const Plane<T>& plane) const {
-    return side_by_side ? hn::LoadU(d, plane.Row(0) + start)
-                        : hn::GatherIndex(d, plane.Row(0), index);
+    if (side_by_side) {
+      return hn::LoadU(d, plane.Row(row) + column);
+    }
+    const VI stride = hn::Set(DI(), static_cast<int>(plane.stride()));
+    return hn::GatherIndex(d, plane.Row(0), hn::Add(hn::Mul(y, stride), x));
   }
 };
 
 /// The taps of row `dy` and column `dx` of the block. Rows outside the picture are read at its
 /// edge; whoever asks gives them no weight.
-HWY_INLINE TapLoad TapAt(const SideBySide& block, int dx, int dy, int height, ptrdiff_t stride,
-                         VI index) {
-  const int row = std::clamp(block.y + dy, 0, height - 1);
-  return {block.found, row * stride + block.x + dx, index};
+/// \param x, y  pixels that gathers may read, those asked for where they are any
+HWY_INLINE TapLoad TapAt(const SideBySide& block, int dx, int dy, int height, VI x, VI y) {
+  return {block.found, std::clamp(block.y + dy, 0, height - 1), block.x + dx, x, y};
 }
 
 }  // namespace HWY_NAMESPACE

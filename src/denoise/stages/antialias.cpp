@@ -120,7 +120,6 @@ HWY_INLINE void SamplePrevious(const Image3& previous, VF px, VF py, MF inside, 
   const DI di;
   const int width = previous.width();
   const int height = previous.height();
-  const ptrdiff_t stride = previous[0].stride();
   const VF sx = hn::IfThenElseZero(inside, px);
   const VF sy = hn::IfThenElseZero(inside, py);
   const VF fx = hn::Floor(sx);
@@ -134,8 +133,7 @@ HWY_INLINE void SamplePrevious(const Image3& previous, VF px, VF py, MF inside, 
   const auto load = [&](int i, int j) HWY_ATTR {
     const VI row = ClampColumns(hn::Add(by, hn::Set(di, j)), height);
     const VI column = ClampColumns(hn::Add(bx, hn::Set(di, i)), width);
-    const VI index = hn::Add(hn::Mul(row, hn::Set(di, static_cast<int>(stride))), column);
-    return TapAt(block, i, j, height, stride, index);
+    return TapAt(block, i, j, height, column, row);
   };
   const VF zero = hn::Zero(d);
   if (hn::AllTrue(d, hn::And(hn::Eq(u, zero), hn::Eq(v, zero)))) {  // nothing moved

@@ -77,13 +77,19 @@ struct SignalRow {
 };
 
 SignalRow RowOf(const AtrousSignal& s, int y) {
-  return {s.in->colour[0].Row(y),
-          s.in->colour[1].Row(y),
-          s.in->colour[2].Row(y),
-          s.in->variance.Row(y),
+  return {(*s.colour)[0].Row(y),
+          (*s.colour)[1].Row(y),
+          (*s.colour)[2].Row(y),
+          s.variance->Row(y),
           s.stop->Row(y),
           s.present->Row(y),
           kLog2E / (s.eaw_sigma_l * s.eaw_sigma_l)};
+}
+
+/// The weight where there is light, else 0.
+HWY_INLINE VF WherePresent(const SignalRow& s, ptrdiff_t q, VF weight) {
+  const DF d;
+  return hn::IfThenElseZero(hn::Gt(hn::LoadU(d, s.present + q), hn::Zero(d)), weight);
 }
 
 struct Sums {
@@ -229,8 +235,7 @@ HWY_INLINE Sums SumTaps(const AtrousLevel& level, const SignalRow& row, const Ta
   const VF least = hn::Mul(stop, hn::Set(d, 1 / level.parameters.noise_ratio));
   const VF kernel = hn::Set(d, level.centre_kernel);
   Sums sums = {zero, zero, zero, zero, zero};
-  AddTap(row, x, kComplete ? kernel : hn::Mul(kernel, hn::LoadU(d, row.present + x)), centre,
-         &sums);
+  AddTap(row, x, kComplete ? kernel : WherePresent(row, x, kernel), centre, &sums);
   for (int i = 0; i < 2 * level.pair_count; ++i) {
     const ptrdiff_t distance = level.pairs[static_cast<size_t>(i / 2)].distance;
     const ptrdiff_t q = x + (i % 2 == 0 ? distance : -distance);
@@ -245,7 +250,7 @@ HWY_INLINE Sums SumTaps(const AtrousLevel& level, const SignalRow& row, const Ta
     }
     VF weight = WeightExp2(exponent);
     if constexpr (!kComplete) {
-      weight = hn::Mul(weight, hn::LoadU(d, row.present + q));
+      weight = WherePresent(row, q, weight);
     }
     AddTap(row, q, weight, l, &sums);
   }
@@ -263,8 +268,8 @@ NextRow<kMostStreams> NextRowOf(const AtrousLevel& level, int y) {
   next.Add(p.edges.plane ? g.inverse_depth : g.depth, leading);
   next.Add(g.gradient, own);
   for (const AtrousSignal& signal : level.signals) {
-    next.Add(signal.in->colour, leading);
-    next.Add(signal.in->variance, leading);
+    next.Add(*signal.colour, leading);
+    next.Add(*signal.variance, leading);
     next.Add(*signal.stop, p.noise_ratio > 1 ? leading : own);
     next.Add(signal.out->colour, own);
     next.Add(signal.out->variance, own);
@@ -321,15 +326,14 @@ void FilterRowForComparison(const AtrousLevel& level, const AtrousSignal& signal
   for (int x = 0; x < width; x += LaneCount()) {
     const GuideCentre c = LoadGuideCentre(g, p.edges, x, y);
     const VU id = hn::LoadU(du, guide.id + x);
-    const VF present = hn::LoadU(d, row.present + x);
     const VF luminance = hn::LoadU(d, row.luminance + x);
-    const VF eaw_l = hn::Mul(present, hn::Set(d, row.eaw_l));
+    const VF eaw_l = WherePresent(row, x, hn::Set(d, row.eaw_l));
     const VF eaw_n = hn::Set(d, kLog2E / (p.eaw_sigma_n * p.eaw_sigma_n));
     const VF eaw_z =
         hn::Mul(hn::Mul(c.z, c.z), hn::Set(d, kLog2E / (p.eaw_sigma_z * p.eaw_sigma_z)));
     const VF zero = hn::Zero(d);
     Sums sums = {zero, zero, zero, zero, zero};
-    AddTap(row, x, hn::Mul(present, hn::Set(d, level.centre_kernel)), luminance, &sums);
+    AddTap(row, x, WherePresent(row, x, hn::Set(d, level.centre_kernel)), luminance, &sums);
     const auto add_tap = [&](ptrdiff_t distance, float dx, float dy, float log2_kernel) HWY_ATTR
         __attribute__((always_inline)) {
       const ptrdiff_t q = x + distance;
@@ -350,7 +354,7 @@ void FilterRowForComparison(const AtrousLevel& level, const AtrousSignal& signal
           exponent = hn::IfThenElse(same, exponent, hn::Set(d, -1000.0f));
         }
       }
-      AddTap(row, q, hn::Mul(hn::LoadU(d, row.present + q), WeightExp2(exponent)), l, &sums);
+      AddTap(row, q, WherePresent(row, q, WeightExp2(exponent)), l, &sums);
     };
     for (int i = 0; i < level.pair_count; ++i) {
       const TapPair& pair = level.pairs[static_cast<size_t>(i)];
@@ -443,7 +447,7 @@ void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
   STILLRAY_CHECK_LE(signals.size(), kMostSignals);
   for (const AtrousSignal& signal : signals) {
     STILLRAY_CHECK_LE(p.step * p.radius, signal.present->border());
-    STILLRAY_CHECK_EQ(signal.in->variance.stride(), stride);
+    STILLRAY_CHECK_EQ(signal.variance->stride(), stride);
     STILLRAY_CHECK_EQ(signal.present->stride(), stride);
     STILLRAY_CHECK_EQ(signal.stop->stride(), stride);
   }

@@ -42,10 +42,11 @@ struct AtrousParameters {
 /// One signal on its way through a level. All planes have the same size, and the same border, which
 /// is at least step * radius.
 struct AtrousSignal {
-  const FilterPlanes* in;
+  const Image3* colour;
+  const Image1* variance;
   FilterPlanes* out;
   const Image1* stop;     ///< see prefilter_variance; read by kSvgf only
-  const Image1* present;  ///< 1 where there is light on a surface, else 0
+  const Image1* present;  ///< positive where there is light on a surface, else 0
   bool complete = false;  ///< every surface has light: `present` tells nothing new
   float eaw_sigma_l = 1;  ///< in units of light; the caller halves it per level
   /// Set to 1 where there is light after this level, else 0 (`present` of the next one); nullptr:

@@ -27,7 +27,7 @@ float EdgeWeight(const AtrousSignal& signal, const GuidePlanes& g, const AtrousP
   const float iq = g.inverse_depth(qx, qy);
   const vec2 slope = {g.gradient[0](x, y), g.gradient[1](x, y)};
   const vec2 offset = {static_cast<float>(qx - x), static_cast<float>(qy - y)};
-  const float dl = abs(signal.in->colour[0](x, y) - signal.in->colour[0](qx, qy));
+  const float dl = abs((*signal.colour)[0](x, y) - (*signal.colour)[0](qx, qy));
   if (p.weights == AtrousWeights::kEaw) {
     const float plane = PlaneDepthExponent(ip, iq, slope, offset, 1.0f);
     const float known_dl = (*signal.present)(x, y) > 0 ? dl : 0.0f;
@@ -49,7 +49,7 @@ float EdgeWeight(const AtrousSignal& signal, const GuidePlanes& g, const AtrousP
 void FilterPixel(const AtrousSignal& signal, const GuidePlanes& g, const AtrousParameters& p, int x,
                  int y) {
   const float* kernel = p.radius == 1 ? kKernel3 : kKernel5;
-  const FilterPlanes& in = *signal.in;
+  const Image3& in = *signal.colour;
   float sum_weight = 0;
   float sum_variance = 0;
   vec3 sum(0.0f);
@@ -63,18 +63,18 @@ void FilterPixel(const AtrousSignal& signal, const GuidePlanes& g, const AtrousP
       const bool centre = dx == 0 && dy == 0;
       const float edge = centre ? 1.0f : EdgeWeight(signal, g, p, x, y, qx, qy);
       const float w = kernel[abs(dx)] * kernel[abs(dy)] * edge;
-      sum += w * vec3(in.colour[0](qx, qy), in.colour[1](qx, qy), in.colour[2](qx, qy));
-      sum_variance += w * w * in.variance(qx, qy);
+      sum += w * vec3(in[0](qx, qy), in[1](qx, qy), in[2](qx, qy));
+      sum_variance += w * w * (*signal.variance)(qx, qy);
       sum_weight += w;
     }
   }
   // Below this the sums have lost their digits: nothing near is like this pixel.
   const bool filled = sum_weight > kMinAtrousWeight;
   for (int c = 0; c < 3; ++c) {
-    signal.out->colour[c](x, y) = filled ? sum[c] / sum_weight : in.colour[c](x, y);
+    signal.out->colour[c](x, y) = filled ? sum[c] / sum_weight : in[c](x, y);
   }
   signal.out->variance(x, y) =
-      filled ? sum_variance / (sum_weight * sum_weight) : in.variance(x, y);
+      filled ? sum_variance / (sum_weight * sum_weight) : (*signal.variance)(x, y);
   if (signal.grown != nullptr) {
     (*signal.grown)(x, y) = filled || (*signal.present)(x, y) > 0 ? 1.0f : 0.0f;
   }
@@ -82,9 +82,9 @@ void FilterPixel(const AtrousSignal& signal, const GuidePlanes& g, const AtrousP
 
 void PassThrough(const AtrousSignal& signal, int x, int y) {
   for (int c = 0; c < 3; ++c) {
-    signal.out->colour[c](x, y) = signal.in->colour[c](x, y);
+    signal.out->colour[c](x, y) = (*signal.colour)[c](x, y);
   }
-  signal.out->variance(x, y) = signal.in->variance(x, y);
+  signal.out->variance(x, y) = (*signal.variance)(x, y);
   if (signal.grown != nullptr) {
     (*signal.grown)(x, y) = (*signal.present)(x, y);
   }

@@ -19,17 +19,17 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-void PrefilterVarianceRows(const FilterPlanes& in, const Image1& present, const Image1& length,
-                           const PrefilterVarianceParameters& p, int y0, int y1, Image1* stop) {
+void PrefilterVarianceRows(const Image1& luminance, const Image1& variance, const Image1& present,
+                           const Image1& length, const PrefilterVarianceParameters& p, int y0,
+                           int y1, Image1* stop) {
   const DF d;
-  const Image1& variance = in.variance;
   const int width = stop->width();
   const int radius = p.smooth ? 1 : 0;
   for (int y = y0; y < y1; ++y) {
     NextRow<8> next;
     next.Add(variance, y + 2);
     next.Add(present, y + 2);
-    next.Add(in.colour[0], y + 1);
+    next.Add(luminance, y + 1);
     next.Add(*stop, y + 1);
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
@@ -38,14 +38,15 @@ void PrefilterVarianceRows(const FilterPlanes& in, const Image1& present, const 
       for (int dy = -radius; dy <= radius; ++dy) {
         for (int dx = -radius; dx <= radius; ++dx) {
           const VF kernel = hn::Set(d, (dx == 0 ? 2.0f : 1.0f) * (dy == 0 ? 2.0f : 1.0f));
-          const VF w = hn::Mul(kernel, hn::LoadU(d, present.Row(y + dy) + x + dx));
+          const MF there = hn::Gt(hn::LoadU(d, present.Row(y + dy) + x + dx), hn::Zero(d));
+          const VF w = hn::IfThenElseZero(there, kernel);
           sum = hn::MulAdd(w, hn::LoadU(d, variance.Row(y + dy) + x + dx), sum);
           sum_weight = hn::Add(sum_weight, w);
         }
       }
       const VF smoothed = hn::Div(sum, hn::Max(sum_weight, hn::Set(d, 1.0f)));
       const VF spread = p.square_root ? hn::Sqrt(smoothed) : smoothed;
-      const VF l = hn::Abs(hn::LoadU(d, in.colour[0].Row(y) + x));
+      const VF l = hn::Abs(hn::LoadU(d, luminance.Row(y) + x));
       const VF tolerance =
           hn::MulAdd(hn::Set(d, p.sigma_l), spread,
                      hn::MulAdd(hn::Set(d, p.luminance_epsilon), l, hn::Set(d, 1e-12f)));
@@ -70,10 +71,11 @@ namespace stillray::cpu {
 
 HWY_EXPORT(PrefilterVarianceRows);
 
-void PrefilterVariance(const FilterPlanes& in, const Image1& present, const Image1& length,
-                       const PrefilterVarianceParameters& p, Image1* stop) {
+void PrefilterVariance(const Image1& luminance, const Image1& variance, const Image1& present,
+                       const Image1& length, const PrefilterVarianceParameters& p, Image1* stop) {
   ParallelRows(stop->height(), 32, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(PrefilterVarianceRows)(in, present, length, p, y0, y1, stop);
+    HWY_DYNAMIC_DISPATCH(PrefilterVarianceRows)
+    (luminance, variance, present, length, p, y0, y1, stop);
   });
 }
 

@@ -20,18 +20,20 @@ struct PrefilterVarianceParameters {
   float unbounded_below = 0;  ///< history length below which luminance stops nothing
 };
 
-/// \param in       its luminance and variance
-/// \param present  1 where there is light on a surface, else 0 (border: 0)
+/// \param variance  of the luminance
+/// \param present  positive where there is light on a surface, else 0 (border: 0)
 /// \param length   history length, samples
 /// \param stop     LuminanceStop of every pixel; 0 where luminance must not stop anything: no light
 ///                 yet, or too short a history
 namespace reference {
-void PrefilterVariance(const FilterPlanes& in, const Image1& present, const Image1& length,
-                       const PrefilterVarianceParameters& parameters, Image1* stop);
+void PrefilterVariance(const Image1& luminance, const Image1& variance, const Image1& present,
+                       const Image1& length, const PrefilterVarianceParameters& parameters,
+                       Image1* stop);
 }
 namespace cpu {
-void PrefilterVariance(const FilterPlanes& in, const Image1& present, const Image1& length,
-                       const PrefilterVarianceParameters& parameters, Image1* stop);
+void PrefilterVariance(const Image1& luminance, const Image1& variance, const Image1& present,
+                       const Image1& length, const PrefilterVarianceParameters& parameters,
+                       Image1* stop);
 }
 
 }  // namespace stillray

@@ -6,8 +6,8 @@
 
 namespace stillray::reference {
 
-void PrefilterVariance(const FilterPlanes& in, const Image1& present, const Image1& length,
-                       const PrefilterVarianceParameters& p, Image1* stop) {
+void PrefilterVariance(const Image1& luminance, const Image1& variance, const Image1& present,
+                       const Image1& length, const PrefilterVarianceParameters& p, Image1* stop) {
   for (int y = 0; y < stop->height(); ++y) {
     for (int x = 0; x < stop->width(); ++x) {
       float sum = 0;
@@ -16,8 +16,8 @@ void PrefilterVariance(const FilterPlanes& in, const Image1& present, const Imag
       for (int dy = -radius; dy <= radius; ++dy) {
         for (int dx = -radius; dx <= radius; ++dx) {
           const float kernel = (dx == 0 ? 2.0f : 1.0f) * (dy == 0 ? 2.0f : 1.0f);
-          const float w = kernel * present(x + dx, y + dy);
-          sum += w * in.variance(x + dx, y + dy);
+          const float w = present(x + dx, y + dy) > 0 ? kernel : 0.0f;
+          sum += w * variance(x + dx, y + dy);
           sum_weight += w;
         }
       }
@@ -25,8 +25,7 @@ void PrefilterVariance(const FilterPlanes& in, const Image1& present, const Imag
       const float smoothed = sum / max(sum_weight, 1.0f);
       const float spread = p.square_root ? sqrt(smoothed) : smoothed;
       (*stop)(x, y) =
-          bounded ? LuminanceStop(in.colour[0](x, y), spread, p.sigma_l, p.luminance_epsilon)
-                  : 0.0f;
+          bounded ? LuminanceStop(luminance(x, y), spread, p.sigma_l, p.luminance_epsilon) : 0.0f;
     }
   }
 }

@@ -22,57 +22,69 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-void RemodulateRows(const Image3& light, const AlbedoSum& albedo, const RemodulateParameters& p,
-                    int y0, int y1, Image3* sum) {
+/// Adds the light of a signal as it leaves the surface.
+HWY_INLINE void AddRadiance(const SignalLight& signal, bool rec601, int x, int y, VF sum[3]) {
   const DF d;
-  const int width = sum->width();
-  for (int y = y0; y < y1; ++y) {
-    NextRow<20> next;
-    next.Add(light, y + 1);
-    for (int i = 0; i < albedo.count; ++i) {
-      next.Add(*albedo.part[i], y + 1);
-    }
-    next.Add(*sum, y + 1);
-    for (int x = 0; x < width; x += LaneCount()) {
-      next.Fetch(x);
-      const VF r = hn::LoadU(d, light[1].Row(y) + x);
-      const VF b = hn::LoadU(d, light[2].Row(y) + x);
-      const VF rgb[3] = {r, Green(hn::LoadU(d, light[0].Row(y) + x), r, b, p.rec601), b};
-      for (int c = 0; c < 3; ++c) {
-        VF factor = hn::Set(d, 1.0f);
-        if (albedo.count > 0) {
-          factor = hn::LoadU(d, (*albedo.part[0])[c].Row(y) + x);
-          for (int i = 1; i < albedo.count; ++i) {
-            factor = hn::Add(factor, hn::LoadU(d, (*albedo.part[i])[c].Row(y) + x));
-          }
-          factor = hn::Max(factor, hn::Set(d, kAlbedoFloor));
-        }
-        float* to = (*sum)[c].Row(y);
-        const VF before = p.add ? hn::LoadU(d, to + x) : hn::Zero(d);
-        StoreInRow(d, hn::MulAdd(rgb[c], factor, before), to, x, width);
+  const Image3& light = *signal.light;
+  const AlbedoSum& albedo = signal.albedo;
+  const VF r = hn::LoadU(d, light[1].Row(y) + x);
+  const VF b = hn::LoadU(d, light[2].Row(y) + x);
+  const VF rgb[3] = {r, Green(hn::LoadU(d, light[0].Row(y) + x), r, b, rec601), b};
+  for (int c = 0; c < 3; ++c) {
+    VF factor = hn::Set(d, 1.0f);
+    if (albedo.count > 0) {
+      factor = hn::LoadU(d, (*albedo.part[0])[c].Row(y) + x);
+      for (int i = 1; i < albedo.count; ++i) {
+        factor = hn::Add(factor, hn::LoadU(d, (*albedo.part[i])[c].Row(y) + x));
       }
+      factor = hn::Max(factor, hn::Set(d, kAlbedoFloor));
     }
+    sum[c] = hn::MulAdd(rgb[c], factor, sum[c]);
   }
 }
 
-int64_t AddUnfilteredRows(const Image3& light, int y0, int y1, Image3* sum) {
+int64_t RemodulateRows(std::span<const SignalLight> signals,
+                       std::span<const Image3* const> unfiltered, const RemodulateParameters& p,
+                       int y0, int y1, Image3* picture) {
   const DF d;
-  const int width = sum->width();
+  const int width = picture->width();
   int64_t bad = 0;
   for (int y = y0; y < y1; ++y) {
+    NextRow<64> next;
+    for (const SignalLight& signal : signals) {
+      next.Add(*signal.light, y + 1);
+      for (int i = 0; i < signal.albedo.count; ++i) {
+        next.Add(*signal.albedo.part[i], y + 1);
+      }
+    }
+    for (const Image3* image : unfiltered) {
+      next.Add(*image, y + 1);
+    }
+    next.Add(*picture, y + 1);
     for (int x = 0; x < width; x += LaneCount()) {
-      VF in[3];
-      MF finite = InRow(x, width);
+      next.Fetch(x);
+      VF sum[3];
       for (int c = 0; c < 3; ++c) {
-        in[c] = hn::LoadU(d, light[c].Row(y) + x);
-        finite = hn::And(finite, IsFiniteLane(in[c]));
+        sum[c] = p.add ? hn::LoadU(d, (*picture)[c].Row(y) + x) : hn::Zero(d);
+      }
+      for (const SignalLight& signal : signals) {
+        AddRadiance(signal, p.rec601, x, y, sum);
+      }
+      for (const Image3* image : unfiltered) {
+        VF in[3];
+        MF finite = InRow(x, width);
+        for (int c = 0; c < 3; ++c) {
+          in[c] = hn::LoadU(d, (*image)[c].Row(y) + x);
+          finite = hn::And(finite, IsFiniteLane(in[c]));
+        }
+        for (int c = 0; c < 3; ++c) {
+          sum[c] = hn::Add(sum[c], hn::IfThenElseZero(finite, in[c]));
+        }
+        bad += static_cast<int64_t>(hn::CountTrue(d, hn::AndNot(finite, InRow(x, width))));
       }
       for (int c = 0; c < 3; ++c) {
-        const VF before = hn::LoadU(d, (*sum)[c].Row(y) + x);
-        StoreInRow(d, hn::Add(before, hn::IfThenElseZero(finite, in[c])), (*sum)[c].Row(y), x,
-                   width);
+        StoreInRow(d, sum[c], (*picture)[c].Row(y), x, width);
       }
-      bad += static_cast<int64_t>(hn::CountTrue(d, hn::AndNot(finite, InRow(x, width))));
     }
   }
   return bad;
@@ -87,19 +99,12 @@ HWY_AFTER_NAMESPACE();
 namespace stillray::cpu {
 
 HWY_EXPORT(RemodulateRows);
-HWY_EXPORT(AddUnfilteredRows);
 
-void Remodulate(const Image3& light, const AlbedoSum& albedo, const RemodulateParameters& p,
-                Image3* sum) {
-  ParallelRows(sum->height(), 32, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(RemodulateRows)(light, albedo, p, y0, y1, sum);
-  });
-}
-
-int64_t AddUnfiltered(const Image3& light, Image3* sum) {
+int64_t Remodulate(std::span<const SignalLight> signals, std::span<const Image3* const> unfiltered,
+                   const RemodulateParameters& p, Image3* picture) {
   std::atomic<int64_t> bad = 0;
-  ParallelRows(sum->height(), 32, [&](int y0, int y1) {
-    bad += HWY_DYNAMIC_DISPATCH(AddUnfilteredRows)(light, y0, y1, sum);
+  ParallelRows(picture->height(), 32, [&](int y0, int y1) {
+    bad += HWY_DYNAMIC_DISPATCH(RemodulateRows)(signals, unfiltered, p, y0, y1, picture);
   });
   return bad;
 }

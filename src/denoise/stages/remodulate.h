@@ -1,31 +1,38 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// remodulate: adds a signal, times its albedo, to the picture. Source: SVGF section 3. Pixel by
-/// pixel. Reads 24 to 60, writes 12 bytes per pixel and signal.
+/// remodulate: the picture from all signals, each times its albedo, and what needs no filter.
+/// Source: SVGF section 3. Pixel by pixel. Reads 24 to 48 bytes per pixel and signal, 12 of
+/// emission and of background, writes 12.
 #pragma once
+
+#include <span>
 
 #include "denoise/planes.h"
 
 namespace stillray {
 
-struct RemodulateParameters {
-  bool rec601 = false;  ///< luminance weights of the light
-  bool add = true;      ///< to what `sum` holds; off: `sum` is overwritten
+/// A filtered signal (luminance, red, blue), and what it was divided by.
+struct SignalLight {
+  const Image3* light = nullptr;
+  AlbedoSum albedo;
 };
 
-/// AddUnfiltered: sum += light as it is (emission, background; red, green, blue); values that are
-/// not finite count as zero, and the number of such pixels is returned. Remodulate: sum += light
-/// (luminance, red, blue) * max(albedo, floor), or light itself where there is no albedo.
+struct RemodulateParameters {
+  bool rec601 = false;  ///< luminance weights of the light
+  bool add = true;      ///< to what the picture holds; off: it is overwritten
+};
+
+/// \param unfiltered  emission, background (red, green, blue): values that are not finite count as
+///                    zero
+/// \return the number of pixels of \p unfiltered that are not finite
 namespace reference {
-void Remodulate(const Image3& light, const AlbedoSum& albedo,
-                const RemodulateParameters& parameters, Image3* sum);
-int64_t AddUnfiltered(const Image3& light, Image3* sum);
-}  // namespace reference
+int64_t Remodulate(std::span<const SignalLight> signals, std::span<const Image3* const> unfiltered,
+                   const RemodulateParameters& parameters, Image3* picture);
+}
 namespace cpu {
-void Remodulate(const Image3& light, const AlbedoSum& albedo,
-                const RemodulateParameters& parameters, Image3* sum);
-int64_t AddUnfiltered(const Image3& light, Image3* sum);
-}  // namespace cpu
+int64_t Remodulate(std::span<const SignalLight> signals, std::span<const Image3* const> unfiltered,
+                   const RemodulateParameters& parameters, Image3* picture);
+}
 
 }  // namespace stillray

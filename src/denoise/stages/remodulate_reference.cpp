@@ -6,37 +6,48 @@
 #include "denoise/stages/remodulate.h"
 
 namespace stillray::reference {
+namespace {
 
-void Remodulate(const Image3& light, const AlbedoSum& albedo, const RemodulateParameters& p,
-                Image3* sum) {
-  for (int y = 0; y < sum->height(); ++y) {
-    for (int x = 0; x < sum->width(); ++x) {
-      const float r = light[1](x, y);
-      const float b = light[2](x, y);
-      const float rgb[3] = {
-          r, p.rec601 ? Green601(light[0](x, y), r, b) : Green709(light[0](x, y), r, b), b};
-      for (int c = 0; c < 3; ++c) {
-        float factor = 0;
-        for (int i = 0; i < albedo.count; ++i) {
-          factor += (*albedo.part[i])[c](x, y);
-        }
-        const float radiance = albedo.count > 0 ? stillray::Remodulate(rgb[c], factor) : rgb[c];
-        (*sum)[c](x, y) = radiance + (p.add ? (*sum)[c](x, y) : 0.0f);
-      }
+/// Light of a signal as it leaves the surface.
+vec3 Radiance(const SignalLight& signal, const RemodulateParameters& p, int x, int y) {
+  const float l = (*signal.light)[0](x, y);
+  const float r = (*signal.light)[1](x, y);
+  const float b = (*signal.light)[2](x, y);
+  vec3 rgb = {r, p.rec601 ? Green601(l, r, b) : Green709(l, r, b), b};
+  for (int c = 0; c < 3 && signal.albedo.count > 0; ++c) {
+    float factor = 0;
+    for (int i = 0; i < signal.albedo.count; ++i) {
+      factor += (*signal.albedo.part[i])[c](x, y);
     }
+    rgb[c] = stillray::Remodulate(rgb[c], factor);
   }
+  return rgb;
 }
 
-int64_t AddUnfiltered(const Image3& light, Image3* sum) {
+}  // namespace
+
+int64_t Remodulate(std::span<const SignalLight> signals, std::span<const Image3* const> unfiltered,
+                   const RemodulateParameters& p, Image3* picture) {
   int64_t bad = 0;
-  for (int y = 0; y < sum->height(); ++y) {
-    for (int x = 0; x < sum->width(); ++x) {
-      const bool finite = std::isfinite(light[0](x, y)) && std::isfinite(light[1](x, y)) &&
-                          std::isfinite(light[2](x, y));
-      for (int c = 0; c < 3; ++c) {
-        (*sum)[c](x, y) += finite ? light[c](x, y) : 0.0f;
+  for (int y = 0; y < picture->height(); ++y) {
+    for (int x = 0; x < picture->width(); ++x) {
+      vec3 sum(0.0f);
+      if (p.add) {
+        sum = {(*picture)[0](x, y), (*picture)[1](x, y), (*picture)[2](x, y)};
       }
-      bad += finite ? 0 : 1;
+      for (const SignalLight& signal : signals) {
+        sum += Radiance(signal, p, x, y);
+      }
+      for (const Image3* image : unfiltered) {
+        const vec3 light = {(*image)[0](x, y), (*image)[1](x, y), (*image)[2](x, y)};
+        const bool finite =
+            std::isfinite(light.x) && std::isfinite(light.y) && std::isfinite(light.z);
+        sum += finite ? light : vec3(0.0f);
+        bad += finite ? 0 : 1;
+      }
+      for (int c = 0; c < 3; ++c) {
+        (*picture)[c](x, y) = sum[c];
+      }
     }
   }
   return bad;

@@ -43,10 +43,8 @@ HWY_INLINE MF TapMatches(const Target& t, const GuidePlanes& before, const SideB
   const auto inside =
       hn::And(hn::And(hn::Gt(tx, below), hn::Lt(tx, hn::Set(di, before.id.width()))),
               hn::And(hn::Gt(ty, below), hn::Lt(ty, hn::Set(di, before.id.height()))));
-  const ptrdiff_t stride = before.inverse_depth.stride();
-  const VI index =
-      hn::IfThenElseZero(inside, hn::Add(hn::Mul(ty, hn::Set(di, static_cast<int>(stride))), tx));
-  const TapLoad load = TapAt(block, cx, cy, before.id.height(), stride, index);
+  const TapLoad load = TapAt(block, cx, cy, before.id.height(), hn::IfThenElseZero(inside, tx),
+                             hn::IfThenElseZero(inside, ty));
   const VF i = load(d, before.inverse_depth);
   const VF nx = load(d, before.normal[0]);
   const VF ny = load(d, before.normal[1]);
