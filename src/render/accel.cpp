@@ -184,19 +184,24 @@ void PlaceVertices(const Mesh& mesh, const mat4& transform, float* vertices) {
   }
 }
 
-// Gives the geometry a mesh's triangles, with `transform` applied.
-bool FillGeometry(RTCGeometry geometry, const Mesh& mesh, const mat4& transform) {
+// Gives the geometry a mesh's triangles: indices are shared, and vertices too where they are
+// placed; else it gets its own, with `transform` applied.
+bool FillGeometry(RTCGeometry geometry, const Mesh& mesh, const mat4& transform,
+                  const vec3* placed) {
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                             mesh.indices.data(), 0, 3 * sizeof(uint32_t), mesh.indices.size() / 3);
+  if (placed != nullptr) {
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, placed, 0,
+                               sizeof(vec3), mesh.positions.size());
+    return true;
+  }
   auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
                                                                RTC_FORMAT_FLOAT3, 3 * sizeof(float),
                                                                mesh.positions.size()));
-  auto* indices = static_cast<uint32_t*>(
-      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                              3 * sizeof(uint32_t), mesh.indices.size() / 3));
-  if (vertices == nullptr || indices == nullptr) {
+  if (vertices == nullptr) {
     return false;
   }
   PlaceVertices(mesh, transform, vertices);
-  std::memcpy(indices, mesh.indices.data(), mesh.indices.size() / 3 * 3 * sizeof(uint32_t));
   return true;
 }
 
@@ -230,8 +235,8 @@ class EmbreeAccel final : public Accel {
   Status BuildMoving(const Scene& scene, const std::vector<AccelInstance>& instances);
   void UpdateFlat(const std::vector<mat4>& transforms);
   SceneHandle NewScene(RTCBuildQuality quality, RTCSceneFlags flags);
-  Status AddMesh(RTCScene target, const Mesh& mesh, const mat4& transform, bool see_through,
-                 uint32_t id);
+  Status AddMesh(RTCScene target, const Mesh& mesh, const mat4& transform,
+                 const AccelInstance& instance, uint32_t id);
 
   const ShadowFilter& filter_;
   std::atomic<int64_t> bytes_{0};  // before the device, which still counts when it goes
@@ -273,15 +278,15 @@ SceneHandle EmbreeAccel::NewScene(RTCBuildQuality quality, RTCSceneFlags flags) 
 }
 
 Status EmbreeAccel::AddMesh(RTCScene target, const Mesh& mesh, const mat4& transform,
-                            bool see_through, uint32_t id) {
+                            const AccelInstance& instance, uint32_t id) {
   const GeometryHandle geometry(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
-  if (!FillGeometry(geometry.get(), mesh, transform)) {
+  if (!FillGeometry(geometry.get(), mesh, transform, instance.moving ? nullptr : instance.placed)) {
     return Status::OutOfMemory(
         fmt::format("mesh \"{}\": no memory for the BVH's copy of its {} "
                     "vertices",
                     mesh.name, mesh.positions.size()));
   }
-  if (see_through) {
+  if (instance.see_through) {
     rtcSetGeometryOccludedFilterFunction(geometry.get(), FilterShadows);
   }
   rtcCommitGeometry(geometry.get());
@@ -295,8 +300,8 @@ Status EmbreeAccel::BuildStatic(const Scene& scene, const std::vector<AccelInsta
   for (size_t i = 0; i < instances.size(); ++i) {
     const Mesh& mesh = scene.meshes[static_cast<size_t>(scene.instances[i].mesh)];
     if ((flat_ || !instances[i].moving) && !mesh.indices.empty()) {
-      STILLRAY_RETURN_IF_ERROR(AddMesh(static_scene_.get(), mesh, transforms[i],
-                                       instances[i].see_through, static_cast<uint32_t>(i)));
+      STILLRAY_RETURN_IF_ERROR(AddMesh(static_scene_.get(), mesh, transforms[i], instances[i],
+                                       static_cast<uint32_t>(i)));
       if (instances[i].moving) {
         RTCGeometry geometry = rtcGetGeometry(static_scene_.get(), static_cast<unsigned>(i));
         rtcRetainGeometry(geometry);
@@ -319,8 +324,7 @@ Status EmbreeAccel::BuildMoving(const Scene& scene, const std::vector<AccelInsta
     SceneHandle& mesh_scene = mesh_scenes_[2 * mesh_index + (instances[i].see_through ? 1 : 0)];
     if (!mesh_scene) {
       mesh_scene = NewScene(RTC_BUILD_QUALITY_MEDIUM, RTC_SCENE_FLAG_NONE);
-      STILLRAY_RETURN_IF_ERROR(
-          AddMesh(mesh_scene.get(), mesh, mat4(1.0f), instances[i].see_through, 0));
+      STILLRAY_RETURN_IF_ERROR(AddMesh(mesh_scene.get(), mesh, mat4(1.0f), instances[i], 0));
       STILLRAY_RETURN_IF_ERROR(Commit(mesh_scene.get(), mesh.name.c_str()));
     }
     GeometryHandle geometry(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE));

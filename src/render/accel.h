@@ -67,6 +67,8 @@ struct HitBatch {
 struct AccelInstance {
   bool moving = false;       ///< its transform may change between calls of Update
   bool see_through = false;  ///< shadow rays ask ShadowFilter about it
+  /// Of what does not move: its vertices in the world, and one more behind; must outlive the Accel.
+  const vec3* placed = nullptr;
 };
 
 /// Tells how much light passes the surface at `hit` straight on, per channel in 0..1.

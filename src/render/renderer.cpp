@@ -60,6 +60,7 @@ std::vector<AccelInstance> DescribeInstances(const SceneState& state) {
   for (size_t i = 0; i < out.size(); ++i) {
     const PlacedInstance& instance = state.instances()[i];
     out[i].moving = instance.moving;
+    out[i].placed = instance.placed;
     out[i].see_through =
         !instance.opaque || (instance.material->transmission > 0.0f && !instance.material->solid);
   }
@@ -138,7 +139,8 @@ class PathTracer final : public Renderer {
                          const RenderProgress& progress) override;
   const RenderTimings& timings() const override { return timings_; }
   size_t memory_bytes() const override {
-    return accel_->memory_bytes() + lights_.memory_bytes() + bsdfs_.memory_bytes();
+    return accel_->memory_bytes() + state_.memory_bytes() + lights_.memory_bytes() +
+           bsdfs_.memory_bytes();
   }
 
  private:

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/scene_state.h"
 
+#include <tbb/parallel_for.h>
+
 #include "render/shared.h"
 #include "render/texture.h"
 
@@ -68,6 +70,9 @@ bool SceneState::Update(double seconds, double previous_seconds) {
     }
     instance.previous_world = previous_nodes_[node];
   }
+  if (!placed_) {
+    PlaceStatic();
+  }
   placed_ = true;
   return moved;
 }
@@ -80,12 +85,30 @@ std::vector<mat4> SceneState::InstanceTransforms() const {
   return transforms;
 }
 
-Triangle SceneState::TriangleOf(const PlacedInstance& instance, uint32_t primitive) const {
-  const uint32_t* corner = instance.mesh->indices.data() + 3 * static_cast<size_t>(primitive);
-  const auto place = [&](uint32_t i) {
-    return vec3(instance.world * vec4(instance.mesh->positions[i], 1.0f));
-  };
-  return {place(corner[0]), place(corner[1]), place(corner[2])};
+// Vertices of what stands still are taken to the world once, for the BVH and for every hit.
+void SceneState::PlaceStatic() {
+  placed_positions_.resize(instances_.size());
+  tbb::parallel_for(size_t{0}, instances_.size(), [&](size_t i) {
+    PlacedInstance& instance = instances_[i];
+    if (instance.moving) {
+      return;
+    }
+    std::vector<vec3>& placed = placed_positions_[i];
+    // Embree reads a vector of four from the last one on.
+    placed.resize(instance.mesh->positions.size() + 1);
+    for (size_t k = 0; k < instance.mesh->positions.size(); ++k) {
+      placed[k] = vec3(instance.world * vec4(instance.mesh->positions[k], 1.0f));
+    }
+    instance.placed = placed.data();
+  });
+}
+
+size_t SceneState::memory_bytes() const {
+  size_t bytes = instances_.capacity() * sizeof(PlacedInstance);
+  for (const std::vector<vec3>& placed : placed_positions_) {
+    bytes += placed.capacity() * sizeof(vec3);
+  }
+  return bytes;
 }
 
 vec2 SceneState::Uv(const Mesh& mesh, const Hit& hit, int set) {

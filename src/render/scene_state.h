@@ -25,6 +25,8 @@ struct PlacedInstance {
   float orientation = 1.0f;
   bool moving = false;
   bool opaque = true;  ///< alpha is 1 everywhere
+  /// The mesh's vertices in the world, where it stands still, and one more; else null.
+  const vec3* placed = nullptr;
 };
 
 /// The corners of a triangle in the world.
@@ -47,8 +49,18 @@ class SceneState {
   const std::vector<mat4>& nodes() const { return nodes_; }
   const std::vector<mat4>& previous_nodes() const { return previous_nodes_; }
   std::vector<mat4> InstanceTransforms() const;
+  size_t memory_bytes() const;
 
-  Triangle TriangleOf(const PlacedInstance& instance, uint32_t primitive) const;
+  static Triangle TriangleOf(const PlacedInstance& instance, uint32_t primitive) {
+    const uint32_t* corner = instance.mesh->indices.data() + 3 * static_cast<size_t>(primitive);
+    if (instance.placed != nullptr) {
+      return {instance.placed[corner[0]], instance.placed[corner[1]], instance.placed[corner[2]]};
+    }
+    const auto place = [&](uint32_t i) {
+      return vec3(instance.world * vec4(instance.mesh->positions[i], 1.0f));
+    };
+    return {place(corner[0]), place(corner[1]), place(corner[2])};
+  }
   /// Interpolated texture coordinates of a set; (0, 0) where the mesh has none.
   static vec2 Uv(const Mesh& mesh, const Hit& hit, int set);
   /// 0 = ray passes, 1 = opaque; in between for AlphaMode::kBlend.
@@ -63,7 +75,10 @@ class SceneState {
 
  private:
   const Scene* scene_;
+  void PlaceStatic();
+
   std::vector<PlacedInstance> instances_;
+  std::vector<std::vector<vec3>> placed_positions_;  // by instance; empty where it moves
   std::vector<mat4> nodes_;
   std::vector<mat4> previous_nodes_;
   bool placed_ = false;
