@@ -295,7 +295,7 @@ def time_stillray(arguments, scene, folder):
                     "--threads", str(arguments.threads), "--preset", "none", "--repeats", "9",
                     "--json", log], check=True, stdout=subprocess.DEVNULL,
                    stderr=subprocess.DEVNULL)
-    tracing = json.loads(log.read_text())["tracing"]
+    tracing = json.loads(log.read_text())["sizes"][0]["tracing"]
     return tracing["frame_min_ms"], tracing
 
 

@@ -105,6 +105,7 @@ Status Measure(const BenchArguments& a, const Scene& scene, BenchSize* size) {
     moment.seconds = options.Seconds(i);
     moment.previous_seconds = options.PreviousSeconds(i);
     if (i == 1) {
+      STILLRAY_RETURN_IF_ERROR(size->tracer.MeasureLoading(options.text.scene, options.render));
       STILLRAY_RETURN_IF_ERROR(size->tracer.Prepare(scene, options.render, moment));
     }
     const auto start = std::chrono::steady_clock::now();

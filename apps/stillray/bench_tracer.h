@@ -21,6 +21,8 @@ class TracerBench {
  public:
   /// Records the rays of a frame and finds the call of Embree that is fastest for each phase.
   Status Prepare(const Scene& scene, const RenderSettings& settings, const RenderMoment& moment);
+  /// Loads the scene `spec` some times and makes it ready to be traced.
+  Status MeasureLoading(const std::string& spec, const RenderSettings& settings);
   /// A frame that took `frame_ms` was rendered.
   void AddFrame(const RenderTimings& timings, double frame_ms);
   /// Runs the bare loops once. Call it in turn with rendering.
@@ -40,6 +42,8 @@ class TracerBench {
   std::array<Phase, render::kRayPhaseCount> phases_;
   std::vector<std::pair<std::string, std::vector<double>>> times_;  // of frames, ms, by phase
   std::vector<double> frame_ms_;
+  std::vector<double> load_ms_;
+  std::vector<double> build_ms_;  // BVH and tables
 };
 
 }  // namespace stillray
