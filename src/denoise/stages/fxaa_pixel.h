@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// One pixel of fxaa. Full of branches that few pixels take: both versions share it, and differ in
-/// how pixels are gone through.
+/// One pixel of fxaa: the scalar version, and what the vector version does at the ends of rows.
 #pragma once
 
 #include <algorithm>
@@ -20,8 +19,9 @@ struct FxaaStep {
   float share = 0;
 };
 
-/// \param luma  luminance of the picture, >= 0
-inline FxaaStep FindFxaaStep(const Image1& luma, int x, int y) {
+/// \param luma  luminance of the picture, >= 0: an Image1, or what is read like one
+template <typename Luma>
+FxaaStep FindFxaaStep(const Luma& luma, int x, int y) {
   const int width = luma.width();
   const int height = luma.height();
   const auto at = [&](int px, int py) {
@@ -77,15 +77,17 @@ inline FxaaStep FindFxaaStep(const Image1& luma, int x, int y) {
   return {along_x ? 0 : side, along_x ? side : 0, share};
 }
 
-inline void FxaaPixel(const Image3& colour, const Image1& luma, const Image1* length, int x, int y,
-                      Image3* out) {
+template <typename Luma>
+void FxaaPixel(const Image3& colour, const Luma& luma, const Image1* length, int x, int y,
+               Image3* out) {
   const float strength = length == nullptr ? 1.0f : FxaaStrength((*length)(x, y));
   const FxaaStep step = strength > 0 ? FindFxaaStep(luma, x, y) : FxaaStep();
   const int qx = std::clamp(x + step.dx, 0, colour.width() - 1);
   const int qy = std::clamp(y + step.dy, 0, colour.height() - 1);
   for (int c = 0; c < 3; ++c) {
     const float own = colour[c](x, y);
-    (*out)[c](x, y) = own + strength * step.share * (colour[c](qx, qy) - own);
+    (*out)[c](x, y) =
+        step.share > 0 ? own + strength * step.share * (colour[c](qx, qy) - own) : own;
   }
 }
 
