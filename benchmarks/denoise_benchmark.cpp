@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include <benchmark/benchmark.h>
 #include <tbb/global_control.h>
@@ -221,6 +222,77 @@ void Fxaa(benchmark::State& state, const StageTable& stages) {
   Measure(state, [&] { stages.fxaa(p.picture, {}, &p.picture2); });
 }
 
+/// Light that is smooth but for a grid of edges, as a filtered picture is; noise is all edges.
+void FxaaOfAFilteredPicture(benchmark::State& state, const StageTable& stages) {
+  Image3 picture(kWidth, kHeight);
+  Image3 out(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const int cell = (x + y / 3) / 60 + (y + x / 4) / 50;
+      for (int c = 0; c < 3; ++c) {
+        picture[c](x, y) = 0.2f + 0.3f * Random(cell, 0, c) + 1e-4f * static_cast<float>(x);
+      }
+    }
+  }
+  Measure(state, [&] { stages.fxaa(picture, {}, &out); });
+}
+
+/// A frame that knows the guides of one pixel in 128, as a path tracer leaves it.
+Frame MakeSparseFrame(int index, float motion) {
+  const Planes720& p = Shared();
+  Frame f;
+  f.width = kWidth;
+  f.height = kHeight;
+  f.index = index;
+  f.samples = Image1(kWidth, kHeight);
+  f.guides.depth = Image1(kWidth, kHeight);
+  f.guides.normal = f.guides.albedo = f.guides.specular_albedo = Image3(kWidth, kHeight);
+  f.emission = f.background = Image3(kWidth, kHeight);
+  f.guides.motion = Image2(kWidth, kHeight);
+  f.guides.id = Plane<uint32_t>(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      if (static_cast<int>(128 * Random(x, y, 77)) != index % 128) {
+        continue;
+      }
+      f.samples(x, y) = 1;
+      f.guides.depth(x, y) = p.depth(x, y);
+      f.guides.id(x, y) = p.id(x, y);
+      f.guides.motion[0](x, y) = motion * p.motion[0](x, y);
+      f.guides.motion[1](x, y) = motion * p.motion[1](x, y);
+      for (int c = 0; c < 3; ++c) {
+        f.guides.normal[c](x, y) = p.normal[c](x, y);
+        f.guides.albedo[c](x, y) = p.albedo[c](x, y);
+        f.guides.specular_albedo[c](x, y) = 0.04f;
+        f.emission[c](x, y) = x < 100 && y < 50 ? 3.0f : 0.0f;
+      }
+    }
+  }
+  return f;
+}
+
+std::vector<Frame> MakeSparseFrames(float motion) {
+  std::vector<Frame> frames;
+  for (int i = 0; i < 8; ++i) {
+    frames.push_back(MakeSparseFrame(i, motion));
+  }
+  return frames;
+}
+
+/// Argument: whether the picture moves. Eight frames again and again: one pixel in 16 of a still
+/// picture is known.
+void CompleteGuides(benchmark::State& state, const StageTable& stages) {
+  static const std::vector<Frame> sequences[2] = {MakeSparseFrames(0), MakeSparseFrames(1)};
+  const std::vector<Frame>& frames = sequences[state.range(0)];
+  HeldGuides held;
+  SparseGuidesWork work;
+  size_t next = 0;
+  Measure(state, [&] {
+    stages.complete_guides(frames[next], &held, &work);
+    next = (next + 1) % frames.size();
+  });
+}
+
 void AtrousArguments(benchmark::internal::Benchmark* b) {
   b->ArgNames({"signals", "radius", "step", "svgf"});
   for (const int signals : {1, 2, 3}) {
@@ -254,6 +326,16 @@ STILLRAY_BENCHMARK_STAGE(PrefilterVariance);
 STILLRAY_BENCHMARK_STAGE(Remodulate);
 STILLRAY_BENCHMARK_STAGE(Antialias);
 STILLRAY_BENCHMARK_STAGE(Fxaa);
+STILLRAY_BENCHMARK_STAGE(FxaaOfAFilteredPicture);
+
+BENCHMARK_CAPTURE(CompleteGuides, vector, kCpuStages)
+    ->ArgName("moves")
+    ->DenseRange(0, 1)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(CompleteGuides, scalar, kReferenceStages)
+    ->ArgName("moves")
+    ->DenseRange(0, 1)
+    ->UseRealTime();
 
 }  // namespace
 }  // namespace stillray

@@ -1,416 +1,682 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
+
+// The work is bound by memory: some twenty planes, of which a frame knows one pixel in a hundred.
+// So every plane is gone through twice, by rows of cells of the pyramid: once to take what is known
+// and to raise it to the first level (in a still view only the cells that have learnt something),
+// once to fill the holes from there. What lies between is an eighth of the work.
 #include "denoise/sparse_guides.h"
 
 #include <atomic>
-#include <cmath>
-#include <limits>
+#include <utility>
+
+#include <tbb/parallel_for.h>
 
 #include "core/parallel.h"
-#include "denoise/stage_table.h"
+#include "denoise/held_guides.h"
+#include "denoise/row_scratch.h"
+#include "denoise/stages/fill_guides_shared.h"
 
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "denoise/sparse_guides.cpp"
+
+#include <hwy/foreach_target.h>  // IWYU pragma: keep
+
+#include <hwy/highway.h>
+
+#include "denoise/simd/pyramid_rows-inl.h"
+#include "denoise/simd/tap_rows-inl.h"
+#include "denoise/simd/vector_math-inl.h"
+
+#ifndef STILLRAY_DENOISE_SPARSE_GUIDES_ONCE
+#define STILLRAY_DENOISE_SPARSE_GUIDES_ONCE
 namespace stillray {
 namespace {
 
-constexpr int kBand = 16;
-/// Below this many pixels per frame nothing moves.
-constexpr float kStill = 1e-3f;
-/// Change of inverse depth that shows another surface, where there are no ids.
-constexpr float kOtherDepth = 0.1f;
+using Work = SparseGuidesWork;
 
-/// The same planes of two or three sets of guides, in one order.
-template <typename Guides_, typename Emission, typename Plane_>
-void ListPlanes(Guides_& g, Emission& emission, Emission& background, std::vector<Plane_*>* list) {
-  for (auto* image :
-       {&g.normal, &g.albedo, &g.specular_albedo, &g.transmission_albedo, &emission, &background}) {
-    for (auto& plane : image->channel) {
-      list->push_back(&plane);
-    }
+/// One frame on its way through the passes.
+struct Task {
+  const Frame* frame;
+  HeldGuides* held;
+  HeldGuides* before;  ///< nullptr in a still view
+  Work* work;
+  HeldPlanes planes;
+  HeldPlanes planes_before;
+  Shift shift;
+
+  int width() const { return frame->width; }
+  int height() const { return frame->height; }
+  int cells() const { return work->surface.value.front().width(); }
+  /// Kinds of pixels of which something is filled: all but the sky if it is black.
+  std::span<const Work::Kind> kinds() const {
+    static constexpr Work::Kind kAll[] = {Work::kAny, Work::kSurface, Work::kSky};
+    return {kAll, held->background.empty() ? size_t{2} : size_t{3}};
   }
-  list->push_back(&g.roughness);
-}
-
-std::vector<const Image1*> PlanesOf(const Frame& frame) {
-  std::vector<const Image1*> list;
-  ListPlanes(frame.guides, frame.emission, frame.background, &list);
-  return list;
-}
-
-std::vector<Image1*> PlanesOf(HeldGuides* held) {
-  std::vector<Image1*> list;
-  ListPlanes(held->guides, held->emission, held->background, &list);
-  return list;
-}
-
-void MakeRoom(const Frame& frame, HeldGuides* held) {
-  const auto match = [&](bool given, Image1* plane) {
-    const bool fits = plane->width() == frame.width && plane->height() == frame.height;
-    if (given && !fits) {
-      *plane = Image1(frame.width, frame.height);
-    } else if (!given) {
-      *plane = Image1();
-    }
-  };
-  for (Image1* plane : {&held->known, &held->surface, &held->inverse_depth, &held->guides.depth,
-                        &held->guides.motion[0], &held->guides.motion[1]}) {
-    match(true, plane);
-  }
-  const std::vector<const Image1*> from = PlanesOf(frame);
-  const std::vector<Image1*> to = PlanesOf(held);
-  for (size_t i = 0; i < from.size(); ++i) {
-    match(!from[i]->empty(), to[i]);
-  }
-  Plane<uint32_t>& id = held->guides.id;
-  if (frame.guides.id.empty()) {
-    id = Plane<uint32_t>();
-  } else if (id.width() != frame.width || id.height() != frame.height) {
-    id = Plane<uint32_t>(frame.width, frame.height);
-  }
-}
-
-bool Fits(const HeldGuides& held, const Frame& frame) {
-  if (held.known.width() != frame.width || held.known.height() != frame.height ||
-      held.guides.id.empty() != frame.guides.id.empty()) {
-    return false;
-  }
-  std::vector<const Image1*> planes;
-  ListPlanes(held.guides, held.emission, held.background, &planes);
-  const std::vector<const Image1*> given = PlanesOf(frame);
-  for (size_t i = 0; i < given.size(); ++i) {
-    if (planes[i]->empty() != given[i]->empty()) {
-      return false;
-    }
-  }
-  return true;
-}
-
-/// Marks what this frame knows. \return the part of the picture that it knows
-double FindKnown(const Frame& frame, Image1* known) {
-  std::atomic<int64_t> count = 0;
-  ParallelRows(frame.height, kBand, [&](int y0, int y1) {
-    int64_t sum = 0;
-    for (int y = y0; y < y1; ++y) {
-      const float* depth = frame.guides.depth.Row(y);
-      const float* samples = frame.samples.Row(y);
-      float* to = known->Row(y);
-      for (int x = 0; x < frame.width; ++x) {
-        const bool is_known = depth[x] != 0 || samples[x] > 0;
-        to[x] = is_known ? 1.0f : 0.0f;
-        sum += is_known;
-      }
-    }
-    count += sum;
-  });
-  return static_cast<double>(count) / (static_cast<double>(frame.width) * frame.height);
-}
-
-bool Moves(const Frame& frame, const Image1& known) {
-  std::atomic<bool> moves = false;
-  ParallelRows(frame.height, kBand, [&](int y0, int y1) {
-    for (int y = y0; y < y1; ++y) {
-      const float* mx = frame.guides.motion[0].Row(y);
-      const float* my = frame.guides.motion[1].Row(y);
-      for (int x = 0; x < frame.width; ++x) {
-        if (known(x, y) > 0 && !(std::abs(mx[x]) <= kStill && std::abs(my[x]) <= kStill)) {
-          moves = true;
-          return;
-        }
-      }
-    }
-  });
-  return moves;
-}
-
-/// Takes this frame's guides at the pixels where it has any.
-void TakeKnown(const Frame& frame, const Image1& known, HeldGuides* held) {
-  const std::vector<const Image1*> from = PlanesOf(frame);
-  const std::vector<Image1*> to = PlanesOf(held);
-  ParallelRows(frame.height, kBand, [&](int y0, int y1) {
-    for (int y = y0; y < y1; ++y) {
-      for (int x = 0; x < frame.width; ++x) {
-        if (!(known(x, y) > 0)) {
-          continue;
-        }
-        const float z = frame.guides.depth(x, y);
-        const bool surface = std::isfinite(z) && z > 0;
-        held->known(x, y) = 1;
-        held->surface(x, y) = surface ? 1.0f : 0.0f;
-        held->inverse_depth(x, y) = surface ? 1.0f / z : 0.0f;
-        held->guides.depth(x, y) = z;
-        for (size_t i = 0; i < from.size(); ++i) {
-          if (!from[i]->empty()) {
-            (*to[i])(x, y) = (*from[i])(x, y);
-          }
-        }
-        if (!held->guides.id.empty()) {
-          held->guides.id(x, y) = frame.guides.id(x, y);
-        }
-      }
-    }
-  });
-}
-
-/// Motion of every pixel, from what this frame knows of it.
-void FillMotion(const Frame& frame, const Image1& known, bool moves, const StageTable& stages,
-                FillPyramid* pyramid, Image2* motion) {
-  for (int c = 0; c < 2; ++c) {
-    Image1& plane = (*motion)[c];
-    if (!moves) {
-      plane.Fill(0.0f);
-      continue;
-    }
-    ParallelRows(plane.height(), kBand, [&](int y0, int y1) {
-      for (int y = y0; y < y1; ++y) {
-        std::copy_n(frame.guides.motion[c].Row(y), plane.width(), plane.Row(y));
-      }
-    });
-  }
-  if (moves) {
-    Image1* const planes[] = {&(*motion)[0], &(*motion)[1]};
-    stages.fill_holes(known, std::span<Image1* const>(planes), pyramid);
-  }
-}
-
-/// Where a frame's held guides are looked up: along the motion, rounded up or down so that over
-/// many frames of slow motion the mean is right.
-struct Shift {
-  float x;
-  float y;
-
-  explicit Shift(int64_t frame)
-      : x(static_cast<float>(
-            std::fmod(static_cast<double>(frame & 0xffff) * 0.7548776662466927, 1.0))),
-        y(static_cast<float>(
-            std::fmod(static_cast<double>(frame & 0xffff) * 0.5698402909980532, 1.0))) {}
-
-  /// \return whether the place lies in the picture
-  bool Find(const Image2& motion, int x0, int y0, int* qx, int* qy) const {
-    const float px = std::floor(static_cast<float>(x0) + motion[0](x0, y0) + x);
-    const float py = std::floor(static_cast<float>(y0) + motion[1](x0, y0) + y);
-    if (!(px >= 0 && py >= 0 && px < static_cast<float>(motion.width()) &&
-          py < static_cast<float>(motion.height()))) {
-      return false;
-    }
-    *qx = static_cast<int>(px);
-    *qy = static_cast<int>(py);
-    return true;
+  Work::Kind KindOf(int plane) const {
+    return planes.plane[static_cast<size_t>(plane)].rule == FillRule::kSkyOnly ? Work::kSky
+                                                                               : Work::kSurface;
   }
 };
 
-bool Differ(const HeldGuides& a, int ax, int ay, const HeldGuides& b, int bx, int by) {
-  if (a.surface(ax, ay) != b.surface(bx, by)) {
-    return true;
-  }
-  if (!a.guides.id.empty()) {
-    return a.guides.id(ax, ay) != b.guides.id(bx, by);
-  }
-  const float i = a.inverse_depth(ax, ay);
-  return std::abs(i - b.inverse_depth(bx, by)) > kOtherDepth * i;
-}
-
-/// Marks the held pixels that what is known now speaks against.
-void BlockGhosts(const HeldGuides& before, const HeldGuides& now, const Image1& known,
-                 const Shift& shift, double part_known, Image1* blocked) {
-  const int width = known.width();
-  const int height = known.height();
-  blocked->Fill(0.0f);
-  const int radius =
-      std::min(16, static_cast<int>(std::ceil(0.75 / std::sqrt(std::max(part_known, 1e-4)))));
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      int qx = 0;
-      int qy = 0;
-      if (!(known(x, y) > 0) || !shift.Find(now.guides.motion, x, y, &qx, &qy) ||
-          !(before.known(qx, qy) > 0) || !Differ(now, x, y, before, qx, qy)) {
-        continue;
-      }
-      for (int by = std::max(qy - radius, 0); by <= std::min(qy + radius, height - 1); ++by) {
-        for (int bx = std::max(qx - radius, 0); bx <= std::min(qx + radius, width - 1); ++bx) {
-          if (!Differ(before, bx, by, before, qx, qy)) {
-            (*blocked)(bx, by) = 1.0f;
-          }
-        }
-      }
-    }
-  }
-}
-
-/// Takes what earlier frames knew along the motion; marks as unknown what nobody knows.
-void TakeHeld(HeldGuides& before, const Image1& known_now, const Image1& blocked,
-              const Shift& shift, HeldGuides* now) {
-  const std::vector<Image1*> from = PlanesOf(&before);
-  const std::vector<Image1*> to = PlanesOf(now);
-  ParallelRows(known_now.height(), kBand, [&](int y0, int y1) {
-    for (int y = y0; y < y1; ++y) {
-      for (int x = 0; x < known_now.width(); ++x) {
-        if (known_now(x, y) > 0) {
-          continue;
-        }
-        int qx = 0;
-        int qy = 0;
-        now->known(x, y) = 0;
-        if (!shift.Find(now->guides.motion, x, y, &qx, &qy) || !(before.known(qx, qy) > 0) ||
-            blocked(qx, qy) > 0) {
-          continue;
-        }
-        now->known(x, y) = 1;
-        now->surface(x, y) = before.surface(qx, qy);
-        now->inverse_depth(x, y) = before.inverse_depth(qx, qy);
-        now->guides.depth(x, y) = before.guides.depth(qx, qy);
-        for (size_t i = 0; i < from.size(); ++i) {
-          if (!from[i]->empty()) {
-            (*to[i])(x, y) = (*from[i])(qx, qy);
-          }
-        }
-        if (!now->guides.id.empty()) {
-          now->guides.id(x, y) = before.guides.id(qx, qy);
-        }
-      }
-    }
-  });
-}
-
-bool AllKnown(const Image1& known) {
-  std::atomic<bool> all = true;
-  ParallelRows(known.height(), kBand, [&](int y0, int y1) {
-    for (int y = y0; y < y1; ++y) {
-      const float* row = known.Row(y);
-      if (std::any_of(row, row + known.width(), [](float k) { return !(k > 0); })) {
-        all = false;
-      }
-    }
-  });
-  return all;
-}
-
-/// Guesses the rest: first whether a hole shows a surface, then its guides from surfaces alone, its
-/// background from the sky alone.
-void FillRest(const StageTable& stages, SparseGuidesWork* work, HeldGuides* held) {
-  Image1* const kind[] = {&held->surface};
-  if (!stages.fill_holes(held->known, std::span<Image1* const>(kind), &work->pyramid)) {
-    held->surface.Fill(0.0f);  // nothing is known at all: a picture of sky
-  }
-  Image1& on_surface = work->known_now;
-  Image1& in_sky = work->blocked;
-  const auto mark = [&](float surface, Image1* mask) {
-    ParallelRows(mask->height(), kBand, [&](int y0, int y1) {
-      for (int y = y0; y < y1; ++y) {
-        for (int x = 0; x < mask->width(); ++x) {
-          (*mask)(x, y) = held->known(x, y) > 0 && held->surface(x, y) == surface ? 1.0f : 0.0f;
-        }
-      }
-    });
-  };
-  mark(1.0f, &on_surface);
-  mark(0.0f, &in_sky);
-  std::vector<Image1*> planes = {&held->inverse_depth};
-  for (Image3* image : {&held->guides.normal, &held->guides.albedo, &held->guides.specular_albedo,
-                        &held->guides.transmission_albedo, &held->emission}) {
-    for (Image1& plane : image->channel) {
-      planes.push_back(&plane);
-    }
-  }
-  planes.push_back(&held->guides.roughness);
-  std::erase_if(planes, [](const Image1* plane) { return plane->empty(); });
-  // Zero where there is no surface at all: fill_holes then leaves what stands there.
-  stages.fill_holes(on_surface, planes, &work->pyramid);
-  if (!held->guides.id.empty()) {
-    stages.fill_ids(on_surface, &held->guides.id, &work->pyramid);
-  }
-  if (!held->background.empty()) {
-    Image1* const sky[] = {&held->background[0], &held->background[1], &held->background[2]};
-    stages.fill_holes(in_sky, std::span<Image1* const>(sky), &work->pyramid);
-  }
-  ParallelRows(held->known.height(), kBand, [&](int y0, int y1) {
-    for (int y = y0; y < y1; ++y) {
-      for (int x = 0; x < held->known.width(); ++x) {
-        const bool known = held->known(x, y) > 0;
-        const bool surface = held->surface(x, y) >= 0.5f && held->inverse_depth(x, y) > 0;
-        if (!known) {
-          held->surface(x, y) = surface ? 1.0f : 0.0f;
-          held->guides.depth(x, y) =
-              surface ? 1.0f / held->inverse_depth(x, y) : std::numeric_limits<float>::infinity();
-        }
-        // Filling wrote surfaces into known sky and sky onto known surfaces.
-        if (!surface) {
-          held->inverse_depth(x, y) = 0;
-          for (int c = 0; c < 3; ++c) {
-            held->guides.normal[c](x, y) = 0;
-            if (!held->emission.empty()) {
-              held->emission[c](x, y) = 0;
-            }
-          }
-          if (!held->guides.id.empty()) {
-            held->guides.id(x, y) = 0;
-          }
-        } else if (!held->background.empty()) {
-          for (int c = 0; c < 3; ++c) {
-            held->background[c](x, y) = 0;
-          }
-        }
-      }
-    }
-  });
-}
+struct FoundPixels {
+  int64_t count = 0;
+  bool moves = false;
+  LightSeen seen;
+};
 
 }  // namespace
+}  // namespace stillray
+#endif
 
-size_t HeldGuides::bytes() const {
-  size_t sum = guides.id.bytes();
-  VisitHeldPlanes(*this, [&](const Image1& plane) { sum += plane.bytes(); });
+HWY_BEFORE_NAMESPACE();
+namespace stillray {
+namespace HWY_NAMESPACE {
+namespace {
+
+/// Lists the pixels that the frame knows. \return their number
+int64_t ListKnownRows(const Frame& frame, int y0, int y1, RowLists* list) {
+  const DF d;
+  const DI di;
+  int64_t sum = 0;
+  for (int y = y0; y < y1; ++y) {
+    const float* depth = frame.guides.depth.Row(y);
+    const float* samples = frame.samples.Row(y);
+    int32_t* to = list->Begin(y);
+    int count = 0;
+    for (int x = 0; x < frame.width; x += LaneCount()) {
+      // NaN is known, to be broken.
+      const MF has_depth = hn::Not(hn::Eq(hn::LoadU(d, depth + x), hn::Zero(d)));
+      const MF has_sample = hn::Gt(hn::LoadU(d, samples + x), hn::Zero(d));
+      const MF known = hn::And(hn::Or(has_depth, has_sample), InRow(x, frame.width));
+      if (!hn::AllFalse(d, known)) {
+        count += static_cast<int>(
+            hn::CompressStore(hn::Iota(di, x), hn::RebindMask(di, known), di, to + count));
+      }
+    }
+    list->SetCount(y, count);
+    sum += count;
+  }
   return sum;
 }
 
-size_t SparseGuidesWork::bytes() const {
-  return before.bytes() + known_now.bytes() + blocked.bytes() + pyramid.bytes();
+/// Marks the columns of a row of the list in a row of zeros.
+HWY_INLINE void MarkRow(std::span<const int32_t> columns, int width, float* mask) {
+  std::fill_n(mask, width, 0.0f);
+  for (const int32_t x : columns) {
+    mask[x] = 1.0f;
+  }
 }
 
-bool HasUnknownGuides(const Frame& frame) {
-  if (frame.samples.empty()) {
-    return false;
+/// The first level of this frame's motion, from the pixels that it knows.
+void RaiseMotionRows(const Frame& frame, int cell_y0, int cell_y1, Work* work) {
+  const int width = frame.width;
+  FillMask& mask = work->mask[Work::kNew];
+  const int cells = mask.known.front().width();
+  const RowScratch scratch(width, 1 + kPyramidFactor);
+  for (int c = cell_y0; c < cell_y1; ++c) {
+    ChildRows<float> marked;
+    marked.count = std::min(kPyramidFactor, frame.height - c * kPyramidFactor);
+    for (int i = 0; i < marked.count; ++i) {
+      MarkRow(work->known_now.Row(c * kPyramidFactor + i), width, scratch.Row(1 + i));
+      marked.row[i] = scratch.Row(1 + i);
+    }
+    float* inverse = mask.inverse.front().Row(c);
+    RaiseMaskRow(marked, width, cells, scratch.Row(0), mask.known.front().Row(c), inverse);
+    for (size_t k = 0; k < 2; ++k) {
+      RaiseRow(ChildrenOf(frame.guides.motion.channel[k], c), marked, width, inverse, cells,
+               scratch.Row(0), work->motion[k].value.front().Row(c));
+    }
   }
-  std::atomic<bool> any = false;
+}
+
+/// Whether known pixels are of a surface or of the sky, and the inverse depth of surfaces.
+HWY_INLINE void ClassifyRow(const float* known_row, const float* depth, int width, float* surface,
+                            float* sky, float* inverse_depth) {
+  const DF d;
+  const VF zero = hn::Zero(d);
+  const VF one = hn::Set(d, 1.0f);
+  for (int x = 0; x < width; x += LaneCount()) {
+    const MF known = hn::Gt(hn::LoadU(d, known_row + x), zero);
+    const VF z = hn::LoadU(d, depth + x);
+    const MF is_surface = hn::And(known, hn::And(IsFiniteLane(z), hn::Gt(z, zero)));
+    hn::StoreU(hn::IfThenElseZero(is_surface, one), d, surface + x);
+    hn::StoreU(hn::IfThenElseZero(hn::AndNot(is_surface, known), one), d, sky + x);
+    const VF safe = hn::IfThenElse(is_surface, z, one);
+    hn::StoreU(hn::IfThenElseZero(is_surface, hn::Div(one, safe)), d, inverse_depth + x);
+  }
+}
+
+/// All planes of one row of cells of the first level.
+void RaiseAllCells(const Task& t, int c) {
+  const int width = t.width();
+  const int cells = t.cells();
+  const RowScratch scratch(width, 1 + 3 * kPyramidFactor);
+  float* sums = scratch.Row(0);
+  ChildRows<float> of[Work::kKindCount];
+  ChildRows<float> inverse_depth;
+  of[Work::kAny] = ChildrenOf(t.held->known, c);
+  of[Work::kSurface].count = of[Work::kSky].count = inverse_depth.count = of[Work::kAny].count;
+  for (int i = 0; i < inverse_depth.count; ++i) {
+    float* surface = scratch.Row(1 + i);
+    float* sky = scratch.Row(1 + kPyramidFactor + i);
+    float* inverse = scratch.Row(1 + 2 * kPyramidFactor + i);
+    ClassifyRow(of[Work::kAny].row[i], t.held->guides.depth.Row(c * kPyramidFactor + i), width,
+                surface, sky, inverse);
+    of[Work::kSurface].row[i] = surface;
+    of[Work::kSky].row[i] = sky;
+    inverse_depth.row[i] = inverse;
+  }
+  for (const Work::Kind kind : t.kinds()) {
+    FillMask& mask = t.work->mask[kind];
+    RaiseMaskRow(of[kind], width, cells, sums, mask.known.front().Row(c),
+                 mask.inverse.front().Row(c));
+  }
+  const auto raise = [&](const ChildRows<float>& values, Work::Kind kind,
+                         FillLevels* levels) HWY_ATTR {
+    RaiseRow(values, of[kind], width, t.work->mask[kind].inverse.front().Row(c), cells, sums,
+             levels->value.front().Row(c));
+  };
+  raise(of[Work::kSurface], Work::kAny, &t.work->surface);
+  raise(inverse_depth, Work::kSurface, &t.work->inverse_depth);
+  for (int i = 0; i < t.planes.count; ++i) {
+    const auto slot = static_cast<size_t>(i);
+    raise(ChildrenOf(*t.planes.plane[slot].held, c), t.KindOf(i), &t.work->plane[slot]);
+  }
+  if (!t.held->guides.id.empty()) {
+    RaiseIdRow(ChildrenOf(t.held->guides.id, c), of[Work::kSurface], width, cells,
+               t.work->id.value.front().Row(c));
+  }
+}
+
+/// The known children of one cell, row by row.
+struct CellChildren {
+  int x[kPyramidFactor * kPyramidFactor];
+  int y[kPyramidFactor * kPyramidFactor];
+  bool surface[kPyramidFactor * kPyramidFactor];
+  int count = 0;
+  int surfaces = 0;
+};
+
+/// Mean over the children of a kind, with sums in the order of RaiseRow.
+template <typename Value>
+HWY_INLINE float MeanOf(const CellChildren& children, Work::Kind kind, float inverse,
+                        const Value& value) {
+  float column[kPyramidFactor] = {};
+  for (int i = 0; i < children.count; ++i) {
+    if (kind == Work::kAny || children.surface[i] == (kind == Work::kSurface)) {
+      column[children.x[i] % kPyramidFactor] += value(i);
+    }
+  }
+  return (column[0] + column[1] + column[2]) * inverse;
+}
+
+/// What RaiseAllCells does, for one cell.
+void RaiseCell(const Task& t, int cx, int cy) {
+  CellChildren children;
+  const HeldGuides& held = *t.held;
+  for (int y = cy * kPyramidFactor; y < std::min((cy + 1) * kPyramidFactor, t.height()); ++y) {
+    for (int x = cx * kPyramidFactor; x < std::min((cx + 1) * kPyramidFactor, t.width()); ++x) {
+      if (held.known(x, y) > 0) {
+        const bool surface = IsSurface(held.guides.depth(x, y));
+        children.x[children.count] = x;
+        children.y[children.count] = y;
+        children.surface[children.count++] = surface;
+        children.surfaces += surface;
+      }
+    }
+  }
+  float inverse[Work::kKindCount] = {};
+  const int count[] = {children.count, children.surfaces, children.count - children.surfaces};
+  for (const Work::Kind kind : t.kinds()) {
+    FillMask& mask = t.work->mask[kind];
+    inverse[kind] = count[kind] > 0 ? 1.0f / static_cast<float>(count[kind]) : 0.0f;
+    mask.inverse.front()(cx, cy) = inverse[kind];
+    mask.known.front()(cx, cy) = count[kind] > 0 ? 1.0f : 0.0f;
+  }
+  t.work->surface.value.front()(cx, cy) =
+      static_cast<float>(children.surfaces) * inverse[Work::kAny];
+  t.work->inverse_depth.value.front()(cx, cy) =
+      MeanOf(children, Work::kSurface, inverse[Work::kSurface],
+             [&](int i) { return 1.0f / held.guides.depth(children.x[i], children.y[i]); });
+  for (int k = 0; k < t.planes.count; ++k) {
+    const auto slot = static_cast<size_t>(k);
+    const Image1& plane = *t.planes.plane[slot].held;
+    const Work::Kind kind = t.KindOf(k);
+    t.work->plane[slot].value.front()(cx, cy) = MeanOf(
+        children, kind, inverse[kind], [&](int i) { return plane(children.x[i], children.y[i]); });
+  }
+  if (!held.guides.id.empty()) {
+    uint32_t first = 0;
+    for (int i = children.count - 1; i >= 0; --i) {
+      first = children.surface[i] ? held.guides.id(children.x[i], children.y[i]) : first;
+    }
+    t.work->id.value.front()(cx, cy) = first;
+  }
+}
+
+/// Takes what the frame knows of row y.
+void TakeKnownRow(const Task& t, int y) {
+  const std::span<const int32_t> columns = t.work->known_now.Row(y);
+  const auto take = [&](const auto& from, auto* to) {
+    const auto* source = from.Row(y);
+    auto* target = to->Row(y);
+    for (const int32_t x : columns) {
+      target[x] = source[x];
+    }
+  };
+  float* known = t.held->known.Row(y);
+  for (const int32_t x : columns) {
+    known[x] = 1.0f;
+  }
+  take(t.frame->guides.depth, &t.held->guides.depth);
+  for (const HeldPlane& plane : t.planes) {
+    take(*plane.from, plane.held);
+  }
+  if (!t.held->guides.id.empty()) {
+    take(t.frame->guides.id, &t.held->guides.id);
+  }
+}
+
+/// Motion of row y: this frame's where it is known, else filled.
+void MoveRow(const Task& t, int y, const RowScratch& scratch) {
+  const std::span<const int32_t> columns = t.work->known_now.Row(y);
+  for (size_t k = 0; k < 2; ++k) {
+    float* filled = scratch.Row(0);
+    SpreadRow(t.work->motion[k].value.front(), y, scratch.Row(1), filled);
+    const float* from = t.frame->guides.motion.channel[k].Row(y);
+    for (const int32_t x : columns) {
+      filled[x] = from[x];
+    }
+    std::copy_n(filled, t.width(), t.held->guides.motion.channel[k].Row(y));
+  }
+}
+
+/// Where a row's pixels are held: vector by vector, indices and whether they lie side by side.
+struct HeldRow {
+  int32_t* index;  ///< of every pixel, 0 where nothing is held
+  int32_t* start;  ///< per vector: that of its first lane, or one of these
+  static constexpr int32_t kScattered = -1;
+  static constexpr int32_t kNothing = -2;
+};
+
+/// Looks up what is held for the pixels of row y, and marks those that are known.
+void FindHeldRow(const Task& t, int y, HeldRow* row) {
+  const DF d;
+  const DI di;
+  const VF zero = hn::Zero(d);
+  const int width = t.width();
+  const VF right = hn::Set(d, static_cast<float>(width));
+  const VF bottom = hn::Set(d, static_cast<float>(t.height()));
+  const Image1& held = t.before->known;
+  const auto stride = static_cast<int32_t>(held.stride());
+  const float* mx = t.held->guides.motion[0].Row(y);
+  const float* my = t.held->guides.motion[1].Row(y);
+  float* known_row = t.held->known.Row(y);
+  for (int x = 0; x < width; x += LaneCount()) {
+    const VF px =
+        hn::Floor(hn::Add(hn::Add(ColumnsFrom(x), hn::LoadU(d, mx + x)), hn::Set(d, t.shift.x)));
+    const VF py = hn::Floor(hn::Add(
+        hn::Add(hn::Set(d, static_cast<float>(y)), hn::LoadU(d, my + x)), hn::Set(d, t.shift.y)));
+    const MF inside =
+        hn::And(InRow(x, width), hn::And(hn::And(hn::Ge(px, zero), hn::Lt(px, right)),
+                                         hn::And(hn::Ge(py, zero), hn::Lt(py, bottom))));
+    const VI qx = hn::ConvertTo(di, hn::IfThenElseZero(inside, px));
+    const VI qy = hn::ConvertTo(di, hn::IfThenElseZero(inside, py));
+    const VI index = hn::Add(hn::Mul(qy, hn::Set(di, stride)), qx);
+    const SideBySide block = FindSideBySide(qx, qy, inside, 1, width);
+    const TapLoad load = TapAt(block, 0, 0, t.height(), qx, qy);
+    const MF known = hn::And(inside, hn::Gt(load(d, held), zero));
+    hn::StoreU(hn::IfThenElseZero(known, hn::Set(d, 1.0f)), d, known_row + x);
+    hn::StoreU(index, di, row->index + x);
+    row->start[x / LaneCount()] = hn::AllFalse(d, known) ? HeldRow::kNothing
+                                  : block.found          ? load.row * stride + load.column
+                                                         : HeldRow::kScattered;
+  }
+}
+
+template <typename T>
+HWY_INLINE void TakeHeldPlane(const HeldRow& row, const Plane<T>& from, int y, Plane<T>* to) {
+  const hn::ScalableTag<T> d;
+  const DI di;
+  T* target = to->Row(y);
+  const T* source = from.Row(0);
+  for (int x = 0; x < to->width(); x += LaneCount()) {
+    const int32_t start = row.start[x / LaneCount()];
+    if (start >= 0) {
+      hn::StoreU(hn::LoadU(d, source + start), d, target + x);
+    } else if (start == HeldRow::kScattered) {
+      hn::StoreU(hn::GatherIndex(d, source, hn::LoadU(di, row.index + x)), d, target + x);
+    }
+  }
+}
+
+/// Moves what is held into row y, and takes what the frame knows of it.
+void TakeMovedRow(const Task& t, int y) {
+  {
+    const RowScratch scratch(t.width(), 2);
+    MoveRow(t, y, scratch);
+    HeldRow row = {scratch.Row<int32_t>(0), scratch.Row<int32_t>(1)};
+    FindHeldRow(t, y, &row);
+    TakeHeldPlane(row, t.before->guides.depth, y, &t.held->guides.depth);
+    for (int i = 0; i < t.planes.count; ++i) {
+      const auto slot = static_cast<size_t>(i);
+      TakeHeldPlane(row, *t.planes_before.plane[slot].held, y, t.planes.plane[slot].held);
+    }
+    if (!t.held->guides.id.empty()) {
+      TakeHeldPlane(row, t.before->guides.id, y, &t.held->guides.id);
+    }
+  }
+  TakeKnownRow(t, y);
+}
+
+/// Takes all that is known and raises it to the first level.
+void TakeCellRows(const Task& t, int cell_y0, int cell_y1) {
+  for (int c = cell_y0; c < cell_y1; ++c) {
+    const int first = c * kPyramidFactor;
+    const int last = std::min(first + kPyramidFactor, t.height());
+    size_t learnt = 0;
+    for (int y = first; y < last; ++y) {
+      learnt += t.work->known_now.Row(y).size();
+      if (t.before != nullptr) {
+        TakeMovedRow(t, y);
+      } else {
+        TakeKnownRow(t, y);
+      }
+    }
+    // One cell alone costs about as much as a tenth of a vector's way through its row.
+    if (!t.held->raised || learnt * 10 > static_cast<size_t>(t.cells())) {
+      RaiseAllCells(t, c);
+      continue;
+    }
+    for (int y = first; y < last; ++y) {
+      for (const int32_t x : t.work->known_now.Row(y)) {
+        RaiseCell(t, x / kPyramidFactor, c);
+      }
+    }
+  }
+}
+
+/// Guesses the holes of row y.
+void FillRow(const Task& t, int y) {
+  const DF d;
+  const DU du;
+  const VF zero = hn::Zero(d);
+  const VF one = hn::Set(d, 1.0f);
+  const int width = t.width();
+  const float* known = t.held->known.Row(y);
+  const auto known_at = [&](int x)
+                            HWY_ATTR { return hn::Gt(hn::LoadU(d, known + x), hn::Zero(d)); };
+  bool complete = true;
+  for (int x = 0; x < width && complete; x += LaneCount()) {
+    complete = hn::AllTrue(d, hn::Or(known_at(x), hn::Not(InRow(x, width))));
+  }
+  if (complete) {
+    return;
+  }
+  const RowScratch scratch(width, 4);
+  float* mixed = scratch.Row(0);
+  float* filled = scratch.Row(1);
+  float* part = scratch.Row(2);
+  float* surface = scratch.Row(3);
+  SpreadRow(t.work->surface.value.front(), y, mixed, part);
+  SpreadRow(t.work->inverse_depth.value.front(), y, mixed, filled);
+  float* depth = t.held->guides.depth.Row(y);
+  for (int x = 0; x < width; x += LaneCount()) {
+    const VF inverse = hn::LoadU(d, filled + x);
+    const MF is_surface =
+        hn::And(hn::Ge(hn::LoadU(d, part + x), hn::Set(d, 0.5f)), hn::Gt(inverse, zero));
+    hn::StoreU(hn::IfThenElseZero(is_surface, one), d, surface + x);
+    const VF z = hn::IfThenElse(is_surface, hn::Div(one, hn::IfThenElse(is_surface, inverse, one)),
+                                hn::Set(d, std::numeric_limits<float>::infinity()));
+    hn::StoreU(hn::IfThenElse(known_at(x), hn::LoadU(d, depth + x), z), d, depth + x);
+  }
+  for (int i = 0; i < t.planes.count; ++i) {
+    const HeldPlane& plane = t.planes.plane[static_cast<size_t>(i)];
+    SpreadRow(t.work->plane[static_cast<size_t>(i)].value.front(), y, mixed, filled);
+    float* to = plane.held->Row(y);
+    const MF everywhere = hn::FirstN(d, plane.rule == FillRule::kAnywhere ? hn::Lanes(d) : 0);
+    const MF in_sky = hn::FirstN(d, plane.rule == FillRule::kSkyOnly ? hn::Lanes(d) : 0);
+    for (int x = 0; x < width; x += LaneCount()) {
+      const MF is_surface = hn::Gt(hn::LoadU(d, surface + x), zero);
+      const MF wanted = hn::Or(everywhere, hn::Xor(is_surface, in_sky));
+      const VF guess = hn::IfThenElseZero(wanted, hn::LoadU(d, filled + x));
+      hn::StoreU(hn::IfThenElse(known_at(x), hn::LoadU(d, to + x), guess), d, to + x);
+    }
+  }
+  if (!t.held->guides.id.empty()) {
+    auto* ids = scratch.Row<uint32_t>(1);
+    SpreadIdRow(t.work->id.value.front(), y, ids);
+    uint32_t* to = t.held->guides.id.Row(y);
+    for (int x = 0; x < width; x += LaneCount()) {
+      const auto is_surface = hn::RebindMask(du, hn::Gt(hn::LoadU(d, surface + x), zero));
+      const VU guess = hn::IfThenElseZero(is_surface, hn::LoadU(du, ids + x));
+      const auto keep = hn::RebindMask(du, known_at(x));
+      hn::StoreU(hn::IfThenElse(keep, hn::LoadU(du, to + x), guess), du, to + x);
+    }
+  }
+}
+
+void FillRows(const Task& t, int y0, int y1) {
+  for (int y = y0; y < y1; ++y) {
+    FillRow(t, y);
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace stillray
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace stillray::cpu {
+
+HWY_EXPORT(ListKnownRows);
+HWY_EXPORT(RaiseMotionRows);
+HWY_EXPORT(TakeCellRows);
+HWY_EXPORT(FillRows);
+
+namespace {
+
+constexpr int kBand = 16;
+constexpr int kCellBand = 4;
+
+bool Shines(const Image3& light, int x, int y) {
+  return !light.empty() && (light[0](x, y) != 0 || light[1](x, y) != 0 || light[2](x, y) != 0);
+}
+
+/// What the frame knows: lists its pixels, and says what of it is new to `held`.
+FoundPixels FindKnown(const Frame& frame, const HeldGuides& held, RowLists* list) {
+  std::atomic<int64_t> count = 0;
+  std::atomic<bool> moves = false;
+  std::atomic<bool> emission = !held.emission.empty();
+  std::atomic<bool> background = !held.background.empty();
   ParallelRows(frame.height, kBand, [&](int y0, int y1) {
-    for (int y = y0; y < y1 && !any; ++y) {
-      const float* depth = frame.guides.depth.Row(y);
-      const float* samples = frame.samples.Row(y);
-      for (int x = 0; x < frame.width; ++x) {
-        if (depth[x] == 0 && !(samples[x] > 0)) {
-          any = true;
-          break;
+    count += HWY_DYNAMIC_DISPATCH(ListKnownRows)(frame, y0, y1, list);
+    for (int y = y0; y < y1; ++y) {
+      for (const int32_t x : list->Row(y)) {
+        if (!moves &&
+            (IsMoving(frame.guides.motion[0](x, y)) || IsMoving(frame.guides.motion[1](x, y)))) {
+          moves = true;
         }
+        if (!emission && Shines(frame.emission, x, y)) {
+          emission = true;
+        }
+        if (!background && Shines(frame.background, x, y)) {
+          background = true;
+        }
+      }
+    }
+  });
+  return {count, moves, {emission, background}};
+}
+
+/// Lists held pixels that what is known now speaks against.
+void FindGhosts(const Task& t) {
+  t.work->ghosts.Resize(t.width(), t.height());
+  const Guides& now = t.frame->guides;
+  ParallelRows(t.height(), kBand, [&](int y0, int y1) {
+    for (int y = y0; y < y1; ++y) {
+      int32_t* to = t.work->ghosts.Begin(y);
+      int count = 0;
+      for (const int32_t x : t.work->known_now.Row(y)) {
+        int qx = 0;
+        int qy = 0;
+        if (t.shift.Find(now.motion, x, y, &qx, &qy) && t.before->known(qx, qy) > 0 &&
+            Differ(now, x, y, t.before->guides, qx, qy)) {
+          to[count++] = qy * t.width() + qx;
+        }
+      }
+      t.work->ghosts.SetCount(y, count);
+    }
+  });
+}
+
+/// Forgets the same surface around the ghosts. Each band looks at all ghosts, for the rows that
+/// are its own.
+void ForgetGhosts(const Task& t, int radius) {
+  const Guides& g = t.before->guides;
+  ParallelRows(t.height(), kBand, [&](int y0, int y1) {
+    for (int row = 0; row < t.height(); ++row) {
+      for (const int32_t q : t.work->ghosts.Row(row)) {
+        const int qx = q % t.width();
+        const int qy = q / t.width();
+        for (int y = std::max(qy - radius, y0); y < std::min(qy + radius + 1, y1); ++y) {
+          float* known = t.before->known.Row(y);
+          for (int x = std::max(qx - radius, 0); x <= std::min(qx + radius, t.width() - 1); ++x) {
+            if (known[x] > 0 && !Differ(g, x, y, g, qx, qy)) {
+              known[x] = 0;
+            }
+          }
+        }
+      }
+    }
+  });
+}
+
+int CellRows(const Task& t) {
+  return t.work->surface.value.front().height();
+}
+
+void RaiseMotion(const Task& t) {
+  ParallelRows(CellRows(t), kCellBand, [&](int y0, int y1) {
+    HWY_DYNAMIC_DISPATCH(RaiseMotionRows)(*t.frame, y0, y1, t.work);
+  });
+  const FillMask& mask = t.work->mask[Work::kNew];
+  RaiseMask(&t.work->mask[Work::kNew]);
+  tbb::parallel_for(0, 2,
+                    [&](int k) { FillLevelHoles(mask, &t.work->motion[static_cast<size_t>(k)]); });
+}
+
+/// The levels between the passes through the picture, each plane on its own.
+void FillLevelsOf(const Task& t) {
+  Work& w = *t.work;
+  for (const Work::Kind kind : t.kinds()) {
+    RaiseMask(&w.mask[kind]);
+  }
+  tbb::parallel_for(-3, t.planes.count, [&](int i) {
+    if (i >= 0) {
+      FillLevelHoles(w.mask[t.KindOf(i)], &w.plane[static_cast<size_t>(i)]);
+    } else if (i == -1) {
+      FillLevelHoles(w.mask[Work::kAny], &w.surface);
+    } else if (i == -2) {
+      FillLevelHoles(w.mask[Work::kSurface], &w.inverse_depth);
+    } else if (!t.held->guides.id.empty()) {
+      FillLevelHoles(w.mask[Work::kSurface], &w.id);
+    }
+  });
+}
+
+bool HasHoles(const Image1& known) {
+  std::atomic<bool> any = false;
+  ParallelRows(known.height(), kBand, [&](int y0, int y1) {
+    for (int y = y0; y < y1 && !any; ++y) {
+      const float* row = known.Row(y);
+      int holes = 0;
+      for (int x = 0; x < known.width(); ++x) {
+        holes |= static_cast<int>(!(row[x] > 0));
+      }
+      if (holes != 0) {
+        any = true;
       }
     }
   });
   return any;
 }
 
-void CompleteGuides(const Frame& frame, const StageTable& stages, HeldGuides* held,
-                    SparseGuidesWork* work) {
-  if (!Fits(*held, frame)) {
-    *held = HeldGuides();
+void MakeAllLevels(const Frame& frame, const HeldPlanes& planes, bool moves, Work* work) {
+  const int w = frame.width;
+  const int h = frame.height;
+  for (FillMask& mask : work->mask) {
+    MakeLevels(w, h, &mask);
   }
-  const bool first = held->empty();
-  if (work->known_now.width() != frame.width || work->known_now.height() != frame.height) {
-    work->known_now = Image1(frame.width, frame.height);
-    work->blocked = Image1(frame.width, frame.height);
+  MakeLevels(w, h, &work->surface);
+  MakeLevels(w, h, &work->inverse_depth);
+  for (int i = 0; i < planes.count; ++i) {
+    MakeLevels(w, h, &work->plane[static_cast<size_t>(i)]);
   }
-  const double part = FindKnown(frame, &work->known_now);
-  const bool moves = !first && Moves(frame, work->known_now);
-  if (moves) {
-    std::swap(*held, work->before);
+  for (FillLevels& levels : work->motion) {
+    if (moves) {
+      MakeLevels(w, h, &levels);
+    }
   }
-  MakeRoom(frame, held);
-  TakeKnown(frame, work->known_now, held);
-  FillMotion(frame, work->known_now, moves, stages, &work->pyramid, &held->guides.motion);
-  if (moves) {
-    const Shift shift(frame.index);
-    BlockGhosts(work->before, *held, work->known_now, shift, part, &work->blocked);
-    TakeHeld(work->before, work->known_now, work->blocked, shift, held);
-  }
-  if (!AllKnown(held->known)) {
-    FillRest(stages, work, held);
+  if (!frame.guides.id.empty()) {
+    MakeLevels(w, h, &work->id);
   }
 }
 
-}  // namespace stillray
+void StopMotion(HeldGuides* held) {
+  if (!held->motionless) {
+    for (Image1& plane : held->guides.motion.channel) {
+      plane.Fill(0.0f);
+    }
+    held->motionless = true;
+  }
+}
+
+}  // namespace
+
+void CompleteGuides(const Frame& frame, HeldGuides* held, SparseGuidesWork* work) {
+  if (!Fits(*held, frame)) {
+    *held = HeldGuides();
+  }
+  work->known_now.Resize(frame.width, frame.height);
+  const FoundPixels found = FindKnown(frame, *held, &work->known_now);
+  const bool moves = found.moves && !held->empty();
+  if (moves) {
+    std::swap(*held, work->before);
+    MakeRoom(frame, found.seen, &work->before);
+  }
+  MakeRoom(frame, found.seen, held);
+  Task task = {&frame,
+               held,
+               moves ? &work->before : nullptr,
+               work,
+               PlanesOf(frame, held),
+               {},
+               Shift(frame.index)};
+  MakeAllLevels(frame, task.planes, moves, work);
+  if (moves) {
+    task.planes_before = PlanesOf(frame, &work->before);
+    held->motionless = held->raised = false;
+    FindGhosts(task);
+    ForgetGhosts(task, GhostRadius(frame, found.count));
+    RaiseMotion(task);
+  } else {
+    StopMotion(held);
+  }
+  ParallelRows(CellRows(task), kCellBand, [&](int y0, int y1) {
+    HWY_DYNAMIC_DISPATCH(TakeCellRows)(task, y0, y1);
+  });
+  held->raised = true;
+  if (!HasHoles(held->known)) {
+    return;
+  }
+  FillLevelsOf(task);
+  ParallelRows(frame.height, kBand, [&](int y0, int y1) {
+    HWY_DYNAMIC_DISPATCH(FillRows)(task, y0, y1);
+  });
+}
+
+}  // namespace stillray::cpu
+#endif

@@ -4,12 +4,12 @@
 /// The stages of one backend, so that the pipeline is written once.
 #pragma once
 
+#include "denoise/sparse_guides.h"
 #include "denoise/stages/accumulate.h"
 #include "denoise/stages/antialias.h"
 #include "denoise/stages/atrous.h"
 #include "denoise/stages/demodulate.h"
 #include "denoise/stages/estimate_variance.h"
-#include "denoise/stages/fill_guides.h"
 #include "denoise/stages/fxaa.h"
 #include "denoise/stages/limit_history.h"
 #include "denoise/stages/merge_future.h"
@@ -23,8 +23,7 @@
 namespace stillray {
 
 struct StageTable {
-  decltype(&reference::FillHoles) fill_holes;
-  decltype(&reference::FillIds) fill_ids;
+  decltype(&reference::CompleteGuides) complete_guides;
   decltype(&reference::PrepareGuides) prepare_guides;
   decltype(&reference::Demodulate) demodulate;
   decltype(&reference::ClampFireflies) clamp_fireflies;
@@ -45,14 +44,14 @@ struct StageTable {
   decltype(&reference::Tonemap) tonemap;
 };
 
-#define STILLRAY_STAGES_OF(backend)                                                        \
-  StageTable {                                                                             \
-    &backend::FillHoles, &backend::FillIds, &backend::PrepareGuides, &backend::Demodulate, \
-        &backend::ClampFireflies, &backend::CompressLight, &backend::ExpandLight,          \
-        &backend::FindTaps, &backend::FetchHistory, &backend::CompareWithHistory,          \
-        &backend::LimitHistory, &backend::Accumulate, &backend::MergeFuture,               \
-        &backend::EstimateVariance, &backend::PrefilterVariance, &backend::Atrous,         \
-        &backend::Remodulate, &backend::Fxaa, &backend::Antialias, &backend::Tonemap       \
+#define STILLRAY_STAGES_OF(backend)                                                  \
+  StageTable {                                                                       \
+    &backend::CompleteGuides, &backend::PrepareGuides, &backend::Demodulate,         \
+        &backend::ClampFireflies, &backend::CompressLight, &backend::ExpandLight,    \
+        &backend::FindTaps, &backend::FetchHistory, &backend::CompareWithHistory,    \
+        &backend::LimitHistory, &backend::Accumulate, &backend::MergeFuture,         \
+        &backend::EstimateVariance, &backend::PrefilterVariance, &backend::Atrous,   \
+        &backend::Remodulate, &backend::Fxaa, &backend::Antialias, &backend::Tonemap \
   }
 
 inline constexpr StageTable kReferenceStages = STILLRAY_STAGES_OF(reference);

@@ -6,36 +6,57 @@
 /// is the mean of those of its nine children that are known; downward every hole gets the value of
 /// the level above at its place, interpolated. What is known stays as it is. Border: 13, 40, ...
 /// pixels, as far as the next known one. Ids are not averaged: a hole takes the id of the known
-/// pixel that stands for its cell. Reads 4 bytes per pixel of the mask, and per plane reads what is
-/// known and writes 4 bytes per hole.
+/// pixel that stands for its cell.
+///
+/// The scalar version fills plane by plane. The vector version is part of cpu::CompleteGuides
+/// (sparse_guides.h), which goes through the picture itself for all planes at once; here it has
+/// what lies above the picture. Both give the same bits.
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include "stillray/image.h"
 
 namespace stillray {
 
-/// The levels above the picture, kept between frames. Nothing in it is history.
-struct FillPyramid {
-  std::vector<Image1> known;  ///< 1 where the cell covers a known pixel, else 0
-  std::vector<Image1> value;  ///< of the plane being filled
-  std::vector<Plane<uint32_t>> id;
+/// One kind of known pixels at the levels above the picture: the first element covers 3x3 pixels.
+struct FillMask {
+  std::vector<Image1> known;    ///< 1 where the cell covers a known pixel, else 0
+  std::vector<Image1> inverse;  ///< 1 / number of known children; 0 where there are none
+
+  size_t bytes() const;
+};
+
+/// A plane at the levels above the picture, kept between frames.
+struct FillLevels {
+  std::vector<Image1> value;
+
+  size_t bytes() const;
+};
+struct FillIdLevels {
+  std::vector<Plane<uint32_t>> value;
 
   size_t bytes() const;
 };
 
 namespace reference {
-/// \param known   > 0 where the planes hold values
-/// \param planes  of the mask's size, filled in place
+/// \param known  > 0 where the plane holds values
+/// \param plane  of the mask's size, filled in place
 /// \return false, and nothing is changed, if nothing is known at all
-bool FillHoles(const Image1& known, std::span<Image1* const> planes, FillPyramid* work);
-bool FillIds(const Image1& known, Plane<uint32_t>* id, FillPyramid* work);
+bool FillHoles(const Image1& known, Image1* plane);
+bool FillIds(const Image1& known, Plane<uint32_t>* id);
 }  // namespace reference
 namespace cpu {
-bool FillHoles(const Image1& known, std::span<Image1* const> planes, FillPyramid* work);
-bool FillIds(const Image1& known, Plane<uint32_t>* id, FillPyramid* work);
+/// Makes the levels above a picture of this size, at least one, unless they are there.
+void MakeLevels(int width, int height, FillMask* mask);
+void MakeLevels(int width, int height, FillLevels* levels);
+void MakeLevels(int width, int height, FillIdLevels* levels);
+
+/// From the first level, which is given, all others.
+void RaiseMask(FillMask* mask);
+/// Fills all holes of the first level from what it knows; zero if that is nothing. Single-threaded.
+void FillLevelHoles(const FillMask& mask, FillLevels* levels);
+void FillLevelHoles(const FillMask& mask, FillIdLevels* levels);
 }  // namespace cpu
 
 }  // namespace stillray

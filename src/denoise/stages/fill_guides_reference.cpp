@@ -7,20 +7,6 @@
 
 namespace stillray {
 
-size_t FillPyramid::bytes() const {
-  size_t sum = 0;
-  for (const Image1& level : known) {
-    sum += level.bytes();
-  }
-  for (const Image1& level : value) {
-    sum += level.bytes();
-  }
-  for (const Plane<uint32_t>& level : id) {
-    sum += level.bytes();
-  }
-  return sum;
-}
-
 namespace reference {
 namespace {
 
@@ -37,8 +23,21 @@ void ForKnownChildren(const Image1& known, int x, int y, const Visit& visit) {
   }
 }
 
-int Above(int size) {
-  return (size + kPyramidFactor - 1) / kPyramidFactor;
+/// Means of the known children of each cell: sums of columns first, then of the three.
+void Raise(const Image1& known, const Image1& plane, Image1* above_known, Image1* above) {
+  for (int y = 0; y < above->height(); ++y) {
+    for (int x = 0; x < above->width(); ++x) {
+      float column[kPyramidFactor] = {};
+      float count = 0;
+      ForKnownChildren(known, x, y, [&](int qx, int qy) {
+        column[qx % kPyramidFactor] += plane(qx, qy);
+        count += 1;
+      });
+      const float sum = column[0] + column[1] + column[2];
+      (*above)(x, y) = count > 0 ? sum * (1.0f / count) : 0.0f;
+      (*above_known)(x, y) = count > 0 ? 1.0f : 0.0f;
+    }
+  }
 }
 
 /// \return false if nothing is known
@@ -46,22 +45,11 @@ bool Fill(const Image1& known, Image1* plane) {
   if (known.width() == 1 && known.height() == 1) {
     return known(0, 0) > 0;
   }
-  const int width = Above(known.width());
-  const int height = Above(known.height());
+  const int width = CellsOf(known.width());
+  const int height = CellsOf(known.height());
   Image1 above(width, height);
   Image1 above_known(width, height);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      float sum = 0;
-      float count = 0;
-      ForKnownChildren(known, x, y, [&](int qx, int qy) {
-        sum += (*plane)(qx, qy);
-        count += 1;
-      });
-      above(x, y) = count > 0 ? sum / count : 0.0f;
-      above_known(x, y) = count > 0 ? 1.0f : 0.0f;
-    }
-  }
+  Raise(known, *plane, &above_known, &above);
   if (!Fill(above_known, &above)) {
     return false;
   }
@@ -87,7 +75,7 @@ bool FillId(const Image1& known, Plane<uint32_t>* id) {
   if (known.width() == 1 && known.height() == 1) {
     return known(0, 0) > 0;
   }
-  Plane<uint32_t> above(Above(known.width()), Above(known.height()));
+  Plane<uint32_t> above(CellsOf(known.width()), CellsOf(known.height()));
   Image1 above_known(above.width(), above.height());
   for (int y = 0; y < above.height(); ++y) {
     for (int x = 0; x < above.width(); ++x) {
@@ -114,12 +102,11 @@ bool FillId(const Image1& known, Plane<uint32_t>* id) {
 
 }  // namespace
 
-bool FillHoles(const Image1& known, std::span<Image1* const> planes, FillPyramid*) {
-  return std::all_of(planes.begin(), planes.end(),
-                     [&](Image1* plane) { return Fill(known, plane); });
+bool FillHoles(const Image1& known, Image1* plane) {
+  return Fill(known, plane);
 }
 
-bool FillIds(const Image1& known, Plane<uint32_t>* id, FillPyramid*) {
+bool FillIds(const Image1& known, Plane<uint32_t>* id) {
   return FillId(known, id);
 }
 

@@ -13,6 +13,11 @@ SHARED_BEGIN
 
 const int kPyramidFactor = 3;
 
+// Size of the level above one of this size.
+SHARED_FN int CellsOf(int size) {
+  return (size + kPyramidFactor - 1) / kPyramidFactor;
+}
+
 // The level above is read at (x + 1/2) / 3 - 1/2: between the cell before the parent and the parent
 // for the first of three children, at the parent for the second, after it for the third.
 SHARED_FN int FirstParent(int x) {
