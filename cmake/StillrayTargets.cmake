@@ -25,6 +25,12 @@ if(STILLRAY_SANITIZE)
   target_link_options(stillray_options INTERFACE -fsanitize=${STILLRAY_SANITIZE})
 endif()
 
+# Instruction sets that vector code is compiled for, one definition for all of its targets. x86
+# machines have the baseline, AVX2 or AVX-512; the steps between them only cost build time. Vectors of
+# SVE have no size that a struct could hold: ARM machines run NEON.
+set(STILLRAY_HWY_TARGETS
+  "HWY_DISABLED_TARGETS=(HWY_SSSE3|HWY_SSE4|HWY_AVX3_DL|HWY_SVE|HWY_SVE2|HWY_SVE_256|HWY_SVE2_128)")
+
 # stillray_add_module(<name> SOURCES ... [PUBLIC targets...] [PRIVATE targets...])
 # Declares the static library stillray_<name> with the alias stillray::<name>.
 function(stillray_add_module name)

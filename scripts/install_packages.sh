@@ -16,7 +16,7 @@ build_packages=(
 )
 test_packages=(
   libgtest-dev libgmock-dev python3 chromium chromium-driver
-  clang clang-format libclang-rt-14-dev
+  clang clang-format libclang-rt-14-dev g++-aarch64-linux-gnu
   xvfb xdotool libgl1-mesa-dri
 )
 

@@ -25,7 +25,7 @@ inline double RoundedMs(double milliseconds) {
 inline nlohmann::ordered_json StagesJson(const std::vector<StageTime>& stages) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
   for (const StageTime& stage : stages) {
-    json[stage.name] = RoundedMs(stage.milliseconds);
+    json[std::string(stage.name)] = RoundedMs(stage.milliseconds);
   }
   return json;
 }
@@ -60,7 +60,7 @@ std::string StageRows(const FrameLogs& frames) {
                                    [&](const StageTime& s) { return s.name == stage.name; });
       values.push_back(at == frame.stages.end() ? 0.0 : at->milliseconds);
     }
-    rows += TimingsRow("  " + stage.name, values);
+    rows += TimingsRow("  " + std::string(stage.name), values);
   }
   return rows;
 }

@@ -109,21 +109,14 @@ void Denoiser::Impl::Allocate(int width, int height, size_t groups) {
 void Denoiser::Impl::AdvanceFeedback() {
   double arrived = 1;
   if (!frame->samples.empty()) {
-    std::vector<double> rows(static_cast<size_t>(frame->height));
-    ParallelRows(frame->height, 32, [&](int y0, int y1) {
-      for (int y = y0; y < y1; ++y) {
-        const float* row = frame->samples.Row(y);
-        double sum = 0;
-        for (int x = 0; x < frame->width; ++x) {
-          sum += row[x] > 0 && std::isfinite(row[x]) ? static_cast<double>(row[x]) : 0.0;
-        }
-        rows[static_cast<size_t>(y)] = sum;
+    arrived = Mean([&](int y) {
+      const float* row = frame->samples.Row(y);
+      double sum = 0;
+      for (int x = 0; x < frame->width; ++x) {
+        sum += row[x] > 0 && std::isfinite(row[x]) ? static_cast<double>(row[x]) : 0.0;
       }
+      return sum;
     });
-    arrived = 0;
-    for (const double row : rows) {
-      arrived += row / (static_cast<double>(frame->width) * frame->height);
-    }
   }
   samples_per_pixel = static_cast<float>(arrived);
   state.feedback_progress =
@@ -226,7 +219,12 @@ Result<Denoiser> Denoiser::Create(const Settings& settings, Backend backend) {
 
 Status Denoiser::Impl::Begin(const Frame& next_frame, DenoisedFrame* result) {
   STILLRAY_RETURN_IF_ERROR(CheckFrame(next_frame, settings));
-  groups = GroupsOf(settings.signals, HasTransmission(next_frame));
+  const bool transmission = HasTransmission(next_frame);
+  if (groups.empty() || transmission != groups_have_transmission || grouping != settings.signals) {
+    groups = GroupsOf(settings.signals, transmission);
+    groups_have_transmission = transmission;
+    grouping = settings.signals;
+  }
   Allocate(next_frame.width, next_frame.height, groups.size());
   frame = &next_frame;
   guides = &next_frame.guides;
@@ -414,7 +412,7 @@ void Denoiser::Reset() {
 
 size_t Denoiser::Impl::WorkBytes() const {
   size_t sum = taps.bytes() + light.bytes() + fetched.bytes() + limit.bytes() + scratch.bytes() +
-               picture.bytes() + sparse.bytes();
+               picture.bytes() + sparse.bytes() + firefly_work.bytes();
   for (const SignalHistory& signal : merged) {
     sum += signal.bytes();
   }

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/parallel.h"
 #include "denoise/denoiser_state.h"
 #include "denoise/signal_groups.h"
 #include "denoise/stage_table.h"
@@ -73,6 +74,7 @@ struct Denoiser::Impl {
   std::vector<WaveletPlanes> wavelet;  ///< of every signal
   Image1 limit;
   Image3 scratch;
+  Image1 firefly_work;  ///< empty unless fireflies are clamped
   Image3 picture;
 
   SparseGuidesWork sparse;
@@ -87,7 +89,10 @@ struct Denoiser::Impl {
   float feedback_phase = 1;  ///< weight of history with the last feedback in what is filtered
   bool keeps_past = false;   ///< what the past alone knows is wanted (light of the future)
   bool feeds_back = false;   ///< whether this frame's filtered light becomes history
-  std::vector<SignalGroup> groups;
+  std::vector<SignalGroup> groups;  ///< of frames with or without transmission, as it says
+  bool groups_have_transmission = false;
+  SignalGrouping grouping = SignalGrouping::kSplit;
+  std::vector<double> row_sums;
   const Frame* frame = nullptr;
   DenoisedFrame* out = nullptr;
 
@@ -129,14 +134,33 @@ struct Denoiser::Impl {
   bool Wants(const std::string& name) const {
     return std::find(outputs.begin(), outputs.end(), name) != outputs.end();
   }
+  /// Mean over the picture of what `sum_of_row(y)` adds up, in double precision and one order.
+  template <typename SumOfRow>
+  double Mean(const SumOfRow& sum_of_row);
+  float MeanLuminance(const Image3& light);
   /// The composite picture called `name` among the outputs, made on first use.
   Image3* Composite(const std::string& name);
-  void KeepPlane(const std::string& kind, const SignalGroup& group, const Image1& plane);
-  void KeepImage(const std::string& kind, const SignalGroup& group, const Image3& image);
+  void KeepPlane(const char* kind, const SignalGroup& group, const Image1& plane);
+  void KeepImage(const char* kind, const SignalGroup& group, const Image3& image);
   size_t WorkBytes() const;
 
   // Composites of several signals while a frame is in progress.
   std::vector<std::pair<std::string, Image3>> composites;
 };
+
+template <typename SumOfRow>
+double Denoiser::Impl::Mean(const SumOfRow& sum_of_row) {
+  row_sums.resize(static_cast<size_t>(state.height));
+  ParallelRows(state.height, 16, [&](int y0, int y1) {
+    for (int y = y0; y < y1; ++y) {
+      row_sums[static_cast<size_t>(y)] = sum_of_row(y);
+    }
+  });
+  double total = 0;
+  for (const double sum : row_sums) {
+    total += sum;
+  }
+  return total / (static_cast<double>(state.width) * state.height);
+}
 
 }  // namespace stillray

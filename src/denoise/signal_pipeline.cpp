@@ -18,27 +18,6 @@
 namespace stillray {
 namespace {
 
-/// Mean luminance of light in double precision, rows added in order; a small positive number for
-/// black light.
-float MeanLuminance(const Image3& image) {
-  std::vector<double> rows(static_cast<size_t>(image.height()));
-  ParallelRows(image.height(), 8, [&](int y0, int y1) {
-    for (int y = y0; y < y1; ++y) {
-      double sum = 0;
-      for (int x = 0; x < image.width(); ++x) {
-        sum += static_cast<double>(image[0](x, y));
-      }
-      rows[static_cast<size_t>(y)] = sum;
-    }
-  });
-  double total = 0;
-  for (const double row : rows) {
-    total += row;
-  }
-  const double mean = total / (static_cast<double>(image.width()) * image.height());
-  return static_cast<float>(std::max(mean, 1e-20));
-}
-
 EdgeStopping EdgesOf(const Settings& s) {
   EdgeStopping edges;
   edges.sigma_n = s.sigma_n;
@@ -113,6 +92,19 @@ void CopyImage(const Image3& from, Image3* to) {
   });
 }
 
+/// A small positive number for black light.
+float Denoiser::Impl::MeanLuminance(const Image3& light_in) {
+  const double mean = Mean([&](int y) {
+    const float* row = light_in[0].Row(y);
+    double sum = 0;
+    for (int x = 0; x < state.width; ++x) {
+      sum += static_cast<double>(row[x]);
+    }
+    return sum;
+  });
+  return static_cast<float>(std::max(mean, 1e-20));
+}
+
 Image3* Denoiser::Impl::Composite(const std::string& name) {
   for (auto& [known, image] : composites) {
     if (known == name) {
@@ -123,9 +115,11 @@ Image3* Denoiser::Impl::Composite(const std::string& name) {
   return &composites.back().second;
 }
 
-void Denoiser::Impl::KeepPlane(const std::string& kind, const SignalGroup& group,
-                               const Image1& plane) {
-  const std::string name = kind + "." + group.name;
+void Denoiser::Impl::KeepPlane(const char* kind, const SignalGroup& group, const Image1& plane) {
+  if (outputs.empty()) {
+    return;
+  }
+  const std::string name = fmt::format("{}.{}", kind, group.name);
   if (Wants(name)) {
     Image1 copy(state.width, state.height);
     for (int y = 0; y < state.height; ++y) {
@@ -135,9 +129,11 @@ void Denoiser::Impl::KeepPlane(const std::string& kind, const SignalGroup& group
   }
 }
 
-void Denoiser::Impl::KeepImage(const std::string& kind, const SignalGroup& group,
-                               const Image3& image) {
-  const std::string name = kind + "." + group.name;
+void Denoiser::Impl::KeepImage(const char* kind, const SignalGroup& group, const Image3& image) {
+  if (outputs.empty()) {
+    return;
+  }
+  const std::string name = fmt::format("{}.{}", kind, group.name);
   if (Wants(name)) {
     Image3 copy(state.width, state.height);
     const SignalLight light_out = {&image, AlbedoSum()};
@@ -282,7 +278,7 @@ void Denoiser::Impl::RunLevel(int level) {
 
 /// What is wanted of a level's output besides the next level.
 void Denoiser::Impl::KeepLevel(int level) {
-  const std::string name = fmt::format("atrous{}", level + 1);
+  const std::string name = outputs.empty() ? "" : fmt::format("atrous{}", level + 1);
   const bool wanted = Wants(name);
   for (size_t i = 0; i < groups.size(); ++i) {
     WaveletPlanes& planes = wavelet[i];
@@ -331,7 +327,7 @@ bool Denoiser::Impl::GatherLight(size_t signal, const SignalHistory& history) {
   if (settings.firefly != Firefly::kOff) {
     const StageTimer timer(&out->timings, "suppress_fireflies");
     if (settings.firefly == Firefly::kClamp) {
-      stages->clamp_fireflies(light.colour, light.samples, &scratch);
+      stages->clamp_fireflies(light.colour, light.samples, &firefly_work, &scratch);
       std::swap(light.colour, scratch);
     } else {
       stages->compress_light(&light.colour);

@@ -88,10 +88,13 @@ HWY_EXPORT(PresentLuminanceRows);
 HWY_EXPORT(ClampFireflyRows);
 HWY_EXPORT(ScaleRows);
 
-void ClampFireflies(const Image3& in, const Image1& samples, Image3* out) {
-  Image1 luminance(in.width(), in.height(), 1);
-  for (int y = -1; y <= in.height(); ++y) {
-    std::fill_n(luminance.Row(y) - 1, in.width() + 2, -1.0f);
+void ClampFireflies(const Image3& in, const Image1& samples, Image1* work, Image3* out) {
+  Image1& luminance = *work;
+  if (luminance.width() != in.width() || luminance.height() != in.height()) {
+    luminance = Image1(in.width(), in.height(), 1);
+    for (int y = -1; y <= in.height(); ++y) {
+      std::fill_n(luminance.Row(y) - 1, in.width() + 2, -1.0f);
+    }
   }
   ParallelRows(in.height(), 32, [&](int y0, int y1) {
     HWY_DYNAMIC_DISPATCH(PresentLuminanceRows)(in, samples, y0, y1, &luminance);

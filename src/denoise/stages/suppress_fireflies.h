@@ -13,13 +13,14 @@
 
 namespace stillray {
 
+/// \param work  room for ClampFireflies, made on first use
 namespace reference {
-void ClampFireflies(const Image3& in, const Image1& samples, Image3* out);
+void ClampFireflies(const Image3& in, const Image1& samples, Image1* work, Image3* out);
 void CompressLight(Image3* colour);
 void ExpandLight(Image3* colour);
 }  // namespace reference
 namespace cpu {
-void ClampFireflies(const Image3& in, const Image1& samples, Image3* out);
+void ClampFireflies(const Image3& in, const Image1& samples, Image1* work, Image3* out);
 void CompressLight(Image3* colour);
 void ExpandLight(Image3* colour);
 }  // namespace cpu

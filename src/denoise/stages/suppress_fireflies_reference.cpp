@@ -37,7 +37,7 @@ void Scale(Image3* colour, float (*scale)(float)) {
 
 }  // namespace
 
-void ClampFireflies(const Image3& in, const Image1& samples, Image3* out) {
+void ClampFireflies(const Image3& in, const Image1& samples, Image1*, Image3* out) {
   for (int y = 0; y < in.height(); ++y) {
     for (int x = 0; x < in.width(); ++x) {
       const float own = in[0](x, y);

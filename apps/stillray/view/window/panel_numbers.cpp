@@ -99,7 +99,7 @@ void DrawTimePanel(const ViewerState& state) {
   ColouredTime(kFilterColour, "filter", f.cost.filter_ms);
   if (ImGui::BeginTable("stages", 2, kTable)) {
     for (const StageTime& stage : f.stages) {
-      Row(stage.name.c_str(), fmt::format("{:.2f} ms", stage.milliseconds));
+      Row(std::string(stage.name).c_str(), fmt::format("{:.2f} ms", stage.milliseconds));
     }
     Row("memory: scene", Megabytes(f.memory.scene));
     Row("memory: denoiser", Megabytes(f.memory.denoiser));
