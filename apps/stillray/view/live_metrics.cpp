@@ -5,6 +5,7 @@
 #include <tbb/task_arena.h>
 
 #include "stillray/quality.h"
+#include "view/background.h"
 
 namespace stillray::view {
 
@@ -43,6 +44,7 @@ void LiveMetrics::Forget() {
 }
 
 void LiveMetrics::Run() {
+  const BackgroundWork background;
   // One thread's worth of the machine: frames come first.
   tbb::task_arena arena(1);
   while (true) {

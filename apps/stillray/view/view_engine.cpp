@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "view/background.h"
 #include "view/split.h"
 
 namespace stillray::view {
@@ -130,6 +131,7 @@ void ViewEngine::AddJob(Job job) {
 }
 
 void ViewEngine::LoadLoop() {
+  const BackgroundWork background;
   while (true) {
     SceneRequest request;
     ViewSettings settings;
@@ -187,6 +189,7 @@ bool ViewEngine::WaitForWork() {
 }
 
 void ViewEngine::WorkLoop() {
+  const BackgroundWork background;
   while (WaitForWork()) {
     TakeLoadedScene();
     RunJobs();

@@ -68,12 +68,14 @@ bool DrawInterface(double now, double elapsed, PaneTextures* textures, ViewEngin
   return flying || state->flight || state->load.loading || state->dragged_divider >= 0;
 }
 
-/// How long the window's own frames took: what a user feels as a freeze.
+/// How long the window's own frames took, and how long it did not look at its events: what a user
+/// feels as a freeze.
 struct InterfaceTimes {
   int64_t frames = 0;
   int64_t pictures = 0;  ///< of the engine, shown
   double slowest_ms = 0;
   double sum_ms = 0;
+  double longest_gap_ms = 0;  ///< between two looks at the events
 
   void Add(double ms) {
     ++frames;
@@ -84,10 +86,11 @@ struct InterfaceTimes {
 
 Status WriteReport(const std::string& path, const InterfaceTimes& times) {
   const std::string text = fmt::format(
-      "{{\"interface_frames\": {}, \"pictures\": {}, \"slowest_ms\": {:.2f}, \"mean_ms\": "
-      "{:.2f}}}\n",
+      "{{\"interface_frames\": {}, \"pictures\": {}, \"slowest_ms\": {:.2f}, \"mean_ms\": {:.2f}, "
+      "\"longest_gap_ms\": {:.2f}}}\n",
       times.frames, times.pictures, times.slowest_ms,
-      times.frames > 0 ? times.sum_ms / static_cast<double>(times.frames) : 0.0);
+      times.frames > 0 ? times.sum_ms / static_cast<double>(times.frames) : 0.0,
+      times.longest_gap_ms);
   return WriteFileAtomically(path, text.data(), text.size());
 }
 
@@ -102,19 +105,23 @@ void DrawFrame(double now, double elapsed, bool* lively, GlWindow* window, PaneT
   window->EndFrame();
 }
 
-InterfaceTimes Loop(GlWindow* window, std::atomic<bool>* news, ViewEngine* engine,
+/// \param watch  look at events often even where nothing is to be drawn, so that gaps are seen
+InterfaceTimes Loop(bool watch, GlWindow* window, std::atomic<bool>* news, ViewEngine* engine,
                     ViewerState* state) {
   PaneTextures textures;
   double last = Now();
+  double looked = last;
   bool lively = true;
   int frames_due = kFramesAfterInput;
   uint64_t titled = 0;
   InterfaceTimes times;
   while (!window->should_close() && !state->quit && !Interrupted()) {
     const bool soon = lively || frames_due > 0;
-    frames_due = window->WaitForEvents(soon ? kLivelySeconds : kIdleSeconds) ? kFramesAfterInput
-                                                                             : frames_due;
+    const double patience = soon || watch ? kLivelySeconds : kIdleSeconds;
+    frames_due = window->WaitForEvents(patience) ? kFramesAfterInput : frames_due;
     double now = Now();
+    times.longest_gap_ms = std::max(times.longest_gap_ms, (now - looked) * 1e3);
+    looked = now;
     if (!soon && frames_due == 0 && !*news && now - last < kIdleSeconds) {
       continue;
     }
@@ -161,7 +168,7 @@ Status RunViewer(const ViewOptions& options) {
     GlWindow::Wake();
   });
   engine.Open(options.request);
-  const InterfaceTimes times = Loop(window->get(), &news, &engine, &state);
+  const InterfaceTimes times = Loop(!options.report.empty(), window->get(), &news, &engine, &state);
   return options.report.empty() ? Status::Ok() : WriteReport(options.report, times);
 }
 
