@@ -92,6 +92,14 @@ class Display:
         subprocess.run(["xdotool", *map(str, arguments)], env=self.environment, check=True,
                        stdout=subprocess.DEVNULL, timeout=60)
 
+    def show(self, window):
+        """To the corner, with the keyboard: without a window manager nobody else gives it that."""
+        self.do("windowmove", window, 0, 0)
+        # On a busy machine it takes a while until a new window can have it.
+        until("a window that takes the keyboard", lambda: subprocess.run(
+            ["xdotool", "windowfocus", window], env=self.environment, stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL).returncode == 0)
+
     def key(self, name):
         # As long as a finger: a key that is up again before the window looks was never down.
         self.do("keydown", name, "sleep", "0.12", "keyup", name)

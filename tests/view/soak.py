@@ -63,8 +63,7 @@ def main():
         window = subprocess.run(["xdotool", "search", "--name", "stillray"],
                                 env=display.environment, capture_output=True, text=True,
                                 check=True).stdout.split()[0]
-        display.do("windowmove", window, 0, 0)
-        display.do("windowfocus", window)
+        display.show(window)
         began = time.monotonic()
         early = None
         peak = 0

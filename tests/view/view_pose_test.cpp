@@ -167,6 +167,32 @@ TEST(ViewPose, FocusOnTurnsToThePointThatWasClicked) {
   ExpectNear(focused.position, pose.position, 0);
 }
 
+TEST(ViewPose, OrbitAroundLeavesTheCameraAndTurnsAroundThePoint) {
+  ViewPose pose;
+  pose.position = vec3(1, 2, 3);
+  pose.yaw = 0.7f;
+  pose.pitch = -0.2f;
+  pose.roll = 0.1f;
+  const ViewPose around = OrbitAround(pose, 0.8f, 0.3f, 1.5f, 4.0f);
+  EXPECT_EQ(around.position, pose.position);
+  EXPECT_EQ(around.Forward(), pose.Forward());
+  EXPECT_FLOAT_EQ(around.distance, 4);
+  // 0.3 of the width right of the middle, 0.2 of the height above it, at depth 4.
+  const float half = std::tan(pose.yfov / 2) * 4;
+  const vec3 offset = around.Focus() - pose.position;
+  EXPECT_NEAR(dot(offset, pose.Forward()), 4, 1e-5);
+  EXPECT_NEAR(dot(offset, pose.Right()), 0.6f * half * 1.5f, 1e-5);
+  EXPECT_NEAR(dot(offset, pose.Up()), 0.4f * half, 1e-5);
+  for (const ViewPose& moved : {Orbit(around, 0.5f, 0.2f), Dolly(around, 3), Dolly(around, -2)}) {
+    EXPECT_LT(glm::length(moved.Focus() - around.Focus()), 1e-5f);
+    // The point stays where it is in the picture.
+    EXPECT_NEAR(moved.aside.x / moved.distance, around.aside.x / around.distance, 1e-6);
+    EXPECT_NEAR(moved.aside.y / moved.distance, around.aside.y / around.distance, 1e-6);
+  }
+  EXPECT_EQ(OrbitAround(pose, 0.5f, 0.5f, 1, 0), pose);
+  EXPECT_EQ(OrbitAround(pose, 0.5f, 0.5f, 1, INFINITY), pose);
+}
+
 TEST(ViewPose, FocusOnNothingChangesNothing) {
   EXPECT_EQ(FocusOn(SomePose(), 0.5f, 0.5f, 1, 0), SomePose());
   EXPECT_EQ(FocusOn(SomePose(), 0.5f, 0.5f, 1, INFINITY), SomePose());

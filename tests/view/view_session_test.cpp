@@ -30,8 +30,8 @@ ViewSettings SmallSettings() {
 }
 
 ViewSession Open(const std::string& scene) {
-  return ViewSession(
-      std::move(LoadForView({scene, ""}, SmallSettings(), [](const std::string&) {}).value()));
+  return ViewSession(std::move(
+      LoadForView({scene, ""}, SmallSettings(), [](const LoadPhase&) { return true; }).value()));
 }
 
 ViewFrame Next(const ViewSettings& settings, ViewSession* session) {
@@ -178,6 +178,112 @@ TEST(ViewSession, TimePassesSeeksAndWraps) {
   EXPECT_NEAR(Next(settings, &session).seconds, first.length - 0.1, 1e-9);
 }
 
+TEST(ViewSession, LightsMoveAtASpeedOfTheirOwn) {
+  ViewSession session = Open("builtin:lights");
+  EXPECT_TRUE(session.has_moving_lights());
+  ViewSettings settings = SmallSettings();
+  settings.width = 48;
+  settings.height = 32;
+  settings.playing = true;
+  settings.fps = 10;
+  settings.speed = 0;
+  settings.light_speed = 2;
+  const ViewFrame first = Next(settings, &session);
+  const ViewFrame second = Next(settings, &session);
+  EXPECT_EQ(second.seconds, 0);
+  EXPECT_NEAR(second.light_seconds, 0.2, 1e-9);
+  EXPECT_FALSE(second.still);
+  EXPECT_EQ(second.pose, first.pose) << "the file's camera belongs to the rest";
+  settings.speed = 1;
+  settings.light_speed.reset();
+  settings.seek = 1;
+  settings.seek_seconds = 1;
+  const ViewFrame both = Next(settings, &session);
+  EXPECT_EQ(both.seconds, 1);
+  EXPECT_EQ(both.light_seconds, 1);
+}
+
+/// What moves with which clock, seen from one place: surfaces by their depth, light by the picture.
+TEST(ViewSession, EachClockMovesItsOwn) {
+  struct Seen {
+    Image1 depth;
+    Image3 light;
+  };
+  const auto after_a_second = [](double speed, double light_speed) {
+    ViewSession session = Open("builtin:lights");
+    ViewSettings settings = SmallSettings();
+    settings.denoise.temporal = false;
+    settings.denoise.antialias = Antialias::kOff;
+    settings.rate = {4, 1};
+    settings.pose = Next(settings, &session).pose;
+    settings.free_camera = true;
+    settings.playing = true;
+    settings.fps = 1;
+    settings.speed = speed;
+    settings.light_speed = light_speed;
+    Next(settings, &session);
+    return Seen{session.Values("depth").value()[0], session.noisy()};
+  };
+  const auto moved_pixels = [](const Image1& a, const Image1& b) {
+    int count = 0;
+    for (int y = 0; y < a.height(); ++y) {
+      for (int x = 0; x < a.width(); ++x) {
+        count += std::abs(a(x, y) - b(x, y)) > 0.01f * b(x, y) ? 1 : 0;
+      }
+    }
+    return count;
+  };
+  const auto unlike = [](const Image3& a, const Image3& b) {
+    return CompareImages(a, b, false).value().rel_mse;
+  };
+  const Seen still = after_a_second(0, 0);
+  const Seen lights = after_a_second(0, 1);
+  const Seen objects = after_a_second(1, 0);
+  const Seen both = after_a_second(1, 1);
+  // The same random numbers: pictures differ by what has moved, and by that alone.
+  EXPECT_GT(unlike(lights.light, still.light), 1e-3);
+  EXPECT_GT(unlike(both.light, objects.light), 1e-3);
+  EXPECT_GT(moved_pixels(objects.depth, still.depth), 60);
+  EXPECT_LT(moved_pixels(lights.depth, still.depth), moved_pixels(objects.depth, still.depth) / 4);
+  EXPECT_LT(moved_pixels(both.depth, objects.depth), moved_pixels(both.depth, still.depth) / 4);
+}
+
+TEST(ViewSession, FilledGuidesHaveNoHoles) {
+  ViewSession session = Open("builtin:cornell");
+  ViewSettings settings = SmallSettings();
+  settings.rate = {1, 16};
+  settings.sparse_guides = true;
+  settings.panes = {"filled.depth", "filled.normal", "depth"};
+  for (int n = 0; n < 20; ++n) {
+    Next(settings, &session);
+    const Image1 filled = session.Values("filled.depth").value()[0];
+    const Image1 raw = session.Values("depth").value()[0];
+    int holes = 0;
+    for (int y = 0; y < raw.height(); ++y) {
+      for (int x = 0; x < raw.width(); ++x) {
+        holes += raw(x, y) == 0 ? 1 : 0;
+        ASSERT_GT(filled(x, y), 0) << x << " " << y << " in frame " << n;
+        ASSERT_TRUE(raw(x, y) == 0 || raw(x, y) == filled(x, y)) << "what is known stays";
+      }
+    }
+    EXPECT_GT(holes, raw.width() * raw.height() * 3 / 4);
+  }
+  // With guides everywhere both are the same.
+  settings.sparse_guides = false;
+  Next(settings, &session);
+  EXPECT_EQ(session.Values("filled.depth").value()[0](10, 10),
+            session.Values("depth").value()[0](10, 10));
+}
+
+TEST(ViewSession, ChoosingWhatToOrbitAroundMovesNothing) {
+  ViewSession session = Open("builtin:cornell");
+  ViewSettings settings = SmallSettings();
+  const ViewFrame first = Next(settings, &session);
+  settings.free_camera = true;
+  settings.pose = OrbitAround(first.pose, 0.2f, 0.3f, 1.5f, 2.0f);
+  EXPECT_TRUE(Next(settings, &session).still);
+}
+
 TEST(ViewSession, ResizingGoesOnAtTheNewSize) {
   ViewSession session = Open("builtin:cornell");
   ViewSettings settings = SmallSettings();
@@ -258,7 +364,7 @@ TEST(ViewSession, AdaptsItsRateToTheTarget) {
 }
 
 TEST(LoadForView, NamesWhatIsWrong) {
-  const auto quiet = [](const std::string&) {};
+  const auto quiet = [](const LoadPhase&) { return true; };
   EXPECT_EQ(LoadForView({"no/such.glb", ""}, SmallSettings(), quiet).status().code(),
             StatusCode::kNotFound);
   const Result<LoadedScene> bad =

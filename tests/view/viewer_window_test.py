@@ -26,12 +26,10 @@ class Viewer:
              "--bounces", "1", "--report", self.report],
             env=display.environment, stderr=subprocess.PIPE, cwd=folder)
         display.do("search", "--sync", "--name", "stillray")
-        # Without a window manager nobody gives the window the keyboard.
         self.window = subprocess.run(["xdotool", "search", "--name", "stillray"], check=True,
                                      env=display.environment, capture_output=True,
                                      text=True).stdout.split()[0]
-        display.do("windowmove", self.window, 0, 0)
-        display.do("windowfocus", self.window)
+        display.show(self.window)
         display.do("mousemove", 300, 300)
 
     def check_alive(self):
@@ -77,6 +75,19 @@ def test_flies(display, viewer):
     time.sleep(0.6)
     display.do("keyup", "w")
     assert difference(before, settled(display, PICTURE), PICTURE) > 4
+    display.key("Home")
+    settled(display, PICTURE)
+
+
+def test_orbits_around_what_is_clicked(display, viewer):
+    before = settled(display, PICTURE)
+    display.do("mousemove", 150, 200, "sleep", "0.1", "click", 1)
+    time.sleep(0.5)
+    mark = (140, 190, 160, 210)
+    assert difference(before, display.screen(), mark) > 5, "the place is marked"
+    time.sleep(2)
+    rest = settled(display, PICTURE)
+    assert difference(before, rest, PICTURE) < 4, "the camera stays"
     display.key("Home")
     settled(display, PICTURE)
 
@@ -156,7 +167,10 @@ def test_quits(display, viewer):
         report = json.load(file)
     print(report)
     assert report["pictures"] > 10
-    assert report["slowest_ms"] < 1000, report
+    assert report["slowest_ms"] < 300, report
+    assert report["longest_gap_ms"] < 300, report
+    assert report["answers"] > 5, report
+    assert report["most_frames_to_answer"] <= 2, report
 
 
 def main():
@@ -165,7 +179,8 @@ def main():
     with tempfile.TemporaryDirectory() as folder, Display() as display:
         viewer = Viewer(display, program, folder)
         try:
-            for test in (test_shows_a_picture, test_orbits, test_flies, test_divides,
+            for test in (test_shows_a_picture, test_orbits, test_flies,
+                         test_orbits_around_what_is_clicked, test_divides,
                          test_changes_the_preset):
                 print(test.__name__, flush=True)
                 test(display, viewer)

@@ -47,12 +47,16 @@ TEST(Views, NamesAreUniqueAndCoverEveryOutput) {
 
 /// Every view of a moving scene shows something, and no two of them the same.
 TEST(Views, EveryViewShowsItsOwnPicture) {
-  ViewSession session(std::move(
-      LoadForView({"builtin:lights", ""}, SmallSettings(), [](const std::string&) {}).value()));
+  ViewSession session(
+      std::move(LoadForView({"builtin:lights", ""}, SmallSettings(), [](const LoadPhase&) {
+                  return true;
+                }).value()));
   ViewSettings settings = SmallSettings();
   std::set<std::string> pictures;
   // Nothing of this scene is known to be dark but these.
   const std::set<std::string> may_be_dark = {"disocclusion", "background", "emission"};
+  // Frames with guides everywhere have nothing to fill.
+  const std::string same = "filled.";
   for (const ViewInfo& view : ListViews(settings.denoise)) {
     settings.panes = {view.name};
     ViewFrame frame;
@@ -65,7 +69,8 @@ TEST(Views, EveryViewShowsItsOwnPicture) {
     const std::set<uint8_t> values(pixels.begin(), pixels.end());
     if (may_be_dark.count(view.name) == 0 && view.name != "reference" && view.name != "samples") {
       EXPECT_GT(values.size(), 3u) << view.name;
-      EXPECT_TRUE(pictures.insert(std::string(pixels.begin(), pixels.end())).second)
+      EXPECT_TRUE(view.name.starts_with(same) ||
+                  pictures.insert(std::string(pixels.begin(), pixels.end())).second)
           << view.name << " shows what another one shows";
     }
   }
@@ -91,8 +96,10 @@ TEST(Views, WhatIsNotThereIsGreyAndHasNoValues) {
 }
 
 TEST(Views, ValuesAtAPixelAreThoseOfThePlanes) {
-  ViewSession session(std::move(
-      LoadForView({"builtin:cornell", ""}, SmallSettings(), [](const std::string&) {}).value()));
+  ViewSession session(
+      std::move(LoadForView({"builtin:cornell", ""}, SmallSettings(), [](const LoadPhase&) {
+                  return true;
+                }).value()));
   ViewSettings settings = SmallSettings();
   settings.inspect = true;
   settings.inspect_x = 0.3f;

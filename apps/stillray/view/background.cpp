@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "view/background.h"
 
+#include <algorithm>
+
 #ifdef __linux__
 #include <sys/resource.h>
 #include <sys/syscall.h>
@@ -15,12 +17,15 @@ namespace {
 
 void LowerPriority() {
 #ifdef __linux__
-  // Linux gives each thread its own nice value. At 5 it gets a third of what a thread at 0 gets
-  // while both want the same processor, and all of it otherwise.
-  constexpr int kNice = 5;
-  const auto thread = static_cast<id_t>(syscall(SYS_gettid));
-  if (getpriority(PRIO_PROCESS, thread) < kNice) {
-    setpriority(PRIO_PROCESS, thread, kNice);
+  // Linux gives each thread a nice value of its own. Ten steps: a ninth of what a thread of the
+  // interface gets while both want the same processor, and all of it otherwise.
+  constexpr int kSteps = 10;
+  constexpr int kLast = 19;
+  thread_local bool lowered = false;
+  if (!lowered) {
+    lowered = true;
+    const auto thread = static_cast<id_t>(syscall(SYS_gettid));
+    setpriority(PRIO_PROCESS, thread, std::min(getpriority(PRIO_PROCESS, thread) + kSteps, kLast));
   }
 #endif
 }
@@ -29,10 +34,8 @@ void LowerPriority() {
 
 struct BackgroundWork::Observer : tbb::task_scheduler_observer {
   void on_scheduler_entry(bool is_worker) override {
-    thread_local bool lowered = false;
-    if (is_worker && !lowered) {
+    if (is_worker) {
       LowerPriority();
-      lowered = true;
     }
   }
 };

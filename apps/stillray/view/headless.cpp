@@ -54,8 +54,9 @@ Status RunHeadless(const ViewOptions& options) {
   if (!options.folder.empty()) {
     STILLRAY_RETURN_IF_ERROR(MakeFolder(options.folder));
   }
-  Result<LoadedScene> loaded =
-      LoadForView(options.request, options.settings, [](const std::string&) {});
+  CatchInterrupts();
+  Result<LoadedScene> loaded = LoadForView(options.request, options.settings,
+                                           [](const LoadPhase&) { return !Interrupted(); });
   if (!loaded.ok()) {
     return loaded.status();
   }
@@ -68,7 +69,6 @@ Status RunHeadless(const ViewOptions& options) {
   for (const std::string& warning : session.scene().warnings) {
     fmt::print(stderr, "note: {}\n", warning);
   }
-  CatchInterrupts();
   const RenderProgress keep_going = [](double) { return !Interrupted(); };
   ViewFrame frame;
   std::vector<FrameCost> costs;

@@ -5,10 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <vector>
 
 #include <fmt/format.h>
 
 #include "stillray/io.h"
+#include "view/scene_outline.h"
 
 namespace stillray::view {
 namespace {
@@ -35,6 +38,46 @@ Status AddEnvironment(const std::string& path, Scene* scene) {
   return Status::Ok();
 }
 
+/// Tells of the phases of one scene, and whether to go on.
+class Phases {
+ public:
+  Phases(int steps, const LoadReport& report) : steps_(steps), report_(report) {}
+
+  Status Begin(const std::string& what) { return Tell({what, step_++, steps_, -1}); }
+  Status At(const std::string& what, double fraction) {
+    return Tell({what, step_ - 1, steps_, fraction});
+  }
+
+ private:
+  Status Tell(const LoadPhase& phase) {
+    return report_(phase) ? Status::Ok() : Status::Cancelled();
+  }
+
+  int step_ = 0;
+  int steps_;
+  const LoadReport& report_;
+};
+
+/// Brings a file into the system's memory, so that a slow disk shows, and can be given up. Errors
+/// are the importer's to tell.
+Status Fetch(const std::string& path, Phases* phases) {
+  std::error_code error;
+  const auto bytes = static_cast<double>(std::filesystem::file_size(path, error));
+  if (error || !std::filesystem::is_regular_file(path, error)) {
+    return Status::Ok();
+  }
+  std::ifstream file(path, std::ios::binary);
+  std::vector<char> piece(size_t{1} << 20);
+  double read = 0;
+  while (file.read(piece.data(), static_cast<std::streamsize>(piece.size())) || file.gcount() > 0) {
+    read += static_cast<double>(file.gcount());
+    STILLRAY_RETURN_IF_ERROR(phases->At(
+        fmt::format("reading {}: {:.0f} of {:.0f} MB", FileName(path), read / 1e6, bytes / 1e6),
+        read / std::max(bytes, 1.0)));
+  }
+  return Status::Ok();
+}
+
 int Side(int pixels, float scale) {
   return std::clamp(static_cast<int>(std::lround(static_cast<float>(pixels) * scale)),
                     kSmallestSide, kLargestSide);
@@ -44,7 +87,13 @@ int Side(int pixels, float scale) {
 
 Result<LoadedScene> LoadForView(const SceneRequest& request, const ViewSettings& settings,
                                 const LoadReport& report) {
-  report("reading " + FileName(request.scene));
+  const bool has_environment = !request.environment.empty();
+  Phases phases(has_environment ? 4 : 3, report);
+  STILLRAY_RETURN_IF_ERROR(phases.Begin("reading " + FileName(request.scene)));
+  STILLRAY_RETURN_IF_ERROR(Fetch(request.scene, &phases));
+  const std::string outline = ToText(OutlineOf(request.scene));
+  STILLRAY_RETURN_IF_ERROR(
+      phases.Begin("unpacking " + (outline.empty() ? FileName(request.scene) : outline)));
   Result<Scene> scene = LoadScene(request.scene);
   if (!scene.ok()) {
     return scene.status();
@@ -52,11 +101,12 @@ Result<LoadedScene> LoadForView(const SceneRequest& request, const ViewSettings&
   LoadedScene loaded;
   loaded.request = request;
   loaded.scene = std::make_unique<Scene>(std::move(scene.value()));
-  if (!request.environment.empty()) {
-    report("reading " + FileName(request.environment));
+  if (has_environment) {
+    STILLRAY_RETURN_IF_ERROR(phases.Begin("reading " + FileName(request.environment)));
     STILLRAY_RETURN_IF_ERROR(AddEnvironment(request.environment, loaded.scene.get()));
   }
-  report(fmt::format("sorting {} triangles", loaded.scene->TriangleCount()));
+  STILLRAY_RETURN_IF_ERROR(
+      phases.Begin(fmt::format("building the BVH of {} triangles", loaded.scene->TriangleCount())));
   Result<std::unique_ptr<Renderer>> renderer =
       Renderer::Create(*loaded.scene, RenderSettingsFor(settings, settings.rate, settings.scale));
   if (!renderer.ok()) {

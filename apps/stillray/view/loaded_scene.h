@@ -25,11 +25,20 @@ struct LoadedScene {
   std::unique_ptr<Renderer> renderer;
 };
 
-/// Told what is being done, in words: "reading kitchen.glb".
-using LoadReport = std::function<void(const std::string& what)>;
+/// What is being done while a scene loads.
+struct LoadPhase {
+  std::string what;      ///< "building the BVH of 1442338 triangles"
+  int step = 0;          ///< of `steps`, from 0
+  int steps = 1;         ///< the same from the first to the last phase of a scene
+  double fraction = -1;  ///< of this step, 0..1; below 0: not known
+};
+
+/// Told at the beginning of every phase, and within it where it can tell how far it is.
+/// \return false to give the scene up
+using LoadReport = std::function<bool(const LoadPhase& phase)>;
 
 /// \return what LoadScene, ReadImage and Renderer::Create return; kInvalidArgument for an
-///         environment that is no radiance
+///         environment that is no radiance; kCancelled
 Result<LoadedScene> LoadForView(const SceneRequest& request, const ViewSettings& settings,
                                 const LoadReport& report);
 

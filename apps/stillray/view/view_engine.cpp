@@ -61,8 +61,16 @@ void AddLayer(const std::string& name, const std::vector<Image1>& values, bool m
 }  // namespace
 
 ViewEngine::ViewEngine(const ViewSettings& settings, std::function<void()> wake)
-    : wake_(std::move(wake)), settings_(settings) {
-  loader_ = std::thread([this] { LoadLoop(); });
+    : wake_(std::move(wake)), settings_(settings), loader_([this](bool finished) {
+        if (finished) {
+          {
+            const std::lock_guard lock(mutex_);
+            scene_waiting_ = true;
+          }
+          work_.notify_all();
+        }
+        wake_();
+      }) {
   worker_ = std::thread([this] { WorkLoop(); });
 }
 
@@ -72,41 +80,33 @@ ViewEngine::~ViewEngine() {
     stop_ = true;
   }
   work_.notify_all();
-  load_.notify_all();
   worker_.join();
-  loader_.join();
 }
 
 void ViewEngine::Open(const SceneRequest& request) {
+  ViewSettings settings;
   {
     const std::lock_guard lock(mutex_);
-    request_ = std::make_unique<SceneRequest>(request);
-    ++requested_;
-    load_state_ = {true, "waiting for the last file", 0};
-    load_began_ = Now();
+    settings = settings_;
   }
-  load_.notify_all();
+  loader_.Load(request, settings);
 }
 
-void ViewEngine::Post(const ViewSettings& settings) {
+uint64_t ViewEngine::Post(const ViewSettings& settings) {
+  ViewSettings copy = settings;
+  uint64_t number = 0;
   {
     const std::lock_guard lock(mutex_);
-    settings_ = settings;
-    ++posted_;
+    std::swap(settings_, copy);
+    number = ++posted_;
   }
   work_.notify_all();
+  return number;
 }
 
 std::vector<EngineMessage> ViewEngine::TakeMessages() {
   const std::lock_guard lock(mutex_);
   return std::exchange(messages_, {});
-}
-
-LoadState ViewEngine::load_state() const {
-  const std::lock_guard lock(mutex_);
-  LoadState state = load_state_;
-  state.seconds = state.loading ? Now() - load_began_ : 0;
-  return state;
 }
 
 SceneInfo ViewEngine::scene_info() const {
@@ -130,60 +130,11 @@ void ViewEngine::AddJob(Job job) {
   work_.notify_all();
 }
 
-void ViewEngine::LoadLoop() {
-  const BackgroundWork background;
-  while (true) {
-    SceneRequest request;
-    ViewSettings settings;
-    uint64_t number = 0;
-    {
-      std::unique_lock lock(mutex_);
-      load_.wait(lock, [&] { return stop_ || request_; });
-      if (stop_) {
-        return;
-      }
-      request = *request_;
-      request_.reset();
-      settings = settings_;
-      number = requested_;
-    }
-    auto loaded = std::make_unique<LoadedScene>();
-    const Status status = Guarded("loading a scene", [&] {
-      Result<LoadedScene> result = LoadForView(request, settings, [&](const std::string& what) {
-        {
-          const std::lock_guard lock(mutex_);
-          load_state_.what = what;
-        }
-        wake_();
-      });
-      if (result.ok()) {
-        *loaded = std::move(result.value());
-      }
-      return result.status();
-    });
-    {
-      const std::lock_guard lock(mutex_);
-      if (number != requested_) {
-        continue;  // another scene is wanted by now
-      }
-      load_state_ = {};
-      if (status.ok()) {
-        loaded_ = std::move(loaded);
-        scene_waiting_ = true;
-      } else {
-        messages_.push_back({true, status.message()});
-      }
-    }
-    work_.notify_all();
-    wake_();
-  }
-}
-
 bool ViewEngine::WaitForWork() {
   std::unique_lock lock(mutex_);
   work_.wait(lock, [&] {
     const bool frames_to_make = session_ && (!idle_ || posted_ != last_posted_);
-    return stop_ || loaded_ || !jobs_.empty() || frames_to_make;
+    return stop_ || scene_waiting_ || !jobs_.empty() || frames_to_make;
   });
   return !stop_;
 }
@@ -208,32 +159,34 @@ void ViewEngine::WorkLoop() {
 }
 
 void ViewEngine::TakeLoadedScene() {
-  std::unique_ptr<LoadedScene> loaded;
-  {
-    const std::lock_guard lock(mutex_);
-    loaded = std::move(loaded_);
-    scene_waiting_ = false;
+  scene_waiting_ = false;
+  std::optional<SceneLoader::Outcome> outcome = loader_.Take();
+  if (!outcome) {
+    return;
   }
-  if (!loaded) {
+  if (!outcome->status.ok()) {
+    Tell(true, outcome->status.message());
     return;
   }
   EndClip();
   session_.reset();  // the old scene's memory first
-  session_ = std::make_unique<ViewSession>(std::move(*loaded));
+  session_ = std::make_unique<ViewSession>(std::move(*outcome->scene));
   metrics_.Forget();
   idle_ = false;
   shown_ = {};
   const Scene& scene = session_->scene();
-  const std::lock_guard lock(mutex_);
-  ++scene_info_.number;
-  scene_info_.request = session_->request();
-  scene_info_.warnings = scene.warnings;
-  scene_info_.triangles = scene.TriangleCount();
-  scene_info_.length = scene.AnimationLength();
-  scene_info_.cameras.clear();
+  SceneInfo info;
+  info.request = session_->request();
+  info.warnings = scene.warnings;
+  info.triangles = scene.TriangleCount();
+  info.length = scene.AnimationLength();
+  info.moving_lights = session_->has_moving_lights();
   for (const Camera& camera : scene.cameras) {
-    scene_info_.cameras.push_back(camera.name);
+    info.cameras.push_back(camera.name);
   }
+  const std::lock_guard lock(mutex_);
+  info.number = scene_info_.number + 1;
+  std::swap(scene_info_, info);
 }
 
 void ViewEngine::RunJobs() {
@@ -250,7 +203,8 @@ void ViewEngine::RunJobs() {
 bool ViewEngine::IsDone(const ViewSettings& settings, const ViewFrame& frame) const {
   const bool reference_done =
       !settings.reference || session_->reference().spp() >= kEnoughReference;
-  const bool moving = settings.playing && frame.length > 0 && settings.speed != 0;
+  const bool moving = settings.playing && frame.length > 0 &&
+                      (settings.speed != 0 || (settings.light_speed.value_or(0) != 0));
   return frame.still && !moving && !clip_ && frame.samples >= kEnoughSamples && reference_done;
 }
 
@@ -287,11 +241,13 @@ void ViewEngine::MakeFrame() {
     metrics_.Forget();
   }
   frame.measures = metrics_.latest();
+  frame.posted = last_posted_;
   dividers_ = settings.dividers;
   shown_ = ComposePanes(frame.pictures, dividers_);
   shown_panes_ = frame.panes;
   shown_scale_ = frame.scale;
   RecordFrame(frame);
+  frames_made_ = frame.number;
   frames_.Publish();
   wake_();
   if (session_->WantsReference()) {
@@ -310,8 +266,12 @@ void ViewEngine::MakeFrame() {
 }
 
 void ViewEngine::Save(const std::string& path) {
-  AddJob([this, path] {
-    const Status status = Guarded("saving", [&] { return SaveNow(path); });
+  SaveFile(path, [this, path] { return SaveNow(path); });
+}
+
+void ViewEngine::SaveFile(const std::string& path, std::function<Status()> job) {
+  AddJob([this, path, job = std::move(job)] {
+    const Status status = Guarded("saving", job);
     Tell(!status.ok(), status.ok() ? "saved " + path : status.message());
   });
 }

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "view/live_metrics.h"
-#include "view/loaded_scene.h"
+#include "view/scene_loader.h"
 #include "view/triple_buffer.h"
 #include "view/view_frame.h"
 #include "view/view_session.h"
@@ -37,30 +37,28 @@ struct SceneInfo {
   std::vector<std::string> warnings;
   size_t triangles = 0;
   double length = 0;  ///< of its animation, seconds
-};
-
-struct LoadState {
-  bool loading = false;
-  std::string what;    ///< "reading kitchen.glb"
-  double seconds = 0;  ///< since it began
+  bool moving_lights = false;
 };
 
 class ViewEngine {
  public:
   /// \param wake  called from other threads whenever there is something new to show
   ViewEngine(const ViewSettings& settings, std::function<void()> wake);
-  /// Gives up the frame being made; waits for a file that is being read.
+  /// Gives up the frame being made, and a scene that is being loaded (see SceneLoader::abandoned).
   ~ViewEngine();
 
   /// Loads a scene in the background; the one being shown stays until it is there. A later request
   /// takes the place of an earlier one. Failures come as messages.
   void Open(const SceneRequest& request);
-  /// What the next frame is to be like.
-  void Post(const ViewSettings& settings);
+  /// What the next frame is to be like. \return the number that frames bear which know of it
+  /// (ViewFrame::posted)
+  uint64_t Post(const ViewSettings& settings);
+  /// Number of the newest frame, taken or not.
+  uint64_t frames_made() const { return frames_made_; }
   /// The newest frame, if there is one that has not been taken; valid until the next call.
   const ViewFrame* TakeFrame() { return frames_.Take(); }
   std::vector<EngineMessage> TakeMessages();
-  LoadState load_state() const;
+  LoadState load_state() const { return loader_.state(); }
   SceneInfo scene_info() const;
 
   /// Writes what is shown: the composed picture as .png, or the numbers of all panes as .exr.
@@ -68,11 +66,12 @@ class ViewEngine {
   /// Every frame from here on goes into a video until StopClip().
   void StartClip(const std::string& path, double fps);
   void StopClip();
+  /// Writes a file between two frames. \param job  what fails it says, or "saved PATH" is told
+  void SaveFile(const std::string& path, std::function<Status()> job);
   bool recording() const { return recording_; }
 
  private:
   using Job = std::function<void()>;
-  void LoadLoop();
   void WorkLoop();
   bool WaitForWork();
   void TakeLoadedScene();
@@ -88,22 +87,17 @@ class ViewEngine {
   std::function<void()> wake_;
   mutable std::mutex mutex_;
   std::condition_variable work_;  // for the worker: settings, a scene, a job, the end
-  std::condition_variable load_;  // for the loader: a request, the end
   std::atomic<bool> stop_ = false;
 
   // Guarded by mutex_.
   ViewSettings settings_;
-  uint64_t requested_ = 0;  // number of the last request
-  std::unique_ptr<SceneRequest> request_;
-  std::unique_ptr<LoadedScene> loaded_;
-  LoadState load_state_;
-  double load_began_ = 0;
   SceneInfo scene_info_;
   std::deque<Job> jobs_;
   std::vector<EngineMessage> messages_;
 
-  std::atomic<uint64_t> posted_ = 0;         // counts calls of Post
-  std::atomic<bool> scene_waiting_ = false;  // loaded_ is there
+  std::atomic<uint64_t> posted_ = 0;  // counts calls of Post
+  std::atomic<uint64_t> frames_made_ = 0;
+  std::atomic<bool> scene_waiting_ = false;  // the loader has an outcome
   std::atomic<bool> recording_ = false;
   TripleBuffer<ViewFrame> frames_;
 
@@ -120,7 +114,7 @@ class ViewEngine {
   uint64_t last_posted_ = 0;
   bool idle_ = false;  // nothing would change until settings do
 
-  std::thread loader_;  // last: they use everything above
+  SceneLoader loader_;  // last: they use everything above
   std::thread worker_;
 };
 

@@ -38,18 +38,21 @@ struct MemoryUse {
 
 struct ViewFrame {
   uint64_t number = 0;  ///< of frames shown since the scene was opened, from 1
+  uint64_t posted = 0;  ///< the last ViewEngine::Post that the frame knows of
   int width = 0;        ///< of the pictures
   int height = 0;
   std::vector<std::string> panes;
   std::vector<Rgb8Image> pictures;  ///< one for each pane
 
   SampleRate rate;
-  float scale = 0;
-  double samples = 0;  ///< per pixel since the view last changed, at this rate
-  bool still = false;  ///< nothing has moved since the last frame
+  float scale = 0;         ///< resolution in use
+  float chosen_scale = 0;  ///< resolution asked for; above `scale` where frames took too long
+  double samples = 0;      ///< per pixel since the view last changed, at this rate
+  bool still = false;      ///< nothing has moved since the last frame
   double seconds = 0;
-  double length = 0;  ///< of the animation, seconds; 0: nothing moves
-  ViewPose pose;      ///< where this frame was seen from
+  double light_seconds = 0;  ///< of the clock of moving lights
+  double length = 0;         ///< of the animation, seconds; 0: nothing moves
+  ViewPose pose;             ///< where this frame was seen from
 
   FrameCost cost;
   double show_ms = 0;             ///< making of the pictures

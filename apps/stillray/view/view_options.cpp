@@ -224,7 +224,9 @@ void DeclareViewOptions(CLI::App* command, ViewArguments* a) {
   command->add_option("--spp", a->spp, "Samples per pixel and frame: auto, 4, 1/8");
   command->add_option("--target-ms", a->target_ms, "Time that a frame may take, for auto")
       ->capture_default_str();
-  command->add_option("--scale", a->scale, "Resolution of the picture: auto, 0.05 to 1")
+  command
+      ->add_option("--scale", a->scale,
+                   "Resolution of the picture: 0.05 to 1, or auto: 1 while it fits")
       ->capture_default_str();
   command->add_option("--guides", a->guides, "Below one sample per pixel: full or sparse");
   command->add_option("--bounces", a->bounces, "Surfaces a path scatters at; default: 4");

@@ -99,7 +99,7 @@ ViewPose FilePose(const Scene& scene, const Aabb& bounds, int camera, double sec
 ViewPose Orbit(const ViewPose& pose, float right, float down) {
   const vec3 focus = pose.Focus();
   ViewPose turned = Turned(pose, right, down);
-  turned.position = focus - turned.Forward() * turned.distance;
+  turned.position += focus - turned.Focus();
   return turned;
 }
 
@@ -115,7 +115,8 @@ ViewPose Pan(const ViewPose& pose, float dx, float dy, float height) {
 ViewPose Dolly(const ViewPose& pose, float steps) {
   ViewPose moved = pose;
   moved.distance = std::max(pose.distance * std::pow(0.9f, steps), kSmallestDistance);
-  moved.position = pose.Focus() - pose.Forward() * moved.distance;
+  moved.aside = pose.aside * (moved.distance / pose.distance);
+  moved.position += pose.Focus() - moved.Focus();
   return moved;
 }
 
@@ -132,18 +133,27 @@ ViewPose Zoom(const ViewPose& pose, float steps) {
   return zoomed;
 }
 
+ViewPose OrbitAround(const ViewPose& pose, float x, float y, float aspect, float depth) {
+  if (!(depth > 0) || !std::isfinite(depth)) {
+    return pose;
+  }
+  const float half_height = std::tan(pose.yfov / 2) * depth;
+  ViewPose around = pose;
+  around.distance = std::max(depth, kSmallestDistance);
+  around.aside = vec2((2 * x - 1) * half_height * aspect, (1 - 2 * y) * half_height);
+  return around;
+}
+
 ViewPose FocusOn(const ViewPose& pose, float x, float y, float aspect, float depth) {
   if (!(depth > 0) || !std::isfinite(depth)) {
     return pose;
   }
-  const float half_height = std::tan(pose.yfov / 2);
-  const vec3 offset = pose.Forward() * depth +
-                      pose.Right() * ((2 * x - 1) * half_height * aspect * depth) +
-                      pose.Up() * ((1 - 2 * y) * half_height * depth);
+  const vec3 offset = OrbitAround(pose, x, y, aspect, depth).Focus() - pose.position;
   const float distance = std::max(glm::length(offset), kSmallestDistance);
   const vec3 forward = offset / distance;
   ViewPose focused = pose;
   focused.distance = distance;
+  focused.aside = vec2(0.0f);
   focused.pitch = std::asin(std::clamp(forward.y, -1.0f, 1.0f));
   if (std::abs(forward.y) < 0.99999f) {
     focused.yaw = std::atan2(-forward.x, -forward.z);
@@ -160,6 +170,7 @@ ViewPose Between(const ViewPose& a, const ViewPose& b, float t) {
   pose.roll = WrapAngle(a.roll + WrapAngle(b.roll - a.roll) * t);
   pose.yfov = mix(a.yfov, b.yfov);
   pose.distance = mix(a.distance, b.distance);
+  pose.aside = a.aside + (b.aside - a.aside) * t;
   return t >= 1 ? b : pose;
 }
 

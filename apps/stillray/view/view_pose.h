@@ -18,12 +18,16 @@ struct ViewPose {
   float pitch = 0;        ///< positive: up; -pi/2..pi/2
   float roll = 0;         ///< positive: counter-clockwise, as the camera sees itself from behind
   float yfov = 0.8f;      ///< vertical angle of view
-  float distance = 1.0f;  ///< to the point that orbiting turns around; > 0
+  float distance = 1.0f;  ///< to the point that orbiting turns around, along the view; > 0
+  /// Where that point lies beside the middle of the view: to the right and up, scene units.
+  vec2 aside = vec2(0.0f);
 
   vec3 Forward() const;
   vec3 Right() const;
   vec3 Up() const;
-  vec3 Focus() const { return position + Forward() * distance; }
+  vec3 Focus() const {
+    return position + Forward() * distance + Right() * aside.x + Up() * aside.y;
+  }
   bool operator==(const ViewPose&) const = default;
 };
 
@@ -50,10 +54,13 @@ ViewPose Fly(const ViewPose& pose, float right, float up, float forward);
 /// Narrower by `steps` of a tenth; the angle stays within 1 to 160 degrees.
 ViewPose Zoom(const ViewPose& pose, float steps);
 /// Makes the point seen at `depth` (along the viewing axis) at a place of the picture the one that
-/// orbiting turns around; the camera turns to it. Nothing changes for a depth that is not finite
+/// orbiting turns around; the camera stays as it is. Nothing changes for a depth that is not finite
 /// and positive.
 /// \param x, y    fractions of the picture, from the top left
 /// \param aspect  width / height
+ViewPose OrbitAround(const ViewPose& pose, float x, float y, float aspect, float depth);
+/// The same, and the camera turns to the point. Nothing changes for a depth that is not finite
+/// and positive.
 ViewPose FocusOn(const ViewPose& pose, float x, float y, float aspect, float depth);
 /// A pose on the way from a to b, for smooth jumps to saved views: t = 0 is a, 1 is b.
 ViewPose Between(const ViewPose& a, const ViewPose& b, float t);

@@ -8,6 +8,9 @@
 
 #include <fmt/format.h>
 
+#include "denoise/sparse_guides.h"
+#include "denoise/stage_table.h"
+
 namespace stillray::view {
 namespace {
 
@@ -21,6 +24,12 @@ constexpr int kFocusReach = 24;  // pixels around a click that are searched for 
 
 double Milliseconds(Clock::time_point since) {
   return std::chrono::duration<double, std::milli>(Clock::now() - since).count();
+}
+
+/// What is seen; the point that orbiting turns around is not part of it.
+bool SameView(const ViewPose& a, const ViewPose& b) {
+  return a.position == b.position && a.yaw == b.yaw && a.pitch == b.pitch && a.roll == b.roll &&
+         a.yfov == b.yfov;
 }
 
 bool SameScene(const ViewSettings& a, const ViewSettings& b) {
@@ -64,48 +73,76 @@ size_t FrameBytes(const Frame& frame) {
   return bytes;
 }
 
+/// Share of the time on the wall that a phase has, whose own time is summed over threads.
+double ShareOfWall(const RenderTimings& t, double wall_ms) {
+  const double sum = t.clear_ms + t.primary_ms + t.bounce_ms + t.shadow_ms + t.shade_ms;
+  return sum > 0 ? std::max(wall_ms - t.update_ms, 0.0) / sum : 0;
+}
+
 void AddTracerStages(const RenderTimings& t, double wall_ms, std::vector<StageTime>* stages) {
-  // Phases are summed over threads; told here are their shares of the time on the wall.
-  const double sum = t.primary_ms + t.bounce_ms + t.shadow_ms + t.shade_ms;
-  const double scale = sum > 0 ? std::max(wall_ms - t.update_ms, 0.0) / sum : 0;
+  const double share = ShareOfWall(t, wall_ms);
   stages->push_back({"update scene", t.update_ms});
-  stages->push_back({"primary rays", t.primary_ms * scale});
-  stages->push_back({"bounces", t.bounce_ms * scale});
-  stages->push_back({"shadow rays", t.shadow_ms * scale});
-  stages->push_back({"shading", t.shade_ms * scale});
+  if (t.clear_ms > 0) {
+    stages->push_back({"choose pixels", t.clear_ms * share});
+  }
+  stages->push_back({"primary rays", t.primary_ms * share});
+  stages->push_back({"bounces", t.bounce_ms * share});
+  stages->push_back({"shadow rays", t.shadow_ms * share});
+  stages->push_back({"shading", t.shade_ms * share});
+}
+
+/// Time that fewer samples would not have saved: that of the guides, where all pixels have them.
+double FixedTime(const RenderTimings& t, double wall_ms, const RenderSettings& settings) {
+  const bool sparse = settings.guides == GuideCoverage::kSparse && settings.cycle > 1;
+  return t.update_ms + ShareOfWall(t, wall_ms) * (t.clear_ms + (sparse ? 0 : t.primary_ms));
+}
+
+double Wrapped(double seconds, double length) {
+  const double wrapped = std::fmod(seconds, length);
+  return wrapped < 0 ? wrapped + length : wrapped;
 }
 
 }  // namespace
 
-ViewSession::ViewSession(LoadedScene loaded) : loaded_(std::move(loaded)) {
+struct ViewSession::FilledGuides {
+  HeldGuides held;
+  SparseGuidesWork work;
+};
+
+ViewSession::ViewSession(LoadedScene loaded)
+    : loaded_(std::move(loaded)), animation_(loaded_.scene.get()) {
   length_ = loaded_.scene->AnimationLength();
   bounds_ = SceneBounds(*loaded_.scene, 0);
 }
 
-double ViewSession::NextSeconds(const ViewSettings& s, double elapsed) {
-  const double now = moment_.render.seconds;
+ViewSession::~ViewSession() = default;
+ViewSession::ViewSession(ViewSession&&) noexcept = default;
+
+AnimationTime ViewSession::NextTime(const ViewSettings& s, double elapsed) const {
   if (s.seek != settings_.seek) {
-    return std::clamp(s.seek_seconds, 0.0, std::max(length_, 0.0));
+    const double at = std::clamp(s.seek_seconds, 0.0, std::max(length_, 0.0));
+    return {at, at};
   }
   if (!s.playing || frames_ == 0 || length_ <= 0) {
-    return now;
+    return moment_.time;
   }
   const double step = s.wall_clock ? std::clamp(elapsed, 0.0, kLongestStep) : 1 / s.fps;
-  const double next = std::fmod(now + step * s.speed, length_);
-  return next < 0 ? next + length_ : next;
+  return {Wrapped(moment_.time.all + step * s.speed, length_),
+          Wrapped(moment_.time.lights + step * s.light_speed.value_or(s.speed), length_)};
 }
 
 ViewSession::Moment ViewSession::NextMoment(const ViewSettings& s, double elapsed) {
   Moment next;
   const bool first = frames_ == 0;
   next.render.frame_index = static_cast<int64_t>(frames_);
-  next.render.seconds = NextSeconds(s, elapsed);
-  next.render.previous_seconds = first ? next.render.seconds : moment_.render.seconds;
+  next.time = NextTime(s, elapsed);
   const int count = static_cast<int>(loaded_.scene->cameras.size());
   next.render.camera = std::clamp(s.camera, 0, count - 1);
+  animation_.Set(next.time, first ? next.time : moment_.time, &next.render.seconds,
+                 &next.render.previous_seconds);
   next.pose = s.free_camera
                   ? s.pose
-                  : FilePose(*loaded_.scene, bounds_, next.render.camera, next.render.seconds);
+                  : FilePose(animation_.original(), bounds_, next.render.camera, next.time.all);
   next.render.pose = CameraPose{ToMatrix(next.pose), next.pose.yfov};
   next.render.previous_pose = first ? next.render.pose : moment_.render.pose;
   return next;
@@ -139,14 +176,10 @@ Status ViewSession::PrepareDenoiser(const ViewSettings& s) {
 }
 
 Status ViewSession::Prepare(const ViewSettings& s) {
-  if (!s.auto_rate) {
-    control_.set_rate(s.rate);
-  } else if (frames_ == 0 || !settings_.auto_rate) {
+  if (!s.auto_rate || frames_ == 0 || !settings_.auto_rate) {
     control_.set_rate(s.rate);
   }
-  if (!s.auto_scale || frames_ == 0 || !settings_.auto_scale) {
-    control_.set_scale(s.scale);
-  }
+  control_.ChooseScale(s.scale, s.auto_scale);
   STILLRAY_RETURN_IF_ERROR(ValidateSettings(s.denoise));
   STILLRAY_RETURN_IF_ERROR(PrepareDenoiser(s));
   const SampleRate rate = control_.rate();
@@ -162,8 +195,8 @@ Status ViewSession::RenderNext(const ViewSettings& s, double elapsed,
                                const RenderProgress& keep_going, ViewFrame* out) {
   STILLRAY_RETURN_IF_ERROR(Prepare(s));
   const Moment next = NextMoment(s, elapsed);
-  const bool moved = frames_ == 0 || !(next.pose == moment_.pose) ||
-                     next.render.seconds != moment_.render.seconds || !SameScene(s, settings_) ||
+  const bool moved = frames_ == 0 || !SameView(next.pose, moment_.pose) ||
+                     !(next.time == moment_.time) || !SameScene(s, settings_) ||
                      frame_.width != loaded_.renderer->settings().width ||
                      frame_.height != loaded_.renderer->settings().height;
   if (frames_ > 0 && (s.restart != settings_.restart)) {
@@ -185,10 +218,11 @@ Status ViewSession::RenderNext(const ViewSettings& s, double elapsed,
     reference_.Reset();
   }
   noisy_ = SumOfLight(frame_);
+  FillGuides(s);
   Show(s, out);
   Account(denoise_ms, render_ms, out);
   if (s.auto_rate && frames_ > kFirstFrames) {
-    control_.Observe(out->cost, s.target_ms, s.auto_scale);
+    control_.Observe(out->cost, s.target_ms);
   }
   return Status::Ok();
 }
@@ -201,7 +235,30 @@ Status ViewSession::RefineReference(const RenderProgress& keep_going) {
 }
 
 ViewSources ViewSession::Sources() const {
-  return {&frame_, &denoised_, &noisy_, reference_.picture(), &settings_.denoise};
+  const bool filled = filled_ != nullptr && !filled_->held.empty();
+  return {&frame_,
+          &denoised_,
+          &noisy_,
+          reference_.picture(),
+          &settings_.denoise,
+          filled ? &filled_->held.guides : nullptr};
+}
+
+/// Completes the guides once more, as the denoiser does, where a view shows them.
+void ViewSession::FillGuides(const ViewSettings& s) {
+  const bool shown = std::any_of(s.panes.begin(), s.panes.end(), [&](const std::string& name) {
+    const ViewInfo* view = FindView(views_, name);
+    return view != nullptr && ShowsFilledGuides(*view);
+  });
+  if (!shown || !HasUnknownGuides(frame_)) {
+    filled_.reset();
+    return;
+  }
+  if (filled_ == nullptr || filled_->held.known.width() != frame_.width ||
+      filled_->held.known.height() != frame_.height) {
+    filled_ = std::make_unique<FilledGuides>();
+  }
+  CompleteGuides(frame_, kCpuStages, &filled_->held, &filled_->work);
 }
 
 void ViewSession::Show(const ViewSettings& s, ViewFrame* out) const {
@@ -242,12 +299,15 @@ void ViewSession::Inspect(const ViewSettings& s, ViewFrame* out) const {
 void ViewSession::Account(double denoise_ms, double render_ms, ViewFrame* out) const {
   out->rate = control_.rate();
   out->scale = control_.scale();
+  out->chosen_scale = control_.chosen_scale();
   out->samples = samples_;
   out->still = still_;
-  out->seconds = moment_.render.seconds;
+  out->seconds = moment_.time.all;
+  out->light_seconds = moment_.time.lights;
   out->length = length_;
   out->pose = moment_.pose;
-  out->cost = {render_ms, denoise_ms + out->show_ms};
+  out->cost = {render_ms, denoise_ms + out->show_ms,
+               FixedTime(loaded_.renderer->timings(), render_ms, loaded_.renderer->settings())};
   out->stages.clear();
   AddTracerStages(loaded_.renderer->timings(), render_ms, &out->stages);
   out->stages.insert(out->stages.end(), denoised_.timings.begin(), denoised_.timings.end());

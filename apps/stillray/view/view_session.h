@@ -5,11 +5,13 @@
 /// the same calls give the same bits (as long as the rate is fixed).
 #pragma once
 
+#include <memory>
 #include <optional>
 
 #include "stillray/denoise.hpp"
 #include "view/loaded_scene.h"
 #include "view/reference.h"
+#include "view/retimed_animation.h"
 #include "view/view_frame.h"
 #include "view/view_settings.h"
 #include "view/views.h"
@@ -19,6 +21,8 @@ namespace stillray::view {
 class ViewSession {
  public:
   explicit ViewSession(LoadedScene loaded);
+  ~ViewSession();
+  ViewSession(ViewSession&&) noexcept;
 
   /// Renders, denoises and paints the next frame.
   /// \param elapsed     seconds since the last frame, for animations on the wall clock
@@ -30,6 +34,7 @@ class ViewSession {
   /// Makes the reference one sample better, where one is wanted and the view stands still.
   Status RefineReference(const RenderProgress& keep_going);
   bool WantsReference() const { return settings_.reference && still_; }
+  bool has_moving_lights() const { return animation_.has_lights(); }
 
   const Scene& scene() const { return *loaded_.scene; }
   const SceneRequest& request() const { return loaded_.request; }
@@ -42,19 +47,24 @@ class ViewSession {
 
  private:
   struct Moment {
-    RenderMoment render;
+    RenderMoment render;  ///< as the renderer is asked for it: times of the retimed animation
+    AnimationTime time;
     ViewPose pose;
   };
+  struct FilledGuides;
   Status Prepare(const ViewSettings& settings);
   Status PrepareDenoiser(const ViewSettings& settings);
   Moment NextMoment(const ViewSettings& settings, double elapsed);
-  double NextSeconds(const ViewSettings& settings, double elapsed);
+  AnimationTime NextTime(const ViewSettings& settings, double elapsed) const;
+  void FillGuides(const ViewSettings& settings);
   void Show(const ViewSettings& settings, ViewFrame* out) const;
   void Inspect(const ViewSettings& settings, ViewFrame* out) const;
   void Account(double denoise_ms, double render_ms, ViewFrame* out) const;
   ViewSources Sources() const;
 
   LoadedScene loaded_;
+  RetimedAnimation animation_;
+  std::unique_ptr<FilledGuides> filled_;  ///< while a view shows them
   std::optional<Denoiser> denoiser_;
   ViewSettings settings_;  ///< of the last frame
   Aabb bounds_;

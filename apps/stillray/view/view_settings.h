@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,8 +21,8 @@ namespace stillray::view {
 struct ViewSettings {
   int width = 640;  ///< of the area on the screen, pixels; the picture has `scale` times as many
   int height = 360;
-  float scale = 0.5f;  ///< of the picture's width and height, 0.05..1
-  bool auto_scale = true;
+  float scale = 1;         ///< of the picture's width and height, 0.05..1
+  bool auto_scale = true;  ///< it may fall to a quarter of that, where the frame time needs it
   SampleRate rate{1, 16};
   bool auto_rate = true;  ///< samples follow the time that a frame may take
   double target_ms = 50;
@@ -41,7 +42,8 @@ struct ViewSettings {
   bool playing = false;
   bool wall_clock = true;  ///< time passes as on the wall; else 1 / fps with every frame
   double fps = 30;
-  double speed = 1;  ///< of all that moves, -8..8
+  double speed = 1;                   ///< of all that moves, -8..8
+  std::optional<double> light_speed;  ///< of moving lights, -8..8; none: as all that moves
   uint64_t seek = 0;
   double seek_seconds = 0;
 

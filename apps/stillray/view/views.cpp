@@ -10,11 +10,13 @@
 #include "core/parallel.h"
 #include "stillray/render.h"
 #include "view/colour_maps.h"
+#include "view/motion_arrows.h"
 
 namespace stillray::view {
 namespace {
 
 constexpr int kBand = 16;
+constexpr std::string_view kFilled = "filled.";
 constexpr uint8_t kAbsent = 40;  // dark grey: there is no such picture yet
 
 Colouring ColouringOf(const std::string& kind) {
@@ -96,8 +98,7 @@ Layer RelativeLayer(const ViewInfo& view, const DenoisedFrame& denoised) {
   return layer.planes.empty() || mean.planes.empty() ? Layer{} : layer;
 }
 
-Layer GuideLayer(const std::string& name, const Frame& frame) {
-  const Guides& g = frame.guides;
+Layer GuideLayer(std::string_view name, const Guides& g) {
   if (name == "depth") {
     return LayerOf(g.depth);
   }
@@ -110,7 +111,7 @@ Layer GuideLayer(const std::string& name, const Frame& frame) {
   if (name == "specular_albedo") {
     return LayerOf<3>(g.specular_albedo);
   }
-  if (name == "motion") {
+  if (name == "motion" || name == "motion_arrows") {
     return LayerOf<2>(g.motion);
   }
   if (name == "id") {
@@ -151,7 +152,11 @@ Layer FindLayer(const ViewInfo& view, const ViewSources& s) {
   if (view.colouring == Colouring::kRelative) {
     return RelativeLayer(view, *s.denoised);
   }
-  return view.outputs.empty() ? GuideLayer(name, *s.frame)
+  if (ShowsFilledGuides(view)) {
+    return GuideLayer(std::string_view(name).substr(kFilled.size()),
+                      s.filled != nullptr ? *s.filled : s.frame->guides);
+  }
+  return view.outputs.empty() ? GuideLayer(name, s.frame->guides)
                               : OutputLayer(*s.denoised, view.outputs[0]);
 }
 
@@ -183,6 +188,7 @@ Rgb8 Colour(Colouring colouring, const float* v, float scale) {
     case Colouring::kAlbedo:
       return {Grey(ToSrgb(v[0])).r, Grey(ToSrgb(v[1])).r, Grey(ToSrgb(v[2])).r};
     case Colouring::kLight:
+    case Colouring::kArrows:
     case Colouring::kId:
       break;
   }
@@ -261,18 +267,26 @@ std::vector<ViewInfo> ListViews(const Settings& settings) {
   for (const char* name : {"emission", "background"}) {
     views.push_back({name, "light of this frame", Colouring::kLight, {}});
   }
-  const std::pair<const char*, Colouring> guides[] = {{"samples", Colouring::kCount},
-                                                      {"depth", Colouring::kDepth},
-                                                      {"normal", Colouring::kNormal},
-                                                      {"albedo", Colouring::kAlbedo},
-                                                      {"specular_albedo", Colouring::kAlbedo},
-                                                      {"motion", Colouring::kMotion},
-                                                      {"id", Colouring::kId},
-                                                      {"roughness", Colouring::kUnit}};
+  const std::pair<const char*, Colouring> guides[] = {
+      {"samples", Colouring::kCount},          {"depth", Colouring::kDepth},
+      {"normal", Colouring::kNormal},          {"albedo", Colouring::kAlbedo},
+      {"specular_albedo", Colouring::kAlbedo}, {"motion", Colouring::kMotion},
+      {"motion_arrows", Colouring::kArrows},   {"id", Colouring::kId},
+      {"roughness", Colouring::kUnit}};
   for (const auto& [name, colouring] : guides) {
     views.push_back({name, "guides", colouring, {}});
   }
+  for (const auto& [name, colouring] : guides) {
+    if (colouring != Colouring::kArrows && colouring != Colouring::kCount &&
+        colouring != Colouring::kMotion) {
+      views.push_back({std::string(kFilled) + name, "guides, completed", colouring, {}});
+    }
+  }
   return views;
+}
+
+bool ShowsFilledGuides(const ViewInfo& view) {
+  return view.name.starts_with(kFilled);
 }
 
 const ViewInfo* FindView(const std::vector<ViewInfo>& views, std::string_view name) {
@@ -334,6 +348,12 @@ Rgb8Image ViewPicture(const ViewInfo& view, const ViewSources& sources) {
   if (!absent && view.colouring == Colouring::kLight) {
     picture.pixels = ToDisplay(AsColour(layer), settings.exposure, settings.tonemap,
                                settings.dither, sources.frame->index);
+    return picture;
+  }
+  if (!absent && view.colouring == Colouring::kArrows) {
+    picture.pixels = ToDisplay(sources.denoised->colour, settings.exposure, settings.tonemap,
+                               settings.dither, sources.frame->index);
+    DrawMotionArrows(sources.frame->guides.motion, &picture);
     return picture;
   }
   picture.pixels.resize(static_cast<size_t>(picture.width) * picture.height * 3, kAbsent);

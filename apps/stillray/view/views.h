@@ -28,6 +28,7 @@ enum class Colouring : uint8_t {
   kCount,      ///< samples, on a logarithmic scale from black over red and yellow to white
   kLuminance,  ///< one channel of light
   kVariance,   ///< its root, relative to `exposure`, as heat
+  kArrows,     ///< motion as arrows over the denoised picture
   kRelative,   ///< deviation relative to the mean: 1 is in the middle of the heat scale
 };
 
@@ -44,14 +45,20 @@ std::vector<ViewInfo> ListViews(const Settings& settings);
 /// nullptr if there is no such view.
 const ViewInfo* FindView(const std::vector<ViewInfo>& views, std::string_view name);
 
-/// Where views take their numbers from. None may be nullptr but `reference`.
+/// Where views take their numbers from. None may be nullptr but `reference` and `filled`.
 struct ViewSources {
   const Frame* frame = nullptr;
   const DenoisedFrame* denoised = nullptr;
   const Image3* noisy = nullptr;      ///< all light of `frame`
   const Image3* reference = nullptr;  ///< nullptr: none yet
   const Settings* settings = nullptr;
+  /// What views named "filled.*" show: the guides as the filter has them where frames know them
+  /// only in part; nullptr: as `frame` has them.
+  const Guides* filled = nullptr;
 };
+
+/// Whether the view needs ViewSources::filled.
+bool ShowsFilledGuides(const ViewInfo& view);
 
 /// The numbers of a view: 1 to 3 planes of one size, in full precision; none if the frame has no
 /// such thing (no reference yet, a history of the first frame).

@@ -13,15 +13,18 @@ namespace {
 constexpr float kRadiansPerPixel = 0.005f;
 constexpr float kDistancesPerSecond = 0.6f;
 constexpr float kFast = 4;
+constexpr float kClickPixels = 4;     // moved farther, the mouse drags
 constexpr double kLongestStep = 0.1;  // seconds: after a hitch the camera does not jump
 
 ViewPose CurrentPose(const ViewerState& state) {
   return state.settings.free_camera ? state.settings.pose : state.frame->pose;
 }
 
-void AskForFocus(const Rect& area, ImVec2 mouse, ViewerState* state) {
+/// The depth of what is under the mouse comes with one of the next frames.
+void AskForFocus(bool turn, const Rect& area, ImVec2 mouse, ViewerState* state) {
   ++state->settings.focus;
   state->focus_asked = state->settings.focus;
+  state->focus_turns = turn;
   state->settings.focus_x = std::clamp((mouse.x - area.x) / area.width, 0.0f, 1.0f);
   state->settings.focus_y = std::clamp((mouse.y - area.y) / area.height, 0.0f, 1.0f);
   state->changed = true;
@@ -37,8 +40,13 @@ void HandleCameraMouse(const Rect& area, ViewerState* state) {
   const bool hovered = ImGui::IsItemHovered();
   const bool active = ImGui::IsItemActive();
   if (hovered && ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left)) {
-    AskForFocus(area, io.MousePos, state);
+    AskForFocus(true, area, io.MousePos, state);
     return;
+  }
+  if (hovered && ImGui::IsMouseReleased(ImGuiMouseButton_Left) && !io.KeyShift &&
+      io.MouseDragMaxDistanceSqr[ImGuiMouseButton_Left] < kClickPixels * kClickPixels &&
+      io.MouseClickedLastCount[ImGuiMouseButton_Left] == 1) {
+    AskForFocus(false, area, io.MousePos, state);
   }
   const ViewPose pose = CurrentPose(*state);
   const float dx = io.MouseDelta.x;

@@ -66,7 +66,8 @@ Status Confirm(ViewEngine* engine, ViewerState* state) {
     case Dialog::kLoadSettings:
       return LoadViewSettings(path, state);
     case Dialog::kSaveSettings:
-      return SaveViewSettings(path, *state);
+      SaveViewSettings(path, *state, engine);
+      break;
     case Dialog::kNone:
       break;
   }
@@ -150,7 +151,7 @@ void DrawHelp(ViewerState* state) {
       {"right drag", "look around"},
       {"middle drag, Shift + left drag", "pan"},
       {"wheel", "nearer, farther; with Ctrl: angle of view"},
-      {"double click", "focus there"},
+      {"click, double click", "orbit around what is there, turn to it"},
       {"W A S D, Q E", "fly; with Shift: faster"},
       {"Home", "the file's camera"},
       {"1 ... 9, with Ctrl", "go to a saved view, save it"},

@@ -181,6 +181,11 @@ void GlWindow::EndFrame() {
   glfwSwapBuffers(window_);
 }
 
+void GlWindow::Hide() {
+  glfwHideWindow(window_);
+  glfwPollEvents();
+}
+
 bool GlWindow::should_close() const {
   return glfwWindowShouldClose(window_) == GLFW_TRUE;
 }

@@ -31,6 +31,8 @@ class GlWindow {
   void BeginFrame();
   void EndFrame();
 
+  /// Takes it off the screen at once.
+  void Hide();
   bool should_close() const;
   void SetTitle(const std::string& title);
   /// Paths of files that were dropped on the window since the last call.

@@ -26,9 +26,6 @@ void NextPanes(ViewerState* state) {
 }
 
 void ControlKeys(ViewEngine* engine, ViewerState* state) {
-  if (Pressed(GLFW_KEY_Q)) {
-    state->quit = true;
-  }
   if (Pressed(GLFW_KEY_O)) {
     OpenDialog(Dialog::kOpenScene, state);
   }
@@ -88,6 +85,9 @@ void PlainKeys(ViewerState* state) {
 
 void HandleKeys(ViewEngine* engine, ViewerState* state) {
   const ImGuiIO& io = ImGui::GetIO();
+  if (io.KeyCtrl && Pressed(GLFW_KEY_Q)) {
+    state->quit = true;  // whatever is open
+  }
   const bool busy = state->dialog != Dialog::kNone || !state->errors.empty();
   if (io.WantTextInput || busy) {
     return;

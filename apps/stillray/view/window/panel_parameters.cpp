@@ -10,6 +10,7 @@
 #include <imgui.h>
 #include <imgui_stdlib.h>
 
+#include "view/exact_accumulation.h"
 #include "view/window/panels.h"
 #include "view/window/widgets.h"
 
@@ -178,11 +179,25 @@ void PresetRow(ViewerState* state) {
   }
 }
 
+void ExactRow(ViewerState* state) {
+  bool exact = AccumulatesExactly(state->settings.denoise);
+  if (ImGui::Checkbox("Accumulate exactly", &exact)) {
+    const Result<Settings> preset = PresetSettings(state->preset);
+    SetExactAccumulation(exact, preset.ok() ? preset.value() : Settings(),
+                         &state->settings.denoise);
+    state->changed = true;
+  }
+  HelpMark(
+      "Every sample counts the same for ever, and nothing filtered becomes history: a still view "
+      "converges. Light that moves leaves trails.");
+}
+
 }  // namespace
 
 void DrawParameterPanel(ViewerState* state) {
   static const std::vector<std::string> kGroups = Groups();
   PresetRow(state);
+  ExactRow(state);
   if (!state->parameter_error.empty()) {
     ImGui::PushTextWrapPos(0);
     ImGui::TextColored(kWrong, "%s", state->parameter_error.c_str());

@@ -46,18 +46,18 @@ void RateRow(ViewerState* state) {
 
 void ScaleRow(ViewerState* state) {
   ViewSettings& s = state->settings;
-  if (ImGui::Checkbox("Resolution follows too", &s.auto_scale)) {
-    if (!s.auto_scale && state->frame != nullptr) {
-      s.scale = state->frame->scale;
-    }
+  float percent = s.scale * 100;
+  if (LabelledSlider("Resolution", "%%", &percent, 10.0f, 100.0f, "%.0f")) {
+    s.scale = percent / 100;
     state->changed = true;
   }
-  if (!s.auto_scale) {
-    float percent = s.scale * 100;
-    if (LabelledSlider("Resolution", "%%", &percent, 10.0f, 100.0f, "%.0f")) {
-      s.scale = percent / 100;
-      state->changed = true;
-    }
+  state->changed |= ImGui::Checkbox("It may fall for the frame time", &s.auto_scale);
+  HelpMark(
+      "Where even 1/256 samples per pixel take too long, the picture gets smaller, down to a "
+      "quarter of this width and height, and larger again as soon as there is room.");
+  if (state->frame != nullptr && state->frame->scale < state->frame->chosen_scale * 0.99f) {
+    ImGui::TextColored({1.0f, 0.78f, 0.35f, 1.0f}, "now %.0f %%: larger frames take too long",
+                       static_cast<double>(state->frame->scale * 100));
   }
 }
 
@@ -79,7 +79,8 @@ void DrawRenderPanel(ViewerState* state) {
   state->changed |= ImGui::Checkbox("Sparse guides", &s.sparse_guides);
   HelpMark(
       "Below one sample per pixel: depth, normals and albedo are known only where a path was "
-      "traced. Faster and coarser.");
+      "traced. Faster and coarser. Views of guides then show holes; filled.* shows what the filter "
+      "makes of them.");
   if (ImGui::Button("Start anew")) {
     ++s.restart;
     state->changed = true;

@@ -13,7 +13,7 @@ namespace {
 
 void ViewCombo(size_t pane, ViewerState* state) {
   const std::string label = fmt::format("##pane{}", pane);
-  const std::string& current = state->settings.panes[pane];
+  const std::string current = state->settings.panes[pane];  // a choice replaces the list
   ImGui::SetNextItemWidth(-1);
   if (!ImGui::BeginCombo(label.c_str(), current.c_str(), ImGuiComboFlags_HeightLarge)) {
     return;

@@ -126,6 +126,9 @@ void DrawStatus(const Rect& area, const ViewerState& state) {
   const ViewFrame& f = *state.frame;
   std::string text = fmt::format("{}x{}   {} samples/pixel   {:.0f} ms", f.width, f.height,
                                  ToText(f.rate), f.cost.total());
+  if (f.scale < f.chosen_scale * 0.99f) {
+    text += fmt::format("   resolution {:.0f} % of {:.0f} %", f.scale * 100, f.chosen_scale * 100);
+  }
   if (f.still && f.samples >= 1) {
     text += fmt::format("   {:.0f} gathered", f.samples);
   }
@@ -149,25 +152,62 @@ void DrawToasts(const Rect& area, const ViewerState& state) {
   }
 }
 
+/// One bar per step: those that are done are full; the present one as far as it is known, else
+/// with a mark that runs.
+void DrawSteps(const Rect& bar, double now, const LoadPhase& phase) {
+  constexpr float kGap = 4;
+  constexpr ImU32 kEmpty = IM_COL32(60, 64, 70, 255);
+  constexpr ImU32 kDone = IM_COL32(70, 170, 215, 255);
+  ImDrawList* draw = ImGui::GetWindowDrawList();
+  const float width = (bar.width + kGap) / static_cast<float>(phase.steps) - kGap;
+  for (int i = 0; i < phase.steps; ++i) {
+    const float x = bar.x + static_cast<float>(i) * (width + kGap);
+    draw->AddRectFilled({x, bar.y}, {x + width, bar.y + bar.height}, kEmpty, 3);
+    float begin = 0;
+    float end = i < phase.step ? 1.0f : 0.0f;
+    if (i == phase.step && phase.fraction >= 0) {
+      end = std::clamp(static_cast<float>(phase.fraction), 0.0f, 1.0f);
+    } else if (i == phase.step) {
+      const auto at = static_cast<float>(std::fmod(now * 0.7, 1.0));
+      begin = std::max(0.0f, at * 1.3f - 0.3f);
+      end = std::min(1.0f, at * 1.3f);
+    }
+    draw->AddRectFilled({x + begin * width, bar.y}, {x + end * width, bar.y + bar.height}, kDone,
+                        3);
+  }
+}
+
 void DrawLoading(const Rect& area, double now, const ViewerState& state) {
   ImDrawList* draw = ImGui::GetWindowDrawList();
-  const std::string text = fmt::format(
-      "{} ... {:.1f} s", state.load.loading ? state.load.what : "first frame", state.load.seconds);
+  const LoadPhase first_frame = {"tracing the first frame", 0, 1, -1};
+  const LoadPhase& phase = state.load.loading ? state.load.phase : first_frame;
+  const std::string text = state.load.loading
+                               ? fmt::format("{} of {}: {} ... {:.1f} s", phase.step + 1,
+                                             phase.steps, phase.what, state.load.seconds)
+                               : phase.what;
   const ImVec2 size = ImGui::CalcTextSize(text.c_str());
-  const float width = std::max(260.0f, size.x + 40);
+  const float width = std::max(380.0f, size.x + 40);
   const float x = area.x + (area.width - width) / 2;
   const float y = area.y + area.height / 2 - 34;
   draw->AddRectFilled({x, y}, {x + width, y + 68}, IM_COL32(20, 22, 25, 235), 6);
   draw->AddText({x + (width - size.x) / 2, y + 14}, kText, text.c_str());
-  // How much is left is not known: a mark that runs says that something goes on.
-  const float from = x + 20;
-  const float length = width - 40;
-  const auto phase = static_cast<float>(std::fmod(now * 0.7, 1.0));
-  const float begin = std::max(0.0f, phase * 1.3f - 0.3f);
-  const float end = std::min(1.0f, phase * 1.3f);
-  draw->AddRectFilled({from, y + 46}, {from + length, y + 52}, IM_COL32(60, 64, 70, 255), 3);
-  draw->AddRectFilled({from + begin * length, y + 46}, {from + end * length, y + 52},
-                      IM_COL32(70, 170, 215, 255), 3);
+  DrawSteps({x + 20, y + 46, width - 40, 6}, now, phase);
+}
+
+/// The point that orbiting turns around: while it is new, and while the camera is dragged.
+void DrawFocus(const Rect& area, double now, const ViewerState& state) {
+  const ViewSettings& s = state.settings;
+  const bool shown = now < state.focus_until || ImGui::IsItemActive();
+  if (!shown || !s.free_camera || state.dragged_divider >= 0) {
+    return;
+  }
+  const float per_unit = area.height / (2 * std::tan(s.pose.yfov / 2) * s.pose.distance);
+  const ImVec2 at = {area.x + area.width / 2 + s.pose.aside.x * per_unit,
+                     area.y + area.height / 2 - s.pose.aside.y * per_unit};
+  ImDrawList* draw = ImGui::GetWindowDrawList();
+  draw->AddCircle(at, 7, IM_COL32(0, 0, 0, 200), 20, 3.5f);
+  draw->AddCircle(at, 7, IM_COL32(255, 210, 90, 255), 20, 1.5f);
+  draw->AddCircleFilled(at, 1.5f, IM_COL32(255, 210, 90, 255));
 }
 
 }  // namespace
@@ -193,6 +233,7 @@ void DrawPictureArea(const Rect& area, const PaneTextures& textures, double now,
   if (state->frame != nullptr && textures.count() > 0) {
     DrawPanes(area, textures, *state);
     DrawInspectedPixel(area, *state);
+    DrawFocus(area, now, *state);
     DrawStatus(area, *state);
   }
   DrawToasts(area, *state);

@@ -19,7 +19,7 @@ Status LoadViewSettings(const std::string& path, ViewerState* state) {
   return Status::Ok();
 }
 
-Status SaveViewSettings(const std::string& path, const ViewerState& state) {
+void SaveViewSettings(const std::string& path, const ViewerState& state, ViewEngine* engine) {
   const ViewSettings& s = state.settings;
   SettingsFile file;
   file.preset = state.preset;
@@ -31,7 +31,7 @@ Status SaveViewSettings(const std::string& path, const ViewerState& state) {
   file.render.bounces = s.bounces;
   file.render.sampler = s.sampler == SamplerKind::kSobol ? "sobol" : "halton16";
   file.render.regularise = s.regularise;
-  return WriteSettingsFile(path, file);
+  engine->SaveFile(path, [path, file] { return WriteSettingsFile(path, file); });
 }
 
 }  // namespace stillray::view

@@ -12,6 +12,7 @@ namespace stillray::view {
 
 /// \return what ReadSettingsFile returns; the state is then unchanged
 Status LoadViewSettings(const std::string& path, ViewerState* state);
-Status SaveViewSettings(const std::string& path, const ViewerState& state);
+/// Written in the background; the engine tells how it went.
+void SaveViewSettings(const std::string& path, const ViewerState& state, ViewEngine* engine);
 
 }  // namespace stillray::view

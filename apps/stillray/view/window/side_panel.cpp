@@ -111,6 +111,19 @@ void DrawMenu(ViewEngine* engine, ViewerState* state) {
   ImGui::EndMainMenuBar();
 }
 
+namespace {
+
+bool SpeedSlider(const char* id, const char* format, double* speed) {
+  auto value = static_cast<float>(*speed);
+  if (!ImGui::SliderFloat(id, &value, -4, 4, format)) {
+    return false;
+  }
+  *speed = std::abs(value) < 0.04f ? 0 : std::clamp(value, -8.0f, 8.0f);
+  return true;
+}
+
+}  // namespace
+
 void DrawPlaybackBar(const Rect& area, ViewerState* state) {
   ImGui::SetNextWindowPos({area.x, area.y});
   ImGui::SetNextWindowSize({area.width, area.height});
@@ -138,7 +151,7 @@ void DrawPlaybackBar(const Rect& area, ViewerState* state) {
     StepFrames(1, state);
   }
   ImGui::SameLine();
-  const float speed_width = 150;
+  const float speed_width = state->scene.moving_lights ? 250 : 150;
   ImGui::SetNextItemWidth(std::max(ImGui::GetContentRegionAvail().x - speed_width - 8, 80.0f));
   auto seconds = static_cast<float>(state->frame != nullptr ? state->frame->seconds : 0);
   if (ImGui::SliderFloat("##time", &seconds, 0, static_cast<float>(length),
@@ -147,11 +160,19 @@ void DrawPlaybackBar(const Rect& area, ViewerState* state) {
     Seek(seconds, state);
   }
   ImGui::SameLine();
-  ImGui::SetNextItemWidth(-1);
-  auto speed = static_cast<float>(s.speed);
-  if (ImGui::SliderFloat("##speed", &speed, -4, 4, "speed %.2f")) {
-    s.speed = std::abs(speed) < 0.04f ? 0 : std::clamp(speed, -8.0f, 8.0f);
-    state->changed = true;
+  ImGui::SetNextItemWidth(state->scene.moving_lights ? speed_width / 2 - 4 : -1);
+  state->changed |= SpeedSlider("##speed", "speed %.2f", &s.speed);
+  if (state->scene.moving_lights) {
+    double lights = s.light_speed.value_or(s.speed);
+    ImGui::SameLine(0, 4);
+    ImGui::SetNextItemWidth(-1);
+    if (SpeedSlider("##lights", "lights %.2f", &lights)) {
+      s.light_speed = lights;
+      state->changed = true;
+    }
+    if (ImGui::IsItemHovered()) {
+      ImGui::SetTooltip("Speed of the lights that move; the other one is that of all else.");
+    }
   }
   ImGui::End();
 }

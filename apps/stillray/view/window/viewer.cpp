@@ -5,17 +5,20 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
+#include <memory>
 #include <thread>
 
 #include <fmt/format.h>
 #include <imgui.h>
 
 #include "interrupt.h"
-#include "stillray/io.h"
 #include "view/view_engine.h"
 #include "view/window/camera_input.h"
 #include "view/window/gl_window.h"
+#include "view/window/interface_times.h"
 #include "view/window/layout.h"
 #include "view/window/pane_textures.h"
 #include "view/window/panels.h"
@@ -68,41 +71,22 @@ bool DrawInterface(double now, double elapsed, PaneTextures* textures, ViewEngin
   return flying || state->flight || state->load.loading || state->dragged_divider >= 0;
 }
 
-/// How long the window's own frames took, and how long it did not look at its events: what a user
-/// feels as a freeze.
-struct InterfaceTimes {
-  int64_t frames = 0;
-  int64_t pictures = 0;  ///< of the engine, shown
-  double slowest_ms = 0;
-  double sum_ms = 0;
-  double longest_gap_ms = 0;  ///< between two looks at the events
-
-  void Add(double ms) {
-    ++frames;
-    slowest_ms = std::max(slowest_ms, ms);
-    sum_ms += ms;
-  }
-};
-
-Status WriteReport(const std::string& path, const InterfaceTimes& times) {
-  const std::string text = fmt::format(
-      "{{\"interface_frames\": {}, \"pictures\": {}, \"slowest_ms\": {:.2f}, \"mean_ms\": {:.2f}, "
-      "\"longest_gap_ms\": {:.2f}}}\n",
-      times.frames, times.pictures, times.slowest_ms,
-      times.frames > 0 ? times.sum_ms / static_cast<double>(times.frames) : 0.0,
-      times.longest_gap_ms);
-  return WriteFileAtomically(path, text.data(), text.size());
-}
-
+/// One frame of the interface, from input to the screen.
 void DrawFrame(double now, double elapsed, bool* lively, GlWindow* window, PaneTextures* textures,
-               ViewEngine* engine, ViewerState* state) {
+               InterfaceTimes* times, ViewEngine* engine, ViewerState* state) {
   window->BeginFrame();
   *lively = DrawInterface(now, elapsed, textures, engine, state);
   if (state->changed) {
-    engine->Post(state->settings);
+    const uint64_t made = engine->frames_made();
+    times->Posted(engine->Post(state->settings), made, now);
     state->changed = false;
   }
   window->EndFrame();
+  const double end = Now();
+  times->Drawn((end - now) * 1e3);
+  if (state->frame != nullptr) {
+    times->Shown(*state->frame, end);
+  }
 }
 
 /// \param watch  look at events often even where nothing is to be drawn, so that gaps are seen
@@ -110,7 +94,6 @@ InterfaceTimes Loop(bool watch, GlWindow* window, std::atomic<bool>* news, ViewE
                     ViewerState* state) {
   PaneTextures textures;
   double last = Now();
-  double looked = last;
   bool lively = true;
   int frames_due = kFramesAfterInput;
   uint64_t titled = 0;
@@ -120,8 +103,7 @@ InterfaceTimes Loop(bool watch, GlWindow* window, std::atomic<bool>* news, ViewE
     const double patience = soon || watch ? kLivelySeconds : kIdleSeconds;
     frames_due = window->WaitForEvents(patience) ? kFramesAfterInput : frames_due;
     double now = Now();
-    times.longest_gap_ms = std::max(times.longest_gap_ms, (now - looked) * 1e3);
-    looked = now;
+    times.Looked(now);
     if (!soon && frames_due == 0 && !*news && now - last < kIdleSeconds) {
       continue;
     }
@@ -138,11 +120,9 @@ InterfaceTimes Loop(bool watch, GlWindow* window, std::atomic<bool>* news, ViewE
       titled = state->scene.number;
       window->SetTitle(Title(state->scene.request));
     }
-    DrawFrame(now, now - last, &lively, window, &textures, engine, state);
+    DrawFrame(now, now - last, &lively, window, &textures, &times, engine, state);
     frames_due = std::max(frames_due - 1, 0);
     last = now;
-    times.Add((Now() - now) * 1e3);
-    times.pictures = state->frame != nullptr ? static_cast<int64_t>(state->frame->number) : 0;
   }
   return times;
 }
@@ -163,13 +143,25 @@ Status RunViewer(const ViewOptions& options) {
   state.views = ListViews(state.settings.denoise);
   // The engine ends before the window, which its threads wake.
   std::atomic<bool> news = false;
-  ViewEngine engine(state.settings, [&news] {
+  auto engine = std::make_unique<ViewEngine>(state.settings, [&news] {
     news = true;
     GlWindow::Wake();
   });
-  engine.Open(options.request);
-  const InterfaceTimes times = Loop(!options.report.empty(), window->get(), &news, &engine, &state);
-  return options.report.empty() ? Status::Ok() : WriteReport(options.report, times);
+  engine->Open(options.request);
+  const InterfaceTimes times =
+      Loop(!options.report.empty(), window->get(), &news, engine.get(), &state);
+  (*window)->Hide();
+  engine.reset();
+  const Status status = options.report.empty() ? Status::Ok() : times.Write(options.report);
+  if (SceneLoader::abandoned() > 0 && status.ok()) {
+    // A scene that nobody wants any more is still being read. There is nothing to save: nothing is
+    // gained by waiting for it, and libraries must not be torn down under it.
+    window->reset();
+    std::fflush(nullptr);
+    std::_Exit(EXIT_SUCCESS);
+  }
+  SceneLoader::WaitForAbandoned();
+  return status;
 }
 
 }  // namespace stillray::view

@@ -12,6 +12,7 @@ namespace {
 constexpr double kToastSeconds = 4;
 constexpr size_t kMostErrors = 5;
 constexpr double kFlightSeconds = 0.6;
+constexpr double kMarkSeconds = 1.5;
 
 void TakeMessages(double now, ViewEngine* engine, ViewerState* state) {
   for (const EngineMessage& message : engine->TakeMessages()) {
@@ -45,7 +46,30 @@ void TakeScene(double now, ViewEngine* engine, ViewerState* state) {
   UseFileCamera(camera, state);
 }
 
-void TakeFrame(ViewEngine* engine, ViewerState* state) {
+/// The depth under the click is there: the point that orbiting turns around is known.
+void Focus(double now, const ViewFrame& frame, ViewerState* state) {
+  state->focus_asked = 0;
+  const ViewSettings& s = state->settings;
+  const float aspect = static_cast<float>(frame.width) / static_cast<float>(frame.height);
+  if (state->focus_turns) {
+    const ViewPose target = FocusOn(frame.pose, s.focus_x, s.focus_y, aspect, frame.focus_depth);
+    if (!(target == frame.pose)) {
+      state->flight = PoseFlight{frame.pose, target, -1};
+    }
+    return;
+  }
+  const ViewPose around = OrbitAround(frame.pose, s.focus_x, s.focus_y, aspect, frame.focus_depth);
+  if (!(around == frame.pose)) {
+    // The camera may have moved on since.
+    ViewPose pose = s.free_camera ? s.pose : frame.pose;
+    pose.distance = around.distance;
+    pose.aside = around.aside;
+    SetPose(pose, state);
+    state->focus_until = now + kMarkSeconds;
+  }
+}
+
+void TakeFrame(double now, ViewEngine* engine, ViewerState* state) {
   const ViewFrame* frame = engine->TakeFrame();
   if (frame == nullptr) {
     return;
@@ -53,13 +77,7 @@ void TakeFrame(ViewEngine* engine, ViewerState* state) {
   state->frame = frame;
   state->times.Add(frame->cost);
   if (state->focus_asked != 0 && frame->focus == state->focus_asked) {
-    state->focus_asked = 0;
-    const ViewSettings& s = state->settings;
-    const float aspect = static_cast<float>(frame->width) / static_cast<float>(frame->height);
-    const ViewPose target = FocusOn(frame->pose, s.focus_x, s.focus_y, aspect, frame->focus_depth);
-    if (!(target == frame->pose)) {
-      state->flight = PoseFlight{frame->pose, target, -1};
-    }
+    Focus(now, *frame, state);
   }
 }
 
@@ -173,7 +191,7 @@ void AddError(const std::string& text, ViewerState* state) {
 void Update(double now, ViewEngine* engine, ViewerState* state) {
   TakeMessages(now, engine, state);
   TakeScene(now, engine, state);
-  TakeFrame(engine, state);
+  TakeFrame(now, engine, state);
   Fly(now, state);
   state->load = engine->load_state();
   state->recording = engine->recording();

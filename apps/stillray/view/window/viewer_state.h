@@ -69,6 +69,8 @@ struct ViewerState {
   std::array<std::optional<ViewPose>, 9> saved_views;
   std::optional<PoseFlight> flight;
   uint64_t focus_asked = 0;  ///< order to focus that waits for its answer; 0: none
+  bool focus_turns = false;  ///< the camera turns there; else it will only orbit around it
+  double focus_until = 0;    ///< the point is marked until then, seconds of the interface's clock
 
   Dialog dialog = Dialog::kNone;
   bool dialog_opening = false;

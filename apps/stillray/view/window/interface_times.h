@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// How well the window answers, for `--report`: how long its own frames take, how long it does not
+/// look at its events (what a user feels as a freeze), and how long input takes to become a
+/// picture.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "stillray/status.h"
+#include "view/view_frame.h"
+
+namespace stillray::view {
+
+/// Times in seconds of one clock, durations in milliseconds.
+class InterfaceTimes {
+ public:
+  void Looked(double now);
+  void Drawn(double ms);
+  /// \param number  what ViewEngine::Post returned
+  /// \param made    number of the newest frame before it
+  void Posted(uint64_t number, uint64_t made, double input_at);
+  void Shown(const ViewFrame& frame, double now);
+
+  Status Write(const std::string& path) const;
+
+ private:
+  /// The oldest settings that no picture has answered yet.
+  struct Question {
+    uint64_t number = 0;
+    uint64_t made = 0;
+    double asked_at = 0;
+  };
+
+  int64_t frames_ = 0;
+  double slowest_ms_ = 0;
+  double sum_ms_ = 0;
+  double looked_at_ = -1;
+  double longest_gap_ms_ = 0;
+  std::optional<Question> question_;
+  int64_t answers_ = 0;
+  int64_t most_frames_to_answer_ = 0;
+  double sum_answer_ms_ = 0;
+  double slowest_answer_ms_ = 0;
+  uint64_t shown_ = 0;
+  double frame_ms_ = 0;  ///< of the picture shown last
+  SampleRate rate_;
+  float scale_ = 0;
+  int64_t rate_changes_ = 0;
+  int64_t scale_changes_ = 0;
+};
+
+}  // namespace stillray::view
