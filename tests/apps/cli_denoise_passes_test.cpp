@@ -183,7 +183,7 @@ TEST(CliDenoisePasses, LightWithoutNoiseStaysInItsLayer) {
     EXPECT_LT(LayerError(out, pass), 1e-9) << pass.name;
   }
   const ExrImage in = AllPasses(3, false);
-  EXPECT_LT(LargestDifference(Layer(out, "Combined"), Layer(in, "Combined")), 2e-6);
+  EXPECT_LT(LargestDifference(Layer(out, "Combined"), Layer(in, "Combined")), 4e-6);
 }
 
 // Without --passes nothing of this changes: the colour differs by the light that the albedo's floor
