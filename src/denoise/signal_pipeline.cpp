@@ -49,6 +49,9 @@ AtrousWeights WeightsOf(Wavelet wavelet) {
 bool IsComplete(const Image1& present, const GuidePlanes& guides) {
   std::atomic<bool> complete = true;
   ParallelRows(present.height(), 32, [&](int y0, int y1) {
+    if (!complete) {
+      return;  // another band has told
+    }
     int missing = 0;
     for (int y = y0; y < y1; ++y) {
       const float* i = guides.inverse_depth.Row(y);

@@ -39,7 +39,7 @@ struct TapPair {
 };
 
 inline constexpr size_t kMostSignals = 8;
-inline constexpr size_t kMostStreams = 6 + 9 * kMostSignals;
+inline constexpr size_t kMostStreams = 6 + 11 * kMostSignals;
 /// Of a 5x5 kernel.
 inline constexpr int kMostPairs = 12;
 
@@ -271,6 +271,12 @@ NextRow<kMostStreams> NextRowOf(const AtrousLevel& level, int y) {
     next.Add(*signal.colour, leading);
     next.Add(*signal.variance, leading);
     next.Add(*signal.stop, p.noise_ratio > 1 ? leading : own);
+    if (!signal.complete) {
+      next.Add(*signal.present, leading);
+    }
+    if (signal.grown != nullptr) {
+      next.Add(*signal.grown, own);
+    }
     next.Add(signal.out->colour, own);
     next.Add(signal.out->variance, own);
   }
