@@ -13,6 +13,7 @@
 #include <hwy/highway.h>
 
 #include "denoise/simd/fetch_taps-inl.h"
+#include "denoise/simd/sparse_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -37,7 +38,10 @@ void AccumulateRows(const NewLight& light, const SignalHistory& before,
   const int width = light.samples.width();
   for (int y = y0; y < y1; ++y) {
     NextRow<48> next;
-    next.Add(light.colour, y + 1);
+    const bool sparse = IsSparseRow(light.samples.Row(y), width);
+    if (!sparse) {
+      next.Add(light.colour, y + 1);
+    }
     next.Add(light.samples, y + 1);
     const auto add_history = [&](const SignalHistory& history, int row) {
       next.Add(history.colour, row);
@@ -73,9 +77,10 @@ void AccumulateRows(const NewLight& light, const SignalHistory& before,
       }
       const VF alpha = NewFrameWeight(length, n, p.alpha_min, p.constant_weight);
       const VF alpha_moments = NewFrameWeight(length, n, p.alpha_moments, p.constant_weight);
+      const bool nothing_new = sparse && NoSamples(light.samples, x, y);
       VF colour[3];
       for (int c = 0; c < 3; ++c) {
-        colour[c] = hn::LoadU(d, light.colour[c].Row(y) + x);
+        colour[c] = nothing_new ? hn::Zero(d) : hn::LoadU(d, light.colour[c].Row(y) + x);
         const VF old = old_of(before.colour[c]);
         StoreInRow(d, hn::MulAdd(alpha, hn::Sub(colour[c], old), old), out->colour[c].Row(y), x,
                    width);

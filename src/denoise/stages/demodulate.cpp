@@ -15,6 +15,7 @@
 
 #include <hwy/highway.h>
 
+#include "denoise/simd/sparse_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -68,11 +69,13 @@ DemodulateCounts DemodulateRows(const DemodulateInput& in, int y0, int y1, NewLi
   const int width = out->samples.width();
   DemodulateCounts counts;
   for (int y = y0; y < y1; ++y) {
+    // Where few pixels have a sample, the others are not even read.
+    const bool sparse = in.samples != nullptr && IsSparseRow(in.samples->Row(y), width);
     NextRow<40> next;
-    for (int i = 0; i < in.count; ++i) {
+    for (int i = 0; i < in.count && !sparse; ++i) {
       next.Add(*in.radiance[i], y + 1);
     }
-    for (int i = 0; i < in.albedo.count; ++i) {
+    for (int i = 0; i < in.albedo.count && !sparse; ++i) {
       next.Add(*in.albedo.part[i], y + 1);
     }
     next.Add(out->colour, y + 1);
@@ -80,6 +83,15 @@ DemodulateCounts DemodulateRows(const DemodulateInput& in, int y0, int y1, NewLi
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
       const MF in_row = InRow(x, width);
+      if (sparse && NoSamples(*in.samples, x, y)) {
+        for (Image1* plane : {&out->colour[0], &out->colour[1], &out->colour[2], &out->samples}) {
+          StoreInRow(d, zero, plane->Row(y), x, width);
+        }
+        if (!out->within.empty()) {
+          StoreInRow(d, zero, out->within.Row(y), x, width);
+        }
+        continue;
+      }
       Colour sum = {zero, zero, zero};
       MF finite = in_row;
       VF least = zero;
@@ -104,10 +116,12 @@ DemodulateCounts DemodulateRows(const DemodulateInput& in, int y0, int y1, NewLi
           finite, hn::And(IsFiniteLane(sum.r), hn::And(IsFiniteLane(sum.g), IsFiniteLane(sum.b))));
       const MF negative = hn::Lt(least, zero);
       const VF given = in.samples != nullptr ? hn::LoadU(d, in.samples->Row(y) + x) : one;
-      const MF received = hn::And(hn::Gt(given, zero), IsFiniteLane(given));
+      const MF sampled = hn::And(hn::Gt(given, zero), in_row);
+      const MF received = hn::And(sampled, IsFiniteLane(given));
       const MF usable = hn::And(hn::AndNot(negative, finite), received);
-      counts.non_finite += static_cast<int64_t>(hn::CountTrue(d, hn::AndNot(finite, in_row)));
-      counts.negative += static_cast<int64_t>(hn::CountTrue(d, hn::And(finite, negative)));
+      counts.non_finite += static_cast<int64_t>(hn::CountTrue(d, hn::AndNot(finite, sampled)));
+      counts.negative +=
+          static_cast<int64_t>(hn::CountTrue(d, hn::And(hn::And(finite, negative), sampled)));
       const VF luminance = Luminance(sum.r, sum.g, sum.b, in.rec601);
       StoreInRow(d, hn::IfThenElseZero(usable, luminance), out->colour[0].Row(y), x, width);
       StoreInRow(d, hn::IfThenElseZero(usable, sum.r), out->colour[1].Row(y), x, width);

@@ -21,6 +21,7 @@ struct DemodulateInput {
   bool rec601 = false;              ///< luminance weights of the result
 };
 
+/// Of pixels that have a sample.
 struct DemodulateCounts {
   int64_t non_finite = 0;
   int64_t negative = 0;

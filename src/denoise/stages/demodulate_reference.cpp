@@ -62,8 +62,8 @@ DemodulateCounts Demodulate(const DemodulateInput& in, NewLight* out) {
           finite && std::isfinite(colour.x) && std::isfinite(colour.y) && std::isfinite(colour.z);
       const float given = in.samples != nullptr ? (*in.samples)(x, y) : 1.0f;
       const bool usable = finite && !negative && given > 0 && std::isfinite(given);
-      counts.non_finite += finite ? 0 : 1;
-      counts.negative += finite && negative ? 1 : 0;
+      counts.non_finite += given > 0 && !finite ? 1 : 0;
+      counts.negative += given > 0 && finite && negative ? 1 : 0;
       const float luminance = in.rec601 ? Luminance601(colour.x, colour.y, colour.z)
                                         : Luminance709(colour.x, colour.y, colour.z);
       out->colour[0](x, y) = usable ? luminance : 0.0f;
