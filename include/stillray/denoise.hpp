@@ -181,7 +181,7 @@ enum class Backend : uint8_t {
 };
 
 struct StageTime {
-  std::string_view name;  ///< of static storage
+  std::string_view name;    ///< of static storage
   double milliseconds = 0;  ///< summed over signals and levels
 };
 
