@@ -45,7 +45,8 @@ struct BenchSize {
   TracerBench tracer;
 };
 
-Status AddSubjects(const BenchArguments& a, int most_threads, FilterBench* filter) {
+/// \param scalar  also the scalar reference
+Status AddSubjects(const BenchArguments& a, int most_threads, bool scalar, FilterBench* filter) {
   const auto add = [&](const std::string& preset, bool one_signal, const std::string& kernel,
                        int threads, Backend backend) {
     Result<Settings> settings = PresetSettings(preset);
@@ -79,7 +80,7 @@ Status AddSubjects(const BenchArguments& a, int most_threads, FilterBench* filte
           const int count = threads > 0 ? std::min(threads, most_threads) : most_threads;
           STILLRAY_RETURN_IF_ERROR(add(preset, one_signal, kernel, count, Backend::kCpu));
         }
-        if (one_signal && a.scalar) {
+        if (one_signal && scalar) {
           STILLRAY_RETURN_IF_ERROR(add(preset, true, kernel, 1, Backend::kReference));
         }
       }
@@ -171,7 +172,8 @@ Status RunBench(const BenchArguments& arguments) {
       return options.status();
     }
     sizes[i].options = std::move(options.value());
-    STILLRAY_RETURN_IF_ERROR(AddSubjects(arguments, threads, &sizes[i].filter));
+    STILLRAY_RETURN_IF_ERROR(
+        AddSubjects(arguments, threads, arguments.scalar && i == 0, &sizes[i].filter));
   }
   const Result<Scene> scene = LoadScene(arguments.render.scene);
   if (!scene.ok()) {
@@ -247,8 +249,10 @@ void AddBenchCommand(CLI::App& app, int* exit_code) {
       ->capture_default_str();
   command->add_option("--set", a->render.set,
                       "Parameter of the denoiser as NAME=VALUE; repeatable");
-  command->add_flag("--scalar,!--no-scalar", a->scalar,
-                    "Also the scalar reference of preset svgf with one signal (slow; default)");
+  command->add_flag(
+      "--scalar,!--no-scalar", a->scalar,
+      "Also the scalar reference of preset svgf with one signal, at the first size (slow; "
+      "default)");
   command->add_option("--threads", a->threads, "Threads of the filter: a list; 0: all processors")
       ->delimiter(',')
       ->take_all()

@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: the stillray developers
+# SPDX-License-Identifier: Apache-2.0
+"""`stillray bench` says what it measured, and scripts/roofline.py draws it.
+
+    bench_test.py PROGRAM ROOT
+"""
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import xml.etree.ElementTree as xml
+
+
+def run(*command):
+    return subprocess.run(command, capture_output=True, text=True, timeout=200)
+
+
+def test_table_and_json(program, root, folder):
+    path = os.path.join(folder, "bench.json")
+    done = run(program, "bench", "--size", "96x54,64x36", "--preset", "svgf,psvgf", "--repeats", "2",
+               "--json", path)
+    assert done.returncode == 0, done.stderr
+    for size in ("96x54", "64x36"):
+        assert f"builtin:cornell, {size}, 1 spp, 1 bounces" in done.stdout, done.stdout
+    with open(path) as file:
+        bench = json.load(file)
+    assert [(s["width"], s["height"]) for s in bench["sizes"]] == [(96, 54), (64, 36)]
+    for size in bench["sizes"]:
+        filters = size["filter"]
+        assert filters["multiply_adds_per_second_and_thread"] > 1e7
+        assert filters["copy"]["min_ms"] > 0
+        found = {(s["name"], s["kernel"], s["scalar"]) for s in filters["subjects"]}
+        wanted = {(name, kernel, False) for name in ("svgf, one signal", "svgf", "psvgf")
+                  for kernel in ("3x3", "5x5")}
+        if size is bench["sizes"][0]:
+            wanted |= {("svgf, one signal", kernel, True) for kernel in ("3x3", "5x5")}
+        assert found == wanted, found
+        for subject in filters["subjects"]:
+            # What the stages take is part of the whole.
+            stages = sum(stage["min_ms"] for stage in subject["stages"].values())
+            assert 0 < stages <= subject["whole"]["median_ms"] * 1.05, subject
+            assert subject["bytes"] > 100 * filters["pixels"]
+            assert subject["signals"] == {"svgf": 3, "psvgf": 2}.get(subject["name"], 1)
+    # A row of the table holds the figures of the file.
+    subject = bench["sizes"][0]["filter"]["subjects"][0]
+    row = re.search(r"^svgf, one signal 3x3 +1 +([\d.]+) +([\d.]+)", done.stdout, re.MULTILINE)
+    assert row, done.stdout
+    assert abs(float(row[1]) - subject["whole"]["min_ms"]) <= 0.0051
+    assert abs(float(row[2]) - subject["whole"]["median_ms"]) <= 0.0051
+
+    picture = os.path.join(folder, "roofline.svg")
+    done = run(sys.executable, "-B", os.path.join(root, "scripts/roofline.py"), path, picture)
+    assert done.returncode == 0, done.stderr
+    space = "{http://www.w3.org/2000/svg}"
+    drawn = xml.parse(picture).getroot()
+    measured = [s for s in bench["sizes"][0]["filter"]["subjects"] if not s["scalar"]]
+    # Every filter stands in the plot and in its legend.
+    assert len(drawn.findall(space + "circle")) == len(measured)
+    assert len(drawn.findall(space + "rect")) == len(measured) + 1
+    done = run(sys.executable, "-B", os.path.join(root, "scripts/roofline.py"), __file__, picture)
+    assert done.returncode != 0 and "expected what `stillray bench --json` wrote" in done.stderr
+
+
+def test_sparse_frames(program, root, folder):
+    done = run(program, "bench", "--size", "96x54", "--spp", "1/16", "--guides", "sparse", "--preset",
+               "psvgf", "--kernel", "3x3", "--threads", "0", "--repeats", "2")
+    assert done.returncode == 0, done.stderr
+    assert re.search(r"^fill_guides +[\d.]+$", done.stdout, re.MULTILINE), done.stdout
+
+
+def test_bad_input(program, root, folder):
+    for arguments, words in (
+            (["--preset", "fast"], "unknown preset 'fast'"),
+            (["--kernel", "7x7"], "'kernel' is '7x7', expected one of 3x3, 5x5"),
+            (["--set", "sigma_l"], "expected NAME=VALUE"),
+            (["--set", "sigma_l=big"], "'sigma_l' is 'big'"),
+            (["--size", "64x36,0x9"], "0x9"),
+            (["--scene", "missing.glb"], "missing.glb")):
+        done = run(program, "bench", "--size", "64x36", "--repeats", "1", *arguments)
+        assert done.returncode == 2, (arguments, done.returncode, done.stderr)
+        assert words in done.stderr, (arguments, done.stderr)
+
+
+def main():
+    program, root = sys.argv[1], sys.argv[2]
+    for name, test in list(globals().items()):
+        if name.startswith("test_"):
+            with tempfile.TemporaryDirectory() as folder:
+                test(program, root, folder)
+            print(f"{name}: passed")
+
+
+if __name__ == "__main__":
+    main()
