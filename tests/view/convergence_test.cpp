@@ -1,0 +1,182 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// What a user sees over time: a still view that converges, a moving one that stays usable.
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "stillray/quality.h"
+#include "view/exact_accumulation.h"
+#include "view/view_session.h"
+
+namespace stillray::view {
+namespace {
+
+const RenderProgress kGoOn = [](double) { return true; };
+
+ViewSettings SmallSettings(const std::string& preset, const SampleRate& rate) {
+  ViewSettings settings;
+  settings.width = 160;
+  settings.height = 90;
+  settings.scale = 1;
+  settings.auto_scale = false;
+  settings.rate = rate;
+  settings.auto_rate = false;
+  settings.wall_clock = false;
+  settings.bounces = 2;
+  settings.denoise = PresetSettings(preset).value();
+  return settings;
+}
+
+LoadedScene Load(const std::string& scene, const ViewSettings& settings) {
+  return std::move(
+      LoadForView({scene, ""}, settings, [](const LoadPhase&) { return true; }).value());
+}
+
+/// Squared error relative to the reference's mean square: fireflies and dark corners count as they
+/// are.
+double Error(const Image3& picture, const Image3& reference) {
+  double error = 0;
+  double power = 0;
+  for (int c = 0; c < 3; ++c) {
+    for (int y = 0; y < reference.height(); ++y) {
+      for (int x = 0; x < reference.width(); ++x) {
+        const double d = picture[c](x, y) - reference[c](x, y);
+        error += d * d;
+        power += double{reference[c](x, y)} * reference[c](x, y);
+      }
+    }
+  }
+  return error / power;
+}
+
+Image3 Converged(const std::string& scene, const ViewSettings& settings, int spp) {
+  LoadedScene loaded = Load(scene, settings);
+  const Scene& s = *loaded.scene;
+  RenderMoment moment;
+  const ViewPose pose = settings.free_camera ? settings.pose : FilePose(s, SceneBounds(s, 0), 0, 0);
+  moment.pose = CameraPose{ToMatrix(pose), pose.yfov};
+  moment.seconds = moment.previous_seconds = settings.seek_seconds;
+  Image3 picture;
+  EXPECT_TRUE(loaded.renderer->RenderReference(moment, spp, &picture).ok());
+  return picture;
+}
+
+/// Errors of the still view when 1, 4, 16 and 64 samples per pixel have arrived.
+std::vector<double> ErrorsOverTime(const ViewSettings& settings, const Image3& reference) {
+  ViewSession session(Load("builtin:cornell", settings));
+  std::vector<double> errors;
+  ViewFrame frame;
+  double next = 1;
+  for (int n = 1; n <= 64 * settings.rate.cycle; ++n) {
+    EXPECT_TRUE(session.RenderNext(settings, 0, kGoOn, &frame).ok());
+    if (n >= next * settings.rate.cycle) {
+      errors.push_back(Error(session.denoised(), reference));
+      next *= 4;
+    }
+  }
+  return errors;
+}
+
+std::string Text(const std::vector<double>& errors) {
+  std::string text;
+  for (const double error : errors) {
+    text += fmt::format(" {:.5f}", error);
+  }
+  return text;
+}
+
+struct Errors {
+  std::vector<double> preset;
+  std::vector<double> exact;
+};
+
+Errors ErrorsOf(const std::string& preset, const SampleRate& rate) {
+  ViewSettings settings = SmallSettings(preset, rate);
+  const Image3 reference = Converged("builtin:cornell", settings, 512);
+  Errors errors;
+  errors.preset = ErrorsOverTime(settings, reference);
+  SetExactAccumulation(true, settings.denoise, &settings.denoise);
+  EXPECT_TRUE(AccumulatesExactly(settings.denoise));
+  errors.exact = ErrorsOverTime(settings, reference);
+  std::printf("%s: as the preset has it%s; exactly%s\n", preset.c_str(),
+              Text(errors.preset).c_str(), Text(errors.exact).c_str());
+  return errors;
+}
+
+void ExpectToFall(const std::vector<double>& errors) {
+  for (size_t i = 1; i < errors.size(); ++i) {
+    EXPECT_LT(errors[i], errors[i - 1]) << i;
+  }
+}
+
+TEST(StillView, DefaultFallsToItsFloorAndExactAccumulationBelow) {
+  const Errors errors = ErrorsOf("default", {1, 1});
+  ExpectToFall(errors.preset);
+  ExpectToFall(errors.exact);
+  EXPECT_LT(errors.preset.back(), 0.2 * errors.preset.front());
+  EXPECT_LT(errors.exact.back(), 0.8 * errors.preset.back());
+}
+
+/// As published, psvgf steers its filter by the noise of single frames and feeds filtered light
+/// back: what it gains by samples it loses to blur, and its floor lies high. Exact accumulation
+/// converges.
+TEST(StillView, PsvgfConvergesWithExactAccumulation) {
+  const Errors errors = ErrorsOf("psvgf", {1, 2});
+  ExpectToFall(errors.exact);
+  EXPECT_LT(errors.exact.back(), 0.1 * errors.exact.front());
+  EXPECT_LT(errors.exact.back(), 0.1 * errors.preset.back());
+  // The floor of the preset is reached and held.
+  const size_t last = errors.preset.size() - 1;
+  EXPECT_LT(errors.preset[last], 0.15);
+  EXPECT_LT(errors.preset[last], 1.25 * errors.preset[last - 1]);
+}
+
+/// Camera in orbit, lamp in motion, one path for 16 pixels.
+TEST(UnderMotion, ThePictureStaysUsable) {
+  ViewSettings settings = SmallSettings("psvgf", {1, 16});
+  settings.playing = true;
+  settings.fps = 30;
+  ViewSession session(Load("builtin:lights", settings));
+  ViewFrame frame;
+  ASSERT_TRUE(session.RenderNext(settings, 0, kGoOn, &frame).ok());
+  settings.free_camera = true;
+  settings.pose = frame.pose;
+  for (const bool sparse : {false, true}) {
+    settings.sparse_guides = sparse;
+    for (int n = 0; n < 24; ++n) {
+      settings.pose = Orbit(settings.pose, sparse ? -0.006f : 0.006f, 0);
+      ASSERT_TRUE(session.RenderNext(settings, 0, kGoOn, &frame).ok());
+      int holes = 0;
+      for (int y = 0; y < frame.height; ++y) {
+        for (int x = 0; x < frame.width; ++x) {
+          const Image3& c = session.denoised();
+          const float sum = c[0](x, y) + c[1](x, y) + c[2](x, y);
+          ASSERT_TRUE(std::isfinite(sum)) << "frame " << n << " at " << x << " " << y;
+          holes += sum > 0 ? 0 : 1;
+        }
+      }
+      // Until every pixel has had a path, a pixel may have no neighbour that knows its light.
+      EXPECT_LE(holes, !sparse && n < settings.rate.cycle ? 3 : 0) << "in frame " << n;
+    }
+    ViewSettings still = settings;
+    still.seek_seconds = frame.seconds;
+    const Image3 reference = Converged("builtin:lights", still, 256);
+    const double raw = Error(session.noisy(), reference);
+    const double clean = Error(session.denoised(), reference);
+    const double raw_flip = CompareImages(session.noisy(), reference, false).value().flip;
+    const double clean_flip = CompareImages(session.denoised(), reference, false).value().flip;
+    std::printf("%s guides: error %.4f raw, %.4f denoised; FLIP %.4f raw, %.4f denoised\n",
+                sparse ? "sparse" : "full", raw, clean, raw_flip, clean_flip);
+    EXPECT_LT(clean, raw / 3);
+    EXPECT_LT(clean_flip, raw_flip / 2.2);
+  }
+}
+
+}  // namespace
+}  // namespace stillray::view
