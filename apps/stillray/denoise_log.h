@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "denoise_options.h"
+#include "log_parts.h"
 
 namespace stillray {
 
@@ -25,7 +26,7 @@ struct DenoisedFrameLog {
   bool restarted = false;     ///< history was dropped before this frame
   int64_t missing_light = 0;  ///< values that were NaN, infinite or negative
   int64_t bad_guides = 0;     ///< pixels that were passed through
-  std::vector<StageTime> stages;
+  std::vector<LoggedStage> stages;
 };
 
 struct DenoiseLog {

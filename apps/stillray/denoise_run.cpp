@@ -367,7 +367,7 @@ Status DenoiseRun::DenoiseFile(size_t at) {
   KeepGuidesOnly(&*previous_);
   log.missing_light = denoised_.non_finite + denoised_.negative;
   log.bad_guides = denoised_.bad_guides;
-  log.stages = denoised_.timings;
+  log.stages = LoggedStages(denoised_.timings);
   next_ = at + 1;
   done_ += 1;
   progress_->Step(

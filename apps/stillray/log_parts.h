@@ -22,10 +22,24 @@ inline double RoundedMs(double milliseconds) {
   return std::round(milliseconds * 1000) / 1000;
 }
 
-inline nlohmann::ordered_json StagesJson(const std::vector<StageTime>& stages) {
+/// What a log keeps of a stage: logs are also read from files, where names are no literals.
+struct LoggedStage {
+  std::string name;
+  double milliseconds = 0;
+};
+
+inline std::vector<LoggedStage> LoggedStages(const std::vector<StageTime>& timings) {
+  std::vector<LoggedStage> stages;
+  for (const StageTime& stage : timings) {
+    stages.push_back({std::string(stage.name), stage.milliseconds});
+  }
+  return stages;
+}
+
+inline nlohmann::ordered_json StagesJson(const std::vector<LoggedStage>& stages) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
-  for (const StageTime& stage : stages) {
-    json[std::string(stage.name)] = RoundedMs(stage.milliseconds);
+  for (const LoggedStage& stage : stages) {
+    json[stage.name] = RoundedMs(stage.milliseconds);
   }
   return json;
 }
@@ -53,14 +67,14 @@ inline std::string TimingsRow(const std::string& name, std::vector<double> value
 template <typename FrameLogs>
 std::string StageRows(const FrameLogs& frames) {
   std::string rows;
-  for (const StageTime& stage : frames.back().stages) {
+  for (const LoggedStage& stage : frames.back().stages) {
     std::vector<double> values;
     for (const auto& frame : frames) {
       const auto at = std::find_if(frame.stages.begin(), frame.stages.end(),
-                                   [&](const StageTime& s) { return s.name == stage.name; });
+                                   [&](const LoggedStage& s) { return s.name == stage.name; });
       values.push_back(at == frame.stages.end() ? 0.0 : at->milliseconds);
     }
-    rows += TimingsRow("  " + std::string(stage.name), values);
+    rows += TimingsRow("  " + stage.name, values);
   }
   return rows;
 }

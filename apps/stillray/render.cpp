@@ -258,7 +258,7 @@ void RenderRun::Log(const RenderMoment& moment, double render_ms, double denoise
   entry.seconds = moment.seconds;
   entry.render_ms = render_ms;
   entry.denoise_ms = denoise_ms;
-  entry.stages = denoised_.timings;
+  entry.stages = LoggedStages(denoised_.timings);
   log_.frames.push_back(std::move(entry));
   log_.denoiser_bytes = denoiser_->memory_bytes();
   log_.renderer_bytes = renderer_->memory_bytes();

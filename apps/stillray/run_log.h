@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "log_parts.h"
 #include "render_options.h"
 #include "stillray/denoise.hpp"
 
@@ -18,7 +19,7 @@ struct FrameLog {
   double seconds = 0;
   double render_ms = 0;
   double denoise_ms = 0;
-  std::vector<StageTime> stages;  ///< of renderer and denoiser
+  std::vector<LoggedStage> stages;  ///< of renderer and denoiser
 };
 
 struct RunLog {
