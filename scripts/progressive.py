@@ -161,7 +161,7 @@ def main():
     arguments.images.mkdir(parents=True, exist_ok=True)
     sections = [measure_scene(arguments, name, scene) for name, scene in scenes]
     options = [f"--scene {name}={pathlib.Path(path).name}" for name, path in scenes[len(BUILTIN):]]
-    options.append(f"--presets {shlex.quote(arguments.presets)}")
+    options += [f"--presets {shlex.quote(arguments.presets)}", f"--reference {arguments.reference}"]
     made_by = (f"Made by\n\n    scripts/progressive.py {' '.join(options)}\n\n"
                f"{arguments.size}, {arguments.spp} path per pixel and frame, {arguments.guides} guides.\n")
     intro = (ROOT / "scripts/progressive_intro.md").read_text()
