@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <map>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
@@ -25,16 +26,16 @@ double Milliseconds(Clock::time_point since) {
 constexpr size_t kSharedBytes = 40;
 constexpr size_t kSignalBytes = 32;
 
-/// Multiply-adds of one tap of the wavelet for one signal, and of one more signal.
+/// Multiply-adds of one tap of the wavelet for one signal; several are counted as if alone.
 constexpr double kTapWork = 15.5;
 
-Times& Find(std::vector<Times>* table, const std::string& name) {
+Times& Find(std::vector<Times>* table, std::string_view name) {
   const auto at =
       std::find_if(table->begin(), table->end(), [&](const Times& t) { return t.name == name; });
   if (at != table->end()) {
     return *at;
   }
-  table->push_back({name, {}});
+  table->push_back({std::string(name), {}});
   return table->back();
 }
 
@@ -91,19 +92,8 @@ Status FilterBench::RunEntry(const Frame& frame, bool record, Entry* entry) {
     return status;
   }
   entry->whole.ms.push_back(whole);
-  // Stages that run once per level or signal: their sum in this frame.
-  std::vector<std::pair<std::string, double>> sums;
   for (const StageTime& stage : out.timings) {
-    const auto at = std::find_if(sums.begin(), sums.end(),
-                                 [&](const auto& sum) { return sum.first == stage.name; });
-    if (at != sums.end()) {
-      at->second += stage.milliseconds;
-    } else {
-      sums.emplace_back(stage.name, stage.milliseconds);
-    }
-  }
-  for (const auto& [name, ms] : sums) {
-    Find(&entry->stages, name).ms.push_back(ms);
+    Find(&entry->stages, stage.name).ms.push_back(stage.milliseconds);
   }
   entry->bytes = entry->denoiser.memory_bytes();
   return status;

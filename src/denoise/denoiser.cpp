@@ -17,9 +17,10 @@
 //                                 or taps, last history
 //     merge_future       -        history, light of the future   merged history       (only where the future is known)
 //     estimate_variance  3        history, guides                variance
-//     prefilter_variance 1        variance                       spread               (before every level)
+//   per level:
+//     prefilter_variance 1        luminance, variance            luminance stops      (signal by signal)
 //     atrous             wavelet  colour, variance, guides       colour, variance     colour of the feedback level
-//     remodulate         -        colour, albedo                 picture
+//   remodulate           -        colours, albedo, unfiltered    picture
 //   fxaa                 9        picture, length                picture
 //   antialias            4x4      picture, motion                picture              kept for the next frame
 // clang-format on
