@@ -13,11 +13,13 @@ build_packages=(
   libtbb-dev libtinygltf-dev libwebp-dev nlohmann-json3-dev pybind11-dev python3-dev python3-numpy
   ffmpeg
   libglfw3-dev libimgui-dev libgl-dev
+  libvulkan-dev glslc
 )
 test_packages=(
   libgtest-dev libgmock-dev python3 chromium chromium-driver
   clang clang-format libclang-rt-14-dev g++-aarch64-linux-gnu
   xvfb xdotool libgl1-mesa-dri
+  mesa-vulkan-drivers vulkan-validationlayers
 )
 
 case "${1:-}" in

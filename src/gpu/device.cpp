@@ -1,0 +1,148 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+#include "gpu/device.h"
+
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace stillray::gpu {
+
+Result<DeviceContext> MakeContext(PFN_vkGetInstanceProcAddr get, VkInstance instance,
+                                  VkPhysicalDevice physical, VkDevice device) {
+  const Result<InstanceFunctions> of_instance = LoadInstanceFunctions(get, instance);
+  if (!of_instance.ok()) {
+    return of_instance.status();
+  }
+  STILLRAY_RETURN_IF_ERROR(CheckDevice(*of_instance, physical));
+  const Result<DeviceFunctions> of_device =
+      LoadDeviceFunctions(of_instance->GetDeviceProcAddr, device);
+  if (!of_device.ok()) {
+    return of_device.status();
+  }
+  DeviceContext context;
+  context.physical = physical;
+  context.device = device;
+  context.vk = *of_device;
+  of_instance->GetPhysicalDeviceMemoryProperties(physical, &context.memory);
+  VkPhysicalDeviceProperties properties = {};
+  of_instance->GetPhysicalDeviceProperties(physical, &properties);
+  context.limits = properties.limits;
+  return context;
+}
+
+/// A queue for compute; timestamps if one of them has both.
+Status Device::FindQueue() {
+  const InstanceFunctions& vk = instance_->functions();
+  uint32_t count = 0;
+  vk.GetPhysicalDeviceQueueFamilyProperties(info_.handle, &count, nullptr);
+  std::vector<VkQueueFamilyProperties> families(count);
+  vk.GetPhysicalDeviceQueueFamilyProperties(info_.handle, &count, families.data());
+  bool found = false;
+  for (uint32_t i = 0; i < count; ++i) {
+    const bool computes = (families[i].queueFlags & VK_QUEUE_COMPUTE_BIT) != 0;
+    if (computes && (!found || (timestamp_bits_ == 0 && families[i].timestampValidBits != 0))) {
+      found = true;
+      queue_family_ = i;
+      timestamp_bits_ = families[i].timestampValidBits;
+    }
+  }
+  return found ? Status::Ok()
+               : Status::Unsupported(
+                     fmt::format("{}: the device has no queue for compute", info_.name));
+}
+
+Status Device::MakeCommandBuffer() {
+  const DeviceFunctions& vk = context_.vk;
+  VkCommandPoolCreateInfo pool = {};
+  pool.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
+  pool.queueFamilyIndex = queue_family_;
+  STILLRAY_RETURN_IF_ERROR(ToStatus(vk.CreateCommandPool(context_.device, &pool, nullptr, &pool_),
+                                    "creating a command pool"));
+  VkCommandBufferAllocateInfo buffer = {};
+  buffer.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
+  buffer.commandPool = pool_;
+  buffer.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
+  buffer.commandBufferCount = 1;
+  STILLRAY_RETURN_IF_ERROR(ToStatus(vk.AllocateCommandBuffers(context_.device, &buffer, &commands_),
+                                    "creating a command buffer"));
+  VkFenceCreateInfo fence = {};
+  fence.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
+  return ToStatus(vk.CreateFence(context_.device, &fence, nullptr, &fence_), "creating a fence");
+}
+
+Result<std::shared_ptr<Device>> Device::Create(std::shared_ptr<Instance> instance,
+                                               const DeviceInfo& info) {
+  STILLRAY_RETURN_IF_ERROR(info.usable);
+  std::shared_ptr<Device> made(new Device());
+  made->instance_ = std::move(instance);
+  made->info_ = info;
+  STILLRAY_RETURN_IF_ERROR(made->FindQueue());
+  const float priority = 1;
+  VkDeviceQueueCreateInfo queue = {};
+  queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
+  queue.queueFamilyIndex = made->queue_family_;
+  queue.queueCount = 1;
+  queue.pQueuePriorities = &priority;
+  VkPhysicalDeviceFeatures features = {};
+  features.shaderStorageImageExtendedFormats = VK_TRUE;
+  VkDeviceCreateInfo create = {};
+  create.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
+  create.queueCreateInfoCount = 1;
+  create.pQueueCreateInfos = &queue;
+  create.pEnabledFeatures = &features;
+  VkDevice device = VK_NULL_HANDLE;
+  STILLRAY_RETURN_IF_ERROR(
+      ToStatus(made->instance_->functions().CreateDevice(info.handle, &create, nullptr, &device),
+               "creating a device"));
+  Result<DeviceContext> context = MakeContext(made->instance_->get_instance_proc_addr(),
+                                              made->instance_->handle(), info.handle, device);
+  if (!context.ok()) {
+    return context.status();
+  }
+  made->context_ = std::move(context.value());
+  made->context_.vk.GetDeviceQueue(device, made->queue_family_, 0, &made->queue_);
+  STILLRAY_RETURN_IF_ERROR(made->MakeCommandBuffer());
+  return made;
+}
+
+Device::~Device() {
+  if (context_.device == VK_NULL_HANDLE) {
+    return;
+  }
+  const DeviceFunctions& vk = context_.vk;
+  vk.DeviceWaitIdle(context_.device);
+  vk.DestroyFence(context_.device, fence_, nullptr);
+  vk.DestroyCommandPool(context_.device, pool_, nullptr);
+  vk.DestroyDevice(context_.device, nullptr);
+}
+
+Result<VkCommandBuffer> Device::Begin() {
+  const DeviceFunctions& vk = context_.vk;
+  STILLRAY_RETURN_IF_ERROR(
+      ToStatus(vk.ResetCommandPool(context_.device, pool_, 0), "resetting the command pool"));
+  VkCommandBufferBeginInfo begin = {};
+  begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
+  begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
+  STILLRAY_RETURN_IF_ERROR(
+      ToStatus(vk.BeginCommandBuffer(commands_, &begin), "beginning a command buffer"));
+  return commands_;
+}
+
+Status Device::Run() {
+  const DeviceFunctions& vk = context_.vk;
+  STILLRAY_RETURN_IF_ERROR(ToStatus(vk.EndCommandBuffer(commands_), "ending a command buffer"));
+  VkSubmitInfo submit = {};
+  submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
+  submit.commandBufferCount = 1;
+  submit.pCommandBuffers = &commands_;
+  STILLRAY_RETURN_IF_ERROR(ToStatus(vk.QueueSubmit(queue_, 1, &submit, fence_), "submitting work"));
+  STILLRAY_RETURN_IF_ERROR(
+      ToStatus(vk.WaitForFences(context_.device, 1, &fence_, VK_TRUE, UINT64_MAX),
+               "waiting for the device"));
+  return ToStatus(vk.ResetFences(context_.device, 1, &fence_), "resetting a fence");
+}
+
+}  // namespace stillray::gpu

@@ -1,0 +1,127 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The functions of Vulkan that stillray calls, looked up at run time: the program starts on
+/// machines without Vulkan, and defines no symbol of Vulkan's that could meet a caller's own
+/// loader.
+#pragma once
+
+#define VK_NO_PROTOTYPES
+#include <vulkan/vulkan_core.h>
+
+#include "stillray/status.h"
+
+namespace stillray::gpu {
+
+#define STILLRAY_VK_GLOBAL_FUNCTIONS(X) \
+  X(CreateInstance)                     \
+  X(EnumerateInstanceVersion)           \
+  X(EnumerateInstanceLayerProperties)   \
+  X(EnumerateInstanceExtensionProperties)
+
+#define STILLRAY_VK_INSTANCE_FUNCTIONS(X)   \
+  X(DestroyInstance)                        \
+  X(EnumeratePhysicalDevices)               \
+  X(GetPhysicalDeviceProperties)            \
+  X(GetPhysicalDeviceProperties2)           \
+  X(GetPhysicalDeviceFeatures)              \
+  X(GetPhysicalDeviceFormatProperties)      \
+  X(GetPhysicalDeviceMemoryProperties)      \
+  X(GetPhysicalDeviceQueueFamilyProperties) \
+  X(EnumerateDeviceExtensionProperties)     \
+  X(CreateDevice)                           \
+  X(GetDeviceProcAddr)
+
+/// Only there with the extension for messages of the validation layer.
+#define STILLRAY_VK_DEBUG_FUNCTIONS(X) \
+  X(CreateDebugUtilsMessengerEXT)      \
+  X(DestroyDebugUtilsMessengerEXT)
+
+#define STILLRAY_VK_DEVICE_FUNCTIONS(X) \
+  X(DestroyDevice)                      \
+  X(GetDeviceQueue)                     \
+  X(DeviceWaitIdle)                     \
+  X(QueueSubmit)                        \
+  X(CreateFence)                        \
+  X(DestroyFence)                       \
+  X(ResetFences)                        \
+  X(WaitForFences)                      \
+  X(CreateCommandPool)                  \
+  X(DestroyCommandPool)                 \
+  X(ResetCommandPool)                   \
+  X(AllocateCommandBuffers)             \
+  X(BeginCommandBuffer)                 \
+  X(EndCommandBuffer)                   \
+  X(AllocateMemory)                     \
+  X(FreeMemory)                         \
+  X(MapMemory)                          \
+  X(FlushMappedMemoryRanges)            \
+  X(InvalidateMappedMemoryRanges)       \
+  X(CreateBuffer)                       \
+  X(DestroyBuffer)                      \
+  X(GetBufferMemoryRequirements)        \
+  X(BindBufferMemory)                   \
+  X(CreateImage)                        \
+  X(DestroyImage)                       \
+  X(GetImageMemoryRequirements)         \
+  X(BindImageMemory)                    \
+  X(CreateImageView)                    \
+  X(DestroyImageView)                   \
+  X(CreateShaderModule)                 \
+  X(DestroyShaderModule)                \
+  X(CreateDescriptorSetLayout)          \
+  X(DestroyDescriptorSetLayout)         \
+  X(CreateDescriptorPool)               \
+  X(DestroyDescriptorPool)              \
+  X(AllocateDescriptorSets)             \
+  X(UpdateDescriptorSets)               \
+  X(CreatePipelineLayout)               \
+  X(DestroyPipelineLayout)              \
+  X(CreateComputePipelines)             \
+  X(DestroyPipeline)                    \
+  X(CreateQueryPool)                    \
+  X(DestroyQueryPool)                   \
+  X(GetQueryPoolResults)                \
+  X(CmdResetQueryPool)                  \
+  X(CmdWriteTimestamp)                  \
+  X(CmdBindPipeline)                    \
+  X(CmdBindDescriptorSets)              \
+  X(CmdPushConstants)                   \
+  X(CmdDispatch)                        \
+  X(CmdPipelineBarrier)                 \
+  X(CmdCopyBuffer)                      \
+  X(CmdCopyBufferToImage)               \
+  X(CmdCopyImageToBuffer)               \
+  X(CmdClearColorImage)                 \
+  X(CmdFillBuffer)                      \
+  X(CmdUpdateBuffer)
+
+#define STILLRAY_VK_MEMBER_(name) PFN_vk##name name = nullptr;
+
+struct GlobalFunctions {
+  PFN_vkGetInstanceProcAddr GetInstanceProcAddr = nullptr;
+  STILLRAY_VK_GLOBAL_FUNCTIONS(STILLRAY_VK_MEMBER_)
+};
+struct InstanceFunctions {
+  STILLRAY_VK_INSTANCE_FUNCTIONS(STILLRAY_VK_MEMBER_)
+  STILLRAY_VK_DEBUG_FUNCTIONS(STILLRAY_VK_MEMBER_)
+};
+struct DeviceFunctions {
+  STILLRAY_VK_DEVICE_FUNCTIONS(STILLRAY_VK_MEMBER_)
+};
+
+#undef STILLRAY_VK_MEMBER_
+
+/// The Vulkan loader of this machine; it stays open until the program ends.
+/// \param library  its file name, or nullptr for the usual one
+/// \return kUnsupported if there is none
+Result<GlobalFunctions> OpenLoader(const char* library = nullptr);
+
+/// \return kUnsupported naming the first function that is missing
+Result<InstanceFunctions> LoadInstanceFunctions(PFN_vkGetInstanceProcAddr get, VkInstance instance);
+Result<DeviceFunctions> LoadDeviceFunctions(PFN_vkGetDeviceProcAddr get, VkDevice device);
+
+/// Ok, or a sentence that says what went wrong: "allocating image memory: out of device memory".
+Status ToStatus(VkResult result, const char* action);
+
+}  // namespace stillray::gpu

@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The connection to Vulkan, and the devices of this machine.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "gpu/functions.h"
+
+namespace stillray::gpu {
+
+/// One device of this machine.
+struct DeviceInfo {
+  VkPhysicalDevice handle = VK_NULL_HANDLE;
+  int index = 0;          ///< N of "vulkan:N": the order in which the loader lists them
+  std::string name;       ///< "NVIDIA H200"
+  std::string driver;     ///< name and version
+  const char* kind = "";  ///< "discrete GPU", "integrated GPU", "virtual GPU", "software", "other"
+  bool is_gpu = false;    ///< hardware: neither software nor unknown
+  uint32_t api_version = 0;   ///< as VK_API_VERSION_*
+  uint64_t memory_bytes = 0;  ///< of the largest heap of the device's own memory
+  Status usable;              ///< ok, or what stillray misses
+};
+
+/// Messages of the validation layer; tests fail if there are any. Any thread may add to them.
+class Messages {
+ public:
+  void Add(std::string text);
+  std::vector<std::string> Take();
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::string> list_;
+};
+
+struct InstanceOptions {
+  bool validation = false;       ///< core and synchronisation validation
+  const char* loader = nullptr;  ///< file name of the Vulkan loader; nullptr: the usual one
+};
+
+/// A Vulkan 1.1 instance. Not copied or moved; share it by pointer.
+class Instance {
+ public:
+  /// \return kUnsupported: no loader, no driver, no validation layer although asked for
+  static Result<std::shared_ptr<Instance>> Create(const InstanceOptions& options = {});
+  Instance(const Instance&) = delete;
+  Instance& operator=(const Instance&) = delete;
+  ~Instance();
+
+  /// All devices in the order of the loader, those that stillray cannot use as well.
+  Result<std::vector<DeviceInfo>> ListDevices() const;
+
+  VkInstance handle() const { return handle_; }
+  const InstanceFunctions& functions() const { return functions_; }
+  PFN_vkGetInstanceProcAddr get_instance_proc_addr() const { return get_; }
+  /// The messages outlive the instance, so that those about objects left behind can be read.
+  const std::shared_ptr<Messages>& messages() const { return messages_; }
+
+ private:
+  Instance() = default;
+  VkInstance handle_ = VK_NULL_HANDLE;
+  VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
+  PFN_vkGetInstanceProcAddr get_ = nullptr;
+  InstanceFunctions functions_;
+  std::shared_ptr<Messages> messages_;
+};
+
+/// What `stillray` needs of a device: Vulkan 1.1, compute, the storage formats of its images.
+Status CheckDevice(const InstanceFunctions& functions, VkPhysicalDevice device);
+
+/// The devices of a choice, best first: hardware before software.
+/// \param choice  "vulkan" (any usable), "vulkan:N" (the Nth of the list)
+/// \return kNotFound, kInvalidArgument: no such device; kUnsupported: it lacks something
+Result<DeviceInfo> ChooseDevice(const std::vector<DeviceInfo>& devices, const std::string& choice);
+
+}  // namespace stillray::gpu

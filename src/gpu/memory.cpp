@@ -1,0 +1,234 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+#include "gpu/memory.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace stillray::gpu {
+namespace {
+
+VkDeviceSize AlignUp(VkDeviceSize offset, VkDeviceSize alignment) {
+  return (offset + alignment - 1) / alignment * alignment;
+}
+
+/// No block is larger: the least that maintenance3 of Vulkan 1.1 guarantees.
+constexpr VkDeviceSize kLargestBlock = VkDeviceSize{1} << 30;
+
+constexpr uint32_t kNoType = std::numeric_limits<uint32_t>::max();
+
+}  // namespace
+
+Arena::~Arena() {
+  const DeviceFunctions& vk = context_->vk;
+  for (const Image& image : images_) {
+    vk.DestroyImageView(context_->device, image.view, nullptr);
+    vk.DestroyImage(context_->device, image.image, nullptr);
+  }
+  for (const Buffer& buffer : buffers_) {
+    vk.DestroyBuffer(context_->device, buffer.buffer, nullptr);
+  }
+  for (const Block& block : blocks_) {
+    vk.FreeMemory(context_->device, block.memory, nullptr);
+  }
+}
+
+Result<const Image*> Arena::AddImage(VkFormat format, int width, int height, int layers) {
+  VkImageCreateInfo info = {};
+  info.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO;
+  info.imageType = VK_IMAGE_TYPE_2D;
+  info.format = format;
+  info.extent = {static_cast<uint32_t>(width), static_cast<uint32_t>(height), 1};
+  info.mipLevels = 1;
+  info.arrayLayers = static_cast<uint32_t>(layers);
+  info.samples = VK_SAMPLE_COUNT_1_BIT;
+  info.tiling = VK_IMAGE_TILING_OPTIMAL;
+  info.usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_STORAGE_BIT |
+               VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT;
+  Image image;
+  image.format = format;
+  image.width = width;
+  image.height = height;
+  image.layers = layers;
+  STILLRAY_RETURN_IF_ERROR(
+      ToStatus(context_->vk.CreateImage(context_->device, &info, nullptr, &image.image),
+               "creating an image"));
+  images_.push_back(image);
+  Resource resource;
+  resource.image = &images_.back();
+  resource.wanted = 0;
+  resource.better = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
+  context_->vk.GetImageMemoryRequirements(context_->device, image.image, &resource.need);
+  resources_.push_back(resource);
+  return &images_.back();
+}
+
+Result<const Buffer*> Arena::AddBuffer(VkDeviceSize size, VkBufferUsageFlags usage,
+                                       BufferPlace place) {
+  VkBufferCreateInfo info = {};
+  info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
+  info.size = size;
+  info.usage = usage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+  Buffer buffer;
+  buffer.size = size;
+  STILLRAY_RETURN_IF_ERROR(
+      ToStatus(context_->vk.CreateBuffer(context_->device, &info, nullptr, &buffer.buffer),
+               "creating a buffer"));
+  buffers_.push_back(buffer);
+  Resource resource;
+  resource.buffer = &buffers_.back();
+  const bool on_device = place == BufferPlace::kDevice;
+  resource.wanted = on_device ? 0 : VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT;
+  resource.better = on_device                       ? VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT
+                    : place == BufferPlace::kUpload ? VK_MEMORY_PROPERTY_HOST_COHERENT_BIT
+                                                    : VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
+  context_->vk.GetBufferMemoryRequirements(context_->device, buffer.buffer, &resource.need);
+  resources_.push_back(resource);
+  return &buffers_.back();
+}
+
+/// The first type with all that is wanted and better, else with what is wanted; kNoType: none.
+uint32_t Arena::FindType(const Resource& resource) const {
+  uint32_t fallback = kNoType;
+  for (uint32_t i = 0; i < context_->memory.memoryTypeCount; ++i) {
+    const VkMemoryPropertyFlags flags = context_->memory.memoryTypes[i].propertyFlags;
+    if ((resource.need.memoryTypeBits >> i & 1u) == 0 ||
+        (flags & resource.wanted) != resource.wanted) {
+      continue;
+    }
+    if ((flags & resource.better) == resource.better) {
+      return i;
+    }
+    fallback = fallback == kNoType ? i : fallback;
+  }
+  return fallback;
+}
+
+std::vector<Arena::Block> Arena::Plan(std::vector<Resource>* resources) const {
+  std::vector<Block> blocks;
+  for (Resource& r : *resources) {
+    const uint32_t type = FindType(r);
+    // Images and buffers may share a block: granules of their own keep them apart.
+    const VkDeviceSize alignment =
+        std::max(r.need.alignment, context_->limits.bufferImageGranularity);
+    const bool mapped = (r.wanted & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT) != 0;
+    r.block = blocks.size();
+    for (size_t i = 0; i < blocks.size(); ++i) {
+      if (blocks[i].type == type && blocks[i].mapped == mapped &&
+          AlignUp(blocks[i].size, alignment) + r.need.size <= kLargestBlock) {
+        r.block = i;
+        break;
+      }
+    }
+    if (r.block == blocks.size()) {
+      blocks.push_back({type, 0, mapped, VK_NULL_HANDLE});
+    }
+    r.offset = AlignUp(blocks[r.block].size, alignment);
+    blocks[r.block].size = r.offset + r.need.size;
+  }
+  return blocks;
+}
+
+MemoryUse Arena::Need() const {
+  std::vector<Resource> resources = resources_;
+  MemoryUse use;
+  for (const Block& block : Plan(&resources)) {
+    ++use.allocations;
+    use.bytes += block.size;
+  }
+  use.resources = static_cast<uint32_t>(resources.size());
+  for (const Resource& r : resources) {
+    use.largest = std::max<uint64_t>(use.largest, r.need.size);
+  }
+  return use;
+}
+
+Status Arena::Allocate() {
+  if (allocated_) {
+    return Status::Internal("Vulkan: an arena was allocated twice");
+  }
+  allocated_ = true;
+  blocks_ = Plan(&resources_);
+  for (Block& block : blocks_) {
+    if (block.type == kNoType) {
+      return Status::Unsupported("Vulkan: the device has no memory of a kind that is needed");
+    }
+    VkMemoryAllocateInfo info = {};
+    info.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
+    info.allocationSize = block.size;
+    info.memoryTypeIndex = block.type;
+    STILLRAY_RETURN_IF_ERROR(
+        ToStatus(context_->vk.AllocateMemory(context_->device, &info, nullptr, &block.memory),
+                 "allocating device memory"));
+  }
+  for (const Resource& resource : resources_) {
+    STILLRAY_RETURN_IF_ERROR(Bind(resource));
+  }
+  for (size_t i = 0; i < blocks_.size(); ++i) {
+    if (!blocks_[i].mapped) {
+      continue;
+    }
+    void* start = nullptr;
+    STILLRAY_RETURN_IF_ERROR(ToStatus(
+        context_->vk.MapMemory(context_->device, blocks_[i].memory, 0, VK_WHOLE_SIZE, 0, &start),
+        "mapping device memory"));
+    for (const Resource& r : resources_) {
+      if (r.block == i && r.buffer != nullptr) {
+        r.buffer->mapped = static_cast<char*>(start) + r.offset;
+      }
+    }
+  }
+  return Status::Ok();
+}
+
+Status Arena::Bind(const Resource& r) {
+  const VkDeviceMemory memory = blocks_[r.block].memory;
+  if (r.buffer != nullptr) {
+    return ToStatus(
+        context_->vk.BindBufferMemory(context_->device, r.buffer->buffer, memory, r.offset),
+        "binding a buffer");
+  }
+  STILLRAY_RETURN_IF_ERROR(
+      ToStatus(context_->vk.BindImageMemory(context_->device, r.image->image, memory, r.offset),
+               "binding an image"));
+  VkImageViewCreateInfo info = {};
+  info.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO;
+  info.image = r.image->image;
+  info.viewType = VK_IMAGE_VIEW_TYPE_2D_ARRAY;
+  info.format = r.image->format;
+  info.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0,
+                           static_cast<uint32_t>(r.image->layers)};
+  return ToStatus(context_->vk.CreateImageView(context_->device, &info, nullptr, &r.image->view),
+                  "creating an image view");
+}
+
+std::vector<VkMappedMemoryRange> Arena::MappedRanges() const {
+  std::vector<VkMappedMemoryRange> ranges;
+  for (const Block& block : blocks_) {
+    if (block.mapped) {
+      VkMappedMemoryRange range = {};
+      range.sType = VK_STRUCTURE_TYPE_MAPPED_MEMORY_RANGE;
+      range.memory = block.memory;
+      range.size = VK_WHOLE_SIZE;
+      ranges.push_back(range);
+    }
+  }
+  return ranges;
+}
+
+Status Arena::Flush() const {
+  const std::vector<VkMappedMemoryRange> ranges = MappedRanges();
+  return ToStatus(context_->vk.FlushMappedMemoryRanges(
+                      context_->device, static_cast<uint32_t>(ranges.size()), ranges.data()),
+                  "flushing mapped memory");
+}
+
+Status Arena::Invalidate() const {
+  const std::vector<VkMappedMemoryRange> ranges = MappedRanges();
+  return ToStatus(context_->vk.InvalidateMappedMemoryRanges(
+                      context_->device, static_cast<uint32_t>(ranges.size()), ranges.data()),
+                  "reading mapped memory");
+}
+
+}  // namespace stillray::gpu

@@ -1,0 +1,189 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+#include "gpu/pipeline.h"
+
+#include <string>
+
+namespace stillray::gpu {
+namespace {
+
+VkDescriptorType TypeOf(const SetShape& shape, uint32_t binding) {
+  if (binding < shape.sampled) {
+    return VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE;
+  }
+  if (binding < shape.sampled + shape.stored) {
+    return VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
+  }
+  return binding < shape.sampled + shape.stored + shape.uniforms
+             ? VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER
+             : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+}
+
+}  // namespace
+
+DescriptorSets::~DescriptorSets() {
+  if (pool_ != VK_NULL_HANDLE) {
+    context_->vk.DestroyDescriptorPool(context_->device, pool_, nullptr);
+  }
+  for (const auto& [shape, layout] : layouts_) {
+    context_->vk.DestroyDescriptorSetLayout(context_->device, layout, nullptr);
+  }
+}
+
+Status DescriptorSets::CreatePool(uint32_t most, const SetShape& all) {
+  std::vector<VkDescriptorPoolSize> sizes;
+  for (const auto& [type, count] : {std::pair{VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE, all.sampled},
+                                    std::pair{VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, all.stored},
+                                    std::pair{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, all.uniforms},
+                                    std::pair{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, all.buffers}}) {
+    if (count > 0) {
+      sizes.push_back({type, count});
+    }
+  }
+  VkDescriptorPoolCreateInfo info = {};
+  info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
+  info.maxSets = most;
+  info.poolSizeCount = static_cast<uint32_t>(sizes.size());
+  info.pPoolSizes = sizes.data();
+  most_ = most;
+  entries_.reserve(most);
+  return ToStatus(context_->vk.CreateDescriptorPool(context_->device, &info, nullptr, &pool_),
+                  "creating a descriptor pool");
+}
+
+Result<VkDescriptorSetLayout> DescriptorSets::Layout(const SetShape& shape) {
+  for (const auto& [known, layout] : layouts_) {
+    if (known == shape) {
+      return layout;
+    }
+  }
+  std::vector<VkDescriptorSetLayoutBinding> bindings(shape.count());
+  for (uint32_t i = 0; i < shape.count(); ++i) {
+    bindings[i] = {i, TypeOf(shape, i), 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
+  }
+  VkDescriptorSetLayoutCreateInfo info = {};
+  info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
+  info.bindingCount = shape.count();
+  info.pBindings = bindings.data();
+  VkDescriptorSetLayout layout = VK_NULL_HANDLE;
+  STILLRAY_RETURN_IF_ERROR(
+      ToStatus(context_->vk.CreateDescriptorSetLayout(context_->device, &info, nullptr, &layout),
+               "creating a descriptor layout"));
+  layouts_.emplace_back(shape, layout);
+  return layout;
+}
+
+Result<VkDescriptorSet> DescriptorSets::Find(const SetShape& shape, const SetContent& content) {
+  for (const Entry& entry : entries_) {
+    if (entry.content == content && entry.shape == shape) {
+      return entry.set;
+    }
+  }
+  if (entries_.size() >= most_) {
+    return Status::Internal("Vulkan: more descriptor sets are wanted than the pool was made for");
+  }
+  const Result<VkDescriptorSetLayout> layout = Layout(shape);
+  if (!layout.ok()) {
+    return layout.status();
+  }
+  VkDescriptorSetAllocateInfo info = {};
+  info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO;
+  info.descriptorPool = pool_;
+  info.descriptorSetCount = 1;
+  info.pSetLayouts = &*layout;
+  VkDescriptorSet set = VK_NULL_HANDLE;
+  STILLRAY_RETURN_IF_ERROR(
+      ToStatus(context_->vk.AllocateDescriptorSets(context_->device, &info, &set),
+               "allocating a descriptor set"));
+  Write(shape, content, set);
+  entries_.push_back({shape, content, set});
+  return set;
+}
+
+void DescriptorSets::Write(const SetShape& shape, const SetContent& content,
+                           VkDescriptorSet set) const {
+  std::vector<VkDescriptorImageInfo> images(content.images.size());
+  std::vector<VkDescriptorBufferInfo> buffers(content.buffers.size());
+  std::vector<VkWriteDescriptorSet> writes(shape.count());
+  for (uint32_t i = 0; i < shape.count(); ++i) {
+    VkWriteDescriptorSet& write = writes[i];
+    write = {};
+    write.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
+    write.dstSet = set;
+    write.dstBinding = i;
+    write.descriptorCount = 1;
+    write.descriptorType = TypeOf(shape, i);
+    if (i < images.size()) {
+      const VkImageLayout layout =
+          content.layouts.empty() ? VK_IMAGE_LAYOUT_GENERAL : content.layouts[i];
+      images[i] = {VK_NULL_HANDLE, content.images[i], layout};
+      write.pImageInfo = &images[i];
+    } else {
+      const size_t k = i - images.size();
+      buffers[k] = {content.buffers[k], 0, VK_WHOLE_SIZE};
+      write.pBufferInfo = &buffers[k];
+    }
+  }
+  context_->vk.UpdateDescriptorSets(context_->device, static_cast<uint32_t>(writes.size()),
+                                    writes.data(), 0, nullptr);
+}
+
+Result<Pipeline> Pipeline::Create(const DeviceContext* context, const PipelineInfo& info) {
+  const DeviceFunctions& vk = context->vk;
+  Pipeline made;
+  made.context_ = context;
+  const VkPushConstantRange push = {VK_SHADER_STAGE_COMPUTE_BIT, 0, info.push_bytes};
+  VkPipelineLayoutCreateInfo layout = {};
+  layout.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO;
+  layout.setLayoutCount = static_cast<uint32_t>(info.sets.size());
+  layout.pSetLayouts = info.sets.data();
+  layout.pushConstantRangeCount = info.push_bytes > 0 ? 1 : 0;
+  layout.pPushConstantRanges = &push;
+  STILLRAY_RETURN_IF_ERROR(
+      ToStatus(vk.CreatePipelineLayout(context->device, &layout, nullptr, &made.layout_),
+               "creating a pipeline layout"));
+  VkShaderModuleCreateInfo module = {};
+  module.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
+  module.codeSize = info.code.size_bytes();
+  module.pCode = info.code.data();
+  VkShaderModule shader = VK_NULL_HANDLE;
+  const std::string action = std::string("compiling the shader ") + info.name;
+  STILLRAY_RETURN_IF_ERROR(
+      ToStatus(vk.CreateShaderModule(context->device, &module, nullptr, &shader), action.c_str()));
+  std::vector<VkSpecializationMapEntry> entries;
+  for (uint32_t i = 0; i < info.constants.size(); ++i) {
+    entries.push_back({i, i * static_cast<uint32_t>(sizeof(uint32_t)), sizeof(uint32_t)});
+  }
+  const VkSpecializationInfo constants = {static_cast<uint32_t>(entries.size()), entries.data(),
+                                          info.constants.size_bytes(), info.constants.data()};
+  VkComputePipelineCreateInfo create = {};
+  create.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
+  create.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
+  create.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
+  create.stage.module = shader;
+  create.stage.pName = "main";
+  create.stage.pSpecializationInfo = &constants;
+  create.layout = made.layout_;
+  const VkResult result = vk.CreateComputePipelines(context->device, VK_NULL_HANDLE, 1, &create,
+                                                    nullptr, &made.pipeline_);
+  vk.DestroyShaderModule(context->device, shader, nullptr);
+  STILLRAY_RETURN_IF_ERROR(ToStatus(result, action.c_str()));
+  return made;
+}
+
+Pipeline& Pipeline::operator=(Pipeline&& other) noexcept {
+  std::swap(context_, other.context_);
+  std::swap(layout_, other.layout_);
+  std::swap(pipeline_, other.pipeline_);
+  return *this;
+}
+
+Pipeline::~Pipeline() {
+  if (context_ != nullptr) {
+    context_->vk.DestroyPipeline(context_->device, pipeline_, nullptr);
+    context_->vk.DestroyPipelineLayout(context_->device, layout_, nullptr);
+  }
+}
+
+}  // namespace stillray::gpu

@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Compute pipelines and the descriptor sets that they read their images from.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "gpu/memory.h"
+
+namespace stillray::gpu {
+
+/// A layout of descriptors: sampled images, then storage images, then uniform and storage buffers,
+/// numbered through from 0. An image may be read and written by one set at two numbers.
+struct SetShape {
+  uint32_t sampled = 0;
+  uint32_t stored = 0;
+  uint32_t uniforms = 0;
+  uint32_t buffers = 0;
+
+  uint32_t count() const { return sampled + stored + uniforms + buffers; }
+  friend bool operator==(const SetShape&, const SetShape&) = default;
+};
+
+/// What a descriptor set shows, in the order of its shape.
+struct SetContent {
+  std::vector<VkImageView> images;     ///< sampled ones, then storage ones
+  std::vector<VkImageLayout> layouts;  ///< of each image; empty: VK_IMAGE_LAYOUT_GENERAL
+  std::vector<VkBuffer> buffers;       ///< uniform ones, then storage ones
+
+  friend bool operator==(const SetContent&, const SetContent&) = default;
+};
+
+/// Descriptor sets of a fixed pool. Sets are kept by what they show: the same content is written
+/// once and found again, so that recording a frame allocates nothing once all sets are there.
+class DescriptorSets {
+ public:
+  explicit DescriptorSets(const DeviceContext* context) : context_(context) {}
+  DescriptorSets(const DescriptorSets&) = delete;
+  DescriptorSets& operator=(const DescriptorSets&) = delete;
+  ~DescriptorSets();
+
+  /// \param most  sets, \param all what these sets hold together
+  Status CreatePool(uint32_t most, const SetShape& all);
+  Result<VkDescriptorSetLayout> Layout(const SetShape& shape);
+  Result<VkDescriptorSet> Find(const SetShape& shape, const SetContent& content);
+
+ private:
+  struct Entry {
+    SetShape shape;
+    SetContent content;
+    VkDescriptorSet set;
+  };
+  void Write(const SetShape& shape, const SetContent& content, VkDescriptorSet set) const;
+
+  const DeviceContext* context_;
+  VkDescriptorPool pool_ = VK_NULL_HANDLE;
+  size_t most_ = 0;
+  std::vector<std::pair<SetShape, VkDescriptorSetLayout>> layouts_;
+  std::vector<Entry> entries_;
+};
+
+/// A compute shader with its layout. Move-only.
+struct PipelineInfo {
+  const char* name = "";           ///< for messages
+  std::span<const uint32_t> code;  ///< SPIR-V
+  std::span<const VkDescriptorSetLayout> sets;
+  uint32_t push_bytes = 0;
+  std::span<const uint32_t> constants;  ///< specialisation constants 0, 1, ...
+};
+
+class Pipeline {
+ public:
+  static Result<Pipeline> Create(const DeviceContext* context, const PipelineInfo& info);
+  Pipeline() = default;
+  Pipeline(Pipeline&& other) noexcept { *this = std::move(other); }
+  Pipeline& operator=(Pipeline&& other) noexcept;
+  ~Pipeline();
+
+  VkPipeline handle() const { return pipeline_; }
+  VkPipelineLayout layout() const { return layout_; }
+
+ private:
+  const DeviceContext* context_ = nullptr;
+  VkPipelineLayout layout_ = VK_NULL_HANDLE;
+  VkPipeline pipeline_ = VK_NULL_HANDLE;
+};
+
+}  // namespace stillray::gpu

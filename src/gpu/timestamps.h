@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Times of named parts of a command buffer, measured by the device.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "gpu/device.h"
+
+namespace stillray::gpu {
+
+struct DeviceTime {
+  std::string_view name;  ///< of static storage
+  double milliseconds = 0;
+};
+
+/// A time is taken at every Mark; the part between two marks has the name of the earlier one.
+class Timestamps {
+ public:
+  explicit Timestamps(const DeviceContext* context) : context_(context) {}
+  Timestamps(const Timestamps&) = delete;
+  Timestamps& operator=(const Timestamps&) = delete;
+  ~Timestamps();
+
+  Status Create(uint32_t most_marks);
+  /// Forgets all marks; recorded before the first one.
+  void Begin(VkCommandBuffer commands);
+  /// Begins a part. What exceeds the most marks is not measured.
+  void Mark(VkCommandBuffer commands, std::string_view name);
+  /// Ends the last part.
+  void End(VkCommandBuffer commands) { Mark(commands, {}); }
+  /// The sums of all parts of one name, in the order of their first marks.
+  /// \return empty as long as the device has not come to the end
+  std::vector<DeviceTime> Read() const;
+
+ private:
+  const DeviceContext* context_;
+  VkQueryPool pool_ = VK_NULL_HANDLE;
+  uint32_t most_ = 0;
+  std::vector<std::string_view> names_;
+};
+
+}  // namespace stillray::gpu

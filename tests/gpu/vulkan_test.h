@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What tests on Vulkan share: an instance with the validation layer whose every message is a
+/// failure, and a device, hardware or software. Without a driver they are skipped.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gpu/device.h"
+
+namespace stillray::test {
+
+class VulkanTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    gpu::InstanceOptions options;
+    options.validation = true;
+    Result<std::shared_ptr<gpu::Instance>> instance = gpu::Instance::Create(options);
+    if (!instance.ok()) {
+      GTEST_SKIP() << instance.status().message();
+    }
+    instance_ = *instance;
+    messages_ = instance_->messages();
+    const Result<std::vector<gpu::DeviceInfo>> devices = instance_->ListDevices();
+    ASSERT_TRUE(devices.ok()) << devices.status().message();
+    const Result<gpu::DeviceInfo> chosen = gpu::ChooseDevice(*devices, "vulkan");
+    if (!chosen.ok()) {
+      GTEST_SKIP() << chosen.status().message();
+    }
+    Result<std::shared_ptr<gpu::Device>> device = gpu::Device::Create(instance_, *chosen);
+    ASSERT_TRUE(device.ok()) << device.status().message();
+    device_ = *device;
+  }
+
+  /// Objects of the test's own must be gone by now: the layer tells of those left behind.
+  void TearDown() override {
+    device_.reset();
+    instance_.reset();
+    if (messages_ != nullptr) {
+      for (const std::string& message : messages_->Take()) {
+        ADD_FAILURE() << message;
+      }
+    }
+  }
+
+  std::shared_ptr<gpu::Messages> messages_;
+  std::shared_ptr<gpu::Instance> instance_;
+  std::shared_ptr<gpu::Device> device_;
+};
+
+}  // namespace stillray::test
