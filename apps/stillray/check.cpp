@@ -121,7 +121,7 @@ Status RunCheck(const CheckArguments& a, bool* clean) {
   const int threads = a.threads > 0 ? a.threads : tbb::info::default_concurrency();
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<size_t>(threads));
-  SetExrThreads(threads - 1);
+  SetExrThreads(threads > 1 ? threads : 0);
   CatchInterrupts();
   std::FILE* out = a.json_path == "-" ? stderr : stdout;
   const std::unique_ptr<Doctor> doctor = Doctor::Create(a.aovs);

@@ -27,7 +27,7 @@ Status ParseAndRun(const DenoiseArguments& arguments) {
   const int threads = arguments.threads > 0 ? arguments.threads : tbb::info::default_concurrency();
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<size_t>(threads));
-  SetExrThreads(threads - 1);
+  SetExrThreads(threads > 1 ? threads : 0);
   CatchInterrupts();
   return RunDenoise(*options, threads);
 }

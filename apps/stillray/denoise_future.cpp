@@ -5,14 +5,17 @@
 #include <algorithm>
 #include <utility>
 
+#include "denoise_reader.h"
+
 namespace stillray {
 
 FuturePass::FuturePass(const DenoiseOptions& options, const AovLayout& layout, Denoiser backward,
-                       size_t held, Step step)
+                       size_t held, bool ahead, Step step)
     : options_(options),
       layout_(layout),
       backward_(std::move(backward)),
       held_(held),
+      ahead_(ahead),
       step_(std::move(step)) {}
 
 FuturePass::Range FuturePass::RangeFrom(size_t at, size_t files, size_t held) {
@@ -34,10 +37,15 @@ Status FuturePass::Play(const Range& range) {
   backward_.Reset();
   futures_.clear();
   futures_.resize(range.end - range.begin);
-  std::optional<SequenceFrame> next;
+  std::vector<size_t> order;
   for (size_t i = range.look_end; i-- > range.begin;) {
+    order.push_back(i);
+  }
+  FrameReader reader(options_, layout_, order, false, ahead_);
+  std::optional<SequenceFrame> next;
+  for (const size_t i : order) {
     STILLRAY_RETURN_IF_ERROR(step_(options_.files[i]));
-    Result<SequenceFrame> now = LoadFrame(options_.files[i], options_, layout_, false);
+    Result<SequenceFrame> now = reader.Next().frame;
     if (!now.ok()) {
       return now.status();
     }

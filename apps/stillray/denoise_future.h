@@ -28,9 +28,10 @@ class FuturePass {
   /// Called before every frame that is played backward; an error stops.
   using Step = std::function<Status(const SequenceFile& file)>;
 
-  /// \param held  frames whose future is held at once, 1..kFutureBlock
+  /// \param held   frames whose future is held at once, 1..kFutureBlock
+  /// \param ahead  whether a file is read while the one before it is accumulated
   FuturePass(const DenoiseOptions& options, const AovLayout& layout, Denoiser backward, size_t held,
-             Step step);
+             bool ahead, Step step);
 
   /// The light of the future of options.files[at]. Frames are asked for in rising order; what is
   /// behind is forgotten.
@@ -54,6 +55,7 @@ class FuturePass {
   const AovLayout& layout_;
   Denoiser backward_;
   size_t held_;
+  bool ahead_;
   Step step_;
   Range range_;                       ///< what `futures_` holds
   std::vector<FutureLight> futures_;  ///< of range_.begin ..., empty once taken

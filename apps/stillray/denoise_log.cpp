@@ -3,8 +3,10 @@
 #include "denoise_log.h"
 
 #include <algorithm>
+#include <array>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "log_parts.h"
@@ -22,6 +24,7 @@ Json FrameJson(const DenoisedFrameLog& frame) {
           {"future_ms", RoundedMs(frame.future_ms)},
           {"denoise_ms", RoundedMs(frame.denoise_ms)},
           {"write_ms", RoundedMs(frame.write_ms)},
+          {"elapsed_ms", RoundedMs(frame.elapsed_ms)},
           {"without_history", frame.without_history},
           {"restarted", frame.restarted},
           {"missing_light", frame.missing_light},
@@ -44,6 +47,51 @@ Json LayoutJson(const AovLayout& layout) {
           {"notes", layout.notes}};
 }
 
+/// One of the three things that happen to a frame, side by side where that is possible.
+struct Part {
+  const char* name;
+  double milliseconds;  ///< over all frames
+};
+
+std::array<Part, 3> PartsOf(const DenoiseLog& log) {
+  std::array<Part, 3> parts = {{{"read", 0}, {"denoise", 0}, {"write", 0}}};
+  for (const DenoisedFrameLog& frame : log.frames) {
+    parts[0].milliseconds += frame.read_ms;
+    parts[1].milliseconds += frame.future_ms + frame.denoise_ms;
+    parts[2].milliseconds += frame.write_ms;
+  }
+  return parts;
+}
+
+const Part& Slowest(const std::array<Part, 3>& parts) {
+  return *std::max_element(parts.begin(), parts.end(), [](const Part& a, const Part& b) {
+    return a.milliseconds < b.milliseconds;
+  });
+}
+
+double Elapsed(const DenoiseLog& log) {
+  double sum = 0;
+  for (const DenoisedFrameLog& frame : log.frames) {
+    sum += frame.elapsed_ms;
+  }
+  return sum;
+}
+
+/// Which part sets the pace. It never waits for the others, so it is at work all the time.
+std::string SlowestText(const DenoiseLog& log) {
+  const double elapsed = Elapsed(log);
+  if (!(elapsed > 0)) {
+    return "";
+  }
+  const std::array<Part, 3> parts = PartsOf(log);
+  std::vector<std::string> busy;
+  for (const Part& part : parts) {
+    busy.push_back(fmt::format("{} {:.0f} %", part.name, 100 * part.milliseconds / elapsed));
+  }
+  return fmt::format("  slowest part: {} (at work: {} of the time)\n", Slowest(parts).name,
+                     fmt::join(busy, ", "));
+}
+
 }  // namespace
 
 std::string DenoiseLogJson(const DenoiseOptions& options, const AovLayout& layout,
@@ -52,11 +100,15 @@ std::string DenoiseLogJson(const DenoiseOptions& options, const AovLayout& layou
   for (const DenoisedFrameLog& frame : log.frames) {
     frames.push_back(FrameJson(frame));
   }
-  const Json json = {
-      {"stillray", STILLRAY_VERSION},  {"preset", options.text.preset},
-      {"window", options.text.window}, {"threads", threads},
-      {"aovs", LayoutJson(layout)},    {"parameters", ParametersJson(used)},
-      {"frames", std::move(frames)},   {"memory", {{"denoiser_bytes", log.denoiser_bytes}}}};
+  const Json json = {{"stillray", STILLRAY_VERSION},
+                     {"preset", options.text.preset},
+                     {"window", options.text.window},
+                     {"threads", threads},
+                     {"aovs", LayoutJson(layout)},
+                     {"parameters", ParametersJson(used)},
+                     {"slowest_part", Slowest(PartsOf(log)).name},
+                     {"frames", std::move(frames)},
+                     {"memory", {{"denoiser_bytes", log.denoiser_bytes}}}};
   // Names from files need not be UTF-8, as JSON must be.
   return json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
@@ -74,6 +126,7 @@ Result<DenoiseLog> ParseDenoiseLog(const std::string& text) {
       frame.future_ms = entry.at("future_ms").get<double>();
       frame.denoise_ms = entry.at("denoise_ms").get<double>();
       frame.write_ms = entry.at("write_ms").get<double>();
+      frame.elapsed_ms = entry.value("elapsed_ms", 0.0);
       frame.without_history = entry.at("without_history").get<double>();
       frame.restarted = entry.at("restarted").get<bool>();
       frame.missing_light = entry.at("missing_light").get<int64_t>();
@@ -112,6 +165,9 @@ std::string DenoiseTimings(const DenoiseLog& log) {
   table += TimingsRow("denoise", column([](const DenoisedFrameLog& f) { return f.denoise_ms; }));
   table += StageRows(log.frames);
   table += TimingsRow("write", column([](const DenoisedFrameLog& f) { return f.write_ms; }));
+  table +=
+      TimingsRow("frame to frame", column([](const DenoisedFrameLog& f) { return f.elapsed_ms; }));
+  table += SlowestText(log);
   return table + fmt::format("  {:<22}{:>10.1f} MB\n", "memory, denoiser",
                              static_cast<double>(log.denoiser_bytes) / 1e6);
 }

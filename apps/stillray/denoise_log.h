@@ -21,12 +21,16 @@ struct DenoisedFrameLog {
   double future_ms = 0;  ///< playing later frames backward, where that was due
   double denoise_ms = 0;
   double write_ms = 0;
+  /// From the end of the frame before, or the run's begin, to its own end. Less than the sum of the
+  /// others where they overlap.
+  double elapsed_ms = 0;
   /// Part of the pixels with a surface that had no history, 0..1; 1 in the first frame.
   double without_history = 1;
   bool restarted = false;     ///< history was dropped before this frame
   int64_t missing_light = 0;  ///< values that were NaN, infinite or negative
   int64_t bad_guides = 0;     ///< pixels that were passed through
   std::vector<LoggedStage> stages;
+  std::string note;  ///< why history was dropped, or empty; told and not kept
 };
 
 struct DenoiseLog {

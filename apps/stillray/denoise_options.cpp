@@ -27,6 +27,10 @@ constexpr int64_t kBytesPerPixelOfFuture = 7 * 4 * static_cast<int64_t>(sizeof(f
 /// --passes: two denoisers of parts, the parts and the new layers; measured and rounded up.
 constexpr int64_t kBytesPerPixelOfPasses = 1100;
 
+/// Where files are read and written beside the filter: the frame that is read, as a file, as its
+/// channels and as planes; the bytes of the one that is written, old and new, and its channels.
+constexpr int64_t kBytesPerChannelOverlapped = 6 * static_cast<int64_t>(sizeof(float));
+
 int64_t BytesNeeded(const ExrExtent& extent, const DenoiseOptions& options) {
   int64_t per_pixel = kBytesPerPixel + extent.channels * kBytesPerChannel;
   if (options.window == Window::kBoth) {
@@ -137,6 +141,21 @@ Status CheckMemory(const ExrExtent& extent, const DenoiseOptions& options,
                   "MB",
                   name, extent.width, extent.height, extent.channels,
                   static_cast<double>(BytesNeeded(extent, options)) / 1e6,
+                  options.text.memory_limit.empty() ? "this machine has" : "--memory-limit is",
+                  static_cast<double>(options.memory_limit) / 1e6));
+}
+
+Status OverlapFits(const ExrExtent& extent, const DenoiseOptions& options) {
+  int64_t bytes =
+      BytesNeeded(extent, options) + extent.pixels * extent.channels * kBytesPerChannelOverlapped;
+  if (options.window == Window::kBoth) {
+    bytes += (kFutureBlock - 1) * kBytesPerPixelOfFuture * extent.pixels;
+  }
+  if (options.memory_limit <= 0 || bytes <= options.memory_limit) {
+    return Status::Ok();
+  }
+  return Status::OutOfMemory(
+      fmt::format("that would take about {:.1f} MB; {} {:.1f} MB", static_cast<double>(bytes) / 1e6,
                   options.text.memory_limit.empty() ? "this machine has" : "--memory-limit is",
                   static_cast<double>(options.memory_limit) / 1e6));
 }

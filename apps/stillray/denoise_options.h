@@ -61,6 +61,10 @@ inline constexpr size_t kFutureBlock = 16;
 /// Fails if a frame of this size does not fit into the memory limit.
 Status CheckMemory(const ExrExtent& extent, const DenoiseOptions& options, const std::string& name);
 
+/// Whether one frame may be read and another written while a third of this size is filtered, and
+/// all that within the memory limit. \return kOutOfMemory saying what it takes and what there is
+Status OverlapFits(const ExrExtent& extent, const DenoiseOptions& options);
+
 /// Of how many frames of this size the future fits into the memory limit beside everything else;
 /// 1..kFutureBlock. \return kOutOfMemory if not even one does
 Result<size_t> FuturesThatFit(const ExrExtent& extent, const DenoiseOptions& options,

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,6 +20,8 @@
 #include "denoise_future.h"
 #include "denoise_log.h"
 #include "denoise_passes.h"
+#include "denoise_reader.h"
+#include "denoise_writer.h"
 #include "interrupt.h"
 #include "json_output.h"
 #include "progress.h"
@@ -68,7 +71,10 @@ bool IsStill(const Image2& motion) {
   return true;
 }
 
-/// The frames of one run, one after the other, and everything that lives as long as it does.
+/// The frames of one run, one after the other, and everything that lives as long as it does. While
+/// a frame is filtered, the file behind it is read and the one before it written, each on a thread
+/// of its own. Everything else, the user's messages too, is done by the caller's, in the order of
+/// the frames.
 class DenoiseRun {
  public:
   DenoiseRun(const DenoiseOptions& options, int threads)
@@ -89,13 +95,16 @@ class DenoiseRun {
   Status MakeFolder() const;
   Status Resume();
   Status DenoiseFile(size_t at);
+  void ChooseOverlap(const ExrExtent& first);
   Status Filter(SequenceFrame* frame, size_t at, DenoisedFrameLog* log);
-  Status Write(const SequenceFrame& frame, const SequenceFile& names) const;
-  void Report(const DenoisedFrameLog& log, Link link);
+  void StartWriting(SequenceFrame* frame, size_t at);
+  Status FinishWriting();
+  void TellProgress(const DenoisedFrameLog& log);
+  std::string Note(Link link) const;
   std::vector<uint8_t> SaveHistory() const;
   Status RestoreHistory(std::span<const uint8_t> bytes);
   Status SaveState();
-  Status Stop(const Status& reason);
+  Status Stop(Status reason);
   Status WriteJson() const;
   void Summarise() const;
   bool LooksAhead() const { return future_.has_value(); }
@@ -104,17 +113,22 @@ class DenoiseRun {
   int threads_;
   std::string fingerprint_;
   std::string folder_;
-  size_t next_ = 0;  ///< index into the files
+  size_t next_ = 0;  ///< files that are done: read, denoised and written
   AovLayout layout_;
   Settings settings_;
   std::optional<Denoiser> denoiser_;
   size_t futures_held_ = 0;
   std::optional<FuturePass> future_;
+  bool overlap_ = false;  ///< whether files are read and written beside the filter
+  std::optional<FrameReader> reader_;
+  std::optional<FrameWriter> writer_;
   std::optional<SequenceFrame> previous_;  ///< guides only
   std::optional<PassSplitter> splitter_;
   DenoisedFrame denoised_;
   std::vector<NewLayer> layers_;  ///< of the frame in work
   DenoiseLog log_;
+  DenoisedFrameLog writing_log_;  ///< of the frame that is being written
+  Clock::time_point last_end_;    ///< when the frame before it was done
   std::optional<Progress> progress_;
   double done_ = 0;  ///< frames denoised and played backward
   bool motion_was_seen_ = false;
@@ -175,9 +189,23 @@ Status DenoiseRun::PrepareFuture(const ExrExtent& first) {
   if (!backward.ok()) {
     return backward.status();
   }
-  future_.emplace(options_, layout_, std::move(backward.value()), futures_held_,
+  future_.emplace(options_, layout_, std::move(backward.value()), futures_held_, overlap_,
                   [this](const SequenceFile& file) { return PlayBackward(file); });
   return Status::Ok();
+}
+
+/// One thread does one thing at a time. Memory decides last: what is held besides is never the
+/// reason to refuse a frame.
+void DenoiseRun::ChooseOverlap(const ExrExtent& first) {
+  if (threads_ < 2) {
+    return;
+  }
+  const Status fits = OverlapFits(first, options_);
+  overlap_ = fits.ok();
+  if (!overlap_) {
+    fmt::print(stderr, "note: files are not read and written beside the filter: {}\n",
+               fits.message());
+  }
 }
 
 Status DenoiseRun::Understand() {
@@ -201,6 +229,7 @@ Status DenoiseRun::Understand() {
     STILLRAY_RETURN_IF_ERROR(PassSplitter::Check(settings_, layout_));
     splitter_.emplace(settings_);
   }
+  ChooseOverlap(file->extent);
   return PrepareFuture(file->extent);
 }
 
@@ -285,6 +314,9 @@ Status DenoiseRun::PlayBackward(const SequenceFile& file) {
   if (Interrupted()) {
     return Status::Cancelled();
   }
+  if (writer_->ready()) {
+    STILLRAY_RETURN_IF_ERROR(FinishWriting());
+  }
   done_ += 1;
   progress_->Update(done_, fmt::format("looking ahead: frame {}", file.frame));
   return Status::Ok();
@@ -293,6 +325,8 @@ Status DenoiseRun::PlayBackward(const SequenceFile& file) {
 /// Denoises one frame. History is dropped where it belongs to something else: behind a gap in the
 /// numbers and at a cut.
 Status DenoiseRun::Filter(SequenceFrame* frame, size_t at, DenoisedFrameLog* log) {
+  const Clock::time_point start = Clock::now();
+  motion_was_seen_ = motion_was_seen_ || !IsStill(frame->frame.guides.motion);
   Link link = Link::kContinues;
   if (settings_.temporal && previous_) {
     link = LinkToPrevious(*previous_, layout_, frame);
@@ -306,11 +340,10 @@ Status DenoiseRun::Filter(SequenceFrame* frame, size_t at, DenoisedFrameLog* log
   }
   FutureLight future;
   if (LooksAhead()) {
-    const Clock::time_point start = Clock::now();
+    const Clock::time_point future_start = Clock::now();
     STILLRAY_RETURN_IF_ERROR(future_->Take(at, &future));
-    log->future_ms = Milliseconds(start);
+    log->future_ms = Milliseconds(future_start);
   }
-  const Clock::time_point start = Clock::now();
   const Status filtered = denoiser_->Denoise(frame->frame, future, &denoised_);
   if (!filtered.ok()) {
     return Status(filtered.code(), fmt::format("{}: {}", log->input, filtered.message()));
@@ -320,30 +353,67 @@ Status DenoiseRun::Filter(SequenceFrame* frame, size_t at, DenoisedFrameLog* log
     STILLRAY_RETURN_IF_ERROR(splitter_->Split(frame->frame, layout_, std::move(frame->parts),
                                               denoised_, &denoised_.colour, &layers_));
   }
-  log->denoise_ms = Milliseconds(start);
   log->without_history = settings_.temporal ? PartWithoutHistory(denoised_, frame->frame) : 1.0;
-  Report(*log, link);
+  log->denoise_ms = Milliseconds(start) - log->future_ms;
+  log->missing_light = denoised_.non_finite + denoised_.negative;
+  log->bad_guides = denoised_.bad_guides;
+  log->stages = LoggedStages(denoised_.timings);
+  log->note = Note(link);
   return Status::Ok();
 }
 
-void DenoiseRun::Report(const DenoisedFrameLog& log, Link link) {
-  if (link == Link::kContinues) {
-    return;
+std::string DenoiseRun::Note(Link link) const {
+  switch (link) {
+    case Link::kContinues:
+      return "";
+    case Link::kCut:
+      return "hardly anything of the frame before is found again, a cut";
+    case Link::kGap:
+      break;
   }
-  progress_->Clear();
-  fmt::print(stderr, "note: frame {}: {}; the history starts again here\n", log.frame,
-             link == Link::kCut
-                 ? "hardly anything of the frame before is found again, a cut"
-                 : fmt::format("frames after {} are missing", previous_->frame.index));
+  return fmt::format("frames after {} are missing", previous_->frame.index);
 }
 
-Status DenoiseRun::Write(const SequenceFrame& frame, const SequenceFile& names) const {
-  const Result<std::string> bytes =
-      ReplaceLight(frame.bytes, layout_, denoised_.colour, names.input, layers_);
-  if (!bytes.ok()) {
-    return bytes.status();
+void DenoiseRun::StartWriting(SequenceFrame* frame, size_t at) {
+  FrameToWrite job;
+  job.names = options_.files[at];
+  job.bytes = std::move(frame->bytes);
+  job.colour = std::move(denoised_.colour);
+  job.layers = std::move(layers_);
+  layers_.clear();
+  writer_->Start(std::move(job));
+}
+
+/// Waits for the frame that is being written, if there is one. Only now it counts as done.
+Status DenoiseRun::FinishWriting() {
+  if (!writer_ || !writer_->under_way()) {
+    return Status::Ok();
   }
-  return WriteFileAtomically(names.output, bytes->data(), bytes->size());
+  const WrittenFrame written = writer_->Finish();
+  if (!writing_log_.note.empty()) {
+    progress_->Clear();
+    fmt::print(stderr, "note: frame {}: {}; the history starts again here\n", writing_log_.frame,
+               writing_log_.note);
+  }
+  STILLRAY_RETURN_IF_ERROR(written.status);
+  writing_log_.write_ms = written.milliseconds;
+  writing_log_.elapsed_ms =
+      std::chrono::duration<double, std::milli>(written.end - last_end_).count();
+  last_end_ = written.end;
+  next_ += 1;
+  done_ += 1;
+  TellProgress(writing_log_);
+  log_.frames.push_back(std::move(writing_log_));
+  return Status::Ok();
+}
+
+void DenoiseRun::TellProgress(const DenoisedFrameLog& log) {
+  progress_->Step(
+      done_, fmt::format("frame {} ({} of {}): read {:.0f} ms, {}denoise {:.0f} ms, "
+                         "write {:.0f} ms{}",
+                         log.frame, next_, options_.files.size(), log.read_ms,
+                         LooksAhead() ? fmt::format("look ahead {:.0f} ms, ", log.future_ms) : "",
+                         log.denoise_ms, log.write_ms, log.restarted ? ", history restarted" : ""));
 }
 
 Status DenoiseRun::DenoiseFile(size_t at) {
@@ -352,36 +422,22 @@ Status DenoiseRun::DenoiseFile(size_t at) {
   log.frame = names.frame;
   log.input = names.input;
   log.output = names.output;
-  Clock::time_point start = Clock::now();
-  Result<SequenceFrame> frame = LoadFrame(names, options_, layout_, true);
-  if (!frame.ok()) {
-    return frame.status();
+  ReadFrame read = reader_->Next();
+  if (!read.frame.ok()) {
+    return read.frame.status();
   }
-  motion_was_seen_ = motion_was_seen_ || !IsStill(frame->frame.guides.motion);
-  log.read_ms = Milliseconds(start);
-  STILLRAY_RETURN_IF_ERROR(Filter(&*frame, at, &log));
-  start = Clock::now();
-  STILLRAY_RETURN_IF_ERROR(Write(*frame, names));
-  log.write_ms = Milliseconds(start);
-  previous_ = std::move(frame.value());
+  log.read_ms = read.milliseconds;
+  STILLRAY_RETURN_IF_ERROR(Filter(&*read.frame, at, &log));
+  STILLRAY_RETURN_IF_ERROR(FinishWriting());
+  writing_log_ = std::move(log);
+  StartWriting(&*read.frame, at);
+  previous_ = std::move(read.frame.value());
   KeepGuidesOnly(&*previous_);
-  log.missing_light = denoised_.non_finite + denoised_.negative;
-  log.bad_guides = denoised_.bad_guides;
-  log.stages = LoggedStages(denoised_.timings);
-  next_ = at + 1;
-  done_ += 1;
-  progress_->Step(
-      done_, fmt::format("frame {} ({} of {}): read {:.0f} ms, {}denoise {:.0f} ms, "
-                         "write {:.0f} ms{}",
-                         names.frame, next_, options_.files.size(), log.read_ms,
-                         LooksAhead() ? fmt::format("look ahead {:.0f} ms, ", log.future_ms) : "",
-                         log.denoise_ms, log.write_ms, log.restarted ? ", history restarted" : ""));
-  log_.frames.push_back(std::move(log));
   log_.denoiser_bytes =
       std::max(log_.denoiser_bytes, denoiser_->memory_bytes() +
                                         (LooksAhead() ? future_->memory_bytes() : 0) +
                                         (splitter_ ? splitter_->memory_bytes() : 0));
-  return Status::Ok();
+  return overlap_ ? Status::Ok() : FinishWriting();
 }
 
 /// The history of the light, and behind it that of its parts. The last 8 bytes tell the size of the
@@ -427,7 +483,12 @@ Status DenoiseRun::SaveState() {
 }
 
 /// Keeps what is done when a frame failed or the user stopped.
-Status DenoiseRun::Stop(const Status& reason) {
+Status DenoiseRun::Stop(Status reason) {
+  // What is wrong with an earlier frame comes first.
+  if (const Status written = FinishWriting(); !written.ok()) {
+    reason = written;
+  }
+  progress_->Clear();
   const bool cancelled = reason.code() == StatusCode::kCancelled;
   std::string message = cancelled ? "stopped" : reason.message();
   // A frame that was denoised and could not be written is in the history already.
@@ -489,13 +550,21 @@ Status DenoiseRun::Run() {
   const size_t backward = LooksAhead() ? FuturePass::CountSteps(next_, files, futures_held_) : 0;
   done_ = static_cast<double>(next_);
   progress_.emplace(static_cast<double>(files + backward), stderr);
-  while (next_ < files) {
-    const Status done = Interrupted() ? Status::Cancelled() : DenoiseFile(next_);
-    if (!done.ok()) {
-      progress_->Clear();
-      return Stop(done);
+  std::vector<size_t> order(files - next_);
+  std::iota(order.begin(), order.end(), next_);
+  reader_.emplace(options_, layout_, std::move(order), true, overlap_);
+  writer_.emplace(layout_, overlap_);
+  last_end_ = Clock::now();
+  for (size_t at = next_; at < files; ++at) {
+    Status done = Interrupted() ? Status::Cancelled() : DenoiseFile(at);
+    const bool save = Clock::now() - last_save_ > kSaveInterval && at + 1 < files;
+    if (done.ok() && (save || at + 1 == files)) {
+      done = FinishWriting();
     }
-    if (Clock::now() - last_save_ > kSaveInterval && next_ < files) {
+    if (!done.ok()) {
+      return Stop(std::move(done));
+    }
+    if (save) {
       STILLRAY_RETURN_IF_ERROR(SaveState());
     }
   }

@@ -390,7 +390,7 @@ Status RunRender(const RenderArguments& arguments) {
   const int threads = arguments.threads > 0 ? arguments.threads : available;
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<size_t>(threads));
-  SetExrThreads(threads - 1);
+  SetExrThreads(threads > 1 ? threads : 0);
   CatchInterrupts();
   const Result<Scene> scene = LoadSceneFor(*options);
   if (!scene.ok()) {

@@ -2,17 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // stillray denoise --window both, and --resume with and without it.
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <chrono>
 #include <cmath>
-#include <csignal>
 #include <filesystem>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -171,34 +163,6 @@ TEST(CliDenoiseWindow, WithoutMotionThereIsNoFuture) {
 
 class CliDenoiseResume : public ::testing::TestWithParam<const char*> {};
 
-/// Starts the program, interrupts it once a file is there, and waits for its end.
-/// \return its exit code
-int InterruptedRun(std::vector<std::string> arguments, const std::string& wait_for) {
-  arguments.insert(arguments.begin(), STILLRAY_PROGRAM);
-  std::vector<char*> argv;
-  for (std::string& argument : arguments) {
-    argv.push_back(argument.data());
-  }
-  argv.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0600);
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0600);
-  pid_t child = 0;
-  const int error = posix_spawn(&child, STILLRAY_PROGRAM, &actions, nullptr, argv.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (error != 0) {
-    return -1;
-  }
-  for (int i = 0; i < 30000 && !fs::exists(wait_for); ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  kill(child, SIGINT);
-  int state = 0;
-  waitpid(child, &state, 0);
-  return WIFEXITED(state) ? WEXITSTATUS(state) : -1;
-}
-
 TEST_P(CliDenoiseResume, GoesOnWithTheSameBits) {
   const TemporaryFolder folder;
   const std::string in = folder / "in.####.exr";
@@ -206,9 +170,9 @@ TEST_P(CliDenoiseResume, GoesOnWithTheSameBits) {
   const std::vector<std::string> window = {"--window", GetParam()};
   DenoiseWell(in, folder / "whole", window);
   const std::string part = folder / "part";
-  ASSERT_EQ(InterruptedRun({"denoise", in, "-o", part + "/f.####.exr", "--window", GetParam()},
-                           part + "/f.0004.exr"),
-            130);
+  const ProgramRun stopped = InterruptProgram(
+      {"denoise", in, "-o", part + "/f.####.exr", "--window", GetParam()}, part + "/f.0004.exr");
+  ASSERT_EQ(stopped.exit_code, 130) << stopped.errors;
   EXPECT_TRUE(fs::exists(part + "/resume.stillray"));
   EXPECT_FALSE(fs::exists(part + "/f.0060.exr")) << "it was not interrupted";
   std::vector<std::string> again = window;
@@ -238,6 +202,7 @@ TEST_P(CliDenoiseResume, AFrameThatCannotBeWrittenLeavesNoWrongHistory) {
   EXPECT_EQ(stopped.exit_code, 2);
   EXPECT_THAT(stopped.errors, HasSubstr("f.0005.exr"));
   EXPECT_THAT(stopped.errors, HasSubstr("4 of 8 frames are finished"));
+  EXPECT_FALSE(fs::exists(part + "/f.0006.exr"));
   fs::remove_all(part + "/f.0005.exr");
   std::vector<std::string> again = window;
   again.push_back("--resume");

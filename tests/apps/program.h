@@ -9,12 +9,16 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 namespace stillray {
@@ -56,36 +60,69 @@ inline std::string ReadText(const std::string& path) {
   return text.str();
 }
 
+/// The program with its output and errors going to files.
+class StartedProgram {
+ public:
+  /// `stdout_path`: where its output goes instead of into the result.
+  explicit StartedProgram(std::vector<std::string> arguments, std::string stdout_path = "")
+      : keeps_output_(stdout_path.empty()),
+        out_(keeps_output_ ? folder_ / "out" : std::move(stdout_path)),
+        err_(folder_ / "err") {
+    arguments.insert(arguments.begin(), STILLRAY_PROGRAM);
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) {
+      argv.push_back(argument.data());
+    }
+    argv.push_back(nullptr);
+    constexpr int kFlags = O_WRONLY | O_CREAT | O_TRUNC;
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, out_.c_str(), kFlags, 0600);
+    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, err_.c_str(), kFlags, 0600);
+    const int error =
+        posix_spawn(&child_, STILLRAY_PROGRAM, &actions, nullptr, argv.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    if (error != 0) {
+      throw std::runtime_error("could not be started: " STILLRAY_PROGRAM);
+    }
+  }
+
+  void Signal(int number) const { kill(child_, number); }
+
+  ProgramRun Wait() const {
+    int state = 0;
+    if (waitpid(child_, &state, 0) != child_) {
+      throw std::runtime_error("could not be waited for: " STILLRAY_PROGRAM);
+    }
+    return {WIFEXITED(state) ? WEXITSTATUS(state) : -1,
+            keeps_output_ ? ReadText(out_) : std::string(), ReadText(err_)};
+  }
+
+ private:
+  TemporaryFolder folder_;
+  bool keeps_output_;
+  std::string out_;
+  std::string err_;
+  pid_t child_ = 0;
+};
+
 /// Runs the program to its end. `stdout_path`: where its output goes instead of into the result.
 inline ProgramRun RunProgram(std::vector<std::string> arguments,
                              const std::string& stdout_path = "") {
-  const TemporaryFolder folder;
-  const std::string out = stdout_path.empty() ? folder / "out" : stdout_path;
-  const std::string err = folder / "err";
-  arguments.insert(arguments.begin(), STILLRAY_PROGRAM);
-  std::vector<char*> argv;
-  for (std::string& argument : arguments) {
-    argv.push_back(argument.data());
+  return StartedProgram(std::move(arguments), stdout_path).Wait();
+}
+
+/// Starts the program, sends it Ctrl-C once a file is there (after half a minute in any case), and
+/// waits for its end.
+inline ProgramRun InterruptProgram(std::vector<std::string> arguments,
+                                   const std::string& wait_for) {
+  const StartedProgram program(std::move(arguments));
+  for (int i = 0; i < 30000 && !std::filesystem::exists(wait_for); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  argv.push_back(nullptr);
-  constexpr int kFlags = O_WRONLY | O_CREAT | O_TRUNC;
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, out.c_str(), kFlags, 0600);
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, err.c_str(), kFlags, 0600);
-  pid_t child = 0;
-  const int error = posix_spawn(&child, STILLRAY_PROGRAM, &actions, nullptr, argv.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (error != 0) {
-    throw std::runtime_error("could not be started: " STILLRAY_PROGRAM);
-  }
-  int state = 0;
-  if (waitpid(child, &state, 0) != child) {
-    throw std::runtime_error("could not be waited for: " STILLRAY_PROGRAM);
-  }
-  return {WIFEXITED(state) ? WEXITSTATUS(state) : -1,
-          stdout_path.empty() ? ReadText(out) : std::string(), ReadText(err)};
+  program.Signal(SIGINT);
+  return program.Wait();
 }
 
 }  // namespace stillray

@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Work that goes on beside the caller's: the next file is read and the last one written while a
+/// frame is filtered.
+#pragma once
+
+#include <chrono>
+#include <future>
+#include <memory>
+#include <system_error>
+#include <utility>
+
+namespace stillray {
+
+/// One piece of work at a time, whose result is fetched later. What the work refers to must live
+/// until then; the destructor waits for it. Not thread-safe itself.
+template <typename T>
+class Background {
+ public:
+  /// Starts `work`; nothing may be under way. With `own_thread` false, and where the system has no
+  /// thread left, it is done when it is asked for.
+  template <typename Work>
+  void Start(bool own_thread, Work work) {
+    // Shared, so that it is still there when no thread could be made for it.
+    const auto shared = std::make_shared<Work>(std::move(work));
+    if (own_thread) {
+      try {
+        result_ = std::async(std::launch::async, [shared] { return (*shared)(); });
+        return;
+      } catch (const std::system_error&) {
+      }
+    }
+    result_ = std::async(std::launch::deferred, [shared] { return (*shared)(); });
+  }
+
+  /// Whether something was started and its result has not been fetched.
+  bool under_way() const { return result_.valid(); }
+  /// Whether Take() returns at once.
+  bool ready() const {
+    return result_.valid() &&
+           result_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  }
+  /// Waits for the result. Only while under_way(). Throws what the work threw.
+  T Take() { return result_.get(); }
+
+ private:
+  std::future<T> result_;
+};
+
+}  // namespace stillray

@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise_writer.h"
+
+#include <utility>
+
+#include "stillray/io.h"
+
+namespace stillray {
+namespace {
+
+Status Write(const FrameToWrite& frame, const AovLayout& layout) {
+  const Result<std::string> bytes =
+      ReplaceLight(frame.bytes, layout, frame.colour, frame.names.input, frame.layers);
+  if (!bytes.ok()) {
+    return bytes.status();
+  }
+  return WriteFileAtomically(frame.names.output, bytes->data(), bytes->size());
+}
+
+}  // namespace
+
+void FrameWriter::Start(FrameToWrite frame) {
+  writing_.Start(beside_, [this, work = std::move(frame)] {
+    using Clock = std::chrono::steady_clock;
+    const Clock::time_point start = Clock::now();
+    WrittenFrame written;
+    written.status = Write(work, layout_);
+    written.end = Clock::now();
+    written.milliseconds = std::chrono::duration<double, std::milli>(written.end - start).count();
+    return written;
+  });
+}
+
+}  // namespace stillray
