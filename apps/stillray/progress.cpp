@@ -39,6 +39,7 @@ std::string Progress::TimeLeft(double done) const {
 
 void Progress::Draw(double done, const std::string& what) {
   constexpr int kWidth = 28;
+  most_done_ = done = std::max(done, most_done_);
   const int filled = std::clamp(static_cast<int>(kWidth * done / total_), 0, kWidth);
   const std::string bar = std::string(static_cast<size_t>(filled), '#') +
                           std::string(static_cast<size_t>(kWidth - filled), '.');

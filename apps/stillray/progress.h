@@ -39,6 +39,8 @@ class Progress {
   std::FILE* stream_;
   bool terminal_;
   bool drawn_ = false;
+  /// A step may be told when the next is well under way; the bar does not go back for it.
+  double most_done_ = 0;
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_draw_;
 };

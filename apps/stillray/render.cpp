@@ -14,6 +14,7 @@
 #include <tbb/global_control.h>
 #include <tbb/info.h>
 
+#include "background.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "json_output.h"
@@ -66,13 +67,29 @@ Result<Scene> LoadSceneFor(const RenderOptions& options) {
   return scene;
 }
 
-/// The frames of one run, one after the other, and everything that lives as long as it does.
+/// A frame on its way through the run.
+struct FrameInWork {
+  Frame frame;
+  DenoisedFrame denoised;
+  Image3 reference;  ///< empty: none
+  FrameLog log;
+};
+
+struct WrittenFiles {
+  Status status;
+  double milliseconds = 0;
+};
+
+/// The frames of one run, one after the other, and everything that lives as long as it does. While
+/// a frame is traced and filtered, the files of the one before it are written on a thread of their
+/// own.
 class RenderRun {
  public:
   RenderRun(const RenderOptions& options, const Scene& scene, int threads)
       : options_(options),
         scene_(scene),
         threads_(threads),
+        overlap_(threads > 1 && TwoFramesFit(options.render)),
         fingerprint_(RenderFingerprint(options)),
         next_frame_(options.frames.first) {}
 
@@ -84,9 +101,10 @@ class RenderRun {
   Status FeedVideoAgain();
   Status RenderOne(int64_t frame, Progress* progress);
   Status RenderReference(const RenderMoment& moment, Progress* progress, Image3* reference);
-  void Log(const RenderMoment& moment, double render_ms, double denoise_ms);
+  WrittenFiles WriteFiles(const FrameInWork& work);
+  Status FinishWriting(Progress* progress);
   Status SaveState(bool with_history);
-  Status Stop(const Status& reason);
+  Status Stop(Status reason, Progress* progress);
   Status WriteLog() const;
   double Work(int64_t frame) const;
   double WorkBefore(int64_t frame) const;
@@ -98,18 +116,20 @@ class RenderRun {
   const RenderOptions& options_;
   const Scene& scene_;
   int threads_;
+  bool overlap_;  ///< whether files are written while the next frame is traced
   std::string fingerprint_;
-  int64_t next_frame_;
+  int64_t next_frame_;  ///< all frames before it are done, their files written
   int camera_ = 0;
   std::unique_ptr<Renderer> renderer_;
   std::optional<Denoiser> denoiser_;
   std::unique_ptr<VideoWriter> video_;
-  Frame frame_;
-  DenoisedFrame denoised_;
+  FrameInWork works_[2];
+  size_t traced_ = 0;  ///< which of them is traced; the other may be written
   RunLog log_;
   Clock::time_point last_save_ = Clock::now();
   int64_t non_finite_ = 0;
   int64_t bad_guides_ = 0;
+  Background<WrittenFiles> writing_;  ///< last, so that its work ends before what it reads goes
 };
 
 /// Samples per pixel that a frame takes, as a measure of the time it will take. Filtering and
@@ -252,53 +272,73 @@ Status RenderRun::RenderReference(const RenderMoment& moment, Progress* progress
   });
 }
 
-void RenderRun::Log(const RenderMoment& moment, double render_ms, double denoise_ms) {
-  FrameLog entry;
-  entry.frame = moment.frame_index;
-  entry.seconds = moment.seconds;
-  entry.render_ms = render_ms;
-  entry.denoise_ms = denoise_ms;
-  entry.stages = LoggedStages(denoised_.timings);
-  log_.frames.push_back(std::move(entry));
-  log_.denoiser_bytes = denoiser_->memory_bytes();
-  log_.renderer_bytes = renderer_->memory_bytes();
-}
-
 Status RenderRun::RenderOne(int64_t number, Progress* progress) {
+  FrameInWork& work = works_[traced_];
   RenderMoment moment;
   moment.frame_index = number;
   moment.seconds = options_.Seconds(number);
   moment.previous_seconds = options_.PreviousSeconds(number);
   moment.camera = camera_;
+  work.log = FrameLog();
+  work.log.frame = number;
+  work.log.seconds = moment.seconds;
   const Clock::time_point start = Clock::now();
-  STILLRAY_RETURN_IF_ERROR(renderer_->RenderFrame(moment, &frame_, [&](double part) {
+  STILLRAY_RETURN_IF_ERROR(renderer_->RenderFrame(moment, &work.frame, [&](double part) {
     progress->Update(WorkBefore(number) + part * SamplesPerPixel(options_.render),
                      FrameText(number));
     return !Interrupted();
   }));
-  const double render_ms = Milliseconds(start);
-  Image3 reference;
+  work.log.render_ms = Milliseconds(start);
+  work.reference = Image3();
   if (options_.WantsReference(number)) {
-    STILLRAY_RETURN_IF_ERROR(RenderReference(moment, progress, &reference));
+    STILLRAY_RETURN_IF_ERROR(RenderReference(moment, progress, &work.reference));
   }
   const Clock::time_point denoise_start = Clock::now();
-  STILLRAY_RETURN_IF_ERROR(denoiser_->Denoise(frame_, &denoised_));
-  const double denoise_ms = Milliseconds(denoise_start);
-  non_finite_ += denoised_.non_finite + denoised_.negative;
-  bad_guides_ += denoised_.bad_guides;
+  STILLRAY_RETURN_IF_ERROR(denoiser_->Denoise(work.frame, &work.denoised));
+  work.log.denoise_ms = Milliseconds(denoise_start);
+  work.log.stages = LoggedStages(work.denoised.timings);
+  log_.denoiser_bytes = denoiser_->memory_bytes();
+  log_.renderer_bytes = renderer_->memory_bytes();
+  STILLRAY_RETURN_IF_ERROR(FinishWriting(progress));
+  writing_.Start(overlap_, [this, &work] { return WriteFiles(work); });
+  traced_ = 1 - traced_;
+  const bool save = Clock::now() - last_save_ > kSaveInterval && number < options_.frames.last;
+  if (!overlap_ || save || number == options_.frames.last) {
+    STILLRAY_RETURN_IF_ERROR(FinishWriting(progress));
+  }
+  return save ? SaveState(true) : Status::Ok();
+}
+
+WrittenFiles RenderRun::WriteFiles(const FrameInWork& work) {
+  const Clock::time_point start = Clock::now();
   Rgb8Image display;
-  STILLRAY_RETURN_IF_ERROR(WriteFrameFiles(options_, frame_, denoised_,
-                                           reference.empty() ? nullptr : &reference, &display));
-  if (video_) {
-    STILLRAY_RETURN_IF_ERROR(video_->Write(display));
+  WrittenFiles written;
+  written.status = WriteFrameFiles(options_, work.frame, work.denoised,
+                                   work.reference.empty() ? nullptr : &work.reference, &display);
+  if (written.status.ok() && video_) {
+    written.status = video_->Write(display);
   }
-  Log(moment, render_ms, denoise_ms);
-  next_frame_ = number + 1;
-  progress->Step(WorkBefore(next_frame_), fmt::format("{}: render {:.0f} ms, denoise {:.0f} ms",
-                                                      FrameText(number), render_ms, denoise_ms));
-  if (Clock::now() - last_save_ > kSaveInterval && number < options_.frames.last) {
-    STILLRAY_RETURN_IF_ERROR(SaveState(true));
+  written.milliseconds = Milliseconds(start);
+  return written;
+}
+
+/// Waits for the files that are being written, if there are any. Only now their frame is done.
+Status RenderRun::FinishWriting(Progress* progress) {
+  if (!writing_.under_way()) {
+    return Status::Ok();
   }
+  const WrittenFiles written = writing_.Take();
+  STILLRAY_RETURN_IF_ERROR(written.status);
+  FrameInWork& work = works_[1 - traced_];
+  work.log.write_ms = written.milliseconds;
+  non_finite_ += work.denoised.non_finite + work.denoised.negative;
+  bad_guides_ += work.denoised.bad_guides;
+  next_frame_ = work.log.frame + 1;
+  progress->Step(WorkBefore(next_frame_),
+                 fmt::format("{}: render {:.0f} ms, denoise {:.0f} ms, write {:.0f} ms",
+                             FrameText(work.log.frame), work.log.render_ms, work.log.denoise_ms,
+                             work.log.write_ms));
+  log_.frames.push_back(std::move(work.log));
   return Status::Ok();
 }
 
@@ -350,8 +390,7 @@ Status RenderRun::Run() {
     for (int64_t frame = next_frame_; frame <= options_.frames.last; ++frame) {
       const Status rendered = RenderOne(frame, &progress);
       if (!rendered.ok()) {
-        progress.Clear();
-        return Stop(rendered);
+        return Stop(rendered, &progress);
       }
     }
   }
@@ -365,7 +404,12 @@ Status RenderRun::Run() {
 }
 
 /// Keeps what is done when a frame failed or the user stopped.
-Status RenderRun::Stop(const Status& reason) {
+Status RenderRun::Stop(Status reason, Progress* progress) {
+  // What is wrong with an earlier frame comes first.
+  if (const Status written = FinishWriting(progress); !written.ok()) {
+    reason = written;
+  }
+  progress->Clear();
   const bool cancelled = reason.code() == StatusCode::kCancelled;
   // A frame that was filtered but could not be written is already in the history.
   const bool resumable = next_frame_ > options_.frames.first && cancelled;

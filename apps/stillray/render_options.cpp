@@ -22,6 +22,12 @@ constexpr int kMostSamples = 65536;
 /// What frame, histories and work planes take, measured and rounded up: far too large pictures are
 /// refused at once instead of bringing the machine to its knees.
 constexpr int64_t kBytesPerPixel = 600;
+/// A second frame whose files are written meanwhile: 40 planes, and the channels of its files.
+constexpr int64_t kBytesPerPixelOfSecondFrame = 300;
+
+int64_t MemoryOfMachine() {
+  return int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGE_SIZE);
+}
 
 template <typename T>
 bool ParseWhole(std::string_view text, T* out) {
@@ -52,7 +58,7 @@ Status ParseSize(const std::string& text, RenderSettings* render) {
         "--size is '{}', expected WIDTHxHEIGHT with 1 to {} pixels a side", text, kLargestSide));
   }
   const int64_t needed = int64_t{render->width} * render->height * kBytesPerPixel;
-  const int64_t memory = int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGE_SIZE);
+  const int64_t memory = MemoryOfMachine();
   if (memory > 0 && needed > memory) {
     return Status::InvalidArgument(
         fmt::format("--size is '{}', which takes about {} GB; this machine has {} GB", text,
@@ -213,6 +219,13 @@ Status ParseRenderSettings(const RenderArguments& arguments, RenderOptions* opti
 }
 
 }  // namespace
+
+bool TwoFramesFit(const RenderSettings& render) {
+  const int64_t needed =
+      int64_t{render.width} * render.height * (kBytesPerPixel + kBytesPerPixelOfSecondFrame);
+  const int64_t memory = MemoryOfMachine();
+  return memory <= 0 || needed <= memory;
+}
 
 Status ParseSamplesPerPixel(const std::string& text, RenderSettings* render) {
   int whole = 0;

@@ -93,6 +93,10 @@ inline double SamplesPerPixel(const RenderSettings& render) {
 /// \return kInvalidArgument naming the option, what it is and what was expected
 Result<RenderOptions> ParseRenderArguments(const RenderArguments& arguments);
 
+/// Whether the machine's memory has room for a second frame of this size, so that one can be traced
+/// while the files of the other are written.
+bool TwoFramesFit(const RenderSettings& render);
+
 /// Everything that decides what the pictures look like, one "name value" a line: runs with the same
 /// text make the same bits.
 std::string RenderFingerprint(const RenderOptions& options);

@@ -24,6 +24,17 @@ Json SppJson(const RenderSettings& render) {
   return render.cycle > 1 ? Json(SamplesPerPixel(render)) : Json(render.spp);
 }
 
+/// Of the frames of this run: those of an earlier one that it went on with did not keep theirs.
+std::string WriteRow(const RunLog& log) {
+  std::vector<double> values;
+  for (const FrameLog& frame : log.frames) {
+    if (frame.write_ms > 0) {
+      values.push_back(frame.write_ms);
+    }
+  }
+  return values.empty() ? "" : TimingsRow("write", values);
+}
+
 }  // namespace
 
 std::string RunLogJson(const RenderOptions& options, const RunLog& log, int threads) {
@@ -92,6 +103,7 @@ std::string TimingsTable(const RunLog& log) {
   table += TimingsRow("render", column([](const FrameLog& f) { return f.render_ms; }));
   table += TimingsRow("denoise", column([](const FrameLog& f) { return f.denoise_ms; }));
   table += StageRows(log.frames);
+  table += WriteRow(log);
   table += fmt::format("  {:<22}{:>10.1f} MB\n  {:<22}{:>10.1f} MB\n", "memory, denoiser",
                        static_cast<double>(log.denoiser_bytes) / 1e6, "memory, renderer",
                        static_cast<double>(log.renderer_bytes) / 1e6);

@@ -108,6 +108,46 @@ TEST(CliRender, ThreadsDoNotChangeBits) {
   EXPECT_THAT(Differences(folder / "1", folder / "3", ".png"), ::testing::IsEmpty());
 }
 
+// With one thread, files are written before the next frame is begun; below one sample per pixel the
+// tracer clears only what it knows a frame to hold.
+TEST(CliRender, WritingBesideTheNextFrameChangesNothing) {
+  const TemporaryFolder folder;
+  for (const char* threads : {"1", "3"}) {
+    const ProgramRun run = RunProgram(
+        Render(folder / threads,
+               {"--frames", "1-7", "--spp", "1/4", "--still", "--format", "exr,png", "--reference",
+                "4", "--reference-frames", "2-3,6-6", "--threads", threads, "--timings"}));
+    ASSERT_EQ(run.exit_code, 0) << run.errors;
+    EXPECT_THAT(run.output, HasSubstr("\n  write  "));
+    size_t last = 0;
+    for (int frame = 1; frame <= 7; ++frame) {
+      const std::string line = "frame " + std::to_string(frame) + " of 7: render ";
+      const size_t at = run.errors.find(line);
+      ASSERT_NE(at, std::string::npos) << line << "\n" << run.errors;
+      EXPECT_GE(at, last);
+      last = at;
+    }
+  }
+  EXPECT_EQ(FilesIn(folder / "1"), FilesIn(folder / "3"));
+  EXPECT_THAT(Differences(folder / "1", folder / "3", ".exr"), ::testing::IsEmpty());
+  EXPECT_THAT(Differences(folder / "1", folder / "3", ".png"), ::testing::IsEmpty());
+}
+
+TEST(CliRender, AFrameThatCannotBeWrittenStopsTheRun) {
+  const TemporaryFolder folder;
+  const std::string out = folder / "out";
+  fs::create_directories(out + "/denoised.0003.exr/in_the_way");
+  const ProgramRun run =
+      RunProgram(Render(out, {"--frames", "1-6", "--format", "exr", "--threads", "3"}));
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.errors, HasSubstr("error: " + out + "/denoised.0003.exr: could not be written"));
+  EXPECT_THAT(run.errors, HasSubstr("frame 2 of 6: render "));
+  EXPECT_THAT(run.errors, ::testing::Not(HasSubstr("frame 3 of 6: render ")));
+  EXPECT_EQ(FilesIn(out),
+            (std::set<std::string>{"denoised.0001.exr", "denoised.0002.exr", "denoised.0003.exr",
+                                   "noisy.0001.exr", "noisy.0002.exr", "noisy.0003.exr"}));
+}
+
 TEST(CliRender, SeedsAndSamplersChangeTheNoise) {
   const TemporaryFolder folder;
   const auto noisy = [&](const std::string& name, const std::vector<std::string>& more) {
