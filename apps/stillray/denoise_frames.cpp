@@ -28,7 +28,7 @@ bool SameSize(const Frame& a, const Frame& b) {
 
 }  // namespace
 
-Result<LoadedFile> LoadFile(const std::string& path, const DenoiseOptions& options) {
+Result<LoadedFile> LoadFile(const std::string& path, const DenoiseOptions& options, bool to_write) {
   LoadedFile file;
   Result<std::string> bytes = ReadWholeFile(path, kMaxFileBytes);
   if (!bytes.ok()) {
@@ -42,7 +42,8 @@ Result<LoadedFile> LoadFile(const std::string& path, const DenoiseOptions& optio
   }
   file.extent = *extent;
   STILLRAY_RETURN_IF_ERROR(CheckMemory(file.extent, options, path));
-  Result<ExrImage> image = DecodeExr(data, file.bytes.size(), path);
+  Result<ExrImage> image =
+      DecodeExr(data, file.bytes.size(), path, to_write ? &file.stored : nullptr);
   if (!image.ok()) {
     return image.status();
   }
@@ -52,7 +53,7 @@ Result<LoadedFile> LoadFile(const std::string& path, const DenoiseOptions& optio
 
 Result<SequenceFrame> LoadFrame(const SequenceFile& file, const DenoiseOptions& options,
                                 const AovLayout& layout, bool to_write) {
-  Result<LoadedFile> loaded = LoadFile(file.input, options);
+  Result<LoadedFile> loaded = LoadFile(file.input, options, to_write);
   if (!loaded.ok()) {
     return loaded.status();
   }
@@ -71,12 +72,14 @@ Result<SequenceFrame> LoadFrame(const SequenceFile& file, const DenoiseOptions& 
   }
   if (to_write) {
     result.bytes = std::move(loaded->bytes);
+    result.stored = std::move(loaded->stored);
   }
   return result;
 }
 
 void KeepGuidesOnly(SequenceFrame* frame) {
   frame->bytes = std::string();
+  frame->stored = StoredPixels();
   frame->parts.clear();
   frame->frame.signals.clear();
   frame->frame.emission = Image3();

@@ -20,13 +20,16 @@ struct LoadedFile {
   std::string bytes;
   ExrExtent extent;
   ExrImage image;
+  StoredPixels stored;  ///< where it was asked for
 };
 
+/// \param to_write  whether the pixels as they are stored are kept besides
 /// \return kNotFound, kBadData, kOutOfMemory (above the memory limit), ... naming the file
-Result<LoadedFile> LoadFile(const std::string& path, const DenoiseOptions& options);
+Result<LoadedFile> LoadFile(const std::string& path, const DenoiseOptions& options, bool to_write);
 
 struct SequenceFrame {
-  std::string bytes;  ///< of the file
+  std::string bytes;    ///< of the file
+  StoredPixels stored;  ///< of the file
   /// Its motion misses the jitter of the frame before until LinkToPrevious() has run.
   Frame frame;
   /// Towards the next frame, lacking the next frame's jitter likewise; empty where not told.
@@ -35,7 +38,7 @@ struct SequenceFrame {
   std::vector<LightPart> parts;          ///< of the light; with --passes only
 };
 
-/// \param to_write  else `bytes` and `parts` stay empty
+/// \param to_write  else `bytes`, `stored` and `parts` stay empty
 Result<SequenceFrame> LoadFrame(const SequenceFile& file, const DenoiseOptions& options,
                                 const AovLayout& layout, bool to_write);
 

@@ -210,7 +210,7 @@ void DenoiseRun::ChooseOverlap(const ExrExtent& first) {
 
 Status DenoiseRun::Understand() {
   const SequenceFile& first = options_.files.front();
-  const Result<LoadedFile> file = LoadFile(first.input, options_);
+  const Result<LoadedFile> file = LoadFile(first.input, options_, false);
   if (!file.ok()) {
     return file.status();
   }
@@ -378,6 +378,7 @@ void DenoiseRun::StartWriting(SequenceFrame* frame, size_t at) {
   FrameToWrite job;
   job.names = options_.files[at];
   job.bytes = std::move(frame->bytes);
+  job.stored = std::move(frame->stored);
   job.colour = std::move(denoised_.colour);
   job.layers = std::move(layers_);
   layers_.clear();

@@ -9,9 +9,9 @@
 namespace stillray {
 namespace {
 
-Status Write(const FrameToWrite& frame, const AovLayout& layout) {
-  const Result<std::string> bytes =
-      ReplaceLight(frame.bytes, layout, frame.colour, frame.names.input, frame.layers);
+Status Write(FrameToWrite frame, const AovLayout& layout) {
+  const Result<std::string> bytes = ReplaceLight(
+      frame.bytes, layout, frame.colour, frame.names.input, frame.layers, std::move(frame.stored));
   if (!bytes.ok()) {
     return bytes.status();
   }
@@ -21,11 +21,11 @@ Status Write(const FrameToWrite& frame, const AovLayout& layout) {
 }  // namespace
 
 void FrameWriter::Start(FrameToWrite frame) {
-  writing_.Start(beside_, [this, work = std::move(frame)] {
+  writing_.Start(beside_, [this, work = std::move(frame)]() mutable {
     using Clock = std::chrono::steady_clock;
     const Clock::time_point start = Clock::now();
     WrittenFrame written;
-    written.status = Write(work, layout_);
+    written.status = Write(std::move(work), layout_);
     written.end = Clock::now();
     written.milliseconds = std::chrono::duration<double, std::milli>(written.end - start).count();
     return written;

@@ -17,7 +17,8 @@ namespace stillray {
 /// A file's bytes and what is to be put there.
 struct FrameToWrite {
   SequenceFile names;
-  std::string bytes;  ///< of names.input
+  std::string bytes;    ///< of names.input
+  StoredPixels stored;  ///< likewise
   Image3 colour;
   std::vector<NewLayer> layers;
 };

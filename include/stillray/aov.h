@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -193,6 +194,37 @@ Result<AovLayout> UnderstandAovs(const ExrImage& image, const AovOptions& option
 /// The layout as lines of a table with a heading, and the notes.
 std::string AovTable(const AovLayout& layout);
 
+/// New content of the layer that serves as `aov`.
+struct NewLayer {
+  Aov aov = Aov::kColour;
+  Image3 values;
+};
+
+/// The pixels of a decoded file as they are stored, kept so that it can be written again without
+/// being decompressed again. Takes the bytes of the pixels, uncompressed.
+class StoredPixels {
+ public:
+  StoredPixels();
+  StoredPixels(StoredPixels&&) noexcept;
+  StoredPixels& operator=(StoredPixels&&) noexcept;
+  ~StoredPixels();
+  bool empty() const { return impl_ == nullptr; }
+
+  struct Impl;  ///< of the module io
+
+ private:
+  friend Result<ExrImage> DecodeExr(const uint8_t* data, size_t size, const std::string& name,
+                                    StoredPixels* stored);
+  friend Result<std::string> ReplaceLight(const std::string& original, const AovLayout& layout,
+                                          const Image3& colour, const std::string& name,
+                                          const std::vector<NewLayer>& layers, StoredPixels stored);
+  std::unique_ptr<Impl> impl_;
+};
+
+/// As DecodeExr in io.h, with the pixels as they are stored besides.
+Result<ExrImage> DecodeExr(const uint8_t* data, size_t size, const std::string& name,
+                           StoredPixels* stored);
+
 /// What decoding a file would take, from its header alone.
 struct ExrExtent {
   int64_t width = 0;  ///< of the display window
@@ -226,20 +258,16 @@ Result<Frame> ImportFrame(const ExrImage& image, const AovLayout& layout,
 /// \param jitter  `previous` stands for the next frame
 Image2 ImportNextMotion(const ExrImage& image, const AovLayout& layout, const JitterPair& jitter);
 
-/// New content of the layer that serves as `aov`.
-struct NewLayer {
-  Aov aov = Aov::kColour;
-  Image3 values;
-};
-
 /// The bytes of the EXR file `original` with `colour` in place of the light that the layout's
 /// result names (added as channels of the first part if it has none). All other channels, parts,
 /// attributes, pixel types, windows and the compression stay; parts that hold the light and are
 /// compressed with DWAA or DWAB become ZIP, since their other channels would lose again.
 /// \param layers  what else is replaced; those that the layout does not have are left out
+/// \param stored  of `original`, or empty: then it is decoded here
 /// \return kBadData, kInvalidArgument if sizes differ
 Result<std::string> ReplaceLight(const std::string& original, const AovLayout& layout,
                                  const Image3& colour, const std::string& name,
-                                 const std::vector<NewLayer>& layers = {});
+                                 const std::vector<NewLayer>& layers = {},
+                                 StoredPixels stored = StoredPixels());
 
 }  // namespace stillray

@@ -30,6 +30,7 @@
 
 #include <fmt/format.h>
 
+#include "io/exr_stored.h"
 #include "io/exr_stream.h"
 #include "io/text.h"
 #include "stillray/aov.h"
@@ -49,10 +50,6 @@ struct PartPlan {
   Imf::Header header;
 };
 
-size_t BytesOf(Imf::PixelType type) {
-  return type == Imf::HALF ? sizeof(half) : sizeof(float);
-}
-
 /// Finite light stays finite in a half.
 void Store(float value, Imf::PixelType type, char* to) {
   if (type == Imf::HALF) {
@@ -63,34 +60,17 @@ void Store(float value, Imf::PixelType type, char* to) {
   }
 }
 
-/// One channel's pixels of a data window, in the file's own type: what is carried through keeps its
-/// bits.
-struct RawPlane {
-  Imf::PixelType type = Imf::FLOAT;
-  size_t width = 0;
-  std::vector<char> bytes;
-
-  RawPlane(Imf::PixelType t, const Imath::Box2i& window)
-      : type(t),
-        width(static_cast<size_t>(window.max.x - window.min.x + 1)),
-        bytes(width * static_cast<size_t>(window.max.y - window.min.y + 1) * BytesOf(t)) {}
-  Imf::Slice Slice(const Imath::Box2i& window) {
-    return Imf::Slice::Make(type, bytes.data(), window, BytesOf(type), BytesOf(type) * width);
-  }
-};
-
 /// Puts the plane, which covers the display window, into the part of the data window that both
 /// share; overscan keeps what it has.
 void Put(const Image1& plane, const Imath::Box2i& data, const Imath::Box2i& display,
-         RawPlane* raw) {
+         io::StoredPlane* stored) {
   for (int y = std::max(data.min.y, display.min.y); y <= std::min(data.max.y, display.max.y); ++y) {
     const float* row = plane.Row(y - display.min.y);
-    char* to =
-        raw->bytes.data() + static_cast<size_t>(y - data.min.y) * raw->width * BytesOf(raw->type);
+    char* to = stored->Row(y - data.min.y);
     for (int x = std::max(data.min.x, display.min.x); x <= std::min(data.max.x, display.max.x);
          ++x) {
-      Store(row[x - display.min.x], raw->type,
-            to + static_cast<size_t>(x - data.min.x) * BytesOf(raw->type));
+      Store(row[x - display.min.x], stored->type,
+            to + static_cast<size_t>(x - data.min.x) * io::BytesOf(stored->type));
     }
   }
 }
@@ -151,26 +131,29 @@ std::vector<PartPlan> PlanParts(const Imf::MultiPartInputFile& file, NewLight li
   return plans;
 }
 
-/// Reads the part's pixels, puts the new light in, and writes them.
+/// Reads what of the part's pixels is not there yet, puts the new light in, and writes them.
+/// \param planes  the part's pixels as they are stored, or nothing
 template <typename Output>
 void RewritePart(Imf::MultiPartInputFile& in, Imf::MultiPartOutputFile& out, int part,
-                 const PartPlan& plan, const Output& write) {
+                 const PartPlan& plan, io::StoredPart planes, const Output& write) {
   const Imath::Box2i data = plan.header.dataWindow();
   const Imath::Box2i display = plan.header.displayWindow();
-  std::map<std::string, RawPlane> planes;
+  const bool decoded = !planes.empty();
   Imf::FrameBuffer input_buffer;
   Imf::FrameBuffer output_buffer;
   const Imf::ChannelList& list = plan.header.channels();
   for (auto it = list.begin(); it != list.end(); ++it) {
-    RawPlane& raw = planes.try_emplace(it.name(), it.channel().type, data).first->second;
-    output_buffer.insert(it.name(), raw.Slice(data));
+    io::StoredPlane& plane = planes.try_emplace(it.name(), it.channel().type, data).first->second;
+    output_buffer.insert(it.name(), plane.Slice(data));
     if (plan.added.count(it.name()) == 0) {
-      input_buffer.insert(it.name(), raw.Slice(data));
+      input_buffer.insert(it.name(), plane.Slice(data));
     }
   }
-  Imf::InputPart input(in, part);
-  input.setFrameBuffer(input_buffer);
-  input.readPixels(data.min.y, data.max.y);
+  if (!decoded) {
+    Imf::InputPart input(in, part);
+    input.setFrameBuffer(input_buffer);
+    input.readPixels(data.min.y, data.max.y);
+  }
   for (const NewLight* light : {&plan.light, &plan.added}) {
     for (const auto& [name, plane] : *light) {
       Put(*plane, data, display, &planes.at(name));
@@ -217,7 +200,8 @@ std::string TypeOf(const Imf::Header& header) {
                                        : Imf::SCANLINEIMAGE;
 }
 
-std::string Rewrite(Imf::MultiPartInputFile& in, NewLight light) {
+std::string Rewrite(Imf::MultiPartInputFile& in, NewLight light,
+                    std::map<int, io::StoredPart> stored) {
   std::vector<PartPlan> plans = PlanParts(in, std::move(light));
   std::vector<Imf::Header> headers;
   for (PartPlan& plan : plans) {
@@ -242,9 +226,9 @@ std::string Rewrite(Imf::MultiPartInputFile& in, NewLight light) {
       if (plan.light.empty() && plan.added.empty()) {
         CopyPart(in, out, i, type);
       } else if (type == Imf::TILEDIMAGE) {
-        RewritePart(in, out, i, plan, WriteTiles);
+        RewritePart(in, out, i, plan, std::move(stored[i]), WriteTiles);
       } else {
-        RewritePart(in, out, i, plan, WriteLines);
+        RewritePart(in, out, i, plan, std::move(stored[i]), WriteLines);
       }
     }
   }  // the destructor writes the table of lines
@@ -278,9 +262,14 @@ Status CheckSize(const Imf::MultiPartInputFile& file, const Image3& colour,
 
 }  // namespace
 
+StoredPixels::StoredPixels() = default;
+StoredPixels::StoredPixels(StoredPixels&&) noexcept = default;
+StoredPixels& StoredPixels::operator=(StoredPixels&&) noexcept = default;
+StoredPixels::~StoredPixels() = default;
+
 Result<std::string> ReplaceLight(const std::string& original, const AovLayout& layout,
                                  const Image3& colour, const std::string& name,
-                                 const std::vector<NewLayer>& layers) {
+                                 const std::vector<NewLayer>& layers, StoredPixels stored) {
   const AovSource* target = layout.Find(Aov::kResult);
   if (target == nullptr) {
     target = layout.Find(Aov::kColour);
@@ -305,7 +294,9 @@ Result<std::string> ReplaceLight(const std::string& original, const AovLayout& l
     for (const NewLayer& layer : layers) {
       STILLRAY_RETURN_IF_ERROR(CheckSize(file, layer.values, name));
     }
-    return Rewrite(file, std::move(light));
+    return Rewrite(
+        file, std::move(light),
+        stored.empty() ? std::map<int, io::StoredPart>() : std::move(stored.impl_->parts));
   } catch (const std::bad_alloc&) {
     return Status::OutOfMemory(fmt::format("{}: not enough memory to write it again", name));
   } catch (const std::exception& error) {

@@ -18,11 +18,15 @@
 #include <OpenEXR/ImfVecAttribute.h>
 
 #include <algorithm>
+#include <cstring>
+#include <map>
 #include <new>
 #include <set>
 
 #include <fmt/format.h>
 
+#include "core/parallel.h"
+#include "io/exr_stored.h"
 #include "io/exr_stream.h"
 #include "io/image_limits.h"
 #include "io/text.h"
@@ -170,7 +174,47 @@ Plane<T> Place(const Plane<T>& plane, const ExrWindow& data, const ExrWindow& di
   return placed;
 }
 
-std::vector<Channel> ReadPart(Imf::MultiPartInputFile& file, int part_number) {
+constexpr int kRowsPerTask = 16;
+
+void CopyRow(const char* from, Imf::PixelType type, size_t width, float* to) {
+  if (type == Imf::HALF) {
+    const half* halves = reinterpret_cast<const half*>(from);
+    std::transform(halves, halves + width, to, [](half h) { return static_cast<float>(h); });
+  } else {
+    std::memcpy(to, from, width * sizeof(float));
+  }
+}
+
+/// Reads the part's pixels once, as they are stored, and makes the channels' planes from them.
+StoredPart ReadStored(Imf::InputPart& part, const Imath::Box2i& window,
+                      std::vector<Channel>* channels) {
+  StoredPart stored;
+  Imf::FrameBuffer frame_buffer;
+  const Imf::ChannelList& list = part.header().channels();
+  for (auto it = list.begin(); it != list.end(); ++it) {
+    StoredPlane& plane = stored.try_emplace(it.name(), it.channel().type, window).first->second;
+    frame_buffer.insert(it.name(), plane.Slice(window));
+  }
+  part.setFrameBuffer(frame_buffer);
+  part.readPixels(window.min.y, window.max.y);
+  for (Channel& channel : *channels) {
+    const StoredPlane& plane = stored.at(channel.name);
+    const size_t width = plane.width;
+    ParallelRows(window.max.y - window.min.y + 1, kRowsPerTask, [&](int y0, int y1) {
+      for (int y = y0; y < y1; ++y) {
+        if (channel.type == PixelType::kUint32) {
+          std::memcpy(channel.integers.Row(y), plane.Row(y), width * sizeof(uint32_t));
+        } else {
+          CopyRow(plane.Row(y), plane.type, width, channel.values.Row(y));
+        }
+      }
+    });
+  }
+  return stored;
+}
+
+/// \param stored  set to the pixels as they are stored, or nullptr
+std::vector<Channel> ReadPart(Imf::MultiPartInputFile& file, int part_number, StoredPart* stored) {
   Imf::InputPart part(file, part_number);
   const ExrWindow data = ToWindow(part.header().dataWindow());
   const ExrWindow display = ToWindow(part.header().displayWindow());
@@ -190,14 +234,18 @@ std::vector<Channel> ReadPart(Imf::MultiPartInputFile& file, int part_number) {
     }
     channels.push_back(std::move(channel));
   }
-  Imf::FrameBuffer frame_buffer;
-  for (Channel& channel : channels) {
-    frame_buffer.insert(channel.name, channel.type == PixelType::kUint32
-                                          ? SliceOf(Imf::UINT, channel.integers, data)
-                                          : SliceOf(Imf::FLOAT, channel.values, data));
+  if (stored != nullptr) {
+    *stored = ReadStored(part, part.header().dataWindow(), &channels);
+  } else {
+    Imf::FrameBuffer frame_buffer;
+    for (Channel& channel : channels) {
+      frame_buffer.insert(channel.name, channel.type == PixelType::kUint32
+                                            ? SliceOf(Imf::UINT, channel.integers, data)
+                                            : SliceOf(Imf::FLOAT, channel.values, data));
+    }
+    part.setFrameBuffer(frame_buffer);
+    part.readPixels(data.y_min, data.y_max);
   }
-  part.setFrameBuffer(frame_buffer);
-  part.readPixels(data.y_min, data.y_max);
   if (!Same(data, display)) {
     for (Channel& channel : channels) {
       if (channel.type == PixelType::kUint32) {
@@ -287,7 +335,9 @@ void ReadAttributes(const Imf::Header& header, ExrImage* image) {
   }
 }
 
-Result<ExrImage> DecodeParts(Imf::MultiPartInputFile& file, size_t size, const std::string& name) {
+/// \param stored  the pixels of all parts that are read as they are stored, or nullptr
+Result<ExrImage> DecodeParts(Imf::MultiPartInputFile& file, size_t size, const std::string& name,
+                             std::map<int, StoredPart>* stored) {
   const Imf::Header& first = file.header(0);
   STILLRAY_RETURN_IF_ERROR(CheckPart(name, first, size));
   ExrImage image;
@@ -299,7 +349,8 @@ Result<ExrImage> DecodeParts(Imf::MultiPartInputFile& file, size_t size, const s
   image.compression_name = TraitsOf(first.compression()).name;
   image.tiled = first.hasTileDescription();
   ReadAttributes(first, &image);
-  image.channels = ReadPart(file, 0);
+  const auto stored_of = [&](int part) { return stored != nullptr ? &(*stored)[part] : nullptr; };
+  image.channels = ReadPart(file, 0, stored_of(0));
   uint64_t channel_count = image.channels.size();
   for (int i = 1; i < file.parts(); ++i) {
     const Imf::Header& header = file.header(i);
@@ -319,7 +370,7 @@ Result<ExrImage> DecodeParts(Imf::MultiPartInputFile& file, size_t size, const s
                          channel_count * sizeof(float) * static_cast<uint64_t>(image.width) *
                              static_cast<uint64_t>(image.height),
                          UINT64_MAX, 1));
-    STILLRAY_RETURN_IF_ERROR(AddChannels(name, part_name, ReadPart(file, i), &image));
+    STILLRAY_RETURN_IF_ERROR(AddChannels(name, part_name, ReadPart(file, i, stored_of(i)), &image));
   }
   return image;
 }
@@ -329,6 +380,11 @@ Result<ExrImage> DecodeParts(Imf::MultiPartInputFile& file, size_t size, const s
 }  // namespace io
 
 Result<ExrImage> DecodeExr(const uint8_t* data, size_t size, const std::string& name) {
+  return DecodeExr(data, size, name, nullptr);
+}
+
+Result<ExrImage> DecodeExr(const uint8_t* data, size_t size, const std::string& name,
+                           StoredPixels* stored) {
   if (size < 4 || data[0] != 0x76 || data[1] != 0x2f || data[2] != 0x31 || data[3] != 0x01) {
     return Status::BadData(fmt::format("{}: is not an EXR file", name));
   }
@@ -336,7 +392,11 @@ Result<ExrImage> DecodeExr(const uint8_t* data, size_t size, const std::string& 
     io::PrepareOpenExr();
     io::ExrMemoryInput stream(data, size, name);
     Imf::MultiPartInputFile file(stream);
-    return io::DecodeParts(file, size, name);
+    if (stored == nullptr) {
+      return io::DecodeParts(file, size, name, nullptr);
+    }
+    stored->impl_ = std::make_unique<StoredPixels::Impl>();
+    return io::DecodeParts(file, size, name, &stored->impl_->parts);
   } catch (const std::bad_alloc&) {
     return Status::OutOfMemory(fmt::format("{}: not enough memory for its pixels", name));
   } catch (const std::exception& error) {

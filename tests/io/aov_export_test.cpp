@@ -1,9 +1,11 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <string>
+#include <utility>
 
 #include <Imath/half.h>
 #include <OpenEXR/ImfChannelList.h>
@@ -66,6 +68,42 @@ Result<ExrImage> Decode(const std::string& bytes) {
   return DecodeExr(Data(bytes), bytes.size(), "file");
 }
 
+bool SameBits(const Image1& a, const Image1& b) {
+  for (int y = 0; y < a.height(); ++y) {
+    if (std::memcmp(a.Row(y), b.Row(y), sizeof(float) * static_cast<size_t>(a.width())) != 0) {
+      return false;
+    }
+  }
+  return a.width() == b.width() && a.height() == b.height();
+}
+
+/// Pixels that are kept as they are stored must lead to the same image and the same file.
+void ExpectSameFromStoredPixels(const std::string& original, const ExrImage& image,
+                                const AovLayout& layout, const Image3& colour,
+                                const std::string& replaced) {
+  StoredPixels stored;
+  const Result<ExrImage> again = DecodeExr(Data(original), original.size(), "file", &stored);
+  ASSERT_TRUE(again.ok()) << again.status().message();
+  ASSERT_EQ(again->channels.size(), image.channels.size());
+  for (size_t i = 0; i < image.channels.size(); ++i) {
+    const Channel& a = again->channels[i];
+    const Channel& b = image.channels[i];
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_TRUE(SameBits(a.values, b.values)) << a.name;
+    ASSERT_EQ(a.integers.width(), b.integers.width());
+    for (int y = 0; y < a.integers.height(); ++y) {
+      EXPECT_TRUE(
+          std::equal(a.integers.Row(y), a.integers.Row(y) + a.integers.width(), b.integers.Row(y)))
+          << a.name;
+    }
+  }
+  EXPECT_FALSE(stored.empty());
+  const Result<std::string> bytes =
+      ReplaceLight(original, layout, colour, "file", {}, std::move(stored));
+  ASSERT_TRUE(bytes.ok()) << bytes.status().message();
+  EXPECT_TRUE(*bytes == replaced);
+}
+
 /// The file with new light, read again.
 Result<ExrImage> Rewritten(const std::string& original, const Image3& colour,
                            std::string* bytes = nullptr) {
@@ -81,19 +119,11 @@ Result<ExrImage> Rewritten(const std::string& original, const Image3& colour,
   if (!replaced.ok()) {
     return replaced.status();
   }
+  ExpectSameFromStoredPixels(original, *image, *layout, colour, *replaced);
   if (bytes != nullptr) {
     *bytes = *replaced;
   }
   return Decode(*replaced);
-}
-
-bool SameBits(const Image1& a, const Image1& b) {
-  for (int y = 0; y < a.height(); ++y) {
-    if (std::memcmp(a.Row(y), b.Row(y), sizeof(float) * static_cast<size_t>(a.width())) != 0) {
-      return false;
-    }
-  }
-  return a.width() == b.width() && a.height() == b.height();
 }
 
 TEST(AovExport, OnlyTheLightChanges) {
