@@ -383,7 +383,7 @@ constexpr std::string_view kPresets[] = {"default", "svgf", "psvgf", "eaw", "tem
 
 /// Progressive SVGF (Dundr 2018), where it differs from "default".
 constexpr std::pair<const char*, const char*> kPsvgf[] = {
-    {"signals", "diffuse_specular"},
+    {"signals", "single"},
     {"alpha_min", "0.1"},
     {"limit_history", "off"},
     {"variance_of", "frame"},

@@ -376,14 +376,15 @@ void FilterRowOf(const AtrousLevel& level, int y) {
   const AtrousParameters& p = level.parameters;
   const bool complete = std::all_of(level.signals.begin(), level.signals.end(),
                                     [](const AtrousSignal& s) { return s.complete; });
+  const bool shared = kLuminance && p.noise_ratio > 1;
   if (p.edges.sigma_n < kParabolaFromSigmaN) {
     FilterRow<kLuminance, false, kLuminance, false>(level, y);
-  } else if (!complete) {
-    FilterRow<kLuminance, true, kLuminance, false>(level, y);
-  } else if (p.noise_ratio > 1) {
-    FilterRow<kLuminance, true, kLuminance, true>(level, y);
+  } else if (shared) {
+    complete ? FilterRow<kLuminance, true, kLuminance, true>(level, y)
+             : FilterRow<kLuminance, true, kLuminance, false>(level, y);
   } else {
-    FilterRow<kLuminance, true, false, true>(level, y);
+    complete ? FilterRow<kLuminance, true, false, true>(level, y)
+             : FilterRow<kLuminance, true, false, false>(level, y);
   }
 }
 
