@@ -33,6 +33,7 @@ struct BenchArguments {
   std::vector<std::string> kernels = {"3x3", "5x5"};
   std::vector<int> threads = {1, 0};
   int repeats = 9;
+  int warm_up = 4;  ///< frames that fill histories and touch memory for the first time
   bool scalar = true;
   std::string json_path;
 };
@@ -96,11 +97,10 @@ Status Measure(const BenchArguments& a, const Scene& scene, BenchSize* size) {
     return created.status();
   }
   Renderer* renderer = created->get();
-  // The first frames fill histories and touch memory for the first time.
-  constexpr int kWarmUp = 4;
-  Progress progress(kWarmUp + a.repeats, stderr);
+  const int frames = a.warm_up + a.repeats;
+  Progress progress(frames, stderr);
   Frame frame;
-  for (int i = 1; i <= kWarmUp + a.repeats; ++i) {
+  for (int i = 1; i <= frames; ++i) {
     RenderMoment moment;
     moment.frame_index = i;
     moment.seconds = options.Seconds(i);
@@ -114,7 +114,7 @@ Status Measure(const BenchArguments& a, const Scene& scene, BenchSize* size) {
         renderer->RenderFrame(moment, &frame, [](double) { return !Interrupted(); }));
     const double frame_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-    const bool record = i > kWarmUp;
+    const bool record = i > a.warm_up;
     if (record) {
       size->tracer.AddFrame(renderer->timings(), frame_ms);
       size->tracer.RunBare();
@@ -127,9 +127,9 @@ Status Measure(const BenchArguments& a, const Scene& scene, BenchSize* size) {
 
 std::string Title(const BenchArguments& a, const BenchSize& size, int threads) {
   const RenderOptions& o = size.options;
-  return fmt::format("{}, {}x{}, {} spp, {} bounces, {} threads, {} interleaved repeats\n\n",
-                     o.text.scene, o.render.width, o.render.height, SamplesPerPixelText(o.render),
-                     o.render.bounces, threads, a.repeats);
+  return fmt::format("{}{}, {}x{}, {} spp, {} bounces, {} threads, {} interleaved repeats\n\n",
+                     o.text.scene, o.text.still ? ", still" : "", o.render.width, o.render.height,
+                     SamplesPerPixelText(o.render), o.render.bounces, threads, a.repeats);
 }
 
 std::string JsonText(const BenchArguments& a, const std::vector<BenchSize>& sizes, int threads) {
@@ -147,6 +147,8 @@ std::string JsonText(const BenchArguments& a, const std::vector<BenchSize>& size
                      {"spp", SamplesPerPixel(o.render)},
                      {"guides", o.text.guides},
                      {"bounces", o.render.bounces},
+                     {"still", o.text.still},
+                     {"warm_up", a.warm_up},
                      {"threads", threads},
                      {"repeats", a.repeats},
                      {"sizes", list}};
@@ -206,6 +208,7 @@ Examples:
   stillray bench --scene kitchen.glb --size 1280x720 --threads 0
   stillray bench --preset none                the path tracer alone
   stillray bench --size 1366x690 --spp 1/128 --guides sparse --preset psvgf --kernel 3x3 --threads 0
+  stillray bench --spp 1/128 --guides sparse --still --warm-up 128 --preset psvgf
   stillray bench --preset svgf --set sigma_n=32 --no-scalar
 )";
 
@@ -243,6 +246,10 @@ void AddBenchCommand(CLI::App& app, int* exit_code) {
   command->add_option("--repeats", a->repeats, "Frames that are measured")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
+  command->add_option("--warm-up", a->warm_up, "Frames before those")
+      ->check(CLI::Range(0, 100000))
+      ->capture_default_str();
+  command->add_flag("--still", a->render.still, "The first frame's view and moment in all of them");
   command->add_option("--kernel", a->kernels, "Kernels of the wavelet: a list")
       ->delimiter(',')
       ->take_all()
