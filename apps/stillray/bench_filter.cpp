@@ -75,24 +75,28 @@ Status FilterBench::Add(const FilterSubject& subject) {
   if (!denoiser.ok()) {
     return denoiser.status();
   }
-  entries_.push_back(
-      {subject, std::move(denoiser.value()), {"whole", {}}, {}, 0, SignalsOf(subject.settings)});
+  entries_.push_back({subject,
+                      std::move(denoiser.value()),
+                      std::make_unique<tbb::task_arena>(subject.threads),
+                      {},
+                      {"whole", {}},
+                      {},
+                      0,
+                      SignalsOf(subject.settings)});
   return Status::Ok();
 }
 
 Status FilterBench::RunEntry(const Frame& frame, bool record, Entry* entry) {
-  DenoisedFrame out;
   Status status = Status::Ok();
-  tbb::task_arena arena(entry->subject.threads);
   const Clock::time_point start = Clock::now();
-  arena.execute([&] { status = entry->denoiser.Denoise(frame, &out); });
+  entry->arena->execute([&] { status = entry->denoiser.Denoise(frame, &entry->out); });
   const double whole = Milliseconds(start);
   STILLRAY_RETURN_IF_ERROR(status);
   if (!record) {
     return status;
   }
   entry->whole.ms.push_back(whole);
-  for (const StageTime& stage : out.timings) {
+  for (const StageTime& stage : entry->out.timings) {
     Find(&entry->stages, stage.name).ms.push_back(stage.milliseconds);
   }
   entry->bytes = entry->denoiser.memory_bytes();

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include <tbb/task_arena.h>
 #include <nlohmann/json_fwd.hpp>
 
 #include "machine_limits.h"
@@ -51,6 +52,9 @@ class FilterBench {
   struct Entry {
     FilterSubject subject;
     Denoiser denoiser;
+    /// Kept between frames, as every caller that goes on for long does.
+    std::unique_ptr<tbb::task_arena> arena;
+    DenoisedFrame out;
     Times whole;
     std::vector<Times> stages;
     size_t bytes = 0;

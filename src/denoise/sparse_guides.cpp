@@ -15,6 +15,7 @@
 #include "core/parallel.h"
 #include "denoise/held_guides.h"
 #include "denoise/row_scratch.h"
+#include "denoise/simd/next_row.h"
 #include "denoise/stages/fill_guides_shared.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -414,6 +415,11 @@ void FillRow(const Task& t, int y) {
   if (complete) {
     return;
   }
+  const auto next_row = [&](const auto& plane) {
+    NextRow<1> next;
+    next.Add(plane, y + 1);
+    return next;
+  };
   const RowScratch scratch(width, 4);
   float* mixed = scratch.Row(0);
   float* filled = scratch.Row(1);
@@ -422,7 +428,9 @@ void FillRow(const Task& t, int y) {
   SpreadRow(t.work->surface.value.front(), y, mixed, part);
   SpreadRow(t.work->inverse_depth.value.front(), y, mixed, filled);
   float* depth = t.held->guides.depth.Row(y);
+  const NextRow<1> next_depth = next_row(t.held->guides.depth);
   for (int x = 0; x < width; x += LaneCount()) {
+    next_depth.Fetch(x);
     const VF inverse = hn::LoadU(d, filled + x);
     const MF is_surface =
         hn::And(hn::Ge(hn::LoadU(d, part + x), hn::Set(d, 0.5f)), hn::Gt(inverse, zero));
@@ -437,7 +445,9 @@ void FillRow(const Task& t, int y) {
     float* to = plane.held->Row(y);
     const MF everywhere = hn::FirstN(d, plane.rule == FillRule::kAnywhere ? hn::Lanes(d) : 0);
     const MF in_sky = hn::FirstN(d, plane.rule == FillRule::kSkyOnly ? hn::Lanes(d) : 0);
+    const NextRow<1> next = next_row(*plane.held);
     for (int x = 0; x < width; x += LaneCount()) {
+      next.Fetch(x);
       const MF is_surface = hn::Gt(hn::LoadU(d, surface + x), zero);
       const MF wanted = hn::Or(everywhere, hn::Xor(is_surface, in_sky));
       const VF guess = hn::IfThenElseZero(wanted, hn::LoadU(d, filled + x));
@@ -448,7 +458,9 @@ void FillRow(const Task& t, int y) {
     auto* ids = scratch.Row<uint32_t>(1);
     SpreadIdRow(t.work->id.value.front(), y, ids);
     uint32_t* to = t.held->guides.id.Row(y);
+    const NextRow<1> next = next_row(t.held->guides.id);
     for (int x = 0; x < width; x += LaneCount()) {
+      next.Fetch(x);
       const auto is_surface = hn::RebindMask(du, hn::Gt(hn::LoadU(d, surface + x), zero));
       const VU guess = hn::IfThenElseZero(is_surface, hn::LoadU(du, ids + x));
       const auto keep = hn::RebindMask(du, known_at(x));

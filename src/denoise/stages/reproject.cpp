@@ -128,7 +128,10 @@ void FindTapsRows(const GuidePlanes& now, const GuidePlanes& before, const Image
       VF weight[4];
       VF sum = zero;
       const SideBySide block = FindSideBySide(bx, by, near_picture, 2, width);
-      for (int i = 0; i < 4; ++i) {
+      // Where nothing moves, or all by whole pixels, the other three count nothing.
+      const bool between = !hn::AllTrue(d, hn::And(hn::Eq(u, zero), hn::Eq(v, zero)));
+      weight[1] = weight[2] = weight[3] = zero;
+      for (int i = 0; i < (between ? 4 : 1); ++i) {
         const MF matches =
             hn::And(near_picture, TapMatches(t, before, block, i & 1, i >> 1, bx, by, p));
         weight[i] = hn::IfThenElseZero(matches, hn::Mul(weight_x[i & 1], weight_y[i >> 1]));
