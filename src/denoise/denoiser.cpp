@@ -84,6 +84,7 @@ void Denoiser::Impl::Allocate(int width, int height, size_t groups) {
     state = DenoiserState(width, height, groups, settings.limit_history, BlendsFeedback(settings),
                           border);
     taps = ReprojectionTaps(width, height);
+    staged = StagedHistory(width, height);
     light = {Image3(width, height), Image1(width, height), Image1()};
     fetched = EmptyHistory();
     fetched_is_empty = true;
@@ -124,6 +125,7 @@ void Denoiser::Impl::AdvanceFeedback() {
       std::min(state.feedback_progress + static_cast<float>(std::min(arrived, 1.0)), 1.0f);
   const bool whole = state.feedback_progress > kWholeSample;
   feedback_phase = whole ? 1.0f : state.feedback_progress;
+  was_fed_back = feeds_back;
   feeds_back = settings.temporal && settings.feedback > 0 &&
                (settings.feedback_when == FeedbackWhen::kFrame || whole);
   if (whole) {
@@ -321,11 +323,7 @@ Status Denoiser::Denoise(const Frame& frame, const FutureLight& future, Denoised
     for (int y = 0; y < frame.height; ++y) {
       for (int x = 0; x < frame.width; ++x) {
         const bool surface = d.state.guides.inverse_depth(x, y) > 0;
-        const bool found =
-            d.settings.temporal && d.state.has_history &&
-            (d.taps.search(x, y) != 0 || d.taps.weight[0](x, y) + d.taps.weight[1](x, y) +
-                                                 d.taps.weight[2](x, y) + d.taps.weight[3](x, y) >
-                                             0);
+        const bool found = d.settings.temporal && d.state.has_history && d.taps.Finds(x, y);
         mask(x, y) = surface && !found ? 1.0f : 0.0f;
       }
     }
@@ -412,8 +410,8 @@ void Denoiser::Reset() {
 }
 
 size_t Denoiser::Impl::WorkBytes() const {
-  size_t sum = taps.bytes() + light.bytes() + fetched.bytes() + limit.bytes() + scratch.bytes() +
-               picture.bytes() + sparse.bytes() + firefly_work.bytes();
+  size_t sum = taps.bytes() + staged.bytes() + light.bytes() + fetched.bytes() + limit.bytes() +
+               scratch.bytes() + picture.bytes() + sparse.bytes() + firefly_work.bytes();
   for (const SignalHistory& signal : merged) {
     sum += signal.bytes();
   }
@@ -442,6 +440,7 @@ Status Denoiser::RestoreHistory(std::span<const uint8_t> bytes) {
   impl_->state = DenoiserState();
   impl_->Allocate(restored->width, restored->height, restored->signals.size());
   impl_->state = std::move(restored.value());
+  impl_->feeds_back = true;  // perhaps: then the next frame looks
   return Status::Ok();
 }
 

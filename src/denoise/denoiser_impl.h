@@ -69,6 +69,7 @@ struct Denoiser::Impl {
   ReprojectionTaps taps;
   NewLight light;
   SignalHistory fetched;  ///< looked up for this frame's pixels, or room for the next history
+  StagedHistory staged;
   bool fetched_is_empty = false;       ///< no light in it anywhere
   std::vector<SignalHistory> merged;   ///< with the future; empty until there is one
   std::vector<WaveletPlanes> wavelet;  ///< of every signal
@@ -89,6 +90,7 @@ struct Denoiser::Impl {
   float feedback_phase = 1;  ///< weight of history with the last feedback in what is filtered
   bool keeps_past = false;   ///< what the past alone knows is wanted (light of the future)
   bool feeds_back = false;   ///< whether this frame's filtered light becomes history
+  bool was_fed_back = true;  ///< whether the last frame's did, or may have
   std::vector<SignalGroup> groups;  ///< of frames with or without transmission, as it says
   bool groups_have_transmission = false;
   SignalGrouping grouping = SignalGrouping::kSplit;

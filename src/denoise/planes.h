@@ -7,6 +7,10 @@
 /// "nothing here".
 #pragma once
 
+#include <cstdint>
+#include <numeric>
+#include <vector>
+
 #include "stillray/image.h"
 
 namespace stillray {
@@ -96,7 +100,16 @@ struct FilterPlanes {
   size_t bytes() const { return colour.bytes() + variance.bytes(); }
 };
 
-/// Where a pixel's history is found (see stages/reproject.h).
+/// Where the history of a vector of pixels lies.
+enum class HistoryPlace : uint8_t {
+  kElsewhere,  ///< some of it at other pixels
+  kOwn,        ///< at the pixels themselves, or nowhere
+  kUnchanged,  ///< of every pixel at itself: one tap with the weight 1
+  kNowhere,    ///< no pixel has any
+};
+
+/// Where a pixel's history is found (see stages/reproject.h). In vectors of pixels that are known
+/// to be kUnchanged or kNowhere, the planes are not written.
 struct ReprojectionTaps {
   Plane<int32_t> x;         ///< left column of the 2x2 taps in the previous frame
   Plane<int32_t> y;         ///< upper row
@@ -104,10 +117,98 @@ struct ReprojectionTaps {
   Plane<uint32_t>
       search;  ///< bits 0..8: taps of the 3x3 block around (x+1, y+1) to average instead
 
+  /// Of the vectors of each row, with room for vectors of one pixel.
+  std::vector<HistoryPlace> places;
+  std::vector<int32_t> elsewhere;  ///< vectors of each row that are kElsewhere; -1: not known
+  int places_per_row = 0;
+  int lanes = 1;  ///< pixels of a vector
+
   ReprojectionTaps() = default;
   ReprojectionTaps(int width, int height)
-      : x(width, height), y(width, height), weight(width, height), search(width, height) {}
-  size_t bytes() const { return x.bytes() + y.bytes() + weight.bytes() + search.bytes(); }
+      : x(width, height),
+        y(width, height),
+        weight(width, height),
+        search(width, height),
+        places_per_row(width) {
+    const auto rows = static_cast<size_t>(height);
+    places.resize(rows * static_cast<size_t>(places_per_row), HistoryPlace::kElsewhere);
+    elsewhere.resize(rows, -1);
+  }
+  /// Of the vector of a pixel; kElsewhere where nobody says: then the planes tell.
+  HistoryPlace PlaceOf(int px, int py) const {
+    return elsewhere[static_cast<size_t>(py)] < 0 ? HistoryPlace::kElsewhere
+                                                  : Place(px / lanes, py);
+  }
+  /// Whether a pixel has a history.
+  bool Finds(int px, int py) const {
+    const HistoryPlace place = PlaceOf(px, py);
+    if (place == HistoryPlace::kUnchanged || place == HistoryPlace::kNowhere) {
+      return place == HistoryPlace::kUnchanged;
+    }
+    return search(px, py) != 0 ||
+           weight[0](px, py) + weight[1](px, py) + weight[2](px, py) + weight[3](px, py) > 0;
+  }
+  /// How many vectors read history elsewhere; -1: not known.
+  int64_t Elsewhere() const {
+    int64_t sum = 0;
+    for (const int32_t of_row : elsewhere) {
+      if (of_row < 0) {
+        return -1;
+      }
+      sum += of_row;
+    }
+    return sum;
+  }
+  /// \param vector  in its row
+  HistoryPlace& Place(int vector, int row) {
+    return places[static_cast<size_t>(row) * static_cast<size_t>(places_per_row) +
+                  static_cast<size_t>(vector)];
+  }
+  HistoryPlace Place(int vector, int row) const {
+    return const_cast<ReprojectionTaps*>(this)->Place(vector, row);
+  }
+  size_t bytes() const {
+    return x.bytes() + y.bytes() + weight.bytes() + search.bytes() + places.size() +
+           elsewhere.size() * sizeof(int32_t);
+  }
+};
+
+/// Planes of one signal's history, in the order of StagedHistory.
+enum HistorySlot : int {
+  kColourSlot = 0,
+  kBehindSlot = 3,
+  kMeanSlot = 6,
+  kVarianceSlot,
+  kLengthSlot,
+  kWeights2Slot,
+  kCompressedSlot,
+  kHistorySlots
+};
+
+/// History of some vectors of pixels that is not yet written, because others still read what it
+/// would overwrite.
+struct StagedHistory {
+  std::vector<float> values;   ///< vector by vector, kHistorySlots times its lanes
+  std::vector<int32_t> first;  ///< of each row, vectors before it
+
+  StagedHistory() = default;
+  /// Room for one pixel in eight.
+  StagedHistory(int width, int height)
+      : values(static_cast<size_t>(width) * static_cast<size_t>(height) / 8 * kHistorySlots),
+        first(static_cast<size_t>(height)) {}
+  /// Whether so many vectors of so many pixels find room.
+  bool HasRoom(size_t vectors, int lanes) const {
+    return vectors * kHistorySlots * static_cast<size_t>(lanes) <= values.size();
+  }
+  /// \param vectors  that are staged, of each row
+  void MakePlaces(const std::vector<int32_t>& vectors) {
+    std::exclusive_scan(vectors.begin(), vectors.end(), first.begin(), 0);
+  }
+  float* Row(int y, int lanes) {
+    return values.data() + static_cast<size_t>(first[static_cast<size_t>(y)]) * kHistorySlots *
+                               static_cast<size_t>(lanes);
+  }
+  size_t bytes() const { return (values.size() + first.size()) * sizeof(float); }
 };
 
 }  // namespace stillray

@@ -371,6 +371,12 @@ void Denoiser::Impl::RunAccumulate(bool limited, SignalHistory* history) {
     history->compressed_scale = fetched.compressed_scale;
     return;
   }
+  const int64_t elsewhere = taps.Elsewhere();
+  if (elsewhere >= 0 && staged.HasRoom(static_cast<size_t>(elsewhere), taps.lanes)) {
+    p.lit_alone = !was_fed_back;
+    stages->accumulate_in_place(light, taps, p, &staged, history);
+    return;
+  }
   // Nothing needs the history of this frame's pixels by itself: it is looked up on the way.
   stages->accumulate(light, *history, &taps, nullptr, p, &fetched);
   std::swap(*history, fetched);

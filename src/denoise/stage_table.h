@@ -34,6 +34,7 @@ struct StageTable {
   decltype(&reference::CompareWithHistory) compare_with_history;
   decltype(&reference::LimitHistory) limit_history;
   decltype(&reference::Accumulate) accumulate;
+  decltype(&reference::AccumulateInPlace) accumulate_in_place;
   decltype(&reference::MergeFuture) merge_future;
   decltype(&reference::EstimateVariance) estimate_variance;
   decltype(&reference::PrefilterVariance) prefilter_variance;
@@ -44,14 +45,15 @@ struct StageTable {
   decltype(&reference::Tonemap) tonemap;
 };
 
-#define STILLRAY_STAGES_OF(backend)                                                  \
-  StageTable {                                                                       \
-    &backend::CompleteGuides, &backend::PrepareGuides, &backend::Demodulate,         \
-        &backend::ClampFireflies, &backend::CompressLight, &backend::ExpandLight,    \
-        &backend::FindTaps, &backend::FetchHistory, &backend::CompareWithHistory,    \
-        &backend::LimitHistory, &backend::Accumulate, &backend::MergeFuture,         \
-        &backend::EstimateVariance, &backend::PrefilterVariance, &backend::Atrous,   \
-        &backend::Remodulate, &backend::Fxaa, &backend::Antialias, &backend::Tonemap \
+#define STILLRAY_STAGES_OF(backend)                                                     \
+  StageTable {                                                                          \
+    &backend::CompleteGuides, &backend::PrepareGuides, &backend::Demodulate,            \
+        &backend::ClampFireflies, &backend::CompressLight, &backend::ExpandLight,       \
+        &backend::FindTaps, &backend::FetchHistory, &backend::CompareWithHistory,       \
+        &backend::LimitHistory, &backend::Accumulate, &backend::AccumulateInPlace,      \
+        &backend::MergeFuture, &backend::EstimateVariance, &backend::PrefilterVariance, \
+        &backend::Atrous, &backend::Remodulate, &backend::Fxaa, &backend::Antialias,    \
+        &backend::Tonemap                                                               \
   }
 
 inline constexpr StageTable kReferenceStages = STILLRAY_STAGES_OF(reference);

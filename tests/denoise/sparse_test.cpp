@@ -199,7 +199,7 @@ TEST(Sparse, MissingPixelsKeepLightMomentsAndAge) {
 
 TEST(Sparse, AgeCountsSamplesNotFrames) {
   Denoiser d = MakeDenoiser(PresetSettings("psvgf").value());
-  ASSERT_TRUE(d.SetOutputs({"history.diffuse"}).ok());
+  ASSERT_TRUE(d.SetOutputs({"history.light"}).ok());
   DenoisedFrame out;
   Image1 received(kWidth, kHeight);
   for (int i = 0; i < 50; ++i) {

@@ -66,8 +66,45 @@ struct FetchTaps {
   int x, y;
 };
 
+/// Whether the planes of the taps say nothing about a vector of pixels.
+HWY_INLINE bool KnownPlace(HistoryPlace place) {
+  return place == HistoryPlace::kUnchanged || place == HistoryPlace::kNowhere;
+}
+
+/// The row in which the taps of a pixel begin.
+HWY_INLINE int RowOfTaps(const ReprojectionTaps& taps, int x, int y) {
+  return KnownPlace(taps.Place(x / LaneCount(), y)) ? y : taps.y(x, y);
+}
+
+/// The taps of pixels that are kUnchanged or kNowhere.
+HWY_INLINE FetchTaps OwnTaps(const SignalHistory& before, const ReprojectionTaps& taps, int x,
+                             int y) {
+  const DF d;
+  const DI di;
+  const VF zero = hn::Zero(d);
+  const bool any = taps.Place(x / LaneCount(), y) == HistoryPlace::kUnchanged;
+  FetchTaps t;
+  t.load[0] = {true, y, x, hn::Iota(di, x), hn::Set(di, y)};
+  t.weight[0] = hn::IfThenElseZero(InRow(x, taps.x.width()), hn::Set(d, any ? 1.0f : 0.0f));
+  const MF has_light = hn::Gt(hn::LoadU(d, before.length.Row(y) + x), zero);
+  t.kept[0] = hn::IfThenElseZero(has_light, t.weight[0]);
+  for (int i = 1; i < 4; ++i) {
+    t.load[i] = t.load[0];
+    t.weight[i] = t.kept[i] = zero;
+  }
+  t.single = true;
+  t.searched = false;
+  t.taps = &taps;
+  t.x = x;
+  t.y = y;
+  return t;
+}
+
 HWY_INLINE FetchTaps LoadTaps(const SignalHistory& before, const ReprojectionTaps& taps, int x,
                               int y) {
+  if (KnownPlace(taps.Place(x / LaneCount(), y))) {
+    return OwnTaps(before, taps, x, y);
+  }
   const DF d;
   const DI di;
   const int width = taps.x.width();

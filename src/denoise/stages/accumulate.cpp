@@ -16,6 +16,22 @@
 #include "denoise/simd/sparse_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
+#ifndef STILLRAY_ACCUMULATE_ONCE
+#define STILLRAY_ACCUMULATE_ONCE
+namespace stillray {
+
+/// What joins the history, and how.
+struct Joining {
+  const NewLight& light;
+  const SignalHistory& before;
+  const ReprojectionTaps* taps;
+  const Image1* limit;
+  const AccumulateParameters& p;
+};
+
+}  // namespace stillray
+#endif
+
 HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
@@ -30,93 +46,204 @@ HWY_INLINE VF NewFrameWeight(VF length, VF n, float alpha_min, bool constant_wei
   return hn::IfThenElseZero(hn::Gt(n, hn::Zero(d)), with_history);
 }
 
-void AccumulateRows(const NewLight& light, const SignalHistory& before,
-                    const ReprojectionTaps* taps, const Image1* limit,
-                    const AccumulateParameters& p, int y0, int y1, SignalHistory* out) {
+/// The planes of a history in the order of their slots; nullptr where it has none.
+struct SlotRows {
+  float* row[kHistorySlots];
+};
+
+SlotRows RowsOf(SignalHistory* history, int y) {
+  SlotRows rows;
+  const auto row_of = [&](Image1& plane) { return plane.empty() ? nullptr : plane.Row(y); };
+  for (int c = 0; c < 3; ++c) {
+    rows.row[kColourSlot + c] = row_of(history->colour[c]);
+    rows.row[kBehindSlot + c] = row_of(history->behind[c]);
+  }
+  rows.row[kMeanSlot] = row_of(history->mean);
+  rows.row[kVarianceSlot] = row_of(history->variance);
+  rows.row[kLengthSlot] = row_of(history->length);
+  rows.row[kWeights2Slot] = row_of(history->weights2);
+  rows.row[kCompressedSlot] = row_of(history->compressed);
+  return rows;
+}
+
+/// The history of the pixels x, x + 1, ... of row y with the new light.
+/// \param store  takes a slot and a vector of its values
+template <typename Store>
+HWY_INLINE void JoinVector(const Joining& j, bool nothing_new, int x, int y, const Store& store) {
   const DF d;
   const VF one = hn::Set(d, 1.0f);
-  const int width = light.samples.width();
+  const AccumulateParameters& p = j.p;
+  const SignalHistory& before = j.before;
+  const FetchTaps found = j.taps != nullptr ? LoadTaps(before, *j.taps, x, y) : FetchTaps();
+  const auto old_of = [&](const Image1& plane) HWY_ATTR {
+    return j.taps != nullptr ? FetchPlane(plane, before, found) : hn::LoadU(d, plane.Row(y) + x);
+  };
+  const VF n = hn::LoadU(d, j.light.samples.Row(y) + x);
+  const VF old_length = old_of(before.length);
+  VF length = old_length;
+  if (j.limit != nullptr) {
+    length = hn::Min(length, hn::LoadU(d, j.limit->Row(y) + x));
+  }
+  if (p.max_history > 0) {
+    length = hn::Min(
+        length, hn::Max(hn::Sub(hn::Set(d, static_cast<float>(p.max_history)), n), hn::Zero(d)));
+  }
+  const VF alpha = NewFrameWeight(length, n, p.alpha_min, p.constant_weight);
+  const VF alpha_moments = NewFrameWeight(length, n, p.alpha_moments, p.constant_weight);
+  VF colour[3];
+  for (int c = 0; c < 3; ++c) {
+    colour[c] = nothing_new ? hn::Zero(d) : hn::LoadU(d, j.light.colour[c].Row(y) + x);
+    const VF old = old_of(before.colour[c]);
+    store(kColourSlot + c, hn::MulAdd(alpha, hn::Sub(colour[c], old), old));
+    if (!before.behind.empty()) {
+      const VF behind = old_of(before.behind[c]);
+      store(kBehindSlot + c, hn::MulAdd(alpha, hn::Sub(colour[c], behind), behind));
+    }
+  }
+  const VF mean = old_of(before.mean);
+  const VF variance = old_of(before.variance);
+  const VF weights2 = old_of(before.weights2);
+  const VF l = colour[0];
+  if (p.compressed_scale > 0) {
+    const VF old = old_of(before.compressed);
+    const VF light_l = hn::Max(l, hn::Zero(d));
+    const VF c = hn::Div(light_l, hn::Add(light_l, hn::Set(d, p.compressed_scale)));
+    store(kCompressedSlot, hn::MulAdd(alpha, hn::Sub(c, old), old));
+  }
+  const VF difference = hn::Sub(l, mean);
+  const VF keep = hn::Sub(one, alpha_moments);
+  VF mixed = hn::Mul(keep, hn::MulAdd(hn::Mul(alpha_moments, difference), difference, variance));
+  if (!j.light.within.empty()) {
+    mixed = hn::MulAdd(alpha_moments, hn::LoadU(d, j.light.within.Row(y) + x), mixed);
+  }
+  const VF keep_light = hn::Sub(one, alpha);
+  const MF arrived = hn::Gt(n, hn::Zero(d));
+  const VF added = hn::Div(hn::Mul(alpha, alpha), hn::IfThenElse(arrived, n, one));
+  const VF new_weights2 = hn::MulAdd(hn::Mul(keep_light, keep_light), weights2, added);
+  store(kVarianceSlot, mixed);
+  store(kMeanSlot, hn::MulAdd(alpha_moments, difference, mean));
+  store(kWeights2Slot, hn::IfThenElse(arrived, new_weights2, weights2));
+  store(kLengthSlot, hn::IfThenElse(arrived, hn::Add(length, n), old_length));
+}
+
+/// What the next row reads and writes.
+NextRow<48> NextRowOf(const Joining& j, bool sparse, const SignalHistory& out, int y) {
+  NextRow<48> next;
+  const int width = j.light.samples.width();
+  if (!sparse) {
+    next.Add(j.light.colour, y + 1);
+  }
+  next.Add(j.light.samples, y + 1);
+  const auto add_history = [&](const SignalHistory& history, int row) {
+    next.Add(history.colour, row);
+    next.Add(history.behind, row);
+    for (const Image1* plane : {&history.mean, &history.variance, &history.length,
+                                &history.weights2, &history.compressed}) {
+      next.Add(*plane, row);
+    }
+  };
+  add_history(j.before, j.taps != nullptr ? RowOfTaps(*j.taps, width / 2, y) + 2 : y + 1);
+  add_history(out, y + 1);
+  if (j.taps != nullptr) {
+    next.Add(j.taps->x, y + 1);
+    next.Add(j.taps->y, y + 1);
+    next.Add(j.taps->weight, y + 1);
+    next.Add(j.taps->search, y + 1);
+  }
+  return next;
+}
+
+void AccumulateRows(const Joining& j, int y0, int y1, SignalHistory* out) {
+  const DF d;
+  const int width = j.light.samples.width();
   for (int y = y0; y < y1; ++y) {
-    NextRow<48> next;
-    const bool sparse = IsSparseRow(light.samples.Row(y), width);
-    if (!sparse) {
-      next.Add(light.colour, y + 1);
-    }
-    next.Add(light.samples, y + 1);
-    const auto add_history = [&](const SignalHistory& history, int row) {
-      next.Add(history.colour, row);
-      next.Add(history.behind, row);
-      for (const Image1* plane : {&history.mean, &history.variance, &history.length,
-                                  &history.weights2, &history.compressed}) {
-        next.Add(*plane, row);
-      }
-    };
-    add_history(before, taps != nullptr ? taps->y(width / 2, y) + 2 : y + 1);
-    add_history(*out, y + 1);
-    if (taps != nullptr) {
-      next.Add(taps->x, y + 1);
-      next.Add(taps->y, y + 1);
-      next.Add(taps->weight, y + 1);
-      next.Add(taps->search, y + 1);
-    }
+    const bool sparse = IsSparseRow(j.light.samples.Row(y), width);
+    const NextRow<48> next = NextRowOf(j, sparse, *out, y);
+    const SlotRows rows = RowsOf(out, y);
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
-      const FetchTaps found = taps != nullptr ? LoadTaps(before, *taps, x, y) : FetchTaps();
-      const auto old_of = [&](const Image1& plane) HWY_ATTR {
-        return taps != nullptr ? FetchPlane(plane, before, found) : hn::LoadU(d, plane.Row(y) + x);
-      };
-      const VF n = hn::LoadU(d, light.samples.Row(y) + x);
-      const VF old_length = old_of(before.length);
-      VF length = old_length;
-      if (limit != nullptr) {
-        length = hn::Min(length, hn::LoadU(d, limit->Row(y) + x));
+      const bool nothing_new = sparse && NoSamples(j.light.samples, x, y);
+      JoinVector(j, nothing_new, x, y, [&](int slot, VF value) HWY_ATTR {
+        StoreInRow(d, value, rows.row[slot], x, width);
+      });
+    }
+  }
+}
+
+/// Works out the vectors that read other pixels, before any of those is overwritten.
+void StageRows(const Joining& j, int y0, int y1, StagedHistory* staged) {
+  const DF d;
+  const int width = j.light.samples.width();
+  for (int y = y0; y < y1; ++y) {
+    float* to = staged->Row(y, LaneCount());
+    for (int x = 0; x < width && j.taps->elsewhere[static_cast<size_t>(y)] > 0; x += LaneCount()) {
+      if (j.taps->Place(x / LaneCount(), y) == HistoryPlace::kElsewhere) {
+        JoinVector(j, false, x, y, [&](int slot, VF value) HWY_ATTR {
+          hn::StoreU(value, d, to + slot * LaneCount());
+        });
+        to += kHistorySlots * LaneCount();
       }
-      if (p.max_history > 0) {
-        length = hn::Min(length, hn::Max(hn::Sub(hn::Set(d, static_cast<float>(p.max_history)), n),
-                                         hn::Zero(d)));
+    }
+  }
+}
+
+/// Whether all of the pixels x, x + 1, ..., or none of them, have samples so far.
+HWY_INLINE bool AllAre(bool lit, const SignalHistory& history, int x, int y) {
+  const DF d;
+  const MF some = hn::Gt(hn::LoadU(d, history.length.Row(y) + x), hn::Zero(d));
+  const MF in_row = InRow(x, history.length.width());
+  return lit ? hn::AllTrue(d, hn::Or(some, hn::Not(in_row)))
+             : hn::AllFalse(d, hn::And(some, in_row));
+}
+
+/// Whether the history of the pixels x, x + 1, ... is what it would become without new light. What
+/// has no samples has no light either, unless a filtered picture was fed back: that is forgotten.
+HWY_INLINE bool StaysAsItIs(const Joining& j, HistoryPlace place, int x, int y) {
+  if (place == HistoryPlace::kUnchanged) {
+    return j.p.lit_alone || AllAre(true, j.before, x, y);
+  }
+  return place == HistoryPlace::kNowhere && j.p.lit_alone && AllAre(false, j.before, x, y);
+}
+
+/// Changes the history of those pixels that change, in place.
+/// \param staged  what StageRows has worked out
+void ChangeRows(const Joining& j, StagedHistory* staged, int y0, int y1, SignalHistory* history) {
+  const DF d;
+  const int width = j.light.samples.width();
+  for (int y = y0; y < y1; ++y) {
+    NextRow<2> next;
+    next.Add(j.light.samples, y + 1);
+    next.Add(history->length, y + 1);
+    NextRow<kHistorySlots + 3> changes;
+    changes.Add(history->colour, y + 1);
+    changes.Add(history->behind, y + 1);
+    changes.Add(history->mean, y + 1);
+    changes.Add(history->variance, y + 1);
+    changes.Add(history->weights2, y + 1);
+    changes.Add(j.light.colour, y + 1);
+    const SlotRows rows = RowsOf(history, y);
+    const float* from = staged->Row(y, LaneCount());
+    for (int x = 0; x < width; x += LaneCount()) {
+      next.Fetch(x);
+      if (y + 1 < y1 && !NoSamples(j.light.samples, x, y + 1)) {
+        changes.Fetch(x);
       }
-      const VF alpha = NewFrameWeight(length, n, p.alpha_min, p.constant_weight);
-      const VF alpha_moments = NewFrameWeight(length, n, p.alpha_moments, p.constant_weight);
-      const bool nothing_new = sparse && NoSamples(light.samples, x, y);
-      VF colour[3];
-      for (int c = 0; c < 3; ++c) {
-        colour[c] = nothing_new ? hn::Zero(d) : hn::LoadU(d, light.colour[c].Row(y) + x);
-        const VF old = old_of(before.colour[c]);
-        StoreInRow(d, hn::MulAdd(alpha, hn::Sub(colour[c], old), old), out->colour[c].Row(y), x,
-                   width);
-        if (!before.behind.empty()) {
-          const VF behind = old_of(before.behind[c]);
-          StoreInRow(d, hn::MulAdd(alpha, hn::Sub(colour[c], behind), behind),
-                     out->behind[c].Row(y), x, width);
+      const auto store = [&](int slot, VF value)
+                             HWY_ATTR { StoreInRow(d, value, rows.row[slot], x, width); };
+      const HistoryPlace place = j.taps->Place(x / LaneCount(), y);
+      if (place == HistoryPlace::kElsewhere) {
+        for (int slot = 0; slot < kHistorySlots; ++slot) {
+          if (rows.row[slot] != nullptr && (slot != kCompressedSlot || j.p.compressed_scale > 0)) {
+            store(slot, hn::LoadU(d, from + slot * LaneCount()));
+          }
         }
+        from += kHistorySlots * LaneCount();
+        continue;
       }
-      const VF mean = old_of(before.mean);
-      const VF variance = old_of(before.variance);
-      const VF weights2 = old_of(before.weights2);
-      const VF l = colour[0];
-      if (p.compressed_scale > 0) {
-        const VF old = old_of(before.compressed);
-        const VF light_l = hn::Max(l, hn::Zero(d));
-        const VF c = hn::Div(light_l, hn::Add(light_l, hn::Set(d, p.compressed_scale)));
-        StoreInRow(d, hn::MulAdd(alpha, hn::Sub(c, old), old), out->compressed.Row(y), x, width);
+      const bool same = NoSamples(j.light.samples, x, y) && StaysAsItIs(j, place, x, y);
+      if (!same) {
+        JoinVector(j, false, x, y, store);
       }
-      const VF difference = hn::Sub(l, mean);
-      const VF keep = hn::Sub(one, alpha_moments);
-      VF mixed =
-          hn::Mul(keep, hn::MulAdd(hn::Mul(alpha_moments, difference), difference, variance));
-      if (!light.within.empty()) {
-        mixed = hn::MulAdd(alpha_moments, hn::LoadU(d, light.within.Row(y) + x), mixed);
-      }
-      const VF keep_light = hn::Sub(one, alpha);
-      const MF arrived = hn::Gt(n, hn::Zero(d));
-      const VF added = hn::Div(hn::Mul(alpha, alpha), hn::IfThenElse(arrived, n, one));
-      const VF new_weights2 = hn::MulAdd(hn::Mul(keep_light, keep_light), weights2, added);
-      StoreInRow(d, mixed, out->variance.Row(y), x, width);
-      StoreInRow(d, hn::MulAdd(alpha_moments, difference, mean), out->mean.Row(y), x, width);
-      StoreInRow(d, hn::IfThenElse(arrived, new_weights2, weights2), out->weights2.Row(y), x,
-                 width);
-      StoreInRow(d, hn::IfThenElse(arrived, hn::Add(length, n), old_length), out->length.Row(y), x,
-                 width);
     }
   }
 }
@@ -130,11 +257,27 @@ HWY_AFTER_NAMESPACE();
 namespace stillray::cpu {
 
 HWY_EXPORT(AccumulateRows);
+HWY_EXPORT(StageRows);
+HWY_EXPORT(ChangeRows);
 
 void Accumulate(const NewLight& light, const SignalHistory& before, const ReprojectionTaps* taps,
                 const Image1* limit, const AccumulateParameters& p, SignalHistory* out) {
+  const Joining joining = {light, before, taps, limit, p};
   ParallelRows(light.samples.height(), 32, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(AccumulateRows)(light, before, taps, limit, p, y0, y1, out);
+    HWY_DYNAMIC_DISPATCH(AccumulateRows)(joining, y0, y1, out);
+  });
+}
+
+void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps,
+                       const AccumulateParameters& p, StagedHistory* staged,
+                       SignalHistory* history) {
+  staged->MakePlaces(taps.elsewhere);
+  const Joining joining = {light, *history, &taps, nullptr, p};
+  ParallelRows(light.samples.height(), 32, [&](int y0, int y1) {
+    HWY_DYNAMIC_DISPATCH(StageRows)(joining, y0, y1, staged);
+  });
+  ParallelRows(light.samples.height(), 32, [&](int y0, int y1) {
+    HWY_DYNAMIC_DISPATCH(ChangeRows)(joining, staged, y0, y1, history);
   });
 }
 

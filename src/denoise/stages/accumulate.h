@@ -19,19 +19,30 @@ struct AccumulateParameters {
   int max_history = 0;           ///< samples; 0: no limit
   /// Luminance that is compressed to 1/2 in `compressed`; 0: that plane is left out.
   float compressed_scale = 0;
+  /// Pixels without samples so far have no light in the history either: none was fed back to them.
+  bool lit_alone = false;
 };
 
 /// \param before  reprojected history (all zero: none), or with taps that of the last frame, which
 ///                is looked up along them (stages/reproject.h) and must not be \p out
 /// \param taps    nullptr: the history has been looked up
 /// \param limit   length that the history may count for at most, or nullptr
+/// AccumulateInPlace does the same to \p history itself, and touches no pixel that stays as it is:
+/// for views in which little moves.
+/// \param staged  with room for all vectors that are kElsewhere
 namespace reference {
+void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps,
+                       const AccumulateParameters& parameters, StagedHistory* staged,
+                       SignalHistory* history);
 void Accumulate(const NewLight& light, const SignalHistory& before, const ReprojectionTaps* taps,
                 const Image1* limit, const AccumulateParameters& parameters, SignalHistory* out);
-}
+}  // namespace reference
 namespace cpu {
+void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps,
+                       const AccumulateParameters& parameters, StagedHistory* staged,
+                       SignalHistory* history);
 void Accumulate(const NewLight& light, const SignalHistory& before, const ReprojectionTaps* taps,
                 const Image1* limit, const AccumulateParameters& parameters, SignalHistory* out);
-}
+}  // namespace cpu
 
 }  // namespace stillray

@@ -66,9 +66,31 @@ HWY_INLINE MF TapMatches(const Target& t, const GuidePlanes& before, const SideB
   return hn::And(same, hn::RebindMask(d, inside));
 }
 
+/// \param found  lanes with a tap of their own, at themselves where `own`
+HWY_INLINE HistoryPlace PlaceOf(MF found, MF own, VU search, MF in_row) {
+  const DF d;
+  const DU du;
+  if (!hn::AllTrue(du, hn::Eq(search, hn::Zero(du)))) {
+    return HistoryPlace::kElsewhere;
+  }
+  if (hn::AllFalse(d, found)) {
+    return HistoryPlace::kNowhere;
+  }
+  const MF at_home = hn::And(found, own);
+  if (hn::AllTrue(d, hn::Or(at_home, hn::Not(in_row)))) {
+    return HistoryPlace::kUnchanged;
+  }
+  return hn::AllTrue(d, hn::Or(at_home, hn::Not(found))) ? HistoryPlace::kOwn
+                                                         : HistoryPlace::kElsewhere;
+}
+
 /// The row that a pixel of row y looks at, near enough to fetch it ahead of its use.
 int RowSeen(int y, float motion) {
   return y + (std::abs(motion) < 1e4f ? static_cast<int>(std::floor(motion)) : 0);
+}
+
+int TapLanes() {
+  return LaneCount();
 }
 
 void FindTapsRows(const GuidePlanes& now, const GuidePlanes& before, const Image2& motion,
@@ -95,6 +117,7 @@ void FindTapsRows(const GuidePlanes& now, const GuidePlanes& before, const Image
     next.Add(taps->y, y + 1);
     next.Add(taps->weight, y + 1);
     next.Add(taps->search, y + 1);
+    int elsewhere = 0;
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
       Target t;
@@ -155,6 +178,15 @@ void FindTapsRows(const GuidePlanes& now, const GuidePlanes& before, const Image
         bx = hn::IfThenElse(hn::RebindMask(di, lost), cx, bx);
         by = hn::IfThenElse(hn::RebindMask(di, lost), cy, by);
       }
+      const MF own =
+          hn::RebindMask(d, hn::And(hn::Eq(bx, hn::Iota(di, x)), hn::Eq(by, hn::Set(di, y))));
+      const HistoryPlace place =
+          between ? HistoryPlace::kElsewhere : PlaceOf(found, own, search, InRow(x, width));
+      taps->Place(x / LaneCount(), y) = place;
+      elsewhere += place == HistoryPlace::kElsewhere ? 1 : 0;
+      if (place == HistoryPlace::kUnchanged || place == HistoryPlace::kNowhere) {
+        continue;
+      }
       const auto keep = hn::RebindMask(di, near_picture);
       StoreInRow(di, hn::IfThenElseZero(keep, bx), taps->x.Row(y), x, width);
       StoreInRow(di, hn::IfThenElseZero(keep, by), taps->y.Row(y), x, width);
@@ -163,6 +195,7 @@ void FindTapsRows(const GuidePlanes& now, const GuidePlanes& before, const Image
       }
       StoreInRow(du, search, taps->search.Row(y), x, width);
     }
+    taps->elsewhere[static_cast<size_t>(y)] = elsewhere;
   }
 }
 
@@ -174,7 +207,7 @@ void FetchHistoryRows(const SignalHistory& before, const ReprojectionTaps& taps,
   const int planes = ListHistoryPlanes(before, out, in, to);
   const int width = taps.x.width();
   for (int y = y0; y < y1; ++y) {
-    const int there = taps.y(width / 2, y);
+    const int there = RowOfTaps(taps, width / 2, y);
     NextRow<2 * kMostHistoryPlanes + 7> next;
     next.Add(taps.x, y + 1);
     next.Add(taps.y, y + 1);
@@ -202,11 +235,13 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace stillray::cpu {
 
+HWY_EXPORT(TapLanes);
 HWY_EXPORT(FindTapsRows);
 HWY_EXPORT(FetchHistoryRows);
 
 void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& motion,
               const ReprojectParameters& p, ReprojectionTaps* taps) {
+  taps->lanes = HWY_DYNAMIC_DISPATCH(TapLanes)();
   ParallelRows(taps->x.height(), 16, [&](int y0, int y1) {
     HWY_DYNAMIC_DISPATCH(FindTapsRows)(now, before, motion, p, y0, y1, taps);
   });
