@@ -371,9 +371,35 @@ void TakeMovedRow(const Task& t, int y) {
   TakeKnownRow(t, y);
 }
 
+/// Fetches into the cache what the known pixels of a row of cells will ask for: they lie too far
+/// apart for a core to guess.
+void FetchCells(const Task& t, int c) {
+  const auto fetch = [](const auto* address) { __builtin_prefetch(address, 1, 2); };
+  const int first = c * kPyramidFactor;
+  const int last = std::min(first + kPyramidFactor, t.height());
+  for (int y = first; y < last; ++y) {
+    for (const int32_t x : t.work->known_now.Row(y)) {
+      fetch(t.frame->guides.depth.Row(y) + x);
+      for (const HeldPlane& plane : t.planes) {
+        fetch(plane.from->Row(y) + x);
+      }
+      for (int row = first; row < last; ++row) {
+        fetch(t.held->known.Row(row) + x);
+        fetch(t.held->guides.depth.Row(row) + x);
+        for (const HeldPlane& plane : t.planes) {
+          fetch(plane.held->Row(row) + x);
+        }
+      }
+    }
+  }
+}
+
 /// Takes all that is known and raises it to the first level.
 void TakeCellRows(const Task& t, int cell_y0, int cell_y1) {
   for (int c = cell_y0; c < cell_y1; ++c) {
+    if (c + 1 < cell_y1 && t.before == nullptr) {
+      FetchCells(t, c + 1);
+    }
     const int first = c * kPyramidFactor;
     const int last = std::min(first + kPyramidFactor, t.height());
     size_t learnt = 0;
