@@ -280,11 +280,11 @@ void TakeKnownRow(const Task& t, int y) {
 }
 
 /// Motion of row y: this frame's where it is known, else filled.
-void MoveRow(const Task& t, int y, const RowScratch& scratch) {
+void MoveRow(const Task& t, int y, const SpreadAcross& across, const RowScratch& scratch) {
   const std::span<const int32_t> columns = t.work->known_now.Row(y);
   for (size_t k = 0; k < 2; ++k) {
     float* filled = scratch.Row(0);
-    SpreadRow(t.work->motion[k].value.front(), y, scratch.Row(1), filled);
+    SpreadRow(t.work->motion[k].value.front(), y, scratch.Row(1), across, filled);
     const float* from = t.frame->guides.motion.channel[k].Row(y);
     for (const int32_t x : columns) {
       filled[x] = from[x];
@@ -353,10 +353,10 @@ HWY_INLINE void TakeHeldPlane(const HeldRow& row, const Plane<T>& from, int y, P
 }
 
 /// Moves what is held into row y, and takes what the frame knows of it.
-void TakeMovedRow(const Task& t, int y) {
+void TakeMovedRow(const Task& t, int y, const SpreadAcross& across) {
   {
     const RowScratch scratch(t.width(), 2);
-    MoveRow(t, y, scratch);
+    MoveRow(t, y, across, scratch);
     HeldRow row = {scratch.Row<int32_t>(0), scratch.Row<int32_t>(1)};
     FindHeldRow(t, y, &row);
     TakeHeldPlane(row, t.before->guides.depth, y, &t.held->guides.depth);
@@ -396,6 +396,7 @@ void FetchCells(const Task& t, int c) {
 
 /// Takes all that is known and raises it to the first level.
 void TakeCellRows(const Task& t, int cell_y0, int cell_y1) {
+  const SpreadAcross across;
   for (int c = cell_y0; c < cell_y1; ++c) {
     if (c + 1 < cell_y1 && t.before == nullptr) {
       FetchCells(t, c + 1);
@@ -406,7 +407,7 @@ void TakeCellRows(const Task& t, int cell_y0, int cell_y1) {
     for (int y = first; y < last; ++y) {
       learnt += t.work->known_now.Row(y).size();
       if (t.before != nullptr) {
-        TakeMovedRow(t, y);
+        TakeMovedRow(t, y, across);
       } else {
         TakeKnownRow(t, y);
       }
@@ -424,80 +425,90 @@ void TakeCellRows(const Task& t, int cell_y0, int cell_y1) {
   }
 }
 
+/// One plane of a row with holes.
+struct HoleRow {
+  const float* mixed;  ///< see MixParents
+  float* to;
+  FillRule rule;
+};
+
+/// Whether pixels x, x + 1, ... of a row are known.
+HWY_INLINE MF KnownAt(const float* known, int x) {
+  const DF d;
+  return hn::Gt(hn::LoadU(d, known + x), hn::Zero(d));
+}
+
+/// Whether a row has no holes.
+HWY_INLINE bool IsKnownRow(const float* known, int width) {
+  const DF d;
+  bool all = true;
+  for (int x = 0; x < width && all; x += LaneCount()) {
+    all = hn::AllTrue(d, hn::Or(KnownAt(known, x), hn::Not(InRow(x, width))));
+  }
+  return all;
+}
+
 /// Guesses the holes of row y.
-void FillRow(const Task& t, int y) {
+void FillRow(const Task& t, const SpreadAcross& across, int y) {
   const DF d;
   const DU du;
   const VF zero = hn::Zero(d);
   const VF one = hn::Set(d, 1.0f);
-  const int width = t.width();
-  const float* known = t.held->known.Row(y);
-  const auto known_at = [&](int x)
-                            HWY_ATTR { return hn::Gt(hn::LoadU(d, known + x), hn::Zero(d)); };
-  bool complete = true;
-  for (int x = 0; x < width && complete; x += LaneCount()) {
-    complete = hn::AllTrue(d, hn::Or(known_at(x), hn::Not(InRow(x, width))));
-  }
-  if (complete) {
+  const float* known_row = t.held->known.Row(y);
+  if (IsKnownRow(known_row, t.width())) {
     return;
   }
-  const auto next_row = [&](const auto& plane) {
-    NextRow<1> next;
-    next.Add(plane, y + 1);
-    return next;
-  };
-  const RowScratch scratch(width, 4);
-  float* mixed = scratch.Row(0);
-  float* filled = scratch.Row(1);
-  float* part = scratch.Row(2);
-  float* surface = scratch.Row(3);
-  SpreadRow(t.work->surface.value.front(), y, mixed, part);
-  SpreadRow(t.work->inverse_depth.value.front(), y, mixed, filled);
+  const RowScratch scratch(t.cells(), 2 + t.planes.count);
+  NextRow<SparseGuidesWork::kMostPlanes + 3> next;
+  next.Add(t.held->known, y + 1);
+  next.Add(t.held->guides.depth, y + 1);
+  next.Add(t.held->guides.id, y + 1);
+  HoleRow rows[SparseGuidesWork::kMostPlanes];
+  for (int i = 0; i < t.planes.count; ++i) {
+    const auto slot = static_cast<size_t>(i);
+    const HeldPlane& plane = t.planes.plane[slot];
+    rows[slot] = {scratch.Row(2 + i), plane.held->Row(y), plane.rule};
+    MixParents(t.work->plane[slot].value.front(), y, scratch.Row(2 + i));
+    next.Add(*plane.held, y + 1);
+  }
+  float* surface_part = scratch.Row(0);
+  float* inverse_depth = scratch.Row(1);
+  MixParents(t.work->surface.value.front(), y, surface_part);
+  MixParents(t.work->inverse_depth.value.front(), y, inverse_depth);
   float* depth = t.held->guides.depth.Row(y);
-  const NextRow<1> next_depth = next_row(t.held->guides.depth);
-  for (int x = 0; x < width; x += LaneCount()) {
-    next_depth.Fetch(x);
-    const VF inverse = hn::LoadU(d, filled + x);
+  const bool has_id = !t.held->guides.id.empty();
+  uint32_t* id = has_id ? t.held->guides.id.Row(y) : nullptr;
+  const uint32_t* id_cells = has_id ? t.work->id.value.front().Row(y / kPyramidFactor) : nullptr;
+  for (int x = 0; x < t.width(); x += LaneCount()) {
+    next.Fetch(x);
+    const MF hole = hn::Not(KnownAt(known_row, x));
+    const VF inverse = across(inverse_depth, x);
     const MF is_surface =
-        hn::And(hn::Ge(hn::LoadU(d, part + x), hn::Set(d, 0.5f)), hn::Gt(inverse, zero));
-    hn::StoreU(hn::IfThenElseZero(is_surface, one), d, surface + x);
+        hn::And(hn::Ge(across(surface_part, x), hn::Set(d, 0.5f)), hn::Gt(inverse, zero));
     const VF z = hn::IfThenElse(is_surface, hn::Div(one, hn::IfThenElse(is_surface, inverse, one)),
                                 hn::Set(d, std::numeric_limits<float>::infinity()));
-    hn::StoreU(hn::IfThenElse(known_at(x), hn::LoadU(d, depth + x), z), d, depth + x);
-  }
-  for (int i = 0; i < t.planes.count; ++i) {
-    const HeldPlane& plane = t.planes.plane[static_cast<size_t>(i)];
-    SpreadRow(t.work->plane[static_cast<size_t>(i)].value.front(), y, mixed, filled);
-    float* to = plane.held->Row(y);
-    const MF everywhere = hn::FirstN(d, plane.rule == FillRule::kAnywhere ? hn::Lanes(d) : 0);
-    const MF in_sky = hn::FirstN(d, plane.rule == FillRule::kSkyOnly ? hn::Lanes(d) : 0);
-    const NextRow<1> next = next_row(*plane.held);
-    for (int x = 0; x < width; x += LaneCount()) {
-      next.Fetch(x);
-      const MF is_surface = hn::Gt(hn::LoadU(d, surface + x), zero);
-      const MF wanted = hn::Or(everywhere, hn::Xor(is_surface, in_sky));
-      const VF guess = hn::IfThenElseZero(wanted, hn::LoadU(d, filled + x));
-      hn::StoreU(hn::IfThenElse(known_at(x), hn::LoadU(d, to + x), guess), d, to + x);
+    hn::BlendedStore(z, hole, d, depth + x);
+    for (int i = 0; i < t.planes.count; ++i) {
+      const HoleRow& row = rows[i];
+      VF guess = across(row.mixed, x);
+      if (row.rule == FillRule::kSurfaceOnly) {
+        guess = hn::IfThenElseZero(is_surface, guess);
+      } else if (row.rule == FillRule::kSkyOnly) {
+        guess = hn::IfThenZeroElse(is_surface, guess);
+      }
+      hn::BlendedStore(guess, hole, d, row.to + x);
     }
-  }
-  if (!t.held->guides.id.empty()) {
-    auto* ids = scratch.Row<uint32_t>(1);
-    SpreadIdRow(t.work->id.value.front(), y, ids);
-    uint32_t* to = t.held->guides.id.Row(y);
-    const NextRow<1> next = next_row(t.held->guides.id);
-    for (int x = 0; x < width; x += LaneCount()) {
-      next.Fetch(x);
-      const auto is_surface = hn::RebindMask(du, hn::Gt(hn::LoadU(d, surface + x), zero));
-      const VU guess = hn::IfThenElseZero(is_surface, hn::LoadU(du, ids + x));
-      const auto keep = hn::RebindMask(du, known_at(x));
-      hn::StoreU(hn::IfThenElse(keep, hn::LoadU(du, to + x), guess), du, to + x);
+    if (has_id) {
+      const VU guess = hn::IfThenElseZero(hn::RebindMask(du, is_surface), across.Own(id_cells, x));
+      hn::BlendedStore(guess, hn::RebindMask(du, hole), du, id + x);
     }
   }
 }
 
 void FillRows(const Task& t, int y0, int y1) {
+  const SpreadAcross across;
   for (int y = y0; y < y1; ++y) {
-    FillRow(t, y);
+    FillRow(t, across, y);
   }
 }
 

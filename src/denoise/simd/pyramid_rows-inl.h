@@ -119,9 +119,9 @@ HWY_INLINE void RaiseIdRow(const ChildRows<uint32_t>& ids, const ChildRows<float
   }
 }
 
-/// Row y of a level as the level above gives it, interpolated.
+/// Row y of a level, interpolated between the two rows of cells above it but not yet across.
 /// \param mixed  room for a row of cells, one more before and after it
-HWY_INLINE void SpreadRow(const Image1& above, int y, float* mixed, float* out) {
+HWY_INLINE void MixParents(const Image1& above, int y, float* mixed) {
   const DF d;
   const int cells = above.width();
   const float* row0 = above.Row(std::max(FirstParent(y), 0));
@@ -135,30 +135,66 @@ HWY_INLINE void SpreadRow(const Image1& above, int y, float* mixed, float* out) 
   }
   mixed[-1] = mixed[0];
   mixed[cells] = mixed[cells - 1];
-  VF first_weight[kPyramidFactor];
-  VF second_weight[kPyramidFactor];
-  for (int k = 0; k < kPyramidFactor; ++k) {
-    first_weight[k] = hn::Set(d, 1.0f - SecondParentWeight(k));
-    second_weight[k] = hn::Set(d, SecondParentWeight(k));
-  }
-  for (int x = 0; x < cells; x += LaneCount()) {
-    const VF left = hn::LoadU(d, mixed + x - 1);
-    const VF own = hn::LoadU(d, mixed + x);
-    const VF right = hn::LoadU(d, mixed + x + 1);
-    hn::StoreInterleaved3(hn::Add(hn::Mul(left, first_weight[0]), hn::Mul(own, second_weight[0])),
-                          hn::Add(hn::Mul(own, first_weight[1]), hn::Mul(right, second_weight[1])),
-                          hn::Add(hn::Mul(own, first_weight[2]), hn::Mul(right, second_weight[2])),
-                          d, out + kPyramidFactor * x);
-  }
 }
 
-/// Row y of a level with the ids of the cells above.
-HWY_INLINE void SpreadIdRow(const Plane<uint32_t>& above, int y, uint32_t* out) {
-  const DU du;
-  const uint32_t* row = above.Row(y / kPyramidFactor);
-  for (int x = 0; x < above.width(); x += LaneCount()) {
-    const VU id = hn::LoadU(du, row + x);
-    hn::StoreInterleaved3(id, id, id, du, out + kPyramidFactor * x);
+/// Values of pixels from rows of cells a third as long.
+class SpreadAcross {
+ public:
+  SpreadAcross() {
+    for (int phase = 0; phase < kPyramidFactor; ++phase) {
+      for (int lane = 0; lane < LaneCount(); ++lane) {
+        const int pixel = phase + lane;
+        const int part = pixel % kPyramidFactor;
+        const int own = pixel / kPyramidFactor;
+        own_[phase][lane] = own;
+        // One more, since the row is read from the cell before on.
+        first_[phase][lane] = own + (part == 0 ? 0 : 1);
+        first_weight_[phase][lane] = 1.0f - SecondParentWeight(part);
+        second_weight_[phase][lane] = SecondParentWeight(part);
+      }
+    }
+  }
+  /// The pixels x, x + 1, ... of a row that MixParents has made.
+  HWY_INLINE VF operator()(const float* mixed, int x) const {
+    const DF d;
+    const int phase = x % kPyramidFactor;
+    const float* cells = mixed + x / kPyramidFactor - 1;
+    const VF first = Choose(d, cells, first_[phase]);
+    const VF second = Choose(d, cells + 1, first_[phase]);
+    return hn::Add(hn::Mul(first, hn::LoadU(d, first_weight_[phase])),
+                   hn::Mul(second, hn::LoadU(d, second_weight_[phase])));
+  }
+  /// What the cells have that the pixels x, x + 1, ... lie in.
+  HWY_INLINE VU Own(const uint32_t* cells, int x) const {
+    return Choose(DU(), cells + x / kPyramidFactor, own_[x % kPyramidFactor]);
+  }
+
+ private:
+  static constexpr size_t kLanes = hn::MaxLanes(DF());
+
+  template <class D, typename T>
+  static HWY_INLINE hn::Vec<D> Choose(D d, const T* cells, const int32_t* index) {
+    const VI at = hn::LoadU(DI(), index);
+    if constexpr (kLanes == 1) {
+      return hn::GatherIndex(d, cells, at);  // one lane has no neighbours to choose from
+    } else {
+      return hn::TableLookupLanes(hn::LoadU(d, cells), hn::IndicesFromVec(d, at));
+    }
+  }
+
+  int32_t own_[kPyramidFactor][kLanes];
+  int32_t first_[kPyramidFactor][kLanes];
+  float first_weight_[kPyramidFactor][kLanes];
+  float second_weight_[kPyramidFactor][kLanes];
+};
+
+/// Row y of a level as the level above gives it, interpolated.
+/// \param mixed  as for MixParents
+HWY_INLINE void SpreadRow(const Image1& above, int y, float* mixed, const SpreadAcross& across,
+                          float* out) {
+  MixParents(above, y, mixed);
+  for (int x = 0; x < kPyramidFactor * above.width(); x += LaneCount()) {
+    hn::StoreU(across(mixed, x), DF(), out + x);
   }
 }
 

@@ -45,11 +45,12 @@ void FillValueLevels(const FillMask& mask, std::vector<Image1>* value) {
     }
   }
   const DF d;
+  const SpreadAcross across;
   for (size_t i = value->size() - 1; i-- > 0;) {
     Image1& level = (*value)[i];
     for (int y = 0; y < level.height(); ++y) {
       float* filled = scratch.Row(0);
-      SpreadRow((*value)[i + 1], y, scratch.Row(1), filled);
+      SpreadRow((*value)[i + 1], y, scratch.Row(1), across, filled);
       const float* known = mask.known[i].Row(y);
       float* to = level.Row(y);
       for (int x = 0; x < level.width(); x += LaneCount()) {
