@@ -62,8 +62,25 @@ struct Neighbourhood {
   VF longest;  ///< history of any pixel; 0 where lengths are not known
 };
 
+/// Whether nothing in a row moves.
+HWY_INLINE bool IsStillRow(const Image2& motion, int y) {
+  const DF d;
+  const VF zero = hn::Zero(d);
+  const float* mx = motion[0].Row(y);
+  const float* my = motion[1].Row(y);
+  const int width = motion.width();
+  bool still = true;
+  for (int x = 0; x < width && still; x += LaneCount()) {
+    const MF none = hn::And(hn::Eq(hn::LoadU(d, mx + x), zero), hn::Eq(hn::LoadU(d, my + x), zero));
+    still = hn::AllTrue(d, hn::Or(none, hn::Not(InRow(x, width))));
+  }
+  return still;
+}
+
+/// \tparam kStill  none of the neighbours moves, whichever is nearest
 /// \param inner  neighbours exist in all columns, so that plain loads find them; else the picture's
 ///               edge is repeated
+template <bool kStill>
 HWY_INLINE Neighbourhood LookAround(const Image3& colour, const Image2& motion,
                                     const GuidePlanes& guides, const Image1* length, int x, int y,
                                     bool inner) {
@@ -76,14 +93,17 @@ HWY_INLINE Neighbourhood LookAround(const Image3& colour, const Image2& motion,
   for (int c = 0; c < 3; ++c) {
     n.low[c] = n.high[c] = hn::LoadU(d, colour[c].Row(y) + x);
   }
-  const VF centre = hn::LoadU(d, guides.inverse_depth.Row(y) + x);
-  const VF gx = hn::LoadU(d, guides.gradient[0].Row(y) + x);
-  const VF gy = hn::LoadU(d, guides.gradient[1].Row(y) + x);
+  const auto of_centre = [&](const Image1& plane) HWY_ATTR {
+    return kStill ? hn::Zero(d) : hn::LoadU(d, plane.Row(y) + x);
+  };
+  const VF centre = of_centre(guides.inverse_depth);
+  const VF gx = of_centre(guides.gradient[0]);
+  const VF gy = of_centre(guides.gradient[1]);
   const VF slack = hn::MulAdd(hn::Set(d, kInFront), centre, centre);
   n.longest = hn::Zero(d);
   VF nearest = centre;
-  n.mx = hn::LoadU(d, motion[0].Row(y) + x);
-  n.my = hn::LoadU(d, motion[1].Row(y) + x);
+  n.mx = of_centre(motion[0]);
+  n.my = of_centre(motion[1]);
   for (const int row : {y > 0 ? y - 1 : 0, y, y + 1 < height ? y + 1 : height - 1}) {
     for (int dx = -1; dx <= 1; ++dx) {
       const VI at = ClampColumns(hn::Add(columns, hn::Set(di, dx)), width);
@@ -98,6 +118,9 @@ HWY_INLINE Neighbourhood LookAround(const Image3& colour, const Image2& motion,
       }
       if (length != nullptr) {
         n.longest = hn::Max(n.longest, load(*length));
+      }
+      if constexpr (kStill) {
+        continue;
       }
       const VF i = load(guides.inverse_depth);
       const VF ox = hn::ConvertTo(d, hn::Sub(at, columns));
@@ -173,13 +196,20 @@ void AntialiasRows(const Image3& colour, const Image3& previous, const Image2& m
   const VF edge = hn::Set(d, -0.5f);
   const VF right = hn::Set(d, static_cast<float>(width) - 0.5f);
   const VF bottom = hn::Set(d, static_cast<float>(height) - 0.5f);
+  bool still[3] = {true, IsStillRow(motion, std::max(y0 - 1, 0)), IsStillRow(motion, y0)};
   for (int y = y0; y < y1; ++y) {
+    still[0] = still[1];
+    still[1] = still[2];
+    still[2] = IsStillRow(motion, std::min(y + 1, height - 1));
+    const bool all_still = still[0] && still[1] && still[2];
     NextRow<20> next;
     next.Add(colour, y + 2);
     next.Add(previous, y + 3);
-    next.Add(motion, y + 1);
-    next.Add(guides.inverse_depth, y + 2);
-    next.Add(guides.gradient, y + 1);
+    if (!all_still) {
+      next.Add(motion, y + 2);
+      next.Add(guides.inverse_depth, y + 2);
+      next.Add(guides.gradient, y + 1);
+    }
     if (p.length != nullptr) {
       next.Add(*p.length, y + 2);
     }
@@ -187,14 +217,22 @@ void AntialiasRows(const Image3& colour, const Image3& previous, const Image2& m
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
       const bool inner = x > 0 && x + LaneCount() < width;
-      const Neighbourhood n = LookAround(colour, motion, guides, p.length, x, y, inner);
+      const Neighbourhood n =
+          all_still ? LookAround<true>(colour, motion, guides, p.length, x, y, inner)
+                    : LookAround<false>(colour, motion, guides, p.length, x, y, inner);
       const VF px = hn::Add(ColumnsFrom(x), n.mx);
       const VF py = hn::Add(hn::Set(d, static_cast<float>(y)), n.my);
       const MF in_x = hn::And(hn::Gt(px, edge), hn::Lt(px, right));
       const MF in_y = hn::And(hn::Gt(py, edge), hn::Lt(py, bottom));
       const MF inside = hn::And(hn::And(in_x, in_y), InRow(x, width));
       VF before[3];
-      SamplePrevious(previous, px, py, inside, before);
+      if (all_still) {
+        for (int c = 0; c < 3; ++c) {
+          before[c] = hn::LoadU(d, previous[c].Row(y) + x);
+        }
+      } else {
+        SamplePrevious(previous, px, py, inside, before);
+      }
       const VF alpha = Alpha(p, n.longest, x, y);
       for (int c = 0; c < 3; ++c) {
         const VF now = hn::LoadU(d, colour[c].Row(y) + x);
