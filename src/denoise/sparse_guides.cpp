@@ -342,9 +342,13 @@ HWY_INLINE void TakeHeldPlane(const HeldRow& row, const Plane<T>& from, int y, P
   const DI di;
   T* target = to->Row(y);
   const T* source = from.Row(0);
+  NextRow<1> next;
+  next.Add(*to, y + 1);
   for (int x = 0; x < to->width(); x += LaneCount()) {
+    next.Fetch(x);
     const int32_t start = row.start[x / LaneCount()];
     if (start >= 0) {
+      __builtin_prefetch(source + start + from.stride(), 0, 2);
       hn::StoreU(hn::LoadU(d, source + start), d, target + x);
     } else if (start == HeldRow::kScattered) {
       hn::StoreU(hn::GatherIndex(d, source, hn::LoadU(di, row.index + x)), d, target + x);
