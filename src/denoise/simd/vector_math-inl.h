@@ -141,6 +141,31 @@ HWY_INLINE MF InRow(int x, int width) {
 
 constexpr float kLog2E = 1.44269504f;
 
+/// WeightExp2 of two vectors, step by step.
+HWY_INLINE void WeightsExp2(const VF x[2], VF out[2]) {
+  const DF d;
+  const DI di;
+  const VF large = hn::Set(d, 12582912.0f);  // 1.5 * 2^23
+  const VF shifted0 = hn::Add(x[0], large);
+  const VF shifted1 = hn::Add(x[1], large);
+  const VF t0 = hn::Sub(x[0], hn::Sub(shifted0, large));
+  const VF t1 = hn::Sub(x[1], hn::Sub(shifted1, large));
+  VF p0 = hn::Set(d, kWeightExp2[4]);
+  VF p1 = p0;
+  for (int i = 3; i >= 0; --i) {
+    const VF factor = hn::Set(d, kWeightExp2[i]);
+    p0 = hn::MulAdd(p0, t0, factor);
+    p1 = hn::MulAdd(p1, t1, factor);
+  }
+  const VI exponent0 = hn::ShiftLeft<23>(hn::BitCast(di, shifted0));
+  const VI exponent1 = hn::ShiftLeft<23>(hn::BitCast(di, shifted1));
+  const VF power0 = hn::BitCast(d, hn::Add(hn::BitCast(di, p0), exponent0));
+  const VF power1 = hn::BitCast(d, hn::Add(hn::BitCast(di, p1), exponent1));
+  const VF least = hn::Set(d, -60.0f);
+  out[0] = hn::IfThenElseZero(hn::Gt(x[0], least), power0);
+  out[1] = hn::IfThenElseZero(hn::Gt(x[1], least), power1);
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace stillray
 HWY_AFTER_NAMESPACE();

@@ -236,23 +236,31 @@ HWY_INLINE Sums SumTaps(const AtrousLevel& level, const SignalRow& row, const Ta
   const VF kernel = hn::Set(d, level.centre_kernel);
   Sums sums = {zero, zero, zero, zero, zero};
   AddTap(row, x, kComplete ? kernel : WherePresent(row, x, kernel), centre, &sums);
-  for (int i = 0; i < 2 * level.pair_count; ++i) {
-    const ptrdiff_t distance = level.pairs[static_cast<size_t>(i / 2)].distance;
-    const ptrdiff_t q = x + (i % 2 == 0 ? distance : -distance);
-    const VF l = hn::LoadU(d, row.luminance + q);
-    VF exponent = hn::Load(d, exponents[i]);
+  // Two taps at a time, step by step: one alone is a longer chain than cores look ahead for others.
+  for (int i = 0; i < level.pair_count; ++i) {
+    const ptrdiff_t distance = level.pairs[static_cast<size_t>(i)].distance;
+    const ptrdiff_t q[2] = {x + distance, x - distance};
+    const VF l[2] = {hn::LoadU(d, row.luminance + q[0]), hn::LoadU(d, row.luminance + q[1])};
+    VF exponent[2] = {hn::Load(d, exponents[2 * i]), hn::Load(d, exponents[2 * i + 1])};
     if constexpr (kLuminance) {
-      VF factor = stop;
+      VF factor[2] = {stop, stop};
       if constexpr (kShared) {
-        factor = hn::Min(factor, hn::Max(hn::LoadU(d, row.stop + q), least));
+        for (int k = 0; k < 2; ++k) {
+          factor[k] = hn::Min(stop, hn::Max(hn::LoadU(d, row.stop + q[k]), least));
+        }
       }
-      exponent = hn::NegMulAdd(hn::Abs(hn::Sub(centre, l)), factor, exponent);
+      const VF deviation[2] = {hn::Abs(hn::Sub(centre, l[0])), hn::Abs(hn::Sub(centre, l[1]))};
+      exponent[0] = hn::NegMulAdd(deviation[0], factor[0], exponent[0]);
+      exponent[1] = hn::NegMulAdd(deviation[1], factor[1], exponent[1]);
     }
-    VF weight = WeightExp2(exponent);
+    VF weight[2];
+    WeightsExp2(exponent, weight);
     if constexpr (!kComplete) {
-      weight = WherePresent(row, q, weight);
+      weight[0] = WherePresent(row, q[0], weight[0]);
+      weight[1] = WherePresent(row, q[1], weight[1]);
     }
-    AddTap(row, q, weight, l, &sums);
+    AddTap(row, q[0], weight[0], l[0], &sums);
+    AddTap(row, q[1], weight[1], l[1], &sums);
   }
   return sums;
 }
