@@ -95,7 +95,13 @@ void GlWindow::CountInput() {
   glfwSetCursorPosCallback(window_, [](GLFWwindow* w, double, double) { kMark(w); });
   glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int, int, int) { kMark(w); });
   glfwSetScrollCallback(window_, [](GLFWwindow* w, double, double) { kMark(w); });
-  glfwSetKeyCallback(window_, [](GLFWwindow* w, int, int, int, int) { kMark(w); });
+  glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int modifiers) {
+    kMark(w);
+    if (action != GLFW_RELEASE) {
+      auto* self = static_cast<GlWindow*>(glfwGetWindowUserPointer(w));
+      self->keys_.push_back({key, (modifiers & GLFW_MOD_CONTROL) != 0, action == GLFW_REPEAT});
+    }
+  });
   glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned) { kMark(w); });
   glfwSetCursorEnterCallback(window_, [](GLFWwindow* w, int) { kMark(w); });
   glfwSetWindowFocusCallback(window_, [](GLFWwindow* w, int) { kMark(w); });

@@ -6,9 +6,11 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "stillray/status.h"
+#include "view/window/key_press.h"
 
 struct GLFWwindow;
 
@@ -37,6 +39,8 @@ class GlWindow {
   void SetTitle(const std::string& title);
   /// Paths of files that were dropped on the window since the last call.
   std::vector<std::string> TakeDroppedFiles();
+  /// Keys that went down since the last call, in their order.
+  std::vector<KeyPress> TakeKeys() { return std::exchange(keys_, {}); }
   GLFWwindow* handle() const { return window_; }
 
  private:
@@ -46,6 +50,7 @@ class GlWindow {
 
   GLFWwindow* window_;
   std::vector<std::string> dropped_;
+  std::vector<KeyPress> keys_;
   bool input_ = false;
 };
 

@@ -10,10 +10,6 @@
 namespace stillray::view {
 namespace {
 
-bool Pressed(int key) {
-  return ImGui::IsKeyPressed(key, false);
-}
-
 void NextPanes(ViewerState* state) {
   switch (state->settings.panes.size()) {
     case 1:
@@ -25,19 +21,21 @@ void NextPanes(ViewerState* state) {
   }
 }
 
-void ControlKeys(ViewEngine* engine, ViewerState* state) {
-  if (Pressed(GLFW_KEY_O)) {
-    OpenDialog(Dialog::kOpenScene, state);
-  }
-  if (Pressed(GLFW_KEY_S)) {
-    OpenDialog(Dialog::kSavePicture, state);
-  }
-  if (Pressed(GLFW_KEY_R)) {
-    if (state->recording) {
-      engine->StopClip();
-    } else {
-      OpenDialog(Dialog::kRecordClip, state);
-    }
+void ControlKey(int key, ViewEngine* engine, ViewerState* state) {
+  switch (key) {
+    case GLFW_KEY_O:
+      return OpenDialog(Dialog::kOpenScene, state);
+    case GLFW_KEY_S:
+      return OpenDialog(Dialog::kSavePicture, state);
+    case GLFW_KEY_R:
+      if (state->recording) {
+        engine->StopClip();
+      } else {
+        OpenDialog(Dialog::kRecordClip, state);
+      }
+      return;
+    default:
+      return;
   }
 }
 
@@ -51,66 +49,83 @@ void InspectorKey(ViewerState* state) {
   }
 }
 
-void PlainKeys(ViewerState* state) {
+void PlainKey(int key, ViewerState* state) {
   ViewSettings& s = state->settings;
-  if (Pressed(GLFW_KEY_SPACE)) {
-    s.playing = !s.playing;
-    state->changed = true;
+  switch (key) {
+    case GLFW_KEY_SPACE:
+      s.playing = !s.playing;
+      state->changed = true;
+      return;
+    case GLFW_KEY_R:
+      ++s.restart;
+      state->changed = true;
+      return;
+    case GLFW_KEY_P:
+      return NextPreset(state);
+    case GLFW_KEY_TAB:
+      return NextPanes(state);
+    case GLFW_KEY_HOME:
+      return UseFileCamera(s.camera, state);
+    case GLFW_KEY_I:
+      return InspectorKey(state);
+    default:
+      return;
   }
-  if (ImGui::IsKeyPressed(GLFW_KEY_PERIOD)) {
+}
+
+/// Keys that go on while they are held.
+void StepKey(int key, ViewerState* state) {
+  if (key == GLFW_KEY_PERIOD) {
     StepFrames(1, state);
-  }
-  if (ImGui::IsKeyPressed(GLFW_KEY_COMMA)) {
+  } else if (key == GLFW_KEY_COMMA) {
     StepFrames(-1, state);
   }
-  if (Pressed(GLFW_KEY_R)) {
-    ++s.restart;
-    state->changed = true;
+}
+
+void SavedViewKey(const KeyPress& press, ViewerState* state) {
+  const int view = press.key - GLFW_KEY_1;
+  if (view < 0 || view >= static_cast<int>(state->saved_views.size())) {
+    return;
   }
-  if (Pressed(GLFW_KEY_P)) {
-    NextPreset(state);
+  if (press.control) {
+    SaveView(static_cast<size_t>(view), state);
+  } else {
+    GoToSavedView(static_cast<size_t>(view), state);
   }
-  if (Pressed(GLFW_KEY_TAB)) {
-    NextPanes(state);
+}
+
+void HandleKey(const KeyPress& press, ViewEngine* engine, ViewerState* state) {
+  if (press.control && press.key == GLFW_KEY_Q) {
+    state->quit = true;  // whatever is open
   }
-  if (Pressed(GLFW_KEY_HOME)) {
-    UseFileCamera(s.camera, state);
+  const bool busy = state->dialog != Dialog::kNone || !state->errors.empty();
+  if (ImGui::GetIO().WantTextInput || busy) {
+    return;
   }
-  if (Pressed(GLFW_KEY_I)) {
-    InspectorKey(state);
+  if (!press.control) {
+    StepKey(press.key, state);
+  }
+  if (press.repeated) {
+    return;
+  }
+  if (press.key == GLFW_KEY_F1) {
+    state->show_help = !state->show_help;
+  } else if (press.key == GLFW_KEY_F2) {
+    state->show_panel = !state->show_panel;
+  }
+  SavedViewKey(press, state);
+  if (press.control) {
+    ControlKey(press.key, engine, state);
+  } else {
+    PlainKey(press.key, state);
   }
 }
 
 }  // namespace
 
 void HandleKeys(ViewEngine* engine, ViewerState* state) {
-  const ImGuiIO& io = ImGui::GetIO();
-  if (io.KeyCtrl && Pressed(GLFW_KEY_Q)) {
-    state->quit = true;  // whatever is open
-  }
-  const bool busy = state->dialog != Dialog::kNone || !state->errors.empty();
-  if (io.WantTextInput || busy) {
-    return;
-  }
-  if (Pressed(GLFW_KEY_F1)) {
-    state->show_help = !state->show_help;
-  }
-  if (Pressed(GLFW_KEY_F2)) {
-    state->show_panel = !state->show_panel;
-  }
-  for (size_t i = 0; i < state->saved_views.size(); ++i) {
-    if (Pressed(GLFW_KEY_1 + static_cast<int>(i))) {
-      if (io.KeyCtrl) {
-        SaveView(i, state);
-      } else {
-        GoToSavedView(i, state);
-      }
-    }
-  }
-  if (io.KeyCtrl) {
-    ControlKeys(engine, state);
-  } else {
-    PlainKeys(state);
+  for (const KeyPress& press : state->keys) {
+    HandleKey(press, engine, state);
   }
 }
 

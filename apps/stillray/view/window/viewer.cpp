@@ -120,6 +120,7 @@ InterfaceTimes Loop(bool watch, GlWindow* window, std::atomic<bool>* news, ViewE
       titled = state->scene.number;
       window->SetTitle(Title(state->scene.request));
     }
+    state->keys = window->TakeKeys();
     DrawFrame(now, now - last, &lively, window, &textures, &times, engine, state);
     frames_due = std::max(frames_due - 1, 0);
     last = now;

@@ -13,6 +13,7 @@
 #include "view/view_frame.h"
 #include "view/view_settings.h"
 #include "view/views.h"
+#include "view/window/key_press.h"
 
 namespace stillray::view {
 
@@ -84,6 +85,7 @@ struct ViewerState {
   bool sharp_pixels = false;  ///< enlarge without interpolation
   bool inspector_pinned = false;
   int dragged_divider = -1;
+  std::vector<KeyPress> keys;  ///< that went down since the last frame of the interface
   bool quit = false;
 };
 
