@@ -402,7 +402,16 @@ TEST(Sparse, FeedbackWhenIsOneAtAWholeSamplePerPixel) {
   }
 }
 
-TEST(Sparse, VersionsAgreeAndSavedHistoryGoesOnWithTheSameBits) {
+/// Frame i of a sequence in which nothing moves but the light.
+Frame MakeStillFrame(int64_t i) {
+  Frame f = MakeBusyFrame(kWidth, kHeight, 3);
+  f.index = i;
+  f.signals = MakeBusyFrame(kWidth, kHeight, i).signals;
+  f.guides.motion = Image2(kWidth, kHeight);
+  return f;
+}
+
+void ExpectVersionsAgree(bool still) {
   for (const std::string_view preset : {"default", "psvgf"}) {
     Settings s = PresetSettings(preset).value();
     s.fxaa = Fxaa::kOff;  // decides at thresholds; one code serves both versions
@@ -416,7 +425,8 @@ TEST(Sparse, VersionsAgreeAndSavedHistoryGoesOnWithTheSameBits) {
     double square = 0;
     int far = 0;
     for (int i = 0; i < 14; ++i) {
-      const Frame f = MakeSparse(MakeBusyFrame(kWidth, kHeight, i), 4, true);
+      const Frame f =
+          MakeSparse(still ? MakeStillFrame(i) : MakeBusyFrame(kWidth, kHeight, i), 4, true);
       ASSERT_TRUE(reference.Denoise(f, &expected).ok());
       ASSERT_TRUE(cpu.Denoise(f, &out).ok());
       if (i == 6) {
@@ -445,6 +455,14 @@ TEST(Sparse, VersionsAgreeAndSavedHistoryGoesOnWithTheSameBits) {
     EXPECT_LT(far, 14 * 3 * kWidth * kHeight / 100) << preset;
     EXPECT_LT(std::sqrt(error / square), 0.02) << preset << " " << far;
   }
+}
+
+TEST(Sparse, VersionsAgreeAndSavedHistoryGoesOnWithTheSameBits) {
+  ExpectVersionsAgree(false);
+}
+
+TEST(Sparse, VersionsAgreeInAStillViewToo) {
+  ExpectVersionsAgree(true);
 }
 
 TEST(Sparse, FramesWithoutAnySampleKeepThePicture) {
