@@ -13,6 +13,7 @@
 #include "render/frame_store.h"
 #include "render/pixel_order.h"
 #include "render/scene_check.h"
+#include "render/shadow_filter.h"
 
 namespace stillray::render {
 namespace {
@@ -33,39 +34,6 @@ struct TileScratch {
   RenderTimings timings;
 };
 static_assert(kTileSize * kTileSize <= kBatchCapacity);
-
-// Shadow rays pass alpha cut-outs, blended surfaces and smooth thin sheets.
-class SceneShadowFilter final : public ShadowFilter {
- public:
-  explicit SceneShadowFilter(const SceneState& state) : state_(state) {}
-
-  vec3 Transmittance(const Hit& hit, vec3 direction) const override {
-    const float opacity = state_.Opacity(hit);
-    vec3 through(1.0f - opacity);
-    const PlacedInstance& instance = state_.instance(hit.instance);
-    if (opacity > 0.0f && instance.material->transmission > 0.0f && !instance.material->solid) {
-      const Triangle t = state_.TriangleOf(instance, hit.primitive);
-      const vec3 normal = SafeNormalize(cross(t.p1 - t.p0, t.p2 - t.p0), direction);
-      through += opacity * SheetTransmittance(state_, hit, dot(normal, direction));
-    }
-    return through;
-  }
-
- private:
-  const SceneState& state_;
-};
-
-std::vector<AccelInstance> DescribeInstances(const SceneState& state) {
-  std::vector<AccelInstance> out(state.instances().size());
-  for (size_t i = 0; i < out.size(); ++i) {
-    const PlacedInstance& instance = state.instances()[i];
-    out[i].moving = instance.moving;
-    out[i].placed = instance.placed;
-    out[i].see_through =
-        !instance.opaque || (instance.material->transmission > 0.0f && !instance.material->solid);
-  }
-  return out;
-}
 
 bool IsSpecular(int kind) {
   return static_cast<SignalKind>(kind) == SignalKind::kDirectSpecular ||

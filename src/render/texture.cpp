@@ -5,6 +5,7 @@
 #include <array>
 
 #include "core/colour.h"
+#include "render/texture_shared.h"
 
 namespace stillray::render {
 namespace {
@@ -24,42 +25,13 @@ const DecodeTable& TableOf(TexelEncoding encoding) {
   return kTables[encoding == TexelEncoding::kSrgb ? 1 : 0];
 }
 
-int WrapTexel(int i, int size, Wrap wrap) {
-  switch (wrap) {
-    case Wrap::kRepeat: {
-      if ((size & (size - 1)) == 0) {
-        return i & (size - 1);
-      }
-      const int m = i % size;
-      return m < 0 ? m + size : m;
-    }
-    case Wrap::kMirror: {
-      int m = i % (2 * size);
-      m = m < 0 ? m + 2 * size : m;
-      return m < size ? m : 2 * size - 1 - m;
-    }
-    case Wrap::kClamp:
-      break;
-  }
-  return i < 0 ? 0 : (i >= size ? size - 1 : i);
-}
-
 vec4 Decode(const uint8_t* texel, const DecodeTable& rgb) {
   return {rgb[texel[0]], rgb[texel[1]], rgb[texel[2]], static_cast<float>(texel[3]) / 255.0f};
 }
 
-// Texture coordinates come from files: what does not fit into an int after scaling, or is not a
-// number, must not reach a conversion.
-float SafeCoordinate(float x) {
-  constexpr float kLimit = 1e6f;
-  return x > -kLimit && x < kLimit ? x : 0.0f;
-}
-
-// Coordinates are safe: they fit into an int.
-int FloorToInt(float x) {
-  const int towards_zero = static_cast<int>(x);
-  return towards_zero - (x < static_cast<float>(towards_zero) ? 1 : 0);
-}
+static_assert(static_cast<int>(Wrap::kRepeat) == kWrapRepeat &&
+              static_cast<int>(Wrap::kMirror) == kWrapMirror &&
+              static_cast<int>(Wrap::kClamp) == kWrapClamp);
 
 }  // namespace
 
@@ -67,8 +39,12 @@ vec4 SampleTexture(const Texture& texture, vec2 uv, TexelEncoding encoding) {
   const DecodeTable& rgb = TableOf(encoding);
   const float x = SafeCoordinate(uv.x * static_cast<float>(texture.width));
   const float y = SafeCoordinate(uv.y * static_cast<float>(texture.height));
-  const auto column = [&](int i) { return WrapTexel(i, texture.width, texture.wrap_u); };
-  const auto row = [&](int i) { return WrapTexel(i, texture.height, texture.wrap_v); };
+  const auto column = [&](int i) {
+    return WrapTexel(i, texture.width, static_cast<int>(texture.wrap_u));
+  };
+  const auto row = [&](int i) {
+    return WrapTexel(i, texture.height, static_cast<int>(texture.wrap_v));
+  };
   const auto texel = [&](int tx, int ty) {
     const size_t offset =
         static_cast<size_t>(ty) * static_cast<size_t>(texture.width) + static_cast<size_t>(tx);

@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Where a texture is read: glTF 2.0 (3.8.4), without mip levels.
+#ifndef STILLRAY_RENDER_TEXTURE_SHARED_H
+#define STILLRAY_RENDER_TEXTURE_SHARED_H
+
+#ifdef __cplusplus
+#include "render/shared.h"
+#endif
+
+STILLRAY_RENDER_BEGIN
+
+// Values of Wrap.
+const int kWrapRepeat = 0;
+const int kWrapMirror = 1;
+const int kWrapClamp = 2;
+
+SHARED_FN int WrapTexel(int i, int size, int wrap) {
+  if (wrap == kWrapRepeat) {
+    if ((size & (size - 1)) == 0) {
+      return i & (size - 1);
+    }
+    int m = i - i / size * size;  // GLSL leaves % of negative numbers open
+    return m < 0 ? m + size : m;
+  }
+  if (wrap == kWrapMirror) {
+    int m = i - i / (2 * size) * (2 * size);
+    m = m < 0 ? m + 2 * size : m;
+    return m < size ? m : 2 * size - 1 - m;
+  }
+  return i < 0 ? 0 : (i >= size ? size - 1 : i);
+}
+
+// Texture coordinates come from files: what does not fit into an int after scaling, or is not a
+// number, must not reach a conversion.
+SHARED_FN float SafeCoordinate(float x) {
+  const float kLimit = 1e6f;
+  return x > -kLimit && x < kLimit ? x : 0.0f;
+}
+
+// Coordinates are safe: they fit into an int.
+SHARED_FN int FloorToInt(float x) {
+  int towards_zero = int(x);
+  return towards_zero - (x < float(towards_zero) ? 1 : 0);
+}
+
+STILLRAY_RENDER_END
+
+#endif  // STILLRAY_RENDER_TEXTURE_SHARED_H
