@@ -1,0 +1,185 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Rays per second on a Vulkan device beside Embree on the CPU, in turn:
+//
+//   gpu_trace_benchmark                                   the built-in scenes, any Vulkan device
+//   gpu_trace_benchmark --device vulkan:0 --size 1920x1080 --repeats 20 kitchen.glb
+//
+// Rays of the scene's camera, and rays of all directions from the points that those meet (the same
+// for both, in the order of the picture). The least time of the repeats counts: on the device that
+// of the dispatch alone, by its own clock; of Embree that of tracing, on all threads.
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include <tbb/parallel_for.h>
+#include <CLI/CLI.hpp>
+
+#include "render/camera.h"
+#include "render/geometry.h"
+#include "render_gpu/gpu_batch.h"
+#include "stillray/scene.h"
+
+namespace stillray::render {
+namespace {
+
+struct Options {
+  std::vector<std::string> scenes;
+  std::string device = "vulkan";
+  std::string size = "1280x720";
+  int width = 0;
+  int height = 0;
+  int repeats = 5;
+};
+
+std::vector<GpuRay> CameraRays(const SceneState& state, const Options& options) {
+  const Camera& camera = state.scene().cameras[0];
+  const CameraView view = MakeCameraView(camera, state.nodes()[static_cast<size_t>(camera.node)],
+                                         options.width, options.height);
+  std::vector<GpuRay> rays;
+  for (int y = 0; y < options.height; ++y) {
+    for (int x = 0; x < options.width; ++x) {
+      rays.push_back({view.position, std::numeric_limits<float>::infinity(),
+                      view.Direction(vec2(x, y) + vec2(0.5f)), 0});
+    }
+  }
+  return rays;
+}
+
+std::vector<GpuRay> BounceRays(const SceneState& state, const std::vector<GpuRay>& rays,
+                               const std::vector<GpuHit>& hits) {
+  std::vector<GpuRay> out;
+  for (size_t i = 0; i < hits.size(); ++i) {
+    if (hits[i].instance == kNoInstance) {
+      continue;
+    }
+    const Triangle t = state.TriangleOf(state.instance(hits[i].instance), hits[i].primitive);
+    vec3 normal = SafeNormalize(cross(t.p1 - t.p0, t.p2 - t.p0), rays[i].direction);
+    normal = dot(normal, rays[i].direction) > 0 ? -normal : normal;
+    vec3 direction = RandomDirection(static_cast<uint32_t>(i));
+    direction = dot(direction, normal) < 0 ? -direction : direction;
+    const vec3 point = rays[i].origin + rays[i].direction * hits[i].t;
+    out.push_back({OffsetPoint(point, normal), rays[i].end, direction, 0});
+  }
+  return out;
+}
+
+double EmbreeMilliseconds(const Accel& accel, const std::vector<GpuRay>& rays) {
+  const size_t batches = (rays.size() + kBatchCapacity - 1) / kBatchCapacity;
+  std::vector<RayBatch> loaded(batches);
+  ForBatches(rays,
+             [&](const RayBatch& batch, size_t first) { loaded[first / kBatchCapacity] = batch; });
+  const auto start = std::chrono::steady_clock::now();
+  tbb::parallel_for(size_t{0}, batches, [&](size_t i) {
+    thread_local const auto hits = std::make_unique<HitBatch>();
+    accel.IntersectIncoherent(loaded[i], hits.get());
+  });
+  const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
+  return time.count();
+}
+
+Status Measure(const char* kind, const std::vector<GpuRay>& rays, const Accel& embree,
+               const Options& options, GpuBatch* batch) {
+  double device_ms = 1e30;
+  double embree_ms = 1e30;
+  for (int i = 0; i < options.repeats; ++i) {
+    batch->FirstHits(rays);
+    STILLRAY_RETURN_IF_ERROR(batch->status());
+    device_ms = std::min(device_ms, batch->milliseconds());
+    embree_ms = std::min(embree_ms, EmbreeMilliseconds(embree, rays));
+  }
+  const auto rate = [&](double ms) { return static_cast<double>(rays.size()) / ms * 1e-3; };
+  std::printf("  %-8s %9zu rays   device %9.2f M/s   Embree %9.2f M/s   ratio %.2f\n", kind,
+              rays.size(), rate(device_ms), rate(embree_ms), embree_ms / device_ms);
+  return Status::Ok();
+}
+
+Status RunScene(gpu::Device* device, const std::string& spec, const Options& options) {
+  const Result<Scene> scene = LoadScene(spec);
+  if (!scene.ok()) {
+    return scene.status();
+  }
+  SceneState state(*scene);
+  state.Update(0, 0);
+  const SceneShadowFilter filter(state);
+  const auto embree =
+      Accel::Create(*scene, DescribeInstances(state), state.InstanceTransforms(), filter);
+  if (!embree.ok()) {
+    return embree.status();
+  }
+  const auto start = std::chrono::steady_clock::now();
+  const Result<std::unique_ptr<GpuAccel>> accel = GpuAccel::Create(device, state);
+  if (!accel.ok()) {
+    return accel.status();
+  }
+  const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
+  const gpu::MemoryUse memory = (*accel)->memory();
+  std::printf("%s: %zu triangles, built in %.0f ms, %.1f MiB on the device, largest %.1f MiB\n",
+              spec.c_str(), scene->TriangleCount(), time.count(),
+              static_cast<double>(memory.bytes) * 0x1p-20,
+              static_cast<double>(memory.largest) * 0x1p-20);
+  const std::vector<GpuRay> camera = CameraRays(state, options);
+  GpuBatch batch(device, accel->get(), static_cast<uint32_t>(camera.size()));
+  const std::vector<GpuHit> hits = batch.FirstHits(camera);
+  STILLRAY_RETURN_IF_ERROR(Measure("camera", camera, **embree, options, &batch));
+  return Measure("bounce", BounceRays(state, camera, hits), **embree, options, &batch);
+}
+
+Status Run(Options options) {
+  if (std::sscanf(options.size.c_str(), "%dx%d", &options.width, &options.height) != 2 ||
+      options.width < 1 || options.height < 1 || options.width > 16384 || options.height > 16384) {
+    return Status::InvalidArgument("--size is " + options.size + ", expected WIDTHxHEIGHT");
+  }
+  if (options.scenes.empty()) {
+    for (const std::string& name : BuiltinSceneNames()) {
+      options.scenes.push_back("builtin:" + name);
+    }
+  }
+  const Result<std::shared_ptr<gpu::Instance>> instance = gpu::Instance::Create();
+  if (!instance.ok()) {
+    return instance.status();
+  }
+  const Result<std::vector<gpu::DeviceInfo>> devices = (*instance)->ListDevices();
+  if (!devices.ok()) {
+    return devices.status();
+  }
+  const Result<gpu::DeviceInfo> chosen = gpu::ChooseDevice(*devices, options.device);
+  if (!chosen.ok()) {
+    return chosen.status();
+  }
+  const Result<std::shared_ptr<gpu::Device>> device = gpu::Device::Create(*instance, *chosen);
+  if (!device.ok()) {
+    return device.status();
+  }
+  if (!(*device)->has_timestamps()) {
+    return Status::Unsupported(chosen->name + " measures no times");
+  }
+  std::printf("%s, %dx%d, least of %d\n", chosen->name.c_str(), options.width, options.height,
+              options.repeats);
+  for (const std::string& scene : options.scenes) {
+    STILLRAY_RETURN_IF_ERROR(RunScene(device->get(), scene, options));
+  }
+  return Status::Ok();
+}
+
+}  // namespace
+}  // namespace stillray::render
+
+int main(int argc, char** argv) {
+  stillray::render::Options options;
+  CLI::App app("Rays per second on a Vulkan device beside Embree");
+  app.add_option("scenes", options.scenes, "builtin:NAME or a glTF file; none: the built-in ones");
+  app.add_option("--device", options.device, "vulkan or vulkan:N");
+  app.add_option("--size", options.size, "of the picture, WIDTHxHEIGHT");
+  app.add_option("--repeats", options.repeats)->check(CLI::Range(1, 1000));
+  CLI11_PARSE(app, argc, argv);
+  const stillray::Status status = stillray::render::Run(options);
+  if (!status.ok()) {
+    std::fprintf(stderr, "gpu_trace_benchmark: %s\n", status.message().c_str());
+    return EXIT_FAILURE;
+  }
+  return EXIT_SUCCESS;
+}

@@ -1,0 +1,282 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render/vulkan/gpu_accel.h"
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+#include <span>
+
+#include <fmt/format.h>
+
+namespace stillray::render {
+namespace shaders {
+extern const std::uint32_t kFirstHits[];
+extern const std::size_t kFirstHitsWords;
+extern const std::uint32_t kTransmittance[];
+extern const std::size_t kTransmittanceWords;
+}  // namespace shaders
+
+namespace {
+
+constexpr uint32_t kGroupSize = 64;  // local_size_x of the shader
+constexpr gpu::SetShape kBatchShape = {0, 0, 0, 2};
+/// Sets of pairs of buffers that may be traced with.
+constexpr uint32_t kMostBatches = 64;
+/// Large arrays go to the device in pieces.
+constexpr size_t kPieceBytes = size_t{32} << 20;
+
+/// One array of the scene, in the order of the bindings of scene.glsl.
+struct Array {
+  const char* what;
+  const void* data;
+  size_t bytes;
+};
+
+template <typename T>
+Array MakeArray(const char* what, const std::vector<T>& values) {
+  return {what, values.data(), values.size() * sizeof(T)};
+}
+
+std::array<Array, 8> ArraysOf(const GpuScene& scene) {
+  return {MakeArray("BVH nodes", scene.nodes()),
+          MakeArray("triangles", scene.triangles()),
+          MakeArray("placements", scene.placements()),
+          MakeArray("instances", scene.instances()),
+          MakeArray("materials", scene.materials()),
+          MakeArray("sizes of textures", scene.textures()),
+          MakeArray("texels", scene.texels()),
+          MakeArray("vertices and indices", scene.words())};
+}
+
+/// What Update changes, and where in the staging buffer and in its own buffer it lies.
+struct MovingPart {
+  size_t binding;
+  const void* data;
+  size_t bytes;
+};
+
+std::array<MovingPart, 3> MovingParts(const GpuScene& scene) {
+  return {MovingPart{0, scene.nodes().data(), scene.top_node_count() * sizeof(BvhNode)},
+          MovingPart{2, scene.placements().data(), scene.placements().size() * sizeof(Placement)},
+          MovingPart{3, scene.instances().data(), scene.instances().size() * sizeof(GpuInstance)}};
+}
+
+void Barrier(const gpu::DeviceContext& c, VkCommandBuffer commands, VkPipelineStageFlags from,
+             VkAccessFlags written, VkPipelineStageFlags to, VkAccessFlags used) {
+  VkMemoryBarrier barrier = {};
+  barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
+  barrier.srcAccessMask = written;
+  barrier.dstAccessMask = used;
+  c.vk.CmdPipelineBarrier(commands, from, to, 0, 1, &barrier, 0, nullptr, 0, nullptr);
+}
+
+}  // namespace
+
+Status GpuAccel::CheckLimits() const {
+  const VkPhysicalDeviceLimits& limits = device_->context().limits;
+  const uint32_t needed = kSceneShape.buffers + kBatchShape.buffers;
+  const uint32_t offered =
+      std::min(limits.maxPerStageDescriptorStorageBuffers, limits.maxDescriptorSetStorageBuffers);
+  if (offered < needed) {
+    return Status::Unsupported(
+        fmt::format("{}: tracing rays needs {} storage buffers in a shader, the device offers {}",
+                    device_->info().name, needed, offered));
+  }
+  for (const Array& array : ArraysOf(*scene_)) {
+    if (array.bytes > limits.maxStorageBufferRange) {
+      return Status::Unsupported(fmt::format(
+          "{}: the scene has {:.1f} MiB of {}, but a storage buffer of the device holds {:.1f} MiB",
+          device_->info().name, static_cast<double>(array.bytes) * 0x1p-20, array.what,
+          static_cast<double>(limits.maxStorageBufferRange) * 0x1p-20));
+    }
+  }
+  return Status::Ok();
+}
+
+Status GpuAccel::AddBuffers() {
+  constexpr size_t kLeast = 256;  // no buffer is empty, and every structure fits into one
+  const std::array<Array, 8> arrays = ArraysOf(*scene_);
+  for (size_t i = 0; i < arrays.size(); ++i) {
+    const Result<const gpu::Buffer*> buffer =
+        arena_.AddBuffer(std::max(arrays[i].bytes, kLeast), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                         gpu::BufferPlace::kDevice);
+    if (!buffer.ok()) {
+      return buffer.status();
+    }
+    buffers_[i] = *buffer;
+  }
+  size_t moving = kLeast;
+  for (const MovingPart& part : MovingParts(*scene_)) {
+    moving += part.bytes;
+  }
+  const Result<const gpu::Buffer*> staging = arena_.AddBuffer(moving, 0, gpu::BufferPlace::kUpload);
+  if (!staging.ok()) {
+    return staging.status();
+  }
+  staging_ = *staging;
+  return arena_.Allocate();
+}
+
+Status GpuAccel::Upload() {
+  const gpu::DeviceContext& c = device_->context();
+  gpu::Arena arena(&c);
+  const Result<const gpu::Buffer*> piece =
+      arena.AddBuffer(kPieceBytes, 0, gpu::BufferPlace::kUpload);
+  if (!piece.ok()) {
+    return piece.status();
+  }
+  STILLRAY_RETURN_IF_ERROR(arena.Allocate());
+  const std::array<Array, 8> arrays = ArraysOf(*scene_);
+  for (size_t i = 0; i < arrays.size(); ++i) {
+    for (size_t done = 0; done < arrays[i].bytes; done += kPieceBytes) {
+      const size_t bytes = std::min(kPieceBytes, arrays[i].bytes - done);
+      std::memcpy((*piece)->mapped, static_cast<const char*>(arrays[i].data) + done, bytes);
+      STILLRAY_RETURN_IF_ERROR(arena.Flush());
+      const Result<VkCommandBuffer> commands = device_->Begin();
+      if (!commands.ok()) {
+        return commands.status();
+      }
+      const VkBufferCopy region = {0, done, bytes};
+      c.vk.CmdCopyBuffer(*commands, (*piece)->buffer, buffers_[i]->buffer, 1, &region);
+      Barrier(c, *commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
+              VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT,
+              VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT);
+      STILLRAY_RETURN_IF_ERROR(device_->Run());
+    }
+  }
+  return Status::Ok();
+}
+
+Status GpuAccel::MakePipelines() {
+  const gpu::DeviceContext& c = device_->context();
+  STILLRAY_RETURN_IF_ERROR(sets_.CreatePool(
+      kMostBatches + 1, {0, 0, 0, kSceneShape.buffers + kMostBatches * kBatchShape.buffers}));
+  const Result<VkDescriptorSetLayout> scene = sets_.Layout(kSceneShape);
+  const Result<VkDescriptorSetLayout> batch = sets_.Layout(kBatchShape);
+  if (!scene.ok() || !batch.ok()) {
+    return scene.ok() ? batch.status() : scene.status();
+  }
+  const std::array<VkDescriptorSetLayout, 2> layouts = {*scene, *batch};
+  Result<gpu::Pipeline> first_hits =
+      gpu::Pipeline::Create(&c, {"first_hits",
+                                 {shaders::kFirstHits, shaders::kFirstHitsWords},
+                                 layouts,
+                                 sizeof(uint32_t),
+                                 {}});
+  Result<gpu::Pipeline> transmittance =
+      gpu::Pipeline::Create(&c, {"transmittance",
+                                 {shaders::kTransmittance, shaders::kTransmittanceWords},
+                                 layouts,
+                                 sizeof(uint32_t),
+                                 {}});
+  if (!first_hits.ok() || !transmittance.ok()) {
+    return first_hits.ok() ? transmittance.status() : first_hits.status();
+  }
+  first_hits_ = std::move(*first_hits);
+  transmittance_ = std::move(*transmittance);
+  gpu::SetContent content;
+  for (const gpu::Buffer* buffer : buffers_) {
+    content.buffers.push_back(buffer->buffer);
+  }
+  const Result<VkDescriptorSet> set = sets_.Find(kSceneShape, content);
+  if (set.ok()) {
+    scene_set_ = *set;
+  }
+  return set.status();
+}
+
+void GpuAccel::FillStaging() {
+  size_t offset = 0;
+  for (const MovingPart& part : MovingParts(*scene_)) {
+    std::memcpy(static_cast<char*>(staging_->mapped) + offset, part.data, part.bytes);
+    offset += part.bytes;
+  }
+}
+
+Status GpuAccel::Update() {
+  try {
+    STILLRAY_RETURN_IF_ERROR(scene_->Update());
+  } catch (const std::bad_alloc&) {
+    return Status::OutOfMemory("moving the instances of the BVH: out of memory");
+  }
+  FillStaging();
+  return arena_.Flush();
+}
+
+void GpuAccel::RecordUpdate(VkCommandBuffer commands) const {
+  const gpu::DeviceContext& c = device_->context();
+  Barrier(c, commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, 0, VK_PIPELINE_STAGE_TRANSFER_BIT, 0);
+  size_t offset = 0;
+  for (const MovingPart& part : MovingParts(*scene_)) {
+    if (part.bytes > 0) {
+      const VkBufferCopy region = {offset, 0, part.bytes};
+      c.vk.CmdCopyBuffer(commands, staging_->buffer, buffers_[part.binding]->buffer, 1, &region);
+    }
+    offset += part.bytes;
+  }
+  Barrier(c, commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
+          VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT);
+}
+
+Status GpuAccel::Record(VkCommandBuffer commands, const gpu::Pipeline& pipeline,
+                        const gpu::Buffer& rays, const gpu::Buffer& results, size_t result_size,
+                        uint32_t count) {
+  const gpu::DeviceContext& c = device_->context();
+  if (rays.size < count * sizeof(GpuRay) || results.size < count * result_size) {
+    return Status::InvalidArgument(
+        fmt::format("tracing {} rays: buffers of {} and {} bytes were given, expected {} and {}",
+                    count, rays.size, results.size, count * sizeof(GpuRay), count * result_size));
+  }
+  const uint32_t groups = (count + kGroupSize - 1) / kGroupSize;
+  const uint32_t columns = std::min(groups, c.limits.maxComputeWorkGroupCount[0]);
+  const uint32_t rows = groups == 0 ? 0 : (groups + columns - 1) / columns;
+  if (std::max(rays.size, results.size) > c.limits.maxStorageBufferRange ||
+      rows > c.limits.maxComputeWorkGroupCount[1]) {
+    return Status::InvalidArgument(fmt::format(
+        "tracing {} rays: buffers of {} and {} bytes were given, but {} reads storage "
+        "buffers of at most {}",
+        count, rays.size, results.size, device_->info().name, c.limits.maxStorageBufferRange));
+  }
+  const Result<VkDescriptorSet> set =
+      sets_.Find(kBatchShape, {{}, {}, {rays.buffer, results.buffer}});
+  if (!set.ok() || groups == 0) {
+    return set.status();
+  }
+  const std::array<VkDescriptorSet, 2> bound = {scene_set_, *set};
+  c.vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.handle());
+  c.vk.CmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.layout(), 0,
+                             static_cast<uint32_t>(bound.size()), bound.data(), 0, nullptr);
+  c.vk.CmdPushConstants(commands, pipeline.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(count),
+                        &count);
+  c.vk.CmdDispatch(commands, columns, rows, 1);
+  return Status::Ok();
+}
+
+Status GpuAccel::RecordFirstHits(VkCommandBuffer commands, const gpu::Buffer& rays,
+                                 const gpu::Buffer& hits, uint32_t count) {
+  return Record(commands, first_hits_, rays, hits, sizeof(GpuHit), count);
+}
+
+Status GpuAccel::RecordTransmittance(VkCommandBuffer commands, const gpu::Buffer& rays,
+                                     const gpu::Buffer& lights, uint32_t count) {
+  return Record(commands, transmittance_, rays, lights, 3 * sizeof(float), count);
+}
+
+Result<std::unique_ptr<GpuAccel>> GpuAccel::Create(gpu::Device* device, const SceneState& state) {
+  std::unique_ptr<GpuAccel> accel(new GpuAccel(device));
+  Result<std::unique_ptr<GpuScene>> scene = GpuScene::Create(state);
+  if (!scene.ok()) {
+    return scene.status();
+  }
+  accel->scene_ = std::move(*scene);
+  STILLRAY_RETURN_IF_ERROR(accel->CheckLimits());
+  STILLRAY_RETURN_IF_ERROR(accel->AddBuffers());
+  accel->FillStaging();
+  STILLRAY_RETURN_IF_ERROR(accel->arena_.Flush());
+  STILLRAY_RETURN_IF_ERROR(accel->Upload());
+  STILLRAY_RETURN_IF_ERROR(accel->MakePipelines());
+  return accel;
+}
+
+}  // namespace stillray::render

@@ -1,0 +1,335 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render/vulkan/gpu_scene.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <new>
+
+#include <fmt/format.h>
+
+#include "core/colour.h"
+#include "render/shadow_filter.h"
+
+namespace stillray::render {
+namespace {
+
+// Vertices further out, or not a number, have no part in any hit (Embree's own bound).
+constexpr float kFarthestVertex = 1.844e18f;
+
+bool Usable(vec3 p) {
+  return std::abs(p.x) < kFarthestVertex && std::abs(p.y) < kFarthestVertex &&
+         std::abs(p.z) < kFarthestVertex;
+}
+
+vec4 Row(const mat4& m, int row) {
+  return {m[0][row], m[1][row], m[2][row], m[3][row]};
+}
+
+Aabb BoxOf(const BvhTriangle& t) {
+  return {glm::min(t.p0, glm::min(t.p1, t.p2)), glm::max(t.p0, glm::max(t.p1, t.p2))};
+}
+
+// Adds the triangles of a mesh whose vertices are `positions`.
+void AppendTriangles(const PlacedInstance& placed, const vec3* positions, uint32_t instance,
+                     std::vector<BvhTriangle>* out) {
+  const std::vector<uint32_t>& indices = placed.mesh->indices;
+  const uint32_t see_through = IsSeeThrough(placed) ? 1 : 0;
+  for (size_t i = 0; i + 2 < indices.size(); i += 3) {
+    const BvhTriangle t = {positions[indices[i]],     instance,
+                           positions[indices[i + 1]], static_cast<uint32_t>(i / 3),
+                           positions[indices[i + 2]], see_through};
+    if (Usable(t.p0) && Usable(t.p1) && Usable(t.p2)) {
+      out->push_back(t);
+    }
+  }
+}
+
+// Bounds of a transformed box, a little larger: rays are taken to the box's own space with
+// roundings of their own.
+Aabb PlaceBox(const Aabb& box, const mat4& world) {
+  Aabb placed;
+  for (int corner = 0; corner < 8; ++corner) {
+    const vec4 p((corner & 1) != 0 ? box.max.x : box.min.x,
+                 (corner & 2) != 0 ? box.max.y : box.min.y,
+                 (corner & 4) != 0 ? box.max.z : box.min.z, 1.0f);
+    const vec3 q(world * p);
+    placed.min = glm::min(placed.min, q);
+    placed.max = glm::max(placed.max, q);
+  }
+  constexpr float kMargin = 0x1p-20f;
+  const vec3 margin = glm::max(glm::abs(placed.min), glm::abs(placed.max)) * kMargin;
+  return {placed.min - margin, placed.max + margin};
+}
+
+// The inverse of an affine transform, in double precision; false if there is none.
+bool Invert(const mat4& world, mat4* inverse) {
+  const glm::dmat4 exact(world);
+  const double determinant = glm::determinant(glm::dmat3(exact));
+  if (!std::isfinite(determinant) || determinant == 0.0) {
+    return false;
+  }
+  *inverse = mat4(glm::inverse(exact));
+  for (int column = 0; column < 4; ++column) {
+    const vec4 c = (*inverse)[column];
+    if (!Usable(vec3(c))) {
+      return false;
+    }
+  }
+  return true;
+}
+
+template <typename T>
+uint32_t AppendWords(const std::vector<T>& values, std::vector<uint32_t>* words) {
+  if (values.empty()) {
+    return kNoArray;
+  }
+  const auto first = static_cast<uint32_t>(words->size());
+  words->resize(words->size() + values.size() * sizeof(T) / sizeof(uint32_t));
+  std::memcpy(words->data() + first, values.data(), values.size() * sizeof(T));
+  return first;
+}
+
+GpuTextureRef MakeRef(const TextureRef& ref) {
+  const mat3& m = ref.transform;
+  return {vec3(m[0][0], m[1][0], m[2][0]), ref.texture, vec3(m[0][1], m[1][1], m[2][1]),
+          ref.uv_set};
+}
+
+GpuMaterial MakeMaterial(const Material& m) {
+  GpuMaterial out = {};
+  out.base_colour = m.base_color;
+  out.emission = m.emission;
+  out.metallic = m.metallic;
+  out.roughness = m.roughness;
+  out.normal_scale = m.normal_scale;
+  out.alpha_cutoff = m.alpha_cutoff;
+  out.transmission = m.transmission;
+  out.attenuation_colour = m.attenuation_color;
+  out.attenuation_distance = m.attenuation_distance;
+  out.ior = m.ior;
+  out.alpha_mode = static_cast<uint32_t>(m.alpha_mode);
+  out.double_sided = m.double_sided ? 1 : 0;
+  out.solid = m.solid ? 1 : 0;
+  out.base_colour_texture = MakeRef(m.base_color_texture);
+  out.metallic_roughness_texture = MakeRef(m.metallic_roughness_texture);
+  out.normal_texture = MakeRef(m.normal_texture);
+  out.emissive_texture = MakeRef(m.emissive_texture);
+  out.transmission_texture = MakeRef(m.transmission_texture);
+  return out;
+}
+static_assert(static_cast<uint32_t>(AlphaMode::kOpaque) == kAlphaOpaque &&
+              static_cast<uint32_t>(AlphaMode::kMask) == kAlphaMask &&
+              static_cast<uint32_t>(AlphaMode::kBlend) == kAlphaBlend);
+
+constexpr size_t kMostWords = std::numeric_limits<uint32_t>::max();
+
+}  // namespace
+
+Status GpuScene::AddMeshes() {
+  const Scene& scene = state_.scene();
+  struct Arrays {
+    uint32_t indices, positions, normals, tangents, uv_0, uv_1, colours;
+  };
+  std::vector<Arrays> arrays;
+  for (const Mesh& mesh : scene.meshes) {
+    arrays.push_back({AppendWords(mesh.indices, &words_), AppendWords(mesh.positions, &words_),
+                      AppendWords(mesh.normals, &words_), AppendWords(mesh.tangents, &words_),
+                      AppendWords(mesh.uv[0], &words_), AppendWords(mesh.uv[1], &words_),
+                      AppendWords(mesh.colors, &words_)});
+    if (words_.size() >= kMostWords) {
+      return Status::Unsupported(
+          fmt::format("the meshes up to \"{}\" have {} words, more than 32 bits can number",
+                      mesh.name, words_.size()));
+    }
+  }
+  for (size_t i = 0; i < scene.instances.size(); ++i) {
+    const Arrays& of = arrays[static_cast<size_t>(scene.instances[i].mesh)];
+    GpuInstance instance = {};
+    instance.material = static_cast<uint32_t>(state_.instances()[i].material_index);
+    instance.indices = of.indices;
+    instance.positions = of.positions;
+    instance.normals = of.normals;
+    instance.tangents = of.tangents;
+    instance.uv_0 = of.uv_0;
+    instance.uv_1 = of.uv_1;
+    instance.colours = of.colours;
+    instances_.push_back(instance);
+  }
+  return Status::Ok();
+}
+
+Status GpuScene::AddMaterials() {
+  for (const Material& material : state_.scene().materials) {
+    materials_.push_back(MakeMaterial(material));
+  }
+  for (uint32_t i = 0; i < kSrgbTableSize; ++i) {
+    texels_.push_back(std::bit_cast<uint32_t>(SrgbDecode(static_cast<float>(i) / 255.0f)));
+  }
+  for (const Texture& texture : state_.scene().textures) {
+    const auto lookup = static_cast<uint32_t>(texture.wrap_u) |
+                        static_cast<uint32_t>(texture.wrap_v) << 2 | (texture.nearest ? 16u : 0u);
+    textures_.push_back(
+        {static_cast<uint32_t>(texels_.size()), texture.width, texture.height, lookup});
+    for (size_t k = 0; k + 3 < texture.texels.size(); k += 4) {
+      const uint8_t* t = texture.texels.data() + k;
+      texels_.push_back(t[0] | uint32_t{t[1]} << 8 | uint32_t{t[2]} << 16 | uint32_t{t[3]} << 24);
+    }
+    if (texels_.size() >= kMostWords) {
+      return Status::Unsupported(
+          fmt::format("the textures up to \"{}\" have {} texels, more than 32 bits can number",
+                      texture.name, texels_.size()));
+    }
+  }
+  return Status::Ok();
+}
+
+Result<GpuScene::Bottom> GpuScene::AddBottom(std::vector<BvhTriangle> triangles,
+                                             const std::string& what) {
+  std::vector<Aabb> boxes(triangles.size());
+  std::transform(triangles.begin(), triangles.end(), boxes.begin(), BoxOf);
+  Result<WideBvh> bvh = builder_->Build(boxes, kMostLeafItems, kBottomStack, what);
+  if (!bvh.ok()) {
+    return bvh.status();
+  }
+  const auto first_node = static_cast<uint32_t>(nodes_.size());
+  const auto first_triangle = static_cast<uint32_t>(triangles_.size());
+  if (triangles_.size() + triangles.size() > kLeafFirstMask) {
+    return Status::Unsupported(
+        fmt::format("{} and what precedes it have {} triangles, at most {} can be numbered", what,
+                    triangles_.size() + triangles.size(), kLeafFirstMask));
+  }
+  for (BvhNode node : bvh->nodes) {
+    for (int i = 0; i < 4; ++i) {
+      uint32_t& child = node.children[i];
+      child += child == 0 ? 0 : ((child & kLeafBit) != 0 ? first_triangle : first_node);
+    }
+    nodes_.push_back(node);
+  }
+  for (const uint32_t item : bvh->order) {
+    triangles_.push_back(triangles[item]);
+  }
+  return Bottom{kNoInstance, first_node, bvh->bounds};
+}
+
+Status GpuScene::AddStatic() {
+  std::vector<BvhTriangle> triangles;
+  for (size_t i = 0; i < state_.instances().size(); ++i) {
+    const PlacedInstance& instance = state_.instances()[i];
+    if (!instance.moving) {
+      AppendTriangles(instance, instance.placed, static_cast<uint32_t>(i), &triangles);
+    }
+  }
+  if (triangles.empty()) {
+    return Status::Ok();
+  }
+  Result<Bottom> bottom = AddBottom(std::move(triangles), "what stands still");
+  if (bottom.ok()) {
+    bottoms_.push_back(*bottom);
+  }
+  return bottom.status();
+}
+
+Status GpuScene::BuildBottomLevels() {
+  const Scene& scene = state_.scene();
+  // Inner nodes have two children or more, but for a root above a single leaf.
+  top_nodes_ = scene.instances.size() + 1;
+  nodes_.resize(top_nodes_);
+  bottoms_.reserve(scene.instances.size() + 1);  // pointers to them stay
+  STILLRAY_RETURN_IF_ERROR(AddStatic());
+  std::vector<const Bottom*> of_mesh(scene.meshes.size(), nullptr);
+  for (size_t i = 0; i < scene.instances.size(); ++i) {
+    const PlacedInstance& instance = state_.instances()[i];
+    if (!instance.moving || instance.mesh->indices.empty()) {
+      continue;
+    }
+    const Bottom*& known = of_mesh[static_cast<size_t>(scene.instances[i].mesh)];
+    if (known == nullptr) {
+      std::vector<BvhTriangle> triangles;
+      AppendTriangles(instance, instance.mesh->positions.data(), kNoInstance, &triangles);
+      const Result<Bottom> made =
+          AddBottom(std::move(triangles), fmt::format("mesh \"{}\"", instance.mesh->name));
+      if (!made.ok()) {
+        return made.status();
+      }
+      bottoms_.push_back(*made);
+      known = &bottoms_.back();
+    } else {
+      bottoms_.push_back(*known);
+    }
+    bottoms_.back().instance = static_cast<uint32_t>(i);
+  }
+  placements_.resize(std::max<size_t>(bottoms_.size(), 1));
+  return Status::Ok();
+}
+
+void GpuScene::PlaceInstances() {
+  for (size_t i = 0; i < instances_.size(); ++i) {
+    const PlacedInstance& from = state_.instances()[i];
+    GpuInstance& to = instances_[i];
+    to.world_x = Row(from.world, 0);
+    to.world_y = Row(from.world, 1);
+    to.world_z = Row(from.world, 2);
+    to.previous_x = Row(from.previous_world, 0);
+    to.previous_y = Row(from.previous_world, 1);
+    to.previous_z = Row(from.previous_world, 2);
+  }
+}
+
+Status GpuScene::Update() {
+  PlaceInstances();
+  std::vector<Aabb> boxes;
+  std::vector<Placement> placed;
+  for (const Bottom& bottom : bottoms_) {
+    if (!Usable(bottom.bounds.min)) {
+      continue;  // no triangle
+    }
+    mat4 to_object(1.0f);
+    Aabb box = bottom.bounds;
+    if (bottom.instance != kNoInstance) {
+      const mat4& world = state_.instance(bottom.instance).world;
+      if (!Invert(world, &to_object)) {
+        continue;  // an animated scale may well be zero
+      }
+      box = PlaceBox(box, world);
+      if (!Usable(box.min) || !Usable(box.max)) {
+        continue;
+      }
+    }
+    boxes.push_back(box);
+    placed.push_back({Row(to_object, 0), Row(to_object, 1), Row(to_object, 2), bottom.root,
+                      bottom.instance, 0, 0});
+  }
+  const Result<WideBvh> top = builder_->Build(boxes, 1, kTopStack, "the instances");
+  if (!top.ok()) {
+    return top.status();
+  }
+  std::copy(top->nodes.begin(), top->nodes.end(), nodes_.begin());
+  for (size_t i = 0; i < placed.size(); ++i) {
+    placements_[i] = placed[top->order[i]];
+  }
+  return Status::Ok();
+}
+
+Result<std::unique_ptr<GpuScene>> GpuScene::Create(const SceneState& state) {
+  try {
+    std::unique_ptr<GpuScene> scene(new GpuScene(state));
+    Result<std::unique_ptr<WideBvhBuilder>> builder = WideBvhBuilder::Create();
+    if (!builder.ok()) {
+      return builder.status();
+    }
+    scene->builder_ = std::move(*builder);
+    STILLRAY_RETURN_IF_ERROR(scene->AddMeshes());
+    STILLRAY_RETURN_IF_ERROR(scene->AddMaterials());
+    STILLRAY_RETURN_IF_ERROR(scene->BuildBottomLevels());
+    STILLRAY_RETURN_IF_ERROR(scene->Update());
+    return scene;
+  } catch (const std::bad_alloc&) {
+    return Status::OutOfMemory("arranging the scene for the GPU: out of memory");
+  }
+}
+
+}  // namespace stillray::render

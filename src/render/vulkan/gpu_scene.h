@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// A scene as the arrays that shaders read.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "render/scene_state.h"
+#include "render/vulkan/wide_bvh.h"
+
+namespace stillray::render {
+
+/// What stands still lies in one bottom level, in the world; every mesh that moves has one of its
+/// own, which its instances share. The top level begins the nodes and holds a fixed number of them,
+/// so that it can be made anew when instances have moved.
+class GpuScene {
+ public:
+  /// \param state  at its first moment; must outlive this
+  /// \return kOutOfMemory; kUnsupported: too large to be numbered, too deep
+  static Result<std::unique_ptr<GpuScene>> Create(const SceneState& state);
+
+  /// Makes the top level and the instances of the state's moment.
+  Status Update();
+
+  const std::vector<BvhNode>& nodes() const { return nodes_; }
+  size_t top_node_count() const { return top_nodes_; }
+  const std::vector<BvhTriangle>& triangles() const { return triangles_; }
+  const std::vector<Placement>& placements() const { return placements_; }
+  const std::vector<GpuInstance>& instances() const { return instances_; }
+  const std::vector<GpuMaterial>& materials() const { return materials_; }
+  const std::vector<GpuTexture>& textures() const { return textures_; }
+  const std::vector<uint32_t>& texels() const { return texels_; }
+  const std::vector<uint32_t>& words() const { return words_; }
+
+ private:
+  /// The bottom level that an instance, or all that stands still, is placed with.
+  struct Bottom {
+    uint32_t instance = kNoInstance;
+    uint32_t root = 0;
+    Aabb bounds;
+  };
+
+  explicit GpuScene(const SceneState& state) : state_(state) {}
+  Status AddMeshes();
+  Status AddMaterials();
+  Status BuildBottomLevels();
+  Status AddStatic();
+  Result<Bottom> AddBottom(std::vector<BvhTriangle> triangles, const std::string& what);
+  void PlaceInstances();
+
+  const SceneState& state_;
+  std::unique_ptr<WideBvhBuilder> builder_;
+  std::vector<Bottom> bottoms_;
+  size_t top_nodes_ = 0;
+  std::vector<BvhNode> nodes_;
+  std::vector<BvhTriangle> triangles_;
+  std::vector<Placement> placements_;
+  std::vector<GpuInstance> instances_;
+  std::vector<GpuMaterial> materials_;
+  std::vector<GpuTexture> textures_;
+  std::vector<uint32_t> texels_;
+  std::vector<uint32_t> words_;
+};
+
+}  // namespace stillray::render

@@ -1,0 +1,130 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Materials and textures at a hit, step by step as on the CPU (SceneState, SampleTexture,
+// SheetTransmittance). Needs scene.glsl.
+#include "render/ggx_shared.h"
+#include "render/texture_shared.h"
+
+vec4 TexelAt(GpuTexture source, int x, int y, bool srgb) {
+  uint texel = texels[source.first + uint(y) * uint(source.width) + uint(x)];
+  uvec4 bytes = uvec4(texel, texel >> 8, texel >> 16, texel >> 24) & 255u;
+  vec4 value = vec4(bytes) / 255.0f;
+  if (srgb) {
+    value.rgb = uintBitsToFloat(uvec3(texels[bytes.x], texels[bytes.y], texels[bytes.z]));
+  }
+  return value;
+}
+
+vec4 SampleTexture(GpuTexture source, vec2 uv, bool srgb) {
+  float x = SafeCoordinate(uv.x * float(source.width));
+  float y = SafeCoordinate(uv.y * float(source.height));
+  int wrap_u = int(source.lookup & 3u);
+  int wrap_v = int(source.lookup >> 2 & 3u);
+  if ((source.lookup >> 4) != 0u) {
+    return TexelAt(source, WrapTexel(FloorToInt(x), source.width, wrap_u),
+                   WrapTexel(FloorToInt(y), source.height, wrap_v), srgb);
+  }
+  int left = FloorToInt(x - 0.5f);
+  int top = FloorToInt(y - 0.5f);
+  float fx = x - 0.5f - float(left);
+  float fy = y - 0.5f - float(top);
+  int x0 = WrapTexel(left, source.width, wrap_u);
+  int x1 = WrapTexel(left + 1, source.width, wrap_u);
+  int y0 = WrapTexel(top, source.height, wrap_v);
+  int y1 = WrapTexel(top + 1, source.height, wrap_v);
+  vec4 upper = TexelAt(source, x0, y0, srgb) * (1.0f - fx) + TexelAt(source, x1, y0, srgb) * fx;
+  vec4 lower = TexelAt(source, x0, y1, srgb) * (1.0f - fx) + TexelAt(source, x1, y1, srgb) * fx;
+  return upper * (1.0f - fy) + lower * fy;
+}
+
+// 1 where there is none.
+vec4 TextureValue(GpuTextureRef ref, GpuInstance instance, GpuHit hit, bool srgb) {
+  if (ref.texture < 0) {
+    return vec4(1.0f);
+  }
+  uint array = ref.uv_set == 0 ? instance.uv_0 : instance.uv_1;
+  vec3 uv = vec3(0.0f, 0.0f, 1.0f);
+  if (array != kNoArray) {
+    uvec3 corner = CornersOf(instance, hit.primitive);
+    vec3 weight = Weights(hit);
+    uv.xy = Vec2At(array + 2u * corner.x) * weight.x + Vec2At(array + 2u * corner.y) * weight.y +
+            Vec2At(array + 2u * corner.z) * weight.z;
+  }
+  return SampleTexture(textures[ref.texture], vec2(dot(ref.u_row, uv), dot(ref.v_row, uv)), srgb);
+}
+
+vec4 BaseColour(GpuMaterial material, GpuInstance instance, GpuHit hit) {
+  vec4 colour =
+      material.base_colour * TextureValue(material.base_colour_texture, instance, hit, true);
+  if (instance.colours != kNoArray) {
+    uvec3 corner = CornersOf(instance, hit.primitive);
+    vec3 weight = Weights(hit);
+    colour *= Vec4At(instance.colours + 4u * corner.x) * weight.x +
+              Vec4At(instance.colours + 4u * corner.y) * weight.y +
+              Vec4At(instance.colours + 4u * corner.z) * weight.z;
+  }
+  return clamp(colour, 0.0f, 1.0f);
+}
+
+// 0 = rays pass, 1 = opaque.
+float OpacityOf(GpuMaterial material, float alpha) {
+  if (material.alpha_mode == kAlphaOpaque) {
+    return 1.0f;
+  }
+  if (material.alpha_mode == kAlphaMask) {
+    return alpha >= material.alpha_cutoff ? 1.0f : 0.0f;
+  }
+  return alpha;
+}
+
+float ClampToUnit(float x) {
+  return x > 0.0f ? min(x, 1.0f) : 0.0f;
+}
+
+float AlphaOfRoughness(float roughness) {
+  float alpha = roughness * roughness;
+  return alpha <= kSmoothAlpha ? 0.0f : alpha;
+}
+
+float TransmissionOf(GpuMaterial material, GpuInstance instance, GpuHit hit) {
+  if (material.transmission <= 0.0f) {
+    return 0.0f;
+  }
+  return ClampToUnit(material.transmission *
+                     TextureValue(material.transmission_texture, instance, hit, false).x);
+}
+
+// Light that passes a smooth thin sheet straight on, for a ray that makes `cosine` with its
+// geometric normal; 0 if it is no such sheet.
+vec3 SheetTransmittance(GpuMaterial material, GpuInstance instance, GpuHit hit, vec3 base_colour,
+                        float cosine) {
+  float transmission =
+      material.solid != 0u ? 0.0f : TransmissionOf(material, instance, hit);
+  if (transmission <= 0.0f) {
+    return vec3(0.0f);
+  }
+  vec4 mr = TextureValue(material.metallic_roughness_texture, instance, hit, false);
+  if (AlphaOfRoughness(ClampToUnit(material.roughness * mr.y)) > 0.0f) {
+    return vec3(0.0f);
+  }
+  float share = (1.0f - ClampToUnit(material.metallic * mr.z)) * transmission *
+                (1.0f - FresnelThinSheet(min(abs(cosine), 1.0f), material.ior));
+  return base_colour * share;
+}
+
+// What a shadow ray keeps of its light at a see-through surface.
+vec3 ShadowTransmittance(GpuHit hit, vec3 direction) {
+  GpuInstance instance = instances[hit.instance];
+  GpuMaterial material = materials[instance.material];
+  vec4 colour = BaseColour(material, instance, hit);
+  float opacity = OpacityOf(material, colour.a);
+  vec3 through = vec3(1.0f - opacity);
+  if (opacity > 0.0f && material.transmission > 0.0f && material.solid == 0u) {
+    WorldTriangle t = TriangleOf(instance, hit.primitive);
+    vec3 normal = SafeNormalize(cross(t.p1 - t.p0, t.p2 - t.p0), direction);
+    through += opacity *
+               SheetTransmittance(material, instance, hit, colour.rgb, dot(normal, direction));
+  }
+  return through;
+}

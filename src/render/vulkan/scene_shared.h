@@ -1,0 +1,154 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// How a scene lies in storage buffers: the same structures in C++ and in GLSL (layout std430, where
+// a vec3 and the scalar behind it share 16 bytes).
+#ifndef STILLRAY_RENDER_VULKAN_SCENE_SHARED_H
+#define STILLRAY_RENDER_VULKAN_SCENE_SHARED_H
+
+#ifdef __cplusplus
+#include "render/shared.h"
+#endif
+
+STILLRAY_RENDER_BEGIN
+
+// Four children whose boxes stand on a grid of 8 bits per axis: 64 bytes, one cache line of every
+// GPU, read as four vectors. A child's box spans origin + low * scale to origin + high * scale, in
+// float arithmetic as written, and holds everything below it; scale is a power of two per axis,
+// kept as the exponent byte of a float (x lowest). Byte i of low_x is child i's.
+struct BvhNode {
+  vec3 origin;
+  uint exponents;
+  uvec4 children;
+  uint low_x, low_y, low_z;
+  uint high_x, high_y, high_z;
+  uint unused_0, unused_1;
+};
+
+// A child is 0 (none: roots are no children), the number of a node, or a leaf: this bit, then in 3
+// bits one less than how many items it has, then the number of the first one.
+const uint kLeafBit = 0x80000000u;
+const uint kLeafFirstMask = 0x0fffffffu;
+const int kLeafCountShift = 28;
+const int kMostLeafItems = 4;
+
+// Entries of the stack that traversal uses, top level and a bottom level together; the builder
+// keeps trees to that.
+const int kTopStack = 31;
+const int kBottomStack = 72;
+const int kStackSize = 104;
+
+// In the space of its placement. `instance` is only told where that is the world.
+struct BvhTriangle {
+  vec3 p0;
+  uint instance;
+  vec3 p1;
+  uint primitive;
+  vec3 p2;
+  uint see_through;  // 1: shadow rays ask what it lets through
+};
+
+// A bottom level in the world. Rows of the matrix to its space; instance == kNoInstance: all that
+// stands still, whose space is the world.
+struct Placement {
+  vec4 to_object_x, to_object_y, to_object_z;
+  uint root;
+  uint instance;
+  uint unused_0, unused_1;
+};
+const uint kNoInstance = 0xffffffffu;
+
+// An instance of the scene: rows of its matrix to the world, now and one frame ago, and where the
+// arrays of its mesh begin among the words; kNoArray: it has none.
+struct GpuInstance {
+  vec4 world_x, world_y, world_z;
+  vec4 previous_x, previous_y, previous_z;
+  uint material;
+  uint indices;    // 3 per triangle
+  uint positions;  // 3 words per vertex
+  uint normals;    // 3
+  uint tangents;   // 4
+  uint uv_0;       // 2
+  uint uv_1;       // 2
+  uint colours;    // 4
+};
+const uint kNoArray = 0xffffffffu;
+
+// TextureRef: rows of its transform; texture -1: none.
+struct GpuTextureRef {
+  vec3 u_row;
+  int texture;
+  vec3 v_row;
+  int uv_set;
+};
+
+struct GpuMaterial {
+  vec4 base_colour;
+  vec3 emission;
+  float metallic;
+  float roughness;
+  float normal_scale;
+  float alpha_cutoff;
+  float transmission;
+  vec3 attenuation_colour;
+  float attenuation_distance;
+  float ior;
+  uint alpha_mode;  // kAlpha...
+  uint double_sided;
+  uint solid;
+  GpuTextureRef base_colour_texture;
+  GpuTextureRef metallic_roughness_texture;
+  GpuTextureRef normal_texture;
+  GpuTextureRef emissive_texture;
+  GpuTextureRef transmission_texture;
+};
+
+// Values of AlphaMode.
+const uint kAlphaOpaque = 0u;
+const uint kAlphaMask = 1u;
+const uint kAlphaBlend = 2u;
+
+struct GpuTexture {
+  uint first;  // texel, RGBA from the lowest byte
+  int width;
+  int height;
+  uint lookup;  // wrap_u, wrap_v in 2 bits each, then 1: nearest
+};
+
+// The texels begin with the values of the 256 steps of sRGB.
+const uint kSrgbTableSize = 256u;
+
+struct GpuRay {
+  vec3 origin;
+  float end;       // nothing beyond counts
+  vec3 direction;  // unit length
+  uint unused_0;
+};
+
+// The point is (1 - u - v) v0 + u v1 + v v2 of the triangle; t is `end` where nothing was hit.
+struct GpuHit {
+  float t;
+  float u;
+  float v;
+  uint instance;  // or kNoInstance
+  uint primitive;
+};
+
+STILLRAY_RENDER_END
+
+#ifdef __cplusplus
+namespace stillray::render {
+static_assert(sizeof(BvhNode) == 64);
+static_assert(sizeof(BvhTriangle) == 48);
+static_assert(sizeof(Placement) == 64);
+static_assert(sizeof(GpuInstance) == 128);
+static_assert(sizeof(GpuTextureRef) == 32);
+static_assert(sizeof(GpuMaterial) == 240);
+static_assert(sizeof(GpuTexture) == 16);
+static_assert(sizeof(GpuRay) == 32);
+static_assert(sizeof(GpuHit) == 20);
+static_assert(kTopStack + 1 + kBottomStack <= kStackSize);
+}  // namespace stillray::render
+#endif
+
+#endif  // STILLRAY_RENDER_VULKAN_SCENE_SHARED_H

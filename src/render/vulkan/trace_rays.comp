@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#version 450
+
+// A batch of rays: the first hit of each, or with STILLRAY_SHADOW the light that passes.
+#include "render/vulkan/scene.glsl"
+#include "render/vulkan/material_lookup.glsl"
+#include "render/vulkan/traversal.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(std430, set = 1, binding = 0) readonly buffer Rays {
+  GpuRay rays[];
+};
+#ifdef STILLRAY_SHADOW
+layout(std430, set = 1, binding = 1) writeonly buffer Lights {
+  float lights[];  // 3 per ray
+};
+#else
+layout(std430, set = 1, binding = 1) writeonly buffer Hits {
+  GpuHit hits[];
+};
+#endif
+
+layout(push_constant) uniform Push {
+  uint count;
+};
+
+void main() {
+  uint i = gl_GlobalInvocationID.y * gl_NumWorkGroups.x * gl_WorkGroupSize.x +
+           gl_GlobalInvocationID.x;
+  if (i >= count) {
+    return;
+  }
+#ifdef STILLRAY_SHADOW
+  vec3 light = FindTransmittance(rays[i]);
+  lights[3u * i] = light.x;
+  lights[3u * i + 1u] = light.y;
+  lights[3u * i + 2u] = light.z;
+#else
+  hits[i] = FindFirstHit(rays[i]);
+#endif
+}

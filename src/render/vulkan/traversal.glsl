@@ -1,0 +1,238 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Rays through the two levels of the BVH. Needs scene.glsl and material_lookup.glsl.
+//
+// No ray slips through where triangles share an edge or a vertex: triangles are tested as in Woop,
+// Benthin and Wald (2013), "Watertight Ray/Triangle Intersection", and boxes are left no later
+// than rounding allows (Ize 2013, "Robust BVH Ray Traversal"). Where the paper falls back on double
+// precision, zero counts as inside: then both neighbours are hit, at the same distance.
+
+// What traversal needs of a ray in the space of a tree.
+struct Walk {
+  vec3 origin;
+  vec3 direction;
+  vec3 inverse;
+  ivec3 axes;   // the last one is the direction's longest; right-handed along it
+  vec3 shear;
+};
+
+// Components of directions are taken to be at least this large: 1/x and its products stay finite.
+const float kLeastComponent = 1e-18f;
+
+// Exits are pushed out by the rounding of a difference, a product and a reciprocal of up to 2.5
+// units in the last place (what Vulkan allows), on either side.
+const float kExitScale = 1.0f + 16.0f * 1.1920929e-7f;
+
+Walk MakeWalk(vec3 origin, vec3 direction) {
+  Walk walk;
+  walk.origin = origin;
+  walk.direction = direction;
+  vec3 side = mix(vec3(1.0f), vec3(-1.0f), lessThan(direction, vec3(0.0f)));
+  walk.inverse = side / max(abs(direction), vec3(kLeastComponent));
+  vec3 size = abs(direction);
+  int z = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
+  int x = z == 2 ? 0 : z + 1;
+  int y = x == 2 ? 0 : x + 1;
+  // Winding is kept for directions along the negative axis too.
+  walk.axes = direction[z] < 0.0f ? ivec3(y, x, z) : ivec3(x, y, z);
+  float scale = 1.0f / direction[z];
+  walk.shear = vec3(direction[walk.axes.x] * scale, direction[walk.axes.y] * scale, scale);
+  return walk;
+}
+
+vec4 Bytes(uint packed) {
+  return vec4(uvec4(packed, packed >> 8, packed >> 16, packed >> 24) & 255u);
+}
+
+// More than the bits of any distance.
+const uint kMissed = 0xffffffffu;
+
+// Distances, as bits, at which the ray enters the boxes of the node's children; kMissed: not before
+// `end`.
+uvec4 EnterChildren(BvhNode node, Walk walk, float end) {
+  vec3 scale = uintBitsToFloat(
+      (uvec3(node.exponents, node.exponents >> 8, node.exponents >> 16) & 255u) << 23);
+  // As it is computed here, each plane lies outside of what it bounds: the builder has seen to it.
+  precise vec4 low_x = node.origin.x + Bytes(node.low_x) * scale.x;
+  precise vec4 low_y = node.origin.y + Bytes(node.low_y) * scale.y;
+  precise vec4 low_z = node.origin.z + Bytes(node.low_z) * scale.z;
+  precise vec4 high_x = node.origin.x + Bytes(node.high_x) * scale.x;
+  precise vec4 high_y = node.origin.y + Bytes(node.high_y) * scale.y;
+  precise vec4 high_z = node.origin.z + Bytes(node.high_z) * scale.z;
+  precise vec4 x0 = (low_x - walk.origin.x) * walk.inverse.x;
+  precise vec4 x1 = (high_x - walk.origin.x) * walk.inverse.x;
+  precise vec4 y0 = (low_y - walk.origin.y) * walk.inverse.y;
+  precise vec4 y1 = (high_y - walk.origin.y) * walk.inverse.y;
+  precise vec4 z0 = (low_z - walk.origin.z) * walk.inverse.z;
+  precise vec4 z1 = (high_z - walk.origin.z) * walk.inverse.z;
+  vec4 enter = max(max(min(x0, x1), min(y0, y1)), max(min(z0, z1), vec4(0.0f)));
+  vec4 leave = min(min(max(x0, x1), max(y0, y1)), min(max(z0, z1), vec4(end)));
+  // abs: 0, where it begins inside, must not have a sign.
+  uvec4 bits = floatBitsToUint(abs(enter));
+  return mix(uvec4(kMissed), bits, bvec4(uvec4(lessThanEqual(enter, leave * kExitScale)) *
+                                         uvec4(notEqual(node.children, uvec4(0u)))));
+}
+
+// In the ray's own space: it starts at 0 and runs along z. One axis at a time and with the same
+// operations for all three corners, so that a corner of two triangles lands in one place.
+vec3 ShearPoint(Walk walk, vec3 p) {
+  precise vec3 q = p - walk.origin;
+  precise float x = q[walk.axes.x] - walk.shear.x * q[walk.axes.z];
+  precise float y = q[walk.axes.y] - walk.shear.y * q[walk.axes.z];
+  precise float z = walk.shear.z * q[walk.axes.z];
+  return vec3(x, y, z);
+}
+
+// Whether (t, u, v) of a hit at 0 < t <= end is there.
+bool MeetTriangle(Walk walk, BvhTriangle triangle, float end, out vec3 tuv) {
+  vec3 a = ShearPoint(walk, triangle.p0);
+  vec3 b = ShearPoint(walk, triangle.p1);
+  vec3 c = ShearPoint(walk, triangle.p2);
+  // Products are rounded one by one: swapping the ends of an edge just turns the sign.
+  precise float cb = c.x * b.y;
+  precise float bc = c.y * b.x;
+  precise float ac = a.x * c.y;
+  precise float ca = a.y * c.x;
+  precise float ba = b.x * a.y;
+  precise float ab = b.y * a.x;
+  precise float u = cb - bc;
+  precise float v = ac - ca;
+  precise float w = ba - ab;
+  tuv = vec3(0.0f);
+  if ((u < 0.0f || v < 0.0f || w < 0.0f) && (u > 0.0f || v > 0.0f || w > 0.0f)) {
+    return false;
+  }
+  float determinant = u + v + w;
+  if (determinant == 0.0f) {
+    return false;
+  }
+  float inverse = 1.0f / determinant;
+  float t = (u * a.z + v * b.z + w * c.z) * inverse;
+  tuv = vec3(t, v * inverse, w * inverse);
+  return t > 0.0f && t <= end;
+}
+
+// Of two hits at the same distance the one with the smaller numbers counts, so that the hit does
+// not depend on the order in which the tree is walked.
+bool Before(GpuHit a, GpuHit b) {
+  if (a.t != b.t) {
+    return a.t < b.t;
+  }
+  return a.instance != b.instance ? a.instance < b.instance : a.primitive < b.primitive;
+}
+
+// Distances are not negative: their bits are in the same order.
+void SwapIf(inout uvec2 a, inout uvec2 b) {
+  uvec2 c = a;
+  bool swap = a.x < b.x;
+  a = swap ? b : a;
+  b = swap ? c : b;
+}
+
+// The ray's first hit, or, for a shadow ray, what is left of its light.
+//
+// One stack serves both levels: an entry is a child that waits and the distance at which the ray
+// enters it. Entering a placement leaves a mark, 0, at which the ray returns to the world.
+GpuHit WalkScene(GpuRay ray, bool shadow, out vec3 light) {
+  uvec2 stack[kStackSize];
+  int depth = 0;
+  Walk walk = MakeWalk(ray.origin, ray.direction);
+  uint placed = kNoInstance;  // number of the placement
+  uint instance = kNoInstance;
+  GpuHit best = GpuHit(ray.end, 0.0f, 0.0f, kNoInstance, 0u);
+  light = vec3(1.0f);
+  uint node = 0u;
+  bool walking = true;
+  while (walking) {
+    BvhNode inner = nodes[node];
+    uvec4 enter = EnterChildren(inner, walk, best.t);
+    uvec2 c0 = uvec2(enter.x, inner.children.x);
+    uvec2 c1 = uvec2(enter.y, inner.children.y);
+    uvec2 c2 = uvec2(enter.z, inner.children.z);
+    uvec2 c3 = uvec2(enter.w, inner.children.w);
+    // The nearest comes last, to be taken first.
+    SwapIf(c0, c1);
+    SwapIf(c2, c3);
+    SwapIf(c0, c2);
+    SwapIf(c1, c3);
+    SwapIf(c1, c2);
+    if (c0.x != kMissed) {
+      stack[depth++] = c0;
+    }
+    if (c1.x != kMissed) {
+      stack[depth++] = c1;
+    }
+    if (c2.x != kMissed) {
+      stack[depth++] = c2;
+    }
+    if (c3.x != kMissed) {
+      stack[depth++] = c3;
+    }
+    walking = false;
+    while (depth > 0 && !walking) {
+      uvec2 entry = stack[--depth];
+      uint child = entry.y;
+      if (child == 0u) {
+        walk = MakeWalk(ray.origin, ray.direction);
+        placed = kNoInstance;
+      } else if (uintBitsToFloat(entry.x) > best.t) {
+        continue;
+      } else if ((child & kLeafBit) == 0u) {
+        node = child;
+        walking = true;
+      } else if (placed == kNoInstance) {
+        placed = child & kLeafFirstMask;
+        Placement placement = placements[placed];
+        instance = placement.instance;
+        if (instance != kNoInstance) {
+          // The direction keeps its scale: distances are those of the world.
+          walk = MakeWalk(TransformPoint(placement.to_object_x, placement.to_object_y,
+                                         placement.to_object_z, ray.origin),
+                          TransformVector(placement.to_object_x, placement.to_object_y,
+                                          placement.to_object_z, ray.direction));
+        }
+        stack[depth++] = uvec2(0u);
+        node = placement.root;
+        walking = true;
+      } else {
+        uint first = child & kLeafFirstMask;
+        uint last = first + (child >> kLeafCountShift & 7u);
+        for (uint i = first; i <= last; ++i) {
+          BvhTriangle triangle = triangles[i];
+          vec3 tuv;
+          if (!MeetTriangle(walk, triangle, best.t, tuv)) {
+            continue;
+          }
+          GpuHit hit = GpuHit(tuv.x, tuv.y, tuv.z,
+                              instance == kNoInstance ? triangle.instance : instance,
+                              triangle.primitive);
+          if (!shadow) {
+            if (Before(hit, best)) {
+              best = hit;
+            }
+          } else {
+            light *= triangle.see_through != 0u ? ShadowTransmittance(hit, ray.direction)
+                                                : vec3(0.0f);
+            if (light == vec3(0.0f)) {
+              return hit;
+            }
+          }
+        }
+      }
+    }
+  }
+  return best;
+}
+
+GpuHit FindFirstHit(GpuRay ray) {
+  vec3 light;
+  return WalkScene(ray, false, light);
+}
+
+// Light that comes through from the ray's end to its origin, per channel in 0..1.
+vec3 FindTransmittance(GpuRay ray) {
+  vec3 light;
+  WalkScene(ray, true, light);
+  return light;
+}

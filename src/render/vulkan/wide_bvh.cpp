@@ -1,0 +1,309 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render/vulkan/wide_bvh.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <new>
+#include <type_traits>
+
+#include <embree3/rtcore.h>
+#include <fmt/format.h>
+#include <tbb/task_arena.h>
+
+namespace stillray::render {
+namespace {
+
+constexpr int kWidth = 4;
+constexpr size_t kBuilderAlignment = 16;
+
+struct DeviceRelease {
+  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
+};
+struct BvhRelease {
+  void operator()(RTCBVH bvh) const { rtcReleaseBVH(bvh); }
+};
+using DeviceHandle = std::unique_ptr<std::remove_pointer_t<RTCDevice>, DeviceRelease>;
+using BvhHandle = std::unique_ptr<std::remove_pointer_t<RTCBVH>, BvhRelease>;
+
+// What Embree's builder makes, in its own memory: an inner node, or a leaf.
+struct BuiltNode {
+  bool leaf = false;
+  uint32_t count = 0;           // of children or items
+  BuiltNode* children[kWidth];  // of inner nodes
+  Aabb boxes[kWidth];           // of the children
+  uint32_t items[kMostLeafItems];
+};
+
+void* CreateNode(RTCThreadLocalAllocator allocator, unsigned count, void* /*user*/) {
+  void* memory = rtcThreadLocalAlloc(allocator, sizeof(BuiltNode), kBuilderAlignment);
+  auto* node = new (memory) BuiltNode;
+  node->count = count;
+  return node;
+}
+
+void SetChildren(void* node, void** children, unsigned count, void* /*user*/) {
+  std::transform(children, children + count, static_cast<BuiltNode*>(node)->children,
+                 [](void* child) { return static_cast<BuiltNode*>(child); });
+}
+
+void SetBounds(void* node, const RTCBounds** bounds, unsigned count, void* /*user*/) {
+  for (unsigned i = 0; i < count; ++i) {
+    const RTCBounds& b = *bounds[i];
+    static_cast<BuiltNode*>(node)->boxes[i] = {vec3(b.lower_x, b.lower_y, b.lower_z),
+                                               vec3(b.upper_x, b.upper_y, b.upper_z)};
+  }
+}
+
+void* CreateLeaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* items, size_t count,
+                 void* /*user*/) {
+  void* memory = rtcThreadLocalAlloc(allocator, sizeof(BuiltNode), kBuilderAlignment);
+  auto* leaf = new (memory) BuiltNode;
+  leaf->leaf = true;
+  leaf->count = static_cast<uint32_t>(count);
+  for (size_t i = 0; i < count; ++i) {
+    leaf->items[i] = items[i].primID;
+  }
+  return leaf;
+}
+
+Aabb Union(const Aabb& a, const Aabb& b) {
+  return {glm::min(a.min, b.min), glm::max(a.max, b.max)};
+}
+
+// One axis of a node: the grid, and where its children's boxes end on it.
+struct AxisGrid {
+  uint32_t exponent = 1;  // of a float: the smallest scale is the smallest normal number
+  std::array<uint32_t, kWidth> low{};
+  std::array<uint32_t, kWidth> high{};
+};
+
+// The arithmetic of the shader: the product is exact, so a fused multiply-add gives the same.
+float OnGrid(float origin, uint32_t step, float scale) {
+  return origin + static_cast<float>(step) * scale;
+}
+
+// Steps 0 to 255 that enclose low to high; false if 255 is not enough.
+bool Quantise(float origin, float scale, float low, float high, uint32_t* low_step,
+              uint32_t* high_step) {
+  const auto steps = [&](float x) {
+    return std::clamp((static_cast<double>(x) - origin) / scale, 0.0, 255.0);
+  };
+  auto down = static_cast<uint32_t>(steps(low));
+  auto up = static_cast<uint32_t>(steps(high));
+  // Rounding of the sum may put a step on the wrong side.
+  while (down > 0 && OnGrid(origin, down, scale) > low) {
+    --down;
+  }
+  while (up < 255 && OnGrid(origin, up, scale) < high) {
+    ++up;
+  }
+  *low_step = down;
+  *high_step = up;
+  return OnGrid(origin, up, scale) >= high;
+}
+
+AxisGrid MakeGrid(const Aabb* boxes, uint32_t count, int axis, float origin) {
+  float high = origin;
+  for (uint32_t i = 0; i < count; ++i) {
+    high = std::max(high, boxes[i].max[axis]);
+  }
+  AxisGrid grid;
+  const double extent = static_cast<double>(high) - origin;
+  if (extent > 0) {
+    const int power = static_cast<int>(std::floor(std::log2(extent / 255.0)));
+    grid.exponent = static_cast<uint32_t>(std::clamp(power + 127, 1, 254));
+  }
+  for (;; ++grid.exponent) {
+    const float scale = std::bit_cast<float>(grid.exponent << 23);
+    bool fits = true;
+    for (uint32_t i = 0; i < count; ++i) {
+      fits &= Quantise(origin, scale, boxes[i].min[axis], boxes[i].max[axis], &grid.low[i],
+                       &grid.high[i]);
+    }
+    if (fits || grid.exponent == 254) {  // a grid of 10^38 holds every finite box
+      return grid;
+    }
+  }
+}
+
+uint32_t Pack(const std::array<uint32_t, kWidth>& bytes) {
+  return bytes[0] | bytes[1] << 8 | bytes[2] << 16 | bytes[3] << 24;
+}
+
+// A ray that runs along a box's face is in the box: shaders multiply the distance to its planes by
+// up to 1e18, which must not be zero times that. So boxes are larger than what they hold by a few
+// units in the last place of the node's largest coordinate.
+constexpr float kMargin = 0x1p-22f;
+
+BvhNode PackNode(const Aabb* tight, uint32_t count) {
+  Aabb all;
+  for (uint32_t i = 0; i < count; ++i) {
+    all = Union(all, tight[i]);
+  }
+  const vec3 far = glm::max(glm::abs(all.min), glm::abs(all.max));
+  const vec3 margin(kMargin * std::max(far.x, std::max(far.y, far.z)));
+  std::array<Aabb, kWidth> boxes;
+  std::transform(tight, tight + count, boxes.begin(), [&](const Aabb& box) {
+    return Aabb{box.min - margin, box.max + margin};
+  });
+  all = {all.min - margin, all.max + margin};
+  const AxisGrid x = MakeGrid(boxes.data(), count, 0, all.min.x);
+  const AxisGrid y = MakeGrid(boxes.data(), count, 1, all.min.y);
+  const AxisGrid z = MakeGrid(boxes.data(), count, 2, all.min.z);
+  BvhNode node = {};
+  node.origin = all.min;
+  node.exponents = x.exponent | y.exponent << 8 | z.exponent << 16;
+  node.low_x = Pack(x.low);
+  node.low_y = Pack(y.low);
+  node.low_z = Pack(z.low);
+  node.high_x = Pack(x.high);
+  node.high_y = Pack(y.high);
+  node.high_z = Pack(z.high);
+  return node;
+}
+
+// Writes a tree down, parents before children.
+class Flattener {
+ public:
+  explicit Flattener(WideBvh* out) : out_(out) {}
+
+  // The word that a parent keeps of the subtree; `stack`: what its walk takes.
+  uint32_t Add(const BuiltNode& built, int* stack) {
+    if (built.leaf) {
+      *stack = 0;
+      return AddLeaf(built);
+    }
+    const size_t index = out_->nodes.size();
+    out_->nodes.push_back(PackNode(built.boxes, built.count));
+    const int children = static_cast<int>(built.count);
+    *stack = children;
+    for (int i = 0; i < children; ++i) {
+      int below = 0;
+      const uint32_t child = Add(*built.children[i], &below);
+      out_->nodes[index].children[i] = child;
+      // A child is walked while at most all of its siblings wait.
+      *stack = std::max(*stack, children - 1 + below);
+    }
+    return static_cast<uint32_t>(index);
+  }
+
+ private:
+  uint32_t AddLeaf(const BuiltNode& leaf) {
+    const auto first = static_cast<uint32_t>(out_->order.size());
+    out_->order.insert(out_->order.end(), leaf.items, leaf.items + leaf.count);
+    return kLeafBit | (leaf.count - 1) << kLeafCountShift | first;
+  }
+
+  WideBvh* out_;
+};
+
+std::vector<RTCBuildPrimitive> MakePrimitives(const std::vector<Aabb>& boxes) {
+  std::vector<RTCBuildPrimitive> primitives(boxes.size());
+  for (size_t i = 0; i < boxes.size(); ++i) {
+    const Aabb& b = boxes[i];
+    primitives[i] = {b.min.x, b.min.y, b.min.z, 0,
+                     b.max.x, b.max.y, b.max.z, static_cast<unsigned>(i)};
+  }
+  return primitives;
+}
+
+class EmbreeWideBvhBuilder final : public WideBvhBuilder {
+ public:
+  explicit EmbreeWideBvhBuilder(DeviceHandle device) : device_(std::move(device)) {}
+
+  Result<WideBvh> Build(const std::vector<Aabb>& boxes, int leaf_items, int stack,
+                        const std::string& what) override {
+    if (boxes.size() > kLeafFirstMask) {
+      return Status::Unsupported(
+          fmt::format("the BVH of {} would have {} items, at most {} can be "
+                      "numbered",
+                      what, boxes.size(), kLeafFirstMask));
+    }
+    // Embree splits by area until 8 levels below the depth that is allowed, then in halves.
+    for (const unsigned depth : {32u, 22u, 18u, 14u, 12u}) {
+      Result<WideBvh> made = BuildOfDepth(boxes, leaf_items, depth, what);
+      if (made.ok() ? made->stack <= stack : made.status().code() == StatusCode::kOutOfMemory) {
+        return made;
+      }
+    }
+    return Status::Unsupported(
+        fmt::format("the BVH of {} ({} items) is deeper than shaders can walk with {} entries",
+                    what, boxes.size(), stack));
+  }
+
+ private:
+  Result<WideBvh> BuildOfDepth(const std::vector<Aabb>& boxes, int leaf_items, unsigned depth,
+                               const std::string& what) {
+    WideBvh made;
+    for (const Aabb& box : boxes) {
+      made.bounds = Union(made.bounds, box);
+    }
+    if (boxes.empty()) {
+      made.nodes.push_back({});
+      return made;
+    }
+    std::vector<RTCBuildPrimitive> primitives = MakePrimitives(boxes);
+    const BvhHandle bvh(rtcNewBVH(device_.get()));
+    RTCBuildArguments arguments = rtcDefaultBuildArguments();
+    arguments.maxBranchingFactor = kWidth;
+    arguments.maxDepth = depth;
+    arguments.maxLeafSize = static_cast<unsigned>(leaf_items);
+    arguments.bvh = bvh.get();
+    arguments.primitives = primitives.data();
+    arguments.primitiveCount = primitives.size();
+    arguments.primitiveArrayCapacity = primitives.size();
+    arguments.createNode = CreateNode;
+    arguments.setNodeChildren = SetChildren;
+    arguments.setNodeBounds = SetBounds;
+    arguments.createLeaf = CreateLeaf;
+    BuiltNode* root = nullptr;
+    tbb::task_arena one_thread(1);
+    one_thread.execute([&] { root = static_cast<BuiltNode*>(rtcBuildBVH(&arguments)); });
+    const RTCError error = rtcGetDeviceError(device_.get());
+    if (root == nullptr || error != RTC_ERROR_NONE) {
+      const std::string text =
+          fmt::format("building the BVH of {}: Embree error {}", what, static_cast<int>(error));
+      return error == RTC_ERROR_OUT_OF_MEMORY ? Status::OutOfMemory(text) : Status::Internal(text);
+    }
+    BuiltNode parent;  // a single leaf needs one
+    if (root->leaf) {
+      parent.count = 1;
+      parent.children[0] = root;
+      parent.boxes[0] = made.bounds;
+      root = &parent;
+    }
+    made.order.reserve(boxes.size());
+    Flattener(&made).Add(*root, &made.stack);
+    return made;
+  }
+
+  DeviceHandle device_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<WideBvhBuilder>> WideBvhBuilder::Create() {
+  DeviceHandle device(rtcNewDevice("start_threads=0,set_affinity=0"));
+  if (!device) {
+    return Status::Unsupported(fmt::format("Embree could not be started: error {}",
+                                           static_cast<int>(rtcGetDeviceError(nullptr))));
+  }
+  return std::unique_ptr<WideBvhBuilder>(std::make_unique<EmbreeWideBvhBuilder>(std::move(device)));
+}
+
+Aabb ChildBox(const BvhNode& node, int child) {
+  const uint32_t low[] = {node.low_x, node.low_y, node.low_z};
+  const uint32_t high[] = {node.high_x, node.high_y, node.high_z};
+  Aabb box;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float scale = std::bit_cast<float>((node.exponents >> (8 * axis) & 255u) << 23);
+    box.min[axis] = OnGrid(node.origin[axis], low[axis] >> (8 * child) & 255u, scale);
+    box.max[axis] = OnGrid(node.origin[axis], high[axis] >> (8 * child) & 255u, scale);
+  }
+  return box;
+}
+
+}  // namespace stillray::render
