@@ -15,6 +15,11 @@ install(TARGETS stillray_capi stillray_denoise stillray_core EXPORT stillrayStat
 foreach(module IN ITEMS capi denoise core)
   set_target_properties(stillray_${module} PROPERTIES EXPORT_NAME ${module})
 endforeach()
+if(TARGET stillray_gpu)
+  install(TARGETS stillray_gpu EXPORT stillrayStaticTargets
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  set_target_properties(stillray_gpu PROPERTIES EXPORT_NAME gpu)
+endif()
 if(TARGET stillray)
   install(TARGETS stillray RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
@@ -24,6 +29,11 @@ install(FILES
   include/stillray/core.h include/stillray/denoise.hpp include/stillray/frame.h
   include/stillray/image.h include/stillray/status.h include/stillray/vec.h
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/stillray)
+
+if(STILLRAY_VULKAN)
+  install(FILES include/stillray/vulkan.h include/stillray/vulkan.hpp
+    DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/stillray)
+endif()
 
 install(EXPORT stillrayTargets NAMESPACE stillray:: DESTINATION ${stillray_cmake_dir})
 install(EXPORT stillrayStaticTargets NAMESPACE stillray:: DESTINATION ${stillray_cmake_dir})

@@ -228,6 +228,63 @@ class FutureLight {
 /// have one size.
 Image2 ReverseMotion(const Image2& next_motion, const Image1& next_depth);
 
+/// How light is kept between the stages on a device other than the CPU, which always works with 32
+/// bits.
+enum class DevicePrecision : uint8_t {
+  kHalf,   ///< 16 bits
+  kFloat,  ///< 32 bits: nearer to the CPU's pictures, with twice the memory
+};
+
+/// What works a denoiser's stages: the CPU, or a GPU by Vulkan. Copies are the same device. Its
+/// denoisers keep it open.
+class Device {
+ public:
+  /// The CPU.
+  Device();
+  /// \param choice  "auto": a GPU where there is one that works, else the CPU, with remark() saying
+  ///                why; "cpu"; "vulkan": the first usable device, GPUs before software; "vulkan:N"
+  /// \return kInvalidArgument for another choice; kNotFound: no such device; kUnsupported: no
+  ///         Vulkan here, or the device lacks something, by name
+  static Result<Device> Open(const std::string& choice);
+
+  bool is_cpu() const;
+  /// "cpu", or "vulkan:0: NAME (discrete GPU), DRIVER, ...".
+  const std::string& description() const;
+  /// Why "auto" came to be the CPU; empty if there is nothing to say.
+  const std::string& remark() const;
+
+ private:
+  friend class Denoiser;
+  friend Device MakeDevice(std::shared_ptr<class DeviceBackend> backend, std::string description);
+  struct Impl;
+  static Result<Device> OpenBest();
+  std::shared_ptr<Impl> impl_;
+};
+
+/// One device that Vulkan offers on this machine.
+struct DeviceDescription {
+  std::string choice;  ///< for Device::Open
+  std::string name;
+  std::string kind;  ///< "discrete GPU", "integrated GPU", "virtual GPU", "software", "other"
+  std::string driver;
+  uint64_t memory_bytes = 0;
+  bool is_gpu = false;
+  Status usable;  ///< ok, or what it lacks
+};
+
+/// \param remark  set to the reason where there can be none
+std::vector<DeviceDescription> ListDevices(std::string* remark);
+
+/// Memory that a denoiser holds on its device.
+struct DeviceMemory {
+  uint32_t allocations = 0;
+  uint32_t resources = 0;  ///< images and buffers in them
+  uint64_t bytes = 0;
+  uint64_t largest = 0;  ///< bytes of the largest image or buffer
+};
+
+class DeviceDenoiser;
+
 /// Denoises a sequence frame by frame. One object holds one sequence's history; objects are
 /// independent of each other; one object must not be used by two threads at once. The same frames
 /// and settings give the same bits, whatever the number of threads.
@@ -235,6 +292,11 @@ class Denoiser {
  public:
   /// \return kInvalidArgument if the settings are not valid
   static Result<Denoiser> Create(const Settings& settings, Backend backend = Backend::kCpu);
+  /// The same on another device. There, light of the future and saved histories are not offered
+  /// (kUnsupported), the same bits come from the same device and driver only, and pictures equal
+  /// those of the CPU within the bounds that docs/gpu.md states.
+  static Result<Denoiser> Create(const Settings& settings, const Device& device,
+                                 DevicePrecision precision = DevicePrecision::kHalf);
   Denoiser(Denoiser&&) noexcept;
   Denoiser& operator=(Denoiser&&) noexcept;
   ~Denoiser();
@@ -274,8 +336,11 @@ class Denoiser {
 
   /// Bytes of history and working memory held now.
   size_t memory_bytes() const;
+  /// Of that what lies on a device; zero on the CPU.
+  DeviceMemory device_memory() const;
 
-  /// The whole history as bytes, to continue a sequence later with the same bits.
+  /// The whole history as bytes, to continue a sequence later with the same bits. Empty on another
+  /// device than the CPU.
   std::vector<uint8_t> SaveHistory() const;
   /// \return kBadData if `bytes` are damaged or were saved with another grouping of signals
   Status RestoreHistory(std::span<const uint8_t> bytes);
@@ -286,6 +351,7 @@ class Denoiser {
   static Status CheckFuture(const Frame& frame, const Settings& settings,
                             const FutureLight& future);
   std::unique_ptr<Impl> impl_;
+  std::unique_ptr<DeviceDenoiser> device_;  ///< nullptr: the CPU
 };
 
 /// Applies exposure (2^EV) and the curve, then sRGB encoding: linear radiance in, display values in

@@ -33,6 +33,8 @@
 
 #include "core/parallel.h"
 #include "denoise/denoiser_impl.h"
+#include "denoise/device_denoiser.h"
+#include "denoise/filter_parameters.h"
 #include "denoise/frame_check.h"
 #include "denoise/history_bytes.h"
 #include "denoise/stage_timer.h"
@@ -220,6 +222,40 @@ Result<Denoiser> Denoiser::Create(const Settings& settings, Backend backend) {
   return Denoiser(std::move(impl));
 }
 
+Device::Device() : impl_(std::make_shared<Impl>(Impl{"cpu", {}, nullptr})) {}
+
+Device MakeDevice(std::shared_ptr<DeviceBackend> backend, std::string description) {
+  Device device;
+  device.impl_->backend = std::move(backend);
+  device.impl_->description = std::move(description);
+  return device;
+}
+
+bool Device::is_cpu() const {
+  return impl_->backend == nullptr;
+}
+
+const std::string& Device::description() const {
+  return impl_->description;
+}
+
+const std::string& Device::remark() const {
+  return impl_->remark;
+}
+
+Result<Denoiser> Denoiser::Create(const Settings& settings, const Device& device,
+                                  DevicePrecision precision) {
+  Result<Denoiser> made = Create(settings);
+  if (!made.ok() || device.is_cpu()) {
+    return made;
+  }
+  Result<std::unique_ptr<DeviceDenoiser>> on_device =
+      device.impl_->backend->CreateDenoiser(settings, precision);
+  STILLRAY_RETURN_IF_ERROR(on_device.status());
+  made->device_ = std::move(on_device.value());
+  return made;
+}
+
 Status Denoiser::Impl::Begin(const Frame& next_frame, DenoisedFrame* result) {
   STILLRAY_RETURN_IF_ERROR(CheckFrame(next_frame, settings));
   const bool transmission = HasTransmission(next_frame);
@@ -271,6 +307,9 @@ Status Denoiser::Impl::Begin(const Frame& next_frame, DenoisedFrame* result) {
 }
 
 Status Denoiser::Accumulate(const Frame& frame, FutureLight* future) {
+  if (device_ != nullptr) {
+    return Status::Unsupported("light of the future is gathered on the CPU only");
+  }
   Impl& d = *impl_;
   DenoisedFrame counts;
   STILLRAY_RETURN_IF_ERROR(d.Begin(frame, &counts));
@@ -290,10 +329,14 @@ Status Denoiser::Accumulate(const Frame& frame, FutureLight* future) {
 }
 
 Status Denoiser::Denoise(const Frame& frame, DenoisedFrame* out) {
-  return Denoise(frame, FutureLight(), out);
+  return device_ != nullptr ? device_->Denoise(frame, out) : Denoise(frame, FutureLight(), out);
 }
 
 Status Denoiser::Denoise(const Frame& frame, const FutureLight& future, DenoisedFrame* out) {
+  if (device_ != nullptr) {
+    return future.empty() ? device_->Denoise(frame, out)
+                          : Status::Unsupported("light of the future is merged on the CPU only");
+  }
   Impl& d = *impl_;
   STILLRAY_RETURN_IF_ERROR(CheckFuture(frame, d.settings, future));
   STILLRAY_RETURN_IF_ERROR(d.Begin(frame, out));
@@ -348,15 +391,19 @@ Status Denoiser::Denoise(const Frame& frame, const FutureLight& future, Denoised
   return Status::Ok();
 }
 
+bool NeedsNewHistory(const Settings& a, const Settings& b) {
+  return a.signals != b.signals || a.demodulate != b.demodulate ||
+         a.limit_history != b.limit_history || a.luminance != b.luminance ||
+         BlendsFeedback(a) != BlendsFeedback(b) ||
+         (a.firefly == Firefly::kCompress) != (b.firefly == Firefly::kCompress);
+}
+
 Status Denoiser::SetSettings(const Settings& settings) {
   STILLRAY_RETURN_IF_ERROR(ValidateSettings(settings));
-  const bool regroup =
-      settings.signals != impl_->settings.signals ||
-      settings.demodulate != impl_->settings.demodulate ||
-      settings.limit_history != impl_->settings.limit_history ||
-      settings.luminance != impl_->settings.luminance ||
-      BlendsFeedback(settings) != BlendsFeedback(impl_->settings) ||
-      (settings.firefly == Firefly::kCompress) != (impl_->settings.firefly == Firefly::kCompress);
+  const bool regroup = NeedsNewHistory(impl_->settings, settings);
+  if (device_ != nullptr) {
+    STILLRAY_RETURN_IF_ERROR(device_->SetSettings(settings));
+  }
   impl_->settings = settings;
   if (regroup) {
     Reset();
@@ -398,11 +445,17 @@ Status Denoiser::SetOutputs(const std::vector<std::string>& names) {
           fmt::format("unknown output '{}'; outputs are: {}", name, fmt::join(known, ", ")));
     }
   }
+  if (device_ != nullptr) {
+    device_->SetOutputs(wanted);
+  }
   impl_->outputs = std::move(wanted);
   return Status::Ok();
 }
 
 void Denoiser::Reset() {
+  if (device_ != nullptr) {
+    device_->Reset();
+  }
   impl_->state.has_history = false;
   impl_->state.has_picture = false;
   impl_->state.held = HeldGuides();
@@ -421,15 +474,23 @@ size_t Denoiser::Impl::WorkBytes() const {
   return sum;
 }
 
+DeviceMemory Denoiser::device_memory() const {
+  return device_ != nullptr ? device_->device_memory() : DeviceMemory();
+}
+
 size_t Denoiser::memory_bytes() const {
-  return impl_->state.bytes() + impl_->WorkBytes();
+  return (device_ != nullptr ? device_->memory_bytes() : 0) + impl_->state.bytes() +
+         impl_->WorkBytes();
 }
 
 std::vector<uint8_t> Denoiser::SaveHistory() const {
-  return HistoryToBytes(impl_->state);
+  return device_ != nullptr ? std::vector<uint8_t>() : HistoryToBytes(impl_->state);
 }
 
 Status Denoiser::RestoreHistory(std::span<const uint8_t> bytes) {
+  if (device_ != nullptr) {
+    return Status::Unsupported("saved histories are restored on the CPU only");
+  }
   const Settings& s = impl_->settings;
   Result<DenoiserState> restored =
       HistoryFromBytes(bytes, GroupsOf(s.signals, false).size(), GroupsOf(s.signals, true).size(),

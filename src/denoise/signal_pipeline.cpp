@@ -13,6 +13,7 @@
 
 #include "core/parallel.h"
 #include "denoise/denoiser_impl.h"
+#include "denoise/filter_parameters.h"
 #include "denoise/stage_timer.h"
 
 namespace stillray {
@@ -27,16 +28,6 @@ EdgeStopping EdgesOf(const Settings& s) {
   edges.depth_epsilon = s.depth_epsilon;
   edges.max_slope = s.max_slope;
   return edges;
-}
-
-/// Samples that the 7x7 neighbourhood must have below one per pixel.
-constexpr float kLeastEvidence = 4.0f;
-
-/// Lengths are means of whole numbers with weights that sum to one but for rounding: a little less
-/// than the limit is no short history, or roundings would decide.
-float ShortHistoryLength(const Settings& s) {
-  constexpr float kRounding = 1e-3f;
-  return static_cast<float>(s.short_history_length) - kRounding;
 }
 
 AtrousWeights WeightsOf(Wavelet wavelet) {

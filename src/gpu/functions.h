@@ -73,6 +73,7 @@ namespace stillray::gpu {
   X(DestroyDescriptorSetLayout)         \
   X(CreateDescriptorPool)               \
   X(DestroyDescriptorPool)              \
+  X(ResetDescriptorPool)                \
   X(AllocateDescriptorSets)             \
   X(UpdateDescriptorSets)               \
   X(CreatePipelineLayout)               \

@@ -213,6 +213,7 @@ Status CheckDevice(const InstanceFunctions& vk, VkPhysicalDevice device) {
   constexpr std::array kFormats = {std::pair{VK_FORMAT_R16G16B16A16_SFLOAT, "R16G16B16A16_SFLOAT"},
                                    std::pair{VK_FORMAT_R32G32B32A32_SFLOAT, "R32G32B32A32_SFLOAT"},
                                    std::pair{VK_FORMAT_R16_SFLOAT, "R16_SFLOAT"},
+                                   std::pair{VK_FORMAT_R16_UNORM, "R16_UNORM"},
                                    std::pair{VK_FORMAT_R32_SFLOAT, "R32_SFLOAT"},
                                    std::pair{VK_FORMAT_R32G32_SFLOAT, "R32G32_SFLOAT"},
                                    std::pair{VK_FORMAT_R32_UINT, "R32_UINT"},

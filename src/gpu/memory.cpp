@@ -4,7 +4,10 @@
 #include "gpu/memory.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
+
+#include <fmt/format.h>
 
 namespace stillray::gpu {
 namespace {
@@ -41,7 +44,7 @@ Result<const Image*> Arena::AddImage(VkFormat format, int width, int height, int
   info.format = format;
   info.extent = {static_cast<uint32_t>(width), static_cast<uint32_t>(height), 1};
   info.mipLevels = 1;
-  info.arrayLayers = static_cast<uint32_t>(layers);
+  info.arrayLayers = static_cast<uint32_t>(std::max(layers, 1));
   info.samples = VK_SAMPLE_COUNT_1_BIT;
   info.tiling = VK_IMAGE_TILING_OPTIMAL;
   info.usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_STORAGE_BIT |
@@ -150,9 +153,18 @@ Status Arena::Allocate() {
   }
   allocated_ = true;
   blocks_ = Plan(&resources_);
+  std::array<VkDeviceSize, VK_MAX_MEMORY_HEAPS> taken = {};
   for (Block& block : blocks_) {
     if (block.type == kNoType) {
       return Status::Unsupported("Vulkan: the device has no memory of a kind that is needed");
+    }
+    const uint32_t heap = context_->memory.memoryTypes[block.type].heapIndex;
+    const VkDeviceSize most = context_->memory.memoryHeaps[heap].size;
+    taken[heap] += block.size;
+    if (taken[heap] > most) {
+      return Status::OutOfMemory(
+          fmt::format("Vulkan: images and buffers take {:.1f} MB or more, the device has {:.1f} MB",
+                      static_cast<double>(taken[heap]) / 1e6, static_cast<double>(most) / 1e6));
     }
     VkMemoryAllocateInfo info = {};
     info.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
@@ -195,10 +207,10 @@ Status Arena::Bind(const Resource& r) {
   VkImageViewCreateInfo info = {};
   info.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO;
   info.image = r.image->image;
-  info.viewType = VK_IMAGE_VIEW_TYPE_2D_ARRAY;
+  info.viewType = r.image->layers > 0 ? VK_IMAGE_VIEW_TYPE_2D_ARRAY : VK_IMAGE_VIEW_TYPE_2D;
   info.format = r.image->format;
   info.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0,
-                           static_cast<uint32_t>(r.image->layers)};
+                           static_cast<uint32_t>(std::max(r.image->layers, 1))};
   return ToStatus(context_->vk.CreateImageView(context_->device, &info, nullptr, &r.image->view),
                   "creating an image view");
 }
@@ -219,6 +231,9 @@ std::vector<VkMappedMemoryRange> Arena::MappedRanges() const {
 
 Status Arena::Flush() const {
   const std::vector<VkMappedMemoryRange> ranges = MappedRanges();
+  if (ranges.empty()) {
+    return Status::Ok();
+  }
   return ToStatus(context_->vk.FlushMappedMemoryRanges(
                       context_->device, static_cast<uint32_t>(ranges.size()), ranges.data()),
                   "flushing mapped memory");
@@ -226,6 +241,9 @@ Status Arena::Flush() const {
 
 Status Arena::Invalidate() const {
   const std::vector<VkMappedMemoryRange> ranges = MappedRanges();
+  if (ranges.empty()) {
+    return Status::Ok();
+  }
   return ToStatus(context_->vk.InvalidateMappedMemoryRanges(
                       context_->device, static_cast<uint32_t>(ranges.size()), ranges.data()),
                   "reading mapped memory");

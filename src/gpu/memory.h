@@ -13,14 +13,14 @@
 
 namespace stillray::gpu {
 
-/// A 2D array image of the arena. Valid as long as the arena is.
+/// An image of the arena. Valid as long as the arena is.
 struct Image {
   VkImage image = VK_NULL_HANDLE;
   VkImageView view = VK_NULL_HANDLE;
   VkFormat format = VK_FORMAT_UNDEFINED;
   int width = 0;
   int height = 0;
-  int layers = 1;
+  int layers = 0;  ///< 0: a plain image, not an array of one
 };
 
 struct Buffer {
@@ -52,7 +52,8 @@ class Arena {
   Arena& operator=(const Arena&) = delete;
   ~Arena();
 
-  /// An image for storage, sampling, copying and clearing, with a 2D array view; no memory yet.
+  /// An image for storage, sampling, copying and clearing, with a view of all of it; no memory yet.
+  /// \param layers  0: a plain image, else an array
   Result<const Image*> AddImage(VkFormat format, int width, int height, int layers);
   /// \param usage  beside copying from and to it
   Result<const Buffer*> AddBuffer(VkDeviceSize size, VkBufferUsageFlags usage, BufferPlace place);
@@ -61,6 +62,13 @@ class Arena {
   MemoryUse Need() const;
   /// Allocates and binds everything added so far; once.
   Status Allocate();
+
+  template <typename Visit>
+  void ForImages(const Visit& visit) const {
+    for (const Image& image : images_) {
+      visit(image);
+    }
+  }
 
   /// Makes the device's writes visible to the host and the other way round where the memory is not
   /// coherent.

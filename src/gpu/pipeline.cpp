@@ -74,6 +74,12 @@ Result<VkDescriptorSetLayout> DescriptorSets::Layout(const SetShape& shape) {
   return layout;
 }
 
+Status DescriptorSets::Clear() {
+  entries_.clear();
+  return ToStatus(context_->vk.ResetDescriptorPool(context_->device, pool_, 0),
+                  "resetting a descriptor pool");
+}
+
 Result<VkDescriptorSet> DescriptorSets::Find(const SetShape& shape, const SetContent& content) {
   for (const Entry& entry : entries_) {
     if (entry.content == content && entry.shape == shape) {
@@ -81,7 +87,9 @@ Result<VkDescriptorSet> DescriptorSets::Find(const SetShape& shape, const SetCon
     }
   }
   if (entries_.size() >= most_) {
-    return Status::Internal("Vulkan: more descriptor sets are wanted than the pool was made for");
+    return Status::InvalidArgument(
+        "Vulkan: more different images were given than there is room for; give the same ones "
+        "again, or have the old ones forgotten");
   }
   const Result<VkDescriptorSetLayout> layout = Layout(shape);
   if (!layout.ok()) {

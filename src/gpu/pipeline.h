@@ -48,6 +48,8 @@ class DescriptorSets {
   /// \param most  sets, \param all what these sets hold together
   Status CreatePool(uint32_t most, const SetShape& all);
   Result<VkDescriptorSetLayout> Layout(const SetShape& shape);
+  /// Forgets all sets, of which none is in use any more.
+  Status Clear();
   Result<VkDescriptorSet> Find(const SetShape& shape, const SetContent& content);
 
  private:

@@ -15,11 +15,9 @@
 
 #include "denoise/planes.h"
 #include "denoise/stages/edge_stopping.h"
+#include "denoise/stages/edge_stopping_shared.h"
 
 namespace stillray {
-
-/// Sums of weights up to this are taken for nothing: the pixel keeps its value.
-inline constexpr float kMinAtrousWeight = 1e-6f;
 
 enum class AtrousWeights : int {
   kNaive,     ///< the kernel alone: no edge stops

@@ -12,6 +12,9 @@
 
 SHARED_BEGIN
 
+// Sums of a level's weights up to this are taken for nothing: the pixel keeps its value.
+const float kMinAtrousWeight = 1e-6f;
+
 // max(0, n_p . n_q)^sigma_n: SVGF eq. 4, PSVGF section 4.4.1.
 SHARED_FN float NormalWeight(float cosine, float sigma_n) {
   return pow(max(cosine, 0.0f), sigma_n);

@@ -10,11 +10,9 @@
 
 #include "denoise/planes.h"
 #include "denoise/stages/edge_stopping.h"
+#include "denoise/stages/estimate_variance_shared.h"
 
 namespace stillray {
-
-/// So large that luminance stops nothing, so small that sums of it stay finite.
-inline constexpr float kUnknownVariance = 1e20f;
 
 struct EstimateVarianceParameters {
   bool of_mean = true;

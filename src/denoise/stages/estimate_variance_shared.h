@@ -11,6 +11,9 @@
 
 SHARED_BEGIN
 
+// So large that luminance stops nothing, so small that sums of it stay finite.
+const float kUnknownVariance = 1e20f;
+
 // Noise of the accumulated mean from the spread of single samples about it: the estimate is raised
 // by 1 / (1 - weights2), since the mean was fitted to the same samples, and falls by weights2.
 SHARED_FN float VarianceOfMean(float variance, float weights2) {

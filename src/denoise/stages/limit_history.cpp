@@ -111,11 +111,6 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace stillray {
 
-float CompressionScale(float history_scale, float mean_luminance) {
-  const bool near = mean_luminance < 2 * history_scale && history_scale < 2 * mean_luminance;
-  return near ? history_scale : std::max(mean_luminance, 1e-20f);
-}
-
 void RescaleHistory(float scale, SignalHistory* history) {
   ParallelRows(history->compressed.height(), 32, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {

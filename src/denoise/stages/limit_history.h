@@ -13,6 +13,7 @@
 #pragma once
 
 #include "denoise/planes.h"
+#include "denoise/stages/limit_history_shared.h"
 
 namespace stillray {
 
@@ -25,10 +26,6 @@ struct LimitHistoryParameters {
   float dead = 8;
   float gain = 16;
 };
-
-/// The scale to compress with, so that it follows the light without changing from frame to frame:
-/// the history's as long as the mean luminance stays within a factor of two of it, else the mean.
-float CompressionScale(float history_scale, float mean_luminance);
 
 /// Brings the compressed luminances of a history to another scale.
 void RescaleHistory(float scale, SignalHistory* history);

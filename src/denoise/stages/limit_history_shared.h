@@ -31,6 +31,13 @@ SHARED_FN float CompressedVariance(float c, float l, float variance, float scale
   return min(slope * slope * variance, c * (1.0f - c));
 }
 
+// The scale to compress with, so that it follows the light without changing from frame to frame:
+// the history's as long as the mean luminance stays within a factor of two of it, else the mean.
+SHARED_FN float CompressionScale(float history_scale, float mean_luminance) {
+  bool near_by = mean_luminance < 2.0f * history_scale && history_scale < 2.0f * mean_luminance;
+  return near_by ? history_scale : max(mean_luminance, 1e-20f);
+}
+
 // The history length that a Kalman filter would still give credit for, when present and history
 // differ by d with expected noise `noise` (both blurred) and single samples of the neighbourhood
 // have variance `variance`.

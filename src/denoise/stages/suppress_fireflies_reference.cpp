@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "denoise/stages/suppress_fireflies.h"
+#include "denoise/stages/suppress_fireflies_shared.h"
 
 namespace stillray::reference {
 namespace {
@@ -42,7 +43,7 @@ void ClampFireflies(const Image3& in, const Image1& samples, Image1*, Image3* ou
     for (int x = 0; x < in.width(); ++x) {
       const float own = in[0](x, y);
       const float limit = BrightestNeighbour(in, samples, x, y);
-      const float scale = own > limit ? limit / own : 1.0f;
+      const float scale = ClampScale(own, limit);
       for (int c = 0; c < 3; ++c) {
         (*out)[c](x, y) = in[c](x, y) * scale;
       }
@@ -51,11 +52,11 @@ void ClampFireflies(const Image3& in, const Image1& samples, Image1*, Image3* ou
 }
 
 void CompressLight(Image3* colour) {
-  Scale(colour, [](float l) { return 1.0f / (1.0f + l); });
+  Scale(colour, CompressScale);
 }
 
 void ExpandLight(Image3* colour) {
-  Scale(colour, [](float l) { return 1.0f / std::max(1.0f - l, 1e-6f); });
+  Scale(colour, ExpandScale);
 }
 
 }  // namespace stillray::reference

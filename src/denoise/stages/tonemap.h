@@ -7,12 +7,10 @@
 
 #include <cstdint>
 
+#include "denoise/stages/tonemap_shared.h"
 #include "stillray/image.h"
 
 namespace stillray {
-
-/// Light beyond this is white under every curve; the limit keeps infinities out of the formulas.
-inline constexpr float kBrightestLight = 1e6f;
 
 /// Noise added before rounding, so that slow gradients show no bands.
 struct Dither {

@@ -11,6 +11,9 @@
 
 SHARED_BEGIN
 
+// Light beyond this is white under every curve; the limit keeps infinities out of the formulas.
+const float kBrightestLight = 1e6f;
+
 SHARED_FN float ReinhardCurve(float x) {
   return x / (1.0f + x);
 }

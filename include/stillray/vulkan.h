@@ -1,0 +1,116 @@
+/* SPDX-FileCopyrightText: the stillray developers
+ * SPDX-License-Identifier: Apache-2.0
+ *
+ * The denoiser within a renderer's own Vulkan frame, in C: the renderer's device, its images, its
+ * command buffer. The rules for images, layouts and barriers are those of stillray/vulkan.hpp and
+ * docs/gpu.md; errors are those of stillray/stillray.h. */
+#ifndef STILLRAY_VULKAN_H_
+#define STILLRAY_VULKAN_H_
+
+#include <vulkan/vulkan_core.h>
+
+#include "stillray/stillray.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct stillray_vulkan_denoiser stillray_vulkan_denoiser;
+
+/* The renderer's device; all must outlive the denoiser. */
+typedef struct stillray_vulkan_context {
+  VkInstance instance;
+  VkPhysicalDevice physical_device;
+  VkDevice device;
+  PFN_vkGetInstanceProcAddr get_instance_proc_addr;
+} stillray_vulkan_context;
+
+typedef struct stillray_vulkan_options {
+  const char* preset;          /* NULL: "default" */
+  const char* const* settings; /* "name=value" each, on top of the preset; may be NULL */
+  size_t setting_count;
+  int32_t width;
+  int32_t height;
+  int32_t transmission;   /* not 0: frames have transmission signals */
+  int32_t full_precision; /* not 0: light is kept in 32 bits, with twice the memory */
+  int32_t timestamps;     /* not 0: measure the stages */
+} stillray_vulkan_options;
+
+/* Where an image stands in stillray_vulkan_frame. */
+typedef enum stillray_vulkan_slot {
+  STILLRAY_VULKAN_DIRECT_DIFFUSE = 0,
+  STILLRAY_VULKAN_INDIRECT_DIFFUSE = 1,
+  STILLRAY_VULKAN_DIRECT_SPECULAR = 2,
+  STILLRAY_VULKAN_INDIRECT_SPECULAR = 3,
+  STILLRAY_VULKAN_DIRECT_TRANSMISSION = 4,
+  STILLRAY_VULKAN_INDIRECT_TRANSMISSION = 5,
+  STILLRAY_VULKAN_SECOND_MOMENT = 6, /* of the first light; the others follow, to 11 */
+  STILLRAY_VULKAN_DEPTH = 12,
+  STILLRAY_VULKAN_NORMAL = 13,
+  STILLRAY_VULKAN_ID = 14,
+  STILLRAY_VULKAN_MOTION = 15,
+  STILLRAY_VULKAN_ALBEDO = 16,
+  STILLRAY_VULKAN_SPECULAR_ALBEDO = 17,
+  STILLRAY_VULKAN_TRANSMISSION_ALBEDO = 18,
+  STILLRAY_VULKAN_EMISSION = 19,
+  STILLRAY_VULKAN_BACKGROUND = 20,
+  STILLRAY_VULKAN_SAMPLES = 21,
+  STILLRAY_VULKAN_COLOUR = 22,  /* output */
+  STILLRAY_VULKAN_DISPLAY = 23, /* output */
+  STILLRAY_VULKAN_SLOT_COUNT = 24
+} stillray_vulkan_slot;
+
+typedef struct stillray_vulkan_image {
+  VkImageView view; /* VK_NULL_HANDLE: not given */
+  VkImageLayout layout;
+} stillray_vulkan_image;
+
+typedef struct stillray_vulkan_frame {
+  int64_t index;
+  float samples_per_pixel; /* 1 where every pixel got a sample */
+  int32_t colour_is_half;  /* not 0: R16G16B16A16_SFLOAT, else R32G32B32A32_SFLOAT */
+  stillray_vulkan_image images[STILLRAY_VULKAN_SLOT_COUNT];
+} stillray_vulkan_frame;
+
+typedef struct stillray_vulkan_memory {
+  uint32_t allocations;
+  uint32_t resources; /* images and buffers */
+  uint64_t bytes;
+  uint64_t largest_bytes; /* of the largest image or buffer */
+} stillray_vulkan_memory;
+
+/* What create would allocate; allocates nothing. */
+STILLRAY_API stillray_error stillray_vulkan_memory_need(const stillray_vulkan_context* context,
+                                                        const stillray_vulkan_options* options,
+                                                        stillray_vulkan_memory* need);
+/* abi_version: pass STILLRAY_ABI_VERSION. On failure *denoiser is NULL, and the message is that of
+ * stillray_vulkan_error_message(NULL). */
+STILLRAY_API stillray_error stillray_vulkan_create(uint32_t abi_version,
+                                                   const stillray_vulkan_context* context,
+                                                   const stillray_vulkan_options* options,
+                                                   stillray_vulkan_denoiser** denoiser);
+/* The device must have done with all that was recorded. NULL is allowed. */
+STILLRAY_API void stillray_vulkan_release(stillray_vulkan_denoiser* denoiser);
+/* See VulkanDenoiser::Record. */
+STILLRAY_API stillray_error stillray_vulkan_record(stillray_vulkan_denoiser* denoiser,
+                                                   VkCommandBuffer commands,
+                                                   const stillray_vulkan_frame* frame);
+/* One setting from the next frame on: see VulkanDenoiser::SetSettings. */
+STILLRAY_API stillray_error stillray_vulkan_set(stillray_vulkan_denoiser* denoiser,
+                                                const char* name, const char* value);
+/* The next frame is a first frame. */
+STILLRAY_API stillray_error stillray_vulkan_reset(stillray_vulkan_denoiser* denoiser);
+/* Before views that were given are destroyed. */
+STILLRAY_API stillray_error stillray_vulkan_forget_images(stillray_vulkan_denoiser* denoiser);
+/* Milliseconds of all stages of the last recorded frame, once the device has run it; negative
+ * before that or without timestamps. */
+STILLRAY_API double stillray_vulkan_filter_ms(const stillray_vulkan_denoiser* denoiser);
+/* One line on the last call that failed: of this denoiser, or, if it is NULL, of this thread's
+ * calls without one. */
+STILLRAY_API const char* stillray_vulkan_error_message(const stillray_vulkan_denoiser* denoiser);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* STILLRAY_VULKAN_H_ */

@@ -1,0 +1,23 @@
+#!/bin/bash
+# SPDX-FileCopyrightText: the stillray developers
+# SPDX-License-Identifier: Apache-2.0
+#
+# Builds the denoiser without the path tracer, checks it on this machine's GPU, and prints the times of
+# its stages beside a copy of the least bytes that they must touch.
+#   scripts/gpu_bench.sh [DEVICE, default vulkan] [FRAMES, default 100] [SIZE ...]
+# STILLRAY_GPU_BUILD: the build folder, default build-gpu.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+build="${STILLRAY_GPU_BUILD:-build-gpu}"
+
+cmake -S . -B "$build" -DSTILLRAY_BUILD_APPS=OFF -DSTILLRAY_BUILD_PYTHON=OFF \
+  -DSTILLRAY_BUILD_TESTS=ON -DCMAKE_BUILD_TYPE=Release >/dev/null
+cmake --build "$build" --parallel "$(nproc)" --target gpu_test denoise_vulkan_test gpu_bench >/dev/null ||
+  { echo "error: the build failed; Vulkan's headers and glslc are needed" >&2; exit 2; }
+
+echo "== checks"
+for check in gpu_test denoise_vulkan_test; do
+  "$build/tests/gpu/$check" --gtest_brief=1
+done
+echo "== times"
+exec "$build/tests/gpu/gpu_bench" "$@"

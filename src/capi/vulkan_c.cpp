@@ -1,0 +1,216 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+#include "stillray/vulkan.h"
+
+#include <exception>
+#include <new>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "stillray/vulkan.hpp"
+
+struct stillray_vulkan_denoiser {
+  std::optional<stillray::VulkanDenoiser> denoiser;
+  std::string message;
+};
+
+namespace stillray::capi {
+namespace {
+
+static_assert(STILLRAY_VULKAN_INDIRECT_TRANSMISSION ==
+              static_cast<int>(SignalKind::kIndirectTransmission));
+
+std::string& ThreadMessage() {
+  thread_local std::string message;
+  return message;
+}
+
+/// Runs `body`, which returns a Status, and keeps the message of a failure. Nothing is thrown on.
+template <typename Body>
+stillray_error Guard(std::string* message, const Body& body) {
+  Status status;
+  try {
+    status = body();
+    if (!status.ok()) {
+      *message = status.message();
+    }
+    return static_cast<stillray_error>(status.code());
+  } catch (const std::bad_alloc&) {
+    message->clear();
+    return STILLRAY_ERROR_OUT_OF_MEMORY;
+  } catch (const std::exception&) {
+    message->clear();
+    return STILLRAY_ERROR_INTERNAL;
+  }
+}
+
+Status CheckGiven(const void* pointer, const char* name) {
+  return pointer != nullptr ? Status::Ok()
+                            : Status::InvalidArgument(fmt::format("{} is NULL", name));
+}
+
+Result<VulkanOptions> OptionsOf(const stillray_vulkan_options& o) {
+  VulkanOptions options;
+  const Result<Settings> preset = PresetSettings(o.preset != nullptr ? o.preset : "default");
+  STILLRAY_RETURN_IF_ERROR(preset.status());
+  options.settings = *preset;
+  for (size_t i = 0; o.settings != nullptr && i < o.setting_count; ++i) {
+    STILLRAY_RETURN_IF_ERROR(CheckGiven(o.settings[i], "a setting"));
+    const std::string text = o.settings[i];
+    const size_t equals = text.find('=');
+    if (equals == std::string::npos) {
+      return Status::InvalidArgument(fmt::format("setting is '{}', expected name=value", text));
+    }
+    STILLRAY_RETURN_IF_ERROR(
+        SetParameter(&options.settings, text.substr(0, equals), text.substr(equals + 1)));
+  }
+  options.width = o.width;
+  options.height = o.height;
+  options.transmission = o.transmission != 0;
+  options.precision = o.full_precision != 0 ? DevicePrecision::kFloat : DevicePrecision::kHalf;
+  options.timestamps = o.timestamps != 0;
+  return options;
+}
+
+VulkanContext ContextOf(const stillray_vulkan_context& c) {
+  return {c.instance, c.physical_device, c.device, c.get_instance_proc_addr};
+}
+
+VulkanFrame FrameOf(const stillray_vulkan_frame& f) {
+  const auto image = [&](int slot) {
+    return VulkanImage{f.images[slot].view, f.images[slot].layout};
+  };
+  VulkanFrame frame;
+  frame.index = f.index;
+  frame.samples_per_pixel = f.samples_per_pixel;
+  frame.colour_is_half = f.colour_is_half != 0;
+  for (int k = 0; k < kSignalKindCount; ++k) {
+    frame.lights[k] = image(STILLRAY_VULKAN_DIRECT_DIFFUSE + k);
+    frame.second_moments[k] = image(STILLRAY_VULKAN_SECOND_MOMENT + k);
+  }
+  frame.depth = image(STILLRAY_VULKAN_DEPTH);
+  frame.normal = image(STILLRAY_VULKAN_NORMAL);
+  frame.id = image(STILLRAY_VULKAN_ID);
+  frame.motion = image(STILLRAY_VULKAN_MOTION);
+  frame.albedo = image(STILLRAY_VULKAN_ALBEDO);
+  frame.specular_albedo = image(STILLRAY_VULKAN_SPECULAR_ALBEDO);
+  frame.transmission_albedo = image(STILLRAY_VULKAN_TRANSMISSION_ALBEDO);
+  frame.emission = image(STILLRAY_VULKAN_EMISSION);
+  frame.background = image(STILLRAY_VULKAN_BACKGROUND);
+  frame.samples = image(STILLRAY_VULKAN_SAMPLES);
+  frame.colour = image(STILLRAY_VULKAN_COLOUR);
+  frame.display = image(STILLRAY_VULKAN_DISPLAY);
+  return frame;
+}
+
+template <typename Body>
+stillray_error WithDenoiser(stillray_vulkan_denoiser* denoiser, const Body& body) {
+  if (denoiser == nullptr) {
+    return Guard(&ThreadMessage(), [] { return CheckGiven(nullptr, "denoiser"); });
+  }
+  return Guard(&denoiser->message, [&] { return body(&*denoiser->denoiser); });
+}
+
+}  // namespace
+}  // namespace stillray::capi
+
+using namespace stillray;        // NOLINT: the functions below stand at global scope
+using namespace stillray::capi;  // NOLINT
+
+extern "C" {
+
+stillray_error stillray_vulkan_memory_need(const stillray_vulkan_context* context,
+                                           const stillray_vulkan_options* options,
+                                           stillray_vulkan_memory* need) {
+  return Guard(&ThreadMessage(), [&]() -> Status {
+    STILLRAY_RETURN_IF_ERROR(CheckGiven(context, "context"));
+    STILLRAY_RETURN_IF_ERROR(CheckGiven(options, "options"));
+    STILLRAY_RETURN_IF_ERROR(CheckGiven(need, "need"));
+    const Result<VulkanOptions> understood = OptionsOf(*options);
+    STILLRAY_RETURN_IF_ERROR(understood.status());
+    const Result<DeviceMemory> memory =
+        VulkanDenoiser::MemoryNeed(ContextOf(*context), *understood);
+    STILLRAY_RETURN_IF_ERROR(memory.status());
+    *need = {memory->allocations, memory->resources, memory->bytes, memory->largest};
+    return Status::Ok();
+  });
+}
+
+stillray_error stillray_vulkan_create(uint32_t abi_version, const stillray_vulkan_context* context,
+                                      const stillray_vulkan_options* options,
+                                      stillray_vulkan_denoiser** denoiser) {
+  return Guard(&ThreadMessage(), [&]() -> Status {
+    STILLRAY_RETURN_IF_ERROR(CheckGiven(denoiser, "denoiser"));
+    *denoiser = nullptr;
+    if (abi_version != STILLRAY_ABI_VERSION) {
+      return Status::Unsupported(
+          fmt::format("ABI version is {}, this library has {}", abi_version, STILLRAY_ABI_VERSION));
+    }
+    STILLRAY_RETURN_IF_ERROR(CheckGiven(context, "context"));
+    STILLRAY_RETURN_IF_ERROR(CheckGiven(options, "options"));
+    const Result<VulkanOptions> understood = OptionsOf(*options);
+    STILLRAY_RETURN_IF_ERROR(understood.status());
+    Result<VulkanDenoiser> made = VulkanDenoiser::Create(ContextOf(*context), *understood);
+    STILLRAY_RETURN_IF_ERROR(made.status());
+    auto handle = std::make_unique<stillray_vulkan_denoiser>();
+    handle->denoiser.emplace(std::move(made.value()));
+    *denoiser = handle.release();
+    return Status::Ok();
+  });
+}
+
+void stillray_vulkan_release(stillray_vulkan_denoiser* denoiser) {
+  delete denoiser;
+}
+
+stillray_error stillray_vulkan_record(stillray_vulkan_denoiser* denoiser, VkCommandBuffer commands,
+                                      const stillray_vulkan_frame* frame) {
+  return WithDenoiser(denoiser, [&](VulkanDenoiser* d) {
+    STILLRAY_RETURN_IF_ERROR(CheckGiven(frame, "frame"));
+    return d->Record(commands, FrameOf(*frame));
+  });
+}
+
+stillray_error stillray_vulkan_set(stillray_vulkan_denoiser* denoiser, const char* name,
+                                   const char* value) {
+  return WithDenoiser(denoiser, [&](VulkanDenoiser* d) {
+    STILLRAY_RETURN_IF_ERROR(CheckGiven(name, "name"));
+    STILLRAY_RETURN_IF_ERROR(CheckGiven(value, "value"));
+    Settings settings = d->settings();
+    STILLRAY_RETURN_IF_ERROR(SetParameter(&settings, name, value));
+    return d->SetSettings(settings);
+  });
+}
+
+stillray_error stillray_vulkan_reset(stillray_vulkan_denoiser* denoiser) {
+  return WithDenoiser(denoiser, [](VulkanDenoiser* d) {
+    d->Reset();
+    return Status::Ok();
+  });
+}
+
+stillray_error stillray_vulkan_forget_images(stillray_vulkan_denoiser* denoiser) {
+  return WithDenoiser(denoiser, [](VulkanDenoiser* d) { return d->ForgetImages(); });
+}
+
+double stillray_vulkan_filter_ms(const stillray_vulkan_denoiser* denoiser) {
+  double sum = 0;
+  bool any = false;
+  if (denoiser != nullptr) {
+    for (const StageTime& time : denoiser->denoiser->timings()) {
+      sum += time.milliseconds;
+      any = true;
+    }
+  }
+  return any ? sum : -1;
+}
+
+const char* stillray_vulkan_error_message(const stillray_vulkan_denoiser* denoiser) {
+  return denoiser != nullptr ? denoiser->message.c_str() : ThreadMessage().c_str();
+}
+
+}  // extern "C"

@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What a Denoiser calls when it runs on another device than the CPU.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "stillray/denoise.hpp"
+
+namespace stillray {
+
+/// See the functions of Denoiser with the same names.
+class DeviceDenoiser {
+ public:
+  virtual ~DeviceDenoiser() = default;
+  virtual Status Denoise(const Frame& frame, DenoisedFrame* out) = 0;
+  virtual Status SetSettings(const Settings& settings) = 0;
+  /// \param names  of single outputs, known to be valid
+  virtual void SetOutputs(std::vector<std::string> names) = 0;
+  virtual void Reset() = 0;
+  virtual size_t memory_bytes() const = 0;
+  virtual DeviceMemory device_memory() const = 0;
+};
+
+/// An opened device other than the CPU.
+class DeviceBackend {
+ public:
+  virtual ~DeviceBackend() = default;
+  virtual Result<std::unique_ptr<DeviceDenoiser>> CreateDenoiser(const Settings& settings,
+                                                                 DevicePrecision precision) = 0;
+};
+
+struct Device::Impl {
+  std::string description;
+  std::string remark;
+  std::shared_ptr<DeviceBackend> backend;  ///< nullptr: the CPU
+};
+
+/// Measures the stages on a device and a copy beside them: see vulkan/device_bench.h.
+/// \param choice  as Device::Open takes it, but for "cpu" and "auto"
+/// \return a table for people
+Result<std::string> BenchOnDevice(const std::string& choice, const Settings& settings, int width,
+                                  int height, int repeats, DevicePrecision precision);
+
+/// A device on a backend that exists.
+Device MakeDevice(std::shared_ptr<DeviceBackend> backend, std::string description);
+
+}  // namespace stillray

@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Devices of a build without Vulkan: the CPU alone.
+#include <fmt/format.h>
+
+#include "denoise/device_denoiser.h"
+
+namespace stillray {
+namespace {
+
+constexpr const char* kWithoutVulkan =
+    "this stillray was built without Vulkan (its headers or glslc were missing, or "
+    "STILLRAY_BUILD_VULKAN was off)";
+
+}  // namespace
+
+Result<Device> Device::OpenBest() {
+  return Device();
+}
+
+Result<Device> Device::Open(const std::string& choice) {
+  if (choice == "cpu" || choice == "auto") {
+    return Device();
+  }
+  if (choice.compare(0, 6, "vulkan") == 0) {
+    return Status::Unsupported(kWithoutVulkan);
+  }
+  return Status::InvalidArgument(
+      fmt::format("device is '{}', expected auto, cpu, vulkan or vulkan:N", choice));
+}
+
+Result<std::string> BenchOnDevice(const std::string&, const Settings&, int, int, int,
+                                  DevicePrecision) {
+  return Status::Unsupported(kWithoutVulkan);
+}
+
+std::vector<DeviceDescription> ListDevices(std::string* remark) {
+  *remark = kWithoutVulkan;
+  return {};
+}
+
+}  // namespace stillray

@@ -1,0 +1,113 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#version 450
+#extension GL_GOOGLE_include_directive : require
+
+// antialias: see stages/antialias.h. Also hands the picture to the caller.
+#include "denoise/vulkan/common.glsl"
+#include "denoise/stages/antialias_shared.h"
+
+layout(set = 1, binding = 0) uniform utexture2D surface_image;
+layout(set = 1, binding = 1) uniform utexture2D detail_image;
+layout(set = 1, binding = 2) uniform texture2DArray moments;
+layout(set = 1, binding = 3) uniform texture2D picture;
+layout(set = 1, binding = 4) uniform texture2D picture_before;
+layout(set = 1, binding = 5, LIGHT_FORMAT) writeonly uniform image2D picture_out;
+
+vec3 Load(ivec2 p) {
+  return texelFetch(picture, ClampToPicture(p), 0).xyz;
+}
+
+float InverseDepth(ivec2 p) {
+  return uintBitsToFloat(texelFetch(surface_image, p, 0).x);
+}
+
+// Motion of the nearest surface in the 3x3 neighbourhood that stands in front of the centre's own;
+// ties go to the first row by row.
+vec2 NearestMotion(ivec2 p) {
+  float centre = InverseDepth(p);
+  vec2 gradient = UnpackDetail(texelFetch(detail_image, p, 0), centre).gradient;
+  float nearest = centre;
+  ivec2 place = p;
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      ivec2 q = ClampToPicture(p + ivec2(dx, dy));
+      float i = InverseDepth(q);
+      if (i > nearest && StandsInFront(centre, i, gradient, vec2(q - p))) {
+        nearest = i;
+        place = q;
+      }
+    }
+  }
+  return texelFetch(motion_image, place, 0).xy;
+}
+
+// The longest history in the 3x3 neighbourhood.
+float LongestAround(ivec2 p) {
+  float longest = 0.0f;
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      ivec2 q = ClampToPicture(p + ivec2(dx, dy));
+      longest = max(longest, texelFetch(moments, ivec3(q, 0), 0).z);
+    }
+  }
+  return longest;
+}
+
+vec3 SampleCatmullRom(vec2 place) {
+  vec2 corner = floor(place);
+  vec4 wx = CatmullRom(place.x - corner.x);
+  vec4 wy = CatmullRom(place.y - corner.y);
+  ivec2 first = ivec2(corner) - 1;
+  vec3 sum = vec3(0.0f);
+  for (int j = 0; j < 4; ++j) {
+    vec3 row = vec3(0.0f);
+    for (int i = 0; i < 4; ++i) {
+      row += wx[i] * texelFetch(picture_before, ClampToPicture(first + ivec2(i, j)), 0).xyz;
+    }
+    sum += wy[j] * row;
+  }
+  return sum * picture_ratio;
+}
+
+vec3 Antialiased(ivec2 p, vec3 now) {
+  vec2 motion = NearestMotion(p);
+  vec2 place = vec2(p) + motion;
+  bool inside = place.x > -0.5f && place.y > -0.5f && place.x < float(width) - 0.5f &&
+                place.y < float(height) - 0.5f && !IsNaN(motion.x) && !IsNaN(motion.y);
+  if (!inside) {
+    return now;
+  }
+  vec3 low = now;
+  vec3 high = now;
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      vec3 c = Load(p + ivec2(dx, dy));
+      low = min(low, c);
+      high = max(high, c);
+    }
+  }
+  vec3 before = min(max(SampleCatmullRom(place), low), high);
+  float alpha = weigh_by_length != 0
+                    ? NewPictureWeight(taa_alpha, LongestAround(p), GivenSamples(p))
+                    : taa_alpha;
+  return before + alpha * (now - before);
+}
+
+void main() {
+  ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+  if (!Inside(p)) {
+    return;
+  }
+  vec3 c = Load(p);
+  if (has_picture != 0) {
+    c = Antialiased(p, c);
+  }
+  imageStore(picture_out, p, Stored(vec4(c, 1.0f)));
+  vec4 result = vec4(c / picture_exposure, 1.0f);
+  if (colour_is_half != 0) {
+    imageStore(colour_half, p, Stored(vec4(clamp(result.xyz, vec3(-65504.0f), vec3(65504.0f)), 1.0f)));
+  } else {
+    imageStore(colour_float, p, result);
+  }
+}

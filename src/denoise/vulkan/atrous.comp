@@ -1,0 +1,127 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#version 450
+#extension GL_GOOGLE_include_directive : require
+
+// atrous: see stages/atrous.h. All signals in one pass, which share what the guides say.
+#include "denoise/vulkan/common.glsl"
+#include "denoise/vulkan/edge_stopping.glsl"
+#include "denoise/vulkan/stop.glsl"
+
+layout(constant_id = 0) const int kWeights = 2;  // 0 naive, 1 geometry, 2 SVGF, 3 EAW
+layout(constant_id = 1) const int kRadius = 2;
+layout(constant_id = 2) const int kSignals = 1;
+
+layout(set = 1, binding = 0) uniform utexture2D surface_image;
+layout(set = 1, binding = 1) uniform utexture2D detail_image;
+layout(set = 1, binding = 2) uniform texture2DArray light;
+layout(set = 1, binding = 3) uniform texture2DArray stop_image;
+layout(set = 1, binding = 4, LIGHT_FORMAT) writeonly uniform image2DArray light_out;
+
+layout(push_constant) uniform Push {
+  int tap_step;
+  int level;
+};
+
+float KernelWeight(int d) {
+  int i = abs(d);
+  return kRadius == 1 ? (i == 0 ? 0.5f : 0.25f) : (i == 0 ? 0.375f : (i == 1 ? 0.25f : 0.0625f));
+}
+
+float EawSigma(int s) {
+  return eaw_sigma_l * mean_luminance[s] * exposure[s] * exp2(-float(level));
+}
+
+void PassThrough(ivec2 p) {
+  for (int s = 0; s < kSignals; ++s) {
+    imageStore(light_out, ivec3(p, s), texelFetch(light, ivec3(p, s), 0));
+  }
+}
+
+// How q changes the luminance weight of signal s; q_light, q_stop: its light and stop.
+float LuminanceWeight(vec4 own, float own_stop, vec4 q_light, ivec3 q, float exponent, int s) {
+  if (kWeights == 2) {
+    float dl = abs(own.x - q_light.x);
+    float q_stop = UnpackStop(texelFetch(stop_image, q, 0).x);
+    return exp2(-dl * SharedStop(own_stop, q_stop, noise_ratio));
+  }
+  if (kWeights == 3) {
+    float dl = IsPresent(own.w) ? abs(own.x - q_light.x) : 0.0f;
+    return exp(-(exponent + EawExponent(dl * dl, 0.0f, 0.0f, EawSigma(s), 1.0f, 1.0f)));
+  }
+  return 1.0f;
+}
+
+void main() {
+  ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+  if (!Inside(p)) {
+    return;
+  }
+  Surface surface = UnpackSurface(texelFetch(surface_image, p, 0));
+  if (!(surface.inverse_depth > 0.0f)) {
+    PassThrough(p);
+    return;
+  }
+  Detail detail = UnpackDetail(texelFetch(detail_image, p, 0), surface.inverse_depth);
+  vec4 own[kSignals];
+  float own_stop[kSignals];
+  vec4 sum[kSignals];  // light, variance
+  float sum_weight[kSignals];
+  for (int s = 0; s < kSignals; ++s) {
+    own[s] = texelFetch(light, ivec3(p, s), 0);
+    own_stop[s] = kWeights == 2 ? UnpackStop(texelFetch(stop_image, ivec3(p, s), 0).x) : 0.0f;
+    sum[s] = vec4(0.0f);
+    sum_weight[s] = 0.0f;
+  }
+  for (int dy = -kRadius; dy <= kRadius; ++dy) {
+    for (int dx = -kRadius; dx <= kRadius; ++dx) {
+      ivec2 q = p + ivec2(dx, dy) * tap_step;
+      if (!Inside(q)) {
+        continue;
+      }
+      bool centre = dx == 0 && dy == 0;
+      float h = KernelWeight(dx) * KernelWeight(dy);
+      float exponent = 0.0f;
+      if (kWeights != 0 && !centre) {
+        Surface other = UnpackSurface(texelFetch(surface_image, q, 0));
+        if (!(other.inverse_depth > 0.0f)) {
+          continue;
+        }
+        if (kWeights != 1 && wavelet_id != 0 &&
+            UnpackDetail(texelFetch(detail_image, q, 0), 1.0f).id != detail.id) {
+          continue;
+        }
+        vec2 offset = vec2(q - p);
+        if (kWeights == 3) {
+          float distance = PlaneDepthExponent(surface.inverse_depth, other.inverse_depth,
+                                              detail.gradient, offset, 1.0f);
+          vec3 dn = surface.normal - other.normal;
+          exponent = EawExponent(0.0f, dot(dn, dn), distance * distance, 1.0f, eaw_sigma_n,
+                                 eaw_sigma_z);
+        } else {
+          h *= GeometryWeight(surface, detail, other, offset);
+        }
+      }
+      for (int s = 0; s < kSignals; ++s) {
+        vec4 q_light = centre ? own[s] : texelFetch(light, ivec3(q, s), 0);
+        if (!IsPresent(q_light.w)) {
+          continue;
+        }
+        float w = centre ? h
+                         : h * LuminanceWeight(own[s], own_stop[s], q_light, ivec3(q, s),
+                                               exponent, s);
+        sum[s] += vec4(w * q_light.xyz, w * w * VarianceOf(q_light.w));
+        sum_weight[s] += w;
+      }
+    }
+  }
+  for (int s = 0; s < kSignals; ++s) {
+    // Below this the sums have lost their digits: nothing near is like this pixel.
+    bool filled = sum_weight[s] > kMinAtrousWeight;
+    float inverse = filled ? 1.0f / sum_weight[s] : 0.0f;
+    vec3 c = filled ? sum[s].xyz * inverse : own[s].xyz;
+    float variance = filled ? sum[s].w * inverse * inverse : VarianceOf(own[s].w);
+    bool present = IsPresent(own[s].w) || (grows != 0 && kWeights != 1 && filled);
+    imageStore(light_out, ivec3(p, s), Stored(vec4(c, PackDeviation(variance, present))));
+  }
+}

@@ -1,0 +1,189 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// What every compute shader of the denoiser begins with: formats, inputs, small helpers.
+#extension GL_EXT_samplerless_texture_functions : require
+
+#include "core/shared.h"
+#include "core/colour_shared.h"
+#include "denoise/vulkan/octahedral_shared.h"
+
+// Formats of what is stored between stages. With STILLRAY_HALF light takes 8 bytes per pixel and
+// normals 4; without, everything is as precise as on the CPU.
+#ifdef STILLRAY_HALF
+#define LIGHT_FORMAT rgba16f
+#define SCALAR_FORMAT r16f
+#define FRACTION_FORMAT r16
+#define SURFACE_FORMAT rg32ui
+const float kMostLight = 65504.0f;
+const float kMostLength = 2048.0f;  // one more is not told apart
+#else
+#define LIGHT_FORMAT rgba32f
+#define SCALAR_FORMAT r32f
+#define FRACTION_FORMAT r32f
+#define SURFACE_FORMAT rgba32ui
+const float kMostLight = 3e38f;
+const float kMostLength = 16777216.0f;
+#endif
+
+#ifndef LOCAL_SIZE_X
+#define LOCAL_SIZE_X 16
+#define LOCAL_SIZE_Y 8
+#endif
+layout(local_size_x = LOCAL_SIZE_X, local_size_y = LOCAL_SIZE_Y) in;
+
+// Inputs of the frame: images of the caller's, of any format that converts to float.
+layout(set = 0, binding = 0) uniform texture2D light_0;
+layout(set = 0, binding = 1) uniform texture2D light_1;
+layout(set = 0, binding = 2) uniform texture2D light_2;
+layout(set = 0, binding = 3) uniform texture2D light_3;
+layout(set = 0, binding = 4) uniform texture2D light_4;
+layout(set = 0, binding = 5) uniform texture2D light_5;
+layout(set = 0, binding = 6) uniform texture2D second_moment_0;
+layout(set = 0, binding = 7) uniform texture2D second_moment_1;
+layout(set = 0, binding = 8) uniform texture2D second_moment_2;
+layout(set = 0, binding = 9) uniform texture2D second_moment_3;
+layout(set = 0, binding = 10) uniform texture2D second_moment_4;
+layout(set = 0, binding = 11) uniform texture2D second_moment_5;
+layout(set = 0, binding = 12) uniform texture2D depth_image;
+layout(set = 0, binding = 13) uniform texture2D normal_image;
+layout(set = 0, binding = 14) uniform utexture2D id_image;
+layout(set = 0, binding = 15) uniform texture2D motion_image;
+layout(set = 0, binding = 16) uniform texture2D albedo_image;
+layout(set = 0, binding = 17) uniform texture2D specular_albedo_image;
+layout(set = 0, binding = 18) uniform texture2D transmission_albedo_image;
+layout(set = 0, binding = 19) uniform texture2D emission_image;
+layout(set = 0, binding = 20) uniform texture2D background_image;
+layout(set = 0, binding = 21) uniform texture2D samples_image;
+layout(set = 0, binding = 22, rgba32f) writeonly uniform image2D colour_float;
+layout(set = 0, binding = 23, rgba16f) writeonly uniform image2D colour_half;
+layout(set = 0, binding = 24, rgba8) writeonly uniform image2D display_image;
+#include "denoise/vulkan/frame_shared.h"
+layout(set = 0, binding = 27, std430) buffer Partials {
+  vec4 partials[];
+};
+
+ivec2 Size() {
+  return ivec2(width, height);
+}
+bool Inside(ivec2 p) {
+  return p.x >= 0 && p.y >= 0 && p.x < width && p.y < height;
+}
+ivec2 ClampToPicture(ivec2 p) {
+  return clamp(p, ivec2(0), Size() - 1);
+}
+
+// By bits: compilers may take for granted that there are no infinities.
+bool IsFinite(float x) {
+  return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u;
+}
+bool IsFinite(vec3 v) {
+  return IsFinite(v.x) && IsFinite(v.y) && IsFinite(v.z);
+}
+bool IsNaN(float x) {
+  return (floatBitsToUint(x) & 0x7fffffffu) > 0x7f800000u;
+}
+
+float GivenSamples(ivec2 p) {
+  return has_samples != 0 ? texelFetch(samples_image, p, 0).x : 1.0f;
+}
+
+// A surface: inverse depth (0: none) and unit normal. Its detail: gradient and id.
+struct Surface {
+  float inverse_depth;
+  vec3 normal;
+};
+struct Detail {
+  vec2 gradient;
+  uint id;
+};
+
+Surface UnpackSurface(uvec4 packed_surface) {
+  Surface s;
+  s.inverse_depth = uintBitsToFloat(packed_surface.x);
+#ifdef STILLRAY_HALF
+  s.normal = s.inverse_depth > 0.0f ? OctahedralDecode(unpackSnorm2x16(packed_surface.y))
+                                    : vec3(0.0f);
+#else
+  s.normal = uintBitsToFloat(packed_surface.yzw);
+#endif
+  return s;
+}
+uvec4 PackSurface(Surface s) {
+#ifdef STILLRAY_HALF
+  return uvec4(floatBitsToUint(s.inverse_depth), packSnorm2x16(OctahedralEncode(s.normal)), 0u, 0u);
+#else
+  return uvec4(floatBitsToUint(s.inverse_depth), floatBitsToUint(s.normal));
+#endif
+}
+
+// The slope relative to the inverse depth, of use for any unit of length, in 20 bits a component
+// (sign, 5 bits of exponent from 2^-24 on, 14 of mantissa: the far taps of the wavelet multiply its
+// error by 32 pixels and a hundred tolerances), and 24 bits of the id. Both only with halves.
+const float kSlopeScale = 1.97215226305252951e-31f;  // 2^-102
+uint PackSlope(float slope) {
+  float magnitude = min(abs(slope), 64.0f) * kSlopeScale;
+  uint bits = min((floatBitsToUint(magnitude) + 0x100u) >> 9, 0x7ffffu);
+  return bits < 0x4000u ? 0u : bits | (slope < 0.0f ? 0x80000u : 0u);
+}
+float UnpackSlope(uint bits) {
+  float magnitude = uintBitsToFloat((bits & 0x7ffffu) << 9) / kSlopeScale;
+  return (bits & 0x80000u) != 0u ? -magnitude : magnitude;
+}
+uint ShortId(uint id) {
+  return id < 0x1000000u ? id : ((id * 0x9e3779b1u) >> 8) | 1u;
+}
+
+Detail UnpackDetail(uvec4 packed_detail, float inverse_depth) {
+  Detail d;
+#ifdef STILLRAY_HALF
+  uint x = packed_detail.x & 0xfffffu;
+  uint y = (packed_detail.x >> 20) | ((packed_detail.y & 0xffu) << 12);
+  d.gradient = vec2(UnpackSlope(x), UnpackSlope(y)) * inverse_depth;
+  d.id = packed_detail.y >> 8;
+#else
+  d.gradient = uintBitsToFloat(packed_detail.xy);
+  d.id = packed_detail.z;
+#endif
+  return d;
+}
+uvec4 PackDetail(Detail d, float inverse_depth) {
+#ifdef STILLRAY_HALF
+  vec2 relative = inverse_depth > 0.0f ? d.gradient / inverse_depth : vec2(0.0f);
+  uint x = PackSlope(relative.x);
+  uint y = PackSlope(relative.y);
+  return uvec4(x | (y << 20), (y >> 12) | (ShortId(d.id) << 8), 0u, 0u);
+#else
+  return uvec4(floatBitsToUint(d.gradient), d.id, 0u);
+#endif
+}
+
+// Variances are stored as deviations, which halves hold wherever they hold the light itself. Of the
+// wavelet's light the sign tells whether there is any: negative where there is none.
+const float kLeastDeviation = 1e-4f;
+float PackDeviation(float variance, bool present) {
+  float deviation = min(sqrt(max(variance, 0.0f)), kMostLight);
+  return present ? deviation : -max(deviation, kLeastDeviation);
+}
+bool IsPresent(float packed_deviation) {
+  return packed_deviation >= 0.0f;
+}
+float VarianceOf(float packed_deviation) {
+  return packed_deviation * packed_deviation;
+}
+
+// To the nearest value that is stored: devices may cut halves off instead, which would darken
+// light a little with every stage and frame.
+vec4 Stored(vec4 value) {
+#ifdef STILLRAY_HALF
+  uvec4 bits = floatBitsToUint(value);
+  bits = (bits + 0xfffu + (bits >> 13 & 1u)) & 0xffffe000u;
+  return uintBitsToFloat(bits);
+#else
+  return value;
+#endif
+}
+
+vec3 ClampLight(vec3 light) {
+  return clamp(light, vec3(-kMostLight), vec3(kMostLight));
+}

@@ -1,0 +1,93 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#version 450
+#extension GL_GOOGLE_include_directive : require
+
+// estimate_variance: see stages/estimate_variance.h. Writes the light that the wavelet begins with
+// (between the history before the last feedback and after it) and its deviation.
+#include "denoise/vulkan/common.glsl"
+#include "denoise/vulkan/edge_stopping.glsl"
+#include "denoise/stages/estimate_variance_shared.h"
+
+layout(set = 1, binding = 0) uniform utexture2D surface_image;
+layout(set = 1, binding = 1) uniform utexture2D detail_image;
+layout(set = 1, binding = 2) uniform texture2DArray noisy;
+layout(set = 1, binding = 3) uniform texture2DArray colour;
+layout(set = 1, binding = 4) uniform texture2DArray behind;
+layout(set = 1, binding = 5) uniform texture2DArray moments;
+layout(set = 1, binding = 6, LIGHT_FORMAT) writeonly uniform image2DArray light_out;
+
+// So large that luminance stops nothing: the most that a half holds, whatever the unit of light.
+float UnknownVariance(int s) {
+#ifdef STILLRAY_HALF
+  return VarianceOf(kMostLight);
+#else
+  return kUnknownVariance * exposure[s] * exposure[s];
+#endif
+}
+
+// Variance of single samples from the 7x7 neighbourhood on the same surface, about this pixel's
+// mean.
+float SpatialVariance(Surface s, Detail detail, float mean, ivec3 at) {
+  float sum_weight = 0.0f;
+  float sum_d = 0.0f;
+  float sum_d2 = 0.0f;
+  for (int dy = -3; dy <= 3; ++dy) {
+    for (int dx = -3; dx <= 3; ++dx) {
+      ivec2 q = at.xy + ivec2(dx, dy);
+      if (!Inside(q)) {
+        continue;
+      }
+      vec4 m = texelFetch(moments, ivec3(q, at.z), 0);
+      Surface other = UnpackSurface(texelFetch(surface_image, q, 0));
+      if (!(m.z > 0.0f) || !(other.inverse_depth > 0.0f)) {
+        continue;
+      }
+      float w = GeometryWeight(s, detail, other, vec2(dx, dy));
+      float d = m.x - mean;
+      sum_weight += w;
+      sum_d += w * d;
+      sum_d2 += w * (VarianceOf(m.y) + d * d);
+    }
+  }
+  if (sum_weight < least_evidence) {
+    return UnknownVariance(at.z);
+  }
+  if (!(sum_weight > 0.0f)) {
+    return 0.0f;
+  }
+  float mean_d = sum_d / sum_weight;
+  return max(sum_d2 / sum_weight - mean_d * mean_d, 0.0f);
+}
+
+void main() {
+  ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+  if (!Inside(p)) {
+    return;
+  }
+  Surface surface = UnpackSurface(texelFetch(surface_image, p, 0));
+  Detail detail = UnpackDetail(texelFetch(detail_image, p, 0), surface.inverse_depth);
+  for (int s = 0; s < signals; ++s) {
+    ivec3 at = ivec3(p, s);
+    vec4 m = texelFetch(moments, at, 0);
+    bool present = surface.inverse_depth > 0.0f && m.z > 0.0f;
+    float samples = max(texelFetch(noisy, at, 0).w, 1.0f);
+    float variance = 0.0f;
+    if (estimate == 0 || !present) {
+      variance = 0.0f;
+    } else if (m.z >= short_length) {
+      float single = VarianceOf(m.y);
+      variance = of_mean != 0 ? VarianceOfMean(single, m.w) : single / samples;
+    } else if (spatial != 0) {
+      float single = SpatialVariance(surface, detail, m.x, at) *
+                     ShortHistoryBoost(m.z, short_length, boost);
+      variance = single * (of_mean != 0 ? m.w : 1.0f / samples);
+    }
+    vec3 c = texelFetch(colour, at, 0).xyz;
+    if (with_behind != 0 && feedback_phase < 1.0f) {
+      vec3 before = texelFetch(behind, at, 0).xyz;
+      c = before + feedback_phase * (c - before);
+    }
+    imageStore(light_out, at, Stored(vec4(c, PackDeviation(variance, present))));
+  }
+}

@@ -1,0 +1,90 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The images that a denoiser on Vulkan works with.
+#pragma once
+
+#include <array>
+
+#include "denoise/vulkan/shaders.h"
+#include "gpu/memory.h"
+
+namespace stillray::vulkan {
+
+/// Everything that decides which images there are.
+struct Shape {
+  int width = 0;
+  int height = 0;
+  int signals = 1;
+  bool with_compressed = false;  ///< limit_history runs
+  bool with_behind = false;      ///< feedback is blended in
+  bool with_within = true;       ///< second moments may be given
+  bool clamps_fireflies = false;
+  bool stops = true;  ///< luminance stops the wavelet
+  Storage storage = Storage::kHalf;
+
+  friend bool operator==(const Shape&, const Shape&) = default;
+};
+
+/// What is remembered of all signals, one layer each; halves, or floats:
+/// colour (luminance, red, blue, -), moments (mean, deviation, length, sum of squared weights),
+/// mean of compressed luminances. See SignalHistory.
+struct HistoryImages {
+  const gpu::Image* colour = nullptr;
+  const gpu::Image* behind = nullptr;  ///< `nothing` unless feedback is blended in
+  const gpu::Image* moments = nullptr;
+  const gpu::Image* compressed = nullptr;  ///< `nothing` unless limit_history runs
+};
+
+/// Guides as PackSurface and PackDetail of common.glsl leave them.
+struct GuideImages {
+  const gpu::Image* surface = nullptr;
+  const gpu::Image* detail = nullptr;
+};
+
+struct FrameImages {
+  HistoryImages history;
+  HistoryImages fetched;
+  const gpu::Image* noisy = nullptr;      ///< luminance, red, blue, samples
+  const gpu::Image* unclamped = nullptr;  ///< the same before fireflies are clamped
+  const gpu::Image* within = nullptr;
+  const gpu::Image* wavelet[2] = {};  ///< luminance, red, blue, deviation (negative: no light)
+  const gpu::Image* stop = nullptr;
+  GuideImages guides;
+  GuideImages previous_guides;
+  const gpu::Image* picture = nullptr;  ///< of this frame, times its exposure
+  const gpu::Image* scratch = nullptr;
+  const gpu::Image* shown = nullptr;  ///< the last antialiased picture
+  /// Stand for images that are not there; one pixel.
+  const gpu::Image* nothing = nullptr;           ///< an array of light
+  const gpu::Image* nothing_scalar = nullptr;    ///< an array of scalars
+  const gpu::Image* nothing_fraction = nullptr;  ///< an array of numbers in 0..1
+  const gpu::Image* no_input = nullptr;
+  const gpu::Image* no_ids = nullptr;
+  const gpu::Image* no_float_output = nullptr;
+  const gpu::Image* no_half_output = nullptr;
+  const gpu::Image* no_display = nullptr;
+
+  const gpu::Buffer* parameters = nullptr;
+  const gpu::Buffer* state = nullptr;
+  const gpu::Buffer* partials = nullptr;
+};
+
+/// Workgroups that cover a picture.
+struct Groups {
+  uint32_t x = 0;
+  uint32_t y = 0;
+
+  uint32_t count() const { return x * y; }
+};
+inline constexpr int kGroupWidth = 16;
+inline constexpr int kGroupHeight = 8;
+inline Groups GroupsFor(int width, int height) {
+  return {static_cast<uint32_t>((width + kGroupWidth - 1) / kGroupWidth),
+          static_cast<uint32_t>((height + kGroupHeight - 1) / kGroupHeight)};
+}
+
+/// Adds all images and buffers of the shape to the arena, without memory yet.
+Result<FrameImages> AddImages(const Shape& shape, gpu::Arena* arena);
+
+}  // namespace stillray::vulkan

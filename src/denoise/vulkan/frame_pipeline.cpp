@@ -1,0 +1,358 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// clang-format off
+// The order of the passes of one frame:
+//
+//   pass                 reads                               writes                    bytes per pixel read, written in halves; n signals
+//   measure_light        lights, albedos of every 16th pixel sums
+//   update_exposure      sums                                exposures
+//   prepare_guides       depth, normal, id                   guides                    inputs, 16
+//   demodulate           lights, albedos, samples            new light                 inputs, 8 n
+//   suppress_fireflies   new light                           new light                 8 n, 8 n  (only when clamped)
+//   reproject            guides of both frames, history      fetched history           36 + 18 n, 18 n
+//   update_compression   sums                                scales                    (only for limit_history, as the next two)
+//   limit_history        new light, fetched history          compared                  8 + 18 n, 8 n
+//   atrous, 3 levels     compared, guides                    compared                  3 (16 + 8 n), 3 (8 n)
+//   accumulate           new light, fetched history          history                   26 n or 34 n, 18 n
+//   estimate_variance    history, guides                     light of the wavelet      16 + 24 n, 8 n
+//   per level:
+//     prefilter_variance light of the wavelet                stops                     16 n, 2 n
+//     atrous             light of the wavelet, stops, guides light of the wavelet      16 + 10 n, 8 n
+//   remodulate           light, albedos, unfiltered light    picture                   inputs + 8 n, 8
+//   fxaa                 picture, length                     picture                   16, 8
+//   antialias            picture, last picture, motion       picture, output           inputs + 40, 8 + output
+//   tonemap              picture                             display                   8, 4
+// clang-format on
+
+#include "denoise/vulkan/frame_pipeline.h"
+
+#include <algorithm>
+#include <cstring>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "denoise/denoiser_impl.h"
+
+namespace stillray::vulkan {
+namespace {
+
+constexpr int kGeometryWeights = 1;
+constexpr int kGeometryRadius = 2;
+
+/// Passes of a frame, twice over: their sets for every way in which images change places.
+constexpr uint32_t kMostSets = 512;
+constexpr gpu::SetShape kMostDescriptors = {4096, 1024, 128, 256};
+constexpr uint32_t kMostMarks = 128;
+
+int WeightsOf(Wavelet wavelet) {
+  return wavelet == Wavelet::kNaive ? 0 : wavelet == Wavelet::kEaw ? 3 : 2;
+}
+
+int RadiusOf(const Settings& s) {
+  return s.kernel == Kernel::k5x5 ? 2 : 1;
+}
+
+const char* AtrousName(int level) {
+  static constexpr const char* kNames[kMaxLevels] = {"atrous1", "atrous2", "atrous3", "atrous4",
+                                                     "atrous5", "atrous6", "atrous7", "atrous8"};
+  return kNames[level];
+}
+
+Status CheckSize(const gpu::DeviceContext& context, const PipelineOptions& o) {
+  const uint32_t most = context.limits.maxImageDimension2D;
+  const bool fits =
+      o.width >= 1 && o.height >= 1 && static_cast<uint32_t>(std::max(o.width, o.height)) <= most;
+  return fits ? Status::Ok()
+              : Status::InvalidArgument(
+                    fmt::format("frames are {}x{}, expected 1x1 to {}x{} on this device", o.width,
+                                o.height, most, most));
+}
+
+struct LevelPush {
+  int32_t step;
+  int32_t level;
+};
+
+}  // namespace
+
+FramePipeline::FramePipeline(const gpu::DeviceContext* context)
+    : context_(context), arena_(context), sets_(context), times_(context) {}
+
+Result<gpu::MemoryUse> FramePipeline::Need(const gpu::DeviceContext* context,
+                                           const PipelineOptions& o) {
+  STILLRAY_RETURN_IF_ERROR(CheckSize(*context, o));
+  gpu::Arena arena(context);
+  const auto signals = static_cast<int>(GroupsOf(o.settings.signals, o.transmission).size());
+  const Result<FrameImages> images =
+      AddImages(ShapeOf(o.settings, o.width, o.height, signals, o.storage), &arena);
+  return images.ok() ? Result<gpu::MemoryUse>(arena.Need())
+                     : Result<gpu::MemoryUse>(images.status());
+}
+
+Result<std::unique_ptr<FramePipeline>> FramePipeline::Create(const gpu::DeviceContext* context,
+                                                             const PipelineOptions& o) {
+  STILLRAY_RETURN_IF_ERROR(CheckSize(*context, o));
+  std::unique_ptr<FramePipeline> made(new FramePipeline(context));
+  made->settings_ = o.settings;
+  made->transmission_ = o.transmission;
+  made->timed_ = o.timed;
+  made->groups_ = GroupsOf(o.settings.signals, o.transmission);
+  made->shape_ =
+      ShapeOf(o.settings, o.width, o.height, static_cast<int>(made->groups_.size()), o.storage);
+  made->grid_ = GroupsFor(o.width, o.height);
+  Result<FrameImages> images = AddImages(made->shape_, &made->arena_);
+  if (!images.ok()) {
+    return images.status();
+  }
+  made->images_ = *images;
+  STILLRAY_RETURN_IF_ERROR(made->arena_.Allocate());
+  STILLRAY_RETURN_IF_ERROR(made->sets_.CreatePool(kMostSets, kMostDescriptors));
+  if (o.timed) {
+    STILLRAY_RETURN_IF_ERROR(made->times_.Create(kMostMarks));
+  }
+  made->pipelines_ = std::make_unique<Pipelines>(context, o.storage, &made->sets_);
+  STILLRAY_RETURN_IF_ERROR(made->MakePipelines());
+  return made;
+}
+
+std::array<uint32_t, 3> FramePipeline::AtrousConstants(int weights, int radius) const {
+  return {static_cast<uint32_t>(weights), static_cast<uint32_t>(radius),
+          static_cast<uint32_t>(shape_.signals)};
+}
+
+/// Compiles what the settings may ask for, so that recording never does.
+Status FramePipeline::MakePipelines() {
+  for (int i = 0; i <= static_cast<int>(Shader::kTonemap); ++i) {
+    const auto shader = static_cast<Shader>(i);
+    if (shader == Shader::kAtrous) {
+      continue;
+    }
+    const Result<const gpu::Pipeline*> made = pipelines_->Find(shader);
+    STILLRAY_RETURN_IF_ERROR(made.status());
+  }
+  const auto level = AtrousConstants(WeightsOf(settings_.wavelet), RadiusOf(settings_));
+  STILLRAY_RETURN_IF_ERROR(pipelines_->Find(Shader::kAtrous, level).status());
+  const auto geometry = AtrousConstants(kGeometryWeights, kGeometryRadius);
+  return pipelines_->Find(Shader::kAtrous, geometry).status();
+}
+
+bool FramePipeline::Fits(const Settings& settings, int width, int height, bool transmission) const {
+  const auto signals = static_cast<int>(GroupsOf(settings.signals, transmission).size());
+  return settings.signals == settings_.signals && transmission == transmission_ &&
+         ShapeOf(settings, width, height, signals, shape_.storage) == shape_;
+}
+
+Status FramePipeline::SetSettings(const Settings& settings) {
+  settings_ = settings;
+  return MakePipelines();
+}
+
+void FramePipeline::Reset() {
+  progress_ = Progress();
+}
+
+/// Brings all images to their layout, once, and clears the state.
+void FramePipeline::PrepareImages(PassRecorder* recorder) {
+  if (prepared_) {
+    return;
+  }
+  prepared_ = true;
+  std::vector<VkImageMemoryBarrier> barriers;
+  arena_.ForImages([&](const gpu::Image& image) {
+    VkImageMemoryBarrier barrier = {};
+    barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER;
+    barrier.dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT;
+    barrier.newLayout = VK_IMAGE_LAYOUT_GENERAL;
+    barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+    barrier.image = image.image;
+    barrier.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, VK_REMAINING_ARRAY_LAYERS};
+    barriers.push_back(barrier);
+  });
+  context_->vk.CmdPipelineBarrier(recorder->commands(), VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT,
+                                  VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, 0, 0, nullptr, 0, nullptr,
+                                  static_cast<uint32_t>(barriers.size()), barriers.data());
+  context_->vk.CmdFillBuffer(recorder->commands(), images_.state->buffer, 0, VK_WHOLE_SIZE, 0);
+}
+
+void FramePipeline::UploadParameters(PassRecorder* recorder, const FrameParameters& parameters) {
+  recorder->Barrier();  // the frame before may still read them
+  context_->vk.CmdUpdateBuffer(recorder->commands(), images_.parameters->buffer, 0,
+                               sizeof(parameters), &parameters);
+}
+
+void FramePipeline::Keep(PassRecorder* recorder, std::string_view name, const gpu::Image* image) {
+  if (observer_ != nullptr && observer_->Wants(name)) {
+    recorder->Barrier();
+    observer_->Keep(recorder->commands(), name, *image);
+  }
+}
+
+/// Puts a picture together from the light as it is now, for the observer alone.
+void FramePipeline::KeepPicture(PassRecorder* recorder, std::string_view name,
+                                const gpu::Image* light) {
+  if (observer_ != nullptr && observer_->Wants(name)) {
+    const int32_t counts = 0;
+    recorder->Run(Shader::kRemodulate, grid_, {light, images_.scratch}, counts);
+    Keep(recorder, name, images_.scratch);
+  }
+}
+
+/// Guides, new light and its history.
+void FramePipeline::GatherLight(PassRecorder* recorder) {
+  const FrameImages& i = images_;
+  const bool clamps = shape_.clamps_fireflies;
+  recorder->Run(Shader::kPrepareGuides, grid_, {i.guides.surface, i.guides.detail});
+  recorder->Run(Shader::kDemodulate, grid_, {clamps ? i.unclamped : i.noisy, i.within});
+  if (clamps) {
+    recorder->Run(Shader::kSuppressFireflies, grid_, {i.unclamped, i.noisy});
+  }
+  Keep(recorder, "noisy", i.noisy);
+  if (progress_.has_history) {
+    const HistoryImages& h = i.history;
+    const HistoryImages& f = i.fetched;
+    recorder->Run(
+        Shader::kReproject, grid_,
+        {i.guides.surface, i.guides.detail, i.previous_guides.surface, i.previous_guides.detail,
+         h.colour, h.behind, h.moments, h.compressed, f.colour, f.behind, f.moments, f.compressed});
+    Keep(recorder, "fetched", f.moments);
+  }
+}
+
+/// Compares the new light with its history and leaves what comes of it in the second image of the
+/// wavelet.
+void FramePipeline::LimitHistory(PassRecorder* recorder) {
+  const FrameImages& i = images_;
+  recorder->Run(Shader::kLimitHistory, grid_,
+                {i.guides.surface, i.noisy, i.fetched.moments, i.fetched.compressed, i.wavelet[0]});
+  const auto constants = AtrousConstants(kGeometryWeights, kGeometryRadius);
+  for (int level = 0; level < kLimitHistoryLevels; ++level) {
+    const LevelPush push = {1 << level, level};
+    recorder->Run(Shader::kAtrous, grid_,
+                  {i.guides.surface, i.guides.detail, i.wavelet[level & 1], i.stop,
+                   i.wavelet[(level & 1) ^ 1]},
+                  push, constants);
+  }
+  static_assert(kLimitHistoryLevels % 2 == 1, "the result lies in the second image");
+  Keep(recorder, "compared", i.wavelet[1]);
+}
+
+void FramePipeline::Accumulate(PassRecorder* recorder, bool limited) {
+  const FrameImages& i = images_;
+  const HistoryImages& h = i.history;
+  const HistoryImages& f = i.fetched;
+  const int32_t push = limited ? 1 : 0;
+  recorder->Run(Shader::kAccumulate, grid_,
+                {i.noisy, i.within, f.colour, f.behind, f.moments, f.compressed, i.wavelet[1],
+                 h.colour, h.behind, h.moments, h.compressed},
+                push);
+  Keep(recorder, "accumulated", h.colour);
+  Keep(recorder, "moments", h.moments);
+  KeepPicture(recorder, "temporal", h.colour);
+}
+
+void FramePipeline::BeginFilter(PassRecorder* recorder) {
+  const FrameImages& i = images_;
+  if (settings_.wavelet == Wavelet::kEaw) {
+    recorder->Run(Shader::kMeasureHistory, grid_, {i.history.colour});
+    recorder->Run(Shader::kUpdateMean, {1, 1}, {}, grid_.count());
+  }
+  recorder->Run(Shader::kEstimateVariance, grid_,
+                {i.guides.surface, i.guides.detail, i.noisy, i.history.colour, i.history.behind,
+                 i.history.moments, i.wavelet[0]});
+  Keep(recorder, "variance", i.wavelet[0]);
+  light_ = i.wavelet[0];
+}
+
+void FramePipeline::RunLevels(PassRecorder* recorder) {
+  const auto constants = AtrousConstants(WeightsOf(settings_.wavelet), RadiusOf(settings_));
+  int target = 1;
+  for (int level = 0; level < settings_.steps.count; ++level) {
+    if (settings_.wavelet == Wavelet::kSvgf) {
+      recorder->Run(Shader::kPrefilterVariance, grid_,
+                    {light_, images_.history.moments, images_.stop});
+    }
+    const LevelPush push = {settings_.steps.step[static_cast<size_t>(level)], level};
+    recorder->Run(Shader::kAtrous, grid_,
+                  {images_.guides.surface, images_.guides.detail, light_, images_.stop,
+                   images_.wavelet[target]},
+                  push, constants);
+    light_ = images_.wavelet[target];
+    if (settings_.feedback == level + 1 && progress_.feeds_back) {
+      if (shape_.with_behind) {
+        std::swap(images_.history.colour, images_.history.behind);
+      }
+      // What was the history is room for another level now.
+      std::swap(images_.history.colour, images_.wavelet[target]);
+    }
+    target ^= 1;
+    KeepPicture(recorder, AtrousName(level), light_);
+  }
+}
+
+void FramePipeline::Compose(PassRecorder* recorder, const gpu::Image* light) {
+  const int32_t counts = 1;
+  recorder->Run(Shader::kRemodulate, grid_, {light, images_.picture}, counts);
+  Keep(recorder, "aliased", images_.picture);
+}
+
+void FramePipeline::Finish(PassRecorder* recorder) {
+  const FrameImages& i = images_;
+  if (settings_.fxaa == Fxaa::kOn || (settings_.fxaa == Fxaa::kSparse && progress_.sparse)) {
+    recorder->Run(Shader::kFxaa, grid_, {i.picture, i.history.moments, i.scratch});
+    std::swap(images_.picture, images_.scratch);
+  }
+  recorder->Run(
+      Shader::kAntialias, grid_,
+      {i.guides.surface, i.guides.detail, i.history.moments, i.picture, i.shown, i.scratch});
+  std::swap(images_.shown, images_.scratch);
+}
+
+Status FramePipeline::Record(VkCommandBuffer commands, const FrameFacts& facts,
+                             const FrameInputs& inputs, FrameObserver* observer) {
+  observer_ = observer;
+  PassRecorder recorder(context_, pipelines_.get(), &sets_, timed_ ? &times_ : nullptr, commands);
+  times_.Begin(commands);
+  PrepareImages(&recorder);
+  AdvanceFeedback(settings_, facts.samples_per_pixel, &progress_);
+  progress_.has_history = progress_.has_history && settings_.temporal;
+  progress_.has_picture = progress_.has_picture && settings_.antialias == Antialias::kTaa;
+  std::swap(images_.guides, images_.previous_guides);
+  const FrameParameters parameters = MakeParameters(settings_, groups_, shape_, facts, progress_);
+  UploadParameters(&recorder, parameters);
+  recorder.UseFrame(inputs, images_);
+  const Groups measured =
+      GroupsFor((shape_.width + parameters.measure_stride - 1) / parameters.measure_stride,
+                (shape_.height + parameters.measure_stride - 1) / parameters.measure_stride);
+  recorder.Run(Shader::kMeasureLight, measured, {});
+  recorder.Run(Shader::kUpdateExposure, {1, 1}, {}, measured.count());
+  GatherLight(&recorder);
+  if (settings_.limit_history) {
+    recorder.Run(Shader::kUpdateCompression, {1, 1}, {}, grid_.count());
+  }
+  const bool limited = settings_.limit_history && progress_.has_history;
+  if (limited) {
+    LimitHistory(&recorder);
+  }
+  Accumulate(&recorder, limited);
+  light_ = images_.history.colour;
+  if (settings_.wavelet != Wavelet::kOff) {
+    BeginFilter(&recorder);
+    RunLevels(&recorder);
+    Keep(&recorder, "filtered", light_);
+  }
+  Compose(&recorder, light_);
+  Finish(&recorder);
+  if (facts.shows) {
+    recorder.Run(Shader::kTonemap, grid_, {images_.shown});
+  }
+  recorder.EndTimes();
+  progress_.has_history = settings_.temporal;
+  progress_.has_picture = true;
+  observer_ = nullptr;
+  return recorder.status();
+}
+
+}  // namespace stillray::vulkan

@@ -1,0 +1,107 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The denoiser on Vulkan: the order of the stages, and the owner of their history. It records into
+/// a command buffer and knows neither queues nor host memory.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "denoise/vulkan/parameters.h"
+#include "denoise/vulkan/pass_recorder.h"
+
+namespace stillray::vulkan {
+
+/// Gets to see intermediate images while a frame is recorded.
+class FrameObserver {
+ public:
+  virtual ~FrameObserver() = default;
+  /// \param name  "noisy", "fetched", "compared", "accumulated", "moments", "variance",
+  ///              "filtered", "aliased"; "temporal" and "atrousN" are pictures put together
+  virtual bool Wants(std::string_view name) const = 0;
+  /// Called between barriers: may copy from the image.
+  virtual void Keep(VkCommandBuffer commands, std::string_view name, const gpu::Image& image) = 0;
+};
+
+struct PipelineOptions {
+  Settings settings;
+  int width = 0;
+  int height = 0;
+  bool transmission = false;  ///< frames have transmission signals
+  Storage storage = Storage::kHalf;
+  bool timed = true;  ///< the queue takes timestamps, and they are wanted
+};
+
+class FramePipeline {
+ public:
+  /// Makes all images, pipelines and room for descriptor sets.
+  static Result<std::unique_ptr<FramePipeline>> Create(const gpu::DeviceContext* context,
+                                                       const PipelineOptions& options);
+  /// What Create would allocate.
+  static Result<gpu::MemoryUse> Need(const gpu::DeviceContext* context,
+                                     const PipelineOptions& options);
+
+  /// Records one frame. Allocates nothing once inputs and history have come round to images seen
+  /// before.
+  /// \param observer  or nullptr
+  Status Record(VkCommandBuffer commands, const FrameFacts& facts, const FrameInputs& inputs,
+                FrameObserver* observer);
+
+  /// Whether settings need no other images.
+  bool Fits(const Settings& settings, int width, int height, bool transmission) const;
+  /// New settings from the next frame on; they must fit. Makes the pipelines that they need.
+  Status SetSettings(const Settings& settings);
+  /// Forgets all history.
+  void Reset();
+  /// To be called before images that were inputs are destroyed, when the device has done with them.
+  Status ForgetInputs() { return sets_.Clear(); }
+
+  gpu::MemoryUse memory() const { return arena_.Need(); }
+  /// Of the last recorded frame, once the device has run it.
+  std::vector<gpu::DeviceTime> times() const { return times_.Read(); }
+  const FrameImages& images() const { return images_; }
+  const std::vector<SignalGroup>& groups() const { return groups_; }
+  const Shape& shape() const { return shape_; }
+  bool has_history() const { return progress_.has_history; }
+  bool has_transmission() const { return transmission_; }
+
+ private:
+  explicit FramePipeline(const gpu::DeviceContext* context);
+  Status MakePipelines();
+  void PrepareImages(PassRecorder* recorder);
+  void UploadParameters(PassRecorder* recorder, const FrameParameters& parameters);
+  void GatherLight(PassRecorder* recorder);
+  void LimitHistory(PassRecorder* recorder);
+  void Accumulate(PassRecorder* recorder, bool limited);
+  void BeginFilter(PassRecorder* recorder);
+  void RunLevels(PassRecorder* recorder);
+  void Compose(PassRecorder* recorder, const gpu::Image* light);
+  void Finish(PassRecorder* recorder);
+  void Keep(PassRecorder* recorder, std::string_view name, const gpu::Image* image);
+  void KeepPicture(PassRecorder* recorder, std::string_view name, const gpu::Image* light);
+  std::array<uint32_t, 3> AtrousConstants(int weights, int radius) const;
+
+  const gpu::DeviceContext* context_;
+  Settings settings_;
+  bool timed_ = true;
+  Shape shape_;
+  std::vector<SignalGroup> groups_;
+  bool transmission_ = false;
+  Groups grid_;
+  gpu::Arena arena_;
+  gpu::DescriptorSets sets_;
+  gpu::Timestamps times_;
+  std::unique_ptr<Pipelines> pipelines_;
+  FrameImages images_;
+  Progress progress_;
+  bool prepared_ = false;
+
+  // The frame in progress.
+  FrameObserver* observer_ = nullptr;
+  const gpu::Image* light_ = nullptr;  ///< what the next level reads, or the result
+};
+
+}  // namespace stillray::vulkan

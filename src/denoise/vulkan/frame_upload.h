@@ -1,0 +1,87 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Frames of the host on their way to the device and back.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "denoise/vulkan/parameters.h"
+#include "denoise/vulkan/pass_recorder.h"
+#include "gpu/device.h"
+#include "stillray/frame.h"
+
+namespace stillray::vulkan {
+
+/// Guides, emission and background of a frame, its own or completed.
+struct FrameView {
+  const Frame* frame;
+  const Guides* guides;
+  const Image3* emission;
+  const Image3* background;
+};
+
+FrameFacts FactsOf(const FrameView& view);
+
+/// Images on the device for everything that a frame has, and the memory through which it goes.
+class FrameUpload {
+ public:
+  /// \param facts  which images there are
+  static Result<std::unique_ptr<FrameUpload>> Create(const gpu::DeviceContext* context, int width,
+                                                     int height, const FrameFacts& facts);
+  /// Whether a frame has the same images.
+  bool Fits(int width, int height, const FrameFacts& facts) const;
+
+  /// Copies the frame into memory that the device sees.
+  Status Write(const FrameView& view);
+  /// Records the copies to the images.
+  void Record(VkCommandBuffer commands);
+  /// Records the copy of the output to memory that the host sees.
+  void RecordDownload(VkCommandBuffer commands);
+  Status ReadColour(Image3* colour) const;
+
+  const FrameInputs& inputs() const { return inputs_; }
+  const gpu::Buffer& download() const { return *download_; }
+  gpu::MemoryUse memory() const { return arena_.Need(); }
+
+ private:
+  struct Entry {
+    const gpu::Image* image = nullptr;
+    VkDeviceSize offset = 0;
+    int channels = 0;  ///< of 32 bits each
+  };
+
+  explicit FrameUpload(const gpu::DeviceContext* context) : context_(context), arena_(context) {}
+  Status Add(VkFormat format, int channels, Entry* entry, ImageRef* input);
+  template <int N>
+  void WritePlanes(const Entry& entry, const Planes<float, N>& planes);
+  template <typename T>
+  void WritePlane(const Entry& entry, const Plane<T>& plane);
+
+  const gpu::DeviceContext* context_;
+  int width_ = 0;
+  int height_ = 0;
+  FrameFacts facts_;
+  gpu::Arena arena_;
+  FrameInputs inputs_;
+  VkDeviceSize staged_ = 0;
+  const gpu::Buffer* staging_ = nullptr;
+  const gpu::Buffer* download_ = nullptr;
+  const gpu::Image* colour_ = nullptr;
+  bool prepared_ = false;
+
+  Entry lights_[6];
+  Entry second_moments_[6];
+  Entry depth_;
+  Entry normal_;
+  Entry id_;
+  Entry motion_;
+  Entry albedos_[3];
+  Entry emission_;
+  Entry background_;
+  Entry samples_;
+};
+
+}  // namespace stillray::vulkan

@@ -1,0 +1,242 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+#include "denoise/vulkan/host_denoiser.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "core/parallel.h"
+#include "denoise/filter_parameters.h"
+#include "denoise/frame_check.h"
+#include "denoise/held_guides.h"
+#include "denoise/signal_groups.h"
+#include "denoise/stage_timer.h"
+#include "denoise/vulkan/frame_upload.h"
+#include "denoise/vulkan/output_reader.h"
+
+namespace stillray::vulkan {
+namespace {
+
+/// Samples per pixel of a frame.
+float SamplesPerPixel(const Frame& frame) {
+  if (frame.samples.empty()) {
+    return 1;
+  }
+  double total = 0;
+  for (int y = 0; y < frame.height; ++y) {
+    const float* row = frame.samples.Row(y);
+    double sum = 0;
+    for (int x = 0; x < frame.width; ++x) {
+      sum += row[x] > 0 && std::isfinite(row[x]) ? static_cast<double>(row[x]) : 0.0;
+    }
+    total += sum;
+  }
+  return static_cast<float>(total / (static_cast<double>(frame.width) * frame.height));
+}
+
+class HostDenoiser : public DeviceDenoiser {
+ public:
+  HostDenoiser(std::shared_ptr<gpu::Device> device, const Settings& settings, Storage storage)
+      : device_(std::move(device)), settings_(settings), storage_(storage) {}
+
+  Status Denoise(const Frame& frame, DenoisedFrame* out) override;
+  Status SetSettings(const Settings& settings) override;
+  void SetOutputs(std::vector<std::string> names) override {
+    outputs_ = std::move(names);
+    reader_.reset();
+  }
+  void Reset() override;
+  size_t memory_bytes() const override;
+  DeviceMemory device_memory() const override;
+
+ private:
+  /// The frame with its guides completed where they are not known.
+  FrameView Complete(const Frame& frame, DenoisedFrame* out);
+  Status Prepare(const FrameView& view, const FrameFacts& facts);
+  Status MakeStateBuffer();
+  Status Run(const FrameFacts& facts);
+  Status ReadResults(bool had_history, DenoisedFrame* out);
+
+  std::shared_ptr<gpu::Device> device_;
+  Settings settings_;
+  Storage storage_;
+  std::vector<std::string> outputs_;
+  std::unique_ptr<gpu::Arena> state_memory_;
+  const gpu::Buffer* state_ = nullptr;
+  std::unique_ptr<FramePipeline> pipeline_;
+  std::unique_ptr<FrameUpload> upload_;
+  std::unique_ptr<OutputReader> reader_;
+  HeldGuides held_;
+  SparseGuidesWork sparse_;
+};
+
+FrameView HostDenoiser::Complete(const Frame& frame, DenoisedFrame* out) {
+  if (settings_.fill_guides && HasUnknownGuides(frame)) {
+    const StageTimer timer(&out->timings, "fill_guides");
+    cpu::CompleteGuides(frame, &held_, &sparse_);
+    return {&frame, &held_.guides, &held_.emission, &held_.background};
+  }
+  held_ = HeldGuides();
+  return {&frame, &frame.guides, &frame.emission, &frame.background};
+}
+
+/// Makes what the device needs for frames like this one, unless it is there.
+Status HostDenoiser::Prepare(const FrameView& view, const FrameFacts& facts) {
+  const Frame& f = *view.frame;
+  const gpu::DeviceContext* context = &device_->context();
+  const bool transmission = HasTransmission(f);
+  if (pipeline_ == nullptr || !pipeline_->Fits(settings_, f.width, f.height, transmission)) {
+    reader_.reset();
+    pipeline_.reset();  // first: both may not fit into the device
+    PipelineOptions options = {settings_,    f.width,  f.height,
+                               transmission, storage_, device_->has_timestamps()};
+    Result<std::unique_ptr<FramePipeline>> made = FramePipeline::Create(context, options);
+    STILLRAY_RETURN_IF_ERROR(made.status());
+    pipeline_ = std::move(made.value());
+  }
+  if (upload_ == nullptr || !upload_->Fits(f.width, f.height, facts)) {
+    STILLRAY_RETURN_IF_ERROR(pipeline_->ForgetInputs());
+    upload_.reset();
+    Result<std::unique_ptr<FrameUpload>> made =
+        FrameUpload::Create(context, f.width, f.height, facts);
+    STILLRAY_RETURN_IF_ERROR(made.status());
+    upload_ = std::move(made.value());
+  }
+  if (reader_ == nullptr) {
+    Result<std::unique_ptr<OutputReader>> made =
+        OutputReader::Create(context, *pipeline_, outputs_);
+    STILLRAY_RETURN_IF_ERROR(made.status());
+    reader_ = std::move(made.value());
+  }
+  return MakeStateBuffer();
+}
+
+Status HostDenoiser::MakeStateBuffer() {
+  if (state_ != nullptr) {
+    return Status::Ok();
+  }
+  state_memory_ = std::make_unique<gpu::Arena>(&device_->context());
+  const Result<const gpu::Buffer*> added =
+      state_memory_->AddBuffer(sizeof(FrameState), 0, gpu::BufferPlace::kDownload);
+  STILLRAY_RETURN_IF_ERROR(added.status());
+  STILLRAY_RETURN_IF_ERROR(state_memory_->Allocate());
+  state_ = *added;
+  return Status::Ok();
+}
+
+Status HostDenoiser::Run(const FrameFacts& facts) {
+  const gpu::DeviceFunctions& vk = device_->context().vk;
+  const Result<VkCommandBuffer> begun = device_->Begin();
+  STILLRAY_RETURN_IF_ERROR(begun.status());
+  const VkCommandBuffer commands = *begun;
+  upload_->Record(commands);
+  reader_->BeginFrame();
+  STILLRAY_RETURN_IF_ERROR(pipeline_->Record(commands, facts, upload_->inputs(), reader_.get()));
+  const auto barrier = [&](VkPipelineStageFlags from, VkAccessFlags written,
+                           VkPipelineStageFlags to, VkAccessFlags read) {
+    VkMemoryBarrier memory = {};
+    memory.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
+    memory.srcAccessMask = written;
+    memory.dstAccessMask = read;
+    vk.CmdPipelineBarrier(commands, from, to, 0, 1, &memory, 0, nullptr, 0, nullptr);
+  };
+  barrier(VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
+          VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_READ_BIT);
+  upload_->RecordDownload(commands);
+  reader_->Finish(commands, *pipeline_);
+  const VkBufferCopy region = {0, 0, sizeof(FrameState)};
+  vk.CmdCopyBuffer(commands, pipeline_->images().state->buffer, state_->buffer, 1, &region);
+  barrier(VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_HOST_BIT,
+          VK_ACCESS_HOST_READ_BIT);
+  return device_->Run();
+}
+
+Status HostDenoiser::ReadResults(bool had_history, DenoisedFrame* out) {
+  STILLRAY_RETURN_IF_ERROR(state_memory_->Invalidate());
+  FrameState state;
+  std::memcpy(&state, state_->mapped, sizeof(state));
+  out->non_finite = state.non_finite;
+  out->negative = state.negative;
+  out->bad_guides = state.bad_guides;
+  for (const gpu::DeviceTime& time : pipeline_->times()) {
+    out->timings.push_back({time.name, time.milliseconds});
+  }
+  STILLRAY_RETURN_IF_ERROR(reader_->Read(*pipeline_, state, settings_, had_history, &out->images));
+  return upload_->ReadColour(&out->colour);
+}
+
+Status HostDenoiser::Denoise(const Frame& frame, DenoisedFrame* out) {
+  STILLRAY_RETURN_IF_ERROR(CheckFrame(frame, settings_));
+  out->timings.clear();
+  out->images.clear();
+  const FrameView view = Complete(frame, out);
+  FrameFacts facts = FactsOf(view);
+  facts.samples_per_pixel = SamplesPerPixel(frame);
+  {
+    const StageTimer timer(&out->timings, "upload");
+    STILLRAY_RETURN_IF_ERROR(Prepare(view, facts));
+    STILLRAY_RETURN_IF_ERROR(upload_->Write(view));
+  }
+  const bool had_history = pipeline_->has_history() && settings_.temporal;
+  STILLRAY_RETURN_IF_ERROR(Run(facts));
+  return ReadResults(had_history, out);
+}
+
+Status HostDenoiser::SetSettings(const Settings& settings) {
+  STILLRAY_RETURN_IF_ERROR(ValidateSettings(settings));
+  const bool regroup = NeedsNewHistory(settings_, settings);
+  settings_ = settings;
+  if (regroup) {
+    Reset();
+  }
+  reader_.reset();
+  return pipeline_ != nullptr &&
+                 pipeline_->Fits(settings, pipeline_->shape().width, pipeline_->shape().height,
+                                 pipeline_->has_transmission())
+             ? pipeline_->SetSettings(settings)
+             : Status::Ok();  // made anew with the next frame
+}
+
+void HostDenoiser::Reset() {
+  held_ = HeldGuides();
+  if (pipeline_ != nullptr) {
+    pipeline_->Reset();
+  }
+}
+
+DeviceMemory HostDenoiser::device_memory() const {
+  DeviceMemory sum;
+  const auto add = [&](const gpu::MemoryUse& use) {
+    sum.allocations += use.allocations;
+    sum.resources += use.resources;
+    sum.bytes += use.bytes;
+    sum.largest = std::max(sum.largest, use.largest);
+  };
+  if (pipeline_ != nullptr) {
+    add(pipeline_->memory());
+  }
+  if (upload_ != nullptr) {
+    add(upload_->memory());
+  }
+  if (state_memory_ != nullptr) {
+    add(state_memory_->Need());
+  }
+  return sum;
+}
+
+size_t HostDenoiser::memory_bytes() const {
+  return device_memory().bytes + held_.bytes() + sparse_.bytes();
+}
+
+}  // namespace
+
+Result<std::unique_ptr<DeviceDenoiser>> VulkanBackend::CreateDenoiser(const Settings& settings,
+                                                                      DevicePrecision precision) {
+  return std::unique_ptr<DeviceDenoiser>(std::make_unique<HostDenoiser>(
+      device_, settings, precision == DevicePrecision::kFloat ? Storage::kFloat : Storage::kHalf));
+}
+
+}  // namespace stillray::vulkan

@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// A Denoiser whose frames lie in host memory and whose work is done by a Vulkan device.
+#pragma once
+
+#include <memory>
+
+#include "denoise/device_denoiser.h"
+#include "gpu/device.h"
+
+namespace stillray::vulkan {
+
+class VulkanBackend : public DeviceBackend {
+ public:
+  explicit VulkanBackend(std::shared_ptr<gpu::Device> device) : device_(std::move(device)) {}
+  Result<std::unique_ptr<DeviceDenoiser>> CreateDenoiser(const Settings& settings,
+                                                         DevicePrecision precision) override;
+  const std::shared_ptr<gpu::Device>& device() const { return device_; }
+
+ private:
+  std::shared_ptr<gpu::Device> device_;
+};
+
+}  // namespace stillray::vulkan

@@ -1,0 +1,22 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#version 450
+#extension GL_GOOGLE_include_directive : require
+
+// Sums of accumulated light over each workgroup, for the Gaussians of EAW.
+#include "denoise/vulkan/common.glsl"
+#include "denoise/vulkan/reduce.glsl"
+
+layout(set = 1, binding = 0) uniform texture2DArray colour;
+
+void main() {
+  ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+  vec4 luminance = vec4(0.0f);
+  for (int s = 0; Inside(p) && s < signals; ++s) {
+    luminance[s] = texelFetch(colour, ivec3(p, s), 0).x;
+  }
+  luminance = SumOfGroup(luminance);
+  if (gl_LocalInvocationIndex == 0u) {
+    partials[2u * GroupIndex()] = luminance;
+  }
+}

@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#version 450
+#extension GL_GOOGLE_include_directive : require
+
+// How bright the new light is, and emission and background: sums over each workgroup's pixels, of
+// every measure_stride-th row and column. update_exposure makes powers of two of them.
+#include "denoise/vulkan/common.glsl"
+#include "denoise/vulkan/new_light.glsl"
+#include "denoise/vulkan/reduce.glsl"
+
+vec3 Unfiltered(ivec2 p) {
+  vec3 sum = vec3(0.0f);
+  if (has_emission != 0) {
+    vec3 light = texelFetch(emission_image, p, 0).xyz;
+    sum += IsFinite(light) ? light : vec3(0.0f);
+  }
+  if (has_background != 0) {
+    vec3 light = texelFetch(background_image, p, 0).xyz;
+    sum += IsFinite(light) ? light : vec3(0.0f);
+  }
+  return sum;
+}
+
+void main() {
+  ivec2 p = ivec2(gl_GlobalInvocationID.xy) * measure_stride + measure_stride / 2;
+  vec4 light = vec4(0.0f);
+  vec4 other = vec4(0.0f);  // unfiltered light, pixels with a sample, pixels
+  if (Inside(p)) {
+    for (int s = 0; s < signals; ++s) {
+      NewLight new_light = LoadNewLight(s, p);
+      light[s] = min(max(new_light.colour.x, 0.0f), 1e30f);
+    }
+    vec3 unfiltered = Unfiltered(p);
+    other = vec4(min(max(max(unfiltered.x, max(unfiltered.y, unfiltered.z)), 0.0f), 1e30f),
+                 GivenSamples(p) > 0.0f ? 1.0f : 0.0f, 1.0f, 0.0f);
+  }
+  light = SumOfGroup(light);
+  other = SumOfGroup(other);
+  if (gl_LocalInvocationIndex == 0u) {
+    partials[2u * GroupIndex()] = light;
+    partials[2u * GroupIndex() + 1u] = other;
+  }
+}

@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Intermediate pictures of a denoiser on Vulkan, as its caller knows them.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "denoise/vulkan/frame_pipeline.h"
+
+namespace stillray::vulkan {
+
+/// Copies the images that wanted outputs are made from to memory of the host, and makes those
+/// outputs of them.
+class OutputReader : public FrameObserver {
+ public:
+  /// \param names  of single outputs: see Denoiser::OutputNames
+  static Result<std::unique_ptr<OutputReader>> Create(const gpu::DeviceContext* context,
+                                                      const FramePipeline& pipeline,
+                                                      std::vector<std::string> names);
+  void BeginFrame();
+  bool Wants(std::string_view name) const override;
+  void Keep(VkCommandBuffer commands, std::string_view name, const gpu::Image& image) override;
+
+  /// Copies what is left to copy at the end of a frame.
+  void Finish(VkCommandBuffer commands, const FramePipeline& pipeline);
+  /// Makes the outputs once the device has run the frame.
+  /// \param had_history  before this frame
+  Status Read(const FramePipeline& pipeline, const FrameState& state, const Settings& settings,
+              bool had_history, std::vector<NamedImage>* images) const;
+  const std::vector<std::string>& names() const { return names_; }
+
+ private:
+  /// Values of an image of light, read back: width x height x layers, four each.
+  struct Kept {
+    const gpu::Buffer* buffer = nullptr;
+    bool copied = false;  ///< in this frame
+  };
+  explicit OutputReader(const gpu::DeviceContext* context) : context_(context), arena_(context) {}
+  /// Channel of an image at a pixel.
+  float Load(const std::string& name, int layer, int channel, int x, int y) const;
+  void ReadPicture(const std::string& name, const FrameState& state, NamedImage* out) const;
+  void ReadSignal(const std::string& kind, int signal, const FrameState& state, const Settings& s,
+                  bool had_history, NamedImage* out) const;
+  void ReadDisocclusion(bool had_history, NamedImage* out) const;
+
+  const gpu::DeviceContext* context_;
+  gpu::Arena arena_;
+  Shape shape_;
+  std::vector<std::string> names_;
+  std::map<std::string, Kept, std::less<>> kept_;
+};
+
+}  // namespace stillray::vulkan

@@ -1,0 +1,107 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+#include "denoise/vulkan/pass_recorder.h"
+
+namespace stillray::vulkan {
+namespace {
+
+/// The content of set 0, in the order of the bindings of common.glsl.
+gpu::SetContent FrameContent(const FrameInputs& in, const FrameImages& images) {
+  gpu::SetContent content;
+  const auto add = [&](const ImageRef& given, const gpu::Image* otherwise) {
+    const bool is_given = given.view != VK_NULL_HANDLE;
+    content.images.push_back(is_given ? given.view : otherwise->view);
+    content.layouts.push_back(is_given ? given.layout : VK_IMAGE_LAYOUT_GENERAL);
+  };
+  for (const ImageRef& light : in.lights) {
+    add(light, images.no_input);
+  }
+  for (const ImageRef& moment : in.second_moments) {
+    add(moment, images.no_input);
+  }
+  add(in.depth, images.no_input);
+  add(in.normal, images.no_input);
+  add(in.id, images.no_ids);
+  add(in.motion, images.no_input);
+  for (const ImageRef& albedo : in.albedos) {
+    add(albedo, images.no_input);
+  }
+  add(in.emission, images.no_input);
+  add(in.background, images.no_input);
+  add(in.samples, images.no_input);
+  add(in.colour_is_half ? ImageRef() : in.colour, images.no_float_output);
+  add(in.colour_is_half ? in.colour : ImageRef(), images.no_half_output);
+  add(in.display, images.no_display);
+  content.buffers = {images.parameters->buffer, images.state->buffer, images.partials->buffer};
+  return content;
+}
+
+}  // namespace
+
+void PassRecorder::UseFrame(const FrameInputs& inputs, const FrameImages& images) {
+  const Result<VkDescriptorSet> set = sets_->Find(kFrameSet, FrameContent(inputs, images));
+  if (!set.ok()) {
+    status_ = set.status();
+    return;
+  }
+  frame_set_ = *set;
+}
+
+void PassRecorder::Barrier() {
+  constexpr VkPipelineStageFlags kStages =
+      VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
+  VkMemoryBarrier barrier = {};
+  barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
+  barrier.srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
+  barrier.dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT |
+                          VK_ACCESS_UNIFORM_READ_BIT | VK_ACCESS_TRANSFER_READ_BIT |
+                          VK_ACCESS_TRANSFER_WRITE_BIT;
+  context_->vk.CmdPipelineBarrier(commands_, kStages, kStages, 0, 1, &barrier, 0, nullptr, 0,
+                                  nullptr);
+}
+
+void PassRecorder::RunBytes(Shader shader, Groups groups, std::span<const gpu::Image* const> images,
+                            const void* push, std::span<const uint32_t> constants) {
+  if (!status_.ok()) {
+    return;
+  }
+  const ShaderInfo& info = InfoOf(shader);
+  const Result<const gpu::Pipeline*> pipeline = pipelines_->Find(shader, constants);
+  if (!pipeline.ok()) {
+    status_ = pipeline.status();
+    return;
+  }
+  gpu::SetContent content;
+  for (const gpu::Image* image : images) {
+    content.images.push_back(image->view);
+  }
+  const Result<VkDescriptorSet> own = sets_->Find({info.reads, info.writes, 0, 0}, content);
+  if (!own.ok()) {
+    status_ = own.status();
+    return;
+  }
+  Barrier();
+  if (times_ != nullptr && part_ != info.stage) {
+    part_ = info.stage;
+    times_->Mark(commands_, part_);
+  }
+  const VkDescriptorSet bound[] = {frame_set_, *own};
+  const VkPipelineLayout layout = (*pipeline)->layout();
+  context_->vk.CmdBindPipeline(commands_, VK_PIPELINE_BIND_POINT_COMPUTE, (*pipeline)->handle());
+  context_->vk.CmdBindDescriptorSets(commands_, VK_PIPELINE_BIND_POINT_COMPUTE, layout, 0, 2, bound,
+                                     0, nullptr);
+  if (push != nullptr) {
+    context_->vk.CmdPushConstants(commands_, layout, VK_SHADER_STAGE_COMPUTE_BIT, 0,
+                                  info.push_bytes, push);
+  }
+  context_->vk.CmdDispatch(commands_, groups.x, groups.y, 1);
+}
+
+void PassRecorder::EndTimes() {
+  if (times_ != nullptr) {
+    times_->End(commands_);
+  }
+}
+
+}  // namespace stillray::vulkan

@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#version 450
+#extension GL_GOOGLE_include_directive : require
+
+// prefilter_variance: see stages/prefilter_variance.h. Stores what the luminance weight divides by,
+// the inverse of the stop; kNoStop where luminance must not stop anything.
+#include "denoise/vulkan/common.glsl"
+#include "denoise/vulkan/stop.glsl"
+
+layout(set = 1, binding = 0) uniform texture2DArray light;
+layout(set = 1, binding = 1) uniform texture2DArray moments;
+layout(set = 1, binding = 2, SCALAR_FORMAT) writeonly uniform image2DArray stop_out;
+
+void main() {
+  ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+  if (!Inside(p)) {
+    return;
+  }
+  int radius = smooth_variance != 0 ? 1 : 0;
+  for (int s = 0; s < signals; ++s) {
+    vec4 own = texelFetch(light, ivec3(p, s), 0);
+    float sum = 0.0f;
+    float sum_weight = 0.0f;
+    for (int dy = -radius; dy <= radius; ++dy) {
+      for (int dx = -radius; dx <= radius; ++dx) {
+        ivec2 q = p + ivec2(dx, dy);
+        float deviation = Inside(q) ? texelFetch(light, ivec3(q, s), 0).w : -1.0f;
+        float w = (dx == 0 ? 2.0f : 1.0f) * (dy == 0 ? 2.0f : 1.0f);
+        w = IsPresent(deviation) ? w : 0.0f;
+        sum += w * VarianceOf(deviation);
+        sum_weight += w;
+      }
+    }
+    bool bounded = IsPresent(own.w) &&
+                   max(texelFetch(moments, ivec3(p, s), 0).z, 0.0f) >= unbounded_below;
+    float smoothed = sum / max(sum_weight, 1.0f);
+    // Without exposure, since PSVGF's variance in place of a deviation depends on it.
+    float spread = square_root != 0 ? sqrt(smoothed) : smoothed / exposure[s];
+    float stop = bounded ? LuminanceStop(own.x, spread, sigma_l, luminance_epsilon) : 0.0f;
+    imageStore(stop_out, ivec3(p, s), vec4(PackStop(stop)));
+  }
+}

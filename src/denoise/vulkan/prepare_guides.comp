@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#version 450
+#extension GL_GOOGLE_include_directive : require
+
+// prepare_guides: see stages/prepare_guides.h.
+#include "denoise/vulkan/common.glsl"
+#include "denoise/stages/prepare_guides_shared.h"
+
+layout(set = 1, binding = 0, SURFACE_FORMAT) writeonly uniform uimage2D surface_out;
+layout(set = 1, binding = 1, SURFACE_FORMAT) writeonly uniform uimage2D detail_out;
+
+struct Guide {
+  Surface surface;
+  uint id;
+  bool bad;
+};
+
+// 1 / z and unit normal where there is a usable surface, else zero.
+Guide Convert(ivec2 p) {
+  Guide g;
+  g.surface = Surface(0.0f, vec3(0.0f));
+  g.id = 0u;
+  g.bad = false;
+  if (!Inside(p)) {
+    return g;
+  }
+  float z = texelFetch(depth_image, p, 0).x;
+  vec3 n = texelFetch(normal_image, p, 0).xyz;
+  bool finite_normal = IsFinite(n);
+  float length2 = dot(n, n);
+  bool positive = z > 0.0f && !IsNaN(z);
+  g.bad = !positive || !finite_normal;
+  if (positive && IsFinite(z) && finite_normal && length2 > 1e-12f && IsFinite(length2)) {
+    g.surface = Surface(1.0f / z, n * (1.0f / sqrt(length2)));
+    g.id = has_id != 0 ? texelFetch(id_image, p, 0).x : 0u;
+  }
+  return g;
+}
+
+float SameSlope(Guide a, Guide b) {
+  bool same = dot(a.surface.normal, b.surface.normal) >= kGradientMinCosine && a.id == b.id;
+  return same ? 1.0f : 0.0f;
+}
+
+float Slope(Guide before, Guide centre, Guide after) {
+  return OneSidedGradient(before.surface.inverse_depth, centre.surface.inverse_depth,
+                          after.surface.inverse_depth, SameSlope(centre, before),
+                          SameSlope(centre, after));
+}
+
+void main() {
+  ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+  if (!Inside(p)) {
+    return;
+  }
+  Guide g = Convert(p);
+  Detail detail;
+  detail.gradient.x = Slope(Convert(p - ivec2(1, 0)), g, Convert(p + ivec2(1, 0)));
+  detail.gradient.y = Slope(Convert(p - ivec2(0, 1)), g, Convert(p + ivec2(0, 1)));
+  detail.id = g.id;
+  imageStore(surface_out, p, PackSurface(g.surface));
+  imageStore(detail_out, p, PackDetail(detail, g.surface.inverse_depth));
+  if (g.bad) {
+    atomicAdd(bad_guides, 1u);
+  }
+}

@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#version 450
+#extension GL_GOOGLE_include_directive : require
+
+// remodulate: see stages/remodulate.h. Firefly compression is undone on the way.
+#include "denoise/vulkan/common.glsl"
+#include "denoise/vulkan/new_light.glsl"
+
+layout(set = 1, binding = 0) uniform texture2DArray light;
+layout(set = 1, binding = 1, LIGHT_FORMAT) writeonly uniform image2D picture_out;
+
+layout(push_constant) uniform Push {
+  int counts;  // whether broken pixels of emission and background are counted
+};
+
+vec3 Radiance(int s, ivec2 p) {
+  vec3 c = texelFetch(light, ivec3(p, s), 0).xyz / exposure[s];
+  if (firefly == 2) {
+    c *= ExpandScale(c.x);
+  }
+  vec3 rgb = vec3(c.y, rec601 != 0 ? Green601(c.x, c.y, c.z) : Green709(c.x, c.y, c.z), c.z);
+  if (AlbedosOf(s) != 0) {
+    vec3 factor = AlbedoSum(s, p);
+    rgb = vec3(Remodulate(rgb.x, factor.x), Remodulate(rgb.y, factor.y),
+               Remodulate(rgb.z, factor.z));
+  }
+  return rgb;
+}
+
+vec3 AddUnfiltered(vec3 sum, vec3 other) {
+  if (!IsFinite(other)) {
+    if (counts != 0) {
+      atomicAdd(non_finite, 1u);
+    }
+    return sum;
+  }
+  return sum + other;
+}
+
+void main() {
+  ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+  if (!Inside(p)) {
+    return;
+  }
+  vec3 sum = vec3(0.0f);
+  for (int s = 0; s < signals; ++s) {
+    sum += Radiance(s, p);
+  }
+  if (has_emission != 0) {
+    sum = AddUnfiltered(sum, texelFetch(emission_image, p, 0).xyz);
+  }
+  if (has_background != 0) {
+    sum = AddUnfiltered(sum, texelFetch(background_image, p, 0).xyz);
+  }
+  imageStore(picture_out, p, Stored(vec4(ClampLight(sum * picture_exposure), 1.0f)));
+}

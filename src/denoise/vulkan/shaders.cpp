@@ -1,0 +1,83 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+#include "denoise/vulkan/shaders.h"
+
+#include <algorithm>
+#include <array>
+#include <memory>
+
+/// name, stage, images read and written, bytes of push constants
+#define STILLRAY_DENOISE_SHADERS(X)                   \
+  X(MeasureLight, "demodulate", 0, 0, 0)              \
+  X(UpdateExposure, "demodulate", 0, 0, 4)            \
+  X(PrepareGuides, "prepare_guides", 0, 2, 0)         \
+  X(Demodulate, "demodulate", 0, 2, 0)                \
+  X(SuppressFireflies, "suppress_fireflies", 1, 1, 0) \
+  X(Reproject, "reproject", 8, 4, 0)                  \
+  X(UpdateCompression, "limit_history", 0, 0, 4)      \
+  X(LimitHistory, "limit_history", 4, 1, 0)           \
+  X(Accumulate, "accumulate", 7, 4, 4)                \
+  X(MeasureHistory, "estimate_variance", 1, 0, 0)     \
+  X(UpdateMean, "estimate_variance", 0, 0, 4)         \
+  X(EstimateVariance, "estimate_variance", 6, 1, 0)   \
+  X(PrefilterVariance, "prefilter_variance", 2, 1, 0) \
+  X(Atrous, "atrous", 4, 1, 8)                        \
+  X(Remodulate, "remodulate", 1, 1, 4)                \
+  X(Fxaa, "fxaa", 2, 1, 0)                            \
+  X(Antialias, "antialias", 5, 1, 0)                  \
+  X(Tonemap, "tonemap", 1, 0, 0)
+
+namespace stillray::vulkan {
+
+namespace shaders {
+#define STILLRAY_DECLARE_SHADER_(name, ...)    \
+  extern const std::uint32_t k##name##Half[];  \
+  extern const std::size_t k##name##HalfWords; \
+  extern const std::uint32_t k##name##Float[]; \
+  extern const std::size_t k##name##FloatWords;
+STILLRAY_DENOISE_SHADERS(STILLRAY_DECLARE_SHADER_)
+}  // namespace shaders
+
+const ShaderInfo& InfoOf(Shader shader) {
+#define STILLRAY_SHADER_INFO_(name, stage, reads, writes, push) {stage, reads, writes, push},
+  static constexpr ShaderInfo kInfo[] = {STILLRAY_DENOISE_SHADERS(STILLRAY_SHADER_INFO_)};
+  return kInfo[static_cast<size_t>(shader)];
+}
+
+std::span<const uint32_t> CodeOf(Shader shader, Storage storage) {
+  using Code = std::span<const uint32_t>;
+#define STILLRAY_SHADER_CODE_(name, ...)                      \
+  {Code(shaders::k##name##Half, shaders::k##name##HalfWords), \
+   Code(shaders::k##name##Float, shaders::k##name##FloatWords)},
+  const std::array<Code, 2> code[] = {STILLRAY_DENOISE_SHADERS(STILLRAY_SHADER_CODE_)};
+  return code[static_cast<size_t>(shader)][storage == Storage::kHalf ? 0 : 1];
+}
+
+Result<const gpu::Pipeline*> Pipelines::Find(Shader shader, std::span<const uint32_t> constants) {
+  for (const std::unique_ptr<Entry>& entry : entries_) {
+    if (entry->shader == shader && std::ranges::equal(entry->constants, constants)) {
+      return &entry->pipeline;
+    }
+  }
+  const ShaderInfo& info = InfoOf(shader);
+  const Result<VkDescriptorSetLayout> frame = sets_->Layout(kFrameSet);
+  if (!frame.ok()) {
+    return frame.status();
+  }
+  const Result<VkDescriptorSetLayout> own = sets_->Layout({info.reads, info.writes, 0, 0});
+  if (!own.ok()) {
+    return own.status();
+  }
+  const VkDescriptorSetLayout layouts[] = {*frame, *own};
+  Result<gpu::Pipeline> made = gpu::Pipeline::Create(
+      context_, {info.stage, CodeOf(shader, storage_), layouts, info.push_bytes, constants});
+  if (!made.ok()) {
+    return made.status();
+  }
+  entries_.push_back(std::make_unique<Entry>(
+      Entry{shader, {constants.begin(), constants.end()}, std::move(made.value())}));
+  return &entries_.back()->pipeline;
+}
+
+}  // namespace stillray::vulkan

@@ -1,0 +1,78 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The compute shaders of the denoiser: what each reads and writes, and its code.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "gpu/pipeline.h"
+
+namespace stillray::vulkan {
+
+/// How light is kept between stages.
+enum class Storage : uint8_t {
+  kHalf,   ///< 16 bits, with an exposure that follows the light; normals in 32 bits
+  kFloat,  ///< 32 bits: as precise as the CPU, twice the memory
+};
+
+enum class Shader : uint8_t {
+  kMeasureLight,
+  kUpdateExposure,
+  kPrepareGuides,
+  kDemodulate,
+  kSuppressFireflies,
+  kReproject,
+  kUpdateCompression,
+  kLimitHistory,
+  kAccumulate,
+  kMeasureHistory,
+  kUpdateMean,
+  kEstimateVariance,
+  kPrefilterVariance,
+  kAtrous,
+  kRemodulate,
+  kFxaa,
+  kAntialias,
+  kTonemap,
+};
+
+/// Images that a shader's second descriptor set shows, in the order of its bindings.
+struct ShaderInfo {
+  const char* stage;    ///< its name among the times: that of the CPU's stage
+  uint32_t reads;       ///< sampled images
+  uint32_t writes;      ///< storage images
+  uint32_t push_bytes;  ///< size of its push constants
+};
+
+const ShaderInfo& InfoOf(Shader shader);
+std::span<const uint32_t> CodeOf(Shader shader, Storage storage);
+
+/// Set 0, common to all shaders: inputs of the frame, outputs, parameters, state, partial sums.
+inline constexpr gpu::SetShape kFrameSet = {22, 3, 1, 2};
+
+/// Descriptor set layouts and pipelines, made when they are first asked for.
+class Pipelines {
+ public:
+  Pipelines(const gpu::DeviceContext* context, Storage storage, gpu::DescriptorSets* sets)
+      : context_(context), storage_(storage), sets_(sets) {}
+
+  /// \param constants  specialisation constants
+  Result<const gpu::Pipeline*> Find(Shader shader, std::span<const uint32_t> constants = {});
+
+ private:
+  struct Entry {
+    Shader shader;
+    std::vector<uint32_t> constants;
+    gpu::Pipeline pipeline;
+  };
+  const gpu::DeviceContext* context_;
+  Storage storage_;
+  gpu::DescriptorSets* sets_;
+  std::vector<std::unique_ptr<Entry>> entries_;
+};
+
+}  // namespace stillray::vulkan

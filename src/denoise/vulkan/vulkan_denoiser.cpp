@@ -1,0 +1,229 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+#include "stillray/vulkan.hpp"
+
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "denoise/filter_parameters.h"
+#include "denoise/vulkan/frame_pipeline.h"
+
+namespace stillray {
+namespace {
+
+using vulkan::FrameFacts;
+using vulkan::FrameInputs;
+using vulkan::ImageRef;
+
+ImageRef RefTo(const VulkanImage& image) {
+  return {image.view, image.layout};
+}
+
+bool IsGiven(const VulkanImage& image) {
+  return image.view != VK_NULL_HANDLE;
+}
+
+FrameFacts FactsOf(const VulkanFrame& frame) {
+  FrameFacts facts;
+  facts.index = frame.index;
+  for (uint32_t k = 0; k < kSignalKindCount; ++k) {
+    facts.lights |= IsGiven(frame.lights[k]) ? 1u << k : 0u;
+    facts.second_moments |= IsGiven(frame.second_moments[k]) ? 1u << k : 0u;
+  }
+  facts.second_moments &= facts.lights;
+  facts.albedos = (IsGiven(frame.albedo) ? 1u : 0u) | (IsGiven(frame.specular_albedo) ? 2u : 0u) |
+                  (IsGiven(frame.transmission_albedo) ? 4u : 0u);
+  facts.has_samples = IsGiven(frame.samples);
+  facts.has_id = IsGiven(frame.id);
+  facts.has_emission = IsGiven(frame.emission);
+  facts.has_background = IsGiven(frame.background);
+  facts.samples_per_pixel = frame.samples_per_pixel;
+  facts.colour_is_half = frame.colour_is_half;
+  facts.shows = IsGiven(frame.display);
+  return facts;
+}
+
+FrameInputs InputsOf(const VulkanFrame& frame) {
+  FrameInputs in;
+  for (size_t k = 0; k < kSignalKindCount; ++k) {
+    in.lights[k] = RefTo(frame.lights[k]);
+    in.second_moments[k] = RefTo(frame.second_moments[k]);
+  }
+  in.depth = RefTo(frame.depth);
+  in.normal = RefTo(frame.normal);
+  in.id = RefTo(frame.id);
+  in.motion = RefTo(frame.motion);
+  in.albedos[0] = RefTo(frame.albedo);
+  in.albedos[1] = RefTo(frame.specular_albedo);
+  in.albedos[2] = RefTo(frame.transmission_albedo);
+  in.emission = RefTo(frame.emission);
+  in.background = RefTo(frame.background);
+  in.samples = RefTo(frame.samples);
+  in.colour = RefTo(frame.colour);
+  in.colour_is_half = frame.colour_is_half;
+  in.display = RefTo(frame.display);
+  return in;
+}
+
+/// Whether all is there that the settings need.
+Status CheckFrame(const VulkanFrame& frame, const Settings& settings, bool transmission) {
+  const auto missing = [&](const char* name) {
+    return Status::InvalidArgument(
+        fmt::format("frame {}: image '{}' is not given", frame.index, name));
+  };
+  const auto given = [&](SignalKind kind) { return IsGiven(frame.lights[static_cast<int>(kind)]); };
+  const bool diffuse = given(SignalKind::kDirectDiffuse) || given(SignalKind::kIndirectDiffuse);
+  const bool specular = given(SignalKind::kDirectSpecular) || given(SignalKind::kIndirectSpecular);
+  const bool through =
+      given(SignalKind::kDirectTransmission) || given(SignalKind::kIndirectTransmission);
+  if (!diffuse && !specular && !through) {
+    return Status::InvalidArgument(
+        fmt::format("frame {}: there are no lights to denoise", frame.index));
+  }
+  if (through != transmission) {
+    return Status::InvalidArgument(
+        fmt::format("frame {}: transmission signals are {}given, but the denoiser was made {} them",
+                    frame.index, through ? "" : "not ", transmission ? "with" : "without"));
+  }
+  if (!IsGiven(frame.depth)) {
+    return missing("depth");
+  }
+  if (!IsGiven(frame.normal)) {
+    return missing("normal");
+  }
+  if ((settings.temporal || settings.antialias != Antialias::kOff) && !IsGiven(frame.motion)) {
+    return missing("motion");
+  }
+  if (settings.demodulate && diffuse && !IsGiven(frame.albedo)) {
+    return missing("albedo");
+  }
+  if (settings.demodulate && specular && !IsGiven(frame.specular_albedo)) {
+    return missing("specular_albedo");
+  }
+  if (settings.demodulate && through && !IsGiven(frame.transmission_albedo)) {
+    return missing("transmission_albedo");
+  }
+  if (!IsGiven(frame.colour)) {
+    return missing("colour");
+  }
+  if (!(frame.samples_per_pixel >= 0)) {
+    return Status::InvalidArgument(fmt::format("frame {}: samples_per_pixel is {}, expected >= 0",
+                                               frame.index, frame.samples_per_pixel));
+  }
+  return Status::Ok();
+}
+
+vulkan::PipelineOptions PipelineOptionsOf(const VulkanOptions& o) {
+  vulkan::PipelineOptions options;
+  options.settings = o.settings;
+  options.width = o.width;
+  options.height = o.height;
+  options.transmission = o.transmission;
+  options.storage =
+      o.precision == DevicePrecision::kFloat ? vulkan::Storage::kFloat : vulkan::Storage::kHalf;
+  options.timed = o.timestamps;
+  return options;
+}
+
+Result<gpu::DeviceContext> ContextOf(const VulkanContext& c) {
+  if (c.instance == VK_NULL_HANDLE || c.physical_device == VK_NULL_HANDLE ||
+      c.device == VK_NULL_HANDLE || c.get_instance_proc_addr == nullptr) {
+    return Status::InvalidArgument(
+        "Vulkan: instance, physical_device, device and get_instance_proc_addr must be given");
+  }
+  return gpu::MakeContext(c.get_instance_proc_addr, c.instance, c.physical_device, c.device);
+}
+
+DeviceMemory MemoryOf(const gpu::MemoryUse& use) {
+  return {use.allocations, use.resources, use.bytes, use.largest};
+}
+
+}  // namespace
+
+struct VulkanDenoiser::Impl {
+  gpu::DeviceContext context;
+  Settings settings;
+  std::unique_ptr<vulkan::FramePipeline> pipeline;
+};
+
+VulkanDenoiser::VulkanDenoiser(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+VulkanDenoiser::VulkanDenoiser(VulkanDenoiser&&) noexcept = default;
+VulkanDenoiser& VulkanDenoiser::operator=(VulkanDenoiser&&) noexcept = default;
+VulkanDenoiser::~VulkanDenoiser() = default;
+
+Result<DeviceMemory> VulkanDenoiser::MemoryNeed(const VulkanContext& context,
+                                                const VulkanOptions& options) {
+  const Result<gpu::DeviceContext> made = ContextOf(context);
+  STILLRAY_RETURN_IF_ERROR(made.status());
+  const Result<gpu::MemoryUse> need =
+      vulkan::FramePipeline::Need(&*made, PipelineOptionsOf(options));
+  STILLRAY_RETURN_IF_ERROR(need.status());
+  return MemoryOf(*need);
+}
+
+Result<VulkanDenoiser> VulkanDenoiser::Create(const VulkanContext& context,
+                                              const VulkanOptions& options) {
+  STILLRAY_RETURN_IF_ERROR(ValidateSettings(options.settings));
+  const Result<gpu::DeviceContext> made = ContextOf(context);
+  STILLRAY_RETURN_IF_ERROR(made.status());
+  auto impl = std::make_unique<Impl>();
+  impl->context = *made;
+  impl->settings = options.settings;
+  Result<std::unique_ptr<vulkan::FramePipeline>> pipeline =
+      vulkan::FramePipeline::Create(&impl->context, PipelineOptionsOf(options));
+  STILLRAY_RETURN_IF_ERROR(pipeline.status());
+  impl->pipeline = std::move(pipeline.value());
+  return VulkanDenoiser(std::move(impl));
+}
+
+Status VulkanDenoiser::Record(VkCommandBuffer commands, const VulkanFrame& frame) {
+  if (commands == VK_NULL_HANDLE) {
+    return Status::InvalidArgument("Vulkan: the command buffer is not given");
+  }
+  STILLRAY_RETURN_IF_ERROR(CheckFrame(frame, impl_->settings, impl_->pipeline->has_transmission()));
+  return impl_->pipeline->Record(commands, FactsOf(frame), InputsOf(frame), nullptr);
+}
+
+Status VulkanDenoiser::SetSettings(const Settings& settings) {
+  STILLRAY_RETURN_IF_ERROR(ValidateSettings(settings));
+  vulkan::FramePipeline& pipeline = *impl_->pipeline;
+  if (!pipeline.Fits(settings, pipeline.shape().width, pipeline.shape().height,
+                     pipeline.has_transmission())) {
+    return Status::InvalidArgument(
+        "these settings need other images than the denoiser was made with: make another one");
+  }
+  STILLRAY_RETURN_IF_ERROR(pipeline.SetSettings(settings));
+  if (NeedsNewHistory(impl_->settings, settings)) {
+    pipeline.Reset();
+  }
+  impl_->settings = settings;
+  return Status::Ok();
+}
+
+const Settings& VulkanDenoiser::settings() const {
+  return impl_->settings;
+}
+
+void VulkanDenoiser::Reset() {
+  impl_->pipeline->Reset();
+}
+
+Status VulkanDenoiser::ForgetImages() {
+  return impl_->pipeline->ForgetInputs();
+}
+
+DeviceMemory VulkanDenoiser::memory() const {
+  return MemoryOf(impl_->pipeline->memory());
+}
+
+std::vector<StageTime> VulkanDenoiser::timings() const {
+  std::vector<StageTime> times;
+  for (const gpu::DeviceTime& time : impl_->pipeline->times()) {
+    times.push_back({time.name, time.milliseconds});
+  }
+  return times;
+}
+
+}  // namespace stillray

@@ -1,0 +1,217 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// The denoiser on Vulkan as its users see it.
+#include "denoise/test_frames.h"
+#include "gpu/device_test.h"
+
+namespace stillray {
+namespace {
+
+using test::ExpectImage;
+using test::MakeBusyFrame;
+using test::With;
+using DeviceDenoiser = test::DeviceTest;
+
+TEST_F(DeviceDenoiser, FxaaFindsTheSameEdges) {
+  // Slanted edges of noiseless light: every pixel decides far from its thresholds.
+  Frame frame = test::MakeWall(96, 64);
+  test::FillImage<3>(&test::Light(&frame, SignalKind::kDirectDiffuse), [](int x, int y, int c) {
+    const int slanted = (x * 2 + y * 9) / 40 + (y > 40 ? x / 13 : 0);
+    return slanted % 2 == 0 ? 1.0f : 0.2f + 0.1f * static_cast<float>(c);
+  });
+  for (const char* antialias : {"off", "taa"}) {
+    const Settings settings =
+        With("default", {{"fxaa", "on"}, {"wavelet", "off"}, {"antialias", antialias}});
+    Result<Denoiser> reference = Denoiser::Create(settings, Backend::kReference);
+    Denoiser tested = MakeDenoiser(settings, DevicePrecision::kFloat);
+    DenoisedFrame expected;
+    DenoisedFrame got;
+    ASSERT_TRUE(reference->Denoise(frame, &expected).ok());
+    ASSERT_TRUE(tested.Denoise(frame, &got).ok());
+    int changed = 0;
+    for (int y = 0; y < 64; ++y) {
+      for (int x = 0; x < 96; ++x) {
+        EXPECT_NEAR(got.colour[1](x, y), expected.colour[1](x, y), 1e-5) << x << "," << y;
+        const float light = test::Light(&frame, SignalKind::kDirectDiffuse)[1](x, y);
+        changed += std::abs(expected.colour[1](x, y) - light) > 0.01f ? 1 : 0;
+      }
+    }
+    EXPECT_GT(changed, 100);
+  }
+}
+
+/// The frame with all its light scaled.
+Frame Scaled(Frame frame, float factor) {
+  const auto scale = [&](Image3* image) {
+    test::FillImage<3>(image,
+                       [&, copy = *image](int x, int y, int c) { return factor * copy[c](x, y); });
+  };
+  for (Signal& signal : frame.signals) {
+    scale(&signal.radiance);
+  }
+  scale(&frame.background);
+  return frame;
+}
+
+TEST_F(DeviceDenoiser, ExposureFollowsTheLight) {
+  // Light of any unit: halves hold it, and twice the light is twice the picture. The exposures are
+  // powers of two, so that nothing differs but where a last bit decides a rounding to halves.
+  constexpr float kRounding = 3e-3f;
+  const Settings settings = PresetSettings("default").value();
+  Denoiser plain = MakeDenoiser(settings, DevicePrecision::kHalf);
+  Denoiser bright = MakeDenoiser(settings, DevicePrecision::kHalf);
+  Denoiser dark = MakeDenoiser(settings, DevicePrecision::kHalf);
+  constexpr float kFactor = 1 << 24;
+  for (int i = 0; i < 4; ++i) {
+    const Frame frame = MakeBusyFrame(40, 30, i);
+    DenoisedFrame a;
+    DenoisedFrame b;
+    DenoisedFrame c;
+    ASSERT_TRUE(plain.Denoise(frame, &a).ok());
+    ASSERT_TRUE(bright.Denoise(Scaled(frame, kFactor), &b).ok());
+    ASSERT_TRUE(dark.Denoise(Scaled(frame, 1 / kFactor), &c).ok());
+    for (int y = 0; y < 30; ++y) {
+      for (int x = 0; x < 40; ++x) {
+        const float value = a.colour[0](x, y);
+        ASSERT_NEAR(value, b.colour[0](x, y) / kFactor, kRounding * value)
+            << i << " " << x << "," << y;
+        ASSERT_NEAR(value, c.colour[0](x, y) * kFactor, kRounding * value)
+            << i << " " << x << "," << y;
+      }
+    }
+  }
+}
+
+TEST_F(DeviceDenoiser, LightThatGrowsAThousandfoldKeepsItsHistory) {
+  // The exposure changes on the way; what is remembered is brought to it.
+  const Settings settings = With("svgf", {{"fxaa", "off"}});
+  Denoiser reference = std::move(Denoiser::Create(settings, Backend::kReference).value());
+  Denoiser tested = MakeDenoiser(settings, DevicePrecision::kHalf);
+  float factor = 1;
+  for (int i = 0; i < 5; ++i, factor *= 6) {
+    const Frame frame = Scaled(MakeBusyFrame(60, 40, i), factor);
+    DenoisedFrame expected;
+    DenoisedFrame got;
+    ASSERT_TRUE(reference.Denoise(frame, &expected).ok());
+    ASSERT_TRUE(tested.Denoise(frame, &got).ok());
+    ExpectImage({"colour", {got.colour[1]}}, {"colour", {expected.colour[1]}}, test::kHalf,
+                "frame " + std::to_string(i));
+  }
+}
+
+TEST_F(DeviceDenoiser, TheSameBitsTwice) {
+  for (const DevicePrecision precision : {DevicePrecision::kHalf, DevicePrecision::kFloat}) {
+    Denoiser one = MakeDenoiser(PresetSettings("default").value(), precision);
+    Denoiser two = MakeDenoiser(PresetSettings("default").value(), precision);
+    for (int i = 0; i < 3; ++i) {
+      DenoisedFrame a;
+      DenoisedFrame b;
+      ASSERT_TRUE(one.Denoise(MakeBusyFrame(70, 40, i), &a).ok());
+      ASSERT_TRUE(two.Denoise(MakeBusyFrame(70, 40, i), &b).ok());
+      for (int y = 0; y < 40; ++y) {
+        for (int x = 0; x < 70; ++x) {
+          ASSERT_EQ(a.colour[1](x, y), b.colour[1](x, y));
+        }
+      }
+    }
+  }
+}
+
+TEST_F(DeviceDenoiser, BrokenInputReachesNothing) {
+  for (const DevicePrecision precision : {DevicePrecision::kHalf, DevicePrecision::kFloat}) {
+    Denoiser d = MakeDenoiser(PresetSettings("default").value(), precision);
+    DenoisedFrame out;
+    for (int i = 0; i < 4; ++i) {
+      Frame f = MakeBusyFrame(48, 32, i);
+      for (int k = 0; k < 32; ++k) {
+        f.guides.motion[0](k, 3) = NAN;
+        f.guides.depth(k, 9) = NAN;
+        f.guides.normal[1](k, 12) = INFINITY;
+        f.emission[2](k, 15) = NAN;
+        f.samples(k, 18) = -INFINITY;
+        f.signals[0].radiance[0](k, 21) = INFINITY;
+      }
+      ASSERT_TRUE(d.Denoise(f, &out).ok());
+      EXPECT_GE(out.bad_guides, 64);
+      for (int y = 0; y < 32; ++y) {
+        for (int x = 0; x < 48; ++x) {
+          for (int c = 0; c < 3; ++c) {
+            ASSERT_TRUE(std::isfinite(out.colour[c](x, y))) << i << " " << x << "," << y;
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST_F(DeviceDenoiser, SettingsMayChangeOnTheWay) {
+  Denoiser reference =
+      std::move(Denoiser::Create(PresetSettings("default").value(), Backend::kReference).value());
+  Denoiser tested = MakeDenoiser(PresetSettings("default").value(), DevicePrecision::kFloat);
+  DenoisedFrame expected;
+  DenoisedFrame got;
+  int i = 0;
+  for (const Settings& settings :
+       {With("default", {{"kernel", "3x3"}, {"fxaa", "off"}}),
+        With("default", {{"steps", "1,2"}, {"fxaa", "off"}}), With("svgf", {{"fxaa", "off"}}),
+        With("svgf", {{"fxaa", "off"}, {"sigma_l", "2"}})}) {
+    ASSERT_TRUE(reference.SetSettings(settings).ok());
+    ASSERT_TRUE(tested.SetSettings(settings).ok());
+    for (int k = 0; k < 2; ++k, ++i) {
+      ASSERT_TRUE(reference.Denoise(MakeBusyFrame(40, 30, i), &expected).ok());
+      ASSERT_TRUE(tested.Denoise(MakeBusyFrame(40, 30, i), &got).ok());
+      ExpectImage({"colour", {got.colour[1]}}, {"colour", {expected.colour[1]}}, test::kFloat,
+                  "frame " + std::to_string(i));
+    }
+  }
+  tested.Reset();
+  Denoiser fresh = MakeDenoiser(tested.settings(), DevicePrecision::kFloat);
+  ASSERT_TRUE(tested.Denoise(MakeBusyFrame(40, 30, 0), &got).ok());
+  ASSERT_TRUE(fresh.Denoise(MakeBusyFrame(40, 30, 0), &expected).ok());
+  ExpectImage({"colour", {got.colour[1]}}, {"colour", {expected.colour[1]}}, {1e-6, 0}, "reset");
+  ASSERT_TRUE(tested.Denoise(MakeBusyFrame(33, 45, 1), &got).ok());  // another size
+  EXPECT_EQ(got.colour.width(), 33);
+}
+
+TEST_F(DeviceDenoiser, WhatIsNotOfferedSaysSo) {
+  Denoiser d = MakeDenoiser(PresetSettings("default").value(), DevicePrecision::kHalf);
+  FutureLight future;
+  EXPECT_EQ(d.Accumulate(MakeBusyFrame(8, 8, 0), &future).code(), StatusCode::kUnsupported);
+  EXPECT_TRUE(d.SaveHistory().empty());
+  EXPECT_EQ(d.RestoreHistory({}).code(), StatusCode::kUnsupported);
+  DenoisedFrame out;
+  Frame broken = MakeBusyFrame(8, 8, 0);
+  broken.guides.depth = Image1(9, 8);
+  EXPECT_EQ(d.Denoise(broken, &out).code(), StatusCode::kInvalidArgument);
+  ASSERT_TRUE(d.Denoise(MakeBusyFrame(8, 8, 0), &out).ok());
+  EXPECT_GT(d.device_memory().bytes, 8u * 8u * 100u);
+  EXPECT_FALSE(out.timings.empty());
+}
+
+TEST(DeviceChoice, NamesWhatIsWrong) {
+  for (const char* bad : {"", "gpu", "vulkan:", "vulkan:one", "cpu:0"}) {
+    const Result<Device> opened = Device::Open(bad);
+    ASSERT_FALSE(opened.ok()) << bad;
+    EXPECT_EQ(opened.status().code(), StatusCode::kInvalidArgument) << bad;
+    EXPECT_NE(opened.status().message().find("expected auto, cpu, vulkan or vulkan:N"),
+              std::string::npos);
+  }
+}
+
+TEST(DeviceChoice, AutoIsAGpuOrTheCpuWithTheReason) {
+  const Result<Device> opened = Device::Open("auto");
+  ASSERT_TRUE(opened.ok()) << opened.status().message();
+  std::string remark;
+  bool gpu = false;
+  for (const DeviceDescription& d : ListDevices(&remark)) {
+    gpu = gpu || (d.is_gpu && d.usable.ok());
+  }
+  EXPECT_EQ(opened->is_cpu(), !gpu);
+  EXPECT_EQ(opened->remark().empty(), gpu);
+  EXPECT_TRUE(Device::Open("cpu")->is_cpu());
+  EXPECT_TRUE(Device::Open("cpu")->remark().empty());
+}
+
+}  // namespace
+}  // namespace stillray

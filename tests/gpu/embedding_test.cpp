@@ -1,0 +1,371 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// The denoiser in a caller's own command buffers, in C++ and in C.
+#include <gmock/gmock.h>
+
+#include <atomic>
+#include <cstring>
+#include <string>
+
+#include "denoise/stages/tonemap.h"
+#include "denoise/test_frames.h"
+#include "denoise/vulkan/frame_upload.h"
+#include "gpu/device_test.h"
+#include "stillray/vulkan.h"
+#include "stillray/vulkan.hpp"
+
+namespace stillray {
+namespace {
+
+using test::MakeBusyFrame;
+using ::testing::HasSubstr;
+
+constexpr int kWidth = 61;
+constexpr int kHeight = 37;
+
+/// Calls of the device that recording a frame must not make.
+std::atomic<int> forbidden_calls = 0;
+PFN_vkGetInstanceProcAddr real_get_instance = nullptr;
+PFN_vkGetDeviceProcAddr real_get_device = nullptr;
+PFN_vkAllocateMemory real_allocate = nullptr;
+PFN_vkQueueSubmit real_submit = nullptr;
+PFN_vkAllocateDescriptorSets real_sets = nullptr;
+PFN_vkWaitForFences real_wait = nullptr;
+PFN_vkCreateComputePipelines real_pipelines = nullptr;
+
+VKAPI_ATTR VkResult VKAPI_CALL Allocate(VkDevice d, const VkMemoryAllocateInfo* i,
+                                        const VkAllocationCallbacks* a, VkDeviceMemory* m) {
+  ++forbidden_calls;
+  return real_allocate(d, i, a, m);
+}
+VKAPI_ATTR VkResult VKAPI_CALL Submit(VkQueue q, uint32_t n, const VkSubmitInfo* s, VkFence f) {
+  ++forbidden_calls;
+  return real_submit(q, n, s, f);
+}
+VKAPI_ATTR VkResult VKAPI_CALL AllocateSets(VkDevice d, const VkDescriptorSetAllocateInfo* i,
+                                            VkDescriptorSet* s) {
+  ++forbidden_calls;
+  return real_sets(d, i, s);
+}
+VKAPI_ATTR VkResult VKAPI_CALL Wait(VkDevice d, uint32_t n, const VkFence* f, VkBool32 all,
+                                    uint64_t ns) {
+  ++forbidden_calls;
+  return real_wait(d, n, f, all, ns);
+}
+VKAPI_ATTR VkResult VKAPI_CALL CreatePipelines(VkDevice d, VkPipelineCache c, uint32_t n,
+                                               const VkComputePipelineCreateInfo* i,
+                                               const VkAllocationCallbacks* a, VkPipeline* p) {
+  ++forbidden_calls;
+  return real_pipelines(d, c, n, i, a, p);
+}
+
+template <typename Function>
+PFN_vkVoidFunction Replace(PFN_vkVoidFunction found, Function* real, Function own) {
+  *real = reinterpret_cast<Function>(found);
+  return reinterpret_cast<PFN_vkVoidFunction>(own);
+}
+
+VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetDevice(VkDevice device, const char* name) {
+  const PFN_vkVoidFunction found = real_get_device(device, name);
+  const std::string text = name;
+  return text == "vkAllocateMemory"           ? Replace(found, &real_allocate, &Allocate)
+         : text == "vkQueueSubmit"            ? Replace(found, &real_submit, &Submit)
+         : text == "vkAllocateDescriptorSets" ? Replace(found, &real_sets, &AllocateSets)
+         : text == "vkWaitForFences"          ? Replace(found, &real_wait, &Wait)
+         : text == "vkCreateComputePipelines" ? Replace(found, &real_pipelines, &CreatePipelines)
+                                              : found;
+}
+
+VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetInstance(VkInstance instance, const char* name) {
+  const PFN_vkVoidFunction found = real_get_instance(instance, name);
+  return std::string(name) == "vkGetDeviceProcAddr" ? Replace(found, &real_get_device, &GetDevice)
+                                                    : found;
+}
+
+class Embedding : public test::DeviceTest {
+ protected:
+  VulkanContext context() {
+    real_get_instance = instance_->get_instance_proc_addr();
+    return {instance_->handle(), device_->context().physical, device_->context().device,
+            &GetInstance};
+  }
+  VulkanOptions options(std::string_view preset) {
+    VulkanOptions o;
+    o.settings = PresetSettings(preset).value();
+    o.width = kWidth;
+    o.height = kHeight;
+    o.timestamps = device_->has_timestamps();
+    return o;
+  }
+};
+
+/// A frame in images of the device, as a renderer would have it.
+VulkanFrame FrameOf(const vulkan::FrameInputs& in, const Frame& frame) {
+  const auto image = [](const vulkan::ImageRef& ref) { return VulkanImage{ref.view, ref.layout}; };
+  VulkanFrame f;
+  f.index = frame.index;
+  for (int k = 0; k < kSignalKindCount; ++k) {
+    f.lights[k] = image(in.lights[k]);
+    f.second_moments[k] = image(in.second_moments[k]);
+  }
+  f.depth = image(in.depth);
+  f.normal = image(in.normal);
+  f.id = image(in.id);
+  f.motion = image(in.motion);
+  f.albedo = image(in.albedos[0]);
+  f.specular_albedo = image(in.albedos[1]);
+  f.emission = image(in.emission);
+  f.background = image(in.background);
+  f.samples = image(in.samples);
+  f.colour = image(in.colour);
+  double samples = 0;
+  for (int y = 0; y < frame.height; ++y) {
+    for (int x = 0; x < frame.width; ++x) {
+      samples += static_cast<double>(frame.samples(x, y));
+    }
+  }
+  f.samples_per_pixel =
+      static_cast<float>(samples / (static_cast<double>(frame.width) * frame.height));
+  return f;
+}
+
+std::unique_ptr<vulkan::FrameUpload> Upload(const gpu::DeviceContext& context, const Frame& f) {
+  const vulkan::FrameView view = {&f, &f.guides, &f.emission, &f.background};
+  auto made = vulkan::FrameUpload::Create(&context, f.width, f.height, vulkan::FactsOf(view));
+  EXPECT_TRUE(made.ok()) << made.status().message();
+  return std::move(made.value());
+}
+
+void Barrier(const gpu::DeviceContext& c, VkCommandBuffer commands, VkPipelineStageFlags from,
+             VkAccessFlags written, VkPipelineStageFlags to, VkAccessFlags read) {
+  VkMemoryBarrier memory = {};
+  memory.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
+  memory.srcAccessMask = written;
+  memory.dstAccessMask = read;
+  c.vk.CmdPipelineBarrier(commands, from, to, 0, 1, &memory, 0, nullptr, 0, nullptr);
+}
+
+/// Copies the frame to the device, lets `record` record, and reads the picture back.
+template <typename Record>
+void RunFrame(gpu::Device* device, vulkan::FrameUpload* upload, const Frame& f, Image3* colour,
+              const Record& record) {
+  const gpu::DeviceContext& c = device->context();
+  ASSERT_TRUE(upload->Write({&f, &f.guides, &f.emission, &f.background}).ok());
+  const Result<VkCommandBuffer> commands = device->Begin();
+  ASSERT_TRUE(commands.ok());
+  upload->Record(*commands);
+  Barrier(c, *commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
+          VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT);
+  record(*commands);
+  Barrier(c, *commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
+          VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_READ_BIT);
+  upload->RecordDownload(*commands);
+  Barrier(c, *commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
+          VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT);
+  const Status run = device->Run();
+  ASSERT_TRUE(run.ok()) << run.message();
+  ASSERT_TRUE(upload->ReadColour(colour).ok());
+}
+
+void ExpectSameBits(const Image3& a, const Image3& b) {
+  for (int y = 0; y < b.height(); ++y) {
+    for (int x = 0; x < b.width(); ++x) {
+      ASSERT_EQ(a[1](x, y), b[1](x, y)) << x << "," << y;
+    }
+  }
+}
+
+TEST_F(Embedding, GivesThePicturesOfTheHostApiWithoutHiddenWork) {
+  const Frame first = MakeBusyFrame(kWidth, kHeight, 0);
+  auto upload = Upload(device_->context(), first);
+  for (const char* preset : {"default", "svgf", "psvgf"}) {
+    const VulkanOptions o = options(preset);
+    const Result<DeviceMemory> need = VulkanDenoiser::MemoryNeed(context(), o);
+    ASSERT_TRUE(need.ok()) << need.status().message();
+    Result<VulkanDenoiser> made = VulkanDenoiser::Create(context(), o);
+    ASSERT_TRUE(made.ok()) << made.status().message();
+    EXPECT_EQ(made->memory().bytes, need->bytes);
+    EXPECT_EQ(made->memory().allocations, need->allocations);
+    Denoiser host = MakeDenoiser(o.settings, DevicePrecision::kHalf);
+    for (int i = 0; i < 30; ++i) {
+      const Frame f = MakeBusyFrame(kWidth, kHeight, i);
+      DenoisedFrame expected;
+      ASSERT_TRUE(host.Denoise(f, &expected).ok());
+      Image3 colour;
+      RunFrame(device_.get(), upload.get(), f, &colour, [&](VkCommandBuffer commands) {
+        forbidden_calls = 0;
+        const Status recorded = made->Record(commands, FrameOf(upload->inputs(), f));
+        EXPECT_TRUE(recorded.ok()) << recorded.message();
+        // At first descriptor sets are taken from the pool, until all ways in which images change
+        // places have been seen; nothing else, ever.
+        EXPECT_TRUE(i < 20 || forbidden_calls == 0) << preset << " frame " << i;
+      });
+      ExpectSameBits(colour, expected.colour);
+    }
+    EXPECT_EQ(made->timings().empty(), !o.timestamps);
+  }
+}
+
+TEST_F(Embedding, ShowsThePictureAsTonemapDoes) {
+  const gpu::DeviceContext& c = device_->context();
+  const Frame f = MakeBusyFrame(kWidth, kHeight, 0);
+  auto upload = Upload(c, f);
+  gpu::Arena arena(&c);
+  const gpu::Image* display = *arena.AddImage(VK_FORMAT_R8G8B8A8_UNORM, kWidth, kHeight, 0);
+  const gpu::Buffer* bytes = *arena.AddBuffer(kWidth * kHeight * 4, 0, gpu::BufferPlace::kDownload);
+  ASSERT_TRUE(arena.Allocate().ok());
+  for (const char* curve : {"linear", "reinhard", "filmic", "aces"}) {
+    VulkanOptions o = options("default");
+    ASSERT_TRUE(SetParameter(&o.settings, "tonemap", curve).ok());
+    ASSERT_TRUE(SetParameter(&o.settings, "exposure", "0.5").ok());
+    o.precision = DevicePrecision::kFloat;
+    Result<VulkanDenoiser> made = VulkanDenoiser::Create(context(), o);
+    ASSERT_TRUE(made.ok());
+    Image3 colour;
+    RunFrame(device_.get(), upload.get(), f, &colour, [&](VkCommandBuffer commands) {
+      VkImageMemoryBarrier barrier = {};
+      barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER;
+      barrier.dstAccessMask = VK_ACCESS_SHADER_WRITE_BIT;
+      barrier.newLayout = VK_IMAGE_LAYOUT_GENERAL;
+      barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+      barrier.image = display->image;
+      barrier.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
+      c.vk.CmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT,
+                              VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, 0, 0, nullptr, 0, nullptr, 1,
+                              &barrier);
+      VulkanFrame frame = FrameOf(upload->inputs(), f);
+      frame.display.view = display->view;
+      EXPECT_TRUE(made->Record(commands, frame).ok());
+      Barrier(c, commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
+              VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_READ_BIT);
+      VkBufferImageCopy region = {};
+      region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+      region.imageExtent = {kWidth, kHeight, 1};
+      c.vk.CmdCopyImageToBuffer(commands, display->image, VK_IMAGE_LAYOUT_GENERAL, bytes->buffer, 1,
+                                &region);
+    });
+    ASSERT_TRUE(arena.Invalidate().ok());
+    std::vector<uint8_t> expected(kWidth * kHeight * 3);
+    reference::Tonemap(colour, std::exp2(0.5f), static_cast<int>(o.settings.tonemap), {},
+                       expected.data());
+    const auto* shown = static_cast<const uint8_t*>(bytes->mapped);
+    int differ = 0;
+    for (int i = 0; i < kWidth * kHeight; ++i) {
+      for (int k = 0; k < 3; ++k) {
+        const int difference =
+            std::abs(shown[4 * i + k] - expected[static_cast<size_t>(3 * i + k)]);
+        ASSERT_LE(difference, 1) << curve;
+        differ += difference;
+      }
+    }
+    EXPECT_LT(differ, kWidth * kHeight * 3 / 200) << curve;
+  }
+}
+
+TEST_F(Embedding, SaysWhatIsMissing) {
+  const Frame f = MakeBusyFrame(kWidth, kHeight, 4);
+  auto upload = Upload(device_->context(), f);
+  Result<VulkanDenoiser> made = VulkanDenoiser::Create(context(), options("default"));
+  ASSERT_TRUE(made.ok());
+  EXPECT_THAT(made->Record(VK_NULL_HANDLE, VulkanFrame()).message(), HasSubstr("command buffer"));
+  const Result<VkCommandBuffer> commands = device_->Begin();
+  ASSERT_TRUE(commands.ok());
+  const auto without = [&](VulkanImage VulkanFrame::*image) {
+    VulkanFrame frame = FrameOf(upload->inputs(), f);
+    frame.*image = VulkanImage();
+    return made->Record(*commands, frame).message();
+  };
+  EXPECT_EQ(without(&VulkanFrame::depth), "frame 4: image 'depth' is not given");
+  EXPECT_EQ(without(&VulkanFrame::normal), "frame 4: image 'normal' is not given");
+  EXPECT_EQ(without(&VulkanFrame::motion), "frame 4: image 'motion' is not given");
+  EXPECT_EQ(without(&VulkanFrame::albedo), "frame 4: image 'albedo' is not given");
+  EXPECT_EQ(without(&VulkanFrame::specular_albedo),
+            "frame 4: image 'specular_albedo' is not given");
+  EXPECT_EQ(without(&VulkanFrame::colour), "frame 4: image 'colour' is not given");
+  VulkanFrame frame = FrameOf(upload->inputs(), f);
+  frame.lights[4] = frame.lights[0];
+  EXPECT_THAT(made->Record(*commands, frame).message(),
+              HasSubstr("transmission signals are given, but the denoiser was made without"));
+  Settings other = made->settings();
+  other.signals = SignalGrouping::kSingle;
+  EXPECT_EQ(made->SetSettings(other).code(), StatusCode::kInvalidArgument);
+  EXPECT_TRUE(device_->Run().ok());
+
+  VulkanOptions o = options("default");
+  o.width = 0;
+  EXPECT_THAT(VulkanDenoiser::Create(context(), o).status().message(),
+              HasSubstr("frames are 0x37"));
+  EXPECT_THAT(VulkanDenoiser::MemoryNeed(context(), o).status().message(), HasSubstr("0x37"));
+  EXPECT_THAT(VulkanDenoiser::Create({}, options("svgf")).status().message(),
+              HasSubstr("get_instance_proc_addr must be given"));
+}
+
+TEST_F(Embedding, InC) {
+  const Frame f = MakeBusyFrame(kWidth, kHeight, 0);
+  auto upload = Upload(device_->context(), f);
+  const stillray_vulkan_context c = {instance_->handle(), device_->context().physical,
+                                     device_->context().device,
+                                     instance_->get_instance_proc_addr()};
+  const char* changes[] = {"sigma_l=2", "antialias=off"};
+  stillray_vulkan_options o = {};
+  o.preset = "svgf";
+  o.settings = changes;
+  o.setting_count = 2;
+  o.width = kWidth;
+  o.height = kHeight;
+  stillray_vulkan_memory need = {};
+  ASSERT_EQ(stillray_vulkan_memory_need(&c, &o, &need), STILLRAY_OK);
+  EXPECT_GT(need.bytes, 0u);
+  stillray_vulkan_denoiser* denoiser = nullptr;
+  EXPECT_EQ(stillray_vulkan_create(99, &c, &o, &denoiser), STILLRAY_ERROR_UNSUPPORTED);
+  ASSERT_EQ(stillray_vulkan_create(STILLRAY_ABI_VERSION, &c, &o, &denoiser), STILLRAY_OK)
+      << stillray_vulkan_error_message(nullptr);
+  const VulkanFrame cpp = FrameOf(upload->inputs(), f);
+  stillray_vulkan_frame frame = {};
+  frame.samples_per_pixel = cpp.samples_per_pixel;
+  const auto put = [&](int slot, const VulkanImage& image) {
+    frame.images[slot] = {image.view, image.layout};
+  };
+  for (int k = 0; k < 4; ++k) {
+    put(STILLRAY_VULKAN_DIRECT_DIFFUSE + k, cpp.lights[k]);
+  }
+  put(STILLRAY_VULKAN_DEPTH, cpp.depth);
+  put(STILLRAY_VULKAN_NORMAL, cpp.normal);
+  put(STILLRAY_VULKAN_ID, cpp.id);
+  put(STILLRAY_VULKAN_MOTION, cpp.motion);
+  put(STILLRAY_VULKAN_ALBEDO, cpp.albedo);
+  put(STILLRAY_VULKAN_SPECULAR_ALBEDO, cpp.specular_albedo);
+  put(STILLRAY_VULKAN_EMISSION, cpp.emission);
+  put(STILLRAY_VULKAN_BACKGROUND, cpp.background);
+  put(STILLRAY_VULKAN_SAMPLES, cpp.samples);
+  put(STILLRAY_VULKAN_COLOUR, cpp.colour);
+  Image3 colour;
+  RunFrame(device_.get(), upload.get(), f, &colour, [&](VkCommandBuffer commands) {
+    EXPECT_EQ(stillray_vulkan_record(denoiser, commands, &frame), STILLRAY_OK)
+        << stillray_vulkan_error_message(denoiser);
+  });
+  Denoiser host = MakeDenoiser(test::With("svgf", {{"sigma_l", "2"}, {"antialias", "off"}}),
+                               DevicePrecision::kHalf);
+  DenoisedFrame expected;
+  ASSERT_TRUE(host.Denoise(f, &expected).ok());
+  ExpectSameBits(colour, expected.colour);
+
+  EXPECT_EQ(stillray_vulkan_set(denoiser, "sigma_l", "5"), STILLRAY_OK);
+  EXPECT_EQ(stillray_vulkan_set(denoiser, "sigma_x", "5"), STILLRAY_ERROR_INVALID_ARGUMENT);
+  EXPECT_THAT(stillray_vulkan_error_message(denoiser), HasSubstr("sigma_x"));
+  EXPECT_EQ(stillray_vulkan_record(denoiser, nullptr, nullptr), STILLRAY_ERROR_INVALID_ARGUMENT);
+  EXPECT_STREQ(stillray_vulkan_error_message(denoiser), "frame is NULL");
+  EXPECT_EQ(stillray_vulkan_reset(nullptr), STILLRAY_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(stillray_vulkan_reset(denoiser), STILLRAY_OK);
+  EXPECT_EQ(stillray_vulkan_forget_images(denoiser), STILLRAY_OK);
+  stillray_vulkan_release(denoiser);
+  stillray_vulkan_release(nullptr);
+  o.preset = "none";
+  EXPECT_EQ(stillray_vulkan_create(STILLRAY_ABI_VERSION, &c, &o, &denoiser),
+            STILLRAY_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(denoiser, nullptr);
+}
+
+}  // namespace
+}  // namespace stillray
