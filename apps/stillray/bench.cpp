@@ -17,6 +17,7 @@
 #include "bench_filter.h"
 #include "bench_tracer.h"
 #include "commands.h"
+#include "denoise/device_denoiser.h"
 #include "interrupt.h"
 #include "progress.h"
 #include "render_options.h"
@@ -36,6 +37,7 @@ struct BenchArguments {
   int warm_up = 4;  ///< frames that fill histories and touch memory for the first time
   bool scalar = true;
   std::string json_path;
+  std::string device = "cpu";
 };
 
 /// One size: frames are rendered one by one, and given to every filter in turn.
@@ -155,7 +157,45 @@ std::string JsonText(const BenchArguments& a, const std::vector<BenchSize>& size
   return json.dump(1) + "\n";
 }
 
+/// The denoiser alone, on another device: its stages and a copy, on a picture made by formula.
+Status RunDeviceBench(const BenchArguments& a) {
+  for (const std::string& size : a.sizes) {
+    RenderArguments render = a.render;
+    render.size = size;
+    render.set.clear();
+    const Result<RenderOptions> options = ParseRenderArguments(render);
+    STILLRAY_RETURN_IF_ERROR(options.status());
+    for (const std::string& preset : a.presets) {
+      for (const std::string& kernel : a.kernels) {
+        Result<Settings> settings = PresetSettings(preset);
+        STILLRAY_RETURN_IF_ERROR(settings.status());
+        STILLRAY_RETURN_IF_ERROR(SetParameter(&settings.value(), "kernel", kernel));
+        for (const std::string& change : a.render.set) {
+          const size_t equal = change.find('=');
+          if (equal == std::string::npos) {
+            return Status::InvalidArgument(
+                fmt::format("--set '{}', expected NAME=VALUE such as sigma_l=4", change));
+          }
+          STILLRAY_RETURN_IF_ERROR(
+              SetParameter(&settings.value(), change.substr(0, equal), change.substr(equal + 1)));
+        }
+        const Result<std::string> table =
+            BenchOnDevice(a.device, *settings, options->render.width, options->render.height,
+                          a.repeats, DevicePrecision::kHalf);
+        if (!table.ok()) {
+          return Status(table.status().code(), "--device: " + table.status().message());
+        }
+        fmt::print("{}, {}: {}\n", preset, kernel, *table);
+      }
+    }
+  }
+  return Status::Ok();
+}
+
 Status RunBench(const BenchArguments& arguments) {
+  if (arguments.device != "cpu") {
+    return RunDeviceBench(arguments);
+  }
   const int most_threads = tbb::info::default_concurrency();
   const int asked = *std::max_element(arguments.threads.begin(), arguments.threads.end());
   const bool all =
@@ -210,6 +250,7 @@ Examples:
   stillray bench --size 1366x690 --spp 1/128 --guides sparse --preset psvgf --kernel 3x3 --threads 0
   stillray bench --spp 1/128 --guides sparse --still --warm-up 128 --preset psvgf
   stillray bench --preset svgf --set sigma_n=32 --no-scalar
+  stillray bench --device vulkan --preset svgf --kernel 5x5 --set signals=single
 )";
 
 }  // namespace
@@ -264,6 +305,10 @@ void AddBenchCommand(CLI::App& app, int* exit_code) {
       ->delimiter(',')
       ->take_all()
       ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  command
+      ->add_option("--device", a->device,
+                   "cpu; or vulkan, vulkan:N: the denoiser alone, beside a copy on that device")
       ->capture_default_str();
   command->add_option("--json", a->json_path, "Write the figures there too");
   command->callback([a, exit_code] {

@@ -13,6 +13,7 @@
 #include "commands.h"
 #include "denoise_options.h"
 #include "denoise_run.h"
+#include "device_option.h"
 #include "interrupt.h"
 #include "settings_file.h"
 
@@ -95,6 +96,7 @@ void AddDenoiseCommand(CLI::App& app, int* exit_code) {
       "--passes", a->passes,
       "Write the denoised light of every light layer (DiffDir, GlossInd, ...) too, so "
       "that putting the layers together gives the denoised colour");
+  AddDeviceOption(command, &a->device);
   command->add_option("--threads", a->threads, "Default: all processors")
       ->check(CLI::Range(0, 4096));
   command->add_option("--memory-limit", a->memory_limit,

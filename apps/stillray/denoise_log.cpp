@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "device_option.h"
 #include "log_parts.h"
 
 namespace stillray {
@@ -100,15 +101,18 @@ std::string DenoiseLogJson(const DenoiseOptions& options, const AovLayout& layou
   for (const DenoisedFrameLog& frame : log.frames) {
     frames.push_back(FrameJson(frame));
   }
-  const Json json = {{"stillray", STILLRAY_VERSION},
-                     {"preset", options.text.preset},
-                     {"window", options.text.window},
-                     {"threads", threads},
-                     {"aovs", LayoutJson(layout)},
-                     {"parameters", ParametersJson(used)},
-                     {"slowest_part", Slowest(PartsOf(log)).name},
-                     {"frames", std::move(frames)},
-                     {"memory", {{"denoiser_bytes", log.denoiser_bytes}}}};
+  Json json = {{"stillray", STILLRAY_VERSION},
+               {"preset", options.text.preset},
+               {"window", options.text.window},
+               {"threads", threads},
+               {"aovs", LayoutJson(layout)},
+               {"parameters", ParametersJson(used)},
+               {"slowest_part", Slowest(PartsOf(log)).name},
+               {"frames", std::move(frames)},
+               {"memory", {{"denoiser_bytes", log.denoiser_bytes}}}};
+  if (log.device_memory.allocations > 0) {
+    json["memory"]["device"] = DeviceMemoryJson(log.device_memory);
+  }
   // Names from files need not be UTF-8, as JSON must be.
   return json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
@@ -168,8 +172,10 @@ std::string DenoiseTimings(const DenoiseLog& log) {
   table +=
       TimingsRow("frame to frame", column([](const DenoisedFrameLog& f) { return f.elapsed_ms; }));
   table += SlowestText(log);
-  return table + fmt::format("  {:<22}{:>10.1f} MB\n", "memory, denoiser",
-                             static_cast<double>(log.denoiser_bytes) / 1e6);
+  return table +
+         fmt::format("  {:<22}{:>10.1f} MB\n", "memory, denoiser",
+                     static_cast<double>(log.denoiser_bytes) / 1e6) +
+         DeviceMemoryLine(log.device_memory);
 }
 
 }  // namespace stillray

@@ -36,6 +36,7 @@ struct DenoisedFrameLog {
 struct DenoiseLog {
   std::vector<DenoisedFrameLog> frames;
   size_t denoiser_bytes = 0;
+  DeviceMemory device_memory;  ///< of that what lies on a GPU
 };
 
 std::string DenoiseLogJson(const DenoiseOptions& options, const AovLayout& layout,

@@ -116,7 +116,7 @@ std::string DenoiseFingerprint(const DenoiseOptions& options) {
   std::string text = fmt::format("denoise {}\noutput {}\nfirst {}\nrenderer {}\naov {}\n",
                                  fmt::join(a.inputs, " "), a.output, options.files.front().input,
                                  a.aovs.renderer, fmt::join(a.aovs.mappings, " "));
-  text += fmt::format("window {}\npasses {}\n", a.window, a.passes);
+  text += fmt::format("window {}\npasses {}\ndevice {}\n", a.window, a.passes, a.device);
   if (options.window == Window::kBoth) {
     text += fmt::format("last {}\n", options.files.back().input);
   }

@@ -30,6 +30,7 @@ struct DenoiseArguments {
   bool passes = false;
   bool resume = false;
   bool timings = false;
+  std::string device = "auto";
   std::string json_path;
 };
 

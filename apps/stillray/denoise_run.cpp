@@ -22,6 +22,7 @@
 #include "denoise_passes.h"
 #include "denoise_reader.h"
 #include "denoise_writer.h"
+#include "device_option.h"
 #include "interrupt.h"
 #include "json_output.h"
 #include "progress.h"
@@ -248,7 +249,15 @@ Status DenoiseRun::MakeFolder() const {
 
 Status DenoiseRun::Prepare() {
   STILLRAY_RETURN_IF_ERROR(Understand());
-  Result<Denoiser> denoiser = Denoiser::Create(settings_);
+  const Result<Device> device =
+      OpenDeviceOption(options_.text.device, options_.text.resume               ? "--resume"
+                                             : options_.window == Window::kBoth ? "--window both"
+                                             : options_.text.passes             ? "--passes"
+                                                                                : "");
+  if (!device.ok()) {
+    return device.status();
+  }
+  Result<Denoiser> denoiser = Denoiser::Create(settings_, *device);
   if (!denoiser.ok()) {
     return denoiser.status();
   }
@@ -438,6 +447,7 @@ Status DenoiseRun::DenoiseFile(size_t at) {
       std::max(log_.denoiser_bytes, denoiser_->memory_bytes() +
                                         (LooksAhead() ? future_->memory_bytes() : 0) +
                                         (splitter_ ? splitter_->memory_bytes() : 0));
+  log_.device_memory = denoiser_->device_memory();
   return overlap_ ? Status::Ok() : FinishWriting();
 }
 

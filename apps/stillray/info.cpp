@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
+#include "device_option.h"
 #include "info_picture.h"
 #include "info_scene.h"
 #include "stillray/io.h"
@@ -23,6 +24,7 @@ namespace {
 
 struct InfoOptions {
   std::string file;
+  bool devices = false;
   std::string json_path;
 };
 
@@ -60,7 +62,11 @@ Status Print(const std::string& text) {
 }
 
 Status RunInfo(const InfoOptions& options) {
-  const Result<Description> description = Describe(options.file);
+  if (options.devices == !options.file.empty()) {
+    return Status::InvalidArgument("info takes a file, or --devices");
+  }
+  const Result<Description> description =
+      options.devices ? Description{DevicesText(), DevicesJson()} : Describe(options.file);
   if (!description.ok()) {
     return description.status();
   }
@@ -83,8 +89,9 @@ void AddInfoCommand(CLI::App& app, int* exit_code) {
   CLI::App* command = app.add_subcommand(
       "info", "Shows what is in a picture (EXR, HDR, PNG, JPEG) or a scene (glTF, built-in)");
   auto options = std::make_shared<InfoOptions>();
-  command->add_option("FILE", options->file, "Picture, .gltf or .glb file, or builtin:NAME")
-      ->required();
+  command->add_option("FILE", options->file, "Picture, .gltf or .glb file, or builtin:NAME");
+  command->add_flag("--devices", options->devices,
+                    "In place of a file: where the denoiser can work, for --device");
   command->add_option("--json", options->json_path,
                       "Write everything as JSON to this file too; - for JSON alone on standard "
                       "output");
@@ -92,7 +99,8 @@ void AddInfoCommand(CLI::App& app, int* exit_code) {
       "Examples:\n"
       "  stillray info frame.0001.exr\n"
       "  stillray info kitchen.glb\n"
-      "  stillray info builtin:cornell --json cornell.json");
+      "  stillray info builtin:cornell --json cornell.json\n"
+      "  stillray info --devices");
   command->callback([options, exit_code] {
     const Status status = RunInfo(*options);
     *exit_code = status.ok() ? kExitOk : ReportError(status);

@@ -16,6 +16,7 @@
 
 #include "background.h"
 #include "commands.h"
+#include "device_option.h"
 #include "interrupt.h"
 #include "json_output.h"
 #include "progress.h"
@@ -165,7 +166,12 @@ Status RenderRun::Prepare() {
     return renderer.status();
   }
   renderer_ = std::move(renderer.value());
-  Result<Denoiser> denoiser = Denoiser::Create(options_.denoise);
+  const Result<Device> device =
+      OpenDeviceOption(options_.text.device, options_.text.resume ? "--resume" : "");
+  if (!device.ok()) {
+    return device.status();
+  }
+  Result<Denoiser> denoiser = Denoiser::Create(options_.denoise, *device);
   if (!denoiser.ok()) {
     return denoiser.status();
   }
@@ -298,6 +304,7 @@ Status RenderRun::RenderOne(int64_t number, Progress* progress) {
   work.log.denoise_ms = Milliseconds(denoise_start);
   work.log.stages = LoggedStages(work.denoised.timings);
   log_.denoiser_bytes = denoiser_->memory_bytes();
+  log_.device_memory = denoiser_->device_memory();
   log_.renderer_bytes = renderer_->memory_bytes();
   STILLRAY_RETURN_IF_ERROR(FinishWriting(progress));
   writing_.Start(overlap_, [this, &work] { return WriteFiles(work); });
@@ -547,6 +554,7 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
       command->add_option("--format", a->formats, "What to write: a list of exr, png, mp4")
           ->capture_default_str();
   command->add_flag("--float", a->float_exr, "32-bit EXR files; default: 16-bit (half)");
+  AddDeviceOption(command, &a->device);
   command->add_option("--threads", a->threads, "Default: all processors")
       ->check(CLI::Range(0, 4096));
   command->add_flag("--resume", a->resume,

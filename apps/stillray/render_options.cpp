@@ -298,6 +298,7 @@ std::string RenderFingerprint(const RenderOptions& options) {
       a.scene, options.frames.first, a.size, a.fps, SamplesPerPixelText(options.render), a.guides,
       a.bounces, a.seed, a.sampler, a.environment, a.camera, a.reference_spp, a.reference_frames,
       fmt::join(a.aovs, ","), a.formats, a.float_exr, a.still, a.regularise, options.render.jitter);
+  text += fmt::format("device {}\n", a.device);
   for (const Parameter& p : Parameters()) {
     text += fmt::format("{} {}\n", p.name, GetParameter(options.denoise, p.name).value());
   }

@@ -48,6 +48,7 @@ struct RenderArguments {
   int threads = 0;
   bool resume = false;
   bool timings = false;
+  std::string device = "auto";
   std::string json_path;
 };
 

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "device_option.h"
 #include "log_parts.h"
 
 namespace stillray {
@@ -62,6 +63,9 @@ std::string RunLogJson(const RenderOptions& options, const RunLog& log, int thre
   }
   json["frames"] = std::move(frames);
   json["memory"] = {{"denoiser_bytes", log.denoiser_bytes}, {"renderer_bytes", log.renderer_bytes}};
+  if (log.device_memory.allocations > 0) {
+    json["memory"]["device"] = DeviceMemoryJson(log.device_memory);
+  }
   return json.dump(1) + "\n";
 }
 
@@ -107,7 +111,7 @@ std::string TimingsTable(const RunLog& log) {
   table += fmt::format("  {:<22}{:>10.1f} MB\n  {:<22}{:>10.1f} MB\n", "memory, denoiser",
                        static_cast<double>(log.denoiser_bytes) / 1e6, "memory, renderer",
                        static_cast<double>(log.renderer_bytes) / 1e6);
-  return table;
+  return table + DeviceMemoryLine(log.device_memory);
 }
 
 }  // namespace stillray

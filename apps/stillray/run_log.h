@@ -27,6 +27,7 @@ struct RunLog {
   std::vector<FrameLog> frames;
   size_t denoiser_bytes = 0;
   size_t renderer_bytes = 0;
+  DeviceMemory device_memory;  ///< of that what lies on a GPU
 };
 
 /// The text of render.json.

@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+#include "device_option.h"
+
+#include <cstdio>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace stillray {
+
+void AddDeviceOption(CLI::App* command, std::string* text) {
+  command
+      ->add_option("--device", *text,
+                   "Where the denoiser works: cpu, vulkan, vulkan:N (stillray info --devices), or "
+                   "auto: a GPU where there is one, else the CPU")
+      ->capture_default_str();
+}
+
+Result<Device> OpenDeviceOption(const std::string& text, const std::string& only_on_cpu) {
+  if (text != "cpu" && !only_on_cpu.empty()) {
+    if (text != "auto") {
+      return Status::Unsupported(fmt::format(
+          "--device is '{}', but {} works on the CPU only: --device cpu", text, only_on_cpu));
+    }
+    return Device();
+  }
+  Result<Device> opened = Device::Open(text);
+  if (!opened.ok()) {
+    return Status(opened.status().code(), "--device: " + opened.status().message());
+  }
+  if (!opened->is_cpu()) {
+    fmt::print(stderr, "denoising on {}\n", opened->description());
+  } else if (!opened->remark().empty()) {
+    fmt::print(stderr, "denoising on the CPU: {}\n", opened->remark());
+  }
+  return opened;
+}
+
+std::string DeviceMemoryLine(const DeviceMemory& memory) {
+  return memory.allocations == 0
+             ? std::string()
+             : fmt::format(
+                   "  memory on the device: {:.1f} MB in {} allocations, {} images and "
+                   "buffers, the largest {:.1f} MB\n",
+                   static_cast<double>(memory.bytes) / 1e6, memory.allocations, memory.resources,
+                   static_cast<double>(memory.largest) / 1e6);
+}
+
+nlohmann::ordered_json DeviceMemoryJson(const DeviceMemory& memory) {
+  return {{"allocations", memory.allocations},
+          {"images_and_buffers", memory.resources},
+          {"bytes", memory.bytes},
+          {"largest_bytes", memory.largest}};
+}
+
+std::string DevicesText() {
+  std::string remark;
+  std::string text = "cpu\n";
+  for (const DeviceDescription& d : ListDevices(&remark)) {
+    text += fmt::format("{}  {}, {}, {}, {:.1f} GB{}\n", d.choice, d.name, d.kind, d.driver,
+                        static_cast<double>(d.memory_bytes) / 1e9,
+                        d.usable.ok() ? "" : "; not usable: " + d.usable.message());
+  }
+  if (!remark.empty()) {
+    text += "no others: " + remark + "\n";
+  }
+  return text;
+}
+
+nlohmann::ordered_json DevicesJson() {
+  using Json = nlohmann::ordered_json;
+  std::string remark;
+  Json list = Json::array();
+  for (const DeviceDescription& d : ListDevices(&remark)) {
+    list.push_back({{"device", d.choice},
+                    {"name", d.name},
+                    {"kind", d.kind},
+                    {"driver", d.driver},
+                    {"memory_bytes", d.memory_bytes},
+                    {"is_gpu", d.is_gpu},
+                    {"usable", d.usable.ok()},
+                    {"missing", d.usable.message()}});
+  }
+  return {{"devices", list}, {"remark", remark}};
+}
+
+}  // namespace stillray

@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// `--device` of the subcommands that denoise.
+#pragma once
+
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json_fwd.hpp>
+
+#include "stillray/denoise.hpp"
+
+namespace stillray {
+
+void AddDeviceOption(CLI::App* command, std::string* text);
+
+/// Opens the device and says on standard error which it is; nothing is said of `cpu`.
+/// \param only_on_cpu  what the run asks for that other devices do not offer, such as "--resume",
+/// or
+///                     empty: "auto" is the CPU then, and other choices are errors
+Result<Device> OpenDeviceOption(const std::string& text, const std::string& only_on_cpu);
+
+/// One line about a denoiser's memory on its device; empty for the CPU.
+std::string DeviceMemoryLine(const DeviceMemory& memory);
+nlohmann::ordered_json DeviceMemoryJson(const DeviceMemory& memory);
+
+/// What `stillray info --devices` prints.
+std::string DevicesText();
+nlohmann::ordered_json DevicesJson();
+
+}  // namespace stillray
