@@ -85,7 +85,10 @@ void FillRow(const Task& t, const SpreadAcross& across, int y) {
   const uint32_t* id_cells = has_id ? t.work->id.value.front().Row(y / kPyramidFactor) : nullptr;
   for (int x = 0; x < t.width(); x += LaneCount()) {
     next.Fetch(x);
-    const MF hole = hn::Not(KnownAt(known_row, x));
+    const MF hole = hn::AndNot(KnownAt(known_row, x), InRow(x, t.width()));
+    if (hn::AllFalse(d, hole)) {
+      continue;
+    }
     const VF inverse = across(inverse_depth, x);
     const MF is_surface =
         hn::And(hn::Ge(across(surface_part, x), hn::Set(d, 0.5f)), hn::Gt(inverse, zero));
