@@ -38,6 +38,21 @@ done
 [ "$(head -c 2 "$work/c/out/denoised.ppm")" = P6 ] || fail "denoised.ppm is no picture"
 [ "$(head -c 2 "$work/cpp/out/denoised.pfm")" = PF ] || fail "denoised.pfm is no picture"
 
+if [ -e "$prefix/include/stillray/vulkan.hpp" ]; then
+  echo "== Vulkan, static"
+  "$cmake" -S "$source/examples/vulkan" -B "$work/vulkan" -DCMAKE_PREFIX_PATH="$prefix" \
+    -DCMAKE_BUILD_TYPE=Release >"$work/vulkan.txt" 2>&1 || fail "$(cat "$work/vulkan.txt")"
+  "$cmake" --build "$work/vulkan" >>"$work/vulkan.txt" || fail "$(cat "$work/vulkan.txt")"
+  status=0
+  "$work/vulkan/denoise_vulkan" "$work/vulkan" >"$work/vulkan/output.txt" || status=$?
+  if [ "$status" -eq 77 ]; then
+    echo "built, not run: there is no Vulkan driver here"
+  else
+    [ "$status" -eq 0 ] || fail "the Vulkan example ends with $status"
+    check_errors "$work/vulkan/output.txt"
+  fi
+fi
+
 echo "== pkg-config"
 export PKG_CONFIG_PATH="$pkgconfig"
 read -r -a flags < <(pkg-config --cflags --libs stillray)

@@ -1,0 +1,102 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Formulas that only the shaders use, against numbers worked out by hand or in double precision.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "denoise/stages/limit_history_shared.h"
+#include "denoise/stages/suppress_fireflies_shared.h"
+#include "denoise/vulkan/exposure_shared.h"
+#include "denoise/vulkan/octahedral_shared.h"
+
+namespace stillray {
+namespace {
+
+TEST(Octahedral, CornersAndFolds) {
+  const auto expect = [](vec3 n, float x, float y) {
+    const vec2 e = OctahedralEncode(n);
+    EXPECT_FLOAT_EQ(e.x, x);
+    EXPECT_FLOAT_EQ(e.y, y);
+  };
+  expect({0, 0, 1}, 0, 0);
+  expect({1, 0, 0}, 1, 0);
+  expect({0, -1, 0}, 0, -1);
+  expect({0, 0, -1}, 1, 1);  // the lower pole is where the corners meet
+  // (1, 2, -2) / 3 lies on the octahedron at (0.2, 0.4, -0.4): folded to (1 - 0.4, 1 - 0.2).
+  expect({1.0f / 3, 2.0f / 3, -2.0f / 3}, 0.6f, 0.8f);
+}
+
+TEST(Octahedral, SixteenBitsKeepDirectionsOfTheWholeSphere) {
+  double worst = 0;
+  for (int i = 0; i < 200; ++i) {
+    for (int j = 0; j < 400; ++j) {
+      const double theta = (i + 0.5) * M_PI / 200;
+      const double phi = (j + 0.37) * 2 * M_PI / 400;
+      const double n[3] = {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi),
+                           std::cos(theta)};
+      vec2 e = OctahedralEncode(
+          {static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2])});
+      e.x = std::round(e.x * 32767) / 32767;
+      e.y = std::round(e.y * 32767) / 32767;
+      const vec3 back = OctahedralDecode(e);
+      const double d[3] = {n[0] - back.x, n[1] - back.y, n[2] - back.z};
+      worst = std::max(worst, std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]));
+      EXPECT_NEAR(dot(back, back), 1, 1e-6);
+    }
+  }
+  // Radians: half a step of 1 / 32767 in both coordinates, stretched threefold at most.
+  EXPECT_LT(worst, 6.5e-5);
+  EXPECT_GT(worst, 1e-5);  // it is rounded at all
+}
+
+TEST(Exposure, IsAPowerOfTwoNearAnEighth) {
+  EXPECT_EQ(ChooseExposure(0, 1.0f), 0.125f);
+  EXPECT_EQ(ChooseExposure(0, 1.99f), 0.125f);
+  EXPECT_EQ(ChooseExposure(0, 2.0f), 0.0625f);
+  EXPECT_EQ(ChooseExposure(0, 0.3f), 0.5f);
+  for (const float mean : {1e-30f, 3e-7f, 0.02f, 7.0f, 5e8f, 1e30f}) {
+    const float exposure = ChooseExposure(0, mean);
+    int exponent = 0;
+    EXPECT_EQ(std::frexp(exposure, &exponent), 0.5f) << mean;
+    if (mean > 1e-28f && mean < 1e28f) {
+      EXPECT_GE(mean * exposure, 0.125f) << mean;
+      EXPECT_LT(mean * exposure, 0.25f) << mean;
+    }
+  }
+}
+
+TEST(Exposure, StaysUnlessTheLightLeavesItFar) {
+  EXPECT_EQ(ChooseExposure(0.125f, 8.0f), 0.125f);     // a level of 1
+  EXPECT_EQ(ChooseExposure(0.125f, 8.1f), 0.015625f);  // above
+  EXPECT_EQ(ChooseExposure(0.125f, 0.125f), 0.125f);   // a level of 1/64
+  EXPECT_EQ(ChooseExposure(0.125f, 0.12f), 2.0f);      // below: 0.12 is in 1/16..1/8
+  EXPECT_EQ(ChooseExposure(0.125f, 0.0f), 0.125f);     // black tells nothing
+  EXPECT_EQ(ChooseExposure(0.0f, 0.0f), 1.0f);
+}
+
+TEST(Fireflies, CompressionIsUndone) {
+  for (const float l : {0.0f, 0.5f, 3.0f, 1000.0f}) {
+    const float compressed = l * CompressScale(l);
+    EXPECT_NEAR(compressed * ExpandScale(compressed), l, 1e-4f * l);
+  }
+  EXPECT_FLOAT_EQ(CompressScale(3), 0.25f);
+  EXPECT_FLOAT_EQ(ExpandScale(0.75f), 4.0f);
+  EXPECT_FLOAT_EQ(ExpandScale(1.0f), 1e6f);
+  EXPECT_EQ(ClampScale(8, 2), 0.25f);
+  EXPECT_EQ(ClampScale(2, 8), 1.0f);
+}
+
+TEST(LimitHistory, CompressionScaleFollowsInSteps) {
+  EXPECT_EQ(CompressionScale(1.0f, 1.9f), 1.0f);
+  EXPECT_EQ(CompressionScale(1.0f, 0.6f), 1.0f);
+  EXPECT_EQ(CompressionScale(1.0f, 2.0f), 2.0f);
+  EXPECT_EQ(CompressionScale(1.0f, 0.4f), 0.4f);
+  EXPECT_EQ(CompressionScale(0.0f, 3.0f), 3.0f);
+  EXPECT_EQ(CompressionScale(0.0f, 0.0f), 1e-20f);
+}
+
+}  // namespace
+}  // namespace stillray
