@@ -301,6 +301,22 @@ TEST_F(Embedding, SaysWhatIsMissing) {
               HasSubstr("get_instance_proc_addr must be given"));
 }
 
+TEST_F(Embedding, FramesThatDoNotFitAreAnError) {
+  VulkanOptions o = options("default");
+  o.width = o.height = 11000;  // each image is below 4 GB
+  const Result<DeviceMemory> need = VulkanDenoiser::MemoryNeed(context(), o);
+  ASSERT_TRUE(need.ok()) << need.status().message();
+  if (need->bytes <= device_->info().memory_bytes) {
+    GTEST_SKIP() << "this device has room for the largest frame";
+  }
+  const Result<VulkanDenoiser> made = VulkanDenoiser::Create(context(), o);
+  ASSERT_FALSE(made.ok());
+  EXPECT_EQ(made.status().code(), StatusCode::kOutOfMemory);
+  EXPECT_THAT(made.status().message(), HasSubstr("MB or more, the device has"));
+  o.width = static_cast<int>(device_->context().limits.maxImageDimension2D) + 1;
+  EXPECT_THAT(VulkanDenoiser::Create(context(), o).status().message(), HasSubstr("on this device"));
+}
+
 TEST_F(Embedding, InC) {
   const Frame f = MakeBusyFrame(kWidth, kHeight, 0);
   auto upload = Upload(device_->context(), f);
