@@ -8,6 +8,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include "render/energy_shared.h"
 #include "render/ggx_shared.h"
 #include "render/sampler_shared.h"
 
@@ -18,8 +19,6 @@ namespace {
 // variable: where total reflection begins there is a kink, and a regular grid of as many points is
 // off by two percent there.
 constexpr int kPointCount = 1024;
-// The smallest roughness of the tables; below it the lobe is ideally smooth for our purposes.
-constexpr float kMinRoughness = 0.03f;
 // Grazing rows are taken just above the horizon, where everything is defined.
 constexpr float kMinCosine = 1e-3f;
 
@@ -101,17 +100,14 @@ float EnergyTable::CosineAt(int i) {
 
 float EnergyTable::AlphaAt(int j) {
   const float roughness =
-      kMinRoughness + (1.0f - kMinRoughness) * static_cast<float>(j) / (kSize - 1);
+      kEnergyLeastRoughness + (1.0f - kEnergyLeastRoughness) * static_cast<float>(j) / (kSize - 1);
   return roughness * roughness;
 }
 
 EnergyTable::Place EnergyTable::Find(float cosine, float roughness) {
-  const float x = std::sqrt(std::clamp(cosine, 0.0f, 1.0f)) * (kSize - 1);
-  const float y =
-      std::clamp((roughness - kMinRoughness) / (1.0f - kMinRoughness), 0.0f, 1.0f) * (kSize - 1);
-  const int i = std::min(static_cast<int>(x), kSize - 2);
-  const int j = std::min(static_cast<int>(y), kSize - 2);
-  return {j * kSize + i, x - static_cast<float>(i), y - static_cast<float>(j)};
+  static_assert(kSize == kEnergyTableSize);
+  const EnergyPlace place = FindEnergy(cosine, roughness);
+  return {place.first, place.x, place.y};
 }
 
 const SpecularEnergy& SpecularEnergyTables() {

@@ -113,23 +113,6 @@ float TransmissionOf(const SceneState& state, const Hit& hit) {
                      state.TextureValue(material.transmission_texture, hit, false).x);
 }
 
-float AlphaOfRoughness(float roughness) {
-  const float alpha = roughness * roughness;
-  return alpha <= kSmoothAlpha ? 0.0f : alpha;
-}
-
-// Reflectance at normal incidence of a dielectric.
-float DielectricF0(float ior) {
-  const float r = (ior - 1.0f) / (ior + 1.0f);
-  return r * r;
-}
-
-// Share of light that a single-scattering lobe with Schlick weights reflects.
-struct SchlickShare {
-  float scale;
-  float offset;
-};
-
 SchlickShare ShareOfSpecular(float cosine, float alpha) {
   if (alpha <= 0.0f) {
     const float s = SchlickWeight(cosine);
@@ -182,7 +165,7 @@ BsdfTables::BsdfTables(const Scene& scene, bool regularise) {
   }
 }
 
-BsdfTables::GlassShare BsdfTables::ShareOfGlass(const Surface& surface, float alpha) const {
+GlassShare BsdfTables::ShareOfGlass(const Surface& surface, float alpha) const {
   const Material& material = *surface.material;
   const float cosine = surface.local_wo.z;
   if (alpha <= 0.0f) {
@@ -206,60 +189,22 @@ BsdfTables::GlassShare BsdfTables::ShareOfGlass(const Surface& surface, float al
 
 Bsdf BsdfTables::Make(const Surface& surface, float min_alpha, vec3* specular_albedo) const {
   const Material& material = *surface.material;
-  const float own_alpha = AlphaOfRoughness(surface.roughness);
-  const float alpha = max(own_alpha, min_alpha);
-  const float cosine = surface.local_wo.z;
-  const float metal = surface.metallic;
-  const float glass = (1.0f - metal) * surface.transmission;
-  const float base = (1.0f - metal) * (1.0f - surface.transmission);
-
-  Bsdf bsdf;
-  const float coat_f0 = DielectricF0(material.ior);
-  // A boundary that reflects (almost) nothing does not do so at grazing incidence either.
-  const float coat_f90 = min(50.0f * coat_f0, 1.0f);
-  const SchlickShare share = ShareOfSpecular(cosine, alpha);
-  const float loss = 1.0f / (share.scale + share.offset) - 1.0f;
-  const float coat = (1.0f + coat_f0 * loss) * (coat_f0 * share.scale + coat_f90 * share.offset);
-  bsdf.diffuse = surface.base_colour * (base * max(1.0f - coat, 0.0f));
-
-  // Coat and metal share one lobe: Schlick's formula is linear in f0 and f90.
-  const float weight = metal + base;
-  bsdf.specular_f0 = surface.base_colour * metal + vec3(coat_f0 * base);
-  bsdf.specular_f90 = metal + coat_f90 * base;
-  bsdf.specular_scale =
-      weight > 0.0f ? vec3(1.0f) + bsdf.specular_f0 * (loss / weight) : vec3(1.0f);
-  bsdf.specular_alpha = alpha;
-
-  bsdf.thin = material.solid ? 0 : 1;
-  bsdf.eta = bsdf.thin != 0 || surface.front ? material.ior : 1.0f / material.ior;
-  bsdf.glass_alpha = bsdf.thin != 0 && own_alpha <= 0.0f ? 0.0f : alpha;
-  bsdf.glass_weight = glass;
-  bsdf.glass_compensation = 1.0f;
-  bsdf.tint = surface.base_colour;
-  bsdf.sheet_reflectance = 0.0f;
-  GlassShare of_glass = {0.0f, 0.0f};
-  if (glass > 0.0f) {
-    of_glass = ShareOfGlass(surface, bsdf.glass_alpha);
-    bsdf.glass_compensation = 1.0f / max(of_glass.total, 0.1f);
-    bsdf.sheet_reflectance = of_glass.reflected;
-  }
-
-  const vec3 reflected = bsdf.specular_scale *
-                         (bsdf.specular_f0 * share.scale + vec3(bsdf.specular_f90 * share.offset));
+  BsdfInput input;
+  input.base_colour = surface.base_colour;
+  input.metallic = surface.metallic;
+  input.transmission = surface.transmission;
+  input.own_alpha = AlphaOfRoughness(surface.roughness);
+  input.alpha = max(input.own_alpha, min_alpha);
+  input.ior = material.ior;
+  input.solid = material.solid ? 1 : 0;
+  input.front = surface.front ? 1 : 0;
+  const SchlickShare share = ShareOfSpecular(surface.local_wo.z, input.alpha);
+  const GlassShare of_glass =
+      GlassWeight(input) > 0.0f ? ShareOfGlass(surface, GlassAlpha(input)) : GlassShare{0.0f, 0.0f};
+  const Bsdf bsdf = MakeBsdf(input, share, of_glass);
   if (specular_albedo != nullptr) {
-    *specular_albedo = reflected;
-    if (glass > 0.0f) {
-      const float transmitted = of_glass.total - of_glass.reflected;
-      *specular_albedo += (vec3(of_glass.reflected) + bsdf.tint * transmitted) *
-                          (bsdf.glass_weight * bsdf.glass_compensation);
-    }
+    *specular_albedo = SpecularAlbedo(bsdf, share, of_glass);
   }
-  const float specular = MaxComponent(reflected);
-  const float diffuse = MaxComponent(bsdf.diffuse);
-  const float sum = diffuse + specular + glass;
-  bsdf.pick_diffuse = sum > 0.0f ? diffuse / sum : 0.0f;
-  bsdf.pick_specular = sum > 0.0f ? specular / sum : 0.0f;
-  bsdf.pick_glass = sum > 0.0f ? glass / sum : 0.0f;
   return bsdf;
 }
 

@@ -11,6 +11,7 @@
 #include "render/bsdf_shared.h"
 #include "render/energy_tables.h"
 #include "render/geometry.h"
+#include "render/make_bsdf_shared.h"
 #include "render/scene_state.h"
 
 namespace stillray::render {
@@ -61,10 +62,6 @@ class BsdfTables {
   size_t memory_bytes() const;
 
  private:
-  struct GlassShare {
-    float reflected;
-    float total;
-  };
   GlassShare ShareOfGlass(const Surface& surface, float alpha) const;
 
   // By refractive index; only for materials that may be rough glass.

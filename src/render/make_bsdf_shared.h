@@ -1,0 +1,123 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// From the parameters of glTF 2.0 to the lobes of a Bsdf, given what its rough lobes reflect.
+#ifndef STILLRAY_RENDER_MAKE_BSDF_SHARED_H
+#define STILLRAY_RENDER_MAKE_BSDF_SHARED_H
+
+#ifdef __cplusplus
+#include "render/bsdf_shared.h"
+#endif
+
+STILLRAY_RENDER_BEGIN
+
+// Share of light that a single-scattering lobe with Schlick weights reflects.
+struct SchlickShare {
+  float scale;
+  float offset;
+};
+
+// The same of glass, before compensation.
+struct GlassShare {
+  float reflected;
+  float total;
+};
+
+// A surface at one point, from one side.
+struct BsdfInput {
+  vec3 base_colour;
+  float metallic;
+  float transmission;
+  float own_alpha;  // of GGX, from the material's roughness
+  float alpha;      // with regularisation; at least own_alpha
+  float ior;
+  int solid;  // 1: bounds a solid; 0: an infinitely thin sheet
+  int front;  // 1: seen from its front
+};
+
+SHARED_FN float AlphaOfRoughness(float roughness) {
+  float alpha = roughness * roughness;
+  return alpha <= kSmoothAlpha ? 0.0f : alpha;
+}
+
+// Reflectance at normal incidence of a dielectric.
+SHARED_FN float DielectricF0(float ior) {
+  float r = (ior - 1.0f) / (ior + 1.0f);
+  return r * r;
+}
+
+// The share of the surface that is glass.
+SHARED_FN float GlassWeight(SHARED_IN(BsdfInput) surface) {
+  return (1.0f - surface.metallic) * surface.transmission;
+}
+
+// Smooth thin sheets stay smooth: shadow rays pass them straight on.
+SHARED_FN float GlassAlpha(SHARED_IN(BsdfInput) surface) {
+  return surface.solid == 0 && surface.own_alpha <= 0.0f ? 0.0f : surface.alpha;
+}
+
+// The share of white light from everywhere that the coat and the metal send to the viewer.
+SHARED_FN vec3 ReflectedShare(SHARED_IN(Bsdf) bsdf, SHARED_IN(SchlickShare) share) {
+  return bsdf.specular_scale *
+         (bsdf.specular_f0 * share.scale + vec3(bsdf.specular_f90 * share.offset));
+}
+
+// The same of all specular lobes.
+SHARED_FN vec3 SpecularAlbedo(SHARED_IN(Bsdf) bsdf, SHARED_IN(SchlickShare) share,
+                              SHARED_IN(GlassShare) of_glass) {
+  vec3 albedo = ReflectedShare(bsdf, share);
+  if (bsdf.glass_weight > 0.0f) {
+    float transmitted = of_glass.total - of_glass.reflected;
+    albedo += (vec3(of_glass.reflected) + bsdf.tint * transmitted) *
+              (bsdf.glass_weight * bsdf.glass_compensation);
+  }
+  return albedo;
+}
+
+// `of_glass` counts only where GlassWeight is above 0.
+SHARED_FN Bsdf MakeBsdf(SHARED_IN(BsdfInput) surface, SHARED_IN(SchlickShare) share,
+                        SHARED_IN(GlassShare) of_glass) {
+  float metal = surface.metallic;
+  float glass = GlassWeight(surface);
+  float base = (1.0f - metal) * (1.0f - surface.transmission);
+
+  Bsdf bsdf;
+  float coat_f0 = DielectricF0(surface.ior);
+  // A boundary that reflects (almost) nothing does not do so at grazing incidence either.
+  float coat_f90 = min(50.0f * coat_f0, 1.0f);
+  float loss = 1.0f / (share.scale + share.offset) - 1.0f;
+  float coat = (1.0f + coat_f0 * loss) * (coat_f0 * share.scale + coat_f90 * share.offset);
+  bsdf.diffuse = surface.base_colour * (base * max(1.0f - coat, 0.0f));
+
+  // Coat and metal share one lobe: Schlick's formula is linear in f0 and f90.
+  float weight = metal + base;
+  bsdf.specular_f0 = surface.base_colour * metal + vec3(coat_f0 * base);
+  bsdf.specular_f90 = metal + coat_f90 * base;
+  bsdf.specular_scale =
+      weight > 0.0f ? vec3(1.0f) + bsdf.specular_f0 * (loss / weight) : vec3(1.0f);
+  bsdf.specular_alpha = surface.alpha;
+
+  bsdf.thin = surface.solid != 0 ? 0 : 1;
+  bsdf.eta = bsdf.thin != 0 || surface.front != 0 ? surface.ior : 1.0f / surface.ior;
+  bsdf.glass_alpha = GlassAlpha(surface);
+  bsdf.glass_weight = glass;
+  bsdf.glass_compensation = 1.0f;
+  bsdf.tint = surface.base_colour;
+  bsdf.sheet_reflectance = 0.0f;
+  if (glass > 0.0f) {
+    bsdf.glass_compensation = 1.0f / max(of_glass.total, 0.1f);
+    bsdf.sheet_reflectance = of_glass.reflected;
+  }
+
+  float specular = MaxComponent(ReflectedShare(bsdf, share));
+  float diffuse = MaxComponent(bsdf.diffuse);
+  float sum = diffuse + specular + glass;
+  bsdf.pick_diffuse = sum > 0.0f ? diffuse / sum : 0.0f;
+  bsdf.pick_specular = sum > 0.0f ? specular / sum : 0.0f;
+  bsdf.pick_glass = sum > 0.0f ? glass / sum : 0.0f;
+  return bsdf;
+}
+
+STILLRAY_RENDER_END
+
+#endif  // STILLRAY_RENDER_MAKE_BSDF_SHARED_H
