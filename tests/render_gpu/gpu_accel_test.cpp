@@ -414,7 +414,7 @@ TEST_F(GpuAccelTest, SaysWhatIsTooLarge) {
   limits.maxPerStageDescriptorStorageBuffers = 4;
   accel = GpuAccel::Create(device_.get(), *state_);
   ASSERT_FALSE(accel.ok());
-  EXPECT_THAT(accel.status().message(), HasSubstr("needs 10 storage buffers in a shader"));
+  EXPECT_THAT(accel.status().message(), HasSubstr("needs 11 storage buffers in a shader"));
   limits = real;
 }
 

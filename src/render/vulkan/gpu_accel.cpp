@@ -33,20 +33,20 @@ struct Array {
   size_t bytes;
 };
 
+using Arrays = std::array<Array, GpuAccel::kSceneShape.buffers>;
+
 template <typename T>
 Array MakeArray(const char* what, const std::vector<T>& values) {
   return {what, values.data(), values.size() * sizeof(T)};
 }
 
-std::array<Array, 8> ArraysOf(const GpuScene& scene) {
-  return {MakeArray("BVH nodes", scene.nodes()),
-          MakeArray("triangles", scene.triangles()),
-          MakeArray("placements", scene.placements()),
-          MakeArray("instances", scene.instances()),
-          MakeArray("materials", scene.materials()),
-          MakeArray("sizes of textures", scene.textures()),
-          MakeArray("texels", scene.texels()),
-          MakeArray("vertices and indices", scene.words())};
+Arrays ArraysOf(const GpuScene& scene) {
+  return {
+      MakeArray("BVH nodes", scene.nodes()),       MakeArray("triangles", scene.triangles()),
+      MakeArray("placements", scene.placements()), MakeArray("instances", scene.instances()),
+      MakeArray("materials", scene.materials()),   MakeArray("sizes of textures", scene.textures()),
+      MakeArray("texels", scene.texels()),         MakeArray("vertices and indices", scene.words()),
+      MakeArray("energy tables", scene.energies())};
 }
 
 /// What Update changes, and where in the staging buffer and in its own buffer it lies.
@@ -96,7 +96,7 @@ Status GpuAccel::CheckLimits() const {
 
 Status GpuAccel::AddBuffers() {
   constexpr size_t kLeast = 256;  // no buffer is empty, and every structure fits into one
-  const std::array<Array, 8> arrays = ArraysOf(*scene_);
+  const Arrays arrays = ArraysOf(*scene_);
   for (size_t i = 0; i < arrays.size(); ++i) {
     const Result<const gpu::Buffer*> buffer =
         arena_.AddBuffer(std::max(arrays[i].bytes, kLeast), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
@@ -127,7 +127,7 @@ Status GpuAccel::Upload() {
     return piece.status();
   }
   STILLRAY_RETURN_IF_ERROR(arena.Allocate());
-  const std::array<Array, 8> arrays = ArraysOf(*scene_);
+  const Arrays arrays = ArraysOf(*scene_);
   for (size_t i = 0; i < arrays.size(); ++i) {
     for (size_t done = 0; done < arrays[i].bytes; done += kPieceBytes) {
       const size_t bytes = std::min(kPieceBytes, arrays[i].bytes - done);

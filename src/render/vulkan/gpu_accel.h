@@ -48,7 +48,7 @@ class GpuAccel {
   const GpuScene& scene() const { return *scene_; }
 
   /// For other shaders that include scene.glsl: its set 0.
-  static constexpr gpu::SetShape kSceneShape = {0, 0, 0, 8};
+  static constexpr gpu::SetShape kSceneShape = {0, 0, 0, 9};
   VkDescriptorSet scene_set() const { return scene_set_; }
 
  private:
@@ -69,7 +69,7 @@ class GpuAccel {
   gpu::Pipeline first_hits_;
   gpu::Pipeline transmittance_;
   VkDescriptorSet scene_set_ = VK_NULL_HANDLE;
-  std::array<const gpu::Buffer*, 8> buffers_{};
+  std::array<const gpu::Buffer*, kSceneShape.buffers> buffers_{};
   const gpu::Buffer* staging_ = nullptr;  // what moves: top nodes, placements, instances
 };
 

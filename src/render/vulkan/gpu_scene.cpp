@@ -7,11 +7,13 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <new>
 
 #include <fmt/format.h>
 
 #include "core/colour.h"
+#include "render/energy_tables.h"
 #include "render/shadow_filter.h"
 
 namespace stillray::render {
@@ -125,6 +127,15 @@ static_assert(static_cast<uint32_t>(AlphaMode::kOpaque) == kAlphaOpaque &&
               static_cast<uint32_t>(AlphaMode::kMask) == kAlphaMask &&
               static_cast<uint32_t>(AlphaMode::kBlend) == kAlphaBlend);
 
+void AppendTable(EnergyTable table, std::vector<float>* out) {
+  static_assert(EnergyTable::kSize * EnergyTable::kSize == kEnergyTableWords);
+  for (int j = 0; j < EnergyTable::kSize; ++j) {
+    for (int i = 0; i < EnergyTable::kSize; ++i) {
+      out->push_back(table.At(i, j));
+    }
+  }
+}
+
 constexpr size_t kMostWords = std::numeric_limits<uint32_t>::max();
 
 }  // namespace
@@ -160,6 +171,29 @@ Status GpuScene::AddMeshes() {
     instances_.push_back(instance);
   }
   return Status::Ok();
+}
+
+void GpuScene::AddEnergies() {
+  AppendTable(SpecularEnergyTables().scale, &energies_);
+  AppendTable(SpecularEnergyTables().offset, &energies_);
+  std::map<float, uint32_t> known;
+  for (size_t i = 0; i < materials_.size(); ++i) {
+    const Material& material = state_.scene().materials[i];
+    if (material.transmission <= 0.0f) {
+      continue;
+    }
+    const auto [at, is_new] =
+        known.try_emplace(material.ior, static_cast<uint32_t>(energies_.size()));
+    if (is_new) {
+      const GlassEnergy glass = MakeGlassEnergy(material.ior);
+      for (const EnergyTable* table :
+           {&glass.enter_reflected, &glass.enter_total, &glass.leave_reflected, &glass.leave_total,
+            &glass.sheet_reflected}) {
+        AppendTable(*table, &energies_);
+      }
+    }
+    materials_[i].glass_tables = at->second;
+  }
 }
 
 Status GpuScene::AddMaterials() {
@@ -324,6 +358,7 @@ Result<std::unique_ptr<GpuScene>> GpuScene::Create(const SceneState& state) {
     scene->builder_ = std::move(*builder);
     STILLRAY_RETURN_IF_ERROR(scene->AddMeshes());
     STILLRAY_RETURN_IF_ERROR(scene->AddMaterials());
+    scene->AddEnergies();
     STILLRAY_RETURN_IF_ERROR(scene->BuildBottomLevels());
     STILLRAY_RETURN_IF_ERROR(scene->Update());
     return scene;

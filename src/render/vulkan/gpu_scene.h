@@ -33,6 +33,7 @@ class GpuScene {
   const std::vector<GpuTexture>& textures() const { return textures_; }
   const std::vector<uint32_t>& texels() const { return texels_; }
   const std::vector<uint32_t>& words() const { return words_; }
+  const std::vector<float>& energies() const { return energies_; }
 
  private:
   /// The bottom level that an instance, or all that stands still, is placed with.
@@ -45,6 +46,7 @@ class GpuScene {
   explicit GpuScene(const SceneState& state) : state_(state) {}
   Status AddMeshes();
   Status AddMaterials();
+  void AddEnergies();
   Status BuildBottomLevels();
   Status AddStatic();
   Result<Bottom> AddBottom(std::vector<BvhTriangle> triangles, const std::string& what);
@@ -62,6 +64,7 @@ class GpuScene {
   std::vector<GpuTexture> textures_;
   std::vector<uint32_t> texels_;
   std::vector<uint32_t> words_;
+  std::vector<float> energies_;
 };
 
 }  // namespace stillray::render

@@ -4,6 +4,8 @@
 // Materials and textures at a hit, step by step as on the CPU (SceneState, SampleTexture,
 // SheetTransmittance). Needs scene.glsl.
 #include "render/ggx_shared.h"
+#include "render/bsdf_shared.h"
+#include "render/make_bsdf_shared.h"
 #include "render/texture_shared.h"
 
 vec4 TexelAt(GpuTexture source, int x, int y, bool srgb) {
@@ -80,11 +82,6 @@ float OpacityOf(GpuMaterial material, float alpha) {
 
 float ClampToUnit(float x) {
   return x > 0.0f ? min(x, 1.0f) : 0.0f;
-}
-
-float AlphaOfRoughness(float roughness) {
-  float alpha = roughness * roughness;
-  return alpha <= kSmoothAlpha ? 0.0f : alpha;
 }
 
 float TransmissionOf(GpuMaterial material, GpuInstance instance, GpuHit hit) {

@@ -31,6 +31,9 @@ layout(std430, set = 0, binding = 6) readonly buffer Texels {
 layout(std430, set = 0, binding = 7) readonly buffer Words {
   uint words[];
 };
+layout(std430, set = 0, binding = 8) readonly buffer Energies {
+  float energies[];
+};
 
 vec2 Vec2At(uint first) {
   return uintBitsToFloat(uvec2(words[first], words[first + 1u]));

@@ -96,6 +96,8 @@ struct GpuMaterial {
   uint alpha_mode;  // kAlpha...
   uint double_sided;
   uint solid;
+  uint glass_tables;  // where its five tables begin, if it may be rough glass
+  uint unused_0, unused_1, unused_2;
   GpuTextureRef base_colour_texture;
   GpuTextureRef metallic_roughness_texture;
   GpuTextureRef normal_texture;
@@ -118,6 +120,11 @@ struct GpuTexture {
 // The texels begin with the values of the 256 steps of sRGB.
 const uint kSrgbTableSize = 256u;
 
+// Tables of the energy of rough lobes: scale, offset, then those of each glass in the order of
+// GlassEnergy.
+const uint kEnergyTableWords = 1024u;
+const uint kGlassTables = 5u;
+
 struct GpuRay {
   vec3 origin;
   float end;       // nothing beyond counts
@@ -134,6 +141,41 @@ struct GpuHit {
   uint primitive;
 };
 
+// CameraView.
+struct GpuView {
+  vec3 position;
+  float half_width;
+  vec3 right;
+  float half_height;
+  vec3 up;
+  float width;
+  vec3 forward;
+  float height;
+};
+
+// The picture that guides are found for.
+struct GpuFrame {
+  GpuView view;
+  GpuView previous;
+  vec2 point;  // of each pixel that the ray passes: (0.5, 0.5) is its centre
+  uint width;
+  uint height;
+};
+
+// PixelGuides; depth is +infinity where there is no surface.
+struct GpuGuides {
+  vec3 normal;
+  float depth;
+  vec3 albedo;
+  float roughness;
+  vec3 specular_albedo;
+  uint id;
+  vec3 emission;
+  float background;  // the share of the pixel that no surface takes
+  vec2 motion;
+  uint unused_0, unused_1;
+};
+
 STILLRAY_RENDER_END
 
 #ifdef __cplusplus
@@ -143,9 +185,11 @@ static_assert(sizeof(BvhTriangle) == 48);
 static_assert(sizeof(Placement) == 64);
 static_assert(sizeof(GpuInstance) == 128);
 static_assert(sizeof(GpuTextureRef) == 32);
-static_assert(sizeof(GpuMaterial) == 240);
+static_assert(sizeof(GpuMaterial) == 256);
 static_assert(sizeof(GpuTexture) == 16);
 static_assert(sizeof(GpuRay) == 32);
+static_assert(sizeof(GpuFrame) == 144);
+static_assert(sizeof(GpuGuides) == 80);
 static_assert(sizeof(GpuHit) == 20);
 static_assert(kTopStack + 1 + kBottomStack <= kStackSize);
 }  // namespace stillray::render

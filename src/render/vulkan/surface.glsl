@@ -1,0 +1,201 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// The surface at a hit and its BSDF, step by step as on the CPU (MakeSurface, BsdfTables::Make).
+// Needs scene.glsl and material_lookup.glsl.
+#include "render/energy_shared.h"
+
+struct Surface {
+  vec3 position;
+  vec3 geometric;  // unit normal of the triangle, towards the viewer
+  vec3 normal;     // for shading, towards the viewer too
+  vec3 wo;         // unit, towards the viewer
+  float cosine;    // of normal and wo, at least kMinViewCosine
+  int front;
+  vec3 base_colour;
+  float metallic;
+  float roughness;
+  float transmission;
+};
+
+// Shading normals are bent until they make at least this cosine with the direction to the viewer.
+const float kMinViewCosine = 1e-3f;
+
+// Steps of at most this: some units in the last place, or a small distance near the origin. Waechter
+// and Binder (2019), "A Fast and Robust Method for Avoiding Self-Intersection".
+float OffsetCoordinate(float position, float normal) {
+  if (abs(position) < 1.0f / 32.0f) {
+    return position + normal * (1.0f / 65536.0f);
+  }
+  int steps = int(256.0f * normal);
+  return intBitsToFloat(floatBitsToInt(position) + (position < 0.0f ? -steps : steps));
+}
+vec3 OffsetPoint(vec3 p, vec3 n) {
+  return vec3(OffsetCoordinate(p.x, n.x), OffsetCoordinate(p.y, n.y), OffsetCoordinate(p.z, n.z));
+}
+
+// -1 where the instance's transform mirrors.
+float Orientation(GpuInstance instance) {
+  return dot(instance.world_x.xyz, cross(instance.world_y.xyz, instance.world_z.xyz)) < 0.0f
+             ? -1.0f
+             : 1.0f;
+}
+
+// Takes a normal to the world, not to unit length: by the cofactors, defined for any matrix.
+vec3 TransformNormal(GpuInstance instance, vec3 n) {
+  vec3 x = instance.world_x.xyz;
+  vec3 y = instance.world_y.xyz;
+  vec3 z = instance.world_z.xyz;
+  return vec3(dot(cross(y, z), n), dot(cross(z, x), n), dot(cross(x, y), n));
+}
+
+// Along increasing u where the mesh has no tangents; w: handedness.
+vec4 TangentFromUv(GpuInstance instance, uvec3 corner, WorldTriangle t, uint array) {
+  if (array == kNoArray) {
+    return vec4(0.0f);
+  }
+  vec2 d1 = Vec2At(array + 2u * corner.y) - Vec2At(array + 2u * corner.x);
+  vec2 d2 = Vec2At(array + 2u * corner.z) - Vec2At(array + 2u * corner.x);
+  float area = d1.x * d2.y - d1.y * d2.x;
+  if (area == 0.0f) {
+    return vec4(0.0f);
+  }
+  // glTF's v runs down the texture: a texture that is not mirrored has area < 0.
+  return vec4(((t.p1 - t.p0) * d2.y - (t.p2 - t.p0) * d1.y) / area, area < 0.0f ? 1.0f : -1.0f);
+}
+
+vec3 ApplyNormalMap(GpuMaterial material, GpuInstance instance, GpuHit hit, WorldTriangle t,
+                    vec3 normal) {
+  GpuTextureRef ref = material.normal_texture;
+  if (ref.texture < 0) {
+    return normal;
+  }
+  uvec3 corner = CornersOf(instance, hit.primitive);
+  vec4 tangent;
+  if (instance.tangents == kNoArray) {
+    tangent = TangentFromUv(instance, corner, t, ref.uv_set == 0 ? instance.uv_0 : instance.uv_1);
+  } else {
+    vec3 weight = Weights(hit);
+    tangent = Vec4At(instance.tangents + 4u * corner.x) * weight.x +
+              Vec4At(instance.tangents + 4u * corner.y) * weight.y +
+              Vec4At(instance.tangents + 4u * corner.z) * weight.z;
+    tangent.xyz =
+        TransformVector(instance.world_x, instance.world_y, instance.world_z, tangent.xyz);
+  }
+  vec3 along = SafeNormalize(tangent.xyz - normal * dot(normal, tangent.xyz), vec3(0.0f));
+  if (along == vec3(0.0f)) {
+    return normal;
+  }
+  float handedness = (tangent.w < 0.0f ? -1.0f : 1.0f) * Orientation(instance);
+  vec3 across = cross(normal, along) * handedness;
+  vec3 m = TextureValue(ref, instance, hit, false).xyz * 2.0f - vec3(1.0f);
+  m.xy *= material.normal_scale;
+  return SafeNormalize(along * m.x + across * m.y + normal * m.z, normal);
+}
+
+vec3 InterpolatedNormal(GpuInstance instance, GpuHit hit, vec3 outward) {
+  uvec3 corner = CornersOf(instance, hit.primitive);
+  vec3 weight = Weights(hit);
+  vec3 local = Vec3At(instance.normals + 3u * corner.x) * weight.x +
+               Vec3At(instance.normals + 3u * corner.y) * weight.y +
+               Vec3At(instance.normals + 3u * corner.z) * weight.z;
+  // Cofactors of a mirroring matrix point the other way.
+  vec3 normal = SafeNormalize(TransformNormal(instance, local) * Orientation(instance), outward);
+  return dot(normal, outward) < 0.0f ? -normal : normal;
+}
+
+vec3 FaceViewer(vec3 n, vec3 wo) {
+  float cosine = dot(n, wo);
+  return cosine >= kMinViewCosine ? n : normalize(n + wo * (2.0f * kMinViewCosine - cosine));
+}
+
+Surface MakeSurface(GpuMaterial material, GpuInstance instance, GpuHit hit, vec3 base_colour,
+                    vec3 direction) {
+  Surface surface;
+  surface.wo = -direction;
+  WorldTriangle t = TriangleOf(instance, hit.primitive);
+  vec3 weight = Weights(hit);
+  surface.position = t.p0 * weight.x + t.p1 * weight.y + t.p2 * weight.z;
+  vec3 outward =
+      SafeNormalize(cross(t.p1 - t.p0, t.p2 - t.p0), surface.wo) * Orientation(instance);
+  surface.front = dot(outward, surface.wo) >= 0.0f ? 1 : 0;
+  float side = surface.front != 0 ? 1.0f : -1.0f;
+  surface.geometric = outward * side;
+  vec3 normal = InterpolatedNormal(instance, hit, outward);
+  normal = ApplyNormalMap(material, instance, hit, t, normal);
+  surface.normal = FaceViewer(normal * side, surface.wo);
+  surface.cosine = max(dot(surface.wo, surface.normal), kMinViewCosine);
+  surface.base_colour = base_colour;
+  vec4 mr = TextureValue(material.metallic_roughness_texture, instance, hit, false);
+  surface.metallic = ClampToUnit(material.metallic * mr.z);
+  surface.roughness = ClampToUnit(material.roughness * mr.y);
+  surface.transmission = TransmissionOf(material, instance, hit);
+  return surface;
+}
+
+float LookUpEnergy(uint table, EnergyPlace at) {
+  uint first = table + uint(at.first);
+  uint below = first + uint(kEnergyTableSize);
+  float low = energies[first] + (energies[first + 1u] - energies[first]) * at.x;
+  float high = energies[below] + (energies[below + 1u] - energies[below]) * at.x;
+  return low + (high - low) * at.y;
+}
+
+SchlickShare ShareOfSpecular(float cosine, float alpha) {
+  SchlickShare share;
+  if (alpha <= 0.0f) {
+    share.offset = SchlickWeight(cosine);
+    share.scale = 1.0f - share.offset;
+    return share;
+  }
+  EnergyPlace at = FindEnergy(cosine, sqrt(alpha));
+  share.scale = LookUpEnergy(0u, at);
+  share.offset = LookUpEnergy(kEnergyTableWords, at);
+  return share;
+}
+
+GlassShare ShareOfGlass(GpuMaterial material, Surface surface, float alpha) {
+  GlassShare share;
+  share.total = 1.0f;
+  if (alpha <= 0.0f) {
+    float eta = surface.front != 0 ? material.ior : 1.0f / material.ior;
+    share.reflected =
+        material.solid == 0u
+            ? FresnelThinSheet(min(dot(surface.wo, surface.geometric), 1.0f), material.ior)
+            : FresnelDielectric(min(surface.cosine, 1.0f), eta);
+    return share;
+  }
+  EnergyPlace at = FindEnergy(surface.cosine, sqrt(alpha));
+  if (material.solid == 0u) {
+    SchlickShare all = ShareOfSpecular(surface.cosine, alpha);
+    share.reflected = LookUpEnergy(material.glass_tables + 4u * kEnergyTableWords, at);
+    share.total = all.scale + all.offset;
+    return share;
+  }
+  uint first = material.glass_tables + (surface.front != 0 ? 0u : 2u) * kEnergyTableWords;
+  share.reflected = LookUpEnergy(first, at);
+  share.total = LookUpEnergy(first + kEnergyTableWords, at);
+  return share;
+}
+
+// \param min_alpha  what path-space regularisation raises GGX alpha to
+Bsdf MakeSurfaceBsdf(GpuMaterial material, Surface surface, float min_alpha,
+                     out vec3 specular_albedo) {
+  BsdfInput inputs;
+  inputs.base_colour = surface.base_colour;
+  inputs.metallic = surface.metallic;
+  inputs.transmission = surface.transmission;
+  inputs.own_alpha = AlphaOfRoughness(surface.roughness);
+  inputs.alpha = max(inputs.own_alpha, min_alpha);
+  inputs.ior = material.ior;
+  inputs.solid = int(material.solid);
+  inputs.front = surface.front;
+  SchlickShare share = ShareOfSpecular(surface.cosine, inputs.alpha);
+  GlassShare of_glass = GlassShare(0.0f, 0.0f);
+  if (GlassWeight(inputs) > 0.0f) {
+    of_glass = ShareOfGlass(material, surface, GlassAlpha(inputs));
+  }
+  Bsdf bsdf = MakeBsdf(inputs, share, of_glass);
+  specular_albedo = SpecularAlbedo(bsdf, share, of_glass);
+  return bsdf;
+}
