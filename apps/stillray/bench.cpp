@@ -48,26 +48,36 @@ struct BenchSize {
   TracerBench tracer;
 };
 
+/// What is measured of a preset: its settings with what the command line changes.
+Result<Settings> SettingsOf(const BenchArguments& a, const std::string& preset, bool one_signal,
+                            const std::string& kernel) {
+  Result<Settings> settings = PresetSettings(preset);
+  if (!settings.ok()) {
+    return settings;
+  }
+  STILLRAY_RETURN_IF_ERROR(SetParameter(&settings.value(), "kernel", kernel));
+  if (one_signal) {
+    STILLRAY_RETURN_IF_ERROR(SetParameter(&settings.value(), "signals", "single"));
+  }
+  for (const std::string& change : a.render.set) {
+    const size_t equal = change.find('=');
+    if (equal == std::string::npos) {
+      return Status::InvalidArgument(
+          fmt::format("--set '{}', expected NAME=VALUE such as sigma_l=4", change));
+    }
+    STILLRAY_RETURN_IF_ERROR(
+        SetParameter(&settings.value(), change.substr(0, equal), change.substr(equal + 1)));
+  }
+  return settings;
+}
+
 /// \param scalar  also the scalar reference
 Status AddSubjects(const BenchArguments& a, int most_threads, bool scalar, FilterBench* filter) {
   const auto add = [&](const std::string& preset, bool one_signal, const std::string& kernel,
                        int threads, Backend backend) {
-    Result<Settings> settings = PresetSettings(preset);
+    const Result<Settings> settings = SettingsOf(a, preset, one_signal, kernel);
     if (!settings.ok()) {
       return settings.status();
-    }
-    STILLRAY_RETURN_IF_ERROR(SetParameter(&settings.value(), "kernel", kernel));
-    if (one_signal) {
-      STILLRAY_RETURN_IF_ERROR(SetParameter(&settings.value(), "signals", "single"));
-    }
-    for (const std::string& change : a.render.set) {
-      const size_t equal = change.find('=');
-      if (equal == std::string::npos) {
-        return Status::InvalidArgument(
-            fmt::format("--set '{}', expected NAME=VALUE such as sigma_l=4", change));
-      }
-      STILLRAY_RETURN_IF_ERROR(
-          SetParameter(&settings.value(), change.substr(0, equal), change.substr(equal + 1)));
     }
     const std::string name = preset + (one_signal ? ", one signal" : "");
     return filter->Add({name, kernel, threads, backend, *settings});
@@ -167,18 +177,8 @@ Status RunDeviceBench(const BenchArguments& a) {
     STILLRAY_RETURN_IF_ERROR(options.status());
     for (const std::string& preset : a.presets) {
       for (const std::string& kernel : a.kernels) {
-        Result<Settings> settings = PresetSettings(preset);
+        const Result<Settings> settings = SettingsOf(a, preset, false, kernel);
         STILLRAY_RETURN_IF_ERROR(settings.status());
-        STILLRAY_RETURN_IF_ERROR(SetParameter(&settings.value(), "kernel", kernel));
-        for (const std::string& change : a.render.set) {
-          const size_t equal = change.find('=');
-          if (equal == std::string::npos) {
-            return Status::InvalidArgument(
-                fmt::format("--set '{}', expected NAME=VALUE such as sigma_l=4", change));
-          }
-          STILLRAY_RETURN_IF_ERROR(
-              SetParameter(&settings.value(), change.substr(0, equal), change.substr(equal + 1)));
-        }
         const Result<std::string> table =
             BenchOnDevice(a.device, *settings, options->render.width, options->render.height,
                           a.repeats, DevicePrecision::kHalf);
