@@ -62,5 +62,6 @@ function(stillray_add_test name)
   include(GoogleTest)
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST
     PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT}
+               ENVIRONMENT "${STILLRAY_TEST_ENVIRONMENT}"
     WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
 endfunction()
