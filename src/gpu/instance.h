@@ -18,7 +18,7 @@ namespace stillray::gpu {
 struct DeviceInfo {
   VkPhysicalDevice handle = VK_NULL_HANDLE;
   int index = 0;          ///< N of "vulkan:N": the order in which the loader lists them
-  std::string name;       ///< "NVIDIA H200"
+  std::string name;       ///< as its driver says it
   std::string driver;     ///< name and version
   const char* kind = "";  ///< "discrete GPU", "integrated GPU", "virtual GPU", "software", "other"
   bool is_gpu = false;    ///< hardware: neither software nor unknown
