@@ -73,6 +73,16 @@ Status Device::MakeCommandBuffer() {
   return ToStatus(vk.CreateFence(context_.device, &fence, nullptr, &fence_), "creating a fence");
 }
 
+void MemoryBarrier(const DeviceContext& context, VkCommandBuffer commands,
+                   VkPipelineStageFlags from, VkAccessFlags written, VkPipelineStageFlags to,
+                   VkAccessFlags used) {
+  VkMemoryBarrier barrier = {};
+  barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
+  barrier.srcAccessMask = written;
+  barrier.dstAccessMask = used;
+  context.vk.CmdPipelineBarrier(commands, from, to, 0, 1, &barrier, 0, nullptr, 0, nullptr);
+}
+
 Result<std::shared_ptr<Device>> Device::Create(std::shared_ptr<Instance> instance,
                                                const DeviceInfo& info) {
   STILLRAY_RETURN_IF_ERROR(info.usable);

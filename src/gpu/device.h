@@ -23,6 +23,11 @@ struct DeviceContext {
 Result<DeviceContext> MakeContext(PFN_vkGetInstanceProcAddr get, VkInstance instance,
                                   VkPhysicalDevice physical, VkDevice device);
 
+/// Makes what was written by the stages `from` visible to the stages `to`.
+void MemoryBarrier(const DeviceContext& context, VkCommandBuffer commands,
+                   VkPipelineStageFlags from, VkAccessFlags written, VkPipelineStageFlags to,
+                   VkAccessFlags used);
+
 /// A device of stillray's own with one queue, and a command buffer that runs and is waited for.
 class Device {
  public:

@@ -66,21 +66,38 @@ HWY_INLINE VF Exp2(VF x) {
 
 /// 2^x; 0 below -60. For -60 <= x <= 100 the maximum relative error is 3e-6 (tested), enough for
 /// weights. The rounded x stands in the low bits of a float that is too large for a fraction, so
-/// that it can be shifted into the exponent without conversion.
-HWY_INLINE VF WeightExp2(VF x) {
+/// that it can be shifted into the exponent without conversion. Two vectors, step by step: one
+/// alone is a longer chain than cores look ahead for others.
+HWY_INLINE void WeightsExp2(const VF x[2], VF out[2]) {
   const DF d;
   const DI di;
   const VF large = hn::Set(d, 12582912.0f);  // 1.5 * 2^23
-  const VF shifted = hn::Add(x, large);
-  const VF t = hn::Sub(x, hn::Sub(shifted, large));
-  VF p = hn::Set(d, kWeightExp2[4]);
-  p = hn::MulAdd(p, t, hn::Set(d, kWeightExp2[3]));
-  p = hn::MulAdd(p, t, hn::Set(d, kWeightExp2[2]));
-  p = hn::MulAdd(p, t, hn::Set(d, kWeightExp2[1]));
-  p = hn::MulAdd(p, t, hn::Set(d, kWeightExp2[0]));
-  const VI exponent = hn::ShiftLeft<23>(hn::BitCast(di, shifted));
-  const VF power = hn::BitCast(d, hn::Add(hn::BitCast(di, p), exponent));
-  return hn::IfThenElseZero(hn::Gt(x, hn::Set(d, -60.0f)), power);
+  const VF shifted0 = hn::Add(x[0], large);
+  const VF shifted1 = hn::Add(x[1], large);
+  const VF t0 = hn::Sub(x[0], hn::Sub(shifted0, large));
+  const VF t1 = hn::Sub(x[1], hn::Sub(shifted1, large));
+  VF p0 = hn::Set(d, kWeightExp2[4]);
+  VF p1 = p0;
+  for (int i = 3; i >= 0; --i) {
+    const VF factor = hn::Set(d, kWeightExp2[i]);
+    p0 = hn::MulAdd(p0, t0, factor);
+    p1 = hn::MulAdd(p1, t1, factor);
+  }
+  const VI exponent0 = hn::ShiftLeft<23>(hn::BitCast(di, shifted0));
+  const VI exponent1 = hn::ShiftLeft<23>(hn::BitCast(di, shifted1));
+  const VF power0 = hn::BitCast(d, hn::Add(hn::BitCast(di, p0), exponent0));
+  const VF power1 = hn::BitCast(d, hn::Add(hn::BitCast(di, p1), exponent1));
+  const VF least = hn::Set(d, -60.0f);
+  out[0] = hn::IfThenElseZero(hn::Gt(x[0], least), power0);
+  out[1] = hn::IfThenElseZero(hn::Gt(x[1], least), power1);
+}
+
+/// Of one vector.
+HWY_INLINE VF WeightExp2(VF x) {
+  const VF twice[2] = {x, x};  // of which the compiler works out one
+  VF out[2];
+  WeightsExp2(twice, out);
+  return out[0];
 }
 
 /// log2(x) for positive normal x. Maximum absolute error 1e-7 near 1, relative 2e-7 elsewhere
@@ -140,31 +157,6 @@ HWY_INLINE MF InRow(int x, int width) {
 }
 
 constexpr float kLog2E = 1.44269504f;
-
-/// WeightExp2 of two vectors, step by step.
-HWY_INLINE void WeightsExp2(const VF x[2], VF out[2]) {
-  const DF d;
-  const DI di;
-  const VF large = hn::Set(d, 12582912.0f);  // 1.5 * 2^23
-  const VF shifted0 = hn::Add(x[0], large);
-  const VF shifted1 = hn::Add(x[1], large);
-  const VF t0 = hn::Sub(x[0], hn::Sub(shifted0, large));
-  const VF t1 = hn::Sub(x[1], hn::Sub(shifted1, large));
-  VF p0 = hn::Set(d, kWeightExp2[4]);
-  VF p1 = p0;
-  for (int i = 3; i >= 0; --i) {
-    const VF factor = hn::Set(d, kWeightExp2[i]);
-    p0 = hn::MulAdd(p0, t0, factor);
-    p1 = hn::MulAdd(p1, t1, factor);
-  }
-  const VI exponent0 = hn::ShiftLeft<23>(hn::BitCast(di, shifted0));
-  const VI exponent1 = hn::ShiftLeft<23>(hn::BitCast(di, shifted1));
-  const VF power0 = hn::BitCast(d, hn::Add(hn::BitCast(di, p0), exponent0));
-  const VF power1 = hn::BitCast(d, hn::Add(hn::BitCast(di, p1), exponent1));
-  const VF least = hn::Set(d, -60.0f);
-  out[0] = hn::IfThenElseZero(hn::Gt(x[0], least), power0);
-  out[1] = hn::IfThenElseZero(hn::Gt(x[1], least), power1);
-}
 
 }  // namespace HWY_NAMESPACE
 }  // namespace stillray

@@ -62,15 +62,6 @@ std::array<MovingPart, 3> MovingParts(const GpuScene& scene) {
           MovingPart{3, scene.instances().data(), scene.instances().size() * sizeof(GpuInstance)}};
 }
 
-void Barrier(const gpu::DeviceContext& c, VkCommandBuffer commands, VkPipelineStageFlags from,
-             VkAccessFlags written, VkPipelineStageFlags to, VkAccessFlags used) {
-  VkMemoryBarrier barrier = {};
-  barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
-  barrier.srcAccessMask = written;
-  barrier.dstAccessMask = used;
-  c.vk.CmdPipelineBarrier(commands, from, to, 0, 1, &barrier, 0, nullptr, 0, nullptr);
-}
-
 }  // namespace
 
 Status GpuAccel::CheckLimits() const {
@@ -139,9 +130,9 @@ Status GpuAccel::Upload() {
       }
       const VkBufferCopy region = {0, done, bytes};
       c.vk.CmdCopyBuffer(*commands, (*piece)->buffer, buffers_[i]->buffer, 1, &region);
-      Barrier(c, *commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
-              VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT,
-              VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT);
+      gpu::MemoryBarrier(c, *commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
+                         VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT,
+                         VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT);
       STILLRAY_RETURN_IF_ERROR(device_->Run());
     }
   }
@@ -206,7 +197,8 @@ Status GpuAccel::Update() {
 
 void GpuAccel::RecordUpdate(VkCommandBuffer commands) const {
   const gpu::DeviceContext& c = device_->context();
-  Barrier(c, commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, 0, VK_PIPELINE_STAGE_TRANSFER_BIT, 0);
+  gpu::MemoryBarrier(c, commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, 0,
+                     VK_PIPELINE_STAGE_TRANSFER_BIT, 0);
   size_t offset = 0;
   for (const MovingPart& part : MovingParts(*scene_)) {
     if (part.bytes > 0) {
@@ -215,8 +207,8 @@ void GpuAccel::RecordUpdate(VkCommandBuffer commands) const {
     }
     offset += part.bytes;
   }
-  Barrier(c, commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
-          VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT);
+  gpu::MemoryBarrier(c, commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
+                     VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT);
 }
 
 Status GpuAccel::Record(VkCommandBuffer commands, const gpu::Pipeline& pipeline,

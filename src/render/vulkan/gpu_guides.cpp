@@ -24,15 +24,6 @@ GpuView MakeGpuView(const CameraView& view) {
           view.up,       view.width,      view.forward, view.height};
 }
 
-void Barrier(const gpu::DeviceContext& c, VkCommandBuffer commands, VkPipelineStageFlags from,
-             VkAccessFlags written, VkPipelineStageFlags to, VkAccessFlags used) {
-  VkMemoryBarrier barrier = {};
-  barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
-  barrier.srcAccessMask = written;
-  barrier.dstAccessMask = used;
-  c.vk.CmdPipelineBarrier(commands, from, to, 0, 1, &barrier, 0, nullptr, 0, nullptr);
-}
-
 Status CheckSizes(const CameraView& view, const CameraView& previous, const gpu::Buffer& guides) {
   if (!(view.width >= 1) || !(view.height >= 1) || view.width != previous.width ||
       view.height != previous.height) {
@@ -92,10 +83,11 @@ Status GpuGuideFinder::Record(VkCommandBuffer commands, const CameraView& view,
   frame.width = static_cast<uint32_t>(view.width);
   frame.height = static_cast<uint32_t>(view.height);
   const gpu::DeviceContext& c = device_->context();
-  Barrier(c, commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, 0, VK_PIPELINE_STAGE_TRANSFER_BIT, 0);
+  gpu::MemoryBarrier(c, commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, 0,
+                     VK_PIPELINE_STAGE_TRANSFER_BIT, 0);
   c.vk.CmdUpdateBuffer(commands, frame_->buffer, 0, sizeof(frame), &frame);
-  Barrier(c, commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
-          VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT);
+  gpu::MemoryBarrier(c, commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
+                     VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT);
   const std::array<VkDescriptorSet, 2> bound = {accel_->scene_set(), *set};
   c.vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.handle());
   c.vk.CmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.layout(), 0,
