@@ -11,10 +11,8 @@
 //   per signal:
 //     demodulate         -        lights, albedo, samples        new light
 //     suppress_fireflies 1        new light                      new light
-//     reproject (fetch)  -        taps, last history             fetched history      (only for limit_history)
-//     limit_history      wavelet  new light, fetched history     longest length
-//     accumulate         -        new light, fetched history     history              colour, moments, length
-//                                 or taps, last history
+//     limit_history      wavelet  new light, taps, last history  longest length       (all signals at once)
+//     accumulate         -        new light, taps, last history  history              colour, moments, length
 //     merge_future       -        history, light of the future   merged history       (only where the future is known)
 //     estimate_variance  3        history, guides                variance
 //   per level:
@@ -80,17 +78,20 @@ void Denoiser::Impl::Allocate(int width, int height, size_t groups) {
   const int before = border;
   border = std::max(BorderOf(settings), before);
   const bool same = state.width == width && state.height == height &&
-                    state.signals.size() == groups && limit.empty() != settings.limit_history &&
+                    state.signals.size() == groups &&
+                    state.signals.front().compressed.empty() != settings.limit_history &&
                     state.signals.front().behind.empty() != BlendsFeedback(settings);
   if (!same) {
     state = DenoiserState(width, height, groups, settings.limit_history, BlendsFeedback(settings),
                           border);
     taps = ReprojectionTaps(width, height);
     staged = StagedHistory(width, height);
-    light = {Image3(width, height), Image1(width, height), Image1()};
+    light.clear();
+    while (light.size() < (settings.limit_history ? groups : 1)) {
+      light.push_back({Image3(width, height), Image1(width, height), Image1()});
+    }
     fetched = EmptyHistory();
     fetched_is_empty = true;
-    limit = settings.limit_history ? Image1(width, height) : Image1();
     scratch = Image3(width, height);
     picture = Image3(width, height);
   }
@@ -188,6 +189,22 @@ size_t FutureLight::bytes() const {
     }
   }
   return sum;
+}
+
+/// The history of a signal, with the light of its future where that is known.
+SignalHistory* Denoiser::Impl::MergeFuture(size_t signal, const FutureLight& future) {
+  SignalHistory* history = &state.signals[signal];
+  if (future.empty()) {
+    return history;
+  }
+  merged.resize(groups.size());
+  SignalHistory& both = merged[signal];
+  if (both.length.width() != state.width || both.length.height() != state.height) {
+    both = SignalHistory(state.width, state.height, false, false, border);
+  }
+  const StageTimer timer(&out->timings, "merge_future");
+  stages->merge_future(*history, future.impl_->signals[signal], &both);
+  return &both;
 }
 
 /// Whether light of the future was accumulated from frames like this one.
@@ -294,7 +311,7 @@ Status Denoiser::Impl::Begin(const Frame& next_frame, DenoisedFrame* result) {
     out->bad_guides = stages->prepare_guides({&g.depth, &g.normal, g.id.empty() ? nullptr : &g.id},
                                              &state.guides);
   }
-  if (settings.temporal && state.has_history) {
+  if (HasHistory()) {
     const StageTimer timer(&out->timings, "reproject");
     ReprojectParameters p;
     p.depth_tolerance = settings.history_depth;
@@ -313,14 +330,11 @@ Status Denoiser::Accumulate(const Frame& frame, FutureLight* future) {
   Impl& d = *impl_;
   DenoisedFrame counts;
   STILLRAY_RETURN_IF_ERROR(d.Begin(frame, &counts));
-  d.keeps_past = true;
   future->impl_ = std::make_unique<FutureLight::Impl>();
-  for (size_t i = 0; i < d.groups.size(); ++i) {
-    SignalHistory* history = &d.state.signals[i];
-    const bool limited = d.GatherLight(i, *history);
-    future->impl_->signals.push_back(d.ShortenedHistory(limited));
-    d.RunAccumulate(limited, history);
-  }
+  d.GatherSignals([&](size_t i) {
+    future->impl_->signals.push_back(d.ShortenedHistory(i));
+    d.RunAccumulate(i);
+  });
   d.state.has_history = d.settings.temporal;
   d.state.has_picture = false;
   d.frame = nullptr;
@@ -340,25 +354,10 @@ Status Denoiser::Denoise(const Frame& frame, const FutureLight& future, Denoised
   Impl& d = *impl_;
   STILLRAY_RETURN_IF_ERROR(CheckFuture(frame, d.settings, future));
   STILLRAY_RETURN_IF_ERROR(d.Begin(frame, out));
-  d.keeps_past = false;
-  for (size_t i = 0; i < d.groups.size(); ++i) {
-    SignalHistory* history = &d.state.signals[i];
-    d.RunAccumulate(d.GatherLight(i, *history), history);
-    if (future.empty()) {
-      d.BeginFilter(i, history);
-      continue;
-    }
-    d.merged.resize(d.groups.size());
-    SignalHistory& merged = d.merged[i];
-    if (merged.length.width() != frame.width || merged.length.height() != frame.height) {
-      merged = SignalHistory(frame.width, frame.height, false, false, d.border);
-    }
-    {
-      const StageTimer timer(&out->timings, "merge_future");
-      d.stages->merge_future(*history, future.impl_->signals[i], &merged);
-    }
-    d.BeginFilter(i, &merged);
-  }
+  d.GatherSignals([&](size_t i) {
+    d.RunAccumulate(i);
+    d.BeginFilter(i, d.MergeFuture(i, future));
+  });
   d.FilterSignals();
   d.ComposePicture();
   if (d.Wants("disocclusion")) {
@@ -366,7 +365,7 @@ Status Denoiser::Denoise(const Frame& frame, const FutureLight& future, Denoised
     for (int y = 0; y < frame.height; ++y) {
       for (int x = 0; x < frame.width; ++x) {
         const bool surface = d.state.guides.inverse_depth(x, y) > 0;
-        const bool found = d.settings.temporal && d.state.has_history && d.taps.Finds(x, y);
+        const bool found = d.HasHistory() && d.taps.Finds(x, y);
         mask(x, y) = surface && !found ? 1.0f : 0.0f;
       }
     }
@@ -463,8 +462,11 @@ void Denoiser::Reset() {
 }
 
 size_t Denoiser::Impl::WorkBytes() const {
-  size_t sum = taps.bytes() + staged.bytes() + light.bytes() + fetched.bytes() + limit.bytes() +
-               scratch.bytes() + picture.bytes() + sparse.bytes() + firefly_work.bytes();
+  size_t sum = taps.bytes() + staged.bytes() + fetched.bytes() + scratch.bytes() + picture.bytes() +
+               sparse.bytes() + firefly_work.bytes();
+  for (const NewLight& of_signal : light) {
+    sum += of_signal.bytes();
+  }
   for (const SignalHistory& signal : merged) {
     sum += signal.bytes();
   }

@@ -38,7 +38,7 @@ struct FutureLight::Impl {
 /// One signal on its way through the wavelet.
 struct WaveletPlanes {
   FilterPlanes filter[2];
-  Image1 stop;
+  Image1 stop;  ///< before the wavelet: what limit_history allows
   Image1 present;
   Image1 grown;                ///< `present` of the next level; empty until there is a sparse frame
   int target = 0;              ///< which of `filter` the next level writes to
@@ -67,13 +67,12 @@ struct Denoiser::Impl {
 
   // Work planes, kept between frames so that nothing is allocated in the steady state.
   ReprojectionTaps taps;
-  NewLight light;
-  SignalHistory fetched;  ///< looked up for this frame's pixels, or room for the next history
+  std::vector<NewLight> light;  ///< one, or with limit_history that of every signal
+  SignalHistory fetched;        ///< looked up for this frame's pixels, or room for the next history
   StagedHistory staged;
   bool fetched_is_empty = false;       ///< no light in it anywhere
   std::vector<SignalHistory> merged;   ///< with the future; empty until there is one
   std::vector<WaveletPlanes> wavelet;  ///< of every signal
-  Image1 limit;
   Image3 scratch;
   Image1 firefly_work;  ///< empty unless fireflies are clamped
   Image3 picture;
@@ -88,7 +87,6 @@ struct Denoiser::Impl {
   const Image3* background = nullptr;
   float samples_per_pixel = 1;
   float feedback_phase = 1;  ///< weight of history with the last feedback in what is filtered
-  bool keeps_past = false;   ///< what the past alone knows is wanted (light of the future)
   bool feeds_back = false;   ///< whether this frame's filtered light becomes history
   bool was_fed_back = true;  ///< whether the last frame's did, or may have
   std::vector<SignalGroup> groups;  ///< of frames with or without transmission, as it says
@@ -101,10 +99,17 @@ struct Denoiser::Impl {
   void Allocate(int width, int height, size_t groups);
   /// Looks up the history of every pixel: everything that comes before the signals.
   Status Begin(const Frame& next_frame, DenoisedFrame* result);
-  /// Leaves the new light in `light` and its history in `fetched`. \return whether `limit` is set
-  bool GatherLight(size_t signal, const SignalHistory& history);
-  void RunAccumulate(bool limited, SignalHistory* history);
-  SignalHistory ShortenedHistory(bool limited) const;
+  /// Brings the new light of all signals into their histories. \param then  is called for each
+  template <typename Then>
+  void GatherSignals(const Then& then);
+  /// Leaves the new light of a signal in LightOf(signal).
+  void GatherLight(size_t signal);
+  /// What the histories may count for, in WaveletPlanes::stop.
+  void RunLimitHistory();
+  const Image1* LimitOf(size_t signal) const { return Limits() ? &wavelet[signal].stop : nullptr; }
+  void RunAccumulate(size_t signal);
+  SignalHistory ShortenedHistory(size_t signal) const;
+  SignalHistory* MergeFuture(size_t signal, const FutureLight& future);
   /// Leaves the accumulated light and its variance in `wavelet`.
   void BeginFilter(size_t signal, SignalHistory* history);
   void FindPresent(WaveletPlanes* planes) const;
@@ -116,9 +121,8 @@ struct Denoiser::Impl {
   void FilterSignals();
   /// Puts the picture together from filtered and unfiltered light.
   void ComposePicture();
-  void RunDemodulate(const SignalGroup& group);
-  void UpdateCompressionScale(const SignalHistory& history, bool has_history);
-  void RunLimitHistory(WaveletPlanes* planes);
+  void RunDemodulate(const SignalGroup& group, NewLight* to);
+  void UpdateCompressionScale(size_t signal);
   void RunPrefilter(WaveletPlanes* planes);
   void RunLevel(int level);
   void KeepLevel(int level);
@@ -130,8 +134,9 @@ struct Denoiser::Impl {
 
   /// Whether the frame in progress has less than one sample per pixel.
   bool IsSparse() const { return samples_per_pixel < kWholeSample; }
-  /// Whether somebody needs the history of this frame's pixels before new light joins it.
-  bool FetchesApart() const { return settings.limit_history || keeps_past; }
+  bool HasHistory() const { return settings.temporal && state.has_history; }
+  bool Limits() const { return settings.limit_history && HasHistory(); }
+  NewLight& LightOf(size_t signal) { return light[std::min(signal, light.size() - 1)]; }
   bool Rec601() const { return settings.luminance == LuminanceWeights::kRec601; }
   bool Wants(const std::string& name) const {
     return std::find(outputs.begin(), outputs.end(), name) != outputs.end();
@@ -163,6 +168,23 @@ double Denoiser::Impl::Mean(const SumOfRow& sum_of_row) {
     total += sum;
   }
   return total / (static_cast<double>(state.width) * state.height);
+}
+
+template <typename Then>
+void Denoiser::Impl::GatherSignals(const Then& then) {
+  const bool together = Limits();
+  for (size_t i = 0; together && i < groups.size(); ++i) {
+    GatherLight(i);
+  }
+  if (together) {
+    RunLimitHistory();
+  }
+  for (size_t i = 0; i < groups.size(); ++i) {
+    if (!together) {
+      GatherLight(i);
+    }
+    then(i);
+  }
 }
 
 }  // namespace stillray

@@ -161,7 +161,7 @@ void Denoiser::Impl::AddSignal(const SignalGroup& group, const Image3& light_in,
   stages->remodulate({&light_out, 1}, {}, {Rec601(), true}, sum);
 }
 
-void Denoiser::Impl::RunDemodulate(const SignalGroup& group) {
+void Denoiser::Impl::RunDemodulate(const SignalGroup& group, NewLight* to) {
   DemodulateInput in;
   bool within = false;
   for (const SignalKind kind : group.kinds) {
@@ -179,44 +179,59 @@ void Denoiser::Impl::RunDemodulate(const SignalGroup& group) {
   in.albedo = Albedos(group);
   in.rec601 = Rec601();
   in.samples = frame->samples.empty() ? nullptr : &frame->samples;
-  if (within && light.within.empty()) {
-    light.within = Image1(state.width, state.height);
+  if (within && to->within.empty()) {
+    to->within = Image1(state.width, state.height);
   } else if (!within) {
-    light.within = Image1();
+    to->within = Image1();
   }
-  const DemodulateCounts counts = stages->demodulate(in, &light);
+  const DemodulateCounts counts = stages->demodulate(in, to);
   out->non_finite += counts.non_finite;
   out->negative += counts.negative;
 }
 
-/// Chooses fetched.compressed_scale and brings the fetched history to it.
-void Denoiser::Impl::UpdateCompressionScale(const SignalHistory& history, bool has_history) {
-  const float mean = MeanLuminance(has_history ? fetched.colour : light.colour);
-  fetched.compressed_scale = has_history ? history.compressed_scale : 0.0f;
-  const float scale = CompressionScale(fetched.compressed_scale, mean);
-  if (scale != fetched.compressed_scale) {
-    RescaleHistory(scale, &fetched);
+/// Chooses the luminance that a signal is compressed with, and brings its history to it.
+void Denoiser::Impl::UpdateCompressionScale(size_t signal) {
+  SignalHistory& history = state.signals[signal];
+  if (!HasHistory()) {
+    history.compressed_scale = CompressionScale(0.0f, MeanLuminance(LightOf(signal).colour));
+    return;
+  }
+  const float mean = MeanLuminance(history.colour);
+  const float scale = CompressionScale(history.compressed_scale, mean);
+  if (scale != history.compressed_scale) {
+    RescaleHistory(scale, &history);
   }
 }
 
-void Denoiser::Impl::RunLimitHistory(WaveletPlanes* planes) {
+void Denoiser::Impl::RunLimitHistory() {
+  const StageTimer timer(&out->timings, "limit_history");
   LimitHistoryParameters p;
-  p.scale = fetched.compressed_scale;
   p.dead = settings.limit_dead;
   p.gain = settings.limit_gain;
-  FilterPlanes* filter = planes->filter;
-  stages->compare_with_history(light, fetched, state.guides, p, &filter[0], &planes->present);
+  for (size_t i = 0; i < groups.size(); ++i) {
+    p.scale = state.signals[i].compressed_scale;
+    stages->compare_with_history(LightOf(i), state.signals[i], taps, state.guides, p,
+                                 &wavelet[i].filter[0], &wavelet[i].present);
+  }
   AtrousParameters geometry;
   geometry.weights = AtrousWeights::kGeometry;
   geometry.edges = EdgesOf(settings);
+  std::array<AtrousSignal, kMostGroups> signals;
   int source = 0;
   for (int level = 0; level < kLimitHistoryLevels; ++level, source ^= 1) {
     geometry.step = 1 << level;
-    const AtrousSignal signal = {&filter[source].colour, &filter[source].variance,
-                                 &filter[source ^ 1], &planes->stop, &planes->present};
-    stages->atrous({&signal, 1}, state.guides, geometry);
+    for (size_t i = 0; i < groups.size(); ++i) {
+      WaveletPlanes& w = wavelet[i];
+      const FilterPlanes& from = w.filter[source];
+      signals[i] = {&from.colour, &from.variance, &w.filter[source ^ 1], &w.stop, &w.present};
+    }
+    stages->atrous({signals.data(), groups.size()}, state.guides, geometry);
   }
-  stages->limit_history(filter[source], planes->present, fetched, p, &limit);
+  for (size_t i = 0; i < groups.size(); ++i) {
+    WaveletPlanes& w = wavelet[i];
+    stages->limit_history(w.filter[source], w.present, state.signals[i], taps, p, &w.stop);
+    KeepPlane("limit", groups[i], w.stop);
+  }
 }
 
 void Denoiser::Impl::RunPrefilter(WaveletPlanes* planes) {
@@ -312,81 +327,77 @@ void Denoiser::Impl::FindPresent(WaveletPlanes* planes) const {
   });
 }
 
-bool Denoiser::Impl::GatherLight(size_t signal, const SignalHistory& history) {
+void Denoiser::Impl::GatherLight(size_t signal) {
   const SignalGroup& group = groups[signal];
+  NewLight& light_of = LightOf(signal);
   {
     const StageTimer timer(&out->timings, "demodulate");
-    RunDemodulate(group);
+    RunDemodulate(group, &light_of);
   }
   if (settings.firefly != Firefly::kOff) {
     const StageTimer timer(&out->timings, "suppress_fireflies");
     if (settings.firefly == Firefly::kClamp) {
-      stages->clamp_fireflies(light.colour, light.samples, &firefly_work, &scratch);
-      std::swap(light.colour, scratch);
+      stages->clamp_fireflies(light_of.colour, light_of.samples, &firefly_work, &scratch);
+      std::swap(light_of.colour, scratch);
     } else {
-      stages->compress_light(&light.colour);
+      stages->compress_light(&light_of.colour);
     }
   }
-  const bool has_history = settings.temporal && state.has_history;
-  if (!has_history && !fetched_is_empty) {
-    fetched = EmptyHistory();
-    fetched_is_empty = true;
-  } else if (has_history && FetchesApart()) {
-    const StageTimer timer(&out->timings, "reproject");
-    stages->fetch_history(history, taps, &fetched);
-    fetched_is_empty = false;
-  }
   if (settings.limit_history) {
-    UpdateCompressionScale(history, has_history);
+    UpdateCompressionScale(signal);
   }
-  const bool limited = has_history && settings.limit_history;
-  if (limited) {
-    const StageTimer timer(&out->timings, "limit_history");
-    RunLimitHistory(&wavelet[signal]);
-    KeepPlane("limit", group, limit);
-  }
-  KeepImage("noisy", group, light.colour);
-  return limited;
+  KeepImage("noisy", group, light_of.colour);
 }
 
-void Denoiser::Impl::RunAccumulate(bool limited, SignalHistory* history) {
+void Denoiser::Impl::RunAccumulate(size_t signal) {
   const StageTimer timer(&out->timings, "accumulate");
+  const NewLight& light_of = LightOf(signal);
+  SignalHistory* history = &state.signals[signal];
   AccumulateParameters p;
   p.alpha_min = settings.alpha_min;
   p.alpha_moments = settings.alpha_moments;
   p.constant_weight = settings.history_weight == HistoryWeight::kConstant;
   p.max_history = settings.max_history;
-  p.compressed_scale = fetched.compressed_scale;
-  if (FetchesApart() || !settings.temporal || !state.has_history) {
-    stages->accumulate(light, fetched, nullptr, limited ? &limit : nullptr, p, history);
-    history->compressed_scale = fetched.compressed_scale;
+  p.compressed_scale = settings.limit_history ? history->compressed_scale : 0.0f;
+  if (!HasHistory()) {
+    if (!fetched_is_empty) {
+      fetched = EmptyHistory();
+      fetched_is_empty = true;
+    }
+    stages->accumulate(light_of, fetched, nullptr, nullptr, p, history);
     return;
   }
   const int64_t elsewhere = taps.Elsewhere();
   if (elsewhere >= 0 && staged.HasRoom(static_cast<size_t>(elsewhere), taps.lanes)) {
     p.lit_alone = !was_fed_back;
-    stages->accumulate_in_place(light, taps, p, &staged, history);
+    stages->accumulate_in_place(light_of, taps, LimitOf(signal), p, &staged, history);
     return;
   }
-  // Nothing needs the history of this frame's pixels by itself: it is looked up on the way.
-  stages->accumulate(light, *history, &taps, nullptr, p, &fetched);
+  fetched.compressed_scale = history->compressed_scale;
+  stages->accumulate(light_of, *history, &taps, LimitOf(signal), p, &fetched);
   std::swap(*history, fetched);
   fetched_is_empty = false;
 }
 
-/// What `fetched` is worth after limit_history, as plain lengths and weights.
-SignalHistory Denoiser::Impl::ShortenedHistory(bool limited) const {
-  SignalHistory shortened = fetched;
-  shortened.compressed = Image1();
-  for (int y = 0; limited && y < state.height; ++y) {
+/// What the history of this frame's pixels is worth after limit_history, as plain lengths and
+/// weights.
+SignalHistory Denoiser::Impl::ShortenedHistory(size_t signal) const {
+  if (!HasHistory()) {
+    return EmptyHistory();
+  }
+  SignalHistory shortened = EmptyHistory();
+  stages->fetch_history(state.signals[signal], taps, &shortened);
+  const Image1* limit = LimitOf(signal);
+  for (int y = 0; limit != nullptr && y < state.height; ++y) {
     for (int x = 0; x < state.width; ++x) {
-      const float most = limit(x, y);
+      const float most = (*limit)(x, y);
       if (most < shortened.length(x, y)) {
         shortened.length(x, y) = most;
         shortened.weights2(x, y) = std::max(shortened.weights2(x, y), 1.0f / most);
       }
     }
   }
+  shortened.compressed = Image1();
   return shortened;
 }
 
@@ -416,7 +427,8 @@ void Denoiser::Impl::BeginFilter(size_t signal, SignalHistory* history) {
     p.least_evidence = IsSparse() ? kLeastEvidence : 0.0f;
     p.boost = settings.short_history_boost;
     p.edges = EdgesOf(settings);
-    stages->estimate_variance(*history, light.samples, state.guides, p, &planes.filter[0].variance);
+    stages->estimate_variance(*history, LightOf(signal).samples, state.guides, p,
+                              &planes.filter[0].variance);
     KeepPlane("variance", group, planes.filter[0].variance);
   }
   FindPresent(&planes);

@@ -220,6 +220,7 @@ void ChangeRows(const Joining& j, StagedHistory* staged, int y0, int y1, SignalH
     changes.Add(history->mean, y + 1);
     changes.Add(history->variance, y + 1);
     changes.Add(history->weights2, y + 1);
+    changes.Add(history->compressed, y + 1);
     changes.Add(j.light.colour, y + 1);
     const SlotRows rows = RowsOf(history, y);
     const float* from = staged->Row(y, LaneCount());
@@ -268,11 +269,11 @@ void Accumulate(const NewLight& light, const SignalHistory& before, const Reproj
   });
 }
 
-void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps,
+void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps, const Image1* limit,
                        const AccumulateParameters& p, StagedHistory* staged,
                        SignalHistory* history) {
   staged->MakePlaces(taps.elsewhere);
-  const Joining joining = {light, *history, &taps, nullptr, p};
+  const Joining joining = {light, *history, &taps, limit, p};
   ParallelRows(light.samples.height(), 32, [&](int y0, int y1) {
     HWY_DYNAMIC_DISPATCH(StageRows)(joining, y0, y1, staged);
   });

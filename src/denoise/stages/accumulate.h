@@ -31,14 +31,14 @@ struct AccumulateParameters {
 /// for views in which little moves.
 /// \param staged  with room for all vectors that are kElsewhere
 namespace reference {
-void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps,
+void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps, const Image1* limit,
                        const AccumulateParameters& parameters, StagedHistory* staged,
                        SignalHistory* history);
 void Accumulate(const NewLight& light, const SignalHistory& before, const ReprojectionTaps* taps,
                 const Image1* limit, const AccumulateParameters& parameters, SignalHistory* out);
 }  // namespace reference
 namespace cpu {
-void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps,
+void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps, const Image1* limit,
                        const AccumulateParameters& parameters, StagedHistory* staged,
                        SignalHistory* history);
 void Accumulate(const NewLight& light, const SignalHistory& before, const ReprojectionTaps* taps,

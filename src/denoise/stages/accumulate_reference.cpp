@@ -58,11 +58,11 @@ void Accumulate(const NewLight& light, const SignalHistory& before, const Reproj
   Join(light, *out, limit, p, out);
 }
 
-void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps,
+void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps, const Image1* limit,
                        const AccumulateParameters& p, StagedHistory* /*staged*/,
                        SignalHistory* history) {
   const SignalHistory before = *history;
-  Accumulate(light, before, &taps, nullptr, p, history);
+  Accumulate(light, before, &taps, limit, p, history);
 }
 
 }  // namespace stillray::reference

@@ -15,6 +15,7 @@
 #include "core/parallel.h"
 #include "denoise/planes.h"
 #include "denoise/simd/next_row.h"
+#include "denoise/simd/tap_pairs.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "denoise/stages/atrous.cpp"
@@ -24,38 +25,23 @@
 #include <hwy/highway.h>
 
 #include "denoise/simd/edge_stopping-inl.h"
+#include "denoise/simd/guide_exponents-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
 #ifndef STILLRAY_ATROUS_ONCE
 #define STILLRAY_ATROUS_ONCE
 namespace stillray {
 
-/// The tap at (dx, dy) pixels and that at (-dx, -dy).
-struct TapPair {
-  float dx;
-  float dy;
-  float log2_kernel;
-  ptrdiff_t distance;  ///< in the planes, of the first; the second lies as far on the other side
-};
-
 inline constexpr size_t kMostSignals = 8;
 inline constexpr size_t kMostStreams = 6 + 11 * kMostSignals;
-/// Of a 5x5 kernel.
-inline constexpr int kMostPairs = 12;
 
 /// What rows of a level have in common.
 struct AtrousLevel {
   std::span<const AtrousSignal> signals;
   const GuidePlanes& guides;
   const AtrousParameters& parameters;
-  std::array<TapPair, kMostPairs> pairs;
-  int pair_count;
-  float centre_kernel;
+  const TapPairs& taps;
 };
-
-/// From this exponent of the normal weight on, a parabola in the cosine is as good as the logarithm
-/// (weights differ by 1.1e-4 at 64, 2.8e-5 at 128).
-inline constexpr float kParabolaFromSigmaN = 64;
 
 }  // namespace stillray
 #endif
@@ -106,43 +92,6 @@ HWY_INLINE void AddTap(const SignalRow& s, ptrdiff_t q, VF weight, VF luminance,
   sums->weight = hn::Add(sums->weight, weight);
 }
 
-/// The guides of one row, and what does not change from tap to tap.
-struct GuideRow {
-  const float* nx;
-  const float* ny;
-  const float* nz;
-  const float* depth;  ///< inverse where distances are from a plane
-  const uint32_t* id;
-};
-
-/// sigma_n log2(cosine), to second order about 1: far from it, 2 to its power is 0 all the same.
-HWY_INLINE VF NearParabola(VF cosine, VF bias, float sigma_n) {
-  const DF d;
-  const float k = sigma_n * kLog2E;
-  return hn::MulAdd(cosine, hn::MulAdd(cosine, hn::Set(d, -0.5f * k), hn::Set(d, 2.0f * k)), bias);
-}
-constexpr float kParabolaAtZero = -1.5f * kLog2E;
-
-/// Exponent of the guides' weights at one tap; `expected` is the depth that the tap has on the
-/// centre's surface.
-template <bool kParabola>
-HWY_INLINE VF GuideExponent(const GuideRow& g, const GuideCentre& c, ptrdiff_t q, VF expected,
-                            VF depth_scale, VF log2_kernel, float sigma_n) {
-  const DF d;
-  const VF cosine =
-      hn::MulAdd(c.nx, hn::LoadU(d, g.nx + q),
-                 hn::MulAdd(c.ny, hn::LoadU(d, g.ny + q), hn::Mul(c.nz, hn::LoadU(d, g.nz + q))));
-  VF exponent;
-  if constexpr (kParabola) {
-    exponent = NearParabola(cosine, log2_kernel, sigma_n);
-  } else {
-    exponent = hn::Add(log2_kernel, NormalExponent(cosine, sigma_n));
-    exponent = hn::IfThenElse(hn::Gt(cosine, hn::Zero(d)), exponent, hn::Set(d, -1000.0f));
-  }
-  const VF deviation = hn::Abs(hn::Sub(expected, hn::LoadU(d, g.depth + q)));
-  return hn::NegMulAdd(deviation, depth_scale, exponent);
-}
-
 /// Where the filtered pixels of one signal go.
 struct OutputRow {
   float* luminance;
@@ -178,81 +127,34 @@ HWY_INLINE void Finish(const AtrousSignal& signal, const SignalRow& row, const O
   }
 }
 
-/// Exponents (or weights) of all taps of one vector of pixels, in the order of the pairs.
-using TapVectors = float[2 * kMostPairs][hn::MaxLanes(DF())];
-
-/// What the guides say about the taps of the pixels x, x + 1, ...: shared by all signals. A pass of
-/// its own, because the whole chain from the guides to the sums would be longer than what cores
-/// can look ahead.
-template <bool kParabola>
-HWY_INLINE void GuideExponents(const AtrousLevel& level, const GuideRow& guide,
-                               const GuideCentre& c, int x, TapVectors& exponents) {
-  const DF d;
-  const DU du;
-  const EdgeStopping& edges = level.parameters.edges;
-  const VF slope_scale = hn::Mul(hn::Set(d, edges.sigma_z), hn::Mul(c.z, c.z));
-  const VF slope_least = hn::Mul(hn::Set(d, edges.depth_epsilon), c.z);
-  const VF steepness = hn::Mul(c.flat, hn::Set(d, kLog2E));
-  const bool test_id = level.parameters.test_id;
-  const VU id = test_id ? hn::LoadU(du, guide.id + x) : hn::Zero(du);
-  const float at_zero = kParabola ? edges.sigma_n * kParabolaAtZero : 0.0f;
-  for (int i = 0; i < level.pair_count; ++i) {
-    const TapPair& pair = level.pairs[static_cast<size_t>(i)];
-    const VF bias = hn::Set(d, pair.log2_kernel + at_zero);
-    const VF along = hn::MulAdd(c.gx, hn::Set(d, pair.dx), hn::Mul(c.gy, hn::Set(d, pair.dy)));
-    VF expected[2];
-    VF scale;
-    if (edges.plane) {
-      expected[0] = hn::Add(c.i, along);
-      expected[1] = hn::Sub(c.i, along);
-      scale = c.scale;
-    } else {
-      expected[0] = expected[1] = c.z;
-      scale = hn::Div(steepness, hn::MulAdd(slope_scale, hn::Abs(along), slope_least));
-    }
-    for (int side = 0; side < 2; ++side) {
-      const ptrdiff_t q = x + (side == 0 ? pair.distance : -pair.distance);
-      VF exponent =
-          GuideExponent<kParabola>(guide, c, q, expected[side], scale, bias, edges.sigma_n);
-      if (test_id) {
-        const MF same = hn::RebindMask(d, hn::Eq(id, hn::LoadU(du, guide.id + q)));
-        exponent = hn::IfThenElse(same, exponent, hn::Set(d, -1000.0f));
-      }
-      hn::Store(exponent, d, exponents[2 * i + side]);
-    }
-  }
-}
-
-/// Adds up the taps of one signal at the pixels x, x + 1, ... kLuminance: weights of SVGF, else
-/// those of the guides alone. kShared: stops are shared with noisier neighbours.
-template <bool kLuminance, bool kShared, bool kComplete>
+/// Adds up the taps of one signal at the pixels x, x + 1, ... with the weights of SVGF. kShared:
+/// stops are shared with noisier neighbours.
+template <bool kShared, bool kComplete>
 HWY_INLINE Sums SumTaps(const AtrousLevel& level, const SignalRow& row, const TapVectors& exponents,
                         int x) {
   const DF d;
   const VF zero = hn::Zero(d);
   const VF centre = hn::LoadU(d, row.luminance + x);
-  const VF stop = kLuminance ? hn::LoadU(d, row.stop + x) : zero;
+  const VF stop = hn::LoadU(d, row.stop + x);
   const VF least = hn::Mul(stop, hn::Set(d, 1 / level.parameters.noise_ratio));
-  const VF kernel = hn::Set(d, level.centre_kernel);
+  const VF kernel = hn::Set(d, level.taps.centre_kernel);
   Sums sums = {zero, zero, zero, zero, zero};
   AddTap(row, x, kComplete ? kernel : WherePresent(row, x, kernel), centre, &sums);
   // Two taps at a time, step by step: one alone is a longer chain than cores look ahead for others.
-  for (int i = 0; i < level.pair_count; ++i) {
-    const ptrdiff_t distance = level.pairs[static_cast<size_t>(i)].distance;
+  for (int i = 0; i < level.taps.count; ++i) {
+    const ptrdiff_t distance = level.taps.pair[i].distance;
     const ptrdiff_t q[2] = {x + distance, x - distance};
     const VF l[2] = {hn::LoadU(d, row.luminance + q[0]), hn::LoadU(d, row.luminance + q[1])};
     VF exponent[2] = {hn::Load(d, exponents[2 * i]), hn::Load(d, exponents[2 * i + 1])};
-    if constexpr (kLuminance) {
-      VF factor[2] = {stop, stop};
-      if constexpr (kShared) {
-        for (int k = 0; k < 2; ++k) {
-          factor[k] = hn::Min(stop, hn::Max(hn::LoadU(d, row.stop + q[k]), least));
-        }
+    VF factor[2] = {stop, stop};
+    if constexpr (kShared) {
+      for (int k = 0; k < 2; ++k) {
+        factor[k] = hn::Min(stop, hn::Max(hn::LoadU(d, row.stop + q[k]), least));
       }
-      const VF deviation[2] = {hn::Abs(hn::Sub(centre, l[0])), hn::Abs(hn::Sub(centre, l[1]))};
-      exponent[0] = hn::NegMulAdd(deviation[0], factor[0], exponent[0]);
-      exponent[1] = hn::NegMulAdd(deviation[1], factor[1], exponent[1]);
     }
+    const VF deviation[2] = {hn::Abs(hn::Sub(centre, l[0])), hn::Abs(hn::Sub(centre, l[1]))};
+    exponent[0] = hn::NegMulAdd(deviation[0], factor[0], exponent[0]);
+    exponent[1] = hn::NegMulAdd(deviation[1], factor[1], exponent[1]);
     VF weight[2];
     WeightsExp2(exponent, weight);
     if constexpr (!kComplete) {
@@ -275,31 +177,36 @@ NextRow<kMostStreams> NextRowOf(const AtrousLevel& level, int y) {
   next.Add(g.normal, leading);
   next.Add(p.edges.plane ? g.inverse_depth : g.depth, leading);
   next.Add(g.gradient, own);
+  const bool geometry = p.weights == AtrousWeights::kGeometry;
+  const int channels = geometry ? 2 : 3;
   for (const AtrousSignal& signal : level.signals) {
-    next.Add(*signal.colour, leading);
     next.Add(*signal.variance, leading);
-    next.Add(*signal.stop, p.noise_ratio > 1 ? leading : own);
-    if (!signal.complete) {
+    if (!geometry) {
+      next.Add(*signal.stop, p.noise_ratio > 1 ? leading : own);
+    }
+    if (geometry || !signal.complete) {
       next.Add(*signal.present, leading);
     }
     if (signal.grown != nullptr) {
       next.Add(*signal.grown, own);
     }
-    next.Add(signal.out->colour, own);
+    for (int c = 0; c < channels; ++c) {
+      next.Add((*signal.colour)[c], leading);
+      next.Add(signal.out->colour[c], own);
+    }
     next.Add(signal.out->variance, own);
   }
   return next;
 }
 
-/// Filters one row of all signals with the weights of SVGF, or those of geometry alone. Template
-/// arguments rather than branches in the innermost loop.
-template <bool kLuminance, bool kParabola, bool kShared, bool kComplete>
+/// Filters one row of all signals with the weights of SVGF. Template arguments rather than branches
+/// in the innermost loop.
+template <bool kParabola, bool kShared, bool kComplete>
 void FilterRow(const AtrousLevel& level, int y) {
   const DF d;
   const GuidePlanes& g = level.guides;
   const EdgeStopping& edges = level.parameters.edges;
-  const GuideRow guide = {g.normal[0].Row(y), g.normal[1].Row(y), g.normal[2].Row(y),
-                          edges.plane ? g.inverse_depth.Row(y) : g.depth.Row(y), g.id.Row(y)};
+  const GuideRow guide = GuideRowOf(level.guides, level.parameters.edges, y);
   const int width = g.id.width();
   SignalRow rows[kMostSignals];
   OutputRow outputs[kMostSignals];
@@ -315,13 +222,91 @@ void FilterRow(const AtrousLevel& level, int y) {
     const bool any = !hn::AllFalse(d, surface);
     if (any) {
       const GuideCentre c = LoadGuideCentre(g, edges, x, y);
-      GuideExponents<kParabola>(level, guide, c, x, exponents);
+      GuideExponents<kParabola>(level.taps, level.parameters.edges, level.parameters.test_id, guide,
+                                c, x, exponents);
     }
     for (size_t i = 0; i < level.signals.size(); ++i) {
       const VF zero = hn::Zero(d);
-      const Sums sums = any ? SumTaps<kLuminance, kShared, kComplete>(level, rows[i], exponents, x)
+      const Sums sums = any ? SumTaps<kShared, kComplete>(level, rows[i], exponents, x)
                             : Sums{zero, zero, zero, zero, zero};
       Finish(level.signals[i], rows[i], outputs[i], sums, surface, x);
+    }
+  }
+}
+
+/// Whether any signal has light at the pixels x, x + 1, ...
+HWY_INLINE bool AnyPresent(const AtrousLevel& level, const SignalRow* rows, int x) {
+  const DF d;
+  VF present = hn::Zero(d);
+  for (size_t i = 0; i < level.signals.size(); ++i) {
+    present = hn::Max(present, hn::LoadU(d, rows[i].present + x));
+  }
+  return !hn::AllFalse(d, hn::And(hn::Gt(present, hn::Zero(d)), InRow(x, level.guides.id.width())));
+}
+
+struct GeometrySums {
+  VF luminance, red, variance, weight;
+};
+
+/// What is not present is zero, so that only the sum of the weights needs to know.
+HWY_INLINE void AddGeometryTap(const SignalRow& s, ptrdiff_t q, VF weight, GeometrySums* sums) {
+  const DF d;
+  sums->luminance = hn::MulAdd(weight, hn::LoadU(d, s.luminance + q), sums->luminance);
+  sums->red = hn::MulAdd(weight, hn::LoadU(d, s.red + q), sums->red);
+  sums->variance =
+      hn::MulAdd(hn::Mul(weight, weight), hn::LoadU(d, s.variance + q), sums->variance);
+  sums->weight = hn::MulAdd(weight, hn::LoadU(d, s.present + q), sums->weight);
+}
+
+HWY_INLINE GeometrySums SumGeometryTaps(const AtrousLevel& level, const SignalRow& row,
+                                        const TapVectors& weights, int x) {
+  const DF d;
+  const VF zero = hn::Zero(d);
+  GeometrySums sums = {zero, zero, zero, zero};
+  AddGeometryTap(row, x, hn::Set(d, level.taps.centre_kernel), &sums);
+  for (int i = 0; i < level.taps.count; ++i) {
+    const ptrdiff_t distance = level.taps.pair[i].distance;
+    AddGeometryTap(row, x + distance, hn::Load(d, weights[2 * i]), &sums);
+    AddGeometryTap(row, x - distance, hn::Load(d, weights[2 * i + 1]), &sums);
+  }
+  return sums;
+}
+
+/// Filters one row of all signals with the weights of geometry, which they share, where there is
+/// light.
+template <bool kParabola>
+void FilterRowByGeometry(const AtrousLevel& level, int y) {
+  const DF d;
+  const VF one = hn::Set(d, 1.0f);
+  const GuideRow guide = GuideRowOf(level.guides, level.parameters.edges, y);
+  const int width = level.guides.id.width();
+  SignalRow rows[kMostSignals];
+  OutputRow outputs[kMostSignals];
+  for (size_t i = 0; i < level.signals.size(); ++i) {
+    rows[i] = RowOf(level.signals[i], y);
+    outputs[i] = OutputOf(level.signals[i], y);
+  }
+  const NextRow<kMostStreams> next = NextRowOf(level, y);
+  HWY_ALIGN TapVectors weights;
+  for (int x = 0; x < width; x += LaneCount()) {
+    next.Fetch(x);
+    const bool any = AnyPresent(level, rows, x);
+    if (any) {
+      const GuideCentre c = LoadGuideCentre(level.guides, level.parameters.edges, x, y);
+      GuideExponents<kParabola>(level.taps, level.parameters.edges, level.parameters.test_id, guide,
+                                c, x, weights);
+      WeightsOfExponents(level.taps, weights);
+    }
+    for (size_t i = 0; i < level.signals.size(); ++i) {
+      const VF zero = hn::Zero(d);
+      const GeometrySums sums =
+          any ? SumGeometryTaps(level, rows[i], weights, x) : GeometrySums{zero, zero, zero, zero};
+      const MF present = hn::Gt(hn::LoadU(d, rows[i].present + x), zero);
+      const VF scale =
+          hn::IfThenElseZero(present, hn::Div(one, hn::IfThenElse(present, sums.weight, one)));
+      StoreInRow(d, hn::Mul(sums.luminance, scale), outputs[i].luminance, x, width);
+      StoreInRow(d, hn::Mul(sums.red, scale), outputs[i].red, x, width);
+      StoreInRow(d, hn::Mul(sums.variance, hn::Mul(scale, scale)), outputs[i].variance, x, width);
     }
   }
 }
@@ -347,7 +332,7 @@ void FilterRowForComparison(const AtrousLevel& level, const AtrousSignal& signal
         hn::Mul(hn::Mul(c.z, c.z), hn::Set(d, kLog2E / (p.eaw_sigma_z * p.eaw_sigma_z)));
     const VF zero = hn::Zero(d);
     Sums sums = {zero, zero, zero, zero, zero};
-    AddTap(row, x, WherePresent(row, x, hn::Set(d, level.centre_kernel)), luminance, &sums);
+    AddTap(row, x, WherePresent(row, x, hn::Set(d, level.taps.centre_kernel)), luminance, &sums);
     const auto add_tap = [&](ptrdiff_t distance, float dx, float dy, float log2_kernel) HWY_ATTR
         __attribute__((always_inline)) {
       const ptrdiff_t q = x + distance;
@@ -370,8 +355,8 @@ void FilterRowForComparison(const AtrousLevel& level, const AtrousSignal& signal
       }
       AddTap(row, q, WherePresent(row, q, WeightExp2(exponent)), l, &sums);
     };
-    for (int i = 0; i < level.pair_count; ++i) {
-      const TapPair& pair = level.pairs[static_cast<size_t>(i)];
+    for (int i = 0; i < level.taps.count; ++i) {
+      const TapPair& pair = level.taps.pair[i];
       add_tap(pair.distance, pair.dx, pair.dy, pair.log2_kernel);
       add_tap(-pair.distance, -pair.dx, -pair.dy, pair.log2_kernel);
     }
@@ -379,25 +364,22 @@ void FilterRowForComparison(const AtrousLevel& level, const AtrousSignal& signal
   }
 }
 
-template <bool kLuminance>
 void FilterRowOf(const AtrousLevel& level, int y) {
   const AtrousParameters& p = level.parameters;
   const bool complete = std::all_of(level.signals.begin(), level.signals.end(),
                                     [](const AtrousSignal& s) { return s.complete; });
-  const bool shared = kLuminance && p.noise_ratio > 1;
   if (p.edges.sigma_n < kParabolaFromSigmaN) {
-    FilterRow<kLuminance, false, kLuminance, false>(level, y);
-  } else if (shared) {
-    complete ? FilterRow<kLuminance, true, kLuminance, true>(level, y)
-             : FilterRow<kLuminance, true, kLuminance, false>(level, y);
+    FilterRow<false, true, false>(level, y);
+  } else if (p.noise_ratio > 1) {
+    complete ? FilterRow<true, true, true>(level, y) : FilterRow<true, true, false>(level, y);
   } else {
-    complete ? FilterRow<kLuminance, true, false, true>(level, y)
-             : FilterRow<kLuminance, true, false, false>(level, y);
+    complete ? FilterRow<true, false, true>(level, y) : FilterRow<true, false, false>(level, y);
   }
 }
 
 void AtrousRow(const AtrousLevel& level, int y) {
-  switch (level.parameters.weights) {
+  const AtrousParameters& p = level.parameters;
+  switch (p.weights) {
     case AtrousWeights::kNaive:
       for (const AtrousSignal& signal : level.signals) {
         FilterRowForComparison<false>(level, signal, y);
@@ -409,10 +391,11 @@ void AtrousRow(const AtrousLevel& level, int y) {
       }
       break;
     case AtrousWeights::kGeometry:
-      FilterRowOf<false>(level, y);
+      p.edges.sigma_n < kParabolaFromSigmaN ? FilterRowByGeometry<false>(level, y)
+                                            : FilterRowByGeometry<true>(level, y);
       break;
     case AtrousWeights::kSvgf:
-      FilterRowOf<true>(level, y);
+      FilterRowOf(level, y);
       break;
   }
 }
@@ -427,20 +410,6 @@ namespace stillray::cpu {
 namespace {
 
 HWY_EXPORT(AtrousRow);
-
-/// Chooses one of each two taps at opposite offsets, all but the centre.
-void AddPairs(int radius, int step, ptrdiff_t stride, AtrousLevel* level) {
-  constexpr float kLog2Kernel3[2] = {-1.0f, -2.0f};
-  constexpr float kLog2Kernel5[3] = {-1.41503750f, -2.0f, -4.0f};
-  const float* log2_kernel = radius == 1 ? kLog2Kernel3 : kLog2Kernel5;
-  for (int j = 0; j <= radius; ++j) {
-    for (int i = j == 0 ? 1 : -radius; i <= radius; ++i) {
-      level->pairs[static_cast<size_t>(level->pair_count++)] = {
-          static_cast<float>(i * step), static_cast<float>(j * step),
-          log2_kernel[i < 0 ? -i : i] + log2_kernel[j], j * step * stride + i * step};
-    }
-  }
-}
 
 /// The i-th row in an order in which the rows of one residue modulo `step` follow each other, so
 /// that a level's taps are found in the cache.
@@ -466,8 +435,8 @@ void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
     STILLRAY_CHECK_EQ(signal.present->stride(), stride);
     STILLRAY_CHECK_EQ(signal.stop->stride(), stride);
   }
-  AtrousLevel level = {signals, guides, p, {}, 0, p.radius == 1 ? 0.25f : 9.0f / 64.0f};
-  AddPairs(p.radius, p.step, stride, &level);
+  const TapPairs taps = MakeTapPairs(p.radius, p.step, stride);
+  const AtrousLevel level = {signals, guides, p, taps};
   const int height = guides.id.height();
   ParallelRows(height, 8, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {

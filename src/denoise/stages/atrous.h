@@ -7,8 +7,9 @@
 /// Variance: sum(h^2 w^2 Var) / (sum(h w))^2. Pixels without light are skipped as taps and filled
 /// as centres; they are taps of the levels after that. Pixels without a surface pass through.
 /// Border: step * radius. Departs: where PSVGF prints w^2 Var for the variance, the normalised form
-/// stands. Signals share the weights of the guides. Reads 24 bytes of guides and 16 to 24 per
-/// signal and pixel (every tap again, from cache), writes 16 per signal.
+/// stands. Signals share what the guides say, which is the whole weight of kGeometry. Reads 24
+/// bytes of guides and 16 to 24 per signal and pixel (every tap again, from cache), writes 16 per
+/// signal.
 #pragma once
 
 #include <span>
@@ -20,10 +21,12 @@
 namespace stillray {
 
 enum class AtrousWeights : int {
-  kNaive,     ///< the kernel alone: no edge stops
-  kGeometry,  ///< normal and depth
-  kSvgf,      ///< normal, depth and luminance against the local spread
-  kEaw,       ///< Gaussians of luminance, normal and depth differences
+  kNaive,  ///< the kernel alone: no edge stops
+  /// Normal and depth, for limit_history, which has two values and a variance: of the colour, only
+  /// luminance and red are filtered. Pixels without light must be zero in all of them and stay so.
+  kGeometry,
+  kSvgf,  ///< normal, depth and luminance against the local spread
+  kEaw,   ///< Gaussians of luminance, normal and depth differences
 };
 
 struct AtrousParameters {

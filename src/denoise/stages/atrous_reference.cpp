@@ -12,6 +12,11 @@ namespace {
 constexpr float kKernel3[2] = {0.5f, 0.25f};
 constexpr float kKernel5[3] = {3.0f / 8.0f, 1.0f / 4.0f, 1.0f / 16.0f};
 
+/// How many planes of the colour are filtered.
+int ChannelsOf(AtrousWeights weights) {
+  return weights == AtrousWeights::kGeometry ? 2 : 3;
+}
+
 /// The product of all edge-stopping weights of q = (qx, qy) as seen from p = (x, y).
 float EdgeWeight(const AtrousSignal& signal, const GuidePlanes& g, const AtrousParameters& p, int x,
                  int y, int qx, int qy) {
@@ -70,7 +75,7 @@ void FilterPixel(const AtrousSignal& signal, const GuidePlanes& g, const AtrousP
   }
   // Below this the sums have lost their digits: nothing near is like this pixel.
   const bool filled = sum_weight > kMinAtrousWeight;
-  for (int c = 0; c < 3; ++c) {
+  for (int c = 0; c < ChannelsOf(p.weights); ++c) {
     signal.out->colour[c](x, y) = filled ? sum[c] / sum_weight : in[c](x, y);
   }
   signal.out->variance(x, y) =
@@ -80,8 +85,8 @@ void FilterPixel(const AtrousSignal& signal, const GuidePlanes& g, const AtrousP
   }
 }
 
-void PassThrough(const AtrousSignal& signal, int x, int y) {
-  for (int c = 0; c < 3; ++c) {
+void PassThrough(const AtrousSignal& signal, const AtrousParameters& p, int x, int y) {
+  for (int c = 0; c < ChannelsOf(p.weights); ++c) {
     signal.out->colour[c](x, y) = (*signal.colour)[c](x, y);
   }
   signal.out->variance(x, y) = (*signal.variance)(x, y);
@@ -98,10 +103,11 @@ void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
     STILLRAY_CHECK_LE(p.step * p.radius, signal.present->border());
     for (int y = 0; y < signal.present->height(); ++y) {
       for (int x = 0; x < signal.present->width(); ++x) {
-        if (guides.inverse_depth(x, y) > 0) {
+        const bool fills = p.weights != AtrousWeights::kGeometry || (*signal.present)(x, y) > 0;
+        if (guides.inverse_depth(x, y) > 0 && fills) {
           FilterPixel(signal, guides, p, x, y);
         } else {
-          PassThrough(signal, x, y);
+          PassThrough(signal, p, x, y);
         }
       }
     }

@@ -8,8 +8,8 @@
 /// its expected noise by is taken for bias, and a Kalman gain says how many samples such a history
 /// is still worth. The history keeps the mean of compressed samples, not the compressed mean: a
 /// mean of few bright samples compresses to more than they do one by one, so that sparse light
-/// would always look changed. Border: that of the wavelet. Reads 40, writes 20 bytes per pixel
-/// around the wavelet.
+/// would always look changed. Border: that of the wavelet. Reads 80, writes 20 bytes per pixel
+/// and signal around the wavelet.
 #pragma once
 
 #include "denoise/planes.h"
@@ -17,10 +17,11 @@
 
 namespace stillray {
 
-/// The functions around the wavelet, which the denoiser calls in between. Compare: colour =
-/// (compressed present, compressed history, variance of single compressed samples), variance =
-/// expected noise of the difference, all zero where either is missing; present = 1 where both
-/// exist. Limit: length that the history may count for; its own where nothing speaks against it.
+/// The functions around the wavelet, which the denoiser calls in between, for all signals at once.
+/// Compare: luminance = compressed present less compressed history, red = variance of single
+/// compressed samples, variance = expected noise of the difference, all zero where either is
+/// missing; present = 1 where both exist. Limit: length that the history may count for; its own
+/// where nothing speaks against it. The history is that of the last frame, looked up along `taps`.
 struct LimitHistoryParameters {
   float scale = 1;  ///< luminance that is compressed to 1/2; that of `before.compressed`
   float dead = 8;
@@ -32,17 +33,21 @@ void RescaleHistory(float scale, SignalHistory* history);
 
 namespace reference {
 void CompareWithHistory(const NewLight& light, const SignalHistory& before,
-                        const GuidePlanes& guides, const LimitHistoryParameters& parameters,
-                        FilterPlanes* compared, Image1* present);
+                        const ReprojectionTaps& taps, const GuidePlanes& guides,
+                        const LimitHistoryParameters& parameters, FilterPlanes* compared,
+                        Image1* present);
 void LimitHistory(const FilterPlanes& blurred, const Image1& present, const SignalHistory& before,
-                  const LimitHistoryParameters& parameters, Image1* limit);
+                  const ReprojectionTaps& taps, const LimitHistoryParameters& parameters,
+                  Image1* limit);
 }  // namespace reference
 namespace cpu {
 void CompareWithHistory(const NewLight& light, const SignalHistory& before,
-                        const GuidePlanes& guides, const LimitHistoryParameters& parameters,
-                        FilterPlanes* compared, Image1* present);
+                        const ReprojectionTaps& taps, const GuidePlanes& guides,
+                        const LimitHistoryParameters& parameters, FilterPlanes* compared,
+                        Image1* present);
 void LimitHistory(const FilterPlanes& blurred, const Image1& present, const SignalHistory& before,
-                  const LimitHistoryParameters& parameters, Image1* limit);
+                  const ReprojectionTaps& taps, const LimitHistoryParameters& parameters,
+                  Image1* limit);
 }  // namespace cpu
 
 }  // namespace stillray

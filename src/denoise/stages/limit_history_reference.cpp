@@ -3,11 +3,23 @@
 #include "core/shared.h"
 #include "denoise/stages/limit_history.h"
 #include "denoise/stages/limit_history_shared.h"
+#include "denoise/stages/reproject.h"
 
 namespace stillray::reference {
-void CompareWithHistory(const NewLight& light, const SignalHistory& before,
-                        const GuidePlanes& guides, const LimitHistoryParameters& p,
-                        FilterPlanes* compared, Image1* present) {
+namespace {
+
+SignalHistory Fetched(const SignalHistory& before, const ReprojectionTaps& taps) {
+  SignalHistory fetched = before;
+  FetchHistory(before, taps, &fetched);
+  return fetched;
+}
+
+}  // namespace
+
+void CompareWithHistory(const NewLight& light, const SignalHistory& history,
+                        const ReprojectionTaps& taps, const GuidePlanes& guides,
+                        const LimitHistoryParameters& p, FilterPlanes* compared, Image1* present) {
+  const SignalHistory before = Fetched(history, taps);
   for (int y = 0; y < light.samples.height(); ++y) {
     for (int x = 0; x < light.samples.width(); ++x) {
       const float n = light.samples(x, y);
@@ -18,22 +30,22 @@ void CompareWithHistory(const NewLight& light, const SignalHistory& before,
           CompressedVariance(then, before.mean(x, y), before.variance(x, y), p.scale);
       const float noise = single * (1.0f / max(n, 1.0f) + before.weights2(x, y));
       (*present)(x, y) = both ? 1.0f : 0.0f;
-      compared->colour[0](x, y) = both ? now : 0.0f;
-      compared->colour[1](x, y) = both ? then : 0.0f;
-      compared->colour[2](x, y) = both ? single : 0.0f;
+      compared->colour[0](x, y) = both ? now - then : 0.0f;
+      compared->colour[1](x, y) = both ? single : 0.0f;
       compared->variance(x, y) = both ? noise : 0.0f;
     }
   }
 }
 
-void LimitHistory(const FilterPlanes& blurred, const Image1& present, const SignalHistory& before,
-                  const LimitHistoryParameters& p, Image1* limit) {
+void LimitHistory(const FilterPlanes& blurred, const Image1& present, const SignalHistory& history,
+                  const ReprojectionTaps& taps, const LimitHistoryParameters& p, Image1* limit) {
+  const SignalHistory before = Fetched(history, taps);
   for (int y = 0; y < limit->height(); ++y) {
     for (int x = 0; x < limit->width(); ++x) {
       const float length = before.length(x, y);
-      const float d = blurred.colour[0](x, y) - blurred.colour[1](x, y);
-      const float limited = LimitedLength(length, before.weights2(x, y), d, blurred.variance(x, y),
-                                          blurred.colour[2](x, y), p.dead, p.gain);
+      const float limited =
+          LimitedLength(length, before.weights2(x, y), blurred.colour[0](x, y),
+                        blurred.variance(x, y), blurred.colour[1](x, y), p.dead, p.gain);
       (*limit)(x, y) = present(x, y) > 0 ? limited : length;
     }
   }

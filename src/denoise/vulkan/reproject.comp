@@ -4,7 +4,8 @@
 #extension GL_GOOGLE_include_directive : require
 
 // reproject: see stages/reproject.h. Finds each pixel's taps once and fetches the history of all
-// signals by them. Where there is none the length is -1.
+// signals by them. Where there is none the length is -1. Sums of the last frame's luminances over
+// each workgroup tell how bright the history is.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/stages/reproject_shared.h"
 #include "denoise/vulkan/reduce.glsl"
@@ -93,7 +94,7 @@ Taps FindTaps(ivec2 p) {
 
 // Weighted means of everything remembered: the length over all taps, the rest over those with
 // light.
-void Fetch(Taps taps, ivec2 p, int s, out float luminance) {
+void Fetch(Taps taps, ivec2 p, int s) {
   vec4 sum_colour = vec4(0.0f);
   vec4 sum_behind = vec4(0.0f);
   vec4 sum_moments = vec4(0.0f);
@@ -127,7 +128,6 @@ void Fetch(Taps taps, ivec2 p, int s, out float luminance) {
   float scale = lit > 0.0f ? 1.0f / lit : 0.0f;
   float ratio = exposure_ratio[s];
   vec3 c = ClampLight(sum_colour.xyz * (scale * ratio));
-  luminance = c.x;
   float deviation = PackDeviation(sum_moments.y * scale, true) * ratio;
   float history_length = all > 0.0f ? sum_length / all : -1.0f;
   ivec3 at = ivec3(p, s);
@@ -149,9 +149,8 @@ void main() {
   if (Inside(p)) {
     Taps taps = FindTaps(p);
     for (int s = 0; s < signals; ++s) {
-      float l;
-      Fetch(taps, p, s, l);
-      luminance[s] = l;
+      Fetch(taps, p, s);
+      luminance[s] = texelFetch(colour, ivec3(p, s), 0).x * exposure_ratio[s];
     }
   }
   luminance = SumOfGroup(luminance);

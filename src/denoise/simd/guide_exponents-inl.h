@@ -1,0 +1,127 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// What the guides say about the taps of a level: the exponents of 2 of their weights.
+#if defined(STILLRAY_DENOISE_SIMD_GUIDE_EXPONENTS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef STILLRAY_DENOISE_SIMD_GUIDE_EXPONENTS_INL_H_
+#undef STILLRAY_DENOISE_SIMD_GUIDE_EXPONENTS_INL_H_
+#else
+#define STILLRAY_DENOISE_SIMD_GUIDE_EXPONENTS_INL_H_
+#endif
+
+#include "denoise/planes.h"
+#include "denoise/simd/edge_stopping-inl.h"
+#include "denoise/simd/tap_pairs.h"
+#include "denoise/simd/vector_math-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace stillray {
+namespace HWY_NAMESPACE {
+
+/// From this exponent of the normal weight on, a parabola in the cosine is as good as the logarithm
+/// (weights differ by 1.1e-4 at 64, 2.8e-5 at 128).
+constexpr float kParabolaFromSigmaN = 64;
+
+/// The guides of one row, and what does not change from tap to tap.
+struct GuideRow {
+  const float* nx;
+  const float* ny;
+  const float* nz;
+  const float* depth;  ///< inverse where distances are from a plane
+  const uint32_t* id;
+};
+
+HWY_INLINE GuideRow GuideRowOf(const GuidePlanes& g, const EdgeStopping& edges, int y) {
+  return {g.normal[0].Row(y), g.normal[1].Row(y), g.normal[2].Row(y),
+          (edges.plane ? g.inverse_depth : g.depth).Row(y), g.id.Row(y)};
+}
+
+/// sigma_n log2(cosine), to second order about 1: far from it, 2 to its power is 0 all the same.
+HWY_INLINE VF NearParabola(VF cosine, VF bias, float sigma_n) {
+  const DF d;
+  const float k = sigma_n * kLog2E;
+  return hn::MulAdd(cosine, hn::MulAdd(cosine, hn::Set(d, -0.5f * k), hn::Set(d, 2.0f * k)), bias);
+}
+constexpr float kParabolaAtZero = -1.5f * kLog2E;
+
+/// Exponent of the guides' weights at one tap; `expected` is the depth that the tap has on the
+/// centre's surface.
+template <bool kParabola>
+HWY_INLINE VF GuideExponent(const GuideRow& g, const GuideCentre& c, ptrdiff_t q, VF expected,
+                            VF depth_scale, VF log2_kernel, float sigma_n) {
+  const DF d;
+  const VF cosine =
+      hn::MulAdd(c.nx, hn::LoadU(d, g.nx + q),
+                 hn::MulAdd(c.ny, hn::LoadU(d, g.ny + q), hn::Mul(c.nz, hn::LoadU(d, g.nz + q))));
+  VF exponent;
+  if constexpr (kParabola) {
+    exponent = NearParabola(cosine, log2_kernel, sigma_n);
+  } else {
+    exponent = hn::Add(log2_kernel, NormalExponent(cosine, sigma_n));
+    exponent = hn::IfThenElse(hn::Gt(cosine, hn::Zero(d)), exponent, hn::Set(d, -1000.0f));
+  }
+  const VF deviation = hn::Abs(hn::Sub(expected, hn::LoadU(d, g.depth + q)));
+  return hn::NegMulAdd(deviation, depth_scale, exponent);
+}
+
+/// Exponents (or weights) of all taps of one vector of pixels, in the order of the pairs.
+using TapVectors = float[2 * TapPairs::kMost][hn::MaxLanes(DF())];
+
+/// What the guides say about the taps of the pixels x, x + 1, ...: shared by all signals. A pass of
+/// its own, because the whole chain from the guides to the sums would be longer than what cores
+/// can look ahead.
+template <bool kParabola>
+HWY_INLINE void GuideExponents(const TapPairs& taps, const EdgeStopping& edges, bool test_id,
+                               const GuideRow& guide, const GuideCentre& c, int x,
+                               TapVectors& exponents) {
+  const DF d;
+  const DU du;
+  const VF slope_scale = hn::Mul(hn::Set(d, edges.sigma_z), hn::Mul(c.z, c.z));
+  const VF slope_least = hn::Mul(hn::Set(d, edges.depth_epsilon), c.z);
+  const VF steepness = hn::Mul(c.flat, hn::Set(d, kLog2E));
+  const VU id = test_id ? hn::LoadU(du, guide.id + x) : hn::Zero(du);
+  const float at_zero = kParabola ? edges.sigma_n * kParabolaAtZero : 0.0f;
+  for (int i = 0; i < taps.count; ++i) {
+    const TapPair& pair = taps.pair[i];
+    const VF bias = hn::Set(d, pair.log2_kernel + at_zero);
+    const VF along = hn::MulAdd(c.gx, hn::Set(d, pair.dx), hn::Mul(c.gy, hn::Set(d, pair.dy)));
+    VF expected[2];
+    VF scale;
+    if (edges.plane) {
+      expected[0] = hn::Add(c.i, along);
+      expected[1] = hn::Sub(c.i, along);
+      scale = c.scale;
+    } else {
+      expected[0] = expected[1] = c.z;
+      scale = hn::Div(steepness, hn::MulAdd(slope_scale, hn::Abs(along), slope_least));
+    }
+    for (int side = 0; side < 2; ++side) {
+      const ptrdiff_t q = x + (side == 0 ? pair.distance : -pair.distance);
+      VF exponent =
+          GuideExponent<kParabola>(guide, c, q, expected[side], scale, bias, edges.sigma_n);
+      if (test_id) {
+        const MF same = hn::RebindMask(d, hn::Eq(id, hn::LoadU(du, guide.id + q)));
+        exponent = hn::IfThenElse(same, exponent, hn::Set(d, -1000.0f));
+      }
+      hn::Store(exponent, d, exponents[2 * i + side]);
+    }
+  }
+}
+
+/// Exponents to weights.
+HWY_INLINE void WeightsOfExponents(const TapPairs& taps, TapVectors& exponents) {
+  const DF d;
+  for (int i = 0; i < taps.count; ++i) {
+    const VF exponent[2] = {hn::Load(d, exponents[2 * i]), hn::Load(d, exponents[2 * i + 1])};
+    VF weight[2];
+    WeightsExp2(exponent, weight);
+    hn::Store(weight[0], d, exponents[2 * i]);
+    hn::Store(weight[1], d, exponents[2 * i + 1]);
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace stillray
+HWY_AFTER_NAMESPACE();
+
+#endif  // include guard
