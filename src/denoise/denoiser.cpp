@@ -68,7 +68,7 @@ void SetBorder(int border, SignalHistory* history) {
 int BorderOf(const Settings& s) {
   const int longest = *std::max_element(s.steps.step.begin(), s.steps.step.begin() + s.steps.count);
   const int radius = s.kernel == Kernel::k5x5 ? 2 : 1;
-  return std::max(longest * radius, 2 << (kLimitHistoryLevels - 1));
+  return std::max(longest * radius, kLimitHistoryRadius << (kLimitHistoryLevels - 1));
 }
 
 }  // namespace

@@ -18,8 +18,6 @@
 
 namespace stillray {
 
-inline constexpr int kLimitHistoryLevels = 3;
-
 void CopyImage(const Image3& from, Image3* to);
 
 /// Whether history is kept twice, with and without the last feedback.

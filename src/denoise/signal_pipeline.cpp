@@ -215,6 +215,7 @@ void Denoiser::Impl::RunLimitHistory() {
   }
   AtrousParameters geometry;
   geometry.weights = AtrousWeights::kGeometry;
+  geometry.radius = kLimitHistoryRadius;
   geometry.edges = EdgesOf(settings);
   std::array<AtrousSignal, kMostGroups> signals;
   int source = 0;

@@ -20,7 +20,6 @@ using test::kHeight;
 using test::kWidth;
 
 constexpr int kSignals = 3;
-constexpr int kRadius = 2;
 
 struct Limited {
   FilterPlanes filter[2] = {{kWidth, kHeight, 16}, {kWidth, kHeight, 16}};
@@ -47,7 +46,7 @@ std::array<Limited, kSignals> RunStage(const StageTable& stages, float shift, fl
   p.dead = 0;
   AtrousParameters geometry;
   geometry.weights = AtrousWeights::kGeometry;
-  geometry.radius = kRadius;
+  geometry.radius = kLimitHistoryRadius;
   geometry.edges.sigma_n = sigma_n;
   std::array<Limited, kSignals> all;
   std::array<AtrousSignal, kSignals> signals;
@@ -57,7 +56,7 @@ std::array<Limited, kSignals> RunStage(const StageTable& stages, float shift, fl
     stages.compare_with_history(test::MakeLight(lit, 40 + 10 * i), history, taps, guides, p,
                                 &all[i].filter[0], &all[i].present);
   }
-  for (int level = 0; level < 3; ++level) {
+  for (int level = 0; level < kLimitHistoryLevels; ++level) {
     geometry.step = 1 << level;
     for (size_t i = 0; i < kSignals; ++i) {
       FilterPlanes* filter = all[i].filter;

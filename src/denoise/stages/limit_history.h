@@ -17,6 +17,11 @@
 
 namespace stillray {
 
+/// The wavelet between them: larger kernels, or one level more, see changes of the light later than
+/// they make up for by less noise.
+inline constexpr int kLimitHistoryLevels = 3;
+inline constexpr int kLimitHistoryRadius = 1;
+
 /// The functions around the wavelet, which the denoiser calls in between, for all signals at once.
 /// Compare: luminance = compressed present less compressed history, red = variance of single
 /// compressed samples, variance = expected noise of the difference, all zero where either is

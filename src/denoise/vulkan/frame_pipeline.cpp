@@ -40,7 +40,6 @@ namespace stillray::vulkan {
 namespace {
 
 constexpr int kGeometryWeights = 1;
-constexpr int kGeometryRadius = 2;
 
 /// Passes of a frame, twice over: their sets for every way in which images change places.
 constexpr uint32_t kMostSets = 512;
@@ -135,7 +134,7 @@ Status FramePipeline::MakePipelines() {
   }
   const auto level = AtrousConstants(WeightsOf(settings_.wavelet), RadiusOf(settings_));
   STILLRAY_RETURN_IF_ERROR(pipelines_->Find(Shader::kAtrous, level).status());
-  const auto geometry = AtrousConstants(kGeometryWeights, kGeometryRadius);
+  const auto geometry = AtrousConstants(kGeometryWeights, kLimitHistoryRadius);
   return pipelines_->Find(Shader::kAtrous, geometry).status();
 }
 
@@ -227,7 +226,7 @@ void FramePipeline::LimitHistory(PassRecorder* recorder) {
   const FrameImages& i = images_;
   recorder->Run(Shader::kLimitHistory, grid_,
                 {i.guides.surface, i.noisy, i.fetched.moments, i.fetched.compressed, i.wavelet[0]});
-  const auto constants = AtrousConstants(kGeometryWeights, kGeometryRadius);
+  const auto constants = AtrousConstants(kGeometryWeights, kLimitHistoryRadius);
   for (int level = 0; level < kLimitHistoryLevels; ++level) {
     const LevelPush push = {1 << level, level};
     recorder->Run(Shader::kAtrous, grid_,
