@@ -19,7 +19,7 @@
 #include <CLI/CLI.hpp>
 
 #include "render/camera.h"
-#include "render/geometry.h"
+#include "render/geometry_shared.h"
 #include "render_gpu/gpu_batch.h"
 #include "stillray/scene.h"
 

@@ -3,6 +3,8 @@
 #include "render/alias_table.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <vector>
 
 namespace stillray::render {
 
@@ -12,7 +14,9 @@ void FillAliasTable(const float* weights, size_t count, AliasEntry* table) {
     sum += weights[i];
   }
   if (!(sum > 0)) {
-    std::fill_n(table, count, AliasEntry{});
+    for (size_t i = 0; i < count; ++i) {
+      table[i] = {1.0f, 0u, 0.0f, table[i].item};
+    }
     return;
   }
   std::vector<double> height(count);  // of each column; their mean is 1
@@ -21,7 +25,7 @@ void FillAliasTable(const float* weights, size_t count, AliasEntry* table) {
   for (size_t i = 0; i < count; ++i) {
     const double probability = weights[i] / sum;
     height[i] = probability * static_cast<double>(count);
-    table[i] = {1.0f, static_cast<uint32_t>(i), static_cast<float>(probability)};
+    table[i] = {1.0f, static_cast<uint32_t>(i), static_cast<float>(probability), table[i].item};
     (height[i] < 1 ? low : high).push_back(static_cast<uint32_t>(i));
   }
   while (!low.empty() && !high.empty()) {
@@ -43,18 +47,6 @@ void FillAliasTable(const float* weights, size_t count, AliasEntry* table) {
       table[i].other = static_cast<uint32_t>(std::max_element(weights, weights + count) - weights);
     }
   }
-}
-
-AliasChoice ChooseByAlias(const AliasEntry* table, size_t count, float u) {
-  constexpr float kBelowOne = 0.99999994f;
-  const float scaled = u * static_cast<float>(count);
-  const auto column = std::min(static_cast<size_t>(scaled), count - 1);
-  const float within = std::min(scaled - static_cast<float>(column), kBelowOne);
-  const AliasEntry& entry = table[column];
-  if (within < entry.keep) {
-    return {static_cast<uint32_t>(column), std::min(within / entry.keep, kBelowOne)};
-  }
-  return {entry.other, std::min((within - entry.keep) / (1.0f - entry.keep), kBelowOne)};
 }
 
 }  // namespace stillray::render

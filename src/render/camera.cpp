@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "render/geometry.h"
+#include "render/geometry_shared.h"
 
 namespace stillray::render {
 

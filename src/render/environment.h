@@ -1,50 +1,35 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Light from infinitely far away, and how to find its bright parts.
+/// The environment of a scene, prepared for environment_shared.h.
 #pragma once
 
 #include <vector>
 
-#include "render/shared.h"
+#include "render/environment_shared.h"
 #include "stillray/scene.h"
 
 namespace stillray::render {
-
-struct EnvironmentSample {
-  vec3 direction;
-  vec3 radiance;
-  float density = 0;  ///< per solid angle; 0: there is no sample
-};
 
 class EnvironmentLight {
  public:
   /// \param environment  must outlive this; checked (CheckScene)
   explicit EnvironmentLight(const Environment& environment);
+  EnvironmentLight(const EnvironmentLight&) = delete;
+  EnvironmentLight& operator=(const EnvironmentLight&) = delete;
+
+  const EnvironmentArrays& arrays() const { return arrays_; }
+  /// The sums of arrays(): rows, then the columns of each row.
+  const std::vector<float>& sums() const { return sums_; }
 
   /// No light at all comes from here.
-  bool dark() const { return mean_luminance_ <= 0.0f; }
-  /// Mean over all directions.
-  float mean_luminance() const { return mean_luminance_; }
-
-  vec3 Radiance(vec3 direction) const;
-
-  /// Draws a direction: of a map in proportion to its luminance; of a constant environment in
-  /// proportion to the cosine with `normal`. u in [0,1)^2.
-  EnvironmentSample Sample(vec3 normal, float u0, float u1) const;
-  /// Density of Sample.
-  float Density(vec3 normal, vec3 direction) const;
-
-  size_t memory_bytes() const;
+  bool dark() const { return arrays_.mean_luminance <= 0.0f; }
+  vec3 Radiance(vec3 direction) const { return EnvironmentRadiance(arrays_, direction); }
+  size_t memory_bytes() const { return sums_.size() * sizeof(float); }
 
  private:
-  const Environment& environment_;
-  float mean_luminance_ = 0;
-  int width_ = 0;  // 0: constant
-  int height_ = 0;
-  // Cumulative sums from 0 to 1: rows, then the columns of each row (width_ + 1 values).
-  std::vector<float> row_sums_;
-  std::vector<float> column_sums_;
+  EnvironmentArrays arrays_;
+  std::vector<float> sums_;
 };
 
 }  // namespace stillray::render

@@ -77,7 +77,7 @@ PixelGuides MakeGuides(const TraceContext& context, const PrimaryPixel& pixel,
     const Bsdf bsdf = context.bsdfs.Make(surface, 0.0f, &specular_albedo);
     guides.albedo += bsdf.diffuse * layer.weight;
     guides.specular_albedo += specular_albedo * layer.weight;
-    guides.emission += EmissionTowards(context, layer.hit, surface.front) * layer.weight;
+    guides.emission += EmissionTowards(context, layer.hit, surface.front != 0) * layer.weight;
     if (pixel.count == 1) {
       *first = {surface, bsdf};
     }

@@ -2,52 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/integrator.h"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
+#include <utility>
 
 namespace stillray::render {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr float kBelowOne = 0.99999994f;
-// Surfaces after which paths of little weight may end.
-constexpr int kRouletteBounces = 3;
-constexpr float kLeastSurvival = 0.05f;
-// Shadow rays end this much short of their light, relative to the distance.
-constexpr float kShadowEnd = 1.0f - 1e-5f;
-
 int Index(SignalKind kind) {
   return static_cast<int>(kind);
-}
-
-bool IsUsable(vec3 v) {
-  return v.x >= 0.0f && v.y >= 0.0f && v.z >= 0.0f && v.x + v.y + v.z < kInfinity;
-}
-
-vec3 AbsorptionOf(const Material& material) {
-  constexpr float kDarkest = 1e-6f;
-  if (!(material.attenuation_distance > 0.0f) || std::isinf(material.attenuation_distance)) {
-    return vec3(0.0f);
-  }
-  const auto one = [&](float colour) {
-    return -std::log(clamp(colour, kDarkest, 1.0f)) / material.attenuation_distance;
-  };
-  return {one(material.attenuation_color.x), one(material.attenuation_color.y),
-          one(material.attenuation_color.z)};
-}
-
-// Of the space that a ray from the surface enters; `below`: on the far side from the viewer.
-vec3 AbsorptionBeyond(const Path& path, const Surface& surface, bool below) {
-  if (!below || !surface.material->solid) {
-    return path.absorption;
-  }
-  return surface.front ? AbsorptionOf(*surface.material) : vec3(0.0f);
-}
-
-vec3 Absorb(vec3 absorption, float distance) {
-  constexpr float kFar = 1e30f;  // 0 times infinity is not a number
-  return absorption == vec3(0.0f) ? vec3(1.0f) : glm::exp(-absorption * min(distance, kFar));
 }
 
 // Hits lie all over the scene's memory: asks for what the next ones need, first for the indices of
@@ -97,14 +58,10 @@ class Tracer {
   void Leave(const Path& path, vec3 direction);
   void MeetLight(const Path& path, const Hit& hit, const Surface& surface, vec3 direction);
   float SeekLight(const Path& path, const Surface& surface, const Bsdf& bsdf, vec4 u);
-  void SendShadowRay(const Surface& surface, const LightSample& light, bool above,
-                     const PathScratch::ShadowLight& found);
-  bool Scatter(Path* path, const Surface& surface, const Bsdf& bsdf, vec4 u, vec3* direction);
-  bool SurvivesRoulette(Path* path, float u);
   void Continue(const Path& path, vec3 origin, vec3 direction);
   void Add(int pixel, SignalKind kind, vec3 light);
-  void AddFound(const Path& path, vec3 radiance);
-  float ScatterWeight(const Path& path, float light_density) const;
+  void AddFound(int pixel, bool direct, const FoundLight& light);
+  float WeightOfMet(const Path& path, float light_density) const;
 
   const TraceContext& context_;
   const FirstSurface* first_;
@@ -116,36 +73,24 @@ class Tracer {
 
 // The one door through which light gets into the picture.
 void Tracer::Add(int pixel, SignalKind kind, vec3 light) {
-  if (!IsUsable(light)) {
+  if (!IsUsableLight(light)) {
     ++timings_.dropped;
     return;
   }
   scratch_.light[pixel][static_cast<size_t>(Index(kind))] += light;
 }
 
-// Light that the path's own ray met.
-void Tracer::AddFound(const Path& path, vec3 radiance) {
-  const vec3 light = path.throughput * radiance;
-  Add(path.pixel, path.direct ? SignalKind::kDirectDiffuse : SignalKind::kIndirectDiffuse,
-      path.diffuse * light);
-  Add(path.pixel, path.direct ? SignalKind::kDirectSpecular : SignalKind::kIndirectSpecular,
-      path.specular * light);
+void Tracer::AddFound(int pixel, bool direct, const FoundLight& light) {
+  Add(pixel, direct ? SignalKind::kDirectDiffuse : SignalKind::kIndirectDiffuse, light.diffuse);
+  Add(pixel, direct ? SignalKind::kDirectSpecular : SignalKind::kIndirectSpecular, light.specular);
 }
 
-// MIS weight of light that the scattered ray met and a ray to a light could have found.
-float Tracer::ScatterWeight(const Path& path, float light_density) const {
-  if (path.density <= 0.0f) {
-    return 1.0f;
+// ScatterWeight, for the strategy.
+float Tracer::WeightOfMet(const Path& path, float light_density) const {
+  if (context_.strategy == LightStrategy::kBoth || path.density <= 0.0f) {
+    return ScatterWeight(path.density, light_density);
   }
-  switch (context_.strategy) {
-    case LightStrategy::kBoth:
-      break;
-    case LightStrategy::kNextEvent:
-      return light_density > 0.0f ? 0.0f : 1.0f;
-    case LightStrategy::kScatter:
-      return 1.0f;
-  }
-  return MisWeight(path.density, light_density);
+  return context_.strategy == LightStrategy::kNextEvent && light_density > 0.0f ? 0.0f : 1.0f;
 }
 
 void Tracer::Start(const PrimaryPixel* pixels, const PathSampler* samplers, int count) {
@@ -174,11 +119,8 @@ void Tracer::Start(const PrimaryPixel* pixels, const PathSampler* samplers, int 
     }
     const int at = trace.rays.count;
     Path& path = scratch_.paths[at];
-    path = {};
+    static_cast<PathState&>(path) = StartPath(i);
     path.sampler = samplers[i];
-    path.throughput = vec3(1.0f);
-    path.pixel = i;
-    path.first = true;
     path.known = first_ != nullptr && pixel.count == 1;
     trace.rays.Push(context_.camera.position, pixel.direction, kInfinity);
     const Hit& hit = pixel.layers[layer].hit;
@@ -225,144 +167,60 @@ void Tracer::Leave(const Path& path, vec3 direction) {
     return;
   }
   const float density =
-      context_.lights.DensityOfEnvironment(path.normal, path.light_total, direction);
-  AddFound(path, environment.Radiance(direction) * ScatterWeight(path, density));
+      DensityOfEnvironment(context_.lights.arrays(), path.normal, path.light_total, direction);
+  const vec3 radiance = environment.Radiance(direction) * WeightOfMet(path, density);
+  AddFound(path.pixel, path.direct != 0, LightMet(path, radiance));
 }
 
 // The ray met a surface that may shine.
 void Tracer::MeetLight(const Path& path, const Hit& hit, const Surface& surface, vec3 direction) {
   const Material& material = *surface.material;
-  if (path.first || !material.emits() || !(surface.front || material.double_sided)) {
+  if (path.first != 0 || !material.emits() || !(surface.front != 0 || material.double_sided)) {
     return;
   }
   const float distance = length(surface.position - path.origin);
   const float density =
       context_.lights.DensityOfHit(path.origin, path.light_total, hit, direction, distance);
-  AddFound(path, context_.state.Emission(hit) * ScatterWeight(path, density));
+  const vec3 radiance = context_.state.Emission(hit) * WeightOfMet(path, density);
+  AddFound(path.pixel, path.direct != 0, LightMet(path, radiance));
 }
 
-// Sends a ray to a light. Returns the total of LightChoices.
+// Sends a ray to a light. Returns TotalOf the choices.
 float Tracer::SeekLight(const Path& path, const Surface& surface, const Bsdf& bsdf, vec4 u) {
-  LightChoices choices;
-  context_.lights.Weigh(surface.position, &choices);
+  const LightChoices choices = WeighLights(context_.lights.arrays(), surface.position);
   const LightSample light = context_.lights.Sample(surface.position, surface.frame.z, choices, u);
-  if (!(light.density > 0.0f) || (context_.strategy == LightStrategy::kScatter && !light.delta)) {
-    return choices.total();
+  const float total = TotalOf(choices);
+  const bool delta = light.delta != 0;
+  if (!(light.density > 0.0f) || (context_.strategy == LightStrategy::kScatter && !delta)) {
+    return total;
   }
-  const vec3 wi = surface.frame.ToLocal(light.direction);
-  if (!surface.Consistent(light.direction, wi.z)) {
-    return choices.total();
+  const vec3 wi = ToLocal(surface.frame, light.direction);
+  if (!IsConsistent(surface, light.direction, wi.z)) {
+    return total;
   }
   const BsdfValue value = EvaluateBsdf(bsdf, surface.local_wo, wi);
-  const bool weighted = !light.delta && context_.strategy == LightStrategy::kBoth;
+  const bool weighted = !delta && context_.strategy == LightStrategy::kBoth;
   const float weight = weighted ? MisWeight(light.density, value.density) : 1.0f;
-  const vec3 arriving = path.throughput * light.radiance * (weight / light.density) *
-                        Absorb(AbsorptionBeyond(path, surface, wi.z < 0.0f), light.distance);
-  PathScratch::ShadowLight found;
-  found.pixel = path.pixel;
-  found.direct = path.first;
-  if (path.first) {
-    found.diffuse = value.diffuse * arriving;
-    found.specular = value.specular * arriving;
-  } else {
-    const vec3 scattered = (value.diffuse + value.specular) * arriving;
-    found.diffuse = path.diffuse * scattered;
-    found.specular = path.specular * scattered;
-  }
+  const FoundLight found = LightSought(path, surface, light, value, wi.z, weight);
   if (found.diffuse != vec3(0.0f) || found.specular != vec3(0.0f)) {
-    SendShadowRay(surface, light, wi.z > 0.0f, found);
+    const PathRay ray = ShadowRayTo(surface, light, wi.z > 0.0f);
+    scratch_.shadow_light[scratch_.shadow.count] = {path.pixel, path.first != 0, found};
+    scratch_.shadow.Push(ray.origin, ray.direction, ray.end);
   }
-  return choices.total();
-}
-
-// Tests whether the light found arrives.
-void Tracer::SendShadowRay(const Surface& surface, const LightSample& light, bool above,
-                           const PathScratch::ShadowLight& found) {
-  const vec3 side = above ? surface.geometric : -surface.geometric;
-  const vec3 from = OffsetPoint(surface.position, side);
-  vec3 direction = light.direction;
-  float end = light.distance;
-  if (!light.delta && end < kInfinity) {
-    const vec3 offset = OffsetPoint(light.point, light.normal) - from;
-    end = length(offset);
-    direction = offset / end;
-  }
-  const int at = scratch_.shadow.count;
-  scratch_.shadow_light[at] = found;
-  scratch_.shadow.Push(from, direction, end * kShadowEnd);
-}
-
-// Draws the ray on and gives the path its new weight. Returns whether it goes on.
-bool Tracer::Scatter(Path* path, const Surface& surface, const Bsdf& bsdf, vec4 u,
-                     vec3* direction) {
-  const BsdfSample sample = SampleBsdf(bsdf, surface.local_wo, u);
-  if (sample.kind == kScatterNone) {
-    return false;
-  }
-  *direction = SafeNormalize(surface.frame.ToWorld(sample.wi), surface.wo);
-  if (sample.kind == kScatterStraight) {
-    *direction = -surface.wo;
-  } else if (!surface.Consistent(*direction, sample.wi.z)) {
-    return false;
-  }
-  const bool in_solid = surface.material->solid && !surface.front;
-  const bool is_free = sample.kind == kScatterRefract || sample.kind == kScatterStraight ||
-                       (sample.kind == kScatterMirror && in_solid && bsdf.pick_glass > 0.0f);
-  if (is_free) {
-    if (++path->free_events > kMaxFreeEvents) {
-      return false;
-    }
-  } else if (!path->first && ++path->bounces > context_.settings.bounces) {
-    return false;
-  }
-  if (path->first) {
-    path->diffuse = sample.diffuse;
-    path->specular = sample.specular;
-    path->direct = true;
-  } else {
-    path->throughput *= sample.diffuse + sample.specular;
-    // A sheet passed straight on is no surface to light: rays to lights pass it too.
-    path->direct = path->direct && sample.kind == kScatterStraight;
-  }
-  path->absorption = AbsorptionBeyond(*path, surface, sample.wi.z < 0.0f);
-  if (sample.kind == kScatterRough) {
-    path->roughest =
-        max(path->roughest, bsdf.pick_diffuse + bsdf.pick_specular * bsdf.specular_alpha +
-                                bsdf.pick_glass * bsdf.glass_alpha);
-  }
-  if (path->first || sample.kind != kScatterStraight) {
-    path->origin = surface.position;
-    path->normal = surface.frame.z;
-    path->density = sample.density;
-  }
-  path->first = false;
-  return true;
-}
-
-bool Tracer::SurvivesRoulette(Path* path, float u) {
-  if (path->bounces < kRouletteBounces) {
-    return true;
-  }
-  const float weight = MaxComponent(path->throughput * max(path->diffuse, path->specular));
-  const float survival = clamp(weight, kLeastSurvival, 1.0f);
-  if (u >= survival) {
-    return false;
-  }
-  path->throughput /= survival;
-  return true;
+  return total;
 }
 
 void Tracer::Shade(int path_index, const Hit& hit) {
   Path& path = scratch_.paths[path_index];
   const vec3 direction = rays_->Direction(path_index);
-  if (!path.first) {
+  if (path.first == 0) {
     path.throughput *= Absorb(path.absorption, hit.t);
     if (hit.instance == kNoHit) {
       return Leave(path, direction);
     }
   }
   vec4 u = scratch_.light_numbers.Get(path_index);
-  if (!path.first) {
+  if (path.first == 0) {
     const float opacity = context_.state.Opacity(hit);
     if (u.w >= opacity) {
       ++path.step;
@@ -388,44 +246,41 @@ void Tracer::Shade(int path_index, const Hit& hit) {
   if (at_end) {
     return;
   }
-  const float min_alpha = context_.settings.regularise ? kRegularisation * path.roughest : 0.0f;
-  const Bsdf bsdf = context_.bsdfs.Make(surface, min_alpha > kSmoothAlpha ? min_alpha : 0.0f);
+  const float min_alpha = context_.settings.regularise ? LeastAlpha(path) : 0.0f;
+  const Bsdf bsdf = context_.bsdfs.Make(surface, min_alpha);
   ScatterAt(path_index, surface, bsdf, direction, u);
 }
 
 // Seeks light at the surface and follows the path on. u: LightDimensions of this step.
 void Tracer::ScatterAt(int path_index, const Surface& surface, const Bsdf& bsdf, vec3 direction,
                        vec4 u) {
-  Path* path = &scratch_.paths[path_index];
-  if (bsdf.pick_diffuse + bsdf.pick_specular + bsdf.pick_glass <= 0.0f) {
-    return;  // black
+  Path& path = scratch_.paths[path_index];
+  if (IsBlack(bsdf)) {
+    return;
   }
-  const bool any_rough = bsdf.pick_diffuse > 0.0f || bsdf.specular_alpha > 0.0f ||
-                         (bsdf.pick_glass > 0.0f && bsdf.glass_alpha > 0.0f);
-  const bool may_scatter = path->first || path->bounces < context_.settings.bounces;
+  const int most_bounces = context_.settings.bounces;
   float total = 0.0f;
-  if (any_rough && may_scatter && !context_.lights.empty()) {
-    total = SeekLight(*path, surface, bsdf, u);
+  if (!context_.lights.empty() && MaySeekLight(path, bsdf, most_bounces)) {
+    total = SeekLight(path, surface, bsdf, u);
   }
-  vec3 onward;
-  const bool was_first = path->first;
-  if (!Scatter(path, surface, bsdf, scratch_.scatter_numbers.Get(path_index), &onward) ||
+  vec3 onward(0.0f);
+  const bool was_first = path.first != 0;
+  const vec4 scatter_u = scratch_.scatter_numbers.Get(path_index);
+  if (!ScatterPath(path, surface, bsdf, scatter_u, most_bounces, onward) ||
       !SurvivesRoulette(path, u.w)) {
     return;
   }
   if (was_first || onward != direction) {
-    path->light_total = total;
+    path.light_total = total;
   }
   // A ray after which only emitters count need not be traced where there can be none.
-  if (context_.ends_are_opaque && path->bounces >= context_.settings.bounces &&
-      !context_.lights.MayBeMet(surface.position, onward)) {
+  if (context_.ends_are_opaque && path.bounces >= most_bounces &&
+      !LightMayBeMet(context_.lights.arrays(), surface.position, onward)) {
     return;
   }
-  ++path->step;
-  path->known = false;
-  const bool up = dot(onward, surface.geometric) > 0.0f;
-  Continue(*path, OffsetPoint(surface.position, up ? surface.geometric : -surface.geometric),
-           onward);
+  ++path.step;
+  path.known = false;
+  Continue(path, OriginOf(surface, onward), onward);
 }
 
 void Tracer::TraceShadows() {
@@ -444,10 +299,8 @@ void Tracer::TraceShadows() {
     if (through == vec3(0.0f)) {
       continue;
     }
-    Add(found.pixel, found.direct ? SignalKind::kDirectDiffuse : SignalKind::kIndirectDiffuse,
-        found.diffuse * through);
-    Add(found.pixel, found.direct ? SignalKind::kDirectSpecular : SignalKind::kIndirectSpecular,
-        found.specular * through);
+    AddFound(found.pixel, found.direct,
+             {found.light.diffuse * through, found.light.specular * through});
   }
 }
 

@@ -2,51 +2,26 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// Follows the paths of a tile, all by the same step at a time: shade, test shadows, next hit.
-///
-/// At every surface light is sought both by a ray to a light and by the scattered ray, weighted by
-/// multiple importance sampling (Veach 1997). What the first surface does with light is kept apart
-/// for its diffuse and specular lobes: the path beyond carries one weight for each.
+/// The steps themselves stand in path_shared.h.
 #pragma once
 
 #include <array>
 
 #include "render/draw_numbers.h"
+#include "render/path_shared.h"
 #include "render/primary.h"
 #include "stillray/frame.h"
 #include "stillray/render.h"
 
 namespace stillray::render {
 
-/// Events that do not count as bounces (ideally smooth glass, surfaces passed) end here.
-inline constexpr int kMaxFreeEvents = 24;
-/// Path-space regularisation (SVGF, section 3; after Kaplanyan and Dachsbacher 2013): GGX alpha of
-/// a surface is at least this times the largest mean alpha of the surfaces before it on the path,
-/// where a surface's mean is taken over its lobes by their share of light and diffuse counts as 1.
-/// Ideally smooth thin sheets are left as they are.
-inline constexpr float kRegularisation = 0.3f;
-
 /// Light of one sample by SignalKind.
 using SampleLight = std::array<vec3, kTracedSignalCount>;
 
-/// A path between two surfaces.
-struct Path {
+/// A path between two surfaces, and what else it carries from step to step.
+struct Path : PathState {
   PathSampler sampler;
-  vec3 throughput;  // beyond the first surface
-  vec3 diffuse;     // weights that the first surface's lobes give the light beyond it
-  vec3 specular;
-  vec3 absorption;    // per unit of length, of the solid that the path is in
-  vec3 origin;        // where the ray last scattered with a finite density, or left the camera
-  vec3 normal;        // shading normal there
-  float density;      // of the ray per solid angle; 0: ideally smooth
-  float light_total;  // LightChoices::total() there
-  float roughest;     // for regularisation
-  int pixel;          // in the tile
-  int step;           // surfaces met so far
-  int bounces;        // of those, the ones that scattered, without the first
-  int free_events;
-  bool first;   // has not scattered yet
-  bool known;   // first, and its surface is among those given to TraceSample
-  bool direct;  // light met now comes straight from a light
+  bool known;  // first, and its surface is among those given to TraceSample
 };
 
 /// Memory for the paths of a tile, reused for the next.
@@ -57,8 +32,7 @@ struct PathScratch {
   struct ShadowLight {
     int pixel;
     bool direct;
-    vec3 diffuse;
-    vec3 specular;
+    FoundLight light;
   };
   ShadowLight shadow_light[kBatchCapacity];
   vec3 transmittance[kBatchCapacity];

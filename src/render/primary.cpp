@@ -51,13 +51,11 @@ bool AddLayer(const Hit& hit, float opacity, PrimaryPixel* pixel) {
 vec3 OriginBehind(const SceneState& state, const Hit& hit, vec3 direction) {
   const Triangle t = state.TriangleOf(state.instance(hit.instance), hit.primitive);
   const vec3 point = t.p0 * (1.0f - hit.u - hit.v) + t.p1 * hit.u + t.p2 * hit.v;
-  const vec3 normal = SafeNormalize(cross(t.p1 - t.p0, t.p2 - t.p0), direction);
-  return OffsetPoint(point, dot(normal, direction) > 0.0f ? normal : -normal);
+  return OriginBehindTriangle(t.p0, t.p1, t.p2, point, direction);
 }
 
 void FindPrimarySurfaces(const TraceContext& context, const vec2* points, int count,
                          RayScratch* scratch, PrimaryPixel* pixels, RenderTimings* timings) {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
   {
     const PhaseTimer timer(&timings->primary_ms);
     MakeCameraRays(context.camera, points, count, &scratch->rays);

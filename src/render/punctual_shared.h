@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// How light falls off, from KHR_lights_punctual.
+// Lights without extent: KHR_lights_punctual.
 #ifndef STILLRAY_RENDER_PUNCTUAL_SHARED_H
 #define STILLRAY_RENDER_PUNCTUAL_SHARED_H
 
@@ -10,6 +10,23 @@
 #endif
 
 STILLRAY_RENDER_BEGIN
+
+// Values of LightType.
+const int kLightPoint = 0;
+const int kLightSpot = 1;
+const int kLightDirectional = 2;
+
+// A light at one moment.
+struct PunctualSource {
+  vec3 position;
+  int type;
+  vec3 axis;  // unit: along which it shines
+  float range;
+  vec3 intensity;
+  float inner_cosine;  // of a spot light's cones
+  float outer_cosine;
+  uint unused_0, unused_1, unused_2;
+};
 
 // What a light's range leaves at `distance`, to be divided by its square: the extension's
 // recommended max(min(1 - (d / range)^4, 1), 0). Infinite range: 1.

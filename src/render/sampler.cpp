@@ -3,6 +3,10 @@
 #include "render/sampler.h"
 
 namespace stillray::render {
+
+static_assert(static_cast<uint32_t>(SamplerKind::kSobol) == kSamplerSobol &&
+              static_cast<uint32_t>(SamplerKind::kHalton16) == kSamplerHalton16);
+
 namespace {
 
 // SobolReversed for every value of the low and of the high byte of the index: its exclusive or
@@ -37,23 +41,28 @@ vec4 PathSampler::Get(uint32_t set) const {
   return HaltonSample(index, set_seed, MixBits(set));
 }
 
+uint32_t StreamSeed(uint64_t seed, SampleStream stream) {
+  const uint32_t h = MixSeeds(static_cast<uint32_t>(seed), static_cast<uint32_t>(seed >> 32));
+  return MixSeeds(h, static_cast<uint32_t>(stream));
+}
+
+uint64_t SampleWindow(SamplerKind kind, uint64_t sample) {
+  return kind == SamplerKind::kSobol ? sample >> kSobolBits : 0;
+}
+
+uint32_t SampleIndex(uint64_t sample) {
+  return static_cast<uint32_t>(sample & ((1u << kSobolBits) - 1u));
+}
+
 PathSampler MakePathSampler(SamplerKind kind, uint64_t seed, SampleStream stream, int x, int y,
                             uint64_t sample) {
-  // Beyond the length of one sequence a fresh one begins, with a scramble of its own. The Halton
-  // cycle keeps its rotation for ever: that is what SVGF describes.
-  const uint64_t window = kind == SamplerKind::kSobol ? sample >> kSobolBits : 0;
-  uint32_t h = MixSeeds(static_cast<uint32_t>(seed), static_cast<uint32_t>(seed >> 32));
-  h = MixSeeds(h, static_cast<uint32_t>(stream));
-  h = MixSeeds(h, static_cast<uint32_t>(x));
-  h = MixSeeds(h, static_cast<uint32_t>(y));
-  if (window != 0) {
-    h = MixSeeds(h, static_cast<uint32_t>(window));
-    h = MixSeeds(h, static_cast<uint32_t>(window >> 32));
-  }
+  const uint64_t window = SampleWindow(kind, sample);
   PathSampler sampler;
   sampler.kind = kind;
-  sampler.index = static_cast<uint32_t>(sample & ((1u << kSobolBits) - 1u));
-  sampler.seed = h;
+  sampler.index = SampleIndex(sample);
+  sampler.seed =
+      PixelSeed(StreamSeed(seed, stream), static_cast<uint32_t>(x), static_cast<uint32_t>(y),
+                static_cast<uint32_t>(window), static_cast<uint32_t>(window >> 32));
   return sampler;
 }
 

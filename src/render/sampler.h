@@ -14,16 +14,6 @@ namespace stillray::render {
 /// Which of a pixel's streams of random numbers; streams are independent of each other.
 enum class SampleStream : uint32_t { kFrames = 0, kReference = 1 };
 
-/// The sets of four dimensions that a path uses: two per ray it follows, and one for the primary
-/// ray.
-inline constexpr uint32_t kPrimaryDimensions = 0;
-inline uint32_t ScatterDimensions(int step) {
-  return 1u + 2u * static_cast<uint32_t>(step);
-}
-inline uint32_t LightDimensions(int step) {
-  return 2u + 2u * static_cast<uint32_t>(step);
-}
-
 /// Hands out the random numbers of one path. A plain value: the same members, the same numbers.
 struct PathSampler {
   SamplerKind kind = SamplerKind::kSobol;
@@ -34,6 +24,15 @@ struct PathSampler {
   /// LightDimensions()
   vec4 Get(uint32_t set) const;
 };
+
+/// What the seeds of all pixels begin with (PixelSeed).
+uint32_t StreamSeed(uint64_t seed, SampleStream stream);
+/// Which sequence of a pixel holds sample number `sample`: beyond the length of one a fresh one
+/// begins, with a scramble of its own. The Halton cycle keeps its rotation for ever: that is what
+/// SVGF describes.
+uint64_t SampleWindow(SamplerKind kind, uint64_t sample);
+/// Which of that sequence's samples it is.
+uint32_t SampleIndex(uint64_t sample);
 
 /// The sampler of sample number `sample` (counted over all frames) of pixel (x, y).
 PathSampler MakePathSampler(SamplerKind kind, uint64_t seed, SampleStream stream, int x, int y,

@@ -138,6 +138,39 @@ SHARED_FN vec4 HaltonSample(uint index, uint seed, uint order) {
   return min(fract(point + shift), vec4(0.99999994f));
 }
 
+// Values of SamplerKind.
+const uint kSamplerSobol = 0u;
+const uint kSamplerHalton16 = 1u;
+
+// The sets of four dimensions that a path uses: two per ray it follows, and one for the primary
+// ray.
+const uint kPrimaryDimensions = 0u;
+SHARED_FN uint ScatterDimensions(int surface) {
+  return 1u + 2u * uint(surface);
+}
+SHARED_FN uint LightDimensions(int surface) {
+  return 2u + 2u * uint(surface);
+}
+
+// The seed of one sample of a pixel. What is shared by the pixels comes first: MixSeeds of the two
+// halves of the renderer's seed, then the stream. `window`: which sequence of 2^kSobolBits samples;
+// the first one, 0, leaves the seed as it is.
+SHARED_FN uint PixelSeed(uint stream_seed, uint x, uint y, uint window_low, uint window_high) {
+  uint h = MixSeeds(MixSeeds(stream_seed, x), y);
+  if ((window_low | window_high) != 0u) {
+    h = MixSeeds(MixSeeds(h, window_low), window_high);
+  }
+  return h;
+}
+
+// Four numbers in [0, 1) for sample `index` of the sequence that `seed` names.
+// \param set  kPrimaryDimensions, ScatterDimensions() or LightDimensions()
+SHARED_FN vec4 PathNumbers(uint kind, uint index, uint seed, uint set) {
+  uint set_seed = MixSeeds(seed, set);
+  return kind == kSamplerSobol ? SobolSample(index, set_seed)
+                               : HaltonSample(index, set_seed, MixBits(set));
+}
+
 STILLRAY_RENDER_END
 
 #endif  // STILLRAY_RENDER_SAMPLER_SHARED_H

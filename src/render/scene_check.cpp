@@ -116,6 +116,14 @@ Status CheckEnvironment(const Environment& environment) {
     return Status::InvalidArgument(fmt::format(
         "environment: radiance is ({}, {}, {}), expected finite and at least 0", e.x, e.y, e.z));
   }
+  // Texels and sums are numbered by an int, three each.
+  constexpr int64_t kMostTexels = int64_t{1} << 29;
+  const int64_t texels = int64_t{environment.map.width()} * environment.map.height();
+  if (texels > kMostTexels) {
+    return Status::InvalidArgument(fmt::format("environment map: {}x{} pixels, expected at most {}",
+                                               environment.map.width(), environment.map.height(),
+                                               kMostTexels));
+  }
   for (int c = 0; c < 3 && !environment.map.empty(); ++c) {
     for (int y = 0; y < environment.map.height(); ++y) {
       for (int x = 0; x < environment.map.width(); ++x) {

@@ -7,6 +7,10 @@
 #define STILLRAY_RENDER_SHARED_H
 
 #ifdef __cplusplus
+#include <limits>
+
+#include <glm/common.hpp>
+#include <glm/exponential.hpp>
 #include <glm/trigonometric.hpp>
 
 #include "core/shared.h"
@@ -15,28 +19,40 @@
 #define STILLRAY_RENDER_END }
 // A parameter that is only read: a large one is not copied.
 #define SHARED_IN(type) const type&
+// One that is changed.
+#define SHARED_INOUT(type) type&
 
 namespace stillray::render {
 using glm::cos;
 using glm::cross;
+using glm::floatBitsToInt;
 using glm::floor;
 using glm::fract;
+using glm::intBitsToFloat;
 using glm::length;
+using glm::log;
 using glm::mix;
 using glm::normalize;
 using glm::sin;
 using glm::uvec4;
+const float kInfinity = std::numeric_limits<float>::infinity();
 }  // namespace stillray::render
 #else
 #define STILLRAY_RENDER_BEGIN
 #define STILLRAY_RENDER_END
 #define SHARED_IN(type) type
+#define SHARED_INOUT(type) inout type
+#define kInfinity uintBitsToFloat(0x7f800000u)
 #endif
 
 STILLRAY_RENDER_BEGIN
 
 const float kPi = 3.14159265f;
 const float kInvPi = 0.31830989f;
+// What lies beyond it is infinite, or not a number.
+const float kLargestFloat = 3.402823466e38f;
+// The largest number below 1.
+const float kBelowOne = 0.99999994f;
 
 // (cos, sin) of a full turn times u, for u in [0, 1): the turn is cut into quarters, which is
 // exact, and the rest taken by minimax polynomials (S. Moshier's Cephes, sinf and cosf), to 1e-7.

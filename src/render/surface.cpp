@@ -85,8 +85,8 @@ void SetNormals(const SceneState& state, const Hit& hit, Surface* surface) {
   const vec3 outward =
       SafeNormalize(cross(triangle.p1 - triangle.p0, triangle.p2 - triangle.p0), surface->wo) *
       instance.orientation;
-  surface->front = dot(outward, surface->wo) >= 0.0f;
-  const float side = surface->front ? 1.0f : -1.0f;
+  const float side = dot(outward, surface->wo) >= 0.0f ? 1.0f : -1.0f;
+  surface->front = side > 0.0f ? 1 : 0;
   surface->geometric = outward * side;
 
   const vec3 interpolated =
@@ -96,7 +96,7 @@ void SetNormals(const SceneState& state, const Hit& hit, Surface* surface) {
   normal = dot(normal, outward) < 0.0f ? -normal : normal;
   normal = ApplyNormalMap(state, instance, hit, triangle, normal);
   surface->frame = MakeLocalFrame(FaceViewer(normal * side, surface->wo));
-  surface->local_wo = surface->frame.ToLocal(surface->wo);
+  surface->local_wo = ToLocal(surface->frame, surface->wo);
   surface->local_wo.z = max(surface->local_wo.z, kMinViewCosine);
 }
 
@@ -131,6 +131,9 @@ Surface MakeSurface(const SceneState& state, const Hit& hit, vec3 direction) {
   Surface surface;
   surface.wo = -direction;
   surface.material = &material;
+  surface.solid = material.solid ? 1 : 0;
+  surface.attenuation_colour = material.attenuation_color;
+  surface.attenuation_distance = material.attenuation_distance;
   SetNormals(state, hit, &surface);
   surface.base_colour = vec3(state.BaseColour(hit));
   const vec4 mr = state.TextureValue(material.metallic_roughness_texture, hit, false);
@@ -172,7 +175,7 @@ GlassShare BsdfTables::ShareOfGlass(const Surface& surface, float alpha) const {
     if (!material.solid) {
       return {FresnelThinSheet(min(dot(surface.wo, surface.geometric), 1.0f), material.ior), 1.0f};
     }
-    const float eta = surface.front ? material.ior : 1.0f / material.ior;
+    const float eta = surface.front != 0 ? material.ior : 1.0f / material.ior;
     return {FresnelDielectric(min(cosine, 1.0f), eta), 1.0f};
   }
   const GlassEnergy& tables = *glass_.at(material.ior);
@@ -181,7 +184,7 @@ GlassShare BsdfTables::ShareOfGlass(const Surface& surface, float alpha) const {
     const SchlickShare all = ShareOfSpecular(cosine, alpha);
     return {tables.sheet_reflected.Lookup(at), all.scale + all.offset};
   }
-  if (surface.front) {
+  if (surface.front != 0) {
     return {tables.enter_reflected.Lookup(at), tables.enter_total.Lookup(at)};
   }
   return {tables.leave_reflected.Lookup(at), tables.leave_total.Lookup(at)};
@@ -197,7 +200,7 @@ Bsdf BsdfTables::Make(const Surface& surface, float min_alpha, vec3* specular_al
   input.alpha = max(input.own_alpha, min_alpha);
   input.ior = material.ior;
   input.solid = material.solid ? 1 : 0;
-  input.front = surface.front ? 1 : 0;
+  input.front = surface.front;
   const SchlickShare share = ShareOfSpecular(surface.local_wo.z, input.alpha);
   const GlassShare of_glass =
       GlassWeight(input) > 0.0f ? ShareOfGlass(surface, GlassAlpha(input)) : GlassShare{0.0f, 0.0f};

@@ -8,36 +8,20 @@
 #include <memory>
 #include <vector>
 
-#include "render/bsdf_shared.h"
 #include "render/energy_tables.h"
-#include "render/geometry.h"
 #include "render/make_bsdf_shared.h"
+#include "render/path_shared.h"
 #include "render/scene_state.h"
 
 namespace stillray::render {
 
-struct Surface {
-  vec3 position;
-  vec3 geometric;     ///< unit normal of the triangle, towards the viewer
-  LocalFrame frame;   ///< z = the shading normal, towards the viewer too
-  vec3 wo;            ///< unit, towards the viewer
-  vec3 local_wo;      ///< wo in `frame`; its z is at least kMinViewCosine
-  bool front = true;  ///< seen from the side to which the triangle's own normal points
+struct Surface : ShadingPoint {
   const Material* material = nullptr;
   vec3 base_colour;
   float metallic = 0;
   float roughness = 0;  ///< perceptual
   float transmission = 0;
-
-  /// Whether light may come from wi, seen from the geometric and from the shading normal alike:
-  /// otherwise it would leak through the surface.
-  bool Consistent(vec3 wi, float local_z) const {
-    return (dot(wi, geometric) > 0.0f) == (local_z > 0.0f);
-  }
 };
-
-/// Shading normals are bent until they make at least this cosine with the direction to the viewer.
-inline constexpr float kMinViewCosine = 1e-3f;
 
 /// \param direction  of the ray that hit, unit length
 Surface MakeSurface(const SceneState& state, const Hit& hit, vec3 direction);

@@ -4,11 +4,16 @@
 
 #include <cmath>
 
-#include "render/punctual_shared.h"
+#include "render/alias_table.h"
 #include "test_scenes.h"
 
 namespace stillray::render {
 namespace {
+
+AliasChoice Choose(const std::vector<AliasEntry>& table, float u) {
+  const AliasColumn column = FindAliasColumn(static_cast<uint32_t>(table.size()), u);
+  return ChooseInColumn(column, table[column.index]);
+}
 
 TEST(AliasTableTest, DrawsInProportion) {
   const std::vector<float> weights = {1.0f, 0.0f, 5.0f, 0.25f, 3.75f, 0.0f};
@@ -18,8 +23,7 @@ TEST(AliasTableTest, DrawsInProportion) {
   std::vector<int> counts(weights.size(), 0);
   double rest = 0;
   for (int i = 0; i < kCount; ++i) {
-    const AliasChoice choice =
-        ChooseByAlias(table.data(), table.size(), (static_cast<float>(i) + 0.5f) / kCount);
+    const AliasChoice choice = Choose(table, (static_cast<float>(i) + 0.5f) / kCount);
     ASSERT_GE(choice.rest, 0.0f);
     ASSERT_LT(choice.rest, 1.0f);
     rest += choice.rest;
@@ -129,22 +133,36 @@ TEST(EnvironmentTest, DensityIntegratesToOneAndSamplesEstimateTheMean) {
                    -std::sin(theta) * std::cos(phi));
       const double solid =
           std::sin(theta) * 2 * kPi * kPi / (kRows * static_cast<double>(kColumns));
-      density += light.Density(normal, d) * solid;
+      density += EnvironmentDensity(light.arrays(), normal, d) * solid;
       luminance += Luminance709(light.Radiance(d)) * solid;
     }
   }
   EXPECT_NEAR(density, 1.0, 2e-3);
-  EXPECT_NEAR(luminance / (4 * kPi) / light.mean_luminance(), 1.0, 0.02);
+  EXPECT_NEAR(luminance / (4 * kPi) / light.arrays().mean_luminance, 1.0, 0.02);
   double estimate = 0;
   constexpr uint32_t kCount = 16384;
   for (uint32_t i = 0; i < kCount; ++i) {
     const vec4 u = SobolSample(i, 8);
-    const EnvironmentSample s = light.Sample(normal, u.x, u.y);
+    const EnvironmentSample s = SampleEnvironment(light.arrays(), normal, u.x, u.y);
     ASSERT_NEAR(glm::length(s.direction), 1.0f, 1e-5f);
     ASSERT_GT(s.density, 0.0f);
     estimate += Luminance709(s.radiance) / s.density;
   }
   EXPECT_NEAR(estimate / kCount / luminance, 1.0, 0.01);
+}
+
+TEST(AnglesTest, PolynomialsOfTheShaders) {
+  for (int i = -1000; i <= 1000; ++i) {
+    const double angle = i * M_PI / 1000;
+    const auto x = static_cast<float>(std::cos(angle));
+    const auto y = static_cast<float>(std::sin(angle));
+    EXPECT_NEAR(PolynomialArcTangent(y, x), std::atan2(double{y}, double{x}), 5e-7) << i;
+    EXPECT_NEAR(PolynomialArcCosine(x), std::acos(double{x}), 5e-7) << i;
+  }
+  EXPECT_EQ(PolynomialArcTangent(0, 0), 0.0f);
+  EXPECT_FLOAT_EQ(PolynomialArcTangent(1, 0), kPi / 2);
+  EXPECT_FLOAT_EQ(PolynomialArcTangent(-2, 0), -kPi / 2);
+  EXPECT_FLOAT_EQ(PolynomialArcTangent(0, -3), kPi);
 }
 
 TEST(EnvironmentTest, MapIsTheRightWayRound) {
@@ -178,9 +196,8 @@ TEST(LightSetTest, DensitiesOfRaysAreThoseOfSamples) {
   lights.Update(true);
   const vec3 point(0.5f, -1, -2);
   const vec3 normal(0, 1, 0);
-  LightChoices choices;
-  lights.Weigh(point, &choices);
-  const float total = choices.total();
+  const LightChoices choices = WeighLights(lights.arrays(), point);
+  const float total = TotalOf(choices);
   // The total flux that samples estimate must be what summing over all triangles gives.
   double estimate = 0;
   constexpr uint32_t kCount = 65536;
@@ -190,7 +207,8 @@ TEST(LightSetTest, DensitiesOfRaysAreThoseOfSamples) {
     if (s.density > 0.0f && std::isfinite(s.distance)) {
       estimate += s.radiance.x / s.density;
     } else if (s.density > 0.0f) {
-      EXPECT_NEAR(lights.DensityOfEnvironment(normal, total, s.direction) / s.density, 1.0f, 1e-3f);
+      EXPECT_NEAR(DensityOfEnvironment(lights.arrays(), normal, total, s.direction) / s.density,
+                  1.0f, 1e-3f);
     }
   }
   double exact = 0;  // radiance times solid angle of all triangles that face the point
@@ -221,9 +239,8 @@ TEST(LightSetTest, RayAndSampleAgreeOnDensity) {
   LightSet lights(state);
   lights.Update(true);
   const vec3 point(0.2f, -1, -2);
-  LightChoices choices;
-  lights.Weigh(point, &choices);
-  const float total = choices.total();
+  const LightChoices choices = WeighLights(lights.arrays(), point);
+  const float total = TotalOf(choices);
   int compared = 0;
   for (uint32_t i = 0; i < 64; ++i) {
     const LightSample s = lights.Sample(point, vec3(0, 1, 0), choices, SobolSample(i, 2));

@@ -4,8 +4,8 @@
 
 // What each pixel sees: the camera's rays through all that lets through, and the guides of what
 // they meet, as on the CPU (FindPrimarySurfaces, MakeGuides).
-#include "render/vulkan/scene.glsl"
 #include "render/vulkan/material_lookup.glsl"
+#include "render/vulkan/scene.glsl"
 #include "render/vulkan/surface.glsl"
 #include "render/vulkan/traversal.glsl"
 
@@ -54,9 +54,9 @@ vec2 SurfaceMotion(GpuInstance instance, GpuHit hit, vec3 position) {
                Vec3At(instance.positions + 3u * corner.z) * weight.z;
   bool stands = instance.world_x == instance.previous_x &&
                 instance.world_y == instance.previous_y && instance.world_z == instance.previous_z;
-  vec3 before = stands ? position
-                       : TransformPoint(instance.previous_x, instance.previous_y,
-                                        instance.previous_z, local);
+  vec3 before =
+      stands ? position
+             : TransformPoint(instance.previous_x, instance.previous_y, instance.previous_z, local);
   return MotionBetween(position - frame.view.position, before - frame.previous.position);
 }
 
@@ -68,14 +68,14 @@ void AddLayer(GpuMaterial material, GpuInstance instance, GpuHit hit, vec3 base_
   Bsdf bsdf = MakeSurfaceBsdf(material, surface, 0.0f, specular_albedo);
   sum.albedo += bsdf.diffuse * weight;
   sum.specular_albedo += specular_albedo * weight;
-  if (surface.front != 0 || material.double_sided != 0u) {
+  if (surface.at.front != 0 || material.double_sided != 0u) {
     sum.emission += material.emission *
                     TextureValue(material.emissive_texture, instance, hit, true).rgb * weight;
   }
   if (heaviest) {
-    sum.depth = dot(surface.position - frame.view.position, frame.view.forward);
-    sum.normal = surface.normal;
-    sum.motion = SurfaceMotion(instance, hit, surface.position);
+    sum.depth = dot(surface.at.position - frame.view.position, frame.view.forward);
+    sum.normal = surface.at.frame.z;
+    sum.motion = SurfaceMotion(instance, hit, surface.at.position);
     sum.id = hit.instance + 1u;
     sum.roughness = surface.roughness;
   }
@@ -86,8 +86,7 @@ vec3 OriginBehind(GpuInstance instance, GpuHit hit, vec3 direction) {
   WorldTriangle t = TriangleOf(instance, hit.primitive);
   vec3 weight = Weights(hit);
   vec3 point = t.p0 * weight.x + t.p1 * weight.y + t.p2 * weight.z;
-  vec3 normal = SafeNormalize(cross(t.p1 - t.p0, t.p2 - t.p0), direction);
-  return OffsetPoint(point, dot(normal, direction) > 0.0f ? normal : -normal);
+  return OriginBehindTriangle(t.p0, t.p1, t.p2, point, direction);
 }
 
 GpuGuides FindGuides(vec2 pixel) {

@@ -9,6 +9,8 @@
 
 #include <fmt/format.h>
 
+#include "render/vulkan/device_arrays.h"
+
 namespace stillray::render {
 namespace shaders {
 extern const std::uint32_t kFirstHits[];
@@ -23,22 +25,8 @@ constexpr uint32_t kGroupSize = 64;  // local_size_x of the shader
 constexpr gpu::SetShape kBatchShape = {0, 0, 0, 2};
 /// Sets of pairs of buffers that may be traced with.
 constexpr uint32_t kMostBatches = 64;
-/// Large arrays go to the device in pieces.
-constexpr size_t kPieceBytes = size_t{32} << 20;
-
-/// One array of the scene, in the order of the bindings of scene.glsl.
-struct Array {
-  const char* what;
-  const void* data;
-  size_t bytes;
-};
-
-using Arrays = std::array<Array, GpuAccel::kSceneShape.buffers>;
-
-template <typename T>
-Array MakeArray(const char* what, const std::vector<T>& values) {
-  return {what, values.data(), values.size() * sizeof(T)};
-}
+/// In the order of the bindings of scene.glsl.
+using Arrays = std::array<HostArray, GpuAccel::kSceneShape.buffers>;
 
 Arrays ArraysOf(const GpuScene& scene) {
   return {
@@ -74,15 +62,7 @@ Status GpuAccel::CheckLimits() const {
         fmt::format("{}: tracing rays needs {} storage buffers in a shader, the device offers {}",
                     device_->info().name, needed, offered));
   }
-  for (const Array& array : ArraysOf(*scene_)) {
-    if (array.bytes > limits.maxStorageBufferRange) {
-      return Status::Unsupported(fmt::format(
-          "{}: the scene has {:.1f} MiB of {}, but a storage buffer of the device holds {:.1f} MiB",
-          device_->info().name, static_cast<double>(array.bytes) * 0x1p-20, array.what,
-          static_cast<double>(limits.maxStorageBufferRange) * 0x1p-20));
-    }
-  }
-  return Status::Ok();
+  return CheckArraySizes(*device_, ArraysOf(*scene_));
 }
 
 Status GpuAccel::AddBuffers() {
@@ -107,36 +87,6 @@ Status GpuAccel::AddBuffers() {
   }
   staging_ = *staging;
   return arena_.Allocate();
-}
-
-Status GpuAccel::Upload() {
-  const gpu::DeviceContext& c = device_->context();
-  gpu::Arena arena(&c);
-  const Result<const gpu::Buffer*> piece =
-      arena.AddBuffer(kPieceBytes, 0, gpu::BufferPlace::kUpload);
-  if (!piece.ok()) {
-    return piece.status();
-  }
-  STILLRAY_RETURN_IF_ERROR(arena.Allocate());
-  const Arrays arrays = ArraysOf(*scene_);
-  for (size_t i = 0; i < arrays.size(); ++i) {
-    for (size_t done = 0; done < arrays[i].bytes; done += kPieceBytes) {
-      const size_t bytes = std::min(kPieceBytes, arrays[i].bytes - done);
-      std::memcpy((*piece)->mapped, static_cast<const char*>(arrays[i].data) + done, bytes);
-      STILLRAY_RETURN_IF_ERROR(arena.Flush());
-      const Result<VkCommandBuffer> commands = device_->Begin();
-      if (!commands.ok()) {
-        return commands.status();
-      }
-      const VkBufferCopy region = {0, done, bytes};
-      c.vk.CmdCopyBuffer(*commands, (*piece)->buffer, buffers_[i]->buffer, 1, &region);
-      gpu::MemoryBarrier(c, *commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
-                         VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT,
-                         VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT);
-      STILLRAY_RETURN_IF_ERROR(device_->Run());
-    }
-  }
-  return Status::Ok();
 }
 
 Status GpuAccel::MakePipelines() {
@@ -266,7 +216,7 @@ Result<std::unique_ptr<GpuAccel>> GpuAccel::Create(gpu::Device* device, const Sc
   STILLRAY_RETURN_IF_ERROR(accel->AddBuffers());
   accel->FillStaging();
   STILLRAY_RETURN_IF_ERROR(accel->arena_.Flush());
-  STILLRAY_RETURN_IF_ERROR(accel->Upload());
+  STILLRAY_RETURN_IF_ERROR(UploadArrays(device, ArraysOf(*accel->scene_), accel->buffers_));
   STILLRAY_RETURN_IF_ERROR(accel->MakePipelines());
   return accel;
 }

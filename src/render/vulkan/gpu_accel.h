@@ -56,7 +56,6 @@ class GpuAccel {
       : device_(device), arena_(&device->context()), sets_(&device->context()) {}
   Status CheckLimits() const;
   Status AddBuffers();
-  Status Upload();
   Status MakePipelines();
   Status Record(VkCommandBuffer commands, const gpu::Pipeline& pipeline, const gpu::Buffer& rays,
                 const gpu::Buffer& results, size_t result_size, uint32_t count);

@@ -4,6 +4,7 @@
 // The scene as every shader of the tracer sees it, in descriptor set 0.
 #include "core/shared.h"
 #include "render/shared.h"
+#include "render/geometry_shared.h"
 #include "render/vulkan/scene_shared.h"
 
 layout(std430, set = 0, binding = 0) readonly buffer Nodes {
@@ -61,12 +62,6 @@ vec3 TransformPoint(vec4 x, vec4 y, vec4 z, vec3 p) {
 }
 vec3 TransformVector(vec4 x, vec4 y, vec4 z, vec3 v) {
   return vec3(dot(x.xyz, v), dot(y.xyz, v), dot(z.xyz, v));
-}
-
-// v / |v|, or `fallback` where that is not defined.
-vec3 SafeNormalize(vec3 v, vec3 fallback) {
-  float length2 = dot(v, v);
-  return length2 > 1e-30f && length2 < 1e30f ? v * (1.0f / sqrt(length2)) : fallback;
 }
 
 struct WorldTriangle {

@@ -5,40 +5,20 @@
 // Needs scene.glsl and material_lookup.glsl.
 #include "render/energy_shared.h"
 
+#include "render/shading_point_shared.h"
+
 struct Surface {
-  vec3 position;
-  vec3 geometric;  // unit normal of the triangle, towards the viewer
-  vec3 normal;     // for shading, towards the viewer too
-  vec3 wo;         // unit, towards the viewer
-  float cosine;    // of normal and wo, at least kMinViewCosine
-  int front;
+  ShadingPoint at;
   vec3 base_colour;
   float metallic;
   float roughness;
   float transmission;
 };
 
-// Shading normals are bent until they make at least this cosine with the direction to the viewer.
-const float kMinViewCosine = 1e-3f;
-
-// Steps of at most this: some units in the last place, or a small distance near the origin. Waechter
-// and Binder (2019), "A Fast and Robust Method for Avoiding Self-Intersection".
-float OffsetCoordinate(float position, float normal) {
-  if (abs(position) < 1.0f / 32.0f) {
-    return position + normal * (1.0f / 65536.0f);
-  }
-  int steps = int(256.0f * normal);
-  return intBitsToFloat(floatBitsToInt(position) + (position < 0.0f ? -steps : steps));
-}
-vec3 OffsetPoint(vec3 p, vec3 n) {
-  return vec3(OffsetCoordinate(p.x, n.x), OffsetCoordinate(p.y, n.y), OffsetCoordinate(p.z, n.z));
-}
-
 // -1 where the instance's transform mirrors.
 float Orientation(GpuInstance instance) {
-  return dot(instance.world_x.xyz, cross(instance.world_y.xyz, instance.world_z.xyz)) < 0.0f
-             ? -1.0f
-             : 1.0f;
+  return dot(instance.world_x.xyz, cross(instance.world_y.xyz, instance.world_z.xyz)) < 0.0f ? -1.0f
+                                                                                             : 1.0f;
 }
 
 // Takes a normal to the world, not to unit length: by the cofactors, defined for any matrix.
@@ -109,22 +89,29 @@ vec3 FaceViewer(vec3 n, vec3 wo) {
   return cosine >= kMinViewCosine ? n : normalize(n + wo * (2.0f * kMinViewCosine - cosine));
 }
 
+void SetNormals(GpuMaterial material, GpuInstance instance, GpuHit hit, inout ShadingPoint at) {
+  WorldTriangle t = TriangleOf(instance, hit.primitive);
+  vec3 weight = Weights(hit);
+  at.position = t.p0 * weight.x + t.p1 * weight.y + t.p2 * weight.z;
+  vec3 outward = SafeNormalize(cross(t.p1 - t.p0, t.p2 - t.p0), at.wo) * Orientation(instance);
+  float side = dot(outward, at.wo) >= 0.0f ? 1.0f : -1.0f;
+  at.front = side > 0.0f ? 1 : 0;
+  at.geometric = outward * side;
+  vec3 normal = InterpolatedNormal(instance, hit, outward);
+  normal = ApplyNormalMap(material, instance, hit, t, normal);
+  at.frame = MakeLocalFrame(FaceViewer(normal * side, at.wo));
+  at.local_wo = ToLocal(at.frame, at.wo);
+  at.local_wo.z = max(at.local_wo.z, kMinViewCosine);
+}
+
 Surface MakeSurface(GpuMaterial material, GpuInstance instance, GpuHit hit, vec3 base_colour,
                     vec3 direction) {
   Surface surface;
-  surface.wo = -direction;
-  WorldTriangle t = TriangleOf(instance, hit.primitive);
-  vec3 weight = Weights(hit);
-  surface.position = t.p0 * weight.x + t.p1 * weight.y + t.p2 * weight.z;
-  vec3 outward =
-      SafeNormalize(cross(t.p1 - t.p0, t.p2 - t.p0), surface.wo) * Orientation(instance);
-  surface.front = dot(outward, surface.wo) >= 0.0f ? 1 : 0;
-  float side = surface.front != 0 ? 1.0f : -1.0f;
-  surface.geometric = outward * side;
-  vec3 normal = InterpolatedNormal(instance, hit, outward);
-  normal = ApplyNormalMap(material, instance, hit, t, normal);
-  surface.normal = FaceViewer(normal * side, surface.wo);
-  surface.cosine = max(dot(surface.wo, surface.normal), kMinViewCosine);
+  surface.at.wo = -direction;
+  surface.at.solid = int(material.solid);
+  surface.at.attenuation_colour = material.attenuation_colour;
+  surface.at.attenuation_distance = material.attenuation_distance;
+  SetNormals(material, instance, hit, surface.at);
   surface.base_colour = base_colour;
   vec4 mr = TextureValue(material.metallic_roughness_texture, instance, hit, false);
   surface.metallic = ClampToUnit(material.metallic * mr.z);
@@ -155,24 +142,25 @@ SchlickShare ShareOfSpecular(float cosine, float alpha) {
 }
 
 GlassShare ShareOfGlass(GpuMaterial material, Surface surface, float alpha) {
+  float cosine = surface.at.local_wo.z;
   GlassShare share;
   share.total = 1.0f;
   if (alpha <= 0.0f) {
-    float eta = surface.front != 0 ? material.ior : 1.0f / material.ior;
+    float eta = surface.at.front != 0 ? material.ior : 1.0f / material.ior;
     share.reflected =
         material.solid == 0u
-            ? FresnelThinSheet(min(dot(surface.wo, surface.geometric), 1.0f), material.ior)
-            : FresnelDielectric(min(surface.cosine, 1.0f), eta);
+            ? FresnelThinSheet(min(dot(surface.at.wo, surface.at.geometric), 1.0f), material.ior)
+            : FresnelDielectric(min(cosine, 1.0f), eta);
     return share;
   }
-  EnergyPlace at = FindEnergy(surface.cosine, sqrt(alpha));
+  EnergyPlace at = FindEnergy(cosine, sqrt(alpha));
   if (material.solid == 0u) {
-    SchlickShare all = ShareOfSpecular(surface.cosine, alpha);
+    SchlickShare all = ShareOfSpecular(cosine, alpha);
     share.reflected = LookUpEnergy(material.glass_tables + 4u * kEnergyTableWords, at);
     share.total = all.scale + all.offset;
     return share;
   }
-  uint first = material.glass_tables + (surface.front != 0 ? 0u : 2u) * kEnergyTableWords;
+  uint first = material.glass_tables + (surface.at.front != 0 ? 0u : 2u) * kEnergyTableWords;
   share.reflected = LookUpEnergy(first, at);
   share.total = LookUpEnergy(first + kEnergyTableWords, at);
   return share;
@@ -188,9 +176,9 @@ Bsdf MakeSurfaceBsdf(GpuMaterial material, Surface surface, float min_alpha,
   inputs.own_alpha = AlphaOfRoughness(surface.roughness);
   inputs.alpha = max(inputs.own_alpha, min_alpha);
   inputs.ior = material.ior;
-  inputs.solid = int(material.solid);
-  inputs.front = surface.front;
-  SchlickShare share = ShareOfSpecular(surface.cosine, inputs.alpha);
+  inputs.solid = surface.at.solid;
+  inputs.front = surface.at.front;
+  SchlickShare share = ShareOfSpecular(surface.at.local_wo.z, inputs.alpha);
   GlassShare of_glass = GlassShare(0.0f, 0.0f);
   if (GlassWeight(inputs) > 0.0f) {
     of_glass = ShareOfGlass(material, surface, GlassAlpha(inputs));

@@ -1,0 +1,150 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Light from infinitely far away, and how to find its bright parts.
+//
+// The environment itself is an argument in C++, ENVIRONMENT_IN. GLSL cannot pass arrays on: there,
+// who includes this declares a variable `environment` of EnvironmentShape first, and
+//   float EnvironmentSum(int i)            the i-th of the cumulative sums
+//   vec3 EnvironmentTexel(int x, int y)    a texel of the map
+#ifndef STILLRAY_RENDER_ENVIRONMENT_SHARED_H
+#define STILLRAY_RENDER_ENVIRONMENT_SHARED_H
+
+#ifdef __cplusplus
+#include "render/angles_shared.h"
+#include "render/bsdf_shared.h"
+#include "render/geometry_shared.h"
+#include "render/light_shapes_shared.h"
+#include "stillray/image.h"
+#endif
+
+STILLRAY_RENDER_BEGIN
+
+#ifdef __cplusplus
+struct EnvironmentArrays : EnvironmentShape {
+  const float* sums = nullptr;
+  const Image3* map = nullptr;
+};
+inline float EnvironmentSum(const EnvironmentArrays& environment, int i) {
+  return environment.sums[i];
+}
+inline vec3 EnvironmentTexel(const EnvironmentArrays& environment, int x, int y) {
+  const Image3& map = *environment.map;
+  return {map[0](x, y), map[1](x, y), map[2](x, y)};
+}
+#define ENVIRONMENT_IN const EnvironmentArrays &environment,
+#define ENVIRONMENT environment,
+#else
+#define ENVIRONMENT_IN
+#define ENVIRONMENT
+#endif
+
+struct EnvironmentSample {
+  vec3 direction;
+  vec3 radiance;
+  float density;  // per solid angle; 0: there is no sample
+};
+
+// Where the map shows a direction: x in 0..width, y in 0..height.
+SHARED_FN vec2 EnvironmentPlace(ENVIRONMENT_IN vec3 direction) {
+  float u = 0.5f + ArcTangent(direction.x, -direction.z) * (0.5f * kInvPi);
+  float v = ArcCosine(clamp(direction.y, -1.0f, 1.0f)) * kInvPi;
+  return vec2(u * float(environment.width), v * float(environment.height));
+}
+
+// \param x  -1..width
+SHARED_FN vec3 FetchEnvironment(ENVIRONMENT_IN int x, int y) {
+  int w = environment.width;
+  int wrapped = x < 0 ? x + w : (x >= w ? x - w : x);
+  return EnvironmentTexel(ENVIRONMENT wrapped, clamp(y, 0, environment.height - 1));
+}
+
+SHARED_FN vec3 EnvironmentRadiance(ENVIRONMENT_IN vec3 direction) {
+  if (environment.width == 0) {
+    return environment.radiance;
+  }
+  vec2 at = EnvironmentPlace(ENVIRONMENT direction);
+  float left = floor(at.x - 0.5f);
+  float top = floor(at.y - 0.5f);
+  float fx = at.x - 0.5f - left;
+  float fy = at.y - 0.5f - top;
+  int x = clamp(int(left), -1, environment.width - 1);
+  int y = clamp(int(top), -1, environment.height - 1);
+  vec3 upper = FetchEnvironment(ENVIRONMENT x, y) * (1.0f - fx) +
+               FetchEnvironment(ENVIRONMENT x + 1, y) * fx;
+  vec3 lower = FetchEnvironment(ENVIRONMENT x, y + 1) * (1.0f - fx) +
+               FetchEnvironment(ENVIRONMENT x + 1, y + 1) * fx;
+  return environment.radiance * (upper * (1.0f - fy) + lower * fy);
+}
+
+// Cumulative sums from 0 to 1: of the rows, then for each row of its columns.
+SHARED_FN int FirstColumnSum(ENVIRONMENT_IN int row) {
+  return environment.height + 1 + row * (environment.width + 1);
+}
+
+// The interval of the sums from `first` on (count + 1 values) that holds u.
+SHARED_FN int FindInterval(ENVIRONMENT_IN int first, int count, float u) {
+  int low = 1;
+  int high = count;
+  while (low < high) {
+    int middle = (low + high) / 2;
+    if (EnvironmentSum(ENVIRONMENT first + middle) > u) {
+      high = middle;
+    } else {
+      low = middle + 1;
+    }
+  }
+  return low - 1;
+}
+
+// u again uniform in [0, 1), within the interval.
+SHARED_FN float PlaceInInterval(ENVIRONMENT_IN int first, int interval, float u) {
+  float below = EnvironmentSum(ENVIRONMENT first + interval);
+  float width = EnvironmentSum(ENVIRONMENT first + interval + 1) - below;
+  return width > 0.0f ? clamp((u - below) / width, 0.0f, kBelowOne) : 0.5f;
+}
+
+// Density of SampleEnvironment.
+SHARED_FN float EnvironmentDensity(ENVIRONMENT_IN vec3 normal, vec3 direction) {
+  if (environment.width == 0) {
+    return max(dot(normal, direction), 0.0f) * kInvPi;
+  }
+  vec2 at = EnvironmentPlace(ENVIRONMENT direction);
+  int x = clamp(int(at.x), 0, environment.width - 1);
+  int y = clamp(int(at.y), 0, environment.height - 1);
+  int column = FirstColumnSum(ENVIRONMENT y) + x;
+  float in_square = (EnvironmentSum(ENVIRONMENT column + 1) - EnvironmentSum(ENVIRONMENT column)) *
+                    float(environment.width) *
+                    (EnvironmentSum(ENVIRONMENT y + 1) - EnvironmentSum(ENVIRONMENT y)) *
+                    float(environment.height);
+  float sine = sqrt(max(1.0f - direction.y * direction.y, 0.0f));
+  return sine > 0.0f ? in_square / (2.0f * kPi * kPi * sine) : 0.0f;
+}
+
+// Draws a direction: of a map in proportion to its luminance; of a constant environment in
+// proportion to the cosine with `normal`. u in [0,1)^2.
+SHARED_FN EnvironmentSample SampleEnvironment(ENVIRONMENT_IN vec3 normal, float u0, float u1) {
+  EnvironmentSample found;
+  if (environment.width == 0) {
+    found.direction = ToWorld(MakeLocalFrame(normal), SampleCosine(u0, u1));
+    found.radiance = environment.radiance;
+  } else {
+    int y = FindInterval(ENVIRONMENT 0, environment.height, u1);
+    int columns = FirstColumnSum(ENVIRONMENT y);
+    int x = FindInterval(ENVIRONMENT columns, environment.width, u0);
+    float across = PlaceInInterval(ENVIRONMENT columns, x, u0);
+    float down = PlaceInInterval(ENVIRONMENT 0, y, u1);
+    float phi = ((float(x) + across) / float(environment.width) - 0.5f) * 2.0f * kPi;
+    float theta = (float(y) + down) / float(environment.height) * kPi;
+    vec2 around = CosSin(phi);
+    vec2 from_top = CosSin(theta);
+    found.direction = vec3(from_top.y * around.y, from_top.x, -from_top.y * around.x);
+    found.radiance = EnvironmentRadiance(ENVIRONMENT found.direction);
+  }
+  found.density = EnvironmentDensity(ENVIRONMENT normal, found.direction);
+  return found;
+}
+
+STILLRAY_RENDER_END
+
+#endif  // STILLRAY_RENDER_ENVIRONMENT_SHARED_H

@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// The lights of a scene at one moment, as lights_shared.h and environment_shared.h read them.
+#ifndef STILLRAY_RENDER_LIGHT_SHAPES_SHARED_H
+#define STILLRAY_RENDER_LIGHT_SHAPES_SHARED_H
+
+#ifdef __cplusplus
+#include "render/shared.h"
+#endif
+
+STILLRAY_RENDER_BEGIN
+
+struct EnvironmentShape {
+  vec3 radiance;  // everywhere, or the factor of the map
+  float mean_luminance;
+  int width;  // of the map; 0: there is none
+  int height;
+  uint unused_0, unused_1;
+};
+
+const int kMaxClusters = 16;
+// Clusters, then directional lights, then the environment.
+const int kMaxLightChoices = kMaxClusters + 2;
+
+// An emissive triangle.
+struct AreaLight {
+  vec3 p0;
+  float area;
+  vec3 edge1;
+  float choice;  // probability within its cluster
+  vec3 edge2;
+  uint cluster;
+  vec3 normal;  // unit, of the emitting side
+  int two_sided;
+  uint instance;
+  uint primitive;
+  float mean_luminance;  // of the emission over the triangle
+  uint unused_0;
+};
+
+struct LightCluster {
+  vec3 centre;
+  float radius;
+  vec3 axis;
+  float cone_cosine;  // emission normals lie within this of the axis; -1: anywhere
+  vec3 low;           // bounds
+  float cone_sine;
+  vec3 high;
+  float intensity;
+  uint first;  // of its entries in the tables
+  uint count;
+  int two_sided;
+  uint unused_0;
+};
+
+struct LightShape {
+  float distant_irradiance;  // of all directional lights, luminance
+  float environment_irradiance;
+  int cluster_count;
+  int choice_count;  // 0: there is no light
+  // Of the tables' entries: those of the directional lights.
+  uint first_distant;
+  uint distant_count;
+  int all_in_clusters;  // 1: no triangle emits without being in a cluster
+  uint unused_0;
+  LightCluster clusters[kMaxClusters];
+};
+
+// The item of an entry is the number of an area light, or of a punctual one with this bit.
+const uint kPunctualItem = 0x80000000u;
+
+STILLRAY_RENDER_END
+
+#ifdef __cplusplus
+namespace stillray::render {
+static_assert(sizeof(EnvironmentShape) == 32);
+static_assert(sizeof(AreaLight) == 80);
+static_assert(sizeof(LightCluster) == 80);
+static_assert(sizeof(LightShape) == 32 + kMaxClusters * sizeof(LightCluster));
+}  // namespace stillray::render
+#endif
+
+#endif  // STILLRAY_RENDER_LIGHT_SHAPES_SHARED_H

@@ -1,0 +1,251 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// The steps of a path, one surface at a time.
+//
+// At every surface light is sought both by a ray to a light and by the scattered ray, weighted by
+// multiple importance sampling (Veach 1997). What the first surface does with light is kept apart
+// for its diffuse and specular lobes: the path beyond carries one weight for each.
+#ifndef STILLRAY_RENDER_PATH_SHARED_H
+#define STILLRAY_RENDER_PATH_SHARED_H
+
+#ifdef __cplusplus
+#include "render/lights_shared.h"
+#include "render/shading_point_shared.h"
+#endif
+
+STILLRAY_RENDER_BEGIN
+
+// Events that do not count as bounces (ideally smooth glass, surfaces passed) end here.
+const int kMaxFreeEvents = 24;
+// Path-space regularisation (SVGF, section 3; after Kaplanyan and Dachsbacher 2013): GGX alpha of
+// a surface is at least this times the largest mean alpha of the surfaces before it on the path,
+// where a surface's mean is taken over its lobes by their share of light and diffuse counts as 1.
+// Ideally smooth thin sheets are left as they are.
+const float kRegularisation = 0.3f;
+// Surfaces after which paths of little weight may end.
+const int kRouletteBounces = 3;
+const float kLeastSurvival = 0.05f;
+// Shadow rays end this much short of their light, relative to the distance.
+const float kShadowEnd = 1.0f - 1e-5f;
+
+// A path between two surfaces.
+struct PathState {
+  vec3 throughput;    // beyond the first surface
+  float density;      // of the ray per solid angle; 0: ideally smooth
+  vec3 diffuse;       // weights that the first surface's lobes give the light beyond it
+  float light_total;  // TotalOf the choices of light where `density` was
+  vec3 specular;
+  float roughest;   // for regularisation
+  vec3 absorption;  // per unit of length, of the solid that the path is in
+  int pixel;
+  vec3 origin;  // where the ray last scattered with a finite density, or left the camera
+  int step;     // surfaces met so far
+  vec3 normal;  // shading normal at `origin`
+  int bounces;  // of the surfaces, those that scattered, without the first
+  int free_events;
+  int first;   // 1: has not scattered yet
+  int direct;  // 1: light met now comes straight from a light
+  uint unused_0;
+};
+
+SHARED_FN PathState StartPath(int pixel) {
+  PathState path;
+  path.throughput = vec3(1.0f);
+  path.density = 0.0f;
+  path.diffuse = vec3(0.0f);
+  path.light_total = 0.0f;
+  path.specular = vec3(0.0f);
+  path.roughest = 0.0f;
+  path.absorption = vec3(0.0f);
+  path.pixel = pixel;
+  path.origin = vec3(0.0f);
+  path.step = 0;
+  path.normal = vec3(0.0f);
+  path.bounces = 0;
+  path.free_events = 0;
+  path.first = 1;
+  path.direct = 0;
+  path.unused_0 = 0u;
+  return path;
+}
+
+// Light that a ray found, weighted; it counts if the ray arrives.
+struct FoundLight {
+  vec3 diffuse;
+  vec3 specular;
+};
+
+struct PathRay {
+  vec3 origin;
+  float end;
+  vec3 direction;
+};
+
+// What is not a number, infinite or negative must not get into the picture.
+SHARED_FN bool IsUsableLight(vec3 v) {
+  return v.x >= 0.0f && v.y >= 0.0f && v.z >= 0.0f && v.x + v.y + v.z <= kLargestFloat;
+}
+
+SHARED_FN float AbsorptionOf(float colour, float distance) {
+  const float kDarkest = 1e-6f;
+  return -log(clamp(colour, kDarkest, 1.0f)) / distance;
+}
+
+// Of the space that a ray from the surface enters; `below`: on the far side from the viewer.
+SHARED_FN vec3 AbsorptionBeyond(vec3 here, SHARED_IN(ShadingPoint) at, bool below) {
+  if (!below || at.solid == 0) {
+    return here;
+  }
+  float distance = at.attenuation_distance;
+  if (at.front == 0 || !(distance > 0.0f && distance <= kLargestFloat)) {
+    return vec3(0.0f);
+  }
+  return vec3(AbsorptionOf(at.attenuation_colour.x, distance),
+              AbsorptionOf(at.attenuation_colour.y, distance),
+              AbsorptionOf(at.attenuation_colour.z, distance));
+}
+
+// Beer's law.
+SHARED_FN vec3 Absorb(vec3 absorption, float distance) {
+  const float kFar = 1e30f;  // 0 times infinity is not a number
+  return absorption == vec3(0.0f) ? vec3(1.0f) : exp(-absorption * min(distance, kFar));
+}
+
+// MIS weight of light that the scattered ray met and a ray to a light could have found.
+SHARED_FN float ScatterWeight(float density, float light_density) {
+  return density <= 0.0f ? 1.0f : MisWeight(density, light_density);
+}
+
+// GGX alpha that the next surface has at least; 0: none.
+SHARED_FN float LeastAlpha(SHARED_IN(PathState) path) {
+  float alpha = kRegularisation * path.roughest;
+  return alpha > kSmoothAlpha ? alpha : 0.0f;
+}
+
+// Light that the path's own ray met.
+SHARED_FN FoundLight LightMet(SHARED_IN(PathState) path, vec3 radiance) {
+  vec3 light = path.throughput * radiance;
+  FoundLight found;
+  found.diffuse = path.diffuse * light;
+  found.specular = path.specular * light;
+  return found;
+}
+
+// Light that a ray to a light may bring. \param value   of the BSDF for its direction
+// \param local_z  of that direction
+// \param weight   of this strategy
+SHARED_FN FoundLight LightSought(SHARED_IN(PathState) path, SHARED_IN(ShadingPoint) at,
+                                 SHARED_IN(LightSample) light, SHARED_IN(BsdfValue) value,
+                                 float local_z, float weight) {
+  vec3 arriving = path.throughput * light.radiance * (weight / light.density) *
+                  Absorb(AbsorptionBeyond(path.absorption, at, local_z < 0.0f), light.distance);
+  FoundLight found;
+  if (path.first != 0) {
+    found.diffuse = value.diffuse * arriving;
+    found.specular = value.specular * arriving;
+  } else {
+    vec3 scattered = (value.diffuse + value.specular) * arriving;
+    found.diffuse = path.diffuse * scattered;
+    found.specular = path.specular * scattered;
+  }
+  return found;
+}
+
+// The ray that tells whether the light sought arrives.
+SHARED_FN PathRay ShadowRayTo(SHARED_IN(ShadingPoint) at, SHARED_IN(LightSample) light,
+                              bool above) {
+  PathRay ray;
+  ray.origin = OffsetPoint(at.position, above ? at.geometric : -at.geometric);
+  ray.direction = light.direction;
+  ray.end = light.distance;
+  if (light.area >= 0) {
+    vec3 offset = OffsetPoint(light.point, light.normal) - ray.origin;
+    ray.end = length(offset);
+    ray.direction = offset / ray.end;
+  }
+  ray.end *= kShadowEnd;
+  return ray;
+}
+
+SHARED_FN bool IsBlack(SHARED_IN(Bsdf) bsdf) {
+  return bsdf.pick_diffuse + bsdf.pick_specular + bsdf.pick_glass <= 0.0f;
+}
+
+// Whether a ray to a light can find any: ideally smooth lobes have no part in it.
+SHARED_FN bool MaySeekLight(SHARED_IN(PathState) path, SHARED_IN(Bsdf) bsdf, int most_bounces) {
+  bool any_rough = bsdf.pick_diffuse > 0.0f || bsdf.specular_alpha > 0.0f ||
+                   (bsdf.pick_glass > 0.0f && bsdf.glass_alpha > 0.0f);
+  return any_rough && (path.first != 0 || path.bounces < most_bounces);
+}
+
+// Draws the ray on and gives the path its new weight. Returns whether it goes on.
+// \param direction  [out] of the ray on
+SHARED_FN bool ScatterPath(SHARED_INOUT(PathState) path, SHARED_IN(ShadingPoint) at,
+                           SHARED_IN(Bsdf) bsdf, vec4 u, int most_bounces,
+                           SHARED_INOUT(vec3) direction) {
+  BsdfSample drawn = SampleBsdf(bsdf, at.local_wo, u);
+  if (drawn.kind == kScatterNone) {
+    return false;
+  }
+  direction = SafeNormalize(ToWorld(at.frame, drawn.wi), at.wo);
+  if (drawn.kind == kScatterStraight) {
+    direction = -at.wo;
+  } else if (!IsConsistent(at, direction, drawn.wi.z)) {
+    return false;
+  }
+  bool in_solid = at.solid != 0 && at.front == 0;
+  bool is_free = drawn.kind == kScatterRefract || drawn.kind == kScatterStraight ||
+                 (drawn.kind == kScatterMirror && in_solid && bsdf.pick_glass > 0.0f);
+  if (is_free) {
+    path.free_events += 1;
+    if (path.free_events > kMaxFreeEvents) {
+      return false;
+    }
+  } else if (path.first == 0) {
+    path.bounces += 1;
+    if (path.bounces > most_bounces) {
+      return false;
+    }
+  }
+  if (path.first != 0) {
+    path.diffuse = drawn.diffuse;
+    path.specular = drawn.specular;
+    path.direct = 1;
+  } else {
+    path.throughput *= drawn.diffuse + drawn.specular;
+    // A sheet passed straight on is no surface to light: rays to lights pass it too.
+    path.direct = drawn.kind == kScatterStraight ? path.direct : 0;
+  }
+  path.absorption = AbsorptionBeyond(path.absorption, at, drawn.wi.z < 0.0f);
+  if (drawn.kind == kScatterRough) {
+    path.roughest =
+        max(path.roughest, bsdf.pick_diffuse + bsdf.pick_specular * bsdf.specular_alpha +
+                               bsdf.pick_glass * bsdf.glass_alpha);
+  }
+  if (path.first != 0 || drawn.kind != kScatterStraight) {
+    path.origin = at.position;
+    path.normal = at.frame.z;
+    path.density = drawn.density;
+  }
+  path.first = 0;
+  return true;
+}
+
+// Russian roulette.
+SHARED_FN bool SurvivesRoulette(SHARED_INOUT(PathState) path, float u) {
+  if (path.bounces < kRouletteBounces) {
+    return true;
+  }
+  float weight = MaxComponent(path.throughput * max(path.diffuse, path.specular));
+  float survival = clamp(weight, kLeastSurvival, 1.0f);
+  if (u >= survival) {
+    return false;
+  }
+  path.throughput /= survival;
+  return true;
+}
+
+STILLRAY_RENDER_END
+
+#endif  // STILLRAY_RENDER_PATH_SHARED_H
