@@ -4,8 +4,8 @@
 
 // What each pixel sees: the camera's rays through all that lets through, and the guides of what
 // they meet, as on the CPU (FindPrimarySurfaces, MakeGuides).
-#include "render/vulkan/material_lookup.glsl"
 #include "render/vulkan/scene.glsl"
+#include "render/vulkan/material_lookup.glsl"
 #include "render/vulkan/surface.glsl"
 #include "render/vulkan/traversal.glsl"
 
