@@ -10,14 +10,10 @@
 #include <cstddef>
 #include <limits>
 
+#include "denoise/held_guides_shared.h"
 #include "denoise/sparse_guides.h"
 
 namespace stillray {
-
-/// Below this many pixels per frame nothing moves.
-inline constexpr float kStill = 1e-3f;
-/// Change of inverse depth that shows another surface, where there are no ids.
-inline constexpr float kOtherDepth = 0.1f;
 
 /// What a hole of a plane gets.
 enum class FillRule : uint8_t {
@@ -78,8 +74,8 @@ struct Shift {
 
   /// \return whether the place lies in the picture
   bool Find(const Image2& motion, int x0, int y0, int* qx, int* qy) const {
-    const float px = std::floor(static_cast<float>(x0) + motion[0](x0, y0) + x);
-    const float py = std::floor(static_cast<float>(y0) + motion[1](x0, y0) + y);
+    const float px = HeldPlace(x0, motion[0](x0, y0), x);
+    const float py = HeldPlace(y0, motion[1](x0, y0), y);
     if (!(px >= 0 && py >= 0 && px < static_cast<float>(motion.width()) &&
           py < static_cast<float>(motion.height()))) {
       return false;
@@ -100,19 +96,13 @@ inline bool Differ(const Guides& a, int ax, int ay, const Guides& b, int bx, int
   if (!a.id.empty()) {
     return a.id(ax, ay) != b.id(bx, by);
   }
-  if (!IsSurface(za)) {
-    return false;
-  }
-  return std::abs(1.0f / za - 1.0f / zb) > kOtherDepth / za;
+  return IsSurface(za) && DepthsDiffer(za, zb);
 }
 
-/// How far around a pixel where something has left what was held of it is given up: the mean
-/// distance of new paths, and no further than that costs little.
 /// \param known  pixels of the picture, by this frame
 inline int GhostRadius(const Frame& frame, int64_t known) {
-  const double part =
-      static_cast<double>(known) / (static_cast<double>(frame.width) * frame.height);
-  return std::min(16, static_cast<int>(std::ceil(0.75 / std::sqrt(std::max(part, 1e-4)))));
+  return GhostRadius(static_cast<float>(known),
+                     static_cast<float>(frame.width) * static_cast<float>(frame.height));
 }
 
 }  // namespace stillray
