@@ -34,6 +34,8 @@ typedef struct stillray_vulkan_options {
   int32_t transmission;   /* not 0: frames have transmission signals */
   int32_t full_precision; /* not 0: light is kept in 32 bits, with twice the memory */
   int32_t timestamps;     /* not 0: measure the stages */
+  /* not 0: pixels with depth 0 and no sample have unknown guides, which are completed */
+  int32_t incomplete_guides;
 } stillray_vulkan_options;
 
 /* Where an image stands in stillray_vulkan_frame. */

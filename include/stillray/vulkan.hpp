@@ -35,6 +35,10 @@ struct VulkanOptions {
   bool transmission = false;  ///< frames have transmission signals
   DevicePrecision precision = DevicePrecision::kHalf;
   bool timestamps = false;  ///< measure the stages; the queue must have timestamps
+  /// Frames may know their guides only where a path was traced: pixels with depth 0 and no sample
+  /// are completed on the device (docs/denoiser.md, fill_guides) with any of the images below,
+  /// which takes memory. `samples` and `motion` must be given then.
+  bool incomplete_guides = false;
 };
 
 /// A plain 2D image (VK_IMAGE_VIEW_TYPE_2D) of the denoiser's size; no view: not given. Usage:
@@ -55,8 +59,8 @@ struct VulkanFrame {
 
   VulkanImage lights[kSignalKindCount];          ///< by SignalKind: r, g, b
   VulkanImage second_moments[kSignalKindCount];  ///< see Signal::second_moment
-  VulkanImage depth;   ///< of every pixel: unknown guides (0) are not filled here
-  VulkanImage normal;  ///< x, y, z
+  VulkanImage depth;                             ///< of every pixel, unless `incomplete_guides`
+  VulkanImage normal;                            ///< x, y, z
   VulkanImage id;
   VulkanImage motion;  ///< x, y
   VulkanImage albedo;

@@ -73,6 +73,7 @@ Result<VulkanOptions> OptionsOf(const stillray_vulkan_options& o) {
   options.transmission = o.transmission != 0;
   options.precision = o.full_precision != 0 ? DevicePrecision::kFloat : DevicePrecision::kHalf;
   options.timestamps = o.timestamps != 0;
+  options.incomplete_guides = o.incomplete_guides != 0;
   return options;
 }
 

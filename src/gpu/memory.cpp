@@ -23,6 +23,14 @@ constexpr uint32_t kNoType = std::numeric_limits<uint32_t>::max();
 
 }  // namespace
 
+MemoryUse& MemoryUse::operator+=(const MemoryUse& other) {
+  allocations += other.allocations;
+  resources += other.resources;
+  bytes += other.bytes;
+  largest = std::max(largest, other.largest);
+  return *this;
+}
+
 Arena::~Arena() {
   const DeviceFunctions& vk = context_->vk;
   for (const Image& image : images_) {
@@ -229,24 +237,45 @@ std::vector<VkMappedMemoryRange> Arena::MappedRanges() const {
   return ranges;
 }
 
-Status Arena::Flush() const {
-  const std::vector<VkMappedMemoryRange> ranges = MappedRanges();
-  if (ranges.empty()) {
-    return Status::Ok();
+void Arena::RecordFirstUse(VkCommandBuffer commands, VkPipelineStageFlags stages,
+                           VkAccessFlags access) const {
+  std::vector<VkImageMemoryBarrier> barriers;
+  for (const Image& image : images_) {
+    VkImageMemoryBarrier barrier = {};
+    barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER;
+    barrier.dstAccessMask = access;
+    barrier.newLayout = VK_IMAGE_LAYOUT_GENERAL;
+    barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+    barrier.image = image.image;
+    barrier.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, VK_REMAINING_ARRAY_LAYERS};
+    barriers.push_back(barrier);
   }
-  return ToStatus(context_->vk.FlushMappedMemoryRanges(
-                      context_->device, static_cast<uint32_t>(ranges.size()), ranges.data()),
-                  "flushing mapped memory");
+  context_->vk.CmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, stages, 0, 0,
+                                  nullptr, 0, nullptr, static_cast<uint32_t>(barriers.size()),
+                                  barriers.data());
+}
+
+namespace {
+
+/// What flushing and invalidating have in common.
+Status ForRanges(const DeviceContext& context, const std::vector<VkMappedMemoryRange>& ranges,
+                 PFN_vkFlushMappedMemoryRanges function, const char* action) {
+  return ranges.empty() ? Status::Ok()
+                        : ToStatus(function(context.device, static_cast<uint32_t>(ranges.size()),
+                                            ranges.data()),
+                                   action);
+}
+
+}  // namespace
+
+Status Arena::Flush() const {
+  return ForRanges(*context_, MappedRanges(), context_->vk.FlushMappedMemoryRanges,
+                   "flushing mapped memory");
 }
 
 Status Arena::Invalidate() const {
-  const std::vector<VkMappedMemoryRange> ranges = MappedRanges();
-  if (ranges.empty()) {
-    return Status::Ok();
-  }
-  return ToStatus(context_->vk.InvalidateMappedMemoryRanges(
-                      context_->device, static_cast<uint32_t>(ranges.size()), ranges.data()),
-                  "reading mapped memory");
+  return ForRanges(*context_, MappedRanges(), context_->vk.InvalidateMappedMemoryRanges,
+                   "reading mapped memory");
 }
 
 }  // namespace stillray::gpu

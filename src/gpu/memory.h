@@ -35,6 +35,8 @@ struct MemoryUse {
   uint32_t resources = 0;  ///< images and buffers
   uint64_t bytes = 0;      ///< of all allocations
   uint64_t largest = 0;    ///< bytes of the largest image or buffer
+
+  MemoryUse& operator+=(const MemoryUse& other);
 };
 
 enum class BufferPlace {
@@ -63,12 +65,10 @@ class Arena {
   /// Allocates and binds everything added so far; once.
   Status Allocate();
 
-  template <typename Visit>
-  void ForImages(const Visit& visit) const {
-    for (const Image& image : images_) {
-      visit(image);
-    }
-  }
+  /// Records that all images go to VK_IMAGE_LAYOUT_GENERAL, whatever was in them, and are written
+  /// next by `stages` with `access`.
+  void RecordFirstUse(VkCommandBuffer commands, VkPipelineStageFlags stages,
+                      VkAccessFlags access) const;
 
   /// Makes the device's writes visible to the host and the other way round where the memory is not
   /// coherent.

@@ -8,17 +8,20 @@
 #include <cstring>
 #include <string>
 
+#include "denoise/sparse_frames.h"
 #include "denoise/stages/tonemap.h"
-#include "denoise/test_frames.h"
-#include "denoise/vulkan/frame_upload.h"
 #include "gpu/device_test.h"
+#include "gpu/frame_run.h"
 #include "stillray/vulkan.h"
 #include "stillray/vulkan.hpp"
 
 namespace stillray {
 namespace {
 
+using test::Barrier;
 using test::MakeBusyFrame;
+using test::RunFrame;
+using test::Upload;
 using ::testing::HasSubstr;
 
 constexpr int kWidth = 61;
@@ -130,44 +133,6 @@ VulkanFrame FrameOf(const vulkan::FrameInputs& in, const Frame& frame) {
   return f;
 }
 
-std::unique_ptr<vulkan::FrameUpload> Upload(const gpu::DeviceContext& context, const Frame& f) {
-  const vulkan::FrameView view = {&f, &f.guides, &f.emission, &f.background};
-  auto made = vulkan::FrameUpload::Create(&context, f.width, f.height, vulkan::FactsOf(view));
-  EXPECT_TRUE(made.ok()) << made.status().message();
-  return std::move(made.value());
-}
-
-void Barrier(const gpu::DeviceContext& c, VkCommandBuffer commands, VkPipelineStageFlags from,
-             VkAccessFlags written, VkPipelineStageFlags to, VkAccessFlags read) {
-  VkMemoryBarrier memory = {};
-  memory.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
-  memory.srcAccessMask = written;
-  memory.dstAccessMask = read;
-  c.vk.CmdPipelineBarrier(commands, from, to, 0, 1, &memory, 0, nullptr, 0, nullptr);
-}
-
-/// Copies the frame to the device, lets `record` record, and reads the picture back.
-template <typename Record>
-void RunFrame(gpu::Device* device, vulkan::FrameUpload* upload, const Frame& f, Image3* colour,
-              const Record& record) {
-  const gpu::DeviceContext& c = device->context();
-  ASSERT_TRUE(upload->Write({&f, &f.guides, &f.emission, &f.background}).ok());
-  const Result<VkCommandBuffer> commands = device->Begin();
-  ASSERT_TRUE(commands.ok());
-  upload->Record(*commands);
-  Barrier(c, *commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
-          VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT);
-  record(*commands);
-  Barrier(c, *commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
-          VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_READ_BIT);
-  upload->RecordDownload(*commands);
-  Barrier(c, *commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
-          VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT);
-  const Status run = device->Run();
-  ASSERT_TRUE(run.ok()) << run.message();
-  ASSERT_TRUE(upload->ReadColour(colour).ok());
-}
-
 void ExpectSameBits(const Image3& a, const Image3& b) {
   for (int y = 0; y < b.height(); ++y) {
     for (int x = 0; x < b.width(); ++x) {
@@ -204,6 +169,39 @@ TEST_F(Embedding, GivesThePicturesOfTheHostApiWithoutHiddenWork) {
       ExpectSameBits(colour, expected.colour);
     }
     EXPECT_EQ(made->timings().empty(), !o.timestamps);
+  }
+}
+
+TEST_F(Embedding, CompletesGuidesAsTheHostApiDoes) {
+  const test::SparseCase sparse = {kWidth, kHeight, 12, 0.7f, true};
+  auto upload = Upload(device_->context(), test::MakeSparseFrame(sparse, 0));
+  VulkanOptions o = options("default");
+  const uint64_t without = VulkanDenoiser::MemoryNeed(context(), o)->bytes;
+  o.incomplete_guides = true;
+  const DeviceMemory need = *VulkanDenoiser::MemoryNeed(context(), o);
+  EXPECT_GT(need.bytes, without);
+  Result<VulkanDenoiser> made = VulkanDenoiser::Create(context(), o);
+  ASSERT_TRUE(made.ok()) << made.status().message();
+  EXPECT_EQ(made->memory().bytes, need.bytes);
+  EXPECT_EQ(made->memory().allocations, need.allocations);
+  Denoiser host = MakeDenoiser(o.settings, DevicePrecision::kHalf);
+  for (int i = 0; i < 24; ++i) {
+    const Frame f = test::MakeSparseFrame(sparse, i);
+    DenoisedFrame expected;
+    ASSERT_TRUE(host.Denoise(f, &expected).ok());
+    VulkanFrame frame = FrameOf(upload->inputs(), f);
+    Image3 colour;
+    RunFrame(device_.get(), upload.get(), f, &colour, [&](VkCommandBuffer commands) {
+      VulkanFrame incomplete = frame;
+      incomplete.samples = VulkanImage();
+      EXPECT_THAT(made->Record(commands, incomplete).message(),
+                  HasSubstr("image 'samples' is not given"));
+      forbidden_calls = 0;
+      const Status recorded = made->Record(commands, frame);
+      EXPECT_TRUE(recorded.ok()) << recorded.message();
+      EXPECT_TRUE(i < 20 || forbidden_calls == 0) << "frame " << i;
+    });
+    ExpectSameBits(colour, expected.colour);
   }
 }
 

@@ -154,12 +154,11 @@ Result<DeviceBenchResult> RunDeviceBench(const std::shared_ptr<gpu::Device>& dev
   Result<std::unique_ptr<FramePipeline>> pipeline = FramePipeline::Create(context, options);
   STILLRAY_RETURN_IF_ERROR(pipeline.status());
   const Frame frame = MakeFrame(o.width, o.height);
-  const FrameView view = {&frame, &frame.guides, &frame.emission, &frame.background};
-  FrameFacts facts = FactsOf(view);
+  FrameFacts facts = FactsOf(frame);
   Result<std::unique_ptr<FrameUpload>> upload =
       FrameUpload::Create(context, o.width, o.height, facts);
   STILLRAY_RETURN_IF_ERROR(upload.status());
-  STILLRAY_RETURN_IF_ERROR((*upload)->Write(view));
+  STILLRAY_RETURN_IF_ERROR((*upload)->Write(frame));
 
   DeviceBenchResult result;
   result.signals = static_cast<int>((*pipeline)->groups().size());

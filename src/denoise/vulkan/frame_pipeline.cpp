@@ -5,6 +5,7 @@
 // The order of the passes of one frame:
 //
 //   pass                 reads                               writes                    bytes per pixel read, written in halves; n signals
+//   fill_guides          guides, samples, those held       completed guides          see guide_filler.cpp  (only where some are unknown)
 //   measure_light        lights, albedos of every 16th pixel sums
 //   update_exposure      sums                                exposures
 //   prepare_guides       depth, normal, id                   guides                    inputs, 16
@@ -87,8 +88,47 @@ Result<gpu::MemoryUse> FramePipeline::Need(const gpu::DeviceContext* context,
   const auto signals = static_cast<int>(GroupsOf(o.settings.signals, o.transmission).size());
   const Result<FrameImages> images =
       AddImages(ShapeOf(o.settings, o.width, o.height, signals, o.storage), &arena);
-  return images.ok() ? Result<gpu::MemoryUse>(arena.Need())
-                     : Result<gpu::MemoryUse>(images.status());
+  STILLRAY_RETURN_IF_ERROR(images.status());
+  gpu::MemoryUse need = arena.Need();
+  if (o.fills_guides) {
+    const Result<gpu::MemoryUse> more = GuideFiller::Need(context, FillerOptions(o));
+    STILLRAY_RETURN_IF_ERROR(more.status());
+    need += *more;
+  }
+  return need;
+}
+
+/// Room for all that frames may have.
+GuideFiller::Options FramePipeline::FillerOptions(const PipelineOptions& o) {
+  constexpr uint32_t kAll = (1u << kGuideColours) - 1;
+  constexpr uint32_t kTransmission = 4;
+  return {o.width, o.height, o.storage, true, o.transmission ? kAll : kAll & ~kTransmission};
+}
+
+Status FramePipeline::MakeFiller(const GuideFiller::Options& options) {
+  Result<std::unique_ptr<GuideFiller>> made =
+      GuideFiller::Create(context_, pipelines_.get(), options);
+  STILLRAY_RETURN_IF_ERROR(made.status());
+  filler_ = std::move(made.value());
+  return Status::Ok();
+}
+
+Status FramePipeline::PrepareFilling(const FrameFacts& facts) {
+  if (!facts.fills_guides || (filler_ != nullptr && filler_->Fits(facts))) {
+    return Status::Ok();
+  }
+  STILLRAY_RETURN_IF_ERROR(sets_.Clear());
+  filler_.reset();
+  return MakeFiller(
+      {shape_.width, shape_.height, shape_.storage, facts.has_id, GuideFiller::ColoursOf(facts)});
+}
+
+gpu::MemoryUse FramePipeline::memory() const {
+  gpu::MemoryUse use = arena_.Need();
+  if (filler_ != nullptr) {
+    use += filler_->memory();
+  }
+  return use;
 }
 
 Result<std::unique_ptr<FramePipeline>> FramePipeline::Create(const gpu::DeviceContext* context,
@@ -114,6 +154,9 @@ Result<std::unique_ptr<FramePipeline>> FramePipeline::Create(const gpu::DeviceCo
   }
   made->pipelines_ = std::make_unique<Pipelines>(context, o.storage, &made->sets_);
   STILLRAY_RETURN_IF_ERROR(made->MakePipelines());
+  if (o.fills_guides) {
+    STILLRAY_RETURN_IF_ERROR(made->MakeFiller(FillerOptions(o)));
+  }
   return made;
 }
 
@@ -151,6 +194,9 @@ Status FramePipeline::SetSettings(const Settings& settings) {
 
 void FramePipeline::Reset() {
   progress_ = Progress();
+  if (filler_ != nullptr) {
+    filler_->Forget();
+  }
 }
 
 /// Brings all images to their layout, once, and clears the state.
@@ -159,20 +205,8 @@ void FramePipeline::PrepareImages(PassRecorder* recorder) {
     return;
   }
   prepared_ = true;
-  std::vector<VkImageMemoryBarrier> barriers;
-  arena_.ForImages([&](const gpu::Image& image) {
-    VkImageMemoryBarrier barrier = {};
-    barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER;
-    barrier.dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT;
-    barrier.newLayout = VK_IMAGE_LAYOUT_GENERAL;
-    barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
-    barrier.image = image.image;
-    barrier.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, VK_REMAINING_ARRAY_LAYERS};
-    barriers.push_back(barrier);
-  });
-  context_->vk.CmdPipelineBarrier(recorder->commands(), VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT,
-                                  VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, 0, 0, nullptr, 0, nullptr,
-                                  static_cast<uint32_t>(barriers.size()), barriers.data());
+  arena_.RecordFirstUse(recorder->commands(), VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+                        VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
   context_->vk.CmdFillBuffer(recorder->commands(), images_.state->buffer, 0, VK_WHOLE_SIZE, 0);
 }
 
@@ -309,6 +343,22 @@ void FramePipeline::Finish(PassRecorder* recorder) {
   std::swap(images_.shown, images_.scratch);
 }
 
+/// Brings parameters and inputs to the device, guides completed where some are unknown.
+void FramePipeline::UseInputs(const FrameFacts& facts, const FrameInputs& inputs,
+                              FrameParameters* parameters, PassRecorder* recorder) {
+  const bool fills = facts.fills_guides && filler_ != nullptr;
+  if (fills) {
+    filler_->Begin(facts, parameters);
+  } else if (filler_ != nullptr) {
+    filler_->Forget();
+  }
+  UploadParameters(recorder, *parameters);
+  recorder->UseFrame(inputs, images_);
+  if (fills) {
+    recorder->UseFrame(filler_->Record(recorder, inputs, *images_.state), images_);
+  }
+}
+
 Status FramePipeline::Record(VkCommandBuffer commands, const FrameFacts& facts,
                              const FrameInputs& inputs, FrameObserver* observer) {
   observer_ = observer;
@@ -319,9 +369,8 @@ Status FramePipeline::Record(VkCommandBuffer commands, const FrameFacts& facts,
   progress_.has_history = progress_.has_history && settings_.temporal;
   progress_.has_picture = progress_.has_picture && settings_.antialias == Antialias::kTaa;
   std::swap(images_.guides, images_.previous_guides);
-  const FrameParameters parameters = MakeParameters(settings_, groups_, shape_, facts, progress_);
-  UploadParameters(&recorder, parameters);
-  recorder.UseFrame(inputs, images_);
+  FrameParameters parameters = MakeParameters(settings_, groups_, shape_, facts, progress_);
+  UseInputs(facts, inputs, &parameters, &recorder);
   const Groups measured =
       GroupsFor((shape_.width + parameters.measure_stride - 1) / parameters.measure_stride,
                 (shape_.height + parameters.measure_stride - 1) / parameters.measure_stride);

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "denoise/vulkan/guide_filler.h"
 #include "denoise/vulkan/parameters.h"
 #include "denoise/vulkan/pass_recorder.h"
 
@@ -32,7 +33,8 @@ struct PipelineOptions {
   int height = 0;
   bool transmission = false;  ///< frames have transmission signals
   Storage storage = Storage::kHalf;
-  bool timed = true;  ///< the queue takes timestamps, and they are wanted
+  bool timed = true;          ///< the queue takes timestamps, and they are wanted
+  bool fills_guides = false;  ///< frames may have unknown guides, with any of the images there are
 };
 
 class FramePipeline {
@@ -44,7 +46,12 @@ class FramePipeline {
   static Result<gpu::MemoryUse> Need(const gpu::DeviceContext* context,
                                      const PipelineOptions& options);
 
-  /// Records one frame. Allocates nothing once inputs and history have come round to images seen
+  /// Makes what a frame with unknown guides needs, unless it is there. The device must have done
+  /// with all that was recorded.
+  Status PrepareFilling(const FrameFacts& facts);
+
+  /// Records one frame, which must not have unknown guides but after PrepareFilling, or with
+  /// `fills_guides`. Allocates nothing once inputs and history have come round to images seen
   /// before.
   /// \param observer  or nullptr
   Status Record(VkCommandBuffer commands, const FrameFacts& facts, const FrameInputs& inputs,
@@ -59,20 +66,26 @@ class FramePipeline {
   /// To be called before images that were inputs are destroyed, when the device has done with them.
   Status ForgetInputs() { return sets_.Clear(); }
 
-  gpu::MemoryUse memory() const { return arena_.Need(); }
+  gpu::MemoryUse memory() const;
   /// Of the last recorded frame, once the device has run it.
   std::vector<gpu::DeviceTime> times() const { return times_.Read(); }
   const FrameImages& images() const { return images_; }
   const std::vector<SignalGroup>& groups() const { return groups_; }
   const Shape& shape() const { return shape_; }
+  /// nullptr if no frame had unknown guides.
+  const GuideFiller* filler() const { return filler_.get(); }
   bool has_history() const { return progress_.has_history; }
   bool has_transmission() const { return transmission_; }
 
  private:
   explicit FramePipeline(const gpu::DeviceContext* context);
+  static GuideFiller::Options FillerOptions(const PipelineOptions& options);
   Status MakePipelines();
+  Status MakeFiller(const GuideFiller::Options& options);
   void PrepareImages(PassRecorder* recorder);
   void UploadParameters(PassRecorder* recorder, const FrameParameters& parameters);
+  void UseInputs(const FrameFacts& facts, const FrameInputs& inputs, FrameParameters* parameters,
+                 PassRecorder* recorder);
   void GatherLight(PassRecorder* recorder);
   void LimitHistory(PassRecorder* recorder);
   void Accumulate(PassRecorder* recorder, bool limited);
@@ -96,6 +109,7 @@ class FramePipeline {
   gpu::Timestamps times_;
   std::unique_ptr<Pipelines> pipelines_;
   FrameImages images_;
+  std::unique_ptr<GuideFiller> filler_;
   Progress progress_;
   bool prepared_ = false;
 

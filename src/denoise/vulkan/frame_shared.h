@@ -47,6 +47,13 @@ layout(set = 0, binding = 25, std140) uniform FrameParameters {
   int with_compressed;
   int with_behind;
   float feedback_phase;
+  // fill_guides
+  int has_held;       // guides of the frame before are held
+  int guide_colours;  // bit 0 albedo, 1 specular, 2 transmission, 3 emission, 4 background: given
+  int guide_cells;    // of all levels of the pyramid together
+  uint ghost_stamp;   // marks what this frame forgets
+  float shift_x;      // what rounds the places of held guides
+  float shift_y;
   // reproject, accumulate, limit_history
   float depth_tolerance;
   float min_cosine;
@@ -113,6 +120,9 @@ layout(set = 0, binding = 26, std430) buffer FrameState {
   uint non_finite;
   uint negative;
   uint bad_guides;
+  // What fill_guides finds in this frame.
+  uint known_pixels;
+  uint guides_move;  // not 0: some known pixel does
 };
 
 #ifdef __cplusplus

@@ -16,17 +16,6 @@ std::array<const Image3*, 3> AlbedosOf(const Guides& g) {
   return {&g.albedo, &g.specular_albedo, &g.transmission_albedo};
 }
 
-VkImageMemoryBarrier ToGeneral(VkImage image) {
-  VkImageMemoryBarrier barrier = {};
-  barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER;
-  barrier.dstAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_SHADER_WRITE_BIT;
-  barrier.newLayout = VK_IMAGE_LAYOUT_GENERAL;
-  barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
-  barrier.image = image;
-  barrier.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
-  return barrier;
-}
-
 VkBufferImageCopy WholeImage(VkDeviceSize offset, int width, int height) {
   VkBufferImageCopy region = {};
   region.bufferOffset = offset;
@@ -37,23 +26,22 @@ VkBufferImageCopy WholeImage(VkDeviceSize offset, int width, int height) {
 
 }  // namespace
 
-FrameFacts FactsOf(const FrameView& view) {
+FrameFacts FactsOf(const Frame& f) {
   FrameFacts facts;
-  const Frame& f = *view.frame;
   facts.index = f.index;
   for (const Signal& signal : f.signals) {
     const uint32_t bit = 1u << static_cast<uint32_t>(signal.kind);
     facts.lights |= bit;
     facts.second_moments |= signal.second_moment.empty() ? 0u : bit;
   }
-  const auto albedos = AlbedosOf(*view.guides);
+  const auto albedos = AlbedosOf(f.guides);
   for (size_t i = 0; i < albedos.size(); ++i) {
     facts.albedos |= albedos[i]->empty() ? 0u : 1u << i;
   }
   facts.has_samples = !f.samples.empty();
-  facts.has_id = !view.guides->id.empty();
-  facts.has_emission = !view.emission->empty();
-  facts.has_background = !view.background->empty();
+  facts.has_id = !f.guides.id.empty();
+  facts.has_emission = !f.emission.empty();
+  facts.has_background = !f.background.empty();
   return facts;
 }
 
@@ -178,9 +166,8 @@ void FrameUpload::WritePlane(const Entry& entry, const Plane<T>& plane) {
   }
 }
 
-Status FrameUpload::Write(const FrameView& view) {
-  const Frame& f = *view.frame;
-  const Guides& g = *view.guides;
+Status FrameUpload::Write(const Frame& f) {
+  const Guides& g = f.guides;
   for (const Signal& signal : f.signals) {
     const auto k = static_cast<size_t>(signal.kind);
     WritePlanes(lights_[k], signal.radiance);
@@ -200,11 +187,11 @@ Status FrameUpload::Write(const FrameView& view) {
       WritePlanes(albedos_[i], *albedos[i]);
     }
   }
-  if (!view.emission->empty()) {
-    WritePlanes(emission_, *view.emission);
+  if (!f.emission.empty()) {
+    WritePlanes(emission_, f.emission);
   }
-  if (!view.background->empty()) {
-    WritePlanes(background_, *view.background);
+  if (!f.background.empty()) {
+    WritePlanes(background_, f.background);
   }
   if (!f.samples.empty()) {
     WritePlane(samples_, f.samples);
@@ -216,12 +203,9 @@ void FrameUpload::Record(VkCommandBuffer commands) {
   const gpu::DeviceFunctions& vk = context_->vk;
   if (!prepared_) {
     prepared_ = true;
-    std::vector<VkImageMemoryBarrier> barriers;
-    arena_.ForImages([&](const gpu::Image& image) { barriers.push_back(ToGeneral(image.image)); });
-    vk.CmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT,
-                          VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, 0,
-                          0, nullptr, 0, nullptr, static_cast<uint32_t>(barriers.size()),
-                          barriers.data());
+    arena_.RecordFirstUse(commands,
+                          VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+                          VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_SHADER_WRITE_BIT);
   }
   const auto copy = [&](const Entry& entry) {
     if (entry.image != nullptr) {

@@ -15,15 +15,7 @@
 
 namespace stillray::vulkan {
 
-/// Guides, emission and background of a frame, its own or completed.
-struct FrameView {
-  const Frame* frame;
-  const Guides* guides;
-  const Image3* emission;
-  const Image3* background;
-};
-
-FrameFacts FactsOf(const FrameView& view);
+FrameFacts FactsOf(const Frame& frame);
 
 /// Images on the device for everything that a frame has, and the memory through which it goes.
 class FrameUpload {
@@ -35,7 +27,7 @@ class FrameUpload {
   bool Fits(int width, int height, const FrameFacts& facts) const;
 
   /// Copies the frame into memory that the device sees.
-  Status Write(const FrameView& view);
+  Status Write(const Frame& frame);
   /// Records the copies to the images.
   void Record(VkCommandBuffer commands);
   /// Records the copy of the output to memory that the host sees.

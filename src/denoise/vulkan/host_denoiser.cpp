@@ -11,8 +11,8 @@
 #include "core/parallel.h"
 #include "denoise/filter_parameters.h"
 #include "denoise/frame_check.h"
-#include "denoise/held_guides.h"
 #include "denoise/signal_groups.h"
+#include "denoise/sparse_guides.h"
 #include "denoise/stage_timer.h"
 #include "denoise/vulkan/frame_upload.h"
 #include "denoise/vulkan/output_reader.h"
@@ -53,9 +53,7 @@ class HostDenoiser : public DeviceDenoiser {
   DeviceMemory device_memory() const override;
 
  private:
-  /// The frame with its guides completed where they are not known.
-  FrameView Complete(const Frame& frame, DenoisedFrame* out);
-  Status Prepare(const FrameView& view, const FrameFacts& facts);
+  Status Prepare(const Frame& frame, const FrameFacts& facts);
   Status MakeStateBuffer();
   Status Run(const FrameFacts& facts);
   Status ReadResults(bool had_history, DenoisedFrame* out);
@@ -69,23 +67,10 @@ class HostDenoiser : public DeviceDenoiser {
   std::unique_ptr<FramePipeline> pipeline_;
   std::unique_ptr<FrameUpload> upload_;
   std::unique_ptr<OutputReader> reader_;
-  HeldGuides held_;
-  SparseGuidesWork sparse_;
 };
 
-FrameView HostDenoiser::Complete(const Frame& frame, DenoisedFrame* out) {
-  if (settings_.fill_guides && HasUnknownGuides(frame)) {
-    const StageTimer timer(&out->timings, "fill_guides");
-    cpu::CompleteGuides(frame, &held_, &sparse_);
-    return {&frame, &held_.guides, &held_.emission, &held_.background};
-  }
-  held_ = HeldGuides();
-  return {&frame, &frame.guides, &frame.emission, &frame.background};
-}
-
 /// Makes what the device needs for frames like this one, unless it is there.
-Status HostDenoiser::Prepare(const FrameView& view, const FrameFacts& facts) {
-  const Frame& f = *view.frame;
+Status HostDenoiser::Prepare(const Frame& f, const FrameFacts& facts) {
   const gpu::DeviceContext* context = &device_->context();
   const bool transmission = HasTransmission(f);
   if (pipeline_ == nullptr || !pipeline_->Fits(settings_, f.width, f.height, transmission)) {
@@ -111,6 +96,7 @@ Status HostDenoiser::Prepare(const FrameView& view, const FrameFacts& facts) {
     STILLRAY_RETURN_IF_ERROR(made.status());
     reader_ = std::move(made.value());
   }
+  STILLRAY_RETURN_IF_ERROR(pipeline_->PrepareFilling(facts));
   return MakeStateBuffer();
 }
 
@@ -172,13 +158,13 @@ Status HostDenoiser::Denoise(const Frame& frame, DenoisedFrame* out) {
   STILLRAY_RETURN_IF_ERROR(CheckFrame(frame, settings_));
   out->timings.clear();
   out->images.clear();
-  const FrameView view = Complete(frame, out);
-  FrameFacts facts = FactsOf(view);
+  FrameFacts facts = FactsOf(frame);
+  facts.fills_guides = settings_.fill_guides && HasUnknownGuides(frame);
   facts.samples_per_pixel = SamplesPerPixel(frame);
   {
     const StageTimer timer(&out->timings, "upload");
-    STILLRAY_RETURN_IF_ERROR(Prepare(view, facts));
-    STILLRAY_RETURN_IF_ERROR(upload_->Write(view));
+    STILLRAY_RETURN_IF_ERROR(Prepare(frame, facts));
+    STILLRAY_RETURN_IF_ERROR(upload_->Write(frame));
   }
   const bool had_history = pipeline_->has_history() && settings_.temporal;
   STILLRAY_RETURN_IF_ERROR(Run(facts));
@@ -201,34 +187,27 @@ Status HostDenoiser::SetSettings(const Settings& settings) {
 }
 
 void HostDenoiser::Reset() {
-  held_ = HeldGuides();
   if (pipeline_ != nullptr) {
     pipeline_->Reset();
   }
 }
 
 DeviceMemory HostDenoiser::device_memory() const {
-  DeviceMemory sum;
-  const auto add = [&](const gpu::MemoryUse& use) {
-    sum.allocations += use.allocations;
-    sum.resources += use.resources;
-    sum.bytes += use.bytes;
-    sum.largest = std::max(sum.largest, use.largest);
-  };
+  gpu::MemoryUse sum;
   if (pipeline_ != nullptr) {
-    add(pipeline_->memory());
+    sum += pipeline_->memory();
   }
   if (upload_ != nullptr) {
-    add(upload_->memory());
+    sum += upload_->memory();
   }
   if (state_memory_ != nullptr) {
-    add(state_memory_->Need());
+    sum += state_memory_->Need();
   }
-  return sum;
+  return {sum.allocations, sum.resources, sum.bytes, sum.largest};
 }
 
 size_t HostDenoiser::memory_bytes() const {
-  return device_memory().bytes + held_.bytes() + sparse_.bytes();
+  return device_memory().bytes;
 }
 
 }  // namespace

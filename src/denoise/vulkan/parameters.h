@@ -23,6 +23,7 @@ struct FrameFacts {
   bool has_id = false;
   bool has_emission = false;
   bool has_background = false;
+  bool fills_guides = false;    ///< some pixels' guides are unknown
   float samples_per_pixel = 1;  ///< mean of this frame; below 1 the filter is told so
   bool colour_is_half = false;  ///< the output image is R16G16B16A16_SFLOAT
   bool shows = false;           ///< a display image is wanted

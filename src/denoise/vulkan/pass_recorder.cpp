@@ -76,7 +76,10 @@ void PassRecorder::RunBytes(Shader shader, Groups groups, std::span<const gpu::I
   for (const gpu::Image* image : images) {
     content.images.push_back(image->view);
   }
-  const Result<VkDescriptorSet> own = sets_->Find({info.reads, info.writes, 0, 0}, content);
+  for (uint32_t i = 0; i < info.buffers; ++i) {
+    content.buffers.push_back(buffers_[i]->buffer);
+  }
+  const Result<VkDescriptorSet> own = sets_->Find(OwnSet(info), content);
   if (!own.ok()) {
     status_ = own.status();
     return;

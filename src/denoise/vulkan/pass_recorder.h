@@ -7,6 +7,7 @@
 #include <initializer_list>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "denoise/vulkan/frame_images.h"
 #include "gpu/timestamps.h"
@@ -46,6 +47,11 @@ class PassRecorder {
   /// Chooses set 0 for what follows.
   void UseFrame(const FrameInputs& inputs, const FrameImages& images);
 
+  /// Buffers for the shaders that have some of their own, which take as many as they ask for.
+  void UseBuffers(std::initializer_list<const gpu::Buffer*> buffers) {
+    buffers_.assign(buffers.begin(), buffers.end());
+  }
+
   /// What was written before is read by what follows.
   void Barrier();
 
@@ -76,6 +82,7 @@ class PassRecorder {
   gpu::Timestamps* times_;
   VkCommandBuffer commands_;
   VkDescriptorSet frame_set_ = VK_NULL_HANDLE;
+  std::vector<const gpu::Buffer*> buffers_;
   std::string_view part_;
   Status status_;
 };

@@ -7,26 +7,35 @@
 #include <array>
 #include <memory>
 
-/// name, stage, images read and written, bytes of push constants
-#define STILLRAY_DENOISE_SHADERS(X)                   \
-  X(MeasureLight, "demodulate", 0, 0, 0)              \
-  X(UpdateExposure, "demodulate", 0, 0, 4)            \
-  X(PrepareGuides, "prepare_guides", 0, 2, 0)         \
-  X(Demodulate, "demodulate", 0, 2, 0)                \
-  X(SuppressFireflies, "suppress_fireflies", 1, 1, 0) \
-  X(Reproject, "reproject", 8, 4, 0)                  \
-  X(UpdateCompression, "limit_history", 0, 0, 4)      \
-  X(LimitHistory, "limit_history", 4, 1, 0)           \
-  X(Accumulate, "accumulate", 7, 4, 4)                \
-  X(MeasureHistory, "estimate_variance", 1, 0, 0)     \
-  X(UpdateMean, "estimate_variance", 0, 0, 4)         \
-  X(EstimateVariance, "estimate_variance", 6, 1, 0)   \
-  X(PrefilterVariance, "prefilter_variance", 2, 1, 0) \
-  X(Atrous, "atrous", 4, 1, 8)                        \
-  X(Remodulate, "remodulate", 1, 1, 4)                \
-  X(Fxaa, "fxaa", 2, 1, 0)                            \
-  X(Antialias, "antialias", 5, 1, 0)                  \
-  X(Tonemap, "tonemap", 1, 0, 0)
+/// name, stage, images read and written, buffers, bytes of push constants
+#define STILLRAY_DENOISE_SHADERS(X)                      \
+  X(MeasureLight, "demodulate", 0, 0, 0, 0)              \
+  X(UpdateExposure, "demodulate", 0, 0, 0, 4)            \
+  X(PrepareGuides, "prepare_guides", 0, 2, 0, 0)         \
+  X(Demodulate, "demodulate", 0, 2, 0, 0)                \
+  X(SuppressFireflies, "suppress_fireflies", 1, 1, 0, 0) \
+  X(Reproject, "reproject", 8, 4, 0, 0)                  \
+  X(UpdateCompression, "limit_history", 0, 0, 0, 4)      \
+  X(LimitHistory, "limit_history", 4, 1, 0, 0)           \
+  X(Accumulate, "accumulate", 7, 4, 0, 4)                \
+  X(MeasureHistory, "estimate_variance", 1, 0, 0, 0)     \
+  X(UpdateMean, "estimate_variance", 0, 0, 0, 4)         \
+  X(EstimateVariance, "estimate_variance", 6, 1, 0, 0)   \
+  X(PrefilterVariance, "prefilter_variance", 2, 1, 0, 0) \
+  X(Atrous, "atrous", 4, 1, 0, 8)                        \
+  X(Remodulate, "remodulate", 1, 1, 0, 4)                \
+  X(Fxaa, "fxaa", 2, 1, 0, 0)                            \
+  X(Antialias, "antialias", 5, 1, 0, 0)                  \
+  X(Tonemap, "tonemap", 1, 0, 0, 0)                      \
+  X(FindKnown, "fill_guides", 0, 0, 1, 0)                \
+  X(FindGhosts, "fill_guides", 3, 0, 2, 0)               \
+  X(RaiseCells, "fill_guides", 0, 0, 1, 16)              \
+  X(FillTop, "fill_guides", 0, 0, 1, 16)                 \
+  X(FillCells, "fill_guides", 0, 0, 1, 16)               \
+  X(TakeGuides, "fill_guides", 3, 4, 2, 0)               \
+  X(TakeColours, "fill_guides", 8, 5, 1, 0)              \
+  X(FillGuides, "fill_guides", 1, 3, 1, 0)               \
+  X(FillColours, "fill_guides", 1, 5, 1, 0)
 
 namespace stillray::vulkan {
 
@@ -40,7 +49,8 @@ STILLRAY_DENOISE_SHADERS(STILLRAY_DECLARE_SHADER_)
 }  // namespace shaders
 
 const ShaderInfo& InfoOf(Shader shader) {
-#define STILLRAY_SHADER_INFO_(name, stage, reads, writes, push) {stage, reads, writes, push},
+#define STILLRAY_SHADER_INFO_(name, stage, reads, writes, buffers, push) \
+  {stage, reads, writes, buffers, push},
   static constexpr ShaderInfo kInfo[] = {STILLRAY_DENOISE_SHADERS(STILLRAY_SHADER_INFO_)};
   return kInfo[static_cast<size_t>(shader)];
 }
@@ -65,7 +75,7 @@ Result<const gpu::Pipeline*> Pipelines::Find(Shader shader, std::span<const uint
   if (!frame.ok()) {
     return frame.status();
   }
-  const Result<VkDescriptorSetLayout> own = sets_->Layout({info.reads, info.writes, 0, 0});
+  const Result<VkDescriptorSetLayout> own = sets_->Layout(OwnSet(info));
   if (!own.ok()) {
     return own.status();
   }

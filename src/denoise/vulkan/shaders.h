@@ -38,15 +38,30 @@ enum class Shader : uint8_t {
   kFxaa,
   kAntialias,
   kTonemap,
+  // Of fill_guides, made only where guides may be incomplete:
+  kFindKnown,
+  kFindGhosts,
+  kRaiseCells,
+  kFillTop,
+  kFillCells,
+  kTakeGuides,
+  kTakeColours,
+  kFillGuides,
+  kFillColours,
 };
 
-/// Images that a shader's second descriptor set shows, in the order of its bindings.
+/// What a shader's second descriptor set shows, in the order of its bindings.
 struct ShaderInfo {
   const char* stage;    ///< its name among the times: that of the CPU's stage
   uint32_t reads;       ///< sampled images
   uint32_t writes;      ///< storage images
+  uint32_t buffers;     ///< storage buffers
   uint32_t push_bytes;  ///< size of its push constants
 };
+
+inline gpu::SetShape OwnSet(const ShaderInfo& info) {
+  return {info.reads, info.writes, 0, info.buffers};
+}
 
 const ShaderInfo& InfoOf(Shader shader);
 std::span<const uint32_t> CodeOf(Shader shader, Storage storage);

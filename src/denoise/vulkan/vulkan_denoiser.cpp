@@ -68,7 +68,8 @@ FrameInputs InputsOf(const VulkanFrame& frame) {
 }
 
 /// Whether all is there that the settings need.
-Status CheckFrame(const VulkanFrame& frame, const Settings& settings, bool transmission) {
+Status CheckFrame(const VulkanFrame& frame, const Settings& settings, bool transmission,
+                  bool fills_guides) {
   const auto missing = [&](const char* name) {
     return Status::InvalidArgument(
         fmt::format("frame {}: image '{}' is not given", frame.index, name));
@@ -93,8 +94,12 @@ Status CheckFrame(const VulkanFrame& frame, const Settings& settings, bool trans
   if (!IsGiven(frame.normal)) {
     return missing("normal");
   }
-  if ((settings.temporal || settings.antialias != Antialias::kOff) && !IsGiven(frame.motion)) {
+  if ((settings.temporal || settings.antialias != Antialias::kOff || fills_guides) &&
+      !IsGiven(frame.motion)) {
     return missing("motion");
+  }
+  if (fills_guides && !IsGiven(frame.samples)) {
+    return missing("samples");
   }
   if (settings.demodulate && diffuse && !IsGiven(frame.albedo)) {
     return missing("albedo");
@@ -124,6 +129,7 @@ vulkan::PipelineOptions PipelineOptionsOf(const VulkanOptions& o) {
   options.storage =
       o.precision == DevicePrecision::kFloat ? vulkan::Storage::kFloat : vulkan::Storage::kHalf;
   options.timed = o.timestamps;
+  options.fills_guides = o.incomplete_guides;
   return options;
 }
 
@@ -145,7 +151,10 @@ DeviceMemory MemoryOf(const gpu::MemoryUse& use) {
 struct VulkanDenoiser::Impl {
   gpu::DeviceContext context;
   Settings settings;
+  bool incomplete_guides = false;
   std::unique_ptr<vulkan::FramePipeline> pipeline;
+
+  bool FillsGuides() const { return incomplete_guides && settings.fill_guides; }
 };
 
 VulkanDenoiser::VulkanDenoiser(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -171,6 +180,7 @@ Result<VulkanDenoiser> VulkanDenoiser::Create(const VulkanContext& context,
   auto impl = std::make_unique<Impl>();
   impl->context = *made;
   impl->settings = options.settings;
+  impl->incomplete_guides = options.incomplete_guides;
   Result<std::unique_ptr<vulkan::FramePipeline>> pipeline =
       vulkan::FramePipeline::Create(&impl->context, PipelineOptionsOf(options));
   STILLRAY_RETURN_IF_ERROR(pipeline.status());
@@ -182,8 +192,11 @@ Status VulkanDenoiser::Record(VkCommandBuffer commands, const VulkanFrame& frame
   if (commands == VK_NULL_HANDLE) {
     return Status::InvalidArgument("Vulkan: the command buffer is not given");
   }
-  STILLRAY_RETURN_IF_ERROR(CheckFrame(frame, impl_->settings, impl_->pipeline->has_transmission()));
-  return impl_->pipeline->Record(commands, FactsOf(frame), InputsOf(frame), nullptr);
+  STILLRAY_RETURN_IF_ERROR(CheckFrame(frame, impl_->settings, impl_->pipeline->has_transmission(),
+                                      impl_->FillsGuides()));
+  FrameFacts facts = FactsOf(frame);
+  facts.fills_guides = impl_->FillsGuides();
+  return impl_->pipeline->Record(commands, facts, InputsOf(frame), nullptr);
 }
 
 Status VulkanDenoiser::SetSettings(const Settings& settings) {

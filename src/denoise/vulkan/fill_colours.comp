@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#version 450
+#extension GL_GOOGLE_include_directive : require
+
+// fill_guides, the holes of albedos, emission and background: emission of surfaces alone,
+// background of the sky alone.
+#define CELLS_BINDING 6
+#define COLOURS_BINDING 1
+#include "denoise/vulkan/common.glsl"
+#include "denoise/vulkan/guide_cells.glsl"
+#include "denoise/vulkan/colour_images.glsl"
+#include "denoise/vulkan/guessed_guides.glsl"
+
+layout(set = 1, binding = 0) uniform texture2D normal_now;  // w: known
+
+void main() {
+  ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+  if (!Inside(p) || texelFetch(normal_now, p, 0).w != 0.0f) {
+    return;
+  }
+  bool is_surface = GuessAt(p).is_surface;
+  for (int k = 0; k < kColourCount; ++k) {
+    if (HasColour(k)) {
+      bool zero = (k == kEmission && !is_surface) || (k == kBackground && is_surface);
+      StoreColour(k, p, zero ? vec3(0.0f) : Spread(FirstLevel(), ColourLayer(k), p));
+    }
+  }
+}

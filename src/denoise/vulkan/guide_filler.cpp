@@ -1,0 +1,225 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+#include "denoise/vulkan/guide_filler.h"
+
+#include <bit>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "denoise/held_guides.h"
+#include "denoise/stages/fill_guides_shared.h"
+
+namespace stillray::vulkan {
+namespace {
+
+/// Emission and background: light, which needs the range of floats.
+constexpr int kFirstLight = 3;
+/// Layers of the pyramid beside those of colours: see guide_cells.glsl.
+constexpr int kOtherLayers = 3;
+constexpr VkDeviceSize kBytesPerCell = 16;
+/// As many cells as one workgroup goes through at once.
+constexpr int kTopCells = 4096;
+
+struct Level {
+  int32_t width;
+  int32_t height;
+  int32_t start;
+
+  int cells() const { return width * height; }
+};
+
+/// The levels above a picture, at least one.
+std::vector<Level> LevelsOf(int width, int height) {
+  std::vector<Level> levels = {{CellsOf(width), CellsOf(height), 0}};
+  while (levels.back().cells() > 1) {
+    const Level& l = levels.back();
+    levels.push_back({CellsOf(l.width), CellsOf(l.height), l.start + l.cells()});
+  }
+  return levels;
+}
+
+int CellsOfAll(int width, int height) {
+  const Level top = LevelsOf(width, height).back();
+  return top.start + top.cells();
+}
+
+struct LevelPush {
+  int32_t of_motion;
+  Level level;
+};
+
+Groups GroupsOf(const Level& level) {
+  return GroupsFor(level.width, level.height);
+}
+
+}  // namespace
+
+uint32_t GuideFiller::ColoursOf(const FrameFacts& facts) {
+  return facts.albedos | (facts.has_emission ? 8u : 0u) | (facts.has_background ? 16u : 0u);
+}
+
+bool GuideFiller::Fits(const FrameFacts& facts) const {
+  return (ColoursOf(facts) & ~options_.colours) == 0 && (options_.has_id || !facts.has_id);
+}
+
+Status GuideFiller::AddAll(const Options& o) {
+  options_ = o;
+  Status status;
+  const auto add = [&](VkFormat format, bool wanted) -> const gpu::Image* {
+    const Result<const gpu::Image*> image =
+        arena_.AddImage(format, wanted ? o.width : 1, wanted ? o.height : 1, 0);
+    if (!image.ok()) {
+      status = image.status();
+      return nullptr;
+    }
+    return *image;
+  };
+  const VkFormat light =
+      o.storage == Storage::kHalf ? VK_FORMAT_R16G16B16A16_SFLOAT : VK_FORMAT_R32G32B32A32_SFLOAT;
+  for (Held* held : {&now_, &before_}) {
+    held->depth = add(VK_FORMAT_R32_SFLOAT, true);
+    held->normal = add(light, true);
+    held->id = add(VK_FORMAT_R32_UINT, o.has_id);
+    for (int k = 0; k < kGuideColours; ++k) {
+      held->colour[static_cast<size_t>(k)] =
+          add(k < kFirstLight ? light : VK_FORMAT_R32G32B32A32_SFLOAT, (o.colours >> k & 1u) != 0);
+    }
+  }
+  motion_ = add(VK_FORMAT_R32G32_SFLOAT, true);
+  STILLRAY_RETURN_IF_ERROR(status);
+  const auto layers = static_cast<VkDeviceSize>(kOtherLayers + std::popcount(o.colours));
+  const Result<const gpu::Buffer*> cells = arena_.AddBuffer(
+      layers * kBytesPerCell * static_cast<VkDeviceSize>(CellsOfAll(o.width, o.height)),
+      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::BufferPlace::kDevice);
+  STILLRAY_RETURN_IF_ERROR(cells.status());
+  cells_ = *cells;
+  const Result<const gpu::Buffer*> forgotten = arena_.AddBuffer(
+      sizeof(uint32_t) * static_cast<VkDeviceSize>(o.width) * static_cast<VkDeviceSize>(o.height),
+      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::BufferPlace::kDevice);
+  STILLRAY_RETURN_IF_ERROR(forgotten.status());
+  forgotten_ = *forgotten;
+  return Status::Ok();
+}
+
+Result<gpu::MemoryUse> GuideFiller::Need(const gpu::DeviceContext* context,
+                                         const Options& options) {
+  GuideFiller filler(context);
+  STILLRAY_RETURN_IF_ERROR(filler.AddAll(options));
+  return filler.memory();
+}
+
+Result<std::unique_ptr<GuideFiller>> GuideFiller::Create(const gpu::DeviceContext* context,
+                                                         Pipelines* pipelines,
+                                                         const Options& options) {
+  std::unique_ptr<GuideFiller> made(new GuideFiller(context));
+  STILLRAY_RETURN_IF_ERROR(made->AddAll(options));
+  STILLRAY_RETURN_IF_ERROR(made->arena_.Allocate());
+  for (const Shader shader : {Shader::kFindKnown, Shader::kFindGhosts, Shader::kRaiseCells,
+                              Shader::kFillTop, Shader::kFillCells, Shader::kTakeGuides,
+                              Shader::kTakeColours, Shader::kFillGuides, Shader::kFillColours}) {
+    STILLRAY_RETURN_IF_ERROR(pipelines->Find(shader).status());
+  }
+  return made;
+}
+
+void GuideFiller::Begin(const FrameFacts& facts, FrameParameters* p) {
+  const uint32_t colours = ColoursOf(facts);
+  if (colours != held_colours_ || facts.has_id != held_id_) {
+    Forget();
+  }
+  held_colours_ = colours;
+  held_id_ = facts.has_id;
+  const Shift shift(facts.index);
+  p->has_held = has_held_ ? 1 : 0;
+  p->guide_colours = static_cast<int>(colours);
+  p->guide_cells = CellsOfAll(options_.width, options_.height);
+  p->ghost_stamp = ++stamp_;
+  p->shift_x = shift.x;
+  p->shift_y = shift.y;
+}
+
+/// Images get their layout and marks their beginning, once; counts begin anew.
+void GuideFiller::PrepareMemory(PassRecorder* recorder, const gpu::Buffer& state) {
+  recorder->Barrier();
+  const VkCommandBuffer commands = recorder->commands();
+  if (!prepared_) {
+    prepared_ = true;
+    arena_.RecordFirstUse(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+                          VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
+    context_->vk.CmdFillBuffer(commands, forgotten_->buffer, 0, VK_WHOLE_SIZE, 0);
+  }
+  static_assert(offsetof(FrameState, guides_move) ==
+                offsetof(FrameState, known_pixels) + sizeof(uint32_t));
+  context_->vk.CmdFillBuffer(commands, state.buffer, offsetof(FrameState, known_pixels),
+                             2 * sizeof(uint32_t), 0);
+}
+
+/// From the first level up to the top and down again, with a single workgroup where levels are
+/// small.
+void GuideFiller::FillLevels(PassRecorder* recorder, bool of_motion) const {
+  const std::vector<Level> levels = LevelsOf(options_.width, options_.height);
+  const auto push = [&](size_t level) { return LevelPush{of_motion ? 1 : 0, levels[level]}; };
+  size_t first_small = 0;
+  while (levels[first_small].cells() > kTopCells) {
+    recorder->Run(Shader::kRaiseCells, GroupsOf(levels[first_small + 1]), {}, push(first_small));
+    ++first_small;
+  }
+  recorder->Run(Shader::kFillTop, {1, 1}, {}, push(first_small));
+  for (size_t level = first_small; level-- > 0;) {
+    recorder->Run(Shader::kFillCells, GroupsOf(levels[level]), {}, push(level));
+  }
+}
+
+FrameInputs GuideFiller::Record(PassRecorder* recorder, const FrameInputs& inputs,
+                                const gpu::Buffer& state) {
+  std::swap(now_, before_);
+  PrepareMemory(recorder, state);
+  recorder->UseBuffers({cells_, forgotten_});
+  const Groups pixels = GroupsFor(options_.width, options_.height);
+  const Groups cells = GroupsOf(LevelsOf(options_.width, options_.height).front());
+  recorder->Run(Shader::kFindKnown, cells, {});
+  if (has_held_) {
+    FillLevels(recorder, true);
+    recorder->Run(Shader::kFindGhosts, pixels, {before_.depth, before_.normal, before_.id});
+  }
+  recorder->Run(
+      Shader::kTakeGuides, cells,
+      {before_.depth, before_.normal, before_.id, now_.depth, now_.normal, now_.id, motion_});
+  const auto& b = before_.colour;
+  const auto& n = now_.colour;
+  if (held_colours_ != 0) {
+    recorder->Run(Shader::kTakeColours, cells,
+                  {now_.depth, now_.normal, motion_, b[0], b[1], b[2], b[3], b[4], n[0], n[1], n[2],
+                   n[3], n[4]});
+  }
+  FillLevels(recorder, false);
+  recorder->Run(Shader::kFillGuides, pixels, {now_.normal, now_.depth, now_.normal, now_.id});
+  if (held_colours_ != 0) {
+    recorder->Run(Shader::kFillColours, pixels, {now_.normal, n[0], n[1], n[2], n[3], n[4]});
+  }
+  has_held_ = true;
+
+  FrameInputs completed = inputs;
+  const auto show = [](const gpu::Image* image, ImageRef* input) {
+    *input = {image->view, VK_IMAGE_LAYOUT_GENERAL};
+  };
+  show(now_.depth, &completed.depth);
+  show(now_.normal, &completed.normal);
+  show(motion_, &completed.motion);
+  if (held_id_) {
+    show(now_.id, &completed.id);
+  }
+  ImageRef* const colours[kGuideColours] = {&completed.albedos[0], &completed.albedos[1],
+                                            &completed.albedos[2], &completed.emission,
+                                            &completed.background};
+  for (int k = 0; k < kGuideColours; ++k) {
+    if ((held_colours_ >> k & 1u) != 0) {
+      show(n[static_cast<size_t>(k)], colours[k]);
+    }
+  }
+  return completed;
+}
+
+}  // namespace stillray::vulkan

@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// fill_guides on Vulkan: completes the guides of frames that know them only where a path was
+/// traced (sparse_guides.h), and holds what is known from frame to frame.
+#pragma once
+
+#include <array>
+#include <memory>
+
+#include "denoise/vulkan/frame_shared.h"
+#include "denoise/vulkan/parameters.h"
+#include "denoise/vulkan/pass_recorder.h"
+
+namespace stillray::vulkan {
+
+/// Colours that are completed beside the geometry, by the bits of GuideFiller::ColoursOf.
+inline constexpr int kGuideColours = 5;
+
+class GuideFiller {
+ public:
+  struct Options {
+    int width = 0;
+    int height = 0;
+    Storage storage = Storage::kHalf;
+    bool has_id = true;
+    uint32_t colours = 0;  ///< those that frames may have
+  };
+
+  /// \param pipelines, \param sets  must outlive it; shaders are compiled here
+  static Result<std::unique_ptr<GuideFiller>> Create(const gpu::DeviceContext* context,
+                                                     Pipelines* pipelines, const Options& options);
+  static Result<gpu::MemoryUse> Need(const gpu::DeviceContext* context, const Options& options);
+
+  /// Bit 0: albedo, 1: specular albedo, 2: transmission albedo, 3: emission, 4: background.
+  static uint32_t ColoursOf(const FrameFacts& facts);
+  /// Whether there is room for all that the frame has.
+  bool Fits(const FrameFacts& facts) const;
+
+  /// What the shaders are to know. Forgets what is held if the frame has other images.
+  void Begin(const FrameFacts& facts, FrameParameters* parameters);
+  /// Records the passes; the frame's inputs must be in use.
+  /// \return the inputs with what was completed in place of the frame's own
+  FrameInputs Record(PassRecorder* recorder, const FrameInputs& inputs, const gpu::Buffer& state);
+  /// The next frame holds nothing from before.
+  void Forget() { has_held_ = false; }
+
+  gpu::MemoryUse memory() const { return arena_.Need(); }
+
+  /// Images of the last frame, for tests. normal.w: 1 where it is more than a guess.
+  struct Held {
+    const gpu::Image* depth = nullptr;
+    const gpu::Image* normal = nullptr;
+    const gpu::Image* id = nullptr;
+    std::array<const gpu::Image*, kGuideColours> colour = {};
+  };
+  const Held& held() const { return now_; }
+  const gpu::Image& motion() const { return *motion_; }
+
+ private:
+  explicit GuideFiller(const gpu::DeviceContext* context) : context_(context), arena_(context) {}
+  Status AddAll(const Options& options);
+  void PrepareMemory(PassRecorder* recorder, const gpu::Buffer& state);
+  void FillLevels(PassRecorder* recorder, bool of_motion) const;
+
+  const gpu::DeviceContext* context_;
+  gpu::Arena arena_;
+  Options options_;
+  Held now_;
+  Held before_;
+  const gpu::Image* motion_ = nullptr;
+  const gpu::Buffer* cells_ = nullptr;
+  const gpu::Buffer* forgotten_ = nullptr;
+  bool prepared_ = false;
+  bool has_held_ = false;
+  bool held_id_ = false;       ///< the frames before had ids ...
+  uint32_t held_colours_ = 0;  ///< ... and these colours
+  uint32_t stamp_ = 0;         ///< of the last frame
+};
+
+}  // namespace stillray::vulkan

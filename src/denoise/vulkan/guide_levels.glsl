@@ -1,0 +1,96 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// From level to level of the pyramid of fill_guides: up, and down again.
+#include "denoise/vulkan/guide_cells.glsl"
+
+layout(push_constant) uniform Push {
+  int of_motion;  // else all that is not motion
+  int level_width;
+  int level_height;
+  int level_start;
+};
+
+Level PushedLevel() {
+  return Level(ivec2(level_width, level_height), level_start);
+}
+
+// Motion is filled only where it is needed.
+bool HasWork() {
+  return of_motion == 0 || (has_held != 0 && guides_move != 0u);
+}
+
+void RaiseValues(Level below, Level above, ivec2 p, int layer, int kinds_layer, uint kind) {
+  Mean mean = NoMean();
+  for (int dy = 0; dy < kPyramidFactor; ++dy) {
+    for (int dx = 0; dx < kPyramidFactor; ++dx) {
+      ivec2 q = p * kPyramidFactor + ivec2(dx, dy);
+      if (Covers(below, q) && (LoadCell(below, kinds_layer, q).w & kind) != 0u) {
+        Add(mean, dx, LoadValue(below, layer, q));
+      }
+    }
+  }
+  StoreCell(above, layer, p, ValueOf(mean), mean.count > 0 ? kind : 0u);
+}
+
+void RaiseSurface(Level below, Level above, ivec2 p) {
+  SurfaceMean mean = NoSurfaceMean();
+  for (int dy = 0; dy < kPyramidFactor; ++dy) {
+    for (int dx = 0; dx < kPyramidFactor; ++dx) {
+      ivec2 q = p * kPyramidFactor + ivec2(dx, dy);
+      if (Covers(below, q)) {
+        uvec4 cell = LoadCell(below, kSurfaceLayer, q);
+        Add(mean, dx, uintBitsToFloat(cell.x), uintBitsToFloat(cell.y), cell.z, cell.w);
+      }
+    }
+  }
+  StoreSurface(above, p, mean);
+}
+
+void RaiseCell(Level below, Level above, ivec2 p) {
+  if (of_motion != 0) {
+    RaiseValues(below, above, p, kMotionLayer, kMotionLayer, kNew);
+    return;
+  }
+  RaiseSurface(below, above, p);
+  RaiseValues(below, above, p, kNormalLayer, kSurfaceLayer, kOfSurface);
+  for (int k = 0; k < kColourCount; ++k) {
+    if (HasColour(k)) {
+      RaiseValues(below, above, p, ColourLayer(k), kSurfaceLayer, KindOfColour(k));
+    }
+  }
+}
+
+void FillValues(Level level, Level above, ivec2 p, int layer, int kinds_layer, uint kind) {
+  if ((LoadCell(level, kinds_layer, p).w & kind) == 0u) {
+    StoreCell(level, layer, p, Spread(above, layer, p), 0u);
+  }
+}
+
+void FillSurface(Level level, Level above, ivec2 p) {
+  uvec4 cell = LoadCell(level, kSurfaceLayer, p);
+  vec3 spread = Spread(above, kSurfaceLayer, p);
+  if ((cell.w & kAny) == 0u) {
+    cell.x = floatBitsToUint(spread.x);
+  }
+  if ((cell.w & kOfSurface) == 0u) {
+    cell.y = floatBitsToUint(spread.y);
+    cell.z = LoadCell(above, kSurfaceLayer, p / kPyramidFactor).z;
+  }
+  cells[PlaceOf(level, kSurfaceLayer, p)] = cell;
+}
+
+// Holes get what the level above has; what is known stays.
+void FillCell(Level level, Level above, ivec2 p) {
+  if (of_motion != 0) {
+    FillValues(level, above, p, kMotionLayer, kMotionLayer, kNew);
+    return;
+  }
+  FillSurface(level, above, p);
+  FillValues(level, above, p, kNormalLayer, kSurfaceLayer, kOfSurface);
+  for (int k = 0; k < kColourCount; ++k) {
+    if (HasColour(k)) {
+      FillValues(level, above, p, ColourLayer(k), kSurfaceLayer, KindOfColour(k));
+    }
+  }
+}

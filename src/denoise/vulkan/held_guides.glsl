@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// What a frame knows of its guides, and where those of the frame before lie: see sparse_guides.h.
+#include "denoise/held_guides_shared.h"
+
+bool Knows(ivec2 p) {
+  // By bits: a depth of NaN is known, too, to be broken.
+  bool has_depth = (floatBitsToUint(texelFetch(depth_image, p, 0).x) & 0x7fffffffu) != 0u;
+  float given = GivenSamples(p);
+  return has_depth || (given > 0.0f && !IsNaN(given));
+}
+
+bool IsSurface(float depth) {
+  return depth > 0.0f && IsFinite(depth);
+}
+
+bool IsMoving(float motion) {
+  return IsNaN(motion) || abs(motion) > kStill;
+}
+
+// Whether what is held is looked up along the motion.
+bool ViewMoves() {
+  return has_held != 0 && guides_move != 0u;
+}
+
+// The pixel of the frame before that shows what p shows; false: outside of the picture.
+bool FindHeld(ivec2 p, vec2 motion, out ivec2 q) {
+  q = p;
+  if (!ViewMoves()) {
+    return has_held != 0;
+  }
+  vec2 place = vec2(HeldPlace(p.x, motion.x, shift_x), HeldPlace(p.y, motion.y, shift_y));
+  bool inside = place.x >= 0.0f && place.y >= 0.0f && place.x < float(width) &&
+                place.y < float(height) && !IsNaN(place.x) && !IsNaN(place.y);
+  q = inside ? ivec2(place) : p;
+  return inside;
+}

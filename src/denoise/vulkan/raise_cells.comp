@@ -1,0 +1,18 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#version 450
+#extension GL_GOOGLE_include_directive : require
+
+// fill_guides, one level up: what lies above the pushed level. One invocation per cell.
+#define CELLS_BINDING 0
+#include "denoise/vulkan/common.glsl"
+#include "denoise/vulkan/guide_levels.glsl"
+
+void main() {
+  ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+  Level below = PushedLevel();
+  Level above = Above(below);
+  if (HasWork() && Covers(above, p)) {
+    RaiseCell(below, above, p);
+  }
+}
