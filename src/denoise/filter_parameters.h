@@ -8,14 +8,16 @@
 
 namespace stillray {
 
-/// Samples that the 7x7 neighbourhood must have below one per pixel.
-inline constexpr float kLeastEvidence = 4.0f;
+/// Sums of samples are whole numbers but for rounding, or means of such: a little less than a limit
+/// reaches it, or roundings would decide.
+inline constexpr float kSampleRounding = 1e-3f;
 
-/// Lengths are means of whole numbers with weights that sum to one but for rounding: a little less
-/// than the limit is no short history, or roundings would decide.
+/// Samples that the 7x7 neighbourhood must have below one per pixel.
+inline constexpr float kLeastEvidence = 4.0f - kSampleRounding;
+
+/// Histories below it are short.
 inline float ShortHistoryLength(const Settings& s) {
-  constexpr float kRounding = 1e-3f;
-  return static_cast<float>(s.short_history_length) - kRounding;
+  return static_cast<float>(s.short_history_length) - kSampleRounding;
 }
 
 /// Whether what was remembered under the settings \p a is of no use under \p b.

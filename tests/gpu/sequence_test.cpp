@@ -103,9 +103,6 @@ TEST_F(Sequence, ThirtyFramesInFloats) {
 }
 
 TEST_F(Sequence, SparseFramesWithAndWithoutTheirGuides) {
-  // Whether a neighbourhood of four samples is evidence of a variance is decided at a sum of
-  // weights of 4, which over a plane is 4 but for rounding: with packed normals it comes out
-  // otherwise than with floats, and luminance stops where it did not, or the other way round.
   for (const GuideCoverage guides : {GuideCoverage::kFull, GuideCoverage::kSparse}) {
     RenderSettings render;
     render.cycle = 8;
