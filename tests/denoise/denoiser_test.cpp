@@ -695,6 +695,22 @@ TEST(Denoiser, DemodulationKeepsTextureSharp) {
   }
 }
 
+TEST(Denoiser, BlackHistoryEndsWhenLightComes) {
+  for (const Backend backend : {Backend::kReference, Backend::kCpu}) {
+    Denoiser d = MakeDenoiser(PresetSettings("default").value(), backend);
+    ASSERT_TRUE(d.SetOutputs({"limit.direct"}).ok());
+    Frame frame = MakeWall(40, 30);
+    DenoisedFrame out;
+    for (int i = 0; i < 8; ++i) {
+      ASSERT_TRUE(d.Denoise(frame, &out).ok());
+    }
+    Light(&frame, SignalKind::kDirectDiffuse)[1].Fill(1);
+    ASSERT_TRUE(d.Denoise(frame, &out).ok());
+    EXPECT_LT(out.images[0].channels[0](20, 15), 0.1f);
+    EXPECT_GT(out.colour[1](20, 15), 0.9f);
+  }
+}
+
 TEST(Denoiser, AChangeOfLightEndsHistory) {
   // The light doubles at once. With limit_history the picture follows within a few frames, without
   // it lags.

@@ -176,6 +176,9 @@ TEST(Formulas, CompressedLuminance) {
   const float estimate = CompressedVariance(static_cast<float>(mean_c), 0.5f, 4.75f, 1);
   EXPECT_GE(estimate, exact);
   EXPECT_LT(estimate, 1.15 * exact);
+  // The least scale there is, of a history of nothing but black: no variance, and no NaN.
+  EXPECT_EQ(CompressedVariance(0, 0, 0, 1e-20f), 0.0f);
+  EXPECT_NEAR(CompressedVariance(0.5f, 1e-20f, 1e-41f, 1e-20f), 1e-41 / 16 * 1e40, 1e-3);
 }
 
 TEST(Formulas, LimitedLength) {

@@ -32,16 +32,7 @@ void Stages::ExpectSame(Settings settings, DevicePrecision precision, int width,
   ASSERT_TRUE(reference->SetOutputs(names).ok());
   ASSERT_TRUE(tested.SetOutputs(names).ok());
   for (int i = 0; i < frames; ++i) {
-    Frame frame = MakeBusyFrame(width, height, i);
-    if (width * height < 64) {
-      // Small frames can be black altogether, which leaves the reference a scale of 1e-20, whose
-      // square is lost.
-      for (Signal& signal : frame.signals) {
-        test::FillImage<3>(&signal.radiance, [copy = signal.radiance](int x, int y, int c) {
-          return copy[c](x, y) + 0.25f;
-        });
-      }
-    }
+    const Frame frame = MakeBusyFrame(width, height, i);
     DenoisedFrame expected;
     DenoisedFrame got;
     ASSERT_TRUE(reference->Denoise(frame, &expected).ok());

@@ -28,8 +28,8 @@ namespace {
 HWY_INLINE VF SampleVariance(VF c, VF mean, VF variance, VF scale) {
   const DF d;
   const VF s = hn::Add(hn::Max(mean, hn::Zero(d)), scale);
-  const VF slope = hn::Div(scale, hn::Mul(s, s));
-  return hn::Min(hn::Mul(hn::Mul(slope, slope), variance),
+  const VF slope = hn::Div(hn::Div(scale, s), s);
+  return hn::Min(hn::Mul(hn::Mul(slope, variance), slope),
                  hn::Mul(c, hn::Sub(hn::Set(d, 1.0f), c)));
 }
 

@@ -26,9 +26,10 @@ SHARED_FN float RescaleCompressed(float c, float old_scale, float scale) {
 // and this variance: first order about l, and never more than a variable in 0..1 with mean c can
 // have (Bhatia and Davis 2000), which is what sparse bright samples come close to.
 SHARED_FN float CompressedVariance(float c, float l, float variance, float scale) {
+  // Step by step: after black frames the scale is so small that its square would be lost.
   float s = max(l, 0.0f) + scale;
-  float slope = scale / (s * s);
-  return min(slope * slope * variance, c * (1.0f - c));
+  float slope = scale / s / s;
+  return min(slope * variance * slope, c * (1.0f - c));
 }
 
 // The scale to compress with, so that it follows the light without changing from frame to frame:
