@@ -13,7 +13,7 @@
 
 #include <fmt/format.h>
 
-#include "denoise/device_denoiser.h"
+#include "denoise/device_bench.h"
 
 namespace stillray {
 namespace {
@@ -41,10 +41,10 @@ Status Measure(const std::string& device, int frames, const std::string& size) {
     for (const auto& [name, value] : subject.changes) {
       STILLRAY_RETURN_IF_ERROR(SetParameter(&settings, name, value));
     }
-    const Result<std::string> table =
-        BenchOnDevice(device, settings, width, height, frames, DevicePrecision::kHalf);
-    STILLRAY_RETURN_IF_ERROR(table.status());
-    fmt::print("{}\n{}\n", subject.name, *table);
+    const DeviceBenchOptions options = {settings, width, height, frames, DevicePrecision::kHalf};
+    const Result<DeviceBenchResult> result = BenchOnDevice(device, options);
+    STILLRAY_RETURN_IF_ERROR(result.status());
+    fmt::print("{}\n{}\n", subject.name, DeviceBenchTable(options, *result));
     std::fflush(stdout);
   }
   return Status::Ok();

@@ -3,7 +3,9 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # Builds the denoiser without the path tracer, checks it on this machine's GPU, and prints the times of
-# its stages beside a copy of the least bytes that they must touch.
+# its stages beside a copy of the least bytes that they must touch. Where the path tracer's libraries are
+# installed: also frames per second of tracing alone, with the temporal stage, and with all of SVGF, of a
+# scene whose camera, objects and light move, and the memory that they take.
 #   scripts/gpu_bench.sh [DEVICE, default vulkan] [FRAMES, default 100] [SIZE ...]
 # STILLRAY_GPU_BUILD: the build folder, default build-gpu.
 set -euo pipefail
@@ -20,4 +22,16 @@ for check in gpu_test denoise_vulkan_test; do
   "$build/tests/gpu/$check" --gtest_brief=1
 done
 echo "== times"
-exec "$build/tests/gpu/gpu_bench" "$@"
+"$build/tests/gpu/gpu_bench" "$@"
+
+echo "== frames per second"
+if cmake -S . -B "$build-apps" -DSTILLRAY_BUILD_PYTHON=OFF -DSTILLRAY_BUILD_TESTS=OFF \
+  -DCMAKE_BUILD_TYPE=Release >/dev/null 2>&1 &&
+  cmake --build "$build-apps" --parallel "$(nproc)" --target stillray >/dev/null 2>&1; then
+  sizes=("${@:3}")
+  sizes=("${sizes[@]:-1920x1080}")
+  "$build-apps/apps/stillray/stillray" bench --fps --device "${1:-vulkan}" --repeats 30 \
+    --size "$(IFS=,; echo "${sizes[*]}")"
+else
+  echo "not measured: what the path tracer is built with is not installed here"
+fi

@@ -14,10 +14,12 @@
 #include <tbb/info.h>
 #include <nlohmann/json.hpp>
 
+#include "bench_device.h"
 #include "bench_filter.h"
+#include "bench_frames.h"
 #include "bench_tracer.h"
 #include "commands.h"
-#include "denoise/device_denoiser.h"
+#include "device_option.h"
 #include "interrupt.h"
 #include "progress.h"
 #include "render_options.h"
@@ -38,6 +40,7 @@ struct BenchArguments {
   bool scalar = true;
   std::string json_path;
   std::string device = "cpu";
+  bool fps = false;
 };
 
 /// One size: frames are rendered one by one, and given to every filter in turn.
@@ -167,32 +170,109 @@ std::string JsonText(const BenchArguments& a, const std::vector<BenchSize>& size
   return json.dump(1) + "\n";
 }
 
+/// Options of the renderer at one of the sizes.
+Result<RenderOptions> OptionsAt(const BenchArguments& a, const std::string& size) {
+  RenderArguments render = a.render;
+  render.size = size;
+  render.set.clear();
+  return ParseRenderArguments(render);
+}
+
+Status WriteJson(const BenchArguments& a, const std::string& json) {
+  return a.json_path.empty() ? Status::Ok()
+                             : WriteFileAtomically(a.json_path, json.data(), json.size());
+}
+
 /// The denoiser alone, on another device: its stages and a copy, on a picture made by formula.
 Status RunDeviceBench(const BenchArguments& a) {
+  std::vector<DeviceSubject> subjects;
   for (const std::string& size : a.sizes) {
-    RenderArguments render = a.render;
-    render.size = size;
-    render.set.clear();
-    const Result<RenderOptions> options = ParseRenderArguments(render);
+    const Result<RenderOptions> options = OptionsAt(a, size);
     STILLRAY_RETURN_IF_ERROR(options.status());
     for (const std::string& preset : a.presets) {
       for (const std::string& kernel : a.kernels) {
         const Result<Settings> settings = SettingsOf(a, preset, false, kernel);
         STILLRAY_RETURN_IF_ERROR(settings.status());
-        const Result<std::string> table =
-            BenchOnDevice(a.device, *settings, options->render.width, options->render.height,
-                          a.repeats, DevicePrecision::kHalf);
-        if (!table.ok()) {
-          return Status(table.status().code(), "--device: " + table.status().message());
-        }
-        fmt::print("{}, {}: {}\n", preset, kernel, *table);
+        subjects.push_back({preset,
+                            kernel,
+                            {*settings, options->render.width, options->render.height, a.repeats,
+                             DevicePrecision::kHalf}});
       }
     }
   }
+  const Result<nlohmann::ordered_json> figures = BenchSubjectsOnDevice(a.device, subjects);
+  STILLRAY_RETURN_IF_ERROR(figures.status());
+  return WriteJson(a, figures->dump(1) + "\n");
+}
+
+/// Traces the frames of one size one by one and gives each to all configurations.
+Status MeasureFrames(const BenchArguments& a, const Scene& scene, const RenderOptions& options,
+                     FramesBench* bench) {
+  Result<std::unique_ptr<Renderer>> created = Renderer::Create(scene, options.render);
+  STILLRAY_RETURN_IF_ERROR(created.status());
+  Renderer* renderer = created->get();
+  const int frames = a.warm_up + a.repeats;
+  Progress progress(frames, stderr);
+  Frame frame;
+  for (int i = 1; i <= frames; ++i) {
+    RenderMoment moment;
+    moment.frame_index = i;
+    moment.seconds = options.Seconds(i);
+    moment.previous_seconds = options.PreviousSeconds(i);
+    const auto start = std::chrono::steady_clock::now();
+    STILLRAY_RETURN_IF_ERROR(
+        renderer->RenderFrame(moment, &frame, [](double) { return !Interrupted(); }));
+    const double ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    STILLRAY_RETURN_IF_ERROR(bench->Run(frame, ms, i > a.warm_up));
+    progress.Update(i, fmt::format("frame {}", i));
+  }
+  bench->SetTracerBytes(renderer->memory_bytes());
   return Status::Ok();
 }
 
+/// Whole frames: tracing alone, with the temporal stage, with all of SVGF.
+Status RunFramesBench(const BenchArguments& a) {
+  CatchInterrupts();
+  const Result<Device> device = OpenDeviceOption(a.device, "");
+  STILLRAY_RETURN_IF_ERROR(device.status());
+  const Result<Scene> scene = LoadScene(a.render.scene);
+  STILLRAY_RETURN_IF_ERROR(scene.status());
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const std::string& size : a.sizes) {
+    const Result<RenderOptions> options = OptionsAt(a, size);
+    STILLRAY_RETURN_IF_ERROR(options.status());
+    FramesBench bench;
+    STILLRAY_RETURN_IF_ERROR(bench.Add("raw tracing", nullptr, *device));
+    for (const auto& [name, preset] :
+         {std::pair{"temporal only", "temporal"}, std::pair{"full SVGF", "svgf"}}) {
+      const Result<Settings> settings = SettingsOf(a, preset, false, a.kernels.back());
+      STILLRAY_RETURN_IF_ERROR(settings.status());
+      STILLRAY_RETURN_IF_ERROR(bench.Add(name, &*settings, *device));
+    }
+    STILLRAY_RETURN_IF_ERROR(MeasureFrames(a, *scene, *options, &bench));
+    fmt::print(
+        "{}{}, {}x{}, {} spp, {} bounces, {} frames; tracing on the CPU, filter on {}\n\n{}\n",
+        a.render.scene, options->text.still ? ", still" : "", options->render.width,
+        options->render.height, SamplesPerPixelText(options->render), options->render.bounces,
+        a.repeats, device->description(), bench.Table());
+    nlohmann::ordered_json json = bench.Json();
+    json["width"] = options->render.width;
+    json["height"] = options->render.height;
+    list.push_back(json);
+  }
+  const nlohmann::ordered_json json = {{"stillray", STILLRAY_VERSION},
+                                       {"scene", a.render.scene},
+                                       {"device", device->description()},
+                                       {"frames", a.repeats},
+                                       {"sizes", list}};
+  return WriteJson(a, json.dump(1) + "\n");
+}
+
 Status RunBench(const BenchArguments& arguments) {
+  if (arguments.fps) {
+    return RunFramesBench(arguments);
+  }
   if (arguments.device != "cpu") {
     return RunDeviceBench(arguments);
   }
@@ -206,13 +286,9 @@ Status RunBench(const BenchArguments& arguments) {
   CatchInterrupts();
   std::vector<BenchSize> sizes(arguments.sizes.size());
   for (size_t i = 0; i < sizes.size(); ++i) {
-    RenderArguments render = arguments.render;
-    render.size = sizes[i].text = arguments.sizes[i];
-    render.set.clear();
-    Result<RenderOptions> options = ParseRenderArguments(render);
-    if (!options.ok()) {
-      return options.status();
-    }
+    sizes[i].text = arguments.sizes[i];
+    Result<RenderOptions> options = OptionsAt(arguments, sizes[i].text);
+    STILLRAY_RETURN_IF_ERROR(options.status());
     sizes[i].options = std::move(options.value());
     STILLRAY_RETURN_IF_ERROR(
         AddSubjects(arguments, threads, arguments.scalar && i == 0, &sizes[i].filter));
@@ -226,11 +302,7 @@ Status RunBench(const BenchArguments& arguments) {
     fmt::print("{}{}{}\n", Title(arguments, size, threads),
                size.filter.empty() ? "" : size.filter.Table() + "\n", size.tracer.Table());
   }
-  if (arguments.json_path.empty()) {
-    return Status::Ok();
-  }
-  const std::string json = JsonText(arguments, sizes, threads);
-  return WriteFileAtomically(arguments.json_path, json.data(), json.size());
+  return WriteJson(arguments, JsonText(arguments, sizes, threads));
 }
 
 constexpr const char* kExamples = R"(
@@ -251,6 +323,7 @@ Examples:
   stillray bench --spp 1/128 --guides sparse --still --warm-up 128 --preset psvgf
   stillray bench --preset svgf --set sigma_n=32 --no-scalar
   stillray bench --device vulkan --preset svgf --kernel 5x5 --set signals=single
+  stillray bench --fps --device auto          frames per second; camera, objects and lamp move
 )";
 
 }  // namespace
@@ -263,8 +336,9 @@ void AddBenchCommand(CLI::App& app, int* exit_code) {
   a->render.scene = "builtin:cornell";
   a->render.folder = ".";
   a->render.bounces = 1;
-  command->add_option("--scene", a->render.scene, ".gltf, .glb or builtin:NAME")
-      ->capture_default_str();
+  CLI::Option* scene =
+      command->add_option("--scene", a->render.scene, ".gltf, .glb or builtin:NAME")
+          ->capture_default_str();
   command->add_option("--size", a->sizes, "WIDTHxHEIGHT in pixels: a list")
       ->delimiter(',')
       ->take_all()
@@ -308,10 +382,17 @@ void AddBenchCommand(CLI::App& app, int* exit_code) {
       ->capture_default_str();
   command
       ->add_option("--device", a->device,
-                   "cpu; or vulkan, vulkan:N: the denoiser alone, beside a copy on that device")
+                   "cpu; or vulkan, vulkan:N: the denoiser alone, beside a copy on that device; "
+                   "with --fps also auto")
       ->capture_default_str();
+  command->add_flag("--fps", a->fps,
+                    "Whole frames per second instead, and memory: tracing alone, with preset "
+                    "temporal, with preset svgf; of builtin:lights if no scene is given");
   command->add_option("--json", a->json_path, "Write the figures there too");
-  command->callback([a, exit_code] {
+  command->callback([a, scene, exit_code] {
+    if (a->fps && scene->count() == 0) {
+      a->render.scene = "builtin:lights";
+    }
     const Status status = RunBench(*a);
     *exit_code = status.ok() ? kExitOk : ReportError(status);
   });

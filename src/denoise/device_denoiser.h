@@ -41,12 +41,6 @@ struct Device::Impl {
   std::shared_ptr<DeviceBackend> backend;  ///< nullptr: the CPU
 };
 
-/// Measures the stages on a device and a copy beside them: see vulkan/device_bench.h.
-/// \param choice  as Device::Open takes it, but for "cpu" and "auto"
-/// \return a table for people
-Result<std::string> BenchOnDevice(const std::string& choice, const Settings& settings, int width,
-                                  int height, int repeats, DevicePrecision precision);
-
 /// A device on a backend that exists.
 Device MakeDevice(std::shared_ptr<DeviceBackend> backend, std::string description);
 

@@ -4,6 +4,7 @@
 // Devices of a build without Vulkan: the CPU alone.
 #include <fmt/format.h>
 
+#include "denoise/device_bench.h"
 #include "denoise/device_denoiser.h"
 
 namespace stillray {
@@ -30,8 +31,7 @@ Result<Device> Device::Open(const std::string& choice) {
       fmt::format("device is '{}', expected auto, cpu, vulkan or vulkan:N", choice));
 }
 
-Result<std::string> BenchOnDevice(const std::string&, const Settings&, int, int, int,
-                                  DevicePrecision) {
+Result<DeviceBenchResult> BenchOnDevice(const std::string&, const DeviceBenchOptions&) {
   return Status::Unsupported(kWithoutVulkan);
 }
 

@@ -70,6 +70,39 @@ def test_sparse_frames(program, root, folder):
     assert re.search(r"^fill_guides +[\d.]+$", done.stdout, re.MULTILINE), done.stdout
 
 
+def test_frames_per_second(program, root, folder):
+    """Of a scene whose camera, objects and light move; by the CPU and, if there is one, a device."""
+    devices = run(program, "info", "--devices").stdout
+    usable = "vulkan:0" in devices and "not usable" not in devices
+    for device in ["cpu"] + (["vulkan"] if usable else []):
+        path = os.path.join(folder, f"{device}.json")
+        done = run(program, "bench", "--fps", "--device", device, "--size", "64x36", "--repeats", "3",
+                   "--warm-up", "1", "--json", path)
+        assert done.returncode == 0, done.stderr
+        assert "builtin:lights, 64x36, 1 spp" in done.stdout, done.stdout
+        for name in ("raw tracing", "temporal only", "full SVGF"):
+            assert re.search(rf"^{name} +[\d.]+ +[\d.]+ \.\. [\d.]+ ", done.stdout, re.MULTILINE), done.stdout
+        with open(path) as file:
+            size = json.load(file)["sizes"][0]
+        fps = {c["name"]: c["fps"] for c in size["configurations"]}
+        for rate in fps.values():
+            assert 0 < rate["min"] <= rate["mean"] <= rate["max"], fps
+        assert fps["raw tracing"]["mean"] > fps["temporal only"]["mean"], fps
+        memory = {part["name"]: part for part in size["memory"]}
+        assert memory["frame"]["bytes"] > 64 * 36 * 4 * memory["frame"]["images_and_buffers"] * 0.99
+        assert memory["full SVGF"]["bytes"] >= memory["temporal only"]["bytes"] > 0, memory
+        if device != "cpu":
+            assert memory["full SVGF"]["allocations"] > 0, memory
+            path = os.path.join(folder, "stages.json")
+            done = run(program, "bench", "--device", device, "--size", "64x36", "--preset", "svgf",
+                       "--repeats", "2", "--json", path)
+            assert done.returncode == 0, done.stderr
+            with open(path) as file:
+                subjects = json.load(file)["subjects"]
+            assert [s["kernel"] for s in subjects] == ["3x3", "5x5"]
+            assert all(s["stages"]["atrous"]["min_ms"] > 0 for s in subjects), subjects
+
+
 def test_bad_input(program, root, folder):
     for arguments, words in (
             (["--preset", "fast"], "unknown preset 'fast'"),
@@ -77,6 +110,9 @@ def test_bad_input(program, root, folder):
             (["--set", "sigma_l"], "expected NAME=VALUE"),
             (["--set", "sigma_l=big"], "'sigma_l' is 'big'"),
             (["--size", "64x36,0x9"], "0x9"),
+            (["--fps", "--size", "0x9"], "0x9"),
+            (["--fps", "--device", "gpu"], "device is 'gpu'"),
+            (["--device", "gpu"], "device is 'gpu'"),
             (["--scene", "missing.glb"], "missing.glb")):
         done = run(program, "bench", "--size", "64x36", "--repeats", "1", *arguments)
         assert done.returncode == 2, (arguments, done.returncode, done.stderr)

@@ -1,56 +1,23 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Times of the denoiser on a device, beside a copy of the least bytes that it must touch.
+/// The denoiser's bench on a Vulkan device.
 #pragma once
 
-#include <cstdint>
 #include <memory>
-#include <string>
-#include <vector>
 
+#include "denoise/device_bench.h"
 #include "gpu/device.h"
-#include "stillray/denoise.hpp"
 
 namespace stillray::vulkan {
-
-struct DeviceBenchOptions {
-  Settings settings;
-  int width = 0;
-  int height = 0;
-  int repeats = 50;
-  DevicePrecision precision = DevicePrecision::kHalf;
-};
-
-/// All times in milliseconds, measured by the device, one per repeat.
-struct DeviceBenchResult {
-  struct Stage {
-    std::string name;
-    std::vector<double> ms;
-  };
-  std::vector<Stage> stages;
-  std::vector<double> whole;  ///< sums of the stages
-  std::vector<double> copy;   ///< from buffer to buffer, of `copy_bytes` in all read and written
-  uint64_t copy_bytes = 0;
-  int copy_bytes_per_pixel = 0;
-  int signals = 0;
-  DeviceMemory memory;
-};
 
 /// Bytes that a filter of five levels must read and write per pixel at least: those of the guides,
 /// and those of each signal.
 inline constexpr int kLeastSharedBytes = 62;
 inline constexpr int kLeastSignalBytes = 192;
 
-/// Denoises a moving picture made by formula again and again; after each frame, the copy. The first
-/// frames, which fill caches and histories, do not count.
-/// \return kUnsupported if the device has no timestamps; errors of the device
+/// See BenchOnDevice; the caller says which device it was.
 Result<DeviceBenchResult> RunDeviceBench(const std::shared_ptr<gpu::Device>& device,
                                          const DeviceBenchOptions& options);
-
-double Median(std::vector<double> values);
-
-/// A table for people: medians, least and largest, the ratio to the copy.
-std::string DeviceBenchTable(const DeviceBenchOptions& options, const DeviceBenchResult& result);
 
 }  // namespace stillray::vulkan

@@ -73,14 +73,15 @@ Result<std::shared_ptr<gpu::Device>> OpenVulkan(const std::string& choice) {
 
 }  // namespace
 
-Result<std::string> BenchOnDevice(const std::string& choice, const Settings& settings, int width,
-                                  int height, int repeats, DevicePrecision precision) {
+Result<DeviceBenchResult> BenchOnDevice(const std::string& choice,
+                                        const DeviceBenchOptions& options) {
   const Result<std::shared_ptr<gpu::Device>> device = OpenVulkan(choice);
   STILLRAY_RETURN_IF_ERROR(device.status());
-  const vulkan::DeviceBenchOptions options = {settings, width, height, repeats, precision};
-  const Result<vulkan::DeviceBenchResult> result = vulkan::RunDeviceBench(*device, options);
-  STILLRAY_RETURN_IF_ERROR(result.status());
-  return Describe((*device)->info()) + "\n" + vulkan::DeviceBenchTable(options, *result);
+  Result<DeviceBenchResult> result = vulkan::RunDeviceBench(*device, options);
+  if (result.ok()) {
+    result->device = Describe((*device)->info());
+  }
+  return result;
 }
 
 Result<Device> Device::Open(const std::string& choice) {

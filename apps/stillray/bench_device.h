@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// `stillray bench --device`: the denoiser alone on another device, beside a copy on it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "denoise/device_bench.h"
+
+namespace stillray {
+
+/// One setting at one size.
+struct DeviceSubject {
+  std::string preset;
+  std::string kernel;
+  DeviceBenchOptions options;
+};
+
+/// Measures them one after the other and prints a table for each.
+/// \param device  as Device::Open takes it
+/// \return the figures of all
+Result<nlohmann::ordered_json> BenchSubjectsOnDevice(const std::string& device,
+                                                     const std::vector<DeviceSubject>& subjects);
+
+}  // namespace stillray

@@ -1,0 +1,165 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+#include "bench_frames.h"
+
+#include <algorithm>
+#include <chrono>
+#include <numeric>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "denoise/device_bench.h"
+#include "device_option.h"
+
+namespace stillray {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Frames per second: of all frames together, of the slowest, of the fastest.
+struct Rate {
+  double mean = 0;
+  double least = 0;
+  double most = 0;
+};
+
+Rate RateOf(const std::vector<double>& ms) {
+  if (ms.empty()) {
+    return {};
+  }
+  const auto [fastest, slowest] = std::minmax_element(ms.begin(), ms.end());
+  const double sum = std::accumulate(ms.begin(), ms.end(), 0.0);
+  return {1e3 * static_cast<double>(ms.size()) / sum, 1e3 / *slowest, 1e3 / *fastest};
+}
+
+/// Every plane of the frame as an image of its own.
+DeviceMemory ImagesOf(const Frame& f) {
+  DeviceMemory sum;
+  const auto add = [&](const auto& plane) {
+    if (!plane.empty()) {
+      ++sum.resources;
+      sum.bytes += plane.bytes();
+      sum.largest = std::max<uint64_t>(sum.largest, plane.bytes());
+    }
+  };
+  const auto add_all = [&](const auto& planes) {
+    for (const auto& plane : planes.channel) {
+      add(plane);
+    }
+  };
+  for (const Signal& signal : f.signals) {
+    add_all(signal.radiance);
+    add(signal.second_moment);
+  }
+  const Guides& g = f.guides;
+  for (const Image3* image : {&g.normal, &g.albedo, &g.specular_albedo, &g.transmission_albedo,
+                              &f.emission, &f.background}) {
+    add_all(*image);
+  }
+  for (const Image1* plane : {&g.depth, &g.roughness, &f.samples}) {
+    add(*plane);
+  }
+  add_all(g.motion);
+  add(g.id);
+  sum.allocations = sum.resources;
+  return sum;
+}
+
+std::string Count(uint32_t count) {
+  return count > 0 ? std::to_string(count) : "-";
+}
+
+std::string Megabytes(uint64_t bytes) {
+  return bytes > 0 ? fmt::format("{:.1f}", static_cast<double>(bytes) / 1e6) : "-";
+}
+
+}  // namespace
+
+Status FramesBench::Add(const std::string& name, const Settings* settings, const Device& device) {
+  Entry entry;
+  entry.name = name;
+  if (settings != nullptr) {
+    Result<Denoiser> made = Denoiser::Create(*settings, device);
+    STILLRAY_RETURN_IF_ERROR(made.status());
+    entry.denoiser.push_back(std::move(made.value()));
+  }
+  entries_.push_back(std::move(entry));
+  return Status::Ok();
+}
+
+Status FramesBench::Run(const Frame& frame, double trace_ms, bool record) {
+  for (Entry& entry : entries_) {
+    const Clock::time_point start = Clock::now();
+    if (!entry.denoiser.empty()) {
+      STILLRAY_RETURN_IF_ERROR(entry.denoiser.front().Denoise(frame, &entry.out));
+    }
+    const double ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    if (record) {
+      entry.frame_ms.push_back(trace_ms + ms);
+      entry.filter_ms.push_back(entry.denoiser.empty() ? 0.0 : ms);
+    }
+  }
+  if (record) {
+    trace_ms_.push_back(trace_ms);
+  }
+  frame_ = ImagesOf(frame);
+  return Status::Ok();
+}
+
+std::vector<FramesBench::Part> FramesBench::Parts() const {
+  DeviceMemory tracer;
+  tracer.bytes = tracer_bytes_;
+  std::vector<Part> parts = {{"scene and tracer", tracer}, {"frame", frame_}};
+  for (const Entry& entry : entries_) {
+    if (!entry.denoiser.empty()) {
+      DeviceMemory memory = entry.denoiser.front().device_memory();
+      memory.bytes = std::max<uint64_t>(memory.bytes, entry.denoiser.front().memory_bytes());
+      parts.push_back({entry.name, memory});
+    }
+  }
+  return parts;
+}
+
+std::string FramesBench::Table() const {
+  std::string text = fmt::format("{:<24}{:>10}{:>20}{:>14}{:>14}\n", "frames per second", "mean",
+                                 "min .. max", "trace ms", "filter ms");
+  for (const Entry& entry : entries_) {
+    const Rate rate = RateOf(entry.frame_ms);
+    text += fmt::format("{:<24}{:>10.2f}{:>20}{:>14.2f}{:>14.2f}\n", entry.name, rate.mean,
+                        fmt::format("{:.2f} .. {:.2f}", rate.least, rate.most), Median(trace_ms_),
+                        Median(entry.filter_ms));
+  }
+  text += fmt::format("\n{:<24}{:>12}{:>20}{:>12}{:>14}\n", "memory", "allocations",
+                      "images and buffers", "MB", "largest MB");
+  for (const Part& part : Parts()) {
+    text += fmt::format("{:<24}{:>12}{:>20}{:>12}{:>14}\n", part.name,
+                        Count(part.memory.allocations), Count(part.memory.resources),
+                        Megabytes(part.memory.bytes), Megabytes(part.memory.largest));
+  }
+  return text;
+}
+
+nlohmann::ordered_json FramesBench::Json() const {
+  auto configurations = nlohmann::ordered_json::array();
+  for (const Entry& entry : entries_) {
+    const Rate rate = RateOf(entry.frame_ms);
+    configurations.push_back(
+        {{"name", entry.name},
+         {"frames", entry.frame_ms.size()},
+         {"fps", {{"mean", rate.mean}, {"min", rate.least}, {"max", rate.most}}},
+         {"trace_ms", Median(trace_ms_)},
+         {"filter_ms", Median(entry.filter_ms)}});
+  }
+  auto memory = nlohmann::ordered_json::array();
+  for (const Part& part : Parts()) {
+    nlohmann::ordered_json json = DeviceMemoryJson(part.memory);
+    json["name"] = part.name;
+    memory.push_back(json);
+  }
+  return {{"configurations", configurations}, {"memory", memory}};
+}
+
+}  // namespace stillray

@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+#include "denoise/device_bench.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace stillray {
+
+double Median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values.empty() ? 0 : values[values.size() / 2];
+}
+
+std::string DeviceBenchTable(const DeviceBenchOptions& o, const DeviceBenchResult& r) {
+  const auto row = [](const std::string& name, const std::vector<double>& ms) {
+    const auto [least, most] = std::minmax_element(ms.begin(), ms.end());
+    return ms.empty() ? std::string()
+                      : fmt::format("  {:<22}{:>10.3f}{:>10.3f}{:>10.3f}\n", name, Median(ms),
+                                    *least, *most);
+  };
+  std::string text =
+      fmt::format("{}\n{}x{}, {} signals, {}, {} frames\n", r.device, o.width, o.height, r.signals,
+                  o.precision == DevicePrecision::kFloat ? "floats" : "halves", r.whole.size());
+  text += fmt::format("  {:<22}{:>10}{:>10}{:>10}\n", "ms on the device", "median", "min", "max");
+  for (const DeviceBenchResult::Stage& stage : r.stages) {
+    text += row(stage.name, stage.ms);
+  }
+  text += row("whole frame", r.whole);
+  text += row("copy", r.copy);
+  const double copy_ms = Median(r.copy);
+  text += fmt::format(
+      "  {:.2f} times the copy of {} bytes per pixel, which ran at {:.1f} GB/s; {:.1f} MB in {} "
+      "allocations, {} images and buffers, the largest {:.1f} MB\n",
+      copy_ms > 0 ? Median(r.whole) / copy_ms : 0.0, r.copy_bytes_per_pixel,
+      copy_ms > 0 ? static_cast<double>(r.copy_bytes) / copy_ms / 1e6 : 0.0,
+      static_cast<double>(r.memory.bytes) / 1e6, r.memory.allocations, r.memory.resources,
+      static_cast<double>(r.memory.largest) / 1e6);
+  return text;
+}
+
+}  // namespace stillray
