@@ -194,9 +194,8 @@ void Accumulate(benchmark::State& state, const StageTable& stages) {
 
 void EstimateVariance(benchmark::State& state, const StageTable& stages) {
   Planes720& p = Shared();
-  Measure(state, [&] {
-    stages.estimate_variance(p.history, p.light.samples, p.guides, {}, &p.filter[0][0].variance);
-  });
+  const VarianceSignal signal = {&p.history, &p.light.samples, &p.filter[0][0].variance};
+  Measure(state, [&] { stages.estimate_variance({&signal, 1}, p.guides, {}); });
 }
 
 void Remodulate(benchmark::State& state, const StageTable& stages) {

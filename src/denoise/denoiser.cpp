@@ -14,7 +14,7 @@
 //     limit_history      wavelet  new light, taps, last history  longest length       (all signals at once)
 //     accumulate         -        new light, taps, last history  history              colour, moments, length
 //     merge_future       -        history, light of the future   merged history       (only where the future is known)
-//     estimate_variance  3        history, guides                variance
+//   estimate_variance    3        histories, guides              variances
 //   per level:
 //     prefilter_variance 1        luminance, variance            luminance stops      (signal by signal)
 //     atrous             wavelet  colour, variance, guides       colour, variance     colour of the feedback level
@@ -87,7 +87,7 @@ void Denoiser::Impl::Allocate(int width, int height, size_t groups) {
     taps = ReprojectionTaps(width, height);
     staged = StagedHistory(width, height);
     light.clear();
-    while (light.size() < (settings.limit_history ? groups : 1)) {
+    while (light.size() < groups) {
       light.push_back({Image3(width, height), Image1(width, height), Image1()});
     }
     fetched = EmptyHistory();

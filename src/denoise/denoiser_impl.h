@@ -65,7 +65,7 @@ struct Denoiser::Impl {
 
   // Work planes, kept between frames so that nothing is allocated in the steady state.
   ReprojectionTaps taps;
-  std::vector<NewLight> light;  ///< one, or with limit_history that of every signal
+  std::vector<NewLight> light;  ///< of every signal
   SignalHistory fetched;        ///< looked up for this frame's pixels, or room for the next history
   StagedHistory staged;
   bool fetched_is_empty = false;       ///< no light in it anywhere
@@ -100,7 +100,7 @@ struct Denoiser::Impl {
   /// Brings the new light of all signals into their histories. \param then  is called for each
   template <typename Then>
   void GatherSignals(const Then& then);
-  /// Leaves the new light of a signal in LightOf(signal).
+  /// Leaves the new light of a signal in `light`.
   void GatherLight(size_t signal);
   /// What the histories may count for, in WaveletPlanes::stop.
   void RunLimitHistory();
@@ -108,8 +108,10 @@ struct Denoiser::Impl {
   void RunAccumulate(size_t signal);
   SignalHistory ShortenedHistory(size_t signal) const;
   SignalHistory* MergeFuture(size_t signal, const FutureLight& future);
-  /// Leaves the accumulated light and its variance in `wavelet`.
+  /// Leaves the accumulated light in `wavelet`, ...
   void BeginFilter(size_t signal, SignalHistory* history);
+  /// ... and the variances of all signals.
+  void RunEstimateVariance();
   void FindPresent(WaveletPlanes* planes) const;
   SignalHistory EmptyHistory() const {
     return SignalHistory(state.width, state.height, settings.limit_history,
@@ -134,7 +136,6 @@ struct Denoiser::Impl {
   bool IsSparse() const { return samples_per_pixel < kWholeSample; }
   bool HasHistory() const { return settings.temporal && state.has_history; }
   bool Limits() const { return settings.limit_history && HasHistory(); }
-  NewLight& LightOf(size_t signal) { return light[std::min(signal, light.size() - 1)]; }
   bool Rec601() const { return settings.luminance == LuminanceWeights::kRec601; }
   bool Wants(const std::string& name) const {
     return std::find(outputs.begin(), outputs.end(), name) != outputs.end();

@@ -193,7 +193,7 @@ void Denoiser::Impl::RunDemodulate(const SignalGroup& group, NewLight* to) {
 void Denoiser::Impl::UpdateCompressionScale(size_t signal) {
   SignalHistory& history = state.signals[signal];
   if (!HasHistory()) {
-    history.compressed_scale = CompressionScale(0.0f, MeanLuminance(LightOf(signal).colour));
+    history.compressed_scale = CompressionScale(0.0f, MeanLuminance(light[signal].colour));
     return;
   }
   const float mean = MeanLuminance(history.colour);
@@ -210,7 +210,7 @@ void Denoiser::Impl::RunLimitHistory() {
   p.gain = settings.limit_gain;
   for (size_t i = 0; i < groups.size(); ++i) {
     p.scale = state.signals[i].compressed_scale;
-    stages->compare_with_history(LightOf(i), state.signals[i], taps, state.guides, p,
+    stages->compare_with_history(light[i], state.signals[i], taps, state.guides, p,
                                  &wavelet[i].filter[0], &wavelet[i].present);
   }
   AtrousParameters geometry;
@@ -330,7 +330,7 @@ void Denoiser::Impl::FindPresent(WaveletPlanes* planes) const {
 
 void Denoiser::Impl::GatherLight(size_t signal) {
   const SignalGroup& group = groups[signal];
-  NewLight& light_of = LightOf(signal);
+  NewLight& light_of = light[signal];
   {
     const StageTimer timer(&out->timings, "demodulate");
     RunDemodulate(group, &light_of);
@@ -352,7 +352,7 @@ void Denoiser::Impl::GatherLight(size_t signal) {
 
 void Denoiser::Impl::RunAccumulate(size_t signal) {
   const StageTimer timer(&out->timings, "accumulate");
-  const NewLight& light_of = LightOf(signal);
+  const NewLight& light_of = light[signal];
   SignalHistory* history = &state.signals[signal];
   AccumulateParameters p;
   p.alpha_min = settings.alpha_min;
@@ -419,19 +419,6 @@ void Denoiser::Impl::BeginFilter(size_t signal, SignalHistory* history) {
   if (settings.wavelet == Wavelet::kOff) {
     return;
   }
-  if (settings.wavelet == Wavelet::kSvgf) {
-    const StageTimer timer(&out->timings, "estimate_variance");
-    EstimateVarianceParameters p;
-    p.of_mean = settings.variance_of == VarianceOf::kMean;
-    p.spatial = settings.short_history == ShortHistory::kSpatial;
-    p.short_length = ShortHistoryLength(settings);
-    p.least_evidence = IsSparse() ? kLeastEvidence : 0.0f;
-    p.boost = settings.short_history_boost;
-    p.edges = EdgesOf(settings);
-    stages->estimate_variance(*history, LightOf(signal).samples, state.guides, p,
-                              &planes.filter[0].variance);
-    KeepPlane("variance", group, planes.filter[0].variance);
-  }
   FindPresent(&planes);
   if (IsSparse() && (planes.grown.width() != state.width || planes.grown.height() != state.height ||
                      planes.grown.border() != planes.present.border())) {
@@ -446,9 +433,31 @@ void Denoiser::Impl::BeginFilter(size_t signal, SignalHistory* history) {
   }
 }
 
+void Denoiser::Impl::RunEstimateVariance() {
+  const StageTimer timer(&out->timings, "estimate_variance");
+  EstimateVarianceParameters p;
+  p.of_mean = settings.variance_of == VarianceOf::kMean;
+  p.spatial = settings.short_history == ShortHistory::kSpatial;
+  p.short_length = ShortHistoryLength(settings);
+  p.least_evidence = IsSparse() ? kLeastEvidence : 0.0f;
+  p.boost = settings.short_history_boost;
+  p.edges = EdgesOf(settings);
+  std::array<VarianceSignal, kMostGroups> signals;
+  for (size_t i = 0; i < groups.size(); ++i) {
+    signals[i] = {wavelet[i].history, &light[i].samples, wavelet[i].variance};
+  }
+  stages->estimate_variance({signals.data(), groups.size()}, state.guides, p);
+  for (size_t i = 0; i < groups.size(); ++i) {
+    KeepPlane("variance", groups[i], *wavelet[i].variance);
+  }
+}
+
 void Denoiser::Impl::FilterSignals() {
   if (settings.wavelet == Wavelet::kOff) {
     return;
+  }
+  if (settings.wavelet == Wavelet::kSvgf) {
+    RunEstimateVariance();
   }
   for (int level = 0; level < settings.steps.count; ++level) {
     RunLevel(level);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What the guides say about the taps of a level: the exponents of 2 of their weights.
+// What the guides say about the taps of a neighbourhood: the exponents of 2 of their weights.
 #if defined(STILLRAY_DENOISE_SIMD_GUIDE_EXPONENTS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_GUIDE_EXPONENTS_INL_H_
 #undef STILLRAY_DENOISE_SIMD_GUIDE_EXPONENTS_INL_H_

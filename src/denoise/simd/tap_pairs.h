@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The taps of a level of the wavelet, in pairs at opposite offsets.
+/// The taps of a neighbourhood, in pairs at opposite offsets.
 #pragma once
 
 #include <cstddef>
+#include <span>
 
 namespace stillray {
 
@@ -18,24 +19,24 @@ struct TapPair {
 
 /// All taps but the centre.
 struct TapPairs {
-  static constexpr int kMost = 12;  ///< of a 5x5 kernel
+  static constexpr int kMost = 24;  ///< of a 7x7 kernel
   TapPair pair[kMost];
   int count = 0;
-  float centre_kernel = 0;
 };
 
-/// \param radius  1: the kernel is the outer product of (1/4 1/2 1/4), 2: of (1/16 1/4 3/8 1/4
-/// 1/16) \param stride  of the planes
-inline TapPairs MakeTapPairs(int radius, int step, ptrdiff_t stride) {
-  constexpr float kLog2Kernel3[2] = {-1.0f, -2.0f};
-  constexpr float kLog2Kernel5[3] = {-1.41503750f, -2.0f, -4.0f};
-  const float* log2_kernel = radius == 1 ? kLog2Kernel3 : kLog2Kernel5;
+/// \param log2_kernel  of a row of taps: that of the centre, of its neighbour, ...; the kernel is
+/// the
+///                     outer product
+/// \param step         between taps, pixels
+/// \param stride       of the planes
+inline TapPairs MakeTapPairs(std::span<const float> log2_kernel, int step, ptrdiff_t stride) {
+  const int radius = static_cast<int>(log2_kernel.size()) - 1;
   TapPairs taps;
-  taps.centre_kernel = radius == 1 ? 0.25f : 9.0f / 64.0f;
   for (int j = 0; j <= radius; ++j) {
     for (int i = j == 0 ? 1 : -radius; i <= radius; ++i) {
+      const auto across = static_cast<size_t>(i < 0 ? -i : i);
       taps.pair[taps.count++] = {static_cast<float>(i * step), static_cast<float>(j * step),
-                                 log2_kernel[i < 0 ? -i : i] + log2_kernel[j],
+                                 log2_kernel[across] + log2_kernel[static_cast<size_t>(j)],
                                  j * step * stride + i * step};
     }
   }

@@ -26,6 +26,7 @@
 
 #include "denoise/simd/edge_stopping-inl.h"
 #include "denoise/simd/guide_exponents-inl.h"
+#include "denoise/simd/sparse_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
 #ifndef STILLRAY_ATROUS_ONCE
@@ -33,7 +34,7 @@
 namespace stillray {
 
 inline constexpr size_t kMostSignals = 8;
-inline constexpr size_t kMostStreams = 6 + 11 * kMostSignals;
+inline constexpr size_t kMostStreams = 2 + 6 * kMostSignals + 5 * (4 + 6 * kMostSignals);
 
 /// What rows of a level have in common.
 struct AtrousLevel {
@@ -41,6 +42,7 @@ struct AtrousLevel {
   const GuidePlanes& guides;
   const AtrousParameters& parameters;
   const TapPairs& taps;
+  float centre_kernel;
 };
 
 }  // namespace stillray
@@ -137,7 +139,7 @@ HWY_INLINE Sums SumTaps(const AtrousLevel& level, const SignalRow& row, const Ta
   const VF centre = hn::LoadU(d, row.luminance + x);
   const VF stop = hn::LoadU(d, row.stop + x);
   const VF least = hn::Mul(stop, hn::Set(d, 1 / level.parameters.noise_ratio));
-  const VF kernel = hn::Set(d, level.taps.centre_kernel);
+  const VF kernel = hn::Set(d, level.centre_kernel);
   Sums sums = {zero, zero, zero, zero, zero};
   AddTap(row, x, kComplete ? kernel : WherePresent(row, x, kernel), centre, &sums);
   // Two taps at a time, step by step: one alone is a longer chain than cores look ahead for others.
@@ -167,34 +169,44 @@ HWY_INLINE Sums SumTaps(const AtrousLevel& level, const SignalRow& row, const Ta
   return sums;
 }
 
-/// What the next row will read and write that this one does not.
-NextRow<kMostStreams> NextRowOf(const AtrousLevel& level, int y) {
+/// What the next row will read and write that this one does not; or, with `all_taps`, all that it
+/// will.
+NextRow<kMostStreams> NextRowOf(const AtrousLevel& level, bool all_taps, int y) {
   const AtrousParameters& p = level.parameters;
   const GuidePlanes& g = level.guides;
-  const int own = y + p.step;                       // the pixels themselves
-  const int leading = y + p.step * (p.radius + 1);  // their furthest taps
-  NextRow<kMostStreams> next;
-  next.Add(g.normal, leading);
-  next.Add(p.edges.plane ? g.inverse_depth : g.depth, leading);
-  next.Add(g.gradient, own);
+  const int own = y + p.step;  // the pixels themselves
   const bool geometry = p.weights == AtrousWeights::kGeometry;
   const int channels = geometry ? 2 : 3;
+  NextRow<kMostStreams> next;
+  next.Add(g.gradient, own);
   for (const AtrousSignal& signal : level.signals) {
-    next.Add(*signal.variance, leading);
-    if (!geometry) {
-      next.Add(*signal.stop, p.noise_ratio > 1 ? leading : own);
-    }
-    if (geometry || !signal.complete) {
-      next.Add(*signal.present, leading);
+    if (!geometry && p.noise_ratio <= 1) {
+      next.Add(*signal.stop, own);
     }
     if (signal.grown != nullptr) {
       next.Add(*signal.grown, own);
     }
     for (int c = 0; c < channels; ++c) {
-      next.Add((*signal.colour)[c], leading);
       next.Add(signal.out->colour[c], own);
     }
     next.Add(signal.out->variance, own);
+  }
+  for (int tap = all_taps ? -p.radius : p.radius; tap <= p.radius; ++tap) {
+    const int row = own + p.step * tap;
+    next.Add(g.normal, row);
+    next.Add(p.edges.plane ? g.inverse_depth : g.depth, row);
+    for (const AtrousSignal& signal : level.signals) {
+      for (int c = 0; c < channels; ++c) {
+        next.Add((*signal.colour)[c], row);
+      }
+      next.Add(*signal.variance, row);
+      if (!geometry && p.noise_ratio > 1) {
+        next.Add(*signal.stop, row);
+      }
+      if (geometry || !signal.complete) {
+        next.Add(*signal.present, row);
+      }
+    }
   }
   return next;
 }
@@ -214,7 +226,7 @@ void FilterRow(const AtrousLevel& level, int y) {
     rows[i] = RowOf(level.signals[i], y);
     outputs[i] = OutputOf(level.signals[i], y);
   }
-  const NextRow<kMostStreams> next = NextRowOf(level, y);
+  const NextRow<kMostStreams> next = NextRowOf(level, false, y);
   HWY_ALIGN TapVectors exponents;
   for (int x = 0; x < width; x += LaneCount()) {
     next.Fetch(x);
@@ -234,12 +246,12 @@ void FilterRow(const AtrousLevel& level, int y) {
   }
 }
 
-/// Whether any signal has light at the pixels x, x + 1, ...
-HWY_INLINE bool AnyPresent(const AtrousLevel& level, const SignalRow* rows, int x) {
+/// Whether any signal has light at the pixels x, x + 1, ... of a row, which may lie in the border.
+HWY_INLINE bool AnyPresent(const AtrousLevel& level, int y, int x) {
   const DF d;
   VF present = hn::Zero(d);
-  for (size_t i = 0; i < level.signals.size(); ++i) {
-    present = hn::Max(present, hn::LoadU(d, rows[i].present + x));
+  for (const AtrousSignal& signal : level.signals) {
+    present = hn::Max(present, hn::LoadU(d, signal.present->Row(y) + x));
   }
   return !hn::AllFalse(d, hn::And(hn::Gt(present, hn::Zero(d)), InRow(x, level.guides.id.width())));
 }
@@ -248,14 +260,16 @@ struct GeometrySums {
   VF luminance, red, variance, weight;
 };
 
-/// What is not present is zero, so that only the sum of the weights needs to know.
+/// What is not present may be anything, even no number.
 HWY_INLINE void AddGeometryTap(const SignalRow& s, ptrdiff_t q, VF weight, GeometrySums* sums) {
   const DF d;
-  sums->luminance = hn::MulAdd(weight, hn::LoadU(d, s.luminance + q), sums->luminance);
-  sums->red = hn::MulAdd(weight, hn::LoadU(d, s.red + q), sums->red);
-  sums->variance =
-      hn::MulAdd(hn::Mul(weight, weight), hn::LoadU(d, s.variance + q), sums->variance);
-  sums->weight = hn::MulAdd(weight, hn::LoadU(d, s.present + q), sums->weight);
+  const MF there = hn::Gt(hn::LoadU(d, s.present + q), hn::Zero(d));
+  const auto value = [&](const float* row)
+                         HWY_ATTR { return hn::IfThenElseZero(there, hn::LoadU(d, row + q)); };
+  sums->luminance = hn::MulAdd(weight, value(s.luminance), sums->luminance);
+  sums->red = hn::MulAdd(weight, value(s.red), sums->red);
+  sums->variance = hn::MulAdd(hn::Mul(weight, weight), value(s.variance), sums->variance);
+  sums->weight = hn::Add(sums->weight, hn::IfThenElseZero(there, weight));
 }
 
 HWY_INLINE GeometrySums SumGeometryTaps(const AtrousLevel& level, const SignalRow& row,
@@ -263,7 +277,7 @@ HWY_INLINE GeometrySums SumGeometryTaps(const AtrousLevel& level, const SignalRo
   const DF d;
   const VF zero = hn::Zero(d);
   GeometrySums sums = {zero, zero, zero, zero};
-  AddGeometryTap(row, x, hn::Set(d, level.taps.centre_kernel), &sums);
+  AddGeometryTap(row, x, hn::Set(d, level.centre_kernel), &sums);
   for (int i = 0; i < level.taps.count; ++i) {
     const ptrdiff_t distance = level.taps.pair[i].distance;
     AddGeometryTap(row, x + distance, hn::Load(d, weights[2 * i]), &sums);
@@ -273,10 +287,11 @@ HWY_INLINE GeometrySums SumGeometryTaps(const AtrousLevel& level, const SignalRo
 }
 
 /// Filters one row of all signals with the weights of geometry, which they share, where there is
-/// light.
+/// light (and beside it, in the same vector).
 template <bool kParabola>
 void FilterRowByGeometry(const AtrousLevel& level, int y) {
   const DF d;
+  const VF zero = hn::Zero(d);
   const VF one = hn::Set(d, 1.0f);
   const GuideRow guide = GuideRowOf(level.guides, level.parameters.edges, y);
   const int width = level.guides.id.width();
@@ -286,24 +301,24 @@ void FilterRowByGeometry(const AtrousLevel& level, int y) {
     rows[i] = RowOf(level.signals[i], y);
     outputs[i] = OutputOf(level.signals[i], y);
   }
-  const NextRow<kMostStreams> next = NextRowOf(level, y);
+  // Where samples are rare, nothing else has touched what they need.
+  const bool sparse = IsSparseRow(rows[0].present, width);
+  const NextRow<kMostStreams> next = NextRowOf(level, sparse, y);
   HWY_ALIGN TapVectors weights;
   for (int x = 0; x < width; x += LaneCount()) {
-    next.Fetch(x);
-    const bool any = AnyPresent(level, rows, x);
-    if (any) {
-      const GuideCentre c = LoadGuideCentre(level.guides, level.parameters.edges, x, y);
-      GuideExponents<kParabola>(level.taps, level.parameters.edges, level.parameters.test_id, guide,
-                                c, x, weights);
-      WeightsOfExponents(level.taps, weights);
+    if (!sparse || AnyPresent(level, y + level.parameters.step, x)) {
+      next.Fetch(x);
     }
+    if (!AnyPresent(level, y, x)) {
+      continue;
+    }
+    const GuideCentre c = LoadGuideCentre(level.guides, level.parameters.edges, x, y);
+    GuideExponents<kParabola>(level.taps, level.parameters.edges, level.parameters.test_id, guide,
+                              c, x, weights);
+    WeightsOfExponents(level.taps, weights);
     for (size_t i = 0; i < level.signals.size(); ++i) {
-      const VF zero = hn::Zero(d);
-      const GeometrySums sums =
-          any ? SumGeometryTaps(level, rows[i], weights, x) : GeometrySums{zero, zero, zero, zero};
-      const MF present = hn::Gt(hn::LoadU(d, rows[i].present + x), zero);
-      const VF scale =
-          hn::IfThenElseZero(present, hn::Div(one, hn::IfThenElse(present, sums.weight, one)));
+      const GeometrySums sums = SumGeometryTaps(level, rows[i], weights, x);
+      const VF scale = hn::Div(one, hn::IfThenElse(hn::Gt(sums.weight, zero), sums.weight, one));
       StoreInRow(d, hn::Mul(sums.luminance, scale), outputs[i].luminance, x, width);
       StoreInRow(d, hn::Mul(sums.red, scale), outputs[i].red, x, width);
       StoreInRow(d, hn::Mul(sums.variance, hn::Mul(scale, scale)), outputs[i].variance, x, width);
@@ -332,7 +347,7 @@ void FilterRowForComparison(const AtrousLevel& level, const AtrousSignal& signal
         hn::Mul(hn::Mul(c.z, c.z), hn::Set(d, kLog2E / (p.eaw_sigma_z * p.eaw_sigma_z)));
     const VF zero = hn::Zero(d);
     Sums sums = {zero, zero, zero, zero, zero};
-    AddTap(row, x, WherePresent(row, x, hn::Set(d, level.taps.centre_kernel)), luminance, &sums);
+    AddTap(row, x, WherePresent(row, x, hn::Set(d, level.centre_kernel)), luminance, &sums);
     const auto add_tap = [&](ptrdiff_t distance, float dx, float dy, float log2_kernel) HWY_ATTR
         __attribute__((always_inline)) {
       const ptrdiff_t q = x + distance;
@@ -435,8 +450,12 @@ void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
     STILLRAY_CHECK_EQ(signal.present->stride(), stride);
     STILLRAY_CHECK_EQ(signal.stop->stride(), stride);
   }
-  const TapPairs taps = MakeTapPairs(p.radius, p.step, stride);
-  const AtrousLevel level = {signals, guides, p, taps};
+  constexpr float kLog2Kernel3[2] = {-1.0f, -2.0f};
+  constexpr float kLog2Kernel5[3] = {-1.41503750f, -2.0f, -4.0f};
+  const bool small = p.radius == 1;
+  const TapPairs taps = small ? MakeTapPairs(kLog2Kernel3, p.step, stride)
+                              : MakeTapPairs(kLog2Kernel5, p.step, stride);
+  const AtrousLevel level = {signals, guides, p, taps, small ? 0.25f : 9.0f / 64.0f};
   const int height = guides.id.height();
   ParallelRows(height, 8, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {

@@ -23,7 +23,7 @@ namespace stillray {
 enum class AtrousWeights : int {
   kNaive,  ///< the kernel alone: no edge stops
   /// Normal and depth, for limit_history, which has two values and a variance: of the colour, only
-  /// luminance and red are filtered. Pixels without light must be zero in all of them and stay so.
+  /// luminance and red are filtered. Pixels without light are neither read nor written.
   kGeometry,
   kSvgf,  ///< normal, depth and luminance against the local spread
   kEaw,   ///< Gaussians of luminance, normal and depth differences

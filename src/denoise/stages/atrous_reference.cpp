@@ -85,8 +85,8 @@ void FilterPixel(const AtrousSignal& signal, const GuidePlanes& g, const AtrousP
   }
 }
 
-void PassThrough(const AtrousSignal& signal, const AtrousParameters& p, int x, int y) {
-  for (int c = 0; c < ChannelsOf(p.weights); ++c) {
+void PassThrough(const AtrousSignal& signal, int x, int y) {
+  for (int c = 0; c < 3; ++c) {
     signal.out->colour[c](x, y) = (*signal.colour)[c](x, y);
   }
   signal.out->variance(x, y) = (*signal.variance)(x, y);
@@ -103,11 +103,13 @@ void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
     STILLRAY_CHECK_LE(p.step * p.radius, signal.present->border());
     for (int y = 0; y < signal.present->height(); ++y) {
       for (int x = 0; x < signal.present->width(); ++x) {
-        const bool fills = p.weights != AtrousWeights::kGeometry || (*signal.present)(x, y) > 0;
-        if (guides.inverse_depth(x, y) > 0 && fills) {
+        if (p.weights == AtrousWeights::kGeometry && !((*signal.present)(x, y) > 0)) {
+          continue;
+        }
+        if (guides.inverse_depth(x, y) > 0) {
           FilterPixel(signal, guides, p, x, y);
         } else {
-          PassThrough(signal, p, x, y);
+          PassThrough(signal, x, y);
         }
       }
     }

@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/stages/estimate_variance.h"
 
+#include "core/check.h"
 #include "core/parallel.h"
 #include "denoise/simd/next_row.h"
+#include "denoise/simd/tap_pairs.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "denoise/stages/estimate_variance.cpp"
@@ -13,7 +15,25 @@
 #include <hwy/highway.h>
 
 #include "denoise/simd/edge_stopping-inl.h"
+#include "denoise/simd/guide_exponents-inl.h"
 #include "denoise/simd/vector_math-inl.h"
+
+#ifndef STILLRAY_ESTIMATE_VARIANCE_ONCE
+#define STILLRAY_ESTIMATE_VARIANCE_ONCE
+namespace stillray {
+
+inline constexpr size_t kMostSignals = 8;
+
+/// What rows have in common.
+struct Estimates {
+  std::span<const VarianceSignal> signals;
+  const GuidePlanes& guides;
+  const EstimateVarianceParameters& p;
+  const TapPairs& taps;
+};
+
+}  // namespace stillray
+#endif
 
 HWY_BEFORE_NAMESPACE();
 namespace stillray {
@@ -26,6 +46,12 @@ HWY_INLINE VF VarianceOfMean(VF variance, VF weights2) {
   return hn::Mul(hn::Div(variance, least), weights2);
 }
 
+/// Of this frame, at least one.
+HWY_INLINE VF Samples(const VarianceSignal& signal, int x, int y) {
+  const DF d;
+  return hn::Max(hn::LoadU(d, signal.samples->Row(y) + x), hn::Set(d, 1.0f));
+}
+
 HWY_INLINE VF ShortHistoryBoost(VF length, float full, float boost) {
   const DF d;
   const VF one = hn::Set(d, 1.0f);
@@ -33,85 +59,130 @@ HWY_INLINE VF ShortHistoryBoost(VF length, float full, float boost) {
   return Exp2(hn::Mul(hn::Set(d, boost), Log2(ratio)));
 }
 
-/// Variance of single samples from the 7x7 neighbourhood on the same surface, about each pixel's
-/// mean.
-HWY_INLINE VF SpatialVariance(const SignalHistory& h, const GuidePlanes& g,
-                              const EstimateVarianceParameters& p, int x, int y) {
-  const EdgeStopping& e = p.edges;
+/// Sums over a neighbourhood, of differences from the centre's mean.
+struct SpreadSums {
+  VF weight, d, d2;
+};
+
+/// One signal's history at the pixels x, x + 1, ... of a row.
+struct SpreadRow {
+  const float* length;
+  const float* mean;
+  const float* variance;
+};
+
+HWY_INLINE void AddSpread(const SpreadRow& row, ptrdiff_t q, VF weight, VF centre,
+                          SpreadSums* sums) {
   const DF d;
-  const VF zero = hn::Zero(d);
-  const GuideCentre c = LoadGuideCentre(g, e, x, y);
-  const VF mean_p = hn::LoadU(d, h.mean.Row(y) + x);
-  VF sum_weight = zero;
-  VF sum_d = zero;
-  VF sum_d2 = zero;
-  for (int dy = -3; dy <= 3; ++dy) {
-    for (int dx = -3; dx <= 3; ++dx) {
-      const int xq = x + dx;
-      const VF cosine =
-          hn::MulAdd(c.nx, hn::LoadU(d, g.normal[0].Row(y + dy) + xq),
-                     hn::MulAdd(c.ny, hn::LoadU(d, g.normal[1].Row(y + dy) + xq),
-                                hn::Mul(c.nz, hn::LoadU(d, g.normal[2].Row(y + dy) + xq))));
-      const VF iq = hn::LoadU(d, g.inverse_depth.Row(y + dy) + xq);
-      const MF keep =
-          hn::And(hn::Gt(cosine, zero),
-                  hn::And(hn::Gt(hn::LoadU(d, h.length.Row(y + dy) + xq), zero), hn::Gt(iq, zero)));
-      const VF exponent =
-          hn::Sub(NormalExponent(cosine, e.sigma_n),
-                  DepthExponent(c, e, iq, static_cast<float>(dx), static_cast<float>(dy)));
-      const VF w = hn::IfThenElseZero(keep, Exp2(exponent));
-      const VF difference = hn::Sub(hn::LoadU(d, h.mean.Row(y + dy) + xq), mean_p);
-      const VF second =
-          hn::MulAdd(difference, difference, hn::LoadU(d, h.variance.Row(y + dy) + xq));
-      sum_weight = hn::Add(sum_weight, w);
-      sum_d = hn::MulAdd(w, difference, sum_d);
-      sum_d2 = hn::MulAdd(w, second, sum_d2);
-    }
-  }
-  const MF any = hn::Gt(sum_weight, zero);
-  const VF scale = hn::Div(hn::Set(d, 1.0f), hn::IfThenElse(any, sum_weight, hn::Set(d, 1.0f)));
-  const VF mean_d = hn::Mul(sum_d, scale);
-  const VF variance = hn::NegMulAdd(mean_d, mean_d, hn::Mul(sum_d2, scale));
-  const VF estimate = hn::IfThenElseZero(any, hn::Max(variance, zero));
-  return hn::IfThenElse(hn::Lt(sum_weight, hn::Set(d, p.least_evidence)),
-                        hn::Set(d, kUnknownVariance), estimate);
+  const MF known = hn::Gt(hn::LoadU(d, row.length + q), hn::Zero(d));
+  const VF w = hn::IfThenElseZero(known, weight);
+  const VF difference = hn::Sub(hn::LoadU(d, row.mean + q), centre);
+  const VF second = hn::MulAdd(difference, difference, hn::LoadU(d, row.variance + q));
+  sums->weight = hn::Add(sums->weight, w);
+  sums->d = hn::MulAdd(w, difference, sums->d);
+  sums->d2 = hn::MulAdd(w, second, sums->d2);
 }
 
-void EstimateVarianceRows(const SignalHistory& history, const Image1& samples,
-                          const GuidePlanes& guides, const EstimateVarianceParameters& p, int y0,
-                          int y1, Image1* variance) {
+/// Variance of single samples from the neighbourhood on the same surface, about each pixel's mean.
+HWY_INLINE VF SpatialVariance(const Estimates& e, const SignalHistory& h, const TapVectors& weights,
+                              int x, int y) {
   const DF d;
   const VF zero = hn::Zero(d);
   const VF one = hn::Set(d, 1.0f);
-  const int width = variance->width();
+  const SpreadRow row = {h.length.Row(y), h.mean.Row(y), h.variance.Row(y)};
+  const VF centre = hn::LoadU(d, row.mean + x);
+  const ptrdiff_t stride = h.mean.stride();
+  SpreadSums sums = {zero, zero, zero};
+  AddSpread(row, x, one, centre, &sums);
+  for (int i = 0; i < e.taps.count; ++i) {
+    const TapPair& pair = e.taps.pair[i];
+    // The history has other borders than the guides.
+    const ptrdiff_t distance =
+        static_cast<ptrdiff_t>(pair.dy) * stride + static_cast<ptrdiff_t>(pair.dx);
+    AddSpread(row, x + distance, hn::Load(d, weights[2 * i]), centre, &sums);
+    AddSpread(row, x - distance, hn::Load(d, weights[2 * i + 1]), centre, &sums);
+  }
+  const MF any = hn::Gt(sums.weight, zero);
+  const VF scale = hn::Div(one, hn::IfThenElse(any, sums.weight, one));
+  const VF mean_d = hn::Mul(sums.d, scale);
+  const VF variance = hn::NegMulAdd(mean_d, mean_d, hn::Mul(sums.d2, scale));
+  const VF estimate = hn::IfThenElseZero(any, hn::Max(variance, zero));
+  return hn::IfThenElse(hn::Lt(sums.weight, hn::Set(d, e.p.least_evidence)),
+                        hn::Set(d, kUnknownVariance), estimate);
+}
+
+HWY_INLINE void FindWeights(const Estimates& e, int x, int y, TapVectors& weights) {
+  const EdgeStopping& edges = e.p.edges;
+  const GuideRow guide = GuideRowOf(e.guides, edges, y);
+  const GuideCentre centre = LoadGuideCentre(e.guides, edges, x, y);
+  if (edges.sigma_n < kParabolaFromSigmaN) {
+    GuideExponents<false>(e.taps, edges, false, guide, centre, x, weights);
+  } else {
+    GuideExponents<true>(e.taps, edges, false, guide, centre, x, weights);
+  }
+  WeightsOfExponents(e.taps, weights);
+}
+
+/// The variance of one signal at the pixels x, x + 1, ... as their own history tells it.
+/// \param is_short  where it is too short for that
+HWY_INLINE VF TemporalVariance(const Estimates& e, const VarianceSignal& signal, int x, int y,
+                               MF* is_short) {
+  const DF d;
+  const VF zero = hn::Zero(d);
+  const SignalHistory& history = *signal.history;
+  const VF length = hn::LoadU(d, history.length.Row(y) + x);
+  const MF known =
+      hn::And(hn::Gt(length, zero), hn::Gt(hn::LoadU(d, e.guides.inverse_depth.Row(y) + x), zero));
+  const MF full = hn::Ge(length, hn::Set(d, e.p.short_length));
+  *is_short = hn::AndNot(full, hn::And(known, InRow(x, signal.variance->width())));
+  const VF temporal = hn::LoadU(d, history.variance.Row(y) + x);
+  const VF result = e.p.of_mean
+                        ? VarianceOfMean(temporal, hn::LoadU(d, history.weights2.Row(y) + x))
+                        : hn::Div(temporal, Samples(signal, x, y));
+  return hn::IfThenElseZero(hn::And(known, full), result);
+}
+
+/// ... and as its neighbourhood tells it.
+HWY_INLINE VF ShortHistoryVariance(const Estimates& e, const VarianceSignal& signal,
+                                   const TapVectors& weights, int x, int y) {
+  const DF d;
+  const SignalHistory& history = *signal.history;
+  const VF length = hn::LoadU(d, history.length.Row(y) + x);
+  const VF spatial = hn::Mul(SpatialVariance(e, history, weights, x, y),
+                             ShortHistoryBoost(length, e.p.short_length, e.p.boost));
+  return e.p.of_mean ? hn::Mul(spatial, hn::LoadU(d, history.weights2.Row(y) + x))
+                     : hn::Div(spatial, Samples(signal, x, y));
+}
+
+void EstimateVarianceRows(const Estimates& e, int y0, int y1) {
+  const DF d;
+  const int width = e.guides.id.width();
+  HWY_ALIGN TapVectors weights;
   for (int y = y0; y < y1; ++y) {
-    NextRow<8> next;
-    for (const Image1* plane :
-         {&history.length, &history.weights2, &history.variance, &samples, &guides.inverse_depth}) {
-      next.Add(*plane, y + 1);
+    NextRow<1 + 5 * kMostSignals> next;
+    next.Add(e.guides.inverse_depth, y + 1);
+    for (const VarianceSignal& signal : e.signals) {
+      for (const Image1* plane :
+           {&signal.history->length, &signal.history->weights2, &signal.history->variance,
+            signal.samples, static_cast<const Image1*>(signal.variance)}) {
+        next.Add(*plane, y + 1);
+      }
     }
-    next.Add(*variance, y + 1);
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
-      const VF length = hn::LoadU(d, history.length.Row(y) + x);
-      const VF weights2 = hn::LoadU(d, history.weights2.Row(y) + x);
-      const VF temporal = hn::LoadU(d, history.variance.Row(y) + x);
-      const VF per_frame = hn::Div(one, hn::Max(hn::LoadU(d, samples.Row(y) + x), one));
-      const MF known = hn::And(hn::Gt(length, zero),
-                               hn::Gt(hn::LoadU(d, guides.inverse_depth.Row(y) + x), zero));
-      const MF full = hn::Ge(length, hn::Set(d, p.short_length));
-      VF result = p.of_mean ? VarianceOfMean(temporal, weights2) : hn::Mul(temporal, per_frame);
-      const MF is_short = hn::AndNot(full, hn::And(known, InRow(x, width)));
-      if (!hn::AllFalse(d, is_short)) {
-        VF spatial = zero;
-        if (p.spatial) {
-          spatial = hn::Mul(SpatialVariance(history, guides, p, x, y),
-                            ShortHistoryBoost(length, p.short_length, p.boost));
-          spatial = hn::Mul(spatial, p.of_mean ? weights2 : per_frame);
+      bool has_weights = false;
+      for (const VarianceSignal& signal : e.signals) {
+        MF is_short;
+        VF result = TemporalVariance(e, signal, x, y, &is_short);
+        if (e.p.spatial && !hn::AllFalse(d, is_short)) {
+          if (!has_weights) {
+            FindWeights(e, x, y, weights);
+            has_weights = true;
+          }
+          result = hn::IfThenElse(is_short, ShortHistoryVariance(e, signal, weights, x, y), result);
         }
-        result = hn::IfThenElse(is_short, spatial, result);
+        StoreInRow(d, result, signal.variance->Row(y), x, width);
       }
-      StoreInRow(d, hn::IfThenElseZero(known, result), variance->Row(y), x, width);
     }
   }
 }
@@ -126,11 +197,14 @@ namespace stillray::cpu {
 
 HWY_EXPORT(EstimateVarianceRows);
 
-void EstimateVariance(const SignalHistory& history, const Image1& samples,
-                      const GuidePlanes& guides, const EstimateVarianceParameters& p,
-                      Image1* variance) {
-  ParallelRows(variance->height(), 16, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(EstimateVarianceRows)(history, samples, guides, p, y0, y1, variance);
+void EstimateVariance(std::span<const VarianceSignal> signals, const GuidePlanes& guides,
+                      const EstimateVarianceParameters& p) {
+  STILLRAY_CHECK_LE(signals.size(), kMostSignals);
+  constexpr float kLog2OfOnes[4] = {};
+  const TapPairs taps = MakeTapPairs(kLog2OfOnes, 1, guides.inverse_depth.stride());
+  const Estimates estimates = {signals, guides, p, taps};
+  ParallelRows(guides.id.height(), 16, [&](int y0, int y1) {
+    HWY_DYNAMIC_DISPATCH(EstimateVarianceRows)(estimates, y0, y1);
   });
 }
 

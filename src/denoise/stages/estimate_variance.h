@@ -4,9 +4,12 @@
 /// estimate_variance: the noise that the wavelet has to remove from each pixel.
 /// Source: SVGF section 4.2: temporal moments; 7x7 bilateral estimate over depth and normal while
 /// the history is shorter than `short_length`. Departs: optionally the variance of the accumulated
-/// mean in place of a frame's, and a boost of young estimates. Border: 3 pixels. Reads 28 (and 7x7
-/// x 40 where the history is short), writes 4 bytes per pixel.
+/// mean in place of a frame's, and a boost of young estimates. Signals share the weights of the
+/// guides. Border: 3 pixels. Reads 16 and 12 per signal (and 7x7 x 16 and 12 per signal where the
+/// history is short), writes 4 bytes per pixel and signal.
 #pragma once
+
+#include <span>
 
 #include "denoise/planes.h"
 #include "denoise/stages/edge_stopping.h"
@@ -25,16 +28,20 @@ struct EstimateVarianceParameters {
   EdgeStopping edges;
 };
 
-/// \param samples  of this frame: a frame of n samples per pixel has 1/n of a sample's variance
+/// One signal, and where its variance goes.
+struct VarianceSignal {
+  const SignalHistory* history;
+  const Image1* samples;  ///< of this frame: a frame of n samples per pixel has 1/n of a sample's
+  Image1* variance;
+};
+
 namespace reference {
-void EstimateVariance(const SignalHistory& history, const Image1& samples,
-                      const GuidePlanes& guides, const EstimateVarianceParameters& parameters,
-                      Image1* variance);
+void EstimateVariance(std::span<const VarianceSignal> signals, const GuidePlanes& guides,
+                      const EstimateVarianceParameters& parameters);
 }
 namespace cpu {
-void EstimateVariance(const SignalHistory& history, const Image1& samples,
-                      const GuidePlanes& guides, const EstimateVarianceParameters& parameters,
-                      Image1* variance);
+void EstimateVariance(std::span<const VarianceSignal> signals, const GuidePlanes& guides,
+                      const EstimateVarianceParameters& parameters);
 }
 
 }  // namespace stillray

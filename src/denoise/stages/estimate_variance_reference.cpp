@@ -51,27 +51,36 @@ float SpatialVariance(const SignalHistory& h, const GuidePlanes& g,
   return max(sum_d2 / sum_weight - mean_d * mean_d, 0.0f);
 }
 
+float Estimate(const VarianceSignal& signal, const GuidePlanes& guides,
+               const EstimateVarianceParameters& p, int x, int y) {
+  const SignalHistory& history = *signal.history;
+  const float length = history.length(x, y);
+  if (!(guides.inverse_depth(x, y) > 0) || !(length > 0)) {
+    return 0;
+  }
+  const float n = max((*signal.samples)(x, y), 1.0f);
+  const float weights2 = history.weights2(x, y);
+  if (length >= p.short_length) {
+    const float temporal = history.variance(x, y);
+    return p.of_mean ? VarianceOfMean(temporal, weights2) : temporal / n;
+  }
+  if (!p.spatial) {
+    return 0;
+  }
+  const float spatial = SpatialVariance(history, guides, p, x, y) *
+                        ShortHistoryBoost(length, p.short_length, p.boost);
+  return spatial * (p.of_mean ? weights2 : 1.0f / n);
+}
+
 }  // namespace
 
-void EstimateVariance(const SignalHistory& history, const Image1& samples,
-                      const GuidePlanes& guides, const EstimateVarianceParameters& p,
-                      Image1* variance) {
-  for (int y = 0; y < variance->height(); ++y) {
-    for (int x = 0; x < variance->width(); ++x) {
-      const float length = history.length(x, y);
-      const float weights2 = history.weights2(x, y);
-      float result = 0;
-      if (!(guides.inverse_depth(x, y) > 0) || !(length > 0)) {
-        result = 0;
-      } else if (length >= p.short_length) {
-        result = p.of_mean ? VarianceOfMean(history.variance(x, y), weights2)
-                           : history.variance(x, y) / max(samples(x, y), 1.0f);
-      } else if (p.spatial) {
-        const float spatial = SpatialVariance(history, guides, p, x, y) *
-                              ShortHistoryBoost(length, p.short_length, p.boost);
-        result = spatial * (p.of_mean ? weights2 : 1.0f / max(samples(x, y), 1.0f));
+void EstimateVariance(std::span<const VarianceSignal> signals, const GuidePlanes& guides,
+                      const EstimateVarianceParameters& p) {
+  for (const VarianceSignal& signal : signals) {
+    for (int y = 0; y < signal.variance->height(); ++y) {
+      for (int x = 0; x < signal.variance->width(); ++x) {
+        (*signal.variance)(x, y) = Estimate(signal, guides, p, x, y);
       }
-      (*variance)(x, y) = result;
     }
   }
 }

@@ -72,30 +72,27 @@ void CompareWithHistoryRows(const NewLight& light, const SignalHistory& before,
           taps, y, &next);
     }
     for (int x = 0; x < width; x += LaneCount()) {
-      next.Fetch(x);
-      VF there = zero;
-      VF difference = zero;
-      VF single = zero;
-      VF noise = zero;
-      if (!sparse || !NoSamples(light.samples, x, y)) {
-        const FetchTaps found = LoadTaps(before, taps, x, y);
-        const auto old_of = [&](const Image1& plane)
-                                HWY_ATTR { return FetchPlane(plane, before, found); };
-        const VF n = hn::LoadU(d, light.samples.Row(y) + x);
-        const MF both = hn::And(hn::Gt(hn::LoadU(d, guides.inverse_depth.Row(y) + x), zero),
-                                hn::And(hn::Gt(n, zero), hn::Gt(old_of(before.length), zero)));
-        const VF l = hn::Max(hn::LoadU(d, light.colour[0].Row(y) + x), zero);
-        const VF now = hn::Div(l, hn::Add(l, scale));
-        const VF then = old_of(before.compressed);
-        there = hn::IfThenElseZero(both, one);
-        difference = hn::IfThenElseZero(both, hn::Sub(now, then));
-        single = hn::IfThenElseZero(
-            both, SampleVariance(then, old_of(before.mean), old_of(before.variance), scale));
-        const VF weights2 = old_of(before.weights2);
-        noise = hn::Mul(single, hn::Add(hn::Div(one, hn::Max(n, one)), weights2));
+      if (!sparse || (y + 1 < y1 && !NoSamples(light.samples, x, y + 1))) {
+        next.Fetch(x);
       }
-      StoreInRow(d, there, present->Row(y), x, width);
-      StoreInRow(d, difference, compared->colour[0].Row(y), x, width);
+      if (sparse && NoSamples(light.samples, x, y)) {
+        StoreInRow(d, zero, present->Row(y), x, width);
+        continue;
+      }
+      const FetchTaps found = LoadTaps(before, taps, x, y);
+      const auto old_of = [&](const Image1& plane)
+                              HWY_ATTR { return FetchPlane(plane, before, found); };
+      const VF n = hn::LoadU(d, light.samples.Row(y) + x);
+      const MF both = hn::And(hn::Gt(hn::LoadU(d, guides.inverse_depth.Row(y) + x), zero),
+                              hn::And(hn::Gt(n, zero), hn::Gt(old_of(before.length), zero)));
+      const VF l = hn::Max(hn::LoadU(d, light.colour[0].Row(y) + x), zero);
+      const VF now = hn::Div(l, hn::Add(l, scale));
+      const VF then = old_of(before.compressed);
+      const VF single = SampleVariance(then, old_of(before.mean), old_of(before.variance), scale);
+      const VF weights2 = old_of(before.weights2);
+      const VF noise = hn::Mul(single, hn::Add(hn::Div(one, hn::Max(n, one)), weights2));
+      StoreInRow(d, hn::IfThenElseZero(both, one), present->Row(y), x, width);
+      StoreInRow(d, hn::Sub(now, then), compared->colour[0].Row(y), x, width);
       StoreInRow(d, single, compared->colour[1].Row(y), x, width);
       StoreInRow(d, noise, compared->variance.Row(y), x, width);
     }

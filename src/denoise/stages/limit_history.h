@@ -24,9 +24,9 @@ inline constexpr int kLimitHistoryRadius = 1;
 
 /// The functions around the wavelet, which the denoiser calls in between, for all signals at once.
 /// Compare: luminance = compressed present less compressed history, red = variance of single
-/// compressed samples, variance = expected noise of the difference, all zero where either is
-/// missing; present = 1 where both exist. Limit: length that the history may count for; its own
-/// where nothing speaks against it. The history is that of the last frame, looked up along `taps`.
+/// compressed samples, variance = expected noise of the difference; present = 1 where both
+/// exist. Limit: length that the history may count for; its own where nothing speaks against it.
+/// The history is that of the last frame, looked up along `taps`.
 struct LimitHistoryParameters {
   float scale = 1;  ///< luminance that is compressed to 1/2; that of `before.compressed`
   float dead = 8;

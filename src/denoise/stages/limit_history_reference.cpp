@@ -30,9 +30,11 @@ void CompareWithHistory(const NewLight& light, const SignalHistory& history,
           CompressedVariance(then, before.mean(x, y), before.variance(x, y), p.scale);
       const float noise = single * (1.0f / max(n, 1.0f) + before.weights2(x, y));
       (*present)(x, y) = both ? 1.0f : 0.0f;
-      compared->colour[0](x, y) = both ? now - then : 0.0f;
-      compared->colour[1](x, y) = both ? single : 0.0f;
-      compared->variance(x, y) = both ? noise : 0.0f;
+      if (both) {
+        compared->colour[0](x, y) = now - then;
+        compared->colour[1](x, y) = single;
+        compared->variance(x, y) = noise;
+      }
     }
   }
 }
