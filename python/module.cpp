@@ -143,8 +143,9 @@ Arrays ArraysOf(const py::dict& images) {
 
 class PyDenoiser {
  public:
-  PyDenoiser(const std::string& preset, int threads, const py::kwargs& settings) {
-    Check(device_.Create(threads));
+  PyDenoiser(const std::string& preset, int threads, const std::string& device,
+             const py::kwargs& settings) {
+    Check(device_.Create(threads, device.c_str()));
     Check(denoiser_.Create(device_, preset.c_str()));
     Set(settings);
   }
@@ -172,6 +173,7 @@ class PyDenoiser {
     return settings;
   }
   int threads() const { return device_.threads(); }
+  std::string device() const { return device_.description(); }
   std::vector<std::string> Outputs() {
     const std::unique_lock<std::mutex> lock = Use();
     return denoiser_.OutputNames();
@@ -353,23 +355,26 @@ void BindDenoiser(py::module_& m) {
   py::class_<PyDenoiser> denoiser(
       m, "Denoiser",
       "Denoises one sequence, frame by frame, and holds its history.\n\n"
-      "Denoiser(preset='default', threads=0, **settings)\n\n"
+      "Denoiser(preset='default', threads=0, device='cpu', **settings)\n\n"
       "    preset: one of stillray.presets()\n"
       "    threads: 0 for one per processor; the picture is the same for any number\n"
+      "    device: 'cpu', 'vulkan', 'vulkan:N', or 'auto': a GPU where there is one, else the CPU\n"
       "    settings: see stillray.parameters(), such as alpha_min=0.05, steps=[1, 2, 4],\n"
       "        antialias='off'\n\n"
       "Other Python threads run while a frame is denoised. One denoiser works on one frame at a\n"
       "time; use one per thread and sequence.");
   denoiser.attr("__module__") = "stillray";
   denoiser
-      .def(py::init<const std::string&, int, const py::kwargs&>(), "preset"_a = "default",
-           "threads"_a = 0)
+      .def(py::init<const std::string&, int, const std::string&, const py::kwargs&>(),
+           "preset"_a = "default", "threads"_a = 0, "device"_a = "cpu")
       .def("set", &PyDenoiser::Set,
            "Changes settings from the next frame on, as in the constructor. Settings that\n"
            "contradict each other are told by denoise().")
       .def("set_preset", &PyDenoiser::SetPreset, "preset"_a, "Sets all settings of a preset.")
       .def_property_readonly("settings", &PyDenoiser::Settings, "All settings, as text.")
       .def_property_readonly("threads", &PyDenoiser::threads, "Number of threads.")
+      .def_property_readonly("device", &PyDenoiser::device,
+                             "'cpu', or choice, name and driver of another device.")
       .def_property_readonly("outputs", &PyDenoiser::Outputs,
                              "Names of the results that denoise() can give with these settings.")
       .def_property_readonly(

@@ -136,6 +136,17 @@ STILLRAY_API const char* stillray_preset_name(size_t index);
  * On failure *device is NULL. UNSUPPORTED: the library has another ABI version. */
 STILLRAY_API stillray_error stillray_device_create(uint32_t abi_version, int32_t threads,
                                                    stillray_device** device);
+/* The same, and where its denoisers filter. name: "cpu", which is what stillray_device_create makes;
+ * "vulkan", the first usable device of Vulkan, GPUs before software; "vulkan:N", the Nth of
+ * `stillray info --devices`; "auto", a GPU where there is one that works, else the CPU. On other
+ * devices than the CPU the picture differs by rounding, and histories cannot be saved.
+ * On failure *device is NULL. INVALID_ARGUMENT: not such a name; NOT_FOUND, UNSUPPORTED: no such
+ * device, or what it lacks. */
+STILLRAY_API stillray_error stillray_device_create_on(uint32_t abi_version, int32_t threads,
+                                                      const char* name, stillray_device** device);
+/* "cpu", or choice, name and driver of another device. Lives as long as the device; "" if it is
+ * NULL. */
+STILLRAY_API const char* stillray_device_description(const stillray_device* device);
 /* Denoisers made of it keep what they need. NULL is allowed. */
 STILLRAY_API void stillray_device_release(stillray_device* device);
 /* The number of threads; 0 if device is NULL. */
@@ -211,7 +222,8 @@ STILLRAY_API stillray_error stillray_denoiser_resize(stillray_denoiser* denoiser
 /* Forgets all history: the next frame is a first frame, as after a cut. */
 STILLRAY_API stillray_error stillray_denoiser_reset(stillray_denoiser* denoiser);
 
-/* The whole history, to continue later with the same bits. *size: bytes needed. buffer NULL only
+/* The whole history, to continue later with the same bits; UNSUPPORTED on other devices than the
+ * CPU. *size: bytes needed. buffer NULL only
  * asks for the size; a capacity below it is INVALID_ARGUMENT, and nothing is written. */
 STILLRAY_API stillray_error stillray_denoiser_save_history(stillray_denoiser* denoiser,
                                                            void* buffer, size_t capacity,

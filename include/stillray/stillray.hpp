@@ -46,18 +46,21 @@ stillray_image Planar(T* data, int channels, int width, int height) {
   return stillray_planar(data, FormatOf<T>(), channels, width, height);
 }
 
-/// The threads of denoisers. Empty until Create().
+/// The threads of denoisers, and where they filter. Empty until Create().
 class Device {
  public:
   /// \param threads  0: one per processor
-  Error Create(int threads = 0) {
+  /// \param name     "cpu", "vulkan", "vulkan:N", "auto": see stillray_device_create_on
+  Error Create(int threads = 0, const char* name = "cpu") {
     stillray_device* made = nullptr;
-    const stillray_error code = stillray_device_create(STILLRAY_ABI_VERSION, threads, &made);
+    const stillray_error code =
+        stillray_device_create_on(STILLRAY_ABI_VERSION, threads, name, &made);
     handle_.reset(made);
     return {code, code == STILLRAY_OK ? "" : stillray_error_message(nullptr)};
   }
   stillray_device* handle() const { return handle_.get(); }
   int threads() const { return stillray_device_threads(handle()); }
+  std::string description() const { return stillray_device_description(handle()); }
 
  private:
   struct Release {

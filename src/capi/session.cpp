@@ -136,7 +136,7 @@ void Session::SetProgress(stillray_progress progress, void* user) {
 
 Status Session::Prepare() {
   if (!engine_.has_value()) {
-    Result<Denoiser> made = Denoiser::Create(settings_);
+    Result<Denoiser> made = Denoiser::Create(settings_, place_->device);
     if (!made.ok()) {
       return made.status();
     }
@@ -207,10 +207,10 @@ Status Session::Execute() {
   if (!Report(0.0)) {
     return Status::Cancelled();
   }
-  threads_->arena.execute([&] { LoadFrame(inputs_, &frame_); });
+  place_->arena.execute([&] { LoadFrame(inputs_, &frame_); });
   STILLRAY_RETURN_IF_ERROR(progress_ == nullptr ? Filter() : FilterWatched());
   last_filter_ms_ = TotalMs(result_.timings);
-  threads_->arena.execute([&] { WriteOutputs(); });
+  place_->arena.execute([&] { WriteOutputs(); });
   ++frame_.index;
   // The frame is finished and its outputs are written: there is nothing left to cancel.
   Report(1.0);
@@ -219,7 +219,7 @@ Status Session::Execute() {
 
 Status Session::Filter() {
   Status status;
-  threads_->arena.execute([&] { status = engine_->Denoise(frame_, &result_); });
+  place_->arena.execute([&] { status = engine_->Denoise(frame_, &result_); });
   return status;
 }
 
@@ -228,7 +228,7 @@ Status Session::FilterWatched() {
   tbb::task_group_context group;
   std::future<Status> filtering = std::async(std::launch::async, [&] {
     Status status;
-    threads_->arena.execute([&] {
+    place_->arena.execute([&] {
       tbb::parallel_for(
           0, 1, [&](int) { status = engine_->Denoise(frame_, &result_); }, group);
     });
@@ -373,6 +373,9 @@ void Session::Reset() {
 }
 
 Result<std::vector<uint8_t>> Session::SaveHistory() {
+  if (!place_->device.is_cpu()) {
+    return Status::Unsupported("histories are saved on the CPU only");
+  }
   STILLRAY_RETURN_IF_ERROR(Prepare());
   return engine_->SaveHistory();
 }

@@ -20,18 +20,19 @@
 
 namespace stillray::capi {
 
-/// The threads, shared by a device and its denoisers.
-struct Threads {
-  explicit Threads(int n) : count(n), arena(n) {}
-  int count;
+/// Threads and the place where frames are filtered, shared by a device and its denoisers.
+struct Workplace {
+  Workplace(int n, Device filter_device) : threads(n), arena(n), device(std::move(filter_device)) {}
+  int threads;
   tbb::task_arena arena;
+  Device device;
 };
 
 /// The sequence behind a stillray_denoiser. Errors come as Status; only memory can throw.
 class Session {
  public:
-  Session(std::shared_ptr<Threads> threads, const Settings& settings)
-      : threads_(std::move(threads)), settings_(settings) {}
+  Session(std::shared_ptr<Workplace> place, const Settings& settings)
+      : place_(std::move(place)), settings_(settings) {}
 
   const Settings& settings() const { return settings_; }
   void SetSettings(const Settings& settings) { settings_ = settings; }
@@ -69,7 +70,7 @@ class Session {
   Image1 VarianceOfPicture() const;
   Image1 ShortestHistory() const;
 
-  std::shared_ptr<Threads> threads_;
+  std::shared_ptr<Workplace> place_;
   Settings settings_;
   std::optional<Denoiser> engine_;
   ImageMap inputs_;

@@ -14,13 +14,13 @@
 #include "capi/session.h"
 
 struct stillray_device {
-  std::shared_ptr<stillray::capi::Threads> threads;
+  std::shared_ptr<stillray::capi::Workplace> place;
 };
 
 struct stillray_denoiser {
-  stillray_denoiser(std::shared_ptr<stillray::capi::Threads> threads,
+  stillray_denoiser(std::shared_ptr<stillray::capi::Workplace> place,
                     const stillray::Settings& settings)
-      : session(std::move(threads), settings) {}
+      : session(std::move(place), settings) {}
   stillray::capi::Session session;
   std::string message;                    ///< of the last call that failed
   std::string value;                      ///< what get() returned last
@@ -222,6 +222,11 @@ const char* stillray_preset_name(size_t index) {
 
 stillray_error stillray_device_create(uint32_t abi_version, int32_t threads,
                                       stillray_device** device) {
+  return stillray_device_create_on(abi_version, threads, "cpu", device);
+}
+
+stillray_error stillray_device_create_on(uint32_t abi_version, int32_t threads, const char* name,
+                                         stillray_device** device) {
   return Guard(&ThreadMessage(), [&] {
     if (device == nullptr) {
       return IsNull("device");
@@ -236,12 +241,21 @@ stillray_error stillray_device_create(uint32_t abi_version, int32_t threads,
       return Status::InvalidArgument(
           fmt::format("threads is {}, expected 0 to {}", threads, stillray::capi::kMaxThreads));
     }
+    if (name == nullptr) {
+      return IsNull("name");
+    }
+    const Result<stillray::Device> opened = stillray::Device::Open(name);
+    STILLRAY_RETURN_IF_ERROR(opened.status());
     // More threads than processors bring nothing, and TBB would print a warning.
     const int processors = tbb::info::default_concurrency();
     const int count = threads != 0 ? std::min<int>(threads, processors) : processors;
-    *device = new stillray_device{std::make_shared<stillray::capi::Threads>(count)};
+    *device = new stillray_device{std::make_shared<stillray::capi::Workplace>(count, *opened)};
     return Status::Ok();
   });
+}
+
+const char* stillray_device_description(const stillray_device* device) {
+  return device != nullptr ? device->place->device.description().c_str() : "";
 }
 
 void stillray_device_release(stillray_device* device) {
@@ -249,7 +263,7 @@ void stillray_device_release(stillray_device* device) {
 }
 
 int32_t stillray_device_threads(const stillray_device* device) {
-  return device != nullptr ? device->threads->count : 0;
+  return device != nullptr ? device->place->threads : 0;
 }
 
 stillray_error stillray_denoiser_create(stillray_device* device, const char* preset,
@@ -267,7 +281,7 @@ stillray_error stillray_denoiser_create(stillray_device* device, const char* pre
     if (!settings.ok()) {
       return settings.status();
     }
-    *denoiser = new stillray_denoiser(device->threads, settings.value());
+    *denoiser = new stillray_denoiser(device->place, settings.value());
     return Status::Ok();
   });
 }

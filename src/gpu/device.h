@@ -5,6 +5,7 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 
 #include "gpu/instance.h"
 
@@ -43,6 +44,8 @@ class Device {
   uint32_t queue_family() const { return queue_family_; }
   bool has_timestamps() const { return timestamp_bits_ != 0; }
 
+  /// The command buffer and the queue are one thread's at a time: to be held from Begin to Run.
+  [[nodiscard]] std::unique_lock<std::mutex> Lock() { return std::unique_lock(mutex_); }
   /// Begins the command buffer anew. One at a time: Run before the next Begin.
   Result<VkCommandBuffer> Begin();
   /// Ends the command buffer, runs it and waits for it.
@@ -53,6 +56,7 @@ class Device {
   Status FindQueue();
   Status MakeCommandBuffer();
 
+  std::mutex mutex_;
   std::shared_ptr<Instance> instance_;
   DeviceInfo info_;
   DeviceContext context_;

@@ -107,6 +107,21 @@ TEST_F(ErrorsTest, Creation) {
   stillray_device_release(device);
 }
 
+TEST_F(ErrorsTest, Devices) {
+  stillray_device* device = reinterpret_cast<stillray_device*>(&image);
+  EXPECT_EQ(stillray_device_create_on(STILLRAY_ABI_VERSION, 0, "gpu", &device), kInvalid);
+  EXPECT_EQ(device, nullptr);
+  EXPECT_EQ(ThreadMessage(), "device is 'gpu', expected auto, cpu, vulkan or vulkan:N");
+  EXPECT_EQ(stillray_device_create_on(STILLRAY_ABI_VERSION, 0, nullptr, &device), kInvalid);
+  EXPECT_EQ(ThreadMessage(), "name is NULL");
+  EXPECT_NE(stillray_device_create_on(STILLRAY_ABI_VERSION, 0, "vulkan:77", &device), STILLRAY_OK);
+  EXPECT_EQ(device, nullptr);
+  EXPECT_STREQ(stillray_device_description(nullptr), "");
+  ASSERT_EQ(stillray_device_create(STILLRAY_ABI_VERSION, 0, &device), STILLRAY_OK);
+  EXPECT_STREQ(stillray_device_description(device), "cpu");
+  stillray_device_release(device);
+}
+
 TEST_F(ErrorsTest, MessagesOfThreadsAreTheirOwn) {
   EXPECT_EQ(stillray_denoiser_execute(nullptr), kInvalid);
   std::string other = "unset";

@@ -223,6 +223,23 @@ class SequenceTest(unittest.TestCase):
             for got, want in zip(result, expected):
                 np.testing.assert_array_equal(got, want)
 
+    def test_device(self):
+        self.assertEqual(stillray.Denoiser().device, "cpu")
+        with self.assertRaisesRegex(ValueError, "device is 'gpu', expected auto, cpu, vulkan or"):
+            stillray.Denoiser(device="gpu")
+        chosen = stillray.Denoiser(device="auto")
+        self.assertRegex(chosen.device, "^(cpu$|vulkan:)")
+        try:
+            denoiser = stillray.Denoiser(device="vulkan")
+        except (stillray.Error, ValueError) as error:
+            self.skipTest(str(error))
+        self.assertRegex(denoiser.device, "^vulkan:[0-9]+: .+")
+        frames = [make_frame(i) for i in range(2)]
+        for got, want in zip([denoiser.denoise(f) for f in frames], run(frames)):
+            self.assertLess(np.abs(got - want).mean(), 0.02 * want.mean())
+        with self.assertRaisesRegex(stillray.Error, "histories are saved on the CPU only"):
+            denoiser.save_history()
+
     def test_statistics(self):
         frame = make_frame(0)
         frame["direct_diffuse"][3, 4] = np.nan

@@ -115,6 +115,7 @@ Status HostDenoiser::MakeStateBuffer() {
 
 Status HostDenoiser::Run(const FrameFacts& facts) {
   const gpu::DeviceFunctions& vk = device_->context().vk;
+  const std::unique_lock<std::mutex> lock = device_->Lock();
   const Result<VkCommandBuffer> begun = device_->Begin();
   STILLRAY_RETURN_IF_ERROR(begun.status());
   const VkCommandBuffer commands = *begun;

@@ -1,0 +1,90 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// The C API with its denoisers on another device.
+#include <thread>
+
+#include "capi/capi_frames.h"
+#include "gpu/device_test.h"
+
+namespace stillray::test {
+namespace {
+
+constexpr int kWidth = 53;
+constexpr int kHeight = 31;
+constexpr int kFrames = 4;
+
+struct DeviceRelease {
+  void operator()(stillray_device* d) const { stillray_device_release(d); }
+};
+using DeviceHandle = std::unique_ptr<stillray_device, DeviceRelease>;
+
+DenoiserHandle MakeDenoiserOn(stillray_device* device) {
+  stillray_denoiser* denoiser = nullptr;
+  EXPECT_EQ(stillray_denoiser_create(device, "default", &denoiser), STILLRAY_OK);
+  return DenoiserHandle(denoiser);
+}
+
+CallerFrame Denoise(stillray_denoiser* denoiser, int index) {
+  CallerFrame caller(MakeBusyFrame(kWidth, kHeight, index));
+  caller.Run(denoiser);
+  return caller;
+}
+
+class CapiDevice : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    stillray_device* device = nullptr;
+    if (stillray_device_create_on(STILLRAY_ABI_VERSION, 2, "vulkan", &device) != STILLRAY_OK) {
+      GTEST_SKIP() << stillray_error_message(nullptr);
+    }
+    device_.reset(device);
+  }
+  DeviceHandle device_;
+};
+
+TEST_F(CapiDevice, GivesThePicturesOfTheCpu) {
+  EXPECT_EQ(std::string(stillray_device_description(device_.get())).find("vulkan:"), 0u);
+  const DenoiserHandle tested = MakeDenoiserOn(device_.get());
+  const DenoiserHandle expected = MakeDenoiser("default");
+  for (int i = 0; i < kFrames; ++i) {
+    const CallerFrame got = Denoise(tested.get(), i);
+    const CallerFrame want = Denoise(expected.get(), i);
+    Image1 a(kWidth, kHeight);
+    Image1 b(kWidth, kHeight);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        a(x, y) = got.colour.Get(x, y, 1);
+        b(x, y) = want.colour.Get(x, y, 1);
+      }
+    }
+    EXPECT_LT(Compare(a, b, kHalf.rms).rms, 0.03) << i;
+  }
+  size_t size = 0;
+  EXPECT_EQ(stillray_denoiser_save_history(tested.get(), nullptr, 0, &size),
+            STILLRAY_ERROR_UNSUPPORTED);
+  EXPECT_STREQ(stillray_error_message(tested.get()), "histories are saved on the CPU only");
+}
+
+TEST_F(CapiDevice, ThreadsMayShareADevice) {
+  const DenoiserHandle alone = MakeDenoiserOn(device_.get());
+  std::vector<std::vector<char>> expected;
+  for (int i = 0; i < kFrames; ++i) {
+    expected.push_back(Denoise(alone.get(), i).colour.bytes);
+  }
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 3; ++t) {
+    threads.emplace_back([&] {
+      const DenoiserHandle own = MakeDenoiserOn(device_.get());
+      for (int i = 0; i < kFrames; ++i) {
+        EXPECT_EQ(Denoise(own.get(), i).colour.bytes, expected[static_cast<size_t>(i)]);
+      }
+    });
+  }
+  for (std::thread& thread : threads) {
+    thread.join();
+  }
+}
+
+}  // namespace
+}  // namespace stillray::test
