@@ -76,6 +76,25 @@ def test_errors(program, folder):
             assert word in done.stderr, (arguments, done.stderr)
 
 
+def test_devices(program, folder):
+    """The same picture but for rounding, and which device it was."""
+    common = ["builtin:cornell", "--size", "64x48", "--headless-frames", "3", "--spp", "1"]
+    out = [os.path.join(folder, device) for device in ("cpu", "vulkan")]
+    done = run(program, *common, "--device", "cpu", "-o", out[0])
+    assert done.returncode == 0 and "denoising on" not in done.stderr, done.stderr
+    done = run(program, *common, "--device", "gpu", "-o", out[0])
+    assert done.returncode == 2 and "--device: device is 'gpu'" in done.stderr, done.stderr
+    done = run(program, *common, "--device", "auto", VK_DRIVER_FILES="/nonexistent")
+    assert done.returncode == 0 and done.stderr.startswith("denoising on the CPU: "), done.stderr
+    done = run(program, *common, "--device", "vulkan", "-o", out[1])
+    if done.returncode != 0:
+        assert done.stderr.startswith("error: --device: "), done.stderr
+        print("  without a device:", done.stderr.strip())
+        return
+    assert done.stderr.startswith("denoising on vulkan:"), done.stderr
+    assert list(files(out[0])) == list(files(out[1]))
+
+
 def test_no_display(program, folder):
     done = run(program, "builtin:cornell", DISPLAY="", WAYLAND_DISPLAY="")
     assert done.returncode == 2, done.stderr
@@ -84,7 +103,7 @@ def test_no_display(program, folder):
 
 def main():
     program = os.path.abspath(sys.argv[1])
-    for test in (test_same_pictures, test_settings_file, test_errors, test_no_display):
+    for test in (test_same_pictures, test_settings_file, test_errors, test_devices, test_no_display):
         print(test.__name__, flush=True)
         with tempfile.TemporaryDirectory() as folder:
             test(program, folder)

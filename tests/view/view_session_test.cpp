@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "denoise/device_denoiser.h"
 #include "stillray/quality.h"
 
 namespace stillray::view {
@@ -29,9 +30,11 @@ ViewSettings SmallSettings() {
   return settings;
 }
 
-ViewSession Open(const std::string& scene) {
-  return ViewSession(std::move(
-      LoadForView({scene, ""}, SmallSettings(), [](const LoadPhase&) { return true; }).value()));
+ViewSession Open(const std::string& scene, const Device& device = Device()) {
+  return ViewSession(
+      std::move(
+          LoadForView({scene, ""}, SmallSettings(), [](const LoadPhase&) { return true; }).value()),
+      device);
 }
 
 ViewFrame Next(const ViewSettings& settings, ViewSession* session) {
@@ -361,6 +364,63 @@ TEST(ViewSession, AdaptsItsRateToTheTarget) {
     frame = Next(settings, &session);
   }
   EXPECT_GE(frame.rate.value(), 4.0 / 16);
+}
+
+/// A device that works for some frames and is lost then; its pictures are plain green.
+class MortalDevice : public DeviceBackend {
+ public:
+  explicit MortalDevice(int frames) : frames_(frames) {}
+  Result<std::unique_ptr<DeviceDenoiser>> CreateDenoiser(const Settings&,
+                                                         DevicePrecision) override {
+    if (frames_ == 0) {
+      return Status::Unsupported("the device was lost");
+    }
+    return std::unique_ptr<DeviceDenoiser>(std::make_unique<Mortal>(&frames_));
+  }
+
+ private:
+  class Mortal : public DeviceDenoiser {
+   public:
+    explicit Mortal(int* frames) : frames_(frames) {}
+    Status Denoise(const Frame& frame, DenoisedFrame* out) override {
+      if ((*frames_)-- == 0) {
+        return Status::Unsupported("the device was lost");
+      }
+      out->colour = Image3(frame.width, frame.height);
+      out->colour[1].Fill(1);
+      return Status::Ok();
+    }
+    Status SetSettings(const Settings&) override { return Status::Ok(); }
+    void SetOutputs(std::vector<std::string>) override {}
+    void Reset() override {}
+    size_t memory_bytes() const override { return 0; }
+    DeviceMemory device_memory() const override { return {}; }
+
+   private:
+    int* frames_;
+  };
+  int frames_;
+};
+
+TEST(ViewSession, GoesOnOnTheCpuWhenItsDeviceIsLost) {
+  for (const int frames : {0, 2}) {
+    const Device device = MakeDevice(std::make_shared<MortalDevice>(frames), "a device");
+    ViewSession session = Open("builtin:cornell", device);
+    ViewSession expected = Open("builtin:cornell");
+    for (int i = 0; i < frames; ++i) {
+      Next(SmallSettings(), &expected);
+      const ViewFrame frame = Next(SmallSettings(), &session);
+      EXPECT_EQ(frame.device, "a device");
+      EXPECT_EQ(frame.note, "");
+      EXPECT_EQ(frame.pictures[0].pixels[0], 0);
+    }
+    const ViewFrame lost = Next(SmallSettings(), &session);
+    EXPECT_EQ(lost.device, "cpu");
+    EXPECT_EQ(lost.note, "filtering goes on on the CPU: the device was lost");
+    EXPECT_LT(MeanDifference(lost.pictures[0], Next(SmallSettings(), &expected).pictures[0]), 15);
+    EXPECT_EQ(Next(SmallSettings(), &session).note, "");
+    EXPECT_TRUE(session.device().is_cpu());
+  }
 }
 
 TEST(LoadForView, NamesWhatIsWrong) {

@@ -18,12 +18,12 @@ PANEL = (660, 30, 940, 580)
 
 
 class Viewer:
-    def __init__(self, display, program, folder):
+    def __init__(self, display, program, folder, *more):
         self.display = display
         self.report = os.path.join(folder, "report.json")
         self.process = subprocess.Popen(
             [program, "view", "builtin:cornell", "--size", "960x600", "--spp", "1", "--scale", "0.25",
-             "--bounces", "1", "--report", self.report],
+             "--bounces", "1", "--report", self.report, *more],
             env=display.environment, stderr=subprocess.PIPE, cwd=folder)
         display.do("search", "--sync", "--name", "stillray")
         self.window = subprocess.run(["xdotool", "search", "--name", "stillray"], check=True,
@@ -173,6 +173,26 @@ def test_quits(display, viewer):
     assert report["most_frames_to_answer"] <= 2, report
 
 
+def test_filters_on_vulkan(display, program, folder):
+    """The picture of a software or real device, in a window of its own."""
+    devices = subprocess.run([program, "info", "--devices"], capture_output=True, text=True).stdout
+    if "vulkan:0" not in devices or "not usable" in devices:
+        print("  skipped, there is no usable device:", devices.strip())
+        return
+    viewer = Viewer(display, program, folder, "--device", "vulkan", "--preset", "svgf")
+    try:
+        until("a bright picture", lambda: display.screen().mean(PICTURE) > 40)
+        assert settled(display, PICTURE).roughness(PICTURE) < 6, "the denoised picture is smooth"
+        viewer.check_alive()
+        display.key("ctrl+q")
+        assert viewer.process.wait(timeout=30) == 0
+        assert viewer.process.stderr.read().decode().startswith("denoising on vulkan:")
+    finally:
+        if viewer.process.poll() is None:
+            viewer.process.kill()
+        viewer.process.wait()
+
+
 def main():
     require("Xvfb", "xdotool")
     program = os.path.abspath(sys.argv[1])
@@ -193,6 +213,8 @@ def main():
             if viewer.process.poll() is None:
                 viewer.process.kill()
             viewer.process.wait()
+        print("test_filters_on_vulkan", flush=True)
+        test_filters_on_vulkan(display, program, folder)
 
 
 if __name__ == "__main__":

@@ -65,7 +65,7 @@ Status RunHeadless(const ViewOptions& options) {
     return Status::InvalidArgument(fmt::format("--camera is {}, the scene's are numbered 0 to {}",
                                                options.settings.camera, cameras - 1));
   }
-  ViewSession session(std::move(loaded.value()));
+  ViewSession session(std::move(loaded.value()), options.device);
   for (const std::string& warning : session.scene().warnings) {
     fmt::print(stderr, "note: {}\n", warning);
   }
@@ -75,6 +75,9 @@ Status RunHeadless(const ViewOptions& options) {
   for (int n = 1; n <= options.headless_frames; ++n) {
     STILLRAY_RETURN_IF_ERROR(
         session.RenderNext(options.settings, 1 / options.settings.fps, keep_going, &frame));
+    if (!frame.note.empty()) {
+      fmt::print(stderr, "note: {}\n", frame.note);
+    }
     STILLRAY_RETURN_IF_ERROR(session.RefineReference(keep_going));
     costs.push_back(frame.cost);
     if (!options.folder.empty()) {

@@ -10,6 +10,7 @@
 #include <tbb/info.h>
 
 #include "commands.h"
+#include "device_option.h"
 #include "view/headless.h"
 #include "view/view_options.h"
 #include "view/window/viewer.h"
@@ -32,6 +33,9 @@ Status RunView(const view::ViewArguments& arguments) {
   if (!options.ok()) {
     return options.status();
   }
+  const Result<Device> device = OpenDeviceOption(arguments.device, "");
+  STILLRAY_RETURN_IF_ERROR(device.status());
+  options->device = *device;
   const int threads = options->threads > 0
                           ? std::min(options->threads, tbb::info::default_concurrency())
                           : tbb::info::default_concurrency();

@@ -60,8 +60,11 @@ void AddLayer(const std::string& name, const std::vector<Image1>& values, bool m
 
 }  // namespace
 
-ViewEngine::ViewEngine(const ViewSettings& settings, std::function<void()> wake)
-    : wake_(std::move(wake)), settings_(settings), loader_([this](bool finished) {
+ViewEngine::ViewEngine(const ViewSettings& settings, std::function<void()> wake, Device device)
+    : wake_(std::move(wake)),
+      settings_(settings),
+      device_(std::move(device)),
+      loader_([this](bool finished) {
         if (finished) {
           {
             const std::lock_guard lock(mutex_);
@@ -170,7 +173,7 @@ void ViewEngine::TakeLoadedScene() {
   }
   EndClip();
   session_.reset();  // the old scene's memory first
-  session_ = std::make_unique<ViewSession>(std::move(*outcome->scene));
+  session_ = std::make_unique<ViewSession>(std::move(*outcome->scene), device_);
   metrics_.Forget();
   idle_ = false;
   shown_ = {};
@@ -235,6 +238,10 @@ void ViewEngine::MakeFrame() {
       Tell(true, status.message());
     }
     return;
+  }
+  if (!frame.note.empty()) {
+    Tell(true, frame.note);
+    device_ = session_->device();
   }
   idle_ = IsDone(settings, frame);
   if (!frame.still) {

@@ -42,8 +42,9 @@ struct SceneInfo {
 
 class ViewEngine {
  public:
-  /// \param wake  called from other threads whenever there is something new to show
-  ViewEngine(const ViewSettings& settings, std::function<void()> wake);
+  /// \param wake    called from other threads whenever there is something new to show
+  /// \param device  where frames are filtered; when it fails, the CPU goes on, with a message
+  ViewEngine(const ViewSettings& settings, std::function<void()> wake, Device device = Device());
   /// Gives up the frame being made, and a scene that is being loaded (see SceneLoader::abandoned).
   ~ViewEngine();
 
@@ -102,6 +103,7 @@ class ViewEngine {
   TripleBuffer<ViewFrame> frames_;
 
   // The worker's own.
+  Device device_;
   std::unique_ptr<ViewSession> session_;
   std::unique_ptr<VideoWriter> clip_;
   std::string clip_path_;

@@ -58,6 +58,8 @@ struct ViewFrame {
   double show_ms = 0;             ///< making of the pictures
   std::vector<StageTime> stages;  ///< tracer first, then the denoiser
   MemoryUse memory;
+  std::string device;     ///< where it was filtered: see Device::description
+  std::string note;       ///< what the user should know of this frame; mostly empty
   int reference_spp = 0;  ///< samples in the reference; 0: there is none
   std::optional<LiveMeasures> measures;
 

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "device_option.h"
 #include "view/views.h"
 
 namespace stillray::view {
@@ -236,6 +237,7 @@ void DeclareViewOptions(CLI::App* command, ViewArguments* a) {
   command->add_option("--fps", a->fps, "Frames per second of clips and single steps")
       ->capture_default_str();
   command->add_flag("--play", a->play, "Start the animation at once");
+  AddDeviceOption(command, &a->device);
   command->add_option("--threads", a->threads, "Default: all processors")
       ->check(CLI::Range(0, 4096));
   command->add_option("--headless-frames", a->headless_frames,

@@ -109,8 +109,8 @@ struct ViewSession::FilledGuides {
   SparseGuidesWork work;
 };
 
-ViewSession::ViewSession(LoadedScene loaded)
-    : loaded_(std::move(loaded)), animation_(loaded_.scene.get()) {
+ViewSession::ViewSession(LoadedScene loaded, Device device)
+    : loaded_(std::move(loaded)), animation_(loaded_.scene.get()), device_(std::move(device)) {
   length_ = loaded_.scene->AnimationLength();
   bounds_ = SceneBounds(*loaded_.scene, 0);
 }
@@ -148,16 +148,35 @@ ViewSession::Moment ViewSession::NextMoment(const ViewSettings& s, double elapse
   return next;
 }
 
+/// If a device other than the CPU failed: gives it up, with a note. What is wrong with settings or
+/// frames would be so on the CPU as well.
+bool ViewSession::FallsBack(const Status& status) {
+  if (status.ok() || device_.is_cpu() || status.code() == StatusCode::kInvalidArgument) {
+    return false;
+  }
+  note_ = "filtering goes on on the CPU: " + status.message();
+  denoiser_.reset();
+  device_ = Device();
+  return true;
+}
+
+Status ViewSession::MakeDenoiser(const Settings& settings) {
+  Result<Denoiser> denoiser = Denoiser::Create(settings, device_);
+  if (FallsBack(denoiser.status())) {
+    denoiser = Denoiser::Create(settings);
+  }
+  STILLRAY_RETURN_IF_ERROR(denoiser.status());
+  denoiser_.emplace(std::move(denoiser.value()));
+  return Status::Ok();
+}
+
 Status ViewSession::PrepareDenoiser(const ViewSettings& s) {
   views_ = ListViews(s.denoise);
-  if (!denoiser_) {
-    Result<Denoiser> denoiser = Denoiser::Create(s.denoise);
-    if (!denoiser.ok()) {
-      return denoiser.status();
-    }
-    denoiser_.emplace(std::move(denoiser.value()));
+  const Status kept = denoiser_ ? denoiser_->SetSettings(s.denoise) : Status::Ok();
+  if (!denoiser_ || FallsBack(kept)) {
+    STILLRAY_RETURN_IF_ERROR(MakeDenoiser(s.denoise));
   } else {
-    STILLRAY_RETURN_IF_ERROR(denoiser_->SetSettings(s.denoise));
+    STILLRAY_RETURN_IF_ERROR(kept);
   }
   outputs_.clear();
   for (const ViewInfo& view : views_) {
@@ -191,6 +210,16 @@ Status ViewSession::Prepare(const ViewSettings& s) {
   return loaded_.renderer->SetSettings(wanted);
 }
 
+Status ViewSession::Filter(const Settings& settings) {
+  const Status status = denoiser_->Denoise(frame_, &denoised_);
+  if (!FallsBack(status)) {
+    return status;
+  }
+  STILLRAY_RETURN_IF_ERROR(MakeDenoiser(settings));
+  STILLRAY_RETURN_IF_ERROR(denoiser_->SetOutputs(outputs_));
+  return denoiser_->Denoise(frame_, &denoised_);
+}
+
 Status ViewSession::RenderNext(const ViewSettings& s, double elapsed,
                                const RenderProgress& keep_going, ViewFrame* out) {
   STILLRAY_RETURN_IF_ERROR(Prepare(s));
@@ -206,7 +235,7 @@ Status ViewSession::RenderNext(const ViewSettings& s, double elapsed,
   STILLRAY_RETURN_IF_ERROR(loaded_.renderer->RenderFrame(next.render, &frame_, keep_going));
   const double render_ms = Milliseconds(start);
   const Clock::time_point filter_start = Clock::now();
-  STILLRAY_RETURN_IF_ERROR(denoiser_->Denoise(frame_, &denoised_));
+  STILLRAY_RETURN_IF_ERROR(Filter(s.denoise));
   const double denoise_ms = Milliseconds(filter_start);
 
   settings_ = s;
@@ -221,6 +250,7 @@ Status ViewSession::RenderNext(const ViewSettings& s, double elapsed,
   FillGuides(s);
   Show(s, out);
   Account(denoise_ms, render_ms, out);
+  out->note = std::exchange(note_, {});
   if (s.auto_rate && frames_ > kFirstFrames) {
     control_.Observe(out->cost, s.target_ms);
   }
@@ -314,6 +344,7 @@ void ViewSession::Account(double denoise_ms, double render_ms, ViewFrame* out) c
   out->stages.push_back({"make pictures", out->show_ms});
   out->memory = {loaded_.renderer->memory_bytes(), denoiser_->memory_bytes(), FrameBytes(frame_)};
   out->reference_spp = reference_.spp();
+  out->device = device_.description();
 }
 
 Result<std::vector<Image1>> ViewSession::Values(const std::string& name) const {

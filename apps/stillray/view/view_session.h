@@ -20,7 +20,8 @@ namespace stillray::view {
 
 class ViewSession {
  public:
-  explicit ViewSession(LoadedScene loaded);
+  /// \param device  where frames are filtered; if it fails, the CPU goes on (ViewFrame::note)
+  explicit ViewSession(LoadedScene loaded, Device device = Device());
   ~ViewSession();
   ViewSession(ViewSession&&) noexcept;
 
@@ -35,6 +36,9 @@ class ViewSession {
   Status RefineReference(const RenderProgress& keep_going);
   bool WantsReference() const { return settings_.reference && still_; }
   bool has_moving_lights() const { return animation_.has_lights(); }
+
+  /// Where frames are filtered now.
+  const Device& device() const { return device_; }
 
   const Scene& scene() const { return *loaded_.scene; }
   const SceneRequest& request() const { return loaded_.request; }
@@ -54,6 +58,9 @@ class ViewSession {
   struct FilledGuides;
   Status Prepare(const ViewSettings& settings);
   Status PrepareDenoiser(const ViewSettings& settings);
+  Status MakeDenoiser(const Settings& settings);
+  bool FallsBack(const Status& status);
+  Status Filter(const Settings& settings);
   Moment NextMoment(const ViewSettings& settings, double elapsed);
   AnimationTime NextTime(const ViewSettings& settings, double elapsed) const;
   void FillGuides(const ViewSettings& settings);
@@ -65,6 +72,8 @@ class ViewSession {
   LoadedScene loaded_;
   RetimedAnimation animation_;
   std::unique_ptr<FilledGuides> filled_;  ///< while a view shows them
+  Device device_;
+  std::string note_;  ///< to be told with the next frame
   std::optional<Denoiser> denoiser_;
   ViewSettings settings_;  ///< of the last frame
   Aabb bounds_;

@@ -144,10 +144,11 @@ Status RunViewer(const ViewOptions& options) {
   state.views = ListViews(state.settings.denoise);
   // The engine ends before the window, which its threads wake.
   std::atomic<bool> news = false;
-  auto engine = std::make_unique<ViewEngine>(state.settings, [&news] {
+  const auto wake = [&news] {
     news = true;
     GlWindow::Wake();
-  });
+  };
+  auto engine = std::make_unique<ViewEngine>(state.settings, wake, options.device);
   engine->Open(options.request);
   const InterfaceTimes times =
       Loop(!options.report.empty(), window->get(), &news, engine.get(), &state);
