@@ -29,40 +29,41 @@ Progress::~Progress() {
   Clear();
 }
 
-std::string Progress::TimeLeft(double done) const {
+std::string Progress::TimeLeft() const {
   const std::chrono::duration<double> elapsed = Clock::now() - start_;
-  if (!(done > 0) || elapsed.count() < 1) {
+  if (!(most_done_ > 0) || elapsed.count() < 1) {
     return "";
   }
-  return FormatDuration(elapsed.count() * (total_ - done) / done) + " left";
+  return FormatDuration(elapsed.count() * (total_ - most_done_) / most_done_) + " left";
 }
 
-void Progress::Draw(double done, const std::string& what) {
+void Progress::Draw(const std::string& what) {
   constexpr int kWidth = 28;
-  most_done_ = done = std::max(done, most_done_);
-  const int filled = std::clamp(static_cast<int>(kWidth * done / total_), 0, kWidth);
+  const int filled = std::clamp(static_cast<int>(kWidth * most_done_ / total_), 0, kWidth);
   const std::string bar = std::string(static_cast<size_t>(filled), '#') +
                           std::string(static_cast<size_t>(kWidth - filled), '.');
   // \33[K clears what a longer line left behind.
-  fmt::print(stream_, "\r[{}] {:3.0f} %  {}  {}\33[K", bar, 100 * done / total_, what,
-             TimeLeft(done));
+  fmt::print(stream_, "\r[{}] {:3.0f} %  {}  {}\33[K", bar, 100 * most_done_ / total_, what,
+             TimeLeft());
   std::fflush(stream_);
   drawn_ = true;
   last_draw_ = Clock::now();
 }
 
 void Progress::Update(double done, const std::string& what) {
+  most_done_ = std::max(done, most_done_);
   if (terminal_ && (!drawn_ || Clock::now() - last_draw_ > std::chrono::milliseconds(150))) {
-    Draw(done, what);
+    Draw(what);
   }
 }
 
 void Progress::Step(double done, const std::string& line) {
+  most_done_ = std::max(done, most_done_);
   if (terminal_) {
-    Draw(done, line);
+    Draw(line);
     return;
   }
-  const std::string left = done < total_ ? TimeLeft(done) : "";
+  const std::string left = most_done_ < total_ ? TimeLeft() : "";
   fmt::print(stream_, "{}{}{}\n", line, left.empty() ? "" : ", ", left);
   std::fflush(stream_);
 }

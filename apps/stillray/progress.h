@@ -23,7 +23,7 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// Redraws the bar, a few times per second at most. Does nothing elsewhere than on a terminal.
+  /// Takes note of what is done, and redraws the bar, a few times per second at most.
   void Update(double done, const std::string& what);
   /// A finished step: the line stays, except on a terminal, where the bar goes on.
   void Step(double done, const std::string& line);
@@ -31,15 +31,16 @@ class Progress {
   void Clear();
 
  private:
-  std::string TimeLeft(double done) const;
-  void Draw(double done, const std::string& what);
+  std::string TimeLeft() const;
+  void Draw(const std::string& what);
 
   using Clock = std::chrono::steady_clock;
   double total_;
   std::FILE* stream_;
   bool terminal_;
   bool drawn_ = false;
-  /// A step may be told when the next is well under way; the bar does not go back for it.
+  /// A step may be told when the next is well under way: neither the bar nor the time left goes
+  /// back for it.
   double most_done_ = 0;
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_draw_;
