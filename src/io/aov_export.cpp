@@ -12,6 +12,7 @@
 #include <OpenEXR/ImfDeepTiledOutputPart.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfInputPart.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfMultiPartOutputFile.h>
@@ -32,6 +33,7 @@
 
 #include "io/exr_stored.h"
 #include "io/exr_stream.h"
+#include "io/exr_zip.h"
 #include "io/text.h"
 #include "stillray/aov.h"
 
@@ -165,6 +167,15 @@ void RewritePart(Imf::MultiPartInputFile& in, Imf::MultiPartOutputFile& out, int
 void WriteLines(Imf::MultiPartOutputFile& out, int part, const Imath::Box2i& data,
                 const Imf::FrameBuffer& buffer) {
   Imf::OutputPart output(out, part);
+  if (io::CanEncodeZip(output.header())) {
+    // Copied as they are, still compressed.
+    const std::string bytes = io::EncodeZip(output.header(), buffer);
+    io::ExrMemoryInput stream(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size(),
+                              "memory");
+    Imf::InputFile compressed(stream);
+    output.copyPixels(compressed);
+    return;
+  }
   output.setFrameBuffer(buffer);
   output.writePixels(data.max.y - data.min.y + 1);
 }

@@ -18,6 +18,7 @@
 
 #include "core/parallel.h"
 #include "io/exr_stream.h"
+#include "io/exr_zip.h"
 #include "io/image_limits.h"
 #include "io/text.h"
 #include "stillray/io.h"
@@ -160,6 +161,9 @@ std::string Encode(const ExrImage& image) {
                       static_cast<size_t>(channel.integers.stride()) * sizeof(uint32_t));
     }
     frame_buffer.insert(channel.name, slice);
+  }
+  if (CanEncodeZip(header)) {
+    return EncodeZip(header, frame_buffer);
   }
   ExrMemoryOutput stream;
   {

@@ -201,7 +201,9 @@ Imf::Header ForeignHeader(const Imath::Box2i& data) {
   return header;
 }
 
-TEST(AovExport, WindowsAndNumbersStay) {
+class AovExportCompression : public ::testing::TestWithParam<Imf::Compression> {};
+
+TEST_P(AovExportCompression, WindowsAndNumbersStay) {
   const TempFolder folder;
   const std::string path = folder.Path("a.exr");
   const Imath::Box2i data({-2, 1}, {4, 8});
@@ -209,7 +211,7 @@ TEST(AovExport, WindowsAndNumbersStay) {
   std::vector<float> floats;
   {
     Imf::Header header = ForeignHeader(data);
-    header.compression() = Imf::PXR24_COMPRESSION;
+    header.compression() = GetParam();
     header.lineOrder() = Imf::DECREASING_Y;
     Imf::OutputFile file(path.c_str(), header);
     file.setFrameBuffer(Ones(data, &halves, &floats));
@@ -219,12 +221,19 @@ TEST(AovExport, WindowsAndNumbersStay) {
   ASSERT_TRUE(after.ok()) << after.status().message();
   EXPECT_EQ(after->data_window.x_min, -2);
   EXPECT_EQ(after->data_window.y_max, 8);
-  EXPECT_EQ(after->compression_name, "pxr24");
+  const std::string expected = GetParam() == Imf::ZIP_COMPRESSION    ? "zip"
+                               : GetParam() == Imf::ZIPS_COMPRESSION ? "zips"
+                                                                     : "pxr24";
+  EXPECT_EQ(after->compression_name, expected);
   EXPECT_EQ(after->other_attributes.at("shutter"), "0.5");
   EXPECT_EQ(after->Find("R")->values(0, 0), 0.0f);  // outside of the data window
   EXPECT_EQ(after->Find("R")->values(2, 1), Ramp(10)[0](2, 1));
   EXPECT_EQ(after->Find("Depth.Z")->values(2, 1), 1.0f);
 }
+
+INSTANTIATE_TEST_SUITE_P(All, AovExportCompression,
+                         ::testing::Values(Imf::PXR24_COMPRESSION, Imf::ZIP_COMPRESSION,
+                                           Imf::ZIPS_COMPRESSION));
 
 TEST(AovExport, TilesStayTiles) {
   const TempFolder folder;

@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include "core/random.h"
 #include "io/test_files.h"
@@ -118,6 +119,31 @@ INSTANTIATE_TEST_SUITE_P(All, ExrLossless,
                          ::testing::Values(ExrCompression::kNone, ExrCompression::kZip,
                                            ExrCompression::kZips, ExrCompression::kPiz));
 
+/// Lines that compression would make larger are stored as they are, beside others that it does not.
+TEST(Exr, NoiseIsNoLargerThanItself) {
+  for (const ExrCompression compression : {ExrCompression::kZip, ExrCompression::kZips}) {
+    ExrImage image;
+    image.width = 301;
+    image.height = 50;
+    image.compression = compression;
+    image.channels.push_back({"id", PixelType::kUint32, {}, Plane<uint32_t>(301, 50)});
+    for (int y = 0; y < image.height; ++y) {
+      for (int x = 0; x < image.width && y < 32; ++x) {
+        image.channels[0].integers(x, y) =
+            HashCombine(static_cast<uint32_t>(x), static_cast<uint32_t>(y));
+      }
+    }
+    const Result<std::string> bytes = EncodeExr(image);
+    ASSERT_TRUE(bytes.ok());
+    const size_t noise = 301 * 32 * sizeof(uint32_t);
+    EXPECT_GT(bytes->size(), noise);
+    EXPECT_LT(bytes->size(), noise + 3000);
+    const Result<ExrImage> read = DecodeExr(Data(*bytes), bytes->size(), "test.exr");
+    ASSERT_TRUE(read.ok()) << read.status().message();
+    ExpectSamePixels(image, *read);
+  }
+}
+
 TEST(Exr, OtherCompressionWritesZip) {
   ExrImage image = Sample(5, 5);
   image.compression = ExrCompression::kOther;
@@ -191,11 +217,14 @@ TEST(Exr, HalvesRoundToNearest) {
 }
 
 TEST(Exr, SameBytesForAnyNumberOfThreads) {
-  ExrImage image = Sample(150, 90);
-  SetExrThreads(0);
-  const Result<std::string> alone = EncodeExr(image);
-  SetExrThreads(4);
-  const Result<std::string> four = EncodeExr(image);
+  const ExrImage image = Sample(150, 90);
+  const auto encode_on = [&](size_t threads) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    SetExrThreads(static_cast<int>(threads) - 1);
+    return EncodeExr(image);
+  };
+  const Result<std::string> alone = encode_on(1);
+  const Result<std::string> four = encode_on(4);
   ASSERT_TRUE(alone.ok() && four.ok());
   EXPECT_EQ(*alone, *four);
 }

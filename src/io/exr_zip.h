@@ -1,0 +1,24 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Zip-compressed scan lines of OpenEXR files, by libdeflate: OpenEXR's own zlib takes most of the
+/// time that writing a file takes.
+#pragma once
+
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+
+#include <string>
+
+namespace stillray::io {
+
+/// Whether EncodeZip can write such a part: scan lines from top to bottom, ZIP or ZIPS, and every
+/// channel with a value for every pixel.
+bool CanEncodeZip(const Imf::Header& header);
+
+/// A file of one part, byte for byte the same for any number of threads.
+/// \param pixels  a slice of the channel's type for every channel of the header
+/// \throws what OpenEXR throws, and std::bad_alloc
+std::string EncodeZip(const Imf::Header& header, const Imf::FrameBuffer& pixels);
+
+}  // namespace stillray::io
