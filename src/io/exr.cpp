@@ -28,6 +28,7 @@
 #include "core/parallel.h"
 #include "io/exr_stored.h"
 #include "io/exr_stream.h"
+#include "io/exr_zip.h"
 #include "io/image_limits.h"
 #include "io/text.h"
 #include "stillray/io.h"
@@ -195,8 +196,12 @@ StoredPart ReadStored(Imf::InputPart& part, const Imath::Box2i& window,
     StoredPlane& plane = stored.try_emplace(it.name(), it.channel().type, window).first->second;
     frame_buffer.insert(it.name(), plane.Slice(window));
   }
-  part.setFrameBuffer(frame_buffer);
-  part.readPixels(window.min.y, window.max.y);
+  if (CanDecodeZip(part.header())) {
+    DecodeZip(part, frame_buffer);
+  } else {
+    part.setFrameBuffer(frame_buffer);
+    part.readPixels(window.min.y, window.max.y);
+  }
   for (Channel& channel : *channels) {
     const StoredPlane& plane = stored.at(channel.name);
     const size_t width = plane.width;

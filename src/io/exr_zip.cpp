@@ -8,6 +8,7 @@
 
 #include <libdeflate.h>
 
+#include <OpenEXR/Iex.h>
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfOutputFile.h>
 
@@ -35,8 +36,13 @@ struct FreeCompressor {
 };
 using Compressor = std::unique_ptr<libdeflate_compressor, FreeCompressor>;
 
-Compressor MakeCompressor() {
-  Compressor made(libdeflate_alloc_compressor(kLevel));
+struct FreeDecompressor {
+  void operator()(libdeflate_decompressor* d) const { libdeflate_free_decompressor(d); }
+};
+using Decompressor = std::unique_ptr<libdeflate_decompressor, FreeDecompressor>;
+
+template <typename Owner>
+Owner OrBadAlloc(Owner made) {
   if (made == nullptr) {
     throw std::bad_alloc();
   }
@@ -45,7 +51,7 @@ Compressor MakeCompressor() {
 
 /// A channel's pixels.
 struct Source {
-  const char* base;  ///< of pixel (0, 0)
+  char* base;  ///< of pixel (0, 0)
   size_t x_stride;
   size_t y_stride;
   size_t bytes;  ///< of a value
@@ -61,27 +67,35 @@ std::vector<Source> SourcesOf(const Imf::Header& header, const Imf::FrameBuffer&
   return sources;
 }
 
-/// The lines first..last as they are before compression.
-void Gather(const std::vector<Source>& sources, const Imath::Box2i& window, int first, int last,
-            std::vector<char>* out) {
-  out->clear();
+/// Calls move(packed, pixels) for every stretch of values that lies together on both sides: in the
+/// lines first..last as they are before compression, and in the pictures.
+template <typename Move>
+void ForEachStretch(const std::vector<Source>& sources, const Imath::Box2i& window, int first,
+                    int last, char* packed, const Move& move) {
   const auto width = static_cast<size_t>(window.max.x - window.min.x + 1);
   for (int y = first; y <= last; ++y) {
     for (const Source& s : sources) {
-      const char* from = s.base + static_cast<ptrdiff_t>(s.y_stride) * y +
-                         static_cast<ptrdiff_t>(s.x_stride) * window.min.x;
-      const size_t at = out->size();
-      out->resize(at + width * s.bytes);
-      char* to = out->data() + at;
-      if (s.x_stride == s.bytes) {
-        std::memcpy(to, from, width * s.bytes);
-        continue;
-      }
-      for (size_t x = 0; x < width; ++x) {
-        std::memcpy(to + x * s.bytes, from + x * s.x_stride, s.bytes);
+      char* pixels = s.base + static_cast<ptrdiff_t>(s.y_stride) * y +
+                     static_cast<ptrdiff_t>(s.x_stride) * window.min.x;
+      const bool together = s.x_stride == s.bytes;
+      const size_t size = together ? width * s.bytes : s.bytes;
+      for (size_t i = 0; i < (together ? 1 : width); ++i) {
+        move(packed, pixels + i * s.x_stride, size);
+        packed += size;
       }
     }
   }
+}
+
+/// Bytes of the lines first..last before compression.
+size_t SizeOfLines(const std::vector<Source>& sources, const Imath::Box2i& window, int first,
+                   int last) {
+  size_t size = 0;
+  for (const Source& s : sources) {
+    size += s.bytes;
+  }
+  return size * static_cast<size_t>(window.max.x - window.min.x + 1) *
+         static_cast<size_t>(last - first + 1);
 }
 
 /// Bytes at even places, then those at odd ones.
@@ -117,9 +131,9 @@ void AppendLittleEndian(T value, std::string* to) {
   to->append(reinterpret_cast<const char*>(&value), sizeof(value));
 }
 
-/// What one thread works with.
+/// What one thread writes with.
 struct Workshop {
-  Compressor compressor = MakeCompressor();
+  Compressor compressor = OrBadAlloc(Compressor(libdeflate_alloc_compressor(kLevel)));
   std::vector<char> raw;
   std::vector<unsigned char> split;
   std::vector<unsigned char> differences;
@@ -129,7 +143,10 @@ struct Workshop {
 /// One chunk as it stands in the file. What compression would make larger is stored as it is.
 std::string MakeChunk(const std::vector<Source>& sources, const Imath::Box2i& window, int first,
                       int last, Workshop* w) {
-  Gather(sources, window, first, last, &w->raw);
+  w->raw.resize(SizeOfLines(sources, window, first, last));
+  ForEachStretch(
+      sources, window, first, last, w->raw.data(),
+      [](char* packed, const char* pixels, size_t size) { std::memcpy(packed, pixels, size); });
   Split(w->raw, &w->split);
   Differences(w->split, &w->differences);
   const size_t size = w->raw.size();
@@ -144,6 +161,60 @@ std::string MakeChunk(const std::vector<Source>& sources, const Imath::Box2i& wi
   return chunk;
 }
 
+/// Differences, undone.
+void Sums(std::vector<unsigned char>* bytes) {
+  unsigned char* b = bytes->data();
+  for (size_t i = 1; i < bytes->size(); ++i) {
+    b[i] = static_cast<unsigned char>(b[i] + b[i - 1] - 128);
+  }
+}
+
+/// Split, undone.
+void Join(const std::vector<unsigned char>& split, std::vector<char>* out) {
+  out->resize(split.size());
+  const size_t odd = split.size() / 2;
+  const size_t even = split.size() - odd;
+  const unsigned char* from = split.data();
+  auto* to = reinterpret_cast<unsigned char*>(out->data());
+  for (size_t i = 0; i < odd; ++i) {
+    to[2 * i] = from[i];
+    to[2 * i + 1] = from[even + i];
+  }
+  if (even > odd) {
+    to[2 * odd] = from[odd];
+  }
+}
+
+/// What one thread reads with.
+struct ReadingRoom {
+  Decompressor decompressor = OrBadAlloc(Decompressor(libdeflate_alloc_decompressor()));
+  std::vector<unsigned char> split;
+  std::vector<char> raw;
+};
+
+/// The lines of a chunk as they were before compression, `size` bytes.
+std::vector<char>& OpenChunk(const std::string& chunk, size_t size, ReadingRoom* r) {
+  if (chunk.size() == size) {
+    r->raw.assign(chunk.begin(), chunk.end());
+    return r->raw;
+  }
+  r->split.resize(size);
+  size_t found = 0;
+  const libdeflate_result result = libdeflate_zlib_decompress(
+      r->decompressor.get(), chunk.data(), chunk.size(), r->split.data(), size, &found);
+  if (result != LIBDEFLATE_SUCCESS || found != size) {
+    throw Iex::InputExc("Data decompression failed (zip): the data is damaged.");
+  }
+  Sums(&r->split);
+  Join(r->split, &r->raw);
+  return r->raw;
+}
+
+/// Of a chunk.
+int LinesOf(const Imf::Header& header) {
+  return header.compression() == Imf::ZIP_COMPRESSION ? 16 : 1;
+}
+
 /// The header, and room for the table of chunks.
 std::string HeaderBytes(const Imf::Header& header) {
   ExrMemoryOutput stream;
@@ -153,7 +224,7 @@ std::string HeaderBytes(const Imf::Header& header) {
 
 }  // namespace
 
-bool CanEncodeZip(const Imf::Header& header) {
+bool CanDecodeZip(const Imf::Header& header) {
   const Imf::ChannelList& list = header.channels();
   for (auto it = list.begin(); it != list.end(); ++it) {
     if (it.channel().xSampling != 1 || it.channel().ySampling != 1) {
@@ -161,13 +232,16 @@ bool CanEncodeZip(const Imf::Header& header) {
     }
   }
   return std::endian::native == std::endian::little && !header.hasTileDescription() &&
-         header.lineOrder() == Imf::INCREASING_Y &&
          (header.compression() == Imf::ZIP_COMPRESSION ||
           header.compression() == Imf::ZIPS_COMPRESSION);
 }
 
+bool CanEncodeZip(const Imf::Header& header) {
+  return CanDecodeZip(header) && header.lineOrder() == Imf::INCREASING_Y;
+}
+
 std::string EncodeZip(const Imf::Header& header, const Imf::FrameBuffer& pixels) {
-  const int lines = header.compression() == Imf::ZIP_COMPRESSION ? 16 : 1;
+  const int lines = LinesOf(header);
   const Imath::Box2i window = header.dataWindow();
   const int count = (window.max.y - window.min.y) / lines + 1;
   const std::vector<Source> sources = SourcesOf(header, pixels);
@@ -193,6 +267,31 @@ std::string EncodeZip(const Imf::Header& header, const Imf::FrameBuffer& pixels)
     chunk = std::string();
   }
   return file;
+}
+
+void DecodeZip(Imf::InputPart& part, const Imf::FrameBuffer& pixels) {
+  const Imf::Header& header = part.header();
+  const int lines = LinesOf(header);
+  const Imath::Box2i window = header.dataWindow();
+  const int count = (window.max.y - window.min.y) / lines + 1;
+  const std::vector<Source> sources = SourcesOf(header, pixels);
+  std::vector<std::string> chunks;
+  for (int i = 0; i < count; ++i) {
+    const char* data = nullptr;
+    int size = 0;
+    part.rawPixelData(window.min.y + i * lines, data, size);
+    chunks.emplace_back(data, static_cast<size_t>(size));
+  }
+  tbb::enumerable_thread_specific<ReadingRoom> rooms;
+  ParallelRows(count, 1, [&](int i, int) {
+    const int first = window.min.y + i * lines;
+    const int last = std::min(first + lines - 1, window.max.y);
+    std::vector<char>& raw = OpenChunk(chunks[static_cast<size_t>(i)],
+                                       SizeOfLines(sources, window, first, last), &rooms.local());
+    ForEachStretch(
+        sources, window, first, last, raw.data(),
+        [](const char* packed, char* to, size_t size) { std::memcpy(to, packed, size); });
+  });
 }
 
 }  // namespace stillray::io

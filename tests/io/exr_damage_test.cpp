@@ -10,6 +10,7 @@
 #include "core/random.h"
 #include "io/exr_foreign.h"
 #include "io/test_files.h"
+#include "stillray/aov.h"
 #include "stillray/io.h"
 
 namespace stillray {
@@ -32,8 +33,11 @@ std::string SmallExr(ExrCompression compression) {
   return EncodeExr(image).value();
 }
 
-Result<ExrImage> Decode(const std::string& bytes) {
-  return DecodeExr(Data(bytes), bytes.size(), "bad.exr");
+/// \param stored  also keep the pixels as they are stored, which are decompressed in another way
+Result<ExrImage> Decode(const std::string& bytes, bool stored = false) {
+  StoredPixels pixels;
+  return stored ? DecodeExr(Data(bytes), bytes.size(), "bad.exr", &pixels)
+                : DecodeExr(Data(bytes), bytes.size(), "bad.exr");
 }
 
 /// Replaces the value of an attribute of the header, whose size stays.
@@ -52,11 +56,13 @@ TEST(ExrDamage, EveryCutIsReported) {
     const std::string whole = SmallExr(compression);
     ASSERT_TRUE(Decode(whole).ok());
     for (size_t size = 0; size < whole.size(); size += 1 + size / 40) {
-      const Result<ExrImage> image = Decode(whole.substr(0, size));
-      ASSERT_FALSE(image.ok()) << size << " of " << whole.size() << " bytes";
-      ASSERT_EQ(image.status().code(), StatusCode::kBadData) << image.status().message();
-      ASSERT_THAT(image.status().message(), HasSubstr("bad.exr"));
-      ASSERT_EQ(image.status().message().find('\n'), std::string::npos);
+      for (const bool stored : {false, true}) {
+        const Result<ExrImage> image = Decode(whole.substr(0, size), stored);
+        ASSERT_FALSE(image.ok()) << size << " of " << whole.size() << " bytes";
+        ASSERT_EQ(image.status().code(), StatusCode::kBadData) << image.status().message();
+        ASSERT_THAT(image.status().message(), HasSubstr("bad.exr"));
+        ASSERT_EQ(image.status().message().find('\n'), std::string::npos);
+      }
     }
   }
 }
@@ -66,14 +72,17 @@ TEST(ExrDamage, FlippedBytesNeverCrash) {
        {ExrCompression::kNone, ExrCompression::kZip, ExrCompression::kPiz, ExrCompression::kDwaa}) {
     const std::string whole = SmallExr(compression);
     int refused = 0;
+    int refused_stored = 0;
     for (uint32_t i = 0; i < 150; ++i) {
       std::string bytes = whole;
       // Half of the damage goes into the header, where it does most.
       const size_t range = i % 2 == 0 ? std::min<size_t>(bytes.size(), 350) : bytes.size();
       bytes[HashU32(i) % range] ^= static_cast<char>(1u << (HashU32(~i) % 8));
       refused += !Decode(bytes).ok();
+      refused_stored += !Decode(bytes, true).ok();
     }
     EXPECT_GT(refused, 10);
+    EXPECT_GE(refused_stored, refused);
   }
 }
 

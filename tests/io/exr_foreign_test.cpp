@@ -8,6 +8,7 @@
 #include <OpenEXR/ImfDeepScanLineOutputFile.h>
 #include <OpenEXR/ImfStandardAttributes.h>
 
+#include <array>
 #include <cmath>
 #include <cstdlib>
 
@@ -15,6 +16,7 @@
 #include <gtest/gtest.h>
 
 #include "io/test_files.h"
+#include "stillray/aov.h"
 #include "stillray/io.h"
 
 namespace stillray {
@@ -54,6 +56,13 @@ void ExpectForeign(const ExrImage& image, const Imath::Box2i& display, const Ima
   }
 }
 
+/// Reads a file, and once more with its pixels as they are stored, as `stillray denoise` does.
+std::array<Result<ExrImage>, 2> ReadBothWays(const std::string& path) {
+  const std::string bytes = FileBytes(path);
+  StoredPixels stored;
+  return {ReadExr(path), DecodeExr(Data(bytes), bytes.size(), path, &stored)};
+}
+
 struct Windows {
   const char* what;
   Imath::Box2i display;
@@ -70,13 +79,14 @@ TEST_P(ExrWindows, ScanlinesAndTilesLandWhereTheyBelong) {
   WriteForeignTiles(folder.Path("tiles.exr"), header, 16, Imf::ONE_LEVEL);
   for (const char* name : {"lines.exr", "tiles.exr"}) {
     SCOPED_TRACE(name);
-    const Result<ExrImage> image = ReadExr(folder.Path(name));
-    ASSERT_TRUE(image.ok()) << image.status().message();
-    ExpectForeign(*image, w.display, w.data);
-    EXPECT_EQ(image->data_window.x_min, w.data.min.x);
-    EXPECT_EQ(image->data_window.y_max, w.data.max.y);
-    EXPECT_EQ(image->display_window.x_max, w.display.max.x);
-    EXPECT_EQ(image->tiled, std::string(name) == "tiles.exr");
+    for (const Result<ExrImage>& image : ReadBothWays(folder.Path(name))) {
+      ASSERT_TRUE(image.ok()) << image.status().message();
+      ExpectForeign(*image, w.display, w.data);
+      EXPECT_EQ(image->data_window.x_min, w.data.min.x);
+      EXPECT_EQ(image->data_window.y_max, w.data.max.y);
+      EXPECT_EQ(image->display_window.x_max, w.display.max.x);
+      EXPECT_EQ(image->tiled, std::string(name) == "tiles.exr");
+    }
   }
 }
 
@@ -102,9 +112,10 @@ TEST_P(ExrAnyCompression, ScanlinesAndTilesAreRead) {
   // PXR24 keeps 24 bits of a float.
   const float tolerance = GetParam() == Imf::PXR24_COMPRESSION ? 0.01f : 0.0f;
   for (const char* name : {"lines.exr", "tiles.exr"}) {
-    const Result<ExrImage> image = ReadExr(folder.Path(name));
-    ASSERT_TRUE(image.ok()) << image.status().message();
-    ExpectForeign(*image, window, window, tolerance);
+    for (const Result<ExrImage>& image : ReadBothWays(folder.Path(name))) {
+      ASSERT_TRUE(image.ok()) << image.status().message();
+      ExpectForeign(*image, window, window, tolerance);
+    }
   }
 }
 
