@@ -110,6 +110,11 @@ Result<std::shared_ptr<Device>> Device::Create(std::shared_ptr<Instance> instanc
   Result<DeviceContext> context = MakeContext(made->instance_->get_instance_proc_addr(),
                                               made->instance_->handle(), info.handle, device);
   if (!context.ok()) {
+    const auto destroy = reinterpret_cast<PFN_vkDestroyDevice>(
+        made->instance_->functions().GetDeviceProcAddr(device, "vkDestroyDevice"));
+    if (destroy != nullptr) {
+      destroy(device, nullptr);
+    }
     return context.status();
   }
   made->context_ = std::move(context.value());

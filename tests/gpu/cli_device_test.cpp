@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <dlfcn.h>
+
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -78,6 +80,94 @@ TEST(CliDevice, VulkanDenoisesAndTellsTimesAndMemory) {
   EXPECT_THAT(run.output + run.errors, HasSubstr("atrous"));
   EXPECT_THAT(run.output + run.errors, HasSubstr("memory on the device: "));
   EXPECT_TRUE(std::filesystem::exists(folder / "denoised.0002.exr"));
+}
+
+/// Runs the program with a loader that fails: see failing_loader.cpp.
+class FailingProgram : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!HasDevice()) {
+      GTEST_SKIP() << "there is no usable Vulkan device";
+    }
+    void* library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
+    ASSERT_NE(library, nullptr);
+    Dl_info real = {};
+    ASSERT_NE(dladdr(dlsym(library, "vkGetInstanceProcAddr"), &real), 0);
+    setenv("FAILING_REAL", real.dli_fname, 1);
+    setenv("LD_LIBRARY_PATH", STILLRAY_FAILING_FOLDER, 1);
+  }
+  void TearDown() override {
+    for (const char* name : {"FAILING_REAL", "LD_LIBRARY_PATH", "FAILING_CALL", "FAILING_DEVICE"}) {
+      unsetenv(name);
+    }
+  }
+  static int CountLines(const std::string& text, const std::string& beginning) {
+    int lines = 0;
+    for (size_t at = text.find(beginning); at != std::string::npos;
+         at = text.find(beginning, at + 1)) {
+      lines += at == 0 || text[at - 1] == '\n' ? 1 : 0;
+    }
+    return lines;
+  }
+};
+
+TEST_F(FailingProgram, RenderTellsWhatFailed) {
+  for (const auto& [call, told] :
+       {std::pair{"vkQueueSubmit:2:-4", "submitting work: the device was lost"},
+        std::pair{"vkWaitForFences:1:-4", "waiting for the device: the device was lost"},
+        std::pair{"vkAllocateMemory:1:-2", "allocating device memory: out of device memory"},
+        std::pair{"vkCreateImage:1:-1", "creating an image: out of host memory"},
+        std::pair{"vkCreateInstance:1:-9", "no Vulkan driver is installed"}}) {
+    setenv("FAILING_CALL", call, 1);
+    const TemporaryFolder folder;
+    const ProgramRun run = Render(folder.path(), {"--device", "vulkan"});
+    EXPECT_EQ(run.exit_code, 2) << call;
+    EXPECT_THAT(run.errors, HasSubstr(told)) << call;
+    EXPECT_EQ(CountLines(run.errors, "stillray: error: "), 1) << run.errors;
+  }
+}
+
+TEST_F(FailingProgram, DevicesThatLackSomethingAreNamed) {
+  for (const auto& [kind, told] :
+       {std::pair{"old", "the driver offers Vulkan 1.0, expected 1.1 or newer"},
+        std::pair{"poor", "the device lacks the feature shaderStorageImageExtendedFormats"}}) {
+    setenv("FAILING_DEVICE", kind, 1);
+    const TemporaryFolder folder;
+    ProgramRun run = Render(folder.path(), {"--device", "vulkan"});
+    EXPECT_EQ(run.exit_code, 2);
+    EXPECT_THAT(run.errors, HasSubstr(told));
+    run = Render(folder / "auto", {});
+    EXPECT_EQ(run.exit_code, 0) << run.errors;
+    EXPECT_THAT(run.errors, StartsWith("denoising on the CPU: "));
+    EXPECT_THAT(RunProgram({"info", "--devices"}).output, HasSubstr(told));
+  }
+}
+
+TEST_F(FailingProgram, AutoFallsBackToTheCpu) {
+  setenv("FAILING_DEVICE", "gpu", 1);
+  const TemporaryFolder folder;
+  ProgramRun run = Render(folder / "gpu", {});
+  EXPECT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.errors, StartsWith("denoising on vulkan:0"));
+  for (const char* call : {"vkCreateDevice:1:-3", "vkCreateCommandPool:1:-2", "vkCreateFence:1:-1",
+                           "vkCreateInstance:1:-9", "vkEnumeratePhysicalDevices:1:-1"}) {
+    setenv("FAILING_CALL", call, 1);
+    run = Render(folder / call, {});
+    EXPECT_EQ(run.exit_code, 0) << run.errors;
+    EXPECT_THAT(run.errors, StartsWith("denoising on the CPU: Vulkan: ")) << call;
+  }
+}
+
+TEST_F(FailingProgram, BenchAndViewerSayIt) {
+  setenv("FAILING_CALL", "vkQueueSubmit:2:-4", 1);
+  ProgramRun run = RunProgram({"bench", "--device", "vulkan", "--size", "32x32", "--preset", "svgf",
+                               "--kernel", "3x3", "--repeats", "1"});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.errors, HasSubstr("the device was lost"));
+  run = RunProgram({"view", "builtin:cornell", "--device", "vulkan", "--size", "32x32",
+                    "--headless-frames", "4"});
+  EXPECT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_EQ(CountLines(run.errors, "note: filtering goes on on the CPU: "), 1) << run.errors;
 }
 
 }  // namespace

@@ -1,0 +1,199 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Calls of Vulkan that fail, one after the other: every failure is one line that says what failed,
+// and nothing is left behind, which the validation layer would tell.
+#include <gmock/gmock.h>
+
+#include <dlfcn.h>
+
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "denoise/test_frames.h"
+#include "gpu/device_test.h"
+#include "stillray/vulkan.hpp"
+
+namespace stillray {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+struct Failure {
+  const char* function;
+  int count;
+  VkResult result;
+  const char* action;  ///< what the message says was being done
+};
+
+const char* MeaningOf(VkResult result) {
+  return result == VK_ERROR_DEVICE_LOST            ? "the device was lost"
+         : result == VK_ERROR_OUT_OF_DEVICE_MEMORY ? "out of device memory"
+         : result == VK_ERROR_OUT_OF_HOST_MEMORY   ? "out of host memory"
+                                                   : "(";
+}
+
+/// Lets the loader fail.
+void Prepare(const Failure* failure) {
+  using Reset = void (*)();
+  void* library = dlopen(STILLRAY_FAILING_LOADER, RTLD_NOW | RTLD_LOCAL);
+  ASSERT_NE(library, nullptr) << dlerror();
+  reinterpret_cast<Reset>(dlsym(library, "failing_loader_reset"))();
+  if (failure == nullptr) {
+    unsetenv("FAILING_CALL");
+    return;
+  }
+  const std::string text = std::string(failure->function) + ":" + std::to_string(failure->count) +
+                           ":" + std::to_string(failure->result);
+  setenv("FAILING_CALL", text.c_str(), 1);
+}
+
+class Failures : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    setenv("FAILING_REAL", "libvulkan.so.1", 1);
+    Prepare(nullptr);
+    const Status works = Open();
+    if (!works.ok()) {
+      GTEST_SKIP() << works.message();
+    }
+    Close();
+  }
+  void TearDown() override {
+    Prepare(nullptr);
+    Close();
+  }
+
+  Status Open() {
+    gpu::InstanceOptions options;
+    options.validation = true;
+    options.loader = STILLRAY_FAILING_LOADER;
+    Result<std::shared_ptr<gpu::Instance>> instance = gpu::Instance::Create(options);
+    STILLRAY_RETURN_IF_ERROR(instance.status());
+    instance_ = *instance;
+    const Result<std::vector<gpu::DeviceInfo>> devices = instance_->ListDevices();
+    STILLRAY_RETURN_IF_ERROR(devices.status());
+    const Result<gpu::DeviceInfo> chosen = gpu::ChooseDevice(*devices, "vulkan");
+    STILLRAY_RETURN_IF_ERROR(chosen.status());
+    Result<std::shared_ptr<gpu::Device>> device = gpu::Device::Create(instance_, *chosen);
+    STILLRAY_RETURN_IF_ERROR(device.status());
+    device_ = *device;
+    return Status::Ok();
+  }
+  void Close() {
+    device_.reset();
+    const auto messages = instance_ != nullptr ? instance_->messages() : nullptr;
+    instance_.reset();
+    if (messages != nullptr) {
+      EXPECT_THAT(messages->Take(), IsEmpty());
+    }
+  }
+
+  /// From nothing to two frames by the host API.
+  Status Denoise() {
+    STILLRAY_RETURN_IF_ERROR(Open());
+    Result<Denoiser> denoiser =
+        Denoiser::Create(PresetSettings("svgf").value(),
+                         MakeDevice(std::make_shared<vulkan::VulkanBackend>(device_), "test"));
+    STILLRAY_RETURN_IF_ERROR(denoiser.status());
+    DenoisedFrame out;
+    for (int i = 0; i < 2; ++i) {
+      STILLRAY_RETURN_IF_ERROR(denoiser->Denoise(test::MakeBusyFrame(20, 12, i), &out));
+    }
+    return Status::Ok();
+  }
+  /// A denoiser in a renderer's own frame.
+  Status Embed() {
+    const VulkanContext context = {instance_->handle(), device_->context().physical,
+                                   device_->context().device, instance_->get_instance_proc_addr()};
+    VulkanOptions options;
+    options.settings = PresetSettings("svgf").value();
+    options.width = 20;
+    options.height = 12;
+    options.incomplete_guides = true;
+    return VulkanDenoiser::Create(context, options).status();
+  }
+
+  static void ExpectTold(const Status& status, const Failure& failure) {
+    ASSERT_FALSE(status.ok()) << failure.function;
+    EXPECT_THAT(status.message(), HasSubstr(failure.action)) << failure.function;
+    EXPECT_THAT(status.message(), HasSubstr(MeaningOf(failure.result))) << failure.function;
+    EXPECT_EQ(status.message().find('\n'), std::string::npos) << failure.function;
+  }
+
+  std::shared_ptr<gpu::Instance> instance_;
+  std::shared_ptr<gpu::Device> device_;
+};
+
+TEST_F(Failures, OfTheHostApiLeaveNothingBehind) {
+  constexpr VkResult kLost = VK_ERROR_DEVICE_LOST;
+  constexpr VkResult kDevice = VK_ERROR_OUT_OF_DEVICE_MEMORY;
+  constexpr VkResult kHost = VK_ERROR_OUT_OF_HOST_MEMORY;
+  const Failure failures[] = {
+      {"vkCreateInstance", 1, kHost, "creating an instance"},
+      {"vkCreateInstance", 1, VK_ERROR_INCOMPATIBLE_DRIVER, "no Vulkan driver is installed"},
+      {"vkEnumeratePhysicalDevices", 1, kHost, "listing devices"},
+      {"vkCreateDevice", 1, kLost, "creating a device"},
+      {"vkCreateDevice", 1, VK_ERROR_FEATURE_NOT_PRESENT, "the device lacks a feature"},
+      {"vkCreateCommandPool", 1, kHost, "creating a command pool"},
+      {"vkAllocateCommandBuffers", 1, kDevice, "creating a command buffer"},
+      {"vkCreateFence", 1, kHost, "creating a fence"},
+      {"vkCreateImage", 1, kHost, "creating an image"},
+      {"vkCreateImage", 12, kDevice, "creating an image"},
+      {"vkCreateBuffer", 1, kDevice, "creating a buffer"},
+      {"vkAllocateMemory", 1, kDevice, "allocating device memory"},
+      {"vkAllocateMemory", 3, kHost, "allocating device memory"},
+      {"vkBindImageMemory", 2, kDevice, "binding an image"},
+      {"vkBindBufferMemory", 1, kDevice, "binding a buffer"},
+      {"vkCreateImageView", 3, kHost, "creating an image view"},
+      {"vkMapMemory", 1, VK_ERROR_MEMORY_MAP_FAILED, "could not be mapped"},
+      {"vkCreateDescriptorPool", 1, kDevice, "creating a descriptor pool"},
+      {"vkCreateDescriptorSetLayout", 2, kHost, "creating a descriptor layout"},
+      {"vkAllocateDescriptorSets", 4, VK_ERROR_OUT_OF_POOL_MEMORY, "allocating a descriptor set"},
+      {"vkCreatePipelineLayout", 1, kHost, "creating a pipeline layout"},
+      {"vkCreateShaderModule", 2, kHost, "compiling the shader"},
+      {"vkCreateComputePipelines", 3, kDevice, "compiling the shader"},
+      {"vkCreateQueryPool", 1, kDevice, "creating a query pool"},
+      {"vkResetCommandPool", 2, kDevice, "resetting the command pool"},
+      {"vkBeginCommandBuffer", 1, kDevice, "beginning a command buffer"},
+      {"vkEndCommandBuffer", 1, kHost, "ending a command buffer"},
+      {"vkQueueSubmit", 1, kLost, "submitting work"},
+      {"vkQueueSubmit", 2, kLost, "submitting work"},
+      {"vkWaitForFences", 1, kLost, "waiting for the device"},
+      {"vkWaitForFences", 2, kLost, "waiting for the device"},
+      {"vkResetFences", 1, kDevice, "resetting a fence"},
+      {"vkFlushMappedMemoryRanges", 1, kDevice, "flushing mapped memory"},
+      {"vkInvalidateMappedMemoryRanges", 1, kHost, "reading mapped memory"},
+  };
+  ASSERT_TRUE(Denoise().ok());
+  Close();
+  for (const Failure& failure : failures) {
+    Prepare(&failure);
+    ExpectTold(Denoise(), failure);
+    Close();
+    ASSERT_FALSE(HasFailure()) << failure.function;
+  }
+}
+
+TEST_F(Failures, OfAnEmbeddedDenoiserLeaveTheRenderersDeviceUsable) {
+  const Failure failures[] = {
+      {"vkCreateImage", 5, VK_ERROR_OUT_OF_DEVICE_MEMORY, "creating an image"},
+      {"vkAllocateMemory", 1, VK_ERROR_OUT_OF_DEVICE_MEMORY, "allocating device memory"},
+      {"vkAllocateMemory", 2, VK_ERROR_OUT_OF_HOST_MEMORY, "allocating device memory"},
+      {"vkCreateDescriptorPool", 1, VK_ERROR_OUT_OF_DEVICE_MEMORY, "creating a descriptor pool"},
+      {"vkCreateComputePipelines", 1, VK_ERROR_OUT_OF_HOST_MEMORY, "compiling the shader"},
+  };
+  ASSERT_TRUE(Open().ok());
+  for (const Failure& failure : failures) {
+    Prepare(&failure);
+    ExpectTold(Embed(), failure);
+    Prepare(nullptr);
+    const Status again = Embed();
+    EXPECT_TRUE(again.ok()) << again.message();
+  }
+}
+
+}  // namespace
+}  // namespace stillray
