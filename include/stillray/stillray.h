@@ -136,8 +136,8 @@ STILLRAY_API const char* stillray_preset_name(size_t index);
  * On failure *device is NULL. UNSUPPORTED: the library has another ABI version. */
 STILLRAY_API stillray_error stillray_device_create(uint32_t abi_version, int32_t threads,
                                                    stillray_device** device);
-/* The same, and where its denoisers filter. name: "cpu", which is what stillray_device_create makes;
- * "vulkan", the first usable device of Vulkan, GPUs before software; "vulkan:N", the Nth of
+/* The same, and where its denoisers filter. name: "cpu", which is what stillray_device_create
+ * makes; "vulkan", the first usable device of Vulkan, GPUs before software; "vulkan:N", the Nth of
  * `stillray info --devices`; "auto", a GPU where there is one that works, else the CPU. On other
  * devices than the CPU the picture differs by rounding, and histories cannot be saved.
  * On failure *device is NULL. INVALID_ARGUMENT: not such a name; NOT_FOUND, UNSUPPORTED: no such
