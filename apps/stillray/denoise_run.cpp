@@ -118,6 +118,7 @@ class DenoiseRun {
   AovLayout layout_;
   Settings settings_;
   std::optional<Denoiser> denoiser_;
+  bool told_fall_back_ = false;
   size_t futures_held_ = 0;
   std::optional<FuturePass> future_;
   bool overlap_ = false;  ///< whether files are read and written beside the filter
@@ -354,6 +355,7 @@ Status DenoiseRun::Filter(SequenceFrame* frame, size_t at, DenoisedFrameLog* log
     log->future_ms = Milliseconds(future_start);
   }
   const Status filtered = denoiser_->Denoise(frame->frame, future, &denoised_);
+  TellFallBack(*denoiser_, &told_fall_back_);
   if (!filtered.ok()) {
     return Status(filtered.code(), fmt::format("{}: {}", log->input, filtered.message()));
   }

@@ -38,6 +38,13 @@ Result<Device> OpenDeviceOption(const std::string& text, const std::string& only
   return opened;
 }
 
+void TellFallBack(const Denoiser& denoiser, bool* told) {
+  if (!*told && !denoiser.remark().empty()) {
+    *told = true;
+    fmt::print(stderr, "denoising on the CPU after all: {}\n", denoiser.remark());
+  }
+}
+
 std::string DeviceMemoryLine(const DeviceMemory& memory) {
   return memory.allocations == 0
              ? std::string()

@@ -21,6 +21,9 @@ void AddDeviceOption(CLI::App* command, std::string* text);
 ///                     empty: "auto" is the CPU then, and other choices are errors
 Result<Device> OpenDeviceOption(const std::string& text, const std::string& only_on_cpu);
 
+/// Says on standard error, once, that a denoiser came to work on the CPU after all.
+void TellFallBack(const Denoiser& denoiser, bool* told);
+
 /// One line about a denoiser's memory on its device; empty for the CPU.
 std::string DeviceMemoryLine(const DeviceMemory& memory);
 nlohmann::ordered_json DeviceMemoryJson(const DeviceMemory& memory);

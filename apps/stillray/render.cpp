@@ -123,6 +123,7 @@ class RenderRun {
   int camera_ = 0;
   std::unique_ptr<Renderer> renderer_;
   std::optional<Denoiser> denoiser_;
+  bool told_fall_back_ = false;
   std::unique_ptr<VideoWriter> video_;
   FrameInWork works_[2];
   size_t traced_ = 0;  ///< which of them is traced; the other may be written
@@ -301,6 +302,7 @@ Status RenderRun::RenderOne(int64_t number, Progress* progress) {
   }
   const Clock::time_point denoise_start = Clock::now();
   STILLRAY_RETURN_IF_ERROR(denoiser_->Denoise(work.frame, &work.denoised));
+  TellFallBack(*denoiser_, &told_fall_back_);
   work.log.denoise_ms = Milliseconds(denoise_start);
   work.log.stages = LoggedStages(work.denoised.timings);
   log_.denoiser_bytes = denoiser_->memory_bytes();

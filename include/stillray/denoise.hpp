@@ -324,6 +324,10 @@ class Denoiser {
   Status SetSettings(const Settings& settings);
   const Settings& settings() const;
 
+  /// Why frames are filtered on the CPU although the device is another: what failed there before the
+  /// first frame was finished, if the device was chosen by "auto". Mostly empty.
+  const std::string& remark() const { return remark_; }
+
   /// Intermediate pictures to return, by name: see OutputNames().
   /// \return kInvalidArgument naming the unknown one
   Status SetOutputs(const std::vector<std::string>& names);
@@ -350,8 +354,11 @@ class Denoiser {
   explicit Denoiser(std::unique_ptr<Impl> impl);
   static Status CheckFuture(const Frame& frame, const Settings& settings,
                             const FutureLight& future);
+  Status DenoiseOnDevice(const Frame& frame, DenoisedFrame* out);
   std::unique_ptr<Impl> impl_;
   std::unique_ptr<DeviceDenoiser> device_;  ///< nullptr: the CPU
+  bool may_fall_back_ = false;              ///< to the CPU, until a frame is finished
+  std::string remark_;
 };
 
 /// Applies exposure (2^EV) and the curve, then sRGB encoding: linear radiance in, display values in

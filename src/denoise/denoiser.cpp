@@ -239,7 +239,7 @@ Result<Denoiser> Denoiser::Create(const Settings& settings, Backend backend) {
   return Denoiser(std::move(impl));
 }
 
-Device::Device() : impl_(std::make_shared<Impl>(Impl{"cpu", {}, nullptr})) {}
+Device::Device() : impl_(std::make_shared<Impl>(Impl{"cpu", {}, nullptr, false})) {}
 
 Device MakeDevice(std::shared_ptr<DeviceBackend> backend, std::string description) {
   Device device;
@@ -270,6 +270,7 @@ Result<Denoiser> Denoiser::Create(const Settings& settings, const Device& device
       device.impl_->backend->CreateDenoiser(settings, precision);
   STILLRAY_RETURN_IF_ERROR(on_device.status());
   made->device_ = std::move(on_device.value());
+  made->may_fall_back_ = device.impl_->may_fall_back;
   return made;
 }
 
@@ -342,13 +343,26 @@ Status Denoiser::Accumulate(const Frame& frame, FutureLight* future) {
   return Status::Ok();
 }
 
+/// A device that fails before the first frame is finished is given up, if the user left the choice
+/// open. What is wrong with a frame would be so on the CPU as well.
+Status Denoiser::DenoiseOnDevice(const Frame& frame, DenoisedFrame* out) {
+  const Status status = device_->Denoise(frame, out);
+  if (status.ok() || !may_fall_back_ || status.code() == StatusCode::kInvalidArgument) {
+    may_fall_back_ = may_fall_back_ && !status.ok();
+    return status;
+  }
+  remark_ = status.message();
+  device_.reset();
+  return Denoise(frame, FutureLight(), out);
+}
+
 Status Denoiser::Denoise(const Frame& frame, DenoisedFrame* out) {
-  return device_ != nullptr ? device_->Denoise(frame, out) : Denoise(frame, FutureLight(), out);
+  return device_ != nullptr ? DenoiseOnDevice(frame, out) : Denoise(frame, FutureLight(), out);
 }
 
 Status Denoiser::Denoise(const Frame& frame, const FutureLight& future, DenoisedFrame* out) {
   if (device_ != nullptr) {
-    return future.empty() ? device_->Denoise(frame, out)
+    return future.empty() ? DenoiseOnDevice(frame, out)
                           : Status::Unsupported("light of the future is merged on the CPU only");
   }
   Impl& d = *impl_;

@@ -39,6 +39,7 @@ struct Device::Impl {
   std::string description;
   std::string remark;
   std::shared_ptr<DeviceBackend> backend;  ///< nullptr: the CPU
+  bool may_fall_back = false;              ///< chosen by "auto"
 };
 
 /// A device on a backend that exists.

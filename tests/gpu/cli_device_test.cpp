@@ -156,6 +156,19 @@ TEST_F(FailingProgram, AutoFallsBackToTheCpu) {
     EXPECT_EQ(run.exit_code, 0) << run.errors;
     EXPECT_THAT(run.errors, StartsWith("denoising on the CPU: Vulkan: ")) << call;
   }
+  // What fails with the first frame ends on the CPU, too; what fails later is an error.
+  for (const char* call :
+       {"vkAllocateMemory:1:-2", "vkCreateComputePipelines:2:-1", "vkQueueSubmit:1:-4"}) {
+    setenv("FAILING_CALL", call, 1);
+    run = Render(folder / call, {});
+    EXPECT_EQ(run.exit_code, 0) << run.errors;
+    EXPECT_EQ(CountLines(run.errors, "denoising on the CPU after all: Vulkan: "), 1) << run.errors;
+    EXPECT_TRUE(std::filesystem::exists(folder / call + "/denoised.0002.exr"));
+  }
+  setenv("FAILING_CALL", "vkQueueSubmit:2:-4", 1);
+  run = Render(folder / "later", {});
+  EXPECT_EQ(run.exit_code, 2) << run.errors;
+  EXPECT_THAT(run.errors, HasSubstr("the device was lost"));
 }
 
 TEST_F(FailingProgram, BenchAndViewerSayIt) {

@@ -54,6 +54,7 @@ Result<Device> Device::OpenBest() {
     cpu.impl_->remark = opened.status().message();
     return cpu;
   }
+  opened->impl_->may_fall_back = true;
   return opened;
 }
 
