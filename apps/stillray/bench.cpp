@@ -234,7 +234,7 @@ Status MeasureFrames(const BenchArguments& a, const Scene& scene, const RenderOp
 /// Whole frames: tracing alone, with the temporal stage, with all of SVGF.
 Status RunFramesBench(const BenchArguments& a) {
   CatchInterrupts();
-  const Result<Device> device = OpenDeviceOption(a.device, "");
+  const Result<Device> device = OpenDeviceOption(a.device, "denoising", "");
   STILLRAY_RETURN_IF_ERROR(device.status());
   const Result<Scene> scene = LoadScene(a.render.scene);
   STILLRAY_RETURN_IF_ERROR(scene.status());

@@ -251,10 +251,11 @@ Status DenoiseRun::MakeFolder() const {
 Status DenoiseRun::Prepare() {
   STILLRAY_RETURN_IF_ERROR(Understand());
   const Result<Device> device =
-      OpenDeviceOption(options_.text.device, options_.text.resume               ? "--resume"
-                                             : options_.window == Window::kBoth ? "--window both"
-                                             : options_.text.passes             ? "--passes"
-                                                                                : "");
+      OpenDeviceOption(options_.text.device, "denoising",
+                       options_.text.resume               ? "--resume"
+                       : options_.window == Window::kBoth ? "--window both"
+                       : options_.text.passes             ? "--passes"
+                                                          : "");
   if (!device.ok()) {
     return device.status();
   }

@@ -13,12 +13,14 @@ namespace stillray {
 void AddDeviceOption(CLI::App* command, std::string* text) {
   command
       ->add_option("--device", *text,
-                   "Where the denoiser works: cpu, vulkan, vulkan:N (stillray info --devices), or "
+                   "Where frames are traced and denoised: cpu, vulkan, vulkan:N (stillray info "
+                   "--devices), or "
                    "auto: a GPU where there is one, else the CPU")
       ->capture_default_str();
 }
 
-Result<Device> OpenDeviceOption(const std::string& text, const std::string& only_on_cpu) {
+Result<Device> OpenDeviceOption(const std::string& text, const std::string& work,
+                                const std::string& only_on_cpu) {
   if (text != "cpu" && !only_on_cpu.empty()) {
     if (text != "auto") {
       return Status::Unsupported(fmt::format(
@@ -31,9 +33,9 @@ Result<Device> OpenDeviceOption(const std::string& text, const std::string& only
     return Status(opened.status().code(), "--device: " + opened.status().message());
   }
   if (!opened->is_cpu()) {
-    fmt::print(stderr, "denoising on {}\n", opened->description());
+    fmt::print(stderr, "{} on {}\n", work, opened->description());
   } else if (!opened->remark().empty()) {
-    fmt::print(stderr, "denoising on the CPU: {}\n", opened->remark());
+    fmt::print(stderr, "{} on the CPU: {}\n", work, opened->remark());
   }
   return opened;
 }

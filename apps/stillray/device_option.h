@@ -16,10 +16,12 @@ namespace stillray {
 void AddDeviceOption(CLI::App* command, std::string* text);
 
 /// Opens the device and says on standard error which it is; nothing is said of `cpu`.
+/// \param work         what is done there, such as "denoising"
 /// \param only_on_cpu  what the run asks for that other devices do not offer, such as "--resume",
 /// or
 ///                     empty: "auto" is the CPU then, and other choices are errors
-Result<Device> OpenDeviceOption(const std::string& text, const std::string& only_on_cpu);
+Result<Device> OpenDeviceOption(const std::string& text, const std::string& work,
+                                const std::string& only_on_cpu);
 
 /// Says on standard error, once, that a denoiser came to work on the CPU after all.
 void TellFallBack(const Denoiser& denoiser, bool* told);

@@ -26,6 +26,7 @@
 #include "run_log.h"
 #include "settings_file.h"
 #include "stillray/scene.h"
+#include "trace_device.h"
 
 namespace stillray {
 namespace {
@@ -98,6 +99,9 @@ class RenderRun {
 
  private:
   Status Prepare();
+  Status MakeRenderer(const Device& device);
+  Status TraceOnCpu(const Status& reason);
+  Status Trace(const RenderMoment& moment, const RenderProgress& shown, Frame* frame);
   Status Resume();
   Status FeedVideoAgain();
   Status RenderOne(int64_t frame, Progress* progress);
@@ -122,6 +126,7 @@ class RenderRun {
   int64_t next_frame_;  ///< all frames before it are done, their files written
   int camera_ = 0;
   std::unique_ptr<Renderer> renderer_;
+  bool traces_on_device_ = false;
   std::optional<Denoiser> denoiser_;
   bool told_fall_back_ = false;
   std::unique_ptr<VideoWriter> video_;
@@ -161,17 +166,13 @@ Status RenderRun::Prepare() {
           fmt::format("--camera is '{}', the scene has: {}", options_.text.camera, names));
     }
   }
-  // Whatever may be wrong with the settings is found before anything is written.
-  Result<std::unique_ptr<Renderer>> renderer = Renderer::Create(scene_, options_.render);
-  if (!renderer.ok()) {
-    return renderer.status();
-  }
-  renderer_ = std::move(renderer.value());
   const Result<Device> device =
-      OpenDeviceOption(options_.text.device, options_.text.resume ? "--resume" : "");
+      OpenDeviceOption(options_.text.device, "rendering", options_.text.resume ? "--resume" : "");
   if (!device.ok()) {
     return device.status();
   }
+  // Whatever may be wrong with the settings is found before anything is written.
+  STILLRAY_RETURN_IF_ERROR(MakeRenderer(*device));
   Result<Denoiser> denoiser = Denoiser::Create(options_.denoise, *device);
   if (!denoiser.ok()) {
     return denoiser.status();
@@ -209,6 +210,41 @@ Status RenderRun::Prepare() {
     }
   }
   return Status::Ok();
+}
+
+/// Where --device is auto, the CPU traces what the device cannot.
+Status RenderRun::MakeRenderer(const Device& device) {
+  Result<std::unique_ptr<Renderer>> renderer = CreateRendererOn(device, scene_, options_.render);
+  traces_on_device_ = renderer.ok() && !device.is_cpu();
+  if (!renderer.ok() && !device.is_cpu() && options_.text.device == "auto" &&
+      renderer.status().code() != StatusCode::kInvalidArgument) {
+    return TraceOnCpu(renderer.status());
+  }
+  STILLRAY_RETURN_IF_ERROR(renderer.status());
+  renderer_ = std::move(renderer.value());
+  return Status::Ok();
+}
+
+Status RenderRun::TraceOnCpu(const Status& reason) {
+  fmt::print(stderr, "tracing on the CPU: {}\n", reason.message());
+  renderer_.reset();
+  traces_on_device_ = false;
+  Result<std::unique_ptr<Renderer>> renderer = Renderer::Create(scene_, options_.render);
+  STILLRAY_RETURN_IF_ERROR(renderer.status());
+  renderer_ = std::move(renderer.value());
+  return Status::Ok();
+}
+
+/// A frame that the device fails to trace is traced by the CPU, where --device is auto.
+Status RenderRun::Trace(const RenderMoment& moment, const RenderProgress& shown, Frame* frame) {
+  const Status traced = renderer_->RenderFrame(moment, frame, shown);
+  const bool failed = !traced.ok() && traced.code() != StatusCode::kCancelled &&
+                      traced.code() != StatusCode::kInvalidArgument;
+  if (!failed || !traces_on_device_ || options_.text.device != "auto") {
+    return traced;
+  }
+  STILLRAY_RETURN_IF_ERROR(TraceOnCpu(traced));
+  return renderer_->RenderFrame(moment, frame, shown);
 }
 
 Status RenderRun::Resume() {
@@ -290,12 +326,17 @@ Status RenderRun::RenderOne(int64_t number, Progress* progress) {
   work.log.frame = number;
   work.log.seconds = moment.seconds;
   const Clock::time_point start = Clock::now();
-  STILLRAY_RETURN_IF_ERROR(renderer_->RenderFrame(moment, &work.frame, [&](double part) {
+  const auto shown = [&](double part) {
     progress->Update(WorkBefore(number) + part * SamplesPerPixel(options_.render),
                      FrameText(number));
     return !Interrupted();
-  }));
+  };
+  STILLRAY_RETURN_IF_ERROR(Trace(moment, shown, &work.frame));
   work.log.render_ms = Milliseconds(start);
+  std::vector<LoggedStage> traced;
+  if (traces_on_device_) {
+    traced = TraceStages(renderer_->timings());
+  }
   work.reference = Image3();
   if (options_.WantsReference(number)) {
     STILLRAY_RETURN_IF_ERROR(RenderReference(moment, progress, &work.reference));
@@ -305,6 +346,7 @@ Status RenderRun::RenderOne(int64_t number, Progress* progress) {
   TellFallBack(*denoiser_, &told_fall_back_);
   work.log.denoise_ms = Milliseconds(denoise_start);
   work.log.stages = LoggedStages(work.denoised.timings);
+  work.log.stages.insert(work.log.stages.begin(), traced.begin(), traced.end());
   log_.denoiser_bytes = denoiser_->memory_bytes();
   log_.device_memory = denoiser_->device_memory();
   log_.renderer_bytes = renderer_->memory_bytes();

@@ -256,6 +256,7 @@ class Device {
  private:
   friend class Denoiser;
   friend Device MakeDevice(std::shared_ptr<class DeviceBackend> backend, std::string description);
+  friend std::shared_ptr<class DeviceBackend> BackendOf(const Device& device);
   struct Impl;
   static Result<Device> OpenBest();
   std::shared_ptr<Impl> impl_;

@@ -81,6 +81,7 @@ struct RenderTimings {
   double bounce_ms = 0;
   double shadow_ms = 0;
   double shade_ms = 0;
+  double copy_ms = 0;  ///< of renderers on a device: its results into the frame
   uint64_t primary_rays = 0;
   uint64_t bounce_rays = 0;
   uint64_t shadow_rays = 0;

@@ -248,6 +248,10 @@ Device MakeDevice(std::shared_ptr<DeviceBackend> backend, std::string descriptio
   return device;
 }
 
+std::shared_ptr<DeviceBackend> BackendOf(const Device& device) {
+  return device.impl_->backend;
+}
+
 bool Device::is_cpu() const {
   return impl_->backend == nullptr;
 }

@@ -44,5 +44,7 @@ struct Device::Impl {
 
 /// A device on a backend that exists.
 Device MakeDevice(std::shared_ptr<DeviceBackend> backend, std::string description);
+/// What it stands on; nullptr: the CPU.
+std::shared_ptr<DeviceBackend> BackendOf(const Device& device);
 
 }  // namespace stillray

@@ -89,6 +89,7 @@ namespace stillray::gpu {
   X(CmdBindDescriptorSets)              \
   X(CmdPushConstants)                   \
   X(CmdDispatch)                        \
+  X(CmdDispatchIndirect)                \
   X(CmdPipelineBarrier)                 \
   X(CmdCopyBuffer)                      \
   X(CmdCopyBufferToImage)               \

@@ -119,7 +119,7 @@ void Tracer::Start(const PrimaryPixel* pixels, const PathSampler* samplers, int 
     }
     const int at = trace.rays.count;
     Path& path = scratch_.paths[at];
-    static_cast<PathState&>(path) = StartPath(i);
+    static_cast<PathState&>(path) = StartPath(i, samplers[i].seed);
     path.sampler = samplers[i];
     path.known = first_ != nullptr && pixel.count == 1;
     trace.rays.Push(context_.camera.position, pixel.direction, kInfinity);

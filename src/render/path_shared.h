@@ -46,10 +46,10 @@ struct PathState {
   int free_events;
   int first;   // 1: has not scattered yet
   int direct;  // 1: light met now comes straight from a light
-  uint unused_0;
+  uint seed;   // of the pixel's random numbers
 };
 
-SHARED_FN PathState StartPath(int pixel) {
+SHARED_FN PathState StartPath(int pixel, uint seed) {
   PathState path;
   path.throughput = vec3(1.0f);
   path.density = 0.0f;
@@ -66,7 +66,7 @@ SHARED_FN PathState StartPath(int pixel) {
   path.free_events = 0;
   path.first = 1;
   path.direct = 0;
-  path.unused_0 = 0u;
+  path.seed = seed;
   return path;
 }
 

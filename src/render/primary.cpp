@@ -9,9 +9,6 @@
 namespace stillray::render {
 namespace {
 
-// A ray that passes more surfaces than these, all cut out by their masks, sees the background.
-constexpr int kMaxPasses = 256;
-
 // One loop over arrays, in the operations of CameraView::Direction: compilers make vectors of it.
 void MakeCameraRays(const CameraView& camera, const vec2* points, int count, RayBatch* rays) {
   const CameraView view = camera;

@@ -4,12 +4,10 @@
 /// What the pixels of a tile see: a stack of surfaces, since alpha-blended ones let through.
 #pragma once
 
+#include "render/primary_shared.h"
 #include "render/trace_context.h"
 
 namespace stillray::render {
-
-/// Surfaces of a pixel that are kept apart; the last one takes all light that is left.
-inline constexpr int kMaxLayers = 8;
 
 struct PrimaryLayer {
   Hit hit;

@@ -11,6 +11,7 @@
 #include "core/colour.h"
 #include "render/create_renderer.h"
 #include "render/frame_store.h"
+#include "render/moment.h"
 #include "render/pixel_order.h"
 #include "render/scene_check.h"
 #include "render/shadow_filter.h"
@@ -62,17 +63,6 @@ RenderProgress PartOfProgress(const RenderProgress& progress, double begin, doub
     return {};
   }
   return [&progress, begin, end](double part) { return progress(begin + part * (end - begin)); };
-}
-
-bool AnyTransmission(const Scene& scene) {
-  return std::any_of(scene.materials.begin(), scene.materials.end(),
-                     [](const Material& material) { return material.transmission > 0.0f; });
-}
-
-Camera CameraOf(const CameraPose& pose) {
-  Camera camera;
-  camera.yfov = pose.yfov;
-  return camera;
 }
 
 void AddTimings(const RenderTimings& part, RenderTimings* sum) {
@@ -163,28 +153,9 @@ Result<TraceContext> PathTracer::MoveTo(const RenderMoment& moment) {
     STILLRAY_RETURN_IF_ERROR(accel_->Update(state_.InstanceTransforms()));
   }
   lights_.Update(moved);
-  const auto context = [&](const Camera& camera, const mat4& world, const Camera& previous,
-                           const mat4& previous_world) {
-    const int w = settings_.width;
-    const int h = settings_.height;
-    return TraceContext{state_,
-                        bsdfs_,
-                        lights_,
-                        *accel_,
-                        settings_,
-                        strategy_,
-                        MakeCameraView(camera, world, w, h),
-                        MakeCameraView(previous, previous_world, w, h),
-                        !any_transmission_};
-  };
-  if (moment.pose) {
-    const CameraPose& previous = moment.previous_pose ? *moment.previous_pose : *moment.pose;
-    return context(CameraOf(*moment.pose), moment.pose->world_from_camera, CameraOf(previous),
-                   previous.world_from_camera);
-  }
-  const Camera& camera = state_.scene().cameras[static_cast<size_t>(moment.camera)];
-  const auto node = static_cast<size_t>(camera.node);
-  return context(camera, state_.nodes()[node], camera, state_.previous_nodes()[node]);
+  const CameraPair cameras = CamerasOf(state_, moment, settings_.width, settings_.height);
+  return TraceContext{state_,    bsdfs_,      lights_,        *accel_,           settings_,
+                      strategy_, cameras.now, cameras.before, !any_transmission_};
 }
 
 Status PathTracer::SetSettings(const RenderSettings& settings) {

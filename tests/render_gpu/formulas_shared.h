@@ -64,7 +64,7 @@ SHARED_FN FormulaValues ComputeFormulas(LIGHTS_IN SHARED_IN(FormulaPlace) place)
                                         values.total, light.direction, light.distance);
   }
   values.may_be_met = LightMayBeMet(LIGHTS place.point, place.normal) ? 1.0f : 0.0f;
-  PathState path = StartPath(0);
+  PathState path = StartPath(0, place.seed);
   path.bounces = kRouletteBounces;
   path.diffuse = vec3(values.sobol.x, values.sobol.y, values.sobol.z);
   values.survival = SurvivesRoulette(path, values.halton.x) ? path.throughput.x : 0.0f;

@@ -2,41 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #version 450
 
-// What each pixel sees: the camera's rays through all that lets through, and the guides of what
-// they meet, as on the CPU (FindPrimarySurfaces, MakeGuides).
-#include "render/vulkan/scene.glsl"
-#include "render/vulkan/material_lookup.glsl"
+// What each pixel of the batch sees: the camera's rays through all that lets through, and the
+// guides of what they meet, as on the CPU (FindPrimarySurfaces, MakeGuides). Where it is a single
+// surface, its hit is kept for the paths.
+#include "render/vulkan/tracer.glsl"
 #include "render/vulkan/surface.glsl"
 #include "render/vulkan/traversal.glsl"
+#include "render/vulkan/camera.glsl"
+#include "render/vulkan/queue.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
-
-layout(std430, set = 1, binding = 0) readonly buffer Frame {
-  GpuFrame frame;
-};
-layout(std430, set = 1, binding = 1) writeonly buffer Guides {
-  GpuGuides guides[];  // row by row
-};
-
-// A ray that passes more surfaces than these, all cut out by their masks, sees the background.
-const int kMaxPasses = 256;
-// Surfaces of a pixel that count; the last one takes all light that is left.
-const int kMaxLayers = 8;
-
-vec3 DirectionOf(GpuView view, vec2 pixel) {
-  float x = (2.0f * pixel.x / view.width - 1.0f) * view.half_width;
-  float y = (1.0f - 2.0f * pixel.y / view.height) * view.half_height;
-  return normalize(view.forward + view.right * x + view.up * y);
-}
-
-// Where the camera sees what lies at `offset` from its position.
-vec2 Project(GpuView view, vec3 offset) {
-  float depth = dot(offset, view.forward);
-  float safe = max(abs(depth), 1e-20f) * (depth < 0.0f ? -1.0f : 1.0f);
-  float x = dot(offset, view.right) / (safe * view.half_width);
-  float y = dot(offset, view.up) / (safe * view.half_height);
-  return vec2((x + 1.0f) * 0.5f * view.width, (1.0f - y) * 0.5f * view.height);
-}
+layout(local_size_x = 64) in;
 
 // Out of the picture where the previous camera had the point behind it.
 vec2 MotionBetween(vec3 offset, vec3 previous_offset) {
@@ -54,78 +29,71 @@ vec2 SurfaceMotion(GpuInstance instance, GpuHit hit, vec3 position) {
                Vec3At(instance.positions + 3u * corner.z) * weight.z;
   bool stands = instance.world_x == instance.previous_x &&
                 instance.world_y == instance.previous_y && instance.world_z == instance.previous_z;
-  vec3 before =
-      stands ? position
-             : TransformPoint(instance.previous_x, instance.previous_y, instance.previous_z, local);
+  vec3 before = stands ? position
+                       : TransformPoint(instance.previous_x, instance.previous_y,
+                                        instance.previous_z, local);
   return MotionBetween(position - frame.view.position, before - frame.previous.position);
 }
 
+void SetMotion(vec2 motion, inout GpuGuides sum) {
+  sum.motion_x = motion.x;
+  sum.motion_y = motion.y;
+}
+
 // Adds a surface with its share of the pixel; `heaviest`: it is the largest so far.
-void AddLayer(GpuMaterial material, GpuInstance instance, GpuHit hit, vec3 base_colour,
-              vec3 direction, float weight, bool heaviest, inout GpuGuides sum) {
-  Surface surface = MakeSurface(material, instance, hit, base_colour, direction);
+void AddLayer(CameraLayer layer, vec3 direction, bool heaviest, inout GpuGuides sum) {
+  GpuInstance instance = instances[layer.hit.instance];
+  GpuMaterial material = materials[instance.material];
+  Surface surface = MakeSurface(material, instance, layer.hit, layer.base_colour, direction);
   vec3 specular_albedo;
   Bsdf bsdf = MakeSurfaceBsdf(material, surface, 0.0f, specular_albedo);
-  sum.albedo += bsdf.diffuse * weight;
-  sum.specular_albedo += specular_albedo * weight;
+  sum.albedo += bsdf.diffuse * layer.weight;
+  sum.specular_albedo += specular_albedo * layer.weight;
   if (surface.at.front != 0 || material.double_sided != 0u) {
-    sum.emission += material.emission *
-                    TextureValue(material.emissive_texture, instance, hit, true).rgb * weight;
+    sum.emission += EmissionOf(material, instance, layer.hit) * layer.weight;
   }
   if (heaviest) {
     sum.depth = dot(surface.at.position - frame.view.position, frame.view.forward);
     sum.normal = surface.at.frame.z;
-    sum.motion = SurfaceMotion(instance, hit, surface.at.position);
-    sum.id = hit.instance + 1u;
+    SetMotion(SurfaceMotion(instance, layer.hit, surface.at.position), sum);
+    sum.id = layer.hit.instance + 1u;
     sum.roughness = surface.roughness;
   }
 }
 
-// Where a ray goes on that passes the surface.
-vec3 OriginBehind(GpuInstance instance, GpuHit hit, vec3 direction) {
-  WorldTriangle t = TriangleOf(instance, hit.primitive);
-  vec3 weight = Weights(hit);
-  vec3 point = t.p0 * weight.x + t.p1 * weight.y + t.p2 * weight.z;
-  return OriginBehindTriangle(t.p0, t.p1, t.p2, point, direction);
-}
-
-GpuGuides FindGuides(vec2 pixel) {
-  float infinity = uintBitsToFloat(0x7f800000u);
-  vec3 direction = DirectionOf(frame.view, pixel);
-  GpuGuides sum = GpuGuides(vec3(0.0f), infinity, vec3(0.0f), 0.0f, vec3(0.0f), 0u, vec3(0.0f),
-                            1.0f, MotionBetween(direction, direction), 0u, 0u);
-  vec3 origin = frame.view.position;
+// Returns how many rays it took.
+uint FindGuides(uint number, uvec2 pixel) {
+  vec3 direction = DirectionOf(frame.view, vec2(pixel) + frame.point);
+  GpuGuides sum = GpuGuides(vec3(0.0f), kInfinity, vec3(0.0f), 0.0f, vec3(0.0f), 0u, vec3(0.0f),
+                            0.0f, vec3(0.0f), 0.0f);
+  SetMotion(MotionBetween(direction, direction), sum);
+  GpuHit first = GpuHit(kInfinity, 0.0f, 0.0f, kNoInstance, 0u);
+  CameraWalk walk = StartWalk(direction);
+  CameraLayer layer;
   float largest = 0.0f;
-  int layers = 0;
-  for (int pass = 0; pass < kMaxPasses; ++pass) {
-    GpuHit hit = FindFirstHit(GpuRay(origin, infinity, direction, 0u));
-    if (hit.instance == kNoInstance) {
-      break;
-    }
-    GpuInstance instance = instances[hit.instance];
-    GpuMaterial material = materials[instance.material];
-    vec4 colour = BaseColour(material, instance, hit);
-    float opacity = OpacityOf(material, colour.a);
-    if (opacity > 0.0f) {
-      bool last = opacity >= 1.0f || layers == kMaxLayers - 1;
-      float weight = last ? sum.background : sum.background * opacity;
-      bool heaviest = layers == 0 || weight > largest;
-      largest = heaviest ? weight : largest;
-      AddLayer(material, instance, hit, colour.rgb, direction, weight, heaviest, sum);
-      sum.background = last ? 0.0f : sum.background - weight;
-      ++layers;
-      if (last) {
-        break;
-      }
-    }
-    origin = OriginBehind(instance, hit, direction);
+  while (NextLayer(walk, layer)) {
+    bool heaviest = walk.layers == 1 || layer.weight > largest;
+    largest = heaviest ? layer.weight : largest;
+    AddLayer(layer, direction, heaviest, sum);
+    first = layer.hit;
   }
-  return sum;
+  if (walk.layers > 1 || (walk.layers == 1 && walk.background > 0.0f)) {
+    first.instance = kSeveralLayers;
+  }
+  sum.background = EnvironmentRadiance(direction) * walk.background;
+  guides[number] = sum;
+  first_hits[number] = first;
+  return uint(walk.passes);
 }
 
 void main() {
-  uvec2 pixel = gl_GlobalInvocationID.xy;
-  if (pixel.x < frame.width && pixel.y < frame.height) {
-    guides[pixel.y * frame.width + pixel.x] = FindGuides(vec2(pixel) + frame.point);
+  uint number = gl_GlobalInvocationID.x;
+  uint traced = 0u;
+  if (number < batch.count) {
+    uvec2 pixel = PixelOf(number);
+    if (IsInPicture(pixel)) {
+      traced = FindGuides(number, pixel);
+    }
   }
+  CountPrimaryRays(traced);
 }

@@ -80,6 +80,15 @@ float OpacityOf(GpuMaterial material, float alpha) {
   return alpha;
 }
 
+bool Emits(GpuMaterial material) {
+  return MaxComponent(material.emission) > 0.0f;
+}
+
+// Light that the front of the surface sends out, without regard to the direction.
+vec3 EmissionOf(GpuMaterial material, GpuInstance instance, GpuHit hit) {
+  return material.emission * TextureValue(material.emissive_texture, instance, hit, true).rgb;
+}
+
 float ClampToUnit(float x) {
   return x > 0.0f ? min(x, 1.0f) : 0.0f;
 }

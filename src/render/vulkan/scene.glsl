@@ -3,6 +3,7 @@
 
 // The scene as every shader of the tracer sees it, in descriptor set 0.
 #include "core/shared.h"
+#include "core/colour_shared.h"
 #include "render/shared.h"
 #include "render/geometry_shared.h"
 #include "render/vulkan/scene_shared.h"
@@ -62,6 +63,12 @@ vec3 TransformPoint(vec4 x, vec4 y, vec4 z, vec3 p) {
 }
 vec3 TransformVector(vec4 x, vec4 y, vec4 z, vec3 v) {
   return vec3(dot(x.xyz, v), dot(y.xyz, v), dot(z.xyz, v));
+}
+
+// -1 where the instance's transform mirrors.
+float Orientation(GpuInstance instance) {
+  return dot(instance.world_x.xyz, cross(instance.world_y.xyz, instance.world_z.xyz)) < 0.0f ? -1.0f
+                                                                                             : 1.0f;
 }
 
 struct WorldTriangle {

@@ -141,41 +141,6 @@ struct GpuHit {
   uint primitive;
 };
 
-// CameraView.
-struct GpuView {
-  vec3 position;
-  float half_width;
-  vec3 right;
-  float half_height;
-  vec3 up;
-  float width;
-  vec3 forward;
-  float height;
-};
-
-// The picture that guides are found for.
-struct GpuFrame {
-  GpuView view;
-  GpuView previous;
-  vec2 point;  // of each pixel that the ray passes: (0.5, 0.5) is its centre
-  uint width;
-  uint height;
-};
-
-// PixelGuides; depth is +infinity where there is no surface.
-struct GpuGuides {
-  vec3 normal;
-  float depth;
-  vec3 albedo;
-  float roughness;
-  vec3 specular_albedo;
-  uint id;
-  vec3 emission;
-  float background;  // the share of the pixel that no surface takes
-  vec2 motion;
-  uint unused_0, unused_1;
-};
-
 STILLRAY_RENDER_END
 
 #ifdef __cplusplus
@@ -188,8 +153,6 @@ static_assert(sizeof(GpuTextureRef) == 32);
 static_assert(sizeof(GpuMaterial) == 256);
 static_assert(sizeof(GpuTexture) == 16);
 static_assert(sizeof(GpuRay) == 32);
-static_assert(sizeof(GpuFrame) == 144);
-static_assert(sizeof(GpuGuides) == 80);
 static_assert(sizeof(GpuHit) == 20);
 static_assert(kTopStack + 1 + kBottomStack <= kStackSize);
 }  // namespace stillray::render

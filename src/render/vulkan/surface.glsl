@@ -15,12 +15,6 @@ struct Surface {
   float transmission;
 };
 
-// -1 where the instance's transform mirrors.
-float Orientation(GpuInstance instance) {
-  return dot(instance.world_x.xyz, cross(instance.world_y.xyz, instance.world_z.xyz)) < 0.0f ? -1.0f
-                                                                                             : 1.0f;
-}
-
 // Takes a normal to the world, not to unit length: by the cofactors, defined for any matrix.
 vec3 TransformNormal(GpuInstance instance, vec3 n) {
   vec3 x = instance.world_x.xyz;

@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The cameras of a moment.
+#pragma once
+
+#include "render/camera.h"
+#include "render/scene_state.h"
+#include "stillray/render.h"
+
+namespace stillray::render {
+
+struct CameraPair {
+  CameraView now;
+  CameraView before;  ///< at the previous frame's moment
+};
+
+/// \param state   at this moment
+/// \param moment  checked (CheckMoment)
+CameraPair CamerasOf(const SceneState& state, const RenderMoment& moment, int width, int height);
+
+/// Whether any surface may send light on through itself by refraction.
+bool AnyTransmission(const Scene& scene);
+
+}  // namespace stillray::render

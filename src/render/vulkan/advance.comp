@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#version 450
+
+// Between the steps: the queues that a step has filled get their dispatches, those that are empty
+// again are cleared.
+#include "render/vulkan/tracer.glsl"
+
+layout(local_size_x = 1) in;
+
+void SetGroups(uint queue) {
+  queues[queue].groups_x = (queues[queue].count + kGroupSize - 1u) / kGroupSize;
+  queues[queue].groups_y = 1u;
+  queues[queue].groups_z = 1u;
+}
+
+void main() {
+  if (batch.phase == kPhaseReset) {
+    for (uint i = 0u; i < kQueueCount; ++i) {
+      queues[i].count = 0u;
+    }
+    return;
+  }
+  if (batch.phase == kPhaseStart) {
+    SetGroups(kQueueActive);
+    return;
+  }
+  uint done = batch.phase;
+  uint next = 1u - done;
+  SetGroups(kQueueActive + next);
+  SetGroups(kQueueShadow + done);
+  counters.bounce_rays += queues[kQueueActive + next].count;
+  counters.shadow_rays += queues[kQueueShadow + done].count;
+  queues[kQueueActive + done].count = 0u;
+  queues[kQueueShadow + next].count = 0u;
+}

@@ -1,0 +1,117 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render/vulkan/batch_store.h"
+
+#include <algorithm>
+#include <vector>
+
+#include <tbb/parallel_for.h>
+
+namespace stillray::render {
+namespace {
+
+using Squares = std::array<float, kTracedSignalCount>;
+
+/// Pixels that a thread brings into order at a time.
+constexpr int kChunkWidth = 256;
+
+/// Calls body(tile) for pieces of the batch's tile, on all threads.
+template <typename Body>
+void ForChunks(const Tile& tile, const Body& body) {
+  const int rows = (tile.height + static_cast<int>(kBlockSize) - 1) / static_cast<int>(kBlockSize);
+  tbb::parallel_for(0, rows, [&](int row) {
+    Tile chunk;
+    chunk.y0 = tile.y0 + row * static_cast<int>(kBlockSize);
+    chunk.height = std::min<int>(kBlockSize, tile.y0 + tile.height - chunk.y0);
+    for (int x = 0; x < tile.width; x += kChunkWidth) {
+      chunk.x0 = tile.x0 + x;
+      chunk.width = std::min(kChunkWidth, tile.width - x);
+      body(chunk);
+    }
+  });
+}
+
+/// Calls body(number in the batch) for the pixels of a chunk, row by row.
+template <typename Body>
+void ForPixels(const GpuBatch& batch, const Tile& chunk, const Body& body) {
+  for (int y = 0; y < chunk.height; ++y) {
+    for (int x = 0; x < chunk.width; ++x) {
+      body(NumberInBatch(static_cast<uint32_t>(batch.width),
+                         static_cast<uint32_t>(chunk.x0 + x - batch.x),
+                         static_cast<uint32_t>(chunk.y0 + y - batch.y)));
+    }
+  }
+}
+
+}  // namespace
+
+PixelGuides GuidesOf(const GpuGuides& guides) {
+  PixelGuides out;
+  out.depth = guides.depth;
+  out.normal = guides.normal;
+  out.albedo = guides.albedo;
+  out.specular_albedo = guides.specular_albedo;
+  out.motion = vec2(guides.motion_x, guides.motion_y);
+  out.id = guides.id;
+  out.roughness = guides.roughness;
+  out.emission = guides.emission;
+  out.background = guides.background;
+  return out;
+}
+
+SampleLight LightOf(const GpuPixelLight& light) {
+  SampleLight out;
+  for (size_t k = 0; k < out.size(); ++k) {
+    out[k] = light.signals[k].light;
+  }
+  return out;
+}
+
+Tile TileOf(const GpuBatch& batch, int width, int height) {
+  const int rows = static_cast<int>(batch.count) / batch.width;
+  return {batch.x, batch.y, std::min(batch.width, width - batch.x),
+          std::min(rows, height - batch.y)};
+}
+
+void StoreBatch(const GpuBatch& batch, const GpuGuides* guides, const GpuPixelLight* sums, int spp,
+                Frame* frame) {
+  ForChunks(TileOf(batch, frame->width, frame->height), [&](const Tile& chunk) {
+    if (guides != nullptr) {
+      std::vector<PixelGuides> of_chunk;
+      of_chunk.reserve(static_cast<size_t>(chunk.count()));
+      ForPixels(batch, chunk,
+                [&](uint32_t number) { of_chunk.push_back(GuidesOf(guides[number])); });
+      StoreGuides(chunk, of_chunk.data(), frame);
+    }
+    if (sums != nullptr) {
+      std::vector<SampleLight> lights;
+      std::vector<Squares> squares;
+      lights.reserve(static_cast<size_t>(chunk.count()));
+      squares.reserve(static_cast<size_t>(chunk.count()));
+      ForPixels(batch, chunk, [&](uint32_t number) {
+        lights.push_back(LightOf(sums[number]));
+        Squares& square = squares.emplace_back();
+        for (size_t k = 0; k < square.size(); ++k) {
+          square[k] = sums[number].signals[k].square;
+        }
+      });
+      StoreLight(chunk, spp, lights.data(), squares.data(), frame);
+    }
+  });
+}
+
+void StoreReference(const GpuBatch& batch, const GpuPixelLight* sums, int spp, Image3* radiance) {
+  const auto samples = static_cast<double>(spp);
+  ForChunks(TileOf(batch, radiance->width(), radiance->height()), [&](const Tile& chunk) {
+    int i = 0;
+    ForPixels(batch, chunk, [&](uint32_t number) {
+      const glm::dvec3 sum(sums[number].signals[0].light);
+      const glm::dvec3 lost(sums[number].signals[1].light);
+      StorePixel(radiance, chunk.x0 + i % chunk.width, chunk.y0 + i / chunk.width,
+                 vec3((sum - lost) / samples));
+      ++i;
+    });
+  });
+}
+
+}  // namespace stillray::render

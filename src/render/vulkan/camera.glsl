@@ -1,0 +1,77 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// The camera, and the surfaces that its rays pass, as on the CPU (CameraView, FindPrimarySurfaces).
+// Needs trace.glsl, material_lookup.glsl and traversal.glsl.
+#include "render/primary_shared.h"
+
+vec3 DirectionOf(GpuView view, vec2 pixel) {
+  float x = (2.0f * pixel.x / view.width - 1.0f) * view.half_width;
+  float y = (1.0f - 2.0f * pixel.y / view.height) * view.half_height;
+  return normalize(view.forward + view.right * x + view.up * y);
+}
+
+// Where the camera sees what lies at `offset` from its position.
+vec2 Project(GpuView view, vec3 offset) {
+  float depth = dot(offset, view.forward);
+  float safe = max(abs(depth), 1e-20f) * (depth < 0.0f ? -1.0f : 1.0f);
+  float x = dot(offset, view.right) / (safe * view.half_width);
+  float y = dot(offset, view.up) / (safe * view.half_height);
+  return vec2((x + 1.0f) * 0.5f * view.width, (1.0f - y) * 0.5f * view.height);
+}
+
+// Where a ray goes on that passes the surface.
+vec3 OriginBehind(GpuInstance instance, GpuHit hit, vec3 direction) {
+  WorldTriangle t = TriangleOf(instance, hit.primitive);
+  vec3 weight = Weights(hit);
+  vec3 point = t.p0 * weight.x + t.p1 * weight.y + t.p2 * weight.z;
+  return OriginBehindTriangle(t.p0, t.p1, t.p2, point, direction);
+}
+
+// A camera ray on its way through what lets through.
+struct CameraWalk {
+  vec3 origin;
+  vec3 direction;
+  float background;  // what no surface has taken yet
+  int layers;
+  int passes;
+  bool done;
+};
+
+CameraWalk StartWalk(vec3 direction) {
+  return CameraWalk(frame.view.position, direction, 1.0f, 0, 0, false);
+}
+
+// A surface of a pixel.
+struct CameraLayer {
+  GpuHit hit;
+  vec3 base_colour;
+  float weight;  // share of the pixel
+};
+
+// The next surface that takes a share of the pixel; false: there is none.
+bool NextLayer(inout CameraWalk walk, out CameraLayer layer) {
+  while (!walk.done && walk.passes < kMaxPasses) {
+    ++walk.passes;
+    layer.hit = FindFirstHit(GpuRay(walk.origin, kInfinity, walk.direction, 0u));
+    if (layer.hit.instance == kNoInstance) {
+      break;
+    }
+    GpuInstance instance = instances[layer.hit.instance];
+    GpuMaterial material = materials[instance.material];
+    vec4 colour = BaseColour(material, instance, layer.hit);
+    float opacity = OpacityOf(material, colour.a);
+    walk.origin = OriginBehind(instance, layer.hit, walk.direction);
+    if (opacity > 0.0f) {
+      bool last = opacity >= 1.0f || walk.layers == kMaxLayers - 1;
+      layer.base_colour = colour.rgb;
+      layer.weight = last ? walk.background : walk.background * opacity;
+      walk.background = last ? 0.0f : walk.background - layer.weight;
+      ++walk.layers;
+      walk.done = last;
+      return true;
+    }
+  }
+  walk.done = true;
+  return false;
+}

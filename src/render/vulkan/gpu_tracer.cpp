@@ -1,0 +1,297 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render/vulkan/gpu_tracer.h"
+
+#include <algorithm>
+#include <span>
+
+#include <fmt/format.h>
+
+namespace stillray::render {
+namespace shaders {
+#define STILLRAY_SHADER(name)           \
+  extern const std::uint32_t k##name[]; \
+  extern const std::size_t k##name##Words;
+STILLRAY_SHADER(FindGuides)
+STILLRAY_SHADER(StartPaths)
+STILLRAY_SHADER(StartReference)
+STILLRAY_SHADER(Shade)
+STILLRAY_SHADER(TraceShadows)
+STILLRAY_SHADER(TraceNext)
+STILLRAY_SHADER(Advance)
+STILLRAY_SHADER(AddSamples)
+STILLRAY_SHADER(AddReference)
+#undef STILLRAY_SHADER
+}  // namespace shaders
+
+namespace {
+
+struct ShaderCode {
+  const char* name;
+  std::span<const uint32_t> code;
+};
+
+/// In the order of GpuTracer's enumeration.
+ShaderCode CodeOf(size_t shader) {
+  const ShaderCode codes[] = {
+      {"find_guides", {shaders::kFindGuides, shaders::kFindGuidesWords}},
+      {"start_paths", {shaders::kStartPaths, shaders::kStartPathsWords}},
+      {"start_reference", {shaders::kStartReference, shaders::kStartReferenceWords}},
+      {"shade", {shaders::kShade, shaders::kShadeWords}},
+      {"trace_shadows", {shaders::kTraceShadows, shaders::kTraceShadowsWords}},
+      {"trace_next", {shaders::kTraceNext, shaders::kTraceNextWords}},
+      {"advance", {shaders::kAdvance, shaders::kAdvanceWords}},
+      {"add_samples", {shaders::kAddSamples, shaders::kAddSamplesWords}},
+      {"add_reference", {shaders::kAddReference, shaders::kAddReferenceWords}},
+  };
+  return codes[shader];
+}
+
+/// The largest of the structures that are kept for each pixel.
+constexpr size_t kLargestRecord =
+    std::max({sizeof(PathState), sizeof(GpuGuides), sizeof(GpuPixelLight), sizeof(GpuShadow)});
+
+constexpr size_t kQueueBytes = kQueueCount * sizeof(GpuQueue);
+
+bool LetsThrough(const Material& material) {
+  return material.transmission > 0.0f || material.alpha_mode != AlphaMode::kOpaque;
+}
+
+}  // namespace
+
+int MostSteps(const Scene& scene, int bounces) {
+  const bool any_free = std::any_of(scene.materials.begin(), scene.materials.end(), LetsThrough);
+  return bounces + 2 + (any_free ? kMaxFreeEvents : 0);
+}
+
+Status GpuTracer::CheckLimits() const {
+  const VkPhysicalDeviceLimits& limits = device_->context().limits;
+  const uint32_t needed =
+      GpuAccel::kSceneShape.buffers + GpuLights::kShape.buffers + kShape.buffers;
+  const uint32_t offered =
+      std::min(limits.maxPerStageDescriptorStorageBuffers, limits.maxDescriptorSetStorageBuffers);
+  if (offered < needed) {
+    return Status::Unsupported(
+        fmt::format("{}: tracing paths needs {} storage buffers in a shader, the device offers {}",
+                    device_->info().name, needed, offered));
+  }
+  return Status::Ok();
+}
+
+Status GpuTracer::AddBuffers() {
+  const size_t n = capacity_;
+  constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
+  struct Want {
+    Binding binding;
+    size_t bytes;
+    VkBufferUsageFlags usage;
+  };
+  const Want wants[] = {
+      {kFrame, sizeof(GpuFrame), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT},
+      {kPaths, n * sizeof(PathState), kStorage},
+      {kRays, n * sizeof(GpuRay), kStorage},
+      {kHits, n * sizeof(GpuHit), kStorage},
+      {kShadows, n * sizeof(GpuShadow), kStorage},
+      {kLists, 2 * n * sizeof(uint32_t), kStorage},
+      {kQueues, kQueueBytes + sizeof(GpuCounters), kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT},
+      {kGuides, n * sizeof(GpuGuides), kStorage},
+      {kFirstHits, n * sizeof(GpuHit), kStorage},
+      {kLightOfSamples, n * sizeof(GpuPixelLight), kStorage},
+      {kSums, n * sizeof(GpuPixelLight), kStorage},
+  };
+  for (const Want& want : wants) {
+    const Result<const gpu::Buffer*> buffer =
+        arena_.AddBuffer(want.bytes, want.usage, gpu::BufferPlace::kDevice);
+    STILLRAY_RETURN_IF_ERROR(buffer.status());
+    buffers_[want.binding] = *buffer;
+  }
+  const auto add_host = [&](size_t bytes, VkBufferUsageFlags usage, gpu::BufferPlace place,
+                            const gpu::Buffer** out) {
+    const Result<const gpu::Buffer*> buffer = arena_.AddBuffer(bytes, usage, place);
+    if (buffer.ok()) {
+      *out = *buffer;
+    }
+    return buffer.status();
+  };
+  STILLRAY_RETURN_IF_ERROR(
+      add_host(n * sizeof(uint32_t), kStorage, gpu::BufferPlace::kUpload, &listed_));
+  STILLRAY_RETURN_IF_ERROR(
+      add_host(n * sizeof(GpuGuides), 0, gpu::BufferPlace::kDownload, &host_guides_));
+  STILLRAY_RETURN_IF_ERROR(
+      add_host(n * sizeof(GpuPixelLight), 0, gpu::BufferPlace::kDownload, &host_sums_));
+  STILLRAY_RETURN_IF_ERROR(
+      add_host(sizeof(GpuCounters), 0, gpu::BufferPlace::kDownload, &host_counters_));
+  buffers_[kListed] = listed_;
+  return arena_.Allocate();
+}
+
+Status GpuTracer::MakeSet() {
+  // Layouts of the other sets are made here too, for the pipelines; sets of them are others'.
+  STILLRAY_RETURN_IF_ERROR(sets_.CreatePool(1, kShape));
+  gpu::SetContent content;
+  for (const gpu::Buffer* buffer : buffers_) {
+    content.buffers.push_back(buffer->buffer);
+  }
+  const Result<VkDescriptorSet> set = sets_.Find(kShape, content);
+  if (set.ok()) {
+    set_ = *set;
+  }
+  return set.status();
+}
+
+Result<std::unique_ptr<GpuTracer>> GpuTracer::Create(gpu::Device* device, const GpuAccel* accel,
+                                                     const GpuLights* lights, uint32_t most_pixels,
+                                                     bool by_group) {
+  std::unique_ptr<GpuTracer> tracer(new GpuTracer(device, accel, lights));
+  tracer->by_group_ = by_group ? 1 : 0;
+  STILLRAY_RETURN_IF_ERROR(tracer->CheckLimits());
+  const size_t fit = device->context().limits.maxStorageBufferRange / kLargestRecord;
+  tracer->capacity_ =
+      std::max(static_cast<uint32_t>(std::min<size_t>(most_pixels, fit)) / kGroupSize, 1u) *
+      kGroupSize;
+  STILLRAY_RETURN_IF_ERROR(tracer->AddBuffers());
+  STILLRAY_RETURN_IF_ERROR(tracer->MakeSet());
+  return tracer;
+}
+
+/// All that was written is seen by what follows.
+void GpuTracer::Wait(VkCommandBuffer commands) const {
+  gpu::MemoryBarrier(
+      device_->context(), commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+      VK_ACCESS_SHADER_WRITE_BIT,
+      VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT,
+      VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_INDIRECT_COMMAND_READ_BIT);
+}
+
+void GpuTracer::Mark(VkCommandBuffer commands, const char* name) {
+  if (times_ != nullptr) {
+    times_->Mark(commands, name);
+  }
+}
+
+Status GpuTracer::Bind(VkCommandBuffer commands, Shader shader, const GpuBatch& batch) {
+  const gpu::DeviceContext& c = device_->context();
+  std::optional<gpu::Pipeline>& pipeline = pipelines_[shader];
+  if (!pipeline) {
+    const Result<VkDescriptorSetLayout> scene = sets_.Layout(GpuAccel::kSceneShape);
+    const Result<VkDescriptorSetLayout> lights = sets_.Layout(GpuLights::kShape);
+    const Result<VkDescriptorSetLayout> own = sets_.Layout(kShape);
+    STILLRAY_RETURN_IF_ERROR(scene.status());
+    STILLRAY_RETURN_IF_ERROR(lights.status());
+    STILLRAY_RETURN_IF_ERROR(own.status());
+    const std::array<VkDescriptorSetLayout, 3> layouts = {*scene, *lights, *own};
+    const ShaderCode code = CodeOf(shader);
+    Result<gpu::Pipeline> made = gpu::Pipeline::Create(
+        &c, {code.name, code.code, layouts, sizeof(GpuBatch), {&by_group_, 1}});
+    STILLRAY_RETURN_IF_ERROR(made.status());
+    pipeline = std::move(*made);
+  }
+  const std::array<VkDescriptorSet, 3> bound = {accel_->scene_set(), lights_->set(), set_};
+  c.vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline->handle());
+  c.vk.CmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline->layout(), 0,
+                             static_cast<uint32_t>(bound.size()), bound.data(), 0, nullptr);
+  c.vk.CmdPushConstants(commands, pipeline->layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(batch),
+                        &batch);
+  return Status::Ok();
+}
+
+/// One thread for each pixel of the batch, or a single one for kAdvance.
+Status GpuTracer::Dispatch(VkCommandBuffer commands, Shader shader, const GpuBatch& batch) {
+  STILLRAY_RETURN_IF_ERROR(Bind(commands, shader, batch));
+  const uint32_t groups = shader == kAdvance ? 1 : (batch.count + kGroupSize - 1) / kGroupSize;
+  device_->context().vk.CmdDispatch(commands, groups, 1, 1);
+  return Status::Ok();
+}
+
+Status GpuTracer::DispatchQueue(VkCommandBuffer commands, Shader shader, const GpuBatch& batch,
+                                uint32_t queue) {
+  STILLRAY_RETURN_IF_ERROR(Bind(commands, shader, batch));
+  device_->context().vk.CmdDispatchIndirect(commands, buffers_[kQueues]->buffer,
+                                            queue * sizeof(GpuQueue));
+  return Status::Ok();
+}
+
+void GpuTracer::RecordBegin(VkCommandBuffer commands, const GpuFrame& frame,
+                            gpu::Timestamps* times) {
+  const gpu::DeviceContext& c = device_->context();
+  times_ = times;
+  if (times_ != nullptr) {
+    times_->Begin(commands);
+  }
+  gpu::MemoryBarrier(c, commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
+                     VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT);
+  c.vk.CmdUpdateBuffer(commands, buffers_[kFrame]->buffer, 0, sizeof(frame), &frame);
+  c.vk.CmdFillBuffer(commands, buffers_[kQueues]->buffer, 0, buffers_[kQueues]->size, 0);
+  gpu::MemoryBarrier(
+      c, commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
+      VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+      VK_ACCESS_UNIFORM_READ_BIT | VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
+}
+
+Status GpuTracer::RecordGuides(VkCommandBuffer commands, const GpuBatch& batch) {
+  Mark(commands, kTimeGuides);
+  STILLRAY_RETURN_IF_ERROR(Dispatch(commands, kFindGuides, batch));
+  Wait(commands);
+  return Status::Ok();
+}
+
+Status GpuTracer::RecordSample(VkCommandBuffer commands, GpuBatch batch, int steps, bool first,
+                               bool reference) {
+  Mark(commands, kTimeGuides);
+  batch.phase = kPhaseReset;
+  STILLRAY_RETURN_IF_ERROR(Dispatch(commands, kAdvance, batch));
+  Wait(commands);
+  STILLRAY_RETURN_IF_ERROR(Dispatch(commands, reference ? kStartReference : kStartPaths, batch));
+  Wait(commands);
+  batch.phase = kPhaseStart;
+  STILLRAY_RETURN_IF_ERROR(Dispatch(commands, kAdvance, batch));
+  Wait(commands);
+  for (int step = 0; step < steps; ++step) {
+    batch.phase = static_cast<uint32_t>(step % 2);
+    Mark(commands, kTimeShade);
+    STILLRAY_RETURN_IF_ERROR(DispatchQueue(commands, kShade, batch, kQueueActive + batch.phase));
+    Wait(commands);
+    STILLRAY_RETURN_IF_ERROR(Dispatch(commands, kAdvance, batch));
+    Wait(commands);
+    Mark(commands, kTimeShadows);
+    STILLRAY_RETURN_IF_ERROR(
+        DispatchQueue(commands, kTraceShadows, batch, kQueueShadow + batch.phase));
+    Mark(commands, kTimeBounces);
+    if (step + 1 < steps) {
+      STILLRAY_RETURN_IF_ERROR(
+          DispatchQueue(commands, kTraceNext, batch, kQueueActive + 1 - batch.phase));
+    }
+    Wait(commands);
+  }
+  Mark(commands, kTimeShade);
+  batch.phase = first ? kPhaseFirstSample : kPhaseNextSample;
+  STILLRAY_RETURN_IF_ERROR(Dispatch(commands, reference ? kAddReference : kAddSamples, batch));
+  Wait(commands);
+  return Status::Ok();
+}
+
+void GpuTracer::RecordEnd(VkCommandBuffer commands, const GpuBatch& batch, bool guides, bool sums) {
+  const gpu::DeviceContext& c = device_->context();
+  if (times_ != nullptr) {
+    times_->End(commands);
+    times_ = nullptr;
+  }
+  gpu::MemoryBarrier(c, commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
+                     VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_READ_BIT);
+  const auto copy = [&](const gpu::Buffer* from, size_t offset, const gpu::Buffer* to,
+                        size_t bytes) {
+    const VkBufferCopy region = {offset, 0, bytes};
+    c.vk.CmdCopyBuffer(commands, from->buffer, to->buffer, 1, &region);
+  };
+  if (guides) {
+    copy(buffers_[kGuides], 0, host_guides_, batch.count * sizeof(GpuGuides));
+  }
+  if (sums) {
+    copy(buffers_[kSums], 0, host_sums_, batch.count * sizeof(GpuPixelLight));
+  }
+  copy(buffers_[kQueues], kQueueBytes, host_counters_, sizeof(GpuCounters));
+  gpu::MemoryBarrier(c, commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
+                     VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT);
+}
+
+}  // namespace stillray::render

@@ -1,0 +1,144 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Guides and paths of batches of pixels, in compute shaders: the counterpart of TraceSample on the
+/// CPU, with the same steps, random numbers and lights.
+///
+/// A batch takes its steps together, each in dispatches of their own: shading, shadow rays, next
+/// hits. Rays are traced by shaders that do nothing else and know nothing of materials but what
+/// lets through, so that another way of tracing can take their place; the paths that are left are
+/// packed between the steps.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+
+#include "gpu/timestamps.h"
+#include "render/vulkan/gpu_accel.h"
+#include "render/vulkan/gpu_lights.h"
+#include "render/vulkan/trace_shared.h"
+
+namespace stillray::render {
+
+/// Names of parts of the device's time.
+inline constexpr const char* kTimeGuides = "trace: guides";
+inline constexpr const char* kTimeShade = "trace: shading";
+inline constexpr const char* kTimeShadows = "trace: shadow rays";
+inline constexpr const char* kTimeBounces = "trace: bounce rays";
+
+/// Not for several threads at once.
+class GpuTracer {
+ public:
+  /// \param device, accel, lights  must outlive this
+  /// \param most_pixels  of a batch; fewer where the device's storage buffers are small
+  /// \param by_group     kAddByGroup of queue.glsl: for hardware
+  static Result<std::unique_ptr<GpuTracer>> Create(gpu::Device* device, const GpuAccel* accel,
+                                                   const GpuLights* lights, uint32_t most_pixels,
+                                                   bool by_group);
+
+  /// Pixels of a batch, a multiple of kGroupSize.
+  uint32_t capacity() const { return capacity_; }
+  /// Where the host writes the positions of the pixels of a batch that is `listed`: x in the lower
+  /// half, y in the upper. Room for capacity().
+  uint32_t* listed_pixels() { return static_cast<uint32_t*>(listed_->mapped); }
+
+  /// Begins a submission: what all its batches share. What was recorded before must be through.
+  void RecordBegin(VkCommandBuffer commands, const GpuFrame& frame, gpu::Timestamps* times);
+  /// Guides of the batch, and what its paths start from.
+  Status RecordGuides(VkCommandBuffer commands, const GpuBatch& batch);
+  /// One sample of the batch, whose guides were found (but for `reference`, which needs none).
+  /// \param steps  that a path can take at most (MostSteps)
+  /// \param first  the sums begin with this sample
+  Status RecordSample(VkCommandBuffer commands, GpuBatch batch, int steps, bool first,
+                      bool reference);
+  /// Brings guides or sums (or none) and the counters of the submission to the host; ends it.
+  void RecordEnd(VkCommandBuffer commands, const GpuBatch& batch, bool guides, bool sums);
+
+  /// Of the last submission, when the device is through and Invalidate was called.
+  Status Invalidate() const { return arena_.Invalidate(); }
+  const GpuGuides* guides() const { return static_cast<const GpuGuides*>(host_guides_->mapped); }
+  const GpuPixelLight* sums() const {
+    return static_cast<const GpuPixelLight*>(host_sums_->mapped);
+  }
+  const GpuCounters& counters() const {
+    return *static_cast<const GpuCounters*>(host_counters_->mapped);
+  }
+  /// Makes listed_pixels() visible to the device.
+  Status Flush() const { return arena_.Flush(); }
+
+  gpu::MemoryUse memory() const { return arena_.Need(); }
+  /// Buffers of the current batch, in the order of its pixels, for shaders that take results on.
+  const gpu::Buffer& device_guides() const { return *buffers_[kGuides]; }
+  const gpu::Buffer& device_sums() const { return *buffers_[kSums]; }
+
+  static constexpr gpu::SetShape kShape = {0, 0, 1, 11};
+
+ private:
+  /// Numbers of the bindings of trace.glsl.
+  enum Binding : size_t {
+    kFrame,
+    kPaths,
+    kRays,
+    kHits,
+    kShadows,
+    kLists,
+    kQueues,
+    kGuides,
+    kFirstHits,
+    kLightOfSamples,
+    kSums,
+    kListed,
+    kBindingCount
+  };
+  enum Shader : size_t {
+    kFindGuides,
+    kStartPaths,
+    kStartReference,
+    kShade,
+    kTraceShadows,
+    kTraceNext,
+    kAdvance,
+    kAddSamples,
+    kAddReference,
+    kShaderCount
+  };
+
+  GpuTracer(gpu::Device* device, const GpuAccel* accel, const GpuLights* lights)
+      : device_(device),
+        accel_(accel),
+        lights_(lights),
+        arena_(&device->context()),
+        sets_(&device->context()) {}
+  Status CheckLimits() const;
+  Status AddBuffers();
+  Status MakeSet();
+  Status Bind(VkCommandBuffer commands, Shader shader, const GpuBatch& batch);
+  Status Dispatch(VkCommandBuffer commands, Shader shader, const GpuBatch& batch);
+  Status DispatchQueue(VkCommandBuffer commands, Shader shader, const GpuBatch& batch,
+                       uint32_t queue);
+  void Wait(VkCommandBuffer commands) const;
+  void Mark(VkCommandBuffer commands, const char* name);
+
+  gpu::Device* device_;
+  const GpuAccel* accel_;
+  const GpuLights* lights_;
+  uint32_t capacity_ = 0;
+  uint32_t by_group_ = 0;
+  gpu::Arena arena_;
+  gpu::DescriptorSets sets_;
+  VkDescriptorSet set_ = VK_NULL_HANDLE;
+  std::array<std::optional<gpu::Pipeline>, kShaderCount> pipelines_;  // made when first needed
+  std::array<const gpu::Buffer*, kBindingCount> buffers_{};
+  const gpu::Buffer* listed_ = nullptr;
+  const gpu::Buffer* host_guides_ = nullptr;
+  const gpu::Buffer* host_sums_ = nullptr;
+  const gpu::Buffer* host_counters_ = nullptr;
+  gpu::Timestamps* times_ = nullptr;  // of the submission being recorded
+};
+
+/// Surfaces that a path can meet: `bounces` beside the first and the last one, and where anything
+/// lets through or refracts, what counts as no bounce.
+int MostSteps(const Scene& scene, int bounces);
+
+}  // namespace stillray::render

@@ -1,0 +1,22 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// The one door through which light gets into the picture. Needs trace.glsl. A pixel of the batch
+// has one path at a time: nobody else writes to its light.
+const int kDirectDiffuse = 0;
+const int kIndirectDiffuse = 1;
+const int kDirectSpecular = 2;
+const int kIndirectSpecular = 3;
+
+void AddSignal(uint number, int kind, vec3 light) {
+  if (!IsUsableLight(light)) {
+    atomicAdd(counters.dropped, 1u);
+    return;
+  }
+  sample_lights[number].signals[kind].light += light;
+}
+
+void AddFound(uint number, bool direct, vec3 diffuse, vec3 specular) {
+  AddSignal(number, direct ? kDirectDiffuse : kIndirectDiffuse, diffuse);
+  AddSignal(number, direct ? kDirectSpecular : kIndirectSpecular, specular);
+}

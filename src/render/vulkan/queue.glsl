@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// How threads add to a queue and to counters. Needs trace.glsl. With kAddByGroup one atomic does for
+// a group of threads: hardware works through atomics of one address one by one. Without it there
+// are no barriers, for each of which a software driver saves all state of all threads. The order
+// within a queue may differ from run to run; what becomes of a pixel does not depend on it.
+layout(constant_id = 0) const uint kAddByGroup = 1u;
+
+shared uint group_count;
+shared uint group_first;
+
+// Called by all threads of the group. Returns the place of those that are `wanted`.
+uint TakePlace(uint queue, bool wanted) {
+  if (kAddByGroup == 0u) {
+    return wanted ? atomicAdd(queues[queue].count, 1u) : 0u;
+  }
+  if (gl_LocalInvocationIndex == 0u) {
+    group_count = 0u;
+  }
+  barrier();
+  uint place = 0u;
+  if (wanted) {
+    place = atomicAdd(group_count, 1u);
+  }
+  barrier();
+  if (gl_LocalInvocationIndex == 0u) {
+    group_first = group_count == 0u ? 0u : atomicAdd(queues[queue].count, group_count);
+  }
+  barrier();
+  return group_first + place;
+}
+
+// Called by all threads of the group.
+void CountPrimaryRays(uint count) {
+  if (kAddByGroup == 0u) {
+    if (count > 0u) {
+      atomicAdd(counters.primary_rays, count);
+    }
+    return;
+  }
+  barrier();
+  if (gl_LocalInvocationIndex == 0u) {
+    group_count = 0u;
+  }
+  barrier();
+  if (count > 0u) {
+    atomicAdd(group_count, count);
+  }
+  barrier();
+  if (gl_LocalInvocationIndex == 0u && group_count > 0u) {
+    atomicAdd(counters.primary_rays, group_count);
+  }
+}

@@ -1,0 +1,104 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#version 450
+
+// The paths of one sample of the batch start at what the camera sees: the single surface that
+// find_guides.comp kept, or one of several, by chance. With STILLRAY_REFERENCE nothing was kept:
+// each sample has a camera ray of its own, and what shines by itself there goes to the guides.
+#include "render/vulkan/tracer.glsl"
+#include "render/vulkan/traversal.glsl"
+#include "render/vulkan/camera.glsl"
+#include "render/vulkan/queue.glsl"
+
+layout(local_size_x = 64) in;
+
+// Whether the viewer sees the front of the triangle.
+bool SeenFromFront(GpuInstance instance, GpuHit hit, vec3 direction) {
+  WorldTriangle t = TriangleOf(instance, hit.primitive);
+  float volume = dot(cross(t.p1 - t.p0, t.p2 - t.p0), direction);
+  return volume * Orientation(instance) <= 0.0f;
+}
+
+vec3 EmissionTowardsViewer(GpuHit hit, vec3 direction) {
+  GpuInstance instance = instances[hit.instance];
+  GpuMaterial material = materials[instance.material];
+  if (!Emits(material) ||
+      (material.double_sided == 0u && !SeenFromFront(instance, hit, direction))) {
+    return vec3(0.0f);
+  }
+  return EmissionOf(material, instance, hit);
+}
+
+// Picks one of the surfaces that a camera ray passes, in proportion to their shares; kNoInstance:
+// the background. u in [0, 1).
+GpuHit PickLayer(uint number, vec3 direction, float u, out uint traced) {
+  GpuHit hit = GpuHit(kInfinity, 0.0f, 0.0f, kNoInstance, 0u);
+  vec3 emission = vec3(0.0f);
+  bool found = false;
+  CameraWalk walk = StartWalk(direction);
+  CameraLayer layer;
+  while (NextLayer(walk, layer)) {
+    if (!found) {
+      hit = layer.hit;
+      found = u < layer.weight;
+      u -= layer.weight;
+    }
+#ifdef STILLRAY_REFERENCE
+    emission += EmissionTowardsViewer(layer.hit, direction) * layer.weight;
+#endif
+  }
+  // The weights' sum is 1 up to rounding: without a background the last one is meant.
+  if (!found && walk.background > 0.0f) {
+    hit.instance = kNoInstance;
+  }
+#ifdef STILLRAY_REFERENCE
+  guides[number].emission = emission;
+  guides[number].background = EnvironmentRadiance(direction) * walk.background;
+#endif
+  traced = uint(walk.passes);
+  return hit;
+}
+
+// Returns whether there is a path.
+bool Start(uint number, uvec2 pixel, out uint traced) {
+  traced = 0u;
+  uint seed = SeedOf(pixel);
+  GpuSignal none = GpuSignal(vec3(0.0f), 0.0f);
+  sample_lights[number] = GpuPixelLight(GpuSignal[4](none, none, none, none));
+#ifdef STILLRAY_REFERENCE
+  vec4 u = NumbersOf(seed, kPrimaryDimensions);
+  vec2 point = frame.spread_points != 0 ? u.xy : vec2(0.5f);
+  vec3 direction = DirectionOf(frame.view, vec2(pixel) + point);
+  GpuHit hit = PickLayer(number, direction, u.w, traced);
+#else
+  vec3 direction = DirectionOf(frame.view, vec2(pixel) + frame.point);
+  GpuHit hit = first_hits[number];
+  if (hit.instance == kSeveralLayers) {
+    hit = PickLayer(number, direction, NumbersOf(seed, kPrimaryDimensions).w, traced);
+  }
+#endif
+  if (hit.instance == kNoInstance) {
+    return false;
+  }
+  paths[number] = StartPath(int(number), seed);
+  rays[number] = GpuRay(frame.view.position, kInfinity, direction, 0u);
+  hits[number] = hit;
+  return true;
+}
+
+void main() {
+  uint number = gl_GlobalInvocationID.x;
+  uint traced = 0u;
+  bool starts = false;
+  if (number < batch.count) {
+    uvec2 pixel = PixelOf(number);
+    if (IsInPicture(pixel)) {
+      starts = Start(number, pixel, traced);
+    }
+  }
+  uint place = TakePlace(kQueueActive, starts);
+  if (starts) {
+    lists[ListStart(0u) + place] = number;
+  }
+  CountPrimaryRays(traced);
+}

@@ -1,0 +1,76 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// A batch of pixels being traced, in descriptor set 2. Needs scene.glsl, lights.glsl, path_shared.h
+// and sampler_shared.h.
+#include "render/vulkan/trace_shared.h"
+
+layout(std140, set = 2, binding = 0) uniform FrameBlock {
+  GpuFrame frame;
+};
+layout(std430, set = 2, binding = 1) buffer Paths {
+  PathState paths[];
+};
+layout(std430, set = 2, binding = 2) buffer Rays {
+  GpuRay rays[];
+};
+layout(std430, set = 2, binding = 3) buffer Hits {
+  GpuHit hits[];
+};
+layout(std430, set = 2, binding = 4) buffer Shadows {
+  GpuShadow shadows[];
+};
+// Both active lists, each as long as the batch.
+layout(std430, set = 2, binding = 5) buffer Lists {
+  uint lists[];
+};
+layout(std430, set = 2, binding = 6) buffer Queues {
+  GpuQueue queues[kQueueCount];
+  GpuCounters counters;
+};
+layout(std430, set = 2, binding = 7) buffer Guides {
+  GpuGuides guides[];
+};
+layout(std430, set = 2, binding = 8) buffer FirstHits {
+  GpuHit first_hits[];
+};
+layout(std430, set = 2, binding = 9) buffer LightOfSamples {
+  GpuPixelLight sample_lights[];
+};
+layout(std430, set = 2, binding = 10) buffer Sums {
+  GpuPixelLight sums[];
+};
+// Positions of listed pixels: x in the lower half, y in the upper.
+layout(std430, set = 2, binding = 11) readonly buffer Listed {
+  uint listed_pixels[];
+};
+
+layout(push_constant) uniform Push {
+  GpuBatch batch;
+};
+
+uvec2 PixelOf(uint number) {
+  if (batch.listed != 0u) {
+    uint at = listed_pixels[number];
+    return uvec2(at & 0xffffu, at >> 16);
+  }
+  uint width = uint(batch.width);
+  return uvec2(uint(batch.x) + ColumnInBatch(width, number),
+               uint(batch.y) + RowInBatch(width, number));
+}
+
+bool IsInPicture(uvec2 pixel) {
+  return pixel.x < frame.width && pixel.y < frame.height;
+}
+
+uint SeedOf(uvec2 pixel) {
+  return PixelSeed(frame.stream_seed, pixel.x, pixel.y, batch.window_low, batch.window_high);
+}
+
+vec4 NumbersOf(uint seed, uint set) {
+  return PathNumbers(frame.sampler_kind, batch.sample_index, seed, set);
+}
+
+uint ListStart(uint parity) {
+  return parity * uint(lists.length() / 2);
+}

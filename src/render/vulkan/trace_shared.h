@@ -1,0 +1,159 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// What the shaders that trace a picture share with the host: a frame's constants, a batch of its
+// pixels, and what is kept for each pixel of the batch (layout std430).
+#ifndef STILLRAY_RENDER_VULKAN_TRACE_SHARED_H
+#define STILLRAY_RENDER_VULKAN_TRACE_SHARED_H
+
+#ifdef __cplusplus
+#include "render/path_shared.h"
+#include "render/vulkan/scene_shared.h"
+#endif
+
+STILLRAY_RENDER_BEGIN
+
+// CameraView.
+struct GpuView {
+  vec3 position;
+  float half_width;
+  vec3 right;
+  float half_height;
+  vec3 up;
+  float width;
+  vec3 forward;
+  float height;
+};
+
+struct GpuFrame {
+  GpuView view;
+  GpuView previous;
+  vec2 point;  // of each pixel that its rays pass: (0.5, 0.5) is the centre
+  uint width;
+  uint height;
+  uint sampler_kind;  // kSampler...
+  uint stream_seed;   // of PixelSeed
+  int bounces;
+  int regularise;
+  int ends_are_opaque;  // as in TraceContext
+  int spread_points;    // 1: each sample passes its pixel at a point of its own
+  int with_squares;     // 1: squares of the samples are added up
+  int unused_0;
+};
+
+// Pixels that are traced together: a rectangle of the picture in blocks of 8x8, which may stick out
+// of it, or `listed` ones. Pushed as constants.
+struct GpuBatch {
+  int x;
+  int y;
+  int width;  // a multiple of 8
+  uint count;
+  uint listed;        // 1: the pixels of the list
+  uint sample_index;  // of PathNumbers
+  uint window_low;    // of PixelSeed
+  uint window_high;
+  uint phase;  // kPhase...
+};
+
+const uint kBlockSize = 8u;
+
+// Where pixel `number` of a rectangle lies: block by block, rows of blocks first.
+SHARED_FN uint BlockNumber(uint number) {
+  return number / (kBlockSize * kBlockSize);
+}
+SHARED_FN uint ColumnInBatch(uint width, uint number) {
+  return BlockNumber(number) % (width / kBlockSize) * kBlockSize + number % kBlockSize;
+}
+SHARED_FN uint RowInBatch(uint width, uint number) {
+  return BlockNumber(number) / (width / kBlockSize) * kBlockSize + number / kBlockSize % kBlockSize;
+}
+// The number of a place.
+SHARED_FN uint NumberInBatch(uint width, uint column, uint row) {
+  uint block = row / kBlockSize * (width / kBlockSize) + column / kBlockSize;
+  return (block * kBlockSize + row % kBlockSize) * kBlockSize + column % kBlockSize;
+}
+
+// PixelGuides; depth is +infinity where there is no surface.
+struct GpuGuides {
+  vec3 normal;
+  float depth;
+  vec3 albedo;
+  float roughness;
+  vec3 specular_albedo;
+  uint id;
+  vec3 emission;
+  float motion_x;
+  vec3 background;
+  float motion_y;
+};
+
+// A signal of a pixel: light, and in sums of samples the sum of the squares of its luminance.
+struct GpuSignal {
+  vec3 light;
+  float square;
+};
+
+// By SignalKind.
+struct GpuPixelLight {
+  GpuSignal signals[4];
+};
+
+// Light that arrives if the ray to it is free.
+struct GpuShadow {
+  vec3 origin;
+  float end;
+  vec3 direction;
+  uint pixel;  // of the batch
+  vec3 diffuse;
+  int direct;
+  vec3 specular;
+  uint unused_0;
+};
+
+// A list of pixels of the batch that have work: the groups of an indirect dispatch and the number.
+struct GpuQueue {
+  uint groups_x;
+  uint groups_y;
+  uint groups_z;
+  uint count;
+};
+
+// Two queues take turns, as do those of the shadow rays.
+const uint kQueueActive = 0u;
+const uint kQueueShadow = 2u;
+const uint kQueueCount = 4u;
+const uint kGroupSize = 64u;
+
+// Of a submission.
+struct GpuCounters {
+  uint primary_rays;
+  uint bounce_rays;
+  uint shadow_rays;
+  uint dropped;  // contributions that were not finite or negative
+};
+
+// In place of the hit of a pixel's camera ray: it passes surfaces that let through.
+const uint kSeveralLayers = 0xfffffffeu;
+
+// Values of GpuBatch::phase. In steps, of the two queues 0 and 1, the one that is worked on.
+const uint kPhaseReset = 2u;  // before the paths start
+const uint kPhaseStart = 3u;  // when they have
+// Of adding samples up.
+const uint kPhaseFirstSample = 0u;
+const uint kPhaseNextSample = 1u;
+
+STILLRAY_RENDER_END
+
+#ifdef __cplusplus
+namespace stillray::render {
+static_assert(sizeof(GpuView) == 64);
+static_assert(sizeof(GpuFrame) == 176);
+static_assert(sizeof(PathState) == 112);
+static_assert(sizeof(GpuGuides) == 80);
+static_assert(sizeof(GpuPixelLight) == 64);
+static_assert(sizeof(GpuShadow) == 64);
+static_assert(sizeof(GpuBatch) <= 128);
+}  // namespace stillray::render
+#endif
+
+#endif  // STILLRAY_RENDER_VULKAN_TRACE_SHARED_H

@@ -1,0 +1,11 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// All that the shaders of the path tracer have in common, in the order that it needs.
+#include "render/vulkan/scene.glsl"
+#include "render/vulkan/material_lookup.glsl"
+#include "render/shading_point_shared.h"
+#include "render/vulkan/lights.glsl"
+#include "render/path_shared.h"
+#include "render/sampler_shared.h"
+#include "render/vulkan/trace.glsl"

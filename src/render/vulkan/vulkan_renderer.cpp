@@ -1,0 +1,448 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render/vulkan/vulkan_renderer.h"
+
+#include <algorithm>
+#include <chrono>
+#include <new>
+#include <vector>
+
+#include "render/lights.h"
+#include "render/moment.h"
+#include "render/pixel_order.h"
+#include "render/scene_check.h"
+#include "render/trace_context.h"
+#include "render/vulkan/batch_store.h"
+#include "render/vulkan/gpu_tracer.h"
+
+namespace stillray::render {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Pixels that are traced together at most: enough to fill a large GPU, 0.6 kB each.
+constexpr uint32_t kMostPixels = 1u << 19;
+constexpr uint32_t kLeastPixels = 1u << 12;
+/// Drivers of desktops end what takes longer than about two seconds. A submission begins with so
+/// few paths that none does, and follows what they took.
+constexpr double kFirstPaths = 1 << 14;
+constexpr double kLeastPaths = 1 << 11;
+constexpr double kTargetMs = 200;
+/// Samples of a batch in a submission; bounds the times that are taken in it.
+constexpr int kMostSamples = 16;
+constexpr uint32_t kMostMarks = 2048;
+
+int RoundUp(int value) {
+  constexpr int kBlock = static_cast<int>(kBlockSize);
+  return (value + kBlock - 1) / kBlock * kBlock;
+}
+
+GpuView MakeGpuView(const CameraView& view) {
+  return {view.position, view.half_width, view.right,   view.half_height,
+          view.up,       view.width,      view.forward, view.height};
+}
+
+/// What becomes of a batch.
+struct BatchPlan {
+  bool guides = false;
+  bool reference = false;
+  uint64_t first_sample = 0;
+  int samples = 0;
+};
+
+class VulkanRenderer final : public Renderer {
+ public:
+  VulkanRenderer(const Scene& scene, const RenderSettings& settings,
+                 std::shared_ptr<gpu::Device> device, std::optional<bool> add_by_group)
+      : device_(std::move(device)),
+        add_by_group_(add_by_group.value_or(device_->info().is_gpu)),
+        settings_(settings),
+        any_transmission_(AnyTransmission(scene)),
+        state_(scene),
+        lights_(state_),
+        times_(&device_->context()) {}
+
+  Status Build();
+  Status SetSettings(const RenderSettings& settings) override;
+  const RenderSettings& settings() const override { return settings_; }
+  Status RenderFrame(const RenderMoment& moment, Frame* frame,
+                     const RenderProgress& progress) override;
+  Status RenderReference(const RenderMoment& moment, int spp, Image3* radiance,
+                         const RenderProgress& progress) override;
+  const RenderTimings& timings() const override { return timings_; }
+  size_t memory_bytes() const override {
+    return state_.memory_bytes() + lights_.memory_bytes() + accel_->memory().bytes +
+           gpu_lights_->memory().bytes + tracer_->memory().bytes;
+  }
+
+ private:
+  Status MakeTracer();
+  Status MoveTo(const RenderMoment& moment);
+  void SetFrame(const RenderMoment& moment, vec2 jitter, SampleStream stream);
+  template <typename Store>
+  Status ForTiles(const BatchPlan& plan, ProgressMeter* meter, const Store& store);
+  Status TraceBatch(const GpuBatch& batch, const BatchPlan& plan, ProgressMeter* meter);
+  Status Submit(GpuBatch batch, const BatchPlan& plan, int done, int samples);
+  void ReadTimes();
+  void AdaptTo(double paths, double milliseconds);
+  Status RenderWhole(const RenderMoment& moment, Frame* frame, const RenderProgress& progress);
+  Status RenderPart(const RenderMoment& moment, Frame* frame, const RenderProgress& progress);
+  std::vector<PixelPosition> ChoosePixels(const PixelOrder& order, Frame* frame);
+  void StorePixels(const PixelPosition* pixels, size_t count, Frame* frame);
+
+  std::shared_ptr<gpu::Device> device_;
+  bool add_by_group_;
+  RenderSettings settings_;
+  bool any_transmission_;
+  SceneState state_;
+  LightSet lights_;
+  std::unique_ptr<GpuAccel> accel_;
+  std::unique_ptr<GpuLights> gpu_lights_;
+  std::unique_ptr<GpuTracer> tracer_;
+  gpu::Timestamps times_;
+  GpuFrame frame_ = {};
+  bool accel_moved_ = true;  // and not yet told to the device
+  bool lights_moved_ = true;
+  double previous_seconds_ = 0;
+  double paths_per_submission_ = kFirstPaths;
+  RenderTimings timings_;
+  SparseFrameWriter sparse_;
+};
+
+Status VulkanRenderer::Build() {
+  state_.Update(0.0, 0.0);
+  lights_.Update(true);
+  Result<std::unique_ptr<GpuAccel>> accel = GpuAccel::Create(device_.get(), state_);
+  STILLRAY_RETURN_IF_ERROR(accel.status());
+  accel_ = std::move(*accel);
+  Result<std::unique_ptr<GpuLights>> lights =
+      GpuLights::Create(device_.get(), lights_, state_.scene().environment);
+  STILLRAY_RETURN_IF_ERROR(lights.status());
+  gpu_lights_ = std::move(*lights);
+  if (device_->has_timestamps()) {
+    STILLRAY_RETURN_IF_ERROR(times_.Create(kMostMarks));
+  }
+  return MakeTracer();
+}
+
+/// Room for the picture, or for as much of it as the device has memory for.
+Status VulkanRenderer::MakeTracer() {
+  const int64_t pixels = int64_t{RoundUp(settings_.width)} * RoundUp(settings_.height);
+  auto most = static_cast<uint32_t>(std::min<int64_t>(pixels, kMostPixels));
+  while (true) {
+    tracer_.reset();
+    Result<std::unique_ptr<GpuTracer>> tracer =
+        GpuTracer::Create(device_.get(), accel_.get(), gpu_lights_.get(), most, add_by_group_);
+    if (tracer.ok()) {
+      tracer_ = std::move(*tracer);
+      return Status::Ok();
+    }
+    if (tracer.status().code() != StatusCode::kOutOfMemory || most <= kLeastPixels) {
+      return tracer.status();
+    }
+    most /= 2;
+  }
+}
+
+Status VulkanRenderer::SetSettings(const RenderSettings& settings) {
+  STILLRAY_RETURN_IF_ERROR(CheckSettings(settings));
+  const RenderSettings before = settings_;
+  settings_ = settings;
+  if (settings.width == before.width && settings.height == before.height) {
+    return Status::Ok();
+  }
+  const Status made = MakeTracer();
+  if (!made.ok()) {
+    settings_ = before;
+    STILLRAY_RETURN_IF_ERROR(MakeTracer());
+  }
+  return made;
+}
+
+Status VulkanRenderer::MoveTo(const RenderMoment& moment) {
+  STILLRAY_RETURN_IF_ERROR(CheckMoment(state_.scene(), moment));
+  timings_ = RenderTimings();
+  const PhaseTimer timer(&timings_.update_ms);
+  const bool moved = state_.Update(moment.seconds, moment.previous_seconds);
+  // Where instances stood is told to the device too.
+  const bool other_past =
+      moment.previous_seconds != previous_seconds_ && !state_.scene().animation.empty();
+  previous_seconds_ = moment.previous_seconds;
+  if (moved || other_past) {
+    STILLRAY_RETURN_IF_ERROR(accel_->Update());
+    accel_moved_ = true;
+  }
+  if (lights_.Update(moved)) {
+    STILLRAY_RETURN_IF_ERROR(gpu_lights_->Update());
+    lights_moved_ = true;
+  }
+  return Status::Ok();
+}
+
+void VulkanRenderer::SetFrame(const RenderMoment& moment, vec2 jitter, SampleStream stream) {
+  const CameraPair cameras = CamerasOf(state_, moment, settings_.width, settings_.height);
+  frame_ = {};
+  frame_.view = MakeGpuView(cameras.now);
+  frame_.previous = MakeGpuView(cameras.before);
+  frame_.point = vec2(0.5f) + jitter;
+  frame_.width = static_cast<uint32_t>(settings_.width);
+  frame_.height = static_cast<uint32_t>(settings_.height);
+  frame_.sampler_kind = static_cast<uint32_t>(settings_.sampler);
+  frame_.stream_seed = StreamSeed(settings_.seed, stream);
+  frame_.bounces = settings_.bounces;
+  frame_.regularise = settings_.regularise ? 1 : 0;
+  frame_.ends_are_opaque = any_transmission_ ? 0 : 1;
+  frame_.spread_points = settings_.jitter ? 1 : 0;
+  frame_.with_squares = settings_.spp > 1 ? 1 : 0;
+}
+
+void VulkanRenderer::AdaptTo(double paths, double milliseconds) {
+  const double ratio = kTargetMs / std::max(milliseconds, 1e-3);
+  if (ratio < 1) {
+    paths_per_submission_ = std::max(paths * std::max(ratio, 0.25), kLeastPaths);
+  } else if (paths > 0.5 * paths_per_submission_) {
+    paths_per_submission_ *= std::min(ratio, 2.0);
+  }
+  const double most = static_cast<double>(tracer_->capacity()) * kMostSamples;
+  paths_per_submission_ = std::min(paths_per_submission_, most);
+}
+
+void VulkanRenderer::ReadTimes() {
+  for (const gpu::DeviceTime& time : times_.Read()) {
+    double& sum = time.name == kTimeGuides    ? timings_.primary_ms
+                  : time.name == kTimeShadows ? timings_.shadow_ms
+                  : time.name == kTimeBounces ? timings_.bounce_ms
+                                              : timings_.shade_ms;
+    sum += time.milliseconds;
+  }
+  const GpuCounters& counters = tracer_->counters();
+  timings_.primary_rays += counters.primary_rays;
+  timings_.bounce_rays += counters.bounce_rays;
+  timings_.shadow_rays += counters.shadow_rays;
+  timings_.dropped += counters.dropped;
+}
+
+/// Samples `done` to `done + samples` of the batch; with the first its guides, with the last its
+/// results.
+Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, int samples) {
+  const Result<VkCommandBuffer> commands = device_->Begin();
+  STILLRAY_RETURN_IF_ERROR(commands.status());
+  if (accel_moved_) {
+    accel_->RecordUpdate(*commands);
+  }
+  if (lights_moved_) {
+    gpu_lights_->RecordUpdate(*commands);
+  }
+  tracer_->RecordBegin(*commands, frame_, device_->has_timestamps() ? &times_ : nullptr);
+  if (plan.guides && done == 0) {
+    STILLRAY_RETURN_IF_ERROR(tracer_->RecordGuides(*commands, batch));
+  }
+  const int steps = MostSteps(state_.scene(), settings_.bounces);
+  for (int s = done; s < done + samples; ++s) {
+    const uint64_t sample = plan.first_sample + static_cast<uint64_t>(s);
+    const uint64_t window = SampleWindow(settings_.sampler, sample);
+    batch.sample_index = SampleIndex(sample);
+    batch.window_low = static_cast<uint32_t>(window);
+    batch.window_high = static_cast<uint32_t>(window >> 32);
+    STILLRAY_RETURN_IF_ERROR(
+        tracer_->RecordSample(*commands, batch, steps, s == 0, plan.reference));
+  }
+  const bool last = done + samples == plan.samples;
+  tracer_->RecordEnd(*commands, batch, plan.guides && last, plan.samples > 0 && last);
+  const Clock::time_point start = Clock::now();
+  STILLRAY_RETURN_IF_ERROR(device_->Run());
+  const std::chrono::duration<double, std::milli> took = Clock::now() - start;
+  AdaptTo(static_cast<double>(batch.count) * std::max(samples, 1), took.count());
+  accel_moved_ = false;
+  lights_moved_ = false;
+  STILLRAY_RETURN_IF_ERROR(tracer_->Invalidate());
+  ReadTimes();
+  return Status::Ok();
+}
+
+Status VulkanRenderer::TraceBatch(const GpuBatch& batch, const BatchPlan& plan,
+                                  ProgressMeter* meter) {
+  int done = 0;
+  do {
+    const int fit = static_cast<int>(
+        std::min(paths_per_submission_ / static_cast<double>(batch.count), double{kMostSamples}));
+    const int samples = std::clamp(fit, std::min(plan.samples, 1), plan.samples - done);
+    STILLRAY_RETURN_IF_ERROR(Submit(batch, plan, done, samples));
+    done += samples;
+    meter->Finish(static_cast<double>(batch.count) * std::max(samples, 1));
+    if (meter->cancelled()) {
+      return Status::Cancelled();
+    }
+  } while (done < plan.samples);
+  return Status::Ok();
+}
+
+/// All of the picture in rectangles of a size that suits one submission.
+template <typename Store>
+Status VulkanRenderer::ForTiles(const BatchPlan& plan, ProgressMeter* meter, const Store& store) {
+  constexpr int kBlock = static_cast<int>(kBlockSize);
+  const int columns = RoundUp(settings_.width);
+  for (int y = 0; y < settings_.height;) {
+    const int most =
+        static_cast<int>(std::min(paths_per_submission_, static_cast<double>(tracer_->capacity())));
+    const int width = std::min(columns, most / kBlock / kBlock * kBlock);
+    const int height = std::min(RoundUp(settings_.height - y), most / width / kBlock * kBlock);
+    for (int x = 0; x < settings_.width; x += width) {
+      GpuBatch batch = {};
+      batch.x = x;
+      batch.y = y;
+      batch.width = std::min(width, columns - x);
+      batch.count = static_cast<uint32_t>(batch.width) * static_cast<uint32_t>(height);
+      STILLRAY_RETURN_IF_ERROR(TraceBatch(batch, plan, meter));
+      const PhaseTimer timer(&timings_.copy_ms);
+      store(batch);
+    }
+    y += height;
+  }
+  return Status::Ok();
+}
+
+double WorkOf(const RenderSettings& settings, double samples) {
+  return static_cast<double>(RoundUp(settings.width)) * RoundUp(settings.height) * samples;
+}
+
+Status VulkanRenderer::RenderWhole(const RenderMoment& moment, Frame* frame,
+                                   const RenderProgress& progress) {
+  sparse_.Forget();
+  PrepareFrame(settings_, moment, frame);
+  SetFrame(moment, vec2(frame->jitter_x, frame->jitter_y), SampleStream::kFrames);
+  BatchPlan plan;
+  plan.guides = true;
+  plan.samples = settings_.spp;
+  plan.first_sample =
+      static_cast<uint64_t>(moment.frame_index) * static_cast<uint64_t>(settings_.spp);
+  ProgressMeter meter(progress, WorkOf(settings_, settings_.spp));
+  return ForTiles(plan, &meter, [&](const GpuBatch& batch) {
+    StoreBatch(batch, tracer_->guides(), tracer_->sums(), settings_.spp, frame);
+  });
+}
+
+/// The pixels whose turn it is, and zero into the planes of all others.
+std::vector<PixelPosition> VulkanRenderer::ChoosePixels(const PixelOrder& order, Frame* frame) {
+  const PhaseTimer timer(&timings_.clear_ms);
+  std::vector<PixelPosition> chosen;
+  std::vector<PixelPosition> of_region;
+  for (int y = 0; y < settings_.height; y += kSparseRegion.height) {
+    for (int x = 0; x < settings_.width; x += kSparseRegion.width) {
+      const Tile region = {x, y, std::min(kSparseRegion.width, settings_.width - x),
+                           std::min(kSparseRegion.height, settings_.height - y)};
+      sparse_.Clear(region, frame);
+      order.Collect(region, &of_region);
+      chosen.insert(chosen.end(), of_region.begin(), of_region.end());
+    }
+  }
+  return chosen;
+}
+
+void VulkanRenderer::StorePixels(const PixelPosition* pixels, size_t count, Frame* frame) {
+  const PhaseTimer timer(&timings_.copy_ms);
+  for (size_t i = 0; i < count; ++i) {
+    const auto [x, y] = pixels[i];
+    const Tile region = {x - x % kSparseRegion.width, y - y % kSparseRegion.height, 0, 0};
+    sparse_.Store(region, x, y, LightOf(tracer_->sums()[i]), GuidesOf(tracer_->guides()[i]), frame);
+  }
+}
+
+Status VulkanRenderer::RenderPart(const RenderMoment& moment, Frame* frame,
+                                  const RenderProgress& progress) {
+  sparse_.Begin(settings_, *frame);
+  PrepareFrame(settings_, moment, frame);
+  SetFrame(moment, vec2(frame->jitter_x, frame->jitter_y), SampleStream::kFrames);
+  const bool full = settings_.guides == GuideCoverage::kFull;
+  const PixelOrder order(settings_.cycle, settings_.seed, moment.frame_index);
+  const std::vector<PixelPosition> chosen = ChoosePixels(order, frame);
+  ProgressMeter meter(progress,
+                      (full ? WorkOf(settings_, 1) : 0.0) + static_cast<double>(chosen.size()));
+  BatchPlan plan;
+  plan.guides = true;
+  if (full) {
+    STILLRAY_RETURN_IF_ERROR(ForTiles(plan, &meter, [&](const GpuBatch& batch) {
+      StoreBatch(batch, tracer_->guides(), nullptr, 1, frame);
+    }));
+  }
+  plan.samples = 1;
+  plan.first_sample = static_cast<uint64_t>(order.cycle_index());
+  for (size_t done = 0; done < chosen.size();) {
+    const size_t most = static_cast<size_t>(
+        std::min(paths_per_submission_, static_cast<double>(tracer_->capacity())));
+    const size_t count = std::min(chosen.size() - done, most);
+    for (size_t i = 0; i < count; ++i) {
+      const auto [x, y] = chosen[done + i];
+      tracer_->listed_pixels()[i] = static_cast<uint32_t>(x) | static_cast<uint32_t>(y) << 16;
+    }
+    STILLRAY_RETURN_IF_ERROR(tracer_->Flush());
+    GpuBatch batch = {};
+    batch.width = static_cast<int>(kBlockSize);
+    batch.count = static_cast<uint32_t>(count);
+    batch.listed = 1;
+    STILLRAY_RETURN_IF_ERROR(TraceBatch(batch, plan, &meter));
+    StorePixels(chosen.data() + done, count, frame);
+    done += count;
+  }
+  sparse_.End(*frame);
+  return Status::Ok();
+}
+
+Status VulkanRenderer::RenderFrame(const RenderMoment& moment, Frame* frame,
+                                   const RenderProgress& progress) {
+  if (frame == nullptr) {
+    return Status::InvalidArgument("frame is null");
+  }
+  try {
+    STILLRAY_RETURN_IF_ERROR(MoveTo(moment));
+    return settings_.cycle > 1 ? RenderPart(moment, frame, progress)
+                               : RenderWhole(moment, frame, progress);
+  } catch (const std::bad_alloc&) {
+    return Status::OutOfMemory("rendering a frame: out of memory");
+  }
+}
+
+Status VulkanRenderer::RenderReference(const RenderMoment& moment, int spp, Image3* radiance,
+                                       const RenderProgress& progress) {
+  if (radiance == nullptr) {
+    return Status::InvalidArgument("radiance is null");
+  }
+  if (spp < 1) {
+    return Status::InvalidArgument("spp of the reference is " + std::to_string(spp) +
+                                   ", expected at least 1");
+  }
+  try {
+    STILLRAY_RETURN_IF_ERROR(MoveTo(moment));
+    ResizeImage(radiance, settings_.width, settings_.height);
+    SetFrame(moment, vec2(0.0f), SampleStream::kReference);
+    BatchPlan plan;
+    plan.reference = true;
+    plan.samples = spp;
+    ProgressMeter meter(progress, WorkOf(settings_, spp));
+    return ForTiles(plan, &meter, [&](const GpuBatch& batch) {
+      StoreReference(batch, tracer_->sums(), spp, radiance);
+    });
+  } catch (const std::bad_alloc&) {
+    return Status::OutOfMemory("rendering a reference: out of memory");
+  }
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Renderer>> CreateVulkanRenderer(const Scene& scene,
+                                                       const RenderSettings& settings,
+                                                       std::shared_ptr<gpu::Device> device,
+                                                       std::optional<bool> add_by_group) {
+  STILLRAY_RETURN_IF_ERROR(CheckSettings(settings));
+  STILLRAY_RETURN_IF_ERROR(CheckScene(scene));
+  try {
+    auto renderer =
+        std::make_unique<VulkanRenderer>(scene, settings, std::move(device), add_by_group);
+    STILLRAY_RETURN_IF_ERROR(renderer->Build());
+    return std::unique_ptr<Renderer>(std::move(renderer));
+  } catch (const std::bad_alloc&) {
+    return Status::OutOfMemory("preparing the scene for the GPU: out of memory");
+  }
+}
+
+}  // namespace stillray::render

@@ -1,0 +1,87 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// A scene with everything that a path can meet.
+#pragma once
+
+#include "core/random.h"
+#include "render/test_scenes.h"
+
+namespace stillray::render {
+
+inline Texture Noise(int width, int height, uint32_t seed) {
+  Texture texture;
+  texture.width = width;
+  texture.height = height;
+  for (int i = 0; i < 4 * width * height; ++i) {
+    texture.texels.push_back(
+        static_cast<uint8_t>(HashCombine(seed, static_cast<uint32_t>(i)) & 255u));
+  }
+  return texture;
+}
+
+inline Transform Pose(vec3 translation, vec4 rotation, vec3 scale) {
+  Transform transform;
+  transform.translation = translation;
+  transform.rotation = rotation;
+  transform.scale = scale;
+  return transform;
+}
+
+// One of everything that guides depend on: textures of each kind, normal maps with tangents and
+// without, cut-out and blended layers, glass of all kinds, mirrored and moving instances, a moving
+// camera, emitters seen from both sides.
+inline Scene EverythingScene() {
+  SceneBuilder builder;
+  builder.scene.textures = {Noise(64, 64, 1), Noise(16, 9, 2), Noise(7, 13, 3)};
+  builder.scene.textures[2].wrap_u = Wrap::kMirror;
+  const auto panel = [&](float x, float y) {
+    return Quad(vec3(x, y, -6), vec3(1.6f, 0, 0.3f), vec3(0.1f, 1.6f, 0));
+  };
+  Material textured = Lambert(vec3(0.8f, 0.7f, 0.6f));
+  textured.ior = 1.5f;
+  textured.base_color_texture.texture = 0;
+  textured.metallic = 1.0f;
+  textured.metallic_roughness_texture.texture = 1;
+  textured.normal_texture.texture = 2;
+  textured.normal_scale = 0.5f;
+  builder.Add(panel(-4, 0.5f), textured);
+  Mesh with_tangents = panel(-2, 0.5f);
+  with_tangents.tangents.assign(4, vec4(glm::normalize(vec3(1.6f, 0, 0.3f)), -1));
+  builder.Add(with_tangents, textured, Pose(vec3(0), vec4(0, 0, 0, 1), vec3(1, 1, 1.2f)));
+  Material cut = Lambert(vec3(0.9f, 0.2f, 0.2f));
+  cut.base_color_texture.texture = 1;
+  cut.alpha_mode = AlphaMode::kMask;
+  builder.Add(panel(0, 0.5f), cut);
+  Material blended = cut;
+  blended.alpha_mode = AlphaMode::kBlend;
+  for (int i = 0; i < 3; ++i) {
+    builder.Add(panel(2, 0.5f), blended, At(vec3(0, 0, -0.5f * static_cast<float>(i))));
+  }
+  const float roughnesses[] = {0.0f, 0.5f, 0.3f, 0.0f};
+  for (int i = 0; i < 4; ++i) {
+    Material glass = Glass(1.3f + 0.1f * static_cast<float>(i), roughnesses[i]);
+    glass.solid = i < 2;
+    glass.base_color = vec4(0.9f, 0.8f, 0.3f, 1);
+    builder.Add(FacetedSphere(vec3(0), 0.7f, 2), glass,
+                At(vec3(-3 + 2 * static_cast<float>(i), -1.3f, -5)));
+  }
+  const int moving = builder.Add(
+      FacetedSphere(vec3(0), 0.6f, 2), Metal(vec3(0.9f, 0.6f, 0.3f), 0.3f),
+      Pose(vec3(0, -0.3f, -4), Rotation(glm::normalize(vec3(1, 2, 3)), 1), vec3(-1, 0.7f, 1)));
+  builder.Move(builder.InstanceNode(moving), vec3(0.4f, 0.2f, -0.3f));
+  Material light = Emitter(vec3(3, 2, 1));
+  light.emissive_texture.texture = 1;
+  builder.Add(panel(-4, -3), light);
+  Mesh back = panel(2.4f, -3);
+  std::swap(back.indices[1], back.indices[2]);
+  std::swap(back.indices[4], back.indices[5]);
+  builder.Add(back, light);
+  light.double_sided = true;
+  builder.Add(back, light, At(vec3(-1.8f, 0, 0)));
+  builder.Add(Quad(vec3(-20, -20, -12), vec3(40, 0, 0), vec3(0, 28, 0)), Lambert(vec3(0.4f)));
+  builder.Move(0, vec3(0.2f, -0.1f, 0.3f));
+  return builder.scene;
+}
+
+}  // namespace stillray::render

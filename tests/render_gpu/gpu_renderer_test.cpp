@@ -1,0 +1,354 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Frames of the path tracer on a device are those of the one on the CPU, noise included.
+#include "render/vulkan/vulkan_renderer.h"
+
+#include <gmock/gmock.h>
+
+#include "gpu/vulkan_test.h"
+#include "render/test_scenes.h"
+#include "render_gpu/everything_scene.h"
+
+namespace stillray::render {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr int kWidth = 97;
+constexpr int kHeight = 61;
+
+// A pixel's light may differ by so much, of itself and of the picture's mean.
+constexpr double kTolerance = 2e-3;
+// Where a rounding decides between two lights, two lobes or two sides of an edge, a path takes
+// another way, and with it all that comes after: such pixels in a frame, per sample, in a thousand.
+constexpr double kPerThousand = 8;
+
+class GpuRendererTest : public test::VulkanTest {
+ protected:
+  // For what takes many dispatches: the validation layer would take ten times as long.
+  void LeaveValidation() {
+    const Result<std::shared_ptr<gpu::Instance>> instance = gpu::Instance::Create();
+    ASSERT_TRUE(instance.ok());
+    const Result<std::vector<gpu::DeviceInfo>> devices = (*instance)->ListDevices();
+    const Result<gpu::DeviceInfo> chosen = gpu::ChooseDevice(*devices, "vulkan");
+    const Result<std::shared_ptr<gpu::Device>> device = gpu::Device::Create(*instance, *chosen);
+    ASSERT_TRUE(device.ok());
+    device_ = *device;
+  }
+
+  std::unique_ptr<Renderer> Create(const Scene& scene, const RenderSettings& settings) {
+    auto renderer = CreateVulkanRenderer(scene, settings, device_);
+    EXPECT_TRUE(renderer.ok()) << renderer.status().message();
+    return renderer.ok() ? std::move(*renderer) : nullptr;
+  }
+
+  static std::unique_ptr<Renderer> CreateOnCpu(const Scene& scene, const RenderSettings& settings) {
+    auto renderer = Renderer::Create(scene, settings);
+    EXPECT_TRUE(renderer.ok()) << renderer.status().message();
+    return renderer.ok() ? std::move(*renderer) : nullptr;
+  }
+
+  static RenderMoment Moment(int64_t index) {
+    RenderMoment moment;
+    moment.frame_index = index;
+    moment.seconds = static_cast<double>(index) / 10;
+    moment.previous_seconds = moment.seconds - 0.1;
+    return moment;
+  }
+
+  // Pixels whose light is another, in a thousand; the picture's means must be close in any case.
+  static double Differing(const Frame& found, const Frame& expected) {
+    const Image3 sum = SumOfLight(expected);
+    const double mean = Luminance709(Mean(sum));
+    int wrong = 0;
+    for (int y = 0; y < expected.height; ++y) {
+      for (int x = 0; x < expected.width; ++x) {
+        bool differs = false;
+        for (size_t k = 0; k < expected.signals.size(); ++k) {
+          const vec3 f = Pixel(found.signals[k].radiance, x, y);
+          const vec3 e = Pixel(expected.signals[k].radiance, x, y);
+          const double bound = kTolerance * (mean + MaxComponent(e));
+          differs = differs || !(MaxComponent(abs(f - e)) <= bound);
+          if (!expected.signals[k].second_moment.empty()) {
+            const double s = found.signals[k].second_moment(x, y);
+            const double t = expected.signals[k].second_moment(x, y);
+            differs = differs || !(std::abs(s - t) <= 4 * kTolerance * (mean * mean + t));
+          }
+        }
+        wrong += differs ? 1 : 0;
+      }
+    }
+    return 1000.0 * wrong / (expected.width * expected.height);
+  }
+
+  // Frames `first` and the one after.
+  void ExpectTheCpus(const Scene& scene, const RenderSettings& settings, int64_t first,
+                     double per_thousand) {
+    const std::unique_ptr<Renderer> device = Create(scene, settings);
+    const std::unique_ptr<Renderer> cpu = CreateOnCpu(scene, settings);
+    ASSERT_TRUE(device != nullptr && cpu != nullptr);
+    for (int64_t index = first; index < first + 2; ++index) {
+      SCOPED_TRACE(index);
+      Frame found;
+      Frame expected;
+      const Status status = device->RenderFrame(Moment(index), &found);
+      ASSERT_TRUE(status.ok()) << status.message();
+      ASSERT_TRUE(cpu->RenderFrame(Moment(index), &expected).ok());
+      EXPECT_LE(Differing(found, expected), per_thousand);
+      EXPECT_EQ(found.jitter_x, expected.jitter_x);
+      EXPECT_EQ(found.index, expected.index);
+      ASSERT_EQ(found.samples.empty(), expected.samples.empty());
+      for (int y = 0; y < expected.height && !expected.samples.empty(); ++y) {
+        for (int x = 0; x < expected.width; ++x) {
+          ASSERT_EQ(found.samples(x, y), expected.samples(x, y)) << x << " " << y;
+        }
+      }
+      EXPECT_EQ(device->timings().dropped, 0u);
+      const auto near = [](uint64_t f, uint64_t e) {
+        EXPECT_NEAR(static_cast<double>(f), static_cast<double>(e),
+                    0.01 * static_cast<double>(e) + 1);
+      };
+      // The device follows camera rays that pass several surfaces once more for their paths.
+      EXPECT_GE(device->timings().primary_rays, cpu->timings().primary_rays);
+      EXPECT_LE(device->timings().primary_rays, 3 * cpu->timings().primary_rays / 2);
+      near(device->timings().bounce_rays, cpu->timings().bounce_rays);
+      near(device->timings().shadow_rays, cpu->timings().shadow_rays);
+    }
+  }
+};
+
+TEST_F(GpuRendererTest, FramesOfTheBuiltinScenesAreTheCpus) {
+  LeaveValidation();
+  for (const std::string& name : BuiltinSceneNames()) {
+    SCOPED_TRACE(name);
+    const Result<Scene> scene = MakeBuiltinScene(name);
+    ASSERT_TRUE(scene.ok());
+    RenderSettings settings = SmallSettings(kWidth, kHeight, 1);
+    settings.jitter = true;
+    ExpectTheCpus(*scene, settings, 12, kPerThousand);
+  }
+}
+
+TEST_F(GpuRendererTest, FramesOfEverythingAreTheCpus) {
+  Scene scene = EverythingScene();
+  scene.environment.radiance = vec3(0.4f, 0.5f, 0.7f);
+  ExpectTheCpus(scene, SmallSettings(kWidth, kHeight, 1), 3, kPerThousand);
+}
+
+TEST_F(GpuRendererTest, ManySamplesBouncesAndSettings) {
+  LeaveValidation();
+  const Result<Scene> scene = MakeBuiltinScene("spheres");
+  RenderSettings settings = SmallSettings(48, 27, 2);
+  settings.bounces = 6;
+  settings.regularise = true;
+  settings.seed = 0x123456789abcdefull;
+  ExpectTheCpus(*scene, settings, 2, 2 * 2 * kPerThousand);
+  settings.sampler = SamplerKind::kHalton16;
+  settings.bounces = 1;
+  settings.spp = 2;
+  ExpectTheCpus(*scene, settings, 30, 2 * kPerThousand);
+  // A sample number beyond the first sequence of the sampler.
+  settings.sampler = SamplerKind::kSobol;
+  ExpectTheCpus(*scene, settings, int64_t{1} << 33, 2 * kPerThousand);
+}
+
+TEST_F(GpuRendererTest, FractionsOfASamplePickTheCpusPixels) {
+  const Result<Scene> scene = MakeBuiltinScene("lights");
+  for (const GuideCoverage guides : {GuideCoverage::kFull, GuideCoverage::kSparse}) {
+    RenderSettings settings = SmallSettings(kWidth, kHeight, 1);
+    settings.cycle = 8;
+    settings.guides = guides;
+    ExpectTheCpus(*scene, settings, 21, kPerThousand);
+  }
+}
+
+TEST_F(GpuRendererTest, GuidesOfSparseFramesAreWhereThePathsAre) {
+  const Result<Scene> scene = MakeBuiltinScene("cornell");
+  RenderSettings settings = SmallSettings(kWidth, kHeight, 1);
+  settings.cycle = 4;
+  settings.guides = GuideCoverage::kSparse;
+  const std::unique_ptr<Renderer> device = Create(*scene, settings);
+  Frame frame;
+  for (int64_t index = 0; index < 3; ++index) {
+    ASSERT_TRUE(device->RenderFrame(Moment(index), &frame).ok());
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        ASSERT_EQ(frame.guides.depth(x, y) != 0.0f, frame.samples(x, y) == 1.0f) << x << " " << y;
+      }
+    }
+  }
+}
+
+// Both estimate the same picture with the same random numbers; what is left is a path that
+// roundings sent another way here and there.
+TEST_F(GpuRendererTest, ConvergesToTheCpusPicture) {
+  LeaveValidation();
+  constexpr int kSpp = 8;
+  for (const std::string& name : BuiltinSceneNames()) {
+    SCOPED_TRACE(name);
+    const Result<Scene> scene = MakeBuiltinScene(name);
+    RenderSettings settings = SmallSettings(24, 16, 1);
+    settings.jitter = true;
+    const std::unique_ptr<Renderer> device = Create(*scene, settings);
+    const std::unique_ptr<Renderer> cpu = CreateOnCpu(*scene, settings);
+    Image3 found;
+    Image3 same;
+    Image3 other;
+    ASSERT_TRUE(device->RenderReference(Moment(5), kSpp, &found).ok());
+    ASSERT_TRUE(cpu->RenderReference(Moment(5), kSpp, &same).ok());
+    settings.seed = 7;
+    ASSERT_TRUE(CreateOnCpu(*scene, settings)->RenderReference(Moment(5), kSpp, &other).ok());
+    // The noise of such a picture, from two that are independent of each other.
+    double noise = 0;
+    double difference = 0;
+    for (int y = 0; y < 16; ++y) {
+      for (int x = 0; x < 24; ++x) {
+        const double s = Luminance709(Pixel(same, x, y));
+        const double n = Luminance709(Pixel(other, x, y)) - s;
+        const double d = Luminance709(Pixel(found, x, y)) - s;
+        noise += n * n / 2;
+        difference += d * d;
+      }
+    }
+    EXPECT_GT(noise, 0);
+    EXPECT_LT(difference, 0.05 * noise);
+    const double mean = Luminance709(Mean(same));
+    EXPECT_NEAR(Luminance709(Mean(found)), mean, 1e-3 * mean);
+  }
+}
+
+// With random numbers of its own the mean over the picture is the CPU's within its standard error.
+TEST_F(GpuRendererTest, MeansAgreeWithinNoise) {
+  LeaveValidation();
+  constexpr int kSpp = 16;
+  Scene scene = EverythingScene();
+  scene.environment.radiance = vec3(0.4f, 0.5f, 0.7f);
+  const int size = 24;
+  RenderSettings settings = SmallSettings(size, size, 1);
+  settings.seed = 91;
+  Image3 found;
+  Image3 expected;
+  ASSERT_TRUE(CreateOnCpu(scene, settings)->RenderReference(Moment(2), kSpp, &expected).ok());
+  settings.seed = 17;
+  ASSERT_TRUE(Create(scene, settings)->RenderReference(Moment(2), kSpp, &found).ok());
+  double sum = 0;
+  double squares = 0;
+  for (int y = 0; y < size; ++y) {
+    for (int x = 0; x < size; ++x) {
+      const double d = Luminance709(Pixel(found, x, y)) - Luminance709(Pixel(expected, x, y));
+      sum += d;
+      squares += d * d;
+    }
+  }
+  const double n = size * size;
+  const double error = std::sqrt((squares - sum * sum / n) / (n - 1) / n);
+  EXPECT_LT(std::abs(sum / n), 3.5 * error);
+  EXPECT_LT(error, 0.02 * Luminance709(Mean(expected)));  // the test can tell
+}
+
+TEST_F(GpuRendererTest, SameBitsEveryTime) {
+  LeaveValidation();
+  const Result<Scene> scene = MakeBuiltinScene("lights");
+  RenderSettings settings = SmallSettings(kWidth, kHeight, 2);
+  Frame frames[2];
+  for (Frame& frame : frames) {
+    const std::unique_ptr<Renderer> device = Create(*scene, settings);
+    Frame before;
+    ASSERT_TRUE(device->RenderFrame(Moment(1), &before).ok());
+    ASSERT_TRUE(device->RenderFrame(Moment(2), &frame).ok());
+  }
+  for (size_t k = 0; k < frames[0].signals.size(); ++k) {
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        ASSERT_EQ(Pixel(frames[0].signals[k].radiance, x, y),
+                  Pixel(frames[1].signals[k].radiance, x, y));
+      }
+    }
+  }
+}
+
+// Hardware fills its queues group by group, software thread by thread.
+TEST_F(GpuRendererTest, QueuesAreFilledInBothWays) {
+  const Result<Scene> scene = MakeBuiltinScene("cornell");
+  const RenderSettings settings = SmallSettings(40, 30, 1);
+  Frame expected;
+  ASSERT_TRUE(CreateOnCpu(*scene, settings)->RenderFrame(Moment(3), &expected).ok());
+  for (const bool by_group : {false, true}) {
+    auto device = CreateVulkanRenderer(*scene, settings, device_, by_group);
+    ASSERT_TRUE(device.ok());
+    Frame found;
+    ASSERT_TRUE((*device)->RenderFrame(Moment(3), &found).ok());
+    EXPECT_LE(Differing(found, expected), kPerThousand);
+  }
+}
+
+TEST_F(GpuRendererTest, SettingsMayChange) {
+  const Result<Scene> scene = MakeBuiltinScene("cornell");
+  const std::unique_ptr<Renderer> device = Create(*scene, SmallSettings(9, 7, 1));
+  Frame frame;
+  ASSERT_TRUE(device->RenderFrame({}, &frame).ok());
+  RenderSettings settings = SmallSettings(kWidth, kHeight, 2);
+  settings.bounces = 2;
+  ASSERT_TRUE(device->SetSettings(settings).ok());
+  ASSERT_TRUE(device->RenderFrame(Moment(1), &frame).ok());
+  EXPECT_EQ(frame.width, kWidth);
+  Frame expected;
+  ASSERT_TRUE(CreateOnCpu(*scene, settings)->RenderFrame(Moment(1), &expected).ok());
+  EXPECT_LE(Differing(frame, expected), 2 * kPerThousand);
+  settings.spp = 0;
+  EXPECT_THAT(device->SetSettings(settings).message(), HasSubstr("spp is 0"));
+  EXPECT_EQ(device->settings().spp, 2);
+}
+
+TEST_F(GpuRendererTest, ProgressRisesAndCancels) {
+  const Result<Scene> scene = MakeBuiltinScene("cornell");
+  const std::unique_ptr<Renderer> device = Create(*scene, SmallSettings(200, 200, 1));
+  Frame frame;
+  std::vector<double> parts;
+  ASSERT_TRUE(device
+                  ->RenderFrame(Moment(1), &frame,
+                                [&](double part) {
+                                  parts.push_back(part);
+                                  return true;
+                                })
+                  .ok());
+  ASSERT_GT(parts.size(), 1u);
+  EXPECT_TRUE(std::is_sorted(parts.begin(), parts.end()));
+  EXPECT_EQ(parts.back(), 1.0);
+  const Status stopped = device->RenderFrame(Moment(2), &frame, [](double) { return false; });
+  EXPECT_EQ(stopped.code(), StatusCode::kCancelled);
+}
+
+TEST_F(GpuRendererTest, EmptyAndBrokenScenes) {
+  SceneBuilder builder;
+  Frame frame;
+  ASSERT_TRUE(Create(builder.scene, SmallSettings(5, 3, 2))->RenderFrame({}, &frame).ok());
+  EXPECT_EQ(Mean(SumOfLight(frame)), vec3(0.0f));
+  // Vertices and transforms that are not numbers are no surfaces; the rest is there.
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  Mesh broken = Quad(vec3(-1, -1, -2), vec3(2, 0, 0), vec3(0, 2, 0));
+  broken.positions[1].x = nan;
+  builder.Add(broken, Emitter(vec3(1)));
+  builder.Add(Quad(vec3(-1, -1, -3), vec3(2, 0, 0), vec3(0, 2, 0)), Emitter(vec3(1, 2, 3)));
+  ExpectTheCpus(builder.scene, SmallSettings(16, 16, 1), 0, 0);
+}
+
+TEST_F(GpuRendererTest, SaysWhatIsWrong) {
+  SceneBuilder builder;
+  RenderSettings settings = SmallSettings(8, 8, 1);
+  settings.bounces = 0;
+  EXPECT_THAT(CreateVulkanRenderer(builder.scene, settings, device_).status().message(),
+              HasSubstr("bounces is 0"));
+  const std::unique_ptr<Renderer> device = Create(builder.scene, SmallSettings(8, 8, 1));
+  EXPECT_THAT(device->RenderFrame({}, nullptr).message(), HasSubstr("frame is null"));
+  Image3 image;
+  EXPECT_THAT(device->RenderReference({}, 0, &image).message(), HasSubstr("spp of the reference"));
+  Frame frame;
+  RenderMoment moment;
+  moment.camera = 4;
+  EXPECT_EQ(device->RenderFrame(moment, &frame).code(), StatusCode::kInvalidArgument);
+}
+
+}  // namespace
+}  // namespace stillray::render
