@@ -325,8 +325,8 @@ class Denoiser {
   Status SetSettings(const Settings& settings);
   const Settings& settings() const;
 
-  /// Why frames are filtered on the CPU although the device is another: what failed there before the
-  /// first frame was finished, if the device was chosen by "auto". Mostly empty.
+  /// Why frames are filtered on the CPU although the device is another: what failed there before
+  /// the first frame was finished, if the device was chosen by "auto". Mostly empty.
   const std::string& remark() const { return remark_; }
 
   /// Intermediate pictures to return, by name: see OutputNames().
