@@ -11,7 +11,8 @@ seconds="${1:-30}"
 
 scripts/install_packages.sh test
 CC=clang CXX=clang++ cmake -S . -B build-sanitize -G Ninja -DSTILLRAY_BUILD_TESTS=ON \
-  -DSTILLRAY_BUILD_PYTHON=OFF -DSTILLRAY_BUILD_FUZZERS=ON -DSTILLRAY_SANITIZE=fuzzer-no-link,address,undefined >/dev/null
+  -DSTILLRAY_BUILD_PYTHON=OFF -DSTILLRAY_BUILD_FUZZERS=ON -DSTILLRAY_SANITIZE=fuzzer-no-link,address,undefined \
+  -DCMAKE_CXX_FLAGS_RELEASE='-O1 -DNDEBUG' >/dev/null
 cmake --build build-sanitize
 export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
 ctest --test-dir build-sanitize -L 'fast|fuzz' --output-on-failure --no-tests=error -j "$(nproc)"

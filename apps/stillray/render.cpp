@@ -20,6 +20,7 @@
 #include "interrupt.h"
 #include "json_output.h"
 #include "progress.h"
+#include "render/scene_check.h"
 #include "render_files.h"
 #include "render_options.h"
 #include "resume.h"
@@ -166,6 +167,7 @@ Status RenderRun::Prepare() {
           fmt::format("--camera is '{}', the scene has: {}", options_.text.camera, names));
     }
   }
+  STILLRAY_RETURN_IF_ERROR(render::CheckSettings(options_.render));
   const Result<Device> device =
       OpenDeviceOption(options_.text.device, "rendering", options_.text.resume ? "--resume" : "");
   if (!device.ok()) {
