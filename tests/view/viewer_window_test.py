@@ -167,8 +167,9 @@ def test_quits(display, viewer):
         report = json.load(file)
     print(report)
     assert report["pictures"] > 10
-    assert report["slowest_ms"] < 300, report
-    assert report["longest_gap_ms"] < 300, report
+    # That it never stops for long; how short the gaps are on an idle machine, freeze_test.py tells.
+    assert report["slowest_ms"] < 3000, report
+    assert report["longest_gap_ms"] < 3000, report
     assert report["answers"] > 5, report
     assert report["most_frames_to_answer"] <= 2, report
 
