@@ -6,15 +6,47 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <memory>
-#include <new>
 #include <type_traits>
+#include <utility>
 
 namespace stillray {
+
+namespace detail {
+
+/// Bytes to which every row of a plane is aligned: a cache line, and the widest vector.
+inline constexpr size_t kPlaneAlignment = 64;
+
+/// Zeroed memory of a plane. Large allocations usually all start at one place of a memory page, so
+/// that the same pixel of many planes would compete for the few ways of one cache set: planes made
+/// one after another start at different places here. Planes of 2 MiB and more are mapped in huge
+/// pages where the system has them (Linux): a filter walks through more planes than the processor
+/// remembers small pages, and the first touch of a small page takes far longer than filling it.
+class PlaneMemory {
+ public:
+  PlaneMemory() = default;
+  /// \throws std::bad_alloc
+  explicit PlaneMemory(size_t bytes);
+  PlaneMemory(PlaneMemory&& other) noexcept { *this = std::move(other); }
+  PlaneMemory& operator=(PlaneMemory&& other) noexcept {
+    std::swap(block_, other.block_);
+    std::swap(data_, other.data_);
+    std::swap(mapped_, other.mapped_);
+    return *this;
+  }
+  ~PlaneMemory();
+
+  void* data() const { return data_; }
+
+ private:
+  void* block_ = nullptr;
+  void* data_ = nullptr;
+  size_t mapped_ = 0;  ///< bytes, of large planes
+};
+
+}  // namespace detail
 
 /// A plane that somebody else owns. `stride` is the distance between rows in elements.
 template <typename T>
@@ -41,8 +73,8 @@ class Plane {
   static_assert(std::is_trivially_copyable_v<T>);
 
  public:
-  /// Bytes to which every row's first pixel is aligned: a cache line, and the widest vector.
-  static constexpr size_t kAlignment = 64;
+  /// Bytes to which every row's first pixel is aligned.
+  static constexpr size_t kAlignment = detail::kPlaneAlignment;
 
   Plane() = default;
   /// \param width, height  pixels, >= 0
@@ -54,11 +86,8 @@ class Plane {
     stride_ = RoundUp(left + width + border + kPerLine, kPerLine);
     const size_t count = static_cast<size_t>(stride_) * static_cast<size_t>(height + 2 * border);
     bytes_ = count * sizeof(T);
-    const size_t shift = NextShift();
-    storage_.reset(
-        static_cast<T*>(::operator new(bytes_ + kShiftRange, std::align_val_t(kAlignment))));
-    data_ = storage_.get() + shift / sizeof(T);
-    std::memset(static_cast<void*>(data_), 0, bytes_);
+    storage_ = detail::PlaneMemory(bytes_);
+    data_ = static_cast<T*>(storage_.data());
     origin_ = data_ + static_cast<ptrdiff_t>(border) * stride_ + left;
   }
   Plane(const Plane& other) : Plane(other.width_, other.height_, other.border_) {
@@ -108,17 +137,6 @@ class Plane {
   }
 
  private:
-  struct AlignedDelete {
-    void operator()(T* p) const { ::operator delete(p, std::align_val_t(kAlignment)); }
-  };
-  /// Large allocations all start at one place of a memory page, so that the same pixel of many
-  /// planes would compete for the few ways of one cache set. Planes made one after another start
-  /// at different places.
-  static constexpr size_t kShiftRange = 4096;
-  static size_t NextShift() {
-    static std::atomic<uint32_t> made = 0;
-    return made.fetch_add(1, std::memory_order_relaxed) % 16 * (kShiftRange / 16);
-  }
   static int RoundUp(int value, int multiple) {
     return (value + multiple - 1) / multiple * multiple;
   }
@@ -130,7 +148,7 @@ class Plane {
   size_t bytes_ = 0;
   T* data_ = nullptr;  ///< first element, border included
   T* origin_ = nullptr;
-  std::unique_ptr<T, AlignedDelete> storage_;
+  detail::PlaneMemory storage_;
 };
 
 /// N planes of the same size: N = 3 for colour (r, g, b) and normals (x, y, z), 2 for motion.

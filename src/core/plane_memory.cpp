@@ -1,0 +1,110 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Under the address sanitizer large planes come from where small ones do: it knows their ends.
+#if defined(__linux__) && !defined(__SANITIZE_ADDRESS__)
+#define STILLRAY_MAPS_PLANES 1
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#undef STILLRAY_MAPS_PLANES
+#endif
+#endif
+#endif
+
+#ifdef STILLRAY_MAPS_PLANES
+#include <sys/mman.h>
+#endif
+
+#include <atomic>
+#include <new>
+
+#include "stillray/image.h"
+
+namespace stillray::detail {
+namespace {
+
+/// Planes start at so many different places, one after another.
+constexpr size_t kPlaces = 16;
+/// Small planes differ in the lines of a memory page, so in the sets of the first cache.
+constexpr size_t kSmallStep = 256;
+
+size_t NextPlace() {
+  static std::atomic<uint32_t> made = 0;
+  return made.fetch_add(1, std::memory_order_relaxed) % kPlaces;
+}
+
+#ifdef STILLRAY_MAPS_PLANES
+
+constexpr size_t kHugePage = size_t{1} << 21;
+/// Huge pages lay the second cache's sets out in order: large planes differ in those as well.
+constexpr size_t kLargeStep = 8192 + kSmallStep;
+
+constexpr size_t RoundUp(size_t bytes, size_t multiple) {
+  return (bytes + multiple - 1) / multiple * multiple;
+}
+
+/// A last part of less than half a huge page would waste more in one than it gains.
+size_t HugeBytes(size_t bytes) {
+  return (bytes + kHugePage / 2) / kHugePage * kHugePage;
+}
+
+size_t MappedBytes(size_t bytes) {
+  constexpr size_t kSmallPage = 4096;
+  return std::max(RoundUp(bytes, kSmallPage), HugeBytes(bytes));
+}
+
+/// `bytes` of MappedBytes, zero, at the start of a huge page.
+void* Map(size_t bytes) {
+  const size_t room = bytes + kHugePage;
+  void* mapped = mmap(nullptr, room, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (mapped == MAP_FAILED) {
+    throw std::bad_alloc();
+  }
+  auto* first = static_cast<std::byte*>(mapped);
+  const auto address = reinterpret_cast<uintptr_t>(first);
+  const size_t before = RoundUp(address, kHugePage) - address;
+  if (before > 0) {
+    munmap(first, before);
+  }
+  munmap(first + before + bytes, room - before - bytes);
+  // Where huge pages are not to be had, nothing changes.
+  static_cast<void>(madvise(first + before, bytes / kHugePage * kHugePage, MADV_HUGEPAGE));
+  return first + before;
+}
+
+#endif  // STILLRAY_MAPS_PLANES
+
+}  // namespace
+
+PlaneMemory::PlaneMemory(size_t bytes) {
+  if (bytes == 0) {
+    return;
+  }
+#ifdef STILLRAY_MAPS_PLANES
+  if (bytes >= kHugePage) {
+    const size_t shift = NextPlace() * kLargeStep;
+    mapped_ = MappedBytes(bytes + shift);
+    block_ = Map(mapped_);
+    data_ = static_cast<std::byte*>(block_) + shift;
+    return;
+  }
+#endif
+  const size_t shift = NextPlace() * kSmallStep;
+  block_ = ::operator new(bytes + shift, std::align_val_t(kPlaneAlignment));
+  data_ = static_cast<std::byte*>(block_) + shift;
+  std::memset(data_, 0, bytes);
+}
+
+PlaneMemory::~PlaneMemory() {
+#ifdef STILLRAY_MAPS_PLANES
+  if (mapped_ > 0) {
+    munmap(block_, mapped_);
+    return;
+  }
+#endif
+  if (block_ != nullptr) {
+    ::operator delete(block_, std::align_val_t(kPlaneAlignment));
+  }
+}
+
+}  // namespace stillray::detail
