@@ -1,14 +1,17 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Rays per second on a Vulkan device beside Embree on the CPU, in turn:
+// Rays per second on a Vulkan device, in both ways of tracing, beside Embree on the CPU, in turn:
 //
 //   gpu_trace_benchmark                                   the built-in scenes, any Vulkan device
 //   gpu_trace_benchmark --device vulkan:0 --size 1920x1080 --repeats 20 kitchen.glb
 //
-// Rays of the scene's camera, and rays of all directions from the points that those meet (the same
-// for both, in the order of the picture). The least time of the repeats counts: on the device that
-// of the dispatch alone, by its own clock; of Embree that of tracing, on all threads.
+// Rays of the scene's camera, rays of all directions from the points that those meet, and shadow
+// rays from there to points of the scene (the same for all, in the order of the picture); then
+// milliseconds of whole frames with one path per pixel, shading included. Where the device traces
+// rays by hardware both ways are measured, in turn. The least time of the repeats counts: on the
+// device that of the dispatch or the frame alone, by its own clock; of Embree that of tracing, on
+// all threads.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -20,6 +23,7 @@
 
 #include "render/camera.h"
 #include "render/geometry_shared.h"
+#include "render/vulkan/vulkan_renderer.h"
 #include "render_gpu/gpu_batch.h"
 #include "stillray/scene.h"
 
@@ -67,7 +71,21 @@ std::vector<GpuRay> BounceRays(const SceneState& state, const std::vector<GpuRay
   return out;
 }
 
-double EmbreeMilliseconds(const Accel& accel, const std::vector<GpuRay>& rays) {
+/// From the points where the others begin, to points of the scene's box.
+std::vector<GpuRay> ShadowRays(const Scene& scene, std::vector<GpuRay> rays) {
+  const Aabb box = SceneBounds(scene, 0);
+  for (size_t i = 0; i < rays.size(); ++i) {
+    const auto h = static_cast<uint32_t>(3 * i);
+    const vec3 u(UniformFloat(HashU32(h)), UniformFloat(HashU32(h + 1)),
+                 UniformFloat(HashU32(h + 2)));
+    const vec3 way = box.min + (box.max - box.min) * u - rays[i].origin;
+    rays[i].direction = SafeNormalize(way, rays[i].direction);
+    rays[i].end = glm::length(way);
+  }
+  return rays;
+}
+
+double EmbreeMilliseconds(const Accel& accel, const std::vector<GpuRay>& rays, bool shadow) {
   const size_t batches = (rays.size() + kBatchCapacity - 1) / kBatchCapacity;
   std::vector<RayBatch> loaded(batches);
   ForBatches(rays,
@@ -75,29 +93,111 @@ double EmbreeMilliseconds(const Accel& accel, const std::vector<GpuRay>& rays) {
   const auto start = std::chrono::steady_clock::now();
   tbb::parallel_for(size_t{0}, batches, [&](size_t i) {
     thread_local const auto hits = std::make_unique<HitBatch>();
-    accel.IntersectIncoherent(loaded[i], hits.get());
+    thread_local std::vector<vec3> lights(kBatchCapacity);
+    if (shadow) {
+      accel.Occluded(loaded[i], lights.data());
+    } else {
+      accel.IntersectIncoherent(loaded[i], hits.get());
+    }
   });
   const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
   return time.count();
 }
 
-Status Measure(const char* kind, const std::vector<GpuRay>& rays, const Accel& embree,
-               const Options& options, GpuBatch* batch) {
-  double device_ms = 1e30;
+/// A way of tracing, and what it has measured last.
+struct Way {
+  const char* name;
+  TracingWay way;
+  std::unique_ptr<GpuAccel> accel;
+  std::unique_ptr<GpuBatch> batch;
+  std::unique_ptr<Renderer> renderer;
+  double least_ms = 1e30;
+};
+
+/// \param shadow  whether light passes, in place of first hits
+Status Measure(const char* kind, const std::vector<GpuRay>& rays, bool shadow, const Accel& embree,
+               const Options& options, std::vector<Way>* ways) {
   double embree_ms = 1e30;
+  for (Way& way : *ways) {
+    way.least_ms = 1e30;
+  }
   for (int i = 0; i < options.repeats; ++i) {
-    batch->FirstHits(rays);
-    STILLRAY_RETURN_IF_ERROR(batch->status());
-    device_ms = std::min(device_ms, batch->milliseconds());
-    embree_ms = std::min(embree_ms, EmbreeMilliseconds(embree, rays));
+    for (Way& way : *ways) {
+      if (shadow) {
+        way.batch->Transmittance(rays);
+      } else {
+        way.batch->FirstHits(rays);
+      }
+      STILLRAY_RETURN_IF_ERROR(way.batch->status());
+      way.least_ms = std::min(way.least_ms, way.batch->milliseconds());
+    }
+    embree_ms = std::min(embree_ms, EmbreeMilliseconds(embree, rays, shadow));
   }
   const auto rate = [&](double ms) { return static_cast<double>(rays.size()) / ms * 1e-3; };
-  std::printf("  %-8s %9zu rays   device %9.2f M/s   Embree %9.2f M/s   ratio %.2f\n", kind,
-              rays.size(), rate(device_ms), rate(embree_ms), embree_ms / device_ms);
+  std::printf("  %-8s %9zu rays", kind, rays.size());
+  for (const Way& way : *ways) {
+    std::printf("   %s %9.2f M/s", way.name, rate(way.least_ms));
+  }
+  std::printf("   Embree %9.2f M/s\n", rate(embree_ms));
   return Status::Ok();
 }
 
-Status RunScene(gpu::Device* device, const std::string& spec, const Options& options) {
+/// Whole frames: guides, paths and shading, by the device's own clock.
+Status MeasureFrames(const Options& options, std::vector<Way>* ways) {
+  std::vector<RenderTimings> best(ways->size());
+  for (Way& way : *ways) {
+    way.least_ms = 1e30;
+  }
+  for (int i = 0; i < options.repeats; ++i) {
+    for (size_t k = 0; k < ways->size(); ++k) {
+      Way& way = (*ways)[k];
+      Frame frame;
+      RenderMoment moment;
+      moment.frame_index = i;
+      STILLRAY_RETURN_IF_ERROR(way.renderer->RenderFrame(moment, &frame));
+      const RenderTimings& t = way.renderer->timings();
+      const double ms = t.primary_ms + t.shade_ms + t.shadow_ms + t.bounce_ms;
+      if (ms < way.least_ms) {
+        way.least_ms = ms;
+        best[k] = t;
+      }
+    }
+  }
+  for (size_t k = 0; k < ways->size(); ++k) {
+    const RenderTimings& t = best[k];
+    std::printf(
+        "  frame    %-8s %9.2f ms: camera's rays and guides %.2f, shading %.2f, shadow rays "
+        "%.2f, bounce rays %.2f\n",
+        (*ways)[k].name, (*ways)[k].least_ms, t.primary_ms, t.shade_ms, t.shadow_ms, t.bounce_ms);
+  }
+  return Status::Ok();
+}
+
+Status MakeWay(const std::shared_ptr<gpu::Device>& device, const SceneState& state,
+               const Options& options, Way* way) {
+  const auto start = std::chrono::steady_clock::now();
+  Result<std::unique_ptr<GpuAccel>> accel = GpuAccel::Create(device.get(), state, way->way);
+  STILLRAY_RETURN_IF_ERROR(accel.status());
+  way->accel = std::move(*accel);
+  const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
+  const gpu::MemoryUse memory = way->accel->memory();
+  std::printf("  %-8s built in %.0f ms, %.1f MiB on the device, largest %.1f MiB\n", way->name,
+              time.count(), static_cast<double>(memory.bytes) * 0x1p-20,
+              static_cast<double>(memory.largest) * 0x1p-20);
+  const auto most = static_cast<uint32_t>(options.width * options.height);
+  way->batch = std::make_unique<GpuBatch>(device.get(), way->accel.get(), most);
+  RenderSettings settings;
+  settings.width = options.width;
+  settings.height = options.height;
+  Result<std::unique_ptr<Renderer>> renderer =
+      CreateVulkanRenderer(state.scene(), settings, device, {.way = way->way});
+  STILLRAY_RETURN_IF_ERROR(renderer.status());
+  way->renderer = std::move(*renderer);
+  return way->batch->status();
+}
+
+Status RunScene(const std::shared_ptr<gpu::Device>& device, const std::string& spec,
+                const Options& options) {
   const Result<Scene> scene = LoadScene(spec);
   if (!scene.ok()) {
     return scene.status();
@@ -110,22 +210,22 @@ Status RunScene(gpu::Device* device, const std::string& spec, const Options& opt
   if (!embree.ok()) {
     return embree.status();
   }
-  const auto start = std::chrono::steady_clock::now();
-  const Result<std::unique_ptr<GpuAccel>> accel = GpuAccel::Create(device, state);
-  if (!accel.ok()) {
-    return accel.status();
+  std::printf("%s: %zu triangles\n", spec.c_str(), scene->TriangleCount());
+  std::vector<Way> ways;
+  ways.push_back({"compute", TracingWay::kCompute, {}, {}, {}});
+  if (device->context().ray_tracing.offered) {
+    ways.push_back({"hardware", TracingWay::kHardware, {}, {}, {}});
   }
-  const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
-  const gpu::MemoryUse memory = (*accel)->memory();
-  std::printf("%s: %zu triangles, built in %.0f ms, %.1f MiB on the device, largest %.1f MiB\n",
-              spec.c_str(), scene->TriangleCount(), time.count(),
-              static_cast<double>(memory.bytes) * 0x1p-20,
-              static_cast<double>(memory.largest) * 0x1p-20);
+  for (Way& way : ways) {
+    STILLRAY_RETURN_IF_ERROR(MakeWay(device, state, options, &way));
+  }
   const std::vector<GpuRay> camera = CameraRays(state, options);
-  GpuBatch batch(device, accel->get(), static_cast<uint32_t>(camera.size()));
-  const std::vector<GpuHit> hits = batch.FirstHits(camera);
-  STILLRAY_RETURN_IF_ERROR(Measure("camera", camera, **embree, options, &batch));
-  return Measure("bounce", BounceRays(state, camera, hits), **embree, options, &batch);
+  const std::vector<GpuRay> bounce = BounceRays(state, camera, ways[0].batch->FirstHits(camera));
+  STILLRAY_RETURN_IF_ERROR(Measure("camera", camera, false, **embree, options, &ways));
+  STILLRAY_RETURN_IF_ERROR(Measure("bounce", bounce, false, **embree, options, &ways));
+  STILLRAY_RETURN_IF_ERROR(
+      Measure("shadow", ShadowRays(*scene, bounce), true, **embree, options, &ways));
+  return MeasureFrames(options, &ways);
 }
 
 Status Run(Options options) {
@@ -160,7 +260,7 @@ Status Run(Options options) {
   std::printf("%s, %dx%d, least of %d\n", chosen->name.c_str(), options.width, options.height,
               options.repeats);
   for (const std::string& scene : options.scenes) {
-    STILLRAY_RETURN_IF_ERROR(RunScene(device->get(), scene, options));
+    STILLRAY_RETURN_IF_ERROR(RunScene(*device, scene, options));
   }
   return Status::Ok();
 }

@@ -5,7 +5,8 @@
 # Builds the denoiser without the path tracer, checks it on this machine's GPU, and prints the times of
 # its stages beside a copy of the least bytes that they must touch. Where the path tracer's libraries are
 # installed: also frames per second of tracing alone, with the temporal stage, and with all of SVGF, of a
-# scene whose camera, objects and light move, and the memory that they take.
+# scene whose camera, objects and light move, and the memory that they take; and rays per second and
+# milliseconds of tracing, in both ways that the device offers.
 #   scripts/gpu_bench.sh [DEVICE, default vulkan] [FRAMES, default 100] [SIZE ...]
 # STILLRAY_GPU_BUILD: the build folder, default build-gpu.
 set -euo pipefail
@@ -34,4 +35,12 @@ if cmake -S . -B "$build-apps" -DSTILLRAY_BUILD_PYTHON=OFF -DSTILLRAY_BUILD_TEST
     --size "$(IFS=,; echo "${sizes[*]}")"
 else
   echo "not measured: what the path tracer is built with is not installed here"
+fi
+
+echo "== rays per second, in compute shaders and by hardware"
+if cmake -S . -B "$build-apps" -DSTILLRAY_BUILD_BENCHMARKS=ON >/dev/null 2>&1 &&
+  cmake --build "$build-apps" --parallel "$(nproc)" --target gpu_trace_benchmark >/dev/null 2>&1; then
+  "$build-apps/benchmarks/gpu_trace_benchmark" --device "${1:-vulkan}" --size "${3:-1920x1080}" --repeats 10
+else
+  echo "not measured: what the path tracer or the benchmarks are built with is not installed here"
 fi

@@ -11,4 +11,5 @@ cd "$(dirname "$0")/.."
 scripts/install_packages.sh test
 cmake -S . -B build -G Ninja -DSTILLRAY_BUILD_TESTS=ON >/dev/null
 cmake --build build
+scripts/ray_tracing_driver.sh build/ray_tracing_driver
 ctest --test-dir build --output-on-failure --no-tests=error -j "$(nproc)" "$@"

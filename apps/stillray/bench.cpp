@@ -25,6 +25,7 @@
 #include "render_options.h"
 #include "stillray/io.h"
 #include "stillray/scene.h"
+#include "trace_device.h"
 
 namespace stillray {
 namespace {
@@ -105,39 +106,48 @@ Status AddSubjects(const BenchArguments& a, int most_threads, bool scalar, Filte
   return Status::Ok();
 }
 
-Status Measure(const BenchArguments& a, const Scene& scene, BenchSize* size) {
-  const RenderOptions& options = size->options;
-  Result<std::unique_ptr<Renderer>> created = Renderer::Create(scene, options.render);
-  if (!created.ok()) {
-    return created.status();
-  }
-  Renderer* renderer = created->get();
+RenderMoment MomentOf(const RenderOptions& options, int frame) {
+  RenderMoment moment;
+  moment.frame_index = frame;
+  moment.seconds = options.Seconds(frame);
+  moment.previous_seconds = options.PreviousSeconds(frame);
+  return moment;
+}
+
+/// Traces the frames of one size one by one.
+/// \param use  called as use(frame, milliseconds of tracing, whether they count)
+template <typename Use>
+Status ForFrames(const BenchArguments& a, const RenderOptions& options, const std::string& text,
+                 Renderer* renderer, const Use& use) {
   const int frames = a.warm_up + a.repeats;
   Progress progress(frames, stderr);
   Frame frame;
   for (int i = 1; i <= frames; ++i) {
-    RenderMoment moment;
-    moment.frame_index = i;
-    moment.seconds = options.Seconds(i);
-    moment.previous_seconds = options.PreviousSeconds(i);
-    if (i == 1) {
-      STILLRAY_RETURN_IF_ERROR(size->tracer.MeasureLoading(options.text.scene, options.render));
-      STILLRAY_RETURN_IF_ERROR(size->tracer.Prepare(scene, options.render, moment));
-    }
     const auto start = std::chrono::steady_clock::now();
     STILLRAY_RETURN_IF_ERROR(
-        renderer->RenderFrame(moment, &frame, [](double) { return !Interrupted(); }));
-    const double frame_ms =
+        renderer->RenderFrame(MomentOf(options, i), &frame, [](double) { return !Interrupted(); }));
+    const double ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-    const bool record = i > a.warm_up;
-    if (record) {
-      size->tracer.AddFrame(renderer->timings(), frame_ms);
-      size->tracer.RunBare();
-    }
-    STILLRAY_RETURN_IF_ERROR(size->filter.Run(frame, record));
-    progress.Update(i, fmt::format("{} frame {}", size->text, i));
+    STILLRAY_RETURN_IF_ERROR(use(frame, ms, i > a.warm_up));
+    progress.Update(i, fmt::format("{} frame {}", text, i));
   }
   return Status::Ok();
+}
+
+Status Measure(const BenchArguments& a, const Scene& scene, BenchSize* size) {
+  const RenderOptions& options = size->options;
+  const Result<std::unique_ptr<Renderer>> renderer = Renderer::Create(scene, options.render);
+  STILLRAY_RETURN_IF_ERROR(renderer.status());
+  STILLRAY_RETURN_IF_ERROR(size->tracer.MeasureLoading(options.text.scene, options.render));
+  STILLRAY_RETURN_IF_ERROR(size->tracer.Prepare(scene, options.render, MomentOf(options, 1)));
+  return ForFrames(a, options, size->text, renderer->get(),
+                   [&](const Frame& frame, double ms, bool record) {
+                     if (record) {
+                       size->tracer.AddFrame((*renderer)->timings(), ms);
+                       size->tracer.RunBare();
+                     }
+                     return size->filter.Run(frame, record);
+                   });
 }
 
 std::string Title(const BenchArguments& a, const BenchSize& size, int threads) {
@@ -205,36 +215,37 @@ Status RunDeviceBench(const BenchArguments& a) {
   return WriteJson(a, figures->dump(1) + "\n");
 }
 
-/// Traces the frames of one size one by one and gives each to all configurations.
-Status MeasureFrames(const BenchArguments& a, const Scene& scene, const RenderOptions& options,
-                     FramesBench* bench) {
-  Result<std::unique_ptr<Renderer>> created = Renderer::Create(scene, options.render);
-  STILLRAY_RETURN_IF_ERROR(created.status());
-  Renderer* renderer = created->get();
-  const int frames = a.warm_up + a.repeats;
-  Progress progress(frames, stderr);
-  Frame frame;
-  for (int i = 1; i <= frames; ++i) {
-    RenderMoment moment;
-    moment.frame_index = i;
-    moment.seconds = options.Seconds(i);
-    moment.previous_seconds = options.PreviousSeconds(i);
-    const auto start = std::chrono::steady_clock::now();
-    STILLRAY_RETURN_IF_ERROR(
-        renderer->RenderFrame(moment, &frame, [](double) { return !Interrupted(); }));
-    const double ms =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-    STILLRAY_RETURN_IF_ERROR(bench->Run(frame, ms, i > a.warm_up));
-    progress.Update(i, fmt::format("frame {}", i));
-  }
+/// Whole frames of one size, each traced once and given to all configurations.
+Status MeasureFrames(const BenchArguments& a, const RenderOptions& options, const std::string& text,
+                     DeviceRenderer* renderer, FramesBench* bench) {
+  STILLRAY_RETURN_IF_ERROR(
+      ForFrames(a, options, text, renderer, [&](const Frame& frame, double ms, bool record) {
+        return bench->Run(frame, {ms, DeviceTimeOf(*renderer)}, record);
+      }));
   bench->SetTracerBytes(renderer->memory_bytes());
   return Status::Ok();
+}
+
+/// A renderer on the device, or on the CPU where the device was chosen by "auto".
+Result<std::unique_ptr<DeviceRenderer>> MakeRenderer(const BenchArguments& a, const Device& device,
+                                                     const Scene& scene,
+                                                     const RenderSettings& settings) {
+  TraceOptions options;
+  options.may_fall_back = a.device == "auto";
+  Result<std::unique_ptr<DeviceRenderer>> made =
+      DeviceRenderer::Create(device, scene, settings, options);
+  if (made.ok()) {
+    if (const std::string remark = (*made)->TakeRemark(); !remark.empty()) {
+      fmt::print(stderr, "tracing on the CPU: {}\n", remark);
+    }
+  }
+  return made;
 }
 
 /// Whole frames: tracing alone, with the temporal stage, with all of SVGF.
 Status RunFramesBench(const BenchArguments& a) {
   CatchInterrupts();
-  const Result<Device> device = OpenDeviceOption(a.device, "denoising", "");
+  const Result<Device> device = OpenDeviceOption(a.device, "rendering", "");
   STILLRAY_RETURN_IF_ERROR(device.status());
   const Result<Scene> scene = LoadScene(a.render.scene);
   STILLRAY_RETURN_IF_ERROR(scene.status());
@@ -250,15 +261,19 @@ Status RunFramesBench(const BenchArguments& a) {
       STILLRAY_RETURN_IF_ERROR(settings.status());
       STILLRAY_RETURN_IF_ERROR(bench.Add(name, &*settings, *device));
     }
-    STILLRAY_RETURN_IF_ERROR(MeasureFrames(a, *scene, *options, &bench));
-    fmt::print(
-        "{}{}, {}x{}, {} spp, {} bounces, {} frames; tracing on the CPU, filter on {}\n\n{}\n",
-        a.render.scene, options->text.still ? ", still" : "", options->render.width,
-        options->render.height, SamplesPerPixelText(options->render), options->render.bounces,
-        a.repeats, device->description(), bench.Table());
+    const Result<std::unique_ptr<DeviceRenderer>> renderer =
+        MakeRenderer(a, *device, *scene, options->render);
+    STILLRAY_RETURN_IF_ERROR(renderer.status());
+    STILLRAY_RETURN_IF_ERROR(MeasureFrames(a, *options, size, renderer->get(), &bench));
+    fmt::print("{}{}, {}x{}, {} spp, {} bounces, {} frames; traced on {}, filtered on {}\n\n{}\n",
+               a.render.scene, options->text.still ? ", still" : "", options->render.width,
+               options->render.height, SamplesPerPixelText(options->render),
+               options->render.bounces, a.repeats, (*renderer)->place(), device->description(),
+               bench.Table());
     nlohmann::ordered_json json = bench.Json();
     json["width"] = options->render.width;
     json["height"] = options->render.height;
+    json["tracer"] = (*renderer)->place();
     list.push_back(json);
   }
   const nlohmann::ordered_json json = {{"stillray", STILLRAY_VERSION},

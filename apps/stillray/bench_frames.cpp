@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "denoise/device_bench.h"
+#include "denoise/device_denoiser.h"
 #include "device_option.h"
 
 namespace stillray {
@@ -68,6 +69,19 @@ DeviceMemory ImagesOf(const Frame& f) {
   return sum;
 }
 
+/// Of the filter's last frame; what the host does beside it is no stage of the device.
+double DeviceTimeOf(const Denoiser& denoiser, const DenoisedFrame& out) {
+  double sum = 0;
+  for (const StageTime& stage : out.timings) {
+    sum += stage.name == kUploadStage ? 0.0 : stage.milliseconds;
+  }
+  return denoiser.device_memory().allocations > 0 ? sum : 0;
+}
+
+std::string Milliseconds(double ms) {
+  return ms > 0 ? fmt::format("{:.2f}", ms) : "-";
+}
+
 std::string Count(uint32_t count) {
   return count > 0 ? std::to_string(count) : "-";
 }
@@ -77,6 +91,20 @@ std::string Megabytes(uint64_t bytes) {
 }
 
 }  // namespace
+
+double DeviceTimeOf(const DeviceRenderer& renderer) {
+  double sum = 0;
+  if (renderer.on_device()) {
+    const RenderTimings& t = renderer.timings();
+    sum = t.primary_ms + t.shade_ms + t.shadow_ms + t.bounce_ms;
+  }
+  return sum;
+}
+
+void FramesBench::PartTimes::Add(const PartTime& time) {
+  wall.push_back(time.wall);
+  device.push_back(time.device);
+}
 
 Status FramesBench::Add(const std::string& name, const Settings* settings, const Device& device) {
   Entry entry;
@@ -90,20 +118,24 @@ Status FramesBench::Add(const std::string& name, const Settings* settings, const
   return Status::Ok();
 }
 
-Status FramesBench::Run(const Frame& frame, double trace_ms, bool record) {
+Status FramesBench::Run(const Frame& frame, const PartTime& traced, bool record) {
   for (Entry& entry : entries_) {
     const Clock::time_point start = Clock::now();
     if (!entry.denoiser.empty()) {
       STILLRAY_RETURN_IF_ERROR(entry.denoiser.front().Denoise(frame, &entry.out));
     }
-    const double ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    PartTime filtered;
+    if (!entry.denoiser.empty()) {
+      filtered.wall = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+      filtered.device = DeviceTimeOf(entry.denoiser.front(), entry.out);
+    }
     if (record) {
-      entry.frame_ms.push_back(trace_ms + ms);
-      entry.filter_ms.push_back(entry.denoiser.empty() ? 0.0 : ms);
+      entry.frame_ms.push_back(traced.wall + filtered.wall);
+      entry.filter.Add(filtered);
     }
   }
   if (record) {
-    trace_ms_.push_back(trace_ms);
+    trace_.Add(traced);
   }
   frame_ = ImagesOf(frame);
   return Status::Ok();
@@ -124,13 +156,16 @@ std::vector<FramesBench::Part> FramesBench::Parts() const {
 }
 
 std::string FramesBench::Table() const {
-  std::string text = fmt::format("{:<24}{:>10}{:>20}{:>14}{:>14}\n", "frames per second", "mean",
-                                 "min .. max", "trace ms", "filter ms");
+  std::string text =
+      fmt::format("{:<24}{:>10}{:>20}{:>12}{:>11}{:>12}{:>11}\n", "frames per second", "mean",
+                  "min .. max", "trace ms", "on device", "filter ms", "on device");
   for (const Entry& entry : entries_) {
     const Rate rate = RateOf(entry.frame_ms);
-    text += fmt::format("{:<24}{:>10.2f}{:>20}{:>14.2f}{:>14.2f}\n", entry.name, rate.mean,
-                        fmt::format("{:.2f} .. {:.2f}", rate.least, rate.most), Median(trace_ms_),
-                        Median(entry.filter_ms));
+    text += fmt::format("{:<24}{:>10.2f}{:>20}{:>12}{:>11}{:>12}{:>11}\n", entry.name, rate.mean,
+                        fmt::format("{:.2f} .. {:.2f}", rate.least, rate.most),
+                        Milliseconds(Median(trace_.wall)), Milliseconds(Median(trace_.device)),
+                        Milliseconds(Median(entry.filter.wall)),
+                        Milliseconds(Median(entry.filter.device)));
   }
   text += fmt::format("\n{:<24}{:>12}{:>20}{:>12}{:>14}\n", "memory", "allocations",
                       "images and buffers", "MB", "largest MB");
@@ -150,8 +185,10 @@ nlohmann::ordered_json FramesBench::Json() const {
         {{"name", entry.name},
          {"frames", entry.frame_ms.size()},
          {"fps", {{"mean", rate.mean}, {"min", rate.least}, {"max", rate.most}}},
-         {"trace_ms", Median(trace_ms_)},
-         {"filter_ms", Median(entry.filter_ms)}});
+         {"trace_ms", Median(trace_.wall)},
+         {"trace_device_ms", Median(trace_.device)},
+         {"filter_ms", Median(entry.filter.wall)},
+         {"filter_device_ms", Median(entry.filter.device)}});
   }
   auto memory = nlohmann::ordered_json::array();
   for (const Part& part : Parts()) {

@@ -12,8 +12,18 @@
 
 #include "stillray/denoise.hpp"
 #include "stillray/render.h"
+#include "trace_device.h"
 
 namespace stillray {
+
+/// Milliseconds of a part of one frame.
+struct PartTime {
+  double wall = 0;
+  double device = 0;  ///< by the clock of the device that did it; 0: the CPU, or it has none
+};
+
+/// The device's own time of the last frame; 0 for the CPU.
+double DeviceTimeOf(const DeviceRenderer& renderer);
 
 class FramesBench {
  public:
@@ -21,9 +31,9 @@ class FramesBench {
   /// \param settings  of its filter; nullptr: none, the noisy frames themselves
   Status Add(const std::string& name, const Settings* settings, const Device& device);
 
-  /// A frame was traced in `trace_ms`: every configuration makes its picture of it.
+  /// A frame was traced: every configuration makes its picture of it.
   /// \param record  false: to warm up
-  Status Run(const Frame& frame, double trace_ms, bool record);
+  Status Run(const Frame& frame, const PartTime& traced, bool record);
   /// Bytes of the tracer, scene included.
   void SetTracerBytes(size_t bytes) { tracer_bytes_ = bytes; }
 
@@ -31,12 +41,18 @@ class FramesBench {
   nlohmann::ordered_json Json() const;
 
  private:
+  struct PartTimes {
+    std::vector<double> wall;
+    std::vector<double> device;
+
+    void Add(const PartTime& time);
+  };
   struct Entry {
     std::string name;
     std::vector<Denoiser> denoiser;  ///< one, or none
     DenoisedFrame out;
     std::vector<double> frame_ms;  ///< tracing and filter
-    std::vector<double> filter_ms;
+    PartTimes filter;
   };
   /// Memory; zero where it is not known.
   struct Part {
@@ -46,7 +62,7 @@ class FramesBench {
   std::vector<Part> Parts() const;
 
   std::vector<Entry> entries_;
-  std::vector<double> trace_ms_;
+  PartTimes trace_;
   DeviceMemory frame_;  ///< the images of a frame
   size_t tracer_bytes_ = 0;
 };

@@ -3,12 +3,22 @@
 
 #include "device_option.h"
 
+#include <algorithm>
 #include <cstdio>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "trace_device.h"
+
 namespace stillray {
+namespace {
+
+bool Contains(const std::vector<std::string>& list, const std::string& entry) {
+  return std::find(list.begin(), list.end(), entry) != list.end();
+}
+
+}  // namespace
 
 void AddDeviceOption(CLI::App* command, std::string* text) {
   command
@@ -67,9 +77,11 @@ nlohmann::ordered_json DeviceMemoryJson(const DeviceMemory& memory) {
 std::string DevicesText() {
   std::string remark;
   std::string text = "cpu\n";
+  const std::vector<std::string> tracing = RayTracingDevices();
   for (const DeviceDescription& d : ListDevices(&remark)) {
-    text += fmt::format("{}  {}, {}, {}, {:.1f} GB{}\n", d.choice, d.name, d.kind, d.driver,
+    text += fmt::format("{}  {}, {}, {}, {:.1f} GB{}{}\n", d.choice, d.name, d.kind, d.driver,
                         static_cast<double>(d.memory_bytes) / 1e9,
+                        Contains(tracing, d.choice) ? ", ray tracing" : "",
                         d.usable.ok() ? "" : "; not usable: " + d.usable.message());
   }
   if (!remark.empty()) {
@@ -82,6 +94,7 @@ nlohmann::ordered_json DevicesJson() {
   using Json = nlohmann::ordered_json;
   std::string remark;
   Json list = Json::array();
+  const std::vector<std::string> tracing = RayTracingDevices();
   for (const DeviceDescription& d : ListDevices(&remark)) {
     list.push_back({{"device", d.choice},
                     {"name", d.name},
@@ -89,6 +102,7 @@ nlohmann::ordered_json DevicesJson() {
                     {"driver", d.driver},
                     {"memory_bytes", d.memory_bytes},
                     {"is_gpu", d.is_gpu},
+                    {"ray_tracing", Contains(tracing, d.choice)},
                     {"usable", d.usable.ok()},
                     {"missing", d.usable.message()}});
   }

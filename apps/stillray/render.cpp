@@ -101,8 +101,7 @@ class RenderRun {
  private:
   Status Prepare();
   Status MakeRenderer(const Device& device);
-  Status TraceOnCpu(const Status& reason);
-  Status Trace(const RenderMoment& moment, const RenderProgress& shown, Frame* frame);
+  void TellTracingOnCpu();
   Status Resume();
   Status FeedVideoAgain();
   Status RenderOne(int64_t frame, Progress* progress);
@@ -126,8 +125,7 @@ class RenderRun {
   std::string fingerprint_;
   int64_t next_frame_;  ///< all frames before it are done, their files written
   int camera_ = 0;
-  std::unique_ptr<Renderer> renderer_;
-  bool traces_on_device_ = false;
+  std::unique_ptr<DeviceRenderer> renderer_;
   std::optional<Denoiser> denoiser_;
   bool told_fall_back_ = false;
   std::unique_ptr<VideoWriter> video_;
@@ -216,37 +214,25 @@ Status RenderRun::Prepare() {
 
 /// Where --device is auto, the CPU traces what the device cannot.
 Status RenderRun::MakeRenderer(const Device& device) {
-  Result<std::unique_ptr<Renderer>> renderer = CreateRendererOn(device, scene_, options_.render);
-  traces_on_device_ = renderer.ok() && !device.is_cpu();
-  if (!renderer.ok() && !device.is_cpu() && options_.text.device == "auto" &&
-      renderer.status().code() != StatusCode::kInvalidArgument) {
-    return TraceOnCpu(renderer.status());
-  }
+  TraceOptions options;
+  options.way = options_.tracing_way;
+  options.may_fall_back =
+      options_.text.device == "auto" && options.way != render::TracingWay::kHardware;
+  Result<std::unique_ptr<DeviceRenderer>> renderer =
+      DeviceRenderer::Create(device, scene_, options_.render, options);
   STILLRAY_RETURN_IF_ERROR(renderer.status());
   renderer_ = std::move(renderer.value());
+  TellTracingOnCpu();
+  if (renderer_->on_device()) {
+    fmt::print(stderr, "rays are traced {}\n", TracingWayText(device, options_.tracing_way));
+  }
   return Status::Ok();
 }
 
-Status RenderRun::TraceOnCpu(const Status& reason) {
-  fmt::print(stderr, "tracing on the CPU: {}\n", reason.message());
-  renderer_.reset();
-  traces_on_device_ = false;
-  Result<std::unique_ptr<Renderer>> renderer = Renderer::Create(scene_, options_.render);
-  STILLRAY_RETURN_IF_ERROR(renderer.status());
-  renderer_ = std::move(renderer.value());
-  return Status::Ok();
-}
-
-/// A frame that the device fails to trace is traced by the CPU, where --device is auto.
-Status RenderRun::Trace(const RenderMoment& moment, const RenderProgress& shown, Frame* frame) {
-  const Status traced = renderer_->RenderFrame(moment, frame, shown);
-  const bool failed = !traced.ok() && traced.code() != StatusCode::kCancelled &&
-                      traced.code() != StatusCode::kInvalidArgument;
-  if (!failed || !traces_on_device_ || options_.text.device != "auto") {
-    return traced;
+void RenderRun::TellTracingOnCpu() {
+  if (const std::string remark = renderer_->TakeRemark(); !remark.empty()) {
+    fmt::print(stderr, "tracing on the CPU: {}\n", remark);
   }
-  STILLRAY_RETURN_IF_ERROR(TraceOnCpu(traced));
-  return renderer_->RenderFrame(moment, frame, shown);
 }
 
 Status RenderRun::Resume() {
@@ -333,10 +319,11 @@ Status RenderRun::RenderOne(int64_t number, Progress* progress) {
                      FrameText(number));
     return !Interrupted();
   };
-  STILLRAY_RETURN_IF_ERROR(Trace(moment, shown, &work.frame));
+  STILLRAY_RETURN_IF_ERROR(renderer_->RenderFrame(moment, &work.frame, shown));
+  TellTracingOnCpu();
   work.log.render_ms = Milliseconds(start);
   std::vector<LoggedStage> traced;
-  if (traces_on_device_) {
+  if (renderer_->on_device()) {
     traced = TraceStages(renderer_->timings());
   }
   work.reference = Image3();
@@ -601,6 +588,11 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
           ->capture_default_str();
   command->add_flag("--float", a->float_exr, "32-bit EXR files; default: 16-bit (half)");
   AddDeviceOption(command, &a->device);
+  command
+      ->add_option("--ray-tracing", a->ray_tracing,
+                   "How a Vulkan device traces rays: hardware, compute (shaders of our own), or "
+                   "auto: hardware where a GPU offers it")
+      ->capture_default_str();
   command->add_option("--threads", a->threads, "Default: all processors")
       ->check(CLI::Range(0, 4096));
   command->add_flag("--resume", a->resume,

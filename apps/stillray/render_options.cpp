@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "render_files.h"
+#include "trace_device.h"
 
 namespace stillray {
 namespace {
@@ -284,6 +285,9 @@ Result<RenderOptions> ParseRenderArguments(const RenderArguments& arguments) {
     return Status::InvalidArgument(
         fmt::format("--fps is {}, expected more than 0 and at most 1000", arguments.fps));
   }
+  const Result<render::TracingWay> way = ParseTracingWay(arguments.ray_tracing);
+  STILLRAY_RETURN_IF_ERROR(way.status());
+  options.tracing_way = *way;
   options.exr_type = arguments.float_exr ? PixelType::kFloat : PixelType::kHalf;
   return options;
 }
@@ -298,7 +302,7 @@ std::string RenderFingerprint(const RenderOptions& options) {
       a.scene, options.frames.first, a.size, a.fps, SamplesPerPixelText(options.render), a.guides,
       a.bounces, a.seed, a.sampler, a.environment, a.camera, a.reference_spp, a.reference_frames,
       fmt::join(a.aovs, ","), a.formats, a.float_exr, a.still, a.regularise, options.render.jitter);
-  text += fmt::format("device {}\n", a.device);
+  text += fmt::format("device {}\nray-tracing {}\n", a.device, a.ray_tracing);
   for (const Parameter& p : Parameters()) {
     text += fmt::format("{} {}\n", p.name, GetParameter(options.denoise, p.name).value());
   }

@@ -11,6 +11,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "render/vulkan/tracing_way.h"
 #include "stillray/denoise.hpp"
 #include "stillray/io.h"
 #include "stillray/render.h"
@@ -49,6 +50,7 @@ struct RenderArguments {
   bool resume = false;
   bool timings = false;
   std::string device = "auto";
+  std::string ray_tracing = "auto";
   std::string json_path;
 };
 
@@ -67,6 +69,7 @@ struct RenderOptions {
   std::vector<FrameRange> reference_frames;
   RenderSettings render;
   Settings denoise;
+  render::TracingWay tracing_way = render::TracingWay::kAuto;
   PixelType exr_type = PixelType::kHalf;
   bool exr = false;
   bool png = false;

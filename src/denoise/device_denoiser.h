@@ -14,6 +14,9 @@
 
 namespace stillray {
 
+/// Name of what the host does of a frame, among stages that are all the device's.
+inline constexpr const char* kUploadStage = "upload";
+
 /// See the functions of Denoiser with the same names.
 class DeviceDenoiser {
  public:

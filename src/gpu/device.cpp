@@ -33,25 +33,38 @@ Result<DeviceContext> MakeContext(PFN_vkGetInstanceProcAddr get, VkInstance inst
   return context;
 }
 
-/// A queue for compute; timestamps if one of them has both.
+/// A queue for compute; one that also draws or takes times if there is one.
 Status Device::FindQueue() {
   const InstanceFunctions& vk = instance_->functions();
   uint32_t count = 0;
   vk.GetPhysicalDeviceQueueFamilyProperties(info_.handle, &count, nullptr);
   std::vector<VkQueueFamilyProperties> families(count);
   vk.GetPhysicalDeviceQueueFamilyProperties(info_.handle, &count, families.data());
-  bool found = false;
+  int best = 0;
   for (uint32_t i = 0; i < count; ++i) {
-    const bool computes = (families[i].queueFlags & VK_QUEUE_COMPUTE_BIT) != 0;
-    if (computes && (!found || (timestamp_bits_ == 0 && families[i].timestampValidBits != 0))) {
-      found = true;
+    if ((families[i].queueFlags & VK_QUEUE_COMPUTE_BIT) == 0) {
+      continue;
+    }
+    const bool draws = (families[i].queueFlags & VK_QUEUE_GRAPHICS_BIT) != 0;
+    const int merit = 1 + (draws ? 1 : 0) + (families[i].timestampValidBits != 0 ? 2 : 0);
+    if (merit > best) {
+      best = merit;
       queue_family_ = i;
       timestamp_bits_ = families[i].timestampValidBits;
+      can_draw_ = draws;
     }
   }
-  return found ? Status::Ok()
-               : Status::Unsupported(
-                     fmt::format("{}: the device has no queue for compute", info_.name));
+  return best > 0 ? Status::Ok()
+                  : Status::Unsupported(
+                        fmt::format("{}: the device has no queue for compute", info_.name));
+}
+
+/// To the context of a device with the extensions.
+Status Device::AddRayTracing() {
+  context_.ray_tracing = info_.ray_tracing;
+  context_.shader_stages |= VK_PIPELINE_STAGE_RAY_TRACING_SHADER_BIT_KHR;
+  return LoadRayTracingFunctions(instance_->functions().GetDeviceProcAddr, context_.device,
+                                 &context_.vk);
 }
 
 Status Device::MakeCommandBuffer() {
@@ -98,11 +111,17 @@ Result<std::shared_ptr<Device>> Device::Create(std::shared_ptr<Instance> instanc
   queue.pQueuePriorities = &priority;
   VkPhysicalDeviceFeatures features = {};
   features.shaderStorageImageExtendedFormats = VK_TRUE;
+  RayTracingFeatures ray_tracing(info.ray_tracing);
   VkDeviceCreateInfo create = {};
   create.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
   create.queueCreateInfoCount = 1;
   create.pQueueCreateInfos = &queue;
   create.pEnabledFeatures = &features;
+  if (info.ray_tracing.offered) {
+    create.pNext = ray_tracing.chain();
+    create.enabledExtensionCount = static_cast<uint32_t>(kRayTracingExtensions.size());
+    create.ppEnabledExtensionNames = kRayTracingExtensions.data();
+  }
   VkDevice device = VK_NULL_HANDLE;
   STILLRAY_RETURN_IF_ERROR(
       ToStatus(made->instance_->functions().CreateDevice(info.handle, &create, nullptr, &device),
@@ -118,6 +137,9 @@ Result<std::shared_ptr<Device>> Device::Create(std::shared_ptr<Instance> instanc
     return context.status();
   }
   made->context_ = std::move(context.value());
+  if (info.ray_tracing.offered) {
+    STILLRAY_RETURN_IF_ERROR(made->AddRayTracing());
+  }
   made->context_.vk.GetDeviceQueue(device, made->queue_family_, 0, &made->queue_);
   STILLRAY_RETURN_IF_ERROR(made->MakeCommandBuffer());
   return made;

@@ -18,6 +18,10 @@ struct DeviceContext {
   DeviceFunctions vk;
   VkPhysicalDeviceMemoryProperties memory = {};
   VkPhysicalDeviceLimits limits = {};
+  /// Offered only by devices of stillray's own, which are made for it.
+  RayTracing ray_tracing;
+  /// All stages that stillray's shaders run in.
+  VkPipelineStageFlags shader_stages = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
 };
 
 /// \return kUnsupported if the device lacks what CheckDevice asks for, or a function
@@ -43,6 +47,7 @@ class Device {
   const std::shared_ptr<Instance>& instance() const { return instance_; }
   uint32_t queue_family() const { return queue_family_; }
   bool has_timestamps() const { return timestamp_bits_ != 0; }
+  bool can_draw() const { return can_draw_; }
 
   /// The command buffer and the queue are one thread's at a time: to be held from Begin to Run.
   [[nodiscard]] std::unique_lock<std::mutex> Lock() { return std::unique_lock(mutex_); }
@@ -54,6 +59,7 @@ class Device {
  private:
   Device() = default;
   Status FindQueue();
+  Status AddRayTracing();
   Status MakeCommandBuffer();
 
   std::mutex mutex_;
@@ -62,6 +68,7 @@ class Device {
   DeviceContext context_;
   uint32_t queue_family_ = 0;
   uint32_t timestamp_bits_ = 0;
+  bool can_draw_ = false;
   VkQueue queue_ = VK_NULL_HANDLE;
   VkCommandPool pool_ = VK_NULL_HANDLE;
   VkCommandBuffer commands_ = VK_NULL_HANDLE;

@@ -109,4 +109,11 @@ Result<DeviceFunctions> LoadDeviceFunctions(PFN_vkGetDeviceProcAddr get, VkDevic
   return f;
 }
 
+Status LoadRayTracingFunctions(PFN_vkGetDeviceProcAddr get, VkDevice handle,
+                               DeviceFunctions* functions) {
+  DeviceFunctions& f = *functions;
+  STILLRAY_VK_RAY_TRACING_FUNCTIONS(STILLRAY_VK_REQUIRE_)
+  return Status::Ok();
+}
+
 }  // namespace stillray::gpu

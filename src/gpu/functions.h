@@ -25,6 +25,7 @@ namespace stillray::gpu {
   X(GetPhysicalDeviceProperties)            \
   X(GetPhysicalDeviceProperties2)           \
   X(GetPhysicalDeviceFeatures)              \
+  X(GetPhysicalDeviceFeatures2)             \
   X(GetPhysicalDeviceFormatProperties)      \
   X(GetPhysicalDeviceMemoryProperties)      \
   X(GetPhysicalDeviceQueueFamilyProperties) \
@@ -79,7 +80,12 @@ namespace stillray::gpu {
   X(CreatePipelineLayout)               \
   X(DestroyPipelineLayout)              \
   X(CreateComputePipelines)             \
+  X(CreateGraphicsPipelines)            \
   X(DestroyPipeline)                    \
+  X(CreateRenderPass)                   \
+  X(DestroyRenderPass)                  \
+  X(CreateFramebuffer)                  \
+  X(DestroyFramebuffer)                 \
   X(CreateQueryPool)                    \
   X(DestroyQueryPool)                   \
   X(GetQueryPoolResults)                \
@@ -88,6 +94,11 @@ namespace stillray::gpu {
   X(CmdBindPipeline)                    \
   X(CmdBindDescriptorSets)              \
   X(CmdPushConstants)                   \
+  X(CmdBeginRenderPass)                 \
+  X(CmdEndRenderPass)                   \
+  X(CmdSetViewport)                     \
+  X(CmdSetScissor)                      \
+  X(CmdDraw)                            \
   X(CmdDispatch)                        \
   X(CmdDispatchIndirect)                \
   X(CmdPipelineBarrier)                 \
@@ -97,6 +108,21 @@ namespace stillray::gpu {
   X(CmdClearColorImage)                 \
   X(CmdFillBuffer)                      \
   X(CmdUpdateBuffer)
+
+/// Only there on devices that trace rays (gpu/ray_tracing.h).
+#define STILLRAY_VK_RAY_TRACING_FUNCTIONS(X)     \
+  X(GetBufferDeviceAddressKHR)                   \
+  X(CreateAccelerationStructureKHR)              \
+  X(DestroyAccelerationStructureKHR)             \
+  X(GetAccelerationStructureBuildSizesKHR)       \
+  X(GetAccelerationStructureDeviceAddressKHR)    \
+  X(CmdBuildAccelerationStructuresKHR)           \
+  X(CmdCopyAccelerationStructureKHR)             \
+  X(CmdWriteAccelerationStructuresPropertiesKHR) \
+  X(CreateRayTracingPipelinesKHR)                \
+  X(GetRayTracingShaderGroupHandlesKHR)          \
+  X(CmdTraceRaysKHR)                             \
+  X(CmdTraceRaysIndirectKHR)
 
 #define STILLRAY_VK_MEMBER_(name) PFN_vk##name name = nullptr;
 
@@ -110,6 +136,7 @@ struct InstanceFunctions {
 };
 struct DeviceFunctions {
   STILLRAY_VK_DEVICE_FUNCTIONS(STILLRAY_VK_MEMBER_)
+  STILLRAY_VK_RAY_TRACING_FUNCTIONS(STILLRAY_VK_MEMBER_)
 };
 
 #undef STILLRAY_VK_MEMBER_
@@ -121,7 +148,11 @@ Result<GlobalFunctions> OpenLoader(const char* library = nullptr);
 
 /// \return kUnsupported naming the first function that is missing
 Result<InstanceFunctions> LoadInstanceFunctions(PFN_vkGetInstanceProcAddr get, VkInstance instance);
+/// Those for tracing rays are left out.
 Result<DeviceFunctions> LoadDeviceFunctions(PFN_vkGetDeviceProcAddr get, VkDevice device);
+/// Those for tracing rays, of a device with the extensions.
+Status LoadRayTracingFunctions(PFN_vkGetDeviceProcAddr get, VkDevice device,
+                               DeviceFunctions* functions);
 
 /// Ok, or a sentence that says what went wrong: "allocating image memory: out of device memory".
 Status ToStatus(VkResult result, const char* action);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "gpu/functions.h"
+#include "gpu/ray_tracing.h"
 
 namespace stillray::gpu {
 
@@ -25,6 +26,7 @@ struct DeviceInfo {
   uint32_t api_version = 0;   ///< as VK_API_VERSION_*
   uint64_t memory_bytes = 0;  ///< of the largest heap of the device's own memory
   Status usable;              ///< ok, or what stillray misses
+  RayTracing ray_tracing;     ///< whether it traces rays in hardware, and its bounds
 };
 
 /// Messages of the validation layer; tests fail if there are any. Any thread may add to them.

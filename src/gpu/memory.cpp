@@ -46,6 +46,23 @@ Arena::~Arena() {
 }
 
 Result<const Image*> Arena::AddImage(VkFormat format, int width, int height, int layers) {
+  return Add(format, width, height, layers,
+             VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_STORAGE_BIT |
+                 VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT,
+             VK_IMAGE_ASPECT_COLOR_BIT);
+}
+
+Result<const Image*> Arena::AddAttachment(VkFormat format, int width, int height) {
+  const bool depth = format == VK_FORMAT_D32_SFLOAT;
+  return depth ? Add(format, width, height, 0, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT,
+                     VK_IMAGE_ASPECT_DEPTH_BIT)
+               : Add(format, width, height, 0,
+                     VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT,
+                     VK_IMAGE_ASPECT_COLOR_BIT);
+}
+
+Result<const Image*> Arena::Add(VkFormat format, int width, int height, int layers,
+                                VkImageUsageFlags usage, VkImageAspectFlags aspect) {
   VkImageCreateInfo info = {};
   info.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO;
   info.imageType = VK_IMAGE_TYPE_2D;
@@ -55,8 +72,7 @@ Result<const Image*> Arena::AddImage(VkFormat format, int width, int height, int
   info.arrayLayers = static_cast<uint32_t>(std::max(layers, 1));
   info.samples = VK_SAMPLE_COUNT_1_BIT;
   info.tiling = VK_IMAGE_TILING_OPTIMAL;
-  info.usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_STORAGE_BIT |
-               VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT;
+  info.usage = usage;
   Image image;
   image.format = format;
   image.width = width;
@@ -68,6 +84,7 @@ Result<const Image*> Arena::AddImage(VkFormat format, int width, int height, int
   images_.push_back(image);
   Resource resource;
   resource.image = &images_.back();
+  resource.aspect = aspect;
   resource.wanted = 0;
   resource.better = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
   context_->vk.GetImageMemoryRequirements(context_->device, image.image, &resource.need);
@@ -89,6 +106,7 @@ Result<const Buffer*> Arena::AddBuffer(VkDeviceSize size, VkBufferUsageFlags usa
   buffers_.push_back(buffer);
   Resource resource;
   resource.buffer = &buffers_.back();
+  resource.addressed = (usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT) != 0;
   const bool on_device = place == BufferPlace::kDevice;
   resource.wanted = on_device ? 0 : VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT;
   resource.better = on_device                       ? VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT
@@ -127,13 +145,14 @@ std::vector<Arena::Block> Arena::Plan(std::vector<Resource>* resources) const {
     r.block = blocks.size();
     for (size_t i = 0; i < blocks.size(); ++i) {
       if (blocks[i].type == type && blocks[i].mapped == mapped &&
+          blocks[i].addressed == r.addressed &&
           AlignUp(blocks[i].size, alignment) + r.need.size <= kLargestBlock) {
         r.block = i;
         break;
       }
     }
     if (r.block == blocks.size()) {
-      blocks.push_back({type, 0, mapped, VK_NULL_HANDLE});
+      blocks.push_back({type, 0, mapped, r.addressed, VK_NULL_HANDLE});
     }
     r.offset = AlignUp(blocks[r.block].size, alignment);
     blocks[r.block].size = r.offset + r.need.size;
@@ -178,6 +197,10 @@ Status Arena::Allocate() {
     info.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
     info.allocationSize = block.size;
     info.memoryTypeIndex = block.type;
+    VkMemoryAllocateFlagsInfo flags = {};
+    flags.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO;
+    flags.flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT;
+    info.pNext = block.addressed ? &flags : nullptr;
     STILLRAY_RETURN_IF_ERROR(
         ToStatus(context_->vk.AllocateMemory(context_->device, &info, nullptr, &block.memory),
                  "allocating device memory"));
@@ -205,9 +228,16 @@ Status Arena::Allocate() {
 Status Arena::Bind(const Resource& r) {
   const VkDeviceMemory memory = blocks_[r.block].memory;
   if (r.buffer != nullptr) {
-    return ToStatus(
+    STILLRAY_RETURN_IF_ERROR(ToStatus(
         context_->vk.BindBufferMemory(context_->device, r.buffer->buffer, memory, r.offset),
-        "binding a buffer");
+        "binding a buffer"));
+    if (r.addressed) {
+      VkBufferDeviceAddressInfo info = {};
+      info.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO;
+      info.buffer = r.buffer->buffer;
+      r.buffer->address = context_->vk.GetBufferDeviceAddressKHR(context_->device, &info);
+    }
+    return Status::Ok();
   }
   STILLRAY_RETURN_IF_ERROR(
       ToStatus(context_->vk.BindImageMemory(context_->device, r.image->image, memory, r.offset),
@@ -217,8 +247,7 @@ Status Arena::Bind(const Resource& r) {
   info.image = r.image->image;
   info.viewType = r.image->layers > 0 ? VK_IMAGE_VIEW_TYPE_2D_ARRAY : VK_IMAGE_VIEW_TYPE_2D;
   info.format = r.image->format;
-  info.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0,
-                           static_cast<uint32_t>(std::max(r.image->layers, 1))};
+  info.subresourceRange = {r.aspect, 0, 1, 0, static_cast<uint32_t>(std::max(r.image->layers, 1))};
   return ToStatus(context_->vk.CreateImageView(context_->device, &info, nullptr, &r.image->view),
                   "creating an image view");
 }

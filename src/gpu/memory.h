@@ -26,7 +26,8 @@ struct Image {
 struct Buffer {
   VkBuffer buffer = VK_NULL_HANDLE;
   VkDeviceSize size = 0;
-  void* mapped = nullptr;  ///< of buffers that the host sees
+  void* mapped = nullptr;       ///< of buffers that the host sees
+  VkDeviceAddress address = 0;  ///< of buffers whose usage asks for one
 };
 
 /// Device memory of an arena.
@@ -57,7 +58,12 @@ class Arena {
   /// An image for storage, sampling, copying and clearing, with a view of all of it; no memory yet.
   /// \param layers  0: a plain image, else an array
   Result<const Image*> AddImage(VkFormat format, int width, int height, int layers);
-  /// \param usage  beside copying from and to it
+  /// An image to draw into and to copy from, colours or depths by its format; no memory yet. Its
+  /// layouts are the render pass's concern: RecordFirstUse is not for arenas with such images.
+  Result<const Image*> AddAttachment(VkFormat format, int width, int height);
+  /// \param usage  beside copying from and to it; with VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT
+  /// only
+  ///               on devices that trace rays
   Result<const Buffer*> AddBuffer(VkDeviceSize size, VkBufferUsageFlags usage, BufferPlace place);
 
   /// What Allocate will take (before it), or has taken.
@@ -80,6 +86,8 @@ class Arena {
     VkMemoryRequirements need = {};
     VkMemoryPropertyFlags wanted = 0;
     VkMemoryPropertyFlags better = 0;
+    VkImageAspectFlags aspect = VK_IMAGE_ASPECT_COLOR_BIT;
+    bool addressed = false;
     Image* image = nullptr;
     Buffer* buffer = nullptr;
     size_t block = 0;
@@ -89,12 +97,15 @@ class Arena {
     uint32_t type = 0;
     VkDeviceSize size = 0;
     bool mapped = false;
+    bool addressed = false;
     VkDeviceMemory memory = VK_NULL_HANDLE;
   };
 
   /// Where every resource lies; the same before and after Allocate.
   std::vector<Block> Plan(std::vector<Resource>* resources) const;
   uint32_t FindType(const Resource& resource) const;
+  Result<const Image*> Add(VkFormat format, int width, int height, int layers,
+                           VkImageUsageFlags usage, VkImageAspectFlags aspect);
   Status Bind(const Resource& resource);
   std::vector<VkMappedMemoryRange> MappedRanges() const;
 

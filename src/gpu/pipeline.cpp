@@ -15,9 +15,12 @@ VkDescriptorType TypeOf(const SetShape& shape, uint32_t binding) {
   if (binding < shape.sampled + shape.stored) {
     return VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
   }
-  return binding < shape.sampled + shape.stored + shape.uniforms
-             ? VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER
-             : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+  if (binding < shape.sampled + shape.stored + shape.uniforms) {
+    return VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
+  }
+  return binding < shape.count() - shape.accelerations
+             ? VK_DESCRIPTOR_TYPE_STORAGE_BUFFER
+             : VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR;
 }
 
 }  // namespace
@@ -33,10 +36,12 @@ DescriptorSets::~DescriptorSets() {
 
 Status DescriptorSets::CreatePool(uint32_t most, const SetShape& all) {
   std::vector<VkDescriptorPoolSize> sizes;
-  for (const auto& [type, count] : {std::pair{VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE, all.sampled},
-                                    std::pair{VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, all.stored},
-                                    std::pair{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, all.uniforms},
-                                    std::pair{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, all.buffers}}) {
+  for (const auto& [type, count] :
+       {std::pair{VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE, all.sampled},
+        std::pair{VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, all.stored},
+        std::pair{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, all.uniforms},
+        std::pair{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, all.buffers},
+        std::pair{VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, all.accelerations}}) {
     if (count > 0) {
       sizes.push_back({type, count});
     }
@@ -59,8 +64,13 @@ Result<VkDescriptorSetLayout> DescriptorSets::Layout(const SetShape& shape) {
     }
   }
   std::vector<VkDescriptorSetLayoutBinding> bindings(shape.count());
+  // One layout for all that reads a set, so that sets can be shared.
+  VkShaderStageFlags stages = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_VERTEX_BIT;
+  if (context_->ray_tracing.offered) {
+    stages |= VK_SHADER_STAGE_RAYGEN_BIT_KHR | VK_SHADER_STAGE_ANY_HIT_BIT_KHR;
+  }
   for (uint32_t i = 0; i < shape.count(); ++i) {
-    bindings[i] = {i, TypeOf(shape, i), 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
+    bindings[i] = {i, TypeOf(shape, i), 1, stages, nullptr};
   }
   VkDescriptorSetLayoutCreateInfo info = {};
   info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
@@ -114,6 +124,10 @@ void DescriptorSets::Write(const SetShape& shape, const SetContent& content,
   std::vector<VkDescriptorImageInfo> images(content.images.size());
   std::vector<VkDescriptorBufferInfo> buffers(content.buffers.size());
   std::vector<VkWriteDescriptorSet> writes(shape.count());
+  std::vector<VkWriteDescriptorSetAccelerationStructureKHR> accelerations(shape.accelerations);
+  VkWriteDescriptorSetAccelerationStructureKHR acceleration = {};
+  acceleration.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET_ACCELERATION_STRUCTURE_KHR;
+  acceleration.accelerationStructureCount = 1;
   for (uint32_t i = 0; i < shape.count(); ++i) {
     VkWriteDescriptorSet& write = writes[i];
     write = {};
@@ -127,6 +141,11 @@ void DescriptorSets::Write(const SetShape& shape, const SetContent& content,
           content.layouts.empty() ? VK_IMAGE_LAYOUT_GENERAL : content.layouts[i];
       images[i] = {VK_NULL_HANDLE, content.images[i], layout};
       write.pImageInfo = &images[i];
+    } else if (i >= shape.count() - shape.accelerations) {
+      const size_t k = i - images.size() - buffers.size();
+      accelerations[k] = acceleration;
+      accelerations[k].pAccelerationStructures = &content.accelerations[k];
+      write.pNext = &accelerations[k];
     } else {
       const size_t k = i - images.size();
       buffers[k] = {content.buffers[k], 0, VK_WHOLE_SIZE};
@@ -137,28 +156,38 @@ void DescriptorSets::Write(const SetShape& shape, const SetContent& content,
                                     writes.data(), 0, nullptr);
 }
 
+Status MakePipelineLayout(const DeviceContext& context, std::span<const VkDescriptorSetLayout> sets,
+                          VkShaderStageFlags push_stage, uint32_t push_bytes,
+                          VkPipelineLayout* out) {
+  const VkPushConstantRange push = {push_stage, 0, push_bytes};
+  VkPipelineLayoutCreateInfo layout = {};
+  layout.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO;
+  layout.setLayoutCount = static_cast<uint32_t>(sets.size());
+  layout.pSetLayouts = sets.data();
+  layout.pushConstantRangeCount = push_bytes > 0 ? 1 : 0;
+  layout.pPushConstantRanges = &push;
+  return ToStatus(context.vk.CreatePipelineLayout(context.device, &layout, nullptr, out),
+                  "creating a pipeline layout");
+}
+
+Status MakeShaderModule(const DeviceContext& context, std::span<const uint32_t> code,
+                        const char* action, VkShaderModule* out) {
+  VkShaderModuleCreateInfo module = {};
+  module.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
+  module.codeSize = code.size_bytes();
+  module.pCode = code.data();
+  return ToStatus(context.vk.CreateShaderModule(context.device, &module, nullptr, out), action);
+}
+
 Result<Pipeline> Pipeline::Create(const DeviceContext* context, const PipelineInfo& info) {
   const DeviceFunctions& vk = context->vk;
   Pipeline made;
   made.context_ = context;
-  const VkPushConstantRange push = {VK_SHADER_STAGE_COMPUTE_BIT, 0, info.push_bytes};
-  VkPipelineLayoutCreateInfo layout = {};
-  layout.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO;
-  layout.setLayoutCount = static_cast<uint32_t>(info.sets.size());
-  layout.pSetLayouts = info.sets.data();
-  layout.pushConstantRangeCount = info.push_bytes > 0 ? 1 : 0;
-  layout.pPushConstantRanges = &push;
-  STILLRAY_RETURN_IF_ERROR(
-      ToStatus(vk.CreatePipelineLayout(context->device, &layout, nullptr, &made.layout_),
-               "creating a pipeline layout"));
-  VkShaderModuleCreateInfo module = {};
-  module.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
-  module.codeSize = info.code.size_bytes();
-  module.pCode = info.code.data();
+  STILLRAY_RETURN_IF_ERROR(MakePipelineLayout(*context, info.sets, VK_SHADER_STAGE_COMPUTE_BIT,
+                                              info.push_bytes, &made.layout_));
   VkShaderModule shader = VK_NULL_HANDLE;
   const std::string action = std::string("compiling the shader ") + info.name;
-  STILLRAY_RETURN_IF_ERROR(
-      ToStatus(vk.CreateShaderModule(context->device, &module, nullptr, &shader), action.c_str()));
+  STILLRAY_RETURN_IF_ERROR(MakeShaderModule(*context, info.code, action.c_str(), &shader));
   std::vector<VkSpecializationMapEntry> entries;
   for (uint32_t i = 0; i < info.constants.size(); ++i) {
     entries.push_back({i, i * static_cast<uint32_t>(sizeof(uint32_t)), sizeof(uint32_t)});

@@ -16,14 +16,16 @@
 namespace stillray::gpu {
 
 /// A layout of descriptors: sampled images, then storage images, then uniform and storage buffers,
-/// numbered through from 0. An image may be read and written by one set at two numbers.
+/// then acceleration structures, numbered through from 0. An image may be read and written by one
+/// set at two numbers.
 struct SetShape {
   uint32_t sampled = 0;
   uint32_t stored = 0;
   uint32_t uniforms = 0;
   uint32_t buffers = 0;
+  uint32_t accelerations = 0;
 
-  uint32_t count() const { return sampled + stored + uniforms + buffers; }
+  uint32_t count() const { return sampled + stored + uniforms + buffers + accelerations; }
   friend bool operator==(const SetShape&, const SetShape&) = default;
 };
 
@@ -32,6 +34,7 @@ struct SetContent {
   std::vector<VkImageView> images;     ///< sampled ones, then storage ones
   std::vector<VkImageLayout> layouts;  ///< of each image; empty: VK_IMAGE_LAYOUT_GENERAL
   std::vector<VkBuffer> buffers;       ///< uniform ones, then storage ones
+  std::vector<VkAccelerationStructureKHR> accelerations = {};
 
   friend bool operator==(const SetContent&, const SetContent&) = default;
 };
@@ -66,6 +69,15 @@ class DescriptorSets {
   std::vector<std::pair<SetShape, VkDescriptorSetLayout>> layouts_;
   std::vector<Entry> entries_;
 };
+
+/// What pipelines of all kinds begin with.
+/// \param push_stage  the stage that `push_bytes` of constants are for; none if they are 0
+Status MakePipelineLayout(const DeviceContext& context, std::span<const VkDescriptorSetLayout> sets,
+                          VkShaderStageFlags push_stage, uint32_t push_bytes,
+                          VkPipelineLayout* out);
+/// \param action  for messages: "compiling the shader atrous"
+Status MakeShaderModule(const DeviceContext& context, std::span<const uint32_t> code,
+                        const char* action, VkShaderModule* out);
 
 /// A compute shader with its layout. Move-only.
 struct PipelineInfo {

@@ -8,9 +8,9 @@
 
 #include <limits>
 
-#include "gpu/vulkan_test.h"
 #include "render/test_scenes.h"
 #include "render_gpu/gpu_batch.h"
+#include "render_gpu/tracing_ways.h"
 
 namespace stillray::render {
 namespace {
@@ -25,13 +25,13 @@ constexpr float kDistanceTolerance = 2e-5f;
 // Rays that pass an edge within rounding may meet its other side, or nothing: so many in a million.
 constexpr int kPerMillion = 100;
 
-class GpuAccelTest : public test::VulkanTest {
+class GpuAccelTest : public TracingWaysTest {
  protected:
   void TearDown() override {
     batch_.reset();
     accel_.reset();
     embree_.reset();
-    test::VulkanTest::TearDown();
+    TracingWaysTest::TearDown();
   }
 
   void Build(const Scene& scene, double seconds = 0) {
@@ -44,7 +44,7 @@ class GpuAccelTest : public test::VulkanTest {
         Accel::Create(scene_, DescribeInstances(*state_), state_->InstanceTransforms(), *filter_);
     ASSERT_TRUE(embree.ok()) << embree.status().message();
     embree_ = std::move(*embree);
-    auto accel = GpuAccel::Create(device_.get(), *state_);
+    auto accel = GpuAccel::Create(device_.get(), *state_, GetParam());
     ASSERT_TRUE(accel.ok()) << accel.status().message();
     accel_ = std::move(*accel);
     batch_ = std::make_unique<GpuBatch>(device_.get(), accel_.get(), 1 << 16);
@@ -80,6 +80,14 @@ class GpuAccelTest : public test::VulkanTest {
     EXPECT_GE(hits, least);
     EXPECT_LE(different, 1 + static_cast<int>(int64_t{count} * kPerMillion / 1000000));
   }
+
+  bool IsSoftwareAsHardware() const {
+    return GetParam() == TracingWay::kHardware && !device_->info().is_gpu;
+  }
+
+  // How many of so many rays to edges and corners may slip through. None, but for software that
+  // takes the place of hardware: Mesa's tests boxes without regard to rounding.
+  int Holes(size_t rays) const { return IsSoftwareAsHardware() ? static_cast<int>(rays / 200) : 0; }
 
   static bool Agree(const GpuHit& a, const GpuHit& b, float size) {
     if (std::abs(a.t - b.t) > kDistanceTolerance * size) {
@@ -130,7 +138,7 @@ Scene MovingScene() {
   return builder.scene;
 }
 
-TEST_F(GpuAccelTest, HitsOfTheBuiltinScenesAreEmbrees) {
+TEST_P(GpuAccelTest, HitsOfTheBuiltinScenesAreEmbrees) {
   for (const std::string& name : BuiltinSceneNames()) {
     SCOPED_TRACE(name);
     const Result<Scene> scene = MakeBuiltinScene(name);
@@ -143,7 +151,7 @@ TEST_F(GpuAccelTest, HitsOfTheBuiltinScenesAreEmbrees) {
   }
 }
 
-TEST_F(GpuAccelTest, HitsOfMovingInstancesAreEmbrees) {
+TEST_P(GpuAccelTest, HitsOfMovingInstancesAreEmbrees) {
   ASSERT_NO_FATAL_FAILURE(Build(MovingScene()));
   for (const double seconds : {0.0, 0.3, 1.0}) {
     ASSERT_NO_FATAL_FAILURE(MoveTo(seconds));
@@ -151,7 +159,7 @@ TEST_F(GpuAccelTest, HitsOfMovingInstancesAreEmbrees) {
   }
 }
 
-TEST_F(GpuAccelTest, AnInstanceWithoutExtentIsNotThereUntilItHasOne) {
+TEST_P(GpuAccelTest, AnInstanceWithoutExtentIsNotThereUntilItHasOne) {
   SceneBuilder builder;
   const int ball = builder.Add(FacetedSphere(vec3(0, 0, -5), 1, 2), Lambert(vec3(0.5f)));
   AnimationChannel grow;
@@ -169,7 +177,7 @@ TEST_F(GpuAccelTest, AnInstanceWithoutExtentIsNotThereUntilItHasOne) {
   EXPECT_NEAR(hit.t, 4.0f, 0.1f);
 }
 
-TEST_F(GpuAccelTest, EmptySceneOneTriangleAndRaysThatAreNone) {
+TEST_P(GpuAccelTest, EmptySceneOneTriangleAndRaysThatAreNone) {
   SceneBuilder builder;
   ASSERT_NO_FATAL_FAILURE(Build(builder.scene));
   const vec3 ahead(0, 0, -1);
@@ -206,7 +214,7 @@ TEST_F(GpuAccelTest, EmptySceneOneTriangleAndRaysThatAreNone) {
   }
 }
 
-TEST_F(GpuAccelTest, DegenerateTrianglesAreNeverHitAndHideNothing) {
+TEST_P(GpuAccelTest, DegenerateTrianglesAreNeverHitAndHideNothing) {
   SceneBuilder builder;
   const float nan = std::numeric_limits<float>::quiet_NaN();
   Mesh mesh = Quad(vec3(-1, -1, -2), vec3(2, 0, 0), vec3(0, 2, 0));
@@ -250,7 +258,7 @@ std::vector<GpuRay> RaysToEdges(const Mesh& mesh, const mat4& world, vec3 centre
   return rays;
 }
 
-TEST_F(GpuAccelTest, NoRayPassesAnEdgeOrCornerOfAClosedMesh) {
+TEST_P(GpuAccelTest, NoRayPassesAnEdgeOrCornerOfAClosedMesh) {
   SceneBuilder builder;
   const vec3 centre(3.3f, -1.7f, 5.1f);
   const Mesh sphere = FacetedSphere(centre, 1, 4);
@@ -262,15 +270,15 @@ TEST_F(GpuAccelTest, NoRayPassesAnEdgeOrCornerOfAClosedMesh) {
     missed += hit.instance == kNoInstance ? 1 : 0;
   }
   EXPECT_GE(rays.size(), 50000u);
-  EXPECT_EQ(missed, 0);
+  EXPECT_LE(missed, Holes(rays.size()));
   int lit = 0;
   for (const vec3& light : batch_->Transmittance(rays)) {
     lit += light != vec3(0.0f) ? 1 : 0;
   }
-  EXPECT_EQ(lit, 0);
+  EXPECT_LE(lit, Holes(rays.size()));
 }
 
-TEST_F(GpuAccelTest, NoRayPassesAnEdgeOrCornerOfAMovingMesh) {
+TEST_P(GpuAccelTest, NoRayPassesAnEdgeOrCornerOfAMovingMesh) {
   SceneBuilder builder;
   const Mesh box = Box(vec3(-1), vec3(1));
   const int at = builder.Add(
@@ -285,10 +293,10 @@ TEST_F(GpuAccelTest, NoRayPassesAnEdgeOrCornerOfAMovingMesh) {
   for (const GpuHit& hit : batch_->FirstHits(rays)) {
     missed += hit.instance == kNoInstance ? 1 : 0;
   }
-  EXPECT_EQ(missed, 0);
+  EXPECT_LE(missed, Holes(rays.size()));
 }
 
-TEST_F(GpuAccelTest, AxisParallelRaysHitWhereBoxesAreFlat) {
+TEST_P(GpuAccelTest, AxisParallelRaysHitWhereBoxesAreFlat) {
   SceneBuilder builder;
   const Mesh box = Box(vec3(0), vec3(4));
   builder.Add(box, Lambert(vec3(0.5f)));
@@ -307,10 +315,16 @@ TEST_F(GpuAccelTest, AxisParallelRaysHitWhereBoxesAreFlat) {
       }
     }
   }
+  int missed = 0;
   for (const GpuHit& hit : batch_->FirstHits(rays)) {
-    ASSERT_EQ(hit.instance, 0u);
-    ASSERT_FLOAT_EQ(hit.t, 1.0f);
+    if (hit.instance == kNoInstance) {
+      ++missed;
+    } else {
+      ASSERT_FLOAT_EQ(hit.t, 1.0f);
+    }
   }
+  // Along faces, edges and corners of the box, of which a quarter of the rays are.
+  EXPECT_LE(missed, IsSoftwareAsHardware() ? static_cast<int>(rays.size()) / 4 : 0);
 }
 
 // A texture of random alpha and colour.
@@ -353,7 +367,7 @@ Scene CurtainScene() {
   return builder.scene;
 }
 
-TEST_F(GpuAccelTest, TransmittanceIsTheCpus) {
+TEST_P(GpuAccelTest, TransmittanceIsTheCpus) {
   ASSERT_NO_FATAL_FAILURE(Build(CurtainScene()));
   ASSERT_NO_FATAL_FAILURE(MoveTo(0.5));
   const std::vector<GpuRay> rays = RandomRays({vec3(-2, -2, -9), vec3(2, 2, 1)}, 50000, 3, 8.0f);
@@ -372,7 +386,7 @@ TEST_F(GpuAccelTest, TransmittanceIsTheCpus) {
   EXPECT_LE(different, 25);
 }
 
-TEST_F(GpuAccelTest, TransmittanceOfOpaqueScenesIsWhetherSomethingStandsBetween) {
+TEST_P(GpuAccelTest, TransmittanceOfOpaqueScenesIsWhetherSomethingStandsBetween) {
   for (const std::string& name : BuiltinSceneNames()) {
     SCOPED_TRACE(name);
     const Result<Scene> scene = MakeBuiltinScene(name);
@@ -396,7 +410,7 @@ TEST_F(GpuAccelTest, TransmittanceOfOpaqueScenesIsWhetherSomethingStandsBetween)
   }
 }
 
-TEST_F(GpuAccelTest, SaysWhatIsTooLarge) {
+TEST_P(GpuAccelTest, SaysWhatIsTooLarge) {
   ASSERT_NO_FATAL_FAILURE(Build(MovingScene()));
   const std::vector<GpuRay> rays(1 + (1 << 16));
   batch_->FirstHits(rays);
@@ -405,20 +419,21 @@ TEST_F(GpuAccelTest, SaysWhatIsTooLarge) {
   auto& limits = const_cast<VkPhysicalDeviceLimits&>(device_->context().limits);
   const VkPhysicalDeviceLimits real = limits;
   limits.maxStorageBufferRange = 1000;
-  auto accel = GpuAccel::Create(device_.get(), *state_);
+  auto accel = GpuAccel::Create(device_.get(), *state_, GetParam());
   ASSERT_FALSE(accel.ok());
   EXPECT_EQ(accel.status().code(), StatusCode::kUnsupported);
   EXPECT_THAT(accel.status().message(),
               HasSubstr("MiB of BVH nodes, but a storage buffer of the device holds 0.0 MiB"));
   limits = real;
   limits.maxPerStageDescriptorStorageBuffers = 4;
-  accel = GpuAccel::Create(device_.get(), *state_);
+  accel = GpuAccel::Create(device_.get(), *state_, GetParam());
   ASSERT_FALSE(accel.ok());
-  EXPECT_THAT(accel.status().message(), HasSubstr("needs 11 storage buffers in a shader"));
+  EXPECT_THAT(accel.status().message(),
+              HasSubstr("storage buffers in a shader, the device offers 4"));
   limits = real;
 }
 
-TEST_F(GpuAccelTest, TheSameRaysGiveTheSameBits) {
+TEST_P(GpuAccelTest, TheSameRaysGiveTheSameBits) {
   ASSERT_NO_FATAL_FAILURE(Build(MovingScene()));
   const std::vector<GpuRay> rays = RandomRays(SceneBounds(scene_, 0), 20000, 5);
   const std::vector<GpuHit> once = batch_->FirstHits(rays);
@@ -427,6 +442,8 @@ TEST_F(GpuAccelTest, TheSameRaysGiveTheSameBits) {
   const std::vector<GpuHit> again = batch_->FirstHits(rays);
   EXPECT_EQ(std::memcmp(once.data(), again.data(), once.size() * sizeof(GpuHit)), 0);
 }
+
+STILLRAY_IN_BOTH_WAYS(GpuAccelTest);
 
 }  // namespace
 }  // namespace stillray::render

@@ -76,8 +76,8 @@ class GpuBatch {
     barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
     barrier.srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT;
     barrier.dstAccessMask = VK_ACCESS_HOST_READ_BIT;
-    c.vk.CmdPipelineBarrier(*commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
-                            VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &barrier, 0, nullptr, 0, nullptr);
+    c.vk.CmdPipelineBarrier(*commands, c.shader_stages, VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &barrier,
+                            0, nullptr, 0, nullptr);
     STILLRAY_RETURN_IF_ERROR(device_->Run());
     STILLRAY_RETURN_IF_ERROR(recorded);
     STILLRAY_RETURN_IF_ERROR(arena_.Invalidate());

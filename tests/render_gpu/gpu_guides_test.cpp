@@ -4,10 +4,10 @@
 // Guides that the device finds are those of the tracer on the CPU.
 #include <gmock/gmock.h>
 
-#include "gpu/vulkan_test.h"
 #include "render/test_scenes.h"
 #include "render/vulkan/vulkan_renderer.h"
 #include "render_gpu/everything_scene.h"
+#include "render_gpu/tracing_ways.h"
 
 namespace stillray::render {
 namespace {
@@ -28,17 +28,22 @@ double Off(double a, double b) {
   return std::isfinite(a) && std::isfinite(b) ? std::abs(a - b) / std::max(1.0, std::abs(b)) : 1e30;
 }
 
-class GpuGuidesTest : public test::VulkanTest {
+class GpuGuidesTest : public TracingWaysTest {
  protected:
-  std::unique_ptr<Renderer> Create(const Scene& scene, int width, int height) {
-    auto renderer = CreateVulkanRenderer(scene, SmallSettings(width, height, 1), device_);
+  std::unique_ptr<Renderer> Create(const Scene& scene, int width, int height,
+                                   bool rasterise = true) {
+    VulkanRenderOptions options;
+    options.rasterise = rasterise;
+    options.way = GetParam();
+    auto renderer = CreateVulkanRenderer(scene, SmallSettings(width, height, 1), device_, options);
     EXPECT_TRUE(renderer.ok()) << renderer.status().message();
     return renderer.ok() ? std::move(*renderer) : nullptr;
   }
 
   // At rest, and moving.
-  void ExpectTheCpus(const Scene& scene) {
-    const std::unique_ptr<Renderer> renderer = Create(scene, kWidth, kHeight);
+  void ExpectTheCpus(const Scene& scene, bool rasterise) {
+    SCOPED_TRACE(rasterise ? "drawn" : "traced");
+    const std::unique_ptr<Renderer> renderer = Create(scene, kWidth, kHeight, rasterise);
     ASSERT_NE(renderer, nullptr);
     ExpectTheCpus(scene, renderer.get(), 0, 0);
     ExpectTheCpus(scene, renderer.get(), 0.7, 0.5);
@@ -98,20 +103,21 @@ class GpuGuidesTest : public test::VulkanTest {
   }
 };
 
-TEST_F(GpuGuidesTest, OfTheBuiltinScenesAreTheCpus) {
+TEST_P(GpuGuidesTest, OfTheBuiltinScenesAreTheCpus) {
   for (const std::string& name : BuiltinSceneNames()) {
     SCOPED_TRACE(name);
     const Result<Scene> scene = MakeBuiltinScene(name);
     ASSERT_TRUE(scene.ok());
-    ExpectTheCpus(*scene);
+    ExpectTheCpus(*scene, true);
   }
 }
 
-TEST_F(GpuGuidesTest, OfEverythingAreTheCpus) {
-  ExpectTheCpus(EverythingScene());
+TEST_P(GpuGuidesTest, OfEverythingAreTheCpus) {
+  ExpectTheCpus(EverythingScene(), false);
+  ExpectTheCpus(EverythingScene(), true);
 }
 
-TEST_F(GpuGuidesTest, TinyPicturesAndNothingInSight) {
+TEST_P(GpuGuidesTest, TinyPicturesAndNothingInSight) {
   SceneBuilder builder;
   builder.scene.environment.radiance = vec3(0.25f, 0.5f, 1);
   const std::unique_ptr<Renderer> renderer = Create(builder.scene, 2, 2);
@@ -132,6 +138,8 @@ TEST_F(GpuGuidesTest, TinyPicturesAndNothingInSight) {
     }
   }
 }
+
+STILLRAY_IN_BOTH_WAYS(GpuGuidesTest);
 
 }  // namespace
 }  // namespace stillray::render

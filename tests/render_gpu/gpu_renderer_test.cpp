@@ -6,9 +6,9 @@
 
 #include <gmock/gmock.h>
 
-#include "gpu/vulkan_test.h"
 #include "render/test_scenes.h"
 #include "render_gpu/everything_scene.h"
+#include "render_gpu/tracing_ways.h"
 
 namespace stillray::render {
 namespace {
@@ -24,7 +24,7 @@ constexpr double kTolerance = 2e-3;
 // another way, and with it all that comes after: such pixels in a frame, per sample, in a thousand.
 constexpr double kPerThousand = 8;
 
-class GpuRendererTest : public test::VulkanTest {
+class GpuRendererTest : public TracingWaysTest {
  protected:
   // For what takes many dispatches: the validation layer would take ten times as long.
   void LeaveValidation() {
@@ -38,7 +38,7 @@ class GpuRendererTest : public test::VulkanTest {
   }
 
   std::unique_ptr<Renderer> Create(const Scene& scene, const RenderSettings& settings) {
-    auto renderer = CreateVulkanRenderer(scene, settings, device_);
+    auto renderer = CreateVulkanRenderer(scene, settings, device_, {.way = GetParam()});
     EXPECT_TRUE(renderer.ok()) << renderer.status().message();
     return renderer.ok() ? std::move(*renderer) : nullptr;
   }
@@ -118,7 +118,7 @@ class GpuRendererTest : public test::VulkanTest {
   }
 };
 
-TEST_F(GpuRendererTest, FramesOfTheBuiltinScenesAreTheCpus) {
+TEST_P(GpuRendererTest, FramesOfTheBuiltinScenesAreTheCpus) {
   LeaveValidation();
   for (const std::string& name : BuiltinSceneNames()) {
     SCOPED_TRACE(name);
@@ -130,13 +130,13 @@ TEST_F(GpuRendererTest, FramesOfTheBuiltinScenesAreTheCpus) {
   }
 }
 
-TEST_F(GpuRendererTest, FramesOfEverythingAreTheCpus) {
+TEST_P(GpuRendererTest, FramesOfEverythingAreTheCpus) {
   Scene scene = EverythingScene();
   scene.environment.radiance = vec3(0.4f, 0.5f, 0.7f);
   ExpectTheCpus(scene, SmallSettings(kWidth, kHeight, 1), 3, kPerThousand);
 }
 
-TEST_F(GpuRendererTest, ManySamplesBouncesAndSettings) {
+TEST_P(GpuRendererTest, ManySamplesBouncesAndSettings) {
   LeaveValidation();
   const Result<Scene> scene = MakeBuiltinScene("spheres");
   RenderSettings settings = SmallSettings(48, 27, 2);
@@ -153,7 +153,7 @@ TEST_F(GpuRendererTest, ManySamplesBouncesAndSettings) {
   ExpectTheCpus(*scene, settings, int64_t{1} << 33, 2 * kPerThousand);
 }
 
-TEST_F(GpuRendererTest, FractionsOfASamplePickTheCpusPixels) {
+TEST_P(GpuRendererTest, FractionsOfASamplePickTheCpusPixels) {
   const Result<Scene> scene = MakeBuiltinScene("lights");
   for (const GuideCoverage guides : {GuideCoverage::kFull, GuideCoverage::kSparse}) {
     RenderSettings settings = SmallSettings(kWidth, kHeight, 1);
@@ -163,7 +163,7 @@ TEST_F(GpuRendererTest, FractionsOfASamplePickTheCpusPixels) {
   }
 }
 
-TEST_F(GpuRendererTest, GuidesOfSparseFramesAreWhereThePathsAre) {
+TEST_P(GpuRendererTest, GuidesOfSparseFramesAreWhereThePathsAre) {
   const Result<Scene> scene = MakeBuiltinScene("cornell");
   RenderSettings settings = SmallSettings(kWidth, kHeight, 1);
   settings.cycle = 4;
@@ -182,7 +182,7 @@ TEST_F(GpuRendererTest, GuidesOfSparseFramesAreWhereThePathsAre) {
 
 // Both estimate the same picture with the same random numbers; what is left is a path that
 // roundings sent another way here and there.
-TEST_F(GpuRendererTest, ConvergesToTheCpusPicture) {
+TEST_P(GpuRendererTest, ConvergesToTheCpusPicture) {
   LeaveValidation();
   constexpr int kSpp = 8;
   for (const std::string& name : BuiltinSceneNames()) {
@@ -219,7 +219,7 @@ TEST_F(GpuRendererTest, ConvergesToTheCpusPicture) {
 }
 
 // With random numbers of its own the mean over the picture is the CPU's within its standard error.
-TEST_F(GpuRendererTest, MeansAgreeWithinNoise) {
+TEST_P(GpuRendererTest, MeansAgreeWithinNoise) {
   LeaveValidation();
   constexpr int kSpp = 16;
   Scene scene = EverythingScene();
@@ -247,7 +247,7 @@ TEST_F(GpuRendererTest, MeansAgreeWithinNoise) {
   EXPECT_LT(error, 0.02 * Luminance709(Mean(expected)));  // the test can tell
 }
 
-TEST_F(GpuRendererTest, SameBitsEveryTime) {
+TEST_P(GpuRendererTest, SameBitsEveryTime) {
   LeaveValidation();
   const Result<Scene> scene = MakeBuiltinScene("lights");
   RenderSettings settings = SmallSettings(kWidth, kHeight, 2);
@@ -269,13 +269,14 @@ TEST_F(GpuRendererTest, SameBitsEveryTime) {
 }
 
 // Hardware fills its queues group by group, software thread by thread.
-TEST_F(GpuRendererTest, QueuesAreFilledInBothWays) {
+TEST_P(GpuRendererTest, QueuesAreFilledInBothWays) {
   const Result<Scene> scene = MakeBuiltinScene("cornell");
   const RenderSettings settings = SmallSettings(40, 30, 1);
   Frame expected;
   ASSERT_TRUE(CreateOnCpu(*scene, settings)->RenderFrame(Moment(3), &expected).ok());
   for (const bool by_group : {false, true}) {
-    auto device = CreateVulkanRenderer(*scene, settings, device_, by_group);
+    auto device = CreateVulkanRenderer(*scene, settings, device_,
+                                       {.add_by_group = by_group, .way = GetParam()});
     ASSERT_TRUE(device.ok());
     Frame found;
     ASSERT_TRUE((*device)->RenderFrame(Moment(3), &found).ok());
@@ -283,7 +284,7 @@ TEST_F(GpuRendererTest, QueuesAreFilledInBothWays) {
   }
 }
 
-TEST_F(GpuRendererTest, SettingsMayChange) {
+TEST_P(GpuRendererTest, SettingsMayChange) {
   const Result<Scene> scene = MakeBuiltinScene("cornell");
   const std::unique_ptr<Renderer> device = Create(*scene, SmallSettings(9, 7, 1));
   Frame frame;
@@ -296,12 +297,20 @@ TEST_F(GpuRendererTest, SettingsMayChange) {
   Frame expected;
   ASSERT_TRUE(CreateOnCpu(*scene, settings)->RenderFrame(Moment(1), &expected).ok());
   EXPECT_LE(Differing(frame, expected), 2 * kPerThousand);
+  // A smaller one, in the room of the one before.
+  settings.width = kWidth - 10;
+  settings.height = kHeight - 3;
+  ASSERT_TRUE(device->SetSettings(settings).ok());
+  ASSERT_TRUE(device->RenderFrame(Moment(2), &frame).ok());
+  ASSERT_TRUE(CreateOnCpu(*scene, settings)->RenderFrame(Moment(2), &expected).ok());
+  EXPECT_EQ(frame.width, kWidth - 10);
+  EXPECT_LE(Differing(frame, expected), 2 * kPerThousand);
   settings.spp = 0;
   EXPECT_THAT(device->SetSettings(settings).message(), HasSubstr("spp is 0"));
   EXPECT_EQ(device->settings().spp, 2);
 }
 
-TEST_F(GpuRendererTest, ProgressRisesAndCancels) {
+TEST_P(GpuRendererTest, ProgressRisesAndCancels) {
   const Result<Scene> scene = MakeBuiltinScene("cornell");
   const std::unique_ptr<Renderer> device = Create(*scene, SmallSettings(200, 200, 1));
   Frame frame;
@@ -320,7 +329,7 @@ TEST_F(GpuRendererTest, ProgressRisesAndCancels) {
   EXPECT_EQ(stopped.code(), StatusCode::kCancelled);
 }
 
-TEST_F(GpuRendererTest, EmptyAndBrokenScenes) {
+TEST_P(GpuRendererTest, EmptyAndBrokenScenes) {
   SceneBuilder builder;
   Frame frame;
   ASSERT_TRUE(Create(builder.scene, SmallSettings(5, 3, 2))->RenderFrame({}, &frame).ok());
@@ -334,7 +343,7 @@ TEST_F(GpuRendererTest, EmptyAndBrokenScenes) {
   ExpectTheCpus(builder.scene, SmallSettings(16, 16, 1), 0, 0);
 }
 
-TEST_F(GpuRendererTest, SaysWhatIsWrong) {
+TEST_P(GpuRendererTest, SaysWhatIsWrong) {
   SceneBuilder builder;
   RenderSettings settings = SmallSettings(8, 8, 1);
   settings.bounces = 0;
@@ -349,6 +358,8 @@ TEST_F(GpuRendererTest, SaysWhatIsWrong) {
   moment.camera = 4;
   EXPECT_EQ(device->RenderFrame(moment, &frame).code(), StatusCode::kInvalidArgument);
 }
+
+STILLRAY_IN_BOTH_WAYS(GpuRendererTest);
 
 }  // namespace
 }  // namespace stillray::render

@@ -63,7 +63,7 @@ Image3 Converged(const std::string& scene, const ViewSettings& settings, int spp
   moment.pose = CameraPose{ToMatrix(pose), pose.yfov};
   moment.seconds = moment.previous_seconds = settings.seek_seconds;
   Image3 picture;
-  EXPECT_TRUE(loaded.renderer->RenderReference(moment, spp, &picture).ok());
+  EXPECT_TRUE(loaded.renderer->RenderReference(moment, spp, &picture, {}).ok());
   return picture;
 }
 

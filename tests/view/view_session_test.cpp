@@ -31,10 +31,9 @@ ViewSettings SmallSettings() {
 }
 
 ViewSession Open(const std::string& scene, const Device& device = Device()) {
-  return ViewSession(
-      std::move(
-          LoadForView({scene, ""}, SmallSettings(), [](const LoadPhase&) { return true; }).value()),
-      device);
+  const auto quiet = [](const LoadPhase&) { return true; };
+  return ViewSession(std::move(LoadForView({scene, ""}, SmallSettings(), quiet, device).value()),
+                     device);
 }
 
 ViewFrame Next(const ViewSettings& settings, ViewSession* session) {
@@ -421,6 +420,59 @@ TEST(ViewSession, GoesOnOnTheCpuWhenItsDeviceIsLost) {
     EXPECT_EQ(Next(SmallSettings(), &session).note, "");
     EXPECT_TRUE(session.device().is_cpu());
   }
+}
+
+// Fewer samples than pixels, a smaller picture, another time of the animation, a camera that is
+// moved: the device shows what the CPU shows.
+TEST(ViewSession, ADeviceTracesWhatTheCpuTraces) {
+  const Result<Device> device = Device::Open("vulkan");
+  if (!device.ok()) {
+    GTEST_SKIP() << device.status().message();
+  }
+  ViewSession sessions[] = {Open("builtin:lights", *device), Open("builtin:lights")};
+  ViewSettings settings = SmallSettings();
+  settings.width = 64;
+  settings.height = 40;
+  settings.bounces = 1;
+  settings.playing = true;
+  settings.panes = {"noisy", "denoised", "motion"};
+  ViewFrame frames[2];
+  const auto compare = [&](const char* what) {
+    for (size_t i = 0; i < 2; ++i) {
+      frames[i] = Next(settings, &sessions[i]);
+    }
+    EXPECT_EQ(frames[0].tracer, device->description()) << what;
+    EXPECT_EQ(frames[1].tracer, "cpu") << what;
+    EXPECT_EQ(frames[0].note, "") << what;
+    ASSERT_EQ(frames[0].width, frames[1].width) << what;
+    for (size_t pane = 0; pane < 3; ++pane) {
+      // Where a rounding decides a path takes another way: some pixels of the noisy picture.
+      EXPECT_LT(MeanDifference(frames[0].pictures[pane], frames[1].pictures[pane]), 1.5)
+          << what << ", " << settings.panes[pane];
+    }
+  };
+  compare("moving");
+  settings.rate = {1, 8};
+  compare("1/8");
+  settings.sparse_guides = true;
+  compare("sparse");
+  settings.width = 52;
+  settings.height = 30;
+  compare("smaller");
+  settings.playing = false;
+  settings.free_camera = true;
+  settings.pose = Orbit(frames[0].pose, 0.1f, 0);
+  compare("orbit");
+  settings.reference = true;
+  for (ViewSession& session : sessions) {
+    Next(settings, &session);
+    ASSERT_TRUE(session.RefineReference(kGoOn).ok());
+    ASSERT_EQ(session.reference().spp(), 1);
+  }
+  const ImageMetrics metrics =
+      CompareImages(*sessions[0].reference().picture(), *sessions[1].reference().picture(), false)
+          .value();
+  EXPECT_GT(metrics.psnr, 25);
 }
 
 TEST(LoadForView, NamesWhatIsWrong) {

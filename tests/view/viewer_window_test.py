@@ -174,8 +174,8 @@ def test_quits(display, viewer):
     assert report["most_frames_to_answer"] <= 2, report
 
 
-def test_filters_on_vulkan(display, program, folder):
-    """The picture of a software or real device, in a window of its own."""
+def test_runs_on_vulkan(display, program, folder):
+    """Traced and filtered by a software or real device, in a window of its own."""
     devices = subprocess.run([program, "info", "--devices"], capture_output=True, text=True).stdout
     if "vulkan:0" not in devices or "not usable" in devices:
         print("  skipped, there is no usable device:", devices.strip())
@@ -187,7 +187,7 @@ def test_filters_on_vulkan(display, program, folder):
         viewer.check_alive()
         display.key("ctrl+q")
         assert viewer.process.wait(timeout=30) == 0
-        assert viewer.process.stderr.read().decode().startswith("denoising on vulkan:")
+        assert viewer.process.stderr.read().decode().startswith("rendering on vulkan:")
     finally:
         if viewer.process.poll() is None:
             viewer.process.kill()
@@ -214,8 +214,8 @@ def main():
             if viewer.process.poll() is None:
                 viewer.process.kill()
             viewer.process.wait()
-        print("test_filters_on_vulkan", flush=True)
-        test_filters_on_vulkan(display, program, folder)
+        print("test_runs_on_vulkan", flush=True)
+        test_runs_on_vulkan(display, program, folder)
 
 
 if __name__ == "__main__":

@@ -55,8 +55,9 @@ Status RunHeadless(const ViewOptions& options) {
     STILLRAY_RETURN_IF_ERROR(MakeFolder(options.folder));
   }
   CatchInterrupts();
-  Result<LoadedScene> loaded = LoadForView(options.request, options.settings,
-                                           [](const LoadPhase&) { return !Interrupted(); });
+  Result<LoadedScene> loaded = LoadForView(
+      options.request, options.settings, [](const LoadPhase&) { return !Interrupted(); },
+      options.device);
   if (!loaded.ok()) {
     return loaded.status();
   }

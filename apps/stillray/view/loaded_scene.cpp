@@ -18,6 +18,9 @@ namespace {
 
 constexpr int kSmallestSide = 16;
 constexpr int kLargestSide = 8192;
+/// The window draws on the same device, and a frame that the user's input makes useless is given up
+/// between two submissions.
+constexpr double kSubmissionMs = 30;
 
 std::string FileName(const std::string& path) {
   return std::filesystem::path(path).filename().string();
@@ -86,7 +89,7 @@ int Side(int pixels, float scale) {
 }  // namespace
 
 Result<LoadedScene> LoadForView(const SceneRequest& request, const ViewSettings& settings,
-                                const LoadReport& report) {
+                                const LoadReport& report, const Device& device) {
   const bool has_environment = !request.environment.empty();
   Phases phases(has_environment ? 4 : 3, report);
   STILLRAY_RETURN_IF_ERROR(phases.Begin("reading " + FileName(request.scene)));
@@ -107,8 +110,10 @@ Result<LoadedScene> LoadForView(const SceneRequest& request, const ViewSettings&
   }
   STILLRAY_RETURN_IF_ERROR(
       phases.Begin(fmt::format("building the BVH of {} triangles", loaded.scene->TriangleCount())));
-  Result<std::unique_ptr<Renderer>> renderer =
-      Renderer::Create(*loaded.scene, RenderSettingsFor(settings, settings.rate, settings.scale));
+  TraceOptions options;
+  options.submission_ms = kSubmissionMs;
+  Result<std::unique_ptr<DeviceRenderer>> renderer = DeviceRenderer::Create(
+      device, *loaded.scene, RenderSettingsFor(settings, settings.rate, settings.scale), options);
   if (!renderer.ok()) {
     return renderer.status();
   }

@@ -10,6 +10,7 @@
 
 #include "stillray/render.h"
 #include "stillray/scene.h"
+#include "trace_device.h"
 #include "view/view_settings.h"
 
 namespace stillray::view {
@@ -22,7 +23,7 @@ struct SceneRequest {
 struct LoadedScene {
   SceneRequest request;
   std::unique_ptr<Scene> scene;  ///< stands still in memory: the renderer points to it
-  std::unique_ptr<Renderer> renderer;
+  std::unique_ptr<DeviceRenderer> renderer;
 };
 
 /// What is being done while a scene loads.
@@ -37,10 +38,11 @@ struct LoadPhase {
 /// \return false to give the scene up
 using LoadReport = std::function<bool(const LoadPhase& phase)>;
 
+/// \param device  where the scene is to be traced; the CPU where that cannot be
 /// \return what LoadScene, ReadImage and Renderer::Create return; kInvalidArgument for an
 ///         environment that is no radiance; kCancelled
 Result<LoadedScene> LoadForView(const SceneRequest& request, const ViewSettings& settings,
-                                const LoadReport& report);
+                                const LoadReport& report, const Device& device = Device());
 
 /// Size of the picture for an area of the screen, each side at least 16.
 void PictureSize(const ViewSettings& settings, float scale, int* width, int* height);

@@ -24,9 +24,9 @@ double Now() {
 }
 
 SceneLoader::Outcome LoadNow(const SceneRequest& request, const ViewSettings& settings,
-                             const LoadReport& report) {
+                             const Device& device, const LoadReport& report) {
   try {
-    Result<LoadedScene> loaded = LoadForView(request, settings, report);
+    Result<LoadedScene> loaded = LoadForView(request, settings, report, device);
     if (!loaded.ok()) {
       return {loaded.status(), nullptr};
     }
@@ -45,6 +45,7 @@ struct SceneLoader::Shared {
   struct Request {
     SceneRequest scene;
     ViewSettings settings;
+    Device device;
   };
 
   mutable std::mutex mutex;
@@ -81,8 +82,9 @@ SceneLoader::~SceneLoader() {
   }
 }
 
-void SceneLoader::Load(const SceneRequest& request, const ViewSettings& settings) {
-  auto wanted = std::make_unique<Shared::Request>(Shared::Request{request, settings});
+void SceneLoader::Load(const SceneRequest& request, const ViewSettings& settings,
+                       const Device& device) {
+  auto wanted = std::make_unique<Shared::Request>(Shared::Request{request, settings, device});
   std::optional<Outcome> dropped;
   {
     const std::lock_guard lock(shared_->mutex);
@@ -130,7 +132,7 @@ void SceneLoader::Run(const std::shared_ptr<Shared>& shared) {
     shared->busy = true;
     lock.unlock();
     // The phase that a later request or the end makes useless is the last one.
-    Outcome outcome = LoadNow(request->scene, request->settings, [&](const LoadPhase& phase) {
+    const LoadReport report = [&](const LoadPhase& phase) {
       const std::lock_guard told(shared->mutex);
       const bool wanted = !shared->stop && number == shared->requested;
       if (wanted) {
@@ -138,7 +140,8 @@ void SceneLoader::Run(const std::shared_ptr<Shared>& shared) {
         shared->changed(false);
       }
       return wanted;
-    });
+    };
+    Outcome outcome = LoadNow(request->scene, request->settings, request->device, report);
     lock.lock();
     shared->busy = false;
     if (shared->stop) {

@@ -37,7 +37,9 @@ class SceneLoader {
   SceneLoader& operator=(const SceneLoader&) = delete;
 
   /// A later request takes the place of an earlier one.
-  void Load(const SceneRequest& request, const ViewSettings& settings);
+  /// \param device  where the scene is to be traced
+  void Load(const SceneRequest& request, const ViewSettings& settings,
+            const Device& device = Device());
   LoadState state() const;
   /// Of the last request, once.
   std::optional<Outcome> Take();

@@ -88,11 +88,13 @@ ViewEngine::~ViewEngine() {
 
 void ViewEngine::Open(const SceneRequest& request) {
   ViewSettings settings;
+  Device device;
   {
     const std::lock_guard lock(mutex_);
     settings = settings_;
+    device = device_;
   }
-  loader_.Load(request, settings);
+  loader_.Load(request, settings, device);
 }
 
 uint64_t ViewEngine::Post(const ViewSettings& settings) {
@@ -173,7 +175,12 @@ void ViewEngine::TakeLoadedScene() {
   }
   EndClip();
   session_.reset();  // the old scene's memory first
-  session_ = std::make_unique<ViewSession>(std::move(*outcome->scene), device_);
+  Device device;
+  {
+    const std::lock_guard lock(mutex_);
+    device = device_;
+  }
+  session_ = std::make_unique<ViewSession>(std::move(*outcome->scene), device);
   metrics_.Forget();
   idle_ = false;
   shown_ = {};
@@ -241,6 +248,7 @@ void ViewEngine::MakeFrame() {
   }
   if (!frame.note.empty()) {
     Tell(true, frame.note);
+    const std::lock_guard lock(mutex_);
     device_ = session_->device();
   }
   idle_ = IsDone(settings, frame);

@@ -43,7 +43,8 @@ struct SceneInfo {
 class ViewEngine {
  public:
   /// \param wake    called from other threads whenever there is something new to show
-  /// \param device  where frames are filtered; when it fails, the CPU goes on, with a message
+  /// \param device  where frames are traced and filtered; when it fails, the CPU goes on, with a
+  ///                message
   ViewEngine(const ViewSettings& settings, std::function<void()> wake, Device device = Device());
   /// Gives up the frame being made, and a scene that is being loaded (see SceneLoader::abandoned).
   ~ViewEngine();
@@ -92,6 +93,7 @@ class ViewEngine {
 
   // Guarded by mutex_.
   ViewSettings settings_;
+  Device device_;  // for the next scene
   SceneInfo scene_info_;
   std::deque<Job> jobs_;
   std::vector<EngineMessage> messages_;
@@ -103,7 +105,6 @@ class ViewEngine {
   TripleBuffer<ViewFrame> frames_;
 
   // The worker's own.
-  Device device_;
   std::unique_ptr<ViewSession> session_;
   std::unique_ptr<VideoWriter> clip_;
   std::string clip_path_;

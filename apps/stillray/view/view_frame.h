@@ -59,6 +59,7 @@ struct ViewFrame {
   std::vector<StageTime> stages;  ///< tracer first, then the denoiser
   MemoryUse memory;
   std::string device;     ///< where it was filtered: see Device::description
+  std::string tracer;     ///< where it was traced
   std::string note;       ///< what the user should know of this frame; mostly empty
   int reference_spp = 0;  ///< samples in the reference; 0: there is none
   std::optional<LiveMeasures> measures;

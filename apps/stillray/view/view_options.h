@@ -50,7 +50,7 @@ struct ViewOptions {
   int headless_frames = 0;  ///< 0: open a window
   std::string folder;
   std::string report;  ///< file for the times of the interface; empty: none
-  Device device;       ///< where frames are filtered; opened by the caller of ParseViewArguments
+  Device device;       ///< where frames are made; opened by the caller of ParseViewArguments
 };
 
 /// Takes what the file sets; the rest stays.

@@ -73,14 +73,20 @@ size_t FrameBytes(const Frame& frame) {
   return bytes;
 }
 
-/// Share of the time on the wall that a phase has, whose own time is summed over threads.
-double ShareOfWall(const RenderTimings& t, double wall_ms) {
+/// Share of the time on the wall that a phase has, whose own time is summed over threads; a device
+/// tells its own times.
+double ShareOfWall(const RenderTimings& t, bool on_device, double wall_ms) {
+  if (on_device) {
+    return 1;
+  }
   const double sum = t.clear_ms + t.primary_ms + t.bounce_ms + t.shadow_ms + t.shade_ms;
   return sum > 0 ? std::max(wall_ms - t.update_ms, 0.0) / sum : 0;
 }
 
-void AddTracerStages(const RenderTimings& t, double wall_ms, std::vector<StageTime>* stages) {
-  const double share = ShareOfWall(t, wall_ms);
+void AddTracerStages(const DeviceRenderer& renderer, double wall_ms,
+                     std::vector<StageTime>* stages) {
+  const RenderTimings& t = renderer.timings();
+  const double share = ShareOfWall(t, renderer.on_device(), wall_ms);
   stages->push_back({"update scene", t.update_ms});
   if (t.clear_ms > 0) {
     stages->push_back({"choose pixels", t.clear_ms * share});
@@ -89,12 +95,18 @@ void AddTracerStages(const RenderTimings& t, double wall_ms, std::vector<StageTi
   stages->push_back({"bounces", t.bounce_ms * share});
   stages->push_back({"shadow rays", t.shadow_ms * share});
   stages->push_back({"shading", t.shade_ms * share});
+  if (renderer.on_device()) {
+    stages->push_back({"copy to the frame", t.copy_ms});
+  }
 }
 
 /// Time that fewer samples would not have saved: that of the guides, where all pixels have them.
-double FixedTime(const RenderTimings& t, double wall_ms, const RenderSettings& settings) {
+double FixedTime(const DeviceRenderer& renderer, double wall_ms) {
+  const RenderTimings& t = renderer.timings();
+  const RenderSettings& settings = renderer.settings();
   const bool sparse = settings.guides == GuideCoverage::kSparse && settings.cycle > 1;
-  return t.update_ms + ShareOfWall(t, wall_ms) * (t.clear_ms + (sparse ? 0 : t.primary_ms));
+  const double fixed = t.clear_ms + (sparse ? 0 : t.primary_ms + t.copy_ms);
+  return t.update_ms + ShareOfWall(t, renderer.on_device(), wall_ms) * fixed;
 }
 
 double Wrapped(double seconds, double length) {
@@ -154,10 +166,14 @@ bool ViewSession::FallsBack(const Status& status) {
   if (status.ok() || device_.is_cpu() || status.code() == StatusCode::kInvalidArgument) {
     return false;
   }
-  note_ = "filtering goes on on the CPU: " + status.message();
+  Note("filtering goes on on the CPU: " + status.message());
   denoiser_.reset();
   device_ = Device();
   return true;
+}
+
+void ViewSession::Note(const std::string& what) {
+  note_ += (note_.empty() ? "" : "; ") + what;
 }
 
 Status ViewSession::MakeDenoiser(const Settings& settings) {
@@ -234,6 +250,9 @@ Status ViewSession::RenderNext(const ViewSettings& s, double elapsed,
   const Clock::time_point start = Clock::now();
   STILLRAY_RETURN_IF_ERROR(loaded_.renderer->RenderFrame(next.render, &frame_, keep_going));
   const double render_ms = Milliseconds(start);
+  if (const std::string remark = loaded_.renderer->TakeRemark(); !remark.empty()) {
+    Note("tracing goes on on the CPU: " + remark);
+  }
   const Clock::time_point filter_start = Clock::now();
   STILLRAY_RETURN_IF_ERROR(Filter(s.denoise));
   const double denoise_ms = Milliseconds(filter_start);
@@ -336,15 +355,15 @@ void ViewSession::Account(double denoise_ms, double render_ms, ViewFrame* out) c
   out->light_seconds = moment_.time.lights;
   out->length = length_;
   out->pose = moment_.pose;
-  out->cost = {render_ms, denoise_ms + out->show_ms,
-               FixedTime(loaded_.renderer->timings(), render_ms, loaded_.renderer->settings())};
+  out->cost = {render_ms, denoise_ms + out->show_ms, FixedTime(*loaded_.renderer, render_ms)};
   out->stages.clear();
-  AddTracerStages(loaded_.renderer->timings(), render_ms, &out->stages);
+  AddTracerStages(*loaded_.renderer, render_ms, &out->stages);
   out->stages.insert(out->stages.end(), denoised_.timings.begin(), denoised_.timings.end());
   out->stages.push_back({"make pictures", out->show_ms});
   out->memory = {loaded_.renderer->memory_bytes(), denoiser_->memory_bytes(), FrameBytes(frame_)};
   out->reference_spp = reference_.spp();
   out->device = device_.description();
+  out->tracer = loaded_.renderer->place();
 }
 
 Result<std::vector<Image1>> ViewSession::Values(const std::string& name) const {

@@ -20,7 +20,8 @@ namespace stillray::view {
 
 class ViewSession {
  public:
-  /// \param device  where frames are filtered; if it fails, the CPU goes on (ViewFrame::note)
+  /// \param device  where frames are filtered; if it fails, the CPU goes on (ViewFrame::note).
+  ///                Where they are traced is the loaded renderer's part, which falls back by itself
   explicit ViewSession(LoadedScene loaded, Device device = Device());
   ~ViewSession();
   ViewSession(ViewSession&&) noexcept;
@@ -37,7 +38,7 @@ class ViewSession {
   bool WantsReference() const { return settings_.reference && still_; }
   bool has_moving_lights() const { return animation_.has_lights(); }
 
-  /// Where frames are filtered now.
+  /// Where frames are filtered now, and the next scene is to be traced.
   const Device& device() const { return device_; }
 
   const Scene& scene() const { return *loaded_.scene; }
@@ -60,6 +61,7 @@ class ViewSession {
   Status PrepareDenoiser(const ViewSettings& settings);
   Status MakeDenoiser(const Settings& settings);
   bool FallsBack(const Status& status);
+  void Note(const std::string& what);
   Status Filter(const Settings& settings);
   Moment NextMoment(const ViewSettings& settings, double elapsed);
   AnimationTime NextTime(const ViewSettings& settings, double elapsed) const;

@@ -163,7 +163,7 @@ Status HostDenoiser::Denoise(const Frame& frame, DenoisedFrame* out) {
   facts.fills_guides = settings_.fill_guides && HasUnknownGuides(frame);
   facts.samples_per_pixel = SamplesPerPixel(frame);
   {
-    const StageTimer timer(&out->timings, "upload");
+    const StageTimer timer(&out->timings, kUploadStage);
     STILLRAY_RETURN_IF_ERROR(Prepare(frame, facts));
     STILLRAY_RETURN_IF_ERROR(upload_->Write(frame));
   }

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #version 450
 
-// Between the steps: the queues that a step has filled get their dispatches, those that are empty
-// again are cleared.
+// Between the steps: the queues that a step has filled get their dispatches and launches, those that
+// are empty again are cleared.
 #include "render/vulkan/tracer.glsl"
 
 layout(local_size_x = 1) in;
@@ -12,6 +12,8 @@ void SetGroups(uint queue) {
   queues[queue].groups_x = (queues[queue].count + kGroupSize - 1u) / kGroupSize;
   queues[queue].groups_y = 1u;
   queues[queue].groups_z = 1u;
+  queues[queue].rows = 1u;
+  queues[queue].layers = 1u;
 }
 
 void main() {

@@ -28,8 +28,28 @@ vec3 OriginBehind(GpuInstance instance, GpuHit hit, vec3 direction) {
   return OriginBehindTriangle(t.p0, t.p1, t.p2, point, direction);
 }
 
+// What the rasteriser found at the pixel, as the hit of its ray; false: the ray misses that
+// triangle by a rounding, so it is to be traced.
+bool RasterisedHit(uvec2 pixel, vec3 direction, out GpuHit hit) {
+  uvec2 seen = visible[pixel.y * frame.width + pixel.x];
+  hit = GpuHit(kInfinity, 0.0f, 0.0f, seen.x, seen.y);
+  if (seen.x == kNoInstance) {
+    hit.primitive = 0u;
+    return true;
+  }
+  WorldTriangle t = TriangleOf(instances[seen.x], seen.y);
+  vec3 tuv;
+  bool met = MeetTriangle(MakeWalk(frame.view.position, direction), t.p0, t.p1, t.p2, kInfinity, tuv);
+  hit.t = tuv.x;
+  hit.u = tuv.y;
+  hit.v = tuv.z;
+  return met;
+}
+
 // A camera ray on its way through what lets through.
 struct CameraWalk {
+  GpuHit first;     // its first hit, if that is known
+  bool first_known;
   vec3 origin;
   vec3 direction;
   float background;  // what no surface has taken yet
@@ -39,7 +59,17 @@ struct CameraWalk {
 };
 
 CameraWalk StartWalk(vec3 direction) {
-  return CameraWalk(frame.view.position, direction, 1.0f, 0, 0, false);
+  GpuHit none = GpuHit(kInfinity, 0.0f, 0.0f, kNoInstance, 0u);
+  return CameraWalk(none, false, frame.view.position, direction, 1.0f, 0, 0, false);
+}
+
+// The ray of a pixel through the frame's point.
+CameraWalk StartPixel(uvec2 pixel, vec3 direction) {
+  CameraWalk walk = StartWalk(direction);
+  if (frame.rasterised != 0) {
+    walk.first_known = RasterisedHit(pixel, direction, walk.first);
+  }
+  return walk;
 }
 
 // A surface of a pixel.
@@ -53,7 +83,12 @@ struct CameraLayer {
 bool NextLayer(inout CameraWalk walk, out CameraLayer layer) {
   while (!walk.done && walk.passes < kMaxPasses) {
     ++walk.passes;
-    layer.hit = FindFirstHit(GpuRay(walk.origin, kInfinity, walk.direction, 0u));
+    if (walk.first_known) {
+      layer.hit = walk.first;
+      walk.first_known = false;
+    } else {
+      layer.hit = FindFirstHit(GpuRay(walk.origin, kInfinity, walk.direction, 0u));
+    }
     if (layer.hit.instance == kNoInstance) {
       break;
     }

@@ -48,6 +48,7 @@ Status UploadArrays(gpu::Device* device, std::span<const HostArray> arrays,
       const size_t bytes = std::min(piece_bytes, arrays[i].bytes - done);
       std::memcpy((*piece)->mapped, static_cast<const char*>(arrays[i].data) + done, bytes);
       STILLRAY_RETURN_IF_ERROR(arena.Flush());
+      const std::unique_lock<std::mutex> lock = device->Lock();
       const Result<VkCommandBuffer> commands = device->Begin();
       if (!commands.ok()) {
         return commands.status();
@@ -55,7 +56,7 @@ Status UploadArrays(gpu::Device* device, std::span<const HostArray> arrays,
       const VkBufferCopy region = {0, done, bytes};
       c.vk.CmdCopyBuffer(*commands, (*piece)->buffer, buffers[i]->buffer, 1, &region);
       gpu::MemoryBarrier(c, *commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
-                         VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT,
+                         c.shader_stages | VK_PIPELINE_STAGE_TRANSFER_BIT,
                          VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT);
       STILLRAY_RETURN_IF_ERROR(device->Run());
     }

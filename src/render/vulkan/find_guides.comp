@@ -1,17 +1,18 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#version 450
+#version 460
+#ifdef STILLRAY_HARDWARE
+#extension GL_EXT_ray_tracing : require
+#endif
 
 // What each pixel of the batch sees: the camera's rays through all that lets through, and the
 // guides of what they meet, as on the CPU (FindPrimarySurfaces, MakeGuides). Where it is a single
 // surface, its hit is kept for the paths.
 #include "render/vulkan/tracer.glsl"
 #include "render/vulkan/surface.glsl"
-#include "render/vulkan/traversal.glsl"
+#include "render/vulkan/rays.glsl"
 #include "render/vulkan/camera.glsl"
 #include "render/vulkan/queue.glsl"
-
-layout(local_size_x = 64) in;
 
 // Out of the picture where the previous camera had the point behind it.
 vec2 MotionBetween(vec3 offset, vec3 previous_offset) {
@@ -68,7 +69,7 @@ uint FindGuides(uint number, uvec2 pixel) {
                             0.0f, vec3(0.0f), 0.0f);
   SetMotion(MotionBetween(direction, direction), sum);
   GpuHit first = GpuHit(kInfinity, 0.0f, 0.0f, kNoInstance, 0u);
-  CameraWalk walk = StartWalk(direction);
+  CameraWalk walk = StartPixel(pixel, direction);
   CameraLayer layer;
   float largest = 0.0f;
   while (NextLayer(walk, layer)) {
@@ -87,7 +88,7 @@ uint FindGuides(uint number, uvec2 pixel) {
 }
 
 void main() {
-  uint number = gl_GlobalInvocationID.x;
+  uint number = ThreadNumber();
   uint traced = 0u;
   if (number < batch.count) {
     uvec2 pixel = PixelOf(number);

@@ -6,6 +6,8 @@
 #include <cstring>
 #include <new>
 #include <span>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -25,7 +27,12 @@ constexpr uint32_t kGroupSize = 64;  // local_size_x of the shader
 constexpr gpu::SetShape kBatchShape = {0, 0, 0, 2};
 /// Sets of pairs of buffers that may be traced with.
 constexpr uint32_t kMostBatches = 64;
-/// In the order of the bindings of scene.glsl.
+/// Bindings of scene.glsl.
+constexpr size_t kNodes = 0;
+constexpr size_t kTriangles = 1;
+constexpr size_t kPlacements = 2;
+constexpr size_t kInstances = 3;
+/// In the order of those bindings.
 using Arrays = std::array<HostArray, GpuAccel::kSceneShape.buffers>;
 
 Arrays ArraysOf(const GpuScene& scene) {
@@ -45,16 +52,38 @@ struct MovingPart {
 };
 
 std::array<MovingPart, 3> MovingParts(const GpuScene& scene) {
-  return {MovingPart{0, scene.nodes().data(), scene.top_node_count() * sizeof(BvhNode)},
-          MovingPart{2, scene.placements().data(), scene.placements().size() * sizeof(Placement)},
-          MovingPart{3, scene.instances().data(), scene.instances().size() * sizeof(GpuInstance)}};
+  return {MovingPart{kNodes, scene.nodes().data(), scene.top_node_count() * sizeof(BvhNode)},
+          MovingPart{kPlacements, scene.placements().data(),
+                     scene.placements().size() * sizeof(Placement)},
+          MovingPart{kInstances, scene.instances().data(),
+                     scene.instances().size() * sizeof(GpuInstance)}};
+}
+
+/// Along x, as far as a launch's width goes.
+uint64_t MostRaysOfALaunch(const gpu::DeviceContext& c) {
+  return std::min<uint64_t>(
+      c.ray_tracing.most_rays,
+      uint64_t{c.limits.maxComputeWorkGroupCount[0]} * c.limits.maxComputeWorkGroupSize[0]);
 }
 
 }  // namespace
 
+Result<bool> UsesHardware(const gpu::Device& device, TracingWay way) {
+  const bool offered = device.context().ray_tracing.offered;
+  if (way == TracingWay::kHardware && !offered) {
+    return Status::Unsupported(
+        fmt::format("{}: the driver does not trace rays by hardware: it lacks "
+                    "VK_KHR_ray_tracing_pipeline or what that needs",
+                    device.info().name));
+  }
+  return way == TracingWay::kHardware ||
+         (way == TracingWay::kAuto && offered && device.info().is_gpu);
+}
+
 Status GpuAccel::CheckLimits() const {
   const VkPhysicalDeviceLimits& limits = device_->context().limits;
-  const uint32_t needed = kSceneShape.buffers + kBatchShape.buffers;
+  const uint32_t needed = kSceneShape.buffers + kBatchShape.buffers +
+                          (use_hardware_ ? HardwareScene::kShape.buffers : 0);
   const uint32_t offered =
       std::min(limits.maxPerStageDescriptorStorageBuffers, limits.maxDescriptorSetStorageBuffers);
   if (offered < needed) {
@@ -69,9 +98,11 @@ Status GpuAccel::AddBuffers() {
   constexpr size_t kLeast = 256;  // no buffer is empty, and every structure fits into one
   const Arrays arrays = ArraysOf(*scene_);
   for (size_t i = 0; i < arrays.size(); ++i) {
-    const Result<const gpu::Buffer*> buffer =
-        arena_.AddBuffer(std::max(arrays[i].bytes, kLeast), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                         gpu::BufferPlace::kDevice);
+    const VkBufferUsageFlags for_hardware =
+        use_hardware_ && i == kTriangles ? HardwareScene::kTriangleUsage : 0;
+    const Result<const gpu::Buffer*> buffer = arena_.AddBuffer(
+        std::max(arrays[i].bytes, kLeast), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | for_hardware,
+        gpu::BufferPlace::kDevice);
     if (!buffer.ok()) {
       return buffer.status();
     }
@@ -127,6 +158,37 @@ Status GpuAccel::MakePipelines() {
   return set.status();
 }
 
+/// The scene as the device's own structures, and the pipelines that trace it.
+Status GpuAccel::MakeHardware() {
+  Result<std::unique_ptr<HardwareScene>> hardware =
+      HardwareScene::Create(device_, *scene_, *buffers_[kTriangles]);
+  STILLRAY_RETURN_IF_ERROR(hardware.status());
+  hardware_ = std::move(*hardware);
+  std::vector<VkDescriptorSetLayout> layouts;
+  for (const gpu::SetShape& shape : {kSceneShape, kBatchShape, HardwareScene::kShape}) {
+    const Result<VkDescriptorSetLayout> layout = sets_.Layout(shape);
+    STILLRAY_RETURN_IF_ERROR(layout.status());
+    layouts.push_back(*layout);
+  }
+  for (const auto& [shader, out] :
+       {std::pair{HardwareShader::kFirstHits, &hardware_first_hits_},
+        std::pair{HardwareShader::kTransmittance, &hardware_transmittance_}}) {
+    Result<std::unique_ptr<gpu::RayPipeline>> pipeline =
+        MakeHardwarePipeline(device_, shader, layouts, sizeof(uint32_t));
+    STILLRAY_RETURN_IF_ERROR(pipeline.status());
+    *out = std::move(*pipeline);
+  }
+  return Status::Ok();
+}
+
+gpu::MemoryUse GpuAccel::memory() const {
+  gpu::MemoryUse use = arena_.Need();
+  if (hardware_ != nullptr) {
+    use += hardware_->memory();
+  }
+  return use;
+}
+
 void GpuAccel::FillStaging() {
   size_t offset = 0;
   for (const MovingPart& part : MovingParts(*scene_)) {
@@ -142,13 +204,15 @@ Status GpuAccel::Update() {
     return Status::OutOfMemory("moving the instances of the BVH: out of memory");
   }
   FillStaging();
+  if (hardware_ != nullptr) {
+    STILLRAY_RETURN_IF_ERROR(hardware_->Update());
+  }
   return arena_.Flush();
 }
 
 void GpuAccel::RecordUpdate(VkCommandBuffer commands) const {
   const gpu::DeviceContext& c = device_->context();
-  gpu::MemoryBarrier(c, commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, 0,
-                     VK_PIPELINE_STAGE_TRANSFER_BIT, 0);
+  gpu::MemoryBarrier(c, commands, c.shader_stages, 0, VK_PIPELINE_STAGE_TRANSFER_BIT, 0);
   size_t offset = 0;
   for (const MovingPart& part : MovingParts(*scene_)) {
     if (part.bytes > 0) {
@@ -158,12 +222,15 @@ void GpuAccel::RecordUpdate(VkCommandBuffer commands) const {
     offset += part.bytes;
   }
   gpu::MemoryBarrier(c, commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
-                     VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT);
+                     c.shader_stages, VK_ACCESS_SHADER_READ_BIT);
+  if (hardware_ != nullptr) {
+    hardware_->RecordUpdate(commands);
+  }
 }
 
 Status GpuAccel::Record(VkCommandBuffer commands, const gpu::Pipeline& pipeline,
-                        const gpu::Buffer& rays, const gpu::Buffer& results, size_t result_size,
-                        uint32_t count) {
+                        const gpu::RayPipeline* by_hardware, const gpu::Buffer& rays,
+                        const gpu::Buffer& results, size_t result_size, uint32_t count) {
   const gpu::DeviceContext& c = device_->context();
   if (rays.size < count * sizeof(GpuRay) || results.size < count * result_size) {
     return Status::InvalidArgument(
@@ -173,8 +240,9 @@ Status GpuAccel::Record(VkCommandBuffer commands, const gpu::Pipeline& pipeline,
   const uint32_t groups = (count + kGroupSize - 1) / kGroupSize;
   const uint32_t columns = std::min(groups, c.limits.maxComputeWorkGroupCount[0]);
   const uint32_t rows = groups == 0 ? 0 : (groups + columns - 1) / columns;
-  if (std::max(rays.size, results.size) > c.limits.maxStorageBufferRange ||
-      rows > c.limits.maxComputeWorkGroupCount[1]) {
+  const bool too_many = by_hardware != nullptr ? count > MostRaysOfALaunch(c)
+                                               : rows > c.limits.maxComputeWorkGroupCount[1];
+  if (std::max(rays.size, results.size) > c.limits.maxStorageBufferRange || too_many) {
     return Status::InvalidArgument(fmt::format(
         "tracing {} rays: buffers of {} and {} bytes were given, but {} reads storage "
         "buffers of at most {}",
@@ -184,6 +252,12 @@ Status GpuAccel::Record(VkCommandBuffer commands, const gpu::Pipeline& pipeline,
       sets_.Find(kBatchShape, {{}, {}, {rays.buffer, results.buffer}});
   if (!set.ok() || groups == 0) {
     return set.status();
+  }
+  if (by_hardware != nullptr) {
+    const std::array<VkDescriptorSet, 3> bound = {scene_set_, *set, hardware_->set()};
+    by_hardware->Bind(commands, bound, &count, sizeof(count));
+    by_hardware->Trace(commands, count);
+    return Status::Ok();
   }
   const std::array<VkDescriptorSet, 2> bound = {scene_set_, *set};
   c.vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.handle());
@@ -197,16 +271,22 @@ Status GpuAccel::Record(VkCommandBuffer commands, const gpu::Pipeline& pipeline,
 
 Status GpuAccel::RecordFirstHits(VkCommandBuffer commands, const gpu::Buffer& rays,
                                  const gpu::Buffer& hits, uint32_t count) {
-  return Record(commands, first_hits_, rays, hits, sizeof(GpuHit), count);
+  return Record(commands, first_hits_, hardware_first_hits_.get(), rays, hits, sizeof(GpuHit),
+                count);
 }
 
 Status GpuAccel::RecordTransmittance(VkCommandBuffer commands, const gpu::Buffer& rays,
                                      const gpu::Buffer& lights, uint32_t count) {
-  return Record(commands, transmittance_, rays, lights, 3 * sizeof(float), count);
+  return Record(commands, transmittance_, hardware_transmittance_.get(), rays, lights,
+                3 * sizeof(float), count);
 }
 
-Result<std::unique_ptr<GpuAccel>> GpuAccel::Create(gpu::Device* device, const SceneState& state) {
+Result<std::unique_ptr<GpuAccel>> GpuAccel::Create(gpu::Device* device, const SceneState& state,
+                                                   TracingWay way) {
+  const Result<bool> use_hardware = UsesHardware(*device, way);
+  STILLRAY_RETURN_IF_ERROR(use_hardware.status());
   std::unique_ptr<GpuAccel> accel(new GpuAccel(device));
+  accel->use_hardware_ = *use_hardware;
   Result<std::unique_ptr<GpuScene>> scene = GpuScene::Create(state);
   if (!scene.ok()) {
     return scene.status();
@@ -218,6 +298,9 @@ Result<std::unique_ptr<GpuAccel>> GpuAccel::Create(gpu::Device* device, const Sc
   STILLRAY_RETURN_IF_ERROR(accel->arena_.Flush());
   STILLRAY_RETURN_IF_ERROR(UploadArrays(device, ArraysOf(*accel->scene_), accel->buffers_));
   STILLRAY_RETURN_IF_ERROR(accel->MakePipelines());
+  if (accel->use_hardware_) {
+    STILLRAY_RETURN_IF_ERROR(accel->MakeHardware());
+  }
   return accel;
 }
 

@@ -119,8 +119,7 @@ Status GpuLights::Update() {
 
 void GpuLights::RecordUpdate(VkCommandBuffer commands) const {
   const gpu::DeviceContext& c = device_->context();
-  gpu::MemoryBarrier(c, commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, 0,
-                     VK_PIPELINE_STAGE_TRANSFER_BIT, 0);
+  gpu::MemoryBarrier(c, commands, c.shader_stages, 0, VK_PIPELINE_STAGE_TRANSFER_BIT, 0);
   size_t offset = 0;
   const auto copy = [&](Binding binding, size_t bytes) {
     if (bytes > 0) {
@@ -134,8 +133,7 @@ void GpuLights::RecordUpdate(VkCommandBuffer commands) const {
     copy(part.binding, part.bytes);
   }
   gpu::MemoryBarrier(c, commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
-                     VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
-                     VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_UNIFORM_READ_BIT);
+                     c.shader_stages, VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_UNIFORM_READ_BIT);
 }
 
 Result<std::unique_ptr<GpuLights>> GpuLights::Create(gpu::Device* device, const LightSet& lights,

@@ -243,10 +243,15 @@ Result<GpuScene::Bottom> GpuScene::AddBottom(std::vector<BvhTriangle> triangles,
     }
     nodes_.push_back(node);
   }
+  TriangleGroup group = {first_triangle, static_cast<uint32_t>(triangles.size()), 0};
   for (const uint32_t item : bvh->order) {
     triangles_.push_back(triangles[item]);
+    group.opaque += triangles[item].see_through == 0 ? 1 : 0;
   }
-  return Bottom{kNoInstance, first_node, bvh->bounds};
+  if (group.count > 0) {
+    groups_.push_back(group);
+  }
+  return Bottom{kNoInstance, first_node, group, bvh->bounds};
 }
 
 Status GpuScene::AddStatic() {
@@ -335,7 +340,7 @@ Status GpuScene::Update() {
     }
     boxes.push_back(box);
     placed.push_back({Row(to_object, 0), Row(to_object, 1), Row(to_object, 2), bottom.root,
-                      bottom.instance, 0, 0});
+                      bottom.instance, bottom.group.first, bottom.group.opaque});
   }
   const Result<WideBvh> top = builder_->Build(boxes, 1, kTopStack, "the instances");
   if (!top.ok()) {
@@ -345,6 +350,7 @@ Status GpuScene::Update() {
   for (size_t i = 0; i < placed.size(); ++i) {
     placements_[i] = placed[top->order[i]];
   }
+  placed_count_ = placed.size();
   return Status::Ok();
 }
 

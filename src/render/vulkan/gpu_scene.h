@@ -12,6 +12,13 @@
 
 namespace stillray::render {
 
+/// The triangles of a bottom level: `count` of them, `opaque` of which let no light through.
+struct TriangleGroup {
+  uint32_t first = 0;
+  uint32_t count = 0;
+  uint32_t opaque = 0;
+};
+
 /// What stands still lies in one bottom level, in the world; every mesh that moves has one of its
 /// own, which its instances share. The top level begins the nodes and holds a fixed number of them,
 /// so that it can be made anew when instances have moved.
@@ -27,7 +34,11 @@ class GpuScene {
   const std::vector<BvhNode>& nodes() const { return nodes_; }
   size_t top_node_count() const { return top_nodes_; }
   const std::vector<BvhTriangle>& triangles() const { return triangles_; }
+  /// In the order of the triangles; none is empty.
+  const std::vector<TriangleGroup>& groups() const { return groups_; }
+  /// As many as can ever be placed; only the first placed_count() are now.
   const std::vector<Placement>& placements() const { return placements_; }
+  size_t placed_count() const { return placed_count_; }
   const std::vector<GpuInstance>& instances() const { return instances_; }
   const std::vector<GpuMaterial>& materials() const { return materials_; }
   const std::vector<GpuTexture>& textures() const { return textures_; }
@@ -40,6 +51,7 @@ class GpuScene {
   struct Bottom {
     uint32_t instance = kNoInstance;
     uint32_t root = 0;
+    TriangleGroup group;
     Aabb bounds;
   };
 
@@ -58,7 +70,9 @@ class GpuScene {
   size_t top_nodes_ = 0;
   std::vector<BvhNode> nodes_;
   std::vector<BvhTriangle> triangles_;
+  std::vector<TriangleGroup> groups_;
   std::vector<Placement> placements_;
+  size_t placed_count_ = 0;
   std::vector<GpuInstance> instances_;
   std::vector<GpuMaterial> materials_;
   std::vector<GpuTexture> textures_;

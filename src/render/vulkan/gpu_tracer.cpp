@@ -3,6 +3,7 @@
 #include "render/vulkan/gpu_tracer.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <span>
 
 #include <fmt/format.h>
@@ -66,8 +67,9 @@ int MostSteps(const Scene& scene, int bounces) {
 
 Status GpuTracer::CheckLimits() const {
   const VkPhysicalDeviceLimits& limits = device_->context().limits;
-  const uint32_t needed =
-      GpuAccel::kSceneShape.buffers + GpuLights::kShape.buffers + kShape.buffers;
+  const uint32_t needed = GpuAccel::kSceneShape.buffers + GpuLights::kShape.buffers +
+                          kShape.buffers +
+                          (accel_->hardware() != nullptr ? HardwareScene::kShape.buffers : 0);
   const uint32_t offered =
       std::min(limits.maxPerStageDescriptorStorageBuffers, limits.maxDescriptorSetStorageBuffers);
   if (offered < needed) {
@@ -81,6 +83,9 @@ Status GpuTracer::CheckLimits() const {
 Status GpuTracer::AddBuffers() {
   const size_t n = capacity_;
   constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
+  const VkBufferUsageFlags queue_usage =
+      kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |
+      (accel_->hardware() != nullptr ? VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT : 0);
   struct Want {
     Binding binding;
     size_t bytes;
@@ -93,7 +98,7 @@ Status GpuTracer::AddBuffers() {
       {kHits, n * sizeof(GpuHit), kStorage},
       {kShadows, n * sizeof(GpuShadow), kStorage},
       {kLists, 2 * n * sizeof(uint32_t), kStorage},
-      {kQueues, kQueueBytes + sizeof(GpuCounters), kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT},
+      {kQueues, kQueueBytes + sizeof(GpuCounters), queue_usage},
       {kGuides, n * sizeof(GpuGuides), kStorage},
       {kFirstHits, n * sizeof(GpuHit), kStorage},
       {kLightOfSamples, n * sizeof(GpuPixelLight), kStorage},
@@ -122,6 +127,8 @@ Status GpuTracer::AddBuffers() {
   STILLRAY_RETURN_IF_ERROR(
       add_host(sizeof(GpuCounters), 0, gpu::BufferPlace::kDownload, &host_counters_));
   buffers_[kListed] = listed_;
+  // Where there is none, nobody reads it.
+  buffers_[kVisible] = visibility_ != nullptr ? &visibility_->triangles() : listed_;
   return arena_.Allocate();
 }
 
@@ -140,9 +147,10 @@ Status GpuTracer::MakeSet() {
 }
 
 Result<std::unique_ptr<GpuTracer>> GpuTracer::Create(gpu::Device* device, const GpuAccel* accel,
-                                                     const GpuLights* lights, uint32_t most_pixels,
-                                                     bool by_group) {
-  std::unique_ptr<GpuTracer> tracer(new GpuTracer(device, accel, lights));
+                                                     const GpuLights* lights,
+                                                     const Visibility* visibility,
+                                                     uint32_t most_pixels, bool by_group) {
+  std::unique_ptr<GpuTracer> tracer(new GpuTracer(device, accel, lights, visibility));
   tracer->by_group_ = by_group ? 1 : 0;
   STILLRAY_RETURN_IF_ERROR(tracer->CheckLimits());
   const size_t fit = device->context().limits.maxStorageBufferRange / kLargestRecord;
@@ -151,15 +159,46 @@ Result<std::unique_ptr<GpuTracer>> GpuTracer::Create(gpu::Device* device, const 
       kGroupSize;
   STILLRAY_RETURN_IF_ERROR(tracer->AddBuffers());
   STILLRAY_RETURN_IF_ERROR(tracer->MakeSet());
+  if (accel->hardware() != nullptr) {
+    STILLRAY_RETURN_IF_ERROR(tracer->MakeHardwarePipelines());
+  }
   return tracer;
+}
+
+/// Of the sets that all shaders see.
+Result<std::vector<VkDescriptorSetLayout>> GpuTracer::Layouts() {
+  std::vector<VkDescriptorSetLayout> layouts;
+  for (const gpu::SetShape& shape : {GpuAccel::kSceneShape, GpuLights::kShape, kShape}) {
+    const Result<VkDescriptorSetLayout> layout = sets_.Layout(shape);
+    STILLRAY_RETURN_IF_ERROR(layout.status());
+    layouts.push_back(*layout);
+  }
+  return layouts;
+}
+
+/// Beforehand: making them runs commands of their own.
+Status GpuTracer::MakeHardwarePipelines() {
+  Result<std::vector<VkDescriptorSetLayout>> layouts = Layouts();
+  STILLRAY_RETURN_IF_ERROR(layouts.status());
+  const Result<VkDescriptorSetLayout> own = sets_.Layout(HardwareScene::kShape);
+  STILLRAY_RETURN_IF_ERROR(own.status());
+  layouts->push_back(*own);
+  for (const auto& [shader, hardware] : {std::pair{kFindGuides, HardwareShader::kFindGuides},
+                                         std::pair{kTraceShadows, HardwareShader::kTraceShadows},
+                                         std::pair{kTraceNext, HardwareShader::kTraceNext}}) {
+    Result<std::unique_ptr<gpu::RayPipeline>> made =
+        MakeHardwarePipeline(device_, hardware, *layouts, sizeof(GpuBatch));
+    STILLRAY_RETURN_IF_ERROR(made.status());
+    by_hardware_[shader] = std::move(*made);
+  }
+  return Status::Ok();
 }
 
 /// All that was written is seen by what follows.
 void GpuTracer::Wait(VkCommandBuffer commands) const {
   gpu::MemoryBarrier(
-      device_->context(), commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
-      VK_ACCESS_SHADER_WRITE_BIT,
-      VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT,
+      device_->context(), commands, device_->context().shader_stages, VK_ACCESS_SHADER_WRITE_BIT,
+      device_->context().shader_stages | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT,
       VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_INDIRECT_COMMAND_READ_BIT);
 }
 
@@ -173,16 +212,11 @@ Status GpuTracer::Bind(VkCommandBuffer commands, Shader shader, const GpuBatch& 
   const gpu::DeviceContext& c = device_->context();
   std::optional<gpu::Pipeline>& pipeline = pipelines_[shader];
   if (!pipeline) {
-    const Result<VkDescriptorSetLayout> scene = sets_.Layout(GpuAccel::kSceneShape);
-    const Result<VkDescriptorSetLayout> lights = sets_.Layout(GpuLights::kShape);
-    const Result<VkDescriptorSetLayout> own = sets_.Layout(kShape);
-    STILLRAY_RETURN_IF_ERROR(scene.status());
-    STILLRAY_RETURN_IF_ERROR(lights.status());
-    STILLRAY_RETURN_IF_ERROR(own.status());
-    const std::array<VkDescriptorSetLayout, 3> layouts = {*scene, *lights, *own};
+    const Result<std::vector<VkDescriptorSetLayout>> layouts = Layouts();
+    STILLRAY_RETURN_IF_ERROR(layouts.status());
     const ShaderCode code = CodeOf(shader);
     Result<gpu::Pipeline> made = gpu::Pipeline::Create(
-        &c, {code.name, code.code, layouts, sizeof(GpuBatch), {&by_group_, 1}});
+        &c, {code.name, code.code, *layouts, sizeof(GpuBatch), {&by_group_, 1}});
     STILLRAY_RETURN_IF_ERROR(made.status());
     pipeline = std::move(*made);
   }
@@ -195,8 +229,19 @@ Status GpuTracer::Bind(VkCommandBuffer commands, Shader shader, const GpuBatch& 
   return Status::Ok();
 }
 
+void GpuTracer::BindHardware(VkCommandBuffer commands, Shader shader, const GpuBatch& batch) const {
+  const std::array<VkDescriptorSet, 4> bound = {accel_->scene_set(), lights_->set(), set_,
+                                                accel_->hardware()->set()};
+  by_hardware_[shader]->Bind(commands, bound, &batch, sizeof(batch));
+}
+
 /// One thread for each pixel of the batch, or a single one for kAdvance.
 Status GpuTracer::Dispatch(VkCommandBuffer commands, Shader shader, const GpuBatch& batch) {
+  if (by_hardware_[shader] != nullptr) {
+    BindHardware(commands, shader, batch);
+    by_hardware_[shader]->Trace(commands, batch.count);
+    return Status::Ok();
+  }
   STILLRAY_RETURN_IF_ERROR(Bind(commands, shader, batch));
   const uint32_t groups = shader == kAdvance ? 1 : (batch.count + kGroupSize - 1) / kGroupSize;
   device_->context().vk.CmdDispatch(commands, groups, 1, 1);
@@ -205,6 +250,17 @@ Status GpuTracer::Dispatch(VkCommandBuffer commands, Shader shader, const GpuBat
 
 Status GpuTracer::DispatchQueue(VkCommandBuffer commands, Shader shader, const GpuBatch& batch,
                                 uint32_t queue) {
+  if (by_hardware_[shader] != nullptr) {
+    BindHardware(commands, shader, batch);
+    if (device_->context().ray_tracing.indirect) {
+      by_hardware_[shader]->TraceIndirect(
+          commands,
+          buffers_[kQueues]->address + queue * sizeof(GpuQueue) + offsetof(GpuQueue, count));
+    } else {
+      by_hardware_[shader]->Trace(commands, batch.count);  // threads beyond the queue return
+    }
+    return Status::Ok();
+  }
   STILLRAY_RETURN_IF_ERROR(Bind(commands, shader, batch));
   device_->context().vk.CmdDispatchIndirect(commands, buffers_[kQueues]->buffer,
                                             queue * sizeof(GpuQueue));
@@ -218,14 +274,18 @@ void GpuTracer::RecordBegin(VkCommandBuffer commands, const GpuFrame& frame,
   if (times_ != nullptr) {
     times_->Begin(commands);
   }
-  gpu::MemoryBarrier(c, commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
+  gpu::MemoryBarrier(c, commands, c.shader_stages, VK_ACCESS_SHADER_WRITE_BIT,
                      VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT);
   c.vk.CmdUpdateBuffer(commands, buffers_[kFrame]->buffer, 0, sizeof(frame), &frame);
   c.vk.CmdFillBuffer(commands, buffers_[kQueues]->buffer, 0, buffers_[kQueues]->size, 0);
   gpu::MemoryBarrier(
-      c, commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
-      VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+      c, commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT, c.shader_stages,
       VK_ACCESS_UNIFORM_READ_BIT | VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
+}
+
+void GpuTracer::RecordVisibility(VkCommandBuffer commands, const GpuFrame& frame) {
+  Mark(commands, kTimeRaster);
+  visibility_->Record(commands, {frame.view, frame.point});
 }
 
 Status GpuTracer::RecordGuides(VkCommandBuffer commands, const GpuBatch& batch) {
@@ -276,7 +336,7 @@ void GpuTracer::RecordEnd(VkCommandBuffer commands, const GpuBatch& batch, bool 
     times_->End(commands);
     times_ = nullptr;
   }
-  gpu::MemoryBarrier(c, commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
+  gpu::MemoryBarrier(c, commands, c.shader_stages, VK_ACCESS_SHADER_WRITE_BIT,
                      VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_READ_BIT);
   const auto copy = [&](const gpu::Buffer* from, size_t offset, const gpu::Buffer* to,
                         size_t bytes) {

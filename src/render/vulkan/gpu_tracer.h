@@ -1,27 +1,31 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Guides and paths of batches of pixels, in compute shaders: the counterpart of TraceSample on the
-/// CPU, with the same steps, random numbers and lights.
+/// Guides and paths of batches of pixels, in compute shaders, but for the rays where GpuAccel
+/// traces them by hardware: the counterpart of TraceSample on the CPU, with the same steps, random
+/// numbers and lights.
 ///
 /// A batch takes its steps together, each in dispatches of their own: shading, shadow rays, next
 /// hits. Rays are traced by shaders that do nothing else and know nothing of materials but what
-/// lets through, so that another way of tracing can take their place; the paths that are left are
+/// lets through, so that either way of tracing can take their place; the paths that are left are
 /// packed between the steps.
 #pragma once
 
 #include <array>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "gpu/timestamps.h"
 #include "render/vulkan/gpu_accel.h"
 #include "render/vulkan/gpu_lights.h"
 #include "render/vulkan/trace_shared.h"
+#include "render/vulkan/visibility.h"
 
 namespace stillray::render {
 
 /// Names of parts of the device's time.
+inline constexpr const char* kTimeRaster = "trace: rasterised hits";
 inline constexpr const char* kTimeGuides = "trace: guides";
 inline constexpr const char* kTimeShade = "trace: shading";
 inline constexpr const char* kTimeShadows = "trace: shadow rays";
@@ -30,12 +34,14 @@ inline constexpr const char* kTimeBounces = "trace: bounce rays";
 /// Not for several threads at once.
 class GpuTracer {
  public:
-  /// \param device, accel, lights  must outlive this
+  /// \param device, accel, lights, visibility  must outlive this; without `visibility` (nullptr)
+  ///                     all rays of the camera are traced
   /// \param most_pixels  of a batch; fewer where the device's storage buffers are small
   /// \param by_group     kAddByGroup of queue.glsl: for hardware
   static Result<std::unique_ptr<GpuTracer>> Create(gpu::Device* device, const GpuAccel* accel,
-                                                   const GpuLights* lights, uint32_t most_pixels,
-                                                   bool by_group);
+                                                   const GpuLights* lights,
+                                                   const Visibility* visibility,
+                                                   uint32_t most_pixels, bool by_group);
 
   /// Pixels of a batch, a multiple of kGroupSize.
   uint32_t capacity() const { return capacity_; }
@@ -45,6 +51,8 @@ class GpuTracer {
 
   /// Begins a submission: what all its batches share. What was recorded before must be through.
   void RecordBegin(VkCommandBuffer commands, const GpuFrame& frame, gpu::Timestamps* times);
+  /// The triangles that the camera sees, for the batches of a frame whose `rasterised` is set.
+  void RecordVisibility(VkCommandBuffer commands, const GpuFrame& frame);
   /// Guides of the batch, and what its paths start from.
   Status RecordGuides(VkCommandBuffer commands, const GpuBatch& batch);
   /// One sample of the batch, whose guides were found (but for `reference`, which needs none).
@@ -72,7 +80,7 @@ class GpuTracer {
   const gpu::Buffer& device_guides() const { return *buffers_[kGuides]; }
   const gpu::Buffer& device_sums() const { return *buffers_[kSums]; }
 
-  static constexpr gpu::SetShape kShape = {0, 0, 1, 11};
+  static constexpr gpu::SetShape kShape = {0, 0, 1, 12};
 
  private:
   /// Numbers of the bindings of trace.glsl.
@@ -89,6 +97,7 @@ class GpuTracer {
     kLightOfSamples,
     kSums,
     kListed,
+    kVisible,
     kBindingCount
   };
   enum Shader : size_t {
@@ -104,15 +113,20 @@ class GpuTracer {
     kShaderCount
   };
 
-  GpuTracer(gpu::Device* device, const GpuAccel* accel, const GpuLights* lights)
+  GpuTracer(gpu::Device* device, const GpuAccel* accel, const GpuLights* lights,
+            const Visibility* visibility)
       : device_(device),
         accel_(accel),
         lights_(lights),
+        visibility_(visibility),
         arena_(&device->context()),
         sets_(&device->context()) {}
   Status CheckLimits() const;
   Status AddBuffers();
   Status MakeSet();
+  Result<std::vector<VkDescriptorSetLayout>> Layouts();
+  Status MakeHardwarePipelines();
+  void BindHardware(VkCommandBuffer commands, Shader shader, const GpuBatch& batch) const;
   Status Bind(VkCommandBuffer commands, Shader shader, const GpuBatch& batch);
   Status Dispatch(VkCommandBuffer commands, Shader shader, const GpuBatch& batch);
   Status DispatchQueue(VkCommandBuffer commands, Shader shader, const GpuBatch& batch,
@@ -123,12 +137,14 @@ class GpuTracer {
   gpu::Device* device_;
   const GpuAccel* accel_;
   const GpuLights* lights_;
+  const Visibility* visibility_;
   uint32_t capacity_ = 0;
   uint32_t by_group_ = 0;
   gpu::Arena arena_;
   gpu::DescriptorSets sets_;
   VkDescriptorSet set_ = VK_NULL_HANDLE;
   std::array<std::optional<gpu::Pipeline>, kShaderCount> pipelines_;  // made when first needed
+  std::array<std::unique_ptr<gpu::RayPipeline>, kShaderCount> by_hardware_;  // or null
   std::array<const gpu::Buffer*, kBindingCount> buffers_{};
   const gpu::Buffer* listed_ = nullptr;
   const gpu::Buffer* host_guides_ = nullptr;

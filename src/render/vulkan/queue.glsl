@@ -5,6 +5,14 @@
 // a group of threads: hardware works through atomics of one address one by one. Without it there
 // are no barriers, for each of which a software driver saves all state of all threads. The order
 // within a queue may differ from run to run; what becomes of a pixel does not depend on it.
+// Threads of a ray generation shader have no group; they only count.
+#ifdef STILLRAY_HARDWARE
+void CountPrimaryRays(uint count) {
+  if (count > 0u) {
+    atomicAdd(counters.primary_rays, count);
+  }
+}
+#else
 layout(constant_id = 0) const uint kAddByGroup = 1u;
 
 shared uint group_count;
@@ -52,3 +60,4 @@ void CountPrimaryRays(uint count) {
     atomicAdd(counters.primary_rays, group_count);
   }
 }
+#endif

@@ -54,7 +54,8 @@ struct Placement {
   vec4 to_object_x, to_object_y, to_object_z;
   uint root;
   uint instance;
-  uint unused_0, unused_1;
+  uint first_triangle;  // of the bottom level
+  uint opaque_triangles;
 };
 const uint kNoInstance = 0xffffffffu;
 
@@ -125,6 +126,18 @@ const uint kSrgbTableSize = 256u;
 const uint kEnergyTableWords = 1024u;
 const uint kGlassTables = 5u;
 
+// CameraView.
+struct GpuView {
+  vec3 position;
+  float half_width;
+  vec3 right;
+  float half_height;
+  vec3 up;
+  float width;
+  vec3 forward;
+  float height;
+};
+
 struct GpuRay {
   vec3 origin;
   float end;       // nothing beyond counts
@@ -152,6 +165,7 @@ static_assert(sizeof(GpuInstance) == 128);
 static_assert(sizeof(GpuTextureRef) == 32);
 static_assert(sizeof(GpuMaterial) == 256);
 static_assert(sizeof(GpuTexture) == 16);
+static_assert(sizeof(GpuView) == 64);
 static_assert(sizeof(GpuRay) == 32);
 static_assert(sizeof(GpuHit) == 20);
 static_assert(kTopStack + 1 + kBottomStack <= kStackSize);

@@ -31,11 +31,11 @@ vec3 EmissionTowardsViewer(GpuHit hit, vec3 direction) {
 
 // Picks one of the surfaces that a camera ray passes, in proportion to their shares; kNoInstance:
 // the background. u in [0, 1).
-GpuHit PickLayer(uint number, vec3 direction, float u, out uint traced) {
+GpuHit PickLayer(uint number, CameraWalk walk, float u, out uint traced) {
   GpuHit hit = GpuHit(kInfinity, 0.0f, 0.0f, kNoInstance, 0u);
   vec3 emission = vec3(0.0f);
   bool found = false;
-  CameraWalk walk = StartWalk(direction);
+  vec3 direction = walk.direction;
   CameraLayer layer;
   while (NextLayer(walk, layer)) {
     if (!found) {
@@ -69,12 +69,13 @@ bool Start(uint number, uvec2 pixel, out uint traced) {
   vec4 u = NumbersOf(seed, kPrimaryDimensions);
   vec2 point = frame.spread_points != 0 ? u.xy : vec2(0.5f);
   vec3 direction = DirectionOf(frame.view, vec2(pixel) + point);
-  GpuHit hit = PickLayer(number, direction, u.w, traced);
+  GpuHit hit = PickLayer(number, StartWalk(direction), u.w, traced);
 #else
   vec3 direction = DirectionOf(frame.view, vec2(pixel) + frame.point);
   GpuHit hit = first_hits[number];
   if (hit.instance == kSeveralLayers) {
-    hit = PickLayer(number, direction, NumbersOf(seed, kPrimaryDimensions).w, traced);
+    hit = PickLayer(number, StartPixel(pixel, direction),
+                    NumbersOf(seed, kPrimaryDimensions).w, traced);
   }
 #endif
   if (hit.instance == kNoInstance) {

@@ -44,6 +44,10 @@ layout(std430, set = 2, binding = 10) buffer Sums {
 layout(std430, set = 2, binding = 11) readonly buffer Listed {
   uint listed_pixels[];
 };
+// Of all of the picture: instance and primitive of the nearest triangle; kNoInstance: none.
+layout(std430, set = 2, binding = 12) readonly buffer Visible {
+  uvec2 visible[];
+};
 
 layout(push_constant) uniform Push {
   GpuBatch batch;

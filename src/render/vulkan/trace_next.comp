@@ -1,17 +1,19 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#version 450
+#version 460
+#ifdef STILLRAY_HARDWARE
+#extension GL_EXT_ray_tracing : require
+#endif
 
 // The next hit of all paths that go on.
 #include "render/vulkan/tracer.glsl"
-#include "render/vulkan/traversal.glsl"
-
-layout(local_size_x = 64) in;
+#include "render/vulkan/rays.glsl"
 
 void main() {
   uint next = 1u - batch.phase;
-  if (gl_GlobalInvocationID.x < queues[kQueueActive + next].count) {
-    uint number = lists[ListStart(next) + gl_GlobalInvocationID.x];
+  uint place = ThreadNumber();
+  if (place < queues[kQueueActive + next].count) {
+    uint number = lists[ListStart(next) + place];
     hits[number] = FindFirstHit(rays[number]);
   }
 }

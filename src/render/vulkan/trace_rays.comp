@@ -1,13 +1,15 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#version 450
+#version 460
+#ifdef STILLRAY_HARDWARE
+#extension GL_EXT_ray_tracing : require
+#endif
 
 // A batch of rays: the first hit of each, or with STILLRAY_SHADOW the light that passes.
+#define STILLRAY_HARDWARE_SET 2
 #include "render/vulkan/scene.glsl"
 #include "render/vulkan/material_lookup.glsl"
-#include "render/vulkan/traversal.glsl"
-
-layout(local_size_x = 64) in;
+#include "render/vulkan/rays.glsl"
 
 layout(std430, set = 1, binding = 0) readonly buffer Rays {
   GpuRay rays[];
@@ -27,8 +29,7 @@ layout(push_constant) uniform Push {
 };
 
 void main() {
-  uint i = gl_GlobalInvocationID.y * gl_NumWorkGroups.x * gl_WorkGroupSize.x +
-           gl_GlobalInvocationID.x;
+  uint i = ThreadNumber();
   if (i >= count) {
     return;
   }

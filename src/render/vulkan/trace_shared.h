@@ -13,18 +13,6 @@
 
 STILLRAY_RENDER_BEGIN
 
-// CameraView.
-struct GpuView {
-  vec3 position;
-  float half_width;
-  vec3 right;
-  float half_height;
-  vec3 up;
-  float width;
-  vec3 forward;
-  float height;
-};
-
 struct GpuFrame {
   GpuView view;
   GpuView previous;
@@ -38,7 +26,7 @@ struct GpuFrame {
   int ends_are_opaque;  // as in TraceContext
   int spread_points;    // 1: each sample passes its pixel at a point of its own
   int with_squares;     // 1: squares of the samples are added up
-  int unused_0;
+  int rasterised;       // 1: the camera's first hits lie in `visible`
 };
 
 // Pixels that are traced together: a rectangle of the picture in blocks of 8x8, which may stick out
@@ -110,12 +98,16 @@ struct GpuShadow {
   uint unused_0;
 };
 
-// A list of pixels of the batch that have work: the groups of an indirect dispatch and the number.
+// A list of pixels of the batch that have work: the groups of an indirect dispatch, then the number
+// of threads of an indirect launch of rays, `count` times 1 times 1.
 struct GpuQueue {
   uint groups_x;
   uint groups_y;
   uint groups_z;
   uint count;
+  uint rows;
+  uint layers;
+  uint unused_0, unused_1;
 };
 
 // Two queues take turns, as do those of the shadow rays.
@@ -146,12 +138,12 @@ STILLRAY_RENDER_END
 
 #ifdef __cplusplus
 namespace stillray::render {
-static_assert(sizeof(GpuView) == 64);
 static_assert(sizeof(GpuFrame) == 176);
 static_assert(sizeof(PathState) == 112);
 static_assert(sizeof(GpuGuides) == 80);
 static_assert(sizeof(GpuPixelLight) == 64);
 static_assert(sizeof(GpuShadow) == 64);
+static_assert(sizeof(GpuQueue) == 32);
 static_assert(sizeof(GpuBatch) <= 128);
 }  // namespace stillray::render
 #endif

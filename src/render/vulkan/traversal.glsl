@@ -3,43 +3,13 @@
 
 // Rays through the two levels of the BVH. Needs scene.glsl and material_lookup.glsl.
 //
-// No ray slips through where triangles share an edge or a vertex: triangles are tested as in Woop,
-// Benthin and Wald (2013), "Watertight Ray/Triangle Intersection", and boxes are left no later
-// than rounding allows (Ize 2013, "Robust BVH Ray Traversal"). Where the paper falls back on double
-// precision, zero counts as inside: then both neighbours are hit, at the same distance.
-
-// What traversal needs of a ray in the space of a tree.
-struct Walk {
-  vec3 origin;
-  vec3 direction;
-  vec3 inverse;
-  ivec3 axes;   // the last one is the direction's longest; right-handed along it
-  vec3 shear;
-};
-
-// Components of directions are taken to be at least this large: 1/x and its products stay finite.
-const float kLeastComponent = 1e-18f;
+// No ray slips through where triangles share an edge or a vertex: triangle_test.glsl sees to that,
+// and boxes are left no later than rounding allows (Ize 2013, "Robust BVH Ray Traversal").
+#include "render/vulkan/triangle_test.glsl"
 
 // Exits are pushed out by the rounding of a difference, a product and a reciprocal of up to 2.5
 // units in the last place (what Vulkan allows), on either side.
 const float kExitScale = 1.0f + 16.0f * 1.1920929e-7f;
-
-Walk MakeWalk(vec3 origin, vec3 direction) {
-  Walk walk;
-  walk.origin = origin;
-  walk.direction = direction;
-  vec3 side = mix(vec3(1.0f), vec3(-1.0f), lessThan(direction, vec3(0.0f)));
-  walk.inverse = side / max(abs(direction), vec3(kLeastComponent));
-  vec3 size = abs(direction);
-  int z = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
-  int x = z == 2 ? 0 : z + 1;
-  int y = x == 2 ? 0 : x + 1;
-  // Winding is kept for directions along the negative axis too.
-  walk.axes = direction[z] < 0.0f ? ivec3(y, x, z) : ivec3(x, y, z);
-  float scale = 1.0f / direction[z];
-  walk.shear = vec3(direction[walk.axes.x] * scale, direction[walk.axes.y] * scale, scale);
-  return walk;
-}
 
 vec4 Bytes(uint packed) {
   return vec4(uvec4(packed, packed >> 8, packed >> 16, packed >> 24) & 255u);
@@ -72,45 +42,6 @@ uvec4 EnterChildren(BvhNode node, Walk walk, float end) {
   uvec4 bits = floatBitsToUint(abs(enter));
   return mix(uvec4(kMissed), bits, bvec4(uvec4(lessThanEqual(enter, leave * kExitScale)) *
                                          uvec4(notEqual(node.children, uvec4(0u)))));
-}
-
-// In the ray's own space: it starts at 0 and runs along z. One axis at a time and with the same
-// operations for all three corners, so that a corner of two triangles lands in one place.
-vec3 ShearPoint(Walk walk, vec3 p) {
-  precise vec3 q = p - walk.origin;
-  precise float x = q[walk.axes.x] - walk.shear.x * q[walk.axes.z];
-  precise float y = q[walk.axes.y] - walk.shear.y * q[walk.axes.z];
-  precise float z = walk.shear.z * q[walk.axes.z];
-  return vec3(x, y, z);
-}
-
-// Whether (t, u, v) of a hit at 0 < t <= end is there.
-bool MeetTriangle(Walk walk, BvhTriangle triangle, float end, out vec3 tuv) {
-  vec3 a = ShearPoint(walk, triangle.p0);
-  vec3 b = ShearPoint(walk, triangle.p1);
-  vec3 c = ShearPoint(walk, triangle.p2);
-  // Products are rounded one by one: swapping the ends of an edge just turns the sign.
-  precise float cb = c.x * b.y;
-  precise float bc = c.y * b.x;
-  precise float ac = a.x * c.y;
-  precise float ca = a.y * c.x;
-  precise float ba = b.x * a.y;
-  precise float ab = b.y * a.x;
-  precise float u = cb - bc;
-  precise float v = ac - ca;
-  precise float w = ba - ab;
-  tuv = vec3(0.0f);
-  if ((u < 0.0f || v < 0.0f || w < 0.0f) && (u > 0.0f || v > 0.0f || w > 0.0f)) {
-    return false;
-  }
-  float determinant = u + v + w;
-  if (determinant == 0.0f) {
-    return false;
-  }
-  float inverse = 1.0f / determinant;
-  float t = (u * a.z + v * b.z + w * c.z) * inverse;
-  tuv = vec3(t, v * inverse, w * inverse);
-  return t > 0.0f && t <= end;
 }
 
 // Of two hits at the same distance the one with the smaller numbers counts, so that the hit does
@@ -186,11 +117,7 @@ GpuHit WalkScene(GpuRay ray, bool shadow, out vec3 light) {
         Placement placement = placements[placed];
         instance = placement.instance;
         if (instance != kNoInstance) {
-          // The direction keeps its scale: distances are those of the world.
-          walk = MakeWalk(TransformPoint(placement.to_object_x, placement.to_object_y,
-                                         placement.to_object_z, ray.origin),
-                          TransformVector(placement.to_object_x, placement.to_object_y,
-                                          placement.to_object_z, ray.direction));
+          walk = WalkOf(ray, placement);
         }
         stack[depth++] = uvec2(0u);
         node = placement.root;
@@ -201,12 +128,10 @@ GpuHit WalkScene(GpuRay ray, bool shadow, out vec3 light) {
         for (uint i = first; i <= last; ++i) {
           BvhTriangle triangle = triangles[i];
           vec3 tuv;
-          if (!MeetTriangle(walk, triangle, best.t, tuv)) {
+          if (!MeetTriangle(walk, triangle.p0, triangle.p1, triangle.p2, best.t, tuv)) {
             continue;
           }
-          GpuHit hit = GpuHit(tuv.x, tuv.y, tuv.z,
-                              instance == kNoInstance ? triangle.instance : instance,
-                              triangle.primitive);
+          GpuHit hit = MakeHit(tuv, instance, triangle);
           if (!shadow) {
             if (Before(hit, best)) {
               best = hit;

@@ -27,7 +27,6 @@ constexpr uint32_t kLeastPixels = 1u << 12;
 /// few paths that none does, and follows what they took.
 constexpr double kFirstPaths = 1 << 14;
 constexpr double kLeastPaths = 1 << 11;
-constexpr double kTargetMs = 200;
 /// Samples of a batch in a submission; bounds the times that are taken in it.
 constexpr int kMostSamples = 16;
 constexpr uint32_t kMostMarks = 2048;
@@ -53,9 +52,12 @@ struct BatchPlan {
 class VulkanRenderer final : public Renderer {
  public:
   VulkanRenderer(const Scene& scene, const RenderSettings& settings,
-                 std::shared_ptr<gpu::Device> device, std::optional<bool> add_by_group)
+                 std::shared_ptr<gpu::Device> device, const VulkanRenderOptions& options)
       : device_(std::move(device)),
-        add_by_group_(add_by_group.value_or(device_->info().is_gpu)),
+        add_by_group_(options.add_by_group.value_or(device_->info().is_gpu)),
+        way_(options.way),
+        rasterise_(options.rasterise),
+        submission_ms_(options.submission_ms),
         settings_(settings),
         any_transmission_(AnyTransmission(scene)),
         state_(scene),
@@ -72,11 +74,15 @@ class VulkanRenderer final : public Renderer {
   const RenderTimings& timings() const override { return timings_; }
   size_t memory_bytes() const override {
     return state_.memory_bytes() + lights_.memory_bytes() + accel_->memory().bytes +
-           gpu_lights_->memory().bytes + tracer_->memory().bytes;
+           gpu_lights_->memory().bytes + tracer_->memory().bytes +
+           (visibility_ ? visibility_->memory().bytes : 0);
   }
 
  private:
   Status MakeTracer();
+  Status MakeVisibility();
+  uint32_t WantedPixels() const;
+  bool HasRoom() const;
   Status MoveTo(const RenderMoment& moment);
   void SetFrame(const RenderMoment& moment, vec2 jitter, SampleStream stream);
   template <typename Store>
@@ -92,15 +98,20 @@ class VulkanRenderer final : public Renderer {
 
   std::shared_ptr<gpu::Device> device_;
   bool add_by_group_;
+  TracingWay way_;
+  bool rasterise_;
+  double submission_ms_;
   RenderSettings settings_;
   bool any_transmission_;
   SceneState state_;
   LightSet lights_;
   std::unique_ptr<GpuAccel> accel_;
   std::unique_ptr<GpuLights> gpu_lights_;
+  std::unique_ptr<Visibility> visibility_;  // none: the camera's rays are traced
   std::unique_ptr<GpuTracer> tracer_;
   gpu::Timestamps times_;
   GpuFrame frame_ = {};
+  bool visible_ = false;     // what the camera sees was drawn for this frame
   bool accel_moved_ = true;  // and not yet told to the device
   bool lights_moved_ = true;
   double previous_seconds_ = 0;
@@ -112,7 +123,7 @@ class VulkanRenderer final : public Renderer {
 Status VulkanRenderer::Build() {
   state_.Update(0.0, 0.0);
   lights_.Update(true);
-  Result<std::unique_ptr<GpuAccel>> accel = GpuAccel::Create(device_.get(), state_);
+  Result<std::unique_ptr<GpuAccel>> accel = GpuAccel::Create(device_.get(), state_, way_);
   STILLRAY_RETURN_IF_ERROR(accel.status());
   accel_ = std::move(*accel);
   Result<std::unique_ptr<GpuLights>> lights =
@@ -125,14 +136,47 @@ Status VulkanRenderer::Build() {
   return MakeTracer();
 }
 
+/// A device that cannot draw, or has no room for it, traces the camera's rays.
+Status VulkanRenderer::MakeVisibility() {
+  visibility_.reset();
+  if (!rasterise_) {
+    return Status::Ok();
+  }
+  Result<std::unique_ptr<Visibility>> visibility =
+      Visibility::Create(device_.get(), accel_.get(), state_, settings_.width, settings_.height);
+  if (visibility.ok()) {
+    visibility_ = std::move(*visibility);
+    return Status::Ok();
+  }
+  const StatusCode code = visibility.status().code();
+  return code == StatusCode::kUnsupported || code == StatusCode::kOutOfMemory ? Status::Ok()
+                                                                              : visibility.status();
+}
+
+/// Of a batch.
+uint32_t VulkanRenderer::WantedPixels() const {
+  const int64_t pixels = int64_t{RoundUp(settings_.width)} * RoundUp(settings_.height);
+  return static_cast<uint32_t>(std::min<int64_t>(pixels, kMostPixels));
+}
+
+/// Whether what was made for another picture does for this one. A viewer changes its resolution
+/// often, and making all of it anew compiles the shaders again.
+bool VulkanRenderer::HasRoom() const {
+  const bool drawn = visibility_ != nullptr
+                         ? visibility_->HasRoomFor(settings_.width, settings_.height)
+                         : !rasterise_ || !device_->can_draw();
+  return drawn && tracer_->capacity() >= WantedPixels();
+}
+
 /// Room for the picture, or for as much of it as the device has memory for.
 Status VulkanRenderer::MakeTracer() {
-  const int64_t pixels = int64_t{RoundUp(settings_.width)} * RoundUp(settings_.height);
-  auto most = static_cast<uint32_t>(std::min<int64_t>(pixels, kMostPixels));
+  uint32_t most = WantedPixels();
+  tracer_.reset();
+  STILLRAY_RETURN_IF_ERROR(MakeVisibility());
   while (true) {
     tracer_.reset();
-    Result<std::unique_ptr<GpuTracer>> tracer =
-        GpuTracer::Create(device_.get(), accel_.get(), gpu_lights_.get(), most, add_by_group_);
+    Result<std::unique_ptr<GpuTracer>> tracer = GpuTracer::Create(
+        device_.get(), accel_.get(), gpu_lights_.get(), visibility_.get(), most, add_by_group_);
     if (tracer.ok()) {
       tracer_ = std::move(*tracer);
       return Status::Ok();
@@ -148,7 +192,8 @@ Status VulkanRenderer::SetSettings(const RenderSettings& settings) {
   STILLRAY_RETURN_IF_ERROR(CheckSettings(settings));
   const RenderSettings before = settings_;
   settings_ = settings;
-  if (settings.width == before.width && settings.height == before.height) {
+  const bool same = settings.width == before.width && settings.height == before.height;
+  if (same || HasRoom()) {
     return Status::Ok();
   }
   const Status made = MakeTracer();
@@ -182,6 +227,7 @@ Status VulkanRenderer::MoveTo(const RenderMoment& moment) {
 void VulkanRenderer::SetFrame(const RenderMoment& moment, vec2 jitter, SampleStream stream) {
   const CameraPair cameras = CamerasOf(state_, moment, settings_.width, settings_.height);
   frame_ = {};
+  visible_ = false;
   frame_.view = MakeGpuView(cameras.now);
   frame_.previous = MakeGpuView(cameras.before);
   frame_.point = vec2(0.5f) + jitter;
@@ -197,7 +243,7 @@ void VulkanRenderer::SetFrame(const RenderMoment& moment, vec2 jitter, SampleStr
 }
 
 void VulkanRenderer::AdaptTo(double paths, double milliseconds) {
-  const double ratio = kTargetMs / std::max(milliseconds, 1e-3);
+  const double ratio = submission_ms_ / std::max(milliseconds, 1e-3);
   if (ratio < 1) {
     paths_per_submission_ = std::max(paths * std::max(ratio, 0.25), kLeastPaths);
   } else if (paths > 0.5 * paths_per_submission_) {
@@ -209,10 +255,10 @@ void VulkanRenderer::AdaptTo(double paths, double milliseconds) {
 
 void VulkanRenderer::ReadTimes() {
   for (const gpu::DeviceTime& time : times_.Read()) {
-    double& sum = time.name == kTimeGuides    ? timings_.primary_ms
-                  : time.name == kTimeShadows ? timings_.shadow_ms
-                  : time.name == kTimeBounces ? timings_.bounce_ms
-                                              : timings_.shade_ms;
+    double& sum = time.name == kTimeGuides || time.name == kTimeRaster ? timings_.primary_ms
+                  : time.name == kTimeShadows                          ? timings_.shadow_ms
+                  : time.name == kTimeBounces                          ? timings_.bounce_ms
+                                                                       : timings_.shade_ms;
     sum += time.milliseconds;
   }
   const GpuCounters& counters = tracer_->counters();
@@ -225,6 +271,7 @@ void VulkanRenderer::ReadTimes() {
 /// Samples `done` to `done + samples` of the batch; with the first its guides, with the last its
 /// results.
 Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, int samples) {
+  const std::unique_lock<std::mutex> lock = device_->Lock();
   const Result<VkCommandBuffer> commands = device_->Begin();
   STILLRAY_RETURN_IF_ERROR(commands.status());
   if (accel_moved_) {
@@ -234,6 +281,9 @@ Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, i
     gpu_lights_->RecordUpdate(*commands);
   }
   tracer_->RecordBegin(*commands, frame_, device_->has_timestamps() ? &times_ : nullptr);
+  if (frame_.rasterised != 0 && !visible_) {
+    tracer_->RecordVisibility(*commands, frame_);
+  }
   if (plan.guides && done == 0) {
     STILLRAY_RETURN_IF_ERROR(tracer_->RecordGuides(*commands, batch));
   }
@@ -255,6 +305,7 @@ Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, i
   AdaptTo(static_cast<double>(batch.count) * std::max(samples, 1), took.count());
   accel_moved_ = false;
   lights_moved_ = false;
+  visible_ = frame_.rasterised != 0;
   STILLRAY_RETURN_IF_ERROR(tracer_->Invalidate());
   ReadTimes();
   return Status::Ok();
@@ -311,6 +362,7 @@ Status VulkanRenderer::RenderWhole(const RenderMoment& moment, Frame* frame,
   sparse_.Forget();
   PrepareFrame(settings_, moment, frame);
   SetFrame(moment, vec2(frame->jitter_x, frame->jitter_y), SampleStream::kFrames);
+  frame_.rasterised = visibility_ ? 1 : 0;
   BatchPlan plan;
   plan.guides = true;
   plan.samples = settings_.spp;
@@ -354,6 +406,8 @@ Status VulkanRenderer::RenderPart(const RenderMoment& moment, Frame* frame,
   PrepareFrame(settings_, moment, frame);
   SetFrame(moment, vec2(frame->jitter_x, frame->jitter_y), SampleStream::kFrames);
   const bool full = settings_.guides == GuideCoverage::kFull;
+  // Of sparse guides there are too few to draw all of the scene for.
+  frame_.rasterised = full && visibility_ ? 1 : 0;
   const PixelOrder order(settings_.cycle, settings_.seed, moment.frame_index);
   const std::vector<PixelPosition> chosen = ChoosePixels(order, frame);
   ProgressMeter meter(progress,
@@ -432,12 +486,11 @@ Status VulkanRenderer::RenderReference(const RenderMoment& moment, int spp, Imag
 Result<std::unique_ptr<Renderer>> CreateVulkanRenderer(const Scene& scene,
                                                        const RenderSettings& settings,
                                                        std::shared_ptr<gpu::Device> device,
-                                                       std::optional<bool> add_by_group) {
+                                                       const VulkanRenderOptions& options) {
   STILLRAY_RETURN_IF_ERROR(CheckSettings(settings));
   STILLRAY_RETURN_IF_ERROR(CheckScene(scene));
   try {
-    auto renderer =
-        std::make_unique<VulkanRenderer>(scene, settings, std::move(device), add_by_group);
+    auto renderer = std::make_unique<VulkanRenderer>(scene, settings, std::move(device), options);
     STILLRAY_RETURN_IF_ERROR(renderer->Build());
     return std::unique_ptr<Renderer>(std::move(renderer));
   } catch (const std::bad_alloc&) {

@@ -97,7 +97,12 @@ void DrawTimePanel(const ViewerState& state) {
   ColouredTime(kTraceColour, "tracing", f.cost.trace_ms);
   ImGui::SameLine();
   ColouredTime(kFilterColour, "filter", f.cost.filter_ms);
-  ImGui::TextWrapped("filtered on %s", f.device.c_str());
+  if (f.tracer == f.device) {
+    ImGui::TextWrapped("traced and filtered on %s", f.device.c_str());
+  } else {
+    ImGui::TextWrapped("traced on %s", f.tracer.c_str());
+    ImGui::TextWrapped("filtered on %s", f.device.c_str());
+  }
   if (ImGui::BeginTable("stages", 2, kTable)) {
     for (const StageTime& stage : f.stages) {
       Row(std::string(stage.name).c_str(), fmt::format("{:.2f} ms", stage.milliseconds));

@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// An acceleration structure of the device's own kind, in a buffer.
+#pragma once
+
+#include <utility>
+
+#include "gpu/memory.h"
+
+namespace stillray::gpu {
+
+/// Move-only; its buffer must outlive it.
+class Acceleration {
+ public:
+  /// What its buffer must be made with.
+  static constexpr VkBufferUsageFlags kUsage =
+      VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
+      VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
+
+  /// Takes all of the buffer; nothing is built yet.
+  static Result<Acceleration> Create(const DeviceContext* context, const Buffer& buffer,
+                                     VkAccelerationStructureTypeKHR type);
+  Acceleration() = default;
+  Acceleration(Acceleration&& other) noexcept { *this = std::move(other); }
+  Acceleration& operator=(Acceleration&& other) noexcept;
+  ~Acceleration();
+
+  const VkAccelerationStructureKHR& handle() const { return handle_; }
+  VkDeviceAddress address() const { return address_; }
+
+ private:
+  const DeviceContext* context_ = nullptr;
+  VkAccelerationStructureKHR handle_ = VK_NULL_HANDLE;
+  VkDeviceAddress address_ = 0;
+};
+
+/// What was built or copied is seen by the builds, copies and queries that follow.
+void WaitForBuilds(const DeviceContext& context, VkCommandBuffer commands);
+
+}  // namespace stillray::gpu

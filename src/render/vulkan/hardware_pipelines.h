@@ -1,0 +1,27 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The shaders that trace rays, as pipelines for hardware.
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "gpu/ray_pipeline.h"
+
+namespace stillray::render {
+
+enum class HardwareShader : uint8_t {
+  kFirstHits,      ///< of batches of rays (GpuAccel)
+  kTransmittance,  ///< the same
+  kFindGuides,     ///< of the tracer, as are all that follow
+  kTraceShadows,
+  kTraceNext,
+};
+
+/// \param sets  of the shader, with HardwareScene::kShape as the last one
+Result<std::unique_ptr<gpu::RayPipeline>> MakeHardwarePipeline(
+    gpu::Device* device, HardwareShader shader, std::span<const VkDescriptorSetLayout> sets,
+    uint32_t push_bytes);
+
+}  // namespace stillray::render

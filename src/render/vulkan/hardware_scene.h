@@ -1,0 +1,78 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The scene as the device's own acceleration structures, for tracing rays by hardware.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "gpu/acceleration.h"
+#include "gpu/device.h"
+#include "gpu/memory.h"
+#include "gpu/pipeline.h"
+#include "render/vulkan/gpu_scene.h"
+
+namespace stillray::render {
+
+/// Bottom levels of the triangles that the compute shaders walk, which are not copied: one for what
+/// stands still, one for each mesh that moves. A top level of the placements, made anew on the
+/// device whenever instances have moved. Opaque triangles and those that may let light through are
+/// geometries of their own: shaders run for the latter only.
+class HardwareScene {
+ public:
+  /// Builds the bottom levels; waits for that.
+  /// \param device     that traces rays
+  /// \param triangles  those of the scene on the device, made with kTriangleUsage
+  /// All must outlive this.
+  /// \return kUnsupported: more triangles or instances than the device takes; kOutOfMemory
+  static Result<std::unique_ptr<HardwareScene>> Create(gpu::Device* device, const GpuScene& scene,
+                                                       const gpu::Buffer& triangles);
+  static constexpr VkBufferUsageFlags kTriangleUsage =
+      VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+      VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
+
+  /// Takes over the scene's placements. Takes effect by RecordUpdate; no work may be running.
+  Status Update();
+  /// Builds the top level. What traced before is waited for, what traces later waits.
+  void RecordUpdate(VkCommandBuffer commands) const;
+
+  /// The descriptors of hardware_set.glsl.
+  static constexpr gpu::SetShape kShape = {0, 0, 0, 1, 1};
+  VkDescriptorSet set() const { return set_; }
+  gpu::MemoryUse memory() const;
+
+ private:
+  HardwareScene(gpu::Device* device, const GpuScene& scene)
+      : device_(device),
+        scene_(scene),
+        arena_(&device->context()),
+        bottom_arena_(&device->context()),
+        sets_(&device->context()) {}
+  Status CheckLimits() const;
+  Status AddBuffers();
+  Status BuildBottoms(const gpu::Buffer& triangles, const std::vector<uint32_t>& order);
+  struct BottomBuffers;
+  Status RunBuilds(const gpu::Buffer& triangles, const BottomBuffers& buffers,
+                   std::vector<gpu::Acceleration>* built);
+  Status Compact(std::span<const gpu::Acceleration> loose);
+  Status MakeSet();
+  VkDeviceAddress BottomOf(const Placement& placement) const;
+
+  gpu::Device* device_;
+  const GpuScene& scene_;
+  gpu::Arena arena_;
+  gpu::Arena bottom_arena_;
+  gpu::DescriptorSets sets_;
+  VkDescriptorSet set_ = VK_NULL_HANDLE;
+  std::vector<gpu::Acceleration> bottoms_;  // of the scene's groups
+  gpu::Acceleration top_;
+  const gpu::Buffer* order_ = nullptr;
+  const gpu::Buffer* staging_ = nullptr;    // instances, for the device to copy
+  const gpu::Buffer* instances_ = nullptr;  // VkAccelerationStructureInstanceKHR
+  const gpu::Buffer* top_memory_ = nullptr;
+  const gpu::Buffer* scratch_ = nullptr;
+};
+
+}  // namespace stillray::render

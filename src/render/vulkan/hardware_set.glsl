@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// What shaders that are run by hardware pass on, and where the scene lies for them.
+#ifndef STILLRAY_RENDER_VULKAN_HARDWARE_SET_GLSL
+#define STILLRAY_RENDER_VULKAN_HARDWARE_SET_GLSL
+#ifndef STILLRAY_HARDWARE_SET
+#define STILLRAY_HARDWARE_SET 3
+#endif
+
+// Within each bottom level, the numbers of its opaque triangles, then those of the others.
+layout(std430, set = STILLRAY_HARDWARE_SET, binding = 0) readonly buffer TriangleOrder {
+  uint triangle_order[];
+};
+layout(set = STILLRAY_HARDWARE_SET, binding = 1) uniform accelerationStructureEXT top_level;
+
+// A hit as the hardware tells of it.
+struct HardwareHit {
+  vec3 tuv;
+  uint placement;  // kNoInstance: none
+  uint geometry;   // 0: the opaque triangles of a bottom level, 1: the others
+  uint primitive;
+};
+
+// What is left of a shadow ray's light, unless something opaque was in its way.
+struct HardwareShadow {
+  vec3 light;
+  uint blocked;
+};
+
+// The hit, from the same arithmetic as in compute shaders: both ways of tracing give the same
+// frames. Where that misses by a rounding the hardware's own numbers count.
+GpuHit RefineHit(GpuRay ray, HardwareHit hit) {
+  Placement placement = placements[hit.placement];
+  uint number = triangle_order[placement.first_triangle +
+                               hit.geometry * placement.opaque_triangles + hit.primitive];
+  BvhTriangle triangle = triangles[number];
+  vec3 exact;
+  bool met = MeetTriangle(WalkOf(ray, placement), triangle.p0, triangle.p1, triangle.p2, ray.end,
+                          exact);
+  return MakeHit(met ? exact : hit.tuv, placement.instance, triangle);
+}
+#endif

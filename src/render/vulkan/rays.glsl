@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// How a shader that traces rays runs, and FindFirstHit and FindTransmittance in its own way: by a
+// walk of our tree in compute shaders, or, with STILLRAY_HARDWARE, by the device in ray generation
+// shaders. Such a shader has this extension on top:
+//   #ifdef STILLRAY_HARDWARE
+//   #extension GL_EXT_ray_tracing : require
+//   #endif
+// Needs scene.glsl and material_lookup.glsl.
+#ifdef STILLRAY_HARDWARE
+#include "render/vulkan/hardware_rays.glsl"
+
+uint ThreadNumber() {
+  return gl_LaunchIDEXT.x;
+}
+#else
+#include "render/vulkan/traversal.glsl"
+
+layout(local_size_x = 64) in;
+
+uint ThreadNumber() {
+  return gl_GlobalInvocationID.y * gl_NumWorkGroups.x * gl_WorkGroupSize.x +
+         gl_GlobalInvocationID.x;
+}
+#endif

@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What the camera sees first, by the device's rasteriser: the first stage of the hybrid renderers
+/// of the SVGF papers. One triangle per pixel is all it keeps; positions, normals, motion and
+/// materials are looked up from there, so the guides are those of a traced ray.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "gpu/raster.h"
+#include "render/vulkan/gpu_accel.h"
+#include "render/vulkan/visibility_shared.h"
+
+namespace stillray::render {
+
+class Visibility {
+ public:
+  /// \param device, accel, state  must outlive this
+  /// \param width, height  of the largest picture
+  /// \return kUnsupported: the device does not draw, or no pictures as large as this
+  static Result<std::unique_ptr<Visibility>> Create(gpu::Device* device, const GpuAccel* accel,
+                                                    const SceneState& state, int width, int height);
+
+  bool HasRoomFor(int width, int height) const {
+    return width <= picture_->width && height <= picture_->height;
+  }
+  /// Records that triangles() is made anew, for a picture of the view's size, for which there must
+  /// be room; the shaders that follow may read it.
+  void Record(VkCommandBuffer commands, const RasterView& view) const;
+
+  /// Two words per pixel, rows from the top: instance and primitive; kNoInstance: nothing.
+  const gpu::Buffer& triangles() const { return *triangles_; }
+  gpu::MemoryUse memory() const { return arena_.Need(); }
+
+ private:
+  struct Draw {
+    uint32_t instance;
+    uint32_t vertices;
+  };
+
+  Visibility(gpu::Device* device, const GpuAccel* accel)
+      : device_(device),
+        accel_(accel),
+        arena_(&device->context()),
+        sets_(&device->context()),
+        raster_(&device->context()) {}
+  Status CheckSize(int width, int height) const;
+  Status Build(const SceneState& state, int width, int height);
+
+  gpu::Device* device_;
+  const GpuAccel* accel_;
+  gpu::Arena arena_;
+  gpu::DescriptorSets sets_;
+  gpu::Raster raster_;
+  std::vector<Draw> draws_;
+  const gpu::Image* picture_ = nullptr;
+  const gpu::Buffer* triangles_ = nullptr;
+};
+
+}  // namespace stillray::render
