@@ -191,8 +191,20 @@ struct NamedImage {
   std::vector<Image1> channels;
 };
 
+/// What of a finished picture Denoise hands over. From a device each is a copy to the host: 16
+/// bytes per pixel of colour, 4 of the picture as displayed.
+struct Results {
+  bool colour = true;
+  bool display = false;
+};
+
 struct DenoisedFrame {
-  Image3 colour;  ///< scene-linear: remodulated, emission and background added, antialiased
+  /// Scene-linear: remodulated, emission and background added, antialiased. Empty if not wanted.
+  Image3 colour;
+  /// What ToDisplay makes of the colour by the settings (exposure, tonemap, dither) and the frame's
+  /// index: width * height * 3 bytes. Those of a device differ by one step at most. Empty if not
+  /// wanted.
+  std::vector<uint8_t> display;
   std::vector<StageTime> timings;  ///< in the order of the pipeline
   std::vector<NamedImage> images;  ///< the pictures asked for with SetOutputs()
   /// Pixels of signals whose light was NaN or infinite, or negative, and was treated as missing,
@@ -328,6 +340,12 @@ class Denoiser {
   /// Why frames are filtered on the CPU although the device is another: what failed there before
   /// the first frame was finished, if the device was chosen by "auto". Mostly empty.
   const std::string& remark() const { return remark_; }
+
+  /// What is handed over from the next frame on; nothing else of a picture changes.
+  void SetResults(const Results& wanted);
+  /// The scene-linear picture of the last frame, where SetResults left it out of DenoisedFrame.
+  /// \return kNotFound if no frame was finished, or none since the history was restored
+  Status ReadColour(Image3* colour);
 
   /// Intermediate pictures to return, by name: see OutputNames().
   /// \return kInvalidArgument naming the unknown one

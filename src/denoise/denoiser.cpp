@@ -84,6 +84,7 @@ void Denoiser::Impl::Allocate(int width, int height, size_t groups) {
   if (!same) {
     state = DenoiserState(width, height, groups, settings.limit_history, BlendsFeedback(settings),
                           border);
+    has_result = false;
     taps = ReprojectionTaps(width, height);
     staged = StagedHistory(width, height);
     light.clear();
@@ -394,10 +395,7 @@ Status Denoiser::Denoise(const Frame& frame, const FutureLight& future, Denoised
   }
   d.RunFxaa();
   d.RunAntialias();
-  if (out->colour.width() != frame.width || out->colour.height() != frame.height) {
-    out->colour = Image3(frame.width, frame.height);
-  }
-  CopyImage(d.state.picture, &out->colour);
+  d.HandOver();
   for (auto& [name, image] : d.composites) {
     out->images.push_back({name, {std::move(image[0]), std::move(image[1]), std::move(image[2])}});
   }
@@ -521,17 +519,9 @@ Status Denoiser::RestoreHistory(std::span<const uint8_t> bytes) {
   impl_->state = DenoiserState();
   impl_->Allocate(restored->width, restored->height, restored->signals.size());
   impl_->state = std::move(restored.value());
+  impl_->has_result = false;
   impl_->feeds_back = true;  // perhaps: then the next frame looks
   return Status::Ok();
-}
-
-std::vector<uint8_t> ToDisplay(const Image3& colour, float exposure, Tonemap curve, float dither,
-                               int64_t frame) {
-  std::vector<uint8_t> bytes(static_cast<size_t>(colour.width()) *
-                             static_cast<size_t>(colour.height()) * 3);
-  cpu::Tonemap(colour, std::exp2f(exposure), static_cast<int>(curve),
-               {dither, static_cast<uint32_t>(frame)}, bytes.data());
-  return bytes;
 }
 
 }  // namespace stillray

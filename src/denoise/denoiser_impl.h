@@ -61,7 +61,9 @@ struct Denoiser::Impl {
   Settings settings;
   const StageTable* stages = &kCpuStages;
   std::vector<std::string> outputs;
+  Results results;
   DenoiserState state;
+  bool has_result = false;  ///< state.picture is that of the last frame
 
   // Work planes, kept between frames so that nothing is allocated in the steady state.
   ReprojectionTaps taps;
@@ -129,6 +131,7 @@ struct Denoiser::Impl {
   void AdvanceFeedback();
   void RunFxaa();
   void RunAntialias();
+  void HandOver();
   AlbedoSum Albedos(const SignalGroup& group) const;
   void AddSignal(const SignalGroup& group, const Image3& light_in, Image3* sum);
 

@@ -23,6 +23,8 @@ class DeviceDenoiser {
   virtual ~DeviceDenoiser() = default;
   virtual Status Denoise(const Frame& frame, DenoisedFrame* out) = 0;
   virtual Status SetSettings(const Settings& settings) = 0;
+  virtual void SetResults(const Results& wanted) = 0;
+  virtual Status ReadColour(Image3* colour) = 0;
   /// \param names  of single outputs, known to be valid
   virtual void SetOutputs(std::vector<std::string> names) = 0;
   virtual void Reset() = 0;

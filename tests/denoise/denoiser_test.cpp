@@ -22,6 +22,7 @@ using test::FillImage;
 using test::Light;
 using test::MakeBusyFrame;
 using test::MakeWall;
+using test::SameBits;
 using ::testing::HasSubstr;
 
 Denoiser MakeDenoiser(const Settings& s, Backend backend = Backend::kCpu) {
@@ -59,18 +60,6 @@ double RmsError(const Image3& a, const Image3& b) {
     }
   }
   return std::sqrt(error / square);
-}
-
-bool SameBits(const Image3& a, const Image3& b) {
-  for (int c = 0; c < 3; ++c) {
-    for (int y = 0; y < a.height(); ++y) {
-      if (std::memcmp(a[c].Row(y), b[c].Row(y), static_cast<size_t>(a.width()) * sizeof(float)) !=
-          0) {
-        return false;
-      }
-    }
-  }
-  return true;
 }
 
 std::vector<Settings> AllKindsOfSettings() {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstring>
 #include <functional>
 #include <limits>
 
@@ -132,6 +133,22 @@ inline Frame MakeBusyFrame(int width, int height, int64_t index, uint32_t seed =
   poke(10, 7, std::numeric_limits<float>::infinity());
   poke(17, 11, -1.0f);
   return f;
+}
+
+/// Whether two pictures are of one size and equal, signs of zeros and kinds of NaN included.
+inline bool SameBits(const Image3& a, const Image3& b) {
+  if (a.width() != b.width() || a.height() != b.height()) {
+    return false;
+  }
+  for (int c = 0; c < 3; ++c) {
+    for (int y = 0; y < a.height(); ++y) {
+      if (std::memcmp(a[c].Row(y), b[c].Row(y), static_cast<size_t>(a.width()) * sizeof(float)) !=
+          0) {
+        return false;
+      }
+    }
+  }
+  return true;
 }
 
 }  // namespace stillray::test

@@ -174,6 +174,39 @@ TEST_F(DeviceDenoiser, SettingsMayChangeOnTheWay) {
   EXPECT_EQ(got.colour.width(), 33);
 }
 
+TEST_F(DeviceDenoiser, HandsOverWhatIsWanted) {
+  for (const DevicePrecision precision : {DevicePrecision::kHalf, DevicePrecision::kFloat}) {
+    const Settings settings = With("default", {{"exposure", "0.5"}, {"dither", "1"}});
+    Denoiser d = MakeDenoiser(settings, precision);
+    Denoiser plain = MakeDenoiser(settings, precision);
+    Image3 late;
+    EXPECT_EQ(d.ReadColour(&late).code(), StatusCode::kNotFound);
+    DenoisedFrame out;
+    DenoisedFrame expected;
+    int i = 0;
+    for (const auto& [colour, display] : {std::pair(true, false), std::pair(false, true),
+                                          std::pair(true, true), std::pair(false, false)}) {
+      d.SetResults({.colour = colour, .display = display});
+      const Frame frame = MakeBusyFrame(37, 21, i);
+      ASSERT_TRUE(d.Denoise(frame, &out).ok());
+      ASSERT_TRUE(plain.Denoise(frame, &expected).ok());
+      EXPECT_EQ(out.colour.empty(), !colour);
+      EXPECT_EQ(out.display.size(), display ? 37u * 21 * 3 : 0u);
+      ASSERT_TRUE(d.ReadColour(&late).ok());
+      EXPECT_TRUE(test::SameBits(late, expected.colour)) << "nothing else changes, frame " << i;
+      const std::vector<uint8_t> shown =
+          ToDisplay(expected.colour, settings.exposure, settings.tonemap, settings.dither, i);
+      for (size_t k = 0; k < out.display.size(); ++k) {
+        ASSERT_NEAR(out.display[k], shown[k], 1) << "byte " << k << " of frame " << i;
+      }
+      ++i;
+    }
+    ASSERT_TRUE(d.Denoise(MakeBusyFrame(12, 9, i), &out).ok());  // another size
+    ASSERT_TRUE(d.ReadColour(&late).ok());
+    EXPECT_EQ(late.width(), 12);
+  }
+}
+
 TEST_F(DeviceDenoiser, WhatIsNotOfferedSaysSo) {
   Denoiser d = MakeDenoiser(PresetSettings("default").value(), DevicePrecision::kHalf);
   FutureLight future;

@@ -77,7 +77,7 @@ class FillGuides : public test::DeviceTest {
 
   Storage storage_ = Storage::kFloat;
   std::unique_ptr<vulkan::FramePipeline> pipeline_;
-  std::unique_ptr<vulkan::FrameUpload> upload_;
+  std::unique_ptr<test::FrameOnDevice> upload_;
   HeldGuides held_;
   SparseGuidesWork work_;
 };
@@ -134,7 +134,7 @@ void FillGuides::Check(const Frame& f, const Room& room, const std::string& what
   reference::CompleteGuides(f, &held_, &work_);
   vulkan::FrameFacts facts = vulkan::FactsOf(f);
   facts.fills_guides = true;
-  if (upload_ == nullptr || !upload_->Fits(f.width, f.height, facts)) {
+  if (upload_ == nullptr || !upload_->upload->Fits(f.width, f.height, facts)) {
     ASSERT_TRUE(pipeline_->ForgetInputs().ok());
     upload_ = test::Upload(device_->context(), f);
   }

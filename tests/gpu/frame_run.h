@@ -9,15 +9,30 @@
 #include <memory>
 #include <utility>
 
+#include "denoise/vulkan/frame_download.h"
 #include "denoise/vulkan/frame_upload.h"
 
 namespace stillray::test {
 
-inline std::unique_ptr<vulkan::FrameUpload> Upload(const gpu::DeviceContext& context,
-                                                   const Frame& f) {
-  auto made = vulkan::FrameUpload::Create(&context, f.width, f.height, vulkan::FactsOf(f));
-  EXPECT_TRUE(made.ok()) << made.status().message();
-  return std::move(made.value());
+/// Images of the device for what a frame has, and for its picture.
+struct FrameOnDevice {
+  std::unique_ptr<vulkan::FrameUpload> upload;
+  std::unique_ptr<vulkan::FrameDownload> download;
+
+  vulkan::FrameInputs inputs() const {
+    vulkan::FrameInputs images = upload->inputs();
+    download->ShowTo(&images);
+    return images;
+  }
+};
+
+inline std::unique_ptr<FrameOnDevice> Upload(const gpu::DeviceContext& context, const Frame& f) {
+  auto upload = vulkan::FrameUpload::Create(&context, f.width, f.height, vulkan::FactsOf(f));
+  EXPECT_TRUE(upload.ok()) << upload.status().message();
+  auto download = vulkan::FrameDownload::Create(&context, f.width, f.height);
+  EXPECT_TRUE(download.ok() && (*download)->Prepare(Results()).ok());
+  return std::unique_ptr<FrameOnDevice>(
+      new FrameOnDevice{std::move(upload.value()), std::move(download.value())});
 }
 
 inline void Barrier(const gpu::DeviceContext& c, VkCommandBuffer commands,
@@ -32,24 +47,25 @@ inline void Barrier(const gpu::DeviceContext& c, VkCommandBuffer commands,
 
 /// Copies the frame to the device, lets `record` record, and reads the picture back.
 template <typename Record>
-void RunFrame(gpu::Device* device, vulkan::FrameUpload* upload, const Frame& f, Image3* colour,
+void RunFrame(gpu::Device* device, FrameOnDevice* on_device, const Frame& f, Image3* colour,
               const Record& record) {
   const gpu::DeviceContext& c = device->context();
-  ASSERT_TRUE(upload->Write(f).ok());
+  ASSERT_TRUE(on_device->upload->Write(f).ok());
   const Result<VkCommandBuffer> commands = device->Begin();
   ASSERT_TRUE(commands.ok());
-  upload->Record(*commands);
+  on_device->upload->Record(*commands);
+  on_device->download->RecordUse(*commands);
   Barrier(c, *commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
           VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT);
   record(*commands);
   Barrier(c, *commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
           VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_READ_BIT);
-  upload->RecordDownload(*commands);
+  on_device->download->Record(*commands, Results());
   Barrier(c, *commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
           VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT);
   const Status run = device->Run();
   ASSERT_TRUE(run.ok()) << run.message();
-  ASSERT_TRUE(upload->ReadColour(colour).ok());
+  ASSERT_TRUE(on_device->download->ReadColour(colour).ok());
 }
 
 }  // namespace stillray::test

@@ -76,7 +76,7 @@ std::vector<double> ErrorsOverTime(const ViewSettings& settings, const Image3& r
   for (int n = 1; n <= 64 * settings.rate.cycle; ++n) {
     EXPECT_TRUE(session.RenderNext(settings, 0, kGoOn, &frame).ok());
     if (n >= next * settings.rate.cycle) {
-      errors.push_back(Error(session.denoised(), reference));
+      errors.push_back(Error(*session.Denoised().value(), reference));
       next *= 4;
     }
   }
@@ -152,10 +152,10 @@ TEST(UnderMotion, ThePictureStaysUsable) {
     for (int n = 0; n < 24; ++n) {
       settings.pose = Orbit(settings.pose, sparse ? -0.006f : 0.006f, 0);
       ASSERT_TRUE(session.RenderNext(settings, 0, kGoOn, &frame).ok());
+      const Image3& c = *session.Denoised().value();
       int holes = 0;
       for (int y = 0; y < frame.height; ++y) {
         for (int x = 0; x < frame.width; ++x) {
-          const Image3& c = session.denoised();
           const float sum = c[0](x, y) + c[1](x, y) + c[2](x, y);
           ASSERT_TRUE(std::isfinite(sum)) << "frame " << n << " at " << x << " " << y;
           holes += sum > 0 ? 0 : 1;
@@ -168,9 +168,10 @@ TEST(UnderMotion, ThePictureStaysUsable) {
     still.seek_seconds = frame.seconds;
     const Image3 reference = Converged("builtin:lights", still, 256);
     const double raw = Error(session.noisy(), reference);
-    const double clean = Error(session.denoised(), reference);
+    const double clean = Error(*session.Denoised().value(), reference);
     const double raw_flip = CompareImages(session.noisy(), reference, false).value().flip;
-    const double clean_flip = CompareImages(session.denoised(), reference, false).value().flip;
+    const double clean_flip =
+        CompareImages(*session.Denoised().value(), reference, false).value().flip;
     std::printf("%s guides: error %.4f raw, %.4f denoised; FLIP %.4f raw, %.4f denoised\n",
                 sparse ? "sparse" : "full", raw, clean, raw_flip, clean_flip);
     EXPECT_LT(clean, raw / 3);

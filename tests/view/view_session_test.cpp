@@ -15,6 +15,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
+constexpr uint8_t kGrey = 77;
 const RenderProgress kGoOn = [](double) { return true; };
 
 ViewSettings SmallSettings() {
@@ -58,11 +59,11 @@ TEST(ViewSession, AStillViewGetsBetter) {
   EXPECT_EQ(first.number, 1u);
   EXPECT_EQ(first.pictures.size(), 2u);
   EXPECT_FALSE(first.still);
-  const Image3 early = session.denoised();
+  const Image3 early = *session.Denoised().value();
   for (int i = 0; i < 30; ++i) {
     Next(settings, &session);
   }
-  const Image3 late = session.denoised();
+  const Image3 late = *session.Denoised().value();
   settings.reference = true;
   Next(settings, &session);
   for (int i = 0; i < 128; ++i) {
@@ -365,28 +366,41 @@ TEST(ViewSession, AdaptsItsRateToTheTarget) {
   EXPECT_GE(frame.rate.value(), 4.0 / 16);
 }
 
-/// A device that works for some frames and is lost then; its pictures are plain green.
+/// A device that works for some frames and is lost then; its pictures are plain green, as displayed
+/// plain grey.
 class MortalDevice : public DeviceBackend {
  public:
   explicit MortalDevice(int frames) : frames_(frames) {}
+  /// What the last frame was asked for, and how often its colour was fetched later.
+  const Results& results() const { return results_; }
+  int reads() const { return reads_; }
   Result<std::unique_ptr<DeviceDenoiser>> CreateDenoiser(const Settings&,
                                                          DevicePrecision) override {
     if (frames_ == 0) {
       return Status::Unsupported("the device was lost");
     }
-    return std::unique_ptr<DeviceDenoiser>(std::make_unique<Mortal>(&frames_));
+    return std::unique_ptr<DeviceDenoiser>(std::make_unique<Mortal>(this));
   }
 
  private:
   class Mortal : public DeviceDenoiser {
    public:
-    explicit Mortal(int* frames) : frames_(frames) {}
+    explicit Mortal(MortalDevice* device) : device_(device) {}
     Status Denoise(const Frame& frame, DenoisedFrame* out) override {
-      if ((*frames_)-- == 0) {
+      if (device_->frames_-- == 0) {
         return Status::Unsupported("the device was lost");
       }
-      out->colour = Image3(frame.width, frame.height);
-      out->colour[1].Fill(1);
+      colour_ = Image3(frame.width, frame.height);
+      colour_[1].Fill(1);
+      out->colour = device_->results_.colour ? colour_ : Image3();
+      const size_t bytes = static_cast<size_t>(frame.width) * static_cast<size_t>(frame.height) * 3;
+      out->display.assign(device_->results_.display ? bytes : 0, kGrey);
+      return Status::Ok();
+    }
+    void SetResults(const Results& wanted) override { device_->results_ = wanted; }
+    Status ReadColour(Image3* colour) override {
+      ++device_->reads_;
+      *colour = colour_;
       return Status::Ok();
     }
     Status SetSettings(const Settings&) override { return Status::Ok(); }
@@ -396,9 +410,12 @@ class MortalDevice : public DeviceBackend {
     DeviceMemory device_memory() const override { return {}; }
 
    private:
-    int* frames_;
+    MortalDevice* device_;
+    Image3 colour_;
   };
   int frames_;
+  Results results_;
+  int reads_ = 0;
 };
 
 TEST(ViewSession, GoesOnOnTheCpuWhenItsDeviceIsLost) {
@@ -411,7 +428,7 @@ TEST(ViewSession, GoesOnOnTheCpuWhenItsDeviceIsLost) {
       const ViewFrame frame = Next(SmallSettings(), &session);
       EXPECT_EQ(frame.device, "a device");
       EXPECT_EQ(frame.note, "");
-      EXPECT_EQ(frame.pictures[0].pixels[0], 0);
+      EXPECT_EQ(frame.pictures[0].pixels[0], kGrey);
     }
     const ViewFrame lost = Next(SmallSettings(), &session);
     EXPECT_EQ(lost.device, "cpu");
@@ -419,6 +436,75 @@ TEST(ViewSession, GoesOnOnTheCpuWhenItsDeviceIsLost) {
     EXPECT_LT(MeanDifference(lost.pictures[0], Next(SmallSettings(), &expected).pictures[0]), 15);
     EXPECT_EQ(Next(SmallSettings(), &session).note, "");
     EXPECT_TRUE(session.device().is_cpu());
+  }
+}
+
+// The picture comes as bytes; in full precision, the larger copy, only where its numbers are
+// needed.
+TEST(ViewSession, CopiesOnlyWhatIsLookedAt) {
+  const auto backend = std::make_shared<MortalDevice>(100);
+  ViewSession session = Open("builtin:cornell", MakeDevice(backend, "a device"));
+  const auto copied = [&](const ViewSettings& settings) {
+    const ViewFrame frame = Next(settings, &session);
+    EXPECT_TRUE(frame.panes[0] != "denoised" || frame.pictures[0].pixels[0] == kGrey);
+    return std::make_pair(backend->results().colour, backend->results().display);
+  };
+  using Copied = std::pair<bool, bool>;
+  ViewSettings settings = SmallSettings();
+  EXPECT_EQ(copied(settings), Copied(false, true));
+  EXPECT_EQ(backend->reads(), 0);
+  EXPECT_EQ(session.Values("denoised").value()[1](3, 3), 1) << "for files, whenever it is wanted";
+  EXPECT_EQ(backend->reads(), 1);
+  settings.panes = {"normal"};
+  EXPECT_EQ(copied(settings), Copied(false, false));
+  settings.panes = {"motion_arrows", "noisy"};
+  EXPECT_EQ(copied(settings), Copied(false, true));
+  settings.panes = {"no_such_view"};
+  EXPECT_EQ(copied(settings), Copied(false, true)) << "the picture stands in for it";
+  settings.panes = {"denoised"};
+  settings.inspect = true;
+  EXPECT_EQ(copied(settings), Copied(true, true));
+  settings.inspect = false;
+  settings.reference = true;
+  EXPECT_EQ(copied(settings), Copied(true, true));
+  EXPECT_EQ(backend->reads(), 1);
+  settings.reference = false;
+  EXPECT_EQ(copied(settings), Copied(false, true));
+}
+
+/// The most that two pictures differ by, in steps of 255.
+int MostDifference(const std::vector<uint8_t>& a, const std::vector<uint8_t>& b) {
+  int most = a.size() == b.size() ? 0 : 255;
+  for (size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+    most = std::max(most, std::abs(int{a[i]} - int{b[i]}));
+  }
+  return most;
+}
+
+TEST(ViewSession, ShowsTheColourAsDisplayed) {
+  std::vector<std::pair<Device, int>> devices = {{Device(), 0}};  // and what may differ, in steps
+  if (const Result<Device> device = Device::Open("vulkan"); device.ok()) {
+    devices.emplace_back(*device, 1);
+  }
+  for (const auto& [device, tolerance] : devices) {
+    ViewSession session = Open("builtin:cornell", device);
+    ViewSettings settings = SmallSettings();
+    settings.width = 64;
+    settings.height = 40;
+    settings.bounces = 1;
+    settings.panes = {"denoised"};
+    settings.denoise.exposure = 0.7f;
+    settings.denoise.tonemap = Tonemap::kFilmic;
+    settings.denoise.dither = 1;
+    for (int64_t i = 0; i < 3; ++i) {
+      const ViewFrame frame = Next(settings, &session);
+      EXPECT_EQ(frame.device, device.description());
+      const Image3& colour = *session.Denoised().value();
+      EXPECT_LE(
+          MostDifference(frame.pictures[0].pixels, ToDisplay(colour, 0.7f, Tonemap::kFilmic, 1, i)),
+          tolerance)
+          << device.description() << ", frame " << i;
+    }
   }
 }
 

@@ -273,9 +273,9 @@ void ViewEngine::MakeFrame() {
       Tell(true, refined.message());
     }
     const ReferenceAccumulator& reference = session_->reference();
-    if (reference.spp() >= kMeasurableReference) {
-      metrics_.Offer(session_->denoised(), session_->noisy(), *reference.picture(),
-                     reference.spp());
+    const Result<const Image3*> denoised = session_->Denoised();
+    if (denoised.ok() && reference.spp() >= kMeasurableReference) {
+      metrics_.Offer(**denoised, session_->noisy(), *reference.picture(), reference.spp());
     }
   }
 }

@@ -194,6 +194,24 @@ Status ViewSession::PrepareDenoiser(const ViewSettings& s) {
   } else {
     STILLRAY_RETURN_IF_ERROR(kept);
   }
+  FindOutputs(s);
+  return AskForOutputs();
+}
+
+/// The view of a pane. Names of signals change with their grouping: the plain picture stands in for
+/// what is gone.
+const ViewInfo& ViewSession::PaneView(const std::string& name) const {
+  const ViewInfo* view = FindView(views_, name);
+  return view != nullptr ? *view : views_[0];
+}
+
+/// What of the filter's pictures the next frame needs. The finished one in full precision, which is
+/// the larger copy, only where its numbers are measured or told.
+void ViewSession::FindOutputs(const ViewSettings& s) {
+  results_.colour = s.reference || s.inspect;
+  results_.display = std::any_of(s.panes.begin(), s.panes.end(), [&](const std::string& name) {
+    return ShowsFinishedPicture(PaneView(name));
+  });
   outputs_.clear();
   for (const ViewInfo& view : views_) {
     const bool shown = std::find(s.panes.begin(), s.panes.end(), view.name) != s.panes.end();
@@ -207,6 +225,10 @@ Status ViewSession::PrepareDenoiser(const ViewSettings& s) {
       }
     }
   }
+}
+
+Status ViewSession::AskForOutputs() {
+  denoiser_->SetResults(results_);
   return denoiser_->SetOutputs(outputs_);
 }
 
@@ -232,7 +254,7 @@ Status ViewSession::Filter(const Settings& settings) {
     return status;
   }
   STILLRAY_RETURN_IF_ERROR(MakeDenoiser(settings));
-  STILLRAY_RETURN_IF_ERROR(denoiser_->SetOutputs(outputs_));
+  STILLRAY_RETURN_IF_ERROR(AskForOutputs());
   return denoiser_->Denoise(frame_, &denoised_);
 }
 
@@ -318,11 +340,9 @@ void ViewSession::Show(const ViewSettings& s, ViewFrame* out) const {
   out->panes.clear();
   out->pictures.clear();
   for (const std::string& name : s.panes) {
-    const ViewInfo* view = FindView(views_, name);
-    // Names of signals change with their grouping: the plain picture stands in for what is gone.
-    view = view != nullptr ? view : &views_[0];
-    out->panes.push_back(view->name);
-    out->pictures.push_back(ViewPicture(*view, Sources()));
+    const ViewInfo& view = PaneView(name);
+    out->panes.push_back(view.name);
+    out->pictures.push_back(ViewPicture(view, Sources()));
   }
   Inspect(s, out);
   out->show_ms = Milliseconds(start);
@@ -366,8 +386,21 @@ void ViewSession::Account(double denoise_ms, double render_ms, ViewFrame* out) c
   out->tracer = loaded_.renderer->place();
 }
 
-Result<std::vector<Image1>> ViewSession::Values(const std::string& name) const {
+Result<const Image3*> ViewSession::Denoised() {
+  if (frames_ == 0) {
+    return Status::NotFound("there is no frame yet");
+  }
+  if (denoised_.colour.empty()) {
+    STILLRAY_RETURN_IF_ERROR(denoiser_->ReadColour(&denoised_.colour));
+  }
+  return &denoised_.colour;
+}
+
+Result<std::vector<Image1>> ViewSession::Values(const std::string& name) {
   const ViewInfo* view = FindView(views_, name);
+  if (view != nullptr && view->name == "denoised" && frames_ > 0) {
+    STILLRAY_RETURN_IF_ERROR(Denoised().status());
+  }
   std::vector<Image1> values =
       view == nullptr || frames_ == 0 ? std::vector<Image1>() : ViewValues(*view, Sources());
   if (values.empty()) {

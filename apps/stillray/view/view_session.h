@@ -43,12 +43,14 @@ class ViewSession {
 
   const Scene& scene() const { return *loaded_.scene; }
   const SceneRequest& request() const { return loaded_.request; }
-  /// Of the last frame; empty pictures before the first.
+  /// Of the last frame; empty before the first.
   const Image3& noisy() const { return noisy_; }
-  const Image3& denoised() const { return denoised_.colour; }
+  /// The same in full precision, brought from the device where no frame needed it so far.
+  /// \return kNotFound before the first frame; what fails on the device
+  Result<const Image3*> Denoised();
   const ReferenceAccumulator& reference() const { return reference_; }
   /// The numbers of a view of the last frame, for files. \return kNotFound if it has no such view
-  Result<std::vector<Image1>> Values(const std::string& view) const;
+  Result<std::vector<Image1>> Values(const std::string& view);
 
  private:
   struct Moment {
@@ -60,6 +62,9 @@ class ViewSession {
   Status Prepare(const ViewSettings& settings);
   Status PrepareDenoiser(const ViewSettings& settings);
   Status MakeDenoiser(const Settings& settings);
+  void FindOutputs(const ViewSettings& settings);
+  Status AskForOutputs();
+  const ViewInfo& PaneView(const std::string& name) const;
   bool FallsBack(const Status& status);
   void Note(const std::string& what);
   Status Filter(const Settings& settings);
@@ -81,6 +86,7 @@ class ViewSession {
   Aabb bounds_;
   std::vector<ViewInfo> views_;
   std::vector<std::string> outputs_;
+  Results results_;
   RateControl control_;
   Frame frame_;
   DenoisedFrame denoised_;

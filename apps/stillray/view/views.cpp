@@ -219,6 +219,15 @@ Image3 AsColour(const Layer& layer) {
   return colour;
 }
 
+std::vector<uint8_t> DisplayOf(const Image3& colour, const ViewSources& s) {
+  return ToDisplay(colour, s.settings->exposure, s.settings->tonemap, s.settings->dither,
+                   s.frame->index);
+}
+
+std::vector<uint8_t> FinishedPicture(const ViewSources& s) {
+  return s.denoised->display.empty() ? DisplayOf(s.denoised->colour, s) : s.denoised->display;
+}
+
 template <typename Pixel>
 void Paint(Rgb8Image* picture, const Pixel& pixel) {
   ParallelRows(picture->height, kBand, [&](int y0, int y1) {
@@ -285,6 +294,10 @@ std::vector<ViewInfo> ListViews(const Settings& settings) {
   return views;
 }
 
+bool ShowsFinishedPicture(const ViewInfo& view) {
+  return view.name == "denoised" || view.colouring == Colouring::kArrows;
+}
+
 bool ShowsFilledGuides(const ViewInfo& view) {
   return view.name.starts_with(kFilled);
 }
@@ -343,16 +356,17 @@ Rgb8Image ViewPicture(const ViewInfo& view, const ViewSources& sources) {
   picture.width = sources.frame->width;
   picture.height = sources.frame->height;
   const Layer layer = FindLayer(view, sources);
-  const Settings& settings = *sources.settings;
+  if (view.name == "denoised" && !sources.denoised->display.empty()) {
+    picture.pixels = sources.denoised->display;
+    return picture;
+  }
   const bool absent = layer.planes.empty() && layer.ids == nullptr && !layer.ones;
   if (!absent && view.colouring == Colouring::kLight) {
-    picture.pixels = ToDisplay(AsColour(layer), settings.exposure, settings.tonemap,
-                               settings.dither, sources.frame->index);
+    picture.pixels = DisplayOf(AsColour(layer), sources);
     return picture;
   }
   if (!absent && view.colouring == Colouring::kArrows) {
-    picture.pixels = ToDisplay(sources.denoised->colour, settings.exposure, settings.tonemap,
-                               settings.dither, sources.frame->index);
+    picture.pixels = FinishedPicture(sources);
     DrawMotionArrows(sources.frame->guides.motion, &picture);
     return picture;
   }
@@ -364,7 +378,7 @@ Rgb8Image ViewPicture(const ViewInfo& view, const ViewSources& sources) {
     Paint(&picture, [&](int x, int y) { return IdColour((*layer.ids)(x, y)); });
     return picture;
   }
-  const float scale = ScaleOf(view.colouring, layer, settings);
+  const float scale = ScaleOf(view.colouring, layer, *sources.settings);
   Paint(&picture, [&](int x, int y) {
     float values[3] = {1, 0, 0};
     for (size_t c = 0; c < layer.planes.size() && c < 3; ++c) {

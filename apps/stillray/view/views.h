@@ -60,12 +60,16 @@ struct ViewSources {
 /// Whether the view needs ViewSources::filled.
 bool ShowsFilledGuides(const ViewInfo& view);
 
+/// Whether the view is made of the finished picture as displayed.
+bool ShowsFinishedPicture(const ViewInfo& view);
+
 /// The numbers of a view: 1 to 3 planes of one size, in full precision; none if the frame has no
 /// such thing (no reference yet, a history of the first frame).
 std::vector<Image1> ViewValues(const ViewInfo& view, const ViewSources& sources);
 /// The numbers at one pixel; as many as ViewValues has planes, without making these.
 std::vector<float> ViewValuesAt(const ViewInfo& view, const ViewSources& sources, int x, int y);
-/// As displayed. What the frame does not have is dark grey.
+/// As displayed. What the frame does not have is dark grey. Of the finished picture
+/// DenoisedFrame::display is enough.
 Rgb8Image ViewPicture(const ViewInfo& view, const ViewSources& sources);
 
 }  // namespace stillray::view

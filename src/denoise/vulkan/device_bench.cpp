@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "core/random.h"
+#include "denoise/vulkan/frame_download.h"
 #include "denoise/vulkan/frame_pipeline.h"
 #include "denoise/vulkan/frame_upload.h"
 
@@ -154,6 +155,11 @@ Result<DeviceBenchResult> RunDeviceBench(const std::shared_ptr<gpu::Device>& dev
       FrameUpload::Create(context, o.width, o.height, facts);
   STILLRAY_RETURN_IF_ERROR(upload.status());
   STILLRAY_RETURN_IF_ERROR((*upload)->Write(frame));
+  const Result<std::unique_ptr<FrameDownload>> download =
+      FrameDownload::Create(context, o.width, o.height);
+  STILLRAY_RETURN_IF_ERROR(download.status());
+  FrameInputs images = (*upload)->inputs();
+  (*download)->ShowTo(&images);
 
   DeviceBenchResult result;
   result.signals = static_cast<int>((*pipeline)->groups().size());
@@ -167,9 +173,10 @@ Result<DeviceBenchResult> RunDeviceBench(const std::shared_ptr<gpu::Device>& dev
     STILLRAY_RETURN_IF_ERROR(commands.status());
     if (i == 0) {
       (*upload)->Record(*commands);
+      (*download)->RecordUse(*commands);
     }
     facts.index = i;
-    STILLRAY_RETURN_IF_ERROR((*pipeline)->Record(*commands, facts, (*upload)->inputs(), nullptr));
+    STILLRAY_RETURN_IF_ERROR((*pipeline)->Record(*commands, facts, images, nullptr));
     copy.Record(*commands);
     STILLRAY_RETURN_IF_ERROR(device->Run());
     if (i >= kWarmUp) {

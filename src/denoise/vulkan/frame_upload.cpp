@@ -91,18 +91,11 @@ Result<std::unique_ptr<FrameUpload>> FrameUpload::Create(const gpu::DeviceContex
   add(facts.has_emission, kColour, 4, &u.emission_, &u.inputs_.emission);
   add(facts.has_background, kColour, 4, &u.background_, &u.inputs_.background);
   add(facts.has_samples, kScalar, 1, &u.samples_, &u.inputs_.samples);
-  Entry colour;
-  add(true, kColour, 4, &colour, &u.inputs_.colour);
   STILLRAY_RETURN_IF_ERROR(status);
-  u.colour_ = colour.image;
   const Result<const gpu::Buffer*> staging =
-      u.arena_.AddBuffer(colour.offset + 16, 0, gpu::BufferPlace::kUpload);
+      u.arena_.AddBuffer(u.staged_, 0, gpu::BufferPlace::kUpload);
   STILLRAY_RETURN_IF_ERROR(staging.status());
-  const Result<const gpu::Buffer*> download =
-      u.arena_.AddBuffer(u.staged_ - colour.offset, 0, gpu::BufferPlace::kDownload);
-  STILLRAY_RETURN_IF_ERROR(download.status());
   u.staging_ = *staging;
-  u.download_ = *download;
   STILLRAY_RETURN_IF_ERROR(u.arena_.Allocate());
   const auto show = [](const Entry& entry, ImageRef* input) {
     input->view = entry.image != nullptr ? entry.image->view : VK_NULL_HANDLE;
@@ -121,7 +114,6 @@ Result<std::unique_ptr<FrameUpload>> FrameUpload::Create(const gpu::DeviceContex
   show(u.emission_, &u.inputs_.emission);
   show(u.background_, &u.inputs_.background);
   show(u.samples_, &u.inputs_.samples);
-  show(colour, &u.inputs_.colour);
   return made;
 }
 
@@ -222,32 +214,6 @@ void FrameUpload::Record(VkCommandBuffer commands) {
                              &albedos_[2], &emission_, &background_, &samples_}) {
     copy(*entry);
   }
-}
-
-void FrameUpload::RecordDownload(VkCommandBuffer commands) {
-  const VkBufferImageCopy region = WholeImage(0, width_, height_);
-  context_->vk.CmdCopyImageToBuffer(commands, colour_->image, VK_IMAGE_LAYOUT_GENERAL,
-                                    download_->buffer, 1, &region);
-}
-
-Status FrameUpload::ReadColour(Image3* colour) const {
-  STILLRAY_RETURN_IF_ERROR(arena_.Invalidate());
-  if (colour->width() != width_ || colour->height() != height_) {
-    *colour = Image3(width_, height_);
-  }
-  const auto* from = static_cast<const float*>(download_->mapped);
-  ParallelRows(height_, 32, [&](int y0, int y1) {
-    for (int y = y0; y < y1; ++y) {
-      const float* row = from + static_cast<ptrdiff_t>(y) * width_ * 4;
-      for (int c = 0; c < 3; ++c) {
-        float* to = (*colour)[c].Row(y);
-        for (int x = 0; x < width_; ++x) {
-          to[x] = row[x * 4 + c];
-        }
-      }
-    }
-  });
-  return Status::Ok();
 }
 
 }  // namespace stillray::vulkan

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Frames of the host on their way to the device and back.
+/// Frames of the host on their way to the device.
 #pragma once
 
 #include <memory>
@@ -30,12 +30,8 @@ class FrameUpload {
   Status Write(const Frame& frame);
   /// Records the copies to the images.
   void Record(VkCommandBuffer commands);
-  /// Records the copy of the output to memory that the host sees.
-  void RecordDownload(VkCommandBuffer commands);
-  Status ReadColour(Image3* colour) const;
 
   const FrameInputs& inputs() const { return inputs_; }
-  const gpu::Buffer& download() const { return *download_; }
   gpu::MemoryUse memory() const { return arena_.Need(); }
 
  private:
@@ -60,8 +56,6 @@ class FrameUpload {
   FrameInputs inputs_;
   VkDeviceSize staged_ = 0;
   const gpu::Buffer* staging_ = nullptr;
-  const gpu::Buffer* download_ = nullptr;
-  const gpu::Image* colour_ = nullptr;
   bool prepared_ = false;
 
   Entry lights_[6];

@@ -14,6 +14,7 @@
 #include "denoise/signal_groups.h"
 #include "denoise/sparse_guides.h"
 #include "denoise/stage_timer.h"
+#include "denoise/vulkan/frame_download.h"
 #include "denoise/vulkan/frame_upload.h"
 #include "denoise/vulkan/output_reader.h"
 
@@ -48,12 +49,15 @@ class HostDenoiser : public DeviceDenoiser {
     outputs_ = std::move(names);
     reader_.reset();
   }
+  void SetResults(const Results& wanted) override { results_ = wanted; }
+  Status ReadColour(Image3* colour) override;
   void Reset() override;
   size_t memory_bytes() const override;
   DeviceMemory device_memory() const override;
 
  private:
   Status Prepare(const Frame& frame, const FrameFacts& facts);
+  Status PrepareDownload(const Frame& frame);
   Status MakeStateBuffer();
   Status Run(const FrameFacts& facts);
   Status ReadResults(bool had_history, DenoisedFrame* out);
@@ -61,11 +65,14 @@ class HostDenoiser : public DeviceDenoiser {
   std::shared_ptr<gpu::Device> device_;
   Settings settings_;
   Storage storage_;
+  Results results_;
+  bool has_result_ = false;  ///< `download_` has the picture of the last frame
   std::vector<std::string> outputs_;
   std::unique_ptr<gpu::Arena> state_memory_;
   const gpu::Buffer* state_ = nullptr;
   std::unique_ptr<FramePipeline> pipeline_;
   std::unique_ptr<FrameUpload> upload_;
+  std::unique_ptr<FrameDownload> download_;
   std::unique_ptr<OutputReader> reader_;
 };
 
@@ -90,6 +97,7 @@ Status HostDenoiser::Prepare(const Frame& f, const FrameFacts& facts) {
     STILLRAY_RETURN_IF_ERROR(made.status());
     upload_ = std::move(made.value());
   }
+  STILLRAY_RETURN_IF_ERROR(PrepareDownload(f));
   if (reader_ == nullptr) {
     Result<std::unique_ptr<OutputReader>> made =
         OutputReader::Create(context, *pipeline_, outputs_);
@@ -98,6 +106,19 @@ Status HostDenoiser::Prepare(const Frame& f, const FrameFacts& facts) {
   }
   STILLRAY_RETURN_IF_ERROR(pipeline_->PrepareFilling(facts));
   return MakeStateBuffer();
+}
+
+Status HostDenoiser::PrepareDownload(const Frame& f) {
+  if (download_ == nullptr || !download_->Fits(f.width, f.height)) {
+    STILLRAY_RETURN_IF_ERROR(pipeline_->ForgetInputs());
+    has_result_ = false;
+    download_.reset();
+    Result<std::unique_ptr<FrameDownload>> made =
+        FrameDownload::Create(&device_->context(), f.width, f.height);
+    STILLRAY_RETURN_IF_ERROR(made.status());
+    download_ = std::move(made.value());
+  }
+  return download_->Prepare(results_);
 }
 
 Status HostDenoiser::MakeStateBuffer() {
@@ -120,8 +141,11 @@ Status HostDenoiser::Run(const FrameFacts& facts) {
   STILLRAY_RETURN_IF_ERROR(begun.status());
   const VkCommandBuffer commands = *begun;
   upload_->Record(commands);
+  download_->RecordUse(commands);
+  FrameInputs images = upload_->inputs();
+  download_->ShowTo(&images);
   reader_->BeginFrame();
-  STILLRAY_RETURN_IF_ERROR(pipeline_->Record(commands, facts, upload_->inputs(), reader_.get()));
+  STILLRAY_RETURN_IF_ERROR(pipeline_->Record(commands, facts, images, reader_.get()));
   const auto barrier = [&](VkPipelineStageFlags from, VkAccessFlags written,
                            VkPipelineStageFlags to, VkAccessFlags read) {
     VkMemoryBarrier memory = {};
@@ -132,7 +156,7 @@ Status HostDenoiser::Run(const FrameFacts& facts) {
   };
   barrier(VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
           VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_READ_BIT);
-  upload_->RecordDownload(commands);
+  download_->Record(commands, results_);
   reader_->Finish(commands, *pipeline_);
   const VkBufferCopy region = {0, 0, sizeof(FrameState)};
   vk.CmdCopyBuffer(commands, pipeline_->images().state->buffer, state_->buffer, 1, &region);
@@ -152,7 +176,29 @@ Status HostDenoiser::ReadResults(bool had_history, DenoisedFrame* out) {
     out->timings.push_back({time.name, time.milliseconds});
   }
   STILLRAY_RETURN_IF_ERROR(reader_->Read(*pipeline_, state, settings_, had_history, &out->images));
-  return upload_->ReadColour(&out->colour);
+  return download_->Read(results_, out);
+}
+
+Status HostDenoiser::ReadColour(Image3* colour) {
+  constexpr Results kColour = {.colour = true, .display = false};
+  if (!has_result_) {
+    return Status::NotFound("there is no finished frame to read");
+  }
+  STILLRAY_RETURN_IF_ERROR(download_->Prepare(kColour));
+  {
+    const std::unique_lock<std::mutex> lock = device_->Lock();
+    const Result<VkCommandBuffer> begun = device_->Begin();
+    STILLRAY_RETURN_IF_ERROR(begun.status());
+    gpu::MemoryBarrier(device_->context(), *begun, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+                       VK_ACCESS_SHADER_WRITE_BIT, VK_PIPELINE_STAGE_TRANSFER_BIT,
+                       VK_ACCESS_TRANSFER_READ_BIT);
+    download_->Record(*begun, kColour);
+    gpu::MemoryBarrier(device_->context(), *begun, VK_PIPELINE_STAGE_TRANSFER_BIT,
+                       VK_ACCESS_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_HOST_BIT,
+                       VK_ACCESS_HOST_READ_BIT);
+    STILLRAY_RETURN_IF_ERROR(device_->Run());
+  }
+  return download_->ReadColour(colour);
 }
 
 Status HostDenoiser::Denoise(const Frame& frame, DenoisedFrame* out) {
@@ -162,13 +208,16 @@ Status HostDenoiser::Denoise(const Frame& frame, DenoisedFrame* out) {
   FrameFacts facts = FactsOf(frame);
   facts.fills_guides = settings_.fill_guides && HasUnknownGuides(frame);
   facts.samples_per_pixel = SamplesPerPixel(frame);
+  facts.shows = results_.display;
   {
     const StageTimer timer(&out->timings, kUploadStage);
     STILLRAY_RETURN_IF_ERROR(Prepare(frame, facts));
     STILLRAY_RETURN_IF_ERROR(upload_->Write(frame));
   }
   const bool had_history = pipeline_->has_history() && settings_.temporal;
+  has_result_ = false;
   STILLRAY_RETURN_IF_ERROR(Run(facts));
+  has_result_ = true;
   return ReadResults(had_history, out);
 }
 
@@ -200,6 +249,9 @@ DeviceMemory HostDenoiser::device_memory() const {
   }
   if (upload_ != nullptr) {
     sum += upload_->memory();
+  }
+  if (download_ != nullptr) {
+    sum += download_->memory();
   }
   if (state_memory_ != nullptr) {
     sum += state_memory_->Need();

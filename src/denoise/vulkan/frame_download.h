@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Finished pictures on their way from the device to the host.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "denoise/vulkan/pass_recorder.h"
+#include "gpu/memory.h"
+#include "stillray/denoise.hpp"
+
+namespace stillray::vulkan {
+
+/// An image that a frame is written to, and, from when it is first wanted there, memory through
+/// which it goes to the host.
+class OutputImage {
+ public:
+  /// \param texel_bytes  of the format
+  OutputImage(const gpu::DeviceContext* context, VkFormat format, int texel_bytes)
+      : context_(context), format_(format), texel_bytes_(texel_bytes) {}
+
+  /// Makes the image. What fails here leaves nothing behind, as with PrepareCopy.
+  Status Make(int width, int height);
+  /// Makes the memory of the host unless it is there.
+  Status PrepareCopy();
+  /// The image is about to be written by a shader.
+  void RecordUse(VkCommandBuffer commands);
+  void RecordCopy(VkCommandBuffer commands) const;
+  /// The rows of the picture without gaps, once the copy has run.
+  Result<const void*> Texels() const;
+
+  bool is_made() const { return image_ != nullptr; }
+  ImageRef ref() const { return {is_made() ? image_->view : VK_NULL_HANDLE, kLayout}; }
+  gpu::MemoryUse memory() const;
+
+ private:
+  static constexpr VkImageLayout kLayout = VK_IMAGE_LAYOUT_GENERAL;
+
+  const gpu::DeviceContext* context_;
+  VkFormat format_;
+  int texel_bytes_;
+  std::unique_ptr<gpu::Arena> image_memory_;
+  std::unique_ptr<gpu::Arena> host_memory_;
+  const gpu::Image* image_ = nullptr;
+  const gpu::Buffer* host_ = nullptr;
+  bool used_ = false;
+};
+
+/// The results of frames of one size: the colour, and the picture as displayed once it is wanted.
+class FrameDownload {
+ public:
+  static Result<std::unique_ptr<FrameDownload>> Create(const gpu::DeviceContext* context, int width,
+                                                       int height);
+  bool Fits(int width, int height) const { return width == width_ && height == height_; }
+
+  /// Makes what these results need; nothing that is there already goes away.
+  Status Prepare(const Results& wanted);
+  /// Has the frame write what was prepared: to be recorded before it.
+  void RecordUse(VkCommandBuffer commands);
+  /// Puts the images among those that the frame is recorded with.
+  void ShowTo(FrameInputs* images) const;
+  /// Records the copies, once the writes are visible to transfers.
+  void Record(VkCommandBuffer commands, const Results& wanted) const;
+  Status ReadColour(Image3* colour) const;
+  /// Into `out`, with what is not wanted empty.
+  Status Read(const Results& wanted, DenoisedFrame* out) const;
+
+  gpu::MemoryUse memory() const;
+
+ private:
+  FrameDownload(const gpu::DeviceContext* context, int width, int height)
+      : width_(width),
+        height_(height),
+        colour_(context, VK_FORMAT_R32G32B32A32_SFLOAT, 16),
+        display_(context, VK_FORMAT_R8G8B8A8_UNORM, 4) {}
+
+  int width_;
+  int height_;
+  OutputImage colour_;
+  OutputImage display_;
+};
+
+}  // namespace stillray::vulkan
