@@ -9,10 +9,12 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "stillray/image.h"
+#include "stillray/status.h"
 
 namespace stillray {
 
@@ -59,6 +61,27 @@ struct Guides {
   Image1 roughness;    ///< perceptual roughness, 0..1
 };
 
+struct Frame;
+
+/// Planes of a frame, as bits.
+inline constexpr uint32_t kLightPlanes = 1;  ///< signals, samples, emission, background
+inline constexpr uint32_t kGuidePlanes = 2;  ///< all of Guides
+inline constexpr uint32_t kAllPlanes = kLightPlanes | kGuidePlanes;
+
+/// The pixels of a frame on the device that traced it. They stay as they are as long as anybody
+/// holds this: a renderer writes its next frame over them only if nobody but it does. Calls from
+/// several threads at once are safe.
+class FrameOnDevice {
+ public:
+  virtual ~FrameOnDevice() = default;
+  /// Brings pixels to the host, into those `planes` of `host`, which get their size; planes that
+  /// the frame does not have are made empty. All else of `host` is left as it is.
+  /// \param planes  kLightPlanes, kGuidePlanes or both
+  /// \return kOutOfMemory, or what happened to the device
+  virtual Status Download(uint32_t planes, Frame* host) const = 0;
+  virtual uint64_t bytes() const = 0;  ///< of device memory
+};
+
 struct Frame {
   int width = 0;
   int height = 0;
@@ -72,10 +95,20 @@ struct Frame {
   Image3 background;  ///< light of rays that left the scene: passed through, never blended
   Image1
       samples;  ///< samples that each pixel got in this frame; 0 = missing. Empty: one everywhere
+  /// Where the pixels are, if a renderer left them on its device (RenderSettings::on_device): all
+  /// planes are empty then, but `signals` has an entry for each kind of light. A denoiser on that
+  /// device reads them there, others bring them to the host; OnHost does so for anyone else.
+  std::shared_ptr<FrameOnDevice> on_device;
 
   /// The signal of this kind, or nullptr.
   const Signal* Find(SignalKind kind) const;
 };
+
+/// The frame with these `planes` on the host: `frame` itself, unless it lies on a device; then
+/// `room`, into which they are brought. Planes of `room` that have their size already are used
+/// again.
+/// \return as FrameOnDevice::Download
+Result<const Frame*> OnHost(const Frame& frame, Frame* room, uint32_t planes = kAllPlanes);
 
 /// Signals, emission and background added up: the picture as rendered, before any filter.
 Image3 SumOfLight(const Frame& frame);

@@ -31,6 +31,20 @@ const Signal* Frame::Find(SignalKind kind) const {
   return nullptr;
 }
 
+Result<const Frame*> OnHost(const Frame& frame, Frame* room, uint32_t planes) {
+  if (frame.on_device == nullptr) {
+    return &frame;
+  }
+  room->width = frame.width;
+  room->height = frame.height;
+  room->index = frame.index;
+  room->jitter_x = frame.jitter_x;
+  room->jitter_y = frame.jitter_y;
+  room->on_device = nullptr;
+  STILLRAY_RETURN_IF_ERROR(frame.on_device->Download(planes, room));
+  return static_cast<const Frame*>(room);
+}
+
 Image3 SumOfLight(const Frame& frame) {
   Image3 sum(frame.width, frame.height);
   const auto add = [&](const Image3& image) {

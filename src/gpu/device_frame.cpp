@@ -1,0 +1,219 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+#include "gpu/device_frame.h"
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+#include <span>
+
+#include <fmt/format.h>
+
+#include "core/parallel.h"
+
+namespace stillray::gpu {
+namespace {
+
+constexpr VkPipelineStageFlags kStages =
+    VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
+constexpr VkAccessFlags kWrites = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
+
+/// Channels of 32 bits each.
+int ChannelsOf(const Image& image) {
+  return image.format == VK_FORMAT_R32G32B32A32_SFLOAT ? 4
+         : image.format == VK_FORMAT_R32G32_SFLOAT     ? 2
+                                                       : 1;
+}
+
+/// Rounded up, so that copies of all formats may start at the end.
+VkDeviceSize BytesOf(const Image& image) {
+  const VkDeviceSize bytes = VkDeviceSize{4} * static_cast<VkDeviceSize>(ChannelsOf(image)) *
+                             static_cast<VkDeviceSize>(image.width) *
+                             static_cast<VkDeviceSize>(image.height);
+  return (bytes + 15) / 16 * 16;
+}
+
+/// Calls visit(image, planes of the frame that it goes to) for these `planes`. The image is nullptr
+/// for planes that are to be empty.
+template <typename Visit>
+void ForEachImage(const FrameImages& images, uint32_t planes, Frame* frame, const Visit& visit) {
+  if ((planes & kLightPlanes) != 0) {
+    for (size_t k = 0; k < images.lights.size(); ++k) {
+      visit(images.lights[k], std::span(frame->signals[k].radiance.channel));
+      visit(images.second_moments[k], std::span(&frame->signals[k].second_moment, 1));
+    }
+    visit(images.samples, std::span(&frame->samples, 1));
+    visit(images.emission, std::span(frame->emission.channel));
+    visit(images.background, std::span(frame->background.channel));
+  }
+  if ((planes & kGuidePlanes) != 0) {
+    Guides& g = frame->guides;
+    visit(images.depth, std::span(&g.depth, 1));
+    visit(images.normal, std::span(g.normal.channel));
+    visit(images.albedo, std::span(g.albedo.channel));
+    visit(images.specular_albedo, std::span(g.specular_albedo.channel));
+    visit(nullptr, std::span(g.transmission_albedo.channel));
+    visit(images.motion, std::span(g.motion.channel));
+    visit(images.id, std::span(&g.id, 1));
+    visit(images.roughness, std::span(&g.roughness, 1));
+  }
+}
+
+/// From interleaved channels to planes.
+template <typename T, size_t N>
+void TakePixels(const Image& image, const void* from, std::span<Plane<T>, N> planes) {
+  const auto channels = static_cast<size_t>(ChannelsOf(image));
+  for (Plane<T>& plane : planes) {
+    if (plane.width() != image.width || plane.height() != image.height) {
+      plane = Plane<T>(image.width, image.height);
+    }
+  }
+  ParallelRows(image.height, 32, [&](int y0, int y1) {
+    for (int y = y0; y < y1; ++y) {
+      const T* row = static_cast<const T*>(from) +
+                     static_cast<size_t>(y) * static_cast<size_t>(image.width) * channels;
+      for (size_t c = 0; c < planes.size(); ++c) {
+        T* to = planes[c].Row(y);
+        for (int x = 0; x < image.width; ++x) {
+          to[x] = row[static_cast<size_t>(x) * channels + c];
+        }
+      }
+    }
+  });
+}
+
+}  // namespace
+
+Status DeviceFrame::AddImages() {
+  Status status;
+  const auto add = [&](VkFormat format, const Image** to) {
+    if (!status.ok()) {
+      return;
+    }
+    const Result<const Image*> added = arena_.AddImage(format, shape_.width, shape_.height, 0);
+    status = added.status();
+    *to = added.ok() ? *added : nullptr;
+  };
+  constexpr VkFormat kColour = VK_FORMAT_R32G32B32A32_SFLOAT;
+  constexpr VkFormat kScalar = VK_FORMAT_R32_SFLOAT;
+  for (size_t k = 0; k < images_.lights.size(); ++k) {
+    add(kColour, &images_.lights[k]);
+    if (shape_.second_moments) {
+      add(kScalar, &images_.second_moments[k]);
+    }
+  }
+  if (shape_.samples) {
+    add(kScalar, &images_.samples);
+  }
+  for (const Image** image : {&images_.emission, &images_.background, &images_.normal,
+                              &images_.albedo, &images_.specular_albedo}) {
+    add(kColour, image);
+  }
+  add(kScalar, &images_.depth);
+  add(kScalar, &images_.roughness);
+  add(VK_FORMAT_R32G32_SFLOAT, &images_.motion);
+  add(VK_FORMAT_R32_UINT, &images_.id);
+  return status;
+}
+
+Result<std::shared_ptr<DeviceFrame>> DeviceFrame::Create(std::shared_ptr<Device> device,
+                                                         const FrameShape& shape) {
+  const auto most =
+      static_cast<int>(std::min<uint32_t>(device->context().limits.maxImageDimension2D, 1u << 30));
+  if (shape.width < 1 || shape.height < 1 || std::max(shape.width, shape.height) > most) {
+    return Status::InvalidArgument(
+        fmt::format("a frame on the device is {}x{}, expected 1x1 to {}x{}", shape.width,
+                    shape.height, most, most));
+  }
+  std::shared_ptr<DeviceFrame> made(new DeviceFrame(std::move(device), shape));
+  STILLRAY_RETURN_IF_ERROR(made->AddImages());
+  STILLRAY_RETURN_IF_ERROR(made->arena_.Allocate());
+  return made;
+}
+
+uint64_t DeviceFrame::bytes() const {
+  const std::lock_guard lock(download_);
+  return arena_.Need().bytes + (staging_ != nullptr ? staging_->arena.Need().bytes : 0);
+}
+
+void DeviceFrame::RecordBegin(VkCommandBuffer commands) const {
+  arena_.RecordFirstUse(commands, kStages, kWrites);
+}
+
+void DeviceFrame::RecordEnd(VkCommandBuffer commands) const {
+  MemoryBarrier(device_->context(), commands, kStages, kWrites, kStages,
+                VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_TRANSFER_READ_BIT);
+}
+
+Status DeviceFrame::MakeStaging() const {
+  if (staging_ != nullptr) {
+    return Status::Ok();
+  }
+  Frame layout;
+  layout.signals.resize(kFrameSignals);
+  VkDeviceSize bytes = 0;
+  ForEachImage(images_, kAllPlanes, &layout, [&](const Image* image, const auto&) {
+    bytes += image != nullptr ? BytesOf(*image) : 0;
+  });
+  auto staging = std::make_unique<Staging>(&device_->context());
+  const Result<const Buffer*> buffer = staging->arena.AddBuffer(bytes, 0, BufferPlace::kDownload);
+  STILLRAY_RETURN_IF_ERROR(buffer.status());
+  STILLRAY_RETURN_IF_ERROR(staging->arena.Allocate());
+  staging->buffer = *buffer;
+  staging_ = std::move(staging);
+  return Status::Ok();
+}
+
+Status DeviceFrame::Download(uint32_t planes, Frame* host) const {
+  const std::lock_guard one_at_a_time(download_);
+  try {
+    STILLRAY_RETURN_IF_ERROR(MakeStaging());
+    host->signals.resize(kFrameSignals);
+    for (size_t k = 0; k < host->signals.size(); ++k) {
+      host->signals[k].kind = static_cast<SignalKind>(k);
+    }
+    {
+      const DeviceContext& c = device_->context();
+      const std::unique_lock<std::mutex> lock = device_->Lock();
+      const Result<VkCommandBuffer> commands = device_->Begin();
+      STILLRAY_RETURN_IF_ERROR(commands.status());
+      VkBufferImageCopy region = {};
+      region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+      region.imageExtent = {static_cast<uint32_t>(shape_.width),
+                            static_cast<uint32_t>(shape_.height), 1};
+      ForEachImage(images_, planes, host, [&](const Image* image, const auto&) {
+        if (image != nullptr) {
+          c.vk.CmdCopyImageToBuffer(*commands, image->image, VK_IMAGE_LAYOUT_GENERAL,
+                                    staging_->buffer->buffer, 1, &region);
+          region.bufferOffset += BytesOf(*image);
+        }
+      });
+      MemoryBarrier(c, *commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
+                    VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT);
+      STILLRAY_RETURN_IF_ERROR(device_->Run());
+    }
+    STILLRAY_RETURN_IF_ERROR(staging_->arena.Invalidate());
+    const auto* from = static_cast<const char*>(staging_->buffer->mapped);
+    ForEachImage(images_, planes, host, [&](const Image* image, const auto& of_frame) {
+      if (image != nullptr) {
+        TakePixels(*image, from, of_frame);
+        from += BytesOf(*image);
+        return;
+      }
+      for (auto& plane : of_frame) {
+        plane = {};
+      }
+    });
+  } catch (const std::bad_alloc&) {
+    return Status::OutOfMemory("bringing a frame to the host: out of memory");
+  }
+  return Status::Ok();
+}
+
+const DeviceFrame* FrameOn(const Device& device, const Frame& frame) {
+  const auto* found = dynamic_cast<const DeviceFrame*>(frame.on_device.get());
+  return found != nullptr && found->device().get() == &device ? found : nullptr;
+}
+
+}  // namespace stillray::gpu
