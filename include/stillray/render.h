@@ -48,6 +48,10 @@ struct RenderSettings {
   /// Path-space regularisation (SVGF, section 3): surfaces that a path meets after a rough one are
   /// treated as rougher than they are. Fewer fireflies, dimmer caustics.
   bool regularise = false;
+  /// A renderer on a device leaves its frames there (Frame::on_device) as long as there is memory
+  /// for them: for a denoiser on the same device. Frames are on the host without, and from
+  /// renderers on the CPU.
+  bool on_device = false;
 };
 
 /// Signals of a rendered frame: direct and indirect, diffuse and specular, in that order of
@@ -114,6 +118,7 @@ class Renderer {
 
   /// Renders one frame: signals, guides, emission, background. `frame` may be any. With
   /// `cycle`, one that comes back is only cleared where it was set: do not write to its planes.
+  /// Images on the device are used again if nobody else holds them.
   virtual Status RenderFrame(const RenderMoment& moment, Frame* frame,
                              const RenderProgress& progress = {}) = 0;
 

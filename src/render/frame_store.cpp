@@ -181,19 +181,35 @@ void StoreLight(const Tile& tile, int spp, const SampleLight* sums,
   }
 }
 
-void PrepareFrame(const RenderSettings& settings, const RenderMoment& moment, Frame* frame) {
-  const int w = settings.width;
-  const int h = settings.height;
-  frame->width = w;
-  frame->height = h;
+namespace {
+
+/// All of a frame that is no plane.
+void SetFacts(const RenderSettings& settings, const RenderMoment& moment, Frame* frame) {
+  frame->width = settings.width;
+  frame->height = settings.height;
   frame->index = moment.frame_index;
   const vec2 jitter = settings.jitter ? FrameJitter(moment.frame_index) : vec2(0.0f);
   frame->jitter_x = jitter.x;
   frame->jitter_y = jitter.y;
   frame->signals.resize(kTracedSignalCount);
   for (int k = 0; k < kTracedSignalCount; ++k) {
-    Signal& signal = frame->signals[static_cast<size_t>(k)];
-    signal.kind = static_cast<SignalKind>(k);
+    frame->signals[static_cast<size_t>(k)].kind = static_cast<SignalKind>(k);
+  }
+}
+
+}  // namespace
+
+void DescribeFrame(const RenderSettings& settings, const RenderMoment& moment, Frame* frame) {
+  *frame = Frame();
+  SetFacts(settings, moment, frame);
+}
+
+void PrepareFrame(const RenderSettings& settings, const RenderMoment& moment, Frame* frame) {
+  const int w = settings.width;
+  const int h = settings.height;
+  SetFacts(settings, moment, frame);
+  frame->on_device = nullptr;
+  for (Signal& signal : frame->signals) {
     ResizeImage(&signal.radiance, w, h);
     if (settings.spp > 1) {
       ResizeImage(&signal.second_moment, w, h);

@@ -28,6 +28,9 @@ void ResizeImage(P* image, int width, int height) {
   }
 }
 
+/// Size, number, jitter and signals of a frame whose pixels lie elsewhere: all planes are empty.
+void DescribeFrame(const RenderSettings& settings, const RenderMoment& moment, Frame* frame);
+
 /// Gives all planes of the frame their size and settings their place; light and guides are left as
 /// they are. Frame::samples: `spp` everywhere where it is above 1, left as it is where `cycle` is.
 void PrepareFrame(const RenderSettings& settings, const RenderMoment& moment, Frame* frame);

@@ -30,6 +30,7 @@ inline constexpr const char* kTimeGuides = "trace: guides";
 inline constexpr const char* kTimeShade = "trace: shading";
 inline constexpr const char* kTimeShadows = "trace: shadow rays";
 inline constexpr const char* kTimeBounces = "trace: bounce rays";
+inline constexpr const char* kTimeStore = "trace: storing";
 
 /// Not for several threads at once.
 class GpuTracer {
@@ -60,6 +61,8 @@ class GpuTracer {
   /// \param first  the sums begin with this sample
   Status RecordSample(VkCommandBuffer commands, GpuBatch batch, int steps, bool first,
                       bool reference);
+  /// Begins a part of the submission's time.
+  void Mark(VkCommandBuffer commands, const char* name);
   /// Brings guides or sums (or none) and the counters of the submission to the host; ends it.
   void RecordEnd(VkCommandBuffer commands, const GpuBatch& batch, bool guides, bool sums);
 
@@ -79,6 +82,7 @@ class GpuTracer {
   /// Buffers of the current batch, in the order of its pixels, for shaders that take results on.
   const gpu::Buffer& device_guides() const { return *buffers_[kGuides]; }
   const gpu::Buffer& device_sums() const { return *buffers_[kSums]; }
+  const gpu::Buffer& device_listed() const { return *listed_; }
 
   static constexpr gpu::SetShape kShape = {0, 0, 1, 12};
 
@@ -132,7 +136,6 @@ class GpuTracer {
   Status DispatchQueue(VkCommandBuffer commands, Shader shader, const GpuBatch& batch,
                        uint32_t queue);
   void Wait(VkCommandBuffer commands) const;
-  void Mark(VkCommandBuffer commands, const char* name);
 
   gpu::Device* device_;
   const GpuAccel* accel_;

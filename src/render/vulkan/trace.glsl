@@ -53,15 +53,7 @@ layout(push_constant) uniform Push {
   GpuBatch batch;
 };
 
-uvec2 PixelOf(uint number) {
-  if (batch.listed != 0u) {
-    uint at = listed_pixels[number];
-    return uvec2(at & 0xffffu, at >> 16);
-  }
-  uint width = uint(batch.width);
-  return uvec2(uint(batch.x) + ColumnInBatch(width, number),
-               uint(batch.y) + RowInBatch(width, number));
-}
+#include "render/vulkan/batch.glsl"
 
 bool IsInPicture(uvec2 pixel) {
   return pixel.x < frame.width && pixel.y < frame.height;

@@ -13,6 +13,7 @@
 #include "render/scene_check.h"
 #include "render/trace_context.h"
 #include "render/vulkan/batch_store.h"
+#include "render/vulkan/device_store.h"
 #include "render/vulkan/gpu_tracer.h"
 
 namespace stillray::render {
@@ -62,6 +63,7 @@ class VulkanRenderer final : public Renderer {
         any_transmission_(AnyTransmission(scene)),
         state_(scene),
         lights_(state_),
+        device_store_(device_),
         times_(&device_->context()) {}
 
   Status Build();
@@ -91,6 +93,7 @@ class VulkanRenderer final : public Renderer {
   Status Submit(GpuBatch batch, const BatchPlan& plan, int done, int samples);
   void ReadTimes();
   void AdaptTo(double paths, double milliseconds);
+  Status BeginFrame(const RenderMoment& moment, Frame* frame);
   Status RenderWhole(const RenderMoment& moment, Frame* frame, const RenderProgress& progress);
   Status RenderPart(const RenderMoment& moment, Frame* frame, const RenderProgress& progress);
   std::vector<PixelPosition> ChoosePixels(const PixelOrder& order, Frame* frame);
@@ -109,6 +112,7 @@ class VulkanRenderer final : public Renderer {
   std::unique_ptr<GpuLights> gpu_lights_;
   std::unique_ptr<Visibility> visibility_;  // none: the camera's rays are traced
   std::unique_ptr<GpuTracer> tracer_;
+  DeviceStore device_store_;
   gpu::Timestamps times_;
   GpuFrame frame_ = {};
   bool visible_ = false;     // what the camera sees was drawn for this frame
@@ -258,6 +262,7 @@ void VulkanRenderer::ReadTimes() {
     double& sum = time.name == kTimeGuides || time.name == kTimeRaster ? timings_.primary_ms
                   : time.name == kTimeShadows                          ? timings_.shadow_ms
                   : time.name == kTimeBounces                          ? timings_.bounce_ms
+                  : time.name == kTimeStore                            ? timings_.copy_ms
                                                                        : timings_.shade_ms;
     sum += time.milliseconds;
   }
@@ -298,7 +303,13 @@ Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, i
         tracer_->RecordSample(*commands, batch, steps, s == 0, plan.reference));
   }
   const bool last = done + samples == plan.samples;
-  tracer_->RecordEnd(*commands, batch, plan.guides && last, plan.samples > 0 && last);
+  const bool guides = plan.guides && last;
+  const bool light = plan.samples > 0 && last;
+  const bool stays = device_store_.active();
+  if (stays && last) {
+    STILLRAY_RETURN_IF_ERROR(device_store_.Record(*commands, tracer_.get(), batch, guides, light));
+  }
+  tracer_->RecordEnd(*commands, batch, guides && !stays, light && !stays);
   const Clock::time_point start = Clock::now();
   STILLRAY_RETURN_IF_ERROR(device_->Run());
   const std::chrono::duration<double, std::milli> took = Clock::now() - start;
@@ -345,8 +356,10 @@ Status VulkanRenderer::ForTiles(const BatchPlan& plan, ProgressMeter* meter, con
       batch.width = std::min(width, columns - x);
       batch.count = static_cast<uint32_t>(batch.width) * static_cast<uint32_t>(height);
       STILLRAY_RETURN_IF_ERROR(TraceBatch(batch, plan, meter));
-      const PhaseTimer timer(&timings_.copy_ms);
-      store(batch);
+      if (!device_store_.active()) {
+        const PhaseTimer timer(&timings_.copy_ms);
+        store(batch);
+      }
     }
     y += height;
   }
@@ -357,11 +370,23 @@ double WorkOf(const RenderSettings& settings, double samples) {
   return static_cast<double>(RoundUp(settings.width)) * RoundUp(settings.height) * samples;
 }
 
+/// On the device, if that is wanted and has room; else on the host.
+Status VulkanRenderer::BeginFrame(const RenderMoment& moment, Frame* frame) {
+  device_store_.Drop();
+  if (settings_.on_device) {
+    STILLRAY_RETURN_IF_ERROR(device_store_.Begin(settings_, moment, frame));
+  }
+  if (!device_store_.active()) {
+    PrepareFrame(settings_, moment, frame);
+  }
+  SetFrame(moment, vec2(frame->jitter_x, frame->jitter_y), SampleStream::kFrames);
+  return Status::Ok();
+}
+
 Status VulkanRenderer::RenderWhole(const RenderMoment& moment, Frame* frame,
                                    const RenderProgress& progress) {
   sparse_.Forget();
-  PrepareFrame(settings_, moment, frame);
-  SetFrame(moment, vec2(frame->jitter_x, frame->jitter_y), SampleStream::kFrames);
+  STILLRAY_RETURN_IF_ERROR(BeginFrame(moment, frame));
   frame_.rasterised = visibility_ ? 1 : 0;
   BatchPlan plan;
   plan.guides = true;
@@ -369,12 +394,15 @@ Status VulkanRenderer::RenderWhole(const RenderMoment& moment, Frame* frame,
   plan.first_sample =
       static_cast<uint64_t>(moment.frame_index) * static_cast<uint64_t>(settings_.spp);
   ProgressMeter meter(progress, WorkOf(settings_, settings_.spp));
-  return ForTiles(plan, &meter, [&](const GpuBatch& batch) {
+  STILLRAY_RETURN_IF_ERROR(ForTiles(plan, &meter, [&](const GpuBatch& batch) {
     StoreBatch(batch, tracer_->guides(), tracer_->sums(), settings_.spp, frame);
-  });
+  }));
+  return device_store_.active()
+             ? device_store_.End(int64_t{settings_.width} * settings_.height, frame)
+             : Status::Ok();
 }
 
-/// The pixels whose turn it is, and zero into the planes of all others.
+/// The pixels whose turn it is, and zero into the host's planes of all others.
 std::vector<PixelPosition> VulkanRenderer::ChoosePixels(const PixelOrder& order, Frame* frame) {
   const PhaseTimer timer(&timings_.clear_ms);
   std::vector<PixelPosition> chosen;
@@ -383,7 +411,9 @@ std::vector<PixelPosition> VulkanRenderer::ChoosePixels(const PixelOrder& order,
     for (int x = 0; x < settings_.width; x += kSparseRegion.width) {
       const Tile region = {x, y, std::min(kSparseRegion.width, settings_.width - x),
                            std::min(kSparseRegion.height, settings_.height - y)};
-      sparse_.Clear(region, frame);
+      if (!device_store_.active()) {
+        sparse_.Clear(region, frame);
+      }
       order.Collect(region, &of_region);
       chosen.insert(chosen.end(), of_region.begin(), of_region.end());
     }
@@ -403,8 +433,7 @@ void VulkanRenderer::StorePixels(const PixelPosition* pixels, size_t count, Fram
 Status VulkanRenderer::RenderPart(const RenderMoment& moment, Frame* frame,
                                   const RenderProgress& progress) {
   sparse_.Begin(settings_, *frame);
-  PrepareFrame(settings_, moment, frame);
-  SetFrame(moment, vec2(frame->jitter_x, frame->jitter_y), SampleStream::kFrames);
+  STILLRAY_RETURN_IF_ERROR(BeginFrame(moment, frame));
   const bool full = settings_.guides == GuideCoverage::kFull;
   // Of sparse guides there are too few to draw all of the scene for.
   frame_.rasterised = full && visibility_ ? 1 : 0;
@@ -435,8 +464,13 @@ Status VulkanRenderer::RenderPart(const RenderMoment& moment, Frame* frame,
     batch.count = static_cast<uint32_t>(count);
     batch.listed = 1;
     STILLRAY_RETURN_IF_ERROR(TraceBatch(batch, plan, &meter));
-    StorePixels(chosen.data() + done, count, frame);
+    if (!device_store_.active()) {
+      StorePixels(chosen.data() + done, count, frame);
+    }
     done += count;
+  }
+  if (device_store_.active()) {
+    return device_store_.End(static_cast<int64_t>(chosen.size()), frame);
   }
   sparse_.End(*frame);
   return Status::Ok();
@@ -467,6 +501,7 @@ Status VulkanRenderer::RenderReference(const RenderMoment& moment, int spp, Imag
   }
   try {
     STILLRAY_RETURN_IF_ERROR(MoveTo(moment));
+    device_store_.Drop();
     ResizeImage(radiance, settings_.width, settings_.height);
     SetFrame(moment, vec2(0.0f), SampleStream::kReference);
     BatchPlan plan;

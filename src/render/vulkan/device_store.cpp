@@ -1,0 +1,210 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render/vulkan/device_store.h"
+
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "render/frame_store.h"
+
+namespace stillray::render {
+
+namespace shaders {
+#define STILLRAY_SHADER(name)           \
+  extern const std::uint32_t k##name[]; \
+  extern const std::size_t k##name##Words;
+STILLRAY_SHADER(StoreLight)
+STILLRAY_SHADER(StoreMoments)
+STILLRAY_SHADER(StoreListed)
+STILLRAY_SHADER(StoreGuides)
+STILLRAY_SHADER(StoreColours)
+#undef STILLRAY_SHADER
+}  // namespace shaders
+
+namespace {
+
+struct ShaderCode {
+  const char* name;
+  std::span<const uint32_t> code;
+  uint32_t images;
+};
+
+/// In the order of DeviceStore's enumeration.
+ShaderCode CodeOf(size_t shader) {
+  const ShaderCode codes[] = {
+      {"store_light", {shaders::kStoreLight, shaders::kStoreLightWords}, 4},
+      {"store_light with moments", {shaders::kStoreMoments, shaders::kStoreMomentsWords}, 8},
+      {"store_light of a list", {shaders::kStoreListed, shaders::kStoreListedWords}, 5},
+      {"store_guides", {shaders::kStoreGuides, shaders::kStoreGuidesWords}, 5},
+      {"store_guides of colours", {shaders::kStoreColours, shaders::kStoreColoursWords}, 4},
+  };
+  return codes[shader];
+}
+
+/// Values and the list of pixels.
+constexpr uint32_t kBuffers = 2;
+/// A frame takes three of the shaders; this is room for all.
+constexpr gpu::SetShape kMostDescriptors = {0, 26, 0, 5 * kBuffers};
+
+struct StorePush {
+  GpuBatch batch;
+  float scale;
+};
+
+bool IsSparse(const RenderSettings& settings) {
+  return settings.cycle > 1;
+}
+
+bool HasSparseGuides(const RenderSettings& settings) {
+  return IsSparse(settings) && settings.guides == GuideCoverage::kSparse;
+}
+
+}  // namespace
+
+Status DeviceStore::Begin(const RenderSettings& settings, const RenderMoment& moment,
+                          Frame* frame) {
+  settings_ = settings;
+  begun_ = false;
+  target_ = std::dynamic_pointer_cast<gpu::DeviceFrame>(std::exchange(frame->on_device, nullptr));
+  const gpu::FrameShape shape = {settings.width, settings.height, settings.spp > 1,
+                                 settings.spp > 1 || IsSparse(settings)};
+  const bool suits = target_ != nullptr && target_.use_count() == 1 &&
+                     target_->device() == device_ && target_->shape() == shape;
+  if (!suits) {
+    target_.reset();  // first: both may not fit into the device
+    Result<std::shared_ptr<gpu::DeviceFrame>> made = gpu::DeviceFrame::Create(device_, shape);
+    if (!made.ok()) {
+      return made.status().code() == StatusCode::kOutOfMemory ? Status::Ok() : made.status();
+    }
+    target_ = std::move(*made);
+  }
+  if (!has_pool_) {
+    STILLRAY_RETURN_IF_ERROR(sets_.CreatePool(kShaderCount, kMostDescriptors));
+    has_pool_ = true;
+  }
+  // Images and the tracer's buffers may be others than the last time, under the same names.
+  STILLRAY_RETURN_IF_ERROR(sets_.Clear());
+  DescribeFrame(settings, moment, frame);
+  return Status::Ok();
+}
+
+void DeviceStore::Clear(VkCommandBuffer commands, const gpu::Image* image, float value) const {
+  VkClearColorValue colour = {};
+  colour.float32[0] = value;  // images of one channel, or all zero; so is the integer of an id
+  const VkImageSubresourceRange all = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
+  device_->context().vk.CmdClearColorImage(commands, image->image, VK_IMAGE_LAYOUT_GENERAL, &colour,
+                                           1, &all);
+}
+
+/// Every pixel of every image is written: those that no batch stores are cleared.
+void DeviceStore::RecordBegin(VkCommandBuffer commands) {
+  begun_ = true;
+  target_->RecordBegin(commands);
+  const gpu::FrameImages& i = target_->images();
+  if (settings_.spp > 1) {
+    Clear(commands, i.samples, static_cast<float>(settings_.spp));
+  }
+  if (IsSparse(settings_)) {
+    Clear(commands, i.samples, 0);
+    for (const gpu::Image* light : i.lights) {
+      Clear(commands, light, 0);
+    }
+  }
+  if (HasSparseGuides(settings_)) {
+    for (const gpu::Image* image : {i.depth, i.normal, i.albedo, i.specular_albedo, i.motion, i.id,
+                                    i.roughness, i.emission, i.background}) {
+      Clear(commands, image, 0);
+    }
+  }
+  gpu::MemoryBarrier(device_->context(), commands, VK_PIPELINE_STAGE_TRANSFER_BIT,
+                     VK_ACCESS_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+                     VK_ACCESS_SHADER_WRITE_BIT);
+}
+
+/// One thread for each pixel of the batch.
+Status DeviceStore::Run(VkCommandBuffer commands, Shader shader,
+                        std::vector<const gpu::Image*> images, const gpu::Buffer& values,
+                        const gpu::Buffer& listed, const GpuBatch& batch) {
+  const gpu::DeviceContext& c = device_->context();
+  const ShaderCode code = CodeOf(shader);
+  const gpu::SetShape shape = {0, code.images, 0, kBuffers};
+  std::optional<gpu::Pipeline>& pipeline = pipelines_[shader];
+  if (!pipeline) {
+    const Result<VkDescriptorSetLayout> layout = sets_.Layout(shape);
+    STILLRAY_RETURN_IF_ERROR(layout.status());
+    Result<gpu::Pipeline> made =
+        gpu::Pipeline::Create(&c, {code.name, code.code, {&*layout, 1}, sizeof(StorePush), {}});
+    STILLRAY_RETURN_IF_ERROR(made.status());
+    pipeline = std::move(*made);
+  }
+  gpu::SetContent content;
+  for (const gpu::Image* image : images) {
+    content.images.push_back(image->view);
+  }
+  content.buffers = {values.buffer, listed.buffer};
+  const Result<VkDescriptorSet> set = sets_.Find(shape, content);
+  STILLRAY_RETURN_IF_ERROR(set.status());
+  const StorePush push = {batch, 1.0f / static_cast<float>(settings_.spp)};
+  c.vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline->handle());
+  c.vk.CmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline->layout(), 0, 1,
+                             &*set, 0, nullptr);
+  c.vk.CmdPushConstants(commands, pipeline->layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(push),
+                        &push);
+  c.vk.CmdDispatch(commands, (batch.count + kGroupSize - 1) / kGroupSize, 1, 1);
+  return Status::Ok();
+}
+
+Status DeviceStore::Record(VkCommandBuffer commands, GpuTracer* tracer, const GpuBatch& batch,
+                           bool guides, bool light) {
+  tracer->Mark(commands, kTimeStore);
+  if (!begun_) {
+    RecordBegin(commands);
+  }
+  const gpu::FrameImages& i = target_->images();
+  const gpu::Buffer& listed = tracer->device_listed();
+  // What full frames know of all pixels is not told again for those that have a path.
+  if (guides && (batch.listed == 0 || HasSparseGuides(settings_))) {
+    const gpu::Buffer& values = tracer->device_guides();
+    STILLRAY_RETURN_IF_ERROR(Run(commands, kStoreGuides,
+                                 {i.depth, i.normal, i.motion, i.id, i.roughness}, values, listed,
+                                 batch));
+    STILLRAY_RETURN_IF_ERROR(Run(commands, kStoreColours,
+                                 {i.albedo, i.specular_albedo, i.emission, i.background}, values,
+                                 listed, batch));
+  }
+  if (light) {
+    std::vector<const gpu::Image*> images(i.lights.begin(), i.lights.end());
+    Shader shader = kStoreLight;
+    if (IsSparse(settings_)) {
+      shader = kStoreListed;
+      images.push_back(i.samples);
+    } else if (settings_.spp > 1) {
+      shader = kStoreMoments;
+      images.insert(images.end(), i.second_moments.begin(), i.second_moments.end());
+    }
+    STILLRAY_RETURN_IF_ERROR(
+        Run(commands, shader, std::move(images), tracer->device_sums(), listed, batch));
+  }
+  target_->RecordEnd(commands);
+  return Status::Ok();
+}
+
+Status DeviceStore::End(int64_t paths, Frame* frame) {
+  if (!begun_) {  // a frame without any batch
+    const std::unique_lock<std::mutex> lock = device_->Lock();
+    const Result<VkCommandBuffer> commands = device_->Begin();
+    STILLRAY_RETURN_IF_ERROR(commands.status());
+    RecordBegin(*commands);
+    target_->RecordEnd(*commands);
+    STILLRAY_RETURN_IF_ERROR(device_->Run());
+  }
+  const int64_t pixels = int64_t{settings_.width} * settings_.height;
+  target_->samples_per_pixel =
+      static_cast<float>(static_cast<double>(paths) * settings_.spp / static_cast<double>(pixels));
+  target_->has_unknown_guides = HasSparseGuides(settings_) && paths < pixels;
+  frame->on_device = std::exchange(target_, nullptr);
+  return Status::Ok();
+}
+
+}  // namespace stillray::render

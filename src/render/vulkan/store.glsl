@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// What the shaders have in common that write a batch into the images of a frame. Before: kListed,
+// the binding of the list of pixels.
+#include "core/shared.h"
+#include "render/shared.h"
+#include "render/vulkan/scene_shared.h"
+#include "render/vulkan/trace_shared.h"
+
+layout(local_size_x = 64) in;
+
+layout(std430, set = 0, binding = kListed) readonly buffer Listed {
+  uint listed_pixels[];
+};
+
+layout(push_constant) uniform Push {
+  GpuBatch batch;
+  float scale;  // 1 / samples
+};
+
+#include "render/vulkan/batch.glsl"
+
+// The pixel of this thread; false: there is none within the picture.
+bool FindPixel(ivec2 size, out ivec2 pixel) {
+  uint number = gl_GlobalInvocationID.x;
+  pixel = number < batch.count ? ivec2(PixelOf(number)) : size;
+  return pixel.x < size.x && pixel.y < size.y;
+}

@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#version 450
+
+// The guides of a batch into the images of a frame: StoreGuides on the device. Devices need offer no
+// more than eight storage images, so it comes in two parts: what is a colour (STILLRAY_COLOURS), and
+// what is not.
+#ifdef STILLRAY_COLOURS
+#define kImages 4
+#else
+#define kImages 5
+#endif
+#define kListed (kImages + 1)
+#include "render/vulkan/store.glsl"
+
+#ifdef STILLRAY_COLOURS
+layout(set = 0, binding = 0, rgba32f) writeonly uniform image2D albedo;
+layout(set = 0, binding = 1, rgba32f) writeonly uniform image2D specular_albedo;
+layout(set = 0, binding = 2, rgba32f) writeonly uniform image2D emission;
+layout(set = 0, binding = 3, rgba32f) writeonly uniform image2D background;
+#else
+layout(set = 0, binding = 0, r32f) writeonly uniform image2D depth;
+layout(set = 0, binding = 1, rgba32f) writeonly uniform image2D normal;
+layout(set = 0, binding = 2, rg32f) writeonly uniform image2D motion;
+layout(set = 0, binding = 3, r32ui) writeonly uniform uimage2D id;
+layout(set = 0, binding = 4, r32f) writeonly uniform image2D roughness;
+#endif
+layout(std430, set = 0, binding = kImages) readonly buffer Guides {
+  GpuGuides guides[];
+};
+
+void main() {
+  ivec2 pixel;
+  uint number = gl_GlobalInvocationID.x;
+#ifdef STILLRAY_COLOURS
+  if (FindPixel(imageSize(albedo), pixel)) {
+    imageStore(albedo, pixel, vec4(guides[number].albedo, 0.0f));
+    imageStore(specular_albedo, pixel, vec4(guides[number].specular_albedo, 0.0f));
+    imageStore(emission, pixel, vec4(guides[number].emission, 0.0f));
+    imageStore(background, pixel, vec4(guides[number].background, 0.0f));
+  }
+#else
+  if (FindPixel(imageSize(depth), pixel)) {
+    imageStore(depth, pixel, vec4(guides[number].depth));
+    imageStore(normal, pixel, vec4(guides[number].normal, 0.0f));
+    imageStore(motion, pixel,
+               vec4(guides[number].motion_x, guides[number].motion_y, 0.0f, 0.0f));
+    imageStore(id, pixel, uvec4(guides[number].id));
+    imageStore(roughness, pixel, vec4(guides[number].roughness));
+  }
+#endif
+}
