@@ -329,13 +329,15 @@ Status Denoiser::Impl::Begin(const Frame& next_frame, DenoisedFrame* result) {
   return Status::Ok();
 }
 
-Status Denoiser::Accumulate(const Frame& frame, FutureLight* future) {
+Status Denoiser::Accumulate(const Frame& given, FutureLight* future) {
   if (device_ != nullptr) {
     return Status::Unsupported("light of the future is gathered on the CPU only");
   }
   Impl& d = *impl_;
+  const Result<const Frame*> frame = OnHost(given, &d.from_device);
+  STILLRAY_RETURN_IF_ERROR(frame.status());
   DenoisedFrame counts;
-  STILLRAY_RETURN_IF_ERROR(d.Begin(frame, &counts));
+  STILLRAY_RETURN_IF_ERROR(d.Begin(**frame, &counts));
   future->impl_ = std::make_unique<FutureLight::Impl>();
   d.GatherSignals([&](size_t i) {
     future->impl_->signals.push_back(d.ShortenedHistory(i));
@@ -365,12 +367,15 @@ Status Denoiser::Denoise(const Frame& frame, DenoisedFrame* out) {
   return device_ != nullptr ? DenoiseOnDevice(frame, out) : Denoise(frame, FutureLight(), out);
 }
 
-Status Denoiser::Denoise(const Frame& frame, const FutureLight& future, DenoisedFrame* out) {
+Status Denoiser::Denoise(const Frame& given, const FutureLight& future, DenoisedFrame* out) {
   if (device_ != nullptr) {
-    return future.empty() ? DenoiseOnDevice(frame, out)
+    return future.empty() ? DenoiseOnDevice(given, out)
                           : Status::Unsupported("light of the future is merged on the CPU only");
   }
   Impl& d = *impl_;
+  const Result<const Frame*> host = OnHost(given, &d.from_device);
+  STILLRAY_RETURN_IF_ERROR(host.status());
+  const Frame& frame = **host;
   STILLRAY_RETURN_IF_ERROR(CheckFuture(frame, d.settings, future));
   STILLRAY_RETURN_IF_ERROR(d.Begin(frame, out));
   d.GatherSignals([&](size_t i) {

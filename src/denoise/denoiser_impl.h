@@ -78,6 +78,7 @@ struct Denoiser::Impl {
   Image3 picture;
 
   SparseGuidesWork sparse;
+  Frame from_device;  ///< a frame that lies on a device, on the host; empty until there is one
 
   int border = 0;  ///< of what the wavelet reads; never shrinks, so that nothing is made anew
 

@@ -8,12 +8,15 @@
 #include <cstring>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "core/parallel.h"
 #include "denoise/filter_parameters.h"
 #include "denoise/frame_check.h"
 #include "denoise/signal_groups.h"
 #include "denoise/sparse_guides.h"
 #include "denoise/stage_timer.h"
+#include "denoise/vulkan/device_inputs.h"
 #include "denoise/vulkan/frame_download.h"
 #include "denoise/vulkan/frame_upload.h"
 #include "denoise/vulkan/output_reader.h"
@@ -56,7 +59,10 @@ class HostDenoiser : public DeviceDenoiser {
   DeviceMemory device_memory() const override;
 
  private:
+  Result<FrameFacts> Take(const Frame& frame);
+  Result<FrameFacts> TakeHere(const Frame& frame, const gpu::DeviceFrame& pixels);
   Status Prepare(const Frame& frame, const FrameFacts& facts);
+  Status PrepareUpload(const Frame& frame, const FrameFacts& facts);
   Status PrepareDownload(const Frame& frame);
   Status MakeStateBuffer();
   Status Run(const FrameFacts& facts);
@@ -71,10 +77,63 @@ class HostDenoiser : public DeviceDenoiser {
   std::unique_ptr<gpu::Arena> state_memory_;
   const gpu::Buffer* state_ = nullptr;
   std::unique_ptr<FramePipeline> pipeline_;
-  std::unique_ptr<FrameUpload> upload_;
+  std::unique_ptr<FrameUpload> upload_;  ///< nullptr: frames are on the device already
   std::unique_ptr<FrameDownload> download_;
   std::unique_ptr<OutputReader> reader_;
+  SeenFrames seen_;
+  FrameInputs inputs_;    ///< of the frame in progress
+  Frame from_elsewhere_;  ///< a frame of another device, on the host
 };
+
+/// Brings a frame to where the device reads it.
+Result<FrameFacts> HostDenoiser::Take(const Frame& frame) {
+  if (const gpu::DeviceFrame* here = gpu::FrameOn(*device_, frame); here != nullptr) {
+    return TakeHere(frame, *here);
+  }
+  const Result<const Frame*> host = OnHost(frame, &from_elsewhere_);
+  STILLRAY_RETURN_IF_ERROR(host.status());
+  const Frame& f = **host;
+  STILLRAY_RETURN_IF_ERROR(CheckFrame(f, settings_));
+  FrameFacts facts = FactsOf(f);
+  facts.fills_guides = settings_.fill_guides && HasUnknownGuides(f);
+  facts.samples_per_pixel = SamplesPerPixel(f);
+  STILLRAY_RETURN_IF_ERROR(Prepare(f, facts));
+  STILLRAY_RETURN_IF_ERROR(PrepareUpload(f, facts));
+  STILLRAY_RETURN_IF_ERROR(upload_->Write(f));
+  inputs_ = upload_->inputs();
+  return facts;
+}
+
+/// A frame that is on the device already.
+Result<FrameFacts> HostDenoiser::TakeHere(const Frame& frame, const gpu::DeviceFrame& pixels) {
+  const gpu::FrameShape& shape = pixels.shape();
+  if (frame.width != shape.width || frame.height != shape.height) {
+    return Status::InvalidArgument(
+        fmt::format("frame {}: size is {}x{}, its images on the device are {}x{}", frame.index,
+                    frame.width, frame.height, shape.width, shape.height));
+  }
+  FrameFacts facts = FactsOf(frame, pixels);
+  facts.fills_guides = facts.fills_guides && settings_.fill_guides;
+  STILLRAY_RETURN_IF_ERROR(Prepare(frame, facts));
+  if (seen_.Add(frame.on_device) || upload_ != nullptr) {
+    STILLRAY_RETURN_IF_ERROR(pipeline_->ForgetInputs());
+    upload_.reset();
+  }
+  inputs_ = InputsOf(pixels);
+  return facts;
+}
+
+Status HostDenoiser::PrepareUpload(const Frame& f, const FrameFacts& facts) {
+  if (upload_ == nullptr || !upload_->Fits(f.width, f.height, facts)) {
+    STILLRAY_RETURN_IF_ERROR(pipeline_->ForgetInputs());
+    upload_.reset();
+    Result<std::unique_ptr<FrameUpload>> made =
+        FrameUpload::Create(&device_->context(), f.width, f.height, facts);
+    STILLRAY_RETURN_IF_ERROR(made.status());
+    upload_ = std::move(made.value());
+  }
+  return Status::Ok();
+}
 
 /// Makes what the device needs for frames like this one, unless it is there.
 Status HostDenoiser::Prepare(const Frame& f, const FrameFacts& facts) {
@@ -88,14 +147,6 @@ Status HostDenoiser::Prepare(const Frame& f, const FrameFacts& facts) {
     Result<std::unique_ptr<FramePipeline>> made = FramePipeline::Create(context, options);
     STILLRAY_RETURN_IF_ERROR(made.status());
     pipeline_ = std::move(made.value());
-  }
-  if (upload_ == nullptr || !upload_->Fits(f.width, f.height, facts)) {
-    STILLRAY_RETURN_IF_ERROR(pipeline_->ForgetInputs());
-    upload_.reset();
-    Result<std::unique_ptr<FrameUpload>> made =
-        FrameUpload::Create(context, f.width, f.height, facts);
-    STILLRAY_RETURN_IF_ERROR(made.status());
-    upload_ = std::move(made.value());
   }
   STILLRAY_RETURN_IF_ERROR(PrepareDownload(f));
   if (reader_ == nullptr) {
@@ -140,9 +191,11 @@ Status HostDenoiser::Run(const FrameFacts& facts) {
   const Result<VkCommandBuffer> begun = device_->Begin();
   STILLRAY_RETURN_IF_ERROR(begun.status());
   const VkCommandBuffer commands = *begun;
-  upload_->Record(commands);
+  if (upload_ != nullptr) {
+    upload_->Record(commands);
+  }
   download_->RecordUse(commands);
-  FrameInputs images = upload_->inputs();
+  FrameInputs images = inputs_;
   download_->ShowTo(&images);
   reader_->BeginFrame();
   STILLRAY_RETURN_IF_ERROR(pipeline_->Record(commands, facts, images, reader_.get()));
@@ -202,21 +255,18 @@ Status HostDenoiser::ReadColour(Image3* colour) {
 }
 
 Status HostDenoiser::Denoise(const Frame& frame, DenoisedFrame* out) {
-  STILLRAY_RETURN_IF_ERROR(CheckFrame(frame, settings_));
   out->timings.clear();
   out->images.clear();
-  FrameFacts facts = FactsOf(frame);
-  facts.fills_guides = settings_.fill_guides && HasUnknownGuides(frame);
-  facts.samples_per_pixel = SamplesPerPixel(frame);
-  facts.shows = results_.display;
+  Result<FrameFacts> facts = FrameFacts();
   {
     const StageTimer timer(&out->timings, kUploadStage);
-    STILLRAY_RETURN_IF_ERROR(Prepare(frame, facts));
-    STILLRAY_RETURN_IF_ERROR(upload_->Write(frame));
+    facts = Take(frame);
   }
+  STILLRAY_RETURN_IF_ERROR(facts.status());
+  facts->shows = results_.display;
   const bool had_history = pipeline_->has_history() && settings_.temporal;
   has_result_ = false;
-  STILLRAY_RETURN_IF_ERROR(Run(facts));
+  STILLRAY_RETURN_IF_ERROR(Run(*facts));
   has_result_ = true;
   return ReadResults(had_history, out);
 }

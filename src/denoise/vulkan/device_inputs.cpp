@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+#include "denoise/vulkan/device_inputs.h"
+
+#include <algorithm>
+
+namespace stillray::vulkan {
+namespace {
+
+/// Renderers take turns between one or two frames. Sets for more are not worth their room.
+constexpr size_t kMostSeen = 4;
+
+ImageRef RefTo(const gpu::Image* image) {
+  return {image != nullptr ? image->view : VK_NULL_HANDLE, VK_IMAGE_LAYOUT_GENERAL};
+}
+
+}  // namespace
+
+FrameFacts FactsOf(const Frame& frame, const gpu::DeviceFrame& pixels) {
+  constexpr uint32_t kAllLights = (1u << gpu::kFrameSignals) - 1;
+  FrameFacts facts;
+  facts.index = frame.index;
+  facts.lights = kAllLights;
+  facts.second_moments = pixels.shape().second_moments ? kAllLights : 0;
+  facts.albedos = 1u << 0 | 1u << 1;
+  facts.has_samples = pixels.shape().samples;
+  facts.has_id = true;
+  facts.has_emission = true;
+  facts.has_background = true;
+  facts.samples_per_pixel = pixels.samples_per_pixel;
+  facts.fills_guides = pixels.has_unknown_guides;
+  return facts;
+}
+
+FrameInputs InputsOf(const gpu::DeviceFrame& pixels) {
+  const gpu::FrameImages& i = pixels.images();
+  FrameInputs inputs;
+  for (size_t k = 0; k < i.lights.size(); ++k) {
+    inputs.lights[k] = RefTo(i.lights[k]);
+    inputs.second_moments[k] = RefTo(i.second_moments[k]);
+  }
+  inputs.depth = RefTo(i.depth);
+  inputs.normal = RefTo(i.normal);
+  inputs.id = RefTo(i.id);
+  inputs.motion = RefTo(i.motion);
+  inputs.albedos[0] = RefTo(i.albedo);
+  inputs.albedos[1] = RefTo(i.specular_albedo);
+  inputs.emission = RefTo(i.emission);
+  inputs.background = RefTo(i.background);
+  inputs.samples = RefTo(i.samples);
+  return inputs;
+}
+
+bool SeenFrames::Add(const std::shared_ptr<FrameOnDevice>& pixels) {
+  const bool is_known = std::any_of(seen_.begin(), seen_.end(),
+                                    [&](const auto& seen) { return seen.lock() == pixels; });
+  const bool any_gone =
+      std::any_of(seen_.begin(), seen_.end(), [](const auto& seen) { return seen.expired(); });
+  const bool forgets = any_gone || (!is_known && seen_.size() >= kMostSeen);
+  if (forgets) {
+    seen_.clear();
+  }
+  if (forgets || !is_known) {
+    seen_.push_back(pixels);
+  }
+  return forgets;
+}
+
+}  // namespace stillray::vulkan
