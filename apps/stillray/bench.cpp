@@ -261,8 +261,10 @@ Status RunFramesBench(const BenchArguments& a) {
       STILLRAY_RETURN_IF_ERROR(settings.status());
       STILLRAY_RETURN_IF_ERROR(bench.Add(name, &*settings, *device));
     }
+    RenderSettings settings = options->render;
+    settings.on_device = true;
     const Result<std::unique_ptr<DeviceRenderer>> renderer =
-        MakeRenderer(a, *device, *scene, options->render);
+        MakeRenderer(a, *device, *scene, settings);
     STILLRAY_RETURN_IF_ERROR(renderer.status());
     STILLRAY_RETURN_IF_ERROR(MeasureFrames(a, *options, size, renderer->get(), &bench));
     fmt::print("{}{}, {}x{}, {} spp, {} bounces, {} frames; traced on {}, filtered on {}\n\n{}\n",

@@ -36,9 +36,13 @@ Rate RateOf(const std::vector<double>& ms) {
   return {1e3 * static_cast<double>(ms.size()) / sum, 1e3 / *slowest, 1e3 / *fastest};
 }
 
-/// Every plane of the frame as an image of its own.
+/// Every plane of the frame as an image of its own; of one on the device the bytes alone are known.
 DeviceMemory ImagesOf(const Frame& f) {
   DeviceMemory sum;
+  if (f.on_device != nullptr) {
+    sum.bytes = f.on_device->bytes();
+    return sum;
+  }
   const auto add = [&](const auto& plane) {
     if (!plane.empty()) {
       ++sum.resources;

@@ -73,6 +73,7 @@ Result<Scene> LoadSceneFor(const RenderOptions& options) {
 /// A frame on its way through the run.
 struct FrameInWork {
   Frame frame;
+  Frame on_host;  ///< room for its planes, if it lies on a device and files need them
   DenoisedFrame denoised;
   Image3 reference;  ///< empty: none
   FrameLog log;
@@ -105,8 +106,9 @@ class RenderRun {
   Status Resume();
   Status FeedVideoAgain();
   Status RenderOne(int64_t frame, Progress* progress);
+  Status Filter(const RenderMoment& moment, const RenderProgress& shown, FrameInWork* work);
   Status RenderReference(const RenderMoment& moment, Progress* progress, Image3* reference);
-  WrittenFiles WriteFiles(const FrameInWork& work);
+  WrittenFiles WriteFiles(FrameInWork* work);
   Status FinishWriting(Progress* progress);
   Status SaveState(bool with_history);
   Status Stop(Status reason, Progress* progress);
@@ -218,8 +220,10 @@ Status RenderRun::MakeRenderer(const Device& device) {
   options.way = options_.tracing_way;
   options.may_fall_back =
       options_.text.device == "auto" && options.way != render::TracingWay::kHardware;
+  RenderSettings settings = options_.render;
+  settings.on_device = true;  // the denoiser is on the same device
   Result<std::unique_ptr<DeviceRenderer>> renderer =
-      DeviceRenderer::Create(device, scene_, options_.render, options);
+      DeviceRenderer::Create(device, scene_, settings, options);
   STILLRAY_RETURN_IF_ERROR(renderer.status());
   renderer_ = std::move(renderer.value());
   TellTracingOnCpu();
@@ -303,6 +307,25 @@ Status RenderRun::RenderReference(const RenderMoment& moment, Progress* progress
   });
 }
 
+/// Where the denoiser goes on on the CPU, frames come to the host from then on; this one is traced
+/// again, as it may be lost with the device.
+Status RenderRun::Filter(const RenderMoment& moment, const RenderProgress& shown,
+                         FrameInWork* work) {
+  const Status status = denoiser_->Denoise(work->frame, &work->denoised);
+  if (denoiser_->remark().empty() || !renderer_->settings().on_device) {
+    return status;
+  }
+  RenderSettings settings = renderer_->settings();
+  settings.on_device = false;
+  STILLRAY_RETURN_IF_ERROR(renderer_->SetSettings(settings));
+  if (status.ok()) {
+    return status;
+  }
+  STILLRAY_RETURN_IF_ERROR(renderer_->RenderFrame(moment, &work->frame, shown));
+  TellTracingOnCpu();
+  return denoiser_->Denoise(work->frame, &work->denoised);
+}
+
 Status RenderRun::RenderOne(int64_t number, Progress* progress) {
   FrameInWork& work = works_[traced_];
   RenderMoment moment;
@@ -331,7 +354,7 @@ Status RenderRun::RenderOne(int64_t number, Progress* progress) {
     STILLRAY_RETURN_IF_ERROR(RenderReference(moment, progress, &work.reference));
   }
   const Clock::time_point denoise_start = Clock::now();
-  STILLRAY_RETURN_IF_ERROR(denoiser_->Denoise(work.frame, &work.denoised));
+  STILLRAY_RETURN_IF_ERROR(Filter(moment, shown, &work));
   TellFallBack(*denoiser_, &told_fall_back_);
   work.log.denoise_ms = Milliseconds(denoise_start);
   work.log.stages = LoggedStages(work.denoised.timings);
@@ -340,7 +363,7 @@ Status RenderRun::RenderOne(int64_t number, Progress* progress) {
   log_.device_memory = denoiser_->device_memory();
   log_.renderer_bytes = renderer_->memory_bytes();
   STILLRAY_RETURN_IF_ERROR(FinishWriting(progress));
-  writing_.Start(overlap_, [this, &work] { return WriteFiles(work); });
+  writing_.Start(overlap_, [this, &work] { return WriteFiles(&work); });
   traced_ = 1 - traced_;
   const bool save = Clock::now() - last_save_ > kSaveInterval && number < options_.frames.last;
   if (!overlap_ || save || number == options_.frames.last) {
@@ -349,12 +372,19 @@ Status RenderRun::RenderOne(int64_t number, Progress* progress) {
   return save ? SaveState(true) : Status::Ok();
 }
 
-WrittenFiles RenderRun::WriteFiles(const FrameInWork& work) {
+WrittenFiles RenderRun::WriteFiles(FrameInWork* work) {
   const Clock::time_point start = Clock::now();
   Rgb8Image display;
   WrittenFiles written;
-  written.status = WriteFrameFiles(options_, work.frame, work.denoised,
-                                   work.reference.empty() ? nullptr : &work.reference, &display);
+  const uint32_t planes = PlanesInFiles(options_);
+  const Result<const Frame*> frame =
+      planes != 0 ? OnHost(work->frame, &work->on_host, planes) : &work->frame;
+  written.status = frame.status();
+  if (written.status.ok()) {
+    written.status =
+        WriteFrameFiles(options_, **frame, work->denoised,
+                        work->reference.empty() ? nullptr : &work->reference, &display);
+  }
   if (written.status.ok() && video_) {
     written.status = video_->Write(display);
   }

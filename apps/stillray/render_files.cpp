@@ -133,6 +133,10 @@ ExrImage NoisyExr(const RenderOptions& options, const Frame& frame) {
   return image;
 }
 
+uint32_t PlanesInFiles(const RenderOptions& options) {
+  return options.exr ? kAllPlanes : options.png ? kLightPlanes : 0;
+}
+
 Status WriteFrameFiles(const RenderOptions& options, const Frame& frame, const DenoisedFrame& out,
                        const Image3* reference, Rgb8Image* display) {
   if (options.exr) {

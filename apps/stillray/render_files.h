@@ -33,7 +33,10 @@ ExrImage DenoisedExr(const RenderOptions& options, const Frame& frame, const Den
 /// The frame as rendered: the sum of all light, every signal, every guide.
 ExrImage NoisyExr(const RenderOptions& options, const Frame& frame);
 
-/// Writes all files of a finished frame.
+/// Planes of a frame that its files need (kLightPlanes, kGuidePlanes); 0: none.
+uint32_t PlanesInFiles(const RenderOptions& options);
+
+/// Writes all files of a finished frame, of which no other planes are read.
 /// \param reference  converged picture, or nullptr
 /// \param display    set to the denoised frame as displayed
 Status WriteFrameFiles(const RenderOptions& options, const Frame& frame, const DenoisedFrame& out,

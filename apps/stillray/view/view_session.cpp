@@ -70,7 +70,7 @@ size_t FrameBytes(const Frame& frame) {
   for (const Signal& signal : frame.signals) {
     bytes += signal.radiance.bytes() + signal.second_moment.bytes();
   }
-  return bytes;
+  return bytes + (frame.on_device != nullptr ? frame.on_device->bytes() : 0);
 }
 
 /// Share of the time on the wall that a phase has, whose own time is summed over threads; a device
@@ -245,17 +245,31 @@ Status ViewSession::Prepare(const ViewSettings& s) {
   RenderSettings wanted = RenderSettingsFor(s, rate, control_.scale());
   // Samples are numbered from the rate: at another one, the same numbers would come again.
   wanted.seed += rate_changes_;
+  wanted.on_device = !device_.is_cpu();
   return loaded_.renderer->SetSettings(wanted);
 }
 
-Status ViewSession::Filter(const Settings& settings) {
-  const Status status = denoiser_->Denoise(frame_, &denoised_);
+/// Filters the frame and brings what is shown of it to the host. Where the device fails, frames go
+/// on on the CPU; what it held of this one may be lost, so that is traced again.
+Status ViewSession::Filter(const ViewSettings& s, const RenderMoment& moment,
+                           const RenderProgress& keep_going) {
+  Status status = denoiser_->Denoise(frame_, &denoised_);
+  if (status.ok()) {
+    status = BringToHost(s);
+  }
   if (!FallsBack(status)) {
     return status;
   }
-  STILLRAY_RETURN_IF_ERROR(MakeDenoiser(settings));
+  STILLRAY_RETURN_IF_ERROR(MakeDenoiser(s.denoise));
   STILLRAY_RETURN_IF_ERROR(AskForOutputs());
-  return denoiser_->Denoise(frame_, &denoised_);
+  if (frame_.on_device != nullptr) {
+    RenderSettings settings = loaded_.renderer->settings();
+    settings.on_device = false;
+    STILLRAY_RETURN_IF_ERROR(loaded_.renderer->SetSettings(settings));
+    STILLRAY_RETURN_IF_ERROR(loaded_.renderer->RenderFrame(moment, &frame_, keep_going));
+  }
+  STILLRAY_RETURN_IF_ERROR(denoiser_->Denoise(frame_, &denoised_));
+  return BringToHost(s);
 }
 
 Status ViewSession::RenderNext(const ViewSettings& s, double elapsed,
@@ -276,7 +290,7 @@ Status ViewSession::RenderNext(const ViewSettings& s, double elapsed,
     Note("tracing goes on on the CPU: " + remark);
   }
   const Clock::time_point filter_start = Clock::now();
-  STILLRAY_RETURN_IF_ERROR(Filter(s.denoise));
+  STILLRAY_RETURN_IF_ERROR(Filter(s, next.render, keep_going));
   const double denoise_ms = Milliseconds(filter_start);
 
   settings_ = s;
@@ -287,7 +301,6 @@ Status ViewSession::RenderNext(const ViewSettings& s, double elapsed,
   if (moved) {
     reference_.Reset();
   }
-  noisy_ = SumOfLight(frame_);
   FillGuides(s);
   Show(s, out);
   Account(denoise_ms, render_ms, out);
@@ -305,9 +318,37 @@ Status ViewSession::RefineReference(const RenderProgress& keep_going) {
   return reference_.AddPass(moment_.render, loaded_.renderer.get(), keep_going);
 }
 
+/// Whether anybody wants to see planes of the frame. Mostly nobody.
+bool ViewSession::NeedsHost(const ViewSettings& s) const {
+  const bool shown = std::any_of(s.panes.begin(), s.panes.end(), [&](const std::string& name) {
+    const ViewInfo* view = FindView(views_, name);
+    return view != nullptr && ShowsFrame(*view);
+  });
+  return shown || s.inspect || s.reference || s.focus != answered_focus_;
+}
+
+Status ViewSession::BringToHost(const ViewSettings& s) {
+  brought_ = false;
+  noisy_ = Image3();
+  return frame_.on_device == nullptr || NeedsHost(s) ? TakePlanes(s) : Status::Ok();
+}
+
+/// The frame's planes, and what is made and told of them.
+Status ViewSession::TakePlanes(const ViewSettings& s) {
+  if (frame_.on_device != nullptr) {
+    STILLRAY_RETURN_IF_ERROR(OnHost(frame_, &from_device_).status());
+    brought_ = true;
+  }
+  noisy_ = SumOfLight(Host());
+  focus_depth_ = DepthNear(Host().guides.depth, PixelAt(s.focus_x, frame_.width),
+                           PixelAt(s.focus_y, frame_.height));
+  answered_focus_ = s.focus;
+  return Status::Ok();
+}
+
 ViewSources ViewSession::Sources() const {
   const bool filled = filled_ != nullptr && !filled_->held.empty();
-  return {&frame_,
+  return {&Host(),
           &denoised_,
           &noisy_,
           reference_.picture(),
@@ -321,7 +362,7 @@ void ViewSession::FillGuides(const ViewSettings& s) {
     const ViewInfo* view = FindView(views_, name);
     return view != nullptr && ShowsFilledGuides(*view);
   });
-  if (!shown || !HasUnknownGuides(frame_)) {
+  if (!shown || !HasUnknownGuides(Host())) {
     filled_.reset();
     return;
   }
@@ -329,7 +370,7 @@ void ViewSession::FillGuides(const ViewSettings& s) {
       filled_->held.known.height() != frame_.height) {
     filled_ = std::make_unique<FilledGuides>();
   }
-  CompleteGuides(frame_, kCpuStages, &filled_->held, &filled_->work);
+  CompleteGuides(Host(), kCpuStages, &filled_->held, &filled_->work);
 }
 
 void ViewSession::Show(const ViewSettings& s, ViewFrame* out) const {
@@ -361,8 +402,7 @@ void ViewSession::Inspect(const ViewSettings& s, ViewFrame* out) const {
     }
   }
   out->focus = s.focus;
-  out->focus_depth = DepthNear(frame_.guides.depth, PixelAt(s.focus_x, frame_.width),
-                               PixelAt(s.focus_y, frame_.height));
+  out->focus_depth = focus_depth_;
 }
 
 void ViewSession::Account(double denoise_ms, double render_ms, ViewFrame* out) const {
@@ -380,7 +420,8 @@ void ViewSession::Account(double denoise_ms, double render_ms, ViewFrame* out) c
   AddTracerStages(*loaded_.renderer, render_ms, &out->stages);
   out->stages.insert(out->stages.end(), denoised_.timings.begin(), denoised_.timings.end());
   out->stages.push_back({"make pictures", out->show_ms});
-  out->memory = {loaded_.renderer->memory_bytes(), denoiser_->memory_bytes(), FrameBytes(frame_)};
+  out->memory = {loaded_.renderer->memory_bytes(), denoiser_->memory_bytes(),
+                 FrameBytes(frame_) + FrameBytes(from_device_)};
   out->reference_spp = reference_.spp();
   out->device = device_.description();
   out->tracer = loaded_.renderer->place();
@@ -400,6 +441,9 @@ Result<std::vector<Image1>> ViewSession::Values(const std::string& name) {
   const ViewInfo* view = FindView(views_, name);
   if (view != nullptr && view->name == "denoised" && frames_ > 0) {
     STILLRAY_RETURN_IF_ERROR(Denoised().status());
+  }
+  if (view != nullptr && ShowsFrame(*view) && frames_ > 0 && noisy_.empty()) {
+    STILLRAY_RETURN_IF_ERROR(TakePlanes(settings_));
   }
   std::vector<Image1> values =
       view == nullptr || frames_ == 0 ? std::vector<Image1>() : ViewValues(*view, Sources());

@@ -43,13 +43,15 @@ class ViewSession {
 
   const Scene& scene() const { return *loaded_.scene; }
   const SceneRequest& request() const { return loaded_.request; }
-  /// Of the last frame; empty before the first.
+  /// Of the last frame; empty before the first, and where the frame stayed on the device since
+  /// neither a reference nor a view asked for it.
   const Image3& noisy() const { return noisy_; }
   /// The same in full precision, brought from the device where no frame needed it so far.
   /// \return kNotFound before the first frame; what fails on the device
   Result<const Image3*> Denoised();
   const ReferenceAccumulator& reference() const { return reference_; }
-  /// The numbers of a view of the last frame, for files. \return kNotFound if it has no such view
+  /// The numbers of a view of the last frame, for files. \return kNotFound if it has no such view;
+  /// what fails on the device
   Result<std::vector<Image1>> Values(const std::string& view);
 
  private:
@@ -67,7 +69,13 @@ class ViewSession {
   const ViewInfo& PaneView(const std::string& name) const;
   bool FallsBack(const Status& status);
   void Note(const std::string& what);
-  Status Filter(const Settings& settings);
+  Status Filter(const ViewSettings& settings, const RenderMoment& moment,
+                const RenderProgress& keep_going);
+  bool NeedsHost(const ViewSettings& settings) const;
+  Status BringToHost(const ViewSettings& settings);
+  Status TakePlanes(const ViewSettings& settings);
+  /// The frame with its planes; without, where it is on a device and nobody needs them.
+  const Frame& Host() const { return brought_ ? from_device_ : frame_; }
   Moment NextMoment(const ViewSettings& settings, double elapsed);
   AnimationTime NextTime(const ViewSettings& settings, double elapsed) const;
   void FillGuides(const ViewSettings& settings);
@@ -89,6 +97,10 @@ class ViewSession {
   Results results_;
   RateControl control_;
   Frame frame_;
+  Frame from_device_;     ///< room for its planes, if it lies on a device
+  bool brought_ = false;  ///< they are there
+  uint64_t answered_focus_ = 0;
+  float focus_depth_ = 0;
   DenoisedFrame denoised_;
   Image3 noisy_;
   ReferenceAccumulator reference_;

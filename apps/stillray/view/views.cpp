@@ -298,6 +298,10 @@ bool ShowsFinishedPicture(const ViewInfo& view) {
   return view.name == "denoised" || view.colouring == Colouring::kArrows;
 }
 
+bool ShowsFrame(const ViewInfo& view) {
+  return view.outputs.empty() && view.name != "denoised" && view.name != "reference";
+}
+
 bool ShowsFilledGuides(const ViewInfo& view) {
   return view.name.starts_with(kFilled);
 }

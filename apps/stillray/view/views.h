@@ -57,6 +57,8 @@ struct ViewSources {
   const Guides* filled = nullptr;
 };
 
+/// Whether the view needs planes of ViewSources::frame, or what is made of them.
+bool ShowsFrame(const ViewInfo& view);
 /// Whether the view needs ViewSources::filled.
 bool ShowsFilledGuides(const ViewInfo& view);
 
