@@ -79,6 +79,7 @@ TEST(CliDevice, VulkanRendersAndTellsTimesAndMemory) {
   EXPECT_THAT(run.errors, StartsWith("rendering on vulkan:"));
   EXPECT_THAT(run.output + run.errors, HasSubstr("atrous"));
   EXPECT_THAT(run.output + run.errors, HasSubstr("trace_shadow_rays"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "noisy.0002.exr"));
   EXPECT_THAT(run.output + run.errors, HasSubstr("memory on the device: "));
   EXPECT_TRUE(std::filesystem::exists(folder / "denoised.0002.exr"));
 }
@@ -169,6 +170,37 @@ TEST_F(FailingProgram, AutoFallsBackToTheCpu) {
     EXPECT_EQ(CountLines(run.errors, told), 1) << run.errors;
     EXPECT_TRUE(std::filesystem::exists(folder / call + "/denoised.0002.exr"));
   }
+}
+
+// Frames that stay on the device are lost with it.
+TEST_F(FailingProgram, FramesLostWithTheDeviceAreTracedAgain) {
+  setenv("FAILING_DEVICE", "gpu", 1);
+  const TemporaryFolder folder;
+  int lost = 0;
+  for (int call = 3; call <= 10; ++call) {
+    setenv("FAILING_CALL", ("vkQueueSubmit:" + std::to_string(call) + ":-4").c_str(), 1);
+    const std::string out = folder / std::to_string(call);
+    const ProgramRun run = Render(out, {});
+    if (run.exit_code != 0) {  // one was finished: the next must not look different
+      EXPECT_THAT(run.errors, HasSubstr("the device was lost")) << call;
+      continue;
+    }
+    EXPECT_TRUE(std::filesystem::exists(out + "/denoised.0002.exr")) << call;
+    lost += CountLines(run.errors, "denoising on the CPU after all: ") == 1 &&
+            CountLines(run.errors, "tracing on the CPU: ") == 1;
+  }
+  EXPECT_GE(lost, 1);
+}
+
+// Where there is no memory for frames on the device they go through the host.
+TEST_F(FailingProgram, TracingGoesOnWithoutImages) {
+  setenv("FAILING_DEVICE", "gpu", 1);
+  setenv("FAILING_CALL", "vkCreateImage:1:-2", 1);
+  const TemporaryFolder folder;
+  const ProgramRun run = Render(folder.path(), {"--timings"});
+  EXPECT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_EQ(CountLines(run.errors, "tracing on the CPU: "), 0) << run.errors;
+  EXPECT_THAT(run.output, HasSubstr("trace_shadow_rays"));
 }
 
 TEST_F(FailingProgram, BenchAndViewerSayIt) {

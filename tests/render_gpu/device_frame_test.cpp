@@ -1,0 +1,310 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Frames that stay on the device that traced them hold what frames on the host do, and are filtered
+// to the same pictures.
+#include "gpu/device_frame.h"
+
+#include <gmock/gmock.h>
+
+#include "gpu/device_test.h"
+#include "render/vulkan/vulkan_renderer.h"
+#include "render_gpu/everything_scene.h"
+
+namespace stillray::render {
+namespace {
+
+using ::testing::HasSubstr;
+
+class DeviceFrameTest : public test::DeviceTest {
+ protected:
+  std::unique_ptr<Renderer> Create(const Scene& scene, const RenderSettings& settings) {
+    auto renderer = CreateVulkanRenderer(scene, settings, device_);
+    EXPECT_TRUE(renderer.ok()) << renderer.status().message();
+    return renderer.ok() ? std::move(*renderer) : nullptr;
+  }
+
+  static RenderMoment Moment(int64_t index) {
+    RenderMoment moment;
+    moment.frame_index = index;
+    moment.seconds = static_cast<double>(index) / 10;
+    moment.previous_seconds = moment.seconds - 0.1;
+    return moment;
+  }
+
+  static void Render(bool on_device, int64_t index, Renderer* renderer, Frame* frame) {
+    RenderSettings settings = renderer->settings();
+    settings.on_device = on_device;
+    Status status = renderer->SetSettings(settings);
+    ASSERT_TRUE(status.ok()) << status.message();
+    status = renderer->RenderFrame(Moment(index), frame);
+    ASSERT_TRUE(status.ok()) << status.message();
+    ASSERT_EQ(frame->on_device != nullptr, on_device);
+  }
+
+  template <typename T>
+  static void ExpectPlane(const Plane<T>& found, const Plane<T>& expected) {
+    ASSERT_EQ(found.width(), expected.width());
+    ASSERT_EQ(found.height(), expected.height());
+    for (int y = 0; y < expected.height(); ++y) {
+      for (int x = 0; x < expected.width(); ++x) {
+        ASSERT_EQ(found(x, y), expected(x, y)) << x << " " << y;
+      }
+    }
+  }
+  template <typename T, int N>
+  static void ExpectPlanes(const Planes<T, N>& found, const Planes<T, N>& expected) {
+    for (int c = 0; c < N; ++c) {
+      ASSERT_NO_FATAL_FAILURE(ExpectPlane(found[c], expected[c])) << "channel " << c;
+    }
+  }
+
+  static void ExpectLight(const Frame& found, const Frame& expected) {
+    ASSERT_EQ(found.signals.size(), expected.signals.size());
+    for (size_t k = 0; k < expected.signals.size(); ++k) {
+      SCOPED_TRACE(SignalName(expected.signals[k].kind));
+      EXPECT_EQ(found.signals[k].kind, expected.signals[k].kind);
+      ExpectPlanes(found.signals[k].radiance, expected.signals[k].radiance);
+      ExpectPlane(found.signals[k].second_moment, expected.signals[k].second_moment);
+    }
+    ExpectPlane(found.samples, expected.samples);
+    ExpectPlanes(found.emission, expected.emission);
+    ExpectPlanes(found.background, expected.background);
+  }
+
+  static void ExpectGuides(const Guides& found, const Guides& expected) {
+    ExpectPlane(found.depth, expected.depth);
+    ExpectPlanes(found.normal, expected.normal);
+    ExpectPlanes(found.albedo, expected.albedo);
+    ExpectPlanes(found.specular_albedo, expected.specular_albedo);
+    ExpectPlanes(found.transmission_albedo, expected.transmission_albedo);
+    ExpectPlanes(found.motion, expected.motion);
+    ExpectPlane(found.id, expected.id);
+    ExpectPlane(found.roughness, expected.roughness);
+  }
+
+  static void ExpectFrame(const Frame& found, const Frame& expected) {
+    EXPECT_EQ(found.width, expected.width);
+    EXPECT_EQ(found.height, expected.height);
+    EXPECT_EQ(found.index, expected.index);
+    EXPECT_EQ(found.jitter_x, expected.jitter_x);
+    EXPECT_EQ(found.jitter_y, expected.jitter_y);
+    ExpectLight(found, expected);
+    ExpectGuides(found.guides, expected.guides);
+  }
+
+  // Frames of the host and of the device, brought to the host, from one renderer.
+  void ExpectSameFrames(const Scene& scene, const RenderSettings& settings, int frames) {
+    const std::unique_ptr<Renderer> renderer = Create(scene, settings);
+    ASSERT_NE(renderer, nullptr);
+    Frame expected;
+    Frame found;
+    Frame room;
+    for (int index = 3; index < 3 + frames; ++index) {
+      SCOPED_TRACE(index);
+      ASSERT_NO_FATAL_FAILURE(Render(false, index, renderer.get(), &expected));
+      ASSERT_NO_FATAL_FAILURE(Render(true, index, renderer.get(), &found));
+      EXPECT_TRUE(found.guides.depth.empty());
+      EXPECT_TRUE(found.signals.front().radiance.empty());
+      const Result<const Frame*> host = OnHost(found, &room);
+      ASSERT_TRUE(host.ok()) << host.status().message();
+      EXPECT_EQ((*host)->on_device, nullptr);
+      ExpectFrame(**host, expected);
+    }
+  }
+
+  // Pictures of frames that stay on the device, and of those that come from the host.
+  void ExpectSamePictures(const Settings& settings, const RenderSettings& render, int frames) {
+    const Scene scene = MakeBuiltinScene("lights").value();
+    const std::unique_ptr<Renderer> renderer = Create(scene, render);
+    ASSERT_NE(renderer, nullptr);
+    Denoiser from_host = MakeDenoiser(settings, DevicePrecision::kHalf);
+    Denoiser stays = MakeDenoiser(settings, DevicePrecision::kHalf);
+    Frame host;
+    Frame turns[2];  // as render's files do, and images come and go
+    for (int index = 1; index <= frames; ++index) {
+      SCOPED_TRACE(index);
+      Frame& frame = turns[index % 2];
+      ASSERT_NO_FATAL_FAILURE(Render(false, index, renderer.get(), &host));
+      ASSERT_NO_FATAL_FAILURE(Render(true, index, renderer.get(), &frame));
+      DenoisedFrame expected;
+      DenoisedFrame found;
+      Status status = from_host.Denoise(host, &expected);
+      ASSERT_TRUE(status.ok()) << status.message();
+      status = stays.Denoise(frame, &found);
+      ASSERT_TRUE(status.ok()) << status.message();
+      ExpectPlanes(found.colour, expected.colour);
+      EXPECT_EQ(found.bad_guides, expected.bad_guides);
+      if (index % 4 == 0) {
+        frame = Frame();
+      }
+    }
+    EXPECT_LT(stays.memory_bytes(), from_host.memory_bytes());
+  }
+};
+
+TEST_F(DeviceFrameTest, HoldsWhatFramesOnTheHostDo) {
+  const Scene scene = EverythingScene();
+  RenderSettings settings = SmallSettings(61, 37, 1);
+  settings.jitter = true;
+  ExpectSameFrames(scene, settings, 2);
+}
+
+TEST_F(DeviceFrameTest, HoldsSecondMomentsOfSeveralSamples) {
+  ExpectSameFrames(EverythingScene(), SmallSettings(33, 17, 3), 2);
+}
+
+TEST_F(DeviceFrameTest, HoldsWhatSparseFramesDo) {
+  const Scene scene = EverythingScene();
+  for (const GuideCoverage guides : {GuideCoverage::kFull, GuideCoverage::kSparse}) {
+    SCOPED_TRACE(guides == GuideCoverage::kFull ? "full guides" : "sparse guides");
+    RenderSettings settings = SmallSettings(45, 27, 1);
+    settings.cycle = 4;
+    settings.guides = guides;
+    ExpectSameFrames(scene, settings, 5);
+  }
+}
+
+TEST_F(DeviceFrameTest, OfASinglePixel) {
+  const Scene scene = MakeBuiltinScene("cornell").value();
+  ExpectSameFrames(scene, SmallSettings(1, 1, 2), 1);
+  RenderSettings settings = SmallSettings(1, 1, 1);
+  settings.cycle = 4;  // three frames of which have no path at all
+  settings.guides = GuideCoverage::kSparse;
+  ExpectSameFrames(scene, settings, 4);
+}
+
+TEST_F(DeviceFrameTest, BringsWhatIsAskedFor) {
+  const Scene scene = MakeBuiltinScene("cornell").value();
+  const std::unique_ptr<Renderer> renderer = Create(scene, SmallSettings(16, 9, 1));
+  ASSERT_NE(renderer, nullptr);
+  Frame frame;
+  ASSERT_NO_FATAL_FAILURE(Render(true, 1, renderer.get(), &frame));
+  EXPECT_GT(frame.on_device->bytes(), 16u * 9 * 100);
+  Frame light;
+  ASSERT_TRUE(frame.on_device->Download(kLightPlanes, &light).ok());
+  EXPECT_EQ(light.signals.size(), 4u);
+  EXPECT_EQ(light.emission.width(), 16);
+  EXPECT_TRUE(light.guides.depth.empty());
+  Frame guides;
+  guides.samples = Image1(5, 5);  // not asked for: left as it is
+  ASSERT_TRUE(frame.on_device->Download(kGuidePlanes, &guides).ok());
+  EXPECT_EQ(guides.guides.depth.height(), 9);
+  EXPECT_TRUE(guides.emission.empty());
+  EXPECT_EQ(guides.samples.width(), 5);
+  ASSERT_TRUE(frame.on_device->Download(kAllPlanes, &guides).ok());
+  EXPECT_TRUE(guides.samples.empty());
+}
+
+// Images are used again if nobody holds them, and stay as they are if somebody does.
+TEST_F(DeviceFrameTest, IsNotWrittenOverWhileItIsHeld) {
+  const Scene scene = MakeBuiltinScene("cornell").value();
+  const std::unique_ptr<Renderer> renderer = Create(scene, SmallSettings(24, 16, 1));
+  ASSERT_NE(renderer, nullptr);
+  Frame frame;
+  ASSERT_NO_FATAL_FAILURE(Render(true, 1, renderer.get(), &frame));
+  const FrameOnDevice* const first = frame.on_device.get();
+  ASSERT_NO_FATAL_FAILURE(Render(true, 2, renderer.get(), &frame));
+  EXPECT_EQ(frame.on_device.get(), first);
+  const Frame held = frame;
+  Frame before;
+  ASSERT_TRUE(OnHost(held, &before).ok());
+  ASSERT_NO_FATAL_FAILURE(Render(true, 3, renderer.get(), &frame));
+  EXPECT_NE(frame.on_device.get(), first);
+  Frame after;
+  ASSERT_TRUE(OnHost(held, &after).ok());
+  ExpectFrame(after, before);
+  // Frames of another size or kind get images of their own; those on the host none.
+  RenderSettings settings = renderer->settings();
+  settings.width = 40;
+  ASSERT_TRUE(renderer->SetSettings(settings).ok());
+  ASSERT_NO_FATAL_FAILURE(Render(true, 4, renderer.get(), &frame));
+  EXPECT_EQ(gpu::FrameOn(*device_, frame)->shape().width, 40);
+  ASSERT_NO_FATAL_FAILURE(Render(false, 4, renderer.get(), &frame));
+  EXPECT_EQ(gpu::FrameOn(*device_, frame), nullptr);
+}
+
+TEST_F(DeviceFrameTest, ACancelledFrameIsLeftWithout) {
+  const Scene scene = MakeBuiltinScene("cornell").value();
+  RenderSettings settings = SmallSettings(24, 16, 1);
+  settings.on_device = true;
+  const std::unique_ptr<Renderer> renderer = Create(scene, settings);
+  ASSERT_NE(renderer, nullptr);
+  Frame frame;
+  const Status status = renderer->RenderFrame(Moment(1), &frame, [](double) { return false; });
+  EXPECT_EQ(status.code(), StatusCode::kCancelled);
+  EXPECT_EQ(frame.on_device, nullptr);
+  Image3 reference;
+  EXPECT_TRUE(renderer->RenderReference(Moment(1), 1, &reference).ok());
+  EXPECT_TRUE(renderer->RenderFrame(Moment(1), &frame).ok());
+  EXPECT_NE(frame.on_device, nullptr);
+}
+
+TEST_F(DeviceFrameTest, IsFilteredToTheSamePicture) {
+  ExpectSamePictures(PresetSettings("svgf").value(), SmallSettings(61, 37, 1), 7);
+}
+
+TEST_F(DeviceFrameTest, IsFilteredToTheSamePictureWithSecondMoments) {
+  ExpectSamePictures(PresetSettings("svgf").value(), SmallSettings(32, 19, 2), 3);
+}
+
+TEST_F(DeviceFrameTest, SparseOnesAreFilteredToTheSamePicture) {
+  RenderSettings render = SmallSettings(61, 37, 1);
+  render.cycle = 8;
+  for (const GuideCoverage guides : {GuideCoverage::kFull, GuideCoverage::kSparse}) {
+    render.guides = guides;
+    ExpectSamePictures(PresetSettings("psvgf").value(), render, 9);
+  }
+}
+
+TEST_F(DeviceFrameTest, OtherDevicesBringItToTheHost) {
+  const Scene scene = MakeBuiltinScene("cornell").value();
+  const std::unique_ptr<Renderer> renderer = Create(scene, SmallSettings(31, 18, 1));
+  ASSERT_NE(renderer, nullptr);
+  Frame host;
+  Frame frame;
+  ASSERT_NO_FATAL_FAILURE(Render(false, 1, renderer.get(), &host));
+  ASSERT_NO_FATAL_FAILURE(Render(true, 1, renderer.get(), &frame));
+  const Settings settings = PresetSettings("svgf").value();
+  const auto expect_same = [&](Denoiser from_host, Denoiser from_device) {
+    DenoisedFrame expected;
+    DenoisedFrame found;
+    ASSERT_TRUE(from_host.Denoise(host, &expected).ok());
+    const Status status = from_device.Denoise(frame, &found);
+    ASSERT_TRUE(status.ok()) << status.message();
+    ExpectPlanes(found.colour, expected.colour);
+  };
+  {
+    SCOPED_TRACE("the CPU");
+    expect_same(Denoiser::Create(settings).value(), Denoiser::Create(settings).value());
+  }
+  SCOPED_TRACE("another device");
+  Result<std::shared_ptr<gpu::Device>> other = gpu::Device::Create(instance_, device_->info());
+  ASSERT_TRUE(other.ok()) << other.status().message();
+  EXPECT_EQ(gpu::FrameOn(**other, frame), nullptr);
+  const Device place = MakeDevice(std::make_shared<vulkan::VulkanBackend>(*other), "other");
+  expect_same(MakeDenoiser(settings, DevicePrecision::kHalf),
+              Denoiser::Create(settings, place).value());
+}
+
+TEST_F(DeviceFrameTest, WhatDoesNotFitIsRefused) {
+  const int most = static_cast<int>(device_->context().limits.maxImageDimension2D);
+  const auto create = [&](int width, int height) {
+    return gpu::DeviceFrame::Create(device_, {width, height, true, true}).status();
+  };
+  EXPECT_EQ(create(most + 1, 1).code(), StatusCode::kInvalidArgument);
+  EXPECT_THAT(create(most + 1, 1).message(), HasSubstr("a frame on the device is "));
+  EXPECT_EQ(create(1, 0).code(), StatusCode::kInvalidArgument);
+  Frame lies;
+  lies.on_device = gpu::DeviceFrame::Create(device_, {8, 8, false, false}).value();
+  lies.width = 9;
+  lies.height = 8;
+  DenoisedFrame out;
+  Denoiser denoiser = MakeDenoiser(PresetSettings("svgf").value(), DevicePrecision::kHalf);
+  const Status status = denoiser.Denoise(lies, &out);
+  EXPECT_EQ(status.code(), StatusCode::kInvalidArgument);
+  EXPECT_THAT(status.message(), HasSubstr("size is 9x8, its images on the device are 8x8"));
+}
+
+}  // namespace
+}  // namespace stillray::render
