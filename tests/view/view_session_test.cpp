@@ -508,6 +508,43 @@ TEST(ViewSession, ShowsTheColourAsDisplayed) {
   }
 }
 
+TEST(ViewSession, FramesStayOnTheDeviceUntilSomebodyLooks) {
+  const Result<Device> device = Device::Open("vulkan");
+  if (!device.ok()) {
+    GTEST_SKIP() << device.status().message();
+  }
+  ViewSession session = Open("builtin:cornell", *device);
+  ViewSettings settings = SmallSettings();
+  settings.panes = {"denoised"};
+  ViewFrame frame = Next(settings, &session);
+  EXPECT_TRUE(session.noisy().empty());
+  EXPECT_GT(frame.memory.frame, 96u * 64 * 160);  // on the device
+  // A click is answered, and the answer stays.
+  settings.focus = 1;
+  settings.focus_x = settings.focus_y = 0.5f;
+  const float depth = Next(settings, &session).focus_depth;
+  EXPECT_FALSE(session.noisy().empty());
+  EXPECT_GT(depth, 0);
+  EXPECT_EQ(depth, session.Values("depth").value()[0](48, 32));
+  frame = Next(settings, &session);
+  EXPECT_TRUE(session.noisy().empty());
+  EXPECT_EQ(frame.focus_depth, depth);
+  // So is who saves what was not shown.
+  EXPECT_EQ(session.Values("normal").value().size(), 3u);
+  for (const char* view : {"noisy", "depth", "emission", "direct_diffuse", "samples"}) {
+    settings.panes = {"denoised", view};
+    EXPECT_EQ(Next(settings, &session).pictures.size(), 2u);
+    EXPECT_FALSE(session.noisy().empty()) << view;
+  }
+  settings.panes = {"denoised", "temporal"};
+  Next(settings, &session);
+  EXPECT_TRUE(session.noisy().empty());
+  settings.inspect = true;
+  frame = Next(settings, &session);
+  EXPECT_TRUE(std::any_of(frame.inspected.begin(), frame.inspected.end(),
+                          [](const InspectedValue& value) { return value.view == "depth"; }));
+}
+
 // Fewer samples than pixels, a smaller picture, another time of the animation, a camera that is
 // moved: the device shows what the CPU shows.
 TEST(ViewSession, ADeviceTracesWhatTheCpuTraces) {
