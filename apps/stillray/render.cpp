@@ -74,6 +74,7 @@ Result<Scene> LoadSceneFor(const RenderOptions& options) {
 struct FrameInWork {
   Frame frame;
   Frame on_host;  ///< room for its planes, if it lies on a device and files need them
+  const Frame* in_files = nullptr;  ///< the frame with the planes that files need
   DenoisedFrame denoised;
   Image3 reference;  ///< empty: none
   FrameLog log;
@@ -108,7 +109,8 @@ class RenderRun {
   Status RenderOne(int64_t frame, Progress* progress);
   Status Filter(const RenderMoment& moment, const RenderProgress& shown, FrameInWork* work);
   Status RenderReference(const RenderMoment& moment, Progress* progress, Image3* reference);
-  WrittenFiles WriteFiles(FrameInWork* work);
+  Status BringToHost(FrameInWork* work) const;
+  WrittenFiles WriteFiles(const FrameInWork& work);
   Status FinishWriting(Progress* progress);
   Status SaveState(bool with_history);
   Status Stop(Status reason, Progress* progress);
@@ -326,6 +328,22 @@ Status RenderRun::Filter(const RenderMoment& moment, const RenderProgress& shown
   return denoiser_->Denoise(work->frame, &work->denoised);
 }
 
+/// Not on the thread that writes: it would have to wait for the device, which traces the next frame
+/// by then.
+Status RenderRun::BringToHost(FrameInWork* work) const {
+  work->in_files = &work->frame;
+  const uint32_t planes = PlanesInFiles(options_);
+  if (work->frame.on_device == nullptr || planes == 0) {
+    return Status::Ok();
+  }
+  const Clock::time_point start = Clock::now();
+  const Result<const Frame*> brought = OnHost(work->frame, &work->on_host, planes);
+  STILLRAY_RETURN_IF_ERROR(brought.status());
+  work->in_files = *brought;
+  work->log.stages.push_back({"frame_to_host", Milliseconds(start)});
+  return Status::Ok();
+}
+
 Status RenderRun::RenderOne(int64_t number, Progress* progress) {
   FrameInWork& work = works_[traced_];
   RenderMoment moment;
@@ -359,11 +377,12 @@ Status RenderRun::RenderOne(int64_t number, Progress* progress) {
   work.log.denoise_ms = Milliseconds(denoise_start);
   work.log.stages = LoggedStages(work.denoised.timings);
   work.log.stages.insert(work.log.stages.begin(), traced.begin(), traced.end());
+  STILLRAY_RETURN_IF_ERROR(BringToHost(&work));
   log_.denoiser_bytes = denoiser_->memory_bytes();
   log_.device_memory = denoiser_->device_memory();
   log_.renderer_bytes = renderer_->memory_bytes();
   STILLRAY_RETURN_IF_ERROR(FinishWriting(progress));
-  writing_.Start(overlap_, [this, &work] { return WriteFiles(&work); });
+  writing_.Start(overlap_, [this, &work] { return WriteFiles(work); });
   traced_ = 1 - traced_;
   const bool save = Clock::now() - last_save_ > kSaveInterval && number < options_.frames.last;
   if (!overlap_ || save || number == options_.frames.last) {
@@ -372,19 +391,12 @@ Status RenderRun::RenderOne(int64_t number, Progress* progress) {
   return save ? SaveState(true) : Status::Ok();
 }
 
-WrittenFiles RenderRun::WriteFiles(FrameInWork* work) {
+WrittenFiles RenderRun::WriteFiles(const FrameInWork& work) {
   const Clock::time_point start = Clock::now();
   Rgb8Image display;
   WrittenFiles written;
-  const uint32_t planes = PlanesInFiles(options_);
-  const Result<const Frame*> frame =
-      planes != 0 ? OnHost(work->frame, &work->on_host, planes) : &work->frame;
-  written.status = frame.status();
-  if (written.status.ok()) {
-    written.status =
-        WriteFrameFiles(options_, **frame, work->denoised,
-                        work->reference.empty() ? nullptr : &work->reference, &display);
-  }
+  written.status = WriteFrameFiles(options_, *work.in_files, work.denoised,
+                                   work.reference.empty() ? nullptr : &work.reference, &display);
   if (written.status.ok() && video_) {
     written.status = video_->Write(display);
   }

@@ -7,6 +7,7 @@
 
 #include <gmock/gmock.h>
 
+#include "denoise/vulkan/device_inputs.h"
 #include "gpu/device_test.h"
 #include "render/vulkan/vulkan_renderer.h"
 #include "render_gpu/everything_scene.h"
@@ -304,6 +305,30 @@ TEST_F(DeviceFrameTest, WhatDoesNotFitIsRefused) {
   const Status status = denoiser.Denoise(lies, &out);
   EXPECT_EQ(status.code(), StatusCode::kInvalidArgument);
   EXPECT_THAT(status.message(), HasSubstr("size is 9x8, its images on the device are 8x8"));
+}
+
+// Sets made for images that are gone must be forgotten, whether or not handles come again.
+TEST(SeenFrames, TellsWhenImagesAreGoneOrTooMany) {
+  class Pixels : public FrameOnDevice {
+    Status Download(uint32_t, Frame*) const override { return Status::Ok(); }
+    uint64_t bytes() const override { return 0; }
+  };
+  vulkan::SeenFrames seen;
+  std::shared_ptr<FrameOnDevice> held[5];
+  for (auto& pixels : held) {
+    pixels = std::make_shared<Pixels>();
+  }
+  EXPECT_FALSE(seen.Add(held[0]));
+  EXPECT_FALSE(seen.Add(held[1]));
+  EXPECT_FALSE(seen.Add(held[0]));
+  held[1] = std::make_shared<Pixels>();
+  EXPECT_TRUE(seen.Add(held[0]));
+  EXPECT_FALSE(seen.Add(held[0]));
+  for (int i : {1, 2, 3}) {
+    EXPECT_FALSE(seen.Add(held[i]));
+  }
+  EXPECT_TRUE(seen.Add(held[4]));
+  EXPECT_FALSE(seen.Add(held[4]));
 }
 
 }  // namespace
