@@ -191,6 +191,9 @@ Status DeviceStore::Record(VkCommandBuffer commands, GpuTracer* tracer, const Gp
 }
 
 Status DeviceStore::End(int64_t paths, Frame* frame) {
+  if (!active()) {
+    return Status::Ok();
+  }
   if (!begun_) {  // a frame without any batch
     const std::unique_lock<std::mutex> lock = device_->Lock();
     const Result<VkCommandBuffer> commands = device_->Begin();

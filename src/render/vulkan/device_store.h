@@ -29,7 +29,7 @@ class DeviceStore {
   /// Records that the batch's guides or light (or both) are stored, as the tracer found them.
   Status Record(VkCommandBuffer commands, GpuTracer* tracer, const GpuBatch& batch, bool guides,
                 bool light);
-  /// The frame has all its batches.
+  /// The frame has all its batches. Nothing to do unless active().
   /// \param paths  pixels that have light
   Status End(int64_t paths, Frame* frame);
   /// Gives up a frame that was begun.

@@ -14,16 +14,13 @@
 #include "render/trace_context.h"
 #include "render/vulkan/batch_store.h"
 #include "render/vulkan/device_store.h"
-#include "render/vulkan/gpu_tracer.h"
+#include "render/vulkan/picture_tracer.h"
 
 namespace stillray::render {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Pixels that are traced together at most: enough to fill a large GPU, 0.6 kB each.
-constexpr uint32_t kMostPixels = 1u << 19;
-constexpr uint32_t kLeastPixels = 1u << 12;
 /// Drivers of desktops end what takes longer than about two seconds. A submission begins with so
 /// few paths that none does, and follows what they took.
 constexpr double kFirstPaths = 1 << 14;
@@ -31,11 +28,6 @@ constexpr double kLeastPaths = 1 << 11;
 /// Samples of a batch in a submission; bounds the times that are taken in it.
 constexpr int kMostSamples = 16;
 constexpr uint32_t kMostMarks = 2048;
-
-int RoundUp(int value) {
-  constexpr int kBlock = static_cast<int>(kBlockSize);
-  return (value + kBlock - 1) / kBlock * kBlock;
-}
 
 GpuView MakeGpuView(const CameraView& view) {
   return {view.position, view.half_width, view.right,   view.half_height,
@@ -55,9 +47,8 @@ class VulkanRenderer final : public Renderer {
   VulkanRenderer(const Scene& scene, const RenderSettings& settings,
                  std::shared_ptr<gpu::Device> device, const VulkanRenderOptions& options)
       : device_(std::move(device)),
-        add_by_group_(options.add_by_group.value_or(device_->info().is_gpu)),
+        tracer_options_{options.add_by_group.value_or(device_->info().is_gpu), options.rasterise},
         way_(options.way),
-        rasterise_(options.rasterise),
         submission_ms_(options.submission_ms),
         settings_(settings),
         any_transmission_(AnyTransmission(scene)),
@@ -76,15 +67,11 @@ class VulkanRenderer final : public Renderer {
   const RenderTimings& timings() const override { return timings_; }
   size_t memory_bytes() const override {
     return state_.memory_bytes() + lights_.memory_bytes() + accel_->memory().bytes +
-           gpu_lights_->memory().bytes + tracer_->memory().bytes +
-           (visibility_ ? visibility_->memory().bytes : 0);
+           gpu_lights_->memory().bytes + picture_->memory_bytes();
   }
 
  private:
-  Status MakeTracer();
-  Status MakeVisibility();
-  uint32_t WantedPixels() const;
-  bool HasRoom() const;
+  GpuTracer* tracer() const { return picture_->tracer(); }
   Status MoveTo(const RenderMoment& moment);
   void SetFrame(const RenderMoment& moment, vec2 jitter, SampleStream stream);
   template <typename Store>
@@ -100,9 +87,8 @@ class VulkanRenderer final : public Renderer {
   void StorePixels(const PixelPosition* pixels, size_t count, Frame* frame);
 
   std::shared_ptr<gpu::Device> device_;
-  bool add_by_group_;
+  PictureTracerOptions tracer_options_;
   TracingWay way_;
-  bool rasterise_;
   double submission_ms_;
   RenderSettings settings_;
   bool any_transmission_;
@@ -110,8 +96,7 @@ class VulkanRenderer final : public Renderer {
   LightSet lights_;
   std::unique_ptr<GpuAccel> accel_;
   std::unique_ptr<GpuLights> gpu_lights_;
-  std::unique_ptr<Visibility> visibility_;  // none: the camera's rays are traced
-  std::unique_ptr<GpuTracer> tracer_;
+  std::unique_ptr<PictureTracer> picture_;
   DeviceStore device_store_;
   gpu::Timestamps times_;
   GpuFrame frame_ = {};
@@ -137,59 +122,9 @@ Status VulkanRenderer::Build() {
   if (device_->has_timestamps()) {
     STILLRAY_RETURN_IF_ERROR(times_.Create(kMostMarks));
   }
-  return MakeTracer();
-}
-
-/// A device that cannot draw, or has no room for it, traces the camera's rays.
-Status VulkanRenderer::MakeVisibility() {
-  visibility_.reset();
-  if (!rasterise_) {
-    return Status::Ok();
-  }
-  Result<std::unique_ptr<Visibility>> visibility =
-      Visibility::Create(device_.get(), accel_.get(), state_, settings_.width, settings_.height);
-  if (visibility.ok()) {
-    visibility_ = std::move(*visibility);
-    return Status::Ok();
-  }
-  const StatusCode code = visibility.status().code();
-  return code == StatusCode::kUnsupported || code == StatusCode::kOutOfMemory ? Status::Ok()
-                                                                              : visibility.status();
-}
-
-/// Of a batch.
-uint32_t VulkanRenderer::WantedPixels() const {
-  const int64_t pixels = int64_t{RoundUp(settings_.width)} * RoundUp(settings_.height);
-  return static_cast<uint32_t>(std::min<int64_t>(pixels, kMostPixels));
-}
-
-/// Whether what was made for another picture does for this one. A viewer changes its resolution
-/// often, and making all of it anew compiles the shaders again.
-bool VulkanRenderer::HasRoom() const {
-  const bool drawn = visibility_ != nullptr
-                         ? visibility_->HasRoomFor(settings_.width, settings_.height)
-                         : !rasterise_ || !device_->can_draw();
-  return drawn && tracer_->capacity() >= WantedPixels();
-}
-
-/// Room for the picture, or for as much of it as the device has memory for.
-Status VulkanRenderer::MakeTracer() {
-  uint32_t most = WantedPixels();
-  tracer_.reset();
-  STILLRAY_RETURN_IF_ERROR(MakeVisibility());
-  while (true) {
-    tracer_.reset();
-    Result<std::unique_ptr<GpuTracer>> tracer = GpuTracer::Create(
-        device_.get(), accel_.get(), gpu_lights_.get(), visibility_.get(), most, add_by_group_);
-    if (tracer.ok()) {
-      tracer_ = std::move(*tracer);
-      return Status::Ok();
-    }
-    if (tracer.status().code() != StatusCode::kOutOfMemory || most <= kLeastPixels) {
-      return tracer.status();
-    }
-    most /= 2;
-  }
+  picture_ = std::make_unique<PictureTracer>(device_.get(), accel_.get(), gpu_lights_.get(),
+                                             &state_, tracer_options_);
+  return picture_->Make(settings_.width, settings_.height);
 }
 
 Status VulkanRenderer::SetSettings(const RenderSettings& settings) {
@@ -197,19 +132,22 @@ Status VulkanRenderer::SetSettings(const RenderSettings& settings) {
   const RenderSettings before = settings_;
   settings_ = settings;
   const bool same = settings.width == before.width && settings.height == before.height;
-  if (same || HasRoom()) {
+  if (same || picture_->HasRoomFor(settings.width, settings.height)) {
     return Status::Ok();
   }
-  const Status made = MakeTracer();
+  const Status made = picture_->Make(settings.width, settings.height);
   if (!made.ok()) {
     settings_ = before;
-    STILLRAY_RETURN_IF_ERROR(MakeTracer());
+    STILLRAY_RETURN_IF_ERROR(picture_->Make(before.width, before.height));
   }
   return made;
 }
 
 Status VulkanRenderer::MoveTo(const RenderMoment& moment) {
   STILLRAY_RETURN_IF_ERROR(CheckMoment(state_.scene(), moment));
+  if (tracer() == nullptr) {  // there was no memory for it when the settings changed
+    STILLRAY_RETURN_IF_ERROR(picture_->Make(settings_.width, settings_.height));
+  }
   timings_ = RenderTimings();
   const PhaseTimer timer(&timings_.update_ms);
   const bool moved = state_.Update(moment.seconds, moment.previous_seconds);
@@ -253,7 +191,7 @@ void VulkanRenderer::AdaptTo(double paths, double milliseconds) {
   } else if (paths > 0.5 * paths_per_submission_) {
     paths_per_submission_ *= std::min(ratio, 2.0);
   }
-  const double most = static_cast<double>(tracer_->capacity()) * kMostSamples;
+  const double most = static_cast<double>(tracer()->capacity()) * kMostSamples;
   paths_per_submission_ = std::min(paths_per_submission_, most);
 }
 
@@ -266,7 +204,7 @@ void VulkanRenderer::ReadTimes() {
                                                                        : timings_.shade_ms;
     sum += time.milliseconds;
   }
-  const GpuCounters& counters = tracer_->counters();
+  const GpuCounters& counters = tracer()->counters();
   timings_.primary_rays += counters.primary_rays;
   timings_.bounce_rays += counters.bounce_rays;
   timings_.shadow_rays += counters.shadow_rays;
@@ -285,12 +223,12 @@ Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, i
   if (lights_moved_) {
     gpu_lights_->RecordUpdate(*commands);
   }
-  tracer_->RecordBegin(*commands, frame_, device_->has_timestamps() ? &times_ : nullptr);
+  tracer()->RecordBegin(*commands, frame_, device_->has_timestamps() ? &times_ : nullptr);
   if (frame_.rasterised != 0 && !visible_) {
-    tracer_->RecordVisibility(*commands, frame_);
+    tracer()->RecordVisibility(*commands, frame_);
   }
   if (plan.guides && done == 0) {
-    STILLRAY_RETURN_IF_ERROR(tracer_->RecordGuides(*commands, batch));
+    STILLRAY_RETURN_IF_ERROR(tracer()->RecordGuides(*commands, batch));
   }
   const int steps = MostSteps(state_.scene(), settings_.bounces);
   for (int s = done; s < done + samples; ++s) {
@@ -300,16 +238,16 @@ Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, i
     batch.window_low = static_cast<uint32_t>(window);
     batch.window_high = static_cast<uint32_t>(window >> 32);
     STILLRAY_RETURN_IF_ERROR(
-        tracer_->RecordSample(*commands, batch, steps, s == 0, plan.reference));
+        tracer()->RecordSample(*commands, batch, steps, s == 0, plan.reference));
   }
   const bool last = done + samples == plan.samples;
   const bool guides = plan.guides && last;
   const bool light = plan.samples > 0 && last;
   const bool stays = device_store_.active();
   if (stays && last) {
-    STILLRAY_RETURN_IF_ERROR(device_store_.Record(*commands, tracer_.get(), batch, guides, light));
+    STILLRAY_RETURN_IF_ERROR(device_store_.Record(*commands, tracer(), batch, guides, light));
   }
-  tracer_->RecordEnd(*commands, batch, guides && !stays, light && !stays);
+  tracer()->RecordEnd(*commands, batch, guides && !stays, light && !stays);
   const Clock::time_point start = Clock::now();
   STILLRAY_RETURN_IF_ERROR(device_->Run());
   const std::chrono::duration<double, std::milli> took = Clock::now() - start;
@@ -317,7 +255,7 @@ Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, i
   accel_moved_ = false;
   lights_moved_ = false;
   visible_ = frame_.rasterised != 0;
-  STILLRAY_RETURN_IF_ERROR(tracer_->Invalidate());
+  STILLRAY_RETURN_IF_ERROR(tracer()->Invalidate());
   ReadTimes();
   return Status::Ok();
 }
@@ -343,12 +281,13 @@ Status VulkanRenderer::TraceBatch(const GpuBatch& batch, const BatchPlan& plan,
 template <typename Store>
 Status VulkanRenderer::ForTiles(const BatchPlan& plan, ProgressMeter* meter, const Store& store) {
   constexpr int kBlock = static_cast<int>(kBlockSize);
-  const int columns = RoundUp(settings_.width);
+  const int columns = RoundUpToBlocks(settings_.width);
   for (int y = 0; y < settings_.height;) {
-    const int most =
-        static_cast<int>(std::min(paths_per_submission_, static_cast<double>(tracer_->capacity())));
+    const int most = static_cast<int>(
+        std::min(paths_per_submission_, static_cast<double>(tracer()->capacity())));
     const int width = std::min(columns, most / kBlock / kBlock * kBlock);
-    const int height = std::min(RoundUp(settings_.height - y), most / width / kBlock * kBlock);
+    const int height =
+        std::min(RoundUpToBlocks(settings_.height - y), most / width / kBlock * kBlock);
     for (int x = 0; x < settings_.width; x += width) {
       GpuBatch batch = {};
       batch.x = x;
@@ -367,7 +306,8 @@ Status VulkanRenderer::ForTiles(const BatchPlan& plan, ProgressMeter* meter, con
 }
 
 double WorkOf(const RenderSettings& settings, double samples) {
-  return static_cast<double>(RoundUp(settings.width)) * RoundUp(settings.height) * samples;
+  return static_cast<double>(RoundUpToBlocks(settings.width)) * RoundUpToBlocks(settings.height) *
+         samples;
 }
 
 /// On the device, if that is wanted and has room; else on the host.
@@ -387,7 +327,7 @@ Status VulkanRenderer::RenderWhole(const RenderMoment& moment, Frame* frame,
                                    const RenderProgress& progress) {
   sparse_.Forget();
   STILLRAY_RETURN_IF_ERROR(BeginFrame(moment, frame));
-  frame_.rasterised = visibility_ ? 1 : 0;
+  frame_.rasterised = picture_->draws() ? 1 : 0;
   BatchPlan plan;
   plan.guides = true;
   plan.samples = settings_.spp;
@@ -395,11 +335,9 @@ Status VulkanRenderer::RenderWhole(const RenderMoment& moment, Frame* frame,
       static_cast<uint64_t>(moment.frame_index) * static_cast<uint64_t>(settings_.spp);
   ProgressMeter meter(progress, WorkOf(settings_, settings_.spp));
   STILLRAY_RETURN_IF_ERROR(ForTiles(plan, &meter, [&](const GpuBatch& batch) {
-    StoreBatch(batch, tracer_->guides(), tracer_->sums(), settings_.spp, frame);
+    StoreBatch(batch, tracer()->guides(), tracer()->sums(), settings_.spp, frame);
   }));
-  return device_store_.active()
-             ? device_store_.End(int64_t{settings_.width} * settings_.height, frame)
-             : Status::Ok();
+  return device_store_.End(int64_t{settings_.width} * settings_.height, frame);
 }
 
 /// The pixels whose turn it is, and zero into the host's planes of all others.
@@ -426,7 +364,8 @@ void VulkanRenderer::StorePixels(const PixelPosition* pixels, size_t count, Fram
   for (size_t i = 0; i < count; ++i) {
     const auto [x, y] = pixels[i];
     const Tile region = {x - x % kSparseRegion.width, y - y % kSparseRegion.height, 0, 0};
-    sparse_.Store(region, x, y, LightOf(tracer_->sums()[i]), GuidesOf(tracer_->guides()[i]), frame);
+    sparse_.Store(region, x, y, LightOf(tracer()->sums()[i]), GuidesOf(tracer()->guides()[i]),
+                  frame);
   }
 }
 
@@ -436,7 +375,7 @@ Status VulkanRenderer::RenderPart(const RenderMoment& moment, Frame* frame,
   STILLRAY_RETURN_IF_ERROR(BeginFrame(moment, frame));
   const bool full = settings_.guides == GuideCoverage::kFull;
   // Of sparse guides there are too few to draw all of the scene for.
-  frame_.rasterised = full && visibility_ ? 1 : 0;
+  frame_.rasterised = full && picture_->draws() ? 1 : 0;
   const PixelOrder order(settings_.cycle, settings_.seed, moment.frame_index);
   const std::vector<PixelPosition> chosen = ChoosePixels(order, frame);
   ProgressMeter meter(progress,
@@ -445,20 +384,20 @@ Status VulkanRenderer::RenderPart(const RenderMoment& moment, Frame* frame,
   plan.guides = true;
   if (full) {
     STILLRAY_RETURN_IF_ERROR(ForTiles(plan, &meter, [&](const GpuBatch& batch) {
-      StoreBatch(batch, tracer_->guides(), nullptr, 1, frame);
+      StoreBatch(batch, tracer()->guides(), nullptr, 1, frame);
     }));
   }
   plan.samples = 1;
   plan.first_sample = static_cast<uint64_t>(order.cycle_index());
   for (size_t done = 0; done < chosen.size();) {
     const size_t most = static_cast<size_t>(
-        std::min(paths_per_submission_, static_cast<double>(tracer_->capacity())));
+        std::min(paths_per_submission_, static_cast<double>(tracer()->capacity())));
     const size_t count = std::min(chosen.size() - done, most);
     for (size_t i = 0; i < count; ++i) {
       const auto [x, y] = chosen[done + i];
-      tracer_->listed_pixels()[i] = static_cast<uint32_t>(x) | static_cast<uint32_t>(y) << 16;
+      tracer()->listed_pixels()[i] = static_cast<uint32_t>(x) | static_cast<uint32_t>(y) << 16;
     }
-    STILLRAY_RETURN_IF_ERROR(tracer_->Flush());
+    STILLRAY_RETURN_IF_ERROR(tracer()->Flush());
     GpuBatch batch = {};
     batch.width = static_cast<int>(kBlockSize);
     batch.count = static_cast<uint32_t>(count);
@@ -469,11 +408,10 @@ Status VulkanRenderer::RenderPart(const RenderMoment& moment, Frame* frame,
     }
     done += count;
   }
-  if (device_store_.active()) {
-    return device_store_.End(static_cast<int64_t>(chosen.size()), frame);
+  if (!device_store_.active()) {
+    sparse_.End(*frame);
   }
-  sparse_.End(*frame);
-  return Status::Ok();
+  return device_store_.End(static_cast<int64_t>(chosen.size()), frame);
 }
 
 Status VulkanRenderer::RenderFrame(const RenderMoment& moment, Frame* frame,
@@ -509,7 +447,7 @@ Status VulkanRenderer::RenderReference(const RenderMoment& moment, int spp, Imag
     plan.samples = spp;
     ProgressMeter meter(progress, WorkOf(settings_, spp));
     return ForTiles(plan, &meter, [&](const GpuBatch& batch) {
-      StoreReference(batch, tracer_->sums(), spp, radiance);
+      StoreReference(batch, tracer()->sums(), spp, radiance);
     });
   } catch (const std::bad_alloc&) {
     return Status::OutOfMemory("rendering a reference: out of memory");
