@@ -382,6 +382,8 @@ Status RenderRun::RenderOne(int64_t number, Progress* progress) {
   log_.device_memory = denoiser_->device_memory();
   log_.renderer_bytes = renderer_->memory_bytes();
   STILLRAY_RETURN_IF_ERROR(FinishWriting(progress));
+  // What files need of it is on the host: the next frame may have its images.
+  works_[1 - traced_].frame.on_device = std::move(work.frame.on_device);
   writing_.Start(overlap_, [this, &work] { return WriteFiles(work); });
   traced_ = 1 - traced_;
   const bool save = Clock::now() - last_save_ > kSaveInterval && number < options_.frames.last;

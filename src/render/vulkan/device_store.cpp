@@ -74,9 +74,11 @@ Status DeviceStore::Begin(const RenderSettings& settings, const RenderMoment& mo
   if (!suits) {
     target_.reset();  // first: both may not fit into the device
     Result<std::shared_ptr<gpu::DeviceFrame>> made = gpu::DeviceFrame::Create(device_, shape);
-    if (!made.ok()) {
-      return made.status().code() == StatusCode::kOutOfMemory ? Status::Ok() : made.status();
+    const StatusCode code = made.status().code();
+    if (code == StatusCode::kOutOfMemory || code == StatusCode::kInvalidArgument) {
+      return Status::Ok();
     }
+    STILLRAY_RETURN_IF_ERROR(made.status());
     target_ = std::move(*made);
   }
   if (!has_pool_) {

@@ -21,8 +21,8 @@ class DeviceStore {
       : device_(std::move(device)), sets_(&device_->context()) {}
 
   /// Chooses images for `frame`: those that it comes with, if they suit and nobody else holds them,
-  /// or new ones. Planes on the host are given up. Where there is no memory for images the frame is
-  /// left without, and active() is false.
+  /// or new ones. Planes on the host are given up. Where there is no memory for images, or the
+  /// device has none of that size, the frame is left without, and active() is false.
   Status Begin(const RenderSettings& settings, const RenderMoment& moment, Frame* frame);
   /// Whether a frame was begun that stays on the device.
   bool active() const { return target_ != nullptr; }
