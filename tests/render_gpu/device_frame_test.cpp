@@ -288,6 +288,25 @@ TEST_F(DeviceFrameTest, OtherDevicesBringItToTheHost) {
               Denoiser::Create(settings, place).value());
 }
 
+TEST_F(DeviceFrameTest, GoesToTheHostWhereThereAreNoImagesForIt) {
+  const auto most = device_->context().limits.maxImageDimension2D;
+  if (most >= 32768) {
+    GTEST_SKIP() << "the device's images are as large as pictures may be";
+  }
+  const Scene scene = MakeBuiltinScene("cornell").value();
+  RenderSettings settings = SmallSettings(static_cast<int>(most) + 1, 1, 1);
+  settings.on_device = true;
+  settings.bounces = 1;
+  const std::unique_ptr<Renderer> renderer = Create(scene, settings);
+  ASSERT_NE(renderer, nullptr);
+  Frame frame;
+  const Status status = renderer->RenderFrame(Moment(1), &frame);
+  ASSERT_TRUE(status.ok()) << status.message();
+  EXPECT_EQ(frame.on_device, nullptr);
+  EXPECT_EQ(frame.guides.depth.width(), settings.width);
+  EXPECT_GT(frame.guides.depth(settings.width / 2, 0), 0);
+}
+
 TEST_F(DeviceFrameTest, WhatDoesNotFitIsRefused) {
   const int most = static_cast<int>(device_->context().limits.maxImageDimension2D);
   const auto create = [&](int width, int height) {
