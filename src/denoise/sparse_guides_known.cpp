@@ -47,7 +47,7 @@ int64_t ListKnownRows(const Frame& frame, int y0, int y1, RowLists* list) {
       const MF known = hn::And(hn::Or(has_depth, has_sample), InRow(x, frame.width));
       if (!hn::AllFalse(d, known)) {
         count += static_cast<int>(
-            hn::CompressStore(hn::Iota(di, x), hn::RebindMask(di, known), di, to + count));
+            hn::CompressStore(ColumnNumbers(x), hn::RebindMask(di, known), di, to + count));
       }
     }
     list->SetCount(y, count);

@@ -84,7 +84,7 @@ HWY_INLINE FetchTaps OwnTaps(const SignalHistory& before, const ReprojectionTaps
   const VF zero = hn::Zero(d);
   const bool any = taps.Place(x / LaneCount(), y) == HistoryPlace::kUnchanged;
   FetchTaps t;
-  t.load[0] = {true, y, x, hn::Iota(di, x), hn::Set(di, y)};
+  t.load[0] = {true, y, x, ColumnNumbers(x), hn::Set(di, y)};
   t.weight[0] = hn::IfThenElseZero(InRow(x, taps.x.width()), hn::Set(d, any ? 1.0f : 0.0f));
   const MF has_light = hn::Gt(hn::LoadU(d, before.length.Row(y) + x), zero);
   t.kept[0] = hn::IfThenElseZero(has_light, t.weight[0]);

@@ -27,10 +27,8 @@ struct SideBySide {
   int y = 0;
 };
 
-/// Whether the lanes in `used` have their first taps side by side, so that rows of `width` pixels
-/// without a border can be read there: taps first_x + lane .. first_x + lane + columns - 1. Lanes
-/// that are not used may read beyond the row, up to one vector.
-HWY_INLINE SideBySide FindSideBySide(VI first_x, VI first_y, MF used, int columns, int width) {
+/// Whether the lanes in `used` have their first taps side by side, wherever that is.
+HWY_INLINE SideBySide FindSideBySide(VI first_x, VI first_y, MF used) {
   const DI di;
   const auto lanes = hn::RebindMask(di, used);
   const intptr_t some = hn::FindFirstTrue(di, lanes);
@@ -38,14 +36,22 @@ HWY_INLINE SideBySide FindSideBySide(VI first_x, VI first_y, MF used, int column
   if (some < 0) {
     return block;
   }
-  const VI start = hn::Sub(first_x, hn::Iota(di, 0));
+  const VI start = hn::Sub(first_x, ColumnNumbers(0));
   const VI at = hn::Set(di, hn::ExtractLane(start, static_cast<size_t>(some)));
   const VI row = hn::Set(di, hn::ExtractLane(first_y, static_cast<size_t>(some)));
   const auto same = hn::And(hn::Eq(start, at), hn::Eq(first_y, row));
   block.x = hn::GetLane(at);
   block.y = hn::GetLane(row);
-  block.found = hn::AllTrue(di, hn::Or(same, hn::Not(lanes))) && block.x >= 0 &&
-                block.x + columns - 1 <= width;
+  block.found = hn::AllTrue(di, hn::Or(same, hn::Not(lanes)));
+  return block;
+}
+
+/// The same, found only where rows of `width` pixels without a border can be read there: taps
+/// first_x + lane .. first_x + lane + columns - 1. Lanes that are not used may read beyond the row,
+/// up to one vector.
+HWY_INLINE SideBySide FindSideBySide(VI first_x, VI first_y, MF used, int columns, int width) {
+  SideBySide block = FindSideBySide(first_x, first_y, used);
+  block.found = block.found && block.x >= 0 && block.x + columns - 1 <= width;
   return block;
 }
 

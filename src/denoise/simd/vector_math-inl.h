@@ -30,6 +30,16 @@ using MF = hn::Mask<DF>;
 constexpr float kWeightExp2[5] = {9.99999262e-01f, 6.93121818e-01f, 2.40247449e-01f,
                                   5.59178353e-02f, 9.57008570e-03f};
 
+/// x, x + 1, ...: Highway's Iota is worked out lane by lane by some compilers, and what reads the
+/// vector then waits for all of their stores.
+alignas(64) constexpr int32_t kLaneNumbers[16] = {0, 1, 2,  3,  4,  5,  6,  7,
+                                                  8, 9, 10, 11, 12, 13, 14, 15};
+HWY_INLINE VI ColumnNumbers(int x) {
+  const DI di;
+  static_assert(hn::MaxLanes(DI()) <= 16);
+  return hn::Add(hn::Load(di, kLaneNumbers), hn::Set(di, x));
+}
+
 /// Lanes of a vector as a step of pixel loops.
 HWY_INLINE int LaneCount() {
   return static_cast<int>(hn::Lanes(DF()));
@@ -146,9 +156,7 @@ HWY_INLINE MF IsFiniteLane(VF x) {
 
 /// x, x + 1, ... as pixel coordinates.
 HWY_INLINE VF ColumnsFrom(int x) {
-  const DF d;
-  const DI di;
-  return hn::ConvertTo(d, hn::Iota(di, x));
+  return hn::ConvertTo(DF(), ColumnNumbers(x));
 }
 
 /// Lanes of the row that are pixels.

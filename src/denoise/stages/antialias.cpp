@@ -77,112 +77,229 @@ HWY_INLINE bool IsStillRow(const Image2& motion, int y) {
   return still;
 }
 
+/// The rows around the pixels of row y, from the one above: beyond the picture's edge the row at
+/// it.
+struct RowsAround {
+  const float* colour[3][3];
+  const float* length[3];  ///< nullptr: not known
+  const float* inverse_depth[3];
+  const float* motion[3][2];
+  const float* gradient[2];  ///< of row y alone
+};
+
+RowsAround FindRowsAround(const Image3& colour, const Image2& motion, const GuidePlanes& guides,
+                          const Image1* length, int y) {
+  const int last = colour.height() - 1;
+  RowsAround rows;
+  for (int j = 0; j < 3; ++j) {
+    const int row = std::clamp(y + j - 1, 0, last);
+    for (int c = 0; c < 3; ++c) {
+      rows.colour[j][c] = colour[c].Row(row);
+    }
+    rows.length[j] = length != nullptr ? length->Row(row) : nullptr;
+    rows.inverse_depth[j] = guides.inverse_depth.Row(row);
+    rows.motion[j][0] = motion[0].Row(row);
+    rows.motion[j][1] = motion[1].Row(row);
+  }
+  rows.gradient[0] = guides.gradient[0].Row(y);
+  rows.gradient[1] = guides.gradient[1].Row(y);
+  return rows;
+}
+
 /// \tparam kStill  none of the neighbours moves, whichever is nearest
-/// \param inner  neighbours exist in all columns, so that plain loads find them; else the picture's
-///               edge is repeated
-template <bool kStill>
-HWY_INLINE Neighbourhood LookAround(const Image3& colour, const Image2& motion,
-                                    const GuidePlanes& guides, const Image1* length, int x, int y,
-                                    bool inner) {
+/// \tparam kInner  neighbours exist in all columns, so that plain loads find them; else the
+///                 picture's edge is repeated
+template <bool kStill, bool kInner>
+HWY_INLINE Neighbourhood LookAround(const RowsAround& rows, int x, int y, int width, int height) {
   const DF d;
   const DI di;
-  const int width = colour.width();
-  const int height = colour.height();
-  const VI columns = hn::Iota(di, x);
   Neighbourhood n;
   for (int c = 0; c < 3; ++c) {
-    n.low[c] = n.high[c] = hn::LoadU(d, colour[c].Row(y) + x);
+    n.low[c] = n.high[c] = hn::LoadU(d, rows.colour[1][c] + x);
   }
-  const auto of_centre = [&](const Image1& plane) HWY_ATTR {
-    return kStill ? hn::Zero(d) : hn::LoadU(d, plane.Row(y) + x);
-  };
-  const VF centre = of_centre(guides.inverse_depth);
-  const VF gx = of_centre(guides.gradient[0]);
-  const VF gy = of_centre(guides.gradient[1]);
+  const auto of_centre = [&](const float* row)
+                             HWY_ATTR { return kStill ? hn::Zero(d) : hn::LoadU(d, row + x); };
+  const VF centre = of_centre(rows.inverse_depth[1]);
+  const VF gx = of_centre(rows.gradient[0]);
+  const VF gy = of_centre(rows.gradient[1]);
   const VF slack = hn::MulAdd(hn::Set(d, kInFront), centre, centre);
   n.longest = hn::Zero(d);
   VF nearest = centre;
-  n.mx = of_centre(motion[0]);
-  n.my = of_centre(motion[1]);
-  for (const int row : {y > 0 ? y - 1 : 0, y, y + 1 < height ? y + 1 : height - 1}) {
+  n.mx = of_centre(rows.motion[1][0]);
+  n.my = of_centre(rows.motion[1][1]);
+  for (int j = 0; j < 3; ++j) {
+    const float row_offset = static_cast<float>(std::clamp(y + j - 1, 0, height - 1) - y);
     for (int dx = -1; dx <= 1; ++dx) {
-      const VI at = ClampColumns(hn::Add(columns, hn::Set(di, dx)), width);
-      const auto load = [&](const Image1& plane) HWY_ATTR {
-        return inner ? hn::LoadU(d, plane.Row(row) + x + dx)
-                     : hn::GatherIndex(d, plane.Row(row), at);
+      VI at = hn::Zero(di);
+      VF ox = hn::Set(d, static_cast<float>(dx));
+      if constexpr (!kInner) {
+        const VI columns = ColumnNumbers(x);
+        at = ClampColumns(hn::Add(columns, hn::Set(di, dx)), width);
+        ox = hn::ConvertTo(d, hn::Sub(at, columns));
+      }
+      const auto load = [&](const float* row) HWY_ATTR {
+        return kInner ? hn::LoadU(d, row + x + dx) : hn::GatherIndex(d, row, at);
       };
       for (int c = 0; c < 3; ++c) {
-        const VF q = load(colour[c]);
+        const VF q = load(rows.colour[j][c]);
         n.low[c] = hn::Min(n.low[c], q);
         n.high[c] = hn::Max(n.high[c], q);
       }
-      if (length != nullptr) {
-        n.longest = hn::Max(n.longest, load(*length));
+      if (rows.length[j] != nullptr) {
+        n.longest = hn::Max(n.longest, load(rows.length[j]));
       }
       if constexpr (kStill) {
         continue;
       }
-      const VF i = load(guides.inverse_depth);
-      const VF ox = hn::ConvertTo(d, hn::Sub(at, columns));
-      const VF oy = hn::Set(d, static_cast<float>(row - y));
-      const VF plane = hn::MulAdd(gx, ox, hn::MulAdd(gy, oy, slack));
+      const VF i = load(rows.inverse_depth[j]);
+      const VF plane = hn::MulAdd(gx, ox, hn::MulAdd(gy, hn::Set(d, row_offset), slack));
       const MF nearer = hn::And(hn::Gt(i, nearest), hn::Gt(i, plane));
       if (!hn::AllFalse(d, nearer)) {
         nearest = hn::IfThenElse(nearer, i, nearest);
-        n.mx = hn::IfThenElse(nearer, load(motion[0]), n.mx);
-        n.my = hn::IfThenElse(nearer, load(motion[1]), n.my);
+        n.mx = hn::IfThenElse(nearer, load(rows.motion[j][0]), n.mx);
+        n.my = hn::IfThenElse(nearer, load(rows.motion[j][1]), n.my);
       }
     }
   }
   return n;
 }
 
+/// Where a vector of pixels stood in the previous picture: the pixel to the upper left, and the
+/// rest of the way.
+struct PreviousPlace {
+  VI x, y;
+  VF u, v;
+};
+
+/// Catmull-Rom over 4x4 taps.
+/// \param load  takes a column and a row, -1..2, and a channel
+template <typename Load>
+HWY_INLINE void SampleCatmullRom(const PreviousPlace& place, const Load& load, VF before[3]) {
+  const DF d;
+  VF wx[4];
+  VF wy[4];
+  CatmullRom(place.u, wx);
+  CatmullRom(place.v, wy);
+  for (int c = 0; c < 3; ++c) {
+    before[c] = hn::Zero(d);
+  }
+  for (int j = 0; j < 4; ++j) {
+    for (int c = 0; c < 3; ++c) {
+      VF sum = hn::Mul(wx[0], load(-1, j - 1, c));
+      for (int i = 1; i < 4; ++i) {
+        sum = hn::MulAdd(wx[i], load(i - 1, j - 1, c), sum);
+      }
+      before[c] = hn::MulAdd(wy[j], sum, before[c]);
+    }
+  }
+}
+
+/// SamplePrevious where taps do not lie side by side, or beyond the picture: its edge is repeated.
+HWY_NOINLINE void GatherPrevious(const Image3& previous, const PreviousPlace& place, VF before[3]) {
+  const DF d;
+  const DI di;
+  const VI stride = hn::Set(di, static_cast<int>(previous[0].stride()));
+  SampleCatmullRom(
+      place,
+      [&](int i, int j, int c) HWY_ATTR {
+        const VI column = ClampColumns(hn::Add(place.x, hn::Set(di, i)), previous.width());
+        const VI row = ClampColumns(hn::Add(place.y, hn::Set(di, j)), previous.height());
+        return hn::GatherIndex(d, previous[c].Row(0), hn::Add(hn::Mul(row, stride), column));
+      },
+      before);
+}
+
 /// The previous picture at (px, py), Catmull-Rom over 4x4 taps; lanes not `inside` are not read.
 HWY_INLINE void SamplePrevious(const Image3& previous, VF px, VF py, MF inside, VF before[3]) {
   const DF d;
   const DI di;
-  const int width = previous.width();
-  const int height = previous.height();
   const VF sx = hn::IfThenElseZero(inside, px);
   const VF sy = hn::IfThenElseZero(inside, py);
   const VF fx = hn::Floor(sx);
   const VF fy = hn::Floor(sy);
-  const VF u = hn::Sub(sx, fx);
-  const VF v = hn::Sub(sy, fy);
-  const VI bx = hn::Sub(hn::ConvertTo(di, fx), hn::Set(di, 1));
-  const VI by = hn::Sub(hn::ConvertTo(di, fy), hn::Set(di, 1));
-  // The last lane may not look beyond the last column: there the edge is repeated, lane by lane.
-  const SideBySide block = FindSideBySide(bx, by, inside, 4, width - LaneCount());
-  const auto load = [&](int i, int j) HWY_ATTR {
-    const VI row = ClampColumns(hn::Add(by, hn::Set(di, j)), height);
-    const VI column = ClampColumns(hn::Add(bx, hn::Set(di, i)), width);
-    return TapAt(block, i, j, height, column, row);
-  };
+  const PreviousPlace place = {hn::ConvertTo(di, fx), hn::ConvertTo(di, fy), hn::Sub(sx, fx),
+                               hn::Sub(sy, fy)};
+  const SideBySide block = FindSideBySide(place.x, place.y, inside);
+  const int columns = previous.width() - LaneCount();
+  if (!block.found || block.x < 1 || block.x + 2 > columns || block.y < 1 ||
+      block.y + 2 >= previous.height()) {
+    GatherPrevious(previous, place, before);
+    return;
+  }
+  const ptrdiff_t stride = previous[0].stride();
+  const float* first[3];
+  for (int c = 0; c < 3; ++c) {
+    first[c] = previous[c].Row(block.y) + block.x;
+  }
   const VF zero = hn::Zero(d);
-  if (hn::AllTrue(d, hn::And(hn::Eq(u, zero), hn::Eq(v, zero)))) {  // nothing moved
-    const TapLoad tap = load(1, 1);
+  if (hn::AllTrue(d, hn::And(hn::Eq(place.u, zero), hn::Eq(place.v, zero)))) {  // nothing moved
     for (int c = 0; c < 3; ++c) {
-      before[c] = tap(d, previous[c]);
+      before[c] = hn::LoadU(d, first[c]);
     }
     return;
   }
-  VF wx[4];
-  VF wy[4];
-  CatmullRom(u, wx);
-  CatmullRom(v, wy);
-  for (int c = 0; c < 3; ++c) {
-    before[c] = zero;
-  }
-  for (int j = 0; j < 4; ++j) {
-    VF sums[3] = {zero, zero, zero};
-    for (int i = 0; i < 4; ++i) {
-      const TapLoad tap = load(i, j);
-      for (int c = 0; c < 3; ++c) {
-        sums[c] = hn::MulAdd(wx[i], tap(d, previous[c]), sums[c]);
-      }
-    }
+  SampleCatmullRom(
+      place, [&](int i, int j, int c) HWY_ATTR { return hn::LoadU(d, first[c] + j * stride + i); },
+      before);
+}
+
+/// Blends the pixels x, x + 1, ... of row y.
+template <bool kStill, bool kInner>
+HWY_INLINE void AntialiasVector(const RowsAround& rows, const Image3& previous,
+                                const AntialiasParameters& p, int x, int y, float* const out[3]) {
+  const DF d;
+  const int width = previous.width();
+  const int height = previous.height();
+  const Neighbourhood n = LookAround<kStill, kInner>(rows, x, y, width, height);
+  const VF px = hn::Add(ColumnsFrom(x), n.mx);
+  const VF py = hn::Add(hn::Set(d, static_cast<float>(y)), n.my);
+  const VF edge = hn::Set(d, -0.5f);
+  const MF in_x =
+      hn::And(hn::Gt(px, edge), hn::Lt(px, hn::Set(d, static_cast<float>(width) - 0.5f)));
+  const MF in_y =
+      hn::And(hn::Gt(py, edge), hn::Lt(py, hn::Set(d, static_cast<float>(height) - 0.5f)));
+  const MF inside = hn::And(hn::And(in_x, in_y), InRow(x, width));
+  VF before[3];
+  if constexpr (kStill) {
     for (int c = 0; c < 3; ++c) {
-      before[c] = hn::MulAdd(wy[j], sums[c], before[c]);
+      before[c] = hn::LoadU(d, previous[c].Row(y) + x);
+    }
+  } else {
+    SamplePrevious(previous, px, py, inside, before);
+  }
+  const VF alpha = Alpha(p, n.longest, x, y);
+  for (int c = 0; c < 3; ++c) {
+    const VF now = hn::LoadU(d, rows.colour[1][c] + x);
+    const VF kept = hn::Min(hn::Max(before[c], n.low[c]), n.high[c]);
+    const VF blend = hn::MulAdd(alpha, hn::Sub(now, kept), kept);
+    StoreInRow(d, hn::IfThenElse(inside, blend, now), out[c], x, width);
+  }
+}
+
+template <bool kStill>
+void AntialiasRow(const Image3& colour, const Image3& previous, const Image2& motion,
+                  const GuidePlanes& guides, const AntialiasParameters& p, int y, Image3* out) {
+  const int width = colour.width();
+  const RowsAround rows = FindRowsAround(colour, motion, guides, p.length, y);
+  float* const to[3] = {(*out)[0].Row(y), (*out)[1].Row(y), (*out)[2].Row(y)};
+  NextRow<20> next;
+  next.Add(colour, y + 2);
+  next.Add(previous, y + 3);
+  if (!kStill) {
+    next.Add(motion, y + 2);
+    next.Add(guides.inverse_depth, y + 2);
+    next.Add(guides.gradient, y + 1);
+  }
+  if (p.length != nullptr) {
+    next.Add(*p.length, y + 2);
+  }
+  next.Add(*out, y + 1);
+  for (int x = 0; x < width; x += LaneCount()) {
+    next.Fetch(x);
+    if (x > 0 && x + LaneCount() < width) {
+      AntialiasVector<kStill, true>(rows, previous, p, x, y, to);
+    } else {
+      AntialiasVector<kStill, false>(rows, previous, p, x, y, to);
     }
   }
 }
@@ -190,57 +307,15 @@ HWY_INLINE void SamplePrevious(const Image3& previous, VF px, VF py, MF inside, 
 void AntialiasRows(const Image3& colour, const Image3& previous, const Image2& motion,
                    const GuidePlanes& guides, const AntialiasParameters& p, int y0, int y1,
                    Image3* out) {
-  const DF d;
-  const int width = colour.width();
   const int height = colour.height();
-  const VF edge = hn::Set(d, -0.5f);
-  const VF right = hn::Set(d, static_cast<float>(width) - 0.5f);
-  const VF bottom = hn::Set(d, static_cast<float>(height) - 0.5f);
   bool still[3] = {true, IsStillRow(motion, std::max(y0 - 1, 0)), IsStillRow(motion, y0)};
   for (int y = y0; y < y1; ++y) {
     still[0] = still[1];
     still[1] = still[2];
     still[2] = IsStillRow(motion, std::min(y + 1, height - 1));
-    const bool all_still = still[0] && still[1] && still[2];
-    NextRow<20> next;
-    next.Add(colour, y + 2);
-    next.Add(previous, y + 3);
-    if (!all_still) {
-      next.Add(motion, y + 2);
-      next.Add(guides.inverse_depth, y + 2);
-      next.Add(guides.gradient, y + 1);
-    }
-    if (p.length != nullptr) {
-      next.Add(*p.length, y + 2);
-    }
-    next.Add(*out, y + 1);
-    for (int x = 0; x < width; x += LaneCount()) {
-      next.Fetch(x);
-      const bool inner = x > 0 && x + LaneCount() < width;
-      const Neighbourhood n =
-          all_still ? LookAround<true>(colour, motion, guides, p.length, x, y, inner)
-                    : LookAround<false>(colour, motion, guides, p.length, x, y, inner);
-      const VF px = hn::Add(ColumnsFrom(x), n.mx);
-      const VF py = hn::Add(hn::Set(d, static_cast<float>(y)), n.my);
-      const MF in_x = hn::And(hn::Gt(px, edge), hn::Lt(px, right));
-      const MF in_y = hn::And(hn::Gt(py, edge), hn::Lt(py, bottom));
-      const MF inside = hn::And(hn::And(in_x, in_y), InRow(x, width));
-      VF before[3];
-      if (all_still) {
-        for (int c = 0; c < 3; ++c) {
-          before[c] = hn::LoadU(d, previous[c].Row(y) + x);
-        }
-      } else {
-        SamplePrevious(previous, px, py, inside, before);
-      }
-      const VF alpha = Alpha(p, n.longest, x, y);
-      for (int c = 0; c < 3; ++c) {
-        const VF now = hn::LoadU(d, colour[c].Row(y) + x);
-        const VF kept = hn::Min(hn::Max(before[c], n.low[c]), n.high[c]);
-        const VF blend = hn::MulAdd(alpha, hn::Sub(now, kept), kept);
-        StoreInRow(d, hn::IfThenElse(inside, blend, now), (*out)[c].Row(y), x, width);
-      }
-    }
+    still[0] && still[1] && still[2]
+        ? AntialiasRow<true>(colour, previous, motion, guides, p, y, out)
+        : AntialiasRow<false>(colour, previous, motion, guides, p, y, out);
   }
 }
 

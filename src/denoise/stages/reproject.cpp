@@ -24,17 +24,43 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// A pixel of the present frame, for tests against taps of the last one.
+/// A vector of pixels of the present frame, for tests against taps of the last one.
 struct Target {
   VF nx, ny, nz, i, gx, gy, px, py;
   VF allowed;  ///< difference of inverse depth that slope and jitter alone may make
   VU id;
+  MF used;  ///< surfaces whose history lies in the picture or beside it
 };
+
+/// What a tap shows.
+struct TapGuides {
+  VF nx, ny, nz, i;
+  VU id;
+};
+
+/// Lanes whose tap, at (dx, dy) from where the pixels were, shows the same surface.
+HWY_INLINE MF ShowsSameSurface(const Target& t, const TapGuides& tap, VF dx, VF dy,
+                               const ReprojectParameters& p) {
+  const DF d;
+  const VF expected = hn::MulAdd(t.gx, dx, hn::MulAdd(t.gy, dy, t.i));
+  const VF allowed = hn::MulAdd(hn::Set(d, p.depth_tolerance), expected, t.allowed);
+  const VF cosine = hn::MulAdd(t.nx, tap.nx, hn::MulAdd(t.ny, tap.ny, hn::Mul(t.nz, tap.nz)));
+  MF same = hn::And(hn::Gt(tap.i, hn::Zero(d)), hn::Le(hn::Abs(hn::Sub(tap.i, expected)), allowed));
+  same = hn::And(same, hn::Ge(cosine, hn::Set(d, p.min_cosine)));
+  if (p.test_id) {
+    const DU du;
+    const VU unknown = hn::Zero(du);
+    const auto id_ok =
+        hn::Or(hn::Eq(tap.id, t.id), hn::Or(hn::Eq(tap.id, unknown), hn::Eq(t.id, unknown)));
+    same = hn::And(same, hn::RebindMask(d, id_ok));
+  }
+  return same;
+}
 
 /// Lanes whose tap, the one at (cx, cy) of the block that starts at (bx, by), lies in the picture
 /// and shows the same surface.
-HWY_INLINE MF TapMatches(const Target& t, const GuidePlanes& before, const SideBySide& block,
-                         int cx, int cy, VI bx, VI by, const ReprojectParameters& p) {
+HWY_INLINE MF TapMatches(const Target& t, const GuidePlanes& before, int cx, int cy, VI bx, VI by,
+                         const ReprojectParameters& p) {
   const DF d;
   const DI di;
   const VI tx = hn::Add(bx, hn::Set(di, cx));
@@ -43,27 +69,45 @@ HWY_INLINE MF TapMatches(const Target& t, const GuidePlanes& before, const SideB
   const auto inside =
       hn::And(hn::And(hn::Gt(tx, below), hn::Lt(tx, hn::Set(di, before.id.width()))),
               hn::And(hn::Gt(ty, below), hn::Lt(ty, hn::Set(di, before.id.height()))));
-  const TapLoad load = TapAt(block, cx, cy, before.id.height(), hn::IfThenElseZero(inside, tx),
-                             hn::IfThenElseZero(inside, ty));
-  const VF i = load(d, before.inverse_depth);
-  const VF nx = load(d, before.normal[0]);
-  const VF ny = load(d, before.normal[1]);
-  const VF nz = load(d, before.normal[2]);
+  const VI stride = hn::Set(di, static_cast<int>(before.id.stride()));
+  const VI at = hn::IfThenElseZero(inside, hn::Add(hn::Mul(ty, stride), tx));
+  const auto load = [&](const Image1& plane)
+                        HWY_ATTR { return hn::GatherIndex(d, plane.Row(0), at); };
+  TapGuides tap;
+  tap.nx = load(before.normal[0]);
+  tap.ny = load(before.normal[1]);
+  tap.nz = load(before.normal[2]);
+  tap.i = load(before.inverse_depth);
+  tap.id = hn::GatherIndex(DU(), before.id.Row(0), at);
   const VF dx = hn::Sub(hn::ConvertTo(d, tx), t.px);
   const VF dy = hn::Sub(hn::ConvertTo(d, ty), t.py);
-  const VF expected = hn::MulAdd(t.gx, dx, hn::MulAdd(t.gy, dy, t.i));
-  const VF allowed = hn::MulAdd(hn::Set(d, p.depth_tolerance), expected, t.allowed);
-  const VF cosine = hn::MulAdd(t.nx, nx, hn::MulAdd(t.ny, ny, hn::Mul(t.nz, nz)));
-  MF same = hn::And(hn::Gt(i, hn::Zero(d)), hn::Le(hn::Abs(hn::Sub(i, expected)), allowed));
-  same = hn::And(same, hn::Ge(cosine, hn::Set(d, p.min_cosine)));
-  if (p.test_id) {
-    const DU du;
-    const VU id = load(du, before.id);
-    const VU unknown = hn::Zero(du);
-    const auto id_ok = hn::Or(hn::Eq(id, t.id), hn::Or(hn::Eq(id, unknown), hn::Eq(t.id, unknown)));
-    same = hn::And(same, hn::RebindMask(d, id_ok));
-  }
-  return hn::And(same, hn::RebindMask(d, inside));
+  return hn::And(hn::And(ShowsSameSurface(t, tap, dx, dy, p), hn::RebindMask(d, inside)), t.used);
+}
+
+/// Rows of the last frame's guides from one pixel on, from which other rows are `stride` apart.
+struct GuidesFrom {
+  const float* nx;
+  const float* ny;
+  const float* nz;
+  const float* i;
+  const uint32_t* id;
+  ptrdiff_t stride;
+};
+
+HWY_INLINE GuidesFrom FromPixel(const GuidePlanes& g, int x, int y) {
+  return {g.normal[0].Row(y) + x,     g.normal[1].Row(y) + x, g.normal[2].Row(y) + x,
+          g.inverse_depth.Row(y) + x, g.id.Row(y) + x,        g.id.stride()};
+}
+
+/// The same for taps that all lie in the picture, side by side; (cx, cy) as numbers is enough.
+HWY_INLINE MF BlockMatches(const Target& t, const GuidesFrom& from, int cx, int cy, VF dx, VF dy,
+                           const ReprojectParameters& p) {
+  const DF d;
+  const ptrdiff_t at = cy * from.stride + cx;
+  const TapGuides tap = {hn::LoadU(d, from.nx + at), hn::LoadU(d, from.ny + at),
+                         hn::LoadU(d, from.nz + at), hn::LoadU(d, from.i + at),
+                         hn::LoadU(DU(), from.id + at)};
+  return hn::And(ShowsSameSurface(t, tap, dx, dy, p), t.used);
 }
 
 /// \param found  lanes with a tap of their own, at themselves where `own`
@@ -93,109 +137,191 @@ int TapLanes() {
   return LaneCount();
 }
 
-void FindTapsRows(const GuidePlanes& now, const GuidePlanes& before, const Image2& motion,
-                  const ReprojectParameters& p, int y0, int y1, ReprojectionTaps* taps) {
+/// Rows of this frame that say where its pixels were.
+struct RowNow {
+  const float* nx;
+  const float* ny;
+  const float* nz;
+  const float* i;
+  const float* gx;
+  const float* gy;
+  const uint32_t* id;
+  const float* mx;
+  const float* my;
+};
+
+RowNow RowNowOf(const GuidePlanes& g, const Image2& motion, int y) {
+  return {g.normal[0].Row(y),   g.normal[1].Row(y),   g.normal[2].Row(y), g.inverse_depth.Row(y),
+          g.gradient[0].Row(y), g.gradient[1].Row(y), g.id.Row(y),        motion[0].Row(y),
+          motion[1].Row(y)};
+}
+
+/// The pixels x, x + 1, ... of row y.
+HWY_INLINE Target LoadTarget(const RowNow& now, int x, int y, int width, int height) {
+  const DF d;
+  const VF zero = hn::Zero(d);
+  Target t;
+  t.nx = hn::LoadU(d, now.nx + x);
+  t.ny = hn::LoadU(d, now.ny + x);
+  t.nz = hn::LoadU(d, now.nz + x);
+  t.i = hn::LoadU(d, now.i + x);
+  t.gx = hn::LoadU(d, now.gx + x);
+  t.gy = hn::LoadU(d, now.gy + x);
+  t.id = hn::LoadU(DU(), now.id + x);
+  t.allowed = hn::Mul(hn::Set(d, kReprojectSlack), hn::Add(hn::Abs(t.gx), hn::Abs(t.gy)));
+  const VF px = hn::Add(ColumnsFrom(x), hn::LoadU(d, now.mx + x));
+  const VF py = hn::Add(hn::Set(d, static_cast<float>(y)), hn::LoadU(d, now.my + x));
+  const VF low = hn::Set(d, -2.0f);
+  const MF in_x =
+      hn::And(hn::Gt(px, low), hn::Lt(px, hn::Set(d, static_cast<float>(width) + 1.0f)));
+  const MF in_y =
+      hn::And(hn::Gt(py, low), hn::Lt(py, hn::Set(d, static_cast<float>(height) + 1.0f)));
+  t.used = hn::And(hn::And(in_x, in_y), hn::And(hn::Gt(t.i, zero), InRow(x, width)));
+  t.px = hn::IfThenElseZero(t.used, px);
+  t.py = hn::IfThenElseZero(t.used, py);
+  return t;
+}
+
+/// The 2x2 taps of a vector of pixels.
+struct Taps {
+  VI x, y;
+  VF weight[4];
+  VF sum;        ///< of the weights
+  bool between;  ///< something moved by a fraction of a pixel
+};
+
+HWY_INLINE Taps FindBilinear(const Target& t, const GuidePlanes& before,
+                             const ReprojectParameters& p) {
+  const DF d;
+  const DI di;
+  const VF zero = hn::Zero(d);
+  const VF one = hn::Set(d, 1.0f);
+  const int width = before.id.width();
+  const int height = before.id.height();
+  const VF fx = hn::Floor(t.px);
+  const VF fy = hn::Floor(t.py);
+  const VF u = hn::Sub(t.px, fx);
+  const VF v = hn::Sub(t.py, fy);
+  const VF weight_x[2] = {hn::Sub(one, u), u};
+  const VF weight_y[2] = {hn::Sub(one, v), v};
+  const VF dx[2] = {hn::Neg(u), weight_x[0]};
+  const VF dy[2] = {hn::Neg(v), weight_y[0]};
+  Taps taps;
+  taps.x = hn::ConvertTo(di, fx);
+  taps.y = hn::ConvertTo(di, fy);
+  taps.weight[1] = taps.weight[2] = taps.weight[3] = zero;
+  // Where nothing moves, or all by whole pixels, the other three count nothing.
+  taps.between = !hn::AllTrue(d, hn::And(hn::Eq(u, zero), hn::Eq(v, zero)));
+  const int count = taps.between ? 4 : 1;
+  const SideBySide block = FindSideBySide(taps.x, taps.y, t.used);
+  const bool in_picture = block.found && block.x >= 0 && block.x + LaneCount() < width &&
+                          block.y >= 0 && block.y + 1 < height;
+  const auto weigh = [&](int i, MF matches) HWY_ATTR {
+    taps.weight[i] = hn::IfThenElseZero(matches, hn::Mul(weight_x[i & 1], weight_y[i >> 1]));
+  };
+  if (in_picture) {
+    const GuidesFrom from = FromPixel(before, block.x, block.y);
+    weigh(0, BlockMatches(t, from, 0, 0, dx[0], dy[0], p));
+    if (taps.between) {
+      weigh(1, BlockMatches(t, from, 1, 0, dx[1], dy[0], p));
+      weigh(2, BlockMatches(t, from, 0, 1, dx[0], dy[1], p));
+      weigh(3, BlockMatches(t, from, 1, 1, dx[1], dy[1], p));
+    }
+  } else {
+    for (int i = 0; i < count; ++i) {
+      weigh(i, TapMatches(t, before, i & 1, i >> 1, taps.x, taps.y, p));
+    }
+  }
+  taps.sum =
+      hn::Add(hn::Add(hn::Add(taps.weight[0], taps.weight[1]), taps.weight[2]), taps.weight[3]);
+  return taps;
+}
+
+/// The 3x3 block around the places of the pixels that are `lost`: \return bits of the taps that
+/// show the same surface
+HWY_NOINLINE VU SearchAround(const Target& t, const GuidePlanes& before,
+                             const ReprojectParameters& p, MF lost, VI* x, VI* y) {
   const DF d;
   const DI di;
   const DU du;
-  const VF zero = hn::Zero(d);
+  const VF half = hn::Set(d, 0.5f);
+  const VI cx = hn::Sub(hn::ConvertTo(di, hn::Floor(hn::Add(t.px, half))), hn::Set(di, 1));
+  const VI cy = hn::Sub(hn::ConvertTo(di, hn::Floor(hn::Add(t.py, half))), hn::Set(di, 1));
+  VU search = hn::Zero(du);
+  for (int i = 0; i < 9; ++i) {
+    const MF matches = hn::And(lost, TapMatches(t, before, i % 3, i / 3, cx, cy, p));
+    search = hn::Or(search, hn::IfThenElseZero(hn::RebindMask(du, matches), hn::Set(du, 1u << i)));
+  }
+  *x = hn::IfThenElse(hn::RebindMask(di, lost), cx, *x);
+  *y = hn::IfThenElse(hn::RebindMask(di, lost), cy, *y);
+  return search;
+}
+
+void FindTapsRow(const GuidePlanes& now, const GuidePlanes& before, const Image2& motion,
+                 const ReprojectParameters& p, int y, ReprojectionTaps* out) {
+  const DF d;
+  const DI di;
+  const DU du;
   const VF one = hn::Set(d, 1.0f);
-  const int width = taps->x.width();
-  const int height = taps->x.height();
-  for (int y = y0; y < y1; ++y) {
-    const int there = RowSeen(y, motion[1](width / 2, y));
-    NextRow<32> next;
-    next.Add(now.normal, y + 1);
-    next.Add(now.inverse_depth, y + 1);
-    next.Add(now.gradient, y + 1);
-    next.Add(now.id, y + 1);
-    next.Add(motion, y + 1);
-    next.Add(before.normal, there + 2);
-    next.Add(before.inverse_depth, there + 2);
-    next.Add(before.id, there + 2);
-    next.Add(taps->x, y + 1);
-    next.Add(taps->y, y + 1);
-    next.Add(taps->weight, y + 1);
-    next.Add(taps->search, y + 1);
-    int elsewhere = 0;
-    for (int x = 0; x < width; x += LaneCount()) {
-      next.Fetch(x);
-      Target t;
-      t.nx = hn::LoadU(d, now.normal[0].Row(y) + x);
-      t.ny = hn::LoadU(d, now.normal[1].Row(y) + x);
-      t.nz = hn::LoadU(d, now.normal[2].Row(y) + x);
-      t.i = hn::LoadU(d, now.inverse_depth.Row(y) + x);
-      t.gx = hn::LoadU(d, now.gradient[0].Row(y) + x);
-      t.gy = hn::LoadU(d, now.gradient[1].Row(y) + x);
-      t.id = hn::LoadU(du, now.id.Row(y) + x);
-      t.allowed = hn::Mul(hn::Set(d, kReprojectSlack), hn::Add(hn::Abs(t.gx), hn::Abs(t.gy)));
-      const VF px = hn::Add(ColumnsFrom(x), hn::LoadU(d, motion[0].Row(y) + x));
-      const VF py = hn::Add(hn::Set(d, static_cast<float>(y)), hn::LoadU(d, motion[1].Row(y) + x));
-      const VF low = hn::Set(d, -2.0f);
-      const MF in_x =
-          hn::And(hn::Gt(px, low), hn::Lt(px, hn::Set(d, static_cast<float>(width) + 1.0f)));
-      const MF in_y =
-          hn::And(hn::Gt(py, low), hn::Lt(py, hn::Set(d, static_cast<float>(height) + 1.0f)));
-      const MF near_picture =
-          hn::And(hn::And(in_x, in_y), hn::And(hn::Gt(t.i, zero), InRow(x, width)));
-      t.px = hn::IfThenElseZero(near_picture, px);
-      t.py = hn::IfThenElseZero(near_picture, py);
-      const VF fx = hn::Floor(t.px);
-      const VF fy = hn::Floor(t.py);
-      const VF u = hn::Sub(t.px, fx);
-      const VF v = hn::Sub(t.py, fy);
-      VI bx = hn::ConvertTo(di, fx);
-      VI by = hn::ConvertTo(di, fy);
-      const VF weight_x[2] = {hn::Sub(one, u), u};
-      const VF weight_y[2] = {hn::Sub(one, v), v};
-      VF weight[4];
-      VF sum = zero;
-      const SideBySide block = FindSideBySide(bx, by, near_picture, 2, width);
-      // Where nothing moves, or all by whole pixels, the other three count nothing.
-      const bool between = !hn::AllTrue(d, hn::And(hn::Eq(u, zero), hn::Eq(v, zero)));
-      weight[1] = weight[2] = weight[3] = zero;
-      for (int i = 0; i < (between ? 4 : 1); ++i) {
-        const MF matches =
-            hn::And(near_picture, TapMatches(t, before, block, i & 1, i >> 1, bx, by, p));
-        weight[i] = hn::IfThenElseZero(matches, hn::Mul(weight_x[i & 1], weight_y[i >> 1]));
-        sum = hn::Add(sum, weight[i]);
-      }
-      // A sliver of a matching tap is no evidence: its weight would be raised a hundredfold.
-      const MF found = hn::Gt(sum, hn::Set(d, 0.01f));
-      const VF scale = hn::IfThenElseZero(found, hn::Div(one, hn::IfThenElse(found, sum, one)));
-      VU search = hn::Zero(du);
-      const MF lost = hn::AndNot(found, near_picture);
-      if (p.search && !hn::AllFalse(d, lost)) {
-        const VF half = hn::Set(d, 0.5f);
-        const VI cx = hn::Sub(hn::ConvertTo(di, hn::Floor(hn::Add(t.px, half))), hn::Set(di, 1));
-        const VI cy = hn::Sub(hn::ConvertTo(di, hn::Floor(hn::Add(t.py, half))), hn::Set(di, 1));
-        for (int i = 0; i < 9; ++i) {
-          const MF matches =
-              hn::And(lost, TapMatches(t, before, SideBySide(), i % 3, i / 3, cx, cy, p));
-          search =
-              hn::Or(search, hn::IfThenElseZero(hn::RebindMask(du, matches), hn::Set(du, 1u << i)));
-        }
-        bx = hn::IfThenElse(hn::RebindMask(di, lost), cx, bx);
-        by = hn::IfThenElse(hn::RebindMask(di, lost), cy, by);
-      }
-      const MF own =
-          hn::RebindMask(d, hn::And(hn::Eq(bx, hn::Iota(di, x)), hn::Eq(by, hn::Set(di, y))));
-      const HistoryPlace place =
-          between ? HistoryPlace::kElsewhere : PlaceOf(found, own, search, InRow(x, width));
-      taps->Place(x / LaneCount(), y) = place;
-      elsewhere += place == HistoryPlace::kElsewhere ? 1 : 0;
-      if (place == HistoryPlace::kUnchanged || place == HistoryPlace::kNowhere) {
-        continue;
-      }
-      const auto keep = hn::RebindMask(di, near_picture);
-      StoreInRow(di, hn::IfThenElseZero(keep, bx), taps->x.Row(y), x, width);
-      StoreInRow(di, hn::IfThenElseZero(keep, by), taps->y.Row(y), x, width);
-      for (int i = 0; i < 4; ++i) {
-        StoreInRow(d, hn::Mul(weight[i], scale), taps->weight[i].Row(y), x, width);
-      }
-      StoreInRow(du, search, taps->search.Row(y), x, width);
+  const int width = out->x.width();
+  const int height = out->x.height();
+  const RowNow row = RowNowOf(now, motion, y);
+  int32_t* const to_x = out->x.Row(y);
+  int32_t* const to_y = out->y.Row(y);
+  uint32_t* const to_search = out->search.Row(y);
+  float* const to_weight[4] = {out->weight[0].Row(y), out->weight[1].Row(y), out->weight[2].Row(y),
+                               out->weight[3].Row(y)};
+  const int there = RowSeen(y, motion[1](width / 2, y));
+  NextRow<32> next;
+  next.Add(now.normal, y + 1);
+  next.Add(now.inverse_depth, y + 1);
+  next.Add(now.gradient, y + 1);
+  next.Add(now.id, y + 1);
+  next.Add(motion, y + 1);
+  next.Add(before.normal, there + 2);
+  next.Add(before.inverse_depth, there + 2);
+  next.Add(before.id, there + 2);
+  next.Add(out->x, y + 1);
+  next.Add(out->y, y + 1);
+  next.Add(out->weight, y + 1);
+  next.Add(out->search, y + 1);
+  int elsewhere = 0;
+  for (int x = 0; x < width; x += LaneCount()) {
+    next.Fetch(x);
+    const Target t = LoadTarget(row, x, y, width, height);
+    Taps taps = FindBilinear(t, before, p);
+    // A sliver of a matching tap is no evidence: its weight would be raised a hundredfold.
+    const MF found = hn::Gt(taps.sum, hn::Set(d, 0.01f));
+    const VF scale = hn::IfThenElseZero(found, hn::Div(one, hn::IfThenElse(found, taps.sum, one)));
+    VU search = hn::Zero(du);
+    const MF lost = hn::AndNot(found, t.used);
+    if (p.search && !hn::AllFalse(d, lost)) {
+      search = SearchAround(t, before, p, lost, &taps.x, &taps.y);
     }
-    taps->elsewhere[static_cast<size_t>(y)] = elsewhere;
+    const MF own = hn::RebindMask(
+        d, hn::And(hn::Eq(taps.x, ColumnNumbers(x)), hn::Eq(taps.y, hn::Set(di, y))));
+    const HistoryPlace place =
+        taps.between ? HistoryPlace::kElsewhere : PlaceOf(found, own, search, InRow(x, width));
+    out->Place(x / LaneCount(), y) = place;
+    elsewhere += place == HistoryPlace::kElsewhere ? 1 : 0;
+    if (place == HistoryPlace::kUnchanged || place == HistoryPlace::kNowhere) {
+      continue;
+    }
+    const auto keep = hn::RebindMask(di, t.used);
+    StoreInRow(di, hn::IfThenElseZero(keep, taps.x), to_x, x, width);
+    StoreInRow(di, hn::IfThenElseZero(keep, taps.y), to_y, x, width);
+    for (int i = 0; i < 4; ++i) {
+      StoreInRow(d, hn::Mul(taps.weight[i], scale), to_weight[i], x, width);
+    }
+    StoreInRow(du, search, to_search, x, width);
+  }
+  out->elsewhere[static_cast<size_t>(y)] = elsewhere;
+}
+
+void FindTapsRows(const GuidePlanes& now, const GuidePlanes& before, const Image2& motion,
+                  const ReprojectParameters& p, int y0, int y1, ReprojectionTaps* taps) {
+  for (int y = y0; y < y1; ++y) {
+    FindTapsRow(now, before, motion, p, y, taps);
   }
 }
 
