@@ -55,13 +55,22 @@ HWY_INLINE void KeepTapsWithLight(const VF length[4], const VF weight[4], VF kep
   }
 }
 
+/// How the taps of a vector of pixels are read.
+enum class TapKind {
+  kOwn,    ///< one tap each, side by side
+  kBlock,  ///< 2x2 taps each, side by side and all in the picture
+  kAnywhere,
+};
+
 /// The 2x2 taps of a vector of pixels, and what each counts.
 struct FetchTaps {
-  TapLoad load[4];
+  TapKind kind;
+  int column, row;  ///< of the first lane's first tap, unless kAnywhere
+  VI at_x[4];       ///< pixels of the taps, with kAnywhere
+  VI at_y[4];
   VF weight[4];
   VF kept[4];     ///< weights without the taps that have no light
-  bool single;    ///< only the first tap has any weight: nothing moved
-  bool searched;  ///< some pixels take the mean of those that the search chose
+  bool searched;  ///< some pixels take the mean of those that the search chose (kAnywhere)
   const ReprojectionTaps* taps;
   int x, y;
 };
@@ -80,24 +89,43 @@ HWY_INLINE int RowOfTaps(const ReprojectionTaps& taps, int x, int y) {
 HWY_INLINE FetchTaps OwnTaps(const SignalHistory& before, const ReprojectionTaps& taps, int x,
                              int y) {
   const DF d;
-  const DI di;
-  const VF zero = hn::Zero(d);
   const bool any = taps.Place(x / LaneCount(), y) == HistoryPlace::kUnchanged;
   FetchTaps t;
-  t.load[0] = {true, y, x, ColumnNumbers(x), hn::Set(di, y)};
+  t.kind = TapKind::kOwn;
+  t.column = x;
+  t.row = y;
   t.weight[0] = hn::IfThenElseZero(InRow(x, taps.x.width()), hn::Set(d, any ? 1.0f : 0.0f));
-  const MF has_light = hn::Gt(hn::LoadU(d, before.length.Row(y) + x), zero);
+  const MF has_light = hn::Gt(hn::LoadU(d, before.length.Row(y) + x), hn::Zero(d));
   t.kept[0] = hn::IfThenElseZero(has_light, t.weight[0]);
-  for (int i = 1; i < 4; ++i) {
-    t.load[i] = t.load[0];
-    t.weight[i] = t.kept[i] = zero;
-  }
-  t.single = true;
   t.searched = false;
-  t.taps = &taps;
-  t.x = x;
-  t.y = y;
   return t;
+}
+
+/// One plane at the tap i.
+template <TapKind kKind>
+HWY_INLINE VF LoadTap(const Image1& plane, const FetchTaps& t, int i) {
+  const DF d;
+  if constexpr (kKind == TapKind::kAnywhere) {
+    const VI stride = hn::Set(DI(), static_cast<int>(plane.stride()));
+    return hn::GatherIndex(d, plane.Row(0), hn::Add(hn::Mul(t.at_y[i], stride), t.at_x[i]));
+  } else {
+    return hn::LoadU(d, plane.Row(t.row + (i >> 1)) + t.column + (i & 1));
+  }
+}
+
+template <TapKind kKind>
+HWY_INLINE void WeighLight(const SignalHistory& before, FetchTaps* t) {
+  const DF d;
+  VF length[4];
+  for (int i = 0; i < 4; ++i) {
+    length[i] = LoadTap<kKind>(before.length, *t, i);
+  }
+  const VF least = hn::Min(hn::Min(length[0], length[1]), hn::Min(length[2], length[3]));
+  if (hn::AllTrue(d, hn::Gt(least, hn::Zero(d)))) {  // the common case
+    std::copy_n(t->weight, 4, t->kept);
+    return;
+  }
+  KeepTapsWithLight(length, t->weight, t->kept);
 }
 
 HWY_INLINE FetchTaps LoadTaps(const SignalHistory& before, const ReprojectionTaps& taps, int x,
@@ -107,6 +135,7 @@ HWY_INLINE FetchTaps LoadTaps(const SignalHistory& before, const ReprojectionTap
   }
   const DF d;
   const DI di;
+  const DU du;
   const int width = taps.x.width();
   const int height = taps.x.height();
   const MF in_row = InRow(x, width);
@@ -114,47 +143,49 @@ HWY_INLINE FetchTaps LoadTaps(const SignalHistory& before, const ReprojectionTap
   const VI by = hn::LoadU(di, taps.y.Row(y) + x);
   FetchTaps t;
   MF used = hn::FirstN(d, 0);
-  MF others = used;
   for (int i = 0; i < 4; ++i) {
     t.weight[i] = hn::IfThenElseZero(in_row, hn::LoadU(d, taps.weight[i].Row(y) + x));
-    const MF counts = hn::Gt(t.weight[i], hn::Zero(d));
-    used = hn::Or(used, counts);
-    others = i == 0 ? others : hn::Or(others, counts);
+    used = hn::Or(used, hn::Gt(t.weight[i], hn::Zero(d)));
   }
-  t.single = hn::AllFalse(d, others);
-  const SideBySide block = FindSideBySide(bx, by, used, 2, width);
-  VF length[4];
-  for (int i = 0; i < 4; ++i) {
-    const auto counts = hn::RebindMask(di, hn::Gt(t.weight[i], hn::Zero(d)));
-    const VI tx = hn::IfThenElseZero(counts, hn::Add(bx, hn::Set(di, i & 1)));
-    const VI ty = hn::IfThenElseZero(counts, hn::Add(by, hn::Set(di, i >> 1)));
-    t.load[i] = TapAt(block, i & 1, i >> 1, height, tx, ty);
-    length[i] = t.load[i](d, before.length);
-  }
-  KeepTapsWithLight(length, t.weight, t.kept);
-  const DU du;
   const VU search =
       hn::IfThenElseZero(hn::RebindMask(du, in_row), hn::LoadU(du, taps.search.Row(y) + x));
   t.searched = !hn::AllTrue(du, hn::Eq(search, hn::Zero(du)));
   t.taps = &taps;
   t.x = x;
   t.y = y;
+  const SideBySide block = FindSideBySide(bx, by, used);
+  if (block.found && block.x >= 0 && block.x + LaneCount() < width && block.y >= 0 &&
+      block.y + 1 < height && !t.searched) {
+    t.kind = TapKind::kBlock;
+    t.column = block.x;
+    t.row = block.y;
+    WeighLight<TapKind::kBlock>(before, &t);
+    return t;
+  }
+  t.kind = TapKind::kAnywhere;
+  for (int i = 0; i < 4; ++i) {
+    const auto counts = hn::RebindMask(di, hn::Gt(t.weight[i], hn::Zero(d)));
+    t.at_x[i] = hn::IfThenElseZero(counts, hn::Add(bx, hn::Set(di, i & 1)));
+    t.at_y[i] = hn::IfThenElseZero(counts, hn::Add(by, hn::Set(di, i >> 1)));
+  }
+  WeighLight<TapKind::kAnywhere>(before, &t);
   return t;
 }
 
 /// One plane of the history `before` at a vector of pixels. Taps without light count for the length
 /// alone.
+template <TapKind kKind>
 HWY_INLINE VF FetchPlane(const Image1& plane, const SignalHistory& before, const FetchTaps& t) {
   const DF d;
   const bool light_only = &plane != &before.length;
   const VF* weight = light_only ? t.kept : t.weight;
-  VF sum = hn::Mul(weight[0], t.load[0](d, plane));
-  if (!t.single) {
+  VF sum = hn::Mul(weight[0], LoadTap<kKind>(plane, t, 0));
+  if constexpr (kKind != TapKind::kOwn) {
     for (int i = 1; i < 4; ++i) {
-      sum = hn::MulAdd(weight[i], t.load[i](d, plane), sum);
+      sum = hn::MulAdd(weight[i], LoadTap<kKind>(plane, t, i), sum);
     }
   }
-  if (t.searched) {
+  if (kKind == TapKind::kAnywhere && t.searched) {
     HWY_ALIGN float lanes[hn::MaxLanes(d)];
     hn::Store(sum, d, lanes);
     const int count = std::min(LaneCount(), plane.width() - t.x);
@@ -166,6 +197,28 @@ HWY_INLINE VF FetchPlane(const Image1& plane, const SignalHistory& before, const
     sum = hn::Load(d, lanes);
   }
   return sum;
+}
+
+/// Calls `use` with what fetches a plane of the history `before` at the pixels x, x + 1, ... of row
+/// y: once for each way of reading taps, so that nothing is decided plane by plane.
+template <typename Use>
+HWY_INLINE void WithHistory(const SignalHistory& before, const ReprojectionTaps& taps, int x, int y,
+                            const Use& use) {
+  const FetchTaps t = LoadTaps(before, taps, x, y);
+  switch (t.kind) {
+    case TapKind::kOwn:
+      use([&](const Image1& plane)
+              HWY_ATTR { return FetchPlane<TapKind::kOwn>(plane, before, t); });
+      break;
+    case TapKind::kBlock:
+      use([&](const Image1& plane)
+              HWY_ATTR { return FetchPlane<TapKind::kBlock>(plane, before, t); });
+      break;
+    case TapKind::kAnywhere:
+      use([&](const Image1& plane)
+              HWY_ATTR { return FetchPlane<TapKind::kAnywhere>(plane, before, t); });
+      break;
+  }
 }
 
 }  // namespace HWY_NAMESPACE

@@ -67,17 +67,15 @@ SlotRows RowsOf(SignalHistory* history, int y) {
 }
 
 /// The history of the pixels x, x + 1, ... of row y with the new light.
-/// \param store  takes a slot and a vector of its values
-template <typename Store>
-HWY_INLINE void JoinVector(const Joining& j, bool nothing_new, int x, int y, const Store& store) {
+/// \param old_of  takes a plane of the history before: its values there
+/// \param store   takes a slot and a vector of its values
+template <typename OldOf, typename Store>
+HWY_INLINE void JoinOld(const Joining& j, bool nothing_new, int x, int y, const OldOf& old_of,
+                        const Store& store) {
   const DF d;
   const VF one = hn::Set(d, 1.0f);
   const AccumulateParameters& p = j.p;
   const SignalHistory& before = j.before;
-  const FetchTaps found = j.taps != nullptr ? LoadTaps(before, *j.taps, x, y) : FetchTaps();
-  const auto old_of = [&](const Image1& plane) HWY_ATTR {
-    return j.taps != nullptr ? FetchPlane(plane, before, found) : hn::LoadU(d, plane.Row(y) + x);
-  };
   const VF n = hn::LoadU(d, j.light.samples.Row(y) + x);
   const VF old_length = old_of(before.length);
   VF length = old_length;
@@ -124,6 +122,18 @@ HWY_INLINE void JoinVector(const Joining& j, bool nothing_new, int x, int y, con
   store(kMeanSlot, hn::MulAdd(alpha_moments, difference, mean));
   store(kWeights2Slot, hn::IfThenElse(arrived, new_weights2, weights2));
   store(kLengthSlot, hn::IfThenElse(arrived, hn::Add(length, n), old_length));
+}
+
+template <typename Store>
+HWY_INLINE void JoinVector(const Joining& j, bool nothing_new, int x, int y, const Store& store) {
+  const DF d;
+  if (j.taps == nullptr) {
+    const auto own = [&](const Image1& plane) HWY_ATTR { return hn::LoadU(d, plane.Row(y) + x); };
+    JoinOld(j, nothing_new, x, y, own, store);
+    return;
+  }
+  WithHistory(j.before, *j.taps, x, y,
+              [&](const auto& old_of) HWY_ATTR { JoinOld(j, nothing_new, x, y, old_of, store); });
 }
 
 /// What the next row reads and writes.

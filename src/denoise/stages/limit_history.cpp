@@ -79,17 +79,20 @@ void CompareWithHistoryRows(const NewLight& light, const SignalHistory& before,
         StoreInRow(d, zero, present->Row(y), x, width);
         continue;
       }
-      const FetchTaps found = LoadTaps(before, taps, x, y);
-      const auto old_of = [&](const Image1& plane)
-                              HWY_ATTR { return FetchPlane(plane, before, found); };
+      VF length, mean, variance, then, weights2;
+      WithHistory(before, taps, x, y, [&](const auto& old_of) HWY_ATTR {
+        length = old_of(before.length);
+        mean = old_of(before.mean);
+        variance = old_of(before.variance);
+        then = old_of(before.compressed);
+        weights2 = old_of(before.weights2);
+      });
       const VF n = hn::LoadU(d, light.samples.Row(y) + x);
       const MF both = hn::And(hn::Gt(hn::LoadU(d, guides.inverse_depth.Row(y) + x), zero),
-                              hn::And(hn::Gt(n, zero), hn::Gt(old_of(before.length), zero)));
+                              hn::And(hn::Gt(n, zero), hn::Gt(length, zero)));
       const VF l = hn::Max(hn::LoadU(d, light.colour[0].Row(y) + x), zero);
       const VF now = hn::Div(l, hn::Add(l, scale));
-      const VF then = old_of(before.compressed);
-      const VF single = SampleVariance(then, old_of(before.mean), old_of(before.variance), scale);
-      const VF weights2 = old_of(before.weights2);
+      const VF single = SampleVariance(then, mean, variance, scale);
       const VF noise = hn::Mul(single, hn::Add(hn::Div(one, hn::Max(n, one)), weights2));
       StoreInRow(d, hn::IfThenElseZero(both, one), present->Row(y), x, width);
       StoreInRow(d, hn::Sub(now, then), compared->colour[0].Row(y), x, width);
@@ -114,15 +117,17 @@ void LimitHistoryRows(const FilterPlanes& blurred, const Image1& present,
     AddHistory({&before.length, &before.weights2}, taps, y, &next);
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
-      const FetchTaps found = LoadTaps(before, taps, x, y);
-      const VF length = FetchPlane(before.length, before, found);
+      VF length, weights2;
+      WithHistory(before, taps, x, y, [&](const auto& old_of) HWY_ATTR {
+        length = old_of(before.length);
+        weights2 = old_of(before.weights2);
+      });
       const VF difference = hn::LoadU(d, blurred.colour[0].Row(y) + x);
       const VF noise = hn::LoadU(d, blurred.variance.Row(y) + x);
       const VF square = hn::Mul(difference, difference);
       const VF bias2 = hn::Max(zero, hn::NegMulAdd(hn::Set(d, 1.0f + p.dead), noise, square));
       const VF own = hn::Max(hn::LoadU(d, blurred.colour[1].Row(y) + x), hn::Set(d, 1e-8f));
-      const VF distrust = hn::MulAdd(hn::Set(d, p.gain), hn::Div(bias2, own),
-                                     FetchPlane(before.weights2, before, found));
+      const VF distrust = hn::MulAdd(hn::Set(d, p.gain), hn::Div(bias2, own), weights2);
       const VF limited = hn::Div(hn::Set(d, 1.0f), hn::Max(distrust, hn::Set(d, 1e-6f)));
       const MF biased =
           hn::And(hn::Gt(bias2, zero), hn::Gt(hn::LoadU(d, present.Row(y) + x), zero));

@@ -345,10 +345,11 @@ void FetchHistoryRows(const SignalHistory& before, const ReprojectionTaps& taps,
     }
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
-      const FetchTaps t = LoadTaps(before, taps, x, y);
-      for (int k = 0; k < planes; ++k) {
-        StoreInRow(d, FetchPlane(*in[k], before, t), to[k]->Row(y), x, width);
-      }
+      WithHistory(before, taps, x, y, [&](const auto& old_of) HWY_ATTR {
+        for (int k = 0; k < planes; ++k) {
+          StoreInRow(d, old_of(*in[k]), to[k]->Row(y), x, width);
+        }
+      });
     }
   }
 }
