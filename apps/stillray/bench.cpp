@@ -84,7 +84,7 @@ Status AddSubjects(const BenchArguments& a, int most_threads, bool scalar, Filte
       return settings.status();
     }
     const std::string name = preset + (one_signal ? ", one signal" : "");
-    return filter->Add({name, kernel, threads, backend, *settings});
+    return filter->Add({name, kernel, threads, backend, *settings, one_signal});
   };
   for (const std::string& preset : a.presets) {
     for (const bool one_signal : {true, false}) {
@@ -325,6 +325,7 @@ Status RunBench(const BenchArguments& arguments) {
 constexpr const char* kExamples = R"(
 Frames are rendered one by one and each is given to every filter in turn, so that a slow moment of
 the machine meets all of them alike; compare ratios rather than milliseconds.
+"one signal": all light comes as one signal with one albedo, as the copy's bytes assume.
 x copy: median over that of a copy of the least bytes that such a filter must read and write.
 scalar x: least time of the scalar reference on one thread over the filter's.
 atrous x peak: least time of the wavelet over that of its arithmetic at the peak rate.

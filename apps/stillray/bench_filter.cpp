@@ -11,6 +11,8 @@
 #include <tbb/task_arena.h>
 #include <nlohmann/json.hpp>
 
+#include "core/one_signal.h"
+
 namespace stillray {
 namespace {
 
@@ -108,10 +110,15 @@ Status FilterBench::Run(const Frame& frame, bool record) {
   if (!copy_) {
     copy_ = std::make_unique<CopyTest>(pixels_ * (kSharedBytes + kSignalBytes));
   }
+  if (std::any_of(entries_.begin(), entries_.end(),
+                  [](const Entry& e) { return e.subject.one_signal; })) {
+    ToOneSignal(frame, &one_signal_);
+  }
   for (Entry& entry : entries_) {
     const bool scalar = entry.subject.backend == Backend::kReference;
     if (!scalar || frames_ % 4 == 0) {
-      STILLRAY_RETURN_IF_ERROR(RunEntry(frame, record, &entry));
+      const Frame& given = entry.subject.one_signal ? one_signal_ : frame;
+      STILLRAY_RETURN_IF_ERROR(RunEntry(given, record, &entry));
     }
     if (record) {
       copy_times_.ms.push_back(copy_->Run());

@@ -34,6 +34,7 @@ struct FilterSubject {
   int threads = 1;
   Backend backend = Backend::kCpu;
   Settings settings;
+  bool one_signal = false;  ///< frames come with all their light in one signal
 };
 
 class FilterBench {
@@ -75,6 +76,7 @@ class FilterBench {
   double peak_ = 0;  ///< multiply-adds per second and thread
   size_t pixels_ = 0;
   int frames_ = 0;
+  Frame one_signal_;  ///< the frame for subjects with `one_signal`
 };
 
 }  // namespace stillray
