@@ -245,7 +245,7 @@ Result<std::unique_ptr<DeviceRenderer>> MakeRenderer(const BenchArguments& a, co
 /// Whole frames: tracing alone, with the temporal stage, with all of SVGF.
 Status RunFramesBench(const BenchArguments& a) {
   CatchInterrupts();
-  const Result<Device> device = OpenDeviceOption(a.device, "rendering", "");
+  const Result<Device> device = OpenDeviceOption(a.device, "rendering");
   STILLRAY_RETURN_IF_ERROR(device.status());
   const Result<Scene> scene = LoadScene(a.render.scene);
   STILLRAY_RETURN_IF_ERROR(scene.status());

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "denoise_reader.h"
+#include "device_option.h"
 
 namespace stillray {
 
@@ -58,6 +59,7 @@ Status FuturePass::Play(const Range& range) {
     }
     FutureLight future;
     const Status played = backward_.Accumulate(now->frame, &future);
+    TellFallBack(backward_, &told_fall_back_);
     if (!played.ok()) {
       return Status(played.code(), options_.files[i].input + ": " + played.message());
     }
@@ -79,6 +81,10 @@ Status FuturePass::Take(size_t at, FutureLight* future) {
   }
   *future = std::move(futures_[at - range_.begin]);
   return Status::Ok();
+}
+
+DeviceMemory FuturePass::device_memory() const {
+  return backward_.device_memory();
 }
 
 size_t FuturePass::memory_bytes() const {

@@ -40,7 +40,8 @@ class FuturePass {
   /// Frames played backward for all files from `first` on, when that is the first to be asked for.
   static size_t CountSteps(size_t first, size_t files, size_t held);
 
-  size_t memory_bytes() const;  ///< held now
+  size_t memory_bytes() const;         ///< held now
+  DeviceMemory device_memory() const;  ///< of that what lies on a device
 
  private:
   struct Range {
@@ -54,6 +55,7 @@ class FuturePass {
   const DenoiseOptions& options_;
   const AovLayout& layout_;
   Denoiser backward_;
+  bool told_fall_back_ = false;
   size_t held_;
   bool ahead_;
   Step step_;

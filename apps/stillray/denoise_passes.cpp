@@ -12,6 +12,7 @@
 #include "core/colour_shared.h"
 #include "core/parallel.h"
 #include "denoise/signal_groups.h"
+#include "device_option.h"
 
 namespace stillray {
 namespace {
@@ -183,7 +184,8 @@ Status PassSplitter::Check(const Settings& settings, const AovLayout& layout) {
   return Status::Ok();
 }
 
-PassSplitter::PassSplitter(const Settings& settings) : settings_(settings) {}
+PassSplitter::PassSplitter(const Settings& settings, const Device& device)
+    : settings_(settings), device_(device) {}
 
 std::vector<std::string> PassSplitter::Outputs(const Settings& settings) {
   return {FinalLight(settings)};
@@ -193,7 +195,7 @@ Status PassSplitter::FilterPair(const Frame& frame, const std::string& name, Lig
                                 LightPart* second, std::vector<Image3>* estimates) {
   auto at = denoisers_.find(name);
   if (at == denoisers_.end()) {
-    Result<Denoiser> made = Denoiser::Create(settings_);
+    Result<Denoiser> made = Denoiser::Create(settings_, device_);
     if (!made.ok()) {
       return made.status();
     }
@@ -302,14 +304,23 @@ size_t PassSplitter::memory_bytes() const {
   return bytes;
 }
 
-std::vector<uint8_t> PassSplitter::SaveHistory() const {
+DeviceMemory PassSplitter::device_memory() const {
+  DeviceMemory sum;
+  for (const auto& [name, denoiser] : denoisers_) {
+    AddDeviceMemory(denoiser.device_memory(), &sum);
+  }
+  return sum;
+}
+
+Result<std::vector<uint8_t>> PassSplitter::SaveHistory() const {
   std::vector<uint8_t> bytes;
   for (const auto& [name, denoiser] : denoisers_) {
     AppendNumber(name.size(), &bytes);
     bytes.insert(bytes.end(), name.begin(), name.end());
-    const std::vector<uint8_t> history = denoiser.SaveHistory();
-    AppendNumber(history.size(), &bytes);
-    bytes.insert(bytes.end(), history.begin(), history.end());
+    const Result<std::vector<uint8_t>> history = denoiser.SaveHistory();
+    STILLRAY_RETURN_IF_ERROR(history.status());
+    AppendNumber(history->size(), &bytes);
+    bytes.insert(bytes.end(), history->begin(), history->end());
   }
   return bytes;
 }
@@ -322,7 +333,7 @@ Status PassSplitter::RestoreHistory(std::span<const uint8_t> bytes) {
     if (!TakeBlock(&bytes, &name) || !TakeBlock(&bytes, &history)) {
       return Status::BadData("the history of the light passes is cut short");
     }
-    Result<Denoiser> denoiser = Denoiser::Create(settings_);
+    Result<Denoiser> denoiser = Denoiser::Create(settings_, device_);
     if (!denoiser.ok()) {
       return denoiser.status();
     }

@@ -27,7 +27,8 @@ class PassSplitter {
   /// \return kInvalidArgument naming the setting under which light cannot be told apart
   static Status Check(const Settings& settings, const AovLayout& layout);
 
-  explicit PassSplitter(const Settings& settings);
+  /// \param device  where the denoisers of the parts work
+  PassSplitter(const Settings& settings, const Device& device);
 
   /// Outputs that the denoiser of the whole light must return.
   static std::vector<std::string> Outputs(const Settings& settings);
@@ -40,10 +41,11 @@ class PassSplitter {
                const DenoisedFrame& denoised, Image3* colour, std::vector<NewLayer>* layers);
 
   void Reset();
-  std::vector<uint8_t> SaveHistory() const;
+  Result<std::vector<uint8_t>> SaveHistory() const;
   /// \return kBadData
   Status RestoreHistory(std::span<const uint8_t> bytes);
   size_t memory_bytes() const;
+  DeviceMemory device_memory() const;  ///< of that what lies on the device
 
  private:
   using Members = std::vector<LightPart*>;
@@ -53,6 +55,7 @@ class PassSplitter {
                     LightPart* second, std::vector<Image3>* estimates);
 
   Settings settings_;
+  Device device_;
   std::map<std::string, Denoiser> denoisers_;  ///< of two parts each, made on first use
 };
 

@@ -88,7 +88,8 @@ class DenoiseRun {
 
  private:
   Status Prepare();
-  Status Understand();
+  Status Understand(ExrExtent* extent);
+  Status PrepareDenoisers(const ExrExtent& extent);
   void ChooseSettings(const ExrImage& first);
   void RelaxHistoryTests();
   Status PrepareFuture(const ExrExtent& first);
@@ -100,9 +101,10 @@ class DenoiseRun {
   Status Filter(SequenceFrame* frame, size_t at, DenoisedFrameLog* log);
   void StartWriting(SequenceFrame* frame, size_t at);
   Status FinishWriting();
+  DeviceMemory UsedOnDevice() const;
   void TellProgress(const DenoisedFrameLog& log);
   std::string Note(Link link) const;
-  std::vector<uint8_t> SaveHistory() const;
+  Result<std::vector<uint8_t>> SaveHistory() const;
   Status RestoreHistory(std::span<const uint8_t> bytes);
   Status SaveState();
   Status Stop(Status reason);
@@ -117,6 +119,7 @@ class DenoiseRun {
   size_t next_ = 0;  ///< files that are done: read, denoised and written
   AovLayout layout_;
   Settings settings_;
+  Device device_;
   std::optional<Denoiser> denoiser_;
   bool told_fall_back_ = false;
   size_t futures_held_ = 0;
@@ -187,7 +190,7 @@ Status DenoiseRun::PrepareFuture(const ExrExtent& first) {
     return held.status();
   }
   futures_held_ = *held;
-  Result<Denoiser> backward = Denoiser::Create(settings_);
+  Result<Denoiser> backward = Denoiser::Create(settings_, device_);
   if (!backward.ok()) {
     return backward.status();
   }
@@ -210,7 +213,8 @@ void DenoiseRun::ChooseOverlap(const ExrExtent& first) {
   }
 }
 
-Status DenoiseRun::Understand() {
+/// Reads the first file. \param extent  of it
+Status DenoiseRun::Understand(ExrExtent* extent) {
   const SequenceFile& first = options_.files.front();
   const Result<LoadedFile> file = LoadFile(first.input, options_, false);
   if (!file.ok()) {
@@ -229,10 +233,9 @@ Status DenoiseRun::Understand() {
   ChooseSettings(file->image);
   if (options_.text.passes) {
     STILLRAY_RETURN_IF_ERROR(PassSplitter::Check(settings_, layout_));
-    splitter_.emplace(settings_);
   }
-  ChooseOverlap(file->extent);
-  return PrepareFuture(file->extent);
+  *extent = file->extent;
+  return Status::Ok();
 }
 
 Status DenoiseRun::MakeFolder() const {
@@ -249,31 +252,37 @@ Status DenoiseRun::MakeFolder() const {
 }
 
 Status DenoiseRun::Prepare() {
-  STILLRAY_RETURN_IF_ERROR(Understand());
-  const Result<Device> device =
-      OpenDeviceOption(options_.text.device, "denoising",
-                       options_.text.resume               ? "--resume"
-                       : options_.window == Window::kBoth ? "--window both"
-                       : options_.text.passes             ? "--passes"
-                                                          : "");
+  ExrExtent extent;
+  STILLRAY_RETURN_IF_ERROR(Understand(&extent));
+  const Result<Device> device = OpenDeviceOption(options_.text.device, "denoising");
   if (!device.ok()) {
     return device.status();
   }
-  Result<Denoiser> denoiser = Denoiser::Create(settings_, *device);
+  device_ = *device;
+  fingerprint_ += fmt::format("on {}\n", device_.description());
+  ChooseOverlap(extent);
+  STILLRAY_RETURN_IF_ERROR(PrepareDenoisers(extent));
+  STILLRAY_RETURN_IF_ERROR(MakeFolder());
+  return Resume();
+}
+
+/// All on one device: of the light, of its parts, and of the sequence played backward.
+Status DenoiseRun::PrepareDenoisers(const ExrExtent& extent) {
+  Result<Denoiser> denoiser = Denoiser::Create(settings_, device_);
   if (!denoiser.ok()) {
     return denoiser.status();
   }
   denoiser_.emplace(std::move(denoiser.value()));
   std::vector<std::string> outputs;
-  if (splitter_) {
+  if (options_.text.passes) {
+    splitter_.emplace(settings_, device_);
     outputs = PassSplitter::Outputs(settings_);
   }
   if (settings_.temporal) {
     outputs.emplace_back("disocclusion");
   }
   STILLRAY_RETURN_IF_ERROR(denoiser_->SetOutputs(outputs));
-  STILLRAY_RETURN_IF_ERROR(MakeFolder());
-  return Resume();
+  return PrepareFuture(extent);
 }
 
 Status DenoiseRun::Resume() {
@@ -429,6 +438,17 @@ void DenoiseRun::TellProgress(const DenoisedFrameLog& log) {
                          log.denoise_ms, log.write_ms, log.restarted ? ", history restarted" : ""));
 }
 
+DeviceMemory DenoiseRun::UsedOnDevice() const {
+  DeviceMemory sum = denoiser_->device_memory();
+  if (LooksAhead()) {
+    AddDeviceMemory(future_->device_memory(), &sum);
+  }
+  if (splitter_) {
+    AddDeviceMemory(splitter_->device_memory(), &sum);
+  }
+  return sum;
+}
+
 Status DenoiseRun::DenoiseFile(size_t at) {
   const SequenceFile& names = options_.files[at];
   DenoisedFrameLog log;
@@ -450,22 +470,24 @@ Status DenoiseRun::DenoiseFile(size_t at) {
       std::max(log_.denoiser_bytes, denoiser_->memory_bytes() +
                                         (LooksAhead() ? future_->memory_bytes() : 0) +
                                         (splitter_ ? splitter_->memory_bytes() : 0));
-  log_.device_memory = denoiser_->device_memory();
+  log_.device_memory = UsedOnDevice();
   return overlap_ ? Status::Ok() : FinishWriting();
 }
 
 /// The history of the light, and behind it that of its parts. The last 8 bytes tell the size of the
 /// first.
-std::vector<uint8_t> DenoiseRun::SaveHistory() const {
-  std::vector<uint8_t> bytes = denoiser_->SaveHistory();
-  if (splitter_) {
+Result<std::vector<uint8_t>> DenoiseRun::SaveHistory() const {
+  Result<std::vector<uint8_t>> saved = denoiser_->SaveHistory();
+  if (saved.ok() && splitter_) {
+    std::vector<uint8_t>& bytes = saved.value();
     const uint64_t size = bytes.size();
-    const std::vector<uint8_t> parts = splitter_->SaveHistory();
-    bytes.insert(bytes.end(), parts.begin(), parts.end());
+    const Result<std::vector<uint8_t>> parts = splitter_->SaveHistory();
+    STILLRAY_RETURN_IF_ERROR(parts.status());
+    bytes.insert(bytes.end(), parts->begin(), parts->end());
     bytes.resize(bytes.size() + sizeof(size));
     std::memcpy(bytes.data() + bytes.size() - sizeof(size), &size, sizeof(size));
   }
-  return bytes;
+  return saved;
 }
 
 Status DenoiseRun::RestoreHistory(std::span<const uint8_t> bytes) {
@@ -490,7 +512,9 @@ Status DenoiseRun::SaveState() {
   state.fingerprint = fingerprint_;
   state.log = DenoiseLogJson(options_, layout_, settings_, log_, threads_);
   state.last_frame = options_.files[next_ - 1].frame;
-  state.history = SaveHistory();
+  Result<std::vector<uint8_t>> history = SaveHistory();
+  STILLRAY_RETURN_IF_ERROR(history.status());
+  state.history = std::move(history.value());
   last_save_ = Clock::now();
   saved_ = next_;
   return SaveResumeState(folder_, state);

@@ -29,15 +29,7 @@ void AddDeviceOption(CLI::App* command, std::string* text) {
       ->capture_default_str();
 }
 
-Result<Device> OpenDeviceOption(const std::string& text, const std::string& work,
-                                const std::string& only_on_cpu) {
-  if (text != "cpu" && !only_on_cpu.empty()) {
-    if (text != "auto") {
-      return Status::Unsupported(fmt::format(
-          "--device is '{}', but {} works on the CPU only: --device cpu", text, only_on_cpu));
-    }
-    return Device();
-  }
+Result<Device> OpenDeviceOption(const std::string& text, const std::string& work) {
   Result<Device> opened = Device::Open(text);
   if (!opened.ok()) {
     return Status(opened.status().code(), "--device: " + opened.status().message());
@@ -55,6 +47,13 @@ void TellFallBack(const Denoiser& denoiser, bool* told) {
     *told = true;
     fmt::print(stderr, "denoising on the CPU after all: {}\n", denoiser.remark());
   }
+}
+
+void AddDeviceMemory(const DeviceMemory& memory, DeviceMemory* sum) {
+  sum->allocations += memory.allocations;
+  sum->resources += memory.resources;
+  sum->bytes += memory.bytes;
+  sum->largest = std::max(sum->largest, memory.largest);
 }
 
 std::string DeviceMemoryLine(const DeviceMemory& memory) {

@@ -16,16 +16,14 @@ namespace stillray {
 void AddDeviceOption(CLI::App* command, std::string* text);
 
 /// Opens the device and says on standard error which it is; nothing is said of `cpu`.
-/// \param work         what is done there, such as "denoising"
-/// \param only_on_cpu  what the run asks for that other devices do not offer, such as "--resume",
-/// or
-///                     empty: "auto" is the CPU then, and other choices are errors
-Result<Device> OpenDeviceOption(const std::string& text, const std::string& work,
-                                const std::string& only_on_cpu);
+/// \param work  what is done there, such as "denoising"
+Result<Device> OpenDeviceOption(const std::string& text, const std::string& work);
 
 /// Says on standard error, once, that a denoiser came to work on the CPU after all.
 void TellFallBack(const Denoiser& denoiser, bool* told);
 
+/// Adds what another denoiser holds on the same device.
+void AddDeviceMemory(const DeviceMemory& memory, DeviceMemory* sum);
 /// One line about a denoiser's memory on its device; empty for the CPU.
 std::string DeviceMemoryLine(const DeviceMemory& memory);
 nlohmann::ordered_json DeviceMemoryJson(const DeviceMemory& memory);

@@ -170,11 +170,11 @@ Status RenderRun::Prepare() {
     }
   }
   STILLRAY_RETURN_IF_ERROR(render::CheckSettings(options_.render));
-  const Result<Device> device =
-      OpenDeviceOption(options_.text.device, "rendering", options_.text.resume ? "--resume" : "");
+  const Result<Device> device = OpenDeviceOption(options_.text.device, "rendering");
   if (!device.ok()) {
     return device.status();
   }
+  fingerprint_ += fmt::format("on {}\n", device->description());
   // Whatever may be wrong with the settings is found before anything is written.
   STILLRAY_RETURN_IF_ERROR(MakeRenderer(*device));
   Result<Denoiser> denoiser = Denoiser::Create(options_.denoise, *device);
@@ -432,7 +432,9 @@ Status RenderRun::SaveState(bool with_history) {
   state.log = RunLogJson(options_, log_, threads_);
   state.last_frame = next_frame_ - 1;
   if (with_history) {
-    state.history = denoiser_->SaveHistory();
+    Result<std::vector<uint8_t>> history = denoiser_->SaveHistory();
+    STILLRAY_RETURN_IF_ERROR(history.status());
+    state.history = std::move(history.value());
   }
   last_save_ = Clock::now();
   return SaveResumeState(options_.text.folder, state);

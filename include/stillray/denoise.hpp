@@ -215,7 +215,8 @@ struct DenoisedFrame {
 };
 
 /// What frames after a frame know of its light, its own not included. Made by Denoiser::Accumulate,
-/// taken by Denoiser::Denoise.
+/// taken by Denoiser::Denoise. Lies in host memory, whatever the device: sequences are long, and
+/// what one device made another may take.
 class FutureLight {
  public:
   FutureLight();
@@ -305,9 +306,8 @@ class Denoiser {
  public:
   /// \return kInvalidArgument if the settings are not valid
   static Result<Denoiser> Create(const Settings& settings, Backend backend = Backend::kCpu);
-  /// The same on another device. There, light of the future and saved histories are not offered
-  /// (kUnsupported), the same bits come from the same device and driver only, and pictures equal
-  /// those of the CPU within the bounds that docs/gpu.md states.
+  /// The same on another device. There, the same bits come from the same device and driver only,
+  /// and pictures equal those of the CPU within the bounds that docs/gpu.md states.
   static Result<Denoiser> Create(const Settings& settings, const Device& device,
                                  DevicePrecision precision = DevicePrecision::kHalf);
   Denoiser(Denoiser&&) noexcept;
@@ -362,10 +362,15 @@ class Denoiser {
   /// Of that what lies on a device; zero on the CPU.
   DeviceMemory device_memory() const;
 
-  /// The whole history as bytes, to continue a sequence later with the same bits. Empty on another
-  /// device than the CPU.
-  std::vector<uint8_t> SaveHistory() const;
-  /// \return kBadData if `bytes` are damaged or were saved with another grouping of signals
+  /// The whole history as bytes, to continue a sequence later with the same bits: on the CPU, or on
+  /// the same device with the same driver.
+  /// \return an error only where reading the device's memory fails
+  Result<std::vector<uint8_t>> SaveHistory() const;
+  /// The denoiser is as it was when the bytes were saved; its settings and outputs stay.
+  /// \return kBadData if `bytes` are damaged, or were saved with another grouping of signals, on
+  ///         the CPU where this works on a device or the other way round, or with the other
+  ///         DevicePrecision; history is then unchanged. Also what fails on the device; then there
+  ///         is no history
   Status RestoreHistory(std::span<const uint8_t> bytes);
 
  private:
@@ -373,7 +378,9 @@ class Denoiser {
   explicit Denoiser(std::unique_ptr<Impl> impl);
   static Status CheckFuture(const Frame& frame, const Settings& settings,
                             const FutureLight& future);
-  Status DenoiseOnDevice(const Frame& frame, DenoisedFrame* out);
+  bool FallsBack(const Status& status);
+  Status DenoiseOnDevice(const Frame& frame, const FutureLight& future, DenoisedFrame* out);
+  Status AccumulateOnDevice(const Frame& frame, FutureLight* future);
   std::unique_ptr<Impl> impl_;
   std::unique_ptr<DeviceDenoiser> device_;  ///< nullptr: the CPU
   bool may_fall_back_ = false;              ///< to the CPU, until a frame is finished

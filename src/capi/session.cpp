@@ -373,9 +373,6 @@ void Session::Reset() {
 }
 
 Result<std::vector<uint8_t>> Session::SaveHistory() {
-  if (!place_->device.is_cpu()) {
-    return Status::Unsupported("histories are saved on the CPU only");
-  }
   STILLRAY_RETURN_IF_ERROR(Prepare());
   return engine_->SaveHistory();
 }

@@ -173,60 +173,6 @@ void Denoiser::Impl::RunAntialias() {
   state.has_picture = true;
 }
 
-FutureLight::FutureLight() = default;
-FutureLight::FutureLight(FutureLight&&) noexcept = default;
-FutureLight& FutureLight::operator=(FutureLight&&) noexcept = default;
-FutureLight::~FutureLight() = default;
-
-bool FutureLight::empty() const {
-  return impl_ == nullptr;
-}
-
-size_t FutureLight::bytes() const {
-  size_t sum = 0;
-  if (impl_ != nullptr) {
-    for (const SignalHistory& signal : impl_->signals) {
-      sum += signal.bytes();
-    }
-  }
-  return sum;
-}
-
-/// The history of a signal, with the light of its future where that is known.
-SignalHistory* Denoiser::Impl::MergeFuture(size_t signal, const FutureLight& future) {
-  SignalHistory* history = &state.signals[signal];
-  if (future.empty()) {
-    return history;
-  }
-  merged.resize(groups.size());
-  SignalHistory& both = merged[signal];
-  if (both.length.width() != state.width || both.length.height() != state.height) {
-    both = SignalHistory(state.width, state.height, false, false, border);
-  }
-  const StageTimer timer(&out->timings, "merge_future");
-  stages->merge_future(*history, future.impl_->signals[signal], &both);
-  return &both;
-}
-
-/// Whether light of the future was accumulated from frames like this one.
-Status Denoiser::CheckFuture(const Frame& frame, const Settings& settings,
-                             const FutureLight& future) {
-  if (future.empty()) {
-    return Status::Ok();
-  }
-  const std::vector<SignalHistory>& signals = future.impl_->signals;
-  const size_t expected = GroupsOf(settings.signals, HasTransmission(frame)).size();
-  const Image1& length = signals.front().length;
-  if (signals.size() != expected || length.width() != frame.width ||
-      length.height() != frame.height) {
-    return Status::InvalidArgument(fmt::format(
-        "frame {}: the light of its future has {} signals of {}x{}, expected {} of {}x{}",
-        frame.index, signals.size(), length.width(), length.height(), expected, frame.width,
-        frame.height));
-  }
-  return Status::Ok();
-}
-
 Denoiser::Denoiser(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Denoiser::Denoiser(Denoiser&&) noexcept = default;
 Denoiser& Denoiser::operator=(Denoiser&&) noexcept = default;
@@ -329,48 +275,34 @@ Status Denoiser::Impl::Begin(const Frame& next_frame, DenoisedFrame* result) {
   return Status::Ok();
 }
 
-Status Denoiser::Accumulate(const Frame& given, FutureLight* future) {
-  if (device_ != nullptr) {
-    return Status::Unsupported("light of the future is gathered on the CPU only");
-  }
-  Impl& d = *impl_;
-  const Result<const Frame*> frame = OnHost(given, &d.from_device);
-  STILLRAY_RETURN_IF_ERROR(frame.status());
-  DenoisedFrame counts;
-  STILLRAY_RETURN_IF_ERROR(d.Begin(**frame, &counts));
-  future->impl_ = std::make_unique<FutureLight::Impl>();
-  d.GatherSignals([&](size_t i) {
-    future->impl_->signals.push_back(d.ShortenedHistory(i));
-    d.RunAccumulate(i);
-  });
-  d.state.has_history = d.settings.temporal;
-  d.state.has_picture = false;
-  d.frame = nullptr;
-  d.out = nullptr;
-  return Status::Ok();
-}
-
 /// A device that fails before the first frame is finished is given up, if the user left the choice
 /// open. What is wrong with a frame would be so on the CPU as well.
-Status Denoiser::DenoiseOnDevice(const Frame& frame, DenoisedFrame* out) {
-  const Status status = device_->Denoise(frame, out);
+bool Denoiser::FallsBack(const Status& status) {
   if (status.ok() || !may_fall_back_ || status.code() == StatusCode::kInvalidArgument) {
     may_fall_back_ = may_fall_back_ && !status.ok();
-    return status;
+    return false;
   }
   remark_ = status.message();
   device_.reset();
-  return Denoise(frame, FutureLight(), out);
+  return true;
+}
+
+Status Denoiser::DenoiseOnDevice(const Frame& frame, const FutureLight& future,
+                                 DenoisedFrame* out) {
+  STILLRAY_RETURN_IF_ERROR(CheckFuture(frame, impl_->settings, future));
+  const std::span<const SignalHistory> known =
+      future.empty() ? std::span<const SignalHistory>() : future.impl_->signals;
+  const Status status = device_->Denoise(frame, known, out);
+  return FallsBack(status) ? Denoise(frame, future, out) : status;
 }
 
 Status Denoiser::Denoise(const Frame& frame, DenoisedFrame* out) {
-  return device_ != nullptr ? DenoiseOnDevice(frame, out) : Denoise(frame, FutureLight(), out);
+  return Denoise(frame, FutureLight(), out);
 }
 
 Status Denoiser::Denoise(const Frame& given, const FutureLight& future, DenoisedFrame* out) {
   if (device_ != nullptr) {
-    return future.empty() ? DenoiseOnDevice(given, out)
-                          : Status::Unsupported("light of the future is merged on the CPU only");
+    return DenoiseOnDevice(given, future, out);
   }
   Impl& d = *impl_;
   const Result<const Frame*> host = OnHost(given, &d.from_device);
@@ -506,18 +438,23 @@ size_t Denoiser::memory_bytes() const {
          impl_->WorkBytes();
 }
 
-std::vector<uint8_t> Denoiser::SaveHistory() const {
-  return device_ != nullptr ? std::vector<uint8_t>() : HistoryToBytes(impl_->state);
+Result<std::vector<uint8_t>> Denoiser::SaveHistory() const {
+  return device_ != nullptr ? device_->SaveHistory() : HistoryToBytes(impl_->state);
 }
 
+/// Where the user left the choice of the device open, what was begun on the CPU goes on there.
 Status Denoiser::RestoreHistory(std::span<const uint8_t> bytes) {
-  if (device_ != nullptr) {
-    return Status::Unsupported("saved histories are restored on the CPU only");
+  if (device_ != nullptr && may_fall_back_ && IsHistoryOfCpu(bytes)) {
+    remark_ = "the saved history was made on the CPU";
+    device_.reset();
   }
-  const Settings& s = impl_->settings;
+  if (device_ != nullptr) {
+    const Status status = device_->RestoreHistory(bytes);
+    may_fall_back_ = may_fall_back_ && !status.ok();  // the CPU knows nothing of this history
+    return status;
+  }
   Result<DenoiserState> restored =
-      HistoryFromBytes(bytes, GroupsOf(s.signals, false).size(), GroupsOf(s.signals, true).size(),
-                       {s.limit_history, BlendsFeedback(s)}, BorderOf(s));
+      HistoryFromBytes(bytes, KeptBy(impl_->settings), BorderOf(impl_->settings));
   if (!restored.ok()) {
     return restored.status();
   }

@@ -14,6 +14,8 @@
 
 namespace stillray {
 
+struct SignalHistory;
+
 /// Name of what the host does of a frame, among stages that are all the device's.
 inline constexpr const char* kUploadStage = "upload";
 
@@ -21,7 +23,11 @@ inline constexpr const char* kUploadStage = "upload";
 class DeviceDenoiser {
  public:
   virtual ~DeviceDenoiser() = default;
-  virtual Status Denoise(const Frame& frame, DenoisedFrame* out) = 0;
+  /// \param future  one history per signal, of the frame's size, as Accumulate makes them; empty:
+  ///                the frame's future is not known
+  virtual Status Denoise(const Frame& frame, std::span<const SignalHistory> future,
+                         DenoisedFrame* out) = 0;
+  virtual Status Accumulate(const Frame& frame, std::vector<SignalHistory>* future) = 0;
   virtual Status SetSettings(const Settings& settings) = 0;
   virtual void SetResults(const Results& wanted) = 0;
   virtual Status ReadColour(Image3* colour) = 0;
@@ -30,6 +36,8 @@ class DeviceDenoiser {
   virtual void Reset() = 0;
   virtual size_t memory_bytes() const = 0;
   virtual DeviceMemory device_memory() const = 0;
+  virtual Result<std::vector<uint8_t>> SaveHistory() = 0;
+  virtual Status RestoreHistory(std::span<const uint8_t> bytes) = 0;
 };
 
 /// An opened device other than the CPU.

@@ -7,13 +7,15 @@
 
 #include <fmt/format.h>
 
+#include "denoise/denoiser_impl.h"
+
 namespace stillray {
 namespace {
 
 struct Header {
-  char magic[8] = {'s', 't', 'i', 'l', 'l', 'r', 'a', 'y'};
+  char magic[8] = {};
   uint32_t version = 4;
-  uint32_t byte_order = 0x01020304;
+  uint32_t byte_order = kHistoryByteOrder;
   int32_t width = 0;
   int32_t height = 0;
   uint32_t signal_count = 0;
@@ -89,10 +91,50 @@ bool MakePlanes(const Header& header, HeldGuides* held) {
   return mask == 0;
 }
 
+bool BeginsWith(std::span<const uint8_t> bytes, const char (&magic)[8]) {
+  return bytes.size() >= sizeof(magic) && std::memcmp(bytes.data(), magic, sizeof(magic)) == 0;
+}
+
 }  // namespace
+
+KeptHistory KeptBy(const Settings& s) {
+  return {GroupsOf(s.signals, false).size(),
+          GroupsOf(s.signals, true).size(),
+          {s.limit_history, BlendsFeedback(s)}};
+}
+
+bool IsHistoryOfCpu(std::span<const uint8_t> bytes) {
+  return BeginsWith(bytes, kHistoryMagic);
+}
+
+Status CheckClaims(const HistoryClaims& claims, const KeptHistory& kept) {
+  if (claims.width < 1 || claims.height < 1 || claims.width > 32768 || claims.height > 32768) {
+    return Status::BadData(
+        fmt::format("saved history claims a size of {}x{}", claims.width, claims.height));
+  }
+  if (claims.signals != kept.least && claims.signals != kept.most) {
+    return Status::BadData(fmt::format("saved history has {} signals, the settings ask for {}",
+                                       claims.signals, kept.least));
+  }
+  if (claims.kinds.compressed != kept.kinds.compressed) {
+    return Status::BadData(
+        fmt::format("saved history was made with limit_history {}, the settings have it {}",
+                    claims.kinds.compressed ? "on" : "off", kept.kinds.compressed ? "on" : "off"));
+  }
+  if (claims.kinds.behind != kept.kinds.behind) {
+    return Status::BadData(
+        fmt::format("saved history was made with{} feedback_when=blend, the settings are with{} it",
+                    claims.kinds.behind ? "" : "out", kept.kinds.behind ? "" : "out"));
+  }
+  if (!(claims.feedback_progress >= 0 && claims.feedback_progress <= 1)) {
+    return Status::BadData("saved history has a feedback progress out of 0..1");
+  }
+  return Status::Ok();
+}
 
 std::vector<uint8_t> HistoryToBytes(const DenoiserState& state) {
   Header header;
+  std::memcpy(header.magic, kHistoryMagic, sizeof(kHistoryMagic));
   header.width = state.width;
   header.height = state.height;
   header.signal_count = static_cast<uint32_t>(state.signals.size());
@@ -117,8 +159,12 @@ std::vector<uint8_t> HistoryToBytes(const DenoiserState& state) {
   return bytes;
 }
 
-Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, size_t least, size_t most,
-                                       const HistoryKinds& kinds, int border) {
+Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, const KeptHistory& kept,
+                                       int border) {
+  if (BeginsWith(bytes, kDeviceHistoryMagic)) {
+    return Status::BadData(
+        "saved history was made on a Vulkan device, this denoiser works on the CPU");
+  }
   Header header;
   const Header expected;
   if (bytes.size() < sizeof(Header)) {
@@ -126,33 +172,14 @@ Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, size_t le
                                        bytes.size(), sizeof(Header)));
   }
   std::memcpy(&header, bytes.data(), sizeof(Header));
-  if (std::memcmp(header.magic, expected.magic, sizeof(header.magic)) != 0 ||
-      header.version != expected.version || header.byte_order != expected.byte_order) {
+  if (!IsHistoryOfCpu(bytes) || header.version != expected.version ||
+      header.byte_order != expected.byte_order) {
     return Status::BadData(
         "saved history was not written by this version of stillray on such a machine");
   }
-  if (header.width < 1 || header.height < 1 || header.width > 32768 || header.height > 32768) {
-    return Status::BadData(
-        fmt::format("saved history claims a size of {}x{}", header.width, header.height));
-  }
-  if (header.signal_count != least && header.signal_count != most) {
-    return Status::BadData(fmt::format("saved history has {} signals, the settings ask for {}",
-                                       header.signal_count, least));
-  }
-  if (((header.flags & 4u) != 0) != kinds.compressed) {
-    return Status::BadData(
-        fmt::format("saved history was made with limit_history {}, the settings "
-                    "have it {}",
-                    kinds.compressed ? "off" : "on", kinds.compressed ? "on" : "off"));
-  }
-  if (((header.flags & 8u) != 0) != kinds.behind) {
-    return Status::BadData(
-        fmt::format("saved history was made with{} feedback_when=blend, the settings are with{} it",
-                    kinds.behind ? "out" : "", kinds.behind ? "" : "out"));
-  }
-  if (!(header.feedback_progress >= 0 && header.feedback_progress <= 1)) {
-    return Status::BadData("saved history has a feedback progress out of 0..1");
-  }
+  const HistoryKinds kinds = {(header.flags & 4u) != 0, (header.flags & 8u) != 0};
+  STILLRAY_RETURN_IF_ERROR(CheckClaims(
+      {header.width, header.height, header.signal_count, kinds, header.feedback_progress}, kept));
   if (bytes.size() != sizeof(Header) + PayloadBytes(header)) {
     return Status::BadData(fmt::format("saved history has {} bytes, expected {}", bytes.size(),
                                        sizeof(Header) + PayloadBytes(header)));

@@ -8,9 +8,15 @@
 #include <vector>
 
 #include "denoise/denoiser_state.h"
+#include "stillray/denoise.hpp"
 #include "stillray/status.h"
 
 namespace stillray {
+
+/// What saved histories begin with: those of the CPU, and those of other devices.
+inline constexpr char kHistoryMagic[8] = {'s', 't', 'i', 'l', 'l', 'r', 'a', 'y'};
+inline constexpr char kDeviceHistoryMagic[8] = {'s', 't', 'i', 'l', 'l', 'g', 'p', 'u'};
+inline constexpr uint32_t kHistoryByteOrder = 0x01020304;
 
 /// What histories may hold beside colour and moments.
 struct HistoryKinds {
@@ -18,16 +24,36 @@ struct HistoryKinds {
   bool behind = false;      ///< feedback is blended in
 };
 
+/// What settings keep.
+struct KeptHistory {
+  size_t least = 1;  ///< signals of frames without transmission ...
+  size_t most = 1;   ///< ... and with it
+  HistoryKinds kinds;
+};
+KeptHistory KeptBy(const Settings& settings);
+
+/// What a saved history says of itself.
+struct HistoryClaims {
+  int32_t width = 0;
+  int32_t height = 0;
+  size_t signals = 0;
+  HistoryKinds kinds;
+  float feedback_progress = 0;
+};
+
+/// \return kBadData saying what is out of range or does not fit to the settings
+Status CheckClaims(const HistoryClaims& claims, const KeptHistory& kept);
+
+/// Whether bytes begin as those of HistoryToBytes.
+bool IsHistoryOfCpu(std::span<const uint8_t> bytes);
+
 /// The state as bytes: a header (magic, version, sizes, flags), then all planes row by row, in the
 /// byte order of the machine. Equal states give equal bytes.
 std::vector<uint8_t> HistoryToBytes(const DenoiserState& state);
 
-/// \param least, most    signals that the history may have: those of frames without and with
-///                       transmission
-/// \param kinds         what the settings keep beside colour and moments
-/// \param border        border of the guides
+/// \param border  of the guides
 /// \return kBadData saying what does not fit
-Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, size_t least, size_t most,
-                                       const HistoryKinds& kinds, int border);
+Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, const KeptHistory& kept,
+                                       int border);
 
 }  // namespace stillray

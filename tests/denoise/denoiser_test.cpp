@@ -340,7 +340,7 @@ TEST(Denoiser, SavedHistoryContinuesWithTheSameBits) {
     for (int i = 0; i < 6; ++i) {
       ASSERT_TRUE(whole.Denoise(MakeBusyFrame(40, 30, i), &expected).ok());
       if (i == 2) {
-        saved = whole.SaveHistory();
+        saved = whole.SaveHistory().value();
       }
     }
     Denoiser resumed = MakeDenoiser(s);
@@ -350,7 +350,7 @@ TEST(Denoiser, SavedHistoryContinuesWithTheSameBits) {
       ASSERT_TRUE(resumed.Denoise(MakeBusyFrame(40, 30, i), &out).ok());
     }
     EXPECT_TRUE(SameBits(out.colour, expected.colour)) << preset;
-    EXPECT_EQ(resumed.SaveHistory(), whole.SaveHistory());
+    EXPECT_EQ(resumed.SaveHistory().value(), whole.SaveHistory().value());
   }
 }
 
@@ -358,7 +358,7 @@ TEST(Denoiser, DamagedHistoryIsRefused) {
   Denoiser d = MakeDenoiser(PresetSettings("default").value());
   DenoisedFrame out;
   ASSERT_TRUE(d.Denoise(MakeBusyFrame(16, 16, 0), &out).ok());
-  std::vector<uint8_t> saved = d.SaveHistory();
+  std::vector<uint8_t> saved = d.SaveHistory().value();
   EXPECT_TRUE(d.RestoreHistory(saved).ok());
   EXPECT_EQ(d.RestoreHistory(std::span(saved).first(10)).code(), StatusCode::kBadData);
   EXPECT_EQ(d.RestoreHistory(std::span(saved).first(saved.size() - 1)).code(),
@@ -489,7 +489,7 @@ TEST(Denoiser, TransmissionIsASignalOfItsOwn) {
     }
     // A history with transmission goes on with it.
     Denoiser resumed = MakeDenoiser(s);
-    ASSERT_TRUE(resumed.RestoreHistory(d.SaveHistory()).ok());
+    ASSERT_TRUE(resumed.RestoreHistory(d.SaveHistory().value()).ok());
     DenoisedFrame next;
     ASSERT_TRUE(resumed.Denoise(make(3), &next).ok());
     ASSERT_TRUE(d.Denoise(make(3), &out).ok());
@@ -619,7 +619,7 @@ TEST(Denoiser, BadFramesAreRefusedAndHistoryStays) {
     return status.message();
   };
   ASSERT_TRUE(d.Denoise(MakeWall(16, 9, 1), &out).ok());
-  const std::vector<uint8_t> before = d.SaveHistory();
+  const std::vector<uint8_t> before = d.SaveHistory().value();
   Frame f = MakeWall(16, 9, 2);
   f.guides.depth = Image1();
   EXPECT_THAT(message(f), HasSubstr("frame 2: image 'depth' is missing, expected 16x9"));
@@ -636,7 +636,7 @@ TEST(Denoiser, BadFramesAreRefusedAndHistoryStays) {
   EXPECT_THAT(message(f), HasSubstr("no signals"));
   f = Frame();
   EXPECT_THAT(message(f), HasSubstr("size is 0x0"));
-  EXPECT_EQ(d.SaveHistory(), before);
+  EXPECT_EQ(d.SaveHistory().value(), before);
   EXPECT_THAT(d.SetOutputs({"varience"}).message(), HasSubstr("unknown output 'varience'"));
 }
 

@@ -60,7 +60,7 @@ TEST(Results, ARestoredHistoryHasNoFinishedFrame) {
   Denoiser d = MakeDenoiser(Settings());
   DenoisedFrame out;
   ASSERT_TRUE(d.Denoise(MakeBusyFrame(24, 13, 0), &out).ok());
-  const std::vector<uint8_t> saved = d.SaveHistory();
+  const std::vector<uint8_t> saved = d.SaveHistory().value();
   ASSERT_TRUE(d.RestoreHistory(saved).ok());
   Image3 late;
   EXPECT_EQ(d.ReadColour(&late).code(), StatusCode::kNotFound);

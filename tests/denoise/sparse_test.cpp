@@ -430,7 +430,7 @@ void ExpectVersionsAgree(bool still) {
       ASSERT_TRUE(reference.Denoise(f, &expected).ok());
       ASSERT_TRUE(cpu.Denoise(f, &out).ok());
       if (i == 6) {
-        ASSERT_TRUE(resumed.RestoreHistory(cpu.SaveHistory()).ok());
+        ASSERT_TRUE(resumed.RestoreHistory(cpu.SaveHistory().value()).ok());
       }
       if (i > 6) {
         ASSERT_TRUE(resumed.Denoise(f, &again).ok());

@@ -60,10 +60,19 @@ TEST_F(CapiDevice, GivesThePicturesOfTheCpu) {
     }
     EXPECT_LT(Compare(a, b, kHalf.rms).rms, 0.03) << i;
   }
+}
+
+TEST_F(CapiDevice, SavedHistoryContinuesWithTheSameBits) {
+  const DenoiserHandle whole = MakeDenoiserOn(device_.get());
+  Denoise(whole.get(), 0);
   size_t size = 0;
-  EXPECT_EQ(stillray_denoiser_save_history(tested.get(), nullptr, 0, &size),
-            STILLRAY_ERROR_UNSUPPORTED);
-  EXPECT_STREQ(stillray_error_message(tested.get()), "histories are saved on the CPU only");
+  ASSERT_EQ(stillray_denoiser_save_history(whole.get(), nullptr, 0, &size), STILLRAY_OK);
+  std::vector<uint8_t> saved(size);
+  ASSERT_EQ(stillray_denoiser_save_history(whole.get(), saved.data(), size, &size), STILLRAY_OK);
+  const DenoiserHandle later = MakeDenoiserOn(device_.get());
+  ASSERT_EQ(stillray_denoiser_restore_history(later.get(), saved.data(), saved.size()),
+            STILLRAY_OK);
+  EXPECT_EQ(Denoise(later.get(), 1).colour.bytes, Denoise(whole.get(), 1).colour.bytes);
 }
 
 TEST_F(CapiDevice, ThreadsMayShareADevice) {

@@ -41,9 +41,6 @@ TEST(CliDevice, WrongOnesAreNamed) {
   run = Render(folder.path(), {"--device", "vulkan:77"});
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_THAT(run.errors, HasSubstr("--device: "));
-  run = Render(folder.path(), {"--device", "vulkan", "--resume"});
-  EXPECT_EQ(run.exit_code, 2);
-  EXPECT_THAT(run.errors, HasSubstr("--resume works on the CPU only: --device cpu"));
 }
 
 TEST(CliDevice, AutoSaysWhereItWorks) {

@@ -207,12 +207,8 @@ TEST_F(DeviceDenoiser, HandsOverWhatIsWanted) {
   }
 }
 
-TEST_F(DeviceDenoiser, WhatIsNotOfferedSaysSo) {
+TEST_F(DeviceDenoiser, BrokenFramesAreRefusedAndMemoryIsTold) {
   Denoiser d = MakeDenoiser(PresetSettings("default").value(), DevicePrecision::kHalf);
-  FutureLight future;
-  EXPECT_EQ(d.Accumulate(MakeBusyFrame(8, 8, 0), &future).code(), StatusCode::kUnsupported);
-  EXPECT_TRUE(d.SaveHistory().empty());
-  EXPECT_EQ(d.RestoreHistory({}).code(), StatusCode::kUnsupported);
   DenoisedFrame out;
   Frame broken = MakeBusyFrame(8, 8, 0);
   broken.guides.depth = Image1(9, 8);

@@ -104,6 +104,26 @@ class Failures : public ::testing::Test {
     }
     return Status::Ok();
   }
+  /// Two frames backward, then forward with what that left, with a history that is saved and
+  /// restored in between.
+  Status PlayBothWays() {
+    STILLRAY_RETURN_IF_ERROR(Open());
+    const Device device = MakeDevice(std::make_shared<vulkan::VulkanBackend>(device_), "test");
+    Result<Denoiser> backward = Denoiser::Create(PresetSettings("default").value(), device);
+    STILLRAY_RETURN_IF_ERROR(backward.status());
+    FutureLight future[2];
+    for (const int i : {1, 0}) {
+      STILLRAY_RETURN_IF_ERROR(backward->Accumulate(test::MakeBusyFrame(20, 12, i), &future[i]));
+    }
+    Result<Denoiser> forward = Denoiser::Create(PresetSettings("default").value(), device);
+    STILLRAY_RETURN_IF_ERROR(forward.status());
+    DenoisedFrame out;
+    STILLRAY_RETURN_IF_ERROR(forward->Denoise(test::MakeBusyFrame(20, 12, 0), future[0], &out));
+    const Result<std::vector<uint8_t>> saved = forward->SaveHistory();
+    STILLRAY_RETURN_IF_ERROR(saved.status());
+    STILLRAY_RETURN_IF_ERROR(forward->RestoreHistory(*saved));
+    return forward->Denoise(test::MakeBusyFrame(20, 12, 1), future[1], &out);
+  }
   /// A denoiser in a renderer's own frame.
   Status Embed() {
     const VulkanContext context = {instance_->handle(), device_->context().physical,
@@ -174,6 +194,30 @@ TEST_F(Failures, OfTheHostApiLeaveNothingBehind) {
     ExpectTold(Denoise(), failure);
     Close();
     ASSERT_FALSE(HasFailure()) << failure.function;
+  }
+}
+
+// Every call of these in turn, up to the last.
+TEST_F(Failures, OfBothWaysAndSavedHistoriesLeaveNothingBehind) {
+  constexpr int kMostCalls = 60;
+  for (Failure failure :
+       {Failure{"vkAllocateMemory", 1, VK_ERROR_OUT_OF_DEVICE_MEMORY, "allocating device memory"},
+        Failure{"vkQueueSubmit", 1, VK_ERROR_DEVICE_LOST, "submitting work"},
+        Failure{"vkInvalidateMappedMemoryRanges", 1, VK_ERROR_OUT_OF_HOST_MEMORY,
+                "reading mapped memory"}}) {
+    bool failed = true;
+    for (; failed && failure.count <= kMostCalls; ++failure.count) {
+      Prepare(&failure);
+      const Status status = PlayBothWays();
+      failed = !status.ok();
+      if (failed) {
+        ExpectTold(status, failure);
+      }
+      Close();
+      ASSERT_FALSE(HasFailure()) << failure.function << " " << failure.count;
+    }
+    EXPECT_FALSE(failed) << failure.function;
+    EXPECT_GT(failure.count, 4) << failure.function;  // it was not the first that went through
   }
 }
 

@@ -386,7 +386,8 @@ class MortalDevice : public DeviceBackend {
   class Mortal : public DeviceDenoiser {
    public:
     explicit Mortal(MortalDevice* device) : device_(device) {}
-    Status Denoise(const Frame& frame, DenoisedFrame* out) override {
+    Status Denoise(const Frame& frame, std::span<const SignalHistory>,
+                   DenoisedFrame* out) override {
       if (device_->frames_-- == 0) {
         return Status::Unsupported("the device was lost");
       }
@@ -408,6 +409,11 @@ class MortalDevice : public DeviceBackend {
     void Reset() override {}
     size_t memory_bytes() const override { return 0; }
     DeviceMemory device_memory() const override { return {}; }
+    Status Accumulate(const Frame&, std::vector<SignalHistory>*) override {
+      return Status::Unsupported("the device was lost");
+    }
+    Result<std::vector<uint8_t>> SaveHistory() override { return std::vector<uint8_t>(); }
+    Status RestoreHistory(std::span<const uint8_t>) override { return Status::Ok(); }
 
    private:
     MortalDevice* device_;

@@ -33,7 +33,7 @@ Status RunView(const view::ViewArguments& arguments) {
   if (!options.ok()) {
     return options.status();
   }
-  const Result<Device> device = OpenDeviceOption(arguments.device, "rendering", "");
+  const Result<Device> device = OpenDeviceOption(arguments.device, "rendering");
   STILLRAY_RETURN_IF_ERROR(device.status());
   options->device = *device;
   const int threads = options->threads > 0

@@ -24,14 +24,6 @@ layout(push_constant) uniform Push {
   int limited;
 };
 
-float MostLength(vec4 m, ivec3 at) {
-  vec4 blurred = texelFetch(compared, at, 0);
-  return IsPresent(blurred.w)
-             ? LimitedLength(m.z, m.w, blurred.x, VarianceOf(blurred.w),
-                             blurred.z / kSingleScale, dead, gain)
-             : m.z;
-}
-
 void main() {
   ivec2 p = ivec2(gl_GlobalInvocationID.xy);
   if (!Inside(p)) {
@@ -45,7 +37,7 @@ void main() {
     m.z = max(m.z, 0.0f);
     m.y = VarianceOf(m.y);
     float n = light.w;
-    float history_length = limited != 0 ? min(m.z, MostLength(m, at)) : m.z;
+    float history_length = limited != 0 ? min(m.z, MostLength(m, texelFetch(compared, at, 0))) : m.z;
     if (max_history > 0) {
       history_length = min(history_length, max(float(max_history) - n, 0.0f));
     }

@@ -42,6 +42,13 @@ struct GuideImages {
   const gpu::Image* detail = nullptr;
 };
 
+/// Light of the future of all signals, one layer each, as floats in the unit of the input:
+/// (luminance, red, blue, length) and (mean, variance, sum of squared weights, -).
+struct FutureImages {
+  const gpu::Image* light = nullptr;
+  const gpu::Image* moments = nullptr;
+};
+
 struct FrameImages {
   HistoryImages history;
   HistoryImages fetched;

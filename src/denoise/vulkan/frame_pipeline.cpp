@@ -16,7 +16,8 @@
 //   limit_history        new light, fetched history          compared                  8 + 18 n, 8 n
 //   atrous, 3 levels     compared, guides                    compared                  3 (16 + 8 n), 3 (8 n)
 //   accumulate           new light, fetched history          history                   26 n or 34 n, 18 n
-//   estimate_variance    history, guides                     light of the wavelet      16 + 24 n, 8 n
+//   merge_future         history, light of the future        known history             48 n, 16 n  (only where the future is known)
+//   estimate_variance    known history, guides               light of the wavelet      16 + 24 n, 8 n
 //   per level:
 //     prefilter_variance light of the wavelet                stops                     16 n, 2 n
 //     atrous             light of the wavelet, stops, guides light of the wavelet      16 + 10 n, 8 n
@@ -199,15 +200,14 @@ void FramePipeline::Reset() {
   }
 }
 
-/// Brings all images to their layout, once, and clears the state.
-void FramePipeline::PrepareImages(PassRecorder* recorder) {
+void FramePipeline::PrepareImages(VkCommandBuffer commands) {
   if (prepared_) {
     return;
   }
   prepared_ = true;
-  arena_.RecordFirstUse(recorder->commands(), VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+  arena_.RecordFirstUse(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
                         VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
-  context_->vk.CmdFillBuffer(recorder->commands(), images_.state->buffer, 0, VK_WHOLE_SIZE, 0);
+  context_->vk.CmdFillBuffer(commands, images_.state->buffer, 0, VK_WHOLE_SIZE, 0);
 }
 
 void FramePipeline::UploadParameters(PassRecorder* recorder, const FrameParameters& parameters) {
@@ -272,29 +272,35 @@ void FramePipeline::LimitHistory(PassRecorder* recorder) {
   Keep(recorder, "compared", i.wavelet[1]);
 }
 
-void FramePipeline::Accumulate(PassRecorder* recorder, bool limited) {
+void FramePipeline::Accumulate(PassRecorder* recorder) {
   const FrameImages& i = images_;
   const HistoryImages& h = i.history;
   const HistoryImages& f = i.fetched;
-  const int32_t push = limited ? 1 : 0;
+  const int32_t push = Limits() ? 1 : 0;
   recorder->Run(Shader::kAccumulate, grid_,
                 {i.noisy, i.within, f.colour, f.behind, f.moments, f.compressed, i.wavelet[1],
                  h.colour, h.behind, h.moments, h.compressed},
                 push);
-  Keep(recorder, "accumulated", h.colour);
-  Keep(recorder, "moments", h.moments);
-  KeepPicture(recorder, "temporal", h.colour);
+}
+
+/// In place of the fetched history, which nothing reads any more.
+void FramePipeline::MergeFuture(PassRecorder* recorder, const FutureImages& future) {
+  const HistoryImages& h = images_.history;
+  known_.colour = images_.fetched.colour;
+  known_.moments = images_.fetched.moments;
+  recorder->Run(Shader::kMergeFuture, grid_,
+                {h.colour, h.moments, future.light, future.moments, known_.colour, known_.moments});
 }
 
 void FramePipeline::BeginFilter(PassRecorder* recorder) {
   const FrameImages& i = images_;
   if (settings_.wavelet == Wavelet::kEaw) {
-    recorder->Run(Shader::kMeasureHistory, grid_, {i.history.colour});
+    recorder->Run(Shader::kMeasureHistory, grid_, {known_.colour});
     recorder->Run(Shader::kUpdateMean, {1, 1}, {}, grid_.count());
   }
   recorder->Run(Shader::kEstimateVariance, grid_,
-                {i.guides.surface, i.guides.detail, i.noisy, i.history.colour, i.history.behind,
-                 i.history.moments, i.wavelet[0]});
+                {i.guides.surface, i.guides.detail, i.noisy, known_.colour, known_.behind,
+                 known_.moments, i.wavelet[0]});
   Keep(recorder, "variance", i.wavelet[0]);
   light_ = i.wavelet[0];
 }
@@ -304,8 +310,7 @@ void FramePipeline::RunLevels(PassRecorder* recorder) {
   int target = 1;
   for (int level = 0; level < settings_.steps.count; ++level) {
     if (settings_.wavelet == Wavelet::kSvgf) {
-      recorder->Run(Shader::kPrefilterVariance, grid_,
-                    {light_, images_.history.moments, images_.stop});
+      recorder->Run(Shader::kPrefilterVariance, grid_, {light_, known_.moments, images_.stop});
     }
     const LevelPush push = {settings_.steps.step[static_cast<size_t>(level)], level};
     recorder->Run(Shader::kAtrous, grid_,
@@ -313,7 +318,7 @@ void FramePipeline::RunLevels(PassRecorder* recorder) {
                    images_.wavelet[target]},
                   push, constants);
     light_ = images_.wavelet[target];
-    if (settings_.feedback == level + 1 && progress_.feeds_back) {
+    if (settings_.feedback == level + 1 && feeds_back_) {
       if (shape_.with_behind) {
         std::swap(images_.history.colour, images_.history.behind);
       }
@@ -359,33 +364,67 @@ void FramePipeline::UseInputs(const FrameFacts& facts, const FrameInputs& inputs
   }
 }
 
-Status FramePipeline::Record(VkCommandBuffer commands, const FrameFacts& facts,
-                             const FrameInputs& inputs, FrameObserver* observer) {
-  observer_ = observer;
-  PassRecorder recorder(context_, pipelines_.get(), &sets_, timed_ ? &times_ : nullptr, commands);
-  times_.Begin(commands);
-  PrepareImages(&recorder);
+/// Everything up to the history that this frame's light joins.
+void FramePipeline::BeginFrame(PassRecorder* recorder, const FrameFacts& facts,
+                               const FrameInputs& inputs, bool with_future) {
+  times_.Begin(recorder->commands());
+  PrepareImages(recorder->commands());
   AdvanceFeedback(settings_, facts.samples_per_pixel, &progress_);
   progress_.has_history = progress_.has_history && settings_.temporal;
   progress_.has_picture = progress_.has_picture && settings_.antialias == Antialias::kTaa;
   std::swap(images_.guides, images_.previous_guides);
   FrameParameters parameters = MakeParameters(settings_, groups_, shape_, facts, progress_);
-  UseInputs(facts, inputs, &parameters, &recorder);
+  if (with_future) {
+    parameters.feedback_phase = 1;  // what is merged has no part that was not fed back
+  }
+  feeds_back_ = progress_.feeds_back && !with_future;
+  UseInputs(facts, inputs, &parameters, recorder);
   const Groups measured =
       GroupsFor((shape_.width + parameters.measure_stride - 1) / parameters.measure_stride,
                 (shape_.height + parameters.measure_stride - 1) / parameters.measure_stride);
-  recorder.Run(Shader::kMeasureLight, measured, {});
-  recorder.Run(Shader::kUpdateExposure, {1, 1}, {}, measured.count());
-  GatherLight(&recorder);
+  recorder->Run(Shader::kMeasureLight, measured, {});
+  recorder->Run(Shader::kUpdateExposure, {1, 1}, {}, measured.count());
+  GatherLight(recorder);
   if (settings_.limit_history) {
-    recorder.Run(Shader::kUpdateCompression, {1, 1}, {}, grid_.count());
+    recorder->Run(Shader::kUpdateCompression, {1, 1}, {}, grid_.count());
   }
-  const bool limited = settings_.limit_history && progress_.has_history;
-  if (limited) {
-    LimitHistory(&recorder);
+  if (Limits()) {
+    LimitHistory(recorder);
   }
-  Accumulate(&recorder, limited);
-  light_ = images_.history.colour;
+}
+
+Status FramePipeline::RecordBackward(VkCommandBuffer commands, const FrameFacts& facts,
+                                     const FrameInputs& inputs, const FutureImages& future) {
+  PassRecorder recorder(context_, pipelines_.get(), &sets_, timed_ ? &times_ : nullptr, commands);
+  BeginFrame(&recorder, facts, inputs, false);
+  if (progress_.has_history) {
+    const int32_t push = Limits() ? 1 : 0;
+    const HistoryImages& f = images_.fetched;
+    recorder.Run(Shader::kShortenHistory, grid_,
+                 {f.colour, f.moments, images_.wavelet[1], future.light, future.moments}, push);
+  }
+  Accumulate(&recorder);
+  recorder.EndTimes();
+  progress_.has_history = settings_.temporal;
+  progress_.has_picture = false;
+  return recorder.status();
+}
+
+Status FramePipeline::Record(VkCommandBuffer commands, const FrameFacts& facts,
+                             const FrameInputs& inputs, FrameObserver* observer,
+                             const FutureImages* future) {
+  observer_ = observer;
+  PassRecorder recorder(context_, pipelines_.get(), &sets_, timed_ ? &times_ : nullptr, commands);
+  BeginFrame(&recorder, facts, inputs, future != nullptr);
+  Accumulate(&recorder);
+  known_ = images_.history;
+  if (future != nullptr) {
+    MergeFuture(&recorder, *future);
+  }
+  Keep(&recorder, "accumulated", known_.colour);
+  Keep(&recorder, "moments", known_.moments);
+  KeepPicture(&recorder, "temporal", known_.colour);
+  light_ = known_.colour;
   if (settings_.wavelet != Wavelet::kOff) {
     BeginFilter(&recorder);
     RunLevels(&recorder);

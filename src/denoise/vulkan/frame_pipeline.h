@@ -54,8 +54,16 @@ class FramePipeline {
   /// `fills_guides`. Allocates nothing once inputs and history have come round to images seen
   /// before.
   /// \param observer  or nullptr
+  /// \param future    light of this frame's future, or nullptr: the wavelet begins with it merged
+  ///                  into the history, which itself stays free of it
   Status Record(VkCommandBuffer commands, const FrameFacts& facts, const FrameInputs& inputs,
-                FrameObserver* observer);
+                FrameObserver* observer, const FutureImages* future = nullptr);
+  /// Records a frame of a sequence that is played backward: its light is brought into the history,
+  /// and no picture is made. Compiles a shader the first time.
+  /// \param future  receives the light of this frame's future; stays as it is if there was no
+  ///                history
+  Status RecordBackward(VkCommandBuffer commands, const FrameFacts& facts,
+                        const FrameInputs& inputs, const FutureImages& future);
 
   /// Whether settings need no other images.
   bool Fits(const Settings& settings, int width, int height, bool transmission) const;
@@ -74,7 +82,14 @@ class FramePipeline {
   const Shape& shape() const { return shape_; }
   /// nullptr if no frame had unknown guides.
   const GuideFiller* filler() const { return filler_.get(); }
+  GuideFiller* filler() { return filler_.get(); }
   bool has_history() const { return progress_.has_history; }
+  const Progress& progress() const { return progress_; }
+  /// Goes on from there with the next frame, with what then lies in the images: see
+  /// saved_history.h.
+  void GoOnFrom(const Progress& progress) { progress_ = progress; }
+  /// Brings all images to their layout, once, and clears the state.
+  void PrepareImages(VkCommandBuffer commands);
   bool has_transmission() const { return transmission_; }
 
  private:
@@ -82,13 +97,16 @@ class FramePipeline {
   static GuideFiller::Options FillerOptions(const PipelineOptions& options);
   Status MakePipelines();
   Status MakeFiller(const GuideFiller::Options& options);
-  void PrepareImages(PassRecorder* recorder);
   void UploadParameters(PassRecorder* recorder, const FrameParameters& parameters);
   void UseInputs(const FrameFacts& facts, const FrameInputs& inputs, FrameParameters* parameters,
                  PassRecorder* recorder);
+  void BeginFrame(PassRecorder* recorder, const FrameFacts& facts, const FrameInputs& inputs,
+                  bool with_future);
   void GatherLight(PassRecorder* recorder);
   void LimitHistory(PassRecorder* recorder);
-  void Accumulate(PassRecorder* recorder, bool limited);
+  bool Limits() const { return settings_.limit_history && progress_.has_history; }
+  void Accumulate(PassRecorder* recorder);
+  void MergeFuture(PassRecorder* recorder, const FutureImages& future);
   void BeginFilter(PassRecorder* recorder);
   void RunLevels(PassRecorder* recorder);
   void Compose(PassRecorder* recorder, const gpu::Image* light);
@@ -115,6 +133,8 @@ class FramePipeline {
 
   // The frame in progress.
   FrameObserver* observer_ = nullptr;
+  HistoryImages known_;  ///< what the wavelet begins with: the history, maybe with the future
+  bool feeds_back_ = false;
   const gpu::Image* light_ = nullptr;  ///< what the next level reads, or the result
 };
 

@@ -140,16 +140,27 @@ void GuideFiller::Begin(const FrameFacts& facts, FrameParameters* p) {
   p->shift_y = shift.y;
 }
 
-/// Images get their layout and marks their beginning, once; counts begin anew.
+void GuideFiller::GoOnWith(const Kinds& kinds) {
+  has_held_ = kinds.any;
+  held_id_ = kinds.id;
+  held_colours_ = kinds.colours;
+}
+
+void GuideFiller::PrepareImages(VkCommandBuffer commands) {
+  if (prepared_) {
+    return;
+  }
+  prepared_ = true;
+  arena_.RecordFirstUse(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+                        VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
+  context_->vk.CmdFillBuffer(commands, forgotten_->buffer, 0, VK_WHOLE_SIZE, 0);
+}
+
+/// Images are ready; counts begin anew.
 void GuideFiller::PrepareMemory(PassRecorder* recorder, const gpu::Buffer& state) {
   recorder->Barrier();
   const VkCommandBuffer commands = recorder->commands();
-  if (!prepared_) {
-    prepared_ = true;
-    arena_.RecordFirstUse(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
-                          VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
-    context_->vk.CmdFillBuffer(commands, forgotten_->buffer, 0, VK_WHOLE_SIZE, 0);
-  }
+  PrepareImages(commands);
   static_assert(offsetof(FrameState, guides_move) ==
                 offsetof(FrameState, known_pixels) + sizeof(uint32_t));
   context_->vk.CmdFillBuffer(commands, state.buffer, offsetof(FrameState, known_pixels),

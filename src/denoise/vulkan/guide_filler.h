@@ -45,6 +45,18 @@ class GuideFiller {
   /// The next frame holds nothing from before.
   void Forget() { has_held_ = false; }
 
+  /// What is held for the next frame, in the images of held().
+  struct Kinds {
+    bool any = false;
+    bool id = false;
+    uint32_t colours = 0;
+  };
+  Kinds kinds() const { return {has_held_, held_id_, held_colours_}; }
+  /// Goes on with what then lies in the images of held(), for which there must be room.
+  void GoOnWith(const Kinds& kinds);
+  /// Brings all images to their layout and marks to their beginning, once.
+  void PrepareImages(VkCommandBuffer commands);
+
   gpu::MemoryUse memory() const { return arena_.Need(); }
 
   /// Images of the last frame, for tests. normal.w: 1 where it is more than a guess.

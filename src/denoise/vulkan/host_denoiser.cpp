@@ -19,7 +19,9 @@
 #include "denoise/vulkan/device_inputs.h"
 #include "denoise/vulkan/frame_download.h"
 #include "denoise/vulkan/frame_upload.h"
+#include "denoise/vulkan/future_exchange.h"
 #include "denoise/vulkan/output_reader.h"
+#include "denoise/vulkan/saved_history.h"
 
 namespace stillray::vulkan {
 namespace {
@@ -46,7 +48,9 @@ class HostDenoiser : public DeviceDenoiser {
   HostDenoiser(std::shared_ptr<gpu::Device> device, const Settings& settings, Storage storage)
       : device_(std::move(device)), settings_(settings), storage_(storage) {}
 
-  Status Denoise(const Frame& frame, DenoisedFrame* out) override;
+  Status Denoise(const Frame& frame, std::span<const SignalHistory> future,
+                 DenoisedFrame* out) override;
+  Status Accumulate(const Frame& frame, std::vector<SignalHistory>* future) override;
   Status SetSettings(const Settings& settings) override;
   void SetOutputs(std::vector<std::string> names) override {
     outputs_ = std::move(names);
@@ -57,15 +61,21 @@ class HostDenoiser : public DeviceDenoiser {
   void Reset() override;
   size_t memory_bytes() const override;
   DeviceMemory device_memory() const override;
+  Result<std::vector<uint8_t>> SaveHistory() override;
+  Status RestoreHistory(std::span<const uint8_t> bytes) override;
 
  private:
   Result<FrameFacts> Take(const Frame& frame);
   Result<FrameFacts> TakeHere(const Frame& frame, const gpu::DeviceFrame& pixels);
-  Status Prepare(const Frame& frame, const FrameFacts& facts);
+  Status PreparePipeline(int width, int height, bool transmission);
+  Status PrepareFuture(const Frame& frame);
+  Status PrepareWork(const Frame& frame, const FrameFacts& facts);
+  Status PreparePicture(const Frame& frame);
   Status PrepareUpload(const Frame& frame, const FrameFacts& facts);
   Status PrepareDownload(const Frame& frame);
   Status MakeStateBuffer();
-  Status Run(const FrameFacts& facts);
+  Status Run(const FrameFacts& facts, const FutureImages* future);
+  Status RunBackward(const FrameFacts& facts);
   Status ReadResults(bool had_history, DenoisedFrame* out);
 
   std::shared_ptr<gpu::Device> device_;
@@ -81,8 +91,9 @@ class HostDenoiser : public DeviceDenoiser {
   std::unique_ptr<FrameDownload> download_;
   std::unique_ptr<OutputReader> reader_;
   SeenFrames seen_;
-  FrameInputs inputs_;    ///< of the frame in progress
-  Frame from_elsewhere_;  ///< a frame of another device, on the host
+  FrameInputs inputs_;                      ///< of the frame in progress
+  Frame from_elsewhere_;                    ///< a frame of another device, on the host
+  std::unique_ptr<FutureExchange> future_;  ///< nullptr until there is a future
 };
 
 /// Brings a frame to where the device reads it.
@@ -97,7 +108,7 @@ Result<FrameFacts> HostDenoiser::Take(const Frame& frame) {
   FrameFacts facts = FactsOf(f);
   facts.fills_guides = settings_.fill_guides && HasUnknownGuides(f);
   facts.samples_per_pixel = SamplesPerPixel(f);
-  STILLRAY_RETURN_IF_ERROR(Prepare(f, facts));
+  STILLRAY_RETURN_IF_ERROR(PrepareWork(f, facts));
   STILLRAY_RETURN_IF_ERROR(PrepareUpload(f, facts));
   STILLRAY_RETURN_IF_ERROR(upload_->Write(f));
   inputs_ = upload_->inputs();
@@ -114,7 +125,7 @@ Result<FrameFacts> HostDenoiser::TakeHere(const Frame& frame, const gpu::DeviceF
   }
   FrameFacts facts = FactsOf(frame, pixels);
   facts.fills_guides = facts.fills_guides && settings_.fill_guides;
-  STILLRAY_RETURN_IF_ERROR(Prepare(frame, facts));
+  STILLRAY_RETURN_IF_ERROR(PrepareWork(frame, facts));
   if (seen_.Add(frame.on_device) || upload_ != nullptr) {
     STILLRAY_RETURN_IF_ERROR(pipeline_->ForgetInputs());
     upload_.reset();
@@ -135,27 +146,51 @@ Status HostDenoiser::PrepareUpload(const Frame& f, const FrameFacts& facts) {
   return Status::Ok();
 }
 
-/// Makes what the device needs for frames like this one, unless it is there.
-Status HostDenoiser::Prepare(const Frame& f, const FrameFacts& facts) {
-  const gpu::DeviceContext* context = &device_->context();
-  const bool transmission = HasTransmission(f);
-  if (pipeline_ == nullptr || !pipeline_->Fits(settings_, f.width, f.height, transmission)) {
-    reader_.reset();
-    pipeline_.reset();  // first: both may not fit into the device
-    PipelineOptions options = {settings_,    f.width,  f.height,
-                               transmission, storage_, device_->has_timestamps()};
-    Result<std::unique_ptr<FramePipeline>> made = FramePipeline::Create(context, options);
-    STILLRAY_RETURN_IF_ERROR(made.status());
-    pipeline_ = std::move(made.value());
+/// Makes a pipeline for frames of this size, unless there is one.
+Status HostDenoiser::PreparePipeline(int width, int height, bool transmission) {
+  if (pipeline_ != nullptr && pipeline_->Fits(settings_, width, height, transmission)) {
+    return Status::Ok();
   }
+  reader_.reset();
+  pipeline_.reset();  // first: both may not fit into the device
+  PipelineOptions options = {settings_,    width,    height,
+                             transmission, storage_, device_->has_timestamps()};
+  Result<std::unique_ptr<FramePipeline>> made = FramePipeline::Create(&device_->context(), options);
+  STILLRAY_RETURN_IF_ERROR(made.status());
+  pipeline_ = std::move(made.value());
+  return Status::Ok();
+}
+
+/// Makes what the device needs to work on frames like this one, unless it is there.
+Status HostDenoiser::PrepareWork(const Frame& f, const FrameFacts& facts) {
+  STILLRAY_RETURN_IF_ERROR(PreparePipeline(f.width, f.height, HasTransmission(f)));
+  return pipeline_->PrepareFilling(facts);
+}
+
+/// Makes room for light of the future, unless it is there.
+Status HostDenoiser::PrepareFuture(const Frame& f) {
+  const int signals = pipeline_->shape().signals;
+  if (future_ != nullptr && future_->Fits(f.width, f.height, signals)) {
+    return Status::Ok();
+  }
+  STILLRAY_RETURN_IF_ERROR(pipeline_->ForgetInputs());
+  future_.reset();
+  Result<std::unique_ptr<FutureExchange>> made =
+      FutureExchange::Create(&device_->context(), f.width, f.height, signals);
+  STILLRAY_RETURN_IF_ERROR(made.status());
+  future_ = std::move(made.value());
+  return Status::Ok();
+}
+
+/// Makes what it takes to get pictures of frames like this one, unless it is there.
+Status HostDenoiser::PreparePicture(const Frame& f) {
   STILLRAY_RETURN_IF_ERROR(PrepareDownload(f));
   if (reader_ == nullptr) {
     Result<std::unique_ptr<OutputReader>> made =
-        OutputReader::Create(context, *pipeline_, outputs_);
+        OutputReader::Create(&device_->context(), *pipeline_, outputs_);
     STILLRAY_RETURN_IF_ERROR(made.status());
     reader_ = std::move(made.value());
   }
-  STILLRAY_RETURN_IF_ERROR(pipeline_->PrepareFilling(facts));
   return MakeStateBuffer();
 }
 
@@ -185,7 +220,8 @@ Status HostDenoiser::MakeStateBuffer() {
   return Status::Ok();
 }
 
-Status HostDenoiser::Run(const FrameFacts& facts) {
+/// \param future  light of the frame's future, in memory that the device sees, or nullptr
+Status HostDenoiser::Run(const FrameFacts& facts, const FutureImages* future) {
   const gpu::DeviceFunctions& vk = device_->context().vk;
   const std::unique_lock<std::mutex> lock = device_->Lock();
   const Result<VkCommandBuffer> begun = device_->Begin();
@@ -194,11 +230,15 @@ Status HostDenoiser::Run(const FrameFacts& facts) {
   if (upload_ != nullptr) {
     upload_->Record(commands);
   }
+  if (future != nullptr) {
+    future_->Prepare(commands);
+    future_->RecordUpload(commands);
+  }
   download_->RecordUse(commands);
   FrameInputs images = inputs_;
   download_->ShowTo(&images);
   reader_->BeginFrame();
-  STILLRAY_RETURN_IF_ERROR(pipeline_->Record(commands, facts, images, reader_.get()));
+  STILLRAY_RETURN_IF_ERROR(pipeline_->Record(commands, facts, images, reader_.get(), future));
   const auto barrier = [&](VkPipelineStageFlags from, VkAccessFlags written,
                            VkPipelineStageFlags to, VkAccessFlags read) {
     VkMemoryBarrier memory = {};
@@ -215,6 +255,20 @@ Status HostDenoiser::Run(const FrameFacts& facts) {
   vk.CmdCopyBuffer(commands, pipeline_->images().state->buffer, state_->buffer, 1, &region);
   barrier(VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_HOST_BIT,
           VK_ACCESS_HOST_READ_BIT);
+  return device_->Run();
+}
+
+/// A frame of a sequence that is played backward.
+Status HostDenoiser::RunBackward(const FrameFacts& facts) {
+  const std::unique_lock<std::mutex> lock = device_->Lock();
+  const Result<VkCommandBuffer> commands = device_->Begin();
+  STILLRAY_RETURN_IF_ERROR(commands.status());
+  if (upload_ != nullptr) {
+    upload_->Record(*commands);
+  }
+  future_->Prepare(*commands);
+  STILLRAY_RETURN_IF_ERROR(pipeline_->RecordBackward(*commands, facts, inputs_, future_->images()));
+  future_->RecordDownload(*commands);
   return device_->Run();
 }
 
@@ -254,19 +308,25 @@ Status HostDenoiser::ReadColour(Image3* colour) {
   return download_->ReadColour(colour);
 }
 
-Status HostDenoiser::Denoise(const Frame& frame, DenoisedFrame* out) {
+Status HostDenoiser::Denoise(const Frame& frame, std::span<const SignalHistory> future,
+                             DenoisedFrame* out) {
   out->timings.clear();
   out->images.clear();
   Result<FrameFacts> facts = FrameFacts();
   {
     const StageTimer timer(&out->timings, kUploadStage);
     facts = Take(frame);
+    STILLRAY_RETURN_IF_ERROR(facts.status());
+    STILLRAY_RETURN_IF_ERROR(PreparePicture(frame));
+    if (!future.empty()) {
+      STILLRAY_RETURN_IF_ERROR(PrepareFuture(frame));
+      STILLRAY_RETURN_IF_ERROR(future_->Write(future));
+    }
   }
-  STILLRAY_RETURN_IF_ERROR(facts.status());
   facts->shows = results_.display;
   const bool had_history = pipeline_->has_history() && settings_.temporal;
   has_result_ = false;
-  STILLRAY_RETURN_IF_ERROR(Run(*facts));
+  STILLRAY_RETURN_IF_ERROR(Run(*facts, future.empty() ? nullptr : &future_->images()));
   has_result_ = true;
   return ReadResults(had_history, out);
 }
@@ -286,6 +346,21 @@ Status HostDenoiser::SetSettings(const Settings& settings) {
              : Status::Ok();  // made anew with the next frame
 }
 
+Status HostDenoiser::Accumulate(const Frame& frame, std::vector<SignalHistory>* future) {
+  const Result<FrameFacts> facts = Take(frame);
+  STILLRAY_RETURN_IF_ERROR(facts.status());
+  STILLRAY_RETURN_IF_ERROR(PrepareFuture(frame));
+  const bool had_history = pipeline_->has_history() && settings_.temporal;
+  has_result_ = false;
+  STILLRAY_RETURN_IF_ERROR(RunBackward(*facts));
+  if (had_history) {
+    return future_->Read(future);
+  }
+  const auto signals = static_cast<size_t>(pipeline_->shape().signals);
+  future->assign(signals, SignalHistory(frame.width, frame.height));
+  return Status::Ok();
+}
+
 void HostDenoiser::Reset() {
   if (pipeline_ != nullptr) {
     pipeline_->Reset();
@@ -303,6 +378,9 @@ DeviceMemory HostDenoiser::device_memory() const {
   if (download_ != nullptr) {
     sum += download_->memory();
   }
+  if (future_ != nullptr) {
+    sum += future_->memory();
+  }
   if (state_memory_ != nullptr) {
     sum += state_memory_->Need();
   }
@@ -311,6 +389,18 @@ DeviceMemory HostDenoiser::device_memory() const {
 
 size_t HostDenoiser::memory_bytes() const {
   return device_memory().bytes;
+}
+
+Result<std::vector<uint8_t>> HostDenoiser::SaveHistory() {
+  return vulkan::SaveHistory(device_.get(), pipeline_.get());
+}
+
+Status HostDenoiser::RestoreHistory(std::span<const uint8_t> bytes) {
+  const Result<SavedHistory> saved = ReadSavedHistory(bytes, settings_, storage_);
+  STILLRAY_RETURN_IF_ERROR(saved.status());
+  has_result_ = false;
+  STILLRAY_RETURN_IF_ERROR(PreparePipeline(saved->width, saved->height, saved->transmission));
+  return vulkan::RestoreHistory(device_.get(), *saved, pipeline_.get());
 }
 
 }  // namespace

@@ -5,6 +5,14 @@
 // The variance of single compressed samples is at most 1/4: times this it keeps its bits in halves.
 const float kSingleScale = 65536.0f;
 
+// How long a history with these moments may count for. \param compared  after its wavelet
+float MostLength(vec4 m, vec4 compared_light) {
+  return IsPresent(compared_light.w)
+             ? LimitedLength(m.z, m.w, compared_light.x, VarianceOf(compared_light.w),
+                             compared_light.z / kSingleScale, dead, gain)
+             : m.z;
+}
+
 // What the history holds, under this frame's scale.
 float RescaledCompressed(float c, int s) {
   return old_compressed_scale[s] > 0.0f && old_compressed_scale[s] != compressed_scale[s]

@@ -35,7 +35,9 @@
   X(TakeGuides, "fill_guides", 3, 4, 2, 0)               \
   X(TakeColours, "fill_guides", 8, 5, 1, 0)              \
   X(FillGuides, "fill_guides", 1, 3, 1, 0)               \
-  X(FillColours, "fill_guides", 1, 5, 1, 0)
+  X(FillColours, "fill_guides", 1, 5, 1, 0)              \
+  X(ShortenHistory, "shorten_history", 3, 2, 0, 4)       \
+  X(MergeFuture, "merge_future", 4, 2, 0, 0)
 
 namespace stillray::vulkan {
 

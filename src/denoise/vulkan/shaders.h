@@ -48,6 +48,9 @@ enum class Shader : uint8_t {
   kTakeColours,
   kFillGuides,
   kFillColours,
+  // Of sequences whose future is known, made when they are first needed:
+  kShortenHistory,
+  kMergeFuture,
 };
 
 /// What a shader's second descriptor set shows, in the order of its bindings.

@@ -1,0 +1,357 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+#include "denoise/vulkan/saved_history.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "core/check.h"
+#include "denoise/history_bytes.h"
+
+namespace stillray::vulkan {
+namespace {
+
+enum Flag : uint32_t {
+  kHasHistory = 1,
+  kHasPicture = 2,
+  kHasCompressed = 4,
+  kHasBehind = 8,
+  kHasTransmission = 16,
+  kIsHalf = 32,
+  kHasHeld = 64,
+  kHasHeldId = 128,
+};
+
+struct Header {
+  char magic[8] = {};
+  uint32_t version = 1;
+  uint32_t byte_order = kHistoryByteOrder;
+  int32_t width = 0;
+  int32_t height = 0;
+  uint32_t signals = 0;
+  uint32_t flags = 0;
+  uint32_t held_colours = 0;
+  float feedback_progress = 0;
+  uint64_t checksum = 0;  ///< of all bytes, with this taken for 0
+
+  bool Has(Flag flag) const { return (flags & flag) != 0; }
+};
+static_assert(sizeof(Header) == 48, "no bytes between members");
+
+constexpr uint32_t kAllColours = (1u << kGuideColours) - 1;
+constexpr uint32_t kAlbedoColours = 7;
+
+/// FNV-1a, by words of eight bytes.
+uint64_t AddToChecksum(std::span<const uint8_t> bytes, uint64_t sum) {
+  for (size_t at = 0; at < bytes.size(); at += sizeof(uint64_t)) {
+    uint64_t word = 0;
+    std::memcpy(&word, bytes.data() + at, std::min(sizeof(word), bytes.size() - at));
+    sum = (sum ^ word) * 0x100000001b3u;
+    sum ^= sum >> 32;  // the upper bits of words count for the lower ones of the sum
+  }
+  return sum;
+}
+
+size_t TexelBytes(VkFormat format) {
+  switch (format) {
+    case VK_FORMAT_R16_UNORM:
+      return 2;
+    case VK_FORMAT_R32_SFLOAT:
+    case VK_FORMAT_R32_UINT:
+      return 4;
+    case VK_FORMAT_R16G16B16A16_SFLOAT:
+    case VK_FORMAT_R32G32_UINT:
+      return 8;
+    default:
+      return 16;
+  }
+}
+
+size_t BytesOf(const gpu::Image& image) {
+  return TexelBytes(image.format) * static_cast<size_t>(image.width) *
+         static_cast<size_t>(image.height) * static_cast<size_t>(std::max(image.layers, 1));
+}
+
+uint64_t Checksum(Header header, std::span<const uint8_t> behind) {
+  header.checksum = 0;
+  const std::span<const uint8_t> bytes(reinterpret_cast<const uint8_t*>(&header), sizeof(Header));
+  return AddToChecksum(behind, AddToChecksum(bytes, 0xcbf29ce484222325u));
+}
+
+/// Bytes of all images that a header speaks of.
+size_t TexelBytesOf(const Header& h) {
+  const bool half = h.Has(kIsHalf);
+  const size_t light = half ? 8 : 16;
+  const size_t guide = light;
+  size_t bytes = h.Has(kHasPicture) ? light : 0;
+  if (h.Has(kHasHistory)) {
+    const size_t of_signal =
+        2 * light + (h.Has(kHasBehind) ? light : 0) + (h.Has(kHasCompressed) ? light / 4 : 0);
+    bytes += h.signals * of_signal + 2 * guide;
+  }
+  if (h.Has(kHasHeld)) {
+    const auto albedos = static_cast<size_t>(std::popcount(h.held_colours & kAlbedoColours));
+    const auto lights = static_cast<size_t>(std::popcount(h.held_colours & ~kAlbedoColours));
+    bytes += 4 + light + (h.Has(kHasHeldId) ? 4 : 0) + albedos * light + lights * 16;
+  }
+  return bytes * static_cast<size_t>(h.width) * static_cast<size_t>(h.height);
+}
+
+/// The images of a pipeline that the next frame reads, in the order of the bytes.
+std::vector<const gpu::Image*> RememberedImages(const FramePipeline& pipeline,
+                                                const Progress& progress,
+                                                const GuideFiller::Kinds& held) {
+  std::vector<const gpu::Image*> images;
+  const auto keep = [&](bool wanted, const gpu::Image* image) {
+    if (wanted) {
+      images.push_back(image);
+    }
+  };
+  const FrameImages& all = pipeline.images();
+  const bool history = progress.has_history;
+  keep(history, all.history.colour);
+  keep(history && pipeline.shape().with_behind, all.history.behind);
+  keep(history, all.history.moments);
+  keep(history && pipeline.shape().with_compressed, all.history.compressed);
+  keep(history, all.guides.surface);
+  keep(history, all.guides.detail);
+  keep(progress.has_picture, all.shown);
+  if (held.any) {
+    const GuideFiller::Held& guides = pipeline.filler()->held();
+    keep(true, guides.depth);
+    keep(true, guides.normal);
+    keep(held.id, guides.id);
+    for (size_t k = 0; k < kGuideColours; ++k) {
+      keep((held.colours >> k & 1u) != 0, guides.colour[k]);
+    }
+  }
+  return images;
+}
+
+Header HeaderOf(const FramePipeline& pipeline, const GuideFiller::Kinds& held) {
+  const Shape& shape = pipeline.shape();
+  const Progress& progress = pipeline.progress();
+  const auto flag = [](bool is_set, Flag bit) { return is_set ? uint32_t{bit} : 0u; };
+  Header h;
+  h.width = shape.width;
+  h.height = shape.height;
+  h.signals = static_cast<uint32_t>(shape.signals);
+  h.flags = flag(progress.has_history, kHasHistory) | flag(progress.has_picture, kHasPicture) |
+            flag(shape.with_compressed, kHasCompressed) | flag(shape.with_behind, kHasBehind) |
+            flag(pipeline.has_transmission(), kHasTransmission) |
+            flag(shape.storage == Storage::kHalf, kIsHalf) | flag(held.any, kHasHeld) |
+            flag(held.any && held.id, kHasHeldId);
+  h.held_colours = held.any ? held.colours : 0;
+  h.feedback_progress = progress.feedback_progress;
+  return h;
+}
+
+/// Memory of the host through which images and the state go, and their places in it.
+class Staging {
+ public:
+  Staging(gpu::Device* device, std::vector<const gpu::Image*> images, const gpu::Buffer* state)
+      : device_(device), images_(std::move(images)), state_(state), arena_(&device->context()) {}
+
+  Status Allocate(gpu::BufferPlace place) {
+    VkDeviceSize size = Aligned(sizeof(FrameState));
+    for (const gpu::Image* image : images_) {
+      size += Aligned(BytesOf(*image));
+    }
+    const Result<const gpu::Buffer*> added = arena_.AddBuffer(size, 0, place);
+    STILLRAY_RETURN_IF_ERROR(added.status());
+    buffer_ = *added;
+    return arena_.Allocate();
+  }
+
+  /// Calls visit(place, bytes) for the state and every image, in order.
+  template <typename Visit>
+  void VisitBytes(const Visit& visit) const {
+    auto* at = static_cast<uint8_t*>(buffer_->mapped);
+    visit(at, sizeof(FrameState));
+    at += Aligned(sizeof(FrameState));
+    for (const gpu::Image* image : images_) {
+      visit(at, BytesOf(*image));
+      at += Aligned(BytesOf(*image));
+    }
+  }
+
+  void Record(VkCommandBuffer commands, bool to_device) const {
+    const gpu::DeviceFunctions& vk = device_->context().vk;
+    const VkBufferCopy state = {0, 0, sizeof(FrameState)};
+    vk.CmdCopyBuffer(commands, to_device ? buffer_->buffer : state_->buffer,
+                     to_device ? state_->buffer : buffer_->buffer, 1, &state);
+    VkDeviceSize at = Aligned(sizeof(FrameState));
+    for (const gpu::Image* image : images_) {
+      VkBufferImageCopy region = {};
+      region.bufferOffset = at;
+      region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0,
+                                 static_cast<uint32_t>(std::max(image->layers, 1))};
+      region.imageExtent = {static_cast<uint32_t>(image->width),
+                            static_cast<uint32_t>(image->height), 1};
+      if (to_device) {
+        vk.CmdCopyBufferToImage(commands, buffer_->buffer, image->image, VK_IMAGE_LAYOUT_GENERAL, 1,
+                                &region);
+      } else {
+        vk.CmdCopyImageToBuffer(commands, image->image, VK_IMAGE_LAYOUT_GENERAL, buffer_->buffer, 1,
+                                &region);
+      }
+      at += Aligned(BytesOf(*image));
+    }
+  }
+
+  Status Flush() const { return arena_.Flush(); }
+  Status Invalidate() const { return arena_.Invalidate(); }
+
+ private:
+  /// Copies may begin at multiples of a texel.
+  static size_t Aligned(size_t bytes) { return (bytes + 15) / 16 * 16; }
+
+  gpu::Device* device_;
+  std::vector<const gpu::Image*> images_;
+  const gpu::Buffer* state_;
+  gpu::Arena arena_;
+  const gpu::Buffer* buffer_ = nullptr;
+};
+
+/// Runs copies between the pipeline's images and memory of the host.
+Status Copy(gpu::Device* device, FramePipeline* pipeline, const Staging& staging, bool to_device) {
+  constexpr VkPipelineStageFlags kWork =
+      VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
+  constexpr VkAccessFlags kTransfer = VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
+  const gpu::DeviceContext& context = device->context();
+  const std::unique_lock<std::mutex> lock = device->Lock();
+  const Result<VkCommandBuffer> commands = device->Begin();
+  STILLRAY_RETURN_IF_ERROR(commands.status());
+  pipeline->PrepareImages(*commands);
+  if (pipeline->filler() != nullptr) {
+    pipeline->filler()->PrepareImages(*commands);
+  }
+  gpu::MemoryBarrier(context, *commands, kWork,
+                     VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT,
+                     VK_PIPELINE_STAGE_TRANSFER_BIT, kTransfer);
+  staging.Record(*commands, to_device);
+  gpu::MemoryBarrier(context, *commands, VK_PIPELINE_STAGE_TRANSFER_BIT,
+                     VK_ACCESS_TRANSFER_WRITE_BIT, kWork | VK_PIPELINE_STAGE_HOST_BIT,
+                     VK_ACCESS_SHADER_READ_BIT | kTransfer | VK_ACCESS_HOST_READ_BIT);
+  return device->Run();
+}
+
+/// Writes the header to the front of the bytes, which has room for it.
+void WriteHeader(Header header, std::vector<uint8_t>* bytes) {
+  std::memcpy(header.magic, kDeviceHistoryMagic, sizeof(kDeviceHistoryMagic));
+  header.checksum = Checksum(header, std::span(*bytes).subspan(sizeof(Header)));
+  std::memcpy(bytes->data(), &header, sizeof(Header));
+}
+
+/// What makes room for guides of these kinds.
+FrameFacts FactsOf(const GuideFiller::Kinds& held) {
+  FrameFacts facts;
+  facts.fills_guides = held.any;
+  facts.has_id = held.id;
+  facts.albedos = held.colours & kAlbedoColours;
+  facts.has_emission = (held.colours & 8u) != 0;
+  facts.has_background = (held.colours & 16u) != 0;
+  return facts;
+}
+
+}  // namespace
+
+Result<std::vector<uint8_t>> SaveHistory(gpu::Device* device, FramePipeline* pipeline) {
+  std::vector<uint8_t> bytes(sizeof(Header));
+  if (pipeline == nullptr) {
+    WriteHeader(Header(), &bytes);
+    return bytes;
+  }
+  const GuideFiller::Kinds held =
+      pipeline->filler() != nullptr ? pipeline->filler()->kinds() : GuideFiller::Kinds();
+  Staging staging(device, RememberedImages(*pipeline, pipeline->progress(), held),
+                  pipeline->images().state);
+  STILLRAY_RETURN_IF_ERROR(staging.Allocate(gpu::BufferPlace::kDownload));
+  STILLRAY_RETURN_IF_ERROR(Copy(device, pipeline, staging, false));
+  STILLRAY_RETURN_IF_ERROR(staging.Invalidate());
+  const Header header = HeaderOf(*pipeline, held);
+  bytes.reserve(sizeof(Header) + sizeof(FrameState) + TexelBytesOf(header));
+  staging.VisitBytes(
+      [&](const uint8_t* place, size_t size) { bytes.insert(bytes.end(), place, place + size); });
+  STILLRAY_CHECK_EQ(bytes.size(), sizeof(Header) + sizeof(FrameState) + TexelBytesOf(header));
+  WriteHeader(header, &bytes);
+  return bytes;
+}
+
+Result<SavedHistory> ReadSavedHistory(std::span<const uint8_t> bytes, const Settings& settings,
+                                      Storage storage) {
+  if (IsHistoryOfCpu(bytes)) {
+    return Status::BadData("saved history was made on the CPU, this denoiser works on a device");
+  }
+  Header h;
+  const Header expected;
+  if (bytes.size() < sizeof(Header)) {
+    return Status::BadData(fmt::format("saved history has {} bytes, expected at least {}",
+                                       bytes.size(), sizeof(Header)));
+  }
+  std::memcpy(&h, bytes.data(), sizeof(Header));
+  if (std::memcmp(h.magic, kDeviceHistoryMagic, sizeof(h.magic)) != 0 ||
+      h.version != expected.version || h.byte_order != expected.byte_order) {
+    return Status::BadData(
+        "saved history was not written by this version of stillray on such a machine");
+  }
+  STILLRAY_RETURN_IF_ERROR(CheckClaims({h.width,
+                                        h.height,
+                                        h.signals,
+                                        {h.Has(kHasCompressed), h.Has(kHasBehind)},
+                                        h.feedback_progress},
+                                       KeptBy(settings)));
+  if (h.Has(kIsHalf) != (storage == Storage::kHalf)) {
+    return Status::BadData(fmt::format("saved history is of {} bits, this denoiser keeps {}",
+                                       h.Has(kIsHalf) ? 16 : 32, h.Has(kIsHalf) ? 32 : 16));
+  }
+  if ((h.held_colours & ~kAllColours) != 0 ||
+      GroupsOf(settings.signals, h.Has(kHasTransmission)).size() != h.signals) {
+    return Status::BadData("saved history contradicts itself");
+  }
+  const size_t size = sizeof(Header) + sizeof(FrameState) + TexelBytesOf(h);
+  if (bytes.size() != size) {
+    return Status::BadData(
+        fmt::format("saved history has {} bytes, expected {}", bytes.size(), size));
+  }
+  if (Checksum(h, bytes.subspan(sizeof(Header))) != h.checksum) {
+    return Status::BadData("saved history is damaged: its checksum is another");
+  }
+  SavedHistory saved;
+  saved.width = h.width;
+  saved.height = h.height;
+  saved.transmission = h.Has(kHasTransmission);
+  saved.progress.has_history = h.Has(kHasHistory);
+  saved.progress.has_picture = h.Has(kHasPicture);
+  saved.progress.feedback_progress = h.feedback_progress;
+  saved.held = {h.Has(kHasHeld), h.Has(kHasHeldId), h.held_colours};
+  saved.state_and_texels = bytes.subspan(sizeof(Header));
+  return saved;
+}
+
+Status RestoreHistory(gpu::Device* device, const SavedHistory& saved, FramePipeline* pipeline) {
+  pipeline->Reset();
+  STILLRAY_RETURN_IF_ERROR(pipeline->PrepareFilling(FactsOf(saved.held)));
+  Staging staging(device, RememberedImages(*pipeline, saved.progress, saved.held),
+                  pipeline->images().state);
+  STILLRAY_RETURN_IF_ERROR(staging.Allocate(gpu::BufferPlace::kUpload));
+  const uint8_t* from = saved.state_and_texels.data();
+  staging.VisitBytes([&](uint8_t* place, size_t size) {
+    std::memcpy(place, from, size);
+    from += size;
+  });
+  STILLRAY_RETURN_IF_ERROR(staging.Flush());
+  STILLRAY_RETURN_IF_ERROR(Copy(device, pipeline, staging, true));
+  if (saved.held.any) {
+    pipeline->filler()->GoOnWith(saved.held);
+  }
+  pipeline->GoOnFrom(saved.progress);
+  return Status::Ok();
+}
+
+}  // namespace stillray::vulkan

@@ -1,0 +1,37 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#version 450
+#extension GL_GOOGLE_include_directive : require
+
+// Played backward: what the history of this frame's pixels is worth after limit_history is the
+// light of their future. In the unit of the input, whatever exposure it is stored with.
+#include "denoise/vulkan/common.glsl"
+#include "denoise/vulkan/limit_history.glsl"
+
+layout(set = 1, binding = 0) uniform texture2DArray colour;
+layout(set = 1, binding = 1) uniform texture2DArray moments;
+layout(set = 1, binding = 2) uniform texture2DArray compared;  // after its wavelet
+// luminance, red, blue, length; mean, variance, sum of squared weights
+layout(set = 1, binding = 3, rgba32f) writeonly uniform image2DArray light_out;
+layout(set = 1, binding = 4, rgba32f) writeonly uniform image2DArray moments_out;
+
+layout(push_constant) uniform Push {
+  int limited;
+};
+
+void main() {
+  ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+  if (!Inside(p)) {
+    return;
+  }
+  for (int s = 0; s < signals; ++s) {
+    ivec3 at = ivec3(p, s);
+    vec4 m = texelFetch(moments, at, 0);
+    m.z = max(m.z, 0.0f);
+    float most = limited != 0 ? MostLength(m, texelFetch(compared, at, 0)) : m.z;
+    float weights2 = most < m.z ? max(m.w, 1.0f / most) : m.w;
+    float unit = 1.0f / exposure[s];
+    imageStore(light_out, at, vec4(texelFetch(colour, at, 0).xyz * unit, min(m.z, most)));
+    imageStore(moments_out, at, vec4(m.x * unit, VarianceOf(m.y * unit), weights2, 0.0f));
+  }
+}
