@@ -64,35 +64,38 @@ struct Wrapper<Self, VkResult(VKAPI_PTR*)(Arguments...)> {
   }
 };
 
-#define FAILING_FUNCTIONS(X)   \
-  X(CreateInstance)            \
-  X(EnumeratePhysicalDevices)  \
-  X(CreateDevice)              \
-  X(QueueSubmit)               \
-  X(WaitForFences)             \
-  X(ResetFences)               \
-  X(CreateFence)               \
-  X(CreateCommandPool)         \
-  X(ResetCommandPool)          \
-  X(AllocateCommandBuffers)    \
-  X(BeginCommandBuffer)        \
-  X(EndCommandBuffer)          \
-  X(AllocateMemory)            \
-  X(MapMemory)                 \
-  X(CreateBuffer)              \
-  X(BindBufferMemory)          \
-  X(CreateImage)               \
-  X(BindImageMemory)           \
-  X(CreateImageView)           \
-  X(CreateShaderModule)        \
-  X(CreateDescriptorSetLayout) \
-  X(CreateDescriptorPool)      \
-  X(AllocateDescriptorSets)    \
-  X(CreatePipelineLayout)      \
-  X(CreateComputePipelines)    \
-  X(CreateQueryPool)           \
-  X(FlushMappedMemoryRanges)   \
-  X(InvalidateMappedMemoryRanges)
+#define FAILING_FUNCTIONS(X)        \
+  X(CreateInstance)                 \
+  X(EnumeratePhysicalDevices)       \
+  X(CreateDevice)                   \
+  X(QueueSubmit)                    \
+  X(WaitForFences)                  \
+  X(ResetFences)                    \
+  X(CreateFence)                    \
+  X(CreateCommandPool)              \
+  X(ResetCommandPool)               \
+  X(AllocateCommandBuffers)         \
+  X(BeginCommandBuffer)             \
+  X(EndCommandBuffer)               \
+  X(AllocateMemory)                 \
+  X(MapMemory)                      \
+  X(CreateBuffer)                   \
+  X(BindBufferMemory)               \
+  X(CreateImage)                    \
+  X(BindImageMemory)                \
+  X(CreateImageView)                \
+  X(CreateShaderModule)             \
+  X(CreateDescriptorSetLayout)      \
+  X(CreateDescriptorPool)           \
+  X(AllocateDescriptorSets)         \
+  X(CreatePipelineLayout)           \
+  X(CreateComputePipelines)         \
+  X(CreateQueryPool)                \
+  X(FlushMappedMemoryRanges)        \
+  X(InvalidateMappedMemoryRanges)   \
+  X(CreateAccelerationStructureKHR) \
+  X(CreateRayTracingPipelinesKHR)   \
+  X(GetRayTracingShaderGroupHandlesKHR)
 
 #define DECLARE_FAILING(name)                                                         \
   struct Failing##name : Wrapper<Failing##name, PFN_vk##name> {                       \
