@@ -67,6 +67,12 @@ Status Device::AddRayTracing() {
                                  &context_.vk);
 }
 
+Status Device::AddSharing() {
+  context_.sharing = info_.sharing;
+  return LoadSharingFunctions(instance_->functions().GetDeviceProcAddr, context_.device,
+                              &context_.vk);
+}
+
 Status Device::MakeCommandBuffer() {
   const DeviceFunctions& vk = context_.vk;
   VkCommandPoolCreateInfo pool = {};
@@ -117,11 +123,16 @@ Result<std::shared_ptr<Device>> Device::Create(std::shared_ptr<Instance> instanc
   create.queueCreateInfoCount = 1;
   create.pQueueCreateInfos = &queue;
   create.pEnabledFeatures = &features;
+  std::vector<const char*> extensions;
   if (info.ray_tracing.offered) {
     create.pNext = ray_tracing.chain();
-    create.enabledExtensionCount = static_cast<uint32_t>(kRayTracingExtensions.size());
-    create.ppEnabledExtensionNames = kRayTracingExtensions.data();
+    extensions.insert(extensions.end(), kRayTracingExtensions.begin(), kRayTracingExtensions.end());
   }
+  if (info.sharing.offered) {
+    extensions.insert(extensions.end(), kSharingExtensions.begin(), kSharingExtensions.end());
+  }
+  create.enabledExtensionCount = static_cast<uint32_t>(extensions.size());
+  create.ppEnabledExtensionNames = extensions.data();
   VkDevice device = VK_NULL_HANDLE;
   STILLRAY_RETURN_IF_ERROR(
       ToStatus(made->instance_->functions().CreateDevice(info.handle, &create, nullptr, &device),
@@ -139,6 +150,9 @@ Result<std::shared_ptr<Device>> Device::Create(std::shared_ptr<Instance> instanc
   made->context_ = std::move(context.value());
   if (info.ray_tracing.offered) {
     STILLRAY_RETURN_IF_ERROR(made->AddRayTracing());
+  }
+  if (info.sharing.offered) {
+    STILLRAY_RETURN_IF_ERROR(made->AddSharing());
   }
   made->context_.vk.GetDeviceQueue(device, made->queue_family_, 0, &made->queue_);
   STILLRAY_RETURN_IF_ERROR(made->MakeCommandBuffer());

@@ -20,6 +20,7 @@ struct DeviceContext {
   VkPhysicalDeviceLimits limits = {};
   /// Offered only by devices of stillray's own, which are made for it.
   RayTracing ray_tracing;
+  MemorySharing sharing;
   /// All stages that stillray's shaders run in.
   VkPipelineStageFlags shader_stages = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
 };
@@ -60,6 +61,7 @@ class Device {
   Device() = default;
   Status FindQueue();
   Status AddRayTracing();
+  Status AddSharing();
   Status MakeCommandBuffer();
 
   std::mutex mutex_;

@@ -116,4 +116,11 @@ Status LoadRayTracingFunctions(PFN_vkGetDeviceProcAddr get, VkDevice handle,
   return Status::Ok();
 }
 
+Status LoadSharingFunctions(PFN_vkGetDeviceProcAddr get, VkDevice handle,
+                            DeviceFunctions* functions) {
+  DeviceFunctions& f = *functions;
+  STILLRAY_VK_SHARING_FUNCTIONS(STILLRAY_VK_REQUIRE_)
+  return Status::Ok();
+}
+
 }  // namespace stillray::gpu

@@ -19,18 +19,19 @@ namespace stillray::gpu {
   X(EnumerateInstanceLayerProperties)   \
   X(EnumerateInstanceExtensionProperties)
 
-#define STILLRAY_VK_INSTANCE_FUNCTIONS(X)   \
-  X(DestroyInstance)                        \
-  X(EnumeratePhysicalDevices)               \
-  X(GetPhysicalDeviceProperties)            \
-  X(GetPhysicalDeviceProperties2)           \
-  X(GetPhysicalDeviceFeatures)              \
-  X(GetPhysicalDeviceFeatures2)             \
-  X(GetPhysicalDeviceFormatProperties)      \
-  X(GetPhysicalDeviceMemoryProperties)      \
-  X(GetPhysicalDeviceQueueFamilyProperties) \
-  X(EnumerateDeviceExtensionProperties)     \
-  X(CreateDevice)                           \
+#define STILLRAY_VK_INSTANCE_FUNCTIONS(X)      \
+  X(DestroyInstance)                           \
+  X(EnumeratePhysicalDevices)                  \
+  X(GetPhysicalDeviceProperties)               \
+  X(GetPhysicalDeviceProperties2)              \
+  X(GetPhysicalDeviceFeatures)                 \
+  X(GetPhysicalDeviceFeatures2)                \
+  X(GetPhysicalDeviceFormatProperties)         \
+  X(GetPhysicalDeviceMemoryProperties)         \
+  X(GetPhysicalDeviceQueueFamilyProperties)    \
+  X(GetPhysicalDeviceExternalBufferProperties) \
+  X(EnumerateDeviceExtensionProperties)        \
+  X(CreateDevice)                              \
   X(GetDeviceProcAddr)
 
 /// Only there with the extension for messages of the validation layer.
@@ -124,6 +125,9 @@ namespace stillray::gpu {
   X(CmdTraceRaysKHR)                             \
   X(CmdTraceRaysIndirectKHR)
 
+/// Only there on devices that share memory (gpu/shared_memory.h).
+#define STILLRAY_VK_SHARING_FUNCTIONS(X) X(GetMemoryFdKHR)
+
 #define STILLRAY_VK_MEMBER_(name) PFN_vk##name name = nullptr;
 
 struct GlobalFunctions {
@@ -137,6 +141,7 @@ struct InstanceFunctions {
 struct DeviceFunctions {
   STILLRAY_VK_DEVICE_FUNCTIONS(STILLRAY_VK_MEMBER_)
   STILLRAY_VK_RAY_TRACING_FUNCTIONS(STILLRAY_VK_MEMBER_)
+  STILLRAY_VK_SHARING_FUNCTIONS(STILLRAY_VK_MEMBER_)
 };
 
 #undef STILLRAY_VK_MEMBER_
@@ -148,11 +153,14 @@ Result<GlobalFunctions> OpenLoader(const char* library = nullptr);
 
 /// \return kUnsupported naming the first function that is missing
 Result<InstanceFunctions> LoadInstanceFunctions(PFN_vkGetInstanceProcAddr get, VkInstance instance);
-/// Those for tracing rays are left out.
+/// Those of extensions are left out.
 Result<DeviceFunctions> LoadDeviceFunctions(PFN_vkGetDeviceProcAddr get, VkDevice device);
 /// Those for tracing rays, of a device with the extensions.
 Status LoadRayTracingFunctions(PFN_vkGetDeviceProcAddr get, VkDevice device,
                                DeviceFunctions* functions);
+/// Those for sharing memory, likewise.
+Status LoadSharingFunctions(PFN_vkGetDeviceProcAddr get, VkDevice device,
+                            DeviceFunctions* functions);
 
 /// Ok, or a sentence that says what went wrong: "allocating image memory: out of device memory".
 Status ToStatus(VkResult result, const char* action);

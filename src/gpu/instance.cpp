@@ -100,6 +100,7 @@ DeviceInfo Describe(const InstanceFunctions& vk, VkPhysicalDevice device, int in
   info.memory_bytes = DeviceMemory(vk, device);
   info.usable = CheckDevice(vk, device);
   info.ray_tracing = FindRayTracing(vk, device);
+  info.sharing = FindMemorySharing(vk, device);
   info.driver = properties.apiVersion < VK_API_VERSION_1_1
                     ? fmt::format("driver {:#x}", properties.driverVersion)
                     : DriverName(vk, device, properties.apiVersion, properties.driverVersion);

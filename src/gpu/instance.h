@@ -12,6 +12,7 @@
 
 #include "gpu/functions.h"
 #include "gpu/ray_tracing.h"
+#include "gpu/shared_memory.h"
 
 namespace stillray::gpu {
 
@@ -27,6 +28,7 @@ struct DeviceInfo {
   uint64_t memory_bytes = 0;  ///< of the largest heap of the device's own memory
   Status usable;              ///< ok, or what stillray misses
   RayTracing ray_tracing;     ///< whether it traces rays in hardware, and its bounds
+  MemorySharing sharing;      ///< whether other APIs may import its memory
 };
 
 /// Messages of the validation layer; tests fail if there are any. Any thread may add to them.

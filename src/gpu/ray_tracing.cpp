@@ -4,37 +4,14 @@
 #include "gpu/ray_tracing.h"
 
 #include <algorithm>
-#include <cstring>
-#include <vector>
+
+#include "gpu/extensions.h"
 
 namespace stillray::gpu {
-namespace {
-
-bool HasExtensions(const InstanceFunctions& vk, VkPhysicalDevice device) {
-  uint32_t count = 0;
-  if (vk.EnumerateDeviceExtensionProperties(device, nullptr, &count, nullptr) != VK_SUCCESS) {
-    return false;
-  }
-  std::vector<VkExtensionProperties> offered(count);
-  if (vk.EnumerateDeviceExtensionProperties(device, nullptr, &count, offered.data()) !=
-      VK_SUCCESS) {
-    return false;
-  }
-  offered.resize(count);
-  return std::all_of(
-      kRayTracingExtensions.begin(), kRayTracingExtensions.end(), [&](const char* wanted) {
-        return std::any_of(offered.begin(), offered.end(), [&](const VkExtensionProperties& e) {
-          return std::strcmp(e.extensionName, wanted) == 0;
-        });
-      });
-}
-
-}  // namespace
-
 RayTracing FindRayTracing(const InstanceFunctions& vk, VkPhysicalDevice device) {
   VkPhysicalDeviceProperties basic = {};
   vk.GetPhysicalDeviceProperties(device, &basic);
-  if (basic.apiVersion < VK_API_VERSION_1_1 || !HasExtensions(vk, device)) {
+  if (basic.apiVersion < VK_API_VERSION_1_1 || !HasExtensions(vk, device, kRayTracingExtensions)) {
     return {};
   }
   VkPhysicalDeviceRayTracingPipelineFeaturesKHR pipeline = {};

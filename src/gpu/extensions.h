@@ -1,0 +1,16 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <span>
+
+#include "gpu/functions.h"
+
+namespace stillray::gpu {
+
+/// Whether a device offers all of these extensions. Never fails: one that cannot tell has none.
+bool HasExtensions(const InstanceFunctions& functions, VkPhysicalDevice device,
+                   std::span<const char* const> wanted);
+
+}  // namespace stillray::gpu
