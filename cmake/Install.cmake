@@ -27,7 +27,8 @@ endif()
 install(FILES
   include/stillray/stillray.h include/stillray/stillray.hpp
   include/stillray/core.h include/stillray/denoise.hpp include/stillray/frame.h
-  include/stillray/image.h include/stillray/status.h include/stillray/vec.h
+  include/stillray/image.h include/stillray/shared_picture.h include/stillray/status.h
+    include/stillray/vec.h
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/stillray)
 
 if(STILLRAY_VULKAN)

@@ -191,11 +191,15 @@ struct NamedImage {
   std::vector<Image1> channels;
 };
 
-/// What of a finished picture Denoise hands over. From a device each is a copy to the host: 16
-/// bytes per pixel of colour, 4 of the picture as displayed.
+class SharedPicture;
+
+/// What of a finished picture Denoise hands over. From a device `colour` and `display` are copies
+/// to the host: 16 and 4 bytes per pixel.
 struct Results {
   bool colour = true;
   bool display = false;
+  /// The display without a copy to the host, where the device shares memory; else as `display`.
+  bool shared = false;
 };
 
 struct DenoisedFrame {
@@ -205,6 +209,9 @@ struct DenoisedFrame {
   /// index: width * height * 3 bytes. Those of a device differ by one step at most. Empty if not
   /// wanted.
   std::vector<uint8_t> display;
+  /// The same on the device (stillray/shared_picture.h); nullptr if not wanted, or if `display` has
+  /// it instead.
+  std::shared_ptr<const SharedPicture> shared;
   std::vector<StageTime> timings;  ///< in the order of the pipeline
   std::vector<NamedImage> images;  ///< the pictures asked for with SetOutputs()
   /// Pixels of signals whose light was NaN or infinite, or negative, and was treated as missing,

@@ -37,7 +37,8 @@ void Denoiser::Impl::HandOver() {
   } else {
     CopyResult(state.picture, &out->colour);
   }
-  if (!results.display) {
+  out->shared.reset();
+  if (!results.display && !results.shared) {
     out->display.clear();
   } else {
     const StageTimer timer(&out->timings, "tonemap");

@@ -56,6 +56,15 @@ TEST(Results, WhatIsNotWantedIsEmptyAndCanBeReadLater) {
   }
 }
 
+TEST(Results, TheCpuSharesNothing) {
+  Denoiser d = MakeDenoiser(Settings());
+  d.SetResults({.colour = true, .display = false, .shared = true});
+  DenoisedFrame out;
+  ASSERT_TRUE(d.Denoise(MakeBusyFrame(24, 13, 0), &out).ok());
+  EXPECT_EQ(out.shared, nullptr);
+  EXPECT_EQ(out.display, ToDisplay(out.colour, 0, Tonemap::kAces)) << "it stands in";
+}
+
 TEST(Results, ARestoredHistoryHasNoFinishedFrame) {
   Denoiser d = MakeDenoiser(Settings());
   DenoisedFrame out;

@@ -81,12 +81,12 @@ void OutputImage::RecordUse(VkCommandBuffer commands) {
   }
 }
 
-void OutputImage::RecordCopy(VkCommandBuffer commands) const {
+void OutputImage::RecordCopyTo(VkBuffer buffer, VkCommandBuffer commands) const {
   VkBufferImageCopy region = {};
   region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
   region.imageExtent = {static_cast<uint32_t>(image_->width), static_cast<uint32_t>(image_->height),
                         1};
-  context_->vk.CmdCopyImageToBuffer(commands, image_->image, kLayout, host_->buffer, 1, &region);
+  context_->vk.CmdCopyImageToBuffer(commands, image_->image, kLayout, buffer, 1, &region);
 }
 
 Result<const void*> OutputImage::Texels() const {
@@ -113,7 +113,7 @@ Status FrameDownload::Prepare(const Results& wanted) {
   if (wanted.colour) {
     STILLRAY_RETURN_IF_ERROR(colour_.PrepareCopy());
   }
-  if (wanted.display && !display_.is_made()) {
+  if ((wanted.display || wanted.shared) && !display_.is_made()) {
     STILLRAY_RETURN_IF_ERROR(display_.Make(width_, height_));
   }
   return wanted.display ? display_.PrepareCopy() : Status::Ok();
@@ -138,6 +138,12 @@ void FrameDownload::Record(VkCommandBuffer commands, const Results& wanted) cons
   if (wanted.display) {
     display_.RecordCopy(commands);
   }
+}
+
+void FrameDownload::RecordShared(VkCommandBuffer commands, uint32_t queue_family,
+                                 const gpu::SharedBuffer& buffer) const {
+  display_.RecordCopyTo(buffer.buffer(), commands);
+  gpu::RecordRelease(*context_, commands, queue_family, buffer);
 }
 
 Status FrameDownload::ReadColour(Image3* colour) const {

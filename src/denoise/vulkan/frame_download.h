@@ -28,7 +28,8 @@ class OutputImage {
   Status PrepareCopy();
   /// The image is about to be written by a shader.
   void RecordUse(VkCommandBuffer commands);
-  void RecordCopy(VkCommandBuffer commands) const;
+  void RecordCopy(VkCommandBuffer commands) const { RecordCopyTo(host_->buffer, commands); }
+  void RecordCopyTo(VkBuffer buffer, VkCommandBuffer commands) const;
   /// The rows of the picture without gaps, once the copy has run.
   Result<const void*> Texels() const;
 
@@ -64,6 +65,9 @@ class FrameDownload {
   void ShowTo(FrameInputs* images) const;
   /// Records the copies, once the writes are visible to transfers.
   void Record(VkCommandBuffer commands, const Results& wanted) const;
+  /// The same to memory that is shared, which is left to other APIs then.
+  void RecordShared(VkCommandBuffer commands, uint32_t queue_family,
+                    const gpu::SharedBuffer& buffer) const;
   Status ReadColour(Image3* colour) const;
   /// Into `out`, with what is not wanted empty.
   Status Read(const Results& wanted, DenoisedFrame* out) const;
@@ -72,11 +76,13 @@ class FrameDownload {
 
  private:
   FrameDownload(const gpu::DeviceContext* context, int width, int height)
-      : width_(width),
+      : context_(context),
+        width_(width),
         height_(height),
         colour_(context, VK_FORMAT_R32G32B32A32_SFLOAT, 16),
         display_(context, VK_FORMAT_R8G8B8A8_UNORM, 4) {}
 
+  const gpu::DeviceContext* context_;
   int width_;
   int height_;
   OutputImage colour_;

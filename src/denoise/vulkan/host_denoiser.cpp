@@ -22,6 +22,7 @@
 #include "denoise/vulkan/future_exchange.h"
 #include "denoise/vulkan/output_reader.h"
 #include "denoise/vulkan/saved_history.h"
+#include "denoise/vulkan/shared_pictures.h"
 
 namespace stillray::vulkan {
 namespace {
@@ -46,7 +47,7 @@ float SamplesPerPixel(const Frame& frame) {
 class HostDenoiser : public DeviceDenoiser {
  public:
   HostDenoiser(std::shared_ptr<gpu::Device> device, const Settings& settings, Storage storage)
-      : device_(std::move(device)), settings_(settings), storage_(storage) {}
+      : device_(std::move(device)), settings_(settings), storage_(storage), pictures_(device_) {}
 
   Status Denoise(const Frame& frame, std::span<const SignalHistory> future,
                  DenoisedFrame* out) override;
@@ -56,7 +57,7 @@ class HostDenoiser : public DeviceDenoiser {
     outputs_ = std::move(names);
     reader_.reset();
   }
-  void SetResults(const Results& wanted) override { results_ = wanted; }
+  void SetResults(const Results& wanted) override { wanted_ = wanted; }
   Status ReadColour(Image3* colour) override;
   void Reset() override;
   size_t memory_bytes() const override;
@@ -73,6 +74,7 @@ class HostDenoiser : public DeviceDenoiser {
   Status PreparePicture(const Frame& frame);
   Status PrepareUpload(const Frame& frame, const FrameFacts& facts);
   Status PrepareDownload(const Frame& frame);
+  void ChooseResults(const Frame& frame);
   Status MakeStateBuffer();
   Status Run(const FrameFacts& facts, const FutureImages* future);
   Status RunBackward(const FrameFacts& facts);
@@ -81,8 +83,11 @@ class HostDenoiser : public DeviceDenoiser {
   std::shared_ptr<gpu::Device> device_;
   Settings settings_;
   Storage storage_;
-  Results results_;
-  bool has_result_ = false;  ///< `download_` has the picture of the last frame
+  Results wanted_;
+  Results results_;  ///< what the frame in progress hands over
+  SharedPictures pictures_;
+  std::shared_ptr<DevicePicture> shared_;  ///< that it is copied to; nullptr: none
+  bool has_result_ = false;                ///< `download_` has the picture of the last frame
   std::vector<std::string> outputs_;
   std::unique_ptr<gpu::Arena> state_memory_;
   const gpu::Buffer* state_ = nullptr;
@@ -204,7 +209,20 @@ Status HostDenoiser::PrepareDownload(const Frame& f) {
     STILLRAY_RETURN_IF_ERROR(made.status());
     download_ = std::move(made.value());
   }
+  ChooseResults(f);
   return download_->Prepare(results_);
+}
+
+/// Where no memory is shared the picture is copied.
+void HostDenoiser::ChooseResults(const Frame& f) {
+  results_ = wanted_;
+  shared_ = nullptr;
+  if (wanted_.shared) {
+    const Result<std::shared_ptr<DevicePicture>> picture = pictures_.Take(f.width, f.height);
+    shared_ = picture.ok() ? *picture : nullptr;
+    results_.shared = shared_ != nullptr;
+    results_.display = wanted_.display || shared_ == nullptr;
+  }
 }
 
 Status HostDenoiser::MakeStateBuffer() {
@@ -250,6 +268,9 @@ Status HostDenoiser::Run(const FrameFacts& facts, const FutureImages* future) {
   barrier(VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
           VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_READ_BIT);
   download_->Record(commands, results_);
+  if (shared_ != nullptr) {
+    download_->RecordShared(commands, device_->queue_family(), shared_->buffer());
+  }
   reader_->Finish(commands, *pipeline_);
   const VkBufferCopy region = {0, 0, sizeof(FrameState)};
   vk.CmdCopyBuffer(commands, pipeline_->images().state->buffer, state_->buffer, 1, &region);
@@ -283,11 +304,12 @@ Status HostDenoiser::ReadResults(bool had_history, DenoisedFrame* out) {
     out->timings.push_back({time.name, time.milliseconds});
   }
   STILLRAY_RETURN_IF_ERROR(reader_->Read(*pipeline_, state, settings_, had_history, &out->images));
+  out->shared = std::exchange(shared_, nullptr);
   return download_->Read(results_, out);
 }
 
 Status HostDenoiser::ReadColour(Image3* colour) {
-  constexpr Results kColour = {.colour = true, .display = false};
+  constexpr Results kColour = {};
   if (!has_result_) {
     return Status::NotFound("there is no finished frame to read");
   }
@@ -323,7 +345,7 @@ Status HostDenoiser::Denoise(const Frame& frame, std::span<const SignalHistory> 
       STILLRAY_RETURN_IF_ERROR(future_->Write(future));
     }
   }
-  facts->shows = results_.display;
+  facts->shows = results_.display || results_.shared;
   const bool had_history = pipeline_->has_history() && settings_.temporal;
   has_result_ = false;
   STILLRAY_RETURN_IF_ERROR(Run(*facts, future.empty() ? nullptr : &future_->images()));
@@ -381,6 +403,7 @@ DeviceMemory HostDenoiser::device_memory() const {
   if (future_ != nullptr) {
     sum += future_->memory();
   }
+  sum += pictures_.memory();
   if (state_memory_ != nullptr) {
     sum += state_memory_->Need();
   }

@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Finished pictures in memory that other APIs import.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "gpu/device.h"
+#include "gpu/memory.h"
+#include "stillray/shared_picture.h"
+
+namespace stillray::vulkan {
+
+class DevicePicture : public SharedPicture {
+ public:
+  static Result<std::shared_ptr<DevicePicture>> Create(std::shared_ptr<gpu::Device> device,
+                                                       int width, int height);
+
+  int width() const override { return width_; }
+  int height() const override { return height_; }
+  uint64_t memory_bytes() const override { return buffer_->memory_bytes(); }
+  Uuid device_uuid() const override { return device_->context().sharing.device; }
+  Uuid driver_uuid() const override { return device_->context().sharing.driver; }
+  Result<int> Export() const override { return buffer_->Export(); }
+
+  const gpu::SharedBuffer& buffer() const { return *buffer_; }
+
+ private:
+  DevicePicture(std::shared_ptr<gpu::Device> device, int width, int height)
+      : device_(std::move(device)), width_(width), height_(height) {}
+
+  std::shared_ptr<gpu::Device> device_;
+  int width_;
+  int height_;
+  std::unique_ptr<gpu::SharedBuffer> buffer_;  // first to go: it is the device's
+};
+
+/// As many pictures of one size as are held at a time.
+class SharedPictures {
+ public:
+  explicit SharedPictures(std::shared_ptr<gpu::Device> device) : device_(std::move(device)) {}
+
+  /// One that nobody else holds, to be written to.
+  /// \return kUnsupported: the device shares no memory; kOutOfMemory, also if very many are held
+  Result<std::shared_ptr<DevicePicture>> Take(int width, int height);
+  gpu::MemoryUse memory() const;
+
+ private:
+  std::shared_ptr<gpu::Device> device_;
+  std::vector<std::shared_ptr<DevicePicture>> pictures_;
+};
+
+}  // namespace stillray::vulkan
