@@ -28,14 +28,15 @@ class Screen:
         self.width, self.height, self.stride = header[4], header[5], header[12]
         self.pixels = data[header[0] + header[19] * 12:]
 
-    def row(self, y, x0, x1):
-        """Green of the pixels x0 to x1 - 1."""
-        return self.pixels[y * self.stride + x0 * 4 + 1:y * self.stride + x1 * 4 + 1:4]
+    def row(self, y, x0, x1, channel=1):
+        """One channel, 0 blue, 1 green, 2 red, of the pixels x0 to x1 - 1."""
+        begin = y * self.stride + channel
+        return self.pixels[begin + x0 * 4:begin + x1 * 4:4]
 
-    def values(self, box, step=2):
-        """Green of every step-th row of a box (x0, y0, x1, y1), as bytes."""
+    def values(self, box, step=2, channel=1):
+        """A channel of every step-th row of a box (x0, y0, x1, y1), as bytes."""
         x0, y0, x1, y1 = box
-        return b"".join(self.row(y, x0, x1) for y in range(y0, y1, step))
+        return b"".join(self.row(y, x0, x1, channel) for y in range(y0, y1, step))
 
     def mean(self, box):
         values = self.values(box)
@@ -52,8 +53,8 @@ class Screen:
         return total / count
 
 
-def difference(a, b, box):
-    va, vb = a.values(box), b.values(box)
+def difference(a, b, box, channel=1):
+    va, vb = a.values(box, channel=channel), b.values(box, channel=channel)
     return sum(abs(x - y) for x, y in zip(va, vb)) / len(va)
 
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "view/view_engine.h"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
@@ -190,6 +191,43 @@ TEST(ViewEngine, SavesWhatIsShown) {
   engine.Save(folder / "no/such/folder/a.png");
   OneMessage(&engine, &is_error);
   EXPECT_TRUE(is_error);
+}
+
+/// Pictures that stay on the device are made anew for files.
+TEST(ViewEngine, SavesWhatIsShared) {
+  const Result<Device> device = Device::Open("vulkan");
+  if (!device.ok()) {
+    GTEST_SKIP() << device.status().message();
+  }
+  const Folder folder;
+  ViewSettings settings = SmallSettings();
+  settings.width = 48;
+  settings.height = 32;
+  settings.bounces = 1;
+  settings.panes = {"denoised", "noisy"};
+  settings.shares_pictures = true;
+  ViewEngine engine(
+      settings, [] {}, *device);
+  engine.Open({"builtin:cornell", ""});
+  bool shared = false;
+  ASSERT_TRUE(FrameWith(&engine, [&](const ViewFrame& frame) {
+    shared = frame.shared[0] != nullptr;
+    return true;
+  }));
+  if (!shared) {
+    GTEST_SKIP() << "the device shares no memory";
+  }
+  bool is_error = false;
+  engine.Save(folder / "shown.png");
+  EXPECT_THAT(OneMessage(&engine, &is_error), HasSubstr("shown.png"));
+  EXPECT_FALSE(is_error);
+  const Rgb8Image saved = ReadPng8(folder / "shown.png").value();
+  EXPECT_EQ(saved.width, 48);
+  EXPECT_GT(*std::max_element(saved.pixels.begin(), saved.pixels.end()), 60);
+  engine.Save(folder / "shown.exr");
+  OneMessage(&engine, &is_error);
+  EXPECT_FALSE(is_error);
+  EXPECT_NE(ReadExr(folder / "shown.exr").value().Find("R"), nullptr);
 }
 
 TEST(ViewEngine, RecordsAClip) {

@@ -551,6 +551,42 @@ TEST(ViewSession, FramesStayOnTheDeviceUntilSomebodyLooks) {
                           [](const InspectedValue& value) { return value.view == "depth"; }));
 }
 
+TEST(ViewSession, SharesThePictureWhereTheDeviceDoes) {
+  const auto opened = [](const Device& device) {
+    ViewSettings settings = SmallSettings();
+    settings.width = 64;
+    settings.height = 40;
+    settings.bounces = 1;
+    settings.shares_pictures = true;
+    settings.panes = {"denoised", "normal"};
+    return std::make_pair(Open("builtin:cornell", device), settings);
+  };
+  auto [cpu, settings] = opened(Device());
+  const ViewFrame copied = Next(settings, &cpu);
+  EXPECT_EQ(copied.shared[0], nullptr);
+  EXPECT_EQ(cpu.FinishedPicture().value().pixels, copied.pictures[0].pixels);
+  const Result<Device> device = Device::Open("vulkan");
+  if (!device.ok()) {
+    GTEST_SKIP() << device.status().message();
+  }
+  ViewSession session = std::move(opened(*device).first);
+  ViewFrame frame = Next(settings, &session);
+  if (frame.shared[0] == nullptr) {
+    GTEST_SKIP() << "the device shares no memory";
+  }
+  EXPECT_EQ(frame.shared[0]->width(), 64);
+  EXPECT_EQ(frame.pictures[0].width, 64);
+  EXPECT_TRUE(frame.pictures[0].pixels.empty());
+  EXPECT_EQ(frame.shared[1], nullptr);
+  EXPECT_FALSE(frame.pictures[1].pixels.empty());
+  const Rgb8Image late = session.FinishedPicture().value();
+  EXPECT_LT(MeanDifference(late, copied.pictures[0]), 2) << "for files, whenever it is wanted";
+  settings.shares_pictures = false;
+  frame = Next(settings, &session);
+  EXPECT_EQ(frame.shared[0], nullptr);
+  EXPECT_FALSE(frame.pictures[0].pixels.empty());
+}
+
 // Fewer samples than pixels, a smaller picture, another time of the animation, a camera that is
 // moved: the device shows what the CPU shows.
 TEST(ViewSession, ADeviceTracesWhatTheCpuTraces) {

@@ -18,13 +18,13 @@ PANEL = (660, 30, 940, 580)
 
 
 class Viewer:
-    def __init__(self, display, program, folder, *more):
+    def __init__(self, display, program, folder, *more, **environment):
         self.display = display
         self.report = os.path.join(folder, "report.json")
         self.process = subprocess.Popen(
             [program, "view", "builtin:cornell", "--size", "960x600", "--spp", "1", "--scale", "0.25",
              "--bounces", "1", "--report", self.report, *more],
-            env=display.environment, stderr=subprocess.PIPE, cwd=folder)
+            env={**display.environment, **environment}, stderr=subprocess.PIPE, cwd=folder)
         display.do("search", "--sync", "--name", "stillray")
         self.window = subprocess.run(["xdotool", "search", "--name", "stillray"], check=True,
                                      env=display.environment, capture_output=True,
@@ -174,24 +174,50 @@ def test_quits(display, viewer):
     assert report["most_frames_to_answer"] <= 2, report
 
 
-def test_runs_on_vulkan(display, program, folder):
-    """Traced and filtered by a software or real device, in a window of its own."""
-    devices = subprocess.run([program, "info", "--devices"], capture_output=True, text=True).stdout
-    if "vulkan:0" not in devices or "not usable" in devices:
-        print("  skipped, there is no usable device:", devices.strip())
-        return
-    viewer = Viewer(display, program, folder, "--device", "vulkan", "--preset", "svgf")
+def look(display, program, folder, accept, *arguments, **environment):
+    """What a window of its own shows once it is acceptable, its report, and what it prints."""
+    viewer = Viewer(display, program, folder, *arguments, **environment)
     try:
         until("a bright picture", lambda: display.screen().mean(PICTURE) > 40)
-        assert settled(display, PICTURE).roughness(PICTURE) < 6, "the denoised picture is smooth"
+        until("the picture expected", lambda: accept(display.screen()), seconds=120)
+        screen = display.screen()
         viewer.check_alive()
         display.key("ctrl+q")
         assert viewer.process.wait(timeout=30) == 0
-        assert viewer.process.stderr.read().decode().startswith("rendering on vulkan:")
+        with open(viewer.report, encoding="utf-8") as file:
+            return screen, json.load(file), viewer.process.stderr.read().decode()
     finally:
         if viewer.process.poll() is None:
             viewer.process.kill()
         viewer.process.wait()
+
+
+def test_runs_on_vulkan(display, program, folder):
+    """Traced and filtered by a software or real device: the CPU's picture, whether it comes to the
+    window through shared memory or as a copy."""
+    devices = subprocess.run([program, "info", "--devices"], capture_output=True, text=True).stdout
+    if "vulkan:0" not in devices or "not usable" in devices:
+        print("  skipped, there is no usable device:", devices.strip())
+        return
+    common = ["--preset", "svgf"]
+    expected, report, _ = look(display, program, folder, lambda _: settled(display, PICTURE),
+                               "--device", "cpu", *common)
+    assert report["shared_pictures"] == 0, report
+
+    def close(screen):
+        return max(difference(expected, screen, PICTURE, channel) for channel in range(3)) < 4
+
+    for name, environment in (("as it is", {}), ("without memory objects", {
+            "MESA_EXTENSION_OVERRIDE": "-GL_EXT_memory_object_fd"})):
+        screen, report, printed = look(display, program, folder, close, "--device", "vulkan",
+                                       *common, **environment)
+        print(" ", name + ":", report["shared_pictures"], "of", report["pictures"],
+              "pictures through shared memory")
+        assert printed.startswith("rendering on vulkan:"), printed
+        assert screen.roughness(PICTURE) < 6, "the denoised picture is smooth"
+        assert report["shared_pictures"] == 0 or not environment, report
+        if not environment and "llvmpipe" in devices and " GPU" not in devices:
+            assert report["shared_pictures"] > 0, "OpenGL, in software here, is the same device"
 
 
 def main():

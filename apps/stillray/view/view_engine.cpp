@@ -232,6 +232,7 @@ void ViewEngine::MakeFrame() {
     settings.wall_clock = false;
     settings.auto_scale = false;
     settings.scale = shown_scale_;
+    settings.shares_pictures = false;  // its pixels are wanted here
   }
   const double now = Now();
   const double elapsed = now - last_frame_at_;
@@ -258,7 +259,7 @@ void ViewEngine::MakeFrame() {
   frame.measures = metrics_.latest();
   frame.posted = last_posted_;
   dividers_ = settings.dividers;
-  shown_ = ComposePanes(frame.pictures, dividers_);
+  shown_ = frame.pictures;
   shown_panes_ = frame.panes;
   shown_scale_ = frame.scale;
   RecordFrame(frame);
@@ -291,21 +292,35 @@ void ViewEngine::SaveFile(const std::string& path, std::function<Status()> job) 
   });
 }
 
+/// All panes side by side, as the window shows them.
+Result<Rgb8Image> ViewEngine::ShownPicture() const {
+  std::vector<Rgb8Image> pictures = shown_;
+  for (Rgb8Image& picture : pictures) {
+    if (picture.pixels.empty()) {
+      Result<Rgb8Image> made = session_->FinishedPicture();
+      STILLRAY_RETURN_IF_ERROR(made.status());
+      picture = std::move(made.value());
+    }
+  }
+  return ComposePanes(pictures, dividers_);
+}
+
 Status ViewEngine::SaveNow(const std::string& path) const {
-  if (shown_.pixels.empty()) {
+  if (shown_.empty()) {
     return Status::NotFound("there is no picture to save yet");
   }
   const std::string extension = LowerExtension(path);
   if (extension == ".png") {
-    return WritePng(path, shown_);
+    const Result<Rgb8Image> picture = ShownPicture();
+    return picture.ok() ? WritePng(path, *picture) : picture.status();
   }
   if (extension != ".exr") {
     return Status::InvalidArgument(
         fmt::format("'{}' ends in '{}', expected .png or .exr", path, extension));
   }
   ExrImage image;
-  image.width = shown_.width;
-  image.height = shown_.height;
+  image.width = shown_[0].width;
+  image.height = shown_[0].height;
   for (size_t i = 0; i < shown_panes_.size(); ++i) {
     Result<std::vector<Image1>> values = session_->Values(shown_panes_[i]);
     if (!values.ok()) {
@@ -325,12 +340,12 @@ Status ViewEngine::SaveNow(const std::string& path) const {
 void ViewEngine::StartClip(const std::string& path, double fps) {
   AddJob([this, path, fps] {
     EndClip();
-    if (shown_.pixels.empty()) {
+    if (shown_.empty()) {
       Tell(true, "there is no picture to record yet");
       return;
     }
     Result<std::unique_ptr<VideoWriter>> writer =
-        VideoWriter::Create(path, shown_.width, shown_.height, fps);
+        VideoWriter::Create(path, shown_[0].width, shown_[0].height, fps);
     if (!writer.ok()) {
       Tell(true, writer.status().message());
       return;
@@ -351,7 +366,7 @@ void ViewEngine::RecordFrame(const ViewFrame& frame) {
   if (!clip_) {
     return;
   }
-  const Status status = clip_->Write(shown_);
+  const Status status = clip_->Write(ComposePanes(shown_, dividers_));
   if (!status.ok()) {
     Tell(true, fmt::format("the clip ends at frame {}: {}", frame.number, status.message()));
     EndClip();

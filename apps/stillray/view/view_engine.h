@@ -81,6 +81,7 @@ class ViewEngine {
   void MakeFrame();
   void RecordFrame(const ViewFrame& frame);
   void EndClip();
+  Result<Rgb8Image> ShownPicture() const;
   Status SaveNow(const std::string& path) const;
   bool IsDone(const ViewSettings& settings, const ViewFrame& frame) const;
   void AddJob(Job job);
@@ -109,7 +110,8 @@ class ViewEngine {
   std::unique_ptr<VideoWriter> clip_;
   std::string clip_path_;
   std::vector<float> dividers_;
-  Rgb8Image shown_;
+  // What was shown last; pictures that were shared have no pixels.
+  std::vector<Rgb8Image> shown_;
   std::vector<std::string> shown_panes_;
   float shown_scale_ = 1;
   LiveMetrics metrics_;

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "stillray/denoise.hpp"
 #include "stillray/io.h"
 #include "stillray/quality.h"
+#include "stillray/shared_picture.h"
 #include "view/sample_rate.h"
 #include "view/view_pose.h"
 
@@ -43,6 +45,8 @@ struct ViewFrame {
   int height = 0;
   std::vector<std::string> panes;
   std::vector<Rgb8Image> pictures;  ///< one for each pane
+  /// For each pane nullptr, or what shows it instead of pixels, which it has none of then.
+  std::vector<std::shared_ptr<const SharedPicture>> shared;
 
   SampleRate rate;
   float scale = 0;         ///< resolution in use

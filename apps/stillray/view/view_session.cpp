@@ -209,9 +209,13 @@ const ViewInfo& ViewSession::PaneView(const std::string& name) const {
 /// the larger copy, only where its numbers are measured or told.
 void ViewSession::FindOutputs(const ViewSettings& s) {
   results_.colour = s.reference || s.inspect;
-  results_.display = std::any_of(s.panes.begin(), s.panes.end(), [&](const std::string& name) {
-    return ShowsFinishedPicture(PaneView(name));
-  });
+  results_.display = results_.shared = false;
+  for (const std::string& name : s.panes) {
+    const ViewInfo& view = PaneView(name);
+    const bool shares = s.shares_pictures && view.name == "denoised";
+    results_.shared |= shares;
+    results_.display |= !shares && ShowsFinishedPicture(view);
+  }
   outputs_.clear();
   for (const ViewInfo& view : views_) {
     const bool shown = std::find(s.panes.begin(), s.panes.end(), view.name) != s.panes.end();
@@ -380,10 +384,14 @@ void ViewSession::Show(const ViewSettings& s, ViewFrame* out) const {
   out->height = frame_.height;
   out->panes.clear();
   out->pictures.clear();
+  out->shared.clear();
   for (const std::string& name : s.panes) {
     const ViewInfo& view = PaneView(name);
+    const bool shares = view.name == "denoised" && denoised_.shared != nullptr;
     out->panes.push_back(view.name);
-    out->pictures.push_back(ViewPicture(view, Sources()));
+    out->shared.push_back(shares ? denoised_.shared : nullptr);
+    out->pictures.push_back(shares ? Rgb8Image{frame_.width, frame_.height, {}}
+                                   : ViewPicture(view, Sources()));
   }
   Inspect(s, out);
   out->show_ms = Milliseconds(start);
@@ -435,6 +443,11 @@ Result<const Image3*> ViewSession::Denoised() {
     STILLRAY_RETURN_IF_ERROR(denoiser_->ReadColour(&denoised_.colour));
   }
   return &denoised_.colour;
+}
+
+Result<Rgb8Image> ViewSession::FinishedPicture() {
+  STILLRAY_RETURN_IF_ERROR(Denoised().status());
+  return ViewPicture(views_[0], Sources());
 }
 
 Result<std::vector<Image1>> ViewSession::Values(const std::string& name) {

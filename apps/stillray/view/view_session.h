@@ -50,6 +50,8 @@ class ViewSession {
   /// \return kNotFound before the first frame; what fails on the device
   Result<const Image3*> Denoised();
   const ReferenceAccumulator& reference() const { return reference_; }
+  /// The finished picture of the last frame as displayed, where it was shared. Errors as Denoised.
+  Result<Rgb8Image> FinishedPicture();
   /// The numbers of a view of the last frame, for files. \return kNotFound if it has no such view;
   /// what fails on the device
   Result<std::vector<Image1>> Values(const std::string& view);

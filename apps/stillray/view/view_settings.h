@@ -57,6 +57,8 @@ struct ViewSettings {
   float focus_x = 0;
   float focus_y = 0;
   uint64_t restart = 0;  ///< forget all history
+  /// Who shows the frames imports pictures from the device (ViewFrame::shared).
+  bool shares_pictures = false;
 };
 
 }  // namespace stillray::view

@@ -41,6 +41,8 @@ void InterfaceTimes::Shown(const ViewFrame& frame, double now) {
     rate_changes_ += frame.rate == rate_ ? 0 : 1;
     scale_changes_ += frame.scale == scale_ ? 0 : 1;
   }
+  shared_ += std::any_of(frame.shared.begin(), frame.shared.end(),
+                         [](const auto& picture) { return picture != nullptr; });
   frame_ms_ = frame.cost.total();
   rate_ = frame.rate;
   scale_ = frame.scale;
@@ -67,10 +69,10 @@ Status InterfaceTimes::Write(const std::string& path) const {
       "\"most_frames_to_answer\": {}, \"mean_answer_ms\": {:.2f}, \"slowest_answer_ms\": "
       "{:.2f},\n \"frame_ms\": {:.2f}, \"samples\": \"{}\", \"scale\": {:.3f}, \"rate_changes\": "
       "{}, "
-      "\"scale_changes\": {}}}\n",
+      "\"scale_changes\": {}, \"shared_pictures\": {}}}\n",
       frames_, slowest_ms_, mean(sum_ms_, frames_), longest_gap_ms_, shown_, answers_,
       most_frames_to_answer_, mean(sum_answer_ms_, answers_), slowest_answer_ms_, frame_ms_,
-      ToText(rate_), scale_, rate_changes_, scale_changes_);
+      ToText(rate_), scale_, rate_changes_, scale_changes_, shared_);
   return WriteFileAtomically(path, text.data(), text.size());
 }
 

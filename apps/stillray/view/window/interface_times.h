@@ -51,6 +51,7 @@ class InterfaceTimes {
   float scale_ = 0;
   int64_t rate_changes_ = 0;
   int64_t scale_changes_ = 0;
+  int64_t shared_ = 0;  ///< pictures that were not copied through the host
 };
 
 }  // namespace stillray::view

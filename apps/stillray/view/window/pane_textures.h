@@ -5,9 +5,11 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "view/view_frame.h"
+#include "view/window/shared_imports.h"
 
 namespace stillray::view {
 
@@ -20,7 +22,10 @@ class PaneTextures {
   PaneTextures& operator=(const PaneTextures&) = delete;
 
   /// Uploads the pictures if they are others than the last ones.
-  void Upload(const ViewFrame& frame, bool sharp_pixels);
+  /// \return why pictures that are shared cannot be taken; these panes stay as they were
+  Status Upload(const ViewFrame& frame, bool sharp_pixels);
+  /// Whether pictures may be shared at all. \return kUnsupported naming what OpenGL lacks
+  Status PrepareSharing();
   int count() const { return count_; }
   /// OpenGL's name of a pane's texture.
   uint32_t texture(int pane) const { return panes_[static_cast<size_t>(pane)].name; }
@@ -30,9 +35,13 @@ class PaneTextures {
     uint32_t name = 0;
     int width = 0;
     int height = 0;
+    uint32_t format = 0;  ///< OpenGL's of what is uploaded
   };
-  void UploadPane(const Rgb8Image& picture, Pane* pane) const;
+  /// Binds it, with room for pictures of this kind.
+  void BindPane(int width, int height, uint32_t format, Pane* pane) const;
+  Status UploadPane(const ViewFrame& frame, size_t index);
 
+  std::unique_ptr<SharedImports> imports_;  ///< nullptr: pictures are not shared
   std::vector<Pane> panes_;
   int count_ = 0;
   const ViewFrame* shown_ = nullptr;

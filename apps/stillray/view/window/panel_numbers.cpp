@@ -85,6 +85,23 @@ std::string NumberText(float value) {
   return std::isfinite(value) ? fmt::format("{:.4g}", value) : fmt::format("{}", value);
 }
 
+/// How the finished picture comes to the window, where it comes from a device.
+void TellPath(const ViewerState& state) {
+  const ViewFrame& f = *state.frame;
+  const auto shown = std::find(f.panes.begin(), f.panes.end(), "denoised");
+  if (shown == f.panes.end() || f.device == "cpu") {
+    return;
+  }
+  if (f.shared[static_cast<size_t>(shown - f.panes.begin())] != nullptr) {
+    ImGui::TextWrapped("its picture stays on the device");
+    return;
+  }
+  const char* why = state.recording                  ? "for the clip"
+                    : state.unshared_because.empty() ? "the device shares no memory"
+                                                     : state.unshared_because.c_str();
+  ImGui::TextWrapped("its picture is copied: %s", why);
+}
+
 }  // namespace
 
 void DrawTimePanel(const ViewerState& state) {
@@ -103,6 +120,7 @@ void DrawTimePanel(const ViewerState& state) {
     ImGui::TextWrapped("traced on %s", f.tracer.c_str());
     ImGui::TextWrapped("filtered on %s", f.device.c_str());
   }
+  TellPath(state);
   if (ImGui::BeginTable("stages", 2, kTable)) {
     for (const StageTime& stage : f.stages) {
       Row(std::string(stage.name).c_str(), fmt::format("{:.2f} ms", stage.milliseconds));

@@ -58,7 +58,10 @@ bool DrawInterface(double now, double elapsed, PaneTextures* textures, ViewEngin
     state->changed = true;
   }
   if (state->frame != nullptr) {
-    textures->Upload(*state->frame, state->sharp_pixels);
+    const Status uploaded = textures->Upload(*state->frame, state->sharp_pixels);
+    if (!uploaded.ok()) {
+      StopSharing(uploaded.message(), state);
+    }
   }
   DrawPictureArea(layout.picture, *textures, now, state);
   DrawPlaybackBar(layout.bar, state);
@@ -93,6 +96,9 @@ void DrawFrame(double now, double elapsed, bool* lively, GlWindow* window, PaneT
 InterfaceTimes Loop(bool watch, GlWindow* window, std::atomic<bool>* news, ViewEngine* engine,
                     ViewerState* state) {
   PaneTextures textures;
+  const Status shares = textures.PrepareSharing();
+  state->settings.shares_pictures = shares.ok();
+  state->unshared_because = shares.message();
   double last = Now();
   bool lively = true;
   int frames_due = kFramesAfterInput;

@@ -188,6 +188,12 @@ void AddError(const std::string& text, ViewerState* state) {
   }
 }
 
+void StopSharing(const std::string& why, ViewerState* state) {
+  state->unshared_because = why;
+  state->settings.shares_pictures = false;
+  state->changed = true;
+}
+
 void Update(double now, ViewEngine* engine, ViewerState* state) {
   TakeMessages(now, engine, state);
   TakeScene(now, engine, state);

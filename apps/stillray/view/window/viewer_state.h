@@ -64,6 +64,8 @@ struct ViewerState {
   SceneRequest request;  ///< last asked for
   LoadState load;
   const ViewFrame* frame = nullptr;  ///< newest; nullptr before the first
+  /// Why the window cannot take pictures from the device; empty: it can.
+  std::string unshared_because;
   bool recording = false;
   TimeHistory times;
 
@@ -104,6 +106,8 @@ void Seek(double seconds, ViewerState* state);
 void StepFrames(int frames, ViewerState* state);
 void AddToast(const std::string& text, double now, ViewerState* state);
 void AddError(const std::string& text, ViewerState* state);
+/// From now on pictures come as copies.
+void StopSharing(const std::string& why, ViewerState* state);
 /// Takes what the engine has to tell.
 void Update(double now, ViewEngine* engine, ViewerState* state);
 
