@@ -1,0 +1,496 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render_run.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "background.h"
+#include "device_option.h"
+#include "interrupt.h"
+#include "json_output.h"
+#include "progress.h"
+#include "render/scene_check.h"
+#include "render_files.h"
+#include "render_options.h"
+#include "resume.h"
+#include "run_log.h"
+#include "stillray/scene.h"
+#include "trace_device.h"
+
+namespace stillray {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// The history of a run that dies is not older than this, unless a single frame takes longer.
+constexpr std::chrono::seconds kSaveInterval(30);
+
+double Milliseconds(Clock::time_point since) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - since).count();
+}
+
+int PickCamera(const Scene& scene, const std::string& name) {
+  for (size_t i = 0; i < scene.cameras.size(); ++i) {
+    if (scene.cameras[i].name == name || std::to_string(i) == name) {
+      return static_cast<int>(i);
+    }
+  }
+  return -1;
+}
+
+/// A frame on its way through the run.
+struct FrameInWork {
+  Frame frame;
+  Frame on_host;  ///< room for its planes, if it lies on a device and files need them
+  const Frame* in_files = nullptr;  ///< the frame with the planes that files need
+  DenoisedFrame denoised;
+  Image3 reference;  ///< empty: none
+  FrameLog log;
+};
+
+struct WrittenFiles {
+  Status status;
+  double milliseconds = 0;
+};
+
+/// The frames of one run, one after the other, and everything that lives as long as it does. While
+/// a frame is traced and filtered, the files of the one before it are written on a thread of their
+/// own.
+class RenderRun {
+ public:
+  RenderRun(const RenderOptions& options, const Scene& scene, int threads)
+      : options_(options),
+        scene_(scene),
+        threads_(threads),
+        overlap_(threads > 1 && TwoFramesFit(options.render)),
+        fingerprint_(RenderFingerprint(options)),
+        next_frame_(options.frames.first) {}
+
+  Status Run();
+
+ private:
+  Status Prepare();
+  Status MakeRenderer(const Device& device);
+  void TellTracingOnCpu();
+  Status Resume();
+  Status FeedVideoAgain();
+  Status RenderOne(int64_t frame, Progress* progress);
+  Status Filter(const RenderMoment& moment, const RenderProgress& shown, FrameInWork* work);
+  Status RenderReference(const RenderMoment& moment, Progress* progress, Image3* reference);
+  Status BringToHost(FrameInWork* work) const;
+  WrittenFiles WriteFiles(const FrameInWork& work);
+  Status FinishWriting(Progress* progress);
+  Status SaveState(bool with_history);
+  Status Stop(Status reason, Progress* progress);
+  Status WriteLog() const;
+  double Work(int64_t frame) const;
+  double WorkBefore(int64_t frame) const;
+  std::string FrameText(int64_t frame) const {
+    return fmt::format("frame {} of {}", frame, options_.frames.last);
+  }
+  void Summarise() const;
+
+  const RenderOptions& options_;
+  const Scene& scene_;
+  int threads_;
+  bool overlap_;  ///< whether files are written while the next frame is traced
+  std::string fingerprint_;
+  int64_t next_frame_;  ///< all frames before it are done, their files written
+  int camera_ = 0;
+  std::unique_ptr<DeviceRenderer> renderer_;
+  std::optional<Denoiser> denoiser_;
+  bool told_fall_back_ = false;
+  std::unique_ptr<VideoWriter> video_;
+  FrameInWork works_[2];
+  size_t traced_ = 0;  ///< which of them is traced; the other may be written
+  RunLog log_;
+  Clock::time_point last_save_ = Clock::now();
+  int64_t non_finite_ = 0;
+  int64_t bad_guides_ = 0;
+  Background<WrittenFiles> writing_;  ///< last, so that its work ends before what it reads goes
+};
+
+/// Samples per pixel that a frame takes, as a measure of the time it will take. Filtering and
+/// writing count as four.
+double RenderRun::Work(int64_t frame) const {
+  return SamplesPerPixel(options_.render) + 4.0 +
+         (options_.WantsReference(frame) ? options_.text.reference_spp : 0);
+}
+
+double RenderRun::WorkBefore(int64_t frame) const {
+  double work = 0;
+  for (int64_t f = options_.frames.first; f < frame; ++f) {
+    work += Work(f);
+  }
+  return work;
+}
+
+Status RenderRun::Prepare() {
+  if (!options_.text.camera.empty()) {
+    camera_ = PickCamera(scene_, options_.text.camera);
+    if (camera_ < 0) {
+      std::string names;
+      for (const Camera& camera : scene_.cameras) {
+        names += (names.empty() ? "" : ", ") + camera.name;
+      }
+      return Status::NotFound(
+          fmt::format("--camera is '{}', the scene has: {}", options_.text.camera, names));
+    }
+  }
+  STILLRAY_RETURN_IF_ERROR(render::CheckSettings(options_.render));
+  const Result<Device> device = OpenDeviceOption(options_.text.device, "rendering");
+  if (!device.ok()) {
+    return device.status();
+  }
+  fingerprint_ += fmt::format("on {}\n", device->description());
+  // Whatever may be wrong with the settings is found before anything is written.
+  STILLRAY_RETURN_IF_ERROR(MakeRenderer(*device));
+  Result<Denoiser> denoiser = Denoiser::Create(options_.denoise, *device);
+  if (!denoiser.ok()) {
+    return denoiser.status();
+  }
+  denoiser_.emplace(std::move(denoiser.value()));
+  STILLRAY_RETURN_IF_ERROR(denoiser_->SetOutputs(options_.outputs));
+  const std::string& folder = options_.text.folder;
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error || !std::filesystem::is_directory(folder)) {
+    return Status::Io(fmt::format("cannot make the folder {}: {}", folder,
+                                  error ? error.message() : "a file of that name exists"));
+  }
+  if (options_.text.resume) {
+    STILLRAY_RETURN_IF_ERROR(Resume());
+    if (next_frame_ > options_.frames.last) {
+      return Status::Ok();
+    }
+  } else {
+    RemoveResumeState(folder);
+  }
+  if (options_.mp4) {
+    Result<std::unique_ptr<VideoWriter>> video =
+        VideoWriter::Create((std::filesystem::path(folder) / "denoised.mp4").string(),
+                            options_.render.width, options_.render.height, options_.text.fps);
+    if (!video.ok() &&
+        (options_.text.formats_given || video.status().code() != StatusCode::kUnsupported)) {
+      return video.status();
+    }
+    if (video.ok()) {
+      video_ = std::move(video.value());
+      STILLRAY_RETURN_IF_ERROR(FeedVideoAgain());
+    } else {
+      fmt::print(stderr, "note: no video: {}\n", video.status().message());
+    }
+  }
+  return Status::Ok();
+}
+
+/// Where --device is auto, the CPU traces what the device cannot.
+Status RenderRun::MakeRenderer(const Device& device) {
+  TraceOptions options;
+  options.way = options_.tracing_way;
+  options.may_fall_back =
+      options_.text.device == "auto" && options.way != render::TracingWay::kHardware;
+  RenderSettings settings = options_.render;
+  settings.on_device = true;  // the denoiser is on the same device
+  Result<std::unique_ptr<DeviceRenderer>> renderer =
+      DeviceRenderer::Create(device, scene_, settings, options);
+  STILLRAY_RETURN_IF_ERROR(renderer.status());
+  renderer_ = std::move(renderer.value());
+  TellTracingOnCpu();
+  if (renderer_->on_device()) {
+    fmt::print(stderr, "rays are traced {}\n", TracingWayText(device, options_.tracing_way));
+  }
+  return Status::Ok();
+}
+
+void RenderRun::TellTracingOnCpu() {
+  if (const std::string remark = renderer_->TakeRemark(); !remark.empty()) {
+    fmt::print(stderr, "tracing on the CPU: {}\n", remark);
+  }
+}
+
+Status RenderRun::Resume() {
+  Result<ResumeState> state = LoadResumeState(options_.text.folder);
+  if (!state.ok() && state.status().code() == StatusCode::kNotFound) {
+    fmt::print(stderr, "note: nothing to resume in {}, starting with frame {}\n",
+               options_.text.folder, next_frame_);
+    return Status::Ok();
+  }
+  if (!state.ok()) {
+    return state.status();
+  }
+  const std::string difference = FingerprintDifference(state->fingerprint, fingerprint_);
+  if (!difference.empty()) {
+    return Status::InvalidArgument(
+        fmt::format("cannot resume {}: {}", ResumePath(options_.text.folder), difference));
+  }
+  if (state->last_frame >= options_.frames.last) {
+    fmt::print(stderr, "all frames are there already\n");
+    next_frame_ = state->last_frame + 1;
+    return Status::Ok();
+  }
+  if (state->history.empty()) {
+    fmt::print(stderr,
+               "note: starting again with frame {}: the run ended at frame {} and kept no "
+               "history\n",
+               next_frame_, state->last_frame);
+    return Status::Ok();
+  }
+  if (options_.mp4 && !options_.png) {
+    fmt::print(stderr,
+               "note: starting again with frame {}: a video can only be resumed where --format has "
+               "png too\n",
+               next_frame_);
+    return Status::Ok();
+  }
+  STILLRAY_RETURN_IF_ERROR(denoiser_->RestoreHistory(state->history));
+  Result<RunLog> log = ParseRunLog(state->log);
+  if (!log.ok()) {
+    return log.status();
+  }
+  log_ = std::move(log.value());
+  next_frame_ = state->last_frame + 1;
+  fmt::print(stderr, "resuming with frame {}\n", next_frame_);
+  return Status::Ok();
+}
+
+/// Encodes the frames that an earlier run finished, from their pictures.
+Status RenderRun::FeedVideoAgain() {
+  const std::string pattern = ViewPattern(options_.text.folder, "denoised", "png");
+  for (int64_t frame = options_.frames.first; frame < next_frame_; ++frame) {
+    const Result<Rgb8Image> picture = ReadPng8(FrameFileName(pattern, frame));
+    if (!picture.ok()) {
+      return picture.status();
+    }
+    STILLRAY_RETURN_IF_ERROR(video_->Write(*picture));
+  }
+  return Status::Ok();
+}
+
+Status RenderRun::RenderReference(const RenderMoment& moment, Progress* progress,
+                                  Image3* reference) {
+  const double before = WorkBefore(moment.frame_index) + SamplesPerPixel(options_.render);
+  const int spp = options_.text.reference_spp;
+  return renderer_->RenderReference(moment, spp, reference, [&](double part) {
+    progress->Update(before + part * spp, FrameText(moment.frame_index) + ", reference");
+    return !Interrupted();
+  });
+}
+
+/// Where the denoiser goes on on the CPU, frames come to the host from then on; this one is traced
+/// again, as it may be lost with the device.
+Status RenderRun::Filter(const RenderMoment& moment, const RenderProgress& shown,
+                         FrameInWork* work) {
+  const Status status = denoiser_->Denoise(work->frame, &work->denoised);
+  if (denoiser_->remark().empty() || !renderer_->settings().on_device) {
+    return status;
+  }
+  RenderSettings settings = renderer_->settings();
+  settings.on_device = false;
+  STILLRAY_RETURN_IF_ERROR(renderer_->SetSettings(settings));
+  if (status.ok()) {
+    return status;
+  }
+  STILLRAY_RETURN_IF_ERROR(renderer_->RenderFrame(moment, &work->frame, shown));
+  TellTracingOnCpu();
+  return denoiser_->Denoise(work->frame, &work->denoised);
+}
+
+/// Not on the thread that writes: it would have to wait for the device, which traces the next frame
+/// by then.
+Status RenderRun::BringToHost(FrameInWork* work) const {
+  work->in_files = &work->frame;
+  const uint32_t planes = PlanesInFiles(options_);
+  if (work->frame.on_device == nullptr || planes == 0) {
+    return Status::Ok();
+  }
+  const Clock::time_point start = Clock::now();
+  const Result<const Frame*> brought = OnHost(work->frame, &work->on_host, planes);
+  STILLRAY_RETURN_IF_ERROR(brought.status());
+  work->in_files = *brought;
+  work->log.stages.push_back({"frame_to_host", Milliseconds(start)});
+  return Status::Ok();
+}
+
+Status RenderRun::RenderOne(int64_t number, Progress* progress) {
+  FrameInWork& work = works_[traced_];
+  RenderMoment moment;
+  moment.frame_index = number;
+  moment.seconds = options_.Seconds(number);
+  moment.previous_seconds = options_.PreviousSeconds(number);
+  moment.camera = camera_;
+  work.log = FrameLog();
+  work.log.frame = number;
+  work.log.seconds = moment.seconds;
+  const Clock::time_point start = Clock::now();
+  const auto shown = [&](double part) {
+    progress->Update(WorkBefore(number) + part * SamplesPerPixel(options_.render),
+                     FrameText(number));
+    return !Interrupted();
+  };
+  STILLRAY_RETURN_IF_ERROR(renderer_->RenderFrame(moment, &work.frame, shown));
+  TellTracingOnCpu();
+  work.log.render_ms = Milliseconds(start);
+  std::vector<LoggedStage> traced;
+  if (renderer_->on_device()) {
+    traced = TraceStages(renderer_->timings());
+  }
+  work.reference = Image3();
+  if (options_.WantsReference(number)) {
+    STILLRAY_RETURN_IF_ERROR(RenderReference(moment, progress, &work.reference));
+  }
+  const Clock::time_point denoise_start = Clock::now();
+  STILLRAY_RETURN_IF_ERROR(Filter(moment, shown, &work));
+  TellFallBack(*denoiser_, &told_fall_back_);
+  work.log.denoise_ms = Milliseconds(denoise_start);
+  work.log.stages = LoggedStages(work.denoised.timings);
+  work.log.stages.insert(work.log.stages.begin(), traced.begin(), traced.end());
+  STILLRAY_RETURN_IF_ERROR(BringToHost(&work));
+  log_.denoiser_bytes = denoiser_->memory_bytes();
+  log_.device_memory = denoiser_->device_memory();
+  log_.renderer_bytes = renderer_->memory_bytes();
+  STILLRAY_RETURN_IF_ERROR(FinishWriting(progress));
+  // What files need of it is on the host: the next frame may have its images.
+  works_[1 - traced_].frame.on_device = std::move(work.frame.on_device);
+  writing_.Start(overlap_, [this, &work] { return WriteFiles(work); });
+  traced_ = 1 - traced_;
+  const bool save = Clock::now() - last_save_ > kSaveInterval && number < options_.frames.last;
+  if (!overlap_ || save || number == options_.frames.last) {
+    STILLRAY_RETURN_IF_ERROR(FinishWriting(progress));
+  }
+  return save ? SaveState(true) : Status::Ok();
+}
+
+WrittenFiles RenderRun::WriteFiles(const FrameInWork& work) {
+  const Clock::time_point start = Clock::now();
+  Rgb8Image display;
+  WrittenFiles written;
+  written.status = WriteFrameFiles(options_, *work.in_files, work.denoised,
+                                   work.reference.empty() ? nullptr : &work.reference, &display);
+  if (written.status.ok() && video_) {
+    written.status = video_->Write(display);
+  }
+  written.milliseconds = Milliseconds(start);
+  return written;
+}
+
+/// Waits for the files that are being written, if there are any. Only now their frame is done.
+Status RenderRun::FinishWriting(Progress* progress) {
+  if (!writing_.under_way()) {
+    return Status::Ok();
+  }
+  const WrittenFiles written = writing_.Take();
+  STILLRAY_RETURN_IF_ERROR(written.status);
+  FrameInWork& work = works_[1 - traced_];
+  work.log.write_ms = written.milliseconds;
+  non_finite_ += work.denoised.non_finite + work.denoised.negative;
+  bad_guides_ += work.denoised.bad_guides;
+  next_frame_ = work.log.frame + 1;
+  progress->Step(WorkBefore(next_frame_),
+                 fmt::format("{}: render {:.0f} ms, denoise {:.0f} ms, write {:.0f} ms",
+                             FrameText(work.log.frame), work.log.render_ms, work.log.denoise_ms,
+                             work.log.write_ms));
+  log_.frames.push_back(std::move(work.log));
+  return Status::Ok();
+}
+
+Status RenderRun::SaveState(bool with_history) {
+  ResumeState state;
+  state.fingerprint = fingerprint_;
+  state.log = RunLogJson(options_, log_, threads_);
+  state.last_frame = next_frame_ - 1;
+  if (with_history) {
+    Result<std::vector<uint8_t>> history = denoiser_->SaveHistory();
+    STILLRAY_RETURN_IF_ERROR(history.status());
+    state.history = std::move(history.value());
+  }
+  last_save_ = Clock::now();
+  return SaveResumeState(options_.text.folder, state);
+}
+
+Status RenderRun::WriteLog() const {
+  const std::string json = RunLogJson(options_, log_, threads_);
+  const std::string path = (std::filesystem::path(options_.text.folder) / "render.json").string();
+  STILLRAY_RETURN_IF_ERROR(WriteFileAtomically(path, json.data(), json.size()));
+  if (options_.text.json_path.empty()) {
+    return Status::Ok();
+  }
+  return WriteJsonOutput(options_.text.json_path, json);
+}
+
+void RenderRun::Summarise() const {
+  if (non_finite_ > 0) {
+    fmt::print(stderr, "warning: {} samples were not finite or negative and were left out\n",
+               non_finite_);
+  }
+  if (bad_guides_ > 0) {
+    fmt::print(stderr, "warning: {} pixels had no usable guides and were not filtered\n",
+               bad_guides_);
+  }
+  if (options_.text.timings) {
+    fmt::print("{}", TimingsTable(log_));
+  }
+  fmt::print("{}: frames {} to {}\n", options_.text.folder, options_.frames.first,
+             options_.frames.last);
+}
+
+Status RenderRun::Run() {
+  STILLRAY_RETURN_IF_ERROR(Prepare());
+  if (next_frame_ > options_.frames.last) {
+    return Status::Ok();
+  }
+  {
+    Progress progress(WorkBefore(options_.frames.last + 1), stderr);
+    for (int64_t frame = next_frame_; frame <= options_.frames.last; ++frame) {
+      const Status rendered = RenderOne(frame, &progress);
+      if (!rendered.ok()) {
+        return Stop(rendered, &progress);
+      }
+    }
+  }
+  if (video_) {
+    STILLRAY_RETURN_IF_ERROR(video_->Finish());
+  }
+  STILLRAY_RETURN_IF_ERROR(WriteLog());
+  STILLRAY_RETURN_IF_ERROR(SaveState(false));
+  Summarise();
+  return Status::Ok();
+}
+
+/// Keeps what is done when a frame failed or the user stopped.
+Status RenderRun::Stop(Status reason, Progress* progress) {
+  // What is wrong with an earlier frame comes first.
+  if (const Status written = FinishWriting(progress); !written.ok()) {
+    reason = written;
+  }
+  progress->Clear();
+  const bool cancelled = reason.code() == StatusCode::kCancelled;
+  // A frame that was filtered but could not be written is already in the history.
+  const bool resumable = next_frame_ > options_.frames.first && cancelled;
+  if (resumable) {
+    STILLRAY_RETURN_IF_ERROR(SaveState(true));
+  }
+  if (cancelled) {
+    return Status(
+        StatusCode::kCancelled,
+        fmt::format("stopped; {} of {} frames are finished{}", next_frame_ - options_.frames.first,
+                    options_.frames.count(), resumable ? ", --resume goes on from here" : ""));
+  }
+  return reason;
+}
+
+}  // namespace
+
+Status RunFrames(const RenderOptions& options, const Scene& scene, int threads) {
+  return RenderRun(options, scene, threads).Run();
+}
+
+}  // namespace stillray
