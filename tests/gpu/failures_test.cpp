@@ -5,21 +5,18 @@
 // and nothing is left behind, which the validation layer would tell.
 #include <gmock/gmock.h>
 
-#include <dlfcn.h>
-
-#include <cstdlib>
 #include <string>
 #include <vector>
 
 #include "denoise/test_frames.h"
 #include "gpu/device_test.h"
+#include "gpu/failing_device.h"
 #include "stillray/vulkan.hpp"
 
 namespace stillray {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
 struct Failure {
   const char* function;
@@ -28,69 +25,13 @@ struct Failure {
   const char* action;  ///< what the message says was being done
 };
 
-const char* MeaningOf(VkResult result) {
-  return result == VK_ERROR_DEVICE_LOST            ? "the device was lost"
-         : result == VK_ERROR_OUT_OF_DEVICE_MEMORY ? "out of device memory"
-         : result == VK_ERROR_OUT_OF_HOST_MEMORY   ? "out of host memory"
-                                                   : "(";
-}
-
 /// Lets the loader fail.
-void Prepare(const Failure* failure) {
-  using Reset = void (*)();
-  void* library = dlopen(STILLRAY_FAILING_LOADER, RTLD_NOW | RTLD_LOCAL);
-  ASSERT_NE(library, nullptr) << dlerror();
-  reinterpret_cast<Reset>(dlsym(library, "failing_loader_reset"))();
-  if (failure == nullptr) {
-    unsetenv("FAILING_CALL");
-    return;
-  }
-  const std::string text = std::string(failure->function) + ":" + std::to_string(failure->count) +
-                           ":" + std::to_string(failure->result);
-  setenv("FAILING_CALL", text.c_str(), 1);
+void Prepare(const Failure& failure) {
+  test::FailAt(failure.function, failure.count, failure.result);
 }
 
-class Failures : public ::testing::Test {
+class Failures : public test::FailingDevice {
  protected:
-  void SetUp() override {
-    setenv("FAILING_REAL", "libvulkan.so.1", 1);
-    Prepare(nullptr);
-    const Status works = Open();
-    if (!works.ok()) {
-      GTEST_SKIP() << works.message();
-    }
-    Close();
-  }
-  void TearDown() override {
-    Prepare(nullptr);
-    Close();
-  }
-
-  Status Open() {
-    gpu::InstanceOptions options;
-    options.validation = true;
-    options.loader = STILLRAY_FAILING_LOADER;
-    Result<std::shared_ptr<gpu::Instance>> instance = gpu::Instance::Create(options);
-    STILLRAY_RETURN_IF_ERROR(instance.status());
-    instance_ = *instance;
-    const Result<std::vector<gpu::DeviceInfo>> devices = instance_->ListDevices();
-    STILLRAY_RETURN_IF_ERROR(devices.status());
-    const Result<gpu::DeviceInfo> chosen = gpu::ChooseDevice(*devices, "vulkan");
-    STILLRAY_RETURN_IF_ERROR(chosen.status());
-    Result<std::shared_ptr<gpu::Device>> device = gpu::Device::Create(instance_, *chosen);
-    STILLRAY_RETURN_IF_ERROR(device.status());
-    device_ = *device;
-    return Status::Ok();
-  }
-  void Close() {
-    device_.reset();
-    const auto messages = instance_ != nullptr ? instance_->messages() : nullptr;
-    instance_.reset();
-    if (messages != nullptr) {
-      EXPECT_THAT(messages->Take(), IsEmpty());
-    }
-  }
-
   /// From nothing to two frames by the host API.
   Status Denoise() {
     STILLRAY_RETURN_IF_ERROR(Open());
@@ -139,12 +80,9 @@ class Failures : public ::testing::Test {
   static void ExpectTold(const Status& status, const Failure& failure) {
     ASSERT_FALSE(status.ok()) << failure.function;
     EXPECT_THAT(status.message(), HasSubstr(failure.action)) << failure.function;
-    EXPECT_THAT(status.message(), HasSubstr(MeaningOf(failure.result))) << failure.function;
+    EXPECT_THAT(status.message(), HasSubstr(test::MeaningOf(failure.result))) << failure.function;
     EXPECT_EQ(status.message().find('\n'), std::string::npos) << failure.function;
   }
-
-  std::shared_ptr<gpu::Instance> instance_;
-  std::shared_ptr<gpu::Device> device_;
 };
 
 TEST_F(Failures, OfTheHostApiLeaveNothingBehind) {
@@ -190,7 +128,7 @@ TEST_F(Failures, OfTheHostApiLeaveNothingBehind) {
   ASSERT_TRUE(Denoise().ok());
   Close();
   for (const Failure& failure : failures) {
-    Prepare(&failure);
+    Prepare(failure);
     ExpectTold(Denoise(), failure);
     Close();
     ASSERT_FALSE(HasFailure()) << failure.function;
@@ -207,7 +145,7 @@ TEST_F(Failures, OfBothWaysAndSavedHistoriesLeaveNothingBehind) {
                 "reading mapped memory"}}) {
     bool failed = true;
     for (; failed && failure.count <= kMostCalls; ++failure.count) {
-      Prepare(&failure);
+      Prepare(failure);
       const Status status = PlayBothWays();
       failed = !status.ok();
       if (failed) {
@@ -231,9 +169,9 @@ TEST_F(Failures, OfAnEmbeddedDenoiserLeaveTheRenderersDeviceUsable) {
   };
   ASSERT_TRUE(Open().ok());
   for (const Failure& failure : failures) {
-    Prepare(&failure);
+    Prepare(failure);
     ExpectTold(Embed(), failure);
-    Prepare(nullptr);
+    test::FailAt(nullptr, 0, VK_SUCCESS);
     const Status again = Embed();
     EXPECT_TRUE(again.ok()) << again.message();
   }

@@ -1,0 +1,100 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// A device whose calls fail where a test wants it: see failing_loader.cpp. For programs that
+/// define STILLRAY_FAILING_LOADER, its path.
+#pragma once
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <dlfcn.h>
+
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gpu/device.h"
+
+namespace stillray::test {
+
+/// Calls `failing_loader_reset`, and has the loader fail the `count`-th call of a function from now
+/// on. \param function  nullptr: nothing fails
+inline void FailAt(const char* function, int count, VkResult result) {
+  using Reset = void (*)();
+  void* library = dlopen(STILLRAY_FAILING_LOADER, RTLD_NOW | RTLD_LOCAL);
+  ASSERT_NE(library, nullptr) << dlerror();
+  reinterpret_cast<Reset>(dlsym(library, "failing_loader_reset"))();
+  if (function == nullptr) {
+    unsetenv("FAILING_CALL");
+    return;
+  }
+  const std::string text =
+      std::string(function) + ":" + std::to_string(count) + ":" + std::to_string(result);
+  setenv("FAILING_CALL", text.c_str(), 1);
+}
+
+/// What the messages call a failure.
+inline const char* MeaningOf(VkResult result) {
+  return result == VK_ERROR_DEVICE_LOST            ? "the device was lost"
+         : result == VK_ERROR_OUT_OF_DEVICE_MEMORY ? "out of device memory"
+         : result == VK_ERROR_OUT_OF_HOST_MEMORY   ? "out of host memory"
+                                                   : "(";
+}
+
+/// Skipped where no device works.
+class FailingDevice : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    setenv("FAILING_REAL", "libvulkan.so.1", 1);
+    FailAt(nullptr, 0, VK_SUCCESS);
+    Status works = Open();
+    if (works.ok()) {
+      works = Suits();
+    }
+    Close();
+    if (!works.ok()) {
+      GTEST_SKIP() << works.message();
+    }
+  }
+  void TearDown() override {
+    FailAt(nullptr, 0, VK_SUCCESS);
+    Close();
+  }
+
+  /// Whether the open device does what is tested.
+  virtual Status Suits() const { return Status::Ok(); }
+
+  Status Open() {
+    gpu::InstanceOptions options;
+    options.validation = true;
+    options.loader = STILLRAY_FAILING_LOADER;
+    Result<std::shared_ptr<gpu::Instance>> instance = gpu::Instance::Create(options);
+    STILLRAY_RETURN_IF_ERROR(instance.status());
+    instance_ = *instance;
+    const Result<std::vector<gpu::DeviceInfo>> devices = instance_->ListDevices();
+    STILLRAY_RETURN_IF_ERROR(devices.status());
+    const Result<gpu::DeviceInfo> chosen = gpu::ChooseDevice(*devices, "vulkan");
+    STILLRAY_RETURN_IF_ERROR(chosen.status());
+    Result<std::shared_ptr<gpu::Device>> device = gpu::Device::Create(instance_, *chosen);
+    STILLRAY_RETURN_IF_ERROR(device.status());
+    device_ = *device;
+    return Status::Ok();
+  }
+
+  /// Nothing may be left behind: the validation layer would tell.
+  void Close() {
+    device_.reset();
+    const auto messages = instance_ != nullptr ? instance_->messages() : nullptr;
+    instance_.reset();
+    if (messages != nullptr) {
+      EXPECT_THAT(messages->Take(), ::testing::IsEmpty());
+    }
+  }
+
+  std::shared_ptr<gpu::Instance> instance_;
+  std::shared_ptr<gpu::Device> device_;
+};
+
+}  // namespace stillray::test
