@@ -5,9 +5,9 @@
 #pragma once
 
 #include <memory>
-#include <mutex>
 
 #include "gpu/instance.h"
+#include "gpu/turns.h"
 
 namespace stillray::gpu {
 
@@ -51,7 +51,8 @@ class Device {
   bool can_draw() const { return can_draw_; }
 
   /// The command buffer and the queue are one thread's at a time: to be held from Begin to Run.
-  [[nodiscard]] std::unique_lock<std::mutex> Lock() { return std::unique_lock(mutex_); }
+  /// Threads have their turn in the order in which they asked.
+  [[nodiscard]] Turn Lock() { return Turn(turns_); }
   /// Begins the command buffer anew. One at a time: Run before the next Begin.
   Result<VkCommandBuffer> Begin();
   /// Ends the command buffer, runs it and waits for it.
@@ -64,7 +65,7 @@ class Device {
   Status AddSharing();
   Status MakeCommandBuffer();
 
-  std::mutex mutex_;
+  Turns turns_;
   std::shared_ptr<Instance> instance_;
   DeviceInfo info_;
   DeviceContext context_;

@@ -241,7 +241,7 @@ Status HostDenoiser::MakeStateBuffer() {
 /// \param future  light of the frame's future, in memory that the device sees, or nullptr
 Status HostDenoiser::Run(const FrameFacts& facts, const FutureImages* future) {
   const gpu::DeviceFunctions& vk = device_->context().vk;
-  const std::unique_lock<std::mutex> lock = device_->Lock();
+  const gpu::Turn lock = device_->Lock();
   const Result<VkCommandBuffer> begun = device_->Begin();
   STILLRAY_RETURN_IF_ERROR(begun.status());
   const VkCommandBuffer commands = *begun;
@@ -281,7 +281,7 @@ Status HostDenoiser::Run(const FrameFacts& facts, const FutureImages* future) {
 
 /// A frame of a sequence that is played backward.
 Status HostDenoiser::RunBackward(const FrameFacts& facts) {
-  const std::unique_lock<std::mutex> lock = device_->Lock();
+  const gpu::Turn lock = device_->Lock();
   const Result<VkCommandBuffer> commands = device_->Begin();
   STILLRAY_RETURN_IF_ERROR(commands.status());
   if (upload_ != nullptr) {
@@ -315,7 +315,7 @@ Status HostDenoiser::ReadColour(Image3* colour) {
   }
   STILLRAY_RETURN_IF_ERROR(download_->Prepare(kColour));
   {
-    const std::unique_lock<std::mutex> lock = device_->Lock();
+    const gpu::Turn lock = device_->Lock();
     const Result<VkCommandBuffer> begun = device_->Begin();
     STILLRAY_RETURN_IF_ERROR(begun.status());
     gpu::MemoryBarrier(device_->context(), *begun, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,

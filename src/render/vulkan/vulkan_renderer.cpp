@@ -214,7 +214,7 @@ void VulkanRenderer::ReadTimes() {
 /// Samples `done` to `done + samples` of the batch; with the first its guides, with the last its
 /// results.
 Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, int samples) {
-  const std::unique_lock<std::mutex> lock = device_->Lock();
+  const gpu::Turn lock = device_->Lock();
   const Result<VkCommandBuffer> commands = device_->Begin();
   STILLRAY_RETURN_IF_ERROR(commands.status());
   if (accel_moved_) {
