@@ -137,7 +137,6 @@ HWY_INLINE FetchTaps LoadTaps(const SignalHistory& before, const ReprojectionTap
   const DI di;
   const DU du;
   const int width = taps.x.width();
-  const int height = taps.x.height();
   const MF in_row = InRow(x, width);
   const VI bx = hn::LoadU(di, taps.x.Row(y) + x);
   const VI by = hn::LoadU(di, taps.y.Row(y) + x);
@@ -154,8 +153,7 @@ HWY_INLINE FetchTaps LoadTaps(const SignalHistory& before, const ReprojectionTap
   t.x = x;
   t.y = y;
   const SideBySide block = FindSideBySide(bx, by, used);
-  if (block.found && block.x >= 0 && block.x + LaneCount() < width && block.y >= 0 &&
-      block.y + 1 < height && !t.searched) {
+  if (LiesInPicture(block, 0, 1, width, taps.x.height()) && !t.searched) {
     t.kind = TapKind::kBlock;
     t.column = block.x;
     t.row = block.y;

@@ -46,9 +46,17 @@ HWY_INLINE SideBySide FindSideBySide(VI first_x, VI first_y, MF used) {
   return block;
 }
 
-/// The same, found only where rows of `width` pixels without a border can be read there: taps
-/// first_x + lane .. first_x + lane + columns - 1. Lanes that are not used may read beyond the row,
-/// up to one vector.
+/// Whether a block was found whose taps, and so many before and after them, all lie in the picture:
+/// then nothing is to be clamped or tested lane by lane.
+HWY_INLINE bool LiesInPicture(const SideBySide& block, int before, int after, int width,
+                              int height) {
+  return block.found && block.x >= before && block.x + LaneCount() - 1 + after < width &&
+         block.y >= before && block.y + after < height;
+}
+
+/// As FindSideBySide, found only where rows of `width` pixels without a border can be read there:
+/// taps first_x + lane .. first_x + lane + columns - 1. Lanes that are not used may read beyond the
+/// row, up to one vector.
 HWY_INLINE SideBySide FindSideBySide(VI first_x, VI first_y, MF used, int columns, int width) {
   SideBySide block = FindSideBySide(first_x, first_y, used);
   block.found = block.found && block.x >= 0 && block.x + columns - 1 <= width;

@@ -220,9 +220,7 @@ HWY_INLINE void SamplePrevious(const Image3& previous, VF px, VF py, MF inside, 
   const PreviousPlace place = {hn::ConvertTo(di, fx), hn::ConvertTo(di, fy), hn::Sub(sx, fx),
                                hn::Sub(sy, fy)};
   const SideBySide block = FindSideBySide(place.x, place.y, inside);
-  const int columns = previous.width() - LaneCount();
-  if (!block.found || block.x < 1 || block.x + 2 > columns || block.y < 1 ||
-      block.y + 2 >= previous.height()) {
+  if (!LiesInPicture(block, 1, 2, previous.width(), previous.height())) {
     GatherPrevious(previous, place, before);
     return;
   }

@@ -196,8 +196,6 @@ HWY_INLINE Taps FindBilinear(const Target& t, const GuidePlanes& before,
   const DI di;
   const VF zero = hn::Zero(d);
   const VF one = hn::Set(d, 1.0f);
-  const int width = before.id.width();
-  const int height = before.id.height();
   const VF fx = hn::Floor(t.px);
   const VF fy = hn::Floor(t.py);
   const VF u = hn::Sub(t.px, fx);
@@ -214,12 +212,10 @@ HWY_INLINE Taps FindBilinear(const Target& t, const GuidePlanes& before,
   taps.between = !hn::AllTrue(d, hn::And(hn::Eq(u, zero), hn::Eq(v, zero)));
   const int count = taps.between ? 4 : 1;
   const SideBySide block = FindSideBySide(taps.x, taps.y, t.used);
-  const bool in_picture = block.found && block.x >= 0 && block.x + LaneCount() < width &&
-                          block.y >= 0 && block.y + 1 < height;
   const auto weigh = [&](int i, MF matches) HWY_ATTR {
     taps.weight[i] = hn::IfThenElseZero(matches, hn::Mul(weight_x[i & 1], weight_y[i >> 1]));
   };
-  if (in_picture) {
+  if (LiesInPicture(block, 0, 1, before.id.width(), before.id.height())) {
     const GuidesFrom from = FromPixel(before, block.x, block.y);
     weigh(0, BlockMatches(t, from, 0, 0, dx[0], dy[0], p));
     if (taps.between) {
