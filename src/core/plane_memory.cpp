@@ -24,9 +24,9 @@ namespace stillray::detail {
 namespace {
 
 /// Planes start at so many different places, one after another.
-constexpr size_t kPlaces = 16;
+constexpr size_t kPlaces = 64;
 /// Small planes differ in the lines of a memory page, so in the sets of the first cache.
-constexpr size_t kSmallStep = 256;
+constexpr size_t kSmallStep = 1472;
 
 size_t NextPlace() {
   static std::atomic<uint32_t> made = 0;
