@@ -27,26 +27,61 @@ struct GuideCentre {
   VF flat;    ///< 0 where the slope is too steep to tell anything, else 1 (gradient weight)
 };
 
-HWY_INLINE GuideCentre LoadGuideCentre(const GuidePlanes& g, const EdgeStopping& e, int x, int y) {
+/// How depths are held against each other (DepthWeight), where that is known when compiling; a
+/// choice in the innermost loop costs as much as a formula.
+enum class Depths {
+  kGradient,
+  kPlane,
+  kEither,  ///< EdgeStopping::plane tells
+};
+
+template <Depths kDepths>
+HWY_INLINE bool IsPlane(const EdgeStopping& e) {
+  return kDepths == Depths::kEither ? e.plane : kDepths == Depths::kPlane;
+}
+
+/// The guides of one row.
+struct GuideRow {
+  const float* nx;
+  const float* ny;
+  const float* nz;
+  const float* depth;  ///< inverse where distances are from a plane
+  const float* gx;
+  const float* gy;
+  const uint32_t* id;
+};
+
+template <Depths kDepths = Depths::kEither>
+HWY_INLINE GuideRow GuideRowOf(const GuidePlanes& g, const EdgeStopping& e, int y) {
+  return {g.normal[0].Row(y),   g.normal[1].Row(y),
+          g.normal[2].Row(y),   (IsPlane<kDepths>(e) ? g.inverse_depth : g.depth).Row(y),
+          g.gradient[0].Row(y), g.gradient[1].Row(y),
+          g.id.Row(y)};
+}
+
+template <Depths kDepths = Depths::kEither>
+HWY_INLINE GuideCentre LoadGuideCentre(const GuideRow& row, const EdgeStopping& e, int x) {
   const DF d;
   GuideCentre c;
-  c.nx = hn::LoadU(d, g.normal[0].Row(y) + x);
-  c.ny = hn::LoadU(d, g.normal[1].Row(y) + x);
-  c.nz = hn::LoadU(d, g.normal[2].Row(y) + x);
-  c.gx = hn::LoadU(d, g.gradient[0].Row(y) + x);
-  c.gy = hn::LoadU(d, g.gradient[1].Row(y) + x);
+  c.nx = hn::LoadU(d, row.nx + x);
+  c.ny = hn::LoadU(d, row.ny + x);
+  c.nz = hn::LoadU(d, row.nz + x);
+  c.gx = hn::LoadU(d, row.gx + x);
+  c.gy = hn::LoadU(d, row.gy + x);
   // Each kind of weight reads one plane of depths, and no other.
-  const VF depth = hn::LoadU(d, (e.plane ? g.inverse_depth : g.depth).Row(y) + x);
+  const VF depth = hn::LoadU(d, row.depth + x);
   const VF one = hn::Set(d, 1.0f);
   const MF surface = hn::Gt(depth, hn::Zero(d));
   const VF inverse = hn::Div(one, hn::IfThenElse(surface, depth, one));
-  c.i = e.plane ? depth : hn::IfThenElseZero(surface, inverse);
-  c.z = e.plane ? inverse : hn::IfThenElse(surface, depth, one);
+  const bool plane = IsPlane<kDepths>(e);
+  c.i = plane ? depth : hn::IfThenElseZero(surface, inverse);
+  c.z = plane ? inverse : hn::IfThenElse(surface, depth, one);
   c.scale = hn::Mul(c.z, hn::Set(d, kLog2E / e.plane_tolerance));
-  const VF steep = hn::Mul(hn::Max(hn::Abs(c.gx), hn::Abs(c.gy)), c.z);
-  const MF off =
-      hn::And(hn::Gt(steep, hn::Set(d, e.max_slope)), hn::Gt(hn::Set(d, e.max_slope), hn::Zero(d)));
-  c.flat = hn::IfThenZeroElse(off, hn::Set(d, 1.0f));
+  c.flat = hn::Set(d, 1.0f);
+  if (e.max_slope > 0) {
+    const VF steep = hn::Mul(hn::Max(hn::Abs(c.gx), hn::Abs(c.gy)), c.z);
+    c.flat = hn::IfThenZeroElse(hn::Gt(steep, hn::Set(d, e.max_slope)), c.flat);
+  }
   return c;
 }
 

@@ -22,20 +22,6 @@ namespace HWY_NAMESPACE {
 /// (weights differ by 1.1e-4 at 64, 2.8e-5 at 128).
 constexpr float kParabolaFromSigmaN = 64;
 
-/// The guides of one row, and what does not change from tap to tap.
-struct GuideRow {
-  const float* nx;
-  const float* ny;
-  const float* nz;
-  const float* depth;  ///< inverse where distances are from a plane
-  const uint32_t* id;
-};
-
-HWY_INLINE GuideRow GuideRowOf(const GuidePlanes& g, const EdgeStopping& edges, int y) {
-  return {g.normal[0].Row(y), g.normal[1].Row(y), g.normal[2].Row(y),
-          (edges.plane ? g.inverse_depth : g.depth).Row(y), g.id.Row(y)};
-}
-
 /// sigma_n log2(cosine), to second order about 1: far from it, 2 to its power is 0 all the same.
 HWY_INLINE VF NearParabola(VF cosine, VF bias, float sigma_n) {
   const DF d;
@@ -70,7 +56,7 @@ using TapVectors = float[2 * TapPairs::kMost][hn::MaxLanes(DF())];
 /// What the guides say about the taps of the pixels x, x + 1, ...: shared by all signals. A pass of
 /// its own, because the whole chain from the guides to the sums would be longer than what cores
 /// can look ahead.
-template <bool kParabola>
+template <bool kParabola, Depths kDepths = Depths::kEither>
 HWY_INLINE void GuideExponents(const TapPairs& taps, const EdgeStopping& edges, bool test_id,
                                const GuideRow& guide, const GuideCentre& c, int x,
                                TapVectors& exponents) {
@@ -87,7 +73,7 @@ HWY_INLINE void GuideExponents(const TapPairs& taps, const EdgeStopping& edges, 
     const VF along = hn::MulAdd(c.gx, hn::Set(d, pair.dx), hn::Mul(c.gy, hn::Set(d, pair.dy)));
     VF expected[2];
     VF scale;
-    if (edges.plane) {
+    if (IsPlane<kDepths>(edges)) {
       expected[0] = hn::Add(c.i, along);
       expected[1] = hn::Sub(c.i, along);
       scale = c.scale;

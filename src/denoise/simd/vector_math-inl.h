@@ -29,6 +29,9 @@ using MF = hn::Mask<DF>;
 /// Minimax polynomial of 2^t for t in -1/2..1/2, relative, lowest power first.
 constexpr float kWeightExp2[5] = {9.99999262e-01f, 6.93121818e-01f, 2.40247449e-01f,
                                   5.59178353e-02f, 9.57008570e-03f};
+/// ... for t in 0..1.
+constexpr float kWeightExp2Above[5] = {1.000002595f, 6.9300382e-01f, 2.4144278e-01f, 5.201147e-02f,
+                                       1.353414e-02f};
 
 /// x, x + 1, ...: Highway's Iota is worked out lane by lane by some compilers, and what reads the
 /// vector then waits for all of their stores.
@@ -75,9 +78,26 @@ HWY_INLINE VF Exp2(VF x) {
 }
 
 /// 2^x; 0 below -60. For -60 <= x <= 100 the maximum relative error is 3e-6 (tested), enough for
-/// weights. The rounded x stands in the low bits of a float that is too large for a fraction, so
-/// that it can be shifted into the exponent without conversion. Two vectors, step by step: one
-/// alone is a longer chain than cores look ahead for others.
+/// weights. Two vectors, step by step: one alone is a longer chain than cores look ahead for
+/// others.
+#if HWY_TARGET <= HWY_AVX3
+// AVX-512 has instructions for x - floor(x) and for p 2^floor(x).
+HWY_INLINE void WeightsExp2(const VF x[2], VF out[2]) {
+  const DF d;
+  constexpr int kBelow = 0x9;  // round down, leave no bit of the fraction, raise nothing
+  const VF least = hn::Set(d, -60.0f);
+  for (int k = 0; k < 2; ++k) {
+    const VF t{_mm512_reduce_ps(x[k].raw, kBelow)};
+    VF p = hn::Set(d, kWeightExp2Above[4]);
+    for (int i = 3; i >= 0; --i) {
+      p = hn::MulAdd(p, t, hn::Set(d, kWeightExp2Above[i]));
+    }
+    out[k] = VF{_mm512_maskz_scalef_ps(hn::Gt(x[k], least).raw, p.raw, x[k].raw)};
+  }
+}
+#else
+// The rounded x stands in the low bits of a float that is too large for a fraction, so that it can
+// be shifted into the exponent without conversion.
 HWY_INLINE void WeightsExp2(const VF x[2], VF out[2]) {
   const DF d;
   const DI di;
@@ -101,6 +121,8 @@ HWY_INLINE void WeightsExp2(const VF x[2], VF out[2]) {
   out[0] = hn::IfThenElseZero(hn::Gt(x[0], least), power0);
   out[1] = hn::IfThenElseZero(hn::Gt(x[1], least), power1);
 }
+
+#endif
 
 /// Of one vector.
 HWY_INLINE VF WeightExp2(VF x) {

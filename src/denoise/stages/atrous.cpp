@@ -34,7 +34,6 @@
 namespace stillray {
 
 inline constexpr size_t kMostSignals = 8;
-inline constexpr size_t kMostStreams = 2 + 6 * kMostSignals + 5 * (4 + 6 * kMostSignals);
 
 /// What rows of a level have in common.
 struct AtrousLevel {
@@ -109,11 +108,10 @@ OutputRow OutputOf(const AtrousSignal& s, int y) {
 }
 
 /// Writes the filtered pixels of one signal.
-HWY_INLINE void Finish(const AtrousSignal& signal, const SignalRow& row, const OutputRow& out,
-                       const Sums& sums, MF surface, int x) {
+HWY_INLINE void Finish(const SignalRow& row, const OutputRow& out, const Sums& sums, MF surface,
+                       int x, int width) {
   const DF d;
   const VF one = hn::Set(d, 1.0f);
-  const int width = signal.present->width();
   const MF filled = hn::And(hn::Gt(sums.weight, hn::Set(d, kMinAtrousWeight)), surface);
   const VF scale = hn::Div(one, hn::IfThenElse(filled, sums.weight, one));
   const auto store = [&](VF sum, VF factor, const float* before, float* to) HWY_ATTR {
@@ -129,22 +127,81 @@ HWY_INLINE void Finish(const AtrousSignal& signal, const SignalRow& row, const O
   }
 }
 
+using NextGuides = NextRow<2 + 5 * 4>;
+using NextSignal = NextRow<6 + 5 * 6>;
+
+/// What the next row will read of the guides that this one does not; or, with `all_taps`, all that
+/// it will.
+NextGuides NextGuidesOf(const AtrousLevel& level, bool all_taps, int y) {
+  const AtrousParameters& p = level.parameters;
+  const GuidePlanes& g = level.guides;
+  NextGuides next;
+  next.Add(g.gradient, y + p.step);
+  for (int tap = all_taps ? -p.radius : p.radius; tap <= p.radius; ++tap) {
+    const int row = y + p.step * (tap + 1);
+    next.Add(g.normal, row);
+    next.Add(p.edges.plane ? g.inverse_depth : g.depth, row);
+  }
+  return next;
+}
+
+/// ... and what it will read and write of one signal.
+NextSignal NextSignalOf(const AtrousLevel& level, const AtrousSignal& signal, bool all_taps,
+                        int y) {
+  const AtrousParameters& p = level.parameters;
+  const int own = y + p.step;  // the pixels themselves
+  const bool geometry = p.weights == AtrousWeights::kGeometry;
+  const int channels = geometry ? 2 : 3;
+  NextSignal next;
+  if (!geometry && p.noise_ratio <= 1) {
+    next.Add(*signal.stop, own);
+  }
+  if (signal.grown != nullptr) {
+    next.Add(*signal.grown, own);
+  }
+  for (int c = 0; c < channels; ++c) {
+    next.Add(signal.out->colour[c], own);
+  }
+  next.Add(signal.out->variance, own);
+  for (int tap = all_taps ? -p.radius : p.radius; tap <= p.radius; ++tap) {
+    const int row = own + p.step * tap;
+    for (int c = 0; c < channels; ++c) {
+      next.Add((*signal.colour)[c], row);
+    }
+    next.Add(*signal.variance, row);
+    if (!geometry && p.noise_ratio > 1) {
+      next.Add(*signal.stop, row);
+    }
+    if (geometry || !signal.complete) {
+      next.Add(*signal.present, row);
+    }
+  }
+  return next;
+}
+
+/// What the taps of all signals have in common.
+struct LightTaps {
+  const TapPairs& taps;
+  float centre_kernel;
+  float least_stop;  ///< of the pixel's own, that a noisier neighbour may lower it to
+};
+
 /// Adds up the taps of one signal at the pixels x, x + 1, ... with the weights of SVGF. kShared:
 /// stops are shared with noisier neighbours.
 template <bool kShared, bool kComplete>
-HWY_INLINE Sums SumTaps(const AtrousLevel& level, const SignalRow& row, const TapVectors& exponents,
+HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, const TapVectors& exponents,
                         int x) {
   const DF d;
   const VF zero = hn::Zero(d);
   const VF centre = hn::LoadU(d, row.luminance + x);
   const VF stop = hn::LoadU(d, row.stop + x);
-  const VF least = hn::Mul(stop, hn::Set(d, 1 / level.parameters.noise_ratio));
-  const VF kernel = hn::Set(d, level.centre_kernel);
+  const VF least = hn::Mul(stop, hn::Set(d, light.least_stop));
+  const VF kernel = hn::Set(d, light.centre_kernel);
   Sums sums = {zero, zero, zero, zero, zero};
   AddTap(row, x, kComplete ? kernel : WherePresent(row, x, kernel), centre, &sums);
   // Two taps at a time, step by step: one alone is a longer chain than cores look ahead for others.
-  for (int i = 0; i < level.taps.count; ++i) {
-    const ptrdiff_t distance = level.taps.pair[i].distance;
+  for (int i = 0; i < light.taps.count; ++i) {
+    const ptrdiff_t distance = light.taps.pair[i].distance;
     const ptrdiff_t q[2] = {x + distance, x - distance};
     const VF l[2] = {hn::LoadU(d, row.luminance + q[0]), hn::LoadU(d, row.luminance + q[1])};
     VF exponent[2] = {hn::Load(d, exponents[2 * i]), hn::Load(d, exponents[2 * i + 1])};
@@ -169,79 +226,43 @@ HWY_INLINE Sums SumTaps(const AtrousLevel& level, const SignalRow& row, const Ta
   return sums;
 }
 
-/// What the next row will read and write that this one does not; or, with `all_taps`, all that it
-/// will.
-NextRow<kMostStreams> NextRowOf(const AtrousLevel& level, bool all_taps, int y) {
-  const AtrousParameters& p = level.parameters;
-  const GuidePlanes& g = level.guides;
-  const int own = y + p.step;  // the pixels themselves
-  const bool geometry = p.weights == AtrousWeights::kGeometry;
-  const int channels = geometry ? 2 : 3;
-  NextRow<kMostStreams> next;
-  next.Add(g.gradient, own);
-  for (const AtrousSignal& signal : level.signals) {
-    if (!geometry && p.noise_ratio <= 1) {
-      next.Add(*signal.stop, own);
-    }
-    if (signal.grown != nullptr) {
-      next.Add(*signal.grown, own);
-    }
-    for (int c = 0; c < channels; ++c) {
-      next.Add(signal.out->colour[c], own);
-    }
-    next.Add(signal.out->variance, own);
-  }
-  for (int tap = all_taps ? -p.radius : p.radius; tap <= p.radius; ++tap) {
-    const int row = own + p.step * tap;
-    next.Add(g.normal, row);
-    next.Add(p.edges.plane ? g.inverse_depth : g.depth, row);
-    for (const AtrousSignal& signal : level.signals) {
-      for (int c = 0; c < channels; ++c) {
-        next.Add((*signal.colour)[c], row);
-      }
-      next.Add(*signal.variance, row);
-      if (!geometry && p.noise_ratio > 1) {
-        next.Add(*signal.stop, row);
-      }
-      if (geometry || !signal.complete) {
-        next.Add(*signal.present, row);
-      }
-    }
-  }
-  return next;
-}
-
 /// Filters one row of all signals with the weights of SVGF. Template arguments rather than branches
 /// in the innermost loop.
-template <bool kParabola, bool kShared, bool kComplete>
+template <bool kParabola, Depths kDepths, bool kTestId, bool kShared, bool kComplete>
 void FilterRow(const AtrousLevel& level, int y) {
   const DF d;
-  const GuidePlanes& g = level.guides;
-  const EdgeStopping& edges = level.parameters.edges;
-  const GuideRow guide = GuideRowOf(level.guides, level.parameters.edges, y);
-  const int width = g.id.width();
+  // Copies, which nothing that is stored in the loop could change.
+  const EdgeStopping edges = level.parameters.edges;
+  const TapPairs taps = level.taps;
+  const GuideRow guide = GuideRowOf<kDepths>(level.guides, edges, y);
+  const size_t count = level.signals.size();
+  const int width = level.guides.id.width();
   SignalRow rows[kMostSignals];
   OutputRow outputs[kMostSignals];
-  for (size_t i = 0; i < level.signals.size(); ++i) {
+  NextSignal next[kMostSignals];
+  for (size_t i = 0; i < count; ++i) {
     rows[i] = RowOf(level.signals[i], y);
     outputs[i] = OutputOf(level.signals[i], y);
+    next[i] = NextSignalOf(level, level.signals[i], false, y);
   }
-  const NextRow<kMostStreams> next = NextRowOf(level, false, y);
+  const LightTaps light = {taps, level.centre_kernel, 1 / level.parameters.noise_ratio};
+  const NextGuides next_guides = NextGuidesOf(level, false, y);
   HWY_ALIGN TapVectors exponents;
   for (int x = 0; x < width; x += LaneCount()) {
-    next.Fetch(x);
+    next_guides.Fetch(x);
     const MF surface = hn::Gt(hn::LoadU(d, guide.depth + x), hn::Zero(d));
     const bool any = !hn::AllFalse(d, surface);
     if (any) {
-      const GuideCentre c = LoadGuideCentre(g, edges, x, y);
-      GuideExponents<kParabola>(level.taps, level.parameters.edges, level.parameters.test_id, guide,
-                                c, x, exponents);
+      const GuideCentre c = LoadGuideCentre<kDepths>(guide, edges, x);
+      GuideExponents<kParabola, kDepths>(taps, edges, kTestId && level.parameters.test_id, guide, c,
+                                         x, exponents);
     }
-    for (size_t i = 0; i < level.signals.size(); ++i) {
+    for (size_t i = 0; i < count; ++i) {
+      next[i].Fetch(x);
       const VF zero = hn::Zero(d);
-      const Sums sums = any ? SumTaps<kShared, kComplete>(level, rows[i], exponents, x)
+      const Sums sums = any ? SumTaps<kShared, kComplete>(light, rows[i], exponents, x)
                             : Sums{zero, zero, zero, zero, zero};
-      Finish(level.signals[i], rows[i], outputs[i], sums, surface, x);
+      Finish(rows[i], outputs[i], sums, surface, x, width);
     }
   }
 }
@@ -303,16 +324,23 @@ void FilterRowByGeometry(const AtrousLevel& level, int y) {
   }
   // Where samples are rare, nothing else has touched what they need.
   const bool sparse = IsSparseRow(rows[0].present, width);
-  const NextRow<kMostStreams> next = NextRowOf(level, sparse, y);
+  const NextGuides next_guides = NextGuidesOf(level, sparse, y);
+  NextSignal next[kMostSignals];
+  for (size_t i = 0; i < level.signals.size(); ++i) {
+    next[i] = NextSignalOf(level, level.signals[i], sparse, y);
+  }
   HWY_ALIGN TapVectors weights;
   for (int x = 0; x < width; x += LaneCount()) {
     if (!sparse || AnyPresent(level, y + level.parameters.step, x)) {
-      next.Fetch(x);
+      next_guides.Fetch(x);
+      for (size_t i = 0; i < level.signals.size(); ++i) {
+        next[i].Fetch(x);
+      }
     }
     if (!AnyPresent(level, y, x)) {
       continue;
     }
-    const GuideCentre c = LoadGuideCentre(level.guides, level.parameters.edges, x, y);
+    const GuideCentre c = LoadGuideCentre(guide, level.parameters.edges, x);
     GuideExponents<kParabola>(level.taps, level.parameters.edges, level.parameters.test_id, guide,
                               c, x, weights);
     WeightsOfExponents(level.taps, weights);
@@ -333,12 +361,12 @@ void FilterRowForComparison(const AtrousLevel& level, const AtrousSignal& signal
   const DU du;
   const AtrousParameters& p = level.parameters;
   const GuidePlanes& g = level.guides;
-  const GuideRow guide = {g.normal[0].Row(y), g.normal[1].Row(y), g.normal[2].Row(y),
-                          g.inverse_depth.Row(y), g.id.Row(y)};
+  const GuideRow guide = GuideRowOf(g, p.edges, y);
+  const float* inverse_depth = g.inverse_depth.Row(y);
   const SignalRow row = RowOf(signal, y);
   const int width = g.id.width();
   for (int x = 0; x < width; x += LaneCount()) {
-    const GuideCentre c = LoadGuideCentre(g, p.edges, x, y);
+    const GuideCentre c = LoadGuideCentre(guide, p.edges, x);
     const VU id = hn::LoadU(du, guide.id + x);
     const VF luminance = hn::LoadU(d, row.luminance + x);
     const VF eaw_l = WherePresent(row, x, hn::Set(d, row.eaw_l));
@@ -358,7 +386,7 @@ void FilterRowForComparison(const AtrousLevel& level, const AtrousSignal& signal
         const VF ey = hn::Sub(c.ny, hn::LoadU(d, guide.ny + q));
         const VF ez = hn::Sub(c.nz, hn::LoadU(d, guide.nz + q));
         const VF n2 = hn::MulAdd(ex, ex, hn::MulAdd(ey, ey, hn::Mul(ez, ez)));
-        const VF deviation = PlaneDeviation(c, hn::LoadU(d, guide.depth + q), dx, dy);
+        const VF deviation = PlaneDeviation(c, hn::LoadU(d, inverse_depth + q), dx, dy);
         const VF dl = hn::Sub(luminance, l);
         exponent = hn::NegMulAdd(hn::Mul(dl, dl), eaw_l, exponent);
         exponent = hn::NegMulAdd(n2, eaw_n, exponent);
@@ -375,7 +403,18 @@ void FilterRowForComparison(const AtrousLevel& level, const AtrousSignal& signal
       add_tap(pair.distance, pair.dx, pair.dy, pair.log2_kernel);
       add_tap(-pair.distance, -pair.dx, -pair.dy, pair.log2_kernel);
     }
-    Finish(signal, row, OutputOf(signal, y), sums, hn::Gt(c.i, zero), x);
+    Finish(row, OutputOf(signal, y), sums, hn::Gt(c.i, zero), x, width);
+  }
+}
+
+template <Depths kDepths>
+void FilterRowOf(const AtrousLevel& level, bool complete, int y) {
+  if (level.parameters.noise_ratio > 1) {
+    complete ? FilterRow<true, kDepths, false, true, true>(level, y)
+             : FilterRow<true, kDepths, false, true, false>(level, y);
+  } else {
+    complete ? FilterRow<true, kDepths, false, false, true>(level, y)
+             : FilterRow<true, kDepths, false, false, false>(level, y);
   }
 }
 
@@ -384,11 +423,13 @@ void FilterRowOf(const AtrousLevel& level, int y) {
   const bool complete = std::all_of(level.signals.begin(), level.signals.end(),
                                     [](const AtrousSignal& s) { return s.complete; });
   if (p.edges.sigma_n < kParabolaFromSigmaN) {
-    FilterRow<false, true, false>(level, y);
-  } else if (p.noise_ratio > 1) {
-    complete ? FilterRow<true, true, true>(level, y) : FilterRow<true, true, false>(level, y);
+    FilterRow<false, Depths::kEither, true, true, false>(level, y);
+  } else if (p.test_id) {
+    FilterRow<true, Depths::kEither, true, true, false>(level, y);
+  } else if (p.edges.plane) {
+    FilterRowOf<Depths::kPlane>(level, complete, y);
   } else {
-    complete ? FilterRow<true, false, true>(level, y) : FilterRow<true, false, false>(level, y);
+    FilterRowOf<Depths::kGradient>(level, complete, y);
   }
 }
 

@@ -114,7 +114,7 @@ HWY_INLINE VF SpatialVariance(const Estimates& e, const SignalHistory& h, const 
 HWY_INLINE void FindWeights(const Estimates& e, int x, int y, TapVectors& weights) {
   const EdgeStopping& edges = e.p.edges;
   const GuideRow guide = GuideRowOf(e.guides, edges, y);
-  const GuideCentre centre = LoadGuideCentre(e.guides, edges, x, y);
+  const GuideCentre centre = LoadGuideCentre(guide, edges, x);
   if (edges.sigma_n < kParabolaFromSigmaN) {
     GuideExponents<false>(e.taps, edges, false, guide, centre, x, weights);
   } else {
