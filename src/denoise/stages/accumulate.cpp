@@ -14,6 +14,7 @@
 
 #include "denoise/simd/fetch_taps-inl.h"
 #include "denoise/simd/sparse_rows-inl.h"
+#include "denoise/simd/stream_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
 #ifndef STILLRAY_ACCUMULATE_ONCE
@@ -153,7 +154,9 @@ NextRow<48> NextRowOf(const Joining& j, bool sparse, const SignalHistory& out, i
     }
   };
   add_history(j.before, j.taps != nullptr ? RowOfTaps(*j.taps, width / 2, y) + 2 : y + 1);
-  add_history(out, y + 1);
+  if constexpr (!kStreamsRows) {
+    add_history(out, y + 1);
+  }
   if (j.taps != nullptr) {
     next.Add(j.taps->x, y + 1);
     next.Add(j.taps->y, y + 1);
@@ -174,10 +177,11 @@ void AccumulateRows(const Joining& j, int y0, int y1, SignalHistory* out) {
       next.Fetch(x);
       const bool nothing_new = sparse && NoSamples(j.light.samples, x, y);
       JoinVector(j, nothing_new, x, y, [&](int slot, VF value) HWY_ATTR {
-        StoreInRow(d, value, rows.row[slot], x, width);
+        StreamInRow(d, value, rows.row[slot], x, width);
       });
     }
   }
+  FinishStreams();
 }
 
 /// Works out the vectors that read other pixels, before any of those is overwritten.

@@ -13,6 +13,7 @@
 
 #include <hwy/highway.h>
 
+#include "denoise/simd/stream_rows-inl.h"
 #include "denoise/simd/tap_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
@@ -270,7 +271,7 @@ HWY_INLINE void AntialiasVector(const RowsAround& rows, const Image3& previous,
     const VF now = hn::LoadU(d, rows.colour[1][c] + x);
     const VF kept = hn::Min(hn::Max(before[c], n.low[c]), n.high[c]);
     const VF blend = hn::MulAdd(alpha, hn::Sub(now, kept), kept);
-    StoreInRow(d, hn::IfThenElse(inside, blend, now), out[c], x, width);
+    StreamInRow(d, hn::IfThenElse(inside, blend, now), out[c], x, width);
   }
 }
 
@@ -291,7 +292,7 @@ void AntialiasRow(const Image3& colour, const Image3& previous, const Image2& mo
   if (p.length != nullptr) {
     next.Add(*p.length, y + 2);
   }
-  next.Add(*out, y + 1);
+  AddStreamed(*out, y + 1, &next);
   for (int x = 0; x < width; x += LaneCount()) {
     next.Fetch(x);
     if (x > 0 && x + LaneCount() < width) {
@@ -315,6 +316,7 @@ void AntialiasRows(const Image3& colour, const Image3& previous, const Image2& m
         ? AntialiasRow<true>(colour, previous, motion, guides, p, y, out)
         : AntialiasRow<false>(colour, previous, motion, guides, p, y, out);
   }
+  FinishStreams();
 }
 
 }  // namespace

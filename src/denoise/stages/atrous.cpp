@@ -27,6 +27,7 @@
 #include "denoise/simd/edge_stopping-inl.h"
 #include "denoise/simd/guide_exponents-inl.h"
 #include "denoise/simd/sparse_rows-inl.h"
+#include "denoise/simd/stream_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
 #ifndef STILLRAY_ATROUS_ONCE
@@ -115,15 +116,15 @@ HWY_INLINE void Finish(const SignalRow& row, const OutputRow& out, const Sums& s
   const MF filled = hn::And(hn::Gt(sums.weight, hn::Set(d, kMinAtrousWeight)), surface);
   const VF scale = hn::Div(one, hn::IfThenElse(filled, sums.weight, one));
   const auto store = [&](VF sum, VF factor, const float* before, float* to) HWY_ATTR {
-    StoreInRow(d, hn::IfThenElse(filled, hn::Mul(sum, factor), hn::LoadU(d, before + x)), to, x,
-               width);
+    StreamInRow(d, hn::IfThenElse(filled, hn::Mul(sum, factor), hn::LoadU(d, before + x)), to, x,
+                width);
   };
   store(sums.luminance, scale, row.luminance, out.luminance);
   store(sums.red, scale, row.red, out.red);
   store(sums.blue, scale, row.blue, out.blue);
   store(sums.variance, hn::Mul(scale, scale), row.variance, out.variance);
   if (out.grown != nullptr) {
-    StoreInRow(d, hn::IfThenElse(filled, one, hn::LoadU(d, row.present + x)), out.grown, x, width);
+    StreamInRow(d, hn::IfThenElse(filled, one, hn::LoadU(d, row.present + x)), out.grown, x, width);
   }
 }
 
@@ -157,12 +158,12 @@ NextSignal NextSignalOf(const AtrousLevel& level, const AtrousSignal& signal, bo
     next.Add(*signal.stop, own);
   }
   if (signal.grown != nullptr) {
-    next.Add(*signal.grown, own);
+    AddStreamed(*signal.grown, own, &next);
   }
   for (int c = 0; c < channels; ++c) {
-    next.Add(signal.out->colour[c], own);
+    AddStreamed(signal.out->colour[c], own, &next);
   }
-  next.Add(signal.out->variance, own);
+  AddStreamed(signal.out->variance, own, &next);
   for (int tap = all_taps ? -p.radius : p.radius; tap <= p.radius; ++tap) {
     const int row = own + p.step * tap;
     for (int c = 0; c < channels; ++c) {
@@ -347,9 +348,9 @@ void FilterRowByGeometry(const AtrousLevel& level, int y) {
     for (size_t i = 0; i < level.signals.size(); ++i) {
       const GeometrySums sums = SumGeometryTaps(level, rows[i], weights, x);
       const VF scale = hn::Div(one, hn::IfThenElse(hn::Gt(sums.weight, zero), sums.weight, one));
-      StoreInRow(d, hn::Mul(sums.luminance, scale), outputs[i].luminance, x, width);
-      StoreInRow(d, hn::Mul(sums.red, scale), outputs[i].red, x, width);
-      StoreInRow(d, hn::Mul(sums.variance, hn::Mul(scale, scale)), outputs[i].variance, x, width);
+      StreamInRow(d, hn::Mul(sums.luminance, scale), outputs[i].luminance, x, width);
+      StreamInRow(d, hn::Mul(sums.red, scale), outputs[i].red, x, width);
+      StreamInRow(d, hn::Mul(sums.variance, hn::Mul(scale, scale)), outputs[i].variance, x, width);
     }
   }
 }
@@ -454,6 +455,7 @@ void AtrousRow(const AtrousLevel& level, int y) {
       FilterRowOf(level, y);
       break;
   }
+  FinishStreams();
 }
 
 }  // namespace

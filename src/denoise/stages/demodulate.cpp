@@ -16,6 +16,7 @@
 #include <hwy/highway.h>
 
 #include "denoise/simd/sparse_rows-inl.h"
+#include "denoise/simd/stream_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -78,17 +79,17 @@ DemodulateCounts DemodulateRows(const DemodulateInput& in, int y0, int y1, NewLi
     for (int i = 0; i < in.albedo.count && !sparse; ++i) {
       next.Add(*in.albedo.part[i], y + 1);
     }
-    next.Add(out->colour, y + 1);
-    next.Add(out->samples, y + 1);
+    AddStreamed(out->colour, y + 1, &next);
+    AddStreamed(out->samples, y + 1, &next);
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
       const MF in_row = InRow(x, width);
       if (sparse && NoSamples(*in.samples, x, y)) {
         for (Image1* plane : {&out->colour[0], &out->colour[1], &out->colour[2], &out->samples}) {
-          StoreInRow(d, zero, plane->Row(y), x, width);
+          StreamInRow(d, zero, plane->Row(y), x, width);
         }
         if (!out->within.empty()) {
-          StoreInRow(d, zero, out->within.Row(y), x, width);
+          StreamInRow(d, zero, out->within.Row(y), x, width);
         }
         continue;
       }
@@ -123,16 +124,17 @@ DemodulateCounts DemodulateRows(const DemodulateInput& in, int y0, int y1, NewLi
       counts.negative +=
           static_cast<int64_t>(hn::CountTrue(d, hn::And(hn::And(finite, negative), sampled)));
       const VF luminance = Luminance(sum.r, sum.g, sum.b, in.rec601);
-      StoreInRow(d, hn::IfThenElseZero(usable, luminance), out->colour[0].Row(y), x, width);
-      StoreInRow(d, hn::IfThenElseZero(usable, sum.r), out->colour[1].Row(y), x, width);
-      StoreInRow(d, hn::IfThenElseZero(usable, sum.b), out->colour[2].Row(y), x, width);
-      StoreInRow(d, hn::IfThenElseZero(usable, given), out->samples.Row(y), x, width);
+      StreamInRow(d, hn::IfThenElseZero(usable, luminance), out->colour[0].Row(y), x, width);
+      StreamInRow(d, hn::IfThenElseZero(usable, sum.r), out->colour[1].Row(y), x, width);
+      StreamInRow(d, hn::IfThenElseZero(usable, sum.b), out->colour[2].Row(y), x, width);
+      StreamInRow(d, hn::IfThenElseZero(usable, given), out->samples.Row(y), x, width);
       if (!out->within.empty()) {
-        StoreInRow(d, hn::IfThenElseZero(usable, WithinVariance(in, x, y, albedo)),
-                   out->within.Row(y), x, width);
+        StreamInRow(d, hn::IfThenElseZero(usable, WithinVariance(in, x, y, albedo)),
+                    out->within.Row(y), x, width);
       }
     }
   }
+  FinishStreams();
   return counts;
 }
 

@@ -15,6 +15,7 @@
 
 #include <hwy/highway.h>
 
+#include "denoise/simd/stream_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -35,10 +36,10 @@ int64_t ConvertGuideRows(const PrepareGuidesInput& in, int y0, int y1, GuidePlan
     if (in.id != nullptr) {
       next.Add(*in.id, y + 1);
     }
-    next.Add(out->inverse_depth, y + 1);
-    next.Add(out->depth, y + 1);
-    next.Add(out->normal, y + 1);
-    next.Add(out->id, y + 1);
+    AddStreamed(out->inverse_depth, y + 1, &next);
+    AddStreamed(out->depth, y + 1, &next);
+    AddStreamed(out->normal, y + 1, &next);
+    AddStreamed(out->id, y + 1, &next);
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
       const VF z = hn::LoadU(d, in.depth->Row(y) + x);
@@ -55,20 +56,22 @@ int64_t ConvertGuideRows(const PrepareGuidesInput& in, int y0, int y1, GuidePlan
       const VF one = hn::Set(d, 1.0f);
       const VF scale = hn::Div(one, hn::Sqrt(hn::IfThenElse(surface, length2, one)));
       const VF i = hn::Div(one, hn::IfThenElse(surface, z, one));
-      StoreInRow(d, hn::IfThenElseZero(surface, i), out->inverse_depth.Row(y), x, width);
-      StoreInRow(d, hn::IfThenElseZero(surface, z), out->depth.Row(y), x, width);
-      StoreInRow(d, hn::IfThenElseZero(surface, hn::Mul(nx, scale)), out->normal[0].Row(y), x,
-                 width);
-      StoreInRow(d, hn::IfThenElseZero(surface, hn::Mul(ny, scale)), out->normal[1].Row(y), x,
-                 width);
-      StoreInRow(d, hn::IfThenElseZero(surface, hn::Mul(nz, scale)), out->normal[2].Row(y), x,
-                 width);
+      StreamInRow(d, hn::IfThenElseZero(surface, i), out->inverse_depth.Row(y), x, width);
+      StreamInRow(d, hn::IfThenElseZero(surface, z), out->depth.Row(y), x, width);
+      StreamInRow(d, hn::IfThenElseZero(surface, hn::Mul(nx, scale)), out->normal[0].Row(y), x,
+                  width);
+      StreamInRow(d, hn::IfThenElseZero(surface, hn::Mul(ny, scale)), out->normal[1].Row(y), x,
+                  width);
+      StreamInRow(d, hn::IfThenElseZero(surface, hn::Mul(nz, scale)), out->normal[2].Row(y), x,
+                  width);
       const VU id = in.id != nullptr ? hn::LoadU(du, in.id->Row(y) + x) : hn::Zero(du);
-      StoreInRow(du, hn::IfThenElseZero(hn::RebindMask(du, surface), id), out->id.Row(y), x, width);
+      StreamInRow(du, hn::IfThenElseZero(hn::RebindMask(du, surface), id), out->id.Row(y), x,
+                  width);
       const MF good = hn::And(positive, finite_normal);
       bad += static_cast<int64_t>(hn::CountTrue(d, hn::AndNot(good, InRow(x, width))));
     }
   }
+  FinishStreams();
   return bad;
 }
 
@@ -90,7 +93,7 @@ void GradientRows(int y0, int y1, GuidePlanes* g) {
     next.Add(g->normal, y + 2);
     next.Add(g->id, y + 2);
     next.Add(g->inverse_depth, y + 2);
-    next.Add(g->gradient, y + 1);
+    AddStreamed(g->gradient, y + 1, &next);
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
       const VF nx = hn::LoadU(d, g->normal[0].Row(y) + x);
@@ -107,12 +110,13 @@ void GradientRows(int y0, int y1, GuidePlanes* g) {
       };
       const auto i = [&](int dx, int dy)
                          HWY_ATTR { return hn::LoadU(d, g->inverse_depth.Row(y + dy) + x + dx); };
-      StoreInRow(d, Gradient(i(-1, 0), i(0, 0), i(1, 0), same(-1, 0), same(1, 0)),
-                 g->gradient[0].Row(y), x, width);
-      StoreInRow(d, Gradient(i(0, -1), i(0, 0), i(0, 1), same(0, -1), same(0, 1)),
-                 g->gradient[1].Row(y), x, width);
+      StreamInRow(d, Gradient(i(-1, 0), i(0, 0), i(1, 0), same(-1, 0), same(1, 0)),
+                  g->gradient[0].Row(y), x, width);
+      StreamInRow(d, Gradient(i(0, -1), i(0, 0), i(0, 1), same(0, -1), same(0, 1)),
+                  g->gradient[1].Row(y), x, width);
     }
   }
+  FinishStreams();
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 
 #include <hwy/highway.h>
 
+#include "denoise/simd/stream_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -60,7 +61,7 @@ int64_t RemodulateRows(std::span<const SignalLight> signals,
     for (const Image3* image : unfiltered) {
       next.Add(*image, y + 1);
     }
-    next.Add(*picture, y + 1);
+    AddStreamed(*picture, y + 1, &next);
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
       VF sum[3];
@@ -83,10 +84,11 @@ int64_t RemodulateRows(std::span<const SignalLight> signals,
         bad += static_cast<int64_t>(hn::CountTrue(d, hn::AndNot(finite, InRow(x, width))));
       }
       for (int c = 0; c < 3; ++c) {
-        StoreInRow(d, sum[c], (*picture)[c].Row(y), x, width);
+        StreamInRow(d, sum[c], (*picture)[c].Row(y), x, width);
       }
     }
   }
+  FinishStreams();
   return bad;
 }
 

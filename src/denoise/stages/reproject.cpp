@@ -16,6 +16,7 @@
 #include <hwy/highway.h>
 
 #include "denoise/simd/fetch_taps-inl.h"
+#include "denoise/simd/stream_rows-inl.h"
 #include "denoise/simd/tap_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
@@ -277,10 +278,10 @@ void FindTapsRow(const GuidePlanes& now, const GuidePlanes& before, const Image2
   next.Add(before.normal, there + 2);
   next.Add(before.inverse_depth, there + 2);
   next.Add(before.id, there + 2);
-  next.Add(out->x, y + 1);
-  next.Add(out->y, y + 1);
-  next.Add(out->weight, y + 1);
-  next.Add(out->search, y + 1);
+  AddStreamed(out->x, y + 1, &next);
+  AddStreamed(out->y, y + 1, &next);
+  AddStreamed(out->weight, y + 1, &next);
+  AddStreamed(out->search, y + 1, &next);
   int elsewhere = 0;
   for (int x = 0; x < width; x += LaneCount()) {
     next.Fetch(x);
@@ -304,12 +305,12 @@ void FindTapsRow(const GuidePlanes& now, const GuidePlanes& before, const Image2
       continue;
     }
     const auto keep = hn::RebindMask(di, t.used);
-    StoreInRow(di, hn::IfThenElseZero(keep, taps.x), to_x, x, width);
-    StoreInRow(di, hn::IfThenElseZero(keep, taps.y), to_y, x, width);
+    StreamInRow(di, hn::IfThenElseZero(keep, taps.x), to_x, x, width);
+    StreamInRow(di, hn::IfThenElseZero(keep, taps.y), to_y, x, width);
     for (int i = 0; i < 4; ++i) {
-      StoreInRow(d, hn::Mul(taps.weight[i], scale), to_weight[i], x, width);
+      StreamInRow(d, hn::Mul(taps.weight[i], scale), to_weight[i], x, width);
     }
-    StoreInRow(du, search, to_search, x, width);
+    StreamInRow(du, search, to_search, x, width);
   }
   out->elsewhere[static_cast<size_t>(y)] = elsewhere;
 }
@@ -319,6 +320,7 @@ void FindTapsRows(const GuidePlanes& now, const GuidePlanes& before, const Image
   for (int y = y0; y < y1; ++y) {
     FindTapsRow(now, before, motion, p, y, taps);
   }
+  FinishStreams();
 }
 
 void FetchHistoryRows(const SignalHistory& before, const ReprojectionTaps& taps, int y0, int y1,
@@ -337,17 +339,18 @@ void FetchHistoryRows(const SignalHistory& before, const ReprojectionTaps& taps,
     next.Add(taps.search, y + 1);
     for (int k = 0; k < planes; ++k) {
       next.Add(*in[k], there + 2);
-      next.Add(*to[k], y + 1);
+      AddStreamed(*to[k], y + 1, &next);
     }
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
       WithHistory(before, taps, x, y, [&](const auto& old_of) HWY_ATTR {
         for (int k = 0; k < planes; ++k) {
-          StoreInRow(d, old_of(*in[k]), to[k]->Row(y), x, width);
+          StreamInRow(d, old_of(*in[k]), to[k]->Row(y), x, width);
         }
       });
     }
   }
+  FinishStreams();
 }
 
 }  // namespace
