@@ -194,7 +194,7 @@ void Accumulate(benchmark::State& state, const StageTable& stages) {
 
 void EstimateVariance(benchmark::State& state, const StageTable& stages) {
   Planes720& p = Shared();
-  const VarianceSignal signal = {&p.history, &p.light.samples, &p.filter[0][0].variance};
+  VarianceSignal signal = {&p.history, &p.light.samples, &p.filter[0][0].variance};
   Measure(state, [&] { stages.estimate_variance({&signal, 1}, p.guides, {}); });
 }
 

@@ -167,7 +167,9 @@ void Denoiser::Impl::RunAntialias() {
       p.length = &state.signals.front().length;
       p.samples = frame->samples.empty() ? nullptr : &frame->samples;
     }
+    p.copy = Result();
     stages->antialias(picture, state.picture, guides->motion, state.guides, p, &scratch);
+    is_handed_over = p.copy != nullptr;
     std::swap(state.picture, scratch);
   }
   state.has_picture = true;
@@ -239,6 +241,7 @@ Status Denoiser::Impl::Begin(const Frame& next_frame, DenoisedFrame* result) {
   emission = &next_frame.emission;
   background = &next_frame.background;
   out = result;
+  is_handed_over = false;
   out->timings.clear();
   out->images.clear();
   out->non_finite = out->negative = out->bad_guides = 0;

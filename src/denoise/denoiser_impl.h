@@ -63,7 +63,8 @@ struct Denoiser::Impl {
   std::vector<std::string> outputs;
   Results results;
   DenoiserState state;
-  bool has_result = false;  ///< state.picture is that of the last frame
+  bool has_result = false;      ///< state.picture is that of the last frame
+  bool is_handed_over = false;  ///< the caller has the picture of the frame in progress
 
   // Work planes, kept between frames so that nothing is allocated in the steady state.
   ReprojectionTaps taps;
@@ -133,6 +134,8 @@ struct Denoiser::Impl {
   void RunFxaa();
   void RunAntialias();
   void HandOver();
+  /// Where the caller gets the finished picture; nullptr where he does not want it.
+  Image3* Result();
   AlbedoSum Albedos(const SignalGroup& group) const;
   void AddSignal(const SignalGroup& group, const Image3& light_in, Image3* sum);
 

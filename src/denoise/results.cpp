@@ -12,10 +12,14 @@
 namespace stillray {
 namespace {
 
-void CopyResult(const Image3& from, Image3* to) {
-  if (to->width() != from.width() || to->height() != from.height()) {
-    *to = Image3(from.width(), from.height());
+void MakeRoom(const Image3& like, Image3* to) {
+  if (to->width() != like.width() || to->height() != like.height()) {
+    *to = Image3(like.width(), like.height());
   }
+}
+
+void CopyResult(const Image3& from, Image3* to) {
+  MakeRoom(from, to);
   CopyImage(from, to);
 }
 
@@ -29,12 +33,20 @@ void Display(const Image3& colour, float exposure, Tonemap curve, float dither, 
 
 }  // namespace
 
+Image3* Denoiser::Impl::Result() {
+  if (!results.colour) {
+    return nullptr;
+  }
+  MakeRoom(state.picture, &out->colour);
+  return &out->colour;
+}
+
 /// The finished picture as the caller wants it.
 void Denoiser::Impl::HandOver() {
   has_result = true;
   if (!results.colour) {
     out->colour = Image3();
-  } else {
+  } else if (!is_handed_over) {
     CopyResult(state.picture, &out->colour);
   }
   out->shared.reset();

@@ -311,7 +311,6 @@ void Denoiser::Impl::KeepLevel(int level) {
 void Denoiser::Impl::FindPresent(WaveletPlanes* planes) const {
   const Image1& surface = state.guides.inverse_depth;
   const Image1& length = planes->history->length;
-  planes->complete = IsComplete(length, state.guides);
   planes->where = planes->complete ? &surface : &planes->present;
   if (planes->complete) {
     return;
@@ -419,7 +418,6 @@ void Denoiser::Impl::BeginFilter(size_t signal, SignalHistory* history) {
   if (settings.wavelet == Wavelet::kOff) {
     return;
   }
-  FindPresent(&planes);
   if (IsSparse() && (planes.grown.width() != state.width || planes.grown.height() != state.height ||
                      planes.grown.border() != planes.present.border())) {
     planes.grown = Image1(state.width, state.height, planes.present.border());
@@ -448,6 +446,7 @@ void Denoiser::Impl::RunEstimateVariance() {
   }
   stages->estimate_variance({signals.data(), groups.size()}, state.guides, p);
   for (size_t i = 0; i < groups.size(); ++i) {
+    wavelet[i].complete = signals[i].complete;
     KeepPlane("variance", groups[i], *wavelet[i].variance);
   }
 }
@@ -458,6 +457,13 @@ void Denoiser::Impl::FilterSignals() {
   }
   if (settings.wavelet == Wavelet::kSvgf) {
     RunEstimateVariance();
+  }
+  for (size_t i = 0; i < groups.size(); ++i) {
+    WaveletPlanes& planes = wavelet[i];
+    if (settings.wavelet != Wavelet::kSvgf) {
+      planes.complete = IsComplete(planes.history->length, state.guides);
+    }
+    FindPresent(&planes);
   }
   for (int level = 0; level < settings.steps.count; ++level) {
     RunLevel(level);

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Rows that are written past the caches: a stage's planes are larger than those, so what it writes
-// is gone from them before the next stage reads it, and a plain store would first read the line that
-// it overwrites (one signal of 1280x720 takes 0.88 of the time).
+// is gone from them before the next stage reads it, and a plain store would first read the line
+// that it overwrites (one signal of 1280x720 takes 0.88 of the time).
 #if defined(STILLRAY_DENOISE_SIMD_STREAM_ROWS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_STREAM_ROWS_INL_H_
 #undef STILLRAY_DENOISE_SIMD_STREAM_ROWS_INL_H_

@@ -242,10 +242,25 @@ HWY_INLINE void SamplePrevious(const Image3& previous, VF px, VF py, MF inside, 
       before);
 }
 
+/// Where a row of the picture goes.
+struct OutRow {
+  float* row[3];
+  float* copy[3];  ///< nullptr: nowhere
+};
+
+OutRow OutRowOf(const AntialiasParameters& p, int y, Image3* out) {
+  OutRow to;
+  for (int c = 0; c < 3; ++c) {
+    to.row[c] = (*out)[c].Row(y);
+    to.copy[c] = p.copy != nullptr ? (*p.copy)[c].Row(y) : nullptr;
+  }
+  return to;
+}
+
 /// Blends the pixels x, x + 1, ... of row y.
 template <bool kStill, bool kInner>
 HWY_INLINE void AntialiasVector(const RowsAround& rows, const Image3& previous,
-                                const AntialiasParameters& p, int x, int y, float* const out[3]) {
+                                const AntialiasParameters& p, int x, int y, const OutRow& out) {
   const DF d;
   const int width = previous.width();
   const int height = previous.height();
@@ -271,7 +286,11 @@ HWY_INLINE void AntialiasVector(const RowsAround& rows, const Image3& previous,
     const VF now = hn::LoadU(d, rows.colour[1][c] + x);
     const VF kept = hn::Min(hn::Max(before[c], n.low[c]), n.high[c]);
     const VF blend = hn::MulAdd(alpha, hn::Sub(now, kept), kept);
-    StreamInRow(d, hn::IfThenElse(inside, blend, now), out[c], x, width);
+    const VF result = hn::IfThenElse(inside, blend, now);
+    StreamInRow(d, result, out.row[c], x, width);
+    if (out.copy[c] != nullptr) {
+      StreamInRow(d, result, out.copy[c], x, width);
+    }
   }
 }
 
@@ -280,8 +299,8 @@ void AntialiasRow(const Image3& colour, const Image3& previous, const Image2& mo
                   const GuidePlanes& guides, const AntialiasParameters& p, int y, Image3* out) {
   const int width = colour.width();
   const RowsAround rows = FindRowsAround(colour, motion, guides, p.length, y);
-  float* const to[3] = {(*out)[0].Row(y), (*out)[1].Row(y), (*out)[2].Row(y)};
-  NextRow<20> next;
+  const OutRow to = OutRowOf(p, y, out);
+  NextRow<24> next;
   next.Add(colour, y + 2);
   next.Add(previous, y + 3);
   if (!kStill) {
@@ -293,6 +312,9 @@ void AntialiasRow(const Image3& colour, const Image3& previous, const Image2& mo
     next.Add(*p.length, y + 2);
   }
   AddStreamed(*out, y + 1, &next);
+  if (p.copy != nullptr) {
+    AddStreamed(*p.copy, y + 1, &next);
+  }
   for (int x = 0; x < width; x += LaneCount()) {
     next.Fetch(x);
     if (x > 0 && x + LaneCount() < width) {

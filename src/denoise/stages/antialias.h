@@ -25,6 +25,7 @@ struct AntialiasParameters {
   /// length: weight `alpha` everywhere; for samples: one everywhere.
   const Image1* length = nullptr;
   const Image1* samples = nullptr;
+  Image3* copy = nullptr;  ///< the finished picture once more, of the same size; nullptr: no
 };
 
 namespace reference {

@@ -100,6 +100,9 @@ void Antialias(const Image3& colour, const Image3& previous, const Image2& motio
       }
       for (int c = 0; c < 3; ++c) {
         (*out)[c](x, y) = result[c];
+        if (p.copy != nullptr) {
+          (*p.copy)[c](x, y) = result[c];
+        }
       }
     }
   }

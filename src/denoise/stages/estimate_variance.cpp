@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/stages/estimate_variance.h"
 
+#include <atomic>
+
 #include "core/check.h"
 #include "core/parallel.h"
 #include "denoise/simd/next_row.h"
@@ -125,14 +127,16 @@ HWY_INLINE void FindWeights(const Estimates& e, int x, int y, TapVectors& weight
 
 /// The variance of one signal at the pixels x, x + 1, ... as their own history tells it.
 /// \param is_short  where it is too short for that
+/// \param missing   surfaces without any light
 HWY_INLINE VF TemporalVariance(const Estimates& e, const VarianceSignal& signal, int x, int y,
-                               MF* is_short) {
+                               MF* is_short, MF* missing) {
   const DF d;
   const VF zero = hn::Zero(d);
   const SignalHistory& history = *signal.history;
   const VF length = hn::LoadU(d, history.length.Row(y) + x);
-  const MF known =
-      hn::And(hn::Gt(length, zero), hn::Gt(hn::LoadU(d, e.guides.inverse_depth.Row(y) + x), zero));
+  const MF surface = hn::Gt(hn::LoadU(d, e.guides.inverse_depth.Row(y) + x), zero);
+  const MF known = hn::And(hn::Gt(length, zero), surface);
+  *missing = hn::AndNot(known, surface);
   const MF full = hn::Ge(length, hn::Set(d, e.p.short_length));
   *is_short = hn::AndNot(full, hn::And(known, InRow(x, signal.variance->width())));
   const VF temporal = hn::LoadU(d, history.variance.Row(y) + x);
@@ -154,8 +158,10 @@ HWY_INLINE VF ShortHistoryVariance(const Estimates& e, const VarianceSignal& sig
                      : hn::Div(spatial, Samples(signal, x, y));
 }
 
-void EstimateVarianceRows(const Estimates& e, int y0, int y1) {
+/// Returns one bit for each signal that has no light on some surface.
+uint32_t EstimateVarianceRows(const Estimates& e, int y0, int y1) {
   const DF d;
+  uint32_t incomplete = 0;
   const int width = e.guides.id.width();
   HWY_ALIGN TapVectors weights;
   for (int y = y0; y < y1; ++y) {
@@ -171,9 +177,12 @@ void EstimateVarianceRows(const Estimates& e, int y0, int y1) {
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
       bool has_weights = false;
-      for (const VarianceSignal& signal : e.signals) {
+      for (size_t i = 0; i < e.signals.size(); ++i) {
+        const VarianceSignal& signal = e.signals[i];
         MF is_short;
-        VF result = TemporalVariance(e, signal, x, y, &is_short);
+        MF missing;
+        VF result = TemporalVariance(e, signal, x, y, &is_short, &missing);
+        incomplete |= hn::AllFalse(d, missing) ? 0u : 1u << i;
         if (e.p.spatial && !hn::AllFalse(d, is_short)) {
           if (!has_weights) {
             FindWeights(e, x, y, weights);
@@ -185,6 +194,7 @@ void EstimateVarianceRows(const Estimates& e, int y0, int y1) {
       }
     }
   }
+  return incomplete;
 }
 
 }  // namespace
@@ -197,15 +207,19 @@ namespace stillray::cpu {
 
 HWY_EXPORT(EstimateVarianceRows);
 
-void EstimateVariance(std::span<const VarianceSignal> signals, const GuidePlanes& guides,
+void EstimateVariance(std::span<VarianceSignal> signals, const GuidePlanes& guides,
                       const EstimateVarianceParameters& p) {
   STILLRAY_CHECK_LE(signals.size(), kMostSignals);
   constexpr float kLog2OfOnes[4] = {};
   const TapPairs taps = MakeTapPairs(kLog2OfOnes, 1, guides.inverse_depth.stride());
   const Estimates estimates = {signals, guides, p, taps};
+  std::atomic<uint32_t> incomplete = 0;
   ParallelRows(guides.id.height(), 16, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(EstimateVarianceRows)(estimates, y0, y1);
+    incomplete |= HWY_DYNAMIC_DISPATCH(EstimateVarianceRows)(estimates, y0, y1);
   });
+  for (size_t i = 0; i < signals.size(); ++i) {
+    signals[i].complete = (incomplete >> i & 1u) == 0;
+  }
 }
 
 }  // namespace stillray::cpu

@@ -33,14 +33,15 @@ struct VarianceSignal {
   const SignalHistory* history;
   const Image1* samples;  ///< of this frame: a frame of n samples per pixel has 1/n of a sample's
   Image1* variance;
+  bool complete = false;  ///< set by the stage: every surface has light
 };
 
 namespace reference {
-void EstimateVariance(std::span<const VarianceSignal> signals, const GuidePlanes& guides,
+void EstimateVariance(std::span<VarianceSignal> signals, const GuidePlanes& guides,
                       const EstimateVarianceParameters& parameters);
 }
 namespace cpu {
-void EstimateVariance(std::span<const VarianceSignal> signals, const GuidePlanes& guides,
+void EstimateVariance(std::span<VarianceSignal> signals, const GuidePlanes& guides,
                       const EstimateVarianceParameters& parameters);
 }
 

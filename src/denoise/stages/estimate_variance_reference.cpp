@@ -74,12 +74,16 @@ float Estimate(const VarianceSignal& signal, const GuidePlanes& guides,
 
 }  // namespace
 
-void EstimateVariance(std::span<const VarianceSignal> signals, const GuidePlanes& guides,
+void EstimateVariance(std::span<VarianceSignal> signals, const GuidePlanes& guides,
                       const EstimateVarianceParameters& p) {
-  for (const VarianceSignal& signal : signals) {
+  for (VarianceSignal& signal : signals) {
+    signal.complete = true;
     for (int y = 0; y < signal.variance->height(); ++y) {
       for (int x = 0; x < signal.variance->width(); ++x) {
         (*signal.variance)(x, y) = Estimate(signal, guides, p, x, y);
+        if (guides.inverse_depth(x, y) > 0 && !(signal.history->length(x, y) > 0)) {
+          signal.complete = false;
+        }
       }
     }
   }
