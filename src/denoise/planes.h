@@ -103,13 +103,25 @@ struct FilterPlanes {
 /// Where the history of a vector of pixels lies.
 enum class HistoryPlace : uint8_t {
   kElsewhere,  ///< some of it at other pixels
+  kBlock,      ///< as that, and the 2x2 taps of all pixels lie side by side in the picture
   kOwn,        ///< at the pixels themselves, or nowhere
   kUnchanged,  ///< of every pixel at itself: one tap with the weight 1
   kNowhere,    ///< no pixel has any
 };
 
+inline bool ReadsElsewhere(HistoryPlace place) {
+  return place == HistoryPlace::kElsewhere || place == HistoryPlace::kBlock;
+}
+
+/// Where the taps of a vector that is kBlock lie: the first pixel's first tap.
+struct TapBlock {
+  int32_t x;
+  int32_t y;
+};
+
 /// Where a pixel's history is found (see stages/reproject.h). In vectors of pixels that are known
-/// to be kUnchanged or kNowhere, the planes are not written.
+/// to be kUnchanged or kNowhere, the planes are not written, and only the weights where they are
+/// kBlock.
 struct ReprojectionTaps {
   Plane<int32_t> x;         ///< left column of the 2x2 taps in the previous frame
   Plane<int32_t> y;         ///< upper row
@@ -119,8 +131,11 @@ struct ReprojectionTaps {
 
   /// Of the vectors of each row, with room for vectors of one pixel.
   std::vector<HistoryPlace> places;
-  std::vector<int32_t> elsewhere;  ///< vectors of each row that are kElsewhere; -1: not known
+  std::vector<int32_t> elsewhere;  ///< vectors of each row for which ReadsElsewhere; -1: not known
+  std::vector<int32_t> scattered;  ///< ... and that are not kBlock
+  std::vector<TapBlock> blocks;    ///< of the vectors of each row
   int places_per_row = 0;
+  int blocks_per_row = 0;
   int lanes = 1;  ///< pixels of a vector
 
   ReprojectionTaps() = default;
@@ -133,6 +148,13 @@ struct ReprojectionTaps {
     const auto rows = static_cast<size_t>(height);
     places.resize(rows * static_cast<size_t>(places_per_row), HistoryPlace::kElsewhere);
     elsewhere.resize(rows, -1);
+    scattered.resize(rows, width);
+  }
+  /// Makes room for vectors of so many pixels.
+  void SetLanes(int pixels) {
+    lanes = pixels;
+    blocks_per_row = (x.width() + lanes - 1) / lanes;
+    blocks.resize(static_cast<size_t>(blocks_per_row) * static_cast<size_t>(x.height()));
   }
   /// Of the vector of a pixel; kElsewhere where nobody says: then the planes tell.
   HistoryPlace PlaceOf(int px, int py) const {
@@ -145,7 +167,7 @@ struct ReprojectionTaps {
     if (place == HistoryPlace::kUnchanged || place == HistoryPlace::kNowhere) {
       return place == HistoryPlace::kUnchanged;
     }
-    return search(px, py) != 0 ||
+    return (place != HistoryPlace::kBlock && search(px, py) != 0) ||
            weight[0](px, py) + weight[1](px, py) + weight[2](px, py) + weight[3](px, py) > 0;
   }
   /// How many vectors read history elsewhere; -1: not known.
@@ -167,9 +189,18 @@ struct ReprojectionTaps {
   HistoryPlace Place(int vector, int row) const {
     return const_cast<ReprojectionTaps*>(this)->Place(vector, row);
   }
+  /// \param vector  in its row
+  TapBlock& Block(int vector, int row) {
+    return blocks[static_cast<size_t>(row) * static_cast<size_t>(blocks_per_row) +
+                  static_cast<size_t>(vector)];
+  }
+  TapBlock Block(int vector, int row) const {
+    return const_cast<ReprojectionTaps*>(this)->Block(vector, row);
+  }
   size_t bytes() const {
     return x.bytes() + y.bytes() + weight.bytes() + search.bytes() + places.size() +
-           elsewhere.size() * sizeof(int32_t);
+           (elsewhere.size() + scattered.size()) * sizeof(int32_t) +
+           blocks.size() * sizeof(TapBlock);
   }
 };
 

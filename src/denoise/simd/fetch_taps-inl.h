@@ -12,6 +12,7 @@
 #include <algorithm>
 
 #include "denoise/planes.h"
+#include "denoise/simd/next_row.h"
 #include "denoise/simd/tap_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
@@ -82,7 +83,23 @@ HWY_INLINE bool KnownPlace(HistoryPlace place) {
 
 /// The row in which the taps of a pixel begin.
 HWY_INLINE int RowOfTaps(const ReprojectionTaps& taps, int x, int y) {
-  return KnownPlace(taps.Place(x / LaneCount(), y)) ? y : taps.y(x, y);
+  const HistoryPlace place = taps.Place(x / LaneCount(), y);
+  if (place == HistoryPlace::kBlock) {
+    return taps.Block(x / LaneCount(), y).y;
+  }
+  return KnownPlace(place) ? y : taps.y(x, y);
+}
+
+/// Adds what is read of the taps of a row.
+template <size_t kMost>
+HWY_INLINE void AddTaps(const ReprojectionTaps& taps, int y, NextRow<kMost>* next) {
+  next->Add(taps.weight, y);
+  // A row with few vectors that need these is better off waiting for them.
+  if (y < taps.x.height() && taps.scattered[static_cast<size_t>(y)] > taps.blocks_per_row / 4) {
+    next->Add(taps.x, y);
+    next->Add(taps.y, y);
+    next->Add(taps.search, y);
+  }
 }
 
 /// The taps of pixels that are kUnchanged or kNowhere.
@@ -128,10 +145,31 @@ HWY_INLINE void WeighLight(const SignalHistory& before, FetchTaps* t) {
   KeepTapsWithLight(length, t->weight, t->kept);
 }
 
+/// The taps of pixels that are kBlock.
+HWY_INLINE FetchTaps BlockTaps(const SignalHistory& before, const ReprojectionTaps& taps, int x,
+                               int y) {
+  const DF d;
+  const TapBlock block = taps.Block(x / LaneCount(), y);
+  FetchTaps t;
+  t.kind = TapKind::kBlock;
+  t.column = block.x;
+  t.row = block.y;
+  for (int i = 0; i < 4; ++i) {
+    t.weight[i] = hn::LoadU(d, taps.weight[i].Row(y) + x);
+  }
+  t.searched = false;
+  WeighLight<TapKind::kBlock>(before, &t);
+  return t;
+}
+
 HWY_INLINE FetchTaps LoadTaps(const SignalHistory& before, const ReprojectionTaps& taps, int x,
                               int y) {
-  if (KnownPlace(taps.Place(x / LaneCount(), y))) {
+  const HistoryPlace place = taps.Place(x / LaneCount(), y);
+  if (KnownPlace(place)) {
     return OwnTaps(before, taps, x, y);
+  }
+  if (place == HistoryPlace::kBlock) {
+    return BlockTaps(before, taps, x, y);
   }
   const DF d;
   const DI di;

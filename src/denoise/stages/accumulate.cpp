@@ -158,10 +158,7 @@ NextRow<48> NextRowOf(const Joining& j, bool sparse, const SignalHistory& out, i
     add_history(out, y + 1);
   }
   if (j.taps != nullptr) {
-    next.Add(j.taps->x, y + 1);
-    next.Add(j.taps->y, y + 1);
-    next.Add(j.taps->weight, y + 1);
-    next.Add(j.taps->search, y + 1);
+    AddTaps(*j.taps, y + 1, &next);
   }
   return next;
 }
@@ -191,7 +188,7 @@ void StageRows(const Joining& j, int y0, int y1, StagedHistory* staged) {
   for (int y = y0; y < y1; ++y) {
     float* to = staged->Row(y, LaneCount());
     for (int x = 0; x < width && j.taps->elsewhere[static_cast<size_t>(y)] > 0; x += LaneCount()) {
-      if (j.taps->Place(x / LaneCount(), y) == HistoryPlace::kElsewhere) {
+      if (ReadsElsewhere(j.taps->Place(x / LaneCount(), y))) {
         JoinVector(j, false, x, y, [&](int slot, VF value) HWY_ATTR {
           hn::StoreU(value, d, to + slot * LaneCount());
         });
@@ -246,7 +243,7 @@ void ChangeRows(const Joining& j, StagedHistory* staged, int y0, int y1, SignalH
       const auto store = [&](int slot, VF value)
                              HWY_ATTR { StoreInRow(d, value, rows.row[slot], x, width); };
       const HistoryPlace place = j.taps->Place(x / LaneCount(), y);
-      if (place == HistoryPlace::kElsewhere) {
+      if (ReadsElsewhere(place)) {
         for (int slot = 0; slot < kHistorySlots; ++slot) {
           if (rows.row[slot] != nullptr && (slot != kCompressedSlot || j.p.compressed_scale > 0)) {
             store(slot, hn::LoadU(d, from + slot * LaneCount()));

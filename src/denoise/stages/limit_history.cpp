@@ -41,10 +41,7 @@ void AddHistory(std::initializer_list<const Image1*> planes, const ReprojectionT
   for (const Image1* plane : planes) {
     next->Add(*plane, row);
   }
-  next->Add(taps.x, y + 1);
-  next->Add(taps.y, y + 1);
-  next->Add(taps.weight, y + 1);
-  next->Add(taps.search, y + 1);
+  AddTaps(taps, y + 1, next);
 }
 
 void CompareWithHistoryRows(const NewLight& light, const SignalHistory& before,

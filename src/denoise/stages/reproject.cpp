@@ -283,6 +283,7 @@ void FindTapsRow(const GuidePlanes& now, const GuidePlanes& before, const Image2
   AddStreamed(out->weight, y + 1, &next);
   AddStreamed(out->search, y + 1, &next);
   int elsewhere = 0;
+  int scattered = 0;
   for (int x = 0; x < width; x += LaneCount()) {
     next.Fetch(x);
     const Target t = LoadTarget(row, x, y, width, height);
@@ -297,22 +298,35 @@ void FindTapsRow(const GuidePlanes& now, const GuidePlanes& before, const Image2
     }
     const MF own = hn::RebindMask(
         d, hn::And(hn::Eq(taps.x, ColumnNumbers(x)), hn::Eq(taps.y, hn::Set(di, y))));
-    const HistoryPlace place =
-        taps.between ? HistoryPlace::kElsewhere : PlaceOf(found, own, search, InRow(x, width));
+    const MF in_row = InRow(x, width);
+    HistoryPlace place =
+        taps.between ? HistoryPlace::kElsewhere : PlaceOf(found, own, search, in_row);
+    if (place == HistoryPlace::kElsewhere && hn::AllTrue(du, hn::Eq(search, hn::Zero(du)))) {
+      const SideBySide block = FindSideBySide(taps.x, taps.y, hn::And(found, in_row));
+      if (hn::AllTrue(d, in_row) && LiesInPicture(block, 0, 1, width, height)) {
+        place = HistoryPlace::kBlock;
+        out->Block(x / LaneCount(), y) = {block.x, block.y};
+      }
+    }
     out->Place(x / LaneCount(), y) = place;
-    elsewhere += place == HistoryPlace::kElsewhere ? 1 : 0;
+    elsewhere += ReadsElsewhere(place) ? 1 : 0;
     if (place == HistoryPlace::kUnchanged || place == HistoryPlace::kNowhere) {
       continue;
     }
-    const auto keep = hn::RebindMask(di, t.used);
-    StreamInRow(di, hn::IfThenElseZero(keep, taps.x), to_x, x, width);
-    StreamInRow(di, hn::IfThenElseZero(keep, taps.y), to_y, x, width);
     for (int i = 0; i < 4; ++i) {
       StreamInRow(d, hn::Mul(taps.weight[i], scale), to_weight[i], x, width);
     }
+    if (place == HistoryPlace::kBlock) {
+      continue;
+    }
+    ++scattered;
+    const auto keep = hn::RebindMask(di, t.used);
+    StreamInRow(di, hn::IfThenElseZero(keep, taps.x), to_x, x, width);
+    StreamInRow(di, hn::IfThenElseZero(keep, taps.y), to_y, x, width);
     StreamInRow(du, search, to_search, x, width);
   }
   out->elsewhere[static_cast<size_t>(y)] = elsewhere;
+  out->scattered[static_cast<size_t>(y)] = scattered;
 }
 
 void FindTapsRows(const GuidePlanes& now, const GuidePlanes& before, const Image2& motion,
@@ -333,10 +347,7 @@ void FetchHistoryRows(const SignalHistory& before, const ReprojectionTaps& taps,
   for (int y = y0; y < y1; ++y) {
     const int there = RowOfTaps(taps, width / 2, y);
     NextRow<2 * kMostHistoryPlanes + 7> next;
-    next.Add(taps.x, y + 1);
-    next.Add(taps.y, y + 1);
-    next.Add(taps.weight, y + 1);
-    next.Add(taps.search, y + 1);
+    AddTaps(taps, y + 1, &next);
     for (int k = 0; k < planes; ++k) {
       next.Add(*in[k], there + 2);
       AddStreamed(*to[k], y + 1, &next);
@@ -367,7 +378,7 @@ HWY_EXPORT(FetchHistoryRows);
 
 void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& motion,
               const ReprojectParameters& p, ReprojectionTaps* taps) {
-  taps->lanes = HWY_DYNAMIC_DISPATCH(TapLanes)();
+  taps->SetLanes(HWY_DYNAMIC_DISPATCH(TapLanes)());
   ParallelRows(taps->x.height(), 16, [&](int y0, int y1) {
     HWY_DYNAMIC_DISPATCH(FindTapsRows)(now, before, motion, p, y0, y1, taps);
   });
