@@ -138,7 +138,7 @@ void Denoiser::Impl::AdvanceFeedback() {
 }
 
 void Denoiser::Impl::RunFxaa() {
-  if (settings.fxaa == Fxaa::kOff || (settings.fxaa == Fxaa::kSparse && !IsSparse())) {
+  if (!HasFxaa()) {
     return;
   }
   const StageTimer timer(&out->timings, "fxaa");
@@ -148,6 +148,11 @@ void Denoiser::Impl::RunFxaa() {
   }
   stages->fxaa(picture, p, &scratch);
   std::swap(picture, scratch);
+}
+
+bool Denoiser::Impl::ComposesOnTheWay() const {
+  return settings.antialias != Antialias::kOff && state.has_picture && !HasFxaa() &&
+         outputs.empty();
 }
 
 void Denoiser::Impl::RunAntialias() {
@@ -168,7 +173,12 @@ void Denoiser::Impl::RunAntialias() {
       p.samples = frame->samples.empty() ? nullptr : &frame->samples;
     }
     p.copy = Result();
-    stages->antialias(picture, state.picture, guides->motion, state.guides, p, &scratch);
+    if (ComposesOnTheWay()) {
+      out->non_finite +=
+          stages->antialias_parts(parts, state.picture, guides->motion, state.guides, p, &scratch);
+    } else {
+      stages->antialias(picture, state.picture, guides->motion, state.guides, p, &scratch);
+    }
     is_handed_over = p.copy != nullptr;
     std::swap(state.picture, scratch);
   }
@@ -318,7 +328,10 @@ Status Denoiser::Denoise(const Frame& given, const FutureLight& future, Denoised
     d.BeginFilter(i, d.MergeFuture(i, future));
   });
   d.FilterSignals();
-  d.ComposePicture();
+  d.FindPictureParts();
+  if (!d.ComposesOnTheWay()) {
+    d.ComposePicture();
+  }
   if (d.Wants("disocclusion")) {
     Image1 mask(frame.width, frame.height);
     for (int y = 0; y < frame.height; ++y) {

@@ -95,6 +95,9 @@ struct Denoiser::Impl {
   bool groups_have_transmission = false;
   SignalGrouping grouping = SignalGrouping::kSplit;
   std::vector<double> row_sums;
+  std::array<SignalLight, kMostGroups> filtered;
+  std::array<const Image3*, 2> unfiltered = {};
+  PictureParts parts;  ///< of `filtered` and `unfiltered`
   const Frame* frame = nullptr;
   DenoisedFrame* out = nullptr;
 
@@ -123,7 +126,10 @@ struct Denoiser::Impl {
   }
   /// Runs all levels.
   void FilterSignals();
-  /// Puts the picture together from filtered and unfiltered light.
+  /// What the picture is put together from: filtered and unfiltered light.
+  void FindPictureParts();
+  /// Whether nobody but antialiasing wants the picture, which then is kept nowhere.
+  bool ComposesOnTheWay() const;
   void ComposePicture();
   void RunDemodulate(const SignalGroup& group, NewLight* to);
   void UpdateCompressionScale(size_t signal);
@@ -131,6 +137,9 @@ struct Denoiser::Impl {
   void RunLevel(int level);
   void KeepLevel(int level);
   void AdvanceFeedback();
+  bool HasFxaa() const {
+    return settings.fxaa == Fxaa::kOn || (settings.fxaa == Fxaa::kSparse && IsSparse());
+  }
   void RunFxaa();
   void RunAntialias();
   void HandOver();

@@ -475,17 +475,13 @@ void Denoiser::Impl::FilterSignals() {
   }
 }
 
-void Denoiser::Impl::ComposePicture() {
-  const StageTimer timer(&out->timings, "remodulate");
-  std::array<const Image3*, 2> unfiltered = {};
+void Denoiser::Impl::FindPictureParts() {
   size_t unfiltered_count = 0;
   for (const Image3* image : {emission, background}) {
     if (!image->empty()) {
       unfiltered[unfiltered_count++] = image;
     }
   }
-  const std::span<const Image3* const> as_it_is(unfiltered.data(), unfiltered_count);
-  std::array<SignalLight, kMostGroups> lights;
   for (size_t i = 0; i < groups.size(); ++i) {
     Image3* light_of_signal = wavelet[i].light;
     if (settings.firefly == Firefly::kCompress) {
@@ -494,12 +490,19 @@ void Denoiser::Impl::ComposePicture() {
       stages->expand_light(expanded);
       light_of_signal = expanded;
     }
-    lights[i] = {light_of_signal, Albedos(groups[i])};
+    filtered[i] = {light_of_signal, Albedos(groups[i])};
   }
+  parts = {{filtered.data(), groups.size()},
+           {unfiltered.data(), unfiltered_count},
+           {Rec601(), /*add=*/false}};
+}
+
+void Denoiser::Impl::ComposePicture() {
+  const StageTimer timer(&out->timings, "remodulate");
   out->non_finite +=
-      stages->remodulate({lights.data(), groups.size()}, as_it_is, {Rec601(), false}, &picture);
+      stages->remodulate(parts.signals, parts.unfiltered, parts.remodulate, &picture);
   for (auto& [name, image] : composites) {
-    stages->remodulate({}, as_it_is, {Rec601(), true}, &image);
+    stages->remodulate({}, parts.unfiltered, {Rec601(), /*add=*/true}, &image);
   }
 }
 

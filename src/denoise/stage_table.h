@@ -42,6 +42,7 @@ struct StageTable {
   decltype(&reference::Remodulate) remodulate;
   decltype(&reference::Fxaa) fxaa;
   decltype(&reference::Antialias) antialias;
+  decltype(&reference::AntialiasParts) antialias_parts;
   decltype(&reference::Tonemap) tonemap;
 };
 
@@ -53,7 +54,7 @@ struct StageTable {
         &backend::LimitHistory, &backend::Accumulate, &backend::AccumulateInPlace,      \
         &backend::MergeFuture, &backend::EstimateVariance, &backend::PrefilterVariance, \
         &backend::Atrous, &backend::Remodulate, &backend::Fxaa, &backend::Antialias,    \
-        &backend::Tonemap                                                               \
+        &backend::AntialiasParts, &backend::Tonemap                                     \
   }
 
 inline constexpr StageTable kReferenceStages = STILLRAY_STAGES_OF(reference);

@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/stages/antialias.h"
 
+#include <atomic>
+
 #include "core/parallel.h"
-#include "denoise/simd/next_row.h"
+#include "denoise/row_scratch.h"
+#include "denoise/simd/picture_parts.h"
 #include "denoise/stages/antialias_shared.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -21,6 +24,8 @@ HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
+
+constexpr size_t kMostFetched = 96;
 
 /// Pixels beyond the edge of the picture repeat the one at its edge.
 HWY_INLINE VI ClampColumns(VI x, int width) {
@@ -88,14 +93,16 @@ struct RowsAround {
   const float* gradient[2];  ///< of row y alone
 };
 
-RowsAround FindRowsAround(const Image3& colour, const Image2& motion, const GuidePlanes& guides,
-                          const Image1* length, int y) {
-  const int last = colour.height() - 1;
+/// \param colour_row  takes a channel and a row of the picture
+template <class ColourRow>
+RowsAround FindRowsAround(const Image2& motion, const GuidePlanes& guides, const Image1* length,
+                          int y, const ColourRow& colour_row) {
+  const int last = motion.height() - 1;
   RowsAround rows;
   for (int j = 0; j < 3; ++j) {
     const int row = std::clamp(y + j - 1, 0, last);
     for (int c = 0; c < 3; ++c) {
-      rows.colour[j][c] = colour[c].Row(row);
+      rows.colour[j][c] = colour_row(c, row);
     }
     rows.length[j] = length != nullptr ? length->Row(row) : nullptr;
     rows.inverse_depth[j] = guides.inverse_depth.Row(row);
@@ -294,14 +301,13 @@ HWY_INLINE void AntialiasVector(const RowsAround& rows, const Image3& previous,
   }
 }
 
+/// \param next  what else is to be fetched for the next row
 template <bool kStill>
-void AntialiasRow(const Image3& colour, const Image3& previous, const Image2& motion,
-                  const GuidePlanes& guides, const AntialiasParameters& p, int y, Image3* out) {
-  const int width = colour.width();
-  const RowsAround rows = FindRowsAround(colour, motion, guides, p.length, y);
+void AntialiasRow(const RowsAround& rows, NextRow<kMostFetched> next, const Image3& previous,
+                  const Image2& motion, const GuidePlanes& guides, const AntialiasParameters& p,
+                  int y, Image3* out) {
+  const int width = previous.width();
   const OutRow to = OutRowOf(p, y, out);
-  NextRow<24> next;
-  next.Add(colour, y + 2);
   next.Add(previous, y + 3);
   if (!kStill) {
     next.Add(motion, y + 2);
@@ -325,20 +331,71 @@ void AntialiasRow(const Image3& colour, const Image3& previous, const Image2& mo
   }
 }
 
+/// Whether nothing moves in each of three rows that follow each other.
+class StillRows {
+ public:
+  StillRows(const Image2& motion, int y) : motion_(motion) {
+    still_[1] = IsStillRow(motion, std::max(y - 1, 0));
+    still_[2] = IsStillRow(motion, y);
+  }
+  /// Those around row y: the next one at every call.
+  bool Around(int y) {
+    still_[0] = still_[1];
+    still_[1] = still_[2];
+    still_[2] = IsStillRow(motion_, std::min(y + 1, motion_.height() - 1));
+    return still_[0] && still_[1] && still_[2];
+  }
+
+ private:
+  const Image2& motion_;
+  bool still_[3] = {};
+};
+
 void AntialiasRows(const Image3& colour, const Image3& previous, const Image2& motion,
                    const GuidePlanes& guides, const AntialiasParameters& p, int y0, int y1,
                    Image3* out) {
-  const int height = colour.height();
-  bool still[3] = {true, IsStillRow(motion, std::max(y0 - 1, 0)), IsStillRow(motion, y0)};
+  StillRows still(motion, y0);
   for (int y = y0; y < y1; ++y) {
-    still[0] = still[1];
-    still[1] = still[2];
-    still[2] = IsStillRow(motion, std::min(y + 1, height - 1));
-    still[0] && still[1] && still[2]
-        ? AntialiasRow<true>(colour, previous, motion, guides, p, y, out)
-        : AntialiasRow<false>(colour, previous, motion, guides, p, y, out);
+    const RowsAround rows = FindRowsAround(motion, guides, p.length, y,
+                                           [&](int c, int row) { return colour[c].Row(row); });
+    NextRow<kMostFetched> next;
+    next.Add(colour, y + 2);
+    still.Around(y) ? AntialiasRow<true>(rows, next, previous, motion, guides, p, y, out)
+                    : AntialiasRow<false>(rows, next, previous, motion, guides, p, y, out);
   }
   FinishStreams();
+}
+
+/// Puts rows of the picture together just before they are looked at; three of them are kept.
+/// \return what RemodulateRow returns for the rows y0..y1
+int64_t AntialiasPartsRows(const PictureParts& parts, const Image3& previous, const Image2& motion,
+                           const GuidePlanes& guides, const AntialiasParameters& p, int y0, int y1,
+                           Image3* out) {
+  const int width = previous.width();
+  const RowScratch kept(width, 9);
+  const auto colour_row = [&](int c, int row) { return kept.Row(row % 3 * 3 + c); };
+  const auto compose = [&](int row) {
+    float* const to[3] = {colour_row(0, row), colour_row(1, row), colour_row(2, row)};
+    return cpu::RemodulateRow(parts, width, row, to);
+  };
+  if (y0 > 0) {
+    compose(y0 - 1);  // counted by whoever has that row
+  }
+  int64_t bad = compose(y0);
+  StillRows still(motion, y0);
+  for (int y = y0; y < y1; ++y) {
+    if (y + 1 < previous.height()) {
+      const int64_t bad_below = compose(y + 1);
+      bad += y + 1 < y1 ? bad_below : 0;
+    }
+    const RowsAround rows = FindRowsAround(motion, guides, p.length, y, colour_row);
+    NextRow<kMostFetched> next;
+    AddPictureParts(parts, y + 2, &next);
+    still.Around(y) ? AntialiasRow<true>(rows, next, previous, motion, guides, p, y, out)
+                    : AntialiasRow<false>(rows, next, previous, motion, guides, p, y, out);
+  }
+  FinishStreams();
+  return bad;
 }
 
 }  // namespace
@@ -350,12 +407,23 @@ HWY_AFTER_NAMESPACE();
 namespace stillray::cpu {
 
 HWY_EXPORT(AntialiasRows);
+HWY_EXPORT(AntialiasPartsRows);
 
 void Antialias(const Image3& colour, const Image3& previous, const Image2& motion,
                const GuidePlanes& guides, const AntialiasParameters& p, Image3* out) {
   ParallelRows(colour.height(), 16, [&](int y0, int y1) {
     HWY_DYNAMIC_DISPATCH(AntialiasRows)(colour, previous, motion, guides, p, y0, y1, out);
   });
+}
+
+int64_t AntialiasParts(const PictureParts& parts, const Image3& previous, const Image2& motion,
+                       const GuidePlanes& guides, const AntialiasParameters& p, Image3* out) {
+  std::atomic<int64_t> bad = 0;
+  ParallelRows(previous.height(), 24, [&](int y0, int y1) {
+    bad +=
+        HWY_DYNAMIC_DISPATCH(AntialiasPartsRows)(parts, previous, motion, guides, p, y0, y1, out);
+  });
+  return bad;
 }
 
 }  // namespace stillray::cpu

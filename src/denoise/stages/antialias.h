@@ -16,6 +16,7 @@
 #pragma once
 
 #include "denoise/planes.h"
+#include "denoise/stages/remodulate.h"
 
 namespace stillray {
 
@@ -28,13 +29,21 @@ struct AntialiasParameters {
   Image3* copy = nullptr;  ///< the finished picture once more, of the same size; nullptr: no
 };
 
+/// AntialiasParts does the same to a picture that is put together on the way and kept nowhere
+/// (stages/remodulate.h, without `add`), and returns what Remodulate does.
 namespace reference {
+int64_t AntialiasParts(const PictureParts& parts, const Image3& previous, const Image2& motion,
+                       const GuidePlanes& guides, const AntialiasParameters& parameters,
+                       Image3* out);
 void Antialias(const Image3& colour, const Image3& previous, const Image2& motion,
                const GuidePlanes& guides, const AntialiasParameters& parameters, Image3* out);
-}
+}  // namespace reference
 namespace cpu {
+int64_t AntialiasParts(const PictureParts& parts, const Image3& previous, const Image2& motion,
+                       const GuidePlanes& guides, const AntialiasParameters& parameters,
+                       Image3* out);
 void Antialias(const Image3& colour, const Image3& previous, const Image2& motion,
                const GuidePlanes& guides, const AntialiasParameters& parameters, Image3* out);
-}
+}  // namespace cpu
 
 }  // namespace stillray

@@ -108,4 +108,12 @@ void Antialias(const Image3& colour, const Image3& previous, const Image2& motio
   }
 }
 
+int64_t AntialiasParts(const PictureParts& parts, const Image3& previous, const Image2& motion,
+                       const GuidePlanes& guides, const AntialiasParameters& p, Image3* out) {
+  Image3 picture(previous.width(), previous.height());
+  const int64_t bad = Remodulate(parts.signals, parts.unfiltered, parts.remodulate, &picture);
+  Antialias(picture, previous, motion, guides, p, out);
+  return bad;
+}
+
 }  // namespace stillray::reference

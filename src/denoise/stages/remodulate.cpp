@@ -6,7 +6,7 @@
 
 #include "core/colour_shared.h"
 #include "core/parallel.h"
-#include "denoise/simd/next_row.h"
+#include "denoise/simd/picture_parts.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "denoise/stages/remodulate.cpp"
@@ -44,52 +44,57 @@ HWY_INLINE void AddRadiance(const SignalLight& signal, bool rec601, int x, int y
   }
 }
 
-int64_t RemodulateRows(std::span<const SignalLight> signals,
-                       std::span<const Image3* const> unfiltered, const RemodulateParameters& p,
-                       int y0, int y1, Image3* picture) {
+/// \tparam kAtOnce  what is written is read at once, so it stays in the caches
+/// \param next      what is to be fetched
+/// \param to        the row in which the picture is put together
+template <bool kAtOnce>
+HWY_INLINE int64_t RowInto(const PictureParts& parts, const NextRow<64>& next, int width, int y,
+                           float* const to[3]) {
   const DF d;
-  const int width = picture->width();
+  int64_t bad = 0;
+  for (int x = 0; x < width; x += LaneCount()) {
+    next.Fetch(x);
+    VF sum[3];
+    for (int c = 0; c < 3; ++c) {
+      sum[c] = parts.remodulate.add ? hn::LoadU(d, to[c] + x) : hn::Zero(d);
+    }
+    for (const SignalLight& signal : parts.signals) {
+      AddRadiance(signal, parts.remodulate.rec601, x, y, sum);
+    }
+    for (const Image3* image : parts.unfiltered) {
+      VF in[3];
+      MF finite = InRow(x, width);
+      for (int c = 0; c < 3; ++c) {
+        in[c] = hn::LoadU(d, (*image)[c].Row(y) + x);
+        finite = hn::And(finite, IsFiniteLane(in[c]));
+      }
+      for (int c = 0; c < 3; ++c) {
+        sum[c] = hn::Add(sum[c], hn::IfThenElseZero(finite, in[c]));
+      }
+      bad += static_cast<int64_t>(hn::CountTrue(d, hn::AndNot(finite, InRow(x, width))));
+    }
+    for (int c = 0; c < 3; ++c) {
+      kAtOnce ? StoreInRow(d, sum[c], to[c], x, width) : StreamInRow(d, sum[c], to[c], x, width);
+    }
+  }
+  return bad;
+}
+
+int64_t WholeRows(const PictureParts& parts, int y0, int y1, Image3* picture) {
   int64_t bad = 0;
   for (int y = y0; y < y1; ++y) {
     NextRow<64> next;
-    for (const SignalLight& signal : signals) {
-      next.Add(*signal.light, y + 1);
-      for (int i = 0; i < signal.albedo.count; ++i) {
-        next.Add(*signal.albedo.part[i], y + 1);
-      }
-    }
-    for (const Image3* image : unfiltered) {
-      next.Add(*image, y + 1);
-    }
+    AddPictureParts(parts, y + 1, &next);
     AddStreamed(*picture, y + 1, &next);
-    for (int x = 0; x < width; x += LaneCount()) {
-      next.Fetch(x);
-      VF sum[3];
-      for (int c = 0; c < 3; ++c) {
-        sum[c] = p.add ? hn::LoadU(d, (*picture)[c].Row(y) + x) : hn::Zero(d);
-      }
-      for (const SignalLight& signal : signals) {
-        AddRadiance(signal, p.rec601, x, y, sum);
-      }
-      for (const Image3* image : unfiltered) {
-        VF in[3];
-        MF finite = InRow(x, width);
-        for (int c = 0; c < 3; ++c) {
-          in[c] = hn::LoadU(d, (*image)[c].Row(y) + x);
-          finite = hn::And(finite, IsFiniteLane(in[c]));
-        }
-        for (int c = 0; c < 3; ++c) {
-          sum[c] = hn::Add(sum[c], hn::IfThenElseZero(finite, in[c]));
-        }
-        bad += static_cast<int64_t>(hn::CountTrue(d, hn::AndNot(finite, InRow(x, width))));
-      }
-      for (int c = 0; c < 3; ++c) {
-        StreamInRow(d, sum[c], (*picture)[c].Row(y), x, width);
-      }
-    }
+    float* const to[3] = {(*picture)[0].Row(y), (*picture)[1].Row(y), (*picture)[2].Row(y)};
+    bad += RowInto<false>(parts, next, picture->width(), y, to);
   }
   FinishStreams();
   return bad;
+}
+
+int64_t RowAtOnce(const PictureParts& parts, int width, int y, float* const to[3]) {
+  return RowInto<true>(parts, {}, width, y, to);
 }
 
 }  // namespace
@@ -100,15 +105,21 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace stillray::cpu {
 
-HWY_EXPORT(RemodulateRows);
+HWY_EXPORT(WholeRows);
+HWY_EXPORT(RowAtOnce);
 
 int64_t Remodulate(std::span<const SignalLight> signals, std::span<const Image3* const> unfiltered,
                    const RemodulateParameters& p, Image3* picture) {
+  const PictureParts parts = {signals, unfiltered, p};
   std::atomic<int64_t> bad = 0;
   ParallelRows(picture->height(), 32, [&](int y0, int y1) {
-    bad += HWY_DYNAMIC_DISPATCH(RemodulateRows)(signals, unfiltered, p, y0, y1, picture);
+    bad += HWY_DYNAMIC_DISPATCH(WholeRows)(parts, y0, y1, picture);
   });
   return bad;
+}
+
+int64_t RemodulateRow(const PictureParts& parts, int width, int y, float* const to[3]) {
+  return HWY_DYNAMIC_DISPATCH(RowAtOnce)(parts, width, y, to);
 }
 
 }  // namespace stillray::cpu

@@ -23,6 +23,13 @@ struct RemodulateParameters {
   bool add = true;      ///< to what the picture holds; off: it is overwritten
 };
 
+/// All of it. What it points to must stay.
+struct PictureParts {
+  std::span<const SignalLight> signals;
+  std::span<const Image3* const> unfiltered;
+  RemodulateParameters remodulate;
+};
+
 /// \param unfiltered  emission, background (red, green, blue): values that are not finite count as
 ///                    zero
 /// \return the number of pixels of \p unfiltered that are not finite
@@ -33,6 +40,9 @@ int64_t Remodulate(std::span<const SignalLight> signals, std::span<const Image3*
 namespace cpu {
 int64_t Remodulate(std::span<const SignalLight> signals, std::span<const Image3* const> unfiltered,
                    const RemodulateParameters& parameters, Image3* picture);
-}
+/// One row, on the thread that asks, to be read at once.
+/// \param to  red, green and blue, with room for whole vectors
+int64_t RemodulateRow(const PictureParts& parts, int width, int y, float* const to[3]);
+}  // namespace cpu
 
 }  // namespace stillray

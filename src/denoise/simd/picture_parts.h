@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What a row of the picture is put together from, to be fetched.
+#pragma once
+
+#include "denoise/simd/next_row.h"
+#include "denoise/stages/remodulate.h"
+
+namespace stillray {
+
+template <size_t kMost>
+void AddPictureParts(const PictureParts& parts, int y, NextRow<kMost>* next) {
+  for (const SignalLight& signal : parts.signals) {
+    next->Add(*signal.light, y);
+    for (int i = 0; i < signal.albedo.count; ++i) {
+      next->Add(*signal.albedo.part[i], y);
+    }
+  }
+  for (const Image3* image : parts.unfiltered) {
+    next->Add(*image, y);
+  }
+}
+
+}  // namespace stillray
