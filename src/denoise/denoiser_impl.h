@@ -131,7 +131,13 @@ struct Denoiser::Impl {
   /// Whether nobody but antialiasing wants the picture, which then is kept nowhere.
   bool ComposesOnTheWay() const;
   void ComposePicture();
-  void RunDemodulate(const SignalGroup& group, NewLight* to);
+  /// The light that makes up a signal; makes room for what becomes of it.
+  DemodulateInput RadianceOf(const SignalGroup& group, NewLight* to) const;
+  void Count(const DemodulateCounts& counts);
+  /// Whether little of the history lies at other pixels, so that it is changed where it is.
+  bool ChangesInPlace() const;
+  /// Whether nobody looks at the new light before it joins the history.
+  bool JoinsOnTheWay() const;
   void UpdateCompressionScale(size_t signal);
   void RunPrefilter(WaveletPlanes* planes);
   void RunLevel(int level);
@@ -195,7 +201,7 @@ void Denoiser::Impl::GatherSignals(const Then& then) {
     RunLimitHistory();
   }
   for (size_t i = 0; i < groups.size(); ++i) {
-    if (!together) {
+    if (!together && !JoinsOnTheWay()) {
       GatherLight(i);
     }
     then(i);

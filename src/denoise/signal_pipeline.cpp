@@ -161,7 +161,7 @@ void Denoiser::Impl::AddSignal(const SignalGroup& group, const Image3& light_in,
   stages->remodulate({&light_out, 1}, {}, {Rec601(), true}, sum);
 }
 
-void Denoiser::Impl::RunDemodulate(const SignalGroup& group, NewLight* to) {
+DemodulateInput Denoiser::Impl::RadianceOf(const SignalGroup& group, NewLight* to) const {
   DemodulateInput in;
   bool within = false;
   for (const SignalKind kind : group.kinds) {
@@ -184,9 +184,22 @@ void Denoiser::Impl::RunDemodulate(const SignalGroup& group, NewLight* to) {
   } else if (!within) {
     to->within = Image1();
   }
-  const DemodulateCounts counts = stages->demodulate(in, to);
+  return in;
+}
+
+void Denoiser::Impl::Count(const DemodulateCounts& counts) {
   out->non_finite += counts.non_finite;
   out->negative += counts.negative;
+}
+
+bool Denoiser::Impl::ChangesInPlace() const {
+  const int64_t elsewhere = taps.Elsewhere();
+  return elsewhere >= 0 && staged.HasRoom(static_cast<size_t>(elsewhere), taps.lanes);
+}
+
+bool Denoiser::Impl::JoinsOnTheWay() const {
+  return HasHistory() && !settings.limit_history && settings.firefly == Firefly::kOff &&
+         outputs.empty() && !ChangesInPlace();
 }
 
 /// Chooses the luminance that a signal is compressed with, and brings its history to it.
@@ -332,7 +345,7 @@ void Denoiser::Impl::GatherLight(size_t signal) {
   NewLight& light_of = light[signal];
   {
     const StageTimer timer(&out->timings, "demodulate");
-    RunDemodulate(group, &light_of);
+    Count(stages->demodulate(RadianceOf(group, &light_of), &light_of));
   }
   if (settings.firefly != Firefly::kOff) {
     const StageTimer timer(&out->timings, "suppress_fireflies");
@@ -367,14 +380,18 @@ void Denoiser::Impl::RunAccumulate(size_t signal) {
     stages->accumulate(light_of, fetched, nullptr, nullptr, p, history);
     return;
   }
-  const int64_t elsewhere = taps.Elsewhere();
-  if (elsewhere >= 0 && staged.HasRoom(static_cast<size_t>(elsewhere), taps.lanes)) {
+  if (ChangesInPlace()) {
     p.lit_alone = !was_fed_back;
     stages->accumulate_in_place(light_of, taps, LimitOf(signal), p, &staged, history);
     return;
   }
   fetched.compressed_scale = history->compressed_scale;
-  stages->accumulate(light_of, *history, &taps, LimitOf(signal), p, &fetched);
+  if (JoinsOnTheWay()) {
+    const DemodulateInput radiance = RadianceOf(groups[signal], &light[signal]);
+    Count(stages->accumulate_radiance(radiance, *history, taps, p, &light[signal], &fetched));
+  } else {
+    stages->accumulate(light_of, *history, &taps, LimitOf(signal), p, &fetched);
+  }
   std::swap(*history, fetched);
   fetched_is_empty = false;
 }

@@ -35,6 +35,7 @@ struct StageTable {
   decltype(&reference::LimitHistory) limit_history;
   decltype(&reference::Accumulate) accumulate;
   decltype(&reference::AccumulateInPlace) accumulate_in_place;
+  decltype(&reference::AccumulateRadiance) accumulate_radiance;
   decltype(&reference::MergeFuture) merge_future;
   decltype(&reference::EstimateVariance) estimate_variance;
   decltype(&reference::PrefilterVariance) prefilter_variance;
@@ -46,15 +47,15 @@ struct StageTable {
   decltype(&reference::Tonemap) tonemap;
 };
 
-#define STILLRAY_STAGES_OF(backend)                                                     \
-  StageTable {                                                                          \
-    &backend::CompleteGuides, &backend::PrepareGuides, &backend::Demodulate,            \
-        &backend::ClampFireflies, &backend::CompressLight, &backend::ExpandLight,       \
-        &backend::FindTaps, &backend::FetchHistory, &backend::CompareWithHistory,       \
-        &backend::LimitHistory, &backend::Accumulate, &backend::AccumulateInPlace,      \
-        &backend::MergeFuture, &backend::EstimateVariance, &backend::PrefilterVariance, \
-        &backend::Atrous, &backend::Remodulate, &backend::Fxaa, &backend::Antialias,    \
-        &backend::AntialiasParts, &backend::Tonemap                                     \
+#define STILLRAY_STAGES_OF(backend)                                                          \
+  StageTable {                                                                               \
+    &backend::CompleteGuides, &backend::PrepareGuides, &backend::Demodulate,                 \
+        &backend::ClampFireflies, &backend::CompressLight, &backend::ExpandLight,            \
+        &backend::FindTaps, &backend::FetchHistory, &backend::CompareWithHistory,            \
+        &backend::LimitHistory, &backend::Accumulate, &backend::AccumulateInPlace,           \
+        &backend::AccumulateRadiance, &backend::MergeFuture, &backend::EstimateVariance,     \
+        &backend::PrefilterVariance, &backend::Atrous, &backend::Remodulate, &backend::Fxaa, \
+        &backend::Antialias, &backend::AntialiasParts, &backend::Tonemap                     \
   }
 
 inline constexpr StageTable kReferenceStages = STILLRAY_STAGES_OF(reference);

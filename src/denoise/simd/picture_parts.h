@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What a row of the picture is put together from, to be fetched.
+/// What a row of light or of the picture is made of, to be fetched.
 #pragma once
 
 #include "denoise/simd/next_row.h"
+#include "denoise/stages/demodulate.h"
 #include "denoise/stages/remodulate.h"
 
 namespace stillray {
@@ -19,6 +20,16 @@ void AddPictureParts(const PictureParts& parts, int y, NextRow<kMost>* next) {
   }
   for (const Image3* image : parts.unfiltered) {
     next->Add(*image, y);
+  }
+}
+
+template <size_t kMost>
+void AddRadiance(const DemodulateInput& in, int y, NextRow<kMost>* next) {
+  for (int i = 0; i < in.count; ++i) {
+    next->Add(*in.radiance[i], y);
+  }
+  for (int i = 0; i < in.albedo.count; ++i) {
+    next->Add(*in.albedo.part[i], y);
   }
 }
 

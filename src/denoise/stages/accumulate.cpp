@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/stages/accumulate.h"
 
+#include <atomic>
+
 #include "core/parallel.h"
-#include "denoise/simd/next_row.h"
+#include "denoise/row_scratch.h"
+#include "denoise/simd/picture_parts.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "denoise/stages/accumulate.cpp"
@@ -29,6 +32,15 @@ struct Joining {
   const Image1* limit;
   const AccumulateParameters& p;
 };
+
+/// Colours of one row of new light.
+struct LightRow {
+  const float* channel[3];
+};
+
+inline LightRow LightRowOf(const NewLight& light, int y) {
+  return {{light.colour[0].Row(y), light.colour[1].Row(y), light.colour[2].Row(y)}};
+}
 
 }  // namespace stillray
 #endif
@@ -71,8 +83,8 @@ SlotRows RowsOf(SignalHistory* history, int y) {
 /// \param old_of  takes a plane of the history before: its values there
 /// \param store   takes a slot and a vector of its values
 template <typename OldOf, typename Store>
-HWY_INLINE void JoinOld(const Joining& j, bool nothing_new, int x, int y, const OldOf& old_of,
-                        const Store& store) {
+HWY_INLINE void JoinOld(const Joining& j, const LightRow& light, bool nothing_new, int x, int y,
+                        const OldOf& old_of, const Store& store) {
   const DF d;
   const VF one = hn::Set(d, 1.0f);
   const AccumulateParameters& p = j.p;
@@ -91,7 +103,7 @@ HWY_INLINE void JoinOld(const Joining& j, bool nothing_new, int x, int y, const 
   const VF alpha_moments = NewFrameWeight(length, n, p.alpha_moments, p.constant_weight);
   VF colour[3];
   for (int c = 0; c < 3; ++c) {
-    colour[c] = nothing_new ? hn::Zero(d) : hn::LoadU(d, j.light.colour[c].Row(y) + x);
+    colour[c] = nothing_new ? hn::Zero(d) : hn::LoadU(d, light.channel[c] + x);
     const VF old = old_of(before.colour[c]);
     store(kColourSlot + c, hn::MulAdd(alpha, hn::Sub(colour[c], old), old));
     if (!before.behind.empty()) {
@@ -126,25 +138,25 @@ HWY_INLINE void JoinOld(const Joining& j, bool nothing_new, int x, int y, const 
 }
 
 template <typename Store>
-HWY_INLINE void JoinVector(const Joining& j, bool nothing_new, int x, int y, const Store& store) {
+HWY_INLINE void JoinVector(const Joining& j, const LightRow& light, bool nothing_new, int x, int y,
+                           const Store& store) {
   const DF d;
   if (j.taps == nullptr) {
     const auto own = [&](const Image1& plane) HWY_ATTR { return hn::LoadU(d, plane.Row(y) + x); };
-    JoinOld(j, nothing_new, x, y, own, store);
+    JoinOld(j, light, nothing_new, x, y, own, store);
     return;
   }
-  WithHistory(j.before, *j.taps, x, y,
-              [&](const auto& old_of) HWY_ATTR { JoinOld(j, nothing_new, x, y, old_of, store); });
+  WithHistory(j.before, *j.taps, x, y, [&](const auto& old_of) HWY_ATTR {
+    JoinOld(j, light, nothing_new, x, y, old_of, store);
+  });
 }
 
-/// What the next row reads and writes.
-NextRow<48> NextRowOf(const Joining& j, bool sparse, const SignalHistory& out, int y) {
-  NextRow<48> next;
+constexpr size_t kMostFetched = 80;
+
+/// What the next row reads and writes, but for the new light.
+NextRow<kMostFetched> NextRowOf(const Joining& j, const SignalHistory& out, int y) {
+  NextRow<kMostFetched> next;
   const int width = j.light.samples.width();
-  if (!sparse) {
-    next.Add(j.light.colour, y + 1);
-  }
-  next.Add(j.light.samples, y + 1);
   const auto add_history = [&](const SignalHistory& history, int row) {
     next.Add(history.colour, row);
     next.Add(history.behind, row);
@@ -163,22 +175,54 @@ NextRow<48> NextRowOf(const Joining& j, bool sparse, const SignalHistory& out, i
   return next;
 }
 
-void AccumulateRows(const Joining& j, int y0, int y1, SignalHistory* out) {
+void AccumulateRow(const Joining& j, const LightRow& light, const NextRow<kMostFetched>& next,
+                   bool sparse, int y, SignalHistory* out) {
   const DF d;
   const int width = j.light.samples.width();
+  const SlotRows rows = RowsOf(out, y);
+  for (int x = 0; x < width; x += LaneCount()) {
+    next.Fetch(x);
+    const bool nothing_new = sparse && NoSamples(j.light.samples, x, y);
+    JoinVector(j, light, nothing_new, x, y, [&](int slot, VF value) HWY_ATTR {
+      StreamInRow(d, value, rows.row[slot], x, width);
+    });
+  }
+}
+
+void AccumulateRows(const Joining& j, int y0, int y1, SignalHistory* out) {
   for (int y = y0; y < y1; ++y) {
-    const bool sparse = IsSparseRow(j.light.samples.Row(y), width);
-    const NextRow<48> next = NextRowOf(j, sparse, *out, y);
-    const SlotRows rows = RowsOf(out, y);
-    for (int x = 0; x < width; x += LaneCount()) {
-      next.Fetch(x);
-      const bool nothing_new = sparse && NoSamples(j.light.samples, x, y);
-      JoinVector(j, nothing_new, x, y, [&](int slot, VF value) HWY_ATTR {
-        StreamInRow(d, value, rows.row[slot], x, width);
-      });
+    const bool sparse = IsSparseRow(j.light.samples.Row(y), j.light.samples.width());
+    NextRow<kMostFetched> next = NextRowOf(j, *out, y);
+    if (!sparse) {
+      next.Add(j.light.colour, y + 1);
     }
+    next.Add(j.light.samples, y + 1);
+    AccumulateRow(j, LightRowOf(j.light, y), next, sparse, y, out);
   }
   FinishStreams();
+}
+
+/// Makes each row of light just before it joins the history.
+DemodulateCounts AccumulateRadianceRows(const Joining& j, const DemodulateInput& radiance, int y0,
+                                        int y1, NewLight* light, SignalHistory* out) {
+  const int width = light->samples.width();
+  const RowScratch scratch(width, 3);
+  float* const colour[3] = {scratch.Row(0), scratch.Row(1), scratch.Row(2)};
+  DemodulateCounts counts;
+  for (int y = y0; y < y1; ++y) {
+    const DemodulateCounts of_row = cpu::DemodulateRow(radiance, y, colour, light);
+    counts.non_finite += of_row.non_finite;
+    counts.negative += of_row.negative;
+    const bool sparse = IsSparseRow(light->samples.Row(y), width);
+    NextRow<kMostFetched> next = NextRowOf(j, *out, y);
+    if (!sparse) {
+      AddRadiance(radiance, y + 1, &next);
+    }
+    next.Add(light->samples, y + 1);
+    AccumulateRow(j, {{colour[0], colour[1], colour[2]}}, next, sparse, y, out);
+  }
+  FinishStreams();
+  return counts;
 }
 
 /// Works out the vectors that read other pixels, before any of those is overwritten.
@@ -189,7 +233,7 @@ void StageRows(const Joining& j, int y0, int y1, StagedHistory* staged) {
     float* to = staged->Row(y, LaneCount());
     for (int x = 0; x < width && j.taps->elsewhere[static_cast<size_t>(y)] > 0; x += LaneCount()) {
       if (ReadsElsewhere(j.taps->Place(x / LaneCount(), y))) {
-        JoinVector(j, false, x, y, [&](int slot, VF value) HWY_ATTR {
+        JoinVector(j, LightRowOf(j.light, y), false, x, y, [&](int slot, VF value) HWY_ATTR {
           hn::StoreU(value, d, to + slot * LaneCount());
         });
         to += kHistorySlots * LaneCount();
@@ -254,7 +298,7 @@ void ChangeRows(const Joining& j, StagedHistory* staged, int y0, int y1, SignalH
       }
       const bool same = NoSamples(j.light.samples, x, y) && StaysAsItIs(j, place, x, y);
       if (!same) {
-        JoinVector(j, false, x, y, store);
+        JoinVector(j, LightRowOf(j.light, y), false, x, y, store);
       }
     }
   }
@@ -269,6 +313,7 @@ HWY_AFTER_NAMESPACE();
 namespace stillray::cpu {
 
 HWY_EXPORT(AccumulateRows);
+HWY_EXPORT(AccumulateRadianceRows);
 HWY_EXPORT(StageRows);
 HWY_EXPORT(ChangeRows);
 
@@ -291,6 +336,21 @@ void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps, cons
   ParallelRows(light.samples.height(), 32, [&](int y0, int y1) {
     HWY_DYNAMIC_DISPATCH(ChangeRows)(joining, staged, y0, y1, history);
   });
+}
+
+DemodulateCounts AccumulateRadiance(const DemodulateInput& radiance, const SignalHistory& before,
+                                    const ReprojectionTaps& taps, const AccumulateParameters& p,
+                                    NewLight* light, SignalHistory* out) {
+  const Joining joining = {*light, before, &taps, nullptr, p};
+  std::atomic<int64_t> non_finite = 0;
+  std::atomic<int64_t> negative = 0;
+  ParallelRows(light->samples.height(), 32, [&](int y0, int y1) {
+    const DemodulateCounts counts =
+        HWY_DYNAMIC_DISPATCH(AccumulateRadianceRows)(joining, radiance, y0, y1, light, out);
+    non_finite += counts.non_finite;
+    negative += counts.negative;
+  });
+  return {non_finite, negative};
 }
 
 }  // namespace stillray::cpu

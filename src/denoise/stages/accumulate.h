@@ -9,6 +9,7 @@
 #pragma once
 
 #include "denoise/planes.h"
+#include "denoise/stages/demodulate.h"
 
 namespace stillray {
 
@@ -30,12 +31,18 @@ struct AccumulateParameters {
 /// AccumulateInPlace does the same to \p history itself, and touches no pixel that stays as it is:
 /// for views in which little moves.
 /// \param staged  with room for all vectors that are kElsewhere
+/// AccumulateRadiance divides the light by its albedo on the way (stages/demodulate.h): the colour
+/// of \p light says nothing then.
 namespace reference {
 void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps, const Image1* limit,
                        const AccumulateParameters& parameters, StagedHistory* staged,
                        SignalHistory* history);
 void Accumulate(const NewLight& light, const SignalHistory& before, const ReprojectionTaps* taps,
                 const Image1* limit, const AccumulateParameters& parameters, SignalHistory* out);
+DemodulateCounts AccumulateRadiance(const DemodulateInput& radiance, const SignalHistory& before,
+                                    const ReprojectionTaps& taps,
+                                    const AccumulateParameters& parameters, NewLight* light,
+                                    SignalHistory* out);
 }  // namespace reference
 namespace cpu {
 void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps, const Image1* limit,
@@ -43,6 +50,10 @@ void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps, cons
                        SignalHistory* history);
 void Accumulate(const NewLight& light, const SignalHistory& before, const ReprojectionTaps* taps,
                 const Image1* limit, const AccumulateParameters& parameters, SignalHistory* out);
+DemodulateCounts AccumulateRadiance(const DemodulateInput& radiance, const SignalHistory& before,
+                                    const ReprojectionTaps& taps,
+                                    const AccumulateParameters& parameters, NewLight* light,
+                                    SignalHistory* out);
 }  // namespace cpu
 
 }  // namespace stillray

@@ -65,4 +65,12 @@ void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps, cons
   Accumulate(light, before, &taps, limit, p, history);
 }
 
+DemodulateCounts AccumulateRadiance(const DemodulateInput& radiance, const SignalHistory& before,
+                                    const ReprojectionTaps& taps, const AccumulateParameters& p,
+                                    NewLight* light, SignalHistory* out) {
+  const DemodulateCounts counts = Demodulate(radiance, light);
+  Accumulate(*light, before, &taps, nullptr, p, out);
+  return counts;
+}
+
 }  // namespace stillray::reference

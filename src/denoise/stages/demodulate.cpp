@@ -6,7 +6,7 @@
 
 #include "core/colour_shared.h"
 #include "core/parallel.h"
-#include "denoise/simd/next_row.h"
+#include "denoise/simd/picture_parts.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "denoise/stages/demodulate.cpp"
@@ -62,80 +62,101 @@ HWY_INLINE VF WithinVariance(const DemodulateInput& in, int x, int y, const Colo
   return hn::IfThenElseZero(IsFiniteLane(sum), sum);
 }
 
-DemodulateCounts DemodulateRows(const DemodulateInput& in, int y0, int y1, NewLight* out) {
+/// \tparam kAtOnce  what is written is read at once, so it stays in the caches
+/// \param next      what is to be fetched
+/// \param sparse    few pixels have a sample: the others are not even read
+template <bool kAtOnce>
+HWY_INLINE DemodulateCounts RowInto(const DemodulateInput& in, const NextRow<40>& next, bool sparse,
+                                    int y, float* const colour[3], NewLight* out) {
   const DF d;
   const VF zero = hn::Zero(d);
   const VF one = hn::Set(d, 1.0f);
   const bool divide = in.albedo.count > 0;
   const int width = out->samples.width();
+  const auto store = [&](VF v, float* row, int x) HWY_ATTR {
+    kAtOnce ? StoreInRow(d, v, row, x, width) : StreamInRow(d, v, row, x, width);
+  };
+  DemodulateCounts counts;
+  for (int x = 0; x < width; x += LaneCount()) {
+    next.Fetch(x);
+    const MF in_row = InRow(x, width);
+    if (sparse && NoSamples(*in.samples, x, y)) {
+      for (int c = 0; c < 3; ++c) {
+        store(zero, colour[c], x);
+      }
+      store(zero, out->samples.Row(y), x);
+      if (!out->within.empty()) {
+        store(zero, out->within.Row(y), x);
+      }
+      continue;
+    }
+    Colour sum = {zero, zero, zero};
+    MF finite = in_row;
+    VF least = zero;
+    for (int i = 0; i < in.count; ++i) {
+      const Colour light = LoadColour(*in.radiance[i], x, y);
+      finite = hn::And(finite, hn::And(IsFiniteLane(light.r),
+                                       hn::And(IsFiniteLane(light.g), IsFiniteLane(light.b))));
+      least = hn::Min(least, hn::Min(light.r, hn::Min(light.g, light.b)));
+      sum = {hn::Add(sum.r, light.r), hn::Add(sum.g, light.g), hn::Add(sum.b, light.b)};
+    }
+    Colour albedo = {one, one, one};
+    if (divide) {
+      albedo = LoadColour(*in.albedo.part[0], x, y);
+      for (int i = 1; i < in.albedo.count; ++i) {
+        const Colour more = LoadColour(*in.albedo.part[i], x, y);
+        albedo = {hn::Add(albedo.r, more.r), hn::Add(albedo.g, more.g), hn::Add(albedo.b, more.b)};
+      }
+      sum = DivideByAlbedo(sum, albedo);
+    }
+    finite = hn::And(
+        finite, hn::And(IsFiniteLane(sum.r), hn::And(IsFiniteLane(sum.g), IsFiniteLane(sum.b))));
+    const MF negative = hn::Lt(least, zero);
+    const VF given = in.samples != nullptr ? hn::LoadU(d, in.samples->Row(y) + x) : one;
+    const MF sampled = hn::And(hn::Gt(given, zero), in_row);
+    const MF received = hn::And(sampled, IsFiniteLane(given));
+    const MF usable = hn::And(hn::AndNot(negative, finite), received);
+    counts.non_finite += static_cast<int64_t>(hn::CountTrue(d, hn::AndNot(finite, sampled)));
+    counts.negative +=
+        static_cast<int64_t>(hn::CountTrue(d, hn::And(hn::And(finite, negative), sampled)));
+    const VF luminance = Luminance(sum.r, sum.g, sum.b, in.rec601);
+    store(hn::IfThenElseZero(usable, luminance), colour[0], x);
+    store(hn::IfThenElseZero(usable, sum.r), colour[1], x);
+    store(hn::IfThenElseZero(usable, sum.b), colour[2], x);
+    store(hn::IfThenElseZero(usable, given), out->samples.Row(y), x);
+    if (!out->within.empty()) {
+      store(hn::IfThenElseZero(usable, WithinVariance(in, x, y, albedo)), out->within.Row(y), x);
+    }
+  }
+  return counts;
+}
+
+bool IsSparseInput(const DemodulateInput& in, int y) {
+  return in.samples != nullptr && IsSparseRow(in.samples->Row(y), in.samples->width());
+}
+
+DemodulateCounts DemodulateRows(const DemodulateInput& in, int y0, int y1, NewLight* out) {
   DemodulateCounts counts;
   for (int y = y0; y < y1; ++y) {
-    // Where few pixels have a sample, the others are not even read.
-    const bool sparse = in.samples != nullptr && IsSparseRow(in.samples->Row(y), width);
+    const bool sparse = IsSparseInput(in, y);
     NextRow<40> next;
-    for (int i = 0; i < in.count && !sparse; ++i) {
-      next.Add(*in.radiance[i], y + 1);
-    }
-    for (int i = 0; i < in.albedo.count && !sparse; ++i) {
-      next.Add(*in.albedo.part[i], y + 1);
+    if (!sparse) {
+      AddRadiance(in, y + 1, &next);
     }
     AddStreamed(out->colour, y + 1, &next);
     AddStreamed(out->samples, y + 1, &next);
-    for (int x = 0; x < width; x += LaneCount()) {
-      next.Fetch(x);
-      const MF in_row = InRow(x, width);
-      if (sparse && NoSamples(*in.samples, x, y)) {
-        for (Image1* plane : {&out->colour[0], &out->colour[1], &out->colour[2], &out->samples}) {
-          StreamInRow(d, zero, plane->Row(y), x, width);
-        }
-        if (!out->within.empty()) {
-          StreamInRow(d, zero, out->within.Row(y), x, width);
-        }
-        continue;
-      }
-      Colour sum = {zero, zero, zero};
-      MF finite = in_row;
-      VF least = zero;
-      for (int i = 0; i < in.count; ++i) {
-        const Colour light = LoadColour(*in.radiance[i], x, y);
-        finite = hn::And(finite, hn::And(IsFiniteLane(light.r),
-                                         hn::And(IsFiniteLane(light.g), IsFiniteLane(light.b))));
-        least = hn::Min(least, hn::Min(light.r, hn::Min(light.g, light.b)));
-        sum = {hn::Add(sum.r, light.r), hn::Add(sum.g, light.g), hn::Add(sum.b, light.b)};
-      }
-      Colour albedo = {one, one, one};
-      if (divide) {
-        albedo = LoadColour(*in.albedo.part[0], x, y);
-        for (int i = 1; i < in.albedo.count; ++i) {
-          const Colour more = LoadColour(*in.albedo.part[i], x, y);
-          albedo = {hn::Add(albedo.r, more.r), hn::Add(albedo.g, more.g),
-                    hn::Add(albedo.b, more.b)};
-        }
-        sum = DivideByAlbedo(sum, albedo);
-      }
-      finite = hn::And(
-          finite, hn::And(IsFiniteLane(sum.r), hn::And(IsFiniteLane(sum.g), IsFiniteLane(sum.b))));
-      const MF negative = hn::Lt(least, zero);
-      const VF given = in.samples != nullptr ? hn::LoadU(d, in.samples->Row(y) + x) : one;
-      const MF sampled = hn::And(hn::Gt(given, zero), in_row);
-      const MF received = hn::And(sampled, IsFiniteLane(given));
-      const MF usable = hn::And(hn::AndNot(negative, finite), received);
-      counts.non_finite += static_cast<int64_t>(hn::CountTrue(d, hn::AndNot(finite, sampled)));
-      counts.negative +=
-          static_cast<int64_t>(hn::CountTrue(d, hn::And(hn::And(finite, negative), sampled)));
-      const VF luminance = Luminance(sum.r, sum.g, sum.b, in.rec601);
-      StreamInRow(d, hn::IfThenElseZero(usable, luminance), out->colour[0].Row(y), x, width);
-      StreamInRow(d, hn::IfThenElseZero(usable, sum.r), out->colour[1].Row(y), x, width);
-      StreamInRow(d, hn::IfThenElseZero(usable, sum.b), out->colour[2].Row(y), x, width);
-      StreamInRow(d, hn::IfThenElseZero(usable, given), out->samples.Row(y), x, width);
-      if (!out->within.empty()) {
-        StreamInRow(d, hn::IfThenElseZero(usable, WithinVariance(in, x, y, albedo)),
-                    out->within.Row(y), x, width);
-      }
-    }
+    float* const colour[3] = {out->colour[0].Row(y), out->colour[1].Row(y), out->colour[2].Row(y)};
+    const DemodulateCounts of_row = RowInto<false>(in, next, sparse, y, colour, out);
+    counts.non_finite += of_row.non_finite;
+    counts.negative += of_row.negative;
   }
   FinishStreams();
   return counts;
+}
+
+DemodulateCounts RowAtOnce(const DemodulateInput& in, int y, float* const colour[3],
+                           NewLight* out) {
+  return RowInto<true>(in, {}, IsSparseInput(in, y), y, colour, out);
 }
 
 }  // namespace
@@ -147,6 +168,7 @@ HWY_AFTER_NAMESPACE();
 namespace stillray::cpu {
 
 HWY_EXPORT(DemodulateRows);
+HWY_EXPORT(RowAtOnce);
 
 DemodulateCounts Demodulate(const DemodulateInput& in, NewLight* out) {
   std::atomic<int64_t> non_finite = 0;
@@ -157,6 +179,11 @@ DemodulateCounts Demodulate(const DemodulateInput& in, NewLight* out) {
     negative += counts.negative;
   });
   return {non_finite, negative};
+}
+
+DemodulateCounts DemodulateRow(const DemodulateInput& in, int y, float* const colour[3],
+                               NewLight* out) {
+  return HWY_DYNAMIC_DISPATCH(RowAtOnce)(in, y, colour, out);
 }
 
 }  // namespace stillray::cpu

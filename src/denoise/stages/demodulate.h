@@ -32,6 +32,10 @@ DemodulateCounts Demodulate(const DemodulateInput& in, NewLight* out);
 }
 namespace cpu {
 DemodulateCounts Demodulate(const DemodulateInput& in, NewLight* out);
-}
+/// One row, on the thread that asks, to be read at once.
+/// \param colour  luminance, red and blue go there instead, with room for whole vectors
+DemodulateCounts DemodulateRow(const DemodulateInput& in, int y, float* const colour[3],
+                               NewLight* out);
+}  // namespace cpu
 
 }  // namespace stillray
