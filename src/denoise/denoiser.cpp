@@ -266,16 +266,12 @@ Status Denoiser::Impl::Begin(const Frame& next_frame, DenoisedFrame* result) {
     state.held = HeldGuides();
   }
   AdvanceFeedback();
-  {
-    const StageTimer timer(&out->timings, "prepare_guides");
-    std::swap(state.guides, state.previous_guides);
-    if (state.guides.inverse_depth.border() != border || state.guides.id.empty()) {
-      state.guides = GuidePlanes(frame->width, frame->height, border);
-    }
-    const Guides& g = *guides;
-    out->bad_guides = stages->prepare_guides({&g.depth, &g.normal, g.id.empty() ? nullptr : &g.id},
-                                             &state.guides);
+  std::swap(state.guides, state.previous_guides);
+  if (state.guides.inverse_depth.border() != border || state.guides.id.empty()) {
+    state.guides = GuidePlanes(frame->width, frame->height, border);
   }
+  const Guides& g = *guides;
+  const PrepareGuidesInput given = {&g.depth, &g.normal, g.id.empty() ? nullptr : &g.id};
   if (HasHistory()) {
     const StageTimer timer(&out->timings, "reproject");
     ReprojectParameters p;
@@ -283,7 +279,11 @@ Status Denoiser::Impl::Begin(const Frame& next_frame, DenoisedFrame* result) {
     p.min_cosine = std::cos(settings.history_normal * 0.017453293f);
     p.test_id = settings.history_id;
     p.search = settings.history_search;
-    stages->find_taps(state.guides, state.previous_guides, guides->motion, p, &taps);
+    out->bad_guides = stages->prepare_and_find_taps(given, state.previous_guides, g.motion, p,
+                                                    &state.guides, &taps);
+  } else {
+    const StageTimer timer(&out->timings, "prepare_guides");
+    out->bad_guides = stages->prepare_guides(given, &state.guides);
   }
   return Status::Ok();
 }

@@ -25,6 +25,7 @@ namespace stillray {
 struct StageTable {
   decltype(&reference::CompleteGuides) complete_guides;
   decltype(&reference::PrepareGuides) prepare_guides;
+  decltype(&reference::PrepareAndFindTaps) prepare_and_find_taps;
   decltype(&reference::Demodulate) demodulate;
   decltype(&reference::ClampFireflies) clamp_fireflies;
   decltype(&reference::CompressLight) compress_light;
@@ -49,13 +50,14 @@ struct StageTable {
 
 #define STILLRAY_STAGES_OF(backend)                                                          \
   StageTable {                                                                               \
-    &backend::CompleteGuides, &backend::PrepareGuides, &backend::Demodulate,                 \
-        &backend::ClampFireflies, &backend::CompressLight, &backend::ExpandLight,            \
-        &backend::FindTaps, &backend::FetchHistory, &backend::CompareWithHistory,            \
-        &backend::LimitHistory, &backend::Accumulate, &backend::AccumulateInPlace,           \
-        &backend::AccumulateRadiance, &backend::MergeFuture, &backend::EstimateVariance,     \
-        &backend::PrefilterVariance, &backend::Atrous, &backend::Remodulate, &backend::Fxaa, \
-        &backend::Antialias, &backend::AntialiasParts, &backend::Tonemap                     \
+    &backend::CompleteGuides, &backend::PrepareGuides, &backend::PrepareAndFindTaps,         \
+        &backend::Demodulate, &backend::ClampFireflies, &backend::CompressLight,             \
+        &backend::ExpandLight, &backend::FindTaps, &backend::FetchHistory,                   \
+        &backend::CompareWithHistory, &backend::LimitHistory, &backend::Accumulate,          \
+        &backend::AccumulateInPlace, &backend::AccumulateRadiance, &backend::MergeFuture,    \
+        &backend::EstimateVariance, &backend::PrefilterVariance, &backend::Atrous,           \
+        &backend::Remodulate, &backend::Fxaa, &backend::Antialias, &backend::AntialiasParts, \
+        &backend::Tonemap                                                                    \
   }
 
 inline constexpr StageTable kReferenceStages = STILLRAY_STAGES_OF(reference);

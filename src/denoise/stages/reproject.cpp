@@ -140,21 +140,16 @@ int TapLanes() {
 
 /// Rows of this frame that say where its pixels were.
 struct RowNow {
-  const float* nx;
-  const float* ny;
-  const float* nz;
-  const float* i;
-  const float* gx;
-  const float* gy;
-  const uint32_t* id;
+  GuidesOfRow guides;
   const float* mx;
   const float* my;
 };
 
-RowNow RowNowOf(const GuidePlanes& g, const Image2& motion, int y) {
-  return {g.normal[0].Row(y),   g.normal[1].Row(y),   g.normal[2].Row(y), g.inverse_depth.Row(y),
-          g.gradient[0].Row(y), g.gradient[1].Row(y), g.id.Row(y),        motion[0].Row(y),
-          motion[1].Row(y)};
+GuidesOfRow GuidesOf(const GuidePlanes& g, int y) {
+  return {{g.normal[0].Row(y), g.normal[1].Row(y), g.normal[2].Row(y)},
+          g.inverse_depth.Row(y),
+          {g.gradient[0].Row(y), g.gradient[1].Row(y)},
+          g.id.Row(y)};
 }
 
 /// The pixels x, x + 1, ... of row y.
@@ -162,13 +157,13 @@ HWY_INLINE Target LoadTarget(const RowNow& now, int x, int y, int width, int hei
   const DF d;
   const VF zero = hn::Zero(d);
   Target t;
-  t.nx = hn::LoadU(d, now.nx + x);
-  t.ny = hn::LoadU(d, now.ny + x);
-  t.nz = hn::LoadU(d, now.nz + x);
-  t.i = hn::LoadU(d, now.i + x);
-  t.gx = hn::LoadU(d, now.gx + x);
-  t.gy = hn::LoadU(d, now.gy + x);
-  t.id = hn::LoadU(DU(), now.id + x);
+  t.nx = hn::LoadU(d, now.guides.normal[0] + x);
+  t.ny = hn::LoadU(d, now.guides.normal[1] + x);
+  t.nz = hn::LoadU(d, now.guides.normal[2] + x);
+  t.i = hn::LoadU(d, now.guides.inverse_depth + x);
+  t.gx = hn::LoadU(d, now.guides.gradient[0] + x);
+  t.gy = hn::LoadU(d, now.guides.gradient[1] + x);
+  t.id = hn::LoadU(DU(), now.guides.id + x);
   t.allowed = hn::Mul(hn::Set(d, kReprojectSlack), hn::Add(hn::Abs(t.gx), hn::Abs(t.gy)));
   const VF px = hn::Add(ColumnsFrom(x), hn::LoadU(d, now.mx + x));
   const VF py = hn::Add(hn::Set(d, static_cast<float>(y)), hn::LoadU(d, now.my + x));
@@ -254,26 +249,21 @@ HWY_NOINLINE VU SearchAround(const Target& t, const GuidePlanes& before,
   return search;
 }
 
-void FindTapsRow(const GuidePlanes& now, const GuidePlanes& before, const Image2& motion,
-                 const ReprojectParameters& p, int y, ReprojectionTaps* out) {
+void TapsOfRow(const GuidesOfRow& now, const GuidePlanes& before, const Image2& motion,
+               const ReprojectParameters& p, int y, NextRow<32> next, ReprojectionTaps* out) {
   const DF d;
   const DI di;
   const DU du;
   const VF one = hn::Set(d, 1.0f);
   const int width = out->x.width();
   const int height = out->x.height();
-  const RowNow row = RowNowOf(now, motion, y);
+  const RowNow row = {now, motion[0].Row(y), motion[1].Row(y)};
   int32_t* const to_x = out->x.Row(y);
   int32_t* const to_y = out->y.Row(y);
   uint32_t* const to_search = out->search.Row(y);
   float* const to_weight[4] = {out->weight[0].Row(y), out->weight[1].Row(y), out->weight[2].Row(y),
                                out->weight[3].Row(y)};
   const int there = RowSeen(y, motion[1](width / 2, y));
-  NextRow<32> next;
-  next.Add(now.normal, y + 1);
-  next.Add(now.inverse_depth, y + 1);
-  next.Add(now.gradient, y + 1);
-  next.Add(now.id, y + 1);
   next.Add(motion, y + 1);
   next.Add(before.normal, there + 2);
   next.Add(before.inverse_depth, there + 2);
@@ -332,8 +322,19 @@ void FindTapsRow(const GuidePlanes& now, const GuidePlanes& before, const Image2
 void FindTapsRows(const GuidePlanes& now, const GuidePlanes& before, const Image2& motion,
                   const ReprojectParameters& p, int y0, int y1, ReprojectionTaps* taps) {
   for (int y = y0; y < y1; ++y) {
-    FindTapsRow(now, before, motion, p, y, taps);
+    NextRow<32> next;
+    next.Add(now.normal, y + 1);
+    next.Add(now.inverse_depth, y + 1);
+    next.Add(now.gradient, y + 1);
+    next.Add(now.id, y + 1);
+    TapsOfRow(GuidesOf(now, y), before, motion, p, y, next, taps);
   }
+  FinishStreams();
+}
+
+void OneRow(const GuidesOfRow& now, const GuidePlanes& before, const Image2& motion,
+            const ReprojectParameters& p, int y, const NextRow<32>& next, ReprojectionTaps* taps) {
+  TapsOfRow(now, before, motion, p, y, next, taps);
   FinishStreams();
 }
 
@@ -374,11 +375,22 @@ namespace stillray::cpu {
 
 HWY_EXPORT(TapLanes);
 HWY_EXPORT(FindTapsRows);
+HWY_EXPORT(OneRow);
 HWY_EXPORT(FetchHistoryRows);
+
+void BeginTaps(ReprojectionTaps* taps) {
+  taps->SetLanes(HWY_DYNAMIC_DISPATCH(TapLanes)());
+}
+
+void FindTapsRow(const GuidesOfRow& now, const GuidePlanes& before, const Image2& motion,
+                 const ReprojectParameters& p, int y, const NextRow<32>& next,
+                 ReprojectionTaps* taps) {
+  HWY_DYNAMIC_DISPATCH(OneRow)(now, before, motion, p, y, next, taps);
+}
 
 void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& motion,
               const ReprojectParameters& p, ReprojectionTaps* taps) {
-  taps->SetLanes(HWY_DYNAMIC_DISPATCH(TapLanes)());
+  BeginTaps(taps);
   ParallelRows(taps->x.height(), 16, [&](int y0, int y1) {
     HWY_DYNAMIC_DISPATCH(FindTapsRows)(now, before, motion, p, y0, y1, taps);
   });

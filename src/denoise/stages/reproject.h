@@ -13,6 +13,7 @@
 #pragma once
 
 #include "denoise/planes.h"
+#include "denoise/simd/next_row.h"
 
 namespace stillray {
 
@@ -53,7 +54,22 @@ void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& m
               const ReprojectParameters& parameters, ReprojectionTaps* taps);
 void FetchHistory(const SignalHistory& before, const ReprojectionTaps& taps, SignalHistory* out);
 }  // namespace reference
+/// Guides of one row of this frame, as FindTapsRow reads them: a vector beyond the last pixel may
+/// be anything.
+struct GuidesOfRow {
+  const float* normal[3];
+  const float* inverse_depth;
+  const float* gradient[2];
+  const uint32_t* id;
+};
+
 namespace cpu {
+/// Row by row, on the thread that asks: before the first row BeginTaps.
+/// \param next  what else is to be fetched for the next row
+void BeginTaps(ReprojectionTaps* taps);
+void FindTapsRow(const GuidesOfRow& now, const GuidePlanes& before, const Image2& motion,
+                 const ReprojectParameters& parameters, int y, const NextRow<32>& next,
+                 ReprojectionTaps* taps);
 void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& motion,
               const ReprojectParameters& parameters, ReprojectionTaps* taps);
 void FetchHistory(const SignalHistory& before, const ReprojectionTaps& taps, SignalHistory* out);
