@@ -21,6 +21,9 @@
 //   remodulate           -        colours, albedo, unfiltered    picture
 //   fxaa                 9        picture, length                picture
 //   antialias            4x4      picture, motion                picture              kept for the next frame
+//
+// Where nothing has to see what lies between them, prepare_guides runs with reproject, demodulate with accumulate and
+// remodulate with antialias, row by row; their time is then that of the later one.
 // clang-format on
 
 #include <algorithm>

@@ -1,0 +1,217 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Stages that run together, row by row, must leave the very bits of one after the other.
+#include <cmath>
+#include <functional>
+
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include "denoise/stages/accumulate.h"
+#include "denoise/stages/antialias.h"
+#include "denoise/stages/prepare_guides.h"
+#include "stage_planes.h"
+
+namespace stillray {
+namespace {
+
+using test::kHeight;
+using test::kWidth;
+
+template <typename T>
+int DifferentBits(const Plane<T>& a, const Plane<T>& b) {
+  int count = 0;
+  for (int y = 0; y < a.height(); ++y) {
+    for (int x = 0; x < a.width(); ++x) {
+      // A zero that keeps its sign is no other number.
+      count += a(x, y) != b(x, y) ? 1 : 0;
+    }
+  }
+  return count;
+}
+
+template <typename T, int N>
+int DifferentBits(const Planes<T, N>& a, const Planes<T, N>& b) {
+  int count = 0;
+  for (int c = 0; c < N; ++c) {
+    count += DifferentBits(a[c], b[c]);
+  }
+  return count;
+}
+
+Image3 RandomImage(uint32_t seed) {
+  Image3 image(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      for (int c = 0; c < 3; ++c) {
+        image[c](x, y) = 2 * test::Random(x, y, seed + static_cast<uint32_t>(c));
+      }
+    }
+  }
+  return image;
+}
+
+/// Motion by a fraction of a pixel, but for a corner in which every pixel goes its own way and the
+/// middle, which stands still.
+Image2 MakeMotion() {
+  Image2 motion(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const bool wild = x < 20 && y < 10;
+      const bool still = y > 15 && y < 25;
+      motion[0](x, y) = still ? 0.0f : wild ? 9 * test::Random(x, y, 40) - 4 : 1.3f;
+      motion[1](x, y) = still ? 0.0f : wild ? 9 * test::Random(x, y, 41) - 4 : -0.6f;
+    }
+  }
+  return motion;
+}
+
+void OnEveryTarget(const std::function<void()>& check) {
+  for (int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1) {
+    SCOPED_TRACE(hwy::TargetName(targets & -targets));
+    hwy::SetSupportedTargetsForTest(targets & -targets);
+    check();
+  }
+  hwy::SetSupportedTargetsForTest(0);
+}
+
+TEST(StagesTogether, PrepareAndFindTaps) {
+  Image1 depth(kWidth, kHeight);
+  Image3 normal = RandomImage(50);
+  Plane<uint32_t> id(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      depth(x, y) = 2 + 0.01f * static_cast<float>(x) + 0.02f * static_cast<float>(y);
+      normal[2](x, y) += 3;
+      id(x, y) = 1 + static_cast<uint32_t>(x / 30);
+    }
+  }
+  depth(7, 0) = std::nanf("");
+  depth(kWidth - 1, kHeight - 1) = -1;
+  normal[1](40, 20) = HUGE_VALF;
+  const PrepareGuidesInput in = {&depth, &normal, &id};
+  const Image2 motion = MakeMotion();
+  OnEveryTarget([&] {
+    GuidePlanes before(kWidth, kHeight, 4);
+    cpu::PrepareGuides(in, &before);
+    GuidePlanes apart(kWidth, kHeight, 4);
+    ReprojectionTaps taps_apart(kWidth, kHeight);
+    EXPECT_EQ(cpu::PrepareGuides(in, &apart), 3);
+    cpu::FindTaps(apart, before, motion, {}, &taps_apart);
+    GuidePlanes together(kWidth, kHeight, 4);
+    ReprojectionTaps taps(kWidth, kHeight);
+    EXPECT_EQ(cpu::PrepareAndFindTaps(in, before, motion, {}, &together, &taps), 3);
+    EXPECT_EQ(DifferentBits(together.inverse_depth, apart.inverse_depth), 0);
+    EXPECT_EQ(DifferentBits(together.depth, apart.depth), 0);
+    EXPECT_EQ(DifferentBits(together.normal, apart.normal), 0);
+    EXPECT_EQ(DifferentBits(together.gradient, apart.gradient), 0);
+    EXPECT_EQ(DifferentBits(together.id, apart.id), 0);
+    EXPECT_EQ(taps.places, taps_apart.places);
+    EXPECT_EQ(taps.elsewhere, taps_apart.elsewhere);
+    EXPECT_EQ(taps.scattered, taps_apart.scattered);
+    EXPECT_EQ(DifferentBits(taps.weight, taps_apart.weight), 0);
+    EXPECT_EQ(DifferentBits(taps.x, taps_apart.x), 0);
+    EXPECT_EQ(DifferentBits(taps.search, taps_apart.search), 0);
+  });
+}
+
+TEST(StagesTogether, TapsSideBySideAreToldPerVector) {
+  const GuidePlanes guides = test::MakeGuides(false);
+  const SignalHistory history = test::MakeHistory(false);
+  const Image2 motion = MakeMotion();
+  ReprojectionTaps expected_taps(kWidth, kHeight);
+  reference::FindTaps(guides, guides, motion, {}, &expected_taps);
+  SignalHistory expected = history;
+  reference::FetchHistory(history, expected_taps, &expected);
+  OnEveryTarget([&] {
+    ReprojectionTaps taps(kWidth, kHeight);
+    cpu::FindTaps(guides, guides, motion, {}, &taps);
+    int blocks = 0;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        EXPECT_EQ(taps.Finds(x, y), expected_taps.Finds(x, y)) << x << ", " << y;
+        blocks += taps.PlaceOf(x, y) == HistoryPlace::kBlock ? 1 : 0;
+      }
+    }
+    EXPECT_GT(blocks, 0);
+    SignalHistory fetched = history;
+    cpu::FetchHistory(history, taps, &fetched);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        for (int c = 0; c < 3; ++c) {
+          EXPECT_NEAR(fetched.colour[c](x, y), expected.colour[c](x, y), 1e-4) << x << ", " << y;
+        }
+        EXPECT_NEAR(fetched.length(x, y), expected.length(x, y), 1e-4) << x << ", " << y;
+      }
+    }
+  });
+}
+
+TEST(StagesTogether, AccumulateRadiance) {
+  const GuidePlanes before = test::MakeGuides(false);
+  const GuidePlanes now = test::MakeGuides(true);
+  const SignalHistory history = test::MakeHistory(false);
+  const Image3 albedo = RandomImage(60);
+  Image3 radiance = RandomImage(70);
+  radiance[0](3, 5) = std::nanf("");
+  radiance[2](80, 36) = -1;
+  DemodulateInput in;
+  in.radiance[in.count++] = &radiance;
+  in.albedo.part[in.albedo.count++] = &albedo;
+  const Image2 motion = MakeMotion();
+  OnEveryTarget([&] {
+    ReprojectionTaps taps(kWidth, kHeight);
+    cpu::FindTaps(now, before, motion, {}, &taps);
+    NewLight light = test::MakeLight();
+    const DemodulateCounts apart = cpu::Demodulate(in, &light);
+    SignalHistory expected = history;
+    cpu::Accumulate(light, history, &taps, nullptr, {}, &expected);
+    NewLight on_the_way = test::MakeLight();
+    SignalHistory joined = history;
+    const DemodulateCounts counts =
+        cpu::AccumulateRadiance(in, history, taps, {}, &on_the_way, &joined);
+    EXPECT_EQ(counts.non_finite, apart.non_finite);
+    EXPECT_EQ(counts.negative, apart.negative);
+    EXPECT_EQ(counts.non_finite, 1);
+    EXPECT_EQ(counts.negative, 1);
+    EXPECT_EQ(DifferentBits(on_the_way.samples, light.samples), 0);
+    EXPECT_EQ(DifferentBits(joined.colour, expected.colour), 0);
+    EXPECT_EQ(DifferentBits(joined.mean, expected.mean), 0);
+    EXPECT_EQ(DifferentBits(joined.variance, expected.variance), 0);
+    EXPECT_EQ(DifferentBits(joined.length, expected.length), 0);
+    EXPECT_EQ(DifferentBits(joined.weights2, expected.weights2), 0);
+    EXPECT_GT(DifferentBits(joined.colour, history.colour), 0);
+  });
+}
+
+TEST(StagesTogether, AntialiasParts) {
+  const GuidePlanes guides = test::MakeGuides(true);
+  const Image3 lights[2] = {RandomImage(80), RandomImage(90)};
+  const Image3 albedo = RandomImage(100);
+  Image3 emission = RandomImage(110);
+  emission[1](82, 0) = HUGE_VALF;
+  emission[0](0, 24) = std::nanf("");  // where one band ends and the next begins
+  const Image3 previous = RandomImage(120);
+  const Image2 motion = MakeMotion();
+  SignalLight signals[2] = {{&lights[0], {}}, {&lights[1], {}}};
+  signals[0].albedo.part[signals[0].albedo.count++] = &albedo;
+  const Image3* const unfiltered[1] = {&emission};
+  OnEveryTarget([&] {
+    const PictureParts parts = {signals, unfiltered, {false, /*add=*/false}};
+    Image3 picture(kWidth, kHeight);
+    EXPECT_EQ(cpu::Remodulate(signals, unfiltered, parts.remodulate, &picture), 2);
+    Image3 apart(kWidth, kHeight);
+    cpu::Antialias(picture, previous, motion, guides, {}, &apart);
+    Image3 together(kWidth, kHeight);
+    Image3 copy(kWidth, kHeight);
+    AntialiasParameters p;
+    p.copy = &copy;
+    EXPECT_EQ(cpu::AntialiasParts(parts, previous, motion, guides, p, &together), 2);
+    EXPECT_EQ(DifferentBits(together, apart), 0);
+    EXPECT_EQ(DifferentBits(copy, apart), 0);
+  });
+}
+
+}  // namespace
+}  // namespace stillray
