@@ -294,14 +294,14 @@ HWY_INLINE void AddGeometryTap(const SignalRow& s, ptrdiff_t q, VF weight, Geome
   sums->weight = hn::Add(sums->weight, hn::IfThenElseZero(there, weight));
 }
 
-HWY_INLINE GeometrySums SumGeometryTaps(const AtrousLevel& level, const SignalRow& row,
-                                        const TapVectors& weights, int x) {
+HWY_INLINE GeometrySums SumGeometryTaps(const TapPairs& taps, float centre_kernel,
+                                        const SignalRow& row, const TapVectors& weights, int x) {
   const DF d;
   const VF zero = hn::Zero(d);
   GeometrySums sums = {zero, zero, zero, zero};
-  AddGeometryTap(row, x, hn::Set(d, level.centre_kernel), &sums);
-  for (int i = 0; i < level.taps.count; ++i) {
-    const ptrdiff_t distance = level.taps.pair[i].distance;
+  AddGeometryTap(row, x, hn::Set(d, centre_kernel), &sums);
+  for (int i = 0; i < taps.count; ++i) {
+    const ptrdiff_t distance = taps.pair[i].distance;
     AddGeometryTap(row, x + distance, hn::Load(d, weights[2 * i]), &sums);
     AddGeometryTap(row, x - distance, hn::Load(d, weights[2 * i + 1]), &sums);
   }
@@ -310,12 +310,14 @@ HWY_INLINE GeometrySums SumGeometryTaps(const AtrousLevel& level, const SignalRo
 
 /// Filters one row of all signals with the weights of geometry, which they share, where there is
 /// light (and beside it, in the same vector).
-template <bool kParabola>
+template <bool kParabola, Depths kDepths>
 void FilterRowByGeometry(const AtrousLevel& level, int y) {
   const DF d;
   const VF zero = hn::Zero(d);
   const VF one = hn::Set(d, 1.0f);
-  const GuideRow guide = GuideRowOf(level.guides, level.parameters.edges, y);
+  const EdgeStopping edges = level.parameters.edges;
+  const TapPairs taps = level.taps;
+  const GuideRow guide = GuideRowOf<kDepths>(level.guides, edges, y);
   const int width = level.guides.id.width();
   SignalRow rows[kMostSignals];
   OutputRow outputs[kMostSignals];
@@ -341,12 +343,11 @@ void FilterRowByGeometry(const AtrousLevel& level, int y) {
     if (!AnyPresent(level, y, x)) {
       continue;
     }
-    const GuideCentre c = LoadGuideCentre(guide, level.parameters.edges, x);
-    GuideExponents<kParabola>(level.taps, level.parameters.edges, level.parameters.test_id, guide,
-                              c, x, weights);
-    WeightsOfExponents(level.taps, weights);
+    const GuideCentre c = LoadGuideCentre<kDepths>(guide, edges, x);
+    GuideExponents<kParabola, kDepths>(taps, edges, false, guide, c, x, weights);
+    WeightsOfExponents(taps, weights);
     for (size_t i = 0; i < level.signals.size(); ++i) {
-      const GeometrySums sums = SumGeometryTaps(level, rows[i], weights, x);
+      const GeometrySums sums = SumGeometryTaps(taps, level.centre_kernel, rows[i], weights, x);
       const VF scale = hn::Div(one, hn::IfThenElse(hn::Gt(sums.weight, zero), sums.weight, one));
       StreamInRow(d, hn::Mul(sums.luminance, scale), outputs[i].luminance, x, width);
       StreamInRow(d, hn::Mul(sums.red, scale), outputs[i].red, x, width);
@@ -448,8 +449,9 @@ void AtrousRow(const AtrousLevel& level, int y) {
       }
       break;
     case AtrousWeights::kGeometry:
-      p.edges.sigma_n < kParabolaFromSigmaN ? FilterRowByGeometry<false>(level, y)
-                                            : FilterRowByGeometry<true>(level, y);
+      p.edges.sigma_n < kParabolaFromSigmaN ? FilterRowByGeometry<false, Depths::kEither>(level, y)
+      : p.edges.plane                       ? FilterRowByGeometry<true, Depths::kPlane>(level, y)
+                      : FilterRowByGeometry<true, Depths::kGradient>(level, y);
       break;
     case AtrousWeights::kSvgf:
       FilterRowOf(level, y);

@@ -17,6 +17,7 @@
 
 #include "denoise/simd/fetch_taps-inl.h"
 #include "denoise/simd/sparse_rows-inl.h"
+#include "denoise/simd/stream_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -56,12 +57,14 @@ void CompareWithHistoryRows(const NewLight& light, const SignalHistory& before,
   for (int y = y0; y < y1; ++y) {
     const bool sparse = IsSparseRow(light.samples.Row(y), width);
     NextRow<24> next;
+    for (const Image1* plane : {&light.samples, &light.colour[0], &guides.inverse_depth}) {
+      next.Add(*plane, y + 1);
+    }
     for (const Image1* plane :
-         {&light.samples, &light.colour[0], &guides.inverse_depth,
-          static_cast<const Image1*>(present), static_cast<const Image1*>(&compared->variance),
+         {static_cast<const Image1*>(present), static_cast<const Image1*>(&compared->variance),
           static_cast<const Image1*>(&compared->colour[0]),
           static_cast<const Image1*>(&compared->colour[1])}) {
-      next.Add(*plane, y + 1);
+      AddStreamed(*plane, y + 1, &next);
     }
     if (!sparse) {
       AddHistory(
@@ -73,7 +76,7 @@ void CompareWithHistoryRows(const NewLight& light, const SignalHistory& before,
         next.Fetch(x);
       }
       if (sparse && NoSamples(light.samples, x, y)) {
-        StoreInRow(d, zero, present->Row(y), x, width);
+        StreamInRow(d, zero, present->Row(y), x, width);
         continue;
       }
       VF length, mean, variance, then, weights2;
@@ -91,12 +94,13 @@ void CompareWithHistoryRows(const NewLight& light, const SignalHistory& before,
       const VF now = hn::Div(l, hn::Add(l, scale));
       const VF single = SampleVariance(then, mean, variance, scale);
       const VF noise = hn::Mul(single, hn::Add(hn::Div(one, hn::Max(n, one)), weights2));
-      StoreInRow(d, hn::IfThenElseZero(both, one), present->Row(y), x, width);
-      StoreInRow(d, hn::Sub(now, then), compared->colour[0].Row(y), x, width);
-      StoreInRow(d, single, compared->colour[1].Row(y), x, width);
-      StoreInRow(d, noise, compared->variance.Row(y), x, width);
+      StreamInRow(d, hn::IfThenElseZero(both, one), present->Row(y), x, width);
+      StreamInRow(d, hn::Sub(now, then), compared->colour[0].Row(y), x, width);
+      StreamInRow(d, single, compared->colour[1].Row(y), x, width);
+      StreamInRow(d, noise, compared->variance.Row(y), x, width);
     }
   }
+  FinishStreams();
 }
 
 void LimitHistoryRows(const FilterPlanes& blurred, const Image1& present,
@@ -107,10 +111,11 @@ void LimitHistoryRows(const FilterPlanes& blurred, const Image1& present,
   const int width = limit->width();
   for (int y = y0; y < y1; ++y) {
     NextRow<20> next;
-    for (const Image1* plane : {&blurred.colour[0], &blurred.colour[1], &blurred.variance, &present,
-                                static_cast<const Image1*>(limit)}) {
+    for (const Image1* plane :
+         {&blurred.colour[0], &blurred.colour[1], &blurred.variance, &present}) {
       next.Add(*plane, y + 1);
     }
+    AddStreamed(*limit, y + 1, &next);
     AddHistory({&before.length, &before.weights2}, taps, y, &next);
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
@@ -128,10 +133,11 @@ void LimitHistoryRows(const FilterPlanes& blurred, const Image1& present,
       const VF limited = hn::Div(hn::Set(d, 1.0f), hn::Max(distrust, hn::Set(d, 1e-6f)));
       const MF biased =
           hn::And(hn::Gt(bias2, zero), hn::Gt(hn::LoadU(d, present.Row(y) + x), zero));
-      StoreInRow(d, hn::IfThenElse(biased, hn::Min(length, limited), length), limit->Row(y), x,
-                 width);
+      StreamInRow(d, hn::IfThenElse(biased, hn::Min(length, limited), length), limit->Row(y), x,
+                  width);
     }
   }
+  FinishStreams();
 }
 
 }  // namespace

@@ -46,6 +46,16 @@ HWY_INLINE VF SmoothAcross(const float* row, int x) {
                     hn::Add(hn::LoadU(d, row + x - 1), hn::LoadU(d, row + x + 1)));
 }
 
+/// sum / max(weight, 1). Away from edges all weights are 16: their division is exact, and costs one
+/// step instead of the divider's time.
+HWY_INLINE VF OverWeight(VF sum, VF weight) {
+  const DF d;
+  if (hn::AllTrue(d, hn::Eq(weight, hn::Set(d, 16.0f)))) {
+    return hn::Mul(sum, hn::Set(d, 1.0f / 16));
+  }
+  return hn::Div(sum, hn::Max(weight, hn::Set(d, 1.0f)));
+}
+
 void PrefilterVarianceRows(const Image1& luminance, const Image1& variance, const Image1& present,
                            const Image1& length, const PrefilterVarianceParameters& p, int y0,
                            int y1, Image1* stop) {
@@ -77,8 +87,7 @@ void PrefilterVarianceRows(const Image1& luminance, const Image1& variance, cons
       const MF there = hn::Gt(hn::LoadU(d, present.Row(y) + x), hn::Zero(d));
       VF smoothed = hn::IfThenElseZero(there, hn::LoadU(d, variance.Row(y) + x));
       if (p.smooth) {
-        smoothed =
-            hn::Div(SmoothAcross(sums, x), hn::Max(SmoothAcross(weights, x), hn::Set(d, 1.0f)));
+        smoothed = OverWeight(SmoothAcross(sums, x), SmoothAcross(weights, x));
       }
       const VF spread = p.square_root ? hn::Sqrt(smoothed) : smoothed;
       const VF l = hn::Abs(hn::LoadU(d, luminance.Row(y) + x));
