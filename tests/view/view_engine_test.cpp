@@ -367,7 +367,7 @@ TEST(ViewEngine, EndsAtOnceWhileALargeSceneLoads) {
     const Clock::time_point start = Clock::now();
     engine.reset();
     EXPECT_LT(std::chrono::duration<double>(Clock::now() - start).count(), 0.1);
-    EXPECT_EQ(SceneLoader::abandoned(), 1);
+    EXPECT_LE(SceneLoader::abandoned(), 1);  // none if it has noticed already
     SceneLoader::WaitForAbandoned();
     EXPECT_EQ(SceneLoader::abandoned(), 0);
   }
