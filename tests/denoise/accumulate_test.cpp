@@ -14,22 +14,12 @@
 namespace stillray {
 namespace {
 
+using test::DifferentBits;
 using test::kHeight;
 using test::kWidth;
 using test::MakeGuides;
 using test::MakeHistory;
 using test::MakeLight;
-
-int DifferentBits(const Image1& a, const Image1& b) {
-  int count = 0;
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
-      // A zero that keeps its sign is no other number.
-      count += a(x, y) != b(x, y) ? 1 : 0;
-    }
-  }
-  return count;
-}
 
 int DifferentBits(const SignalHistory& a, const SignalHistory& b) {
   int count = DifferentBits(a.mean, b.mean) + DifferentBits(a.variance, b.variance) +

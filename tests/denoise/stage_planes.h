@@ -77,4 +77,26 @@ inline NewLight MakeLight(float lit = 0.03f, uint32_t seed = 20) {
   return light;
 }
 
+/// How many pixels are not the same.
+template <typename T>
+int DifferentBits(const Plane<T>& a, const Plane<T>& b) {
+  int count = 0;
+  for (int y = 0; y < a.height(); ++y) {
+    for (int x = 0; x < a.width(); ++x) {
+      // A zero that keeps its sign is no other number.
+      count += a(x, y) != b(x, y) ? 1 : 0;
+    }
+  }
+  return count;
+}
+
+template <typename T, int N>
+int DifferentBits(const Planes<T, N>& a, const Planes<T, N>& b) {
+  int count = 0;
+  for (int c = 0; c < N; ++c) {
+    count += DifferentBits(a[c], b[c]);
+  }
+  return count;
+}
+
 }  // namespace stillray::test
