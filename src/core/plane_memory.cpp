@@ -33,7 +33,7 @@ size_t NextPlace() {
 
 /// From the start of a memory page: no two places are the same. Planes of a stage that begin at the
 /// same one have their pixels in the same sets of the first cache, and what is written to one holds
-/// up what is read of the other (three signals of the wavelet took up to twice as long).
+/// up what is read of the other (three signals of the wavelet took 1.7 times as long).
 size_t SmallShift(size_t place) {
   constexpr size_t kSmallPage = 4096;
   constexpr size_t kStep = 23 * 64;  // an odd number of lines: as many places as a page has lines
