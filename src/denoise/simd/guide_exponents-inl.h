@@ -50,7 +50,8 @@ HWY_INLINE VF GuideExponent(const GuideRow& g, const GuideCentre& c, ptrdiff_t q
   return hn::NegMulAdd(deviation, depth_scale, exponent);
 }
 
-/// Exponents (or weights) of all taps of one vector of pixels, in the order of the pairs.
+/// Exponents, with kWeightBias, (or weights) of all taps of one vector of pixels, in the order of
+/// the pairs.
 using TapVectors = float[2 * TapPairs::kMost][hn::MaxLanes(DF())];
 
 /// What the guides say about the taps of the pixels x, x + 1, ...: shared by all signals. A pass of
@@ -66,7 +67,7 @@ HWY_INLINE void GuideExponents(const TapPairs& taps, const EdgeStopping& edges, 
   const VF slope_least = hn::Mul(hn::Set(d, edges.depth_epsilon), c.z);
   const VF steepness = hn::Mul(c.flat, hn::Set(d, kLog2E));
   const VU id = test_id ? hn::LoadU(du, guide.id + x) : hn::Zero(du);
-  const float at_zero = kParabola ? edges.sigma_n * kParabolaAtZero : 0.0f;
+  const float at_zero = kWeightBias + (kParabola ? edges.sigma_n * kParabolaAtZero : 0.0f);
   for (int i = 0; i < taps.count; ++i) {
     const TapPair& pair = taps.pair[i];
     const VF bias = hn::Set(d, pair.log2_kernel + at_zero);

@@ -26,13 +26,6 @@ using VI = hn::Vec<DI>;
 using VU = hn::Vec<DU>;
 using MF = hn::Mask<DF>;
 
-/// Minimax polynomial of 2^t for t in -1/2..1/2, relative, lowest power first.
-constexpr float kWeightExp2[5] = {9.99999262e-01f, 6.93121818e-01f, 2.40247449e-01f,
-                                  5.59178353e-02f, 9.57008570e-03f};
-/// ... for t in 0..1.
-constexpr float kWeightExp2Above[5] = {1.000002595f, 6.9300382e-01f, 2.4144278e-01f, 5.201147e-02f,
-                                       1.353414e-02f};
-
 /// x, x + 1, ...: Highway's Iota is worked out lane by lane by some compilers, and what reads the
 /// vector then waits for all of their stores.
 alignas(64) constexpr int32_t kLaneNumbers[16] = {0, 1, 2,  3,  4,  5,  6,  7,
@@ -77,56 +70,93 @@ HWY_INLINE VF Exp2(VF x) {
   return hn::Mul(p, hn::BitCast(d, scale));  // at -127 the scale is 0
 }
 
-/// 2^x; 0 below -60. For -60 <= x <= 100 the maximum relative error is 3e-6 (tested), enough for
-/// weights. Two vectors, step by step: one alone is a longer chain than cores look ahead for
-/// others.
+// 2^t as (u^2 + c)^2 + u with u = a t + b, over a constant factor: the series of exp, cut off after
+// the fourth power, has just this form, so that three multiply-adds do what takes four otherwise.
+// a, b and c are minimax (relative error 1.4e-5); the factor is part of kWeightBias.
+constexpr float kWeightExp2A = 0.346591952f;
+constexpr float kWeightExp2C = 0.749961275f;
+#if HWY_TARGET <= HWY_AVX3
+constexpr float kWeightExp2B = 0.336709302f;  // for t in 0..1
+constexpr float kWeightBias = -0.113755818f;
+#else
+constexpr float kWeightExp2B = 0.510002893f;  // for t in -1/2..1/2
+constexpr float kWeightBias = -0.613748675f;
+#endif
+
+constexpr float kLeastWeight = kWeightBias - 60.0f;
+
+HWY_INLINE VF WeightExp2Fraction(VF t) {
+  const DF d;
+  const VF u = hn::MulAdd(t, hn::Set(d, kWeightExp2A), hn::Set(d, kWeightExp2B));
+  const VF v = hn::MulAdd(u, u, hn::Set(d, kWeightExp2C));
+  return hn::MulAdd(v, v, u);
+}
+
+/// 2^(x - kWeightBias): who makes the exponents has some constant to add the bias to. 0 below
+/// 2^-60, or with kTiny something between 0 and that, for sums that do not see it. Up to 2^100 the
+/// maximum relative error is 1.5e-5 (tested), enough for weights. Two vectors, step by step: one
+/// alone is a longer chain than cores look ahead for others.
 #if HWY_TARGET <= HWY_AVX3
 // AVX-512 has instructions for x - floor(x) and for p 2^floor(x).
+template <bool kTiny = false>
 HWY_INLINE void WeightsExp2(const VF x[2], VF out[2]) {
   const DF d;
   constexpr int kBelow = 0x9;  // round down, leave no bit of the fraction, raise nothing
-  const VF least = hn::Set(d, -60.0f);
   for (int k = 0; k < 2; ++k) {
-    const VF t{_mm512_reduce_ps(x[k].raw, kBelow)};
-    VF p = hn::Set(d, kWeightExp2Above[4]);
-    for (int i = 3; i >= 0; --i) {
-      p = hn::MulAdd(p, t, hn::Set(d, kWeightExp2Above[i]));
+    const VF p = WeightExp2Fraction(VF{_mm512_reduce_ps(x[k].raw, kBelow)});
+    if constexpr (kTiny) {
+      // With a mask of all lanes, since compilers warn of what the plain form leaves undefined.
+      out[k] = VF{_mm512_maskz_scalef_ps(__mmask16{0xffff}, p.raw, x[k].raw)};
+    } else {
+      const MF large = hn::Gt(x[k], hn::Set(d, kLeastWeight));
+      out[k] = VF{_mm512_maskz_scalef_ps(large.raw, p.raw, x[k].raw)};
     }
-    out[k] = VF{_mm512_maskz_scalef_ps(hn::Gt(x[k], least).raw, p.raw, x[k].raw)};
   }
 }
+
+/// Results that are too small for a normal number are zero while one of these is there: processors
+/// need a hundred cycles for each of the others. For WeightsExp2 with kTiny.
+class TinyIsZero {
+ public:
+  TinyIsZero() : before_(_mm_getcsr()) { _mm_setcsr(before_ | _MM_FLUSH_ZERO_ON); }
+  ~TinyIsZero() { _mm_setcsr(before_); }
+  TinyIsZero(const TinyIsZero&) = delete;
+  TinyIsZero& operator=(const TinyIsZero&) = delete;
+
+ private:
+  unsigned before_;
+};
 #else
 // The rounded x stands in the low bits of a float that is too large for a fraction, so that it can
 // be shifted into the exponent without conversion.
+template <bool kTiny = false>
 HWY_INLINE void WeightsExp2(const VF x[2], VF out[2]) {
   const DF d;
   const DI di;
   const VF large = hn::Set(d, 12582912.0f);  // 1.5 * 2^23
   const VF shifted0 = hn::Add(x[0], large);
   const VF shifted1 = hn::Add(x[1], large);
-  const VF t0 = hn::Sub(x[0], hn::Sub(shifted0, large));
-  const VF t1 = hn::Sub(x[1], hn::Sub(shifted1, large));
-  VF p0 = hn::Set(d, kWeightExp2[4]);
-  VF p1 = p0;
-  for (int i = 3; i >= 0; --i) {
-    const VF factor = hn::Set(d, kWeightExp2[i]);
-    p0 = hn::MulAdd(p0, t0, factor);
-    p1 = hn::MulAdd(p1, t1, factor);
-  }
+  const VF p0 = WeightExp2Fraction(hn::Sub(x[0], hn::Sub(shifted0, large)));
+  const VF p1 = WeightExp2Fraction(hn::Sub(x[1], hn::Sub(shifted1, large)));
   const VI exponent0 = hn::ShiftLeft<23>(hn::BitCast(di, shifted0));
   const VI exponent1 = hn::ShiftLeft<23>(hn::BitCast(di, shifted1));
   const VF power0 = hn::BitCast(d, hn::Add(hn::BitCast(di, p0), exponent0));
   const VF power1 = hn::BitCast(d, hn::Add(hn::BitCast(di, p1), exponent1));
-  const VF least = hn::Set(d, -60.0f);
+  const VF least = hn::Set(d, kLeastWeight);
   out[0] = hn::IfThenElseZero(hn::Gt(x[0], least), power0);
   out[1] = hn::IfThenElseZero(hn::Gt(x[1], least), power1);
 }
 
+/// Nothing here makes such numbers.
+struct TinyIsZero {
+  TinyIsZero() {}
+};
 #endif
 
-/// Of one vector.
+/// 2^x of one vector, as WeightsExp2.
 HWY_INLINE VF WeightExp2(VF x) {
-  const VF twice[2] = {x, x};  // of which the compiler works out one
+  const VF biased = hn::Add(x, hn::Set(DF(), kWeightBias));
+  const VF twice[2] = {biased, biased};  // of which the compiler works out one
   VF out[2];
   WeightsExp2(twice, out);
   return out[0];

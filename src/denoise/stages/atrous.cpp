@@ -216,7 +216,7 @@ HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, const TapV
     exponent[0] = hn::NegMulAdd(deviation[0], factor[0], exponent[0]);
     exponent[1] = hn::NegMulAdd(deviation[1], factor[1], exponent[1]);
     VF weight[2];
-    WeightsExp2(exponent, weight);
+    WeightsExp2<true>(exponent, weight);
     if constexpr (!kComplete) {
       weight[0] = WherePresent(row, q[0], weight[0]);
       weight[1] = WherePresent(row, q[1], weight[1]);
@@ -436,6 +436,7 @@ void FilterRowOf(const AtrousLevel& level, int y) {
 }
 
 void AtrousRow(const AtrousLevel& level, int y) {
+  const TinyIsZero tiny_is_zero;
   const AtrousParameters& p = level.parameters;
   switch (p.weights) {
     case AtrousWeights::kNaive:
