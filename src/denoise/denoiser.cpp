@@ -23,7 +23,8 @@
 //   antialias            4x4      picture, motion                picture              kept for the next frame
 //
 // Where nothing has to see what lies between them, prepare_guides runs with reproject, demodulate with accumulate and
-// remodulate with antialias, row by row; their time is then that of the later one.
+// remodulate with antialias, row by row; their time is then that of the later one. accumulate then also leaves the
+// variance of histories that are long enough, and estimate_variance looks at the others alone.
 // clang-format on
 
 #include <algorithm>
@@ -326,6 +327,7 @@ Status Denoiser::Denoise(const Frame& given, const FutureLight& future, Denoised
   const Frame& frame = **host;
   STILLRAY_RETURN_IF_ERROR(CheckFuture(frame, d.settings, future));
   STILLRAY_RETURN_IF_ERROR(d.Begin(frame, out));
+  d.merges_future = !future.empty();
   d.GatherSignals([&](size_t i) {
     d.RunAccumulate(i);
     d.BeginFilter(i, d.MergeFuture(i, future));

@@ -44,6 +44,8 @@ struct WaveletPlanes {
   Image1* variance = nullptr;  ///< of it
   const Image1* where = nullptr;  ///< positive where there is light on a surface
   bool complete = false;          ///< `present` is 1 on every surface
+  bool has_variance = false;      ///< of this frame, but for the blocks that are `open`
+  Plane<uint32_t> open;           ///< see VarianceOnTheWay
   float mean_luminance = 1;
   SignalHistory* history = nullptr;  ///< where the light came from
 
@@ -51,9 +53,11 @@ struct WaveletPlanes {
   WaveletPlanes(int width, int height, int border)
       : filter{{width, height, border}, {width, height, border}},
         stop(width, height, border),
-        present(width, height, border) {}
+        present(width, height, border),
+        open((width + kBlockPixels - 1) / kBlockPixels, height) {}
   size_t bytes() const {
-    return filter[0].bytes() + filter[1].bytes() + stop.bytes() + present.bytes() + grown.bytes();
+    return filter[0].bytes() + filter[1].bytes() + stop.bytes() + present.bytes() + grown.bytes() +
+           open.bytes();
   }
 };
 
@@ -88,9 +92,10 @@ struct Denoiser::Impl {
   const Image3* emission = nullptr;
   const Image3* background = nullptr;
   float samples_per_pixel = 1;
-  float feedback_phase = 1;  ///< weight of history with the last feedback in what is filtered
-  bool feeds_back = false;   ///< whether this frame's filtered light becomes history
-  bool was_fed_back = true;  ///< whether the last frame's did, or may have
+  float feedback_phase = 1;    ///< weight of history with the last feedback in what is filtered
+  bool feeds_back = false;     ///< whether this frame's filtered light becomes history
+  bool was_fed_back = true;    ///< whether the last frame's did, or may have
+  bool merges_future = false;  ///< whether light of the future joins what is accumulated
   std::vector<SignalGroup> groups;  ///< of frames with or without transmission, as it says
   bool groups_have_transmission = false;
   SignalGrouping grouping = SignalGrouping::kSplit;
@@ -113,12 +118,14 @@ struct Denoiser::Impl {
   void RunLimitHistory();
   const Image1* LimitOf(size_t signal) const { return Limits() ? &wavelet[signal].stop : nullptr; }
   void RunAccumulate(size_t signal);
+  void AccumulateRadiance(size_t signal, const AccumulateParameters& p);
   SignalHistory ShortenedHistory(size_t signal) const;
   SignalHistory* MergeFuture(size_t signal, const FutureLight& future);
   /// Leaves the accumulated light in `wavelet`, ...
   void BeginFilter(size_t signal, SignalHistory* history);
   /// ... and the variances of all signals.
   void RunEstimateVariance();
+  EstimateVarianceParameters VarianceParameters() const;
   void FindPresent(WaveletPlanes* planes) const;
   SignalHistory EmptyHistory() const {
     return SignalHistory(state.width, state.height, settings.limit_history,

@@ -100,6 +100,9 @@ struct FilterPlanes {
   size_t bytes() const { return colour.bytes() + variance.bytes(); }
 };
 
+/// Pixels of a row for which one flag stands, where a stage leaves work to another.
+inline constexpr int kBlockPixels = 16;
+
 /// Where the history of a vector of pixels lies.
 enum class HistoryPlace : uint8_t {
   kElsewhere,  ///< some of it at other pixels

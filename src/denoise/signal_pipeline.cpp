@@ -362,10 +362,23 @@ void Denoiser::Impl::GatherLight(size_t signal) {
   KeepImage("noisy", group, light_of.colour);
 }
 
+/// Leaves the history in `fetched`, and its variance where the wavelet looks for it.
+void Denoiser::Impl::AccumulateRadiance(size_t signal, const AccumulateParameters& p) {
+  WaveletPlanes& planes = wavelet[signal];
+  const EstimateVarianceParameters of_variance = VarianceParameters();
+  VarianceOnTheWay variance = {state.guides, of_variance, &planes.filter[0].variance, &planes.open};
+  planes.has_variance = settings.wavelet == Wavelet::kSvgf && !merges_future;
+  Count(stages->accumulate_radiance(RadianceOf(groups[signal], &light[signal]),
+                                    state.signals[signal], taps, p, &light[signal],
+                                    planes.has_variance ? &variance : nullptr, &fetched));
+  planes.complete = variance.complete;
+}
+
 void Denoiser::Impl::RunAccumulate(size_t signal) {
   const StageTimer timer(&out->timings, "accumulate");
   const NewLight& light_of = light[signal];
   SignalHistory* history = &state.signals[signal];
+  wavelet[signal].has_variance = false;
   AccumulateParameters p;
   p.alpha_min = settings.alpha_min;
   p.alpha_moments = settings.alpha_moments;
@@ -387,8 +400,7 @@ void Denoiser::Impl::RunAccumulate(size_t signal) {
   }
   fetched.compressed_scale = history->compressed_scale;
   if (JoinsOnTheWay()) {
-    const DemodulateInput radiance = RadianceOf(groups[signal], &light[signal]);
-    Count(stages->accumulate_radiance(radiance, *history, taps, p, &light[signal], &fetched));
+    AccumulateRadiance(signal, p);
   } else {
     stages->accumulate(light_of, *history, &taps, LimitOf(signal), p, &fetched);
   }
@@ -448,8 +460,7 @@ void Denoiser::Impl::BeginFilter(size_t signal, SignalHistory* history) {
   }
 }
 
-void Denoiser::Impl::RunEstimateVariance() {
-  const StageTimer timer(&out->timings, "estimate_variance");
+EstimateVarianceParameters Denoiser::Impl::VarianceParameters() const {
   EstimateVarianceParameters p;
   p.of_mean = settings.variance_of == VarianceOf::kMean;
   p.spatial = settings.short_history == ShortHistory::kSpatial;
@@ -457,11 +468,18 @@ void Denoiser::Impl::RunEstimateVariance() {
   p.least_evidence = IsSparse() ? kLeastEvidence : 0.0f;
   p.boost = settings.short_history_boost;
   p.edges = EdgesOf(settings);
+  return p;
+}
+
+void Denoiser::Impl::RunEstimateVariance() {
+  const StageTimer timer(&out->timings, "estimate_variance");
   std::array<VarianceSignal, kMostGroups> signals;
   for (size_t i = 0; i < groups.size(); ++i) {
-    signals[i] = {wavelet[i].history, &light[i].samples, wavelet[i].variance};
+    const WaveletPlanes& planes = wavelet[i];
+    signals[i] = {planes.history, frame->samples.empty() ? nullptr : &light[i].samples,
+                  planes.variance, planes.has_variance ? &planes.open : nullptr, planes.complete};
   }
-  stages->estimate_variance({signals.data(), groups.size()}, state.guides, p);
+  stages->estimate_variance({signals.data(), groups.size()}, state.guides, VarianceParameters());
   for (size_t i = 0; i < groups.size(); ++i) {
     wavelet[i].complete = signals[i].complete;
     KeepPlane("variance", groups[i], *wavelet[i].variance);

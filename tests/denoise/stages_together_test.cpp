@@ -135,12 +135,17 @@ TEST(StagesTogether, AccumulateRadiance) {
   const Image3 albedo = RandomImage(60);
   Image3 radiance = RandomImage(70);
   radiance[0](3, 5) = std::nanf("");
-  radiance[2](80, 36) = -1;
+  Image1 samples(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      samples(x, y) = std::floor(4 * test::Random(x, y, 61));
+    }
+  }
   DemodulateInput in;
   in.radiance[in.count++] = &radiance;
   in.albedo.part[in.albedo.count++] = &albedo;
   const Image2 motion = MakeMotion();
-  OnEveryTarget([&] {
+  const auto check = [&] {
     ReprojectionTaps taps(kWidth, kHeight);
     cpu::FindTaps(now, before, motion, {}, &taps);
     NewLight light = test::MakeLight();
@@ -150,19 +155,85 @@ TEST(StagesTogether, AccumulateRadiance) {
     NewLight on_the_way = test::MakeLight();
     SignalHistory joined = history;
     const DemodulateCounts counts =
-        cpu::AccumulateRadiance(in, history, taps, {}, &on_the_way, &joined);
+        cpu::AccumulateRadiance(in, history, taps, {}, &on_the_way, nullptr, &joined);
     EXPECT_EQ(counts.non_finite, apart.non_finite);
     EXPECT_EQ(counts.negative, apart.negative);
     EXPECT_EQ(counts.non_finite, 1);
     EXPECT_EQ(counts.negative, 1);
-    EXPECT_EQ(DifferentBits(on_the_way.samples, light.samples), 0);
+    if (in.samples != nullptr) {
+      EXPECT_EQ(DifferentBits(on_the_way.samples, light.samples), 0);
+    }
     EXPECT_EQ(DifferentBits(joined.colour, expected.colour), 0);
     EXPECT_EQ(DifferentBits(joined.mean, expected.mean), 0);
     EXPECT_EQ(DifferentBits(joined.variance, expected.variance), 0);
     EXPECT_EQ(DifferentBits(joined.length, expected.length), 0);
     EXPECT_EQ(DifferentBits(joined.weights2, expected.weights2), 0);
     EXPECT_GT(DifferentBits(joined.colour, history.colour), 0);
-  });
+  };
+  in.samples = nullptr;
+  radiance[2](80, 36) = -1;
+  OnEveryTarget(check);
+  samples(3, 5) = samples(80, 36) = 1;
+  in.samples = &samples;
+  OnEveryTarget(check);
+}
+
+TEST(StagesTogether, VarianceOnTheWay) {
+  const GuidePlanes before = test::MakeGuides(false);
+  const GuidePlanes now = test::MakeGuides(true);
+  const Image3 radiance = RandomImage(70);
+  Image1 samples(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      samples(x, y) = std::floor(4 * test::Random(x, y, 61));
+    }
+  }
+  // Of the rest, every history is long enough.
+  SignalHistory history = test::MakeHistory(false);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = kWidth / 2; x < kWidth; ++x) {
+      history.length(x, y) = 9;
+    }
+  }
+  DemodulateInput in;
+  in.radiance[in.count++] = &radiance;
+  EstimateVarianceParameters p;
+  Image2 motion(kWidth, kHeight);
+  const auto check = [&] {
+    ReprojectionTaps taps(kWidth, kHeight);
+    cpu::FindTaps(now, before, motion, {}, &taps);
+    NewLight light = test::MakeLight();
+    SignalHistory joined = history;
+    cpu::AccumulateRadiance(in, history, taps, {}, &light, nullptr, &joined);
+    Image1 apart(kWidth, kHeight);
+    const Image1* n = in.samples != nullptr ? &light.samples : nullptr;
+    VarianceSignal signal = {&joined, n, &apart};
+    cpu::EstimateVariance({&signal, 1}, now, p);
+    Image1 together(kWidth, kHeight);
+    Plane<uint32_t> open((kWidth + kBlockPixels - 1) / kBlockPixels, kHeight);
+    VarianceOnTheWay wanted = {now, p, &together, &open};
+    cpu::AccumulateRadiance(in, history, taps, {}, &light, &wanted, &joined);
+    EXPECT_EQ(wanted.complete, signal.complete);
+    int left = 0;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int block = 0; block < open.width(); ++block) {
+        left += static_cast<int>(open(block, y));
+      }
+    }
+    EXPECT_GT(left, 0);
+    EXPECT_LT(left, open.width() * kHeight);
+    VarianceSignal rest = {&joined, n, &together, &open, wanted.complete};
+    cpu::EstimateVariance({&rest, 1}, now, p);
+    EXPECT_EQ(rest.complete, signal.complete);
+    EXPECT_EQ(DifferentBits(together, apart), 0);
+  };
+  for (const bool of_mean : {true, false}) {
+    p.of_mean = of_mean;
+    in.samples = nullptr;
+    OnEveryTarget(check);
+    in.samples = &samples;
+    OnEveryTarget(check);
+  }
 }
 
 TEST(StagesTogether, AntialiasParts) {

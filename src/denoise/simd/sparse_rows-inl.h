@@ -16,11 +16,14 @@ HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 
-/// Whether none of the pixels x, x + 1, ... has a sample.
-HWY_INLINE bool NoSamples(const Image1& samples, int x, int y) {
+/// Whether none of the pixels x, x + 1, ... of a row has a sample.
+HWY_INLINE bool NoSamples(const float* samples, int x, int width) {
   const DF d;
-  const VF given = hn::LoadU(d, samples.Row(y) + x);
-  return hn::AllTrue(d, hn::Or(hn::Eq(given, hn::Zero(d)), hn::Not(InRow(x, samples.width()))));
+  const VF given = hn::LoadU(d, samples + x);
+  return hn::AllTrue(d, hn::Or(hn::Eq(given, hn::Zero(d)), hn::Not(InRow(x, width))));
+}
+HWY_INLINE bool NoSamples(const Image1& samples, int x, int y) {
+  return NoSamples(samples.Row(y), x, samples.width());
 }
 
 /// Whether less than one in eight pixels of a row has a sample.

@@ -18,6 +18,7 @@
 #include "denoise/simd/fetch_taps-inl.h"
 #include "denoise/simd/sparse_rows-inl.h"
 #include "denoise/simd/stream_rows-inl.h"
+#include "denoise/simd/temporal_variance-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
 #ifndef STILLRAY_ACCUMULATE_ONCE
@@ -33,14 +34,11 @@ struct Joining {
   const AccumulateParameters& p;
 };
 
-/// Colours of one row of new light.
-struct LightRow {
-  const float* channel[3];
+/// What a band of rows has found.
+struct RadianceRows {
+  DemodulateCounts counts;
+  bool complete = true;  ///< see VarianceOnTheWay
 };
-
-inline LightRow LightRowOf(const NewLight& light, int y) {
-  return {{light.colour[0].Row(y), light.colour[1].Row(y), light.colour[2].Row(y)}};
-}
 
 }  // namespace stillray
 #endif
@@ -89,7 +87,7 @@ HWY_INLINE void JoinOld(const Joining& j, const LightRow& light, bool nothing_ne
   const VF one = hn::Set(d, 1.0f);
   const AccumulateParameters& p = j.p;
   const SignalHistory& before = j.before;
-  const VF n = hn::LoadU(d, j.light.samples.Row(y) + x);
+  const VF n = hn::LoadU(d, light.samples + x);
   const VF old_length = old_of(before.length);
   VF length = old_length;
   if (j.limit != nullptr) {
@@ -103,7 +101,7 @@ HWY_INLINE void JoinOld(const Joining& j, const LightRow& light, bool nothing_ne
   const VF alpha_moments = NewFrameWeight(length, n, p.alpha_moments, p.constant_weight);
   VF colour[3];
   for (int c = 0; c < 3; ++c) {
-    colour[c] = nothing_new ? hn::Zero(d) : hn::LoadU(d, light.channel[c] + x);
+    colour[c] = nothing_new ? hn::Zero(d) : hn::LoadU(d, light.colour[c] + x);
     const VF old = old_of(before.colour[c]);
     store(kColourSlot + c, hn::MulAdd(alpha, hn::Sub(colour[c], old), old));
     if (!before.behind.empty()) {
@@ -135,6 +133,11 @@ HWY_INLINE void JoinOld(const Joining& j, const LightRow& light, bool nothing_ne
   store(kMeanSlot, hn::MulAdd(alpha_moments, difference, mean));
   store(kWeights2Slot, hn::IfThenElse(arrived, new_weights2, weights2));
   store(kLengthSlot, hn::IfThenElse(arrived, hn::Add(length, n), old_length));
+}
+
+/// New light is not changed.
+LightRow LightRowOf(const NewLight& light, int y) {
+  return stillray::LightRowOf(const_cast<NewLight*>(&light), y);
 }
 
 template <typename Store>
@@ -175,18 +178,49 @@ NextRow<kMostFetched> NextRowOf(const Joining& j, const SignalHistory& out, int 
   return next;
 }
 
-void AccumulateRow(const Joining& j, const LightRow& light, const NextRow<kMostFetched>& next,
-                   bool sparse, int y, SignalHistory* out) {
+/// Whether a block is open, after its last vector.
+HWY_INLINE void MarkOpen(MF is_short, int x, uint32_t* row) {
+  static_assert(kBlockPixels % hn::MaxLanes(DF()) == 0);
+  uint32_t& block = row[x / kBlockPixels];
+  const bool any = !hn::AllFalse(DF(), is_short);
+  block = any || (x % kBlockPixels != 0 && block != 0) ? 1 : 0;
+}
+
+/// \param variance  wanted (kVariance), or nullptr
+/// \return whether every surface has light, where that is asked for
+template <bool kVariance>
+bool AccumulateRow(const Joining& j, const LightRow& light, const NextRow<kMostFetched>& next,
+                   bool sparse, int y, const VarianceOnTheWay* variance, SignalHistory* out) {
   const DF d;
   const int width = j.light.samples.width();
   const SlotRows rows = RowsOf(out, y);
+  bool complete = true;
   for (int x = 0; x < width; x += LaneCount()) {
     next.Fetch(x);
-    const bool nothing_new = sparse && NoSamples(j.light.samples, x, y);
+    const bool nothing_new = sparse && NoSamples(light.samples, x, width);
+    HistoryMoments moments;
     JoinVector(j, light, nothing_new, x, y, [&](int slot, VF value) HWY_ATTR {
+      if (kVariance && slot == kVarianceSlot) {
+        moments.variance = value;
+      } else if (kVariance && slot == kWeights2Slot) {
+        moments.weights2 = value;
+      } else if (kVariance && slot == kLengthSlot) {
+        moments.length = value;
+      }
       StreamInRow(d, value, rows.row[slot], x, width);
     });
+    if constexpr (kVariance) {
+      moments.samples = hn::Max(hn::LoadU(d, light.samples + x), hn::Set(d, 1.0f));
+      const VF i = hn::LoadU(d, variance->guides.inverse_depth.Row(y) + x);
+      const MF surface = hn::Gt(i, hn::Zero(d));
+      const TemporalVariance temporal =
+          TemporalVarianceOf(moments, surface, InRow(x, width), variance->p);
+      StreamInRow(d, temporal.value, variance->variance->Row(y), x, width);
+      MarkOpen(temporal.is_short, x, variance->open->Row(y));
+      complete = complete && hn::AllFalse(d, temporal.missing);
+    }
   }
+  return complete;
 }
 
 void AccumulateRows(const Joining& j, int y0, int y1, SignalHistory* out) {
@@ -197,32 +231,44 @@ void AccumulateRows(const Joining& j, int y0, int y1, SignalHistory* out) {
       next.Add(j.light.colour, y + 1);
     }
     next.Add(j.light.samples, y + 1);
-    AccumulateRow(j, LightRowOf(j.light, y), next, sparse, y, out);
+    AccumulateRow<false>(j, LightRowOf(j.light, y), next, sparse, y, nullptr, out);
   }
   FinishStreams();
 }
 
 /// Makes each row of light just before it joins the history.
-DemodulateCounts AccumulateRadianceRows(const Joining& j, const DemodulateInput& radiance, int y0,
-                                        int y1, NewLight* light, SignalHistory* out) {
+RadianceRows AccumulateRadianceRows(const Joining& j, const DemodulateInput& radiance, int y0,
+                                    int y1, NewLight* light, const VarianceOnTheWay* variance,
+                                    SignalHistory* out) {
   const int width = light->samples.width();
-  const RowScratch scratch(width, 3);
-  float* const colour[3] = {scratch.Row(0), scratch.Row(1), scratch.Row(2)};
-  DemodulateCounts counts;
+  const RowScratch scratch(width, 4);
+  RadianceRows found;
   for (int y = y0; y < y1; ++y) {
-    const DemodulateCounts of_row = cpu::DemodulateRow(radiance, y, colour, light);
-    counts.non_finite += of_row.non_finite;
-    counts.negative += of_row.negative;
-    const bool sparse = IsSparseRow(light->samples.Row(y), width);
+    // Samples that the frame does not tell apart are of use to nobody else.
+    const LightRow row = {{scratch.Row(0), scratch.Row(1), scratch.Row(2)},
+                          radiance.samples != nullptr ? light->samples.Row(y) : scratch.Row(3)};
+    const DemodulateCounts of_row = cpu::DemodulateRow(radiance, y, row, light);
+    found.counts.non_finite += of_row.non_finite;
+    found.counts.negative += of_row.negative;
+    const bool sparse = IsSparseRow(row.samples, width);
     NextRow<kMostFetched> next = NextRowOf(j, *out, y);
     if (!sparse) {
       AddRadiance(radiance, y + 1, &next);
     }
-    next.Add(light->samples, y + 1);
-    AccumulateRow(j, {{colour[0], colour[1], colour[2]}}, next, sparse, y, out);
+    if (radiance.samples != nullptr) {
+      next.Add(light->samples, y + 1);
+    }
+    if (variance == nullptr) {
+      AccumulateRow<false>(j, row, next, sparse, y, nullptr, out);
+      continue;
+    }
+    next.Add(variance->guides.inverse_depth, y + 1);
+    AddStreamed(*variance->variance, y + 1, &next);
+    const bool complete = AccumulateRow<true>(j, row, next, sparse, y, variance, out);
+    found.complete = found.complete && complete;
   }
   FinishStreams();
-  return counts;
+  return found;
 }
 
 /// Works out the vectors that read other pixels, before any of those is overwritten.
@@ -340,16 +386,24 @@ void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps, cons
 
 DemodulateCounts AccumulateRadiance(const DemodulateInput& radiance, const SignalHistory& before,
                                     const ReprojectionTaps& taps, const AccumulateParameters& p,
-                                    NewLight* light, SignalHistory* out) {
+                                    NewLight* light, VarianceOnTheWay* variance,
+                                    SignalHistory* out) {
   const Joining joining = {*light, before, &taps, nullptr, p};
   std::atomic<int64_t> non_finite = 0;
   std::atomic<int64_t> negative = 0;
+  std::atomic<bool> complete = true;
   ParallelRows(light->samples.height(), 32, [&](int y0, int y1) {
-    const DemodulateCounts counts =
-        HWY_DYNAMIC_DISPATCH(AccumulateRadianceRows)(joining, radiance, y0, y1, light, out);
-    non_finite += counts.non_finite;
-    negative += counts.negative;
+    const auto found = HWY_DYNAMIC_DISPATCH(AccumulateRadianceRows)(joining, radiance, y0, y1,
+                                                                    light, variance, out);
+    non_finite += found.counts.non_finite;
+    negative += found.counts.negative;
+    if (!found.complete) {
+      complete = false;
+    }
   });
+  if (variance != nullptr) {
+    variance->complete = complete;
+  }
   return {non_finite, negative};
 }
 

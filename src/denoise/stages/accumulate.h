@@ -10,6 +10,7 @@
 
 #include "denoise/planes.h"
 #include "denoise/stages/demodulate.h"
+#include "denoise/stages/estimate_variance.h"
 
 namespace stillray {
 
@@ -32,7 +33,8 @@ struct AccumulateParameters {
 /// for views in which little moves.
 /// \param staged  with room for all vectors that are kElsewhere
 /// AccumulateRadiance divides the light by its albedo on the way (stages/demodulate.h): the colour
-/// of \p light says nothing then.
+/// of \p light says nothing then, nor do its samples unless the frame has some.
+/// \param variance  wanted of the new history (stages/estimate_variance.h), or nullptr
 namespace reference {
 void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps, const Image1* limit,
                        const AccumulateParameters& parameters, StagedHistory* staged,
@@ -42,7 +44,7 @@ void Accumulate(const NewLight& light, const SignalHistory& before, const Reproj
 DemodulateCounts AccumulateRadiance(const DemodulateInput& radiance, const SignalHistory& before,
                                     const ReprojectionTaps& taps,
                                     const AccumulateParameters& parameters, NewLight* light,
-                                    SignalHistory* out);
+                                    VarianceOnTheWay* variance, SignalHistory* out);
 }  // namespace reference
 namespace cpu {
 void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps, const Image1* limit,
@@ -53,7 +55,7 @@ void Accumulate(const NewLight& light, const SignalHistory& before, const Reproj
 DemodulateCounts AccumulateRadiance(const DemodulateInput& radiance, const SignalHistory& before,
                                     const ReprojectionTaps& taps,
                                     const AccumulateParameters& parameters, NewLight* light,
-                                    SignalHistory* out);
+                                    VarianceOnTheWay* variance, SignalHistory* out);
 }  // namespace cpu
 
 }  // namespace stillray

@@ -67,9 +67,16 @@ void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps, cons
 
 DemodulateCounts AccumulateRadiance(const DemodulateInput& radiance, const SignalHistory& before,
                                     const ReprojectionTaps& taps, const AccumulateParameters& p,
-                                    NewLight* light, SignalHistory* out) {
+                                    NewLight* light, VarianceOnTheWay* variance,
+                                    SignalHistory* out) {
   const DemodulateCounts counts = Demodulate(radiance, light);
   Accumulate(*light, before, &taps, nullptr, p, out);
+  if (variance != nullptr) {  // all of it: no block is left
+    VarianceSignal signal = {out, &light->samples, variance->variance};
+    EstimateVariance({&signal, 1}, variance->guides, variance->p);
+    variance->open->Fill(0);
+    variance->complete = signal.complete;
+  }
   return counts;
 }
 

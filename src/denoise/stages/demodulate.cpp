@@ -67,14 +67,14 @@ HWY_INLINE VF WithinVariance(const DemodulateInput& in, int x, int y, const Colo
 /// \param sparse    few pixels have a sample: the others are not even read
 template <bool kAtOnce>
 HWY_INLINE DemodulateCounts RowInto(const DemodulateInput& in, const NextRow<40>& next, bool sparse,
-                                    int y, float* const colour[3], NewLight* out) {
+                                    int y, const LightRow& row, NewLight* out) {
   const DF d;
   const VF zero = hn::Zero(d);
   const VF one = hn::Set(d, 1.0f);
   const bool divide = in.albedo.count > 0;
   const int width = out->samples.width();
-  const auto store = [&](VF v, float* row, int x) HWY_ATTR {
-    kAtOnce ? StoreInRow(d, v, row, x, width) : StreamInRow(d, v, row, x, width);
+  const auto store = [&](VF v, float* to, int x) HWY_ATTR {
+    kAtOnce ? StoreInRow(d, v, to, x, width) : StreamInRow(d, v, to, x, width);
   };
   DemodulateCounts counts;
   for (int x = 0; x < width; x += LaneCount()) {
@@ -82,9 +82,9 @@ HWY_INLINE DemodulateCounts RowInto(const DemodulateInput& in, const NextRow<40>
     const MF in_row = InRow(x, width);
     if (sparse && NoSamples(*in.samples, x, y)) {
       for (int c = 0; c < 3; ++c) {
-        store(zero, colour[c], x);
+        store(zero, row.colour[c], x);
       }
-      store(zero, out->samples.Row(y), x);
+      store(zero, row.samples, x);
       if (!out->within.empty()) {
         store(zero, out->within.Row(y), x);
       }
@@ -120,10 +120,10 @@ HWY_INLINE DemodulateCounts RowInto(const DemodulateInput& in, const NextRow<40>
     counts.negative +=
         static_cast<int64_t>(hn::CountTrue(d, hn::And(hn::And(finite, negative), sampled)));
     const VF luminance = Luminance(sum.r, sum.g, sum.b, in.rec601);
-    store(hn::IfThenElseZero(usable, luminance), colour[0], x);
-    store(hn::IfThenElseZero(usable, sum.r), colour[1], x);
-    store(hn::IfThenElseZero(usable, sum.b), colour[2], x);
-    store(hn::IfThenElseZero(usable, given), out->samples.Row(y), x);
+    store(hn::IfThenElseZero(usable, luminance), row.colour[0], x);
+    store(hn::IfThenElseZero(usable, sum.r), row.colour[1], x);
+    store(hn::IfThenElseZero(usable, sum.b), row.colour[2], x);
+    store(hn::IfThenElseZero(usable, given), row.samples, x);
     if (!out->within.empty()) {
       store(hn::IfThenElseZero(usable, WithinVariance(in, x, y, albedo)), out->within.Row(y), x);
     }
@@ -145,8 +145,7 @@ DemodulateCounts DemodulateRows(const DemodulateInput& in, int y0, int y1, NewLi
     }
     AddStreamed(out->colour, y + 1, &next);
     AddStreamed(out->samples, y + 1, &next);
-    float* const colour[3] = {out->colour[0].Row(y), out->colour[1].Row(y), out->colour[2].Row(y)};
-    const DemodulateCounts of_row = RowInto<false>(in, next, sparse, y, colour, out);
+    const DemodulateCounts of_row = RowInto<false>(in, next, sparse, y, LightRowOf(out, y), out);
     counts.non_finite += of_row.non_finite;
     counts.negative += of_row.negative;
   }
@@ -154,9 +153,8 @@ DemodulateCounts DemodulateRows(const DemodulateInput& in, int y0, int y1, NewLi
   return counts;
 }
 
-DemodulateCounts RowAtOnce(const DemodulateInput& in, int y, float* const colour[3],
-                           NewLight* out) {
-  return RowInto<true>(in, {}, IsSparseInput(in, y), y, colour, out);
+DemodulateCounts RowAtOnce(const DemodulateInput& in, int y, const LightRow& row, NewLight* out) {
+  return RowInto<true>(in, {}, IsSparseInput(in, y), y, row, out);
 }
 
 }  // namespace
@@ -181,9 +179,9 @@ DemodulateCounts Demodulate(const DemodulateInput& in, NewLight* out) {
   return {non_finite, negative};
 }
 
-DemodulateCounts DemodulateRow(const DemodulateInput& in, int y, float* const colour[3],
+DemodulateCounts DemodulateRow(const DemodulateInput& in, int y, const LightRow& row,
                                NewLight* out) {
-  return HWY_DYNAMIC_DISPATCH(RowAtOnce)(in, y, colour, out);
+  return HWY_DYNAMIC_DISPATCH(RowAtOnce)(in, y, row, out);
 }
 
 }  // namespace stillray::cpu

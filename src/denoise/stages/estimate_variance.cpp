@@ -18,6 +18,7 @@
 
 #include "denoise/simd/edge_stopping-inl.h"
 #include "denoise/simd/guide_exponents-inl.h"
+#include "denoise/simd/temporal_variance-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
 #ifndef STILLRAY_ESTIMATE_VARIANCE_ONCE
@@ -42,16 +43,11 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-HWY_INLINE VF VarianceOfMean(VF variance, VF weights2) {
-  const DF d;
-  const VF least = hn::Max(hn::Sub(hn::Set(d, 1.0f), weights2), hn::Set(d, 0.25f));
-  return hn::Mul(hn::Div(variance, least), weights2);
-}
-
 /// Of this frame, at least one.
 HWY_INLINE VF Samples(const VarianceSignal& signal, int x, int y) {
   const DF d;
-  return hn::Max(hn::LoadU(d, signal.samples->Row(y) + x), hn::Set(d, 1.0f));
+  const VF one = hn::Set(d, 1.0f);
+  return signal.samples != nullptr ? hn::Max(hn::LoadU(d, signal.samples->Row(y) + x), one) : one;
 }
 
 HWY_INLINE VF ShortHistoryBoost(VF length, float full, float boost) {
@@ -125,25 +121,16 @@ HWY_INLINE void FindWeights(const Estimates& e, int x, int y, TapVectors& weight
   WeightsOfExponents(e.taps, weights);
 }
 
-/// The variance of one signal at the pixels x, x + 1, ... as their own history tells it.
-/// \param is_short  where it is too short for that
-/// \param missing   surfaces without any light
-HWY_INLINE VF TemporalVariance(const Estimates& e, const VarianceSignal& signal, int x, int y,
-                               MF* is_short, MF* missing) {
+/// The variance of one signal at the pixels x, x + 1, ... as their own history tells it, ...
+HWY_INLINE TemporalVariance VarianceOfHistory(const Estimates& e, const VarianceSignal& signal,
+                                              int x, int y) {
   const DF d;
-  const VF zero = hn::Zero(d);
-  const SignalHistory& history = *signal.history;
-  const VF length = hn::LoadU(d, history.length.Row(y) + x);
-  const MF surface = hn::Gt(hn::LoadU(d, e.guides.inverse_depth.Row(y) + x), zero);
-  const MF known = hn::And(hn::Gt(length, zero), surface);
-  *missing = hn::AndNot(known, surface);
-  const MF full = hn::Ge(length, hn::Set(d, e.p.short_length));
-  *is_short = hn::AndNot(full, hn::And(known, InRow(x, signal.variance->width())));
-  const VF temporal = hn::LoadU(d, history.variance.Row(y) + x);
-  const VF result = e.p.of_mean
-                        ? VarianceOfMean(temporal, hn::LoadU(d, history.weights2.Row(y) + x))
-                        : hn::Div(temporal, Samples(signal, x, y));
-  return hn::IfThenElseZero(hn::And(known, full), result);
+  const SignalHistory& h = *signal.history;
+  const HistoryMoments moments = {hn::LoadU(d, h.length.Row(y) + x),
+                                  hn::LoadU(d, h.variance.Row(y) + x),
+                                  hn::LoadU(d, h.weights2.Row(y) + x), Samples(signal, x, y)};
+  const MF surface = hn::Gt(hn::LoadU(d, e.guides.inverse_depth.Row(y) + x), hn::Zero(d));
+  return TemporalVarianceOf(moments, surface, InRow(x, signal.variance->width()), e.p);
 }
 
 /// ... and as its neighbourhood tells it.
@@ -158,6 +145,30 @@ HWY_INLINE VF ShortHistoryVariance(const Estimates& e, const VarianceSignal& sig
                      : hn::Div(spatial, Samples(signal, x, y));
 }
 
+HWY_INLINE bool IsOpen(const VarianceSignal& signal, int x, int y) {
+  return signal.open == nullptr || (*signal.open)(x / kBlockPixels, y) != 0;
+}
+
+/// What the next row reads and writes of the signals that are not known at all.
+NextRow<1 + 5 * kMostSignals> NextRowOf(const Estimates& e, int y) {
+  NextRow<1 + 5 * kMostSignals> next;
+  next.Add(e.guides.inverse_depth, y);
+  for (const VarianceSignal& signal : e.signals) {
+    if (signal.open != nullptr) {
+      continue;
+    }
+    for (const Image1* plane :
+         {&signal.history->length, &signal.history->weights2, &signal.history->variance,
+          static_cast<const Image1*>(signal.variance)}) {
+      next.Add(*plane, y);
+    }
+    if (signal.samples != nullptr) {
+      next.Add(*signal.samples, y);
+    }
+  }
+  return next;
+}
+
 /// Returns one bit for each signal that has no light on some surface.
 uint32_t EstimateVarianceRows(const Estimates& e, int y0, int y1) {
   const DF d;
@@ -165,30 +176,25 @@ uint32_t EstimateVarianceRows(const Estimates& e, int y0, int y1) {
   const int width = e.guides.id.width();
   HWY_ALIGN TapVectors weights;
   for (int y = y0; y < y1; ++y) {
-    NextRow<1 + 5 * kMostSignals> next;
-    next.Add(e.guides.inverse_depth, y + 1);
-    for (const VarianceSignal& signal : e.signals) {
-      for (const Image1* plane :
-           {&signal.history->length, &signal.history->weights2, &signal.history->variance,
-            signal.samples, static_cast<const Image1*>(signal.variance)}) {
-        next.Add(*plane, y + 1);
-      }
-    }
+    const auto next = NextRowOf(e, y + 1);
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
       bool has_weights = false;
       for (size_t i = 0; i < e.signals.size(); ++i) {
         const VarianceSignal& signal = e.signals[i];
-        MF is_short;
-        MF missing;
-        VF result = TemporalVariance(e, signal, x, y, &is_short, &missing);
-        incomplete |= hn::AllFalse(d, missing) ? 0u : 1u << i;
-        if (e.p.spatial && !hn::AllFalse(d, is_short)) {
+        if (!IsOpen(signal, x, y)) {
+          continue;
+        }
+        const TemporalVariance temporal = VarianceOfHistory(e, signal, x, y);
+        VF result = temporal.value;
+        incomplete |= hn::AllFalse(d, temporal.missing) ? 0u : 1u << i;
+        if (e.p.spatial && !hn::AllFalse(d, temporal.is_short)) {
           if (!has_weights) {
             FindWeights(e, x, y, weights);
             has_weights = true;
           }
-          result = hn::IfThenElse(is_short, ShortHistoryVariance(e, signal, weights, x, y), result);
+          result = hn::IfThenElse(temporal.is_short, ShortHistoryVariance(e, signal, weights, x, y),
+                                  result);
         }
         StoreInRow(d, result, signal.variance->Row(y), x, width);
       }
@@ -218,7 +224,9 @@ void EstimateVariance(std::span<VarianceSignal> signals, const GuidePlanes& guid
     incomplete |= HWY_DYNAMIC_DISPATCH(EstimateVarianceRows)(estimates, y0, y1);
   });
   for (size_t i = 0; i < signals.size(); ++i) {
-    signals[i].complete = (incomplete >> i & 1u) == 0;
+    if (signals[i].open == nullptr) {
+      signals[i].complete = (incomplete >> i & 1u) == 0;
+    }
   }
 }
 

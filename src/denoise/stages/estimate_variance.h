@@ -31,9 +31,22 @@ struct EstimateVarianceParameters {
 /// One signal, and where its variance goes.
 struct VarianceSignal {
   const SignalHistory* history;
-  const Image1* samples;  ///< of this frame: a frame of n samples per pixel has 1/n of a sample's
+  /// Of this frame: a frame of n samples per pixel has 1/n of a sample's. nullptr: one.
+  const Image1* samples;
   Image1* variance;
+  /// What VarianceOnTheWay has left: other blocks have their variance, and `complete` is known.
+  /// nullptr: everything.
+  const Plane<uint32_t>* open = nullptr;
   bool complete = false;  ///< set by the stage: every surface has light
+};
+
+/// The same, wanted from the stage that makes the history, where that is long enough to tell.
+struct VarianceOnTheWay {
+  const GuidePlanes& guides;
+  const EstimateVarianceParameters& p;
+  Image1* variance;
+  Plane<uint32_t>* open;  ///< of each block of kBlockPixels: 1 where some history is too short
+  bool complete = false;  ///< set by the stage
 };
 
 namespace reference {

@@ -58,7 +58,7 @@ float Estimate(const VarianceSignal& signal, const GuidePlanes& guides,
   if (!(guides.inverse_depth(x, y) > 0) || !(length > 0)) {
     return 0;
   }
-  const float n = max((*signal.samples)(x, y), 1.0f);
+  const float n = signal.samples != nullptr ? max((*signal.samples)(x, y), 1.0f) : 1.0f;
   const float weights2 = history.weights2(x, y);
   if (length >= p.short_length) {
     const float temporal = history.variance(x, y);
@@ -77,15 +77,18 @@ float Estimate(const VarianceSignal& signal, const GuidePlanes& guides,
 void EstimateVariance(std::span<VarianceSignal> signals, const GuidePlanes& guides,
                       const EstimateVarianceParameters& p) {
   for (VarianceSignal& signal : signals) {
-    signal.complete = true;
+    bool complete = true;
     for (int y = 0; y < signal.variance->height(); ++y) {
       for (int x = 0; x < signal.variance->width(); ++x) {
-        (*signal.variance)(x, y) = Estimate(signal, guides, p, x, y);
+        if (signal.open == nullptr || (*signal.open)(x / kBlockPixels, y) != 0) {
+          (*signal.variance)(x, y) = Estimate(signal, guides, p, x, y);
+        }
         if (guides.inverse_depth(x, y) > 0 && !(signal.history->length(x, y) > 0)) {
-          signal.complete = false;
+          complete = false;
         }
       }
     }
+    signal.complete = complete;
   }
 }
 
