@@ -157,8 +157,9 @@ void Copy(benchmark::State& state) {
 void PrefilterVariance(benchmark::State& state, const StageTable& stages) {
   Planes720& p = Shared();
   Measure(state, [&] {
-    stages.prefilter_variance(p.filter[0][0].colour[0], p.filter[0][0].variance, p.present,
-                              p.history.length, {}, &p.stop[0]);
+    stages.prefilter_variance({&p.filter[0][0].colour[0], &p.filter[0][0].variance, &p.present,
+                               &p.history.length, &p.guides.full},
+                              {}, &p.stop[0]);
   });
 }
 

@@ -54,7 +54,7 @@ struct WaveletPlanes {
       : filter{{width, height, border}, {width, height, border}},
         stop(width, height, border),
         present(width, height, border),
-        open((width + kBlockPixels - 1) / kBlockPixels, height) {}
+        open(BlocksOf(width), height) {}
   size_t bytes() const {
     return filter[0].bytes() + filter[1].bytes() + stop.bytes() + present.bytes() + grown.bytes() +
            open.bytes();

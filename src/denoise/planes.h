@@ -15,6 +15,13 @@
 
 namespace stillray {
 
+/// Pixels of a row for which one flag stands.
+inline constexpr int kBlockPixels = 16;
+
+inline int BlocksOf(int width) {
+  return (width + kBlockPixels - 1) / kBlockPixels;
+}
+
 /// Guides as the filter wants them. Where there is no usable surface everything is zero, so that
 /// every edge-stopping weight towards such a pixel is zero too.
 struct GuidePlanes {
@@ -24,6 +31,9 @@ struct GuidePlanes {
   Image2
       gradient;  ///< change of inverse depth per pixel to the right and down, on the same surface
   Plane<uint32_t> id;  ///< zero where none is given
+  /// Of each block of kBlockPixels: 1 where all of it is surface, 0 where it is not, or nobody has
+  /// told.
+  Plane<uint32_t> full;
 
   GuidePlanes() = default;
   GuidePlanes(int width, int height, int border)
@@ -31,9 +41,11 @@ struct GuidePlanes {
         depth(width, height, border),
         normal(width, height, border),
         gradient(width, height, border),
-        id(width, height, border) {}
+        id(width, height, border),
+        full(BlocksOf(width), height, 1) {}
   size_t bytes() const {
-    return inverse_depth.bytes() + depth.bytes() + normal.bytes() + gradient.bytes() + id.bytes();
+    return inverse_depth.bytes() + depth.bytes() + normal.bytes() + gradient.bytes() + id.bytes() +
+           full.bytes();
   }
 };
 
@@ -99,9 +111,6 @@ struct FilterPlanes {
       : colour(width, height, border), variance(width, height, border) {}
   size_t bytes() const { return colour.bytes() + variance.bytes(); }
 };
-
-/// Pixels of a row for which one flag stands, where a stage leaves work to another.
-inline constexpr int kBlockPixels = 16;
 
 /// Where the history of a vector of pixels lies.
 enum class HistoryPlace : uint8_t {

@@ -257,8 +257,10 @@ void Denoiser::Impl::RunPrefilter(WaveletPlanes* planes) {
   p.luminance_epsilon = settings.luminance_epsilon;
   p.unbounded_below =
       settings.short_history == ShortHistory::kBlur ? ShortHistoryLength(settings) : 0.0f;
-  stages->prefilter_variance((*planes->light)[0], *planes->variance, *planes->where,
-                             planes->history->length, p, &planes->stop);
+  const PrefilterVarianceInput in = {&(*planes->light)[0], planes->variance, planes->where,
+                                     &planes->history->length,
+                                     planes->complete ? &state.guides.full : nullptr};
+  stages->prefilter_variance(in, p, &planes->stop);
 }
 
 void Denoiser::Impl::RunLevel(int level) {

@@ -210,7 +210,7 @@ TEST(StagesTogether, VarianceOnTheWay) {
     VarianceSignal signal = {&joined, n, &apart};
     cpu::EstimateVariance({&signal, 1}, now, p);
     Image1 together(kWidth, kHeight);
-    Plane<uint32_t> open((kWidth + kBlockPixels - 1) / kBlockPixels, kHeight);
+    Plane<uint32_t> open(BlocksOf(kWidth), kHeight);
     VarianceOnTheWay wanted = {now, p, &together, &open};
     cpu::AccumulateRadiance(in, history, taps, {}, &light, &wanted, &joined);
     EXPECT_EQ(wanted.complete, signal.complete);

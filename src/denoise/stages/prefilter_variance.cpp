@@ -13,6 +13,7 @@
 
 #include <hwy/highway.h>
 
+#include "denoise/simd/stream_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -20,30 +21,54 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
+/// 1 2 1 of three values.
+HWY_INLINE VF Smooth(VF before, VF centre, VF after) {
+  const DF d;
+  return hn::MulAdd(hn::Set(d, 2.0f), centre, hn::Add(before, after));
+}
+
+/// 1 2 1 across what has been smoothed down the columns.
+HWY_INLINE VF SmoothAcross(const float* row, int x) {
+  const DF d;
+  return Smooth(hn::LoadU(d, row + x - 1), hn::LoadU(d, row + x), hn::LoadU(d, row + x + 1));
+}
+
+/// A row of a plane and those beside it.
+template <typename T>
+struct ThreeRows {
+  const T* row[3] = {};
+};
+
+template <typename T>
+ThreeRows<T> ThreeRowsOf(const Plane<T>& plane, int y) {
+  return {{plane.Row(y - 1), plane.Row(y), plane.Row(y + 1)}};
+}
+
 /// Sums of the variance over the pixels that have light, and of their weights.
 struct Smoothed {
   VF sum, weight;
 };
 
-/// 1 2 1 down a column.
-HWY_INLINE Smoothed SmoothDown(const Image1& variance, const Image1& present, int x, int y) {
+/// 1 2 1 down the columns.
+HWY_INLINE Smoothed SmoothDown(const ThreeRows<float>& variance, const ThreeRows<float>& present,
+                               int x) {
   const DF d;
   VF v[3];
   VF w[3];
   for (int i = 0; i < 3; ++i) {
-    const MF there = hn::Gt(hn::LoadU(d, present.Row(y - 1 + i) + x), hn::Zero(d));
-    v[i] = hn::IfThenElseZero(there, hn::LoadU(d, variance.Row(y - 1 + i) + x));
+    const MF there = hn::Gt(hn::LoadU(d, present.row[i] + x), hn::Zero(d));
+    v[i] = hn::IfThenElseZero(there, hn::LoadU(d, variance.row[i] + x));
     w[i] = hn::IfThenElseZero(there, hn::Set(d, 1.0f));
   }
-  const VF two = hn::Set(d, 2.0f);
-  return {hn::MulAdd(two, v[1], hn::Add(v[0], v[2])), hn::MulAdd(two, w[1], hn::Add(w[0], w[2]))};
+  return {Smooth(v[0], v[1], v[2]), Smooth(w[0], w[1], w[2])};
 }
 
-/// 1 2 1 across what SmoothDown has left in rows.
-HWY_INLINE VF SmoothAcross(const float* row, int x) {
+/// ... where all have light.
+HWY_INLINE Smoothed SmoothDown(const ThreeRows<float>& variance, int x) {
   const DF d;
-  return hn::MulAdd(hn::Set(d, 2.0f), hn::LoadU(d, row + x),
-                    hn::Add(hn::LoadU(d, row + x - 1), hn::LoadU(d, row + x + 1)));
+  return {Smooth(hn::LoadU(d, variance.row[0] + x), hn::LoadU(d, variance.row[1] + x),
+                 hn::LoadU(d, variance.row[2] + x)),
+          hn::Set(d, 4.0f)};
 }
 
 /// sum / max(weight, 1). Away from edges all weights are 16: their division is exact, and costs one
@@ -56,53 +81,130 @@ HWY_INLINE VF OverWeight(VF sum, VF weight) {
   return hn::Div(sum, hn::Max(weight, hn::Set(d, 1.0f)));
 }
 
-void PrefilterVarianceRows(const Image1& luminance, const Image1& variance, const Image1& present,
-                           const Image1& length, const PrefilterVarianceParameters& p, int y0,
-                           int y1, Image1* stop) {
+/// The root of v in 1e-32..1e38; what lies beyond counts as the end. Relative error below 1e-6
+/// (tested), without waiting for the divider.
+HWY_INLINE VF FastRoot(VF v) {
+  const DF d;
+  const VF bounded = hn::Min(hn::Max(v, hn::Set(d, 1e-32f)), hn::Set(d, 1e38f));
+#if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR
+  const VF inverse = hn::ApproximateReciprocalSqrt(bounded);
+  const VF root = hn::Mul(bounded, inverse);
+  return hn::MulAdd(hn::Mul(inverse, hn::Set(d, 0.5f)), hn::NegMulAdd(root, root, bounded), root);
+#else
+  return hn::Sqrt(bounded);
+#endif
+}
+
+/// 1 / v for v in 1e-37..1e37, likewise.
+HWY_INLINE VF FastInverse(VF v) {
+  const DF d;
+  const VF one = hn::Set(d, 1.0f);
+  const VF bounded = hn::Min(v, hn::Set(d, 1e37f));
+#if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR
+  const VF inverse = hn::ApproximateReciprocal(bounded);
+  return hn::MulAdd(inverse, hn::NegMulAdd(bounded, inverse, one), inverse);
+#else
+  return hn::Div(one, bounded);
+#endif
+}
+
+/// What the stops of one row are made from.
+struct StopSource {
+  const PrefilterVarianceParameters p;
+  const float* luminance;
+  const float* length;
+  ThreeRows<float> variance;
+  ThreeRows<float> present;
+  ThreeRows<uint32_t> full;  ///< nullptr: not known
+
+  StopSource(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& parameters, int y)
+      : p(parameters),
+        luminance(in.luminance->Row(y)),
+        length(in.length->Row(y)),
+        variance(ThreeRowsOf(*in.variance, y)),
+        present(ThreeRowsOf(*in.present, y)) {
+    if (in.full != nullptr) {
+      full = ThreeRowsOf(*in.full, y);
+    }
+  }
+};
+
+/// Whether the block of a pixel and those above and below it are full.
+HWY_INLINE bool IsFull(const StopSource& s, int x) {
+  const auto& row = s.full.row;
+  const int block = x / kBlockPixels;
+  return row[0] != nullptr && (row[0][block] & row[1][block] & row[2][block]) != 0;
+}
+
+/// LuminanceStop of the pixels x, x + 1, ...
+HWY_INLINE VF StopOf(const StopSource& s, VF variance, int x) {
+  const DF d;
+  const VF spread = s.p.square_root ? FastRoot(variance) : variance;
+  const VF l = hn::Abs(hn::LoadU(d, s.luminance + x));
+  const VF tolerance =
+      hn::MulAdd(hn::Set(d, s.p.sigma_l), spread,
+                 hn::MulAdd(hn::Set(d, s.p.luminance_epsilon), l, hn::Set(d, 1e-12f)));
+  VF stop = hn::Mul(hn::Set(d, kLog2E), FastInverse(tolerance));
+  if (!IsFull(s, x)) {
+    stop = hn::IfThenElseZero(hn::Gt(hn::LoadU(d, s.present.row[1] + x), hn::Zero(d)), stop);
+  }
+  if (s.p.unbounded_below > 0) {
+    const VF old = hn::LoadU(d, s.length + x);
+    stop = hn::IfThenElseZero(hn::Ge(old, hn::Set(d, s.p.unbounded_below)), stop);
+  }
+  return stop;
+}
+
+/// Smooths the variance of a row down the columns. One more to the left and right: the border,
+/// which has nothing.
+void SmoothRowDown(const StopSource& s, int width, float* sums, float* weights) {
+  const DF d;
+  for (int x = 0; x < width; x += LaneCount()) {
+    const Smoothed down =
+        IsFull(s, x) ? SmoothDown(s.variance, x) : SmoothDown(s.variance, s.present, x);
+    StoreInRow(d, down.sum, sums, x, width);
+    StoreInRow(d, down.weight, weights, x, width);
+  }
+  sums[-1] = weights[-1] = sums[width] = weights[width] = 0;
+}
+
+/// What the next row reads and writes.
+NextRow<8> NextRowOf(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p, int y,
+                     const Image1& stop) {
+  NextRow<8> next;
+  next.Add(*in.variance, y + 1);
+  if (in.full == nullptr) {
+    next.Add(*in.present, y + 1);
+  }
+  next.Add(*in.luminance, y);
+  AddStreamed(stop, y, &next);
+  if (p.unbounded_below > 0) {
+    next.Add(*in.length, y);
+  }
+  return next;
+}
+
+void PrefilterVarianceRows(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p,
+                           int y0, int y1, Image1* stop) {
   const DF d;
   const int width = stop->width();
   const RowScratch scratch(width, 2);
-  float* sums = scratch.Row(0);
-  float* weights = scratch.Row(1);
+  float* const sums = scratch.Row(0);
+  float* const weights = scratch.Row(1);
   for (int y = y0; y < y1; ++y) {
-    NextRow<8> next;
-    next.Add(variance, y + 2);
-    next.Add(present, y + 2);
-    next.Add(luminance, y + 1);
-    next.Add(*stop, y + 1);
-    if (p.unbounded_below > 0) {
-      next.Add(length, y + 1);
-    }
+    const NextRow<8> next = NextRowOf(in, p, y + 1, *stop);
+    const StopSource source(in, p, y);
     if (p.smooth) {
-      // One column more to the left and right: the border, which has nothing.
-      sums[-1] = weights[-1] = sums[width] = weights[width] = 0;
-      for (int x = 0; x < width; x += LaneCount()) {
-        const Smoothed down = SmoothDown(variance, present, x, y);
-        StoreInRow(d, down.sum, sums, x, width);
-        StoreInRow(d, down.weight, weights, x, width);
-      }
+      SmoothRowDown(source, width, sums, weights);
     }
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
-      const MF there = hn::Gt(hn::LoadU(d, present.Row(y) + x), hn::Zero(d));
-      VF smoothed = hn::IfThenElseZero(there, hn::LoadU(d, variance.Row(y) + x));
-      if (p.smooth) {
-        smoothed = OverWeight(SmoothAcross(sums, x), SmoothAcross(weights, x));
-      }
-      const VF spread = p.square_root ? hn::Sqrt(smoothed) : smoothed;
-      const VF l = hn::Abs(hn::LoadU(d, luminance.Row(y) + x));
-      const VF tolerance =
-          hn::MulAdd(hn::Set(d, p.sigma_l), spread,
-                     hn::MulAdd(hn::Set(d, p.luminance_epsilon), l, hn::Set(d, 1e-12f)));
-      MF bounded = there;
-      if (p.unbounded_below > 0) {
-        const VF old = hn::LoadU(d, length.Row(y) + x);
-        bounded = hn::And(bounded, hn::Ge(old, hn::Set(d, p.unbounded_below)));
-      }
-      StoreInRow(d, hn::IfThenElseZero(bounded, hn::Div(hn::Set(d, kLog2E), tolerance)),
-                 stop->Row(y), x, width);
+      const VF variance = p.smooth ? OverWeight(SmoothAcross(sums, x), SmoothAcross(weights, x))
+                                   : hn::LoadU(d, source.variance.row[1] + x);
+      StreamInRow(d, StopOf(source, variance, x), stop->Row(y), x, width);
     }
   }
+  FinishStreams();
 }
 
 }  // namespace
@@ -115,11 +217,10 @@ namespace stillray::cpu {
 
 HWY_EXPORT(PrefilterVarianceRows);
 
-void PrefilterVariance(const Image1& luminance, const Image1& variance, const Image1& present,
-                       const Image1& length, const PrefilterVarianceParameters& p, Image1* stop) {
+void PrefilterVariance(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p,
+                       Image1* stop) {
   ParallelRows(stop->height(), 32, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(PrefilterVarianceRows)
-    (luminance, variance, present, length, p, y0, y1, stop);
+    HWY_DYNAMIC_DISPATCH(PrefilterVarianceRows)(in, p, y0, y1, stop);
   });
 }
 

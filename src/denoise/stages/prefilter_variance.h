@@ -5,7 +5,7 @@
 /// it. Source: SVGF section 4.4 (g3x3 of the variance, eq. 5), PSVGF section 4.3: 3x3 (1 2 1) x (1
 /// 2 1) / 16, renormalised over pixels that have light; missing ones are skipped, never filled. The
 /// denominator of the weight is worked out here, once per pixel instead of once per tap. Border:
-/// 1 pixel. Reads 16, writes 4 bytes per pixel.
+/// 1 pixel. Reads 8 to 16, writes 4 bytes per pixel.
 #pragma once
 
 #include "denoise/planes.h"
@@ -20,20 +20,26 @@ struct PrefilterVarianceParameters {
   float unbounded_below = 0;  ///< history length below which luminance stops nothing
 };
 
-/// \param variance  of the luminance
-/// \param present  positive where there is light on a surface, else 0 (border: 0)
-/// \param length   history length, samples
-/// \param stop     LuminanceStop of every pixel; 0 where luminance must not stop anything: no light
-///                 yet, or too short a history
+/// Planes of one signal.
+struct PrefilterVarianceInput {
+  const Image1* luminance;
+  const Image1* variance;  ///< of the luminance
+  const Image1* present;   ///< positive where there is light on a surface, else 0 (border: 0)
+  const Image1* length;    ///< history length, samples
+  /// GuidePlanes::full where every surface has light: `present` is read at edges only then.
+  /// nullptr: not known.
+  const Plane<uint32_t>* full = nullptr;
+};
+
+/// \param stop  LuminanceStop of every pixel; 0 where luminance must not stop anything: no light
+///              yet, or too short a history
 namespace reference {
-void PrefilterVariance(const Image1& luminance, const Image1& variance, const Image1& present,
-                       const Image1& length, const PrefilterVarianceParameters& parameters,
-                       Image1* stop);
+void PrefilterVariance(const PrefilterVarianceInput& in,
+                       const PrefilterVarianceParameters& parameters, Image1* stop);
 }
 namespace cpu {
-void PrefilterVariance(const Image1& luminance, const Image1& variance, const Image1& present,
-                       const Image1& length, const PrefilterVarianceParameters& parameters,
-                       Image1* stop);
+void PrefilterVariance(const PrefilterVarianceInput& in,
+                       const PrefilterVarianceParameters& parameters, Image1* stop);
 }
 
 }  // namespace stillray

@@ -6,8 +6,10 @@
 
 namespace stillray::reference {
 
-void PrefilterVariance(const Image1& luminance, const Image1& variance, const Image1& present,
-                       const Image1& length, const PrefilterVarianceParameters& p, Image1* stop) {
+void PrefilterVariance(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p,
+                       Image1* stop) {
+  const Image1& variance = *in.variance;
+  const Image1& present = *in.present;
   for (int y = 0; y < stop->height(); ++y) {
     for (int x = 0; x < stop->width(); ++x) {
       float sum = 0;
@@ -21,11 +23,12 @@ void PrefilterVariance(const Image1& luminance, const Image1& variance, const Im
           sum_weight += w;
         }
       }
-      const bool bounded = present(x, y) > 0 && length(x, y) >= p.unbounded_below;
+      const bool bounded = present(x, y) > 0 && (*in.length)(x, y) >= p.unbounded_below;
       const float smoothed = sum / max(sum_weight, 1.0f);
       const float spread = p.square_root ? sqrt(smoothed) : smoothed;
       (*stop)(x, y) =
-          bounded ? LuminanceStop(luminance(x, y), spread, p.sigma_l, p.luminance_epsilon) : 0.0f;
+          bounded ? LuminanceStop((*in.luminance)(x, y), spread, p.sigma_l, p.luminance_epsilon)
+                  : 0.0f;
     }
   }
 }

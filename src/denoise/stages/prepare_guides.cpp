@@ -70,6 +70,14 @@ class KeptRows {
   RowScratch rows_;
 };
 
+/// Whether a block is full, after its last vector.
+HWY_INLINE void MarkFull(MF surface, int x, uint32_t* row) {
+  static_assert(kBlockPixels % hn::MaxLanes(DF()) == 0);
+  uint32_t& block = row[x / kBlockPixels];
+  const bool whole = hn::AllTrue(DF(), surface);
+  block = whole && (x % kBlockPixels == 0 || block != 0) ? 1 : 0;
+}
+
 /// Leaves a row in `kept`, and with kWritten in `out`.
 /// \return the number of pixels with bad guides
 template <bool kWritten>
@@ -109,6 +117,9 @@ int64_t ConvertRow(const PrepareGuidesInput& in, int y, const KeptRows& kept, Gu
     if constexpr (kWritten) {
       StreamInRow(d, hn::IfThenElseZero(surface, z), out->depth.Row(y), x, width);
       StreamInRow(du, id, out->id.Row(y), x, width);
+    }
+    if constexpr (kWritten) {
+      MarkFull(hn::And(surface, InRow(x, width)), x, out->full.Row(y));
     }
     const MF good = hn::And(positive, finite_normal);
     bad += static_cast<int64_t>(hn::CountTrue(d, hn::AndNot(good, InRow(x, width))));

@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// The vector stage against the scalar one: with and without knowing which blocks are full, at edges,
+// and where the variance is nothing, or beyond all bounds.
+#include "denoise/stages/prefilter_variance.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include "denoise/stages/prepare_guides.h"
+#include "stage_planes.h"
+
+namespace stillray {
+namespace {
+
+using test::kHeight;
+using test::kWidth;
+
+struct Signal {
+  GuidePlanes guides = test::MakeGuides(true);
+  Image1 luminance{kWidth, kHeight, 1};
+  Image1 variance{kWidth, kHeight, 1};
+  Image1 length{kWidth, kHeight};
+
+  Signal() {
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        luminance(x, y) = 3 * test::Random(x, y, 30);
+        variance(x, y) = std::exp2(60 * test::Random(x, y, 31) - 40);
+        length(x, y) = std::floor(8 * test::Random(x, y, 32));
+      }
+    }
+    for (int y = 10; y < 14; ++y) {  // wide enough for a mean of these alone
+      for (int x = 20; x < 60; ++x) {
+        variance(x, y) = x < 40 ? 0.0f : 3e38f;
+      }
+    }
+    luminance(25, 12) = 0;
+  }
+  PrefilterVarianceInput Input(bool full) const {
+    return {&luminance, &variance, &guides.inverse_depth, &length, full ? &guides.full : nullptr};
+  }
+};
+
+void ExpectNear(const Image1& stop, const Image1& expected) {
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const float e = expected(x, y);
+      // Where nothing varies, the least root counts beside the 1e-12 of LuminanceStop.
+      const float tolerance = e > 1e10f ? 1e-3f : 4e-6f;
+      EXPECT_NEAR(stop(x, y), e, tolerance * e + 1e-18f) << x << ", " << y;
+    }
+  }
+}
+
+TEST(PrefilterVariance, BlocksOfSurfaceAreFull) {
+  const GuidePlanes guides = test::MakeGuides(true);
+  int full = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int block = 0; block < BlocksOf(kWidth); ++block) {
+      bool all = (block + 1) * kBlockPixels <= kWidth;
+      for (int x = block * kBlockPixels; x < std::min((block + 1) * kBlockPixels, kWidth); ++x) {
+        all = all && guides.inverse_depth(x, y) > 0;
+      }
+      EXPECT_EQ(guides.full(block, y), all ? 1u : 0u) << block << ", " << y;
+      full += all ? 1 : 0;
+    }
+  }
+  EXPECT_GT(full, 20);
+}
+
+TEST(PrefilterVariance, AsTheScalarStage) {
+  const Signal signal;
+  for (int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1) {
+    SCOPED_TRACE(hwy::TargetName(targets & -targets));
+    hwy::SetSupportedTargetsForTest(targets & -targets);
+    for (const bool smooth : {true, false}) {
+      for (const bool square_root : {true, false}) {
+        for (const float unbounded_below : {0.0f, 3.0f}) {
+          PrefilterVarianceParameters p;
+          p.smooth = smooth;
+          p.square_root = square_root;
+          p.unbounded_below = unbounded_below;
+          Image1 expected(kWidth, kHeight);
+          reference::PrefilterVariance(signal.Input(false), p, &expected);
+          Image1 counted(kWidth, kHeight);
+          cpu::PrefilterVariance(signal.Input(false), p, &counted);
+          ExpectNear(counted, expected);
+          Image1 known(kWidth, kHeight);
+          cpu::PrefilterVariance(signal.Input(true), p, &known);
+          EXPECT_EQ(test::DifferentBits(known, counted), 0);
+        }
+      }
+    }
+  }
+  hwy::SetSupportedTargetsForTest(0);
+}
+
+}  // namespace
+}  // namespace stillray
