@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The vector stage against the scalar one: with and without knowing which blocks are full, at edges,
-// and where the variance is nothing, or beyond all bounds.
+// The vector stage against the scalar one: with and without knowing which blocks are full, at
+// edges, and where the variance is nothing, or beyond all bounds.
 #include "denoise/stages/prefilter_variance.h"
 
 #include <cmath>

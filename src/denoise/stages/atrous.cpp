@@ -36,6 +36,18 @@ namespace stillray {
 
 inline constexpr size_t kMostSignals = 8;
 
+/// The i-th row in an order in which the rows of one residue modulo `step` follow each other, so
+/// that a level's taps are found in the cache.
+inline int RowInOrder(int i, int step, int height) {
+  const int rows = height / step;  // of each residue, and one more of the first `longer`
+  const int longer = height % step;
+  const int of_longer = longer * (rows + 1);
+  if (i < of_longer) {
+    return i / (rows + 1) + i % (rows + 1) * step;
+  }
+  return longer + (i - of_longer) / rows + (i - of_longer) % rows * step;
+}
+
 /// What rows of a level have in common.
 struct AtrousLevel {
   std::span<const AtrousSignal> signals;
@@ -436,7 +448,6 @@ void FilterRowOf(const AtrousLevel& level, int y) {
 }
 
 void AtrousRow(const AtrousLevel& level, int y) {
-  const TinyIsZero tiny_is_zero;
   const AtrousParameters& p = level.parameters;
   switch (p.weights) {
     case AtrousWeights::kNaive:
@@ -458,6 +469,15 @@ void AtrousRow(const AtrousLevel& level, int y) {
       FilterRowOf(level, y);
       break;
   }
+}
+
+/// The rows begin..end in their order.
+void AtrousRows(const AtrousLevel& level, int begin, int end) {
+  const TinyIsZero tiny_is_zero;
+  const int height = level.guides.id.height();
+  for (int i = begin; i < end; ++i) {
+    AtrousRow(level, RowInOrder(i, level.parameters.step, height));
+  }
   FinishStreams();
 }
 
@@ -468,23 +488,8 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace stillray::cpu {
-namespace {
 
-HWY_EXPORT(AtrousRow);
-
-/// The i-th row in an order in which the rows of one residue modulo `step` follow each other, so
-/// that a level's taps are found in the cache.
-int RowInOrder(int i, int step, int height) {
-  const int rows = height / step;  // of each residue, and one more of the first `longer`
-  const int longer = height % step;
-  const int of_longer = longer * (rows + 1);
-  if (i < of_longer) {
-    return i / (rows + 1) + i % (rows + 1) * step;
-  }
-  return longer + (i - of_longer) / rows + (i - of_longer) % rows * step;
-}
-
-}  // namespace
+HWY_EXPORT(AtrousRows);
 
 void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
             const AtrousParameters& p) {
@@ -502,11 +507,8 @@ void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
   const TapPairs taps = small ? MakeTapPairs(kLog2Kernel3, p.step, stride)
                               : MakeTapPairs(kLog2Kernel5, p.step, stride);
   const AtrousLevel level = {signals, guides, p, taps, small ? 0.25f : 9.0f / 64.0f};
-  const int height = guides.id.height();
-  ParallelRows(height, 8, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) {
-      HWY_DYNAMIC_DISPATCH(AtrousRow)(level, RowInOrder(i, p.step, height));
-    }
+  ParallelRows(guides.id.height(), 8, [&](int begin, int end) {
+    HWY_DYNAMIC_DISPATCH(AtrousRows)(level, begin, end);
   });
 }
 

@@ -149,6 +149,18 @@ HWY_INLINE bool IsOpen(const VarianceSignal& signal, int x, int y) {
   return signal.open == nullptr || (*signal.open)(x / kBlockPixels, y) != 0;
 }
 
+/// Whether nothing of a row is open.
+bool IsSettledRow(const Estimates& e, int y) {
+  uint32_t any = 0;
+  for (const VarianceSignal& signal : e.signals) {
+    for (int block = 0; signal.open != nullptr && block < signal.open->width(); ++block) {
+      any |= (*signal.open)(block, y);
+    }
+    any |= signal.open == nullptr ? 1 : 0;
+  }
+  return any == 0;
+}
+
 /// What the next row reads and writes of the signals that are not known at all.
 NextRow<1 + 5 * kMostSignals> NextRowOf(const Estimates& e, int y) {
   NextRow<1 + 5 * kMostSignals> next;
@@ -176,6 +188,9 @@ uint32_t EstimateVarianceRows(const Estimates& e, int y0, int y1) {
   const int width = e.guides.id.width();
   HWY_ALIGN TapVectors weights;
   for (int y = y0; y < y1; ++y) {
+    if (IsSettledRow(e, y)) {
+      continue;
+    }
     const auto next = NextRowOf(e, y + 1);
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
