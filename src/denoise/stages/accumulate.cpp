@@ -247,9 +247,7 @@ RadianceRows AccumulateRadianceRows(const Joining& j, const DemodulateInput& rad
     // Samples that the frame does not tell apart are of use to nobody else.
     const LightRow row = {{scratch.Row(0), scratch.Row(1), scratch.Row(2)},
                           radiance.samples != nullptr ? light->samples.Row(y) : scratch.Row(3)};
-    const DemodulateCounts of_row = cpu::DemodulateRow(radiance, y, row, light);
-    found.counts.non_finite += of_row.non_finite;
-    found.counts.negative += of_row.negative;
+    found.counts += cpu::DemodulateRow(radiance, y, row, light);
     const bool sparse = IsSparseRow(row.samples, width);
     NextRow<kMostFetched> next = NextRowOf(j, *out, y);
     if (!sparse) {
@@ -389,14 +387,12 @@ DemodulateCounts AccumulateRadiance(const DemodulateInput& radiance, const Signa
                                     NewLight* light, VarianceOnTheWay* variance,
                                     SignalHistory* out) {
   const Joining joining = {*light, before, &taps, nullptr, p};
-  std::atomic<int64_t> non_finite = 0;
-  std::atomic<int64_t> negative = 0;
+  DemodulateTotal total;
   std::atomic<bool> complete = true;
   ParallelRows(light->samples.height(), 32, [&](int y0, int y1) {
     const auto found = HWY_DYNAMIC_DISPATCH(AccumulateRadianceRows)(joining, radiance, y0, y1,
                                                                     light, variance, out);
-    non_finite += found.counts.non_finite;
-    negative += found.counts.negative;
+    total.Add(found.counts);
     if (!found.complete) {
       complete = false;
     }
@@ -404,7 +400,7 @@ DemodulateCounts AccumulateRadiance(const DemodulateInput& radiance, const Signa
   if (variance != nullptr) {
     variance->complete = complete;
   }
-  return {non_finite, negative};
+  return total.Sum();
 }
 
 }  // namespace stillray::cpu

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/stages/demodulate.h"
 
-#include <atomic>
-
 #include "core/colour_shared.h"
 #include "core/parallel.h"
 #include "denoise/simd/picture_parts.h"
@@ -145,9 +143,7 @@ DemodulateCounts DemodulateRows(const DemodulateInput& in, int y0, int y1, NewLi
     }
     AddStreamed(out->colour, y + 1, &next);
     AddStreamed(out->samples, y + 1, &next);
-    const DemodulateCounts of_row = RowInto<false>(in, next, sparse, y, LightRowOf(out, y), out);
-    counts.non_finite += of_row.non_finite;
-    counts.negative += of_row.negative;
+    counts += RowInto<false>(in, next, sparse, y, LightRowOf(out, y), out);
   }
   FinishStreams();
   return counts;
@@ -169,14 +165,11 @@ HWY_EXPORT(DemodulateRows);
 HWY_EXPORT(RowAtOnce);
 
 DemodulateCounts Demodulate(const DemodulateInput& in, NewLight* out) {
-  std::atomic<int64_t> non_finite = 0;
-  std::atomic<int64_t> negative = 0;
+  DemodulateTotal total;
   ParallelRows(out->samples.height(), 32, [&](int y0, int y1) {
-    const DemodulateCounts counts = HWY_DYNAMIC_DISPATCH(DemodulateRows)(in, y0, y1, out);
-    non_finite += counts.non_finite;
-    negative += counts.negative;
+    total.Add(HWY_DYNAMIC_DISPATCH(DemodulateRows)(in, y0, y1, out));
   });
-  return {non_finite, negative};
+  return total.Sum();
 }
 
 DemodulateCounts DemodulateRow(const DemodulateInput& in, int y, const LightRow& row,

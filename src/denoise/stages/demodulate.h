@@ -7,6 +7,8 @@
 /// none. Reads 12 bytes per light and 0 to 36 of albedo, writes 16 to 20 bytes per pixel.
 #pragma once
 
+#include <atomic>
+
 #include "denoise/planes.h"
 
 namespace stillray {
@@ -25,6 +27,26 @@ struct DemodulateInput {
 struct DemodulateCounts {
   int64_t non_finite = 0;
   int64_t negative = 0;
+
+  DemodulateCounts& operator+=(const DemodulateCounts& other) {
+    non_finite += other.non_finite;
+    negative += other.negative;
+    return *this;
+  }
+};
+
+/// The sum of what several threads count.
+class DemodulateTotal {
+ public:
+  void Add(const DemodulateCounts& counts) {
+    non_finite_ += counts.non_finite;
+    negative_ += counts.negative;
+  }
+  DemodulateCounts Sum() const { return {non_finite_, negative_}; }
+
+ private:
+  std::atomic<int64_t> non_finite_ = 0;
+  std::atomic<int64_t> negative_ = 0;
 };
 
 /// One row of new light.
