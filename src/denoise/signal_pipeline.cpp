@@ -369,7 +369,8 @@ void Denoiser::Impl::AccumulateRadiance(size_t signal, const AccumulateParameter
   WaveletPlanes& planes = wavelet[signal];
   const EstimateVarianceParameters of_variance = VarianceParameters();
   VarianceOnTheWay variance = {state.guides, of_variance, &planes.filter[0].variance, &planes.open};
-  planes.has_variance = settings.wavelet == Wavelet::kSvgf && !merges_future;
+  // Below one sample per pixel most histories are short.
+  planes.has_variance = settings.wavelet == Wavelet::kSvgf && !merges_future && !IsSparse();
   Count(stages->accumulate_radiance(RadianceOf(groups[signal], &light[signal]),
                                     state.signals[signal], taps, p, &light[signal],
                                     planes.has_variance ? &variance : nullptr, &fetched));
