@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "denoise/make_denoiser.h"
 #include "denoise/stages/merge_future_shared.h"
 #include "denoise/test_frames.h"
 #include "stillray/denoise.hpp"
@@ -20,14 +21,9 @@ namespace {
 using test::FillImage;
 using test::Light;
 using test::MakeBusyFrame;
+using test::MakeDenoiser;
 using test::MakeWall;
 using ::testing::HasSubstr;
-
-Denoiser MakeDenoiser(const Settings& s, Backend backend = Backend::kCpu) {
-  Result<Denoiser> made = Denoiser::Create(s, backend);
-  EXPECT_TRUE(made.ok()) << made.status().message();
-  return std::move(made.value());
-}
 
 std::vector<FutureLight> PlayBackward(const Settings& s, const std::vector<Frame>& frames,
                                       Backend backend = Backend::kCpu) {

@@ -4,6 +4,7 @@
 // What a denoiser hands over of a finished picture. The same on Vulkan: tests/gpu.
 #include <gtest/gtest.h>
 
+#include "denoise/make_denoiser.h"
 #include "denoise/test_frames.h"
 #include "stillray/denoise.hpp"
 
@@ -11,11 +12,8 @@ namespace stillray {
 namespace {
 
 using test::MakeBusyFrame;
+using test::MakeDenoiser;
 using test::SameBits;
-
-Denoiser MakeDenoiser(const Settings& settings) {
-  return std::move(Denoiser::Create(settings).value());
-}
 
 TEST(Results, TheDisplayIsWhatToDisplayMakes) {
   Settings settings;

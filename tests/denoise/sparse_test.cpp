@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "denoise/make_denoiser.h"
 #include "denoise/stages/fill_guides.h"
 #include "denoise/stages/fill_guides_shared.h"
 #include "denoise/test_frames.h"
@@ -19,17 +20,12 @@ namespace {
 using test::FillImage;
 using test::Light;
 using test::MakeBusyFrame;
+using test::MakeDenoiser;
 using test::MakeWall;
 using test::Random;
 
 constexpr int kWidth = 61;
 constexpr int kHeight = 45;
-
-Denoiser MakeDenoiser(const Settings& s, Backend backend = Backend::kCpu) {
-  Result<Denoiser> made = Denoiser::Create(s, backend);
-  EXPECT_TRUE(made.ok()) << made.status().message();
-  return std::move(made.value());
-}
 
 /// The frame as a renderer leaves it that traces one pixel of `cycle` per frame and knows guides
 /// only there.
