@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What the denoiser remembers of earlier frames: how it finds it again, saves it, and when it forgets.
+// What the denoiser remembers of earlier frames: how it finds it again, saves it, and when it
+// forgets.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -34,6 +34,17 @@ struct Joining {
   const AccumulateParameters& p;
 };
 
+/// One row of new light.
+struct LightRow {
+  const float* colour[3];
+  const float* samples;
+};
+
+inline LightRow LightRowOf(const NewLight& light, int y) {
+  return {{light.colour[0].Row(y), light.colour[1].Row(y), light.colour[2].Row(y)},
+          light.samples.Row(y)};
+}
+
 /// What a band of rows has found.
 struct RadianceRows {
   DemodulateCounts counts;
@@ -133,11 +144,6 @@ HWY_INLINE void JoinOld(const Joining& j, const LightRow& light, bool nothing_ne
   store(kMeanSlot, hn::MulAdd(alpha_moments, difference, mean));
   store(kWeights2Slot, hn::IfThenElse(arrived, new_weights2, weights2));
   store(kLengthSlot, hn::IfThenElse(arrived, hn::Add(length, n), old_length));
-}
-
-/// New light is not changed.
-LightRow LightRowOf(const NewLight& light, int y) {
-  return stillray::LightRowOf(const_cast<NewLight*>(&light), y);
 }
 
 template <typename Store>
@@ -242,12 +248,13 @@ RadianceRows AccumulateRadianceRows(const Joining& j, const DemodulateInput& rad
                                     SignalHistory* out) {
   const int width = light->samples.width();
   const RowScratch scratch(width, 4);
+  float* const colour[3] = {scratch.Row(0), scratch.Row(1), scratch.Row(2)};
   RadianceRows found;
   for (int y = y0; y < y1; ++y) {
     // Samples that the frame does not tell apart are of use to nobody else.
-    const LightRow row = {{scratch.Row(0), scratch.Row(1), scratch.Row(2)},
-                          radiance.samples != nullptr ? light->samples.Row(y) : scratch.Row(3)};
-    found.counts += cpu::DemodulateRow(radiance, y, row, light);
+    float* const samples = radiance.samples != nullptr ? light->samples.Row(y) : scratch.Row(3);
+    found.counts += cpu::DemodulateRow(radiance, y, colour, samples, light);
+    const LightRow row = {{colour[0], colour[1], colour[2]}, samples};
     const bool sparse = IsSparseRow(row.samples, width);
     NextRow<kMostFetched> next = NextRowOf(j, *out, y);
     if (!sparse) {

@@ -65,7 +65,7 @@ HWY_INLINE VF WithinVariance(const DemodulateInput& in, int x, int y, const Colo
 /// \param sparse    few pixels have a sample: the others are not even read
 template <bool kAtOnce>
 HWY_INLINE DemodulateCounts RowInto(const DemodulateInput& in, const NextRow<40>& next, bool sparse,
-                                    int y, const LightRow& row, NewLight* out) {
+                                    int y, float* const colour[3], float* samples, NewLight* out) {
   const DF d;
   const VF zero = hn::Zero(d);
   const VF one = hn::Set(d, 1.0f);
@@ -80,9 +80,9 @@ HWY_INLINE DemodulateCounts RowInto(const DemodulateInput& in, const NextRow<40>
     const MF in_row = InRow(x, width);
     if (sparse && NoSamples(*in.samples, x, y)) {
       for (int c = 0; c < 3; ++c) {
-        store(zero, row.colour[c], x);
+        store(zero, colour[c], x);
       }
-      store(zero, row.samples, x);
+      store(zero, samples, x);
       if (!out->within.empty()) {
         store(zero, out->within.Row(y), x);
       }
@@ -118,10 +118,10 @@ HWY_INLINE DemodulateCounts RowInto(const DemodulateInput& in, const NextRow<40>
     counts.negative +=
         static_cast<int64_t>(hn::CountTrue(d, hn::And(hn::And(finite, negative), sampled)));
     const VF luminance = Luminance(sum.r, sum.g, sum.b, in.rec601);
-    store(hn::IfThenElseZero(usable, luminance), row.colour[0], x);
-    store(hn::IfThenElseZero(usable, sum.r), row.colour[1], x);
-    store(hn::IfThenElseZero(usable, sum.b), row.colour[2], x);
-    store(hn::IfThenElseZero(usable, given), row.samples, x);
+    store(hn::IfThenElseZero(usable, luminance), colour[0], x);
+    store(hn::IfThenElseZero(usable, sum.r), colour[1], x);
+    store(hn::IfThenElseZero(usable, sum.b), colour[2], x);
+    store(hn::IfThenElseZero(usable, given), samples, x);
     if (!out->within.empty()) {
       store(hn::IfThenElseZero(usable, WithinVariance(in, x, y, albedo)), out->within.Row(y), x);
     }
@@ -143,14 +143,16 @@ DemodulateCounts DemodulateRows(const DemodulateInput& in, int y0, int y1, NewLi
     }
     AddStreamed(out->colour, y + 1, &next);
     AddStreamed(out->samples, y + 1, &next);
-    counts += RowInto<false>(in, next, sparse, y, LightRowOf(out, y), out);
+    float* const colour[3] = {out->colour[0].Row(y), out->colour[1].Row(y), out->colour[2].Row(y)};
+    counts += RowInto<false>(in, next, sparse, y, colour, out->samples.Row(y), out);
   }
   FinishStreams();
   return counts;
 }
 
-DemodulateCounts RowAtOnce(const DemodulateInput& in, int y, const LightRow& row, NewLight* out) {
-  return RowInto<true>(in, {}, IsSparseInput(in, y), y, row, out);
+DemodulateCounts RowAtOnce(const DemodulateInput& in, int y, float* const colour[3], float* samples,
+                           NewLight* out) {
+  return RowInto<true>(in, {}, IsSparseInput(in, y), y, colour, samples, out);
 }
 
 }  // namespace
@@ -172,9 +174,9 @@ DemodulateCounts Demodulate(const DemodulateInput& in, NewLight* out) {
   return total.Sum();
 }
 
-DemodulateCounts DemodulateRow(const DemodulateInput& in, int y, const LightRow& row,
-                               NewLight* out) {
-  return HWY_DYNAMIC_DISPATCH(RowAtOnce)(in, y, row, out);
+DemodulateCounts DemodulateRow(const DemodulateInput& in, int y, float* const colour[3],
+                               float* samples, NewLight* out) {
+  return HWY_DYNAMIC_DISPATCH(RowAtOnce)(in, y, colour, samples, out);
 }
 
 }  // namespace stillray::cpu

@@ -49,26 +49,17 @@ class DemodulateTotal {
   std::atomic<int64_t> negative_ = 0;
 };
 
-/// One row of new light.
-struct LightRow {
-  float* colour[3];
-  float* samples;
-};
-
-inline LightRow LightRowOf(NewLight* light, int y) {
-  return {{light->colour[0].Row(y), light->colour[1].Row(y), light->colour[2].Row(y)},
-          light->samples.Row(y)};
-}
-
 namespace reference {
 DemodulateCounts Demodulate(const DemodulateInput& in, NewLight* out);
 }
 namespace cpu {
 DemodulateCounts Demodulate(const DemodulateInput& in, NewLight* out);
 /// One row, on the thread that asks, to be read at once.
-/// \param row  luminance, red, blue and samples go there instead, with room for whole vectors
-DemodulateCounts DemodulateRow(const DemodulateInput& in, int y, const LightRow& row,
-                               NewLight* out);
+/// \param colour, samples  luminance, red and blue, and samples go there instead, with room for
+/// whole
+///                         vectors
+DemodulateCounts DemodulateRow(const DemodulateInput& in, int y, float* const colour[3],
+                               float* samples, NewLight* out);
 }  // namespace cpu
 
 }  // namespace stillray
