@@ -127,6 +127,14 @@ HWY_INLINE void Finish(const SignalRow& row, const OutputRow& out, const Sums& s
   const VF one = hn::Set(d, 1.0f);
   const MF filled = hn::And(hn::Gt(sums.weight, hn::Set(d, kMinAtrousWeight)), surface);
   const VF scale = hn::Div(one, hn::IfThenElse(filled, sums.weight, one));
+  const VF scale2 = hn::Mul(scale, scale);
+  if (hn::AllTrue(d, filled) && out.grown == nullptr) {  // nearly everywhere
+    StreamInRow(d, hn::Mul(sums.luminance, scale), out.luminance, x, width);
+    StreamInRow(d, hn::Mul(sums.red, scale), out.red, x, width);
+    StreamInRow(d, hn::Mul(sums.blue, scale), out.blue, x, width);
+    StreamInRow(d, hn::Mul(sums.variance, scale2), out.variance, x, width);
+    return;
+  }
   const auto store = [&](VF sum, VF factor, const float* before, float* to) HWY_ATTR {
     StreamInRow(d, hn::IfThenElse(filled, hn::Mul(sum, factor), hn::LoadU(d, before + x)), to, x,
                 width);
@@ -134,7 +142,7 @@ HWY_INLINE void Finish(const SignalRow& row, const OutputRow& out, const Sums& s
   store(sums.luminance, scale, row.luminance, out.luminance);
   store(sums.red, scale, row.red, out.red);
   store(sums.blue, scale, row.blue, out.blue);
-  store(sums.variance, hn::Mul(scale, scale), row.variance, out.variance);
+  store(sums.variance, scale2, row.variance, out.variance);
   if (out.grown != nullptr) {
     StreamInRow(d, hn::IfThenElse(filled, one, hn::LoadU(d, row.present + x)), out.grown, x, width);
   }
