@@ -86,7 +86,7 @@ HWY_INLINE VF OverWeight(VF sum, VF weight) {
 HWY_INLINE VF FastRoot(VF v) {
   const DF d;
   const VF bounded = hn::Min(hn::Max(v, hn::Set(d, 1e-32f)), hn::Set(d, 1e38f));
-#if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_SSE2  // where approximations have 11 bits or more
   const VF inverse = hn::ApproximateReciprocalSqrt(bounded);
   const VF root = hn::Mul(bounded, inverse);
   return hn::MulAdd(hn::Mul(inverse, hn::Set(d, 0.5f)), hn::NegMulAdd(root, root, bounded), root);
@@ -100,7 +100,7 @@ HWY_INLINE VF FastInverse(VF v) {
   const DF d;
   const VF one = hn::Set(d, 1.0f);
   const VF bounded = hn::Min(v, hn::Set(d, 1e37f));
-#if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_SSE2  // where approximations have 11 bits or more
   const VF inverse = hn::ApproximateReciprocal(bounded);
   return hn::MulAdd(inverse, hn::NegMulAdd(bounded, inverse, one), inverse);
 #else
