@@ -5,7 +5,8 @@
 /// Source: SVGF section 4.1 (eq. 1), section 4.2; PSVGF section 4.2. Departs from them: moments in
 /// deviation form; age counts samples, with the moments within a pixel of several samples added; a
 /// missing pixel changes nothing; the sum of squared weights is kept. Pixel by pixel, in place
-/// allowed unless the history is looked up on the way. Reads 44, writes 28 bytes.
+/// allowed unless the history is looked up on the way. Reads 44, writes 28 bytes, and 4 more of
+/// each where the variance is wanted.
 #pragma once
 
 #include "denoise/planes.h"
