@@ -10,36 +10,42 @@
 
 namespace stillray {
 
-/// Rows of 4-byte values for loops that work on whole rows. The storage belongs to the thread and
-/// grows once; so only one of these may be alive in a thread, and rows hold what was left in them.
+/// Rows of 4-byte values for loops that work on whole rows; they begin at a cache line, so that no
+/// vector lies across two. The storage belongs to the thread and grows once; so only one of these
+/// may be alive in a thread, and rows hold what was left in them.
 class RowScratch {
  public:
   /// \param width  of the rows; kRoom values more may be read and written before and after
-  RowScratch(int width, int rows) : stride_(static_cast<size_t>(width) + 2 * kRoom) {
-    std::vector<std::byte>& storage = Storage();
-    const size_t bytes = kValue * stride_ * static_cast<size_t>(rows);
-    if (storage.size() < bytes) {
-      storage.resize(bytes);
+  RowScratch(int width, int rows)
+      : stride_(static_cast<size_t>(width) / kLineValues + 1 + 2 * kRoom) {
+    std::vector<Line>& storage = Storage();
+    const size_t lines = stride_ * static_cast<size_t>(rows);
+    if (storage.size() < lines) {
+      storage.resize(lines);
     }
-    first_ = storage.data() + kValue * kRoom;
+    first_ = storage.data() + kRoom;
   }
   template <typename T = float>
   T* Row(int i) const {
     static_assert(sizeof(T) == kValue);
-    return reinterpret_cast<T*>(first_ + kValue * stride_ * static_cast<size_t>(i));
+    return reinterpret_cast<T*>(first_ + stride_ * static_cast<size_t>(i));
   }
 
  private:
   static constexpr size_t kValue = 4;
-  /// Three of the widest vectors, and what rounding to them adds.
-  static constexpr size_t kRoom = 64;
-  static std::vector<std::byte>& Storage() {
-    static thread_local std::vector<std::byte> storage;
+  static constexpr size_t kLineValues = 16;
+  struct alignas(kValue * kLineValues) Line {
+    std::byte bytes[kValue * kLineValues];
+  };
+  /// Lines: three of the widest vectors, and one that rounding to them may add.
+  static constexpr size_t kRoom = 4;
+  static std::vector<Line>& Storage() {
+    static thread_local std::vector<Line> storage;
     return storage;
   }
 
-  size_t stride_;
-  std::byte* first_;
+  size_t stride_;  ///< in lines
+  Line* first_;
 };
 
 }  // namespace stillray
