@@ -109,6 +109,12 @@ void Denoiser::Impl::Allocate(int width, int height, size_t groups) {
       wavelet.emplace_back(width, height, border);
     }
   }
+  const bool stops = settings.limit_history || !StopsOnTheWay();
+  for (WaveletPlanes& planes : wavelet) {
+    if (stops == planes.stop.empty()) {
+      planes.stop = stops ? Image1(width, height, border) : Image1();
+    }
+  }
   for (SignalHistory& signal : state.signals) {
     SetBorder(border, &signal);
   }

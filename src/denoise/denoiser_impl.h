@@ -36,7 +36,7 @@ struct FutureLight::Impl {
 /// One signal on its way through the wavelet.
 struct WaveletPlanes {
   FilterPlanes filter[2];
-  Image1 stop;  ///< before the wavelet: what limit_history allows
+  Image1 stop;  ///< empty where nobody needs it; before the wavelet: what limit_history allows
   Image1 present;
   Image1 grown;                ///< `present` of the next level; empty until there is a sparse frame
   int target = 0;              ///< which of `filter` the next level writes to
@@ -52,7 +52,6 @@ struct WaveletPlanes {
   WaveletPlanes() = default;
   WaveletPlanes(int width, int height, int border)
       : filter{{width, height, border}, {width, height, border}},
-        stop(width, height, border),
         present(width, height, border),
         open(BlocksOf(width), height) {}
   size_t bytes() const {
@@ -146,7 +145,11 @@ struct Denoiser::Impl {
   /// Whether nobody looks at the new light before it joins the history.
   bool JoinsOnTheWay() const;
   void UpdateCompressionScale(size_t signal);
-  void RunPrefilter(WaveletPlanes* planes);
+  PrefilterVarianceParameters PrefilterOf() const;
+  /// Whether the wavelet works out its stops itself, if it reads any.
+  bool StopsOnTheWay() const {
+    return settings.wavelet != Wavelet::kSvgf || settings.noise_ratio <= 1;
+  }
   void RunLevel(int level);
   void KeepLevel(int level);
   void AdvanceFeedback();

@@ -34,7 +34,7 @@ class RowScratch {
  private:
   static constexpr size_t kValue = 4;
   static constexpr size_t kLineValues = 16;
-  struct alignas(kValue * kLineValues) Line {
+  struct alignas(kValue* kLineValues) Line {
     std::byte bytes[kValue * kLineValues];
   };
   /// Lines: three of the widest vectors, and one that rounding to them may add.

@@ -248,8 +248,7 @@ void Denoiser::Impl::RunLimitHistory() {
   }
 }
 
-void Denoiser::Impl::RunPrefilter(WaveletPlanes* planes) {
-  const StageTimer timer(&out->timings, "prefilter_variance");
+PrefilterVarianceParameters Denoiser::Impl::PrefilterOf() const {
   PrefilterVarianceParameters p;
   p.smooth = settings.prefilter_variance;
   p.square_root = settings.luminance_scale == LuminanceScale::kDeviation;
@@ -257,10 +256,7 @@ void Denoiser::Impl::RunPrefilter(WaveletPlanes* planes) {
   p.luminance_epsilon = settings.luminance_epsilon;
   p.unbounded_below =
       settings.short_history == ShortHistory::kBlur ? ShortHistoryLength(settings) : 0.0f;
-  const PrefilterVarianceInput in = {&(*planes->light)[0], planes->variance, planes->where,
-                                     &planes->history->length,
-                                     planes->complete ? &state.guides.full : nullptr};
-  stages->prefilter_variance(in, p, &planes->stop);
+  return p;
 }
 
 void Denoiser::Impl::RunLevel(int level) {
@@ -271,17 +267,21 @@ void Denoiser::Impl::RunLevel(int level) {
   p.edges = EdgesOf(settings);
   p.test_id = settings.wavelet_id;
   p.noise_ratio = settings.noise_ratio;
+  p.prefilter = PrefilterOf();
   p.eaw_sigma_n = settings.eaw_sigma_n;
   p.eaw_sigma_z = settings.eaw_sigma_z;
   std::array<AtrousSignal, kMostGroups> signals;
   for (size_t i = 0; i < groups.size(); ++i) {
     WaveletPlanes& planes = wavelet[i];
-    if (settings.wavelet == Wavelet::kSvgf) {
-      RunPrefilter(&planes);
-    }
     AtrousSignal& s = signals[i];
-    s = {planes.light, planes.variance, &planes.filter[planes.target], &planes.stop, planes.where};
+    s = {planes.light, planes.variance, &planes.filter[planes.target], nullptr, planes.where};
     s.complete = planes.complete;
+    s.length = &planes.history->length;
+    if (!StopsOnTheWay()) {
+      const StageTimer timer(&out->timings, "prefilter_variance");
+      stages->prefilter_variance(PrefilterInputOf(s, state.guides), p.prefilter, &planes.stop);
+      s.stop = &planes.stop;
+    }
     s.eaw_sigma_l =
         settings.eaw_sigma_l * planes.mean_luminance * std::exp2f(static_cast<float>(-level));
     s.grown = IsSparse() && !planes.complete ? &planes.grown : nullptr;

@@ -49,9 +49,7 @@ void ExpectNear(const Image1& stop, const Image1& expected) {
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       const float e = expected(x, y);
-      // Where nothing varies, the least root counts beside the 1e-12 of LuminanceStop.
-      const float tolerance = e > 1e10f ? 1e-3f : 4e-6f;
-      EXPECT_NEAR(stop(x, y), e, tolerance * e + 1e-18f) << x << ", " << y;
+      EXPECT_NEAR(stop(x, y), e, 4e-6f * e + 1e-18f) << x << ", " << y;
     }
   }
 }

@@ -9,6 +9,8 @@
 #define STILLRAY_DENOISE_SIMD_GUIDE_EXPONENTS_INL_H_
 #endif
 
+#include <utility>
+
 #include "denoise/planes.h"
 #include "denoise/simd/edge_stopping-inl.h"
 #include "denoise/simd/tap_pairs.h"
@@ -34,16 +36,16 @@ constexpr float kParabolaAtZero = -1.5f * kLog2E;
 /// centre's surface.
 template <bool kParabola>
 HWY_INLINE VF GuideExponent(const GuideRow& g, const GuideCentre& c, ptrdiff_t q, VF expected,
-                            VF depth_scale, VF log2_kernel, float sigma_n) {
+                            VF depth_scale, VF bias, float sigma_n) {
   const DF d;
   const VF cosine =
       hn::MulAdd(c.nx, hn::LoadU(d, g.nx + q),
                  hn::MulAdd(c.ny, hn::LoadU(d, g.ny + q), hn::Mul(c.nz, hn::LoadU(d, g.nz + q))));
   VF exponent;
   if constexpr (kParabola) {
-    exponent = NearParabola(cosine, log2_kernel, sigma_n);
+    exponent = NearParabola(cosine, bias, sigma_n);
   } else {
-    exponent = hn::Add(log2_kernel, NormalExponent(cosine, sigma_n));
+    exponent = hn::Add(bias, NormalExponent(cosine, sigma_n));
     exponent = hn::IfThenElse(hn::Gt(cosine, hn::Zero(d)), exponent, hn::Set(d, -1000.0f));
   }
   const VF deviation = hn::Abs(hn::Sub(expected, hn::LoadU(d, g.depth + q)));
@@ -54,45 +56,83 @@ HWY_INLINE VF GuideExponent(const GuideRow& g, const GuideCentre& c, ptrdiff_t q
 /// the pairs.
 using TapVectors = float[2 * TapPairs::kMost][hn::MaxLanes(DF())];
 
+/// Where they go.
+struct TapSlots {
+  float* first;
+  ptrdiff_t stride;  ///< from tap to tap
+};
+
+HWY_INLINE TapSlots SlotsOf(TapVectors& taps) {
+  return {taps[0], hn::MaxLanes(DF())};
+}
+
+/// Calls `body` with the number of each pair.
+/// \tparam kPairs  how many there are: few are unrolled; 0: as `taps` says
+template <int kPairs, typename Body>
+HWY_INLINE void ForEachPair(const TapPairs& taps, const Body& body) {
+  if constexpr (kPairs > 0 && kPairs <= 4) {
+    const auto unrolled = [&]<int... kPair>(std::integer_sequence<int, kPair...>) HWY_ATTR
+        __attribute__((always_inline)) {
+      (body(kPair), ...);
+    };
+    unrolled(std::make_integer_sequence<int, kPairs>());
+  } else {
+    const int count = kPairs > 0 ? kPairs : taps.count;
+    for (int i = 0; i < count; ++i) {
+      body(i);
+    }
+  }
+}
+
+/// The pairs with all that is the same for every pixel in place of the kernel's logarithm.
+HWY_INLINE TapPairs WithBias(TapPairs taps, const EdgeStopping& edges) {
+  const bool parabola = edges.sigma_n >= kParabolaFromSigmaN;
+  const float bias = kWeightBias + (parabola ? edges.sigma_n * kParabolaAtZero : 0.0f);
+  for (int i = 0; i < taps.count; ++i) {
+    taps.pair[i].log2_kernel += bias;
+  }
+  return taps;
+}
+
 /// What the guides say about the taps of the pixels x, x + 1, ...: shared by all signals. A pass of
 /// its own, because the whole chain from the guides to the sums would be longer than what cores
 /// can look ahead.
-template <bool kParabola, Depths kDepths = Depths::kEither>
+/// \param taps  made by WithBias
+template <bool kParabola, Depths kDepths = Depths::kEither, int kPairs = 0>
 HWY_INLINE void GuideExponents(const TapPairs& taps, const EdgeStopping& edges, bool test_id,
-                               const GuideRow& guide, const GuideCentre& c, int x,
-                               TapVectors& exponents) {
+                               const GuideRow& guide, const GuideCentre& c, int x, TapSlots to) {
   const DF d;
   const DU du;
   const VF slope_scale = hn::Mul(hn::Set(d, edges.sigma_z), hn::Mul(c.z, c.z));
   const VF slope_least = hn::Mul(hn::Set(d, edges.depth_epsilon), c.z);
   const VF steepness = hn::Mul(c.flat, hn::Set(d, kLog2E));
   const VU id = test_id ? hn::LoadU(du, guide.id + x) : hn::Zero(du);
-  const float at_zero = kWeightBias + (kParabola ? edges.sigma_n * kParabolaAtZero : 0.0f);
-  for (int i = 0; i < taps.count; ++i) {
-    const TapPair& pair = taps.pair[i];
-    const VF bias = hn::Set(d, pair.log2_kernel + at_zero);
-    const VF along = hn::MulAdd(c.gx, hn::Set(d, pair.dx), hn::Mul(c.gy, hn::Set(d, pair.dy)));
-    VF expected[2];
-    VF scale;
-    if (IsPlane<kDepths>(edges)) {
-      expected[0] = hn::Add(c.i, along);
-      expected[1] = hn::Sub(c.i, along);
-      scale = c.scale;
-    } else {
-      expected[0] = expected[1] = c.z;
-      scale = hn::Div(steepness, hn::MulAdd(slope_scale, hn::Abs(along), slope_least));
-    }
-    for (int side = 0; side < 2; ++side) {
-      const ptrdiff_t q = x + (side == 0 ? pair.distance : -pair.distance);
-      VF exponent =
-          GuideExponent<kParabola>(guide, c, q, expected[side], scale, bias, edges.sigma_n);
-      if (test_id) {
-        const MF same = hn::RebindMask(d, hn::Eq(id, hn::LoadU(du, guide.id + q)));
-        exponent = hn::IfThenElse(same, exponent, hn::Set(d, -1000.0f));
-      }
-      hn::Store(exponent, d, exponents[2 * i + side]);
-    }
-  }
+  ForEachPair<kPairs>(
+      taps, [&](int i) HWY_ATTR __attribute__((always_inline)) {
+        const TapPair& pair = taps.pair[i];
+        const VF bias = hn::Set(d, pair.log2_kernel);
+        const VF along = hn::MulAdd(c.gx, hn::Set(d, pair.dx), hn::Mul(c.gy, hn::Set(d, pair.dy)));
+        VF expected[2];
+        VF scale;
+        if (IsPlane<kDepths>(edges)) {
+          expected[0] = hn::Add(c.i, along);
+          expected[1] = hn::Sub(c.i, along);
+          scale = c.scale;
+        } else {
+          expected[0] = expected[1] = c.z;
+          scale = hn::Div(steepness, hn::MulAdd(slope_scale, hn::Abs(along), slope_least));
+        }
+        for (int side = 0; side < 2; ++side) {
+          const ptrdiff_t q = x + (side == 0 ? pair.distance : -pair.distance);
+          VF exponent =
+              GuideExponent<kParabola>(guide, c, q, expected[side], scale, bias, edges.sigma_n);
+          if (test_id) {
+            const MF same = hn::RebindMask(d, hn::Eq(id, hn::LoadU(du, guide.id + q)));
+            exponent = hn::IfThenElse(same, exponent, hn::Set(d, -1000.0f));
+          }
+          hn::Store(exponent, d, to.first + (2 * i + side) * to.stride);
+        }
+      });
 }
 
 /// Exponents to weights.

@@ -14,6 +14,7 @@
 #include "core/check.h"
 #include "core/parallel.h"
 #include "denoise/planes.h"
+#include "denoise/row_scratch.h"
 #include "denoise/simd/next_row.h"
 #include "denoise/simd/tap_pairs.h"
 
@@ -81,7 +82,7 @@ SignalRow RowOf(const AtrousSignal& s, int y) {
           (*s.colour)[1].Row(y),
           (*s.colour)[2].Row(y),
           s.variance->Row(y),
-          s.stop->Row(y),
+          s.stop != nullptr ? s.stop->Row(y) : nullptr,
           s.present->Row(y),
           kLog2E / (s.eaw_sigma_l * s.eaw_sigma_l)};
 }
@@ -174,7 +175,12 @@ NextSignal NextSignalOf(const AtrousLevel& level, const AtrousSignal& signal, bo
   const bool geometry = p.weights == AtrousWeights::kGeometry;
   const int channels = geometry ? 2 : 3;
   NextSignal next;
-  if (!geometry && p.noise_ratio <= 1) {
+  if (!geometry && signal.stop == nullptr) {
+    next.Add(*signal.variance, own + 1);
+    if (p.step > 1) {
+      next.Add(*signal.variance, own - 1);
+    }
+  } else if (!geometry && p.noise_ratio <= 1) {
     next.Add(*signal.stop, own);
   }
   if (signal.grown != nullptr) {
@@ -202,16 +208,16 @@ NextSignal NextSignalOf(const AtrousLevel& level, const AtrousSignal& signal, bo
 
 /// What the taps of all signals have in common.
 struct LightTaps {
-  const TapPairs& taps;
+  const TapPairs taps;
+  const TapSlots exponents;  ///< a row of each tap
   float centre_kernel;
   float least_stop;  ///< of the pixel's own, that a noisier neighbour may lower it to
 };
 
 /// Adds up the taps of one signal at the pixels x, x + 1, ... with the weights of SVGF. kShared:
 /// stops are shared with noisier neighbours.
-template <bool kShared, bool kComplete>
-HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, const TapVectors& exponents,
-                        int x) {
+template <int kPairs, bool kShared, bool kComplete>
+HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, int x) {
   const DF d;
   const VF zero = hn::Zero(d);
   const VF centre = hn::LoadU(d, row.luminance + x);
@@ -221,70 +227,78 @@ HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, const TapV
   Sums sums = {zero, zero, zero, zero, zero};
   AddTap(row, x, kComplete ? kernel : WherePresent(row, x, kernel), centre, &sums);
   // Two taps at a time, step by step: one alone is a longer chain than cores look ahead for others.
-  for (int i = 0; i < light.taps.count; ++i) {
-    const ptrdiff_t distance = light.taps.pair[i].distance;
-    const ptrdiff_t q[2] = {x + distance, x - distance};
-    const VF l[2] = {hn::LoadU(d, row.luminance + q[0]), hn::LoadU(d, row.luminance + q[1])};
-    VF exponent[2] = {hn::Load(d, exponents[2 * i]), hn::Load(d, exponents[2 * i + 1])};
-    VF factor[2] = {stop, stop};
-    if constexpr (kShared) {
-      for (int k = 0; k < 2; ++k) {
-        factor[k] = hn::Min(stop, hn::Max(hn::LoadU(d, row.stop + q[k]), least));
-      }
-    }
-    const VF deviation[2] = {hn::Abs(hn::Sub(centre, l[0])), hn::Abs(hn::Sub(centre, l[1]))};
-    exponent[0] = hn::NegMulAdd(deviation[0], factor[0], exponent[0]);
-    exponent[1] = hn::NegMulAdd(deviation[1], factor[1], exponent[1]);
-    VF weight[2];
-    WeightsExp2<true>(exponent, weight);
-    if constexpr (!kComplete) {
-      weight[0] = WherePresent(row, q[0], weight[0]);
-      weight[1] = WherePresent(row, q[1], weight[1]);
-    }
-    AddTap(row, q[0], weight[0], l[0], &sums);
-    AddTap(row, q[1], weight[1], l[1], &sums);
-  }
+  ForEachPair<kPairs>(
+      light.taps, [&](int i) HWY_ATTR __attribute__((always_inline)) {
+        const ptrdiff_t distance = light.taps.pair[i].distance;
+        const ptrdiff_t q[2] = {x + distance, x - distance};
+        const VF l[2] = {hn::LoadU(d, row.luminance + q[0]), hn::LoadU(d, row.luminance + q[1])};
+        const float* exponents = light.exponents.first + 2 * i * light.exponents.stride + x;
+        VF exponent[2] = {hn::Load(d, exponents), hn::Load(d, exponents + light.exponents.stride)};
+        VF factor[2] = {stop, stop};
+        if constexpr (kShared) {
+          for (int k = 0; k < 2; ++k) {
+            factor[k] = hn::Min(stop, hn::Max(hn::LoadU(d, row.stop + q[k]), least));
+          }
+        }
+        const VF deviation[2] = {hn::Abs(hn::Sub(centre, l[0])), hn::Abs(hn::Sub(centre, l[1]))};
+        exponent[0] = hn::NegMulAdd(deviation[0], factor[0], exponent[0]);
+        exponent[1] = hn::NegMulAdd(deviation[1], factor[1], exponent[1]);
+        VF weight[2];
+        WeightsExp2<true>(exponent, weight);
+        if constexpr (!kComplete) {
+          weight[0] = WherePresent(row, q[0], weight[0]);
+          weight[1] = WherePresent(row, q[1], weight[1]);
+        }
+        AddTap(row, q[0], weight[0], l[0], &sums);
+        AddTap(row, q[1], weight[1], l[1], &sums);
+      });
   return sums;
 }
 
-/// Filters one row of all signals with the weights of SVGF. Template arguments rather than branches
-/// in the innermost loop.
-template <bool kParabola, Depths kDepths, bool kTestId, bool kShared, bool kComplete>
-void FilterRow(const AtrousLevel& level, int y) {
+/// Works out what the guides say about the taps of a row.
+template <int kPairs, bool kParabola, Depths kDepths, bool kTestId>
+void ExponentsOfRow(const AtrousLevel& level, int y, TapSlots to) {
   const DF d;
   // Copies, which nothing that is stored in the loop could change.
   const EdgeStopping edges = level.parameters.edges;
-  const TapPairs taps = level.taps;
+  const TapPairs taps = WithBias(level.taps, edges);
   const GuideRow guide = GuideRowOf<kDepths>(level.guides, edges, y);
-  const size_t count = level.signals.size();
+  const bool test_id = kTestId && level.parameters.test_id;
   const int width = level.guides.id.width();
-  SignalRow rows[kMostSignals];
-  OutputRow outputs[kMostSignals];
-  NextSignal next[kMostSignals];
-  for (size_t i = 0; i < count; ++i) {
-    rows[i] = RowOf(level.signals[i], y);
-    outputs[i] = OutputOf(level.signals[i], y);
-    next[i] = NextSignalOf(level, level.signals[i], false, y);
-  }
-  const LightTaps light = {taps, level.centre_kernel, 1 / level.parameters.noise_ratio};
-  const NextGuides next_guides = NextGuidesOf(level, false, y);
-  HWY_ALIGN TapVectors exponents;
-  for (int x = 0; x < width; x += LaneCount()) {
-    next_guides.Fetch(x);
-    const MF surface = hn::Gt(hn::LoadU(d, guide.depth + x), hn::Zero(d));
-    const bool any = !hn::AllFalse(d, surface);
-    if (any) {
+  const NextGuides next = NextGuidesOf(level, false, y);
+  for (int x = 0; x < width; x += LaneCount(), to.first += LaneCount()) {
+    next.Fetch(x);
+    if (!hn::AllFalse(d, hn::Gt(hn::LoadU(d, guide.depth + x), hn::Zero(d)))) {
       const GuideCentre c = LoadGuideCentre<kDepths>(guide, edges, x);
-      GuideExponents<kParabola, kDepths>(taps, edges, kTestId && level.parameters.test_id, guide, c,
-                                         x, exponents);
+      GuideExponents<kParabola, kDepths, kPairs>(taps, edges, test_id, guide, c, x, to);
     }
-    for (size_t i = 0; i < count; ++i) {
-      next[i].Fetch(x);
-      const VF zero = hn::Zero(d);
-      const Sums sums = any ? SumTaps<kShared, kComplete>(light, rows[i], exponents, x)
-                            : Sums{zero, zero, zero, zero, zero};
-      Finish(rows[i], outputs[i], sums, surface, x, width);
-    }
+  }
+}
+
+/// Filters a row of one signal with the weights of SVGF.
+/// \param stop  of the row, or nullptr: the signal has them
+template <int kPairs, bool kShared, bool kComplete>
+void FilterRow(const AtrousLevel& level, const AtrousSignal& signal, int y, TapSlots exponents,
+               const float* stop) {
+  const DF d;
+  const VF zero = hn::Zero(d);
+  const LightTaps light = {level.taps, exponents, level.centre_kernel,
+                           1 / level.parameters.noise_ratio};
+  const GuidePlanes& g = level.guides;
+  const float* depth = (level.parameters.edges.plane ? g.inverse_depth : g.depth).Row(y);
+  SignalRow row = RowOf(signal, y);
+  if (stop != nullptr) {
+    row.stop = stop;
+  }
+  const OutputRow out = OutputOf(signal, y);
+  const NextSignal next = NextSignalOf(level, signal, false, y);
+  const int width = g.id.width();
+  for (int x = 0; x < width; x += LaneCount()) {
+    next.Fetch(x);
+    const MF surface = hn::Gt(hn::LoadU(d, depth + x), zero);
+    const Sums sums = hn::AllFalse(d, surface) ? Sums{zero, zero, zero, zero, zero}
+                                               : SumTaps<kPairs, kShared, kComplete>(light, row, x);
+    Finish(row, out, sums, surface, x, width);
   }
 }
 
@@ -336,7 +350,7 @@ void FilterRowByGeometry(const AtrousLevel& level, int y) {
   const VF zero = hn::Zero(d);
   const VF one = hn::Set(d, 1.0f);
   const EdgeStopping edges = level.parameters.edges;
-  const TapPairs taps = level.taps;
+  const TapPairs taps = WithBias(level.taps, edges);
   const GuideRow guide = GuideRowOf<kDepths>(level.guides, edges, y);
   const int width = level.guides.id.width();
   SignalRow rows[kMostSignals];
@@ -364,7 +378,7 @@ void FilterRowByGeometry(const AtrousLevel& level, int y) {
       continue;
     }
     const GuideCentre c = LoadGuideCentre<kDepths>(guide, edges, x);
-    GuideExponents<kParabola, kDepths>(taps, edges, false, guide, c, x, weights);
+    GuideExponents<kParabola, kDepths>(taps, edges, false, guide, c, x, SlotsOf(weights));
     WeightsOfExponents(taps, weights);
     for (size_t i = 0; i < level.signals.size(); ++i) {
       const GeometrySums sums = SumGeometryTaps(taps, level.centre_kernel, rows[i], weights, x);
@@ -429,29 +443,44 @@ void FilterRowForComparison(const AtrousLevel& level, const AtrousSignal& signal
   }
 }
 
-template <Depths kDepths>
-void FilterRowOf(const AtrousLevel& level, bool complete, int y) {
-  if (level.parameters.noise_ratio > 1) {
-    complete ? FilterRow<true, kDepths, false, true, true>(level, y)
-             : FilterRow<true, kDepths, false, true, false>(level, y);
+/// Template arguments rather than branches in the innermost loop.
+template <int kPairs>
+void ExponentsOfRow(const AtrousLevel& level, int y, TapSlots to) {
+  const AtrousParameters& p = level.parameters;
+  if (p.edges.sigma_n < kParabolaFromSigmaN) {
+    ExponentsOfRow<kPairs, false, Depths::kEither, true>(level, y, to);
+  } else if (p.test_id) {
+    ExponentsOfRow<kPairs, true, Depths::kEither, true>(level, y, to);
+  } else if (p.edges.plane) {
+    ExponentsOfRow<kPairs, true, Depths::kPlane, false>(level, y, to);
   } else {
-    complete ? FilterRow<true, kDepths, false, false, true>(level, y)
-             : FilterRow<true, kDepths, false, false, false>(level, y);
+    ExponentsOfRow<kPairs, true, Depths::kGradient, false>(level, y, to);
   }
 }
 
-void FilterRowOf(const AtrousLevel& level, int y) {
-  const AtrousParameters& p = level.parameters;
-  const bool complete = std::all_of(level.signals.begin(), level.signals.end(),
-                                    [](const AtrousSignal& s) { return s.complete; });
-  if (p.edges.sigma_n < kParabolaFromSigmaN) {
-    FilterRow<false, Depths::kEither, true, true, false>(level, y);
-  } else if (p.test_id) {
-    FilterRow<true, Depths::kEither, true, true, false>(level, y);
-  } else if (p.edges.plane) {
-    FilterRowOf<Depths::kPlane>(level, complete, y);
-  } else {
-    FilterRowOf<Depths::kGradient>(level, complete, y);
+/// Filters one row of all signals with the weights of SVGF: the guides' part first, then signal by
+/// signal, so that few planes are walked through at a time.
+template <int kPairs>
+void FilterRow(const AtrousLevel& level, int y) {
+  const RowScratch scratch(level.guides.id.width(), 2 * kPairs + 3);
+  const TapSlots exponents = {scratch.Row(0), scratch.Row(1) - scratch.Row(0)};
+  ExponentsOfRow<kPairs>(level, y, exponents);
+  const bool shared = level.parameters.noise_ratio > 1;
+  float* const work[2] = {scratch.Row(2 * kPairs), scratch.Row(2 * kPairs + 1)};
+  for (const AtrousSignal& signal : level.signals) {
+    float* stop = nullptr;
+    if (signal.stop == nullptr) {
+      stop = scratch.Row(2 * kPairs + 2);
+      cpu::PrefilterVarianceRow(PrefilterInputOf(signal, level.guides), level.parameters.prefilter,
+                                y, work, stop);
+    }
+    if (shared) {
+      signal.complete ? FilterRow<kPairs, true, true>(level, signal, y, exponents, stop)
+                      : FilterRow<kPairs, true, false>(level, signal, y, exponents, stop);
+    } else {
+      signal.complete ? FilterRow<kPairs, false, true>(level, signal, y, exponents, stop)
+                      : FilterRow<kPairs, false, false>(level, signal, y, exponents, stop);
+    }
   }
 }
 
@@ -474,7 +503,7 @@ void AtrousRow(const AtrousLevel& level, int y) {
                       : FilterRowByGeometry<true, Depths::kGradient>(level, y);
       break;
     case AtrousWeights::kSvgf:
-      FilterRowOf(level, y);
+      p.radius == 1 ? FilterRow<4>(level, y) : FilterRow<12>(level, y);
       break;
   }
 }
@@ -507,7 +536,12 @@ void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
     STILLRAY_CHECK_LE(p.step * p.radius, signal.present->border());
     STILLRAY_CHECK_EQ(signal.variance->stride(), stride);
     STILLRAY_CHECK_EQ(signal.present->stride(), stride);
-    STILLRAY_CHECK_EQ(signal.stop->stride(), stride);
+    if (signal.stop != nullptr) {
+      STILLRAY_CHECK_EQ(signal.stop->stride(), stride);
+    } else if (p.weights == AtrousWeights::kSvgf) {
+      STILLRAY_CHECK_LE(p.noise_ratio, 1.0f);
+      STILLRAY_CHECK(signal.length != nullptr);
+    }
   }
   constexpr float kLog2Kernel3[2] = {-1.0f, -2.0f};
   constexpr float kLog2Kernel5[3] = {-1.41503750f, -2.0f, -4.0f};

@@ -17,6 +17,7 @@
 #include "denoise/planes.h"
 #include "denoise/stages/edge_stopping.h"
 #include "denoise/stages/edge_stopping_shared.h"
+#include "denoise/stages/prefilter_variance.h"
 
 namespace stillray {
 
@@ -34,8 +35,9 @@ struct AtrousParameters {
   int radius = 2;  ///< 1: 3x3, 2: 5x5
   AtrousWeights weights = AtrousWeights::kSvgf;
   EdgeStopping edges;
-  bool test_id = false;   ///< also stop at another id
-  float noise_ratio = 1;  ///< >= 1; see SharedStop
+  bool test_id = false;                   ///< also stop at another id
+  float noise_ratio = 1;                  ///< >= 1; see SharedStop
+  PrefilterVarianceParameters prefilter;  ///< of signals without stops
   float eaw_sigma_n = 0.3f;
   float eaw_sigma_z = 0.05f;
 };
@@ -46,7 +48,9 @@ struct AtrousSignal {
   const Image3* colour;
   const Image1* variance;
   FilterPlanes* out;
-  const Image1* stop;     ///< see prefilter_variance; read by kSvgf only
+  /// See prefilter_variance; read by kSvgf only. nullptr: the level makes them itself, row by row,
+  /// which it can where the stops of other pixels are not wanted (noise_ratio 1).
+  const Image1* stop;
   const Image1* present;  ///< positive where there is light on a surface, else 0
   bool complete = false;  ///< every surface has light: `present` tells nothing new
   float eaw_sigma_l = 1;  ///< in units of light; the caller halves it per level
@@ -54,7 +58,15 @@ struct AtrousSignal {
   /// not wanted. Below one sample per pixel a level that forgot what the one before has filled
   /// would show single samples as dots.
   Image1* grown = nullptr;
+  const Image1* length = nullptr;  ///< history length, read where there are no stops
 };
+
+/// What the stops of a signal are made from.
+inline PrefilterVarianceInput PrefilterInputOf(const AtrousSignal& signal,
+                                               const GuidePlanes& guides) {
+  return {&(*signal.colour)[0], signal.variance, signal.present, signal.length,
+          signal.complete ? &guides.full : nullptr};
+}
 
 namespace reference {
 void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,

@@ -99,8 +99,14 @@ void PassThrough(const AtrousSignal& signal, int x, int y) {
 
 void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
             const AtrousParameters& p) {
-  for (const AtrousSignal& signal : signals) {
+  Image1 stop;
+  for (AtrousSignal signal : signals) {
     STILLRAY_CHECK_LE(p.step * p.radius, signal.present->border());
+    if (p.weights == AtrousWeights::kSvgf && signal.stop == nullptr) {
+      stop = Image1(signal.present->width(), signal.present->height());
+      PrefilterVariance(PrefilterInputOf(signal, guides), p.prefilter, &stop);
+      signal.stop = &stop;
+    }
     for (int y = 0; y < signal.present->height(); ++y) {
       for (int x = 0; x < signal.present->width(); ++x) {
         if (p.weights == AtrousWeights::kGeometry && !((*signal.present)(x, y) > 0)) {

@@ -114,9 +114,9 @@ HWY_INLINE void FindWeights(const Estimates& e, int x, int y, TapVectors& weight
   const GuideRow guide = GuideRowOf(e.guides, edges, y);
   const GuideCentre centre = LoadGuideCentre(guide, edges, x);
   if (edges.sigma_n < kParabolaFromSigmaN) {
-    GuideExponents<false>(e.taps, edges, false, guide, centre, x, weights);
+    GuideExponents<false>(e.taps, edges, false, guide, centre, x, SlotsOf(weights));
   } else {
-    GuideExponents<true>(e.taps, edges, false, guide, centre, x, weights);
+    GuideExponents<true>(e.taps, edges, false, guide, centre, x, SlotsOf(weights));
   }
   WeightsOfExponents(e.taps, weights);
 }
@@ -182,8 +182,10 @@ NextRow<1 + 5 * kMostSignals> NextRowOf(const Estimates& e, int y) {
 }
 
 /// Returns one bit for each signal that has no light on some surface.
-uint32_t EstimateVarianceRows(const Estimates& e, int y0, int y1) {
+uint32_t EstimateVarianceRows(const Estimates& all, int y0, int y1) {
   const DF d;
+  const TapPairs taps = WithBias(all.taps, all.p.edges);
+  const Estimates e = {all.signals, all.guides, all.p, taps};
   uint32_t incomplete = 0;
   const int width = e.guides.id.width();
   HWY_ALIGN TapVectors weights;

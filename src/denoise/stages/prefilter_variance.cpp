@@ -81,33 +81,6 @@ HWY_INLINE VF OverWeight(VF sum, VF weight) {
   return hn::Div(sum, hn::Max(weight, hn::Set(d, 1.0f)));
 }
 
-/// The root of v in 1e-32..1e38; what lies beyond counts as the end. Relative error below 1e-6
-/// (tested), without waiting for the divider.
-HWY_INLINE VF FastRoot(VF v) {
-  const DF d;
-  const VF bounded = hn::Min(hn::Max(v, hn::Set(d, 1e-32f)), hn::Set(d, 1e38f));
-#if HWY_ARCH_X86 && HWY_TARGET <= HWY_SSE2  // where approximations have 11 bits or more
-  const VF inverse = hn::ApproximateReciprocalSqrt(bounded);
-  const VF root = hn::Mul(bounded, inverse);
-  return hn::MulAdd(hn::Mul(inverse, hn::Set(d, 0.5f)), hn::NegMulAdd(root, root, bounded), root);
-#else
-  return hn::Sqrt(bounded);
-#endif
-}
-
-/// 1 / v for v in 1e-37..1e37, likewise.
-HWY_INLINE VF FastInverse(VF v) {
-  const DF d;
-  const VF one = hn::Set(d, 1.0f);
-  const VF bounded = hn::Min(v, hn::Set(d, 1e37f));
-#if HWY_ARCH_X86 && HWY_TARGET <= HWY_SSE2  // where approximations have 11 bits or more
-  const VF inverse = hn::ApproximateReciprocal(bounded);
-  return hn::MulAdd(inverse, hn::NegMulAdd(bounded, inverse, one), inverse);
-#else
-  return hn::Div(one, bounded);
-#endif
-}
-
 /// What the stops of one row are made from.
 struct StopSource {
   const PrefilterVarianceParameters p;
@@ -139,12 +112,12 @@ HWY_INLINE bool IsFull(const StopSource& s, int x) {
 /// LuminanceStop of the pixels x, x + 1, ...
 HWY_INLINE VF StopOf(const StopSource& s, VF variance, int x) {
   const DF d;
-  const VF spread = s.p.square_root ? FastRoot(variance) : variance;
+  const VF spread = s.p.square_root ? hn::Sqrt(variance) : variance;
   const VF l = hn::Abs(hn::LoadU(d, s.luminance + x));
   const VF tolerance =
       hn::MulAdd(hn::Set(d, s.p.sigma_l), spread,
                  hn::MulAdd(hn::Set(d, s.p.luminance_epsilon), l, hn::Set(d, 1e-12f)));
-  VF stop = hn::Mul(hn::Set(d, kLog2E), FastInverse(tolerance));
+  VF stop = hn::Div(hn::Set(d, kLog2E), tolerance);
   if (!IsFull(s, x)) {
     stop = hn::IfThenElseZero(hn::Gt(hn::LoadU(d, s.present.row[1] + x), hn::Zero(d)), stop);
   }
@@ -184,27 +157,42 @@ NextRow<8> NextRowOf(const PrefilterVarianceInput& in, const PrefilterVariancePa
   return next;
 }
 
-void PrefilterVarianceRows(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p,
-                           int y0, int y1, Image1* stop) {
+/// \tparam kAtOnce  what is written is read at once, so it stays in the caches
+template <bool kAtOnce>
+void RowInto(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p,
+             const NextRow<8>& next, int y, float* const work[2], float* to) {
   const DF d;
-  const int width = stop->width();
-  const RowScratch scratch(width, 2);
-  float* const sums = scratch.Row(0);
-  float* const weights = scratch.Row(1);
-  for (int y = y0; y < y1; ++y) {
-    const NextRow<8> next = NextRowOf(in, p, y + 1, *stop);
-    const StopSource source(in, p, y);
-    if (p.smooth) {
-      SmoothRowDown(source, width, sums, weights);
-    }
-    for (int x = 0; x < width; x += LaneCount()) {
-      next.Fetch(x);
-      const VF variance = p.smooth ? OverWeight(SmoothAcross(sums, x), SmoothAcross(weights, x))
-                                   : hn::LoadU(d, source.variance.row[1] + x);
-      StreamInRow(d, StopOf(source, variance, x), stop->Row(y), x, width);
+  const int width = in.variance->width();
+  const StopSource source(in, p, y);
+  if (p.smooth) {
+    SmoothRowDown(source, width, work[0], work[1]);
+  }
+  for (int x = 0; x < width; x += LaneCount()) {
+    next.Fetch(x);
+    const VF variance = p.smooth ? OverWeight(SmoothAcross(work[0], x), SmoothAcross(work[1], x))
+                                 : hn::LoadU(d, source.variance.row[1] + x);
+    const VF stop = StopOf(source, variance, x);
+    if constexpr (kAtOnce) {
+      StoreInRow(d, stop, to, x, width);
+    } else {
+      StreamInRow(d, stop, to, x, width);
     }
   }
+}
+
+void PrefilterVarianceRows(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p,
+                           int y0, int y1, Image1* stop) {
+  const RowScratch scratch(stop->width(), 2);
+  float* const work[2] = {scratch.Row(0), scratch.Row(1)};
+  for (int y = y0; y < y1; ++y) {
+    RowInto<false>(in, p, NextRowOf(in, p, y + 1, *stop), y, work, stop->Row(y));
+  }
   FinishStreams();
+}
+
+void PrefilterVarianceRowAt(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p,
+                            int y, float* const work[2], float* stop) {
+  RowInto<true>(in, p, NextRow<8>(), y, work, stop);
 }
 
 }  // namespace
@@ -216,6 +204,12 @@ HWY_AFTER_NAMESPACE();
 namespace stillray::cpu {
 
 HWY_EXPORT(PrefilterVarianceRows);
+HWY_EXPORT(PrefilterVarianceRowAt);
+
+void PrefilterVarianceRow(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p,
+                          int y, float* const work[2], float* stop) {
+  HWY_DYNAMIC_DISPATCH(PrefilterVarianceRowAt)(in, p, y, work, stop);
+}
 
 void PrefilterVariance(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p,
                        Image1* stop) {

@@ -40,6 +40,11 @@ void PrefilterVariance(const PrefilterVarianceInput& in,
 namespace cpu {
 void PrefilterVariance(const PrefilterVarianceInput& in,
                        const PrefilterVarianceParameters& parameters, Image1* stop);
-}
+/// One row of it, for a stage that reads it at once.
+/// \param work  two rows, with room for a vector before and after them
+void PrefilterVarianceRow(const PrefilterVarianceInput& in,
+                          const PrefilterVarianceParameters& parameters, int y,
+                          float* const work[2], float* stop);
+}  // namespace cpu
 
 }  // namespace stillray
