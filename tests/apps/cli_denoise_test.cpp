@@ -257,6 +257,7 @@ TEST(CliDenoise, ErrorsAreOneLineAndNameTheCause) {
   EXPECT_THAT(error({"denoise", folder / "no.####.exr", "-o", out}),
               HasSubstr("no file matches this pattern"));
   EXPECT_THAT(error({"denoise", in, "-o", in}), HasSubstr("would overwrite the input"));
+  EXPECT_THAT(error({"denoise", in, "-o", "out.####.png"}), HasSubstr("ends in .exr"));
   EXPECT_THAT(error({"denoise", in, "-o", folder / "one.exr"}), HasSubstr("expected a pattern"));
   EXPECT_THAT(error({"denoise", in, "-o", out, "--frames", "7-9"}),
               HasSubstr("the 2 files found are frames 1 to 2"));
