@@ -17,7 +17,8 @@ import sys
 
 TAP_WORK = 15.5          # multiply-adds of one tap for one signal
 GUIDE_BYTES = 24         # normal, depth, its slope: read once per level
-SIGNAL_BYTES = 36        # light, variance and stop read, light and variance written
+SIGNAL_BYTES = 32        # light and variance read and written
+STOP_BYTES = 4           # read as well where prefilter_variance is a stage of its own
 WIDTH, HEIGHT = 760, 440
 LEFT, RIGHT, TOP, BOTTOM = 70, 250, 40, 50
 COLOURS = {"svgf, one signal": "#1b6ca8", "svgf": "#3aa655", "psvgf": "#c77700", "default": "#a8323e"}
@@ -32,7 +33,8 @@ def points(size):
         taps = 8 if subject["kernel"] == "3x3" else 24
         pixels, levels = size["filter"]["pixels"], subject["levels"]
         work = taps * TAP_WORK * pixels * levels * subject["signals"]
-        moved = (GUIDE_BYTES + SIGNAL_BYTES * subject["signals"]) * pixels * levels
+        per_signal = SIGNAL_BYTES + (STOP_BYTES if "prefilter_variance" in subject["stages"] else 0)
+        moved = (GUIDE_BYTES + per_signal * subject["signals"]) * pixels * levels
         seconds = subject["stages"]["atrous"]["min_ms"] / 1e3
         found.append((subject["name"], subject["kernel"], subject["threads"], work / moved,
                       work / seconds))

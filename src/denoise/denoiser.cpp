@@ -24,7 +24,8 @@
 //
 // Where nothing has to see what lies between them, prepare_guides runs with reproject, demodulate with accumulate and
 // remodulate with antialias, row by row; their time is then that of the later one. accumulate then also leaves the
-// variance of histories that are long enough, and estimate_variance looks at the others alone.
+// variance of histories that are long enough, and estimate_variance looks at the others alone. prefilter_variance runs
+// within atrous where no pixel reads the stops of others (noise_ratio 1).
 // clang-format on
 
 #include <algorithm>

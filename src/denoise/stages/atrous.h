@@ -9,7 +9,7 @@
 /// Border: step * radius. Departs: where PSVGF prints w^2 Var for the variance, the normalised form
 /// stands. Signals share what the guides say, which is the whole weight of kGeometry. Reads 24
 /// bytes of guides and 16 to 24 per signal and pixel (every tap again, from cache), writes 16 per
-/// signal.
+/// signal. Without stops it makes those of a row just before it needs them.
 #pragma once
 
 #include <span>
