@@ -328,7 +328,8 @@ the machine meets all of them alike; compare ratios rather than milliseconds.
 "one signal": all light comes as one signal with one albedo, as the copy's bytes assume.
 x copy: median over that of a copy of the least bytes that such a filter must read and write.
 scalar x: least time of the scalar reference on one thread over the filter's.
-atrous x peak: least time of the wavelet over that of its arithmetic at the peak rate.
+atrous x peak: least time of the wavelet over that of its arithmetic at the peak rate; the time is
+that of prefilter_variance too where this has none of its own.
 "Embree": what the fastest of its calls makes of the rays of the first frame, in the same order, in
 a loop that does nothing else; least times of the same run.
 

@@ -170,10 +170,7 @@ Status NameOutputs(const std::string& output, std::vector<SequenceFile>* files) 
         fmt::format("-o is '{}', expected a pattern such as out.####.exr or a folder for {} frames",
                     output, files->size()));
   }
-  std::string extension = fs::path(output).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (!folder && extension != ".exr") {
+  if (!folder && !HasExrEnding(output)) {
     return Status::InvalidArgument(fmt::format(
         "-o is '{}', expected a name that ends in .exr: files are written as they came", output));
   }

@@ -23,6 +23,9 @@ namespace HWY_NAMESPACE {
 /// From this exponent of the normal weight on, a parabola in the cosine is as good as the logarithm
 /// (weights differ by 1.1e-4 at 64, 2.8e-5 at 128).
 constexpr float kParabolaFromSigmaN = 64;
+HWY_INLINE bool UsesParabola(const EdgeStopping& edges) {
+  return edges.sigma_n >= kParabolaFromSigmaN;
+}
 
 /// sigma_n log2(cosine), to second order about 1: far from it, 2 to its power is 0 all the same.
 HWY_INLINE VF NearParabola(VF cosine, VF bias, float sigma_n) {
@@ -86,8 +89,7 @@ HWY_INLINE void ForEachPair(const TapPairs& taps, const Body& body) {
 
 /// The pairs with all that is the same for every pixel in place of the kernel's logarithm.
 HWY_INLINE TapPairs WithBias(TapPairs taps, const EdgeStopping& edges) {
-  const bool parabola = edges.sigma_n >= kParabolaFromSigmaN;
-  const float bias = kWeightBias + (parabola ? edges.sigma_n * kParabolaAtZero : 0.0f);
+  const float bias = kWeightBias + (UsesParabola(edges) ? edges.sigma_n * kParabolaAtZero : 0.0f);
   for (int i = 0; i < taps.count; ++i) {
     taps.pair[i].log2_kernel += bias;
   }

@@ -19,7 +19,9 @@ struct TapPair {
 
 /// All taps but the centre.
 struct TapPairs {
-  static constexpr int kMost = 24;  ///< of a 7x7 kernel
+  /// Of a kernel of (2 radius + 1)^2 taps.
+  static constexpr int CountOf(int radius) { return 2 * radius * (radius + 1); }
+  static constexpr int kMost = 24;  ///< CountOf(3): 7x7
   TapPair pair[kMost];
   int count = 0;
 };

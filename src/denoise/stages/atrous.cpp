@@ -278,8 +278,8 @@ void ExponentsOfRow(const AtrousLevel& level, int y, TapSlots to) {
 /// Filters a row of one signal with the weights of SVGF.
 /// \param stop  of the row, or nullptr: the signal has them
 template <int kPairs, bool kShared, bool kComplete>
-void FilterRow(const AtrousLevel& level, const AtrousSignal& signal, int y, TapSlots exponents,
-               const float* stop) {
+void FilterSignalRow(const AtrousLevel& level, const AtrousSignal& signal, int y,
+                     TapSlots exponents, const float* stop) {
   const DF d;
   const VF zero = hn::Zero(d);
   const LightTaps light = {level.taps, exponents, level.centre_kernel,
@@ -447,7 +447,7 @@ void FilterRowForComparison(const AtrousLevel& level, const AtrousSignal& signal
 template <int kPairs>
 void ExponentsOfRow(const AtrousLevel& level, int y, TapSlots to) {
   const AtrousParameters& p = level.parameters;
-  if (p.edges.sigma_n < kParabolaFromSigmaN) {
+  if (!UsesParabola(p.edges)) {
     ExponentsOfRow<kPairs, false, Depths::kEither, true>(level, y, to);
   } else if (p.test_id) {
     ExponentsOfRow<kPairs, true, Depths::kEither, true>(level, y, to);
@@ -475,11 +475,11 @@ void FilterRow(const AtrousLevel& level, int y) {
                                 y, work, stop);
     }
     if (shared) {
-      signal.complete ? FilterRow<kPairs, true, true>(level, signal, y, exponents, stop)
-                      : FilterRow<kPairs, true, false>(level, signal, y, exponents, stop);
+      signal.complete ? FilterSignalRow<kPairs, true, true>(level, signal, y, exponents, stop)
+                      : FilterSignalRow<kPairs, true, false>(level, signal, y, exponents, stop);
     } else {
-      signal.complete ? FilterRow<kPairs, false, true>(level, signal, y, exponents, stop)
-                      : FilterRow<kPairs, false, false>(level, signal, y, exponents, stop);
+      signal.complete ? FilterSignalRow<kPairs, false, true>(level, signal, y, exponents, stop)
+                      : FilterSignalRow<kPairs, false, false>(level, signal, y, exponents, stop);
     }
   }
 }
@@ -498,12 +498,13 @@ void AtrousRow(const AtrousLevel& level, int y) {
       }
       break;
     case AtrousWeights::kGeometry:
-      p.edges.sigma_n < kParabolaFromSigmaN ? FilterRowByGeometry<false, Depths::kEither>(level, y)
-      : p.edges.plane                       ? FilterRowByGeometry<true, Depths::kPlane>(level, y)
-                      : FilterRowByGeometry<true, Depths::kGradient>(level, y);
+      !UsesParabola(p.edges) ? FilterRowByGeometry<false, Depths::kEither>(level, y)
+      : p.edges.plane        ? FilterRowByGeometry<true, Depths::kPlane>(level, y)
+                             : FilterRowByGeometry<true, Depths::kGradient>(level, y);
       break;
     case AtrousWeights::kSvgf:
-      p.radius == 1 ? FilterRow<4>(level, y) : FilterRow<12>(level, y);
+      p.radius == 1 ? FilterRow<TapPairs::CountOf(1)>(level, y)
+                    : FilterRow<TapPairs::CountOf(2)>(level, y);
       break;
   }
 }

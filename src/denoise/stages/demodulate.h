@@ -55,9 +55,8 @@ DemodulateCounts Demodulate(const DemodulateInput& in, NewLight* out);
 namespace cpu {
 DemodulateCounts Demodulate(const DemodulateInput& in, NewLight* out);
 /// One row, on the thread that asks, to be read at once.
-/// \param colour, samples  luminance, red and blue, and samples go there instead, with room for
-/// whole
-///                         vectors
+/// \param colour   luminance, red and blue go there instead of `out`, with room for whole vectors
+/// \param samples  likewise
 DemodulateCounts DemodulateRow(const DemodulateInput& in, int y, float* const colour[3],
                                float* samples, NewLight* out);
 }  // namespace cpu

@@ -113,10 +113,10 @@ HWY_INLINE void FindWeights(const Estimates& e, int x, int y, TapVectors& weight
   const EdgeStopping& edges = e.p.edges;
   const GuideRow guide = GuideRowOf(e.guides, edges, y);
   const GuideCentre centre = LoadGuideCentre(guide, edges, x);
-  if (edges.sigma_n < kParabolaFromSigmaN) {
-    GuideExponents<false>(e.taps, edges, false, guide, centre, x, SlotsOf(weights));
-  } else {
+  if (UsesParabola(edges)) {
     GuideExponents<true>(e.taps, edges, false, guide, centre, x, SlotsOf(weights));
+  } else {
+    GuideExponents<false>(e.taps, edges, false, guide, centre, x, SlotsOf(weights));
   }
   WeightsOfExponents(e.taps, weights);
 }

@@ -172,11 +172,7 @@ void RowInto(const PrefilterVarianceInput& in, const PrefilterVarianceParameters
     const VF variance = p.smooth ? OverWeight(SmoothAcross(work[0], x), SmoothAcross(work[1], x))
                                  : hn::LoadU(d, source.variance.row[1] + x);
     const VF stop = StopOf(source, variance, x);
-    if constexpr (kAtOnce) {
-      StoreInRow(d, stop, to, x, width);
-    } else {
-      StreamInRow(d, stop, to, x, width);
-    }
+    kAtOnce ? StoreInRow(d, stop, to, x, width) : StreamInRow(d, stop, to, x, width);
   }
 }
 
@@ -190,8 +186,8 @@ void PrefilterVarianceRows(const PrefilterVarianceInput& in, const PrefilterVari
   FinishStreams();
 }
 
-void PrefilterVarianceRowAt(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p,
-                            int y, float* const work[2], float* stop) {
+void RowAtOnce(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p, int y,
+               float* const work[2], float* stop) {
   RowInto<true>(in, p, NextRow<8>(), y, work, stop);
 }
 
@@ -204,11 +200,11 @@ HWY_AFTER_NAMESPACE();
 namespace stillray::cpu {
 
 HWY_EXPORT(PrefilterVarianceRows);
-HWY_EXPORT(PrefilterVarianceRowAt);
+HWY_EXPORT(RowAtOnce);
 
 void PrefilterVarianceRow(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p,
                           int y, float* const work[2], float* stop) {
-  HWY_DYNAMIC_DISPATCH(PrefilterVarianceRowAt)(in, p, y, work, stop);
+  HWY_DYNAMIC_DISPATCH(RowAtOnce)(in, p, y, work, stop);
 }
 
 void PrefilterVariance(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p,
