@@ -139,7 +139,9 @@ HWY_INLINE void WeighLight(const SignalHistory& before, FetchTaps* t) {
   }
   const VF least = hn::Min(hn::Min(length[0], length[1]), hn::Min(length[2], length[3]));
   if (hn::AllTrue(d, hn::Gt(least, hn::Zero(d)))) {  // the common case
-    std::copy_n(t->weight, 4, t->kept);
+    for (int i = 0; i < 4; ++i) {
+      t->kept[i] = t->weight[i];
+    }
     return;
   }
   KeepTapsWithLight(length, t->weight, t->kept);
@@ -162,15 +164,9 @@ HWY_INLINE FetchTaps BlockTaps(const SignalHistory& before, const ReprojectionTa
   return t;
 }
 
-HWY_INLINE FetchTaps LoadTaps(const SignalHistory& before, const ReprojectionTaps& taps, int x,
-                              int y) {
-  const HistoryPlace place = taps.Place(x / LaneCount(), y);
-  if (KnownPlace(place)) {
-    return OwnTaps(before, taps, x, y);
-  }
-  if (place == HistoryPlace::kBlock) {
-    return BlockTaps(before, taps, x, y);
-  }
+/// The taps of other pixels, about which only the planes of taps say something.
+HWY_INLINE FetchTaps ScatteredTaps(const SignalHistory& before, const ReprojectionTaps& taps, int x,
+                                   int y) {
   const DF d;
   const DI di;
   const DU du;
@@ -208,17 +204,16 @@ HWY_INLINE FetchTaps LoadTaps(const SignalHistory& before, const ReprojectionTap
   return t;
 }
 
-/// One plane of the history `before` at a vector of pixels. Taps without light count for the length
-/// alone.
-template <TapKind kKind>
+/// One plane of the history `before` at a vector of pixels.
+/// \tparam kLightOnly  taps without light count nothing
+template <TapKind kKind, bool kLightOnly>
 HWY_INLINE VF FetchPlane(const Image1& plane, const SignalHistory& before, const FetchTaps& t) {
   const DF d;
-  const bool light_only = &plane != &before.length;
-  const VF* weight = light_only ? t.kept : t.weight;
-  VF sum = hn::Mul(weight[0], LoadTap<kKind>(plane, t, 0));
+  const auto weight = [&](int i) HWY_ATTR { return kLightOnly ? t.kept[i] : t.weight[i]; };
+  VF sum = hn::Mul(weight(0), LoadTap<kKind>(plane, t, 0));
   if constexpr (kKind != TapKind::kOwn) {
     for (int i = 1; i < 4; ++i) {
-      sum = hn::MulAdd(weight[i], LoadTap<kKind>(plane, t, i), sum);
+      sum = hn::MulAdd(weight(i), LoadTap<kKind>(plane, t, i), sum);
     }
   }
   if (kKind == TapKind::kAnywhere && t.searched) {
@@ -227,7 +222,7 @@ HWY_INLINE VF FetchPlane(const Image1& plane, const SignalHistory& before, const
     const int count = std::min(LaneCount(), plane.width() - t.x);
     for (int i = 0; i < count; ++i) {
       if (t.taps->search(t.x + i, t.y) != 0) {
-        lanes[i] = FetchSearched(plane, before.length, *t.taps, light_only, t.x + i, t.y);
+        lanes[i] = FetchSearched(plane, before.length, *t.taps, kLightOnly, t.x + i, t.y);
       }
     }
     sum = hn::Load(d, lanes);
@@ -235,25 +230,55 @@ HWY_INLINE VF FetchPlane(const Image1& plane, const SignalHistory& before, const
   return sum;
 }
 
-/// Calls `use` with what fetches a plane of the history `before` at the pixels x, x + 1, ... of row
-/// y: once for each way of reading taps, so that nothing is decided plane by plane.
+/// The history `before` at a vector of pixels. Taps without light count for the length alone.
+template <TapKind kKind>
+struct HistoryAt {
+  const SignalHistory& before;
+  const FetchTaps& taps;
+
+  HWY_INLINE VF Length() const { return FetchPlane<kKind, false>(before.length, before, taps); }
+  /// \param plane  another one of `before`
+  HWY_INLINE VF operator()(const Image1& plane) const {
+    return FetchPlane<kKind, true>(plane, before, taps);
+  }
+};
+
+/// Calls `use` with the history `before` at the pixels x, x + 1, ... of row y, a HistoryAt: a call
+/// for each way of reading taps, so that nothing is decided plane by plane and weights stay in
+/// registers. \param use  always inlined
 template <typename Use>
 HWY_INLINE void WithHistory(const SignalHistory& before, const ReprojectionTaps& taps, int x, int y,
                             const Use& use) {
-  const FetchTaps t = LoadTaps(before, taps, x, y);
-  switch (t.kind) {
-    case TapKind::kOwn:
-      use([&](const Image1& plane)
-              HWY_ATTR { return FetchPlane<TapKind::kOwn>(plane, before, t); });
-      break;
-    case TapKind::kBlock:
-      use([&](const Image1& plane)
-              HWY_ATTR { return FetchPlane<TapKind::kBlock>(plane, before, t); });
-      break;
-    case TapKind::kAnywhere:
-      use([&](const Image1& plane)
-              HWY_ATTR { return FetchPlane<TapKind::kAnywhere>(plane, before, t); });
-      break;
+  const HistoryPlace place = taps.Place(x / LaneCount(), y);
+  if (place == HistoryPlace::kBlock) {
+    const FetchTaps t = BlockTaps(before, taps, x, y);
+    use(HistoryAt<TapKind::kBlock>{before, t});
+  } else if (KnownPlace(place)) {
+    const FetchTaps t = OwnTaps(before, taps, x, y);
+    use(HistoryAt<TapKind::kOwn>{before, t});
+  } else {
+    const FetchTaps t = ScatteredTaps(before, taps, x, y);
+    if (t.kind == TapKind::kBlock) {
+      use(HistoryAt<TapKind::kBlock>{before, t});
+    } else {
+      use(HistoryAt<TapKind::kAnywhere>{before, t});
+    }
+  }
+}
+
+/// Fetches what the planes of taps say of a vector of pixels some vectors ahead, if they say where
+/// to look: where few vectors of a row are scattered, nothing else fetches that in time.
+HWY_INLINE void FetchScattered(const ReprojectionTaps& taps, int x, int y) {
+  constexpr int kAhead = 6;  // vectors
+  const int ahead = x + kAhead * LaneCount();
+  if (ahead >= taps.x.width()) {
+    return;
+  }
+  const HistoryPlace place = taps.Place(ahead / LaneCount(), y);
+  if (place == HistoryPlace::kElsewhere || place == HistoryPlace::kOwn) {
+    __builtin_prefetch(taps.x.Row(y) + ahead);
+    __builtin_prefetch(taps.y.Row(y) + ahead);
+    __builtin_prefetch(taps.search.Row(y) + ahead);
   }
 }
 

@@ -89,7 +89,7 @@ SlotRows RowsOf(SignalHistory* history, int y) {
 }
 
 /// The history of the pixels x, x + 1, ... of row y with the new light.
-/// \param old_of  takes a plane of the history before: its values there
+/// \param old_of  takes a plane of the history before: its values there; Length() for its length
 /// \param store   takes a slot and a vector of its values
 template <typename OldOf, typename Store>
 HWY_INLINE void JoinOld(const Joining& j, const LightRow& light, bool nothing_new, int x, int y,
@@ -99,7 +99,7 @@ HWY_INLINE void JoinOld(const Joining& j, const LightRow& light, bool nothing_ne
   const AccumulateParameters& p = j.p;
   const SignalHistory& before = j.before;
   const VF n = hn::LoadU(d, light.samples + x);
-  const VF old_length = old_of(before.length);
+  const VF old_length = old_of.Length();
   VF length = old_length;
   if (j.limit != nullptr) {
     length = hn::Min(length, hn::LoadU(d, j.limit->Row(y) + x));
@@ -146,18 +146,26 @@ HWY_INLINE void JoinOld(const Joining& j, const LightRow& light, bool nothing_ne
   store(kLengthSlot, hn::IfThenElse(arrived, hn::Add(length, n), old_length));
 }
 
+/// A history that lies at the pixels themselves.
+struct OwnHistory {
+  const SignalHistory& before;
+  int x, y;
+
+  HWY_INLINE VF operator()(const Image1& plane) const { return hn::LoadU(DF(), plane.Row(y) + x); }
+  HWY_INLINE VF Length() const { return (*this)(before.length); }
+};
+
 template <typename Store>
 HWY_INLINE void JoinVector(const Joining& j, const LightRow& light, bool nothing_new, int x, int y,
                            const Store& store) {
-  const DF d;
   if (j.taps == nullptr) {
-    const auto own = [&](const Image1& plane) HWY_ATTR { return hn::LoadU(d, plane.Row(y) + x); };
-    JoinOld(j, light, nothing_new, x, y, own, store);
+    JoinOld(j, light, nothing_new, x, y, OwnHistory{j.before, x, y}, store);
     return;
   }
-  WithHistory(j.before, *j.taps, x, y, [&](const auto& old_of) HWY_ATTR {
-    JoinOld(j, light, nothing_new, x, y, old_of, store);
-  });
+  WithHistory(
+      j.before, *j.taps, x, y, [&](const auto& old_of) HWY_ATTR __attribute__((always_inline)) {
+        JoinOld(j, light, nothing_new, x, y, old_of, store);
+      });
 }
 
 constexpr size_t kMostFetched = 80;
@@ -203,6 +211,9 @@ bool AccumulateRow(const Joining& j, const LightRow& light, const NextRow<kMostF
   bool complete = true;
   for (int x = 0; x < width; x += LaneCount()) {
     next.Fetch(x);
+    if (j.taps != nullptr) {
+      FetchScattered(*j.taps, x, y);
+    }
     const bool nothing_new = sparse && NoSamples(light.samples, x, width);
     HistoryMoments moments;
     JoinVector(j, light, nothing_new, x, y, [&](int slot, VF value) HWY_ATTR {

@@ -80,13 +80,14 @@ void CompareWithHistoryRows(const NewLight& light, const SignalHistory& before,
         continue;
       }
       VF length, mean, variance, then, weights2;
-      WithHistory(before, taps, x, y, [&](const auto& old_of) HWY_ATTR {
-        length = old_of(before.length);
-        mean = old_of(before.mean);
-        variance = old_of(before.variance);
-        then = old_of(before.compressed);
-        weights2 = old_of(before.weights2);
-      });
+      WithHistory(
+          before, taps, x, y, [&](const auto& old_of) HWY_ATTR __attribute__((always_inline)) {
+            length = old_of.Length();
+            mean = old_of(before.mean);
+            variance = old_of(before.variance);
+            then = old_of(before.compressed);
+            weights2 = old_of(before.weights2);
+          });
       const VF n = hn::LoadU(d, light.samples.Row(y) + x);
       const MF both = hn::And(hn::Gt(hn::LoadU(d, guides.inverse_depth.Row(y) + x), zero),
                               hn::And(hn::Gt(n, zero), hn::Gt(length, zero)));
@@ -120,10 +121,11 @@ void LimitHistoryRows(const FilterPlanes& blurred, const Image1& present,
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
       VF length, weights2;
-      WithHistory(before, taps, x, y, [&](const auto& old_of) HWY_ATTR {
-        length = old_of(before.length);
-        weights2 = old_of(before.weights2);
-      });
+      WithHistory(
+          before, taps, x, y, [&](const auto& old_of) HWY_ATTR __attribute__((always_inline)) {
+            length = old_of.Length();
+            weights2 = old_of(before.weights2);
+          });
       const VF difference = hn::LoadU(d, blurred.colour[0].Row(y) + x);
       const VF noise = hn::LoadU(d, blurred.variance.Row(y) + x);
       const VF square = hn::Mul(difference, difference);

@@ -355,11 +355,13 @@ void FetchHistoryRows(const SignalHistory& before, const ReprojectionTaps& taps,
     }
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
-      WithHistory(before, taps, x, y, [&](const auto& old_of) HWY_ATTR {
-        for (int k = 0; k < planes; ++k) {
-          StreamInRow(d, old_of(*in[k]), to[k]->Row(y), x, width);
-        }
-      });
+      WithHistory(
+          before, taps, x, y, [&](const auto& old_of) HWY_ATTR __attribute__((always_inline)) {
+            for (int k = 0; k < planes; ++k) {
+              const VF old = in[k] == &before.length ? old_of.Length() : old_of(*in[k]);
+              StreamInRow(d, old, to[k]->Row(y), x, width);
+            }
+          });
     }
   }
   FinishStreams();
