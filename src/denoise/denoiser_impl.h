@@ -6,6 +6,7 @@
 #pragma once
 
 #include <algorithm>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -150,7 +151,12 @@ struct Denoiser::Impl {
   bool StopsOnTheWay() const {
     return settings.wavelet != Wavelet::kSvgf || settings.noise_ratio <= 1;
   }
-  void RunLevel(int level);
+  AtrousParameters LevelParameters(int level) const;
+  AtrousSignal LevelSignal(size_t signal, int level);
+  int RunLevels(int first);
+  void RunLevel(std::span<AtrousSignal> signals, int level);
+  void RunPair(std::span<AtrousSignal> signals, int first);
+  void FinishLevel(const AtrousSignal& signal, WaveletPlanes* planes);
   void KeepLevel(int level);
   void AdvanceFeedback();
   bool HasFxaa() const {

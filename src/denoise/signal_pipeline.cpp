@@ -259,7 +259,7 @@ PrefilterVarianceParameters Denoiser::Impl::PrefilterOf() const {
   return p;
 }
 
-void Denoiser::Impl::RunLevel(int level) {
+AtrousParameters Denoiser::Impl::LevelParameters(int level) const {
   AtrousParameters p;
   p.step = settings.steps.step[static_cast<size_t>(level)];
   p.radius = settings.kernel == Kernel::k5x5 ? 2 : 1;
@@ -270,34 +270,84 @@ void Denoiser::Impl::RunLevel(int level) {
   p.prefilter = PrefilterOf();
   p.eaw_sigma_n = settings.eaw_sigma_n;
   p.eaw_sigma_z = settings.eaw_sigma_z;
-  std::array<AtrousSignal, kMostGroups> signals;
-  for (size_t i = 0; i < groups.size(); ++i) {
+  return p;
+}
+
+AtrousSignal Denoiser::Impl::LevelSignal(size_t signal, int level) {
+  WaveletPlanes& planes = wavelet[signal];
+  AtrousSignal s = {planes.light, planes.variance, &planes.filter[planes.target], nullptr,
+                    planes.where};
+  s.complete = planes.complete;
+  s.length = &planes.history->length;
+  s.eaw_sigma_l =
+      settings.eaw_sigma_l * planes.mean_luminance * std::exp2f(static_cast<float>(-level));
+  s.grown = IsSparse() && !planes.complete ? &planes.grown : nullptr;
+  return s;
+}
+
+/// Runs a level, or two at once.
+/// \return how many
+int Denoiser::Impl::RunLevels(int first) {
+  std::array<AtrousSignal, kMostGroups> of_level;
+  const std::span<AtrousSignal> signals(of_level.data(), groups.size());
+  bool pair = first + 1 < settings.steps.count && settings.wavelet == Wavelet::kSvgf &&
+              StopsOnTheWay() && outputs.empty();
+  for (size_t i = 0; i < signals.size(); ++i) {
+    signals[i] = LevelSignal(i, first);
+    pair = pair && signals[i].complete;
+  }
+  if (pair && stages->pair_pays(signals, state.guides, LevelParameters(first),
+                                LevelParameters(first + 1))) {
+    RunPair(signals, first);
+    return 2;
+  }
+  RunLevel(signals, first);
+  return 1;
+}
+
+void Denoiser::Impl::RunPair(std::span<AtrousSignal> signals, int first) {
+  const bool keep = feeds_back && settings.feedback == first + 1;
+  for (size_t i = 0; i < signals.size() && keep; ++i) {
+    // Neither is read any more. See KeepLevel for what becomes of the history.
     WaveletPlanes& planes = wavelet[i];
-    AtrousSignal& s = signals[i];
-    s = {planes.light, planes.variance, &planes.filter[planes.target], nullptr, planes.where};
-    s.complete = planes.complete;
-    s.length = &planes.history->length;
-    if (!StopsOnTheWay()) {
-      const StageTimer timer(&out->timings, "prefilter_variance");
-      stages->prefilter_variance(PrefilterInputOf(s, state.guides), p.prefilter, &planes.stop);
-      s.stop = &planes.stop;
+    Image3& behind = planes.history->behind;
+    signals[i].kept = behind.empty() ? &planes.filter[planes.target ^ 1].colour : &behind;
+  }
+  {
+    const StageTimer timer(&out->timings, "atrous");
+    stages->atrous_pair(signals, state.guides, LevelParameters(first), LevelParameters(first + 1));
+  }
+  for (size_t i = 0; i < signals.size(); ++i) {
+    if (keep) {
+      std::swap(wavelet[i].history->colour, *signals[i].kept);
     }
-    s.eaw_sigma_l =
-        settings.eaw_sigma_l * planes.mean_luminance * std::exp2f(static_cast<float>(-level));
-    s.grown = IsSparse() && !planes.complete ? &planes.grown : nullptr;
+    FinishLevel(signals[i], &wavelet[i]);
+  }
+}
+
+void Denoiser::Impl::FinishLevel(const AtrousSignal& signal, WaveletPlanes* planes) {
+  FilterPlanes& filtered = planes->filter[planes->target];
+  planes->light = &filtered.colour;
+  planes->variance = &filtered.variance;
+  planes->target ^= 1;
+  if (signal.grown != nullptr) {
+    std::swap(planes->present, planes->grown);
+    planes->complete = IsComplete(planes->present, state.guides);
+  }
+}
+
+void Denoiser::Impl::RunLevel(std::span<AtrousSignal> signals, int level) {
+  const AtrousParameters p = LevelParameters(level);
+  for (size_t i = 0; i < signals.size() && !StopsOnTheWay(); ++i) {
+    const StageTimer timer(&out->timings, "prefilter_variance");
+    stages->prefilter_variance(PrefilterInputOf(signals[i], state.guides), p.prefilter,
+                               &wavelet[i].stop);
+    signals[i].stop = &wavelet[i].stop;
   }
   const StageTimer timer(&out->timings, "atrous");
-  stages->atrous({signals.data(), groups.size()}, state.guides, p);
-  for (size_t i = 0; i < groups.size(); ++i) {
-    WaveletPlanes& planes = wavelet[i];
-    FilterPlanes& filtered = planes.filter[planes.target];
-    planes.light = &filtered.colour;
-    planes.variance = &filtered.variance;
-    planes.target ^= 1;
-    if (signals[i].grown != nullptr) {
-      std::swap(planes.present, planes.grown);
-      planes.complete = IsComplete(planes.present, state.guides);
-    }
+  stages->atrous(signals, state.guides, p);
+  for (size_t i = 0; i < signals.size(); ++i) {
+    FinishLevel(signals[i], &wavelet[i]);
   }
 }
 
@@ -503,9 +553,9 @@ void Denoiser::Impl::FilterSignals() {
     }
     FindPresent(&planes);
   }
-  for (int level = 0; level < settings.steps.count; ++level) {
-    RunLevel(level);
-    KeepLevel(level);
+  for (int level = 0; level < settings.steps.count;) {
+    level += RunLevels(level);
+    KeepLevel(level - 1);
   }
   for (size_t i = 0; i < groups.size(); ++i) {
     KeepImage("filtered", groups[i], *wavelet[i].light);

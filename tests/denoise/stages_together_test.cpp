@@ -3,15 +3,13 @@
 
 // Stages that run together, row by row, must leave the very bits of one after the other.
 #include <cmath>
-#include <functional>
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include "denoise/stages/accumulate.h"
 #include "denoise/stages/antialias.h"
-#include "denoise/stages/atrous.h"
 #include "denoise/stages/prepare_guides.h"
+#include "every_target.h"
 #include "stage_planes.h"
 
 namespace stillray {
@@ -20,6 +18,7 @@ namespace {
 using test::DifferentBits;
 using test::kHeight;
 using test::kWidth;
+using test::OnEveryTarget;
 
 Image3 RandomImage(uint32_t seed) {
   Image3 image(kWidth, kHeight);
@@ -46,15 +45,6 @@ Image2 MakeMotion() {
     }
   }
   return motion;
-}
-
-void OnEveryTarget(const std::function<void()>& check) {
-  for (int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1) {
-    SCOPED_TRACE(hwy::TargetName(targets & -targets));
-    hwy::SetSupportedTargetsForTest(targets & -targets);
-    check();
-  }
-  hwy::SetSupportedTargetsForTest(0);
 }
 
 TEST(StagesTogether, PrepareAndFindTaps) {
@@ -234,75 +224,6 @@ TEST(StagesTogether, VarianceOnTheWay) {
     OnEveryTarget(check);
     in.samples = &samples;
     OnEveryTarget(check);
-  }
-}
-
-/// One signal before a level; its pixels have light where there is a surface, or (not `complete`)
-/// only on some of those.
-struct LevelInput {
-  GuidePlanes guides = test::MakeGuides(true);
-  FilterPlanes planes{kWidth, kHeight, 16};
-  Image1 present{kWidth, kHeight, 16};
-  Image1 length{kWidth, kHeight, 16};
-  bool complete;
-
-  explicit LevelInput(bool is_complete) : complete(is_complete) {
-    for (int y = 0; y < kHeight; ++y) {
-      for (int x = 0; x < kWidth; ++x) {
-        const bool lit = complete || test::Random(x, y, 100) < 0.6f;
-        present(x, y) = lit && guides.inverse_depth(x, y) > 0 ? 1.0f : 0.0f;
-        length(x, y) = std::floor(8 * test::Random(x, y, 101));
-        planes.variance(x, y) = test::Random(x, y, 102);
-        for (int c = 0; c < 3; ++c) {
-          planes.colour[c](x, y) = 2 * test::Random(x, y, 103 + static_cast<uint32_t>(c));
-        }
-      }
-    }
-  }
-  AtrousSignal Signal(const Image1* stop, FilterPlanes* out) const {
-    AtrousSignal signal = {&planes.colour, &planes.variance, out, stop, &present};
-    signal.complete = complete;
-    signal.length = &length;
-    return signal;
-  }
-};
-
-int DifferentBitsOf(const FilterPlanes& a, const FilterPlanes& b) {
-  return DifferentBits(a.variance, b.variance) + DifferentBits(a.colour, b.colour);
-}
-
-/// A level that is given its stops, and one that makes them.
-void CheckStopsOnTheWay(const LevelInput& in, const AtrousParameters& p) {
-  const auto apart_and_together = [&](const auto& prefilter, const auto& atrous) {
-    FilterPlanes apart(kWidth, kHeight, 16);
-    Image1 stop(kWidth, kHeight, 16);
-    AtrousSignal signal = in.Signal(&stop, &apart);
-    prefilter(PrefilterInputOf(signal, in.guides), p.prefilter, &stop);
-    atrous({&signal, 1}, in.guides, p);
-    FilterPlanes together(kWidth, kHeight, 16);
-    signal = in.Signal(nullptr, &together);
-    atrous({&signal, 1}, in.guides, p);
-    EXPECT_EQ(DifferentBitsOf(together, apart), 0);
-    EXPECT_GT(DifferentBitsOf(together, in.planes), kWidth * kHeight / 2);
-  };
-  apart_and_together(reference::PrefilterVariance, reference::Atrous);
-  OnEveryTarget([&] { apart_and_together(cpu::PrefilterVariance, cpu::Atrous); });
-}
-
-TEST(StagesTogether, StopsOnTheWay) {
-  AtrousParameters p;
-  for (const bool complete : {true, false}) {
-    const LevelInput in(complete);
-    for (const int radius : {1, 2}) {
-      for (const int step : {1, 2, 8}) {
-        p.radius = radius;
-        p.step = step;
-        p.edges.plane = step == 2;
-        p.prefilter.smooth = step != 8;
-        p.prefilter.unbounded_below = step == 1 ? 3.0f : 0.0f;
-        CheckStopsOnTheWay(in, p);
-      }
-    }
   }
 }
 

@@ -42,6 +42,11 @@ struct AtrousParameters {
   float eaw_sigma_z = 0.05f;
 };
 
+/// Rows above and below a pixel that a level reads, and columns beside it.
+inline int ReachOf(const AtrousParameters& p) {
+  return p.step * p.radius;
+}
+
 /// One signal on its way through a level. All planes have the same size, and the same border, which
 /// is at least step * radius.
 struct AtrousSignal {
@@ -59,6 +64,7 @@ struct AtrousSignal {
   /// would show single samples as dots.
   Image1* grown = nullptr;
   const Image1* length = nullptr;  ///< history length, read where there are no stops
+  Image3* kept = nullptr;          ///< see AtrousPair; nullptr: not wanted
 };
 
 /// What the stops of a signal are made from.
@@ -71,10 +77,25 @@ inline PrefilterVarianceInput PrefilterInputOf(const AtrousSignal& signal,
 namespace reference {
 void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
             const AtrousParameters& parameters);
-}
+/// A level and the next one; `out` is what the second makes. What the first makes stays nowhere,
+/// but for its light where signals have room for that (`kept`). \param signals  complete and
+/// without stops, which each level makes itself (noise_ratio 1)
+void AtrousPair(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
+                const AtrousParameters& first, const AtrousParameters& second);
+/// Whether AtrousPair is faster than two levels.
+bool PairPays(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
+              const AtrousParameters& first, const AtrousParameters& second);
+}  // namespace reference
 namespace cpu {
 void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
             const AtrousParameters& parameters);
-}
+/// The same bits as two levels in one pass: the second filters a row as soon as the rows around it
+/// are there, from rings of rows that stay in the cache.
+void AtrousPair(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
+                const AtrousParameters& first, const AtrousParameters& second);
+/// Where rings and guides have room in the second cache, and no thread is left without rows.
+bool PairPays(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
+              const AtrousParameters& first, const AtrousParameters& second);
+}  // namespace cpu
 
 }  // namespace stillray

@@ -122,4 +122,27 @@ void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
   }
 }
 
+void AtrousPair(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
+                const AtrousParameters& first, const AtrousParameters& second) {
+  for (AtrousSignal signal : signals) {
+    const Image1& present = *signal.present;
+    FilterPlanes between(present.width(), present.height(), present.border());
+    FilterPlanes* const out = signal.out;
+    signal.out = &between;
+    Atrous({&signal, 1}, guides, first);
+    signal.colour = &between.colour;
+    signal.variance = &between.variance;
+    signal.out = out;
+    Atrous({&signal, 1}, guides, second);
+    if (signal.kept != nullptr) {
+      *signal.kept = between.colour;
+    }
+  }
+}
+
+bool PairPays(std::span<const AtrousSignal> /*signals*/, const GuidePlanes& /*guides*/,
+              const AtrousParameters& /*first*/, const AtrousParameters& /*second*/) {
+  return false;
+}
+
 }  // namespace stillray::reference

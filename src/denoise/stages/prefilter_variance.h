@@ -31,6 +31,32 @@ struct PrefilterVarianceInput {
   const Plane<uint32_t>* full = nullptr;
 };
 
+/// A row and those above and below it.
+template <typename T>
+struct ThreeRows {
+  const T* row[3] = {};
+};
+
+template <typename T>
+ThreeRows<T> ThreeRowsOf(const Plane<T>& plane, int y) {
+  return {{plane.Row(y - 1), plane.Row(y), plane.Row(y + 1)}};
+}
+
+/// What the stops of one row are made from.
+struct VarianceRows {
+  const float* luminance;
+  const float* length;
+  ThreeRows<float> variance;
+  ThreeRows<float> present;
+  ThreeRows<uint32_t> full;  ///< nullptr: not known
+};
+
+inline VarianceRows RowsOf(const PrefilterVarianceInput& in, int y) {
+  return {in.luminance->Row(y), in.length->Row(y), ThreeRowsOf(*in.variance, y),
+          ThreeRowsOf(*in.present, y),
+          in.full != nullptr ? ThreeRowsOf(*in.full, y) : ThreeRows<uint32_t>()};
+}
+
 /// \param stop  LuminanceStop of every pixel; 0 where luminance must not stop anything: no light
 ///              yet, or too short a history
 namespace reference {
@@ -40,11 +66,6 @@ void PrefilterVariance(const PrefilterVarianceInput& in,
 namespace cpu {
 void PrefilterVariance(const PrefilterVarianceInput& in,
                        const PrefilterVarianceParameters& parameters, Image1* stop);
-/// One row of it, for a stage that reads it at once.
-/// \param work  two rows, with room for a vector before and after them
-void PrefilterVarianceRow(const PrefilterVarianceInput& in,
-                          const PrefilterVarianceParameters& parameters, int y,
-                          float* const work[2], float* stop);
 }  // namespace cpu
 
 }  // namespace stillray
