@@ -41,6 +41,15 @@ HWY_INLINE int LaneCount() {
   return static_cast<int>(hn::Lanes(DF()));
 }
 
+/// A value that has been loaded, to be used more than once. GCC reads it again from memory for the
+/// next use, even with registers to spare, and a load that crosses a cache line is dear.
+HWY_INLINE VF InRegister(VF v) {
+#if HWY_TARGET <= HWY_AVX3 && defined(__GNUC__)
+  __asm__("" : "+v"(v.raw));
+#endif
+  return v;
+}
+
 /// Stores the lanes that lie inside a row of `width` pixels; the border beyond it stays as it is.
 template <class D, class V, typename T>
 HWY_INLINE void StoreInRow(D d, V v, T* row, int x, int width) {

@@ -99,7 +99,8 @@ HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, VF stop, i
   ForEachPair<kPairs>(
       light.taps, [&](int i) HWY_ATTR __attribute__((always_inline)) {
         const ptrdiff_t q[2] = {x + light.distances.to[2 * i], x + light.distances.to[2 * i + 1]};
-        const VF l[2] = {hn::LoadU(d, row.luminance + q[0]), hn::LoadU(d, row.luminance + q[1])};
+        const VF l[2] = {InRegister(hn::LoadU(d, row.luminance + q[0])),
+                         InRegister(hn::LoadU(d, row.luminance + q[1]))};
         const float* exponents = light.exponents.first + 2 * i * light.exponents.stride + x;
         VF exponent[2] = {hn::Load(d, exponents), hn::Load(d, exponents + light.exponents.stride)};
         VF factor[2] = {stop, stop};
