@@ -150,7 +150,7 @@ TEST(AtrousTogether, Pair) {
 }
 
 TEST(AtrousTogether, PairPaysWhereItFitsTheCacheAndTheThreads) {
-  const GuidePlanes low(1280, 40, 32);
+  const GuidePlanes low(64, 40, 32);
   const GuidePlanes high(1280, 720, 32);
   const std::vector<AtrousSignal> one(1);
   tbb::task_arena single(1);
