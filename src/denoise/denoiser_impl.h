@@ -156,6 +156,7 @@ struct Denoiser::Impl {
   int RunLevels(int first);
   void RunLevel(std::span<AtrousSignal> signals, int level);
   void RunPair(std::span<AtrousSignal> signals, int first);
+  Image3* RoomToKeep(size_t signal);
   void FinishLevel(const AtrousSignal& signal, WaveletPlanes* planes);
   void KeepLevel(int level);
   void AdvanceFeedback();

@@ -305,20 +305,29 @@ int Denoiser::Impl::RunLevels(int first) {
   return 1;
 }
 
+/// Where the light that is fed back goes while levels go on: room that none of them reads.
+Image3* Denoiser::Impl::RoomToKeep(size_t signal) {
+  WaveletPlanes& planes = wavelet[signal];
+  SignalHistory& history = *planes.history;
+  if (!history.behind.empty()) {
+    return &history.behind;
+  }
+  const bool reads_history = planes.light == &history.colour;
+  return reads_history ? &planes.filter[planes.target ^ 1].colour : &history.colour;
+}
+
+/// See KeepLevel for what becomes of the history.
 void Denoiser::Impl::RunPair(std::span<AtrousSignal> signals, int first) {
   const bool keep = feeds_back && settings.feedback == first + 1;
   for (size_t i = 0; i < signals.size() && keep; ++i) {
-    // Neither is read any more. See KeepLevel for what becomes of the history.
-    WaveletPlanes& planes = wavelet[i];
-    Image3& behind = planes.history->behind;
-    signals[i].kept = behind.empty() ? &planes.filter[planes.target ^ 1].colour : &behind;
+    signals[i].kept = RoomToKeep(i);
   }
   {
     const StageTimer timer(&out->timings, "atrous");
     stages->atrous_pair(signals, state.guides, LevelParameters(first), LevelParameters(first + 1));
   }
   for (size_t i = 0; i < signals.size(); ++i) {
-    if (keep) {
+    if (keep && signals[i].kept != &wavelet[i].history->colour) {
       std::swap(wavelet[i].history->colour, *signals[i].kept);
     }
     FinishLevel(signals[i], &wavelet[i]);

@@ -181,25 +181,34 @@ Frame MakeNoisyWall(int i) {
   return f;
 }
 
+/// Pictures of a few frames on arenas in which all levels but the last run in pairs, the first two,
+/// and none.
+void CheckBandsAndPairs(const Settings& s) {
+  std::vector<Image3> expected;
+  for (const int threads : {1, 2, 16}) {
+    tbb::task_arena(threads).execute([&] {
+      Denoiser d = test::MakeDenoiser(s);
+      for (int i = 0; i < 5; ++i) {
+        DenoisedFrame out;
+        ASSERT_TRUE(d.Denoise(MakeNoisyWall(i), &out).ok());
+        if (threads == 1) {
+          expected.push_back(out.colour);
+        }
+        EXPECT_TRUE(test::SameBits(out.colour, expected[static_cast<size_t>(i)]))
+            << threads << " threads, frame " << i;
+      }
+    });
+  }
+}
+
 TEST(AtrousTogether, BandsAndPairsDoNotChangeThePicture) {
   for (const char* preset : {"svgf", "psvgf"}) {
-    Settings s = PresetSettings(preset).value();
-    s.kernel = Kernel::k3x3;
-    std::vector<Image3> expected;
-    // All levels but the last in pairs, the first two, none.
-    for (const int threads : {1, 2, 16}) {
-      tbb::task_arena(threads).execute([&] {
-        Denoiser d = test::MakeDenoiser(s);
-        for (int i = 0; i < 5; ++i) {
-          DenoisedFrame out;
-          ASSERT_TRUE(d.Denoise(MakeNoisyWall(i), &out).ok());
-          if (threads == 1) {
-            expected.push_back(out.colour);
-          }
-          EXPECT_TRUE(test::SameBits(out.colour, expected[static_cast<size_t>(i)]))
-              << preset << ", " << threads << " threads, frame " << i;
-        }
-      });
+    for (const int feedback : {0, 1, 2, 3, 4, 5}) {  // after the first or second level of a pair
+      SCOPED_TRACE(testing::Message() << preset << ", feedback " << feedback);
+      Settings s = PresetSettings(preset).value();
+      s.kernel = Kernel::k3x3;
+      s.feedback = feedback;
+      CheckBandsAndPairs(s);
     }
   }
 }
