@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// What a Denoiser is inside. denoiser.cpp has the order of the stages, signal_pipeline.cpp those
-/// that run for each signal.
+/// that run for each signal, wavelet_pipeline.cpp the levels.
 #pragma once
 
 #include <algorithm>

@@ -4,6 +4,7 @@
 /// What both pipelines, on the CPU and on Vulkan, make of the settings.
 #pragma once
 
+#include "denoise/stages/edge_stopping.h"
 #include "stillray/denoise.hpp"
 
 namespace stillray {
@@ -22,5 +23,17 @@ inline float ShortHistoryLength(const Settings& s) {
 
 /// Whether what was remembered under the settings \p a is of no use under \p b.
 bool NeedsNewHistory(const Settings& a, const Settings& b);
+
+/// What stops the wavelet at edges of the guides, of the settings.
+inline EdgeStopping EdgesOf(const Settings& s) {
+  EdgeStopping edges;
+  edges.sigma_n = s.sigma_n;
+  edges.plane = s.depth_weight == DepthWeight::kPlane;
+  edges.sigma_z = s.sigma_z;
+  edges.plane_tolerance = s.plane_tolerance;
+  edges.depth_epsilon = s.depth_epsilon;
+  edges.max_slope = s.max_slope;
+  return edges;
+}
 
 }  // namespace stillray

@@ -245,7 +245,9 @@ struct HistoryAt {
 
 /// Calls `use` with the history `before` at the pixels x, x + 1, ... of row y, a HistoryAt: a call
 /// for each way of reading taps, so that nothing is decided plane by plane and weights stay in
-/// registers. \param use  always inlined
+/// registers.
+///
+/// \param use  always inlined
 template <typename Use>
 HWY_INLINE void WithHistory(const SignalHistory& before, const ReprojectionTaps& taps, int x, int y,
                             const Use& use) {

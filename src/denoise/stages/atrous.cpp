@@ -156,8 +156,9 @@ VarianceRows VarianceRowsOf(const AtrousLevel& level, const LevelRows& rows, int
 }
 
 /// Filters a row of one signal with the weights of SVGF. Not inlined, and with arguments of its
-/// own, since compilers read again after every store what that could have changed. \param stop_of
-/// takes a column: the stops of the pixels from there on
+/// own, since compilers read again after every store what that could have changed.
+///
+/// \param stop_of  takes a column: the stops of the pixels from there on
 template <int kPairs, bool kShared, bool kComplete, typename StopOf>
 HWY_NOINLINE void FilterSignalRow(const AtrousLevel& level, const LevelRows& signal, int y,
                                   TapSlots exponents, const StopOf stop_of) {
