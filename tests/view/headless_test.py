@@ -88,7 +88,7 @@ def test_devices(program, folder):
     assert done.returncode == 0 and done.stderr.startswith("rendering on the CPU: "), done.stderr
     done = run(program, *common, "--device", "vulkan", "-o", out[1])
     if done.returncode != 0:
-        assert done.stderr.startswith("error: --device: "), done.stderr
+        assert done.stderr.startswith("stillray: error: --device: "), done.stderr
         print("  without a device:", done.stderr.strip())
         return
     assert done.stderr.startswith("rendering on vulkan:"), done.stderr
