@@ -64,7 +64,7 @@ function(stillray_add_test name)
     return()
   endif()
   include(GoogleTest)
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST NO_PRETTY_VALUES
     PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT}
                ENVIRONMENT "${STILLRAY_TEST_ENVIRONMENT}"
     WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})

@@ -1,0 +1,297 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Sessions of the viewer whose frames are filtered and traced on a device.
+#include <algorithm>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "denoise/device_denoiser.h"
+#include "stillray/quality.h"
+#include "view/small_session.h"
+#include "view/view_session.h"
+
+namespace stillray::view {
+namespace {
+
+constexpr uint8_t kGrey = 77;
+
+/// A device that works for some frames and is lost then; its pictures are plain green, as displayed
+/// plain grey.
+class MortalDevice : public DeviceBackend {
+ public:
+  explicit MortalDevice(int frames) : frames_(frames) {}
+  /// What the last frame was asked for, and how often its colour was fetched later.
+  const Results& results() const { return results_; }
+  int reads() const { return reads_; }
+  Result<std::unique_ptr<DeviceDenoiser>> CreateDenoiser(const Settings&,
+                                                         DevicePrecision) override {
+    if (frames_ == 0) {
+      return Status::Unsupported("the device was lost");
+    }
+    return std::unique_ptr<DeviceDenoiser>(std::make_unique<Mortal>(this));
+  }
+
+ private:
+  class Mortal : public DeviceDenoiser {
+   public:
+    explicit Mortal(MortalDevice* device) : device_(device) {}
+    Status Denoise(const Frame& frame, std::span<const SignalHistory>,
+                   DenoisedFrame* out) override {
+      if (device_->frames_-- == 0) {
+        return Status::Unsupported("the device was lost");
+      }
+      colour_ = Image3(frame.width, frame.height);
+      colour_[1].Fill(1);
+      out->colour = device_->results_.colour ? colour_ : Image3();
+      const size_t bytes = static_cast<size_t>(frame.width) * static_cast<size_t>(frame.height) * 3;
+      out->display.assign(device_->results_.display ? bytes : 0, kGrey);
+      return Status::Ok();
+    }
+    void SetResults(const Results& wanted) override { device_->results_ = wanted; }
+    Status ReadColour(Image3* colour) override {
+      ++device_->reads_;
+      *colour = colour_;
+      return Status::Ok();
+    }
+    Status SetSettings(const Settings&) override { return Status::Ok(); }
+    void SetOutputs(std::vector<std::string>) override {}
+    void Reset() override {}
+    size_t memory_bytes() const override { return 0; }
+    DeviceMemory device_memory() const override { return {}; }
+    Status Accumulate(const Frame&, std::vector<SignalHistory>*) override {
+      return Status::Unsupported("the device was lost");
+    }
+    Result<std::vector<uint8_t>> SaveHistory() override { return std::vector<uint8_t>(); }
+    Status RestoreHistory(std::span<const uint8_t>) override { return Status::Ok(); }
+
+   private:
+    MortalDevice* device_;
+    Image3 colour_;
+  };
+  int frames_;
+  Results results_;
+  int reads_ = 0;
+};
+
+TEST(ViewSessionOnDevice, GoesOnOnTheCpuWhenItsDeviceIsLost) {
+  for (const int frames : {0, 2}) {
+    const Device device = MakeDevice(std::make_shared<MortalDevice>(frames), "a device");
+    ViewSession session = Open("builtin:cornell", device);
+    ViewSession expected = Open("builtin:cornell");
+    for (int i = 0; i < frames; ++i) {
+      Next(SmallSettings(), &expected);
+      const ViewFrame frame = Next(SmallSettings(), &session);
+      EXPECT_EQ(frame.device, "a device");
+      EXPECT_EQ(frame.note, "");
+      EXPECT_EQ(frame.pictures[0].pixels[0], kGrey);
+    }
+    const ViewFrame lost = Next(SmallSettings(), &session);
+    EXPECT_EQ(lost.device, "cpu");
+    EXPECT_EQ(lost.note, "filtering goes on on the CPU: the device was lost");
+    EXPECT_LT(MeanDifference(lost.pictures[0], Next(SmallSettings(), &expected).pictures[0]), 15);
+    EXPECT_EQ(Next(SmallSettings(), &session).note, "");
+    EXPECT_TRUE(session.device().is_cpu());
+  }
+}
+
+// The picture comes as bytes; in full precision, the larger copy, only where its numbers are
+// needed.
+TEST(ViewSessionOnDevice, CopiesOnlyWhatIsLookedAt) {
+  const auto backend = std::make_shared<MortalDevice>(100);
+  ViewSession session = Open("builtin:cornell", MakeDevice(backend, "a device"));
+  const auto copied = [&](const ViewSettings& settings) {
+    const ViewFrame frame = Next(settings, &session);
+    EXPECT_TRUE(frame.panes[0] != "denoised" || frame.pictures[0].pixels[0] == kGrey);
+    return std::make_pair(backend->results().colour, backend->results().display);
+  };
+  using Copied = std::pair<bool, bool>;
+  ViewSettings settings = SmallSettings();
+  EXPECT_EQ(copied(settings), Copied(false, true));
+  EXPECT_EQ(backend->reads(), 0);
+  EXPECT_EQ(session.Values("denoised").value()[1](3, 3), 1) << "for files, whenever it is wanted";
+  EXPECT_EQ(backend->reads(), 1);
+  settings.panes = {"normal"};
+  EXPECT_EQ(copied(settings), Copied(false, false));
+  settings.panes = {"motion_arrows", "noisy"};
+  EXPECT_EQ(copied(settings), Copied(false, true));
+  settings.panes = {"no_such_view"};
+  EXPECT_EQ(copied(settings), Copied(false, true)) << "the picture stands in for it";
+  settings.panes = {"denoised"};
+  settings.inspect = true;
+  EXPECT_EQ(copied(settings), Copied(true, true));
+  settings.inspect = false;
+  settings.reference = true;
+  EXPECT_EQ(copied(settings), Copied(true, true));
+  EXPECT_EQ(backend->reads(), 1);
+  settings.reference = false;
+  EXPECT_EQ(copied(settings), Copied(false, true));
+}
+
+/// The most that two pictures differ by, in steps of 255.
+int MostDifference(const std::vector<uint8_t>& a, const std::vector<uint8_t>& b) {
+  int most = a.size() == b.size() ? 0 : 255;
+  for (size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+    most = std::max(most, std::abs(int{a[i]} - int{b[i]}));
+  }
+  return most;
+}
+
+TEST(ViewSessionOnDevice, ShowsTheColourAsDisplayed) {
+  std::vector<std::pair<Device, int>> devices = {{Device(), 0}};  // and what may differ, in steps
+  if (const Result<Device> device = Device::Open("vulkan"); device.ok()) {
+    devices.emplace_back(*device, 1);
+  }
+  for (const auto& [device, tolerance] : devices) {
+    ViewSession session = Open("builtin:cornell", device);
+    ViewSettings settings = SmallSettings();
+    settings.width = 64;
+    settings.height = 40;
+    settings.bounces = 1;
+    settings.panes = {"denoised"};
+    settings.denoise.exposure = 0.7f;
+    settings.denoise.tonemap = Tonemap::kFilmic;
+    settings.denoise.dither = 1;
+    for (int64_t i = 0; i < 3; ++i) {
+      const ViewFrame frame = Next(settings, &session);
+      EXPECT_EQ(frame.device, device.description());
+      const Image3& colour = *session.Denoised().value();
+      EXPECT_LE(
+          MostDifference(frame.pictures[0].pixels, ToDisplay(colour, 0.7f, Tonemap::kFilmic, 1, i)),
+          tolerance)
+          << device.description() << ", frame " << i;
+    }
+  }
+}
+
+TEST(ViewSessionOnDevice, FramesStayOnTheDeviceUntilSomebodyLooks) {
+  const Result<Device> device = Device::Open("vulkan");
+  if (!device.ok()) {
+    GTEST_SKIP() << device.status().message();
+  }
+  ViewSession session = Open("builtin:cornell", *device);
+  ViewSettings settings = SmallSettings();
+  settings.panes = {"denoised"};
+  ViewFrame frame = Next(settings, &session);
+  EXPECT_TRUE(session.noisy().empty());
+  EXPECT_GT(frame.memory.frame, 96u * 64 * 160);  // on the device
+  // A click is answered, and the answer stays.
+  settings.focus = 1;
+  settings.focus_x = settings.focus_y = 0.5f;
+  const float depth = Next(settings, &session).focus_depth;
+  EXPECT_FALSE(session.noisy().empty());
+  EXPECT_GT(depth, 0);
+  EXPECT_EQ(depth, session.Values("depth").value()[0](48, 32));
+  frame = Next(settings, &session);
+  EXPECT_TRUE(session.noisy().empty());
+  EXPECT_EQ(frame.focus_depth, depth);
+  // So is who saves what was not shown.
+  EXPECT_EQ(session.Values("normal").value().size(), 3u);
+  for (const char* view : {"noisy", "depth", "emission", "direct_diffuse", "samples"}) {
+    settings.panes = {"denoised", view};
+    EXPECT_EQ(Next(settings, &session).pictures.size(), 2u);
+    EXPECT_FALSE(session.noisy().empty()) << view;
+  }
+  settings.panes = {"denoised", "temporal"};
+  Next(settings, &session);
+  EXPECT_TRUE(session.noisy().empty());
+  settings.inspect = true;
+  frame = Next(settings, &session);
+  EXPECT_TRUE(std::any_of(frame.inspected.begin(), frame.inspected.end(),
+                          [](const InspectedValue& value) { return value.view == "depth"; }));
+}
+
+TEST(ViewSessionOnDevice, SharesThePictureWhereTheDeviceDoes) {
+  const auto opened = [](const Device& device) {
+    ViewSettings settings = SmallSettings();
+    settings.width = 64;
+    settings.height = 40;
+    settings.bounces = 1;
+    settings.shares_pictures = true;
+    settings.panes = {"denoised", "normal"};
+    return std::make_pair(Open("builtin:cornell", device), settings);
+  };
+  auto [cpu, settings] = opened(Device());
+  const ViewFrame copied = Next(settings, &cpu);
+  EXPECT_EQ(copied.shared[0], nullptr);
+  EXPECT_EQ(cpu.FinishedPicture().value().pixels, copied.pictures[0].pixels);
+  const Result<Device> device = Device::Open("vulkan");
+  if (!device.ok()) {
+    GTEST_SKIP() << device.status().message();
+  }
+  ViewSession session = std::move(opened(*device).first);
+  ViewFrame frame = Next(settings, &session);
+  if (frame.shared[0] == nullptr) {
+    GTEST_SKIP() << "the device shares no memory";
+  }
+  EXPECT_EQ(frame.shared[0]->width(), 64);
+  EXPECT_EQ(frame.pictures[0].width, 64);
+  EXPECT_TRUE(frame.pictures[0].pixels.empty());
+  EXPECT_EQ(frame.shared[1], nullptr);
+  EXPECT_FALSE(frame.pictures[1].pixels.empty());
+  const Rgb8Image late = session.FinishedPicture().value();
+  EXPECT_LT(MeanDifference(late, copied.pictures[0]), 2) << "for files, whenever it is wanted";
+  settings.shares_pictures = false;
+  frame = Next(settings, &session);
+  EXPECT_EQ(frame.shared[0], nullptr);
+  EXPECT_FALSE(frame.pictures[0].pixels.empty());
+}
+
+// Fewer samples than pixels, a smaller picture, another time of the animation, a camera that is
+// moved: the device shows what the CPU shows.
+TEST(ViewSessionOnDevice, ADeviceTracesWhatTheCpuTraces) {
+  const Result<Device> device = Device::Open("vulkan");
+  if (!device.ok()) {
+    GTEST_SKIP() << device.status().message();
+  }
+  ViewSession sessions[] = {Open("builtin:lights", *device), Open("builtin:lights")};
+  ViewSettings settings = SmallSettings();
+  settings.width = 64;
+  settings.height = 40;
+  settings.bounces = 1;
+  settings.playing = true;
+  settings.panes = {"noisy", "denoised", "motion"};
+  ViewFrame frames[2];
+  const auto compare = [&](const char* what) {
+    for (size_t i = 0; i < 2; ++i) {
+      frames[i] = Next(settings, &sessions[i]);
+    }
+    EXPECT_EQ(frames[0].tracer, device->description()) << what;
+    EXPECT_EQ(frames[1].tracer, "cpu") << what;
+    EXPECT_EQ(frames[0].note, "") << what;
+    ASSERT_EQ(frames[0].width, frames[1].width) << what;
+    for (size_t pane = 0; pane < 3; ++pane) {
+      // Where a rounding decides a path takes another way: some pixels of the noisy picture.
+      EXPECT_LT(MeanDifference(frames[0].pictures[pane], frames[1].pictures[pane]), 1.5)
+          << what << ", " << settings.panes[pane];
+    }
+  };
+  compare("moving");
+  settings.rate = {1, 8};
+  compare("1/8");
+  settings.sparse_guides = true;
+  compare("sparse");
+  settings.width = 52;
+  settings.height = 30;
+  compare("smaller");
+  settings.playing = false;
+  settings.free_camera = true;
+  settings.pose = Orbit(frames[0].pose, 0.1f, 0);
+  compare("orbit");
+  settings.reference = true;
+  for (ViewSession& session : sessions) {
+    Next(settings, &session);
+    ASSERT_TRUE(session.RefineReference(kGoOn).ok());
+    ASSERT_EQ(session.reference().spp(), 1);
+  }
+  const ImageMetrics metrics =
+      CompareImages(*sessions[0].reference().picture(), *sessions[1].reference().picture(), false)
+          .value();
+  EXPECT_GT(metrics.psnr, 25);
+}
+
+}  // namespace
+}  // namespace stillray::view
