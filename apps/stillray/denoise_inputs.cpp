@@ -3,7 +3,6 @@
 #include "denoise_inputs.h"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <filesystem>
 #include <map>
@@ -13,6 +12,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "core/lower_case.h"
 #include "stillray/io.h"
 
 namespace stillray {
@@ -55,10 +55,7 @@ std::optional<NumberInName> FindNumber(const std::string& name) {
 }
 
 bool HasExrEnding(const fs::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending == ".exr";
+  return LowerExtension(path) == ".exr";
 }
 
 Result<Range> ParseFrames(const std::string& text) {

@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "info_scene.h"
 
-#include <algorithm>
-#include <cctype>
 #include <cstdint>
 #include <numbers>
 
 #include <fmt/format.h>
+
+#include "core/lower_case.h"
 
 namespace stillray {
 
@@ -137,9 +137,7 @@ nlohmann::ordered_json LightsJson(const Scene& scene) {
 }  // namespace
 
 bool LooksLikeScene(const std::string& spec) {
-  std::string lower = spec;
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string lower = LowerCase(spec);
   return spec.starts_with("builtin:") || lower.ends_with(".gltf") || lower.ends_with(".glb");
 }
 

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
-#include <filesystem>
 #include <new>
 
 #include <fmt/format.h>
 
+#include "core/lower_case.h"
 #include "view/background.h"
 #include "view/split.h"
 
@@ -24,13 +24,6 @@ constexpr int kMeasurableReference = 16;
 
 double Now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-std::string LowerExtension(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
 }
 
 /// Work that may run out of memory, as a Status.

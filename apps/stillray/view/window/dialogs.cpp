@@ -3,12 +3,11 @@
 
 // Dialogs that ask for a path, the message box, and the list of keys.
 #include <algorithm>
-#include <cctype>
-#include <filesystem>
 
 #include <imgui.h>
 #include <imgui_stdlib.h>
 
+#include "core/lower_case.h"
 #include "view/window/panels.h"
 #include "view/window/settings_io.h"
 
@@ -179,13 +178,6 @@ void DrawHelp(ViewerState* state) {
     }
   }
   ImGui::End();
-}
-
-std::string LowerExtension(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
 }
 
 }  // namespace
