@@ -9,7 +9,6 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <tbb/global_control.h>
 #include <tbb/info.h>
 #include <nlohmann/json.hpp>
@@ -20,6 +19,7 @@
 #include "io/text.h"
 #include "json_output.h"
 #include "progress.h"
+#include "sequence_options.h"
 #include "stillray/doctor.h"
 
 namespace stillray {
@@ -171,21 +171,7 @@ void AddCheckCommand(CLI::App& app, int* exit_code) {
       "check", "Find out what is wrong with a sequence of EXR files before denoising it");
   command->footer(kExamples);
   const auto a = std::make_shared<CheckArguments>();
-  command
-      ->add_option("input", a->inputs,
-                   "A pattern (in.####.exr, in.%04d.exr), a folder with one sequence, or files")
-      ->required()
-      ->take_all();
-  command->add_option("--frames", a->frames, "FIRST-LAST, or one frame; default: all");
-  command
-      ->add_option("--renderer", a->aovs.renderer,
-                   fmt::format("Who named the layers: {}", fmt::join(RendererNames(), ", ")))
-      ->capture_default_str();
-  command
-      ->add_option("--aov", a->aovs.mappings,
-                   "A layer by name, as normal=LAYER[,WORD...]; NAME=none for none; repeatable")
-      ->allow_extra_args(false)
-      ->take_all();
+  AddSequenceOptions(command, &a->inputs, &a->frames, &a->aovs);
   command->add_option("--threads", a->threads, "Default: all processors")
       ->check(CLI::Range(0, 4096));
   command->add_flag("--measures", a->measures, "Print every figure with its limit, broken or not");

@@ -15,6 +15,7 @@
 #include "denoise_run.h"
 #include "device_option.h"
 #include "interrupt.h"
+#include "sequence_options.h"
 #include "settings_file.h"
 
 namespace stillray {
@@ -55,23 +56,9 @@ void AddDenoiseCommand(CLI::App& app, int* exit_code) {
       "denoise", "Denoise a sequence of EXR files of Blender, Arnold or another renderer");
   command->footer(kExamples);
   const auto a = std::make_shared<DenoiseArguments>();
-  command
-      ->add_option("input", a->inputs,
-                   "A pattern (in.####.exr, in.%04d.exr), a folder with one sequence, or files")
-      ->required()
-      ->take_all();
   command->add_option("-o,--output", a->output, "A pattern, or a folder; made if needed")
       ->required();
-  command->add_option("--frames", a->frames, "FIRST-LAST, or one frame; default: all");
-  command
-      ->add_option("--renderer", a->aovs.renderer,
-                   fmt::format("Who named the layers: {}", fmt::join(RendererNames(), ", ")))
-      ->capture_default_str();
-  command
-      ->add_option("--aov", a->aovs.mappings,
-                   "A layer by name, as normal=LAYER[,WORD...]; NAME=none for none; repeatable")
-      ->allow_extra_args(false)
-      ->take_all();
+  AddSequenceOptions(command, &a->inputs, &a->frames, &a->aovs);
   command->add_option("--preset", a->preset, fmt::format("{}", fmt::join(PresetNames(), ", ")))
       ->capture_default_str();
   command

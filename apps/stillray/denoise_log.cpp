@@ -118,31 +118,27 @@ std::string DenoiseLogJson(const DenoiseOptions& options, const AovLayout& layou
 }
 
 Result<DenoiseLog> ParseDenoiseLog(const std::string& text) {
+  const auto parse = [](const Json& entry) {
+    DenoisedFrameLog frame;
+    frame.frame = entry.at("frame").get<int64_t>();
+    frame.input = entry.at("input").get<std::string>();
+    frame.output = entry.at("output").get<std::string>();
+    frame.read_ms = entry.at("read_ms").get<double>();
+    frame.future_ms = entry.at("future_ms").get<double>();
+    frame.denoise_ms = entry.at("denoise_ms").get<double>();
+    frame.write_ms = entry.at("write_ms").get<double>();
+    frame.elapsed_ms = entry.value("elapsed_ms", 0.0);
+    frame.without_history = entry.at("without_history").get<double>();
+    frame.restarted = entry.at("restarted").get<bool>();
+    frame.missing_light = entry.at("missing_light").get<int64_t>();
+    frame.bad_guides = entry.at("bad_guides").get<int64_t>();
+    frame.stages = ParseStages(entry.at("stages_ms"));
+    return frame;
+  };
+  Result<std::vector<DenoisedFrameLog>> frames = ParseFrameLogs<DenoisedFrameLog>(text, parse);
+  STILLRAY_RETURN_IF_ERROR(frames.status());
   DenoiseLog log;
-  try {
-    const Json json = Json::parse(text);
-    for (const Json& entry : json.at("frames")) {
-      DenoisedFrameLog frame;
-      frame.frame = entry.at("frame").get<int64_t>();
-      frame.input = entry.at("input").get<std::string>();
-      frame.output = entry.at("output").get<std::string>();
-      frame.read_ms = entry.at("read_ms").get<double>();
-      frame.future_ms = entry.at("future_ms").get<double>();
-      frame.denoise_ms = entry.at("denoise_ms").get<double>();
-      frame.write_ms = entry.at("write_ms").get<double>();
-      frame.elapsed_ms = entry.value("elapsed_ms", 0.0);
-      frame.without_history = entry.at("without_history").get<double>();
-      frame.restarted = entry.at("restarted").get<bool>();
-      frame.missing_light = entry.at("missing_light").get<int64_t>();
-      frame.bad_guides = entry.at("bad_guides").get<int64_t>();
-      for (const auto& [name, milliseconds] : entry.at("stages_ms").items()) {
-        frame.stages.push_back({name, milliseconds.get<double>()});
-      }
-      log.frames.push_back(std::move(frame));
-    }
-  } catch (const Json::exception& error) {
-    return Status::BadData(fmt::format("the log of the run is damaged: {}", error.what()));
-  }
+  log.frames = std::move(frames.value());
   return log;
 }
 
@@ -150,27 +146,20 @@ std::string DenoiseTimings(const DenoiseLog& log) {
   if (log.frames.empty()) {
     return "";
   }
-  std::string table =
-      fmt::format("  {:<22}{:>10}{:>10}{:>10}\n", fmt::format("ms, {} frames", log.frames.size()),
-                  "median", "min", "max");
-  const auto column = [&](const auto& value) {
-    std::vector<double> values;
-    for (const DenoisedFrameLog& frame : log.frames) {
-      values.push_back(value(frame));
-    }
-    return values;
+  const auto row = [&](const char* name, double DenoisedFrameLog::*milliseconds) {
+    return TimingsRow(name, log.frames,
+                      [&](const DenoisedFrameLog& frame) { return frame.*milliseconds; });
   };
-  table += TimingsRow("read", column([](const DenoisedFrameLog& f) { return f.read_ms; }));
+  std::string table = TimingsHead(log.frames.size());
+  table += row("read", &DenoisedFrameLog::read_ms);
   if (std::any_of(log.frames.begin(), log.frames.end(),
                   [](const DenoisedFrameLog& f) { return f.future_ms > 0; })) {
-    table +=
-        TimingsRow("look ahead", column([](const DenoisedFrameLog& f) { return f.future_ms; }));
+    table += row("look ahead", &DenoisedFrameLog::future_ms);
   }
-  table += TimingsRow("denoise", column([](const DenoisedFrameLog& f) { return f.denoise_ms; }));
+  table += row("denoise", &DenoisedFrameLog::denoise_ms);
   table += StageRows(log.frames);
-  table += TimingsRow("write", column([](const DenoisedFrameLog& f) { return f.write_ms; }));
-  table +=
-      TimingsRow("frame to frame", column([](const DenoisedFrameLog& f) { return f.elapsed_ms; }));
+  table += row("write", &DenoisedFrameLog::write_ms);
+  table += row("frame to frame", &DenoisedFrameLog::elapsed_ms);
   table += SlowestText(log);
   return table +
          fmt::format("  {:<22}{:>10.1f} MB\n", "memory, denoiser",

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -44,12 +45,43 @@ inline nlohmann::ordered_json StagesJson(const std::vector<LoggedStage>& stages)
   return json;
 }
 
+/// What StagesJson wrote. Throws what the JSON library throws at other things.
+inline std::vector<LoggedStage> ParseStages(const nlohmann::ordered_json& json) {
+  std::vector<LoggedStage> stages;
+  for (const auto& [name, milliseconds] : json.items()) {
+    stages.push_back({name, milliseconds.get<double>()});
+  }
+  return stages;
+}
+
+/// The frames of a log of a run.
+/// \param parse  takes the JSON of one frame; may throw what the JSON library throws
+template <typename FrameLog, typename Parse>
+Result<std::vector<FrameLog>> ParseFrameLogs(const std::string& text, const Parse& parse) {
+  std::vector<FrameLog> frames;
+  try {
+    const auto json = nlohmann::ordered_json::parse(text);
+    for (const auto& entry : json.at("frames")) {
+      frames.push_back(parse(entry));
+    }
+  } catch (const nlohmann::ordered_json::exception& error) {
+    return Status::BadData(fmt::format("the log of the run is damaged: {}", error.what()));
+  }
+  return frames;
+}
+
 inline nlohmann::ordered_json ParametersJson(const Settings& settings) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
   for (const Parameter& p : Parameters()) {
     json[p.name] = GetParameter(settings, p.name).value();
   }
   return json;
+}
+
+/// The first row of the table.
+inline std::string TimingsHead(size_t frames) {
+  return fmt::format("  {:<22}{:>10}{:>10}{:>10}\n", fmt::format("ms, {} frames", frames), "median",
+                     "min", "max");
 }
 
 /// \param values  milliseconds, one per frame, not empty
@@ -62,19 +94,28 @@ inline std::string TimingsRow(const std::string& name, std::vector<double> value
                      values.back());
 }
 
+/// \param frames  not empty
+/// \param value   takes the log of a frame
+template <typename FrameLogs, typename Value>
+std::string TimingsRow(const std::string& name, const FrameLogs& frames, const Value& value) {
+  std::vector<double> values;
+  for (const auto& frame : frames) {
+    values.push_back(value(frame));
+  }
+  return TimingsRow(name, std::move(values));
+}
+
 /// One row per stage of the last frame, which has the stages that need a history too.
 /// \param frames  with a member `stages`, not empty
 template <typename FrameLogs>
 std::string StageRows(const FrameLogs& frames) {
   std::string rows;
   for (const LoggedStage& stage : frames.back().stages) {
-    std::vector<double> values;
-    for (const auto& frame : frames) {
+    rows += TimingsRow("  " + stage.name, frames, [&](const auto& frame) {
       const auto at = std::find_if(frame.stages.begin(), frame.stages.end(),
                                    [&](const LoggedStage& s) { return s.name == stage.name; });
-      values.push_back(at == frame.stages.end() ? 0.0 : at->milliseconds);
-    }
-    rows += TimingsRow("  " + stage.name, values);
+      return at == frame.stages.end() ? 0.0 : at->milliseconds;
+    });
   }
   return rows;
 }

@@ -70,23 +70,18 @@ std::string RunLogJson(const RenderOptions& options, const RunLog& log, int thre
 }
 
 Result<RunLog> ParseRunLog(const std::string& text) {
+  Result<std::vector<FrameLog>> frames = ParseFrameLogs<FrameLog>(text, [](const Json& entry) {
+    FrameLog frame;
+    frame.frame = entry.at("frame").get<int64_t>();
+    frame.seconds = entry.at("seconds").get<double>();
+    frame.render_ms = entry.at("render_ms").get<double>();
+    frame.denoise_ms = entry.at("denoise_ms").get<double>();
+    frame.stages = ParseStages(entry.at("stages_ms"));
+    return frame;
+  });
+  STILLRAY_RETURN_IF_ERROR(frames.status());
   RunLog log;
-  try {
-    const Json json = Json::parse(text);
-    for (const Json& entry : json.at("frames")) {
-      FrameLog frame;
-      frame.frame = entry.at("frame").get<int64_t>();
-      frame.seconds = entry.at("seconds").get<double>();
-      frame.render_ms = entry.at("render_ms").get<double>();
-      frame.denoise_ms = entry.at("denoise_ms").get<double>();
-      for (const auto& [name, milliseconds] : entry.at("stages_ms").items()) {
-        frame.stages.push_back({name, milliseconds.get<double>()});
-      }
-      log.frames.push_back(std::move(frame));
-    }
-  } catch (const Json::exception& error) {
-    return Status::BadData(fmt::format("the log of the run is damaged: {}", error.what()));
-  }
+  log.frames = std::move(frames.value());
   return log;
 }
 
@@ -94,18 +89,9 @@ std::string TimingsTable(const RunLog& log) {
   if (log.frames.empty()) {
     return "";
   }
-  std::string table =
-      fmt::format("  {:<22}{:>10}{:>10}{:>10}\n", fmt::format("ms, {} frames", log.frames.size()),
-                  "median", "min", "max");
-  const auto column = [&](const auto& value) {
-    std::vector<double> values;
-    for (const FrameLog& frame : log.frames) {
-      values.push_back(value(frame));
-    }
-    return values;
-  };
-  table += TimingsRow("render", column([](const FrameLog& f) { return f.render_ms; }));
-  table += TimingsRow("denoise", column([](const FrameLog& f) { return f.denoise_ms; }));
+  std::string table = TimingsHead(log.frames.size());
+  table += TimingsRow("render", log.frames, [](const FrameLog& f) { return f.render_ms; });
+  table += TimingsRow("denoise", log.frames, [](const FrameLog& f) { return f.denoise_ms; });
   table += StageRows(log.frames);
   table += WriteRow(log);
   table += fmt::format("  {:<22}{:>10.1f} MB\n  {:<22}{:>10.1f} MB\n", "memory, denoiser",

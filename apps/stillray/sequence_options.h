@@ -1,0 +1,22 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The options of the subcommands that read a sequence of EXR files: which, and how their layers
+/// are named.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "stillray/aov.h"
+
+namespace stillray {
+
+/// Adds the files themselves, --frames, --renderer and --aov.
+/// \param inputs, frames  for ListSequence
+void AddSequenceOptions(CLI::App* command, std::vector<std::string>* inputs, std::string* frames,
+                        AovOptions* aovs);
+
+}  // namespace stillray
