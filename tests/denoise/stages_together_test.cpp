@@ -32,16 +32,18 @@ Image3 RandomImage(uint32_t seed) {
   return image;
 }
 
-/// Motion by a fraction of a pixel, but for a corner in which every pixel goes its own way and the
-/// middle, which stands still.
+/// Motion by a fraction of a pixel, but for a corner in which every pixel goes its own way, the
+/// middle, which stands still, and columns at the bottom that move against each other.
 Image2 MakeMotion() {
+  constexpr float kMotion[3][2] = {{1.3f, -0.6f}, {-3.2f, 1.4f}, {0.7f, -2.1f}};
   Image2 motion(kWidth, kHeight);
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       const bool wild = x < 20 && y < 10;
       const bool still = y > 15 && y < 25;
-      motion[0](x, y) = still ? 0.0f : wild ? 9 * test::Random(x, y, 40) - 4 : 1.3f;
-      motion[1](x, y) = still ? 0.0f : wild ? 9 * test::Random(x, y, 41) - 4 : -0.6f;
+      const int column = y > 26 ? x / 11 % 3 : 0;
+      motion[0](x, y) = still ? 0.0f : wild ? 9 * test::Random(x, y, 40) - 4 : kMotion[column][0];
+      motion[1](x, y) = still ? 0.0f : wild ? 9 * test::Random(x, y, 41) - 4 : kMotion[column][1];
     }
   }
   return motion;
@@ -225,6 +227,34 @@ TEST(StagesTogether, VarianceOnTheWay) {
     in.samples = &samples;
     OnEveryTarget(check);
   }
+}
+
+// In vectors of one motion, of several, and of as many as pixels.
+TEST(Antialias, FollowsAnyMotion) {
+  const GuidePlanes guides = test::MakeGuides(true);
+  const Image2 motion = MakeMotion();
+  const Image3 previous = RandomImage(120);
+  Image3 colour(kWidth, kHeight);  // so that the clamp lets everything pass
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      for (int c = 0; c < 3; ++c) {
+        colour[c](x, y) = (x + y) % 2 == 0 ? -1.0f : 3.0f;
+      }
+    }
+  }
+  Image3 expected(kWidth, kHeight);
+  reference::Antialias(colour, previous, motion, guides, {}, &expected);
+  OnEveryTarget([&] {
+    Image3 found(kWidth, kHeight);
+    cpu::Antialias(colour, previous, motion, guides, {}, &found);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        for (int c = 0; c < 3; ++c) {
+          EXPECT_NEAR(found[c](x, y), expected[c](x, y), 1e-4) << x << ", " << y;
+        }
+      }
+    }
+  });
 }
 
 TEST(StagesTogether, AntialiasParts) {
