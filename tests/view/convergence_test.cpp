@@ -12,21 +12,15 @@
 
 #include "stillray/quality.h"
 #include "view/exact_accumulation.h"
+#include "view/small_session.h"
 #include "view/view_session.h"
 
 namespace stillray::view {
 namespace {
 
-const RenderProgress kGoOn = [](double) { return true; };
-
 ViewSettings SmallSettings(const std::string& preset, const SampleRate& rate) {
-  ViewSettings settings;
-  settings.width = 160;
-  settings.height = 90;
-  settings.scale = 1;
-  settings.auto_scale = false;
+  ViewSettings settings = SettingsOfSize(160, 90);
   settings.rate = rate;
-  settings.auto_rate = false;
   settings.wall_clock = false;
   settings.bounces = 2;
   settings.denoise = PresetSettings(preset).value();

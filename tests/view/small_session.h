@@ -16,14 +16,20 @@ namespace stillray::view {
 
 inline const RenderProgress kGoOn = [](double) { return true; };
 
-inline ViewSettings SmallSettings() {
+/// A picture of one size, with one sample in every pixel of every frame.
+inline ViewSettings SettingsOfSize(int width, int height) {
   ViewSettings settings;
-  settings.width = 96;
-  settings.height = 64;
+  settings.width = width;
+  settings.height = height;
   settings.scale = 1;
   settings.auto_scale = false;
   settings.rate = {1, 1};
   settings.auto_rate = false;
+  return settings;
+}
+
+inline ViewSettings SmallSettings() {
+  ViewSettings settings = SettingsOfSize(96, 64);
   settings.wall_clock = false;
   settings.panes = {"denoised", "noisy"};
   return settings;

@@ -14,6 +14,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "view/small_session.h"
+
 namespace stillray::view {
 namespace {
 
@@ -21,17 +23,6 @@ using ::testing::HasSubstr;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::seconds kPatience(60);
-
-ViewSettings SmallSettings() {
-  ViewSettings settings;
-  settings.width = 96;
-  settings.height = 64;
-  settings.scale = 1;
-  settings.auto_scale = false;
-  settings.rate = {1, 1};
-  settings.auto_rate = false;
-  return settings;
-}
 
 /// Waits until `done` says so; false if it never does.
 bool Until(const std::function<bool()>& done) {
@@ -80,7 +71,7 @@ std::string OneMessage(ViewEngine* engine, bool* is_error) {
 
 TEST(ViewEngine, ShowsFramesAndFollowsSettings) {
   std::atomic<int> wakes = 0;
-  ViewEngine engine(SmallSettings(), [&] { ++wakes; });
+  ViewEngine engine(SettingsOfSize(96, 64), [&] { ++wakes; });
   engine.Open({"builtin:cornell", ""});
   ASSERT_TRUE(FrameWith(&engine, [](const ViewFrame& f) { return f.number >= 3; }));
   EXPECT_GT(wakes, 0);
@@ -88,7 +79,7 @@ TEST(ViewEngine, ShowsFramesAndFollowsSettings) {
   EXPECT_GT(engine.scene_info().triangles, 10u);
   EXPECT_FALSE(engine.load_state().loading);
 
-  ViewSettings settings = SmallSettings();
+  ViewSettings settings = SettingsOfSize(96, 64);
   settings.width = 60;
   settings.panes = {"normal", "depth"};
   engine.Post(settings);
@@ -98,7 +89,7 @@ TEST(ViewEngine, ShowsFramesAndFollowsSettings) {
 }
 
 TEST(ViewEngine, ABadFileIsAMessageAndTheOldSceneStays) {
-  ViewEngine engine(SmallSettings(), [] {});
+  ViewEngine engine(SettingsOfSize(96, 64), [] {});
   engine.Open({"builtin:cornell", ""});
   ASSERT_TRUE(FrameWith(&engine, [](const ViewFrame&) { return true; }));
   engine.Open({"no/such/file.glb", ""});
@@ -110,7 +101,7 @@ TEST(ViewEngine, ABadFileIsAMessageAndTheOldSceneStays) {
 }
 
 TEST(ViewEngine, OfManyRequestsTheLastIsShown) {
-  ViewEngine engine(SmallSettings(), [] {});
+  ViewEngine engine(SettingsOfSize(96, 64), [] {});
   for (const char* scene : {"builtin:cornell", "builtin:lights", "builtin:cornell",
                             "builtin:lights", "builtin:spheres"}) {
     engine.Open({scene, ""});
@@ -120,7 +111,7 @@ TEST(ViewEngine, OfManyRequestsTheLastIsShown) {
 }
 
 TEST(ViewEngine, NoCallWaitsForWork) {
-  ViewSettings settings = SmallSettings();
+  ViewSettings settings = SettingsOfSize(96, 64);
   settings.width = 640;
   settings.height = 480;
   settings.rate = {16, 1};  // frames that take long
@@ -146,7 +137,7 @@ TEST(ViewEngine, NoCallWaitsForWork) {
 }
 
 TEST(ViewEngine, RestsWhenNothingChangesAndWakesUpAgain) {
-  ViewSettings settings = SmallSettings();
+  ViewSettings settings = SettingsOfSize(96, 64);
   settings.width = 16;
   settings.height = 16;
   settings.rate = {64, 1};
@@ -164,7 +155,7 @@ TEST(ViewEngine, RestsWhenNothingChangesAndWakesUpAgain) {
 
 TEST(ViewEngine, SavesWhatIsShown) {
   const Folder folder;
-  ViewSettings settings = SmallSettings();
+  ViewSettings settings = SettingsOfSize(96, 64);
   settings.panes = {"noisy", "denoised", "motion"};
   ViewEngine engine(settings, [] {});
   bool is_error = false;
@@ -200,7 +191,7 @@ TEST(ViewEngine, SavesWhatIsShared) {
     GTEST_SKIP() << device.status().message();
   }
   const Folder folder;
-  ViewSettings settings = SmallSettings();
+  ViewSettings settings = SettingsOfSize(96, 64);
   settings.width = 48;
   settings.height = 32;
   settings.bounces = 1;
@@ -235,7 +226,7 @@ TEST(ViewEngine, RecordsAClip) {
     GTEST_SKIP() << "ffmpeg is not installed";
   }
   const Folder folder;
-  ViewSettings settings = SmallSettings();
+  ViewSettings settings = SettingsOfSize(96, 64);
   settings.playing = true;
   ViewEngine engine(settings, [] {});
   engine.Open({"builtin:lights", ""});
@@ -259,7 +250,7 @@ TEST(ViewEngine, AClipEndsWithAMessageWhenTheSizeChanges) {
     GTEST_SKIP() << "ffmpeg is not installed";
   }
   const Folder folder;
-  ViewSettings settings = SmallSettings();
+  ViewSettings settings = SettingsOfSize(96, 64);
   ViewEngine engine(settings, [] {});
   engine.Open({"builtin:cornell", ""});
   ASSERT_TRUE(FrameWith(&engine, [](const ViewFrame&) { return true; }));
@@ -273,7 +264,7 @@ TEST(ViewEngine, AClipEndsWithAMessageWhenTheSizeChanges) {
 }
 
 TEST(ViewEngine, MeasuresAStillViewAgainstItsReference) {
-  ViewSettings settings = SmallSettings();
+  ViewSettings settings = SettingsOfSize(96, 64);
   settings.reference = true;
   ViewEngine engine(settings, [] {});
   engine.Open({"builtin:cornell", ""});
@@ -292,7 +283,7 @@ TEST(ViewEngine, MeasuresAStillViewAgainstItsReference) {
 /// The first picture that knows of a movement of the camera, in frames after the newest one that
 /// there was when it was made.
 TEST(ViewEngine, TheCameraIsAnsweredWithinTwoFrames) {
-  ViewSettings settings = SmallSettings();
+  ViewSettings settings = SettingsOfSize(96, 64);
   settings.width = 320;
   settings.height = 200;
   ViewEngine engine(settings, [] {});
@@ -324,7 +315,7 @@ TEST(ViewEngine, TheCameraIsAnsweredWithinTwoFrames) {
 TEST(ViewEngine, TellsThePhasesOfLoading) {
   std::vector<LoadPhase> phases;
   const Result<LoadedScene> loaded =
-      LoadForView({"builtin:cornell", ""}, SmallSettings(), [&](const LoadPhase& phase) {
+      LoadForView({"builtin:cornell", ""}, SettingsOfSize(96, 64), [&](const LoadPhase& phase) {
         phases.push_back(phase);
         return true;
       });
@@ -343,7 +334,7 @@ TEST(ViewEngine, TellsThePhasesOfLoading) {
 TEST(ViewEngine, LoadingCanBeGivenUpInEveryPhase) {
   for (int last = 1; last <= 3; ++last) {
     int told = 0;
-    const Result<LoadedScene> loaded = LoadForView({"builtin:lights", ""}, SmallSettings(),
+    const Result<LoadedScene> loaded = LoadForView({"builtin:lights", ""}, SettingsOfSize(96, 64),
                                                    [&](const LoadPhase&) { return ++told < last; });
     EXPECT_EQ(loaded.status().code(), StatusCode::kCancelled);
     EXPECT_EQ(told, last);
@@ -359,7 +350,7 @@ TEST(ViewEngine, EndsAtOnceWhileALargeSceneLoads) {
     GTEST_SKIP() << kitchen << " is not there";
   }
   for (const int delay_ms : {20, 150, 400}) {
-    auto engine = std::make_unique<ViewEngine>(SmallSettings(), [] {});
+    auto engine = std::make_unique<ViewEngine>(SettingsOfSize(96, 64), [] {});
     engine->Open({kitchen, ""});
     std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms));
     EXPECT_TRUE(engine->load_state().loading) << "at " << delay_ms << " ms";
@@ -375,7 +366,7 @@ TEST(ViewEngine, EndsAtOnceWhileALargeSceneLoads) {
 
 TEST(ViewEngine, WritesFilesBetweenFrames) {
   const Folder folder;
-  ViewEngine engine(SmallSettings(), [] {});
+  ViewEngine engine(SettingsOfSize(96, 64), [] {});
   engine.Open({"builtin:cornell", ""});
   bool is_error = true;
   engine.SaveFile("settings", [] { return Status::Ok(); });
@@ -388,7 +379,7 @@ TEST(ViewEngine, WritesFilesBetweenFrames) {
 
 TEST(ViewEngine, EndsAtOnceWhateverItDoes) {
   for (int delay_ms : {0, 1, 5, 30}) {
-    ViewSettings settings = SmallSettings();
+    ViewSettings settings = SettingsOfSize(96, 64);
     settings.width = 640;
     settings.height = 480;
     settings.rate = {64, 1};

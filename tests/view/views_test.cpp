@@ -7,19 +7,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "view/small_session.h"
 #include "view/view_session.h"
 
 namespace stillray::view {
 namespace {
 
-ViewSettings SmallSettings() {
-  ViewSettings settings;
-  settings.width = 64;
-  settings.height = 48;
-  settings.scale = 1;
-  settings.auto_scale = false;
-  settings.rate = {1, 1};
-  settings.auto_rate = false;
+ViewSettings MovingSettings() {
+  ViewSettings settings = SettingsOfSize(64, 48);
   settings.wall_clock = false;
   settings.playing = true;
   settings.reference = true;
@@ -48,10 +43,10 @@ TEST(Views, NamesAreUniqueAndCoverEveryOutput) {
 /// Every view of a moving scene shows something, and no two of them the same.
 TEST(Views, EveryViewShowsItsOwnPicture) {
   ViewSession session(
-      std::move(LoadForView({"builtin:lights", ""}, SmallSettings(), [](const LoadPhase&) {
+      std::move(LoadForView({"builtin:lights", ""}, MovingSettings(), [](const LoadPhase&) {
                   return true;
                 }).value()));
-  ViewSettings settings = SmallSettings();
+  ViewSettings settings = MovingSettings();
   std::set<std::string> pictures;
   // Nothing of this scene is known to be dark but these.
   const std::set<std::string> may_be_dark = {"disocclusion", "background", "emission"};
@@ -97,10 +92,10 @@ TEST(Views, WhatIsNotThereIsGreyAndHasNoValues) {
 
 TEST(Views, ValuesAtAPixelAreThoseOfThePlanes) {
   ViewSession session(
-      std::move(LoadForView({"builtin:cornell", ""}, SmallSettings(), [](const LoadPhase&) {
+      std::move(LoadForView({"builtin:cornell", ""}, MovingSettings(), [](const LoadPhase&) {
                   return true;
                 }).value()));
-  ViewSettings settings = SmallSettings();
+  ViewSettings settings = MovingSettings();
   settings.inspect = true;
   settings.inspect_x = 0.3f;
   settings.inspect_y = 0.6f;
