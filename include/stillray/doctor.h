@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -73,5 +74,22 @@ class Doctor {
   /// As understood in the first frame; nullptr before it.
   virtual const AovLayout* layout() const = 0;
 };
+
+/// A file of a sequence and its number.
+struct NumberedFile {
+  int64_t number = 0;
+  std::string path;
+};
+
+/// Reads the files one after the other and reports on them, as `stillray check` does.
+/// \param files    in the order of their numbers; the first few of a sequence are enough for most
+///                 findings
+/// \param go_on    called before each file; false ends the examination with kCancelled. May be
+/// empty \return what Doctor::Add and DecodeExr return of the first file that cannot be used
+Result<DoctorReport> ExamineFiles(std::span<const NumberedFile> files, const AovOptions& options,
+                                  const std::function<bool()>& go_on = {});
+
+/// "name: what; cure: what to do", one line.
+std::string FindingLine(const Finding& finding);
 
 }  // namespace stillray

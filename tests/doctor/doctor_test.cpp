@@ -126,6 +126,44 @@ TEST(DoctorThreads, TheSameReport) {
   EXPECT_EQ(text(), many);
 }
 
+/// Writes the frames to the test's folder.
+std::vector<NumberedFile> FilesOf(const Sequence& sequence) {
+  std::vector<NumberedFile> files;
+  for (const NumberedImage& frame : sequence) {
+    files.push_back({frame.number,
+                     ::testing::TempDir() + "/examined_" + std::to_string(frame.number) + ".exr"});
+    EXPECT_TRUE(WriteExr(files.back().path, frame.image).ok());
+  }
+  return files;
+}
+
+TEST(ExaminedFiles, GiveTheReportOfTheirFrames) {
+  Sequence sequence = RenderSequence({.frames = 2});
+  ChannelOf(sequence[1].image, "albedo.G").values(5, 6) = std::nanf("");
+  const std::vector<NumberedFile> files = FilesOf(sequence);
+  const Result<DoctorReport> report = ExamineFiles(files, {});
+  ASSERT_TRUE(report.ok()) << report.status().message();
+  EXPECT_EQ(report->frames, (std::vector<int64_t>{1, 2}));
+  ASSERT_EQ(report->findings.size(), 1u);
+  const std::string line = FindingLine(report->findings[0]);
+  EXPECT_TRUE(line.starts_with("not_finite: "));
+  EXPECT_THAT(line, HasSubstr("; cure: "));
+  EXPECT_EQ(line.find('\n'), std::string::npos);
+}
+
+TEST(ExaminedFiles, StopWhereTheCallerSaysSo) {
+  const std::vector<NumberedFile> files = FilesOf(RenderSequence({.frames = 2}));
+  int calls = 0;
+  const Result<DoctorReport> report = ExamineFiles(files, {}, [&] { return ++calls < 2; });
+  EXPECT_EQ(report.status().code(), StatusCode::kCancelled);
+  EXPECT_EQ(calls, 2);
+}
+
+TEST(ExaminedFiles, NameTheFileThatCannotBeRead) {
+  const std::vector<NumberedFile> files = {{1, "/nonexistent/a.exr"}};
+  EXPECT_THAT(ExamineFiles(files, {}).status().message(), HasSubstr("/nonexistent/a.exr"));
+}
+
 TEST(Findings, TellTheFrames) {
   Sequence sequence = RenderSequence({});
   ChannelOf(sequence[1].image, "albedo.G").values(5, 6) = std::nanf("");
