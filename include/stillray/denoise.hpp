@@ -214,8 +214,8 @@ struct DenoisedFrame {
   std::shared_ptr<const SharedPicture> shared;
   std::vector<StageTime> timings;  ///< in the order of the pipeline
   std::vector<NamedImage> images;  ///< the pictures asked for with SetOutputs()
-  /// Pixels of signals whose light was NaN or infinite, or negative, and was treated as missing,
-  /// and pixels whose guides were not usable and that were passed through unfiltered.
+  /// Pixels of signals whose light was NaN or infinite, or below -1/1024 of the mean light, and was
+  /// treated as missing, and pixels whose guides were not usable and that were passed through.
   int64_t non_finite = 0;
   int64_t negative = 0;
   int64_t bad_guides = 0;

@@ -235,7 +235,7 @@ STILLRAY_API stillray_error stillray_denoiser_restore_history(stillray_denoiser*
 /* What the last frame was like. */
 typedef struct stillray_statistics {
   int64_t non_finite;  /* pixels of signals with NaN or infinite light, treated as missing */
-  int64_t negative;    /* ... with negative light */
+  int64_t negative;    /* ... with light below -1/1024 of the mean light; above, it is zero */
   int64_t bad_guides;  /* pixels whose depth or normal could not be used: passed through */
   size_t memory_bytes; /* history and working memory held now */
   double filter_ms;    /* time of all stages, without copying images in and out */

@@ -40,6 +40,7 @@
 #include "denoise/filter_parameters.h"
 #include "denoise/frame_check.h"
 #include "denoise/history_bytes.h"
+#include "core/negative_limit.h"
 #include "denoise/stage_timer.h"
 
 namespace stillray {
@@ -277,6 +278,10 @@ Status Denoiser::Impl::Begin(const Frame& next_frame, DenoisedFrame* result) {
     state.held = HeldGuides();
   }
   AdvanceFeedback();
+  {
+    const StageTimer timer(&out->timings, "demodulate");
+    negative_limit = NegativeLimitOf(*frame, IsSparse());
+  }
   std::swap(state.guides, state.previous_guides);
   if (state.guides.inverse_depth.border() != border || state.guides.id.empty()) {
     state.guides = GuidePlanes(frame->width, frame->height, border);

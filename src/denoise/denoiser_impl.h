@@ -92,6 +92,7 @@ struct Denoiser::Impl {
   const Image3* emission = nullptr;
   const Image3* background = nullptr;
   float samples_per_pixel = 1;
+  float negative_limit = 0;    ///< light that is less negative is zero
   float feedback_phase = 1;    ///< weight of history with the last feedback in what is filtered
   bool feeds_back = false;     ///< whether this frame's filtered light becomes history
   bool was_fed_back = true;    ///< whether the last frame's did, or may have

@@ -117,6 +117,7 @@ DemodulateInput Denoiser::Impl::RadianceOf(const SignalGroup& group, NewLight* t
   }
   in.albedo = Albedos(group);
   in.rec601 = Rec601();
+  in.negative_limit = negative_limit;
   in.samples = frame->samples.empty() ? nullptr : &frame->samples;
   if (within && to->within.empty()) {
     to->within = Image1(state.width, state.height);

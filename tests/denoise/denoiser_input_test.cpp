@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <string>
 
 #include "denoise/make_denoiser.h"
@@ -70,6 +72,135 @@ TEST(Denoiser, BrokenSamplesTouchNothingElse) {
   for (int y = 0; y < 64; ++y) {
     for (int x = 40; x < 64; ++x) {
       EXPECT_EQ(a.colour[0](x, y), b.colour[0](x, y));
+    }
+  }
+}
+
+/// A textured wall in noisy light, of which one frame has damage at one pixel.
+Frame DamagedFrame(int64_t index, const std::function<void(Guides*)>& damage) {
+  Frame f = test::MakeSparseLight(64, 48, index, 0);
+  if (index == 3) {
+    damage(&f.guides);
+  }
+  return f;
+}
+
+TEST(Denoiser, InfiniteAlbedoStaysOnePixel) {
+  const auto set = [](Image3* image, float value) {
+    for (int c = 0; c < 3; ++c) {
+      (*image)[c](20, 20) = value;
+    }
+  };
+  const std::function<void(Guides*)> damages[] = {
+      [&](Guides* g) { set(&g->albedo, INFINITY); },
+      [&](Guides* g) {
+        set(&g->albedo, INFINITY);
+        g->depth(20, 20) = INFINITY;
+      },
+      [&](Guides* g) {
+        set(&g->albedo, INFINITY);
+        set(&g->normal, INFINITY);
+      },
+      [&](Guides* g) {
+        set(&g->albedo, NAN);
+        g->depth(20, 20) = NAN;
+      },
+      [&](Guides* g) { set(&g->albedo, 3e38f); },
+  };
+  for (const Backend backend : {Backend::kCpu, Backend::kReference}) {
+    for (size_t which = 0; which < std::size(damages); ++which) {
+      Denoiser clean = MakeDenoiser(PresetSettings("default").value(), backend);
+      Denoiser broken = MakeDenoiser(PresetSettings("default").value(), backend);
+      DenoisedFrame a;
+      DenoisedFrame b;
+      for (int i = 0; i < 6; ++i) {
+        ASSERT_TRUE(clean.Denoise(DamagedFrame(i, [](Guides*) {}), &a).ok());
+        ASSERT_TRUE(broken.Denoise(DamagedFrame(i, damages[which]), &b).ok());
+        EXPECT_EQ(b.non_finite, i == 3 && which < 4 ? 2 : 0);  // diffuse: direct and indirect
+        for (int y = 0; y < 48; ++y) {
+          for (int x = 0; x < 64; ++x) {
+            ASSERT_TRUE(std::isfinite(b.colour[0](x, y))) << which << " " << i << " " << x << y;
+            // One sample less changes what is filtered; no more than that.
+            ASSERT_TRUE((x == 20 && y == 20) ||
+                        std::fabs(a.colour[0](x, y) - b.colour[0](x, y)) < 0.5f)
+                << which << " frame " << i << " at " << x << "," << y << ": " << a.colour[0](x, y)
+                << " " << b.colour[0](x, y);
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(Denoiser, RoundingBelowZeroIsZero) {
+  // Half of a noisy picture's samples are black: were they missing where they are -1e-6, only the
+  // bright ones would be left.
+  for (const Backend backend : {Backend::kCpu, Backend::kReference}) {
+    for (const char* preset : {"default", "svgf", "eaw"}) {
+      const Settings s = PresetSettings(preset).value();
+      Denoiser zeros = MakeDenoiser(s, backend);
+      Denoiser rounded = MakeDenoiser(s, backend);
+      DenoisedFrame a;
+      DenoisedFrame b;
+      for (int i = 0; i < 3; ++i) {
+        ASSERT_TRUE(zeros.Denoise(test::MakeSparseLight(96, 64, i, 0), &a).ok());
+        ASSERT_TRUE(rounded.Denoise(test::MakeSparseLight(96, 64, i, -1e-6f), &b).ok());
+        EXPECT_EQ(b.negative, 0);
+        EXPECT_TRUE(test::SameBits(a.colour, b.colour)) << preset << " frame " << i;
+      }
+    }
+  }
+}
+
+TEST(Denoiser, NegativeLimitFollowsExposure) {
+  // A third of a thousandth of the mean is rounding, a tenth is not, whatever the unit of light.
+  Denoiser zeros = MakeDenoiser(PresetSettings("default").value());
+  DenoisedFrame expected;
+  ASSERT_TRUE(zeros.Denoise(test::MakeSparseLight(96, 64, 0, 0), &expected).ok());
+  for (const float unit : {1e-9f, 0.7f, 1.0f, 3.0f, 1e12f}) {
+    for (const auto& [dark, is_negative] :
+         {std::pair(-3e-4f, false), std::pair(-0.1f, true), std::pair(-0.5f, true)}) {
+      Denoiser d = MakeDenoiser(PresetSettings("default").value());
+      DenoisedFrame out;
+      const Frame f = test::MakeSparseLight(96, 64, 0, unit * dark, 3 * unit);
+      ASSERT_TRUE(d.Denoise(f, &out).ok());
+      EXPECT_EQ(out.negative > 0, is_negative) << unit << " " << dark;
+      if (!is_negative) {
+        EXPECT_NEAR(
+            test::MeanOf(out.colour) / static_cast<double>(unit) / test::MeanOf(expected.colour), 1,
+            1e-4);
+      }
+    }
+  }
+}
+
+TEST(Denoiser, FirefliesDoNotRaiseTheNegativeLimit) {
+  Denoiser d = MakeDenoiser(PresetSettings("default").value());
+  Frame f = MakeWall(64, 64);
+  Image3& light = Light(&f, SignalKind::kDirectDiffuse);
+  FillImage<3>(&light, [](int, int, int) { return 1.0f; });
+  light[0](20, 20) = 1e30f;
+  light[0](40, 40) = light[1](40, 40) = -0.5f;
+  light[2](41, 40) = -1e-5f;
+  DenoisedFrame out;
+  ASSERT_TRUE(d.Denoise(f, &out).ok());
+  EXPECT_EQ(out.negative, 1);
+}
+
+TEST(Denoiser, ConstantLightStaysConstantBesideRounding) {
+  Denoiser d = MakeDenoiser(PresetSettings("default").value());
+  for (int i = 0; i < 3; ++i) {
+    Frame f = MakeWall(64, 48, i);
+    FillImage<3>(&Light(&f, SignalKind::kDirectDiffuse), [](int, int, int) { return 0.5f; });
+    FillImage<3>(&Light(&f, SignalKind::kIndirectDiffuse),
+                 [](int x, int y, int) { return (x + y) % 2 == 0 ? -6e-8f : -0.0f; });
+    DenoisedFrame out;
+    ASSERT_TRUE(d.Denoise(f, &out).ok());
+    EXPECT_EQ(out.negative, 0);
+    for (int y = 0; y < 48; ++y) {
+      for (int x = 0; x < 64; ++x) {
+        ASSERT_NEAR(out.colour[1](x, y), 0.5f, 1e-6f) << x << " " << y;
+      }
     }
   }
 }

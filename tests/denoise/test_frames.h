@@ -73,6 +73,31 @@ inline Image3& Light(Frame* f, SignalKind kind) {
   return f->signals.front().radiance;
 }
 
+/// A wall at one sample per pixel: a third of the samples is lit, the others are `dark`.
+inline Frame MakeSparseLight(int width, int height, int64_t index, float dark, float lit = 3.0f) {
+  Frame f = MakeWall(width, height, index);
+  for (const SignalKind kind : {SignalKind::kDirectDiffuse, SignalKind::kIndirectDiffuse}) {
+    FillImage<3>(&Light(&f, kind), [&](int x, int y, int) {
+      const auto pixel = static_cast<uint32_t>(y * width + x);
+      const uint32_t draw = 2 * static_cast<uint32_t>(index) + static_cast<uint32_t>(kind);
+      return Random(draw, pixel, 17) < 1.0f / 3.0f ? lit : dark;
+    });
+  }
+  return f;
+}
+
+inline double MeanOf(const Image3& image) {
+  double sum = 0;
+  for (int c = 0; c < 3; ++c) {
+    for (int y = 0; y < image.height(); ++y) {
+      for (int x = 0; x < image.width(); ++x) {
+        sum += static_cast<double>(image[c](x, y));
+      }
+    }
+  }
+  return sum / (3.0 * image.width() * image.height());
+}
+
 /// A busy frame: tilted planes in three depths with a curved normal in one, background, random
 /// light, motion of the whole picture by (1.25, -0.5) per frame, some missing and some broken
 /// samples.

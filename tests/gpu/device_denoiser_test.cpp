@@ -83,6 +83,30 @@ TEST_F(DeviceDenoiser, ExposureFollowsTheLight) {
   }
 }
 
+TEST_F(DeviceDenoiser, RoundingBelowZeroIsZero) {
+  // Of all sizes that are measured in another way: whole, and every 16th pixel.
+  for (const auto& [width, height] : {std::pair(96, 64), std::pair(300, 240)}) {
+    const Settings settings = PresetSettings("default").value();
+    Denoiser zeros = MakeDenoiser(settings, DevicePrecision::kFloat);
+    Denoiser rounded = MakeDenoiser(settings, DevicePrecision::kFloat);
+    Denoiser negative = MakeDenoiser(settings, DevicePrecision::kFloat);
+    Denoiser on_cpu = std::move(Denoiser::Create(settings).value());
+    DenoisedFrame a;
+    DenoisedFrame b;
+    for (int i = 0; i < 2; ++i) {
+      ASSERT_TRUE(zeros.Denoise(test::MakeSparseLight(width, height, i, 0), &a).ok());
+      ASSERT_TRUE(rounded.Denoise(test::MakeSparseLight(width, height, i, -1e-6f), &b).ok());
+      EXPECT_EQ(b.negative, 0);
+      EXPECT_NEAR(test::MeanOf(b.colour), test::MeanOf(a.colour), 1e-5);
+      const Frame real = test::MakeSparseLight(width, height, i, -0.1f);
+      ASSERT_TRUE(negative.Denoise(real, &a).ok());
+      ASSERT_TRUE(on_cpu.Denoise(real, &b).ok());
+      EXPECT_GT(a.negative, 0);
+      EXPECT_EQ(a.negative, b.negative);
+    }
+  }
+}
+
 TEST_F(DeviceDenoiser, LightThatGrowsAThousandfoldKeepsItsHistory) {
   // The exposure changes on the way; what is remembered is brought to it.
   const Settings settings = With("svgf", {{"fxaa", "off"}});

@@ -32,6 +32,10 @@ HWY_INLINE Colour LoadColour(const Image3& image, int x, int y) {
           hn::LoadU(d, image[2].Row(y) + x)};
 }
 
+HWY_INLINE MF IsFiniteColour(const Colour& c) {
+  return hn::And(IsFiniteLane(c.r), hn::And(IsFiniteLane(c.g), IsFiniteLane(c.b)));
+}
+
 HWY_INLINE Colour DivideByAlbedo(const Colour& light, const Colour& albedo) {
   const VF least = hn::Set(DF(), kAlbedoFloor);
   return {hn::Div(light.r, hn::Max(albedo.r, least)), hn::Div(light.g, hn::Max(albedo.g, least)),
@@ -93,10 +97,10 @@ HWY_INLINE DemodulateCounts RowInto(const DemodulateInput& in, const NextRow<40>
     VF least = zero;
     for (int i = 0; i < in.count; ++i) {
       const Colour light = LoadColour(*in.radiance[i], x, y);
-      finite = hn::And(finite, hn::And(IsFiniteLane(light.r),
-                                       hn::And(IsFiniteLane(light.g), IsFiniteLane(light.b))));
+      finite = hn::And(finite, IsFiniteColour(light));
       least = hn::Min(least, hn::Min(light.r, hn::Min(light.g, light.b)));
-      sum = {hn::Add(sum.r, light.r), hn::Add(sum.g, light.g), hn::Add(sum.b, light.b)};
+      sum = {hn::Add(sum.r, hn::Max(light.r, zero)), hn::Add(sum.g, hn::Max(light.g, zero)),
+             hn::Add(sum.b, hn::Max(light.b, zero))};
     }
     Colour albedo = {one, one, one};
     if (divide) {
@@ -106,10 +110,10 @@ HWY_INLINE DemodulateCounts RowInto(const DemodulateInput& in, const NextRow<40>
         albedo = {hn::Add(albedo.r, more.r), hn::Add(albedo.g, more.g), hn::Add(albedo.b, more.b)};
       }
       sum = DivideByAlbedo(sum, albedo);
+      finite = hn::And(finite, IsFiniteColour(albedo));
     }
-    finite = hn::And(
-        finite, hn::And(IsFiniteLane(sum.r), hn::And(IsFiniteLane(sum.g), IsFiniteLane(sum.b))));
-    const MF negative = hn::Lt(least, zero);
+    finite = hn::And(finite, IsFiniteColour(sum));
+    const MF negative = hn::Lt(least, hn::Set(d, -in.negative_limit));
     const VF given = in.samples != nullptr ? hn::LoadU(d, in.samples->Row(y) + x) : one;
     const MF sampled = hn::And(hn::Gt(given, zero), in_row);
     const MF received = hn::And(sampled, IsFiniteLane(given));

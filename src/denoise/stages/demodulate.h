@@ -3,8 +3,9 @@
 
 /// demodulate: light divided by albedo, the lights of one signal added up, unusable samples set
 /// aside. Source: SVGF section 3, PSVGF section 4.1. Departs from them: a sample that is NaN,
-/// infinite or negative in any channel is missing (samples = 0) and is counted. No state. Border:
-/// none. Reads 12 bytes per light and 0 to 36 of albedo, writes 16 to 20 bytes per pixel.
+/// infinite or negative in any channel, or whose albedo is not finite, is missing (samples = 0) and
+/// is counted; light that is negative within rounding is zero (see negative_limit.h). No state.
+/// Border: none. Reads 12 bytes per light and 0 to 36 of albedo, writes 16 to 20 bytes per pixel.
 #pragma once
 
 #include <atomic>
@@ -21,6 +22,7 @@ struct DemodulateInput {
   AlbedoSum albedo;                 ///< divides the signal
   const Image1* samples = nullptr;  ///< nullptr: one sample everywhere
   bool rec601 = false;              ///< luminance weights of the result
+  float negative_limit = 0;         ///< light that is less negative is zero
 };
 
 /// Of pixels that have a sample.

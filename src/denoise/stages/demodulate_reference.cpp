@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 
 #include "core/colour.h"
@@ -11,6 +12,10 @@ namespace {
 
 vec3 Load(const Image3& image, int x, int y) {
   return {image[0](x, y), image[1](x, y), image[2](x, y)};
+}
+
+bool IsFinite(vec3 v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
 vec3 AlbedoOf(const DemodulateInput& in, int x, int y) {
@@ -51,15 +56,14 @@ DemodulateCounts Demodulate(const DemodulateInput& in, NewLight* out) {
       bool negative = false;
       for (int i = 0; i < in.count; ++i) {
         const vec3 light = Load(*in.radiance[i], x, y);
-        finite =
-            finite && std::isfinite(light.x) && std::isfinite(light.y) && std::isfinite(light.z);
-        negative = negative || light.x < 0 || light.y < 0 || light.z < 0;
-        sum += light;
+        finite = finite && IsFinite(light);
+        const float least = std::min({light.x, light.y, light.z});
+        negative = negative || least < -in.negative_limit;
+        sum += max(light, vec3(0.0f));
       }
       const vec3 albedo = divide ? AlbedoOf(in, x, y) : vec3(1.0f);
       const vec3 colour = divide ? stillray::Demodulate(sum, albedo) : sum;
-      finite =
-          finite && std::isfinite(colour.x) && std::isfinite(colour.y) && std::isfinite(colour.z);
+      finite = finite && IsFinite(colour) && IsFinite(albedo);
       const float given = in.samples != nullptr ? (*in.samples)(x, y) : 1.0f;
       const bool usable = finite && !negative && given > 0 && std::isfinite(given);
       counts.non_finite += given > 0 && !finite ? 1 : 0;

@@ -38,7 +38,8 @@ HWY_INLINE void AddRadiance(const SignalLight& signal, bool rec601, int x, int y
       for (int i = 1; i < albedo.count; ++i) {
         factor = hn::Add(factor, hn::LoadU(d, (*albedo.part[i])[c].Row(y) + x));
       }
-      factor = hn::Max(factor, hn::Set(d, kAlbedoFloor));
+      factor = hn::IfThenElse(IsFiniteLane(factor), hn::Max(factor, hn::Set(d, kAlbedoFloor)),
+                              hn::Set(d, 1.0f));
     }
     sum[c] = hn::MulAdd(rgb[c], factor, sum[c]);
   }
@@ -74,7 +75,9 @@ HWY_INLINE int64_t RowInto(const PictureParts& parts, const NextRow<64>& next, i
       bad += static_cast<int64_t>(hn::CountTrue(d, hn::AndNot(finite, InRow(x, width))));
     }
     for (int c = 0; c < 3; ++c) {
-      kAtOnce ? StoreInRow(d, sum[c], to[c], x, width) : StreamInRow(d, sum[c], to[c], x, width);
+      const VF most = hn::Set(d, kMostPicture);
+      const VF v = hn::Min(hn::Max(sum[c], hn::Neg(most)), most);
+      kAtOnce ? StoreInRow(d, v, to[c], x, width) : StreamInRow(d, v, to[c], x, width);
     }
   }
   return bad;

@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// remodulate: the picture from all signals, each times its albedo, and what needs no filter.
-/// Source: SVGF section 3. Pixel by pixel. Reads 24 to 48 bytes per pixel and signal, 12 of
+/// Source: SVGF section 3. Pixel by pixel. The picture is always finite, so that antialias, which
+/// weighs neighbours, spreads no damage: albedo that is not finite counts as 1, and what would
+/// overflow ends at kMostPicture. Reads 24 to 48 bytes per pixel and signal, 12 of
 /// emission and of background, writes 12.
 #pragma once
 
@@ -11,6 +13,9 @@
 #include "denoise/planes.h"
 
 namespace stillray {
+
+/// Antialias multiplies the picture by less than 2 and subtracts.
+inline constexpr float kMostPicture = 1e37f;
 
 /// A filtered signal (luminance, red, blue), and what it was divided by.
 struct SignalLight {

@@ -19,7 +19,7 @@ vec3 Radiance(const SignalLight& signal, const RemodulateParameters& p, int x, i
     for (int i = 0; i < signal.albedo.count; ++i) {
       factor += (*signal.albedo.part[i])[c](x, y);
     }
-    rgb[c] = stillray::Remodulate(rgb[c], factor);
+    rgb[c] = stillray::Remodulate(rgb[c], std::isfinite(factor) ? factor : 1.0f);
   }
   return rgb;
 }
@@ -46,7 +46,7 @@ int64_t Remodulate(std::span<const SignalLight> signals, std::span<const Image3*
         bad += finite ? 0 : 1;
       }
       for (int c = 0; c < 3; ++c) {
-        (*picture)[c](x, y) = sum[c];
+        (*picture)[c](x, y) = clamp(sum[c], -kMostPicture, kMostPicture);
       }
     }
   }

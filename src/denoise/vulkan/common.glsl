@@ -6,6 +6,7 @@
 
 #include "core/shared.h"
 #include "core/colour_shared.h"
+#include "core/negative_limit_shared.h"
 #include "denoise/vulkan/octahedral_shared.h"
 
 // Formats of what is stored between stages. With STILLRAY_HALF light takes 8 bytes per pixel and
@@ -59,8 +60,12 @@ layout(set = 0, binding = 22, rgba32f) writeonly uniform image2D colour_float;
 layout(set = 0, binding = 23, rgba16f) writeonly uniform image2D colour_half;
 layout(set = 0, binding = 24, rgba8) writeonly uniform image2D display_image;
 #include "denoise/vulkan/frame_shared.h"
+// Work of one frame. light_bins is zero between frames.
 layout(set = 0, binding = 27, std430) buffer Partials {
-  vec4 partials[];
+  uint light_bins[STILLRAY_LIGHT_BINS];  // see negative_limit.h
+  float negative_limit;                  // light that is less negative is zero
+  float unused[3];
+  vec4 partials[];  // two of each workgroup
 };
 
 ivec2 Size() {

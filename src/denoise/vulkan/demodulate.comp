@@ -16,7 +16,7 @@ void main() {
   bool inside = Inside(p);
   vec4 luminance = vec4(0.0f);
   for (int s = 0; inside && s < signals; ++s) {
-    NewLight light = LoadNewLight(s, p);
+    NewLight light = LoadNewLight(s, p, negative_limit);
     vec3 colour = ClampLight(light.colour * exposure[s]);
     luminance[s] = colour.x;
     imageStore(noisy_out, ivec3(p, s), Stored(vec4(colour, min(light.samples, kMostLight))));

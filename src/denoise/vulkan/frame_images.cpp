@@ -5,6 +5,7 @@
 
 #include <initializer_list>
 
+#include "core/negative_limit_shared.h"
 #include "denoise/vulkan/frame_shared.h"
 
 namespace stillray::vulkan {
@@ -83,8 +84,10 @@ Result<FrameImages> AddImages(const Shape& shape, gpu::Arena* arena) {
   images.parameters = adder.AddBuffer(sizeof(FrameParameters), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT);
   images.state = adder.AddBuffer(sizeof(FrameState), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
   constexpr VkDeviceSize kBytesPerGroup = 2 * 4 * sizeof(float);
-  images.partials = adder.AddBuffer(GroupsFor(shape.width, shape.height).count() * kBytesPerGroup,
-                                    VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+  constexpr VkDeviceSize kBytesBeforeGroups = (STILLRAY_LIGHT_BINS + 4) * sizeof(float);
+  images.partials = adder.AddBuffer(
+      kBytesBeforeGroups + GroupsFor(shape.width, shape.height).count() * kBytesPerGroup,
+      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
   return adder.status().ok() ? Result<FrameImages>(images) : Result<FrameImages>(adder.status());
 }
 

@@ -7,7 +7,7 @@
 //   pass                 reads                               writes                    bytes per pixel read, written in halves; n signals
 //   fill_guides          guides, samples, those held       completed guides          see guide_filler.cpp  (only where some are unknown)
 //   measure_light        lights, albedos of every 16th pixel sums
-//   update_exposure      sums                                exposures
+//   update_exposure      sums                                exposures, limit of negative light
 //   prepare_guides       depth, normal, id                   guides                    inputs, 16
 //   demodulate           lights, albedos, samples            new light                 inputs, 8 n
 //   suppress_fireflies   new light                           new light                 8 n, 8 n  (only when clamped)
@@ -208,6 +208,7 @@ void FramePipeline::PrepareImages(VkCommandBuffer commands) {
   arena_.RecordFirstUse(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
                         VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
   context_->vk.CmdFillBuffer(commands, images_.state->buffer, 0, VK_WHOLE_SIZE, 0);
+  context_->vk.CmdFillBuffer(commands, images_.partials->buffer, 0, VK_WHOLE_SIZE, 0);
 }
 
 void FramePipeline::UploadParameters(PassRecorder* recorder, const FrameParameters& parameters) {

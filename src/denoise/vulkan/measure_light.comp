@@ -4,7 +4,8 @@
 #extension GL_GOOGLE_include_directive : require
 
 // How bright the new light is, and emission and background: sums over each workgroup's pixels, of
-// every measure_stride-th row and column. update_exposure makes powers of two of them.
+// every measure_stride-th row and column, and how many pixels are how bright. update_exposure makes
+// powers of two and the limit of negative light of them.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/new_light.glsl"
 #include "denoise/vulkan/reduce.glsl"
@@ -22,14 +23,39 @@ vec3 Unfiltered(ivec2 p) {
   return sum;
 }
 
+shared uint bins[STILLRAY_LIGHT_BINS];
+
+// See negative_limit.cpp.
+void CountLight(ivec2 p) {
+  float brightest = 0.0f;
+  for (int k = 0; k < 6; ++k) {
+    if ((lights >> k & 1) != 0) {
+      vec3 light = LoadLight(k, p);
+      if (!IsFinite(light)) {
+        return;
+      }
+      brightest = max(brightest, max(light.x, max(light.y, light.z)));
+    }
+  }
+  atomicAdd(bins[LightBin(floatBitsToUint(brightest))], 1u);
+}
+
 void main() {
+  const uint kThreads = LOCAL_SIZE_X * LOCAL_SIZE_Y;
+  for (uint i = gl_LocalInvocationIndex; i < STILLRAY_LIGHT_BINS; i += kThreads) {
+    bins[i] = 0u;
+  }
+  barrier();
   ivec2 p = ivec2(gl_GlobalInvocationID.xy) * measure_stride + measure_stride / 2;
   vec4 light = vec4(0.0f);
   vec4 other = vec4(0.0f);  // unfiltered light, pixels with a sample, pixels
   if (Inside(p)) {
     for (int s = 0; s < signals; ++s) {
-      NewLight new_light = LoadNewLight(s, p);
+      NewLight new_light = LoadNewLight(s, p, kMostLight);
       light[s] = min(max(new_light.colour.x, 0.0f), 1e30f);
+    }
+    if (GivenSamples(p) > 0.0f) {
+      CountLight(p);
     }
     vec3 unfiltered = Unfiltered(p);
     other = vec4(min(max(max(unfiltered.x, max(unfiltered.y, unfiltered.z)), 0.0f), 1e30f),
@@ -40,5 +66,10 @@ void main() {
   if (gl_LocalInvocationIndex == 0u) {
     partials[2u * GroupIndex()] = light;
     partials[2u * GroupIndex() + 1u] = other;
+  }
+  for (uint i = gl_LocalInvocationIndex; i < STILLRAY_LIGHT_BINS; i += kThreads) {
+    if (bins[i] != 0u) {
+      atomicAdd(light_bins[i], bins[i]);
+    }
   }
 }

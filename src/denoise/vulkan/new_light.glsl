@@ -85,7 +85,8 @@ struct NewLight {
   bool negative;
 };
 
-NewLight LoadNewLight(int signal, ivec2 p) {
+// limit: light that is less negative is zero.
+NewLight LoadNewLight(int signal, ivec2 p, float limit) {
   int kinds = LightsOf(signal);
   vec3 sum = vec3(0.0f);
   bool finite = true;
@@ -94,12 +95,13 @@ NewLight LoadNewLight(int signal, ivec2 p) {
     if ((kinds >> k & 1) != 0) {
       vec3 light = LoadLight(k, p);
       finite = finite && IsFinite(light);
-      negative = negative || light.x < 0.0f || light.y < 0.0f || light.z < 0.0f;
-      sum += light;
+      negative = negative || min(light.x, min(light.y, light.z)) < -limit;
+      sum += max(light, vec3(0.0f));
     }
   }
-  vec3 colour = AlbedosOf(signal) != 0 ? Demodulate(sum, AlbedoSum(signal, p)) : sum;
-  finite = finite && IsFinite(colour);
+  vec3 albedo = AlbedosOf(signal) != 0 ? AlbedoSum(signal, p) : vec3(1.0f);
+  vec3 colour = AlbedosOf(signal) != 0 ? Demodulate(sum, albedo) : sum;
+  finite = finite && IsFinite(colour) && IsFinite(albedo);
   float given = GivenSamples(p);
   bool usable = finite && !negative && given > 0.0f && IsFinite(given);
   float l = Luminance(colour);

@@ -8,12 +8,10 @@
 
 #include "denoise/denoiser_impl.h"
 #include "denoise/filter_parameters.h"
+#include "core/negative_limit.h"
 
 namespace stillray::vulkan {
 namespace {
-
-/// Of pictures smaller than this every pixel is measured.
-constexpr int64_t kMeasuredWhole = 65536;
 
 int LightMask(const SignalGroup& group) {
   int mask = 0;
@@ -144,8 +142,7 @@ FrameParameters MakeParameters(const Settings& settings, std::span<const SignalG
   p.height = shape.height;
   p.signals = shape.signals;
   SetInput(settings, groups, facts, &p);
-  const bool whole = progress.sparse || int64_t{shape.width} * shape.height < kMeasuredWhole;
-  p.measure_stride = whole ? 1 : 4;
+  p.measure_stride = MeasureStride(shape.width, shape.height, progress.sparse);
   p.has_history = progress.has_history && settings.temporal ? 1 : 0;
   p.has_picture = progress.has_picture && settings.antialias == Antialias::kTaa ? 1 : 0;
   p.with_compressed = shape.with_compressed ? 1 : 0;

@@ -22,8 +22,9 @@ vec3 Radiance(int s, ivec2 p) {
   vec3 rgb = vec3(c.y, rec601 != 0 ? Green601(c.x, c.y, c.z) : Green709(c.x, c.y, c.z), c.z);
   if (AlbedosOf(s) != 0) {
     vec3 factor = AlbedoSum(s, p);
-    rgb = vec3(Remodulate(rgb.x, factor.x), Remodulate(rgb.y, factor.y),
-               Remodulate(rgb.z, factor.z));
+    for (int c = 0; c < 3; ++c) {
+      rgb[c] = Remodulate(rgb[c], IsFinite(factor[c]) ? factor[c] : 1.0f);
+    }
   }
   return rgb;
 }
@@ -53,5 +54,8 @@ void main() {
   if (has_background != 0) {
     sum = AddUnfiltered(sum, texelFetch(background_image, p, 0).xyz);
   }
-  imageStore(picture_out, p, Stored(vec4(ClampLight(sum * picture_exposure), 1.0f)));
+  // See kMostPicture.
+  const float most = min(kMostLight, 1e37f);
+  vec3 picture = clamp(sum * picture_exposure, vec3(-most), vec3(most));
+  imageStore(picture_out, p, Stored(vec4(picture, 1.0f)));
 }
