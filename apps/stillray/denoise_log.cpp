@@ -29,6 +29,7 @@ Json FrameJson(const DenoisedFrameLog& frame) {
           {"without_history", frame.without_history},
           {"restarted", frame.restarted},
           {"missing_light", frame.missing_light},
+          {"negative_light", frame.negative_light},
           {"bad_guides", frame.bad_guides},
           {"stages_ms", StagesJson(frame.stages)}};
 }
@@ -131,6 +132,7 @@ Result<DenoiseLog> ParseDenoiseLog(const std::string& text) {
     frame.without_history = entry.at("without_history").get<double>();
     frame.restarted = entry.at("restarted").get<bool>();
     frame.missing_light = entry.at("missing_light").get<int64_t>();
+    frame.negative_light = entry.value("negative_light", int64_t{0});
     frame.bad_guides = entry.at("bad_guides").get<int64_t>();
     frame.stages = ParseStages(entry.at("stages_ms"));
     return frame;
@@ -140,6 +142,34 @@ Result<DenoiseLog> ParseDenoiseLog(const std::string& text) {
   DenoiseLog log;
   log.frames = std::move(frames.value());
   return log;
+}
+
+std::string MissingLightWarning(const DenoiseLog& log) {
+  int64_t missing = 0;
+  int64_t negative = 0;
+  for (const DenoisedFrameLog& frame : log.frames) {
+    missing += frame.missing_light;
+    negative += frame.negative_light;
+  }
+  if (missing == 0) {
+    return "";
+  }
+  std::string why;
+  if (missing > negative) {
+    why = fmt::format("{} are NaN or infinite", missing - negative);
+  }
+  if (negative > 0) {
+    why += fmt::format("{}{} are negative by more than 1/1024 of the mean light",
+                       why.empty() ? "" : ", ", negative);
+  }
+  return fmt::format(
+      "warning: {} pixels of light are left out and filled from their neighbours: {}{}; 'stillray "
+      "check' shows where they are\n",
+      missing, why,
+      negative == 0 ? ""
+                    : "; noisy light becomes too bright that way: write light that is not a "
+                      "difference, with a lossless codec (ZIP) and a pixel filter without negative "
+                      "lobes (Box, Blackman-Harris)");
 }
 
 std::string DenoiseTimings(const DenoiseLog& log) {

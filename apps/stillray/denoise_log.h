@@ -26,9 +26,10 @@ struct DenoisedFrameLog {
   double elapsed_ms = 0;
   /// Part of the pixels with a surface that had no history, 0..1; 1 in the first frame.
   double without_history = 1;
-  bool restarted = false;     ///< history was dropped before this frame
-  int64_t missing_light = 0;  ///< values that were NaN, infinite or negative
-  int64_t bad_guides = 0;     ///< pixels that were passed through
+  bool restarted = false;      ///< history was dropped before this frame
+  int64_t missing_light = 0;   ///< values that were NaN, infinite or negative, ...
+  int64_t negative_light = 0;  ///< ... of these negative
+  int64_t bad_guides = 0;      ///< pixels that were passed through
   std::vector<LoggedStage> stages;
   std::string note;  ///< why history was dropped, or empty; told and not kept
 };
@@ -43,6 +44,8 @@ std::string DenoiseLogJson(const DenoiseOptions& options, const AovLayout& layou
                            const Settings& used, const DenoiseLog& log, int threads);
 /// The frames of a text that DenoiseLogJson made. \return kBadData
 Result<DenoiseLog> ParseDenoiseLog(const std::string& json);
+/// One line that says how much light was left out, why, and what helps; empty where none was.
+std::string MissingLightWarning(const DenoiseLog& log);
 /// Median, least and most milliseconds of every step, and memory.
 std::string DenoiseTimings(const DenoiseLog& log);
 

@@ -377,6 +377,7 @@ Status DenoiseRun::Filter(SequenceFrame* frame, size_t at, DenoisedFrameLog* log
   log->without_history = settings_.temporal ? PartWithoutHistory(denoised_, frame->frame) : 1.0;
   log->denoise_ms = Milliseconds(start) - log->future_ms;
   log->missing_light = denoised_.non_finite + denoised_.negative;
+  log->negative_light = denoised_.negative;
   log->bad_guides = denoised_.bad_guides;
   log->stages = LoggedStages(denoised_.timings);
   log->note = Note(link);
@@ -554,17 +555,11 @@ Status DenoiseRun::WriteJson() const {
 }
 
 void DenoiseRun::Summarise() const {
-  int64_t missing = 0;
   int64_t bad_guides = 0;
   for (const DenoisedFrameLog& frame : log_.frames) {
-    missing += frame.missing_light;
     bad_guides += frame.bad_guides;
   }
-  if (missing > 0) {
-    fmt::print(stderr,
-               "warning: {} pixels of light were not finite or negative and were left out\n",
-               missing);
-  }
+  fmt::print(stderr, "{}", MissingLightWarning(log_));
   if (bad_guides > 0) {
     fmt::print(stderr, "warning: {} pixels had no usable guides and were not filtered\n",
                bad_guides);

@@ -59,6 +59,7 @@ class Check {
 
 std::unique_ptr<Check> MakeMissingLayersCheck();
 std::unique_ptr<Check> MakeDamageCheck();
+std::unique_ptr<Check> MakeLossyCheck();
 std::unique_ptr<Check> MakeMotionCheck();
 std::unique_ptr<Check> MakeStillMotionCheck();
 std::unique_ptr<Check> MakeNormalCheck();

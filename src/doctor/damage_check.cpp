@@ -2,22 +2,19 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Values that cannot be: NaN, infinite, negative light. And layers that are not there at all.
+#include <algorithm>
 #include <cmath>
 #include <map>
 
 #include <fmt/format.h>
 
+#include "core/negative_limit.h"
 #include "doctor/check.h"
+#include "io/lossy.h"
 #include "io/text.h"
 
 namespace stillray::doctor {
 namespace {
-
-/// Lossy compression rings around bright pixels: negative values down to this part of the largest
-/// one are its doing. (DWAA at its default level: 0.3 % measured.)
-constexpr float kRinging = 0.02f;
-/// Rounding of a difference; below it nothing was negative.
-constexpr float kRounding = 1e-5f;
 
 /// Where values of one kind stand.
 struct Places {
@@ -51,9 +48,18 @@ bool IsLight(Aov aov) {
   return aov == Aov::kColour || aov >= Aov::kDirectDiffuse;
 }
 
-bool IsLossy(const ExrImage& image) {
-  const std::string& name = image.compression_name;
-  return name.starts_with("dwa") || name.starts_with("b44");
+/// How far below zero light of a layer may lie: by what the denoiser takes for rounding, whether
+/// the layer or all light of the frame is the measure; in lossy layers by what compression leaves.
+float NegativeLimit(const Exhibit& now, const AovSource& source, const Channel& channel,
+                    float of_frame) {
+  float limit = std::max(of_frame, NegativeLimitOf(StoredColour(now, source.aov)));
+  for (int y = 0; io::IsLossy(*now.image, channel) && y < channel.values.height(); ++y) {
+    const float* row = channel.values.Row(y);
+    for (int x = 0; x < channel.values.width(); ++x) {
+      limit = std::isfinite(row[x]) ? std::max(limit, io::kRinging * row[x]) : limit;
+    }
+  }
+  return limit;
 }
 
 class DamageCheck : public Check {
@@ -62,25 +68,18 @@ class DamageCheck : public Check {
   void Conclude(Verdict* verdict) override;
 
  private:
-  void LookAt(const Exhibit& now, const AovSource& source, const Channel& channel);
+  /// \param limit  how far below zero light may lie
+  void LookAt(const Exhibit& now, const AovSource& source, const Channel& channel, float limit);
 
   int64_t frames_ = 0;
   Places broken_;
   Places negative_;
 };
 
-void DamageCheck::LookAt(const Exhibit& now, const AovSource& source, const Channel& channel) {
+void DamageCheck::LookAt(const Exhibit& now, const AovSource& source, const Channel& channel,
+                         float limit) {
   const bool depth = source.aov == Aov::kDepth;
   const bool light = IsLight(source.aov);
-  float limit = kRounding;
-  if (light && IsLossy(*now.image)) {
-    for (int y = 0; y < channel.values.height(); ++y) {
-      const float* row = channel.values.Row(y);
-      for (int x = 0; x < channel.values.width(); ++x) {
-        limit = std::isfinite(row[x]) ? std::max(limit, kRinging * row[x]) : limit;
-      }
-    }
-  }
   for (int y = 0; y < channel.values.height(); ++y) {
     const float* row = channel.values.Row(y);
     for (int x = 0; x < channel.values.width(); ++x) {
@@ -96,6 +95,7 @@ void DamageCheck::LookAt(const Exhibit& now, const AovSource& source, const Chan
 
 void DamageCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
   ++frames_;
+  const float of_frame = NegativeLimitOf(now.frame, /*sparse=*/false);
   for (const AovSource& source : now.layout->sources) {
     // The bits of a hash may look like anything.
     if (source.aov == Aov::kCryptomatte || source.aov == Aov::kResult) {
@@ -104,7 +104,8 @@ void DamageCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
     for (const std::string& name : source.channels) {
       const Channel* channel = now.image->Find(name);
       if (channel != nullptr && channel->type != PixelType::kUint32) {
-        LookAt(now, source, *channel);
+        LookAt(now, source, *channel,
+               IsLight(source.aov) ? NegativeLimit(now, source, *channel, of_frame) : 0.0f);
       }
     }
   }

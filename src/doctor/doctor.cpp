@@ -32,6 +32,7 @@ constexpr FindingInfo kFindings[] = {
     {"layers_change", "a frame lacks layers that the first one has"},
     {"not_finite", "NaN or infinite values"},
     {"negative_light", "light below zero"},
+    {"lossy_compression", "light or guides are compressed with loss"},
     {"motion_missing", "no layer of motion"},
     {"depth_missing", "no layer of depth"},
     {"normal_missing", "no layer of normals"},
@@ -180,6 +181,7 @@ DoctorImpl::DoctorImpl(const AovOptions& options) : options_(options) {
   using namespace doctor;  // NOLINT: its factories
   // In the order of the report; later ones ask what earlier ones found.
   checks_.push_back(MakeDamageCheck());
+  checks_.push_back(MakeLossyCheck());
   checks_.push_back(MakeMissingLayersCheck());
   checks_.push_back(MakeMotionCheck());
   checks_.push_back(MakeStillMotionCheck());

@@ -11,6 +11,7 @@
 #include "core/colour_shared.h"
 #include "doctor/check.h"
 #include "doctor/warp.h"
+#include "io/lossy.h"
 
 namespace stillray::doctor {
 namespace {
@@ -107,8 +108,9 @@ void SumCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
   if (sum.empty()) {
     return;
   }
-  lossy_ = lossy_ || now.image->compression_name.starts_with("dwa") ||
-           now.image->compression_name.starts_with("b44");
+  for (const std::string& name : layout_->Find(Aov::kColour)->channels) {
+    lossy_ = lossy_ || io::IsLossy(*now.image, *now.image->Find(name));
+  }
   const Image3 colour = StoredColour(now, Aov::kColour);
   double mean = 0;
   const int step = SampleStep(now.frame.width, now.frame.height, kSamples);

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "core/parallel.h"
+#include "io/lossy.h"
 #include "io/text.h"
 #include "stillray/aov.h"
 
@@ -67,6 +68,8 @@ class Importer {
   std::optional<Image1> Plane1(Aov aov) const;
   Image1 Values(const std::string& channel) const;
   Image3 Colour(Aov aov) const;
+  bool IsLossy(Aov aov) const;
+  Image3 Light(Aov aov) const;
   Image3 Filled(float x, float y, float z) const;
   void ImportJitter();
   void ImportGuides(std::array<float, 2> previous_jitter);
@@ -132,6 +135,23 @@ Image3 Importer::Colour(Aov aov) const {
     }
   }
   return image;
+}
+
+bool Importer::IsLossy(Aov aov) const {
+  const AovSource* source = layout_.Find(aov);
+  return source != nullptr && std::any_of(source->channels.begin(), source->channels.end(),
+                                          [&](const std::string& name) {
+                                            return io::IsLossy(image_, *image_.Find(name));
+                                          });
+}
+
+/// A layer of light, without what its compression left below zero.
+Image3 Importer::Light(Aov aov) const {
+  Image3 light = Colour(aov);
+  if (IsLossy(aov)) {
+    io::RemoveRinging(&light);
+  }
+  return light;
 }
 
 Image3 Importer::Filled(float x, float y, float z) const {
@@ -301,7 +321,7 @@ void Importer::ImportPasses() {
     if (layout_.Find(row.aov) == nullptr) {
       continue;
     }
-    Image3 light = Colour(row.aov);
+    Image3 light = Light(row.aov);
     if (layout_.light_is_divided) {
       MultiplyBy(Colour(row.albedo), &light);
     }
@@ -324,7 +344,7 @@ void Importer::ImportVolume() {
        {std::pair(Aov::kDirectVolume, SignalKind::kDirectTransmission),
         std::pair(Aov::kIndirectVolume, SignalKind::kIndirectTransmission)}) {
     if (layout_.Find(aov) != nullptr) {
-      const Image3 light = Colour(aov);
+      const Image3 light = Light(aov);
       KeepPart(aov, kind, light);
       AddTo(light, &SignalOf(kind).radiance);
     }
@@ -339,7 +359,7 @@ float Difference(float a, float b) {
 
 /// The only signal is colour less what needs no filter.
 void Importer::ImportColourAlone() {
-  Image3 light = Colour(Aov::kColour);
+  Image3 light = Light(Aov::kColour);
   const Image3 emission = frame_.emission;
   const Image3 background = frame_.background;
   ForEachPixel(frame_.width, frame_.height, [&](int x, int y) {
@@ -372,7 +392,7 @@ void Importer::ImportColourAlone() {
 /// much (sky behind a transparent film) is taken off unfiltered light. So the frame adds up to the
 /// colour.
 void Importer::AddRest() {
-  const Image3 colour = Colour(Aov::kColour);
+  const Image3 colour = Light(Aov::kColour);
   if (colour.empty() || layout_.from_colour) {
     return;
   }
@@ -410,8 +430,8 @@ Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
   ImportJitter();
   ImportGuides(previous_jitter);
   ImportAlbedo();
-  frame_.emission = Colour(Aov::kEmission);
-  frame_.background = Colour(Aov::kBackground);
+  frame_.emission = Light(Aov::kEmission);
+  frame_.background = Light(Aov::kBackground);
   if (layout_.from_colour) {
     ImportColourAlone();
   } else {

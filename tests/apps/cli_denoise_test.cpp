@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // stillray denoise, as a user runs it, on frames made here.
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -20,6 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr int kWidth = 32;
 constexpr int kHeight = 20;
@@ -125,6 +127,41 @@ TEST(CliDenoise, CleansLightAndKeepsTheRest) {
   EXPECT_EQ(json["parameters"]["antialias"], "off");
   EXPECT_EQ(json["frames"][0]["restarted"], false);
   EXPECT_LT(json["frames"][1]["without_history"], 0.01);
+}
+
+TEST(CliDenoise, NegativeLightIsExplainedAndRoundingIsNone) {
+  const TemporaryFolder folder;
+  for (const auto& [name, value] :
+       {std::pair("zero", 0.0f), {"rounding", -1e-6f}, {"low", -0.5f}}) {
+    ExrImage image = BlenderFrame(1);
+    for (const char* channel : {"R", "G", "B"}) {
+      for (const char* layer : {"ViewLayer.DiffDir.", "ViewLayer.Combined."}) {
+        Image1& values =
+            std::find_if(image.channels.begin(), image.channels.end(), [&](const Channel& c) {
+              return c.name == std::string(layer) + channel;
+            })->values;
+        for (int y = 0; y < kHeight; ++y) {
+          for (int x = 0; x < kWidth; ++x) {
+            values(x, y) = Noise(x, y, 7) < 0.5f ? value : values(x, y);
+          }
+        }
+      }
+    }
+    ASSERT_TRUE(WriteExr(folder / (std::string(name) + ".exr"), image).ok());
+  }
+  const auto denoise = [&](const std::string& name) {
+    return RunProgram({"denoise", folder / (name + ".exr"), "-o", folder / (name + "_out.exr")});
+  };
+  ASSERT_EQ(denoise("zero").exit_code, 0);
+  const ProgramRun rounding = denoise("rounding");
+  ASSERT_EQ(rounding.exit_code, 0) << rounding.errors;
+  EXPECT_THAT(rounding.errors, Not(HasSubstr("left out")));
+  const double expected = Error(folder / "zero_out.exr");
+  EXPECT_NEAR(Error(folder / "rounding_out.exr"), expected, 0.01 * expected);
+  EXPECT_THAT(
+      denoise("low").errors,
+      HasSubstr("are negative by more than 1/1024 of the mean light; noisy light becomes too "
+                "bright that way"));
 }
 
 TEST(CliDenoise, TakesFoldersListsAndRanges) {

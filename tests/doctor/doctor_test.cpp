@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The doctor as a whole: numbers, errors, cures that work, the same report for any threads.
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <functional>
@@ -171,6 +172,21 @@ TEST(Findings, TellTheFrames) {
   ASSERT_EQ(report.findings.size(), 1u);
   EXPECT_EQ(report.findings[0].frames, std::vector<int64_t>{2});
   EXPECT_THAT(report.findings[0].what, HasSubstr("albedo.G of frame 2 at x 5, y 6"));
+}
+
+TEST(Findings, NameLossyLayersCodecAndCure) {
+  ExrImage image = Grey(16, 16);
+  image.Add("motion.X", PixelType::kFloat, Image1(16, 16));
+  image.Add("motion.Y", PixelType::kFloat, Image1(16, 16));
+  image.compression_name = "dwab";
+  const DoctorReport report = ReportOf({{1, image}});
+  const auto lossy = std::find_if(report.findings.begin(), report.findings.end(),
+                                  [](const Finding& f) { return f.name == "lossy_compression"; });
+  ASSERT_NE(lossy, report.findings.end());
+  EXPECT_THAT(lossy->what,
+              HasSubstr("2 layers are compressed with DWAB, which is lossy, in frame 1"));
+  EXPECT_THAT(lossy->what, HasSubstr("motion"));
+  EXPECT_THAT(lossy->cure, HasSubstr("ZIP"));
 }
 
 TEST(Findings, LargeGapsAreNotListedForever) {

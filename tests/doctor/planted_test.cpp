@@ -110,6 +110,27 @@ const Fault kFaults[] = {
        });
      },
      {"negative_light"}},
+    {"rounding_below_zero",
+     [](Sequence* s) {
+       for (const char* l : {"direct_specular.", "indirect_diffuse."}) {
+         ChangeLayer(s, l, [](float v, int, int) { return v == 0 ? -1e-6f : v; });
+       }
+     },
+     {}},
+    {"dwaa",
+     [](Sequence* s) {
+       for (NumberedImage& frame : *s) {
+         frame.image.compression_name = "dwaa";
+       }
+     },
+     {"lossy_compression"}},
+    {"pxr24",
+     [](Sequence* s) {
+       for (NumberedImage& frame : *s) {
+         frame.image.compression_name = "pxr24";
+       }
+     },
+     {}},
     {"exposure",
      [](Sequence* s) {
        for (size_t i = 1; i < s->size(); i += 2) {
