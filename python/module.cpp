@@ -393,7 +393,7 @@ void BindDenoiser(py::module_& m) {
           "        'variance' and 'history_length' steer adaptive samplers\n"
           "    out: arrays by name to write results to; they may be the frame's own\n"
           "    jitter: all rays went through pixel (x, y) at x + 0.5 + jitter[0],\n"
-          "        y + 0.5 + jitter[1]\n"
+          "        y + 0.5 + jitter[1]; other than (0, 0) it turns antialiasing in time on\n"
           "    progress: called with 0..1; return False to cancel (raises stillray.Cancelled)\n\n"
           "Returns the picture, float32 of (height, width, 3), or, if outputs is given, all\n"
           "results by name. A frame of another size restarts the history.\n\n"

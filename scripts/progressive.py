@@ -42,7 +42,9 @@ def still(arguments, scene, folder, *options):
 def sparse(arguments, scene, folder, preset, guides):
     """The frames asked for; the others are removed once all are there."""
     still(arguments, scene, folder, "--frames", f"1-{max(FRAMES)}", "--spp", arguments.spp,
-          "--guides", guides, "--preset", preset)
+          "--guides", guides, "--preset", preset,
+          # The publication's, which also averages a view without jitter.
+          *([] if preset == "temporal" else ["--set", "antialias=taa"]))
     for picture in folder.glob("*.png"):
         if int(picture.name.split(".")[1]) not in FRAMES:
             picture.unlink()

@@ -113,7 +113,6 @@ int main(int argc, char** argv) {
   set_input(denoiser, "depth", depth, 1);
   set_input(denoiser, "motion", motion, 2);
   check(stillray_denoiser_set_output(denoiser, "colour", &result), denoiser);
-  check(stillray_denoiser_set(denoiser, "antialias", "off"), denoiser); /* no jitter here */
 
   for (frame = 0; frame < FRAMES; ++frame) {
     render(frame);

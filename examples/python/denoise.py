@@ -49,7 +49,7 @@ def write_ppm(path: pathlib.Path, picture: np.ndarray) -> None:
 
 def main() -> None:
     folder = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".")
-    denoiser = stillray.Denoiser("default", antialias="off")  # no jitter here
+    denoiser = stillray.Denoiser("default")
     rng = np.random.default_rng(1)
     for index in range(FRAMES):
         frame, truth = render(index, rng)

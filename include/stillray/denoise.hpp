@@ -65,7 +65,11 @@ enum class FeedbackWhen : int {
   kSample,  ///< once a whole sample per pixel has arrived: the picture then changes visibly
   kBlend,   ///< the same, blended in until the next one (PSVGF, section 5)
 };
-enum class Antialias : int { kOff, kTaa };
+enum class Antialias : int {
+  kOff,
+  kTaa,   ///< in time, whether or not the frames are jittered
+  kAuto,  ///< in time from the first frame on whose jitter is not zero
+};
 enum class Fxaa : int {
   kOff,
   kSparse,  ///< below one sample per pixel, of pixels with fewer than four
@@ -130,7 +134,7 @@ struct Settings {
   float eaw_sigma_n = 0.3f;
   float eaw_sigma_z = 0.05f;
 
-  Antialias antialias = Antialias::kTaa;
+  Antialias antialias = Antialias::kAuto;
   float taa_alpha = 0.1f;
   Fxaa fxaa = Fxaa::kSparse;
   float exposure = 0.0f;
@@ -323,7 +327,7 @@ class Denoiser {
 
   /// Denoises the next frame. A frame of another size than the last one restarts the history.
   /// Required: signals, depth, normal; albedo where `demodulate` is on; motion where `temporal` or
-  /// TAA is on. Other guides may be empty.
+  /// TAA is on (with Antialias::kAuto: where a frame was jittered). Other guides may be empty.
   /// \return kInvalidArgument naming the image that is missing or has a wrong size (history is then
   ///         unchanged); kOutOfMemory
   Status Denoise(const Frame& frame, DenoisedFrame* out);

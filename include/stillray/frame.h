@@ -87,6 +87,7 @@ struct Frame {
   int height = 0;
   int64_t index = 0;
   /// All rays of this frame went through (x + 0.5 + jitter_x, y + 0.5 + jitter_y); in -0.5..0.5.
+  /// The denoiser antialiases in time where this is not zero (Antialias::kAuto).
   float jitter_x = 0;
   float jitter_y = 0;
   std::vector<Signal> signals;

@@ -195,7 +195,7 @@ STILLRAY_API size_t stillray_denoiser_output_count(stillray_denoiser* denoiser);
 STILLRAY_API const char* stillray_denoiser_output_name(stillray_denoiser* denoiser, size_t index);
 
 /* All rays of the next frames went through (x + 0.5 + jitter_x, y + 0.5 + jitter_y); -0.5 to 0.5.
- */
+ * From the first jitter other than (0, 0) on, antialias=auto antialiases in time. */
 STILLRAY_API stillray_error stillray_denoiser_set_jitter(stillray_denoiser* denoiser,
                                                          float jitter_x, float jitter_y);
 

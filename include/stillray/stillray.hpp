@@ -113,6 +113,7 @@ class Denoiser {
     }
     return names;
   }
+  /// See stillray_denoiser_set_jitter: turns antialiasing in time on.
   Error SetJitter(float x, float y) { return Check(stillray_denoiser_set_jitter(handle(), x, y)); }
   /// \param progress  gets 0..1, returns whether to go on; must not throw; empty: none
   Error SetProgress(std::function<bool(double)> progress) {

@@ -71,6 +71,8 @@ typedef struct stillray_vulkan_frame {
   int64_t index;
   float samples_per_pixel; /* 1 where every pixel got a sample */
   int32_t colour_is_half;  /* not 0: R16G16B16A16_SFLOAT, else R32G32B32A32_SFLOAT */
+  float jitter_x;          /* see stillray_denoiser_set_jitter */
+  float jitter_y;
   stillray_vulkan_image images[STILLRAY_VULKAN_SLOT_COUNT];
 } stillray_vulkan_frame;
 

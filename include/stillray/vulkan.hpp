@@ -56,6 +56,9 @@ struct VulkanFrame {
   /// Mean of this frame's samples per pixel. Below 1 the filter takes what is missing for missing,
   /// and feeds back only whole samples; above 1 nothing changes.
   float samples_per_pixel = 1;
+  /// See Frame::jitter_x.
+  float jitter_x = 0;
+  float jitter_y = 0;
 
   VulkanImage lights[kSignalKindCount];          ///< by SignalKind: r, g, b
   VulkanImage second_moments[kSignalKindCount];  ///< see Signal::second_moment

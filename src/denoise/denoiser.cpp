@@ -163,13 +163,13 @@ void Denoiser::Impl::RunFxaa() {
 }
 
 bool Denoiser::Impl::ComposesOnTheWay() const {
-  return settings.antialias != Antialias::kOff && state.has_picture && !HasFxaa() &&
+  return AntialiasesInTime(settings, state.jittered) && state.has_picture && !HasFxaa() &&
          outputs.empty();
 }
 
 void Denoiser::Impl::RunAntialias() {
   const bool first = !state.has_picture;
-  if (settings.antialias == Antialias::kOff) {
+  if (!AntialiasesInTime(settings, state.jittered)) {
     std::swap(state.picture, picture);
     state.has_picture = false;
     return;
@@ -250,7 +250,10 @@ Result<Denoiser> Denoiser::Create(const Settings& settings, const Device& device
 }
 
 Status Denoiser::Impl::Begin(const Frame& next_frame, DenoisedFrame* result) {
-  STILLRAY_RETURN_IF_ERROR(CheckFrame(next_frame, settings));
+  const bool continues = state.width == next_frame.width && state.height == next_frame.height;
+  const bool jittered =
+      IsJittered(next_frame.jitter_x, next_frame.jitter_y) || (continues && state.jittered);
+  STILLRAY_RETURN_IF_ERROR(CheckFrame(next_frame, settings, jittered));
   const bool transmission = HasTransmission(next_frame);
   if (groups.empty() || transmission != groups_have_transmission || grouping != settings.signals) {
     groups = GroupsOf(settings.signals, transmission);
@@ -258,6 +261,7 @@ Status Denoiser::Impl::Begin(const Frame& next_frame, DenoisedFrame* result) {
     grouping = settings.signals;
   }
   Allocate(next_frame.width, next_frame.height, groups.size());
+  state.jittered = jittered;
   frame = &next_frame;
   guides = &next_frame.guides;
   emission = &next_frame.emission;
@@ -443,6 +447,7 @@ void Denoiser::Reset() {
   }
   impl_->state.has_history = false;
   impl_->state.has_picture = false;
+  impl_->state.jittered = false;
   impl_->state.held = HeldGuides();
   impl_->state.feedback_progress = 0;
 }

@@ -16,6 +16,7 @@ struct DenoiserState {
   int height = 0;
   bool has_history = false;  ///< `signals` and `guides` hold the last frame
   bool has_picture = false;  ///< `picture` holds the last antialiased output
+  bool jittered = false;     ///< some frame since the history began was
   std::vector<SignalHistory> signals;
   GuidePlanes guides;  ///< of the last finished frame; of the present one while it is in progress
   GuidePlanes previous_guides;  ///< of the frame before the one in progress

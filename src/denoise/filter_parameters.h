@@ -24,6 +24,16 @@ inline float ShortHistoryLength(const Settings& s) {
 /// Whether what was remembered under the settings \p a is of no use under \p b.
 bool NeedsNewHistory(const Settings& a, const Settings& b);
 
+/// Whether the rays of a frame went through other points than the pixels' centres.
+inline bool IsJittered(float jitter_x, float jitter_y) {
+  return jitter_x != 0 || jitter_y != 0;
+}
+
+/// Whether pictures are antialiased in time. \param jittered  this frame or one before it was
+inline bool AntialiasesInTime(const Settings& s, bool jittered) {
+  return s.antialias == Antialias::kTaa || (s.antialias == Antialias::kAuto && jittered);
+}
+
 /// What stops the wavelet at edges of the guides, of the settings.
 inline EdgeStopping EdgesOf(const Settings& s) {
   EdgeStopping edges;

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "denoise/filter_parameters.h"
 #include "denoise/signal_groups.h"
 
 namespace stillray {
@@ -62,7 +63,7 @@ bool DividesLight(const Frame& frame, const Image3& albedo) {
 
 }  // namespace
 
-Status CheckFrame(const Frame& frame, const Settings& settings) {
+Status CheckFrame(const Frame& frame, const Settings& settings, bool jittered) {
   if (frame.width < 1 || frame.height < 1 || frame.width > kMaxSide || frame.height > kMaxSide) {
     return Status::InvalidArgument(fmt::format("frame {}: size is {}x{}, expected 1x1 to {}x{}",
                                                frame.index, frame.width, frame.height, kMaxSide,
@@ -86,7 +87,7 @@ Status CheckFrame(const Frame& frame, const Settings& settings) {
         CheckPlane(frame, signal.second_moment, {name, -1, ".second_moment"}, false));
   }
   const Guides& g = frame.guides;
-  const bool needs_motion = settings.temporal || settings.antialias != Antialias::kOff;
+  const bool needs_motion = settings.temporal || AntialiasesInTime(settings, jittered);
   STILLRAY_RETURN_IF_ERROR(CheckPlane(frame, g.depth, {"depth"}, true));
   STILLRAY_RETURN_IF_ERROR(CheckPlanes(frame, g.normal, "normal", true));
   STILLRAY_RETURN_IF_ERROR(

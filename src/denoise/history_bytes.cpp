@@ -14,13 +14,13 @@ namespace {
 
 struct Header {
   char magic[8] = {};
-  uint32_t version = 4;
+  uint32_t version = 5;
   uint32_t byte_order = kHistoryByteOrder;
   int32_t width = 0;
   int32_t height = 0;
   uint32_t signal_count = 0;
   /// 1: history, 2: picture, 4: compressed luminances, 8: history without the last feedback, 16:
-  /// held guides, 32: with ids
+  /// held guides, 32: with ids, 64: some frame was jittered
   uint32_t flags = 0;
   uint32_t held_planes = 0;  ///< bit n: the n-th plane of VisitHeldPlanes is there
   float feedback_progress = 0;
@@ -140,7 +140,8 @@ std::vector<uint8_t> HistoryToBytes(const DenoiserState& state) {
   header.signal_count = static_cast<uint32_t>(state.signals.size());
   header.flags = (state.has_history ? 1u : 0u) | (state.has_picture ? 2u : 0u) |
                  (KindsOf(state).compressed ? 4u : 0u) | (KindsOf(state).behind ? 8u : 0u) |
-                 (state.held.empty() ? 0u : 16u) | (state.held.guides.id.empty() ? 0u : 32u);
+                 (state.held.empty() ? 0u : 16u) | (state.held.guides.id.empty() ? 0u : 32u) |
+                 (state.jittered ? 64u : 0u);
   header.held_planes = PlanesOf(state.held);
   header.feedback_progress = state.feedback_progress;
   std::vector<uint8_t> bytes(sizeof(Header));
@@ -188,6 +189,7 @@ Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, const Kep
                       kinds.behind, border);
   state.has_history = (header.flags & 1u) != 0;
   state.has_picture = (header.flags & 2u) != 0;
+  state.jittered = (header.flags & 64u) != 0;
   state.guides = GuidePlanes(header.width, header.height, border);
   state.feedback_progress = header.feedback_progress;
   if (!MakePlanes(header, &state.held)) {

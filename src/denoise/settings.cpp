@@ -220,8 +220,11 @@ std::vector<Row> MakeTable() {
   t.push_back(FloatRow("eaw_sigma_z", &Settings::eaw_sigma_z, 1e-4, 100.0, "edge_stopping",
                        "of depth", "sigma_x",
                        "Width of the Gaussian of distances from the plane of wavelet=eaw."));
-  t.push_back(ChoiceRow("antialias", Choice<&Settings::antialias>(), {"off", "taa"}, "antialias",
-                        "Temporal antialiasing of the finished picture.", nullptr, "off", "off"));
+  t.push_back(ChoiceRow(
+      "antialias", Choice<&Settings::antialias>(), {"off", "taa", "auto"}, "antialias",
+      "Temporal antialiasing of the finished picture: never, always, or where frames are jittered. "
+      "Without jitter it only blurs.",
+      nullptr, "off", "off"));
   t.push_back(FloatRow("taa_alpha", &Settings::taa_alpha, 0.0, 1.0, "antialias", "", "alpha",
                        "Weight of the new frame in temporal antialiasing."));
   t.push_back(

@@ -91,6 +91,8 @@ struct Buffer {
 struct CallerFrame {
   int width = 0;
   int height = 0;
+  float jitter_x = 0;
+  float jitter_y = 0;
   stillray_format format = STILLRAY_FORMAT_FLOAT;
   Layout layout = Layout::kInterleaved;
   std::map<std::string, Buffer> inputs;
@@ -98,7 +100,12 @@ struct CallerFrame {
 
   CallerFrame(const Frame& frame, stillray_format image_format = STILLRAY_FORMAT_FLOAT,
               Layout image_layout = Layout::kInterleaved)
-      : width(frame.width), height(frame.height), format(image_format), layout(image_layout) {
+      : width(frame.width),
+        height(frame.height),
+        jitter_x(frame.jitter_x),
+        jitter_y(frame.jitter_y),
+        format(image_format),
+        layout(image_layout) {
     for (const Signal& signal : frame.signals) {
       Add(SignalName(signal.kind), signal.radiance);
     }
@@ -157,6 +164,8 @@ struct CallerFrame {
       ASSERT_EQ(stillray_denoiser_set_input(denoiser, name.c_str(), &buffer.image), STILLRAY_OK)
           << stillray_error_message(denoiser);
     }
+    ASSERT_EQ(stillray_denoiser_set_jitter(denoiser, jitter_x, jitter_y), STILLRAY_OK)
+        << stillray_error_message(denoiser);
     ASSERT_EQ(stillray_denoiser_set_output(denoiser, "colour", &colour.image), STILLRAY_OK)
         << stillray_error_message(denoiser);
   }

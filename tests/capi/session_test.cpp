@@ -141,6 +141,26 @@ TEST(SessionTest, ASettingChangesTheNextFrame) {
   EXPECT_NE(Denoise(denoiser.get(), 0), FirstFrame(0));
 }
 
+TEST(SessionTest, JitterTurnsAntialiasingInTimeOn) {
+  const auto second = [](float jitter, const char* antialias) {
+    const DenoiserHandle denoiser = MakeDenoiser();
+    if (antialias != nullptr) {
+      EXPECT_EQ(stillray_denoiser_set(denoiser.get(), "antialias", antialias), STILLRAY_OK);
+    }
+    std::vector<char> colour;
+    for (int i = 0; i < 2; ++i) {
+      CallerFrame caller = Busy(i);
+      caller.jitter_x = caller.jitter_y = jitter;
+      caller.Run(denoiser.get());
+      colour = caller.colour.bytes;
+    }
+    return colour;
+  };
+  EXPECT_NE(second(0.25f, nullptr), second(0, nullptr));
+  EXPECT_EQ(second(0.25f, nullptr), second(0, "taa"));
+  EXPECT_EQ(second(0, nullptr), second(0.25f, "off"));
+}
+
 TEST(SessionTest, EveryParameterTakesItsDefault) {
   const DenoiserHandle denoiser = MakeDenoiser();
   ASSERT_GT(stillray_parameter_count(), 20u);

@@ -35,6 +35,7 @@ TEST(Antialias, NewPictureWeight) {
 TEST(Antialias, APictureOfAnotherSurfaceIsForgotten) {
   Settings s = PresetSettings("default").value();
   s.wavelet = Wavelet::kOff;
+  s.antialias = Antialias::kTaa;
   for (const Backend backend : {Backend::kReference, Backend::kCpu}) {
     Denoiser d = Denoiser::Create(s, backend).value();
     ASSERT_TRUE(d.SetOutputs({"aliased"}).ok());
@@ -61,6 +62,7 @@ TEST(Antialias, AThinDisocclusionIsStillAntialiased) {
   // blending, or edges would never be smooth.
   Settings s = PresetSettings("default").value();
   s.wavelet = Wavelet::kOff;
+  s.antialias = Antialias::kTaa;
   s.history_search = false;
   Denoiser d = Denoiser::Create(s).value();
   ASSERT_TRUE(d.SetOutputs({"aliased"}).ok());

@@ -100,9 +100,11 @@ inline double MeanOf(const Image3& image) {
 
 /// A busy frame: tilted planes in three depths with a curved normal in one, background, random
 /// light, motion of the whole picture by (1.25, -0.5) per frame, some missing and some broken
-/// samples.
+/// samples; jittered, so that all presets with antialiasing in time run it.
 inline Frame MakeBusyFrame(int width, int height, int64_t index, uint32_t seed = 7) {
   Frame f = MakeWall(width, height, index);
+  f.jitter_x = index % 2 == 0 ? 0.25f : -0.25f;
+  f.jitter_y = 0.125f;
   const uint32_t s = seed * 1000 + static_cast<uint32_t>(index);
   const auto surface = [&](int x, int y) {
     return (x + static_cast<int>(index)) * 5 / (width + 8) + y * 2 / height;

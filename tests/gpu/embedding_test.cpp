@@ -108,6 +108,8 @@ VulkanFrame FrameOf(const vulkan::FrameInputs& in, const Frame& frame) {
   const auto image = [](const vulkan::ImageRef& ref) { return VulkanImage{ref.view, ref.layout}; };
   VulkanFrame f;
   f.index = frame.index;
+  f.jitter_x = frame.jitter_x;
+  f.jitter_y = frame.jitter_y;
   for (int k = 0; k < kSignalKindCount; ++k) {
     f.lights[k] = image(in.lights[k]);
     f.second_moments[k] = image(in.second_moments[k]);
@@ -285,6 +287,10 @@ TEST_F(Embedding, SaysWhatIsMissing) {
   frame.lights[4] = frame.lights[0];
   EXPECT_THAT(made->Record(*commands, frame).message(),
               HasSubstr("transmission signals are given, but the denoiser was made without"));
+  frame = FrameOf(upload->inputs(), f);
+  frame.jitter_x = 0.6f;
+  EXPECT_EQ(made->Record(*commands, frame).message(),
+            "frame 4: jitter is (0.6, 0.125), expected -0.5 to 0.5 for each");
   Settings other = made->settings();
   other.signals = SignalGrouping::kSingle;
   EXPECT_EQ(made->SetSettings(other).code(), StatusCode::kInvalidArgument);
@@ -297,6 +303,30 @@ TEST_F(Embedding, SaysWhatIsMissing) {
   EXPECT_THAT(VulkanDenoiser::MemoryNeed(context(), o).status().message(), HasSubstr("0x37"));
   EXPECT_THAT(VulkanDenoiser::Create({}, options("svgf")).status().message(),
               HasSubstr("get_instance_proc_addr must be given"));
+}
+
+TEST_F(Embedding, JitterTurnsAntialiasingInTimeOn) {
+  const auto second = [&](float jitter, const char* antialias) {
+    VulkanOptions o = options("default");
+    EXPECT_TRUE(SetParameter(&o.settings, "antialias", antialias).ok());
+    Result<VulkanDenoiser> made = VulkanDenoiser::Create(context(), o);
+    EXPECT_TRUE(made.ok()) << made.status().message();
+    auto upload = Upload(device_->context(), MakeBusyFrame(kWidth, kHeight, 0));
+    Image3 colour;
+    for (int i = 0; i < 2; ++i) {
+      const Frame f = MakeBusyFrame(kWidth, kHeight, i);
+      RunFrame(device_.get(), upload.get(), f, &colour, [&](VkCommandBuffer commands) {
+        VulkanFrame frame = FrameOf(upload->inputs(), f);
+        frame.jitter_x = jitter;
+        frame.jitter_y = 0;
+        EXPECT_TRUE(made->Record(commands, frame).ok());
+      });
+    }
+    return colour;
+  };
+  EXPECT_FALSE(test::SameBits(second(0.25f, "auto"), second(0, "auto")));
+  ExpectSameBits(second(0.25f, "auto"), second(0, "taa"));
+  ExpectSameBits(second(0, "auto"), second(0.25f, "off"));
 }
 
 TEST_F(Embedding, FramesThatDoNotFitAreAnError) {

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "denoise/filter_parameters.h"
+
 namespace stillray::vulkan {
 namespace {
 
@@ -21,6 +23,7 @@ FrameFacts FactsOf(const Frame& frame, const gpu::DeviceFrame& pixels) {
   constexpr uint32_t kAllLights = (1u << gpu::kFrameSignals) - 1;
   FrameFacts facts;
   facts.index = frame.index;
+  facts.jittered = IsJittered(frame.jitter_x, frame.jitter_y);
   facts.lights = kAllLights;
   facts.second_moments = pixels.shape().second_moments ? kAllLights : 0;
   facts.albedos = 1u << 0 | 1u << 1;

@@ -37,6 +37,7 @@
 #include <fmt/format.h>
 
 #include "denoise/denoiser_impl.h"
+#include "denoise/filter_parameters.h"
 
 namespace stillray::vulkan {
 namespace {
@@ -372,7 +373,7 @@ void FramePipeline::BeginFrame(PassRecorder* recorder, const FrameFacts& facts,
   PrepareImages(recorder->commands());
   AdvanceFeedback(settings_, facts.samples_per_pixel, &progress_);
   progress_.has_history = progress_.has_history && settings_.temporal;
-  progress_.has_picture = progress_.has_picture && settings_.antialias == Antialias::kTaa;
+  progress_.jittered = progress_.jittered || facts.jittered;
   std::swap(images_.guides, images_.previous_guides);
   FrameParameters parameters = MakeParameters(settings_, groups_, shape_, facts, progress_);
   if (with_future) {
@@ -438,7 +439,7 @@ Status FramePipeline::Record(VkCommandBuffer commands, const FrameFacts& facts,
   }
   recorder.EndTimes();
   progress_.has_history = settings_.temporal;
-  progress_.has_picture = true;
+  progress_.has_picture = AntialiasesInTime(settings_, progress_.jittered);
   observer_ = nullptr;
   return recorder.status();
 }

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "core/parallel.h"
+#include "denoise/filter_parameters.h"
 
 namespace stillray::vulkan {
 namespace {
@@ -29,6 +30,7 @@ VkBufferImageCopy WholeImage(VkDeviceSize offset, int width, int height) {
 FrameFacts FactsOf(const Frame& f) {
   FrameFacts facts;
   facts.index = f.index;
+  facts.jittered = IsJittered(f.jitter_x, f.jitter_y);
   for (const Signal& signal : f.signals) {
     const uint32_t bit = 1u << static_cast<uint32_t>(signal.kind);
     facts.lights |= bit;

@@ -109,8 +109,11 @@ Result<FrameFacts> HostDenoiser::Take(const Frame& frame) {
   const Result<const Frame*> host = OnHost(frame, &from_elsewhere_);
   STILLRAY_RETURN_IF_ERROR(host.status());
   const Frame& f = **host;
-  STILLRAY_RETURN_IF_ERROR(CheckFrame(f, settings_));
   FrameFacts facts = FactsOf(f);
+  const bool continues =
+      pipeline_ != nullptr && pipeline_->Fits(settings_, f.width, f.height, HasTransmission(f));
+  STILLRAY_RETURN_IF_ERROR(
+      CheckFrame(f, settings_, facts.jittered || (continues && pipeline_->progress().jittered)));
   facts.fills_guides = settings_.fill_guides && HasUnknownGuides(f);
   facts.samples_per_pixel = SamplesPerPixel(f);
   STILLRAY_RETURN_IF_ERROR(PrepareWork(f, facts));

@@ -144,7 +144,7 @@ FrameParameters MakeParameters(const Settings& settings, std::span<const SignalG
   SetInput(settings, groups, facts, &p);
   p.measure_stride = MeasureStride(shape.width, shape.height, progress.sparse);
   p.has_history = progress.has_history && settings.temporal ? 1 : 0;
-  p.has_picture = progress.has_picture && settings.antialias == Antialias::kTaa ? 1 : 0;
+  p.has_picture = progress.has_picture && AntialiasesInTime(settings, progress.jittered) ? 1 : 0;
   p.with_compressed = shape.with_compressed ? 1 : 0;
   p.with_behind = shape.with_behind ? 1 : 0;
   p.feedback_phase = progress.feedback_phase;

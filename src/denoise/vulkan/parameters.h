@@ -25,6 +25,7 @@ struct FrameFacts {
   bool has_background = false;
   bool fills_guides = false;    ///< some pixels' guides are unknown
   float samples_per_pixel = 1;  ///< mean of this frame; below 1 the filter is told so
+  bool jittered = false;        ///< rays did not go through the centres of the pixels
   bool colour_is_half = false;  ///< the output image is R16G16B16A16_SFLOAT
   bool shows = false;           ///< a display image is wanted
 };
@@ -32,7 +33,8 @@ struct FrameFacts {
 /// What a sequence has come to.
 struct Progress {
   bool has_history = false;
-  bool has_picture = false;
+  bool has_picture = false;  ///< the last frame's picture was antialiased
+  bool jittered = false;     ///< some frame since the history began was
   float feedback_progress = 0;
   // Of the frame in progress:
   bool sparse = false;

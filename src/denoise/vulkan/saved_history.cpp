@@ -25,11 +25,12 @@ enum Flag : uint32_t {
   kIsHalf = 32,
   kHasHeld = 64,
   kHasHeldId = 128,
+  kJittered = 256,
 };
 
 struct Header {
   char magic[8] = {};
-  uint32_t version = 1;
+  uint32_t version = 2;
   uint32_t byte_order = kHistoryByteOrder;
   int32_t width = 0;
   int32_t height = 0;
@@ -145,7 +146,7 @@ Header HeaderOf(const FramePipeline& pipeline, const GuideFiller::Kinds& held) {
             flag(shape.with_compressed, kHasCompressed) | flag(shape.with_behind, kHasBehind) |
             flag(pipeline.has_transmission(), kHasTransmission) |
             flag(shape.storage == Storage::kHalf, kIsHalf) | flag(held.any, kHasHeld) |
-            flag(held.any && held.id, kHasHeldId);
+            flag(held.any && held.id, kHasHeldId) | flag(progress.jittered, kJittered);
   h.held_colours = held.any ? held.colours : 0;
   h.feedback_progress = progress.feedback_progress;
   return h;
@@ -328,6 +329,7 @@ Result<SavedHistory> ReadSavedHistory(std::span<const uint8_t> bytes, const Sett
   saved.transmission = h.Has(kHasTransmission);
   saved.progress.has_history = h.Has(kHasHistory);
   saved.progress.has_picture = h.Has(kHasPicture);
+  saved.progress.jittered = h.Has(kJittered);
   saved.progress.feedback_progress = h.feedback_progress;
   saved.held = {h.Has(kHasHeld), h.Has(kHasHeldId), h.held_colours};
   saved.state_and_texels = bytes.subspan(sizeof(Header));

@@ -3,6 +3,7 @@
 
 #include "stillray/vulkan.hpp"
 
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
@@ -28,6 +29,7 @@ bool IsGiven(const VulkanImage& image) {
 FrameFacts FactsOf(const VulkanFrame& frame) {
   FrameFacts facts;
   facts.index = frame.index;
+  facts.jittered = IsJittered(frame.jitter_x, frame.jitter_y);
   for (uint32_t k = 0; k < kSignalKindCount; ++k) {
     facts.lights |= IsGiven(frame.lights[k]) ? 1u << k : 0u;
     facts.second_moments |= IsGiven(frame.second_moments[k]) ? 1u << k : 0u;
@@ -67,9 +69,9 @@ FrameInputs InputsOf(const VulkanFrame& frame) {
   return in;
 }
 
-/// Whether all is there that the settings need.
+/// Whether all is there that the settings need. \param jittered  this frame or one before it was
 Status CheckFrame(const VulkanFrame& frame, const Settings& settings, bool transmission,
-                  bool fills_guides) {
+                  bool fills_guides, bool jittered) {
   const auto missing = [&](const char* name) {
     return Status::InvalidArgument(
         fmt::format("frame {}: image '{}' is not given", frame.index, name));
@@ -94,7 +96,7 @@ Status CheckFrame(const VulkanFrame& frame, const Settings& settings, bool trans
   if (!IsGiven(frame.normal)) {
     return missing("normal");
   }
-  if ((settings.temporal || settings.antialias != Antialias::kOff || fills_guides) &&
+  if ((settings.temporal || AntialiasesInTime(settings, jittered) || fills_guides) &&
       !IsGiven(frame.motion)) {
     return missing("motion");
   }
@@ -112,6 +114,11 @@ Status CheckFrame(const VulkanFrame& frame, const Settings& settings, bool trans
   }
   if (!IsGiven(frame.colour)) {
     return missing("colour");
+  }
+  if (!(std::abs(frame.jitter_x) <= 0.5f) || !(std::abs(frame.jitter_y) <= 0.5f)) {
+    return Status::InvalidArgument(
+        fmt::format("frame {}: jitter is ({}, {}), expected -0.5 to 0.5 for each", frame.index,
+                    frame.jitter_x, frame.jitter_y));
   }
   if (!(frame.samples_per_pixel >= 0)) {
     return Status::InvalidArgument(fmt::format("frame {}: samples_per_pixel is {}, expected >= 0",
@@ -192,9 +199,10 @@ Status VulkanDenoiser::Record(VkCommandBuffer commands, const VulkanFrame& frame
   if (commands == VK_NULL_HANDLE) {
     return Status::InvalidArgument("Vulkan: the command buffer is not given");
   }
-  STILLRAY_RETURN_IF_ERROR(CheckFrame(frame, impl_->settings, impl_->pipeline->has_transmission(),
-                                      impl_->FillsGuides()));
   FrameFacts facts = FactsOf(frame);
+  const bool jittered = facts.jittered || impl_->pipeline->progress().jittered;
+  STILLRAY_RETURN_IF_ERROR(CheckFrame(frame, impl_->settings, impl_->pipeline->has_transmission(),
+                                      impl_->FillsGuides(), jittered));
   facts.fills_guides = impl_->FillsGuides();
   return impl_->pipeline->Record(commands, facts, InputsOf(frame), nullptr);
 }
