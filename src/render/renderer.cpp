@@ -149,6 +149,7 @@ Result<TraceContext> PathTracer::MoveTo(const RenderMoment& moment) {
   timings_ = RenderTimings();
   const PhaseTimer timer(&timings_.update_ms);
   const bool moved = state_.Update(moment.seconds, moment.previous_seconds);
+  STILLRAY_RETURN_IF_ERROR(CheckPlaces(state_, moment));
   if (moved) {
     STILLRAY_RETURN_IF_ERROR(accel_->Update(state_.InstanceTransforms()));
   }

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "scene/mesh_tools.h"
+
 namespace stillray::render {
 namespace {
 
@@ -186,14 +188,25 @@ Status CheckPose(const char* name, const CameraPose& pose) {
   const mat4& m = pose.world_from_camera;
   for (int column = 0; column < 4; ++column) {
     for (int row = 0; row < 3; ++row) {
-      if (!std::isfinite(m[column][row])) {
+      if (!(std::abs(m[column][row]) <= kMaxCoordinate)) {
         return Status::InvalidArgument(fmt::format(
-            "{}: world_from_camera has {} in column {}, row {}, expected finite numbers", name,
-            m[column][row], column, row));
+            "{}: world_from_camera has {} in column {}, row {}, expected finite numbers up to {:g}",
+            name, m[column][row], column, row, kMaxCoordinate));
       }
     }
   }
   return Status::Ok();
+}
+
+Status CheckPlace(const Scene& scene, const std::vector<mat4>& worlds, int node, double seconds) {
+  if (IsTraceable(worlds[static_cast<size_t>(node)])) {
+    return Status::Ok();
+  }
+  return Status::InvalidArgument(
+      fmt::format("node {} (\"{}\"): at {:g} s its transform to the world has components that are "
+                  "not finite or "
+                  "beyond {:g}",
+                  node, scene.nodes[static_cast<size_t>(node)].name, seconds, kMaxCoordinate));
 }
 
 }  // namespace
@@ -250,6 +263,21 @@ Status CheckMoment(const Scene& scene, const RenderMoment& moment) {
     return Status::InvalidArgument(
         fmt::format("seconds is {} and previous_seconds {}, expected finite numbers",
                     moment.seconds, moment.previous_seconds));
+  }
+  return Status::Ok();
+}
+
+Status CheckPlaces(const SceneState& state, const RenderMoment& moment) {
+  const Scene& scene = state.scene();
+  const auto check = [&](int node) {
+    STILLRAY_RETURN_IF_ERROR(CheckPlace(scene, state.nodes(), node, moment.seconds));
+    return CheckPlace(scene, state.previous_nodes(), node, moment.previous_seconds);
+  };
+  if (!moment.pose) {
+    STILLRAY_RETURN_IF_ERROR(check(scene.cameras[static_cast<size_t>(moment.camera)].node));
+  }
+  for (const Instance& instance : scene.instances) {
+    STILLRAY_RETURN_IF_ERROR(check(instance.node));
   }
   return Status::Ok();
 }

@@ -4,6 +4,7 @@
 /// Checks what the path tracer takes for granted about a scene: scenes may be built by hand.
 #pragma once
 
+#include "render/scene_state.h"
 #include "stillray/render.h"
 
 namespace stillray::render {
@@ -16,5 +17,12 @@ Status CheckSettings(const RenderSettings& settings);
 
 /// \return kInvalidArgument naming the member, its value and its range
 Status CheckMoment(const Scene& scene, const RenderMoment& moment);
+
+/// Whether camera and instances stand where rays can be traced: an animation may take a node beyond
+/// kMaxCoordinate that lies within it at the start.
+/// \param state   at the moment
+/// \param moment  checked (CheckMoment)
+/// \return kInvalidArgument naming the node, the time and the limit
+Status CheckPlaces(const SceneState& state, const RenderMoment& moment);
 
 }  // namespace stillray::render

@@ -27,12 +27,8 @@ constexpr uint64_t kMaxElements = 1'000'000'000;
 /// The node of a world transform that no ray could be traced in, -1 if there is none.
 int FindBadTransform(const std::vector<mat4>& worlds) {
   for (size_t i = 0; i < worlds.size(); ++i) {
-    for (int column = 0; column < 4; ++column) {
-      for (int row = 0; row < 4; ++row) {
-        if (!(std::abs(worlds[i][column][row]) <= kMaxCoordinate)) {
-          return static_cast<int>(i);
-        }
-      }
+    if (!IsTraceable(worlds[i])) {
+      return static_cast<int>(i);
     }
   }
   return -1;
@@ -91,6 +87,12 @@ void Complete(GltfImport* import) {
   if (scene.cameras.empty()) {
     import->log.Warn("the file has no perspective camera: one that sees the whole scene was made");
     AddCamera(bounds, &scene);
+    if (!IsTraceable(scene.nodes.back().matrix)) {
+      import->log.Fail(Status::BadData(fmt::format(
+          "the file has no camera, and one that sees the whole scene would stand beyond {:g} units",
+          kMaxCoordinate)));
+      return;
+    }
   }
   if (!import->has_environment && !HasLight(scene)) {
     import->log.Warn("the file has no light: surroundings of radiance 1 were added");

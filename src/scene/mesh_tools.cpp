@@ -118,6 +118,17 @@ std::vector<vec2> TransformedUvs(const TextureRef& map, const Mesh& mesh) {
 
 }  // namespace
 
+bool IsTraceable(const mat4& world) {
+  for (int column = 0; column < 4; ++column) {
+    for (int row = 0; row < 4; ++row) {
+      if (!(std::abs(world[column][row]) <= kMaxCoordinate)) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
 std::vector<uint32_t> CompactIndices(size_t vertex_count, std::vector<uint32_t>* indices) {
   std::vector<uint32_t> used;
   // A primitive may use a few vertices of a huge shared array.

@@ -15,6 +15,9 @@ namespace stillray {
 /// products of differences overflow.
 inline constexpr float kMaxCoordinate = 1e18f;
 
+/// Whether no component of a transform to the world is NaN, infinite or beyond kMaxCoordinate.
+bool IsTraceable(const mat4& world);
+
 /// Renumbers `indices` so that they name only vertices in use, in their old order.
 /// \param vertex_count  all indices are below it
 /// \return old number of every new vertex

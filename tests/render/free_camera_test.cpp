@@ -141,8 +141,49 @@ TEST(FreeCameraTest, InvalidPosesAreNamed) {
                 m->pose->world_from_camera[3][1] = std::numeric_limits<float>::quiet_NaN();
               }),
               HasSubstr("nan in column 3, row 1"));
+  // Embree ends the program at origins beyond 1.84e18.
+  EXPECT_THAT(message([](RenderMoment* m) { m->pose->world_from_camera[3][2] = 2e18f; }),
+              HasSubstr("column 3, row 2, expected finite numbers up to 1e+18"));
   EXPECT_THAT(message([](RenderMoment* m) { m->pose.reset(); }),
               HasSubstr("previous_pose is given without pose"));
+}
+
+TEST(FreeCameraTest, ACameraAtTheLimitSeesNothing) {
+  const SceneBuilder builder = Wall();
+  RenderMoment moment;
+  moment.pose = PoseAt(vec3(-1e18f, 1e18f, 1e18f));
+  EXPECT_TRUE(std::isinf(RenderWith(builder, moment).guides.depth(3, 3)));
+}
+
+// The keys of a node are bounded where a file is read, products with the nodes above are not.
+TEST(FreeCameraTest, AnimationThatTakesACameraOutOfReachIsRefusedAtThatFrame) {
+  SceneBuilder builder = Wall();
+  Scene& scene = builder.scene;
+  const int parent = static_cast<int>(scene.nodes.size());
+  Node scaled;
+  scaled.local.scale = vec3(2.0f);
+  scene.nodes.push_back(scaled);
+  Node child;
+  child.name = "rig";
+  child.parent = parent;
+  scene.nodes.push_back(child);
+  scene.cameras[0].node = parent + 1;
+  AnimationChannel flight;
+  flight.node = parent + 1;
+  flight.times = {0.0f, 1.0f};
+  flight.values = {vec4(0.0f), vec4(0.0f, 0.0f, 1e18f, 0.0f)};
+  scene.animation.push_back(flight);
+  auto renderer = Renderer::Create(scene, SmallSettings(4, 4, 1));
+  ASSERT_TRUE(renderer.ok());
+  Frame frame;
+  RenderMoment moment;
+  moment.seconds = 0.25;
+  EXPECT_TRUE((*renderer)->RenderFrame(moment, &frame).ok());
+  moment.seconds = 0.95;
+  const Status status = (*renderer)->RenderFrame(moment, &frame);
+  EXPECT_EQ(status.code(), StatusCode::kInvalidArgument);
+  EXPECT_THAT(status.message(), HasSubstr("(\"rig\"): at 0.95 s"));
+  EXPECT_THAT(status.message(), HasSubstr("beyond 1e+18"));
 }
 
 }  // namespace

@@ -238,6 +238,21 @@ TEST(GltfDamage, PositionsThatAreAllNan) {
   ExpectBad(builder, "the scene has no triangles");
 }
 
+// A scene within the limit whose camera, made to see all of it, would stand beyond what rays can be
+// traced from.
+TEST(GltfDamage, TooLargeForACameraThatSeesAll) {
+  const auto triangle = [](float size) {
+    GltfBuilder builder;
+    const int positions = builder.AddFloats({-size, -size, 0, size, -size, 0, 0, size, 0}, "VEC3");
+    builder.AddPrimitive({{"attributes", {{"POSITION", positions}}}});
+    return builder;
+  };
+  const Status status = triangle(4.9e17f).Load().status();
+  EXPECT_EQ(status.code(), StatusCode::kBadData);
+  EXPECT_THAT(status.message(), HasSubstr("no camera, and one that sees the whole scene would"));
+  EXPECT_TRUE(triangle(1e17f).Load().ok());
+}
+
 TEST(GltfDamage, CamerasLightsAndMaterials) {
   GltfBuilder builder = Triangle();
   builder.Add("cameras", {{"type", "perspective"}, {"perspective", {{"yfov", 0}}}});

@@ -220,5 +220,28 @@ TEST(ViewPose, FilePoseSeesWhatTheFileSees) {
   EXPECT_GT(pose.distance, 0.1f);
 }
 
+// Rays from beyond 1e18 cannot be traced: no number of turns of the mouse wheel leads there.
+TEST(ViewPose, NoMovementLeavesTheReachOfRays) {
+  ViewPose dollied = SomePose();
+  ViewPose flown = SomePose();
+  for (int i = 0; i < 500; ++i) {
+    dollied = Dolly(dollied, -1);
+    flown = Fly(Dolly(flown, -1), 0.3f * flown.distance, 0, -flown.distance);
+    flown = Orbit(Pan(flown, 300, -200, 10), 0.1f, 0.2f);
+  }
+  for (const ViewPose& pose : {dollied, flown, Dolly(SomePose(), -1e6f), Dolly(SomePose(), 1e6f)}) {
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_LE(std::abs(pose.position[c]), 1e18f);
+    }
+    EXPECT_GT(pose.distance, 0);
+    EXPECT_LE(pose.distance, 1e18f);
+  }
+  // The way back leads to the scene.
+  for (int i = 0; i < 500; ++i) {
+    dollied = Dolly(dollied, 1);
+  }
+  EXPECT_LT(dollied.distance, 1.0f);
+}
+
 }  // namespace
 }  // namespace stillray::view

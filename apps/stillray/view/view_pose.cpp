@@ -6,12 +6,16 @@
 #include <cmath>
 #include <numbers>
 
+#include "scene/mesh_tools.h"
+
 namespace stillray::view {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kPole = kPi / 2;
 constexpr float kSmallestDistance = 1e-4f;
+// Rays from farther away are refused by the renderer.
+constexpr float kFarthest = kMaxCoordinate;
 
 float WrapAngle(float angle) {
   return std::remainder(angle, 2 * kPi);
@@ -34,6 +38,20 @@ LevelAxes Level(const ViewPose& pose) {
   const float sp = std::sin(pose.pitch);
   const float cp = std::cos(pose.pitch);
   return {vec3(cy, 0, -sy), vec3(sy * sp, cp, cy * sp)};
+}
+
+/// The distance within what can be shown.
+float BoundDistance(float distance) {
+  return std::clamp(distance, kSmallestDistance, kFarthest);
+}
+
+/// The camera within reach of rays. A position that is no number goes to the origin.
+ViewPose Bounded(ViewPose pose) {
+  for (int c = 0; c < 3; ++c) {
+    const float p = pose.position[c];
+    pose.position[c] = std::isnan(p) ? 0.0f : std::clamp(p, -kFarthest, kFarthest);
+  }
+  return pose;
 }
 
 ViewPose Turned(const ViewPose& pose, float right, float down) {
@@ -71,7 +89,7 @@ ViewPose PoseFromMatrix(const mat4& world, float yfov, float distance) {
   ViewPose pose;
   pose.position = vec3(world[3]);
   pose.yfov = yfov;
-  pose.distance = std::max(distance, kSmallestDistance);
+  pose.distance = BoundDistance(distance);
   pose.pitch = std::asin(std::clamp(forward.y, -1.0f, 1.0f));
   // Straight up or down only the up vector tells where left and right are.
   const bool vertical = std::abs(forward.y) > 0.99999f;
@@ -92,7 +110,7 @@ ViewPose FilePose(const Scene& scene, const Aabb& bounds, int camera, double sec
   const float size = glm::length(bounds.max - bounds.min);
   const float along = dot((bounds.min + bounds.max) * 0.5f - pose.position, pose.Forward());
   // A camera within the scene may well have its middle behind it.
-  pose.distance = std::max(along, std::max(0.1f * size, kSmallestDistance));
+  pose.distance = BoundDistance(std::max(along, 0.1f * size));
   return pose;
 }
 
@@ -100,7 +118,7 @@ ViewPose Orbit(const ViewPose& pose, float right, float down) {
   const vec3 focus = pose.Focus();
   ViewPose turned = Turned(pose, right, down);
   turned.position += focus - turned.Focus();
-  return turned;
+  return Bounded(turned);
 }
 
 ViewPose Look(const ViewPose& pose, float right, float down) {
@@ -114,16 +132,16 @@ ViewPose Pan(const ViewPose& pose, float dx, float dy, float height) {
 
 ViewPose Dolly(const ViewPose& pose, float steps) {
   ViewPose moved = pose;
-  moved.distance = std::max(pose.distance * std::pow(0.9f, steps), kSmallestDistance);
+  moved.distance = BoundDistance(pose.distance * std::pow(0.9f, steps));
   moved.aside = pose.aside * (moved.distance / pose.distance);
   moved.position += pose.Focus() - moved.Focus();
-  return moved;
+  return Bounded(moved);
 }
 
 ViewPose Fly(const ViewPose& pose, float right, float up, float forward) {
   ViewPose moved = pose;
   moved.position += pose.Right() * right + pose.Up() * up + pose.Forward() * forward;
-  return moved;
+  return Bounded(moved);
 }
 
 ViewPose Zoom(const ViewPose& pose, float steps) {
@@ -139,7 +157,7 @@ ViewPose OrbitAround(const ViewPose& pose, float x, float y, float aspect, float
   }
   const float half_height = std::tan(pose.yfov / 2) * depth;
   ViewPose around = pose;
-  around.distance = std::max(depth, kSmallestDistance);
+  around.distance = BoundDistance(depth);
   around.aside = vec2((2 * x - 1) * half_height * aspect, (1 - 2 * y) * half_height);
   return around;
 }
@@ -149,7 +167,7 @@ ViewPose FocusOn(const ViewPose& pose, float x, float y, float aspect, float dep
     return pose;
   }
   const vec3 offset = OrbitAround(pose, x, y, aspect, depth).Focus() - pose.position;
-  const float distance = std::max(glm::length(offset), kSmallestDistance);
+  const float distance = BoundDistance(glm::length(offset));
   const vec3 forward = offset / distance;
   ViewPose focused = pose;
   focused.distance = distance;

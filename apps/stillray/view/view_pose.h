@@ -11,7 +11,8 @@
 namespace stillray::view {
 
 /// A camera without tilt beyond `roll`: turned by `yaw` about the world's y, then by `pitch` about
-/// its own x, then by `roll` about its own z. All 0 looks along -z, as glTF's cameras do.
+/// its own x, then by `roll` about its own z. All 0 looks along -z, as glTF's cameras do. No
+/// movement takes the camera farther out than rays can be traced from (kMaxCoordinate).
 struct ViewPose {
   vec3 position = vec3(0.0f);
   float yaw = 0;          ///< positive: to the left
@@ -47,7 +48,8 @@ ViewPose Look(const ViewPose& pose, float right, float down);
 /// \param dx, dy  pixels, y down
 /// \param height  of the picture in pixels
 ViewPose Pan(const ViewPose& pose, float dx, float dy, float height);
-/// Nearer to the focus by `steps` of a tenth (negative: away), never through it.
+/// Nearer to the focus by `steps` of a tenth (negative: away), never through it, and never farther
+/// away than kMaxCoordinate.
 ViewPose Dolly(const ViewPose& pose, float steps);
 /// Moves along the camera's own axes.
 ViewPose Fly(const ViewPose& pose, float right, float up, float forward);

@@ -151,6 +151,7 @@ Status VulkanRenderer::MoveTo(const RenderMoment& moment) {
   timings_ = RenderTimings();
   const PhaseTimer timer(&timings_.update_ms);
   const bool moved = state_.Update(moment.seconds, moment.previous_seconds);
+  STILLRAY_RETURN_IF_ERROR(CheckPlaces(state_, moment));
   // Where instances stood is told to the device too.
   const bool other_past =
       moment.previous_seconds != previous_seconds_ && !state_.scene().animation.empty();
