@@ -18,7 +18,7 @@ namespace stillray {
 
 enum class SamplerKind : uint8_t {
   kSobol,     ///< Owen-scrambled Sobol', decorrelated per pixel and frame
-  kHalton16,  ///< the 16 Halton points that SVGF (section 3) cycles through, rotated per pixel
+  kHalton16,  ///< cycles of the 16 Halton points of SVGF (section 3), rotated per pixel and cycle
 };
 
 /// Where guides, emission and background are known in frames of less than one path per pixel.
@@ -125,7 +125,7 @@ class Renderer {
   /// Renders the converged picture of the same moment by plain accumulation of `spp` paths per
   /// pixel with random numbers independent of RenderFrame's: what a frame's light adds up to in the
   /// limit. With `jitter`, samples spread evenly over the pixel (box filter); else all go through
-  /// its centre.
+  /// its centre. Draws from SamplerKind::kSobol, whatever `sampler` is.
   virtual Status RenderReference(const RenderMoment& moment, int spp, Image3* radiance,
                                  const RenderProgress& progress = {}) = 0;
 

@@ -46,8 +46,12 @@ uint32_t StreamSeed(uint64_t seed, SampleStream stream) {
   return MixSeeds(h, static_cast<uint32_t>(stream));
 }
 
+SamplerKind SamplerOf(SampleStream stream, SamplerKind chosen) {
+  return stream == SampleStream::kReference ? SamplerKind::kSobol : chosen;
+}
+
 uint64_t SampleWindow(SamplerKind kind, uint64_t sample) {
-  return kind == SamplerKind::kSobol ? sample >> kSobolBits : 0;
+  return kind == SamplerKind::kSobol ? sample >> kSobolBits : sample / kHaltonPeriod;
 }
 
 uint32_t SampleIndex(uint64_t sample) {

@@ -27,9 +27,11 @@ struct PathSampler {
 
 /// What the seeds of all pixels begin with (PixelSeed).
 uint32_t StreamSeed(uint64_t seed, SampleStream stream);
-/// Which sequence of a pixel holds sample number `sample`: beyond the length of one a fresh one
-/// begins, with a scramble of its own. The Halton cycle keeps its rotation for ever: that is what
-/// SVGF describes.
+/// The sampler of a stream: references are converged pictures, which need a long sequence.
+/// \param chosen  RenderSettings::sampler, which frames use
+SamplerKind SamplerOf(SampleStream stream, SamplerKind chosen);
+/// Which sequence of a pixel holds sample number `sample`: beyond the length of one (2^kSobolBits
+/// or kHaltonPeriod) a fresh one begins, with a scramble or rotation of its own.
 uint64_t SampleWindow(SamplerKind kind, uint64_t sample);
 /// Which of that sequence's samples it is.
 uint32_t SampleIndex(uint64_t sample);

@@ -7,7 +7,8 @@
 //    and Owen-scrambled per pixel and set after Burley (2020), "Practical Hash-based Owen
 //    Scrambling". Within a set, dimensions 0 and 1 form a (0,2)-sequence: give the pair that
 //    matters most those two.
-//  - Halton: 16 points, rotated per pixel (Cranley and Patterson 1976), as SVGF (section 3) uses.
+//  - Halton: cycles of 16 points, as SVGF (section 3) uses, rotated per pixel and cycle (Cranley and
+//    Patterson 1976).
 #ifndef STILLRAY_RENDER_SAMPLER_SHARED_H
 #define STILLRAY_RENDER_SAMPLER_SHARED_H
 
@@ -153,8 +154,8 @@ SHARED_FN uint LightDimensions(int surface) {
 }
 
 // The seed of one sample of a pixel. What is shared by the pixels comes first: MixSeeds of the two
-// halves of the renderer's seed, then the stream. `window`: which sequence of 2^kSobolBits samples;
-// the first one, 0, leaves the seed as it is.
+// halves of the renderer's seed, then the stream. `window`: which sequence of 2^kSobolBits samples,
+// or which cycle of kHaltonPeriod; the first one, 0, leaves the seed as it is.
 SHARED_FN uint PixelSeed(uint stream_seed, uint x, uint y, uint window_low, uint window_high) {
   uint h = MixSeeds(MixSeeds(stream_seed, x), y);
   if ((window_low | window_high) != 0u) {

@@ -162,19 +162,42 @@ TEST(HaltonTest, JitterIsHaltonWithPeriod16) {
   }
 }
 
-TEST(HaltonTest, CyclesThroughSixteenRotatedPoints) {
+// The cycle of each window of 16 samples has a rotation of its own; within it the 16 points differ.
+TEST(HaltonTest, EveryCycleOfSixteenHasARotationOfItsOwn) {
   for (const uint32_t set : {kPrimaryDimensions, ScatterDimensions(0), LightDimensions(3)}) {
     const auto at = [set](uint64_t i) {
       return MakePathSampler(SamplerKind::kHalton16, 9, SampleStream::kFrames, 1, 2, i).Get(set);
     };
     std::set<float> different;
-    for (uint64_t i = 0; i < 16; ++i) {
-      EXPECT_EQ(at(i), at(i + 16));
-      // Base 2 visits every sixteenth but one twice at most; rotation keeps distances modulo 1.
+    for (uint64_t i = 0; i < 64; ++i) {
       different.insert(at(i).x);
     }
-    EXPECT_EQ(different.size(), 16u);
+    EXPECT_EQ(different.size(), 64u);
+    for (uint64_t i = 0; i < 16; ++i) {
+      // One shift, modulo 1, leads from all points of a cycle to those of the next.
+      const vec4 shift = fract(at(i + 16) - at(i) + vec4(2.0f));
+      const vec4 first = fract(at(16) - at(0) + vec4(2.0f));
+      for (int d = 0; d < 4; ++d) {
+        const float apart = std::abs(shift[d] - first[d]);
+        EXPECT_LT(std::min(apart, 1.0f - apart), 1e-5f) << set << ' ' << i << ' ' << d;
+      }
+    }
   }
+}
+
+// The points of the SVGF recipe: the numbers of earlier versions stay.
+TEST(HaltonTest, TheFirstSixteenKeepTheirBits) {
+  const PathSampler sampler =
+      MakePathSampler(SamplerKind::kHalton16, 9, SampleStream::kFrames, 1, 2, 15);
+  EXPECT_EQ(sampler.seed, PixelSeed(StreamSeed(9, SampleStream::kFrames), 1u, 2u, 0u, 0u));
+  EXPECT_EQ(sampler.index, 15u);
+}
+
+TEST(HaltonTest, ReferencesDrawFromSobol) {
+  EXPECT_EQ(SamplerOf(SampleStream::kFrames, SamplerKind::kHalton16), SamplerKind::kHalton16);
+  EXPECT_EQ(SamplerOf(SampleStream::kFrames, SamplerKind::kSobol), SamplerKind::kSobol);
+  EXPECT_EQ(SamplerOf(SampleStream::kReference, SamplerKind::kHalton16), SamplerKind::kSobol);
+  EXPECT_EQ(SamplerOf(SampleStream::kReference, SamplerKind::kSobol), SamplerKind::kSobol);
 }
 
 TEST(SamplerTest, ManyAtOnceAreTheSameAsOneByOne) {

@@ -218,6 +218,35 @@ TEST_P(GpuRendererTest, ConvergesToTheCpusPicture) {
   }
 }
 
+// Beyond the cycle of 16 samples both go on with the same new points, and references of any sampler
+// with those of Sobol'.
+TEST_P(GpuRendererTest, ManySamplesOfTheHaltonSamplerAreTheCpus) {
+  LeaveValidation();
+  constexpr int kSpp = 20;
+  const Result<Scene> scene = MakeBuiltinScene("cornell");
+  RenderSettings settings = SmallSettings(16, 16, kSpp);
+  settings.sampler = SamplerKind::kHalton16;
+  Frame found;
+  Frame same;
+  ASSERT_TRUE(Create(*scene, settings)->RenderFrame(Moment(0), &found).ok());
+  ASSERT_TRUE(CreateOnCpu(*scene, settings)->RenderFrame(Moment(0), &same).ok());
+  const auto direct = static_cast<size_t>(SignalKind::kDirectDiffuse);
+  const double mean = Luminance709(Mean(same.signals[direct].radiance));
+  EXPECT_NEAR(Luminance709(Mean(found.signals[direct].radiance)), mean, 1e-3 * mean);
+  Image3 reference;
+  Image3 sobol;
+  ASSERT_TRUE(Create(*scene, settings)->RenderReference(Moment(0), kSpp, &reference).ok());
+  settings.sampler = SamplerKind::kSobol;
+  ASSERT_TRUE(Create(*scene, settings)->RenderReference(Moment(0), kSpp, &sobol).ok());
+  for (int c = 0; c < 3; ++c) {
+    for (int y = 0; y < reference.height(); ++y) {
+      for (int x = 0; x < reference.width(); ++x) {
+        ASSERT_EQ(reference[c](x, y), sobol[c](x, y)) << x << ' ' << y;
+      }
+    }
+  }
+}
+
 // With random numbers of its own the mean over the picture is the CPU's within its standard error.
 TEST_P(GpuRendererTest, MeansAgreeWithinNoise) {
   LeaveValidation();

@@ -100,8 +100,9 @@ class VulkanRenderer final : public Renderer {
   DeviceStore device_store_;
   gpu::Timestamps times_;
   GpuFrame frame_ = {};
-  bool visible_ = false;     // what the camera sees was drawn for this frame
-  bool accel_moved_ = true;  // and not yet told to the device
+  SamplerKind sampler_ = SamplerKind::kSobol;  // of frame_
+  bool visible_ = false;                       // what the camera sees was drawn for this frame
+  bool accel_moved_ = true;                    // and not yet told to the device
   bool lights_moved_ = true;
   double previous_seconds_ = 0;
   double paths_per_submission_ = kFirstPaths;
@@ -176,7 +177,8 @@ void VulkanRenderer::SetFrame(const RenderMoment& moment, vec2 jitter, SampleStr
   frame_.point = vec2(0.5f) + jitter;
   frame_.width = static_cast<uint32_t>(settings_.width);
   frame_.height = static_cast<uint32_t>(settings_.height);
-  frame_.sampler_kind = static_cast<uint32_t>(settings_.sampler);
+  sampler_ = SamplerOf(stream, settings_.sampler);
+  frame_.sampler_kind = static_cast<uint32_t>(sampler_);
   frame_.stream_seed = StreamSeed(settings_.seed, stream);
   frame_.bounces = settings_.bounces;
   frame_.regularise = settings_.regularise ? 1 : 0;
@@ -234,7 +236,7 @@ Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, i
   const int steps = MostSteps(state_.scene(), settings_.bounces);
   for (int s = done; s < done + samples; ++s) {
     const uint64_t sample = plan.first_sample + static_cast<uint64_t>(s);
-    const uint64_t window = SampleWindow(settings_.sampler, sample);
+    const uint64_t window = SampleWindow(sampler_, sample);
     batch.sample_index = SampleIndex(sample);
     batch.window_low = static_cast<uint32_t>(window);
     batch.window_high = static_cast<uint32_t>(window >> 32);
