@@ -19,8 +19,10 @@
 #include "bench_frames.h"
 #include "bench_tracer.h"
 #include "commands.h"
+#include "console.h"
 #include "device_option.h"
 #include "interrupt.h"
+#include "json_output.h"
 #include "progress.h"
 #include "render_options.h"
 #include "stillray/io.h"
@@ -157,7 +159,7 @@ std::string Title(const BenchArguments& a, const BenchSize& size, int threads) {
                      SamplesPerPixelText(o.render), o.render.bounces, threads, a.repeats);
 }
 
-std::string JsonText(const BenchArguments& a, const std::vector<BenchSize>& sizes, int threads) {
+std::string BenchJson(const BenchArguments& a, const std::vector<BenchSize>& sizes, int threads) {
   using Json = nlohmann::ordered_json;
   Json list = Json::array();
   for (const BenchSize& size : sizes) {
@@ -177,7 +179,7 @@ std::string JsonText(const BenchArguments& a, const std::vector<BenchSize>& size
                      {"threads", threads},
                      {"repeats", a.repeats},
                      {"sizes", list}};
-  return json.dump(1) + "\n";
+  return JsonText(json);
 }
 
 /// Options of the renderer at one of the sizes.
@@ -212,7 +214,7 @@ Status RunDeviceBench(const BenchArguments& a) {
   }
   const Result<nlohmann::ordered_json> figures = BenchSubjectsOnDevice(a.device, subjects);
   STILLRAY_RETURN_IF_ERROR(figures.status());
-  return WriteJson(a, figures->dump(1) + "\n");
+  return WriteJson(a, JsonText(*figures));
 }
 
 /// Whole frames of one size, each traced once and given to all configurations.
@@ -236,7 +238,7 @@ Result<std::unique_ptr<DeviceRenderer>> MakeRenderer(const BenchArguments& a, co
       DeviceRenderer::Create(device, scene, settings, options);
   if (made.ok()) {
     if (const std::string remark = (*made)->TakeRemark(); !remark.empty()) {
-      fmt::print(stderr, "tracing on the CPU: {}\n", remark);
+      PrintTo(stderr, "tracing on the CPU: {}\n", remark);
     }
   }
   return made;
@@ -267,11 +269,11 @@ Status RunFramesBench(const BenchArguments& a) {
         MakeRenderer(a, *device, *scene, settings);
     STILLRAY_RETURN_IF_ERROR(renderer.status());
     STILLRAY_RETURN_IF_ERROR(MeasureFrames(a, *options, size, renderer->get(), &bench));
-    fmt::print("{}{}, {}x{}, {} spp, {} bounces, {} frames; traced on {}, filtered on {}\n\n{}\n",
-               a.render.scene, options->text.still ? ", still" : "", options->render.width,
-               options->render.height, SamplesPerPixelText(options->render),
-               options->render.bounces, a.repeats, (*renderer)->place(), device->description(),
-               bench.Table());
+    PrintTo(stdout,
+            "{}{}, {}x{}, {} spp, {} bounces, {} frames; traced on {}, filtered on {}\n\n{}\n",
+            a.render.scene, options->text.still ? ", still" : "", options->render.width,
+            options->render.height, SamplesPerPixelText(options->render), options->render.bounces,
+            a.repeats, (*renderer)->place(), device->description(), bench.Table());
     nlohmann::ordered_json json = bench.Json();
     json["width"] = options->render.width;
     json["height"] = options->render.height;
@@ -283,7 +285,7 @@ Status RunFramesBench(const BenchArguments& a) {
                                        {"device", device->description()},
                                        {"frames", a.repeats},
                                        {"sizes", list}};
-  return WriteJson(a, json.dump(1) + "\n");
+  return WriteJson(a, JsonText(json));
 }
 
 Status RunBench(const BenchArguments& arguments) {
@@ -316,10 +318,10 @@ Status RunBench(const BenchArguments& arguments) {
   }
   for (BenchSize& size : sizes) {
     STILLRAY_RETURN_IF_ERROR(Measure(arguments, *scene, &size));
-    fmt::print("{}{}{}\n", Title(arguments, size, threads),
-               size.filter.empty() ? "" : size.filter.Table() + "\n", size.tracer.Table());
+    PrintTo(stdout, "{}{}{}\n", Title(arguments, size, threads),
+            size.filter.empty() ? "" : size.filter.Table() + "\n", size.tracer.Table());
   }
-  return WriteJson(arguments, JsonText(arguments, sizes, threads));
+  return WriteJson(arguments, BenchJson(arguments, sizes, threads));
 }
 
 constexpr const char* kExamples = R"(

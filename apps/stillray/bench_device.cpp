@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "console.h"
 #include "device_option.h"
 
 namespace stillray {
@@ -51,8 +52,8 @@ Result<Json> BenchSubjectsOnDevice(const std::string& device,
     if (!result.ok()) {
       return Status(result.status().code(), "--device: " + result.status().message());
     }
-    fmt::print("{}, {}: {}\n", subject.preset, subject.kernel,
-               DeviceBenchTable(subject.options, *result));
+    PrintTo(stdout, "{}, {}: {}\n", subject.preset, subject.kernel,
+            DeviceBenchTable(subject.options, *result));
     list.push_back(SubjectJson(subject, *result));
     description = result->device;
   }

@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
+#include "console.h"
 #include "denoise_inputs.h"
 #include "interrupt.h"
 #include "io/text.h"
@@ -72,26 +73,25 @@ std::string ReportJson(const DoctorReport& report, const std::vector<SequenceFil
                                 {"broken", m.broken},
                                 {"judged", m.judged}});
   }
-  // Names of layers may hold any bytes.
-  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return JsonText(json, 2);
 }
 
 void PrintReport(const DoctorReport& report, bool measures, std::FILE* out) {
   for (const Finding& f : report.findings) {
-    fmt::print(out, "\n{}\n  {}\n  cure: {}\n", f.name, f.what, f.cure);
+    PrintTo(out, "\n{}\n  {}\n  cure: {}\n", f.name, f.what, f.cure);
   }
   if (measures) {
-    fmt::print(out, "\n{:<34} {:>12} {:>12} {:>8}\n", "measure", "value", "limit", "judged");
+    PrintTo(out, "\n{:<34} {:>12} {:>12} {:>8}\n", "measure", "value", "limit", "judged");
     for (const Measure& m : report.measures) {
-      fmt::print(out, "{:<34} {:>12.4g} {:>12.4g} {:>8}{}\n", m.name, m.value, m.limit, m.judged,
-                 m.broken ? "  *" : "");
+      PrintTo(out, "{:<34} {:>12.4g} {:>12.4g} {:>8}{}\n", m.name, m.value, m.limit, m.judged,
+              m.broken ? "  *" : "");
     }
   }
   const size_t count = report.findings.size();
-  fmt::print(out, "\n{} frames: {}\n", report.frames.size(),
-             count == 0   ? "nothing wrong was found"
-             : count == 1 ? "1 finding"
-                          : fmt::format("{} findings", count));
+  PrintTo(out, "\n{} frames: {}\n", report.frames.size(),
+          count == 0   ? "nothing wrong was found"
+          : count == 1 ? "1 finding"
+                       : fmt::format("{} findings", count));
 }
 
 Status LookAt(const SequenceFile& file, std::FILE* out, Doctor* doctor) {
@@ -107,7 +107,7 @@ Status LookAt(const SequenceFile& file, std::FILE* out, Doctor* doctor) {
   const bool first = doctor->layout() == nullptr;
   STILLRAY_RETURN_IF_ERROR(doctor->Add(file.frame, file.input, *image));
   if (first) {
-    fmt::print(out, "{}", AovTable(*doctor->layout()));
+    PrintTo(out, "{}", AovTable(*doctor->layout()));
     std::fflush(out);
   }
   return Status::Ok();

@@ -16,6 +16,7 @@
 
 #include "commands.h"
 #include "compare_frames.h"
+#include "json_output.h"
 #include "quality/heat_map.h"
 #include "stillray/io.h"
 #include "stillray/quality.h"
@@ -258,9 +259,7 @@ class Comparison {
     json["frames"] = frames_json_;
     AddNumbers(means_.Get(), display_, &json["mean"]);
     json["notes"] = notes;
-    // Names of files need not be UTF-8, as JSON must be.
-    const std::string text =
-        json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+    const std::string text = JsonText(json, 2);
     return prints_table() ? WriteFileAtomically(options_.json_path, text.data(), text.size())
                           : Print(text);
   }

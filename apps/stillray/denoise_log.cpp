@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "device_option.h"
+#include "json_output.h"
 #include "log_parts.h"
 
 namespace stillray {
@@ -115,7 +116,7 @@ std::string DenoiseLogJson(const DenoiseOptions& options, const AovLayout& layou
     json["memory"]["device"] = DeviceMemoryJson(log.device_memory);
   }
   // Names from files need not be UTF-8, as JSON must be.
-  return json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  return JsonText(json);
 }
 
 Result<DenoiseLog> ParseDenoiseLog(const std::string& text) {

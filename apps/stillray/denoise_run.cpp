@@ -16,6 +16,7 @@
 
 #include <fmt/format.h>
 
+#include "console.h"
 #include "denoise_frames.h"
 #include "denoise_future.h"
 #include "denoise_log.h"
@@ -182,7 +183,7 @@ Status DenoiseRun::PrepareFuture(const ExrExtent& first) {
     return Status::Ok();
   }
   if (!settings_.temporal) {
-    fmt::print(stderr, "note: without history there is no future either: --window past\n");
+    PrintTo(stderr, "note: without history there is no future either: --window past\n");
     return Status::Ok();
   }
   const Result<size_t> held = FuturesThatFit(first, options_, options_.files.front().input);
@@ -208,8 +209,7 @@ void DenoiseRun::ChooseOverlap(const ExrExtent& first) {
   const Status fits = OverlapFits(first, options_);
   overlap_ = fits.ok();
   if (!overlap_) {
-    fmt::print(stderr, "note: files are not read and written beside the filter: {}\n",
-               fits.message());
+    PrintTo(stderr, "note: files are not read and written beside the filter: {}\n", fits.message());
   }
 }
 
@@ -225,10 +225,10 @@ Status DenoiseRun::Understand(ExrExtent* extent) {
     return layout.status();
   }
   layout_ = std::move(layout.value());
-  fmt::print(options_.text.json_path == "-" ? stderr : stdout, "{}", AovTable(layout_));
+  PrintTo(options_.text.json_path == "-" ? stderr : stdout, "{}", AovTable(layout_));
   std::fflush(stdout);
   for (const std::string& note : file->image.notes) {
-    fmt::print(stderr, "note: {}\n", note);
+    PrintTo(stderr, "note: {}\n", note);
   }
   ChooseSettings(file->image);
   if (options_.text.passes) {
@@ -295,8 +295,8 @@ Status DenoiseRun::Resume() {
     return Status::Ok();
   }
   if (!state.ok() && state.status().code() == StatusCode::kNotFound) {
-    fmt::print(stderr, "note: nothing to resume in {}, starting with frame {}\n",
-               folder_.empty() ? "." : folder_, options_.files.front().frame);
+    PrintTo(stderr, "note: nothing to resume in {}, starting with frame {}\n",
+            folder_.empty() ? "." : folder_, options_.files.front().frame);
     return Status::Ok();
   }
   if (!state.ok()) {
@@ -325,7 +325,7 @@ Status DenoiseRun::Resume() {
     motion_was_seen_ = !IsStill(before->frame.guides.motion);
     previous_ = std::move(before.value());
     KeepGuidesOnly(&*previous_);
-    fmt::print(stderr, "resuming with frame {}\n", options_.files[next_].frame);
+    PrintTo(stderr, "resuming with frame {}\n", options_.files[next_].frame);
   }
   return Status::Ok();
 }
@@ -415,8 +415,8 @@ Status DenoiseRun::FinishWriting() {
   const WrittenFrame written = writer_->Finish();
   if (!writing_log_.note.empty()) {
     progress_->Clear();
-    fmt::print(stderr, "note: frame {}: {}; the history starts again here\n", writing_log_.frame,
-               writing_log_.note);
+    PrintTo(stderr, "note: frame {}: {}; the history starts again here\n", writing_log_.frame,
+            writing_log_.note);
   }
   STILLRAY_RETURN_IF_ERROR(written.status);
   writing_log_.write_ms = written.milliseconds;
@@ -559,22 +559,21 @@ void DenoiseRun::Summarise() const {
   for (const DenoisedFrameLog& frame : log_.frames) {
     bad_guides += frame.bad_guides;
   }
-  fmt::print(stderr, "{}", MissingLightWarning(log_));
+  PrintTo(stderr, "{}", MissingLightWarning(log_));
   if (bad_guides > 0) {
-    fmt::print(stderr, "warning: {} pixels had no usable guides and were not filtered\n",
-               bad_guides);
+    PrintTo(stderr, "warning: {} pixels had no usable guides and were not filtered\n", bad_guides);
   }
   if (layout_.Find(Aov::kMotion) != nullptr && !motion_was_seen_ && log_.frames.size() > 1) {
-    fmt::print(stderr,
-               "warning: motion is zero in every frame; that is right for a still camera and scene "
-               "only (Blender writes zeros where motion blur is on)\n");
+    PrintTo(stderr,
+            "warning: motion is zero in every frame; that is right for a still camera and scene "
+            "only (Blender writes zeros where motion blur is on)\n");
   }
   std::FILE* out = options_.text.json_path == "-" ? stderr : stdout;
   if (options_.text.timings) {
-    fmt::print(out, "{}", DenoiseTimings(log_));
+    PrintTo(out, "{}", DenoiseTimings(log_));
   }
-  fmt::print(out, "{} frames, {} to {}\n", options_.files.size(), options_.files.front().output,
-             options_.files.back().output);
+  PrintTo(out, "{} frames, {} to {}\n", options_.files.size(), options_.files.front().output,
+          options_.files.back().output);
 }
 
 Status DenoiseRun::Run() {

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "console.h"
 #include "trace_device.h"
 
 namespace stillray {
@@ -35,9 +36,9 @@ Result<Device> OpenDeviceOption(const std::string& text, const std::string& work
     return Status(opened.status().code(), "--device: " + opened.status().message());
   }
   if (!opened->is_cpu()) {
-    fmt::print(stderr, "{} on {}\n", work, opened->description());
+    PrintTo(stderr, "{} on {}\n", work, opened->description());
   } else if (!opened->remark().empty()) {
-    fmt::print(stderr, "{} on the CPU: {}\n", work, opened->remark());
+    PrintTo(stderr, "{} on the CPU: {}\n", work, opened->remark());
   }
   return opened;
 }
@@ -45,7 +46,7 @@ Result<Device> OpenDeviceOption(const std::string& text, const std::string& work
 void TellFallBack(const Denoiser& denoiser, bool* told) {
   if (!*told && !denoiser.remark().empty()) {
     *told = true;
-    fmt::print(stderr, "denoising on the CPU after all: {}\n", denoiser.remark());
+    PrintTo(stderr, "denoising on the CPU after all: {}\n", denoiser.remark());
   }
 }
 

@@ -15,6 +15,7 @@
 #include "device_option.h"
 #include "info_picture.h"
 #include "info_scene.h"
+#include "json_output.h"
 #include "stillray/io.h"
 #include "stillray/scene.h"
 
@@ -73,9 +74,7 @@ Status RunInfo(const InfoOptions& options) {
   if (options.json_path.empty()) {
     return Print(description->text);
   }
-  // Names from files need not be UTF-8, as JSON must be.
-  const std::string json =
-      description->json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  const std::string json = JsonText(description->json, 2);
   if (options.json_path == "-") {
     return Print(json);
   }

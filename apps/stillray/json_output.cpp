@@ -8,6 +8,10 @@
 
 namespace stillray {
 
+std::string JsonText(const nlohmann::ordered_json& json, int indent) {
+  return json.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
 Status WriteJsonOutput(const std::string& path, const std::string& json) {
   if (path != "-") {
     return WriteFileAtomically(path, json.data(), json.size());

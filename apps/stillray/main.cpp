@@ -3,8 +3,10 @@
 #include <csignal>
 #include <cstdio>
 #include <string>
+#include <system_error>
 
 #include "commands.h"
+#include "console.h"
 
 namespace stillray {
 
@@ -50,14 +52,25 @@ int Main(int argc, char** argv) {
   return exit_code;
 }
 
+/// Findings of a check that went nowhere are no result either.
+int WithOutputWritten(int exit_code) {
+  const int error = OutputError();
+  if (error == 0 || (exit_code != kExitOk && exit_code != kExitFindings)) {
+    return exit_code;
+  }
+  return ReportError(Status::Io("standard output: could not be written: " +
+                                std::generic_category().message(error)));
+}
+
 }  // namespace
 }  // namespace stillray
 
 int main(int argc, char** argv) {
   // A write past a limit on file sizes then fails with a message instead of ending the program.
   std::signal(SIGXFSZ, SIG_IGN);
+  stillray::OccupyClosedStreams();
   try {
-    return stillray::Main(argc, argv);
+    return stillray::WithOutputWritten(stillray::Main(argc, argv));
   } catch (const std::bad_alloc&) {
     return stillray::ReportError(stillray::Status::OutOfMemory("out of memory"));
   } catch (const std::exception& error) {

@@ -9,6 +9,8 @@
 
 #include <fmt/format.h>
 
+#include "console.h"
+
 namespace stillray {
 
 std::string FormatDuration(double seconds) {
@@ -43,8 +45,8 @@ void Progress::Draw(const std::string& what) {
   const std::string bar = std::string(static_cast<size_t>(filled), '#') +
                           std::string(static_cast<size_t>(kWidth - filled), '.');
   // \33[K clears what a longer line left behind.
-  fmt::print(stream_, "\r[{}] {:3.0f} %  {}  {}\33[K", bar, 100 * most_done_ / total_, what,
-             TimeLeft());
+  PrintTo(stream_, "\r[{}] {:3.0f} %  {}  {}\33[K", bar, 100 * most_done_ / total_, what,
+          TimeLeft());
   std::fflush(stream_);
   drawn_ = true;
   last_draw_ = Clock::now();
@@ -64,13 +66,13 @@ void Progress::Step(double done, const std::string& line) {
     return;
   }
   const std::string left = most_done_ < total_ ? TimeLeft() : "";
-  fmt::print(stream_, "{}{}{}\n", line, left.empty() ? "" : ", ", left);
+  PrintTo(stream_, "{}{}{}\n", line, left.empty() ? "" : ", ", left);
   std::fflush(stream_);
 }
 
 void Progress::Clear() {
   if (drawn_) {
-    fmt::print(stream_, "\r\33[K");
+    PrintTo(stream_, "\r\33[K");
     std::fflush(stream_);
     drawn_ = false;
   }

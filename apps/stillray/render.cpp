@@ -11,6 +11,7 @@
 #include <tbb/info.h>
 
 #include "commands.h"
+#include "console.h"
 #include "device_option.h"
 #include "interrupt.h"
 #include "render_options.h"
@@ -59,7 +60,7 @@ Status RunRender(const RenderArguments& arguments) {
     return scene.status();
   }
   for (const std::string& warning : scene->warnings) {
-    fmt::print(stderr, "warning: {}\n", warning);
+    PrintTo(stderr, "warning: {}\n", warning);
   }
   return RunFrames(*options, *scene, threads);
 }

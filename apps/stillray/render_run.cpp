@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 
 #include "background.h"
+#include "console.h"
 #include "device_option.h"
 #include "interrupt.h"
 #include "json_output.h"
@@ -186,7 +187,7 @@ Status RenderRun::Prepare() {
       video_ = std::move(video.value());
       STILLRAY_RETURN_IF_ERROR(FeedVideoAgain());
     } else {
-      fmt::print(stderr, "note: no video: {}\n", video.status().message());
+      PrintTo(stderr, "note: no video: {}\n", video.status().message());
     }
   }
   return Status::Ok();
@@ -206,22 +207,22 @@ Status RenderRun::MakeRenderer(const Device& device) {
   renderer_ = std::move(renderer.value());
   TellTracingOnCpu();
   if (renderer_->on_device()) {
-    fmt::print(stderr, "rays are traced {}\n", TracingWayText(device, options_.tracing_way));
+    PrintTo(stderr, "rays are traced {}\n", TracingWayText(device, options_.tracing_way));
   }
   return Status::Ok();
 }
 
 void RenderRun::TellTracingOnCpu() {
   if (const std::string remark = renderer_->TakeRemark(); !remark.empty()) {
-    fmt::print(stderr, "tracing on the CPU: {}\n", remark);
+    PrintTo(stderr, "tracing on the CPU: {}\n", remark);
   }
 }
 
 Status RenderRun::Resume() {
   Result<ResumeState> state = LoadResumeState(options_.text.folder);
   if (!state.ok() && state.status().code() == StatusCode::kNotFound) {
-    fmt::print(stderr, "note: nothing to resume in {}, starting with frame {}\n",
-               options_.text.folder, next_frame_);
+    PrintTo(stderr, "note: nothing to resume in {}, starting with frame {}\n", options_.text.folder,
+            next_frame_);
     return Status::Ok();
   }
   if (!state.ok()) {
@@ -233,22 +234,22 @@ Status RenderRun::Resume() {
         fmt::format("cannot resume {}: {}", ResumePath(options_.text.folder), difference));
   }
   if (state->last_frame >= options_.frames.last) {
-    fmt::print(stderr, "all frames are there already\n");
+    PrintTo(stderr, "all frames are there already\n");
     next_frame_ = state->last_frame + 1;
     return Status::Ok();
   }
   if (state->history.empty()) {
-    fmt::print(stderr,
-               "note: starting again with frame {}: the run ended at frame {} and kept no "
-               "history\n",
-               next_frame_, state->last_frame);
+    PrintTo(stderr,
+            "note: starting again with frame {}: the run ended at frame {} and kept no "
+            "history\n",
+            next_frame_, state->last_frame);
     return Status::Ok();
   }
   if (options_.mp4 && !options_.png) {
-    fmt::print(stderr,
-               "note: starting again with frame {}: a video can only be resumed where --format has "
-               "png too\n",
-               next_frame_);
+    PrintTo(stderr,
+            "note: starting again with frame {}: a video can only be resumed where --format has "
+            "png too\n",
+            next_frame_);
     return Status::Ok();
   }
   STILLRAY_RETURN_IF_ERROR(denoiser_->RestoreHistory(state->history));
@@ -258,7 +259,7 @@ Status RenderRun::Resume() {
   }
   log_ = std::move(log.value());
   next_frame_ = state->last_frame + 1;
-  fmt::print(stderr, "resuming with frame {}\n", next_frame_);
+  PrintTo(stderr, "resuming with frame {}\n", next_frame_);
   return Status::Ok();
 }
 
@@ -428,18 +429,17 @@ Status RenderRun::WriteLog() const {
 
 void RenderRun::Summarise() const {
   if (non_finite_ > 0) {
-    fmt::print(stderr, "warning: {} samples were not finite or negative and were left out\n",
-               non_finite_);
+    PrintTo(stderr, "warning: {} samples were not finite or negative and were left out\n",
+            non_finite_);
   }
   if (bad_guides_ > 0) {
-    fmt::print(stderr, "warning: {} pixels had no usable guides and were not filtered\n",
-               bad_guides_);
+    PrintTo(stderr, "warning: {} pixels had no usable guides and were not filtered\n", bad_guides_);
   }
   if (options_.text.timings) {
-    fmt::print("{}", TimingsTable(log_));
+    PrintTo(stdout, "{}", TimingsTable(log_));
   }
-  fmt::print("{}: frames {} to {}\n", options_.text.folder, options_.frames.first,
-             options_.frames.last);
+  PrintTo(stdout, "{}: frames {} to {}\n", options_.text.folder, options_.frames.first,
+          options_.frames.last);
 }
 
 Status RenderRun::Run() {

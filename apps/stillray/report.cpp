@@ -13,6 +13,7 @@
 #include <fmt/core.h>
 
 #include "commands.h"
+#include "console.h"
 #include "stillray/denoise.hpp"
 
 namespace stillray {
@@ -58,10 +59,10 @@ Status Run(const ReportArguments& arguments) {
   ReportSummary summary;
   STILLRAY_RETURN_IF_ERROR(WriteReport(arguments.folder, path, options, &summary));
   for (const std::string& note : summary.notes) {
-    fmt::print("{}\n", note);
+    PrintTo(stdout, "{}\n", note);
   }
-  fmt::print("{}: {} of {} frames, {:.1f} MB\n", path, summary.frames_shown, summary.frames_found,
-             static_cast<double>(summary.page_bytes) / 1e6);
+  PrintTo(stdout, "{}: {} of {} frames, {:.1f} MB\n", path, summary.frames_shown,
+          summary.frames_found, static_cast<double>(summary.page_bytes) / 1e6);
   return Status::Ok();
 }
 

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "device_option.h"
+#include "json_output.h"
 #include "log_parts.h"
 
 namespace stillray {
@@ -66,7 +67,7 @@ std::string RunLogJson(const RenderOptions& options, const RunLog& log, int thre
   if (log.device_memory.allocations > 0) {
     json["memory"]["device"] = DeviceMemoryJson(log.device_memory);
   }
-  return json.dump(1) + "\n";
+  return JsonText(json);
 }
 
 Result<RunLog> ParseRunLog(const std::string& text) {

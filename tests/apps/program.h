@@ -63,11 +63,13 @@ inline std::string ReadText(const std::string& path) {
 /// The program with its output and errors going to files.
 class StartedProgram {
  public:
-  /// `stdout_path`: where its output goes instead of into the result.
-  explicit StartedProgram(std::vector<std::string> arguments, std::string stdout_path = "")
+  /// `stdout_path`, `stderr_path`: where its output and errors go instead of into the result.
+  explicit StartedProgram(std::vector<std::string> arguments, std::string stdout_path = "",
+                          std::string stderr_path = "")
       : keeps_output_(stdout_path.empty()),
+        keeps_errors_(stderr_path.empty()),
         out_(keeps_output_ ? folder_ / "out" : std::move(stdout_path)),
-        err_(folder_ / "err") {
+        err_(keeps_errors_ ? folder_ / "err" : std::move(stderr_path)) {
     arguments.insert(arguments.begin(), STILLRAY_PROGRAM);
     std::vector<char*> argv;
     for (std::string& argument : arguments) {
@@ -96,21 +98,24 @@ class StartedProgram {
       throw std::runtime_error("could not be waited for: " STILLRAY_PROGRAM);
     }
     return {WIFEXITED(state) ? WEXITSTATUS(state) : -1,
-            keeps_output_ ? ReadText(out_) : std::string(), ReadText(err_)};
+            keeps_output_ ? ReadText(out_) : std::string(),
+            keeps_errors_ ? ReadText(err_) : std::string()};
   }
 
  private:
   TemporaryFolder folder_;
   bool keeps_output_;
+  bool keeps_errors_;
   std::string out_;
   std::string err_;
   pid_t child_ = 0;
 };
 
-/// Runs the program to its end. `stdout_path`: where its output goes instead of into the result.
+/// Runs the program to its end. `stdout_path`, `stderr_path`: as for StartedProgram.
 inline ProgramRun RunProgram(std::vector<std::string> arguments,
-                             const std::string& stdout_path = "") {
-  return StartedProgram(std::move(arguments), stdout_path).Wait();
+                             const std::string& stdout_path = "",
+                             const std::string& stderr_path = "") {
+  return StartedProgram(std::move(arguments), stdout_path, stderr_path).Wait();
 }
 
 /// Starts the program, sends it Ctrl-C once a file is there (after half a minute in any case), and

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "console.h"
 #include "interrupt.h"
 #include "stillray/io.h"
 #include "view/split.h"
@@ -41,7 +42,8 @@ void Summarise(const ViewFrame& last, const std::vector<FrameCost>& costs) {
     filter.push_back(cost.filter_ms);
     total.push_back(cost.total());
   }
-  fmt::print(
+  PrintTo(
+      stdout,
       "{} frames of {}x{} at {} samples per pixel: median {:.1f} ms (tracing {:.1f}, filter and "
       "pictures {:.1f}), slowest {:.1f} ms\n",
       costs.size(), last.width, last.height, ToText(last.rate), Median(total), Median(trace),
@@ -68,7 +70,7 @@ Status RunHeadless(const ViewOptions& options) {
   }
   ViewSession session(std::move(loaded.value()), options.device);
   for (const std::string& warning : session.scene().warnings) {
-    fmt::print(stderr, "note: {}\n", warning);
+    PrintTo(stderr, "note: {}\n", warning);
   }
   const RenderProgress keep_going = [](double) { return !Interrupted(); };
   ViewFrame frame;
@@ -77,7 +79,7 @@ Status RunHeadless(const ViewOptions& options) {
     STILLRAY_RETURN_IF_ERROR(
         session.RenderNext(options.settings, 1 / options.settings.fps, keep_going, &frame));
     if (!frame.note.empty()) {
-      fmt::print(stderr, "note: {}\n", frame.note);
+      PrintTo(stderr, "note: {}\n", frame.note);
     }
     STILLRAY_RETURN_IF_ERROR(session.RefineReference(keep_going));
     costs.push_back(frame.cost);
