@@ -164,7 +164,7 @@ class PyDenoiser {
     const std::unique_lock<std::mutex> lock = Use();
     py::dict settings;
     for (size_t i = 0; i < stillray_parameter_count(); ++i) {
-      stillray_parameter p = {};
+      stillray_parameter p = STILLRAY_PARAMETER_INIT;
       stillray_parameter_at(i, &p);
       std::string value;
       Check(denoiser_.Get(p.name, &value));
@@ -180,7 +180,7 @@ class PyDenoiser {
   }
   py::dict Statistics() {
     const std::unique_lock<std::mutex> lock = Use();
-    stillray_statistics s = {};
+    stillray_statistics s = STILLRAY_STATISTICS_INIT;
     Check(denoiser_.GetStatistics(&s));
     return py::dict("non_finite"_a = s.non_finite, "negative"_a = s.negative,
                     "bad_guides"_a = s.bad_guides, "memory_bytes"_a = s.memory_bytes,
@@ -294,7 +294,7 @@ class PyDenoiser {
 };
 
 std::vector<stillray_parameter> ListParameters() {
-  std::vector<stillray_parameter> parameters(stillray_parameter_count());
+  std::vector<stillray_parameter> parameters(stillray_parameter_count(), STILLRAY_PARAMETER_INIT);
   for (size_t i = 0; i < parameters.size(); ++i) {
     stillray_parameter_at(i, &parameters[i]);
   }
@@ -312,7 +312,7 @@ std::vector<std::string> ListPresets() {
 py::dict ListInputs() {
   py::dict inputs;
   for (size_t i = 0; i < stillray_input_count(); ++i) {
-    stillray_input_info info = {};
+    stillray_input_info info = STILLRAY_INPUT_INFO_INIT;
     stillray_input_at(i, &info);
     inputs[info.name] =
         fmt::format("{} channel{}. {}", info.channels, info.channels == 1 ? "" : "s", info.help);

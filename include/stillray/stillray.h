@@ -9,13 +9,16 @@
  *  - Every function that can fail returns a code; the message is kept by the object it was called
  *    on, or by the calling thread where there is no object.
  *  - Different objects may be used by different threads at once, also with one device; one denoiser
- *    by one thread at a time. There is no global state. Nothing is printed, thrown or exited.
+ *    by one call at a time: a second one, from another thread or from the progress callback, is
+ *    refused (STILLRAY_ERROR_BUSY). There is no global state. Nothing is printed, thrown or exited.
  *  - The same frames and settings give the same bits, whatever the number of threads.
  *  - NULL handles, names and pointers are errors (STILLRAY_ERROR_INVALID_ARGUMENT) unless said
  *    otherwise; a released handle must not be used any more.
+ *  - Structs that begin with struct_size are started from their STILLRAY_..._INIT, so that they can
+ *    grow: "Versions" in docs/library.md has the rules.
  *
  * Pictures: pixel (0,0) is the top left, x runs right, y down. Radiance is linear and
- * scene-referred. What each input means is told by stillray_input_at() and in docs/library.md. */
+ * scene-referred. stillray_input_at() and docs/library.md say what each input means. */
 #ifndef STILLRAY_STILLRAY_H_
 #define STILLRAY_STILLRAY_H_
 
@@ -28,8 +31,12 @@
 #define STILLRAY_API
 #endif
 
-/* What a program was compiled against; the library refuses to make a device for another. */
-#define STILLRAY_ABI_VERSION 1u
+/* What a program was compiled against; the library refuses to make a device for another. The name
+ * of the shared library ends in the same number. Raised when a program that was compiled before
+ * would no longer work: a function, an argument, a struct member or the value of a constant goes or
+ * changes. New functions, inputs, outputs, settings, error codes and members at the end of structs
+ * with struct_size leave it as it is. */
+#define STILLRAY_ABI_VERSION 2u
 
 #ifdef __cplusplus
 extern "C" {
@@ -47,7 +54,8 @@ typedef enum stillray_error {
   STILLRAY_ERROR_IO = 5,
   STILLRAY_ERROR_OUT_OF_MEMORY = 6,
   STILLRAY_ERROR_CANCELLED = 7, /* the progress callback asked to stop */
-  STILLRAY_ERROR_INTERNAL = 8   /* a defect of stillray */
+  STILLRAY_ERROR_INTERNAL = 8,  /* a defect of stillray */
+  STILLRAY_ERROR_BUSY = 9       /* another call is at work on this denoiser; nothing was done */
 } stillray_error;
 
 /* ---- Library -------------------------------------------------------------------------------- */
@@ -69,7 +77,7 @@ typedef enum stillray_format {
 
 /* Channel c of pixel (x, y) lies at data + y * row_stride + x * pixel_stride + c * channel_stride
  * bytes, in any order: interleaved, planar, bottom-up (negative row_stride), part of a larger
- * picture. No two elements may share bytes. No alignment is needed. */
+ * picture. No two elements may share bytes. No alignment is needed. This struct does not grow. */
 typedef struct stillray_image {
   void* data;       /* inputs are only read */
   int32_t format;   /* a stillray_format */
@@ -92,10 +100,13 @@ STILLRAY_API stillray_image stillray_planar(void* data, int32_t format, int32_t 
 
 /* An image that a frame may have. All strings here live as long as the program. */
 typedef struct stillray_input_info {
-  const char* name; /* "direct_diffuse", "albedo", "motion", ... */
-  const char* help; /* one sentence: meaning, unit */
-  int32_t channels; /* least number of channels */
+  size_t struct_size; /* sizeof(stillray_input_info), by the INIT below */
+  const char* name;   /* "direct_diffuse", "albedo", "motion", ... */
+  const char* help;   /* one sentence: meaning, unit */
+  int32_t channels;   /* least number of channels */
 } stillray_input_info;
+#define STILLRAY_INPUT_INFO_INIT \
+  { sizeof(stillray_input_info), NULL, NULL, 0 }
 
 STILLRAY_API size_t stillray_input_count(void);
 /* INVALID_ARGUMENT if index is not below the count; the message is the thread's. */
@@ -110,6 +121,7 @@ typedef enum stillray_parameter_type {
 } stillray_parameter_type;
 
 typedef struct stillray_parameter {
+  size_t struct_size; /* sizeof(stillray_parameter), by the INIT below */
   const char* name;
   const char* help;  /* one sentence */
   const char* group; /* the stage that reads it */
@@ -121,6 +133,11 @@ typedef struct stillray_parameter {
   const char* const* choices; /* `choice_count` names; NULL if there are none */
   size_t choice_count;
 } stillray_parameter;
+#define STILLRAY_PARAMETER_INIT                                                               \
+  {                                                                                           \
+    sizeof(stillray_parameter), NULL, NULL, NULL, NULL, STILLRAY_PARAMETER_FLOAT, 0, 0, NULL, \
+        NULL, 0                                                                               \
+  }
 
 STILLRAY_API size_t stillray_parameter_count(void);
 STILLRAY_API stillray_error stillray_parameter_at(size_t index, stillray_parameter* parameter);
@@ -139,7 +156,7 @@ STILLRAY_API stillray_error stillray_device_create(uint32_t abi_version, int32_t
 /* The same, and where its denoisers filter. name: "cpu", which is what stillray_device_create
  * makes; "vulkan", the first usable device of Vulkan, GPUs before software; "vulkan:N", the Nth of
  * `stillray info --devices`; "auto", a GPU where there is one that works, else the CPU. On other
- * devices than the CPU the picture differs by rounding, and histories cannot be saved.
+ * devices than the CPU the picture differs by rounding.
  * On failure *device is NULL. INVALID_ARGUMENT: not such a name; NOT_FOUND, UNSUPPORTED: no such
  * device, or what it lacks. */
 STILLRAY_API stillray_error stillray_device_create_on(uint32_t abi_version, int32_t threads,
@@ -158,7 +175,7 @@ STILLRAY_API int32_t stillray_device_threads(const stillray_device* device);
  * thread's. */
 STILLRAY_API stillray_error stillray_denoiser_create(stillray_device* device, const char* preset,
                                                      stillray_denoiser** denoiser);
-/* NULL is allowed. */
+/* NULL is allowed. While another call is at work on the denoiser it lives on until that returns. */
 STILLRAY_API void stillray_denoiser_release(stillray_denoiser* denoiser);
 
 /* One line on the last call that failed: of this denoiser, or, if it is NULL, of this thread's
@@ -200,7 +217,8 @@ STILLRAY_API stillray_error stillray_denoiser_set_jitter(stillray_denoiser* deno
                                                          float jitter_x, float jitter_y);
 
 /* Called with the part of the frame that is done, 0 to 1 (an estimate from the last frame's time),
- * on the thread that called execute; return 0 to go on, anything else to cancel. */
+ * on the thread that called execute; return 0 to go on, anything else to cancel. Calls on the
+ * same denoiser from within are refused. */
 typedef int (*stillray_progress)(void* user, double fraction);
 /* progress may be NULL: none. */
 STILLRAY_API stillray_error stillray_denoiser_set_progress(stillray_denoiser* denoiser,
@@ -222,9 +240,9 @@ STILLRAY_API stillray_error stillray_denoiser_resize(stillray_denoiser* denoiser
 /* Forgets all history: the next frame is a first frame, as after a cut. */
 STILLRAY_API stillray_error stillray_denoiser_reset(stillray_denoiser* denoiser);
 
-/* The whole history, to continue later with the same bits; UNSUPPORTED on other devices than the
- * CPU. *size: bytes needed. buffer NULL only
- * asks for the size; a capacity below it is INVALID_ARGUMENT, and nothing is written. */
+/* The whole history, to continue later with the same bits, on the same kind of device with the same
+ * driver. *size: bytes needed. buffer NULL only asks for the size; a capacity below it is
+ * INVALID_ARGUMENT, and nothing is written. */
 STILLRAY_API stillray_error stillray_denoiser_save_history(stillray_denoiser* denoiser,
                                                            void* buffer, size_t capacity,
                                                            size_t* size);
@@ -234,12 +252,15 @@ STILLRAY_API stillray_error stillray_denoiser_restore_history(stillray_denoiser*
 
 /* What the last frame was like. */
 typedef struct stillray_statistics {
+  size_t struct_size;  /* sizeof(stillray_statistics), by the INIT below */
   int64_t non_finite;  /* pixels of signals with NaN or infinite light, treated as missing */
   int64_t negative;    /* ... with light below -1/1024 of the mean light; above, it is zero */
   int64_t bad_guides;  /* pixels whose depth or normal could not be used: passed through */
   size_t memory_bytes; /* history and working memory held now */
   double filter_ms;    /* time of all stages, without copying images in and out */
 } stillray_statistics;
+#define STILLRAY_STATISTICS_INIT \
+  { sizeof(stillray_statistics), 0, 0, 0, 0, 0 }
 STILLRAY_API stillray_error stillray_denoiser_statistics(stillray_denoiser* denoiser,
                                                          stillray_statistics* statistics);
 

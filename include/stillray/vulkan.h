@@ -3,7 +3,7 @@
  *
  * The denoiser within a renderer's own Vulkan frame, in C: the renderer's device, its images, its
  * command buffer. The rules for images, layouts and barriers are those of stillray/vulkan.hpp and
- * docs/gpu.md; errors are those of stillray/stillray.h. */
+ * docs/gpu.md; errors, and structs with struct_size, are those of stillray/stillray.h. */
 #ifndef STILLRAY_VULKAN_H_
 #define STILLRAY_VULKAN_H_
 
@@ -19,13 +19,20 @@ typedef struct stillray_vulkan_denoiser stillray_vulkan_denoiser;
 
 /* The renderer's device; all must outlive the denoiser. */
 typedef struct stillray_vulkan_context {
+  size_t struct_size; /* sizeof(stillray_vulkan_context), by the INIT below */
   VkInstance instance;
   VkPhysicalDevice physical_device;
   VkDevice device;
   PFN_vkGetInstanceProcAddr get_instance_proc_addr;
 } stillray_vulkan_context;
+#define STILLRAY_VULKAN_CONTEXT_INIT                                                 \
+  {                                                                                  \
+    sizeof(stillray_vulkan_context), VK_NULL_HANDLE, VK_NULL_HANDLE, VK_NULL_HANDLE, \
+        (PFN_vkGetInstanceProcAddr)0                                                 \
+  }
 
 typedef struct stillray_vulkan_options {
+  size_t struct_size;          /* sizeof(stillray_vulkan_options), by the INIT below */
   const char* preset;          /* NULL: "default" */
   const char* const* settings; /* "name=value" each, on top of the preset; may be NULL */
   size_t setting_count;
@@ -37,6 +44,8 @@ typedef struct stillray_vulkan_options {
   /* not 0: pixels with depth 0 and no sample have unknown guides, which are completed */
   int32_t incomplete_guides;
 } stillray_vulkan_options;
+#define STILLRAY_VULKAN_OPTIONS_INIT \
+  { sizeof(stillray_vulkan_options), NULL, NULL, 0, 0, 0, 0, 0, 0, 0 }
 
 /* Where an image stands in stillray_vulkan_frame. */
 typedef enum stillray_vulkan_slot {
@@ -61,27 +70,40 @@ typedef enum stillray_vulkan_slot {
   STILLRAY_VULKAN_DISPLAY = 23, /* output */
   STILLRAY_VULKAN_SLOT_COUNT = 24
 } stillray_vulkan_slot;
+/* Room in stillray_vulkan_frame; slots from STILLRAY_VULKAN_SLOT_COUNT on stay empty. */
+#define STILLRAY_VULKAN_SLOT_ROOM 32
 
+/* This struct does not grow. */
 typedef struct stillray_vulkan_image {
   VkImageView view; /* VK_NULL_HANDLE: not given */
   VkImageLayout layout;
 } stillray_vulkan_image;
 
 typedef struct stillray_vulkan_frame {
+  size_t struct_size; /* sizeof(stillray_vulkan_frame), by the INIT below */
   int64_t index;
   float samples_per_pixel; /* 1 where every pixel got a sample */
   int32_t colour_is_half;  /* not 0: R16G16B16A16_SFLOAT, else R32G32B32A32_SFLOAT */
   float jitter_x;          /* see stillray_denoiser_set_jitter */
   float jitter_y;
-  stillray_vulkan_image images[STILLRAY_VULKAN_SLOT_COUNT];
+  stillray_vulkan_image images[STILLRAY_VULKAN_SLOT_ROOM];
 } stillray_vulkan_frame;
+#define STILLRAY_VULKAN_FRAME_INIT                           \
+  {                                                          \
+    sizeof(stillray_vulkan_frame), 0, 1.0f, 0, 0.0f, 0.0f, { \
+      { VK_NULL_HANDLE, VK_IMAGE_LAYOUT_UNDEFINED }          \
+    }                                                        \
+  }
 
 typedef struct stillray_vulkan_memory {
+  size_t struct_size; /* sizeof(stillray_vulkan_memory), by the INIT below */
   uint32_t allocations;
   uint32_t resources; /* images and buffers */
   uint64_t bytes;
   uint64_t largest_bytes; /* of the largest image or buffer */
 } stillray_vulkan_memory;
+#define STILLRAY_VULKAN_MEMORY_INIT \
+  { sizeof(stillray_vulkan_memory), 0, 0, 0, 0 }
 
 /* What create would allocate; allocates nothing. */
 STILLRAY_API stillray_error stillray_vulkan_memory_need(const stillray_vulkan_context* context,

@@ -10,59 +10,53 @@
 namespace stillray::capi {
 namespace {
 
+constexpr stillray_input_info Input(const char* name, const char* help, int channels) {
+  return {sizeof(stillray_input_info), name, help, channels};
+}
+
 constexpr std::array kInputs = {
-    stillray_input_info{"direct_diffuse",
-                        "Light straight from a light, diffusely reflected: linear RGB, albedo "
-                        "multiplied in, mean of this frame's samples.",
-                        3},
-    stillray_input_info{"indirect_diffuse",
-                        "Diffusely reflected light that met other surfaces before.", 3},
-    stillray_input_info{"direct_specular", "Light straight from a light, specularly reflected.", 3},
-    stillray_input_info{"indirect_specular",
-                        "Specularly reflected light that met other surfaces before.", 3},
-    stillray_input_info{"direct_transmission",
-                        "Light straight from a light, through the first surface.", 3},
-    stillray_input_info{"indirect_transmission",
-                        "Light through the first surface that met other surfaces before.", 3},
-    stillray_input_info{"direct_diffuse.second_moment",
-                        "Mean over the pixel's samples of luminance(sample / max(albedo, 0.01))^2; "
-                        "for several samples per pixel.",
-                        1},
-    stillray_input_info{"indirect_diffuse.second_moment", "The same of indirect_diffuse.", 1},
-    stillray_input_info{"direct_specular.second_moment", "The same of direct_specular.", 1},
-    stillray_input_info{"indirect_specular.second_moment", "The same of indirect_specular.", 1},
-    stillray_input_info{"direct_transmission.second_moment", "The same of direct_transmission.", 1},
-    stillray_input_info{"indirect_transmission.second_moment", "The same of indirect_transmission.",
-                        1},
-    stillray_input_info{
-        "depth",
-        "Linear view-space z of the first surface, > 0; infinite where the ray left "
-        "the scene.",
-        1},
-    stillray_input_info{
-        "normal", "World-space unit normal of the first surface; zero where there is none.", 3},
-    stillray_input_info{"albedo", "Diffuse reflectance of the first surface, linear RGB.", 3},
-    stillray_input_info{"specular_albedo",
-                        "Specular reflectance towards the viewer, linear RGB; needed with specular "
-                        "light.",
-                        3},
-    stillray_input_info{"transmission_albedo",
-                        "Transmittance, linear RGB; needed with transmitted light.", 3},
-    stillray_input_info{"motion",
-                        "Pixels, x right, y down, without jitter: the point seen at p was at p + "
-                        "motion(p) one frame ago.",
-                        2},
-    stillray_input_info{"id", "Same surface, same number, in every frame; 0 where there is none.",
-                        1},
-    stillray_input_info{"roughness", "Perceptual roughness, 0 to 1.", 1},
-    stillray_input_info{
-        "emission", "Light that the first surface emits: added after filtering, linear RGB.", 3},
-    stillray_input_info{"background",
-                        "Light of rays that left the scene: added after filtering, linear RGB.", 3},
-    stillray_input_info{"samples",
-                        "Samples that each pixel got in this frame, 0 where it is missing; not "
-                        "given: 1 everywhere.",
-                        1},
+    Input("direct_diffuse",
+          "Light straight from a light, diffusely reflected: linear RGB, albedo "
+          "multiplied in, mean of this frame's samples.",
+          3),
+    Input("indirect_diffuse", "Diffusely reflected light that met other surfaces before.", 3),
+    Input("direct_specular", "Light straight from a light, specularly reflected.", 3),
+    Input("indirect_specular", "Specularly reflected light that met other surfaces before.", 3),
+    Input("direct_transmission", "Light straight from a light, through the first surface.", 3),
+    Input("indirect_transmission",
+          "Light through the first surface that met other surfaces before.", 3),
+    Input("direct_diffuse.second_moment",
+          "Mean over the pixel's samples of luminance(sample / max(albedo, 0.01))^2; "
+          "for several samples per pixel.",
+          1),
+    Input("indirect_diffuse.second_moment", "The same of indirect_diffuse.", 1),
+    Input("direct_specular.second_moment", "The same of direct_specular.", 1),
+    Input("indirect_specular.second_moment", "The same of indirect_specular.", 1),
+    Input("direct_transmission.second_moment", "The same of direct_transmission.", 1),
+    Input("indirect_transmission.second_moment", "The same of indirect_transmission.", 1),
+    Input("depth",
+          "Linear view-space z of the first surface, > 0; infinite where the ray left "
+          "the scene.",
+          1),
+    Input("normal", "World-space unit normal of the first surface; zero where there is none.", 3),
+    Input("albedo", "Diffuse reflectance of the first surface, linear RGB.", 3),
+    Input("specular_albedo",
+          "Specular reflectance towards the viewer, linear RGB; needed with specular "
+          "light.",
+          3),
+    Input("transmission_albedo", "Transmittance, linear RGB; needed with transmitted light.", 3),
+    Input("motion",
+          "Pixels, x right, y down, without jitter: the point seen at p was at p + "
+          "motion(p) one frame ago.",
+          2),
+    Input("id", "Same surface, same number, in every frame; 0 where there is none.", 1),
+    Input("roughness", "Perceptual roughness, 0 to 1.", 1),
+    Input("emission", "Light that the first surface emits: added after filtering, linear RGB.", 3),
+    Input("background", "Light of rays that left the scene: added after filtering, linear RGB.", 3),
+    Input("samples",
+          "Samples that each pixel got in this frame, 0 where it is missing; not "
+          "given: 1 everywhere.",
+          1),
 };
 
 const stillray_image* Find(const ImageMap& images, std::string_view name) {

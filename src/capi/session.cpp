@@ -383,7 +383,7 @@ Status Session::RestoreHistory(std::span<const uint8_t> bytes) {
 }
 
 stillray_statistics Session::Statistics() const {
-  stillray_statistics s = {};
+  stillray_statistics s = STILLRAY_STATISTICS_INIT;
   s.non_finite = result_.non_finite;
   s.negative = result_.negative;
   s.bad_guides = result_.bad_guides;

@@ -4,13 +4,11 @@
 
 #include <algorithm>
 #include <cstring>
-#include <exception>
-#include <new>
-#include <thread>
 
 #include <fmt/format.h>
 #include <tbb/info.h>
 
+#include "capi/calls.h"
 #include "capi/session.h"
 
 struct stillray_device {
@@ -21,6 +19,7 @@ struct stillray_denoiser {
   stillray_denoiser(std::shared_ptr<stillray::capi::Workplace> place,
                     const stillray::Settings& settings)
       : session(std::move(place), settings) {}
+  mutable stillray::capi::Occupancy occupancy;
   stillray::capi::Session session;
   std::string message;                    ///< of the last call that failed
   std::string value;                      ///< what get() returned last
@@ -41,50 +40,10 @@ static_assert(static_cast<int>(StatusCode::kOutOfMemory) == STILLRAY_ERROR_OUT_O
 static_assert(static_cast<int>(StatusCode::kCancelled) == STILLRAY_ERROR_CANCELLED);
 static_assert(static_cast<int>(StatusCode::kInternal) == STILLRAY_ERROR_INTERNAL);
 
-/// The message of calls that have no denoiser to keep it.
-std::string& ThreadMessage() {
-  thread_local std::string message;
-  return message;
-}
-
-stillray_error Fail(StatusCode code, const char* text, std::string* message) {
-  try {
-    *message = text;
-  } catch (...) {
-    message->clear();  // not even memory for a message: the code has to do
-  }
-  return static_cast<stillray_error>(code);
-}
-
-/// Runs `body`, which returns a Status, and keeps the message of a failure. Nothing is thrown on.
-template <typename Body>
-stillray_error Guard(std::string* message, const Body& body) {
-  try {
-    const Status status = body();
-    if (status.ok()) {
-      return STILLRAY_OK;
-    }
-    return Fail(status.code(), status.message().c_str(), message);
-  } catch (const std::bad_alloc&) {
-    return Fail(StatusCode::kOutOfMemory, "out of memory", message);
-  } catch (const std::exception& e) {
-    return Fail(StatusCode::kInternal, e.what(), message);
-  } catch (...) {
-    return Fail(StatusCode::kInternal, "unknown exception", message);
-  }
-}
-
-Status IsNull(const char* what) {
-  return Status::InvalidArgument(fmt::format("{} is NULL", what));
-}
-
 /// Runs `body` on the denoiser; if it throws, history restarts.
 template <typename Body>
 stillray_error With(stillray_denoiser* denoiser, const Body& body) {
-  if (denoiser == nullptr) {
-    return Guard(&ThreadMessage(), [] { return IsNull("denoiser"); });
-  }
-  return Guard(&denoiser->message, [&]() -> Status {
+  return WithObject(denoiser, [&]() -> Status {
     try {
       return body(denoiser->session);
     } catch (...) {
@@ -105,11 +64,13 @@ Status OutOfRange(const char* what, size_t index, size_t count) {
 using stillray::Result;
 using stillray::Settings;
 using stillray::Status;
+using stillray::capi::CheckStruct;
 using stillray::capi::Guard;
 using stillray::capi::IsNull;
 using stillray::capi::Session;
 using stillray::capi::ThreadMessage;
 using stillray::capi::With;
+using stillray::capi::WriteStruct;
 
 extern "C" {
 
@@ -141,6 +102,8 @@ const char* stillray_error_name(int error) {
       return "cancelled";
     case STILLRAY_ERROR_INTERNAL:
       return "internal error";
+    case STILLRAY_ERROR_BUSY:
+      return "busy";
     default:
       return "unknown error";
   }
@@ -163,14 +126,12 @@ size_t stillray_input_count(void) {
 
 stillray_error stillray_input_at(size_t index, stillray_input_info* info) {
   return Guard(&ThreadMessage(), [&] {
-    if (info == nullptr) {
-      return IsNull("info");
-    }
+    STILLRAY_RETURN_IF_ERROR(CheckStruct(info, "info", "stillray_input_info"));
     const auto inputs = stillray::capi::Inputs();
     if (index >= inputs.size()) {
       return stillray::capi::OutOfRange("input", index, inputs.size());
     }
-    *info = inputs[index];
+    WriteStruct(inputs[index], info);
     return Status::Ok();
   });
 }
@@ -181,9 +142,7 @@ size_t stillray_parameter_count(void) {
 
 stillray_error stillray_parameter_at(size_t index, stillray_parameter* parameter) {
   return Guard(&ThreadMessage(), [&] {
-    if (parameter == nullptr) {
-      return IsNull("parameter");
-    }
+    STILLRAY_RETURN_IF_ERROR(CheckStruct(parameter, "parameter", "stillray_parameter"));
     const auto parameters = stillray::Parameters();
     if (index >= parameters.size()) {
       return stillray::capi::OutOfRange("parameter", index, parameters.size());
@@ -197,16 +156,18 @@ stillray_error stillray_parameter_at(size_t index, stillray_parameter* parameter
       return texts;
     }();
     const stillray::Parameter& p = parameters[index];
-    *parameter = {p.name,
-                  p.help,
-                  p.group,
-                  p.unit,
-                  static_cast<stillray_parameter_type>(p.type),
-                  p.min,
-                  p.max,
-                  defaults[index].c_str(),
-                  p.choices.empty() ? nullptr : p.choices.data(),
-                  p.choices.size()};
+    const stillray_parameter values = {sizeof(values),
+                                       p.name,
+                                       p.help,
+                                       p.group,
+                                       p.unit,
+                                       static_cast<stillray_parameter_type>(p.type),
+                                       p.min,
+                                       p.max,
+                                       defaults[index].c_str(),
+                                       p.choices.empty() ? nullptr : p.choices.data(),
+                                       p.choices.size()};
+    WriteStruct(values, parameter);
     return Status::Ok();
   });
 }
@@ -287,11 +248,11 @@ stillray_error stillray_denoiser_create(stillray_device* device, const char* pre
 }
 
 void stillray_denoiser_release(stillray_denoiser* denoiser) {
-  delete denoiser;
+  stillray::capi::Release(denoiser);
 }
 
 const char* stillray_error_message(const stillray_denoiser* denoiser) {
-  return denoiser != nullptr ? denoiser->message.c_str() : ThreadMessage().c_str();
+  return stillray::capi::MessageOf(denoiser);
 }
 
 stillray_error stillray_denoiser_set_preset(stillray_denoiser* denoiser, const char* preset) {
@@ -439,10 +400,8 @@ stillray_error stillray_denoiser_restore_history(stillray_denoiser* denoiser, co
 stillray_error stillray_denoiser_statistics(stillray_denoiser* denoiser,
                                             stillray_statistics* statistics) {
   return With(denoiser, [&](Session& session) {
-    if (statistics == nullptr) {
-      return IsNull("statistics");
-    }
-    *statistics = session.Statistics();
+    STILLRAY_RETURN_IF_ERROR(CheckStruct(statistics, "statistics", "stillray_statistics"));
+    WriteStruct(session.Statistics(), statistics);
     return Status::Ok();
   });
 }

@@ -3,17 +3,17 @@
 
 #include "stillray/vulkan.h"
 
-#include <exception>
-#include <new>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "capi/calls.h"
 #include "stillray/vulkan.hpp"
 
 struct stillray_vulkan_denoiser {
+  mutable stillray::capi::Occupancy occupancy;
   std::optional<stillray::VulkanDenoiser> denoiser;
   std::string message;
 };
@@ -24,33 +24,8 @@ namespace {
 static_assert(STILLRAY_VULKAN_INDIRECT_TRANSMISSION ==
               static_cast<int>(SignalKind::kIndirectTransmission));
 
-std::string& ThreadMessage() {
-  thread_local std::string message;
-  return message;
-}
-
-/// Runs `body`, which returns a Status, and keeps the message of a failure. Nothing is thrown on.
-template <typename Body>
-stillray_error Guard(std::string* message, const Body& body) {
-  Status status;
-  try {
-    status = body();
-    if (!status.ok()) {
-      *message = status.message();
-    }
-    return static_cast<stillray_error>(status.code());
-  } catch (const std::bad_alloc&) {
-    message->clear();
-    return STILLRAY_ERROR_OUT_OF_MEMORY;
-  } catch (const std::exception&) {
-    message->clear();
-    return STILLRAY_ERROR_INTERNAL;
-  }
-}
-
 Status CheckGiven(const void* pointer, const char* name) {
-  return pointer != nullptr ? Status::Ok()
-                            : Status::InvalidArgument(fmt::format("{} is NULL", name));
+  return pointer != nullptr ? Status::Ok() : IsNull(name);
 }
 
 Result<VulkanOptions> OptionsOf(const stillray_vulkan_options& o) {
@@ -112,10 +87,21 @@ VulkanFrame FrameOf(const stillray_vulkan_frame& f) {
 
 template <typename Body>
 stillray_error WithDenoiser(stillray_vulkan_denoiser* denoiser, const Body& body) {
-  if (denoiser == nullptr) {
-    return Guard(&ThreadMessage(), [] { return CheckGiven(nullptr, "denoiser"); });
-  }
-  return Guard(&denoiser->message, [&] { return body(&*denoiser->denoiser); });
+  return WithObject(denoiser, [&] { return body(&*denoiser->denoiser); });
+}
+
+/// What both functions that take options need.
+Status Read(const stillray_vulkan_context* context, const stillray_vulkan_options* options,
+            VulkanContext* context_out, VulkanOptions* options_out) {
+  stillray_vulkan_context c;
+  stillray_vulkan_options o;
+  STILLRAY_RETURN_IF_ERROR(ReadStruct(context, "context", "stillray_vulkan_context", &c));
+  STILLRAY_RETURN_IF_ERROR(ReadStruct(options, "options", "stillray_vulkan_options", &o));
+  Result<VulkanOptions> understood = OptionsOf(o);
+  STILLRAY_RETURN_IF_ERROR(understood.status());
+  *context_out = ContextOf(c);
+  *options_out = std::move(understood.value());
+  return Status::Ok();
 }
 
 }  // namespace
@@ -130,15 +116,15 @@ stillray_error stillray_vulkan_memory_need(const stillray_vulkan_context* contex
                                            const stillray_vulkan_options* options,
                                            stillray_vulkan_memory* need) {
   return Guard(&ThreadMessage(), [&]() -> Status {
-    STILLRAY_RETURN_IF_ERROR(CheckGiven(context, "context"));
-    STILLRAY_RETURN_IF_ERROR(CheckGiven(options, "options"));
-    STILLRAY_RETURN_IF_ERROR(CheckGiven(need, "need"));
-    const Result<VulkanOptions> understood = OptionsOf(*options);
-    STILLRAY_RETURN_IF_ERROR(understood.status());
-    const Result<DeviceMemory> memory =
-        VulkanDenoiser::MemoryNeed(ContextOf(*context), *understood);
+    VulkanContext c;
+    VulkanOptions o;
+    STILLRAY_RETURN_IF_ERROR(Read(context, options, &c, &o));
+    STILLRAY_RETURN_IF_ERROR(CheckStruct(need, "need", "stillray_vulkan_memory"));
+    const Result<DeviceMemory> memory = VulkanDenoiser::MemoryNeed(c, o);
     STILLRAY_RETURN_IF_ERROR(memory.status());
-    *need = {memory->allocations, memory->resources, memory->bytes, memory->largest};
+    const stillray_vulkan_memory values = {sizeof(values), memory->allocations, memory->resources,
+                                           memory->bytes, memory->largest};
+    WriteStruct(values, need);
     return Status::Ok();
   });
 }
@@ -153,11 +139,10 @@ stillray_error stillray_vulkan_create(uint32_t abi_version, const stillray_vulka
       return Status::Unsupported(
           fmt::format("ABI version is {}, this library has {}", abi_version, STILLRAY_ABI_VERSION));
     }
-    STILLRAY_RETURN_IF_ERROR(CheckGiven(context, "context"));
-    STILLRAY_RETURN_IF_ERROR(CheckGiven(options, "options"));
-    const Result<VulkanOptions> understood = OptionsOf(*options);
-    STILLRAY_RETURN_IF_ERROR(understood.status());
-    Result<VulkanDenoiser> made = VulkanDenoiser::Create(ContextOf(*context), *understood);
+    VulkanContext c;
+    VulkanOptions o;
+    STILLRAY_RETURN_IF_ERROR(Read(context, options, &c, &o));
+    Result<VulkanDenoiser> made = VulkanDenoiser::Create(c, o);
     STILLRAY_RETURN_IF_ERROR(made.status());
     auto handle = std::make_unique<stillray_vulkan_denoiser>();
     handle->denoiser.emplace(std::move(made.value()));
@@ -167,14 +152,22 @@ stillray_error stillray_vulkan_create(uint32_t abi_version, const stillray_vulka
 }
 
 void stillray_vulkan_release(stillray_vulkan_denoiser* denoiser) {
-  delete denoiser;
+  Release(denoiser);
 }
 
 stillray_error stillray_vulkan_record(stillray_vulkan_denoiser* denoiser, VkCommandBuffer commands,
                                       const stillray_vulkan_frame* frame) {
   return WithDenoiser(denoiser, [&](VulkanDenoiser* d) {
-    STILLRAY_RETURN_IF_ERROR(CheckGiven(frame, "frame"));
-    return d->Record(commands, FrameOf(*frame));
+    stillray_vulkan_frame f;
+    STILLRAY_RETURN_IF_ERROR(ReadStruct(frame, "frame", "stillray_vulkan_frame", &f));
+    for (int slot = STILLRAY_VULKAN_SLOT_COUNT; slot < STILLRAY_VULKAN_SLOT_ROOM; ++slot) {
+      if (f.images[slot].view != VK_NULL_HANDLE) {
+        return Status::Unsupported(
+            fmt::format("frame->images[{}] is given, this library has 0 to {}", slot,
+                        STILLRAY_VULKAN_SLOT_COUNT - 1));
+      }
+    }
+    return d->Record(commands, FrameOf(f));
   });
 }
 
@@ -203,17 +196,18 @@ stillray_error stillray_vulkan_forget_images(stillray_vulkan_denoiser* denoiser)
 double stillray_vulkan_filter_ms(const stillray_vulkan_denoiser* denoiser) {
   double sum = 0;
   bool any = false;
-  if (denoiser != nullptr) {
+  if (denoiser != nullptr && denoiser->occupancy.Enter()) {
     for (const StageTime& time : denoiser->denoiser->timings()) {
       sum += time.milliseconds;
       any = true;
     }
+    denoiser->occupancy.Leave();
   }
   return any ? sum : -1;
 }
 
 const char* stillray_vulkan_error_message(const stillray_vulkan_denoiser* denoiser) {
-  return denoiser != nullptr ? denoiser->message.c_str() : ThreadMessage().c_str();
+  return MessageOf(denoiser);
 }
 
 }  // extern "C"

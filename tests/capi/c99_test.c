@@ -24,9 +24,11 @@ const char* StillrayC99Test(void) {
   stillray_device* device = NULL;
   stillray_denoiser* denoiser = NULL;
   stillray_image image;
-  stillray_statistics statistics;
+  stillray_statistics statistics = STILLRAY_STATISTICS_INIT;
   size_t i, size = 0;
   int calls = 0;
+  stillray_input_info input = STILLRAY_INPUT_INFO_INIT;
+  stillray_parameter parameter = STILLRAY_PARAMETER_INIT;
 
   for (i = 0; i < kPixels; ++i) {
     light[3 * i] = light[3 * i + 1] = light[3 * i + 2] = 0.25f;
@@ -66,6 +68,11 @@ const char* StillrayC99Test(void) {
     if (!(colour[i] > 0.2499f && colour[i] < 0.2501f)) {
       return "a constant did not stay constant";
     }
+  }
+  if (stillray_input_at(0, &input) != STILLRAY_OK ||
+      stillray_parameter_at(0, &parameter) != STILLRAY_OK || input.name == NULL ||
+      parameter.name == NULL) {
+    return "tables";
   }
   if (calls < 2 || size == 0 || statistics.memory_bytes == 0) {
     return "progress, history size or statistics";

@@ -44,7 +44,7 @@ class Bytes {
 };
 
 const char* InputName(Bytes* bytes) {
-  stillray_input_info info = {};
+  stillray_input_info info = STILLRAY_INPUT_INFO_INIT;
   return stillray_input_at(static_cast<size_t>(bytes->Below(24)), &info) == STILLRAY_OK ? info.name
                                                                                         : "none";
 }
@@ -83,7 +83,7 @@ int Progress(void* user, double) {
 }
 
 void Change(Bytes* bytes, stillray_denoiser* d) {
-  stillray_parameter p = {};
+  stillray_parameter p = STILLRAY_PARAMETER_INIT;
   const char* text = nullptr;
   if (stillray_parameter_at(static_cast<size_t>(bytes->Below(50)), &p) != STILLRAY_OK) {
     stillray_denoiser_set(d, bytes->Text().c_str(), bytes->Text().c_str());
@@ -133,7 +133,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   stillray_device_release(device);
   // A whole frame to begin with, so that few bytes reach the filter.
   for (size_t i = 0; i < stillray_input_count(); ++i) {
-    stillray_input_info info = {};
+    stillray_input_info info = STILLRAY_INPUT_INFO_INIT;
     stillray_input_at(i, &info);
     const stillray_image image =
         MakeImage(&bytes, std::strcmp(info.name, "id") == 0, &memory, true);

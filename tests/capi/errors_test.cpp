@@ -27,7 +27,7 @@ struct ErrorsTest : testing::Test {
 };
 
 TEST_F(ErrorsTest, NullDenoiserEverywhere) {
-  stillray_statistics statistics;
+  stillray_statistics statistics = STILLRAY_STATISTICS_INIT;
   const char* text = nullptr;
   size_t size = 0;
   EXPECT_EQ(stillray_denoiser_set_preset(nullptr, "default"), kInvalid);
@@ -70,8 +70,8 @@ TEST_F(ErrorsTest, NullArguments) {
 }
 
 TEST_F(ErrorsTest, Tables) {
-  stillray_input_info info;
-  stillray_parameter parameter;
+  stillray_input_info info = STILLRAY_INPUT_INFO_INIT;
+  stillray_parameter parameter = STILLRAY_PARAMETER_INIT;
   EXPECT_EQ(stillray_input_at(0, nullptr), kInvalid);
   EXPECT_EQ(stillray_input_at(stillray_input_count(), &info), kInvalid);
   EXPECT_THAT(ThreadMessage(), HasSubstr("there is no input"));

@@ -108,7 +108,7 @@ TEST(SessionTest, ResizeForgetsImagesAndRefusesOthers) {
   ASSERT_EQ(stillray_denoiser_resize(denoiser.get(), 20, 10), STILLRAY_OK);
   EXPECT_EQ(stillray_denoiser_execute(denoiser.get()), STILLRAY_ERROR_INVALID_ARGUMENT);
   EXPECT_STREQ(stillray_error_message(denoiser.get()), "no input is set");
-  stillray_statistics statistics = {};
+  stillray_statistics statistics = STILLRAY_STATISTICS_INIT;
   ASSERT_EQ(stillray_denoiser_statistics(denoiser.get(), &statistics), STILLRAY_OK);
   EXPECT_EQ(statistics.memory_bytes, 0u);
   float value = 0;
@@ -165,7 +165,7 @@ TEST(SessionTest, EveryParameterTakesItsDefault) {
   const DenoiserHandle denoiser = MakeDenoiser();
   ASSERT_GT(stillray_parameter_count(), 20u);
   for (size_t i = 0; i < stillray_parameter_count(); ++i) {
-    stillray_parameter p = {};
+    stillray_parameter p = STILLRAY_PARAMETER_INIT;
     ASSERT_EQ(stillray_parameter_at(i, &p), STILLRAY_OK);
     EXPECT_STRNE(p.help, "");
     EXPECT_LE(p.min, p.max);

@@ -348,17 +348,19 @@ TEST_F(Embedding, FramesThatDoNotFitAreAnError) {
 TEST_F(Embedding, InC) {
   const Frame f = MakeBusyFrame(kWidth, kHeight, 0);
   auto upload = Upload(device_->context(), f);
-  const stillray_vulkan_context c = {instance_->handle(), device_->context().physical,
-                                     device_->context().device,
-                                     instance_->get_instance_proc_addr()};
+  stillray_vulkan_context c = STILLRAY_VULKAN_CONTEXT_INIT;
+  c.instance = instance_->handle();
+  c.physical_device = device_->context().physical;
+  c.device = device_->context().device;
+  c.get_instance_proc_addr = instance_->get_instance_proc_addr();
   const char* changes[] = {"sigma_l=2", "antialias=off"};
-  stillray_vulkan_options o = {};
+  stillray_vulkan_options o = STILLRAY_VULKAN_OPTIONS_INIT;
   o.preset = "svgf";
   o.settings = changes;
   o.setting_count = 2;
   o.width = kWidth;
   o.height = kHeight;
-  stillray_vulkan_memory need = {};
+  stillray_vulkan_memory need = STILLRAY_VULKAN_MEMORY_INIT;
   ASSERT_EQ(stillray_vulkan_memory_need(&c, &o, &need), STILLRAY_OK);
   EXPECT_GT(need.bytes, 0u);
   stillray_vulkan_denoiser* denoiser = nullptr;
@@ -366,7 +368,7 @@ TEST_F(Embedding, InC) {
   ASSERT_EQ(stillray_vulkan_create(STILLRAY_ABI_VERSION, &c, &o, &denoiser), STILLRAY_OK)
       << stillray_vulkan_error_message(nullptr);
   const VulkanFrame cpp = FrameOf(upload->inputs(), f);
-  stillray_vulkan_frame frame = {};
+  stillray_vulkan_frame frame = STILLRAY_VULKAN_FRAME_INIT;
   frame.samples_per_pixel = cpp.samples_per_pixel;
   const auto put = [&](int slot, const VulkanImage& image) {
     frame.images[slot] = {image.view, image.layout};
@@ -400,6 +402,13 @@ TEST_F(Embedding, InC) {
   EXPECT_THAT(stillray_vulkan_error_message(denoiser), HasSubstr("sigma_x"));
   EXPECT_EQ(stillray_vulkan_record(denoiser, nullptr, nullptr), STILLRAY_ERROR_INVALID_ARGUMENT);
   EXPECT_STREQ(stillray_vulkan_error_message(denoiser), "frame is NULL");
+  frame.images[STILLRAY_VULKAN_SLOT_ROOM - 1] = frame.images[STILLRAY_VULKAN_DEPTH];
+  EXPECT_EQ(stillray_vulkan_record(denoiser, nullptr, &frame), STILLRAY_ERROR_UNSUPPORTED);
+  EXPECT_THAT(stillray_vulkan_error_message(denoiser), HasSubstr("frame->images[31] is given"));
+  frame.struct_size = 0;
+  EXPECT_EQ(stillray_vulkan_record(denoiser, nullptr, &frame), STILLRAY_ERROR_INVALID_ARGUMENT);
+  EXPECT_STREQ(stillray_vulkan_error_message(denoiser),
+               "frame->struct_size is 0, expected sizeof(stillray_vulkan_frame)");
   EXPECT_EQ(stillray_vulkan_reset(nullptr), STILLRAY_ERROR_INVALID_ARGUMENT);
   EXPECT_EQ(stillray_vulkan_reset(denoiser), STILLRAY_OK);
   EXPECT_EQ(stillray_vulkan_forget_images(denoiser), STILLRAY_OK);
