@@ -30,6 +30,9 @@ endif()
 # SVE have no size that a struct could hold: ARM machines run NEON.
 set(STILLRAY_HWY_TARGETS
   "HWY_DISABLED_TARGETS=(HWY_SSSE3|HWY_SSE4|HWY_AVX3_DL|HWY_SVE|HWY_SVE2|HWY_SVE_256|HWY_SVE2_128)")
+if(STILLRAY_STATIC_SIMD)
+  set(STILLRAY_HWY_TARGETS HWY_COMPILE_ONLY_STATIC)
+endif()
 
 # stillray_add_module(<name> SOURCES ... [PUBLIC targets...] [PRIVATE targets...])
 # Declares the static library stillray_<name> with the alias stillray::<name>.

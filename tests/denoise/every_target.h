@@ -12,9 +12,9 @@ namespace stillray::test {
 
 /// Runs a check on each instruction set that this machine has.
 inline void OnEveryTarget(const std::function<void()>& check) {
-  for (int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1) {
-    SCOPED_TRACE(hwy::TargetName(targets & -targets));
-    hwy::SetSupportedTargetsForTest(targets & -targets);
+  for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    SCOPED_TRACE(hwy::TargetName(target));
+    hwy::SetSupportedTargetsForTest(target);
     check();
   }
   hwy::SetSupportedTargetsForTest(0);

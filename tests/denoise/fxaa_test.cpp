@@ -49,8 +49,8 @@ TEST(Fxaa, VectorVersionHasTheBitsOfTheReferenceOnEveryTarget) {
         p.length = of;
         Image3 expected(width, height);
         reference::Fxaa(picture, p, &expected);
-        for (int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1) {
-          hwy::SetSupportedTargetsForTest(targets & -targets);
+        for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
+          hwy::SetSupportedTargetsForTest(target);
           hwy::GetChosenTarget().Update(hwy::SupportedTargets());
           Image3 out(width, height);
           cpu::Fxaa(picture, p, &out);

@@ -72,9 +72,9 @@ TEST(PrefilterVariance, BlocksOfSurfaceAreFull) {
 
 TEST(PrefilterVariance, AsTheScalarStage) {
   const Signal signal;
-  for (int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1) {
-    SCOPED_TRACE(hwy::TargetName(targets & -targets));
-    hwy::SetSupportedTargetsForTest(targets & -targets);
+  for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    SCOPED_TRACE(hwy::TargetName(target));
+    hwy::SetSupportedTargetsForTest(target);
     for (const bool smooth : {true, false}) {
       for (const bool square_root : {true, false}) {
         for (const float unbounded_below : {0.0f, 3.0f}) {

@@ -112,8 +112,8 @@ HWY_EXPORT(CheckStoreInRow);
 /// Runs `check` on every instruction set of this machine.
 template <typename Check>
 void OnEveryTarget(const Check& check) {
-  for (int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1) {
-    hwy::SetSupportedTargetsForTest(targets & -targets);
+  for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
     hwy::GetChosenTarget().Update(hwy::SupportedTargets());
     check();
   }

@@ -57,8 +57,8 @@ TEST(SparseGuides, VectorVersionHasTheBitsOfTheReferenceOnEveryTarget) {
       reference::CompleteGuides(frames.back(), &expected, &expected_work);
       expected_bits.push_back(Bits(expected));
     }
-    for (int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1) {
-      hwy::SetSupportedTargetsForTest(targets & -targets);
+    for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
+      hwy::SetSupportedTargetsForTest(target);
       hwy::GetChosenTarget().Update(hwy::SupportedTargets());
       HeldGuides held;
       SparseGuidesWork work;

@@ -201,8 +201,7 @@ TEST(HaltonTest, ReferencesDrawFromSobol) {
 }
 
 TEST(SamplerTest, ManyAtOnceAreTheSameAsOneByOne) {
-  for (int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1) {
-    const int64_t target = targets & -targets;
+  for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
     hwy::SetSupportedTargetsForTest(target);
     hwy::GetChosenTarget().Update(hwy::SupportedTargets());
     for (const SamplerKind kind : {SamplerKind::kSobol, SamplerKind::kHalton16}) {
