@@ -4,9 +4,11 @@
 /// The subcommands of the program, one file each.
 #pragma once
 
-#include <CLI/CLI.hpp>
-
 #include "stillray/status.h"
+
+namespace CLI {
+class App;
+}
 
 namespace stillray {
 

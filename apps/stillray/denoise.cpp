@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 #include <tbb/global_control.h>
 #include <tbb/info.h>
+#include <CLI/CLI.hpp>
 
 #include "commands.h"
 #include "denoise_options.h"

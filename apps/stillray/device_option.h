@@ -6,10 +6,13 @@
 
 #include <string>
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json_fwd.hpp>
 
 #include "stillray/denoise.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace stillray {
 

@@ -5,6 +5,8 @@
 #include <string>
 #include <system_error>
 
+#include <CLI/CLI.hpp>
+
 #include "commands.h"
 #include "console.h"
 

@@ -9,8 +9,6 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include "render/vulkan/tracing_way.h"
 #include "stillray/denoise.hpp"
 #include "stillray/io.h"

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include <fmt/core.h>
+#include <CLI/CLI.hpp>
 
 #include "commands.h"
 #include "console.h"

@@ -7,7 +7,7 @@
 
 #include "device_option.h"
 #include "json_output.h"
-#include "log_parts.h"
+#include "log_json.h"
 
 namespace stillray {
 namespace {

@@ -8,9 +8,11 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include "stillray/aov.h"
+
+namespace CLI {
+class App;
+}
 
 namespace stillray {
 

@@ -8,11 +8,13 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include "settings_file.h"
 #include "view/loaded_scene.h"
 #include "view/view_settings.h"
+
+namespace CLI {
+class App;
+}
 
 namespace stillray::view {
 
