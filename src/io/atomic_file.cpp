@@ -73,11 +73,17 @@ bool WriteAll(int fd, const char* bytes, size_t size) {
   return true;
 }
 
-Status WriteTo(const std::string& open_path, int flags, const std::string& shown_path,
-               const void* bytes, size_t size) {
-  FileDescriptor file(::open(open_path.c_str(), flags | O_WRONLY | O_CLOEXEC, 0666));
+/// \param mode  of a file that is made; none: as the user's mask has it
+Status WriteTo(const std::string& open_path, int flags, const std::optional<unsigned>& mode,
+               const std::string& shown_path, const void* bytes, size_t size) {
+  FileDescriptor file(::open(open_path.c_str(), flags | O_WRONLY | O_CLOEXEC, mode.value_or(0666)));
   if (file.get() < 0) {
     return WriteError(shown_path, errno);
+  }
+  // The mask took rights away that the file before it had. Where that is not possible, fewer rights
+  // do no harm.
+  if (mode) {
+    static_cast<void>(::fchmod(file.get(), *mode));
   }
   if (!WriteAll(file.get(), static_cast<const char*>(bytes), size)) {
     return WriteError(shown_path, errno);
@@ -113,6 +119,9 @@ Result<AtomicTarget> PrepareAtomicTarget(const std::string& path) {
   }
   if (fs::exists(status) && !fs::is_regular_file(status)) {
     return target;
+  }
+  if (fs::is_regular_file(status)) {
+    target.mode = static_cast<unsigned>(status.permissions() & fs::perms::all);
   }
   const fs::path final_path(target.final_path);
   const fs::path folder = final_path.parent_path();
@@ -152,12 +161,13 @@ Status WriteFileAtomically(const std::string& path, const void* bytes, size_t si
     return target.status();
   }
   if (target->temp_path.empty()) {
-    return io::WriteTo(target->final_path, 0, path, bytes, size);
+    return io::WriteTo(target->final_path, 0, std::nullopt, path, bytes, size);
   }
   // O_EXCL: a file of that name can only be what a process with the same id left behind when it was
   // killed, so it may go.
   ::unlink(target->temp_path.c_str());
-  const Status status = io::WriteTo(target->temp_path, O_CREAT | O_EXCL, path, bytes, size);
+  const Status status =
+      io::WriteTo(target->temp_path, O_CREAT | O_EXCL, target->mode, path, bytes, size);
   if (!status.ok()) {
     ::unlink(target->temp_path.c_str());
     return status;

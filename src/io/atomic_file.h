@@ -4,6 +4,7 @@
 /// Files that appear whole or not at all.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "stillray/status.h"
@@ -14,6 +15,8 @@ namespace stillray::io {
 struct AtomicTarget {
   std::string final_path;  ///< `path` with a last symbolic link followed
   std::string temp_path;   ///< in the same folder, unique to this call; empty: write directly
+  /// Rights of the file that is replaced, which the new one gets too; none: a new file.
+  std::optional<unsigned> mode;
 };
 
 /// Picks the temporary name for `path`; makes nothing.

@@ -65,6 +65,20 @@ TEST(AtomicFile, RespectsTheUmask) {
   EXPECT_EQ(info.st_mode & 0777, 0640u);
 }
 
+TEST(AtomicFile, KeepsTheRightsOfTheFileThatItReplaces) {
+  const TempFolder folder;
+  const std::string path = folder.Path("a");
+  for (const mode_t mode : {0600, 0640, 0664, 0444}) {
+    ASSERT_TRUE(Write(path, "old").ok());
+    ASSERT_EQ(::chmod(path.c_str(), mode), 0);
+    ASSERT_TRUE(Write(path, "new").ok());
+    struct stat info {};
+    ASSERT_EQ(::stat(path.c_str(), &info), 0);
+    EXPECT_EQ(info.st_mode & 0777, mode);
+    EXPECT_EQ(FileBytes(path), "new");
+  }
+}
+
 TEST(AtomicFile, FailedWriteKeepsTheOldFileAndLeavesNoTrace) {
   const TempFolder folder;
   const std::string path = folder.Write("a.bin", "old");
