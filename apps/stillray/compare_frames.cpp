@@ -2,79 +2,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare_frames.h"
 
-#include <algorithm>
-#include <array>
 #include <charconv>
 #include <filesystem>
-#include <iterator>
+#include <map>
 #include <utility>
 
 #include <fmt/format.h>
 
-#include "stillray/io.h"
+#include "io/sequence.h"
+#include "quality/picture_file.h"
 
 namespace stillray {
 
 namespace {
-
-// The largest file that is read whole.
-constexpr size_t kMaxFileBytes = size_t{4} << 30;
-
-/// A picture as its file says it.
-struct Picture {
-  Image3 colour;
-  bool linear = false;
-  Image2 motion;  ///< empty if the file has no motion.X and motion.Y
-  Image1 depth;   ///< empty if the file has no depth.Z
-};
-
-Image1 TakeLayer(const ExrImage& exr, const char* name) {
-  const Channel* channel = exr.Find(name);
-  return channel != nullptr ? channel->values : Image1();
-}
-
-Result<Picture> DecodeExrPicture(const std::string& bytes, const std::string& path) {
-  const Result<ExrImage> exr =
-      DecodeExr(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size(), path);
-  if (!exr.ok()) {
-    return exr.status();
-  }
-  Result<Image3> colour = ExrColour(*exr, path);
-  if (!colour.ok()) {
-    return colour.status();
-  }
-  Picture picture;
-  picture.colour = std::move(*colour);
-  picture.linear = true;
-  picture.depth = TakeLayer(*exr, "depth.Z");
-  Image1 motion_x = TakeLayer(*exr, "motion.X");
-  Image1 motion_y = TakeLayer(*exr, "motion.Y");
-  if (!motion_x.empty() && !motion_y.empty()) {
-    picture.motion[0] = std::move(motion_x);
-    picture.motion[1] = std::move(motion_y);
-  }
-  return picture;
-}
-
-Result<Picture> ReadPicture(const std::string& path) {
-  constexpr std::array<char, 4> kExrMagic = {0x76, 0x2f, 0x31, 0x01};
-  const Result<std::string> bytes = ReadWholeFile(path, kMaxFileBytes);
-  if (!bytes.ok()) {
-    return bytes.status();
-  }
-  if (bytes->size() >= kExrMagic.size() &&
-      std::equal(kExrMagic.begin(), kExrMagic.end(), bytes->begin())) {
-    return DecodeExrPicture(*bytes, path);
-  }
-  Picture picture;
-  Result<Image3> colour = DecodeImage(reinterpret_cast<const uint8_t*>(bytes->data()),
-                                      bytes->size(), path, &picture.linear);
-  if (!colour.ok()) {
-    return colour.status();
-  }
-  picture.colour = std::move(*colour);
-  return picture;
-}
 
 Status CheckSameSize(const Image3& a, const std::string& a_path, const Image3& b,
                      const std::string& b_path) {
@@ -89,18 +29,26 @@ const char* KindName(bool linear) {
   return linear ? "linear radiance" : "display values";
 }
 
-/// A name with marks that is itself a file is that file.
+/// A name with marks or wild cards that is itself a file is that file; a folder is a sequence.
 bool IsSequence(const std::string& path) {
   std::error_code ignored;
-  return IsFramePattern(path) && !std::filesystem::exists(path, ignored);
+  return std::filesystem::is_directory(path, ignored) ||
+         (IsSequenceName(path) && !std::filesystem::exists(path, ignored));
 }
 
-std::vector<int64_t> FindFramesInRange(const std::string& pattern,
-                                       const std::optional<FrameRange>& range) {
-  std::vector<int64_t> frames = FindFrames(pattern);
-  std::erase_if(frames, [&range](int64_t frame) {
-    return range && (frame < range->first || frame > range->last);
-  });
+/// Paths by frame number.
+Result<std::map<int64_t, std::string>> FindFramesInRange(const std::string& name,
+                                                         const std::optional<FrameRange>& range) {
+  Result<std::vector<FrameFile>> files = FindFrameFiles(name, kPictureEndings);
+  if (!files.ok()) {
+    return files.status();
+  }
+  std::map<int64_t, std::string> frames;
+  for (FrameFile& file : files.value()) {
+    if (!range || (file.frame >= range->first && file.frame <= range->last)) {
+      frames.emplace(file.frame, std::move(file.path));
+    }
+  }
   return frames;
 }
 
@@ -151,30 +99,31 @@ Result<std::vector<FramePair>> FindFramePairs(const std::string& test, const std
     }
     return std::vector<FramePair>{{std::nullopt, test, reference}};
   }
-  const std::vector<int64_t> test_frames = FindFramesInRange(test, range);
-  const std::vector<int64_t> reference_frames = FindFramesInRange(reference, range);
-  std::vector<int64_t> frames;
-  std::set_intersection(test_frames.begin(), test_frames.end(), reference_frames.begin(),
-                        reference_frames.end(), std::back_inserter(frames));
-  if (frames.empty()) {
-    return Status::NotFound(fmt::format(
-        "no frame is in both sequences{}: {} has {}, {} has {}",
-        range ? fmt::format(" between {} and {}", range->first, range->last) : "", test,
-        CountFrames(test_frames.size()), reference, CountFrames(reference_frames.size())));
-  }
+  const Result<std::map<int64_t, std::string>> tests = FindFramesInRange(test, range);
+  STILLRAY_RETURN_IF_ERROR(tests.status());
+  const Result<std::map<int64_t, std::string>> references = FindFramesInRange(reference, range);
+  STILLRAY_RETURN_IF_ERROR(references.status());
   std::vector<FramePair> pairs;
-  for (const int64_t frame : frames) {
-    pairs.push_back({frame, FrameFileName(test, frame), FrameFileName(reference, frame)});
+  for (const auto& [frame, path] : *tests) {
+    if (const auto same = references->find(frame); same != references->end()) {
+      pairs.push_back({frame, path, same->second});
+    }
+  }
+  if (pairs.empty()) {
+    return Status::NotFound(
+        fmt::format("no frame is in both sequences{}: {} has {}, {} has {}",
+                    range ? fmt::format(" between {} and {}", range->first, range->last) : "", test,
+                    CountFrames(tests->size()), reference, CountFrames(references->size())));
   }
   return pairs;
 }
 
 Status FrameComparer::Load(const FramePair& files, Loaded* loaded) const {
-  Result<Picture> test = ReadPicture(files.test);
+  Result<PictureFile> test = ReadPictureFile(files.test);
   if (!test.ok()) {
     return test.status();
   }
-  Result<Picture> reference = ReadPicture(files.reference);
+  Result<PictureFile> reference = ReadPictureFile(files.reference);
   if (!reference.ok()) {
     return reference.status();
   }

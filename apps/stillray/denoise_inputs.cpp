@@ -5,14 +5,14 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
-#include <map>
 #include <optional>
 #include <set>
+#include <string_view>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "core/lower_case.h"
+#include "io/sequence.h"
 #include "stillray/io.h"
 
 namespace stillray {
@@ -25,38 +25,11 @@ struct Range {
   int64_t last = INT64_MAX;
 };
 
-bool IsDigit(char c) {
-  return c >= '0' && c <= '9';
-}
+constexpr std::string_view kExr[] = {".exr"};
 
-/// The last run of digits in a file's own name: where it stands and what it says.
-struct NumberInName {
-  size_t begin = 0;
-  size_t end = 0;
-  int64_t number = 0;
-};
-std::optional<NumberInName> FindNumber(const std::string& name) {
-  constexpr size_t kMaxDigits = 18;  // so that every number fits into int64_t
-  const size_t dot = name.rfind('.');
-  size_t end = dot == std::string::npos ? name.size() : dot;
-  while (end > 0 && !IsDigit(name[end - 1])) {
-    --end;
-  }
-  size_t begin = end;
-  while (begin > 0 && IsDigit(name[begin - 1]) && end - begin < kMaxDigits) {
-    --begin;
-  }
-  if (begin == end) {
-    return std::nullopt;
-  }
-  NumberInName found{begin, end, 0};
-  std::from_chars(name.data() + begin, name.data() + end, found.number);
-  return found;
-}
-
-bool HasExrEnding(const fs::path& path) {
-  return LowerExtension(path) == ".exr";
-}
+/// What is no name of a folder: the user wants another kind of file.
+constexpr std::string_view kOtherKinds[] = {".png", ".jpg", ".jpeg", ".tif", ".tiff",
+                                            ".hdr", ".mp4", ".mov",  ".exr"};
 
 Result<Range> ParseFrames(const std::string& text) {
   Range range;
@@ -81,57 +54,14 @@ Result<Range> ParseFrames(const std::string& text) {
   return range;
 }
 
-Result<std::vector<SequenceFile>> FilesOfPattern(const std::string& pattern) {
-  std::vector<SequenceFile> files;
-  for (const int64_t frame : FindFrames(pattern)) {
-    files.push_back({frame, FrameFileName(pattern, frame), ""});
-  }
-  if (files.empty()) {
-    return Status::NotFound(fmt::format("{}: no file matches this pattern", pattern));
-  }
-  return files;
-}
-
-Result<std::vector<SequenceFile>> FilesOfFolder(const std::string& folder) {
-  std::map<std::string, std::vector<SequenceFile>> sequences;
-  std::error_code error;
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    const std::string name = it->path().filename().string();
-    const std::optional<NumberInName> number = FindNumber(name);
-    if (HasExrEnding(it->path()) && number) {
-      const std::string pattern = name.substr(0, number->begin) + "#" + name.substr(number->end);
-      sequences[pattern].push_back({number->number, it->path().string(), ""});
-    }
-  }
-  if (error) {
-    return Status::Io(fmt::format("{}: cannot be listed: {}", folder, error.message()));
-  }
-  if (sequences.empty()) {
-    return Status::NotFound(fmt::format("{}: holds no numbered .exr files", folder));
-  }
-  if (sequences.size() > 1) {
-    std::vector<std::string> names;
-    for (const auto& [pattern, files] : sequences) {
-      names.push_back(fmt::format("{} ({} files)", pattern, files.size()));
-    }
-    return Status::InvalidArgument(fmt::format(
-        "{}: holds {} sequences, name one of them by a pattern such as {}/name.####.exr: {}",
-        folder, sequences.size(), folder, fmt::join(names, ", ")));
-  }
-  std::vector<SequenceFile> files = std::move(sequences.begin()->second);
-  std::sort(files.begin(), files.end(),
-            [](const SequenceFile& a, const SequenceFile& b) { return a.frame < b.frame; });
-  return files;
-}
-
 /// In the order given. Numbers come from the names if all have one and they rise.
 std::vector<SequenceFile> FilesOfList(const std::vector<std::string>& inputs) {
   std::vector<SequenceFile> files;
   bool numbered = true;
   for (const std::string& input : inputs) {
-    const std::optional<NumberInName> number = FindNumber(fs::path(input).filename().string());
-    numbered = numbered && number && (files.empty() || number->number > files.back().frame);
-    files.push_back({number ? number->number : 0, input, ""});
+    const std::optional<int64_t> number = FrameNumberIn(input);
+    numbered = numbered && number && (files.empty() || *number > files.back().frame);
+    files.push_back({number.value_or(0), input, ""});
   }
   for (size_t i = 0; i < files.size() && !numbered; ++i) {
     files[i].frame = static_cast<int64_t>(i) + 1;
@@ -141,11 +71,17 @@ std::vector<SequenceFile> FilesOfList(const std::vector<std::string>& inputs) {
 
 Result<std::vector<SequenceFile>> FindInputs(const std::vector<std::string>& inputs) {
   std::error_code ignored;
-  if (inputs.size() == 1 && fs::is_directory(inputs[0], ignored)) {
-    return FilesOfFolder(inputs[0]);
-  }
-  if (inputs.size() == 1 && !fs::exists(inputs[0], ignored) && IsFramePattern(inputs[0])) {
-    return FilesOfPattern(inputs[0]);
+  if (inputs.size() == 1 &&
+      (!fs::exists(inputs[0], ignored) || fs::is_directory(inputs[0], ignored))) {
+    Result<std::vector<FrameFile>> found = FindFrameFiles(inputs[0], kExr);
+    if (!found.ok()) {
+      return found.status();
+    }
+    std::vector<SequenceFile> files;
+    for (FrameFile& file : found.value()) {
+      files.push_back({file.frame, std::move(file.path), ""});
+    }
+    return files;
   }
   for (const std::string& input : inputs) {
     if (!fs::exists(input, ignored)) {
@@ -159,17 +95,20 @@ Result<std::vector<SequenceFile>> FindInputs(const std::vector<std::string>& inp
   return FilesOfList(inputs);
 }
 
-Status NameOutputs(const std::string& output, std::vector<SequenceFile>* files) {
+Status NameOutputs(const std::string& text, std::vector<SequenceFile>* files) {
   std::error_code ignored;
-  const bool folder = output.ends_with('/') || fs::is_directory(output, ignored);
+  const bool folder = IsFolderName(text);
+  const std::string output = folder ? text : AsFramePattern(text);
+  if (!folder && LowerExtension(output) != ".exr") {
+    return Status::InvalidArgument(fmt::format(
+        "-o is '{}', expected a name that ends in .exr, or a folder: files keep their layers; "
+        "--preview {} writes pictures to look at",
+        text, text));
+  }
   if (!folder && !IsFramePattern(output) && files->size() > 1) {
     return Status::InvalidArgument(
         fmt::format("-o is '{}', expected a pattern such as out.####.exr or a folder for {} frames",
-                    output, files->size()));
-  }
-  if (!folder && !HasExrEnding(output)) {
-    return Status::InvalidArgument(fmt::format(
-        "-o is '{}', expected a name that ends in .exr: files are written as they came", output));
+                    text, files->size()));
   }
   std::set<std::string> taken;
   std::set<std::string> inputs;
@@ -193,6 +132,15 @@ Status NameOutputs(const std::string& output, std::vector<SequenceFile>* files) 
 }
 
 }  // namespace
+
+bool IsFolderName(const std::string& output) {
+  std::error_code ignored;
+  const std::string ending = LowerExtension(output);
+  const bool other_kind =
+      std::find(std::begin(kOtherKinds), std::end(kOtherKinds), ending) != std::end(kOtherKinds);
+  return output.ends_with('/') || fs::is_directory(output, ignored) ||
+         (!other_kind && !IsSequenceName(output));
+}
 
 Result<std::vector<SequenceFile>> ListSequence(const std::vector<std::string>& inputs,
                                                const std::string& output,

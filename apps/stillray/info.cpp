@@ -16,7 +16,9 @@
 #include "device_option.h"
 #include "info_picture.h"
 #include "info_scene.h"
+#include "io/sequence.h"
 #include "json_output.h"
+#include "quality/picture_file.h"
 #include "stillray/io.h"
 #include "stillray/scene.h"
 
@@ -47,10 +49,13 @@ Result<Description> Describe(const std::string& file) {
   if (picture.ok()) {
     return Description{PictureText(*picture), PictureJson(*picture)};
   }
-  if (picture.status().code() == StatusCode::kNotFound && IsFramePattern(file)) {
-    return Status::NotFound(
-        fmt::format("{}: info takes one file, not a sequence; {} files match this pattern", file,
-                    FindFrames(file).size()));
+  if (picture.status().code() == StatusCode::kNotFound && IsSequenceName(file)) {
+    const Result<std::vector<FrameFile>> files = FindFrameFiles(file, kPictureEndings);
+    if (!files.ok()) {
+      return files.status();
+    }
+    return Status::NotFound(fmt::format("{}: info takes one file, not a sequence of {}, such as {}",
+                                        file, files->size(), files->front().path));
   }
   return picture.status();
 }

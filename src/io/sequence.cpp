@@ -1,14 +1,25 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
+#include "io/sequence.h"
+
+#include <fnmatch.h>
+
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <optional>
 #include <string_view>
 #include <system_error>
+#include <tuple>
+#include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include "core/lower_case.h"
+#include "io/text.h"
 #include "stillray/io.h"
 
 namespace stillray {
@@ -83,6 +94,182 @@ std::optional<int64_t> ParseNumber(std::string_view text, int digits) {
   return NumberText(number, digits) == text ? std::optional(number) : std::nullopt;
 }
 
+bool IsDigit(char c) {
+  return c >= '0' && c <= '9';
+}
+
+/// A file's own name cut at its last run of digits; the ending holds none that count.
+struct NumberedName {
+  std::string before;
+  std::string digits;
+  std::string after;
+  int64_t number = 0;
+};
+
+std::optional<NumberedName> CutAtNumber(const std::string& name) {
+  const size_t dot = name.rfind('.');
+  size_t end = dot == std::string::npos ? name.size() : dot;
+  while (end > 0 && !IsDigit(name[end - 1])) {
+    --end;
+  }
+  size_t begin = end;
+  while (begin > 0 && IsDigit(name[begin - 1]) && end - begin < kMaxDigits) {
+    --begin;
+  }
+  if (begin == end) {
+    return std::nullopt;
+  }
+  NumberedName cut{name.substr(0, begin), name.substr(begin, end - begin), name.substr(end), 0};
+  std::from_chars(cut.digits.data(), cut.digits.data() + cut.digits.size(), cut.number);
+  return cut;
+}
+
+/// One sequence of a folder.
+struct FoundSequence {
+  std::vector<FrameFile> files;  ///< sorted by frame, then by path
+  std::string pattern;           ///< of the files' own names
+};
+
+bool HasWildCards(const std::string& name) {
+  return name.find_first_of("*?") != std::string::npos;
+}
+
+/// Where a user's name for a sequence points to.
+struct NamedPlace {
+  fs::path folder;
+  std::string shown;  ///< the folder as typed, with its slash; empty for the current one
+  std::string name;
+};
+
+NamedPlace PlaceOf(const std::string& path) {
+  const size_t slash = path.rfind('/');
+  const size_t name_begin = slash == std::string::npos ? 0 : slash + 1;
+  const std::string shown = path.substr(0, name_begin);
+  return {shown.empty() ? fs::path(".") : fs::path(shown), shown, path.substr(name_begin)};
+}
+
+/// All sequences of a folder whose files' names are wanted, in the order of their names.
+Result<std::vector<FoundSequence>> ListSequences(
+    const NamedPlace& place, const std::function<bool(const std::string& name)>& wanted) {
+  std::map<std::pair<std::string, std::string>, FoundSequence> sequences;
+  std::map<std::pair<std::string, std::string>, size_t> widths;
+  std::error_code error;
+  for (fs::directory_iterator it(place.folder, error), end; !error && it != end;
+       it.increment(error)) {
+    const std::string name = it->path().filename().string();
+    const std::optional<NumberedName> cut = CutAtNumber(name);
+    std::error_code ignored;
+    if (!cut || !wanted(name) || it->is_directory(ignored)) {
+      continue;
+    }
+    const std::pair key(cut->before, cut->after);
+    sequences[key].files.push_back({cut->number, place.shown + name});
+    const auto width = widths.emplace(key, cut->digits.size()).first;
+    width->second = std::min(width->second, cut->digits.size());
+  }
+  if (error) {
+    return Status(
+        error == std::errc::no_such_file_or_directory ? StatusCode::kNotFound : StatusCode::kIo,
+        fmt::format("the folder {} cannot be listed: {}", io::OneLine(place.folder.string()),
+                    error.message()));
+  }
+  std::vector<FoundSequence> found;
+  for (auto& [key, sequence] : sequences) {
+    sequence.pattern = key.first + std::string(widths[key], '#') + key.second;
+    std::sort(sequence.files.begin(), sequence.files.end(),
+              [](const FrameFile& a, const FrameFile& b) {
+                return std::tie(a.frame, a.path) < std::tie(b.frame, b.path);
+              });
+    found.push_back(std::move(sequence));
+  }
+  return found;
+}
+
+bool HasEnding(const std::string& name, FileEndings endings) {
+  return std::find(endings.begin(), endings.end(), LowerExtension(name)) != endings.end();
+}
+
+/// Bytes that two names have in common at their begin.
+size_t CommonBegin(const std::string& a, const std::string& b) {
+  const auto [end, ignored] = std::mismatch(a.begin(), a.end(), b.begin(), b.end());
+  return static_cast<size_t>(end - a.begin());
+}
+
+std::string NameOf(const std::string& path) {
+  return io::OneLine(fs::path(path).filename().string());
+}
+
+/// "; found shot.0001.exr ... shot.0016.exr: did you mean shot.####.exr?" Of several sequences the
+/// one whose name begins most like what was typed.
+std::string Suggestion(const NamedPlace& place, FileEndings endings) {
+  const Result<std::vector<FoundSequence>> all =
+      ListSequences(place, [&](const std::string& name) { return HasEnding(name, endings); });
+  if (!all.ok()) {
+    return "; " + all.status().message();
+  }
+  if (all->empty()) {
+    return fmt::format("; there are no numbered files of kind {} in {}", fmt::join(endings, ", "),
+                       place.shown.empty() ? "this folder" : io::OneLine(place.shown));
+  }
+  const FoundSequence& best = *std::max_element(
+      all->begin(), all->end(), [&](const FoundSequence& a, const FoundSequence& b) {
+        return CommonBegin(a.pattern, place.name) < CommonBegin(b.pattern, place.name);
+      });
+  const std::string first = NameOf(best.files.front().path);
+  const std::string files =
+      best.files.size() == 1 ? first : first + " ... " + NameOf(best.files.back().path);
+  return fmt::format("; found {}: did you mean {}{}?", files, io::OneLine(place.shown),
+                     io::OneLine(best.pattern));
+}
+
+Status SeveralSequences(const std::string& input, const NamedPlace& place,
+                        const std::vector<FoundSequence>& found) {
+  constexpr size_t kListed = 8;
+  std::vector<std::string> names;
+  for (size_t i = 0; i < std::min(found.size(), kListed); ++i) {
+    names.push_back(
+        fmt::format("{} ({} files)", io::OneLine(found[i].pattern), found[i].files.size()));
+  }
+  if (found.size() > kListed) {
+    names.push_back(fmt::format("{} more", found.size() - kListed));
+  }
+  return Status::InvalidArgument(
+      fmt::format("{}: {} {} sequences, name one of them by a pattern such as {}{}: {}", input,
+                  HasWildCards(place.name) ? "matches" : "holds", found.size(), place.shown,
+                  io::OneLine(found.front().pattern), fmt::join(names, ", ")));
+}
+
+/// The one sequence of those found.
+Result<std::vector<FrameFile>> OnlySequence(const std::string& input, const NamedPlace& place,
+                                            std::vector<FoundSequence> found) {
+  if (found.size() > 1) {
+    return SeveralSequences(input, place, found);
+  }
+  std::vector<FrameFile>& files = found.front().files;
+  const auto twice =
+      std::adjacent_find(files.begin(), files.end(),
+                         [](const FrameFile& a, const FrameFile& b) { return a.frame == b.frame; });
+  if (twice != files.end()) {
+    return Status::InvalidArgument(fmt::format("{}: {} and {} are the same frame", input,
+                                               NameOf(twice->path), NameOf((twice + 1)->path)));
+  }
+  return std::move(files);
+}
+
+Result<std::vector<FrameFile>> FilesOfFolder(const std::string& folder, FileEndings endings) {
+  const NamedPlace place = PlaceOf(folder.ends_with('/') ? folder : folder + "/");
+  Result<std::vector<FoundSequence>> found =
+      ListSequences(place, [&](const std::string& name) { return HasEnding(name, endings); });
+  if (!found.ok()) {
+    return Status(found.status().code(), fmt::format("{}: {}", folder, found.status().message()));
+  }
+  if (found->empty()) {
+    return Status::NotFound(
+        fmt::format("{}: holds no numbered files of kind {}", folder, fmt::join(endings, ", ")));
+  }
+  return OnlySequence(folder, place, std::move(found.value()));
+}
+
 }  // namespace
 
 std::string FrameFileName(const std::string& pattern, int64_t frame) {
@@ -121,6 +308,59 @@ std::vector<int64_t> FindFrames(const std::string& pattern) {
   }
   std::sort(frames.begin(), frames.end());
   return frames;
+}
+
+bool IsSequenceName(const std::string& path) {
+  return IsFramePattern(path) || HasWildCards(PlaceOf(path).name);
+}
+
+std::string AsFramePattern(const std::string& path) {
+  const NamedPlace place = PlaceOf(path);
+  if (IsFramePattern(path) || !HasWildCards(place.name)) {
+    return path;
+  }
+  std::string name;
+  for (const char c : place.name) {
+    name += c == '*' ? "####" : c == '?' ? "#" : std::string(1, c);
+  }
+  return place.shown + name;
+}
+
+std::optional<int64_t> FrameNumberIn(const std::string& path) {
+  const std::optional<NumberedName> cut = CutAtNumber(PlaceOf(path).name);
+  return cut ? std::optional(cut->number) : std::nullopt;
+}
+
+Result<std::vector<FrameFile>> FindFrameFiles(const std::string& input, FileEndings endings) {
+  std::error_code ignored;
+  if (fs::is_directory(input, ignored)) {
+    return FilesOfFolder(input, endings);
+  }
+  std::vector<FrameFile> files;
+  for (const int64_t frame : FindFrames(input)) {
+    files.push_back({frame, FrameFileName(input, frame)});
+  }
+  if (!files.empty()) {
+    return files;
+  }
+  const NamedPlace place = PlaceOf(input);
+  const std::optional<PatternParts> parts = SplitPattern(input);
+  const bool wild = !parts && HasWildCards(place.name);
+  if (parts || wild) {
+    Result<std::vector<FoundSequence>> found = ListSequences(place, [&](const std::string& name) {
+      if (wild) {
+        return HasEnding(name, endings) && fnmatch(place.name.c_str(), name.c_str(), 0) == 0;
+      }
+      const std::optional<NumberedName> cut = CutAtNumber(name);
+      return cut->before == parts->before && cut->after == parts->after;
+    });
+    if (found.ok() && !found->empty()) {
+      return OnlySequence(input, place, std::move(found.value()));
+    }
+  }
+  return Status::NotFound(fmt::format(
+      "{}: {}{}", input, parts || wild ? "no file matches this pattern" : "no such file",
+      Suggestion(place, endings)));
 }
 
 }  // namespace stillray

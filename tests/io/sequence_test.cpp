@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "io/sequence.h"
 #include "io/test_files.h"
 #include "stillray/io.h"
 
@@ -14,6 +15,7 @@ namespace stillray {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 TEST(FrameFileName, PutsTheNumberIn) {
@@ -71,6 +73,78 @@ TEST(FindFrames, FindsWhatFrameFileNameMade) {
     folder.Write(std::filesystem::path(FrameFileName(pattern, frame)).filename(), "x");
   }
   EXPECT_THAT(FindFrames(pattern), ElementsAre(-120, 0, 9, 100));
+}
+
+constexpr std::string_view kExr[] = {".exr"};
+
+std::vector<int64_t> FramesOf(const std::string& input) {
+  const Result<std::vector<FrameFile>> files = FindFrameFiles(input, kExr);
+  std::vector<int64_t> frames;
+  if (!files.ok()) {
+    ADD_FAILURE() << files.status().message();
+    return frames;
+  }
+  for (const FrameFile& file : *files) {
+    EXPECT_TRUE(std::filesystem::exists(file.path)) << file.path;
+    frames.push_back(file.frame);
+  }
+  return frames;
+}
+
+std::string WhyNot(const std::string& input) {
+  const Result<std::vector<FrameFile>> files = FindFrameFiles(input, kExr);
+  EXPECT_FALSE(files.ok()) << input;
+  return files.status().message();
+}
+
+TEST(FindFrameFiles, UnderstandsWhatUsersType) {
+  const TempFolder folder;
+  for (const char* name : {"shot.0001.exr", "shot.0002.exr", "shot.0010.exr", "shot.0003.png"}) {
+    folder.Write(name, "x");
+  }
+  for (const char* name : {"shot.####.exr", "shot.%04d.exr", "shot.#.exr", "shot.##.exr",
+                           "shot.%d.exr", "shot.*.exr", "shot.????.exr", "*.exr", "shot*", ""}) {
+    EXPECT_THAT(FramesOf(folder.Path(name)), ElementsAre(1, 2, 10)) << name;
+  }
+}
+
+TEST(FindFrameFiles, TheWidthOfThePatternGoesFirst) {
+  const TempFolder folder;
+  for (const char* name : {"a.01.exr", "a.0002.exr"}) {
+    folder.Write(name, "x");
+  }
+  EXPECT_THAT(FramesOf(folder.Path("a.##.exr")), ElementsAre(1));
+  EXPECT_THAT(FramesOf(folder.Path("a.####.exr")), ElementsAre(2));
+  EXPECT_THAT(FramesOf(folder.Path("a.*.exr")), ElementsAre(1, 2));
+}
+
+TEST(FindFrameFiles, ErrorsSayWhatIsThere) {
+  const TempFolder folder;
+  for (const char* name : {"shot.0001.exr", "shot.0016.exr", "shot.0001.png"}) {
+    folder.Write(name, "x");
+  }
+  EXPECT_THAT(WhyNot(folder.Path("shto.####.exr")),
+              HasSubstr("no file matches this pattern; found shot.0001.exr ... shot.0016.exr: did "
+                        "you mean " +
+                        folder.Path("shot.####.exr")));
+  EXPECT_THAT(WhyNot(folder.Path("shot.exr")), HasSubstr("no such file; found shot.0001.exr"));
+  EXPECT_THAT(WhyNot(folder.Path("none/a.####.exr")), HasSubstr("cannot be listed"));
+  folder.Write("a.1.exr", "x");
+  EXPECT_THAT(WhyNot(folder.Path("*.exr")), HasSubstr("matches 2 sequences"));
+  EXPECT_THAT(WhyNot(folder.Path("")), HasSubstr("holds 2 sequences"));
+  EXPECT_THAT(WhyNot(folder.Path("sho.####.exr")), HasSubstr("did you mean"));
+  folder.Write("a.0001.exr", "x");
+  EXPECT_THAT(WhyNot(folder.Path("a.*.exr")),
+              HasSubstr("a.0001.exr and a.1.exr are the same frame"));
+  const TempFolder empty;
+  EXPECT_THAT(WhyNot(empty.Path("a.####.exr")), HasSubstr("there are no numbered files of kind"));
+}
+
+TEST(AsFramePattern, TurnsWildCardsIntoMarks) {
+  EXPECT_EQ(AsFramePattern("a*/s.*.exr"), "a*/s.####.exr");
+  EXPECT_EQ(AsFramePattern("s.???.exr"), "s.###.exr");
+  EXPECT_EQ(AsFramePattern("s.%04d.exr"), "s.%04d.exr");
+  EXPECT_EQ(AsFramePattern("s.exr"), "s.exr");
 }
 
 }  // namespace

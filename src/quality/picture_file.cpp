@@ -1,0 +1,83 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "quality/picture_file.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "stillray/aov.h"
+#include "stillray/frame.h"
+#include "stillray/io.h"
+
+namespace stillray {
+namespace {
+
+// The largest file that is read whole.
+constexpr size_t kMaxFileBytes = size_t{4} << 30;
+
+Image1 TakeLayer(const ExrImage& exr, const char* name) {
+  const Channel* channel = exr.Find(name);
+  return channel != nullptr ? channel->values : Image1();
+}
+
+/// The sum of the light of a file that has passes alone.
+Result<Image3> LightOfPasses(const ExrImage& exr, const std::string& path) {
+  const Result<AovLayout> layout = UnderstandAovs(exr, AovOptions(), path);
+  if (!layout.ok()) {
+    return layout.status();
+  }
+  const Result<Frame> frame = ImportFrame(exr, *layout, {0, 0}, path);
+  return frame.ok() ? Result<Image3>(SumOfLight(*frame)) : Result<Image3>(frame.status());
+}
+
+Result<PictureFile> DecodeExrPicture(const std::string& bytes, const std::string& path) {
+  const Result<ExrImage> exr =
+      DecodeExr(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size(), path);
+  if (!exr.ok()) {
+    return exr.status();
+  }
+  Result<Image3> colour = ExrColour(*exr, path);
+  if (!colour.ok()) {
+    Result<Image3> light = LightOfPasses(*exr, path);
+    if (!light.ok()) {
+      return colour.status();
+    }
+    colour = std::move(light);
+  }
+  PictureFile picture;
+  picture.colour = std::move(*colour);
+  picture.linear = true;
+  picture.depth = TakeLayer(*exr, "depth.Z");
+  Image1 motion_x = TakeLayer(*exr, "motion.X");
+  Image1 motion_y = TakeLayer(*exr, "motion.Y");
+  if (!motion_x.empty() && !motion_y.empty()) {
+    picture.motion[0] = std::move(motion_x);
+    picture.motion[1] = std::move(motion_y);
+  }
+  return picture;
+}
+
+}  // namespace
+
+Result<PictureFile> ReadPictureFile(const std::string& path) {
+  constexpr std::array<char, 4> kExrMagic = {0x76, 0x2f, 0x31, 0x01};
+  const Result<std::string> bytes = ReadWholeFile(path, kMaxFileBytes);
+  if (!bytes.ok()) {
+    return bytes.status();
+  }
+  if (bytes->size() >= kExrMagic.size() &&
+      std::equal(kExrMagic.begin(), kExrMagic.end(), bytes->begin())) {
+    return DecodeExrPicture(*bytes, path);
+  }
+  PictureFile picture;
+  Result<Image3> colour = DecodeImage(reinterpret_cast<const uint8_t*>(bytes->data()),
+                                      bytes->size(), path, &picture.linear);
+  if (!colour.ok()) {
+    return colour.status();
+  }
+  picture.colour = std::move(*colour);
+  return picture;
+}
+
+}  // namespace stillray
