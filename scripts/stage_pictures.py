@@ -205,7 +205,7 @@ def denoised(arguments, run, name, frame, *options):
     path = folder / f"noisy.{frame:04}.exr"
     if not path.exists():
         command = [str(arguments.program), "denoise", str(run.folder / "noisy.####.exr"), "-o",
-                   f"{folder}/", *options]
+                   f"{folder}/", "--window", "past", *options]
         print("+", *command, flush=True)
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     planes = read_exr(path)

@@ -192,8 +192,7 @@ Result<RenderOptions> OptionsAt(const BenchArguments& a, const std::string& size
 }
 
 Status WriteJson(const BenchArguments& a, const std::string& json) {
-  return a.json_path.empty() ? Status::Ok()
-                             : WriteFileAtomically(a.json_path, json.data(), json.size());
+  return a.json_path.empty() ? Status::Ok() : WriteJsonOutput(a.json_path, json);
 }
 
 /// The denoiser alone, on another device: its stages and a copy, on a picture made by formula.
@@ -290,6 +289,7 @@ Status RunFramesBench(const BenchArguments& a) {
 }
 
 Status RunBench(const BenchArguments& arguments) {
+  STILLRAY_RETURN_IF_ERROR(CheckJsonOutput(arguments.json_path));
   if (arguments.fps) {
     return RunFramesBench(arguments);
   }

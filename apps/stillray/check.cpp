@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // stillray check: what is wrong with a sequence, before hours are spent on denoising it.
-#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -17,6 +16,7 @@
 #include "commands.h"
 #include "console.h"
 #include "denoise_inputs.h"
+#include "finding_json.h"
 #include "interrupt.h"
 #include "io/text.h"
 #include "json_output.h"
@@ -41,10 +41,6 @@ constexpr size_t kMaxFileBytes = size_t{4} << 30;
 /// Where a listing of outputs would begin: nothing is written.
 constexpr const char* kNowhere = "/nonexistent/frame.####.exr";
 
-nlohmann::ordered_json Number(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-}
-
 std::string ReportJson(const DoctorReport& report, const std::vector<SequenceFile>& files) {
   nlohmann::ordered_json json;
   json["stillray"] = STILLRAY_VERSION;
@@ -54,23 +50,13 @@ std::string ReportJson(const DoctorReport& report, const std::vector<SequenceFil
   json["frames"] = report.frames;
   json["findings"] = nlohmann::ordered_json::array();
   for (const Finding& f : report.findings) {
-    nlohmann::ordered_json one;
-    one["name"] = f.name;
-    one["frames"] = f.frames;
-    one["what"] = f.what;
-    one["cure"] = f.cure;
-    one["measured"] = Number(f.measured);
-    one["expected"] = Number(f.expected);
-    if (!f.aov.empty()) {
-      one["aov"] = io::OneLine(f.aov);
-    }
-    json["findings"].push_back(std::move(one));
+    json["findings"].push_back(FindingJson(f));
   }
   json["measures"] = nlohmann::ordered_json::array();
   for (const Measure& m : report.measures) {
     json["measures"].push_back({{"name", m.name},
-                                {"value", Number(m.value)},
-                                {"limit", Number(m.limit)},
+                                {"value", FiniteNumberJson(m.value)},
+                                {"limit", FiniteNumberJson(m.limit)},
                                 {"broken", m.broken},
                                 {"judged", m.judged}});
   }
@@ -115,6 +101,7 @@ Status LookAt(const SequenceFile& file, std::FILE* out, Doctor* doctor) {
 }
 
 Status RunCheck(const CheckArguments& a, bool* clean) {
+  STILLRAY_RETURN_IF_ERROR(CheckJsonOutput(a.json_path));
   const Result<std::vector<SequenceFile>> files = ListSequence(a.inputs, kNowhere, a.frames);
   if (!files.ok()) {
     return files.status();

@@ -18,6 +18,7 @@
 #include "commands.h"
 #include "compare_frames.h"
 #include "json_output.h"
+#include "output_folder.h"
 #include "quality/heat_map.h"
 #include "stillray/io.h"
 #include "stillray/quality.h"
@@ -167,28 +168,6 @@ Status WriteHeatMaps(const ComparedFrame& frame, const std::string& folder) {
                       report::kRelativeSquaredErrorScale);
 }
 
-Status MakeFolder(const std::string& path) {
-  std::error_code error;
-  std::filesystem::create_directories(path, error);
-  if (!error && !std::filesystem::is_directory(path, error) && !error) {
-    error = std::make_error_code(std::errc::not_a_directory);
-  }
-  return error ? Status::Io(
-                     fmt::format("{}: the folder could not be made: {}", path, error.message()))
-               : Status::Ok();
-}
-
-/// Says before hours of work, not after them, that there is no place for the result.
-Status CheckJsonFolder(const std::string& path) {
-  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-  std::error_code ignored;
-  if (path.empty() || path == "-" || folder.empty() ||
-      std::filesystem::is_directory(folder, ignored)) {
-    return Status::Ok();
-  }
-  return Status::NotFound(fmt::format("{}: there is no folder {}", path, folder.string()));
-}
-
 /// Compares all pairs, printing each row as soon as it is known.
 class Comparison {
  public:
@@ -209,9 +188,9 @@ class Comparison {
       return pairs.status();
     }
     if (!options_.heatmap_folder.empty()) {
-      STILLRAY_RETURN_IF_ERROR(MakeFolder(options_.heatmap_folder));
+      STILLRAY_RETURN_IF_ERROR(MakeOutputFolder(options_.heatmap_folder));
     }
-    STILLRAY_RETURN_IF_ERROR(CheckJsonFolder(options_.json_path));
+    STILLRAY_RETURN_IF_ERROR(CheckJsonOutput(options_.json_path));
     for (const FramePair& pair : *pairs) {
       STILLRAY_RETURN_IF_ERROR(CompareOne(pair));
     }

@@ -42,12 +42,13 @@ compression stay as they are. See
 docs/renderers.md for what is understood and how to map your own names.
 
 Examples:
-  stillray denoise 'shot.####.exr' -o 'clean/shot.####.exr'
-  stillray denoise 'shot.%04d.exr' -o clean/ --frames 1-24 --renderer blender --preset svgf
+  stillray denoise 'shot.####.exr' -o clean
+  stillray denoise 'shot.####.exr' -o clean --preview clean/preview.mp4
+  stillray denoise 'shot.%04d.exr' -o 'clean/shot.####.exr' --frames 1-24 --renderer blender
   stillray denoise frames/ -o clean/ --aov normal=N,encoded --aov motion=mv,ndc,from_previous,y_up
   stillray denoise a.0001.exr a.0002.exr -o clean/ --timings --json log.json
-  stillray denoise 'shot.####.exr' -o 'clean/shot.####.exr' --window both --passes
-  stillray denoise 'shot.####.exr' -o 'clean/shot.####.exr' --resume
+  stillray denoise 'shot.*.exr' -o clean/ --window past --passes --preview 'look/####.png'
+  stillray denoise 'shot.####.exr' -o clean --resume
 )";
 
 }  // namespace
@@ -57,7 +58,9 @@ void AddDenoiseCommand(CLI::App& app, int* exit_code) {
       "denoise", "Denoise a sequence of EXR files of Blender, Arnold or another renderer");
   command->footer(kExamples);
   const auto a = std::make_shared<DenoiseArguments>();
-  command->add_option("-o,--output", a->output, "A pattern, or a folder; made if needed")
+  command
+      ->add_option("-o,--output", a->output,
+                   "EXR files: a pattern (out.####.exr), or a folder; made if needed")
       ->required();
   AddSequenceOptions(command, &a->inputs, &a->frames, &a->aovs);
   command->add_option("--preset", a->preset, fmt::format("{}", fmt::join(PresetNames(), ", ")))
@@ -76,14 +79,23 @@ void AddDenoiseCommand(CLI::App& app, int* exit_code) {
       ->add_option(
           "--window", a->window,
           "past: a frame gets the light of frames before it; both: of frames after it too, "
-          "so that first frames and what comes into view are as clean as the rest. Takes "
+          "so that first frames and what comes into view are as clean as the rest. both takes "
           "about half as long again and 1.8 kB per pixel more memory, or less memory and "
-          "more time with the same result where --memory-limit demands it")
+          "more time with the same result where --memory-limit demands it; auto: both, and past "
+          "for one frame, where frames are missing, and where memory is too little for both")
       ->capture_default_str();
   command->add_flag(
       "--passes", a->passes,
       "Write the denoised light of every light layer (DiffDir, GlossInd, ...) too, so "
       "that putting the layers together gives the denoised colour");
+  command->add_option("--preview", a->preview,
+                      "Write display pictures too: a video (look.mp4), or PNG files "
+                      "('look/####.png', or a folder)");
+  AddDisplayOptions(command, &a->display);
+  CLI::Option* fps =
+      command->add_option("--fps", a->fps, "Frames per second of the video")->capture_default_str();
+  command->add_flag("!--no-check", a->check,
+                    "Do not look for mistakes in the first frames (stillray check looks at all)");
   AddDeviceOption(command, &a->device);
   command->add_option("--threads", a->threads, "Default: all processors")
       ->check(CLI::Range(0, 4096));
@@ -95,7 +107,8 @@ void AddDenoiseCommand(CLI::App& app, int* exit_code) {
   command->add_option(
       "--json", a->json_path,
       "Write settings, times and what was understood there (- for standard output)");
-  command->callback([a, exit_code] {
+  command->callback([a, fps, exit_code] {
+    a->fps_given = fps->count() > 0;
     RenderLines for_renderers;
     Status status = a->settings_file.empty() ? Status::Ok()
                                              : SettingsFileAsOptions(a->settings_file, &a->preset,

@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise_frames.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "denoise_cuts.h"
 
 namespace stillray {
@@ -91,7 +94,10 @@ Link LinkToPrevious(const SequenceFrame& before, const AovLayout& layout, Sequen
   if (now->frame.index != before.frame.index + 1) {
     return Link::kGap;
   }
-  if (!SameSize(before.frame, now->frame) || now->frame.guides.motion.empty()) {
+  if (!SameSize(before.frame, now->frame)) {
+    return Link::kResized;
+  }
+  if (now->frame.guides.motion.empty()) {
     return Link::kCut;
   }
   if (now->camera && before.camera) {
@@ -101,6 +107,37 @@ Link LinkToPrevious(const SequenceFrame& before, const AovLayout& layout, Sequen
     AddJitter(layout.motion, before.frame, &now->frame.guides.motion);
   }
   return IsCut(FindAgain(now->frame, before.frame.guides)) ? Link::kCut : Link::kContinues;
+}
+
+double PartWithoutHistory(const DenoisedFrame& out, const Frame& frame) {
+  const auto mask = std::find_if(out.images.begin(), out.images.end(),
+                                 [](const NamedImage& i) { return i.name == "disocclusion"; });
+  if (mask == out.images.end()) {
+    return 0;
+  }
+  int64_t surfaces = 0;
+  int64_t marked = 0;
+  for (int y = 0; y < frame.height; ++y) {
+    for (int x = 0; x < frame.width; ++x) {
+      if (std::isfinite(frame.guides.depth(x, y))) {
+        ++surfaces;
+        marked += mask->channels[0](x, y) > 0.5f;
+      }
+    }
+  }
+  return surfaces == 0 ? 0 : static_cast<double>(marked) / static_cast<double>(surfaces);
+}
+
+bool IsStill(const Image2& motion) {
+  for (int c = 0; c < 2; ++c) {
+    for (int y = 0; y < motion.height(); ++y) {
+      const float* row = motion[c].Row(y);
+      if (std::any_of(row, row + motion.width(), [](float v) { return v != 0; })) {
+        return false;
+      }
+    }
+  }
+  return true;
 }
 
 Image2 MotionToNext(const SequenceFrame& now, const SequenceFrame& next, const AovLayout& layout) {

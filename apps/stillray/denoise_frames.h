@@ -47,13 +47,21 @@ void KeepGuidesOnly(SequenceFrame* frame);
 
 enum class Link {
   kContinues,
-  kGap,  ///< numbers are missing between the two: motion leads to a frame that is not there
-  kCut,  ///< the pictures show different things
+  kGap,      ///< numbers are missing between the two: motion leads to a frame that is not there
+  kResized,  ///< the pictures have different sizes
+  kCut,      ///< the pictures show different things
 };
 
 /// Completes the motion of `now`, and tells whether `before` is the frame it points to. Depends on
 /// the two frames alone.
 Link LinkToPrevious(const SequenceFrame& before, const AovLayout& layout, SequenceFrame* now);
+
+/// Part of the pixels with a surface that the output "disocclusion" marks; 0 where there is no
+/// surface at all, or no such output.
+double PartWithoutHistory(const DenoisedFrame& out, const Frame& frame);
+
+/// Whether motion is zero everywhere.
+bool IsStill(const Image2& motion);
 
 /// Motion of `now` towards `next`, whose own motion is complete: as its file tells it, else found
 /// from the next frame's motion.

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "device_option.h"
+#include "finding_json.h"
 #include "json_output.h"
 #include "log_json.h"
 
@@ -103,15 +104,16 @@ std::string DenoiseLogJson(const DenoiseOptions& options, const AovLayout& layou
   for (const DenoisedFrameLog& frame : log.frames) {
     frames.push_back(FrameJson(frame));
   }
-  Json json = {{"stillray", STILLRAY_VERSION},
-               {"preset", options.text.preset},
-               {"window", options.text.window},
-               {"threads", threads},
-               {"aovs", LayoutJson(layout)},
-               {"parameters", ParametersJson(used)},
-               {"slowest_part", Slowest(PartsOf(log)).name},
-               {"frames", std::move(frames)},
-               {"memory", {{"denoiser_bytes", log.denoiser_bytes}}}};
+  Json findings = Json::array();
+  for (const Finding& finding : log.findings) {
+    findings.push_back(FindingJson(finding));
+  }
+  Json json = {
+      {"stillray", STILLRAY_VERSION},         {"preset", options.text.preset},
+      {"window", WindowName(options.window)}, {"threads", threads},
+      {"aovs", LayoutJson(layout)},           {"findings", std::move(findings)},
+      {"parameters", ParametersJson(used)},   {"slowest_part", Slowest(PartsOf(log)).name},
+      {"frames", std::move(frames)},          {"memory", {{"denoiser_bytes", log.denoiser_bytes}}}};
   if (log.device_memory.allocations > 0) {
     json["memory"]["device"] = DeviceMemoryJson(log.device_memory);
   }
@@ -142,6 +144,13 @@ Result<DenoiseLog> ParseDenoiseLog(const std::string& text) {
   STILLRAY_RETURN_IF_ERROR(frames.status());
   DenoiseLog log;
   log.frames = std::move(frames.value());
+  try {
+    for (const Json& finding : Json::parse(text).value("findings", Json::array())) {
+      log.findings.push_back(ParseFinding(finding));
+    }
+  } catch (const Json::exception& error) {
+    return Status::BadData(fmt::format("the log of the run is damaged: {}", error.what()));
+  }
   return log;
 }
 

@@ -10,6 +10,7 @@
 
 #include "denoise_options.h"
 #include "log_parts.h"
+#include "stillray/doctor.h"
 
 namespace stillray {
 
@@ -35,6 +36,7 @@ struct DenoisedFrameLog {
 };
 
 struct DenoiseLog {
+  std::vector<Finding> findings;  ///< of the doctor in the first frames
   std::vector<DenoisedFrameLog> frames;
   size_t denoiser_bytes = 0;
   DeviceMemory device_memory;  ///< of that what lies on a GPU
@@ -42,7 +44,7 @@ struct DenoiseLog {
 
 std::string DenoiseLogJson(const DenoiseOptions& options, const AovLayout& layout,
                            const Settings& used, const DenoiseLog& log, int threads);
-/// The frames of a text that DenoiseLogJson made. \return kBadData
+/// Frames and findings of a text that DenoiseLogJson made. \return kBadData
 Result<DenoiseLog> ParseDenoiseLog(const std::string& json);
 /// One line that says how much light was left out, why, and what helps; empty where none was.
 std::string MissingLightWarning(const DenoiseLog& log);

@@ -12,6 +12,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "denoise_preview.h"
+#include "io/frame_rate.h"
+
 namespace stillray {
 namespace {
 
@@ -60,7 +63,24 @@ Status ParseSettings(const DenoiseArguments& arguments, DenoiseOptions* options)
     }
     options->set_names.push_back(name);
   }
+  STILLRAY_RETURN_IF_ERROR(SetDisplay(arguments.display, &options->settings));
   return ValidateSettings(options->settings);
+}
+
+Status CheckDisplayArguments(const DenoiseArguments& arguments) {
+  const char* given = arguments.display.exposure  ? "--exposure"
+                      : arguments.display.tonemap ? "--tonemap"
+                      : arguments.fps_given       ? "--fps"
+                                                  : nullptr;
+  if (arguments.preview.empty() && given != nullptr) {
+    return Status::InvalidArgument(
+        fmt::format("{} is for display pictures, expected --preview with it", given));
+  }
+  if (!(arguments.fps >= kMinFps && arguments.fps <= kMaxFps)) {
+    return Status::InvalidArgument(
+        fmt::format("--fps is {}, expected {} to {}", arguments.fps, kMinFps, kMaxFps));
+  }
+  return Status::Ok();
 }
 
 /// "8G", "500M", bytes without a letter.
@@ -96,11 +116,11 @@ Result<DenoiseOptions> ParseDenoiseArguments(const DenoiseArguments& arguments) 
   DenoiseOptions options;
   options.text = arguments;
   STILLRAY_RETURN_IF_ERROR(ParseSettings(arguments, &options));
-  if (arguments.window != "past" && arguments.window != "both") {
+  if (arguments.window != "auto" && arguments.window != "past" && arguments.window != "both") {
     return Status::InvalidArgument(
-        fmt::format("--window is '{}', expected past or both", arguments.window));
+        fmt::format("--window is '{}', expected auto, past or both", arguments.window));
   }
-  options.window = arguments.window == "both" ? Window::kBoth : Window::kPast;
+  STILLRAY_RETURN_IF_ERROR(CheckDisplayArguments(arguments));
   STILLRAY_RETURN_IF_ERROR(ParseMemory(arguments.memory_limit, &options.memory_limit));
   Result<std::vector<SequenceFile>> files =
       ListSequence(arguments.inputs, arguments.output, arguments.frames);
@@ -108,7 +128,29 @@ Result<DenoiseOptions> ParseDenoiseArguments(const DenoiseArguments& arguments) 
     return files.status();
   }
   options.files = std::move(files.value());
+  options.window_is_chosen = arguments.window == "auto";
+  options.window = options.window_is_chosen     ? ChooseWindow(options.files, &options.window_note)
+                   : arguments.window == "both" ? Window::kBoth
+                                                : Window::kPast;
+  STILLRAY_RETURN_IF_ERROR(CheckPreview(options));
   return options;
+}
+
+Window ChooseWindow(const std::vector<SequenceFile>& files, std::string* note) {
+  if (files.size() < 2) {
+    return Window::kPast;
+  }
+  const auto gap = std::adjacent_find(
+      files.begin(), files.end(),
+      [](const SequenceFile& a, const SequenceFile& b) { return b.frame != a.frame + 1; });
+  if (gap == files.end()) {
+    return Window::kBoth;
+  }
+  *note = fmt::format(
+      "--window past, as frames are missing between {} and {}; --window both looks ahead up to "
+      "every gap",
+      gap->frame, (gap + 1)->frame);
+  return Window::kPast;
 }
 
 std::string DenoiseFingerprint(const DenoiseOptions& options) {
@@ -116,7 +158,11 @@ std::string DenoiseFingerprint(const DenoiseOptions& options) {
   std::string text = fmt::format("denoise {}\noutput {}\nfirst {}\nrenderer {}\naov {}\n",
                                  fmt::join(a.inputs, " "), a.output, options.files.front().input,
                                  a.aovs.renderer, fmt::join(a.aovs.mappings, " "));
-  text += fmt::format("window {}\npasses {}\ndevice {}\n", a.window, a.passes, a.device);
+  text += fmt::format("window {}\npasses {}\ndevice {}\n", WindowName(options.window), a.passes,
+                      a.device);
+  if (!a.preview.empty()) {
+    text += fmt::format("preview {}\nfps {}\n", a.preview, a.fps);
+  }
   if (options.window == Window::kBoth) {
     text += fmt::format("last {}\n", options.files.back().input);
   }

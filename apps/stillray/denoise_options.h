@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "denoise_inputs.h"
+#include "display_options.h"
 #include "stillray/aov.h"
 #include "stillray/denoise.hpp"
 
@@ -24,18 +25,26 @@ struct DenoiseArguments {
   std::string preset = "default";
   std::string settings_file;
   std::vector<std::string> set;
-  std::string window = "past";
+  std::string window = "auto";
   int threads = 0;
   std::string memory_limit;
   bool passes = false;
   bool resume = false;
   bool timings = false;
+  bool check = true;
+  std::string preview;
+  DisplayArguments display;
+  double fps = 24;
+  bool fps_given = false;
   std::string device = "auto";
   std::string json_path;
 };
 
 /// Which frames a frame gets light of, beside its own.
 enum class Window { kPast, kBoth };
+inline const char* WindowName(Window window) {
+  return window == Window::kBoth ? "both" : "past";
+}
 
 /// The same, understood.
 struct DenoiseOptions {
@@ -43,6 +52,8 @@ struct DenoiseOptions {
   std::vector<SequenceFile> files;
   Settings settings;
   Window window = Window::kPast;
+  bool window_is_chosen = false;       ///< by what the files and the machine allow, not by the user
+  std::string window_note;             ///< why `window` is what it is, or empty
   std::vector<std::string> set_names;  ///< parameters that --set gave
   int64_t memory_limit = 0;            ///< bytes; the machine's memory by default
 
@@ -51,6 +62,11 @@ struct DenoiseOptions {
 
 /// \return kInvalidArgument naming the option, what it is and what was expected; kNotFound
 Result<DenoiseOptions> ParseDenoiseArguments(const DenoiseArguments& arguments);
+
+/// The window where the user leaves the choice: both sides of a sequence without gaps, the past of
+/// one frame, or of a sequence with gaps, whose missing frames may still come.
+/// \param note  set to why it is the past, where that is worth a word
+Window ChooseWindow(const std::vector<SequenceFile>& files, std::string* note);
 
 /// Everything that decides what the pictures look like, one "name value" a line: runs with the same
 /// text make the same bits.

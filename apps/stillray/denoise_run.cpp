@@ -17,17 +17,23 @@
 #include <fmt/format.h>
 
 #include "console.h"
+#include "denoise_check.h"
 #include "denoise_frames.h"
 #include "denoise_future.h"
 #include "denoise_log.h"
 #include "denoise_passes.h"
+#include "denoise_preview.h"
 #include "denoise_reader.h"
+#include "denoise_settings.h"
 #include "denoise_writer.h"
 #include "device_option.h"
 #include "interrupt.h"
+#include "io/text.h"
 #include "json_output.h"
+#include "output_folder.h"
 #include "progress.h"
 #include "resume.h"
+#include "run_summary.h"
 
 namespace stillray {
 namespace {
@@ -41,38 +47,6 @@ double Milliseconds(Clock::time_point since) {
   return std::chrono::duration<double, std::milli>(Clock::now() - since).count();
 }
 
-/// Part of the pixels with a surface that the mask marks; 0 where there is no surface at all.
-double PartWithoutHistory(const DenoisedFrame& out, const Frame& frame) {
-  const auto mask = std::find_if(out.images.begin(), out.images.end(),
-                                 [](const NamedImage& i) { return i.name == "disocclusion"; });
-  if (mask == out.images.end()) {
-    return 0;
-  }
-  int64_t surfaces = 0;
-  int64_t marked = 0;
-  for (int y = 0; y < frame.height; ++y) {
-    for (int x = 0; x < frame.width; ++x) {
-      if (std::isfinite(frame.guides.depth(x, y))) {
-        ++surfaces;
-        marked += mask->channels[0](x, y) > 0.5f;
-      }
-    }
-  }
-  return surfaces == 0 ? 0 : static_cast<double>(marked) / static_cast<double>(surfaces);
-}
-
-bool IsStill(const Image2& motion) {
-  for (int c = 0; c < 2; ++c) {
-    for (int y = 0; y < motion.height(); ++y) {
-      const float* row = motion[c].Row(y);
-      if (std::any_of(row, row + motion.width(), [](float v) { return v != 0; })) {
-        return false;
-      }
-    }
-  }
-  return true;
-}
-
 /// The frames of one run, one after the other, and everything that lives as long as it does. While
 /// a frame is filtered, the file behind it is read and the one before it written, each on a thread
 /// of its own. Everything else, the user's messages too, is done by the caller's, in the order of
@@ -82,7 +56,6 @@ class DenoiseRun {
   DenoiseRun(const DenoiseOptions& options, int threads)
       : options_(options),
         threads_(threads),
-        fingerprint_(DenoiseFingerprint(options)),
         folder_(std::filesystem::path(options.files.front().output).parent_path().string()) {}
 
   Status Run();
@@ -91,11 +64,11 @@ class DenoiseRun {
   Status Prepare();
   Status Understand(ExrExtent* extent);
   Status PrepareDenoisers(const ExrExtent& extent);
-  void ChooseSettings(const ExrImage& first);
-  void RelaxHistoryTests();
   Status PrepareFuture(const ExrExtent& first);
   Status PlayBackward(const SequenceFile& file);
-  Status MakeFolder() const;
+  void TakeWindowOfResumedRun();
+  void FallBackToPast(const std::string& why);
+  Status CheckInputs();
   Status Resume();
   Status DenoiseFile(size_t at);
   void ChooseOverlap(const ExrExtent& first);
@@ -113,7 +86,7 @@ class DenoiseRun {
   void Summarise() const;
   bool LooksAhead() const { return future_.has_value(); }
 
-  const DenoiseOptions& options_;
+  DenoiseOptions options_;
   int threads_;
   std::string fingerprint_;
   std::string folder_;
@@ -127,6 +100,7 @@ class DenoiseRun {
   std::optional<FuturePass> future_;
   bool overlap_ = false;  ///< whether files are read and written beside the filter
   std::optional<FrameReader> reader_;
+  std::optional<Preview> preview_;
   std::optional<FrameWriter> writer_;
   std::optional<SequenceFrame> previous_;  ///< guides only
   std::optional<PassSplitter> splitter_;
@@ -134,56 +108,24 @@ class DenoiseRun {
   std::vector<NewLayer> layers_;  ///< of the frame in work
   DenoiseLog log_;
   DenoisedFrameLog writing_log_;  ///< of the frame that is being written
+  Clock::time_point start_;       ///< of the frames
   Clock::time_point last_end_;    ///< when the frame before it was done
+  int64_t written_bytes_ = 0;
   std::optional<Progress> progress_;
   double done_ = 0;  ///< frames denoised and played backward
   bool motion_was_seen_ = false;
-  size_t seen_ = 0;   ///< files whose light is in the history
-  size_t saved_ = 0;  ///< files done when the state was saved; 0: never
+  size_t seen_ = 0;        ///< files whose light is in the history
+  size_t resumed_at_ = 0;  ///< files that an earlier run did
+  size_t saved_ = 0;       ///< files done when the state was saved; 0: never
   Clock::time_point last_save_ = Clock::now();
 };
-
-/// Where edges are mixtures that come out differently in every frame, sharp tests of the history
-/// fail there and leave the noise. Light that is not the same is found by limit_history all the
-/// same; without it sharp tests are the lesser evil.
-void DenoiseRun::RelaxHistoryTests() {
-  if (!layout_.soft_guides || !settings_.limit_history) {
-    return;
-  }
-  if (!options_.IsSet("history_id")) {
-    settings_.history_id = false;
-  }
-  if (!options_.IsSet("history_normal")) {
-    settings_.history_normal = 80.0f;
-  }
-  if (!options_.IsSet("history_depth")) {
-    settings_.history_depth = 0.3f;
-  }
-}
-
-/// Files without motion have no history to speak of; antialiasing in time needs jittered frames,
-/// and would soften those of other renderers.
-void DenoiseRun::ChooseSettings(const ExrImage& first) {
-  settings_ = options_.settings;
-  RelaxHistoryTests();
-  const bool has_motion = layout_.Find(Aov::kMotion) != nullptr || layout_.motion_from_cameras;
-  if (!has_motion) {
-    settings_.temporal = false;
-  }
-  const auto jitter = first.attributes.find("jitter");
-  const bool jittered =
-      jitter != first.attributes.end() && jitter->second != "0 0" && !options_.text.passes;
-  if (!has_motion || (!jittered && !options_.IsSet("antialias"))) {
-    settings_.antialias = Antialias::kOff;
-  }
-}
 
 Status DenoiseRun::PrepareFuture(const ExrExtent& first) {
   if (options_.window != Window::kBoth) {
     return Status::Ok();
   }
   if (!settings_.temporal) {
-    PrintTo(stderr, "note: without history there is no future either: --window past\n");
+    FallBackToPast("without history there is no future either");
     return Status::Ok();
   }
   const Result<size_t> held = FuturesThatFit(first, options_, options_.files.front().input);
@@ -213,10 +155,42 @@ void DenoiseRun::ChooseOverlap(const ExrExtent& first) {
   }
 }
 
+/// An unfinished run goes on with its own window, whatever the files would allow by now.
+void DenoiseRun::TakeWindowOfResumedRun() {
+  if (!options_.text.resume || !options_.window_is_chosen) {
+    return;
+  }
+  const Result<ResumeState> state = LoadResumeState(folder_);
+  if (!state.ok()) {
+    return;
+  }
+  for (const Window window : {Window::kPast, Window::kBoth}) {
+    if (state->fingerprint.find(fmt::format("\nwindow {}\n", WindowName(window))) !=
+        std::string::npos) {
+      options_.window = window;
+      options_.window_note.clear();
+    }
+  }
+}
+
+void DenoiseRun::FallBackToPast(const std::string& why) {
+  options_.window = Window::kPast;
+  PrintTo(stderr, "note: --window past: {}\n", why);
+}
+
 /// Reads the first file. \param extent  of it
 Status DenoiseRun::Understand(ExrExtent* extent) {
   const SequenceFile& first = options_.files.front();
-  const Result<LoadedFile> file = LoadFile(first.input, options_, false);
+  Result<LoadedFile> file = LoadFile(first.input, options_, false);
+  if (file.status().code() == StatusCode::kOutOfMemory && options_.window_is_chosen &&
+      options_.window == Window::kBoth) {
+    const std::string why = file.status().message();
+    options_.window = Window::kPast;
+    file = LoadFile(first.input, options_, false);
+    if (file.ok()) {
+      FallBackToPast(why);
+    }
+  }
   if (!file.ok()) {
     return file.status();
   }
@@ -225,12 +199,10 @@ Status DenoiseRun::Understand(ExrExtent* extent) {
     return layout.status();
   }
   layout_ = std::move(layout.value());
-  PrintTo(options_.text.json_path == "-" ? stderr : stdout, "{}", AovTable(layout_));
-  std::fflush(stdout);
   for (const std::string& note : file->image.notes) {
     PrintTo(stderr, "note: {}\n", note);
   }
-  ChooseSettings(file->image);
+  settings_ = SettingsFor(options_, layout_, file->image);
   if (options_.text.passes) {
     STILLRAY_RETURN_IF_ERROR(PassSplitter::Check(settings_, layout_));
   }
@@ -238,32 +210,54 @@ Status DenoiseRun::Understand(ExrExtent* extent) {
   return Status::Ok();
 }
 
-Status DenoiseRun::MakeFolder() const {
-  if (folder_.empty()) {
-    return Status::Ok();
+/// What an earlier run found it has said, and its log has it.
+Status DenoiseRun::CheckInputs() {
+  if (options_.text.check && next_ == 0) {
+    Result<std::vector<Finding>> findings = CheckFirstFrames(options_, layout_);
+    if (findings.status().code() == StatusCode::kCancelled) {
+      return Status(StatusCode::kCancelled,
+                    fmt::format("stopped; 0 of {} frames are finished", options_.files.size()));
+    }
+    STILLRAY_RETURN_IF_ERROR(findings.status());
+    log_.findings = std::move(findings.value());
   }
-  std::error_code error;
-  std::filesystem::create_directories(folder_, error);
-  if (error || !std::filesystem::is_directory(folder_)) {
-    return Status::Io(fmt::format("cannot make the folder {}: {}", folder_,
-                                  error ? error.message() : "a file of that name exists"));
+  AovLayout shown = layout_;
+  shown.notes = NotesBeside(log_.findings, layout_);
+  PrintTo(options_.text.json_path == "-" ? stderr : stdout, "{}", AovTable(shown));
+  std::fflush(stdout);
+  if (next_ == 0) {
+    for (const Finding& finding : log_.findings) {
+      PrintTo(stderr, "check: {}\n", io::OneLine(FindingLine(finding)));
+    }
   }
   return Status::Ok();
 }
 
 Status DenoiseRun::Prepare() {
   ExrExtent extent;
+  TakeWindowOfResumedRun();
   STILLRAY_RETURN_IF_ERROR(Understand(&extent));
   const Result<Device> device = OpenDeviceOption(options_.text.device, "denoising");
   if (!device.ok()) {
     return device.status();
   }
   device_ = *device;
-  fingerprint_ += fmt::format("on {}\n", device_.description());
   ChooseOverlap(extent);
   STILLRAY_RETURN_IF_ERROR(PrepareDenoisers(extent));
-  STILLRAY_RETURN_IF_ERROR(MakeFolder());
-  return Resume();
+  // The window is known only now.
+  fingerprint_ = DenoiseFingerprint(options_) + fmt::format("on {}\n", device_.description());
+  STILLRAY_RETURN_IF_ERROR(MakeOutputFolder(folder_));
+  STILLRAY_RETURN_IF_ERROR(CheckJsonOutput(options_.text.json_path));
+  STILLRAY_RETURN_IF_ERROR(Resume());
+  if (!options_.window_note.empty() && settings_.temporal) {
+    PrintTo(stderr, "note: {}\n", options_.window_note);
+  }
+  STILLRAY_RETURN_IF_ERROR(CheckInputs());
+  if (options_.text.preview.empty()) {
+    return Status::Ok();
+  }
+  preview_.emplace(options_, settings_);
+  return preview_->Open(extent, layout_, next_);
 }
 
 /// All on one device: of the light, of its parts, and of the sequence played backward.
@@ -316,7 +310,7 @@ Status DenoiseRun::Resume() {
   while (next_ < options_.files.size() && options_.files[next_].frame <= state->last_frame) {
     ++next_;
   }
-  saved_ = seen_ = next_;
+  saved_ = seen_ = resumed_at_ = next_;
   if (next_ > 0 && next_ < options_.files.size()) {
     Result<SequenceFrame> before = LoadFrame(options_.files[next_ - 1], options_, layout_, false);
     if (!before.ok()) {
@@ -388,6 +382,10 @@ std::string DenoiseRun::Note(Link link) const {
   switch (link) {
     case Link::kContinues:
       return "";
+    case Link::kResized:
+      return fmt::format("{} x {} pixels in place of {} x {}", denoised_.colour.width(),
+                         denoised_.colour.height(), previous_->frame.width,
+                         previous_->frame.height);
     case Link::kCut:
       return "hardly anything of the frame before is found again, a cut";
     case Link::kGap:
@@ -423,6 +421,7 @@ Status DenoiseRun::FinishWriting() {
   writing_log_.elapsed_ms =
       std::chrono::duration<double, std::milli>(written.end - last_end_).count();
   last_end_ = written.end;
+  written_bytes_ += written.bytes;
   next_ += 1;
   done_ += 1;
   TellProgress(writing_log_);
@@ -563,7 +562,8 @@ void DenoiseRun::Summarise() const {
   if (bad_guides > 0) {
     PrintTo(stderr, "warning: {} pixels had no usable guides and were not filtered\n", bad_guides);
   }
-  if (layout_.Find(Aov::kMotion) != nullptr && !motion_was_seen_ && log_.frames.size() > 1) {
+  if (layout_.Find(Aov::kMotion) != nullptr && !motion_was_seen_ && log_.frames.size() > 1 &&
+      !HasFinding(log_.findings, "motion_zero")) {
     PrintTo(stderr,
             "warning: motion is zero in every frame; that is right for a still camera and scene "
             "only (Blender writes zeros where motion blur is on)\n");
@@ -572,8 +572,12 @@ void DenoiseRun::Summarise() const {
   if (options_.text.timings) {
     PrintTo(out, "{}", DenoiseTimings(log_));
   }
-  PrintTo(out, "{} frames, {} to {}\n", options_.files.size(), options_.files.front().output,
-          options_.files.back().output);
+  PrintTo(out, "{}\n",
+          RunSummaryText({next_ - resumed_at_, resumed_at_, folder_, written_bytes_,
+                          std::chrono::duration<double>(last_end_ - start_).count()}));
+  if (preview_) {
+    PrintTo(out, "{}\n", preview_->Summary());
+  }
 }
 
 Status DenoiseRun::Run() {
@@ -585,8 +589,8 @@ Status DenoiseRun::Run() {
   std::vector<size_t> order(files - next_);
   std::iota(order.begin(), order.end(), next_);
   reader_.emplace(options_, layout_, std::move(order), true, overlap_);
-  writer_.emplace(layout_, overlap_);
-  last_end_ = Clock::now();
+  writer_.emplace(layout_, preview_ ? &*preview_ : nullptr, overlap_);
+  start_ = last_end_ = Clock::now();
   for (size_t at = next_; at < files; ++at) {
     Status done = Interrupted() ? Status::Cancelled() : DenoiseFile(at);
     const bool save = Clock::now() - last_save_ > kSaveInterval && at + 1 < files;
@@ -601,6 +605,9 @@ Status DenoiseRun::Run() {
     }
   }
   progress_.reset();
+  if (preview_) {
+    STILLRAY_RETURN_IF_ERROR(preview_->Finish());
+  }
   STILLRAY_RETURN_IF_ERROR(WriteJson());
   if (saved_ > 0) {
     RemoveResumeState(folder_);

@@ -9,11 +9,16 @@
 namespace stillray {
 namespace {
 
-Status Write(FrameToWrite frame, const AovLayout& layout) {
+Status Write(FrameToWrite frame, const AovLayout& layout, Preview* preview, int64_t* size) {
   const Result<std::string> bytes = ReplaceLight(
       frame.bytes, layout, frame.colour, frame.names.input, frame.layers, std::move(frame.stored));
   if (!bytes.ok()) {
     return bytes.status();
+  }
+  *size = static_cast<int64_t>(bytes->size());
+  // The file last: once it is there, its frame is complete.
+  if (preview != nullptr) {
+    STILLRAY_RETURN_IF_ERROR(preview->Write(frame.names, frame.colour));
   }
   return WriteFileAtomically(frame.names.output, bytes->data(), bytes->size());
 }
@@ -25,7 +30,7 @@ void FrameWriter::Start(FrameToWrite frame) {
     using Clock = std::chrono::steady_clock;
     const Clock::time_point start = Clock::now();
     WrittenFrame written;
-    written.status = Write(std::move(work), layout_);
+    written.status = Write(std::move(work), layout_, preview_, &written.bytes);
     written.end = Clock::now();
     written.milliseconds = std::chrono::duration<double, std::milli>(written.end - start).count();
     return written;

@@ -5,11 +5,13 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "background.h"
 #include "denoise_inputs.h"
+#include "denoise_preview.h"
 #include "stillray/aov.h"
 
 namespace stillray {
@@ -25,6 +27,7 @@ struct FrameToWrite {
 
 struct WrittenFrame {
   Status status;
+  int64_t bytes = 0;  ///< of the file
   double milliseconds = 0;
   std::chrono::steady_clock::time_point end;
 };
@@ -33,8 +36,10 @@ struct WrittenFrame {
 /// said so, and not before.
 class FrameWriter {
  public:
+  /// \param preview  gets every frame that is on disk; may be nullptr
   /// \param beside  whether frames are written on a thread of their own, else in Finish()
-  FrameWriter(const AovLayout& layout, bool beside) : layout_(layout), beside_(beside) {}
+  FrameWriter(const AovLayout& layout, Preview* preview, bool beside)
+      : layout_(layout), preview_(preview), beside_(beside) {}
 
   /// Only when no frame is under way.
   void Start(FrameToWrite frame);
@@ -46,6 +51,7 @@ class FrameWriter {
 
  private:
   const AovLayout& layout_;
+  Preview* preview_;
   bool beside_;
   Background<WrittenFrame> writing_;
 };

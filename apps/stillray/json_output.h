@@ -17,6 +17,11 @@ namespace stillray {
 /// \param indent  blanks per level
 std::string JsonText(const nlohmann::ordered_json& json, int indent = 1);
 
+/// Finds before the work, not after it, that the file of --json cannot be written. Makes nothing.
+/// \param path  "-" and "" are always right
+/// \return kNotFound (no such folder), kIo (a folder; no right to write), naming option and path
+Status CheckJsonOutput(const std::string& path);
+
 /// Writes the text whole to the file, or to standard output if `path` is "-".
 Status WriteJsonOutput(const std::string& path, const std::string& json);
 

@@ -154,9 +154,7 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
                    "A parameter of the denoiser as name=value (docs/parameters.md); repeatable")
       ->allow_extra_args(false)
       ->take_all();
-  command->add_option("--exposure", a->exposure, "Stops, for display pictures");
-  command->add_option("--tonemap", a->tonemap,
-                      "Curve of display pictures: linear, reinhard, filmic, aces");
+  AddDisplayOptions(command, &a->display);
   command
       ->add_option("--aov", a->aovs,
                    "More layers and pictures, such as temporal,variance,history,atrous3,normal")

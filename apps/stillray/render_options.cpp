@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "io/frame_rate.h"
 #include "render_files.h"
 #include "trace_device.h"
 
@@ -119,18 +120,7 @@ Status ParseDenoiseSettings(const RenderArguments& arguments, Settings* settings
       return Status::InvalidArgument("--set: " + set.message());
     }
   }
-  if (arguments.exposure) {
-    const Status set = SetParameter(settings, "exposure", fmt::format("{}", *arguments.exposure));
-    if (!set.ok()) {
-      return Status::InvalidArgument("--exposure: " + set.message());
-    }
-  }
-  if (arguments.tonemap) {
-    const Status set = SetParameter(settings, "tonemap", *arguments.tonemap);
-    if (!set.ok()) {
-      return Status::InvalidArgument("--tonemap: " + set.message());
-    }
-  }
+  STILLRAY_RETURN_IF_ERROR(SetDisplay(arguments.display, settings));
   return ValidateSettings(*settings);
 }
 
@@ -281,9 +271,9 @@ Result<RenderOptions> ParseRenderArguments(const RenderArguments& arguments) {
   STILLRAY_RETURN_IF_ERROR(ParseFormats(arguments, &options));
   STILLRAY_RETURN_IF_ERROR(ParseAovs(arguments, &options));
   STILLRAY_RETURN_IF_ERROR(ParseReference(arguments, &options));
-  if (!(arguments.fps > 0 && arguments.fps <= 1000)) {
+  if (!(arguments.fps >= kMinFps && arguments.fps <= kMaxFps)) {
     return Status::InvalidArgument(
-        fmt::format("--fps is {}, expected more than 0 and at most 1000", arguments.fps));
+        fmt::format("--fps is {}, expected {} to {}", arguments.fps, kMinFps, kMaxFps));
   }
   const Result<render::TracingWay> way = ParseTracingWay(arguments.ray_tracing);
   STILLRAY_RETURN_IF_ERROR(way.status());

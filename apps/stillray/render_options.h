@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "display_options.h"
 #include "render/vulkan/tracing_way.h"
 #include "stillray/denoise.hpp"
 #include "stillray/io.h"
@@ -39,8 +40,7 @@ struct RenderArguments {
   std::string formats = "exr,png,mp4";
   bool formats_given = false;
   bool float_exr = false;
-  std::optional<double> exposure;
-  std::optional<std::string> tonemap;
+  DisplayArguments display;
   bool still = false;
   bool regularise = false;
   bool no_jitter = false;

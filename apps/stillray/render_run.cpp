@@ -167,6 +167,7 @@ Status RenderRun::Prepare() {
     return Status::Io(fmt::format("cannot make the folder {}: {}", folder,
                                   error ? error.message() : "a file of that name exists"));
   }
+  STILLRAY_RETURN_IF_ERROR(CheckJsonOutput(options_.text.json_path));
   if (options_.text.resume) {
     STILLRAY_RETURN_IF_ERROR(Resume());
     if (next_frame_ > options_.frames.last) {

@@ -133,7 +133,7 @@ Result<std::string> ReadWholeFile(const std::string& path, size_t max_size);
 class VideoWriter {
  public:
   /// \param width, height  of the frames, 1..16384
-  /// \param fps  frames per second, > 0, at most 1000
+  /// \param fps  frames per second, 0.001 to 1000
   /// \return kUnsupported if ffmpeg is not installed (message says what to install)
   static Result<std::unique_ptr<VideoWriter>> Create(const std::string& path, int width, int height,
                                                      double fps);

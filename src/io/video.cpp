@@ -19,6 +19,7 @@
 #include <fmt/format.h>
 
 #include "io/atomic_file.h"
+#include "io/frame_rate.h"
 #include "io/text.h"
 #include "stillray/io.h"
 
@@ -31,7 +32,6 @@ namespace io {
 namespace {
 
 constexpr int kMaxVideoSide = 16384;  // x264's limit
-constexpr double kMaxFps = 1000;
 // Frames are cut among threads in a way that depends on their number; a fixed number keeps the
 // bytes the same on every machine.
 constexpr const char* kEncoderThreads = "4";
@@ -312,10 +312,9 @@ Result<std::unique_ptr<VideoWriter>> VideoWriter::Create(const std::string& path
         fmt::format("{}: a video of {} x {} pixels cannot be written; 1 to {} a side can", path,
                     width, height, io::kMaxVideoSide));
   }
-  if (!(fps > 0 && fps <= io::kMaxFps)) {
-    return Status::InvalidArgument(
-        fmt::format("{}: {} frames per second are not possible; more than 0 and at most {} are",
-                    path, fps, io::kMaxFps));
+  if (!(fps >= kMinFps && fps <= kMaxFps)) {
+    return Status::InvalidArgument(fmt::format(
+        "{}: {} frames per second are not possible; {} to {} are", path, fps, kMinFps, kMaxFps));
   }
   Result<io::AtomicTarget> target = io::PrepareAtomicTarget(path);
   if (!target.ok()) {

@@ -32,8 +32,8 @@ struct Quality {
 void Measure(const std::string& preset, Quality* quality) {
   const std::string folder = SequenceFolder();
   const TemporaryFolder out;
-  const ProgramRun run = RunProgram(
-      {"denoise", folder + "/frame_####.exr", "-o", out / "out.####.exr", "--preset", preset});
+  const ProgramRun run = RunProgram({"denoise", folder + "/frame_####.exr", "-o",
+                                     out / "out.####.exr", "--window", "past", "--preset", preset});
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   for (const int frame : {8, 16, 24}) {
     const Result<Image3> test = ReadImage(FrameFileName(out / "out.####.exr", frame));

@@ -35,8 +35,8 @@ class BlenderWindow : public ::testing::Test {
   /// PSNR on x / (1 + x) of the frames, in dB, of a run with these arguments.
   std::vector<double> Psnr(std::vector<std::string> arguments, const std::vector<int>& frames) {
     const TemporaryFolder out;
-    arguments.insert(arguments.begin(),
-                     {"denoise", folder_ + "/frame_####.exr", "-o", out / "out.####.exr"});
+    arguments.insert(arguments.begin(), {"denoise", folder_ + "/frame_####.exr", "-o",
+                                         out / "out.####.exr", "--window", "past"});
     const ProgramRun run = RunProgram(arguments);
     EXPECT_EQ(run.exit_code, 0) << run.errors;
     std::vector<double> psnr;

@@ -59,7 +59,7 @@ TEST(CliDenoiseWindow, FirstFramesAreAsCleanAsTheRest) {
     shot.forward = forward;
     const std::string in = folder / "in.####.exr";
     WriteShot(in, shot, 1, 18);
-    DenoiseWell(in, folder / "past", {});
+    DenoiseWell(in, folder / "past", {"--window", "past"});
     DenoiseWell(in, folder / "both", {"--window", "both"});
     const std::string past = folder / "past/f.####.exr";
     const std::string both = folder / "both/f.####.exr";
@@ -158,7 +158,7 @@ TEST(CliDenoiseWindow, WithoutMotionThereIsNoFuture) {
   EXPECT_THAT(run.errors, HasSubstr("without history there is no future either"));
   const ProgramRun wrong = Denoise(in, folder / "out", {"--window", "future"});
   EXPECT_EQ(wrong.exit_code, 2);
-  EXPECT_THAT(wrong.errors, HasSubstr("--window is 'future', expected past or both"));
+  EXPECT_THAT(wrong.errors, HasSubstr("--window is 'future', expected auto, past or both"));
 }
 
 class CliDenoiseResume : public ::testing::TestWithParam<const char*> {};

@@ -122,7 +122,7 @@ TEST_F(CliDeviceHistory, FirstFramesAreAsCleanAsOnTheCpu) {
   const Shot shot;
   const std::string in = folder / "in.####.exr";
   WriteShot(in, shot, 1, 10);
-  DenoiseWell(in, folder / "past", {});
+  DenoiseWell(in, folder / "past", {"--window", "past"});
   DenoiseWell(in, folder / "both", {"--window", "both"});
   ASSERT_EQ(RunProgram({"denoise", in, "-o", folder / "cpu/f.####.exr", "--window", "both",
                         "--device", "cpu"})

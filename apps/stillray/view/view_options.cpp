@@ -9,6 +9,7 @@
 #include <CLI/CLI.hpp>
 
 #include "device_option.h"
+#include "io/frame_rate.h"
 #include "view/views.h"
 
 namespace stillray::view {
@@ -195,9 +196,9 @@ Result<ViewOptions> ParseViewArguments(const ViewArguments& arguments) {
   if (arguments.sampler) {
     settings.sampler = *arguments.sampler == "sobol" ? SamplerKind::kSobol : SamplerKind::kHalton16;
   }
-  if (!(arguments.fps > 0 && arguments.fps <= 1000)) {
+  if (!(arguments.fps >= kMinFps && arguments.fps <= kMaxFps)) {
     return Status::InvalidArgument(
-        fmt::format("--fps is {}, expected more than 0 and at most 1000", arguments.fps));
+        fmt::format("--fps is {}, expected {} to {}", arguments.fps, kMinFps, kMaxFps));
   }
   settings.fps = arguments.fps;
   if (arguments.camera < 0) {

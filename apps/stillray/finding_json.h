@@ -1,0 +1,20 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Findings of the doctor in the JSON of every command.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "stillray/doctor.h"
+
+namespace stillray {
+
+/// JSON has no infinity and no NaN: both become null.
+nlohmann::ordered_json FiniteNumberJson(double value);
+
+nlohmann::ordered_json FindingJson(const Finding& finding);
+/// What FindingJson() made. Throws what the JSON library throws at other things.
+Finding ParseFinding(const nlohmann::ordered_json& json);
+
+}  // namespace stillray
