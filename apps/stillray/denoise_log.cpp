@@ -13,6 +13,7 @@
 #include "finding_json.h"
 #include "json_output.h"
 #include "log_json.h"
+#include "machine.h"
 
 namespace stillray {
 namespace {
@@ -108,12 +109,18 @@ std::string DenoiseLogJson(const DenoiseOptions& options, const AovLayout& layou
   for (const Finding& finding : log.findings) {
     findings.push_back(FindingJson(finding));
   }
-  Json json = {
-      {"stillray", STILLRAY_VERSION},         {"preset", options.text.preset},
-      {"window", WindowName(options.window)}, {"threads", threads},
-      {"aovs", LayoutJson(layout)},           {"findings", std::move(findings)},
-      {"parameters", ParametersJson(used)},   {"slowest_part", Slowest(PartsOf(log)).name},
-      {"frames", std::move(frames)},          {"memory", {{"denoiser_bytes", log.denoiser_bytes}}}};
+  Json json = {{"stillray", STILLRAY_VERSION},
+               {"preset", options.text.preset},
+               {"window", WindowName(options.window)},
+               {"threads", threads},
+               {"machine", MachineName()},
+               {"date", UtcNow()},
+               {"aovs", LayoutJson(layout)},
+               {"findings", std::move(findings)},
+               {"parameters", ParametersJson(used)},
+               {"slowest_part", Slowest(PartsOf(log)).name},
+               {"frames", std::move(frames)},
+               {"memory", {{"denoiser_bytes", log.denoiser_bytes}}}};
   if (log.device_memory.allocations > 0) {
     json["memory"]["device"] = DeviceMemoryJson(log.device_memory);
   }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "display_options.h"
 
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 namespace stillray {

@@ -7,9 +7,11 @@
 #include <optional>
 #include <string>
 
-#include <CLI/CLI.hpp>
-
 #include "stillray/denoise.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace stillray {
 

@@ -8,6 +8,7 @@
 #include "device_option.h"
 #include "json_output.h"
 #include "log_json.h"
+#include "machine.h"
 
 namespace stillray {
 namespace {
@@ -19,6 +20,7 @@ Json FrameJson(const FrameLog& frame) {
           {"seconds", frame.seconds},
           {"render_ms", RoundedMs(frame.render_ms)},
           {"denoise_ms", RoundedMs(frame.denoise_ms)},
+          {"write_ms", RoundedMs(frame.write_ms)},
           {"stages_ms", StagesJson(frame.stages)}};
 }
 
@@ -26,7 +28,7 @@ Json SppJson(const RenderSettings& render) {
   return render.cycle > 1 ? Json(SamplesPerPixel(render)) : Json(render.spp);
 }
 
-/// Of the frames of this run: those of an earlier one that it went on with did not keep theirs.
+/// Logs of earlier versions, which a run may have gone on with, do not have it.
 std::string WriteRow(const RunLog& log) {
   std::vector<double> values;
   for (const FrameLog& frame : log.frames) {
@@ -52,6 +54,8 @@ std::string RunLogJson(const RenderOptions& options, const RunLog& log, int thre
                {"seed", a.seed},
                {"sampler", a.sampler},
                {"threads", threads},
+               {"machine", MachineName()},
+               {"date", UtcNow()},
                {"exposure", options.denoise.exposure},
                {"tonemap", GetParameter(options.denoise, "tonemap").value()},
                {"parameters", ParametersJson(options.denoise)}};
@@ -77,6 +81,7 @@ Result<RunLog> ParseRunLog(const std::string& text) {
     frame.seconds = entry.at("seconds").get<double>();
     frame.render_ms = entry.at("render_ms").get<double>();
     frame.denoise_ms = entry.at("denoise_ms").get<double>();
+    frame.write_ms = entry.value("write_ms", 0.0);
     frame.stages = ParseStages(entry.at("stages_ms"));
     return frame;
   });

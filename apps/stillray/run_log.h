@@ -19,7 +19,7 @@ struct FrameLog {
   double seconds = 0;
   double render_ms = 0;
   double denoise_ms = 0;
-  double write_ms = 0;              ///< of this run's frames; render.json does not keep it
+  double write_ms = 0;
   std::vector<LoggedStage> stages;  ///< of renderer and denoiser
 };
 

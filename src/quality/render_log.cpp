@@ -2,11 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "quality/render_log.h"
 
+#include <filesystem>
 #include <set>
 #include <string_view>
 
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
+
+#include "core/lower_case.h"
+#include "io/frame_rate.h"
 
 namespace stillray::report {
 namespace {
@@ -92,7 +96,7 @@ constexpr ScalarKey kScalarKeys[] = {
     {"scene", Kind::kText},
     {"width", Kind::kInteger, 1, 32768},
     {"height", Kind::kInteger, 1, 32768},
-    {"fps", Kind::kNumber, 1e-6, 1e6},
+    {"fps", Kind::kNumber, kMinFps, kMaxFps},
     {"spp", Kind::kNumber, 0, 1e9},
     {"guides", Kind::kText},
     {"bounces", Kind::kInteger, 0, 1e6},
@@ -100,6 +104,8 @@ constexpr ScalarKey kScalarKeys[] = {
     {"seed", Kind::kInteger, 0, 0x1p64},
     {"sampler", Kind::kText},
     {"threads", Kind::kInteger, 0, 1e6},
+    {"machine", Kind::kText},
+    {"date", Kind::kText},
     {"exposure", Kind::kNumber, -1000, 1000},
     {"tonemap", Kind::kText},
 };
@@ -179,11 +185,12 @@ Status ReadFrameKey(const std::string& name, const std::string& where, const std
   std::optional<double>* target = key == "seconds"      ? &frame->seconds
                                   : key == "render_ms"  ? &frame->render_ms
                                   : key == "denoise_ms" ? &frame->denoise_ms
+                                  : key == "write_ms"   ? &frame->write_ms
                                                         : nullptr;
   if (target == nullptr) {
     return Status::BadData(
-        fmt::format("{}: {}: unknown key {}; expected frame, seconds, render_ms, denoise_ms or "
-                    "stages_ms",
+        fmt::format("{}: {}: unknown key {}; expected frame, seconds, render_ms, denoise_ms, "
+                    "write_ms or stages_ms",
                     name, where, Quote(key)));
   }
   const double min = key == "seconds" ? -kAnyCount : 0;
@@ -219,12 +226,21 @@ Status ReadFrames(const std::string& name, const Json& array, RenderLog* log) {
   return Status::Ok();
 }
 
+/// A file without the folders that it lies in: pages are passed on, and where somebody keeps scenes
+/// is not part of them.
+std::string SceneName(const std::string& scene) {
+  const std::string ending = LowerExtension(scene);
+  return ending == ".glb" || ending == ".gltf" ? std::filesystem::path(scene).filename().string()
+                                               : scene;
+}
+
 void KeepScalar(const std::string& key, const Json& value, RenderLog* log) {
-  log->settings.emplace_back(key, ScalarText(value));
+  log->settings.emplace_back(key,
+                             key == "scene" ? SceneName(ScalarText(value)) : ScalarText(value));
   if (key == "stillray") {
     log->version = value.get<std::string>();
   } else if (key == "scene") {
-    log->scene = value.get<std::string>();
+    log->scene = SceneName(value.get<std::string>());
   } else if (key == "preset") {
     log->preset = value.get<std::string>();
   } else if (key == "tonemap") {

@@ -19,6 +19,7 @@ struct RenderLogFrame {
   std::optional<double> seconds;
   std::optional<double> render_ms;
   std::optional<double> denoise_ms;
+  std::optional<double> write_ms;
   std::vector<std::pair<std::string, double>> stages_ms;  ///< in the file's order
 };
 

@@ -79,7 +79,7 @@ std::string ListFrames(const std::vector<int64_t>& frames) {
   return report::JoinNames(names);
 }
 
-void NoteViews(const SequenceFiles& files, std::vector<std::string>* notes) {
+void NoteViews(const SequenceFiles& files, bool of_folder, std::vector<std::string>* notes) {
   std::vector<std::string> absent;
   for (size_t view = 0; view < kViewCount; ++view) {
     std::vector<int64_t> gaps;
@@ -95,7 +95,7 @@ void NoteViews(const SequenceFiles& files, std::vector<std::string>* notes) {
                                    gaps.size() == 1 ? "frame" : "frames", ListFrames(gaps)));
     }
   }
-  if (!absent.empty()) {
+  if (!absent.empty() && of_folder) {
     notes->push_back(fmt::format("The folder holds no {} pictures.", report::JoinNames(absent)));
   }
 }
@@ -125,6 +125,10 @@ void NoteQuality(const Measurements& measurements, std::vector<std::string>* not
                          ? "Quality is measured on the linear radiance of EXR files."
                          : "Quality is measured on the display values of PNG files, for want of "
                            "EXR files of the reference and of what is compared with it.");
+  }
+  if (measurements.without_motion) {
+    notes->push_back(
+        "Temporal error: pictures without layers motion.X and motion.Y count as if nothing moved.");
   }
 }
 
@@ -162,12 +166,12 @@ std::vector<std::string> MakeNotes(const SequenceFiles& files, const PageContent
                                                   static_cast<double>(options.max_page_bytes) / 1e6)
                                     : std::string("to keep this page small")));
   }
-  NoteViews(files, &notes);
+  NoteViews(files, content.of_folder, &notes);
   NoteQuality(content.measurements, &notes);
   NoteDeveloped(content.measurements, options, content.log, &notes);
-  if (!content.has_log) {
+  if (!content.has_log && content.of_folder) {
     notes.push_back("There is no render.json: scene, settings, times and memory are not known.");
-  } else if (content.log.frames.empty()) {
+  } else if (content.has_log && content.log.frames.empty()) {
     notes.push_back("render.json lists no frames: times are not known.");
   }
   return notes;
@@ -180,24 +184,17 @@ std::string LastComponent(const std::string& folder) {
   return error || path.filename().empty() ? folder : path.filename().string();
 }
 
-Result<std::string> Build(const std::string& folder, const ReportOptions& options,
-                          ReportSummary* summary) {
-  STILLRAY_RETURN_IF_ERROR(CheckOptions(options));
-  const Result<SequenceFiles> files = report::FindSequence(folder);
-  if (!files.ok()) {
-    return files.status();
-  }
-  PageContent content;
-  content.folder_name = LastComponent(folder);
-  content.frames_found = static_cast<int>(files->size());
+/// \param content  with everything but pictures and notes
+Result<std::string> Build(const SequenceFiles& files, PageContent content,
+                          const ReportOptions& options, ReportSummary* summary) {
+  content.frames_found = static_cast<int>(files.size());
   content.zoom_width = options.zoom_width;
-  STILLRAY_RETURN_IF_ERROR(ReadLog(folder, &content));
-  Result<Measurements> measurements = report::Measure(*files, content.log, options);
+  Result<Measurements> measurements = report::Measure(files, content.log, options);
   if (!measurements.ok()) {
     return measurements.status();
   }
   content.measurements = std::move(*measurements);
-  content.notes = MakeNotes(*files, content, options);
+  content.notes = MakeNotes(files, content, options);
   std::string page = report::MakePage(content);
   if (summary != nullptr) {
     summary->frames_found = content.frames_found;
@@ -208,25 +205,82 @@ Result<std::string> Build(const std::string& folder, const ReportOptions& option
   return page;
 }
 
+/// "clean/shot.####.exr": both sequences may have the same name in two folders.
+std::string SequenceName(const std::string& name) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  if (fs::is_directory(name, error)) {
+    return LastComponent(name);
+  }
+  const fs::path path(name);
+  return (path.parent_path().filename() / path.filename()).string();
+}
+
+Result<std::string> BuildOfFolder(const std::string& folder, const ReportOptions& options,
+                                  ReportSummary* summary) {
+  STILLRAY_RETURN_IF_ERROR(CheckOptions(options));
+  const Result<SequenceFiles> files = report::FindSequence(folder);
+  if (!files.ok()) {
+    return files.status();
+  }
+  PageContent content;
+  content.name = LastComponent(folder);
+  content.source = "the folder " + content.name;
+  content.of_folder = true;
+  STILLRAY_RETURN_IF_ERROR(ReadLog(folder, &content));
+  return Build(*files, std::move(content), options, summary);
+}
+
+Result<std::string> BuildOfSequences(const ReportSequences& sequences, const ReportOptions& options,
+                                     ReportSummary* summary) {
+  STILLRAY_RETURN_IF_ERROR(CheckOptions(options));
+  const Result<SequenceFiles> files =
+      report::FindViews(sequences.noisy, sequences.clean, sequences.reference);
+  if (!files.ok()) {
+    return files.status();
+  }
+  PageContent content;
+  content.name = SequenceName(sequences.clean);
+  content.source = fmt::format("{} and {}", SequenceName(sequences.noisy), content.name);
+  if (!sequences.reference.empty()) {
+    content.source += ", with the reference " + SequenceName(sequences.reference);
+  }
+  content.log.exposure = sequences.exposure;
+  content.log.tonemap = sequences.tonemap;
+  content.log.fps = sequences.fps;
+  return Build(*files, std::move(content), options, summary);
+}
+
+/// Names of folders and files may hold anything.
+Result<std::string> OneLineError(Result<std::string> page) {
+  return page.ok() ? std::move(page)
+                   : Status(page.status().code(), io::OneLine(page.status().message()));
+}
+
+Status WritePage(const Result<std::string>& page, const std::string& path) {
+  return page.ok() ? WriteFileAtomically(path, page->data(), page->size()) : page.status();
+}
+
 }  // namespace
 
 Result<std::string> BuildReport(const std::string& folder, const ReportOptions& options,
                                 ReportSummary* summary) {
-  Result<std::string> page = Build(folder, options, summary);
-  if (!page.ok()) {
-    // Names of folders may hold anything.
-    return Status(page.status().code(), io::OneLine(page.status().message()));
-  }
-  return page;
+  return OneLineError(BuildOfFolder(folder, options, summary));
+}
+
+Result<std::string> BuildReport(const ReportSequences& sequences, const ReportOptions& options,
+                                ReportSummary* summary) {
+  return OneLineError(BuildOfSequences(sequences, options, summary));
 }
 
 Status WriteReport(const std::string& folder, const std::string& path, const ReportOptions& options,
                    ReportSummary* summary) {
-  const Result<std::string> page = BuildReport(folder, options, summary);
-  if (!page.ok()) {
-    return page.status();
-  }
-  return WriteFileAtomically(path, page->data(), page->size());
+  return WritePage(BuildReport(folder, options, summary), path);
+}
+
+Status WriteReport(const ReportSequences& sequences, const std::string& path,
+                   const ReportOptions& options, ReportSummary* summary) {
+  return WritePage(BuildReport(sequences, options, summary), path);
 }
 
 }  // namespace stillray

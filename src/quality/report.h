@@ -51,8 +51,25 @@ struct ReportSummary {
 Result<std::string> BuildReport(const std::string& folder, const ReportOptions& options,
                                 ReportSummary* summary = nullptr);
 
+/// Pictures of any renderer and any denoiser: each a name of FindFrameFiles(), EXR or PNG files.
+struct ReportSequences {
+  std::string noisy;
+  std::string clean;
+  std::string reference;  ///< "": none
+  // How pictures are made of EXR files.
+  double exposure = 0;  ///< stops
+  std::string tonemap;  ///< a curve that `develop` knows; "" as it likes
+  double fps = 24;      ///< of playing
+};
+
+/// The same page of the frames that `clean` has. \return what FindFrameFiles returns besides
+Result<std::string> BuildReport(const ReportSequences& sequences, const ReportOptions& options,
+                                ReportSummary* summary = nullptr);
+
 /// BuildReport into a file, which is replaced only once the page is complete.
 Status WriteReport(const std::string& folder, const std::string& path, const ReportOptions& options,
                    ReportSummary* summary = nullptr);
+Status WriteReport(const ReportSequences& sequences, const std::string& path,
+                   const ReportOptions& options, ReportSummary* summary = nullptr);
 
 }  // namespace stillray

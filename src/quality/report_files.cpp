@@ -11,6 +11,9 @@
 
 #include <fmt/core.h>
 
+#include "core/lower_case.h"
+#include "io/sequence.h"
+
 namespace stillray::report {
 namespace {
 
@@ -88,6 +91,42 @@ Result<SequenceFiles> FindSequence(const std::string& folder) {
         "{}: no frames; expected files such as denoised.0001.png or noisy.0001.exr", folder));
   }
   return files;
+}
+
+Result<SequenceFiles> FindViews(const std::string& noisy, const std::string& clean,
+                                const std::string& reference) {
+  static constexpr std::string_view kEndings[] = {".exr", ".png"};
+  struct Named {
+    View view;
+    const char* option;
+    const std::string& name;
+  };
+  SequenceFiles frames;
+  // The clean frames first: they decide which there are.
+  for (const Named& named : {Named{kDenoised, "--clean", clean}, Named{kNoisy, "--noisy", noisy},
+                             Named{kReference, "--reference", reference}}) {
+    if (named.name.empty()) {
+      continue;
+    }
+    const Result<std::vector<FrameFile>> found = FindFrameFiles(named.name, kEndings);
+    if (!found.ok()) {
+      return Status(found.status().code(),
+                    fmt::format("{}: {}", named.option, found.status().message()));
+    }
+    for (const FrameFile& file : *found) {
+      const bool png = LowerExtension(file.path) == ".png";
+      if (!png && LowerExtension(file.path) != ".exr") {
+        return Status::InvalidArgument(
+            fmt::format("{}: {} is no EXR and no PNG file by its name", named.option, file.path));
+      }
+      if (named.view != kDenoised && frames.count(file.frame) == 0) {
+        continue;
+      }
+      PictureFiles& picture = frames[file.frame][static_cast<size_t>(named.view)];
+      (png ? picture.png : picture.exr) = file.path;
+    }
+  }
+  return frames;
 }
 
 std::vector<int> SpreadEvenly(int total, int count) {

@@ -38,6 +38,11 @@ using SequenceFiles = std::map<int64_t, FrameFiles>;
 ///         number and format, such as noisy.1.png and noisy.0001.png)
 Result<SequenceFiles> FindSequence(const std::string& folder);
 
+/// Frames of the clean sequence, with what the others have of them; "": no such sequence.
+/// \return what FindFrameFiles returns, the message with the option of the sequence
+Result<SequenceFiles> FindViews(const std::string& noisy, const std::string& clean,
+                                const std::string& reference);
+
 /// `count` indices out of 0..total-1, evenly spread, first and last included. One alone is the last
 /// one: temporal filters need frames to settle.
 std::vector<int> SpreadEvenly(int total, int count);

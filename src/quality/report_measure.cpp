@@ -12,6 +12,7 @@
 
 #include "core/colour.h"
 #include "quality/heat_map.h"
+#include "quality/picture_file.h"
 #include "stillray/io.h"
 
 namespace stillray::report {
@@ -28,7 +29,15 @@ constexpr double kPictureBytesPerPixel = 2.5;
 /// One view of the frame at hand, as far as it is needed.
 struct LoadedView {
   std::array<Image3, kSourceCount> image;  ///< empty where not read
+  Image2 motion;                           ///< of the EXR file; empty where it has none
+  Image1 depth;                            ///< likewise
   ShownView shown;
+};
+
+/// What the temporal error needs of the frame before.
+struct PreviousFrame {
+  int64_t number = 0;
+  std::array<LoadedView, kViewCount> views;
 };
 
 struct Needs {
@@ -138,11 +147,13 @@ Status LoadView(const PictureFiles& files, const Needs& needs, const RenderLog& 
     view->image[kDisplay] = std::move(*image);
   }
   if (needs.linear || show_exr) {
-    Result<Image3> image = ReadImage(files.exr);
-    if (!image.ok()) {
-      return image.status();
+    Result<PictureFile> picture = ReadPictureFile(files.exr);
+    if (!picture.ok()) {
+      return picture.status();
     }
-    view->image[kLinear] = std::move(*image);
+    view->image[kLinear] = std::move(picture->colour);
+    view->motion = std::move(picture->motion);
+    view->depth = std::move(picture->depth);
   }
   if (show_png || show_exr) {
     Result<std::string> png = show_png ? ReadWholeFile(files.png, kMaxPngBytes)
@@ -188,8 +199,8 @@ Status InParallel(int count, const Body& body) {
   return Status::Ok();
 }
 
-/// Works through the frames one after the other, so that memory holds the pictures of one frame and
-/// the bytes of those that are shown.
+/// Works through the frames one after the other, so that memory holds the pictures of two frames
+/// and the bytes of those that are shown.
 class Measurer {
  public:
   Measurer(const SequenceFiles& files, const RenderLog& log, const ReportOptions& options)
@@ -330,12 +341,14 @@ class Measurer {
         }
       }
     }
-    MeasuredFrame measured{number, {}};
+    MeasuredFrame measured;
+    measured.number = number;
     STILLRAY_RETURN_IF_ERROR(InParallel(kTestViewCount, [&](int view) {
       return Compare(frame, view, shown, views[kReference], &views[static_cast<size_t>(view)],
                      &measured);
     }));
     if (CanMeasureAny(frame, kLinear) || CanMeasureAny(frame, kDisplay)) {
+      STILLRAY_RETURN_IF_ERROR(MeasureTemporalErrors(views, &measured));
       result_.measured.push_back(measured);
     }
     if (shown) {
@@ -344,6 +357,38 @@ class Measurer {
         kept.views[v] = std::move(views[v].shown);
       }
       result_.shown.push_back(std::move(kept));
+    }
+    previous_ = {number, std::move(views)};
+    return Status::Ok();
+  }
+
+  Status MeasureTemporalErrors(const std::array<LoadedView, kViewCount>& views,
+                               MeasuredFrame* measured) {
+    if (!previous_ || previous_->number + 1 != measured->number) {
+      return Status::Ok();
+    }
+    const LoadedView& reference = views[kReference];
+    const LoadedView& reference_before = previous_->views[kReference];
+    for (const Source source : {kLinear, kDisplay}) {
+      for (size_t v = 0; v < kTestViewCount; ++v) {
+        const LoadedView& now = views[v];
+        const LoadedView& before = previous_->views[v];
+        if (!measured->metrics[source][v] || before.image[source].empty() ||
+            reference_before.image[source].empty()) {
+          continue;
+        }
+        const Result<double> error =
+            TemporalError(now.image[source], before.image[source], reference.image[source],
+                          reference_before.image[source], now.motion, now.depth, before.depth,
+                          source == kDisplay);
+        if (!error.ok()) {
+          return error.status();
+        }
+        result_.without_motion = result_.without_motion || now.motion.empty();
+        if (!std::isnan(*error)) {
+          measured->temporal_error[source][v] = *error;
+        }
+      }
     }
     return Status::Ok();
   }
@@ -377,6 +422,7 @@ class Measurer {
   const ReportOptions& options_;
   const bool needs_display_;
   SizeCheck sizes_;
+  std::optional<PreviousFrame> previous_;
   Measurements result_;
 };
 

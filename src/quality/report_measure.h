@@ -42,10 +42,13 @@ struct ShownFrame {
 };
 
 using ViewMetrics = std::array<std::optional<ImageMetrics>, kTestViewCount>;
+using ViewNumbers = std::array<std::optional<double>, kTestViewCount>;
 
 struct MeasuredFrame {
   int64_t number = 0;
   std::array<ViewMetrics, kSourceCount> metrics;
+  /// TemporalError(); none where the frame before was not measured or no history is visible.
+  std::array<ViewNumbers, kSourceCount> temporal_error;
 };
 
 struct Measurements {
@@ -54,6 +57,7 @@ struct Measurements {
   std::vector<ShownFrame> shown;
   bool thinned_for_size = false;        ///< fewer than max_frames, for max_page_bytes
   std::vector<MeasuredFrame> measured;  ///< frames with a reference, in order
+  bool without_motion = false;          ///< some temporal error was measured as if nothing moved
 };
 
 /// Reads the pictures that are to be shown, and every one that can be compared with a reference.

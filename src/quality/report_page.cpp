@@ -104,6 +104,22 @@ Json FramesJson(const PageContent& content, PictureList* pictures) {
   return frames;
 }
 
+/// Frames without one are left out of the mean.
+void AddTemporalError(const Measurements& measurements, size_t source, size_t view, Json* mean,
+                      Json* values) {
+  int count = 0;
+  double sum = 0;
+  Json series = Json::array();
+  for (const MeasuredFrame& frame : measurements.measured) {
+    const std::optional<double>& error = frame.temporal_error[source][view];
+    series.push_back(OptionalNumber(error));
+    count += error.has_value();
+    sum += error.value_or(0.0);
+  }
+  (*mean)["temporal_error"] = count > 0 ? Number(sum / count) : Json(nullptr);
+  (*values)["temporal_error"] = std::move(series);
+}
+
 /// All measures of one view on one source: values over the measured frames, and their means.
 Json ViewQualityJson(const Measurements& measurements, size_t source, size_t view) {
   int count = 0;
@@ -130,6 +146,7 @@ Json ViewQualityJson(const Measurements& measurements, size_t source, size_t vie
     mean[field.name] = Number(sum / count);
     values[field.name] = std::move(series);
   }
+  AddTemporalError(measurements, source, view, &mean, &values);
   return {{"mean", std::move(mean)}, {"values", std::move(values)}};
 }
 
@@ -177,6 +194,7 @@ Json TimesJson(const std::vector<RenderLogFrame>& frames) {
   return {{"stages", std::move(stages)},
           {"render", table.render ? StepJson(*table.render) : Json(nullptr)},
           {"denoise", table.denoise ? StepJson(*table.denoise) : Json(nullptr)},
+          {"write", table.write ? StepJson(*table.write) : Json(nullptr)},
           {"frames", std::move(numbers)},
           {"render_ms", std::move(render)},
           {"denoise_ms", std::move(denoise)}};
@@ -258,7 +276,7 @@ std::string PageTitle(const PageContent& content) {
   if (!content.log.preset.empty()) {
     title += (title.empty() ? "" : ", ") + content.log.preset;
   }
-  return ValidUtf8(title.empty() ? content.folder_name : title);
+  return ValidUtf8(title.empty() ? content.name : title);
 }
 
 std::string EscapeHtml(const std::string& text) {
@@ -291,7 +309,7 @@ std::string MakePage(const PageContent& content) {
   const Measurements& measurements = content.measurements;
   PictureList pictures;
   const Json data = {{"title", PageTitle(content)},
-                     {"folder", content.folder_name},
+                     {"source", content.source},
                      {"has_log", content.has_log},
                      {"version", content.log.version},
                      {"width", measurements.width},

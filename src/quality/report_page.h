@@ -15,7 +15,9 @@
 namespace stillray::report {
 
 struct PageContent {
-  std::string folder_name;  ///< last component of the folder's path
+  std::string name;        ///< of the folder or the sequence, without the folders that it lies in
+  std::string source;      ///< what the page was made from, as it says at its end
+  bool of_folder = false;  ///< of stillray render, else sequences of any origin
   bool has_log = false;
   RenderLog log;
   int frames_found = 0;
@@ -24,7 +26,7 @@ struct PageContent {
   std::vector<std::string> notes;
 };
 
-/// "cornell, svgf" out of render.json, or else the folder's name.
+/// "cornell, svgf" out of render.json, or else the name of the folder or sequence.
 std::string PageTitle(const PageContent& content);
 
 /// Text for use between HTML tags and in quoted attributes. Bytes that are not UTF-8 become U+FFFD.

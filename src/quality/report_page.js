@@ -11,6 +11,9 @@ const kShapes = {
   denoise: "diamond",
 };
 
+// Lines through fewer points would show a course that was not measured.
+const kLeastPlotted = 4;
+
 // Least number of rows after which the parameters' table goes on in a second column.
 const kParameterRows = 18;
 
@@ -33,6 +36,15 @@ const kMetrics = [
     format: (v) => v.toFixed(4),
     fromZero: true,
     source: "linear",
+  },
+  {
+    key: "temporal_error",
+    label: "Temporal error",
+    column: "Temporal",
+    unit: "",
+    better: -1,
+    format: (v) => v.toFixed(5),
+    fromZero: true,
   },
   {key: "brightness", label: "Brightness", unit: "", better: 0, format: (v) => v.toFixed(4),
    tableOnly: true},
@@ -58,14 +70,9 @@ function formatMs(value) {
   return value >= 100 ? value.toFixed(0) : value >= 10 ? value.toFixed(1) : value.toFixed(2);
 }
 
+/// In MB, as --timings prints them.
 function formatBytes(value) {
-  const units = ["bytes", "KiB", "MiB", "GiB", "TiB"];
-  let unit = 0;
-  while (value >= 1024 && unit + 1 < units.length) {
-    value /= 1024;
-    ++unit;
-  }
-  return `${unit === 0 ? value : value.toFixed(1)} ${units[unit]}`;
+  return `${(value / 1e6).toFixed(value < 1e5 ? 3 : 1)} MB`;
 }
 
 function formatMetric(metric, value) {
@@ -92,7 +99,7 @@ function showSummary(data) {
   }
   byId("summary").textContent = parts.join(" \u00b7 ");
   byId("footer").textContent =
-      `Made by stillray report from the folder ${data.folder}.` +
+      `Made by stillray report from ${data.source}.` +
       (data.version ? ` Pictures by stillray ${data.version}.` : "");
 }
 
@@ -113,13 +120,13 @@ function isBest(metric, value, all) {
   return value !== null && known.length > 1 && known.every((v) => rank(v) <= rank(value));
 }
 
-function meansTable(source) {
+function meansTable(source, frames) {
   const metrics = kMetrics.filter((metric) => !metric.source || metric.source === source.source);
   const views = Object.entries(source.views);
   const anyNonFinite = views.some(([, quality]) => quality.mean.non_finite > 0);
   const head = make("tr", {}, make("th", {scope: "col"}, "Mean over frames"));
   for (const metric of metrics) {
-    head.append(make("th", {scope: "col"}, metric.label,
+    head.append(make("th", {scope: "col"}, metric.column || metric.label,
                      make("span", {class: "quiet"}, kBetterText[metric.better])));
   }
   head.append(make("th", {scope: "col"}, "Frames", make("span", {class: "quiet"}, "compared")));
@@ -142,15 +149,32 @@ function meansTable(source) {
     }
     body.append(row);
   }
-  return make("table", {}, make("thead", {}, head), body);
+  return make("table", {}, make("thead", {}, head), body, ...frameRows(frames, views, metrics));
+}
+
+/// The values of every frame, where they are too few for plots; one frame is its own mean.
+function frameRows(frames, views, metrics) {
+  if (frames.length < 2 || frames.length >= kLeastPlotted) {
+    return [];
+  }
+  return frames.map((number, i) => {
+    const rows = views.map(([view, quality]) => make(
+        "tr", {}, make("th", {scope: "row"}, `${view}, frame ${number}`),
+        ...metrics.map((metric) => make("td", {}, formatMetric(metric,
+                                                               quality.values[metric.key][i])))));
+    return make("tbody", {class: "frames"}, ...rows);
+  });
 }
 
 /// \return the plots of one source
 function showQuality(data, source, onPick) {
-  byId("means").replaceChildren(meansTable(source));
+  byId("means").replaceChildren(meansTable(source, data.quality.frames));
   const plots = [];
-  for (const metric of kMetrics) {
-    if (metric.tableOnly || (metric.source && metric.source !== source.source)) {
+  const plotted = data.quality.frames.length >= kLeastPlotted ? kMetrics : [];
+  for (const metric of plotted) {
+    const known = Object.values(source.views).some(
+        ({values}) => values[metric.key].some((value) => value !== null));
+    if (metric.tableOnly || !known || (metric.source && metric.source !== source.source)) {
       continue;
     }
     const series = Object.entries(source.views).map(([view, quality]) => ({
@@ -199,14 +223,12 @@ function timesTable(times) {
   head.append(make("th", {scope: "col", class: "share"}, "Share",
                    make("span", {class: "quiet"}, "of all stages")));
   const largest = Math.max(...times.stages.map((stage) => stage.share));
-  const body = make("tbody", {}, ...times.stages.map((stage) => timeRow(stage, largest, {})));
-  if (times.denoise) {
-    body.append(timeRow({...times.denoise, name: "denoise, whole"}, 0, {class: "total"}));
-  }
-  if (times.render) {
-    body.append(timeRow({...times.render, name: "render, whole"}, 0,
-                        times.denoise ? {} : {class: "total"}));
-  }
+  const body = make("tbody", {});
+  const whole = (step) => step && body.append(timeRow(step, 0, {class: "total"}));
+  whole(times.render);
+  whole(times.denoise);
+  body.append(...times.stages.map((stage) => timeRow(stage, largest, {class: "part"})));
+  whole(times.write);
   const count = times.frames.length;
   return make("table", {}, make("caption", {}, `Over ${count} frame${count > 1 ? "s" : ""}`),
               make("thead", {}, head), body);
@@ -214,14 +236,14 @@ function timesTable(times) {
 
 function showTimes(data, onPick) {
   const times = data.times;
-  if (times.stages.length === 0 && !times.render && !times.denoise) {
+  if (times.stages.length === 0 && !times.render && !times.denoise && !times.write) {
     return [];
   }
   byId("times").append(timesTable(times));
   byId("times-section").hidden = false;
   const plots = [];
   for (const name of ["denoise", "render"]) {
-    if (times[name]) {
+    if (times[name] && times.frames.length >= kLeastPlotted) {
       plots.push(new Plot({
         title: `Time to ${name}`,
         note: "ms, lower is better",
@@ -248,7 +270,7 @@ function pairsTable(title, pairs) {
 
 function showSettings(data) {
   const memory = data.memory.map(
-      ([name, bytes]) => [name.replace(/_bytes$/, ""), formatBytes(bytes)]);
+      ([name, bytes]) => [`memory, ${name.replace(/_bytes$/, "")}`, formatBytes(bytes)]);
   const parameters = [];
   const rows = Math.max(kParameterRows, Math.ceil(data.parameters.length / 2));
   for (let i = 0; i < data.parameters.length; i += rows) {

@@ -35,12 +35,16 @@ TimeTable MakeTimeTable(const std::vector<RenderLogFrame>& frames) {
   std::map<std::string, std::vector<double>> stages;
   std::vector<double> render;
   std::vector<double> denoise;
+  std::vector<double> write;
   for (const RenderLogFrame& frame : frames) {
     if (frame.render_ms) {
       render.push_back(*frame.render_ms);
     }
     if (frame.denoise_ms) {
       denoise.push_back(*frame.denoise_ms);
+    }
+    if (frame.write_ms) {
+      write.push_back(*frame.write_ms);
     }
     auto previous = order.end();
     for (const auto& [stage, ms] : frame.stages_ms) {
@@ -57,6 +61,7 @@ TimeTable MakeTimeTable(const std::vector<RenderLogFrame>& frames) {
   TimeTable table;
   table.render = Summarise("render", render);
   table.denoise = Summarise("denoise", denoise);
+  table.write = Summarise("write", write);
   double total = 0;
   for (const std::string& stage : order) {
     table.stages.push_back(*Summarise(stage, stages[stage]));

@@ -29,6 +29,7 @@ struct TimeTable {
   std::vector<StepTimes> stages;
   std::optional<StepTimes> render;
   std::optional<StepTimes> denoise;
+  std::optional<StepTimes> write;
 };
 
 TimeTable MakeTimeTable(const std::vector<RenderLogFrame>& frames);

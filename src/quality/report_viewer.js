@@ -31,6 +31,7 @@ class Viewer {
     this.timer = 0;
     this.playing = false;
     this.pointers = new Map();
+    this.pointerAt = null;  // place on the stage, where the pointer is over it
     this.stage = byId("stage");
     this.canvas = byId("canvas");
     this.context = this.canvas.getContext("2d", {alpha: false});
@@ -129,6 +130,7 @@ class Viewer {
     this.showScales();
     this.updateDivider();
     this.draw();
+    this.showPixel();
     this.stage.dataset.shown = [
       this.data.frames[frame].number, this.selects[0].value, this.selects[1].value].join(" ");
   }
@@ -232,6 +234,7 @@ class Viewer {
     const percent = 100 * this.scale * this.ratio;
     byId("zoom-level").value = `${percent < 10 ? percent.toFixed(1) : Math.round(percent)} %`;
     this.draw();
+    this.showPixel();
   }
 
   /// Zooms so that the picture's point at the place `from` of the stage comes to lie at `to`.
@@ -264,7 +267,7 @@ class Viewer {
       if (zoomed || event.ctrlKey) {
         event.preventDefault();
       }
-      this.showPixel(...point);
+      this.pointTo(point);
     }, {passive: false});
   }
 
@@ -292,7 +295,7 @@ class Viewer {
       if (this.pointers.has(event.pointerId)) {
         this.onDrag(event.pointerId, point);
       }
-      this.showPixel(...point);
+      this.pointTo(point);
     });
     const end = (event) => {
       this.pointers.delete(event.pointerId);
@@ -300,7 +303,7 @@ class Viewer {
     };
     stage.addEventListener("pointerup", end);
     stage.addEventListener("pointercancel", end);
-    stage.addEventListener("pointerleave", () => this.showPixel(-1, -1));
+    stage.addEventListener("pointerleave", () => this.pointTo(null));
   }
 
   /// One pointer pans; two pan with their middle and zoom with their distance.
@@ -519,8 +522,15 @@ class Viewer {
     return {hex, text: sign + formatShort(value)};
   }
 
-  /// Says what the two views hold in the picture pixel at (x, y) of the stage.
-  showPixel(x, y) {
+  pointTo(point) {
+    this.pointerAt = point;
+    this.showPixel();
+  }
+
+  /// Says what the two views hold in the picture pixel under the pointer: now, and whenever the
+  /// picture under it becomes another.
+  showPixel() {
+    const [x, y] = this.pointerAt || [-1, -1];
     const column = Math.floor((x - this.x) / this.scale);
     const row = Math.floor((y - this.y) / this.scale);
     const readout = byId("readout");

@@ -325,6 +325,9 @@ TEST(CliRender, InterruptedAndResumedGivesTheSameBits) {
   EXPECT_THAT(Differences(folder / "whole", out, ".png"), ::testing::IsEmpty());
   const auto json = nlohmann::json::parse(ReadText(out + "/render.json"));
   EXPECT_EQ(json["frames"].size(), 40u);
+  EXPECT_THAT(json["machine"].get<std::string>(), HasSubstr(" threads"));
+  EXPECT_THAT(json["date"].get<std::string>(), ::testing::MatchesRegex("....-..-..T..:..:..Z"));
+  EXPECT_GT(json["frames"][39]["write_ms"], 0);
 
   const ProgramRun complete = RunProgram(Render(out, again));
   EXPECT_EQ(complete.exit_code, 0);

@@ -97,6 +97,45 @@ class ReportCommand(unittest.TestCase):
         self.add("noisy.0001.png")
         self.assert_fails("found 0, expected 1..1000", self.folder, "--max-frames", 0)
 
+    def test_sequences_of_any_name(self):
+        for frame in (1, 2, 3):
+            self.add(f"beauty_{frame:03}.png", 10 * frame)
+            self.add(f"clean.{frame}.png", 20 * frame)
+            self.add(f"ref.{frame:04}.png", 20 * frame + 1)
+        page = self.folder / "page.html"
+        result = self.run_report("--noisy", self.folder / "beauty_*.png", "--clean",
+                                 self.folder / "clean.#.png", "--reference",
+                                 self.folder / "ref.####.png", "-o", page)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("3 of 3 frames", result.stdout)
+        self.assertTrue(page.exists())
+
+    def test_default_output_of_sequences_lies_beside_the_clean_pictures(self):
+        (self.folder / "clean").mkdir()
+        self.add("shot.0001.png")
+        self.add("clean/shot.0001.png")
+        result = self.run_report("--noisy", self.folder / "shot.####.png", "--clean",
+                                 self.folder / "clean")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertTrue((self.folder / "clean" / "report.html").exists())
+
+    def test_sequences_that_do_not_fit(self):
+        self.add("a.0001.png")
+        self.assert_fails("--clean is missing", "--noisy", self.folder / "a.####.png")
+        self.assert_fails("--clean: ", "--noisy", self.folder / "a.####.png", "--clean",
+                          self.folder / "b.####.png")
+        self.assert_fails("found a.0001.png: did you mean", "--noisy", self.folder / "a.####.png",
+                          "--clean", self.folder / "b.####.png")
+        self.assert_fails("folder of a stillray render, or", self.folder, "--noisy", "x")
+        self.assert_fails("folder of a stillray render, or")
+        self.assert_fails("--exposure and --tonemap go with --clean", self.folder, "--exposure", 1)
+
+    def test_size_that_is_no_number(self):
+        self.add("noisy.0001.png")
+        for size in ("nan", "0", "-1", "inf"):
+            self.assert_fails(f"--max-size is {size}, expected 0.01 to 2000 MB", self.folder,
+                              f"--max-size={size}")
+
     def test_command_line_errors_end_with_two(self):
         self.assertEqual(self.run_report().returncode, 2)
         self.assertEqual(self.run_report(self.folder, "--max-frames", "many").returncode, 2)

@@ -60,7 +60,7 @@ def make_folder(folder):
         "scene": HOSTILE, "preset": "svgf", "fps": 10, "width": WIDTH, "height": HEIGHT,
         "parameters": {"sigma_l": 4.0, HOSTILE: HOSTILE},
         "frames": [{"frame": frame, "seconds": frame / 10, "denoise_ms": 10.0 + frame,
-                    "render_ms": 100.0, "stages_ms": {"atrous": 7.5, HOSTILE: 2.5}}
+                    "render_ms": 100.0, "write_ms": 30.0, "stages_ms": {"atrous": 7.5, HOSTILE: 2.5}}
                    for frame in FRAMES],
         "memory": {"denoiser_bytes": 3 * 1024 * 1024},
     }
@@ -248,6 +248,44 @@ class ReportPage(unittest.TestCase):
         self.browser.pointer([self.point(20.5 / WIDTH, 13.5 / HEIGHT)])
         self.assertEqual(self.text("#readout"), "x 20, y 13: noisy 255 255 0 \u00b7 denoised 0 135 0")
 
+    def test_pixel_follows_the_picture_under_the_cursor(self):
+        self.browser.pointer([self.point(20.5 / WIDTH, 13.5 / HEIGHT)])
+        self.browser.script(
+            "const select = document.getElementById('right-view'); select.value = 'reference';"
+            "select.dispatchEvent(new Event('change'));")
+        self.wait_shown("4 noisy reference")
+        self.assertEqual(self.text("#readout"),
+                         "x 20, y 13: noisy 255 255 0 \u00b7 reference 0 0 135")
+        self.browser.script("document.getElementById('stage').focus()")
+        self.browser.keys(",")
+        self.wait_shown("3 noisy reference")
+        self.assertEqual(self.text("#readout"),
+                         "x 20, y 13: noisy 255 255 0 \u00b7 reference 0 0 175")
+
+    def test_few_frames_have_no_plots(self):
+        with tempfile.TemporaryDirectory(prefix="stillray-report-") as name:
+            folder = pathlib.Path(name)
+            for frame in (1, 2):
+                for view, level in (("noisy", 40), ("denoised", 90), ("reference", 100)):
+                    write_png(folder / f"{view}.{frame:04}.png", WIDTH, HEIGHT,
+                              lambda x, y: (level, level, level * frame))
+            page = folder / "report.html"
+            subprocess.run([program, "report", folder], check=True, timeout=60,
+                           stdout=subprocess.DEVNULL)
+            self.browser.open(page.as_uri())
+            self.wait_shown("2 noisy denoised")
+            self.assertEqual(self.browser.script(
+                "return document.querySelectorAll('.plot').length"), 0)
+            rows = self.browser.script(
+                "return [...document.querySelectorAll('#means tbody tr')].map((row) => "
+                "row.cells[0].textContent)")
+            self.assertEqual(rows, ["noisy", "denoised", "noisy, frame 1", "denoised, frame 1",
+                                    "noisy, frame 2", "denoised, frame 2"])
+            # What tearDown() looks at is the page of the other tests.
+            self.browser.open("about:blank")
+            self.browser.requests()
+            self.browser.open(self.page.as_uri())
+
     def test_frame_slider(self):
         self.browser.script("document.getElementById('frame').focus()")
         self.browser.keys("ArrowLeft")
@@ -303,9 +341,15 @@ class ReportPage(unittest.TestCase):
         times = self.browser.script(
             "return [...document.querySelectorAll('#times tbody tr')]"
             ".map((row) => [...row.cells].map((cell) => cell.textContent))")
-        self.assertEqual(times[0], ["atrous", "7.50", "7.50", "7.50", "75.0 %"])
-        self.assertEqual(times[2][:4], ["denoise, whole", "12.5", "11.0", "14.0"])
-        self.assertIn("3.0 MiB", self.text("#settings"))
+        # Names and order are those of --timings.
+        self.assertEqual([row[0] for row in times], ["render", "denoise", "atrous", HOSTILE, "write"])
+        self.assertEqual(times[2], ["atrous", "7.50", "7.50", "7.50", "75.0 %"])
+        self.assertEqual(times[1][:4], ["denoise", "12.5", "11.0", "14.0"])
+        self.assertEqual(times[4][:4], ["write", "30.0", "30.0", "30.0"])
+        self.assertIn("memory, denoiser3.1 MB", self.text("#settings"))
+        self.assertIn("Temporal", self.text("#means"))
+        self.assertEqual(self.browser.script(
+            "return getComputedStyle(document.querySelector('#times tr.part')).position"), "static")
         means = self.browser.script(
             "return [...document.querySelectorAll('#means tbody tr')].map((row) => "
             "row.cells[0].textContent)")
@@ -313,7 +357,7 @@ class ReportPage(unittest.TestCase):
 
     def test_plots_follow_the_pointer_and_lead_to_frames(self):
         self.assertEqual(self.browser.script(
-            "return document.querySelectorAll('#quality-plots .plot').length"), 4)
+            "return document.querySelectorAll('#quality-plots .plot').length"), 5)
         self.browser.script("document.querySelector('.plot svg[role=img]').scrollIntoView()")
         plot = ".plot svg[role=img]"
         x, y, width, height = self.browser.box(plot)

@@ -191,10 +191,11 @@ TEST(RenderLog, ReadsEveryKey) {
   const RenderLog log = Parse(R"({
     "stillray": "0.1.0", "scene": "builtin:cornell", "width": 640, "height": 360, "fps": 29.97,
     "spp": 1, "bounces": 4, "preset": "default", "seed": 18446744073709551615, "sampler": "sobol",
-    "threads": 2, "exposure": -0.5, "tonemap": "aces",
+    "threads": 2, "machine": "a processor", "date": "2026-03-01T12:00:00Z", "exposure": -0.5,
+    "tonemap": "aces",
     "parameters": {"kernel": "5x5", "sigma_l": 4.0, "steps": [1, 2, 4], "temporal": true},
     "frames": [{"frame": 1, "seconds": 0.0, "render_ms": 120.0, "denoise_ms": 30.1,
-                "stages_ms": {"demodulate": 1.2, "accumulate": 3.0}}],
+                "write_ms": 12.5, "stages_ms": {"demodulate": 1.2, "accumulate": 3.0}}],
     "memory": {"denoiser_bytes": 123, "renderer_bytes": 456}})");
   EXPECT_EQ(log.version, "0.1.0");
   EXPECT_EQ(log.scene, "builtin:cornell");
@@ -204,15 +205,27 @@ TEST(RenderLog, ReadsEveryKey) {
   EXPECT_EQ(log.width, 640);
   EXPECT_EQ(log.height, 360);
   EXPECT_EQ(log.fps, 29.97);
-  EXPECT_EQ(log.settings.size(), 13u);
+  EXPECT_EQ(log.settings.size(), 15u);
   EXPECT_THAT(log.settings, ::testing::Contains(Pair("seed", "18446744073709551615")));
   EXPECT_THAT(log.parameters, ElementsAre(Pair("kernel", "5x5"), Pair("sigma_l", "4.0"),
                                           Pair("steps", "1, 2, 4"), Pair("temporal", "true")));
   ASSERT_EQ(log.frames.size(), 1u);
   EXPECT_EQ(log.frames[0].render_ms, 120.0);
+  EXPECT_EQ(log.frames[0].write_ms, 12.5);
   EXPECT_THAT(log.frames[0].stages_ms,
               ElementsAre(Pair("demodulate", 1.2), Pair("accumulate", 3.0)));
   EXPECT_THAT(log.memory, ElementsAre(Pair("denoiser_bytes", 123), Pair("renderer_bytes", 456)));
+}
+
+TEST(RenderLog, NamesTheSceneWithoutItsFolders) {
+  const RenderLog log = Parse(R"({"scene": "/home/me/secret/lamp.GLB"})");
+  EXPECT_EQ(log.scene, "lamp.GLB");
+  EXPECT_THAT(log.settings, ElementsAre(Pair("scene", "lamp.GLB")));
+}
+
+TEST(RenderLog, TakesTheFrameRatesThatRenderTakes) {
+  EXPECT_EQ(Parse(R"({"fps": 0.001})").fps, 0.001);
+  EXPECT_FALSE(ParseRenderLog(R"({"fps": 0.0001})", "render.json").ok());
 }
 
 TEST(RenderLog, EverythingIsOptional) {

@@ -17,6 +17,7 @@
 
 #include "quality/heat_map.h"
 #include "quality/report_test_folder.h"
+#include "stillray/quality.h"
 
 namespace stillray::report {
 namespace {
@@ -96,7 +97,7 @@ TEST(Report, SizeAndFolderComeFromTheFiles) {
   const json data = PageData(Build(folder));
   EXPECT_EQ(data["width"], 31);
   EXPECT_EQ(data["height"], 9);
-  EXPECT_EQ(data["folder"], "walk in the park");
+  EXPECT_EQ(data["source"], "the folder walk in the park");
   EXPECT_EQ(data["title"], "walk in the park");
   EXPECT_FALSE(data["has_log"]);
 }
@@ -262,6 +263,106 @@ TEST(Report, DevelopsExrFilesWithoutPng) {
   EXPECT_THAT(Notes(PageData(page)), Contains(HasSubstr("tone curve reinhard")));
 }
 
+/// An EXR picture of one value in a frame whose pixels were `motion_x` to the right before.
+void AddMovedExr(const TestFolder& folder, const std::string& name, float value, float motion_x) {
+  constexpr int kWidth = 24;
+  constexpr int kHeight = 16;
+  Image3 colour(kWidth, kHeight);
+  Image1 motion(kWidth, kHeight);
+  motion.Fill(motion_x);
+  for (int c = 0; c < 3; ++c) {
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        colour[c](x, y) = value * static_cast<float>(x);
+      }
+    }
+  }
+  ExrImage exr;
+  exr.width = kWidth;
+  exr.height = kHeight;
+  exr.Add("", PixelType::kFloat, colour);
+  exr.Add("motion.X", PixelType::kFloat, motion);
+  exr.Add("motion.Y", PixelType::kFloat, Image1(kWidth, kHeight));
+  ASSERT_TRUE(WriteExr(folder.Path(name), exr).ok());
+}
+
+TEST(Report, MeasuresTheTemporalErrorAsCompareDoes) {
+  const TestFolder folder;
+  for (int frame = 1; frame <= 3; ++frame) {
+    const float value = 0.1f * static_cast<float>(frame);
+    AddMovedExr(folder, fmt::format("denoised.{:04}.exr", frame), value, 1);
+    folder.AddExr(fmt::format("reference.{:04}.exr", frame), 0.5f);
+  }
+  const json data = PageData(Build(folder));
+  const json& view = data["quality"]["sources"][0]["views"]["denoised"];
+  ASSERT_EQ(view["values"]["temporal_error"].size(), 3u);
+  EXPECT_TRUE(view["values"]["temporal_error"][0].is_null()) << "there is no frame before";
+  const auto read = [&](const std::string& name) { return ReadImage(folder.Path(name)).value(); };
+  Image2 motion(24, 16);
+  motion[0].Fill(1);
+  const Result<double> expected = TemporalError(
+      read("denoised.0002.exr"), read("denoised.0001.exr"), read("reference.0002.exr"),
+      read("reference.0001.exr"), motion, Image1(), Image1(), false);
+  ASSERT_TRUE(expected.ok());
+  EXPECT_GT(*expected, 0.01);
+  EXPECT_EQ(view["values"]["temporal_error"][1].get<double>(), *expected);
+  EXPECT_NEAR(view["mean"]["temporal_error"].get<double>(),
+              (*expected + view["values"]["temporal_error"][2].get<double>()) / 2, 1e-12);
+  EXPECT_THAT(Notes(data), Not(Contains(HasSubstr("as if nothing moved"))));
+}
+
+TEST(Report, TemporalErrorWithoutMotionIsSaid) {
+  const TestFolder folder;
+  for (int frame : {1, 2, 4}) {
+    folder.AddFlatPng(fmt::format("denoised.{:04}.png", frame), 10 * frame);
+    folder.AddFlatPng(fmt::format("reference.{:04}.png", frame), 100);
+  }
+  const json data = PageData(Build(folder));
+  const json values =
+      data["quality"]["sources"][0]["views"]["denoised"]["values"]["temporal_error"];
+  EXPECT_TRUE(values[0].is_null());
+  // 10 of 255 display steps from frame 1 to 2.
+  EXPECT_NEAR(values[1].get<double>(), 10 / 255.0, 1e-4);
+  EXPECT_TRUE(values[2].is_null()) << "frame 3 is not there";
+  EXPECT_THAT(Notes(data), Contains(HasSubstr("as if nothing moved")));
+}
+
+TEST(Report, SequencesOfAnyName) {
+  const TestFolder folder("work");
+  std::filesystem::create_directory(folder.Path("ref"));
+  for (int frame = 1; frame <= 5; ++frame) {
+    folder.AddExr(fmt::format("beauty_{:03}.exr", frame), 0.25f);
+    if (frame > 1) {
+      folder.AddPng(fmt::format("clean.v2.{}.png", frame), 10 * frame);
+    }
+    if (frame < 4) {
+      folder.AddPng(fmt::format("ref/{:04}.png", frame), 10 * frame);
+    }
+  }
+  ReportSequences sequences;
+  sequences.noisy = folder.Path("beauty_###.exr");
+  sequences.clean = folder.Path("clean.v2.*.png");
+  sequences.reference = folder.Path("ref");
+  const Result<std::string> page = BuildReport(sequences, ReportOptions());
+  ASSERT_TRUE(page.ok()) << page.status().message();
+  const json data = PageData(*page);
+  EXPECT_THAT(FrameNumbers(data), ElementsAre(2, 3, 4, 5));
+  EXPECT_EQ(data["title"], "work/clean.v2.*.png");
+  EXPECT_EQ(data["fps"], 24.0);
+  EXPECT_EQ(EmbeddedPicture(*page, 0, "denoised"), folder.Read("clean.v2.2.png"));
+  EXPECT_EQ(EmbeddedPicture(*page, 1, "reference"), folder.Read("ref/0003.png"));
+  EXPECT_THAT(data["quality"]["frames"], ElementsAre(2, 3));
+  EXPECT_THAT(Notes(data), AllOf(Contains(HasSubstr("no reference pictures of frames 4 and 5")),
+                                 Contains(HasSubstr("noisy pictures have no PNG files")),
+                                 Not(Contains(HasSubstr("render.json"))),
+                                 Not(Contains(HasSubstr("temporal pictures")))));
+  sequences.noisy = folder.Path("beuaty_###.exr");
+  const Result<std::string> wrong = BuildReport(sequences, ReportOptions());
+  ASSERT_FALSE(wrong.ok());
+  EXPECT_THAT(wrong.status().message(),
+              AllOf(HasSubstr("--noisy: "), HasSubstr("found beauty_001.exr ... beauty_005.exr")));
+}
+
 TEST(Report, ShowsTimesAndSettings) {
   const TestFolder folder;
   folder.AddPng("denoised.0001.png", 3);
@@ -299,7 +400,7 @@ TEST(Report, TextFromFilesNeverBecomesMarkup) {
   // All that is there arrives as it was.
   const json data = PageData(page);
   EXPECT_EQ(data["title"], hostile + ", " + hostile);
-  EXPECT_EQ(data["folder"], "<b>&\"'");
+  EXPECT_EQ(data["source"], "the folder <b>&\"'");
   EXPECT_EQ(data["parameters"][0][0], hostile);
   EXPECT_EQ(data["times"]["stages"][0]["name"], hostile);
   EXPECT_THAT(page, HasSubstr("<title>&lt;/script&gt;&lt;script&gt;alert(1)"));
@@ -309,7 +410,7 @@ TEST(Report, TextThatIsNotUtf8IsReplaced) {
   const TestFolder folder("caf\xe9");
   folder.AddPng("denoised.0001.png", 3);
   const std::string page = Build(folder);
-  EXPECT_EQ(PageData(page)["folder"], "caf\uFFFD");
+  EXPECT_EQ(PageData(page)["source"], "the folder caf\uFFFD");
   EXPECT_THAT(page, HasSubstr("<title>caf\uFFFD"));
 }
 
