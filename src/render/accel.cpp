@@ -205,13 +205,6 @@ bool FillGeometry(RTCGeometry geometry, const Mesh& mesh, const mat4& transform,
   return true;
 }
 
-// An animated scale may well be zero. Embree needs the inverse.
-bool Invertible(const mat4& transform) {
-  const float determinant = glm::determinant(mat3(transform));
-  const float inverse = 1.0f / determinant;
-  return std::isfinite(determinant) && std::isfinite(inverse) && inverse != 0.0f;
-}
-
 class EmbreeAccel final : public Accel {
  public:
   explicit EmbreeAccel(const ShadowFilter& filter) : filter_(filter) {}
@@ -232,7 +225,7 @@ class EmbreeAccel final : public Accel {
   Status Commit(RTCScene scene, const char* what);
   Status BuildStatic(const Scene& scene, const std::vector<AccelInstance>& instances,
                      const std::vector<mat4>& transforms);
-  Status BuildMoving(const Scene& scene, const std::vector<AccelInstance>& instances);
+  Status BuildInstanced(const Scene& scene, const std::vector<AccelInstance>& instances);
   void UpdateFlat(const std::vector<mat4>& transforms);
   SceneHandle NewScene(RTCBuildQuality quality, RTCSceneFlags flags);
   Status AddMesh(RTCScene target, const Mesh& mesh, const mat4& transform,
@@ -242,14 +235,14 @@ class EmbreeAccel final : public Accel {
   std::atomic<int64_t> bytes_{0};  // before the device, which still counts when it goes
   DeviceHandle device_;
   SceneHandle static_scene_;
-  // Per mesh and kind (opaque, see-through): the scene that its moving instances share.
+  // Per mesh and kind (opaque, see-through): the scene that its instances share.
   std::vector<SceneHandle> mesh_scenes_;
-  struct Moving {
-    uint32_t instance;
+  struct Instanced {
+    uint32_t index;
     GeometryHandle geometry;
     const Mesh* mesh;
   };
-  std::vector<Moving> moving_;
+  std::vector<Instanced> instanced_;
   SceneHandle top_scene_;  // null where nothing moves: rays then enter static_scene_ itself
   uint32_t static_id_ = RTC_INVALID_GEOMETRY_ID;
   RTCScene root_ = nullptr;
@@ -280,7 +273,8 @@ SceneHandle EmbreeAccel::NewScene(RTCBuildQuality quality, RTCSceneFlags flags) 
 Status EmbreeAccel::AddMesh(RTCScene target, const Mesh& mesh, const mat4& transform,
                             const AccelInstance& instance, uint32_t id) {
   const GeometryHandle geometry(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
-  if (!FillGeometry(geometry.get(), mesh, transform, instance.moving ? nullptr : instance.placed)) {
+  if (!FillGeometry(geometry.get(), mesh, transform,
+                    instance.instanced ? nullptr : instance.placed)) {
     return Status::OutOfMemory(
         fmt::format("mesh \"{}\": no memory for the BVH's copy of its {} "
                     "vertices",
@@ -299,26 +293,27 @@ Status EmbreeAccel::BuildStatic(const Scene& scene, const std::vector<AccelInsta
   static_scene_ = NewScene(RTC_BUILD_QUALITY_MEDIUM, RTC_SCENE_FLAG_NONE);
   for (size_t i = 0; i < instances.size(); ++i) {
     const Mesh& mesh = scene.meshes[static_cast<size_t>(scene.instances[i].mesh)];
-    if ((flat_ || !instances[i].moving) && !mesh.indices.empty()) {
+    if ((flat_ || !instances[i].instanced) && !mesh.indices.empty()) {
       STILLRAY_RETURN_IF_ERROR(AddMesh(static_scene_.get(), mesh, transforms[i], instances[i],
                                        static_cast<uint32_t>(i)));
-      if (instances[i].moving) {
+      if (instances[i].instanced) {
         RTCGeometry geometry = rtcGetGeometry(static_scene_.get(), static_cast<unsigned>(i));
         rtcRetainGeometry(geometry);
-        moving_.push_back({static_cast<uint32_t>(i), GeometryHandle(geometry), &mesh});
+        instanced_.push_back({static_cast<uint32_t>(i), GeometryHandle(geometry), &mesh});
       }
     }
   }
   return Commit(static_scene_.get(), "what stands still");
 }
 
-Status EmbreeAccel::BuildMoving(const Scene& scene, const std::vector<AccelInstance>& instances) {
+Status EmbreeAccel::BuildInstanced(const Scene& scene,
+                                   const std::vector<AccelInstance>& instances) {
   top_scene_ = NewScene(RTC_BUILD_QUALITY_MEDIUM, RTC_SCENE_FLAG_DYNAMIC);
   mesh_scenes_.resize(2 * scene.meshes.size());
   for (size_t i = 0; i < instances.size(); ++i) {
     const auto mesh_index = static_cast<size_t>(scene.instances[i].mesh);
     const Mesh& mesh = scene.meshes[mesh_index];
-    if (!instances[i].moving || mesh.indices.empty()) {
+    if (!instances[i].instanced || mesh.indices.empty()) {
       continue;
     }
     SceneHandle& mesh_scene = mesh_scenes_[2 * mesh_index + (instances[i].see_through ? 1 : 0)];
@@ -331,7 +326,7 @@ Status EmbreeAccel::BuildMoving(const Scene& scene, const std::vector<AccelInsta
     rtcSetGeometryInstancedScene(geometry.get(), mesh_scene.get());
     rtcSetGeometryTimeStepCount(geometry.get(), 1);
     rtcAttachGeometryByID(top_scene_.get(), geometry.get(), static_cast<uint32_t>(i));
-    moving_.push_back({static_cast<uint32_t>(i), std::move(geometry), &mesh});
+    instanced_.push_back({static_cast<uint32_t>(i), std::move(geometry), &mesh});
   }
   static_id_ = static_cast<uint32_t>(instances.size());
   const GeometryHandle fixed(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE));
@@ -361,25 +356,25 @@ Status EmbreeAccel::Build(const Scene& scene, const std::vector<AccelInstance>& 
                    : native(RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) ? 8
                                                                        : 4;
   rtcSetDeviceMemoryMonitorFunction(device_.get(), CountMemory, this);
-  bool any_moving = false;
+  bool any_instanced = false;
   for (const AccelInstance& instance : instances) {
-    any_moving |= instance.moving;
+    any_instanced |= instance.instanced;
   }
-  flat_ = any_moving && scene.TriangleCount() <= kMaxRebuilt;
+  flat_ = any_instanced && scene.TriangleCount() <= kMaxRebuilt;
   STILLRAY_RETURN_IF_ERROR(BuildStatic(scene, instances, transforms));
   root_ = static_scene_.get();
-  if (any_moving && !flat_) {
-    STILLRAY_RETURN_IF_ERROR(BuildMoving(scene, instances));
+  if (any_instanced && !flat_) {
+    STILLRAY_RETURN_IF_ERROR(BuildInstanced(scene, instances));
     root_ = top_scene_.get();
   }
   return Update(transforms);
 }
 
 void EmbreeAccel::UpdateFlat(const std::vector<mat4>& transforms) {
-  for (const Moving& moving : moving_) {
-    RTCGeometry geometry = moving.geometry.get();
+  for (const Instanced& instance : instanced_) {
+    RTCGeometry geometry = instance.geometry.get();
     PlaceVertices(
-        *moving.mesh, transforms[moving.instance],
+        *instance.mesh, transforms[instance.index],
         static_cast<float*>(rtcGetGeometryBufferData(geometry, RTC_BUFFER_TYPE_VERTEX, 0)));
     rtcUpdateGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0);
     rtcCommitGeometry(geometry);
@@ -394,16 +389,16 @@ Status EmbreeAccel::Update(const std::vector<mat4>& transforms) {
   if (!top_scene_) {
     return Status::Ok();
   }
-  for (const Moving& moving : moving_) {
-    const mat4& transform = transforms[moving.instance];
-    if (!Invertible(transform)) {
-      rtcDisableGeometry(moving.geometry.get());
+  for (const Instanced& instance : instanced_) {
+    const mat4& transform = transforms[instance.index];
+    if (!IsInvertible(transform)) {
+      rtcDisableGeometry(instance.geometry.get());
       continue;
     }
-    rtcEnableGeometry(moving.geometry.get());
-    rtcSetGeometryTransform(moving.geometry.get(), 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
+    rtcEnableGeometry(instance.geometry.get());
+    rtcSetGeometryTransform(instance.geometry.get(), 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
                             &transform[0][0]);
-    rtcCommitGeometry(moving.geometry.get());
+    rtcCommitGeometry(instance.geometry.get());
   }
   return Commit(top_scene_.get(), "what moves");
 }
@@ -449,6 +444,12 @@ void EmbreeAccel::Occluded(const RayBatch& rays, vec3* transmittance) const {
 }
 
 }  // namespace
+
+bool IsInvertible(const mat4& transform) {
+  const float determinant = glm::determinant(mat3(transform));
+  const float inverse = 1.0f / determinant;
+  return std::isfinite(determinant) && std::isfinite(inverse) && inverse != 0.0f;
+}
 
 Result<std::unique_ptr<Accel>> Accel::Create(const Scene& scene,
                                              const std::vector<AccelInstance>& instances,

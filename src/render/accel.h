@@ -63,11 +63,16 @@ struct HitBatch {
   Hit Get(int i) const { return {t[i], u[i], v[i], instance[i], primitive[i]}; }
 };
 
+/// Whether Embree can instance a mesh with it: an animated scale may well be zero.
+bool IsInvertible(const mat4& transform);
+
 /// What an instance is to the BVH.
 struct AccelInstance {
-  bool moving = false;       ///< its transform may change between calls of Update
+  /// It enters the BVH as an instance of its mesh, and its transform may change between calls of
+  /// Update; else it is copied.
+  bool instanced = false;
   bool see_through = false;  ///< shadow rays ask ShadowFilter about it
-  /// Of what does not move: its vertices in the world, and one more behind; must outlive the Accel.
+  /// Of what is copied: its vertices in the world, and one more behind; must outlive the Accel.
   const vec3* placed = nullptr;
 };
 

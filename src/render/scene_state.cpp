@@ -22,6 +22,11 @@ void Place(PlacedInstance* instance, const mat4& world) {
   instance->normal_matrix = CofactorMatrix(linear) * instance->orientation;
 }
 
+// Triangles that are copied although their mesh stands elsewhere too: about half a gigabyte.
+constexpr size_t kMaxCopiedTriangles = 4'000'000;
+// A smaller mesh takes less as a copy than as an instance.
+constexpr size_t kMinSharedTriangles = 64;
+
 template <typename T>
 T Interpolate(const Mesh& mesh, const Hit& hit, const std::vector<T>& values) {
   const uint32_t* corner = mesh.indices.data() + 3 * static_cast<size_t>(hit.primitive);
@@ -53,6 +58,7 @@ SceneState::SceneState(const Scene& scene) : scene_(&scene) {
     instance.material_index = instance.mesh->material;
     instance.material = &scene.materials[static_cast<size_t>(instance.material_index)];
     instance.moving = animated[static_cast<size_t>(scene.instances[i].node)];
+    instance.instanced = instance.moving;
     instance.opaque = instance.material->alpha_mode == AlphaMode::kOpaque;
   }
 }
@@ -71,6 +77,7 @@ bool SceneState::Update(double seconds, double previous_seconds) {
     instance.previous_world = previous_nodes_[node];
   }
   if (!placed_) {
+    ShareMeshes();
     PlaceStatic();
   }
   placed_ = true;
@@ -85,12 +92,34 @@ std::vector<mat4> SceneState::InstanceTransforms() const {
   return transforms;
 }
 
+// A copy makes rays faster, and costs some 120 bytes per triangle. Where copies of meshes that
+// stand in several places would take too much, they are instanced, like what moves.
+void SceneState::ShareMeshes() {
+  std::vector<size_t> places(scene_->meshes.size(), 0);
+  for (size_t i = 0; i < instances_.size(); ++i) {
+    places[static_cast<size_t>(scene_->instances[i].mesh)] += instances_[i].moving ? 0 : 1;
+  }
+  size_t copied = 0;
+  for (size_t m = 0; m < places.size(); ++m) {
+    copied += places[m] > 1 ? (places[m] - 1) * scene_->meshes[m].indices.size() / 3 : 0;
+  }
+  if (copied <= kMaxCopiedTriangles) {
+    return;
+  }
+  for (size_t i = 0; i < instances_.size(); ++i) {
+    PlacedInstance& instance = instances_[i];
+    const bool worth_it = places[static_cast<size_t>(scene_->instances[i].mesh)] > 1 &&
+                          instance.mesh->indices.size() / 3 >= kMinSharedTriangles;
+    instance.instanced = instance.instanced || (worth_it && IsInvertible(instance.world));
+  }
+}
+
 // Vertices of what stands still are taken to the world once, for the BVH and for every hit.
 void SceneState::PlaceStatic() {
   placed_positions_.resize(instances_.size());
   tbb::parallel_for(size_t{0}, instances_.size(), [&](size_t i) {
     PlacedInstance& instance = instances_[i];
-    if (instance.moving) {
+    if (instance.instanced) {
       return;
     }
     std::vector<vec3>& placed = placed_positions_[i];

@@ -24,8 +24,11 @@ struct PlacedInstance {
   /// 3.7.4).
   float orientation = 1.0f;
   bool moving = false;
+  /// It enters the BVH as an instance of its mesh: it moves, or it stands still and is one of so
+  /// many places of a mesh that copies would take too much memory.
+  bool instanced = false;
   bool opaque = true;  ///< alpha is 1 everywhere
-  /// The mesh's vertices in the world, where it stands still, and one more; else null.
+  /// The mesh's vertices in the world, and one more; null where it is instanced.
   const vec3* placed = nullptr;
 };
 
@@ -75,10 +78,11 @@ class SceneState {
 
  private:
   const Scene* scene_;
+  void ShareMeshes();
   void PlaceStatic();
 
   std::vector<PlacedInstance> instances_;
-  std::vector<std::vector<vec3>> placed_positions_;  // by instance; empty where it moves
+  std::vector<std::vector<vec3>> placed_positions_;  // by instance; empty where it is instanced
   std::vector<mat4> nodes_;
   std::vector<mat4> previous_nodes_;
   bool placed_ = false;

@@ -26,7 +26,7 @@ std::vector<AccelInstance> DescribeInstances(const SceneState& state) {
   std::vector<AccelInstance> out(state.instances().size());
   for (size_t i = 0; i < out.size(); ++i) {
     const PlacedInstance& instance = state.instances()[i];
-    out[i].moving = instance.moving;
+    out[i].instanced = instance.instanced;
     out[i].placed = instance.placed;
     out[i].see_through = IsSeeThrough(instance);
   }

@@ -7,10 +7,12 @@
 #include <filesystem>
 #include <new>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "core/lower_case.h"
 #include "scene/data_uri.h"
 #include "scene/mesh_tools.h"
 
@@ -118,6 +120,16 @@ Result<Scene> Import(ByteSpan bytes, const std::string& base_folder) {
   return std::move(import.scene);
 }
 
+constexpr const char* kExpected = "a scene in glTF 2.0 (.gltf, .glb) or builtin:NAME";
+
+/// Whether a file of another name could be glTF: its binary form begins with these letters, and the
+/// text is a JSON object.
+bool MayBeGltf(ByteSpan bytes) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const size_t begin = text.find_first_not_of(" \t\r\n");
+  return text.starts_with("glTF") || (begin != std::string_view::npos && text[begin] == '{');
+}
+
 }  // namespace
 
 bool GltfImport::Charge(const std::string& user, uint64_t count) {
@@ -140,9 +152,19 @@ Result<Scene> LoadGltfFromMemory(const uint8_t* data, size_t size, const std::st
 }
 
 Result<Scene> LoadGltf(const std::string& path) {
+  if (path.empty()) {
+    return Status::InvalidArgument(
+        fmt::format("the scene's name is empty, expected {}", kExpected));
+  }
   Result<std::vector<uint8_t>> bytes = ReadFileBytes(path);
   if (!bytes.ok()) {
     return bytes.status();
+  }
+  const std::string extension = LowerExtension(path);
+  if (extension != ".gltf" && extension != ".glb" && !MayBeGltf(*bytes)) {
+    return Status::Unsupported(fmt::format(
+        "{}: {} are not read, expected {}", Printable(path),
+        extension.empty() ? "files of this kind" : "files in " + Printable(extension), kExpected));
   }
   const std::filesystem::path parent = std::filesystem::path(path).parent_path();
   const std::string folder = (parent.empty() ? std::filesystem::path(".") : parent).string();

@@ -165,6 +165,11 @@ void ReadEmission(GltfImport* import, const JsonView& view, Material* material) 
       view.Extension("KHR_materials_emissive_strength")
           .NumberIn("emissiveStrength", 1.0f, 0.0f, std::numeric_limits<float>::max());
   material->emission = factor * strength;
+  const vec3 e = material->emission;
+  if (!std::isfinite(e.x + e.y + e.z)) {
+    view.Fail("emissiveFactor",
+              fmt::format("times an emissiveStrength of {:g} is beyond a 32-bit float", strength));
+  }
   material->emissive_texture = ReadTextureRef(import, view.Object("emissiveTexture"));
 }
 

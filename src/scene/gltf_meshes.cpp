@@ -20,6 +20,8 @@ namespace stillray {
 namespace {
 
 constexpr uint64_t kMaxInstances = 10'000'000;
+/// An instance takes some 900 bytes, most of them in the BVH; an element up to 28.
+constexpr uint64_t kElementsPerInstance = 32;
 constexpr uint64_t kTriangles = 4;
 constexpr uint64_t kTriangleStrip = 5;
 constexpr uint64_t kTriangleFan = 6;
@@ -432,6 +434,25 @@ std::vector<Primitive> PlanPrimitives(GltfImport* import,
   return primitives;
 }
 
+/// Nodes that share meshes of many primitives make many instances of few bytes.
+bool ChargeInstances(GltfImport* import,
+                     const std::map<int, std::pair<size_t, size_t>>& range_of_mesh) {
+  uint64_t instances = 0;
+  for (const GltfMeshUse& use : import->mesh_uses) {
+    const auto& [first, last] = range_of_mesh.at(use.gltf_mesh);
+    instances += last - first;
+  }
+  const uint64_t most = std::min(kMaxInstances, import->elements_left / kElementsPerInstance);
+  if (instances > most) {
+    import->log.Fail(Status::Unsupported(
+        fmt::format("the nodes place {} primitives, at most {} are read from a file of {} bytes",
+                    instances, most, import->document.total_bytes)));
+    return false;
+  }
+  import->elements_left -= instances * kElementsPerInstance;
+  return true;
+}
+
 }  // namespace
 
 void ImportMeshes(GltfImport* import) {
@@ -452,17 +473,15 @@ void ImportMeshes(GltfImport* import) {
       import->scene.meshes.push_back(std::move(primitives[i].mesh));
     }
   }
+  if (!ChargeInstances(import, range_of_mesh)) {
+    return;
+  }
   for (const GltfMeshUse& use : import->mesh_uses) {
     const auto [first, last] = range_of_mesh[use.gltf_mesh];
     for (size_t i = first; i < last && import->log.ok(); ++i) {
       if (scene_mesh[i] >= 0) {
         import->scene.instances.push_back({scene_mesh[i], use.node});
       }
-    }
-    if (import->scene.instances.size() > kMaxInstances) {
-      import->log.Fail(
-          Status::Unsupported(fmt::format("the scene has more than {} instances", kMaxInstances)));
-      return;
     }
   }
 }

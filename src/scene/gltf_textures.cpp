@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <vector>
 
 #include <fmt/format.h>
@@ -14,6 +15,10 @@ namespace {
 
 /// All textures of a scene together: more would be no scene but an attack on memory.
 constexpr uint64_t kMaxTextureBytes = uint64_t{4} << 30;
+/// So much is decoded whatever it is, such as eight textures of one colour with 4096 x 4096 texels;
+/// beyond it, pictures must hold something: few compress better than this.
+constexpr uint64_t kFreeTextureBytes = uint64_t{512} << 20;
+constexpr uint64_t kTextureBytesPerByte = 256;
 
 struct EncodedTexture {
   ByteSpan bytes;
@@ -63,6 +68,7 @@ std::string FileName(GltfImport* import, size_t texture) {
 
 bool Inspect(GltfImport* import, std::vector<EncodedTexture>* encoded) {
   uint64_t total = 0;
+  uint64_t most = kFreeTextureBytes;
   for (size_t i = 0; i < encoded->size(); ++i) {
     EncodedTexture& texture = (*encoded)[i];
     const std::string label = TextureLabel(*import, i);
@@ -78,10 +84,13 @@ bool Inspect(GltfImport* import, std::vector<EncodedTexture>* encoded) {
     }
     texture.info = *info;
     total += static_cast<uint64_t>(info->width) * static_cast<uint64_t>(info->height) * 4;
-    if (total > kMaxTextureBytes) {
-      import->log.Fail(Status::Unsupported(
-          fmt::format("{}: with it the textures take more than {} GiB of memory", label,
-                      kMaxTextureBytes >> 30)));
+    most = std::min(most + kTextureBytesPerByte * texture.bytes.size(), kMaxTextureBytes);
+    if (total > most) {
+      import->log.Fail(Status::Unsupported(fmt::format(
+          "{}: {}x{} texels in {} bytes; with it the textures take {} MB of memory, at most {} MB "
+          "are read from pictures of so few bytes",
+          label, info->width, info->height, texture.bytes.size(), total / 1'000'000,
+          most / 1'000'000)));
       return false;
     }
   }

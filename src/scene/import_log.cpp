@@ -9,31 +9,6 @@
 
 namespace stillray {
 
-namespace {
-constexpr size_t kMaxPrintedBytes = 200;
-}  // namespace
-
-std::string Printable(const std::string& text) {
-  std::string line = text.substr(0, kMaxPrintedBytes);
-  for (char& c : line) {
-    const unsigned char byte = static_cast<unsigned char>(c);
-    if (byte < 0x20 || byte == 0x7f) {
-      c = '?';
-    }
-  }
-  if (text.size() > kMaxPrintedBytes) {
-    // Not in the middle of a UTF-8 sequence.
-    while (!line.empty() && (static_cast<unsigned char>(line.back()) & 0xc0) == 0x80) {
-      line.pop_back();
-    }
-    if (!line.empty() && static_cast<unsigned char>(line.back()) >= 0xc0) {
-      line.pop_back();
-    }
-    line += "...";
-  }
-  return line;
-}
-
 void ImportLog::Fail(Status status) {
   if (status_.ok()) {
     status_ = std::move(status);

@@ -7,13 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "core/printable.h"
 #include "stillray/status.h"
 
 namespace stillray {
-
-/// Text from a file, made fit for a one-line message: control characters become '?', and what is
-/// longer than 200 bytes is cut.
-std::string Printable(const std::string& text);
 
 /// Collects messages. Only the first error counts: whatever follows it is a consequence. Not
 /// thread safe: parallel work writes into logs of its own, which are appended in a fixed order.

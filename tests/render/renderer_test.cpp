@@ -143,6 +143,38 @@ TEST(RendererTest, ErrorFallsWithTheNumberOfSamplesWithAnySampler) {
   }
 }
 
+// Many places of a large mesh share its triangles in the BVH, and show what a copy shows.
+TEST(RendererTest, ManyPlacesOfAMeshShareItsTriangles) {
+  SceneBuilder builder;
+  builder.CameraTransform() = At(vec3(0, 0, 3));
+  builder.scene.environment.radiance = vec3(0.1f, 0.15f, 0.2f);
+  builder.Add(FacetedSphere(vec3(0), 0.8f, 6), Lambert(vec3(0.3f, 0.6f, 0.9f)));
+  const RenderSettings settings = SmallSettings(40, 30, 1);
+  const Frame copied = RenderOne(builder.scene, settings);
+  const size_t triangles = builder.scene.meshes.front().indices.size() / 3;
+  ASSERT_GT(triangles, 10'000u);
+  const size_t places = 5'000'000 / triangles;
+  for (size_t i = 0; i < places; ++i) {
+    const int node = builder.AddNode(At(vec3(0, 0, 10.0f + static_cast<float>(i))));
+    builder.scene.instances.push_back({0, node});  // behind the camera
+  }
+  auto renderer = Renderer::Create(builder.scene, settings);
+  ASSERT_TRUE(renderer.ok()) << renderer.status().message();
+  EXPECT_LT((*renderer)->memory_bytes(), 200 * triangles + 4000 * places);
+  Frame shared;
+  ASSERT_TRUE((*renderer)->RenderFrame({}, &shared).ok());
+  for (int y = 0; y < 30; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      EXPECT_FLOAT_EQ(shared.guides.depth(x, y), copied.guides.depth(x, y)) << x << ' ' << y;
+      EXPECT_EQ(shared.guides.id(x, y), copied.guides.id(x, y));
+      EXPECT_EQ(shared.guides.motion[0](x, y), 0.0f);
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(shared.guides.normal[c](x, y), copied.guides.normal[c](x, y), 1e-5f);
+      }
+    }
+  }
+}
+
 TEST(RendererTest, FramesDependOnTheirMomentAlone) {
   const SceneBuilder builder = VariedScene();
   auto renderer = Renderer::Create(builder.scene, SmallSettings(40, 30, 1));

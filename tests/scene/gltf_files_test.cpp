@@ -121,6 +121,22 @@ TEST(GltfFiles, AMissingSceneIsNamed) {
   ExpectError(LoadScene("/no/such/scene.glb"), StatusCode::kNotFound, {"/no/such/scene.glb"});
 }
 
+TEST(GltfFiles, OtherFormatsAreNamed) {
+  const TemporaryFolder folder;
+  const std::string path = folder.Write("a.OBJ", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const Status status = LoadScene(path).status();
+  EXPECT_EQ(status.code(), StatusCode::kUnsupported);
+  EXPECT_EQ(status.message(), path +
+                                  ": files in .obj are not read, expected a scene in glTF 2.0 "
+                                  "(.gltf, .glb) or builtin:NAME");
+  EXPECT_THAT(LoadScene(folder.Write("b", "# a scene")).status().message(),
+              HasSubstr("b: files of this kind are not read, expected a scene in glTF 2.0"));
+  // What is glTF by its content, or by its name, gets glTF's own messages.
+  EXPECT_THAT(LoadScene(folder.Write("c.txt", "{}")).status().message(), HasSubstr("asset"));
+  EXPECT_THAT(LoadScene(folder.Write("d.gltf", "v 0 0 0")).status().message(), HasSubstr("JSON"));
+  EXPECT_THAT(LoadScene("").status().message(), HasSubstr("the scene's name is empty"));
+}
+
 TEST(GltfFiles, AFolderIsNoScene) {
   const TemporaryFolder folder;
   ExpectError(LoadGltf(folder.path()), StatusCode::kBadData,
@@ -128,7 +144,7 @@ TEST(GltfFiles, AFolderIsNoScene) {
 }
 
 TEST(GltfFiles, NamesOfFilesAreMadePrintable) {
-  ExpectError(LoadGltf("/no/such\nscene.glb"), StatusCode::kNotFound, {"/no/such?scene.glb"});
+  ExpectError(LoadGltf("/no/such\nscene.glb"), StatusCode::kNotFound, {"/no/such\\nscene.glb"});
 }
 
 TEST(DataUri, DecodesWithAndWithoutPadding) {

@@ -79,6 +79,18 @@ TEST(GltfMaterials, EmissiveStrengthMultipliesTheFactor) {
   EXPECT_TRUE(material.emits());
 }
 
+TEST(GltfMaterials, EmissionBeyondAFloatIsRefused) {
+  GltfBuilder file;
+  file.AddTriangle();
+  file.UseMaterial(
+      {{"emissiveFactor", {1, 1, 1}},
+       {"extensions", {{"KHR_materials_emissive_strength", {{"emissiveStrength", 3e38}}}}}});
+  const Status status = file.Load().status();
+  EXPECT_EQ(status.code(), StatusCode::kBadData);
+  EXPECT_THAT(status.message(), HasSubstr("materials[0].emissiveFactor: times an "
+                                          "emissiveStrength of 3e+38 is beyond a 32-bit float"));
+}
+
 TEST(GltfMaterials, TransmissionIorAndVolume) {
   const Material material =
       WithMaterial({{"extensions",
@@ -231,6 +243,31 @@ TEST(GltfTextures, APictureGivenOnlyThroughAnUnknownExtensionIsUnsupported) {
   EXPECT_EQ(scene.status().code(), StatusCode::kUnsupported);
   EXPECT_THAT(scene.status().message(), HasSubstr("textures[0]"));
   EXPECT_THAT(scene.status().message(), HasSubstr("KHR_texture_basisu"));
+}
+
+// Fifteen black pictures of some kilobytes take a gigabyte; they are refused before one is decoded.
+TEST(GltfTextures, FewBytesMakeNoGigabytes) {
+  constexpr int kSide = 4096;
+  const std::vector<uint8_t> png =
+      test::EncodePng(std::vector<uint8_t>(size_t{4} * kSide * kSide, 0), kSide, kSide);
+  GltfBuilder file;
+  file.AddTriangle();
+  const int view = file.AddView(png);
+  const char* kSlots[] = {"normalTexture", "emissiveTexture"};
+  for (int i = 0; i < 15; ++i) {
+    const int image = file.Add("images", {{"bufferView", view}, {"mimeType", "image/png"}});
+    const int texture = file.Add("textures", {{"source", image}});
+    if (i % 3 == 0) {
+      file.AddTriangle();
+      file.UseMaterial({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}}}}}});
+    } else {
+      file.json["materials"].back()[kSlots[i % 3 - 1]] = {{"index", texture}};
+    }
+  }
+  const Status status = file.Load().status();
+  EXPECT_EQ(status.code(), StatusCode::kUnsupported);
+  EXPECT_THAT(status.message(), HasSubstr("4096x4096 texels in "));
+  EXPECT_THAT(status.message(), HasSubstr("with it the textures take "));
 }
 
 TEST(GltfExtensions, AnUnknownRequiredOneIsRefusedByName) {

@@ -213,6 +213,27 @@ TEST(GltfMeshes, APrimitiveOfAMeshIsAMeshAndAnInstanceEach) {
   EXPECT_EQ(scene.instances[2].node, 1);
 }
 
+// Nodes times primitives: 159 600 instances of a few kilobytes, which take 900 bytes each later.
+TEST(GltfMeshes, FewBytesMakeNoMillionsOfInstances) {
+  GltfBuilder file;
+  file.AddTriangle();
+  nlohmann::json& primitives = file.json["meshes"][0]["primitives"];
+  const nlohmann::json primitive = primitives[0];
+  while (primitives.size() < 400) {
+    primitives.push_back(primitive);
+  }
+  while (file.json["nodes"].size() < 400) {
+    const int node = file.Add("nodes", {{"mesh", 0}});
+    file.json["scenes"][0]["nodes"].push_back(node);
+  }
+  const Status status = file.Load().status();
+  EXPECT_EQ(status.code(), StatusCode::kUnsupported);
+  EXPECT_THAT(status.message(), HasSubstr("the nodes place 159600 primitives, at most 1"));
+  // A real scene has more bytes: the same with vertices of its own.
+  file.AddFloats(std::vector<float>(300'000, 0.0f), "VEC3");
+  EXPECT_EQ(file.Load()->instances.size(), 159'600u);
+}
+
 TEST(GltfMeshes, TrianglesWithoutAreaOrPlaceAreLeftOut) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float infinity = std::numeric_limits<float>::infinity();

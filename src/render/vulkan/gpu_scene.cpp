@@ -258,7 +258,7 @@ Status GpuScene::AddStatic() {
   std::vector<BvhTriangle> triangles;
   for (size_t i = 0; i < state_.instances().size(); ++i) {
     const PlacedInstance& instance = state_.instances()[i];
-    if (!instance.moving) {
+    if (!instance.instanced) {
       AppendTriangles(instance, instance.placed, static_cast<uint32_t>(i), &triangles);
     }
   }
@@ -282,7 +282,7 @@ Status GpuScene::BuildBottomLevels() {
   std::vector<const Bottom*> of_mesh(scene.meshes.size(), nullptr);
   for (size_t i = 0; i < scene.instances.size(); ++i) {
     const PlacedInstance& instance = state_.instances()[i];
-    if (!instance.moving || instance.mesh->indices.empty()) {
+    if (!instance.instanced || instance.mesh->indices.empty()) {
       continue;
     }
     const Bottom*& known = of_mesh[static_cast<size_t>(scene.instances[i].mesh)];
