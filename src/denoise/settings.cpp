@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "core/nearest_names.h"
 #include "stillray/denoise.hpp"
 
 namespace stillray {
@@ -259,13 +260,14 @@ const Row* FindRow(std::string_view name) {
 }
 
 Status UnknownParameter(std::string_view name) {
-  std::string names;
+  std::vector<std::string_view> names;
   for (const Row& row : Table()) {
-    names += names.empty() ? "" : ", ";
-    names += row.info.name;
+    names.push_back(row.info.name);
   }
+  const std::string meant = DidYouMean(name, names);
   return Status::InvalidArgument(
-      fmt::format("unknown parameter '{}'; parameters are: {}", name, names));
+      fmt::format("unknown parameter '{}'{}", name,
+                  meant.empty() ? "; docs/parameters.md lists all of them" : meant));
 }
 
 std::string Allowed(const Parameter& p) {
@@ -285,7 +287,22 @@ std::string Allowed(const Parameter& p) {
   return fmt::format("a number from {} to {}", p.min, p.max);
 }
 
+/// Whether the text is a number that a float cannot tell from 0.
+bool IsTooSmall(std::string_view text) {
+  float as_float = 0;
+  double as_double = 0;
+  const char* end = text.data() + text.size();
+  const auto narrow = std::from_chars(text.data(), end, as_float);
+  const auto wide = std::from_chars(text.data(), end, as_double);
+  return narrow.ec == std::errc::result_out_of_range && wide.ec == std::errc() && wide.ptr == end &&
+         std::abs(as_double) < 1;
+}
+
 Status BadValue(const Parameter& p, std::string_view value) {
+  if (p.type == ParameterType::kFloat && IsTooSmall(value)) {
+    return Status::InvalidArgument(fmt::format(
+        "parameter '{}' is '{}', which is too near to 0 for a 32-bit float", p.name, value));
+  }
   return Status::InvalidArgument(
       fmt::format("parameter '{}' is '{}', expected {}", p.name, value, Allowed(p)));
 }

@@ -1,5 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <functional>
+#include <utility>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -44,6 +48,55 @@ TEST(Settings, PublishedValuesOfSvgf) {
   EXPECT_EQ(GetParameter(svgf, "steps").value(), "1,2,4,8,16");
 }
 
+// Dundr 2018; docs/references.md names the sections. One row per value that the paper gives.
+TEST(Settings, PublishedValuesOfPsvgf) {
+  const Settings psvgf = PresetSettings("psvgf").value();
+  const std::pair<const char*, const char*> kPublished[] = {
+      {"signals", "single"},
+      {"history_weight", "age"},
+      {"alpha_min", "0.1"},
+      {"alpha_moments", "0.1"},
+      {"luminance", "rec601"},
+      {"prefilter_variance", "on"},
+      {"kernel", "3x3"},
+      {"steps", "16,8,4,2,1"},  // large scales first
+      {"feedback", "5"},        // the finest level
+      {"sigma_n", "64"},
+      {"depth_weight", "gradient"},
+      {"sigma_z", "1"},
+      {"max_slope", "0.1"},
+      {"sigma_l", "4"},
+      {"luminance_scale", "variance"},
+      {"luminance_epsilon", "0.05"},
+      {"short_history", "blur"},
+      {"antialias", "taa"},
+      {"taa_alpha", "0.1"},
+      {"dither", "1"},
+      {"fill_guides", "on"},
+      {"feedback_when", "blend"},
+      {"fxaa", "sparse"},
+      {"limit_history", "off"}};
+  for (const auto& [name, value] : kPublished) {
+    EXPECT_EQ(GetParameter(psvgf, name).value(), value) << name;
+  }
+}
+
+// SVGF goes from small to large scales and keeps the first level as history, PSVGF the other way.
+TEST(Settings, OrderOfLevelsOfEveryPreset) {
+  for (const std::string_view preset : PresetNames()) {
+    const Settings settings = PresetSettings(preset).value();
+    const StepList& list = settings.steps;
+    const auto begin = list.step.begin();
+    if (preset == "psvgf") {
+      EXPECT_TRUE(std::is_sorted(begin, begin + list.count, std::greater<>()));
+      EXPECT_EQ(settings.feedback, list.count);
+    } else {
+      EXPECT_TRUE(std::is_sorted(begin, begin + list.count)) << preset;
+      EXPECT_LE(settings.feedback, 1) << preset;
+    }
+  }
+}
+
 TEST(Settings, ErrorsNameParameterValueAndRange) {
   Settings s;
   const auto message = [&](const char* name, const char* value) {
@@ -62,7 +115,12 @@ TEST(Settings, ErrorsNameParameterValueAndRange) {
   EXPECT_THAT(message("steps", "1,2,"), HasSubstr("whole numbers from 1 to 64"));
   EXPECT_THAT(message("steps", "1,2,3,4,5,6,7,8,9"), HasSubstr("1 to 8 whole numbers"));
   EXPECT_THAT(message("steps", ""), HasSubstr("whole numbers"));
-  EXPECT_THAT(message("sigma_m", "1"), HasSubstr("unknown parameter 'sigma_m'"));
+  EXPECT_THAT(message("sigma_m", "1"),
+              HasSubstr("unknown parameter 'sigma_m', did you mean sigma_"));
+  EXPECT_EQ(message("sigmal", "3"), "unknown parameter 'sigmal', did you mean sigma_l?");
+  EXPECT_EQ(message("blue", "3"), "unknown parameter 'blue'; docs/parameters.md lists all of them");
+  EXPECT_EQ(message("alpha_min", "1e-50"),
+            "parameter 'alpha_min' is '1e-50', which is too near to 0 for a 32-bit float");
   EXPECT_THAT(PresetSettings("best").status().message(),
               HasSubstr("presets are: default, svgf, psvgf, eaw, temporal"));
 }
