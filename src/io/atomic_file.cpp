@@ -176,7 +176,8 @@ Status WriteFileAtomically(const std::string& path, const void* bytes, size_t si
 }
 
 Result<std::string> ReadWholeFile(const std::string& path, size_t max_size) {
-  io::FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  // A pipe without a writer would block before it could be refused.
+  io::FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (file.get() < 0) {
     if (errno == ENOENT || errno == ENOTDIR) {
       return Status::NotFound(fmt::format("{}: there is no such file", path));
@@ -190,17 +191,20 @@ Result<std::string> ReadWholeFile(const std::string& path, size_t max_size) {
   if (S_ISDIR(info.st_mode)) {
     return Status::Io(fmt::format("{}: is a folder, not a file", path));
   }
+  if (!S_ISREG(info.st_mode)) {
+    return Status::Io(fmt::format("{}: is not an ordinary file", path));
+  }
   const auto too_large = [&] {
     return Status::Unsupported(
         fmt::format("{}: is larger than {} bytes, the most that is read", path, max_size));
   };
-  const uint64_t known_size = S_ISREG(info.st_mode) ? static_cast<uint64_t>(info.st_size) : 0;
+  const auto known_size = static_cast<uint64_t>(info.st_size);
   if (known_size > max_size) {
     return too_large();
   }
   try {
-    // One byte more than expected, so that the end is seen without another round; pipes and files
-    // that grow simply take further rounds.
+    // One byte more than expected, so that the end is seen without another round; files that grow
+    // simply take further rounds.
     constexpr size_t kStep = size_t{1} << 16;
     std::string bytes(std::max<size_t>(known_size, kStep) + 1, '\0');
     size_t used = 0;
