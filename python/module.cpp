@@ -208,8 +208,7 @@ class PyDenoiser {
     const std::unique_lock<std::mutex> lock = Use();
     const Arrays inputs = ArraysOf(frame);
     Arrays results = out.is_none() ? Arrays() : ArraysOf(out.cast<py::dict>());
-    const auto wanted = outputs.is_none() ? std::vector<std::string>{"colour"}
-                                          : outputs.cast<std::vector<std::string>>();
+    const std::vector<std::string> wanted = NamesOf(outputs);
     const Cleanup cleanup{this, inputs, results};
     Check(denoiser_.SetJitter(jitter.first, jitter.second));
     for (const auto& [name, array] : inputs) {
@@ -236,6 +235,33 @@ class PyDenoiser {
   }
 
  private:
+  static std::string TypeName(const py::handle& object) {
+    return py::str(py::type::handle_of(object).attr("__name__"));
+  }
+
+  static std::vector<std::string> NamesOf(const py::object& outputs) {
+    if (outputs.is_none()) {
+      return {"colour"};
+    }
+    try {
+      if (!py::isinstance<py::str>(outputs)) {  // its letters are a sequence of texts too
+        return outputs.cast<std::vector<std::string>>();
+      }
+    } catch (const py::cast_error&) {
+    }
+    throw py::type_error("outputs is a " + TypeName(outputs) +
+                         ", expected a list of names, such as [\"colour\"]");
+  }
+
+  static bool AsBool(const py::object& answer) {
+    try {
+      return answer.cast<bool>();
+    } catch (const py::cast_error&) {
+      throw py::type_error("the progress function returned a " + TypeName(answer) +
+                           ", expected True, False or None");
+    }
+  }
+
   /// Takes away the descriptions of arrays that may be gone after the call.
   struct Cleanup {
     PyDenoiser* owner;
@@ -269,7 +295,7 @@ class PyDenoiser {
         const py::gil_scoped_acquire gil;
         try {
           const py::object answer = progress(fraction);
-          return answer.is_none() || answer.cast<bool>();
+          return answer.is_none() || AsBool(answer);
         } catch (...) {
           raised = std::current_exception();
           return false;

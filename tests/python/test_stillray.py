@@ -149,6 +149,10 @@ class ErrorTest(unittest.TestCase):
         self.expect(ValueError, "unknown input 'color'", self.changed(color=np.ones((H, W, 3), "f4")))
         self.expect(ValueError, "unknown output 'color'", outputs=["color"])
         self.expect(ValueError, "jitter", jitter=(0.7, 0))
+        self.expect(TypeError, "outputs is a str, expected a list", outputs="colour")
+        self.expect(TypeError, "outputs is a list, expected a list of names", outputs=[1, 2])
+        self.expect(TypeError, "the progress function returned a str, expected True",
+                    progress=lambda fraction: "on")
 
     def test_read_only_out(self):
         out = np.zeros((H, W, 3), np.float32)
