@@ -14,7 +14,7 @@ cmake -S . -B build -G Ninja -DSTILLRAY_BUILD_TESTS=OFF >/dev/null
 cmake --build build --target stillray
 
 stillray=build/apps/stillray/stillray
-"$stillray" render builtin:cornell -o "$out" --size 640x360 --frames 1-60 --aov temporal \
+"$stillray" render builtin:cornell -o "$out" --size 640x360 --frames 1-60 --save-inputs --aov temporal \
   --reference 256 --reference-frames 59-60 --timings
 "$stillray" compare "$out/denoised.####.exr" "$out/reference.####.exr"
 "$stillray" report "$out"

@@ -61,7 +61,8 @@ def measure_scene(stillray, name, scene, work):
     for row, suffix, options in RUNS:
         folder = work / f"{name}-{suffix}"
         run(stillray, "render", scene, "-o", folder, "--size", SIZE_OF.get(name, SIZE), "--frames", f"1-{FRAMES[1]}",
-            "--format", "exr,png", "--resume", *options)
+            "--format", "exr,png", "--save-inputs", "--aov", "motion,depth", "--resume",
+            *options)
         if suffix == "default":
             rows.append(("noisy", measure(stillray, folder, reference, "noisy")))
         rows.append((row, measure(stillray, folder, reference, "denoised")))

@@ -34,7 +34,7 @@ class Run:
         self.folder = arguments.work / name
         self.command = [str(arguments.program), "render", f"builtin:{scene}", "-o",
                         str(self.folder), "--size", size, "--frames", f"{first}-{last}", "--format",
-                        "exr,png", "--aov", AOVS, *options]
+                        "exr,png", "--save-inputs", "--aov", AOVS, *options]
         self.done = False
 
     def render(self):

@@ -6,10 +6,10 @@
 #include <string>
 #include <utility>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 #include <tbb/info.h>
+#include <CLI/CLI.hpp>
 
 #include "commands.h"
 #include "console.h"
@@ -87,8 +87,9 @@ Status TakeSettingsFile(const CLI::App& command, RenderArguments* a) {
 }
 
 constexpr const char* kExamples = R"(
-Frame N shows the animation at (N - 1) / fps seconds. DIR gets denoised.####.exr/png,
-noisy.####.exr/png, with --reference reference.####.exr/png, denoised.mp4 and render.json.
+Frame N shows the animation at (N - 1) / fps seconds. DIR gets denoised.####.exr/png, with
+--save-inputs noisy.####.exr/png, with --reference reference.####.exr/png, denoised.mp4 and
+render.json.
 
 Examples:
   stillray render builtin:cornell -o out
@@ -97,6 +98,7 @@ Examples:
   stillray render scene.gltf -o out --environment sky.hdr --exposure 1 --tonemap filmic
   stillray render builtin:spheres -o out --frames 1-32 --reference 1024 --reference-frames 31-32
   stillray render builtin:cornell -o out --still --spp 1/16 --guides sparse
+  stillray render scene.glb -o out --save-inputs --format exr
   stillray render kitchen.glb -o out --still --frames 1-200 --format png --resume
 )";
 
@@ -163,6 +165,9 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
   CLI::Option* format =
       command->add_option("--format", a->formats, "What to write: a list of exr, png, mp4")
           ->capture_default_str();
+  command->add_flag("--save-inputs", a->save_inputs,
+                    "Also write the noisy frames: EXR files with every signal and every guide, as "
+                    "`stillray denoise` reads them, and PNG files");
   command->add_flag("--float", a->float_exr, "32-bit EXR files; default: 16-bit (half)");
   AddDeviceOption(command, &a->device);
   command

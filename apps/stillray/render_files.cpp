@@ -7,23 +7,22 @@
 
 #include <fmt/format.h>
 
+#include "run_summary.h"
+
 namespace stillray {
 namespace {
 
 /// Depth and motion need more digits than a half has; what a single float per pixel costs is small.
 constexpr PixelType kExact = PixelType::kFloat;
 
-void AddMotionAndDepth(const Guides& guides, ExrImage* image) {
-  if (!guides.motion.empty()) {
-    image->Add("motion.X", kExact, guides.motion[0]);
-    image->Add("motion.Y", kExact, guides.motion[1]);
-  }
-  image->Add("depth.Z", kExact, guides.depth);
-}
-
 void AddGuide(const std::string& name, const Frame& frame, PixelType type, ExrImage* image) {
   const Guides& g = frame.guides;
-  if (name == "normal") {
+  if (name == "motion" && !g.motion.empty()) {
+    image->Add("motion.X", kExact, g.motion[0]);
+    image->Add("motion.Y", kExact, g.motion[1]);
+  } else if (name == "depth") {
+    image->Add("depth.Z", kExact, g.depth);
+  } else if (name == "normal") {
     image->Add("normal.", type, g.normal, true);
   } else if (name == "albedo") {
     image->Add("albedo.", type, g.albedo);
@@ -50,7 +49,7 @@ void Describe(const RenderOptions& options, const Frame& frame, ExrImage* image)
 }
 
 Status WritePicture(const RenderOptions& options, const std::string& view, int64_t frame,
-                    const Image3& colour, Rgb8Image* display) {
+                    const Image3& colour, Rgb8Image* display, int64_t* bytes) {
   Rgb8Image picture;
   picture.width = colour.width();
   picture.height = colour.height();
@@ -58,7 +57,9 @@ Status WritePicture(const RenderOptions& options, const std::string& view, int64
                              options.denoise.dither, frame);
   Status status;
   if (options.png) {
-    status = WritePng(FrameFileName(ViewPattern(options.text.folder, view, "png"), frame), picture);
+    const std::string path = FrameFileName(ViewPattern(options.text.folder, view, "png"), frame);
+    status = WritePng(path, picture);
+    *bytes += FileBytes(path);
   }
   if (display != nullptr) {
     *display = std::move(picture);
@@ -67,20 +68,27 @@ Status WritePicture(const RenderOptions& options, const std::string& view, int64
 }
 
 Status WriteExrFile(const RenderOptions& options, const std::string& view, int64_t frame,
-                    const ExrImage& image) {
-  return WriteExr(FrameFileName(ViewPattern(options.text.folder, view, "exr"), frame), image);
+                    const ExrImage& image, int64_t* bytes) {
+  const std::string path = FrameFileName(ViewPattern(options.text.folder, view, "exr"), frame);
+  const Status status = WriteExr(path, image);
+  *bytes += FileBytes(path);
+  return status;
 }
 
 Status WritePlainView(const RenderOptions& options, const Frame& frame, const std::string& view,
-                      const Image3& colour) {
+                      const Image3& colour, int64_t* bytes) {
   if (options.exr) {
     ExrImage image;
     Describe(options, frame, &image);
     image.Add("", options.exr_type, colour);
-    AddMotionAndDepth(frame.guides, &image);
-    STILLRAY_RETURN_IF_ERROR(WriteExrFile(options, view, frame.index, image));
+    for (const char* name : {"motion", "depth"}) {
+      if (options.WritesGuide(name)) {
+        AddGuide(name, frame, options.exr_type, &image);
+      }
+    }
+    STILLRAY_RETURN_IF_ERROR(WriteExrFile(options, view, frame.index, image, bytes));
   }
-  return WritePicture(options, view, frame.index, colour, nullptr);
+  return WritePicture(options, view, frame.index, colour, nullptr, bytes);
 }
 
 }  // namespace
@@ -98,7 +106,6 @@ ExrImage DenoisedExr(const RenderOptions& options, const Frame& frame, const Den
   ExrImage image;
   Describe(options, frame, &image);
   image.Add("", options.exr_type, out.colour);
-  AddMotionAndDepth(frame.guides, &image);
   for (const std::string& name : options.guides) {
     AddGuide(name, frame, options.exr_type, &image);
   }
@@ -122,9 +129,7 @@ ExrImage NoisyExr(const RenderOptions& options, const Frame& frame) {
       image.Add(name + ".second_moment.X", kExact, signal.second_moment);
     }
   }
-  AddMotionAndDepth(frame.guides, &image);
-  for (const char* name :
-       {"normal", "albedo", "specular_albedo", "id", "roughness", "emission", "background"}) {
+  for (const char* name : kGuideNames) {
     AddGuide(name, frame, options.exr_type, &image);
   }
   if (!frame.samples.empty()) {
@@ -134,19 +139,26 @@ ExrImage NoisyExr(const RenderOptions& options, const Frame& frame) {
 }
 
 uint32_t PlanesInFiles(const RenderOptions& options) {
-  return options.exr ? kAllPlanes : options.png ? kLightPlanes : 0;
+  if (options.exr && (options.text.save_inputs || !options.guides.empty())) {
+    return kAllPlanes;
+  }
+  return options.png && options.text.save_inputs ? kLightPlanes : 0;
 }
 
 Status WriteFrameFiles(const RenderOptions& options, const Frame& frame, const DenoisedFrame& out,
-                       const Image3* reference, Rgb8Image* display) {
-  if (options.exr) {
-    STILLRAY_RETURN_IF_ERROR(WriteExrFile(options, "noisy", frame.index, NoisyExr(options, frame)));
+                       const Image3* reference, Rgb8Image* display, int64_t* bytes) {
+  *bytes = 0;
+  if (options.exr && options.text.save_inputs) {
     STILLRAY_RETURN_IF_ERROR(
-        WriteExrFile(options, "denoised", frame.index, DenoisedExr(options, frame, out)));
+        WriteExrFile(options, "noisy", frame.index, NoisyExr(options, frame), bytes));
   }
-  if (options.png) {
+  if (options.exr) {
     STILLRAY_RETURN_IF_ERROR(
-        WritePicture(options, "noisy", frame.index, SumOfLight(frame), nullptr));
+        WriteExrFile(options, "denoised", frame.index, DenoisedExr(options, frame, out), bytes));
+  }
+  if (options.png && options.text.save_inputs) {
+    STILLRAY_RETURN_IF_ERROR(
+        WritePicture(options, "noisy", frame.index, SumOfLight(frame), nullptr, bytes));
   }
   for (const NamedImage& named : out.images) {
     if (IsPictureOutput(named.name)) {
@@ -154,14 +166,14 @@ Status WriteFrameFiles(const RenderOptions& options, const Frame& frame, const D
       for (int c = 0; c < 3; ++c) {
         colour[c] = named.channels[static_cast<size_t>(c)];
       }
-      STILLRAY_RETURN_IF_ERROR(WritePlainView(options, frame, named.name, colour));
+      STILLRAY_RETURN_IF_ERROR(WritePlainView(options, frame, named.name, colour, bytes));
     }
   }
   if (reference != nullptr) {
-    STILLRAY_RETURN_IF_ERROR(WritePlainView(options, frame, "reference", *reference));
+    STILLRAY_RETURN_IF_ERROR(WritePlainView(options, frame, "reference", *reference, bytes));
   }
   // Last, so that a denoised picture means that the frame is complete.
-  return WritePicture(options, "denoised", frame.index, out.colour, display);
+  return WritePicture(options, "denoised", frame.index, out.colour, display, bytes);
 }
 
 }  // namespace stillray

@@ -15,7 +15,7 @@
 
 namespace stillray {
 
-/// Guides that --aov may add to denoised EXR files. Motion and depth are always there.
+/// Guides that --aov may add to denoised EXR files.
 inline constexpr const char* kGuideNames[] = {"motion",    "depth",           "normal",
                                               "albedo",    "specular_albedo", "id",
                                               "roughness", "emission",        "background"};
@@ -27,7 +27,7 @@ bool IsPictureOutput(const std::string& name);
 std::string ViewPattern(const std::string& folder, const std::string& view,
                         const std::string& extension);
 
-/// The result with motion, depth and what --aov asks for as layers.
+/// The result with the layers of --aov, and with motion and depth where there is a reference.
 ExrImage DenoisedExr(const RenderOptions& options, const Frame& frame, const DenoisedFrame& out);
 
 /// The frame as rendered: the sum of all light, every signal, every guide.
@@ -39,7 +39,8 @@ uint32_t PlanesInFiles(const RenderOptions& options);
 /// Writes all files of a finished frame, of which no other planes are read.
 /// \param reference  converged picture, or nullptr
 /// \param display    set to the denoised frame as displayed
+/// \param bytes      set to the size of the files that were written
 Status WriteFrameFiles(const RenderOptions& options, const Frame& frame, const DenoisedFrame& out,
-                       const Image3* reference, Rgb8Image* display);
+                       const Image3* reference, Rgb8Image* display, int64_t* bytes);
 
 }  // namespace stillray

@@ -124,6 +124,19 @@ Status ParseDenoiseSettings(const RenderArguments& arguments, Settings* settings
   return ValidateSettings(*settings);
 }
 
+/// `stillray compare` measures the temporal error against a reference along motion, over surfaces
+/// that depth identifies.
+void AddGuidesOfMeasures(RenderOptions* options) {
+  if (options->text.reference_spp <= 0) {
+    return;
+  }
+  for (const char* name : {"motion", "depth"}) {
+    if (!options->WritesGuide(name)) {
+      options->guides.emplace_back(name);
+    }
+  }
+}
+
 /// Sorts the names of --aov into outputs of the denoiser and guides of the frame.
 Status ParseAovs(const RenderArguments& arguments, RenderOptions* options) {
   const std::vector<std::string> known = Denoiser::OutputNames(options->denoise);
@@ -131,7 +144,9 @@ Status ParseAovs(const RenderArguments& arguments, RenderOptions* options) {
     for (const std::string& name : SplitList(list)) {
       if (std::find(std::begin(kGuideNames), std::end(kGuideNames), name) !=
           std::end(kGuideNames)) {
-        options->guides.push_back(name);
+        if (!options->WritesGuide(name)) {
+          options->guides.push_back(name);
+        }
         continue;
       }
       const size_t before = options->outputs.size();
@@ -249,6 +264,10 @@ std::string SamplesPerPixelText(const RenderSettings& render) {
   return render.cycle > 1 ? fmt::format("1/{}", render.cycle) : fmt::format("{}", render.spp);
 }
 
+bool RenderOptions::WritesGuide(std::string_view name) const {
+  return std::find(guides.begin(), guides.end(), name) != guides.end();
+}
+
 bool RenderOptions::WantsReference(int64_t frame) const {
   return std::any_of(reference_frames.begin(), reference_frames.end(),
                      [&](const FrameRange& range) { return range.Contains(frame); });
@@ -271,6 +290,7 @@ Result<RenderOptions> ParseRenderArguments(const RenderArguments& arguments) {
   STILLRAY_RETURN_IF_ERROR(ParseFormats(arguments, &options));
   STILLRAY_RETURN_IF_ERROR(ParseAovs(arguments, &options));
   STILLRAY_RETURN_IF_ERROR(ParseReference(arguments, &options));
+  AddGuidesOfMeasures(&options);
   if (!(arguments.fps >= kMinFps && arguments.fps <= kMaxFps)) {
     return Status::InvalidArgument(
         fmt::format("--fps is {}, expected {} to {}", arguments.fps, kMinFps, kMaxFps));
@@ -288,10 +308,11 @@ std::string RenderFingerprint(const RenderOptions& options) {
       "scene {}\nframes from {}\nsize {}\nfps {}\nspp {}\nguides {}\nbounces {}\nseed {}\nsampler "
       "{}\n"
       "environment {}\ncamera {}\nreference {}\nreference-frames {}\naov {}\nformat {}\n"
-      "float {}\nstill {}\nregularise {}\njitter {}\n",
+      "float {}\ninputs {}\nstill {}\nregularise {}\njitter {}\n",
       a.scene, options.frames.first, a.size, a.fps, SamplesPerPixelText(options.render), a.guides,
       a.bounces, a.seed, a.sampler, a.environment, a.camera, a.reference_spp, a.reference_frames,
-      fmt::join(a.aovs, ","), a.formats, a.float_exr, a.still, a.regularise, options.render.jitter);
+      fmt::join(a.aovs, ","), a.formats, a.float_exr, a.save_inputs, a.still, a.regularise,
+      options.render.jitter);
   text += fmt::format("device {}\nray-tracing {}\n", a.device, a.ray_tracing);
   for (const Parameter& p : Parameters()) {
     text += fmt::format("{} {}\n", p.name, GetParameter(options.denoise, p.name).value());

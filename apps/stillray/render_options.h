@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "display_options.h"
@@ -40,6 +41,7 @@ struct RenderArguments {
   std::string formats = "exr,png,mp4";
   bool formats_given = false;
   bool float_exr = false;
+  bool save_inputs = false;
   DisplayArguments display;
   bool still = false;
   bool regularise = false;
@@ -73,9 +75,11 @@ struct RenderOptions {
   bool png = false;
   bool mp4 = false;
   std::vector<std::string> outputs;  ///< of the denoiser, by full name
-  std::vector<std::string> guides;   ///< of the frame, beside motion and depth
+  std::vector<std::string> guides;   ///< of the frame, in the files of the denoised picture
 
   bool WantsReference(int64_t frame) const;
+  /// Whether files of the denoised picture hold the guide.
+  bool WritesGuide(std::string_view name) const;
   /// The moment that a frame shows.
   double Seconds(int64_t frame) const;
   double PreviousSeconds(int64_t frame) const;

@@ -17,12 +17,14 @@
 #include "device_option.h"
 #include "interrupt.h"
 #include "json_output.h"
+#include "output_size.h"
 #include "progress.h"
 #include "render/scene_check.h"
 #include "render_files.h"
 #include "render_options.h"
 #include "resume.h"
 #include "run_log.h"
+#include "run_summary.h"
 #include "stillray/scene.h"
 #include "trace_device.h"
 
@@ -60,6 +62,7 @@ struct FrameInWork {
 struct WrittenFiles {
   Status status;
   double milliseconds = 0;
+  int64_t bytes = 0;
 };
 
 /// The frames of one run, one after the other, and everything that lives as long as it does. While
@@ -98,6 +101,9 @@ class RenderRun {
     return fmt::format("frame {} of {}", frame, options_.frames.last);
   }
   void Summarise() const;
+  std::string VideoPath() const {
+    return (std::filesystem::path(options_.text.folder) / "denoised.mp4").string();
+  }
 
   const RenderOptions& options_;
   const Scene& scene_;
@@ -114,6 +120,9 @@ class RenderRun {
   size_t traced_ = 0;  ///< which of them is traced; the other may be written
   RunLog log_;
   Clock::time_point last_save_ = Clock::now();
+  int64_t first_written_ = 0;  ///< of this run
+  int64_t written_bytes_ = 0;
+  Clock::time_point start_;
   int64_t non_finite_ = 0;
   int64_t bad_guides_ = 0;
   Background<WrittenFiles> writing_;  ///< last, so that its work ends before what it reads goes
@@ -177,9 +186,8 @@ Status RenderRun::Prepare() {
     RemoveResumeState(folder);
   }
   if (options_.mp4) {
-    Result<std::unique_ptr<VideoWriter>> video =
-        VideoWriter::Create((std::filesystem::path(folder) / "denoised.mp4").string(),
-                            options_.render.width, options_.render.height, options_.text.fps);
+    Result<std::unique_ptr<VideoWriter>> video = VideoWriter::Create(
+        VideoPath(), options_.render.width, options_.render.height, options_.text.fps);
     if (!video.ok() &&
         (options_.text.formats_given || video.status().code() != StatusCode::kUnsupported)) {
       return video.status();
@@ -375,8 +383,9 @@ WrittenFiles RenderRun::WriteFiles(const FrameInWork& work) {
   const Clock::time_point start = Clock::now();
   Rgb8Image display;
   WrittenFiles written;
-  written.status = WriteFrameFiles(options_, *work.in_files, work.denoised,
-                                   work.reference.empty() ? nullptr : &work.reference, &display);
+  written.status =
+      WriteFrameFiles(options_, *work.in_files, work.denoised,
+                      work.reference.empty() ? nullptr : &work.reference, &display, &written.bytes);
   if (written.status.ok() && video_) {
     written.status = video_->Write(display);
   }
@@ -393,6 +402,7 @@ Status RenderRun::FinishWriting(Progress* progress) {
   STILLRAY_RETURN_IF_ERROR(written.status);
   FrameInWork& work = works_[1 - traced_];
   work.log.write_ms = written.milliseconds;
+  written_bytes_ += written.bytes;
   non_finite_ += work.denoised.non_finite + work.denoised.negative;
   bad_guides_ += work.denoised.bad_guides;
   next_frame_ = work.log.frame + 1;
@@ -436,11 +446,20 @@ void RenderRun::Summarise() const {
   if (bad_guides_ > 0) {
     PrintTo(stderr, "warning: {} pixels had no usable guides and were not filtered\n", bad_guides_);
   }
+  std::FILE* out = options_.text.json_path == "-" ? stderr : stdout;
   if (options_.text.timings) {
-    PrintTo(stdout, "{}", TimingsTable(log_));
+    PrintTo(out, "{}", TimingsTable(log_));
   }
-  PrintTo(stdout, "{}: frames {} to {}\n", options_.text.folder, options_.frames.first,
-          options_.frames.last);
+  RunSummary summary;
+  summary.frames = static_cast<size_t>(next_frame_ - first_written_);
+  summary.frames_before = static_cast<size_t>(first_written_ - options_.frames.first);
+  summary.place = options_.text.folder;
+  summary.bytes = written_bytes_;
+  if (video_) {
+    summary.bytes += FileBytes(VideoPath());
+  }
+  summary.seconds = Milliseconds(start_) / 1000;
+  PrintTo(out, "{}\n", RunSummaryText(summary));
 }
 
 Status RenderRun::Run() {
@@ -448,6 +467,11 @@ Status RenderRun::Run() {
   if (next_frame_ > options_.frames.last) {
     return Status::Ok();
   }
+  PrintTo(stderr, "{}\n", OutputSizeText(options_, next_frame_));
+  PrintTo(stderr, "{}",
+          DiskSpaceWarning(options_.text.folder, EstimateOutputSize(options_, next_frame_)));
+  first_written_ = next_frame_;
+  start_ = Clock::now();
   {
     Progress progress(WorkBefore(options_.frames.last + 1), stderr);
     for (int64_t frame = next_frame_; frame <= options_.frames.last; ++frame) {

@@ -27,8 +27,9 @@ using testing::StartsWith;
 class CliCheck : public testing::Test {
  protected:
   void SetUp() override {
-    const ProgramRun run = RunProgram({"render", "builtin:cornell", "-o", folder_.path(), "--size",
-                                       "96x54", "--frames", "1-3", "--format", "exr"});
+    const ProgramRun run =
+        RunProgram({"render", "builtin:cornell", "-o", folder_.path(), "--save-inputs", "--size",
+                    "96x54", "--frames", "1-3", "--format", "exr"});
     ASSERT_EQ(run.exit_code, 0) << run.errors;
   }
 

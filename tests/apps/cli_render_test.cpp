@@ -57,9 +57,10 @@ std::vector<std::string> Differences(const std::string& a, const std::string& b,
 TEST(CliRender, WritesWhatItPromises) {
   const TemporaryFolder folder;
   const std::string out = folder / "deep/er";
-  const ProgramRun run = RunProgram(Render(
-      out, {"--frames", "3-4", "--reference", "4", "--reference-frames", "4", "--format", "exr,png",
-            "--aov", "temporal,variance,normal", "--timings", "--json", folder / "log.json"}));
+  const ProgramRun run =
+      RunProgram(Render(out, {"--frames", "3-4", "--reference", "4", "--reference-frames", "4",
+                              "--format", "exr,png", "--aov", "temporal,variance,normal",
+                              "--save-inputs", "--timings", "--json", folder / "log.json"}));
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   EXPECT_EQ(
       FilesIn(out),
@@ -95,6 +96,75 @@ TEST(CliRender, WritesWhatItPromises) {
                     noisy->Find("emission.R")->values(20, 13) +
                     noisy->Find("background.R")->values(20, 13);
   EXPECT_NEAR(noisy->Find("R")->values(20, 13), sum, 0.005f * sum);
+}
+
+std::vector<std::string> ChannelsOf(const std::string& path) {
+  std::vector<std::string> names;
+  const Result<ExrImage> image = ReadExr(path);
+  EXPECT_TRUE(image.ok()) << path;
+  for (const Channel& channel : image.ok() ? image->channels : std::vector<Channel>()) {
+    names.push_back(channel.name);
+  }
+  return names;
+}
+
+// Bytes that a text such as "about 12.3 kB" names.
+double BytesIn(const std::string& text, const std::string& before) {
+  const size_t at = text.find(before);
+  if (at == std::string::npos) {
+    return 0;
+  }
+  size_t end = 0;
+  const std::string rest = text.substr(at + before.size());
+  const double value = std::stod(rest, &end);
+  const std::string unit = rest.substr(end + 1, 2);
+  return value * (unit == "kB" ? 1e3 : unit == "MB" ? 1e6 : unit == "GB" ? 1e9 : 1);
+}
+
+TEST(CliRender, WritesCleanFramesOnlyAndSaysHowMuchBeforeAndAfter) {
+  const TemporaryFolder folder;
+  const std::string out = folder / "out";
+  const ProgramRun run = RunProgram({"render", "builtin:cornell", "-o", out, "--size", "160x90",
+                                     "--frames", "1-3", "--format", "exr,png"});
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_EQ(FilesIn(out),
+            (std::set<std::string>{"denoised.0001.exr", "denoised.0001.png", "denoised.0002.exr",
+                                   "denoised.0002.png", "denoised.0003.exr", "denoised.0003.png",
+                                   "render.json", "resume.stillray"}));
+  EXPECT_THAT(ChannelsOf(out + "/denoised.0001.exr"),
+              ::testing::UnorderedElementsAre("R", "G", "B"));
+  double bytes = 0;
+  for (const std::string& name : FilesIn(out)) {
+    bytes +=
+        name.starts_with("denoised") ? static_cast<double>(fs::file_size(out + "/" + name)) : 0;
+  }
+  EXPECT_THAT(run.errors, HasSubstr("writing 3 frames of 160 x 90 pixels to " + out + ", about "));
+  const double estimated = BytesIn(run.errors, "to " + out + ", about ");
+  EXPECT_GT(estimated, 0.5 * bytes);
+  EXPECT_LT(estimated, 2.0 * bytes);
+  EXPECT_THAT(run.output, HasSubstr("wrote 3 frames to " + out + "/ ("));
+  EXPECT_NEAR(BytesIn(run.output, out + "/ ("), bytes, 0.06 * bytes);
+}
+
+TEST(CliRender, TheEstimateHoldsForInputsReferencesAndLayers) {
+  const TemporaryFolder folder;
+  const std::string out = folder / "out";
+  const ProgramRun run =
+      RunProgram({"render", "builtin:lights", "-o", out, "--size", "160x90", "--frames", "1-2",
+                  "--format", "exr,png", "--save-inputs", "--reference", "2", "--aov", "temporal"});
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  // What `stillray compare` needs for the temporal error.
+  EXPECT_THAT(ChannelsOf(out + "/denoised.0002.exr"),
+              ::testing::IsSupersetOf({"motion.X", "depth.Z"}));
+  double bytes = 0;
+  for (const fs::directory_entry& entry : fs::directory_iterator(out)) {
+    const std::string extension = entry.path().extension();
+    bytes +=
+        extension == ".exr" || extension == ".png" ? static_cast<double>(entry.file_size()) : 0;
+  }
+  const double estimated = BytesIn(run.errors, "to " + out + ", about ");
+  EXPECT_GT(estimated, 0.5 * bytes);
+  EXPECT_LT(estimated, 2.0 * bytes);
 }
 
 TEST(CliRender, ThreadsDoNotChangeBits) {
@@ -144,14 +214,13 @@ TEST(CliRender, AFrameThatCannotBeWrittenStopsTheRun) {
   EXPECT_THAT(run.errors, HasSubstr("frame 2 of 6: render "));
   EXPECT_THAT(run.errors, ::testing::Not(HasSubstr("frame 3 of 6: render ")));
   EXPECT_EQ(FilesIn(out),
-            (std::set<std::string>{"denoised.0001.exr", "denoised.0002.exr", "denoised.0003.exr",
-                                   "noisy.0001.exr", "noisy.0002.exr", "noisy.0003.exr"}));
+            (std::set<std::string>{"denoised.0001.exr", "denoised.0002.exr", "denoised.0003.exr"}));
 }
 
 TEST(CliRender, SeedsAndSamplersChangeTheNoise) {
   const TemporaryFolder folder;
   const auto noisy = [&](const std::string& name, const std::vector<std::string>& more) {
-    std::vector<std::string> all = {"--frames", "1", "--format", "exr"};
+    std::vector<std::string> all = {"--frames", "1", "--format", "exr", "--save-inputs"};
     all.insert(all.end(), more.begin(), more.end());
     EXPECT_EQ(RunProgram(Render(folder / name, all)).exit_code, 0);
     return ReadText((folder / name) + "/noisy.0001.exr");
@@ -164,8 +233,8 @@ TEST(CliRender, SeedsAndSamplersChangeTheNoise) {
 
 TEST(CliRender, StillHoldsTheScene) {
   const TemporaryFolder folder;
-  ASSERT_EQ(RunProgram(Render(folder.path(),
-                              {"--frames", "20-21", "--still", "--format", "exr", "--no-jitter"}))
+  ASSERT_EQ(RunProgram(Render(folder.path(), {"--frames", "20-21", "--still", "--format", "exr",
+                                              "--no-jitter", "--save-inputs"}))
                 .exit_code,
             0);
   const Result<ExrImage> first = ReadExr(folder / "noisy.0020.exr");
@@ -186,9 +255,9 @@ TEST(CliRender, StillHoldsTheScene) {
 TEST(CliRender, LessThanOneSamplePerPixel) {
   const TemporaryFolder folder;
   for (const char* guides : {"full", "sparse"}) {
-    const ProgramRun run =
-        RunProgram(Render(folder / guides, {"--spp", "0.2", "--guides", guides, "--frames", "5-9",
-                                            "--still", "--no-jitter", "--format", "exr,png"}));
+    const ProgramRun run = RunProgram(
+        Render(folder / guides, {"--spp", "0.2", "--guides", guides, "--frames", "5-9", "--still",
+                                 "--no-jitter", "--format", "exr,png", "--save-inputs"}));
     ASSERT_EQ(run.exit_code, 0) << run.errors;
     const auto json = nlohmann::json::parse(ReadText(folder / guides + "/render.json"));
     EXPECT_DOUBLE_EQ(json["spp"], 0.2);
@@ -436,7 +505,7 @@ TEST(CliRender, AFullDiskLeavesNothingHalfWritten) {
                               (folder / "errors") + "'";
   const int state = std::system(command.c_str());
   EXPECT_TRUE(WIFEXITED(state) && WEXITSTATUS(state) == 2);
-  EXPECT_THAT(ReadText(folder / "errors"), HasSubstr("noisy.0001.exr"));
+  EXPECT_THAT(ReadText(folder / "errors"), HasSubstr("denoised.0001.exr"));
   EXPECT_TRUE(FilesIn(folder / "out").empty());
 }
 

@@ -71,7 +71,8 @@ TEST(CliDevice, VulkanRendersAndTellsTimesAndMemory) {
     GTEST_SKIP() << "there is no usable Vulkan device";
   }
   const TemporaryFolder folder;
-  const ProgramRun run = Render(folder.path(), {"--device", "vulkan", "--timings"});
+  const ProgramRun run =
+      Render(folder.path(), {"--device", "vulkan", "--timings", "--save-inputs"});
   EXPECT_EQ(run.exit_code, 0) << run.errors;
   EXPECT_THAT(run.errors, StartsWith("rendering on vulkan:"));
   EXPECT_THAT(run.output + run.errors, HasSubstr("atrous"));
