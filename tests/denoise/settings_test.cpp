@@ -69,7 +69,7 @@ TEST(Settings, PublishedValuesOfPsvgf) {
       {"luminance_scale", "variance"},
       {"luminance_epsilon", "0.05"},
       {"short_history", "blur"},
-      {"antialias", "taa"},
+      {"antialias", "auto"},  // of jittered frames
       {"taa_alpha", "0.1"},
       {"dither", "1"},
       {"fill_guides", "on"},
