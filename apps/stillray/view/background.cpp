@@ -17,15 +17,17 @@ namespace {
 
 void LowerPriority() {
 #ifdef __linux__
-  // Linux gives each thread a nice value of its own. Ten steps: a ninth of what a thread of the
+  // Linux gives each thread a nice value of its own, and a new thread that of its maker: pool
+  // threads made by a thread that is lowered already are so from their start. The value is
+  // therefore set, not added. Ten steps below the program's own: a ninth of what a thread of the
   // interface gets while both want the same processor, and all of it otherwise.
   constexpr int kSteps = 10;
   constexpr int kLast = 19;
+  static const int kLowered = std::min(getpriority(PRIO_PROCESS, 0) + kSteps, kLast);
   thread_local bool lowered = false;
   if (!lowered) {
     lowered = true;
-    const auto thread = static_cast<id_t>(syscall(SYS_gettid));
-    setpriority(PRIO_PROCESS, thread, std::min(getpriority(PRIO_PROCESS, thread) + kSteps, kLast));
+    setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kLowered);
   }
 #endif
 }
