@@ -158,6 +158,7 @@ std::string DenoiseFingerprint(const DenoiseOptions& options) {
   std::string text = fmt::format("denoise {}\noutput {}\nfirst {}\nrenderer {}\naov {}\n",
                                  fmt::join(a.inputs, " "), a.output, options.files.front().input,
                                  a.aovs.renderer, fmt::join(a.aovs.mappings, " "));
+  text += fmt::format("view layer {}\n", a.aovs.view_layer);
   text += fmt::format("window {}\npasses {}\ndevice {}\n", WindowName(options.window), a.passes,
                       a.device);
   if (!a.preview.empty()) {

@@ -28,6 +28,7 @@ namespace {
 
 struct InfoOptions {
   std::string file;
+  AovOptions aovs;
   bool devices = false;
   std::string json_path;
 };
@@ -37,7 +38,7 @@ struct Description {
   nlohmann::ordered_json json;
 };
 
-Result<Description> Describe(const std::string& file) {
+Result<Description> Describe(const std::string& file, const AovOptions& aovs) {
   if (LooksLikeScene(file)) {
     const Result<Scene> scene = LoadScene(file);
     if (!scene.ok()) {
@@ -45,7 +46,7 @@ Result<Description> Describe(const std::string& file) {
     }
     return Description{SceneText(file, *scene), SceneJson(file, *scene)};
   }
-  const Result<PictureInfo> picture = DescribePicture(file);
+  const Result<PictureInfo> picture = DescribePicture(file, aovs);
   if (picture.ok()) {
     return Description{PictureText(*picture), PictureJson(*picture)};
   }
@@ -72,8 +73,9 @@ Status RunInfo(const InfoOptions& options) {
   if (options.devices == !options.file.empty()) {
     return Status::InvalidArgument("info takes a file, or --devices");
   }
-  const Result<Description> description =
-      options.devices ? Description{DevicesText(), DevicesJson()} : Describe(options.file);
+  const Result<Description> description = options.devices
+                                              ? Description{DevicesText(), DevicesJson()}
+                                              : Describe(options.file, options.aovs);
   if (!description.ok()) {
     return description.status();
   }
@@ -95,6 +97,8 @@ void AddInfoCommand(CLI::App& app, int* exit_code) {
       "info", "Shows what is in a picture (EXR, HDR, PNG, JPEG) or a scene (glTF, built-in)");
   auto options = std::make_shared<InfoOptions>();
   command->add_option("FILE", options->file, "Picture, .gltf or .glb file, or builtin:NAME");
+  command->add_option("--view-layer", options->aovs.view_layer,
+                      "EXR files of several view layers: which of them the table of layers is of");
   command->add_flag("--devices", options->devices,
                     "In place of a file: where the denoiser can work, for --device");
   command->add_option("--json", options->json_path,

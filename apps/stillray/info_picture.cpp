@@ -107,7 +107,8 @@ std::vector<LayerInfo> DescribeLayers(const ExrImage& image) {
   return layers;
 }
 
-Result<PictureInfo> DescribeExr(const uint8_t* data, size_t size, PictureInfo info) {
+Result<PictureInfo> DescribeExr(const uint8_t* data, size_t size, const AovOptions& aovs,
+                                PictureInfo info) {
   Result<ExrImage> image = DecodeExr(data, size, info.path);
   if (!image.ok()) {
     return image.status();
@@ -123,7 +124,10 @@ Result<PictureInfo> DescribeExr(const uint8_t* data, size_t size, PictureInfo in
   info.attributes = image->attributes;
   info.attributes.insert(image->other_attributes.begin(), image->other_attributes.end());
   info.notes = image->notes;
-  const Result<AovLayout> layout = UnderstandAovs(*image, AovOptions(), info.path);
+  const Result<AovLayout> layout = UnderstandAovs(*image, aovs, info.path);
+  if (!layout.ok() && !aovs.view_layer.empty()) {
+    return layout.status();
+  }
   info.aovs = layout.ok() ? AovTable(*layout) : "";
   return info;
 }
@@ -224,7 +228,7 @@ nlohmann::ordered_json WindowJson(const ExrWindow& w) {
 
 }  // namespace
 
-Result<PictureInfo> DescribePicture(const std::string& path) {
+Result<PictureInfo> DescribePicture(const std::string& path, const AovOptions& aovs) {
   const Result<std::string> bytes = ReadWholeFile(path, kMaxFileBytes);
   if (!bytes.ok()) {
     return bytes.status();
@@ -235,7 +239,7 @@ Result<PictureInfo> DescribePicture(const std::string& path) {
   info.file_bytes = bytes->size();
   constexpr std::string_view kExrSignature = "\x76\x2f\x31\x01";
   if (bytes->starts_with(kExrSignature)) {
-    return DescribeExr(data, bytes->size(), std::move(info));
+    return DescribeExr(data, bytes->size(), aovs, std::move(info));
   }
   Result<Image3> image = DecodeImage(data, bytes->size(), path, &info.linear);
   if (!image.ok()) {

@@ -11,6 +11,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "stillray/aov.h"
 #include "stillray/io.h"
 #include "stillray/status.h"
 
@@ -62,7 +63,8 @@ struct PictureInfo {
   std::string aovs;  ///< how `stillray denoise` understands the layers; empty: not at all
 };
 
-Result<PictureInfo> DescribePicture(const std::string& path);
+/// \param aovs  how layers of an EXR file are to be understood
+Result<PictureInfo> DescribePicture(const std::string& path, const AovOptions& aovs);
 std::string PictureText(const PictureInfo& info);
 nlohmann::ordered_json PictureJson(const PictureInfo& info);
 

@@ -16,7 +16,7 @@ class App;
 
 namespace stillray {
 
-/// Adds the files themselves, --frames, --renderer and --aov.
+/// Adds the files themselves, --frames, --renderer, --view-layer and --aov.
 /// \param inputs, frames  for ListSequence
 void AddSequenceOptions(CLI::App* command, std::vector<std::string>* inputs, std::string* frames,
                         AovOptions* aovs);

@@ -129,6 +129,7 @@ enum class Aov : uint8_t {
   kSpecularAlbedo,
   kTransmissionAlbedo,
   kFallbackAlbedo,  ///< of all reflection together; used with kColour alone
+  kFallbackNormal,  ///< of the surface that kFallbackAlbedo describes; any axes
   kId,
   kCryptomatte,  ///< id as the bits of a float
   kRoughness,
@@ -144,7 +145,7 @@ enum class Aov : uint8_t {
   kEmission,
   kBackground,
 };
-inline constexpr int kAovCount = 25;
+inline constexpr int kAovCount = 26;
 /// The name on the command line: "colour", "direct_diffuse", ...
 const char* AovName(Aov aov);
 
@@ -159,6 +160,9 @@ struct AovSource {
 struct AovOptions {
   std::string renderer = "auto";
   std::vector<std::string> mappings;  ///< "normal=MyNormals,encoded", see docs/renderers.md
+  /// What stands before the names of the passes ("ViewLayer" in ViewLayer.DiffCol); empty: the view
+  /// layer with most passes.
+  std::string view_layer = {};
 };
 
 /// How the layers of a file were understood; valid for all files with the same channels.
@@ -175,8 +179,17 @@ struct AovLayout {
   bool soft_guides = false;
   bool light_is_divided = false;  ///< light layers are without albedo (Blender)
   bool from_colour = false;       ///< one signal: colour less emission and background
+  /// With from_colour and no fallback albedo: what specular albedo counts in the sum of albedos.
+  float specular_weight = 1;
+  /// The colour was filtered or graded after the passes were written: light is that of the passes
+  /// alone, and the colour is where the result goes.
+  bool ignores_colour = false;
   /// What light is that the colour holds beyond the passes; kEmission is not filtered.
   Aov rest = Aov::kEmission;
+  bool single_layer = false;  ///< the file holds the main picture and no other layer
+  std::string view_layer;     ///< as AovOptions::view_layer; the one that serves
+  /// View layers with light of their own, which is kept as it is; empty where one was chosen.
+  std::vector<std::string> other_view_layers;
   std::vector<std::string> carried;  ///< layers that serve as nothing, and are kept as they are
   std::vector<std::string> notes;    ///< what is missing and what follows from it, one line each
 

@@ -30,9 +30,7 @@ int64_t Height(const Imath::Box2i& box) {
 }  // namespace
 
 Result<ExrExtent> MeasureExr(const uint8_t* data, size_t size, const std::string& name) {
-  if (size < 4 || data[0] != 0x76 || data[1] != 0x2f || data[2] != 0x31 || data[3] != 0x01) {
-    return Status::BadData(fmt::format("{}: is not an EXR file", name));
-  }
+  STILLRAY_RETURN_IF_ERROR(io::CheckExrSignature(data, size, name));
   try {
     io::PrepareOpenExr();
     io::ExrMemoryInput stream(data, size, name);

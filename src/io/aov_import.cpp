@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "core/parallel.h"
+#include "io/aov_albedo.h"
 #include "io/lossy.h"
 #include "io/text.h"
 #include "stillray/aov.h"
@@ -298,10 +299,16 @@ void AddTo(const Image3& more, Image3* image) {
 
 void Importer::ImportAlbedo() {
   Guides& g = frame_.guides;
-  const bool one_signal = layout_.from_colour && layout_.Find(Aov::kFallbackAlbedo) != nullptr;
-  g.albedo = Colour(one_signal ? Aov::kFallbackAlbedo : Aov::kAlbedo);
+  const bool fallback = layout_.from_colour && layout_.Find(Aov::kFallbackAlbedo) != nullptr;
+  g.albedo = Colour(fallback ? Aov::kFallbackAlbedo : Aov::kAlbedo);
   if (g.albedo.empty()) {
     g.albedo = Filled(1, 1, 1);
+  } else if (fallback && layout_.Find(Aov::kFallbackNormal) && layout_.Find(Aov::kNormal)) {
+    const Image3 normal = layout_.normal.encoded ? g.normal : Colour(Aov::kNormal);
+    io::RejectRandomAlbedo(normal, Colour(Aov::kFallbackNormal), &g.albedo);
+  } else if (layout_.from_colour && !fallback) {
+    io::AddAlbedo(Colour(Aov::kSpecularAlbedo), layout_.specular_weight, &g.albedo);
+    io::AddAlbedo(Colour(Aov::kTransmissionAlbedo), 1, &g.albedo);
   }
   g.specular_albedo = Colour(Aov::kSpecularAlbedo);
   if (g.specular_albedo.empty()) {
@@ -393,7 +400,7 @@ void Importer::ImportColourAlone() {
 /// colour.
 void Importer::AddRest() {
   const Image3 colour = Light(Aov::kColour);
-  if (colour.empty() || layout_.from_colour) {
+  if (colour.empty() || layout_.from_colour || layout_.ignores_colour) {
     return;
   }
   const Image3 sum = SumOfLight(frame_);

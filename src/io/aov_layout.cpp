@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "io/aov_light.h"
 #include "io/aov_mapping.h"
 #include "io/aov_presets.h"
 #include "io/text.h"
@@ -77,9 +78,28 @@ std::vector<AovSource> MatchRows(const ChannelNames& names, const io::AovPreset&
   return sources;
 }
 
+struct PresetMatch {
+  std::vector<AovSource> sources;
+  std::string prefix;                   ///< with its dot
+  std::vector<std::string> also_light;  ///< other prefixes behind which there is light to filter
+};
+
+/// A view layer, not a picture that stands beside them ("Composite.Combined"). The main picture is
+/// behind no prefix.
+bool HasLightAndPasses(const std::vector<AovSource>& sources, const std::string& prefix) {
+  constexpr int kColourResultAndAlpha = 3;
+  const auto is_own = [&](const AovSource& s) { return s.layer.starts_with(prefix); };
+  const bool light = std::any_of(sources.begin(), sources.end(), [&](const AovSource& s) {
+    return s.aov == Aov::kColour && is_own(s);
+  });
+  return light && std::count_if(sources.begin(), sources.end(), is_own) > kColourResultAndAlpha;
+}
+
 /// A renderer puts the name of the view layer, of the scene or nothing before the names of passes:
 /// the prefix behind which most is found is taken.
-std::vector<AovSource> MatchPreset(const ChannelNames& names, const io::AovPreset& preset) {
+/// \param view_layer  empty: any
+PresetMatch MatchPreset(const ChannelNames& names, const io::AovPreset& preset,
+                        const std::string& view_layer) {
   std::set<std::string> prefixes = {""};
   for (const std::string& layer : names.layers()) {
     for (const io::AovNameRow& row : preset.rows) {
@@ -89,18 +109,44 @@ std::vector<AovSource> MatchPreset(const ChannelNames& names, const io::AovPrese
       }
     }
   }
-  std::vector<AovSource> best;
+  if (!view_layer.empty()) {
+    const std::string wanted = view_layer + ".";
+    std::erase_if(prefixes, [&](const std::string& prefix) { return prefix != wanted; });
+  }
+  PresetMatch best;
+  std::vector<std::string> with_light;
   for (const std::string& prefix : prefixes) {
     std::vector<AovSource> sources = MatchRows(names, preset, prefix);
-    if (sources.size() > best.size()) {
-      best = std::move(sources);
+    if (!prefix.empty() && HasLightAndPasses(sources, prefix)) {
+      with_light.push_back(prefix);
+    }
+    if (sources.size() > best.sources.size()) {
+      best.sources = std::move(sources);
+      best.prefix = prefix;
     }
   }
+  std::erase(with_light, best.prefix);
+  best.also_light = std::move(with_light);
   return best;
 }
 
-Result<const io::AovPreset*> PickPreset(const ChannelNames& names, const std::string& renderer,
-                                        std::vector<AovSource>* sources) {
+/// Of a prefix, without its dot.
+std::string ViewLayerName(const std::string& prefix) {
+  return prefix.substr(0, prefix.size() - std::min<size_t>(prefix.size(), 1));
+}
+
+void UseMatch(PresetMatch match, AovLayout* layout) {
+  layout->sources = std::move(match.sources);
+  layout->view_layer = ViewLayerName(match.prefix);
+  layout->other_view_layers.clear();
+  for (const std::string& prefix : match.also_light) {
+    layout->other_view_layers.push_back(ViewLayerName(prefix));
+  }
+}
+
+Result<const io::AovPreset*> PickPreset(const ChannelNames& names, const AovOptions& options,
+                                        AovLayout* layout) {
+  const std::string& renderer = options.renderer;
   const io::AovPreset* picked = nullptr;
   bool known = renderer == "auto";
   for (const io::AovPreset& preset : io::AovPresets()) {
@@ -108,10 +154,10 @@ Result<const io::AovPreset*> PickPreset(const ChannelNames& names, const std::st
     if (renderer != "auto" && preset.name != renderer) {
       continue;
     }
-    std::vector<AovSource> found = MatchPreset(names, preset);
-    if (picked == nullptr || found.size() > sources->size()) {
+    PresetMatch found = MatchPreset(names, preset, options.view_layer);
+    if (picked == nullptr || found.sources.size() > layout->sources.size()) {
       picked = &preset;
-      *sources = std::move(found);
+      UseMatch(std::move(found), layout);
     }
   }
   if (!known) {
@@ -120,6 +166,39 @@ Result<const io::AovPreset*> PickPreset(const ChannelNames& names, const std::st
                                                fmt::join(kRendererNames, ", ")));
   }
   return picked;
+}
+
+/// A view layer that was wanted and is not there; else a note of those that are left.
+Status CheckViewLayer(const ChannelNames& names, const AovOptions& options, const std::string& file,
+                      AovLayout* layout) {
+  if (!options.view_layer.empty() && layout->sources.empty()) {
+    std::set<std::string> firsts;
+    for (const std::string& layer : names.layers()) {
+      const size_t dot = layer.rfind('.');
+      if (dot != std::string::npos) {
+        firsts.insert(layer.substr(0, dot));
+      }
+    }
+    return Status::NotFound(fmt::format(
+        "{}: --view-layer is '{}', expected one of the file's: {}", file,
+        io::OneLine(options.view_layer),
+        io::OneLine(fmt::format("{}", firsts.empty()
+                                          ? "it has none, only passes"
+                                          : fmt::format("{}", fmt::join(firsts, ", "))))));
+  }
+  if (!options.view_layer.empty()) {
+    layout->other_view_layers.clear();  // they were left on purpose
+  }
+  if (!layout->other_view_layers.empty()) {
+    const std::string others =
+        io::OneLine(fmt::format("{}", fmt::join(layout->other_view_layers, ", ")));
+    layout->notes.push_back(
+        fmt::format("of several view layers only {} is denoised; {} {} as noisy as before "
+                    "(--view-layer NAME denoises another one)",
+                    io::OneLine(layout->view_layer), others,
+                    layout->other_view_layers.size() == 1 ? "stays" : "stay"));
+  }
+  return Status::Ok();
 }
 
 int ComponentCount(Aov aov) {
@@ -178,20 +257,16 @@ Result<std::string> FindLayer(const ChannelNames& names, const io::AovMapping& m
                                  ", ")))));
 }
 
-void Drop(Aov aov, AovLayout* layout) {
-  std::erase_if(layout->sources, [&](const AovSource& s) { return s.aov == aov; });
-}
-
 Status ApplyMapping(const ChannelNames& names, const std::string& text, const std::string& file,
                     AovLayout* layout) {
   const Result<io::AovMapping> mapping = io::ParseAovMapping(text);
   if (!mapping.ok()) {
     return mapping.status();
   }
-  Drop(mapping->aov, layout);
+  io::Drop(mapping->aov, layout);
   if (mapping->aov == Aov::kMotion) {
     // What the table says of the way to the next frame belongs to another motion.
-    Drop(Aov::kNextMotion, layout);
+    io::Drop(Aov::kNextMotion, layout);
   }
   if (mapping->layer == "none") {
     return Status::Ok();
@@ -226,85 +301,15 @@ Status ApplyMapping(const ChannelNames& names, const std::string& text, const st
                                       fmt::join(choices, " or ")));
 }
 
-bool IsLight(Aov aov) {
-  return aov >= Aov::kDirectDiffuse && aov <= Aov::kIndirectVolume;
-}
-
-/// The colour layer that divided light must be multiplied by.
-Aov AlbedoOf(Aov light) {
-  switch (light) {
-    case Aov::kDirectDiffuse:
-    case Aov::kIndirectDiffuse:
-      return Aov::kAlbedo;
-    case Aov::kDirectSpecular:
-    case Aov::kIndirectSpecular:
-      return Aov::kSpecularAlbedo;
-    default:
-      return Aov::kTransmissionAlbedo;
-  }
-}
-
-/// Whether all of the light can be had from passes, or only from the sum; what is not needed goes.
-Status DecideLight(const std::string& file, AovLayout* layout) {
-  const bool has_colour = layout->Find(Aov::kColour) != nullptr;
-  for (const AovSource& source : std::vector<AovSource>(layout->sources)) {
-    const bool divided =
-        layout->light_is_divided && IsLight(source.aov) && source.aov < Aov::kDirectVolume;
-    if (divided && layout->Find(AlbedoOf(source.aov)) == nullptr) {
-      if (!has_colour) {
-        return Status::NotFound(fmt::format("{}: layer {} is without its colour: no {} was found",
-                                            file, io::OneLine(source.layer),
-                                            AovName(AlbedoOf(source.aov))));
-      }
-      layout->notes.push_back(fmt::format("{} is not used: its colour ({}) is missing",
-                                          source.layer, AovName(AlbedoOf(source.aov))));
-      Drop(source.aov, layout);
-    }
-  }
-  const bool has_light = std::any_of(layout->sources.begin(), layout->sources.end(),
-                                     [](const AovSource& s) { return IsLight(s.aov); });
-  if (!has_colour && !has_light) {
-    return Status::NotFound(fmt::format(
-        "{}: no light was found as '{}' names it; --renderer and --aov tell which layers hold it",
-        file, layout->renderer));
-  }
-  const bool has_diffuse = layout->Find(Aov::kDirectDiffuse) || layout->Find(Aov::kIndirectDiffuse);
-  // Without diffuse passes the others would leave most of the light over anyway.
-  layout->from_colour = has_colour && !has_diffuse;
-  if (!layout->from_colour) {
-    Drop(Aov::kFallbackAlbedo, layout);
-  } else {
-    for (int i = static_cast<int>(Aov::kDirectDiffuse); i <= static_cast<int>(Aov::kIndirectVolume);
-         ++i) {
-      Drop(static_cast<Aov>(i), layout);
-    }
-    layout->notes.push_back(
-        "light passes are missing: all light is filtered as one signal; reflections keep less "
-        "detail");
-  }
-  return Status::Ok();
-}
-
-/// Where light goes that the colour has and no pass names. Passes of reflection or transmission
-/// that are not there leave noisy light over; so do lobes that other renderers have (coat, sheen).
-void DecideRest(AovLayout* layout) {
-  const auto has = [&](Aov a, Aov b) { return layout->Find(a) || layout->Find(b); };
-  if (layout->from_colour || layout->Find(Aov::kColour) == nullptr ||
-      layout->renderer == "stillray") {
+void NoteMissingGuides(AovLayout* layout) {
+  if (layout->single_layer) {
+    layout->notes = {
+        "the file holds the picture alone, without passes: every frame is denoised on its own, and "
+        "textures lose detail (Blender: File Format is OpenEXR, choose OpenEXR MultiLayer in "
+        "Output "
+        "Properties > Output)"};
     return;
   }
-  if (layout->renderer != "blender" || !has(Aov::kDirectSpecular, Aov::kIndirectSpecular)) {
-    layout->rest = Aov::kIndirectSpecular;
-  } else if (!has(Aov::kDirectTransmission, Aov::kIndirectTransmission)) {
-    layout->rest = Aov::kIndirectTransmission;
-  }
-  if (layout->rest != Aov::kEmission) {
-    layout->notes.push_back(
-        fmt::format("what the colour holds beyond the passes counts as {}", AovName(layout->rest)));
-  }
-}
-
-void NoteMissingGuides(AovLayout* layout) {
   const auto note = [&](Aov aov, const char* text) {
     if (layout->Find(aov) == nullptr) {
       layout->notes.push_back(fmt::format("no {}: {}", AovName(aov), text));
@@ -396,11 +401,11 @@ void PickId(const ExrImage& image, bool id_is_index, AovLayout* layout) {
     }
     if (!any && channel != nullptr && channel->type != PixelType::kUint32) {
       layout->notes.push_back(fmt::format("{} is zero everywhere and is not used", id->layer));
-      Drop(Aov::kId, layout);
+      io::Drop(Aov::kId, layout);
     }
   }
   if (layout->Find(Aov::kId) != nullptr) {
-    Drop(Aov::kCryptomatte, layout);
+    io::Drop(Aov::kCryptomatte, layout);
     return;
   }
   const AovSource* matte = layout->Find(Aov::kCryptomatte);
@@ -408,7 +413,7 @@ void PickId(const ExrImage& image, bool id_is_index, AovLayout* layout) {
   if (channel != nullptr && channel->type != PixelType::kFloat) {
     layout->notes.push_back(
         fmt::format("{} is not used: its names do not survive in less than 32 bits", matte->layer));
-    Drop(Aov::kCryptomatte, layout);
+    io::Drop(Aov::kCryptomatte, layout);
   }
 }
 
@@ -441,8 +446,8 @@ std::string ConventionOf(const AovLayout& layout, const AovSource& source) {
     case Aov::kNormal:
       return ConventionText(layout.normal);
     default:
-      return layout.light_is_divided && IsLight(source.aov) && source.aov < Aov::kDirectVolume
-                 ? fmt::format("times {}", AovName(AlbedoOf(source.aov)))
+      return layout.light_is_divided && io::IsLight(source.aov) && source.aov < Aov::kDirectVolume
+                 ? fmt::format("times {}", AovName(io::AlbedoOf(source.aov)))
                  : "";
   }
 }
@@ -463,10 +468,11 @@ Result<AovLayout> UnderstandAovs(const ExrImage& image, const AovOptions& option
                                  const std::string& name) {
   const ChannelNames names(image);
   AovLayout layout;
-  const Result<const io::AovPreset*> preset = PickPreset(names, options.renderer, &layout.sources);
+  const Result<const io::AovPreset*> preset = PickPreset(names, options, &layout);
   if (!preset.ok()) {
     return preset.status();
   }
+  STILLRAY_RETURN_IF_ERROR(CheckViewLayer(names, options, name, &layout));
   layout.renderer = (*preset)->name;
   layout.motion = (*preset)->motion;
   layout.next_motion = (*preset)->next_motion;
@@ -479,8 +485,11 @@ Result<AovLayout> UnderstandAovs(const ExrImage& image, const AovOptions& option
     without_motion = without_motion || mapping == "motion=none";
   }
   PickId(image, (*preset)->id_is_index, &layout);
-  STILLRAY_RETURN_IF_ERROR(DecideLight(name, &layout));
-  DecideRest(&layout);
+  STILLRAY_RETURN_IF_ERROR(io::DecideLight(name, &layout));
+  io::DecideFallbackAlbedo(options, &layout);
+  layout.single_layer = names.layers() == std::set<std::string>{""};
+  io::DecideColour(image, options, name, &layout);
+  io::DecideRest(&layout);
   std::stable_sort(layout.sources.begin(), layout.sources.end(),
                    [](const AovSource& a, const AovSource& b) { return a.aov < b.aov; });
   layout.motion_from_cameras = !without_motion && layout.Find(Aov::kMotion) == nullptr &&

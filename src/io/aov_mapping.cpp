@@ -225,6 +225,7 @@ const char* AovName(Aov aov) {
                                              "specular_albedo",
                                              "transmission_albedo",
                                              "fallback_albedo",
+                                             "fallback_normal",
                                              "id",
                                              "cryptomatte",
                                              "roughness",

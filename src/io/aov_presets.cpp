@@ -31,6 +31,7 @@ constexpr AovNameRow kBlender[] = {
     {Aov::kTransmissionAlbedo, "TransCol", "RGB"},
     {Aov::kTransmissionAlbedo, "Transmission Color", "RGB"},
     {Aov::kFallbackAlbedo, "Denoising Albedo", "RGB"},
+    {Aov::kFallbackNormal, "Denoising Normal", "XYZ"},
     {Aov::kId, "IndexOB", "X"},
     {Aov::kId, "IndexOB", "V"},
     {Aov::kId, "Object Index", "X"},

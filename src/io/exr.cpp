@@ -390,9 +390,7 @@ Result<ExrImage> DecodeExr(const uint8_t* data, size_t size, const std::string& 
 
 Result<ExrImage> DecodeExr(const uint8_t* data, size_t size, const std::string& name,
                            StoredPixels* stored) {
-  if (size < 4 || data[0] != 0x76 || data[1] != 0x2f || data[2] != 0x31 || data[3] != 0x01) {
-    return Status::BadData(fmt::format("{}: is not an EXR file", name));
-  }
+  STILLRAY_RETURN_IF_ERROR(io::CheckExrSignature(data, size, name));
   try {
     io::PrepareOpenExr();
     io::ExrMemoryInput stream(data, size, name);

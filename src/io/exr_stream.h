@@ -10,6 +10,8 @@
 #include <cstdint>
 #include <string>
 
+#include "stillray/status.h"
+
 namespace stillray::io {
 
 /// Reads from bytes that somebody else owns. Throws on reading past their end.
@@ -45,5 +47,9 @@ class ExrMemoryOutput final : public Imf::OStream {
 /// Starts OpenEXR's threads unless SetExrThreads did, and sets its own limits. Cheap when called
 /// again.
 void PrepareOpenExr();
+
+/// \return kBadData if the bytes do not begin as an EXR file; what else they are is said where it
+///         is a picture of another format
+Status CheckExrSignature(const uint8_t* data, size_t size, const std::string& name);
 
 }  // namespace stillray::io

@@ -57,6 +57,9 @@ TEST(AovExtent, NeedsTheHeaderAndNothingElse) {
               HasSubstr("f.exr: is a damaged EXR file"));
   EXPECT_EQ(Measure("not a picture").status().message(), "f.exr: is not an EXR file");
   EXPECT_EQ(Measure("").status().message(), "f.exr: is not an EXR file");
+  EXPECT_THAT(Measure("\x89PNG\r\n").status().message(),
+              ::testing::AllOf(::testing::HasSubstr("f.exr: is a PNG file, expected EXR"),
+                               ::testing::HasSubstr("OpenEXR MultiLayer")));
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <string>
@@ -190,6 +191,151 @@ TEST(AovImport, ColourAlone) {
   EXPECT_EQ(Pixel(SumOfLight(*frame)), (Rgb{3, 2, 1}));
   EXPECT_TRUE(frame->guides.motion.empty());
   EXPECT_TRUE(frame->guides.transmission_albedo.empty());
+}
+
+// GlossCol of Cycles is 1 on all that shines.
+TEST(AovImport, ColourAloneIsDividedByTheColoursOfThePasses) {
+  std::map<std::string, std::vector<float>> layers = {{"Combined:RGB", {3, 2, 1}},
+                                                      {"DiffCol:RGB", {0.5f, 0.25f, 0}},
+                                                      {"GlossCol:RGB", {1, 1, 0.5f}},
+                                                      {"TransCol:RGB", {0, 0.125f, 0}},
+                                                      {"Denoising Albedo:RGB", {9, 9, 9}}};
+  Result<Frame> frame = Import(OnePixel(layers), {"blender", {}});
+  ASSERT_TRUE(frame.ok()) << frame.status().message();
+  EXPECT_EQ(Pixel(frame->guides.albedo), (Rgb{0.54f, 0.415f, 0.02f}));
+  frame = Import(OnePixel(layers), {"blender", {"fallback_albedo=Denoising Albedo"}});
+  ASSERT_TRUE(frame.ok());
+  EXPECT_EQ(Pixel(frame->guides.albedo), (Rgb{9, 9, 9}));
+}
+
+/// Floor, wall and ceiling with textures; in the middle a ball of glass, where the denoising layers
+/// are those of whatever is seen in it.
+struct GlassPicture {
+  static constexpr int kSize = 48;
+  ExrImage image;
+  static bool IsGlass(int x, int y) { return (x - 24) * (x - 24) + (y - 24) * (y - 24) < 15 * 15; }
+  static float Texture(int x, int y) {
+    return 0.2f + 0.1f * static_cast<float>((x * 7 + y * 5) % 6);
+  }
+
+  explicit GlassPicture(PixelType type) {
+    image.width = image.height = kSize;
+    Image3 light(kSize, kSize);
+    Image3 albedo(kSize, kSize);
+    Image3 normal(kSize, kSize);
+    Image3 seen(kSize, kSize);
+    uint32_t state = 1;
+    const auto random = [&state] {
+      state = state * 1664525u + 1013904223u;
+      return static_cast<float>(state >> 8) / 16777216.0f;
+    };
+    for (int y = 0; y < kSize; ++y) {
+      for (int x = 0; x < kSize; ++x) {
+        std::array<float, 3> n = {0, y < 16 ? 0.0f : 1.0f, y < 16 ? 1.0f : 0.0f};
+        n = y >= 36 ? std::array<float, 3>{1, 0, 0} : n;
+        // The camera's axes: turned, and left-handed.
+        const std::array<float, 3> m = {0.8f * n[0] + 0.6f * n[1], 0.6f * n[0] - 0.8f * n[1], n[2]};
+        const size_t hit = static_cast<size_t>(3 * random());
+        for (size_t c = 0; c < 3; ++c) {
+          const int i = static_cast<int>(c);
+          const bool glass = IsGlass(x, y);
+          light[i](x, y) = 1;
+          normal[i](x, y) = n[c];
+          seen[i](x, y) = glass ? (c == hit ? 1.0f : 0.0f) - m[c] : m[c];
+          albedo[i](x, y) = glass ? 50 * random() * random() * random() : Texture(x, y);
+        }
+      }
+    }
+    image.Add("V.Combined.", PixelType::kFloat, light);
+    image.Add("V.Normal.", type, normal, true);
+    image.Add("V.Denoising Albedo.", type, albedo);
+    image.Add("V.Denoising Normal.", type, seen, true);
+  }
+};
+
+TEST(AovImport, RandomAlbedoOfGlassIsNotUsed) {
+  for (const PixelType type : {PixelType::kHalf, PixelType::kFloat}) {
+    const GlassPicture picture(type);
+    const Result<AovLayout> layout = UnderstandAovs(picture.image, {}, "file");
+    ASSERT_TRUE(layout.ok());
+    EXPECT_THAT(layout->notes, ::testing::Contains(HasSubstr("where that is not noise")));
+    const Result<Frame> frame = ImportFrame(picture.image, *layout, {0, 0}, "file");
+    ASSERT_TRUE(frame.ok());
+    for (int y = 0; y < GlassPicture::kSize; ++y) {
+      for (int x = 0; x < GlassPicture::kSize; ++x) {
+        ASSERT_EQ(frame->guides.albedo[1](x, y),
+                  GlassPicture::IsGlass(x, y) ? 1.0f : GlassPicture::Texture(x, y))
+            << x << " " << y;
+      }
+    }
+  }
+}
+
+/// Passes with noise of mean 1 and a colour made of them.
+ExrImage NoisyPasses(const std::function<float(float sum, int x, int y)>& colour, float alpha = 1) {
+  constexpr int kSize = 32;
+  ExrImage image;
+  image.width = image.height = kSize;
+  Image3 one(kSize, kSize);
+  Image3 light(kSize, kSize);
+  Image3 sum(kSize, kSize);
+  Image1 opacity(kSize, kSize);
+  opacity.Fill(alpha);
+  for (int c = 0; c < 3; ++c) {
+    one[c].Fill(1);
+    for (int y = 0; y < kSize; ++y) {
+      for (int x = 0; x < kSize; ++x) {
+        light[c](x, y) = (x * 5 + y * 3 + c) % 4 == 0 ? 4.0f : 0.0f;
+        sum[c](x, y) = colour(light[c](x, y), x, y);
+      }
+    }
+  }
+  image.Add("V.DiffDir.", PixelType::kFloat, light);
+  image.Add("V.DiffCol.", PixelType::kFloat, one);
+  image.Add("V.GlossDir.", PixelType::kFloat, Image3(kSize, kSize));
+  image.Add("V.GlossCol.", PixelType::kFloat, one);
+  image.Add("V.TransDir.", PixelType::kFloat, Image3(kSize, kSize));
+  image.Add("V.TransCol.", PixelType::kFloat, one);
+  image.Add("V.Combined.", PixelType::kFloat, sum);
+  image.Add("V.Combined.A", PixelType::kFloat, opacity);
+  return image;
+}
+
+TEST(AovImport, AColourThatIsCleanAlreadyIsNotAddedToItsPasses) {
+  const ExrImage image = NoisyPasses([](float, int, int) { return 1.0f; });
+  const Result<AovLayout> layout = UnderstandAovs(image, {}, "file");
+  ASSERT_TRUE(layout.ok());
+  EXPECT_TRUE(layout->ignores_colour);
+  EXPECT_THAT(layout->notes, ::testing::Contains(HasSubstr("V.Combined lacks 75 % of the light")));
+  const Result<Frame> frame = ImportFrame(image, *layout, {0, 0}, "file");
+  const Result<Frame> passes = Import(image, {"auto", {"colour=none"}});
+  ASSERT_TRUE(frame.ok() && passes.ok());
+  const Image3 a = SumOfLight(*frame);
+  const Image3 b = SumOfLight(*passes);
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      ASSERT_EQ(a[0](x, y), b[0](x, y));
+    }
+  }
+  // Whoever names it wants it.
+  const Result<AovLayout> named = UnderstandAovs(image, {"auto", {"colour=V.Combined"}}, "file");
+  ASSERT_TRUE(named.ok());
+  EXPECT_FALSE(named->ignores_colour);
+}
+
+TEST(AovImport, AColourThatHasMoreThanItsPassesIsKept) {
+  const auto ignored = [](const ExrImage& image) {
+    const Result<AovLayout> layout = UnderstandAovs(image, {}, "file");
+    EXPECT_TRUE(layout.ok());
+    return layout.ok() && layout->ignores_colour;
+  };
+  EXPECT_FALSE(ignored(NoisyPasses([](float v, int, int) { return v; })));
+  EXPECT_FALSE(ignored(NoisyPasses([](float v, int x, int) { return x < 9 ? v + 20 : v; })));
+  // Rounding, and a shadow catcher behind a film that is not opaque.
+  EXPECT_FALSE(ignored(NoisyPasses([](float v, int, int) { return 0.995f * v; })));
+  EXPECT_FALSE(ignored(NoisyPasses([](float v, int, int) { return 0.5f * v; }, 0.5f)));
+  // The passes lack half of the light: without the colour the picture would be darker.
+  EXPECT_FALSE(ignored(NoisyPasses([](float, int, int) { return 2.0f; })));
 }
 
 TEST(AovImport, DamageStaysWhereItIs) {

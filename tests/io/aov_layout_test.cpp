@@ -115,6 +115,37 @@ TEST(AovLayout, TheViewLayerWithMostPassesCounts) {
   EXPECT_THAT(layout->carried, Contains("Composite.Combined"));
 }
 
+TEST(AovLayout, AnotherViewLayerCanBeChosen) {
+  std::vector<std::string> names = BlenderChannels("Main.", false);
+  const std::vector<std::string> more = BlenderChannels("Only Ball.", false);
+  names.insert(names.end(), more.begin(), more.end());
+  AddLayer("Composite.Combined", "RGBA", &names);
+  Result<AovLayout> layout = Understand(names, {});
+  ASSERT_TRUE(layout.ok());
+  EXPECT_EQ(layout->view_layer, "Main");
+  EXPECT_THAT(layout->other_view_layers, ElementsAre("Only Ball"));
+  EXPECT_THAT(layout->notes, Contains(HasSubstr("only Main is denoised; Only Ball stays")));
+
+  layout = Understand(names, {"auto", {}, "Only Ball"});
+  ASSERT_TRUE(layout.ok());
+  EXPECT_EQ(LayerOf(*layout, Aov::kResult), "Only Ball.Combined");
+  EXPECT_EQ(LayerOf(*layout, Aov::kDirectDiffuse), "Only Ball.DiffDir");
+  EXPECT_EQ(layout->view_layer, "Only Ball");
+  EXPECT_THAT(layout->notes, ElementsAre());
+
+  const Status status = Understand(names, {"auto", {}, "only ball"}).status();
+  EXPECT_EQ(status.code(), StatusCode::kNotFound);
+  EXPECT_THAT(status.message(), HasSubstr("--view-layer is 'only ball', expected one of"));
+  EXPECT_THAT(status.message(), HasSubstr("Only Ball"));
+}
+
+TEST(AovLayout, APictureWithoutPassesIsNamed) {
+  const Result<AovLayout> layout = Understand({"R", "G", "B", "A"}, {});
+  ASSERT_TRUE(layout.ok());
+  EXPECT_TRUE(layout->single_layer);
+  EXPECT_THAT(layout->notes, ElementsAre(HasSubstr("OpenEXR MultiLayer")));
+}
+
 TEST(AovLayout, ArnoldAndStillrayAreTold) {
   std::vector<std::string> names = {"R", "G", "B", "A", "Z"};
   AddLayer("diffuse_direct", "RGB", &names);
