@@ -234,16 +234,21 @@ void AlbedoCheck::Conclude(Verdict* verdict) {
     frames = Over(layer.above, kMayBeAbove, &worst);
     verdict->Add(Measure{fmt::format("{}_above_one", AovName(layer.aov)), worst, kMayBeAbove,
                          !frames.empty(), static_cast<int64_t>(layer.above.size())});
-    if (!frames.empty() && !verdict->Has("albedo_above_one")) {
+    // Alpha weights that a pixel got by chance reach above 1 too.
+    if (!frames.empty() && !verdict->Has("albedo_above_one") &&
+        !verdict->Has("first_hits_random")) {
       verdict->Add(Finding{
           "albedo_above_one", frames,
           fmt::format(
               "albedo in {} is above 1 in up to {:.1f} % of the pixels in {} (largest {:.3g}; "
               "expected at most 1)",
               LayerText(*layout_, layer.aov), 100 * worst, FrameRanges(frames), layer.largest),
-          "write the reflectance alone, without light or emission, and without a gain; materials "
-          "must "
-          "not reflect more than they get",
+          layout_->renderer == "blender"
+              ? "Cycles counts subsurface scattering twice in DiffCol, up to 2, which does no harm "
+                "where it is even; else write the reflectance alone, and lower the Base Color of "
+                "materials that reflect more than they get"
+              : "write the reflectance alone, without light or emission, and without a gain; "
+                "materials must not reflect more than they get",
           worst, kMayBeAbove, ""});
     }
   }

@@ -71,6 +71,7 @@ std::unique_ptr<Check> MakeSumCheck();
 std::unique_ptr<Check> MakeRangeCheck();
 std::unique_ptr<Check> MakeExposureCheck();
 std::unique_ptr<Check> MakeSeedCheck();
+std::unique_ptr<Check> MakeFirstHitCheck();
 std::unique_ptr<Check> MakeGuideNoiseCheck();
 std::unique_ptr<Check> MakeIdCheck();
 

@@ -7,6 +7,7 @@
 #include <map>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "core/negative_limit.h"
 #include "doctor/check.h"
@@ -163,9 +164,41 @@ void MissingLayersCheck::Conclude(Verdict* verdict) {
   if (layout_ == nullptr) {
     return;
   }
-  const auto missing = [&](const char* name, const char* what, const std::string& cure) {
+  const auto missing = [&](const char* name, const std::string& what, const std::string& cure) {
     verdict->Add(Finding{name, frames_, what, cure, 0, 1, ""});
   };
+  if (!layout_->other_view_layers.empty()) {
+    const std::string others =
+        io::OneLine(fmt::format("{}", fmt::join(layout_->other_view_layers, ", ")));
+    missing(
+        "view_layer_left",
+        fmt::format("of several view layers only {} would be denoised, {} not",
+                    io::OneLine(layout_->view_layer), others),
+        fmt::format("run check and denoise once for each, with --view-layer '{}' and so on, each "
+                    "on the files that the one before wrote",
+                    io::OneLine(layout_->other_view_layers.front())));
+  }
+  if (layout_->single_layer) {
+    missing(
+        "single_layer",
+        "the files hold the picture alone, without passes: every frame would be denoised on its "
+        "own, and textures would lose detail",
+        layout_->renderer == "blender"
+            ? "choose OpenEXR MultiLayer, not OpenEXR, in Output Properties > Output > File "
+              "Format, and switch on the passes of docs/inputs.md"
+            : "write the light passes and guides as layers of the same files");
+    return;
+  }
+  if (layout_->from_colour) {
+    missing(
+        "passes_missing",
+        "the colour alone is there, without light passes: all light would be filtered as one, "
+        "and reflections keep less detail",
+        SettingFor(*layout_,
+                   "Light > Diffuse, Glossy and Transmission (Direct, Indirect, Color of each), "
+                   "Emission and Environment",
+                   "direct and indirect diffuse, specular and transmitted light"));
+  }
   if (layout_->Find(Aov::kMotion) == nullptr && frames_.size() > 1) {
     missing("motion_missing",
             "no layer of motion was found: every frame would be denoised on its own",

@@ -33,6 +33,8 @@ constexpr FindingInfo kFindings[] = {
     {"not_finite", "NaN or infinite values"},
     {"negative_light", "light below zero"},
     {"lossy_compression", "light or guides are compressed with loss"},
+    {"single_layer", "the picture alone, saved without its passes"},
+    {"view_layer_left", "another view layer stays noisy"},
     {"motion_missing", "no layer of motion"},
     {"depth_missing", "no layer of depth"},
     {"normal_missing", "no layer of normals"},
@@ -46,6 +48,7 @@ constexpr FindingInfo kFindings[] = {
     {"motion_ndc", "motion is in coordinates from -1 to 1, not in pixels"},
     {"motion_pixels", "motion is in pixels, not in the unit that it was read in"},
     {"motion_scaled", "motion is half or twice as long as what moves"},
+    {"motion_zoom", "the lens changes, and motion leaves that out"},
     {"motion_wrong", "motion does not lead to where things were"},
     {"depth_constant", "depth is the same everywhere"},
     {"depth_negative", "depth is zero or negative"},
@@ -70,6 +73,7 @@ constexpr FindingInfo kFindings[] = {
     {"passes_do_not_add_up", "the passes do not add up to the colour"},
     {"exposure_changes", "all light changes by one factor from frame to frame"},
     {"fixed_seed", "the noise is the same in every frame"},
+    {"first_hits_random", "what a ray hits first is chance in parts of the picture"},
     {"albedo_noisy", "albedo holds noise"},
     {"normal_noisy", "normals hold noise"},
     {"depth_noisy", "depth holds noise"},
@@ -189,6 +193,7 @@ DoctorImpl::DoctorImpl(const AovOptions& options) : options_(options) {
   checks_.push_back(MakeDepthValuesCheck());
   checks_.push_back(MakeNormalCheck());
   checks_.push_back(MakeCameraSpaceCheck());
+  checks_.push_back(MakeFirstHitCheck());
   checks_.push_back(MakeAlbedoCheck());
   checks_.push_back(MakeSumCheck());
   checks_.push_back(MakeRangeCheck());

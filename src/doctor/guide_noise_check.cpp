@@ -136,7 +136,7 @@ void GuideNoiseCheck::Conclude(Verdict* verdict) {
   for (int guide = 0; guide < 3; ++guide) {
     const std::vector<Pair>& pairs = pairs_[guide];
     // Values of another meaning bend and jump for reasons that were told.
-    if (pairs.empty() || verdict->Has("motion_") ||
+    if (pairs.empty() || verdict->Has("motion_") || verdict->Has("first_hits_random") ||
         verdict->Has(fmt::format("{}_", kNames[guide]))) {
       continue;
     }

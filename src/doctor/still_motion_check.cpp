@@ -3,7 +3,9 @@
 
 // Motion that is not there, or leads elsewhere: blocks of the picture are searched for in the frame
 // before, around the place to which the motion leads.
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include <fmt/format.h>
 
@@ -30,6 +32,11 @@ constexpr float kFound = 0.35f;
 constexpr double kMovedAlthoughZero = 0.1;
 constexpr double kMovedElsewhere = 0.15;
 constexpr double kAgreement = 0.7;
+/// Offsets that grow with the distance from the middle are those of a zoom if this part of their
+/// squares, at most, is left over. Whole pixels alone leave 0.02.
+constexpr double kZoomLeaves = 0.1;
+/// Fewer blocks, or blocks on one side only, fit anything.
+constexpr int kLeastZoomed = 6;
 
 struct Block {
   int x = 0;
@@ -97,6 +104,32 @@ Search SearchFor(const Exhibit& now, const Exhibit& before, const Features& a, c
   return best;
 }
 
+/// Whether blocks were found where a lens that changes would have them: offset = rate * place, with
+/// the place counted from the middle of the picture.
+struct ZoomFit {
+  double offset_place = 0;
+  double place_place = 0;
+  double offset_offset = 0;
+  int count = 0;
+  bool sides[4] = {false, false, false, false};  ///< quarters of the picture with such blocks
+
+  void Add(const Frame& frame, const Block& block, const Search& s) {
+    const double x = block.x + 0.5 * kBlock - 0.5 * frame.width;
+    const double y = block.y + 0.5 * kBlock - 0.5 * frame.height;
+    offset_place += s.dx * x + s.dy * y;
+    place_place += x * x + y * y;
+    offset_offset += s.dx * s.dx + s.dy * s.dy;
+    ++count;
+    sides[(x > 0 ? 1 : 0) + (y > 0 ? 2 : 0)] = true;
+  }
+  double Rate() const { return place_place > 0 ? offset_place / place_place : 0; }
+  bool Explains() const {
+    const bool around = std::count(std::begin(sides), std::end(sides), true) >= 3;
+    const double left = offset_offset - offset_place * Rate();
+    return count >= kLeastZoomed && around && left < kZoomLeaves * offset_offset;
+  }
+};
+
 bool IsZero(const Frame& frame) {
   for (int c = 0; c < 2; ++c) {
     for (int y = 0; y < frame.height; ++y) {
@@ -120,7 +153,10 @@ class StillMotionCheck : public Check {
     bool zero = false;
     double moved = 0;   ///< part of the blocks with structure
     double length = 0;  ///< mean offset of those, pixels
+    bool zoomed = false;
+    double zoom = 0;  ///< by which the picture grows, as a part of it
   };
+  bool IsZoom(double* zoom) const;
   const AovLayout* layout_ = nullptr;
   std::vector<Pair> pairs_;
 };
@@ -161,17 +197,31 @@ void StillMotionCheck::Look(const Exhibit& now, const Exhibit* before) {
   });
   int moved = 0;
   double length = 0;
+  ZoomFit fit;
   for (size_t i = 0; i < found.size(); ++i) {
     const Search& s = found[i];
     if (s.distance < kFound * unexplained[i * stride].distance &&
         std::max(std::abs(s.dx), std::abs(s.dy)) >= 2) {
       ++moved;
       length += std::hypot(s.dx, s.dy);
+      fit.Add(now.frame, unexplained[i * stride], s);
     }
   }
   pairs_.push_back({now.number, IsZero(now.frame),
                     static_cast<double>(moved) * static_cast<double>(stride) / structured,
-                    moved > 0 ? length / moved : 0});
+                    moved > 0 ? length / moved : 0, fit.Explains(), -fit.Rate()});
+}
+
+/// \param zoom  [out] mean over the pairs
+bool StillMotionCheck::IsZoom(double* zoom) const {
+  int64_t zoomed = 0;
+  *zoom = 0;
+  for (const Pair& pair : pairs_) {
+    zoomed += pair.zoomed;
+    *zoom += pair.zoom / static_cast<double>(pairs_.size());
+  }
+  return !pairs_.empty() &&
+         static_cast<double>(zoomed) >= kAgreement * static_cast<double>(pairs_.size());
 }
 
 void StillMotionCheck::Conclude(Verdict* verdict) {
@@ -220,6 +270,18 @@ void StillMotionCheck::Conclude(Verdict* verdict) {
                    : "switch on the motion output (in some renderers: motion blur with an "
                      "instantaneous shutter), or leave it out: stillray denoise with --aov "
                      "motion=none");
+  double zoom = 0;
+  if (IsZoom(&zoom)) {
+    conclude(false, kMovedElsewhere, "motion_zoom",
+             fmt::format("leaves out that the picture {} by {:.1f} % a frame (a zoom)",
+                         zoom > 0 ? "grows" : "shrinks", 100 * std::fabs(zoom)),
+             blender ? "Blender leaves an animated Focal Length out of Vector: move the camera "
+                       "instead, or render with one Focal Length and zoom in the compositor; or "
+                       "leave motion out: stillray denoise with --aov motion=none"
+                     : "project motion with the lens of each frame, or zoom after denoising; or "
+                       "leave motion out: stillray denoise with --aov motion=none");
+    return;
+  }
   conclude(false, kMovedElsewhere, "motion_wrong", "does not lead to where things were",
            "look at unit, scale and offset of the motion output (its maximum must not be clamped, "
            "nor 0 be stored as 0.5), or leave it out: stillray denoise with --aov motion=none");

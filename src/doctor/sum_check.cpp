@@ -188,7 +188,10 @@ Finding SumCheck::MakeFinding(const std::vector<int64_t>& frames, const Sums& s)
       "in {}, {:.0f} % of the values of {} differ from the sum of the passes (expected "
       "below {:.0f} %)",
       FrameRanges(frames), 100 * f.measured, LayerText(*layout_, Aov::kColour), 100 * f.expected);
-  const std::string without = "stillray denoise with --aov 'colour=none' takes the passes alone";
+  const std::string without =
+      layout_->ignores_colour
+          ? "stillray denoise takes the passes alone, as with --aov 'colour=none'"
+          : "stillray denoise with --aov 'colour=none' takes the passes alone";
   const std::string missing = MissingPasses();
   if (part(kEncoded) > kExplains) {
     f.name = "light_encoded";

@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Faults planted into frames of our own path tracer: each is named, and nothing else is.
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <set>
 #include <string>
@@ -36,6 +38,49 @@ void InFrame(Sequence* s, size_t at, const std::function<void(Sequence*)>& plant
   Sequence one = {std::move((*s)[at])};
   plant(&one);
   (*s)[at] = std::move(one[0]);
+}
+
+/// Guides of a place up to three pixels off, another one in every frame, as a lens or fog has them.
+/// \param holes  half of the pixels show no surface at all
+void RandomHits(Sequence* s, const std::function<bool(int, int)>& where, bool holes) {
+  for (NumberedImage& f : *s) {
+    const ExrImage original = f.image;
+    for (Channel& channel : f.image.channels) {
+      const bool guide = channel.name.starts_with("albedo.") ||
+                         channel.name.starts_with("normal.") || channel.name == "depth.Z";
+      for (int y = 0; guide && y < f.image.height; ++y) {
+        for (int x = 0; x < f.image.width; ++x) {
+          if (!where(x, y)) {
+            continue;
+          }
+          const auto off = [&](int channel_of, int at, int size) {
+            const float shift = 3.5f * NoiseAt(x, y, f.number, channel_of);
+            return std::clamp(at + static_cast<int>(std::lround(shift)), 0, size - 1);
+          };
+          const bool hole = holes && NoiseAt(x, y, f.number, 9) > 0;
+          channel.values(x, y) = original.Find(channel.name)
+                                     ->values(off(7, x, f.image.width), off(8, y, f.image.height));
+          if (hole && !channel.name.starts_with("albedo.")) {
+            channel.values(x, y) = channel.name == "depth.Z" ? INFINITY : 0.0f;
+          }
+        }
+      }
+    }
+  }
+}
+
+/// An object through which half of the paths go on: its colour is that of what was hit.
+void HalfTransparent(Sequence* s) {
+  for (NumberedImage& f : *s) {
+    for (const char* name : {"albedo.R", "albedo.G", "albedo.B"}) {
+      Image1& values = ChannelOf(f.image, name).values;
+      for (int y = 30; y < 80; ++y) {
+        for (int x = 60; x < 120; ++x) {
+          values(x, y) = NoiseAt(x, y, f.number, 3) > 0 ? 0.8f : 0.15f;
+        }
+      }
+    }
+  }
 }
 
 const Fault kFaults[] = {
@@ -156,6 +201,19 @@ const Fault kFaults[] = {
     {"pass_lost",
      [](Sequence* s) { ChangeLayer(s, "indirect_diffuse.", Times(0.1f)); },
      {"passes_do_not_add_up"}},
+    {"lens",
+     [](Sequence* s) {
+       RandomHits(
+           s, [](int x, int y) { return x < 100 && y > 30; }, false);
+     },
+     {"first_hits_random"}},
+    {"fog",
+     [](Sequence* s) {
+       RandomHits(
+           s, [](int, int) { return true; }, true);
+     },
+     {"first_hits_random"}},
+    {"half_transparent", HalfTransparent, {"first_hits_random"}},
     {"frame_missing", [](Sequence* s) { s->erase(s->begin() + 2); }, {"frames_missing"}},
     {"frame_repeated", [](Sequence* s) { (*s)[2].image = (*s)[1].image; }, {"frames_repeated"}},
     {"layer_lost",
@@ -220,6 +278,95 @@ TEST(FixedSeed, IsNamedWhereTheCameraMoves) {
   EXPECT_EQ(FindingsOf(RenderSequence(
                 {.width = 192, .height = 108, .step = 0.1, .jitter = false, .fixed_seed = true})),
             Names{"fixed_seed"});
+}
+
+TEST(FirstHits, TheRegionAndTheCauseAreNamed) {
+  Sequence sequence = RenderSequence({.width = 192, .height = 108});
+  HalfTransparent(&sequence);
+  const DoctorReport report = ReportOf(sequence);
+  ASSERT_EQ(report.findings.size(), 1u);
+  const std::string& what = report.findings[0].what;
+  EXPECT_NE(what.find("transparency, depth of field, or subsurface scattering"), std::string::npos)
+      << what;
+  // x 60 to 120, y 30 to 80: 14 % of the picture, of which whole blocks are random.
+  EXPECT_NEAR(report.findings[0].measured, 0.14, 0.05) << what;
+  int x = 0;
+  int y = 0;
+  ASSERT_EQ(std::sscanf(what.substr(what.find("around")).c_str(), "around x %d, y %d", &x, &y), 2);
+  EXPECT_NEAR(x, 90, 12);
+  EXPECT_NEAR(y, 55, 12);
+}
+
+// A lens that zooms in by 4 % a frame while motion tells the way of the camera alone.
+TEST(Zoom, IsNotBlamedOnTheUnitOfMotion) {
+  Sequence sequence = RenderSequence({.width = 192, .height = 108, .step = 0.05});
+  for (NumberedImage& f : sequence) {
+    const ExrImage original = f.image;
+    const float scale = std::pow(0.96f, static_cast<float>(f.number - 1));
+    for (Channel& channel : f.image.channels) {
+      const Channel& from = *original.Find(channel.name);
+      const bool motion = channel.name.starts_with("motion.");
+      for (int y = 0; y < f.image.height; ++y) {
+        for (int x = 0; x < f.image.width; ++x) {
+          const int px = static_cast<int>(std::lround(95.5f + scale * (x - 95.5f)));
+          const int py = static_cast<int>(std::lround(53.5f + scale * (y - 53.5f)));
+          if (channel.type == PixelType::kUint32) {
+            channel.integers(x, y) = from.integers(px, py);
+          } else {
+            channel.values(x, y) = from.values(px, py) / (motion ? scale : 1.0f);
+          }
+        }
+      }
+    }
+  }
+  EXPECT_EQ(FindingsOf(sequence), Names{"motion_zoom"});
+}
+
+TEST(LightLayers, TheColourAloneIsNamed) {
+  Sequence sequence = RenderSequence({.frames = 3});
+  RemoveLayer(&sequence, "direct_");
+  RemoveLayer(&sequence, "indirect_");
+  EXPECT_EQ(FindingsOf(sequence), Names{"passes_missing"});
+}
+
+TEST(LightLayers, ASingleLayerIsOneFinding) {
+  Sequence sequence = RenderSequence({.frames = 3});
+  for (NumberedImage& f : sequence) {
+    std::erase_if(f.image.channels,
+                  [](const Channel& c) { return c.name.find('.') != std::string::npos; });
+  }
+  EXPECT_EQ(FindingsOf(sequence), Names{"single_layer"});
+}
+
+TEST(LightLayers, AViewLayerThatStaysNoisyIsNamed) {
+  Sequence sequence = RenderSequence({.frames = 3});
+  for (NumberedImage& f : sequence) {
+    const std::vector<Channel> channels = f.image.channels;
+    f.image.channels.clear();
+    for (const char* view : {"Main.", "Ball."}) {
+      for (Channel channel : channels) {
+        // Blender's names: stillray's own have no view layers.
+        for (const auto& [own, blender] : {std::pair("direct_diffuse.", "DiffDir."),
+                                           {"indirect_diffuse.", "DiffInd."},
+                                           {"albedo.", "DiffCol."},
+                                           {"normal.", "Normal."},
+                                           {"depth.", "Depth."}}) {
+          if (channel.name.starts_with(own)) {
+            channel.name =
+                std::string(view) + blender + channel.name.substr(channel.name.find('.') + 1);
+            f.image.channels.push_back(channel);
+            break;
+          }
+        }
+        if (channel.name.size() == 1) {
+          channel.name = std::string(view) + "Combined." + channel.name;
+          f.image.channels.push_back(channel);
+        }
+      }
+    }
+  }
+  EXPECT_TRUE(FindingsOf(sequence).count("view_layer_left"));
+  EXPECT_FALSE(FindingsOf(sequence, {"auto", {}, "Ball"}).count("view_layer_left"));
 }
 
 TEST(FixedSeed, IsNamedInAStillPicture) {

@@ -1,0 +1,286 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// First hits that are a matter of chance: behind a lens, in fog, on surfaces that are half
+// transparent, the guides of a pixel are those of whatever its ray hit in this frame. Judged block
+// by block, since often one object alone is concerned.
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "doctor/check.h"
+#include "doctor/warp.h"
+
+namespace stillray::doctor {
+namespace {
+
+constexpr int kBlock = 16;
+/// Detail from which a pixel counts: above the rounding of halves. Albedo; relative 1 / depth.
+constexpr float kDetail[2] = {0.01f, 0.003f};
+/// Larger steps count as this, so that single edges do not outweigh noise.
+constexpr float kLargest = 0.25f;
+/// A block of albedo is random if this part of its pixels differs from its neighbours in both
+/// directions, if the differences are not found again in the frame before along the motion, and if
+/// they are white: as large beside the next pixel as beside the one after. Measured in Cycles at
+/// 1 spp: lens at f/0.3 0.5 to 0.7, correlation below 0.12, ratio 0.95 to 1.02; alpha 0.3 to 0.8
+/// likewise; fog 0.45 to 0.7. Clean: textures and leaves have detail 0.8, but ratio 0.3 to 0.7 or
+/// correlation 0.2 and more; joints thinner than a pixel ratio 0.9 and correlation 0, but detail
+/// below 0.38.
+constexpr double kAlbedoDetail = 0.45;
+constexpr double kAlbedoStays = 0.12;
+constexpr double kLeastWhite = 0.85;
+constexpr double kMostWhite = 1.2;
+/// Depth: flat surfaces have none, leaves below 0.47 with correlation above 0.27.
+constexpr double kDepthDetail = 0.3;
+constexpr double kDepthStays = 0.15;
+/// Part of the blocks. A thicket of leaves finer than a pixel in front of bricks: 0.014.
+constexpr double kMayBeRandom = 0.03;
+constexpr int64_t kLeastBlocks = 2;
+/// One guide alone that is random in so many blocks holds noise of its own (light in albedo, a
+/// depth that was rounded): another finding. A hit that is chance concerns all guides.
+constexpr double kEverywhere = 0.7;
+/// Part of the pixels in random blocks that show no surface, from which a volume is the cause.
+constexpr double kHoles = 0.03;
+
+using Values = std::array<float, 3>;
+
+float FiniteOr0(float v) {
+  return std::isfinite(v) ? v : 0.0f;
+}
+
+/// 1 / depth; 0 where there is no surface.
+float Nearness(const Frame& f, int x, int y) {
+  const float z = f.guides.depth(x, y);
+  return z > 0 ? FiniteOr0(1.0f / z) : 0.0f;
+}
+
+/// What pixel (x, y) has that the mean of the two pixels at distance (dx, dy) has not.
+Values Step(const Frame& f, bool depth, int x, int y, int dx, int dy) {
+  Values step{};
+  if (depth) {
+    const float a = Nearness(f, x - dx, y - dy);
+    const float b = Nearness(f, x, y);
+    const float c = Nearness(f, x + dx, y + dy);
+    const float largest = std::max({a, b, c});
+    step[0] = largest > 0 ? (b - 0.5f * (a + c)) / largest : 0.0f;
+  } else {
+    for (int i = 0; i < 3; ++i) {
+      const Image1& p = f.guides.albedo[i];
+      step[static_cast<size_t>(i)] =
+          FiniteOr0(p(x, y) - 0.5f * (p(x - dx, y - dy) + p(x + dx, y + dy)));
+    }
+  }
+  for (float& s : step) {
+    s = std::clamp(s, -kLargest, kLargest);
+  }
+  return step;
+}
+
+/// The lesser of both directions: straight edges have none.
+Values Detail(const Frame& f, bool depth, int x, int y) {
+  const Values across = Step(f, depth, x, y, 1, 0);
+  const Values down = Step(f, depth, x, y, 0, 1);
+  Values least{};
+  for (size_t i = 0; i < 3; ++i) {
+    least[i] = std::fabs(across[i]) < std::fabs(down[i]) ? across[i] : down[i];
+  }
+  return least;
+}
+
+double Square(const Values& v) {
+  return static_cast<double>(v[0]) * v[0] + static_cast<double>(v[1]) * v[1] +
+         static_cast<double>(v[2]) * v[2];
+}
+
+/// Sums over the pixels of a block in all pairs of frames.
+struct Sums {
+  int64_t count = 0;
+  int64_t detailed = 0;
+  double ab = 0;
+  double aa = 0;
+  double bb = 0;
+  double near = 0;  ///< squared steps to the next pixels
+  double far = 0;   ///< ... to those after
+
+  double Part() const {
+    return count == 0 ? 0 : static_cast<double>(detailed) / static_cast<double>(count);
+  }
+  double Stays() const { return aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 1; }
+  double White() const { return far > 0 ? near / far : 0; }
+};
+
+struct BlockSums {
+  Sums albedo;
+  Sums depth;
+  int64_t pixels = 0;
+  int64_t holes = 0;  ///< pixels without a surface
+
+  bool RandomAlbedo() const {
+    return albedo.Part() > kAlbedoDetail && albedo.Stays() < kAlbedoStays &&
+           albedo.White() > kLeastWhite && albedo.White() < kMostWhite;
+  }
+  bool RandomDepth() const { return depth.Part() > kDepthDetail && depth.Stays() < kDepthStays; }
+};
+
+class FirstHitCheck : public Check {
+ public:
+  void Look(const Exhibit& now, const Exhibit* before) override;
+  void Conclude(Verdict* verdict) override;
+
+ private:
+  void LookAtPixel(const Exhibit& now, const Exhibit& before, int x, int y, BlockSums* block) const;
+  Finding MakeFinding(double part, double depth_part, double holes, double x, double y) const;
+
+  const AovLayout* layout_ = nullptr;
+  bool has_albedo_ = false;
+  bool has_depth_ = false;
+  int columns_ = 0;
+  std::vector<BlockSums> blocks_;
+  std::vector<int64_t> frames_;
+};
+
+void FirstHitCheck::LookAtPixel(const Exhibit& now, const Exhibit& before, int x, int y,
+                                BlockSums* block) const {
+  const Frame& f = now.frame;
+  ++block->pixels;
+  block->holes += Nearness(f, x, y) == 0;
+  int px = 0;
+  int py = 0;
+  const bool found =
+      Nearest(PlaceBefore(now, before, x, y, MotionAt(f, x, y)), f.width, f.height, &px, &py) &&
+      px >= 1 && py >= 1 && px + 1 < f.width && py + 1 < f.height;
+  for (const bool depth : {false, true}) {
+    if (!(depth ? has_depth_ : has_albedo_)) {
+      continue;
+    }
+    Sums& sums = depth ? block->depth : block->albedo;
+    const Values a = Detail(f, depth, x, y);
+    ++sums.count;
+    sums.detailed += std::max({std::fabs(a[0]), std::fabs(a[1]), std::fabs(a[2])}) > kDetail[depth];
+    sums.near += Square(Step(f, depth, x, y, 1, 0)) + Square(Step(f, depth, x, y, 0, 1));
+    sums.far += Square(Step(f, depth, x, y, 2, 0)) + Square(Step(f, depth, x, y, 0, 2));
+    if (found) {
+      const Values b = Detail(before.frame, depth, px, py);
+      for (size_t i = 0; i < 3; ++i) {
+        sums.ab += static_cast<double>(a[i]) * b[i];
+      }
+      sums.aa += Square(a);
+      sums.bb += Square(b);
+    }
+  }
+}
+
+void FirstHitCheck::Look(const Exhibit& now, const Exhibit* before) {
+  layout_ = now.layout;
+  const Frame& f = now.frame;
+  // Without motion nothing can be found again.
+  if (before == nullptr || layout_->Find(Aov::kMotion) == nullptr) {
+    return;
+  }
+  has_depth_ = layout_->Find(Aov::kDepth) != nullptr;
+  has_albedo_ =
+      layout_->Find(Aov::kAlbedo) != nullptr || layout_->Find(Aov::kFallbackAlbedo) != nullptr;
+  columns_ = f.width / kBlock;
+  const int rows = f.height / kBlock;
+  blocks_.resize(static_cast<size_t>(columns_) * static_cast<size_t>(rows));
+  for (int y = 2; y + 2 < std::min(f.height, rows * kBlock); ++y) {
+    for (int x = 2; x + 2 < std::min(f.width, columns_ * kBlock); ++x) {
+      LookAtPixel(now, *before, x, y,
+                  &blocks_[static_cast<size_t>(y / kBlock) * static_cast<size_t>(columns_) +
+                           static_cast<size_t>(x / kBlock)]);
+    }
+  }
+  frames_.push_back(now.number);
+}
+
+/// \param part        of the picture
+/// \param depth_part  of the random blocks whose depth is random
+/// \param holes       part of their pixels without a surface
+/// \param x, y        the middle of them, pixels
+Finding FirstHitCheck::MakeFinding(double part, double depth_part, double holes, double x,
+                                   double y) const {
+  const bool blender = layout_->renderer == "blender";
+  const bool volume = holes > kHoles;
+  const bool albedo_alone = depth_part == 0;
+  Finding f;
+  f.name = "first_hits_random";
+  f.frames = frames_;
+  f.measured = part;
+  f.expected = kMayBeRandom;
+  f.what = fmt::format(
+      "in {:.0f} % of the picture, around x {:.0f}, y {:.0f}, {} differ from pixel to pixel and "
+      "from frame to frame (expected below {:.0f} %): what a ray hits first is chance there ({}), "
+      "and noise stays",
+      100 * part, x, y,
+      volume         ? "surface and no surface"
+      : albedo_alone ? "colours of surfaces"
+                     : "surfaces",
+      100 * kMayBeRandom,
+      volume         ? "fog or another volume"
+      : albedo_alone ? "transparency, depth of field, or subsurface scattering"
+                     : "depth of field, transparency, or a volume");
+  if (!blender) {
+    f.cure = volume ? "render volumes apart and add them afterwards, or render more samples"
+                    : "render without lens blur, transparency apart, or render more samples";
+  } else if (volume) {
+    f.cure =
+        "render the volume in a view layer of its own (Outliner), or as Mist (View Layer > Passes "
+        "> "
+        "Data) in the compositor; or raise Render > Sampling > Max Samples";
+  } else {
+    f.cure =
+        "switch off Camera > Depth of Field and blur in the compositor (Defocus, with Depth); give "
+        "transparent materials Alpha 1 or a view layer of their own; or raise Render > Sampling > "
+        "Max Samples";
+  }
+  return f;
+}
+
+void FirstHitCheck::Conclude(Verdict* verdict) {
+  // Along wrong motion nothing is found again; depth of another kind bends everywhere.
+  if (frames_.empty() || blocks_.empty() || verdict->Has("motion_") || verdict->Has("depth_")) {
+    return;
+  }
+  int64_t random = 0;
+  int64_t of_depth = 0;
+  int64_t of_albedo = 0;
+  int64_t pixels = 0;
+  int64_t holes = 0;
+  double x = 0;
+  double y = 0;
+  for (size_t i = 0; i < blocks_.size(); ++i) {
+    const BlockSums& block = blocks_[i];
+    if (!block.RandomAlbedo() && !block.RandomDepth()) {
+      continue;
+    }
+    ++random;
+    of_depth += block.RandomDepth();
+    of_albedo += block.RandomAlbedo();
+    pixels += block.pixels;
+    holes += block.holes;
+    x += (static_cast<double>(i % static_cast<size_t>(columns_)) + 0.5) * kBlock;
+    y += (static_cast<double>(i / static_cast<size_t>(columns_)) + 0.5) * kBlock;
+  }
+  const double part = static_cast<double>(random) / static_cast<double>(blocks_.size());
+  const double no_surface =
+      pixels == 0 ? 0 : static_cast<double>(holes) / static_cast<double>(pixels);
+  const bool one_guide =
+      part > kEverywhere && (of_depth == 0 || of_albedo == 0) && no_surface < kHoles;
+  const bool broken = part > kMayBeRandom && random >= kLeastBlocks && !one_guide;
+  verdict->Add(
+      Measure{"random_blocks", part, kMayBeRandom, broken, static_cast<int64_t>(frames_.size())});
+  if (broken) {
+    const auto count = static_cast<double>(random);
+    verdict->Add(
+        MakeFinding(part, static_cast<double>(of_depth) / count, no_surface, x / count, y / count));
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<Check> MakeFirstHitCheck() {
+  return std::make_unique<FirstHitCheck>();
+}
+
+}  // namespace stillray::doctor
