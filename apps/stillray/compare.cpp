@@ -258,9 +258,9 @@ void AddCompareCommand(CLI::App& app, int* exit_code) {
       "compare", "Measures how far pictures or sequences are from their references");
   auto options = std::make_shared<CompareOptions>();
   command
-      ->add_option(
-          "TEST", options->test,
-          "Picture (EXR, HDR, PNG, JPEG), or frames of a sequence: NAME.####.exr in quotes")
+      ->add_option("TEST", options->test,
+                   "Picture (EXR, HDR, PNG, JPEG), or frames of a sequence: 'NAME.####.exr', "
+                   "'NAME.*.exr', or a folder")
       ->required();
   command->add_option("REFERENCE", options->reference, "What it should look like, likewise")
       ->required();

@@ -11,8 +11,10 @@ namespace stillray {
 void AddSequenceOptions(CLI::App* command, std::vector<std::string>* inputs, std::string* frames,
                         AovOptions* aovs) {
   command
-      ->add_option("input", *inputs,
-                   "A pattern (in.####.exr, in.%04d.exr), a folder with one sequence, or files")
+      ->add_option(
+          "input", *inputs,
+          "A pattern in quotes ('in.####.exr', 'in.%04d.exr', 'in.*.exr'), a folder with one "
+          "sequence, or files")
       ->required()
       ->take_all();
   command->add_option("--frames", *frames, "FIRST-LAST, or one frame; default: all");
