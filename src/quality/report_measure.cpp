@@ -235,8 +235,8 @@ class Measurer {
     for (const PictureFiles& picture : files_.begin()->second) {
       if (!picture.empty()) {
         const std::string& path = picture.png.empty() ? picture.exr : picture.png;
-        const Result<Image3> image = ReadImage(path);
-        return image.ok() ? sizes_.Add(*image, path) : image.status();
+        const Result<PictureFile> image = ReadPictureFile(path);
+        return image.ok() ? sizes_.Add(image->colour, path) : image.status();
       }
     }
     return Status::Internal("a frame without files");

@@ -53,7 +53,7 @@ const kMetrics = [
 const kBetterText = {
   "1": "higher is better",
   "-1": "lower is better",
-  "0": "of the reference; 1 is right",
+  "0": "ideal: 1",
 };
 
 /// An element with attributes and children; strings become text.

@@ -327,6 +327,35 @@ TEST(Report, TemporalErrorWithoutMotionIsSaid) {
   EXPECT_THAT(Notes(data), Contains(HasSubstr("as if nothing moved")));
 }
 
+// Blender without Combined: what it would hold is the sum of the passes.
+TEST(Report, FilesOfLightPassesShowTheirSum) {
+  const TestFolder folder;
+  ExrImage exr;
+  exr.width = 24;
+  exr.height = 16;
+  const auto add = [&](const std::string& layer, float value) {
+    Image3 image(24, 16);
+    for (int c = 0; c < 3; ++c) {
+      image[c].Fill(value);
+    }
+    exr.Add("ViewLayer." + layer + ".", PixelType::kFloat, image);
+  };
+  add("DiffDir", 0.25f);
+  add("DiffInd", 0.25f);
+  add("DiffCol", 0.5f);
+  add("Emit", 0.25f);
+  ASSERT_TRUE(WriteExr(folder.Path("a.0001.exr"), exr).ok());
+  folder.AddExr("b.0001.exr", 0.5f);
+  ReportSequences sequences;
+  sequences.noisy = folder.Path("a.####.exr");
+  sequences.clean = folder.Path("b.####.exr");
+  sequences.reference = sequences.clean;
+  const Result<std::string> page = BuildReport(sequences, ReportOptions());
+  ASSERT_TRUE(page.ok()) << page.status().message();
+  // 0.5 times the sum of direct and indirect light, and the emission.
+  EXPECT_EQ(PageData(*page)["quality"]["sources"][0]["views"]["noisy"]["mean"]["psnr"], "inf");
+}
+
 TEST(Report, SequencesOfAnyName) {
   const TestFolder folder("work");
   std::filesystem::create_directory(folder.Path("ref"));
