@@ -94,7 +94,7 @@ void AddDenoiseCommand(CLI::App& app, int* exit_code) {
   AddDisplayOptions(command, &a->display);
   CLI::Option* fps =
       command->add_option("--fps", a->fps, "Frames per second of the video")->capture_default_str();
-  command->add_flag("!--no-check", a->check,
+  command->add_flag("--no-check", a->no_check,
                     "Do not look for mistakes in the first frames (stillray check looks at all)");
   AddDeviceOption(command, &a->device);
   command->add_option("--threads", a->threads, "Default: all processors")

@@ -165,7 +165,7 @@ std::string DenoiseFingerprint(const DenoiseOptions& options) {
     text += fmt::format("preview {}\nfps {}\n", a.preview, a.fps);
   }
   if (options.window == Window::kBoth) {
-    text += fmt::format("last {}\n", options.files.back().input);
+    text += fmt::format("last frame (--frames) {}\n", options.files.back().input);
   }
   for (const Parameter& p : Parameters()) {
     text += fmt::format("{} {}\n", p.name, GetParameter(options.settings, p.name).value());

@@ -31,7 +31,7 @@ struct DenoiseArguments {
   bool passes = false;
   bool resume = false;
   bool timings = false;
-  bool check = true;
+  bool no_check = false;
   std::string preview;
   DisplayArguments display;
   double fps = 24;

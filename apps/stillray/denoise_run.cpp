@@ -212,7 +212,7 @@ Status DenoiseRun::Understand(ExrExtent* extent) {
 
 /// What an earlier run found it has said, and its log has it.
 Status DenoiseRun::CheckInputs() {
-  if (options_.text.check && next_ == 0) {
+  if (!options_.text.no_check && next_ == 0) {
     Result<std::vector<Finding>> findings = CheckFirstFrames(options_, layout_);
     if (findings.status().code() == StatusCode::kCancelled) {
       return Status(StatusCode::kCancelled,
