@@ -3,6 +3,8 @@
 #include "io/atomic_file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
+#include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -12,7 +14,10 @@
 #include <cstdio>
 #include <filesystem>
 #include <new>
+#include <set>
+#include <string_view>
 #include <system_error>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -24,35 +29,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A file name may have 255 bytes; the temporary name adds ".tmp-", two numbers and dots.
+// A file name may have 255 bytes; the temporary name adds a dot, ".tmp-" and 16 digits.
 constexpr size_t kMaxNameInTemp = 200;
 // As many as Linux itself follows.
 constexpr int kMaxLinks = 40;
 // Linux moves at most 2 GiB - 4 KiB per call.
 constexpr size_t kMaxTransfer = size_t{1} << 30;
-
-/// A file descriptor that is closed at the end of its scope.
-class FileDescriptor {
- public:
-  explicit FileDescriptor(int fd) : fd_(fd) {}
-  FileDescriptor(const FileDescriptor&) = delete;
-  FileDescriptor& operator=(const FileDescriptor&) = delete;
-  ~FileDescriptor() {
-    if (fd_ >= 0) {
-      ::close(fd_);
-    }
-  }
-  int get() const { return fd_; }
-  /// Closes and tells: network file systems report a full disk only here.
-  bool Close() {
-    const int fd = fd_;
-    fd_ = -1;
-    return ::close(fd) == 0;
-  }
-
- private:
-  int fd_;
-};
 
 std::string Reason(int error_number) {
   return std::generic_category().message(error_number);
@@ -73,25 +55,96 @@ bool WriteAll(int fd, const char* bytes, size_t size) {
   return true;
 }
 
-/// \param mode  of a file that is made; none: as the user's mask has it
-Status WriteTo(const std::string& open_path, int flags, const std::optional<unsigned>& mode,
-               const std::string& shown_path, const void* bytes, size_t size) {
-  FileDescriptor file(::open(open_path.c_str(), flags | O_WRONLY | O_CLOEXEC, mode.value_or(0666)));
-  if (file.get() < 0) {
+/// Flushes to the disk. Devices and some file systems know no such thing.
+bool Flush(int fd) {
+  return ::fsync(fd) == 0 || errno == EINVAL || errno == ENOTSUP || errno == EROFS;
+}
+
+Status FillAndClose(FileDescriptor file, const std::string& shown_path, const void* bytes,
+                    size_t size, bool durable) {
+  if (!WriteAll(file.get(), static_cast<const char*>(bytes), size) ||
+      (durable && !Flush(file.get())) || !file.Close()) {
     return WriteError(shown_path, errno);
   }
-  // The mask took rights away that the file before it had. Where that is not possible, fewer rights
-  // do no harm.
-  if (mode) {
-    static_cast<void>(::fchmod(file.get(), *mode));
+  return Status::Ok();
+}
+
+Status SyncPath(const std::string& path, int flags) {
+  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | flags));
+  return file.get() >= 0 && Flush(file.get()) ? Status::Ok() : WriteError(path, errno);
+}
+
+std::string FolderOf(const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  return folder.empty() ? "." : folder.string();
+}
+
+// The part of a temporary name behind the name of the file: a mark and sixteen hexadecimal digits.
+constexpr std::string_view kTempMark = ".tmp-";
+constexpr size_t kTempDigits = 16;
+
+/// Processes with equal numbers (in two containers) must not pick equal names, nor others guess
+/// them.
+uint64_t RandomNumber() {
+  uint64_t number = 0;
+  if (::getrandom(&number, sizeof(number), 0) != static_cast<ssize_t>(sizeof(number))) {
+    static std::atomic<uint64_t> counter{0};
+    number = (static_cast<uint64_t>(::getpid()) << 32) + counter.fetch_add(1);
   }
-  if (!WriteAll(file.get(), static_cast<const char*>(bytes), size)) {
-    return WriteError(shown_path, errno);
+  return number;
+}
+
+bool IsTemporaryName(std::string_view name) {
+  const size_t tail = kTempMark.size() + kTempDigits;
+  return name.size() > tail + 1 && name[0] == '.' &&
+         name.substr(name.size() - tail, kTempMark.size()) == kTempMark &&
+         name.find_first_not_of("0123456789abcdef", name.size() - kTempDigits) ==
+             std::string_view::npos;
+}
+
+Status WriteWhole(const std::string& path, const void* bytes, size_t size, bool durable) {
+  Result<AtomicTarget> target = PrepareAtomicTarget(path);
+  if (!target.ok()) {
+    return target.status();
   }
-  return file.Close() ? Status::Ok() : WriteError(shown_path, errno);
+  if (target->temp_path.empty()) {
+    FileDescriptor file(::open(target->final_path.c_str(), O_WRONLY | O_CLOEXEC));
+    return file.get() < 0 ? WriteError(path, errno)
+                          : FillAndClose(std::move(file), path, bytes, size, false);
+  }
+  Result<FileDescriptor> file = OpenTemporary(*target, path);
+  STILLRAY_RETURN_IF_ERROR(file.status());
+  // Stays locked until it has its name.
+  const FileDescriptor lock(::fcntl(file->get(), F_DUPFD_CLOEXEC, 0));
+  const Status status = FillAndClose(std::move(file.value()), path, bytes, size, durable);
+  if (!status.ok()) {
+    ::unlink(target->temp_path.c_str());
+    return status;
+  }
+  STILLRAY_RETURN_IF_ERROR(CommitAtomicTarget(*target));
+  return durable ? SyncPath(FolderOf(target->final_path), O_DIRECTORY) : Status::Ok();
 }
 
 }  // namespace
+
+FileDescriptor& FileDescriptor::operator=(FileDescriptor&& other) noexcept {
+  if (this != &other) {
+    Close();
+    fd_ = other.Release();
+  }
+  return *this;
+}
+
+bool FileDescriptor::Close() {
+  const int fd = Release();
+  return fd < 0 || ::close(fd) == 0;
+}
+
+int FileDescriptor::Release() {
+  const int fd = fd_;
+  fd_ = -1;
+  return fd;
+}
 
 Status WriteError(const std::string& path, int error_number) {
   return Status::Io(fmt::format("{}: could not be written: {}", path, Reason(error_number)));
@@ -132,11 +185,33 @@ Result<AtomicTarget> PrepareAtomicTarget(const std::string& path) {
   if (!final_path.has_filename()) {
     return Status::Io(fmt::format("{}: could not be written: it is a folder", path));
   }
-  static std::atomic<unsigned> counter{0};
   const std::string name = final_path.filename().string().substr(0, kMaxNameInTemp);
   target.temp_path =
-      (folder / fmt::format(".{}.tmp-{}-{}", name, ::getpid(), counter.fetch_add(1))).string();
+      (folder / fmt::format(".{}{}{:016x}", name, kTempMark, RandomNumber())).string();
   return target;
+}
+
+Result<FileDescriptor> OpenTemporary(const AtomicTarget& target, const std::string& shown_path) {
+  constexpr int kFlags = O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC;
+  // Another process may take a file that is not locked yet for a stale one.
+  for (int attempt = 0; attempt < 8; ++attempt) {
+    FileDescriptor file(::open(target.temp_path.c_str(), kFlags, target.mode.value_or(0666)));
+    if (file.get() < 0) {
+      return WriteError(shown_path, errno);
+    }
+    // The mask took rights away that the file before it had. Where that is not possible, fewer
+    // rights do no harm.
+    if (target.mode) {
+      static_cast<void>(::fchmod(file.get(), *target.mode));
+    }
+    // Without locks, as on some network file systems, nothing is found to be stale either.
+    static_cast<void>(::flock(file.get(), LOCK_EX));
+    struct stat info {};
+    if (::fstat(file.get(), &info) != 0 || info.st_nlink > 0) {
+      return file;
+    }
+  }
+  return WriteError(shown_path, EAGAIN);
 }
 
 Status CommitAtomicTarget(const AtomicTarget& target) {
@@ -151,28 +226,45 @@ Status CommitAtomicTarget(const AtomicTarget& target) {
   return Status::Ok();
 }
 
+Status WriteFileDurably(const std::string& path, const void* bytes, size_t size) {
+  return WriteWhole(path, bytes, size, true);
+}
+
+Status SyncFiles(std::span<const std::string> paths) {
+  std::set<std::string> folders;
+  for (const std::string& path : paths) {
+    STILLRAY_RETURN_IF_ERROR(SyncPath(path, 0));
+    folders.insert(FolderOf(path));
+  }
+  for (const std::string& folder : folders) {
+    STILLRAY_RETURN_IF_ERROR(SyncPath(folder, O_DIRECTORY));
+  }
+  return Status::Ok();
+}
+
+void RemoveStaleTemporaries(const std::string& folder) {
+  std::error_code error;
+  for (fs::directory_iterator entry(folder.empty() ? "." : folder, error), end;
+       !error && entry != end; entry.increment(error)) {
+    if (!IsTemporaryName(entry->path().filename().string())) {
+      continue;
+    }
+    const std::string path = entry->path().string();
+    const FileDescriptor file(::open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+    struct stat info {};
+    if (file.get() >= 0 && ::fstat(file.get(), &info) == 0 && S_ISREG(info.st_mode) &&
+        ::flock(file.get(), LOCK_EX | LOCK_NB) == 0) {
+      ::unlink(path.c_str());
+    }
+  }
+}
+
 }  // namespace stillray::io
 
 namespace stillray {
 
 Status WriteFileAtomically(const std::string& path, const void* bytes, size_t size) {
-  Result<io::AtomicTarget> target = io::PrepareAtomicTarget(path);
-  if (!target.ok()) {
-    return target.status();
-  }
-  if (target->temp_path.empty()) {
-    return io::WriteTo(target->final_path, 0, std::nullopt, path, bytes, size);
-  }
-  // O_EXCL: a file of that name can only be what a process with the same id left behind when it was
-  // killed, so it may go.
-  ::unlink(target->temp_path.c_str());
-  const Status status =
-      io::WriteTo(target->temp_path, O_CREAT | O_EXCL, target->mode, path, bytes, size);
-  if (!status.ok()) {
-    ::unlink(target->temp_path.c_str());
-    return status;
-  }
-  return io::CommitAtomicTarget(*target);
+  return io::WriteWhole(path, bytes, size, false);
 }
 
 Result<std::string> ReadWholeFile(const std::string& path, size_t max_size) {

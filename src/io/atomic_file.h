@@ -5,16 +5,36 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 
 #include "stillray/status.h"
 
 namespace stillray::io {
 
+/// A file descriptor that is closed at the end of its scope.
+class FileDescriptor {
+ public:
+  FileDescriptor() = default;
+  explicit FileDescriptor(int fd) : fd_(fd) {}
+  FileDescriptor(FileDescriptor&& other) noexcept : fd_(other.Release()) {}
+  FileDescriptor& operator=(FileDescriptor&& other) noexcept;
+  FileDescriptor(const FileDescriptor&) = delete;
+  FileDescriptor& operator=(const FileDescriptor&) = delete;
+  ~FileDescriptor() { Close(); }
+  int get() const { return fd_; }
+  /// Closes it: network file systems report a full disk only here. \return false if that failed
+  bool Close();
+
+ private:
+  int Release();
+  int fd_ = -1;
+};
+
 /// Where a file is written first and what it becomes.
 struct AtomicTarget {
   std::string final_path;  ///< `path` with a last symbolic link followed
-  std::string temp_path;   ///< in the same folder, unique to this call; empty: write directly
+  std::string temp_path;   ///< in the same folder, a random name; empty: write directly
   /// Rights of the file that is replaced, which the new one gets too; none: a new file.
   std::optional<unsigned> mode;
 };
@@ -23,8 +43,25 @@ struct AtomicTarget {
 /// \return kNotFound (no such folder), kIo (the path is a folder)
 Result<AtomicTarget> PrepareAtomicTarget(const std::string& path);
 
+/// Makes the temporary file, new and empty, and locks it (flock) for as long as the descriptor is
+/// open: files that no process has locked are left over from processes that were killed.
+/// \param shown_path  in messages
+Result<FileDescriptor> OpenTemporary(const AtomicTarget& target, const std::string& shown_path);
+
 /// Renames the finished temporary file; removes it if that fails.
 Status CommitAtomicTarget(const AtomicTarget& target);
+
+/// WriteFileAtomically, and the file is on the disk itself when this returns: its bytes are flushed
+/// before it gets its name, and the name after.
+Status WriteFileDurably(const std::string& path, const void* bytes, size_t size);
+
+/// Flushes files that were written before to the disk, and the folders that hold them.
+/// \return kIo naming the file and the system's reason
+Status SyncFiles(std::span<const std::string> paths);
+
+/// Removes temporary files in a folder that killed processes left behind. Those that a living
+/// process writes, on this machine or in another container, stay.
+void RemoveStaleTemporaries(const std::string& folder);
 
 /// "PATH: could not be written: No space left on device" for the current errno.
 Status WriteError(const std::string& path, int error_number);

@@ -38,10 +38,13 @@ constexpr const char* kEncoderThreads = "4";
 // Near the threshold of visible loss for x264's preset "medium".
 constexpr const char* kQuality = "16";
 
-/// The same file under a number that is none of the three standard ones, which may be free where a
-/// program runs without a terminal and which ffmpeg's own streams replace. Closes `fd`.
-int AboveStandardStreams(int fd) {
-  const int above = ::fcntl(fd, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+// The descriptor under which ffmpeg gets its output.
+constexpr int kOutputDescriptor = STDERR_FILENO + 1;
+
+/// The same file under a number that is none of those which ffmpeg gets, and which may be free
+/// where a program runs without a terminal. Closes `fd`.
+int AboveOwnDescriptors(int fd) {
+  const int above = ::fcntl(fd, F_DUPFD_CLOEXEC, kOutputDescriptor + 1);
   ::close(fd);
   return above;
 }
@@ -51,7 +54,7 @@ class MessageFile {
  public:
   MessageFile() {
     if (std::FILE* file = std::tmpfile(); file != nullptr) {
-      fd_ = ::fcntl(::fileno(file), F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+      fd_ = ::fcntl(::fileno(file), F_DUPFD_CLOEXEC, kOutputDescriptor + 1);
       std::fclose(file);
     }
   }
@@ -64,8 +67,30 @@ class MessageFile {
   }
   int fd() const { return fd_; }
 
-  /// The last line that is not empty.
-  std::string LastLine() const {
+  /// The system's reason why a file could not be written, which stands some lines before the end;
+  /// empty if there is none.
+  std::string WriteFailure() const {
+    const std::string text = Tail();
+    for (const int error : {ENOSPC, EDQUOT, EFBIG, EIO, EROFS}) {
+      std::string reason = std::generic_category().message(error);
+      if (text.find(": " + reason) != std::string::npos) {
+        return reason;
+      }
+    }
+    return {};
+  }
+
+  /// What explains a failure best: WriteFailure(), else the last line that is not empty.
+  std::string Explanation() const {
+    const std::string failure = WriteFailure();
+    const std::string text = failure.empty() ? Tail() : failure;
+    const size_t line_end = text.rfind('\n');
+    return line_end == std::string::npos ? text : text.substr(line_end + 1);
+  }
+
+ private:
+  /// The last lines, without blanks at the end.
+  std::string Tail() const {
     constexpr off_t kTail = 4096;
     const off_t end = ::lseek(fd_, 0, SEEK_END);
     std::string text(static_cast<size_t>(std::clamp<off_t>(end, 0, kTail)), '\0');
@@ -78,13 +103,24 @@ class MessageFile {
     while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) {
       text.pop_back();
     }
-    const size_t line_end = text.rfind('\n');
-    return line_end == std::string::npos ? text : text.substr(line_end + 1);
+    return text;
   }
 
- private:
   int fd_ = -1;
 };
+
+/// The same file, opened once more: what locks it must end with this process, not with ffmpeg.
+int OpenAgain(int fd) {
+  const int again = ::open(fmt::format("/proc/self/fd/{}", fd).c_str(), O_RDWR | O_CLOEXEC);
+  return again >= 0 ? again : ::fcntl(fd, F_DUPFD_CLOEXEC, 0);
+}
+
+/// The name by which ffmpeg opens its output: the open file itself, since in a folder that others
+/// may write to, its path could lead elsewhere by then. Without /proc, the path.
+std::string OutputName(const std::string& path) {
+  const std::string by_descriptor = fmt::format("/proc/self/fd/{}", kOutputDescriptor);
+  return ::access("/proc/self/fd", X_OK) == 0 ? by_descriptor : path;
+}
 
 std::vector<std::string> Arguments(const std::string& output, int width, int height, double fps) {
   return {"ffmpeg", "-hide_banner", "-nostdin", "-loglevel", "error", "-y",
@@ -102,13 +138,16 @@ std::vector<std::string> Arguments(const std::string& output, int width, int hei
 }
 
 /// Starts ffmpeg with `input` as its standard input, in a process group of its own: Ctrl-C must
-/// reach the program that feeds it, which then ends the file properly.
-int Spawn(const std::vector<std::string>& arguments, int input, int messages, pid_t* pid) {
+/// reach the program that feeds it, which then ends the file properly. It ends by itself when that
+/// program is killed, as its input ends.
+int Spawn(const std::vector<std::string>& arguments, int input, int output, int messages,
+          pid_t* pid) {
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
   posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
   posix_spawn_file_actions_adddup2(&actions, messages, STDERR_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, output, kOutputDescriptor);
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   sigset_t none;
@@ -145,6 +184,9 @@ class FfmpegWriter final : public VideoWriter {
       return Status::Io(fmt::format("{}: no temporary file could be made: {}", path_,
                                     std::generic_category().message(errno)));
     }
+    Result<FileDescriptor> file = OpenTemporary(target_, path_);
+    STILLRAY_RETURN_IF_ERROR(file.status());
+    file_ = std::move(file.value());
     // A pair of sockets in place of a pipe, as only sockets can report a reader that is gone
     // without a signal to the whole process.
     int ends[2];
@@ -152,13 +194,16 @@ class FfmpegWriter final : public VideoWriter {
       return Status::Io(fmt::format("{}: no pipe to ffmpeg could be made: {}", path_,
                                     std::generic_category().message(errno)));
     }
-    socket_ = AboveStandardStreams(ends[0]);
-    const int input = AboveStandardStreams(ends[1]);
-    const int error = Spawn(Arguments(target_.temp_path, Even(width_), Even(height_), fps), input,
-                            messages_.fd(), &pid_);
+    socket_ = AboveOwnDescriptors(ends[0]);
+    const int input = AboveOwnDescriptors(ends[1]);
+    const FileDescriptor output(AboveOwnDescriptors(OpenAgain(file_.get())));
+    const int error =
+        Spawn(Arguments(OutputName(target_.temp_path), Even(width_), Even(height_), fps), input,
+              output.get(), messages_.fd(), &pid_);
     ::close(input);
     if (error != 0) {
       pid_ = -1;
+      Abandon();
       return Status::Unsupported(fmt::format(
           "{}: ffmpeg could not be started ({}); install the package ffmpeg to write videos", path_,
           std::generic_category().message(error)));
@@ -198,9 +243,11 @@ class FfmpegWriter final : public VideoWriter {
     }
     const int exit_status = Reap();
     struct stat info {};
-    const bool written = ::stat(target_.temp_path.c_str(), &info) == 0 && info.st_size > 0;
+    const bool written = ::fstat(file_.get(), &info) == 0 && info.st_size > 0;
     // -1: somebody else in this process collected the child; then the file must speak for itself.
-    if (exit_status > 0 || !written || (exit_status < 0 && !messages_.LastLine().empty())) {
+    // ffmpeg ends with 0 also where the last bytes of the file could not be written.
+    if (exit_status > 0 || !written || !messages_.WriteFailure().empty() ||
+        (exit_status < 0 && !messages_.Explanation().empty())) {
       status_ = Failure(0, exit_status);
       return status_;
     }
@@ -269,7 +316,7 @@ class FfmpegWriter final : public VideoWriter {
   /// What went wrong, in ffmpeg's own words where it has any; the unfinished file goes.
   Status Failure(int error_number, int exit_status) {
     ::unlink(target_.temp_path.c_str());
-    std::string reason = OneLine(messages_.LastLine());
+    std::string reason = OneLine(messages_.Explanation());
     if (reason.empty()) {
       reason = exit_status > 0     ? fmt::format("it ended with code {}", exit_status)
                : error_number != 0 ? std::generic_category().message(error_number)
@@ -293,6 +340,7 @@ class FfmpegWriter final : public VideoWriter {
   int width_;
   int height_;
   MessageFile messages_;
+  FileDescriptor file_;  ///< the temporary file; ffmpeg has it too
   int socket_ = -1;
   pid_t pid_ = -1;
   int64_t frames_ = 0;

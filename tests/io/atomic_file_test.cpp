@@ -2,10 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/atomic_file.h"
 
-#include <sys/resource.h>
 #include <sys/stat.h>
 
-#include <csignal>
 #include <thread>
 
 #include <gmock/gmock.h>
@@ -24,25 +22,6 @@ using ::testing::IsEmpty;
 Status Write(const std::string& path, const std::string& bytes) {
   return WriteFileAtomically(path, bytes.data(), bytes.size());
 }
-
-/// Files may not grow beyond `bytes` while it lives: the easiest full disk there is.
-class FileSizeLimit {
- public:
-  explicit FileSizeLimit(rlim_t bytes) : old_handler_(std::signal(SIGXFSZ, SIG_IGN)) {
-    ::getrlimit(RLIMIT_FSIZE, &old_);
-    rlimit limit = old_;
-    limit.rlim_cur = bytes;
-    ::setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  ~FileSizeLimit() {
-    ::setrlimit(RLIMIT_FSIZE, &old_);
-    std::signal(SIGXFSZ, old_handler_);
-  }
-
- private:
-  rlimit old_{};
-  void (*old_handler_)(int);
-};
 
 TEST(AtomicFile, WritesAndReplaces) {
   const TempFolder folder;
@@ -184,6 +163,53 @@ TEST(AtomicFile, ReadersNeverSeeAPart) {
     ASSERT_EQ(bytes, std::string(200000, bytes[0]));
   }
   writer.join();
+}
+
+TEST(AtomicFile, ADurableFileIsTheSame) {
+  const TempFolder folder;
+  const std::string path = folder.Path("a.bin");
+  for (const char* bytes : {"one", "two"}) {
+    ASSERT_TRUE(io::WriteFileDurably(path, bytes, 3).ok());
+    EXPECT_EQ(FileBytes(path), bytes);
+  }
+  EXPECT_THAT(folder.List(), ElementsAre("a.bin"));
+  EXPECT_TRUE(io::SyncFiles(std::vector<std::string>{path}).ok());
+  const Status missing = io::SyncFiles(std::vector<std::string>{folder.Path("none")});
+  EXPECT_EQ(missing.code(), StatusCode::kIo);
+  EXPECT_THAT(missing.message(), HasSubstr(folder.Path("none")));
+}
+
+// Two containers may run processes of the same number.
+TEST(AtomicFile, TemporaryNamesDoNotComeTwice) {
+  const TempFolder folder;
+  const Result<io::AtomicTarget> a = io::PrepareAtomicTarget(folder.Path("x"));
+  const Result<io::AtomicTarget> b = io::PrepareAtomicTarget(folder.Path("x"));
+  ASSERT_TRUE(a.ok() && b.ok());
+  EXPECT_NE(a->temp_path, b->temp_path);
+  const Result<io::FileDescriptor> first = io::OpenTemporary(*a, "x");
+  ASSERT_TRUE(first.ok());
+  // Neither a file nor a link that somebody else has put there is used.
+  EXPECT_EQ(io::OpenTemporary(*a, "x").status().code(), StatusCode::kIo);
+  std::filesystem::create_symlink("target", b->temp_path);
+  EXPECT_EQ(io::OpenTemporary(*b, "x").status().code(), StatusCode::kIo);
+}
+
+TEST(AtomicFile, OnlyTemporariesOfTheDeadAreRemoved) {
+  const TempFolder folder;
+  const Result<io::AtomicTarget> living = io::PrepareAtomicTarget(folder.Path("living.exr"));
+  const Result<io::AtomicTarget> dead = io::PrepareAtomicTarget(folder.Path("dead.mp4"));
+  ASSERT_TRUE(living.ok() && dead.ok());
+  const Result<io::FileDescriptor> open = io::OpenTemporary(*living, "living.exr");
+  ASSERT_TRUE(open.ok());
+  ASSERT_TRUE(io::OpenTemporary(*dead, "dead.mp4").ok());  // closed at once, as by a kill
+  folder.Write(".mine.tmp-123", "x");
+  folder.Write(".notes.tmp-0123456789abcdeg", "x");
+  folder.Write("frame.exr", "x");
+  std::filesystem::create_symlink("frame.exr", folder.Path(".link.tmp-0123456789abcdef"));
+  io::RemoveStaleTemporaries(folder.Path(""));
+  EXPECT_FALSE(std::filesystem::exists(dead->temp_path));
+  EXPECT_TRUE(std::filesystem::exists(living->temp_path));
+  EXPECT_EQ(folder.List().size(), 5u);
 }
 
 TEST(ReadWholeFile, ReadsExactly) {

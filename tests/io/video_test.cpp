@@ -191,6 +191,51 @@ TEST(Video, FailureIsReportedInFfmpegsOwnWords) {
   EXPECT_THAT(folder.List(), ElementsAre("bin"));
 }
 
+// ffmpeg gives the cause some lines before its last one.
+TEST(Video, AFullDiskIsNamed) {
+  SKIP_WITHOUT_FFMPEG();
+  const TempFolder folder;
+  Rgb8Image noise = Flat(256, 256, 0, 0, 0);
+  uint32_t seed = 1;
+  for (uint8_t& byte : noise.pixels) {
+    seed = seed * 1664525u + 1013904223u;
+    byte = static_cast<uint8_t>(seed >> 24);
+  }
+  const FileSizeLimit limit(20000);
+  const Status status = WriteVideo(folder.Path("a.mp4"), 60, noise);
+  EXPECT_EQ(status.code(), StatusCode::kIo);
+  EXPECT_THAT(status.message(), AllOf(HasSubstr("a.mp4"), HasSubstr("File too large")));
+  EXPECT_THAT(folder.List(), IsEmpty());
+}
+
+TEST(Video, TheCauseIsFoundAmongTheLastLines) {
+  const TempFolder folder;
+  const PathOverride path(
+      FakeFfmpeg(folder,
+                 "echo 'av_interleaved_write_frame(): No space left on device' >&2\n"
+                 "echo 'Error initializing output stream 0:0 -- ' >&2\nexit 1\n"));
+  EXPECT_THAT(WriteVideo(folder.Path("a.mp4"), 20, Flat(512, 512, 1, 2, 3)).message(),
+              HasSubstr("failed to write the video: No space left on device"));
+}
+
+// Who may write to the folder can put a link in the place of the file: ffmpeg must not follow it.
+TEST(Video, IsNotWrittenThroughALink) {
+  SKIP_WITHOUT_FFMPEG();
+  const TempFolder folder;
+  const std::string victim = folder.Write("victim", "keep me");
+  auto writer = VideoWriter::Create(folder.Path("a.mp4"), 64, 48, 25);
+  ASSERT_TRUE(writer.ok());
+  for (const std::string& name : folder.List()) {
+    if (name.rfind(".a.mp4.tmp-", 0) == 0) {
+      std::filesystem::remove(folder.Path(name));
+      std::filesystem::create_symlink(victim, folder.Path(name));
+    }
+  }
+  ASSERT_TRUE((*writer)->Write(Flat(64, 48, 1, 2, 3)).ok());
+  static_cast<void>((*writer)->Finish());
+  EXPECT_EQ(FileBytes(victim), "keep me");
+}
+
 TEST(Video, FailureAtTheEndIsReported) {
   const TempFolder folder;
   const PathOverride path(FakeFfmpeg(folder, "while read -r line; do :; done\nexit 7\n"));
