@@ -2,11 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/history_bytes.h"
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 
 #include <fmt/format.h>
 
+#include "core/checksum.h"
 #include "denoise/denoiser_impl.h"
 
 namespace stillray {
@@ -24,7 +27,15 @@ struct Header {
   uint32_t flags = 0;
   uint32_t held_planes = 0;  ///< bit n: the n-th plane of VisitHeldPlanes is there
   float feedback_progress = 0;
+  uint64_t checksum = 0;  ///< of all bytes, with this as 0
 };
+static_assert(sizeof(Header) == 48, "no bytes between members");
+
+uint64_t ChecksumOf(Header header, std::span<const uint8_t> payload) {
+  header.checksum = 0;
+  const std::span<const uint8_t> bytes(reinterpret_cast<const uint8_t*>(&header), sizeof(Header));
+  return AddToChecksum(payload, AddToChecksum(bytes));
+}
 
 /// Calls visit(plane) for every plane of the state, in the order of the file.
 template <typename State, typename Visit>
@@ -89,6 +100,13 @@ bool MakePlanes(const Header& header, HeldGuides* held) {
     held->guides.id = Plane<uint32_t>(header.width, header.height);
   }
   return mask == 0;
+}
+
+bool HoldsNan(const float* row, int width) {
+  return std::any_of(row, row + width, [](float value) { return std::isnan(value); });
+}
+bool HoldsNan(const uint32_t* /*row*/, int /*width*/) {
+  return false;
 }
 
 bool BeginsWith(std::span<const uint8_t> bytes, const char (&magic)[8]) {
@@ -157,6 +175,8 @@ std::vector<uint8_t> HistoryToBytes(const DenoiserState& state) {
       bytes.insert(bytes.end(), row, row + static_cast<size_t>(plane.width()) * 4);
     }
   });
+  header.checksum = ChecksumOf(header, std::span(bytes).subspan(sizeof(Header)));
+  std::memcpy(bytes.data(), &header, sizeof(Header));
   return bytes;
 }
 
@@ -185,6 +205,9 @@ Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, const Kep
     return Status::BadData(fmt::format("saved history has {} bytes, expected {}", bytes.size(),
                                        sizeof(Header) + PayloadBytes(header)));
   }
+  if (ChecksumOf(header, bytes.subspan(sizeof(Header))) != header.checksum) {
+    return Status::BadData("saved history is damaged: its checksum is another");
+  }
   DenoiserState state(header.width, header.height, header.signal_count, kinds.compressed,
                       kinds.behind, border);
   state.has_history = (header.flags & 1u) != 0;
@@ -201,13 +224,19 @@ Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, const Kep
     std::memcpy(&signal.compressed_scale, from, sizeof(float));
     from += sizeof(float);
   }
+  bool any_nan = false;
   VisitPlanes(state, [&](auto& plane) {
     for (int y = 0; y < plane.height(); ++y) {
       const size_t row_bytes = static_cast<size_t>(plane.width()) * 4;
       std::memcpy(static_cast<void*>(plane.Row(y)), from, row_bytes);
       from += row_bytes;
+      any_nan = any_nan || HoldsNan(plane.Row(y), plane.width());
     }
   });
+  // A NaN in the history would stay for good; no denoiser writes one.
+  if (any_nan) {
+    return Status::BadData("saved history holds values that are no numbers");
+  }
   return state;
 }
 

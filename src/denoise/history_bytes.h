@@ -47,12 +47,12 @@ Status CheckClaims(const HistoryClaims& claims, const KeptHistory& kept);
 /// Whether bytes begin as those of HistoryToBytes.
 bool IsHistoryOfCpu(std::span<const uint8_t> bytes);
 
-/// The state as bytes: a header (magic, version, sizes, flags), then all planes row by row, in the
-/// byte order of the machine. Equal states give equal bytes.
+/// The state as bytes: a header (magic, version, sizes, flags, checksum), then all planes row by
+/// row, in the byte order of the machine. Equal states give equal bytes.
 std::vector<uint8_t> HistoryToBytes(const DenoiserState& state);
 
 /// \param border  of the guides
-/// \return kBadData saying what does not fit
+/// \return kBadData saying what does not fit, or is damaged
 Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, const KeptHistory& kept,
                                        int border);
 

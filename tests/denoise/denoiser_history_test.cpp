@@ -3,9 +3,13 @@
 
 // What the denoiser remembers of earlier frames: how it finds it again, saves it, and when it
 // forgets.
+#include <cstring>
+#include <limits>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/checksum.h"
 #include "denoise/make_denoiser.h"
 #include "denoise/test_frames.h"
 #include "stillray/denoise.hpp"
@@ -62,6 +66,37 @@ TEST(Denoiser, DamagedHistoryIsRefused) {
               HasSubstr("3 signals, the settings ask for 1"));
   saved[0] = 'x';
   EXPECT_EQ(d.RestoreHistory(saved).code(), StatusCode::kBadData);
+}
+
+// Damage anywhere is found: a wrong value in the history would stay for many frames.
+TEST(Denoiser, HistoryWithAnyByteChangedIsRefused) {
+  Denoiser d = MakeDenoiser(PresetSettings("default").value());
+  DenoisedFrame out;
+  ASSERT_TRUE(d.Denoise(MakeBusyFrame(16, 16, 0), &out).ok());
+  const std::vector<uint8_t> saved = d.SaveHistory().value();
+  for (size_t at = 0; at < saved.size(); at += at < 64 ? 1 : 97) {
+    std::vector<uint8_t> damaged = saved;
+    damaged[at] ^= 0x10;
+    ASSERT_EQ(d.RestoreHistory(damaged).code(), StatusCode::kBadData) << "byte " << at;
+  }
+  EXPECT_EQ(d.SaveHistory().value(), saved) << "history changed by a failure";
+}
+
+TEST(Denoiser, HistoryWithNanIsRefused) {
+  Denoiser d = MakeDenoiser(PresetSettings("default").value());
+  DenoisedFrame out;
+  ASSERT_TRUE(d.Denoise(MakeBusyFrame(16, 16, 0), &out).ok());
+  std::vector<uint8_t> saved = d.SaveHistory().value();
+  constexpr size_t kChecksumAt = 40;
+  constexpr size_t kHeaderBytes = 48;
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  std::memcpy(saved.data() + kHeaderBytes + 400, &nan, sizeof(nan));
+  std::memset(saved.data() + kChecksumAt, 0, sizeof(uint64_t));
+  const uint64_t sum = AddToChecksum(saved);
+  std::memcpy(saved.data() + kChecksumAt, &sum, sizeof(sum));
+  const Status status = d.RestoreHistory(saved);
+  EXPECT_EQ(status.code(), StatusCode::kBadData);
+  EXPECT_THAT(status.message(), HasSubstr("no numbers"));
 }
 
 TEST(Denoiser, HistoryLengthOfAStillView) {

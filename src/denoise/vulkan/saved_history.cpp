@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "core/check.h"
+#include "core/checksum.h"
 #include "denoise/history_bytes.h"
 
 namespace stillray::vulkan {
@@ -47,17 +48,6 @@ static_assert(sizeof(Header) == 48, "no bytes between members");
 constexpr uint32_t kAllColours = (1u << kGuideColours) - 1;
 constexpr uint32_t kAlbedoColours = 7;
 
-/// FNV-1a, by words of eight bytes.
-uint64_t AddToChecksum(std::span<const uint8_t> bytes, uint64_t sum) {
-  for (size_t at = 0; at < bytes.size(); at += sizeof(uint64_t)) {
-    uint64_t word = 0;
-    std::memcpy(&word, bytes.data() + at, std::min(sizeof(word), bytes.size() - at));
-    sum = (sum ^ word) * 0x100000001b3u;
-    sum ^= sum >> 32;  // the upper bits of words count for the lower ones of the sum
-  }
-  return sum;
-}
-
 size_t TexelBytes(VkFormat format) {
   switch (format) {
     case VK_FORMAT_R16_UNORM:
@@ -81,7 +71,7 @@ size_t BytesOf(const gpu::Image& image) {
 uint64_t Checksum(Header header, std::span<const uint8_t> behind) {
   header.checksum = 0;
   const std::span<const uint8_t> bytes(reinterpret_cast<const uint8_t*>(&header), sizeof(Header));
-  return AddToChecksum(behind, AddToChecksum(bytes, 0xcbf29ce484222325u));
+  return AddToChecksum(behind, AddToChecksum(bytes));
 }
 
 /// Bytes of all images that a header speaks of.
