@@ -234,6 +234,7 @@ Result<std::unique_ptr<DeviceRenderer>> MakeRenderer(const BenchArguments& a, co
                                                      const RenderSettings& settings) {
   TraceOptions options;
   options.may_fall_back = a.device == "auto";
+  options.keep_going = [] { return !Interrupted(); };
   Result<std::unique_ptr<DeviceRenderer>> made =
       DeviceRenderer::Create(device, scene, settings, options);
   if (made.ok()) {
@@ -249,7 +250,7 @@ Status RunFramesBench(const BenchArguments& a) {
   CatchInterrupts();
   const Result<Device> device = OpenDeviceOption(a.device, "rendering");
   STILLRAY_RETURN_IF_ERROR(device.status());
-  const Result<Scene> scene = LoadScene(a.render.scene);
+  const Result<Scene> scene = LoadScene(a.render.scene, [] { return !Interrupted(); });
   STILLRAY_RETURN_IF_ERROR(scene.status());
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const std::string& size : a.sizes) {

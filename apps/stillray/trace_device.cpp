@@ -35,6 +35,7 @@ Result<std::unique_ptr<DeviceRenderer>> DeviceRenderer::Create(const Device& dev
   if (made->renderer_ == nullptr) {
     STILLRAY_RETURN_IF_ERROR(made->MakeOnCpu(settings));
   }
+  made->options_.keep_going = nullptr;  // what it refers to may end now
   return made;
 }
 
@@ -62,7 +63,7 @@ Status DeviceRenderer::MakeOnDevice(const Device& device, const RenderSettings& 
 }
 
 Status DeviceRenderer::MakeOnCpu(const RenderSettings& settings) {
-  Result<std::unique_ptr<Renderer>> made = Renderer::Create(scene_, settings);
+  Result<std::unique_ptr<Renderer>> made = Renderer::Create(scene_, settings, options_.keep_going);
   STILLRAY_RETURN_IF_ERROR(made.status());
   renderer_ = std::move(*made);
   on_device_ = false;

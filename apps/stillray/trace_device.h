@@ -21,6 +21,8 @@ struct TraceOptions {
   /// Milliseconds that a submission to the device may take, roughly: who else wants to use it waits
   /// for as long, and so does a call that is cancelled.
   double submission_ms = 200;
+  /// While DeviceRenderer::Create prepares the scene on the CPU; see Renderer::Create.
+  KeepGoing keep_going;
 };
 
 /// A renderer on a device, which goes on on the CPU when the device fails. What is wrong with

@@ -102,10 +102,13 @@ using RenderProgress = std::function<bool(double fraction)>;
 class Renderer {
  public:
   /// Builds the BVH and the light tables. `scene` must outlive the renderer and stay as it is.
+  /// \param keep_going  called now and then, from any thread; return false to cancel
   /// \return kInvalidArgument naming the setting that is out of range, or the element of the scene
-  ///         that contradicts itself; kUnsupported if the ray tracer cannot run; kOutOfMemory
+  ///         that contradicts itself; kUnsupported if the ray tracer cannot run; kOutOfMemory;
+  ///         kCancelled
   static Result<std::unique_ptr<Renderer>> Create(const Scene& scene,
-                                                  const RenderSettings& settings);
+                                                  const RenderSettings& settings,
+                                                  const KeepGoing& keep_going = {});
   virtual ~Renderer() = default;
 
   /// Other settings from the next frame on; the scene need not be prepared again. The random

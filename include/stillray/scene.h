@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <string>
 #include <vector>
@@ -158,6 +159,8 @@ struct Scene {
   std::vector<AnimationChannel> animation;
   Environment environment;
   std::vector<std::string> warnings;  ///< what was left out or mended while loading, one line each
+  /// Of all files that the scene was read from: other content, another sum. 0: it was made.
+  uint64_t checksum = 0;
 
   size_t TriangleCount() const;    ///< with every instance counted
   double AnimationLength() const;  ///< seconds; the last keyframe's time, 0 if nothing is animated
@@ -173,6 +176,9 @@ struct Aabb {
 /// Bounds of all instances at `seconds`.
 Aabb SceneBounds(const Scene& scene, double seconds);
 
+/// Called now and then during long work, from several threads at once. Return false to cancel.
+using KeepGoing = std::function<bool()>;
+
 /// Reads a .gltf or .glb file with everything that it refers to. Extensions that it knows:
 /// KHR_lights_punctual, KHR_materials_emissive_strength, _ior, _transmission, _unlit (as emission),
 /// _volume, KHR_mesh_quantization, KHR_texture_transform, EXT_texture_webp. Also
@@ -182,12 +188,13 @@ Aabb SceneBounds(const Scene& scene, double seconds);
 /// Scene::warnings. Textures are at most 16384 texels wide and high. Nodes may mirror (negative
 /// determinant): front faces are then the clockwise ones, as glTF 2.0 (3.7.4) says.
 /// \return kNotFound, kBadData (message names the file, the element and what is wrong with it) or
-///         kUnsupported (a required extension that stillray lacks, by name)
-Result<Scene> LoadGltf(const std::string& path);
+///         kUnsupported (a required extension that stillray lacks, by name), kCancelled
+Result<Scene> LoadGltf(const std::string& path, const KeepGoing& keep_going = {});
 
 /// The same from memory (a .glb, or .gltf text); external files are looked up in `base_folder`, or
 /// refused if that is empty. Safe on any bytes.
-Result<Scene> LoadGltfFromMemory(const uint8_t* data, size_t size, const std::string& base_folder);
+Result<Scene> LoadGltfFromMemory(const uint8_t* data, size_t size, const std::string& base_folder,
+                                 const KeepGoing& keep_going = {});
 
 /// Makes one of the scenes that need no file: "cornell", "spheres", "lights".
 /// \return kNotFound with the list of names if there is no such scene
@@ -195,6 +202,6 @@ Result<Scene> MakeBuiltinScene(const std::string& name);
 std::vector<std::string> BuiltinSceneNames();
 
 /// `spec` is "builtin:NAME" or the path of a .gltf or .glb file.
-Result<Scene> LoadScene(const std::string& spec);
+Result<Scene> LoadScene(const std::string& spec, const KeepGoing& keep_going = {});
 
 }  // namespace stillray

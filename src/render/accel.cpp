@@ -210,7 +210,7 @@ class EmbreeAccel final : public Accel {
   explicit EmbreeAccel(const ShadowFilter& filter) : filter_(filter) {}
 
   Status Build(const Scene& scene, const std::vector<AccelInstance>& instances,
-               const std::vector<mat4>& transforms);
+               const std::vector<mat4>& transforms, const KeepGoing& keep_going);
   Status Update(const std::vector<mat4>& transforms) override;
   void IntersectCoherent(const RayBatch& rays, HitBatch* hits) const override;
   void IntersectIncoherent(const RayBatch& rays, HitBatch* hits) const override;
@@ -222,6 +222,10 @@ class EmbreeAccel final : public Accel {
     static_cast<EmbreeAccel*>(self)->bytes_ += bytes;
     return true;
   }
+  static bool Monitor(void* self, double /*steps*/) {
+    return static_cast<EmbreeAccel*>(self)->GoesOn();
+  }
+  bool GoesOn() const { return !keep_going_ || keep_going_(); }
   Status Commit(RTCScene scene, const char* what);
   Status BuildStatic(const Scene& scene, const std::vector<AccelInstance>& instances,
                      const std::vector<mat4>& transforms);
@@ -232,6 +236,7 @@ class EmbreeAccel final : public Accel {
                  const AccelInstance& instance, uint32_t id);
 
   const ShadowFilter& filter_;
+  KeepGoing keep_going_;           // while the BVHs are built
   std::atomic<int64_t> bytes_{0};  // before the device, which still counts when it goes
   DeviceHandle device_;
   SceneHandle static_scene_;
@@ -253,6 +258,9 @@ class EmbreeAccel final : public Accel {
 Status EmbreeAccel::Commit(RTCScene scene, const char* what) {
   rtcCommitScene(scene);
   const RTCError error = rtcGetDeviceError(device_.get());
+  if (error == RTC_ERROR_CANCELLED) {
+    return Status::Cancelled();
+  }
   if (error == RTC_ERROR_OUT_OF_MEMORY) {
     return Status::OutOfMemory(fmt::format("building the BVH of {}: out of memory", what));
   }
@@ -267,11 +275,15 @@ SceneHandle EmbreeAccel::NewScene(RTCBuildQuality quality, RTCSceneFlags flags) 
   SceneHandle scene(rtcNewScene(device_.get()));
   rtcSetSceneBuildQuality(scene.get(), quality);
   rtcSetSceneFlags(scene.get(), flags);
+  rtcSetSceneProgressMonitorFunction(scene.get(), Monitor, this);
   return scene;
 }
 
 Status EmbreeAccel::AddMesh(RTCScene target, const Mesh& mesh, const mat4& transform,
                             const AccelInstance& instance, uint32_t id) {
+  if (!GoesOn()) {
+    return Status::Cancelled();
+  }
   const GeometryHandle geometry(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
   if (!FillGeometry(geometry.get(), mesh, transform,
                     instance.instanced ? nullptr : instance.placed)) {
@@ -338,7 +350,8 @@ Status EmbreeAccel::BuildInstanced(const Scene& scene,
 }
 
 Status EmbreeAccel::Build(const Scene& scene, const std::vector<AccelInstance>& instances,
-                          const std::vector<mat4>& transforms) {
+                          const std::vector<mat4>& transforms, const KeepGoing& keep_going) {
+  keep_going_ = keep_going;
   // No threads of its own: it runs on the pool that everything else uses.
   device_.reset(rtcNewDevice("start_threads=0,set_affinity=0"));
   if (!device_) {
@@ -367,7 +380,9 @@ Status EmbreeAccel::Build(const Scene& scene, const std::vector<AccelInstance>& 
     STILLRAY_RETURN_IF_ERROR(BuildInstanced(scene, instances));
     root_ = top_scene_.get();
   }
-  return Update(transforms);
+  const Status updated = Update(transforms);
+  keep_going_ = nullptr;  // frames are cancelled elsewhere
+  return updated;
 }
 
 void EmbreeAccel::UpdateFlat(const std::vector<mat4>& transforms) {
@@ -454,9 +469,10 @@ bool IsInvertible(const mat4& transform) {
 Result<std::unique_ptr<Accel>> Accel::Create(const Scene& scene,
                                              const std::vector<AccelInstance>& instances,
                                              const std::vector<mat4>& transforms,
-                                             const ShadowFilter& filter) {
+                                             const ShadowFilter& filter,
+                                             const KeepGoing& keep_going) {
   auto accel = std::make_unique<EmbreeAccel>(filter);
-  STILLRAY_RETURN_IF_ERROR(accel->Build(scene, instances, transforms));
+  STILLRAY_RETURN_IF_ERROR(accel->Build(scene, instances, transforms, keep_going));
   return std::unique_ptr<Accel>(std::move(accel));
 }
 

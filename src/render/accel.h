@@ -88,11 +88,13 @@ class Accel {
  public:
   /// \param transforms  of each instance to the world, now
   /// \param filter      must outlive the result; asked only about see_through instances
-  /// \return kOutOfMemory; kUnsupported if the Embree library lacks a needed feature
+  /// \param keep_going  called now and then while BVHs are built, from any thread; may be empty
+  /// \return kOutOfMemory; kUnsupported if the Embree library lacks a needed feature; kCancelled
   static Result<std::unique_ptr<Accel>> Create(const Scene& scene,
                                                const std::vector<AccelInstance>& instances,
                                                const std::vector<mat4>& transforms,
-                                               const ShadowFilter& filter);
+                                               const ShadowFilter& filter,
+                                               const KeepGoing& keep_going = {});
   virtual ~Accel() = default;
 
   /// Moves the moving instances.

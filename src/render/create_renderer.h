@@ -15,6 +15,7 @@ namespace stillray::render {
 /// \param logs  if not null, must outlive the renderer and gets all its rays; frames must then be
 ///              rendered on one thread
 Result<std::unique_ptr<Renderer>> CreateRenderer(const Scene& scene, const RenderSettings& settings,
-                                                 LightStrategy strategy, RayLogs* logs = nullptr);
+                                                 LightStrategy strategy, RayLogs* logs = nullptr,
+                                                 const KeepGoing& keep_going = {});
 
 }  // namespace stillray::render

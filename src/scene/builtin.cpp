@@ -50,11 +50,11 @@ Result<Scene> MakeBuiltinScene(const std::string& name) {
                                       Printable(name), fmt::join(BuiltinSceneNames(), ", ")));
 }
 
-Result<Scene> LoadScene(const std::string& spec) {
+Result<Scene> LoadScene(const std::string& spec, const KeepGoing& keep_going) {
   if (spec.compare(0, kBuiltinPrefix.size(), kBuiltinPrefix) == 0) {
     return MakeBuiltinScene(spec.substr(kBuiltinPrefix.size()));
   }
-  return LoadGltf(spec);
+  return LoadGltf(spec, keep_going);
 }
 
 }  // namespace stillray

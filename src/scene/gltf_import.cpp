@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 
+#include "core/checksum.h"
 #include "core/lower_case.h"
 #include "scene/data_uri.h"
 #include "scene/mesh_tools.h"
@@ -102,8 +103,18 @@ void Complete(GltfImport* import) {
   }
 }
 
-Result<Scene> Import(ByteSpan bytes, const std::string& base_folder) {
+/// Of everything that the scene was read from.
+uint64_t ChecksumOf(ByteSpan bytes, const GltfDocument& document) {
+  uint64_t sum = AddToChecksum(bytes);
+  for (const auto& [name, content] : document.files) {
+    sum = AddToChecksum(*content, sum);
+  }
+  return sum;
+}
+
+Result<Scene> Import(ByteSpan bytes, const std::string& base_folder, const KeepGoing& keep_going) {
   GltfImport import;
+  import.keep_going = keep_going;
   STILLRAY_RETURN_IF_ERROR(ParseGltf(bytes, base_folder, &import.document));
   const auto load_buffers = [](GltfImport* state) {
     LoadBuffers(&state->document, &state->log);
@@ -113,9 +124,13 @@ Result<Scene> Import(ByteSpan bytes, const std::string& base_folder) {
   for (void (*step)(GltfImport*) :
        {&CheckExtensions, static_cast<void (*)(GltfImport*)>(load_buffers), &ImportNodes,
         &ImportMaterials, &ImportTextures, &ImportMeshes, &ImportAnimations, &Complete}) {
+    if (!import.GoesOn()) {
+      return Status::Cancelled();
+    }
     step(&import);
     STILLRAY_RETURN_IF_ERROR(import.log.status());
   }
+  import.scene.checksum = ChecksumOf(bytes, import.document);
   import.scene.warnings = import.log.TakeWarnings();
   return std::move(import.scene);
 }
@@ -132,6 +147,13 @@ bool MayBeGltf(ByteSpan bytes) {
 
 }  // namespace
 
+bool GltfImport::GoesOn() {
+  if (!cancelled && keep_going && !keep_going()) {
+    cancelled = true;
+  }
+  return !cancelled;
+}
+
 bool GltfImport::Charge(const std::string& user, uint64_t count) {
   if (count > elements_left) {
     log.Fail(
@@ -143,15 +165,16 @@ bool GltfImport::Charge(const std::string& user, uint64_t count) {
   return true;
 }
 
-Result<Scene> LoadGltfFromMemory(const uint8_t* data, size_t size, const std::string& base_folder) {
+Result<Scene> LoadGltfFromMemory(const uint8_t* data, size_t size, const std::string& base_folder,
+                                 const KeepGoing& keep_going) {
   try {
-    return Import(ByteSpan(data, size), base_folder);
+    return Import(ByteSpan(data, size), base_folder, keep_going);
   } catch (const std::bad_alloc&) {
     return Status::OutOfMemory(fmt::format("no memory for a scene of {} bytes", size));
   }
 }
 
-Result<Scene> LoadGltf(const std::string& path) {
+Result<Scene> LoadGltf(const std::string& path, const KeepGoing& keep_going) {
   if (path.empty()) {
     return Status::InvalidArgument(
         fmt::format("the scene's name is empty, expected {}", kExpected));
@@ -168,7 +191,10 @@ Result<Scene> LoadGltf(const std::string& path) {
   }
   const std::filesystem::path parent = std::filesystem::path(path).parent_path();
   const std::string folder = (parent.empty() ? std::filesystem::path(".") : parent).string();
-  Result<Scene> scene = LoadGltfFromMemory(bytes->data(), bytes->size(), folder);
+  Result<Scene> scene = LoadGltfFromMemory(bytes->data(), bytes->size(), folder, keep_going);
+  if (scene.status().code() == StatusCode::kCancelled) {
+    return scene.status();
+  }
   if (!scene.ok()) {
     return Status(scene.status().code(),
                   fmt::format("{}: {}", Printable(path), scene.status().message()));

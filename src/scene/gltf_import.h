@@ -5,6 +5,7 @@
 /// they are declared; after each the log says whether to go on.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -35,6 +36,12 @@ struct GltfImport {
   /// Elements (vertices, triangle corners, keyframe values) that may still be read: accessors can
   /// be named any number of times, so a small file could otherwise fill any memory.
   uint64_t elements_left = 0;
+
+  KeepGoing keep_going;  ///< may be empty
+  std::atomic<bool> cancelled{false};
+
+  /// Whether work is to go on; any thread may ask. Once not, never again.
+  bool GoesOn();
 
   JsonView Root() { return document.Root(&log); }
   /// Takes `count` elements off the budget; false, with a failure in the log, if it is used up.

@@ -462,9 +462,16 @@ void ImportMeshes(GltfImport* import) {
     return;
   }
   tbb::parallel_for(size_t{0}, primitives.size(), [&](size_t i) {
+    if (!import->GoesOn()) {
+      return;
+    }
     primitives[i].view = primitives[i].view.WithLog(&primitives[i].log);
     ReadPrimitive(import->document, import->scene.materials, &primitives[i]);
   });
+  if (import->cancelled) {
+    import->log.Fail(Status::Cancelled());
+    return;
+  }
   std::vector<int> scene_mesh(primitives.size(), -1);
   for (size_t i = 0; i < primitives.size(); ++i) {
     import->log.Append(primitives[i].log);

@@ -106,6 +106,10 @@ void ImportTextures(GltfImport* import) {
   }
   std::vector<Status> results(encoded.size());
   tbb::parallel_for(size_t{0}, encoded.size(), [&](size_t i) {
+    if (!import->GoesOn()) {
+      results[i] = Status::Cancelled();
+      return;
+    }
     Result<std::vector<uint8_t>> texels = DecodeImage(encoded[i].bytes, encoded[i].info);
     if (!texels.ok()) {
       results[i] = texels.status();
@@ -116,6 +120,10 @@ void ImportTextures(GltfImport* import) {
     texture.height = encoded[i].info.height;
     texture.texels = std::move(texels).value();
   });
+  if (import->cancelled) {
+    import->log.Fail(Status::Cancelled());
+    return;
+  }
   for (size_t i = 0; i < results.size(); ++i) {
     if (!results[i].ok()) {
       import->log.Fail(Relabel(TextureLabel(*import, i) + FileName(import, i), results[i]));

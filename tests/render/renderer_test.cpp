@@ -3,6 +3,7 @@
 #include "stillray/render.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -469,6 +470,25 @@ TEST(LastRayTest, LeavingItOutChangesNothing) {
       EXPECT_EQ(without, with) << name;
     }
   }
+}
+
+TEST(RendererTest, PreparingASceneCanBeStopped) {
+  SceneBuilder builder;
+  for (int i = 0; i < 10; ++i) {
+    builder.Add(Quad(vec3(-1, -1, -5 - i), vec3(2, 0, 0), vec3(0, 2, 0)), Lambert(vec3(0.5f)));
+  }
+  int stopped = 0;
+  for (int stop_at = 1;; ++stop_at) {
+    std::atomic<int> calls{0};
+    const auto renderer = Renderer::Create(builder.scene, SmallSettings(4, 4, 1),
+                                           [&] { return calls.fetch_add(1) + 1 < stop_at; });
+    if (renderer.ok()) {
+      break;
+    }
+    ASSERT_EQ(renderer.status().code(), StatusCode::kCancelled) << renderer.status().message();
+    ++stopped;
+  }
+  EXPECT_GE(stopped, 10);
 }
 
 }  // namespace

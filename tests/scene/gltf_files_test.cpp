@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <filesystem>
 
 #include "scene/data_uri.h"
@@ -145,6 +146,52 @@ TEST(GltfFiles, AFolderIsNoScene) {
 
 TEST(GltfFiles, NamesOfFilesAreMadePrintable) {
   ExpectError(LoadGltf("/no/such\nscene.glb"), StatusCode::kNotFound, {"/no/such\\nscene.glb"});
+}
+
+TEST(GltfFiles, LoadingCanBeStoppedAnywhere) {
+  GltfBuilder builder;
+  for (int i = 0; i < 20; ++i) {
+    builder.AddTriangle();
+  }
+  const std::vector<uint8_t> bytes = builder.Glb();
+  int stopped = 0;
+  for (int stop_at = 1;; ++stop_at) {
+    std::atomic<int> calls{0};
+    const Result<Scene> scene = LoadGltfFromMemory(
+        bytes.data(), bytes.size(), "", [&] { return calls.fetch_add(1) + 1 < stop_at; });
+    if (scene.ok()) {
+      EXPECT_LT(calls, stop_at);
+      break;
+    }
+    ASSERT_EQ(scene.status().code(), StatusCode::kCancelled) << scene.status().message();
+    ++stopped;
+  }
+  // At every step of the import and at every primitive.
+  EXPECT_GE(stopped, 20);
+}
+
+TEST(GltfFiles, TheChecksumFollowsEveryFile) {
+  const TemporaryFolder folder;
+  const auto load = [&](const std::vector<uint8_t>& buffer, const std::vector<uint8_t>& picture) {
+    folder.Write("geometry.bin", buffer);
+    folder.Write("wood.png", picture);
+    const std::string text = WithFiles("geometry.bin", "wood.png").Text();
+    const Result<Scene> scene =
+        LoadGltf(folder.Write("scene.gltf", std::vector<uint8_t>(text.begin(), text.end())));
+    EXPECT_TRUE(scene.ok()) << scene.status().message();
+    return scene.ok() ? scene->checksum : 0;
+  };
+  const std::vector<uint8_t> picture = test::EncodePng(test::TestTexels(2, 2), 2, 2);
+  const uint64_t first = load(TriangleBytes(), picture);
+  EXPECT_NE(first, 0u);
+  EXPECT_EQ(load(TriangleBytes(), picture), first);
+  std::vector<uint8_t> longer = picture;
+  longer.push_back(0);  // behind the end of the picture
+  EXPECT_NE(load(TriangleBytes(), longer), first);
+  std::vector<uint8_t> other = TriangleBytes();
+  other[12] ^= 1;
+  EXPECT_NE(load(other, picture), first);
+  EXPECT_EQ(MakeBuiltinScene("cornell")->checksum, 0u);
 }
 
 TEST(DataUri, DecodesWithAndWithoutPadding) {

@@ -3,9 +3,11 @@
 #include "view/loaded_scene.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <mutex>
 #include <vector>
 
 #include <fmt/format.h>
@@ -50,6 +52,19 @@ class Phases {
   Status At(const std::string& what, double fraction) {
     return Tell({what, step_ - 1, steps_, fraction});
   }
+  /// For work on several threads: the report is called from one at a time.
+  KeepGoing KeepGoingWith(const std::string& what) {
+    return [this, what] {
+      constexpr std::chrono::milliseconds kInterval(20);
+      const std::lock_guard<std::mutex> lock(mutex_);
+      const auto now = std::chrono::steady_clock::now();
+      if (now - asked_ > kInterval) {
+        asked_ = now;
+        goes_on_ = At(what, -1).ok();
+      }
+      return goes_on_;
+    };
+  }
 
  private:
   Status Tell(const LoadPhase& phase) {
@@ -59,6 +74,9 @@ class Phases {
   int step_ = 0;
   int steps_;
   const LoadReport& report_;
+  std::mutex mutex_;
+  std::chrono::steady_clock::time_point asked_;
+  bool goes_on_ = true;
 };
 
 /// Brings a file into the system's memory, so that a slow disk shows, and can be given up. Errors
@@ -95,9 +113,10 @@ Result<LoadedScene> LoadForView(const SceneRequest& request, const ViewSettings&
   STILLRAY_RETURN_IF_ERROR(phases.Begin("reading " + FileName(request.scene)));
   STILLRAY_RETURN_IF_ERROR(Fetch(request.scene, &phases));
   const std::string outline = ToText(OutlineOf(request.scene));
-  STILLRAY_RETURN_IF_ERROR(
-      phases.Begin("unpacking " + (outline.empty() ? FileName(request.scene) : outline)));
-  Result<Scene> scene = LoadScene(request.scene);
+  const std::string unpacking =
+      "unpacking " + (outline.empty() ? FileName(request.scene) : outline);
+  STILLRAY_RETURN_IF_ERROR(phases.Begin(unpacking));
+  Result<Scene> scene = LoadScene(request.scene, phases.KeepGoingWith(unpacking));
   if (!scene.ok()) {
     return scene.status();
   }
@@ -108,10 +127,12 @@ Result<LoadedScene> LoadForView(const SceneRequest& request, const ViewSettings&
     STILLRAY_RETURN_IF_ERROR(phases.Begin("reading " + FileName(request.environment)));
     STILLRAY_RETURN_IF_ERROR(AddEnvironment(request.environment, loaded.scene.get()));
   }
-  STILLRAY_RETURN_IF_ERROR(
-      phases.Begin(fmt::format("building the BVH of {} triangles", loaded.scene->TriangleCount())));
+  const std::string building =
+      fmt::format("building the BVH of {} triangles", loaded.scene->TriangleCount());
+  STILLRAY_RETURN_IF_ERROR(phases.Begin(building));
   TraceOptions options;
   options.submission_ms = kSubmissionMs;
+  options.keep_going = phases.KeepGoingWith(building);
   Result<std::unique_ptr<DeviceRenderer>> renderer = DeviceRenderer::Create(
       device, *loaded.scene, RenderSettingsFor(settings, settings.rate, settings.scale), options);
   if (!renderer.ok()) {
