@@ -69,7 +69,6 @@ DeviceMemory ImagesOf(const Frame& f) {
   }
   add_all(g.motion);
   add(g.id);
-  sum.allocations = sum.resources;
   return sum;
 }
 
@@ -88,6 +87,17 @@ std::string Milliseconds(double ms) {
 
 std::string Count(uint32_t count) {
   return count > 0 ? std::to_string(count) : "-";
+}
+
+/// What is not known is left out: 0 would be a figure.
+nlohmann::ordered_json KnownMemoryJson(const std::string& name, const DeviceMemory& memory) {
+  nlohmann::ordered_json json = {{"name", name}};
+  for (const auto& [key, value] : DeviceMemoryJson(memory).items()) {
+    if (value.get<uint64_t>() > 0) {
+      json[key] = value;
+    }
+  }
+  return json;
 }
 
 std::string Megabytes(uint64_t bytes) {
@@ -196,9 +206,7 @@ nlohmann::ordered_json FramesBench::Json() const {
   }
   auto memory = nlohmann::ordered_json::array();
   for (const Part& part : Parts()) {
-    nlohmann::ordered_json json = DeviceMemoryJson(part.memory);
-    json["name"] = part.name;
-    memory.push_back(json);
+    memory.push_back(KnownMemoryJson(part.name, part.memory));
   }
   return {{"configurations", configurations}, {"memory", memory}};
 }
