@@ -27,7 +27,9 @@
 #include "denoise_settings.h"
 #include "denoise_writer.h"
 #include "device_option.h"
+#include "finished_files.h"
 #include "interrupt.h"
+#include "io/atomic_file.h"
 #include "io/text.h"
 #include "json_output.h"
 #include "output_folder.h"
@@ -56,7 +58,9 @@ class DenoiseRun {
   DenoiseRun(const DenoiseOptions& options, int threads)
       : options_(options),
         threads_(threads),
-        folder_(std::filesystem::path(options.files.front().output).parent_path().string()) {}
+        folder_(std::filesystem::path(options.files.front().output).parent_path().string()),
+        key_("denoise to " +
+             std::filesystem::path(options.files.front().output).filename().string()) {}
 
   Status Run();
 
@@ -69,6 +73,7 @@ class DenoiseRun {
   void TakeWindowOfResumedRun();
   void FallBackToPast(const std::string& why);
   Status CheckInputs();
+  Status CheckFormerInputs(const ResumeState& state) const;
   Status Resume();
   Status DenoiseFile(size_t at);
   void ChooseOverlap(const ExrExtent& first);
@@ -90,6 +95,7 @@ class DenoiseRun {
   int threads_;
   std::string fingerprint_;
   std::string folder_;
+  std::string key_;  ///< of the state for --resume
   size_t next_ = 0;  ///< files that are done: read, denoised and written
   AovLayout layout_;
   Settings settings_;
@@ -107,9 +113,12 @@ class DenoiseRun {
   DenoisedFrame denoised_;
   std::vector<NewLayer> layers_;  ///< of the frame in work
   DenoiseLog log_;
-  DenoisedFrameLog writing_log_;  ///< of the frame that is being written
-  Clock::time_point start_;       ///< of the frames
-  Clock::time_point last_end_;    ///< when the frame before it was done
+  std::vector<FinishedFile> inputs_;   ///< of frames that are done
+  std::vector<FinishedFile> outputs_;  ///< likewise
+  size_t synced_ = 0;                  ///< outputs that were flushed to the disk
+  DenoisedFrameLog writing_log_;       ///< of the frame that is being written
+  Clock::time_point start_;            ///< of the frames
+  Clock::time_point last_end_;         ///< when the frame before it was done
   int64_t written_bytes_ = 0;
   std::optional<Progress> progress_;
   double done_ = 0;  ///< frames denoised and played backward
@@ -160,7 +169,7 @@ void DenoiseRun::TakeWindowOfResumedRun() {
   if (!options_.text.resume || !options_.window_is_chosen) {
     return;
   }
-  const Result<ResumeState> state = LoadResumeState(folder_);
+  const Result<ResumeState> state = LoadResumeState(folder_, key_);
   if (!state.ok()) {
     return;
   }
@@ -248,6 +257,7 @@ Status DenoiseRun::Prepare() {
   fingerprint_ = DenoiseFingerprint(options_) + fmt::format("on {}\n", device_.description());
   STILLRAY_RETURN_IF_ERROR(MakeOutputFolder(folder_));
   STILLRAY_RETURN_IF_ERROR(CheckJsonOutput(options_.text.json_path));
+  io::RemoveStaleTemporaries(folder_);
   STILLRAY_RETURN_IF_ERROR(Resume());
   if (!options_.window_note.empty() && settings_.temporal) {
     PrintTo(stderr, "note: {}\n", options_.window_note);
@@ -279,12 +289,26 @@ Status DenoiseRun::PrepareDenoisers(const ExrExtent& extent) {
   return PrepareFuture(extent);
 }
 
+/// Frames that are done came from the files of then, and those to come continue their history.
+Status DenoiseRun::CheckFormerInputs(const ResumeState& state) const {
+  for (size_t i = 0; i < state.inputs.size() && i < options_.files.size(); ++i) {
+    const Result<FinishedFile> input = LookAtFile("", options_.files[i].input);
+    STILLRAY_RETURN_IF_ERROR(input.status());
+    if (input->bytes != state.inputs[i].bytes || input->checksum != state.inputs[i].checksum) {
+      return Status::InvalidArgument(
+          fmt::format("cannot resume {}: {} has changed since; remove the former to start again",
+                      ResumePath(folder_, key_), options_.files[i].input));
+    }
+  }
+  return Status::Ok();
+}
+
 Status DenoiseRun::Resume() {
-  Result<ResumeState> state = LoadResumeState(folder_);
+  Result<ResumeState> state = LoadResumeState(folder_, key_);
   const bool ours = state.ok() && state->fingerprint == fingerprint_;
   if (!options_.text.resume) {
     if (ours) {
-      RemoveResumeState(folder_);
+      RemoveResumeState(folder_, key_);
     }
     return Status::Ok();
   }
@@ -298,8 +322,15 @@ Status DenoiseRun::Resume() {
   }
   if (!ours) {
     return Status::InvalidArgument(
-        fmt::format("cannot resume {}: {}", ResumePath(folder_),
+        fmt::format("cannot resume {}: {}", ResumePath(folder_, key_),
                     FingerprintDifference(state->fingerprint, fingerprint_)));
+  }
+  STILLRAY_RETURN_IF_ERROR(CheckFormerInputs(*state));
+  const std::string changed = FirstChanged(folder_, state->files);
+  if (!changed.empty()) {
+    PrintTo(stderr, "note: starting again with frame {}: {}\n", options_.files.front().frame,
+            changed);
+    return Status::Ok();
   }
   STILLRAY_RETURN_IF_ERROR(RestoreHistory(state->history));
   Result<DenoiseLog> log = ParseDenoiseLog(state->log);
@@ -307,6 +338,9 @@ Status DenoiseRun::Resume() {
     return log.status();
   }
   log_ = std::move(log.value());
+  inputs_ = std::move(state->inputs);
+  outputs_ = std::move(state->files);
+  synced_ = outputs_.size();
   while (next_ < options_.files.size() && options_.files[next_].frame <= state->last_frame) {
     ++next_;
   }
@@ -417,6 +451,10 @@ Status DenoiseRun::FinishWriting() {
             writing_log_.note);
   }
   STILLRAY_RETURN_IF_ERROR(written.status);
+  const Result<FinishedFile> input = LookAtFile("", writing_log_.input);
+  STILLRAY_RETURN_IF_ERROR(input.status());
+  inputs_.push_back(*input);
+  STILLRAY_RETURN_IF_ERROR(AddFinishedFiles(folder_, {writing_log_.output}, &outputs_));
   writing_log_.write_ms = written.milliseconds;
   writing_log_.elapsed_ms =
       std::chrono::duration<double, std::milli>(written.end - last_end_).count();
@@ -494,12 +532,12 @@ Status DenoiseRun::RestoreHistory(std::span<const uint8_t> bytes) {
   if (splitter_) {
     uint64_t size = 0;
     if (bytes.size() < sizeof(size)) {
-      return Status::BadData(ResumePath(folder_) + " is damaged: it has no history");
+      return Status::BadData(ResumePath(folder_, key_) + " is damaged: it has no history");
     }
     const std::span<const uint8_t> all = bytes.first(bytes.size() - sizeof(size));
     std::memcpy(&size, all.data() + all.size(), sizeof(size));
     if (size > all.size()) {
-      return Status::BadData(ResumePath(folder_) + " is damaged: its history is cut short");
+      return Status::BadData(ResumePath(folder_, key_) + " is damaged: its history is cut short");
     }
     STILLRAY_RETURN_IF_ERROR(splitter_->RestoreHistory(all.subspan(size)));
     bytes = all.first(size);
@@ -509,7 +547,10 @@ Status DenoiseRun::RestoreHistory(std::span<const uint8_t> bytes) {
 
 Status DenoiseRun::SaveState() {
   ResumeState state;
+  state.key = key_;
   state.fingerprint = fingerprint_;
+  state.inputs = inputs_;
+  state.files = outputs_;
   state.log = DenoiseLogJson(options_, layout_, settings_, log_, threads_);
   state.last_frame = options_.files[next_ - 1].frame;
   Result<std::vector<uint8_t>> history = SaveHistory();
@@ -517,7 +558,7 @@ Status DenoiseRun::SaveState() {
   state.history = std::move(history.value());
   last_save_ = Clock::now();
   saved_ = next_;
-  return SaveResumeState(folder_, state);
+  return SaveResumeState(folder_, state, &synced_);
 }
 
 /// Keeps what is done when a frame failed or the user stopped.
@@ -610,7 +651,7 @@ Status DenoiseRun::Run() {
   }
   STILLRAY_RETURN_IF_ERROR(WriteJson());
   if (saved_ > 0) {
-    RemoveResumeState(folder_);
+    RemoveResumeState(folder_, key_);
   }
   Summarise();
   return Status::Ok();

@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "command_line.h"
 #include "commands.h"
 #include "console.h"
 
@@ -71,6 +72,7 @@ int main(int argc, char** argv) {
   // A write past a limit on file sizes then fails with a message instead of ending the program.
   std::signal(SIGXFSZ, SIG_IGN);
   stillray::OccupyClosedStreams();
+  stillray::KeepCommandLine(argc, argv);
   try {
     return stillray::WithOutputWritten(stillray::Main(argc, argv));
   } catch (const std::bad_alloc&) {

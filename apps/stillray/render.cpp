@@ -26,7 +26,7 @@ namespace stillray {
 namespace {
 
 Result<Scene> LoadSceneFor(const RenderOptions& options) {
-  Result<Scene> scene = LoadScene(options.text.scene);
+  Result<Scene> scene = LoadScene(options.text.scene, [] { return !Interrupted(); });
   if (!scene.ok() || options.text.environment.empty()) {
     return scene;
   }
@@ -57,6 +57,9 @@ Status RunRender(const RenderArguments& arguments) {
   SetExrThreads(threads > 1 ? threads : 0);
   CatchInterrupts();
   const Result<Scene> scene = LoadSceneFor(*options);
+  if (scene.status().code() == StatusCode::kCancelled) {
+    return Status(StatusCode::kCancelled, "stopped while the scene was loaded");
+  }
   if (!scene.ok()) {
     return scene.status();
   }

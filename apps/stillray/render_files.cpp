@@ -7,8 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "run_summary.h"
-
 namespace stillray {
 namespace {
 
@@ -43,13 +41,14 @@ void Describe(const RenderOptions& options, const Frame& frame, ExrImage* image)
   image->width = frame.width;
   image->height = frame.height;
   image->attributes["stillray"] = STILLRAY_VERSION;
-  image->attributes["scene"] = options.text.scene;
+  // Pictures are passed on: they name the scene and not the folders above it.
+  image->attributes["scene"] = FileNameOf(options.text.scene);
   image->attributes["frame"] = fmt::format("{}", frame.index);
   image->attributes["jitter"] = fmt::format("{} {}", frame.jitter_x, frame.jitter_y);
 }
 
 Status WritePicture(const RenderOptions& options, const std::string& view, int64_t frame,
-                    const Image3& colour, Rgb8Image* display, int64_t* bytes) {
+                    const Image3& colour, Rgb8Image* display, std::vector<std::string>* written) {
   Rgb8Image picture;
   picture.width = colour.width();
   picture.height = colour.height();
@@ -59,7 +58,7 @@ Status WritePicture(const RenderOptions& options, const std::string& view, int64
   if (options.png) {
     const std::string path = FrameFileName(ViewPattern(options.text.folder, view, "png"), frame);
     status = WritePng(path, picture);
-    *bytes += FileBytes(path);
+    written->push_back(path);
   }
   if (display != nullptr) {
     *display = std::move(picture);
@@ -68,15 +67,14 @@ Status WritePicture(const RenderOptions& options, const std::string& view, int64
 }
 
 Status WriteExrFile(const RenderOptions& options, const std::string& view, int64_t frame,
-                    const ExrImage& image, int64_t* bytes) {
+                    const ExrImage& image, std::vector<std::string>* written) {
   const std::string path = FrameFileName(ViewPattern(options.text.folder, view, "exr"), frame);
-  const Status status = WriteExr(path, image);
-  *bytes += FileBytes(path);
-  return status;
+  written->push_back(path);
+  return WriteExr(path, image);
 }
 
 Status WritePlainView(const RenderOptions& options, const Frame& frame, const std::string& view,
-                      const Image3& colour, int64_t* bytes) {
+                      const Image3& colour, std::vector<std::string>* written) {
   if (options.exr) {
     ExrImage image;
     Describe(options, frame, &image);
@@ -86,9 +84,9 @@ Status WritePlainView(const RenderOptions& options, const Frame& frame, const st
         AddGuide(name, frame, options.exr_type, &image);
       }
     }
-    STILLRAY_RETURN_IF_ERROR(WriteExrFile(options, view, frame.index, image, bytes));
+    STILLRAY_RETURN_IF_ERROR(WriteExrFile(options, view, frame.index, image, written));
   }
-  return WritePicture(options, view, frame.index, colour, nullptr, bytes);
+  return WritePicture(options, view, frame.index, colour, nullptr, written);
 }
 
 }  // namespace
@@ -146,19 +144,19 @@ uint32_t PlanesInFiles(const RenderOptions& options) {
 }
 
 Status WriteFrameFiles(const RenderOptions& options, const Frame& frame, const DenoisedFrame& out,
-                       const Image3* reference, Rgb8Image* display, int64_t* bytes) {
-  *bytes = 0;
+                       const Image3* reference, Rgb8Image* display,
+                       std::vector<std::string>* written) {
   if (options.exr && options.text.save_inputs) {
     STILLRAY_RETURN_IF_ERROR(
-        WriteExrFile(options, "noisy", frame.index, NoisyExr(options, frame), bytes));
+        WriteExrFile(options, "noisy", frame.index, NoisyExr(options, frame), written));
   }
   if (options.exr) {
     STILLRAY_RETURN_IF_ERROR(
-        WriteExrFile(options, "denoised", frame.index, DenoisedExr(options, frame, out), bytes));
+        WriteExrFile(options, "denoised", frame.index, DenoisedExr(options, frame, out), written));
   }
   if (options.png && options.text.save_inputs) {
     STILLRAY_RETURN_IF_ERROR(
-        WritePicture(options, "noisy", frame.index, SumOfLight(frame), nullptr, bytes));
+        WritePicture(options, "noisy", frame.index, SumOfLight(frame), nullptr, written));
   }
   for (const NamedImage& named : out.images) {
     if (IsPictureOutput(named.name)) {
@@ -166,14 +164,14 @@ Status WriteFrameFiles(const RenderOptions& options, const Frame& frame, const D
       for (int c = 0; c < 3; ++c) {
         colour[c] = named.channels[static_cast<size_t>(c)];
       }
-      STILLRAY_RETURN_IF_ERROR(WritePlainView(options, frame, named.name, colour, bytes));
+      STILLRAY_RETURN_IF_ERROR(WritePlainView(options, frame, named.name, colour, written));
     }
   }
   if (reference != nullptr) {
-    STILLRAY_RETURN_IF_ERROR(WritePlainView(options, frame, "reference", *reference, bytes));
+    STILLRAY_RETURN_IF_ERROR(WritePlainView(options, frame, "reference", *reference, written));
   }
   // Last, so that a denoised picture means that the frame is complete.
-  return WritePicture(options, "denoised", frame.index, out.colour, display, bytes);
+  return WritePicture(options, "denoised", frame.index, out.colour, display, written);
 }
 
 }  // namespace stillray

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "render_options.h"
 #include "stillray/denoise.hpp"
@@ -39,8 +40,9 @@ uint32_t PlanesInFiles(const RenderOptions& options);
 /// Writes all files of a finished frame, of which no other planes are read.
 /// \param reference  converged picture, or nullptr
 /// \param display    set to the denoised frame as displayed
-/// \param bytes      set to the size of the files that were written
+/// \param written    gets the paths of the files
 Status WriteFrameFiles(const RenderOptions& options, const Frame& frame, const DenoisedFrame& out,
-                       const Image3* reference, Rgb8Image* display, int64_t* bytes);
+                       const Image3* reference, Rgb8Image* display,
+                       std::vector<std::string>* written);
 
 }  // namespace stillray

@@ -7,10 +7,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <string_view>
 
 #include <fmt/format.h>
 
+#include "core/checksum.h"
 #include "io/frame_rate.h"
 #include "render_files.h"
 #include "trace_device.h"
@@ -224,6 +226,22 @@ Status ParseRenderSettings(const RenderArguments& arguments, RenderOptions* opti
   return Status::Ok();
 }
 
+/// "room.glb with content 0123456789abcdef".
+std::string NameAndContent(const std::string& path, const std::string& content) {
+  return FileNameOf(path) + (content.empty() ? "" : " with content " + content);
+}
+
+uint64_t ChecksumOf(const Image3& image) {
+  uint64_t sum = kEmptyChecksum;
+  for (int c = 0; c < 3; ++c) {
+    for (int y = 0; y < image.height(); ++y) {
+      const auto* row = reinterpret_cast<const uint8_t*>(image[c].Row(y));
+      sum = AddToChecksum({row, static_cast<size_t>(image.width()) * sizeof(float)}, sum);
+    }
+  }
+  return sum;
+}
+
 }  // namespace
 
 bool TwoFramesFit(const RenderSettings& render) {
@@ -302,15 +320,34 @@ Result<RenderOptions> ParseRenderArguments(const RenderArguments& arguments) {
   return options;
 }
 
-std::string RenderFingerprint(const RenderOptions& options) {
+std::string FileNameOf(const std::string& path) {
+  return std::filesystem::path(path).filename().string();
+}
+
+std::string SceneContent(const Scene& scene) {
+  return scene.checksum == 0 ? "" : fmt::format("{:016x}", scene.checksum);
+}
+
+std::string EnvironmentContent(const RenderOptions& options, const Scene& scene) {
+  return options.text.environment.empty()
+             ? ""
+             : fmt::format("{:016x}", ChecksumOf(scene.environment.map));
+}
+
+std::string RenderFingerprint(const RenderOptions& options, const Scene& scene) {
   const RenderArguments& a = options.text;
+  const std::string scene_text = NameAndContent(a.scene, SceneContent(scene));
+  const std::string environment_text =
+      NameAndContent(a.environment, EnvironmentContent(options, scene));
   std::string text = fmt::format(
       "scene {}\nframes from {}\nsize {}\nfps {}\nspp {}\nguides {}\nbounces {}\nseed {}\nsampler "
       "{}\n"
       "environment {}\ncamera {}\nreference {}\nreference-frames {}\naov {}\nformat {}\n"
-      "float {}\ninputs {}\nstill {}\nregularise {}\njitter {}\n",
-      a.scene, options.frames.first, a.size, a.fps, SamplesPerPixelText(options.render), a.guides,
-      a.bounces, a.seed, a.sampler, a.environment, a.camera, a.reference_spp, a.reference_frames,
+      "float {}
+      inputs {} still {} regularise {} jitter {} ",
+      scene_text,
+      options.frames.first, a.size, a.fps, SamplesPerPixelText(options.render), a.guides, a.bounces,
+      a.seed, a.sampler, environment_text, a.camera, a.reference_spp, a.reference_frames,
       fmt::join(a.aovs, ","), a.formats, a.float_exr, a.save_inputs, a.still, a.regularise,
       options.render.jitter);
   text += fmt::format("device {}\nray-tracing {}\n", a.device, a.ray_tracing);

@@ -15,6 +15,7 @@
 #include "stillray/denoise.hpp"
 #include "stillray/io.h"
 #include "stillray/render.h"
+#include "stillray/scene.h"
 
 namespace stillray {
 
@@ -103,8 +104,15 @@ Result<RenderOptions> ParseRenderArguments(const RenderArguments& arguments);
 /// while the files of the other are written.
 bool TwoFramesFit(const RenderSettings& render);
 
+/// The name of a file without its folders.
+std::string FileNameOf(const std::string& path);
+
+/// Checksums of the content of files as text; empty for what was not read from a file.
+std::string SceneContent(const Scene& scene);
+std::string EnvironmentContent(const RenderOptions& options, const Scene& scene);
+
 /// Everything that decides what the pictures look like, one "name value" a line: runs with the same
-/// text make the same bits.
-std::string RenderFingerprint(const RenderOptions& options);
+/// text make the same bits. Scene and environment count by their content, wherever they lie.
+std::string RenderFingerprint(const RenderOptions& options, const Scene& scene);
 
 }  // namespace stillray

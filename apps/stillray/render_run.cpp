@@ -15,7 +15,9 @@
 #include "background.h"
 #include "console.h"
 #include "device_option.h"
+#include "finished_files.h"
 #include "interrupt.h"
+#include "io/atomic_file.h"
 #include "json_output.h"
 #include "output_size.h"
 #include "progress.h"
@@ -61,8 +63,8 @@ struct FrameInWork {
 
 struct WrittenFiles {
   Status status;
+  std::vector<FinishedFile> files;
   double milliseconds = 0;
-  int64_t bytes = 0;
 };
 
 /// The frames of one run, one after the other, and everything that lives as long as it does. While
@@ -75,8 +77,10 @@ class RenderRun {
         scene_(scene),
         threads_(threads),
         overlap_(threads > 1 && TwoFramesFit(options.render)),
-        fingerprint_(RenderFingerprint(options)),
-        next_frame_(options.frames.first) {}
+        fingerprint_(RenderFingerprint(options, scene)),
+        key_(fmt::format("render frames from {}", options.frames.first)),
+        next_frame_(options.frames.first),
+        history_frame_(options.frames.first - 1) {}
 
   Status Run();
 
@@ -88,15 +92,21 @@ class RenderRun {
   Status FeedVideoAgain();
   Status RenderOne(int64_t frame, Progress* progress);
   Status Filter(const RenderMoment& moment, const RenderProgress& shown, FrameInWork* work);
+  void TakeUnwritten(int64_t number, DenoisedFrame* denoised);
+  Status Denoise(const RenderMoment& moment, const RenderProgress& shown, FrameInWork* work);
   Status RenderReference(const RenderMoment& moment, Progress* progress, Image3* reference);
   Status BringToHost(FrameInWork* work) const;
   WrittenFiles WriteFiles(const FrameInWork& work);
   Status FinishWriting(Progress* progress);
+  std::vector<UnwrittenFrame> Unwritten() const;
   Status SaveState(bool with_history);
   Status Stop(Status reason, Progress* progress);
   Status WriteLog() const;
   double Work(int64_t frame) const;
   double WorkBefore(int64_t frame) const;
+  std::string VideoPath() const {
+    return (std::filesystem::path(options_.text.folder) / "denoised.mp4").string();
+  }
   std::string FrameText(int64_t frame) const {
     return fmt::format("frame {} of {}", frame, options_.frames.last);
   }
@@ -110,7 +120,12 @@ class RenderRun {
   int threads_;
   bool overlap_;  ///< whether files are written while the next frame is traced
   std::string fingerprint_;
-  int64_t next_frame_;  ///< all frames before it are done, their files written
+  std::string key_;                        ///< of the state for --resume
+  int64_t next_frame_;                     ///< all frames before it are done, their files written
+  int64_t history_frame_;                  ///< the last frame whose light is in the history
+  bool history_is_whole_ = true;           ///< false once the denoiser failed within a frame
+  bool complete_ = false;                  ///< an earlier run did everything
+  std::vector<UnwrittenFrame> unwritten_;  ///< of an earlier run
   int camera_ = 0;
   std::unique_ptr<DeviceRenderer> renderer_;
   std::optional<Denoiser> denoiser_;
@@ -119,6 +134,8 @@ class RenderRun {
   FrameInWork works_[2];
   size_t traced_ = 0;  ///< which of them is traced; the other may be written
   RunLog log_;
+  std::vector<FinishedFile> files_;  ///< of all finished frames
+  size_t synced_ = 0;                ///< how many of them were flushed to the disk
   Clock::time_point last_save_ = Clock::now();
   int64_t first_written_ = 0;  ///< of this run
   int64_t written_bytes_ = 0;
@@ -177,13 +194,18 @@ Status RenderRun::Prepare() {
                                   error ? error.message() : "a file of that name exists"));
   }
   STILLRAY_RETURN_IF_ERROR(CheckJsonOutput(options_.text.json_path));
+  io::RemoveStaleTemporaries(folder);
+  log_.scene_content = SceneContent(scene_);
+  log_.environment_content = EnvironmentContent(options_, scene_);
+  log_.device = device->description();
+  log_.tracer = renderer_->place();
   if (options_.text.resume) {
     STILLRAY_RETURN_IF_ERROR(Resume());
-    if (next_frame_ > options_.frames.last) {
+    if (complete_) {
       return Status::Ok();
     }
   } else {
-    RemoveResumeState(folder);
+    RemoveResumeState(folder, key_);
   }
   if (options_.mp4) {
     Result<std::unique_ptr<VideoWriter>> video = VideoWriter::Create(
@@ -208,10 +230,14 @@ Status RenderRun::MakeRenderer(const Device& device) {
   options.way = options_.tracing_way;
   options.may_fall_back =
       options_.text.device == "auto" && options.way != render::TracingWay::kHardware;
+  options.keep_going = [] { return !Interrupted(); };
   RenderSettings settings = options_.render;
   settings.on_device = true;  // the denoiser is on the same device
   Result<std::unique_ptr<DeviceRenderer>> renderer =
       DeviceRenderer::Create(device, scene_, settings, options);
+  if (renderer.status().code() == StatusCode::kCancelled) {
+    return Status(StatusCode::kCancelled, "stopped while the BVH was built");
+  }
   STILLRAY_RETURN_IF_ERROR(renderer.status());
   renderer_ = std::move(renderer.value());
   TellTracingOnCpu();
@@ -228,7 +254,7 @@ void RenderRun::TellTracingOnCpu() {
 }
 
 Status RenderRun::Resume() {
-  Result<ResumeState> state = LoadResumeState(options_.text.folder);
+  Result<ResumeState> state = LoadResumeState(options_.text.folder, key_);
   if (!state.ok() && state.status().code() == StatusCode::kNotFound) {
     PrintTo(stderr, "note: nothing to resume in {}, starting with frame {}\n", options_.text.folder,
             next_frame_);
@@ -240,11 +266,18 @@ Status RenderRun::Resume() {
   const std::string difference = FingerprintDifference(state->fingerprint, fingerprint_);
   if (!difference.empty()) {
     return Status::InvalidArgument(
-        fmt::format("cannot resume {}: {}", ResumePath(options_.text.folder), difference));
+        fmt::format("cannot resume {}: {}", ResumePath(options_.text.folder, key_), difference));
   }
-  if (state->last_frame >= options_.frames.last) {
+  const std::string changed = FirstChanged(options_.text.folder, state->files);
+  if (!changed.empty()) {
+    PrintTo(stderr, "note: starting again with frame {}: {}\n", next_frame_, changed);
+    return Status::Ok();
+  }
+  // A video that could not be finished is made again; one that there never was is not.
+  const bool lacks_video = options_.mp4 && !std::filesystem::exists(VideoPath());
+  complete_ = state->last_frame >= options_.frames.last && (state->history.empty() || !lacks_video);
+  if (complete_) {
     PrintTo(stderr, "all frames are there already\n");
-    next_frame_ = state->last_frame + 1;
     return Status::Ok();
   }
   if (state->history.empty()) {
@@ -266,8 +299,12 @@ Status RenderRun::Resume() {
   if (!log.ok()) {
     return log.status();
   }
-  log_ = std::move(log.value());
+  log_.frames = std::move(log->frames);
+  files_ = std::move(state->files);
+  synced_ = files_.size();
   next_frame_ = state->last_frame + 1;
+  unwritten_ = std::move(state->unwritten);
+  history_frame_ = state->last_frame + static_cast<int64_t>(unwritten_.size());
   PrintTo(stderr, "resuming with frame {}\n", next_frame_);
   return Status::Ok();
 }
@@ -295,10 +332,35 @@ Status RenderRun::RenderReference(const RenderMoment& moment, Progress* progress
   });
 }
 
-/// Where the denoiser goes on on the CPU, frames come to the host from then on; this one is traced
-/// again, as it may be lost with the device.
+/// Denoises a frame, or takes what an earlier run made of it.
 Status RenderRun::Filter(const RenderMoment& moment, const RenderProgress& shown,
                          FrameInWork* work) {
+  if (moment.frame_index <= history_frame_) {
+    TakeUnwritten(moment.frame_index, &work->denoised);
+    return Status::Ok();
+  }
+  history_is_whole_ = false;
+  STILLRAY_RETURN_IF_ERROR(Denoise(moment, shown, work));
+  history_is_whole_ = true;
+  history_frame_ = moment.frame_index;
+  return Status::Ok();
+}
+
+/// Gives out what an earlier run filtered and could not write.
+void RenderRun::TakeUnwritten(int64_t number, DenoisedFrame* denoised) {
+  for (UnwrittenFrame& frame : unwritten_) {
+    if (frame.frame == number) {
+      *denoised = DenoisedFrame();
+      denoised->colour = std::move(frame.colour);
+      denoised->images = std::move(frame.images);
+    }
+  }
+}
+
+/// Where the denoiser goes on on the CPU, frames come to the host from then on; this one is traced
+/// again, as it may be lost with the device.
+Status RenderRun::Denoise(const RenderMoment& moment, const RenderProgress& shown,
+                          FrameInWork* work) {
   const Status status = denoiser_->Denoise(work->frame, &work->denoised);
   if (denoiser_->remark().empty() || !renderer_->settings().on_device) {
     return status;
@@ -383,9 +445,13 @@ WrittenFiles RenderRun::WriteFiles(const FrameInWork& work) {
   const Clock::time_point start = Clock::now();
   Rgb8Image display;
   WrittenFiles written;
+  std::vector<std::string> paths;
   written.status =
       WriteFrameFiles(options_, *work.in_files, work.denoised,
-                      work.reference.empty() ? nullptr : &work.reference, &display, &written.bytes);
+                      work.reference.empty() ? nullptr : &work.reference, &display, &paths);
+  if (written.status.ok()) {
+    written.status = AddFinishedFiles(options_.text.folder, paths, &written.files);
+  }
   if (written.status.ok() && video_) {
     written.status = video_->Write(display);
   }
@@ -400,9 +466,12 @@ Status RenderRun::FinishWriting(Progress* progress) {
   }
   const WrittenFiles written = writing_.Take();
   STILLRAY_RETURN_IF_ERROR(written.status);
+  files_.insert(files_.end(), written.files.begin(), written.files.end());
   FrameInWork& work = works_[1 - traced_];
   work.log.write_ms = written.milliseconds;
-  written_bytes_ += written.bytes;
+  for (const FinishedFile& file : written.files) {
+    written_bytes_ += static_cast<int64_t>(file.bytes);
+  }
   non_finite_ += work.denoised.non_finite + work.denoised.negative;
   bad_guides_ += work.denoised.bad_guides;
   next_frame_ = work.log.frame + 1;
@@ -414,23 +483,55 @@ Status RenderRun::FinishWriting(Progress* progress) {
   return Status::Ok();
 }
 
+/// Frames whose light is in the history and whose files are not there.
+std::vector<UnwrittenFrame> RenderRun::Unwritten() const {
+  std::vector<UnwrittenFrame> frames;
+  for (int64_t number = next_frame_; number <= history_frame_; ++number) {
+    for (const FrameInWork& work : works_) {
+      if (work.log.frame == number && !work.denoised.colour.empty()) {
+        frames.push_back({number, work.denoised.colour, work.denoised.images});
+        break;
+      }
+    }
+    // Of an earlier run, and not taken yet.
+    for (const UnwrittenFrame& frame : unwritten_) {
+      if (frame.frame == number && !frame.colour.empty()) {
+        frames.push_back(frame);
+      }
+    }
+  }
+  return frames;
+}
+
 Status RenderRun::SaveState(bool with_history) {
   ResumeState state;
+  state.key = key_;
   state.fingerprint = fingerprint_;
+  state.files = files_;
   state.log = RunLogJson(options_, log_, threads_);
   state.last_frame = next_frame_ - 1;
   if (with_history) {
+    state.unwritten = Unwritten();
     Result<std::vector<uint8_t>> history = denoiser_->SaveHistory();
     STILLRAY_RETURN_IF_ERROR(history.status());
     state.history = std::move(history.value());
   }
   last_save_ = Clock::now();
-  return SaveResumeState(options_.text.folder, state);
+  return SaveResumeState(options_.text.folder, state, &synced_);
 }
 
+/// With the frames that earlier runs of the same settings left in the folder.
 Status RenderRun::WriteLog() const {
-  const std::string json = RunLogJson(options_, log_, threads_);
   const std::string path = (std::filesystem::path(options_.text.folder) / "render.json").string();
+  RunLog all = log_;
+  constexpr size_t kLargestLog = size_t{1} << 28;
+  if (const Result<std::string> text = ReadWholeFile(path, kLargestLog); text.ok()) {
+    std::vector<FrameLog> earlier = FramesOfEarlierRun(*text, options_, log_);
+    all.frames.insert(all.frames.end(), earlier.begin(), earlier.end());
+    std::sort(all.frames.begin(), all.frames.end(),
+              [](const FrameLog& a, const FrameLog& b) { return a.frame < b.frame; });
+  }
+  const std::string json = RunLogJson(options_, all, threads_);
   STILLRAY_RETURN_IF_ERROR(WriteFileAtomically(path, json.data(), json.size()));
   if (options_.text.json_path.empty()) {
     return Status::Ok();
@@ -464,7 +565,7 @@ void RenderRun::Summarise() const {
 
 Status RenderRun::Run() {
   STILLRAY_RETURN_IF_ERROR(Prepare());
-  if (next_frame_ > options_.frames.last) {
+  if (complete_) {
     return Status::Ok();
   }
   PrintTo(stderr, "{}\n", OutputSizeText(options_, next_frame_));
@@ -474,15 +575,19 @@ Status RenderRun::Run() {
   start_ = Clock::now();
   {
     Progress progress(WorkBefore(options_.frames.last + 1), stderr);
-    for (int64_t frame = next_frame_; frame <= options_.frames.last; ++frame) {
-      const Status rendered = RenderOne(frame, &progress);
-      if (!rendered.ok()) {
-        return Stop(rendered, &progress);
-      }
+    Status done;
+    for (int64_t frame = next_frame_; done.ok() && frame <= options_.frames.last; ++frame) {
+      done = RenderOne(frame, &progress);
+    }
+    if (done.ok() && video_) {
+      done = video_->Finish();
+    }
+    if (!done.ok()) {
+      return Stop(done, &progress);
     }
   }
   if (video_) {
-    STILLRAY_RETURN_IF_ERROR(video_->Finish());
+    STILLRAY_RETURN_IF_ERROR(AddFinishedFiles(options_.text.folder, {VideoPath()}, &files_));
   }
   STILLRAY_RETURN_IF_ERROR(WriteLog());
   STILLRAY_RETURN_IF_ERROR(SaveState(false));
@@ -498,18 +603,20 @@ Status RenderRun::Stop(Status reason, Progress* progress) {
   }
   progress->Clear();
   const bool cancelled = reason.code() == StatusCode::kCancelled;
-  // A frame that was filtered but could not be written is already in the history.
-  const bool resumable = next_frame_ > options_.frames.first && cancelled;
-  if (resumable) {
-    STILLRAY_RETURN_IF_ERROR(SaveState(true));
+  std::string message = cancelled ? "stopped" : reason.message();
+  if (next_frame_ > options_.frames.first || cancelled) {
+    message += fmt::format("; {} of {} frames are finished", next_frame_ - options_.frames.first,
+                           options_.frames.count());
   }
-  if (cancelled) {
-    return Status(
-        StatusCode::kCancelled,
-        fmt::format("stopped; {} of {} frames are finished{}", next_frame_ - options_.frames.first,
-                    options_.frames.count(), resumable ? ", --resume goes on from here" : ""));
+  if (history_frame_ >= options_.frames.first && history_is_whole_) {
+    const Status saved = SaveState(true);
+    if (cancelled) {
+      STILLRAY_RETURN_IF_ERROR(saved);
+    }
+    message += saved.ok() ? ", --resume goes on from here"
+                          : "; the state for --resume could not be saved either";
   }
-  return reason;
+  return Status(reason.code(), message);
 }
 
 }  // namespace

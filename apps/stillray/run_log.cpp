@@ -2,9 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run_log.h"
 
+#include <algorithm>
+#include <utility>
+
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "command_line.h"
 #include "device_option.h"
 #include "json_output.h"
 #include "log_json.h"
@@ -28,6 +33,43 @@ Json SppJson(const RenderSettings& render) {
   return render.cycle > 1 ? Json(SamplesPerPixel(render)) : Json(render.spp);
 }
 
+/// Everything but the denoiser's parameters that changes the pictures of a frame.
+Json PictureSettings(const RenderOptions& options, const RunLog& log) {
+  const RenderArguments& a = options.text;
+  Json json = {{"scene", FileNameOf(a.scene)},
+               {"scene_content", log.scene_content},
+               {"environment", FileNameOf(a.environment)},
+               {"environment_content", log.environment_content},
+               {"camera", a.camera},
+               {"width", options.render.width},
+               {"height", options.render.height},
+               {"fps", a.fps},
+               {"still", a.still},
+               {"spp", SppJson(options.render)},
+               {"bounces", a.bounces},
+               {"preset", a.preset},
+               {"seed", a.seed},
+               {"sampler", a.sampler},
+               {"regularise", a.regularise},
+               {"jitter", options.render.jitter},
+               {"ray_tracing", a.ray_tracing},
+               {"reference", a.reference_spp},
+               {"reference_frames", a.reference_frames},
+               {"aov", fmt::format("{}", fmt::join(a.aovs, ","))},
+               {"format", a.formats},
+               {"float", a.float_exr},
+               {"exposure", options.denoise.exposure},
+               {"tonemap", GetParameter(options.denoise, "tonemap").value()}};
+  if (a.still) {
+    // The moment that all frames show.
+    json["first_frame"] = options.frames.first;
+  }
+  if (options.render.cycle > 1) {
+    json["guides"] = a.guides;
+  }
+  return json;
+}
+
 /// Logs of earlier versions, which a run may have gone on with, do not have it.
 std::string WriteRow(const RunLog& log) {
   std::vector<double> values;
@@ -42,26 +84,15 @@ std::string WriteRow(const RunLog& log) {
 }  // namespace
 
 std::string RunLogJson(const RenderOptions& options, const RunLog& log, int threads) {
-  const RenderArguments& a = options.text;
-  Json json = {{"stillray", STILLRAY_VERSION},
-               {"scene", a.scene},
-               {"width", options.render.width},
-               {"height", options.render.height},
-               {"fps", a.fps},
-               {"spp", SppJson(options.render)},
-               {"bounces", a.bounces},
-               {"preset", a.preset},
-               {"seed", a.seed},
-               {"sampler", a.sampler},
-               {"threads", threads},
-               {"machine", MachineName()},
-               {"date", UtcNow()},
-               {"exposure", options.denoise.exposure},
-               {"tonemap", GetParameter(options.denoise, "tonemap").value()},
-               {"parameters", ParametersJson(options.denoise)}};
-  if (options.render.cycle > 1) {
-    json["guides"] = a.guides;
-  }
+  Json json = {{"stillray", STILLRAY_VERSION}};
+  json.update(PictureSettings(options, log));
+  json["threads"] = threads;
+  json["machine"] = MachineName();
+  json["date"] = UtcNow();
+  json["device"] = log.device;
+  json["tracer"] = log.tracer;
+  json["command"] = CommandLine();
+  json["parameters"] = ParametersJson(options.denoise);
   Json frames = Json::array();
   for (const FrameLog& frame : log.frames) {
     frames.push_back(FrameJson(frame));
@@ -72,6 +103,29 @@ std::string RunLogJson(const RenderOptions& options, const RunLog& log, int thre
     json["memory"]["device"] = DeviceMemoryJson(log.device_memory);
   }
   return JsonText(json);
+}
+
+std::vector<FrameLog> FramesOfEarlierRun(const std::string& text, const RenderOptions& options,
+                                         const RunLog& log) {
+  Result<RunLog> earlier = ParseRunLog(text);
+  if (!earlier.ok()) {
+    return {};
+  }
+  const Json was = Json::parse(text);
+  // By way of text, as the other has gone.
+  Json is = Json::parse(JsonText(PictureSettings(options, log)));
+  is["parameters"] = Json::parse(JsonText(ParametersJson(options.denoise)));
+  for (const auto& [key, value] : is.items()) {
+    if (!was.contains(key) || was.at(key) != value) {
+      return {};
+    }
+  }
+  std::vector<FrameLog>& frames = earlier->frames;
+  std::erase_if(frames, [&](const FrameLog& frame) {
+    return std::any_of(log.frames.begin(), log.frames.end(),
+                       [&](const FrameLog& own) { return own.frame == frame.frame; });
+  });
+  return std::move(frames);
 }
 
 Result<RunLog> ParseRunLog(const std::string& text) {

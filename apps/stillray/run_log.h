@@ -25,6 +25,10 @@ struct FrameLog {
 
 struct RunLog {
   std::vector<FrameLog> frames;
+  std::string scene_content;        ///< its checksum; empty for scenes that are built in
+  std::string environment_content;  ///< likewise; empty without --environment
+  std::string device;               ///< what filters the frames, by name
+  std::string tracer;               ///< what traces them
   size_t denoiser_bytes = 0;
   size_t renderer_bytes = 0;
   DeviceMemory device_memory;  ///< of that what lies on a GPU
@@ -36,6 +40,12 @@ std::string RunLogJson(const RenderOptions& options, const RunLog& log, int thre
 /// The frames of a render.json that RunLogJson made.
 /// \return kBadData
 Result<RunLog> ParseRunLog(const std::string& json);
+
+/// The frames of an earlier run's render.json that this one does not have, if that run made its
+/// pictures in the same way: a folder may be filled by several runs.
+/// \param json  of any content
+std::vector<FrameLog> FramesOfEarlierRun(const std::string& json, const RenderOptions& options,
+                                         const RunLog& log);
 
 /// Median milliseconds of each stage over the frames, and memory, as a table.
 std::string TimingsTable(const RunLog& log);

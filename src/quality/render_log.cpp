@@ -80,7 +80,7 @@ Status WrongValue(const std::string& name, const std::string& key, const Json& v
       fmt::format("{}: {}: found {}, expected {}", name, key, Describe(value), expected));
 }
 
-enum class Kind { kText, kInteger, kNumber };
+enum class Kind { kText, kInteger, kNumber, kFlag };
 
 /// A scalar setting of the top level and the values that it can have.
 struct ScalarKey {
@@ -94,15 +94,32 @@ constexpr double kAnyCount = 9007199254740992.0;  // 2^53: integers up to here a
 constexpr ScalarKey kScalarKeys[] = {
     {"stillray", Kind::kText},
     {"scene", Kind::kText},
+    {"command", Kind::kText},
+    {"scene_content", Kind::kText},
+    {"environment", Kind::kText},
+    {"environment_content", Kind::kText},
+    {"camera", Kind::kText},
     {"width", Kind::kInteger, 1, 32768},
     {"height", Kind::kInteger, 1, 32768},
     {"fps", Kind::kNumber, kMinFps, kMaxFps},
+    {"still", Kind::kFlag},
+    {"first_frame", Kind::kInteger, -kAnyCount, kAnyCount},
     {"spp", Kind::kNumber, 0, 1e9},
     {"guides", Kind::kText},
     {"bounces", Kind::kInteger, 0, 1e6},
     {"preset", Kind::kText},
     {"seed", Kind::kInteger, 0, 0x1p64},
     {"sampler", Kind::kText},
+    {"regularise", Kind::kFlag},
+    {"jitter", Kind::kFlag},
+    {"device", Kind::kText},
+    {"tracer", Kind::kText},
+    {"ray_tracing", Kind::kText},
+    {"reference", Kind::kInteger, 0, 1e9},
+    {"reference_frames", Kind::kText},
+    {"aov", Kind::kText},
+    {"format", Kind::kText},
+    {"float", Kind::kFlag},
     {"threads", Kind::kInteger, 0, 1e6},
     {"machine", Kind::kText},
     {"date", Kind::kText},
@@ -114,6 +131,9 @@ Status CheckScalar(const std::string& name, const std::string& key, const Json& 
                    double min, double max) {
   if (kind == Kind::kText) {
     return value.is_string() ? Status::Ok() : WrongValue(name, key, value, "text");
+  }
+  if (kind == Kind::kFlag) {
+    return value.is_boolean() ? Status::Ok() : WrongValue(name, key, value, "true or false");
   }
   const bool right_type = kind == Kind::kInteger ? value.is_number_integer() : value.is_number();
   if (!right_type || value.get<double>() < min || value.get<double>() > max) {
@@ -151,6 +171,14 @@ Status ReadMemory(const std::string& name, const Json& object, RenderLog* log) {
     return WrongValue(name, "memory", object, "an object");
   }
   for (const auto& [key, value] : object.items()) {
+    if (key == "device" && value.is_object()) {
+      // Of what lies on a GPU also other numbers than bytes.
+      for (const auto& [part, number] : value.items()) {
+        STILLRAY_RETURN_IF_ERROR(
+            CheckScalar(name, "memory.device." + part, number, Kind::kInteger, 0, kAnyCount));
+      }
+      continue;
+    }
     STILLRAY_RETURN_IF_ERROR(
         CheckScalar(name, "memory." + key, value, Kind::kInteger, 0, kAnyCount));
     log->memory.emplace_back(key, value.get<int64_t>());

@@ -3,8 +3,16 @@
 
 // What happens to runs of stillray around their frames: names, streams and disks that are not as
 // they should be.
+#include <algorithm>
+#include <chrono>
+#include <csignal>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <set>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -87,7 +95,7 @@ TEST(CliRuns, ClosedStreamsChangeNoFile) {
   EXPECT_EQ(Shell("\"$0\" render builtin:cornell -o " + (folder / "closed") +
                   " --size 32x18 --fps 15 --bounces 1 --format exr --frames 1-3 <&- >&- 2>&-"),
             0);
-  for (const char* name : {"noisy.0001.exr", "denoised.0003.exr"}) {
+  for (const char* name : {"denoised.0001.exr", "denoised.0003.exr"}) {
     EXPECT_EQ(ReadText(folder / "open/" + name), ReadText(folder / "closed/" + name)) << name;
   }
 }
@@ -109,6 +117,259 @@ TEST(CliRuns, OutputThatIsLostIsAFailure) {
     EXPECT_THAT(run.errors, HasSubstr("standard output: could not be written: No space left"))
         << command[0];
   }
+}
+
+std::set<std::string> FilesIn(const std::string& folder) {
+  std::set<std::string> names;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    names.insert(entry.path().filename().string());
+  }
+  return names;
+}
+
+/// Starts a run of frames 1-5 that ends at frame 3, whose file cannot be written.
+void StopAtThird(const std::string& folder, const std::string& scene = "builtin:cornell",
+                 const std::string& threads = "2") {
+  fs::create_directories(folder + "/denoised.0003.exr/in_the_way");
+  const ProgramRun run =
+      RunProgram(Render(folder, {"--frames", "1-5", "--threads", threads}, scene));
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.errors, HasSubstr("denoised.0003.exr: could not be written"));
+  EXPECT_THAT(run.errors, HasSubstr("; 2 of 5 frames are finished, --resume goes on from here"));
+  fs::remove_all(folder + "/denoised.0003.exr");
+}
+
+void ExpectSamePictures(const std::string& a, const std::string& b) {
+  for (const std::string& name : FilesIn(a)) {
+    if (fs::path(name).extension() == ".exr") {
+      EXPECT_EQ(ReadText(a + "/" + name), ReadText(b + "/" + name)) << name;
+    }
+  }
+}
+
+// A frame that was filtered and could not be written is in the history already: it must come out
+// the same when the run goes on.
+TEST(CliRuns, APictureThatCannotBeWrittenKeepsTheHistory) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(RunProgram(Render(folder / "whole", {"--frames", "1-5"})).exit_code, 0);
+  for (const char* threads : {"1", "2"}) {
+    const std::string out = folder / threads;
+    StopAtThird(out, "builtin:cornell", threads);
+    const ProgramRun resumed = RunProgram(Render(out, {"--frames", "1-5", "--resume"}));
+    EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
+    EXPECT_THAT(resumed.errors, HasSubstr("resuming with frame 3"));
+    ExpectSamePictures(folder / "whole", out);
+    const auto json = nlohmann::json::parse(ReadText(out + "/render.json"));
+    EXPECT_EQ(json["frames"].size(), 5u);
+  }
+}
+
+TEST(CliRuns, AnotherSceneOfTheSameNameIsNotResumed) {
+  const TemporaryFolder folder;
+  const std::string scene = folder / "scene.gltf";
+  WriteTriangle(scene);
+  StopAtThird(folder / "out", scene);
+  // Content counts, not the place.
+  fs::create_directory(folder / "elsewhere");
+  fs::copy_file(scene, folder / "elsewhere/scene.gltf");
+  fs::copy(folder / "out", folder / "copy");
+  const ProgramRun moved = RunProgram(
+      Render(folder / "copy", {"--frames", "1-5", "--resume"}, folder / "elsewhere/scene.gltf"));
+  EXPECT_EQ(moved.exit_code, 0) << moved.errors;
+  test::GltfBuilder builder;
+  builder.AddTriangle();
+  builder.json["nodes"][0]["scale"] = {2, 1, 1};
+  const std::string text = builder.Text();
+  ASSERT_TRUE(WriteFileAtomically(scene, text.data(), text.size()).ok());
+  const ProgramRun other =
+      RunProgram(Render(folder / "out", {"--frames", "1-5", "--resume"}, scene));
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.errors, HasSubstr("made with 'scene scene.gltf with content "));
+}
+
+TEST(CliRuns, FinishedFramesThatAreGoneAreRenderedAgain) {
+  const TemporaryFolder folder;
+  const std::string out = folder / "out";
+  ASSERT_EQ(RunProgram(Render(out, {})).exit_code, 0);
+  const std::string frame = out + "/denoised.0002.exr";
+  const std::string bytes = ReadText(frame);
+  std::string zeros = bytes;
+  std::fill(zeros.begin() + static_cast<std::ptrdiff_t>(zeros.size() / 2), zeros.end(), '\0');
+  const std::pair<std::string, const char*> damages[] = {
+      {"", "is empty"}, {bytes.substr(0, 900), "has changed"}, {zeros, "has changed"}};
+  for (const auto& [damage, message] : damages) {
+    ASSERT_TRUE(WriteFileAtomically(frame, damage.data(), damage.size()).ok());
+    const ProgramRun again = RunProgram(Render(out, {"--resume"}));
+    EXPECT_EQ(again.exit_code, 0) << again.errors;
+    EXPECT_THAT(again.errors, HasSubstr("starting again with frame 1: " + frame + " " + message));
+    EXPECT_EQ(ReadText(frame), bytes);
+  }
+  fs::remove(frame);
+  EXPECT_THAT(RunProgram(Render(out, {"--resume"})).errors, HasSubstr("0002.exr is missing"));
+  EXPECT_EQ(ReadText(frame), bytes);
+  EXPECT_THAT(RunProgram(Render(out, {"--resume"})).errors, HasSubstr("all frames are there"));
+}
+
+TEST(CliRuns, ADamagedStateIsRefused) {
+  const TemporaryFolder folder;
+  StopAtThird(folder / "out");
+  const std::string path = folder / "out/resume.stillray";
+  const std::string bytes = ReadText(path);
+  for (const double part : {0.002, 0.1, 0.5, 0.99}) {
+    std::string damaged = bytes;
+    damaged[static_cast<size_t>(part * static_cast<double>(bytes.size()))] ^= 1;
+    ASSERT_TRUE(WriteFileAtomically(path, damaged.data(), damaged.size()).ok());
+    const ProgramRun run = RunProgram(Render(folder / "out", {"--frames", "1-5", "--resume"}));
+    EXPECT_EQ(run.exit_code, 2) << part;
+    EXPECT_THAT(run.errors, HasSubstr("resume.stillray is damaged")) << part;
+  }
+}
+
+TEST(CliRuns, TwoRunsInOneFolderKeepTheirStates) {
+  const TemporaryFolder folder;
+  const std::string out = folder / "out";
+  ASSERT_EQ(RunProgram(Render(folder / "whole", {"--frames", "1-5"})).exit_code, 0);
+  StopAtThird(out);
+  ASSERT_EQ(RunProgram(Render(out, {"--frames", "11-12"})).exit_code, 0);
+  const ProgramRun resumed = RunProgram(Render(out, {"--frames", "1-5", "--resume"}));
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
+  EXPECT_THAT(resumed.errors, HasSubstr("resuming with frame 3"));
+  ExpectSamePictures(folder / "whole", out);
+  const auto json = nlohmann::json::parse(ReadText(out + "/render.json"));
+  std::vector<int> numbers;
+  for (const auto& frame : json["frames"]) {
+    numbers.push_back(frame["frame"]);
+  }
+  EXPECT_THAT(numbers, ::testing::ElementsAre(1, 2, 3, 4, 5, 11, 12));
+  EXPECT_THAT(RunProgram(Render(out, {"--frames", "11-12", "--resume"})).errors,
+              HasSubstr("all frames are there already"));
+  // Also where the state before it is gone.
+  fs::remove(out + "/resume.stillray");
+  EXPECT_THAT(RunProgram(Render(out, {"--frames", "11-12", "--resume"})).errors,
+              HasSubstr("all frames are there already"));
+  // Frames of other settings are not listed as if they were of these.
+  ASSERT_EQ(RunProgram(Render(out, {"--frames", "21-21", "--seed", "3"})).exit_code, 0);
+  EXPECT_EQ(nlohmann::json::parse(ReadText(out + "/render.json"))["frames"].size(), 1u);
+}
+
+TEST(CliRuns, DenoiseResumesWithTheInputsOfThenOnly) {
+  const TemporaryFolder folder;
+  WriteShot(folder / "in.####.exr", Shot(), 1, 5);
+  const std::vector<std::string> command = {
+      "denoise", folder / "in.####.exr", "-o", folder / "out/c.####.exr", "--window", "past"};
+  ASSERT_EQ(RunProgram(command).exit_code, 0);
+  const std::string third = ReadText(folder / "out/c.0003.exr");
+  const std::string second = ReadText(folder / "out/c.0002.exr");
+  const std::string fourth = ReadText(folder / "in.0004.exr");
+  // An input that cannot be read: the state is kept.
+  std::ofstream(folder / "in.0004.exr", std::ios::trunc) << "damaged";
+  const ProgramRun stopped = RunProgram(command);
+  ASSERT_EQ(stopped.exit_code, 2);
+  ASSERT_THAT(stopped.errors, HasSubstr("--resume goes on from frame 4"));
+  std::ofstream(folder / "in.0004.exr", std::ios::trunc | std::ios::binary) << fourth;
+  std::vector<std::string> resume = command;
+  resume.push_back("--resume");
+
+  const std::string input = ReadText(folder / "in.0002.exr");
+  Shot other;
+  other.contrast = 0.3f;
+  WriteShot(folder / "in.####.exr", other, 2, 2);
+  const ProgramRun refused = RunProgram(resume);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.errors, HasSubstr("in.0002.exr has changed since"));
+  std::ofstream(folder / "in.0002.exr", std::ios::trunc | std::ios::binary) << input;
+
+  fs::remove(folder / "out/c.0002.exr");
+  const ProgramRun again = RunProgram(resume);
+  EXPECT_EQ(again.exit_code, 0) << again.errors;
+  EXPECT_THAT(again.errors, HasSubstr("starting again with frame 1: "));
+  EXPECT_EQ(ReadText(folder / "out/c.0002.exr"), second);
+  EXPECT_EQ(ReadText(folder / "out/c.0003.exr"), third);
+}
+
+TEST(CliRuns, AKilledRunLeavesNoVideoForGood) {
+  if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) {
+    GTEST_SKIP() << "ffmpeg is not installed";
+  }
+  const TemporaryFolder folder;
+  const std::string out = folder / "out";
+  {
+    const StartedProgram program(
+        Render(out, {"--frames", "1-2000", "--format", "png,mp4", "--size", "160x90"}));
+    for (int i = 0; i < 30000 && !fs::exists(out + "/denoised.0001.png"); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    program.Signal(SIGKILL);
+    EXPECT_EQ(program.Wait().exit_code, -1);
+  }
+  const auto temporaries = [&] {
+    std::vector<std::string> found;
+    for (const std::string& name : FilesIn(out)) {
+      if (name.find(".tmp-") != std::string::npos) {
+        found.push_back(name);
+      }
+    }
+    return found;
+  };
+  ASSERT_FALSE(temporaries().empty()) << "it was killed before it began a video";
+  ASSERT_EQ(RunProgram(Render(out, {"--frames", "1-1"})).exit_code, 0);
+  EXPECT_THAT(temporaries(), ::testing::IsEmpty());
+}
+
+/// render.json without what differs from run to run.
+nlohmann::json SettingsIn(const std::string& folder) {
+  nlohmann::json json = nlohmann::json::parse(ReadText(folder + "/render.json"));
+  for (const char* key : {"frames", "memory", "threads", "command", "date"}) {
+    json.erase(key);
+  }
+  return json;
+}
+
+TEST(CliRuns, TheLogTellsDifferentPicturesApart) {
+  const TemporaryFolder folder;
+  Image3 sky(4, 2);
+  for (int c = 0; c < 3; ++c) {
+    sky[c].Fill(0.5f);
+  }
+  ExrImage map;
+  map.width = 4;
+  map.height = 2;
+  map.Add("", PixelType::kFloat, sky);
+  ASSERT_TRUE(WriteExr(folder / "sky.exr", map).ok());
+  ASSERT_EQ(RunProgram(Render(folder / "plain", {})).exit_code, 0);
+  const nlohmann::json plain = SettingsIn(folder / "plain");
+  EXPECT_FALSE(plain["device"].get<std::string>().empty());
+  const std::vector<std::string> changes[] = {
+      {"--regularise"},       {"--environment", folder / "sky.exr"},
+      {"--camera", "0"},      {"--still"},
+      {"--no-jitter"},        {"--reference", "2"},
+      {"--aov", "temporal"},  {"--float"},
+      {"--spp", "2"},         {"--bounces", "2"},
+      {"--seed", "4"},        {"--sampler", "halton16"},
+      {"--set", "sigma_l=7"}, {"--preset", "svgf"},
+      {"--exposure", "1"},    {"--fps", "25"}};
+  for (size_t i = 0; i < std::size(changes); ++i) {
+    const std::string out = folder / std::to_string(i);
+    ASSERT_EQ(RunProgram(Render(out, changes[i])).exit_code, 0) << changes[i][0];
+    EXPECT_NE(SettingsIn(out), plain) << changes[i][0];
+    const auto json = nlohmann::json::parse(ReadText(out + "/render.json"));
+    EXPECT_THAT(json["command"].get<std::string>(), HasSubstr(" " + changes[i][0]))
+        << changes[i][0];
+  }
+  const ProgramRun report = RunProgram({"report", folder / "1"});
+  EXPECT_EQ(report.exit_code, 0) << report.errors;
+}
+
+// Pictures are passed on; where the scene lies is nobody's business.
+TEST(CliRuns, PicturesDoNotTellFolders) {
+  const TemporaryFolder folder;
+  const std::string scene = folder / "scene.gltf";
+  WriteTriangle(scene);
+  ASSERT_EQ(RunProgram(Render(folder / "out", {}, scene)).exit_code, 0);
+  const Result<ExrImage> picture = ReadExr(folder / "out/denoised.0001.exr");
+  ASSERT_TRUE(picture.ok());
+  EXPECT_EQ(picture->attributes.at("scene"), "scene.gltf");
+  EXPECT_THAT(ReadText(folder / "out/denoised.0001.exr"), Not(HasSubstr(folder.path())));
 }
 
 }  // namespace

@@ -228,6 +228,21 @@ TEST(RenderLog, TakesTheFrameRatesThatRenderTakes) {
   EXPECT_FALSE(ParseRenderLog(R"({"fps": 0.0001})", "render.json").ok());
 }
 
+TEST(RenderLog, ReadsWhatChangesThePictures) {
+  const RenderLog log = Parse(R"({
+    "command": "stillray render room.glb -o out --still", "scene": "room.glb",
+    "scene_content": "0123456789abcdef", "environment": "sky.hdr", "camera": "top", "still": true,
+    "first_frame": 3, "regularise": false, "jitter": true, "device": "CPU", "tracer": "CPU",
+    "ray_tracing": "auto", "reference": 0, "reference_frames": "", "aov": "temporal",
+    "format": "exr,png", "float": false,
+    "memory": {"denoiser_bytes": 123,
+               "device": {"allocations": 2, "bytes": 100, "largest_bytes": 60}}})");
+  EXPECT_THAT(log.settings, ::testing::Contains(Pair("still", "true")));
+  EXPECT_THAT(log.settings, ::testing::Contains(Pair("environment", "sky.hdr")));
+  EXPECT_EQ(log.settings.size(), 17u);
+  EXPECT_THAT(log.memory, ElementsAre(Pair("denoiser_bytes", 123)));
+}
+
 TEST(RenderLog, EverythingIsOptional) {
   const RenderLog log = Parse("{}");
   EXPECT_TRUE(log.settings.empty());
@@ -245,6 +260,8 @@ TEST(RenderLog, NamesWhatIsWrong) {
       {"{\"spp\": 1,\n\"fps\": }", "line 2"},
       {"{\"scene\": \"\xff\"}", "line 1"},
       {"[]", "top level: found an array, expected an object"},
+      {"{\"still\": 1}", "still: found 1, expected true or false"},
+      {"{\"memory\": {\"device\": {\"bytes\": -1}}}", "memory.device.bytes: found -1"},
       {"{\"sppp\": 1}", "unknown key \"sppp\"; expected stillray, scene,"},
       {"{\"spp\": 1, \"spp\": 2}", "the key \"spp\" stands twice"},
       {"{\"scene\": 1}", "scene: found 1, expected text"},
