@@ -92,7 +92,8 @@ std::string Count(uint32_t count) {
 /// What is not known is left out: 0 would be a figure.
 nlohmann::ordered_json KnownMemoryJson(const std::string& name, const DeviceMemory& memory) {
   nlohmann::ordered_json json = {{"name", name}};
-  for (const auto& [key, value] : DeviceMemoryJson(memory).items()) {
+  const nlohmann::ordered_json all = DeviceMemoryJson(memory);
+  for (const auto& [key, value] : all.items()) {
     if (value.get<uint64_t>() > 0) {
       json[key] = value;
     }

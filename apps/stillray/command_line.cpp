@@ -28,7 +28,8 @@ std::string Quoted(std::string_view argument) {
 void KeepCommandLine(int argc, char** argv) {
   command_line = argc > 0 ? Quoted(std::filesystem::path(argv[0]).filename().string()) : "stillray";
   for (int i = 1; i < argc; ++i) {
-    command_line += " " + Quoted(argv[i]);
+    command_line += ' ';
+    command_line += Quoted(argv[i]);
   }
 }
 

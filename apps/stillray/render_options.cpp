@@ -343,13 +343,11 @@ std::string RenderFingerprint(const RenderOptions& options, const Scene& scene) 
       "scene {}\nframes from {}\nsize {}\nfps {}\nspp {}\nguides {}\nbounces {}\nseed {}\nsampler "
       "{}\n"
       "environment {}\ncamera {}\nreference {}\nreference-frames {}\naov {}\nformat {}\n"
-      "float {}
-      inputs {} still {} regularise {} jitter {} ",
-      scene_text,
-      options.frames.first, a.size, a.fps, SamplesPerPixelText(options.render), a.guides, a.bounces,
-      a.seed, a.sampler, environment_text, a.camera, a.reference_spp, a.reference_frames,
-      fmt::join(a.aovs, ","), a.formats, a.float_exr, a.save_inputs, a.still, a.regularise,
-      options.render.jitter);
+      "float {}\ninputs {}\nstill {}\nregularise {}\njitter {}\n",
+      scene_text, options.frames.first, a.size, a.fps, SamplesPerPixelText(options.render),
+      a.guides, a.bounces, a.seed, a.sampler, environment_text, a.camera, a.reference_spp,
+      a.reference_frames, fmt::join(a.aovs, ","), a.formats, a.float_exr, a.save_inputs, a.still,
+      a.regularise, options.render.jitter);
   text += fmt::format("device {}\nray-tracing {}\n", a.device, a.ray_tracing);
   for (const Parameter& p : Parameters()) {
     text += fmt::format("{} {}\n", p.name, GetParameter(options.denoise, p.name).value());

@@ -104,9 +104,6 @@ class RenderRun {
   Status WriteLog() const;
   double Work(int64_t frame) const;
   double WorkBefore(int64_t frame) const;
-  std::string VideoPath() const {
-    return (std::filesystem::path(options_.text.folder) / "denoised.mp4").string();
-  }
   std::string FrameText(int64_t frame) const {
     return fmt::format("frame {} of {}", frame, options_.frames.last);
   }

@@ -58,6 +58,7 @@ Json PictureSettings(const RenderOptions& options, const RunLog& log) {
                {"aov", fmt::format("{}", fmt::join(a.aovs, ","))},
                {"format", a.formats},
                {"float", a.float_exr},
+               {"save_inputs", a.save_inputs},
                {"exposure", options.denoise.exposure},
                {"tonemap", GetParameter(options.denoise, "tonemap").value()}};
   if (a.still) {

@@ -120,6 +120,7 @@ constexpr ScalarKey kScalarKeys[] = {
     {"aov", Kind::kText},
     {"format", Kind::kText},
     {"float", Kind::kFlag},
+    {"save_inputs", Kind::kFlag},
     {"threads", Kind::kInteger, 0, 1e6},
     {"machine", Kind::kText},
     {"date", Kind::kText},
