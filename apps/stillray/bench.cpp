@@ -44,6 +44,7 @@ struct BenchArguments {
   bool scalar = true;
   std::string json_path;
   std::string device = "cpu";
+  bool verbose = false;
   bool fps = false;
 };
 
@@ -248,7 +249,7 @@ Result<std::unique_ptr<DeviceRenderer>> MakeRenderer(const BenchArguments& a, co
 /// Whole frames: tracing alone, with the temporal stage, with all of SVGF.
 Status RunFramesBench(const BenchArguments& a) {
   CatchInterrupts();
-  const Result<Device> device = OpenDeviceOption(a.device, "rendering");
+  const Result<Device> device = OpenDeviceOption(a.device, a.verbose, "rendering");
   STILLRAY_RETURN_IF_ERROR(device.status());
   const Result<Scene> scene = LoadScene(a.render.scene, [] { return !Interrupted(); });
   STILLRAY_RETURN_IF_ERROR(scene.status());
@@ -270,11 +271,11 @@ Status RunFramesBench(const BenchArguments& a) {
         MakeRenderer(a, *device, *scene, settings);
     STILLRAY_RETURN_IF_ERROR(renderer.status());
     STILLRAY_RETURN_IF_ERROR(MeasureFrames(a, *options, size, renderer->get(), &bench));
-    PrintTo(stdout,
-            "{}{}, {}x{}, {} spp, {} bounces, {} frames; traced on {}, filtered on {}\n\n{}\n",
+    PrintTo(stdout, "{}{}, {}x{}, {} spp, {} bounces, {} frames; traced on {}, filtered on {}\n\n",
             a.render.scene, options->text.still ? ", still" : "", options->render.width,
             options->render.height, SamplesPerPixelText(options->render), options->render.bounces,
-            a.repeats, (*renderer)->place(), device->description(), bench.Table());
+            a.repeats, (*renderer)->place(), device->description());
+    WriteText(stdout, bench.Table() + "\n");
     nlohmann::ordered_json json = bench.Json();
     json["width"] = options->render.width;
     json["height"] = options->render.height;
@@ -320,8 +321,9 @@ Status RunBench(const BenchArguments& arguments) {
   }
   for (BenchSize& size : sizes) {
     STILLRAY_RETURN_IF_ERROR(Measure(arguments, *scene, &size));
-    PrintTo(stdout, "{}{}{}\n", Title(arguments, size, threads),
-            size.filter.empty() ? "" : size.filter.Table() + "\n", size.tracer.Table());
+    WriteText(stdout, fmt::format("{}{}{}\n", Title(arguments, size, threads),
+                                  size.filter.empty() ? "" : size.filter.Table() + "\n",
+                                  size.tracer.Table()));
   }
   return WriteJson(arguments, BenchJson(arguments, sizes, threads));
 }
@@ -408,6 +410,7 @@ void AddBenchCommand(CLI::App& app, int* exit_code) {
                    "cpu; or vulkan, vulkan:N: the denoiser alone, beside a copy on that device; "
                    "with --fps also auto")
       ->capture_default_str();
+  AddVerboseOption(command, &a->verbose);
   command->add_flag("--fps", a->fps,
                     "Whole frames per second instead, and memory: tracing alone, with preset "
                     "temporal, with preset svgf; of builtin:lights if no scene is given");

@@ -52,8 +52,8 @@ Result<Json> BenchSubjectsOnDevice(const std::string& device,
     if (!result.ok()) {
       return Status(result.status().code(), "--device: " + result.status().message());
     }
-    PrintTo(stdout, "{}, {}: {}\n", subject.preset, subject.kernel,
-            DeviceBenchTable(subject.options, *result));
+    WriteText(stdout, fmt::format("{}, {}: {}\n", subject.preset, subject.kernel,
+                                  DeviceBenchTable(subject.options, *result)));
     list.push_back(SubjectJson(subject, *result));
     description = result->device;
   }

@@ -18,6 +18,7 @@
 #include "denoise_inputs.h"
 #include "finding_json.h"
 #include "interrupt.h"
+#include "io/memory_limit.h"
 #include "io/text.h"
 #include "json_output.h"
 #include "progress.h"
@@ -37,6 +38,8 @@ struct CheckArguments {
 };
 
 constexpr size_t kMaxFileBytes = size_t{4} << 30;
+/// Two frames with all guides and what the checks keep of them: 700 B a pixel with 35 channels.
+constexpr ExrCost kCost = {450, 8};
 
 /// Where a listing of outputs would begin: nothing is written.
 constexpr const char* kNowhere = "/nonexistent/frame.####.exr";
@@ -86,6 +89,7 @@ Status LookAt(const SequenceFile& file, std::FILE* out, Doctor* doctor) {
   if (!bytes.ok()) {
     return bytes.status();
   }
+  STILLRAY_RETURN_IF_ERROR(CheckExrFits(*bytes, file.input, kCost));
   const Result<ExrImage> image =
       DecodeExr(reinterpret_cast<const uint8_t*>(bytes->data()), bytes->size(), file.input);
   if (!image.ok()) {
@@ -94,7 +98,7 @@ Status LookAt(const SequenceFile& file, std::FILE* out, Doctor* doctor) {
   const bool first = doctor->layout() == nullptr;
   STILLRAY_RETURN_IF_ERROR(doctor->Add(file.frame, file.input, *image));
   if (first) {
-    PrintTo(out, "{}", AovTable(*doctor->layout()));
+    WriteText(out, AovTable(*doctor->layout()));
     std::fflush(out);
   }
   return Status::Ok();

@@ -7,19 +7,36 @@
 
 #include <cstdio>
 #include <string_view>
-#include <utility>
+#include <type_traits>
 
 #include <fmt/format.h>
+
+#include "core/printable.h"
 
 namespace stillray {
 
 /// Writes text as it is. Never throws.
 void WriteText(std::FILE* stream, std::string_view text);
 
-/// fmt::print, without its exception where the stream cannot be written.
+/// A value of a message: text with its control characters escaped, all else as it is.
+template <typename Value>
+auto MessageValue(const Value& value) {
+  if constexpr (std::is_convertible_v<const Value&, std::string_view>) {
+    return Printable(value, std::string_view::npos);
+  } else {
+    return value;
+  }
+}
+
+/// fmt::print, without its exception where the stream cannot be written. Text among the values may
+/// come from files and command lines: it can neither end the line nor steer a terminal. WriteText
+/// is for text of several lines.
 template <typename... Values>
 void PrintTo(std::FILE* stream, fmt::format_string<Values...> format, Values&&... values) {
-  WriteText(stream, fmt::format(format, std::forward<Values>(values)...));
+  const auto print = [&](const auto&... shown) {
+    WriteText(stream, fmt::vformat(format, fmt::make_format_args(shown...)));
+  };
+  print(MessageValue(values)...);
 }
 
 /// Gives /dev/null to standard streams that the caller closed, before any file is opened: else a

@@ -96,7 +96,7 @@ void AddDenoiseCommand(CLI::App& app, int* exit_code) {
       command->add_option("--fps", a->fps, "Frames per second of the video")->capture_default_str();
   command->add_flag("--no-check", a->no_check,
                     "Do not look for mistakes in the first frames (stillray check looks at all)");
-  AddDeviceOption(command, &a->device);
+  AddDeviceOption(command, &a->device, &a->verbose);
   command->add_option("--threads", a->threads, "Default: all processors")
       ->check(CLI::Range(0, 4096));
   command->add_option("--memory-limit", a->memory_limit,

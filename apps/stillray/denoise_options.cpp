@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise_options.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -14,6 +12,7 @@
 
 #include "denoise_preview.h"
 #include "io/frame_rate.h"
+#include "io/memory_limit.h"
 
 namespace stillray {
 namespace {
@@ -86,7 +85,7 @@ Status CheckDisplayArguments(const DenoiseArguments& arguments) {
 /// "8G", "500M", bytes without a letter.
 Status ParseMemory(const std::string& text, int64_t* bytes) {
   if (text.empty()) {
-    *bytes = int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGE_SIZE);
+    *bytes = AvailableMemory();
     return Status::Ok();
   }
   double number = 0;

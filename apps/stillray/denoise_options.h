@@ -37,6 +37,7 @@ struct DenoiseArguments {
   double fps = 24;
   bool fps_given = false;
   std::string device = "auto";
+  bool verbose = false;
   std::string json_path;
 };
 

@@ -232,7 +232,7 @@ Status DenoiseRun::CheckInputs() {
   }
   AovLayout shown = layout_;
   shown.notes = NotesBeside(log_.findings, layout_);
-  PrintTo(options_.text.json_path == "-" ? stderr : stdout, "{}", AovTable(shown));
+  WriteText(options_.text.json_path == "-" ? stderr : stdout, AovTable(shown));
   std::fflush(stdout);
   if (next_ == 0) {
     for (const Finding& finding : log_.findings) {
@@ -246,7 +246,8 @@ Status DenoiseRun::Prepare() {
   ExrExtent extent;
   TakeWindowOfResumedRun();
   STILLRAY_RETURN_IF_ERROR(Understand(&extent));
-  const Result<Device> device = OpenDeviceOption(options_.text.device, "denoising");
+  const Result<Device> device =
+      OpenDeviceOption(options_.text.device, options_.text.verbose, "denoising");
   if (!device.ok()) {
     return device.status();
   }
@@ -599,7 +600,7 @@ void DenoiseRun::Summarise() const {
   for (const DenoisedFrameLog& frame : log_.frames) {
     bad_guides += frame.bad_guides;
   }
-  PrintTo(stderr, "{}", MissingLightWarning(log_));
+  WriteText(stderr, MissingLightWarning(log_));
   if (bad_guides > 0) {
     PrintTo(stderr, "warning: {} pixels had no usable guides and were not filtered\n", bad_guides);
   }
@@ -611,7 +612,7 @@ void DenoiseRun::Summarise() const {
   }
   std::FILE* out = options_.text.json_path == "-" ? stderr : stdout;
   if (options_.text.timings) {
-    PrintTo(out, "{}", DenoiseTimings(log_));
+    WriteText(out, DenoiseTimings(log_));
   }
   PrintTo(out, "{}\n",
           RunSummaryText({next_ - resumed_at_, resumed_at_, folder_, written_bytes_,

@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include <fmt/format.h>
+#include <tbb/global_control.h>
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
@@ -20,26 +21,53 @@ bool Contains(const std::vector<std::string>& list, const std::string& entry) {
   return std::find(list.begin(), list.end(), entry) != list.end();
 }
 
+/// Why "auto" came to be the CPU, in a few words.
+std::string ReasonForCpu() {
+  std::string remark;
+  const std::vector<DeviceDescription> devices = ListDevices(&remark);
+  if (devices.empty()) {
+    return "no Vulkan driver";
+  }
+  const auto usable = [](const DeviceDescription& d) { return d.usable.ok(); };
+  if (std::none_of(devices.begin(), devices.end(), usable)) {
+    return "no usable Vulkan device";
+  }
+  const bool gpu = std::any_of(devices.begin(), devices.end(),
+                               [](const DeviceDescription& d) { return d.is_gpu; });
+  return gpu ? "the GPU cannot be used" : "no GPU with Vulkan";
+}
+
 }  // namespace
 
-void AddDeviceOption(CLI::App* command, std::string* text) {
+void AddDeviceOption(CLI::App* command, std::string* text, bool* verbose) {
   command
       ->add_option("--device", *text,
                    "Where frames are traced and denoised: cpu, vulkan, vulkan:N (stillray info "
                    "--devices), or "
                    "auto: a GPU where there is one, else the CPU")
       ->capture_default_str();
+  AddVerboseOption(command, verbose);
 }
 
-Result<Device> OpenDeviceOption(const std::string& text, const std::string& work) {
+void AddVerboseOption(CLI::App* command, bool* verbose) {
+  command->add_flag("-v,--verbose", *verbose, "Say why --device auto came to be the CPU");
+}
+
+Result<Device> OpenDeviceOption(const std::string& text, bool verbose, const std::string& work) {
   Result<Device> opened = Device::Open(text);
   if (!opened.ok()) {
     return Status(opened.status().code(), "--device: " + opened.status().message());
   }
   if (!opened->is_cpu()) {
     PrintTo(stderr, "{} on {}\n", work, opened->description());
-  } else if (!opened->remark().empty()) {
-    PrintTo(stderr, "{} on the CPU: {}\n", work, opened->remark());
+    return opened;
+  }
+  const size_t threads =
+      tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  PrintTo(stderr, "{} on the CPU, {} thread{}{}\n", work, threads, threads == 1 ? "" : "s",
+          opened->remark().empty() ? "" : "; " + ReasonForCpu());
+  if (verbose && !opened->remark().empty()) {
+    PrintTo(stderr, "{}\n", opened->remark());
   }
   return opened;
 }

@@ -16,11 +16,15 @@ class App;
 
 namespace stillray {
 
-void AddDeviceOption(CLI::App* command, std::string* text);
+/// --device and --verbose.
+void AddDeviceOption(CLI::App* command, std::string* text, bool* verbose);
+void AddVerboseOption(CLI::App* command, bool* verbose);
 
-/// Opens the device and says on standard error which it is; nothing is said of `cpu`.
-/// \param work  what is done there, such as "denoising"
-Result<Device> OpenDeviceOption(const std::string& text, const std::string& work);
+/// Opens the device and says on standard error in one line which it is, and for the CPU with how
+/// many threads and why "auto" chose it.
+/// \param verbose  a second line gives the driver's own message
+/// \param work     what is done there, such as "denoising"
+Result<Device> OpenDeviceOption(const std::string& text, bool verbose, const std::string& work);
 
 /// Says on standard error, once, that a denoiser came to work on the CPU after all.
 void TellFallBack(const Denoiser& denoiser, bool* told);

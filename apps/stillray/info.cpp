@@ -29,6 +29,7 @@ namespace {
 struct InfoOptions {
   std::string file;
   AovOptions aovs;
+  bool has_file = false;
   bool devices = false;
   std::string json_path;
 };
@@ -39,6 +40,9 @@ struct Description {
 };
 
 Result<Description> Describe(const std::string& file, const AovOptions& aovs) {
+  if (file.empty()) {
+    return Status::InvalidArgument("the name of the file is empty");
+  }
   if (LooksLikeScene(file)) {
     const Result<Scene> scene = LoadScene(file);
     if (!scene.ok()) {
@@ -70,7 +74,7 @@ Status Print(const std::string& text) {
 }
 
 Status RunInfo(const InfoOptions& options) {
-  if (options.devices == !options.file.empty()) {
+  if (options.devices == options.has_file) {
     return Status::InvalidArgument("info takes a file, or --devices");
   }
   const Result<Description> description = options.devices
@@ -96,7 +100,8 @@ void AddInfoCommand(CLI::App& app, int* exit_code) {
   CLI::App* command = app.add_subcommand(
       "info", "Shows what is in a picture (EXR, HDR, PNG, JPEG) or a scene (glTF, built-in)");
   auto options = std::make_shared<InfoOptions>();
-  command->add_option("FILE", options->file, "Picture, .gltf or .glb file, or builtin:NAME");
+  const CLI::Option* file =
+      command->add_option("FILE", options->file, "Picture, .gltf or .glb file, or builtin:NAME");
   command->add_option("--view-layer", options->aovs.view_layer,
                       "EXR files of several view layers: which of them the table of layers is of");
   command->add_flag("--devices", options->devices,
@@ -110,7 +115,8 @@ void AddInfoCommand(CLI::App& app, int* exit_code) {
       "  stillray info kitchen.glb\n"
       "  stillray info builtin:cornell --json cornell.json\n"
       "  stillray info --devices");
-  command->callback([options, exit_code] {
+  command->callback([options, file, exit_code] {
+    options->has_file = file->count() > 0;
     const Status status = RunInfo(*options);
     *exit_code = status.ok() ? kExitOk : ReportError(status);
   });

@@ -11,6 +11,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/parallel.h"
+#include "core/printable.h"
+#include "io/memory_limit.h"
 #include "stillray/aov.h"
 
 namespace stillray {
@@ -19,6 +21,8 @@ namespace {
 
 constexpr int kRowsPerTask = 32;
 constexpr size_t kMaxFileBytes = size_t{4} << 30;
+/// All channels, and the file itself: 220 B a pixel with 35 channels.
+constexpr ExrCost kCost = {10, 8};
 constexpr size_t kMaxShownAttribute = 120;  // characters; JSON has the whole
 constexpr const char* kMainLayer = "(main)";
 
@@ -239,6 +243,7 @@ Result<PictureInfo> DescribePicture(const std::string& path, const AovOptions& a
   info.file_bytes = bytes->size();
   constexpr std::string_view kExrSignature = "\x76\x2f\x31\x01";
   if (bytes->starts_with(kExrSignature)) {
+    STILLRAY_RETURN_IF_ERROR(CheckExrFits(*bytes, path, kCost));
     return DescribeExr(data, bytes->size(), aovs, std::move(info));
   }
   Result<Image3> image = DecodeImage(data, bytes->size(), path, &info.linear);
@@ -261,8 +266,8 @@ Result<PictureInfo> DescribePicture(const std::string& path, const AovOptions& a
 }
 
 std::string PictureText(const PictureInfo& info) {
-  std::string text = fmt::format("{}: {}, {} x {} pixels, {} bytes\n", info.path, info.format,
-                                 info.width, info.height, info.file_bytes);
+  std::string text = fmt::format("{}: {}, {} x {} pixels, {} bytes\n", Printable(info.path),
+                                 info.format, info.width, info.height, info.file_bytes);
   if (info.format == "EXR") {
     text += fmt::format("compression     {}, {}\n", info.compression,
                         info.tiled ? "tiles" : "scanlines");

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/lower_case.h"
+#include "core/printable.h"
 
 namespace stillray {
 
@@ -145,7 +146,7 @@ bool LooksLikeScene(const std::string& spec) {
 std::string SceneText(const std::string& spec, const Scene& scene) {
   const SceneCounts counts = Count(scene);
   const Aabb bounds = SceneBounds(scene, 0);
-  std::string text = fmt::format("{}: scene{}\n", spec,
+  std::string text = fmt::format("{}: scene{}\n", Printable(spec),
                                  scene.name.empty() ? "" : " \"" + Shown(scene.name) + "\"");
   const auto line = [&](const char* what, const std::string& value) {
     text += fmt::format("{:<20}{}\n", what, value);

@@ -5,16 +5,18 @@
 #include <string>
 #include <system_error>
 
+#include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
 #include "command_line.h"
 #include "commands.h"
 #include "console.h"
+#include "usage.h"
 
 namespace stillray {
 
 int ReportError(const Status& status) {
-  std::fprintf(stderr, "stillray: error: %s\n", status.message().c_str());
+  PrintTo(stderr, "stillray: error: {}\n", status.message());
   switch (status.code()) {
     case StatusCode::kOk:
       return kExitOk;
@@ -29,15 +31,25 @@ int ReportError(const Status& status) {
 
 namespace {
 
+/// Threads that cannot be started are the machine's fault; what else throws such an error is ours.
+Status OfSystem(const std::system_error& error) {
+  if (error.code() == std::errc::resource_unavailable_try_again) {
+    return Status::OutOfMemory(fmt::format(
+        "no thread could be started ({}): the limit on threads (ulimit -u) or memory is reached; "
+        "--threads 1 needs the fewest",
+        error.what()));
+  }
+  return Status::Internal(fmt::format("unexpected: {}", error.what()));
+}
+
 int Main(int argc, char** argv) {
-  CLI::App app{"stillray: clean, temporally stable pictures from a few samples per pixel"};
+  CLI::App app{"stillray: clean, temporally stable pictures from a few samples per pixel",
+               "stillray"};
   app.set_version_flag("--version", std::string("stillray " STILLRAY_VERSION));
-  app.require_subcommand(1);
+  app.require_subcommand(0, 1);
   // The last of a repeated option counts, so that scripts can append to a command line.
   app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
-  app.failure_message([](const CLI::App*, const CLI::Error& error) {
-    return std::string("stillray: error: ") + error.what() + " (--help tells the usage)\n";
-  });
+  app.footer("stillray help COMMAND explains a command, with examples.");
   int exit_code = kExitOk;
   AddRenderCommand(app, &exit_code);
   AddDenoiseCommand(app, &exit_code);
@@ -47,10 +59,18 @@ int Main(int argc, char** argv) {
   AddInfoCommand(app, &exit_code);
   AddCheckCommand(app, &exit_code);
   AddBenchCommand(app, &exit_code);
+  AddHelpCommand(app, &exit_code);
+  CheckNumbers(app);
   try {
-    app.parse(argc, argv);
+    app.parse(ArgumentsOf(app, argc, argv));
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kExitOk : kExitBadInput;
+    if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
+      return app.exit(error);  // --help, --version
+    }
+    return ReportError(Status::InvalidArgument(UsageError(app, error)));
+  }
+  if (app.get_subcommands().empty()) {
+    WriteText(stdout, app.help());
   }
   return exit_code;
 }
@@ -77,6 +97,8 @@ int main(int argc, char** argv) {
     return stillray::WithOutputWritten(stillray::Main(argc, argv));
   } catch (const std::bad_alloc&) {
     return stillray::ReportError(stillray::Status::OutOfMemory("out of memory"));
+  } catch (const std::system_error& error) {
+    return stillray::ReportError(stillray::OfSystem(error));
   } catch (const std::exception& error) {
     return stillray::ReportError(
         stillray::Status::Internal(std::string("unexpected: ") + error.what()));

@@ -114,9 +114,11 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
   const auto a = std::make_shared<RenderArguments>();
   command->add_option("scene", a->scene, ".gltf, .glb or builtin:NAME (cornell, spheres, lights)")
       ->required();
+  command->option_defaults()->group("Output");
   command->add_option("-o,--output", a->folder, "Folder for the pictures; made if needed")
       ->required();
   command->add_option("--size", a->size, "WIDTHxHEIGHT in pixels")->capture_default_str();
+  command->option_defaults()->group("Scene");
   command->add_option("--frames", a->frames, "FIRST-LAST, or one frame")->capture_default_str();
   command->add_option("--fps", a->fps, "Frames per second")->capture_default_str();
   command->add_flag("--still", a->still,
@@ -124,6 +126,7 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
   command->add_option("--camera", a->camera, "Name or number of the camera; default: the first");
   command->add_option("--environment", a->environment,
                       "Light from all around: .hdr or .exr, latitude-longitude");
+  command->option_defaults()->group("Sampling");
   command
       ->add_option(
           "--spp", a->spp,
@@ -146,6 +149,7 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
                       "Also render converged pictures with this many paths per pixel");
   command->add_option("--reference-frames", a->reference_frames,
                       "Only for these frames, such as 30-31,60-61; default: all");
+  command->option_defaults()->group("Denoiser");
   command
       ->add_option("--preset", a->preset,
                    fmt::format("Denoiser: {}", fmt::join(PresetNames(), ", ")))
@@ -159,6 +163,7 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
                    "A parameter of the denoiser as name=value (docs/parameters.md); repeatable")
       ->allow_extra_args(false)
       ->take_all();
+  command->option_defaults()->group("Output");
   AddDisplayOptions(command, &a->display);
   command
       ->add_option("--aov", a->aovs,
@@ -172,7 +177,8 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
                     "Also write the noisy frames: EXR files with every signal and every guide, as "
                     "`stillray denoise` reads them, and PNG files");
   command->add_flag("--float", a->float_exr, "32-bit EXR files; default: 16-bit (half)");
-  AddDeviceOption(command, &a->device);
+  command->option_defaults()->group("Device");
+  AddDeviceOption(command, &a->device, &a->verbose);
   command
       ->add_option("--ray-tracing", a->ray_tracing,
                    "How a Vulkan device traces rays: hardware, compute (shaders of our own), or "
@@ -180,6 +186,7 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
       ->capture_default_str();
   command->add_option("--threads", a->threads, "Default: all processors")
       ->check(CLI::Range(0, 4096));
+  command->option_defaults()->group("Output");
   command->add_flag("--resume", a->resume,
                     "Go on where an interrupted run with the same settings stopped");
   command->add_flag("--timings", a->timings, "Print milliseconds per stage, and memory");

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render_options.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -14,6 +12,7 @@
 
 #include "core/checksum.h"
 #include "io/frame_rate.h"
+#include "io/memory_limit.h"
 #include "render_files.h"
 #include "trace_device.h"
 
@@ -28,10 +27,6 @@ constexpr int kMostSamples = 65536;
 constexpr int64_t kBytesPerPixel = 600;
 /// A second frame whose files are written meanwhile: 40 planes, and the channels of its files.
 constexpr int64_t kBytesPerPixelOfSecondFrame = 300;
-
-int64_t MemoryOfMachine() {
-  return int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGE_SIZE);
-}
 
 template <typename T>
 bool ParseWhole(std::string_view text, T* out) {
@@ -62,7 +57,7 @@ Status ParseSize(const std::string& text, RenderSettings* render) {
         "--size is '{}', expected WIDTHxHEIGHT with 1 to {} pixels a side", text, kLargestSide));
   }
   const int64_t needed = int64_t{render->width} * render->height * kBytesPerPixel;
-  const int64_t memory = MemoryOfMachine();
+  const int64_t memory = AvailableMemory();
   if (memory > 0 && needed > memory) {
     return Status::InvalidArgument(
         fmt::format("--size is '{}', which takes about {} GB; this machine has {} GB", text,
@@ -247,7 +242,7 @@ uint64_t ChecksumOf(const Image3& image) {
 bool TwoFramesFit(const RenderSettings& render) {
   const int64_t needed =
       int64_t{render.width} * render.height * (kBytesPerPixel + kBytesPerPixelOfSecondFrame);
-  const int64_t memory = MemoryOfMachine();
+  const int64_t memory = AvailableMemory();
   return memory <= 0 || needed <= memory;
 }
 

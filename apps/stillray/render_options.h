@@ -51,6 +51,7 @@ struct RenderArguments {
   bool resume = false;
   bool timings = false;
   std::string device = "auto";
+  bool verbose = false;
   std::string ray_tracing = "auto";
   std::string json_path;
 };

@@ -170,7 +170,8 @@ Status RenderRun::Prepare() {
     }
   }
   STILLRAY_RETURN_IF_ERROR(render::CheckSettings(options_.render));
-  const Result<Device> device = OpenDeviceOption(options_.text.device, "rendering");
+  const Result<Device> device =
+      OpenDeviceOption(options_.text.device, options_.text.verbose, "rendering");
   if (!device.ok()) {
     return device.status();
   }
@@ -546,7 +547,7 @@ void RenderRun::Summarise() const {
   }
   std::FILE* out = options_.text.json_path == "-" ? stderr : stdout;
   if (options_.text.timings) {
-    PrintTo(out, "{}", TimingsTable(log_));
+    WriteText(out, TimingsTable(log_));
   }
   RunSummary summary;
   summary.frames = static_cast<size_t>(next_frame_ - first_written_);
@@ -566,8 +567,8 @@ Status RenderRun::Run() {
     return Status::Ok();
   }
   PrintTo(stderr, "{}\n", OutputSizeText(options_, next_frame_));
-  PrintTo(stderr, "{}",
-          DiskSpaceWarning(options_.text.folder, EstimateOutputSize(options_, next_frame_)));
+  WriteText(stderr,
+            DiskSpaceWarning(options_.text.folder, EstimateOutputSize(options_, next_frame_)));
   first_written_ = next_frame_;
   start_ = Clock::now();
   {

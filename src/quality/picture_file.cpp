@@ -6,6 +6,7 @@
 #include <array>
 #include <utility>
 
+#include "io/memory_limit.h"
 #include "stillray/aov.h"
 #include "stillray/frame.h"
 #include "stillray/io.h"
@@ -15,6 +16,8 @@ namespace {
 
 // The largest file that is read whole.
 constexpr size_t kMaxFileBytes = size_t{4} << 30;
+/// Both pictures of a comparison and the planes of all measures: 290 B a pixel with 35 channels.
+constexpr ExrCost kCost = {120, 8};
 
 Image1 TakeLayer(const ExrImage& exr, const char* name) {
   const Channel* channel = exr.Find(name);
@@ -68,6 +71,7 @@ Result<PictureFile> ReadPictureFile(const std::string& path) {
   }
   if (bytes->size() >= kExrMagic.size() &&
       std::equal(kExrMagic.begin(), kExrMagic.end(), bytes->begin())) {
+    STILLRAY_RETURN_IF_ERROR(CheckExrFits(*bytes, path, kCost));
     return DecodeExrPicture(*bytes, path);
   }
   PictureFile picture;

@@ -34,14 +34,14 @@ Status RunView(const view::ViewArguments& arguments) {
   if (!options.ok()) {
     return options.status();
   }
-  const Result<Device> device = OpenDeviceOption(arguments.device, "rendering");
-  STILLRAY_RETURN_IF_ERROR(device.status());
-  options->device = *device;
   const int threads = options->threads > 0
                           ? std::min(options->threads, tbb::info::default_concurrency())
                           : tbb::info::default_concurrency();
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<size_t>(threads));
+  const Result<Device> device = OpenDeviceOption(arguments.device, arguments.verbose, "rendering");
+  STILLRAY_RETURN_IF_ERROR(device.status());
+  options->device = *device;
   if (options->headless_frames > 0) {
     return view::RunHeadless(options.value());
   }

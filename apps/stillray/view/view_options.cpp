@@ -212,7 +212,7 @@ Result<ViewOptions> ParseViewArguments(const ViewArguments& arguments) {
 }
 
 void DeclareViewOptions(CLI::App* command, ViewArguments* a) {
-  command->add_option("scene", a->scene, ".gltf, .glb or builtin:NAME")->required();
+  command->add_option("scene", a->scene, ".gltf, .glb or builtin:NAME")->capture_default_str();
   command->add_option("--environment", a->environment, "Light from afar: .hdr or .exr");
   command->add_option("--size", a->size, "Of the window: WIDTHxHEIGHT in pixels")
       ->capture_default_str();
@@ -239,7 +239,7 @@ void DeclareViewOptions(CLI::App* command, ViewArguments* a) {
   command->add_option("--fps", a->fps, "Frames per second of clips and single steps")
       ->capture_default_str();
   command->add_flag("--play", a->play, "Start the animation at once");
-  AddDeviceOption(command, &a->device);
+  AddDeviceOption(command, &a->device, &a->verbose);
   command->add_option("--threads", a->threads, "Default: all processors")
       ->check(CLI::Range(0, 4096));
   command->add_option("--headless-frames", a->headless_frames,

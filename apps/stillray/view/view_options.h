@@ -20,7 +20,7 @@ namespace stillray::view {
 
 /// Text as the user gave it.
 struct ViewArguments {
-  std::string scene;
+  std::string scene = "builtin:cornell";
   std::string environment;
   std::string size = "1280x720";
   std::optional<std::string> preset;
@@ -41,6 +41,7 @@ struct ViewArguments {
   std::string folder;
   std::string report;
   std::string device = "auto";
+  bool verbose = false;
 };
 
 /// The same, understood.
