@@ -120,7 +120,8 @@ void WriteLayers(const Frame& frame, const AovLayout& layout,
       for (int c = 0; c < 3; ++c) {
         const float own =
             light.channels[static_cast<size_t>(c)](x, y) * Share(estimates, i, c, x, y);
-        const float seen = albedo.empty() ? own : Remodulate(own, albedo[c](x, y));
+        const bool divided = !albedo.empty() && std::isfinite(albedo[c](x, y));  // as remodulate
+        const float seen = divided ? Remodulate(own, albedo[c](x, y)) : own;
         layer.values[c](x, y) = seen;
         if (stored != nullptr) {
           const float divisor = (*stored)[c](x, y);

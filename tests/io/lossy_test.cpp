@@ -103,7 +103,7 @@ TEST(Lossy, NegativeLightStaysWhereNothingIsBright) {
       channel.values(30, 20) = -0.5f;
     }
   }
-  EXPECT_EQ(ImportedLight(image)[1](30, 20), -0.25f);
+  EXPECT_NEAR(ImportedLight(image)[1](30, 20), -0.25f, 0.01f);  // times a lossy colour
 }
 
 TEST(Lossy, AFireflyHidesNoNegativeLightElsewhere) {
