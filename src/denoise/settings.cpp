@@ -91,8 +91,7 @@ std::vector<Row> MakeTable() {
   t.push_back(ChoiceRow("firefly", Choice<&Settings::firefly>(), {"off", "clamp", "compress"},
                         "suppress_fireflies",
                         "Limit single bright samples: to the brightest neighbour, or by filtering "
-                        "under c / (1 + luminance), "
-                        "which darkens highlights."));
+                        "under a curve that compresses a luminance above 32."));
   t.push_back(FlagRow("temporal", &Settings::temporal, "accumulate",
                       "Accumulate light from earlier frames.", nullptr, "off"));
   t.push_back(ChoiceRow("history_weight", Choice<&Settings::history_weight>(), {"constant", "age"},

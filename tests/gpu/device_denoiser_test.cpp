@@ -107,6 +107,27 @@ TEST_F(DeviceDenoiser, RoundingBelowZeroIsZero) {
   }
 }
 
+TEST_F(DeviceDenoiser, CompressedFirefliesKeepTheMean) {
+  for (const DevicePrecision precision : {DevicePrecision::kHalf, DevicePrecision::kFloat}) {
+    Denoiser off = MakeDenoiser(PresetSettings("svgf").value(), precision);
+    Denoiser on = MakeDenoiser(With("svgf", {{"firefly", "compress"}}), precision);
+    DenoisedFrame a;
+    DenoisedFrame b;
+    for (int i = 0; i < 4; ++i) {
+      Frame frame = test::MakeSparseLight(64, 48, i, 0);
+      ASSERT_TRUE(off.Denoise(frame, &a).ok());
+      EXPECT_TRUE(on.Denoise(frame, &b).ok());
+      EXPECT_NEAR(test::MeanOf(b.colour) / test::MeanOf(a.colour), 1, 0.01) << i;
+    }
+    Frame frame = test::MakeSparseLight(64, 48, 4, 0);
+    test::Light(&frame, SignalKind::kDirectDiffuse)[1](30, 20) = 1e6f;
+    ASSERT_TRUE(off.Denoise(frame, &a).ok());
+    ASSERT_TRUE(on.Denoise(frame, &b).ok());
+    EXPECT_LT(test::MeanOf(b.colour), 1.2 * 2);
+    EXPECT_GT(test::MeanOf(a.colour), 4);
+  }
+}
+
 TEST_F(DeviceDenoiser, LightThatGrowsAThousandfoldKeepsItsHistory) {
   // The exposure changes on the way; what is remembered is brought to it.
   const Settings settings = With("svgf", {{"fxaa", "off"}});

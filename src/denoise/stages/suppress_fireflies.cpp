@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/parallel.h"
+#include "denoise/stages/suppress_fireflies_shared.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "denoise/stages/suppress_fireflies.cpp"
@@ -60,17 +61,30 @@ void ClampFireflyRows(const Image3& in, const Image1& luminance, int y0, int y1,
   }
 }
 
-void ScaleRows(bool expand, int y0, int y1, Image3* colour) {
+/// See CompressScale and ExpandScale.
+HWY_INLINE VF CurveScale(bool expand, VF l) {
   const DF d;
   const VF one = hn::Set(d, 1.0f);
+  const VF two = hn::Set(d, 2.0f);
+  const VF knee = hn::Set(d, kKnee);
+  if (expand) {
+    const VF part = hn::Max(hn::Div(l, knee), one);
+    const VF left = hn::Max(hn::Sub(two, part), hn::Set(d, 1e-3f));
+    return hn::Div(one, hn::Mul(part, left));
+  }
+  const VF part = hn::Div(knee, hn::Max(l, knee));
+  return hn::Mul(part, hn::Sub(two, part));
+}
+
+void ScaleRows(bool expand, int y0, int y1, Image3* colour) {
+  const DF d;
   const int width = colour->width();
   for (int y = y0; y < y1; ++y) {
     for (int x = 0; x < width; x += LaneCount()) {
-      const VF l = hn::LoadU(d, (*colour)[0].Row(y) + x);
-      const VF divisor = expand ? hn::Max(hn::Sub(one, l), hn::Set(d, 1e-6f)) : hn::Add(one, l);
+      const VF scale = CurveScale(expand, hn::LoadU(d, (*colour)[0].Row(y) + x));
       for (int c = 0; c < 3; ++c) {
-        StoreInRow(d, hn::Div(hn::LoadU(d, (*colour)[c].Row(y) + x), divisor), (*colour)[c].Row(y),
-                   x, width);
+        StoreInRow(d, hn::Mul(hn::LoadU(d, (*colour)[c].Row(y) + x), scale), (*colour)[c].Row(y), x,
+                   width);
       }
     }
   }

@@ -3,9 +3,11 @@
 
 /// suppress_fireflies: optional limits for single samples that are far brighter than the rest.
 /// Clamp: each pixel is scaled down to the luminance of the brightest of its eight neighbours.
-/// Compress: c / (1 + luminance(c)), undone after filtering by ExpandLight; means taken under the
-/// curve come out darker than true means, the more the noisier they are, and the curve is not
-/// independent of exposure. Source: the Reinhard round trip of the CUDA EAW/SVGF reference.
+/// Compress: luminance above 32 is compressed to 64 at most, which ExpandLight undoes after
+/// filtering. Source: the Reinhard round trip of the CUDA EAW/SVGF reference. Departs from it: its
+/// curve, c / (1 + luminance), bends everywhere, and means taken under it are darker than true
+/// means, the more the noisier they are; here only samples above 32 lose light. Neither curve is
+/// independent of exposure.
 /// No state. Border: 1 pixel. Reads and writes 12 bytes per pixel.
 #pragma once
 
