@@ -57,7 +57,7 @@ enum class LuminanceScale : int {
 enum class Firefly : int {
   kOff,
   kClamp,     ///< light is clamped to the brightest of its eight neighbours
-  kCompress,  ///< filtered under c / (1 + luminance / mean): highlights come out darker
+  kCompress,  ///< filtered under a curve that compresses a luminance above 32
 };
 /// When filtered light becomes history, below one sample per pixel.
 enum class FeedbackWhen : int {
