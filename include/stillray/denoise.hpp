@@ -133,6 +133,7 @@ struct Settings {
   float eaw_sigma_l = 4.0f;
   float eaw_sigma_n = 0.3f;
   float eaw_sigma_z = 0.05f;
+  float mirror_roughness = 0.05f;
 
   Antialias antialias = Antialias::kAuto;
   float taa_alpha = 0.1f;

@@ -68,7 +68,8 @@ typedef enum stillray_vulkan_slot {
   STILLRAY_VULKAN_SAMPLES = 21,
   STILLRAY_VULKAN_COLOUR = 22,  /* output */
   STILLRAY_VULKAN_DISPLAY = 23, /* output */
-  STILLRAY_VULKAN_SLOT_COUNT = 24
+  STILLRAY_VULKAN_ROUGHNESS = 24,
+  STILLRAY_VULKAN_SLOT_COUNT = 25
 } stillray_vulkan_slot;
 /* Room in stillray_vulkan_frame; slots from STILLRAY_VULKAN_SLOT_COUNT on stay empty. */
 #define STILLRAY_VULKAN_SLOT_ROOM 32

@@ -72,6 +72,7 @@ struct VulkanFrame {
   VulkanImage emission;
   VulkanImage background;
   VulkanImage samples;
+  VulkanImage roughness;
 
   /// The result: scene-linear, R32G32B32A32_SFLOAT, or R16G16B16A16_SFLOAT if `colour_is_half`.
   VulkanImage colour;

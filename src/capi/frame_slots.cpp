@@ -50,7 +50,7 @@ constexpr std::array kInputs = {
           "motion(p) one frame ago.",
           2),
     Input("id", "Same surface, same number, in every frame; 0 where there is none.", 1),
-    Input("roughness", "Perceptual roughness, 0 to 1.", 1),
+    Input("roughness", "Perceptual roughness, 0 to 1: what smooth surfaces mirror stays sharp.", 1),
     Input("emission", "Light that the first surface emits: added after filtering, linear RGB.", 3),
     Input("background", "Light of rays that left the scene: added after filtering, linear RGB.", 3),
     Input("samples",

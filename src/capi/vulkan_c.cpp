@@ -80,6 +80,7 @@ VulkanFrame FrameOf(const stillray_vulkan_frame& f) {
   frame.emission = image(STILLRAY_VULKAN_EMISSION);
   frame.background = image(STILLRAY_VULKAN_BACKGROUND);
   frame.samples = image(STILLRAY_VULKAN_SAMPLES);
+  frame.roughness = image(STILLRAY_VULKAN_ROUGHNESS);
   frame.colour = image(STILLRAY_VULKAN_COLOUR);
   frame.display = image(STILLRAY_VULKAN_DISPLAY);
   return frame;

@@ -18,6 +18,7 @@
 //   per level:
 //     prefilter_variance 1        luminance, variance            luminance stops      (signal by signal)
 //     atrous             wavelet  colour, variance, guides       colour, variance     colour of the feedback level
+//   keep_mirrors         wavelet  new light, colour, roughness   colour               (only where a surface is smooth)
 //   remodulate           -        colours, albedo, unfiltered    picture
 //   fxaa                 9        picture, length                picture
 //   antialias            4x4      picture, motion                picture              kept for the next frame
@@ -349,6 +350,7 @@ Status Denoiser::Denoise(const Frame& given, const FutureLight& future, Denoised
     d.BeginFilter(i, d.MergeFuture(i, future));
   });
   d.FilterSignals();
+  d.RunKeepMirrors();
   d.FindPictureParts();
   if (!d.ComposesOnTheWay()) {
     d.ComposePicture();
@@ -454,7 +456,7 @@ void Denoiser::Reset() {
 
 size_t Denoiser::Impl::WorkBytes() const {
   size_t sum = taps.bytes() + staged.bytes() + fetched.bytes() + scratch.bytes() + picture.bytes() +
-               sparse.bytes() + firefly_work.bytes();
+               sparse.bytes() + firefly_work.bytes() + mirror_work.bytes();
   for (const NewLight& of_signal : light) {
     sum += of_signal.bytes();
   }

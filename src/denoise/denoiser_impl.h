@@ -79,7 +79,8 @@ struct Denoiser::Impl {
   std::vector<SignalHistory> merged;   ///< with the future; empty until there is one
   std::vector<WaveletPlanes> wavelet;  ///< of every signal
   Image3 scratch;
-  Image1 firefly_work;  ///< empty unless fireflies are clamped
+  Image1 firefly_work;       ///< empty unless fireflies are clamped
+  FilterPlanes mirror_work;  ///< empty until there is a mirror
   Image3 picture;
 
   SparseGuidesWork sparse;
@@ -134,6 +135,15 @@ struct Denoiser::Impl {
   }
   /// Runs all levels.
   void FilterSignals();
+  /// Gives back samples of mirrors that the filter made worse.
+  void RunKeepMirrors();
+  void KeepMirrors(size_t signal);
+  Image3* FinishedLight(size_t signal);
+  AtrousParameters GeometryLevel(int level) const;
+  /// Whether mirrors are looked for, so that the new light is needed to the end.
+  bool MayKeepMirrors() const {
+    return settings.mirror_roughness > 0 && !frame->guides.roughness.empty();
+  }
   /// What the picture is put together from: filtered and unfiltered light.
   void FindPictureParts();
   /// Whether nobody but antialiasing wants the picture, which then is kept nowhere.

@@ -220,6 +220,11 @@ std::vector<Row> MakeTable() {
   t.push_back(FloatRow("eaw_sigma_z", &Settings::eaw_sigma_z, 1e-4, 100.0, "edge_stopping",
                        "of depth", "sigma_x",
                        "Width of the Gaussian of distances from the plane of wavelet=eaw."));
+  t.push_back(
+      FloatRow("mirror_roughness", &Settings::mirror_roughness, 0.0, 1.0, "keep_mirrors", "", "",
+               "Reflections and refractions of surfaces up to this roughness keep this frame's "
+               "samples where their noise is less than what the filter would change; 0: never.",
+               "0", "0", "0"));
   t.push_back(ChoiceRow(
       "antialias", Choice<&Settings::antialias>(), {"off", "taa", "auto"}, "antialias",
       "Temporal antialiasing of the finished picture: never, always, or where frames are jittered. "
@@ -418,6 +423,7 @@ constexpr std::pair<const char*, const char*> kPsvgf[] = {
     {"luminance_epsilon", "0.05"},
     {"luminance", "rec601"},
     {"luminance_scale", "variance"},
+    {"mirror_roughness", "0"},
     {"noise_ratio", "1"},
     {"dither", "1"},
 };

@@ -4,6 +4,7 @@
 /// Which lights of a frame make up which signal, and by what they are divided.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "stillray/denoise.hpp"
@@ -57,6 +58,12 @@ inline std::vector<SignalGroup> GroupsOf(SignalGrouping grouping, bool with_tran
   return groups;
 }
 
+/// Whether light of this kind was mirrored or refracted at the first surface.
+inline bool IsSharpAtMirrors(SignalKind kind) {
+  return kind == SignalKind::kDirectSpecular || kind == SignalKind::kIndirectSpecular ||
+         kind == SignalKind::kDirectTransmission || kind == SignalKind::kIndirectTransmission;
+}
+
 /// The guide that light of this kind is divided by.
 inline const Image3& AlbedoOf(const Guides& guides, SignalKind kind) {
   switch (kind) {
@@ -69,6 +76,13 @@ inline const Image3& AlbedoOf(const Guides& guides, SignalKind kind) {
     default:
       return guides.albedo;
   }
+}
+
+/// Whether a frame has light of the group that was mirrored or refracted.
+inline bool ReflectsOrRefracts(const SignalGroup& group, const Frame& frame) {
+  return std::any_of(group.kinds.begin(), group.kinds.end(), [&](SignalKind kind) {
+    return IsSharpAtMirrors(kind) && frame.Find(kind) != nullptr;
+  });
 }
 
 inline bool HasTransmission(const Frame& frame) {

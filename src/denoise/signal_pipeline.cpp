@@ -139,7 +139,7 @@ bool Denoiser::Impl::ChangesInPlace() const {
 
 bool Denoiser::Impl::JoinsOnTheWay() const {
   return HasHistory() && !settings.limit_history && settings.firefly == Firefly::kOff &&
-         outputs.empty() && !ChangesInPlace();
+         outputs.empty() && !MayKeepMirrors() && !ChangesInPlace();
 }
 
 /// Chooses the luminance that a signal is compressed with, and brings its history to it.
@@ -166,20 +166,15 @@ void Denoiser::Impl::RunLimitHistory() {
     stages->compare_with_history(light[i], state.signals[i], taps, state.guides, p,
                                  &wavelet[i].filter[0], &wavelet[i].present);
   }
-  AtrousParameters geometry;
-  geometry.weights = AtrousWeights::kGeometry;
-  geometry.radius = kLimitHistoryRadius;
-  geometry.edges = EdgesOf(settings);
   std::array<AtrousSignal, kMostGroups> signals;
   int source = 0;
   for (int level = 0; level < kLimitHistoryLevels; ++level, source ^= 1) {
-    geometry.step = 1 << level;
     for (size_t i = 0; i < groups.size(); ++i) {
       WaveletPlanes& w = wavelet[i];
       const FilterPlanes& from = w.filter[source];
       signals[i] = {&from.colour, &from.variance, &w.filter[source ^ 1], &w.stop, &w.present};
     }
-    stages->atrous({signals.data(), groups.size()}, state.guides, geometry);
+    stages->atrous({signals.data(), groups.size()}, state.guides, GeometryLevel(level));
   }
   for (size_t i = 0; i < groups.size(); ++i) {
     WaveletPlanes& w = wavelet[i];

@@ -11,6 +11,7 @@
 #include "denoise/stages/demodulate.h"
 #include "denoise/stages/estimate_variance.h"
 #include "denoise/stages/fxaa.h"
+#include "denoise/stages/keep_mirrors.h"
 #include "denoise/stages/limit_history.h"
 #include "denoise/stages/merge_future.h"
 #include "denoise/stages/prefilter_variance.h"
@@ -43,6 +44,8 @@ struct StageTable {
   decltype(&reference::Atrous) atrous;
   decltype(&reference::AtrousPair) atrous_pair;
   decltype(&reference::PairPays) pair_pays;
+  decltype(&reference::MeasureMirrors) measure_mirrors;
+  decltype(&reference::KeepMirrors) keep_mirrors;
   decltype(&reference::Remodulate) remodulate;
   decltype(&reference::Fxaa) fxaa;
   decltype(&reference::Antialias) antialias;
@@ -50,16 +53,17 @@ struct StageTable {
   decltype(&reference::Tonemap) tonemap;
 };
 
-#define STILLRAY_STAGES_OF(backend)                                                       \
-  StageTable {                                                                            \
-    &backend::CompleteGuides, &backend::PrepareGuides, &backend::PrepareAndFindTaps,      \
-        &backend::Demodulate, &backend::ClampFireflies, &backend::CompressLight,          \
-        &backend::ExpandLight, &backend::FindTaps, &backend::FetchHistory,                \
-        &backend::CompareWithHistory, &backend::LimitHistory, &backend::Accumulate,       \
-        &backend::AccumulateInPlace, &backend::AccumulateRadiance, &backend::MergeFuture, \
-        &backend::EstimateVariance, &backend::PrefilterVariance, &backend::Atrous,        \
-        &backend::AtrousPair, &backend::PairPays, &backend::Remodulate, &backend::Fxaa,   \
-        &backend::Antialias, &backend::AntialiasParts, &backend::Tonemap                  \
+#define STILLRAY_STAGES_OF(backend)                                                                \
+  StageTable {                                                                                     \
+    &backend::CompleteGuides, &backend::PrepareGuides, &backend::PrepareAndFindTaps,               \
+        &backend::Demodulate, &backend::ClampFireflies, &backend::CompressLight,                   \
+        &backend::ExpandLight, &backend::FindTaps, &backend::FetchHistory,                         \
+        &backend::CompareWithHistory, &backend::LimitHistory, &backend::Accumulate,                \
+        &backend::AccumulateInPlace, &backend::AccumulateRadiance, &backend::MergeFuture,          \
+        &backend::EstimateVariance, &backend::PrefilterVariance, &backend::Atrous,                 \
+        &backend::AtrousPair, &backend::PairPays, &backend::MeasureMirrors, &backend::KeepMirrors, \
+        &backend::Remodulate, &backend::Fxaa, &backend::Antialias, &backend::AntialiasParts,       \
+        &backend::Tonemap                                                                          \
   }
 
 inline constexpr StageTable kReferenceStages = STILLRAY_STAGES_OF(reference);

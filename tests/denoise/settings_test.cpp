@@ -75,7 +75,8 @@ TEST(Settings, PublishedValuesOfPsvgf) {
       {"fill_guides", "on"},
       {"feedback_when", "blend"},
       {"fxaa", "sparse"},
-      {"limit_history", "off"}};
+      {"limit_history", "off"},
+      {"mirror_roughness", "0"}};
   for (const auto& [name, value] : kPublished) {
     EXPECT_EQ(GetParameter(psvgf, name).value(), value) << name;
   }

@@ -59,6 +59,7 @@ inline Frame MakeWall(int width, int height, int64_t index = 0) {
   f.guides.id = Plane<uint32_t>(width, height);
   f.guides.id.Fill(1);
   f.guides.roughness = Image1(width, height);
+  f.guides.roughness.Fill(0.5f);
   f.emission = Image3(width, height);
   f.background = Image3(width, height);
   return f;
@@ -98,9 +99,10 @@ inline double MeanOf(const Image3& image) {
   return sum / (3.0 * image.width() * image.height());
 }
 
-/// A busy frame: tilted planes in three depths with a curved normal in one, background, random
-/// light, motion of the whole picture by (1.25, -0.5) per frame, some missing and some broken
-/// samples; jittered, so that all presets with antialiasing in time run it.
+/// A busy frame: tilted planes in three depths, two of them mirrors and one of these with a
+/// curved normal, background, random light, motion of the whole picture by (1.25, -0.5) per frame,
+/// some missing and some broken samples; jittered, so that all presets with antialiasing in time
+/// run it.
 inline Frame MakeBusyFrame(int width, int height, int64_t index, uint32_t seed = 7) {
   Frame f = MakeWall(width, height, index);
   f.jitter_x = index % 2 == 0 ? 0.25f : -0.25f;
@@ -123,6 +125,7 @@ inline Frame MakeBusyFrame(int width, int height, int64_t index, uint32_t seed =
       f.guides.normal[0](x, y) = which == 4 ? 0.0f : std::sin(bend);
       f.guides.normal[1](x, y) = 0.0f;
       f.guides.normal[2](x, y) = which == 4 ? 0.0f : std::cos(bend);
+      f.guides.roughness(x, y) = which == 1 || which == 2 ? 0.02f : 0.5f;
       f.guides.id(x, y) = which == 4 ? 0u : static_cast<uint32_t>(which + 1);
       f.guides.motion[0](x, y) = 1.25f + 0.01f * fy;
       f.guides.motion[1](x, y) = -0.5f;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The denoiser on Vulkan as its users see it.
+#include "denoise/mirror_scene.h"
 #include "denoise/test_frames.h"
 #include "gpu/device_test.h"
 
@@ -38,6 +39,30 @@ TEST_F(DeviceDenoiser, FxaaFindsTheSameEdges) {
       }
     }
     EXPECT_GT(changed, 100);
+  }
+}
+
+TEST_F(DeviceDenoiser, MirrorsKeepTheirSamples) {
+  // Pictures of the CPU's quality from halves, whose squares are another matter than light.
+  const test::MirrorScene scene(96, 54, 1.0f);
+  constexpr int kFrames = 6;
+  const Frame last = scene.Trace(kFrames);
+  const Image3 reference = SumOfLight(scene.Trace(kFrames, 64));
+  const auto psnr = [&](Denoiser denoiser) {
+    DenoisedFrame out;
+    for (int i = 1; i <= kFrames; ++i) {
+      EXPECT_TRUE(denoiser.Denoise(scene.Trace(i), &out).ok());
+    }
+    return test::RegionPsnr(out.colour, reference, last.guides.id, test::MirrorScene::kChrome);
+  };
+  const Settings settings;
+  Settings off;
+  off.mirror_roughness = 0;
+  const double cpu = psnr(std::move(Denoiser::Create(settings).value()));
+  for (const DevicePrecision precision : {DevicePrecision::kFloat, DevicePrecision::kHalf}) {
+    const double kept = psnr(MakeDenoiser(settings, precision));
+    EXPECT_NEAR(kept, cpu, 0.1);
+    EXPECT_GT(kept, psnr(MakeDenoiser(off, precision)) + 3);
   }
 }
 

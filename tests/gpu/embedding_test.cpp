@@ -123,6 +123,7 @@ VulkanFrame FrameOf(const vulkan::FrameInputs& in, const Frame& frame) {
   f.emission = image(in.emission);
   f.background = image(in.background);
   f.samples = image(in.samples);
+  f.roughness = image(in.roughness);
   f.colour = image(in.colour);
   double samples = 0;
   for (int y = 0; y < frame.height; ++y) {
@@ -385,6 +386,7 @@ TEST_F(Embedding, InC) {
   put(STILLRAY_VULKAN_EMISSION, cpp.emission);
   put(STILLRAY_VULKAN_BACKGROUND, cpp.background);
   put(STILLRAY_VULKAN_SAMPLES, cpp.samples);
+  put(STILLRAY_VULKAN_ROUGHNESS, cpp.roughness);
   put(STILLRAY_VULKAN_COLOUR, cpp.colour);
   Image3 colour;
   RunFrame(device_.get(), upload.get(), f, &colour, [&](VkCommandBuffer commands) {

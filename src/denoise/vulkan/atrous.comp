@@ -67,11 +67,17 @@ void main() {
   float own_stop[kSignals];
   vec4 sum[kSignals];  // light, variance
   float sum_weight[kSignals];
+  bool any = kWeights != 1;
   for (int s = 0; s < kSignals; ++s) {
     own[s] = texelFetch(light, ivec3(p, s), 0);
+    any = any || IsPresent(own[s].w);
     own_stop[s] = kWeights == 2 ? UnpackStop(texelFetch(stop_image, ivec3(p, s), 0).x) : 0.0f;
     sum[s] = vec4(0.0f);
     sum_weight[s] = 0.0f;
+  }
+  if (!any) {
+    PassThrough(p);  // there is nothing to filter, and the value is not used
+    return;
   }
   for (int dy = -kRadius; dy <= kRadius; ++dy) {
     for (int dx = -kRadius; dx <= kRadius; ++dx) {

@@ -31,6 +31,7 @@ FrameFacts FactsOf(const Frame& frame, const gpu::DeviceFrame& pixels) {
   facts.has_id = true;
   facts.has_emission = true;
   facts.has_background = true;
+  facts.has_roughness = true;
   facts.samples_per_pixel = pixels.samples_per_pixel;
   facts.fills_guides = pixels.has_unknown_guides;
   return facts;
@@ -52,6 +53,7 @@ FrameInputs InputsOf(const gpu::DeviceFrame& pixels) {
   inputs.emission = RefTo(i.emission);
   inputs.background = RefTo(i.background);
   inputs.samples = RefTo(i.samples);
+  inputs.roughness = RefTo(i.roughness);
   return inputs;
 }
 

@@ -21,6 +21,7 @@
 //   per level:
 //     prefilter_variance light of the wavelet                stops                     16 n, 2 n
 //     atrous             light of the wavelet, stops, guides light of the wavelet      16 + 10 n, 8 n
+//   keep_mirrors         new light, light, roughness         light                     12 + 96 n, 40 n  (only where roughness is given)
 //   remodulate           light, albedos, unfiltered light    picture                   inputs + 8 n, 8
 //   fxaa                 picture, length                     picture                   16, 8
 //   antialias            picture, last picture, motion       picture, output           inputs + 40, 8 + output
@@ -332,6 +333,27 @@ void FramePipeline::RunLevels(PassRecorder* recorder) {
   }
 }
 
+/// See stages/keep_mirrors.h. It works in images of the wavelet and of the fetched history, which
+/// nothing else reads any more.
+void FramePipeline::KeepMirrors(PassRecorder* recorder, const FrameFacts& facts) {
+  if (!facts.has_roughness || !(settings_.mirror_roughness > 0)) {
+    return;
+  }
+  const FrameImages& i = images_;
+  const gpu::Image* measured = light_ == i.fetched.colour ? i.wavelet[1] : i.fetched.colour;
+  const gpu::Image* other = light_ == i.wavelet[0] ? i.wavelet[1] : i.wavelet[0];
+  recorder->Run(Shader::kMeasureMirrors, grid_, {i.guides.surface, i.noisy, light_, measured});
+  const auto constants = AtrousConstants(kGeometryWeights, kLimitHistoryRadius);
+  for (int level = 0; level < kKeepMirrorsLevels; ++level) {
+    const LevelPush push = {1 << level, level};
+    recorder->Run(Shader::kAtrous, grid_,
+                  {i.guides.surface, i.guides.detail, measured, i.stop, other}, push, constants);
+    std::swap(measured, other);
+  }
+  recorder->Run(Shader::kKeepMirrors, grid_, {i.noisy, light_, measured, other});
+  light_ = other;
+}
+
 void FramePipeline::Compose(PassRecorder* recorder, const gpu::Image* light) {
   const int32_t counts = 1;
   recorder->Run(Shader::kRemodulate, grid_, {light, images_.picture}, counts);
@@ -432,6 +454,7 @@ Status FramePipeline::Record(VkCommandBuffer commands, const FrameFacts& facts,
     RunLevels(&recorder);
     Keep(&recorder, "filtered", light_);
   }
+  KeepMirrors(&recorder, facts);
   Compose(&recorder, light_);
   Finish(&recorder);
   if (facts.shows) {

@@ -109,6 +109,7 @@ class FramePipeline {
   void MergeFuture(PassRecorder* recorder, const FutureImages& future);
   void BeginFilter(PassRecorder* recorder);
   void RunLevels(PassRecorder* recorder);
+  void KeepMirrors(PassRecorder* recorder, const FrameFacts& facts);
   void Compose(PassRecorder* recorder, const gpu::Image* light);
   void Finish(PassRecorder* recorder);
   void Keep(PassRecorder* recorder, std::string_view name, const gpu::Image* image);

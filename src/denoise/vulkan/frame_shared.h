@@ -15,7 +15,7 @@ namespace stillray::vulkan {
 using uint = uint32_t;
 struct FrameParameters {
 #else
-layout(set = 0, binding = 25, std140) uniform FrameParameters {
+layout(set = 0, binding = 26, std140) uniform FrameParameters {
 #endif
   // Size and input.
   int width;
@@ -91,6 +91,9 @@ layout(set = 0, binding = 25, std140) uniform FrameParameters {
   float eaw_sigma_n;
   float eaw_sigma_z;
   int grows;  // what a level fills is a tap of the next
+  // keep_mirrors
+  int mirror_signals;  // bit s: signal s is mirrored or refracted light
+  float mirror_roughness;
   // antialias, fxaa, tonemap
   float taa_alpha;
   int weigh_by_length;
@@ -105,7 +108,7 @@ layout(set = 0, binding = 25, std140) uniform FrameParameters {
 #ifdef __cplusplus
 struct FrameState {
 #else
-layout(set = 0, binding = 26, std430) buffer FrameState {
+layout(set = 0, binding = 27, std430) buffer FrameState {
 #endif
   // Light is stored times a power of two of its signal, chosen so that half precision neither
   // overflows nor underflows; ratio: this frame's over the last frame's.

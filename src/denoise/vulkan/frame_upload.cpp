@@ -44,6 +44,7 @@ FrameFacts FactsOf(const Frame& f) {
   facts.has_id = !f.guides.id.empty();
   facts.has_emission = !f.emission.empty();
   facts.has_background = !f.background.empty();
+  facts.has_roughness = !f.guides.roughness.empty();
   return facts;
 }
 
@@ -93,6 +94,7 @@ Result<std::unique_ptr<FrameUpload>> FrameUpload::Create(const gpu::DeviceContex
   add(facts.has_emission, kColour, 4, &u.emission_, &u.inputs_.emission);
   add(facts.has_background, kColour, 4, &u.background_, &u.inputs_.background);
   add(facts.has_samples, kScalar, 1, &u.samples_, &u.inputs_.samples);
+  add(facts.has_roughness, kScalar, 1, &u.roughness_, &u.inputs_.roughness);
   STILLRAY_RETURN_IF_ERROR(status);
   const Result<const gpu::Buffer*> staging =
       u.arena_.AddBuffer(u.staged_, 0, gpu::BufferPlace::kUpload);
@@ -116,6 +118,7 @@ Result<std::unique_ptr<FrameUpload>> FrameUpload::Create(const gpu::DeviceContex
   show(u.emission_, &u.inputs_.emission);
   show(u.background_, &u.inputs_.background);
   show(u.samples_, &u.inputs_.samples);
+  show(u.roughness_, &u.inputs_.roughness);
   return made;
 }
 
@@ -123,7 +126,9 @@ bool FrameUpload::Fits(int width, int height, const FrameFacts& facts) const {
   return width == width_ && height == height_ && facts.lights == facts_.lights &&
          facts.second_moments == facts_.second_moments && facts.albedos == facts_.albedos &&
          facts.has_samples == facts_.has_samples && facts.has_id == facts_.has_id &&
-         facts.has_emission == facts_.has_emission && facts.has_background == facts_.has_background;
+         facts.has_emission == facts_.has_emission &&
+         facts.has_background == facts_.has_background &&
+         facts.has_roughness == facts_.has_roughness;
 }
 
 /// Interleaves; a fourth channel is left as it is.
@@ -190,6 +195,9 @@ Status FrameUpload::Write(const Frame& f) {
   if (!f.samples.empty()) {
     WritePlane(samples_, f.samples);
   }
+  if (facts_.has_roughness) {
+    WritePlane(roughness_, g.roughness);
+  }
   return arena_.Flush();
 }
 
@@ -213,7 +221,7 @@ void FrameUpload::Record(VkCommandBuffer commands) {
     copy(second_moments_[k]);
   }
   for (const Entry* entry : {&depth_, &normal_, &id_, &motion_, &albedos_[0], &albedos_[1],
-                             &albedos_[2], &emission_, &background_, &samples_}) {
+                             &albedos_[2], &emission_, &background_, &samples_, &roughness_}) {
     copy(*entry);
   }
 }

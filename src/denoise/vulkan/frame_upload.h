@@ -68,6 +68,7 @@ class FrameUpload {
   Entry emission_;
   Entry background_;
   Entry samples_;
+  Entry roughness_;
 };
 
 }  // namespace stillray::vulkan

@@ -110,6 +110,7 @@ Result<FrameFacts> HostDenoiser::Take(const Frame& frame) {
   STILLRAY_RETURN_IF_ERROR(host.status());
   const Frame& f = **host;
   FrameFacts facts = FactsOf(f);
+  facts.has_roughness = facts.has_roughness && settings_.mirror_roughness > 0;
   const bool continues =
       pipeline_ != nullptr && pipeline_->Fits(settings_, f.width, f.height, HasTransmission(f));
   STILLRAY_RETURN_IF_ERROR(

@@ -21,6 +21,18 @@ int LightMask(const SignalGroup& group) {
   return mask;
 }
 
+/// Signals of light that was mirrored or refracted.
+int MirrorMask(std::span<const SignalGroup> groups, const FrameFacts& facts) {
+  int mask = 0;
+  for (size_t i = 0; i < groups.size(); ++i) {
+    for (const SignalKind kind : groups[i].kinds) {
+      const bool given = (facts.lights >> static_cast<uint32_t>(kind) & 1u) != 0;
+      mask |= given && IsSharpAtMirrors(kind) ? 1 << i : 0;
+    }
+  }
+  return mask;
+}
+
 int AlbedoMask(const SignalGroup& group) {
   return (group.diffuse_albedo ? 1 : 0) | (group.specular_albedo ? 2 : 0) |
          (group.transmission_albedo ? 4 : 0);
@@ -150,6 +162,8 @@ FrameParameters MakeParameters(const Settings& settings, std::span<const SignalG
   p.feedback_phase = progress.feedback_phase;
   SetTemporal(settings, &p);
   SetWavelet(settings, progress.sparse, &p);
+  p.mirror_signals = facts.has_roughness ? MirrorMask(groups, facts) : 0;
+  p.mirror_roughness = settings.mirror_roughness;
   SetPicture(settings, facts, &p);
   return p;
 }

@@ -23,6 +23,7 @@ struct FrameFacts {
   bool has_id = false;
   bool has_emission = false;
   bool has_background = false;
+  bool has_roughness = false;   ///< and mirrors are looked for in it
   bool fills_guides = false;    ///< some pixels' guides are unknown
   float samples_per_pixel = 1;  ///< mean of this frame; below 1 the filter is told so
   bool jittered = false;        ///< rays did not go through the centres of the pixels

@@ -34,6 +34,8 @@ enum class Shader : uint8_t {
   kEstimateVariance,
   kPrefilterVariance,
   kAtrous,
+  kMeasureMirrors,
+  kKeepMirrors,
   kRemodulate,
   kFxaa,
   kAntialias,
@@ -70,7 +72,7 @@ const ShaderInfo& InfoOf(Shader shader);
 std::span<const uint32_t> CodeOf(Shader shader, Storage storage);
 
 /// Set 0, common to all shaders: inputs of the frame, outputs, parameters, state, partial sums.
-inline constexpr gpu::SetShape kFrameSet = {22, 3, 1, 2};
+inline constexpr gpu::SetShape kFrameSet = {23, 3, 1, 2};
 
 /// Descriptor set layouts and pipelines, made when they are first asked for.
 class Pipelines {

@@ -41,6 +41,7 @@ FrameFacts FactsOf(const VulkanFrame& frame) {
   facts.has_id = IsGiven(frame.id);
   facts.has_emission = IsGiven(frame.emission);
   facts.has_background = IsGiven(frame.background);
+  facts.has_roughness = IsGiven(frame.roughness);
   facts.samples_per_pixel = frame.samples_per_pixel;
   facts.colour_is_half = frame.colour_is_half;
   facts.shows = IsGiven(frame.display);
@@ -63,6 +64,7 @@ FrameInputs InputsOf(const VulkanFrame& frame) {
   in.emission = RefTo(frame.emission);
   in.background = RefTo(frame.background);
   in.samples = RefTo(frame.samples);
+  in.roughness = RefTo(frame.roughness);
   in.colour = RefTo(frame.colour);
   in.colour_is_half = frame.colour_is_half;
   in.display = RefTo(frame.display);

@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Formulas of keep_mirrors.
+#ifndef STILLRAY_DENOISE_KEEP_MIRRORS_SHARED_H
+#define STILLRAY_DENOISE_KEEP_MIRRORS_SHARED_H
+
+#ifdef __cplusplus
+#include "core/shared.h"
+#endif
+
+SHARED_BEGIN
+
+// Variance of a sample over the mean squared difference between it and the two of its eight
+// neighbours that are nearest in luminance. For independent samples it is 3.5 (normal), 2.5
+// (exponential), 1.2 (one bright sample in twenty). Of values from 1.2 to 3.5 this one lost least
+// on chrome balls (tests/denoise/mirror_scene.h), from noiseless images in them to rare bright
+// samples.
+const float kNearestNoise = 1.5f;
+
+// Where a mirror stands still in the picture, so does most of what is seen in it: its history is
+// right, and the noise must be this many times smaller to keep the sample.
+const float kStillNoise = 4.0f;
+const float kStillMotion = 1.0f / 64.0f;  // pixels per frame
+
+// Squared differences of luminance that stand for "no such neighbour".
+const float kNoNeighbour = 1e37f;
+
+// Whether the sample of a pixel may be kept. A roughness that is not a number is none.
+SHARED_FN bool IsMirror(float inverse_depth, float samples, float roughness, float limit) {
+  return inverse_depth > 0.0f && samples > 0.0f && roughness >= 0.0f && roughness <= limit;
+}
+
+// Variance of a sample from its two smallest squared differences of luminance; 0 where there are
+// not two: such a pixel says nothing.
+SHARED_FN float NoiseOfNearest(float first, float second, float scale) {
+  return second < kNoNeighbour ? scale * (0.5f * (first + second)) : 0.0f;
+}
+
+// The weight of the filtered light y beside the sample x that has the least mean square error:
+// noise / (noise + bias^2), with E (x - y)^2 = noise + bias^2 (James and Stein 1961).
+SHARED_FN float FilteredShare(float difference2, float noise) {
+  return difference2 > noise ? noise / difference2 : 1.0f;
+}
+
+SHARED_END
+
+#endif

@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#version 450
+#extension GL_GOOGLE_include_directive : require
+
+// keep_mirrors, what comes before its wavelet: see stages/keep_mirrors.h. Squared difference of
+// filtered light and sample, variance of the sample.
+#include "denoise/vulkan/common.glsl"
+#include "denoise/stages/keep_mirrors_shared.h"
+
+layout(set = 1, binding = 0) uniform utexture2D surface_image;
+layout(set = 1, binding = 1) uniform texture2DArray noisy;
+layout(set = 1, binding = 2) uniform texture2DArray light;
+layout(set = 1, binding = 3, LIGHT_FORMAT) writeonly uniform image2DArray measured_out;
+
+// Light has its mean near 1/8: times this its squares keep their bits in halves.
+const float kSquareScale = 64.0f;
+
+bool IsMirrorAt(ivec2 p, int s) {
+  return Inside(p) &&
+         IsMirror(uintBitsToFloat(texelFetch(surface_image, p, 0).x),
+                  texelFetch(noisy, ivec3(p, s), 0).w, texelFetch(roughness_image, p, 0).x,
+                  mirror_roughness);
+}
+
+float NoiseScale(ivec2 p) {
+  vec2 motion = has_history != 0 ? abs(texelFetch(motion_image, p, 0).xy) : vec2(1.0f);
+  bool still = motion.x < kStillMotion && motion.y < kStillMotion;
+  return still ? kStillNoise * kNearestNoise : kNearestNoise;
+}
+
+float NoiseAt(ivec2 p, int s) {
+  float own = texelFetch(noisy, ivec3(p, s), 0).x;
+  float first = kNoNeighbour;
+  float second = kNoNeighbour;
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      ivec2 q = p + ivec2(dx, dy);
+      if ((dx != 0 || dy != 0) && IsMirrorAt(q, s)) {
+        float d = own - texelFetch(noisy, ivec3(q, s), 0).x;
+        second = min(second, max(first, d * d));
+        first = min(first, d * d);
+      }
+    }
+  }
+  return NoiseOfNearest(first, second, NoiseScale(p));
+}
+
+void main() {
+  ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+  if (!Inside(p)) {
+    return;
+  }
+  for (int s = 0; s < signals; ++s) {
+    ivec3 at = ivec3(p, s);
+    vec4 measured = vec4(0.0f, 0.0f, 0.0f, PackDeviation(0.0f, false));
+    if ((mirror_signals >> s & 1) != 0 && IsMirrorAt(p, s)) {
+      float d = texelFetch(noisy, at, 0).x - texelFetch(light, at, 0).x;
+      vec2 squares = kSquareScale * vec2(d * d, NoiseAt(p, s));
+      squares /= max(1.0f, max(squares.x, squares.y) / kMostLight);  // their ratio is what counts
+      measured = vec4(squares, 0.0f, PackDeviation(0.0f, true));
+    }
+    imageStore(measured_out, at, Stored(measured));
+  }
+}
