@@ -312,6 +312,10 @@ class PyDenoiser {
       std::rethrow_exception(raised);
     }
     Check(error);
+    const std::string warning = denoiser_.Warning();
+    if (!warning.empty() && PyErr_WarnEx(PyExc_RuntimeWarning, warning.c_str(), 1) != 0) {
+      throw py::error_already_set();  // the program has made warnings errors
+    }
   }
 
   std::mutex mutex_;
@@ -411,10 +415,11 @@ void BindDenoiser(py::module_& m) {
           "denoise", &PyDenoiser::Denoise, "frame"_a, "outputs"_a = py::none(),
           "out"_a = py::none(), "jitter"_a = std::pair(0.0f, 0.0f), "progress"_a = py::none(),
           "Denoises the next frame of the sequence.\n\n"
-          "    frame: arrays by name, see stillray.inputs(). Light (one or more of\n"
-          "        'direct_diffuse', ...), 'depth' and 'normal' are needed; 'albedo' of the light\n"
-          "        that is there, and 'motion', as the settings ask for them. float32 or float16,\n"
-          "        (height, width) or (height, width, channels), any strides: nothing is copied.\n"
+          "    frame: arrays by name, see stillray.inputs(). Light is needed (one or more of\n"
+          "        'direct_diffuse', ...), and 'motion' from the second frame on, unless the\n"
+          "        settings follow none. 'depth', 'normal' and 'albedo' keep edges and textures\n"
+          "        sharp. float32 or float16, (height, width) or (height, width, channels), any\n"
+          "        strides: nothing is copied.\n"
           "    outputs: names of the results to return, see the property outputs;\n"
           "        'variance' and 'history_length' steer adaptive samplers\n"
           "    out: arrays by name to write results to; they may be the frame's own\n"
@@ -424,7 +429,8 @@ void BindDenoiser(py::module_& m) {
           "Returns the picture, float32 of (height, width, 3), or, if outputs is given, all\n"
           "results by name. A frame of another size restarts the history.\n\n"
           "Raises ValueError naming the image or setting that is wrong (history is then\n"
-          "unchanged), TypeError for other types of arrays.")
+          "unchanged), TypeError for other types of arrays. Warns (RuntimeWarning) of images that\n"
+          "say nothing, such as normals that are all zero.")
       .def("reset", &PyDenoiser::Reset, "Forgets all history, as after a cut.")
       .def("save_history", &PyDenoiser::SaveHistory,
            "The whole history, to continue later with the same bits.")

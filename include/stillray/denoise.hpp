@@ -224,6 +224,9 @@ struct DenoisedFrame {
   int64_t non_finite = 0;
   int64_t negative = 0;
   int64_t bad_guides = 0;
+  /// One line on what is odd about the frame although it could be denoised, such as normals that
+  /// are all zero; mostly empty. Frames that lie on a device are not looked at.
+  std::string warning;
 };
 
 /// What frames after a frame know of its light, its own not included. Made by Denoiser::Accumulate,
@@ -327,8 +330,9 @@ class Denoiser {
   ~Denoiser();
 
   /// Denoises the next frame. A frame of another size than the last one restarts the history.
-  /// Required: signals, depth, normal; albedo where `demodulate` is on; motion where `temporal` or
-  /// TAA is on (with Antialias::kAuto: where a frame was jittered). Other guides may be empty.
+  /// Required are signals, and from the second frame on motion, where `temporal` or TAA is on (with
+  /// Antialias::kAuto: where a frame was jittered). Without depth or normal there is no edge of it
+  /// to stop at; without the albedo of a light nothing is divided out.
   /// \return kInvalidArgument naming the image that is missing or has a wrong size (history is then
   ///         unchanged); kOutOfMemory
   Status Denoise(const Frame& frame, DenoisedFrame* out);

@@ -263,6 +263,10 @@ typedef struct stillray_statistics {
   { sizeof(stillray_statistics), 0, 0, 0, 0, 0 }
 STILLRAY_API stillray_error stillray_denoiser_statistics(stillray_denoiser* denoiser,
                                                          stillray_statistics* statistics);
+/* One line on what was odd about the last frame although it was denoised: normals that are all
+ * zero, motion that is nowhere finite. "" if nothing was, or denoiser is NULL or busy. Valid until
+ * the next call of this function. */
+STILLRAY_API const char* stillray_denoiser_warning(stillray_denoiser* denoiser);
 
 #ifdef __cplusplus
 }

@@ -149,6 +149,9 @@ class Denoiser {
   Error RestoreHistory(const std::vector<uint8_t>& bytes) {
     return Check(stillray_denoiser_restore_history(handle(), bytes.data(), bytes.size()));
   }
+  /// What was odd about the last frame; mostly empty.
+  std::string Warning() const { return stillray_denoiser_warning(handle()); }
+  /// \param statistics  started from STILLRAY_STATISTICS_INIT
   Error GetStatistics(stillray_statistics* statistics) {
     return Check(stillray_denoiser_statistics(handle(), statistics));
   }

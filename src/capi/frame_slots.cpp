@@ -41,10 +41,10 @@ constexpr std::array kInputs = {
     Input("normal", "World-space unit normal of the first surface; zero where there is none.", 3),
     Input("albedo", "Diffuse reflectance of the first surface, linear RGB.", 3),
     Input("specular_albedo",
-          "Specular reflectance towards the viewer, linear RGB; needed with specular "
+          "Specular reflectance towards the viewer, linear RGB, of specular "
           "light.",
           3),
-    Input("transmission_albedo", "Transmittance, linear RGB; needed with transmitted light.", 3),
+    Input("transmission_albedo", "Transmittance, linear RGB, of transmitted light.", 3),
     Input("motion",
           "Pixels, x right, y down, without jitter: the point seen at p was at p + "
           "motion(p) one frame ago.",

@@ -13,6 +13,7 @@
 
 #include "capi/image_access.h"
 #include "core/colour.h"
+#include "core/guides.h"
 #include "core/parallel.h"
 #include "denoise/signal_groups.h"
 
@@ -207,7 +208,10 @@ Status Session::Execute() {
   if (!Report(0.0)) {
     return Status::Cancelled();
   }
-  place_->arena.execute([&] { LoadFrame(inputs_, &frame_); });
+  place_->arena.execute([&] {
+    LoadFrame(inputs_, &frame_);
+    FillMissingGuides(settings_.demodulate, &frame_);
+  });
   STILLRAY_RETURN_IF_ERROR(progress_ == nullptr ? Filter() : FilterWatched());
   last_filter_ms_ = TotalMs(result_.timings);
   place_->arena.execute([&] { WriteOutputs(); });

@@ -54,6 +54,8 @@ class Session {
   Result<std::vector<uint8_t>> SaveHistory();
   Status RestoreHistory(std::span<const uint8_t> bytes);
   stillray_statistics Statistics() const;
+  /// What was odd about the last frame, or "".
+  const std::string& warning() const { return result_.warning; }
 
  private:
   Status Prepare();

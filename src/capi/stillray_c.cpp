@@ -23,6 +23,7 @@ struct stillray_denoiser {
   stillray::capi::Session session;
   std::string message;                    ///< of the last call that failed
   std::string value;                      ///< what get() returned last
+  std::string warning;                    ///< what warning() returned last
   std::vector<std::string> output_names;  ///< what output_name() returned pointers into
 };
 
@@ -404,6 +405,16 @@ stillray_error stillray_denoiser_statistics(stillray_denoiser* denoiser,
     WriteStruct(session.Statistics(), statistics);
     return Status::Ok();
   });
+}
+
+const char* stillray_denoiser_warning(stillray_denoiser* denoiser) {
+  const char* warning = "";
+  With(denoiser, [&](Session& session) {
+    denoiser->warning = session.warning();
+    warning = denoiser->warning.c_str();
+    return Status::Ok();
+  });
+  return warning;
 }
 
 }  // extern "C"

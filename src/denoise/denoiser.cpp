@@ -35,13 +35,14 @@
 
 #include <fmt/format.h>
 
+#include "core/guides.h"
+#include "core/negative_limit.h"
 #include "core/parallel.h"
 #include "denoise/denoiser_impl.h"
 #include "denoise/device_denoiser.h"
 #include "denoise/filter_parameters.h"
 #include "denoise/frame_check.h"
 #include "denoise/history_bytes.h"
-#include "core/negative_limit.h"
 #include "denoise/stage_timer.h"
 
 namespace stillray {
@@ -250,11 +251,23 @@ Result<Denoiser> Denoiser::Create(const Settings& settings, const Device& device
   return made;
 }
 
+const Frame& Denoiser::Impl::Complete(const Frame& given) {
+  if (given.on_device != nullptr || HasGuides(given, settings.demodulate)) {
+    return given;
+  }
+  completed = given;
+  FillMissingGuides(settings.demodulate, &completed);
+  return completed;
+}
+
 Status Denoiser::Impl::Begin(const Frame& next_frame, DenoisedFrame* result) {
   const bool continues = state.width == next_frame.width && state.height == next_frame.height;
   const bool jittered =
       IsJittered(next_frame.jitter_x, next_frame.jitter_y) || (continues && state.jittered);
-  STILLRAY_RETURN_IF_ERROR(CheckFrame(next_frame, settings, jittered));
+  const MotionUse use = {continues && HasHistory(),
+                         continues && state.has_picture && AntialiasesInTime(settings, jittered)};
+  STILLRAY_RETURN_IF_ERROR(CheckFrame(next_frame, settings, use));
+  OddValues odd = FindOddValues(next_frame, use);
   const bool transmission = HasTransmission(next_frame);
   if (groups.empty() || transmission != groups_have_transmission || grouping != settings.signals) {
     groups = GroupsOf(settings.signals, transmission);
@@ -306,6 +319,8 @@ Status Denoiser::Impl::Begin(const Frame& next_frame, DenoisedFrame* result) {
     const StageTimer timer(&out->timings, "prepare_guides");
     out->bad_guides = stages->prepare_guides(given, &state.guides);
   }
+  out->bad_guides += odd.bad_guides;
+  out->warning = std::move(odd.warning);
   return Status::Ok();
 }
 
@@ -335,11 +350,13 @@ Status Denoiser::Denoise(const Frame& frame, DenoisedFrame* out) {
 }
 
 Status Denoiser::Denoise(const Frame& given, const FutureLight& future, DenoisedFrame* out) {
-  if (device_ != nullptr) {
-    return DenoiseOnDevice(given, future, out);
-  }
+  STILLRAY_RETURN_IF_ERROR(CheckSize(given));
   Impl& d = *impl_;
-  const Result<const Frame*> host = OnHost(given, &d.from_device);
+  const Frame& whole = d.Complete(given);
+  if (device_ != nullptr) {
+    return DenoiseOnDevice(whole, future, out);
+  }
+  const Result<const Frame*> host = OnHost(whole, &d.from_device);
   STILLRAY_RETURN_IF_ERROR(host.status());
   const Frame& frame = **host;
   STILLRAY_RETURN_IF_ERROR(CheckFuture(frame, d.settings, future));

@@ -79,11 +79,13 @@ Status Denoiser::AccumulateOnDevice(const Frame& frame, FutureLight* future) {
 }
 
 Status Denoiser::Accumulate(const Frame& given, FutureLight* future) {
-  if (device_ != nullptr) {
-    return AccumulateOnDevice(given, future);
-  }
+  STILLRAY_RETURN_IF_ERROR(CheckSize(given));
   Impl& d = *impl_;
-  const Result<const Frame*> frame = OnHost(given, &d.from_device);
+  const Frame& whole = d.Complete(given);
+  if (device_ != nullptr) {
+    return AccumulateOnDevice(whole, future);
+  }
+  const Result<const Frame*> frame = OnHost(whole, &d.from_device);
   STILLRAY_RETURN_IF_ERROR(frame.status());
   DenoisedFrame counts;
   STILLRAY_RETURN_IF_ERROR(d.Begin(**frame, &counts));

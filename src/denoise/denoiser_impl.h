@@ -85,6 +85,7 @@ struct Denoiser::Impl {
 
   SparseGuidesWork sparse;
   Frame from_device;  ///< a frame that lies on a device, on the host; empty until there is one
+  Frame completed;    ///< a frame with all guides; empty until one comes without
 
   int border = 0;  ///< of what the wavelet reads; never shrinks, so that nothing is made anew
 
@@ -109,6 +110,8 @@ struct Denoiser::Impl {
   DenoisedFrame* out = nullptr;
 
   void Allocate(int width, int height, size_t groups);
+  /// The frame with what stands for guides that it does not have; itself if it has all.
+  const Frame& Complete(const Frame& given);
   /// Looks up the history of every pixel: everything that comes before the signals.
   Status Begin(const Frame& next_frame, DenoisedFrame* result);
   /// Brings the new light of all signals into their histories. \param then  is called for each

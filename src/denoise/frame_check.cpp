@@ -3,10 +3,12 @@
 #include "denoise/frame_check.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
-#include "denoise/filter_parameters.h"
+#include "core/guides.h"
+#include "denoise/held_guides.h"
 #include "denoise/signal_groups.h"
 
 namespace stillray {
@@ -48,27 +50,136 @@ Status CheckPlanes(const Frame& frame, const Planes<float, N>& planes, const cha
   for (int i = 0; i < N; ++i) {
     any = any || !planes[i].empty();
   }
+  if (!any) {
+    return CheckPlane(frame, planes[0], {name}, required);
+  }
   for (int i = 0; i < N; ++i) {
-    STILLRAY_RETURN_IF_ERROR(CheckPlane(frame, planes[i], {name, i}, required || any));
+    STILLRAY_RETURN_IF_ERROR(CheckPlane(frame, planes[i], {name, i}, true));
   }
   return Status::Ok();
 }
 
-/// Whether there is light that is divided by this guide.
-bool DividesLight(const Frame& frame, const Image3& albedo) {
-  return std::any_of(frame.signals.begin(), frame.signals.end(), [&](const Signal& signal) {
-    return &AlbedoOf(frame.guides, signal.kind) == &albedo;
+/// Motion is needed where something follows it.
+Status CheckMotion(const Frame& frame, const Settings& settings, MotionUse use) {
+  const Image2& motion = frame.guides.motion;
+  STILLRAY_RETURN_IF_ERROR(CheckPlanes(frame, motion, "motion", false));
+  if (!motion.empty()) {
+    return Status::Ok();
+  }
+  const bool fills = settings.fill_guides && HasUnknownGuides(frame);
+  if (!use.any() && !fills) {
+    return Status::Ok();
+  }
+  const char* who = use.temporal && use.antialias ? "'temporal' and 'antialias' follow"
+                    : use.temporal                ? "'temporal' follows"
+                    : use.antialias               ? "'antialias' follows"
+                                                  : "'fill_guides' follows";
+  return Status::InvalidArgument(
+      fmt::format("frame {}: image 'motion' is missing, expected {}x{}: {} it from frame to frame "
+                  "(zero where nothing moves; 'off' needs none)",
+                  frame.index, frame.width, frame.height, who));
+}
+
+/// Calls `in_row` for rows from the middle of the picture on, where surfaces are more likely than
+/// at the top, until it returns true.
+template <typename InRow>
+bool AnyRow(const Frame& frame, const InRow& in_row) {
+  for (int i = 0; i < frame.height; ++i) {
+    if (in_row((i + frame.height / 2) % frame.height)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+bool HasSurface(const Frame& frame) {
+  return AnyRow(frame, [&](int y) {
+    const float* depth = frame.guides.depth.Row(y);
+    int any = 0;  // a sum, not an early end: the compiler makes vectors of it
+    for (int x = 0; x < frame.width; ++x) {
+      any |= static_cast<int>(IsSurface(depth[x]));
+    }
+    return any != 0;
   });
+}
+
+/// Fewer unusable pixels in a frame of sky are damage, and not another convention.
+constexpr int64_t kDamagedPart = 100;
+
+/// Whether depth is of another convention: where no pixel shows a surface, many are negative or
+/// NaN.
+Status CheckDepth(const Frame& frame) {
+  if (HasSurface(frame)) {
+    return Status::Ok();
+  }
+  int64_t negative = 0;
+  int64_t nan = 0;
+  for (int y = 0; y < frame.height; ++y) {
+    const float* depth = frame.guides.depth.Row(y);
+    for (int x = 0; x < frame.width; ++x) {
+      negative += depth[x] < 0 ? 1 : 0;
+      nan += std::isnan(depth[x]) ? 1 : 0;
+    }
+  }
+  if (kDamagedPart * (negative + nan) < int64_t{frame.width} * frame.height ||
+      negative + nan == 0) {
+    return Status::Ok();
+  }
+  return Status::InvalidArgument(
+      negative >= nan
+          ? fmt::format("frame {}: all depths are negative ({} pixels), expected linear view-space "
+                        "z > 0: negate the z of OpenGL's view space",
+                        frame.index, negative)
+          : fmt::format(
+                "frame {}: all depths are NaN ({} pixels), expected linear view-space z > 0",
+                frame.index, nan));
+}
+
+bool IsZeroEverywhere(const Frame& frame, const Image3& image) {
+  return !AnyRow(frame, [&](int y) {
+    int any = 0;
+    for (const Image1& plane : image.channel) {
+      const float* row = plane.Row(y);
+      for (int x = 0; x < frame.width; ++x) {
+        any |= static_cast<int>(row[x] != 0);
+      }
+    }
+    return any != 0;
+  });
+}
+
+bool IsFiniteAnywhere(const Frame& frame, const Image2& image) {
+  return AnyRow(frame, [&](int y) {
+    int any = 0;
+    for (int x = 0; x < frame.width; ++x) {
+      any |= static_cast<int>(std::isfinite(image[0](x, y)) && std::isfinite(image[1](x, y)));
+    }
+    return any != 0;
+  });
+}
+
+int64_t CountSurfaces(const Frame& frame) {
+  int64_t count = 0;
+  for (int y = 0; y < frame.height; ++y) {
+    const float* depth = frame.guides.depth.Row(y);
+    count += std::count_if(depth, depth + frame.width, IsSurface);
+  }
+  return count;
 }
 
 }  // namespace
 
-Status CheckFrame(const Frame& frame, const Settings& settings, bool jittered) {
+Status CheckSize(const Frame& frame) {
   if (frame.width < 1 || frame.height < 1 || frame.width > kMaxSide || frame.height > kMaxSide) {
     return Status::InvalidArgument(fmt::format("frame {}: size is {}x{}, expected 1x1 to {}x{}",
                                                frame.index, frame.width, frame.height, kMaxSide,
                                                kMaxSide));
   }
+  return Status::Ok();
+}
+
+Status CheckFrame(const Frame& frame, const Settings& settings, MotionUse use) {
+  STILLRAY_RETURN_IF_ERROR(CheckSize(frame));
   if (frame.signals.empty()) {
     return Status::InvalidArgument(
         fmt::format("frame {}: there are no signals to denoise", frame.index));
@@ -87,7 +198,6 @@ Status CheckFrame(const Frame& frame, const Settings& settings, bool jittered) {
         CheckPlane(frame, signal.second_moment, {name, -1, ".second_moment"}, false));
   }
   const Guides& g = frame.guides;
-  const bool needs_motion = settings.temporal || AntialiasesInTime(settings, jittered);
   STILLRAY_RETURN_IF_ERROR(CheckPlane(frame, g.depth, {"depth"}, true));
   STILLRAY_RETURN_IF_ERROR(CheckPlanes(frame, g.normal, "normal", true));
   STILLRAY_RETURN_IF_ERROR(
@@ -98,12 +208,29 @@ Status CheckFrame(const Frame& frame, const Settings& settings, bool jittered) {
   STILLRAY_RETURN_IF_ERROR(
       CheckPlanes(frame, g.transmission_albedo, "transmission_albedo",
                   settings.demodulate && DividesLight(frame, g.transmission_albedo)));
-  STILLRAY_RETURN_IF_ERROR(CheckPlanes(frame, g.motion, "motion", needs_motion));
   STILLRAY_RETURN_IF_ERROR(CheckPlane(frame, g.id, {"id"}, false));
   STILLRAY_RETURN_IF_ERROR(CheckPlane(frame, g.roughness, {"roughness"}, false));
   STILLRAY_RETURN_IF_ERROR(CheckPlanes(frame, frame.emission, "emission", false));
   STILLRAY_RETURN_IF_ERROR(CheckPlanes(frame, frame.background, "background", false));
-  return CheckPlane(frame, frame.samples, {"samples"}, false);
+  STILLRAY_RETURN_IF_ERROR(CheckPlane(frame, frame.samples, {"samples"}, false));
+  STILLRAY_RETURN_IF_ERROR(CheckMotion(frame, settings, use));
+  return CheckDepth(frame);
+}
+
+OddValues FindOddValues(const Frame& frame, MotionUse use) {
+  OddValues odd;
+  if (IsZeroEverywhere(frame, frame.guides.normal) && HasSurface(frame)) {
+    odd.bad_guides = CountSurfaces(frame);
+    odd.warning = fmt::format(
+        "frame {}: image 'normal' is zero at every surface, expected unit length (or no such "
+        "image): nothing is filtered",
+        frame.index);
+  } else if (use.any() && !IsFiniteAnywhere(frame, frame.guides.motion)) {
+    odd.warning = fmt::format(
+        "frame {}: image 'motion' is not finite at any pixel, expected pixels: no history is found",
+        frame.index);
+  }
+  return odd;
 }
 
 }  // namespace stillray

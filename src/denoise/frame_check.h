@@ -3,13 +3,35 @@
 
 #pragma once
 
+#include <cstdint>
+#include <string>
+
 #include "stillray/denoise.hpp"
 
 namespace stillray {
 
-/// Whether the denoiser can use `frame` with these settings: every image that is needed is there
-/// and every image that is there has the frame's size. The message names the image and both sizes.
-/// \param jittered  this frame or one before it was: then Antialias::kAuto needs motion
-Status CheckFrame(const Frame& frame, const Settings& settings, bool jittered);
+/// What follows motion into the last frame. First frames have none.
+struct MotionUse {
+  bool temporal = false;   ///< the history
+  bool antialias = false;  ///< the last picture
+  bool any() const { return temporal || antialias; }
+};
+
+/// Whether the frame has a size that can be denoised.
+Status CheckSize(const Frame& frame);
+
+/// Whether the denoiser can use `frame` with these settings: every image that is needed is there,
+/// every image that is there has the frame's size, and the depths are not all unusable. The message
+/// names the image and both sizes.
+Status CheckFrame(const Frame& frame, const Settings& settings, MotionUse use);
+
+struct OddValues {
+  std::string warning;     ///< one line; empty: nothing is odd
+  int64_t bad_guides = 0;  ///< pixels that pass through for that reason
+};
+
+/// What is odd about the values of a frame that CheckFrame accepts: an image that is given and says
+/// nothing. Of usual frames a few rows are read.
+OddValues FindOddValues(const Frame& frame, MotionUse use);
 
 }  // namespace stillray

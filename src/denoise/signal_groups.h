@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/guides.h"
 #include "stillray/denoise.hpp"
 
 namespace stillray {
@@ -62,20 +63,6 @@ inline std::vector<SignalGroup> GroupsOf(SignalGrouping grouping, bool with_tran
 inline bool IsSharpAtMirrors(SignalKind kind) {
   return kind == SignalKind::kDirectSpecular || kind == SignalKind::kIndirectSpecular ||
          kind == SignalKind::kDirectTransmission || kind == SignalKind::kIndirectTransmission;
-}
-
-/// The guide that light of this kind is divided by.
-inline const Image3& AlbedoOf(const Guides& guides, SignalKind kind) {
-  switch (kind) {
-    case SignalKind::kDirectSpecular:
-    case SignalKind::kIndirectSpecular:
-      return guides.specular_albedo;
-    case SignalKind::kDirectTransmission:
-    case SignalKind::kIndirectTransmission:
-      return guides.transmission_albedo;
-    default:
-      return guides.albedo;
-  }
 }
 
 /// Whether a frame has light of the group that was mirrored or refracted.

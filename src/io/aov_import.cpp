@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "core/guides.h"
 #include "core/parallel.h"
 #include "io/aov_albedo.h"
 #include "io/lossy.h"
@@ -71,7 +72,6 @@ class Importer {
   Image3 Colour(Aov aov) const;
   bool IsLossy(Aov aov) const;
   Image3 Light(Aov aov) const;
-  Image3 Filled(float x, float y, float z) const;
   void ImportJitter();
   void ImportGuides(std::array<float, 2> previous_jitter);
   void ImportNormal();
@@ -155,14 +155,6 @@ Image3 Importer::Light(Aov aov) const {
   return light;
 }
 
-Image3 Importer::Filled(float x, float y, float z) const {
-  Image3 image(frame_.width, frame_.height);
-  image[0].Fill(x);
-  image[1].Fill(y);
-  image[2].Fill(z);
-  return image;
-}
-
 /// Numbers of a text attribute, as many as there are.
 std::vector<float> Numbers(const std::map<std::string, std::string>& attributes,
                            const std::string& name) {
@@ -200,7 +192,7 @@ void Importer::ImportNormal() {
   Guides& g = frame_.guides;
   const Image3 stored = Colour(Aov::kNormal);
   if (stored.empty()) {
-    g.normal = Filled(0, 0, 1);
+    g.normal = FlatNormal(frame_.width, frame_.height);
     return;
   }
   const std::vector<float> m = Numbers(image_.other_attributes, "worldToCamera");
@@ -244,8 +236,7 @@ void Importer::ImportGuides(std::array<float, 2> previous_jitter) {
   if (const std::optional<Image1> depth = Plane1(Aov::kDepth)) {
     g.depth = ConvertDepth(*depth, layout_.depth);
   } else {
-    g.depth = Image1(frame_.width, frame_.height);
-    g.depth.Fill(1);
+    g.depth = FlatDepth(frame_.width, frame_.height);
   }
   ImportNormal();
   if (const AovSource* motion = layout_.Find(Aov::kMotion)) {
@@ -302,7 +293,7 @@ void Importer::ImportAlbedo() {
   const bool fallback = layout_.from_colour && layout_.Find(Aov::kFallbackAlbedo) != nullptr;
   g.albedo = Colour(fallback ? Aov::kFallbackAlbedo : Aov::kAlbedo);
   if (g.albedo.empty()) {
-    g.albedo = Filled(1, 1, 1);
+    g.albedo = WhiteAlbedo(frame_.width, frame_.height);
   } else if (fallback && layout_.Find(Aov::kFallbackNormal) && layout_.Find(Aov::kNormal)) {
     const Image3 normal = layout_.normal.encoded ? g.normal : Colour(Aov::kNormal);
     io::RejectRandomAlbedo(normal, Colour(Aov::kFallbackNormal), &g.albedo);
@@ -312,7 +303,7 @@ void Importer::ImportAlbedo() {
   }
   g.specular_albedo = Colour(Aov::kSpecularAlbedo);
   if (g.specular_albedo.empty()) {
-    g.specular_albedo = Filled(1, 1, 1);
+    g.specular_albedo = WhiteAlbedo(frame_.width, frame_.height);
   }
   g.transmission_albedo = Colour(Aov::kTransmissionAlbedo);
 }
@@ -452,7 +443,7 @@ Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
   if (!transmits) {
     transmission = Image3();
   } else if (transmission.empty()) {
-    transmission = Filled(1, 1, 1);
+    transmission = WhiteAlbedo(frame_.width, frame_.height);
   } else if (layout_.Find(Aov::kDirectVolume) || layout_.Find(Aov::kIndirectVolume)) {
     for (size_t i = 0; parts_ != nullptr && i < parts_->size(); ++i) {
       if ((*parts_)[i].aov == Aov::kDirectTransmission ||

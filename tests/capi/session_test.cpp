@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "capi/capi_frames.h"
+#include "stillray/denoise.hpp"
 
 namespace stillray::test {
 namespace {
@@ -201,6 +202,41 @@ TEST(SessionTest, EveryOutputCanBeWritten) {
         << stillray_denoiser_output_name(denoiser.get(), i);
   }
   EXPECT_EQ(stillray_denoiser_output_name(denoiser.get(), count), nullptr);
+}
+
+TEST(SessionTest, ColourAloneIsDenoised) {
+  const DenoiserHandle alone = MakeDenoiser();
+  Frame frame = MakeBusyFrame(kWidth, kHeight, 0);
+  frame.signals.resize(1);
+  frame.guides = Guides();
+  frame.emission = frame.background = Image3();
+  frame.samples = Image1();
+  CallerFrame caller(frame);
+  caller.Run(alone.get());
+  Result<Denoiser> engine = Denoiser::Create(PresetSettings("default").value());
+  ASSERT_TRUE(engine.ok());
+  DenoisedFrame expected;
+  ASSERT_TRUE(engine->Denoise(frame, &expected).ok());
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      ASSERT_EQ(caller.colour.Get(x, y, 1), expected.colour[1](x, y)) << x << " " << y;
+    }
+  }
+}
+
+TEST(SessionTest, WarnsOfNormalsThatAreAllZero) {
+  const DenoiserHandle denoiser = MakeDenoiser();
+  EXPECT_STREQ(stillray_denoiser_warning(denoiser.get()), "");
+  Frame frame = MakeBusyFrame(kWidth, kHeight, 0);
+  frame.guides.normal = Image3(kWidth, kHeight);
+  CallerFrame caller(frame);
+  caller.Run(denoiser.get());
+  EXPECT_NE(std::string(stillray_denoiser_warning(denoiser.get()))
+                .find("image 'normal' is zero at every surface"),
+            std::string::npos);
+  Denoise(denoiser.get(), 1);
+  EXPECT_STREQ(stillray_denoiser_warning(denoiser.get()), "");
+  EXPECT_STREQ(stillray_denoiser_warning(nullptr), "");
 }
 
 struct Watch {

@@ -226,14 +226,14 @@ TEST(Denoiser, BadFramesAreRefusedAndHistoryStays) {
   ASSERT_TRUE(d.Denoise(MakeWall(16, 9, 1), &out).ok());
   const std::vector<uint8_t> before = d.SaveHistory().value();
   Frame f = MakeWall(16, 9, 2);
-  f.guides.depth = Image1();
-  EXPECT_THAT(message(f), HasSubstr("frame 2: image 'depth' is missing, expected 16x9"));
+  f.signals[0].radiance = Image3();
+  EXPECT_THAT(message(f), HasSubstr("frame 2: image 'direct_diffuse' is missing, expected 16x9"));
   f = MakeWall(16, 9, 2);
   f.guides.normal[1] = Image1(8, 9);
   EXPECT_THAT(message(f), HasSubstr("image 'normal[1]' is 8x9, expected 16x9"));
   f = MakeWall(16, 9, 2);
   f.guides.motion = Image2();
-  EXPECT_THAT(message(f), HasSubstr("'motion[0]' is missing"));
+  EXPECT_THAT(message(f), HasSubstr("'motion' is missing"));
   f = MakeWall(16, 9, 2);
   f.signals.push_back(f.signals[0]);
   EXPECT_THAT(message(f), HasSubstr("'direct_diffuse' is given twice"));

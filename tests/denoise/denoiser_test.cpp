@@ -302,11 +302,11 @@ TEST(Denoiser, TransmissionIsASignalOfItsOwn) {
     ASSERT_TRUE(d.Denoise(make(3), &out).ok());
     EXPECT_TRUE(SameBits(next.colour, out.colour));
   }
-  Frame missing = make(0);
-  missing.guides.transmission_albedo = Image3();
+  Frame wrong = make(0);
+  wrong.guides.transmission_albedo = Image3(31, 32);
   Denoiser d = MakeDenoiser(Settings());
   DenoisedFrame out;
-  EXPECT_THAT(d.Denoise(missing, &out).message(), HasSubstr("'transmission_albedo[0]' is missing"));
+  EXPECT_THAT(d.Denoise(wrong, &out).message(), HasSubstr("'transmission_albedo[0]' is 31x32"));
 }
 
 TEST(Denoiser, ReachOfFiveLevels) {

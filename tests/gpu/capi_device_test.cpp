@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "capi/capi_frames.h"
+#include "core/guides.h"
 #include "gpu/device_test.h"
 
 namespace stillray::test {
@@ -73,6 +74,41 @@ TEST_F(CapiDevice, SavedHistoryContinuesWithTheSameBits) {
   ASSERT_EQ(stillray_denoiser_restore_history(later.get(), saved.data(), saved.size()),
             STILLRAY_OK);
   EXPECT_EQ(Denoise(later.get(), 1).colour.bytes, Denoise(whole.get(), 1).colour.bytes);
+}
+
+TEST_F(CapiDevice, ColourAloneIsFilteredAsWithFlatGuides) {
+  Frame frame = MakeBusyFrame(kWidth, kHeight, 0);
+  frame.signals.resize(1);
+  frame.guides = Guides();
+  frame.emission = frame.background = Image3();
+  frame.samples = Image1();
+  CallerFrame alone(frame);
+  const DenoiserHandle tested = MakeDenoiserOn(device_.get());
+  alone.Run(tested.get());
+  frame.guides.depth = FlatDepth(kWidth, kHeight);
+  frame.guides.normal = FlatNormal(kWidth, kHeight);
+  frame.guides.albedo = WhiteAlbedo(kWidth, kHeight);
+  frame.guides.motion = Image2(kWidth, kHeight);
+  CallerFrame flat(frame);
+  flat.Run(MakeDenoiserOn(device_.get()).get());
+  EXPECT_EQ(alone.colour.bytes, flat.colour.bytes);
+  EXPECT_EQ(stillray_denoiser_execute(tested.get()), STILLRAY_ERROR_INVALID_ARGUMENT);
+  EXPECT_NE(std::string(stillray_error_message(tested.get()))
+                .find("frame 1: image 'motion' is missing, expected 53x31: 'temporal'"),
+            std::string::npos)
+      << stillray_error_message(tested.get());
+}
+
+TEST_F(CapiDevice, WarnsOfNormalsThatAreAllZero) {
+  const DenoiserHandle denoiser = MakeDenoiserOn(device_.get());
+  Frame frame = MakeBusyFrame(kWidth, kHeight, 0);
+  frame.guides.normal = Image3(kWidth, kHeight);
+  CallerFrame caller(frame);
+  caller.Run(denoiser.get());
+  EXPECT_NE(std::string(stillray_denoiser_warning(denoiser.get())).find("'normal' is zero"),
+            std::string::npos);
+  Denoise(denoiser.get(), 1);
+  EXPECT_STREQ(stillray_denoiser_warning(denoiser.get()), "");
 }
 
 TEST_F(CapiDevice, ThreadsMayShareADevice) {

@@ -7,6 +7,7 @@ import pathlib
 import pydoc
 import threading
 import unittest
+import warnings
 
 import numpy as np
 import stillray
@@ -145,7 +146,10 @@ class ErrorTest(unittest.TestCase):
         self.expect(ValueError, "broadcast", self.changed(depth=view))
 
     def test_missing_and_unknown(self):
-        self.expect(ValueError, "'depth.*missing", self.changed(depth=None))
+        denoiser = stillray.Denoiser()
+        denoiser.denoise(make_frame(0))
+        with self.assertRaisesRegex(ValueError, "'motion' is missing, expected 36x24: 'temporal'"):
+            denoiser.denoise(self.changed(motion=None))
         self.expect(ValueError, "unknown input 'color'", self.changed(color=np.ones((H, W, 3), "f4")))
         self.expect(ValueError, "unknown output 'color'", outputs=["color"])
         self.expect(ValueError, "jitter", jitter=(0.7, 0))
@@ -153,6 +157,30 @@ class ErrorTest(unittest.TestCase):
         self.expect(TypeError, "outputs is a list, expected a list of names", outputs=[1, 2])
         self.expect(TypeError, "the progress function returned a str, expected True",
                     progress=lambda fraction: "on")
+
+    def test_a_colour_alone_is_enough(self):
+        frame = make_frame(0)
+        alone = {"direct_diffuse": frame["direct_diffuse"]}
+        flat = dict(
+            alone,
+            depth=np.ones((H, W), np.float32),
+            normal=np.tile(np.float32([0, 0, 1]), (H, W, 1)),
+            albedo=np.ones((H, W, 3), np.float32),
+            motion=np.zeros((H, W, 2), np.float32),
+        )
+        np.testing.assert_array_equal(
+            stillray.Denoiser().denoise(alone), stillray.Denoiser().denoise(flat)
+        )
+
+    def test_normals_that_are_all_zero_are_a_warning(self):
+        frame = self.changed(normal=np.zeros((H, W, 3), np.float32))
+        with self.assertWarnsRegex(RuntimeWarning, "'normal' is zero at every surface"):
+            stillray.Denoiser().denoise(frame)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            stillray.Denoiser().denoise(make_frame(0))
+            with self.assertRaises(RuntimeWarning):
+                stillray.Denoiser().denoise(frame)
 
     def test_read_only_out(self):
         out = np.zeros((H, W, 3), np.float32)

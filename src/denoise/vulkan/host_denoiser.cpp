@@ -67,6 +67,7 @@ class HostDenoiser : public DeviceDenoiser {
 
  private:
   Result<FrameFacts> Take(const Frame& frame);
+  MotionUse UseOfMotion(const Frame& frame, bool jittered) const;
   Result<FrameFacts> TakeHere(const Frame& frame, const gpu::DeviceFrame& pixels);
   Status PreparePipeline(int width, int height, bool transmission);
   Status PrepareFuture(const Frame& frame);
@@ -97,6 +98,7 @@ class HostDenoiser : public DeviceDenoiser {
   std::unique_ptr<OutputReader> reader_;
   SeenFrames seen_;
   FrameInputs inputs_;                      ///< of the frame in progress
+  OddValues odd_;                           ///< about its values
   Frame from_elsewhere_;                    ///< a frame of another device, on the host
   std::unique_ptr<FutureExchange> future_;  ///< nullptr until there is a future
 };
@@ -111,10 +113,9 @@ Result<FrameFacts> HostDenoiser::Take(const Frame& frame) {
   const Frame& f = **host;
   FrameFacts facts = FactsOf(f);
   facts.has_roughness = facts.has_roughness && settings_.mirror_roughness > 0;
-  const bool continues =
-      pipeline_ != nullptr && pipeline_->Fits(settings_, f.width, f.height, HasTransmission(f));
-  STILLRAY_RETURN_IF_ERROR(
-      CheckFrame(f, settings_, facts.jittered || (continues && pipeline_->progress().jittered)));
+  const MotionUse use = UseOfMotion(f, facts.jittered);
+  STILLRAY_RETURN_IF_ERROR(CheckFrame(f, settings_, use));
+  odd_ = FindOddValues(f, use);
   facts.fills_guides = settings_.fill_guides && HasUnknownGuides(f);
   facts.samples_per_pixel = SamplesPerPixel(f);
   STILLRAY_RETURN_IF_ERROR(PrepareWork(f, facts));
@@ -124,8 +125,19 @@ Result<FrameFacts> HostDenoiser::Take(const Frame& frame) {
   return facts;
 }
 
+/// What follows the motion of this frame.
+MotionUse HostDenoiser::UseOfMotion(const Frame& f, bool jittered) const {
+  if (pipeline_ == nullptr || !pipeline_->Fits(settings_, f.width, f.height, HasTransmission(f))) {
+    return {};
+  }
+  const Progress& progress = pipeline_->progress();
+  return {settings_.temporal && progress.has_history,
+          progress.has_picture && AntialiasesInTime(settings_, jittered || progress.jittered)};
+}
+
 /// A frame that is on the device already.
 Result<FrameFacts> HostDenoiser::TakeHere(const Frame& frame, const gpu::DeviceFrame& pixels) {
+  odd_ = OddValues();
   const gpu::FrameShape& shape = pixels.shape();
   if (frame.width != shape.width || frame.height != shape.height) {
     return Status::InvalidArgument(
@@ -303,7 +315,8 @@ Status HostDenoiser::ReadResults(bool had_history, DenoisedFrame* out) {
   std::memcpy(&state, state_->mapped, sizeof(state));
   out->non_finite = state.non_finite;
   out->negative = state.negative;
-  out->bad_guides = state.bad_guides;
+  out->bad_guides = state.bad_guides + odd_.bad_guides;
+  out->warning = odd_.warning;
   for (const gpu::DeviceTime& time : pipeline_->times()) {
     out->timings.push_back({time.name, time.milliseconds});
   }

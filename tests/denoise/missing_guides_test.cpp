@@ -1,0 +1,239 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Frames without guides, and frames whose guides say nothing.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "core/guides.h"
+#include "denoise/make_denoiser.h"
+#include "denoise/test_frames.h"
+#include "stillray/denoise.hpp"
+
+namespace stillray {
+namespace {
+
+using test::MakeBusyFrame;
+using test::MakeDenoiser;
+using test::MakeWall;
+using ::testing::HasSubstr;
+
+constexpr int kWidth = 40;
+constexpr int kHeight = 24;
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+Settings Default() {
+  return PresetSettings("default").value();
+}
+
+/// Light alone, as from a renderer that knows nothing else.
+Frame ColourAlone(int64_t index) {
+  Frame busy = MakeBusyFrame(kWidth, kHeight, index);
+  Frame frame;
+  frame.width = kWidth;
+  frame.height = kHeight;
+  frame.index = index;
+  frame.signals.push_back(std::move(busy.signals.front()));
+  return frame;
+}
+
+void ExpectSameBits(const Image3& a, const Image3& b) {
+  for (int c = 0; c < 3; ++c) {
+    for (int y = 0; y < a.height(); ++y) {
+      ASSERT_EQ(std::memcmp(a[c].Row(y), b[c].Row(y), sizeof(float) * static_cast<size_t>(kWidth)),
+                0)
+          << c << " " << y;
+    }
+  }
+}
+
+TEST(MissingGuides, ColourAloneIsFilteredAsWithFlatGuides) {
+  Denoiser alone = MakeDenoiser(Default());
+  Denoiser flat = MakeDenoiser(Default());
+  DenoisedFrame a;
+  DenoisedFrame b;
+  const Frame frame = ColourAlone(0);
+  ASSERT_TRUE(alone.Denoise(frame, &a).ok());
+  Frame given = frame;
+  given.guides.depth = FlatDepth(kWidth, kHeight);
+  given.guides.normal = FlatNormal(kWidth, kHeight);
+  given.guides.albedo = WhiteAlbedo(kWidth, kHeight);
+  given.guides.motion = Image2(kWidth, kHeight);
+  ASSERT_TRUE(flat.Denoise(given, &b).ok());
+  ExpectSameBits(a.colour, b.colour);
+  EXPECT_TRUE(frame.guides.depth.empty());  // the caller's frame stays as it is
+  EXPECT_EQ(a.warning, "");
+  // It is filtered: not what went in.
+  EXPECT_NE(a.colour[0](20, 12), frame.signals[0].radiance[0](20, 12));
+}
+
+TEST(MissingGuides, EachOnItsOwn) {
+  const auto denoise = [](const Frame& frame) {
+    Denoiser d = MakeDenoiser(Default());
+    DenoisedFrame out;
+    for (int i = 0; i < 2; ++i) {
+      const Status status = d.Denoise(frame, &out);
+      EXPECT_TRUE(status.ok()) << status.message();
+    }
+    return out.colour;
+  };
+  const Frame whole = MakeBusyFrame(kWidth, kHeight, 0);
+  const auto expect_stand_in = [&](auto* image_of, const auto& stand_in) {
+    Frame without = whole;
+    *image_of(&without.guides) = {};
+    Frame with = whole;
+    *image_of(&with.guides) = stand_in;
+    ExpectSameBits(denoise(without), denoise(with));
+  };
+  expect_stand_in(
+      +[](Guides* g) { return &g->depth; }, FlatDepth(kWidth, kHeight));
+  expect_stand_in(
+      +[](Guides* g) { return &g->normal; }, FlatNormal(kWidth, kHeight));
+  expect_stand_in(
+      +[](Guides* g) { return &g->albedo; }, WhiteAlbedo(kWidth, kHeight));
+  expect_stand_in(
+      +[](Guides* g) { return &g->specular_albedo; }, WhiteAlbedo(kWidth, kHeight));
+}
+
+TEST(MissingGuides, MotionIsNeededFromTheSecondFrameOn) {
+  Denoiser d = MakeDenoiser([] {
+    Settings s = Default();
+    s.antialias = Antialias::kTaa;
+    return s;
+  }());
+  DenoisedFrame out;
+  ASSERT_TRUE(d.Denoise(ColourAlone(0), &out).ok());
+  const std::vector<uint8_t> before = d.SaveHistory().value();
+  const Status status = d.Denoise(ColourAlone(1), &out);
+  EXPECT_EQ(status.code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(status.message(),
+            "frame 1: image 'motion' is missing, expected 40x24: 'temporal' and 'antialias' follow "
+            "it from frame to frame (zero where nothing moves; 'off' needs none)");
+  EXPECT_EQ(d.SaveHistory().value(), before);
+  Settings s = d.settings();
+  s.temporal = false;
+  ASSERT_TRUE(d.SetSettings(s).ok());
+  EXPECT_THAT(d.Denoise(ColourAlone(1), &out).message(), HasSubstr("'antialias' follows it"));
+  s.antialias = Antialias::kOff;
+  ASSERT_TRUE(d.SetSettings(s).ok());
+  EXPECT_TRUE(d.Denoise(ColourAlone(1), &out).ok());
+  EXPECT_TRUE(d.Denoise(ColourAlone(2), &out).ok());
+  ASSERT_TRUE(d.SetSettings(Default()).ok());
+  d.Reset();
+  EXPECT_TRUE(d.Denoise(ColourAlone(3), &out).ok());
+}
+
+TEST(MissingGuides, AnotherSizeIsAFirstFrame) {
+  Denoiser d = MakeDenoiser(Default());
+  DenoisedFrame out;
+  ASSERT_TRUE(d.Denoise(MakeBusyFrame(16, 12, 0), &out).ok());
+  EXPECT_TRUE(d.Denoise(ColourAlone(1), &out).ok());
+}
+
+// Guides that a sparse frame does not know are moved on from the last frame.
+TEST(MissingGuides, FillingUnknownGuidesNeedsMotion) {
+  Settings s = Default();
+  s.temporal = false;
+  s.antialias = Antialias::kOff;
+  Denoiser d = MakeDenoiser(s);
+  Frame frame = MakeBusyFrame(kWidth, kHeight, 0);
+  frame.samples = Image1(kWidth, kHeight);
+  frame.samples.Fill(1);
+  frame.samples(5, 5) = 0;
+  frame.guides.depth(5, 5) = 0;
+  frame.guides.motion = Image2();
+  DenoisedFrame out;
+  EXPECT_THAT(d.Denoise(frame, &out).message(), HasSubstr("'fill_guides' follows it"));
+}
+
+TEST(MissingGuides, AChannelThatIsMissingIsAMistake) {
+  Denoiser d = MakeDenoiser(Default());
+  DenoisedFrame out;
+  Frame frame = MakeWall(kWidth, kHeight);
+  frame.guides.normal[0] = Image1();
+  EXPECT_THAT(d.Denoise(frame, &out).message(), HasSubstr("image 'normal[0]' is missing"));
+}
+
+TEST(UnusableDepth, NegativeEverywhereIsAnotherConvention) {
+  Denoiser d = MakeDenoiser(Default());
+  DenoisedFrame out;
+  Frame frame = MakeWall(kWidth, kHeight, 3);
+  frame.guides.depth.Fill(-5);
+  const Status status = d.Denoise(frame, &out);
+  EXPECT_EQ(status.code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(status.message(),
+            "frame 3: all depths are negative (960 pixels), expected linear view-space z > 0: "
+            "negate the z of OpenGL's view space");
+  frame.guides.depth.Fill(kNan);
+  EXPECT_THAT(d.Denoise(frame, &out).message(), HasSubstr("all depths are NaN (960 pixels)"));
+  // Sky as OpenGL users write it changes nothing.
+  frame.guides.depth.Fill(-5);
+  std::fill_n(frame.guides.depth.Row(0), kWidth, kInfinity);
+  EXPECT_THAT(d.Denoise(frame, &out).message(), HasSubstr("all depths are negative"));
+}
+
+TEST(UnusableDepth, SomePixelsAreDamage) {
+  Denoiser d = MakeDenoiser(Default());
+  DenoisedFrame out;
+  Frame frame = MakeWall(kWidth, kHeight);
+  frame.guides.depth.Fill(-5);
+  frame.guides.depth(3, 3) = 5;  // one surface
+  EXPECT_TRUE(d.Denoise(frame, &out).ok());
+  EXPECT_EQ(out.bad_guides, kWidth * kHeight - 1);
+  frame.guides.depth.Fill(kInfinity);  // sky, and damage in it
+  frame.guides.depth(3, 3) = kNan;
+  frame.guides.depth(4, 3) = -1;
+  EXPECT_TRUE(d.Denoise(frame, &out).ok());
+}
+
+TEST(OddValues, NormalsThatAreAllZeroAreReported) {
+  Denoiser d = MakeDenoiser(Default());
+  DenoisedFrame out;
+  Frame frame = MakeBusyFrame(kWidth, kHeight, 0);
+  const int64_t sky = [&] {
+    int64_t count = 0;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        count += frame.guides.depth(x, y) == kInfinity ? 1 : 0;
+      }
+    }
+    return count;
+  }();
+  frame.guides.normal = Image3(kWidth, kHeight);
+  ASSERT_TRUE(d.Denoise(frame, &out).ok());
+  EXPECT_EQ(out.warning,
+            "frame 0: image 'normal' is zero at every surface, expected unit length (or no such "
+            "image): nothing is filtered");
+  EXPECT_EQ(out.bad_guides, int64_t{kWidth} * kHeight - sky);
+  // Not of a frame of sky.
+  frame.guides.depth.Fill(kInfinity);
+  ASSERT_TRUE(d.Denoise(frame, &out).ok());
+  EXPECT_EQ(out.warning, "");
+  // Nor of one that has a normal anywhere.
+  ASSERT_TRUE(d.Denoise(MakeBusyFrame(kWidth, kHeight, 1), &out).ok());
+  EXPECT_EQ(out.warning, "");
+}
+
+TEST(OddValues, MotionThatIsNowhereFiniteIsReportedWhereItIsRead) {
+  Denoiser d = MakeDenoiser(Default());
+  DenoisedFrame out;
+  Frame frame = MakeWall(kWidth, kHeight);
+  frame.guides.motion[1].Fill(kNan);
+  ASSERT_TRUE(d.Denoise(frame, &out).ok());
+  EXPECT_EQ(out.warning, "");  // a first frame has nothing to follow
+  ++frame.index;
+  ASSERT_TRUE(d.Denoise(frame, &out).ok());
+  EXPECT_EQ(out.warning,
+            "frame 1: image 'motion' is not finite at any pixel, expected pixels: no history is "
+            "found");
+  frame.guides.motion[1](0, 0) = 0;
+  ASSERT_TRUE(d.Denoise(frame, &out).ok());
+  EXPECT_EQ(out.warning, "");
+}
+
+}  // namespace
+}  // namespace stillray
