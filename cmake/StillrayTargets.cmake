@@ -43,6 +43,7 @@ function(stillray_add_module name)
   target_include_directories(stillray_${name}
     PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>
     PRIVATE ${PROJECT_SOURCE_DIR}/src)
+  target_compile_features(stillray_${name} PUBLIC cxx_std_20)  # the headers need it too
   target_link_libraries(stillray_${name}
     PUBLIC ${ARG_PUBLIC}
     PRIVATE $<BUILD_INTERFACE:stillray_options> ${ARG_PRIVATE})

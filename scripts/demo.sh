@@ -11,7 +11,7 @@ out="${1:-out/demo}"
 
 scripts/install_packages.sh build
 cmake -S . -B build -G Ninja -DSTILLRAY_BUILD_TESTS=OFF >/dev/null
-cmake --build build --target stillray
+cmake --build build  # all of it, so that `cmake --install build` works afterwards
 
 stillray=build/apps/stillray/stillray
 "$stillray" render builtin:cornell -o "$out" --size 640x360 --frames 1-60 --save-inputs --aov temporal \

@@ -26,8 +26,19 @@ prefix="$work/moved"
 pkgconfig="$(dirname "$(find "$prefix" -name stillray.pc)")"
 libdir="$(dirname "$pkgconfig")"
 
+echo "== what is there"
+cmakedir="$libdir/cmake/stillray"
+[ -s "$prefix/share/doc/stillray/LICENSE" ] || fail "no LICENSE"
+[ -s "$prefix/share/doc/stillray/docs/library.md" ] || fail "no documents"
+if grep -nE '(INCLUDE_DIRECTORIES|LINK_LIBRARIES) .*[";:]/' "$cmakedir"/*.cmake; then
+  fail "a place of this machine is in the package"
+fi
+number="$(sed -n 's/^#define STILLRAY_ABI_VERSION \([0-9]*\)u$/\1/p' \
+  "$prefix/include/stillray/stillray.h")"
+[ -e "$libdir/libstillray.so.${number:?}" ] || fail "libstillray.so is not of ABI version $number"
+
 echo "== CMake"
-for language in c cpp; do
+for language in c cpp cpp_engine; do
   "$cmake" -S "$source/examples/$language" -B "$work/$language" -DCMAKE_PREFIX_PATH="$prefix" \
     -DCMAKE_BUILD_TYPE=Release >"$work/$language.txt"
   "$cmake" --build "$work/$language" >>"$work/$language.txt" || fail "$(cat "$work/$language.txt")"
@@ -36,6 +47,7 @@ for language in c cpp; do
   check_errors "$work/$language/output.txt"
 done
 [ "$(head -c 2 "$work/c/out/denoised.ppm")" = P6 ] || fail "denoised.ppm is no picture"
+[ "$(head -c 2 "$work/cpp_engine/out/denoised.ppm")" = P6 ] || fail "denoised.ppm is no picture"
 [ "$(head -c 2 "$work/cpp/out/denoised.pfm")" = PF ] || fail "denoised.pfm is no picture"
 
 if [ -e "$prefix/include/stillray/vulkan.hpp" ]; then
@@ -65,16 +77,30 @@ for language in c cpp; do
   diff "$work/$language/output.txt" "$work/pkg_$language.txt" || fail "pkg-config build differs"
 done
 
+# The static library in place of the shared one, which has the same name.
+read -r -a flags < <(pkg-config --static --cflags --libs stillray |
+  sed 's/-lstillray /-l:libstillray.a /')
+gcc -std=c99 "$source/examples/c/denoise.c" "${flags[@]}" -o "$work/pkg_static"
+"$work/pkg_static" "$work" >"$work/pkg_static.txt" || fail "the program with libstillray.a"
+diff "$work/c/output.txt" "$work/pkg_static.txt" || fail "pkg-config --static build differs"
+
+# try NAME LANGUAGES COMPONENT LIBRARIES SOURCE: builds a program against the package. No standard
+# of the language is set.
+try() {
+  mkdir -p "$work/$1"
+  cat >"$work/$1/CMakeLists.txt" <<END
+cmake_minimum_required(VERSION 3.25)
+project($1_user LANGUAGES $2)
+find_package(stillray REQUIRED COMPONENTS $3)
+add_executable(user $5)
+target_link_libraries(user PRIVATE $4)
+END
+  "$cmake" -S "$work/$1" -B "$work/$1/build" -DCMAKE_PREFIX_PATH="$prefix" >"$work/$1.txt" 2>&1 &&
+    "$cmake" --build "$work/$1/build" >>"$work/$1.txt" 2>&1
+}
+
 echo "== static libraries"
 mkdir "$work/static"
-cat >"$work/static/CMakeLists.txt" <<'END'
-cmake_minimum_required(VERSION 3.25)
-project(static_user LANGUAGES CXX)
-set(CMAKE_CXX_STANDARD 20)
-find_package(stillray REQUIRED COMPONENTS static)
-add_executable(user user.cpp)
-target_link_libraries(user PRIVATE stillray::capi)
-END
 cat >"$work/static/user.cpp" <<'END'
 #include <cstdio>
 #include <stillray/denoise.hpp>
@@ -85,9 +111,71 @@ int main() {
   return made.ok() ? 0 : 1;
 }
 END
-"$cmake" -S "$work/static" -B "$work/static/build" -DCMAKE_PREFIX_PATH="$prefix" >"$work/static.txt"
-"$cmake" --build "$work/static/build" >>"$work/static.txt" || fail "$(cat "$work/static.txt")"
+try static CXX static stillray::capi user.cpp || fail "$(cat "$work/static.txt")"
 "$work/static/build/user"
+try static_c "C CXX" static "stillray::capi m" "$source/examples/c/denoise.c" ||
+  fail "$(cat "$work/static_c.txt")"
+"$work/static_c/build/user" "$work" | diff "$work/c/output.txt" - || fail "C with libstillray.a"
+if try c_alone C static "stillray::capi m" "$source/examples/c/denoise.c"; then
+  fail "a project without C++ linked the static libraries"
+fi
+tr -s ' \n' ' ' <"$work/c_alone.txt" | grep 'expected CXX among the languages of project()' >/dev/null ||
+  fail "no word on the language: $(cat "$work/c_alone.txt")"
+
+if [ -e "$prefix/include/stillray/doctor.h" ]; then
+  echo "== doctor"
+  mkdir "$work/doctor"
+  cat >"$work/doctor/user.cpp" <<'END'
+#include <stillray/doctor.h>
+int main() {
+  const auto doctor = stillray::Doctor::Create(stillray::AovOptions());
+  return doctor != nullptr ? 0 : 1;
+}
+END
+  try doctor CXX doctor stillray::doctor user.cpp || fail "$(cat "$work/doctor.txt")"
+  "$work/doctor/build/user"
+fi
+
+# Packages that only the program, the tests and the Python module need, as if not installed.
+bare=()
+for package in GTest OpenEXR embree Python pybind11 glfw3; do
+  bare+=("-DCMAKE_DISABLE_FIND_PACKAGE_$package=ON")
+done
+# targets FOLDER: the files that a build there links
+targets() { ninja -C "$1" -t targets all | sed -n 's/: .*LINKER.*//p'; }
+
+echo "== the library alone"
+"$cmake" -S "$source" -B "$work/alone" -G Ninja -DSTILLRAY_BUILD_APPS=OFF "${bare[@]}" \
+  >"$work/alone.txt" 2>&1 || fail "$(cat "$work/alone.txt")"
+if targets "$work/alone" | grep -v '/libstillray'; then
+  fail "more than the library is built"
+fi
+"$cmake" -S "$source" -B "$work/tested" -G Ninja -DSTILLRAY_BUILD_APPS=OFF \
+  -DSTILLRAY_BUILD_TESTS=ON >"$work/tested.txt" 2>&1 || fail "$(cat "$work/tested.txt")"
+targets "$work/tested" | grep 'capi_test$' >/dev/null || fail "no tests although they were asked for"
+
+echo "== as a part of another build"
+mkdir "$work/part"
+cat >"$work/part/CMakeLists.txt" <<END
+cmake_minimum_required(VERSION 3.25)
+project(engine LANGUAGES CXX)
+add_subdirectory($source stillray)
+add_library(engine OBJECT engine.cpp)
+target_link_libraries(engine PRIVATE stillray::denoise)
+END
+echo '#include "stillray/denoise.hpp"' >"$work/part/engine.cpp"
+"$cmake" -S "$work/part" -B "$work/part/build" -G Ninja -DSTILLRAY_BUILD_VULKAN=OFF "${bare[@]}" \
+  >"$work/part.txt" 2>&1 || fail "$(cat "$work/part.txt")"
+if targets "$work/part/build" | grep -v '/libstillray'; then
+  fail "more than the library is built"
+fi
+"$cmake" --build "$work/part/build" --target engine >>"$work/part.txt" 2>&1 ||
+  fail "$(cat "$work/part.txt")"
+"$cmake" --install "$work/part/build" --prefix "$work/part/prefix" >>"$work/part.txt" 2>&1
+if [ -e "$work/part/prefix" ]; then
+  fail "another project's installation has stillray in it"
+fi
+
 package="$(find "$prefix" -type d -path '*dist-packages/stillray')"
 if [ -n "$package" ]; then
   echo "== Python"
