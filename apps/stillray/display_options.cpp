@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "display_options.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 namespace stillray {
 

@@ -188,8 +188,7 @@ TEST(CliDenoiseLight, AFrameOfAnotherSizeIsNamedBySize) {
   ASSERT_TRUE(WriteExr(folder / "in.0003.exr", image).ok());
   const ProgramRun run = Denoise(in, folder / "out.####.exr");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
-  EXPECT_THAT(run.errors,
-              HasSubstr("frame 3: 32 x 16 pixels in place of 48 x 24; the history"));
+  EXPECT_THAT(run.errors, HasSubstr("frame 3: 32 x 16 pixels in place of 48 x 24; the history"));
 }
 
 }  // namespace

@@ -213,9 +213,8 @@ TEST(CliRender, AFrameThatCannotBeWrittenStopsTheRun) {
   EXPECT_THAT(run.errors, HasSubstr("error: " + out + "/denoised.0003.exr: could not be written"));
   EXPECT_THAT(run.errors, HasSubstr("frame 2 of 6: render "));
   EXPECT_THAT(run.errors, ::testing::Not(HasSubstr("frame 3 of 6: render ")));
-  EXPECT_EQ(FilesIn(out),
-            (std::set<std::string>{"denoised.0001.exr", "denoised.0002.exr", "denoised.0003.exr",
-                                   "resume.stillray"}));
+  EXPECT_EQ(FilesIn(out), (std::set<std::string>{"denoised.0001.exr", "denoised.0002.exr",
+                                                 "denoised.0003.exr", "resume.stillray"}));
 }
 
 TEST(CliRender, SeedsAndSamplersChangeTheNoise) {

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/negative_limit.h"
 #include "denoise/denoiser_impl.h"
 #include "denoise/filter_parameters.h"
-#include "core/negative_limit.h"
 
 namespace stillray::vulkan {
 namespace {
