@@ -69,14 +69,15 @@ void RandomHits(Sequence* s, const std::function<bool(int, int)>& where, bool ho
   }
 }
 
-/// An object through which half of the paths go on: its colour is that of what was hit.
+/// An object through which half of the paths go on: its colour is that of what was hit, weighted
+/// up.
 void HalfTransparent(Sequence* s) {
   for (NumberedImage& f : *s) {
     for (const char* name : {"albedo.R", "albedo.G", "albedo.B"}) {
       Image1& values = ChannelOf(f.image, name).values;
       for (int y = 30; y < 80; ++y) {
         for (int x = 60; x < 120; ++x) {
-          values(x, y) = NoiseAt(x, y, f.number, 3) > 0 ? 0.8f : 0.15f;
+          values(x, y) = NoiseAt(x, y, f.number, 3) > 0 ? 1.3f : 0.15f;
         }
       }
     }
@@ -286,10 +287,9 @@ TEST(FirstHits, TheRegionAndTheCauseAreNamed) {
   const DoctorReport report = ReportOf(sequence);
   ASSERT_EQ(report.findings.size(), 1u);
   const std::string& what = report.findings[0].what;
-  EXPECT_NE(what.find("transparency, depth of field, or subsurface scattering"), std::string::npos)
-      << what;
-  // x 60 to 120, y 30 to 80: 14 % of the picture, of which whole blocks are random.
-  EXPECT_NEAR(report.findings[0].measured, 0.14, 0.05) << what;
+  EXPECT_NE(what.find("transparency or subsurface scattering"), std::string::npos) << what;
+  // x 60 to 120, y 30 to 80: 14 % of the picture, in whole blocks of it 12 to 18 %.
+  EXPECT_NEAR(report.findings[0].measured, 0.15, 0.06) << what;
   int x = 0;
   int y = 0;
   ASSERT_EQ(std::sscanf(what.substr(what.find("around")).c_str(), "around x %d, y %d", &x, &y), 2);
