@@ -213,7 +213,7 @@ TEST(AovImport, ColourAloneIsDividedByTheColoursOfThePasses) {
 struct GlassPicture {
   static constexpr int kSize = 48;
   ExrImage image;
-  static bool IsGlass(int x, int y) { return (x - 24) * (x - 24) + (y - 24) * (y - 24) < 15 * 15; }
+  static bool IsGlass(int x, int y) { return (x - 24) * (x - 24) + (y - 24) * (y - 24) < 11 * 11; }
   static float Texture(int x, int y) {
     return 0.2f + 0.1f * static_cast<float>((x * 7 + y * 5) % 6);
   }
