@@ -3,7 +3,9 @@
 #include "scene/gltf_import.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <new>
 #include <string>
@@ -103,11 +105,19 @@ void Complete(GltfImport* import) {
   }
 }
 
+/// With the length: zeros at the end do not change the sum of the bytes.
+uint64_t AddFile(ByteSpan bytes, uint64_t sum) {
+  std::array<uint8_t, sizeof(uint64_t)> length{};
+  const uint64_t size = bytes.size();
+  std::memcpy(length.data(), &size, sizeof(size));
+  return AddToChecksum(bytes, AddToChecksum(length, sum));
+}
+
 /// Of everything that the scene was read from.
 uint64_t ChecksumOf(ByteSpan bytes, const GltfDocument& document) {
-  uint64_t sum = AddToChecksum(bytes);
+  uint64_t sum = AddFile(bytes, kEmptyChecksum);
   for (const auto& [name, content] : document.files) {
-    sum = AddToChecksum(*content, sum);
+    sum = AddFile(*content, sum);
   }
   return sum;
 }
