@@ -34,7 +34,7 @@ TEST(ColourMaps, WhatIsNotANumberIsMagenta) {
   EXPECT_EQ(Heat(NAN), kMagenta);
   EXPECT_EQ(Heat(INFINITY), kMagenta);
   EXPECT_EQ(NormalColour(NAN, 0, 1), kMagenta);
-  EXPECT_EQ(MotionColour(INFINITY, 0), kMagenta);
+  EXPECT_EQ(MotionColour(INFINITY, 0, 1), kMagenta);
 }
 
 TEST(ColourMaps, NormalsAndTheirAbsence) {
@@ -44,13 +44,14 @@ TEST(ColourMaps, NormalsAndTheirAbsence) {
 }
 
 TEST(ColourMaps, MotionShowsDirectionAndLength) {
-  EXPECT_EQ(MotionColour(0, 0), (Rgb8{0, 0, 0}));
-  const Rgb8 right = MotionColour(4, 0);
+  EXPECT_EQ(MotionColour(0, 0, 8), (Rgb8{0, 0, 0}));
+  const Rgb8 right = MotionColour(4, 0, 8);
   EXPECT_EQ(right, (Rgb8{128, 0, 0}));
-  const Rgb8 left = MotionColour(-4, 0);
+  EXPECT_EQ(MotionColour(0.004f, 0, 0.008f), right) << "slow motion on its own scale";
+  const Rgb8 left = MotionColour(-4, 0, 8);
   EXPECT_EQ(left.r, 0);
   EXPECT_NEAR(left.g, left.b, 1);
-  EXPECT_GT(Luma(MotionColour(40, 0)), Luma(right));
+  EXPECT_GT(Luma(MotionColour(40, 0, 8)), Luma(right));
 }
 
 TEST(ColourMaps, NeighbouringIdsDiffer) {

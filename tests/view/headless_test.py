@@ -76,6 +76,26 @@ def test_errors(program, folder):
             assert word in done.stderr, (arguments, done.stderr)
 
 
+def test_options_of_the_window(program, folder):
+    """What only a window does is refused without one; nothing is written."""
+    report = os.path.join(folder, "report.json")
+    done = run(program, "builtin:cornell", "--headless-frames", "1", "--report", report)
+    assert done.returncode == 2 and "--report" in done.stderr, done.stderr
+    assert "--headless-frames" in done.stderr and not os.path.exists(report), done.stderr
+    done = run(program, "builtin:cornell", "--headless-frames", "0", "-o", folder)
+    assert done.returncode == 2, done.stderr
+    assert "--headless-frames is 0, expected 1 to" in done.stderr, done.stderr
+    done = run(program, "builtin:cornell", "--moving-filter", "eaw", "--headless-frames", "1")
+    assert done.returncode == 2 and "'eaw', expected psvgf or same" in done.stderr, done.stderr
+
+
+def test_scale_of_colours(program, folder):
+    done = run(program, "builtin:lights", "--size", "64x48", "--headless-frames", "3", "--play",
+               "--views", "motion", "--device", "cpu")
+    assert done.returncode == 0, done.stderr
+    assert "motion: colours from 0 to " in done.stdout and "pixels" in done.stdout, done.stdout
+
+
 def test_devices(program, folder):
     """The same picture but for rounding, and which device it was."""
     common = ["builtin:cornell", "--size", "64x48", "--headless-frames", "3", "--spp", "1"]
@@ -103,7 +123,8 @@ def test_no_display(program, folder):
 
 def main():
     program = os.path.abspath(sys.argv[1])
-    for test in (test_same_pictures, test_settings_file, test_errors, test_devices, test_no_display):
+    for test in (test_same_pictures, test_settings_file, test_errors, test_options_of_the_window,
+                 test_scale_of_colours, test_devices, test_no_display):
         print(test.__name__, flush=True)
         with tempfile.TemporaryDirectory() as folder:
             test(program, folder)

@@ -56,5 +56,28 @@ TEST(Split, TinyPicturesDoNotBreak) {
   EXPECT_EQ(image.pixels.size(), 3u);
 }
 
+Rgb8Image Ramp() {
+  return {2, 1, {0, 0, 0, 200, 100, 40}};
+}
+
+TEST(Split, SmallPicturesAreEnlargedAsTheWindowDoes) {
+  const Rgb8Image smooth = EnlargedTo(4, 2, false, Ramp());
+  ASSERT_EQ(smooth.pixels.size(), 4u * 2 * 3);
+  EXPECT_EQ(smooth.pixels[0], 0);
+  EXPECT_EQ(smooth.pixels[3], 50);
+  EXPECT_EQ(smooth.pixels[6], 150);
+  EXPECT_EQ(smooth.pixels[9], 200);
+  EXPECT_EQ(smooth.pixels[10], 100);
+  const Rgb8Image sharp = EnlargedTo(4, 2, true, Ramp());
+  EXPECT_EQ(sharp.pixels[3], 0);
+  EXPECT_EQ(sharp.pixels[6], 200);
+}
+
+TEST(Split, LargePicturesStayAsTheyAre) {
+  const Rgb8Image same = EnlargedTo(2, 1, false, Ramp());
+  EXPECT_EQ(same.width, 2);
+  EXPECT_EQ(same.pixels, Ramp().pixels);
+}
+
 }  // namespace
 }  // namespace stillray::view

@@ -88,6 +88,23 @@ TEST(ViewEngine, ShowsFramesAndFollowsSettings) {
   }));
 }
 
+/// A picture of a quarter of the pixels is saved as large as the window shows it.
+TEST(ViewEngine, SavesAtTheSizeOfTheWindow) {
+  const Folder folder;
+  ViewSettings settings = SettingsOfSize(96, 64);
+  settings.scale = 0.5f;
+  ViewEngine engine(settings, [] {});
+  engine.Open({"builtin:cornell", ""});
+  ASSERT_TRUE(FrameWith(&engine, [](const ViewFrame& f) { return f.width == 48; }));
+  engine.Save(folder / "shown.png");
+  bool is_error = true;
+  OneMessage(&engine, &is_error);
+  EXPECT_FALSE(is_error);
+  const Rgb8Image saved = ReadPng8(folder / "shown.png").value();
+  EXPECT_EQ(saved.width, 96);
+  EXPECT_EQ(saved.height, 64);
+}
+
 TEST(ViewEngine, ABadFileIsAMessageAndTheOldSceneStays) {
   ViewEngine engine(SettingsOfSize(96, 64), [] {});
   engine.Open({"builtin:cornell", ""});

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "stillray/quality.h"
+#include "view/exact_accumulation.h"
 #include "view/small_session.h"
 
 namespace stillray::view {
@@ -327,6 +328,126 @@ TEST(ViewSession, AdaptsItsRateToTheTarget) {
     frame = Next(settings, &session);
   }
   EXPECT_GE(frame.rate.value(), 4.0 / 16);
+}
+
+/// Settings of a window on a machine on which no frame is in time: samples, resolution and filter
+/// follow. Times cannot change what a plan is there.
+ViewSettings SlowMachine() {
+  ViewSettings settings = SmallSettings();
+  settings.panes = {"denoised"};
+  settings.auto_rate = true;
+  settings.auto_scale = true;
+  settings.target_ms = 1e-6;
+  return settings;
+}
+
+TEST(ViewSession, AMovingViewTakesTheFastFilterAndAStillOneRefines) {
+  ViewSession session = Open("builtin:cornell");
+  ViewSettings settings = SlowMachine();
+  settings.free_camera = true;
+  settings.pose = Next(SmallSettings(), &session).pose;
+  ViewFrame frame;
+  for (int i = 0; i < 30; ++i) {
+    settings.pose = Orbit(settings.pose, 0.01f, 0);
+    frame = Next(settings, &session);
+  }
+  EXPECT_TRUE(frame.fast_filter);
+  EXPECT_FALSE(session.refines());
+  EXPECT_EQ(session.Values("depth").value()[0].width(), frame.width);
+  for (int i = 0; i < RateControl::kFramesToRefine; ++i) {
+    frame = Next(settings, &session);
+  }
+  EXPECT_TRUE(session.refines());
+  EXPECT_FALSE(frame.fast_filter);
+  EXPECT_EQ(frame.width, 96);
+  const double first = frame.samples;
+  EXPECT_EQ(first, frame.rate.value()) << "another filter begins with a history of its own";
+  frame = Next(settings, &session);
+  EXPECT_EQ(frame.samples, first + frame.rate.value());
+}
+
+/// What is on the screen stays there when the filter or the resolution changes.
+TEST(ViewSession, AChangeOfFilterOrResolutionKeepsThePicture) {
+  ViewSession session = Open("builtin:cornell");
+  ViewSettings settings = SmallSettings();
+  settings.panes = {"denoised"};
+  settings.rate = {4, 1};
+  ViewFrame frame;
+  for (int i = 0; i < 12; ++i) {
+    frame = Next(settings, &session);
+  }
+  const Rgb8Image before = frame.pictures[0];
+  settings.denoise = PresetSettings("psvgf").value();
+  settings.rate = {1, 128};
+  settings.sparse_guides = true;
+  const Rgb8Image fast = Next(settings, &session).pictures[0];
+  EXPECT_LT(MeanDifference(before, fast), 4) << "from 1/128 sample alone it would be blurred";
+  settings.scale = 0.5f;
+  frame = Next(settings, &session);
+  ASSERT_EQ(frame.width, 48);
+  Rgb8Image half = {48, 32, {}};
+  for (int y = 0; y < 32; ++y) {
+    for (int x = 0; x < 48; ++x) {
+      for (int c = 0; c < 3; ++c) {
+        half.pixels.push_back(before.pixels[(static_cast<size_t>(2 * y) * 96 + 2 * x) * 3 + c]);
+      }
+    }
+  }
+  EXPECT_LT(MeanDifference(half, frame.pictures[0]), 8);
+  ViewSession fresh = Open("builtin:cornell");
+  EXPECT_GT(MeanDifference(half, Next(settings, &fresh).pictures[0]), 12);
+}
+
+/// The first frame at full resolution is given up since the camera moves on: the moving picture
+/// still has its history.
+TEST(ViewSession, ARefiningFrameGivenUpLeavesTheMovingPictureAsItIs) {
+  ViewSession session = Open("builtin:cornell");
+  ViewSettings settings = SlowMachine();
+  settings.free_camera = true;
+  settings.pose = Next(SmallSettings(), &session).pose;
+  ViewFrame frame;
+  for (int i = 0; i < 30; ++i) {
+    settings.pose = Orbit(settings.pose, 0.001f, 0);
+    frame = Next(settings, &session);
+  }
+  for (int i = 1; i < RateControl::kFramesToRefine; ++i) {
+    frame = Next(settings, &session);
+  }
+  ViewFrame dropped;
+  EXPECT_EQ(session
+                .RenderNext(
+                    settings, 0, [](double) { return false; }, &dropped)
+                .code(),
+            StatusCode::kCancelled);
+  EXPECT_TRUE(session.refines());
+  settings.pose = Orbit(settings.pose, 0.001f, 0);
+  const ViewFrame next = Next(settings, &session);
+  EXPECT_TRUE(next.fast_filter);
+  ASSERT_EQ(next.width, frame.width);
+  EXPECT_LT(MeanDifference(frame.pictures[0], next.pictures[0]), 3);
+}
+
+/// The label counted on when the history had begun anew.
+TEST(ViewSession, SamplesAreThoseOfTheHistory) {
+  ViewSession session = Open("builtin:cornell");
+  ViewSettings settings = SmallSettings();
+  for (int i = 0; i < 5; ++i) {
+    Next(settings, &session);
+  }
+  EXPECT_EQ(Next(settings, &session).samples, 6);
+  SetExactAccumulation(true, settings.denoise, &settings.denoise);
+  EXPECT_EQ(Next(settings, &session).samples, 1);
+  EXPECT_EQ(Next(settings, &session).samples, 2);
+  settings.denoise = PresetSettings("svgf").value();
+  EXPECT_EQ(Next(settings, &session).samples, 1);
+  settings.denoise.sigma_l = 2;
+  EXPECT_EQ(Next(settings, &session).samples, 2) << "this one keeps the history";
+  settings.scale = 0.5f;
+  EXPECT_EQ(Next(settings, &session).samples, 1);
+  settings.denoise = PresetSettings("eaw").value();
+  EXPECT_FALSE(Next(settings, &session).temporal);
+  settings.denoise = PresetSettings("temporal").value();
+  EXPECT_EQ(Next(settings, &session).samples, 1);
 }
 
 TEST(LoadForView, NamesWhatIsWrong) {

@@ -6,6 +6,7 @@
 """
 import json
 import os
+import struct
 import subprocess
 import sys
 import tempfile
@@ -132,7 +133,43 @@ def test_saves_a_picture(display, viewer, folder):
     display.key("Return")
     until("the saved picture", lambda: os.path.exists(path))
     with open(path, "rb") as file:
-        assert file.read(8) == b"\x89PNG\r\n\x1a\n"
+        head = file.read(24)
+    assert head[:8] == b"\x89PNG\r\n\x1a\n"
+    width, height = struct.unpack(">2I", head[16:])
+    # At --scale 0.25 the picture is 158 pixels wide; the window shows it as large as this.
+    assert (width, height) == (630, height) and height > 500, (width, height)
+
+
+def test_asks_before_it_overwrites(display, viewer, folder):
+    path = os.path.join(folder, "mine.png")
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("not to be lost")
+    display.key("ctrl+s")
+    time.sleep(0.5)
+    display.key("ctrl+a")
+    display.do("type", "--delay", "60", path)
+    display.key("Return")
+    time.sleep(2)
+    assert os.path.getsize(path) == len("not to be lost"), "overwritten without a question"
+    display.key("Return")
+    until("the picture, after the question", lambda: os.path.getsize(path) > 1000)
+
+
+def test_tab_only_switches_panes(display, viewer):
+    """After a click into the panel Tab moved the keyboard to a field, and digits went there."""
+    settled(display, PANEL)
+    display.do("mousemove", 800, 560, "sleep", "0.1", "click", 1)
+    for _ in range(3):
+        display.key("Tab")
+    display.do("mousemove", 300, 300)
+    until("one picture again", lambda: not line_at(display.screen(), 315))
+    display.key("Tab")
+    until("a divider in the middle", lambda: line_at(display.screen(), 315))
+    display.key("Tab")
+    until("two dividers", lambda: line_at(display.screen(), 210) and line_at(display.screen(), 420))
+    display.key("Tab")
+    until("one picture at the end", lambda: not line_at(display.screen(), 210))
+    viewer.check_alive()
 
 
 def test_tells_what_is_wrong(display, viewer):
@@ -231,9 +268,11 @@ def main():
                          test_changes_the_preset):
                 print(test.__name__, flush=True)
                 test(display, viewer)
-            print("test_saves_a_picture", flush=True)
-            test_saves_a_picture(display, viewer, folder)
-            for test in (test_tells_what_is_wrong, test_resizes, test_quits):
+            for test in (test_saves_a_picture, test_asks_before_it_overwrites):
+                print(test.__name__, flush=True)
+                test(display, viewer, folder)
+            for test in (test_tab_only_switches_panes, test_tells_what_is_wrong, test_resizes,
+                         test_quits):
                 print(test.__name__, flush=True)
                 test(display, viewer)
         finally:

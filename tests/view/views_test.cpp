@@ -85,9 +85,34 @@ TEST(Views, WhatIsNotThereIsGreyAndHasNoValues) {
     const ViewInfo& view = *FindView(views, name);
     EXPECT_TRUE(ViewValues(view, sources).empty()) << name;
     EXPECT_TRUE(ViewValuesAt(view, sources, 1, 1).empty()) << name;
-    EXPECT_EQ(ViewPicture(view, sources).pixels, std::vector<uint8_t>(36, 40)) << name;
+    ViewRange range;
+    EXPECT_EQ(ViewPicture(view, sources, &range).pixels, std::vector<uint8_t>(36, 40)) << name;
+    EXPECT_EQ(range.top, 0) << name;
   }
   EXPECT_EQ(FindView(views, "no such view"), nullptr);
+}
+
+/// Motion of a few thousandths of a pixel was a black picture.
+TEST(Views, SlowMotionIsSeenOnItsOwnScale) {
+  Frame frame;
+  frame.width = 8;
+  frame.height = 8;
+  frame.guides.motion = Image2(8, 8);
+  for (int y = 0; y < 8; ++y) {
+    for (int x = 4; x < 8; ++x) {
+      frame.guides.motion[0](x, y) = 0.003f;
+    }
+  }
+  const DenoisedFrame denoised;
+  const Image3 noisy(8, 8);
+  const Settings settings;
+  const ViewSources sources = {&frame, &denoised, &noisy, nullptr, &settings};
+  ViewRange range;
+  const Rgb8Image picture = ViewPicture(*FindView(ListViews(settings), "motion"), sources, &range);
+  EXPECT_EQ(range.top, 1.0f / 256);
+  EXPECT_STREQ(range.unit, "pixels");
+  EXPECT_EQ(picture.pixels[0], 0);
+  EXPECT_GT(picture.pixels[7 * 3], 150);
 }
 
 TEST(Views, ValuesAtAPixelAreThoseOfThePlanes) {

@@ -64,14 +64,13 @@ Rgb8 NormalColour(float x, float y, float z) {
   return {Byte(x * 0.5f + 0.5f), Byte(y * 0.5f + 0.5f), Byte(z * 0.5f + 0.5f)};
 }
 
-Rgb8 MotionColour(float x, float y) {
+Rgb8 MotionColour(float x, float y, float top) {
   const float length = std::hypot(x, y);
   if (!std::isfinite(length)) {
     return kNotFinite;
   }
-  constexpr float kHalf = 4;  // pixels
   const float angle = std::atan2(y, x) / (2 * std::numbers::pi_v<float>);
-  return HueColour(angle, length / (length + kHalf));
+  return HueColour(angle, std::min(length / top, 1.0f));
 }
 
 Rgb8 IdColour(uint32_t id) {

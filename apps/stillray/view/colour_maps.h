@@ -23,8 +23,8 @@ Rgb8 Grey(float value);
 Rgb8 Heat(float value);
 /// Unit vectors; black for zero.
 Rgb8 NormalColour(float x, float y, float z);
-/// Direction as hue (right: red), length in pixels as brightness: 4 is half.
-Rgb8 MotionColour(float x, float y);
+/// Direction as hue (right: red), length as brightness: `top` pixels, > 0, and more are full.
+Rgb8 MotionColour(float x, float y, float top);
 /// Distinct for numbers near each other; black for 0.
 Rgb8 IdColour(uint32_t id);
 

@@ -48,6 +48,12 @@ void Summarise(const ViewFrame& last, const std::vector<FrameCost>& costs) {
       "pictures {:.1f}), slowest {:.1f} ms\n",
       costs.size(), last.width, last.height, ToText(last.rate), Median(total), Median(trace),
       Median(filter), *std::max_element(total.begin(), total.end()));
+  for (size_t i = 0; i < last.panes.size(); ++i) {
+    if (const ViewRange& range = last.ranges[i]; range.top > 0) {
+      PrintTo(stdout, "{}: colours from 0 to {:.4g} {}{}\n", last.panes[i], range.top, range.unit,
+              range.logarithmic ? ", logarithmic" : "");
+    }
+  }
 }
 
 }  // namespace

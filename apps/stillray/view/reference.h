@@ -12,6 +12,10 @@ namespace stillray::view {
 class ReferenceAccumulator {
  public:
   void Reset() { spp_ = 0; }
+  /// Whether what was added so far is of another size.
+  bool HasOtherSize(int width, int height) const {
+    return spp_ > 0 && (mean_.width() != width || mean_.height() != height);
+  }
   /// Adds one sample per pixel, of random numbers that no pass before had.
   /// The renderer has its own settings again when this returns.
   /// \return kCancelled if `keep_going` said so: the sum is then as before

@@ -6,11 +6,15 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/parallel.h"
+#include "view/taps.h"
+
 namespace stillray::view {
 namespace {
 
 constexpr float kLeast = 0.01f;  // of the width, that each pane keeps
 constexpr uint8_t kLine = 230;
+constexpr int kBand = 32;
 
 }  // namespace
 
@@ -46,6 +50,33 @@ Rgb8Image ComposePanes(const std::vector<Rgb8Image>& pictures, const std::vector
     }
   }
   return composed;
+}
+
+Rgb8Image EnlargedTo(int width, int height, bool sharp, Rgb8Image picture) {
+  if (picture.width >= width && picture.height >= height) {
+    return picture;
+  }
+  Rgb8Image large = {width, height, {}};
+  large.pixels.resize(static_cast<size_t>(width) * height * 3);
+  ParallelRows(height, kBand, [&](int y0, int y1) {
+    for (int y = y0; y < y1; ++y) {
+      const Taps v = TapsAt(y, height, picture.height, sharp);
+      for (int x = 0; x < width; ++x) {
+        const Taps u = TapsAt(x, width, picture.width, sharp);
+        for (int c = 0; c < 3; ++c) {
+          const auto at = [&](int px, int py) {
+            return static_cast<float>(
+                picture.pixels[(static_cast<size_t>(py) * picture.width + px) * 3 + c]);
+          };
+          const float top = Mixed(at(u.first, v.first), at(u.second, v.first), u.weight);
+          const float bottom = Mixed(at(u.first, v.second), at(u.second, v.second), u.weight);
+          large.pixels[(static_cast<size_t>(y) * width + x) * 3 + c] =
+              static_cast<uint8_t>(std::lround(Mixed(top, bottom, v.weight)));
+        }
+      }
+    }
+  });
+  return large;
 }
 
 }  // namespace stillray::view

@@ -18,4 +18,8 @@ std::vector<float> PaneEnds(const std::vector<float>& dividers, int count);
 /// \param pictures  of one size, at least one
 Rgb8Image ComposePanes(const std::vector<Rgb8Image>& pictures, const std::vector<float>& dividers);
 
+/// The picture as a window of this size shows it. A picture that is as large stays as it is.
+/// \param sharp  enlarge without interpolation
+Rgb8Image EnlargedTo(int width, int height, bool sharp, Rgb8Image picture);
+
 }  // namespace stillray::view

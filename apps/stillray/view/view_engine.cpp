@@ -217,14 +217,14 @@ void ViewEngine::MakeFrame() {
     const std::lock_guard lock(mutex_);
     settings = settings_;
     last_posted_ = posted_;
+    settings.revision = last_posted_;
     // A pose of the scene before is none of this one.
     settings.free_camera = settings.free_camera && settings.pose_scene == scene_info_.number;
   }
   if (clip_) {
-    // A video has one size, and time passes evenly in it.
+    // A video has one size, and time passes evenly in it, however long its frames take.
     settings.wall_clock = false;
     settings.auto_scale = false;
-    settings.scale = shown_scale_;
     settings.shares_pictures = false;  // its pixels are wanted here
   }
   const double now = Now();
@@ -232,7 +232,12 @@ void ViewEngine::MakeFrame() {
   last_frame_at_ = now;
   ViewFrame& frame = frames_.back();
   const Status status = session_->RenderNext(
-      settings, elapsed, [this](double) { return !stop_ && !scene_waiting_; }, &frame);
+      settings, elapsed,
+      [this](double) {
+        const bool in_the_way = session_->refines() && posted_ != last_posted_;
+        return !stop_ && !scene_waiting_ && !in_the_way;
+      },
+      &frame);
   if (!status.ok()) {
     if (status.code() != StatusCode::kCancelled) {
       idle_ = true;
@@ -246,15 +251,17 @@ void ViewEngine::MakeFrame() {
     device_ = session_->device();
   }
   idle_ = IsDone(settings, frame);
-  if (!frame.still) {
-    metrics_.Forget();
+  if (!frame.still || frame.samples <= frame.rate.value()) {
+    metrics_.Forget();  // they are of another view or another history
   }
   frame.measures = metrics_.latest();
   frame.posted = last_posted_;
   dividers_ = settings.dividers;
+  area_width_ = settings.width;
+  area_height_ = settings.height;
+  sharp_pixels_ = settings.sharp_pixels;
   shown_ = frame.pictures;
   shown_panes_ = frame.panes;
-  shown_scale_ = frame.scale;
   RecordFrame(frame);
   frames_made_ = frame.number;
   frames_.Publish();
@@ -295,7 +302,15 @@ Result<Rgb8Image> ViewEngine::ShownPicture() const {
       picture = std::move(made.value());
     }
   }
-  return ComposePanes(pictures, dividers_);
+  return AsOnScreen(pictures);
+}
+
+Rgb8Image ViewEngine::AsOnScreen(const std::vector<Rgb8Image>& pictures) const {
+  std::vector<Rgb8Image> large;
+  for (const Rgb8Image& picture : pictures) {
+    large.push_back(EnlargedTo(area_width_, area_height_, sharp_pixels_, picture));
+  }
+  return ComposePanes(large, dividers_);
 }
 
 Status ViewEngine::SaveNow(const std::string& path) const {
@@ -338,7 +353,8 @@ void ViewEngine::StartClip(const std::string& path, double fps) {
       return;
     }
     Result<std::unique_ptr<VideoWriter>> writer =
-        VideoWriter::Create(path, shown_[0].width, shown_[0].height, fps);
+        VideoWriter::Create(path, std::max(area_width_, shown_[0].width),
+                            std::max(area_height_, shown_[0].height), fps);
     if (!writer.ok()) {
       Tell(true, writer.status().message());
       return;
@@ -359,7 +375,7 @@ void ViewEngine::RecordFrame(const ViewFrame& frame) {
   if (!clip_) {
     return;
   }
-  const Status status = clip_->Write(ComposePanes(shown_, dividers_));
+  const Status status = clip_->Write(AsOnScreen(shown_));
   if (!status.ok()) {
     Tell(true, fmt::format("the clip ends at frame {}: {}", frame.number, status.message()));
     EndClip();

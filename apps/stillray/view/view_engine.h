@@ -63,7 +63,8 @@ class ViewEngine {
   LoadState load_state() const { return loader_.state(); }
   SceneInfo scene_info() const;
 
-  /// Writes what is shown: the composed picture as .png, or the numbers of all panes as .exr.
+  /// Writes what is shown: the composed picture as .png, at least as large as the window shows it,
+  /// or the numbers of all panes as .exr, in the resolution that they have.
   void Save(const std::string& path);
   /// Every frame from here on goes into a video until StopClip().
   void StartClip(const std::string& path, double fps);
@@ -79,6 +80,7 @@ class ViewEngine {
   void TakeLoadedScene();
   void RunJobs();
   void MakeFrame();
+  Rgb8Image AsOnScreen(const std::vector<Rgb8Image>& pictures) const;
   void RecordFrame(const ViewFrame& frame);
   void EndClip();
   Result<Rgb8Image> ShownPicture() const;
@@ -110,10 +112,12 @@ class ViewEngine {
   std::unique_ptr<VideoWriter> clip_;
   std::string clip_path_;
   std::vector<float> dividers_;
+  int area_width_ = 0;  // of the area on the screen, for the last frame
+  int area_height_ = 0;
+  bool sharp_pixels_ = false;
   // What was shown last; pictures that were shared have no pixels.
   std::vector<Rgb8Image> shown_;
   std::vector<std::string> shown_panes_;
-  float shown_scale_ = 1;
   LiveMetrics metrics_;
   double last_frame_at_ = 0;
   uint64_t last_posted_ = 0;

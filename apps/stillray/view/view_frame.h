@@ -15,8 +15,9 @@
 #include "stillray/io.h"
 #include "stillray/quality.h"
 #include "stillray/shared_picture.h"
-#include "view/sample_rate.h"
+#include "view/rate_control.h"
 #include "view/view_pose.h"
+#include "view/view_range.h"
 
 namespace stillray::view {
 
@@ -48,11 +49,16 @@ struct ViewFrame {
   /// For each pane nullptr, or what shows it instead of pixels, which it has none of then.
   std::vector<std::shared_ptr<const SharedPicture>> shared;
 
+  std::vector<ViewRange> ranges;  ///< for each pane, the scale of its colours
+
   SampleRate rate;
-  float scale = 0;         ///< resolution in use
-  float chosen_scale = 0;  ///< resolution asked for; above `scale` where frames took too long
-  double samples = 0;      ///< per pixel since the view last changed, at this rate
-  bool still = false;      ///< nothing has moved since the last frame
+  float scale = 0;           ///< resolution in use
+  float chosen_scale = 0;    ///< resolution asked for; above `scale` where frames took too long
+  bool fast_filter = false;  ///< `psvgf` and sparse guides made it, not the settings' filter
+  bool temporal = true;      ///< the filter accumulates
+  /// Per pixel in the history, or, where none is kept, since the view last changed.
+  double samples = 0;
+  bool still = false;  ///< nothing has moved since the last frame
   double seconds = 0;
   double light_seconds = 0;  ///< of the clock of moving lights
   double length = 0;         ///< of the animation, seconds; 0: nothing moves

@@ -109,6 +109,11 @@ Status ParseRate(const ViewArguments& arguments, ViewSettings* settings) {
     }
     settings->rate = rate.value();
   }
+  if (arguments.moving_filter != "psvgf" && arguments.moving_filter != "same") {
+    return Status::InvalidArgument(
+        fmt::format("--moving-filter is '{}', expected psvgf or same", arguments.moving_filter));
+  }
+  settings->fast_filter = arguments.moving_filter == "psvgf";
   settings->auto_scale = arguments.scale == "auto";
   if (!settings->auto_scale && (!ParseWhole(arguments.scale, &settings->scale) ||
                                 !(settings->scale >= 0.05f && settings->scale <= 1.0f))) {
@@ -125,13 +130,19 @@ Status ParseRate(const ViewArguments& arguments, ViewSettings* settings) {
 
 /// Without a window nothing may depend on the clock.
 Status ParseHeadless(const ViewArguments& arguments, ViewOptions* options) {
-  options->headless_frames = arguments.headless_frames;
+  options->headless_frames = arguments.headless_frames.value_or(0);
   options->folder = arguments.folder;
-  if (arguments.headless_frames < 0 || arguments.headless_frames > 1'000'000) {
+  if (arguments.headless_frames &&
+      (options->headless_frames < 1 || options->headless_frames > 1'000'000)) {
     return Status::InvalidArgument(
-        fmt::format("--headless-frames is {}, expected 1 to 1000000", arguments.headless_frames));
+        fmt::format("--headless-frames is {}, expected 1 to 1000000", options->headless_frames));
   }
-  if (arguments.headless_frames == 0) {
+  if (arguments.headless_frames && !arguments.report.empty()) {
+    return Status::InvalidArgument(
+        "--report tells of the window's frames and cannot be used with --headless-frames, which "
+        "opens none");
+  }
+  if (!arguments.headless_frames) {
     return arguments.folder.empty()
                ? Status::Ok()
                : Status::InvalidArgument("-o is only used with --headless-frames");
@@ -213,7 +224,7 @@ Result<ViewOptions> ParseViewArguments(const ViewArguments& arguments) {
 
 void DeclareViewOptions(CLI::App* command, ViewArguments* a) {
   command->add_option("scene", a->scene, ".gltf, .glb or builtin:NAME")->capture_default_str();
-  command->add_option("--environment", a->environment, "Light from afar: .hdr or .exr");
+  command->add_option("--environment", a->environment, "Environment map: .hdr or .exr");
   command->add_option("--size", a->size, "Of the window: WIDTHxHEIGHT in pixels")
       ->capture_default_str();
   command->add_option("--settings", a->settings_file,
@@ -230,6 +241,11 @@ void DeclareViewOptions(CLI::App* command, ViewArguments* a) {
   command
       ->add_option("--scale", a->scale,
                    "Resolution of the picture: 0.05 to 1, or auto: 1 while it fits")
+      ->capture_default_str();
+  command
+      ->add_option("--moving-filter", a->moving_filter,
+                   "Filter while something moves and frames take too long: psvgf, with sparse "
+                   "guides, or same: the one chosen")
       ->capture_default_str();
   command->add_option("--guides", a->guides, "Below one sample per pixel: full or sparse");
   command->add_option("--bounces", a->bounces, "Surfaces a path scatters at; default: 4");

@@ -37,9 +37,10 @@ struct ViewArguments {
   int camera = 0;
   bool play = false;
   int threads = 0;
-  int headless_frames = 0;
+  std::optional<int> headless_frames;
   std::string folder;
   std::string report;
+  std::string moving_filter = "psvgf";
   std::string device = "auto";
   bool verbose = false;
 };

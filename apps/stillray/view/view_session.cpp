@@ -8,8 +8,10 @@
 
 #include <fmt/format.h>
 
+#include "denoise/filter_parameters.h"
 #include "denoise/sparse_guides.h"
 #include "denoise/stage_table.h"
+#include "view/history_seed.h"
 
 namespace stillray::view {
 namespace {
@@ -20,6 +22,9 @@ using Clock = std::chrono::steady_clock;
 constexpr double kLongestStep = 0.25;
 /// The first frames fill caches and pages: their times tell nothing of those to come.
 constexpr uint64_t kFirstFrames = 2;
+/// Samples that the picture on the screen counts as when it becomes the history of a filter: half
+/// of its own longest history, so that what comes next is seen soon.
+constexpr float kSeedSamples = 8;
 constexpr int kFocusReach = 24;  // pixels around a click that are searched for a surface
 
 double Milliseconds(Clock::time_point since) {
@@ -236,21 +241,143 @@ Status ViewSession::AskForOutputs() {
   return denoiser_->SetOutputs(outputs_);
 }
 
-Status ViewSession::Prepare(const ViewSettings& s) {
-  if (!s.auto_rate || frames_ == 0 || !settings_.auto_rate) {
-    control_.set_rate(s.rate);
+/// The faster filter shows finished pictures as well; what it makes in between has other names, and
+/// its guides have holes. Settings without a wavelet, or without history, are looked at for that.
+bool ViewSession::AllowsFastFilter(const ViewSettings& s) const {
+  const bool plain = std::all_of(s.panes.begin(), s.panes.end(), [](const std::string& name) {
+    return name == "denoised" || name == "noisy" || name == "reference";
+  });
+  return s.fast_filter && plain && !s.inspect && s.denoise.temporal &&
+         s.denoise.wavelet != Wavelet::kOff;
+}
+
+FramePlan ViewSession::PlanFrame(const ViewSettings& s, bool moves) {
+  RateChoice choice;
+  choice.rate = s.rate;
+  choice.auto_rate = s.auto_rate;
+  choice.scale = s.scale;
+  choice.auto_scale = s.auto_scale;
+  choice.fast_filter = AllowsFastFilter(s);
+  choice.target_ms = s.target_ms;
+  return control_.Next(choice, moves, s.revision != settings_.revision);
+}
+
+/// The settings with what the plan puts in their place.
+ViewSettings ViewSession::Planned(ViewSettings s) const {
+  s.rate = plan_.rate;
+  if (plan_.fast_filter) {
+    Settings fast = PresetSettings("psvgf").value();
+    fast.exposure = s.denoise.exposure;
+    fast.tonemap = s.denoise.tonemap;
+    s.denoise = fast;
+    s.sparse_guides = true;
   }
-  control_.ChooseScale(s.scale, s.auto_scale);
-  STILLRAY_RETURN_IF_ERROR(ValidateSettings(s.denoise));
-  STILLRAY_RETURN_IF_ERROR(PrepareDenoiser(s));
-  const SampleRate rate = control_.rate();
-  const RenderSettings& current = loaded_.renderer->settings();
-  rate_changes_ += rate.spp != current.spp || rate.cycle != current.cycle;
-  RenderSettings wanted = RenderSettingsFor(s, rate, control_.scale());
-  // Samples are numbered from the rate: at another one, the same numbers would come again.
-  wanted.seed += rate_changes_;
+  return s;
+}
+
+RenderSettings ViewSession::RendererSettings(const ViewSettings& s) const {
+  RenderSettings wanted = RenderSettingsFor(s, plan_.rate, plan_.scale);
   wanted.on_device = !device_.is_cpu();
-  return loaded_.renderer->SetSettings(wanted);
+  return wanted;
+}
+
+/// Whether the filter forgets what it knows: other signals, another size.
+bool ViewSession::LosesHistory(const ViewSettings& s) const {
+  int width = 0;
+  int height = 0;
+  PictureSize(s, plan_.scale, &width, &height);
+  return frames_ == 0 || width != frame_.width || height != frame_.height ||
+         s.restart != settings_.restart || NeedsNewHistory(settings_.denoise, s.denoise) ||
+         (s.denoise.temporal && !settings_.denoise.temporal);
+}
+
+/// Whether the picture on the screen can take the place of the history that is lost: the filter has
+/// one signal for all light, and the picture shows the same.
+bool ViewSession::CanSeed(const ViewSettings& s) const {
+  if (frames_ == 0 || s.restart != settings_.restart || !SameScene(s, settings_) ||
+      s.denoise.signals != SignalGrouping::kSingle || !s.denoise.temporal || !LosesHistory(s)) {
+    return false;
+  }
+  int width = 0;
+  int height = 0;
+  PictureSize(s, plan_.scale, &width, &height);
+  const double shape = static_cast<double>(width) * frame_.height / height / frame_.width;
+  return std::abs(shape - 1) < 0.01;
+}
+
+/// A frame of what was seen last, of the new size, with guides in every pixel.
+Result<Frame> ViewSession::GuidesOfLastView(const ViewSettings& s,
+                                            const RenderProgress& keep_going) {
+  RenderSettings wanted = RendererSettings(s);
+  const bool complete = !settings_.sparse_guides || settings_.rate.cycle == 1;
+  Frame guides;
+  Frame room;
+  const Frame* last = &frame_;
+  if (!complete || frame_.width != wanted.width || frame_.height != wanted.height) {
+    wanted.guides = GuideCoverage::kFull;
+    wanted.spp = 1;
+    wanted.cycle = kMaxCycle;  // its light is not looked at
+    RenderMoment moment = moment_.render;
+    moment.previous_seconds = moment.seconds;
+    moment.previous_pose = moment.pose;
+    STILLRAY_RETURN_IF_ERROR(loaded_.renderer->SetSettings(wanted));
+    STILLRAY_RETURN_IF_ERROR(loaded_.renderer->RenderFrame(moment, &guides, keep_going));
+    last = &guides;
+  }
+  const Result<const Frame*> host = OnHost(*last, &room);
+  return host.ok() ? Result<Frame>(**host) : Result<Frame>(host.status());
+}
+
+/// What becomes the history of the next frame's filter, which has none; empty if there is no such
+/// thing.
+Status ViewSession::MakeSeed(const ViewSettings& s, const RenderProgress& keep_going) {
+  seed_.reset();
+  if (!CanSeed(s)) {
+    return Status::Ok();
+  }
+  const Result<const Image3*> shown = Denoised();
+  STILLRAY_RETURN_IF_ERROR(shown.status());
+  const Result<Frame> guides = GuidesOfLastView(s, keep_going);
+  STILLRAY_RETURN_IF_ERROR(guides.status());
+  seed_ = SeedFrame(*guides, **shown, kSeedSamples);
+  return Status::Ok();
+}
+
+/// Traces the next frame. One that refines may be given up, and the view then goes on: what is
+/// there of the last frame stays as it is until the new one is whole.
+Status ViewSession::Trace(const ViewSettings& s, const RenderMoment& moment,
+                          const RenderProgress& keep_going) {
+  RenderSettings wanted = RendererSettings(s);
+  // Samples are numbered from the rate: at another one, the same numbers would come again.
+  rate_changes_ += frames_ > 0 && !(s.rate == settings_.rate) ? 1 : 0;
+  wanted.seed += rate_changes_;
+  STILLRAY_RETURN_IF_ERROR(loaded_.renderer->SetSettings(wanted));
+  if (!plan_.refines) {
+    next_frame_ = Frame();
+    return loaded_.renderer->RenderFrame(moment, &frame_, keep_going);
+  }
+  next_frame_.on_device = nullptr;
+  STILLRAY_RETURN_IF_ERROR(loaded_.renderer->RenderFrame(moment, &next_frame_, keep_going));
+  std::swap(frame_, next_frame_);
+  return Status::Ok();
+}
+
+/// The filter with the history that it is to have.
+Status ViewSession::PrepareHistory(const ViewSettings& s) {
+  STILLRAY_RETURN_IF_ERROR(PrepareDenoiser(s));
+  if (frames_ > 0 && s.restart != settings_.restart) {
+    denoiser_->Reset();
+  }
+  if (!seed_) {
+    return Status::Ok();
+  }
+  denoiser_->SetResults({});
+  STILLRAY_RETURN_IF_ERROR(denoiser_->SetOutputs({}));
+  if (!denoiser_->Denoise(*seed_, &denoised_).ok()) {
+    denoiser_->Reset();  // the frame itself will show what is wrong
+  }
+  seed_.reset();
+  return AskForOutputs();
 }
 
 /// Filters the frame and brings what is shown of it to the host. Where the device fails, frames go
@@ -276,23 +403,24 @@ Status ViewSession::Filter(const ViewSettings& s, const RenderMoment& moment,
   return BringToHost(s);
 }
 
-Status ViewSession::RenderNext(const ViewSettings& s, double elapsed,
+Status ViewSession::RenderNext(const ViewSettings& settings, double elapsed,
                                const RenderProgress& keep_going, ViewFrame* out) {
-  STILLRAY_RETURN_IF_ERROR(Prepare(s));
-  const Moment next = NextMoment(s, elapsed);
+  STILLRAY_RETURN_IF_ERROR(ValidateSettings(settings.denoise));
+  const Moment next = NextMoment(settings, elapsed);
   const bool moved = frames_ == 0 || !SameView(next.pose, moment_.pose) ||
-                     !(next.time == moment_.time) || !SameScene(s, settings_) ||
-                     frame_.width != loaded_.renderer->settings().width ||
-                     frame_.height != loaded_.renderer->settings().height;
-  if (frames_ > 0 && (s.restart != settings_.restart)) {
-    denoiser_->Reset();
-  }
+                     !(next.time == moment_.time) || !SameScene(settings, settings_) ||
+                     settings.width != settings_.width || settings.height != settings_.height;
+  plan_ = PlanFrame(settings, moved);
+  const ViewSettings s = Planned(settings);
+  const bool loses_history = LosesHistory(s);
+  STILLRAY_RETURN_IF_ERROR(MakeSeed(s, keep_going));
   const Clock::time_point start = Clock::now();
-  STILLRAY_RETURN_IF_ERROR(loaded_.renderer->RenderFrame(next.render, &frame_, keep_going));
+  STILLRAY_RETURN_IF_ERROR(Trace(s, next.render, keep_going));
   const double render_ms = Milliseconds(start);
   if (const std::string remark = loaded_.renderer->TakeRemark(); !remark.empty()) {
     Note("tracing goes on on the CPU: " + remark);
   }
+  STILLRAY_RETURN_IF_ERROR(PrepareHistory(s));
   const Clock::time_point filter_start = Clock::now();
   STILLRAY_RETURN_IF_ERROR(Filter(s, next.render, keep_going));
   const double denoise_ms = Milliseconds(filter_start);
@@ -300,17 +428,17 @@ Status ViewSession::RenderNext(const ViewSettings& s, double elapsed,
   settings_ = s;
   moment_ = next;
   still_ = !moved;
-  samples_ = (moved ? 0 : samples_) + control_.rate().value();
+  samples_ = (moved || loses_history ? 0 : samples_) + plan_.rate.value();
   ++frames_;
-  if (moved) {
+  if (moved || reference_.HasOtherSize(frame_.width, frame_.height)) {
     reference_.Reset();
   }
   FillGuides(s);
   Show(s, out);
   Account(denoise_ms, render_ms, out);
   out->note = std::exchange(note_, {});
-  if (s.auto_rate && frames_ > kFirstFrames) {
-    control_.Observe(out->cost, s.target_ms);
+  if (frames_ > kFirstFrames) {
+    control_.Observe(out->cost);
   }
   return Status::Ok();
 }
@@ -385,13 +513,16 @@ void ViewSession::Show(const ViewSettings& s, ViewFrame* out) const {
   out->panes.clear();
   out->pictures.clear();
   out->shared.clear();
+  out->ranges.assign(s.panes.size(), {});
+  size_t pane = 0;
   for (const std::string& name : s.panes) {
     const ViewInfo& view = PaneView(name);
     const bool shares = view.name == "denoised" && denoised_.shared != nullptr;
     out->panes.push_back(view.name);
     out->shared.push_back(shares ? denoised_.shared : nullptr);
     out->pictures.push_back(shares ? Rgb8Image{frame_.width, frame_.height, {}}
-                                   : ViewPicture(view, Sources()));
+                                   : ViewPicture(view, Sources(), &out->ranges[pane]));
+    ++pane;
   }
   Inspect(s, out);
   out->show_ms = Milliseconds(start);
@@ -414,9 +545,11 @@ void ViewSession::Inspect(const ViewSettings& s, ViewFrame* out) const {
 }
 
 void ViewSession::Account(double denoise_ms, double render_ms, ViewFrame* out) const {
-  out->rate = control_.rate();
-  out->scale = control_.scale();
-  out->chosen_scale = control_.chosen_scale();
+  out->rate = plan_.rate;
+  out->scale = plan_.scale;
+  out->chosen_scale = settings_.scale;
+  out->fast_filter = plan_.fast_filter;
+  out->temporal = settings_.denoise.temporal;
   out->samples = samples_;
   out->still = still_;
   out->seconds = moment_.time.all;
@@ -429,7 +562,7 @@ void ViewSession::Account(double denoise_ms, double render_ms, ViewFrame* out) c
   out->stages.insert(out->stages.end(), denoised_.timings.begin(), denoised_.timings.end());
   out->stages.push_back({"make pictures", out->show_ms});
   out->memory = {loaded_.renderer->memory_bytes(), denoiser_->memory_bytes(),
-                 FrameBytes(frame_) + FrameBytes(from_device_)};
+                 FrameBytes(frame_) + FrameBytes(next_frame_) + FrameBytes(from_device_)};
   out->reference_spp = reference_.spp();
   out->device = device_.description();
   out->tracer = loaded_.renderer->place();
@@ -447,7 +580,8 @@ Result<const Image3*> ViewSession::Denoised() {
 
 Result<Rgb8Image> ViewSession::FinishedPicture() {
   STILLRAY_RETURN_IF_ERROR(Denoised().status());
-  return ViewPicture(views_[0], Sources());
+  ViewRange none;
+  return ViewPicture(views_[0], Sources(), &none);
 }
 
 Result<std::vector<Image1>> ViewSession::Values(const std::string& name) {

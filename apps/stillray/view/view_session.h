@@ -10,6 +10,7 @@
 
 #include "stillray/denoise.hpp"
 #include "view/loaded_scene.h"
+#include "view/rate_control.h"
 #include "view/reference.h"
 #include "view/retimed_animation.h"
 #include "view/view_frame.h"
@@ -35,7 +36,13 @@ class ViewSession {
                     ViewFrame* out);
   /// Makes the reference one sample better, where one is wanted and the view stands still.
   Status RefineReference(const RenderProgress& keep_going);
-  bool WantsReference() const { return settings_.reference && still_; }
+  /// Whether the frame being made, or the last one, may take long since nothing moves: it may be
+  /// given up for any input. May be called from RenderNext's `keep_going`.
+  bool refines() const { return plan_.refines; }
+  bool WantsReference() const {
+    const bool as_chosen = !plan_.fast_filter && plan_.scale == settings_.scale;
+    return settings_.reference && still_ && as_chosen;
+  }
   bool has_moving_lights() const { return animation_.has_lights(); }
 
   /// Where frames are filtered now, and the next scene is to be traced.
@@ -63,7 +70,17 @@ class ViewSession {
     ViewPose pose;
   };
   struct FilledGuides;
-  Status Prepare(const ViewSettings& settings);
+  bool AllowsFastFilter(const ViewSettings& settings) const;
+  FramePlan PlanFrame(const ViewSettings& settings, bool moves);
+  ViewSettings Planned(ViewSettings settings) const;
+  bool LosesHistory(const ViewSettings& settings) const;
+  bool CanSeed(const ViewSettings& settings) const;
+  Result<Frame> GuidesOfLastView(const ViewSettings& settings, const RenderProgress& keep_going);
+  Status MakeSeed(const ViewSettings& settings, const RenderProgress& keep_going);
+  RenderSettings RendererSettings(const ViewSettings& settings) const;
+  Status Trace(const ViewSettings& settings, const RenderMoment& moment,
+               const RenderProgress& keep_going);
+  Status PrepareHistory(const ViewSettings& settings);
   Status PrepareDenoiser(const ViewSettings& settings);
   Status MakeDenoiser(const Settings& settings);
   void FindOutputs(const ViewSettings& settings);
@@ -92,15 +109,18 @@ class ViewSession {
   Device device_;
   std::string note_;  ///< to be told with the next frame
   std::optional<Denoiser> denoiser_;
-  ViewSettings settings_;  ///< of the last frame
+  ViewSettings settings_;  ///< of the last frame, with the filter that made it
   Aabb bounds_;
   std::vector<ViewInfo> views_;
   std::vector<std::string> outputs_;
   Results results_;
   RateControl control_;
+  FramePlan plan_;  ///< of the frame being made, or the last one
   Frame frame_;
-  Frame from_device_;     ///< room for its planes, if it lies on a device
-  bool brought_ = false;  ///< they are there
+  Frame next_frame_;           ///< room for the one being traced
+  std::optional<Frame> seed_;  ///< becomes the history of the next frame's filter
+  Frame from_device_;          ///< room for its planes, if it lies on a device
+  bool brought_ = false;       ///< they are there
   uint64_t answered_focus_ = 0;
   float focus_depth_ = 0;
   DenoisedFrame denoised_;

@@ -26,6 +26,9 @@ struct ViewSettings {
   SampleRate rate{1, 16};
   bool auto_rate = true;  ///< samples follow the time that a frame may take
   double target_ms = 50;
+  /// While something moves and frames take too long: `psvgf` and sparse guides in place of
+  /// `denoise` and full ones. Only with `auto_rate`.
+  bool fast_filter = true;
 
   int bounces = 4;
   SamplerKind sampler = SamplerKind::kSobol;
@@ -50,6 +53,7 @@ struct ViewSettings {
   std::vector<std::string> panes = {"denoised"};  ///< views side by side, 1 to 3: see ListViews
   std::vector<float> dividers;  ///< between panes, fractions of the width; empty: even
   bool reference = false;       ///< accumulate a converged picture while nothing moves
+  bool sharp_pixels = false;    ///< pictures are enlarged without interpolation
   bool inspect = false;
   float inspect_x = 0;  ///< fractions of the picture, from the top left
   float inspect_y = 0;
@@ -57,6 +61,8 @@ struct ViewSettings {
   float focus_x = 0;
   float focus_y = 0;
   uint64_t restart = 0;  ///< forget all history
+  /// Another one than in the last frame: the user changes something and waits for its effect.
+  uint64_t revision = 0;
   /// Who shows the frames imports pictures from the device (ViewFrame::shared).
   bool shares_pictures = false;
 };

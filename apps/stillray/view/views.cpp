@@ -16,6 +16,7 @@ namespace stillray::view {
 namespace {
 
 constexpr int kBand = 16;
+constexpr int kRangeStep = 3;  // every so many pixels tell of the numbers that there are
 constexpr std::string_view kFilled = "filled.";
 constexpr uint8_t kAbsent = 40;  // dark grey: there is no such picture yet
 
@@ -165,26 +166,71 @@ float Relative(const Layer& layer, int x, int y) {
   return std::sqrt(std::max((*layer.planes[0])(x, y), 0.0f)) / mean;
 }
 
-Rgb8 Colour(Colouring colouring, const float* v, float scale) {
+/// The number that a colour scale shows: variance as its root.
+float ScaledValue(Colouring colouring, const float* v) {
+  if (colouring == Colouring::kMotion) {
+    return std::hypot(v[0], v[1]);
+  }
+  return colouring == Colouring::kVariance ? std::sqrt(std::max(v[0], 0.0f)) : std::max(v[0], 0.0f);
+}
+
+/// The numbers of a pixel that are coloured.
+void ValuesOf(const Layer& layer, int x, int y, float values[3]) {
+  for (size_t c = 0; c < layer.planes.size() && c < 3; ++c) {
+    values[c] = (*layer.planes[c])(x, y);
+  }
+  if (layer.divisor != nullptr) {
+    values[0] = Relative(layer, x, y);
+  }
+}
+
+/// The scale of a view that has one.
+ViewRange RangeOf(Colouring colouring, const Layer& layer, int width, int height) {
+  ViewRange range;
+  switch (colouring) {
+    case Colouring::kCount:
+      range = {0, true, false, "samples"};
+      break;
+    case Colouring::kVariance:
+      range = {0, false, false, "deviation"};
+      break;
+    case Colouring::kRelative:
+      range = {0, false, false, "of the mean"};
+      break;
+    case Colouring::kMotion:
+      range = {0, false, true, "pixels"};
+      break;
+    default:
+      return range;
+  }
+  std::vector<float> sample;
+  for (int y = 0; y < height; y += kRangeStep) {
+    for (int x = 0; x < width; x += kRangeStep) {
+      float values[3] = {1, 0, 0};
+      ValuesOf(layer, x, y, values);
+      sample.push_back(ScaledValue(colouring, values));
+    }
+  }
+  range.top = FittedTop(&sample);
+  return range;
+}
+
+Rgb8 Colour(Colouring colouring, const float* v, float scale, const ViewRange& range) {
   switch (colouring) {
     case Colouring::kNormal:
       return NormalColour(v[0], v[1], v[2]);
     case Colouring::kDepth:
       return Grey(std::isfinite(v[0]) && v[0] > 0 ? scale / v[0] : 0);
     case Colouring::kMotion:
-      return MotionColour(v[0], v[1]);
+      return MotionColour(v[0], v[1], range.top);
     case Colouring::kUnit:
       return Grey(v[0]);
     case Colouring::kCount:
-      return Heat(std::log2(1 + std::max(v[0], 0.0f)) / 8);
+    case Colouring::kVariance:
+    case Colouring::kRelative:
+      return Heat(range.At(ScaledValue(colouring, v)));
     case Colouring::kLuminance:
       return Grey(ToSrgb(v[0] * scale / (1 + v[0] * scale)));
-    case Colouring::kVariance: {
-      const float deviation = std::sqrt(std::max(v[0], 0.0f)) * scale;
-      return Heat(deviation / (1 + deviation));
-    }
-    case Colouring::kRelative:
-      return Heat(v[0] / (1 + v[0]));
     case Colouring::kAlbedo:
       return {Grey(ToSrgb(v[0])).r, Grey(ToSrgb(v[1])).r, Grey(ToSrgb(v[2])).r};
     case Colouring::kLight:
@@ -355,7 +401,8 @@ std::vector<float> ViewValuesAt(const ViewInfo& view, const ViewSources& sources
   return values;
 }
 
-Rgb8Image ViewPicture(const ViewInfo& view, const ViewSources& sources) {
+Rgb8Image ViewPicture(const ViewInfo& view, const ViewSources& sources, ViewRange* range) {
+  *range = {};
   Rgb8Image picture;
   picture.width = sources.frame->width;
   picture.height = sources.frame->height;
@@ -383,15 +430,11 @@ Rgb8Image ViewPicture(const ViewInfo& view, const ViewSources& sources) {
     return picture;
   }
   const float scale = ScaleOf(view.colouring, layer, *sources.settings);
+  *range = RangeOf(view.colouring, layer, picture.width, picture.height);
   Paint(&picture, [&](int x, int y) {
     float values[3] = {1, 0, 0};
-    for (size_t c = 0; c < layer.planes.size() && c < 3; ++c) {
-      values[c] = (*layer.planes[c])(x, y);
-    }
-    if (layer.divisor != nullptr) {
-      values[0] = Relative(layer, x, y);
-    }
-    return Colour(view.colouring, values, scale);
+    ValuesOf(layer, x, y, values);
+    return Colour(view.colouring, values, scale, *range);
   });
   return picture;
 }

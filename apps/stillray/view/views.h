@@ -13,6 +13,7 @@
 #include "stillray/denoise.hpp"
 #include "stillray/frame.h"
 #include "stillray/io.h"
+#include "view/view_range.h"
 
 namespace stillray::view {
 
@@ -22,14 +23,14 @@ enum class Colouring : uint8_t {
   kAlbedo,     ///< reflectance: sRGB
   kNormal,     ///< -1..1 as 0..1
   kDepth,      ///< the nearest white, infinity black
-  kMotion,     ///< direction as hue, length as brightness
+  kMotion,     ///< direction as hue, length as brightness, on a scale that fits the picture
   kId,         ///< a colour for each number
   kUnit,       ///< 0..1 as grey
-  kCount,      ///< samples, on a logarithmic scale from black over red and yellow to white
+  kCount,      ///< samples, as heat on a logarithmic scale that fits the picture
   kLuminance,  ///< one channel of light
-  kVariance,   ///< its root, relative to `exposure`, as heat
+  kVariance,   ///< its root as heat, on a scale that fits the picture
   kArrows,     ///< motion as arrows over the denoised picture
-  kRelative,   ///< deviation relative to the mean: 1 is in the middle of the heat scale
+  kRelative,   ///< deviation relative to the mean as heat, on a scale that fits the picture
 };
 
 struct ViewInfo {
@@ -72,6 +73,7 @@ std::vector<Image1> ViewValues(const ViewInfo& view, const ViewSources& sources)
 std::vector<float> ViewValuesAt(const ViewInfo& view, const ViewSources& sources, int x, int y);
 /// As displayed. What the frame does not have is dark grey. Of the finished picture
 /// DenoisedFrame::display is enough.
-Rgb8Image ViewPicture(const ViewInfo& view, const ViewSources& sources);
+/// \param range  [out] what the ends of its colour scale stand for, where it has one
+Rgb8Image ViewPicture(const ViewInfo& view, const ViewSources& sources, ViewRange* range);
 
 }  // namespace stillray::view

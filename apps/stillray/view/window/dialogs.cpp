@@ -3,6 +3,7 @@
 
 // Dialogs that ask for a path, the message box, and the list of keys.
 #include <algorithm>
+#include <filesystem>
 
 #include <imgui.h>
 #include <imgui_stdlib.h>
@@ -25,7 +26,7 @@ DialogText TextOf(Dialog dialog) {
     case Dialog::kOpenScene:
       return {"Open a scene", "A .gltf or .glb file, or builtin:NAME", ""};
     case Dialog::kOpenEnvironment:
-      return {"Light from afar", "An .hdr or .exr file around the scene; empty: none of your own",
+      return {"Environment map", "An .hdr or .exr file around the scene; empty: that of the scene",
               ""};
     case Dialog::kSavePicture:
       return {"Save what is shown", ".png as displayed, .exr with all numbers", "stillray.png"};
@@ -41,12 +42,34 @@ DialogText TextOf(Dialog dialog) {
   return {"", "", ""};
 }
 
+bool Writes(Dialog dialog) {
+  return dialog == Dialog::kSavePicture || dialog == Dialog::kRecordClip ||
+         dialog == Dialog::kSaveSettings;
+}
+
+/// Whether the user was shown that the file exists, and has not named another one since.
+bool AsksToOverwrite(const ViewerState& state) {
+  return !state.dialog_path.empty() && state.overwrite_path == state.dialog_path;
+}
+
+/// A file is overwritten only when that is confirmed once more.
+Status CheckOverwrite(ViewerState* state) {
+  std::error_code ignored;
+  if (!Writes(state->dialog) || AsksToOverwrite(*state) ||
+      !std::filesystem::exists(state->dialog_path, ignored)) {
+    return Status::Ok();
+  }
+  state->overwrite_path = state->dialog_path;
+  return Status::InvalidArgument("'" + state->dialog_path + "' exists. Overwrite it?");
+}
+
 /// Does what the dialog is for. \return what is wrong with the path, if that is known at once
 Status Confirm(ViewEngine* engine, ViewerState* state) {
   const std::string& path = state->dialog_path;
   if (path.empty() && state->dialog != Dialog::kOpenEnvironment) {
     return Status::InvalidArgument("the path is empty");
   }
+  STILLRAY_RETURN_IF_ERROR(CheckOverwrite(state));
   switch (state->dialog) {
     case Dialog::kOpenScene:
       state->request = {path, ""};
@@ -81,7 +104,7 @@ void DrawPathDialog(ViewEngine* engine, ViewerState* state) {
   }
   const ImVec2 middle = ImGui::GetMainViewport()->GetCenter();
   ImGui::SetNextWindowPos(middle, ImGuiCond_Appearing, {0.5f, 0.5f});
-  ImGui::SetNextWindowSize({std::min(520.0f, middle.x * 2 - 20), 0});
+  ImGui::SetNextWindowSize({std::min(35 * ImGui::GetFontSize(), middle.x * 2 - 20), 0});
   if (!ImGui::BeginPopupModal(text.title, nullptr, ImGuiWindowFlags_AlwaysAutoResize)) {
     return;
   }
@@ -97,10 +120,11 @@ void DrawPathDialog(ViewEngine* engine, ViewerState* state) {
     ImGui::TextColored({1.0f, 0.45f, 0.4f, 1.0f}, "%s", state->dialog_error.c_str());
     ImGui::PopTextWrapPos();
   }
-  confirmed |= ImGui::Button("OK", {90, 0});
+  const float em = ImGui::GetFontSize();
+  confirmed |= ImGui::Button(AsksToOverwrite(*state) ? "Overwrite##ok" : "OK##ok", {6 * em, 0});
   ImGui::SameLine();
-  const bool cancelled =
-      ImGui::Button("Cancel", {90, 0}) || ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape));
+  const bool cancelled = ImGui::Button("Cancel", {6 * em, 0}) ||
+                         ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape));
   if (confirmed && !cancelled) {
     const Status status = Confirm(engine, state);
     state->dialog_error = status.message();
@@ -114,7 +138,7 @@ void DrawPathDialog(ViewEngine* engine, ViewerState* state) {
 }
 
 void DrawMessageBox(ViewerState* state) {
-  constexpr const char* kTitle = "That did not work";
+  constexpr const char* kTitle = "Error";
   if (state->errors.empty()) {
     return;
   }
@@ -123,7 +147,7 @@ void DrawMessageBox(ViewerState* state) {
   }
   const ImVec2 middle = ImGui::GetMainViewport()->GetCenter();
   ImGui::SetNextWindowPos(middle, ImGuiCond_Always, {0.5f, 0.5f});
-  ImGui::SetNextWindowSize({std::min(560.0f, middle.x * 2 - 20), 0});
+  ImGui::SetNextWindowSize({std::min(37 * ImGui::GetFontSize(), middle.x * 2 - 20), 0});
   if (!ImGui::BeginPopupModal(kTitle, nullptr, ImGuiWindowFlags_AlwaysAutoResize)) {
     return;
   }
@@ -133,7 +157,8 @@ void DrawMessageBox(ViewerState* state) {
     ImGui::PopTextWrapPos();
     ImGui::Spacing();
   }
-  if (ImGui::Button("OK", {90, 0}) || ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape)) ||
+  if (ImGui::Button("OK", {6 * ImGui::GetFontSize(), 0}) ||
+      ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape)) ||
       ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Enter))) {
     state->errors.clear();
     ImGui::CloseCurrentPopup();
@@ -156,11 +181,12 @@ void DrawHelp(ViewerState* state) {
       {"1 ... 9, with Ctrl", "go to a saved view, save it"},
       {"Space", "play or pause"},
       {", .", "one frame back, forward"},
-      {"Tab", "denoised; noisy | denoised; with the reference"},
+      {"Tab", "denoised; noisy | denoised; noisy | denoised | reference"},
       {"P", "next preset"},
-      {"R", "forget all history"},
-      {"I", "inspect; pin and release the pixel"},
-      {"F2", "side panel"},
+      {"R", "reset accumulation"},
+      {"I", "pixel inspector; pin and release the pixel"},
+      {"Shift + I", "pixel inspector off"},
+      {"F1, F2, F11", "this list, side panel, full screen"},
       {"Ctrl + O, S, R, Q", "open, save, record, quit"}};
   ImGui::SetNextWindowPos(ImGui::GetMainViewport()->GetCenter(), ImGuiCond_Appearing, {0.5f, 0.5f});
   if (ImGui::Begin("Keys and mouse", &state->show_help,
@@ -186,6 +212,7 @@ void OpenDialog(Dialog dialog, ViewerState* state) {
   state->dialog = dialog;
   state->dialog_opening = true;
   state->dialog_error.clear();
+  state->overwrite_path.clear();
   const std::string initial = TextOf(dialog).initial;
   state->dialog_path = dialog == Dialog::kOpenScene         ? state->request.scene
                        : dialog == Dialog::kOpenEnvironment ? state->request.environment

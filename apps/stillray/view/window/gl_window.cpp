@@ -146,6 +146,8 @@ Result<std::unique_ptr<GlWindow>> GlWindow::Create(int width, int height,
   UseStyle(scale);
   UseFont(scale);
   ImGui_ImplGlfw_InitForOpenGL(handle, true);
+  // Tab switches the panes; it does not move the keyboard from one field to the next.
+  ImGui::GetIO().KeyMap[ImGuiKey_Tab] = -1;
   ImGui_ImplOpenGL3_Init("#version 330 core");
   return window;
 }
@@ -190,6 +192,25 @@ void GlWindow::EndFrame() {
 void GlWindow::Hide() {
   glfwHideWindow(window_);
   glfwPollEvents();
+}
+
+void GlWindow::SetFullscreen(bool on) {
+  if (on == (glfwGetWindowMonitor(window_) != nullptr)) {
+    return;
+  }
+  if (!on) {
+    glfwSetWindowMonitor(window_, nullptr, windowed_[0], windowed_[1], windowed_[2], windowed_[3],
+                         GLFW_DONT_CARE);
+    return;
+  }
+  GLFWmonitor* monitor = glfwGetPrimaryMonitor();
+  const GLFWvidmode* mode = monitor != nullptr ? glfwGetVideoMode(monitor) : nullptr;
+  if (mode == nullptr) {
+    return;
+  }
+  glfwGetWindowPos(window_, &windowed_[0], &windowed_[1]);
+  glfwGetWindowSize(window_, &windowed_[2], &windowed_[3]);
+  glfwSetWindowMonitor(window_, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
 }
 
 bool GlWindow::should_close() const {

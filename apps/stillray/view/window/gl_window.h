@@ -36,6 +36,9 @@ class GlWindow {
   /// Takes it off the screen at once.
   void Hide();
   bool should_close() const;
+  /// Over the whole primary monitor, or back to where it was. Nothing happens if it is so already,
+  /// or if there is no monitor.
+  void SetFullscreen(bool on);
   void SetTitle(const std::string& title);
   /// Paths of files that were dropped on the window since the last call.
   std::vector<std::string> TakeDroppedFiles();
@@ -52,6 +55,7 @@ class GlWindow {
   std::vector<std::string> dropped_;
   std::vector<KeyPress> keys_;
   bool input_ = false;
+  int windowed_[4] = {0, 0, 0, 0};  ///< place and size before the full screen
 };
 
 }  // namespace stillray::view

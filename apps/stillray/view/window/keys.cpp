@@ -41,8 +41,12 @@ void ControlKey(int key, ViewEngine* engine, ViewerState* state) {
 
 void InspectorKey(ViewerState* state) {
   ViewSettings& s = state->settings;
-  if (!s.inspect) {
+  if (ImGui::GetIO().KeyShift) {
+    state->changed |= s.inspect;
+    s.inspect = false;
+  } else if (!s.inspect) {
     s.inspect = true;
+    state->inspector_pinned = false;
     state->changed = true;
   } else {
     state->inspector_pinned = !state->inspector_pinned;
@@ -112,6 +116,8 @@ void HandleKey(const KeyPress& press, ViewEngine* engine, ViewerState* state) {
     state->show_help = !state->show_help;
   } else if (press.key == GLFW_KEY_F2) {
     state->show_panel = !state->show_panel;
+  } else if (press.key == GLFW_KEY_F11) {
+    state->fullscreen = !state->fullscreen;
   }
   SavedViewKey(press, state);
   if (press.control) {

@@ -24,9 +24,12 @@ struct Layout {
 /// \param width, height  of the window
 /// \param menu_height    of the menu at its top
 /// \param line_height    of a line of text with its frame
+/// \param font_size      of the text, pixels: the panel is as wide as its text needs, whatever the
+///                       display's scaling, but never wider than the picture
 inline Layout MakeLayout(float width, float height, float menu_height, float line_height,
-                         bool show_panel) {
-  const float panel = show_panel ? std::clamp(width * 0.29f, 22 * 15.0f, 30 * 15.0f) : 0;
+                         float font_size, bool show_panel) {
+  const float wanted = std::clamp(width * 0.29f, 22 * font_size, 30 * font_size);
+  const float panel = show_panel ? std::min(wanted, width / 2) : 0;
   const float bar = line_height + 14;
   Layout layout;
   layout.picture = {0, menu_height, std::max(width - panel, 16.0f),

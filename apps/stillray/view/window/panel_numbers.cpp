@@ -9,6 +9,7 @@
 #include <imgui.h>
 
 #include "view/window/panels.h"
+#include "view/window/readouts.h"
 #include "view/window/widgets.h"
 
 namespace stillray::view {
@@ -16,34 +17,34 @@ namespace {
 
 constexpr ImU32 kTraceColour = IM_COL32(90, 165, 220, 255);
 constexpr ImU32 kFilterColour = IM_COL32(235, 150, 70, 255);
-constexpr float kPlotHeight = 70;
 
 void PlotTimes(const TimeHistory& times, double target_ms) {
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const float width = ImGui::GetContentRegionAvail().x;
+  const float plot_height = 4.7f * ImGui::GetFontSize();
   ImDrawList* draw = ImGui::GetWindowDrawList();
-  draw->AddRectFilled(at, {at.x + width, at.y + kPlotHeight}, IM_COL32(24, 26, 29, 255), 3);
+  draw->AddRectFilled(at, {at.x + width, at.y + plot_height}, IM_COL32(24, 26, 29, 255), 3);
   double top = target_ms * 1.5;
   for (int i = 0; i < times.count; ++i) {
     top = std::max(top, times.costs[static_cast<size_t>(i)].total());
   }
   const float step = width / TimeHistory::kLength;
   const auto y_of = [&](double ms) {
-    return at.y + kPlotHeight * (1 - static_cast<float>(ms / top));
+    return at.y + plot_height * (1 - static_cast<float>(ms / top));
   };
   for (int i = 0; i < times.count; ++i) {
     const int place = (times.next - times.count + i + TimeHistory::kLength) % TimeHistory::kLength;
     const FrameCost& cost = times.costs[static_cast<size_t>(place)];
     const float x = at.x + step * static_cast<float>(TimeHistory::kLength - times.count + i);
     const float middle = y_of(cost.trace_ms);
-    draw->AddRectFilled({x, middle}, {x + step, at.y + kPlotHeight}, kTraceColour);
+    draw->AddRectFilled({x, middle}, {x + step, at.y + plot_height}, kTraceColour);
     draw->AddRectFilled({x, y_of(cost.total())}, {x + step, middle}, kFilterColour);
   }
   const float line = y_of(target_ms);
   draw->AddLine({at.x, line}, {at.x + width, line}, IM_COL32(255, 255, 255, 110));
   draw->AddText({at.x + 5, at.y + 2}, IM_COL32(200, 205, 210, 255),
                 fmt::format("{:.0f} ms", top).c_str());
-  ImGui::Dummy({width, kPlotHeight});
+  ImGui::Dummy({width, plot_height});
 }
 
 void ColouredTime(ImU32 colour, const char* name, double ms) {
@@ -65,6 +66,23 @@ void Row(const char* name, const std::string& value) {
   ImGui::TextUnformatted(value.c_str());
 }
 
+/// The value on a line of its own where both do not fit: neither is cut.
+void WideRow(const char* name, const std::string& value) {
+  ImGui::TableNextRow();
+  ImGui::TableNextColumn();
+  ImGui::TextUnformatted(name);
+  const float needed = ImGui::CalcTextSize(value.c_str()).x;
+  const float gap = 2 * ImGui::GetStyle().ItemSpacing.x;
+  const float room = ImGui::GetContentRegionAvail().x;
+  const bool fits = ImGui::CalcTextSize(name).x + gap + needed <= room;
+  if (fits) {
+    ImGui::SameLine();
+  }
+  ImGui::SetCursorPosX(ImGui::GetCursorPosX() +
+                       std::max(ImGui::GetContentRegionAvail().x - needed, 0.0f));
+  ImGui::TextUnformatted(value.c_str());
+}
+
 std::string Megabytes(size_t bytes) {
   return fmt::format("{:.1f} MB", static_cast<double>(bytes) / 1e6);
 }
@@ -79,10 +97,6 @@ void MeasureRow(const char* name, double noisy, double denoised, const char* for
     ImGui::TableNextColumn();
     ImGui::Text(format, value);  // NOLINT: one of the formats below
   }
-}
-
-std::string NumberText(float value) {
-  return std::isfinite(value) ? fmt::format("{:.4g}", value) : fmt::format("{}", value);
 }
 
 /// How the finished picture comes to the window, where it comes from a device.
@@ -161,24 +175,24 @@ void DrawMeasurePanel(ViewerState* state) {
 }
 
 void DrawInspectorPanel(ViewerState* state) {
-  state->changed |= ImGui::Checkbox("Tell the pixel under the mouse", &state->settings.inspect);
+  state->changed |= ImGui::Checkbox("Inspect the pixel under the mouse", &state->settings.inspect);
   if (!state->settings.inspect) {
     return;
   }
   ImGui::Checkbox("Pinned", &state->inspector_pinned);
-  HelpMark("I pins and releases the pixel.");
+  HelpMark("I pins and releases the pixel; Shift + I ends it.");
   if (state->frame == nullptr || state->frame->inspected.empty()) {
     return;
   }
   ImGui::SameLine();
   ImGui::Text("pixel %d, %d", state->frame->inspect_x, state->frame->inspect_y);
-  if (ImGui::BeginTable("pixel", 2, kTable)) {
+  if (ImGui::BeginTable("pixel", 1, kTable)) {
     for (const InspectedValue& told : state->frame->inspected) {
       std::string text;
       for (const float value : told.values) {
         text += (text.empty() ? "" : "  ") + NumberText(value);
       }
-      Row(told.view.c_str(), text);
+      WideRow(told.view.c_str(), text);
     }
     ImGui::EndTable();
   }

@@ -181,15 +181,15 @@ void PresetRow(ViewerState* state) {
 
 void ExactRow(ViewerState* state) {
   bool exact = AccumulatesExactly(state->settings.denoise);
-  if (ImGui::Checkbox("Accumulate exactly", &exact)) {
+  if (ImGui::Checkbox("Progressive accumulation (unbiased)", &exact)) {
     const Result<Settings> preset = PresetSettings(state->preset);
     SetExactAccumulation(exact, preset.ok() ? preset.value() : Settings(),
                          &state->settings.denoise);
     state->changed = true;
   }
   HelpMark(
-      "Every sample counts the same for ever, and nothing filtered becomes history: a still view "
-      "converges. Light that moves leaves trails.");
+      "All samples are weighted equally, and no filtered light is fed back: a still view "
+      "converges. Moving light leaves trails.");
 }
 
 }  // namespace

@@ -15,15 +15,18 @@ namespace {
 
 void RateRow(ViewerState* state) {
   ViewSettings& s = state->settings;
-  if (ImGui::Checkbox("Samples follow the frame time", &s.auto_rate)) {
+  if (ImGui::Checkbox("Adaptive sampling rate", &s.auto_rate)) {
     if (!s.auto_rate && state->frame != nullptr) {
       s.rate = state->frame->rate;
     }
     state->changed = true;
   }
+  HelpMark(
+      "While something moves, the rate follows the target frame time. Once nothing moves, frames "
+      "have one sample per pixel or more.");
   if (s.auto_rate) {
     auto target = static_cast<float>(s.target_ms);
-    if (LabelledSlider("Frame time", "ms", &target, 10.0f, 500.0f, "%.0f")) {
+    if (LabelledSlider("Target frame time", "ms", &target, 10.0f, 500.0f, "%.0f")) {
       s.target_ms = target;
       state->changed = true;
     }
@@ -51,13 +54,23 @@ void ScaleRow(ViewerState* state) {
     s.scale = percent / 100;
     state->changed = true;
   }
-  state->changed |= ImGui::Checkbox("It may fall for the frame time", &s.auto_scale);
+  state->changed |= ImGui::Checkbox("Dynamic resolution", &s.auto_scale);
   HelpMark(
-      "Where even 1/256 samples per pixel take too long, the picture gets smaller, down to a "
-      "quarter of this width and height, and larger again as soon as there is room.");
-  if (state->frame != nullptr && state->frame->scale < state->frame->chosen_scale * 0.99f) {
-    ImGui::TextColored({1.0f, 0.78f, 0.35f, 1.0f}, "now %.0f %%: larger frames take too long",
-                       static_cast<double>(state->frame->scale * 100));
+      "While something moves and even the fewest samples take too long, the picture gets smaller, "
+      "down to a quarter of this width and height. Once nothing moves it has all of it.");
+  state->changed |= ImGui::Checkbox("Fast filter while moving", &s.fast_filter);
+  HelpMark(
+      "While something moves and frames take too long: psvgf and sparse guides instead of the "
+      "filter below, before the resolution falls. Only with the adaptive sampling rate, where the "
+      "views are denoised, noisy and reference, and without the pixel inspector.");
+  const ViewFrame* f = state->frame;
+  const ImVec4 amber = {1.0f, 0.78f, 0.35f, 1.0f};
+  if (f != nullptr && f->fast_filter) {
+    ImGui::TextColored(amber, "Moving: psvgf, sparse guides");
+  }
+  if (f != nullptr && f->scale < f->chosen_scale * 0.99f) {
+    ImGui::TextColored(amber, "Dynamic resolution: %.0f %% (%dx%d)",
+                       static_cast<double>(f->scale * 100), f->width, f->height);
   }
 }
 
@@ -81,11 +94,11 @@ void DrawRenderPanel(ViewerState* state) {
       "Below one sample per pixel: depth, normals and albedo are known only where a path was "
       "traced. Faster and coarser. Views of guides then show holes; filled.* shows what the filter "
       "makes of them.");
-  if (ImGui::Button("Start anew")) {
+  if (ImGui::Button("Reset accumulation")) {
     ++s.restart;
     state->changed = true;
   }
-  HelpMark("Forgets all history (R).");
+  HelpMark("Discards all history (R).");
 }
 
 }  // namespace stillray::view

@@ -40,7 +40,7 @@ void ViewCombo(size_t pane, ViewerState* state) {
 void CountButtons(ViewerState* state) {
   static const std::vector<std::string> kFill = {"denoised", "noisy", "reference"};
   ImGui::AlignTextToFramePadding();
-  ImGui::TextUnformatted("Side by side");
+  ImGui::TextUnformatted("Split view");
   for (int count = 1; count <= 3; ++count) {
     ImGui::SameLine();
     if (ImGui::RadioButton(fmt::format("{}", count).c_str(),
@@ -63,12 +63,12 @@ void DrawViewPanel(ViewerState* state) {
   state->changed |= LabelledSlider("Exposure", "EV", &denoise.exposure, -8.0f, 8.0f, "%.2f");
   const char* kCurves[] = {"linear", "reinhard", "filmic", "aces"};
   int curve = static_cast<int>(denoise.tonemap);
-  if (LabelledCombo("Tone curve", &curve, kCurves, 4)) {
+  if (LabelledCombo("Tone mapping", &curve, kCurves, 4)) {
     denoise.tonemap = static_cast<Tonemap>(curve);
     state->changed = true;
   }
-  ImGui::Checkbox("Sharp pixels", &state->sharp_pixels);
-  HelpMark("Enlarge the picture without interpolation.");
+  state->changed |= ImGui::Checkbox("Nearest-neighbour upscaling", &state->settings.sharp_pixels);
+  HelpMark("Enlarges the picture without interpolation.");
 }
 
 void DrawCameraPanel(ViewerState* state) {

@@ -10,6 +10,7 @@
 
 #include "view/split.h"
 #include "view/window/camera_input.h"
+#include "view/window/readouts.h"
 
 namespace stillray::view {
 namespace {
@@ -53,7 +54,12 @@ void DrawPanes(const Rect& area, const PaneTextures& textures, const ViewerState
       DrawLabel({strip.x + 12, area.y + 10}, state.frame->panes[static_cast<size_t>(i)]);
       draw->PopClipRect();
     }
-    begin = ends[static_cast<size_t>(i)];
+    const auto pane = static_cast<size_t>(i);
+    if (pane < state.frame->ranges.size()) {
+      DrawColourBar({left, area.y, (ends[pane] - begin) * area.width, area.height},
+                    state.frame->ranges[pane]);
+    }
+    begin = ends[pane];
   }
 }
 
@@ -124,16 +130,20 @@ void DrawInspectedPixel(const Rect& area, const ViewerState& state) {
 
 void DrawStatus(const Rect& area, const ViewerState& state) {
   const ViewFrame& f = *state.frame;
-  std::string text = fmt::format("{}x{}   {} samples/pixel   {:.0f} ms", f.width, f.height,
-                                 ToText(f.rate), f.cost.total());
-  if (f.scale < f.chosen_scale * 0.99f) {
-    text += fmt::format("   resolution {:.0f} % of {:.0f} %", f.scale * 100, f.chosen_scale * 100);
+  std::string text = fmt::format(
+      "{}x{}   {} {} per pixel   {:.0f} ms   {:.1f} fps", f.width, f.height, ToText(f.rate),
+      f.rate.value() > 1 ? "samples" : "sample", f.cost.total(), state.times.FramesPerSecond());
+  if (f.fast_filter) {
+    text += "   moving: psvgf";
   }
-  if (f.still && f.samples >= 1) {
-    text += fmt::format("   {:.0f} gathered", f.samples);
+  if (f.scale < f.chosen_scale * 0.99f) {
+    text += fmt::format("   dynamic resolution {:.0f} %", f.scale * 100);
+  }
+  if (f.still && f.temporal && f.samples >= 1) {
+    text += fmt::format("   {:.0f} spp accumulated", f.samples);
   }
   if (state.settings.reference && f.reference_spp > 0) {
-    text += fmt::format("   reference {}", f.reference_spp);
+    text += fmt::format("   reference {} spp", f.reference_spp);
   }
   const float line = ImGui::GetTextLineHeight();
   DrawLabel({area.x + 12, area.y + area.height - line - 10}, text);
@@ -145,7 +155,7 @@ void DrawStatus(const Rect& area, const ViewerState& state) {
 
 void DrawToasts(const Rect& area, const ViewerState& state) {
   const float line = ImGui::GetTextLineHeight() + 12;
-  float y = area.y + area.height - line - 32;
+  float y = area.y + area.height - 2 * line - 12;
   for (auto toast = state.toasts.rbegin(); toast != state.toasts.rend() && y > area.y; ++toast) {
     DrawLabel({area.x + 12, y}, toast->text);
     y -= line;
@@ -186,12 +196,13 @@ void DrawLoading(const Rect& area, double now, const ViewerState& state) {
                                              phase.steps, phase.what, state.load.seconds)
                                : phase.what;
   const ImVec2 size = ImGui::CalcTextSize(text.c_str());
-  const float width = std::max(380.0f, size.x + 40);
+  const float em = ImGui::GetFontSize();
+  const float width = std::max(25 * em, size.x + 40);
   const float x = area.x + (area.width - width) / 2;
-  const float y = area.y + area.height / 2 - 34;
-  draw->AddRectFilled({x, y}, {x + width, y + 68}, IM_COL32(20, 22, 25, 235), 6);
-  draw->AddText({x + (width - size.x) / 2, y + 14}, kText, text.c_str());
-  DrawSteps({x + 20, y + 46, width - 40, 6}, now, phase);
+  const float y = area.y + area.height / 2 - 2.25f * em;
+  draw->AddRectFilled({x, y}, {x + width, y + 4.5f * em}, IM_COL32(20, 22, 25, 235), 6);
+  draw->AddText({x + (width - size.x) / 2, y + em}, kText, text.c_str());
+  DrawSteps({x + 20, y + 3 * em, width - 40, 0.4f * em}, now, phase);
 }
 
 /// The point that orbiting turns around: while it is new, and while the camera is dragged.
@@ -235,6 +246,7 @@ void DrawPictureArea(const Rect& area, const PaneTextures& textures, double now,
     DrawInspectedPixel(area, *state);
     DrawFocus(area, now, *state);
     DrawStatus(area, *state);
+    DrawInspectorBox(area, *state);
   }
   DrawToasts(area, *state);
   if (state->load.loading || (state->frame == nullptr && state->scene.number > 0)) {

@@ -30,7 +30,7 @@ void SceneMenu(ViewEngine* engine, ViewerState* state) {
     }
     ImGui::EndMenu();
   }
-  if (ImGui::MenuItem("Environment...")) {
+  if (ImGui::MenuItem("Environment map...")) {
     OpenDialog(Dialog::kOpenEnvironment, state);
   }
   ImGui::Separator();
@@ -65,7 +65,9 @@ void ViewMenu(ViewerState* state) {
   }
   ImGui::Separator();
   ImGui::MenuItem("Side panel", "F2", &state->show_panel);
-  ImGui::MenuItem("Sharp pixels", nullptr, &state->sharp_pixels);
+  ImGui::MenuItem("Full screen", "F11", &state->fullscreen);
+  state->changed |=
+      ImGui::MenuItem("Nearest-neighbour upscaling", nullptr, &state->settings.sharp_pixels);
 }
 
 }  // namespace
@@ -131,6 +133,7 @@ void DrawPlaybackBar(const Rect& area, ViewerState* state) {
                ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav);
   ViewSettings& s = state->settings;
+  const float em = ImGui::GetFontSize();
   const double length = state->scene.length;
   if (length <= 0) {
     ImGui::AlignTextToFramePadding();
@@ -138,21 +141,22 @@ void DrawPlaybackBar(const Rect& area, ViewerState* state) {
     ImGui::End();
     return;
   }
-  if (ImGui::Button(s.playing ? "Pause" : "Play", {58, 0})) {
+  if (ImGui::Button(s.playing ? "Pause##play" : "Play##play", {4 * em, 0})) {
     s.playing = !s.playing;
     state->changed = true;
   }
   ImGui::SameLine();
-  if (ImGui::Button("<", {26, 0})) {
+  if (ImGui::Button("<", {1.8f * em, 0})) {
     StepFrames(-1, state);
   }
   ImGui::SameLine(0, 3);
-  if (ImGui::Button(">", {26, 0})) {
+  if (ImGui::Button(">", {1.8f * em, 0})) {
     StepFrames(1, state);
   }
   ImGui::SameLine();
-  const float speed_width = state->scene.moving_lights ? 250 : 150;
-  ImGui::SetNextItemWidth(std::max(ImGui::GetContentRegionAvail().x - speed_width - 8, 80.0f));
+  const float room = ImGui::GetContentRegionAvail().x;
+  const float speed_width = std::min((state->scene.moving_lights ? 17 : 10) * em, room * 0.6f);
+  ImGui::SetNextItemWidth(std::max(room - speed_width - 8, 2 * em));
   auto seconds = static_cast<float>(state->frame != nullptr ? state->frame->seconds : 0);
   if (ImGui::SliderFloat("##time", &seconds, 0, static_cast<float>(length),
                          fmt::format("%.2f / {:.2f} s", length).c_str(),
@@ -187,7 +191,7 @@ void DrawSidePanel(const Rect& area, ViewerState* state) {
   if (Section("View", true)) {
     DrawViewPanel(state);
   }
-  if (Section("Samples and light", true)) {
+  if (Section("Path tracer", true)) {
     DrawRenderPanel(state);
   }
   if (Section("Denoiser", true)) {
@@ -199,10 +203,10 @@ void DrawSidePanel(const Rect& area, ViewerState* state) {
   if (Section("Times and memory", true)) {
     DrawTimePanel(*state);
   }
-  if (Section("Against the reference", false)) {
+  if (Section("Error vs. reference", false)) {
     DrawMeasurePanel(state);
   }
-  if (Section("Pixel", false)) {
+  if (Section("Pixel inspector", false)) {
     DrawInspectorPanel(state);
   }
   ImGui::End();

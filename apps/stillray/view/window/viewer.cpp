@@ -48,8 +48,9 @@ bool DrawInterface(double now, double elapsed, PaneTextures* textures, ViewEngin
                    ViewerState* state) {
   DrawMenu(engine, state);
   const ImGuiIO& io = ImGui::GetIO();
-  const Layout layout = MakeLayout(io.DisplaySize.x, io.DisplaySize.y, ImGui::GetFrameHeight(),
-                                   ImGui::GetFrameHeight(), state->show_panel);
+  const Layout layout =
+      MakeLayout(io.DisplaySize.x, io.DisplaySize.y, ImGui::GetFrameHeight(),
+                 ImGui::GetFrameHeight(), ImGui::GetFontSize(), state->show_panel);
   const int width = static_cast<int>(layout.picture.width);
   const int height = static_cast<int>(layout.picture.height);
   if (width != state->settings.width || height != state->settings.height) {
@@ -58,7 +59,7 @@ bool DrawInterface(double now, double elapsed, PaneTextures* textures, ViewEngin
     state->changed = true;
   }
   if (state->frame != nullptr) {
-    const Status uploaded = textures->Upload(*state->frame, state->sharp_pixels);
+    const Status uploaded = textures->Upload(*state->frame, state->settings.sharp_pixels);
     if (!uploaded.ok()) {
       StopSharing(uploaded.message(), state);
     }
@@ -127,6 +128,7 @@ InterfaceTimes Loop(bool watch, GlWindow* window, std::atomic<bool>* news, ViewE
       window->SetTitle(Title(state->scene.request));
     }
     state->keys = window->TakeKeys();
+    window->SetFullscreen(state->fullscreen);
     DrawFrame(now, now - last, &lively, window, &textures, &times, engine, state);
     frames_due = std::max(frames_due - 1, 0);
     last = now;

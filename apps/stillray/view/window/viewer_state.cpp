@@ -38,6 +38,10 @@ void TakeScene(double now, ViewEngine* engine, ViewerState* state) {
     camera = 0;
   }
   state->scene = std::move(info);
+  if (state->scene.number == 1) {
+    AddToast("Drag to orbit, wheel to come nearer, Tab to compare, F1 for all keys", now + 4,
+             state);
+  }
   for (const std::string& warning : state->scene.warnings) {
     AddToast(warning, now, state);
   }
@@ -75,7 +79,7 @@ void TakeFrame(double now, ViewEngine* engine, ViewerState* state) {
     return;
   }
   state->frame = frame;
-  state->times.Add(frame->cost);
+  state->times.Add(frame->cost, now);
   if (state->focus_asked != 0 && frame->focus == state->focus_asked) {
     Focus(now, *frame, state);
   }
@@ -101,6 +105,18 @@ void Fly(double now, ViewerState* state) {
 }
 
 }  // namespace
+
+double TimeHistory::FramesPerSecond() const {
+  const auto at = [&](int back) {
+    return shown_at[static_cast<size_t>((next - 1 - back + 2 * kLength) % kLength)];
+  };
+  int frames = 0;
+  while (frames + 1 < count && (frames == 0 || at(0) - at(frames) < 1)) {
+    ++frames;
+  }
+  const double seconds = frames > 0 ? at(0) - at(frames) : 0;
+  return seconds > 0 ? frames / seconds : 0;
+}
 
 void SetPanes(std::vector<std::string> panes, ViewerState* state) {
   if (panes.size() != state->settings.panes.size()) {

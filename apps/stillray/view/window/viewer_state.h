@@ -43,14 +43,19 @@ struct PoseFlight {
 struct TimeHistory {
   static constexpr int kLength = 180;
   std::array<FrameCost, kLength> costs = {};
+  std::array<double, kLength> shown_at = {};
   int next = 0;
   int count = 0;
 
-  void Add(const FrameCost& cost) {
+  /// \param now  seconds of the interface's clock
+  void Add(const FrameCost& cost, double now) {
     costs[static_cast<size_t>(next)] = cost;
+    shown_at[static_cast<size_t>(next)] = now;
     next = (next + 1) % kLength;
     count = count < kLength ? count + 1 : kLength;
   }
+  /// Frames per second that came to the window within the last second, or the last two frames.
+  double FramesPerSecond() const;
 };
 
 struct ViewerState {
@@ -79,12 +84,13 @@ struct ViewerState {
   bool dialog_opening = false;
   std::string dialog_path;
   std::string dialog_error;
+  std::string overwrite_path;       ///< the user has been asked whether to overwrite this file
   std::vector<std::string> errors;  ///< to be shown in a message box, oldest first
   std::vector<Toast> toasts;
 
   bool show_panel = true;
   bool show_help = false;
-  bool sharp_pixels = false;  ///< enlarge without interpolation
+  bool fullscreen = false;
   bool inspector_pinned = false;
   int dragged_divider = -1;
   std::vector<KeyPress> keys;  ///< that went down since the last frame of the interface
