@@ -32,9 +32,11 @@ constexpr float kFound = 0.35f;
 constexpr double kMovedAlthoughZero = 0.1;
 constexpr double kMovedElsewhere = 0.15;
 constexpr double kAgreement = 0.7;
-/// Offsets that grow with the distance from the middle are those of a zoom if this part of their
-/// squares, at most, is left over. Whole pixels alone leave 0.02.
-constexpr double kZoomLeaves = 0.1;
+/// Offsets are those of a zoom if this part of the blocks is found where it would have them, within
+/// so many pixels. Repeating textures are found elsewhere too: 0.76 to 1 measured in Cycles.
+constexpr double kZoomAgreement = 0.65;
+constexpr double kZoomTolerance = 1.5;
+constexpr double kLeastZoom = 0.005;
 /// Fewer blocks, or blocks on one side only, fit anything.
 constexpr int kLeastZoomed = 6;
 
@@ -106,28 +108,49 @@ Search SearchFor(const Exhibit& now, const Exhibit& before, const Features& a, c
 
 /// Whether blocks were found where a lens that changes would have them: offset = rate * place, with
 /// the place counted from the middle of the picture.
-struct ZoomFit {
-  double offset_place = 0;
-  double place_place = 0;
-  double offset_offset = 0;
-  int count = 0;
-  bool sides[4] = {false, false, false, false};  ///< quarters of the picture with such blocks
-
+class ZoomFit {
+ public:
   void Add(const Frame& frame, const Block& block, const Search& s) {
-    const double x = block.x + 0.5 * kBlock - 0.5 * frame.width;
-    const double y = block.y + 0.5 * kBlock - 0.5 * frame.height;
-    offset_place += s.dx * x + s.dy * y;
-    place_place += x * x + y * y;
-    offset_offset += s.dx * s.dx + s.dy * s.dy;
-    ++count;
-    sides[(x > 0 ? 1 : 0) + (y > 0 ? 2 : 0)] = true;
+    places_.push_back({block.x + 0.5 * kBlock - 0.5 * frame.width,
+                       block.y + 0.5 * kBlock - 0.5 * frame.height, static_cast<double>(s.dx),
+                       static_cast<double>(s.dy)});
   }
-  double Rate() const { return place_place > 0 ? offset_place / place_place : 0; }
+  /// The median of what the blocks say: single ones are found at the wrong place.
+  double Rate() const {
+    std::vector<double> rates;
+    for (const Place& p : places_) {
+      rates.push_back((p.dx * p.x + p.dy * p.y) / std::max(p.x * p.x + p.y * p.y, 1.0));
+    }
+    if (rates.empty()) {
+      return 0;
+    }
+    const auto middle = rates.begin() + static_cast<ptrdiff_t>(rates.size() / 2);
+    std::nth_element(rates.begin(), middle, rates.end());
+    return *middle;
+  }
   bool Explains() const {
-    const bool around = std::count(std::begin(sides), std::end(sides), true) >= 3;
-    const double left = offset_offset - offset_place * Rate();
-    return count >= kLeastZoomed && around && left < kZoomLeaves * offset_offset;
+    const double rate = Rate();
+    bool quarters[4] = {false, false, false, false};  // of the picture, with such blocks
+    int agree = 0;
+    for (const Place& p : places_) {
+      if (std::hypot(p.dx - rate * p.x, p.dy - rate * p.y) < kZoomTolerance) {
+        ++agree;
+        quarters[(p.x > 0 ? 1 : 0) + (p.y > 0 ? 2 : 0)] = true;
+      }
+    }
+    return std::fabs(rate) > kLeastZoom && agree >= kLeastZoomed &&
+           agree >= kZoomAgreement * static_cast<double>(places_.size()) &&
+           std::count(std::begin(quarters), std::end(quarters), true) >= 3;
   }
+
+ private:
+  struct Place {
+    double x;  ///< of the block, from the middle of the picture
+    double y;
+    double dx;  ///< where it was found
+    double dy;
+  };
+  std::vector<Place> places_;
 };
 
 bool IsZero(const Frame& frame) {

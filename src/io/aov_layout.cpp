@@ -487,13 +487,13 @@ Result<AovLayout> UnderstandAovs(const ExrImage& image, const AovOptions& option
   PickId(image, (*preset)->id_is_index, &layout);
   STILLRAY_RETURN_IF_ERROR(io::DecideLight(name, &layout));
   io::DecideFallbackAlbedo(options, &layout);
-  layout.single_layer = names.layers() == std::set<std::string>{""};
   io::DecideColour(image, options, name, &layout);
   io::DecideRest(&layout);
   std::stable_sort(layout.sources.begin(), layout.sources.end(),
                    [](const AovSource& a, const AovSource& b) { return a.aov < b.aov; });
   layout.motion_from_cameras = !without_motion && layout.Find(Aov::kMotion) == nullptr &&
                                layout.Find(Aov::kDepth) != nullptr && CameraOf(image).has_value();
+  layout.single_layer = names.layers() == std::set<std::string>{""} && !layout.motion_from_cameras;
   NoteMissingGuides(&layout);
   NoteSoftGuides(image, &layout);
   ListCarried(names, &layout);
