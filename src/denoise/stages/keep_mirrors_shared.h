@@ -13,10 +13,9 @@ SHARED_BEGIN
 
 // Variance of a sample over the mean squared difference between it and the two of its eight
 // neighbours that are nearest in luminance. For independent samples it is 3.5 (normal), 2.5
-// (exponential), 1.2 (one bright sample in twenty). Of values from 1.2 to 3.5 this one lost least
-// on chrome balls (tests/denoise/mirror_scene.h), from noiseless images in them to rare bright
-// samples.
-const float kNearestNoise = 1.5f;
+// (exponential), 1.2 (one bright sample in twenty). Smaller values keep more of noiseless mirrors,
+// but also the noise of what is seen in mirrors and glass by few paths (builtin:spheres).
+const float kNearestNoise = 3.0f;
 
 // Where a mirror stands still in the picture, so does most of what is seen in it: its history is
 // right, and the noise must be this many times smaller to keep the sample.
