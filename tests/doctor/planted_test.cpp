@@ -299,10 +299,11 @@ TEST(FirstHits, TheRegionAndTheCauseAreNamed) {
 
 // A lens that zooms in by 6 % a frame while motion tells the way of the camera alone.
 TEST(Zoom, IsNotBlamedOnTheUnitOfMotion) {
-  Sequence sequence = RenderSequence({.width = 192, .height = 108, .step = 0.05});
+  constexpr float kStep = 0.94f;
+  Sequence sequence = RenderSequence({.width = 192, .height = 108, .step = 1.0 / 60});
   for (NumberedImage& f : sequence) {
     const ExrImage original = f.image;
-    const float scale = std::pow(0.94f, static_cast<float>(f.number - 1));
+    const float scale = std::pow(kStep, static_cast<float>(f.number - 1));
     for (Channel& channel : f.image.channels) {
       const Channel& from = *original.Find(channel.name);
       const bool motion = channel.name.starts_with("motion.");
@@ -313,7 +314,7 @@ TEST(Zoom, IsNotBlamedOnTheUnitOfMotion) {
           if (channel.type == PixelType::kUint32) {
             channel.integers(x, y) = from.integers(px, py);
           } else {
-            channel.values(x, y) = from.values(px, py) / (motion ? scale : 1.0f);
+            channel.values(x, y) = from.values(px, py) / (motion ? scale / kStep : 1.0f);
           }
         }
       }
