@@ -37,6 +37,9 @@ constexpr double kMostWhite = 1.2;
 /// one most often, is above 1 in 10 % of the pixels and more.
 constexpr float kAboveOne = 1.02f;
 constexpr double kMayBeAbove = 0.01;
+/// Part of the pixels above 1 that lie in random blocks, at least: a gain of albedo lies
+/// everywhere.
+constexpr double kAboveInside = 0.4;
 /// Depth: flat surfaces have none, leaves below 0.47 with correlation above 0.27.
 constexpr double kDepthDetail = 0.3;
 constexpr double kDepthStays = 0.15;
@@ -270,6 +273,13 @@ void FirstHitCheck::Conclude(Verdict* verdict) {
   if (frames_.empty() || blocks_.empty() || verdict->Has("motion_") || verdict->Has("depth_")) {
     return;
   }
+  int64_t above = 0;
+  int64_t above_inside = 0;
+  for (const BlockSums& block : blocks_) {
+    above += block.above;
+    above_inside += block.RandomColour() ? block.above : 0;
+  }
+  const bool gain = static_cast<double>(above_inside) < kAboveInside * static_cast<double>(above);
   int64_t random = 0;
   int64_t of_depth = 0;
   int64_t of_albedo = 0;
@@ -279,7 +289,7 @@ void FirstHitCheck::Conclude(Verdict* verdict) {
   double y = 0;
   for (size_t i = 0; i < blocks_.size(); ++i) {
     const BlockSums& block = blocks_[i];
-    if (!block.RandomColour() && !block.RandomDepth()) {
+    if ((gain || !block.RandomColour()) && !block.RandomDepth()) {
       continue;
     }
     ++random;
