@@ -108,7 +108,9 @@ void AddHelpCommand(CLI::App& app, int* exit_code) {
   command->add_option("command", *name, "Name of the command; none: an overview");
   command->callback([&app, name, exit_code] {
     if (name->empty()) {
-      WriteText(stdout, app.help());
+      // App::help would be that of `help`, the command in use.
+      WriteText(stdout,
+                app.get_formatter()->make_help(&app, app.get_name(), CLI::AppFormatMode::Normal));
       return;
     }
     const std::vector<std::string> names = CommandNames(app);
