@@ -293,12 +293,22 @@ Status DenoiseRun::PrepareDenoisers(const ExrExtent& extent) {
 /// Frames that are done came from the files of then, and those to come continue their history.
 Status DenoiseRun::CheckFormerInputs(const ResumeState& state) const {
   for (size_t i = 0; i < state.inputs.size() && i < options_.files.size(); ++i) {
-    const Result<FinishedFile> input = LookAtFile("", options_.files[i].input);
+    const std::string& path = options_.files[i].input;
+    const auto name = [](const std::string& file) {
+      return std::filesystem::path(file).filename().string();
+    };
+    if (name(path) != name(state.inputs[i].name)) {
+      return Status::InvalidArgument(
+          fmt::format("cannot resume {}: {} stands where {} was read there before; remove the "
+                      "former to start again",
+                      ResumePath(folder_, key_), path, name(state.inputs[i].name)));
+    }
+    const Result<FinishedFile> input = LookAtFile("", path);
     STILLRAY_RETURN_IF_ERROR(input.status());
     if (input->bytes != state.inputs[i].bytes || input->checksum != state.inputs[i].checksum) {
       return Status::InvalidArgument(
           fmt::format("cannot resume {}: {} has changed since; remove the former to start again",
-                      ResumePath(folder_, key_), options_.files[i].input));
+                      ResumePath(folder_, key_), path));
     }
   }
   return Status::Ok();

@@ -32,8 +32,9 @@ constexpr float kFound = 0.35f;
 constexpr double kMovedAlthoughZero = 0.1;
 constexpr double kMovedElsewhere = 0.15;
 constexpr double kAgreement = 0.7;
-/// Offsets are those of a zoom if this part of the blocks is found where it would have them, within
-/// so many pixels. Repeating textures are found elsewhere too: 0.76 to 1 measured in Cycles.
+/// Offsets are those of a zoom if this part of the blocks of all frames is found where it would
+/// have them, within so many pixels. Repeating textures are found elsewhere too: 0.76 to 1 measured
+/// in Cycles, 0.73 in checkered rooms.
 constexpr double kZoomAgreement = 0.65;
 constexpr double kZoomTolerance = 1.5;
 constexpr double kLeastZoom = 0.005;
@@ -128,7 +129,10 @@ class ZoomFit {
     std::nth_element(rates.begin(), middle, rates.end());
     return *middle;
   }
-  bool Explains() const {
+  int places() const { return static_cast<int>(places_.size()); }
+  /// How many blocks were found where the zoom would have them; 0 where these are too few, or on
+  /// one side of the picture.
+  int Explained() const {
     const double rate = Rate();
     bool quarters[4] = {false, false, false, false};  // of the picture, with such blocks
     int agree = 0;
@@ -138,9 +142,8 @@ class ZoomFit {
         quarters[(p.x > 0 ? 1 : 0) + (p.y > 0 ? 2 : 0)] = true;
       }
     }
-    return std::fabs(rate) > kLeastZoom && agree >= kLeastZoomed &&
-           agree >= kZoomAgreement * static_cast<double>(places_.size()) &&
-           std::count(std::begin(quarters), std::end(quarters), true) >= 3;
+    const bool everywhere = std::count(std::begin(quarters), std::end(quarters), true) >= 3;
+    return std::fabs(rate) > kLeastZoom && agree >= kLeastZoomed && everywhere ? agree : 0;
   }
 
  private:
@@ -176,8 +179,9 @@ class StillMotionCheck : public Check {
     bool zero = false;
     double moved = 0;   ///< part of the blocks with structure
     double length = 0;  ///< mean offset of those, pixels
-    bool zoomed = false;
-    double zoom = 0;  ///< by which the picture grows, as a part of it
+    int found = 0;      ///< blocks elsewhere
+    int zoomed = 0;     ///< of these where a zoom would have them
+    double zoom = 0;    ///< by which the picture grows, as a part of it
   };
   bool IsZoom(double* zoom) const;
   const AovLayout* layout_ = nullptr;
@@ -232,19 +236,24 @@ void StillMotionCheck::Look(const Exhibit& now, const Exhibit* before) {
   }
   pairs_.push_back({now.number, IsZero(now.frame),
                     static_cast<double>(moved) * static_cast<double>(stride) / structured,
-                    moved > 0 ? length / moved : 0, fit.Explains(), -fit.Rate()});
+                    moved > 0 ? length / moved : 0, fit.places(), fit.Explained(), -fit.Rate()});
 }
 
 /// \param zoom  [out] mean over the pairs
 bool StillMotionCheck::IsZoom(double* zoom) const {
+  int64_t pairs = 0;
   int64_t zoomed = 0;
+  int64_t found = 0;
   *zoom = 0;
   for (const Pair& pair : pairs_) {
+    pairs += pair.zoomed > 0;
     zoomed += pair.zoomed;
+    found += pair.found;
     *zoom += pair.zoom / static_cast<double>(pairs_.size());
   }
   return !pairs_.empty() &&
-         static_cast<double>(zoomed) >= kAgreement * static_cast<double>(pairs_.size());
+         static_cast<double>(pairs) >= kAgreement * static_cast<double>(pairs_.size()) &&
+         static_cast<double>(zoomed) >= kZoomAgreement * static_cast<double>(found);
 }
 
 void StillMotionCheck::Conclude(Verdict* verdict) {

@@ -112,8 +112,16 @@ TEST_F(CliCheck, AListWithAGap) {
   EXPECT_THAT(run.output, HasSubstr("frame 2 is not there, between 1 and 3"));
 }
 
-TEST_F(CliCheck, DenoisedFramesLackAGuide) {
-  const ProgramRun run = RunProgram({"check", folder_ / "denoised.####.exr"});
+TEST_F(CliCheck, DenoisedFramesLackGuides) {
+  const ProgramRun alone = RunProgram({"check", folder_ / "denoised.####.exr"});
+  EXPECT_EQ(alone.exit_code, 3);
+  EXPECT_THAT(alone.output, HasSubstr("single_layer"));
+  const std::string more = folder_ / "more";
+  ASSERT_EQ(RunProgram({"render", "builtin:cornell", "-o", more, "--size", "96x54", "--frames",
+                        "1-3", "--format", "exr", "--aov", "motion,depth"})
+                .exit_code,
+            0);
+  const ProgramRun run = RunProgram({"check", more + "/denoised.####.exr"});
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.output, HasSubstr("albedo_missing"));
 }

@@ -123,17 +123,30 @@ TEST_F(CliDenoiseOutput, BothSidesAreTheDefaultOfAWholeSequence) {
 // The frames that are missing may come while the run is interrupted.
 TEST_F(CliDenoiseOutput, ResumeKeepsTheWindowOfTheRun) {
   WriteShot(In(), Shot(), 1, 8);
-  fs::remove(folder_ / "in.0002.exr");
+  fs::remove(folder_ / "in.0007.exr");
   CutFile(folder_ / "in.0005.exr");
   const ProgramRun stopped = Denoise();
   ASSERT_EQ(stopped.exit_code, 2);
   EXPECT_THAT(stopped.errors, HasSubstr("--resume goes on"));
   WriteShot(In(), Shot(), 5, 5);
-  WriteShot(In(), Shot(), 2, 2);
+  WriteShot(In(), Shot(), 7, 7);
   const ProgramRun resumed = Denoise({"--resume", "--json", folder_ / "log.json"});
   ASSERT_EQ(resumed.exit_code, 0) << resumed.errors;
   EXPECT_EQ(nlohmann::json::parse(ReadText(folder_ / "log.json"))["window"], "past");
   EXPECT_TRUE(fs::exists(folder_ / "clean/in.0008.exr"));
+}
+
+// What is done was done without it, and those to come continue that history.
+TEST_F(CliDenoiseOutput, AFrameThatCameAmongFinishedOnesIsNamed) {
+  WriteShot(In(), Shot(), 1, 8);
+  fs::remove(folder_ / "in.0002.exr");
+  CutFile(folder_ / "in.0005.exr");
+  ASSERT_EQ(Denoise().exit_code, 2);
+  WriteShot(In(), Shot(), 5, 5);
+  WriteShot(In(), Shot(), 2, 2);
+  const ProgramRun resumed = Denoise({"--resume"});
+  EXPECT_EQ(resumed.exit_code, 2);
+  EXPECT_THAT(resumed.errors, HasSubstr("in.0003.exr was read there before"));
 }
 
 TEST_F(CliDenoiseOutput, TellsWhatTheDoctorFinds) {

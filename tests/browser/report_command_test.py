@@ -132,9 +132,11 @@ class ReportCommand(unittest.TestCase):
 
     def test_size_that_is_no_number(self):
         self.add("noisy.0001.png")
-        for size in ("nan", "0", "-1", "inf"):
+        for size in ("0", "-1", "inf"):
             self.assert_fails(f"--max-size is {size}, expected 0.01 to 2000 MB", self.folder,
                               f"--max-size={size}")
+        self.assert_fails("--max-size: found 'nan', expected a number", self.folder,
+                          "--max-size=nan")
 
     def test_command_line_errors_end_with_two(self):
         self.assertEqual(self.run_report().returncode, 2)

@@ -121,6 +121,9 @@ void DrawPathDialog(ViewEngine* engine, ViewerState* state) {
     ImGui::PopTextWrapPos();
   }
   const float em = ImGui::GetFontSize();
+  // The field lost the keyboard to the question; a key that is held down is no answer.
+  confirmed |= AsksToOverwrite(*state) &&
+               ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Enter), /*repeat=*/false);
   confirmed |= ImGui::Button(AsksToOverwrite(*state) ? "Overwrite##ok" : "OK##ok", {6 * em, 0});
   ImGui::SameLine();
   const bool cancelled = ImGui::Button("Cancel", {6 * em, 0}) ||
