@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "view/history_seed.h"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 namespace stillray::view {
@@ -26,7 +28,7 @@ TEST(HistorySeed, LightIsThePictureWithoutWhatIsNotFiltered) {
       picture[c](x, 0) = picture[c](x, 1) = static_cast<float>(3 + x);
     }
   }
-  const Frame seed = SeedFrame(Guides(4, 2), picture, 8);
+  const Frame seed = SeedFrame(Guides(4, 2), picture, 8, false);
   ASSERT_EQ(seed.signals.size(), 1u);
   EXPECT_EQ(seed.signals[0].radiance[0](0, 0), 3);
   EXPECT_EQ(seed.signals[0].radiance[1](0, 0), 1) << "emission is added after the filter";
@@ -44,13 +46,30 @@ TEST(HistorySeed, PicturesOfAnotherSizeAreResampled) {
       }
     }
   }
-  const Frame half = SeedFrame(Guides(4, 2), picture, 1);
+  const Frame half = SeedFrame(Guides(4, 2), picture, 1, false);
   EXPECT_FLOAT_EQ(half.signals[0].radiance[0](0, 0), 0.5f);
   EXPECT_FLOAT_EQ(half.signals[0].radiance[0](3, 1), 6.5f);
-  const Frame twice = SeedFrame(Guides(16, 8), picture, 1);
+  const Frame twice = SeedFrame(Guides(16, 8), picture, 1, false);
   EXPECT_FLOAT_EQ(twice.signals[0].radiance[0](0, 0), 0);
   EXPECT_FLOAT_EQ(twice.signals[0].radiance[0](5, 3), 2.25f);
   EXPECT_FLOAT_EQ(twice.signals[0].radiance[0](15, 7), 7);
+}
+
+// A filter keeps guides for the holes of later frames only from a frame that has a hole itself.
+TEST(HistorySeed, HasAHoleWhereGuidesAreToBeKept) {
+  const Image3 picture(4, 2);
+  Frame guides = Guides(4, 2);
+  for (int y = 0; y < 2; ++y) {
+    std::fill_n(guides.guides.depth.Row(y), 4, 1.0f);
+  }
+  const Frame seed = SeedFrame(guides, picture, 8, true);
+  for (int y = 0; y < 2; ++y) {
+    for (int x = 0; x < 4; ++x) {
+      const bool hole = x == 0 && y == 0;
+      EXPECT_EQ(seed.samples(x, y), hole ? 0.0f : 8.0f);
+      EXPECT_EQ(seed.guides.depth(x, y) == 0.0f, hole);
+    }
+  }
 }
 
 }  // namespace

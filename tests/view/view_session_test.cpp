@@ -366,6 +366,38 @@ TEST(ViewSession, AMovingViewTakesTheFastFilterAndAStillOneRefines) {
   EXPECT_EQ(frame.samples, first + frame.rate.value());
 }
 
+/// What is on the screen stays there when the filter or the resolution changes.
+TEST(ViewSession, AChangeOfFilterOrResolutionKeepsThePicture) {
+  ViewSession session = Open("builtin:cornell");
+  ViewSettings settings = SmallSettings();
+  settings.panes = {"denoised"};
+  settings.rate = {4, 1};
+  ViewFrame frame;
+  for (int i = 0; i < 12; ++i) {
+    frame = Next(settings, &session);
+  }
+  const Rgb8Image before = frame.pictures[0];
+  settings.denoise = PresetSettings("psvgf").value();
+  settings.rate = {1, 128};
+  settings.sparse_guides = true;
+  const Rgb8Image fast = Next(settings, &session).pictures[0];
+  EXPECT_LT(MeanDifference(before, fast), 4) << "from 1/128 sample alone it would be blurred";
+  settings.scale = 0.5f;
+  frame = Next(settings, &session);
+  ASSERT_EQ(frame.width, 48);
+  Rgb8Image half = {48, 32, {}};
+  for (int y = 0; y < 32; ++y) {
+    for (int x = 0; x < 48; ++x) {
+      for (int c = 0; c < 3; ++c) {
+        half.pixels.push_back(before.pixels[(static_cast<size_t>(2 * y) * 96 + 2 * x) * 3 + c]);
+      }
+    }
+  }
+  EXPECT_LT(MeanDifference(half, frame.pictures[0]), 8);
+  ViewSession fresh = Open("builtin:cornell");
+  EXPECT_GT(MeanDifference(half, Next(settings, &fresh).pictures[0]), 12);
+}
+
 /// The first frame at full resolution is given up since the camera moves on: the moving picture
 /// still has its history.
 TEST(ViewSession, ARefiningFrameGivenUpLeavesTheMovingPictureAsItIs) {

@@ -23,7 +23,7 @@ float ValueAt(const Image3& image, int c, int x, int y) {
 
 }  // namespace
 
-Frame SeedFrame(const Frame& guides, const Image3& picture, float samples) {
+Frame SeedFrame(const Frame& guides, const Image3& picture, float samples, bool keeps_guides) {
   Frame seed;
   seed.width = guides.width;
   seed.height = guides.height;
@@ -37,6 +37,11 @@ Frame SeedFrame(const Frame& guides, const Image3& picture, float samples) {
   seed.signals.resize(1);
   Image3& light = seed.signals[0].radiance;
   light = Image3(seed.width, seed.height);
+  // A filter keeps the guides of a frame for the holes of the next ones only where the frame has a
+  // hole itself: one in the corner, which it fills from the pixels around.
+  if (keeps_guides) {
+    seed.guides.depth(0, 0) = 0;
+  }
   // Nothing moves between a picture and itself.
   seed.guides.motion = Image2(seed.width, seed.height);
   ParallelRows(seed.height, kBand, [&](int y0, int y1) {
@@ -44,7 +49,7 @@ Frame SeedFrame(const Frame& guides, const Image3& picture, float samples) {
       const Taps from_y = TapsAt(y, seed.height, picture.height());
       for (int x = 0; x < seed.width; ++x) {
         const Taps from_x = TapsAt(x, seed.width, picture.width());
-        seed.samples(x, y) = samples;
+        seed.samples(x, y) = keeps_guides && x == 0 && y == 0 ? 0.0f : samples;
         for (int c = 0; c < 3; ++c) {
           const float other = ValueAt(seed.emission, c, x, y) + ValueAt(seed.background, c, x, y);
           light[c](x, y) = std::max(Sample(picture[c], from_x, from_y) - other, 0.0f);

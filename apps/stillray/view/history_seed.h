@@ -14,8 +14,9 @@ namespace stillray::view {
 ///                 that of the result
 /// \param picture  scene-linear, of any size with the same aspect ratio; it is resampled
 /// \param samples  per pixel, > 0: how much the picture counts against the samples to come
+/// \param keeps_guides  whether frames to come lack guides, which the filter then takes from here
 /// \return all light but emission and background in one signal, which is right for filters that
 ///         have one for all light
-Frame SeedFrame(const Frame& guides, const Image3& picture, float samples);
+Frame SeedFrame(const Frame& guides, const Image3& picture, float samples, bool keeps_guides);
 
 }  // namespace stillray::view

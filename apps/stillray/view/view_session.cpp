@@ -339,7 +339,7 @@ Status ViewSession::MakeSeed(const ViewSettings& s, const RenderProgress& keep_g
   STILLRAY_RETURN_IF_ERROR(shown.status());
   const Result<Frame> guides = GuidesOfLastView(s, keep_going);
   STILLRAY_RETURN_IF_ERROR(guides.status());
-  seed_ = SeedFrame(*guides, **shown, kSeedSamples);
+  seed_ = SeedFrame(*guides, **shown, kSeedSamples, s.sparse_guides && s.rate.cycle > 1);
   return Status::Ok();
 }
 
