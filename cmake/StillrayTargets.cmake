@@ -63,6 +63,8 @@ function(stillray_add_test name)
   add_executable(${name} ${ARG_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/tests)
   target_link_libraries(${name} PRIVATE stillray_options ${ARG_LINK} GTest::gmock GTest::gtest_main)
+  # Tests are compiled more often than run: a third less time than with -O3.
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   if(STILLRAY_SANITIZE AND NOT "fast" IN_LIST ARG_LABELS AND NOT "fuzz" IN_LIST ARG_LABELS)
     set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL TRUE)  # too slow to be run there
     return()

@@ -113,6 +113,7 @@ class DenoiseRun {
   DenoisedFrame denoised_;
   std::vector<NewLayer> layers_;  ///< of the frame in work
   DenoiseLog log_;
+  std::string warning_;                ///< of the denoiser, of the first frame that has one
   std::vector<FinishedFile> inputs_;   ///< of frames that are done
   std::vector<FinishedFile> outputs_;  ///< likewise
   size_t synced_ = 0;                  ///< outputs that were flushed to the disk
@@ -420,6 +421,9 @@ Status DenoiseRun::Filter(SequenceFrame* frame, size_t at, DenoisedFrameLog* log
   log->bad_guides = denoised_.bad_guides;
   log->stages = LoggedStages(denoised_.timings);
   log->note = Note(link);
+  if (warning_.empty() && !denoised_.warning.empty()) {
+    warning_ = fmt::format("frame {}: {}", log->frame, denoised_.warning);
+  }
   return Status::Ok();
 }
 
@@ -611,6 +615,9 @@ void DenoiseRun::Summarise() const {
     bad_guides += frame.bad_guides;
   }
   WriteText(stderr, MissingLightWarning(log_));
+  if (!warning_.empty()) {
+    PrintTo(stderr, "warning: {}\n", warning_);
+  }
   if (bad_guides > 0) {
     PrintTo(stderr, "warning: {} pixels had no usable guides and were not filtered\n", bad_guides);
   }

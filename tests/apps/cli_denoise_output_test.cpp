@@ -172,6 +172,22 @@ TEST_F(CliDenoiseOutput, CleanInputIsDenoisedWithoutAWord) {
   EXPECT_THAT(run.errors, Not(HasSubstr("check: ")));
 }
 
+TEST_F(CliDenoiseOutput, WarnsOfGuidesThatSayNothingWithoutTheCheckToo) {
+  for (int64_t frame = 1; frame <= 2; ++frame) {
+    ExrImage image = ShotFrame(Shot(), frame);
+    for (Channel& channel : image.channels) {
+      if (channel.name.find(".Normal.") != std::string::npos) {
+        channel.values.Fill(0);
+      }
+    }
+    ASSERT_TRUE(WriteExr(FrameFileName(In(), frame), image).ok());
+  }
+  const ProgramRun run = Denoise({"--no-check"});
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_THAT(run.errors, HasSubstr("warning: frame 1: "));
+  EXPECT_THAT(run.errors, HasSubstr("normal"));
+}
+
 TEST_F(CliDenoiseOutput, NotesAndFindingsSayNothingTwice) {
   for (int64_t frame = 1; frame <= 3; ++frame) {
     ExrImage image = ShotFrame(Shot(), frame);

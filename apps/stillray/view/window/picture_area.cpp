@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 #include <imgui.h>
@@ -20,11 +22,19 @@ constexpr ImU32 kLine = IM_COL32(240, 240, 240, 255);
 constexpr ImU32 kShade = IM_COL32(0, 0, 0, 150);
 constexpr ImU32 kText = IM_COL32(235, 238, 240, 255);
 
-void DrawLabel(ImVec2 at, const std::string& text) {
+/// \param at  the lower left corner
+/// \return its height
+float DrawWrappedLabel(ImVec2 at, float width, const std::string& text) {
   ImDrawList* draw = ImGui::GetWindowDrawList();
-  const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+  const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, width);
+  at.y -= size.y;
   draw->AddRectFilled({at.x - 5, at.y - 3}, {at.x + size.x + 5, at.y + size.y + 3}, kShade, 3);
-  draw->AddText(at, kText, text.c_str());
+  draw->AddText(ImGui::GetFont(), ImGui::GetFontSize(), at, kText, text.c_str(), nullptr, width);
+  return size.y;
+}
+
+void DrawLabel(ImVec2 at, const std::string& text) {
+  DrawWrappedLabel({at.x, at.y + ImGui::GetTextLineHeight()}, 0, text);
 }
 
 void DrawPanes(const Rect& area, const PaneTextures& textures, const ViewerState& state) {
@@ -128,37 +138,58 @@ void DrawInspectedPixel(const Rect& area, const ViewerState& state) {
   draw->AddRect({x - 1, y - 1}, {x + px + 1, y + py + 1}, IM_COL32(255, 255, 255, 255));
 }
 
-void DrawStatus(const Rect& area, const ViewerState& state) {
+std::vector<std::string> StatusParts(const ViewerState& state) {
   const ViewFrame& f = *state.frame;
-  std::string text = fmt::format(
-      "{}x{}   {} {} per pixel   {:.0f} ms   {:.1f} fps", f.width, f.height, ToText(f.rate),
-      f.rate.value() > 1 ? "samples" : "sample", f.cost.total(), state.times.FramesPerSecond());
+  std::vector<std::string> parts = {
+      fmt::format("{}x{}", f.width, f.height),
+      fmt::format("{} {} per pixel", ToText(f.rate), f.rate.value() > 1 ? "samples" : "sample"),
+      fmt::format("{:.0f} ms", f.cost.total()),
+      fmt::format("{:.1f} fps", state.times.FramesPerSecond())};
   if (f.fast_filter) {
-    text += "   moving: psvgf";
+    parts.emplace_back("moving: psvgf");
   }
   if (f.scale < f.chosen_scale * 0.99f) {
-    text += fmt::format("   dynamic resolution {:.0f} %", f.scale * 100);
+    parts.push_back(fmt::format("dynamic resolution {:.0f} %", f.scale * 100));
   }
   if (f.still && f.temporal && f.samples >= 1) {
-    text += fmt::format("   {:.0f} spp accumulated", f.samples);
+    parts.push_back(fmt::format("{:.0f} spp accumulated", f.samples));
   }
   if (state.settings.reference && f.reference_spp > 0) {
-    text += fmt::format("   reference {} spp", f.reference_spp);
+    parts.push_back(fmt::format("reference {} spp", f.reference_spp));
+  }
+  return parts;
+}
+
+/// In as many lines as the width of the picture needs.
+/// \return where its upper edge is
+float DrawStatus(const Rect& area, const ViewerState& state) {
+  constexpr const char* kGap = "   ";
+  std::vector<std::string> lines(1);
+  for (const std::string& part : StatusParts(state)) {
+    const std::string longer = lines.back().empty() ? part : lines.back() + kGap + part;
+    if (lines.back().empty() || ImGui::CalcTextSize(longer.c_str()).x < area.width - 24) {
+      lines.back() = longer;
+    } else {
+      lines.push_back(part);
+    }
   }
   const float line = ImGui::GetTextLineHeight();
-  DrawLabel({area.x + 12, area.y + area.height - line - 10}, text);
+  float y = area.y + area.height - line - 10;
+  for (auto text = lines.rbegin(); text != lines.rend(); ++text) {
+    DrawLabel({area.x + 12, y}, *text);
+    y -= line;
+  }
   if (state.recording) {
     ImDrawList* draw = ImGui::GetWindowDrawList();
     draw->AddCircleFilled({area.x + area.width - 20, area.y + 20}, 7, IM_COL32(230, 50, 40, 255));
   }
+  return y + line;
 }
 
-void DrawToasts(const Rect& area, const ViewerState& state) {
-  const float line = ImGui::GetTextLineHeight() + 12;
-  float y = area.y + area.height - 2 * line - 12;
+/// \param y  of the lower edge of the last one
+void DrawToasts(const Rect& area, float y, const ViewerState& state) {
   for (auto toast = state.toasts.rbegin(); toast != state.toasts.rend() && y > area.y; ++toast) {
-    DrawLabel({area.x + 12, y}, toast->text);
-    y -= line;
+    y -= DrawWrappedLabel({area.x + 12, y}, area.width - 24, toast->text) + 12;
   }
 }
 
@@ -241,14 +272,15 @@ void DrawPictureArea(const Rect& area, const PaneTextures& textures, double now,
   if (!HandleDividers(area, state)) {
     HandleCameraMouse(area, state);
   }
+  float lowest = area.y + area.height - 12;
   if (state->frame != nullptr && textures.count() > 0) {
     DrawPanes(area, textures, *state);
     DrawInspectedPixel(area, *state);
     DrawFocus(area, now, *state);
-    DrawStatus(area, *state);
+    lowest = DrawStatus(area, *state) - 12;
     DrawInspectorBox(area, *state);
   }
-  DrawToasts(area, *state);
+  DrawToasts(area, lowest, *state);
   if (state->load.loading || (state->frame == nullptr && state->scene.number > 0)) {
     DrawLoading(area, now, *state);
   }

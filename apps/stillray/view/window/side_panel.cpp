@@ -156,10 +156,12 @@ void DrawPlaybackBar(const Rect& area, ViewerState* state) {
   ImGui::SameLine();
   const float room = ImGui::GetContentRegionAvail().x;
   const float speed_width = std::min((state->scene.moving_lights ? 17 : 10) * em, room * 0.6f);
-  ImGui::SetNextItemWidth(std::max(room - speed_width - 8, 2 * em));
+  const float time_width = std::max(room - speed_width - 8, 2 * em);
+  ImGui::SetNextItemWidth(time_width);
+  const std::string time_format =
+      time_width < 8 * em ? "%.2f s" : fmt::format("%.2f / {:.2f} s", length);
   auto seconds = static_cast<float>(state->frame != nullptr ? state->frame->seconds : 0);
-  if (ImGui::SliderFloat("##time", &seconds, 0, static_cast<float>(length),
-                         fmt::format("%.2f / {:.2f} s", length).c_str(),
+  if (ImGui::SliderFloat("##time", &seconds, 0, static_cast<float>(length), time_format.c_str(),
                          ImGuiSliderFlags_AlwaysClamp)) {
     Seek(seconds, state);
   }
