@@ -360,7 +360,7 @@ TEST(CliRuns, TheLogTellsDifferentPicturesApart) {
   EXPECT_EQ(report.exit_code, 0) << report.errors;
 }
 
-// Pictures are passed on; where the scene lies is nobody's business.
+// Pictures are passed on: they must not show the folders of the scene.
 TEST(CliRuns, PicturesDoNotTellFolders) {
   const TemporaryFolder folder;
   const std::string scene = folder / "scene.gltf";

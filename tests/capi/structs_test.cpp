@@ -28,7 +28,7 @@ TEST_F(StructsTest, ASizeThatWasNotSetIsRefused) {
   EXPECT_EQ(stillray_denoiser_statistics(denoiser.get(), &statistics),
             STILLRAY_ERROR_INVALID_ARGUMENT);
   EXPECT_EQ(Message(), "statistics->struct_size is 0, expected sizeof(stillray_statistics)");
-  statistics.struct_size = 0x7fff12345678u;  // memory that nobody initialised
+  statistics.struct_size = 0x7fff12345678u;  // memory that was not initialised
   EXPECT_EQ(stillray_denoiser_statistics(denoiser.get(), &statistics),
             STILLRAY_ERROR_INVALID_ARGUMENT);
   stillray_input_info info = {};

@@ -297,7 +297,7 @@ TEST(FirstHits, TheRegionAndTheCauseAreNamed) {
   EXPECT_NEAR(y, 55, 12);
 }
 
-// A lens that zooms in by 6 % a frame while motion tells the way of the camera alone.
+// A lens that zooms in by 6 % a frame while motion holds that of the camera alone.
 TEST(Zoom, IsNotBlamedOnTheUnitOfMotion) {
   constexpr float kStep = 0.94f;
   Sequence sequence = RenderSequence({.width = 192, .height = 108, .step = 1.0 / 60});

@@ -317,7 +317,7 @@ TEST(AovImport, AColourThatIsCleanAlreadyIsNotAddedToItsPasses) {
       ASSERT_EQ(a[0](x, y), b[0](x, y));
     }
   }
-  // Whoever names it wants it.
+  // A layer that is named is used all the same.
   const Result<AovLayout> named = UnderstandAovs(image, {"auto", {"colour=V.Combined"}}, "file");
   ASSERT_TRUE(named.ok());
   EXPECT_FALSE(named->ignores_colour);

@@ -180,7 +180,7 @@ TEST(RateControl, BurstsOfOtherWorkDoNotMakeItSwing) {
     const Changes changes = CountChanges(&machine, choice, true, 1000, &control);
     EXPECT_LE(changes.scale, 6);
     EXPECT_LE(changes.filter, 6);
-    EXPECT_LE(changes.rate, 60);  // samples may well follow: nobody sees them jump
+    EXPECT_LE(changes.rate, 60);  // the rate of samples may follow: its steps cannot be seen
   }
 }
 

@@ -102,7 +102,7 @@ class VulkanRenderer final : public Renderer {
   GpuFrame frame_ = {};
   SamplerKind sampler_ = SamplerKind::kSobol;  // of frame_
   bool visible_ = false;                       // what the camera sees was drawn for this frame
-  bool accel_moved_ = true;                    // and not yet told to the device
+  bool accel_moved_ = true;                    // since the device got it last
   bool lights_moved_ = true;
   double previous_seconds_ = 0;
   double paths_per_submission_ = kFirstPaths;
