@@ -19,6 +19,7 @@
 #include "interrupt.h"
 #include "io/atomic_file.h"
 #include "json_output.h"
+#include "output_folder.h"
 #include "output_size.h"
 #include "progress.h"
 #include "render/scene_check.h"
@@ -185,12 +186,7 @@ Status RenderRun::Prepare() {
   denoiser_.emplace(std::move(denoiser.value()));
   STILLRAY_RETURN_IF_ERROR(denoiser_->SetOutputs(options_.outputs));
   const std::string& folder = options_.text.folder;
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error || !std::filesystem::is_directory(folder)) {
-    return Status::Io(fmt::format("cannot make the folder {}: {}", folder,
-                                  error ? error.message() : "a file of that name exists"));
-  }
+  STILLRAY_RETURN_IF_ERROR(MakeOutputFolder(folder));
   STILLRAY_RETURN_IF_ERROR(CheckJsonOutput(options_.text.json_path));
   io::RemoveStaleTemporaries(folder);
   log_.scene_content = SceneContent(scene_);

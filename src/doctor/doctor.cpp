@@ -14,6 +14,7 @@
 #include <fmt/ranges.h>
 
 #include "core/colour.h"
+#include "core/guides.h"
 #include "core/parallel.h"
 #include "doctor/check.h"
 #include "io/text.h"
@@ -110,20 +111,6 @@ uint64_t HashOf(const ExrImage& image, const AovLayout& layout) {
     }
   }
   return hash;
-}
-
-/// What the light of each signal is divided by.
-const Image3& AlbedoOf(const Guides& guides, SignalKind kind) {
-  switch (kind) {
-    case SignalKind::kDirectDiffuse:
-    case SignalKind::kIndirectDiffuse:
-      return guides.albedo;
-    case SignalKind::kDirectSpecular:
-    case SignalKind::kIndirectSpecular:
-      return guides.specular_albedo;
-    default:
-      return guides.transmission_albedo;
-  }
 }
 
 Image1 LightOf(const Frame& frame) {
