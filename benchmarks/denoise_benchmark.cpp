@@ -11,9 +11,9 @@
 #include <benchmark/benchmark.h>
 #include <tbb/global_control.h>
 
+#include "bench/machine_limits.h"
 #include "core/random.h"
 #include "denoise/stage_table.h"
-#include "machine_limits.h"
 
 namespace stillray {
 namespace {

@@ -8,10 +8,10 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include "command_line.h"
-#include "commands.h"
-#include "console.h"
-#include "usage.h"
+#include "common/command_line.h"
+#include "common/commands.h"
+#include "common/console.h"
+#include "common/usage.h"
 
 namespace stillray {
 

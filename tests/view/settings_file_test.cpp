@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#include "settings_file.h"
+#include "common/settings_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

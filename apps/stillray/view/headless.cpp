@@ -8,8 +8,8 @@
 
 #include <fmt/format.h>
 
-#include "console.h"
-#include "interrupt.h"
+#include "common/console.h"
+#include "common/interrupt.h"
 #include "stillray/io.h"
 #include "view/split.h"
 #include "view/view_session.h"

@@ -8,9 +8,9 @@
 #include <memory>
 #include <string>
 
+#include "common/trace_device.h"
 #include "stillray/render.h"
 #include "stillray/scene.h"
-#include "trace_device.h"
 #include "view/view_settings.h"
 
 namespace stillray::view {

@@ -10,8 +10,8 @@
 #include <tbb/info.h>
 #include <CLI/CLI.hpp>
 
-#include "commands.h"
-#include "device_option.h"
+#include "common/commands.h"
+#include "common/device_option.h"
 #include "view/headless.h"
 #include "view/view_options.h"
 #include "view/window/viewer.h"

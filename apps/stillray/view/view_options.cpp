@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include "device_option.h"
+#include "common/device_option.h"
 #include "io/frame_rate.h"
 #include "view/views.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "settings_file.h"
+#include "common/settings_file.h"
 #include "view/loaded_scene.h"
 #include "view/view_settings.h"
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "view/window/settings_io.h"
 
-#include "settings_file.h"
+#include "common/settings_file.h"
 #include "view/view_options.h"
 
 namespace stillray::view {

@@ -14,7 +14,7 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
-#include "interrupt.h"
+#include "common/interrupt.h"
 #include "view/view_engine.h"
 #include "view/window/camera_input.h"
 #include "view/window/gl_window.h"

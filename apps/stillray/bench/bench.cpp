@@ -1,0 +1,427 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// stillray bench: milliseconds of every stage, beside what limits them, in one run.
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "bench/bench_device.h"
+#include "bench/bench_filter.h"
+#include "bench/bench_frames.h"
+#include "bench/bench_tracer.h"
+#include "common/commands.h"
+#include "common/console.h"
+#include "common/device_option.h"
+#include "common/interrupt.h"
+#include "common/json_output.h"
+#include "common/progress.h"
+#include "common/trace_device.h"
+#include "render/render_options.h"
+#include "stillray/io.h"
+#include "stillray/scene.h"
+
+namespace stillray {
+namespace {
+
+struct BenchArguments {
+  RenderArguments render;  ///< scene, samples, bounces, settings
+  std::vector<std::string> sizes = {"1280x720", "1920x1080"};
+  std::vector<std::string> presets = {"svgf", "psvgf", "default"};
+  std::vector<std::string> kernels = {"3x3", "5x5"};
+  std::vector<int> threads = {1, 0};
+  int repeats = 9;
+  int warm_up = 4;  ///< frames that fill histories and touch memory for the first time
+  bool scalar = true;
+  std::string json_path;
+  std::string device = "cpu";
+  bool verbose = false;
+  bool fps = false;
+};
+
+/// One size: frames are rendered one by one, and given to every filter in turn.
+struct BenchSize {
+  std::string text;
+  RenderOptions options;
+  FilterBench filter;
+  TracerBench tracer;
+};
+
+/// What is measured of a preset: its settings with what the command line changes.
+Result<Settings> SettingsOf(const BenchArguments& a, const std::string& preset, bool one_signal,
+                            const std::string& kernel) {
+  Result<Settings> settings = PresetSettings(preset);
+  if (!settings.ok()) {
+    return settings;
+  }
+  STILLRAY_RETURN_IF_ERROR(SetParameter(&settings.value(), "kernel", kernel));
+  if (one_signal) {
+    STILLRAY_RETURN_IF_ERROR(SetParameter(&settings.value(), "signals", "single"));
+  }
+  for (const std::string& change : a.render.set) {
+    const size_t equal = change.find('=');
+    if (equal == std::string::npos) {
+      return Status::InvalidArgument(
+          fmt::format("--set '{}', expected NAME=VALUE such as sigma_l=4", change));
+    }
+    STILLRAY_RETURN_IF_ERROR(
+        SetParameter(&settings.value(), change.substr(0, equal), change.substr(equal + 1)));
+  }
+  return settings;
+}
+
+/// \param scalar  also the scalar reference
+Status AddSubjects(const BenchArguments& a, int most_threads, bool scalar, FilterBench* filter) {
+  const auto add = [&](const std::string& preset, bool one_signal, const std::string& kernel,
+                       int threads, Backend backend) {
+    const Result<Settings> settings = SettingsOf(a, preset, one_signal, kernel);
+    if (!settings.ok()) {
+      return settings.status();
+    }
+    const std::string name = preset + (one_signal ? ", one signal" : "");
+    return filter->Add({name, kernel, threads, backend, *settings, one_signal});
+  };
+  for (const std::string& preset : a.presets) {
+    for (const bool one_signal : {true, false}) {
+      // What the targets are made for is the published filter of one signal.
+      if (preset == "none" || (one_signal && preset != "svgf")) {
+        continue;
+      }
+      for (const std::string& kernel : a.kernels) {
+        for (const int threads : a.threads) {
+          const int count = threads > 0 ? std::min(threads, most_threads) : most_threads;
+          STILLRAY_RETURN_IF_ERROR(add(preset, one_signal, kernel, count, Backend::kCpu));
+        }
+        if (one_signal && scalar) {
+          STILLRAY_RETURN_IF_ERROR(add(preset, true, kernel, 1, Backend::kReference));
+        }
+      }
+    }
+  }
+  return Status::Ok();
+}
+
+RenderMoment MomentOf(const RenderOptions& options, int frame) {
+  RenderMoment moment;
+  moment.frame_index = frame;
+  moment.seconds = options.Seconds(frame);
+  moment.previous_seconds = options.PreviousSeconds(frame);
+  return moment;
+}
+
+/// Traces the frames of one size one by one.
+/// \param use  called as use(frame, milliseconds of tracing, whether they count)
+template <typename Use>
+Status ForFrames(const BenchArguments& a, const RenderOptions& options, const std::string& text,
+                 Renderer* renderer, const Use& use) {
+  const int frames = a.warm_up + a.repeats;
+  Progress progress(frames, stderr);
+  Frame frame;
+  for (int i = 1; i <= frames; ++i) {
+    const auto start = std::chrono::steady_clock::now();
+    STILLRAY_RETURN_IF_ERROR(
+        renderer->RenderFrame(MomentOf(options, i), &frame, [](double) { return !Interrupted(); }));
+    const double ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    STILLRAY_RETURN_IF_ERROR(use(frame, ms, i > a.warm_up));
+    progress.Update(i, fmt::format("{} frame {}", text, i));
+  }
+  return Status::Ok();
+}
+
+Status Measure(const BenchArguments& a, const Scene& scene, BenchSize* size) {
+  const RenderOptions& options = size->options;
+  const Result<std::unique_ptr<Renderer>> renderer = Renderer::Create(scene, options.render);
+  STILLRAY_RETURN_IF_ERROR(renderer.status());
+  STILLRAY_RETURN_IF_ERROR(size->tracer.MeasureLoading(options.text.scene, options.render));
+  STILLRAY_RETURN_IF_ERROR(size->tracer.Prepare(scene, options.render, MomentOf(options, 1)));
+  return ForFrames(a, options, size->text, renderer->get(),
+                   [&](const Frame& frame, double ms, bool record) {
+                     if (record) {
+                       size->tracer.AddFrame((*renderer)->timings(), ms);
+                       size->tracer.RunBare();
+                     }
+                     return size->filter.Run(frame, record);
+                   });
+}
+
+std::string Title(const BenchArguments& a, const BenchSize& size, int threads) {
+  const RenderOptions& o = size.options;
+  return fmt::format("{}{}, {}x{}, {} spp, {} bounces, {} threads, {} interleaved repeats\n\n",
+                     o.text.scene, o.text.still ? ", still" : "", o.render.width, o.render.height,
+                     SamplesPerPixelText(o.render), o.render.bounces, threads, a.repeats);
+}
+
+std::string BenchJson(const BenchArguments& a, const std::vector<BenchSize>& sizes, int threads) {
+  using Json = nlohmann::ordered_json;
+  Json list = Json::array();
+  for (const BenchSize& size : sizes) {
+    list.push_back({{"width", size.options.render.width},
+                    {"height", size.options.render.height},
+                    {"filter", size.filter.Json()},
+                    {"tracing", size.tracer.Json()}});
+  }
+  const RenderOptions& o = sizes.front().options;
+  const Json json = {{"stillray", STILLRAY_VERSION},
+                     {"scene", o.text.scene},
+                     {"spp", SamplesPerPixel(o.render)},
+                     {"guides", o.text.guides},
+                     {"bounces", o.render.bounces},
+                     {"still", o.text.still},
+                     {"warm_up", a.warm_up},
+                     {"threads", threads},
+                     {"repeats", a.repeats},
+                     {"sizes", list}};
+  return JsonText(json);
+}
+
+/// Options of the renderer at one of the sizes.
+Result<RenderOptions> OptionsAt(const BenchArguments& a, const std::string& size) {
+  RenderArguments render = a.render;
+  render.size = size;
+  render.set.clear();
+  return ParseRenderArguments(render);
+}
+
+Status WriteJson(const BenchArguments& a, const std::string& json) {
+  return a.json_path.empty() ? Status::Ok() : WriteJsonOutput(a.json_path, json);
+}
+
+/// The denoiser alone, on another device: its stages and a copy, on a picture made by formula.
+Status RunDeviceBench(const BenchArguments& a) {
+  std::vector<DeviceSubject> subjects;
+  for (const std::string& size : a.sizes) {
+    const Result<RenderOptions> options = OptionsAt(a, size);
+    STILLRAY_RETURN_IF_ERROR(options.status());
+    for (const std::string& preset : a.presets) {
+      for (const std::string& kernel : a.kernels) {
+        const Result<Settings> settings = SettingsOf(a, preset, false, kernel);
+        STILLRAY_RETURN_IF_ERROR(settings.status());
+        subjects.push_back({preset,
+                            kernel,
+                            {*settings, options->render.width, options->render.height, a.repeats,
+                             DevicePrecision::kHalf}});
+      }
+    }
+  }
+  const Result<nlohmann::ordered_json> figures = BenchSubjectsOnDevice(a.device, subjects);
+  STILLRAY_RETURN_IF_ERROR(figures.status());
+  return WriteJson(a, JsonText(*figures));
+}
+
+/// Whole frames of one size, each traced once and given to all configurations.
+Status MeasureFrames(const BenchArguments& a, const RenderOptions& options, const std::string& text,
+                     DeviceRenderer* renderer, FramesBench* bench) {
+  STILLRAY_RETURN_IF_ERROR(
+      ForFrames(a, options, text, renderer, [&](const Frame& frame, double ms, bool record) {
+        return bench->Run(frame, {ms, DeviceTimeOf(*renderer)}, record);
+      }));
+  bench->SetTracerBytes(renderer->memory_bytes());
+  return Status::Ok();
+}
+
+/// A renderer on the device, or on the CPU where the device was chosen by "auto".
+Result<std::unique_ptr<DeviceRenderer>> MakeRenderer(const BenchArguments& a, const Device& device,
+                                                     const Scene& scene,
+                                                     const RenderSettings& settings) {
+  TraceOptions options;
+  options.may_fall_back = a.device == "auto";
+  options.keep_going = [] { return !Interrupted(); };
+  Result<std::unique_ptr<DeviceRenderer>> made =
+      DeviceRenderer::Create(device, scene, settings, options);
+  if (made.ok()) {
+    if (const std::string remark = (*made)->TakeRemark(); !remark.empty()) {
+      PrintTo(stderr, "tracing on the CPU: {}\n", remark);
+    }
+  }
+  return made;
+}
+
+/// Whole frames: tracing alone, with the temporal stage, with all of SVGF.
+Status RunFramesBench(const BenchArguments& a) {
+  CatchInterrupts();
+  const Result<Device> device = OpenDeviceOption(a.device, a.verbose, "rendering");
+  STILLRAY_RETURN_IF_ERROR(device.status());
+  const Result<Scene> scene = LoadScene(a.render.scene, [] { return !Interrupted(); });
+  STILLRAY_RETURN_IF_ERROR(scene.status());
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const std::string& size : a.sizes) {
+    const Result<RenderOptions> options = OptionsAt(a, size);
+    STILLRAY_RETURN_IF_ERROR(options.status());
+    FramesBench bench;
+    STILLRAY_RETURN_IF_ERROR(bench.Add("raw tracing", nullptr, *device));
+    for (const auto& [name, preset] :
+         {std::pair{"temporal only", "temporal"}, std::pair{"full SVGF", "svgf"}}) {
+      const Result<Settings> settings = SettingsOf(a, preset, false, a.kernels.back());
+      STILLRAY_RETURN_IF_ERROR(settings.status());
+      STILLRAY_RETURN_IF_ERROR(bench.Add(name, &*settings, *device));
+    }
+    RenderSettings settings = options->render;
+    settings.on_device = true;
+    const Result<std::unique_ptr<DeviceRenderer>> renderer =
+        MakeRenderer(a, *device, *scene, settings);
+    STILLRAY_RETURN_IF_ERROR(renderer.status());
+    STILLRAY_RETURN_IF_ERROR(MeasureFrames(a, *options, size, renderer->get(), &bench));
+    PrintTo(stdout, "{}{}, {}x{}, {} spp, {} bounces, {} frames; traced on {}, filtered on {}\n\n",
+            a.render.scene, options->text.still ? ", still" : "", options->render.width,
+            options->render.height, SamplesPerPixelText(options->render), options->render.bounces,
+            a.repeats, (*renderer)->place(), device->description());
+    WriteText(stdout, bench.Table() + "\n");
+    nlohmann::ordered_json json = bench.Json();
+    json["width"] = options->render.width;
+    json["height"] = options->render.height;
+    json["tracer"] = (*renderer)->place();
+    list.push_back(json);
+  }
+  const nlohmann::ordered_json json = {{"stillray", STILLRAY_VERSION},
+                                       {"scene", a.render.scene},
+                                       {"device", device->description()},
+                                       {"frames", a.repeats},
+                                       {"sizes", list}};
+  return WriteJson(a, JsonText(json));
+}
+
+Status RunBench(const BenchArguments& arguments) {
+  STILLRAY_RETURN_IF_ERROR(CheckJsonOutput(arguments.json_path));
+  if (arguments.fps) {
+    return RunFramesBench(arguments);
+  }
+  if (arguments.device != "cpu") {
+    return RunDeviceBench(arguments);
+  }
+  const int most_threads = tbb::info::default_concurrency();
+  const int asked = *std::max_element(arguments.threads.begin(), arguments.threads.end());
+  const bool all =
+      std::find(arguments.threads.begin(), arguments.threads.end(), 0) != arguments.threads.end();
+  const int threads = all ? most_threads : std::min(asked, most_threads);
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                  static_cast<size_t>(threads));
+  CatchInterrupts();
+  std::vector<BenchSize> sizes(arguments.sizes.size());
+  for (size_t i = 0; i < sizes.size(); ++i) {
+    sizes[i].text = arguments.sizes[i];
+    Result<RenderOptions> options = OptionsAt(arguments, sizes[i].text);
+    STILLRAY_RETURN_IF_ERROR(options.status());
+    sizes[i].options = std::move(options.value());
+    STILLRAY_RETURN_IF_ERROR(
+        AddSubjects(arguments, threads, arguments.scalar && i == 0, &sizes[i].filter));
+  }
+  const Result<Scene> scene = LoadScene(arguments.render.scene);
+  if (!scene.ok()) {
+    return scene.status();
+  }
+  for (BenchSize& size : sizes) {
+    STILLRAY_RETURN_IF_ERROR(Measure(arguments, *scene, &size));
+    WriteText(stdout, fmt::format("{}{}{}\n", Title(arguments, size, threads),
+                                  size.filter.empty() ? "" : size.filter.Table() + "\n",
+                                  size.tracer.Table()));
+  }
+  return WriteJson(arguments, BenchJson(arguments, sizes, threads));
+}
+
+constexpr const char* kExamples = R"(
+Frames are rendered one by one and each is given to every filter in turn, so that a slow moment of
+the machine meets all of them alike; compare ratios rather than milliseconds.
+"one signal": all light comes as one signal with one albedo, as the copy's bytes assume.
+x copy: median over that of a copy of the least bytes that such a filter must read and write.
+scalar x: least time of the scalar reference on one thread over the filter's.
+atrous x peak: least time of the wavelet over that of its arithmetic at the peak rate; the time is
+that of prefilter_variance too where this has none of its own.
+"Embree": what the fastest of its calls makes of the rays of the first frame, in the same order, in
+a loop that does nothing else; least times of the same run.
+
+Examples:
+  stillray bench
+  stillray bench --size 1920x1080 --preset svgf --repeats 21 --json bench.json
+  stillray bench --scene kitchen.glb --size 1280x720 --threads 0
+  stillray bench --preset none                the path tracer alone
+  stillray bench --size 1366x690 --spp 1/128 --guides sparse --preset psvgf --kernel 3x3 --threads 0
+  stillray bench --spp 1/128 --guides sparse --still --warm-up 128 --preset psvgf
+  stillray bench --preset svgf --set sigma_n=32 --no-scalar
+  stillray bench --device vulkan --preset svgf --kernel 5x5 --set signals=single
+  stillray bench --fps --device auto          frames per second; camera, objects and lamp move
+)";
+
+}  // namespace
+
+void AddBenchCommand(CLI::App& app, int* exit_code) {
+  CLI::App* command =
+      app.add_subcommand("bench", "Measure every stage of the denoiser, and the path tracer");
+  command->footer(kExamples);
+  const auto a = std::make_shared<BenchArguments>();
+  a->render.scene = "builtin:cornell";
+  a->render.folder = ".";
+  a->render.bounces = 1;
+  CLI::Option* scene =
+      command->add_option("--scene", a->render.scene, ".gltf, .glb or builtin:NAME")
+          ->capture_default_str();
+  command->add_option("--size", a->sizes, "WIDTHxHEIGHT in pixels: a list")
+      ->delimiter(',')
+      ->take_all()
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--spp", a->render.spp,
+          "Paths per pixel and frame; 1/2 to 1/256: one path per pixel in that many frames")
+      ->capture_default_str();
+  command
+      ->add_option("--guides", a->render.guides,
+                   "With --spp below 1: full, or sparse (known only where a path was traced)")
+      ->capture_default_str();
+  command->add_option("--bounces", a->render.bounces, "Bounces of the path tracer")
+      ->capture_default_str();
+  command->add_option("--preset", a->presets, "Presets to measure: a list, or none")
+      ->delimiter(',')
+      ->take_all()
+      ->capture_default_str();
+  command->add_option("--repeats", a->repeats, "Frames that are measured")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  command->add_option("--warm-up", a->warm_up, "Frames before those")
+      ->check(CLI::Range(0, 100000))
+      ->capture_default_str();
+  command->add_flag("--still", a->render.still, "The first frame's view and moment in all of them");
+  command->add_option("--kernel", a->kernels, "Kernels of the wavelet: a list")
+      ->delimiter(',')
+      ->take_all()
+      ->capture_default_str();
+  command->add_option("--set", a->render.set,
+                      "Parameter of the denoiser as NAME=VALUE; repeatable");
+  command->add_flag(
+      "--scalar,!--no-scalar", a->scalar,
+      "Also the scalar reference of preset svgf with one signal, at the first size (slow; "
+      "default)");
+  command->add_option("--threads", a->threads, "Threads of the filter: a list; 0: all processors")
+      ->delimiter(',')
+      ->take_all()
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  command
+      ->add_option("--device", a->device,
+                   "cpu; or vulkan, vulkan:N: the denoiser alone, beside a copy on that device; "
+                   "with --fps also auto")
+      ->capture_default_str();
+  AddVerboseOption(command, &a->verbose);
+  command->add_flag("--fps", a->fps,
+                    "Whole frames per second instead, and memory: tracing alone, with preset "
+                    "temporal, with preset svgf; of builtin:lights if no scene is given");
+  command->add_option("--json", a->json_path, "Write the figures there too");
+  command->callback([a, scene, exit_code] {
+    if (a->fps && scene->count() == 0) {
+      a->render.scene = "builtin:lights";
+    }
+    const Status status = RunBench(*a);
+    *exit_code = status.ok() ? kExitOk : ReportError(status);
+  });
+}
+
+}  // namespace stillray

@@ -1,0 +1,68 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "common/run_summary.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "common/progress.h"
+
+namespace stillray {
+namespace {
+
+/// Short times with one decimal: "3.2 s".
+std::string SecondsText(double seconds) {
+  constexpr double kShort = 59.95;
+  return seconds < kShort ? fmt::format("{:.1f} s", seconds) : FormatDuration(seconds);
+}
+
+std::string Frames(size_t count) {
+  return fmt::format("{} frame{}", count, count == 1 ? "" : "s");
+}
+
+}  // namespace
+
+std::string FormatBytes(int64_t bytes) {
+  constexpr const char* kUnits[] = {"kB", "MB", "GB", "TB"};
+  constexpr double kStep = 1000;
+  if (bytes < 1000) {
+    return fmt::format("{} bytes", bytes);
+  }
+  double value = static_cast<double>(bytes) / kStep;
+  size_t unit = 0;
+  // 999.5 would be written as 1000.
+  while (value >= 999.5 && unit + 1 < std::size(kUnits)) {
+    value /= kStep;
+    ++unit;
+  }
+  return fmt::format("{:.{}f} {}", value, value < 9.95 ? 1 : 0, kUnits[unit]);
+}
+
+std::string RunSummaryText(const RunSummary& summary) {
+  const std::string folder = summary.place.empty()          ? "./"
+                             : summary.place.ends_with('/') ? summary.place
+                                                            : summary.place + "/";
+  std::string text = fmt::format("wrote {} to {} ({}) in {}", Frames(summary.frames), folder,
+                                 FormatBytes(summary.bytes), SecondsText(summary.seconds));
+  if (summary.frames > 0) {
+    text += fmt::format(", {:.{}f} ms per frame",
+                        1000 * summary.seconds / static_cast<double>(summary.frames),
+                        1000 * summary.seconds < 10 * static_cast<double>(summary.frames) ? 1 : 0);
+  }
+  if (summary.frames_before > 0) {
+    text += fmt::format("; {} {} there already", Frames(summary.frames_before),
+                        summary.frames_before == 1 ? "was" : "were");
+  }
+  return text;
+}
+
+int64_t FileBytes(const std::string& path) {
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  return error ? 0 : static_cast<int64_t>(size);
+}
+
+}  // namespace stillray

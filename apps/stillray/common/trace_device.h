@@ -1,0 +1,87 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The path tracer on the device that also denoises.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/log_parts.h"
+#include "render/vulkan/tracing_way.h"
+#include "stillray/denoise.hpp"
+#include "stillray/render.h"
+
+namespace stillray {
+
+struct TraceOptions {
+  render::TracingWay way = render::TracingWay::kAuto;  ///< of a device other than the CPU
+  bool may_fall_back = true;  ///< to the CPU, where the device cannot trace the scene, or fails
+  /// Milliseconds that a submission to the device may take, roughly: who else wants to use it waits
+  /// for as long, and so does a call that is cancelled.
+  double submission_ms = 200;
+  /// While DeviceRenderer::Create prepares the scene on the CPU; see Renderer::Create.
+  KeepGoing keep_going;
+};
+
+/// A renderer on a device, which goes on on the CPU when the device fails. What is wrong with
+/// settings or scene would be so on the CPU too: that fails.
+class DeviceRenderer final : public Renderer {
+ public:
+  /// \param device  the CPU too
+  /// \param scene   must outlive the renderer and stay as it is
+  /// \return as Renderer::Create; also kUnsupported, unless it falls back: the device lacks
+  ///         something, such as what `way` asks for, or the scene does not fit into it
+  static Result<std::unique_ptr<DeviceRenderer>> Create(const Device& device, const Scene& scene,
+                                                        const RenderSettings& settings,
+                                                        const TraceOptions& options = {});
+
+  Status SetSettings(const RenderSettings& settings) override;
+  const RenderSettings& settings() const override { return renderer_->settings(); }
+  Status RenderFrame(const RenderMoment& moment, Frame* frame,
+                     const RenderProgress& progress) override;
+  Status RenderReference(const RenderMoment& moment, int spp, Image3* radiance,
+                         const RenderProgress& progress) override;
+  const RenderTimings& timings() const override { return renderer_->timings(); }
+  size_t memory_bytes() const override { return renderer_->memory_bytes(); }
+
+  /// Whether frames are traced on a device other than the CPU now. Its timings are the device's
+  /// own then, not sums over threads.
+  bool on_device() const { return on_device_; }
+  /// Description of where frames are traced.
+  const std::string& place() const { return place_; }
+  /// Why the CPU traces after all; empty if it does not, and once it was told.
+  std::string TakeRemark();
+
+ private:
+  DeviceRenderer(const Scene& scene, const TraceOptions& options)
+      : scene_(scene), options_(options) {}
+  Status MakeOnDevice(const Device& device, const RenderSettings& settings);
+  Status MakeOnCpu(const RenderSettings& settings);
+  bool FallsBack(const Status& status) const;
+  template <typename Call>
+  Status CallOrFallBack(const Call& call);
+
+  const Scene& scene_;
+  TraceOptions options_;
+  std::unique_ptr<Renderer> renderer_;
+  bool on_device_ = false;
+  std::string place_;
+  std::string remark_;
+};
+
+/// "--ray-tracing": auto, hardware or compute.
+/// \return kInvalidArgument
+Result<render::TracingWay> ParseTracingWay(const std::string& text);
+/// How such a renderer traces its rays, for messages: "by hardware", "in compute shaders"; empty
+/// for the CPU.
+std::string TracingWayText(const Device& device, render::TracingWay way);
+
+/// Devices that trace rays by hardware, as "vulkan:N".
+std::vector<std::string> RayTracingDevices();
+
+/// The device's own times of a frame, for a renderer that is not on the CPU.
+std::vector<LoggedStage> TraceStages(const RenderTimings& timings);
+
+}  // namespace stillray

@@ -1,0 +1,288 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// stillray compare: how far pictures are from their references. docs/metrics.md defines the
+// measures.
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <system_error>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "common/commands.h"
+#include "common/json_output.h"
+#include "common/output_folder.h"
+#include "compare/compare_frames.h"
+#include "quality/heat_map.h"
+#include "stillray/io.h"
+#include "stillray/quality.h"
+
+namespace stillray {
+
+namespace {
+
+struct CompareOptions {
+  std::string test;
+  std::string reference;
+  std::string json_path;
+  std::string heatmap_folder;
+  std::string frames;
+};
+
+/// The numbers of one frame, or their mean over frames.
+struct Numbers {
+  ImageMetrics metrics;
+  std::optional<double> temporal_error;
+};
+
+/// Adds frames up. Measures that are infinite somewhere have an infinite mean; frames without a
+/// temporal error, or with no visible history, are left out of its mean.
+class Means {
+ public:
+  void Add(const Numbers& frame) {
+    ++frames_;
+    sum_.psnr += frame.metrics.psnr;
+    sum_.ssim += frame.metrics.ssim;
+    sum_.rel_mse += frame.metrics.rel_mse;
+    sum_.flip += frame.metrics.flip;
+    sum_.hdr_flip += frame.metrics.hdr_flip;
+    sum_.brightness += frame.metrics.brightness;
+    sum_.non_finite += frame.metrics.non_finite;
+    if (frame.temporal_error && !std::isnan(*frame.temporal_error)) {
+      ++temporal_frames_;
+      temporal_sum_ += *frame.temporal_error;
+    }
+  }
+
+  /// non_finite is a sum, all else a mean.
+  Numbers Get() const {
+    Numbers mean;
+    mean.metrics.psnr = sum_.psnr / frames_;
+    mean.metrics.ssim = sum_.ssim / frames_;
+    mean.metrics.rel_mse = sum_.rel_mse / frames_;
+    mean.metrics.flip = sum_.flip / frames_;
+    mean.metrics.hdr_flip = sum_.hdr_flip / frames_;
+    mean.metrics.brightness = sum_.brightness / frames_;
+    mean.metrics.non_finite = sum_.non_finite;
+    if (temporal_frames_ > 0) {
+      mean.temporal_error = temporal_sum_ / temporal_frames_;
+    }
+    return mean;
+  }
+
+ private:
+  int frames_ = 0;
+  ImageMetrics sum_;
+  int temporal_frames_ = 0;
+  double temporal_sum_ = 0;
+};
+
+Status Print(const std::string& text) {
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
+    return Status::Io(fmt::format("standard output: could not be written: {}",
+                                  std::generic_category().message(errno)));
+  }
+  return Status::Ok();
+}
+
+std::string TableHead() {
+  return fmt::format("{:>7} {:>9} {:>8} {:>10} {:>8} {:>9} {:>11} {:>10} {:>11}\n", "frame",
+                     "PSNR, dB", "SSIM", "relMSE", "FLIP", "HDR-FLIP", "brightness", "temporal",
+                     "non-finite");
+}
+
+std::string TableRow(const std::string& name, const Numbers& numbers, bool display) {
+  const ImageMetrics& m = numbers.metrics;
+  const auto optional = [](const std::optional<double>& value) {
+    return value && !std::isnan(*value) ? fmt::format("{:.5f}", *value) : std::string("-");
+  };
+  return fmt::format("{:>7} {:>9.3f} {:>8.5f} {:>10.4g} {:>8.5f} {:>9} {:>11.5f} {:>10} {:>11}\n",
+                     name, m.psnr, m.ssim, m.rel_mse, m.flip,
+                     display ? "-" : fmt::format("{:.5f}", m.hdr_flip), m.brightness,
+                     optional(numbers.temporal_error), m.non_finite);
+}
+
+/// JSON knows neither infinity nor NaN: both become null.
+nlohmann::ordered_json JsonNumber(double value) {
+  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+}
+
+void AddNumbers(const Numbers& numbers, bool display, nlohmann::ordered_json* json) {
+  const ImageMetrics& m = numbers.metrics;
+  (*json)["psnr"] = JsonNumber(m.psnr);
+  (*json)["ssim"] = JsonNumber(m.ssim);
+  (*json)["rel_mse"] = JsonNumber(m.rel_mse);
+  (*json)["flip"] = JsonNumber(m.flip);
+  if (!display) {
+    (*json)["hdr_flip"] = JsonNumber(m.hdr_flip);
+  }
+  (*json)["brightness"] = JsonNumber(m.brightness);
+  if (numbers.temporal_error) {
+    (*json)["temporal_error"] = JsonNumber(*numbers.temporal_error);
+  }
+  (*json)["non_finite"] = m.non_finite;
+}
+
+nlohmann::ordered_json FrameJson(const ComparedFrame& frame) {
+  nlohmann::ordered_json json;
+  if (frame.files.number) {
+    json["frame"] = *frame.files.number;
+  }
+  json["test"] = frame.files.test;
+  json["reference"] = frame.files.reference;
+  json["width"] = frame.test.width();
+  json["height"] = frame.test.height();
+  json["display"] = frame.display;
+  AddNumbers({frame.metrics, frame.temporal_error}, frame.display, &json);
+  return json;
+}
+
+/// Writes NAME.png, or NAME.NUMBER.png for frames of a sequence.
+Status WriteHeatMap(const ComparedFrame& frame, const std::string& folder, const char* name,
+                    ErrorMap which, const report::HeatScale& scale) {
+  const Result<Image1> errors = MakeErrorMap(frame.test, frame.reference, frame.display, which);
+  if (!errors.ok()) {
+    return errors.status();
+  }
+  const Result<std::string> png = report::EncodeHeatMap(*errors, scale);
+  if (!png.ok()) {
+    return png.status();
+  }
+  const std::string file =
+      frame.files.number ? FrameFileName(fmt::format("{}.####.png", name), *frame.files.number)
+                         : fmt::format("{}.png", name);
+  return WriteFileAtomically((std::filesystem::path(folder) / file).string(), png->data(),
+                             png->size());
+}
+
+Status WriteHeatMaps(const ComparedFrame& frame, const std::string& folder) {
+  STILLRAY_RETURN_IF_ERROR(
+      WriteHeatMap(frame, folder, "flip", ErrorMap::kFlip, report::kFlipScale));
+  return WriteHeatMap(frame, folder, "rel_mse", ErrorMap::kRelativeSquaredError,
+                      report::kRelativeSquaredErrorScale);
+}
+
+/// Compares all pairs, printing each row as soon as it is known.
+class Comparison {
+ public:
+  explicit Comparison(const CompareOptions& options) : options_(options) {}
+
+  Status Run() {
+    std::optional<FrameRange> range;
+    if (!options_.frames.empty()) {
+      const Result<FrameRange> parsed = ParseFrameRange(options_.frames);
+      if (!parsed.ok()) {
+        return parsed.status();
+      }
+      range = *parsed;
+    }
+    const Result<std::vector<FramePair>> pairs =
+        FindFramePairs(options_.test, options_.reference, range);
+    if (!pairs.ok()) {
+      return pairs.status();
+    }
+    if (!options_.heatmap_folder.empty()) {
+      STILLRAY_RETURN_IF_ERROR(MakeOutputFolder(options_.heatmap_folder));
+    }
+    STILLRAY_RETURN_IF_ERROR(CheckJsonOutput(options_.json_path));
+    for (const FramePair& pair : *pairs) {
+      STILLRAY_RETURN_IF_ERROR(CompareOne(pair));
+    }
+    return Finish(pairs->size());
+  }
+
+ private:
+  bool prints_table() const { return options_.json_path != "-"; }
+
+  Status CompareOne(const FramePair& pair) {
+    const Result<const ComparedFrame*> compared = comparer_.Compare(pair);
+    if (!compared.ok()) {
+      return compared.status();
+    }
+    const ComparedFrame& frame = **compared;
+    if (!options_.heatmap_folder.empty()) {
+      STILLRAY_RETURN_IF_ERROR(WriteHeatMaps(frame, options_.heatmap_folder));
+    }
+    const Numbers numbers = {frame.metrics, frame.temporal_error};
+    means_.Add(numbers);
+    display_ = frame.display;
+    const bool first = frames_json_.empty();
+    frames_json_.push_back(FrameJson(frame));
+    if (!prints_table()) {
+      return Status::Ok();
+    }
+    const std::string name = pair.number ? fmt::format("{}", *pair.number) : "-";
+    return Print((first ? TableHead() : "") + TableRow(name, numbers, frame.display));
+  }
+
+  Status Finish(size_t frame_count) const {
+    const std::vector<std::string> notes = comparer_.Notes();
+    if (prints_table()) {
+      std::string text = frame_count > 1 ? TableRow("mean", means_.Get(), display_) : "";
+      for (const std::string& note : notes) {
+        text += "note: " + note + "\n";
+      }
+      STILLRAY_RETURN_IF_ERROR(Print(text));
+    }
+    if (options_.json_path.empty()) {
+      return Status::Ok();
+    }
+    nlohmann::ordered_json json;
+    json["test"] = options_.test;
+    json["reference"] = options_.reference;
+    json["frames"] = frames_json_;
+    AddNumbers(means_.Get(), display_, &json["mean"]);
+    json["notes"] = notes;
+    const std::string text = JsonText(json, 2);
+    return prints_table() ? WriteFileAtomically(options_.json_path, text.data(), text.size())
+                          : Print(text);
+  }
+
+  const CompareOptions& options_;
+  FrameComparer comparer_;
+  Means means_;
+  bool display_ = false;
+  nlohmann::ordered_json frames_json_ = nlohmann::ordered_json::array();
+};
+
+}  // namespace
+
+void AddCompareCommand(CLI::App& app, int* exit_code) {
+  CLI::App* command = app.add_subcommand(
+      "compare", "Measures how far pictures or sequences are from their references");
+  auto options = std::make_shared<CompareOptions>();
+  command
+      ->add_option("TEST", options->test,
+                   "Picture (EXR, HDR, PNG, JPEG), or frames of a sequence: 'NAME.####.exr', "
+                   "'NAME.*.exr', or a folder")
+      ->required();
+  command->add_option("REFERENCE", options->reference, "What it should look like, likewise")
+      ->required();
+  command->add_option("--json", options->json_path,
+                      "Write all numbers as JSON to this file too; - for JSON alone on standard "
+                      "output");
+  command->add_option("--heatmap", options->heatmap_folder,
+                      "Write error maps (flip.png, rel_mse.png) into this folder");
+  command->add_option("--frames", options->frames, "Only these frames of a sequence: A-B or A");
+  command->footer(
+      "Measures: PSNR, SSIM, relMSE, FLIP, HDR-FLIP, ratio of brightness; for sequences the\n"
+      "temporal error along motion.X, motion.Y of TEST. Frames that only one sequence has are\n"
+      "left out.\n"
+      "Examples:\n"
+      "  stillray compare denoised.0008.exr reference.0008.exr\n"
+      "  stillray compare 'out/denoised.####.exr' 'out/reference.####.exr' --json "
+      "out/quality.json\n"
+      "  stillray compare a.png b.png --heatmap maps");
+  command->callback([options, exit_code] {
+    const Status status = Comparison(*options).Run();
+    *exit_code = status.ok() ? kExitOk : ReportError(status);
+  });
+}
+
+}  // namespace stillray

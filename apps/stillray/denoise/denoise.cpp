@@ -1,0 +1,123 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// stillray denoise: frames of any renderer in, the same files with clean light out.
+#include <memory>
+#include <string>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <CLI/CLI.hpp>
+
+#include "common/commands.h"
+#include "common/device_option.h"
+#include "common/interrupt.h"
+#include "common/sequence_options.h"
+#include "common/settings_file.h"
+#include "denoise/denoise_options.h"
+#include "denoise/denoise_run.h"
+
+namespace stillray {
+namespace {
+
+Status ParseAndRun(const DenoiseArguments& arguments) {
+  Result<DenoiseOptions> options = ParseDenoiseArguments(arguments);
+  if (!options.ok()) {
+    return options.status();
+  }
+  const int threads = arguments.threads > 0 ? arguments.threads : tbb::info::default_concurrency();
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                  static_cast<size_t>(threads));
+  SetExrThreads(threads > 1 ? threads : 0);
+  CatchInterrupts();
+  return RunDenoise(*options, threads);
+}
+
+constexpr const char* kExamples = R"(
+Every file is written again with clean light in place of its colour (Blender: Combined; it is added
+where a file has none). All other layers (light layers too, without --passes), the metadata and the
+compression stay as they are. See
+docs/renderers.md for what is understood and how to map your own names.
+
+Examples:
+  stillray denoise 'shot.####.exr' -o clean
+  stillray denoise 'shot.####.exr' -o clean --preview clean/preview.mp4
+  stillray denoise 'shot.%04d.exr' -o 'clean/shot.####.exr' --frames 1-24 --renderer blender
+  stillray denoise frames/ -o clean/ --aov normal=N,encoded --aov motion=mv,ndc,from_previous,y_up
+  stillray denoise a.0001.exr a.0002.exr -o clean/ --timings --json log.json
+  stillray denoise 'shot.*.exr' -o clean/ --window past --passes --preview 'look/####.png'
+  stillray denoise 'shot.####.exr' -o clean --resume
+)";
+
+}  // namespace
+
+void AddDenoiseCommand(CLI::App& app, int* exit_code) {
+  CLI::App* command = app.add_subcommand(
+      "denoise", "Denoise a sequence of EXR files of Blender, Arnold or another renderer");
+  command->footer(kExamples);
+  const auto a = std::make_shared<DenoiseArguments>();
+  command
+      ->add_option("-o,--output", a->output,
+                   "EXR files: a pattern (out.####.exr), or a folder; made if needed")
+      ->required();
+  AddSequenceOptions(command, &a->inputs, &a->frames, &a->aovs);
+  command->add_option("--preset", a->preset, fmt::format("{}", fmt::join(PresetNames(), ", ")))
+      ->capture_default_str();
+  command
+      ->add_option("--settings", a->settings_file,
+                   "A file of name=value lines, as the viewer saves them (docs/viewer.md)")
+      ->excludes("--preset");
+  command
+      ->add_option("--set", a->set,
+                   "A parameter of the denoiser as name=value (docs/parameters.md); repeatable. "
+                   "antialias is off unless it is set here or the frames are jittered")
+      ->allow_extra_args(false)
+      ->take_all();
+  command
+      ->add_option(
+          "--window", a->window,
+          "past: a frame gets the light of frames before it; both: of frames after it too, "
+          "so that first frames and what comes into view are as clean as the rest. both takes "
+          "about half as long again and 1.8 kB per pixel more memory, or less memory and "
+          "more time with the same result where --memory-limit demands it; auto: both, and past "
+          "for one frame, where frames are missing, and where memory is too little for both")
+      ->capture_default_str();
+  command->add_flag(
+      "--passes", a->passes,
+      "Write the denoised light of every light layer (DiffDir, GlossInd, ...) too, so "
+      "that putting the layers together gives the denoised colour");
+  command->add_option("--preview", a->preview,
+                      "Write display pictures too: a video (look.mp4), or PNG files "
+                      "('look/####.png', or a folder)");
+  AddDisplayOptions(command, &a->display);
+  CLI::Option* fps =
+      command->add_option("--fps", a->fps, "Frames per second of the video")->capture_default_str();
+  command->add_flag("--no-check", a->no_check,
+                    "Do not look for mistakes in the first frames (stillray check looks at all)");
+  AddDeviceOption(command, &a->device, &a->verbose);
+  command->add_option("--threads", a->threads, "Default: all processors")
+      ->check(CLI::Range(0, 4096));
+  command->add_option("--memory-limit", a->memory_limit,
+                      "Refuse frames that take more, such as 8G; default: the machine's memory");
+  command->add_flag("--resume", a->resume,
+                    "Go on where an interrupted run with the same settings stopped");
+  command->add_flag("--timings", a->timings, "Print milliseconds per stage, and memory");
+  command->add_option(
+      "--json", a->json_path,
+      "Write settings, times and what was understood there (- for standard output)");
+  command->callback([a, fps, exit_code] {
+    a->fps_given = fps->count() > 0;
+    RenderLines for_renderers;
+    Status status = a->settings_file.empty() ? Status::Ok()
+                                             : SettingsFileAsOptions(a->settings_file, &a->preset,
+                                                                     &a->set, &for_renderers);
+    if (status.ok()) {
+      status = ParseAndRun(*a);
+    }
+    *exit_code = status.ok() ? kExitOk : ReportError(status);
+  });
+}
+
+}  // namespace stillray

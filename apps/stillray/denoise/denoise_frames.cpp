@@ -1,0 +1,156 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise/denoise_frames.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "denoise/denoise_cuts.h"
+
+namespace stillray {
+namespace {
+
+constexpr size_t kMaxFileBytes = size_t{4} << 30;
+
+/// Motion that holds the shift of the sample points was converted without the neighbour's.
+void AddJitter(const MotionConvention& convention, const Frame& neighbour, Image2* motion) {
+  if (!convention.jittered || (neighbour.jitter_x == 0 && neighbour.jitter_y == 0)) {
+    return;
+  }
+  for (int y = 0; y < motion->height(); ++y) {
+    for (int x = 0; x < motion->width(); ++x) {
+      (*motion)[0](x, y) += neighbour.jitter_x;
+      (*motion)[1](x, y) += neighbour.jitter_y;
+    }
+  }
+}
+
+bool SameSize(const Frame& a, const Frame& b) {
+  return a.width == b.width && a.height == b.height;
+}
+
+}  // namespace
+
+Result<LoadedFile> LoadFile(const std::string& path, const DenoiseOptions& options, bool to_write) {
+  LoadedFile file;
+  Result<std::string> bytes = ReadWholeFile(path, kMaxFileBytes);
+  if (!bytes.ok()) {
+    return bytes.status();
+  }
+  file.bytes = std::move(bytes.value());
+  const auto* data = reinterpret_cast<const uint8_t*>(file.bytes.data());
+  const Result<ExrExtent> extent = MeasureExr(data, file.bytes.size(), path);
+  if (!extent.ok()) {
+    return extent.status();
+  }
+  file.extent = *extent;
+  STILLRAY_RETURN_IF_ERROR(CheckMemory(file.extent, options, path));
+  Result<ExrImage> image =
+      DecodeExr(data, file.bytes.size(), path, to_write ? &file.stored : nullptr);
+  if (!image.ok()) {
+    return image.status();
+  }
+  file.image = std::move(image.value());
+  return file;
+}
+
+Result<SequenceFrame> LoadFrame(const SequenceFile& file, const DenoiseOptions& options,
+                                const AovLayout& layout, bool to_write) {
+  Result<LoadedFile> loaded = LoadFile(file.input, options, to_write);
+  if (!loaded.ok()) {
+    return loaded.status();
+  }
+  SequenceFrame result;
+  Result<Frame> frame = ImportFrame(loaded->image, layout, {0, 0}, file.input,
+                                    to_write && options.text.passes ? &result.parts : nullptr);
+  if (!frame.ok()) {
+    return frame.status();
+  }
+  result.frame = std::move(frame.value());
+  result.frame.index = file.frame;
+  result.next_motion =
+      ImportNextMotion(loaded->image, layout, {result.frame.jitter_x, result.frame.jitter_y, 0, 0});
+  if (layout.motion_from_cameras) {
+    result.camera = CameraOf(loaded->image);
+  }
+  if (to_write) {
+    result.bytes = std::move(loaded->bytes);
+    result.stored = std::move(loaded->stored);
+  }
+  return result;
+}
+
+void KeepGuidesOnly(SequenceFrame* frame) {
+  frame->bytes = std::string();
+  frame->stored = StoredPixels();
+  frame->parts.clear();
+  frame->frame.signals.clear();
+  frame->frame.emission = Image3();
+  frame->frame.background = Image3();
+  frame->next_motion = Image2();
+}
+
+Link LinkToPrevious(const SequenceFrame& before, const AovLayout& layout, SequenceFrame* now) {
+  if (now->frame.index != before.frame.index + 1) {
+    return Link::kGap;
+  }
+  if (!SameSize(before.frame, now->frame)) {
+    return Link::kResized;
+  }
+  if (now->frame.guides.motion.empty()) {
+    return Link::kCut;
+  }
+  if (now->camera && before.camera) {
+    now->frame.guides.motion =
+        MotionFromCameras(now->frame.guides.depth, *now->camera, *before.camera);
+  } else {
+    AddJitter(layout.motion, before.frame, &now->frame.guides.motion);
+  }
+  return IsCut(FindAgain(now->frame, before.frame.guides)) ? Link::kCut : Link::kContinues;
+}
+
+double PartWithoutHistory(const DenoisedFrame& out, const Frame& frame) {
+  const auto mask = std::find_if(out.images.begin(), out.images.end(),
+                                 [](const NamedImage& i) { return i.name == "disocclusion"; });
+  if (mask == out.images.end()) {
+    return 0;
+  }
+  int64_t surfaces = 0;
+  int64_t marked = 0;
+  for (int y = 0; y < frame.height; ++y) {
+    for (int x = 0; x < frame.width; ++x) {
+      if (std::isfinite(frame.guides.depth(x, y))) {
+        ++surfaces;
+        marked += mask->channels[0](x, y) > 0.5f;
+      }
+    }
+  }
+  return surfaces == 0 ? 0 : static_cast<double>(marked) / static_cast<double>(surfaces);
+}
+
+bool IsStill(const Image2& motion) {
+  for (int c = 0; c < 2; ++c) {
+    for (int y = 0; y < motion.height(); ++y) {
+      const float* row = motion[c].Row(y);
+      if (std::any_of(row, row + motion.width(), [](float v) { return v != 0; })) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+Image2 MotionToNext(const SequenceFrame& now, const SequenceFrame& next, const AovLayout& layout) {
+  if (now.camera && next.camera) {
+    return MotionFromCameras(now.frame.guides.depth, *now.camera, *next.camera);
+  }
+  if (now.next_motion.empty()) {
+    return ReverseMotion(next.frame.guides.motion, next.frame.guides.depth);
+  }
+  Image2 motion = now.next_motion;
+  AddJitter(layout.Find(Aov::kNextMotion) != nullptr ? layout.next_motion : layout.motion,
+            next.frame, &motion);
+  return motion;
+}
+
+}  // namespace stillray

@@ -1,0 +1,347 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise/denoise_passes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "common/device_option.h"
+#include "core/colour_shared.h"
+#include "core/parallel.h"
+#include "denoise/signal_groups.h"
+
+namespace stillray {
+namespace {
+
+constexpr int kRowsPerTask = 16;
+
+template <typename Body>
+void ForEachPixel(int width, int height, const Body& body) {
+  ParallelRows(height, kRowsPerTask, [&](int y0, int y1) {
+    for (int y = y0; y < y1; ++y) {
+      for (int x = 0; x < width; ++x) {
+        body(x, y);
+      }
+    }
+  });
+}
+
+/// The name of the pictures that hold a signal's light when nothing more happens to it.
+const char* FinalLight(const Settings& settings) {
+  return settings.wavelet == Wavelet::kOff ? "accumulated" : "filtered";
+}
+
+const NamedImage* Find(const DenoisedFrame& denoised, const std::string& name) {
+  const auto at = std::find_if(denoised.images.begin(), denoised.images.end(),
+                               [&](const NamedImage& image) { return image.name == name; });
+  return at == denoised.images.end() ? nullptr : &*at;
+}
+
+bool IsBlack(const Image3& image) {
+  for (int c = 0; c < 3; ++c) {
+    for (int y = 0; y < image.height(); ++y) {
+      const float* row = image[c].Row(y);
+      if (std::any_of(row, row + image.width(), [](float v) { return v > 0; })) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+/// What the layer is without, or nullptr if it holds light as it is seen.
+const Image3* DividedBy(const Frame& frame, const AovLayout& layout, const LightPart& part) {
+  const bool divided =
+      layout.light_is_divided && part.aov >= Aov::kDirectDiffuse && part.aov < Aov::kDirectVolume;
+  if (!divided) {
+    return nullptr;
+  }
+  return part.stored_albedo.empty() ? &AlbedoOf(frame.guides, part.kind) : &part.stored_albedo;
+}
+
+/// The part of all estimates that is the member's own, 0..1. Where nothing is estimated, all
+/// belongs to the last.
+float Share(const std::vector<Image3>& estimates, size_t member, int c, int x, int y) {
+  if (estimates.size() == 1) {
+    return 1.0f;
+  }
+  float sum = 0;
+  for (const Image3& estimate : estimates) {
+    sum += std::max(estimate[c](x, y), 0.0f);
+  }
+  if (!(sum > 0) || !std::isfinite(sum)) {
+    return member + 1 == estimates.size() ? 1.0f : 0.0f;
+  }
+  return std::max(estimates[member][c](x, y), 0.0f) / sum;
+}
+
+/// Colours below this are nearly black: light divided by them would not fit into a half.
+constexpr float kLeastDivisor = 1e-3f;
+
+/// Light as a layer without its colour stores it. A black surface has none, though the floor of the
+/// albedo lets the filter leave a trace of its neighbours' light there.
+float Divided(float seen, float colour) {
+  return colour > 0 ? seen / std::max(colour, kLeastDivisor) : 0.0f;
+}
+
+/// What is black has no share in light of others.
+void TakeFromBlack(const Image3* stored, Image3* estimate) {
+  if (stored == nullptr) {
+    return;
+  }
+  ForEachPixel(estimate->width(), estimate->height(), [&](int x, int y) {
+    for (int c = 0; c < 3; ++c) {
+      if (!((*stored)[c](x, y) > 0)) {
+        (*estimate)[c](x, y) = 0;
+      }
+    }
+  });
+}
+
+/// Writes the shares of one signal.
+/// \param light  the signal's filtered light, without albedo
+void WriteLayers(const Frame& frame, const AovLayout& layout,
+                 const std::vector<LightPart*>& members, const NamedImage& light,
+                 const std::vector<Image3>& estimates, Image3* colour,
+                 std::vector<NewLayer>* layers) {
+  for (size_t i = 0; i < members.size(); ++i) {
+    const LightPart& part = *members[i];
+    if (part.aov == Aov::kColour) {
+      continue;  // no layer names it: it is in the colour alone
+    }
+    const Image3& albedo = AlbedoOf(frame.guides, part.kind);
+    const Image3* stored = DividedBy(frame, layout, part);
+    NewLayer layer{part.aov, Image3(frame.width, frame.height)};
+    ForEachPixel(frame.width, frame.height, [&](int x, int y) {
+      for (int c = 0; c < 3; ++c) {
+        const float own =
+            light.channels[static_cast<size_t>(c)](x, y) * Share(estimates, i, c, x, y);
+        const bool divided = !albedo.empty() && std::isfinite(albedo[c](x, y));  // as remodulate
+        const float seen = divided ? Remodulate(own, albedo[c](x, y)) : own;
+        layer.values[c](x, y) = seen;
+        if (stored != nullptr) {
+          const float divisor = (*stored)[c](x, y);
+          layer.values[c](x, y) = Divided(seen, divisor);
+          // What is lost here is what nothing reflects.
+          if (!(divisor >= kLeastDivisor)) {
+            (*colour)[c](x, y) -= seen - layer.values[c](x, y) * (divisor > 0 ? divisor : 0.0f);
+          }
+        }
+      }
+    });
+    layers->push_back(std::move(layer));
+  }
+}
+
+void AppendNumber(uint64_t number, std::vector<uint8_t>* bytes) {
+  uint8_t raw[sizeof(number)];
+  std::memcpy(raw, &number, sizeof(number));
+  bytes->insert(bytes->end(), raw, raw + sizeof(number));
+}
+
+/// Takes a block with its size before it off the front. \return whether there was one
+bool TakeBlock(std::span<const uint8_t>* bytes, std::span<const uint8_t>* block) {
+  uint64_t size = 0;
+  if (bytes->size() < sizeof(size)) {
+    return false;
+  }
+  std::memcpy(&size, bytes->data(), sizeof(size));
+  *bytes = bytes->subspan(sizeof(size));
+  if (size > bytes->size()) {
+    return false;
+  }
+  *block = bytes->first(size);
+  *bytes = bytes->subspan(size);
+  return true;
+}
+
+}  // namespace
+
+Status PassSplitter::Check(const Settings& settings, const AovLayout& layout) {
+  const auto wrong = [](const char* name, const std::string& value, const char* expected) {
+    return Status::InvalidArgument(
+        fmt::format("--passes: {} is {}, expected {}", name, value, expected));
+  };
+  const auto value = [&](const char* name) { return GetParameter(settings, name).value(); };
+  if (layout.from_colour) {
+    return Status::InvalidArgument("--passes: the files have no light passes that could be used");
+  }
+  if (settings.signals != SignalGrouping::kSplit) {
+    return wrong("signals", value("signals"), "split");
+  }
+  if (!settings.demodulate) {
+    return wrong("demodulate", value("demodulate"), "on");
+  }
+  if (settings.firefly == Firefly::kCompress) {
+    return wrong("firefly", value("firefly"), "off or clamp");
+  }
+  if (settings.antialias != Antialias::kOff) {
+    return wrong("antialias", value("antialias"), "off: passes are not antialiased");
+  }
+  return Status::Ok();
+}
+
+PassSplitter::PassSplitter(const Settings& settings, const Device& device)
+    : settings_(settings), device_(device) {}
+
+std::vector<std::string> PassSplitter::Outputs(const Settings& settings) {
+  return {FinalLight(settings)};
+}
+
+Status PassSplitter::FilterPair(const Frame& frame, const std::string& name, LightPart* first,
+                                LightPart* second, std::vector<Image3>* estimates) {
+  auto at = denoisers_.find(name);
+  if (at == denoisers_.end()) {
+    Result<Denoiser> made = Denoiser::Create(settings_, device_);
+    if (!made.ok()) {
+      return made.status();
+    }
+    at = denoisers_.emplace(name, std::move(made.value())).first;
+  }
+  Denoiser& denoiser = at->second;
+  STILLRAY_RETURN_IF_ERROR(denoiser.SetOutputs({FinalLight(settings_)}));
+  // Both take the places of diffuse light, which the engine filters one by one.
+  Frame pair;
+  pair.width = frame.width;
+  pair.height = frame.height;
+  pair.index = frame.index;
+  pair.guides = frame.guides;
+  pair.guides.albedo = AlbedoOf(frame.guides, first->kind);
+  pair.guides.transmission_albedo = Image3();
+  pair.samples = frame.samples;
+  pair.signals.push_back({SignalKind::kDirectDiffuse, std::move(first->radiance), Image1()});
+  if (second != nullptr) {
+    pair.signals.push_back({SignalKind::kIndirectDiffuse, std::move(second->radiance), Image1()});
+  }
+  DenoisedFrame denoised;
+  STILLRAY_RETURN_IF_ERROR(denoiser.Denoise(pair, &denoised));
+  constexpr const char* kPlaces[] = {"direct", "indirect"};
+  for (size_t i = 0; i < pair.signals.size(); ++i) {
+    const NamedImage* image =
+        Find(denoised, fmt::format("{}.{}", FinalLight(settings_), kPlaces[i]));
+    if (image == nullptr) {
+      return Status::Internal(fmt::format("the denoiser returned no {} light", kPlaces[i]));
+    }
+    Image3 estimate;
+    for (int c = 0; c < 3; ++c) {
+      estimate[c] = image->channels[static_cast<size_t>(c)];
+    }
+    estimates->push_back(std::move(estimate));
+  }
+  return Status::Ok();
+}
+
+/// What each member of a signal is about, filtered on its own. As long as no frame had light in
+/// two of them there is nothing to tell apart and nothing is filtered.
+Status PassSplitter::Estimate(const Frame& frame, const std::string& group, const Members& members,
+                              std::vector<Image3>* estimates) {
+  size_t lit = 0;
+  for (const LightPart* part : members) {
+    lit += IsBlack(part->radiance) ? 0 : 1;
+  }
+  if (members.size() == 1 || (lit < 2 && denoisers_.count(group + "0") == 0)) {
+    for (LightPart* part : members) {
+      estimates->push_back(std::move(part->radiance));
+      if (lit == 1 && !IsBlack(estimates->back())) {
+        for (int c = 0; c < 3; ++c) {
+          estimates->back()[c].Fill(1.0f);
+        }
+      }
+    }
+    return Status::Ok();
+  }
+  for (size_t i = 0; i < members.size(); i += 2) {
+    STILLRAY_RETURN_IF_ERROR(FilterPair(frame, fmt::format("{}{}", group, i / 2), members[i],
+                                        i + 1 < members.size() ? members[i + 1] : nullptr,
+                                        estimates));
+  }
+  return Status::Ok();
+}
+
+Status PassSplitter::Split(const Frame& frame, const AovLayout& layout,
+                           std::vector<LightPart> parts, const DenoisedFrame& denoised,
+                           Image3* colour, std::vector<NewLayer>* layers) {
+  layers->clear();
+  for (const SignalGroup& group : GroupsOf(SignalGrouping::kSplit, HasTransmission(frame))) {
+    Members members;
+    for (LightPart& part : parts) {
+      if (std::find(group.kinds.begin(), group.kinds.end(), part.kind) != group.kinds.end()) {
+        members.push_back(&part);
+      }
+    }
+    if (members.empty()) {
+      continue;
+    }
+    const NamedImage* light =
+        Find(denoised, fmt::format("{}.{}", FinalLight(settings_), group.name));
+    if (light == nullptr) {
+      return Status::Internal(fmt::format("the denoiser returned no {} light", group.name));
+    }
+    std::vector<Image3> estimates;
+    STILLRAY_RETURN_IF_ERROR(Estimate(frame, group.name, members, &estimates));
+    for (size_t i = 0; i < members.size(); ++i) {
+      TakeFromBlack(DividedBy(frame, layout, *members[i]), &estimates[i]);
+    }
+    WriteLayers(frame, layout, members, *light, estimates, colour, layers);
+  }
+  return Status::Ok();
+}
+
+void PassSplitter::Reset() {
+  for (auto& [name, denoiser] : denoisers_) {
+    denoiser.Reset();
+  }
+}
+
+size_t PassSplitter::memory_bytes() const {
+  size_t bytes = 0;
+  for (const auto& [name, denoiser] : denoisers_) {
+    bytes += denoiser.memory_bytes();
+  }
+  return bytes;
+}
+
+DeviceMemory PassSplitter::device_memory() const {
+  DeviceMemory sum;
+  for (const auto& [name, denoiser] : denoisers_) {
+    AddDeviceMemory(denoiser.device_memory(), &sum);
+  }
+  return sum;
+}
+
+Result<std::vector<uint8_t>> PassSplitter::SaveHistory() const {
+  std::vector<uint8_t> bytes;
+  for (const auto& [name, denoiser] : denoisers_) {
+    AppendNumber(name.size(), &bytes);
+    bytes.insert(bytes.end(), name.begin(), name.end());
+    const Result<std::vector<uint8_t>> history = denoiser.SaveHistory();
+    STILLRAY_RETURN_IF_ERROR(history.status());
+    AppendNumber(history->size(), &bytes);
+    bytes.insert(bytes.end(), history->begin(), history->end());
+  }
+  return bytes;
+}
+
+Status PassSplitter::RestoreHistory(std::span<const uint8_t> bytes) {
+  denoisers_.clear();
+  while (!bytes.empty()) {
+    std::span<const uint8_t> name;
+    std::span<const uint8_t> history;
+    if (!TakeBlock(&bytes, &name) || !TakeBlock(&bytes, &history)) {
+      return Status::BadData("the history of the light passes is cut short");
+    }
+    Result<Denoiser> denoiser = Denoiser::Create(settings_, device_);
+    if (!denoiser.ok()) {
+      return denoiser.status();
+    }
+    STILLRAY_RETURN_IF_ERROR(denoiser->RestoreHistory(history));
+    denoisers_.emplace(std::string(name.begin(), name.end()), std::move(denoiser.value()));
+  }
+  return Status::Ok();
+}
+
+}  // namespace stillray

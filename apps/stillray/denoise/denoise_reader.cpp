@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise/denoise_reader.h"
+
+#include <chrono>
+#include <utility>
+
+#include "core/check.h"
+
+namespace stillray {
+
+FrameReader::FrameReader(const DenoiseOptions& options, const AovLayout& layout,
+                         std::vector<size_t> order, bool to_write, bool ahead)
+    : options_(options),
+      layout_(layout),
+      order_(std::move(order)),
+      to_write_(to_write),
+      ahead_(ahead) {}
+
+ReadFrame FrameReader::Load(size_t file) const {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
+  Result<SequenceFrame> frame = LoadFrame(options_.files[file], options_, layout_, to_write_);
+  return {std::move(frame),
+          std::chrono::duration<double, std::milli>(Clock::now() - start).count()};
+}
+
+ReadFrame FrameReader::Next() {
+  STILLRAY_CHECK_LT(taken_, order_.size());
+  ReadFrame read = reading_.under_way() ? reading_.Take() : Load(order_[taken_]);
+  ++taken_;
+  if (ahead_ && read.frame.ok() && taken_ < order_.size()) {
+    reading_.Start(true, [this, file = order_[taken_]] { return Load(file); });
+  }
+  return read;
+}
+
+}  // namespace stillray

@@ -1,0 +1,205 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// stillray render: a scene in, clean frames out.
+#include <memory>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <CLI/CLI.hpp>
+
+#include "common/commands.h"
+#include "common/console.h"
+#include "common/device_option.h"
+#include "common/interrupt.h"
+#include "common/settings_file.h"
+#include "render/render_options.h"
+#include "render/render_run.h"
+#include "stillray/denoise.hpp"
+#include "stillray/io.h"
+#include "stillray/scene.h"
+
+namespace stillray {
+namespace {
+
+Result<Scene> LoadSceneFor(const RenderOptions& options) {
+  Result<Scene> scene = LoadScene(options.text.scene, [] { return !Interrupted(); });
+  if (!scene.ok() || options.text.environment.empty()) {
+    return scene;
+  }
+  bool linear = false;
+  Result<Image3> map = ReadImage(options.text.environment, &linear);
+  if (!map.ok()) {
+    return Status(map.status().code(), "--environment: " + map.status().message());
+  }
+  if (!linear) {
+    return Status::InvalidArgument(
+        fmt::format("--environment {} is a display picture, expected radiance as .hdr or .exr",
+                    options.text.environment));
+  }
+  scene->environment.map = std::move(map.value());
+  scene->environment.radiance = vec3(1.0f);
+  return scene;
+}
+
+Status RunRender(const RenderArguments& arguments) {
+  Result<RenderOptions> options = ParseRenderArguments(arguments);
+  if (!options.ok()) {
+    return options.status();
+  }
+  const int available = tbb::info::default_concurrency();
+  const int threads = arguments.threads > 0 ? arguments.threads : available;
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                  static_cast<size_t>(threads));
+  SetExrThreads(threads > 1 ? threads : 0);
+  CatchInterrupts();
+  const Result<Scene> scene = LoadSceneFor(*options);
+  if (scene.status().code() == StatusCode::kCancelled) {
+    return Status(StatusCode::kCancelled, "stopped while the scene was loaded");
+  }
+  if (!scene.ok()) {
+    return scene.status();
+  }
+  for (const std::string& warning : scene->warnings) {
+    PrintTo(stderr, "warning: {}\n", warning);
+  }
+  return RunFrames(*options, *scene, threads);
+}
+
+/// What the settings file says, where the command line does not say it itself.
+Status TakeSettingsFile(const CLI::App& command, RenderArguments* a) {
+  if (a->settings_file.empty()) {
+    return Status::Ok();
+  }
+  RenderLines lines;
+  STILLRAY_RETURN_IF_ERROR(SettingsFileAsOptions(a->settings_file, &a->preset, &a->set, &lines));
+  const auto take = [&](const char* option, const auto& line, auto* value) {
+    if (line.has_value() && command.count(option) == 0) {
+      *value = *line;
+    }
+  };
+  take("--spp", lines.spp, &a->spp);
+  take("--guides", lines.guides, &a->guides);
+  take("--bounces", lines.bounces, &a->bounces);
+  take("--sampler", lines.sampler, &a->sampler);
+  take("--regularise", lines.regularise, &a->regularise);
+  return Status::Ok();
+}
+
+constexpr const char* kExamples = R"(
+Frame N shows the animation at (N - 1) / fps seconds. DIR gets denoised.####.exr/png, with
+--save-inputs noisy.####.exr/png, with --reference reference.####.exr/png, denoised.mp4 and
+render.json.
+
+Examples:
+  stillray render builtin:cornell -o out
+  stillray render kitchen.glb -o out --size 1920x1080 --frames 1-60 --spp 2 --format exr
+  stillray render builtin:lights -o out --preset svgf --set sigma_l=6 --aov temporal,variance
+  stillray render scene.gltf -o out --environment sky.hdr --exposure 1 --tonemap filmic
+  stillray render builtin:spheres -o out --frames 1-32 --reference 1024 --reference-frames 31-32
+  stillray render builtin:cornell -o out --still --spp 1/16 --guides sparse
+  stillray render scene.glb -o out --save-inputs --format exr
+  stillray render kitchen.glb -o out --still --frames 1-200 --format png --resume
+)";
+
+}  // namespace
+
+void AddRenderCommand(CLI::App& app, int* exit_code) {
+  CLI::App* command = app.add_subcommand(
+      "render", "Path-trace a scene at few samples per pixel and denoise every frame");
+  command->footer(kExamples);
+  const auto a = std::make_shared<RenderArguments>();
+  command->add_option("scene", a->scene, ".gltf, .glb or builtin:NAME (cornell, spheres, lights)")
+      ->required();
+  command->option_defaults()->group("Output");
+  command->add_option("-o,--output", a->folder, "Folder for the pictures; made if needed")
+      ->required();
+  command->add_option("--size", a->size, "WIDTHxHEIGHT in pixels")->capture_default_str();
+  command->option_defaults()->group("Scene");
+  command->add_option("--frames", a->frames, "FIRST-LAST, or one frame")->capture_default_str();
+  command->add_option("--fps", a->fps, "Frames per second")->capture_default_str();
+  command->add_flag("--still", a->still,
+                    "Hold scene and camera at the first frame while the noise goes on");
+  command->add_option("--camera", a->camera, "Name or number of the camera; default: the first");
+  command->add_option("--environment", a->environment,
+                      "Light from all around: .hdr or .exr, latitude-longitude");
+  command->option_defaults()->group("Sampling");
+  command
+      ->add_option(
+          "--spp", a->spp,
+          "Paths per pixel and frame; 1/2 to 1/256: one path per pixel in that many frames")
+      ->capture_default_str();
+  command
+      ->add_option("--guides", a->guides,
+                   "With --spp below 1: full, or sparse (known only where a path was traced)")
+      ->capture_default_str();
+  command->add_option("--bounces", a->bounces, "Surfaces a path may scatter at after the first")
+      ->capture_default_str();
+  command->add_option("--seed", a->seed, "Of the random numbers")->capture_default_str();
+  command->add_option("--sampler", a->sampler, "sobol or halton16")->capture_default_str();
+  command->add_flag("--regularise", a->regularise,
+                    "Treat surfaces as rougher that a path meets after a rough one: fewer "
+                    "fireflies, dimmer caustics");
+  command->add_flag("--no-jitter", a->no_jitter,
+                    "Always sample the pixels' centres, as presets without antialiasing do");
+  command->add_option("--reference", a->reference_spp,
+                      "Also render converged pictures with this many paths per pixel");
+  command->add_option("--reference-frames", a->reference_frames,
+                      "Only for these frames, such as 30-31,60-61; default: all");
+  command->option_defaults()->group("Denoiser");
+  command
+      ->add_option("--preset", a->preset,
+                   fmt::format("Denoiser: {}", fmt::join(PresetNames(), ", ")))
+      ->capture_default_str();
+  command
+      ->add_option("--settings", a->settings_file,
+                   "A file of name=value lines, as the viewer saves them (docs/viewer.md)")
+      ->excludes("--preset");
+  command
+      ->add_option("--set", a->set,
+                   "A parameter of the denoiser as name=value (docs/parameters.md); repeatable")
+      ->allow_extra_args(false)
+      ->take_all();
+  command->option_defaults()->group("Output");
+  AddDisplayOptions(command, &a->display);
+  command
+      ->add_option("--aov", a->aovs,
+                   "More layers and pictures, such as temporal,variance,history,atrous3,normal")
+      ->allow_extra_args(false)
+      ->take_all();
+  CLI::Option* format =
+      command->add_option("--format", a->formats, "What to write: a list of exr, png, mp4")
+          ->capture_default_str();
+  command->add_flag("--save-inputs", a->save_inputs,
+                    "Also write the noisy frames: EXR files with every signal and every guide, as "
+                    "`stillray denoise` reads them, and PNG files");
+  command->add_flag("--float", a->float_exr, "32-bit EXR files; default: 16-bit (half)");
+  command->option_defaults()->group("Device");
+  AddDeviceOption(command, &a->device, &a->verbose);
+  command
+      ->add_option("--ray-tracing", a->ray_tracing,
+                   "How a Vulkan device traces rays: hardware, compute (shaders of our own), or "
+                   "auto: hardware where a GPU offers it")
+      ->capture_default_str();
+  command->add_option("--threads", a->threads, "Default: all processors")
+      ->check(CLI::Range(0, 4096));
+  command->option_defaults()->group("Output");
+  command->add_flag("--resume", a->resume,
+                    "Go on where an interrupted run with the same settings stopped");
+  command->add_flag("--timings", a->timings, "Print milliseconds per stage, and memory");
+  command->add_option("--json", a->json_path,
+                      "Write settings, times and memory there too (- for standard output)");
+  command->callback([a, format, command, exit_code] {
+    a->formats_given = format->count() > 0;
+    Status status = TakeSettingsFile(*command, a.get());
+    if (status.ok()) {
+      status = RunRender(*a);
+    }
+    *exit_code = status.ok() ? kExitOk : ReportError(status);
+  });
+}
+
+}  // namespace stillray

@@ -1,0 +1,177 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render/render_files.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+namespace stillray {
+namespace {
+
+/// Depth and motion need more digits than a half has; what a single float per pixel costs is small.
+constexpr PixelType kExact = PixelType::kFloat;
+
+void AddGuide(const std::string& name, const Frame& frame, PixelType type, ExrImage* image) {
+  const Guides& g = frame.guides;
+  if (name == "motion" && !g.motion.empty()) {
+    image->Add("motion.X", kExact, g.motion[0]);
+    image->Add("motion.Y", kExact, g.motion[1]);
+  } else if (name == "depth") {
+    image->Add("depth.Z", kExact, g.depth);
+  } else if (name == "normal") {
+    image->Add("normal.", type, g.normal, true);
+  } else if (name == "albedo") {
+    image->Add("albedo.", type, g.albedo);
+  } else if (name == "specular_albedo") {
+    image->Add("specular_albedo.", type, g.specular_albedo);
+  } else if (name == "id") {
+    image->Add("id.X", g.id);
+  } else if (name == "roughness") {
+    image->Add("roughness.X", type, g.roughness);
+  } else if (name == "emission") {
+    image->Add("emission.", type, frame.emission);
+  } else if (name == "background") {
+    image->Add("background.", type, frame.background);
+  }
+}
+
+void Describe(const RenderOptions& options, const Frame& frame, ExrImage* image) {
+  image->width = frame.width;
+  image->height = frame.height;
+  image->attributes["stillray"] = STILLRAY_VERSION;
+  // Pictures are passed on: they name the scene and not the folders above it.
+  image->attributes["scene"] = FileNameOf(options.text.scene);
+  image->attributes["frame"] = fmt::format("{}", frame.index);
+  image->attributes["jitter"] = fmt::format("{} {}", frame.jitter_x, frame.jitter_y);
+}
+
+Status WritePicture(const RenderOptions& options, const std::string& view, int64_t frame,
+                    const Image3& colour, Rgb8Image* display, std::vector<std::string>* written) {
+  Rgb8Image picture;
+  picture.width = colour.width();
+  picture.height = colour.height();
+  picture.pixels = ToDisplay(colour, options.denoise.exposure, options.denoise.tonemap,
+                             options.denoise.dither, frame);
+  Status status;
+  if (options.png) {
+    const std::string path = FrameFileName(ViewPattern(options.text.folder, view, "png"), frame);
+    status = WritePng(path, picture);
+    written->push_back(path);
+  }
+  if (display != nullptr) {
+    *display = std::move(picture);
+  }
+  return status;
+}
+
+Status WriteExrFile(const RenderOptions& options, const std::string& view, int64_t frame,
+                    const ExrImage& image, std::vector<std::string>* written) {
+  const std::string path = FrameFileName(ViewPattern(options.text.folder, view, "exr"), frame);
+  written->push_back(path);
+  return WriteExr(path, image);
+}
+
+Status WritePlainView(const RenderOptions& options, const Frame& frame, const std::string& view,
+                      const Image3& colour, std::vector<std::string>* written) {
+  if (options.exr) {
+    ExrImage image;
+    Describe(options, frame, &image);
+    image.Add("", options.exr_type, colour);
+    for (const char* name : {"motion", "depth"}) {
+      if (options.WritesGuide(name)) {
+        AddGuide(name, frame, options.exr_type, &image);
+      }
+    }
+    STILLRAY_RETURN_IF_ERROR(WriteExrFile(options, view, frame.index, image, written));
+  }
+  return WritePicture(options, view, frame.index, colour, nullptr, written);
+}
+
+}  // namespace
+
+bool IsPictureOutput(const std::string& name) {
+  return name == "temporal" || name == "aliased" || name.rfind("atrous", 0) == 0;
+}
+
+std::string ViewPattern(const std::string& folder, const std::string& view,
+                        const std::string& extension) {
+  return (std::filesystem::path(folder) / fmt::format("{}.####.{}", view, extension)).string();
+}
+
+ExrImage DenoisedExr(const RenderOptions& options, const Frame& frame, const DenoisedFrame& out) {
+  ExrImage image;
+  Describe(options, frame, &image);
+  image.Add("", options.exr_type, out.colour);
+  for (const std::string& name : options.guides) {
+    AddGuide(name, frame, options.exr_type, &image);
+  }
+  for (const NamedImage& named : out.images) {
+    const char* letters = named.channels.size() == 3 ? "RGB" : "XYZ";
+    for (size_t c = 0; c < named.channels.size(); ++c) {
+      image.Add(fmt::format("{}.{}", named.name, letters[c]), options.exr_type, named.channels[c]);
+    }
+  }
+  return image;
+}
+
+ExrImage NoisyExr(const RenderOptions& options, const Frame& frame) {
+  ExrImage image;
+  Describe(options, frame, &image);
+  image.Add("", options.exr_type, SumOfLight(frame));
+  for (const Signal& signal : frame.signals) {
+    const std::string name = SignalName(signal.kind);
+    image.Add(name + ".", options.exr_type, signal.radiance);
+    if (!signal.second_moment.empty()) {
+      image.Add(name + ".second_moment.X", kExact, signal.second_moment);
+    }
+  }
+  for (const char* name : kGuideNames) {
+    AddGuide(name, frame, options.exr_type, &image);
+  }
+  if (!frame.samples.empty()) {
+    image.Add("samples.X", options.exr_type, frame.samples);
+  }
+  return image;
+}
+
+uint32_t PlanesInFiles(const RenderOptions& options) {
+  if (options.exr && (options.text.save_inputs || !options.guides.empty())) {
+    return kAllPlanes;
+  }
+  return options.png && options.text.save_inputs ? kLightPlanes : 0;
+}
+
+Status WriteFrameFiles(const RenderOptions& options, const Frame& frame, const DenoisedFrame& out,
+                       const Image3* reference, Rgb8Image* display,
+                       std::vector<std::string>* written) {
+  if (options.exr && options.text.save_inputs) {
+    STILLRAY_RETURN_IF_ERROR(
+        WriteExrFile(options, "noisy", frame.index, NoisyExr(options, frame), written));
+  }
+  if (options.exr) {
+    STILLRAY_RETURN_IF_ERROR(
+        WriteExrFile(options, "denoised", frame.index, DenoisedExr(options, frame, out), written));
+  }
+  if (options.png && options.text.save_inputs) {
+    STILLRAY_RETURN_IF_ERROR(
+        WritePicture(options, "noisy", frame.index, SumOfLight(frame), nullptr, written));
+  }
+  for (const NamedImage& named : out.images) {
+    if (IsPictureOutput(named.name)) {
+      Image3 colour(frame.width, frame.height);
+      for (int c = 0; c < 3; ++c) {
+        colour[c] = named.channels[static_cast<size_t>(c)];
+      }
+      STILLRAY_RETURN_IF_ERROR(WritePlainView(options, frame, named.name, colour, written));
+    }
+  }
+  if (reference != nullptr) {
+    STILLRAY_RETURN_IF_ERROR(WritePlainView(options, frame, "reference", *reference, written));
+  }
+  // Last, so that a denoised picture means that the frame is complete.
+  return WritePicture(options, "denoised", frame.index, out.colour, display, written);
+}
+
+}  // namespace stillray

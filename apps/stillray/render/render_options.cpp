@@ -1,0 +1,353 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render/render_options.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "common/trace_device.h"
+#include "core/checksum.h"
+#include "io/frame_rate.h"
+#include "io/memory_limit.h"
+#include "render/render_files.h"
+
+namespace stillray {
+namespace {
+
+constexpr int64_t kLastFrame = 99'999'999;
+constexpr int kLargestSide = 32768;
+constexpr int kMostSamples = 65536;
+/// What frame, histories and work planes take, measured and rounded up: far too large pictures are
+/// refused at once instead of bringing the machine to its knees.
+constexpr int64_t kBytesPerPixel = 600;
+/// A second frame whose files are written meanwhile: 40 planes, and the channels of its files.
+constexpr int64_t kBytesPerPixelOfSecondFrame = 300;
+
+template <typename T>
+bool ParseWhole(std::string_view text, T* out) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), *out);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+std::vector<std::string> SplitList(std::string_view text) {
+  std::vector<std::string> parts;
+  while (!text.empty()) {
+    const size_t comma = text.find(',');
+    if (comma != 0) {
+      parts.emplace_back(text.substr(0, comma));
+    }
+    text.remove_prefix(comma == std::string_view::npos ? text.size() : comma + 1);
+  }
+  return parts;
+}
+
+Status ParseSize(const std::string& text, RenderSettings* render) {
+  const size_t x = text.find('x');
+  const bool parsed = x != std::string::npos &&
+                      ParseWhole(std::string_view(text).substr(0, x), &render->width) &&
+                      ParseWhole(std::string_view(text).substr(x + 1), &render->height);
+  if (!parsed || render->width < 1 || render->height < 1 || render->width > kLargestSide ||
+      render->height > kLargestSide) {
+    return Status::InvalidArgument(fmt::format(
+        "--size is '{}', expected WIDTHxHEIGHT with 1 to {} pixels a side", text, kLargestSide));
+  }
+  const int64_t needed = int64_t{render->width} * render->height * kBytesPerPixel;
+  const int64_t memory = AvailableMemory();
+  if (memory > 0 && needed > memory) {
+    return Status::InvalidArgument(
+        fmt::format("--size is '{}', which takes about {} GB; this machine has {} GB", text,
+                    needed / 1'000'000'000, memory / 1'000'000'000));
+  }
+  return Status::Ok();
+}
+
+Status ParseRange(const char* option, const std::string& text, FrameRange* range) {
+  const size_t dash = text.find('-');
+  const std::string_view all(text);
+  bool parsed = ParseWhole(all.substr(0, dash), &range->first);
+  range->last = range->first;
+  if (dash != std::string::npos) {
+    parsed = parsed && ParseWhole(all.substr(dash + 1), &range->last);
+  }
+  if (!parsed || range->first < 0 || range->last < range->first || range->last > kLastFrame) {
+    return Status::InvalidArgument(
+        fmt::format("{} is '{}', expected FIRST-LAST or one number, 0 to {}, such as 1-120", option,
+                    text, kLastFrame));
+  }
+  return Status::Ok();
+}
+
+Status ParseFormats(const RenderArguments& arguments, RenderOptions* options) {
+  for (const std::string& name : SplitList(arguments.formats)) {
+    bool* wanted = name == "exr"   ? &options->exr
+                   : name == "png" ? &options->png
+                   : name == "mp4" ? &options->mp4
+                                   : nullptr;
+    if (wanted == nullptr) {
+      return Status::InvalidArgument(
+          fmt::format("--format has '{}', expected a list of exr, png, mp4", name));
+    }
+    *wanted = true;
+  }
+  if (!options->exr && !options->png && !options->mp4) {
+    return Status::InvalidArgument("--format is empty, expected a list of exr, png, mp4");
+  }
+  return Status::Ok();
+}
+
+Status ParseDenoiseSettings(const RenderArguments& arguments, Settings* settings) {
+  Result<Settings> preset = PresetSettings(arguments.preset);
+  if (!preset.ok()) {
+    return Status::InvalidArgument("--preset: " + preset.status().message());
+  }
+  *settings = std::move(preset.value());
+  for (const std::string& assignment : arguments.set) {
+    const size_t equals = assignment.find('=');
+    if (equals == std::string::npos) {
+      return Status::InvalidArgument(fmt::format("--set is '{}', expected name=value", assignment));
+    }
+    const Status set =
+        SetParameter(settings, assignment.substr(0, equals), assignment.substr(equals + 1));
+    if (!set.ok()) {
+      return Status::InvalidArgument("--set: " + set.message());
+    }
+  }
+  STILLRAY_RETURN_IF_ERROR(SetDisplay(arguments.display, settings));
+  return ValidateSettings(*settings);
+}
+
+/// `stillray compare` measures the temporal error against a reference along motion, over surfaces
+/// that depth identifies.
+void AddGuidesOfMeasures(RenderOptions* options) {
+  if (options->text.reference_spp <= 0) {
+    return;
+  }
+  for (const char* name : {"motion", "depth"}) {
+    if (!options->WritesGuide(name)) {
+      options->guides.emplace_back(name);
+    }
+  }
+}
+
+/// Sorts the names of --aov into outputs of the denoiser and guides of the frame.
+Status ParseAovs(const RenderArguments& arguments, RenderOptions* options) {
+  const std::vector<std::string> known = Denoiser::OutputNames(options->denoise);
+  for (const std::string& list : arguments.aovs) {
+    for (const std::string& name : SplitList(list)) {
+      if (std::find(std::begin(kGuideNames), std::end(kGuideNames), name) !=
+          std::end(kGuideNames)) {
+        if (!options->WritesGuide(name)) {
+          options->guides.push_back(name);
+        }
+        continue;
+      }
+      const size_t before = options->outputs.size();
+      for (const std::string& candidate : known) {
+        if (candidate == name || candidate.substr(0, candidate.find('.')) == name) {
+          options->outputs.push_back(candidate);
+        }
+      }
+      if (options->outputs.size() == before) {
+        return Status::InvalidArgument(fmt::format("--aov has '{}', expected some of {}, {}", name,
+                                                   fmt::join(kGuideNames, ", "),
+                                                   fmt::join(known, ", ")));
+      }
+      if (!options->exr && !IsPictureOutput(name)) {
+        return Status::InvalidArgument(
+            fmt::format("--aov {} is written to EXR files only: add exr to --format", name));
+      }
+    }
+  }
+  return Status::Ok();
+}
+
+Status ParseReference(const RenderArguments& arguments, RenderOptions* options) {
+  if (arguments.reference_spp < 0 || arguments.reference_spp > 1 << 20) {
+    return Status::InvalidArgument(fmt::format(
+        "--reference is {}, expected 1 to {} paths per pixel", arguments.reference_spp, 1 << 20));
+  }
+  if (arguments.reference_frames.empty()) {
+    if (arguments.reference_spp > 0) {
+      options->reference_frames.push_back(options->frames);
+    }
+    return Status::Ok();
+  }
+  if (arguments.reference_spp <= 0) {
+    return Status::InvalidArgument("--reference-frames needs --reference SPP");
+  }
+  for (const std::string& part : SplitList(arguments.reference_frames)) {
+    FrameRange range;
+    STILLRAY_RETURN_IF_ERROR(ParseRange("--reference-frames", part, &range));
+    options->reference_frames.push_back(range);
+  }
+  return Status::Ok();
+}
+
+Status ParseGuides(const std::string& text, RenderSettings* render) {
+  if (text != "full" && text != "sparse") {
+    return Status::InvalidArgument(fmt::format("--guides is '{}', expected full or sparse", text));
+  }
+  render->guides = text == "full" ? GuideCoverage::kFull : GuideCoverage::kSparse;
+  if (render->guides == GuideCoverage::kSparse && render->cycle == 1) {
+    return Status::InvalidArgument(
+        fmt::format("--guides sparse is for --spp below 1, but --spp is {}", render->spp));
+  }
+  return Status::Ok();
+}
+
+Status ParseRenderSettings(const RenderArguments& arguments, RenderOptions* options) {
+  RenderSettings& render = options->render;
+  STILLRAY_RETURN_IF_ERROR(ParseSize(arguments.size, &render));
+  STILLRAY_RETURN_IF_ERROR(ParseSamplesPerPixel(arguments.spp, &render));
+  STILLRAY_RETURN_IF_ERROR(ParseGuides(arguments.guides, &render));
+  render.bounces = arguments.bounces;
+  render.seed = arguments.seed;
+  render.regularise = arguments.regularise;
+  // Without antialiasing in time a moving sample point would only make edges shake.
+  render.jitter = !arguments.no_jitter && options->denoise.antialias != Antialias::kOff;
+  if (arguments.sampler == "sobol") {
+    render.sampler = SamplerKind::kSobol;
+  } else if (arguments.sampler == "halton16") {
+    render.sampler = SamplerKind::kHalton16;
+  } else {
+    return Status::InvalidArgument(
+        fmt::format("--sampler is '{}', expected sobol or halton16", arguments.sampler));
+  }
+  return Status::Ok();
+}
+
+/// "room.glb with content 0123456789abcdef".
+std::string NameAndContent(const std::string& path, const std::string& content) {
+  return FileNameOf(path) + (content.empty() ? "" : " with content " + content);
+}
+
+uint64_t ChecksumOf(const Image3& image) {
+  uint64_t sum = kEmptyChecksum;
+  for (int c = 0; c < 3; ++c) {
+    for (int y = 0; y < image.height(); ++y) {
+      const auto* row = reinterpret_cast<const uint8_t*>(image[c].Row(y));
+      sum = AddToChecksum({row, static_cast<size_t>(image.width()) * sizeof(float)}, sum);
+    }
+  }
+  return sum;
+}
+
+}  // namespace
+
+bool TwoFramesFit(const RenderSettings& render) {
+  const int64_t needed =
+      int64_t{render.width} * render.height * (kBytesPerPixel + kBytesPerPixelOfSecondFrame);
+  const int64_t memory = AvailableMemory();
+  return memory <= 0 || needed <= memory;
+}
+
+Status ParseSamplesPerPixel(const std::string& text, RenderSettings* render) {
+  int whole = 0;
+  if (ParseWhole(text, &whole) && whole >= 1 && whole <= kMostSamples) {
+    render->spp = whole;
+    render->cycle = 1;
+    return Status::Ok();
+  }
+  int cycle = 0;
+  double decimal = 0;
+  if (text.rfind("1/", 0) == 0) {
+    cycle = ParseWhole(std::string_view(text).substr(2), &cycle) ? cycle : 0;
+  } else if (ParseWhole(text, &decimal) && decimal > 0.5 / kMaxCycle && decimal < 1) {
+    const double frames = std::round(1 / decimal);
+    // Numbers of three digits, such as 0.333, stand for the fraction that they mean.
+    cycle = std::abs(decimal * frames - 1) < 0.005 ? static_cast<int>(frames) : 0;
+  }
+  if (cycle < 2 || cycle > kMaxCycle) {
+    return Status::InvalidArgument(
+        fmt::format("--spp is '{}', expected 1 to {}, or 1/2 to 1/{} for one path per pixel in "
+                    "several frames",
+                    text, kMostSamples, kMaxCycle));
+  }
+  render->spp = 1;
+  render->cycle = cycle;
+  return Status::Ok();
+}
+
+std::string SamplesPerPixelText(const RenderSettings& render) {
+  return render.cycle > 1 ? fmt::format("1/{}", render.cycle) : fmt::format("{}", render.spp);
+}
+
+bool RenderOptions::WritesGuide(std::string_view name) const {
+  return std::find(guides.begin(), guides.end(), name) != guides.end();
+}
+
+bool RenderOptions::WantsReference(int64_t frame) const {
+  return std::any_of(reference_frames.begin(), reference_frames.end(),
+                     [&](const FrameRange& range) { return range.Contains(frame); });
+}
+
+double RenderOptions::Seconds(int64_t frame) const {
+  return static_cast<double>((text.still ? frames.first : frame) - 1) / text.fps;
+}
+
+double RenderOptions::PreviousSeconds(int64_t frame) const {
+  return text.still ? Seconds(frame) : Seconds(frame - 1);
+}
+
+Result<RenderOptions> ParseRenderArguments(const RenderArguments& arguments) {
+  RenderOptions options;
+  options.text = arguments;
+  STILLRAY_RETURN_IF_ERROR(ParseRange("--frames", arguments.frames, &options.frames));
+  STILLRAY_RETURN_IF_ERROR(ParseDenoiseSettings(arguments, &options.denoise));
+  STILLRAY_RETURN_IF_ERROR(ParseRenderSettings(arguments, &options));
+  STILLRAY_RETURN_IF_ERROR(ParseFormats(arguments, &options));
+  STILLRAY_RETURN_IF_ERROR(ParseAovs(arguments, &options));
+  STILLRAY_RETURN_IF_ERROR(ParseReference(arguments, &options));
+  AddGuidesOfMeasures(&options);
+  if (!(arguments.fps >= kMinFps && arguments.fps <= kMaxFps)) {
+    return Status::InvalidArgument(
+        fmt::format("--fps is {}, expected {} to {}", arguments.fps, kMinFps, kMaxFps));
+  }
+  const Result<render::TracingWay> way = ParseTracingWay(arguments.ray_tracing);
+  STILLRAY_RETURN_IF_ERROR(way.status());
+  options.tracing_way = *way;
+  options.exr_type = arguments.float_exr ? PixelType::kFloat : PixelType::kHalf;
+  return options;
+}
+
+std::string FileNameOf(const std::string& path) {
+  return std::filesystem::path(path).filename().string();
+}
+
+std::string SceneContent(const Scene& scene) {
+  return scene.checksum == 0 ? "" : fmt::format("{:016x}", scene.checksum);
+}
+
+std::string EnvironmentContent(const RenderOptions& options, const Scene& scene) {
+  return options.text.environment.empty()
+             ? ""
+             : fmt::format("{:016x}", ChecksumOf(scene.environment.map));
+}
+
+std::string RenderFingerprint(const RenderOptions& options, const Scene& scene) {
+  const RenderArguments& a = options.text;
+  const std::string scene_text = NameAndContent(a.scene, SceneContent(scene));
+  const std::string environment_text =
+      NameAndContent(a.environment, EnvironmentContent(options, scene));
+  std::string text = fmt::format(
+      "scene {}\nframes from {}\nsize {}\nfps {}\nspp {}\nguides {}\nbounces {}\nseed {}\nsampler "
+      "{}\n"
+      "environment {}\ncamera {}\nreference {}\nreference-frames {}\naov {}\nformat {}\n"
+      "float {}\ninputs {}\nstill {}\nregularise {}\njitter {}\n",
+      scene_text, options.frames.first, a.size, a.fps, SamplesPerPixelText(options.render),
+      a.guides, a.bounces, a.seed, a.sampler, environment_text, a.camera, a.reference_spp,
+      a.reference_frames, fmt::join(a.aovs, ","), a.formats, a.float_exr, a.save_inputs, a.still,
+      a.regularise, options.render.jitter);
+  text += fmt::format("device {}\nray-tracing {}\n", a.device, a.ray_tracing);
+  for (const Parameter& p : Parameters()) {
+    text += fmt::format("{} {}\n", p.name, GetParameter(options.denoise, p.name).value());
+  }
+  return text;
+}
+
+}  // namespace stillray

@@ -1,0 +1,119 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The command line of `stillray render`, checked before any work begins.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/display_options.h"
+#include "render/vulkan/tracing_way.h"
+#include "stillray/denoise.hpp"
+#include "stillray/io.h"
+#include "stillray/render.h"
+#include "stillray/scene.h"
+
+namespace stillray {
+
+/// Text as the user gave it.
+struct RenderArguments {
+  std::string scene;
+  std::string folder;
+  std::string size = "1280x720";
+  std::string frames = "1-120";
+  double fps = 30;
+  std::string spp = "1";
+  std::string guides = "full";
+  int bounces = 4;
+  std::string preset = "default";
+  std::string settings_file;
+  std::vector<std::string> set;
+  uint64_t seed = 0;
+  std::string sampler = "sobol";
+  std::string environment;
+  std::string camera;
+  int reference_spp = 0;
+  std::string reference_frames;
+  std::vector<std::string> aovs;
+  std::string formats = "exr,png,mp4";
+  bool formats_given = false;
+  bool float_exr = false;
+  bool save_inputs = false;
+  DisplayArguments display;
+  bool still = false;
+  bool regularise = false;
+  bool no_jitter = false;
+  int threads = 0;
+  bool resume = false;
+  bool timings = false;
+  std::string device = "auto";
+  bool verbose = false;
+  std::string ray_tracing = "auto";
+  std::string json_path;
+};
+
+/// Inclusive range of frame numbers. Frame 1 shows the beginning of the animation.
+struct FrameRange {
+  int64_t first = 1;
+  int64_t last = 120;
+  int64_t count() const { return last - first + 1; }
+  bool Contains(int64_t frame) const { return frame >= first && frame <= last; }
+};
+
+/// The same, understood.
+struct RenderOptions {
+  RenderArguments text;
+  FrameRange frames;
+  std::vector<FrameRange> reference_frames;
+  RenderSettings render;
+  Settings denoise;
+  render::TracingWay tracing_way = render::TracingWay::kAuto;
+  PixelType exr_type = PixelType::kHalf;
+  bool exr = false;
+  bool png = false;
+  bool mp4 = false;
+  std::vector<std::string> outputs;  ///< of the denoiser, by full name
+  std::vector<std::string> guides;   ///< of the frame, in the files of the denoised picture
+
+  bool WantsReference(int64_t frame) const;
+  /// Whether files of the denoised picture hold the guide.
+  bool WritesGuide(std::string_view name) const;
+  /// The moment that a frame shows.
+  double Seconds(int64_t frame) const;
+  double PreviousSeconds(int64_t frame) const;
+};
+
+/// Paths per pixel and frame: a whole number, or 1/2 to 1/256 as a fraction or a decimal number,
+/// which sets RenderSettings::cycle.
+/// \return kInvalidArgument; `render` is then unchanged
+Status ParseSamplesPerPixel(const std::string& text, RenderSettings* render);
+/// As ParseSamplesPerPixel reads it: "4", "1/128".
+std::string SamplesPerPixelText(const RenderSettings& render);
+/// The same as a number.
+inline double SamplesPerPixel(const RenderSettings& render) {
+  return static_cast<double>(render.spp) / render.cycle;
+}
+
+/// \return kInvalidArgument naming the option, what it is and what was expected
+Result<RenderOptions> ParseRenderArguments(const RenderArguments& arguments);
+
+/// Whether the machine's memory has room for a second frame of this size, so that one can be traced
+/// while the files of the other are written.
+bool TwoFramesFit(const RenderSettings& render);
+
+/// The name of a file without its folders.
+std::string FileNameOf(const std::string& path);
+
+/// Checksums of the content of files as text; empty for what was not read from a file.
+std::string SceneContent(const Scene& scene);
+std::string EnvironmentContent(const RenderOptions& options, const Scene& scene);
+
+/// Everything that decides what the pictures look like, one "name value" a line: runs with the same
+/// text make the same bits. Scene and environment count by their content, wherever they lie.
+std::string RenderFingerprint(const RenderOptions& options, const Scene& scene);
+
+}  // namespace stillray

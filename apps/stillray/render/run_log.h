@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What a run took and was made with: render.json (docs/report.md) and the table of --timings.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/log_parts.h"
+#include "render/render_options.h"
+#include "stillray/denoise.hpp"
+
+namespace stillray {
+
+struct FrameLog {
+  int64_t frame = 0;
+  double seconds = 0;
+  double render_ms = 0;
+  double denoise_ms = 0;
+  double write_ms = 0;
+  std::vector<LoggedStage> stages;  ///< of renderer and denoiser
+};
+
+struct RunLog {
+  std::vector<FrameLog> frames;
+  std::string scene_content;        ///< its checksum; empty for scenes that are built in
+  std::string environment_content;  ///< likewise; empty without --environment
+  std::string device;               ///< what filters the frames, by name
+  std::string tracer;               ///< what traces them
+  size_t denoiser_bytes = 0;
+  size_t renderer_bytes = 0;
+  DeviceMemory device_memory;  ///< of that what lies on a GPU
+};
+
+/// The text of render.json.
+std::string RunLogJson(const RenderOptions& options, const RunLog& log, int threads);
+
+/// The frames of a render.json that RunLogJson made.
+/// \return kBadData
+Result<RunLog> ParseRunLog(const std::string& json);
+
+/// The frames of an earlier run's render.json that this one does not have, if that run made its
+/// pictures in the same way: a folder may be filled by several runs.
+/// \param json  of any content
+std::vector<FrameLog> FramesOfEarlierRun(const std::string& json, const RenderOptions& options,
+                                         const RunLog& log);
+
+/// Median milliseconds of each stage over the frames, and memory, as a table.
+std::string TimingsTable(const RunLog& log);
+
+}  // namespace stillray
