@@ -5,8 +5,8 @@
 
 #include <vector>
 
+#include "denoise/fill_guides/fill_guides.h"
 #include "denoise/planes.h"
-#include "denoise/sparse_guides.h"
 
 namespace stillray {
 

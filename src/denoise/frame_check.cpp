@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "core/guides.h"
-#include "denoise/held_guides.h"
+#include "denoise/fill_guides/held_guides.h"
 #include "denoise/signal_groups.h"
 
 namespace stillray {

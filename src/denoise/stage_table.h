@@ -4,7 +4,7 @@
 /// The stages of one backend, so that the pipeline is written once.
 #pragma once
 
-#include "denoise/sparse_guides.h"
+#include "denoise/fill_guides/fill_guides.h"
 #include "denoise/stages/accumulate.h"
 #include "denoise/stages/antialias.h"
 #include "denoise/stages/atrous.h"

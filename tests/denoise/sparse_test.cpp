@@ -8,9 +8,9 @@
 #include <cmath>
 #include <limits>
 
+#include "denoise/fill_guides/fill_guides_shared.h"
+#include "denoise/fill_guides/pyramid.h"
 #include "denoise/make_denoiser.h"
-#include "denoise/stages/fill_guides.h"
-#include "denoise/stages/fill_guides_shared.h"
 #include "denoise/test_frames.h"
 #include "stillray/denoise.hpp"
 

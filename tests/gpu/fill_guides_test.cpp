@@ -11,8 +11,8 @@
 
 #include <glm/gtc/packing.hpp>
 
+#include "denoise/fill_guides/fill_guides.h"
 #include "denoise/sparse_frames.h"
-#include "denoise/sparse_guides.h"
 #include "denoise/vulkan/frame_pipeline.h"
 #include "gpu/device_test.h"
 #include "gpu/frame_run.h"

@@ -8,8 +8,8 @@
 
 #include <fmt/format.h>
 
+#include "denoise/fill_guides/fill_guides.h"
 #include "denoise/filter_parameters.h"
-#include "denoise/sparse_guides.h"
 #include "denoise/stage_table.h"
 #include "view/history_seed.h"
 

@@ -5,7 +5,7 @@
 // The order of the passes of one frame:
 //
 //   pass                 reads                               writes                    bytes per pixel read, written in halves; n signals
-//   fill_guides          guides, samples, those held       completed guides          see guide_filler.cpp  (only where some are unknown)
+//   fill_guides          guides, samples, those held       completed guides          see fill_guides/   (only where some are unknown)
 //   measure_light        lights, albedos of every 16th pixel sums
 //   update_exposure      sums                                exposures, limit of negative light
 //   prepare_guides       depth, normal, id                   guides                    inputs, 16

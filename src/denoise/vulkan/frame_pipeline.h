@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "denoise/vulkan/guide_filler.h"
+#include "denoise/vulkan/fill_guides/fill_guides.h"
 #include "denoise/vulkan/parameters.h"
 #include "denoise/vulkan/pass_recorder.h"
 

@@ -11,10 +11,10 @@
 #include <fmt/format.h>
 
 #include "core/parallel.h"
+#include "denoise/fill_guides/fill_guides.h"
 #include "denoise/filter_parameters.h"
 #include "denoise/frame_check.h"
 #include "denoise/signal_groups.h"
-#include "denoise/sparse_guides.h"
 #include "denoise/stage_timer.h"
 #include "denoise/vulkan/device_inputs.h"
 #include "denoise/vulkan/frame_download.h"

@@ -30,14 +30,14 @@
   X(Antialias, "antialias", 5, 1, 0, 0)                  \
   X(Tonemap, "tonemap", 1, 0, 0, 0)                      \
   X(FindKnown, "fill_guides", 0, 0, 1, 0)                \
-  X(FindGhosts, "fill_guides", 3, 0, 2, 0)               \
-  X(RaiseCells, "fill_guides", 0, 0, 1, 16)              \
-  X(FillTop, "fill_guides", 0, 0, 1, 16)                 \
-  X(FillCells, "fill_guides", 0, 0, 1, 16)               \
-  X(TakeGuides, "fill_guides", 3, 4, 2, 0)               \
-  X(TakeColours, "fill_guides", 8, 5, 1, 0)              \
-  X(FillGuides, "fill_guides", 1, 3, 1, 0)               \
-  X(FillColours, "fill_guides", 1, 5, 1, 0)              \
+  X(RejectGhosts, "fill_guides", 3, 0, 2, 0)             \
+  X(DownsampleLevel, "fill_guides", 0, 0, 1, 16)         \
+  X(FillTopLevels, "fill_guides", 0, 0, 1, 16)           \
+  X(FillLevel, "fill_guides", 0, 0, 1, 16)               \
+  X(GatherKnown, "fill_guides", 3, 4, 2, 0)              \
+  X(GatherKnownColours, "fill_guides", 8, 5, 1, 0)       \
+  X(FillHoles, "fill_guides", 1, 3, 1, 0)                \
+  X(FillHoleColours, "fill_guides", 1, 5, 1, 0)          \
   X(ShortenHistory, "shorten_history", 3, 2, 0, 4)       \
   X(MergeFuture, "merge_future", 4, 2, 0, 0)
 

@@ -7,8 +7,8 @@
 // of their motion. One invocation per cell.
 #define CELLS_BINDING 0
 #include "denoise/vulkan/common.glsl"
-#include "denoise/vulkan/held_guides.glsl"
-#include "denoise/vulkan/guide_cells.glsl"
+#include "denoise/vulkan/fill_guides/held_guides.glsl"
+#include "denoise/vulkan/fill_guides/pyramid.glsl"
 #include "denoise/vulkan/reduce.glsl"
 
 void main() {

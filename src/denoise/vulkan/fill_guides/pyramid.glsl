@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The pyramid of fill_guides, see stages/fill_guides.h: cells of 3x3 pixels, of 3x3 of such cells,
+// The pyramid of fill_guides, see denoise/fill_guides/pyramid.h: cells of 3x3 pixels, of 3x3 of such cells,
 // and so on to a single one. Includers say which buffer of set 1 it is (CELLS_BINDING).
-#include "denoise/stages/fill_guides_shared.h"
+#include "denoise/fill_guides/fill_guides_shared.h"
 
 #ifndef CELLS_QUALIFIER
 #define CELLS_QUALIFIER

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // From level to level of the pyramid of fill_guides: up, and down again.
-#include "denoise/vulkan/guide_cells.glsl"
+#include "denoise/vulkan/fill_guides/pyramid.glsl"
 
 layout(push_constant) uniform Push {
   int of_motion;  // else all that is not motion

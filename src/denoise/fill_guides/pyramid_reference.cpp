@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
-#include "denoise/stages/fill_guides.h"
-#include "denoise/stages/fill_guides_shared.h"
+#include "denoise/fill_guides/fill_guides_shared.h"
+#include "denoise/fill_guides/pyramid.h"
 
 namespace stillray {
 

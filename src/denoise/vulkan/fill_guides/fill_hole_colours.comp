@@ -8,9 +8,9 @@
 #define CELLS_BINDING 6
 #define COLOURS_BINDING 1
 #include "denoise/vulkan/common.glsl"
-#include "denoise/vulkan/guide_cells.glsl"
-#include "denoise/vulkan/colour_images.glsl"
-#include "denoise/vulkan/guessed_guides.glsl"
+#include "denoise/vulkan/fill_guides/pyramid.glsl"
+#include "denoise/vulkan/fill_guides/colour_images.glsl"
+#include "denoise/vulkan/fill_guides/hole.glsl"
 
 layout(set = 1, binding = 0) uniform texture2D normal_now;  // w: known
 

@@ -5,7 +5,7 @@
 // So every plane is gone through twice, by rows of cells of the pyramid: once to take what is known
 // and to raise it to the first level (in a still view only the cells that have learnt something),
 // once to fill the holes from there. What lies between is an eighth of the work.
-#include "denoise/sparse_guides.h"
+#include "denoise/fill_guides/fill_guides.h"
 
 #include <atomic>
 #include <utility>
@@ -13,7 +13,7 @@
 #include <tbb/parallel_for.h>
 
 #include "core/parallel.h"
-#include "denoise/sparse_guides_task.h"
+#include "denoise/fill_guides/fill_guides_task.h"
 
 namespace stillray::cpu {
 namespace {

@@ -6,9 +6,9 @@
 
 #include <span>
 
-#include "denoise/held_guides.h"
-#include "denoise/sparse_guides.h"
-#include "denoise/stages/fill_guides_shared.h"
+#include "denoise/fill_guides/fill_guides.h"
+#include "denoise/fill_guides/fill_guides_shared.h"
+#include "denoise/fill_guides/held_guides.h"
 
 namespace stillray {
 

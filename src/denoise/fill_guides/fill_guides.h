@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "denoise/stages/fill_guides.h"
+#include "denoise/fill_guides/pyramid.h"
 #include "stillray/frame.h"
 
 namespace stillray {
@@ -92,7 +92,7 @@ struct SparseGuidesWork {
 bool HasUnknownGuides(const Frame& frame);
 
 /// Completes the guides of a frame with unknown ones. What this frame knows is taken; then what is
-/// held from earlier frames, moved along the motion; the rest is filled (stages/fill_guides.h):
+/// held from earlier frames, moved along the motion; the rest is filled (pyramid.h):
 /// first whether a hole shows a surface, then its guides from surfaces alone, its background from
 /// the sky alone. Where something new was found to stand in front of, or instead of, what is held,
 /// the held guides of that surface around it are given up: they may be the ghost of an object that

@@ -10,8 +10,8 @@
 #include <cstddef>
 #include <limits>
 
-#include "denoise/held_guides_shared.h"
-#include "denoise/sparse_guides.h"
+#include "denoise/fill_guides/fill_guides.h"
+#include "denoise/fill_guides/fill_guides_shared.h"
 
 namespace stillray {
 

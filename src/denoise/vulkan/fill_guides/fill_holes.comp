@@ -6,8 +6,8 @@
 // fill_guides, the holes of the picture: whether each shows a surface, and its geometry.
 #define CELLS_BINDING 4
 #include "denoise/vulkan/common.glsl"
-#include "denoise/vulkan/guide_cells.glsl"
-#include "denoise/vulkan/guessed_guides.glsl"
+#include "denoise/vulkan/fill_guides/pyramid.glsl"
+#include "denoise/vulkan/fill_guides/hole.glsl"
 
 layout(set = 1, binding = 0) uniform texture2D normal_now;  // w: known
 layout(set = 1, binding = 1, r32f) writeonly uniform image2D depth_out;

@@ -6,7 +6,7 @@
 // fill_guides, where something new stands in front of, or instead of, what is held: the held guides
 // of that surface around it are marked to be forgotten.
 #include "denoise/vulkan/common.glsl"
-#include "denoise/vulkan/held_guides.glsl"
+#include "denoise/vulkan/fill_guides/held_guides.glsl"
 
 layout(set = 1, binding = 0) uniform texture2D depth_before;
 layout(set = 1, binding = 1) uniform texture2D normal_before;  // w: known

@@ -12,8 +12,8 @@
 
 #include <hwy/targets.h>
 
+#include "denoise/fill_guides/fill_guides.h"
 #include "denoise/sparse_frames.h"
-#include "denoise/sparse_guides.h"
 
 namespace stillray {
 namespace {

@@ -1,22 +1,22 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-#include "denoise/vulkan/guide_filler.h"
+#include "denoise/vulkan/fill_guides/fill_guides.h"
 
 #include <bit>
 #include <cstddef>
 #include <utility>
 #include <vector>
 
-#include "denoise/held_guides.h"
-#include "denoise/stages/fill_guides_shared.h"
+#include "denoise/fill_guides/fill_guides_shared.h"
+#include "denoise/fill_guides/held_guides.h"
 
 namespace stillray::vulkan {
 namespace {
 
 /// Emission and background: light, which needs the range of floats.
 constexpr int kFirstLight = 3;
-/// Layers of the pyramid beside those of colours: see guide_cells.glsl.
+/// Layers of the pyramid beside those of colours: see pyramid.glsl.
 constexpr int kOtherLayers = 3;
 constexpr VkDeviceSize kBytesPerCell = 16;
 /// As many cells as one workgroup goes through at once.
@@ -116,9 +116,10 @@ Result<std::unique_ptr<GuideFiller>> GuideFiller::Create(const gpu::DeviceContex
   std::unique_ptr<GuideFiller> made(new GuideFiller(context));
   STILLRAY_RETURN_IF_ERROR(made->AddAll(options));
   STILLRAY_RETURN_IF_ERROR(made->arena_.Allocate());
-  for (const Shader shader : {Shader::kFindKnown, Shader::kFindGhosts, Shader::kRaiseCells,
-                              Shader::kFillTop, Shader::kFillCells, Shader::kTakeGuides,
-                              Shader::kTakeColours, Shader::kFillGuides, Shader::kFillColours}) {
+  for (const Shader shader :
+       {Shader::kFindKnown, Shader::kRejectGhosts, Shader::kDownsampleLevel, Shader::kFillTopLevels,
+        Shader::kFillLevel, Shader::kGatherKnown, Shader::kGatherKnownColours, Shader::kFillHoles,
+        Shader::kFillHoleColours}) {
     STILLRAY_RETURN_IF_ERROR(pipelines->Find(shader).status());
   }
   return made;
@@ -174,12 +175,13 @@ void GuideFiller::FillLevels(PassRecorder* recorder, bool of_motion) const {
   const auto push = [&](size_t level) { return LevelPush{of_motion ? 1 : 0, levels[level]}; };
   size_t first_small = 0;
   while (levels[first_small].cells() > kTopCells) {
-    recorder->Run(Shader::kRaiseCells, GroupsOf(levels[first_small + 1]), {}, push(first_small));
+    recorder->Run(Shader::kDownsampleLevel, GroupsOf(levels[first_small + 1]), {},
+                  push(first_small));
     ++first_small;
   }
-  recorder->Run(Shader::kFillTop, {1, 1}, {}, push(first_small));
+  recorder->Run(Shader::kFillTopLevels, {1, 1}, {}, push(first_small));
   for (size_t level = first_small; level-- > 0;) {
-    recorder->Run(Shader::kFillCells, GroupsOf(levels[level]), {}, push(level));
+    recorder->Run(Shader::kFillLevel, GroupsOf(levels[level]), {}, push(level));
   }
 }
 
@@ -193,22 +195,22 @@ FrameInputs GuideFiller::Record(PassRecorder* recorder, const FrameInputs& input
   recorder->Run(Shader::kFindKnown, cells, {});
   if (has_held_) {
     FillLevels(recorder, true);
-    recorder->Run(Shader::kFindGhosts, pixels, {before_.depth, before_.normal, before_.id});
+    recorder->Run(Shader::kRejectGhosts, pixels, {before_.depth, before_.normal, before_.id});
   }
   recorder->Run(
-      Shader::kTakeGuides, cells,
+      Shader::kGatherKnown, cells,
       {before_.depth, before_.normal, before_.id, now_.depth, now_.normal, now_.id, motion_});
   const auto& b = before_.colour;
   const auto& n = now_.colour;
   if (held_colours_ != 0) {
-    recorder->Run(Shader::kTakeColours, cells,
+    recorder->Run(Shader::kGatherKnownColours, cells,
                   {now_.depth, now_.normal, motion_, b[0], b[1], b[2], b[3], b[4], n[0], n[1], n[2],
                    n[3], n[4]});
   }
   FillLevels(recorder, false);
-  recorder->Run(Shader::kFillGuides, pixels, {now_.normal, now_.depth, now_.normal, now_.id});
+  recorder->Run(Shader::kFillHoles, pixels, {now_.normal, now_.depth, now_.normal, now_.id});
   if (held_colours_ != 0) {
-    recorder->Run(Shader::kFillColours, pixels, {now_.normal, n[0], n[1], n[2], n[3], n[4]});
+    recorder->Run(Shader::kFillHoleColours, pixels, {now_.normal, n[0], n[1], n[2], n[3], n[4]});
   }
   has_held_ = true;
 

@@ -1,20 +1,20 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#include "denoise/stages/fill_guides.h"
+#include "denoise/fill_guides/pyramid.h"
 
 #include <utility>
 
+#include "denoise/fill_guides/fill_guides_shared.h"
 #include "denoise/row_scratch.h"
-#include "denoise/stages/fill_guides_shared.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "denoise/stages/fill_guides.cpp"
+#define HWY_TARGET_INCLUDE "denoise/fill_guides/pyramid.cpp"
 
 #include <hwy/foreach_target.h>  // IWYU pragma: keep
 
 #include <hwy/highway.h>
 
-#include "denoise/simd/pyramid_rows-inl.h"
+#include "denoise/fill_guides/pyramid_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
 HWY_BEFORE_NAMESPACE();

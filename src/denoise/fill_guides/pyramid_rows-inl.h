@@ -12,8 +12,8 @@
 
 #include <algorithm>
 
+#include "denoise/fill_guides/fill_guides_shared.h"
 #include "denoise/simd/vector_math-inl.h"
-#include "denoise/stages/fill_guides_shared.h"
 #include "stillray/image.h"
 
 HWY_BEFORE_NAMESPACE();

@@ -4,8 +4,8 @@
 // The scalar version: pixel by pixel, plane by plane.
 #include <vector>
 
-#include "denoise/held_guides.h"
-#include "denoise/sparse_guides.h"
+#include "denoise/fill_guides/fill_guides.h"
+#include "denoise/fill_guides/held_guides.h"
 
 namespace stillray::reference {
 namespace {

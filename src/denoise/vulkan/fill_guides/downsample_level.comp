@@ -6,7 +6,7 @@
 // fill_guides, one level up: what lies above the pushed level. One invocation per cell.
 #define CELLS_BINDING 0
 #include "denoise/vulkan/common.glsl"
-#include "denoise/vulkan/guide_levels.glsl"
+#include "denoise/vulkan/fill_guides/pyramid_levels.glsl"
 
 void main() {
   ivec2 p = ivec2(gl_GlobalInvocationID.xy);

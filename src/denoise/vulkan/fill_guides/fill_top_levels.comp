@@ -10,7 +10,7 @@
 #define CELLS_BINDING 0
 #define CELLS_QUALIFIER coherent
 #include "denoise/vulkan/common.glsl"
-#include "denoise/vulkan/guide_levels.glsl"
+#include "denoise/vulkan/fill_guides/pyramid_levels.glsl"
 
 // Of 32768 pixels, and from the first level on, there are no more.
 const int kMostLevels = 11;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// fill_guides on Vulkan: completes the guides of frames that know them only where a path was
-/// traced (sparse_guides.h), and holds what is known from frame to frame.
+/// traced (denoise/fill_guides/fill_guides.h), and holds what is known from frame to frame.
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#include "denoise/held_guides.h"
+#include "denoise/fill_guides/held_guides.h"
 
 #include <atomic>
 

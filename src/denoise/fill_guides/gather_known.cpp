@@ -3,7 +3,7 @@
 
 // What is known of a frame below one sample per pixel, on its way to the first level of the
 // pyramid.
-#include "denoise/sparse_guides_task.h"
+#include "denoise/fill_guides/fill_guides_task.h"
 
 #include <algorithm>
 
@@ -12,13 +12,13 @@
 #include "denoise/simd/next_row.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "denoise/sparse_guides_known.cpp"
+#define HWY_TARGET_INCLUDE "denoise/fill_guides/gather_known.cpp"
 
 #include <hwy/foreach_target.h>  // IWYU pragma: keep
 
 #include <hwy/highway.h>
 
-#include "denoise/simd/pyramid_rows-inl.h"
+#include "denoise/fill_guides/pyramid_rows-inl.h"
 #include "denoise/simd/tap_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 

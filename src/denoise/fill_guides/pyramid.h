@@ -9,7 +9,7 @@
 /// pixel that stands for its cell.
 ///
 /// The scalar version fills plane by plane. The vector version is part of cpu::CompleteGuides
-/// (sparse_guides.h), which goes through the picture itself for all planes at once; here it has
+/// (fill_guides.h), which goes through the picture itself for all planes at once; here it has
 /// what lies above the picture. Both give the same bits.
 #pragma once
 

@@ -3,7 +3,7 @@
 
 // The way back from the pyramid of fill_guides: what surrounds a hole, guessed for all planes at
 // once.
-#include "denoise/sparse_guides_task.h"
+#include "denoise/fill_guides/fill_guides_task.h"
 
 #include <limits>
 
@@ -12,13 +12,13 @@
 #include "denoise/simd/next_row.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "denoise/sparse_guides_holes.cpp"
+#define HWY_TARGET_INCLUDE "denoise/fill_guides/fill_holes.cpp"
 
 #include <hwy/foreach_target.h>  // IWYU pragma: keep
 
 #include <hwy/highway.h>
 
-#include "denoise/simd/pyramid_rows-inl.h"
+#include "denoise/fill_guides/pyramid_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
 HWY_BEFORE_NAMESPACE();

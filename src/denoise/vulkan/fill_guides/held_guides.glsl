@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What a frame knows of its guides, and where those of the frame before lie: see sparse_guides.h.
-#include "denoise/held_guides_shared.h"
+// What a frame knows of its guides, and where those of the frame before lie: see fill_guides.h.
+#include "denoise/fill_guides/fill_guides_shared.h"
 
 bool Knows(ivec2 p) {
   // By bits: a depth of NaN is known, too, to be broken.

@@ -7,8 +7,8 @@
 // before; raised to the first level. One invocation per cell.
 #define CELLS_BINDING 7
 #include "denoise/vulkan/common.glsl"
-#include "denoise/vulkan/held_guides.glsl"
-#include "denoise/vulkan/guide_cells.glsl"
+#include "denoise/vulkan/fill_guides/held_guides.glsl"
+#include "denoise/vulkan/fill_guides/pyramid.glsl"
 
 layout(set = 1, binding = 0) uniform texture2D depth_before;
 layout(set = 1, binding = 1) uniform texture2D normal_before;  // w: known

@@ -8,9 +8,9 @@
 #define CELLS_BINDING 13
 #define COLOURS_BINDING 8
 #include "denoise/vulkan/common.glsl"
-#include "denoise/vulkan/held_guides.glsl"
-#include "denoise/vulkan/guide_cells.glsl"
-#include "denoise/vulkan/colour_images.glsl"
+#include "denoise/vulkan/fill_guides/held_guides.glsl"
+#include "denoise/vulkan/fill_guides/pyramid.glsl"
+#include "denoise/vulkan/fill_guides/colour_images.glsl"
 
 layout(set = 1, binding = 0) uniform texture2D depth_now;
 layout(set = 1, binding = 1) uniform texture2D normal_now;  // w: known
