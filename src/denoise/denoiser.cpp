@@ -25,8 +25,7 @@
 //
 // Where nothing has to see what lies between them, prepare_guides runs with reproject, demodulate with accumulate and
 // remodulate with antialias, row by row; their time is then that of the later one. accumulate then also leaves the
-// variance of histories that are long enough, and estimate_variance looks at the others alone. prefilter_variance runs
-// within atrous where no pixel reads the stops of others (noise_ratio 1).
+// variance of histories that are long enough, and estimate_variance looks at the others alone.
 // clang-format on
 
 #include <algorithm>
@@ -113,7 +112,7 @@ void Denoiser::Impl::Allocate(int width, int height, size_t groups) {
       wavelet.emplace_back(width, height, border);
     }
   }
-  const bool stops = settings.limit_history || !StopsOnTheWay();
+  const bool stops = settings.limit_history || settings.wavelet == Wavelet::kSvgf;
   for (WaveletPlanes& planes : wavelet) {
     if (stops == planes.stop.empty()) {
       planes.stop = stops ? Image1(width, height, border) : Image1();

@@ -161,16 +161,9 @@ struct Denoiser::Impl {
   bool JoinsOnTheWay() const;
   void UpdateCompressionScale(size_t signal);
   PrefilterVarianceParameters PrefilterOf() const;
-  /// Whether the wavelet works out its stops itself, if it reads any.
-  bool StopsOnTheWay() const {
-    return settings.wavelet != Wavelet::kSvgf || settings.noise_ratio <= 1;
-  }
   AtrousParameters LevelParameters(int level) const;
   AtrousSignal LevelSignal(size_t signal, int level);
-  int RunLevels(int first);
-  void RunLevel(std::span<AtrousSignal> signals, int level);
-  void RunPair(std::span<AtrousSignal> signals, int first);
-  Image3* RoomToKeep(size_t signal);
+  void RunLevel(int level);
   void FinishLevel(const AtrousSignal& signal, WaveletPlanes* planes);
   void KeepLevel(int level);
   void AdvanceFeedback();

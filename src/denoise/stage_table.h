@@ -42,8 +42,6 @@ struct StageTable {
   decltype(&reference::EstimateVariance) estimate_variance;
   decltype(&reference::PrefilterVariance) prefilter_variance;
   decltype(&reference::Atrous) atrous;
-  decltype(&reference::AtrousPair) atrous_pair;
-  decltype(&reference::PairPays) pair_pays;
   decltype(&reference::MeasureMirrors) measure_mirrors;
   decltype(&reference::KeepMirrors) keep_mirrors;
   decltype(&reference::Remodulate) remodulate;
@@ -53,17 +51,16 @@ struct StageTable {
   decltype(&reference::Tonemap) tonemap;
 };
 
-#define STILLRAY_STAGES_OF(backend)                                                                \
-  StageTable {                                                                                     \
-    &backend::CompleteGuides, &backend::PrepareGuides, &backend::PrepareAndFindTaps,               \
-        &backend::Demodulate, &backend::ClampFireflies, &backend::CompressLight,                   \
-        &backend::ExpandLight, &backend::FindTaps, &backend::FetchHistory,                         \
-        &backend::CompareWithHistory, &backend::LimitHistory, &backend::Accumulate,                \
-        &backend::AccumulateInPlace, &backend::AccumulateRadiance, &backend::MergeFuture,          \
-        &backend::EstimateVariance, &backend::PrefilterVariance, &backend::Atrous,                 \
-        &backend::AtrousPair, &backend::PairPays, &backend::MeasureMirrors, &backend::KeepMirrors, \
-        &backend::Remodulate, &backend::Fxaa, &backend::Antialias, &backend::AntialiasParts,       \
-        &backend::Tonemap                                                                          \
+#define STILLRAY_STAGES_OF(backend)                                                            \
+  StageTable {                                                                                 \
+    &backend::CompleteGuides, &backend::PrepareGuides, &backend::PrepareAndFindTaps,           \
+        &backend::Demodulate, &backend::ClampFireflies, &backend::CompressLight,               \
+        &backend::ExpandLight, &backend::FindTaps, &backend::FetchHistory,                     \
+        &backend::CompareWithHistory, &backend::LimitHistory, &backend::Accumulate,            \
+        &backend::AccumulateInPlace, &backend::AccumulateRadiance, &backend::MergeFuture,      \
+        &backend::EstimateVariance, &backend::PrefilterVariance, &backend::Atrous,             \
+        &backend::MeasureMirrors, &backend::KeepMirrors, &backend::Remodulate, &backend::Fxaa, \
+        &backend::Antialias, &backend::AntialiasParts, &backend::Tonemap                       \
   }
 
 inline constexpr StageTable kReferenceStages = STILLRAY_STAGES_OF(reference);

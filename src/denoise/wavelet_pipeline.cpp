@@ -84,7 +84,6 @@ AtrousParameters Denoiser::Impl::LevelParameters(int level) const {
   p.edges = EdgesOf(settings);
   p.test_id = settings.wavelet_id;
   p.noise_ratio = settings.noise_ratio;
-  p.prefilter = PrefilterOf();
   p.eaw_sigma_n = settings.eaw_sigma_n;
   p.eaw_sigma_z = settings.eaw_sigma_z;
   return p;
@@ -95,60 +94,10 @@ AtrousSignal Denoiser::Impl::LevelSignal(size_t signal, int level) {
   AtrousSignal s = {planes.light, planes.variance, &planes.filter[planes.target], nullptr,
                     planes.where};
   s.complete = planes.complete;
-  s.length = &planes.history->length;
   s.eaw_sigma_l =
       settings.eaw_sigma_l * planes.mean_luminance * std::exp2f(static_cast<float>(-level));
   s.grown = IsSparse() && !planes.complete ? &planes.grown : nullptr;
   return s;
-}
-
-/// Runs a level, or two at once.
-/// \return how many
-int Denoiser::Impl::RunLevels(int first) {
-  std::array<AtrousSignal, kMostGroups> of_level;
-  const std::span<AtrousSignal> signals(of_level.data(), groups.size());
-  bool pair = first + 1 < settings.steps.count && settings.wavelet == Wavelet::kSvgf &&
-              StopsOnTheWay() && outputs.empty();
-  for (size_t i = 0; i < signals.size(); ++i) {
-    signals[i] = LevelSignal(i, first);
-    pair = pair && signals[i].complete;
-  }
-  if (pair && stages->pair_pays(signals, state.guides, LevelParameters(first),
-                                LevelParameters(first + 1))) {
-    RunPair(signals, first);
-    return 2;
-  }
-  RunLevel(signals, first);
-  return 1;
-}
-
-/// Where the light that is fed back goes while levels go on: room that none of them reads.
-Image3* Denoiser::Impl::RoomToKeep(size_t signal) {
-  WaveletPlanes& planes = wavelet[signal];
-  SignalHistory& history = *planes.history;
-  if (!history.behind.empty()) {
-    return &history.behind;
-  }
-  const bool reads_history = planes.light == &history.colour;
-  return reads_history ? &planes.filter[planes.target ^ 1].colour : &history.colour;
-}
-
-/// See KeepLevel for what becomes of the history.
-void Denoiser::Impl::RunPair(std::span<AtrousSignal> signals, int first) {
-  const bool keep = feeds_back && settings.feedback == first + 1;
-  for (size_t i = 0; i < signals.size() && keep; ++i) {
-    signals[i].kept = RoomToKeep(i);
-  }
-  {
-    const StageTimer timer(&out->timings, "atrous");
-    stages->atrous_pair(signals, state.guides, LevelParameters(first), LevelParameters(first + 1));
-  }
-  for (size_t i = 0; i < signals.size(); ++i) {
-    if (keep && signals[i].kept != &wavelet[i].history->colour) {
-      std::swap(wavelet[i].history->colour, *signals[i].kept);
-    }
-    FinishLevel(signals[i], &wavelet[i]);
-  }
 }
 
 void Denoiser::Impl::FinishLevel(const AtrousSignal& signal, WaveletPlanes* planes) {
@@ -162,17 +111,24 @@ void Denoiser::Impl::FinishLevel(const AtrousSignal& signal, WaveletPlanes* plan
   }
 }
 
-void Denoiser::Impl::RunLevel(std::span<AtrousSignal> signals, int level) {
-  const AtrousParameters p = LevelParameters(level);
-  for (size_t i = 0; i < signals.size() && !StopsOnTheWay(); ++i) {
-    const StageTimer timer(&out->timings, "prefilter_variance");
-    stages->prefilter_variance(PrefilterInputOf(signals[i], state.guides), p.prefilter,
-                               &wavelet[i].stop);
-    signals[i].stop = &wavelet[i].stop;
+void Denoiser::Impl::RunLevel(int level) {
+  std::array<AtrousSignal, kMostGroups> of_level;
+  const std::span<AtrousSignal> signals(of_level.data(), groups.size());
+  for (size_t i = 0; i < signals.size(); ++i) {
+    WaveletPlanes& planes = wavelet[i];
+    signals[i] = LevelSignal(i, level);
+    if (settings.wavelet == Wavelet::kSvgf) {
+      const StageTimer timer(&out->timings, "prefilter_variance");
+      const PrefilterVarianceInput in = {&(*planes.light)[0], planes.variance, planes.where,
+                                         &planes.history->length,
+                                         planes.complete ? &state.guides.full : nullptr};
+      stages->prefilter_variance(in, PrefilterOf(), &planes.stop);
+      signals[i].stop = &planes.stop;
+    }
   }
   const StageTimer timer(&out->timings, "atrous");
-  stages->atrous(signals, state.guides, p);
-  for (size_t i = 0; i < signals.size(); ++i) {
+  stages->atrous(signals, state.guides, LevelParameters(level));
+  for (size_t i = 0; i < groups.size(); ++i) {
     FinishLevel(signals[i], &wavelet[i]);
   }
 }
@@ -288,9 +244,9 @@ void Denoiser::Impl::FilterSignals() {
     }
     FindPresent(&planes);
   }
-  for (int level = 0; level < settings.steps.count;) {
-    level += RunLevels(level);
-    KeepLevel(level - 1);
+  for (int level = 0; level < settings.steps.count; ++level) {
+    RunLevel(level);
+    KeepLevel(level);
   }
   for (size_t i = 0; i < groups.size(); ++i) {
     KeepImage("filtered", groups[i], *wavelet[i].light);

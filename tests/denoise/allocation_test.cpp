@@ -9,7 +9,6 @@
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 
 #include "stillray/denoise.hpp"
 #include "test_frames.h"
@@ -99,13 +98,6 @@ TEST(Allocation, NoneWithAnyGroupingOrFireflies) {
       EXPECT_EQ(CountSteady(settings, false, 4), 0) << grouping << " " << firefly;
     }
   }
-}
-
-TEST(Allocation, NoneWithLevelsInPairs) {
-  Settings settings = PresetSettings("svgf").value();
-  settings.kernel = Kernel::k3x3;
-  // On one thread 50 rows are enough for the first two levels at once.
-  tbb::task_arena(1).execute([&] { EXPECT_EQ(CountSteady(settings, false, 4), 0); });
 }
 
 }  // namespace

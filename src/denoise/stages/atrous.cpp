@@ -8,17 +8,13 @@
 // there zero without a test.
 #include "denoise/stages/atrous.h"
 
-#include <algorithm>
-#include <array>
 #include <span>
 
-#include <tbb/task_arena.h>
-
-#include "core/cache_size.h"
 #include "core/check.h"
 #include "core/parallel.h"
 #include "denoise/row_scratch.h"
-#include "denoise/simd/level_rows.h"
+#include "denoise/simd/next_row.h"
+#include "denoise/simd/tap_pairs.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "denoise/stages/atrous.cpp"
@@ -29,8 +25,6 @@
 
 #include "denoise/simd/edge_stopping-inl.h"
 #include "denoise/simd/guide_exponents-inl.h"
-#include "denoise/simd/level_rows-inl.h"
-#include "denoise/simd/luminance_stop-inl.h"
 #include "denoise/simd/sparse_rows-inl.h"
 #include "denoise/simd/stream_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
@@ -38,6 +32,17 @@
 #ifndef STILLRAY_ATROUS_ONCE
 #define STILLRAY_ATROUS_ONCE
 namespace stillray {
+
+inline constexpr size_t kMostSignals = 8;
+
+/// What rows of a level have in common.
+struct AtrousLevel {
+  std::span<const AtrousSignal> signals;
+  const GuidePlanes* guides;
+  const AtrousParameters* parameters;
+  TapPairs taps;
+  float centre_kernel;
+};
 
 /// The i-th row in an order in which the rows of one residue modulo `step` follow each other, so
 /// that a level's taps are found in the cache.
@@ -59,6 +64,124 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
+/// One signal at the pixels x, x + 1, ... of a row.
+struct SignalRow {
+  const float* luminance;
+  const float* red;
+  const float* blue;
+  const float* variance;
+  const float* stop;
+  const float* present;
+  float eaw_l;  ///< log2(e) / sigma^2
+};
+
+inline SignalRow RowOf(const AtrousSignal& s, int y) {
+  const Image3& colour = *s.colour;
+  return {colour[0].Row(y),
+          colour[1].Row(y),
+          colour[2].Row(y),
+          s.variance->Row(y),
+          s.stop != nullptr ? s.stop->Row(y) : nullptr,
+          s.present->Row(y),
+          kLog2E / (s.eaw_sigma_l * s.eaw_sigma_l)};
+}
+
+struct Sums {
+  VF luminance, red, blue, variance, weight;
+};
+
+/// Where the filtered pixels of one signal go.
+struct OutputRow {
+  float* value[4];  ///< luminance, red, blue, variance
+  float* grown;     ///< nullptr: not wanted
+};
+
+inline OutputRow OutputOf(const AtrousSignal& s, int y) {
+  Image3& colour = s.out->colour;
+  return {{colour[0].Row(y), colour[1].Row(y), colour[2].Row(y), s.out->variance.Row(y)},
+          s.grown != nullptr ? s.grown->Row(y) : nullptr};
+}
+
+/// Writes the filtered pixels of one signal.
+HWY_INLINE void Finish(const SignalRow& row, const OutputRow& out, const Sums& sums, MF surface,
+                       int x, int width) {
+  const DF d;
+  const VF one = hn::Set(d, 1.0f);
+  const MF filled = hn::And(hn::Gt(sums.weight, hn::Set(d, kMinAtrousWeight)), surface);
+  const VF scale = hn::Div(one, hn::IfThenElse(filled, sums.weight, one));
+  const VF scale2 = hn::Mul(scale, scale);
+  if (hn::AllTrue(d, filled) && out.grown == nullptr) {  // nearly everywhere
+    StreamInRow(d, hn::Mul(sums.luminance, scale), out.value[0], x, width);
+    StreamInRow(d, hn::Mul(sums.red, scale), out.value[1], x, width);
+    StreamInRow(d, hn::Mul(sums.blue, scale), out.value[2], x, width);
+    StreamInRow(d, hn::Mul(sums.variance, scale2), out.value[3], x, width);
+    return;
+  }
+  const auto put = [&](int channel, VF sum, VF factor, const float* before) HWY_ATTR {
+    StreamInRow(d, hn::IfThenElse(filled, hn::Mul(sum, factor), hn::LoadU(d, before + x)),
+                out.value[channel], x, width);
+  };
+  put(0, sums.luminance, scale, row.luminance);
+  put(1, sums.red, scale, row.red);
+  put(2, sums.blue, scale, row.blue);
+  put(3, sums.variance, scale2, row.variance);
+  if (out.grown != nullptr) {
+    StreamInRow(d, hn::IfThenElse(filled, one, hn::LoadU(d, row.present + x)), out.grown, x, width);
+  }
+}
+
+using NextGuides = NextRow<2 + 5 * 4>;
+using NextSignal = NextRow<6 + 5 * 6>;
+
+/// What the next row will read of the guides that this one does not; or, with `all_taps`, all that
+/// it will.
+inline NextGuides NextGuidesOf(const AtrousLevel& level, bool all_taps, int y) {
+  const AtrousParameters& p = *level.parameters;
+  const GuidePlanes& g = *level.guides;
+  NextGuides next;
+  next.Add(g.gradient, y + p.step);
+  for (int tap = all_taps ? -p.radius : p.radius; tap <= p.radius; ++tap) {
+    const int row = y + p.step + p.step * tap;
+    next.Add(g.normal, row);
+    next.Add(p.edges.plane ? g.inverse_depth : g.depth, row);
+  }
+  return next;
+}
+
+/// ... and what it will read and write of one signal.
+inline NextSignal NextSignalOf(const AtrousLevel& level, const AtrousSignal& signal, bool all_taps,
+                               int y) {
+  const AtrousParameters& p = *level.parameters;
+  const int own = y + p.step;  // the pixels themselves
+  const bool geometry = p.weights == AtrousWeights::kGeometry;
+  const int channels = geometry ? 2 : 3;
+  NextSignal next;
+  for (int c = 0; c < channels; ++c) {
+    AddStreamed(signal.out->colour[c], own, &next);
+  }
+  AddStreamed(signal.out->variance, own, &next);
+  if (signal.grown != nullptr) {
+    AddStreamed(*signal.grown, own, &next);
+  }
+  if (!geometry && p.noise_ratio <= 1) {
+    next.Add(*signal.stop, own);
+  }
+  for (int tap = all_taps ? -p.radius : p.radius; tap <= p.radius; ++tap) {
+    const int row = own + p.step * tap;
+    for (int c = 0; c < channels; ++c) {
+      next.Add((*signal.colour)[c], row);
+    }
+    next.Add(*signal.variance, row);
+    if (!geometry && p.noise_ratio > 1) {
+      next.Add(*signal.stop, row);
+    }
+    if (geometry || !signal.complete) {
+      next.Add(*signal.present, row);
+    }
+  }
+  return next;
+}
+
 /// The weight where there is light, else 0.
 HWY_INLINE VF WherePresent(const SignalRow& s, ptrdiff_t q, VF weight) {
   const DF d;
@@ -78,7 +201,6 @@ HWY_INLINE void AddTap(const SignalRow& s, ptrdiff_t q, VF weight, VF luminance,
 /// What the taps of all signals have in common.
 struct LightTaps {
   const TapPairs taps;
-  const TapDistances distances;
   const TapSlots exponents;  ///< a row of each tap
   float centre_kernel;
   float least_stop;  ///< of the pixel's own, that a noisier neighbour may lower it to
@@ -98,7 +220,8 @@ HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, VF stop, i
   // Two taps at a time, step by step: one alone is a longer chain than cores look ahead for others.
   ForEachPair<kPairs>(
       light.taps, [&](int i) HWY_ATTR __attribute__((always_inline)) {
-        const ptrdiff_t q[2] = {x + light.distances.to[2 * i], x + light.distances.to[2 * i + 1]};
+        const ptrdiff_t distance = light.taps.pair[i].distance;
+        const ptrdiff_t q[2] = {x + distance, x - distance};
         const VF l[2] = {InRegister(hn::LoadU(d, row.luminance + q[0])),
                          InRegister(hn::LoadU(d, row.luminance + q[1]))};
         const float* exponents = light.exponents.first + 2 * i * light.exponents.stride + x;
@@ -144,70 +267,51 @@ void ExponentsOfRow(const AtrousLevel& level, int y, TapSlots to) {
   }
 }
 
-/// What the stops of a row are made from.
-VarianceRows VarianceRowsOf(const AtrousLevel& level, const LevelRows& rows, int y) {
-  const AtrousSignal& s = *rows.signal;
-  const PlaneRows<const float>& variance = rows.in[3];
-  return {rows.in[0].Row(y),
-          s.length->Row(y),
-          {{variance.Row(y - 1), variance.Row(y), variance.Row(y + 1)}},
-          ThreeRowsOf(*s.present, y),
-          s.complete ? ThreeRowsOf(level.guides->full, y) : ThreeRows<uint32_t>()};
-}
-
 /// Filters a row of one signal with the weights of SVGF. Not inlined, and with arguments of its
 /// own, since compilers read again after every store what that could have changed.
-///
-/// \param stop_of  takes a column: the stops of the pixels from there on
-template <int kPairs, bool kShared, bool kComplete, typename StopOf>
-HWY_NOINLINE void FilterSignalRow(const AtrousLevel& level, const LevelRows& signal, int y,
-                                  TapSlots exponents, const StopOf stop_of) {
+template <int kPairs, bool kShared, bool kComplete>
+HWY_NOINLINE void FilterSignalRow(const AtrousLevel& level, const AtrousSignal& signal, int y,
+                                  TapSlots exponents) {
   const DF d;
   const VF zero = hn::Zero(d);
-  const LightTaps light = {level.taps, DistancesOf(level, signal.in[0], y), exponents,
-                           level.centre_kernel, 1 / level.parameters->noise_ratio};
+  const LightTaps light = {level.taps, exponents, level.centre_kernel,
+                           1 / level.parameters->noise_ratio};
   const GuidePlanes& g = *level.guides;
   const float* depth = (level.parameters->edges.plane ? g.inverse_depth : g.depth).Row(y);
   const SignalRow row = RowOf(signal, y);
-  const OutputRow out = OutputOf(level, signal, y);
+  const OutputRow out = OutputOf(signal, y);
   const NextSignal next = NextSignalOf(level, signal, false, y);
   const int width = g.id.width();
-  VF stop = stop_of(0);
   for (int x = 0; x < width; x += LaneCount()) {
     next.Fetch(x);
-    // A root and a division on their way while the taps of this vector are added up.
-    const VF next_stop = stop_of(std::min(x + LaneCount(), width - 1));
     const MF surface = hn::Gt(hn::LoadU(d, depth + x), zero);
-    const Sums sums = hn::AllFalse(d, surface)
-                          ? Sums{zero, zero, zero, zero, zero}
-                          : SumTaps<kPairs, kShared, kComplete>(light, row, stop, x);
+    const Sums sums = hn::AllFalse(d, surface) ? Sums{zero, zero, zero, zero, zero}
+                                               : SumTaps<kPairs, kShared, kComplete>(
+                                                     light, row, hn::LoadU(d, row.stop + x), x);
     Finish(row, out, sums, surface, x, width);
-    stop = next_stop;
   }
 }
 
-/// Filters a row of one signal; makes the stops where it has none.
-template <int kPairs, bool kComplete>
-void FilterSignalRow(const AtrousLevel& level, const LevelRows& rows, int y, TapSlots exponents,
-                     const StopScratch& scratch) {
-  const float* const stops = RowOf(rows, y).stop;
-  if (stops != nullptr) {
-    FilterSignalRow<kPairs, true, kComplete>(
-        level, rows, y, exponents, [stops](int x) HWY_ATTR { return hn::LoadU(DF(), stops + x); });
-    return;
+/// Template arguments rather than branches in the innermost loop.
+template <int kPairs>
+void FilterSignalRow(const AtrousLevel& level, const AtrousSignal& signal, int y,
+                     TapSlots exponents) {
+  const bool shared = level.parameters->noise_ratio > 1;
+  if (signal.complete) {
+    shared ? FilterSignalRow<kPairs, true, true>(level, signal, y, exponents)
+           : FilterSignalRow<kPairs, false, true>(level, signal, y, exponents);
+  } else {
+    shared ? FilterSignalRow<kPairs, true, false>(level, signal, y, exponents)
+           : FilterSignalRow<kPairs, false, false>(level, signal, y, exponents);
   }
-  const StopSource source(VarianceRowsOf(level, rows, y), level.parameters->prefilter,
-                          level.guides->id.width(), scratch);
-  FilterSignalRow<kPairs, false, kComplete>(level, rows, y, exponents,
-                                            [source](int x) HWY_ATTR { return source.Stop(x); });
 }
 
 /// Whether any signal has light at the pixels x, x + 1, ... of a row, which may lie in the border.
 HWY_INLINE bool AnyPresent(const AtrousLevel& level, int y, int x) {
   const DF d;
   VF present = hn::Zero(d);
-  for (const LevelRows& rows : level.signals) {
-    present = hn::Max(present, hn::LoadU(d, rows.signal->present->Row(y) + x));
+  for (const AtrousSignal& signal : level.signals) {
+    present = hn::Max(present, hn::LoadU(d, signal.present->Row(y) + x));
   }
   return !hn::AllFalse(d,
                        hn::And(hn::Gt(present, hn::Zero(d)), InRow(x, level.guides->id.width())));
@@ -258,7 +362,7 @@ void FilterRowByGeometry(const AtrousLevel& level, int y) {
   OutputRow outputs[kMostSignals];
   for (size_t i = 0; i < level.signals.size(); ++i) {
     rows[i] = RowOf(level.signals[i], y);
-    outputs[i] = OutputOf(level, level.signals[i], y);
+    outputs[i] = OutputOf(level.signals[i], y);
   }
   // Where samples are rare, nothing else has touched what they need.
   const bool sparse = IsSparseRow(rows[0].present, width);
@@ -293,7 +397,7 @@ void FilterRowByGeometry(const AtrousLevel& level, int y) {
 
 /// The weights that are there for comparison: the kernel alone, and the Gaussians of EAW.
 template <bool kEaw>
-void FilterRowForComparison(const AtrousLevel& level, const LevelRows& signal, int y) {
+void FilterRowForComparison(const AtrousLevel& level, const AtrousSignal& signal, int y) {
   const DF d;
   const DU du;
   const AtrousParameters& p = *level.parameters;
@@ -340,7 +444,7 @@ void FilterRowForComparison(const AtrousLevel& level, const LevelRows& signal, i
       add_tap(pair.distance, pair.dx, pair.dy, pair.log2_kernel);
       add_tap(-pair.distance, -pair.dx, -pair.dy, pair.log2_kernel);
     }
-    Finish(row, OutputOf(level, signal, y), sums, hn::Gt(c.i, zero), x, width);
+    Finish(row, OutputOf(signal, y), sums, hn::Gt(c.i, zero), x, width);
   }
 }
 
@@ -363,13 +467,11 @@ void ExponentsOfRow(const AtrousLevel& level, int y, TapSlots to) {
 /// signal, so that few planes are walked through at a time.
 template <int kPairs>
 void FilterRow(const AtrousLevel& level, int y) {
-  const RowScratch scratch(level.guides->id.width(), 2 * kPairs + 2);
+  const RowScratch scratch(level.guides->id.width(), 2 * kPairs);
   const TapSlots exponents = {scratch.Row(0), scratch.Row(1) - scratch.Row(0)};
   ExponentsOfRow<kPairs>(level, y, exponents);
-  const StopScratch of_stops = {scratch.Row(2 * kPairs), scratch.Row<uint32_t>(2 * kPairs + 1)};
-  for (const LevelRows& rows : level.signals) {
-    rows.signal->complete ? FilterSignalRow<kPairs, true>(level, rows, y, exponents, of_stops)
-                          : FilterSignalRow<kPairs, false>(level, rows, y, exponents, of_stops);
+  for (const AtrousSignal& signal : level.signals) {
+    FilterSignalRow<kPairs>(level, signal, y, exponents);
   }
 }
 
@@ -377,12 +479,12 @@ void AtrousRow(const AtrousLevel& level, int y) {
   const AtrousParameters& p = *level.parameters;
   switch (p.weights) {
     case AtrousWeights::kNaive:
-      for (const LevelRows& signal : level.signals) {
+      for (const AtrousSignal& signal : level.signals) {
         FilterRowForComparison<false>(level, signal, y);
       }
       break;
     case AtrousWeights::kEaw:
-      for (const LevelRows& signal : level.signals) {
+      for (const AtrousSignal& signal : level.signals) {
         FilterRowForComparison<true>(level, signal, y);
       }
       break;
@@ -408,21 +510,6 @@ void AtrousRows(const AtrousLevel& level, int begin, int end) {
   FinishStreams();
 }
 
-/// The rows begin..end of a level that reads what another makes just before.
-void AtrousRowsOfPair(const AtrousLevel& first, const AtrousLevel& second, int begin, int end) {
-  const TinyIsZero tiny_is_zero;
-  const int reach = ReachOf(*second.parameters);
-  for (int y = begin - reach; y < end + reach; ++y) {
-    if (y >= 0 && y < first.guides->id.height()) {
-      AtrousRow(first, y);
-    }
-    if (y - reach >= begin) {
-      AtrousRow(second, y - reach);
-    }
-  }
-  FinishStreams();
-}
-
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace stillray
@@ -432,39 +519,23 @@ HWY_AFTER_NAMESPACE();
 namespace stillray::cpu {
 
 HWY_EXPORT(AtrousRows);
-HWY_EXPORT(AtrousRowsOfPair);
 
 namespace {
 
-/// A level without its signals.
-AtrousLevel LevelOf(const GuidePlanes& guides, const AtrousParameters& p) {
+AtrousLevel LevelOf(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
+                    const AtrousParameters& p) {
   constexpr float kLog2Kernel3[2] = {-1.0f, -2.0f};
   constexpr float kLog2Kernel5[3] = {-1.41503750f, -2.0f, -4.0f};
   const ptrdiff_t stride = guides.inverse_depth.stride();
   const bool small = p.radius == 1;
   AtrousLevel level;
+  level.signals = signals;
   level.guides = &guides;
   level.parameters = &p;
   level.taps = small ? MakeTapPairs(kLog2Kernel3, p.step, stride)
                      : MakeTapPairs(kLog2Kernel5, p.step, stride);
   level.centre_kernel = small ? 0.25f : 9.0f / 64.0f;
-  level.advance = p.step;
-  level.leads = true;
   return level;
-}
-
-void ReadPlanes(const AtrousSignal& signal, LevelRows* rows) {
-  for (int c = 0; c < 3; ++c) {
-    rows->in[c] = PlaneRows<const float>((*signal.colour)[c]);
-  }
-  rows->in[3] = PlaneRows<const float>(*signal.variance);
-}
-
-void WritePlanes(const AtrousSignal& signal, LevelRows* rows) {
-  for (int c = 0; c < 3; ++c) {
-    rows->out[c] = PlaneRows<float>(signal.out->colour[c]);
-  }
-  rows->out[3] = PlaneRows<float>(signal.out->variance);
 }
 
 void CheckSignals(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
@@ -475,28 +546,10 @@ void CheckSignals(std::span<const AtrousSignal> signals, const GuidePlanes& guid
     STILLRAY_CHECK_LE(ReachOf(p), signal.present->border());
     STILLRAY_CHECK_EQ(signal.variance->stride(), stride);
     STILLRAY_CHECK_EQ(signal.present->stride(), stride);
-    if (signal.stop != nullptr) {
+    if (p.weights == AtrousWeights::kSvgf) {
       STILLRAY_CHECK_EQ(signal.stop->stride(), stride);
-    } else if (p.weights == AtrousWeights::kSvgf) {
-      STILLRAY_CHECK_LE(p.noise_ratio, 1.0f);
-      STILLRAY_CHECK(signal.length != nullptr);
     }
   }
-}
-
-/// Rows that a level reads at once of what the one before it makes.
-int RingRows(const AtrousParameters& p) {
-  return 2 * ReachOf(p) + 1;
-}
-
-/// The rows on both sides of a band, which its neighbours work out too, are at most so large a part
-/// of it: 2 / kLeastBand.
-constexpr int kLeastBand = 16;
-
-/// Rows that one thread filters by both levels of a pair.
-int BandOfPair(int height, const AtrousParameters& second) {
-  const int pieces = 2 * tbb::this_task_arena::max_concurrency();
-  return std::max((height + pieces - 1) / pieces, kLeastBand * ReachOf(second));
 }
 
 }  // namespace
@@ -504,67 +557,10 @@ int BandOfPair(int height, const AtrousParameters& second) {
 void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
             const AtrousParameters& p) {
   CheckSignals(signals, guides, p);
-  std::array<LevelRows, kMostSignals> rows;
-  for (size_t i = 0; i < signals.size(); ++i) {
-    rows[i].signal = &signals[i];
-    ReadPlanes(signals[i], &rows[i]);
-    WritePlanes(signals[i], &rows[i]);
-  }
-  AtrousLevel level = LevelOf(guides, p);
-  level.signals = {rows.data(), signals.size()};
+  const AtrousLevel level = LevelOf(signals, guides, p);
   ParallelRows(guides.id.height(), 8, [&](int begin, int end) {
     HWY_DYNAMIC_DISPATCH(AtrousRows)(level, begin, end);
   });
-}
-
-void AtrousPair(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
-                const AtrousParameters& first, const AtrousParameters& second) {
-  CheckSignals(signals, guides, first);
-  CheckSignals(signals, guides, second);
-  const int height = guides.id.height();
-  const int border = signals[0].present->border();
-  ParallelRows(height, BandOfPair(height, second), [&](int begin, int end) {
-    RowRings rings(guides.id.width(), border,
-                   4 * RingRows(second) * static_cast<int>(signals.size()));
-    std::array<LevelRows, kMostSignals> rows[2];
-    for (size_t i = 0; i < signals.size(); ++i) {
-      LevelRows& before = rows[0][i];
-      LevelRows& after = rows[1][i];
-      before.signal = after.signal = &signals[i];
-      ReadPlanes(signals[i], &before);
-      for (int c = 0; c < 4; ++c) {
-        before.out[c] = rings.Add(RingRows(second));
-        after.in[c] = before.out[c];
-      }
-      for (int c = 0; c < 3 && signals[i].kept != nullptr; ++c) {
-        before.kept[c] = PlaneRows<float>((*signals[i].kept)[c]);
-      }
-      WritePlanes(signals[i], &after);
-    }
-    AtrousLevel levels[2] = {LevelOf(guides, first), LevelOf(guides, second)};
-    for (int k = 0; k < 2; ++k) {
-      levels[k].signals = {rows[k].data(), signals.size()};
-      levels[k].advance = 1;
-    }
-    levels[0].kept_begin = begin;
-    levels[0].kept_end = end;
-    levels[1].leads = false;
-    HWY_DYNAMIC_DISPATCH(AtrousRowsOfPair)(levels[0], levels[1], begin, end);
-  });
-}
-
-bool PairPays(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
-              const AtrousParameters& first, const AtrousParameters& second) {
-  const int threads = tbb::this_task_arena::max_concurrency();
-  // Larger kernels wait for arithmetic, not for memory.
-  if (second.radius > 1 || guides.id.height() < threads * kLeastBand * ReachOf(second)) {
-    return false;
-  }
-  constexpr int kGuides = 6;  // normal, depth, gradient
-  const int guide_rows = 2 * (ReachOf(first) + ReachOf(second)) + 1;
-  const int values = kGuides * guide_rows + 4 * RingRows(second) * static_cast<int>(signals.size());
-  return static_cast<size_t>(values) * sizeof(float) * static_cast<size_t>(guides.id.stride()) <=
-         SecondCacheBytes();
 }
 
 }  // namespace stillray::cpu

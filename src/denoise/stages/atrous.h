@@ -9,7 +9,7 @@
 /// Border: step * radius. Departs: where PSVGF prints w^2 Var for the variance, the normalised form
 /// stands. Signals share what the guides say, which is the whole weight of kGeometry. Reads 24
 /// bytes of guides and 16 to 24 per signal and pixel (every tap again, from cache), writes 16 per
-/// signal. Without stops it makes those of a row just before it needs them.
+/// signal.
 #pragma once
 
 #include <span>
@@ -17,7 +17,6 @@
 #include "denoise/planes.h"
 #include "denoise/stages/edge_stopping.h"
 #include "denoise/stages/edge_stopping_shared.h"
-#include "denoise/stages/prefilter_variance.h"
 
 namespace stillray {
 
@@ -35,9 +34,8 @@ struct AtrousParameters {
   int radius = 2;  ///< 1: 3x3, 2: 5x5
   AtrousWeights weights = AtrousWeights::kSvgf;
   EdgeStopping edges;
-  bool test_id = false;                   ///< also stop at another id
-  float noise_ratio = 1;                  ///< >= 1; see SharedStop
-  PrefilterVarianceParameters prefilter;  ///< of signals without stops
+  bool test_id = false;   ///< also stop at another id
+  float noise_ratio = 1;  ///< >= 1; see SharedStop
   float eaw_sigma_n = 0.3f;
   float eaw_sigma_z = 0.05f;
 };
@@ -53,9 +51,7 @@ struct AtrousSignal {
   const Image3* colour;
   const Image1* variance;
   FilterPlanes* out;
-  /// See prefilter_variance; read by kSvgf only. nullptr: the level makes them itself, row by row,
-  /// which it can where the stops of other pixels are not wanted (noise_ratio 1).
-  const Image1* stop;
+  const Image1* stop;     ///< see prefilter_variance; read by kSvgf only
   const Image1* present;  ///< positive where there is light on a surface, else 0
   bool complete = false;  ///< every surface has light: `present` tells nothing new
   float eaw_sigma_l = 1;  ///< in units of light; the caller halves it per level
@@ -63,39 +59,15 @@ struct AtrousSignal {
   /// not wanted. Below one sample per pixel a level that forgot what the one before has filled
   /// would show single samples as dots.
   Image1* grown = nullptr;
-  const Image1* length = nullptr;  ///< history length, read where there are no stops
-  Image3* kept = nullptr;          ///< see AtrousPair; nullptr: not wanted
 };
-
-/// What the stops of a signal are made from.
-inline PrefilterVarianceInput PrefilterInputOf(const AtrousSignal& signal,
-                                               const GuidePlanes& guides) {
-  return {&(*signal.colour)[0], signal.variance, signal.present, signal.length,
-          signal.complete ? &guides.full : nullptr};
-}
 
 namespace reference {
 void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
             const AtrousParameters& parameters);
-/// A level and the next one; `out` is what the second makes. What the first makes stays nowhere,
-/// but for its light where signals have room for that (`kept`). \param signals  complete and
-/// without stops, which each level makes itself (noise_ratio 1)
-void AtrousPair(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
-                const AtrousParameters& first, const AtrousParameters& second);
-/// Whether AtrousPair is faster than two levels.
-bool PairPays(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
-              const AtrousParameters& first, const AtrousParameters& second);
-}  // namespace reference
+}
 namespace cpu {
 void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
             const AtrousParameters& parameters);
-/// The same bits as two levels in one pass: the second filters a row as soon as the rows around it
-/// are there, from rings of rows that stay in the cache.
-void AtrousPair(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
-                const AtrousParameters& first, const AtrousParameters& second);
-/// Where rings and guides have room in the second cache, and no thread is left without rows.
-bool PairPays(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
-              const AtrousParameters& first, const AtrousParameters& second);
-}  // namespace cpu
+}
 
 }  // namespace stillray

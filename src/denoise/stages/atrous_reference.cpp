@@ -99,14 +99,8 @@ void PassThrough(const AtrousSignal& signal, int x, int y) {
 
 void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
             const AtrousParameters& p) {
-  Image1 stop;
-  for (AtrousSignal signal : signals) {
-    STILLRAY_CHECK_LE(p.step * p.radius, signal.present->border());
-    if (p.weights == AtrousWeights::kSvgf && signal.stop == nullptr) {
-      stop = Image1(signal.present->width(), signal.present->height());
-      PrefilterVariance(PrefilterInputOf(signal, guides), p.prefilter, &stop);
-      signal.stop = &stop;
-    }
+  for (const AtrousSignal& signal : signals) {
+    STILLRAY_CHECK_LE(ReachOf(p), signal.present->border());
     for (int y = 0; y < signal.present->height(); ++y) {
       for (int x = 0; x < signal.present->width(); ++x) {
         if (p.weights == AtrousWeights::kGeometry && !((*signal.present)(x, y) > 0)) {
@@ -120,29 +114,6 @@ void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
       }
     }
   }
-}
-
-void AtrousPair(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
-                const AtrousParameters& first, const AtrousParameters& second) {
-  for (AtrousSignal signal : signals) {
-    const Image1& present = *signal.present;
-    FilterPlanes between(present.width(), present.height(), present.border());
-    FilterPlanes* const out = signal.out;
-    signal.out = &between;
-    Atrous({&signal, 1}, guides, first);
-    signal.colour = &between.colour;
-    signal.variance = &between.variance;
-    signal.out = out;
-    Atrous({&signal, 1}, guides, second);
-    if (signal.kept != nullptr) {
-      *signal.kept = between.colour;
-    }
-  }
-}
-
-bool PairPays(std::span<const AtrousSignal> /*signals*/, const GuidePlanes& /*guides*/,
-              const AtrousParameters& /*first*/, const AtrousParameters& /*second*/) {
-  return false;
 }
 
 }  // namespace stillray::reference

@@ -13,14 +13,147 @@
 
 #include <hwy/highway.h>
 
-#include "denoise/simd/luminance_stop-inl.h"
 #include "denoise/simd/stream_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
+
+#ifndef STILLRAY_PREFILTER_VARIANCE_ONCE
+#define STILLRAY_PREFILTER_VARIANCE_ONCE
+namespace stillray {
+
+/// A row and those above and below it.
+template <typename T>
+struct ThreeRows {
+  const T* row[3] = {};
+};
+
+template <typename T>
+ThreeRows<T> ThreeRowsOf(const Plane<T>& plane, int y) {
+  return {{plane.Row(y - 1), plane.Row(y), plane.Row(y + 1)}};
+}
+
+/// What the stops of one row are made from.
+struct VarianceRows {
+  const float* luminance;
+  const float* length;
+  ThreeRows<float> variance;
+  ThreeRows<float> present;
+  ThreeRows<uint32_t> full;  ///< nullptr: not known
+};
+
+inline VarianceRows RowsOf(const PrefilterVarianceInput& in, int y) {
+  return {in.luminance->Row(y), in.length->Row(y), ThreeRowsOf(*in.variance, y),
+          ThreeRowsOf(*in.present, y),
+          in.full != nullptr ? ThreeRowsOf(*in.full, y) : ThreeRows<uint32_t>()};
+}
+
+}  // namespace stillray
+#endif
 
 HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
+
+/// 1 2 1 of three values.
+HWY_INLINE VF Smooth(VF before, VF centre, VF after) {
+  const DF d;
+  return hn::MulAdd(hn::Set(d, 2.0f), centre, hn::Add(before, after));
+}
+
+/// 1 2 1 down the columns.
+HWY_INLINE VF SmoothDown(const ThreeRows<float>& variance, int x) {
+  const DF d;
+  return Smooth(hn::LoadU(d, variance.row[0] + x), hn::LoadU(d, variance.row[1] + x),
+                hn::LoadU(d, variance.row[2] + x));
+}
+
+/// Sums of the variance over the pixels that have light, and of their weights.
+struct SmoothedLight {
+  VF sum, weight;
+};
+
+HWY_INLINE SmoothedLight SmoothLightDown(const ThreeRows<float>& variance,
+                                         const ThreeRows<float>& present, int x) {
+  const DF d;
+  VF v[3];
+  VF w[3];
+  for (int i = 0; i < 3; ++i) {
+    const MF there = hn::Gt(hn::LoadU(d, present.row[i] + x), hn::Zero(d));
+    v[i] = hn::IfThenElseZero(there, hn::LoadU(d, variance.row[i] + x));
+    w[i] = hn::IfThenElseZero(there, hn::Set(d, 1.0f));
+  }
+  return {Smooth(v[0], v[1], v[2]), Smooth(w[0], w[1], w[2])};
+}
+
+/// Work memory of a row.
+struct StopScratch {
+  float* sums;            ///< of the variance down the columns
+  uint32_t* full_around;  ///< of each block: it and those around it are full
+};
+
+/// The rows that stops are made from, and how.
+class StopSource {
+ public:
+  StopSource(const VarianceRows& rows, const PrefilterVarianceParameters& p, int width,
+             const StopScratch& scratch)
+      : rows_(rows), p_(p), scratch_(scratch) {
+    const DF d;
+    const bool any_full = rows.full.row[0] != nullptr;
+    for (int i = 0; i < BlocksOf(width); ++i) {
+      scratch.full_around[i] = any_full ? Column(i - 1) & Column(i) & Column(i + 1) : 0;
+    }
+    for (int x = 0; x < width && any_full && p.smooth; x += LaneCount()) {
+      hn::Store(SmoothDown(rows.variance, x), d, scratch.sums + x);
+    }
+  }
+
+  /// LuminanceStop of the pixels x, x + 1, ...
+  HWY_INLINE VF Stop(int x) const {
+    const DF d;
+    const bool full = scratch_.full_around[x / kBlockPixels] != 0;
+    const VF variance = p_.smooth ? Smoothed(full, x) : hn::LoadU(d, rows_.variance.row[1] + x);
+    const VF spread = p_.square_root ? hn::Sqrt(variance) : variance;
+    const VF l = hn::Abs(hn::LoadU(d, rows_.luminance + x));
+    const VF tolerance =
+        hn::MulAdd(hn::Set(d, p_.sigma_l), spread,
+                   hn::MulAdd(hn::Set(d, p_.luminance_epsilon), l, hn::Set(d, 1e-12f)));
+    VF stop = hn::Div(hn::Set(d, kLog2E), tolerance);
+    if (!full) {
+      stop = hn::IfThenElseZero(hn::Gt(hn::LoadU(d, rows_.present.row[1] + x), hn::Zero(d)), stop);
+    }
+    if (p_.unbounded_below > 0) {
+      const VF old = hn::LoadU(d, rows_.length + x);
+      stop = hn::IfThenElseZero(hn::Ge(old, hn::Set(d, p_.unbounded_below)), stop);
+    }
+    return stop;
+  }
+
+ private:
+  /// Whether a block and those above and below it are full.
+  uint32_t Column(int block) const {
+    const auto& row = rows_.full.row;
+    return row[0][block] & row[1][block] & row[2][block];
+  }
+  /// The variance, 1 2 1 down and across, over the pixels that have light.
+  /// \param full  all around have
+  HWY_INLINE VF Smoothed(bool full, int x) const {
+    const DF d;
+    if (full) {
+      const VF sum = Smooth(hn::LoadU(d, scratch_.sums + x - 1), hn::LoadU(d, scratch_.sums + x),
+                            hn::LoadU(d, scratch_.sums + x + 1));
+      return hn::Mul(sum, hn::Set(d, 1.0f / 16));
+    }
+    const SmoothedLight before = SmoothLightDown(rows_.variance, rows_.present, x - 1);
+    const SmoothedLight here = SmoothLightDown(rows_.variance, rows_.present, x);
+    const SmoothedLight after = SmoothLightDown(rows_.variance, rows_.present, x + 1);
+    const VF weight = Smooth(before.weight, here.weight, after.weight);
+    return hn::Div(Smooth(before.sum, here.sum, after.sum), hn::Max(weight, hn::Set(d, 1.0f)));
+  }
+
+  const VarianceRows rows_;
+  const PrefilterVarianceParameters p_;
+  const StopScratch scratch_;
+};
 
 /// What the next row reads and writes.
 NextRow<8> NextRowOf(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p, int y,

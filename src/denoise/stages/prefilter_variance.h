@@ -31,32 +31,6 @@ struct PrefilterVarianceInput {
   const Plane<uint32_t>* full = nullptr;
 };
 
-/// A row and those above and below it.
-template <typename T>
-struct ThreeRows {
-  const T* row[3] = {};
-};
-
-template <typename T>
-ThreeRows<T> ThreeRowsOf(const Plane<T>& plane, int y) {
-  return {{plane.Row(y - 1), plane.Row(y), plane.Row(y + 1)}};
-}
-
-/// What the stops of one row are made from.
-struct VarianceRows {
-  const float* luminance;
-  const float* length;
-  ThreeRows<float> variance;
-  ThreeRows<float> present;
-  ThreeRows<uint32_t> full;  ///< nullptr: not known
-};
-
-inline VarianceRows RowsOf(const PrefilterVarianceInput& in, int y) {
-  return {in.luminance->Row(y), in.length->Row(y), ThreeRowsOf(*in.variance, y),
-          ThreeRowsOf(*in.present, y),
-          in.full != nullptr ? ThreeRowsOf(*in.full, y) : ThreeRows<uint32_t>()};
-}
-
 /// \param stop  LuminanceStop of every pixel; 0 where luminance must not stop anything: no light
 ///              yet, or too short a history
 namespace reference {
