@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Checks of our own promises: a failure is a defect of stillray, so both sides are printed and the
-/// program stops. What callers or files can get wrong is reported as a Status instead.
+/// Checks of internal invariants: a failure is a defect of stillray, so both values are printed and
+/// the program aborts. Errors of callers and files are reported as a Status instead.
 #pragma once
 
 #include <cstdio>

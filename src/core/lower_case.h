@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Names of files are told apart whatever the case of their endings.
+/// Lower case, for comparing file extensions.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace stillray {
 
-/// ASCII letters in lower case, whatever the locale.
+/// ASCII letters in lower case, independent of the locale.
 inline std::string LowerCase(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(), [](char c) {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
@@ -18,7 +18,7 @@ inline std::string LowerCase(std::string text) {
   return text;
 }
 
-/// The ending of a path with its dot, in lower case.
+/// The extension of a path with its dot, in lower case.
 inline std::string LowerExtension(const std::filesystem::path& path) {
   return LowerCase(path.extension().string());
 }

@@ -9,11 +9,11 @@ namespace stillray {
 namespace {
 
 constexpr size_t kMostShown = 3;
-/// Longer ones are no slips of a finger, and would take long.
+/// Longer names are not typing errors, and the comparison is quadratic.
 constexpr size_t kLongestName = 64;
 constexpr size_t kShortestBeginning = 3;
 
-/// Edits at which a name of this length still counts as near.
+/// The largest number of edits at which a name of this length counts as near.
 int MostEdits(size_t length) {
   return std::max(1, static_cast<int>(length) / 3);
 }
@@ -27,7 +27,7 @@ int Distance(std::string_view name, std::string_view known) {
 
 int EditDistance(std::string_view a, std::string_view b) {
   const size_t columns = b.size() + 1;
-  // Rows of the table of distances between the beginnings of a and b: i - 2, i - 1, i.
+  // Rows i - 2, i - 1 and i of the table of distances between prefixes of a and b.
   std::vector<int> before(columns), last(columns), row(columns);
   for (size_t j = 0; j < columns; ++j) {
     last[j] = static_cast<int>(j);

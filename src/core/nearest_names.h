@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The name that was meant by one that is not known.
+/// Suggestions for misspelt names.
 #pragma once
 
 #include <span>
@@ -10,14 +10,14 @@
 
 namespace stillray {
 
-/// Edits that make `a` of `b`: a character inserted, left out, replaced, or two neighbours swapped.
-/// Source: F. J. Damerau, "A technique for computer detection and correction of spelling errors",
-/// 1964; as optimal string alignment: no part is edited twice.
+/// The number of edits that turn `a` into `b`: insertions, deletions, replacements and swaps of
+/// neighbouring characters. Source: F. J. Damerau, "A technique for computer detection and
+/// correction of spelling errors", 1964; as optimal string alignment: no part is edited twice.
 int EditDistance(std::string_view a, std::string_view b);
 
-/// ", did you mean sigma_l?" with the nearest of the names (up to three as near as each other), or
-/// nothing if all are far: more than one edit for three characters of the name. A name of which
-/// `name` is the beginning is near as well.
+/// ", did you mean sigma_l?" with the nearest names (up to three at equal distance), or an empty
+/// string if all need more than one edit per three characters of the name. A name that starts with
+/// `name` counts as near as well.
 std::string DidYouMean(std::string_view name, std::span<const std::string_view> names);
 
 }  // namespace stillray

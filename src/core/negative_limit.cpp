@@ -16,7 +16,7 @@ namespace {
 
 using Histogram = std::array<uint32_t, STILLRAY_LIGHT_BINS>;
 
-/// What is measured: light, and where it has samples.
+/// The light to measure, and which pixels have samples.
 struct Measured {
   std::array<const Image3*, kSignalKindCount> lights = {};
   int count = 0;
@@ -24,7 +24,7 @@ struct Measured {
   int stride = 1;
 };
 
-/// The brightest component of all light at a pixel; NaN where any of it is not finite.
+/// The brightest component of all light at a pixel; NaN if any component is not finite.
 float BrightestLight(const Measured& of, int x, int y) {
   float brightest = 0;
   for (int i = 0; i < of.count; ++i) {
@@ -49,14 +49,14 @@ void MeasureRow(const Measured& of, int y, Histogram* bins) {
   }
 }
 
-/// As update_exposure.comp does it.
+/// Same as in update_exposure.comp.
 float MeanLight(const Histogram& bins) {
   uint32_t measured = 0;
   for (const uint32_t count : bins) {
     measured += count;
   }
   const uint32_t brightest = BrightestPixels(measured);
-  uint32_t waiting = 0;  // pixels that count as the next ones do
+  uint32_t waiting = 0;  // pixels that count as much as the next ones
   uint32_t passed = 0;
   int dimmest = 0;
   float sum = 0;

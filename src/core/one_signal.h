@@ -1,18 +1,18 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Frames of several signals as a renderer that knows only one would give them.
+/// Merges the signals of a frame, as a renderer with a single signal would deliver it.
 #pragma once
 
 #include "stillray/frame.h"
 
 namespace stillray {
 
-/// The same frame with all light as direct diffuse light and all albedos as one: what a filter of
-/// one signal makes of it is the same. Roughness is left out. Frames with second moments, which do
-/// not add up, are copied as they are.
-/// \param frame  with its planes on the host
-/// \param out    planes of the right size are kept
+/// The same frame with all light as direct diffuse light and all albedos in one, so that its sum of
+/// light times albedo is unchanged. Roughness is left out. Frames with second moments, which cannot
+/// be summed, are copied unchanged.
+/// \param frame  its planes must be on the host
+/// \param out    planes of the right size are reused
 void ToOneSignal(const Frame& frame, Frame* out);
 
 }  // namespace stillray

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Parallel loops on the thread pool that the ray tracer shares (oneTBB). The work given to one
-/// call of `body` never depends on the number of threads, so neither do results.
+/// Parallel loops on the thread pool of oneTBB, which the ray tracer uses too. How work is divided
+/// among calls of `body` never depends on the number of threads, so results do not either.
 #pragma once
 
 #include <functional>
@@ -22,8 +22,8 @@ void ParallelRows(int height, int band, const Body& body) {
   });
 }
 
-/// Reports work done, in 0..1; return false to stop the work, which then returns kCancelled.
-/// May be called from any thread, but never from two at once.
+/// Reports progress, 0..1; return false to cancel, which then returns kCancelled. Called from any
+/// thread, but never from two at once.
 using ProgressCallback = std::function<bool(double fraction)>;
 
 }  // namespace stillray

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Under the address sanitizer large planes come from where small ones do: it knows their ends.
+// The address sanitizer checks the bounds of heap blocks only, so under it large planes are not
+// mapped.
 #if defined(__linux__) && !defined(__SANITIZE_ADDRESS__)
 #define STILLRAY_MAPS_PLANES 1
 #if defined(__has_feature)
@@ -23,7 +24,7 @@
 namespace stillray::detail {
 namespace {
 
-/// Planes begin at so many different places, one after another.
+/// Successive planes cycle through this many different offsets.
 constexpr size_t kPlaces = 64;
 
 size_t NextPlace() {
@@ -31,19 +32,20 @@ size_t NextPlace() {
   return made.fetch_add(1, std::memory_order_relaxed) % kPlaces;
 }
 
-/// From the start of a memory page: no two places are the same. Planes of a stage that begin at the
-/// same one have their pixels in the same sets of the first cache, and what is written to one holds
-/// up what is read of the other (three signals of the wavelet took 1.7 times as long).
+/// Offset from the start of a memory page, different for each place. Planes of a stage with the
+/// same offset map to the same L1 sets, where writes to one evict reads of another (three signals
+/// of the wavelet took 1.7 times as long).
 size_t SmallShift(size_t place) {
   constexpr size_t kSmallPage = 4096;
-  constexpr size_t kStep = 23 * 64;  // an odd number of lines: as many places as a page has lines
+  // an odd number of cache lines, which visits every line of a page
+  constexpr size_t kStep = 23 * 64;
   return place * kStep % kSmallPage;
 }
 
 #ifdef STILLRAY_MAPS_PLANES
 
 constexpr size_t kHugePage = size_t{1} << 21;
-/// Huge pages lay the second cache's sets out in order: large planes differ in those as well.
+/// Within huge pages L2 sets follow the address too, so large planes also differ in those bits.
 size_t LargeShift(size_t place) {
   return place % 16 * 8192 + SmallShift(place);
 }
@@ -52,7 +54,7 @@ constexpr size_t RoundUp(size_t bytes, size_t multiple) {
   return (bytes + multiple - 1) / multiple * multiple;
 }
 
-/// A last part of less than half a huge page would waste more in one than it gains.
+/// A last part of less than half a huge page would waste more memory in one than it saves.
 size_t HugeBytes(size_t bytes) {
   return (bytes + kHugePage / 2) / kHugePage * kHugePage;
 }
@@ -62,7 +64,7 @@ size_t MappedBytes(size_t bytes) {
   return std::max(RoundUp(bytes, kSmallPage), HugeBytes(bytes));
 }
 
-/// `bytes` of MappedBytes, zero, at the start of a huge page.
+/// Maps MappedBytes for `bytes`, zeroed, aligned to a huge page.
 void* Map(size_t bytes) {
   const size_t room = bytes + kHugePage;
   void* mapped = mmap(nullptr, room, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -76,7 +78,7 @@ void* Map(size_t bytes) {
     munmap(first, before);
   }
   munmap(first + before + bytes, room - before - bytes);
-  // Where huge pages are not to be had, nothing changes.
+  // Without huge pages the memory works all the same.
   static_cast<void>(madvise(first + before, bytes / kHugePage * kHugePage, MADV_HUGEPAGE));
   return first + before;
 }

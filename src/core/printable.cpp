@@ -9,7 +9,7 @@ bool IsContinuation(char c) {
   return (static_cast<unsigned char>(c) & 0xc0) == 0x80;
 }
 
-/// Bytes of the control character that `text` begins with; 0: it is none.
+/// Length in bytes of the control character at the start of `text`; 0 if there is none.
 size_t ControlBytes(std::string_view text) {
   const auto first = static_cast<unsigned char>(text[0]);
   if (first < 0x20 || first == 0x7f) {

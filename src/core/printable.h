@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Text of files and command lines in messages.
+/// Text of files and command lines, made safe for messages.
 #pragma once
 
 #include <cstddef>
@@ -10,12 +10,12 @@
 
 namespace stillray {
 
-/// Of one name in a message.
+/// For one name in a message.
 inline constexpr size_t kMaxPrintedBytes = 200;
 
-/// The text with its control characters (C0, DEL, and C1 in UTF-8) escaped as \n, \t or \x1b, so
-/// that a message stays one line and cannot steer a terminal. All other bytes stay as they are.
-/// \param max_bytes  of the text; what is cut off leaves "...", no UTF-8 sequence is cut in two
+/// The text with control characters (C0, DEL, and C1 in UTF-8) escaped as \n, \t or \x1b, so that a
+/// message stays on one line and cannot control a terminal. All other bytes are kept.
+/// \param max_bytes  of the text; the rest is replaced by "...", without splitting a UTF-8 sequence
 std::string Printable(std::string_view text, size_t max_bytes = kMaxPrintedBytes);
 
 }  // namespace stillray

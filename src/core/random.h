@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Integer hashes: the one source of pseudo-random numbers. A number depends only on what it is
-/// hashed from (seed, pixel, frame, dimension), never on the order of work, so results do not
-/// depend on threads.
+/// Integer hashes: the only source of pseudo-random numbers. A number depends on its key (seed,
+/// pixel, frame, dimension) alone, never on the order of execution, so results do not depend on
+/// threads.
 #pragma once
 
 #include <cstdint>

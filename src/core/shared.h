@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What a header of formulas needs to compile both as C++ and as GLSL: such headers hold plain
-// functions of float, int, uint and vec2..vec4, marked SHARED_FN, and nothing else.
+// Lets a header of formulas compile both as C++ and as GLSL. Such headers hold plain functions of
+// float, int, uint and vec2..vec4, marked SHARED_FN, and nothing else.
 #ifndef STILLRAY_CORE_SHARED_H
 #define STILLRAY_CORE_SHARED_H
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// An acceleration structure of the device's own kind, in a buffer.
+/// A Vulkan acceleration structure in a buffer.
 #pragma once
 
 #include <utility>
@@ -13,12 +13,12 @@ namespace stillray::gpu {
 /// Move-only; its buffer must outlive it.
 class Acceleration {
  public:
-  /// What its buffer must be made with.
+  /// Usage flags that its buffer needs.
   static constexpr VkBufferUsageFlags kUsage =
       VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
       VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
 
-  /// Takes all of the buffer; nothing is built yet.
+  /// Occupies the whole buffer; nothing is built yet.
   static Result<Acceleration> Create(const DeviceContext* context, const Buffer& buffer,
                                      VkAccelerationStructureTypeKHR type);
   Acceleration() = default;
@@ -35,7 +35,7 @@ class Acceleration {
   VkDeviceAddress address_ = 0;
 };
 
-/// What was built or copied is seen by the builds, copies and queries that follow.
+/// Barrier: builds and copies before it are visible to builds, copies and queries after it.
 void WaitForBuilds(const DeviceContext& context, VkCommandBuffer commands);
 
 }  // namespace stillray::gpu

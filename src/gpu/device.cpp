@@ -33,7 +33,7 @@ Result<DeviceContext> MakeContext(PFN_vkGetInstanceProcAddr get, VkInstance inst
   return context;
 }
 
-/// A queue for compute; one that also draws or takes times if there is one.
+/// Finds a queue for compute, preferring one with graphics and timestamps.
 Status Device::FindQueue() {
   const InstanceFunctions& vk = instance_->functions();
   uint32_t count = 0;
@@ -59,7 +59,7 @@ Status Device::FindQueue() {
                         fmt::format("{}: the device has no queue for compute", info_.name));
 }
 
-/// To the context of a device with the extensions.
+/// Adds ray tracing to the context, for devices with the extensions.
 Status Device::AddRayTracing() {
   context_.ray_tracing = info_.ray_tracing;
   context_.shader_stages |= VK_PIPELINE_STAGE_RAY_TRACING_SHADER_BIT_KHR;

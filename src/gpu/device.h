@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A device to work with: one that stillray made, or a caller's own.
+/// A Vulkan device: one created by stillray, or the caller's own.
 #pragma once
 
 #include <memory>
@@ -11,30 +11,32 @@
 
 namespace stillray::gpu {
 
-/// A logical device and what is known of it. Owns nothing; a caller's device looks the same.
+/// A logical device with its properties and functions. Owns nothing; made alike for a caller's
+/// device.
 struct DeviceContext {
   VkPhysicalDevice physical = VK_NULL_HANDLE;
   VkDevice device = VK_NULL_HANDLE;
   DeviceFunctions vk;
   VkPhysicalDeviceMemoryProperties memory = {};
   VkPhysicalDeviceLimits limits = {};
-  /// Offered only by devices of stillray's own, which are made for it.
+  /// Available only on devices that stillray creates.
   RayTracing ray_tracing;
   MemorySharing sharing;
-  /// All stages that stillray's shaders run in.
+  /// All stages that execute stillray's shaders.
   VkPipelineStageFlags shader_stages = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
 };
 
-/// \return kUnsupported if the device lacks what CheckDevice asks for, or a function
+/// \return kUnsupported if the device fails CheckDevice or lacks a function
 Result<DeviceContext> MakeContext(PFN_vkGetInstanceProcAddr get, VkInstance instance,
                                   VkPhysicalDevice physical, VkDevice device);
 
-/// Makes what was written by the stages `from` visible to the stages `to`.
+/// Makes writes of the stages `from` visible to the stages `to`.
 void MemoryBarrier(const DeviceContext& context, VkCommandBuffer commands,
                    VkPipelineStageFlags from, VkAccessFlags written, VkPipelineStageFlags to,
                    VkAccessFlags used);
 
-/// A device of stillray's own with one queue, and a command buffer that runs and is waited for.
+/// A device created by stillray, with one queue and one command buffer that is submitted and waited
+/// for.
 class Device {
  public:
   static Result<std::shared_ptr<Device>> Create(std::shared_ptr<Instance> instance,
@@ -50,12 +52,12 @@ class Device {
   bool has_timestamps() const { return timestamp_bits_ != 0; }
   bool can_draw() const { return can_draw_; }
 
-  /// The command buffer and the queue are one thread's at a time: to be held from Begin to Run.
-  /// Threads have their turn in the order in which they asked.
+  /// Protects the command buffer and the queue; hold it from Begin to Run. Threads acquire it in
+  /// FIFO order.
   [[nodiscard]] Turn Lock() { return Turn(turns_); }
-  /// Begins the command buffer anew. One at a time: Run before the next Begin.
+  /// Restarts the command buffer. Call Run before the next Begin.
   Result<VkCommandBuffer> Begin();
-  /// Ends the command buffer, runs it and waits for it.
+  /// Ends the command buffer, submits it and waits for its completion.
   Status Run();
 
  private:

@@ -19,14 +19,14 @@ constexpr VkPipelineStageFlags kStages =
     VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
 constexpr VkAccessFlags kWrites = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
 
-/// Channels of 32 bits each.
+/// Number of 32-bit channels.
 int ChannelsOf(const Image& image) {
   return image.format == VK_FORMAT_R32G32B32A32_SFLOAT ? 4
          : image.format == VK_FORMAT_R32G32_SFLOAT     ? 2
                                                        : 1;
 }
 
-/// Rounded up, so that copies of all formats may start at the end.
+/// Rounded up, so that the next copy in the buffer is aligned for any format.
 VkDeviceSize BytesOf(const Image& image) {
   const VkDeviceSize bytes = VkDeviceSize{4} * static_cast<VkDeviceSize>(ChannelsOf(image)) *
                              static_cast<VkDeviceSize>(image.width) *
@@ -34,8 +34,8 @@ VkDeviceSize BytesOf(const Image& image) {
   return (bytes + 15) / 16 * 16;
 }
 
-/// Calls visit(image, planes of the frame that it goes to) for these `planes`. The image is nullptr
-/// for planes that are to be empty.
+/// Calls visit(image, destination planes of the frame) for these `planes`. The image is nullptr for
+/// planes that must become empty.
 template <typename Visit>
 void ForEachImage(const FrameImages& images, uint32_t planes, Frame* frame, const Visit& visit) {
   if ((planes & kLightPlanes) != 0) {
@@ -60,7 +60,7 @@ void ForEachImage(const FrameImages& images, uint32_t planes, Frame* frame, cons
   }
 }
 
-/// From interleaved channels to planes.
+/// Converts interleaved channels to planes.
 template <typename T, size_t N>
 void TakePixels(const Image& image, const void* from, std::span<Plane<T>, N> planes) {
   const auto channels = static_cast<size_t>(ChannelsOf(image));

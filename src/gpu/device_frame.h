@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The images of a frame that a renderer leaves on its device: written by its shaders, read by the
-/// denoiser's, and brought to the host only where somebody asks for them.
+/// The images of a frame that stays on the renderer's device: written by the renderer's shaders,
+/// read by the denoiser's, and downloaded only on request.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ namespace stillray::gpu {
 /// Direct and indirect, diffuse and specular, in the order of SignalKind.
 inline constexpr int kFrameSignals = 4;
 
-/// What a frame consists of, beside the signals and guides that each has.
+/// Which images a frame has, beside the signals and guides that every frame has.
 struct FrameShape {
   int width = 0;
   int height = 0;
@@ -28,9 +28,9 @@ struct FrameShape {
   friend bool operator==(const FrameShape&, const FrameShape&) = default;
 };
 
-/// Images in VK_IMAGE_LAYOUT_GENERAL, all floats of 32 bits: colours and the normal with four
-/// channels (the fourth means nothing), motion with two, others with one; `id` an integer. Those
-/// that the shape lacks are nullptr.
+/// Images in VK_IMAGE_LAYOUT_GENERAL, with 32-bit float channels: four for colours and the normal
+/// (the fourth is unused), two for motion, one for others; `id` holds integers. Images not in the
+/// shape are nullptr.
 struct FrameImages {
   std::array<const Image*, kFrameSignals> lights{};
   std::array<const Image*, kFrameSignals> second_moments{};
@@ -48,7 +48,7 @@ struct FrameImages {
 
 class DeviceFrame final : public FrameOnDevice {
  public:
-  /// \return kOutOfMemory, kInvalidArgument where the device has no images of that size
+  /// \return kOutOfMemory; kInvalidArgument if the device does not support images of that size
   static Result<std::shared_ptr<DeviceFrame>> Create(std::shared_ptr<Device> device,
                                                      const FrameShape& shape);
 
@@ -59,18 +59,19 @@ class DeviceFrame final : public FrameOnDevice {
   const FrameShape& shape() const { return shape_; }
   const FrameImages& images() const { return images_; }
 
-  /// Records that all images are written anew, whatever was in them, by compute shaders or by
-  /// clearing them. Once per frame, before anything else is done with them.
+  /// Records a barrier after which compute shaders or clears overwrite all images; old content is
+  /// discarded. Once per frame, before other use.
   void RecordBegin(VkCommandBuffer commands) const;
-  /// Records that what was written is seen by all that reads later, in other command buffers too.
+  /// Records a barrier that makes the writes visible to all later reads, also in other command
+  /// buffers.
   void RecordEnd(VkCommandBuffer commands) const;
 
-  // Facts of the pixels, told by who wrote them.
+  // Properties of the pixels, set by the writer.
   float samples_per_pixel = 1;      ///< mean of the frame
   bool has_unknown_guides = false;  ///< there are pixels with depth 0 and no sample
 
  private:
-  /// The way of downloads; made with the first.
+  /// The staging buffer of downloads; made by the first download.
   struct Staging {
     explicit Staging(const DeviceContext* context) : arena(context) {}
     Arena arena;
@@ -86,11 +87,12 @@ class DeviceFrame final : public FrameOnDevice {
   FrameShape shape_;
   Arena arena_;
   FrameImages images_;
-  mutable std::mutex download_;  // one at a time
+  mutable std::mutex download_;  // one download at a time
   mutable std::unique_ptr<Staging> staging_;
 };
 
-/// The frame's images if they lie on this device; nullptr: they lie elsewhere, or on the host.
+/// The frame's images if they are on this device; nullptr if they are on another device or on the
+/// host.
 const DeviceFrame* FrameOn(const Device& device, const Frame& frame);
 
 }  // namespace stillray::gpu

@@ -9,7 +9,7 @@
 
 namespace stillray::gpu {
 
-/// Whether a device offers all of these extensions. Never fails: one that cannot tell has none.
+/// Whether a device offers all of these extensions; false if the query fails.
 bool HasExtensions(const InstanceFunctions& functions, VkPhysicalDevice device,
                    std::span<const char* const> wanted);
 

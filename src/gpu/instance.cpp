@@ -74,7 +74,7 @@ uint64_t DeviceMemory(const InstanceFunctions& vk, VkPhysicalDevice device) {
 
 std::string DriverName(const InstanceFunctions& vk, VkPhysicalDevice device, uint32_t api_version,
                        uint32_t driver_version) {
-  if (api_version < VK_API_VERSION_1_2) {  // the name is core since then
+  if (api_version < VK_API_VERSION_1_2) {  // core since then
     return fmt::format("driver {:#x}", driver_version);
   }
   VkPhysicalDeviceDriverProperties driver = {};

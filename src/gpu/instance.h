@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The connection to Vulkan, and the devices of this machine.
+/// The Vulkan instance, and the devices of this machine.
 #pragma once
 
 #include <cstdint>
@@ -20,18 +20,18 @@ namespace stillray::gpu {
 struct DeviceInfo {
   VkPhysicalDevice handle = VK_NULL_HANDLE;
   int index = 0;          ///< N of "vulkan:N": the order in which the loader lists them
-  std::string name;       ///< as its driver says it
+  std::string name;       ///< as reported by the driver
   std::string driver;     ///< name and version
   const char* kind = "";  ///< "discrete GPU", "integrated GPU", "virtual GPU", "software", "other"
   bool is_gpu = false;    ///< hardware: neither software nor unknown
   uint32_t api_version = 0;   ///< as VK_API_VERSION_*
   uint64_t memory_bytes = 0;  ///< of the largest heap of the device's own memory
-  Status usable;              ///< ok, or what stillray misses
-  RayTracing ray_tracing;     ///< whether it traces rays in hardware, and its bounds
-  MemorySharing sharing;      ///< whether other APIs may import its memory
+  Status usable;              ///< ok, or the missing feature
+  RayTracing ray_tracing;     ///< support for ray tracing in hardware, and its limits
+  MemorySharing sharing;      ///< support for memory that other APIs can import
 };
 
-/// Messages of the validation layer; tests fail if there are any. Any thread may add to them.
+/// Messages of the validation layer; tests fail if there are any. Thread-safe.
 class Messages {
  public:
   void Add(std::string text);
@@ -50,19 +50,19 @@ struct InstanceOptions {
 /// A Vulkan 1.1 instance. Not copied or moved; share it by pointer.
 class Instance {
  public:
-  /// \return kUnsupported: no loader, no driver, no validation layer although asked for
+  /// \return kUnsupported: no loader, no driver, or no validation layer although requested
   static Result<std::shared_ptr<Instance>> Create(const InstanceOptions& options = {});
   Instance(const Instance&) = delete;
   Instance& operator=(const Instance&) = delete;
   ~Instance();
 
-  /// All devices in the order of the loader, those that stillray cannot use as well.
+  /// All devices in the loader's order, including those that stillray cannot use.
   Result<std::vector<DeviceInfo>> ListDevices() const;
 
   VkInstance handle() const { return handle_; }
   const InstanceFunctions& functions() const { return functions_; }
   PFN_vkGetInstanceProcAddr get_instance_proc_addr() const { return get_; }
-  /// The messages outlive the instance, so that those about objects left behind can be read.
+  /// The messages outlive the instance, so that reports of leaked objects can be read.
   const std::shared_ptr<Messages>& messages() const { return messages_; }
 
  private:
@@ -74,12 +74,12 @@ class Instance {
   std::shared_ptr<Messages> messages_;
 };
 
-/// What `stillray` needs of a device: Vulkan 1.1, compute, the storage formats of its images.
+/// Checks stillray's requirements: Vulkan 1.1, compute, the storage formats of its images.
 Status CheckDevice(const InstanceFunctions& functions, VkPhysicalDevice device);
 
-/// The devices of a choice, best first: hardware before software.
+/// The devices that match a choice, best first: hardware before software.
 /// \param choice  "vulkan" (any usable), "vulkan:N" (the Nth of the list)
-/// \return kNotFound, kInvalidArgument: no such device; kUnsupported: it lacks something
+/// \return kNotFound, kInvalidArgument: no such device; kUnsupported: it lacks a feature
 Result<DeviceInfo> ChooseDevice(const std::vector<DeviceInfo>& devices, const std::string& choice);
 
 }  // namespace stillray::gpu

@@ -16,7 +16,7 @@ VkDeviceSize AlignUp(VkDeviceSize offset, VkDeviceSize alignment) {
   return (offset + alignment - 1) / alignment * alignment;
 }
 
-/// No block is larger: the least that maintenance3 of Vulkan 1.1 guarantees.
+/// The largest block: the minimum of maxMemoryAllocationSize in Vulkan 1.1 (maintenance3).
 constexpr VkDeviceSize kLargestBlock = VkDeviceSize{1} << 30;
 
 constexpr uint32_t kNoType = std::numeric_limits<uint32_t>::max();
@@ -117,7 +117,8 @@ Result<const Buffer*> Arena::AddBuffer(VkDeviceSize size, VkBufferUsageFlags usa
   return &buffers_.back();
 }
 
-/// The first type with all that is wanted and better, else with what is wanted; kNoType: none.
+/// The first memory type with the required and preferred flags, else with the required ones;
+/// kNoType if there is none.
 uint32_t Arena::FindType(const Resource& resource) const {
   uint32_t fallback = kNoType;
   for (uint32_t i = 0; i < context_->memory.memoryTypeCount; ++i) {
@@ -138,7 +139,7 @@ std::vector<Arena::Block> Arena::Plan(std::vector<Resource>* resources) const {
   std::vector<Block> blocks;
   for (Resource& r : *resources) {
     const uint32_t type = FindType(r);
-    // Images and buffers may share a block: granules of their own keep them apart.
+    // Images and buffers may share a block: bufferImageGranularity separates them.
     const VkDeviceSize alignment =
         std::max(r.need.alignment, context_->limits.bufferImageGranularity);
     const bool mapped = (r.wanted & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT) != 0;
@@ -286,7 +287,7 @@ void Arena::RecordFirstUse(VkCommandBuffer commands, VkPipelineStageFlags stages
 
 namespace {
 
-/// What flushing and invalidating have in common.
+/// Shared by flushing and invalidating.
 Status ForRanges(const DeviceContext& context, const std::vector<VkMappedMemoryRange>& ranges,
                  PFN_vkFlushMappedMemoryRanges function, const char* action) {
   return ranges.empty() ? Status::Ok()

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Images and buffers of a device, in as few allocations as there are kinds of memory.
+/// Images and buffers of a device, with one allocation per memory type.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 
 namespace stillray::gpu {
 
-/// An image of the arena. Valid as long as the arena is.
+/// An image of the arena. Valid for the arena's lifetime.
 struct Image {
   VkImage image = VK_NULL_HANDLE;
   VkImageView view = VK_NULL_HANDLE;
@@ -26,11 +26,11 @@ struct Image {
 struct Buffer {
   VkBuffer buffer = VK_NULL_HANDLE;
   VkDeviceSize size = 0;
-  void* mapped = nullptr;       ///< of buffers that the host sees
-  VkDeviceAddress address = 0;  ///< of buffers whose usage asks for one
+  void* mapped = nullptr;       ///< of host-visible buffers
+  VkDeviceAddress address = 0;  ///< of buffers whose usage includes it
 };
 
-/// Device memory of an arena.
+/// Device memory used by an arena.
 struct MemoryUse {
   uint32_t allocations = 0;
   uint32_t resources = 0;  ///< images and buffers
@@ -46,8 +46,9 @@ enum class BufferPlace {
   kDownload,  ///< written by the device, read by the host; cached if possible
 };
 
-/// Images and buffers are added first, then all memory is allocated at once, in one block per kind
-/// of memory (more only where the driver limits a block's size). Nothing is freed but all together.
+/// Images and buffers are added first, then all memory is allocated at once, in one block per
+/// memory type (more only where the driver limits the size of a block). All memory is freed
+/// together.
 class Arena {
  public:
   explicit Arena(const DeviceContext* context) : context_(context) {}
@@ -55,29 +56,29 @@ class Arena {
   Arena& operator=(const Arena&) = delete;
   ~Arena();
 
-  /// An image for storage, sampling, copying and clearing, with a view of all of it; no memory yet.
+  /// Adds an image for storage, sampling, copying and clearing, with a view of all of it; allocates
+  /// no memory yet.
   /// \param layers  0: a plain image, else an array
   Result<const Image*> AddImage(VkFormat format, int width, int height, int layers);
-  /// An image to draw into and to copy from, colours or depths by its format; no memory yet. Its
-  /// layouts are the render pass's concern: RecordFirstUse is not for arenas with such images.
+  /// Adds an image to draw into and to copy from, colour or depth by its format; allocates no
+  /// memory yet. The render pass manages its layouts: do not call RecordFirstUse on arenas with
+  /// such images.
   Result<const Image*> AddAttachment(VkFormat format, int width, int height);
-  /// \param usage  beside copying from and to it; with VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT
-  /// only
-  ///               on devices that trace rays
+  /// \param usage  beside copies from and to it; VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT only on
+  ///     devices with ray tracing
   Result<const Buffer*> AddBuffer(VkDeviceSize size, VkBufferUsageFlags usage, BufferPlace place);
 
-  /// What Allocate will take (before it), or has taken.
+  /// The memory that Allocate will take, or has taken.
   MemoryUse Need() const;
-  /// Allocates and binds everything added so far; once.
+  /// Allocates and binds memory for everything added so far. Call once.
   Status Allocate();
 
-  /// Records that all images go to VK_IMAGE_LAYOUT_GENERAL, whatever was in them, and are written
-  /// next by `stages` with `access`.
+  /// Records the transition of all images to VK_IMAGE_LAYOUT_GENERAL, discarding their content;
+  /// `stages` write them next with `access`.
   void RecordFirstUse(VkCommandBuffer commands, VkPipelineStageFlags stages,
                       VkAccessFlags access) const;
 
-  /// Makes the device's writes visible to the host and the other way round where the memory is not
-  /// coherent.
+  /// Makes the device's writes visible to the host and vice versa where the memory is not coherent.
   Status Flush() const;
   Status Invalidate() const;
 
@@ -101,7 +102,7 @@ class Arena {
     VkDeviceMemory memory = VK_NULL_HANDLE;
   };
 
-  /// Where every resource lies; the same before and after Allocate.
+  /// Places every resource; the same before and after Allocate.
   std::vector<Block> Plan(std::vector<Resource>* resources) const;
   uint32_t FindType(const Resource& resource) const;
   Result<const Image*> Add(VkFormat format, int width, int height, int layers,

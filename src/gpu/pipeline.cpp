@@ -64,7 +64,7 @@ Result<VkDescriptorSetLayout> DescriptorSets::Layout(const SetShape& shape) {
     }
   }
   std::vector<VkDescriptorSetLayoutBinding> bindings(shape.count());
-  // One layout for all that reads a set, so that sets can be shared.
+  // One layout for all users of a set, so that sets can be shared.
   VkShaderStageFlags stages = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_VERTEX_BIT;
   if (context_->ray_tracing.offered) {
     stages |= VK_SHADER_STAGE_RAYGEN_BIT_KHR | VK_SHADER_STAGE_ANY_HIT_BIT_KHR;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Compute pipelines and the descriptor sets that they read their images from.
+/// Compute pipelines and their descriptor sets.
 #pragma once
 
 #include <array>
@@ -16,8 +16,8 @@
 namespace stillray::gpu {
 
 /// A layout of descriptors: sampled images, then storage images, then uniform and storage buffers,
-/// then acceleration structures, numbered through from 0. An image may be read and written by one
-/// set at two numbers.
+/// then acceleration structures, with consecutive bindings from 0. A set may bind an image twice,
+/// for reading and for writing.
 struct SetShape {
   uint32_t sampled = 0;
   uint32_t stored = 0;
@@ -29,7 +29,7 @@ struct SetShape {
   friend bool operator==(const SetShape&, const SetShape&) = default;
 };
 
-/// What a descriptor set shows, in the order of its shape.
+/// The resources bound by a descriptor set, in the order of its shape.
 struct SetContent {
   std::vector<VkImageView> images;     ///< sampled ones, then storage ones
   std::vector<VkImageLayout> layouts;  ///< of each image; empty: VK_IMAGE_LAYOUT_GENERAL
@@ -39,8 +39,8 @@ struct SetContent {
   friend bool operator==(const SetContent&, const SetContent&) = default;
 };
 
-/// Descriptor sets of a fixed pool. Sets are kept by what they show: the same content is written
-/// once and found again, so that recording a frame allocates nothing once all sets are there.
+/// Descriptor sets of a fixed pool, cached by content: the same content is written once and reused,
+/// so that recording a frame allocates nothing once all sets exist.
 class DescriptorSets {
  public:
   explicit DescriptorSets(const DeviceContext* context) : context_(context) {}
@@ -48,10 +48,11 @@ class DescriptorSets {
   DescriptorSets& operator=(const DescriptorSets&) = delete;
   ~DescriptorSets();
 
-  /// \param most  sets, \param all what these sets hold together
+  /// \param most  number of sets
+  /// \param all   number of descriptors of all sets together
   Status CreatePool(uint32_t most, const SetShape& all);
   Result<VkDescriptorSetLayout> Layout(const SetShape& shape);
-  /// Forgets all sets, of which none is in use any more.
+  /// Frees all sets; none may be in use.
   Status Clear();
   Result<VkDescriptorSet> Find(const SetShape& shape, const SetContent& content);
 
@@ -70,8 +71,8 @@ class DescriptorSets {
   std::vector<Entry> entries_;
 };
 
-/// What pipelines of all kinds begin with.
-/// \param push_stage  the stage that `push_bytes` of constants are for; none if they are 0
+/// Creates the layout of a pipeline of any kind.
+/// \param push_stage  the stage that reads the `push_bytes` of push constants; unused if they are 0
 Status MakePipelineLayout(const DeviceContext& context, std::span<const VkDescriptorSetLayout> sets,
                           VkShaderStageFlags push_stage, uint32_t push_bytes,
                           VkPipelineLayout* out);

@@ -12,10 +12,10 @@
 namespace stillray::gpu {
 namespace {
 
-/// Groups of a pipeline: each is one record of the table.
+/// Shader groups of a pipeline, one record of the table each.
 enum Group : uint32_t { kGeneration, kMiss, kHit, kGroupCount };
 
-/// The stages of a pipeline with their modules, which are gone with it.
+/// Owns the shader modules of a pipeline's stages.
 class Stages {
  public:
   explicit Stages(const DeviceContext* context) : context_(context) {}
@@ -27,7 +27,7 @@ class Stages {
     }
   }
 
-  /// Sets `number` to that of the stage; to VK_SHADER_UNUSED_KHR where there is no code.
+  /// Sets `number` to the index of the stage, or to VK_SHADER_UNUSED_KHR if there is no code.
   Status Add(VkShaderStageFlagBits stage, std::span<const uint32_t> code, const char* action,
              uint32_t* number) {
     *number = VK_SHADER_UNUSED_KHR;
@@ -95,12 +95,12 @@ Status RayPipeline::MakePipeline(const RayPipelineInfo& info) {
                   action.c_str());
 }
 
-/// The table of shaders, in the device's own memory: one record per group.
+/// Creates the shader binding table in device memory: one record per group.
 Status RayPipeline::MakeTable(const char* name) {
   const DeviceContext& c = device_->context();
   const VkDeviceSize stride = c.ray_tracing.record_stride;
   const size_t handle = c.ray_tracing.handle_size;
-  // A record may begin later than the buffer, to be aligned.
+  // Extra space, since the first record must be aligned.
   const Result<const Buffer*> buffer = arena_.AddBuffer(
       (kGroupCount + 1) * stride,
       VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,

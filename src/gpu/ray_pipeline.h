@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A pipeline that traces rays by hardware, with the table of its shaders.
+/// A hardware ray tracing pipeline with its shader binding table.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace stillray::gpu {
 
-/// SPIR-V of its shaders. Rays are traced from the first one only: what is called never traces.
+/// SPIR-V of its shaders. Only the first one traces rays: there is no recursion.
 struct RayPipelineInfo {
   const char* name = "";  ///< for messages
   std::span<const uint32_t> generation;
@@ -20,14 +20,14 @@ struct RayPipelineInfo {
   std::span<const uint32_t> closest_hit;  ///< empty: none
   std::span<const uint32_t> any_hit;      ///< empty: none
   std::span<const VkDescriptorSetLayout> sets;
-  uint32_t push_bytes = 0;  ///< seen by the first shader
+  uint32_t push_bytes = 0;  ///< read by the first shader
 };
 
 /// Not copied or moved.
 class RayPipeline {
  public:
-  /// Waits for the device: no commands may be in the making.
-  /// \param device  that traces rays; must outlive this
+  /// Waits for the device: no command buffer may be recording.
+  /// \param device  must support ray tracing and outlive this
   static Result<std::unique_ptr<RayPipeline>> Create(Device* device, const RayPipelineInfo& info);
   RayPipeline(const RayPipeline&) = delete;
   RayPipeline& operator=(const RayPipeline&) = delete;
@@ -35,9 +35,10 @@ class RayPipeline {
 
   void Bind(VkCommandBuffer commands, std::span<const VkDescriptorSet> sets, const void* push,
             uint32_t push_bytes) const;
-  /// Launches `count` threads of the first shader, numbered along x, of the pipeline that is bound.
+  /// Launches `count` threads of the first shader along x. The pipeline must be bound.
   void Trace(VkCommandBuffer commands, uint32_t count) const;
-  /// As many as the device finds there, as VkTraceRaysIndirectCommandKHR (RayTracing::indirect).
+  /// Reads the number of threads from device memory, as VkTraceRaysIndirectCommandKHR (requires
+  /// RayTracing::indirect).
   void TraceIndirect(VkCommandBuffer commands, VkDeviceAddress count) const;
 
  private:

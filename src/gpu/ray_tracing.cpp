@@ -44,7 +44,7 @@ RayTracing FindRayTracing(const InstanceFunctions& vk, VkPhysicalDevice device) 
   found.offered = true;
   found.indirect = pipeline.rayTracingPipelineTraceRaysIndirect == VK_TRUE;
   found.handle_size = of_pipeline.shaderGroupHandleSize;
-  // Both alignments are powers of two: the larger one is a multiple of the other.
+  // Both alignments are powers of two, so the larger one is a multiple of the smaller.
   const uint32_t alignment = std::max(
       {of_pipeline.shaderGroupBaseAlignment, of_pipeline.shaderGroupHandleAlignment, uint32_t{1}});
   found.record_stride = (found.handle_size + alignment - 1) / alignment * alignment;

@@ -14,7 +14,7 @@ namespace {
 constexpr VkExternalMemoryHandleTypeFlagBits kHandle = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT;
 constexpr VkBufferUsageFlags kUsage = VK_BUFFER_USAGE_TRANSFER_DST_BIT;
 
-// Importers round sizes up in their own ways, and refuse memory that is smaller then.
+// Importers round sizes up differently, and reject memory that is smaller than their result.
 constexpr VkDeviceSize kPage = 4096;
 
 bool ExportsBuffers(const InstanceFunctions& vk, VkPhysicalDevice device) {
@@ -31,7 +31,7 @@ bool ExportsBuffers(const InstanceFunctions& vk, VkPhysicalDevice device) {
          (features & VK_EXTERNAL_MEMORY_FEATURE_DEDICATED_ONLY_BIT) == 0;
 }
 
-/// A kind of memory among `allowed`, the device's own if there is one.
+/// A memory type among `allowed`, device-local if there is one.
 uint32_t FindType(const VkPhysicalDeviceMemoryProperties& memory, uint32_t allowed) {
   constexpr VkMemoryPropertyFlags kPreferred[] = {VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, 0};
   for (const VkMemoryPropertyFlags wanted : kPreferred) {

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Memory of a device that other APIs on the same device may import, as OpenGL does with
-/// GL_EXT_memory_object_fd: what a device must offer for it (VK_KHR_external_memory_fd), and
-/// buffers in such memory.
+/// Device memory that other APIs on the same device can import, as OpenGL does with
+/// GL_EXT_memory_object_fd: its requirements (VK_KHR_external_memory_fd), and buffers in such
+/// memory.
 #pragma once
 
 #include <array>
@@ -16,26 +16,26 @@ namespace stillray::gpu {
 
 struct DeviceContext;
 
-/// What is enabled on a device that shares memory, beside Vulkan 1.1.
+/// Extensions to enable on a device for sharing memory, beside Vulkan 1.1.
 inline constexpr std::array kSharingExtensions = {VK_KHR_EXTERNAL_MEMORY_FD_EXTENSION_NAME};
 
 using Uuid = std::array<uint8_t, VK_UUID_SIZE>;
 
 struct MemorySharing {
   bool offered = false;
-  /// What other APIs know the same device and the same driver by.
+  /// Identifies the device and the driver to other APIs.
   Uuid device = {};
   Uuid driver = {};
 };
 
-/// Never fails: a device without it offers nothing. Nor does one that shares dedicated memory
-/// alone, which no driver does for buffers.
+/// Never fails: a device without support yields an empty result. So does one that shares only
+/// dedicated memory, which no driver does for buffers.
 MemorySharing FindMemorySharing(const InstanceFunctions& functions, VkPhysicalDevice device);
 
-/// A buffer that is copied to, in memory of its own.
+/// A copy destination in memory of its own.
 class SharedBuffer {
  public:
-  /// \return kUnsupported where the device does not share memory; kOutOfMemory
+  /// \return kUnsupported if the device does not share memory; kOutOfMemory
   static Result<std::unique_ptr<SharedBuffer>> Create(const DeviceContext* context,
                                                       VkDeviceSize bytes);
   SharedBuffer(const SharedBuffer&) = delete;
@@ -43,10 +43,10 @@ class SharedBuffer {
   ~SharedBuffer();
 
   VkBuffer buffer() const { return buffer_; }
-  /// Of the memory, which importers ask for; more than of the buffer.
+  /// Size of the memory, which importers need; larger than the buffer.
   VkDeviceSize memory_bytes() const { return memory_bytes_; }
-  /// A new file descriptor of the memory, which lives as long as anyone who imported it. The
-  /// caller's to close, or to give to who imports it.
+  /// A new file descriptor of the memory, which lives as long as any import of it. The caller
+  /// closes it, or passes it to an importer.
   Result<int> Export() const;
 
  private:
@@ -59,7 +59,7 @@ class SharedBuffer {
   VkDeviceSize memory_bytes_ = 0;
 };
 
-/// Records that what was copied to the buffer is left to other APIs, from the queue's family.
+/// Records the release of the buffer's content from the queue's family to other APIs.
 void RecordRelease(const DeviceContext& context, VkCommandBuffer commands, uint32_t queue_family,
                    const SharedBuffer& buffer);
 

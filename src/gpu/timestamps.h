@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Times of named parts of a command buffer, measured by the device.
+/// Times of named parts of a command buffer, from timestamp queries.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ struct DeviceTime {
   double milliseconds = 0;
 };
 
-/// A time is taken at every Mark; the part between two marks has the name of the earlier one.
+/// Every Mark takes a time; the part between two marks has the name of the earlier one.
 class Timestamps {
  public:
   explicit Timestamps(const DeviceContext* context) : context_(context) {}
@@ -26,14 +26,14 @@ class Timestamps {
   ~Timestamps();
 
   Status Create(uint32_t most_marks);
-  /// Forgets all marks; recorded before the first one.
+  /// Resets all marks; record it before the first one.
   void Begin(VkCommandBuffer commands);
-  /// Begins a part. What exceeds the most marks is not measured.
+  /// Begins a part. Marks beyond the maximum are not measured.
   void Mark(VkCommandBuffer commands, std::string_view name);
   /// Ends the last part.
   void End(VkCommandBuffer commands) { Mark(commands, {}); }
-  /// The sums of all parts of one name, in the order of their first marks.
-  /// \return empty as long as the device has not come to the end
+  /// The sums of all parts with the same name, in the order of their first marks.
+  /// \return empty until the device has finished
   std::vector<DeviceTime> Read() const;
 
  private:

@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A lock whose users have their turn in the order in which they asked. Who gives an ordinary mutex
-/// back and takes it again at once, as a tracer does between its submissions, mostly is faster than
-/// whoever waits for it.
+/// A FIFO mutex. With std::mutex, a thread that unlocks and locks again at once, as the tracer does
+/// between submissions, starves the waiting threads.
 #pragma once
 
 #include <condition_variable>
@@ -26,7 +25,7 @@ class Turns {
     }
     changed_.notify_all();
   }
-  /// Users that have the lock or wait for it.
+  /// Number of threads that hold the lock or wait for it.
   uint64_t users() const {
     const std::lock_guard<std::mutex> guard(mutex_);
     return next_ - served_;
@@ -35,8 +34,8 @@ class Turns {
  private:
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  uint64_t next_ = 0;    ///< number of who asks next
-  uint64_t served_ = 0;  ///< number of who has the lock
+  uint64_t next_ = 0;    ///< ticket of the next thread to wait
+  uint64_t served_ = 0;  ///< ticket of the thread that holds the lock
 };
 
 using Turn = std::unique_lock<Turns>;
