@@ -12,14 +12,15 @@ namespace stillray::io {
 namespace {
 
 constexpr int kRowsPerTask = 16;
-/// Pixels that the map is fitted to, at most.
+/// At most this many pixels are fitted.
 constexpr int64_t kSamples = 1 << 16;
 constexpr int kIterations = 12;
-/// Residual below which all samples weigh the same: the rounding of halves, and bump maps that
-/// differ between the closures of one surface.
+/// Residual below which all samples have the same weight: the rounding of halves, and bump maps
+/// that differ between the closures of one surface.
 constexpr double kResidualFloor = 0.01;
-/// Length of the residual from which another surface is described. Measured in Cycles 3.4: below
-/// 0.02 on everything that is not a mirror, above 0.1 on all but one in a thousand pixels of glass.
+/// Length of the residual above which the normal belongs to another surface. Measured in Cycles
+/// 3.4: below 0.02 on everything that is not a mirror, above 0.1 on all but one in a thousand
+/// pixels of glass.
 constexpr float kOtherSurface = 0.1f;
 
 vec3 At(const Image3& image, int x, int y) {
@@ -54,7 +55,7 @@ std::vector<NormalPair> SamplePairs(const Image3& normal, const Image3& mapped) 
   return pairs;
 }
 
-/// The linear map of most normals. Normals that do not span the space leave it zero across them.
+/// The linear map that most normals follow. It is zero in directions that the normals do not span.
 mat3 FitMap(const std::vector<NormalPair>& pairs) {
   glm::dmat3 map(0.0);
   for (int i = 0; i < kIterations; ++i) {
@@ -100,7 +101,7 @@ int64_t RejectRandomAlbedo(const Image3& normal, const Image3& albedo_normal, Im
     for (int y = y0; y < y1; ++y) {
       for (int x = 0; x < normal.width(); ++x) {
         const vec3 residual = At(albedo_normal, x, y) - map * At(normal, x, y);
-        if (!(glm::length(residual) > kOtherSurface)) {  // NaN is for the denoiser to reject
+        if (!(glm::length(residual) > kOtherSurface)) {  // the denoiser rejects NaN
           continue;
         }
         for (int c = 0; c < 3; ++c) {

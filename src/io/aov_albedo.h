@@ -1,30 +1,30 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The albedo of all reflection together, which light that is one signal is divided by.
+/// The albedo of all reflection, which divides light that comes as one signal.
 #pragma once
 
 #include "stillray/image.h"
 
 namespace stillray::io {
 
-/// What a dielectric reflects at normal incidence (refractive index 1.5).
+/// Reflectance of a dielectric at normal incidence (refractive index 1.5).
 inline constexpr float kDielectricReflectance = 0.04f;
 
 /// Adds `weight` times `more` to `albedo`; planes of one size.
 /// \param more  may be empty
 void AddAlbedo(const Image3& more, float weight, Image3* albedo);
 
-/// Cycles follows mirrors and glass to the first rough surface and writes that one's albedo and
-/// normal as Denoising Albedo and Denoising Normal: at one sample per pixel either is a matter of
-/// chance there. Where no mirror was followed the denoising normal is the normal itself in the
-/// camera's axes, one linear map for the whole picture. The map is fitted here without regard to
-/// what it does not describe (iteratively reweighted least squares), and the albedo of pixels that
-/// it does not describe becomes 1: their light is not divided.
+/// Sets the albedo to 1 where it belongs to another surface than the normal. Cycles follows mirrors
+/// and glass to the first rough surface and writes that one's albedo and normal as Denoising Albedo
+/// and Denoising Normal: at one sample per pixel both are random there. Where no mirror was
+/// followed, the denoising normal is the normal in camera space, one linear map for the whole
+/// picture. The map is fitted here robustly (iteratively reweighted least squares); light of pixels
+/// that do not follow it is not divided.
 /// \param normal         as stored; zero where there is no surface
-/// \param albedo_normal  as stored, of the surface that `albedo` describes
+/// \param albedo_normal  as stored, of the surface that `albedo` belongs to
 /// \param albedo         [in,out] planes of the same size
-/// \return number of the pixels that were changed
+/// \return number of changed pixels
 int64_t RejectRandomAlbedo(const Image3& normal, const Image3& albedo_normal, Image3* albedo);
 
 }  // namespace stillray::io

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Motion of a still scene under a moving camera, from the matrices that OpenEXR has standard
-// attributes for.
+// Motion of a still scene under a moving camera, from the camera matrices in OpenEXR's standard
+// attributes.
 #include <charconv>
 #include <cmath>
 
@@ -41,8 +41,7 @@ std::optional<std::array<double, 16>> Matrix(const ExrImage& image, const std::s
   return numbers;
 }
 
-/// The file's rows become columns: its row vectors times the matrix are the result times column
-/// vectors.
+/// The file stores matrices for row vectors; the transpose applies to column vectors.
 glm::dmat4 ForColumns(const std::array<double, 16>& m) {
   glm::dmat4 result;
   for (int i = 0; i < 4; ++i) {
@@ -53,10 +52,10 @@ glm::dmat4 ForColumns(const std::array<double, 16>& m) {
   return result;
 }
 
-/// From a camera's space to pixels: a projection, and what its coordinates mean.
+/// The projection from camera space to pixels.
 struct Projection {
   glm::dmat4 matrix;      ///< camera space to device coordinates
-  double z_sign = 1;      ///< of what is in front
+  double z_sign = 1;      ///< sign of z in front of the camera
   glm::dvec2 scale{1.0};  ///< pixels = device * scale + offset
   glm::dvec2 offset{0.0};
 };
@@ -66,9 +65,9 @@ glm::dvec2 Device(const glm::dmat4& matrix, const glm::dvec4& point) {
   return glm::dvec2(p) / p.w;
 }
 
-/// The standard says 0 to 1 from the upper left corner and a camera that looks along +z. Renderers
-/// also write -1 to 1 with y up, and cameras that look along -z: the viewing axis tells, which hits
-/// the middle of the picture or near it.
+/// The standard defines coordinates 0 to 1 from the upper left corner and a camera that looks along
+/// +z. Renderers also write -1 to 1 with y up, and cameras that look along -z. The viewing axis,
+/// which projects to the middle of the picture or near it, distinguishes them.
 Projection Understand(const glm::dmat4& matrix, int width, int height) {
   Projection p;
   p.matrix = matrix;
@@ -86,10 +85,10 @@ Projection Understand(const glm::dmat4& matrix, int width, int height) {
   return p;
 }
 
-/// The point in camera space at depth z that is seen at these device coordinates.
+/// The point in camera space at depth z that projects to these device coordinates.
 glm::dvec4 Unproject(const Projection& p, const glm::dvec2& device, double z) {
   const glm::dmat4& m = p.matrix;
-  // Row r of the matrix less `device[r]` times its last row must give zero.
+  // Row r of the matrix minus `device[r]` times its last row must yield zero.
   const auto entry = [&](int r, int column) { return m[column][r] - device[r] * m[column][3]; };
   const double a = entry(0, 0);
   const double b = entry(0, 1);
@@ -128,14 +127,14 @@ Image2 MotionFromCameras(const Image1& depth, const CameraMatrices& now,
       for (int x = 0; x < width; ++x) {
         const double z = depth(x, y);
         if (!std::isfinite(z)) {
-          continue;  // nothing there that could have a history
+          continue;  // no surface, so no history
         }
         const glm::dvec2 pixel(x + 0.5, y + 0.5);
         const glm::dvec4 point =
             Unproject(here, (pixel - here.offset) / here.scale, here.z_sign * z);
         const glm::dvec4 seen = to_other * point;
         const glm::dvec2 moved = glm::dvec2(seen) / seen.w * there.scale + there.offset - pixel;
-        // Behind the other camera, or matrices that make no sense: nowhere in the picture.
+        // Behind the other camera, or invalid matrices: outside the picture.
         constexpr double kFar = 1e6;
         const bool in_front = seen.w > 0 && std::fabs(moved.x) < kFar && std::fabs(moved.y) < kFar;
         motion[0](x, y) = in_front ? static_cast<float>(moved.x) : 2.0f * static_cast<float>(width);

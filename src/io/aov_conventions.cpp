@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Motion, depth and normals of other renderers in stillray's conventions.
+// Converts motion, depth and normals of other renderers to stillray's conventions.
 #include <cmath>
 #include <limits>
 
@@ -29,15 +29,15 @@ float PixelsPerUnit(MotionUnit unit, int size) {
   return 1.0f;
 }
 
-/// Depth that a rasteriser stored, 0 at near and 1 at far: d = (far / (far - near)) (1 - near / z).
-/// In double: most of the range lies close to 1.
+/// Inverts a rasteriser's depth, 0 at near and 1 at far: d = (far / (far - near)) (1 - near / z).
+/// In double precision, since most of the range is close to 1.
 float LinearFromProjected(double d, double near, double far) {
   const double ratio = std::isinf(far) ? 0.0 : near / far;  // near / far
   const double scale = 1.0 - d * (1.0 - ratio);
   return scale > 0 && d < 1.0 ? static_cast<float>(near / scale) : kInfinity;
 }
 
-/// The same with 1 at near and 0 at far: no difference from 1 that would lose digits.
+/// The same with 1 at near and 0 at far, where no digits cancel.
 float LinearFromReversed(double d, double near, double far) {
   const double ratio = std::isinf(far) ? 0.0 : near / far;
   return d > 0 ? static_cast<float>(near / (d + (1.0 - d) * ratio)) : kInfinity;
@@ -81,7 +81,7 @@ std::array<float, 3> PermutedNormal(const std::array<float, 3>& stored, const No
   return n;
 }
 
-/// A rotation's inverse is its transpose.
+/// The transpose of a rotation is its inverse.
 std::array<float, 3> ToWorld(const std::array<float, 3>& n, const std::array<float, 9>& m) {
   return {n[0] * m[0] + n[1] * m[1] + n[2] * m[2], n[0] * m[3] + n[1] * m[4] + n[2] * m[5],
           n[0] * m[6] + n[1] * m[7] + n[2] * m[8]};
@@ -89,7 +89,7 @@ std::array<float, 3> ToWorld(const std::array<float, 3>& n, const std::array<flo
 
 std::array<float, 3> Unit(const std::array<float, 3>& n) {
   const float squared = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
-  // Encoded "no surface" is grey of 8 or 16 bits and decodes to nearly nothing.
+  // Encoded "no surface" is grey of 8 or 16 bits and decodes to almost zero.
   constexpr float kNoSurface = 1e-4f;
   if (squared < kNoSurface) {
     return {0, 0, 0};
@@ -102,14 +102,14 @@ std::array<float, 3> Unit(const std::array<float, 3>& n) {
 
 namespace {
 
-/// \param sign  of what is wanted in terms of what is stored
+/// \param sign  of the result relative to the stored values
 Image2 ScaledMotion(const Image1& x, const Image1& y, const MotionConvention& c, float sign,
                     const JitterPair& jitter) {
   const int width = x.width();
   const int height = x.height();
   const float x_scale = sign * c.scale * PixelsPerUnit(c.unit, width);
   const float y_scale = sign * c.scale * PixelsPerUnit(c.unit, height) * (c.y_up ? -1.0f : 1.0f);
-  // A point at p stands at p - jitter in the picture's grid.
+  // A point at p lies at p - jitter in the picture's grid.
   const float x_shift = c.jittered ? jitter.previous_x - jitter.x : 0.0f;
   const float y_shift = c.jittered ? jitter.previous_y - jitter.y : 0.0f;
   Image2 motion(width, height);
@@ -128,7 +128,7 @@ Image2 ScaledMotion(const Image1& x, const Image1& y, const MotionConvention& c,
 
 Image2 ConvertMotion(const Image1& x, const Image1& y, const MotionConvention& c,
                      const JitterPair& jitter) {
-  // Steady motion goes on by what it came.
+  // Extrapolates steady motion.
   const bool as_stored =
       c.direction == MotionDirection::kToPrevious || c.direction == MotionDirection::kFromNext;
   return ScaledMotion(x, y, c, as_stored ? 1.0f : -1.0f, jitter);

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// A file written again with other light in it. OpenEXR reports errors by exceptions; none leaves
-// this file.
+// Writes a copy of a file with its light replaced. Exceptions of OpenEXR are caught in this file.
 #include <Imath/half.h>
 #include <OpenEXR/ImfArray.h>
 #include <OpenEXR/ImfChannelList.h>
@@ -42,17 +41,17 @@ namespace {
 
 constexpr float kHalfMax = 65504.0f;
 
-/// Channels as ReadExr names them, with the plane to put there.
+/// Channels by the names of ReadExr, and the plane to store in each.
 using NewLight = std::map<std::string, const Image1*>;
 
-/// What is to be written of one part: the file's own channel name and the new plane.
+/// The planes to write to one part, by the channel names of the file.
 struct PartPlan {
   NewLight light;  ///< channels that the part has
-  NewLight added;  ///< channels that it gets in addition
+  NewLight added;  ///< new channels
   Imf::Header header;
 };
 
-/// Finite light stays finite in a half.
+/// Clamps to the range of a half, so that finite light stays finite.
 void Store(float value, Imf::PixelType type, char* to) {
   if (type == Imf::HALF) {
     const half h(std::isfinite(value) ? std::clamp(value, -kHalfMax, kHalfMax) : value);
@@ -62,8 +61,8 @@ void Store(float value, Imf::PixelType type, char* to) {
   }
 }
 
-/// Puts the plane, which covers the display window, into the part of the data window that both
-/// share; overscan keeps what it has.
+/// Copies the plane, which covers the display window, to the overlap with the part's data window;
+/// overscan is left unchanged.
 void Put(const Image1& plane, const Imath::Box2i& data, const Imath::Box2i& display,
          io::StoredPlane* stored) {
   for (int y = std::max(data.min.y, display.min.y); y <= std::min(data.max.y, display.max.y); ++y) {
@@ -85,15 +84,15 @@ bool SameSize(const Imath::Box2i& a, const Imath::Box2i& b) {
   return a.max.x - a.min.x == b.max.x - b.min.x && a.max.y - a.min.y == b.max.y - b.min.y;
 }
 
-/// Whether ReadExr takes the part's channels.
+/// Whether ReadExr reads the part's channels.
 bool IsRead(const Imf::MultiPartInputFile& file, int part) {
   const Imf::Header& header = file.header(part);
   return part == 0 || (!(header.hasType() && Imf::isDeepData(header.type())) &&
                        SameSize(header.displayWindow(), file.header(0).displayWindow()));
 }
 
-/// Which part holds which of the new planes, by the names that ReadExr gives to channels: a part
-/// whose names are taken gets its own name before them.
+/// Assigns the new planes to parts, by the names that ReadExr gives to channels: where a name is
+/// taken, the part's name is the prefix.
 std::vector<PartPlan> PlanParts(const Imf::MultiPartInputFile& file, NewLight light) {
   std::vector<PartPlan> plans(static_cast<size_t>(file.parts()));
   std::set<std::string> taken;
@@ -133,8 +132,8 @@ std::vector<PartPlan> PlanParts(const Imf::MultiPartInputFile& file, NewLight li
   return plans;
 }
 
-/// Reads what of the part's pixels is not there yet, puts the new light in, and writes them.
-/// \param planes  the part's pixels as they are stored, or nothing
+/// Reads the part's pixels that are not yet loaded, inserts the new light, and writes the part.
+/// \param planes  the part's pixels as stored, or nothing
 template <typename Output>
 void RewritePart(Imf::MultiPartInputFile& in, Imf::MultiPartOutputFile& out, int part,
                  const PartPlan& plan, io::StoredPart planes, const Output& write) {
@@ -168,7 +167,7 @@ void WriteLines(Imf::MultiPartOutputFile& out, int part, const Imath::Box2i& dat
                 const Imf::FrameBuffer& buffer) {
   Imf::OutputPart output(out, part);
   if (io::CanEncodeZip(output.header())) {
-    // Copied as they are, still compressed.
+    // Copies the compressed bytes.
     const std::string bytes = io::EncodeZip(output.header(), buffer);
     io::ExrMemoryInput stream(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size(),
                               "memory");
@@ -187,7 +186,7 @@ void WriteTiles(Imf::MultiPartOutputFile& out, int part, const Imath::Box2i&,
   output.writeTiles(0, output.numXTiles(0) - 1, 0, output.numYTiles(0) - 1);
 }
 
-/// The part as it is, still compressed.
+/// Copies the part without decompressing it.
 void CopyPart(Imf::MultiPartInputFile& in, Imf::MultiPartOutputFile& out, int part,
               const std::string& type) {
   if (type == Imf::DEEPSCANLINE) {
@@ -217,11 +216,11 @@ std::string Rewrite(Imf::MultiPartInputFile& in, NewLight light,
   std::vector<Imf::Header> headers;
   for (PartPlan& plan : plans) {
     const bool changed = !plan.light.empty() || !plan.added.empty();
-    // Smaller levels would show the old light; a file without them is complete all the same.
+    // Smaller mip levels would show the old light; a file without them is still complete.
     if (changed && plan.header.hasTileDescription()) {
       plan.header.tileDescription().mode = Imf::ONE_LEVEL;
     }
-    // The writer sorts lines as they come.
+    // The writer sorts lines itself.
     if (changed) {
       plan.header.lineOrder() = Imf::INCREASING_Y;
     }
@@ -242,11 +241,11 @@ std::string Rewrite(Imf::MultiPartInputFile& in, NewLight light,
         RewritePart(in, out, i, plan, std::move(stored[i]), WriteLines);
       }
     }
-  }  // the destructor writes the table of lines
+  }  // the destructor writes the line table
   return stream.Take();
 }
 
-/// Where new light goes if the file has no layer for it: "Combined" beside Blender's passes, else
+/// The layer for new light if the file has none: "Combined" beside Blender's passes, else
 /// "denoised".
 std::array<std::string, 3> NamesForNewLayer(const AovLayout& layout) {
   std::string prefix;

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// How large a file's picture is, before anything is decoded. OpenEXR reports errors by exceptions;
-// none leaves this file.
+// The picture size of a file, read from its header. Exceptions of OpenEXR are caught in this file.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
@@ -45,7 +44,7 @@ Result<ExrExtent> MeasureExr(const uint8_t* data, size_t size, const std::string
       const Imath::Box2i& own = header.displayWindow();
       const bool deep = header.hasType() && Imf::isDeepData(header.type());
       if (deep || Width(own) != extent.width || Height(own) != extent.height) {
-        continue;  // is not decoded
+        continue;  // not decoded
       }
       const Imath::Box2i& window = header.dataWindow();
       extent.pixels = std::max(extent.pixels, Width(window) * Height(window));

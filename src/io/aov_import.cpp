@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// A file's layers as a Frame whose light adds up to the file's colour.
+// Converts a file's layers to a Frame whose light adds up to the file's colour.
 #include <algorithm>
 #include <bit>
 #include <charconv>
@@ -22,7 +22,7 @@ namespace {
 
 constexpr int kRowsPerTask = 16;
 
-/// Sums of passes differ from the colour by the rounding of halves; more than this part of it is
+/// Sums of passes differ from the colour by the rounding of halves; a larger fraction of it is
 /// light that no pass holds.
 constexpr float kRoundingPart = 0.01f;
 
@@ -52,7 +52,7 @@ constexpr LightRow kLights[] = {
     {Aov::kIndirectTransmission, SignalKind::kIndirectTransmission, Aov::kTransmissionAlbedo},
 };
 
-/// One file on its way into a frame.
+/// Converts one file to a frame.
 class Importer {
  public:
   Importer(const ExrImage& image, const AovLayout& layout, const std::string& name,
@@ -127,7 +127,7 @@ std::optional<Image1> Importer::Plane1(Aov aov) const {
   return Values(source->channels[0]);
 }
 
-/// Empty where the layout has no such layer.
+/// Empty if the layout lacks the layer.
 Image3 Importer::Colour(Aov aov) const {
   Image3 image;
   if (const AovSource* source = layout_.Find(aov)) {
@@ -146,7 +146,7 @@ bool Importer::IsLossy(Aov aov) const {
                                           });
 }
 
-/// A layer of light, without what its compression left below zero.
+/// A layer of light, without the negative values of its compression.
 Image3 Importer::Light(Aov aov) const {
   Image3 light = Colour(aov);
   if (IsLossy(aov)) {
@@ -155,7 +155,7 @@ Image3 Importer::Light(Aov aov) const {
   return light;
 }
 
-/// Numbers of a text attribute, as many as there are.
+/// All numbers of a text attribute.
 std::vector<float> Numbers(const std::map<std::string, std::string>& attributes,
                            const std::string& name) {
   std::vector<float> numbers;
@@ -203,7 +203,7 @@ void Importer::ImportNormal() {
   g.normal = ConvertNormal(stored, layout_.normal, m.size() == 16 ? &rotation : nullptr);
 }
 
-/// A surface without a number (0) is still a surface: numbers begin at 1 here.
+/// Adds 1 to ids: a surface may have the number 0, which means "no surface" here.
 void Importer::ImportId() {
   const AovSource* source = layout_.Find(Aov::kId);
   const bool matte = source == nullptr && layout_.Find(Aov::kCryptomatte) != nullptr;
@@ -335,8 +335,8 @@ void Importer::ImportPasses() {
   ImportVolume();
 }
 
-/// Light scattered in volumes has no albedo to be divided by. It joins transmitted light: both come
-/// from behind what the guides describe.
+/// Light scattered in volumes has no albedo. It joins transmitted light: both come from behind the
+/// surface that the guides describe.
 void Importer::ImportVolume() {
   for (const auto& [aov, kind] :
        {std::pair(Aov::kDirectVolume, SignalKind::kDirectTransmission),
@@ -349,13 +349,13 @@ void Importer::ImportVolume() {
   }
 }
 
-/// Finite part of a - b; 0 where either is not finite, so that damage stays where it came from.
+/// a - b where both are finite, else 0, so that invalid values do not spread.
 float Difference(float a, float b) {
   const float difference = a - b;
   return std::isfinite(difference) ? difference : 0.0f;
 }
 
-/// The only signal is colour less what needs no filter.
+/// The only signal is the colour without emission and background.
 void Importer::ImportColourAlone() {
   Image3 light = Light(Aov::kColour);
   const Image3 emission = frame_.emission;
@@ -373,7 +373,7 @@ void Importer::ImportColourAlone() {
       light[c](x, y) = rounding ? 0.0f : left;
     }
   });
-  // A film that is transparent has sky in its passes and none in its colour.
+  // With a transparent film, sky is in the passes but not in the colour.
   ForEachPixel(frame_.width, frame_.height, [&](int x, int y) {
     for (int c = 0; c < 3; ++c) {
       if (light[c](x, y) < 0 && !background.empty() && background[c](x, y) > 0) {
@@ -386,9 +386,9 @@ void Importer::ImportColourAlone() {
   SignalOf(SignalKind::kDirectDiffuse).radiance = std::move(light);
 }
 
-/// What the colour has and the passes lack goes where the layout says; what the passes have too
-/// much (sky behind a transparent film) is taken off unfiltered light. So the frame adds up to the
-/// colour.
+/// Adds light that the colour has and the passes lack to the signal that the layout names, and
+/// subtracts light that only the passes have (sky behind a transparent film) from unfiltered light,
+/// so that the frame adds up to the colour.
 void Importer::AddRest() {
   const Image3 colour = Light(Aov::kColour);
   if (colour.empty() || layout_.from_colour || layout_.ignores_colour) {
@@ -436,7 +436,7 @@ Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
     ImportPasses();
     AddRest();
   }
-  // Where nothing transmits, light from volumes must not be divided by zero's floor.
+  // Where nothing transmits, light of volumes must not be divided by the clamped zero.
   Image3& transmission = frame_.guides.transmission_albedo;
   const bool transmits = frame_.Find(SignalKind::kDirectTransmission) != nullptr ||
                          frame_.Find(SignalKind::kIndirectTransmission) != nullptr;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Which layer of a file serves as what.
+// Assigns the layers of a file to AOVs.
 #include <algorithm>
 #include <optional>
 #include <set>
@@ -30,7 +30,7 @@ std::string ChannelOf(const std::string& layer, char letter) {
   return layer.empty() ? std::string(1, letter) : fmt::format("{}.{}", layer, letter);
 }
 
-/// Names of a file's channels, for many look-ups.
+/// The names of a file's channels, indexed for look-ups.
 class ChannelNames {
  public:
   explicit ChannelNames(const ExrImage& image) {
@@ -64,7 +64,7 @@ bool Has(const std::vector<AovSource>& sources, Aov aov) {
                      [&](const AovSource& s) { return s.aov == aov; });
 }
 
-/// What the table finds behind `prefix` ("ViewLayer.").
+/// The rows of the table that match behind `prefix` ("ViewLayer.").
 std::vector<AovSource> MatchRows(const ChannelNames& names, const io::AovPreset& preset,
                                  const std::string& prefix) {
   std::vector<AovSource> sources;
@@ -81,11 +81,11 @@ std::vector<AovSource> MatchRows(const ChannelNames& names, const io::AovPreset&
 struct PresetMatch {
   std::vector<AovSource> sources;
   std::string prefix;                   ///< with its dot
-  std::vector<std::string> also_light;  ///< other prefixes behind which there is light to filter
+  std::vector<std::string> also_light;  ///< other prefixes with light to filter
 };
 
-/// A view layer, not a picture that stands beside them ("Composite.Combined"). The main picture is
-/// behind no prefix.
+/// Whether the sources form a view layer, not a separate picture ("Composite.Combined"). The main
+/// picture has no prefix.
 bool HasLightAndPasses(const std::vector<AovSource>& sources, const std::string& prefix) {
   constexpr int kColourResultAndAlpha = 3;
   const auto is_own = [&](const AovSource& s) { return s.layer.starts_with(prefix); };
@@ -95,8 +95,8 @@ bool HasLightAndPasses(const std::vector<AovSource>& sources, const std::string&
   return light && std::count_if(sources.begin(), sources.end(), is_own) > kColourResultAndAlpha;
 }
 
-/// A renderer puts the name of the view layer, of the scene or nothing before the names of passes:
-/// the prefix behind which most is found is taken.
+/// Chooses the prefix with the most matches: renderers put the name of the view layer, of the
+/// scene, or nothing before the names of passes.
 /// \param view_layer  empty: any
 PresetMatch MatchPreset(const ChannelNames& names, const io::AovPreset& preset,
                         const std::string& view_layer) {
@@ -130,7 +130,7 @@ PresetMatch MatchPreset(const ChannelNames& names, const io::AovPreset& preset,
   return best;
 }
 
-/// Of a prefix, without its dot.
+/// The name in a prefix, without its dot.
 std::string ViewLayerName(const std::string& prefix) {
   return prefix.substr(0, prefix.size() - std::min<size_t>(prefix.size(), 1));
 }
@@ -168,7 +168,7 @@ Result<const io::AovPreset*> PickPreset(const ChannelNames& names, const AovOpti
   return picked;
 }
 
-/// A view layer that was wanted and is not there; else a note of those that are left.
+/// Reports a view layer that is missing, or adds a note on the view layers that are not used.
 Status CheckViewLayer(const ChannelNames& names, const AovOptions& options, const std::string& file,
                       AovLayout* layout) {
   if (!options.view_layer.empty() && layout->sources.empty()) {
@@ -187,7 +187,7 @@ Status CheckViewLayer(const ChannelNames& names, const AovOptions& options, cons
                                           : fmt::format("{}", fmt::join(firsts, ", "))))));
   }
   if (!options.view_layer.empty()) {
-    layout->other_view_layers.clear();  // they were left on purpose
+    layout->other_view_layers.clear();  // left out by request
   }
   if (!layout->other_view_layers.empty()) {
     const std::string others =
@@ -265,14 +265,14 @@ Status ApplyMapping(const ChannelNames& names, const std::string& text, const st
   }
   io::Drop(mapping->aov, layout);
   if (mapping->aov == Aov::kMotion) {
-    // What the table says of the way to the next frame belongs to another motion.
+    // The table's motion to the next frame belongs to another motion layer.
     io::Drop(Aov::kNextMotion, layout);
   }
   if (mapping->layer == "none") {
     return Status::Ok();
   }
   STILLRAY_RETURN_IF_ERROR(io::ApplyWords(*mapping, layout));
-  // A single channel may be named in full.
+  // A single channel may be given by its full name.
   if (ComponentCount(mapping->aov) == 1 && names.Has(mapping->layer)) {
     layout->sources.push_back({mapping->aov, LayerOf(mapping->layer), {mapping->layer}});
     return Status::Ok();
@@ -343,8 +343,8 @@ void NoteMissingGuides(AovLayout* layout) {
   }
 }
 
-/// Part of the pixels with a normal where it is much shorter than 1: a mean of unlike ones. What
-/// has no normal to speak of (background) does not count.
+/// Fraction of the pixels with a normal whose normal is much shorter than 1: a mean of different
+/// ones. Pixels without a normal (background) do not count.
 double PartOfShortNormals(const ExrImage& image, const AovLayout& layout) {
   const AovSource* source = layout.Find(Aov::kNormal);
   if (source == nullptr) {
@@ -376,8 +376,8 @@ double PartOfShortNormals(const ExrImage& image, const AovLayout& layout) {
   return any == 0 ? 0 : static_cast<double>(less) / static_cast<double>(any);
 }
 
-/// Edges of a frame of one sample per pixel are sharp; of several, some per cent of all pixels lie
-/// on one.
+/// Guides of one sample per pixel have sharp edges; with several, some per cent of all pixels lie
+/// on an edge.
 void NoteSoftGuides(const ExrImage& image, AovLayout* layout) {
   constexpr double kEnough = 0.002;
   const double part = PartOfShortNormals(image, *layout);
@@ -389,7 +389,7 @@ void NoteSoftGuides(const ExrImage& image, AovLayout* layout) {
   }
 }
 
-/// The two ids cannot both count. Numbers that nobody gave out say nothing.
+/// Only one id layer can be used. Object numbers that were never assigned carry no information.
 void PickId(const ExrImage& image, bool id_is_index, AovLayout* layout) {
   const AovSource* id = layout->Find(Aov::kId);
   if (id != nullptr && id_is_index) {

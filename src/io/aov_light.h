@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Of which layers the light of a frame is made, and what it is divided by.
+/// Chooses the layers that make up a frame's light, and the albedo that divides it.
 #pragma once
 
 #include <string>
@@ -10,26 +10,27 @@
 
 namespace stillray::io {
 
-/// A layer of light of its own kind, not the sum.
+/// Whether the AOV is one kind of light, not the sum.
 bool IsLight(Aov aov);
-/// The colour layer that divided light must be multiplied by.
+/// The colour layer by which divided light must be multiplied.
 Aov AlbedoOf(Aov light);
 void Drop(Aov aov, AovLayout* layout);
 
-/// Whether all of the light can be had from passes, or only from the sum; what is not needed goes.
-/// \return kNotFound where there is neither
+/// Decides whether all light is available as passes, or only as the sum, and drops the layers that
+/// are not needed.
+/// \return kNotFound if neither is available
 Status DecideLight(const std::string& file, AovLayout* layout);
 
-/// What light that is one signal is divided by.
+/// Chooses the albedo that divides light that comes as one signal.
 void DecideFallbackAlbedo(const AovOptions& options, AovLayout* layout);
 
-/// A colour that is clean already, beside noisy passes, is not what the passes add up to, and is
-/// left out. A colour that was named by --aov is wanted as it is.
+/// Drops a colour that is already clean while its passes are noisy: it is not their sum. A colour
+/// that --aov names is kept.
 void DecideColour(const ExrImage& image, const AovOptions& options, const std::string& file,
                   AovLayout* layout);
 
-/// Where light goes that the colour has and no pass names. Passes of reflection or transmission
-/// that are not there leave noisy light over; so do lobes that other renderers have (coat, sheen).
+/// Chooses the signal for light that is in the colour but in no pass. Missing passes of reflection
+/// or transmission leave noisy light over; so do lobes of other renderers (coat, sheen).
 void DecideRest(AovLayout* layout);
 
 }  // namespace stillray::io

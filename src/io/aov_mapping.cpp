@@ -20,7 +20,7 @@ Status UnknownWord(const AovMapping& mapping, const std::string& word, const cha
                                              AovName(mapping.aov), OneLine(word), expected));
 }
 
-/// The number after "name=" if `word` begins so and it is finite and positive.
+/// The number after "name=" if `word` starts with it and the number is finite and positive.
 std::optional<float> PositiveAfter(const std::string& name, const std::string& word) {
   const std::string start = name + "=";
   if (!word.starts_with(start)) {

@@ -11,19 +11,19 @@
 
 namespace stillray::io {
 
-/// "normal=MyNormals,encoded,channels=RGB", taken apart.
+/// "normal=MyNormals,encoded,channels=RGB", split into its parts.
 struct AovMapping {
   Aov aov = Aov::kColour;
   std::string layer;
-  std::string channels;            ///< letters, or empty: whichever usual ones the layer has
-  std::vector<std::string> words;  ///< of the convention, not yet understood
+  std::string channels;            ///< letters; empty: the usual ones that the layer has
+  std::vector<std::string> words;  ///< of the convention, not yet parsed
 };
 
 /// \return kInvalidArgument
 Result<AovMapping> ParseAovMapping(const std::string& text);
 
-/// Changes the convention of the mapping's AOV as its words say.
-/// \return kInvalidArgument naming the word and what is allowed
+/// Applies the mapping's words to the convention of its AOV.
+/// \return kInvalidArgument naming the word and the allowed ones
 Status ApplyWords(const AovMapping& mapping, AovLayout* layout);
 
 }  // namespace stillray::io

@@ -7,8 +7,8 @@
 namespace stillray::io {
 namespace {
 
-/// Blender 2.8 to 4.x, then what Blender 5 renamed, then the single-channel letter of the File
-/// Output node.
+/// Blender 2.8 to 4.x, then the names changed in Blender 5, then the single-channel letter of the
+/// File Output node.
 constexpr AovNameRow kBlender[] = {
     {Aov::kColour, "Noisy Image", "RGB"},
     {Aov::kColour, "Combined", "RGB"},
@@ -185,7 +185,7 @@ constexpr MotionConvention kStillrayMotion;
 constexpr MotionConvention kStillrayNextMotion = {.direction = MotionDirection::kToNext};
 constexpr MotionConvention kBlenderMotion = {.y_up = true};
 constexpr MotionConvention kForwardMotion = {.direction = MotionDirection::kToNext, .y_up = true};
-/// Blender's ZW is the place now minus the place in the next frame.
+/// Blender's ZW is the position in this frame minus that in the next frame.
 constexpr MotionConvention kBlenderNextMotion = {.direction = MotionDirection::kFromNext,
                                                  .y_up = true};
 constexpr DepthConvention kLinearDepth;

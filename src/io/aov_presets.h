@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What renderers call their layers: tables, one per renderer.
+/// Layer names of renderers: one table per renderer.
 #pragma once
 
 #include <span>
@@ -11,11 +11,11 @@
 
 namespace stillray::io {
 
-/// A layer that serves as `aov`. Of several rows with the same `aov` the first that a file has
-/// counts.
+/// A layer that serves as `aov`. Of several rows with the same `aov`, the first that the file has
+/// is used.
 struct AovNameRow {
   Aov aov;
-  const char* layer;     ///< without what stands before it ("ViewLayer."); "" for the main picture
+  const char* layer;     ///< without its prefix ("ViewLayer."); "" for the main picture
   const char* channels;  ///< one letter per component: "RGB", "XYZ", "Z"
 };
 
@@ -27,10 +27,10 @@ struct AovPreset {
   DepthConvention depth;
   NormalConvention normal;
   bool light_is_divided = false;
-  bool id_is_index = false;  ///< ids are numbers from 0 that users give out, not hashes
+  bool id_is_index = false;  ///< ids are numbers from 0 that users assign, not hashes
 };
 
-/// In the order in which "auto" prefers them when they explain equally much.
+/// In the order of preference of "auto" when they match equally many layers.
 std::span<const AovPreset> AovPresets();
 
 }  // namespace stillray::io

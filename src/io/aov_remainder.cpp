@@ -10,17 +10,17 @@
 namespace stillray::io {
 namespace {
 
-/// Values whose difference is not judged: rounding of halves.
+/// Differences below this fraction are ignored: rounding of halves.
 constexpr float kRoundingPart = 0.01f;
-/// Part of the light of the passes that the colour may lack. Measured: below 1e-4 in clean frames
-/// of Blender and our own, 0.4 for a denoised colour beside passes of 1 spp, 0.02 of 256 spp.
+/// Fraction of the passes' light that the colour may lack. Measured: below 1e-4 in clean frames of
+/// Blender and of stillray, 0.4 for a denoised colour beside passes of 1 spp, 0.02 of 256 spp.
 constexpr double kMayLack = 0.02;
 /// The same in lossy files, whose layers ring.
 constexpr double kMayLackLossy = 0.1;
-/// The passes must hold this part of the colour's light, or the picture would lose the rest.
+/// The passes must hold this fraction of the colour's light, or the picture would lose the rest.
 constexpr double kComplete = 0.9;
 constexpr float kOpaque = 0.999f;
-/// Fewer pixels say nothing.
+/// Fewer pixels are not judged.
 constexpr int64_t kLeastPixels = 256;
 
 const Channel* ChannelOf(const ExrImage& image, const AovLayout& layout, Aov aov,
@@ -34,7 +34,7 @@ struct Balance {
   int64_t pixels = 0;
   double colour = 0;
   double passes = 0;
-  double lacking = 0;  ///< of the passes in the colour
+  double lacking = 0;  ///< of the passes, missing in the colour
 };
 
 Balance Weigh(const ExrImage& image, const AovLayout& layout, const Frame& frame) {

@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 
 // A file name may have 255 bytes; the temporary name adds a dot, ".tmp-" and 16 digits.
 constexpr size_t kMaxNameInTemp = 200;
-// As many as Linux itself follows.
+// Same limit as in Linux.
 constexpr int kMaxLinks = 40;
 // Linux moves at most 2 GiB - 4 KiB per call.
 constexpr size_t kMaxTransfer = size_t{1} << 30;
@@ -55,7 +55,7 @@ bool WriteAll(int fd, const char* bytes, size_t size) {
   return true;
 }
 
-/// Flushes to the disk. Devices and some file systems know no such thing.
+/// Flushes to the disk. Devices and some file systems do not support it.
 bool Flush(int fd) {
   return ::fsync(fd) == 0 || errno == EINVAL || errno == ENOTSUP || errno == EROFS;
 }
@@ -79,12 +79,11 @@ std::string FolderOf(const std::string& path) {
   return folder.empty() ? "." : folder.string();
 }
 
-// The part of a temporary name behind the name of the file: a mark and sixteen hexadecimal digits.
+// The suffix of a temporary name: a mark and sixteen hexadecimal digits.
 constexpr std::string_view kTempMark = ".tmp-";
 constexpr size_t kTempDigits = 16;
 
-/// Processes with equal numbers (in two containers) must not pick equal names, nor others guess
-/// them.
+/// Unpredictable, and different in processes with the same id (in two containers).
 uint64_t RandomNumber() {
   uint64_t number = 0;
   if (::getrandom(&number, sizeof(number), 0) != static_cast<ssize_t>(sizeof(number))) {
@@ -114,7 +113,7 @@ Status WriteWhole(const std::string& path, const void* bytes, size_t size, bool 
   }
   Result<FileDescriptor> file = OpenTemporary(*target, path);
   STILLRAY_RETURN_IF_ERROR(file.status());
-  // Stays locked until it has its name.
+  // Holds the lock until the file is renamed.
   const FileDescriptor lock(::fcntl(file->get(), F_DUPFD_CLOEXEC, 0));
   const Status status = FillAndClose(std::move(file.value()), path, bytes, size, durable);
   if (!status.ok()) {
@@ -193,18 +192,17 @@ Result<AtomicTarget> PrepareAtomicTarget(const std::string& path) {
 
 Result<FileDescriptor> OpenTemporary(const AtomicTarget& target, const std::string& shown_path) {
   constexpr int kFlags = O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC;
-  // Another process may take a file that is not locked yet for a stale one.
+  // Another process may remove a file that is not locked yet as stale.
   for (int attempt = 0; attempt < 8; ++attempt) {
     FileDescriptor file(::open(target.temp_path.c_str(), kFlags, target.mode.value_or(0666)));
     if (file.get() < 0) {
       return WriteError(shown_path, errno);
     }
-    // The mask took rights away that the file before it had. Where that is not possible, fewer
-    // rights do no harm.
+    // Restores permissions that the umask removed. If that fails, fewer permissions do no harm.
     if (target.mode) {
       static_cast<void>(::fchmod(file.get(), *target.mode));
     }
-    // Without locks, as on some network file systems, nothing is found to be stale either.
+    // Without locks, as on some network file systems, no file is detected as stale either.
     static_cast<void>(::flock(file.get(), LOCK_EX));
     struct stat info {};
     if (::fstat(file.get(), &info) != 0 || info.st_nlink > 0) {
@@ -268,7 +266,7 @@ Status WriteFileAtomically(const std::string& path, const void* bytes, size_t si
 }
 
 Result<std::string> ReadWholeFile(const std::string& path, size_t max_size) {
-  // A pipe without a writer would block before it could be refused.
+  // A pipe without a writer would block before the check of the file type.
   io::FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (file.get() < 0) {
     if (errno == ENOENT || errno == ENOTDIR) {
@@ -295,8 +293,8 @@ Result<std::string> ReadWholeFile(const std::string& path, size_t max_size) {
     return too_large();
   }
   try {
-    // One byte more than expected, so that the end is seen without another round; files that grow
-    // simply take further rounds.
+    // One byte more than expected, so that the end is detected without another read; files that
+    // grow take further reads.
     constexpr size_t kStep = size_t{1} << 16;
     std::string bytes(std::max<size_t>(known_size, kStep) + 1, '\0');
     size_t used = 0;

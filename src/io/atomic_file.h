@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Files that appear whole or not at all.
+/// Files that are written completely or not at all.
 #pragma once
 
 #include <optional>
@@ -31,36 +31,36 @@ class FileDescriptor {
   int fd_ = -1;
 };
 
-/// Where a file is written first and what it becomes.
+/// The temporary and the final path of a file.
 struct AtomicTarget {
-  std::string final_path;  ///< `path` with a last symbolic link followed
+  std::string final_path;  ///< `path` with the last symbolic link resolved
   std::string temp_path;   ///< in the same folder, a random name; empty: write directly
-  /// Rights of the file that is replaced, which the new one gets too; none: a new file.
+  /// Permissions of the file that is replaced, which the new one inherits; none: a new file.
   std::optional<unsigned> mode;
 };
 
-/// Picks the temporary name for `path`; makes nothing.
+/// Chooses the temporary name for `path`; creates nothing.
 /// \return kNotFound (no such folder), kIo (the path is a folder)
 Result<AtomicTarget> PrepareAtomicTarget(const std::string& path);
 
-/// Makes the temporary file, new and empty, and locks it (flock) for as long as the descriptor is
-/// open: files that no process has locked are left over from processes that were killed.
-/// \param shown_path  in messages
+/// Creates the temporary file, empty, and locks it (flock) for as long as the descriptor is open:
+/// an unlocked file is left over from a killed process.
+/// \param shown_path  the path in messages
 Result<FileDescriptor> OpenTemporary(const AtomicTarget& target, const std::string& shown_path);
 
 /// Renames the finished temporary file; removes it if that fails.
 Status CommitAtomicTarget(const AtomicTarget& target);
 
-/// WriteFileAtomically, and the file is on the disk itself when this returns: its bytes are flushed
-/// before it gets its name, and the name after.
+/// WriteFileAtomically, then waits for the disk: the bytes are flushed before the file gets its
+/// name, and the name after.
 Status WriteFileDurably(const std::string& path, const void* bytes, size_t size);
 
-/// Flushes files that were written before to the disk, and the folders that hold them.
+/// Flushes files that were written earlier, and the folders that hold them, to the disk.
 /// \return kIo naming the file and the system's reason
 Status SyncFiles(std::span<const std::string> paths);
 
-/// Removes temporary files in a folder that killed processes left behind. Those that a living
-/// process writes, on this machine or in another container, stay.
+/// Removes temporary files that killed processes left in a folder. Those of running processes, on
+/// this machine or in another container, stay.
 void RemoveStaleTemporaries(const std::string& folder);
 
 /// "PATH: could not be written: No space left on device" for the current errno.

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The decoders behind ReadImage, one per format. All are safe on any bytes; `name` stands for the
-/// file in messages.
+/// The decoders behind ReadImage, one per format. All are safe on any bytes; `name` is the file's
+/// name in messages.
 #pragma once
 
 #include <array>
@@ -15,14 +15,14 @@
 
 namespace stillray::io {
 
-/// PNG of any kind as linear RGB; the values are taken as sRGB-encoded whatever colour chunks say.
+/// PNG of any kind as linear RGB; values are decoded as sRGB, regardless of colour chunks.
 Result<Image3> DecodePng(const uint8_t* data, size_t size, const std::string& name);
 
 /// Baseline and progressive JPEG as linear RGB.
 Result<Image3> DecodeJpeg(const uint8_t* data, size_t size, const std::string& name);
 
-/// Radiance RGBE, flat or run-length encoded, as the radiance that was stored before EXPOSURE was
-/// multiplied in. Rows must run along x.
+/// Radiance RGBE, flat or run-length encoded, as the radiance before EXPOSURE was multiplied in.
+/// Rows must run along x.
 Result<Image3> DecodeHdr(const uint8_t* data, size_t size, const std::string& name);
 
 /// Linear values of the 256 sRGB codes.

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Reading of OpenEXR files. OpenEXR reports errors by exceptions; none leaves this file.
+// Reads OpenEXR files. Exceptions of OpenEXR are caught in this file.
 #include <OpenEXR/ImfArray.h>
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDoubleAttribute.h>
@@ -42,7 +42,8 @@ namespace {
 struct CompressionTraits {
   ExrCompression compression;
   const char* name;
-  uint64_t max_ratio;  ///< decoded bytes of the file's own type per stored byte, at most
+  /// largest number of decoded bytes, in the file's pixel type, per stored byte
+  uint64_t max_ratio;
 };
 
 /// Bounds of the expansion. PIZ: Huffman codes of a run of 256 values need 10 bits (410). DWA: a
@@ -100,7 +101,7 @@ uint64_t ChannelCount(const Imf::Header& header) {
   return count;
 }
 
-/// Everything about a part that can be judged from its header alone.
+/// Checks of a part that need its header only.
 Status CheckPart(const std::string& name, const Imf::Header& header, size_t file_bytes) {
   if (IsDeep(header)) {
     return Status::Unsupported(fmt::format("{}: holds deep data, which is not supported", name));
@@ -124,10 +125,10 @@ Status CheckPart(const std::string& name, const Imf::Header& header, size_t file
     return static_cast<uint64_t>(WidthOf(w)) * static_cast<uint64_t>(HeightOf(w));
   };
   const uint64_t decoded = pixels(data) * channels * sizeof(float);
-  // Halves take twice their bytes in memory.
+  // Halves take twice their size in memory.
   const uint64_t ratio = 2 * TraitsOf(header.compression()).max_ratio;
   STILLRAY_RETURN_IF_ERROR(CheckDecodedSize(name, decoded, file_bytes, ratio));
-  // A small crop of a large canvas is common, so the file's bytes cannot bound this one.
+  // A small crop of a large canvas is common, so the file's size cannot bound the canvas.
   constexpr uint64_t kHarmlessCanvas = uint64_t{1} << 30;
   constexpr uint64_t kMaxCanvasRatio = 64;
   const uint64_t canvas = pixels(display) * channels * sizeof(float);
@@ -138,7 +139,7 @@ Status CheckPart(const std::string& name, const Imf::Header& header, size_t file
                     name, WidthOf(display), HeightOf(display), WidthOf(data), HeightOf(data)));
   }
   if (header.hasTileDescription()) {
-    // OpenEXR keeps a whole row of tiles in memory; a tile far larger than the picture is no tile.
+    // OpenEXR keeps a whole row of tiles in memory; tiles far larger than the picture are rejected.
     const Imf::TileDescription& tile = header.tileDescription();
     const uint64_t tile_bytes = uint64_t{tile.xSize} * tile.ySize * channels * sizeof(float);
     constexpr uint64_t kHarmlessTile = uint64_t{64} << 20;
@@ -164,7 +165,7 @@ template <typename T>
 Plane<T> Place(const Plane<T>& plane, const ExrWindow& data, const ExrWindow& display) {
   Plane<T> placed(static_cast<int>(WidthOf(display)), static_cast<int>(HeightOf(display)));
   const int x_begin = std::max(data.x_min, display.x_min);
-  const int x_end = std::min(data.x_max, display.x_max);  // included
+  const int x_end = std::min(data.x_max, display.x_max);  // inclusive
   const int y_begin = std::max(data.y_min, display.y_min);
   const int y_end = std::min(data.y_max, display.y_max);
   for (int64_t y = y_begin; y <= y_end && x_begin <= x_end; ++y) {
@@ -186,7 +187,7 @@ void CopyRow(const char* from, Imf::PixelType type, size_t width, float* to) {
   }
 }
 
-/// Reads the part's pixels once, as they are stored, and makes the channels' planes from them.
+/// Reads the part's pixels once, as stored, and converts them to planes.
 StoredPart ReadStored(Imf::InputPart& part, const Imath::Box2i& window,
                       std::vector<Channel>* channels) {
   StoredPart stored;
@@ -218,7 +219,7 @@ StoredPart ReadStored(Imf::InputPart& part, const Imath::Box2i& window,
   return stored;
 }
 
-/// \param stored  set to the pixels as they are stored, or nullptr
+/// \param stored  set to the pixels as stored, or nullptr
 std::vector<Channel> ReadPart(Imf::MultiPartInputFile& file, int part_number, StoredPart* stored) {
   Imf::InputPart part(file, part_number);
   const ExrWindow data = ToWindow(part.header().dataWindow());
@@ -263,7 +264,7 @@ std::vector<Channel> ReadPart(Imf::MultiPartInputFile& file, int part_number, St
   return channels;
 }
 
-/// Appends the channels of a part, with the part's name in front where a name is taken.
+/// Appends the channels of a part, with the part's name as prefix where a name is taken.
 Status AddChannels(const std::string& name, const std::string& part_name,
                    std::vector<Channel> channels, ExrImage* image) {
   std::set<std::string> taken;
@@ -297,7 +298,7 @@ std::string MatrixText(const Matrix& m, unsigned size) {
   return text;
 }
 
-/// The value of a numeric attribute as text, or empty if its type is not one of the simple ones.
+/// The value of a numeric attribute as text; empty if its type is not a simple one.
 std::string AttributeText(const Imf::Attribute& attribute) {
   if (const auto* a = dynamic_cast<const Imf::IntAttribute*>(&attribute)) {
     return fmt::format("{}", a->value());
@@ -330,7 +331,7 @@ void ReadAttributes(const Imf::Header& header, ExrImage* image) {
   for (auto it = header.begin(); it != header.end(); ++it) {
     const std::string name = it.name();
     if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&it.attribute())) {
-      // "type" is how the file is built, and writing builds its own.
+      // "type" describes the structure of the file; the writer sets its own.
       if (name != "type") {
         image->attributes[name] = text->value();
       }
@@ -340,7 +341,7 @@ void ReadAttributes(const Imf::Header& header, ExrImage* image) {
   }
 }
 
-/// \param stored  the pixels of all parts that are read as they are stored, or nullptr
+/// \param stored  the pixels of all parts as stored, or nullptr
 Result<ExrImage> DecodeParts(Imf::MultiPartInputFile& file, size_t size, const std::string& name,
                              std::map<int, StoredPart>* stored) {
   const Imf::Header& first = file.header(0);

@@ -26,7 +26,7 @@ namespace {
 constexpr std::array<const char*, 3> kRgb = {"R", "G", "B"};
 constexpr std::array<const char*, 3> kXyz = {"X", "Y", "Z"};
 
-/// Prefixes, dot included, of all layers that have R, G and B.
+/// Prefixes, with their dot, of all layers that have R, G and B.
 std::vector<std::string> ColourLayers(const ExrImage& image) {
   std::vector<std::string> layers;
   for (const Channel& channel : image.channels) {
@@ -44,7 +44,7 @@ std::vector<std::string> ColourLayers(const ExrImage& image) {
 
 std::string ChannelNames(const ExrImage& image) {
   constexpr size_t kMaxShownName = 100;
-  constexpr size_t kMostNames = 40;  // enough to see what is there, short enough for one line
+  constexpr size_t kMostNames = 40;  // enough for an overview, short enough for one line
   std::vector<std::string> names;
   for (const Channel& channel : image.channels) {
     if (names.size() == kMostNames) {
@@ -163,8 +163,8 @@ std::mutex& ExrSetupMutex() {
 bool exr_is_prepared = false;  // guarded by ExrSetupMutex
 
 void PrepareLocked(int threads) {
-  // Above what is accepted, so that a message of our own comes first; yet small enough that the
-  // tables of lines and tiles, which OpenEXR allocates from the header alone, stay small.
+  // Larger than the accepted size, so that stillray's message comes first, yet small enough that
+  // the line and tile tables that OpenEXR allocates from the header stay small.
   constexpr int kMaxClaim = 1 << 16;
   Imf::Header::setMaxImageSize(kMaxClaim, kMaxClaim);
   Imf::Header::setMaxTileSize(kMaxClaim, kMaxClaim);

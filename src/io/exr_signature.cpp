@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Files that were saved in another format than EXR.
+// Recognises files of other formats than EXR.
 #include <string_view>
 
 #include <fmt/format.h>

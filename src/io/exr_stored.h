@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Pixels of EXR parts exactly as the file has them: what is carried through keeps its bits.
+/// Pixels of EXR parts exactly as stored, so that copied channels keep their bits.
 #pragma once
 
 #include <Imath/ImathBox.h>
@@ -24,7 +24,7 @@ inline size_t BytesOf(Imf::PixelType type) {
   return type == Imf::HALF ? sizeof(half) : sizeof(float);
 }
 
-/// One channel's pixels of a data window, packed, in the file's own type; zero when made.
+/// One channel's pixels of a data window, packed, in the file's pixel type; initially zero.
 struct StoredPlane {
   Imf::PixelType type;
   size_t width;
@@ -45,13 +45,13 @@ struct StoredPlane {
   }
 };
 
-/// By the file's own name of the channel.
+/// Keyed by the channel's name in the file.
 using StoredPart = std::map<std::string, StoredPlane>;
 
 }  // namespace io
 
 struct StoredPixels::Impl {
-  std::map<int, io::StoredPart> parts;  ///< by number; those that were decoded
+  std::map<int, io::StoredPart> parts;  ///< by part number; only parts that were decoded
 };
 
 }  // namespace stillray

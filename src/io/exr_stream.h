@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// OpenEXR's streams in memory, and its settings for the whole process.
+/// OpenEXR streams in memory, and OpenEXR's process-wide settings.
 #pragma once
 
 #include <OpenEXR/ImfIO.h>
@@ -14,7 +14,7 @@
 
 namespace stillray::io {
 
-/// Reads from bytes that somebody else owns. Throws on reading past their end.
+/// Reads from bytes that the caller owns. Throws on reading past their end.
 class ExrMemoryInput final : public Imf::IStream {
  public:
   ExrMemoryInput(const uint8_t* data, size_t size, const std::string& name)
@@ -29,7 +29,7 @@ class ExrMemoryInput final : public Imf::IStream {
   uint64_t position_ = 0;
 };
 
-/// Gathers what OpenEXR writes. In memory, because OpenEXR writes its line table in a destructor,
+/// Collects OpenEXR's output in memory, because OpenEXR writes its line table in a destructor,
 /// where it swallows the error of a full disk.
 class ExrMemoryOutput final : public Imf::OStream {
  public:
@@ -44,12 +44,11 @@ class ExrMemoryOutput final : public Imf::OStream {
   uint64_t position_ = 0;
 };
 
-/// Starts OpenEXR's threads unless SetExrThreads did, and sets its own limits. Cheap when called
-/// again.
+/// Starts OpenEXR's threads unless SetExrThreads did, and sets its limits. Cheap when called again.
 void PrepareOpenExr();
 
-/// \return kBadData if the bytes do not begin as an EXR file; what else they are is said where it
-///         is a picture of another format
+/// \return kBadData if the bytes do not begin as an EXR file; the message names the format if it is
+///     a known one
 Status CheckExrSignature(const uint8_t* data, size_t size, const std::string& name);
 
 }  // namespace stillray::io

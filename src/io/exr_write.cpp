@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Writing of OpenEXR files. OpenEXR reports errors by exceptions; none leaves this file.
+// Writes OpenEXR files. Exceptions of OpenEXR are caught in this file.
 #include <Imath/half.h>
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
@@ -62,8 +62,8 @@ Status CheckChannel(const ExrImage& image, const Channel& channel) {
         "{} x {}",
         channel.name, width, height, integers ? "uint32" : "float", image.width, image.height));
   }
-  // DWA tells luminance by the last letter of a name and stores it with loss; only floats and
-  // halves are touched.
+  // DWA recognises luminance by the last letter of a name and compresses it with loss; it affects
+  // only floats and halves.
   if (image.compression == ExrCompression::kDwaa && !integers && channel.name.ends_with(".Y")) {
     return Status::InvalidArgument(
         fmt::format("DWAA compression would damage channel {}: it takes every .Y for luminance; "
@@ -170,7 +170,7 @@ std::string Encode(const ExrImage& image) {
     Imf::OutputFile file(stream, header);
     file.setFrameBuffer(frame_buffer);
     file.writePixels(image.height);
-  }  // the destructor writes the table of lines
+  }  // the destructor writes the line table
   return stream.Take();
 }
 

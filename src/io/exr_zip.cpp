@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The layout of a file is that of "OpenEXR File Layout" (openexr.com): OpenEXR writes the header,
-// and the table of chunks and the chunks follow it. A chunk of ZIP holds 16 lines, one of ZIPS a
-// single one; a line holds its channels in the order of their names.
+// File layout: "OpenEXR File Layout" (openexr.com). OpenEXR writes the header; the chunk table and
+// the chunks follow. A chunk of ZIP holds 16 lines, one of ZIPS a single line; a line holds its
+// channels in the order of their names.
 #include "io/exr_zip.h"
 
 #include <libdeflate.h>
@@ -28,7 +28,7 @@
 namespace stillray::io {
 namespace {
 
-/// Files are a little smaller than those of OpenEXR's own level, 4 of zlib, in half of its time.
+/// Slightly smaller files than OpenEXR's level, 4 of zlib, in half of the time.
 constexpr int kLevel = 4;
 
 struct FreeCompressor {
@@ -54,7 +54,7 @@ struct Source {
   char* base;  ///< of pixel (0, 0)
   size_t x_stride;
   size_t y_stride;
-  size_t bytes;  ///< of a value
+  size_t bytes;  ///< of one value
 };
 
 std::vector<Source> SourcesOf(const Imf::Header& header, const Imf::FrameBuffer& pixels) {
@@ -67,8 +67,8 @@ std::vector<Source> SourcesOf(const Imf::Header& header, const Imf::FrameBuffer&
   return sources;
 }
 
-/// Calls move(packed, pixels) for every stretch of values that lies together on both sides: in the
-/// lines first..last as they are before compression, and in the pictures.
+/// Calls move(packed, pixels) for every contiguous run of values of the lines first..last, in the
+/// uncompressed chunk and in the planes.
 template <typename Move>
 void ForEachStretch(const std::vector<Source>& sources, const Imath::Box2i& window, int first,
                     int last, char* packed, const Move& move) {
@@ -87,7 +87,7 @@ void ForEachStretch(const std::vector<Source>& sources, const Imath::Box2i& wind
   }
 }
 
-/// Bytes of the lines first..last before compression.
+/// Uncompressed bytes of the lines first..last.
 size_t SizeOfLines(const std::vector<Source>& sources, const Imath::Box2i& window, int first,
                    int last) {
   size_t size = 0;
@@ -98,7 +98,7 @@ size_t SizeOfLines(const std::vector<Source>& sources, const Imath::Box2i& windo
          static_cast<size_t>(last - first + 1);
 }
 
-/// Bytes at even places, then those at odd ones.
+/// Separates even from odd bytes.
 void Split(const std::vector<char>& raw, std::vector<unsigned char>* out) {
   out->resize(raw.size());
   const size_t odd = raw.size() / 2;
@@ -114,7 +114,7 @@ void Split(const std::vector<char>& raw, std::vector<unsigned char>* out) {
   }
 }
 
-/// Each byte as its difference from the one before.
+/// Replaces each byte by its difference from the previous one.
 void Differences(const std::vector<unsigned char>& bytes, std::vector<unsigned char>* out) {
   out->resize(bytes.size());
   const unsigned char* from = bytes.data();
@@ -131,7 +131,7 @@ void AppendLittleEndian(T value, std::string* to) {
   to->append(reinterpret_cast<const char*>(&value), sizeof(value));
 }
 
-/// What one thread writes with.
+/// Per-thread buffers of the encoder.
 struct Workshop {
   Compressor compressor = OrBadAlloc(Compressor(libdeflate_alloc_compressor(kLevel)));
   std::vector<char> raw;
@@ -140,7 +140,7 @@ struct Workshop {
   std::vector<char> packed;
 };
 
-/// One chunk as it stands in the file. What compression would make larger is stored as it is.
+/// Encodes one chunk; data that compression would enlarge is stored uncompressed.
 std::string MakeChunk(const std::vector<Source>& sources, const Imath::Box2i& window, int first,
                       int last, Workshop* w) {
   w->raw.resize(SizeOfLines(sources, window, first, last));
@@ -161,7 +161,7 @@ std::string MakeChunk(const std::vector<Source>& sources, const Imath::Box2i& wi
   return chunk;
 }
 
-/// Differences, undone.
+/// Inverts Differences.
 void Sums(std::vector<unsigned char>* bytes) {
   unsigned char* b = bytes->data();
   for (size_t i = 1; i < bytes->size(); ++i) {
@@ -169,7 +169,7 @@ void Sums(std::vector<unsigned char>* bytes) {
   }
 }
 
-/// Split, undone.
+/// Inverts Split.
 void Join(const std::vector<unsigned char>& split, std::vector<char>* out) {
   out->resize(split.size());
   const size_t odd = split.size() / 2;
@@ -185,14 +185,14 @@ void Join(const std::vector<unsigned char>& split, std::vector<char>* out) {
   }
 }
 
-/// What one thread reads with.
+/// Per-thread buffers of the decoder.
 struct ReadingRoom {
   Decompressor decompressor = OrBadAlloc(Decompressor(libdeflate_alloc_decompressor()));
   std::vector<unsigned char> split;
   std::vector<char> raw;
 };
 
-/// The lines of a chunk as they were before compression, `size` bytes.
+/// Decodes a chunk to `size` bytes of lines.
 std::vector<char>& OpenChunk(const std::string& chunk, size_t size, ReadingRoom* r) {
   if (chunk.size() == size) {
     r->raw.assign(chunk.begin(), chunk.end());
@@ -210,12 +210,12 @@ std::vector<char>& OpenChunk(const std::string& chunk, size_t size, ReadingRoom*
   return r->raw;
 }
 
-/// Of a chunk.
+/// Lines per chunk.
 int LinesOf(const Imf::Header& header) {
   return header.compression() == Imf::ZIP_COMPRESSION ? 16 : 1;
 }
 
-/// The header, and room for the table of chunks.
+/// The header, and space for the chunk table.
 std::string HeaderBytes(const Imf::Header& header) {
   ExrMemoryOutput stream;
   { const Imf::OutputFile file(stream, header); }

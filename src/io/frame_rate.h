@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The range of frame rates that everything takes: sequences, videos, logs, reports.
+/// The range of frame rates, common to sequences, videos, logs and reports.
 #pragma once
 
 namespace stillray {

@@ -44,7 +44,8 @@ struct HdrHeader {
   size_t data_begin = 0;
 };
 
-/// The line that starts at *at, without its end; *at moves behind it. Nothing if there is no end.
+/// The line that starts at *at, without its end; *at moves behind it. Nothing if there is no line
+/// end.
 std::optional<std::string_view> NextLine(std::string_view bytes, size_t* at) {
   const size_t end = bytes.find('\n', *at);
   if (end == std::string_view::npos || end - *at > kMaxHeaderLine) {
@@ -145,7 +146,7 @@ Result<HdrHeader> ParseHeader(std::string_view bytes, const std::string& name) {
   return header;
 }
 
-/// Reads rows one after the other; every function returns nullptr or what is wrong.
+/// Reads rows in order; every function returns nullptr or an error text.
 class RowReader {
  public:
   explicit RowReader(std::string_view bytes) : bytes_(bytes) {}
@@ -169,7 +170,7 @@ class RowReader {
   uint8_t Peek(size_t offset) const { return static_cast<uint8_t>(bytes_[at_ + offset]); }
   static constexpr const char* kEndsEarly = "it ends too early";
 
-  /// Each of the four components on its own, as runs (above 128) and literals.
+  /// Each of the four components separately, as runs (above 128) and literals.
   const char* ReadComponents(std::vector<Rgbe>* row) {
     for (size_t component = 0; component < 4; ++component) {
       for (size_t x = 0; x < row->size();) {
@@ -197,8 +198,8 @@ class RowReader {
     return nullptr;
   }
 
-  /// Whole pixels; (1, 1, 1, n) repeats the last one n times, and n's of a series are its digits to
-  /// the base 256, the lowest first.
+  /// Whole pixels; (1, 1, 1, n) repeats the last one n times; consecutive repeats are digits to the
+  /// base 256, the lowest first.
   const char* ReadPixels(std::vector<Rgbe>* row) {
     int shift = 0;
     for (size_t x = 0; x < row->size();) {
@@ -244,7 +245,7 @@ Result<Image3> DecodeHdr(const uint8_t* data, size_t size, const std::string& na
   const int width = static_cast<int>(header->width);
   const int height = static_cast<int>(header->height);
   // Value = mantissa / 256 * 2^(exponent - 128). Without Radiance's half step, so that black stays
-  // black, as other readers have it.
+  // black, as in other readers.
   std::array<float, 256> scale{};
   for (int e = 1; e < 256; ++e) {
     scale[static_cast<size_t>(e)] =

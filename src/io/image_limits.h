@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What a picture file may claim before memory is taken for it.
+/// Limits on the sizes that a picture's header may claim, checked before memory is allocated.
 #pragma once
 
 #include <cstddef>
@@ -12,21 +12,22 @@
 
 namespace stillray::io {
 
-/// Pixels along a side: above this a size is taken for damage or malice.
+/// Pixels along a side: a larger size is taken as damage or an attack.
 inline constexpr int64_t kMaxSide = 32768;
 /// Bytes of one decoded picture file, all channels together.
 inline constexpr uint64_t kMaxDecodedBytes = uint64_t{8} << 30;
 /// Bytes of a picture file on disk.
 inline constexpr size_t kMaxFileBytes = size_t{4} << 30;
 
-/// The most bytes that one byte of deflate can stand for: a match of 258 bytes in 2 bits.
+/// The largest expansion of deflate: a match of 258 bytes coded in 2 bits.
 inline constexpr uint64_t kMaxDeflateRatio = 1032;
 
 /// \return kUnsupported above kMaxSide, kBadData below 1
 Status CheckImageSize(const std::string& name, int64_t width, int64_t height);
 
-/// Refuses a file that claims more than its bytes can hold, so that a few bytes cannot take all
-/// memory. `max_ratio`: decoded bytes per byte of the file that its compression can reach at most.
+/// Rejects a file that claims more than its bytes can hold, so that a small file cannot exhaust
+/// memory.
+/// \param max_ratio  largest number of decoded bytes per byte of the file under its compression
 Status CheckDecodedSize(const std::string& name, uint64_t decoded_bytes, uint64_t file_bytes,
                         uint64_t max_ratio);
 

@@ -28,10 +28,10 @@ struct StbDelete {
   void operator()(stbi_uc* pixels) const { stbi_image_free(pixels); }
 };
 
-/// Whether the data after the first scan's header holds the end marker. Versions of stb_image
-/// differ: some report a cut file as one, some fill what it lacks with grey and report success.
-/// Segments before the scan are stepped over, as a thumbnail in one of them has an end marker of
-/// its own.
+/// Whether the data after the first scan's header contains the end marker. Versions of stb_image
+/// differ: some reject truncated files, some fill the missing part with grey and report success.
+/// Segments before the scan are skipped, as a thumbnail in one of them has an end marker of its
+/// own.
 bool IsComplete(const uint8_t* data, size_t size) {
   size_t at = 2;
   while (at + 4 <= size) {

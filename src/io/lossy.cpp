@@ -33,7 +33,7 @@ Image1 BrightestOfBlocks(const Image3& light) {
   return brightest;
 }
 
-/// Of the blocks around a pixel.
+/// The maximum over the blocks around a pixel.
 float BrightestNearby(const Image1& blocks, int x, int y) {
   float brightest = 0;
   for (int v = std::max(y / kBlock - 1, 0); v <= std::min(y / kBlock + 1, blocks.height() - 1);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What does not fit into memory is refused before it is tried.
+/// Rejects files that do not fit into memory before they are decoded.
 #pragma once
 
 #include <cstdint>
@@ -12,19 +12,19 @@
 
 namespace stillray {
 
-/// Bytes that this process may use: the machine's memory, or the limit on its address space where
-/// that is less. 0: unknown.
+/// Bytes available to this process: the machine's memory, or the limit on its address space if that
+/// is lower. 0: unknown.
 int64_t AvailableMemory();
 
-/// Memory that a command takes for one EXR file, measured and rounded up; the work of its largest
-/// step included.
+/// Memory that a command takes for one EXR file, measured and rounded up, including its largest
+/// step.
 struct ExrCost {
   int64_t bytes_per_pixel = 0;
   int64_t bytes_per_channel = 0;  ///< and pixel
 };
 
-/// \param bytes  of the file
-/// \return kOutOfMemory naming file, size, and what it takes; kBadData: the header is damaged
+/// \param bytes  content of the file
+/// \return kOutOfMemory naming file, size, and the memory needed; kBadData: the header is damaged
 Status CheckExrFits(std::string_view bytes, const std::string& name, const ExrCost& cost);
 
 }  // namespace stillray

@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 
 constexpr int kMaxDigits = 18;  // so that every number fits into int64_t
 
-/// A pattern cut at its marks.
+/// A pattern split at its marks.
 struct PatternParts {
   std::string folder;  ///< with its slash, or empty
   std::string before;
@@ -78,7 +78,7 @@ std::optional<PatternParts> SplitPattern(const std::string& pattern) {
 }
 
 std::string NumberText(int64_t frame, int digits) {
-  // Unsigned negation, so that the least int64_t has its magnitude too.
+  // Unsigned negation, which also works for the smallest int64_t.
   const uint64_t magnitude =
       frame < 0 ? uint64_t{0} - static_cast<uint64_t>(frame) : static_cast<uint64_t>(frame);
   return fmt::format("{}{:0{}}", frame < 0 ? "-" : "", magnitude, digits);
@@ -90,7 +90,7 @@ std::optional<int64_t> ParseNumber(std::string_view text, int digits) {
   if (error != std::errc() || end != text.data() + text.size()) {
     return std::nullopt;
   }
-  // Exactly as FrameFileName would write it: "7" and "0007" are frames of different patterns.
+  // Exactly as FrameFileName writes it: "7" and "0007" are frames of different patterns.
   return NumberText(number, digits) == text ? std::optional(number) : std::nullopt;
 }
 
@@ -98,7 +98,7 @@ bool IsDigit(char c) {
   return c >= '0' && c <= '9';
 }
 
-/// A file's own name cut at its last run of digits; the ending holds none that count.
+/// A file name split at its last run of digits; digits of the extension do not count.
 struct NumberedName {
   std::string before;
   std::string digits;
@@ -127,14 +127,14 @@ std::optional<NumberedName> CutAtNumber(const std::string& name) {
 /// One sequence of a folder.
 struct FoundSequence {
   std::vector<FrameFile> files;  ///< sorted by frame, then by path
-  std::string pattern;           ///< of the files' own names
+  std::string pattern;           ///< of the file names
 };
 
 bool HasWildCards(const std::string& name) {
   return name.find_first_of("*?") != std::string::npos;
 }
 
-/// Where a user's name for a sequence points to.
+/// The folder and pattern that a user's name refers to.
 struct NamedPlace {
   fs::path folder;
   std::string shown;  ///< the folder as typed, with its slash; empty for the current one
@@ -148,7 +148,7 @@ NamedPlace PlaceOf(const std::string& path) {
   return {shown.empty() ? fs::path(".") : fs::path(shown), shown, path.substr(name_begin)};
 }
 
-/// All sequences of a folder whose files' names are wanted, in the order of their names.
+/// All sequences of a folder whose file names match, in the order of their names.
 Result<std::vector<FoundSequence>> ListSequences(
     const NamedPlace& place, const std::function<bool(const std::string& name)>& wanted) {
   std::map<std::pair<std::string, std::string>, FoundSequence> sequences;
@@ -189,7 +189,7 @@ bool HasEnding(const std::string& name, FileEndings endings) {
   return std::find(endings.begin(), endings.end(), LowerExtension(name)) != endings.end();
 }
 
-/// Bytes that two names have in common at their begin.
+/// Length of the common prefix of two names.
 size_t CommonBegin(const std::string& a, const std::string& b) {
   const auto [end, ignored] = std::mismatch(a.begin(), a.end(), b.begin(), b.end());
   return static_cast<size_t>(end - a.begin());
@@ -199,8 +199,8 @@ std::string NameOf(const std::string& path) {
   return io::OneLine(fs::path(path).filename().string());
 }
 
-/// "; found shot.0001.exr ... shot.0016.exr: did you mean shot.####.exr?" Of several sequences the
-/// one whose name begins most like what was typed.
+/// "; found shot.0001.exr ... shot.0016.exr: did you mean shot.####.exr?" Of several sequences, the
+/// one with the longest common prefix.
 std::string Suggestion(const NamedPlace& place, FileEndings endings) {
   const Result<std::vector<FoundSequence>> all =
       ListSequences(place, [&](const std::string& name) { return HasEnding(name, endings); });
@@ -239,7 +239,7 @@ Status SeveralSequences(const std::string& input, const NamedPlace& place,
                   io::OneLine(found.front().pattern), fmt::join(names, ", ")));
 }
 
-/// The one sequence of those found.
+/// The only sequence found; an error if there are several.
 Result<std::vector<FrameFile>> OnlySequence(const std::string& input, const NamedPlace& place,
                                             std::vector<FoundSequence> found) {
   if (found.size() > 1) {

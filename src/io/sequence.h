@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The files of a sequence on disk, by whatever name a user types for it.
+/// Finds the files of a sequence on disk from the name that a user types.
 #pragma once
 
 #include <cstdint>
@@ -20,27 +20,26 @@ struct FrameFile {
   std::string path;
 };
 
-/// Endings of files, in lower case and with their dot, that a folder or a wild card stands for.
+/// File extensions, in lower case and with their dot, that a folder or a wild card matches.
 using FileEndings = std::span<const std::string_view>;
 
-/// Whether the file's own name stands for the files of a sequence: marks of a frame number (see
-/// IsFramePattern) or the wild cards '*' and '?'.
+/// Whether the file name is that of a sequence: it has marks of a frame number (see IsFramePattern)
+/// or the wild cards '*' and '?'.
 bool IsSequenceName(const std::string& path);
 
-/// The name of a sequence to be written, with marks in place of wild cards: '*' becomes "####", a
-/// run of '?' as many marks. Paths without wild cards, or with marks, are returned as they are.
+/// The name of a sequence to write, with marks in place of wild cards: '*' becomes "####", a run of
+/// '?' as many marks. Paths without wild cards, or with marks, are returned unchanged.
 std::string AsFramePattern(const std::string& path);
 
-/// The last number in the file's own name, without its ending; none if there is no digit.
+/// The last number in the file name, without its extension; none if there is no digit.
 std::optional<int64_t> FrameNumberIn(const std::string& path);
 
 /// The files of one sequence in the order of their frames.
 /// \param input  "name.####.exr" or "name.%04d.exr": numbers of that width, or of any width if
-/// there
-///        are none; "name.*.exr", "name.????.exr": wild cards of a shell; or a folder that holds
-///        one sequence. In a name without marks the last number is the frame.
-/// \return kNotFound (nothing matches; the message has the sequences that are in that folder), kIo,
-///         kInvalidArgument (several sequences, or two files of one number, naming them)
+///     there are none; "name.*.exr", "name.????.exr": wild cards of a shell; or a folder that holds
+///     one sequence. In a name without marks the last number is the frame.
+/// \return kNotFound (nothing matches; the message lists the sequences in that folder), kIo,
+///     kInvalidArgument (several sequences, or two files of one number, naming them)
 Result<std::vector<FrameFile>> FindFrameFiles(const std::string& input, FileEndings endings);
 
 }  // namespace stillray

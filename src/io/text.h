@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Text from files in messages.
+/// Text of files, made safe for messages.
 #pragma once
 
 #include <string>
@@ -9,9 +9,8 @@
 
 namespace stillray::io {
 
-/// At most `max_size` bytes of the text with a blank in place of every control character, so that
-/// whatever a file holds makes one line and cannot steer a terminal; without blanks and dots at its
-/// end.
+/// At most `max_size` bytes of the text with control characters replaced by blanks, so that it fits
+/// on one line and cannot control a terminal; without blanks and dots at its end.
 std::string OneLine(std::string_view text, size_t max_size = 1000);
 
 }  // namespace stillray::io

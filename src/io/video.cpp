@@ -32,24 +32,24 @@ namespace io {
 namespace {
 
 constexpr int kMaxVideoSide = 16384;  // x264's limit
-// Frames are cut among threads in a way that depends on their number; a fixed number keeps the
-// bytes the same on every machine.
+// How frames are divided among threads depends on their number; a fixed number makes the bytes the
+// same on every machine.
 constexpr const char* kEncoderThreads = "4";
 // Near the threshold of visible loss for x264's preset "medium".
 constexpr const char* kQuality = "16";
 
-// The descriptor under which ffmpeg gets its output.
+// The descriptor of ffmpeg's output file.
 constexpr int kOutputDescriptor = STDERR_FILENO + 1;
 
-/// The same file under a number that is none of those which ffmpeg gets, and which may be free
-/// where a program runs without a terminal. Closes `fd`.
+/// Duplicates the descriptor above those passed to ffmpeg, which may be free where a program runs
+/// without a terminal. Closes `fd`.
 int AboveOwnDescriptors(int fd) {
   const int above = ::fcntl(fd, F_DUPFD_CLOEXEC, kOutputDescriptor + 1);
   ::close(fd);
   return above;
 }
 
-/// A file without a name that takes what ffmpeg says; unlike a pipe it can never be full.
+/// An unnamed file for ffmpeg's messages; unlike a pipe it cannot fill up.
 class MessageFile {
  public:
   MessageFile() {
@@ -67,7 +67,7 @@ class MessageFile {
   }
   int fd() const { return fd_; }
 
-  /// The system's reason why a file could not be written, which stands some lines before the end;
+  /// The system's reason why a file could not be written, which appears some lines before the end;
   /// empty if there is none.
   std::string WriteFailure() const {
     const std::string text = Tail();
@@ -80,7 +80,7 @@ class MessageFile {
     return {};
   }
 
-  /// What explains a failure best: WriteFailure(), else the last line that is not empty.
+  /// The most specific explanation of a failure: WriteFailure(), else the last non-empty line.
   std::string Explanation() const {
     const std::string failure = WriteFailure();
     const std::string text = failure.empty() ? Tail() : failure;
@@ -89,7 +89,7 @@ class MessageFile {
   }
 
  private:
-  /// The last lines, without blanks at the end.
+  /// The last lines, without trailing blanks.
   std::string Tail() const {
     constexpr off_t kTail = 4096;
     const off_t end = ::lseek(fd_, 0, SEEK_END);
@@ -109,14 +109,14 @@ class MessageFile {
   int fd_ = -1;
 };
 
-/// The same file, opened once more: what locks it must end with this process, not with ffmpeg.
+/// Opens the file again, so that its lock ends with this process, not with ffmpeg.
 int OpenAgain(int fd) {
   const int again = ::open(fmt::format("/proc/self/fd/{}", fd).c_str(), O_RDWR | O_CLOEXEC);
   return again >= 0 ? again : ::fcntl(fd, F_DUPFD_CLOEXEC, 0);
 }
 
-/// The name by which ffmpeg opens its output: the open file itself, since in a folder that others
-/// may write to, its path could lead elsewhere by then. Without /proc, the path.
+/// The name under which ffmpeg opens its output: the open file itself, since in a folder that
+/// others may write to, its path could lead elsewhere by then. Without /proc, the path.
 std::string OutputName(const std::string& path) {
   const std::string by_descriptor = fmt::format("/proc/self/fd/{}", kOutputDescriptor);
   return ::access("/proc/self/fd", X_OK) == 0 ? by_descriptor : path;
@@ -124,22 +124,22 @@ std::string OutputName(const std::string& path) {
 
 std::vector<std::string> Arguments(const std::string& output, int width, int height, double fps) {
   return {"ffmpeg", "-hide_banner", "-nostdin", "-loglevel", "error", "-y",
-          // What comes in: raw frames.
+          // Input: raw frames.
           "-f", "rawvideo", "-pixel_format", "rgb24", "-video_size",
           fmt::format("{}x{}", width, height), "-framerate", fmt::format("{}", fps), "-i", "pipe:0",
-          // What goes out.
+          // Output.
           "-vf", "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int",
           "-c:v", "libx264", "-preset", "medium", "-crf", kQuality, "-threads", kEncoderThreads,
           "-pix_fmt", "yuv420p", "-color_primaries", "bt709", "-color_trc", "bt709", "-colorspace",
           "bt709", "-color_range", "tv", "-fflags", "+bitexact", "-flags:v", "+bitexact",
           "-movflags", "+faststart", "-f", "mp4",
-          // "file:" keeps a name that holds a colon or starts with a dash a name.
+          // "file:" protects names with a colon or a leading dash.
           "file:" + output};
 }
 
-/// Starts ffmpeg with `input` as its standard input, in a process group of its own: Ctrl-C must
-/// reach the program that feeds it, which then ends the file properly. It ends by itself when that
-/// program is killed, as its input ends.
+/// Starts ffmpeg with `input` as its standard input, in its own process group: Ctrl-C must reach
+/// the calling program, which then closes the file properly. If that program is killed, ffmpeg ends
+/// with its input.
 int Spawn(const std::vector<std::string>& arguments, int input, int output, int messages,
           pid_t* pid) {
   posix_spawn_file_actions_t actions;
@@ -187,8 +187,8 @@ class FfmpegWriter final : public VideoWriter {
     Result<FileDescriptor> file = OpenTemporary(target_, path_);
     STILLRAY_RETURN_IF_ERROR(file.status());
     file_ = std::move(file.value());
-    // A pair of sockets in place of a pipe, as only sockets can report a reader that is gone
-    // without a signal to the whole process.
+    // A socket pair in place of a pipe: only sockets can report a closed reader without a signal to
+    // the whole process.
     int ends[2];
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
       return Status::Io(fmt::format("{}: no pipe to ffmpeg could be made: {}", path_,
@@ -244,8 +244,8 @@ class FfmpegWriter final : public VideoWriter {
     const int exit_status = Reap();
     struct stat info {};
     const bool written = ::fstat(file_.get(), &info) == 0 && info.st_size > 0;
-    // -1: somebody else in this process collected the child; then the file must speak for itself.
-    // ffmpeg ends with 0 also where the last bytes of the file could not be written.
+    // -1: another part of this process reaped the child; then the file decides. ffmpeg ends with 0
+    // also where the last bytes of the file could not be written.
     if (exit_status > 0 || !written || !messages_.WriteFailure().empty() ||
         (exit_status < 0 && !messages_.Explanation().empty())) {
       status_ = Failure(0, exit_status);
@@ -292,7 +292,7 @@ class FfmpegWriter final : public VideoWriter {
   }
 
   /// Ends ffmpeg's input and waits for it.
-  /// \return its exit code; 128 + the signal that killed it; -1 if that is not known
+  /// \return its exit code; 128 + the signal that killed it; -1 if unknown
   int Reap() {
     if (socket_ >= 0) {
       ::close(socket_);
@@ -313,7 +313,7 @@ class FfmpegWriter final : public VideoWriter {
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   }
 
-  /// What went wrong, in ffmpeg's own words where it has any; the unfinished file goes.
+  /// The error, in ffmpeg's words where available; removes the unfinished file.
   Status Failure(int error_number, int exit_status) {
     ::unlink(target_.temp_path.c_str());
     std::string reason = OneLine(messages_.Explanation());
@@ -340,12 +340,12 @@ class FfmpegWriter final : public VideoWriter {
   int width_;
   int height_;
   MessageFile messages_;
-  FileDescriptor file_;  ///< the temporary file; ffmpeg has it too
+  FileDescriptor file_;  ///< the temporary file, which ffmpeg also holds open
   int socket_ = -1;
   pid_t pid_ = -1;
   int64_t frames_ = 0;
   bool finished_ = false;
-  Status status_;  ///< the first failure, which all later calls report again
+  Status status_;  ///< the first failure, which all later calls return again
   std::vector<uint8_t> padded_;
 };
 
