@@ -10,7 +10,7 @@ cd "$(dirname "$0")/.."
 out="${1:-out/demo}"
 
 scripts/install_packages.sh build
-cmake -S . -B build -G Ninja -DSTILLRAY_BUILD_TESTS=OFF >/dev/null
+cmake --preset release -DSTILLRAY_BUILD_TESTS=OFF >/dev/null
 cmake --build build  # all of it, so that `cmake --install build` works afterwards
 
 stillray=build/apps/stillray/stillray

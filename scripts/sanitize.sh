@@ -16,9 +16,7 @@ flags='-O1 -DNDEBUG'
 if grep -qw avx2 /proc/cpuinfo && grep -qw aes /proc/cpuinfo; then
   flags+=' -march=haswell -maes'
 fi
-CC=clang CXX=clang++ cmake -S . -B build-sanitize -G Ninja -DSTILLRAY_BUILD_TESTS=ON \
-  -DSTILLRAY_BUILD_PYTHON=OFF -DSTILLRAY_BUILD_FUZZERS=ON -DSTILLRAY_SANITIZE=fuzzer-no-link,address,undefined \
-  -DSTILLRAY_STATIC_SIMD=ON -DCMAKE_CXX_FLAGS_RELEASE="$flags" >/dev/null
+cmake --preset asan -DCMAKE_CXX_FLAGS_RELEASE="$flags" >/dev/null
 cmake --build build-sanitize
 export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
 ctest --test-dir build-sanitize -L 'fast|fuzz' --output-on-failure --no-tests=error -j "$(nproc)"

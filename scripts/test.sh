@@ -9,7 +9,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 scripts/install_packages.sh test
-cmake -S . -B build -G Ninja -DSTILLRAY_BUILD_TESTS=ON >/dev/null
+cmake --preset release >/dev/null
 cmake --build build
 scripts/ray_tracing_driver.sh build/ray_tracing_driver
 ctest --test-dir build --output-on-failure --no-tests=error -j "$(nproc)" "$@"
