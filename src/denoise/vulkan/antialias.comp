@@ -106,7 +106,8 @@ void main() {
   imageStore(picture_out, p, Stored(vec4(c, 1.0f)));
   vec4 result = vec4(c / picture_exposure, 1.0f);
   if (colour_is_half != 0) {
-    imageStore(colour_half, p, Stored(vec4(clamp(result.xyz, vec3(-65504.0f), vec3(65504.0f)), 1.0f)));
+    imageStore(colour_half, p,
+               Stored(vec4(clamp(result.xyz, vec3(-65504.0f), vec3(65504.0f)), 1.0f)));
   } else {
     imageStore(colour_float, p, result);
   }

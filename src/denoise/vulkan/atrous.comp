@@ -102,8 +102,8 @@ void main() {
           float distance = PlaneDepthExponent(surface.inverse_depth, other.inverse_depth,
                                               detail.gradient, offset, 1.0f);
           vec3 dn = surface.normal - other.normal;
-          exponent = EawExponent(0.0f, dot(dn, dn), distance * distance, 1.0f, eaw_sigma_n,
-                                 eaw_sigma_z);
+          exponent =
+              EawExponent(0.0f, dot(dn, dn), distance * distance, 1.0f, eaw_sigma_n, eaw_sigma_z);
         } else {
           h *= GeometryWeight(surface, detail, other, offset);
         }
@@ -113,9 +113,9 @@ void main() {
         if (!IsPresent(q_light.w)) {
           continue;
         }
-        float w = centre ? h
-                         : h * LuminanceWeight(own[s], own_stop[s], q_light, ivec3(q, s),
-                                               exponent, s);
+        float w = centre
+                      ? h
+                      : h * LuminanceWeight(own[s], own_stop[s], q_light, ivec3(q, s), exponent, s);
         sum[s] += vec4(w * q_light.xyz, w * w * VarianceOf(q_light.w));
         sum_weight[s] += w;
       }

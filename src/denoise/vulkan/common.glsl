@@ -108,8 +108,8 @@ Surface UnpackSurface(uvec4 packed_surface) {
   Surface s;
   s.inverse_depth = uintBitsToFloat(packed_surface.x);
 #ifdef STILLRAY_HALF
-  s.normal = s.inverse_depth > 0.0f ? OctahedralDecode(unpackSnorm2x16(packed_surface.y))
-                                    : vec3(0.0f);
+  s.normal =
+      s.inverse_depth > 0.0f ? OctahedralDecode(unpackSnorm2x16(packed_surface.y)) : vec3(0.0f);
 #else
   s.normal = uintBitsToFloat(packed_surface.yzw);
 #endif

@@ -79,8 +79,8 @@ void main() {
       float single = VarianceOf(m.y);
       variance = of_mean != 0 ? VarianceOfMean(single, m.w) : single / samples;
     } else if (spatial != 0) {
-      float single = SpatialVariance(surface, detail, m.x, at) *
-                     ShortHistoryBoost(m.z, short_length, boost);
+      float single =
+          SpatialVariance(surface, detail, m.x, at) * ShortHistoryBoost(m.z, short_length, boost);
       variance = single * (of_mean != 0 ? m.w : 1.0f / samples);
     }
     vec3 c = texelFetch(colour, at, 0).xyz;

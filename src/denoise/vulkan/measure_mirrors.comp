@@ -17,10 +17,9 @@ layout(set = 1, binding = 3, LIGHT_FORMAT) writeonly uniform image2DArray measur
 const float kSquareScale = 64.0f;
 
 bool IsMirrorAt(ivec2 p, int s) {
-  return Inside(p) &&
-         IsMirror(uintBitsToFloat(texelFetch(surface_image, p, 0).x),
-                  texelFetch(noisy, ivec3(p, s), 0).w, texelFetch(roughness_image, p, 0).x,
-                  mirror_roughness);
+  return Inside(p) && IsMirror(uintBitsToFloat(texelFetch(surface_image, p, 0).x),
+                               texelFetch(noisy, ivec3(p, s), 0).w,
+                               texelFetch(roughness_image, p, 0).x, mirror_roughness);
 }
 
 float NoiseScale(ivec2 p) {

@@ -36,7 +36,6 @@ void main() {
     imageStore(colour_out, at, Stored(vec4(past + share * (c - past), 0.0f)));
     imageStore(moments_out, at,
                Stored(vec4(m.x + share * d, PackDeviation(mixed, true),
-                           min(m.z + light.w, kMostLength),
-                           MergedWeights2(m.w, later.z, share))));
+                           min(m.z + light.w, kMostLength), MergedWeights2(m.w, later.z, share))));
   }
 }

@@ -32,8 +32,8 @@ void main() {
         sum_weight += w;
       }
     }
-    bool bounded = IsPresent(own.w) &&
-                   max(texelFetch(moments, ivec3(p, s), 0).z, 0.0f) >= unbounded_below;
+    bool bounded =
+        IsPresent(own.w) && max(texelFetch(moments, ivec3(p, s), 0).z, 0.0f) >= unbounded_below;
     float smoothed = sum / max(sum_weight, 1.0f);
     // Without exposure, since PSVGF's variance in place of a deviation depends on it.
     float spread = square_root != 0 ? sqrt(smoothed) : smoothed / exposure[s];

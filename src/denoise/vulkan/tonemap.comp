@@ -19,8 +19,7 @@ void main() {
   for (int i = 0; i < 3; ++i) {
     float exposed = c[i] * display_scale;
     float light = exposed > 0.0f ? min(exposed, kBrightestLight) : 0.0f;
-    float noise =
-        dither > 0.0f ? dither * DitherNoise(uint(p.x), uint(p.y), uint(i), frame) : 0.0f;
+    float noise = dither > 0.0f ? dither * DitherNoise(uint(p.x), uint(p.y), uint(i), frame) : 0.0f;
     display[i] = floor(DisplayStep(SrgbEncode(ToneCurve(light, curve)), noise)) / 255.0f;
   }
   imageStore(display_image, p, display);

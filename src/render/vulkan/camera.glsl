@@ -39,7 +39,8 @@ bool RasterisedHit(uvec2 pixel, vec3 direction, out GpuHit hit) {
   }
   WorldTriangle t = TriangleOf(instances[seen.x], seen.y);
   vec3 tuv;
-  bool met = MeetTriangle(MakeWalk(frame.view.position, direction), t.p0, t.p1, t.p2, kInfinity, tuv);
+  bool met =
+      MeetTriangle(MakeWalk(frame.view.position, direction), t.p0, t.p1, t.p2, kInfinity, tuv);
   hit.t = tuv.x;
   hit.u = tuv.y;
   hit.v = tuv.z;
@@ -48,7 +49,7 @@ bool RasterisedHit(uvec2 pixel, vec3 direction, out GpuHit hit) {
 
 // A camera ray on its way through what lets through.
 struct CameraWalk {
-  GpuHit first;     // its first hit, if that is known
+  GpuHit first;  // its first hit, if that is known
   bool first_known;
   vec3 origin;
   vec3 direction;

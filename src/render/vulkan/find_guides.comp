@@ -30,9 +30,9 @@ vec2 SurfaceMotion(GpuInstance instance, GpuHit hit, vec3 position) {
                Vec3At(instance.positions + 3u * corner.z) * weight.z;
   bool stands = instance.world_x == instance.previous_x &&
                 instance.world_y == instance.previous_y && instance.world_z == instance.previous_z;
-  vec3 before = stands ? position
-                       : TransformPoint(instance.previous_x, instance.previous_y,
-                                        instance.previous_z, local);
+  vec3 before =
+      stands ? position
+             : TransformPoint(instance.previous_x, instance.previous_y, instance.previous_z, local);
   return MotionBetween(position - frame.view.position, before - frame.previous.position);
 }
 

@@ -36,8 +36,8 @@ GpuHit RefineHit(GpuRay ray, HardwareHit hit) {
                                hit.geometry * placement.opaque_triangles + hit.primitive];
   BvhTriangle triangle = triangles[number];
   vec3 exact;
-  bool met = MeetTriangle(WalkOf(ray, placement), triangle.p0, triangle.p1, triangle.p2, ray.end,
-                          exact);
+  bool met =
+      MeetTriangle(WalkOf(ray, placement), triangle.p0, triangle.p1, triangle.p2, ray.end, exact);
   return MakeHit(met ? exact : hit.tuv, placement.instance, triangle);
 }
 #endif

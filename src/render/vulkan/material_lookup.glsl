@@ -105,8 +105,7 @@ float TransmissionOf(GpuMaterial material, GpuInstance instance, GpuHit hit) {
 // geometric normal; 0 if it is no such sheet.
 vec3 SheetTransmittance(GpuMaterial material, GpuInstance instance, GpuHit hit, vec3 base_colour,
                         float cosine) {
-  float transmission =
-      material.solid != 0u ? 0.0f : TransmissionOf(material, instance, hit);
+  float transmission = material.solid != 0u ? 0.0f : TransmissionOf(material, instance, hit);
   if (transmission <= 0.0f) {
     return vec3(0.0f);
   }
@@ -129,8 +128,8 @@ vec3 ShadowTransmittance(GpuHit hit, vec3 direction) {
   if (opacity > 0.0f && material.transmission > 0.0f && material.solid == 0u) {
     WorldTriangle t = TriangleOf(instance, hit.primitive);
     vec3 normal = SafeNormalize(cross(t.p1 - t.p0, t.p2 - t.p0), direction);
-    through += opacity *
-               SheetTransmittance(material, instance, hit, colour.rgb, dot(normal, direction));
+    through +=
+        opacity * SheetTransmittance(material, instance, hit, colour.rgb, dot(normal, direction));
   }
   return through;
 }

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// How threads add to a queue and to counters. Needs trace.glsl. With kAddByGroup one atomic does for
-// a group of threads: hardware works through atomics of one address one by one. Without it there
-// are no barriers, for each of which a software driver saves all state of all threads. The order
-// within a queue may differ from run to run; what becomes of a pixel does not depend on it.
+// How threads add to a queue and to counters. Needs trace.glsl. With kAddByGroup one atomic does
+// for a group of threads: hardware works through atomics of one address one by one. Without it
+// there are no barriers, for each of which a software driver saves all state of all threads. The
+// order within a queue may differ from run to run; what becomes of a pixel does not depend on it.
 // Threads of a ray generation shader have no group; they only count.
 #ifdef STILLRAY_HARDWARE
 void CountPrimaryRays(uint count) {

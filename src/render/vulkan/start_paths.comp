@@ -74,8 +74,8 @@ bool Start(uint number, uvec2 pixel, out uint traced) {
   vec3 direction = DirectionOf(frame.view, vec2(pixel) + frame.point);
   GpuHit hit = first_hits[number];
   if (hit.instance == kSeveralLayers) {
-    hit = PickLayer(number, StartPixel(pixel, direction),
-                    NumbersOf(seed, kPrimaryDimensions).w, traced);
+    hit = PickLayer(number, StartPixel(pixel, direction), NumbersOf(seed, kPrimaryDimensions).w,
+                    traced);
   }
 #endif
   if (hit.instance == kNoInstance) {

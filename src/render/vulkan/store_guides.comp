@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #version 450
 
-// The guides of a batch into the images of a frame: StoreGuides on the device. Devices need offer no
-// more than eight storage images, so it comes in two parts: what is a colour (STILLRAY_COLOURS), and
-// what is not.
+// The guides of a batch into the images of a frame: StoreGuides on the device. Devices need offer
+// no more than eight storage images, so it comes in two parts: what is a colour (STILLRAY_COLOURS),
+// and what is not.
 #ifdef STILLRAY_COLOURS
 #define kImages 4
 #else
@@ -43,8 +43,7 @@ void main() {
   if (FindPixel(imageSize(depth), pixel)) {
     imageStore(depth, pixel, vec4(guides[number].depth));
     imageStore(normal, pixel, vec4(guides[number].normal, 0.0f));
-    imageStore(motion, pixel,
-               vec4(guides[number].motion_x, guides[number].motion_y, 0.0f, 0.0f));
+    imageStore(motion, pixel, vec4(guides[number].motion_x, guides[number].motion_y, 0.0f, 0.0f));
     imageStore(id, pixel, uvec4(guides[number].id));
     imageStore(roughness, pixel, vec4(guides[number].roughness));
   }

@@ -40,8 +40,9 @@ uvec4 EnterChildren(BvhNode node, Walk walk, float end) {
   vec4 leave = min(min(max(x0, x1), max(y0, y1)), min(max(z0, z1), vec4(end)));
   // abs: 0, where it begins inside, must not have a sign.
   uvec4 bits = floatBitsToUint(abs(enter));
-  return mix(uvec4(kMissed), bits, bvec4(uvec4(lessThanEqual(enter, leave * kExitScale)) *
-                                         uvec4(notEqual(node.children, uvec4(0u)))));
+  return mix(uvec4(kMissed), bits,
+             bvec4(uvec4(lessThanEqual(enter, leave * kExitScale)) *
+                   uvec4(notEqual(node.children, uvec4(0u)))));
 }
 
 // Of two hits at the same distance the one with the smaller numbers counts, so that the hit does
@@ -137,8 +138,8 @@ GpuHit WalkScene(GpuRay ray, bool shadow, out vec3 light) {
               best = hit;
             }
           } else {
-            light *= triangle.see_through != 0u ? ShadowTransmittance(hit, ray.direction)
-                                                : vec3(0.0f);
+            light *=
+                triangle.see_through != 0u ? ShadowTransmittance(hit, ray.direction) : vec3(0.0f);
             if (light == vec3(0.0f)) {
               return hit;
             }

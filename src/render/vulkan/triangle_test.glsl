@@ -10,7 +10,7 @@ struct Walk {
   vec3 origin;
   vec3 direction;
   vec3 inverse;
-  ivec3 axes;   // the last one is the direction's longest; right-handed along it
+  ivec3 axes;  // the last one is the direction's longest; right-handed along it
   vec3 shear;
 };
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The pyramid of fill_guides, see denoise/fill_guides/pyramid.h: cells of 3x3 pixels, of 3x3 of such cells,
-// and so on to a single one. Includers say which buffer of set 1 it is (CELLS_BINDING).
+// The pyramid of fill_guides, see denoise/fill_guides/pyramid.h: cells of 3x3 pixels, of 3x3 of
+// such cells, and so on to a single one. Includers say which buffer of set 1 it is (CELLS_BINDING).
 #include "denoise/fill_guides/fill_guides_shared.h"
 
 #ifndef CELLS_QUALIFIER
