@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "stillray/frame.h"
+#include "stillray/parameter.h"
 #include "stillray/status.h"
 
 namespace stillray {
@@ -141,21 +142,6 @@ struct Settings {
   float exposure = 0.0f;
   Tonemap tonemap = Tonemap::kAces;
   float dither = 0.0f;
-};
-
-enum class ParameterType : uint8_t { kFloat, kInt, kFlag, kChoice, kSteps };
-
-/// One row of the parameter table.
-struct Parameter {
-  const char* name;
-  ParameterType type;
-  const char* group;   ///< the stage that reads it
-  const char* help;    ///< one sentence
-  const char* unit;    ///< "" if it has none
-  const char* symbol;  ///< in the papers; "" if it has none
-  double min;          ///< inclusive; of each step for kSteps
-  double max;
-  std::vector<const char*> choices;  ///< names of the values of a kChoice, in order
 };
 
 /// The table, in the order of the documentation.

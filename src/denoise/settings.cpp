@@ -1,36 +1,16 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <charconv>
-#include <cmath>
-#include <type_traits>
-#include <variant>
 
 #include <fmt/format.h>
 
-#include "core/nearest_names.h"
+#include "core/parameter_table.h"
 #include "stillray/denoise.hpp"
 
 namespace stillray {
 namespace {
 
-/// Access to a choice whatever its enumeration.
-struct ChoiceMember {
-  int (*get)(const Settings&);
-  void (*set)(Settings*, int);
-};
-
-template <auto kMember>
-ChoiceMember Choice() {
-  return {[](const Settings& s) { return static_cast<int>(s.*kMember); },
-          [](Settings* s, int v) {
-            using Enum = std::remove_reference_t<decltype(s->*kMember)>;
-            s->*kMember = static_cast<Enum>(v);
-          }};
-}
-
-using Member = std::variant<float Settings::*, int Settings::*, bool Settings::*,
-                            StepList Settings::*, ChoiceMember>;
+using Member = ParameterMember<Settings>;
 
 /// A row of the table with what only this file needs: the member, and the values of the presets
 /// other than "default", whose values are the initialisers of Settings. nullptr: as in "default".
@@ -64,7 +44,7 @@ Row FlagRow(const char* name, bool Settings::*member, const char* group, const c
             const char* svgf = nullptr, const char* eaw = nullptr, const char* temporal = nullptr) {
   return {{name, ParameterType::kFlag, group, help, "", "", 0, 1, {}}, member, svgf, eaw, temporal};
 }
-Row ChoiceRow(const char* name, ChoiceMember member, std::vector<const char*> choices,
+Row ChoiceRow(const char* name, ChoiceMember<Settings> member, std::vector<const char*> choices,
               const char* group, const char* help, const char* svgf = nullptr,
               const char* eaw = nullptr, const char* temporal = nullptr) {
   const double last = static_cast<double>(choices.size()) - 1;
@@ -75,6 +55,36 @@ Row ChoiceRow(const char* name, ChoiceMember member, std::vector<const char*> ch
           temporal};
 }
 
+std::string StepsText(const Settings& s) {
+  const int count = std::clamp(s.steps.count, 0, kMaxLevels);
+  return fmt::format("{}", fmt::join(s.steps.step.begin(), s.steps.step.begin() + count, ","));
+}
+
+bool SetSteps(Settings* s, std::string_view text, const Parameter& info) {
+  StepList list;
+  list.count = 0;
+  list.step = {};
+  while (true) {
+    const size_t comma = text.find(',');
+    int step = 0;
+    if (list.count == kMaxLevels || !ParseInRange(text.substr(0, comma), info, &step)) {
+      return false;
+    }
+    list.step[static_cast<size_t>(list.count++)] = step;
+    if (comma == std::string_view::npos) {
+      break;
+    }
+    text.remove_prefix(comma + 1);
+  }
+  s->steps = list;
+  return true;
+}
+
+std::string ExpectedSteps(const Parameter& info) {
+  return fmt::format("1 to {} whole numbers from {} to {}, such as 1,2,4,8,16", kMaxLevels,
+                     info.min, info.max);
+}
+
 std::vector<Row> MakeTable() {
   std::vector<Row> t;
   t.push_back(
@@ -82,20 +92,20 @@ std::vector<Row> MakeTable() {
               "Guides of pixels of which nothing is known (depth 0 and no sample) come from "
               "earlier frames, or from the nearest that are known."));
   t.push_back(ChoiceRow(
-      "signals", Choice<&Settings::signals>(),
+      "signals", Choice<Settings, &Settings::signals>(),
       {"split", "direct_indirect", "diffuse_specular", "single"}, "demodulate",
       "How light is grouped into signals with a filter and a history of their own: direct diffuse, "
       "indirect diffuse and specular; direct and indirect; diffuse and specular; all in one."));
   t.push_back(FlagRow("demodulate", &Settings::demodulate, "demodulate",
                       "Divide light by the albedo before filtering, so that textures stay sharp."));
-  t.push_back(ChoiceRow("firefly", Choice<&Settings::firefly>(), {"off", "clamp", "compress"},
-                        "suppress_fireflies",
+  t.push_back(ChoiceRow("firefly", Choice<Settings, &Settings::firefly>(),
+                        {"off", "clamp", "compress"}, "suppress_fireflies",
                         "Limit single bright samples: to the brightest neighbour, or by filtering "
                         "under a curve that compresses a luminance above 32."));
   t.push_back(FlagRow("temporal", &Settings::temporal, "accumulate",
                       "Accumulate light from earlier frames.", nullptr, "off"));
-  t.push_back(ChoiceRow("history_weight", Choice<&Settings::history_weight>(), {"constant", "age"},
-                        "accumulate",
+  t.push_back(ChoiceRow("history_weight", Choice<Settings, &Settings::history_weight>(),
+                        {"constant", "age"}, "accumulate",
                         "Weight of a new frame: alpha_min wherever there is history, or 1/age "
                         "until alpha_min is reached.",
                         "constant"));
@@ -126,14 +136,14 @@ std::vector<Row> MakeTable() {
   t.push_back(FloatRow(
       "limit_dead", &Settings::limit_dead, 0.0, 1000.0, "limit_history", "", "",
       "How far beyond the expected noise, in variances, a difference may go before it counts."));
-  t.push_back(ChoiceRow("variance_of", Choice<&Settings::variance_of>(), {"frame", "mean"},
-                        "estimate_variance",
+  t.push_back(ChoiceRow("variance_of", Choice<Settings, &Settings::variance_of>(),
+                        {"frame", "mean"}, "estimate_variance",
                         "Noise that steers the filter: of a single frame (the papers), or of the "
                         "accumulated mean, which "
                         "lets the filter shrink as a still view converges.",
                         "frame", "frame"));
-  t.push_back(ChoiceRow("short_history", Choice<&Settings::short_history>(), {"spatial", "blur"},
-                        "estimate_variance",
+  t.push_back(ChoiceRow("short_history", Choice<Settings, &Settings::short_history>(),
+                        {"spatial", "blur"}, "estimate_variance",
                         "While the history is short: estimate the variance from the 7x7 "
                         "neighbourhood, or filter without "
                         "regard to luminance."));
@@ -147,11 +157,11 @@ std::vector<Row> MakeTable() {
       FlagRow("prefilter_variance", &Settings::prefilter_variance, "prefilter_variance",
               "Smooth the variance with a 3x3 kernel before it scales the luminance weight."));
   t.push_back(ChoiceRow(
-      "wavelet", Choice<&Settings::wavelet>(), {"off", "naive", "eaw", "svgf"}, "atrous",
+      "wavelet", Choice<Settings, &Settings::wavelet>(), {"off", "naive", "eaw", "svgf"}, "atrous",
       "Spatial filter: none; without edge stops (for comparison); edge-avoiding Gaussians; "
       "variance-guided.",
       nullptr, "eaw", "off"));
-  t.push_back(ChoiceRow("kernel", Choice<&Settings::kernel>(), {"3x3", "5x5"}, "atrous",
+  t.push_back(ChoiceRow("kernel", Choice<Settings, &Settings::kernel>(), {"3x3", "5x5"}, "atrous",
                         "Kernel of each level."));
   t.push_back({{"steps",
                 ParameterType::kSteps,
@@ -162,21 +172,22 @@ std::vector<Row> MakeTable() {
                 1,
                 64,
                 {}},
-               &Settings::steps});
+               TextMember<Settings>{StepsText, SetSteps, ExpectedSteps}});
   t.push_back(IntRow("feedback", &Settings::feedback, 0, kMaxLevels, "atrous", "level", "",
                      "Which level's output becomes the history of the next frame; 0: none, the "
                      "accumulated light itself.",
                      "1"));
   t.push_back(ChoiceRow(
-      "feedback_when", Choice<&Settings::feedback_when>(), {"frame", "sample", "blend"}, "atrous",
+      "feedback_when", Choice<Settings, &Settings::feedback_when>(), {"frame", "sample", "blend"},
+      "atrous",
       "When filtered light becomes history: after every frame; once a whole sample per pixel has "
       "arrived; then, but blended in until the next one. All are the same at one sample per pixel "
       "and above.",
       "frame"));
   t.push_back(FloatRow("sigma_n", &Settings::sigma_n, 0.0, 1024.0, "edge_stopping", "", "sigma_n",
                        "Exponent of the normal weight: larger keeps finer creases.", "128"));
-  t.push_back(ChoiceRow("depth_weight", Choice<&Settings::depth_weight>(), {"gradient", "plane"},
-                        "edge_stopping",
+  t.push_back(ChoiceRow("depth_weight", Choice<Settings, &Settings::depth_weight>(),
+                        {"gradient", "plane"}, "edge_stopping",
                         "Depth differences are held against the slope (the papers), or measured "
                         "from the plane through "
                         "the pixel.",
@@ -197,10 +208,10 @@ std::vector<Row> MakeTable() {
   t.push_back(FloatRow("luminance_epsilon", &Settings::luminance_epsilon, 0.0, 10.0,
                        "edge_stopping", "of luminance", "epsilon",
                        "Smallest tolerance of the luminance weight."));
-  t.push_back(ChoiceRow("luminance", Choice<&Settings::luminance>(), {"rec709", "rec601"},
+  t.push_back(ChoiceRow("luminance", Choice<Settings, &Settings::luminance>(), {"rec709", "rec601"},
                         "edge_stopping", "Weights of red, green and blue in luminance."));
   t.push_back(ChoiceRow(
-      "luminance_scale", Choice<&Settings::luminance_scale>(), {"deviation", "variance"},
+      "luminance_scale", Choice<Settings, &Settings::luminance_scale>(), {"deviation", "variance"},
       "edge_stopping",
       "Luminance differences are divided by the standard deviation, or, as PSVGF prints it, by the "
       "variance: the result then depends on exposure."));
@@ -226,21 +237,21 @@ std::vector<Row> MakeTable() {
                "samples where their noise is less than what the filter would change; 0: never.",
                "0", "0", "0"));
   t.push_back(ChoiceRow(
-      "antialias", Choice<&Settings::antialias>(), {"off", "taa", "auto"}, "antialias",
+      "antialias", Choice<Settings, &Settings::antialias>(), {"off", "taa", "auto"}, "antialias",
       "Temporal antialiasing of the finished picture: never, always, or where frames are jittered. "
       "Without jitter it only blurs.",
       nullptr, "off", "off"));
   t.push_back(FloatRow("taa_alpha", &Settings::taa_alpha, 0.0, 1.0, "antialias", "", "alpha",
                        "Weight of the new frame in temporal antialiasing."));
   t.push_back(
-      ChoiceRow("fxaa", Choice<&Settings::fxaa>(), {"off", "sparse", "on"}, "fxaa",
+      ChoiceRow("fxaa", Choice<Settings, &Settings::fxaa>(), {"off", "sparse", "on"}, "fxaa",
                 "Smooth jagged edges within the frame: never; below one sample per pixel, of "
                 "pixels with fewer than "
                 "four samples; always.",
                 "off", "off", "off"));
   t.push_back(FloatRow("exposure", &Settings::exposure, -32.0, 32.0, "tonemap", "EV", "",
                        "Light is multiplied by 2^exposure for display; linear files are not."));
-  t.push_back(ChoiceRow("tonemap", Choice<&Settings::tonemap>(),
+  t.push_back(ChoiceRow("tonemap", Choice<Settings, &Settings::tonemap>(),
                         {"linear", "reinhard", "filmic", "aces"}, "tonemap",
                         "Tone curve for display; linear files have none."));
   t.push_back(FloatRow("dither", &Settings::dither, 0.0, 8.0, "tonemap", "8-bit steps", "",
@@ -264,144 +275,16 @@ const Row* FindRow(std::string_view name) {
 }
 
 Status UnknownParameter(std::string_view name) {
-  std::vector<std::string_view> names;
-  for (const Row& row : Table()) {
-    names.push_back(row.info.name);
-  }
-  const std::string meant = DidYouMean(name, names);
+  const std::string meant = DidYouMean(name, Parameters());
   return Status::InvalidArgument(
       fmt::format("unknown parameter '{}'{}", name,
                   meant.empty() ? "; docs/parameters.md lists all of them" : meant));
 }
 
-std::string Allowed(const Parameter& p) {
-  switch (p.type) {
-    case ParameterType::kFlag:
-      return "on or off";
-    case ParameterType::kChoice:
-      return fmt::format("one of {}", fmt::join(p.choices, ", "));
-    case ParameterType::kSteps:
-      return fmt::format("1 to {} whole numbers from {} to {}, such as 1,2,4,8,16", kMaxLevels,
-                         p.min, p.max);
-    case ParameterType::kInt:
-      return fmt::format("a whole number from {} to {}", p.min, p.max);
-    case ParameterType::kFloat:
-      break;
-  }
-  return fmt::format("a number from {} to {}", p.min, p.max);
-}
-
-/// Whether the text is a number that a float cannot tell from 0.
-bool IsTooSmall(std::string_view text) {
-  float as_float = 0;
-  double as_double = 0;
-  const char* end = text.data() + text.size();
-  const auto narrow = std::from_chars(text.data(), end, as_float);
-  const auto wide = std::from_chars(text.data(), end, as_double);
-  return narrow.ec == std::errc::result_out_of_range && wide.ec == std::errc() && wide.ptr == end &&
-         std::abs(as_double) < 1;
-}
-
-Status BadValue(const Parameter& p, std::string_view value) {
-  if (p.type == ParameterType::kFloat && IsTooSmall(value)) {
-    return Status::InvalidArgument(fmt::format(
-        "parameter '{}' is '{}', which is too near to 0 for a 32-bit float", p.name, value));
-  }
+Status BadValue(const Row& row, std::string_view value) {
   return Status::InvalidArgument(
-      fmt::format("parameter '{}' is '{}', expected {}", p.name, value, Allowed(p)));
+      fmt::format("parameter '{}' {}", row.info.name, BadMemberText(row.info, row.member, value)));
 }
-
-template <typename T>
-bool ParseNumber(std::string_view text, T* out) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), *out);
-  return error == std::errc() && end == text.data() + text.size();
-}
-
-bool ParseSteps(std::string_view text, const Parameter& p, StepList* out) {
-  StepList list;
-  list.count = 0;
-  list.step = {};
-  while (true) {
-    const size_t comma = text.find(',');
-    int step = 0;
-    if (list.count == kMaxLevels || !ParseNumber(text.substr(0, comma), &step) || step < p.min ||
-        step > p.max) {
-      return false;
-    }
-    list.step[static_cast<size_t>(list.count++)] = step;
-    if (comma == std::string_view::npos) {
-      break;
-    }
-    text.remove_prefix(comma + 1);
-  }
-  *out = list;
-  return true;
-}
-
-struct Setter {
-  const Parameter& info;
-  std::string_view value;
-  Settings* settings;
-
-  bool operator()(float Settings::*member) const {
-    float number = 0;
-    if (!ParseNumber(value, &number) ||
-        !(number >= static_cast<float>(info.min) && number <= static_cast<float>(info.max))) {
-      return false;
-    }
-    settings->*member = number;
-    return true;
-  }
-  bool operator()(int Settings::*member) const {
-    int number = 0;
-    if (!ParseNumber(value, &number) || number < info.min || number > info.max) {
-      return false;
-    }
-    settings->*member = number;
-    return true;
-  }
-  bool operator()(bool Settings::*member) const {
-    const bool on = value == "on" || value == "true" || value == "1";
-    const bool off = value == "off" || value == "false" || value == "0";
-    settings->*member = on || (!off && settings->*member);
-    return on || off;
-  }
-  bool operator()(StepList Settings::*member) const {
-    return ParseSteps(value, info, &(settings->*member));
-  }
-  bool operator()(const ChoiceMember& member) const {
-    for (size_t i = 0; i < info.choices.size(); ++i) {
-      if (value == info.choices[i]) {
-        member.set(settings, static_cast<int>(i));
-        return true;
-      }
-    }
-    return false;
-  }
-};
-
-struct Getter {
-  const Parameter& info;
-  const Settings& settings;
-
-  std::string operator()(float Settings::*member) const {
-    return fmt::format("{}", settings.*member);
-  }
-  std::string operator()(int Settings::*member) const {
-    return fmt::format("{}", settings.*member);
-  }
-  std::string operator()(bool Settings::*member) const { return settings.*member ? "on" : "off"; }
-  std::string operator()(StepList Settings::*member) const {
-    const StepList& list = settings.*member;
-    const int count = std::clamp(list.count, 0, kMaxLevels);
-    return fmt::format("{}", fmt::join(list.step.begin(), list.step.begin() + count, ","));
-  }
-  std::string operator()(const ChoiceMember& member) const {
-    const int value = member.get(settings);
-    const bool known = value >= 0 && value < static_cast<int>(info.choices.size());
-    return known ? info.choices[static_cast<size_t>(value)] : fmt::format("{}", value);
-  }
-};
 
 constexpr std::string_view kPresets[] = {"default", "svgf", "psvgf", "eaw", "temporal"};
 
@@ -474,8 +357,8 @@ Status SetParameter(Settings* settings, std::string_view name, std::string_view 
   if (row == nullptr) {
     return UnknownParameter(name);
   }
-  const bool ok = std::visit(Setter{row->info, value, settings}, row->member);
-  return ok ? Status::Ok() : BadValue(row->info, value);
+  const bool valid = SetMember(row->info, row->member, value, settings);
+  return valid ? Status::Ok() : BadValue(*row, value);
 }
 
 Result<std::string> GetParameter(const Settings& settings, std::string_view name) {
@@ -483,15 +366,15 @@ Result<std::string> GetParameter(const Settings& settings, std::string_view name
   if (row == nullptr) {
     return UnknownParameter(name);
   }
-  return std::visit(Getter{row->info, settings}, row->member);
+  return GetMember(row->info, row->member, settings);
 }
 
 Status ValidateSettings(const Settings& settings) {
   for (const Row& row : Table()) {
     Settings scratch = settings;
-    const std::string value = std::visit(Getter{row.info, settings}, row.member);
-    if (!std::visit(Setter{row.info, value, &scratch}, row.member)) {
-      return BadValue(row.info, value);
+    const std::string value = GetMember(row.info, row.member, settings);
+    if (!SetMember(row.info, row.member, value, &scratch)) {
+      return BadValue(row, value);
     }
   }
   if (settings.feedback > settings.steps.count) {

@@ -111,7 +111,7 @@ TEST(Settings, ErrorsNameParameterValueAndRange) {
               HasSubstr("'alpha_min' is '2', expected a number from 0 to 1"));
   EXPECT_THAT(message("alpha_min", "nan"), HasSubstr("expected a number"));
   EXPECT_THAT(message("alpha_min", "0.1x"), HasSubstr("expected a number"));
-  EXPECT_THAT(message("kernel", "7x7"), HasSubstr("one of 3x3, 5x5"));
+  EXPECT_THAT(message("kernel", "7x7"), HasSubstr("expected 3x3 or 5x5"));
   EXPECT_THAT(message("temporal", "maybe"), HasSubstr("on or off"));
   EXPECT_THAT(message("steps", "1,2,"), HasSubstr("whole numbers from 1 to 64"));
   EXPECT_THAT(message("steps", "1,2,3,4,5,6,7,8,9"), HasSubstr("1 to 8 whole numbers"));

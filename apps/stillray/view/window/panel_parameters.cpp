@@ -97,7 +97,7 @@ void ChoiceWidget(const Parameter& p, const std::string& value, ViewerState* sta
   ImGui::EndCombo();
 }
 
-void StepsWidget(const Parameter& p, const std::string& value, ViewerState* state) {
+void TextWidget(const Parameter& p, const std::string& value, ViewerState* state) {
   std::string text = value;
   if (ImGui::InputText("##value", &text, ImGuiInputTextFlags_EnterReturnsTrue)) {
     Assign(p, text, state);
@@ -139,7 +139,9 @@ void Widget(const Parameter& p, ViewerState* state) {
       ChoiceWidget(p, value, state);
       break;
     case ParameterType::kSteps:
-      StepsWidget(p, value, state);
+    case ParameterType::kSeed:
+    case ParameterType::kRate:
+      TextWidget(p, value, state);
       break;
   }
   Tooltip(p, preset_value);
