@@ -8,9 +8,12 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 
 #include "stillray/frame.h"
+#include "stillray/parameter.h"
 #include "stillray/scene.h"
 #include "stillray/status.h"
 
@@ -29,11 +32,15 @@ enum class GuideCoverage : uint8_t {
 
 /// Frames that a sample may take at most to reach every pixel.
 inline constexpr int kMaxCycle = 256;
+inline constexpr int kMaxSpp = 65536;
+inline constexpr int kMaxSide = 32768;
 
+/// Size of the frames, and everything that RenderParameters() lists with range, unit and help. The
+/// initialisers are the defaults.
 struct RenderSettings {
-  int width = 1280;  ///< pixels, 1..32768
-  int height = 720;  ///< pixels, 1..32768
-  int spp = 1;       ///< paths per pixel and frame, 1..65536
+  int width = 1280;  ///< pixels, 1..kMaxSide
+  int height = 720;  ///< pixels, 1..kMaxSide
+  int spp = 1;       ///< paths per pixel and frame, 1..kMaxSpp
   /// Frames per path: each frame traces 1 / cycle of the pixels, well spread, and frames
   /// k * cycle ... k * cycle + cycle - 1 trace every pixel once. 1..kMaxCycle; above 1 only with
   /// spp 1. Frame::samples is then 1 where a path was traced and 0, like all signals, elsewhere.
@@ -53,6 +60,28 @@ struct RenderSettings {
   /// renderers on the CPU.
   bool on_device = false;
 };
+
+/// The table of the settings of paths and samples, in the order of docs/render_settings.md, which
+/// is made from it. All members of RenderSettings but width, height and on_device; "spp" stands for
+/// spp and cycle.
+std::span<const Parameter> RenderParameters();
+
+/// Sets one row of the table from text: numbers in decimal, flags on/off/true/false/1/0, choices by
+/// name, "spp" as "4", "1/8" or "0.125".
+/// \return kInvalidArgument naming the setting, the value and what is allowed; `settings` is then
+///         unchanged
+Status SetRenderParameter(RenderSettings* settings, std::string_view name, std::string_view value);
+
+/// The value as text that SetRenderParameter reads back.
+/// \return kInvalidArgument for an unknown name
+Result<std::string> GetRenderParameter(const RenderSettings& settings, std::string_view name);
+
+/// \return kInvalidArgument naming the first setting that is out of range
+Status ValidateRenderSettings(const RenderSettings& settings);
+
+/// Whether light has the same expected value with both settings, so that frames of one may go on
+/// with the history of the other. Sampling may differ, `bounces` and `regularise` may not.
+bool SameLight(const RenderSettings& a, const RenderSettings& b);
 
 /// Signals of a rendered frame: direct and indirect, diffuse and specular, in that order of
 /// SignalKind.

@@ -160,7 +160,7 @@ Result<TraceContext> PathTracer::MoveTo(const RenderMoment& moment) {
 }
 
 Status PathTracer::SetSettings(const RenderSettings& settings) {
-  STILLRAY_RETURN_IF_ERROR(CheckSettings(settings));
+  STILLRAY_RETURN_IF_ERROR(ValidateRenderSettings(settings));
   try {
     if (settings.regularise != settings_.regularise) {
       bsdfs_ = BsdfTables(state_.scene(), settings.regularise);
@@ -387,7 +387,7 @@ Status PathTracer::RenderReference(const RenderMoment& moment, int spp, Image3* 
 Result<std::unique_ptr<Renderer>> CreateRenderer(const Scene& scene, const RenderSettings& settings,
                                                  LightStrategy strategy, RayLogs* logs,
                                                  const KeepGoing& keep_going) {
-  STILLRAY_RETURN_IF_ERROR(CheckSettings(settings));
+  STILLRAY_RETURN_IF_ERROR(ValidateRenderSettings(settings));
   STILLRAY_RETURN_IF_ERROR(CheckScene(scene));
   try {
     auto renderer = std::make_unique<PathTracer>(scene, settings, strategy);

@@ -12,15 +12,6 @@
 namespace stillray::render {
 namespace {
 
-template <typename T>
-Status CheckRange(const char* name, T value, T low, T high) {
-  if (value >= low && value <= high) {
-    return Status::Ok();
-  }
-  return Status::InvalidArgument(
-      fmt::format("{} is {}, expected {} to {}", name, value, low, high));
-}
-
 Status CheckIndex(const std::string& what, int index, size_t count) {
   if (index >= 0 && static_cast<size_t>(index) < count) {
     return Status::Ok();
@@ -223,28 +214,6 @@ Status CheckScene(const Scene& scene) {
   }
   STILLRAY_RETURN_IF_ERROR(CheckNodes(scene));
   return CheckEnvironment(scene.environment);
-}
-
-Status CheckSettings(const RenderSettings& settings) {
-  STILLRAY_RETURN_IF_ERROR(CheckRange("width", settings.width, 1, 32768));
-  STILLRAY_RETURN_IF_ERROR(CheckRange("height", settings.height, 1, 32768));
-  STILLRAY_RETURN_IF_ERROR(CheckRange("spp", settings.spp, 1, 65536));
-  STILLRAY_RETURN_IF_ERROR(CheckRange("cycle", settings.cycle, 1, kMaxCycle));
-  if (settings.cycle > 1 && settings.spp > 1) {
-    return Status::InvalidArgument(
-        fmt::format("cycle is {} and spp {}, expected spp 1 where a path takes several frames",
-                    settings.cycle, settings.spp));
-  }
-  if (settings.guides != GuideCoverage::kFull && settings.guides != GuideCoverage::kSparse) {
-    return Status::InvalidArgument(fmt::format("guides is number {}, expected full or sparse",
-                                               static_cast<int>(settings.guides)));
-  }
-  STILLRAY_RETURN_IF_ERROR(CheckRange("bounces", settings.bounces, 1, 32));
-  if (settings.sampler != SamplerKind::kSobol && settings.sampler != SamplerKind::kHalton16) {
-    return Status::InvalidArgument(fmt::format("sampler is number {}, expected sobol or halton16",
-                                               static_cast<int>(settings.sampler)));
-  }
-  return Status::Ok();
 }
 
 Status CheckMoment(const Scene& scene, const RenderMoment& moment) {

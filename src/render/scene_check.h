@@ -12,9 +12,6 @@ namespace stillray::render {
 /// \return kInvalidArgument naming the element, what was found and what was expected
 Status CheckScene(const Scene& scene);
 
-/// \return kInvalidArgument naming the setting, its value and its range
-Status CheckSettings(const RenderSettings& settings);
-
 /// \return kInvalidArgument naming the member, its value and its range
 Status CheckMoment(const Scene& scene, const RenderMoment& moment);
 

@@ -364,10 +364,10 @@ TEST(RendererTest, InvalidSettingsAreNamed) {
   };
   EXPECT_THAT(message([](RenderSettings* s) { s->width = 0; }), HasSubstr("width is 0"));
   EXPECT_THAT(message([](RenderSettings* s) { s->height = 40000; }), HasSubstr("height is 40000"));
-  EXPECT_THAT(message([](RenderSettings* s) { s->spp = 0; }), HasSubstr("spp is 0"));
-  EXPECT_THAT(message([](RenderSettings* s) { s->bounces = 33; }), HasSubstr("bounces is 33"));
+  EXPECT_THAT(message([](RenderSettings* s) { s->spp = 0; }), HasSubstr("spp is '0'"));
+  EXPECT_THAT(message([](RenderSettings* s) { s->bounces = 33; }), HasSubstr("bounces is '33'"));
   EXPECT_THAT(message([](RenderSettings* s) { s->sampler = static_cast<SamplerKind>(7); }),
-              HasSubstr("sampler is number 7"));
+              HasSubstr("sampler is '7', expected sobol or halton16"));
 }
 
 TEST(RendererTest, InvalidMomentsAndArgumentsAreNamed) {

@@ -310,12 +310,14 @@ TEST(SparseTest, SettingsChangeInPlace) {
   ExpectSameFrame(frame, RenderOne(builder.scene, settings, MomentOf(4)));
   RenderSettings wrong = settings;
   wrong.cycle = 257;
-  EXPECT_THAT(renderer->SetSettings(wrong).message(), HasSubstr("cycle is 257, expected 1 to 256"));
+  EXPECT_THAT(renderer->SetSettings(wrong).message(),
+              HasSubstr("spp is '2/257', expected 1 to 65536, or 1/2 to 1/256"));
   wrong.cycle = 4;
-  EXPECT_THAT(renderer->SetSettings(wrong).message(), HasSubstr("cycle is 4 and spp 2"));
+  EXPECT_THAT(renderer->SetSettings(wrong).message(), HasSubstr("spp is '2/4'"));
   wrong = settings;
   wrong.guides = static_cast<GuideCoverage>(9);
-  EXPECT_THAT(renderer->SetSettings(wrong).message(), HasSubstr("guides is number 9"));
+  EXPECT_THAT(renderer->SetSettings(wrong).message(),
+              HasSubstr("guides is '9', expected full or sparse"));
   EXPECT_EQ(renderer->settings().width, 33);
   ASSERT_TRUE(renderer->RenderFrame(MomentOf(4), &frame).ok());
   EXPECT_EQ(frame.width, 33);

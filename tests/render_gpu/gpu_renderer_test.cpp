@@ -335,7 +335,7 @@ TEST_P(GpuRendererTest, SettingsMayChange) {
   EXPECT_EQ(frame.width, kWidth - 10);
   EXPECT_LE(Differing(frame, expected), 2 * kPerThousand);
   settings.spp = 0;
-  EXPECT_THAT(device->SetSettings(settings).message(), HasSubstr("spp is 0"));
+  EXPECT_THAT(device->SetSettings(settings).message(), HasSubstr("spp is '0'"));
   EXPECT_EQ(device->settings().spp, 2);
 }
 
@@ -377,7 +377,7 @@ TEST_P(GpuRendererTest, SaysWhatIsWrong) {
   RenderSettings settings = SmallSettings(8, 8, 1);
   settings.bounces = 0;
   EXPECT_THAT(CreateVulkanRenderer(builder.scene, settings, device_).status().message(),
-              HasSubstr("bounces is 0"));
+              HasSubstr("bounces is '0'"));
   const std::unique_ptr<Renderer> device = Create(builder.scene, SmallSettings(8, 8, 1));
   EXPECT_THAT(device->RenderFrame({}, nullptr).message(), HasSubstr("frame is null"));
   Image3 image;

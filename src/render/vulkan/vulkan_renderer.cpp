@@ -129,7 +129,7 @@ Status VulkanRenderer::Build() {
 }
 
 Status VulkanRenderer::SetSettings(const RenderSettings& settings) {
-  STILLRAY_RETURN_IF_ERROR(CheckSettings(settings));
+  STILLRAY_RETURN_IF_ERROR(ValidateRenderSettings(settings));
   const RenderSettings before = settings_;
   settings_ = settings;
   const bool same = settings.width == before.width && settings.height == before.height;
@@ -463,7 +463,7 @@ Result<std::unique_ptr<Renderer>> CreateVulkanRenderer(const Scene& scene,
                                                        const RenderSettings& settings,
                                                        std::shared_ptr<gpu::Device> device,
                                                        const VulkanRenderOptions& options) {
-  STILLRAY_RETURN_IF_ERROR(CheckSettings(settings));
+  STILLRAY_RETURN_IF_ERROR(ValidateRenderSettings(settings));
   STILLRAY_RETURN_IF_ERROR(CheckScene(scene));
   try {
     auto renderer = std::make_unique<VulkanRenderer>(scene, settings, std::move(device), options);

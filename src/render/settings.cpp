@@ -1,0 +1,193 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// The table of the path tracer's settings. Defaults are the initialisers of RenderSettings.
+#include <cmath>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "core/parameter_table.h"
+#include "stillray/render.h"
+
+namespace stillray {
+namespace {
+
+struct Row {
+  Parameter info;
+  ParameterMember<RenderSettings> member;
+  bool changes_light = false;  ///< see SameLight
+};
+
+std::string RateText(const RenderSettings& s) {
+  return s.cycle == 1 ? fmt::format("{}", s.spp) : fmt::format("{}/{}", s.spp, s.cycle);
+}
+
+/// The n of "1/n" or of a decimal number that stands for it; 0 if the text is neither.
+int ParseCycle(std::string_view text) {
+  int cycle = 0;
+  double decimal = 0;
+  if (text.substr(0, 2) == "1/") {
+    ParseNumber(text.substr(2), &cycle);
+  } else if (ParseNumber(text, &decimal) && decimal > 0.5 / kMaxCycle && decimal < 1) {
+    const double frames = std::round(1 / decimal);
+    // Numbers of three digits, such as 0.333, stand for the nearest fraction.
+    cycle = std::abs(decimal * frames - 1) < 0.005 ? static_cast<int>(frames) : 0;
+  }
+  return cycle >= 2 && cycle <= kMaxCycle ? cycle : 0;
+}
+
+bool SetRate(RenderSettings* s, std::string_view text, const Parameter& info) {
+  if (ParseInRange(text, info, &s->spp)) {
+    s->cycle = 1;
+    return true;
+  }
+  const int cycle = ParseCycle(text);
+  if (cycle > 0) {
+    s->spp = 1;
+    s->cycle = cycle;
+  }
+  return cycle > 0;
+}
+
+std::string ExpectedRate(const Parameter& info) {
+  return fmt::format("1 to {}, or 1/2 to 1/{} for one path per pixel in several frames", info.max,
+                     1 / info.min);
+}
+
+std::vector<Row> MakeTable() {
+  using S = RenderSettings;
+  std::vector<Row> t;
+  t.push_back({.info = {.name = "spp",
+                        .type = ParameterType::kRate,
+                        .group = "sampling",
+                        .help = "Paths per pixel and frame; 1/2 to 1/256: one path per pixel in "
+                                "that many frames.",
+                        .min = 1.0 / kMaxCycle,
+                        .max = kMaxSpp},
+               .member = TextMember<S>{RateText, SetRate, ExpectedRate}});
+  t.push_back({.info = {.name = "guides",
+                        .type = ParameterType::kChoice,
+                        .group = "sampling",
+                        .help = "Below one path per pixel: guides of all pixels, or only of those "
+                                "where a path is traced.",
+                        .choices = {"full", "sparse"}},
+               .member = Choice<S, &S::guides>()});
+  t.push_back({.info = {.name = "seed",
+                        .type = ParameterType::kSeed,
+                        .group = "sampling",
+                        .help = "Seed of the random numbers."},
+               .member = &S::seed});
+  t.push_back({.info = {.name = "sampler",
+                        .type = ParameterType::kChoice,
+                        .group = "sampling",
+                        .help = "Owen-scrambled Sobol' points, or cycles of the 16 Halton points "
+                                "of SVGF (section 3).",
+                        .choices = {"sobol", "halton16"}},
+               .member = Choice<S, &S::sampler>()});
+  t.push_back({.info = {.name = "jitter",
+                        .type = ParameterType::kFlag,
+                        .group = "sampling",
+                        .help = "The sample point moves within its pixel from frame to frame, for "
+                                "antialiasing in time; pixel centres without."},
+               .member = &S::jitter});
+  t.push_back({.info = {.name = "bounces",
+                        .type = ParameterType::kInt,
+                        .group = "paths",
+                        .help = "Surfaces at which a path may scatter after the first one.",
+                        .min = 1,
+                        .max = 32},
+               .member = &S::bounces,
+               .changes_light = true});
+  t.push_back({.info = {.name = "regularise",
+                        .type = ParameterType::kFlag,
+                        .group = "paths",
+                        .help = "Surfaces that a path meets after a rough one are treated as "
+                                "rougher: fewer fireflies, dimmer caustics."},
+               .member = &S::regularise,
+               .changes_light = true});
+  return t;
+}
+
+const std::vector<Row>& Table() {
+  static const std::vector<Row> table = MakeTable();
+  return table;
+}
+
+Result<const Row*> FindRow(std::string_view name) {
+  std::vector<std::string_view> names;
+  for (const Row& row : Table()) {
+    if (name == row.info.name) {
+      return &row;
+    }
+    names.push_back(row.info.name);
+  }
+  const std::string meant = DidYouMean(name, RenderParameters());
+  return Status::InvalidArgument(fmt::format(
+      "unknown render setting '{}'{}", name,
+      meant.empty() ? fmt::format("; settings are: {}", fmt::join(names, ", ")) : meant));
+}
+
+Status BadValue(const Row& row, std::string_view value) {
+  return Status::InvalidArgument(
+      fmt::format("{} {}", row.info.name, BadMemberText(row.info, row.member, value)));
+}
+
+Status CheckSide(const char* name, int pixels) {
+  if (pixels >= 1 && pixels <= kMaxSide) {
+    return Status::Ok();
+  }
+  return Status::InvalidArgument(
+      fmt::format("{} is {}, expected 1 to {} pixels", name, pixels, kMaxSide));
+}
+
+}  // namespace
+
+std::span<const Parameter> RenderParameters() {
+  static const std::vector<Parameter> parameters = [] {
+    std::vector<Parameter> list;
+    for (const Row& row : Table()) {
+      list.push_back(row.info);
+    }
+    return list;
+  }();
+  return parameters;
+}
+
+Status SetRenderParameter(RenderSettings* settings, std::string_view name, std::string_view value) {
+  const Result<const Row*> row = FindRow(name);
+  STILLRAY_RETURN_IF_ERROR(row.status());
+  const bool valid = SetMember((*row)->info, (*row)->member, value, settings);
+  return valid ? Status::Ok() : BadValue(**row, value);
+}
+
+Result<std::string> GetRenderParameter(const RenderSettings& settings, std::string_view name) {
+  const Result<const Row*> row = FindRow(name);
+  STILLRAY_RETURN_IF_ERROR(row.status());
+  return GetMember((*row)->info, (*row)->member, settings);
+}
+
+Status ValidateRenderSettings(const RenderSettings& settings) {
+  STILLRAY_RETURN_IF_ERROR(CheckSide("width", settings.width));
+  STILLRAY_RETURN_IF_ERROR(CheckSide("height", settings.height));
+  for (const Row& row : Table()) {
+    RenderSettings scratch = settings;
+    const std::string value = GetMember(row.info, row.member, settings);
+    if (!SetMember(row.info, row.member, value, &scratch)) {
+      return BadValue(row, value);
+    }
+  }
+  return Status::Ok();
+}
+
+bool SameLight(const RenderSettings& a, const RenderSettings& b) {
+  for (const Row& row : Table()) {
+    if (row.changes_light &&
+        GetMember(row.info, row.member, a) != GetMember(row.info, row.member, b)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace stillray

@@ -1,0 +1,143 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// The table of the path tracer's settings.
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "stillray/render.h"
+
+namespace stillray {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string Value(const RenderSettings& settings, const char* name) {
+  return GetRenderParameter(settings, name).value();
+}
+
+/// A value of every setting that is not its default.
+const std::vector<std::pair<const char*, const char*>> kOthers = {
+    {"spp", "1/8"},          {"guides", "sparse"}, {"seed", "18446744073709551615"},
+    {"sampler", "halton16"}, {"jitter", "off"},    {"bounces", "7"},
+    {"regularise", "on"}};
+
+TEST(RenderParameters, EveryValueReadsBack) {
+  ASSERT_EQ(kOthers.size(), RenderParameters().size());
+  RenderSettings settings;
+  for (const auto& [name, value] : kOthers) {
+    EXPECT_NE(Value(settings, name), value);
+    ASSERT_TRUE(SetRenderParameter(&settings, name, value).ok()) << name;
+    EXPECT_EQ(Value(settings, name), value);
+    EXPECT_TRUE(ValidateRenderSettings(settings).ok()) << name;
+  }
+  EXPECT_EQ(settings.spp, 1);
+  EXPECT_EQ(settings.cycle, 8);
+  EXPECT_EQ(settings.guides, GuideCoverage::kSparse);
+  EXPECT_EQ(settings.seed, ~uint64_t{0});
+  EXPECT_EQ(settings.sampler, SamplerKind::kHalton16);
+  EXPECT_FALSE(settings.jitter);
+  EXPECT_EQ(settings.bounces, 7);
+  EXPECT_TRUE(settings.regularise);
+}
+
+TEST(RenderParameters, RowsAreComplete) {
+  for (const Parameter& p : RenderParameters()) {
+    EXPECT_NE(*p.group, '\0') << p.name;
+    const std::string help = p.help;
+    EXPECT_TRUE(help.size() > 10 && help.back() == '.') << p.name;
+    EXPECT_EQ(p.type == ParameterType::kChoice, !p.choices.empty()) << p.name;
+  }
+}
+
+TEST(RenderParameters, RatesAreWholeNumbersOrFractions) {
+  const struct {
+    const char* text;
+    int spp;
+    int cycle;
+    const char* back;
+  } kCases[] = {{"4", 4, 1, "4"},           {"65536", 65536, 1, "65536"},
+                {"1/8", 1, 8, "1/8"},       {"0.125", 1, 8, "1/8"},
+                {"0.333", 1, 3, "1/3"},     {"1/256", 1, 256, "1/256"},
+                {"0.0039", 1, 256, "1/256"}};
+  for (const auto& c : kCases) {
+    RenderSettings settings;
+    settings.spp = 9;
+    ASSERT_TRUE(SetRenderParameter(&settings, "spp", c.text).ok()) << c.text;
+    EXPECT_EQ(settings.spp, c.spp) << c.text;
+    EXPECT_EQ(settings.cycle, c.cycle) << c.text;
+    EXPECT_EQ(Value(settings, "spp"), c.back);
+  }
+}
+
+TEST(RenderParameters, WhatIsNoRateChangesNothing) {
+  for (const char* text : {"", "0", "-1", "1/1", "2/3", "1/0", "1/257", "0.4", "1/", "/2", "x",
+                           "1e9", "nan", "0.000001", "65537", "1/8x", "1.5"}) {
+    RenderSettings settings;
+    settings.spp = 3;
+    const Status status = SetRenderParameter(&settings, "spp", text);
+    EXPECT_EQ(status.code(), StatusCode::kInvalidArgument) << text;
+    EXPECT_EQ(status.message(), "spp is '" + std::string(text) +
+                                    "', expected 1 to 65536, or 1/2 to 1/256 for one path per "
+                                    "pixel in several frames");
+    EXPECT_EQ(settings.spp, 3) << text;
+    EXPECT_EQ(settings.cycle, 1) << text;
+  }
+}
+
+TEST(RenderParameters, ErrorsNameSettingValueAndRange) {
+  const auto message = [](const char* name, const char* value) {
+    RenderSettings settings;
+    const Status status = SetRenderParameter(&settings, name, value);
+    EXPECT_EQ(status.code(), StatusCode::kInvalidArgument);
+    for (const Parameter& p : RenderParameters()) {
+      EXPECT_EQ(Value(settings, p.name), Value({}, p.name)) << name << "=" << value;
+    }
+    return status.message();
+  };
+  EXPECT_EQ(message("bounces", "33"), "bounces is '33', expected a whole number from 1 to 32");
+  EXPECT_THAT(message("bounces", "4x"), HasSubstr("'4x'"));
+  EXPECT_EQ(message("sampler", "nope"), "sampler is 'nope', expected sobol or halton16");
+  EXPECT_EQ(message("jitter", "maybe"), "jitter is 'maybe', expected on or off");
+  EXPECT_EQ(message("seed", "-1"),
+            "seed is '-1', expected a whole number from 0 to 18446744073709551615");
+  EXPECT_EQ(message("bounce", "1"), "unknown render setting 'bounce', did you mean bounces?");
+  EXPECT_EQ(message("colour", "1"),
+            "unknown render setting 'colour'; settings are: spp, guides, seed, sampler, jitter, "
+            "bounces, regularise");
+  EXPECT_EQ(GetRenderParameter({}, "colour").status().code(), StatusCode::kInvalidArgument);
+}
+
+TEST(RenderParameters, StructsOutOfRangeAreFound) {
+  const auto message = [](auto change) {
+    RenderSettings settings;
+    change(&settings);
+    return ValidateRenderSettings(settings).message();
+  };
+  EXPECT_EQ(message([](RenderSettings*) {}), "");
+  EXPECT_EQ(message([](RenderSettings* s) { s->width = 0; }),
+            "width is 0, expected 1 to 32768 pixels");
+  EXPECT_THAT(message([](RenderSettings* s) { s->height = 32769; }), HasSubstr("height is 32769"));
+  EXPECT_THAT(message([](RenderSettings* s) { s->spp = 0; }), HasSubstr("spp is '0'"));
+  EXPECT_THAT(message([](RenderSettings* s) { s->cycle = 0; }), HasSubstr("spp is '1/0'"));
+  EXPECT_THAT(message([](RenderSettings* s) { s->cycle = 257; }), HasSubstr("spp is '1/257'"));
+  EXPECT_THAT(message([](RenderSettings* s) { s->spp = s->cycle = 2; }), HasSubstr("spp is '2/2'"));
+  EXPECT_THAT(message([](RenderSettings* s) { s->sampler = static_cast<SamplerKind>(7); }),
+              HasSubstr("sampler is '7', expected sobol or halton16"));
+}
+
+TEST(RenderParameters, SamplingKeepsTheLightAndPathsDoNot) {
+  for (const auto& [name, value] : kOthers) {
+    RenderSettings settings;
+    ASSERT_TRUE(SetRenderParameter(&settings, name, value).ok());
+    const bool is_of_paths = std::string(name) == "bounces" || std::string(name) == "regularise";
+    EXPECT_EQ(SameLight({}, settings), !is_of_paths) << name;
+  }
+}
+
+}  // namespace
+}  // namespace stillray
