@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "denoise/denoise_cuts.h"
+#include "denoise/shot_cuts.h"
 
 namespace stillray {
 namespace {

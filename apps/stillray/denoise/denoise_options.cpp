@@ -11,6 +11,7 @@
 #include <fmt/ranges.h>
 
 #include "denoise/denoise_preview.h"
+#include "denoise/future_blocks.h"
 #include "io/frame_rate.h"
 #include "io/memory_limit.h"
 

@@ -73,9 +73,6 @@ Window ChooseWindow(const std::vector<SequenceFile>& files, std::string* note);
 /// text make the same bits.
 std::string DenoiseFingerprint(const DenoiseOptions& options);
 
-/// Frames whose future is held at once, at most; see denoise_future.h.
-inline constexpr size_t kFutureBlock = 16;
-
 /// Fails if a frame of this size does not fit into the memory limit.
 Status CheckMemory(const ExrExtent& extent, const DenoiseOptions& options, const std::string& name);
 

@@ -642,7 +642,7 @@ void DenoiseRun::Summarise() const {
 Status DenoiseRun::Run() {
   STILLRAY_RETURN_IF_ERROR(Prepare());
   const size_t files = options_.files.size();
-  const size_t backward = LooksAhead() ? FuturePass::CountSteps(next_, files, futures_held_) : 0;
+  const size_t backward = LooksAhead() ? CountBackwardFrames(next_, files, futures_held_) : 0;
   done_ = static_cast<double>(next_);
   progress_.emplace(static_cast<double>(files + backward), stderr);
   std::vector<size_t> order(files - next_);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#include "denoise/denoise_cuts.h"
+#include "denoise/shot_cuts.h"
 
 #include <algorithm>
 #include <cmath>

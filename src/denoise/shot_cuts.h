@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Shot cuts, seen in the guides of two frames.
+/// Shot cuts, found by comparing the guides of two frames.
 #pragma once
 
 #include "stillray/frame.h"
@@ -14,12 +14,14 @@ struct Agreement {
   double of_inside = 1;  ///< of those whose motion leads into the picture; 1 where hardly any does
 };
 
-/// Follows the motion of every pixel with a surface and asks whether the frame before has the same
-/// surface there: depth, normal, albedo and id.
+/// Follows the motion of every pixel with a surface and compares the surface there in the frame
+/// before: depth, normal, albedo and id.
+/// \param now  with depth, normal and motion
+/// \param before  guides of the same size, with depth and normal
 Agreement FindAgain(const Frame& now, const Guides& before);
 
-/// Whether so little is found again that the two frames belong to different shots. Renderers see
-/// no cuts: the motion at a cut is that of the new camera, small and smooth.
+/// Whether so little is found again that the two frames belong to different shots. Motion does not
+/// tell: at a cut it is that of the new camera, small and smooth.
 bool IsCut(const Agreement& agreement);
 
 }  // namespace stillray

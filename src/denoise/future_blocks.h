@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The schedule of denoising with light of the past and of the future, with memory that does not
+/// grow with the length of the sequence.
+///
+/// The sequence is divided into blocks of kFutureBlock frames, counted from its first. The futures
+/// of a block are accumulated backward from kLookAhead frames past the block's end: every frame
+/// sees at least that many later ones, of which the last few hardly count any more (an alpha of 0.1
+/// leaves 0.9^16 of them). This rule alone determines the result. Where fewer futures than a whole
+/// block are held at once, the frames behind are accumulated again for every part of the block,
+/// with the same bits.
+///
+/// Where the frames come from (memory, files) is the caller's:
+///
+///     if (!blocks.Holds(at)) {
+///       const FutureRange range = blocks.Begin(at, frames);
+///       for (size_t i = range.look_end; i-- > range.begin;) {
+///         blocks.Accumulate(i, <frame i with motion towards frame i + 1>, <same shot as i + 1>);
+///       }
+///     }
+///     denoiser.Denoise(<frame at>, blocks.At(at), &out);
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "stillray/denoise.hpp"
+
+namespace stillray {
+
+inline constexpr size_t kFutureBlock = 16;
+inline constexpr size_t kLookAhead = 16;
+
+/// One backward pass: frames look_end - 1, ..., begin are accumulated.
+struct FutureRange {
+  size_t begin = 0;     ///< first frame whose future is held
+  size_t end = 0;       ///< behind the last one
+  size_t look_end = 0;  ///< behind the last frame that is accumulated
+};
+
+/// Frames that there have to be before the future of frame `at` can be accumulated, if the sequence
+/// does not end before.
+constexpr size_t FramesNeeded(size_t at) {
+  return (at / kFutureBlock + 1) * kFutureBlock + kLookAhead;
+}
+
+/// \param frames  of the whole sequence, or FramesNeeded(at) at least
+/// \param held    futures held at once, 1..kFutureBlock
+FutureRange FutureRangeFrom(size_t at, size_t frames, size_t held);
+
+/// Frames accumulated backward for all frames of a sequence from `first` on.
+size_t CountBackwardFrames(size_t first, size_t frames, size_t held);
+
+class FutureBlocks {
+ public:
+  /// \param backward  accumulates; its history is this object's
+  /// \param held      futures held at once, 1..kFutureBlock; no bit depends on it
+  explicit FutureBlocks(Denoiser backward, size_t held = kFutureBlock);
+
+  /// Whether the future of frame `at` is held.
+  bool Holds(size_t at) const;
+  /// Begins the backward pass for frame `at` and frees what was held before. Arguments as
+  /// FutureRangeFrom.
+  FutureRange Begin(size_t at, size_t frames);
+  /// Accumulates the next frame of the pass; `at` goes down from look_end - 1 to begin.
+  /// \param frame      guides.motion leads to frame at + 1
+  /// \param continues  whether frame at + 1 was accumulated and shows the same shot; else the
+  ///                   history restarts here, and motion is not used
+  /// \return errors of Denoiser::Accumulate; the pass has to begin again then
+  Status Accumulate(size_t at, const Frame& frame, bool continues);
+  /// The future of a frame that is held; may be moved from.
+  FutureLight& At(size_t at);
+
+  const Denoiser& backward() const { return backward_; }
+  size_t memory_bytes() const;  ///< history, working memory and futures
+
+ private:
+  Denoiser backward_;
+  size_t held_;
+  FutureRange range_;                 ///< of the last pass
+  size_t next_ = 0;                   ///< the frame behind the next to be accumulated
+  std::vector<FutureLight> futures_;  ///< of range_.begin ... range_.end - 1
+};
+
+}  // namespace stillray
