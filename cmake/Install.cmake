@@ -30,7 +30,7 @@ endif()
 
 set(headers
   core.h denoise.hpp frame.h image.h parameter.h shared_picture.h status.h stillray.h stillray.hpp
-  vec.h)
+  two_way.hpp vec.h)
 if(STILLRAY_VULKAN)
   list(APPEND headers vulkan.h vulkan.hpp)
 endif()

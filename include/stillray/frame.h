@@ -8,6 +8,7 @@
 ///  - empty planes mean "not given"
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -110,6 +111,9 @@ struct Frame {
 /// again.
 /// \return as FrameOnDevice::Download
 Result<const Frame*> OnHost(const Frame& frame, Frame* room, uint32_t planes = kAllPlanes);
+
+/// Bytes of all planes, of those on a device too.
+size_t FrameBytes(const Frame& frame);
 
 /// Signals, emission and background added up: the picture as rendered, before any filter.
 Image3 SumOfLight(const Frame& frame);

@@ -45,6 +45,18 @@ Result<const Frame*> OnHost(const Frame& frame, Frame* room, uint32_t planes) {
   return static_cast<const Frame*>(room);
 }
 
+size_t FrameBytes(const Frame& frame) {
+  const Guides& g = frame.guides;
+  size_t bytes = g.depth.bytes() + g.normal.bytes() + g.albedo.bytes() + g.specular_albedo.bytes() +
+                 g.transmission_albedo.bytes() + g.motion.bytes() + g.id.bytes() +
+                 g.roughness.bytes() + frame.emission.bytes() + frame.background.bytes() +
+                 frame.samples.bytes();
+  for (const Signal& signal : frame.signals) {
+    bytes += signal.radiance.bytes() + signal.second_moment.bytes();
+  }
+  return bytes + (frame.on_device != nullptr ? frame.on_device->bytes() : 0);
+}
+
 Image3 SumOfLight(const Frame& frame) {
   Image3 sum(frame.width, frame.height);
   const auto add = [&](const Image3& image) {

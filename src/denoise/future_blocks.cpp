@@ -60,6 +60,12 @@ FutureLight& FutureBlocks::At(size_t at) {
   return futures_[at - range_.begin];
 }
 
+void FutureBlocks::Clear() {
+  futures_.clear();
+  range_ = FutureRange();
+  next_ = 0;
+}
+
 size_t FutureBlocks::memory_bytes() const {
   size_t bytes = backward_.memory_bytes();
   for (const FutureLight& future : futures_) {

@@ -25,12 +25,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "stillray/denoise.hpp"
+#include "stillray/two_way.hpp"
 
 namespace stillray {
-
-inline constexpr size_t kFutureBlock = 16;
-inline constexpr size_t kLookAhead = 16;
 
 /// One backward pass: frames look_end - 1, ..., begin are accumulated.
 struct FutureRange {
@@ -71,6 +68,8 @@ class FutureBlocks {
   Status Accumulate(size_t at, const Frame& frame, bool continues);
   /// The future of a frame that is held; may be moved from.
   FutureLight& At(size_t at);
+  /// Frees all futures; the backward pass of another sequence begins.
+  void Clear();
 
   const Denoiser& backward() const { return backward_; }
   size_t memory_bytes() const;  ///< history, working memory and futures

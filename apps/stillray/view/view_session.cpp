@@ -67,17 +67,6 @@ float DepthNear(const Image1& depth, int x, int y) {
   return best;
 }
 
-size_t FrameBytes(const Frame& frame) {
-  const Guides& g = frame.guides;
-  size_t bytes = g.depth.bytes() + g.normal.bytes() + g.albedo.bytes() + g.specular_albedo.bytes() +
-                 g.motion.bytes() + g.id.bytes() + g.roughness.bytes() + frame.emission.bytes() +
-                 frame.background.bytes() + frame.samples.bytes();
-  for (const Signal& signal : frame.signals) {
-    bytes += signal.radiance.bytes() + signal.second_moment.bytes();
-  }
-  return bytes + (frame.on_device != nullptr ? frame.on_device->bytes() : 0);
-}
-
 /// Share of the time on the wall that a phase has, whose own time is summed over threads; a device
 /// tells its own times.
 double ShareOfWall(const RenderTimings& t, bool on_device, double wall_ms) {
