@@ -281,14 +281,14 @@ std::vector<Frame> MakeSparseFrames(float motion) {
 
 /// Argument: whether the picture moves. Eight frames again and again: one pixel in 16 of a still
 /// picture is known.
-void CompleteGuides(benchmark::State& state, const StageTable& stages) {
+void FillGuides(benchmark::State& state, const StageTable& stages) {
   static const std::vector<Frame> sequences[2] = {MakeSparseFrames(0), MakeSparseFrames(1)};
   const std::vector<Frame>& frames = sequences[state.range(0)];
   HeldGuides held;
-  SparseGuidesWork work;
+  FillGuidesWork work;
   size_t next = 0;
   Measure(state, [&] {
-    stages.complete_guides(frames[next], &held, &work);
+    stages.fill_guides(frames[next], &held, &work);
     next = (next + 1) % frames.size();
   });
 }
@@ -328,11 +328,11 @@ STILLRAY_BENCHMARK_STAGE(Antialias);
 STILLRAY_BENCHMARK_STAGE(Fxaa);
 STILLRAY_BENCHMARK_STAGE(FxaaOfAFilteredPicture);
 
-BENCHMARK_CAPTURE(CompleteGuides, vector, kCpuStages)
+BENCHMARK_CAPTURE(FillGuides, vector, kCpuStages)
     ->ArgName("moves")
     ->DenseRange(0, 1)
     ->UseRealTime();
-BENCHMARK_CAPTURE(CompleteGuides, scalar, kReferenceStages)
+BENCHMARK_CAPTURE(FillGuides, scalar, kReferenceStages)
     ->ArgName("moves")
     ->DenseRange(0, 1)
     ->UseRealTime();

@@ -285,9 +285,9 @@ Status Denoiser::Impl::Begin(const Frame& next_frame, DenoisedFrame* result) {
   out->images.clear();
   out->non_finite = out->negative = out->bad_guides = 0;
   composites.clear();
-  if (settings.fill_guides && HasUnknownGuides(next_frame)) {
+  if (settings.fill_guides && HasIncompleteGuides(next_frame)) {
     const StageTimer timer(&out->timings, "fill_guides");
-    CompleteGuides(next_frame, *stages, &state.held, &sparse);
+    FillGuides(next_frame, *stages, &state.held, &fill_guides_work);
     guides = &state.held.guides;
     emission = &state.held.emission;
     background = &state.held.background;
@@ -472,7 +472,7 @@ void Denoiser::Reset() {
 
 size_t Denoiser::Impl::WorkBytes() const {
   size_t sum = taps.bytes() + staged.bytes() + fetched.bytes() + scratch.bytes() + picture.bytes() +
-               sparse.bytes() + firefly_work.bytes() + mirror_work.bytes();
+               fill_guides_work.bytes() + firefly_work.bytes() + mirror_work.bytes();
   for (const NewLight& of_signal : light) {
     sum += of_signal.bytes();
   }

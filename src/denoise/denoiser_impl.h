@@ -83,7 +83,7 @@ struct Denoiser::Impl {
   FilterPlanes mirror_work;  ///< empty until there is a mirror
   Image3 picture;
 
-  SparseGuidesWork sparse;
+  FillGuidesWork fill_guides_work;
   Frame from_device;  ///< a frame that lies on a device, on the host; empty until there is one
   Frame completed;    ///< a frame with all guides; empty until one comes without
 

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "core/guides.h"
-#include "denoise/fill_guides/held_guides.h"
+#include "denoise/fill_guides/fill_guides.h"
 #include "denoise/signal_groups.h"
 
 namespace stillray {
@@ -66,7 +66,7 @@ Status CheckMotion(const Frame& frame, const Settings& settings, MotionUse use) 
   if (!motion.empty()) {
     return Status::Ok();
   }
-  const bool fills = settings.fill_guides && HasUnknownGuides(frame);
+  const bool fills = settings.fill_guides && HasIncompleteGuides(frame);
   if (!use.any() && !fills) {
     return Status::Ok();
   }

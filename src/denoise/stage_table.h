@@ -24,7 +24,7 @@
 namespace stillray {
 
 struct StageTable {
-  decltype(&reference::CompleteGuides) complete_guides;
+  decltype(&reference::FillGuides) fill_guides;
   decltype(&reference::PrepareGuides) prepare_guides;
   decltype(&reference::PrepareAndFindTaps) prepare_and_find_taps;
   decltype(&reference::Demodulate) demodulate;
@@ -53,7 +53,7 @@ struct StageTable {
 
 #define STILLRAY_STAGES_OF(backend)                                                            \
   StageTable {                                                                                 \
-    &backend::CompleteGuides, &backend::PrepareGuides, &backend::PrepareAndFindTaps,           \
+    &backend::FillGuides, &backend::PrepareGuides, &backend::PrepareAndFindTaps,               \
         &backend::Demodulate, &backend::ClampFireflies, &backend::CompressLight,               \
         &backend::ExpandLight, &backend::FindTaps, &backend::FetchHistory,                     \
         &backend::CompareWithHistory, &backend::LimitHistory, &backend::Accumulate,            \

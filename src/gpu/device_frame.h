@@ -67,8 +67,8 @@ class DeviceFrame final : public FrameOnDevice {
   void RecordEnd(VkCommandBuffer commands) const;
 
   // Properties of the pixels, set by the writer.
-  float samples_per_pixel = 1;      ///< mean of the frame
-  bool has_unknown_guides = false;  ///< there are pixels with depth 0 and no sample
+  float samples_per_pixel = 1;         ///< mean of the frame
+  bool has_incomplete_guides = false;  ///< there are pixels with depth 0 and no sample
 
  private:
   /// The staging buffer of downloads; made by the first download.

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Completed guides: the vector version against the scalar one, and what both must hold to.
+// fill_guides: the vector version against the scalar one, and properties of both.
 #include <gtest/gtest.h>
 
 #include <tbb/global_control.h>
@@ -23,7 +23,7 @@ using test::MakeSparseFrame;
 using test::SparseCase;
 using test::SparseCases;
 
-using Complete = decltype(&cpu::CompleteGuides);
+using Fill = decltype(&cpu::FillGuides);
 
 /// The planes of both as bytes: equal bits, equal text.
 std::vector<std::string> Bits(const HeldGuides& held) {
@@ -46,24 +46,24 @@ std::vector<std::string> Bits(const HeldGuides& held) {
   return all;
 }
 
-TEST(SparseGuides, VectorVersionHasTheBitsOfTheReferenceOnEveryTarget) {
+TEST(FillGuides, VectorVersionHasTheBitsOfTheReferenceOnEveryTarget) {
   for (const SparseCase& c : SparseCases()) {
     HeldGuides expected;
-    SparseGuidesWork expected_work;
+    FillGuidesWork expected_work;
     std::vector<Frame> frames;
     std::vector<std::vector<std::string>> expected_bits;
     for (int i = 0; i < 10; ++i) {
       frames.push_back(MakeSparseFrame(c, i));
-      reference::CompleteGuides(frames.back(), &expected, &expected_work);
+      reference::FillGuides(frames.back(), &expected, &expected_work);
       expected_bits.push_back(Bits(expected));
     }
     for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
       hwy::SetSupportedTargetsForTest(target);
       hwy::GetChosenTarget().Update(hwy::SupportedTargets());
       HeldGuides held;
-      SparseGuidesWork work;
+      FillGuidesWork work;
       for (size_t i = 0; i < frames.size(); ++i) {
-        cpu::CompleteGuides(frames[i], &held, &work);
+        cpu::FillGuides(frames[i], &held, &work);
         const std::vector<std::string> bits = Bits(held);
         ASSERT_EQ(bits.size(), expected_bits[i].size());
         for (size_t plane = 0; plane < bits.size(); ++plane) {
@@ -77,49 +77,49 @@ TEST(SparseGuides, VectorVersionHasTheBitsOfTheReferenceOnEveryTarget) {
   }
 }
 
-TEST(SparseGuides, ThreadsAndAnInterruptionDoNotChangeBits) {
+TEST(FillGuides, ThreadsAndAnInterruptionDoNotChangeBits) {
   // What is remembered between frames of a still view to save work must not be needed.
   const SparseCase c = {200, 120, 40, 0.7f, true};
   HeldGuides one;
   HeldGuides many;
-  SparseGuidesWork work_one;
-  SparseGuidesWork work_many;
+  FillGuidesWork work_one;
+  FillGuidesWork work_many;
   for (int i = 0; i < 10; ++i) {
     const Frame f = MakeSparseFrame(c, i);
     {
       const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
-      cpu::CompleteGuides(f, &one, &work_one);
+      cpu::FillGuides(f, &one, &work_one);
     }
     if (i == 4) {
-      many.raised = many.motionless = false;  // as after saving and restoring
-      work_many = SparseGuidesWork();
+      many.first_level_valid = many.motionless = false;  // as after saving and restoring
+      work_many = FillGuidesWork();
     }
-    cpu::CompleteGuides(f, &many, &work_many);
+    cpu::FillGuides(f, &many, &work_many);
     EXPECT_TRUE(Bits(one) == Bits(many)) << i;
   }
 }
 
-TEST(SparseGuides, BlackLightTakesNoRoom) {
+TEST(FillGuides, BlackLightTakesNoRoom) {
   const SparseCase c = {61, 45, 24, 0, false};
-  for (const Complete complete : {&cpu::CompleteGuides, &reference::CompleteGuides}) {
+  for (const Fill fill : {&cpu::FillGuides, &reference::FillGuides}) {
     HeldGuides held;
-    SparseGuidesWork work;
+    FillGuidesWork work;
     for (int i = 0; i < 6; ++i) {
-      complete(MakeSparseFrame(c, i), &held, &work);
+      fill(MakeSparseFrame(c, i), &held, &work);
       EXPECT_TRUE(held.background.empty()) << i;
       EXPECT_EQ(held.emission.empty(), i < 3) << i;
     }
   }
 }
 
-TEST(SparseGuides, KnownPixelsKeepWhatTheFrameSays) {
+TEST(FillGuides, KnownPixelsKeepWhatTheFrameSays) {
   const SparseCase c = {61, 45, 24, 1.3f, true};
-  for (const Complete complete : {&cpu::CompleteGuides, &reference::CompleteGuides}) {
+  for (const Fill fill : {&cpu::FillGuides, &reference::FillGuides}) {
     HeldGuides held;
-    SparseGuidesWork work;
+    FillGuidesWork work;
     for (int i = 0; i < 6; ++i) {
       const Frame f = MakeSparseFrame(c, i);
-      complete(f, &held, &work);
+      fill(f, &held, &work);
       for (int y = 0; y < c.height; ++y) {
         for (int x = 0; x < c.width; ++x) {
           EXPECT_GT(held.guides.depth(x, y), 0.0f);
@@ -136,12 +136,12 @@ TEST(SparseGuides, KnownPixelsKeepWhatTheFrameSays) {
   }
 }
 
-TEST(SparseGuides, BrokenGuidesStayWithinTheirReachAndHarmNothing) {
+TEST(FillGuides, BrokenGuidesStayWithinTheirReachAndHarmNothing) {
   // NaN, infinite and negative depth, NaN motion: no crash, and every depth is one that stages
   // take.
-  for (const Complete complete : {&cpu::CompleteGuides, &reference::CompleteGuides}) {
+  for (const Fill fill : {&cpu::FillGuides, &reference::FillGuides}) {
     HeldGuides held;
-    SparseGuidesWork work;
+    FillGuidesWork work;
     for (int i = 0; i < 5; ++i) {
       Frame f = MakeSparseFrame({61, 45, 10, 0.9f, true}, i);
       f.guides.depth(5, 5) = std::numeric_limits<float>::quiet_NaN();
@@ -149,7 +149,7 @@ TEST(SparseGuides, BrokenGuidesStayWithinTheirReachAndHarmNothing) {
       f.guides.motion[0](30, 30) = std::numeric_limits<float>::quiet_NaN();
       f.guides.motion[1](40, 30) = std::numeric_limits<float>::infinity();
       f.guides.depth(30, 30) = f.guides.depth(40, 30) = 4;
-      complete(f, &held, &work);
+      fill(f, &held, &work);
       EXPECT_EQ(held.known(5, 5), 1.0f);
       EXPECT_EQ(held.guides.depth(20, 20), -3.0f);
       int bad = 0;
@@ -163,19 +163,19 @@ TEST(SparseGuides, BrokenGuidesStayWithinTheirReachAndHarmNothing) {
   }
 }
 
-TEST(SparseGuides, UnknownIsWithoutDepthAndSample) {
+TEST(FillGuides, UnknownIsWithoutDepthAndSample) {
   Frame f = MakeBusyFrame(20, 10, 0);
   f.samples.Fill(1.0f);
-  EXPECT_FALSE(HasUnknownGuides(f));
+  EXPECT_FALSE(HasIncompleteGuides(f));
   f.samples(19, 9) = 0;
-  EXPECT_FALSE(HasUnknownGuides(f));
+  EXPECT_FALSE(HasIncompleteGuides(f));
   f.guides.depth(19, 9) = 0;
-  EXPECT_TRUE(HasUnknownGuides(f));
+  EXPECT_TRUE(HasIncompleteGuides(f));
   f.samples(19, 9) = 1;
-  EXPECT_FALSE(HasUnknownGuides(f));
+  EXPECT_FALSE(HasIncompleteGuides(f));
   f.samples = Image1();
   f.guides.depth(0, 0) = 0;
-  EXPECT_FALSE(HasUnknownGuides(f));
+  EXPECT_FALSE(HasIncompleteGuides(f));
 }
 
 }  // namespace

@@ -23,7 +23,7 @@ namespace {
 using test::MakeSparseFrame;
 using test::SparseCase;
 using test::SparseCases;
-using vulkan::GuideFiller;
+using vulkan::FillGuidesPass;
 using vulkan::Storage;
 
 /// An image of the device, read back as floats of 32 bits (ids: their bits).
@@ -79,7 +79,7 @@ class FillGuides : public test::DeviceTest {
   std::unique_ptr<vulkan::FramePipeline> pipeline_;
   std::unique_ptr<test::FrameOnDevice> upload_;
   HeldGuides held_;
-  SparseGuidesWork work_;
+  FillGuidesWork work_;
 };
 
 /// Channels of a format of held images, and whether they are halves.
@@ -131,7 +131,7 @@ bool Near(float a, float b, double relative) {
 }
 
 void FillGuides::Check(const Frame& f, const Room& room, const std::string& what) {
-  reference::CompleteGuides(f, &held_, &work_);
+  reference::FillGuides(f, &held_, &work_);
   vulkan::FrameFacts facts = vulkan::FactsOf(f);
   facts.fills_guides = true;
   if (upload_ == nullptr || !upload_->upload->Fits(f.width, f.height, facts)) {
@@ -147,9 +147,9 @@ void FillGuides::Check(const Frame& f, const Room& room, const std::string& what
   test::RunFrame(device_.get(), upload_.get(), f, &colour, [&](VkCommandBuffer commands) {
     const Status recorded = pipeline_->Record(commands, facts, upload_->inputs(), nullptr);
     ASSERT_TRUE(recorded.ok()) << recorded.message();
-    const GuideFiller& filler = *pipeline_->filler();
-    const GuideFiller::Held& h = filler.held();
-    images = {h.depth, h.normal, &filler.motion(), h.id};
+    const FillGuidesPass& fill_guides = *pipeline_->fill_guides();
+    const FillGuidesPass::Held& h = fill_guides.held();
+    images = {h.depth, h.normal, &fill_guides.motion(), h.id};
     images.insert(images.end(), h.colour.begin(), h.colour.end());
     VkDeviceSize bytes = 0;
     for (const gpu::Image* image : images) {

@@ -112,7 +112,7 @@ double Wrapped(double seconds, double length) {
 
 struct ViewSession::FilledGuides {
   HeldGuides held;
-  SparseGuidesWork work;
+  FillGuidesWork work;
 };
 
 ViewSession::ViewSession(LoadedScene loaded, Device device)
@@ -483,7 +483,7 @@ void ViewSession::FillGuides(const ViewSettings& s) {
     const ViewInfo* view = FindView(views_, name);
     return view != nullptr && ShowsFilledGuides(*view);
   });
-  if (!shown || !HasUnknownGuides(Host())) {
+  if (!shown || !HasIncompleteGuides(Host())) {
     filled_.reset();
     return;
   }
@@ -491,7 +491,7 @@ void ViewSession::FillGuides(const ViewSettings& s) {
       filled_->held.known.height() != frame_.height) {
     filled_ = std::make_unique<FilledGuides>();
   }
-  CompleteGuides(Host(), kCpuStages, &filled_->held, &filled_->work);
+  stillray::FillGuides(Host(), kCpuStages, &filled_->held, &filled_->work);
 }
 
 void ViewSession::Show(const ViewSettings& s, ViewFrame* out) const {

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The work is bound by memory: some twenty planes, of which a frame knows one pixel in a hundred.
-// So every plane is gone through twice, by rows of cells of the pyramid: once to take what is known
-// and to raise it to the first level (in a still view only the cells that have learnt something),
-// once to fill the holes from there. What lies between is an eighth of the work.
+// The stage is bound by memory: some twenty planes, of which one pixel in a hundred is known. So
+// there are two passes over each plane, by rows of cells of the pyramid: GatherKnown, which also
+// downsamples to the first level (in a still view only cells with new pixels), and FillHoles. The
+// levels between cost an eighth of the time.
 #include "denoise/fill_guides/fill_guides.h"
 
 #include <atomic>
@@ -14,25 +14,81 @@
 
 #include "core/parallel.h"
 #include "denoise/fill_guides/fill_guides_task.h"
+#include "denoise/stage_table.h"
+
+namespace stillray {
+
+void RowLists::Resize(int width, int height) {
+  constexpr int kVector = 64;
+  const auto stride = static_cast<size_t>(width) + kVector;
+  if (stride != stride_ || counts_.size() != static_cast<size_t>(height)) {
+    stride_ = stride;
+    values_.resize(stride * static_cast<size_t>(height));
+    counts_.resize(static_cast<size_t>(height));
+  }
+}
+
+size_t FillGuidesWork::bytes() const {
+  size_t sum = before.bytes() + known_now.bytes() + ghosts.bytes() + surface.bytes() +
+               inverse_depth.bytes() + id.bytes();
+  for (const PyramidMask& levels : mask) {
+    sum += levels.bytes();
+  }
+  for (const Pyramid& levels : plane) {
+    sum += levels.bytes();
+  }
+  for (const Pyramid& levels : motion) {
+    sum += levels.bytes();
+  }
+  return sum;
+}
+
+bool HasIncompleteGuides(const Frame& frame) {
+  if (frame.samples.empty()) {
+    return false;
+  }
+  std::atomic<bool> any = false;
+  ParallelRows(frame.height, 16, [&](int y0, int y1) {
+    for (int y = y0; y < y1 && !any; ++y) {
+      const float* depth = frame.guides.depth.Row(y);
+      const float* samples = frame.samples.Row(y);
+      int unknown = 0;  // a sum, not an early end: the compiler makes vectors of it
+      for (int x = 0; x < frame.width; ++x) {
+        unknown |= static_cast<int>(depth[x] == 0) & static_cast<int>(!(samples[x] > 0));
+      }
+      if (unknown != 0) {
+        any = true;
+      }
+    }
+  });
+  return any;
+}
+
+void FillGuides(const Frame& frame, const StageTable& stages, HeldGuides* held,
+                FillGuidesWork* work) {
+  stages.fill_guides(frame, held, work);
+}
+
+}  // namespace stillray
 
 namespace stillray::cpu {
 namespace {
 
-using Work = SparseGuidesWork;
-using Task = SparseGuidesTask;
+using Work = FillGuidesWork;
+using Task = FillGuidesTask;
 
-struct FoundPixels {
+struct KnownPixels {
   int64_t count = 0;
   bool moves = false;
-  LightSeen seen;
+  VisibleLight seen;
 };
 
-bool Shines(const Image3& light, int x, int y) {
+bool HasLight(const Image3& light, int x, int y) {
   return !light.empty() && (light[0](x, y) != 0 || light[1](x, y) != 0 || light[2](x, y) != 0);
 }
 
-/// What the frame knows: lists its pixels, and says what of it is new to `held`.
-FoundPixels FindKnown(const Frame& frame, const HeldGuides& held, RowLists* list) {
+/// Lists the known pixels; whether any of them moves or has light that `held` has no planes for.
+KnownPixels FindKnown(const Frame& frame, const HeldGuides& held, RowLists* list) {
   std::atomic<int64_t> count = 0;
   std::atomic<bool> moves = false;
   std::atomic<bool> emission = !held.emission.empty();
@@ -45,10 +101,10 @@ FoundPixels FindKnown(const Frame& frame, const HeldGuides& held, RowLists* list
             (IsMoving(frame.guides.motion[0](x, y)) || IsMoving(frame.guides.motion[1](x, y)))) {
           moves = true;
         }
-        if (!emission && Shines(frame.emission, x, y)) {
+        if (!emission && HasLight(frame.emission, x, y)) {
           emission = true;
         }
-        if (!background && Shines(frame.background, x, y)) {
+        if (!background && HasLight(frame.background, x, y)) {
           background = true;
         }
       }
@@ -57,7 +113,7 @@ FoundPixels FindKnown(const Frame& frame, const HeldGuides& held, RowLists* list
   return {count, moves, {emission, background}};
 }
 
-/// Lists held pixels that what is known now speaks against.
+/// Lists held pixels that contradict known ones.
 void FindGhosts(const Task& t) {
   t.work->ghosts.Resize(t.width(), t.height());
   const Guides& now = t.frame->guides;
@@ -69,7 +125,7 @@ void FindGhosts(const Task& t) {
         int qx = 0;
         int qy = 0;
         if (t.shift.Find(now.motion, x, y, &qx, &qy) && t.before->known(qx, qy) > 0 &&
-            Differ(now, x, y, t.before->guides, qx, qy)) {
+            AreDifferentSurfaces(now, x, y, t.before->guides, qx, qy)) {
           to[count++] = qy * t.width() + qx;
         }
       }
@@ -78,9 +134,9 @@ void FindGhosts(const Task& t) {
   });
 }
 
-/// Forgets the same surface around the ghosts. Each band looks at all ghosts, for the rows that
-/// are its own.
-void ForgetGhosts(const Task& t, int radius) {
+/// Rejects held pixels of the same surface around ghosts. Each band reads all ghosts and writes its
+/// own rows.
+void RejectGhosts(const Task& t, int radius) {
   const Guides& g = t.before->guides;
   ParallelRows(t.height(), kRowBand, [&](int y0, int y1) {
     for (int row = 0; row < t.height(); ++row) {
@@ -90,7 +146,7 @@ void ForgetGhosts(const Task& t, int radius) {
         for (int y = std::max(qy - radius, y0); y < std::min(qy + radius + 1, y1); ++y) {
           float* known = t.before->known.Row(y);
           for (int x = std::max(qx - radius, 0); x <= std::min(qx + radius, t.width() - 1); ++x) {
-            if (known[x] > 0 && !Differ(g, x, y, g, qx, qy)) {
+            if (known[x] > 0 && !AreDifferentSurfaces(g, x, y, g, qx, qy)) {
               known[x] = 0;
             }
           }
@@ -100,30 +156,30 @@ void ForgetGhosts(const Task& t, int radius) {
   });
 }
 
-/// This frame's motion on all levels.
+/// The motion of this frame on all levels.
 void FillMotion(const Task& t) {
-  RaiseMotion(t);
-  const FillMask& mask = t.work->mask[Work::kNew];
-  RaiseMask(&t.work->mask[Work::kNew]);
+  DownsampleMotion(t);
+  const PyramidMask& mask = t.work->mask[Work::kNew];
+  DownsampleMask(&t.work->mask[Work::kNew]);
   tbb::parallel_for(0, 2,
-                    [&](int k) { FillLevelHoles(mask, &t.work->motion[static_cast<size_t>(k)]); });
+                    [&](int k) { FillPyramid(mask, &t.work->motion[static_cast<size_t>(k)]); });
 }
 
-/// The levels between the passes through the picture, each plane on its own.
-void FillLevelsOf(const Task& t) {
+/// Fills all levels of the pyramids, in parallel over planes.
+void FillPyramids(const Task& t) {
   Work& w = *t.work;
   for (const Work::Kind kind : t.kinds()) {
-    RaiseMask(&w.mask[kind]);
+    DownsampleMask(&w.mask[kind]);
   }
   tbb::parallel_for(-3, t.planes.count, [&](int i) {
     if (i >= 0) {
-      FillLevelHoles(w.mask[t.KindOf(i)], &w.plane[static_cast<size_t>(i)]);
+      FillPyramid(w.mask[t.KindOf(i)], &w.plane[static_cast<size_t>(i)]);
     } else if (i == -1) {
-      FillLevelHoles(w.mask[Work::kAny], &w.surface);
+      FillPyramid(w.mask[Work::kAny], &w.surface);
     } else if (i == -2) {
-      FillLevelHoles(w.mask[Work::kSurface], &w.inverse_depth);
+      FillPyramid(w.mask[Work::kSurface], &w.inverse_depth);
     } else if (!t.held->guides.id.empty()) {
-      FillLevelHoles(w.mask[Work::kSurface], &w.id);
+      FillPyramid(w.mask[Work::kSurface], &w.id);
     }
   });
 }
@@ -145,24 +201,24 @@ bool HasHoles(const Image1& known) {
   return any;
 }
 
-void MakeAllLevels(const Frame& frame, const HeldPlanes& planes, bool moves, Work* work) {
+void ResizePyramids(const Frame& frame, const HeldPlanes& planes, bool moves, Work* work) {
   const int w = frame.width;
   const int h = frame.height;
-  for (FillMask& mask : work->mask) {
-    MakeLevels(w, h, &mask);
+  for (PyramidMask& mask : work->mask) {
+    ResizePyramid(w, h, &mask);
   }
-  MakeLevels(w, h, &work->surface);
-  MakeLevels(w, h, &work->inverse_depth);
+  ResizePyramid(w, h, &work->surface);
+  ResizePyramid(w, h, &work->inverse_depth);
   for (int i = 0; i < planes.count; ++i) {
-    MakeLevels(w, h, &work->plane[static_cast<size_t>(i)]);
+    ResizePyramid(w, h, &work->plane[static_cast<size_t>(i)]);
   }
-  for (FillLevels& levels : work->motion) {
+  for (Pyramid& levels : work->motion) {
     if (moves) {
-      MakeLevels(w, h, &levels);
+      ResizePyramid(w, h, &levels);
     }
   }
   if (!frame.guides.id.empty()) {
-    MakeLevels(w, h, &work->id);
+    ResizePyramid(w, h, &work->id);
   }
 }
 
@@ -177,12 +233,12 @@ void StopMotion(HeldGuides* held) {
 
 }  // namespace
 
-void CompleteGuides(const Frame& frame, HeldGuides* held, SparseGuidesWork* work) {
+void FillGuides(const Frame& frame, HeldGuides* held, FillGuidesWork* work) {
   if (!Fits(*held, frame)) {
     *held = HeldGuides();
   }
   work->known_now.Resize(frame.width, frame.height);
-  const FoundPixels found = FindKnown(frame, *held, &work->known_now);
+  const KnownPixels found = FindKnown(frame, *held, &work->known_now);
   const bool moves = found.moves && !held->empty();
   if (moves) {
     std::swap(*held, work->before);
@@ -196,22 +252,22 @@ void CompleteGuides(const Frame& frame, HeldGuides* held, SparseGuidesWork* work
                PlanesOf(frame, held),
                {},
                Shift(frame.index)};
-  MakeAllLevels(frame, task.planes, moves, work);
+  ResizePyramids(frame, task.planes, moves, work);
   if (moves) {
     task.planes_before = PlanesOf(frame, &work->before);
-    held->motionless = held->raised = false;
+    held->motionless = held->first_level_valid = false;
     FindGhosts(task);
-    ForgetGhosts(task, GhostRadius(frame, found.count));
+    RejectGhosts(task, GhostRadius(frame, found.count));
     FillMotion(task);
   } else {
     StopMotion(held);
   }
-  TakeKnown(task);
-  held->raised = true;
+  GatherKnown(task);
+  held->first_level_valid = true;
   if (!HasHoles(held->known)) {
     return;
   }
-  FillLevelsOf(task);
+  FillPyramids(task);
   FillHoles(task);
 }
 

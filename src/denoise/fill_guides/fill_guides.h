@@ -1,7 +1,31 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Guides, emission and background of frames that know them only where a path was traced.
+/// fill_guides: guides, emission and background for every pixel of frames that have them only where
+/// a path was traced (below one sample per pixel).
+/// Source: PSVGF section 5. Departs from it: guides of earlier frames come before filled ones.
+///
+/// A pixel is *known* if the frame gives it a depth or a sample. The steps of a frame:
+///
+///   FindKnown         lists the known pixels; is any of them moving?
+///   RejectGhosts      a known pixel that contradicts the held guides at its place: the held guides
+///                     of that surface around it may be those of an object that has left
+///   GatherKnown       copies known pixels; the others gather the held guides along the motion
+///   downsample, fill  the pyramid (pyramid.h): first level from known pixels, up, and down again
+///   FillHoles         the remaining holes: first whether they show a surface or the sky, then
+///                     the surface's guides from known surfaces, its background from known sky
+///
+/// | file                      | |
+/// |---|---|
+/// | fill_guides_shared.h      | formulas, in C++ and GLSL |
+/// | held_guides.{h,cpp}       | guides carried over from frame to frame |
+/// | fill_guides_reference.cpp | scalar: all steps |
+/// | fill_guides.cpp           | vectors: order of the steps, FindKnown, RejectGhosts |
+/// | gather_known.cpp          | vectors: GatherKnown and the pyramid's first level |
+/// | fill_holes.cpp            | vectors: FillHoles |
+/// | pyramid.{h,cpp}, pyramid_reference.cpp, pyramid_rows-inl.h | the pyramid |
+///
+/// On Vulkan: src/denoise/vulkan/fill_guides, one shader per step.
 #pragma once
 
 #include <array>
@@ -9,6 +33,7 @@
 #include <span>
 #include <vector>
 
+#include "denoise/fill_guides/held_guides.h"
 #include "denoise/fill_guides/pyramid.h"
 #include "stillray/frame.h"
 
@@ -16,44 +41,11 @@ namespace stillray {
 
 struct StageTable;
 
-/// What the filter reads of what each pixel sees, completed, and where it is more than a guess.
-/// Images that frames do not give are empty; emission and background also as long as all that is
-/// known of them is black.
-struct HeldGuides {
-  Image1 known;   ///< 1: from a path through this pixel, in this frame or one before; 0: filled
-  Guides guides;  ///< without roughness
-  Image3 emission;
-  Image3 background;
-
-  // What the vector version knows of this; false is always right.
-  bool motionless = false;  ///< motion is zero everywhere
-  bool raised = false;      ///< the first level of the work's pyramids is made of this
-
-  bool empty() const { return known.empty(); }
-  size_t bytes() const;
-};
-
-/// Calls visit(plane) for every plane of floats in a fixed order, empty ones too.
-template <typename Held, typename Visit>
-void VisitHeldPlanes(Held& held, const Visit& visit) {
-  visit(held.known);
-  visit(held.guides.depth);
-  for (auto* image : {&held.guides.normal, &held.guides.albedo, &held.guides.specular_albedo,
-                      &held.guides.transmission_albedo, &held.emission, &held.background}) {
-    for (auto& plane : image->channel) {
-      visit(plane);
-    }
-  }
-  for (auto& plane : held.guides.motion.channel) {
-    visit(plane);
-  }
-}
-
-/// A few values for each row of the picture.
+/// A list of integers for each row of the picture.
 class RowLists {
  public:
   void Resize(int width, int height);
-  /// Where Append may write `width` values and a vector more.
+  /// Storage for `width` values of row y and a SIMD vector more.
   int32_t* Begin(int y) { return values_.data() + static_cast<size_t>(y) * stride_; }
   void SetCount(int y, int count) { counts_[static_cast<size_t>(y)] = count; }
   std::span<const int32_t> Row(int y) const {
@@ -69,43 +61,37 @@ class RowLists {
   std::vector<int> counts_;
 };
 
-/// Room for CompleteGuides, kept between frames. Nothing in it is history.
-struct SparseGuidesWork {
+/// Memory of FillGuides, kept between frames. None of it is history.
+struct FillGuidesWork {
   /// Kinds of known pixels: all, those of a surface, those of the sky, those of this frame.
   enum Kind { kAny, kSurface, kSky, kNew, kKindCount };
-  static constexpr size_t kMostPlanes = 18;
 
   HeldGuides before;
   RowLists known_now;  ///< columns of the pixels that this frame knows
   RowLists ghosts;     ///< row by row, pixels of `before` whose surface has left: y * width + x
-  std::array<FillMask, kKindCount> mask;
-  FillLevels surface;  ///< part of each cell that is surface
-  FillLevels inverse_depth;
-  std::array<FillLevels, kMostPlanes> plane;
-  std::array<FillLevels, 2> motion;
-  FillIdLevels id;
+  std::array<PyramidMask, kKindCount> mask;
+  Pyramid surface;  ///< part of each cell that is surface
+  Pyramid inverse_depth;
+  std::array<Pyramid, HeldPlanes::kMaxPlanes> plane;
+  std::array<Pyramid, 2> motion;
+  IdPyramid id;
 
   size_t bytes() const;
 };
 
-/// Whether there are pixels of which nothing is known: depth 0 and no sample.
-bool HasUnknownGuides(const Frame& frame);
+/// Whether the frame has pixels without guides: depth 0 and no sample.
+bool HasIncompleteGuides(const Frame& frame);
 
-/// Completes the guides of a frame with unknown ones. What this frame knows is taken; then what is
-/// held from earlier frames, moved along the motion; the rest is filled (pyramid.h):
-/// first whether a hole shows a surface, then its guides from surfaces alone, its background from
-/// the sky alone. Where something new was found to stand in front of, or instead of, what is held,
-/// the held guides of that surface around it are given up: they may be the ghost of an object that
-/// has left.
-/// \param held  of the frame before, or empty; on return, of this frame
-void CompleteGuides(const Frame& frame, const StageTable& stages, HeldGuides* held,
-                    SparseGuidesWork* work);
+/// Fills the guides of a frame; see above.
+/// \param held  in: of the frame before, or empty; out: of this frame
+void FillGuides(const Frame& frame, const StageTable& stages, HeldGuides* held,
+                FillGuidesWork* work);
 
 namespace reference {
-void CompleteGuides(const Frame& frame, HeldGuides* held, SparseGuidesWork* work);
+void FillGuides(const Frame& frame, HeldGuides* held, FillGuidesWork* work);
 }
 namespace cpu {
-void CompleteGuides(const Frame& frame, HeldGuides* held, SparseGuidesWork* work);
+void FillGuides(const Frame& frame, HeldGuides* held, FillGuidesWork* work);
 }
 
 }  // namespace stillray

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The scalar version: pixel by pixel, plane by plane.
+// The scalar version of fill_guides: pixel by pixel, plane by plane.
 #include <vector>
 
 #include "denoise/fill_guides/fill_guides.h"
@@ -19,15 +19,15 @@ void ForPixels(const Frame& frame, const Visit& visit) {
   }
 }
 
-bool Knows(const Frame& frame, int x, int y) {
+bool IsKnown(const Frame& frame, int x, int y) {
   return frame.guides.depth(x, y) != 0 || frame.samples(x, y) > 0;
 }
 
-/// Takes this frame's guides at the pixels where it has any.
-void TakeKnown(const Frame& frame, HeldGuides* held) {
+/// Copies the guides of known pixels.
+void CopyKnown(const Frame& frame, HeldGuides* held) {
   const HeldPlanes planes = PlanesOf(frame, held);
   ForPixels(frame, [&](int x, int y) {
-    if (!Knows(frame, x, y)) {
+    if (!IsKnown(frame, x, y)) {
       return;
     }
     held->known(x, y) = 1;
@@ -41,10 +41,10 @@ void TakeKnown(const Frame& frame, HeldGuides* held) {
   });
 }
 
-/// Motion of every pixel, from what this frame knows of it.
+/// Motion of every pixel, from that of known pixels.
 void FillMotion(const Frame& frame, bool moves, Image2* motion) {
   Image1 known(frame.width, frame.height);
-  ForPixels(frame, [&](int x, int y) { known(x, y) = Knows(frame, x, y) ? 1.0f : 0.0f; });
+  ForPixels(frame, [&](int x, int y) { known(x, y) = IsKnown(frame, x, y) ? 1.0f : 0.0f; });
   for (int c = 0; c < 2; ++c) {
     if (moves) {
       (*motion)[c] = frame.guides.motion[c];
@@ -55,20 +55,21 @@ void FillMotion(const Frame& frame, bool moves, Image2* motion) {
   }
 }
 
-/// Forgets the held pixels that what is known now speaks against.
-void ForgetGhosts(const Frame& frame, const Guides& now, const Shift& shift, int radius,
+/// Rejects held pixels of surfaces that known pixels contradict.
+void RejectGhosts(const Frame& frame, const Guides& now, const Shift& shift, int radius,
                   HeldGuides* before) {
   Image1 known = before->known;
   ForPixels(frame, [&](int x, int y) {
     int qx = 0;
     int qy = 0;
-    if (!Knows(frame, x, y) || !shift.Find(now.motion, x, y, &qx, &qy) ||
-        !(before->known(qx, qy) > 0) || !Differ(frame.guides, x, y, before->guides, qx, qy)) {
+    if (!IsKnown(frame, x, y) || !shift.Find(now.motion, x, y, &qx, &qy) ||
+        !(before->known(qx, qy) > 0) ||
+        !AreDifferentSurfaces(frame.guides, x, y, before->guides, qx, qy)) {
       return;
     }
     for (int by = std::max(qy - radius, 0); by <= std::min(qy + radius, frame.height - 1); ++by) {
       for (int bx = std::max(qx - radius, 0); bx <= std::min(qx + radius, frame.width - 1); ++bx) {
-        if (!Differ(before->guides, bx, by, before->guides, qx, qy)) {
+        if (!AreDifferentSurfaces(before->guides, bx, by, before->guides, qx, qy)) {
           known(bx, by) = 0;
         }
       }
@@ -77,14 +78,14 @@ void ForgetGhosts(const Frame& frame, const Guides& now, const Shift& shift, int
   before->known = known;
 }
 
-/// Takes what earlier frames knew along the motion; marks as unknown what nobody knows.
-void TakeHeld(const Frame& frame, const Shift& shift, HeldGuides* before, HeldGuides* now) {
+/// Gathers held guides along the motion where the frame has none; what remains are holes.
+void GatherHeld(const Frame& frame, const Shift& shift, HeldGuides* before, HeldGuides* now) {
   const HeldPlanes from = PlanesOf(frame, before);
   const HeldPlanes to = PlanesOf(frame, now);
   ForPixels(frame, [&](int x, int y) {
     int qx = 0;
     int qy = 0;
-    if (Knows(frame, x, y)) {
+    if (IsKnown(frame, x, y)) {
       return;
     }
     now->known(x, y) = 0;
@@ -110,8 +111,8 @@ Image1 Filled(const Image1& known, Image1 plane) {
   return plane;
 }
 
-/// Guesses the holes.
-void FillRest(const Frame& frame, HeldGuides* held) {
+/// Fills the holes.
+void FillAllHoles(const Frame& frame, HeldGuides* held) {
   Image1 surface(frame.width, frame.height);
   Image1 sky(frame.width, frame.height);
   Image1 inverse_depth(frame.width, frame.height);
@@ -157,22 +158,22 @@ void FillRest(const Frame& frame, HeldGuides* held) {
 
 }  // namespace
 
-void CompleteGuides(const Frame& frame, HeldGuides* held, SparseGuidesWork* work) {
+void FillGuides(const Frame& frame, HeldGuides* held, FillGuidesWork* work) {
   if (!Fits(*held, frame)) {
     *held = HeldGuides();
   }
   bool moves = false;
-  LightSeen seen = {!held->emission.empty(), !held->background.empty()};
+  VisibleLight seen = {!held->emission.empty(), !held->background.empty()};
   int64_t count = 0;
-  const auto shines = [](const Image3& light, int x, int y) {
+  const auto has_light = [](const Image3& light, int x, int y) {
     return !light.empty() && (light[0](x, y) != 0 || light[1](x, y) != 0 || light[2](x, y) != 0);
   };
   ForPixels(frame, [&](int x, int y) {
-    if (Knows(frame, x, y)) {
+    if (IsKnown(frame, x, y)) {
       const Image2& motion = frame.guides.motion;
       moves = moves || IsMoving(motion[0](x, y)) || IsMoving(motion[1](x, y));
-      seen.emission = seen.emission || shines(frame.emission, x, y);
-      seen.background = seen.background || shines(frame.background, x, y);
+      seen.emission = seen.emission || has_light(frame.emission, x, y);
+      seen.background = seen.background || has_light(frame.background, x, y);
       ++count;
     }
   });
@@ -182,15 +183,15 @@ void CompleteGuides(const Frame& frame, HeldGuides* held, SparseGuidesWork* work
     MakeRoom(frame, seen, &work->before);
   }
   MakeRoom(frame, seen, held);
-  held->motionless = held->raised = false;
-  TakeKnown(frame, held);
+  held->motionless = held->first_level_valid = false;
+  CopyKnown(frame, held);
   FillMotion(frame, moves, &held->guides.motion);
   if (moves) {
     const Shift shift(frame.index);
-    ForgetGhosts(frame, held->guides, shift, GhostRadius(frame, count), &work->before);
-    TakeHeld(frame, shift, &work->before, held);
+    RejectGhosts(frame, held->guides, shift, GhostRadius(frame, count), &work->before);
+    GatherHeld(frame, shift, &work->before, held);
   }
-  FillRest(frame, held);
+  FillAllHoles(frame, held);
 }
 
 }  // namespace stillray::reference

@@ -35,34 +35,35 @@ SHARED_FN float SecondParentWeight(int x) {
   return child == 0 ? 2.0f / 3.0f : (child == 1 ? 0.0f : 1.0f / 3.0f);
 }
 
-SHARED_FN float MixParents(float first, float second, float weight) {
+SHARED_FN float LerpParents(float first, float second, float weight) {
   return first * (1.0f - weight) + second * weight;
 }
 
 // Held guides.
 
-// Below this many pixels per frame nothing moves.
-const float kStill = 1e-3f;
-// Change of inverse depth that shows another surface, where there are no ids.
-const float kOtherDepth = 0.1f;
-const int kMostGhostRadius = 16;
+// Motion up to this many pixels per frame is zero.
+const float kMinMotion = 1e-3f;
+// Relative difference of inverse depth between different surfaces, where there are no ids.
+const float kDepthTolerance = 0.1f;
+const int kMaxGhostRadius = 16;
 
-// A coordinate of where a pixel's held guides lie: along the motion, rounded up or down.
-SHARED_FN float HeldPlace(int x, float motion, float shift) {
+// Coordinate of a pixel's held guides: along the motion, rounded down after adding `shift` in
+// [0, 1).
+SHARED_FN float HeldCoordinate(int x, float motion, float shift) {
   return floor(float(x) + motion + shift);
 }
 
-// Whether two surfaces are not the same, by their depths alone.
+// Whether two depths belong to different surfaces.
 SHARED_FN bool DepthsDiffer(float za, float zb) {
-  return abs(1.0f / za - 1.0f / zb) > kOtherDepth / za;
+  return abs(1.0f / za - 1.0f / zb) > kDepthTolerance / za;
 }
 
-// How far around a pixel where something has left what was held of it is given up: the mean
-// distance of new paths, 3/4 of the root of pixels per known pixel, rounded up. Without a root,
-// whose last bit would decide.
+// Radius in pixels around a ghost within which held guides of its surface are rejected: the mean
+// distance of known pixels, 3/4 sqrt(pixels / known), rounded up. Squares are compared, since the
+// result would depend on the last bit of a root.
 SHARED_FN int GhostRadius(float known, float pixels) {
   int radius = 1;
-  while (radius < kMostGhostRadius && float(16 * radius * radius) * known < 9.0f * pixels) {
+  while (radius < kMaxGhostRadius && float(16 * radius * radius) * known < 9.0f * pixels) {
     ++radius;
   }
   return radius;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What the passes of sparse_guides.cpp hand to each other.
+/// The steps of the vector version and their arguments.
 #pragma once
 
 #include <span>
@@ -12,9 +12,9 @@
 
 namespace stillray {
 
-/// One frame on its way through the passes.
-struct SparseGuidesTask {
-  using Work = SparseGuidesWork;
+/// One frame in progress.
+struct FillGuidesTask {
+  using Work = FillGuidesWork;
 
   const Frame* frame;
   HeldGuides* held;
@@ -28,7 +28,7 @@ struct SparseGuidesTask {
   int height() const { return frame->height; }
   int cell_rows() const { return work->surface.value.front().height(); }
   int cells() const { return work->surface.value.front().width(); }
-  /// Kinds of pixels of which something is filled: all but the sky if it is black.
+  /// Kinds of known pixels that fill holes: not the sky while it is black.
   std::span<const Work::Kind> kinds() const {
     static constexpr Work::Kind kAll[] = {Work::kAny, Work::kSurface, Work::kSky};
     return {kAll, held->background.empty() ? size_t{2} : size_t{3}};
@@ -41,18 +41,18 @@ struct SparseGuidesTask {
 
 namespace cpu {
 
-/// Rows that a thread takes at a time, of the picture and of cells.
+/// Rows per task of a thread: of the picture and of cells.
 inline constexpr int kRowBand = 16;
 inline constexpr int kCellBand = 4;
 
-/// Lists the pixels of the rows y0 to y1 - 1 that the frame knows. \return their number
+/// Lists the known pixels of the rows y0 to y1 - 1. \return their number
 int64_t ListKnown(const Frame& frame, int y0, int y1, RowLists* list);
-/// The first level of this frame's motion, from the pixels that it knows.
-void RaiseMotion(const SparseGuidesTask& task);
-/// Takes all that is known, moved where the view moves, and raises it to the first level.
-void TakeKnown(const SparseGuidesTask& task);
-/// Guesses all holes of the picture from the first level.
-void FillHoles(const SparseGuidesTask& task);
+/// Downsamples the motion of known pixels to the first level.
+void DownsampleMotion(const FillGuidesTask& task);
+/// Copies known pixels, gathers held ones, and downsamples both to the first level.
+void GatherKnown(const FillGuidesTask& task);
+/// Fills all holes of the picture from the first level.
+void FillHoles(const FillGuidesTask& task);
 
 }  // namespace cpu
 }  // namespace stillray

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The way back from the pyramid of fill_guides: what surrounds a hole, guessed for all planes at
+// FillHoles of fill_guides: holes of the picture from the first level of the pyramid, all planes at
 // once.
 #include "denoise/fill_guides/fill_guides_task.h"
 
@@ -26,12 +26,12 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-using Work = SparseGuidesWork;
-using Task = SparseGuidesTask;
+using Work = FillGuidesWork;
+using Task = FillGuidesTask;
 
 /// One plane of a row with holes.
 struct HoleRow {
-  const float* mixed;  ///< see MixParents
+  const float* vertical;  ///< the first level at this row, see UpsampleVertically
   float* to;
   FillRule rule;
 };
@@ -52,8 +52,8 @@ HWY_INLINE bool IsKnownRow(const float* known, int width) {
   return all;
 }
 
-/// Guesses the holes of row y.
-void FillRow(const Task& t, const SpreadAcross& across, int y) {
+/// Fills the holes of row y.
+void FillRow(const Task& t, const UpsampleAcross& across, int y) {
   const DF d;
   const DU du;
   const VF zero = hn::Zero(d);
@@ -63,22 +63,22 @@ void FillRow(const Task& t, const SpreadAcross& across, int y) {
     return;
   }
   const RowScratch scratch(t.cells(), 2 + t.planes.count);
-  NextRow<SparseGuidesWork::kMostPlanes + 3> next;
+  NextRow<HeldPlanes::kMaxPlanes + 3> next;
   next.Add(t.held->known, y + 1);
   next.Add(t.held->guides.depth, y + 1);
   next.Add(t.held->guides.id, y + 1);
-  HoleRow rows[SparseGuidesWork::kMostPlanes];
+  HoleRow rows[HeldPlanes::kMaxPlanes];
   for (int i = 0; i < t.planes.count; ++i) {
     const auto slot = static_cast<size_t>(i);
     const HeldPlane& plane = t.planes.plane[slot];
     rows[slot] = {scratch.Row(2 + i), plane.held->Row(y), plane.rule};
-    MixParents(t.work->plane[slot].value.front(), y, scratch.Row(2 + i));
+    UpsampleVertically(t.work->plane[slot].value.front(), y, scratch.Row(2 + i));
     next.Add(*plane.held, y + 1);
   }
   float* surface_part = scratch.Row(0);
   float* inverse_depth = scratch.Row(1);
-  MixParents(t.work->surface.value.front(), y, surface_part);
-  MixParents(t.work->inverse_depth.value.front(), y, inverse_depth);
+  UpsampleVertically(t.work->surface.value.front(), y, surface_part);
+  UpsampleVertically(t.work->inverse_depth.value.front(), y, inverse_depth);
   float* depth = t.held->guides.depth.Row(y);
   const bool has_id = !t.held->guides.id.empty();
   uint32_t* id = has_id ? t.held->guides.id.Row(y) : nullptr;
@@ -97,23 +97,23 @@ void FillRow(const Task& t, const SpreadAcross& across, int y) {
     hn::BlendedStore(z, hole, d, depth + x);
     for (int i = 0; i < t.planes.count; ++i) {
       const HoleRow& row = rows[i];
-      VF guess = across(row.mixed, x);
+      VF filled = across(row.vertical, x);
       if (row.rule == FillRule::kSurfaceOnly) {
-        guess = hn::IfThenElseZero(is_surface, guess);
+        filled = hn::IfThenElseZero(is_surface, filled);
       } else if (row.rule == FillRule::kSkyOnly) {
-        guess = hn::IfThenZeroElse(is_surface, guess);
+        filled = hn::IfThenZeroElse(is_surface, filled);
       }
-      hn::BlendedStore(guess, hole, d, row.to + x);
+      hn::BlendedStore(filled, hole, d, row.to + x);
     }
     if (has_id) {
-      const VU guess = hn::IfThenElseZero(hn::RebindMask(du, is_surface), across.Own(id_cells, x));
-      hn::BlendedStore(guess, hn::RebindMask(du, hole), du, id + x);
+      const VU filled = hn::IfThenElseZero(hn::RebindMask(du, is_surface), across.Own(id_cells, x));
+      hn::BlendedStore(filled, hn::RebindMask(du, hole), du, id + x);
     }
   }
 }
 
 void FillRows(const Task& t, int y0, int y1) {
-  const SpreadAcross across;
+  const UpsampleAcross across;
   for (int y = y0; y < y1; ++y) {
     FillRow(t, across, y);
   }
@@ -129,7 +129,7 @@ namespace stillray::cpu {
 
 HWY_EXPORT(FillRows);
 
-void FillHoles(const SparseGuidesTask& t) {
+void FillHoles(const FillGuidesTask& t) {
   ParallelRows(t.height(), kRowBand, [&](int y0, int y1) {
     HWY_DYNAMIC_DISPATCH(FillRows)(t, y0, y1);
   });

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What is known of a frame below one sample per pixel, on its way to the first level of the
-// pyramid.
+// GatherKnown of fill_guides: known and held pixels, downsampled to the first level of the pyramid.
 #include "denoise/fill_guides/fill_guides_task.h"
 
 #include <algorithm>
@@ -27,10 +26,10 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-using Work = SparseGuidesWork;
-using Task = SparseGuidesTask;
+using Work = FillGuidesWork;
+using Task = FillGuidesTask;
 
-/// Lists the pixels that the frame knows. \return their number
+/// Lists the known pixels. \return their number
 int64_t ListKnownRows(const Frame& frame, int y0, int y1, RowLists* list) {
   const DF d;
   const DI di;
@@ -41,7 +40,7 @@ int64_t ListKnownRows(const Frame& frame, int y0, int y1, RowLists* list) {
     int32_t* to = list->Begin(y);
     int count = 0;
     for (int x = 0; x < frame.width; x += LaneCount()) {
-      // NaN is known, to be broken.
+      // A depth of NaN is known, so that it is counted as broken.
       const MF has_depth = hn::Not(hn::Eq(hn::LoadU(d, depth + x), hn::Zero(d)));
       const MF has_sample = hn::Gt(hn::LoadU(d, samples + x), hn::Zero(d));
       const MF known = hn::And(hn::Or(has_depth, has_sample), InRow(x, frame.width));
@@ -64,10 +63,10 @@ HWY_INLINE void MarkRow(std::span<const int32_t> columns, int width, float* mask
   }
 }
 
-/// The first level of this frame's motion, from the pixels that it knows.
-void RaiseMotionRows(const Frame& frame, int cell_y0, int cell_y1, Work* work) {
+/// Downsamples the motion of known pixels to the first level.
+void DownsampleMotionRows(const Frame& frame, int cell_y0, int cell_y1, Work* work) {
   const int width = frame.width;
-  FillMask& mask = work->mask[Work::kNew];
+  PyramidMask& mask = work->mask[Work::kNew];
   const int cells = mask.known.front().width();
   const RowScratch scratch(width, 1 + kPyramidFactor);
   for (int c = cell_y0; c < cell_y1; ++c) {
@@ -78,15 +77,15 @@ void RaiseMotionRows(const Frame& frame, int cell_y0, int cell_y1, Work* work) {
       marked.row[i] = scratch.Row(1 + i);
     }
     float* inverse = mask.inverse.front().Row(c);
-    RaiseMaskRow(marked, width, cells, scratch.Row(0), mask.known.front().Row(c), inverse);
+    DownsampleMaskRow(marked, width, cells, scratch.Row(0), mask.known.front().Row(c), inverse);
     for (size_t k = 0; k < 2; ++k) {
-      RaiseRow(ChildrenOf(frame.guides.motion.channel[k], c), marked, width, inverse, cells,
-               scratch.Row(0), work->motion[k].value.front().Row(c));
+      DownsampleRow(ChildrenOf(frame.guides.motion.channel[k], c), marked, width, inverse, cells,
+                    scratch.Row(0), work->motion[k].value.front().Row(c));
     }
   }
 }
 
-/// Whether known pixels are of a surface or of the sky, and the inverse depth of surfaces.
+/// Masks of known surface and known sky, and the inverse depth of surfaces.
 HWY_INLINE void ClassifyRow(const float* known_row, const float* depth, int width, float* surface,
                             float* sky, float* inverse_depth) {
   const DF d;
@@ -103,8 +102,8 @@ HWY_INLINE void ClassifyRow(const float* known_row, const float* depth, int widt
   }
 }
 
-/// All planes of one row of cells of the first level.
-void RaiseAllCells(const Task& t, int c) {
+/// Downsamples all planes to one row of cells of the first level.
+void DownsampleCellRow(const Task& t, int c) {
   const int width = t.width();
   const int cells = t.cells();
   const RowScratch scratch(width, 1 + 3 * kPyramidFactor);
@@ -124,24 +123,24 @@ void RaiseAllCells(const Task& t, int c) {
     inverse_depth.row[i] = inverse;
   }
   for (const Work::Kind kind : t.kinds()) {
-    FillMask& mask = t.work->mask[kind];
-    RaiseMaskRow(of[kind], width, cells, sums, mask.known.front().Row(c),
-                 mask.inverse.front().Row(c));
+    PyramidMask& mask = t.work->mask[kind];
+    DownsampleMaskRow(of[kind], width, cells, sums, mask.known.front().Row(c),
+                      mask.inverse.front().Row(c));
   }
-  const auto raise = [&](const ChildRows<float>& values, Work::Kind kind,
-                         FillLevels* levels) HWY_ATTR {
-    RaiseRow(values, of[kind], width, t.work->mask[kind].inverse.front().Row(c), cells, sums,
-             levels->value.front().Row(c));
+  const auto downsample = [&](const ChildRows<float>& values, Work::Kind kind,
+                              Pyramid* levels) HWY_ATTR {
+    DownsampleRow(values, of[kind], width, t.work->mask[kind].inverse.front().Row(c), cells, sums,
+                  levels->value.front().Row(c));
   };
-  raise(of[Work::kSurface], Work::kAny, &t.work->surface);
-  raise(inverse_depth, Work::kSurface, &t.work->inverse_depth);
+  downsample(of[Work::kSurface], Work::kAny, &t.work->surface);
+  downsample(inverse_depth, Work::kSurface, &t.work->inverse_depth);
   for (int i = 0; i < t.planes.count; ++i) {
     const auto slot = static_cast<size_t>(i);
-    raise(ChildrenOf(*t.planes.plane[slot].held, c), t.KindOf(i), &t.work->plane[slot]);
+    downsample(ChildrenOf(*t.planes.plane[slot].held, c), t.KindOf(i), &t.work->plane[slot]);
   }
   if (!t.held->guides.id.empty()) {
-    RaiseIdRow(ChildrenOf(t.held->guides.id, c), of[Work::kSurface], width, cells,
-               t.work->id.value.front().Row(c));
+    DownsampleIdRow(ChildrenOf(t.held->guides.id, c), of[Work::kSurface], width, cells,
+                    t.work->id.value.front().Row(c));
   }
 }
 
@@ -154,7 +153,7 @@ struct CellChildren {
   int surfaces = 0;
 };
 
-/// Mean over the children of a kind, with sums in the order of RaiseRow.
+/// Mean over the children of a kind, with sums in the order of DownsampleRow.
 template <typename Value>
 HWY_INLINE float MeanOf(const CellChildren& children, Work::Kind kind, float inverse,
                         const Value& value) {
@@ -167,8 +166,8 @@ HWY_INLINE float MeanOf(const CellChildren& children, Work::Kind kind, float inv
   return (column[0] + column[1] + column[2]) * inverse;
 }
 
-/// What RaiseAllCells does, for one cell.
-void RaiseCell(const Task& t, int cx, int cy) {
+/// DownsampleCellRow for one cell.
+void DownsampleCell(const Task& t, int cx, int cy) {
   CellChildren children;
   const HeldGuides& held = *t.held;
   for (int y = cy * kPyramidFactor; y < std::min((cy + 1) * kPyramidFactor, t.height()); ++y) {
@@ -185,7 +184,7 @@ void RaiseCell(const Task& t, int cx, int cy) {
   float inverse[Work::kKindCount] = {};
   const int count[] = {children.count, children.surfaces, children.count - children.surfaces};
   for (const Work::Kind kind : t.kinds()) {
-    FillMask& mask = t.work->mask[kind];
+    PyramidMask& mask = t.work->mask[kind];
     inverse[kind] = count[kind] > 0 ? 1.0f / static_cast<float>(count[kind]) : 0.0f;
     mask.inverse.front()(cx, cy) = inverse[kind];
     mask.known.front()(cx, cy) = count[kind] > 0 ? 1.0f : 0.0f;
@@ -211,10 +210,10 @@ void RaiseCell(const Task& t, int cx, int cy) {
   }
 }
 
-/// Takes what the frame knows of row y.
-void TakeKnownRow(const Task& t, int y) {
+/// Copies the known pixels of row y.
+void CopyKnownRow(const Task& t, int y) {
   const std::span<const int32_t> columns = t.work->known_now.Row(y);
-  const auto take = [&](const auto& from, auto* to) {
+  const auto copy = [&](const auto& from, auto* to) {
     const auto* source = from.Row(y);
     auto* target = to->Row(y);
     for (const int32_t x : columns) {
@@ -225,21 +224,21 @@ void TakeKnownRow(const Task& t, int y) {
   for (const int32_t x : columns) {
     known[x] = 1.0f;
   }
-  take(t.frame->guides.depth, &t.held->guides.depth);
+  copy(t.frame->guides.depth, &t.held->guides.depth);
   for (const HeldPlane& plane : t.planes) {
-    take(*plane.from, plane.held);
+    copy(*plane.from, plane.held);
   }
   if (!t.held->guides.id.empty()) {
-    take(t.frame->guides.id, &t.held->guides.id);
+    copy(t.frame->guides.id, &t.held->guides.id);
   }
 }
 
-/// Motion of row y: this frame's where it is known, else filled.
-void MoveRow(const Task& t, int y, const SpreadAcross& across, const RowScratch& scratch) {
+/// Motion of row y: the frame's at known pixels, else filled.
+void FillMotionRow(const Task& t, int y, const UpsampleAcross& across, const RowScratch& scratch) {
   const std::span<const int32_t> columns = t.work->known_now.Row(y);
   for (size_t k = 0; k < 2; ++k) {
     float* filled = scratch.Row(0);
-    SpreadRow(t.work->motion[k].value.front(), y, scratch.Row(1), across, filled);
+    UpsampleRow(t.work->motion[k].value.front(), y, scratch.Row(1), across, filled);
     const float* from = t.frame->guides.motion.channel[k].Row(y);
     for (const int32_t x : columns) {
       filled[x] = from[x];
@@ -248,15 +247,15 @@ void MoveRow(const Task& t, int y, const SpreadAcross& across, const RowScratch&
   }
 }
 
-/// Where a row's pixels are held: vector by vector, indices and whether they lie side by side.
+/// Indices of a row's pixels in the held planes, and per SIMD vector whether they are adjacent.
 struct HeldRow {
   int32_t* index;  ///< of every pixel, 0 where nothing is held
-  int32_t* start;  ///< per vector: that of its first lane, or one of these
+  int32_t* start;  ///< per SIMD vector: index of its first lane if adjacent, or one of these
   static constexpr int32_t kScattered = -1;
   static constexpr int32_t kNothing = -2;
 };
 
-/// Looks up what is held for the pixels of row y, and marks those that are known.
+/// Finds the held pixels of row y along the motion, and marks those that are known.
 void FindHeldRow(const Task& t, int y, HeldRow* row) {
   const DF d;
   const DI di;
@@ -292,7 +291,7 @@ void FindHeldRow(const Task& t, int y, HeldRow* row) {
 }
 
 template <typename T>
-HWY_INLINE void TakeHeldPlane(const HeldRow& row, const Plane<T>& from, int y, Plane<T>* to) {
+HWY_INLINE void GatherHeldPlane(const HeldRow& row, const Plane<T>& from, int y, Plane<T>* to) {
   const hn::ScalableTag<T> d;
   const DI di;
   T* target = to->Row(y);
@@ -311,28 +310,28 @@ HWY_INLINE void TakeHeldPlane(const HeldRow& row, const Plane<T>& from, int y, P
   }
 }
 
-/// Moves what is held into row y, and takes what the frame knows of it.
-void TakeMovedRow(const Task& t, int y, const SpreadAcross& across) {
+/// Row y of all planes: held pixels along the motion, then known pixels.
+void GatherRow(const Task& t, int y, const UpsampleAcross& across) {
   {
     const RowScratch scratch(t.width(), 2);
-    MoveRow(t, y, across, scratch);
+    FillMotionRow(t, y, across, scratch);
     HeldRow row = {scratch.Row<int32_t>(0), scratch.Row<int32_t>(1)};
     FindHeldRow(t, y, &row);
-    TakeHeldPlane(row, t.before->guides.depth, y, &t.held->guides.depth);
+    GatherHeldPlane(row, t.before->guides.depth, y, &t.held->guides.depth);
     for (int i = 0; i < t.planes.count; ++i) {
       const auto slot = static_cast<size_t>(i);
-      TakeHeldPlane(row, *t.planes_before.plane[slot].held, y, t.planes.plane[slot].held);
+      GatherHeldPlane(row, *t.planes_before.plane[slot].held, y, t.planes.plane[slot].held);
     }
     if (!t.held->guides.id.empty()) {
-      TakeHeldPlane(row, t.before->guides.id, y, &t.held->guides.id);
+      GatherHeldPlane(row, t.before->guides.id, y, &t.held->guides.id);
     }
   }
-  TakeKnownRow(t, y);
+  CopyKnownRow(t, y);
 }
 
-/// Fetches into the cache what the known pixels of a row of cells will ask for: they lie too far
-/// apart for a core to guess.
-void FetchCells(const Task& t, int c) {
+/// Prefetches the known pixels of a row of cells: they are too far apart for the hardware
+/// prefetcher.
+void PrefetchCells(const Task& t, int c) {
   const auto fetch = [](const auto* address) { __builtin_prefetch(address, 1, 2); };
   const int first = c * kPyramidFactor;
   const int last = std::min(first + kPyramidFactor, t.height());
@@ -353,32 +352,32 @@ void FetchCells(const Task& t, int c) {
   }
 }
 
-/// Takes all that is known and raises it to the first level.
-void TakeCellRows(const Task& t, int cell_y0, int cell_y1) {
-  const SpreadAcross across;
+/// GatherKnown for some rows of cells.
+void GatherCellRows(const Task& t, int cell_y0, int cell_y1) {
+  const UpsampleAcross across;
   for (int c = cell_y0; c < cell_y1; ++c) {
     if (c + 1 < cell_y1 && t.before == nullptr) {
-      FetchCells(t, c + 1);
+      PrefetchCells(t, c + 1);
     }
     const int first = c * kPyramidFactor;
     const int last = std::min(first + kPyramidFactor, t.height());
-    size_t learnt = 0;
+    size_t new_pixels = 0;
     for (int y = first; y < last; ++y) {
-      learnt += t.work->known_now.Row(y).size();
+      new_pixels += t.work->known_now.Row(y).size();
       if (t.before != nullptr) {
-        TakeMovedRow(t, y, across);
+        GatherRow(t, y, across);
       } else {
-        TakeKnownRow(t, y);
+        CopyKnownRow(t, y);
       }
     }
-    // One cell alone costs about as much as a tenth of a vector's way through its row.
-    if (!t.held->raised || learnt * 10 > static_cast<size_t>(t.cells())) {
-      RaiseAllCells(t, c);
+    // One cell on its own costs about a tenth of a row of cells in vectors.
+    if (!t.held->first_level_valid || new_pixels * 10 > static_cast<size_t>(t.cells())) {
+      DownsampleCellRow(t, c);
       continue;
     }
     for (int y = first; y < last; ++y) {
       for (const int32_t x : t.work->known_now.Row(y)) {
-        RaiseCell(t, x / kPyramidFactor, c);
+        DownsampleCell(t, x / kPyramidFactor, c);
       }
     }
   }
@@ -393,22 +392,22 @@ HWY_AFTER_NAMESPACE();
 namespace stillray::cpu {
 
 HWY_EXPORT(ListKnownRows);
-HWY_EXPORT(RaiseMotionRows);
-HWY_EXPORT(TakeCellRows);
+HWY_EXPORT(DownsampleMotionRows);
+HWY_EXPORT(GatherCellRows);
 
 int64_t ListKnown(const Frame& frame, int y0, int y1, RowLists* list) {
   return HWY_DYNAMIC_DISPATCH(ListKnownRows)(frame, y0, y1, list);
 }
 
-void RaiseMotion(const SparseGuidesTask& t) {
+void DownsampleMotion(const FillGuidesTask& t) {
   ParallelRows(t.cell_rows(), kCellBand, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(RaiseMotionRows)(*t.frame, y0, y1, t.work);
+    HWY_DYNAMIC_DISPATCH(DownsampleMotionRows)(*t.frame, y0, y1, t.work);
   });
 }
 
-void TakeKnown(const SparseGuidesTask& t) {
+void GatherKnown(const FillGuidesTask& t) {
   ParallelRows(t.cell_rows(), kCellBand, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(TakeCellRows)(t, y0, y1);
+    HWY_DYNAMIC_DISPATCH(GatherCellRows)(t, y0, y1);
   });
 }
 

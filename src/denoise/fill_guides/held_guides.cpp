@@ -2,10 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/fill_guides/held_guides.h"
 
-#include <atomic>
-
-#include "core/parallel.h"
-#include "denoise/stage_table.h"
+#include <utility>
 
 namespace stillray {
 namespace {
@@ -36,52 +33,6 @@ size_t HeldGuides::bytes() const {
   size_t sum = guides.id.bytes();
   VisitHeldPlanes(*this, [&](const Image1& plane) { sum += plane.bytes(); });
   return sum;
-}
-
-void RowLists::Resize(int width, int height) {
-  constexpr int kVector = 64;
-  const auto stride = static_cast<size_t>(width) + kVector;
-  if (stride != stride_ || counts_.size() != static_cast<size_t>(height)) {
-    stride_ = stride;
-    values_.resize(stride * static_cast<size_t>(height));
-    counts_.resize(static_cast<size_t>(height));
-  }
-}
-
-size_t SparseGuidesWork::bytes() const {
-  size_t sum = before.bytes() + known_now.bytes() + ghosts.bytes() + surface.bytes() +
-               inverse_depth.bytes() + id.bytes();
-  for (const FillMask& levels : mask) {
-    sum += levels.bytes();
-  }
-  for (const FillLevels& levels : plane) {
-    sum += levels.bytes();
-  }
-  for (const FillLevels& levels : motion) {
-    sum += levels.bytes();
-  }
-  return sum;
-}
-
-bool HasUnknownGuides(const Frame& frame) {
-  if (frame.samples.empty()) {
-    return false;
-  }
-  std::atomic<bool> any = false;
-  ParallelRows(frame.height, 16, [&](int y0, int y1) {
-    for (int y = y0; y < y1 && !any; ++y) {
-      const float* depth = frame.guides.depth.Row(y);
-      const float* samples = frame.samples.Row(y);
-      int unknown = 0;  // a sum, not an early end: the compiler makes vectors of it
-      for (int x = 0; x < frame.width; ++x) {
-        unknown |= static_cast<int>(depth[x] == 0) & static_cast<int>(!(samples[x] > 0));
-      }
-      if (unknown != 0) {
-        any = true;
-      }
-    }
-  });
-  return any;
 }
 
 HeldPlanes PlanesOf(const Frame& frame, HeldGuides* held) {
@@ -126,7 +77,7 @@ bool Fits(const HeldGuides& held, const Frame& frame) {
   return fit;
 }
 
-void MakeRoom(const Frame& frame, const LightSeen& seen, HeldGuides* held) {
+void MakeRoom(const Frame& frame, const VisibleLight& seen, HeldGuides* held) {
   const bool fits = Fits(*held, frame);
   const bool complete = fits && seen.emission != held->emission.empty() &&
                         seen.background != held->background.empty();
@@ -136,7 +87,7 @@ void MakeRoom(const Frame& frame, const LightSeen& seen, HeldGuides* held) {
   if (!fits) {
     *held = HeldGuides();
   }
-  held->raised = false;
+  held->first_level_valid = false;
   Guides& h = held->guides;
   const Guides& g = frame.guides;
   MakePlane(frame, true, &held->known);
@@ -149,11 +100,6 @@ void MakeRoom(const Frame& frame, const LightSeen& seen, HeldGuides* held) {
   MakePlanes(frame, !g.transmission_albedo.empty(), &h.transmission_albedo);
   MakePlanes(frame, seen.emission, &held->emission);
   MakePlanes(frame, seen.background, &held->background);
-}
-
-void CompleteGuides(const Frame& frame, const StageTable& stages, HeldGuides* held,
-                    SparseGuidesWork* work) {
-  stages.complete_guides(frame, held, work);
 }
 
 }  // namespace stillray

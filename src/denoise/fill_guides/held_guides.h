@@ -1,37 +1,73 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What both versions of CompleteGuides do alike.
+/// Held guides: guides carried over from earlier frames, and what both versions of fill_guides do
+/// with them.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 
-#include "denoise/fill_guides/fill_guides.h"
 #include "denoise/fill_guides/fill_guides_shared.h"
+#include "stillray/frame.h"
 
 namespace stillray {
 
-/// What a hole of a plane gets.
-enum class FillRule : uint8_t {
-  kSurfaceOnly,  ///< what surfaces around it have; zero in the sky
-  kAnywhere,     ///< what surfaces around it have
-  kSkyOnly,      ///< what the sky around it has; zero on surfaces
+/// Filled guides, emission and background of a frame. Images that the frames lack are empty;
+/// emission and background also while all known values are black.
+struct HeldGuides {
+  Image1 known;   ///< 1: traced in this frame or carried over; 0: filled from the pyramid
+  Guides guides;  ///< without roughness
+  Image3 emission;
+  Image3 background;
+
+  // State of the vector version; false is always correct.
+  bool motionless = false;         ///< motion is zero everywhere
+  bool first_level_valid = false;  ///< the pyramids' first level is downsampled from these planes
+
+  bool empty() const { return known.empty(); }
+  size_t bytes() const;
 };
 
-/// One plane of a frame beside those that hold it.
+/// Calls visit(plane) for every plane of floats in a fixed order, empty ones too.
+template <typename Held, typename Visit>
+void VisitHeldPlanes(Held& held, const Visit& visit) {
+  visit(held.known);
+  visit(held.guides.depth);
+  for (auto* image : {&held.guides.normal, &held.guides.albedo, &held.guides.specular_albedo,
+                      &held.guides.transmission_albedo, &held.emission, &held.background}) {
+    for (auto& plane : image->channel) {
+      visit(plane);
+    }
+  }
+  for (auto& plane : held.guides.motion.channel) {
+    visit(plane);
+  }
+}
+
+/// Which known pixels fill a plane's holes, and which holes are zero.
+enum class FillRule : uint8_t {
+  kSurfaceOnly,  ///< from surfaces; zero where the hole shows the sky
+  kAnywhere,     ///< from surfaces
+  kSkyOnly,      ///< from the sky; zero where the hole shows a surface
+};
+
+/// One plane of a frame and the plane that holds it.
 struct HeldPlane {
   const Image1* from = nullptr;
   Image1* held = nullptr;
   FillRule rule = FillRule::kAnywhere;
 };
 
-/// The planes that are held, but for known, depth, motion and ids.
+/// The held planes except known, depth, motion and id.
 struct HeldPlanes {
-  std::array<HeldPlane, SparseGuidesWork::kMostPlanes> plane;
+  static constexpr size_t kMaxPlanes = 18;
+
+  std::array<HeldPlane, kMaxPlanes> plane;
   int count = 0;
 
   const HeldPlane* begin() const { return plane.data(); }
@@ -40,28 +76,28 @@ struct HeldPlanes {
 
 HeldPlanes PlanesOf(const Frame& frame, HeldGuides* held);
 
-/// Which images a frame asks for beyond those that it always holds.
-struct LightSeen {
+/// Whether emission and background have been non-black, so that they are held.
+struct VisibleLight {
   bool emission = false;
   bool background = false;
 };
 
-/// Whether what is held can go on with this frame.
+/// Whether held guides have the size and the images of the frame.
 bool Fits(const HeldGuides& held, const Frame& frame);
-/// Makes the planes that are missing, all zero, and drops those that nothing was seen of.
-void MakeRoom(const Frame& frame, const LightSeen& seen, HeldGuides* held);
+/// Allocates missing planes, all zero, and frees those of light that is black.
+void MakeRoom(const Frame& frame, const VisibleLight& seen, HeldGuides* held);
 
 inline bool IsSurface(float depth) {
   return std::isfinite(depth) && depth > 0;
 }
 
-/// Whether a value counts as moving; NaN does.
+/// Whether a component of the motion is not zero; true for NaN.
 inline bool IsMoving(float motion) {
-  return !(std::abs(motion) <= kStill);
+  return !(std::abs(motion) <= kMinMotion);
 }
 
-/// Where a frame's held guides are looked up: along the motion, rounded up or down so that over
-/// many frames of slow motion the mean is right.
+/// Finds held guides along the motion. The sum of place and motion is rounded up or down by an
+/// offset per frame, so that slow motion is right on average over many frames.
 struct Shift {
   float x;
   float y;
@@ -74,8 +110,8 @@ struct Shift {
 
   /// \return whether the place lies in the picture
   bool Find(const Image2& motion, int x0, int y0, int* qx, int* qy) const {
-    const float px = HeldPlace(x0, motion[0](x0, y0), x);
-    const float py = HeldPlace(y0, motion[1](x0, y0), y);
+    const float px = HeldCoordinate(x0, motion[0](x0, y0), x);
+    const float py = HeldCoordinate(y0, motion[1](x0, y0), y);
     if (!(px >= 0 && py >= 0 && px < static_cast<float>(motion.width()) &&
           py < static_cast<float>(motion.height()))) {
       return false;
@@ -87,7 +123,7 @@ struct Shift {
 };
 
 /// Whether two pixels show different surfaces.
-inline bool Differ(const Guides& a, int ax, int ay, const Guides& b, int bx, int by) {
+inline bool AreDifferentSurfaces(const Guides& a, int ax, int ay, const Guides& b, int bx, int by) {
   const float za = a.depth(ax, ay);
   const float zb = b.depth(bx, by);
   if (IsSurface(za) != IsSurface(zb)) {
@@ -99,7 +135,7 @@ inline bool Differ(const Guides& a, int ax, int ay, const Guides& b, int bx, int
   return IsSurface(za) && DepthsDiffer(za, zb);
 }
 
-/// \param known  pixels of the picture, by this frame
+/// \param known  number of pixels that this frame knows
 inline int GhostRadius(const Frame& frame, int64_t known) {
   return GhostRadius(static_cast<float>(known),
                      static_cast<float>(frame.width) * static_cast<float>(frame.height));

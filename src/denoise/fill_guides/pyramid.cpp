@@ -22,35 +22,35 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-void RaiseMaskLevels(FillMask* mask) {
+void DownsampleMaskLevels(PyramidMask* mask) {
   const RowScratch scratch(mask->known.front().width(), 1);
   for (size_t i = 0; i + 1 < mask->known.size(); ++i) {
     const Image1& below = mask->known[i];
     Image1& above = mask->known[i + 1];
     for (int y = 0; y < above.height(); ++y) {
-      RaiseMaskRow(ChildrenOf(below, y), below.width(), above.width(), scratch.Row(0), above.Row(y),
-                   mask->inverse[i + 1].Row(y));
+      DownsampleMaskRow(ChildrenOf(below, y), below.width(), above.width(), scratch.Row(0),
+                        above.Row(y), mask->inverse[i + 1].Row(y));
     }
   }
 }
 
-void FillValueLevels(const FillMask& mask, std::vector<Image1>* value) {
+void FillPlaneLevels(const PyramidMask& mask, std::vector<Image1>* value) {
   const RowScratch scratch(value->front().width(), 2);
   for (size_t i = 0; i + 1 < value->size(); ++i) {
     const Image1& below = (*value)[i];
     Image1& above = (*value)[i + 1];
     for (int y = 0; y < above.height(); ++y) {
-      RaiseRow(ChildrenOf(below, y), ChildrenOf(mask.known[i], y), below.width(),
-               mask.inverse[i + 1].Row(y), above.width(), scratch.Row(0), above.Row(y));
+      DownsampleRow(ChildrenOf(below, y), ChildrenOf(mask.known[i], y), below.width(),
+                    mask.inverse[i + 1].Row(y), above.width(), scratch.Row(0), above.Row(y));
     }
   }
   const DF d;
-  const SpreadAcross across;
+  const UpsampleAcross across;
   for (size_t i = value->size() - 1; i-- > 0;) {
     Image1& level = (*value)[i];
     for (int y = 0; y < level.height(); ++y) {
       float* filled = scratch.Row(0);
-      SpreadRow((*value)[i + 1], y, scratch.Row(1), across, filled);
+      UpsampleRow((*value)[i + 1], y, scratch.Row(1), across, filled);
       const float* known = mask.known[i].Row(y);
       float* to = level.Row(y);
       for (int x = 0; x < level.width(); x += LaneCount()) {
@@ -61,13 +61,13 @@ void FillValueLevels(const FillMask& mask, std::vector<Image1>* value) {
   }
 }
 
-void FillIdValueLevels(const FillMask& mask, std::vector<Plane<uint32_t>>* value) {
+void FillIdLevels(const PyramidMask& mask, std::vector<Plane<uint32_t>>* value) {
   for (size_t i = 0; i + 1 < value->size(); ++i) {
     const Plane<uint32_t>& below = (*value)[i];
     Plane<uint32_t>& above = (*value)[i + 1];
     for (int y = 0; y < above.height(); ++y) {
-      RaiseIdRow(ChildrenOf(below, y), ChildrenOf(mask.known[i], y), below.width(), above.width(),
-                 above.Row(y));
+      DownsampleIdRow(ChildrenOf(below, y), ChildrenOf(mask.known[i], y), below.width(),
+                      above.width(), above.Row(y));
     }
   }
   for (size_t i = value->size() - 1; i-- > 0;) {
@@ -120,47 +120,47 @@ size_t BytesOf(const std::vector<Plane<T>>& levels) {
 
 }  // namespace
 
-size_t FillMask::bytes() const {
+size_t PyramidMask::bytes() const {
   return BytesOf(known) + BytesOf(inverse);
 }
 
-size_t FillLevels::bytes() const {
+size_t Pyramid::bytes() const {
   return BytesOf(value);
 }
 
-size_t FillIdLevels::bytes() const {
+size_t IdPyramid::bytes() const {
   return BytesOf(value);
 }
 
 namespace cpu {
 
-HWY_EXPORT(RaiseMaskLevels);
-HWY_EXPORT(FillValueLevels);
-HWY_EXPORT(FillIdValueLevels);
+HWY_EXPORT(DownsampleMaskLevels);
+HWY_EXPORT(FillPlaneLevels);
+HWY_EXPORT(FillIdLevels);
 
-void MakeLevels(int width, int height, FillMask* mask) {
+void ResizePyramid(int width, int height, PyramidMask* mask) {
   MakePlanes(width, height, &mask->known);
   MakePlanes(width, height, &mask->inverse);
 }
 
-void MakeLevels(int width, int height, FillLevels* levels) {
+void ResizePyramid(int width, int height, Pyramid* levels) {
   MakePlanes(width, height, &levels->value);
 }
 
-void MakeLevels(int width, int height, FillIdLevels* levels) {
+void ResizePyramid(int width, int height, IdPyramid* levels) {
   MakePlanes(width, height, &levels->value);
 }
 
-void RaiseMask(FillMask* mask) {
-  HWY_DYNAMIC_DISPATCH(RaiseMaskLevels)(mask);
+void DownsampleMask(PyramidMask* mask) {
+  HWY_DYNAMIC_DISPATCH(DownsampleMaskLevels)(mask);
 }
 
-void FillLevelHoles(const FillMask& mask, FillLevels* levels) {
-  HWY_DYNAMIC_DISPATCH(FillValueLevels)(mask, &levels->value);
+void FillPyramid(const PyramidMask& mask, Pyramid* levels) {
+  HWY_DYNAMIC_DISPATCH(FillPlaneLevels)(mask, &levels->value);
 }
 
-void FillLevelHoles(const FillMask& mask, FillIdLevels* levels) {
-  HWY_DYNAMIC_DISPATCH(FillIdValueLevels)(mask, &levels->value);
+void FillPyramid(const PyramidMask& mask, IdPyramid* levels) {
+  HWY_DYNAMIC_DISPATCH(FillIdLevels)(mask, &levels->value);
 }
 
 }  // namespace cpu

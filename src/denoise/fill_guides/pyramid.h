@@ -1,16 +1,15 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// fill_guides: values for the pixels of a plane where nothing is known.
-/// Source: PSVGF section 5, after Solh and AlRegib 2012: a pyramid with factor 3. Upward every cell
-/// is the mean of those of its nine children that are known; downward every hole gets the value of
-/// the level above at its place, interpolated. What is known stays as it is. Border: 13, 40, ...
-/// pixels, as far as the next known one. Ids are not averaged: a hole takes the id of the known
-/// pixel that stands for its cell.
+/// The pyramid of fill_guides: values for the holes of a plane, from the known pixels around them.
+/// Source: PSVGF section 5, after Solh and AlRegib 2012: levels with factor 3. Downsampling: every
+/// cell is the mean of its known children of 3x3. Upsampling: every hole is the level above,
+/// interpolated bilinearly. Known values are unchanged. Border: 13, 40, ... pixels, up to the
+/// nearest known one. Ids are not averaged: a cell has the id of its first known child, a hole that
+/// of its parent.
 ///
-/// The scalar version fills plane by plane. The vector version is part of cpu::CompleteGuides
-/// (fill_guides.h), which goes through the picture itself for all planes at once; here it has
-/// what lies above the picture. Both give the same bits.
+/// The reference fills plane by plane. The vector version runs all planes of the picture at once
+/// (gather_known.cpp, fill_holes.cpp); here it has the levels above the picture. Same bits.
 #pragma once
 
 #include <vector>
@@ -19,8 +18,8 @@
 
 namespace stillray {
 
-/// One kind of known pixels at the levels above the picture: the first element covers 3x3 pixels.
-struct FillMask {
+/// Known cells of one kind, at the levels above the picture: the first element covers 3x3 pixels.
+struct PyramidMask {
   std::vector<Image1> known;    ///< 1 where the cell covers a known pixel, else 0
   std::vector<Image1> inverse;  ///< 1 / number of known children; 0 where there are none
 
@@ -28,35 +27,38 @@ struct FillMask {
 };
 
 /// A plane at the levels above the picture, kept between frames.
-struct FillLevels {
+struct Pyramid {
   std::vector<Image1> value;
 
   size_t bytes() const;
 };
-struct FillIdLevels {
+struct IdPyramid {
   std::vector<Plane<uint32_t>> value;
 
   size_t bytes() const;
 };
 
 namespace reference {
-/// \param known  > 0 where the plane holds values
-/// \param plane  of the mask's size, filled in place
-/// \return false, and nothing is changed, if nothing is known at all
+/// Fills the holes of a plane, in place.
+/// \param known  > 0 where the plane holds values; of the same size
+/// \return false, with the plane unchanged, if no pixel is known
 bool FillHoles(const Image1& known, Image1* plane);
+/// FillHoles for ids.
 bool FillIds(const Image1& known, Plane<uint32_t>* id);
 }  // namespace reference
-namespace cpu {
-/// Makes the levels above a picture of this size, at least one, unless they are there.
-void MakeLevels(int width, int height, FillMask* mask);
-void MakeLevels(int width, int height, FillLevels* levels);
-void MakeLevels(int width, int height, FillIdLevels* levels);
 
-/// From the first level, which is given, all others.
-void RaiseMask(FillMask* mask);
-/// Fills all holes of the first level from what it knows; zero if that is nothing. Single-threaded.
-void FillLevelHoles(const FillMask& mask, FillLevels* levels);
-void FillLevelHoles(const FillMask& mask, FillIdLevels* levels);
+namespace cpu {
+/// Allocates the levels above a picture of this size, at least one, unless they exist.
+void ResizePyramid(int width, int height, PyramidMask* mask);
+void ResizePyramid(int width, int height, Pyramid* pyramid);
+void ResizePyramid(int width, int height, IdPyramid* pyramid);
+
+/// Computes all levels above the first, which is given.
+void DownsampleMask(PyramidMask* mask);
+/// Downsamples the first level, which is given where `mask` is known, and fills its holes; zero if
+/// no cell is known. Single-threaded.
+void FillPyramid(const PyramidMask& mask, Pyramid* pyramid);
+void FillPyramid(const PyramidMask& mask, IdPyramid* pyramid);
 }  // namespace cpu
 
 }  // namespace stillray

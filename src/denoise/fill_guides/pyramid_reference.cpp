@@ -23,8 +23,8 @@ void ForKnownChildren(const Image1& known, int x, int y, const Visit& visit) {
   }
 }
 
-/// Means of the known children of each cell: sums of columns first, then of the three.
-void Raise(const Image1& known, const Image1& plane, Image1* above_known, Image1* above) {
+/// Mean of the known children of each cell: sums of columns first, then of the three.
+void Downsample(const Image1& known, const Image1& plane, Image1* above_known, Image1* above) {
   for (int y = 0; y < above->height(); ++y) {
     for (int x = 0; x < above->width(); ++x) {
       float column[kPyramidFactor] = {};
@@ -49,7 +49,7 @@ bool Fill(const Image1& known, Image1* plane) {
   const int height = CellsOf(known.height());
   Image1 above(width, height);
   Image1 above_known(width, height);
-  Raise(known, *plane, &above_known, &above);
+  Downsample(known, *plane, &above_known, &above);
   if (!Fill(above_known, &above)) {
     return false;
   }
@@ -64,8 +64,8 @@ bool Fill(const Image1& known, Image1* plane) {
       const int x1 = std::min(FirstParent(x) + 1, width - 1);
       const float wy = SecondParentWeight(y);
       (*plane)(x, y) =
-          MixParents(MixParents(above(x0, y0), above(x0, y1), wy),
-                     MixParents(above(x1, y0), above(x1, y1), wy), SecondParentWeight(x));
+          LerpParents(LerpParents(above(x0, y0), above(x0, y1), wy),
+                      LerpParents(above(x1, y0), above(x1, y1), wy), SecondParentWeight(x));
     }
   }
   return true;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Rows of the pyramid of fill_guides, from one level to the next. The order of all sums is that of
-// the scalar reference, so that both give the same bits.
+// Rows of the pyramid of fill_guides, from one level to the next. Sums are in the order of the
+// scalar reference, for the same bits.
 #if defined(STILLRAY_DENOISE_SIMD_PYRAMID_ROWS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_PYRAMID_ROWS_INL_H_
 #undef STILLRAY_DENOISE_SIMD_PYRAMID_ROWS_INL_H_
@@ -38,15 +38,15 @@ HWY_INLINE ChildRows<T> ChildrenOf(const Plane<T>& plane, int cell_y) {
   return rows;
 }
 
-/// Zeroes what threes of whole vectors read beyond the last column.
+/// Zeroes the columns past the last that loads of three whole SIMD vectors read.
 HWY_INLINE void ZeroBeyond(float* row, int width, int cells) {
   const int lanes = LaneCount();
   std::fill(row + width, row + kPyramidFactor * ((cells + lanes - 1) / lanes * lanes), 0.0f);
 }
 
 /// 1 where any of the nine children is known, and 1 over the number of those that are, or 0.
-HWY_INLINE void RaiseMaskRow(const ChildRows<float>& masks, int width, int cells, float* sums,
-                             float* known, float* inverse) {
+HWY_INLINE void DownsampleMaskRow(const ChildRows<float>& masks, int width, int cells, float* sums,
+                                  float* known, float* inverse) {
   const DF d;
   const VF zero = hn::Zero(d);
   const VF one = hn::Set(d, 1.0f);
@@ -69,8 +69,9 @@ HWY_INLINE void RaiseMaskRow(const ChildRows<float>& masks, int width, int cells
 }
 
 /// Means of the known children; 0 where none is.
-HWY_INLINE void RaiseRow(const ChildRows<float>& values, const ChildRows<float>& masks, int width,
-                         const float* inverse, int cells, float* sums, float* above) {
+HWY_INLINE void DownsampleRow(const ChildRows<float>& values, const ChildRows<float>& masks,
+                              int width, const float* inverse, int cells, float* sums,
+                              float* above) {
   const DF d;
   const VF zero = hn::Zero(d);
   for (int x = 0; x < width; x += LaneCount()) {
@@ -90,8 +91,8 @@ HWY_INLINE void RaiseRow(const ChildRows<float>& values, const ChildRows<float>&
 }
 
 /// The first known child in reading order; 0 where none is.
-HWY_INLINE void RaiseIdRow(const ChildRows<uint32_t>& ids, const ChildRows<float>& masks, int width,
-                           int cells, uint32_t* above) {
+HWY_INLINE void DownsampleIdRow(const ChildRows<uint32_t>& ids, const ChildRows<float>& masks,
+                                int width, int cells, uint32_t* above) {
   const DF d;
   const DU du;
   const VF zero = hn::Zero(d);
@@ -119,9 +120,9 @@ HWY_INLINE void RaiseIdRow(const ChildRows<uint32_t>& ids, const ChildRows<float
   }
 }
 
-/// Row y of a level, interpolated between the two rows of cells above it but not yet across.
-/// \param mixed  room for a row of cells, one more before and after it
-HWY_INLINE void MixParents(const Image1& above, int y, float* mixed) {
+/// The level above, interpolated vertically at row y of the level below.
+/// \param vertical  a row of cells, with room for one more before and after it
+HWY_INLINE void UpsampleVertically(const Image1& above, int y, float* vertical) {
   const DF d;
   const int cells = above.width();
   const float* row0 = above.Row(std::max(FirstParent(y), 0));
@@ -131,40 +132,40 @@ HWY_INLINE void MixParents(const Image1& above, int y, float* mixed) {
   for (int x = 0; x < cells; x += LaneCount()) {
     hn::StoreU(
         hn::Add(hn::Mul(hn::LoadU(d, row0 + x), before), hn::Mul(hn::LoadU(d, row1 + x), after)), d,
-        mixed + x);
+        vertical + x);
   }
-  mixed[-1] = mixed[0];
-  mixed[cells] = mixed[cells - 1];
+  vertical[-1] = vertical[0];
+  vertical[cells] = vertical[cells - 1];
 }
 
-/// Values of pixels from rows of cells a third as long.
-class SpreadAcross {
+/// Horizontal interpolation: pixels from a row of cells a third as long.
+class UpsampleAcross {
  public:
-  SpreadAcross() {
+  UpsampleAcross() {
     for (int phase = 0; phase < kPyramidFactor; ++phase) {
       for (int lane = 0; lane < LaneCount(); ++lane) {
         const int pixel = phase + lane;
         const int part = pixel % kPyramidFactor;
         const int own = pixel / kPyramidFactor;
         own_[phase][lane] = own;
-        // One more, since the row is read from the cell before on.
+        // Plus one: loads start at the cell before.
         first_[phase][lane] = own + (part == 0 ? 0 : 1);
         first_weight_[phase][lane] = 1.0f - SecondParentWeight(part);
         second_weight_[phase][lane] = SecondParentWeight(part);
       }
     }
   }
-  /// The pixels x, x + 1, ... of a row that MixParents has made.
-  HWY_INLINE VF operator()(const float* mixed, int x) const {
+  /// Pixels x, x + 1, ... from a row of UpsampleVertically.
+  HWY_INLINE VF operator()(const float* vertical, int x) const {
     const DF d;
     const int phase = x % kPyramidFactor;
-    const float* cells = mixed + x / kPyramidFactor - 1;
+    const float* cells = vertical + x / kPyramidFactor - 1;
     const VF first = Choose(d, cells, first_[phase]);
     const VF second = Choose(d, cells + 1, first_[phase]);
     return hn::Add(hn::Mul(first, hn::LoadU(d, first_weight_[phase])),
                    hn::Mul(second, hn::LoadU(d, second_weight_[phase])));
   }
-  /// What the cells have that the pixels x, x + 1, ... lie in.
+  /// The values of the cells that cover the pixels x, x + 1, ...
   HWY_INLINE VU Own(const uint32_t* cells, int x) const {
     return Choose(DU(), cells + x / kPyramidFactor, own_[x % kPyramidFactor]);
   }
@@ -188,13 +189,13 @@ class SpreadAcross {
   float second_weight_[kPyramidFactor][kLanes];
 };
 
-/// Row y of a level as the level above gives it, interpolated.
-/// \param mixed  as for MixParents
-HWY_INLINE void SpreadRow(const Image1& above, int y, float* mixed, const SpreadAcross& across,
-                          float* out) {
-  MixParents(above, y, mixed);
+/// Row y of a level, interpolated from the level above.
+/// \param vertical  see UpsampleVertically
+HWY_INLINE void UpsampleRow(const Image1& above, int y, float* vertical,
+                            const UpsampleAcross& across, float* out) {
+  UpsampleVertically(above, y, vertical);
   for (int x = 0; x < kPyramidFactor * above.width(); x += LaneCount()) {
-    hn::StoreU(across(mixed, x), DF(), out + x);
+    hn::StoreU(across(vertical, x), DF(), out + x);
   }
 }
 

@@ -33,7 +33,7 @@ FrameFacts FactsOf(const Frame& frame, const gpu::DeviceFrame& pixels) {
   facts.has_background = true;
   facts.has_roughness = true;
   facts.samples_per_pixel = pixels.samples_per_pixel;
-  facts.fills_guides = pixels.has_unknown_guides;
+  facts.fills_guides = pixels.has_incomplete_guides;
   return facts;
 }
 

@@ -94,7 +94,7 @@ Result<gpu::MemoryUse> FramePipeline::Need(const gpu::DeviceContext* context,
   STILLRAY_RETURN_IF_ERROR(images.status());
   gpu::MemoryUse need = arena.Need();
   if (o.fills_guides) {
-    const Result<gpu::MemoryUse> more = GuideFiller::Need(context, FillerOptions(o));
+    const Result<gpu::MemoryUse> more = FillGuidesPass::Need(context, FillGuidesOptions(o));
     STILLRAY_RETURN_IF_ERROR(more.status());
     need += *more;
   }
@@ -102,34 +102,34 @@ Result<gpu::MemoryUse> FramePipeline::Need(const gpu::DeviceContext* context,
 }
 
 /// Room for all that frames may have.
-GuideFiller::Options FramePipeline::FillerOptions(const PipelineOptions& o) {
+FillGuidesPass::Options FramePipeline::FillGuidesOptions(const PipelineOptions& o) {
   constexpr uint32_t kAll = (1u << kGuideColours) - 1;
   constexpr uint32_t kTransmission = 4;
   return {o.width, o.height, o.storage, true, o.transmission ? kAll : kAll & ~kTransmission};
 }
 
-Status FramePipeline::MakeFiller(const GuideFiller::Options& options) {
-  Result<std::unique_ptr<GuideFiller>> made =
-      GuideFiller::Create(context_, pipelines_.get(), options);
+Status FramePipeline::MakeFillGuidesPass(const FillGuidesPass::Options& options) {
+  Result<std::unique_ptr<FillGuidesPass>> made =
+      FillGuidesPass::Create(context_, pipelines_.get(), options);
   STILLRAY_RETURN_IF_ERROR(made.status());
-  filler_ = std::move(made.value());
+  fill_guides_ = std::move(made.value());
   return Status::Ok();
 }
 
 Status FramePipeline::PrepareFilling(const FrameFacts& facts) {
-  if (!facts.fills_guides || (filler_ != nullptr && filler_->Fits(facts))) {
+  if (!facts.fills_guides || (fill_guides_ != nullptr && fill_guides_->Fits(facts))) {
     return Status::Ok();
   }
   STILLRAY_RETURN_IF_ERROR(sets_.Clear());
-  filler_.reset();
-  return MakeFiller(
-      {shape_.width, shape_.height, shape_.storage, facts.has_id, GuideFiller::ColoursOf(facts)});
+  fill_guides_.reset();
+  return MakeFillGuidesPass({shape_.width, shape_.height, shape_.storage, facts.has_id,
+                             FillGuidesPass::ColoursOf(facts)});
 }
 
 gpu::MemoryUse FramePipeline::memory() const {
   gpu::MemoryUse use = arena_.Need();
-  if (filler_ != nullptr) {
-    use += filler_->memory();
+  if (fill_guides_ != nullptr) {
+    use += fill_guides_->memory();
   }
   return use;
 }
@@ -158,7 +158,7 @@ Result<std::unique_ptr<FramePipeline>> FramePipeline::Create(const gpu::DeviceCo
   made->pipelines_ = std::make_unique<Pipelines>(context, o.storage, &made->sets_);
   STILLRAY_RETURN_IF_ERROR(made->MakePipelines());
   if (o.fills_guides) {
-    STILLRAY_RETURN_IF_ERROR(made->MakeFiller(FillerOptions(o)));
+    STILLRAY_RETURN_IF_ERROR(made->MakeFillGuidesPass(FillGuidesOptions(o)));
   }
   return made;
 }
@@ -197,8 +197,8 @@ Status FramePipeline::SetSettings(const Settings& settings) {
 
 void FramePipeline::Reset() {
   progress_ = Progress();
-  if (filler_ != nullptr) {
-    filler_->Forget();
+  if (fill_guides_ != nullptr) {
+    fill_guides_->Reset();
   }
 }
 
@@ -375,16 +375,16 @@ void FramePipeline::Finish(PassRecorder* recorder) {
 /// Brings parameters and inputs to the device, guides completed where some are unknown.
 void FramePipeline::UseInputs(const FrameFacts& facts, const FrameInputs& inputs,
                               FrameParameters* parameters, PassRecorder* recorder) {
-  const bool fills = facts.fills_guides && filler_ != nullptr;
+  const bool fills = facts.fills_guides && fill_guides_ != nullptr;
   if (fills) {
-    filler_->Begin(facts, parameters);
-  } else if (filler_ != nullptr) {
-    filler_->Forget();
+    fill_guides_->Begin(facts, parameters);
+  } else if (fill_guides_ != nullptr) {
+    fill_guides_->Reset();
   }
   UploadParameters(recorder, *parameters);
   recorder->UseFrame(inputs, images_);
   if (fills) {
-    recorder->UseFrame(filler_->Record(recorder, inputs, *images_.state), images_);
+    recorder->UseFrame(fill_guides_->Record(recorder, inputs, *images_.state), images_);
   }
 }
 

@@ -81,8 +81,8 @@ class FramePipeline {
   const std::vector<SignalGroup>& groups() const { return groups_; }
   const Shape& shape() const { return shape_; }
   /// nullptr if no frame had unknown guides.
-  const GuideFiller* filler() const { return filler_.get(); }
-  GuideFiller* filler() { return filler_.get(); }
+  const FillGuidesPass* fill_guides() const { return fill_guides_.get(); }
+  FillGuidesPass* fill_guides() { return fill_guides_.get(); }
   bool has_history() const { return progress_.has_history; }
   const Progress& progress() const { return progress_; }
   /// Goes on from there with the next frame, with what then lies in the images: see
@@ -94,9 +94,9 @@ class FramePipeline {
 
  private:
   explicit FramePipeline(const gpu::DeviceContext* context);
-  static GuideFiller::Options FillerOptions(const PipelineOptions& options);
+  static FillGuidesPass::Options FillGuidesOptions(const PipelineOptions& options);
   Status MakePipelines();
-  Status MakeFiller(const GuideFiller::Options& options);
+  Status MakeFillGuidesPass(const FillGuidesPass::Options& options);
   void UploadParameters(PassRecorder* recorder, const FrameParameters& parameters);
   void UseInputs(const FrameFacts& facts, const FrameInputs& inputs, FrameParameters* parameters,
                  PassRecorder* recorder);
@@ -128,7 +128,7 @@ class FramePipeline {
   gpu::Timestamps times_;
   std::unique_ptr<Pipelines> pipelines_;
   FrameImages images_;
-  std::unique_ptr<GuideFiller> filler_;
+  std::unique_ptr<FillGuidesPass> fill_guides_;
   Progress progress_;
   bool prepared_ = false;
 

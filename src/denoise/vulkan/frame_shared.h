@@ -50,9 +50,9 @@ layout(set = 0, binding = 26, std140) uniform FrameParameters {
   // fill_guides
   int has_held;       // guides of the frame before are held
   int guide_colours;  // bit 0 albedo, 1 specular, 2 transmission, 3 emission, 4 background: given
-  int guide_cells;    // of all levels of the pyramid together
-  uint ghost_stamp;   // marks what this frame forgets
-  float shift_x;      // what rounds the places of held guides
+  int pyramid_cells;  // of all levels of the pyramid together
+  uint ghost_stamp;   // marks the held guides that this frame rejects
+  float shift_x;      // rounding offset of the places of held guides
   float shift_y;
   // reproject, accumulate, limit_history
   float depth_tolerance;
@@ -123,9 +123,9 @@ layout(set = 0, binding = 27, std430) buffer FrameState {
   uint non_finite;
   uint negative;
   uint bad_guides;
-  // What fill_guides finds in this frame.
+  // Results of fill_guides for this frame.
   uint known_pixels;
-  uint guides_move;  // not 0: some known pixel does
+  uint guides_move;  // not 0: some known pixel moves
 };
 
 #ifdef __cplusplus

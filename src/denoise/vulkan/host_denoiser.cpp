@@ -116,7 +116,7 @@ Result<FrameFacts> HostDenoiser::Take(const Frame& frame) {
   const MotionUse use = UseOfMotion(f, facts.jittered);
   STILLRAY_RETURN_IF_ERROR(CheckFrame(f, settings_, use));
   odd_ = FindOddValues(f, use);
-  facts.fills_guides = settings_.fill_guides && HasUnknownGuides(f);
+  facts.fills_guides = settings_.fill_guides && HasIncompleteGuides(f);
   facts.samples_per_pixel = SamplesPerPixel(f);
   STILLRAY_RETURN_IF_ERROR(PrepareWork(f, facts));
   STILLRAY_RETURN_IF_ERROR(PrepareUpload(f, facts));

@@ -96,7 +96,7 @@ size_t TexelBytesOf(const Header& h) {
 /// The images of a pipeline that the next frame reads, in the order of the bytes.
 std::vector<const gpu::Image*> RememberedImages(const FramePipeline& pipeline,
                                                 const Progress& progress,
-                                                const GuideFiller::Kinds& held) {
+                                                const FillGuidesPass::Kinds& held) {
   std::vector<const gpu::Image*> images;
   const auto keep = [&](bool wanted, const gpu::Image* image) {
     if (wanted) {
@@ -113,7 +113,7 @@ std::vector<const gpu::Image*> RememberedImages(const FramePipeline& pipeline,
   keep(history, all.guides.detail);
   keep(progress.has_picture, all.shown);
   if (held.any) {
-    const GuideFiller::Held& guides = pipeline.filler()->held();
+    const FillGuidesPass::Held& guides = pipeline.fill_guides()->held();
     keep(true, guides.depth);
     keep(true, guides.normal);
     keep(held.id, guides.id);
@@ -124,7 +124,7 @@ std::vector<const gpu::Image*> RememberedImages(const FramePipeline& pipeline,
   return images;
 }
 
-Header HeaderOf(const FramePipeline& pipeline, const GuideFiller::Kinds& held) {
+Header HeaderOf(const FramePipeline& pipeline, const FillGuidesPass::Kinds& held) {
   const Shape& shape = pipeline.shape();
   const Progress& progress = pipeline.progress();
   const auto flag = [](bool is_set, Flag bit) { return is_set ? uint32_t{bit} : 0u; };
@@ -219,8 +219,8 @@ Status Copy(gpu::Device* device, FramePipeline* pipeline, const Staging& staging
   const Result<VkCommandBuffer> commands = device->Begin();
   STILLRAY_RETURN_IF_ERROR(commands.status());
   pipeline->PrepareImages(*commands);
-  if (pipeline->filler() != nullptr) {
-    pipeline->filler()->PrepareImages(*commands);
+  if (pipeline->fill_guides() != nullptr) {
+    pipeline->fill_guides()->PrepareImages(*commands);
   }
   gpu::MemoryBarrier(context, *commands, kWork,
                      VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT,
@@ -240,7 +240,7 @@ void WriteHeader(Header header, std::vector<uint8_t>* bytes) {
 }
 
 /// What makes room for guides of these kinds.
-FrameFacts FactsOf(const GuideFiller::Kinds& held) {
+FrameFacts FactsOf(const FillGuidesPass::Kinds& held) {
   FrameFacts facts;
   facts.fills_guides = held.any;
   facts.has_id = held.id;
@@ -258,8 +258,9 @@ Result<std::vector<uint8_t>> SaveHistory(gpu::Device* device, FramePipeline* pip
     WriteHeader(Header(), &bytes);
     return bytes;
   }
-  const GuideFiller::Kinds held =
-      pipeline->filler() != nullptr ? pipeline->filler()->kinds() : GuideFiller::Kinds();
+  const FillGuidesPass::Kinds held = pipeline->fill_guides() != nullptr
+                                         ? pipeline->fill_guides()->kinds()
+                                         : FillGuidesPass::Kinds();
   Staging staging(device, RememberedImages(*pipeline, pipeline->progress(), held),
                   pipeline->images().state);
   STILLRAY_RETURN_IF_ERROR(staging.Allocate(gpu::BufferPlace::kDownload));
@@ -340,7 +341,7 @@ Status RestoreHistory(gpu::Device* device, const SavedHistory& saved, FramePipel
   STILLRAY_RETURN_IF_ERROR(staging.Flush());
   STILLRAY_RETURN_IF_ERROR(Copy(device, pipeline, staging, true));
   if (saved.held.any) {
-    pipeline->filler()->GoOnWith(saved.held);
+    pipeline->fill_guides()->Restore(saved.held);
   }
   pipeline->GoOnFrom(saved.progress);
   return Status::Ok();

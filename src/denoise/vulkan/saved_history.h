@@ -20,7 +20,7 @@ struct SavedHistory {
   int height = 0;
   bool transmission = false;
   Progress progress;
-  GuideFiller::Kinds held;
+  FillGuidesPass::Kinds held;
   std::span<const uint8_t> state_and_texels;  ///< of the bytes that were read
 };
 

@@ -207,7 +207,7 @@ Status DeviceStore::End(int64_t paths, Frame* frame) {
   const int64_t pixels = int64_t{settings_.width} * settings_.height;
   target_->samples_per_pixel =
       static_cast<float>(static_cast<double>(paths) * settings_.spp / static_cast<double>(pixels));
-  target_->has_unknown_guides = HasSparseGuides(settings_) && paths < pixels;
+  target_->has_incomplete_guides = HasSparseGuides(settings_) && paths < pixels;
   frame->on_device = std::exchange(target_, nullptr);
   return Status::Ok();
 }

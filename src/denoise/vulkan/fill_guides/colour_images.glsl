@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The colours that fill_guides completes: albedo, specular albedo, transmission albedo, emission,
-// background. Includers say at which binding of set 1 the images to write begin (COLOURS_BINDING).
+// The colours of fill_guides: albedo, specular albedo, transmission albedo, emission, background.
+// COLOURS_BINDING is the binding of the first image to write, in set 1.
 layout(set = 1, binding = COLOURS_BINDING, LIGHT_FORMAT) writeonly uniform image2D albedo_out;
 layout(set = 1, binding = COLOURS_BINDING + 1, LIGHT_FORMAT) writeonly uniform image2D specular_out;
 layout(set = 1, binding = COLOURS_BINDING + 2, LIGHT_FORMAT) writeonly uniform image2D through_out;

@@ -3,7 +3,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// fill_guides, one level up: what lies above the pushed level. One invocation per cell.
+// fill_guides, one level up: the level above the pushed one. One invocation per cell.
 #define CELLS_BINDING 0
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/fill_guides/pyramid_levels.glsl"
@@ -13,6 +13,6 @@ void main() {
   Level below = PushedLevel();
   Level above = Above(below);
   if (HasWork() && Covers(above, p)) {
-    RaiseCell(below, above, p);
+    DownsampleCell(below, above, p);
   }
 }

@@ -40,7 +40,7 @@ std::vector<Level> LevelsOf(int width, int height) {
   return levels;
 }
 
-int CellsOfAll(int width, int height) {
+int CellsOfLevels(int width, int height) {
   const Level top = LevelsOf(width, height).back();
   return top.start + top.cells();
 }
@@ -56,15 +56,15 @@ Groups GroupsOf(const Level& level) {
 
 }  // namespace
 
-uint32_t GuideFiller::ColoursOf(const FrameFacts& facts) {
+uint32_t FillGuidesPass::ColoursOf(const FrameFacts& facts) {
   return facts.albedos | (facts.has_emission ? 8u : 0u) | (facts.has_background ? 16u : 0u);
 }
 
-bool GuideFiller::Fits(const FrameFacts& facts) const {
+bool FillGuidesPass::Fits(const FrameFacts& facts) const {
   return (ColoursOf(facts) & ~options_.colours) == 0 && (options_.has_id || !facts.has_id);
 }
 
-Status GuideFiller::AddAll(const Options& o) {
+Status FillGuidesPass::AddAll(const Options& o) {
   options_ = o;
   Status status;
   const auto add = [&](VkFormat format, bool wanted) -> const gpu::Image* {
@@ -91,29 +91,29 @@ Status GuideFiller::AddAll(const Options& o) {
   STILLRAY_RETURN_IF_ERROR(status);
   const auto layers = static_cast<VkDeviceSize>(kOtherLayers + std::popcount(o.colours));
   const Result<const gpu::Buffer*> cells = arena_.AddBuffer(
-      layers * kBytesPerCell * static_cast<VkDeviceSize>(CellsOfAll(o.width, o.height)),
+      layers * kBytesPerCell * static_cast<VkDeviceSize>(CellsOfLevels(o.width, o.height)),
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::BufferPlace::kDevice);
   STILLRAY_RETURN_IF_ERROR(cells.status());
   cells_ = *cells;
-  const Result<const gpu::Buffer*> forgotten = arena_.AddBuffer(
+  const Result<const gpu::Buffer*> rejected = arena_.AddBuffer(
       sizeof(uint32_t) * static_cast<VkDeviceSize>(o.width) * static_cast<VkDeviceSize>(o.height),
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::BufferPlace::kDevice);
-  STILLRAY_RETURN_IF_ERROR(forgotten.status());
-  forgotten_ = *forgotten;
+  STILLRAY_RETURN_IF_ERROR(rejected.status());
+  rejected_ = *rejected;
   return Status::Ok();
 }
 
-Result<gpu::MemoryUse> GuideFiller::Need(const gpu::DeviceContext* context,
-                                         const Options& options) {
-  GuideFiller filler(context);
-  STILLRAY_RETURN_IF_ERROR(filler.AddAll(options));
-  return filler.memory();
+Result<gpu::MemoryUse> FillGuidesPass::Need(const gpu::DeviceContext* context,
+                                            const Options& options) {
+  FillGuidesPass fill_guides(context);
+  STILLRAY_RETURN_IF_ERROR(fill_guides.AddAll(options));
+  return fill_guides.memory();
 }
 
-Result<std::unique_ptr<GuideFiller>> GuideFiller::Create(const gpu::DeviceContext* context,
-                                                         Pipelines* pipelines,
-                                                         const Options& options) {
-  std::unique_ptr<GuideFiller> made(new GuideFiller(context));
+Result<std::unique_ptr<FillGuidesPass>> FillGuidesPass::Create(const gpu::DeviceContext* context,
+                                                               Pipelines* pipelines,
+                                                               const Options& options) {
+  std::unique_ptr<FillGuidesPass> made(new FillGuidesPass(context));
   STILLRAY_RETURN_IF_ERROR(made->AddAll(options));
   STILLRAY_RETURN_IF_ERROR(made->arena_.Allocate());
   for (const Shader shader :
@@ -125,40 +125,40 @@ Result<std::unique_ptr<GuideFiller>> GuideFiller::Create(const gpu::DeviceContex
   return made;
 }
 
-void GuideFiller::Begin(const FrameFacts& facts, FrameParameters* p) {
+void FillGuidesPass::Begin(const FrameFacts& facts, FrameParameters* p) {
   const uint32_t colours = ColoursOf(facts);
   if (colours != held_colours_ || facts.has_id != held_id_) {
-    Forget();
+    Reset();
   }
   held_colours_ = colours;
   held_id_ = facts.has_id;
   const Shift shift(facts.index);
   p->has_held = has_held_ ? 1 : 0;
   p->guide_colours = static_cast<int>(colours);
-  p->guide_cells = CellsOfAll(options_.width, options_.height);
+  p->pyramid_cells = CellsOfLevels(options_.width, options_.height);
   p->ghost_stamp = ++stamp_;
   p->shift_x = shift.x;
   p->shift_y = shift.y;
 }
 
-void GuideFiller::GoOnWith(const Kinds& kinds) {
+void FillGuidesPass::Restore(const Kinds& kinds) {
   has_held_ = kinds.any;
   held_id_ = kinds.id;
   held_colours_ = kinds.colours;
 }
 
-void GuideFiller::PrepareImages(VkCommandBuffer commands) {
+void FillGuidesPass::PrepareImages(VkCommandBuffer commands) {
   if (prepared_) {
     return;
   }
   prepared_ = true;
   arena_.RecordFirstUse(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
                         VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
-  context_->vk.CmdFillBuffer(commands, forgotten_->buffer, 0, VK_WHOLE_SIZE, 0);
+  context_->vk.CmdFillBuffer(commands, rejected_->buffer, 0, VK_WHOLE_SIZE, 0);
 }
 
 /// Images are ready; counts begin anew.
-void GuideFiller::PrepareMemory(PassRecorder* recorder, const gpu::Buffer& state) {
+void FillGuidesPass::PrepareMemory(PassRecorder* recorder, const gpu::Buffer& state) {
   recorder->Barrier();
   const VkCommandBuffer commands = recorder->commands();
   PrepareImages(commands);
@@ -170,7 +170,7 @@ void GuideFiller::PrepareMemory(PassRecorder* recorder, const gpu::Buffer& state
 
 /// From the first level up to the top and down again, with a single workgroup where levels are
 /// small.
-void GuideFiller::FillLevels(PassRecorder* recorder, bool of_motion) const {
+void FillGuidesPass::FillPyramid(PassRecorder* recorder, bool of_motion) const {
   const std::vector<Level> levels = LevelsOf(options_.width, options_.height);
   const auto push = [&](size_t level) { return LevelPush{of_motion ? 1 : 0, levels[level]}; };
   size_t first_small = 0;
@@ -185,16 +185,16 @@ void GuideFiller::FillLevels(PassRecorder* recorder, bool of_motion) const {
   }
 }
 
-FrameInputs GuideFiller::Record(PassRecorder* recorder, const FrameInputs& inputs,
-                                const gpu::Buffer& state) {
+FrameInputs FillGuidesPass::Record(PassRecorder* recorder, const FrameInputs& inputs,
+                                   const gpu::Buffer& state) {
   std::swap(now_, before_);
   PrepareMemory(recorder, state);
-  recorder->UseBuffers({cells_, forgotten_});
+  recorder->UseBuffers({cells_, rejected_});
   const Groups pixels = GroupsFor(options_.width, options_.height);
   const Groups cells = GroupsOf(LevelsOf(options_.width, options_.height).front());
   recorder->Run(Shader::kFindKnown, cells, {});
   if (has_held_) {
-    FillLevels(recorder, true);
+    FillPyramid(recorder, true);
     recorder->Run(Shader::kRejectGhosts, pixels, {before_.depth, before_.normal, before_.id});
   }
   recorder->Run(
@@ -207,7 +207,7 @@ FrameInputs GuideFiller::Record(PassRecorder* recorder, const FrameInputs& input
                   {now_.depth, now_.normal, motion_, b[0], b[1], b[2], b[3], b[4], n[0], n[1], n[2],
                    n[3], n[4]});
   }
-  FillLevels(recorder, false);
+  FillPyramid(recorder, false);
   recorder->Run(Shader::kFillHoles, pixels, {now_.normal, now_.depth, now_.normal, now_.id});
   if (held_colours_ != 0) {
     recorder->Run(Shader::kFillHoleColours, pixels, {now_.normal, n[0], n[1], n[2], n[3], n[4]});

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// fill_guides on Vulkan: completes the guides of frames that know them only where a path was
-/// traced (denoise/fill_guides/fill_guides.h), and holds what is known from frame to frame.
+/// fill_guides on Vulkan: its images and passes. See denoise/fill_guides/fill_guides.h.
 #pragma once
 
 #include <array>
@@ -14,22 +13,23 @@
 
 namespace stillray::vulkan {
 
-/// Colours that are completed beside the geometry, by the bits of GuideFiller::ColoursOf.
+/// Colours that are filled beside the geometry, by the bits of FillGuidesPass::ColoursOf.
 inline constexpr int kGuideColours = 5;
 
-class GuideFiller {
+class FillGuidesPass {
  public:
   struct Options {
     int width = 0;
     int height = 0;
     Storage storage = Storage::kHalf;
     bool has_id = true;
-    uint32_t colours = 0;  ///< those that frames may have
+    uint32_t colours = 0;  ///< that frames may have
   };
 
   /// \param pipelines, \param sets  must outlive it; shaders are compiled here
-  static Result<std::unique_ptr<GuideFiller>> Create(const gpu::DeviceContext* context,
-                                                     Pipelines* pipelines, const Options& options);
+  static Result<std::unique_ptr<FillGuidesPass>> Create(const gpu::DeviceContext* context,
+                                                        Pipelines* pipelines,
+                                                        const Options& options);
   static Result<gpu::MemoryUse> Need(const gpu::DeviceContext* context, const Options& options);
 
   /// Bit 0: albedo, 1: specular albedo, 2: transmission albedo, 3: emission, 4: background.
@@ -37,29 +37,29 @@ class GuideFiller {
   /// Whether there is room for all that the frame has.
   bool Fits(const FrameFacts& facts) const;
 
-  /// What the shaders are to know. Forgets what is held if the frame has other images.
+  /// Sets the parameters of the shaders. Drops held guides if the frame has other images.
   void Begin(const FrameFacts& facts, FrameParameters* parameters);
   /// Records the passes; the frame's inputs must be in use.
-  /// \return the inputs with what was completed in place of the frame's own
+  /// \return the inputs with filled images in place of the frame's own
   FrameInputs Record(PassRecorder* recorder, const FrameInputs& inputs, const gpu::Buffer& state);
-  /// The next frame holds nothing from before.
-  void Forget() { has_held_ = false; }
+  /// Drops held guides.
+  void Reset() { has_held_ = false; }
 
-  /// What is held for the next frame, in the images of held().
+  /// Which of the images of held() the next frame reads.
   struct Kinds {
     bool any = false;
     bool id = false;
     uint32_t colours = 0;
   };
   Kinds kinds() const { return {has_held_, held_id_, held_colours_}; }
-  /// Goes on with what then lies in the images of held(), for which there must be room.
-  void GoOnWith(const Kinds& kinds);
+  /// Restores held guides whose images the caller has written to held(); they must fit.
+  void Restore(const Kinds& kinds);
   /// Brings all images to their layout and marks to their beginning, once.
   void PrepareImages(VkCommandBuffer commands);
 
   gpu::MemoryUse memory() const { return arena_.Need(); }
 
-  /// Images of the last frame, for tests. normal.w: 1 where it is more than a guess.
+  /// Images of the last frame, for tests. normal.w: 1 where known, 0 where filled.
   struct Held {
     const gpu::Image* depth = nullptr;
     const gpu::Image* normal = nullptr;
@@ -70,10 +70,10 @@ class GuideFiller {
   const gpu::Image& motion() const { return *motion_; }
 
  private:
-  explicit GuideFiller(const gpu::DeviceContext* context) : context_(context), arena_(context) {}
+  explicit FillGuidesPass(const gpu::DeviceContext* context) : context_(context), arena_(context) {}
   Status AddAll(const Options& options);
   void PrepareMemory(PassRecorder* recorder, const gpu::Buffer& state);
-  void FillLevels(PassRecorder* recorder, bool of_motion) const;
+  void FillPyramid(PassRecorder* recorder, bool of_motion) const;
 
   const gpu::DeviceContext* context_;
   gpu::Arena arena_;
@@ -82,10 +82,10 @@ class GuideFiller {
   Held before_;
   const gpu::Image* motion_ = nullptr;
   const gpu::Buffer* cells_ = nullptr;
-  const gpu::Buffer* forgotten_ = nullptr;
+  const gpu::Buffer* rejected_ = nullptr;
   bool prepared_ = false;
   bool has_held_ = false;
-  bool held_id_ = false;       ///< the frames before had ids ...
+  bool held_id_ = false;       ///< held guides have ids ...
   uint32_t held_colours_ = 0;  ///< ... and these colours
   uint32_t stamp_ = 0;         ///< of the last frame
 };

@@ -3,11 +3,10 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// fill_guides, the holes of the picture: whether each shows a surface, and its geometry.
+// fill_guides, FillHoles: whether each hole shows a surface, and its geometry.
 #define CELLS_BINDING 4
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/fill_guides/pyramid.glsl"
-#include "denoise/vulkan/fill_guides/hole.glsl"
 
 layout(set = 1, binding = 0) uniform texture2D normal_now;  // w: known
 layout(set = 1, binding = 1, r32f) writeonly uniform image2D depth_out;
@@ -19,11 +18,11 @@ void main() {
   if (!Inside(p) || texelFetch(normal_now, p, 0).w != 0.0f) {
     return;
   }
-  Guess guess = GuessAt(p);
+  Hole hole = HoleAt(p);
   Level level = FirstLevel();
-  float depth = guess.is_surface ? 1.0f / guess.inverse_depth : uintBitsToFloat(0x7f800000u);
-  vec3 normal = guess.is_surface ? Spread(level, kNormalLayer, p) : vec3(0.0f);
-  uint id = guess.is_surface ? LoadCell(level, kSurfaceLayer, p / kPyramidFactor).z : 0u;
+  float depth = hole.is_surface ? 1.0f / hole.inverse_depth : uintBitsToFloat(0x7f800000u);
+  vec3 normal = hole.is_surface ? Upsample(level, kNormalLayer, p) : vec3(0.0f);
+  uint id = hole.is_surface ? LoadCell(level, kSurfaceLayer, p / kPyramidFactor).z : 0u;
   imageStore(depth_out, p, vec4(depth));
   imageStore(normal_out, p, Stored(vec4(normal, 0.0f)));
   if (has_id != 0) {

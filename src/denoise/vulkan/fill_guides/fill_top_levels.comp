@@ -12,7 +12,7 @@
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/fill_guides/pyramid_levels.glsl"
 
-// Of 32768 pixels, and from the first level on, there are no more.
+// Levels of 32768 pixels, from the first on.
 const int kMostLevels = 11;
 
 void WaitForAll() {
@@ -35,7 +35,7 @@ void main() {
   for (int i = 1; i <= top; ++i) {
     ivec2 size = levels[i].size;
     for (int c = lane; c < size.x * size.y; c += LOCAL_SIZE_X) {
-      RaiseCell(levels[i - 1], levels[i], ivec2(c % size.x, c / size.x));
+      DownsampleCell(levels[i - 1], levels[i], ivec2(c % size.x, c / size.x));
     }
     WaitForAll();
   }

@@ -3,8 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// fill_guides, what a frame knows: how many pixels, whether any of them moves, and the first level
-// of their motion. One invocation per cell.
+// fill_guides, FindKnown: counts the known pixels, whether any of them moves, and the first level of
+// their motion. One invocation per cell.
 #define CELLS_BINDING 0
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/fill_guides/held_guides.glsl"
@@ -18,7 +18,7 @@ void main() {
   bool moves = false;
   for (int i = 0; i < kPyramidFactor * kPyramidFactor; ++i) {
     ivec2 q = p * kPyramidFactor + ivec2(i % kPyramidFactor, i / kPyramidFactor);
-    if (Inside(q) && Knows(q)) {
+    if (Inside(q) && IsKnown(q)) {
       vec2 motion = texelFetch(motion_image, q, 0).xy;
       moves = moves || IsMoving(motion.x) || IsMoving(motion.y);
       Add(mean, i % kPyramidFactor, vec3(motion, 0.0f));

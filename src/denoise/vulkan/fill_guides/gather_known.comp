@@ -3,8 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// fill_guides, what is known of geometry and motion: from this frame, else held from the frames
-// before; raised to the first level. One invocation per cell.
+// fill_guides, GatherKnown for geometry and motion: from this frame, else held guides along the
+// motion; downsampled to the first level. One invocation per cell.
 #define CELLS_BINDING 7
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/fill_guides/held_guides.glsl"
@@ -17,8 +17,8 @@ layout(set = 1, binding = 3, r32f) writeonly uniform image2D depth_out;
 layout(set = 1, binding = 4, LIGHT_FORMAT) writeonly uniform image2D normal_out;
 layout(set = 1, binding = 5, r32ui) writeonly uniform uimage2D id_out;
 layout(set = 1, binding = 6, rg32f) writeonly uniform image2D motion_out;
-layout(set = 1, binding = 8, std430) readonly buffer Forgotten {
-  uint forgotten[];
+layout(set = 1, binding = 8, std430) readonly buffer Rejected {
+  uint rejected[];
 };
 
 struct Guide {
@@ -28,15 +28,15 @@ struct Guide {
   bool known;
 };
 
-Guide Take(ivec2 p, vec2 motion) {
-  if (Knows(p)) {
+Guide Gather(ivec2 p, vec2 motion) {
+  if (IsKnown(p)) {
     return Guide(texelFetch(depth_image, p, 0).x, texelFetch(normal_image, p, 0).xyz,
                  has_id != 0 ? texelFetch(id_image, p, 0).x : 0u, true);
   }
   ivec2 q;
   if (FindHeld(p, motion, q)) {
     vec4 normal = texelFetch(normal_before, q, 0);
-    if (normal.w != 0.0f && forgotten[q.y * width + q.x] != ghost_stamp) {
+    if (normal.w != 0.0f && rejected[q.y * width + q.x] != ghost_stamp) {
       return Guide(texelFetch(depth_before, q, 0).x, normal.xyz,
                    has_id != 0 ? texelFetch(id_before, q, 0).x : 0u, true);
     }
@@ -60,9 +60,9 @@ void main() {
     }
     vec2 motion = vec2(0.0f);
     if (ViewMoves()) {
-      motion = Knows(q) ? texelFetch(motion_image, q, 0).xy : Spread(level, kMotionLayer, q).xy;
+      motion = IsKnown(q) ? texelFetch(motion_image, q, 0).xy : Upsample(level, kMotionLayer, q).xy;
     }
-    Guide g = Take(q, motion);
+    Guide g = Gather(q, motion);
     imageStore(depth_out, q, vec4(g.depth));
     imageStore(normal_out, q, Stored(vec4(g.normal, g.known ? 1.0f : 0.0f)));
     if (has_id != 0) {

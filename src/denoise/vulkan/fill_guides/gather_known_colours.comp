@@ -3,8 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// fill_guides, what is known of albedos, emission and background, from where take_guides found the
-// geometry; raised to the first level. One invocation per cell.
+// fill_guides, GatherKnown for albedos, emission and background, from the pixels of which
+// gather_known took the geometry; downsampled to the first level. One invocation per cell.
 #define CELLS_BINDING 13
 #define COLOURS_BINDING 8
 #include "denoise/vulkan/common.glsl"
@@ -51,9 +51,9 @@ void main() {
     int column = i % kPyramidFactor;
     ivec2 q = p * kPyramidFactor + ivec2(column, i / kPyramidFactor);
     if (!Inside(q) || texelFetch(normal_now, q, 0).w == 0.0f) {
-      continue;  // holes are written when they are filled
+      continue;  // fill_hole_colours writes holes
     }
-    bool is_new = Knows(q);
+    bool is_new = IsKnown(q);
     ivec2 from = q;
     if (!is_new) {
       FindHeld(q, texelFetch(motion_now, q, 0).xy, from);

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What a frame knows of its guides, and where those of the frame before lie: see fill_guides.h.
+// Known pixels of a frame, and lookup of held guides: see denoise/fill_guides/held_guides.h.
 #include "denoise/fill_guides/fill_guides_shared.h"
 
-bool Knows(ivec2 p) {
-  // By bits: a depth of NaN is known, too, to be broken.
+bool IsKnown(ivec2 p) {
+  // By bits: a depth of NaN is known, so that it is counted as broken.
   bool has_depth = (floatBitsToUint(texelFetch(depth_image, p, 0).x) & 0x7fffffffu) != 0u;
   float given = GivenSamples(p);
   return has_depth || (given > 0.0f && !IsNaN(given));
@@ -16,10 +16,10 @@ bool IsSurface(float depth) {
 }
 
 bool IsMoving(float motion) {
-  return IsNaN(motion) || abs(motion) > kStill;
+  return IsNaN(motion) || abs(motion) > kMinMotion;
 }
 
-// Whether what is held is looked up along the motion.
+// Whether held guides are looked up along the motion.
 bool ViewMoves() {
   return has_held != 0 && guides_move != 0u;
 }
@@ -30,7 +30,7 @@ bool FindHeld(ivec2 p, vec2 motion, out ivec2 q) {
   if (!ViewMoves()) {
     return has_held != 0;
   }
-  vec2 place = vec2(HeldPlace(p.x, motion.x, shift_x), HeldPlace(p.y, motion.y, shift_y));
+  vec2 place = vec2(HeldCoordinate(p.x, motion.x, shift_x), HeldCoordinate(p.y, motion.y, shift_y));
   bool inside = place.x >= 0.0f && place.y >= 0.0f && place.x < float(width) &&
                 place.y < float(height) && !IsNaN(place.x) && !IsNaN(place.y);
   q = inside ? ivec2(place) : p;

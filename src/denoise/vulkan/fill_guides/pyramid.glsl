@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The pyramid of fill_guides, see denoise/fill_guides/pyramid.h: cells of 3x3 pixels, of 3x3 of
-// such cells, and so on to a single one. Includers say which buffer of set 1 it is (CELLS_BINDING).
+// such cells, and so on to a single one. CELLS_BINDING is its binding in set 1.
 #include "denoise/fill_guides/fill_guides_shared.h"
 
 #ifndef CELLS_QUALIFIER
@@ -12,7 +12,7 @@ layout(set = 1, binding = CELLS_BINDING, std430) CELLS_QUALIFIER buffer Cells {
   uvec4 cells[];  // layer by layer, in each level by level, row by row; mostly floats
 };
 
-// What the layers hold. One per colour that the frame has follows.
+// Contents of the layers. One per colour of the frame follows.
 const int kMotionLayer = 0;   // x, y, -, kinds
 const int kSurfaceLayer = 1;  // part that is surface, inverse depth, id, kinds
 const int kNormalLayer = 2;   // x, y, z
@@ -45,7 +45,7 @@ bool Covers(Level l, ivec2 p) {
   return p.x < l.size.x && p.y < l.size.y;
 }
 int PlaceOf(Level l, int layer, ivec2 p) {
-  return layer * guide_cells + l.start + p.y * l.size.x + p.x;
+  return layer * pyramid_cells + l.start + p.y * l.size.x + p.x;
 }
 uvec4 LoadCell(Level l, int layer, ivec2 p) {
   return cells[PlaceOf(l, layer, p)];
@@ -113,12 +113,12 @@ void StoreSurface(Level l, ivec2 p, SurfaceMean m) {
 }
 
 float MixFour(vec4 corners, float weight_x, float weight_y) {
-  return MixParents(MixParents(corners.x, corners.y, weight_y),
-                    MixParents(corners.z, corners.w, weight_y), weight_x);
+  return LerpParents(LerpParents(corners.x, corners.y, weight_y),
+                     LerpParents(corners.z, corners.w, weight_y), weight_x);
 }
 
-// The level above, interpolated at a place of the level below it.
-vec3 Spread(Level above, int layer, ivec2 p) {
+// The level above, interpolated at a pixel of the level below.
+vec3 Upsample(Level above, int layer, ivec2 p) {
   ivec2 first = ivec2(FirstParent(p.x), FirstParent(p.y));
   ivec2 q0 = max(first, ivec2(0));
   ivec2 q1 = min(first + 1, above.size - 1);
@@ -130,4 +130,15 @@ vec3 Spread(Level above, int layer, ivec2 p) {
   float wy = SecondParentWeight(p.y);
   return vec3(MixFour(vec4(a.x, b.x, c.x, d.x), wx, wy), MixFour(vec4(a.y, b.y, c.y, d.y), wx, wy),
               MixFour(vec4(a.z, b.z, c.z, d.z), wx, wy));
+}
+
+// Surface or sky at a hole of the picture, from the first level.
+struct Hole {
+  bool is_surface;
+  float inverse_depth;
+};
+
+Hole HoleAt(ivec2 p) {
+  vec2 v = Upsample(FirstLevel(), kSurfaceLayer, p).xy;
+  return Hole(v.x >= 0.5f && v.y > 0.0f, v.y);
 }

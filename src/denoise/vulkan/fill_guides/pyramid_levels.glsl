@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// From level to level of the pyramid of fill_guides: up, and down again.
+// Steps from level to level of the pyramid of fill_guides: up (downsampling) and down (filling).
 #include "denoise/vulkan/fill_guides/pyramid.glsl"
 
 layout(push_constant) uniform Push {
@@ -20,7 +20,7 @@ bool HasWork() {
   return of_motion == 0 || (has_held != 0 && guides_move != 0u);
 }
 
-void RaiseValues(Level below, Level above, ivec2 p, int layer, int kinds_layer, uint kind) {
+void DownsampleValues(Level below, Level above, ivec2 p, int layer, int kinds_layer, uint kind) {
   Mean mean = NoMean();
   for (int dy = 0; dy < kPyramidFactor; ++dy) {
     for (int dx = 0; dx < kPyramidFactor; ++dx) {
@@ -33,7 +33,7 @@ void RaiseValues(Level below, Level above, ivec2 p, int layer, int kinds_layer, 
   StoreCell(above, layer, p, ValueOf(mean), mean.count > 0 ? kind : 0u);
 }
 
-void RaiseSurface(Level below, Level above, ivec2 p) {
+void DownsampleSurface(Level below, Level above, ivec2 p) {
   SurfaceMean mean = NoSurfaceMean();
   for (int dy = 0; dy < kPyramidFactor; ++dy) {
     for (int dx = 0; dx < kPyramidFactor; ++dx) {
@@ -47,29 +47,29 @@ void RaiseSurface(Level below, Level above, ivec2 p) {
   StoreSurface(above, p, mean);
 }
 
-void RaiseCell(Level below, Level above, ivec2 p) {
+void DownsampleCell(Level below, Level above, ivec2 p) {
   if (of_motion != 0) {
-    RaiseValues(below, above, p, kMotionLayer, kMotionLayer, kNew);
+    DownsampleValues(below, above, p, kMotionLayer, kMotionLayer, kNew);
     return;
   }
-  RaiseSurface(below, above, p);
-  RaiseValues(below, above, p, kNormalLayer, kSurfaceLayer, kOfSurface);
+  DownsampleSurface(below, above, p);
+  DownsampleValues(below, above, p, kNormalLayer, kSurfaceLayer, kOfSurface);
   for (int k = 0; k < kColourCount; ++k) {
     if (HasColour(k)) {
-      RaiseValues(below, above, p, ColourLayer(k), kSurfaceLayer, KindOfColour(k));
+      DownsampleValues(below, above, p, ColourLayer(k), kSurfaceLayer, KindOfColour(k));
     }
   }
 }
 
 void FillValues(Level level, Level above, ivec2 p, int layer, int kinds_layer, uint kind) {
   if ((LoadCell(level, kinds_layer, p).w & kind) == 0u) {
-    StoreCell(level, layer, p, Spread(above, layer, p), 0u);
+    StoreCell(level, layer, p, Upsample(above, layer, p), 0u);
   }
 }
 
 void FillSurface(Level level, Level above, ivec2 p) {
   uvec4 cell = LoadCell(level, kSurfaceLayer, p);
-  vec3 spread = Spread(above, kSurfaceLayer, p);
+  vec3 spread = Upsample(above, kSurfaceLayer, p);
   if ((cell.w & kAny) == 0u) {
     cell.x = floatBitsToUint(spread.x);
   }
@@ -80,7 +80,7 @@ void FillSurface(Level level, Level above, ivec2 p) {
   cells[PlaceOf(level, kSurfaceLayer, p)] = cell;
 }
 
-// Holes get what the level above has; what is known stays.
+// Fills a hole from the level above; known cells are unchanged.
 void FillCell(Level level, Level above, ivec2 p) {
   if (of_motion != 0) {
     FillValues(level, above, p, kMotionLayer, kMotionLayer, kNew);

@@ -3,16 +3,16 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// fill_guides, where something new stands in front of, or instead of, what is held: the held guides
-// of that surface around it are marked to be forgotten.
+// fill_guides, RejectGhosts: where a known pixel contradicts the held guides at its place, those of
+// the same surface around it are marked as rejected.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/fill_guides/held_guides.glsl"
 
 layout(set = 1, binding = 0) uniform texture2D depth_before;
 layout(set = 1, binding = 1) uniform texture2D normal_before;  // w: known
 layout(set = 1, binding = 2) uniform utexture2D id_before;
-layout(set = 1, binding = 4, std430) writeonly buffer Forgotten {
-  uint forgotten[];  // by pixel: the last frame that forgot it
+layout(set = 1, binding = 4, std430) writeonly buffer Rejected {
+  uint rejected[];  // by pixel: stamp of the last frame that rejected it
 };
 
 struct Seen {
@@ -20,7 +20,7 @@ struct Seen {
   uint id;
 };
 
-bool Differ(Seen a, Seen b) {
+bool AreDifferentSurfaces(Seen a, Seen b) {
   if (IsSurface(a.depth) != IsSurface(b.depth)) {
     return true;
   }
@@ -34,14 +34,14 @@ Seen Before(ivec2 q) {
 void main() {
   ivec2 p = ivec2(gl_GlobalInvocationID.xy);
   ivec2 q;
-  if (!ViewMoves() || !Inside(p) || !Knows(p) ||
+  if (!ViewMoves() || !Inside(p) || !IsKnown(p) ||
       !FindHeld(p, texelFetch(motion_image, p, 0).xy, q) ||
       texelFetch(normal_before, q, 0).w == 0.0f) {
     return;
   }
   Seen now = Seen(texelFetch(depth_image, p, 0).x, has_id != 0 ? texelFetch(id_image, p, 0).x : 0u);
   Seen ghost = Before(q);
-  if (!Differ(now, ghost)) {
+  if (!AreDifferentSurfaces(now, ghost)) {
     return;
   }
   int radius = GhostRadius(float(known_pixels), float(width) * float(height));
@@ -49,8 +49,8 @@ void main() {
   ivec2 last = min(q + radius, Size() - 1);
   for (int y = first.y; y <= last.y; ++y) {
     for (int x = first.x; x <= last.x; ++x) {
-      if (!Differ(Before(ivec2(x, y)), ghost)) {
-        forgotten[y * width + x] = ghost_stamp;
+      if (!AreDifferentSurfaces(Before(ivec2(x, y)), ghost)) {
+        rejected[y * width + x] = ghost_stamp;
       }
     }
   }
