@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Albedo that reflects more than all light, none of the light that is there, or by a curve.
+// Finds albedo that is above 1, black where there is light, or stored non-linearly.
 #include <cmath>
 
 #include <fmt/format.h>
@@ -15,16 +15,16 @@ namespace stillray::doctor {
 namespace {
 
 constexpr float kAboveOne = 1.02f;
-/// Sums of lobes (coat and base) may reflect a little more.
+/// Sums of lobes (coat and base) may exceed 1 slightly.
 constexpr float kSpecularAboveOne = 2.0f;
-/// Part of the pixels above: a few overlapping closures reach a little more. Clean: 0.
+/// Fraction of pixels above 1: a few overlapping closures exceed it. Clean: 0.
 constexpr double kMayBeAbove = 0.003;
 constexpr float kBlack = 1e-4f;
-/// Part of the pixels with diffuse light that have a black albedo. Clean: 0 measured.
+/// Fraction of the pixels with diffuse light whose albedo is black. Clean: 0 measured.
 constexpr double kMayBeBlack = 0.02;
 
-/// Where two albedos meet on one surface, light must be to light as albedo to albedo: the exponent
-/// is 1; of sRGB-encoded albedo about 2. Clean: 0.8 to 1.2 measured.
+/// Where two albedos meet on one surface, light is proportional to albedo^exponent: 1 if the albedo
+/// is linear, about 2 if it is sRGB-encoded. Clean: 0.8 to 1.2 measured.
 constexpr double kLinearExponent = 1.6;
 constexpr int kWindow = 8;
 constexpr int kLeastInClass = 8;
@@ -45,7 +45,7 @@ double ExponentOf(const std::vector<Window>& windows) {
     double sum = 0;
     for (const Window& w : windows) {
       const double ratio = std::pow(w.albedo[1] / w.albedo[0], 0.5 * b);
-      sum += w.light[1] / ratio - w.light[0] * ratio;  // falls with b
+      sum += w.light[1] / ratio - w.light[0] * ratio;  // decreases with b
     }
     return sum;
   };
@@ -109,7 +109,8 @@ void AlbedoCheck::LookAbove(const Exhibit& now) {
   }
 }
 
-/// Diffuse light as stored: of renderers that divide by albedo it shows where albedo is zero.
+/// Uses diffuse light as stored: in files of renderers that divide by albedo, it is visible where
+/// albedo is zero.
 void AlbedoCheck::LookBlack(const Exhibit& now) {
   if (layout_->Find(Aov::kAlbedo) == nullptr || layout_->from_colour) {
     return;
@@ -139,11 +140,11 @@ void AlbedoCheck::LookBlack(const Exhibit& now) {
   }
 }
 
-/// Splits each window between its least and largest albedo.
+/// Splits each window between its smallest and largest albedo.
 void AlbedoCheck::LookExponent(const Exhibit& now) {
   const Frame& f = now.frame;
   if (layout_->light_is_divided || layout_->from_colour || layout_->Find(Aov::kAlbedo) == nullptr) {
-    return;  // the light says nothing of the albedo
+    return;  // the stored light does not depend on the albedo
   }
   Image1 light(f.width, f.height);
   double mean = 0;
@@ -234,7 +235,7 @@ void AlbedoCheck::Conclude(Verdict* verdict) {
     frames = Over(layer.above, kMayBeAbove, &worst);
     verdict->Add(Measure{fmt::format("{}_above_one", AovName(layer.aov)), worst, kMayBeAbove,
                          !frames.empty(), static_cast<int64_t>(layer.above.size())});
-    // Alpha weights that a pixel got by chance reach above 1 too.
+    // Random alpha weights of single pixels exceed 1 as well.
     if (!frames.empty() && !verdict->Has("albedo_above_one") &&
         !verdict->Has("first_hits_random")) {
       verdict->Add(Finding{

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Normals in camera space. Two things must come together: the normals that depth alone gives on
-// flat surfaces (in camera space, up to the focal length) are those stored; and the normal of what
-// is seen changes from frame to frame. A camera that looks along a world axis has the first without
-// the second; a thing that turns has the second without the first.
+// Finds normals in camera space. Two conditions must hold: the stored normals equal those derived
+// from depth on flat surfaces (which are in camera space, up to the focal length), and the normals
+// of surfaces change from frame to frame. A camera that looks along a world axis meets the first
+// alone; a rotating object the second alone.
 #include <cmath>
 
 #include <fmt/format.h>
@@ -22,14 +22,14 @@ constexpr int kReach = 3;  ///< pixels around a patch
 constexpr float kDegrees = 57.29578f;
 /// Three quarters of the patches agree within this angle.
 constexpr float kAligned = 2.5f;
-/// Normals of all patches are no bundle: their mean is shorter than this.
+/// The mean of all patches' normals must be shorter than this, or they are too similar.
 constexpr float kDiverse = 0.95f;
 /// A surface's normal turned by more than rounding (halves: 0.04 degrees).
 constexpr float kTurned = 0.07f;
-/// Part of the patches that turned. Static scenes in world space: below 0.06; in camera space 0.64
-/// measured: the floor does not turn under a camera that pans.
+/// Fraction of the patches that turned. Static scenes in world space: below 0.06; in camera space
+/// 0.64 measured: the floor does not turn under a panning camera.
 constexpr double kMostTurned = 0.3;
-/// And more than this is another surface.
+/// A larger turn means another surface.
 constexpr float kOtherSurface = 8.0f;
 constexpr double kAgreement = 0.6;
 
@@ -72,8 +72,8 @@ std::vector<Patch> PatchesOf(const Frame& frame) {
   return patches;
 }
 
-/// The angle within which three quarters of the stored normals are those of camera space, with the
-/// focal length and the axes that suit best: y up or down, z towards the viewer or away.
+/// The angle within which three quarters of the stored normals match camera space, with the best
+/// focal length and axes: y up or down, z towards the viewer or away.
 float Misalignment(const std::vector<Patch>& patches, int width) {
   float best = 180;
   constexpr int kFocals = 40;
@@ -107,7 +107,7 @@ class CameraSpaceCheck : public Check {
   struct Pair {
     int64_t number = 0;
     float misalignment = 0;  ///< degrees
-    double turned = 0;       ///< part of the patches
+    double turned = 0;       ///< fraction of the patches
   };
   const AovLayout* layout_ = nullptr;
   std::vector<Pair> pairs_;
@@ -140,7 +140,7 @@ void CameraSpaceCheck::Look(const Exhibit& now, const Exhibit* before) {
   }
   if (glm::length(mean) < kDiverse && seen >= kLeastPatches / 2) {
     const double part = static_cast<double>(turned) / static_cast<double>(seen);
-    // The fit takes longest and only counts where normals turn.
+    // The fit takes longest, and matters only where normals turn.
     pairs_.push_back(
         {now.number, part > kMostTurned ? Misalignment(patches, now.frame.width) : 180.0f, part});
   }

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What every check of the input doctor is: it looks at each frame beside the one before, keeps a
-/// few numbers, and concludes at the end. Thresholds stand with the check, with what clean and
-/// faulty sequences measured.
+/// The interface of the doctor's checks: each compares every frame with the previous one, keeps a
+/// few numbers, and concludes at the end. Thresholds are declared with their check, beside the
+/// values measured on clean and faulty sequences.
 #pragma once
 
 #include <algorithm>
@@ -20,25 +20,25 @@
 
 namespace stillray::doctor {
 
-/// One frame as the checks see it.
+/// One frame, prepared for the checks.
 struct Exhibit {
   int64_t number = 0;
   std::string name;
   const ExrImage* image = nullptr;  ///< of the newest frame only
   const AovLayout* layout = nullptr;
   Frame frame;
-  /// Luminance of all noisy light divided by its albedo; 0 where it is missing.
+  /// Luminance of all noisy light divided by its albedo; 0 where missing.
   Image1 light;
 };
 
-/// What the checks have to say.
+/// Collects the findings.
 class Verdict {
  public:
   explicit Verdict(DoctorReport* report) : report_(report) {}
 
   void Add(Finding finding) { report_->findings.push_back(std::move(finding)); }
   void Add(Measure measure) { report_->measures.push_back(std::move(measure)); }
-  /// Whether a finding whose name starts like this was made before.
+  /// Whether there is a finding whose name starts with the prefix.
   bool Has(std::string_view prefix) const {
     return std::any_of(report_->findings.begin(), report_->findings.end(),
                        [&](const Finding& f) { return f.name.starts_with(prefix); });
@@ -51,8 +51,8 @@ class Verdict {
 class Check {
  public:
   virtual ~Check() = default;
-  /// \param before  the frame whose number is one less, if it is there, of the same size, and not
-  ///        a copy or next to one; else nullptr
+  /// \param before  the frame whose number is one less, if present, of the same size, and neither a
+  ///     copy nor next to one; else nullptr
   virtual void Look(const Exhibit& now, const Exhibit* before) = 0;
   virtual void Conclude(Verdict* verdict) = 0;
 };
@@ -77,15 +77,14 @@ std::unique_ptr<Check> MakeIdCheck();
 
 /// The layer's name for messages: "ViewLayer.Vector", "the main picture".
 std::string LayerText(const AovLayout& layout, Aov aov);
-/// "motion=ViewLayer.Vector,pixels,to_previous,y_down": a value of --aov without blanks between the
-/// words.
+/// "motion=ViewLayer.Vector,pixels,to_previous,y_down": a value of --aov, without blanks.
 std::string MappingText(const AovLayout& layout, Aov aov, const std::string& words);
 /// "stillray denoise ... --aov 'MAPPING'"
 std::string MappingCure(const std::string& mapping);
 
-/// A layer's stored plane as float; empty if the layout has no such layer or component.
+/// A layer's plane as stored, as float; empty if the layout lacks the layer or component.
 Image1 StoredPlane(const Exhibit& exhibit, Aov aov, size_t component);
-/// The same of three components.
+/// The same for three components.
 Image3 StoredColour(const Exhibit& exhibit, Aov aov);
 
 }  // namespace stillray::doctor

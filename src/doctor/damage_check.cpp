@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Values that cannot be: NaN, infinite, negative light. And layers that are not there at all.
+// Finds invalid values (NaN, infinite, negative light), and missing layers.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -17,7 +17,7 @@
 namespace stillray::doctor {
 namespace {
 
-/// Where values of one kind stand.
+/// The places of invalid values of one kind.
 struct Places {
   std::vector<int64_t> frames;
   int64_t count = 0;
@@ -49,8 +49,8 @@ bool IsLight(Aov aov) {
   return aov == Aov::kColour || aov >= Aov::kDirectDiffuse;
 }
 
-/// How far below zero light of a layer may lie: by what the denoiser takes for rounding, whether
-/// the layer or all light of the frame is the measure; in lossy layers by what compression leaves.
+/// How far below zero light of a layer may lie: the denoiser's limit for rounding, relative to the
+/// layer or to all light of the frame; in lossy layers the ringing of the compression.
 float NegativeLimit(const Exhibit& now, const AovSource& source, const Channel& channel,
                     float of_frame) {
   float limit = std::max(of_frame, NegativeLimitOf(StoredColour(now, source.aov)));
@@ -98,7 +98,7 @@ void DamageCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
   ++frames_;
   const float of_frame = NegativeLimitOf(now.frame, /*sparse=*/false);
   for (const AovSource& source : now.layout->sources) {
-    // The bits of a hash may look like anything.
+    // The bits of a hash form any float.
     if (source.aov == Aov::kCryptomatte || source.aov == Aov::kResult) {
       continue;
     }
@@ -137,7 +137,7 @@ void DamageCheck::Conclude(Verdict* verdict) {
   }
 }
 
-/// Layers without which the denoiser has less to go by.
+/// Finds missing layers that would improve the denoiser's result.
 class MissingLayersCheck : public Check {
  public:
   void Look(const Exhibit& now, const Exhibit* before) override;
@@ -153,7 +153,7 @@ void MissingLayersCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
   frames_.push_back(now.number);
 }
 
-/// Where Blender has the pass.
+/// The setting that enables the pass in Blender.
 std::string SettingFor(const AovLayout& layout, const char* blender, const char* other) {
   return layout.renderer == "blender"
              ? fmt::format("switch on {} in View Layer Properties > Passes", blender)

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Depth that is not linear. In a perspective picture 1 / z is a linear function of the pixel on
-// every flat surface (the plane n . P = d with P = z (x / f, y / f, 1)): where it bends, the depth
-// is not z, and what does not bend tells what it is.
+// Finds depth that is not linear. In a perspective picture 1 / z is a linear function of the pixel
+// on every flat surface (the plane n . P = d with P = z (x / f, y / f, 1)). If it bends, the depth
+// is not z, and the conversion under which it does not bend identifies the kind.
 #include <cmath>
 
 #include <fmt/format.h>
@@ -18,28 +18,29 @@ namespace {
 constexpr int64_t kSamples = 30000;
 constexpr size_t kLeastTriples = 300;
 constexpr size_t kMostTriples = 4000;
-/// Steps of the number format that the two ends of a triple differ by, so that what bends is not
-/// rounding. Renderers are good for all but the last two bits of a float.
+/// The ends of a triple differ by at least this many steps of the number format, so that rounding
+/// does not look like a bend. Renderers get all but the last two bits of a float right.
 constexpr float kSteps = 200;
 constexpr float kHalfStep = 0x1p-11f;
 constexpr float kFloatStep = 0x1p-22f;
-/// Bend: second difference over the difference of the ends, of the quarter of the lines that rise
-/// most. Clean depth of floats measured below 0.0001; other kinds 0.003 and more.
+/// Bend: second difference relative to the difference of the ends, of the steepest quarter of the
+/// lines. Clean depth of floats measured below 0.0001; other kinds 0.003 and more.
 constexpr double kLeastBend = 4e-4;
-/// Bend of depth of no known kind: all of it to one side, as a curve bends, and noise does not.
+/// Bend of depth of an unknown kind: all to one side, like a curve and unlike noise.
 constexpr double kSurelyBent = 4e-3;
 constexpr double kOneSide = 0.9;
-/// The right kind bends less than this part of the given one.
+/// The right kind bends less than this fraction of the given one.
 constexpr double kFarLess = 0.2;
-/// Of kinds with a parameter to fit, which can imitate other curves. True ones: 0.0004 and 0.013.
+/// The same for kinds with a fitted parameter, which can imitate other curves. True ones: 0.0004
+/// and 0.013.
 constexpr double kFarLessFitted = 0.04;
 constexpr double kAgreement = 0.7;
 
-/// Stored values at the ends and the middle of a flat line, and how far from the picture's middle
-/// they lie.
+/// Stored values at the ends and the middle of a flat line, and their distances from the centre of
+/// the picture.
 struct Triple {
   std::array<float, 3> stored{};
-  std::array<float, 3> depth{};   ///< as understood
+  std::array<float, 3> depth{};   ///< converted to linear depth
   std::array<float, 3> radius{};  ///< squared, pixels
 };
 
@@ -60,8 +61,8 @@ double MedianBend(const std::vector<Triple>& triples, const Function& linear) {
   return *middle;
 }
 
-/// The value of a parameter, searched on a logarithmic grid and then between its neighbours, with
-/// which a kind of depth bends least.
+/// The parameter for which a kind of depth bends least, searched on a logarithmic grid and then
+/// between its neighbours.
 struct Fit {
   double parameter = 0;
   double bend = 1e30;
@@ -91,7 +92,7 @@ Fit LeastBend(double from, double to, const Bend& bend) {
   return best;
 }
 
-/// Part of the lines that bend to the same side.
+/// Fraction of the lines that bend to the same side.
 double OneSide(const std::vector<Triple>& triples) {
   size_t up = 0;
   for (const Triple& t : triples) {
@@ -101,7 +102,7 @@ double OneSide(const std::vector<Triple>& triples) {
          static_cast<double>(triples.size());
 }
 
-/// The lines along which depth changes most, as a part of it: there kinds differ most.
+/// The lines with the largest relative change of depth: there the kinds differ most.
 std::vector<Triple> Steepest(std::vector<Triple> triples) {
   const auto steepness = [](const Triple& t) {
     return std::fabs(t.stored[2] - t.stored[0]) / std::fabs(t.stored[1]);
@@ -117,14 +118,14 @@ enum class Kind : uint8_t { kGiven, kLinear, kInverse, kRay, kOffset };
 struct Judged {
   int64_t number = 0;
   double given = 0;     ///< bend
-  double one_side = 0;  ///< part of the lines that bend to the same side
+  double one_side = 0;  ///< fraction of the lines that bend to the same side
   Kind kind = Kind::kGiven;
   double bend = 0;  ///< of `kind`
   double parameter = 0;
   double median = 0;  ///< stored
   double largest = 0;
-  double below = 0;  ///< median stored in the lower third of the picture, ...
-  double above = 0;  ///< ... and in the upper
+  double below = 0;  ///< median stored in the lower third of the picture
+  double above = 0;  ///< median stored in the upper third
 };
 
 double MedianOfRows(const Image1& image, int y0, int y1) {
@@ -144,8 +145,8 @@ double MedianOfRows(const Image1& image, int y0, int y1) {
   return *middle;
 }
 
-/// Without perspective distances themselves are linear, and are right. 1 / distance seldom exceeds
-/// 1, and is larger below, where the ground is near.
+/// Whether it can be 1 / distance. Without perspective, linear distances are right. 1 / distance
+/// seldom exceeds 1, and is larger in the lower part, where the ground is near.
 bool MayBeInverse(const Judged& j) {
   return j.largest <= 1 || j.below > 1.1 * j.above;
 }
@@ -307,7 +308,7 @@ Finding DepthPlanesCheck::MakeFinding(Kind kind, const std::vector<int64_t>& fra
       f.what = (typical.largest <= 1.0001 ? "depth runs from 0 to 1: "
                                           : "depth does not begin at the camera: ") +
                where + less;
-      // Only ratios of depths count: any unit will do.
+      // Only ratios of depths matter: any unit works.
       map(fmt::format("normalised,near={:.4g},far={:.4g}", typical.parameter,
                       1 + typical.parameter));
       break;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Depth that cannot be right whatever the surfaces are: the same everywhere, not positive, between
-// 0 and 1; and the depth of the background.
+// Finds depth that is wrong for any surfaces: constant, not positive, between 0 and 1; and depth of
+// the background.
 #include <cmath>
 #include <map>
 
@@ -15,10 +15,10 @@
 namespace stillray::doctor {
 namespace {
 
-/// Part of the pixels: single ones may be wrong.
+/// Fraction of pixels; single ones may be wrong.
 constexpr double kNotPositive = 0.005;
 constexpr double kBackground = 0.005;
-/// Background has one value; what has no normal for another reason has many.
+/// Background has one value; pixels that lack a normal for other reasons have many.
 constexpr double kOneValue = 0.9;
 constexpr double kAgreement = 0.7;
 
@@ -26,10 +26,10 @@ struct Values {
   int64_t number = 0;
   float least = 0;  ///< stored, finite
   float largest = 0;
-  double not_positive = 0;  ///< part of the pixels, as understood
-  double no_surface = 0;    ///< part of the pixels that have no normal, but finite depth
-  double one_value = 0;     ///< part of these with the same stored value, ...
-  float value = 0;          ///< ... this one
+  double not_positive = 0;  ///< fraction of pixels, after conversion
+  double no_surface = 0;    ///< fraction of pixels without a normal, but with finite depth
+  double one_value = 0;     ///< fraction of these with the most frequent stored value
+  float value = 0;          ///< that value
   float farthest = 0;       ///< stored on surfaces
 };
 
@@ -105,7 +105,7 @@ void DepthValuesCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
     }
   }
   if (first && HasSurface(now)) {
-    // No depth at all, where normals say that there are surfaces.
+    // No depth at all, although normals show surfaces.
     v.least = v.largest = stored(0, 0);
     first = false;
   }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The order of the checks, and what concerns whole files: numbers, copies, sizes, layers.
+// Runs the checks in order, and checks whole files: numbers, copies, sizes, layers.
 #include "stillray/doctor.h"
 
 #include <array>
@@ -82,7 +82,7 @@ constexpr FindingInfo kFindings[] = {
 };
 
 uint64_t HashOf(const void* data, size_t size, uint64_t hash) {
-  // FNV-1a over words; chance collisions of 64 bits are no concern.
+  // FNV-1a over words; accidental collisions of 64 bits are negligible.
   const auto* bytes = static_cast<const uint8_t*>(data);
   for (size_t i = 0; i + 4 <= size; i += 4) {
     uint32_t word = 0;
@@ -93,8 +93,8 @@ uint64_t HashOf(const void* data, size_t size, uint64_t hash) {
   return hash;
 }
 
-/// Of the bits of all channels. Motion is left out: the copy of a frame may have been made for one
-/// layer only, and light is what must differ.
+/// Hash of the bits of all channels but motion: a copied frame may have new motion, and only equal
+/// light proves a copy.
 uint64_t HashOf(const ExrImage& image, const AovLayout& layout) {
   uint64_t hash = 0xcbf29ce484222325ull;
   for (const AovSource& source : layout.sources) {
@@ -170,7 +170,7 @@ class DoctorImpl : public Doctor {
 
 DoctorImpl::DoctorImpl(const AovOptions& options) : options_(options) {
   using namespace doctor;  // NOLINT: its factories
-  // In the order of the report; later ones ask what earlier ones found.
+  // In the order of the report; later checks depend on earlier findings.
   checks_.push_back(MakeDamageCheck());
   checks_.push_back(MakeLossyCheck());
   checks_.push_back(MakeMissingLayersCheck());
@@ -201,7 +201,7 @@ Status DoctorImpl::Understand(const std::string& name, const ExrImage& image) {
   return Status::Ok();
 }
 
-/// Frames that do not are counted and left out of all else.
+/// Frames that differ in size are counted and otherwise ignored.
 bool DoctorImpl::FitsFirst(int64_t number, const ExrImage& image) {
   if (image.width != width_ || image.height != height_) {
     if (other_size_.empty()) {
@@ -263,7 +263,8 @@ void DoctorImpl::LookAt(int64_t number, const std::string& name, const ExrImage&
   now.layout = &*layout_;
   now.light = LightOf(frame);
   now.frame = std::move(frame);
-  // The copy of a frame stands where another should, whose motion its neighbours have.
+  // A copied frame replaces a missing one, and the motion of its neighbours leads to the missing
+  // one.
   const bool paired = before_ && before_->number + 1 == number && !repeated && !before_is_copy_;
   for (const std::unique_ptr<Check>& check : checks_) {
     check->Look(now, paired ? &*before_ : nullptr);
@@ -273,7 +274,8 @@ void DoctorImpl::LookAt(int64_t number, const std::string& name, const ExrImage&
   before_is_copy_ = repeated;
 }
 
-/// Single copies were put in place of frames; where nothing ever changes, noise does not either.
+/// Isolated copies replace missing frames; in a static scene without noise, equal frames are no
+/// copies.
 void DoctorImpl::ConcludeRepeated(Verdict* verdict) const {
   if (repeated_.empty()) {
     return;

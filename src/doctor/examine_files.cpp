@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The doctor on files of a sequence.
+// Runs the doctor on the files of a sequence.
 #include <fmt/format.h>
 
 #include "stillray/doctor.h"

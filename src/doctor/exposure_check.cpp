@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Light that changes everywhere by one factor from one frame to the next: an exposure that was
-// multiplied in.
+// Finds an exposure that was multiplied in: light that changes everywhere by the same factor from
+// one frame to the next.
 #include <cmath>
 
 #include <fmt/format.h>
@@ -15,14 +15,14 @@ namespace {
 
 constexpr int kBlock = 16;
 constexpr int kLeastBlocks = 24;
-/// Single bright samples count as this many times the mean.
+/// Brighter samples are clamped to this many times the mean.
 constexpr float kBright = 4.0f;
 constexpr float kSameSurface = 0.1f;
-/// Factor (as a logarithm) from which it counts. Clean sequences: below 0.02 under lamps that stay,
-/// 0.08 under several that move by a quarter of a second from frame to frame.
+/// Smallest factor (as a logarithm) that is reported. Clean sequences: below 0.02 under static
+/// lamps, 0.08 under several that move by a quarter of a second from frame to frame.
 constexpr double kLeastChange = 0.14;
-/// Median difference of the blocks' factors from the common one, as a part of it: a lamp that
-/// moves or is dimmed changes some blocks and not others. Planted: 0.1.
+/// Median deviation of the blocks' factors from the common one, relative to it: a lamp that moves
+/// or is dimmed changes some blocks and not others. Planted: 0.1.
 constexpr double kEven = 0.35;
 
 double Median(std::vector<double> values) {
@@ -41,7 +41,7 @@ double MeanLight(const Exhibit& exhibit) {
   return sum / (static_cast<double>(exhibit.frame.width) * exhibit.frame.height);
 }
 
-/// Mean of light that no filter touches: where it stays, no exposure was changed.
+/// Mean of unfiltered light: if it is constant, so is the exposure.
 double UnfilteredLight(const Frame& frame) {
   double sum = 0;
   for (const Image3* image : {&frame.emission, &frame.background}) {
@@ -72,9 +72,10 @@ class ExposureCheck : public Check {
   std::vector<Pair> pairs_;
 };
 
-/// Logarithms of light now over light before, block by block, on surfaces that were seen before.
-/// \param limit_now, limit_before  what brighter samples count as: the same part of the picture's
-///        mean in both, so that a common factor passes through
+/// Logarithms of the ratio of light now to light before, block by block, on surfaces visible in
+/// both.
+/// \param limit_now, limit_before  clamp of bright samples: the same multiple of the mean in both
+///     pictures, so that a common factor cancels
 std::vector<double> BlockChanges(const Exhibit& now, const Exhibit& before, float limit_now,
                                  float limit_before) {
   const Features a(now);

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// First hits that are a matter of chance: behind a lens, in fog, on surfaces that are half
-// transparent, the guides of a pixel are those of whatever its ray hit in this frame. Judged block
-// by block, since often one object alone is concerned.
+// Finds random first hits: behind a lens, in fog, and on half transparent surfaces, the guides of a
+// pixel are those of its ray's random hit in this frame. Judged block by block, since often a
+// single object is concerned.
 #include <array>
 #include <cmath>
 
@@ -16,40 +16,39 @@ namespace stillray::doctor {
 namespace {
 
 constexpr int kBlock = 16;
-/// Detail from which a pixel counts: above the rounding of halves. Albedo; relative 1 / depth.
+/// Smallest detail that counts: above the rounding of halves. Albedo; relative 1 / depth.
 constexpr float kDetail[2] = {0.01f, 0.003f};
-/// Larger steps count as this, so that single edges do not outweigh noise.
+/// Larger steps are clamped to this, so that single edges do not outweigh noise.
 constexpr float kLargest = 0.25f;
-/// A block of albedo is random if this part of its pixels differs from its neighbours in both
-/// directions, if the differences are not found again in the frame before along the motion, and if
-/// they are white: as large beside the next pixel as beside the one after. Measured in Cycles at
-/// 1 spp: lens at f/0.3 0.5 to 0.7, correlation below 0.12, ratio 0.95 to 1.02; alpha 0.3 to 0.8
-/// likewise; fog 0.45 to 0.7. Clean: textures and leaves have detail 0.8, but ratio 0.3 to 0.7 or
-/// correlation 0.2 and more; joints thinner than a pixel ratio 0.9 and correlation 0, but detail
-/// below 0.38.
+/// A block of albedo is random if this fraction of its pixels differs from the neighbours in both
+/// directions, if the differences do not recur in the previous frame along the motion, and if they
+/// are white: as large to the next pixel as to the one after. Measured in Cycles at 1 spp: lens at
+/// f/0.3 0.5 to 0.7, correlation below 0.12, ratio 0.95 to 1.02; alpha 0.3 to 0.8 likewise; fog
+/// 0.45 to 0.7. Clean: textures and leaves have detail 0.8, but ratio 0.3 to 0.7 or correlation 0.2
+/// and more; joints thinner than a pixel ratio 0.9 and correlation 0, but detail below 0.38.
 constexpr double kAlbedoDetail = 0.45;
 constexpr double kAlbedoStays = 0.12;
 constexpr double kLeastWhite = 0.85;
 constexpr double kMostWhite = 1.2;
-/// A texture finer than a pixel is as random as that where samples are jittered (the floor of
-/// builtin:spheres in 10 % of the blocks). But no texture reflects more than it gets: where a path
-/// goes on through a surface by chance, what it takes is weighted up, and some albedo, the specular
-/// one most often, is above 1 in 10 % of the pixels and more.
+/// A texture finer than a pixel is as random where samples are jittered (the floor of
+/// builtin:spheres in 10 % of the blocks). But no texture reflects more than 1: where a path passes
+/// through a surface at random, its throughput is weighted up, and some albedo, the specular one
+/// most often, is above 1 in 10 % of the pixels and more.
 constexpr float kAboveOne = 1.02f;
 constexpr double kMayBeAbove = 0.01;
-/// Part of the pixels above 1 that lie in random blocks, at least: a gain of albedo lies
+/// Smallest fraction of the pixels above 1 that lie in random blocks: a gain of albedo is above 1
 /// everywhere.
 constexpr double kAboveInside = 0.4;
-/// Depth: flat surfaces have none, leaves below 0.47 with correlation above 0.27.
+/// Depth: flat surfaces have none, leaves less than 0.47 with correlation above 0.27.
 constexpr double kDepthDetail = 0.3;
 constexpr double kDepthStays = 0.15;
-/// Part of the blocks. Clean: 0 measured.
+/// Fraction of the blocks. Clean: 0 measured.
 constexpr double kMayBeRandom = 0.03;
 constexpr int64_t kLeastBlocks = 2;
-/// One guide alone that is random in so many blocks holds noise of its own (light in albedo, a
-/// depth that was rounded): another finding. A hit that is chance concerns all guides.
+/// A single guide that is random in this many blocks is noisy itself (light in albedo, rounded
+/// depth), which is another finding. A random hit affects all guides.
 constexpr double kEverywhere = 0.7;
-/// Part of the pixels in random blocks that show no surface, from which a volume is the cause.
+/// Fraction of the pixels in random blocks without a surface from which a volume is the cause.
 constexpr double kHoles = 0.03;
 
 using Values = std::array<float, 3>;
@@ -76,7 +75,7 @@ float Nearness(const Frame& f, int x, int y) {
   return z > 0 ? FiniteOr0(1.0f / z) : 0.0f;
 }
 
-/// What pixel (x, y) has that the mean of the two pixels at distance (dx, dy) has not.
+/// The difference of pixel (x, y) from the mean of the two pixels at distance (dx, dy).
 Values Step(const Frame& f, bool depth, int x, int y, int dx, int dy) {
   Values step{};
   if (depth) {
@@ -98,7 +97,7 @@ Values Step(const Frame& f, bool depth, int x, int y, int dx, int dy) {
   return step;
 }
 
-/// The lesser of both directions: straight edges have none.
+/// The smaller of both directions, which is zero along straight edges.
 Values Detail(const Frame& f, bool depth, int x, int y) {
   const Values across = Step(f, depth, x, y, 1, 0);
   const Values down = Step(f, depth, x, y, 0, 1);
@@ -122,7 +121,7 @@ struct Sums {
   double aa = 0;
   double bb = 0;
   double near = 0;  ///< squared steps to the next pixels
-  double far = 0;   ///< ... to those after
+  double far = 0;   ///< squared steps to those after
 
   double Part() const {
     return count == 0 ? 0 : static_cast<double>(detailed) / static_cast<double>(count);
@@ -142,7 +141,7 @@ struct BlockSums {
     return albedo.Part() > kAlbedoDetail && albedo.Stays() < kAlbedoStays &&
            albedo.White() > kLeastWhite && albedo.White() < kMostWhite;
   }
-  /// Noise that no texture can be.
+  /// Noise that no texture explains.
   bool RandomColour() const {
     return RandomAlbedo() && static_cast<double>(above) > kMayBeAbove * static_cast<double>(pixels);
   }
@@ -201,7 +200,7 @@ void FirstHitCheck::LookAtPixel(const Exhibit& now, const Exhibit& before, int x
 void FirstHitCheck::Look(const Exhibit& now, const Exhibit* before) {
   layout_ = now.layout;
   const Frame& f = now.frame;
-  // Without motion nothing can be found again.
+  // Without motion nothing can be matched.
   if (before == nullptr || layout_->Find(Aov::kMotion) == nullptr) {
     return;
   }
@@ -221,10 +220,10 @@ void FirstHitCheck::Look(const Exhibit& now, const Exhibit* before) {
   frames_.push_back(now.number);
 }
 
-/// \param part        of the picture
-/// \param depth_part  of the random blocks whose depth is random
-/// \param holes       part of their pixels without a surface
-/// \param x, y        the middle of them, pixels
+/// \param part        fraction of the picture
+/// \param depth_part  fraction of the random blocks whose depth is random
+/// \param holes       fraction of their pixels without a surface
+/// \param x, y        their centre, pixels
 Finding FirstHitCheck::MakeFinding(double part, double depth_part, double holes, double x,
                                    double y) const {
   const bool blender = layout_->renderer == "blender";
@@ -269,7 +268,7 @@ Finding FirstHitCheck::MakeFinding(double part, double depth_part, double holes,
 }
 
 void FirstHitCheck::Conclude(Verdict* verdict) {
-  // Along wrong motion nothing is found again; depth of another kind bends everywhere.
+  // With wrong motion nothing matches; depth of another kind bends everywhere.
   if (frames_.empty() || blocks_.empty() || verdict->Has("motion_") || verdict->Has("depth_")) {
     return;
   }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Noise in guides: detail nearly everywhere, that does not move with the surfaces. And numbers of
-// surfaces that do not stay.
+// Finds noise in guides: detail almost everywhere that does not move with the surfaces. And ids
+// that change.
 #include <array>
 #include <cmath>
 
@@ -16,14 +16,14 @@ namespace stillray::doctor {
 namespace {
 
 constexpr int64_t kSamples = 40000;
-/// Detail from which a pixel counts: above the rounding of halves and of 8 bits.
+/// Smallest detail that counts: above the rounding of halves and of 8 bits.
 constexpr float kDetail[3] = {0.006f, 0.01f, 0.003f};  // albedo, normal, relative 1 / depth
-/// More than this many times that is an edge or strong texture, and would outweigh all noise.
+/// More than this multiple of it is an edge or strong texture, and would outweigh all noise.
 constexpr float kEdge = 6.0f;
-/// Part of the pixels with detail. Clean sequences: at most 0.42 (a tiled, bricked room) and 0.68
-/// (a floor of fine texture all over the picture); plain surfaces have none.
+/// Fraction of the pixels with detail. Clean sequences: at most 0.42 (a tiled, bricked room) and
+/// 0.68 (a floor of fine texture all over the picture); plain surfaces have none.
 constexpr double kEverywhere = 0.85;
-/// Correlation of the detail with that of the frame before, along the motion. Texture: 0.5 and
+/// Correlation of the detail with that of the previous frame, along the motion. Texture: 0.5 and
 /// more, 0.25 where jittered samples fall on other texels every time; noise: below 0.02.
 constexpr double kStays = 0.08;
 constexpr double kAgreement = 0.7;
@@ -35,7 +35,7 @@ float FiniteOr0(float v) {
   return std::isfinite(v) ? v : 0.0f;
 }
 
-/// What a pixel has that the mean of its neighbours does not.
+/// The difference of a pixel from the mean of its neighbours.
 std::array<float, 3> Detail(const Image3& image, int x, int y) {
   std::array<float, 3> d{};
   for (int c = 0; c < 3; ++c) {
@@ -46,8 +46,8 @@ std::array<float, 3> Detail(const Image3& image, int x, int y) {
   return d;
 }
 
-/// Of depth: how far 1 / z is from linear, which it is on every flat surface; the lesser of the two
-/// directions, as edges bend one.
+/// For depth: the deviation of 1 / z from linear, which it is on every flat surface; the smaller of
+/// the two directions, as edges bend one.
 std::array<float, 3> Detail(const Image1& depth, int x, int y) {
   const auto w = [&](int px, int py) { return 1.0f / depth(px, py); };
   const float across = 0.5f * (w(x - 1, y) + w(x + 1, y)) / w(x, y) - 1;
@@ -71,7 +71,7 @@ class GuideNoiseCheck : public Check {
   struct Pair {
     int64_t number = 0;
     double part = 0;         ///< of the pixels with detail
-    double correlation = 0;  ///< with the frame before
+    double correlation = 0;  ///< with the previous frame
   };
   Pair Measured(const Exhibit& now, const Exhibit& before, int guide) const;
 
@@ -135,7 +135,7 @@ void GuideNoiseCheck::Look(const Exhibit& now, const Exhibit* before) {
 void GuideNoiseCheck::Conclude(Verdict* verdict) {
   for (int guide = 0; guide < 3; ++guide) {
     const std::vector<Pair>& pairs = pairs_[guide];
-    // Values of another meaning bend and jump for reasons that were told.
+    // Wrong values bend and jump for reasons that other findings already name.
     if (pairs.empty() || verdict->Has("motion_") || verdict->Has("first_hits_random") ||
         verdict->Has(fmt::format("{}_", kNames[guide]))) {
       continue;
@@ -178,8 +178,8 @@ void GuideNoiseCheck::Conclude(Verdict* verdict) {
   }
 }
 
-/// Part of the pixels whose surface had another number one frame ago, with all pixels around
-/// counted. Clean: below 0.1 (freshly uncovered).
+/// Fraction of the pixels whose id does not occur among the pixels around their previous position.
+/// Clean: below 0.1 (disocclusions).
 constexpr double kMayChange = 0.5;
 
 class IdCheck : public Check {
@@ -244,7 +244,7 @@ void IdCheck::Conclude(Verdict* verdict) {
       frames.push_back(pair.number);
     }
   }
-  // A cut changes everything once.
+  // A cut changes all ids once.
   const bool broken =
       static_cast<double>(frames.size()) >= kAgreement * static_cast<double>(pairs_.size());
   verdict->Add(

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Layers that were compressed with loss.
+// Finds layers that were compressed with loss.
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -15,7 +15,7 @@
 namespace stillray::doctor {
 namespace {
 
-/// So many layers are named, the others counted.
+/// This many layers are named; the others are counted.
 constexpr size_t kNamed = 4;
 
 class LossyCheck : public Check {

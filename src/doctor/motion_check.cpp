@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Motion under another convention than the one it was read with: the frame before, warped by the
-// motion, is compared with this one under every alternative. Guides are compared, which do not
-// change as a surface moves.
+// Finds motion whose convention differs from the one assumed: the previous frame, warped by the
+// motion, is compared with this one under every alternative. The comparison uses guides, which do
+// not change as a surface moves.
 #include <cmath>
 #include <map>
 
@@ -17,24 +17,24 @@ namespace stillray::doctor {
 namespace {
 
 constexpr int64_t kSamples = 20000;
-/// Two readings are held against each other where they differ by this many pixels: well above the
-/// pixel by which four neighbours forgive.
+/// Two readings are compared where they differ by this many pixels: well above the tolerance of one
+/// pixel that comparing with four neighbours has.
 constexpr float kApart = 1.5f;
-/// Pixels in which they have to differ so, as a part of those sampled.
+/// Smallest fraction of the sampled pixels in which they must differ so.
 constexpr double kLeastPart = 0.01;
-/// The right reading explains the picture: its distance is below this part of the wrong one's.
+/// The right reading explains the picture: its distance is below this fraction of the wrong one's.
 /// Clean sequences measured 1.6 and more (the alternative is worse); planted faults below 0.3.
 constexpr double kFarBetter = 0.55;
-/// A distance that the given reading has at least where it is wrong; noise of guides lies below.
+/// Smallest distance of a wrong reading; noise of guides is lower.
 constexpr double kLeastDistance = 0.01;
-/// Part of the pairs of frames that must agree.
+/// Fraction of the pairs of frames that must agree.
 constexpr double kAgreement = 0.7;
-/// Readings this close to the best one explain equally much; the simplest of them is told.
+/// Readings within this factor of the best explain equally much; the simplest of them is reported.
 constexpr double kTie = 1.02;
 
 enum class Unit : uint8_t { kSame, kFraction, kNdc, kPixels, kPixelsFromNdc };
 
-/// How the numbers could be meant, relative to how they were read.
+/// An alternative interpretation of the motion, relative to the assumed one.
 struct Reading {
   Unit unit = Unit::kSame;
   float scale = 1;
@@ -45,7 +45,7 @@ struct Reading {
   bool given() const {
     return unit == Unit::kSame && scale == 1 && !swap && sign_x == 1 && sign_y == 1;
   }
-  /// How much it takes to get there: of readings that explain equally much, the simplest is right.
+  /// Number of changes: of readings that explain equally much, the simplest is right.
   int Steps() const {
     return (unit != Unit::kSame) * 2 + (scale != 1) * 2 + swap * 2 + (sign_x < 0 || sign_y < 0) +
            (scale == 0) * 8;
@@ -76,8 +76,8 @@ vec2 Apply(const Reading& reading, vec2 motion, int width, int height) {
           m.y * factor.y * static_cast<float>(reading.sign_y)};
 }
 
-/// All readings, the given one first, simple ones before others. Scales only keep their axes: more
-/// at once would explain anything.
+/// All readings: the given one first, simple ones before others. Scales keep the axes: combinations
+/// would fit anything.
 std::vector<Reading> MakeReadings(const MotionConvention& given) {
   std::vector<Reading> readings;
   std::vector<Unit> units = {Unit::kSame};
@@ -101,7 +101,7 @@ std::vector<Reading> MakeReadings(const MotionConvention& given) {
   for (const float scale : {1.0f / 3, 0.25f, 3.0f, 4.0f}) {
     readings.push_back({Unit::kSame, scale, false, 1, 1});
   }
-  readings.push_back({Unit::kSame, 0, false, 1, 1});  // no motion at all
+  readings.push_back({Unit::kSame, 0, false, 1, 1});  // zero motion
   std::stable_sort(readings.begin(), readings.end(),
                    [](const Reading& a, const Reading& b) { return a.Steps() < b.Steps(); });
   return readings;
@@ -110,8 +110,8 @@ std::vector<Reading> MakeReadings(const MotionConvention& given) {
 /// Sums of one pair of frames for one reading.
 struct Sums {
   double distance = 0;       ///< over all sampled pixels
-  double given_apart = 0;    ///< of the given reading, where the two are apart
-  double reading_apart = 0;  ///< of this one there
+  double given_apart = 0;    ///< of the given reading, where the two differ
+  double reading_apart = 0;  ///< of this reading, there
   int64_t apart = 0;
 
   void Add(const Sums& s) {
@@ -158,8 +158,8 @@ class MotionCheck : public Check {
     int64_t number = 0;
     int64_t samples = 0;
     std::vector<Sums> sums;  ///< one per reading
-    double next = 0;         ///< mean distance if the frame before points here
-    double opposite = 0;     ///< mean distance if this one points back the other way
+    double next = 0;         ///< mean distance under the previous frame's motion, which points here
+    double opposite = 0;     ///< mean distance under this frame's motion reversed
   };
 
   bool Judges(const Pair& pair, size_t reading) const;
@@ -175,7 +175,7 @@ class MotionCheck : public Check {
   std::vector<Pair> pairs_;
 };
 
-/// A row of pixels at a time, added up in the order of rows: the same bits for any threads.
+/// Rows are summed in order: the same bits for any number of threads.
 void MotionCheck::Look(const Exhibit& now, const Exhibit* before) {
   layout_ = now.layout;
   if (before == nullptr || now.frame.guides.motion.empty()) {
@@ -209,7 +209,7 @@ void MotionCheck::Look(const Exhibit& now, const Exhibit* before) {
   pairs_.push_back(std::move(pair));
 }
 
-/// Tells motion of this frame turned round from motion of the frame before that points here.
+/// Distinguishes reversed motion of this frame from motion of the previous frame to this one.
 void MotionCheck::MeasureNext(const Exhibit& now, const Exhibit& before, const Features& features,
                               const Features& features_before, int step, Pair* pair) const {
   const Frame& frame = now.frame;
@@ -238,7 +238,7 @@ bool MotionCheck::Prefers(const Pair& pair, size_t reading) const {
   return s.reading_apart < kFarBetter * s.given_apart;
 }
 
-/// The reading that explains all pairs best.
+/// The reading with the smallest distance over all pairs.
 size_t MotionCheck::Best() const {
   std::vector<double> total(readings_.size());
   for (const Pair& pair : pairs_) {
@@ -255,7 +255,7 @@ size_t MotionCheck::Best() const {
   return 0;
 }
 
-/// The convention of the layer if this reading of it is the right one.
+/// The layer's convention, corrected by the reading.
 MotionConvention Corrected(MotionConvention c, const Reading& reading) {
   const bool to_previous = c.direction == MotionDirection::kToPrevious;
   if (reading.sign_x < 0) {
@@ -273,7 +273,8 @@ MotionConvention Corrected(MotionConvention c, const Reading& reading) {
   return c;
 }
 
-/// With x and y changed places, both are read by the other's rule: y_up turned x as well.
+/// The equivalent reading before x and y are swapped: each axis then follows the other's rule, and
+/// y_up flipped x as well.
 Reading BeforeSwap(Reading reading, const MotionConvention& given) {
   if (reading.swap && given.y_up) {
     reading.sign_x = -reading.sign_x;
@@ -387,7 +388,7 @@ void MotionCheck::Conclude(Verdict* verdict) {
     }
   };
   if (!any_better) {
-    // How close the best alternative comes is told even where all is well.
+    // The ratio of the best alternative is reported even if there is no fault.
     double closest = 0;
     size_t at = 0;
     for (size_t i = 1; i < readings_.size(); ++i) {

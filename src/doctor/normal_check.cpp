@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Normals as stored: whether they are unit vectors, or 0..1 encodings of such.
+// Checks whether stored normals are unit vectors, or encoded in 0..1.
 #include <cmath>
 
 #include <fmt/format.h>
@@ -13,16 +13,16 @@ namespace stillray::doctor {
 namespace {
 
 constexpr int64_t kSamples = 60000;
-/// How far from 1 a length may be: encodings of 8 bits err by 0.01.
+/// Tolerance of the length: encodings of 8 bits err by 0.01.
 constexpr float kUnit = 0.04f;
 constexpr float kZero = 1e-3f;
-/// Parts of the surfaces' pixels. Clean: above 0.99 unit at one sample, 0.9 at more (edges are
+/// Fractions of the surfaces' pixels. Clean: above 0.99 unit at one sample, 0.9 at more (edges are
 /// averages); the other reading below 0.1.
 constexpr double kMost = 0.8;
 constexpr double kFew = 0.4;
-/// The median length may be off by this; averages within pixels shorten a few, not half of them.
+/// Tolerance of the median length; averages within pixels shorten a few normals, not half of them.
 constexpr double kMedianOff = 0.06;
-/// Part of the surfaces without a normal.
+/// Fraction of the surfaces without a normal.
 constexpr double kMayBeZero = 0.3;
 
 float Length(float x, float y, float z) {
@@ -31,10 +31,10 @@ float Length(float x, float y, float z) {
 
 struct Lengths {
   int64_t number = 0;
-  double unit = 0;     ///< part of the normals of unit length as stored
-  double encoded = 0;  ///< part that is of unit length once decoded
+  double unit = 0;     ///< fraction of the normals of unit length as stored
+  double encoded = 0;  ///< fraction that is of unit length once decoded
   double median = 0;   ///< length as stored
-  double zero = 0;     ///< part of the surfaces
+  double zero = 0;     ///< fraction of the surfaces
 };
 
 class NormalCheck : public Check {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Flat pieces of surfaces: places around which the normal does not change.
+/// Flat parts of surfaces: neighbourhoods with a constant normal.
 #pragma once
 
 #include <cmath>
@@ -10,7 +10,7 @@
 
 namespace stillray::doctor {
 
-/// Two normals of one flat surface differ by the rounding of halves.
+/// Whether two normals differ by no more than the rounding of halves.
 inline bool SameNormal(const Image3& normal, int x, int y, int other_x, int other_y) {
   constexpr float kRounding = 2e-3f;
   float difference = 0;
@@ -24,7 +24,7 @@ inline bool IsZeroNormal(const Image3& normal, int x, int y) {
   return normal[0](x, y) == 0 && normal[1](x, y) == 0 && normal[2](x, y) == 0;
 }
 
-/// Whether the surface is flat along a line of 2 `reach` + 1 pixels with the middle (x, y).
+/// Whether the surface is flat along a line of 2 `reach` + 1 pixels centred on (x, y).
 inline bool IsFlat(const Frame& frame, int x, int y, int dx, int dy, int reach) {
   const Guides& g = frame.guides;
   if (x - reach * dx < 0 || y - reach * dy < 0 || x + reach * dx >= frame.width ||

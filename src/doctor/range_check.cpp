@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Light that was cut off at a maximum, or bent to stay below 1.
+// Finds light that was clamped at a maximum, or tone mapped to stay below 1.
 #include <cmath>
 #include <map>
 
@@ -14,18 +14,18 @@
 namespace stillray::doctor {
 namespace {
 
-/// Part of the values that have exactly the maximum. Noise without a limit has one such value,
-/// except where light has one value by nature (see below).
+/// Fraction of the values that equal the maximum. Unlimited noise has one such value, except where
+/// light is naturally constant (see below).
 constexpr double kPileUp = 5e-4;
 constexpr int64_t kLeastValues = 20;
-/// Of the pixels at the maximum, the part that has a neighbour on the same surface with less light,
-/// but not none. Even light (a sun on a floor) has few; a limit on noise has most.
+/// Of the pixels at the maximum, the fraction that has a neighbour on the same surface with less
+/// light, but not none. Constant light (a sun on a floor) has few; clamped noise has most.
 constexpr double kSpeckled = 0.3;
-/// Renderers cut fireflies of indirect light (Blender at 10), which is right.
+/// Renderers clamp fireflies of indirect light (Blender at 10), which is right.
 constexpr float kFireflies = 5.0f;
 constexpr float kLittle = 1e-3f;
 constexpr float kNearly = 0.98f;
-/// Compressed light comes close to 1 in every frame and never reaches beyond.
+/// Tone mapped light comes close to 1 in every frame and never exceeds it.
 constexpr float kCloseToOne = 0.9f;
 constexpr int64_t kLeastFrames = 3;
 constexpr double kAgreement = 0.7;
@@ -44,14 +44,14 @@ constexpr Aov kLights[] = {
 struct Peak {
   int64_t number = 0;
   float maximum = 0;
-  int64_t values = 0;   ///< of all channels that have it
-  double piled = 0;     ///< part of the pixels of a channel that have it
-  double speckled = 0;  ///< part of these with a darker neighbour on the same surface
+  int64_t values = 0;   ///< in all channels that have it
+  double piled = 0;     ///< fraction of the pixels of a channel that have it
+  double speckled = 0;  ///< fraction of these with a darker neighbour on the same surface
   bool many_albedos = false;
   double noise = 0;  ///< mean difference of neighbours over mean light
 };
 
-/// Light of which a value occurs often by nature: sky, and lamps that are seen.
+/// Light with naturally frequent values: sky, and visible lamps.
 bool IsUnfiltered(const Frame& frame, int x, int y) {
   if (!std::isfinite(frame.guides.depth(x, y))) {
     return true;
@@ -171,8 +171,8 @@ void RangeCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
   }
 }
 
-/// Under an even sky, light that is not divided by albedo has the sky's radiance times the largest
-/// albedo wherever nothing is in the way, and divided light the sky's itself: both are no limits.
+/// Under a uniform sky, undivided light reaches the sky's radiance times the largest albedo
+/// wherever the sky is unoccluded, and divided light the sky's radiance: neither is a clamp.
 bool RangeCheck::IsClamped(const Peak& peak, Aov aov) const {
   const bool divided = layout_->light_is_divided && aov != Aov::kColour;
   const bool indirect = aov == Aov::kIndirectDiffuse || aov == Aov::kIndirectSpecular ||
@@ -237,7 +237,7 @@ void RangeCheck::ConcludeToneMap(Verdict* verdict) const {
     bool all = static_cast<int64_t>(peaks.size()) >= kLeastFrames;
     for (const Peak& peak : peaks) {
       above = std::max(above, peak.maximum);
-      // Noise without a limit has no such maximum in every frame; even light is no noise.
+      // Unlimited noise has no such maximum in every frame, and constant light is not noise.
       all = all && peak.maximum >= kCloseToOne && peak.maximum <= 1 && peak.noise > 0.2 &&
             peak.maximum > 1.02f * sky_ && peak.piled < kPileUp;
     }

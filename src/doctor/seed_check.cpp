@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The same noise in every frame: at the same pixel, whatever it shows.
+// Finds noise that is the same in every frame: at the same pixel, whatever surface it shows.
 #include <array>
 #include <cmath>
 #include <deque>
@@ -15,25 +15,25 @@
 namespace stillray::doctor {
 namespace {
 
-/// Where this much moves, the picture's own detail is elsewhere, and what stays at a pixel is
+/// Where motion exceeds this, the picture's detail has moved on, and what stays at a pixel is
 /// noise.
 constexpr float kMoves = 1.5f;
-/// How many frames are kept to wait for that.
+/// How many frames are kept for that.
 constexpr size_t kFramesBack = 6;
 constexpr float kStill = 0.05f;
 constexpr int64_t kLeastPixels = 1500;
-/// Correlation of the noise with that of the frame before. Animated seed: below 0.04; a fixed one:
-/// 0.3 and more where the camera moves, 1 where it does not.
+/// Correlation of the noise with that of the previous frame. Animated seed: below 0.04; a fixed
+/// one: 0.3 and more where the camera moves, 1 where it does not.
 constexpr double kCorrelated = 0.15;
-/// The same two pixels off: detail of the picture is as much alike there, noise is not.
+/// The same at an offset of two pixels: detail of the picture correlates there too, noise does not.
 constexpr double kElsewhere = 0.5;
-/// Part of the noisy pixels of a still region that have the same bits as before.
+/// Fraction of the noisy pixels of a still region with the same bits as before.
 constexpr double kIdentical = 0.5;
 constexpr float kNoisy = 0.02f;
 constexpr double kAgreement = 0.7;
 
-/// Light on a curve without the bright samples that would outweigh all others, less the mean of the
-/// pixels around.
+/// Light, compressed so that bright samples do not outweigh all others, minus the mean of the
+/// surrounding pixels.
 Image1 Noise(const Exhibit& exhibit) {
   const Image1& light = exhibit.light;
   const int width = light.width();
@@ -110,12 +110,12 @@ class SeedCheck : public Check {
   static void LookStill(const Exhibit& now, const Exhibit& before, const Image1& noise, Pair* pair);
 
   const AovLayout* layout_ = nullptr;
-  std::deque<Image1> noises_;  ///< of the frames before, the newest first
+  std::deque<Image1> noises_;  ///< of the previous frames, the newest first
   std::vector<Pair> pairs_;
 };
 
-/// Compares with the newest of the frames before that is far enough back: what moves slowly has to
-/// move on for some frames until it is elsewhere.
+/// Compares with the newest frame that is far enough back: slow motion takes several frames to
+/// exceed the limit.
 void SeedCheck::LookMoving(const Frame& frame, const Image1& noise, Pair* pair) const {
   Correlation here;
   std::array<Correlation, kOffsets.size()> off;
@@ -160,7 +160,7 @@ void SeedCheck::LookStill(const Exhibit& now, const Exhibit& before, const Image
       }
     }
   }
-  // Without noise, light that stays the same is right.
+  // Without noise, constant light is right.
   pair->judged_still = noisy >= kLeastPixels && noisy * 5 >= still;
   pair->identical = noisy == 0 ? 0 : static_cast<double>(identical) / static_cast<double>(noisy);
 }

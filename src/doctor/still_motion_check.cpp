@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Motion that is not there, or leads elsewhere: blocks of the picture are searched for in the frame
-// before, around the place to which the motion leads.
+// Finds missing or wrong motion: blocks of the picture are searched for in the previous frame,
+// around the position to which their motion leads.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -21,33 +21,33 @@ constexpr int kReach = 12;            ///< pixels searched in each direction
 constexpr int kCoarse = 2;            ///< step of the search; then by single pixels around the best
 constexpr size_t kMostSearches = 96;  ///< blocks searched for per pair of frames
 constexpr int kLeastStructured = 12;
-/// Mean distance from which a block is not explained by its motion. Clean sequences: 95 % of the
+/// Mean distance above which a block is not explained by its motion. Clean sequences: 95 % of the
 /// blocks below 0.05.
 constexpr float kUnexplained = 0.1f;
-/// A block was found elsewhere if its distance there is below this part.
+/// A block is found elsewhere if its distance there is below this fraction.
 constexpr float kFound = 0.35f;
-/// Part of the blocks with structure that were found elsewhere. Clean: at most 0.04 measured
-/// (jittered, small pictures); zero or clamped motion: 0.3. Blocks that repeat, and large plain
-/// ones, are explained by wrong motion too.
+/// Fraction of the blocks with structure that were found elsewhere. Clean: at most 0.04 measured
+/// (jittered, small pictures); zero or clamped motion: 0.3. Repeating blocks, and large plain ones,
+/// match under wrong motion too.
 constexpr double kMovedAlthoughZero = 0.1;
 constexpr double kMovedElsewhere = 0.15;
 constexpr double kAgreement = 0.7;
-/// Offsets are those of a zoom if this part of the blocks of all frames is found where it would
-/// have them, within so many pixels. Repeating textures are found elsewhere too: 0.76 to 1 measured
-/// in Cycles, 0.73 in checkered rooms.
+/// Offsets are those of a zoom if this fraction of the blocks of all frames is found within so many
+/// pixels of its prediction. Repeating textures are found elsewhere too: 0.76 to 1 measured in
+/// Cycles, 0.73 in checkered rooms.
 constexpr double kZoomAgreement = 0.65;
 constexpr double kZoomTolerance = 1.5;
 constexpr double kLeastZoom = 0.005;
-/// Fewer blocks, or blocks on one side only, fit anything.
+/// Fewer blocks, or blocks on one side only, fit any zoom.
 constexpr int kLeastZoomed = 6;
 
 struct Block {
   int x = 0;
   int y = 0;
-  float distance = 0;  ///< as the motion says
+  float distance = 0;  ///< under its motion
 };
 
-/// Mean distance of a block if its pixels moved by their motion and (dx, dy).
+/// Mean distance of a block if its pixels moved by their motion plus (dx, dy).
 float BlockDistance(const Exhibit& now, const Exhibit& before, const Features& a, const Features& b,
                     const Block& block, int dx, int dy) {
   float sum = 0;
@@ -62,7 +62,7 @@ float BlockDistance(const Exhibit& now, const Exhibit& before, const Features& a
   return sum / ((kBlock / 2) * (kBlock / 2));
 }
 
-/// Whether a block shifted a little differs from itself: else it cannot be found.
+/// Whether a slightly shifted block differs from itself; otherwise it cannot be located.
 bool HasStructure(const Features& f, int x0, int y0) {
   constexpr int kShift = 4;
   float right = 0;
@@ -77,7 +77,7 @@ bool HasStructure(const Features& f, int x0, int y0) {
   return std::min(right, down) > kUnexplained * kCount;
 }
 
-/// Where the block is found: the offset from where its motion leads.
+/// The offset of the best match from the position to which the block's motion leads.
 struct Search {
   int dx = 0;
   int dy = 0;
@@ -107,8 +107,8 @@ Search SearchFor(const Exhibit& now, const Exhibit& before, const Features& a, c
   return best;
 }
 
-/// Whether blocks were found where a lens that changes would have them: offset = rate * place, with
-/// the place counted from the middle of the picture.
+/// Fits a zoom to the offsets of blocks: offset = rate * position, with the position relative to
+/// the centre of the picture.
 class ZoomFit {
  public:
   void Add(const Frame& frame, const Block& block, const Search& s) {
@@ -116,7 +116,7 @@ class ZoomFit {
                        block.y + 0.5 * kBlock - 0.5 * frame.height, static_cast<double>(s.dx),
                        static_cast<double>(s.dy)});
   }
-  /// The median of what the blocks say: single ones are found at the wrong place.
+  /// The median over the blocks, as single ones are found at the wrong place.
   double Rate() const {
     std::vector<double> rates;
     for (const Place& p : places_) {
@@ -130,8 +130,8 @@ class ZoomFit {
     return *middle;
   }
   int places() const { return static_cast<int>(places_.size()); }
-  /// How many blocks were found where the zoom would have them; 0 where these are too few, or on
-  /// one side of the picture.
+  /// Number of blocks near their predicted offset; 0 if they are too few, or all on one side of the
+  /// picture.
   int Explained() const {
     const double rate = Rate();
     bool quarters[4] = {false, false, false, false};  // of the picture, with such blocks
@@ -148,7 +148,7 @@ class ZoomFit {
 
  private:
   struct Place {
-    double x;  ///< of the block, from the middle of the picture
+    double x;  ///< of the block, from the centre of the picture
     double y;
     double dx;  ///< where it was found
     double dy;
@@ -177,11 +177,11 @@ class StillMotionCheck : public Check {
   struct Pair {
     int64_t number = 0;
     bool zero = false;
-    double moved = 0;   ///< part of the blocks with structure
+    double moved = 0;   ///< fraction of the blocks with structure
     double length = 0;  ///< mean offset of those, pixels
     int found = 0;      ///< blocks elsewhere
-    int zoomed = 0;     ///< of these where a zoom would have them
-    double zoom = 0;    ///< by which the picture grows, as a part of it
+    int zoomed = 0;     ///< blocks of these that a zoom explains
+    double zoom = 0;    ///< relative growth of the picture
   };
   bool IsZoom(double* zoom) const;
   const AovLayout* layout_ = nullptr;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Whether the passes of light add up to the colour, and if not, what explains the difference.
+// Checks that the passes of light add up to the colour, and if not, finds the explanation.
 #include <cmath>
 #include <optional>
 
@@ -19,13 +19,13 @@ namespace {
 constexpr int64_t kSamples = 60000;
 /// Halves differ by 0.1 %; clean Blender frames by 0.12 % in all, DWAA by 1 % or so.
 constexpr float kTolerance = 0.04f;
-/// Part of the values that may differ by more.
+/// Fraction of the values that may differ by more.
 constexpr double kMayDiffer = 0.03;
 constexpr double kMayDifferLossy = 0.2;
-/// An explanation holds for this part of the values.
+/// An explanation must hold for this fraction of the values.
 constexpr double kExplains = 0.93;
 
-/// What the colour could be, made of the sum of passes.
+/// Alternative relations between the colour and the sum of passes.
 enum Explanation : size_t {
   kEncoded,
   kToneMapped,
@@ -39,7 +39,7 @@ struct Sums {
   int64_t number = 0;
   int64_t count = 0;
   int64_t differ = 0;
-  std::array<int64_t, kExplanations> explained{};  ///< kAboveSum: of those that differ
+  std::array<int64_t, kExplanations> explained{};  ///< kAboveSum: among those that differ
   double colour = 0;
   double passes = 0;
 };
@@ -48,7 +48,7 @@ bool Near(float a, float b, float floor) {
   return std::fabs(a - b) <= kTolerance * std::max(std::fabs(a), std::fabs(b)) + floor;
 }
 
-/// Behind a transparent film the environment's pass holds sky that the colour has not.
+/// Behind a transparent film the environment pass holds sky that the colour lacks.
 bool HidesSky(const Exhibit& now, const Image1& alpha, int x, int y) {
   const Image3& sky = now.frame.background;
   return !alpha.empty() && alpha(x, y) < 0.999f && !sky.empty() &&
@@ -56,7 +56,7 @@ bool HidesSky(const Exhibit& now, const Image1& alpha, int x, int y) {
           !std::isfinite(now.frame.guides.depth(x, y)));
 }
 
-/// The passes alone. Empty if they cannot stand alone.
+/// The sum of the passes alone; empty if passes are missing.
 Image3 SumOfPasses(const Exhibit& now, const ExrImage& image) {
   AovLayout layout = *now.layout;
   std::erase_if(layout.sources, [](const AovSource& s) { return s.aov == Aov::kColour; });
@@ -64,7 +64,7 @@ Image3 SumOfPasses(const Exhibit& now, const ExrImage& image) {
   return frame.ok() ? SumOfLight(*frame) : Image3();
 }
 
-/// The sum if the colours of the passes were sRGB-encoded, and ought to be decoded.
+/// The sum if the colours of the passes are sRGB-encoded and must be decoded.
 Image3 SumWithDecodedAlbedo(const Exhibit& now) {
   ExrImage image = *now.image;
   for (const Aov aov : {Aov::kAlbedo, Aov::kSpecularAlbedo, Aov::kTransmissionAlbedo}) {
@@ -99,7 +99,7 @@ class SumCheck : public Check {
 
 void SumCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
   layout_ = now.layout;
-  // Other renderers have lobes without a pass of their own.
+  // Other renderers have lobes without a pass.
   const bool complete = layout_->renderer == "blender" || layout_->renderer == "stillray";
   if (!complete || layout_->from_colour || layout_->Find(Aov::kColour) == nullptr) {
     return;
@@ -154,7 +154,7 @@ void SumCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
   frames_.push_back(s);
 }
 
-/// Passes of Blender that the files do not have.
+/// Blender's passes that are missing in the files.
 std::string SumCheck::MissingPasses() const {
   constexpr std::pair<Aov, const char*> kPasses[] = {
       {Aov::kDirectDiffuse, "Diffuse Direct"},

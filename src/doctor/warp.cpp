@@ -8,7 +8,7 @@ namespace stillray::doctor {
 namespace {
 
 constexpr int kRowsPerTask = 16;
-/// Differences of albedo count twice: colours of neighbouring surfaces often lie close.
+/// Differences of albedo count twice: neighbouring surfaces often have similar colours.
 constexpr float kAlbedoWeight = 2.0f;
 
 float FiniteOr0(float value) {
@@ -27,7 +27,7 @@ bool Varies(const Image3& image) {
   return false;
 }
 
-/// Mean of 7 x 7 pixels: at one sample per pixel less would be noise.
+/// Mean of 7 x 7 pixels: smaller windows are too noisy at one sample per pixel.
 Image1 Blurred(const Image1& image) {
   constexpr int kRadius = 3;
   Image1 rows(image.width(), image.height());

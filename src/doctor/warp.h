@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Where the point that a pixel shows stood one frame ago, and what was to be seen there.
+/// Looks up the previous position of a pixel's surface point, and compares the guides there.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace stillray::doctor {
 
-/// A grid of pixels that keeps the work per pair of frames the same at any resolution.
+/// Distance of sampled pixels: the work per pair of frames is the same at any resolution.
 inline int SampleStep(int width, int height, int64_t samples) {
   int step = 1;
   while (int64_t{width / (step + 1)} * (height / (step + 1)) >= samples) {
@@ -22,8 +22,8 @@ inline int SampleStep(int width, int height, int64_t samples) {
   return step;
 }
 
-/// The place in the grid of `before` of what pixel (x, y) of `now` shows, if it moved by `motion`:
-/// samples lie off their pixel centres by the jitter.
+/// The position in `before` of the point seen at pixel (x, y) of `now`, if it moved by `motion`;
+/// samples are offset from their pixel centres by the jitter.
 inline vec2 PlaceBefore(const Exhibit& now, const Exhibit& before, int x, int y, vec2 motion) {
   return {static_cast<float>(x) + motion.x + now.frame.jitter_x - before.frame.jitter_x,
           static_cast<float>(y) + motion.y + now.frame.jitter_y - before.frame.jitter_y};
@@ -44,18 +44,18 @@ inline bool Nearest(vec2 place, int width, int height, int* x, int* y) {
   return *x < width && *y < height;
 }
 
-/// What does not change as a surface moves: albedo and normal, or light where both say nothing.
+/// Features that stay constant as a surface moves: albedo and normal, or light if both are flat.
 class Features {
  public:
   explicit Features(const Exhibit& exhibit);
 
   /// 0 (the same) to 1 (another surface).
   float Distance(int x, int y, const Features& other, int other_x, int other_y) const;
-  /// The least distance to the four pixels around a place: textures that are sampled once per pixel
+  /// The smallest distance to the four pixels around a position: textures sampled once per pixel
   /// match one of them, and not their mean. 1 outside the picture.
   float DistanceAt(int x, int y, const Features& other, vec2 place) const;
 
-  /// Whether they are of guides: light also changes where nothing moves.
+  /// Whether the features are guides: light also changes where nothing moves.
   bool of_guides() const { return of_guides_; }
   int width() const { return width_; }
   int height() const { return height_; }
