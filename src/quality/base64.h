@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Base64 (RFC 4648, section 4) with padding and without line breaks, as data URIs want it.
+/// Base64 (RFC 4648, section 4) with padding and without line breaks, as in data URIs.
 #pragma once
 
 #include <string>

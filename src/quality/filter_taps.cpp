@@ -16,8 +16,8 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// `kVectors` vectors of sums at a time, so that additions need not wait for one another. Returns
-/// the first position that is left to do.
+/// `kVectors` independent sums at a time, to hide the latency of additions. Returns the first
+/// position not yet done.
 template <int kVectors, typename T>
 size_t FilterVectors(const T* HWY_RESTRICT in, size_t stride, const T* HWY_RESTRICT kernel,
                      size_t taps, size_t x, size_t width, T* HWY_RESTRICT out) {

@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // LDR-FLIP: Andersson et al., "FLIP: A Difference Evaluator for Alternating Images" (2020), section
-// 4, for 67 pixels per degree; HDR-FLIP folds it over exposures (see hdr_flip.cpp). Pictures are
-// continued beyond their border by its pixels.
+// 4, for 67 pixels per degree; HDR-FLIP takes its maximum over exposures (see hdr_flip.cpp).
+// Pictures are extended by repeating their border pixels.
 //
-// Work goes tile by tile, all exposures of a tile at once, so that intermediate planes stay in
-// cache. Every pixel sees the same operations in the same order whatever tile it lies in.
+// Pictures are processed in tiles, with all exposures of a tile at once, so that intermediate
+// planes stay in cache. The order of operations for a pixel does not depend on its tile.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -43,8 +43,8 @@ constexpr float kColourKneeError = 0.95f;  // p_t
 
 using Kernel = std::vector<float>;
 
-/// exp(-pi^2 x^2 / b) at pixel centres, not normalised. All sensitivity kernels have the radius
-/// that holds three standard deviations of the widest one.
+/// exp(-pi^2 x^2 / b) at pixel centres, not normalised. All sensitivity kernels have the radius of
+/// three standard deviations of the widest one.
 std::vector<double> SensitivityProfile(double b) {
   const double widest = std::sqrt(kBlueYellow[0].b / (2.0 * kPi * kPi));
   const int radius = static_cast<int>(std::ceil(3.0 * widest * kPixelsPerDegree));
@@ -64,7 +64,7 @@ double Sum(const std::vector<double>& values) {
   return sum;
 }
 
-/// Divides positive values by their sum and negative ones by the magnitude of theirs.
+/// Divides positive values by their sum, and negative ones by the magnitude of theirs.
 Kernel NormaliseBySign(const std::vector<double>& values) {
   double positive = 0;
   double negative = 0;
@@ -82,7 +82,7 @@ Kernel NormaliseBySign(const std::vector<double>& values) {
 struct Kernels {
   Kernel achromatic;
   Kernel red_green;
-  // A sum of two Gaussians of x^2 + y^2 is not separable, each of the two is.
+  // The sum of two Gaussians of x^2 + y^2 is not separable, but each of the two is.
   std::array<Kernel, 2> blue_yellow;
   std::array<float, 2> blue_yellow_share;
   // The feature detectors are products of a profile along one axis and a Gaussian along the other.
@@ -129,7 +129,7 @@ const Kernels& AllKernels() {
   return kernels;
 }
 
-/// Section 4.1.4: the greatest colour difference inside the sRGB cube, between green and blue.
+/// Section 4.1.4: the largest colour difference inside the sRGB cube, between green and blue.
 float GreatestColourDifference() {
   static const float greatest = std::pow(
       HyAb(HuntLabOfXyz(XyzOfRgb(0, 1, 0)), HuntLabOfXyz(XyzOfRgb(0, 0, 1))), kColourExponent);
@@ -148,7 +148,7 @@ float ColourError(const HuntLab& test, const HuntLab& reference) {
       1.0f, kColourKneeError + (difference - knee) / (greatest - knee) * (1.0f - kColourKneeError));
 }
 
-/// What FLIP compares of one pixel of one picture.
+/// The features of one pixel that FLIP compares.
 struct Appearance {
   HuntLab colour;
   float edge = 0;
@@ -171,7 +171,7 @@ struct Tile {
   int height = 0;
 };
 
-/// The planes between a picture and its appearance, for one tile.
+/// Computes the appearance of one tile; holds its intermediate planes.
 class TileFilter {
  public:
   /// Fills `out` (tile.width * tile.height) with the appearance of the tile's pixels.
@@ -219,8 +219,8 @@ class TileFilter {
     }
   }
 
-  /// The opponent channels Y, X - Y and Y - Z of a piece of a row. They are the paper's YCxCz (eq.
-  /// 4 to 6) without its factors and offset, which normalised filters leave as they are.
+  /// The opponent channels Y, X - Y and Y - Z of part of a row: the paper's YCxCz (eq. 4 to 6)
+  /// without its factors and offset, which normalised filters preserve.
   void ReadRow(const Image3& image, const Exposure& exposure, int x0, int y, int width) {
     const int row = std::clamp(y, 0, image.height() - 1);
     const FlipTonemap tonemap(exposure);
@@ -269,7 +269,7 @@ class TileFilter {
   std::array<std::array<float, kTileWidth>, kFeatures> results_ = {};
 };
 
-/// Adds the errors of one tile to `map` by maximum.
+/// Updates `map` with the maximum of itself and the errors of one tile.
 void FlipTile(const PicturePair& pair, const std::vector<Exposure>& exposures, const Tile& tile,
               TileFilter* filter, Image1* map) {
   const size_t count = static_cast<size_t>(tile.width) * static_cast<size_t>(tile.height);

@@ -12,14 +12,14 @@
 
 namespace stillray::quality {
 
-/// CIE XYZ over the white point's. For linear sRGB in 0..1 each part is in 0..1.
+/// CIE XYZ relative to the white point. For linear sRGB in 0..1 each component is in 0..1.
 struct RelativeXyz {
   float x = 0;
   float y = 0;
   float z = 0;
 };
 
-/// CIELAB whose a and b are scaled by lightness (section 4.1, Hunt's effect).
+/// CIELAB with a and b scaled by lightness (section 4.1, Hunt's effect).
 struct HuntLab {
   float l = 0;
   float a = 0;
@@ -70,7 +70,7 @@ inline RelativeXyz XyzOfRgb(float r, float g, float b) {
   return {Dot(kXyzOfRgb[0], r, g, b), Dot(kXyzOfRgb[1], r, g, b), Dot(kXyzOfRgb[2], r, g, b)};
 }
 
-/// Clips the colour to what a display shows: linear RGB of 0..1.
+/// Clips the colour to the gamut of a display: linear RGB in 0..1.
 inline RelativeXyz ClipToDisplay(const RelativeXyz& c) {
   const auto clip = [](float v) { return v > 0.0f ? (v < 1.0f ? v : 1.0f) : 0.0f; };
   return XyzOfRgb(clip(Dot(kRgbOfXyz[0], c.x, c.y, c.z)), clip(Dot(kRgbOfXyz[1], c.x, c.y, c.z)),
@@ -80,7 +80,7 @@ inline RelativeXyz ClipToDisplay(const RelativeXyz& c) {
 /// Cube root of a positive number, off by at most 4 units in the last place: a third of the
 /// exponent as a first guess, then two steps of Halley's method. Three times as fast as std::cbrt.
 inline float CubeRoot(float t) {
-  constexpr uint32_t kTwoThirdsOfBias = 709921077;  // makes the guess's greatest error smallest
+  constexpr uint32_t kTwoThirdsOfBias = 709921077;  // minimises the guess's largest error
   float root = std::bit_cast<float>(std::bit_cast<uint32_t>(t) / 3 + kTwoThirdsOfBias);
   for (int i = 0; i < 2; ++i) {
     const float cube = root * root * root;
@@ -89,7 +89,7 @@ inline float CubeRoot(float t) {
   return root;
 }
 
-/// The curve of CIELAB.
+/// The nonlinearity of CIELAB.
 inline float LabCurve(float t) {
   constexpr float kDelta = 6.0f / 29.0f;
   return t > kDelta * kDelta * kDelta ? CubeRoot(t) : t / (3.0f * kDelta * kDelta) + 4.0f / 29.0f;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// How HDR-FLIP makes display pictures of radiance (Andersson, Nilsson, Shirley and
+/// HDR-FLIP's tone mapping of radiance to display pictures (Andersson, Nilsson, Shirley and
 /// Akenine-Moeller, "Visualizing Errors in Rendered High Dynamic Range Images", 2021, section 3).
 #pragma once
 
@@ -13,7 +13,7 @@
 namespace stillray::quality {
 
 /// (k0 x^2 + k1 x) / (k3 x^2 + k4 x + k5): Narkowicz' fit of the ACES curve, its constants 2.51,
-/// 0.03, 2.43, 0.59, 0.14 merged with the factor 0.6 that lets it meet the original's exposure.
+/// 0.03, 2.43, 0.59, 0.14 merged with the factor 0.6 that matches the original's exposure.
 struct FlipAces {
   static constexpr double kSquare = 2.51 * 0.6 * 0.6;
   static constexpr double kLinear = 0.03 * 0.6;
@@ -22,7 +22,7 @@ struct FlipAces {
   static constexpr double kBelowConstant = 0.14;
 };
 
-/// Turns one linear value into the linear value, 0..1, that the display shows.
+/// Maps a linear value to the linear value, 0..1, that the display shows.
 class FlipTonemap {
  public:
   explicit FlipTonemap(const Exposure& exposure)
@@ -33,7 +33,7 @@ class FlipTonemap {
     if (!tonemap_) {
       return std::min(positive, 1.0f);
     }
-    // Beyond the limit the curve lies above 1, where it is clipped, and its squares would overflow.
+    // Above the limit the curve exceeds 1, where it is clipped, and its squares would overflow.
     constexpr double kLimit = 1e4;
     const float x = static_cast<float>(std::min(positive * scale_, kLimit));
     using A = FlipAces;

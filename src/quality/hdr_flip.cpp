@@ -4,7 +4,7 @@
 // The exposures of HDR-FLIP: Andersson, Nilsson, Shirley and Akenine-Moeller, "Visualizing Errors
 // in Rendered High Dynamic Range Images" (2021), section 3. Departs from it where half of the
 // reference or more is black, for which the paper's median gives no exposure: then the median of
-// the pixels that are not black counts. An all-black reference is seen at exposure 0.
+// the pixels that are not black is used. An all-black reference has exposure 0.
 #include <algorithm>
 #include <cmath>
 
@@ -15,11 +15,10 @@
 namespace stillray::quality {
 namespace {
 
-// The luminance, after tone mapping, that the range's ends give to the brightest and to the median
-// pixel of the reference.
+// The tone mapped luminance of the reference's brightest and median pixel at the ends of the range.
 constexpr double kTarget = 0.85;
 
-/// The luminance that the curve maps to kTarget: the greater root of a quadratic equation.
+/// The luminance that the curve maps to kTarget: the larger root of a quadratic equation.
 double LuminanceAtTarget() {
   using A = FlipAces;
   const double a = A::kSquare - kTarget * A::kBelowSquare;
@@ -28,7 +27,7 @@ double LuminanceAtTarget() {
   return (-b + std::sqrt(b * b - 4.0 * a * c)) / (2.0 * a);
 }
 
-/// Luminances of the valid pixels that are not black, in no order.
+/// Luminances of the valid pixels that are not black, unordered.
 std::vector<double> PositiveLuminances(const PicturePair& pair, int64_t* black) {
   std::vector<double> luminances;
   luminances.reserve(static_cast<size_t>(pair.valid_count));
@@ -51,10 +50,10 @@ std::vector<double> PositiveLuminances(const PicturePair& pair, int64_t* black) 
   return luminances;
 }
 
-/// The value in the middle, or the mean of the two there. `values` is not empty and gets reordered.
+/// The median. `values` is not empty and gets reordered.
 double Median(std::vector<double>* values, int64_t zeros) {
   const size_t all = values->size() + static_cast<size_t>(zeros);
-  // Positions of the middle among zeros and values together, moved to those of `values`.
+  // Positions of the median among zeros and values together, relative to the values.
   size_t upper = all / 2;
   size_t lower = (all - 1) / 2;
   if (lower < static_cast<size_t>(zeros)) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Per-pixel error as a picture: dark where there is none, bright where there is much.
+/// Per-pixel errors as a picture: from dark (none) to bright (large).
 #pragma once
 
 #include <array>
@@ -13,8 +13,8 @@
 
 namespace stillray::report {
 
-/// How errors become positions on the colour ramp. FLIP lies in 0..1; relative squared error spans
-/// so many powers of ten that only its logarithm can be seen.
+/// The map from errors to positions on the colour ramp. FLIP lies in 0..1; relative squared error
+/// spans so many powers of ten that a linear scale would show nothing.
 struct HeatScale {
   bool logarithmic = false;
   float low = 0;   ///< error at the ramp's start; > 0 if logarithmic
@@ -26,11 +26,11 @@ inline constexpr HeatScale kRelativeSquaredErrorScale = {true, 1e-4f, 10.0f};
 /// Index of the palette's colour for pixels whose error is not a finite number.
 inline constexpr int kNotFiniteIndex = 255;
 
-/// The ramp: entries 0..254 from black over violet, red and orange to pale yellow, ever lighter;
-/// the last entry is a green that the ramp does not hold.
+/// The ramp: entries 0..254 from black over violet, red and orange to pale yellow, increasing in
+/// lightness; the last entry is a green that does not occur in the ramp.
 const std::array<Rgb8, 256>& HeatPalette();
 
-/// Palette index of one error. Beyond the scale's ends: the ends' colours.
+/// Palette index of an error, clamped to the scale's ends.
 uint8_t HeatIndex(float error, const HeatScale& scale);
 
 /// The bytes of a palette PNG file of the size of `errors`.

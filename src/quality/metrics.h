@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The measures one by one. docs/metrics.md defines them; see there and in the sources for papers
-/// and formulas.
+/// The individual measures. docs/metrics.md defines them; papers and formulas are cited there and
+/// in the sources.
 #pragma once
 
 #include <vector>
@@ -16,7 +16,7 @@ double Psnr(const PicturePair& pair);
 
 /// Mean over valid pixels and channels of (test - reference)^2 / (reference^2 + 0.01).
 double RelativeMse(const PicturePair& pair);
-/// The mean over channels for each pixel, valid or not.
+/// The mean over channels at each pixel, valid or not.
 Image1 RelativeSquaredErrorMap(const PicturePair& pair);
 
 /// 1 - SSIM for each pixel; in 0..2.
@@ -26,16 +26,15 @@ Image1 SsimErrorMap(const PicturePair& pair);
 /// reference is.
 double BrightnessRatio(const PicturePair& pair);
 
-/// One way to make a display picture of a pair.
+/// The exposure and tone mapping of a pair's display pictures.
 struct Exposure {
-  bool tonemap = false;  ///< false: display pictures, taken as they are
+  bool tonemap = false;  ///< false: already display pictures
   double stops = 0;
 };
 
 /// The exposures of HDR-FLIP: the first, between and the last, ascending, at least two.
 std::vector<Exposure> HdrFlipExposures(const PicturePair& pair);
-/// The one exposure at which LDR-FLIP is taken: none for display pictures, else the middle of
-/// HdrFlipExposures' range.
+/// The exposure of LDR-FLIP: none for display pictures, else the middle of HdrFlipExposures' range.
 Exposure LdrFlipExposure(const PicturePair& pair);
 
 /// For each pixel the largest LDR-FLIP error over the exposures; in 0..1.

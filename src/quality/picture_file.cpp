@@ -14,7 +14,7 @@
 namespace stillray {
 namespace {
 
-// The largest file that is read whole.
+// Larger files are rejected.
 constexpr size_t kMaxFileBytes = size_t{4} << 30;
 /// Both pictures of a comparison and the planes of all measures: 290 B a pixel with 35 channels.
 constexpr ExrCost kCost = {120, 8};
@@ -24,7 +24,7 @@ Image1 TakeLayer(const ExrImage& exr, const char* name) {
   return channel != nullptr ? channel->values : Image1();
 }
 
-/// The sum of the light of a file that has passes alone.
+/// The sum of the light of a file without a colour.
 Result<Image3> LightOfPasses(const ExrImage& exr, const std::string& path) {
   const Result<AovLayout> layout = UnderstandAovs(exr, AovOptions(), path);
   if (!layout.ok()) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A picture that is measured, with the layers that tell where its pixels were one frame before.
+/// A picture to measure, with the layers for reprojection to the previous frame.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@
 
 namespace stillray {
 
-/// Endings of the files that can be measured.
+/// File extensions that can be measured.
 inline constexpr std::string_view kPictureEndings[] = {".exr", ".png", ".hdr", ".jpg", ".jpeg"};
 
 struct PictureFile {
@@ -22,8 +22,8 @@ struct PictureFile {
   Image1 depth;         ///< layer depth.Z likewise
 };
 
-/// The colour of an EXR file is that of ExrColour(), or the sum of its light passes.
-/// \return what ReadWholeFile, DecodeExr, ExrColour and DecodeImage return
+/// The colour of an EXR file is ExrColour(), or the sum of its light passes.
+/// \return errors of ReadWholeFile, DecodeExr, ExrColour and DecodeImage
 Result<PictureFile> ReadPictureFile(const std::string& path);
 
 }  // namespace stillray

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What all measures of quality start from.
+/// The input of all quality measures.
 #pragma once
 
 #include <algorithm>
@@ -13,13 +13,13 @@
 
 namespace stillray::quality {
 
-/// Two pictures of the same size without a value that is not finite.
+/// Two pictures of the same size in which all values are finite.
 struct PicturePair {
   Image3 test;
   Image3 reference;
-  /// 1 where both pictures were finite, else 0. There both hold the reference's pixel, or black if
-  /// that is not finite: the pixel is left out of all means, and looks the same to the windows of
-  /// its neighbours in both pictures.
+  /// 1 where both pictures were finite, else 0. Invalid pixels hold the reference's value, or black
+  /// if that is not finite, in both pictures: means leave them out, and windows of neighbouring
+  /// pixels see no difference.
   Plane<uint8_t> valid;
   int64_t valid_count = 0;  ///< > 0
   /// Display-referred: linear values of 0..1, decoded from sRGB. Otherwise radiance.
@@ -30,15 +30,15 @@ struct PicturePair {
   int64_t PixelCount() const { return static_cast<int64_t>(width()) * height(); }
 };
 
-/// \return kInvalidArgument (an empty picture; sizes that differ, both named), kBadData (no pixel
-///         is finite in both)
+/// \return kInvalidArgument (an empty picture; sizes that differ, naming both), kBadData (no pixel
+///     is finite in both)
 Result<PicturePair> MakePicturePair(const Image3& test, const Image3& reference, bool display);
 
-/// The curve on which differences count alike in light and shade. Radiance: x / (1 + x); display
-/// pictures: the sRGB encoding, so that it gives the values that the file holds. Both map to 0..1;
-/// negative light counts as none.
+/// The curve on which differences in light and shade have equal weight. Radiance: x / (1 + x);
+/// display pictures: the sRGB encoding, i.e. the values in the file. Both map to 0..1; negative
+/// light counts as zero.
 inline double CompressValue(float value, bool display) {
-  // Written so that a NaN becomes 0.
+  // Written so that NaN becomes 0.
   const float positive = value > 0.0f ? value : 0.0f;
   if (display) {
     return SrgbEncode(std::min(positive, 1.0f));

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Relative squared error as Rousselle, Knaus and Zwicker use it in "Adaptive Sampling and
-// Reconstruction using Greedy Error Minimization" (2011), with their epsilon of 0.01,
-// which keeps black pixels from outweighing the rest.
+// Relative squared error as in Rousselle, Knaus and Zwicker, "Adaptive Sampling and Reconstruction
+// using Greedy Error Minimization" (2011), with their epsilon of 0.01, which limits the weight of
+// black pixels.
 #include <algorithm>
 #include <limits>
 
@@ -33,7 +33,7 @@ double RelativeMse(const PicturePair& pair) {
 }
 
 Image1 RelativeSquaredErrorMap(const PicturePair& pair) {
-  // A firefly's square may lie beyond float's range.
+  // The square of a firefly may exceed float's range.
   constexpr double kLargest = std::numeric_limits<float>::max();
   constexpr int kBand = 16;
   Image1 map(pair.width(), pair.height());

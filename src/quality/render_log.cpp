@@ -17,18 +17,18 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Far above what any sequence needs; they bound the work that a hostile file can cause, as the
-// ordered objects of the JSON library are searched from end to end.
+// Far above the needs of any sequence; they bound the work that a hostile file can cause, as
+// look-ups in ordered objects of the JSON library are linear.
 constexpr int kMaxDepth = 8;
 constexpr size_t kMaxKeysPerObject = 1000;
 constexpr size_t kMaxShownText = 60;
 
-/// Thrown out of the JSON parser and caught in this file alone.
+/// Thrown through the JSON parser and caught in this file.
 struct KeyError {
   std::string message;
 };
 
-/// Text of a file, cut and without line breaks, to be quoted in a one-line message.
+/// Text of a file, shortened and without line breaks, for a one-line message.
 std::string Quote(std::string_view text) {
   std::string shown = "\"";
   for (const char c : text.substr(0, kMaxShownText)) {
@@ -47,7 +47,7 @@ std::string Describe(const Json& value) {
   return value.dump();
 }
 
-/// Refuses repeated keys and shapes that no render.json has, while the text is being read.
+/// Rejects repeated keys and shapes that no render.json has during parsing.
 class ShapeCheck {
  public:
   bool operator()(int depth, Json::parse_event_t event, const Json& parsed) {
@@ -82,7 +82,7 @@ Status WrongValue(const std::string& name, const std::string& key, const Json& v
 
 enum class Kind { kText, kInteger, kNumber, kFlag };
 
-/// A scalar setting of the top level and the values that it can have.
+/// A scalar setting of the top level and its valid values.
 struct ScalarKey {
   const char* name;
   Kind kind;
@@ -173,7 +173,7 @@ Status ReadMemory(const std::string& name, const Json& object, RenderLog* log) {
   }
   for (const auto& [key, value] : object.items()) {
     if (key == "device" && value.is_object()) {
-      // Of what lies on a GPU also other numbers than bytes.
+      // Memory on a GPU has other numbers than bytes as well.
       for (const auto& [part, number] : value.items()) {
         STILLRAY_RETURN_IF_ERROR(
             CheckScalar(name, "memory.device." + part, number, Kind::kInteger, 0, kAnyCount));
@@ -255,8 +255,7 @@ Status ReadFrames(const std::string& name, const Json& array, RenderLog* log) {
   return Status::Ok();
 }
 
-/// A file without the folders that it lies in: pages are passed on, and where somebody keeps scenes
-/// is not part of them.
+/// The file name without its folders: pages are shared, and the location of a scene is private.
 std::string SceneName(const std::string& scene) {
   const std::string ending = LowerExtension(scene);
   return ending == ".glb" || ending == ".gltf" ? std::filesystem::path(scene).filename().string()

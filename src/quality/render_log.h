@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// render.json: what `stillray render` writes about a sequence beside its pictures.
+/// render.json: the log that `stillray render` writes beside a sequence's pictures.
 #pragma once
 
 #include <cstdint>
@@ -33,17 +33,17 @@ struct RenderLog {
   std::optional<int> width;
   std::optional<int> height;
   std::optional<double> fps;
-  /// All scalar settings of the top level as text, those above included.
+  /// All scalar settings of the top level as text, including those above.
   std::vector<std::pair<std::string, std::string>> settings;
   std::vector<std::pair<std::string, std::string>> parameters;
   std::vector<RenderLogFrame> frames;
   std::vector<std::pair<std::string, int64_t>> memory;  ///< bytes
 };
 
-/// Reads the text of a render.json.
+/// Parses the text of a render.json.
 /// \param name  the file's name, for messages
 /// \return kBadData naming the line (damaged JSON) or the key (unknown, repeated, of the wrong type
-///         or out of range), with what was found and what was expected
+///     or out of range), with the value found and the value expected
 Result<RenderLog> ParseRenderLog(const std::string& text, const std::string& name);
 
 }  // namespace stillray::report

@@ -46,7 +46,7 @@ Status CheckOptions(const ReportOptions& options) {
   return Status::Ok();
 }
 
-/// Reads render.json if it is there.
+/// Reads render.json if present.
 Status ReadLog(const std::string& folder, PageContent* content) {
   const std::string path = (std::filesystem::path(folder) / "render.json").string();
   std::error_code error;
@@ -66,7 +66,7 @@ Status ReadLog(const std::string& folder, PageContent* content) {
   return Status::Ok();
 }
 
-/// "a, b and 7 more": at most a few frame numbers.
+/// "a, b and 7 more": a few frame numbers.
 std::string ListFrames(const std::vector<int64_t>& frames) {
   constexpr size_t kListed = 5;
   std::vector<std::string> names;
@@ -184,7 +184,7 @@ std::string LastComponent(const std::string& folder) {
   return error || path.filename().empty() ? folder : path.filename().string();
 }
 
-/// \param content  with everything but pictures and notes
+/// \param content  complete but for pictures and notes
 Result<std::string> Build(const SequenceFiles& files, PageContent content,
                           const ReportOptions& options, ReportSummary* summary) {
   content.frames_found = static_cast<int>(files.size());
@@ -251,7 +251,7 @@ Result<std::string> BuildOfSequences(const ReportSequences& sequences, const Rep
   return Build(*files, std::move(content), options, summary);
 }
 
-/// Names of folders and files may hold anything.
+/// Names of folders and files may contain any character.
 Result<std::string> OneLineError(Result<std::string> page) {
   return page.ok() ? std::move(page)
                    : Status(page.status().code(), io::OneLine(page.status().message()));

@@ -25,7 +25,7 @@ struct ParsedName {
   bool exr = false;
 };
 
-/// Takes "denoised.0007.png" apart; nothing if the name is not of that form.
+/// Splits "denoised.0007.png"; nothing if the name has another form.
 std::optional<ParsedName> ParseName(std::string_view name) {
   ParsedName parsed;
   if (name.ends_with(".exr")) {
@@ -56,7 +56,7 @@ Status AddFile(const std::string& path, const ParsedName& name, SequenceFiles* f
   PictureFiles& picture = (*files)[name.number][static_cast<size_t>(name.view)];
   std::string& slot = name.exr ? picture.exr : picture.png;
   if (!slot.empty()) {
-    // The folder's order of files is the system's: the message must not depend on it.
+    // The order of a folder's files is arbitrary; the message must not depend on it.
     return Status::BadData(
         fmt::format("{} and {} are the same frame", std::min(slot, path), std::max(slot, path)));
   }
@@ -102,7 +102,7 @@ Result<SequenceFiles> FindViews(const std::string& noisy, const std::string& cle
     const std::string& name;
   };
   SequenceFiles frames;
-  // The clean frames first: they decide which there are.
+  // The clean sequence first: it determines the frames.
   for (const Named& named : {Named{kDenoised, "--clean", clean}, Named{kNoisy, "--noisy", noisy},
                              Named{kReference, "--reference", reference}}) {
     if (named.name.empty()) {

@@ -14,8 +14,7 @@
 
 namespace stillray::report {
 
-/// The views of one frame, in the order in which the page lists them. The last one is what the
-/// others are compared with.
+/// The views of one frame, in the page's order. The others are compared with the last one.
 enum View : int { kNoisy, kTemporal, kDenoised, kReference };
 inline constexpr int kViewCount = 4;
 inline constexpr int kTestViewCount = 3;  ///< all but the reference
@@ -33,18 +32,19 @@ using FrameFiles = std::array<PictureFiles, kViewCount>;
 /// By frame number.
 using SequenceFiles = std::map<int64_t, FrameFiles>;
 
-/// Finds VIEW.NUMBER.png and VIEW.NUMBER.exr; every other file is left alone.
+/// Finds VIEW.NUMBER.png and VIEW.NUMBER.exr; ignores all other files.
 /// \return kNotFound (no such folder, nothing found), kIo, kBadData (two files of the same view,
-///         number and format, such as noisy.1.png and noisy.0001.png)
+///     number and format, such as noisy.1.png and noisy.0001.png)
 Result<SequenceFiles> FindSequence(const std::string& folder);
 
-/// Frames of the clean sequence, with what the others have of them; "": no such sequence.
-/// \return what FindFrameFiles returns, the message with the option of the sequence
+/// The frames of the clean sequence, with the other sequences' files of the same numbers; "": no
+/// such sequence.
+/// \return errors of FindFrameFiles, naming the sequence's option
 Result<SequenceFiles> FindViews(const std::string& noisy, const std::string& clean,
                                 const std::string& reference);
 
-/// `count` indices out of 0..total-1, evenly spread, first and last included. One alone is the last
-/// one: temporal filters need frames to settle.
+/// `count` evenly spread indices of 0..total-1, including the first and the last. For count 1 it is
+/// the last: temporal filters need frames to converge.
 std::vector<int> SpreadEvenly(int total, int count);
 
 /// "noisy, denoised and reference"

@@ -18,15 +18,15 @@
 namespace stillray::report {
 namespace {
 
-// The largest PNG file that is read whole.
+// Larger PNG files are rejected.
 constexpr size_t kMaxPngBytes = size_t{1} << 30;
 
-// What pictures that are made here take, to decide on the number of frames before any is read:
-// noisy pictures and error maps hardly compress.
+// Sizes of pictures encoded here, used to choose the number of frames before any is read: noisy
+// pictures and error maps hardly compress.
 constexpr double kHeatMapBytesPerPixel = 0.7;
 constexpr double kPictureBytesPerPixel = 2.5;
 
-/// One view of the frame at hand, as far as it is needed.
+/// One view of the current frame, as far as it is needed.
 struct LoadedView {
   std::array<Image3, kSourceCount> image;  ///< empty where not read
   Image2 motion;                           ///< of the EXR file; empty where it has none
@@ -34,7 +34,7 @@ struct LoadedView {
   ShownView shown;
 };
 
-/// What the temporal error needs of the frame before.
+/// The data of the previous frame for the temporal error.
 struct PreviousFrame {
   int64_t number = 0;
   std::array<LoadedView, kViewCount> views;
@@ -58,7 +58,7 @@ bool CanMeasureAny(const FrameFiles& frame, Source source) {
          CanMeasure(frame, kDenoised, source);
 }
 
-/// Whether some view can be compared by display values alone.
+/// Whether some view can only be compared by display values.
 bool NeedsDisplay(const SequenceFiles& files) {
   return std::any_of(files.begin(), files.end(), [](const auto& entry) {
     for (int view = 0; view < kTestViewCount; ++view) {
@@ -137,8 +137,8 @@ Status LoadView(const PictureFiles& files, const Needs& needs, const RenderLog& 
                 const ReportOptions& options, LoadedView* view) {
   const bool show_png = needs.shown && !files.png.empty();
   const bool show_exr = needs.shown && files.png.empty() && !files.exr.empty();
-  // A picture that is shown is decoded even if nothing is compared: a damaged file must not end up
-  // in the page.
+  // A shown picture is decoded even if it is not compared: a damaged file must not get into the
+  // page.
   if (needs.display || show_png) {
     Result<Image3> image = ReadImage(files.png);
     if (!image.ok()) {
@@ -187,8 +187,8 @@ Status MakeMaps(const LoadedView& reference, Source source, LoadedView* view) {
   return Status::Ok();
 }
 
-/// Runs body(0) .. body(count - 1) at once; of several failures the one with the lowest index is
-/// returned.
+/// Runs body(0) .. body(count - 1) in parallel; of several failures the one with the lowest index
+/// is returned.
 template <typename Body>
 Status InParallel(int count, const Body& body) {
   std::vector<Status> results(static_cast<size_t>(count));
@@ -199,8 +199,8 @@ Status InParallel(int count, const Body& body) {
   return Status::Ok();
 }
 
-/// Works through the frames one after the other, so that memory holds the pictures of two frames
-/// and the bytes of those that are shown.
+/// Processes the frames in sequence, so that memory holds the pictures of two frames and the bytes
+/// of those that are shown.
 class Measurer {
  public:
   Measurer(const SequenceFiles& files, const RenderLog& log, const ReportOptions& options)
@@ -242,7 +242,7 @@ class Measurer {
     return Status::Internal("a frame without files");
   }
 
-  /// Bytes that a frame will take in the page, about.
+  /// Approximate size of a frame in the page.
   double EstimateBytes(const FrameFiles& frame) const {
     const double pixels = static_cast<double>(sizes_.width()) * sizes_.height();
     double bytes = 0;
@@ -263,7 +263,7 @@ class Measurer {
     return bytes * 4 / 3;
   }
 
-  /// Indices of the frames to show: few enough that the page should not grow too large.
+  /// Indices of the frames to show, limited by the estimated size of the page.
   std::vector<int> ChooseShown() const {
     std::vector<double> bytes;
     for (const auto& entry : files_) {
@@ -282,7 +282,7 @@ class Measurer {
     }
   }
 
-  /// Drops frames where the estimate was too low.
+  /// Drops frames if the estimate was too low.
   void ThinToSize() {
     const int total = static_cast<int>(result_.shown.size());
     for (int count = total;; --count) {

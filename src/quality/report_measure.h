@@ -18,7 +18,7 @@
 
 namespace stillray::report {
 
-/// What views are compared on. Numbers of one source cannot be set against those of the other.
+/// The kind of values that are compared. Numbers of different sources are not comparable.
 enum Source : int {
   kLinear,   ///< scene-linear radiance: EXR files of the view and of the reference
   kDisplay,  ///< display values: PNG files of both
@@ -28,9 +28,9 @@ inline constexpr int kSourceCount = 2;
 enum MapKind : int { kFlipMap, kRelativeSquaredErrorMap };
 inline constexpr int kMapCount = 2;
 
-/// One view of one shown frame. Empty strings where there is none.
+/// One view of one shown frame. Empty strings where it is missing.
 struct ShownView {
-  std::string png;             ///< bytes of the picture's file, or made from its EXR file
+  std::string png;             ///< content of the picture's file, or encoded from its EXR file
   bool made_from_exr = false;  ///< there was no PNG file
   std::array<std::string, kMapCount> maps;  ///< bytes of palette PNG files
   Source map_source = kLinear;
@@ -47,7 +47,7 @@ using ViewNumbers = std::array<std::optional<double>, kTestViewCount>;
 struct MeasuredFrame {
   int64_t number = 0;
   std::array<ViewMetrics, kSourceCount> metrics;
-  /// TemporalError(); none where the frame before was not measured or no history is visible.
+  /// TemporalError(); none if the previous frame was not measured or no history is visible.
   std::array<ViewNumbers, kSourceCount> temporal_error;
 };
 
@@ -57,15 +57,14 @@ struct Measurements {
   std::vector<ShownFrame> shown;
   bool thinned_for_size = false;        ///< fewer than max_frames, for max_page_bytes
   std::vector<MeasuredFrame> measured;  ///< frames with a reference, in order
-  bool without_motion = false;          ///< some temporal error was measured as if nothing moved
+  bool without_motion = false;          ///< some temporal error was measured without motion
 };
 
-/// Reads the pictures that are to be shown, and every one that can be compared with a reference.
-/// Linear radiance is measured wherever it is there; display values only if some view cannot be
-/// measured otherwise, and then for all views that have them, so that there is one scale on which
-/// all views can be set side by side.
+/// Reads the pictures to show, and those that can be compared with a reference. Linear radiance is
+/// measured wherever available; display values only if some view cannot be measured otherwise, and
+/// then for all views that have them, so that all views can be compared on one scale.
 /// \return kBadData (damaged picture; sizes that differ from the first picture's or from
-///         render.json's, naming both), kCancelled, and what reading a picture returns
+///     render.json's, naming both), kCancelled, and errors of reading a picture
 Result<Measurements> Measure(const SequenceFiles& files, const RenderLog& log,
                              const ReportOptions& options);
 

@@ -29,7 +29,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// JSON has no infinity; the page knows these words.
+/// JSON has no infinity; the page's script reads these words.
 Json Number(double value) {
   if (std::isnan(value)) {
     return nullptr;
@@ -42,7 +42,7 @@ Json OptionalNumber(const std::optional<T>& value) {
   return value ? Number(static_cast<double>(*value)) : Json(nullptr);
 }
 
-/// One measure as the page lists it.
+/// One measure in the page's list.
 struct MetricField {
   const char* name;
   double ImageMetrics::*member;
@@ -104,7 +104,7 @@ Json FramesJson(const PageContent& content, PictureList* pictures) {
   return frames;
 }
 
-/// Frames without one are left out of the mean.
+/// Frames without a temporal error are left out of the mean.
 void AddTemporalError(const Measurements& measurements, size_t source, size_t view, Json* mean,
                       Json* values) {
   int count = 0;
@@ -224,11 +224,10 @@ Json HeatJson() {
           {"rel_se", ScaleJson(kRelativeSquaredErrorScale)}};
 }
 
-/// JSON text that may stand inside a script element: no "<" can end it, no "&" or line separator
-/// can be misread.
+/// JSON text for a script element: no "<" can end it, no "&" or line separator can be misread.
 std::string ScriptSafe(const Json& json) {
-  // ASCII only, so that the page survives being read with the wrong encoding; bytes that are not
-  // UTF-8 become U+FFFD.
+  // ASCII only, so that the page is readable under a wrong encoding; bytes that are not UTF-8
+  // become U+FFFD.
   const std::string text = json.dump(-1, ' ', true, Json::error_handler_t::replace);
   std::string safe;
   safe.reserve(text.size());
@@ -242,13 +241,13 @@ std::string ScriptSafe(const Json& json) {
   return safe;
 }
 
-/// UTF-8 text with everything else replaced.
+/// Replaces invalid UTF-8.
 std::string ValidUtf8(const std::string& text) {
   return Json::parse(Json(text).dump(-1, ' ', false, Json::error_handler_t::replace))
       .get<std::string>();
 }
 
-/// The template with each "{{NAME}}" replaced. What is put in is not searched again.
+/// Replaces each "{{NAME}}" of the template. Inserted text is not searched again.
 std::string FillTemplate(std::string_view page,
                          const std::vector<std::pair<std::string_view, std::string_view>>& values) {
   std::string filled;

@@ -15,8 +15,8 @@
 namespace stillray::report {
 
 struct PageContent {
-  std::string name;        ///< of the folder or the sequence, without the folders that it lies in
-  std::string source;      ///< what the page was made from, as it says at its end
+  std::string name;        ///< of the folder or the sequence, without parent folders
+  std::string source;      ///< the origin of the page's data, as stated at its end
   bool of_folder = false;  ///< of stillray render, else sequences of any origin
   bool has_log = false;
   RenderLog log;
@@ -26,15 +26,16 @@ struct PageContent {
   std::vector<std::string> notes;
 };
 
-/// "cornell, svgf" out of render.json, or else the name of the folder or sequence.
+/// "cornell, svgf" from render.json, else the name of the folder or sequence.
 std::string PageTitle(const PageContent& content);
 
-/// Text for use between HTML tags and in quoted attributes. Bytes that are not UTF-8 become U+FFFD.
+/// Escapes text for use between HTML tags and in quoted attributes. Bytes that are not UTF-8 become
+/// U+FFFD.
 std::string EscapeHtml(const std::string& text);
 
-/// The page: a fixed template, style and program, and two blocks of JSON that the program reads.
-/// What comes from files stands in the JSON and in the title alone; the program puts it into the
-/// page as text nodes, never as markup.
+/// The page: a fixed template, style sheet and script, and two blocks of JSON that the script
+/// reads. Text from files occurs only in the JSON and in the title; the script inserts it as text
+/// nodes, never as markup.
 std::string MakePage(const PageContent& content);
 
 }  // namespace stillray::report

@@ -25,7 +25,7 @@ struct StepTimes {
 
 struct TimeTable {
   /// In the order in which the frames list them; a stage that is missing in the first frame (for
-  /// want of a history) stands behind the one that it follows later.
+  /// lack of a history) comes after its predecessor in later frames.
   std::vector<StepTimes> stages;
   std::optional<StepTimes> render;
   std::optional<StepTimes> denoise;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Sums over pictures that have the same bits for any number of threads.
+/// Sums over pictures whose bits do not depend on the number of threads.
 #pragma once
 
 #include <numeric>
@@ -12,7 +12,7 @@
 
 namespace stillray::quality {
 
-/// Calls row_sum(y) for each row, in parallel, and adds what it returns from the top down.
+/// Calls row_sum(y) for each row, in parallel, and sums the results from the top down.
 template <typename RowSum>
 double SumRows(int height, const RowSum& row_sum) {
   constexpr int kBand = 16;

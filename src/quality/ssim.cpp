@@ -30,7 +30,7 @@ std::vector<double> WindowWeights() {
   return weights;
 }
 
-/// For each position in 0..length-1 the sum of those weights that lie inside.
+/// For each position in 0..length-1 the sum of the weights inside the picture.
 std::vector<double> WeightSums(const std::vector<double>& weights, int length) {
   std::vector<double> sums;
   for (int i = 0; i < length; ++i) {
@@ -60,7 +60,8 @@ double Ssim(const Moments& m) {
          ((m[0] * m[0] + m[1] * m[1] + kC1) * (variance_test + variance_reference + kC2));
 }
 
-/// Some rows of the five products, each filtered along the row, and zero outside the picture.
+/// A window of rows of the five products, each filtered along the row, and zero outside the
+/// picture.
 class FilteredRows {
  public:
   FilteredRows(const PicturePair& pair, const std::vector<double>& weights, int y0, int y1)
@@ -88,7 +89,7 @@ class FilteredRows {
     }
   }
 
-  /// Filters the rows around the one that is `row` rows below y0 down the columns.
+  /// Filters down the columns, centred on the row `row` rows below y0.
   void FilterDown(int row, const std::vector<double>& weights,
                   std::array<std::vector<double>, 5>* out) const {
     for (size_t i = 0; i < planes_.size(); ++i) {

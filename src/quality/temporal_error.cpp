@@ -13,7 +13,7 @@
 namespace stillray {
 namespace {
 
-// How far the depth of a surface may differ from that of its history, relative to the former.
+// Largest relative difference between the depth of a surface and that of its history.
 constexpr double kDepthTolerance = 0.05;
 
 struct Size {
@@ -38,7 +38,7 @@ Status CheckPlanes(const char* name, const Planes<T, N>& planes, Size expected) 
   return Status::Ok();
 }
 
-/// Everything that TemporalError is given.
+/// The arguments of TemporalError.
 struct Inputs {
   const Image3& test;
   const Image3& previous_test;
@@ -80,7 +80,7 @@ struct Taps {
     double weight = 0;
   };
   std::array<Tap, 4> tap;
-  bool inside = false;  ///< the point lies in the picture
+  bool inside = false;  ///< the point is inside the picture
 };
 
 /// \param x, y  relative to the centre of pixel (0,0)
@@ -106,12 +106,12 @@ Taps FindTaps(double x, double y, Size size) {
 }
 
 bool SameSurface(double depth, double previous_depth) {
-  // Background is at infinity, which the tolerance would stretch to everything.
+  // Background is at infinity, where a relative tolerance accepts any depth.
   return depth == previous_depth || (std::isfinite(depth) && std::abs(previous_depth - depth) <=
                                                                  kDepthTolerance * std::abs(depth));
 }
 
-/// Whether any pixel that the lookup reads showed a surface of this depth. False for NaN.
+/// Whether any tap of the lookup shows a surface of this depth. False for NaN.
 bool HistoryVisible(const Image1& previous_depth, const Taps& taps, double depth) {
   for (const Taps::Tap& tap : taps.tap) {
     if (tap.weight > 0 && SameSurface(depth, previous_depth(tap.x, tap.y))) {
@@ -121,13 +121,13 @@ bool HistoryVisible(const Image1& previous_depth, const Taps& taps, double depth
   return false;
 }
 
-/// Absolute differences added up, and how many there are.
+/// A sum of absolute differences and their number.
 struct ErrorSum {
   double sum = 0;
   int64_t values = 0;
 };
 
-/// Bilinear lookup of the plane's compressed values; NaN if a pixel read is not finite.
+/// Bilinear lookup of the plane's compressed values; NaN if a tap is not finite.
 double Lookup(const Image1& plane, const Taps& taps, bool display) {
   double sum = 0;
   for (const Taps::Tap& tap : taps.tap) {
@@ -140,7 +140,7 @@ double Lookup(const Image1& plane, const Taps& taps, bool display) {
   return sum;
 }
 
-/// Adds one pixel's errors, unless a value of it or of its history is not finite.
+/// Adds one pixel's errors, unless one of its values or of its history is not finite.
 void AddPixel(const Inputs& in, int x, int y, const Taps& taps, ErrorSum* total) {
   double sum = 0;
   for (int c = 0; c < 3; ++c) {

@@ -11,7 +11,7 @@ namespace stillray {
 
 namespace {
 
-/// Unit quaternion, or no rotation where `q` has no length: keyframes may pass through zero.
+/// Unit quaternion, or no rotation if `q` is zero: keyframes may pass through zero.
 vec4 UnitRotation(vec4 q) {
   const float length = std::sqrt(glm::dot(q, q));
   return length > 1e-12f && std::isfinite(length) ? q / length : vec4(0.0f, 0.0f, 0.0f, 1.0f);
@@ -26,7 +26,7 @@ vec4 Slerp(vec4 a, vec4 b, float t) {
     b = -b;
     cosine = -cosine;
   }
-  // Below this angle the sine has too few digits, and the straight line is as good.
+  // Below this angle the sine is too imprecise, and linear interpolation is as good.
   constexpr float kNearlyEqual = 0.9999f;
   if (cosine > kNearlyEqual) {
     return UnitRotation(a + (b - a) * t);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The scenes that need no file, and the parts that they are made of.
+/// The built-in scenes and their components.
 #pragma once
 
 #include <cstdint>
@@ -36,31 +36,31 @@ Texture MakePlanks(const std::string& name, int size, int columns, vec3 light, v
 /// Square tiles with joints, each of its own shade.
 Texture MakeTiles(const std::string& name, int size, int tiles, vec3 tile, vec3 other, vec3 joint,
                   uint32_t seed);
-/// Bricks in stretcher bond, `rows` of them, half as many in a row.
+/// Bricks in stretcher bond: `rows` rows, half as many bricks in a row.
 Texture MakeBricks(const std::string& name, int size, int rows, vec3 brick, vec3 mortar,
                    uint32_t seed);
 
-// Putting a scene together. All return the new element's index.
+// Assembling a scene. All functions return the new element's index.
 
 int AddMaterial(Scene* scene, const std::string& name, vec3 colour, float metallic,
                 float roughness);
 int AddTexturedMaterial(Scene* scene, Texture texture, float roughness);
 int AddLightMaterial(Scene* scene, const std::string& name, vec3 radiance);
 int AddNode(Scene* scene, const std::string& name, vec3 translation);
-/// A mesh on a node of its own at `translation`; the node's index.
+/// Adds a mesh on its own node at `translation`; returns the node's index.
 int AddObject(Scene* scene, const std::string& name, Mesh mesh, vec3 translation);
 
-/// How the built-in scenes move: 120 keyframes, 30 per second.
+/// The animation of the built-in scenes: 120 keyframes, 30 per second.
 inline constexpr int kBuiltinKeys = 120;
 inline constexpr float kBuiltinKeysPerSecond = 30.0f;
 
-/// Animates a node: `pose` maps progress 0..1, slow at both ends, to the node's place.
+/// Animates a node: `pose` maps progress 0..1, slow at both ends, to the node's transform.
 void Animate(Scene* scene, int node, const std::function<Transform(float)>& pose);
 /// Rotation about the y axis.
 vec4 RotationY(float radians);
 /// A pose at `eye` whose -z points to `target`, upright.
 Transform LookAt(vec3 eye, vec3 target);
-/// A camera with an animated node of its own.
+/// Adds a camera with its own animated node.
 void AddAnimatedCamera(Scene* scene, float yfov, const std::function<Transform(float)>& pose);
 
 }  // namespace stillray

@@ -22,8 +22,8 @@ constexpr float kDepth = 0.5592f;
 const vec3 kWhite(0.725f, 0.71f, 0.68f);
 const vec3 kRed(0.63f, 0.065f, 0.05f);
 const vec3 kGreen(0.14f, 0.45f, 0.091f);
-/// The lamp's measured emission, integrated to (18.4, 14.0, 6.75), makes a dim picture in a room
-/// whose front is open: this is five times as much.
+/// Five times the lamp's measured emission, which integrates to (18.4, 14.0, 6.75) and makes a dim
+/// picture in a room whose front is open.
 const vec3 kLampRadiance(92.0f, 70.0f, 33.8f);
 
 void AddRoom(Scene* scene) {
@@ -54,7 +54,7 @@ void AddRoom(Scene* scene) {
 }
 
 void AddLamp(Scene* scene) {
-  // 130 mm x 105 mm, flush with the ceiling; a little below, so that the two do not coincide.
+  // 130 mm x 105 mm, slightly below the ceiling, so that the two do not coincide.
   constexpr float kGap = 0.0005f;
   const int lamp = AddLightMaterial(scene, "lamp", kLampRadiance);
   AddObject(scene, "lamp",
@@ -63,7 +63,7 @@ void AddLamp(Scene* scene) {
             vec3(0.0f));
 }
 
-/// The short box slides from beside the tall box to the front while it turns by a right angle.
+/// The short box slides from beside the tall box to the front while rotating by 90 degrees.
 void AddMovingBox(Scene* scene) {
   const int paint = AddMaterial(scene, "moving box", vec3(0.62f, 0.64f, 0.70f), 0.0f, 0.45f);
   const int box = AddObject(scene, "moving box", MakeBox(vec3(0.150f, 0.165f, 0.150f), 1.0f, paint),
@@ -86,8 +86,8 @@ Scene MakeCornellScene() {
   AddRoom(&scene);
   AddLamp(&scene);
   AddMovingBox(&scene);
-  // Closer than the original's 0.8 m, so that the box fills a wide picture. Orbits about the middle
-  // of the room and closes in.
+  // Closer than the original's 0.8 m, so that the box fills a wide picture. Orbits the centre of
+  // the room and moves closer.
   constexpr float kFieldOfView = 0.72f;
   AddAnimatedCamera(&scene, kFieldOfView, [](float t) {
     const vec3 target(0.0f, 0.215f, -0.28f);

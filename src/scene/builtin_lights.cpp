@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A room in which the light itself moves: a small lamp crosses it and throws the shadow of a row
-/// of sliding slats over wall and floor. What a denoiser remembers of such light is soon wrong.
+/// A room with moving light: a small lamp crosses it and casts the shadows of a row of sliding
+/// slats on wall and floor. The history of such light soon becomes invalid.
 #include <cmath>
 #include <string>
 
@@ -83,7 +83,7 @@ void AddMovingLamp(Scene* scene) {
   });
 }
 
-/// Upright slats under a rail, sliding against the lamp's direction.
+/// Upright slats under a rail, sliding in the opposite direction of the lamp.
 void AddSlats(Scene* scene) {
   constexpr int kSlats = 6;
   constexpr float kGap = 0.24f;

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Spheres of every roughness: metal, plastic, glass. On tiles under a sky with a large soft sun.
+/// Spheres of every roughness in metal, plastic and glass, on tiles under a sky with a large soft
+/// sun.
 #include <array>
 #include <cmath>
 #include <string>
@@ -70,11 +71,11 @@ float ColumnRoughness(int column) {
 }
 
 int AddGlass(Scene* scene, const std::string& name, int column) {
-  // The colour that white light has after crossing one radius.
+  // The transmittance over one radius.
   static const std::array<vec3, kColumns> kTints = {
       vec3(1.0f, 1.0f, 1.0f),   vec3(0.95f, 0.55f, 0.35f), vec3(0.90f, 0.85f, 0.35f),
       vec3(0.40f, 0.85f, 0.5f), vec3(0.35f, 0.65f, 0.95f), vec3(0.75f, 0.45f, 0.9f)};
-  // Rougher glass only turns grey: half the range of the other rows.
+  // Rougher glass only becomes grey: half the range of the other rows.
   const int index = AddMaterial(scene, name, vec3(1.0f), 0.0f, 0.5f * ColumnRoughness(column));
   Material& glass = scene->materials.back();
   glass.transmission = 1.0f;

@@ -22,7 +22,7 @@ float Smooth(float t) {
   return t * t * (3.0f - 2.0f * t);
 }
 
-/// Value noise in 0..1 on a lattice of nx x ny cells over the unit square, which repeats.
+/// Periodic value noise in 0..1 on a lattice of nx x ny cells over the unit square.
 class NoiseLattice {
  public:
   NoiseLattice(int nx, int ny, uint32_t seed) : nx_(nx), ny_(ny) {
@@ -53,7 +53,7 @@ class NoiseLattice {
   std::vector<float> values_;
 };
 
-/// 1 well inside a cell, 0 at its edges, over `width` (all in units of the cell).
+/// 1 inside a cell, falling to 0 at its edges over `width` (in units of the cell).
 float InsideCell(float x, float width) {
   const float edge = std::min(x, 1.0f - x);
   return Smooth(std::clamp((edge - 0.5f * width) / width, 0.0f, 1.0f));
@@ -71,7 +71,7 @@ std::vector<uint8_t> MakeEncodeTable() {
   return table;
 }
 
-/// Fills a texture with colour(u, v), linear, at the texels' centres.
+/// Fills a texture with colour(u, v), linear, evaluated at the texels' centres.
 template <typename Colour>
 Texture MakeTexture(const std::string& name, int size, const Colour& colour) {
   Texture texture;

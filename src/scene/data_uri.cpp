@@ -159,7 +159,7 @@ Result<std::vector<uint8_t>> ReadFileBytes(const std::string& path) {
     return Status::NotFound(fmt::format("{}: no such file", name));
   }
   if (!fs::is_regular_file(file)) {
-    // A pipe or a device could block for ever.
+    // Reading a pipe or a device could block forever.
     return Status::BadData(fmt::format("{}: not an ordinary file", name));
   }
   const uintmax_t size = fs::file_size(path, error);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The three ways in which a glTF names bytes: inline as base64, as a relative file, as neither.
+/// Bytes referenced by a glTF: inline base64, or a relative file.
 #pragma once
 
 #include <cstdint>
@@ -16,16 +16,16 @@ namespace stillray {
 bool IsDataUri(std::string_view uri);
 
 /// Decodes "data:[mediatype];base64,..." (RFC 2397, RFC 4648; padding may be missing).
-/// \return kBadData that says what is wrong
+/// \return kBadData naming the fault
 Result<std::vector<uint8_t>> DecodeDataUri(std::string_view uri);
 
-/// The file that a relative reference (RFC 3986, percent-encoded) means.
-/// \param base_folder  folder that the reference starts from; files outside it are refused, so that
-///                     a scene cannot make us read what its author only guesses to exist
+/// The file that a relative reference (RFC 3986, percent-encoded) denotes.
+/// \param base_folder  folder of the reference; files outside it are rejected, so that a scene
+///     cannot read files whose paths its author guesses
 /// \return kBadData for absolute paths, schemes and paths that leave the folder
 Result<std::string> ResolveUri(const std::string& uri, const std::string& base_folder);
 
-/// \return kNotFound, kBadData if it is no ordinary file, kIo
+/// \return kNotFound, kBadData if it is not a regular file, kIo
 Result<std::vector<uint8_t>> ReadFileBytes(const std::string& path);
 
 }  // namespace stillray

@@ -19,10 +19,10 @@ constexpr uint64_t kUnsignedShort = 5123;
 constexpr uint64_t kUnsignedInt = 5125;
 constexpr uint64_t kFloat = 5126;
 
-/// More elements than any scene that fits into memory here has in one array.
+/// Larger than any array of a scene that fits into memory.
 constexpr uint64_t kMaxElements = 100'000'000;
-/// Elements that an accessor without data (all zero) may have beyond the number of bytes in the
-/// file: real files hold such accessors only for small morph targets and placeholders.
+/// Elements that an accessor without data (all zero) may have in excess of the file's size in
+/// bytes: real files use such accessors only for small morph targets and placeholders.
 constexpr uint64_t kMaxFreeElements = 1'000'000;
 
 const std::array<uint8_t, 16> kZeros{};
@@ -96,8 +96,8 @@ uint32_t LoadUnsigned(const uint8_t* bytes, uint64_t type) {
   }
 }
 
-/// Bytes of `count` elements from `offset` on; false (and a failure in the log) if they do not all
-/// lie in the view.
+/// Locates the bytes of `count` elements from `offset` on; false (and a failure in the log) if they
+/// do not all lie in the view.
 bool OpenElements(const GltfDocument& document, const JsonView& owner, uint64_t count,
                   size_t element_bytes, bool may_stride, const uint8_t** data, size_t* stride) {
   ImportLog* log = owner.log();
@@ -159,7 +159,7 @@ uint32_t Accessor::ReadIndex(size_t i) const {
 
 namespace {
 
-/// The sparse part's indices, checked to be increasing and below `count`.
+/// The indices of the sparse part, checked to be increasing and below `count`.
 bool ReadSparseIndices(const GltfDocument& document, const JsonView& sparse, uint64_t sparse_count,
                        uint64_t count, std::vector<uint32_t>* out) {
   const JsonView indices = sparse.Object("indices");

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Reading of accessors (glTF 2.0, 3.6.2): every range, stride and type is checked when an accessor
-/// is opened, so that reading its elements cannot fail.
+/// Reads accessors (glTF 2.0, 3.6.2): ranges, strides and types are checked when an accessor is
+/// opened, so that reading its elements cannot fail.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace stillray {
 
-/// An opened accessor. Refers to the document's buffers.
+/// An opened accessor. References the document's buffers.
 class Accessor {
  public:
   size_t count() const { return count_; }
@@ -25,9 +25,9 @@ class Accessor {
   }
 
   /// The components of element i, i < count(). Normalised integers are mapped to -1..1 or 0..1
-  /// (glTF 2.0, 3.6.2.2), others keep their value.
+  /// (glTF 2.0, 3.6.2.2); others keep their value.
   void Read(size_t i, float* out) const;
-  /// Element i of a scalar of unsigned integers.
+  /// Element i of a scalar accessor of unsigned integers.
   uint32_t ReadIndex(size_t i) const;
 
  private:
@@ -46,7 +46,7 @@ class Accessor {
 };
 
 /// Opens accessors[index].
-/// \param user  element that names the accessor, for messages
+/// \param user  the referring element, for messages
 /// \return false after a failure, which is in the log
 bool OpenAccessor(const GltfDocument& document, ImportLog* log, int index, const std::string& user,
                   Accessor* accessor);

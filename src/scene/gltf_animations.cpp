@@ -15,11 +15,11 @@ namespace stillray {
 
 namespace {
 
-/// Values beyond this in an animation are damage, not motion; see also kMaxCoordinate.
+/// Larger values in an animation are damage; see also kMaxCoordinate.
 constexpr float kMaxAnimatedValue = 1e18f;
 
 struct ChannelTarget {
-  int node = -1;  ///< in Scene::nodes; -1: the channel is left out
+  int node = -1;  ///< in Scene::nodes; -1: the channel is ignored
   AnimatedProperty property = AnimatedProperty::kTranslation;
 };
 
@@ -41,7 +41,7 @@ ChannelTarget ReadTarget(GltfImport* import, const JsonView& channel) {
     return result;
   }
   const int node = target.Index("node", import->node_of_gltf.size(), "nodes");
-  // Without a node an extension may say what is animated; nodes outside the scene are not seen.
+  // Without a node an extension may define the target; nodes outside the scene are invisible.
   result.node = node < 0 ? -1 : import->node_of_gltf[static_cast<size_t>(node)];
   return result;
 }
@@ -122,8 +122,7 @@ bool ReadValues(GltfImport* import, const JsonView& sampler, int accessor_index,
   return true;
 }
 
-/// A node with a matrix has nothing that a channel could animate, so the matrix is taken apart (a
-/// shear is lost).
+/// Decomposes a node's matrix (losing shear), so that channels can animate its parts.
 void SplitMatrix(Node* node) {
   const mat4& m = node->matrix;
   vec3 scale(glm::length(vec3(m[0])), glm::length(vec3(m[1])), glm::length(vec3(m[2])));

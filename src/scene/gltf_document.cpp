@@ -18,7 +18,7 @@ constexpr uint32_t kJsonChunk = 0x4E4F534A;  // "JSON"
 constexpr uint32_t kBinChunk = 0x004E4942;   // "BIN\0"
 constexpr size_t kGlbHeaderBytes = 12;
 constexpr size_t kChunkHeaderBytes = 8;
-/// glTF nests a dozen levels deep; more is an attack on the stack of whoever walks it.
+/// glTF nests a dozen levels deep; deeper files could overflow the stack.
 constexpr int kMaxJsonDepth = 256;
 
 uint32_t ReadU32(ByteSpan bytes, size_t offset) {
@@ -27,7 +27,7 @@ uint32_t ReadU32(ByteSpan bytes, size_t offset) {
          static_cast<uint32_t>(bytes[offset + 3]) << 24;
 }
 
-/// Finds the chunks of a .glb (glTF 2.0, 4.4). Unknown chunks are skipped, as the standard asks.
+/// Finds the chunks of a .glb (glTF 2.0, 4.4). Unknown chunks are skipped, as required.
 Status SplitGlb(ByteSpan bytes, ByteSpan* text, GltfDocument* document) {
   if (bytes.size() < kGlbHeaderBytes + kChunkHeaderBytes) {
     return Status::BadData(
@@ -145,7 +145,7 @@ const std::vector<uint8_t>* LoadUri(const JsonView& owner, GltfDocument* documen
     return nullptr;
   }
   const bool inlined = IsDataUri(uri);
-  std::string key = "data:" + owner.path();  // no file's path starts so
+  std::string key = "data:" + owner.path();  // not a prefix of any file's path
   if (!inlined) {
     Result<std::string> path = ResolveUri(uri, document->base_folder);
     if (!path.ok()) {
@@ -189,7 +189,7 @@ void LoadBuffers(GltfDocument* document, ImportLog* log) {
       bytes = document->binary_chunk;
     } else if (length != 0) {
       // KHR_mesh compression extensions leave such buffers as fallbacks; without those extensions
-      // nothing may use them, and whatever does finds them empty.
+      // they must be unused, and read as empty.
       log->Warn(fmt::format("buffers[{}]: has no data", i));
       document->buffers.emplace_back();
       continue;

@@ -21,22 +21,22 @@ namespace stillray {
 
 using ByteSpan = std::span<const uint8_t>;
 
-/// A glTF file taken apart but not yet understood. Refers to the bytes it was made from, which must
-/// outlive it.
+/// The JSON and buffers of a glTF file. References the bytes it was made from, which must outlive
+/// it.
 struct GltfDocument {
   nlohmann::json json;
   std::string base_folder;  ///< folder of the file; empty: no external files
   bool has_binary_chunk = false;
   ByteSpan binary_chunk;
   std::vector<ByteSpan> buffers;  ///< each cut to its byteLength
-  /// Files and data URIs, by path or by the URI's owner; `buffers` points into these.
+  /// Contents of files and data URIs, by path or by the URI's owner; `buffers` points into these.
   std::map<std::string, std::unique_ptr<std::vector<uint8_t>>> files;
-  size_t total_bytes = 0;  ///< of the document and everything it refers to, each counted once
+  size_t total_bytes = 0;  ///< of the document and all its references, each counted once
 
   JsonView Root(ImportLog* log) const { return {&json, "", log}; }
 };
 
-/// Splits a .glb into its chunks or takes `bytes` as .gltf text, parses the JSON, and requires glTF
+/// Splits a .glb into its chunks or reads `bytes` as .gltf text, parses the JSON, and requires glTF
 /// version 2. Buffers are not read yet.
 /// \return kBadData, kUnsupported (glTF 1)
 Status ParseGltf(ByteSpan bytes, const std::string& base_folder, GltfDocument* document);
@@ -44,12 +44,12 @@ Status ParseGltf(ByteSpan bytes, const std::string& base_folder, GltfDocument* d
 /// Fills GltfDocument::buffers.
 void LoadBuffers(GltfDocument* document, ImportLog* log);
 
-/// The bytes that a "uri" member means; read once however often they are named.
+/// The bytes that a "uri" member refers to; read once, however often they are referenced.
 /// \return nullptr after a failure, which is in the log under the view's path
 const std::vector<uint8_t>* LoadUri(const JsonView& owner, GltfDocument* document);
 
-/// The bytes of bufferViews[index], with everything about the view checked.
-/// \param user    element that names the view, for messages
+/// The bytes of bufferViews[index], after checking the view.
+/// \param user    the referring element, for messages
 /// \param stride  [out] distance of elements, 0 if not given; may be nullptr
 /// \return false after a failure, which is in the log
 bool OpenBufferView(const GltfDocument& document, ImportLog* log, size_t index,

@@ -23,13 +23,13 @@ namespace stillray {
 
 namespace {
 
-/// Elements that any file may ask for, and how many more for each of its bytes. A real file needs
-/// less than one per byte, unless it shares accessors between primitives.
+/// Elements that any file may use, and how many more per byte of it. A real file has less than one
+/// per byte, unless it shares accessors between primitives.
 constexpr uint64_t kFreeElements = 4'000'000;
 constexpr uint64_t kElementsPerByte = 16;
 constexpr uint64_t kMaxElements = 1'000'000'000;
 
-/// The node of a world transform that no ray could be traced in, -1 if there is none.
+/// The node of a world transform that cannot be traced, -1 if there is none.
 int FindBadTransform(const std::vector<mat4>& worlds) {
   for (size_t i = 0; i < worlds.size(); ++i) {
     if (!IsTraceable(worlds[i])) {
@@ -39,7 +39,7 @@ int FindBadTransform(const std::vector<mat4>& worlds) {
   return -1;
 }
 
-/// Looks at the whole scene from the front, a little from above and from the right.
+/// Adds a camera that views the whole scene from the front, slightly from above and from the right.
 void AddCamera(const Aabb& bounds, Scene* scene) {
   const vec3 centre = 0.5f * (bounds.min + bounds.max);
   const float radius = 0.5f * glm::length(bounds.max - bounds.min);
@@ -67,7 +67,7 @@ bool HasLight(const Scene& scene) {
          });
 }
 
-/// Checks the scene as a whole and adds what a picture of it cannot do without.
+/// Checks the scene as a whole and adds missing camera and light.
 void Complete(GltfImport* import) {
   Scene& scene = import->scene;
   if (scene.instances.empty()) {
@@ -105,7 +105,7 @@ void Complete(GltfImport* import) {
   }
 }
 
-/// With the length: zeros at the end do not change the sum of the bytes.
+/// Includes the length: trailing zeros do not change the checksum of the bytes.
 uint64_t AddFile(ByteSpan bytes, uint64_t sum) {
   std::array<uint8_t, sizeof(uint64_t)> length{};
   const uint64_t size = bytes.size();
@@ -113,7 +113,7 @@ uint64_t AddFile(ByteSpan bytes, uint64_t sum) {
   return AddToChecksum(bytes, AddToChecksum(length, sum));
 }
 
-/// Of everything that the scene was read from.
+/// Of all files of the scene.
 uint64_t ChecksumOf(ByteSpan bytes, const GltfDocument& document) {
   uint64_t sum = AddFile(bytes, kEmptyChecksum);
   for (const auto& [name, content] : document.files) {
@@ -147,8 +147,8 @@ Result<Scene> Import(ByteSpan bytes, const std::string& base_folder, const KeepG
 
 constexpr const char* kExpected = "a scene in glTF 2.0 (.gltf, .glb) or builtin:NAME";
 
-/// Whether a file of another name could be glTF: its binary form begins with these letters, and the
-/// text is a JSON object.
+/// Whether a file of another name could be glTF: the binary form starts with these letters, and the
+/// text form is a JSON object.
 bool MayBeGltf(ByteSpan bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const size_t begin = text.find_first_not_of(" \t\r\n");

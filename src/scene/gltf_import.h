@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// The steps of a glTF import, one file each. They share one state and run in the order in which
-/// they are declared; after each the log says whether to go on.
+/// they are declared, until the log holds an error.
 #pragma once
 
 #include <atomic>
@@ -17,7 +17,7 @@
 
 namespace stillray {
 
-/// A mesh on a node, found while walking the nodes.
+/// A mesh on a node, in the order of the nodes.
 struct GltfMeshUse {
   int gltf_mesh = -1;
   int node = -1;  ///< in Scene::nodes
@@ -30,43 +30,44 @@ struct GltfImport {
   std::vector<int> node_of_gltf;       ///< glTF node -> Scene::nodes, -1 if not part of the scene
   std::vector<GltfMeshUse> mesh_uses;  ///< in the order of Scene::nodes
   std::vector<int> image_of_texture;   ///< Scene::textures -> glTF image
-  bool has_environment = false;        ///< the file says what surrounds the scene, be it darkness
+  bool has_environment = false;        ///< the file defines an environment, which may be black
   /// Picture, wrap modes and filter -> index into Scene::textures.
   std::map<std::tuple<int, Wrap, Wrap, bool>, int> texture_of_use;
-  /// Elements (vertices, triangle corners, keyframe values) that may still be read: accessors can
-  /// be named any number of times, so a small file could otherwise fill any memory.
+  /// Budget of elements (vertices, triangle corners, keyframe values) to read: accessors can be
+  /// referenced any number of times, so a small file could otherwise exhaust memory.
   uint64_t elements_left = 0;
 
   KeepGoing keep_going;  ///< may be empty
   std::atomic<bool> cancelled{false};
 
-  /// Whether work is to go on; any thread may ask. Once not, never again.
+  /// Whether the import should continue; thread-safe. Once false, it stays false.
   bool GoesOn();
 
   JsonView Root() { return document.Root(&log); }
-  /// Takes `count` elements off the budget; false, with a failure in the log, if it is used up.
+  /// Subtracts `count` elements from the budget; false, with a failure in the log, if it is
+  /// exceeded.
   bool Charge(const std::string& user, uint64_t count);
 };
 
-/// Refuses required extensions that stillray lacks, and warns about optional ones.
+/// Rejects required extensions that stillray lacks, and warns about optional ones.
 void CheckExtensions(GltfImport* import);
 
-/// Nodes of the file's scene, parents first, with their cameras, punctual lights and meshes; also
-/// the environment, which is a property of the scene.
+/// Imports the nodes of the file's scene, parents first, with their cameras, punctual lights and
+/// meshes; also the environment, which is a property of the scene.
 void ImportNodes(GltfImport* import);
 
-/// All materials, in the file's order, and stubs of the textures that they use.
+/// Imports all materials, in the file's order, and stubs of the textures that they use.
 void ImportMaterials(GltfImport* import);
 
 /// Reads and decodes the textures whose stubs ImportMaterials made.
 void ImportTextures(GltfImport* import);
 
-/// The primitives of all meshes in use, and their instances.
+/// Imports the primitives of all meshes in use, and their instances.
 void ImportMeshes(GltfImport* import);
 
 void ImportAnimations(GltfImport* import);
 
-/// What a node refers to, read while its place in Scene::nodes is known.
+/// Imports objects referenced by a node, whose index in Scene::nodes is known.
 void ImportNodeCamera(GltfImport* import, const JsonView& node, int scene_node);
 void ImportNodeLight(GltfImport* import, const JsonView& node, int scene_node);
 

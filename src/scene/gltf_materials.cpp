@@ -53,8 +53,8 @@ int ImageOfTexture(GltfImport* import, const JsonView& texture) {
   return image;
 }
 
-/// Index into Scene::textures of a stub for the glTF texture; two that share picture and sampler
-/// share the stub. -1 after a failure.
+/// Index into Scene::textures of a stub for the glTF texture; textures with the same picture and
+/// sampler share the stub. -1 after a failure.
 int UseTexture(GltfImport* import, int gltf_texture) {
   const JsonView root = import->Root();
   const JsonView view = root.Item("textures", static_cast<size_t>(gltf_texture));
@@ -83,8 +83,8 @@ int UseTexture(GltfImport* import, int gltf_texture) {
 }
 
 /// KHR_texture_transform: translation * rotation * scale. The rotation turns coordinates
-/// counter-clockwise as seen with v down, as the extension's text and its examples want it; the
-/// GLSL lines in its text have the other sign.
+/// counter-clockwise as seen with v down, as in the extension's text and examples; its GLSL lines
+/// have the other sign.
 mat3 ReadTextureTransform(const JsonView& transform) {
   vec2 offset(0.0f);
   vec2 scale(1.0f);
@@ -196,8 +196,8 @@ void ReadTransmission(GltfImport* import, const JsonView& view, Material* materi
   }
 }
 
-/// KHR_materials_unlit: the base colour is what is seen, whatever the light. Here: it is emitted,
-/// by a black surface that reflects nothing (index of refraction 1).
+/// KHR_materials_unlit: the base colour is visible regardless of light. Here it is the emission of
+/// a black surface that reflects nothing (index of refraction 1).
 void MakeUnlit(const JsonView& view, Material* material) {
   view.log()->Warn("KHR_materials_unlit: unlit materials are shown as emission");
   material->emission = vec3(material->base_color);

@@ -20,13 +20,13 @@ namespace stillray {
 namespace {
 
 constexpr uint64_t kMaxInstances = 10'000'000;
-/// An instance takes some 900 bytes, most of them in the BVH; an element up to 28.
+/// An instance takes about 900 bytes, most of them in the BVH; an element up to 28.
 constexpr uint64_t kElementsPerInstance = 32;
 constexpr uint64_t kTriangles = 4;
 constexpr uint64_t kTriangleStrip = 5;
 constexpr uint64_t kTriangleFan = 6;
 
-/// A primitive that is to become a Mesh: what it names, checked, before any data is read.
+/// A primitive to convert to a Mesh: its checked references, before any data is read.
 struct Primitive {
   JsonView view;
   std::string mesh_name;
@@ -46,7 +46,7 @@ uint64_t AccessorCount(const JsonView& root, int accessor) {
   return root.Item("accessors", static_cast<size_t>(accessor)).Count("count", 0);
 }
 
-/// Work that opening an accessor costs beyond its elements in use.
+/// Cost of opening an accessor beyond its elements in use.
 uint64_t SparseCount(const JsonView& root, int accessor) {
   return accessor < 0 ? 0
                       : root.Item("accessors", static_cast<size_t>(accessor))
@@ -54,7 +54,7 @@ uint64_t SparseCount(const JsonView& root, int accessor) {
                             .Count("count", 0);
 }
 
-/// glTF's default material, added once when a primitive names none.
+/// glTF's default material, added when the first primitive without a material is read.
 int DefaultMaterial(GltfImport* import, int* index) {
   if (*index < 0) {
     *index = static_cast<int>(import->scene.materials.size());
@@ -73,7 +73,7 @@ void WarnAboutDeformation(const JsonView& view, const JsonView& attributes) {
   }
 }
 
-/// Fills the plan of one primitive; false if it is left out or after a failure.
+/// Fills the plan of one primitive; false if it is skipped or after a failure.
 bool PlanPrimitive(GltfImport* import, const JsonView& view, Primitive* plan) {
   const JsonView root = import->Root();
   const size_t accessors = root.Size("accessors");
@@ -101,7 +101,7 @@ bool PlanPrimitive(GltfImport* import, const JsonView& view, Primitive* plan) {
     return false;
   }
   if (plan->position < 0) {
-    // Allowed by glTF for extensions that bring geometry of their own.
+    // Allowed by glTF for extensions with their own geometry.
     view.Warn("attributes", "has no POSITION, so the primitive was left out");
     return false;
   }
@@ -130,7 +130,7 @@ bool OpenAttribute(const GltfDocument& document, Primitive* primitive, int index
   return true;
 }
 
-/// The same for attributes other than POSITION, which must be as long as POSITION.
+/// The same for attributes other than POSITION, which must have as many elements as POSITION.
 bool OpenVertexAttribute(const GltfDocument& document, Primitive* primitive, int index,
                          const char* name, int min_components, int max_components, size_t vertices,
                          Accessor* accessor) {
@@ -203,7 +203,7 @@ void MakeTriangles(Primitive* primitive, std::vector<uint32_t>* indices) {
 }
 
 /// Reads the positions in use and drops triangles that cannot be rendered.
-/// \param used  [in,out] file's number of every vertex of the mesh
+/// \param used  [in,out] the file's number of every vertex of the mesh
 void ReadPositions(const Accessor& accessor, Primitive* primitive, std::vector<uint32_t>* used) {
   Mesh& mesh = primitive->mesh;
   mesh.positions.resize(used->size());
@@ -233,7 +233,7 @@ void ReadPositions(const Accessor& accessor, Primitive* primitive, std::vector<u
   }
 }
 
-/// Gives every triangle vertices of its own.
+/// Gives every triangle its own vertices.
 void Unshare(Mesh* mesh, std::vector<uint32_t>* used) {
   std::vector<uint32_t> file_numbers;
   std::vector<vec3> positions;
@@ -325,10 +325,10 @@ void ReadColours(const GltfDocument& document, Primitive* primitive, size_t vert
   }
 }
 
-/// The file's tangents; false if there are none that can be used.
+/// The file's tangents; false if they are missing or unusable.
 bool ReadTangents(const GltfDocument& document, Primitive* primitive, size_t vertices,
                   const std::vector<uint32_t>& used) {
-  // Tangents belong to the normals that they came with.
+  // Tangents are only valid with the normals of the file.
   if (primitive->tangent < 0 || primitive->normal < 0) {
     return false;
   }
@@ -358,7 +358,7 @@ bool ReadTangents(const GltfDocument& document, Primitive* primitive, size_t ver
   return true;
 }
 
-/// Textures need coordinates; a mesh without them shows their corner, as if all were zero.
+/// Textures need coordinates; a mesh without them gets zeros.
 void ProvideUvs(const Material& material, Primitive* primitive) {
   for (const TextureRef* ref :
        {&material.base_color_texture, &material.metallic_roughness_texture,
@@ -372,7 +372,7 @@ void ProvideUvs(const Material& material, Primitive* primitive) {
   }
 }
 
-/// Reads all data of a primitive. Its mesh is left without triangles if none can be rendered.
+/// Reads all data of a primitive. Its mesh has no triangles if none can be rendered.
 void ReadPrimitive(const GltfDocument& document, const std::vector<Material>& materials,
                    Primitive* primitive) {
   Mesh& mesh = primitive->mesh;
@@ -401,7 +401,7 @@ void ReadPrimitive(const GltfDocument& document, const std::vector<Material>& ma
   }
 }
 
-/// The primitives of all meshes in use and, per glTF mesh, which they are.
+/// The primitives of all meshes in use, and their indices per glTF mesh.
 std::vector<Primitive> PlanPrimitives(GltfImport* import,
                                       std::map<int, std::pair<size_t, size_t>>* range_of_mesh) {
   const JsonView root = import->Root();
@@ -434,7 +434,7 @@ std::vector<Primitive> PlanPrimitives(GltfImport* import,
   return primitives;
 }
 
-/// Nodes that share meshes of many primitives make many instances of few bytes.
+/// Nodes that share meshes of many primitives create many instances from few bytes.
 bool ChargeInstances(GltfImport* import,
                      const std::map<int, std::pair<size_t, size_t>>& range_of_mesh) {
   uint64_t instances = 0;

@@ -37,7 +37,7 @@ std::vector<int> ReadParents(GltfImport* import, std::vector<std::vector<int>>* 
   return parents;
 }
 
-/// Every node must reach a root: walks up from each, marking what is known to.
+/// Every node must reach a root: walks up from each, marking visited nodes.
 void CheckNoCycles(GltfImport* import, const std::vector<int>& parents) {
   std::vector<char> reaches_root(parents.size(), 0);
   for (size_t start = 0; start < parents.size(); ++start) {
@@ -93,7 +93,7 @@ Node ReadNode(const JsonView& view) {
 }
 
 void ReadEnvironment(GltfImport* import, const JsonView& scene) {
-  // Extras belong to whoever wrote the file and may be anything: only what looks like ours is read.
+  // Extras may hold any data of the file's author: only stillray's own form is read.
   if (!scene.IsObject("extras") || !scene.Object("extras").IsObject("environment")) {
     return;
   }
@@ -115,8 +115,7 @@ void ReadEnvironment(GltfImport* import, const JsonView& scene) {
   import->has_environment = true;
 }
 
-/// The glTF nodes at which the walk starts: those of the default scene, else of the first scene,
-/// else all roots.
+/// The roots of the traversal: those of the default scene, else of the first scene, else all roots.
 std::vector<int> SceneRoots(GltfImport* import, const std::vector<int>& parents) {
   const JsonView root = import->Root();
   const size_t scenes = root.Size("scenes");
@@ -183,7 +182,7 @@ void ImportNodes(GltfImport* import) {
   if (!import->log.ok()) {
     return;
   }
-  // Breadth first, so that parents stand before children without recursion.
+  // Breadth first, so that parents precede children without recursion.
   std::vector<int> queue = SceneRoots(import, parents);
   const JsonView root = import->Root();
   for (size_t head = 0; head < queue.size() && import->log.ok(); ++head) {

@@ -13,10 +13,11 @@ namespace stillray {
 
 namespace {
 
-/// All textures of a scene together: more would be no scene but an attack on memory.
+/// Limit for all textures of a scene together, against exhaustion of memory.
 constexpr uint64_t kMaxTextureBytes = uint64_t{4} << 30;
-/// So much is decoded whatever it is, such as eight textures of one colour with 4096 x 4096 texels;
-/// beyond it, pictures must hold something: few compress better than this.
+/// Textures up to this size are decoded regardless of compression, such as eight textures of one
+/// colour with 4096 x 4096 texels; beyond it, the compression ratio is limited to that of real
+/// pictures.
 constexpr uint64_t kFreeTextureBytes = uint64_t{512} << 20;
 constexpr uint64_t kTextureBytesPerByte = 256;
 
@@ -25,7 +26,7 @@ struct EncodedTexture {
   ImageInfo info;
 };
 
-/// "texture 'NAME' (images[3])": how messages name a texture.
+/// "texture 'NAME' (images[3])": the name of a texture in messages.
 std::string TextureLabel(const GltfImport& import, size_t texture) {
   return fmt::format("texture '{}' (images[{}])", Printable(import.scene.textures[texture].name),
                      import.image_of_texture[texture]);
@@ -35,7 +36,7 @@ Status Relabel(const std::string& label, const Status& status) {
   return {status.code(), label + ": " + status.message()};
 }
 
-/// The still encoded picture of a texture.
+/// The encoded picture of a texture.
 Status FindBytes(GltfImport* import, size_t texture, ByteSpan* bytes) {
   ImportLog log;
   const JsonView image = import->document.Root(&log).Item(
@@ -57,7 +58,7 @@ Status FindBytes(GltfImport* import, size_t texture, ByteSpan* bytes) {
   return log.status();
 }
 
-/// Says which file a damaged picture came from.
+/// The file that a damaged picture came from.
 std::string FileName(GltfImport* import, size_t texture) {
   ImportLog ignored;
   const JsonView image = import->document.Root(&ignored).Item(

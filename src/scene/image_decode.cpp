@@ -19,9 +19,9 @@ namespace {
 
 using Bytes = std::span<const uint8_t>;
 
-// How many texels a byte can hold at most, so that a few bytes cannot claim gigabytes. PNG: deflate
-// packs 1032 bytes into one (RFC 1951: 258 bytes per 2 bits) and a byte holds up to 8 texels.
-// JPEG: an MCU of 16x16 texels takes at least 6 bits. WebP has no such bound.
+// Maximum texels per byte, so that a few bytes cannot claim gigabytes. PNG: deflate packs 1032
+// bytes into one (RFC 1951: 258 bytes per 2 bits) and a byte holds up to 8 texels. JPEG: an MCU of
+// 16x16 texels takes at least 6 bits. WebP has no such bound.
 constexpr uint64_t kMaxPngTexelsPerByte = 1032 * 8;
 constexpr uint64_t kMaxJpegTexelsPerByte = 2048;
 
@@ -45,7 +45,7 @@ struct PngContext {
   spng_ctx* ctx;
 };
 
-/// Width and height stand at a fixed place in the first chunk (PNG, 11.2.2).
+/// Width and height are at a fixed position in the first chunk (PNG, 11.2.2).
 Status InspectPng(Bytes bytes, ImageInfo* info) {
   constexpr size_t kHeaderEnd = 24;
   if (bytes.size() < kHeaderEnd) {
@@ -99,10 +99,10 @@ Status DecodeWebp(Bytes bytes, const ImageInfo& info, std::vector<uint8_t>* texe
   return Status::Ok();
 }
 
-/// The last marker of a JPEG file is EOI. The decoder fills what is missing with grey, and a
-/// picture that is half grey must not pass as a texture.
+/// The last marker of a JPEG file is EOI. The decoder fills missing data with grey, and a half grey
+/// picture must not be accepted as a texture.
 bool JpegEndsEarly(Bytes bytes) {
-  // Some writers pad the end with zeros or append data: EOI need not be the very last thing.
+  // Some writers pad the end with zeros or append data, so EOI need not be last.
   for (size_t i = bytes.size(); i >= 2; --i) {
     if (bytes[i - 2] == 0xff && bytes[i - 1] == 0xd9) {
       return false;

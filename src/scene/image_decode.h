@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Decoding of the picture formats that glTF textures come in.
+/// Decoders of the picture formats of glTF textures.
 #pragma once
 
 #include <cstdint>
@@ -23,13 +23,13 @@ struct ImageInfo {
 };
 
 /// Reads the header only.
-/// \return kBadData if the bytes are none of PNG, JPEG, WebP or claim a size that they cannot hold,
-///         kUnsupported beyond kMaxTextureSide
+/// \return kBadData if the bytes are not PNG, JPEG or WebP or claim a size that they cannot hold,
+///     kUnsupported beyond kMaxTextureSide
 Result<ImageInfo> InspectImage(std::span<const uint8_t> bytes);
 
 /// Decodes to 8-bit RGBA, rows from the top: width * height * 4 bytes. Missing alpha is 255, grey
-/// becomes red = green = blue, of 16-bit values the upper half is kept. Colour profiles are
-/// ignored, as glTF asks. \return kBadData if the picture is damaged or ends early
+/// becomes red = green = blue, 16-bit values keep their upper half. Colour profiles are ignored, as
+/// glTF requires. \return kBadData if the picture is damaged or truncated
 Result<std::vector<uint8_t>> DecodeImage(std::span<const uint8_t> bytes, const ImageInfo& info);
 
 }  // namespace stillray

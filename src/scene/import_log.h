@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What an import has to tell: the first error, and warnings about everything left out or mended.
+/// Messages of an import: the first error, and warnings about parts left out or corrected.
 #pragma once
 
 #include <string>
@@ -12,11 +12,11 @@
 
 namespace stillray {
 
-/// Collects messages. Only the first error counts: whatever follows it is a consequence. Not
-/// thread safe: parallel work writes into logs of its own, which are appended in a fixed order.
+/// Collects messages. Only the first error is kept: later ones are its consequences. Not thread
+/// safe: parallel work writes into separate logs, which are appended in a fixed order.
 class ImportLog {
  public:
-  /// Warnings kept; the rest are only counted.
+  /// Maximum number of warnings kept; the rest are only counted.
   static constexpr size_t kMaxWarnings = 100;
 
   void Fail(Status status);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Typed reading of JSON in which every mistake is reported with the place where it stands, such
-/// as "meshes[3].primitives[0].material".
+/// Typed reading of JSON; every error is reported with its location, such as
+/// "meshes[3].primitives[0].material".
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@
 namespace stillray {
 
 /// A JSON object, or nothing: a missing member reads as its default. A member of the wrong type or
-/// out of range is an error in the log, and its default is returned so that reading can go on.
+/// out of range is an error in the log, and its default is returned so that reading can continue.
 class JsonView {
  public:
   JsonView() = default;
@@ -49,14 +49,14 @@ class JsonView {
   std::string StringItem(const char* key, size_t i) const;
   /// A finite number that a float can hold.
   float Number(const char* key, float fallback) const;
-  /// The same, moved into lo..hi with a warning if it lies outside.
+  /// The same, clamped to lo..hi with a warning if it lies outside.
   float NumberIn(const char* key, float fallback, float lo, float hi) const;
-  /// Whole number >= 0 (and below 2^53: JSON promises no more).
+  /// Whole number >= 0 (and below 2^53, the exact range of JSON numbers).
   uint64_t Count(const char* key, uint64_t fallback) const;
-  /// Index into `what` ("accessors", ...) of which there are `limit`; -1 if missing.
+  /// Index into the array `what` ("accessors", ...) with `limit` elements; -1 if missing.
   int Index(const char* key, size_t limit, const char* what) const;
   std::vector<int> Indices(const char* key, size_t limit, const char* what) const;
-  /// Array of exactly `n` finite numbers; false, with `out` untouched, if missing or wrong.
+  /// Array of exactly `n` finite numbers; false, with `out` unchanged, if missing or wrong.
   bool Numbers(const char* key, float* out, size_t n) const;
 
   /// Reports "PATH.key: message" (PATH alone if `key` is null) as damaged data.

@@ -17,7 +17,7 @@ using glm::dvec3;
 
 constexpr uint32_t kUnused = std::numeric_limits<uint32_t>::max();
 
-/// Normal of a triangle, as long as twice its area. In double precision: the sides of thin
+/// Normal of a triangle, with twice its area as length. In double precision: the sides of thin
 /// triangles differ by less than float resolves.
 dvec3 AreaNormal(const std::vector<vec3>& positions, const uint32_t* corners) {
   const dvec3 a = positions[corners[0]];
@@ -31,7 +31,7 @@ bool IsPoint(vec3 p) {
          std::abs(p.z) <= kMaxCoordinate;
 }
 
-/// `v` with length 1; zero if it has no direction.
+/// `v` with length 1; zero if `v` is zero or not finite.
 dvec3 Unit(dvec3 v) {
   const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
   if (!(largest > 0) || !std::isfinite(largest)) {
@@ -50,19 +50,19 @@ dvec3 AnyPerpendicular(dvec3 n) {
   return Unit(glm::cross(n, axis));
 }
 
-/// Tangents of the corners of one vertex, summed apart for the two handednesses.
+/// Tangents of the corners of one vertex, summed separately by handedness.
 struct TangentSums {
   std::array<dvec3, 2> sum = {dvec3(0.0), dvec3(0.0)};
   std::array<bool, 2> used = {false, false};
 };
 
 struct CornerTangent {
-  int hand = -1;  ///< 0: w = 1, 1: w = -1, -1: the texture coordinates give no direction
+  int hand = -1;  ///< 0: w = 1, 1: w = -1, -1: degenerate texture coordinates
   dvec3 weighted = dvec3(0.0);
 };
 
-/// Direction of growing u over a triangle (length irrelevant) and the sign of its uv area with v
-/// up; sign 0 if the texture coordinates do not span an area.
+/// Direction of increasing u over a triangle (any length) and the sign of its uv area with v up;
+/// sign 0 if the texture coordinates span no area.
 dvec3 TriangleTangent(const Mesh& mesh, const std::vector<vec2>& uv, const uint32_t* corners,
                       double* sign) {
   const dvec3 e1 = dvec3(mesh.positions[corners[1]]) - dvec3(mesh.positions[corners[0]]);
@@ -215,7 +215,7 @@ size_t NormalizeNormals(Mesh* mesh) {
   for (const uint32_t i : missing) {
     dvec3 normal = Unit(sums[i]);
     if (IsZero(normal)) {
-      normal = Unit(any[i]);  // the normals around the vertex cancel out
+      normal = Unit(any[i]);  // the normals around the vertex cancel
     }
     mesh->normals[i] = vec3(normal);
   }
