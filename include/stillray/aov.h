@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Frames of other renderers: which layers of an EXR file hold which light and which guide, under
-/// which convention, and the way from there to a Frame and back into the file.
+/// Frames of other renderers: assigns the layers of an EXR file to light and guides, converts their
+/// conventions to those of Frame, and writes denoised light back into the file.
 #pragma once
 
 #include <array>
@@ -27,22 +27,22 @@ enum class MotionUnit : uint8_t {
   kNdc,       ///< 2 is the width or height: coordinates run from -1 to 1
 };
 enum class MotionDirection : uint8_t {
-  kToPrevious,    ///< place one frame ago minus place now, as in stillray
-  kFromPrevious,  ///< place now minus place one frame ago
-  kToNext,        ///< place one frame later minus place now; taken for steady motion
-  kFromNext,      ///< place now minus place one frame later; taken for steady motion
+  kToPrevious,    ///< position one frame ago minus position now, as in stillray
+  kFromPrevious,  ///< position now minus position one frame ago
+  kToNext,        ///< position one frame later minus position now; assumes steady motion
+  kFromNext,      ///< position now minus position one frame later; assumes steady motion
 };
 
-/// What the two numbers of a motion layer mean.
+/// The convention of a motion layer.
 struct MotionConvention {
   MotionUnit unit = MotionUnit::kPixels;
   MotionDirection direction = MotionDirection::kToPrevious;
   bool y_up = false;      ///< positive y points to the top of the picture
-  bool jittered = false;  ///< the shift of the sample points between the frames is in it
-  float scale = 1;        ///< stored values are multiplied by this first, e.g. 1 / shutter length
+  bool jittered = false;  ///< includes the difference of the frames' jitter
+  float scale = 1;        ///< multiplies stored values first, e.g. 1 / shutter length
 };
 
-/// Sample points of this frame and the one before it, pixels from the pixel centre.
+/// Sample positions of this and the previous frame, pixels from the pixel centre.
 struct JitterPair {
   float x = 0;
   float y = 0;
@@ -64,28 +64,29 @@ struct DepthConvention {
   float near = 0;
   float far = std::numeric_limits<float>::infinity();
   float focal = 0;          ///< of kRay: focal length in pixels, principal point in the middle
-  float background = 1e9f;  ///< stored values from here on are infinity (kLinear and kRay)
+  float background = 1e9f;  ///< stored values >= this are infinity (kLinear and kRay)
 };
 
 struct NormalConvention {
-  bool camera_space = false;  ///< turned into world space where the file has worldToCamera
+  bool camera_space = false;  ///< rotated to world space if the file has worldToCamera
   bool encoded = false;       ///< stored as n / 2 + 1/2
-  /// Where our x, y and z stand: 1, 2, 3 for the first, second, third channel, negative for its
-  /// opposite.
+  /// The channels that hold x, y and z: 1, 2, 3 for the first, second, third, negative for the
+  /// opposite direction.
   std::array<int, 3> axes = {1, 2, 3};
 };
 
-/// Motion as Guides wants it: pixels, y down, towards the previous frame, without jitter.
+/// Converts motion to the convention of Guides: pixels, y down, towards the previous frame, without
+/// jitter.
 /// \param x, y  planes of one size, as stored
 Image2 ConvertMotion(const Image1& x, const Image1& y, const MotionConvention& convention,
                      const JitterPair& jitter);
-/// Motion towards the next frame, otherwise as ConvertMotion: the point seen at p stands at
-/// p + result(p) one frame later.
+/// Motion towards the next frame, otherwise as ConvertMotion: the point seen at p is at p +
+/// result(p) one frame later.
 /// \param convention  direction kToNext or kFromNext
-/// \param jitter  `previous` stands for the next frame
+/// \param jitter      `previous` is that of the next frame
 Image2 ConvertNextMotion(const Image1& x, const Image1& y, const MotionConvention& convention,
                          const JitterPair& jitter);
-/// Linear depth; +infinity for background. What no camera can see (negative, zero, NaN) stays.
+/// Linear depth; +infinity for background. Invalid values (negative, zero, NaN) are kept.
 Image1 ConvertDepth(const Image1& depth, const DepthConvention& convention);
 /// Unit normals; zero stays zero, NaN stays NaN.
 /// \param world_to_camera  rows of the upper 3 x 3 of OpenEXR's worldToCamera (row vectors:
@@ -94,7 +95,7 @@ Image3 ConvertNormal(const Image3& normal, const NormalConvention& convention,
                      const std::array<float, 9>* world_to_camera);
 
 /// The standard attributes worldToCamera and worldToNDC of an EXR file: rows of 4 x 4 matrices for
-/// row vectors, as OpenEXR defines them.
+/// row vectors, as defined by OpenEXR.
 struct CameraMatrices {
   std::array<double, 16> world_to_camera;
   std::array<double, 16> world_to_ndc;
@@ -102,34 +103,34 @@ struct CameraMatrices {
 /// Empty if one is missing, is not of 16 finite numbers, or worldToCamera has no inverse.
 std::optional<CameraMatrices> CameraOf(const ExrImage& image);
 
-/// Where the points seen now stand in the picture of the other camera: at p + result(p), in pixels,
-/// right and down. For what does not move by itself. Zero where depth is infinite; points behind
-/// the other camera lead out of the picture. Device coordinates run from 0 to 1 from the upper left
-/// corner (the standard) or from -1 to 1 with y up, and the camera looks along +z (the standard) or
-/// -z; where the viewing axis stands in the picture tells which.
-/// \param depth  linear; the size of both pictures
+/// Motion of a still scene from the cameras of two frames: the point seen at p is at p + result(p)
+/// in the picture of the other camera, in pixels, right and down. Zero where depth is infinite;
+/// points behind the other camera lead out of the picture. Device coordinates run from 0 to 1 from
+/// the upper left corner (the standard) or from -1 to 1 with y up, and the camera looks along +z
+/// (the standard) or -z; the projection of the viewing axis distinguishes them.
+/// \param depth  linear; of the size of both pictures
 Image2 MotionFromCameras(const Image1& depth, const CameraMatrices& now,
                          const CameraMatrices& other);
 
-/// "pixels, to_previous, y_up": the words that --aov takes.
+/// "pixels, to_previous, y_up": in the words of --aov.
 std::string ConventionText(const MotionConvention& convention);
 std::string ConventionText(const DepthConvention& convention);
 std::string ConventionText(const NormalConvention& convention);
 
-/// What a layer can serve as.
+/// The roles of layers: arbitrary output variables.
 enum class Aov : uint8_t {
   kColour,  ///< all light
-  kResult,  ///< where the denoised light is written; kColour's layer unless there is one
+  kResult,  ///< destination of the denoised light; kColour's layer by default
   kAlpha,
   kDepth,
   kNormal,
   kMotion,
-  kNextMotion,  ///< towards the next frame, beside kMotion
+  kNextMotion,  ///< towards the next frame, in addition to kMotion
   kAlbedo,
   kSpecularAlbedo,
   kTransmissionAlbedo,
-  kFallbackAlbedo,  ///< of all reflection together; used with kColour alone
-  kFallbackNormal,  ///< of the surface that kFallbackAlbedo describes; any axes
+  kFallbackAlbedo,  ///< of all reflection; used with kColour alone
+  kFallbackNormal,  ///< of the surface that kFallbackAlbedo belongs to; any axes
   kId,
   kCryptomatte,  ///< id as the bits of a float
   kRoughness,
@@ -149,10 +150,10 @@ inline constexpr int kAovCount = 26;
 /// The name on the command line: "colour", "direct_diffuse", ...
 const char* AovName(Aov aov);
 
-/// A layer of a file in its role. `channels`: full names, in the order of the components.
+/// A layer of a file and its role. `channels`: full names, in the order of the components.
 struct AovSource {
   Aov aov = Aov::kColour;
-  std::string layer;  ///< without its last dot; empty for the main picture
+  std::string layer;  ///< without the last dot; empty for the main picture
   std::vector<std::string> channels;
 };
 
@@ -160,12 +161,12 @@ struct AovSource {
 struct AovOptions {
   std::string renderer = "auto";
   std::vector<std::string> mappings;  ///< "normal=MyNormals,encoded", see docs/renderers.md
-  /// What stands before the names of the passes ("ViewLayer" in ViewLayer.DiffCol); empty: the view
-  /// layer with most passes.
+  /// The prefix of the passes' names ("ViewLayer" in ViewLayer.DiffCol); empty: the view layer with
+  /// most passes.
   std::string view_layer = {};
 };
 
-/// How the layers of a file were understood; valid for all files with the same channels.
+/// The roles of all layers of a file; valid for all files with the same channels.
 struct AovLayout {
   std::string renderer;
   std::vector<AovSource> sources;
@@ -173,25 +174,26 @@ struct AovLayout {
   MotionConvention next_motion;
   DepthConvention depth;
   NormalConvention normal;
-  /// No layer tells motion; depth and the cameras of both frames do, for what stands still.
+  /// There is no motion layer; motion of still surfaces follows from depth and the cameras of both
+  /// frames.
   bool motion_from_cameras = false;
-  /// Normals are means over several surfaces at edges: guides are antialiased, or noisy.
+  /// Normals at edges are means over several surfaces: guides are antialiased, or noisy.
   bool soft_guides = false;
   bool light_is_divided = false;  ///< light layers are without albedo (Blender)
-  bool from_colour = false;       ///< one signal: colour less emission and background
-  /// With from_colour and no fallback albedo: what specular albedo counts in the sum of albedos.
+  bool from_colour = false;       ///< one signal: colour minus emission and background
+  /// With from_colour and no fallback albedo: the weight of specular albedo in the sum of albedos.
   float specular_weight = 1;
-  /// The colour was filtered or graded after the passes were written: light is that of the passes
-  /// alone, and the colour is where the result goes.
+  /// The colour was filtered or graded after the passes were written: light comes from the passes
+  /// alone, and the result replaces the colour.
   bool ignores_colour = false;
-  /// What light is that the colour holds beyond the passes; kEmission is not filtered.
+  /// The kind of the light that the colour holds beyond the passes; kEmission is not filtered.
   Aov rest = Aov::kEmission;
   bool single_layer = false;  ///< the file holds the main picture and no other layer
-  std::string view_layer;     ///< as AovOptions::view_layer; the one that serves
-  /// View layers with light of their own, which is kept as it is; empty where one was chosen.
+  std::string view_layer;     ///< as AovOptions::view_layer; the one in use
+  /// Other view layers with light, which are copied unchanged; empty if a view layer was chosen.
   std::vector<std::string> other_view_layers;
-  std::vector<std::string> carried;  ///< layers that serve as nothing, and are kept as they are
-  std::vector<std::string> notes;    ///< what is missing and what follows from it, one line each
+  std::vector<std::string> carried;  ///< layers without a role, copied unchanged
+  std::vector<std::string> notes;    ///< missing layers and the consequences, one line each
 
   const AovSource* Find(Aov aov) const;
 };
@@ -199,12 +201,13 @@ struct AovLayout {
 /// Names for AovOptions::renderer: "auto", "blender", ...
 std::span<const std::string_view> RendererNames();
 
-/// Finds out what the layers of `image` are. `name` stands for the file in messages.
-/// \return kInvalidArgument naming the part of the options that is wrong; kNotFound if there is no
-///         light or a layer that was asked for is not there
+/// Assigns roles to the layers of `image`.
+/// \param name  of the file, for messages
+/// \return kInvalidArgument naming the wrong part of the options; kNotFound if there is no light or
+///     if a requested layer is missing
 Result<AovLayout> UnderstandAovs(const ExrImage& image, const AovOptions& options,
                                  const std::string& name);
-/// The layout as lines of a table with a heading, and the notes.
+/// The layout as a table with a heading, and the notes.
 std::string AovTable(const AovLayout& layout);
 
 /// New content of the layer that serves as `aov`.
@@ -213,8 +216,8 @@ struct NewLayer {
   Image3 values;
 };
 
-/// The pixels of a decoded file as they are stored, kept so that it can be written again without
-/// being decompressed again. Takes the bytes of the pixels, uncompressed.
+/// The pixels of a decoded file as stored, so that it can be written again without decoding it
+/// again. Takes the size of the uncompressed pixels.
 class StoredPixels {
  public:
   StoredPixels();
@@ -234,11 +237,11 @@ class StoredPixels {
   std::unique_ptr<Impl> impl_;
 };
 
-/// As DecodeExr in io.h, with the pixels as they are stored besides.
+/// As DecodeExr in io.h, and also returns the pixels as stored.
 Result<ExrImage> DecodeExr(const uint8_t* data, size_t size, const std::string& name,
                            StoredPixels* stored);
 
-/// What decoding a file would take, from its header alone.
+/// The cost of decoding a file, from its header alone.
 struct ExrExtent {
   int64_t width = 0;  ///< of the display window
   int64_t height = 0;
@@ -248,36 +251,37 @@ struct ExrExtent {
 /// \return kBadData if the header is damaged
 Result<ExrExtent> MeasureExr(const uint8_t* data, size_t size, const std::string& name);
 
-/// The light of one layer, as it went into a signal of the frame.
+/// The light of one layer that went into a signal of the frame.
 struct LightPart {
-  Aov aov = Aov::kColour;  ///< kColour: what the colour has and no layer names
+  Aov aov = Aov::kColour;  ///< kColour: light that the colour has and no layer holds
   SignalKind kind = SignalKind::kDirectDiffuse;
   Image3 radiance;
-  /// The stored colour that the layer is without, where the frame's albedo is not the same.
+  /// The stored colour that divides the layer, if it differs from the frame's albedo.
   Image3 stored_albedo;
 };
 
-/// Makes a frame of an image. The light of the frame adds up to the file's colour. Where motion
-/// comes from cameras it is zero here: two frames are needed to find it. \param previous_jitter  of
-/// the frame before, x and y; only for files with jitter \param parts  if given: of what the
-/// signals are made \return kBadData naming the channel that the layout has and the image lacks
+/// Converts an image to a frame whose light adds up to the file's colour. Motion that comes from
+/// cameras is zero here, as it needs two frames.
+/// \param previous_jitter  of the previous frame, x and y; only for files with jitter
+/// \param parts            optional: the layers of each signal
+/// \return kBadData naming a channel of the layout that the image lacks
 Result<Frame> ImportFrame(const ExrImage& image, const AovLayout& layout,
                           std::array<float, 2> previous_jitter, const std::string& name,
                           std::vector<LightPart>* parts = nullptr);
 
-/// Motion towards the next frame (see ConvertNextMotion), for playing a sequence backward. Empty
-/// where the file does not tell it: no layer has it, or the layer is zero everywhere, which in
-/// Blender stands for "not known" as often as for "still".
-/// \param jitter  `previous` stands for the next frame
+/// Motion towards the next frame (see ConvertNextMotion), for playing a sequence backward. Empty if
+/// no layer has it, or if the layer is zero everywhere, which in Blender means "unknown" as often
+/// as "still".
+/// \param jitter  `previous` is that of the next frame
 Image2 ImportNextMotion(const ExrImage& image, const AovLayout& layout, const JitterPair& jitter);
 
-/// The bytes of the EXR file `original` with `colour` in place of the light that the layout's
-/// result names (added as channels of the first part if it has none). All other channels, parts,
-/// attributes, pixel types, windows and the compression stay; parts that hold the light and are
-/// compressed with DWAA or DWAB become ZIP, since their other channels would lose again.
-/// \param layers  what else is replaced; those that the layout does not have are left out
-/// \param stored  of `original`, or empty: then it is decoded here
-/// \return kBadData, kInvalidArgument if sizes differ
+/// Encodes the EXR file `original` with its light replaced by `colour`: the channels of the
+/// layout's result, or new channels of the first part. All other channels, parts, attributes, pixel
+/// types, windows and the compression are kept; but parts with the light that are compressed with
+/// DWAA or DWAB become ZIP, since their other channels would lose again.
+/// \param layers  other layers to replace; those that are not in the layout are ignored
+/// \param stored  pixels of `original`; empty: decoded here
+/// \return kBadData; kInvalidArgument if sizes differ
 Result<std::string> ReplaceLight(const std::string& original, const AovLayout& layout,
                                  const Image3& colour, const std::string& name,
                                  const std::vector<NewLayer>& layers = {},

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The types that every part of stillray shares.
+/// The types shared by all parts of stillray.
 #pragma once
 
 #include "stillray/frame.h"   // IWYU pragma: export

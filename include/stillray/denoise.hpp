@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The denoiser: one engine with a table of parameters and named presets (EAW, SVGF and what lies
-/// past them). It knows frames, not scenes or files.
+/// The denoiser: one engine with a table of parameters and named presets (EAW, SVGF and extensions
+/// of it). It handles frames, not scenes or files.
 #pragma once
 
 #include <array>
@@ -32,7 +32,7 @@ enum class HistoryWeight : int {
   kAge,       ///< alpha is max(alpha_min, n / (n_history + n)): a plain mean at first (PSVGF)
 };
 enum class VarianceOf : int {
-  kFrame,  ///< noise of a single frame, as the papers steer the filter
+  kFrame,  ///< noise of a single frame, as in the papers
   kMean,   ///< noise of the accumulated mean: the filter shrinks as a still view converges
 };
 enum class ShortHistory : int {
@@ -41,7 +41,7 @@ enum class ShortHistory : int {
 };
 enum class Wavelet : int {
   kOff,    ///< no spatial filter
-  kNaive,  ///< no edge stops at all: for comparison
+  kNaive,  ///< no edge-stopping functions, for comparison
   kEaw,    ///< Gaussians of luminance, normal and depth differences (Dammertz et al. 2010)
   kSvgf,   ///< variance-guided (Schied et al. 2017)
 };
@@ -80,15 +80,15 @@ enum class Tonemap : int { kLinear, kReinhard, kFilmic, kAces };
 
 inline constexpr int kMaxLevels = 8;
 
-/// Wavelet step sizes in the order in which they are applied.
+/// Wavelet step sizes in the order of the levels.
 struct StepList {
   int count = 5;
   std::array<int, kMaxLevels> step = {1, 2, 4, 8, 16, 0, 0, 0};
 };
 
-/// Every parameter of the denoiser. Meaning, unit, range and the value of each preset stand in the
-/// table that Parameters() returns (docs/parameters.md is made from it); the defaults here are
-/// those of the preset "default".
+/// All parameters of the denoiser. Parameters() has their meaning, unit, range and the value of
+/// each preset (docs/parameters.md is generated from it); the defaults here are those of the preset
+/// "default".
 struct Settings {
   bool fill_guides = true;
   SignalGrouping signals = SignalGrouping::kSplit;
@@ -165,10 +165,10 @@ Result<std::string> GetParameter(const Settings& settings, std::string_view name
 /// \return kInvalidArgument naming the first parameter that is out of range or contradicts another
 Status ValidateSettings(const Settings& settings);
 
-/// Which implementation of the stages runs.
+/// The implementation of the stages.
 enum class Backend : uint8_t {
-  kCpu,        ///< vectors and threads, the best instruction set that the machine has
-  kReference,  ///< scalar, one pixel after the other: what the others are held to
+  kCpu,        ///< SIMD and threads, with the best instruction set of the machine
+  kReference,  ///< scalar, one pixel at a time; the other implementations are tested against it
 };
 
 struct StageTime {
@@ -184,40 +184,40 @@ struct NamedImage {
 
 class SharedPicture;
 
-/// What of a finished picture Denoise hands over. From a device `colour` and `display` are copies
-/// to the host: 16 and 4 bytes per pixel.
+/// The forms in which Denoise returns a finished picture. From a device `colour` and `display` are
+/// copies to the host: 16 and 4 bytes per pixel.
 struct Results {
   bool colour = true;
   bool display = false;
-  /// The display without a copy to the host, where the device shares memory; else as `display`.
+  /// The display picture without a copy to the host, if the device shares memory; else as
+  /// `display`.
   bool shared = false;
 };
 
 struct DenoisedFrame {
-  /// Scene-linear: remodulated, emission and background added, antialiased. Empty if not wanted.
+  /// Scene-linear: remodulated, emission and background added, antialiased. Empty if not requested.
   Image3 colour;
-  /// What ToDisplay makes of the colour by the settings (exposure, tonemap, dither) and the frame's
-  /// index: width * height * 3 bytes. Those of a device differ by one step at most. Empty if not
-  /// wanted.
+  /// ToDisplay of the colour with the settings (exposure, tonemap, dither) and the frame's index:
+  /// width * height * 3 bytes. Devices differ by at most one step. Empty if not requested.
   std::vector<uint8_t> display;
-  /// The same on the device (stillray/shared_picture.h); nullptr if not wanted, or if `display` has
-  /// it instead.
+  /// The same on the device (stillray/shared_picture.h); nullptr if not requested, or if `display`
+  /// holds it.
   std::shared_ptr<const SharedPicture> shared;
   std::vector<StageTime> timings;  ///< in the order of the pipeline
-  std::vector<NamedImage> images;  ///< the pictures asked for with SetOutputs()
+  std::vector<NamedImage> images;  ///< the pictures requested with SetOutputs()
   /// Pixels of signals whose light was NaN or infinite, or below -1/1024 of the mean light, and was
-  /// treated as missing, and pixels whose guides were not usable and that were passed through.
+  /// treated as missing, and pixels with invalid guides, which are passed through.
   int64_t non_finite = 0;
   int64_t negative = 0;
   int64_t bad_guides = 0;
-  /// One line on what is odd about the frame although it could be denoised, such as normals that
-  /// are all zero; mostly empty. Frames that lie on a device are not looked at.
+  /// One line about a suspicious frame, such as one whose normals are all zero; usually empty.
+  /// Frames on a device are not checked.
   std::string warning;
 };
 
-/// What frames after a frame know of its light, its own not included. Made by Denoiser::Accumulate,
-/// taken by Denoiser::Denoise. Lies in host memory, whatever the device: sequences are long, and
-/// what one device made another may take.
+/// Light of later frames at this frame's pixels, this frame's own not included. Made by
+/// Denoiser::Accumulate, used by Denoiser::Denoise. Always in host memory: sequences are long, and
+/// another device may use it.
 class FutureLight {
  public:
   FutureLight();
@@ -226,7 +226,7 @@ class FutureLight {
   ~FutureLight();
 
   bool empty() const;
-  size_t bytes() const;  ///< memory held
+  size_t bytes() const;  ///< memory in use
 
  private:
   friend class Denoiser;
@@ -234,37 +234,35 @@ class FutureLight {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Motion towards the next frame, in the conventions of Guides::motion: where the point seen at p
-/// stands one frame later, as p + result(p). Made from the next frame's own motion, which points
-/// back: the place q of the next frame with q + next_motion(q) = p is searched; of several the
-/// nearest surface, by `next_depth`, as that is the one seen at p. Where there is none (the point
-/// goes out of the picture or behind something) the result leads out of the picture. Both images
-/// have one size.
+/// Motion towards the next frame, in the conventions of Guides::motion: the point seen at p is at p
+/// + result(p) one frame later. Inverts the next frame's motion, which points back: finds the pixel
+/// q of the next frame with q + next_motion(q) = p; of several, the nearest surface by
+/// `next_depth`, since that is the one seen at p. If there is none (the point leaves the picture or
+/// becomes hidden) the result leads out of the picture. Both images have one size.
 Image2 ReverseMotion(const Image2& next_motion, const Image1& next_depth);
 
-/// How light is kept between the stages on a device other than the CPU, which always works with 32
-/// bits.
+/// Precision of light between stages on a device. The CPU always uses 32 bits.
 enum class DevicePrecision : uint8_t {
   kHalf,   ///< 16 bits
-  kFloat,  ///< 32 bits: nearer to the CPU's pictures, with twice the memory
+  kFloat,  ///< 32 bits: closer to the CPU's pictures, with twice the memory
 };
 
-/// What works a denoiser's stages: the CPU, or a GPU by Vulkan. Copies are the same device. Its
-/// denoisers keep it open.
+/// The device that runs a denoiser's stages: the CPU, or a GPU by Vulkan. Copies refer to the same
+/// device; its denoisers keep it open.
 class Device {
  public:
   /// The CPU.
   Device();
-  /// \param choice  "auto": a GPU where there is one that works, else the CPU, with remark() saying
-  ///                why; "cpu"; "vulkan": the first usable device, GPUs before software; "vulkan:N"
+  /// \param choice  "auto": a GPU if a usable one exists, else the CPU, with the reason in
+  ///     remark(); "cpu"; "vulkan": the first usable device, GPUs before software; "vulkan:N"
   /// \return kInvalidArgument for another choice; kNotFound: no such device; kUnsupported: no
-  ///         Vulkan here, or the device lacks something, by name
+  ///     Vulkan, or the device lacks a feature, which is named
   static Result<Device> Open(const std::string& choice);
 
   bool is_cpu() const;
   /// "cpu", or "vulkan:0: NAME (discrete GPU), DRIVER, ...".
   const std::string& description() const;
-  /// Why "auto" came to be the CPU; empty if there is nothing to say.
+  /// Why "auto" chose the CPU; empty otherwise.
   const std::string& remark() const;
 
  private:
@@ -276,7 +274,7 @@ class Device {
   std::shared_ptr<Impl> impl_;
 };
 
-/// One device that Vulkan offers on this machine.
+/// A Vulkan device of this machine.
 struct DeviceDescription {
   std::string choice;  ///< for Device::Open
   std::string name;
@@ -284,13 +282,13 @@ struct DeviceDescription {
   std::string driver;
   uint64_t memory_bytes = 0;
   bool is_gpu = false;
-  Status usable;  ///< ok, or what it lacks
+  Status usable;  ///< ok, or the missing feature
 };
 
-/// \param remark  set to the reason where there can be none
+/// \param remark  set to the reason if there can be none
 std::vector<DeviceDescription> ListDevices(std::string* remark);
 
-/// Memory that a denoiser holds on its device.
+/// Memory that a denoiser uses on its device.
 struct DeviceMemory {
   uint32_t allocations = 0;
   uint32_t resources = 0;  ///< images and buffers in them
@@ -300,15 +298,15 @@ struct DeviceMemory {
 
 class DeviceDenoiser;
 
-/// Denoises a sequence frame by frame. One object holds one sequence's history; objects are
-/// independent of each other; one object must not be used by two threads at once. The same frames
-/// and settings give the same bits, whatever the number of threads.
+/// Denoises a sequence frame by frame. One object holds the history of one sequence; objects are
+/// independent; one object must not be used by two threads at once. The same frames and settings
+/// give the same bits, whatever the number of threads.
 class Denoiser {
  public:
   /// \return kInvalidArgument if the settings are not valid
   static Result<Denoiser> Create(const Settings& settings, Backend backend = Backend::kCpu);
-  /// The same on another device. There, the same bits come from the same device and driver only,
-  /// and pictures equal those of the CPU within the bounds that docs/gpu.md states.
+  /// The same on another device. Its bits are reproducible only on the same device with the same
+  /// driver, and pictures equal those of the CPU within the bounds stated in docs/gpu.md.
   static Result<Denoiser> Create(const Settings& settings, const Device& device,
                                  DevicePrecision precision = DevicePrecision::kHalf);
   Denoiser(Denoiser&&) noexcept;
@@ -316,36 +314,36 @@ class Denoiser {
   ~Denoiser();
 
   /// Denoises the next frame. A frame of another size than the last one restarts the history.
-  /// Required are signals, and from the second frame on motion, where `temporal` or TAA is on (with
-  /// Antialias::kAuto: where a frame was jittered). Without depth or normal there is no edge of it
-  /// to stop at; without the albedo of a light nothing is divided out.
+  /// Signals are required, and from the second frame on motion, if `temporal` or TAA is on (with
+  /// Antialias::kAuto: once a frame was jittered). A missing depth or normal stops no edges; light
+  /// whose albedo is missing is not divided.
   /// \return kInvalidArgument naming the image that is missing or has a wrong size (history is then
-  ///         unchanged); kOutOfMemory
+  ///     unchanged); kOutOfMemory
   Status Denoise(const Frame& frame, DenoisedFrame* out);
 
-  /// The same with light of the frame's future, which the whole sequence played backward has left:
-  /// first frames and freshly uncovered surfaces come out as clean as the rest. The history itself
-  /// stays free of the future; `feedback` has no effect.
+  /// The same with light of later frames, from playing the sequence backward: first frames and
+  /// disocclusions become as clean as the rest. The history itself does not include the future;
+  /// `feedback` has no effect.
   /// \return also kInvalidArgument if `future` was made from frames of another size or other
-  /// signals
+  ///     signals
   Status Denoise(const Frame& frame, const FutureLight& future, DenoisedFrame* out);
 
   /// Only accumulates the frame: for playing a sequence backward, from its last frame to its first,
-  /// with motion that points to the *next* frame (see ReverseMotion). `future` is set to what is
-  /// known of the frame's light from the frames after it. Errors as Denoise.
+  /// with motion that points to the *next* frame (see ReverseMotion). `future` is set to the
+  /// accumulated light of the frames after it. Errors as Denoise.
   Status Accumulate(const Frame& frame, FutureLight* future);
 
   /// New settings from the next frame on. History is kept unless the grouping of signals changes.
   Status SetSettings(const Settings& settings);
   const Settings& settings() const;
 
-  /// Why frames are filtered on the CPU although the device is another: what failed there before
-  /// the first frame was finished, if the device was chosen by "auto". Mostly empty.
+  /// Why frames are filtered on the CPU although another device was chosen: the error that occurred
+  /// there before the first frame was finished, if the device was chosen by "auto". Usually empty.
   const std::string& remark() const { return remark_; }
 
-  /// What is handed over from the next frame on; nothing else of a picture changes.
+  /// Forms in which pictures are returned from the next frame on; does not affect the pictures.
   void SetResults(const Results& wanted);
-  /// The scene-linear picture of the last frame, where SetResults left it out of DenoisedFrame.
+  /// The scene-linear picture of the last frame, for SetResults without `colour`.
   /// \return kNotFound if no frame was finished, or none since the history was restored
   Status ReadColour(Image3* colour);
 
@@ -356,23 +354,22 @@ class Denoiser {
   /// and per signal "variance", "history", ...
   static std::vector<std::string> OutputNames(const Settings& settings);
 
-  /// Forgets all history: the next frame is a first frame.
+  /// Discards all history: the next frame is a first frame.
   void Reset();
 
-  /// Bytes of history and working memory held now.
+  /// Bytes of history and working memory in use.
   size_t memory_bytes() const;
-  /// Of that what lies on a device; zero on the CPU.
+  /// The part of it on a device; zero on the CPU.
   DeviceMemory device_memory() const;
 
   /// The whole history as bytes, to continue a sequence later with the same bits: on the CPU, or on
   /// the same device with the same driver.
-  /// \return an error only where reading the device's memory fails
+  /// \return an error only if reading the device's memory fails
   Result<std::vector<uint8_t>> SaveHistory() const;
-  /// The denoiser is as it was when the bytes were saved; its settings and outputs stay.
-  /// \return kBadData if `bytes` are damaged, or were saved with another grouping of signals, on
-  ///         the CPU where this works on a device or the other way round, or with the other
-  ///         DevicePrecision; history is then unchanged. Also what fails on the device; then there
-  ///         is no history
+  /// Restores the state that was saved; settings and outputs are kept.
+  /// \return kBadData if `bytes` are damaged, or were saved with another grouping of signals, with
+  ///     another DevicePrecision, or on the CPU where this runs on a device or vice versa; history
+  ///     is then unchanged. Errors of the device; then there is no history
   Status RestoreHistory(std::span<const uint8_t> bytes);
 
  private:
@@ -385,16 +382,16 @@ class Denoiser {
   Status AccumulateOnDevice(const Frame& frame, FutureLight* future);
   std::unique_ptr<Impl> impl_;
   std::unique_ptr<DeviceDenoiser> device_;  ///< nullptr: the CPU
-  bool may_fall_back_ = false;              ///< to the CPU, until a frame is finished
+  bool may_fall_back_ = false;              ///< until a frame is finished
   std::string remark_;
 };
 
 /// Applies exposure (2^EV) and the curve, then sRGB encoding: linear radiance in, display values in
 /// 0..1 out, interleaved 8-bit RGB rows from the top (width * height * 3).
 /// Curves: docs/denoiser.md.
-/// \param dither  noise that is added before rounding, in steps of the result (triangular, +- this
-///                much), so that slow gradients and slowly moving ones do not show bands
-/// \param frame   picks the noise
+/// \param dither  amplitude of triangular noise added before rounding, in steps of the result,
+///     which prevents banding in gradients
+/// \param frame   seed of the noise
 std::vector<uint8_t> ToDisplay(const Image3& colour, float exposure, Tonemap curve,
                                float dither = 0, int64_t frame = 0);
 

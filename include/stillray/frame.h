@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// One noisy frame as a renderer hands it over: light split into signals, guides, and the light
-/// that needs no filter. Conventions are the same everywhere in stillray:
+/// One noisy frame of a renderer: light split into signals, guides, and the light that needs no
+/// filter. Conventions are the same everywhere in stillray:
 ///  - pixel (0,0) is the top left, x runs right, y down; pixel centres lie at +0.5
 ///  - radiance is linear and scene-referred, in any unit, >= 0, without exposure
 ///  - empty planes mean "not given"
@@ -19,16 +19,15 @@
 
 namespace stillray {
 
-/// Which light a signal holds. Diffuse signals are divided by `albedo` before filtering, specular
-/// ones by `specular_albedo`, transmitted ones by `transmission_albedo`.
+/// The kind of light in a signal. Diffuse signals are divided by `albedo` before filtering,
+/// specular ones by `specular_albedo`, transmitted ones by `transmission_albedo`.
 enum class SignalKind : uint8_t {
-  kDirectDiffuse,    ///< light that reached the first surface straight from a light, diffusely
-                     ///< reflected
-  kIndirectDiffuse,  ///< diffusely reflected light that met other surfaces before
-  kDirectSpecular,   ///< light from a light, reflected or refracted specularly at the first surface
-  kIndirectSpecular,  ///< specularly reflected or refracted light that met other surfaces before
-  /// Light through the first surface, of renderers that tell it from reflections. stillray's own
-  /// counts it as specular.
+  kDirectDiffuse,     ///< direct light, diffusely reflected
+  kIndirectDiffuse,   ///< diffusely reflected light of other surfaces
+  kDirectSpecular,    ///< direct light, specularly reflected or refracted
+  kIndirectSpecular,  ///< specularly reflected or refracted light of other surfaces
+  /// Light transmitted through the first surface, for renderers that separate it from reflection.
+  /// stillray's path tracer counts it as specular.
   kDirectTransmission,
   kIndirectTransmission,
 };
@@ -37,8 +36,8 @@ inline constexpr int kSignalKindCount = 6;
 /// The name of a kind in files and on the command line: "direct_diffuse", ...
 const char* SignalName(SignalKind kind);
 
-/// One kind of light, summed over nothing else: width x height, scene-linear RGB radiance, the mean
-/// of this frame's samples. Albedo is still multiplied in.
+/// One kind of light: width x height, scene-linear RGB radiance, the mean of this frame's samples,
+/// multiplied by albedo.
 struct Signal {
   SignalKind kind = SignalKind::kDirectDiffuse;
   Image3 radiance;
@@ -47,9 +46,9 @@ struct Signal {
   Image1 second_moment;
 };
 
-/// What is known of the surface seen by each pixel, free of noise.
+/// Noise-free properties of the surface seen by each pixel.
 struct Guides {
-  /// Linear view-space z, > 0; +infinity where the ray left the scene; 0 where no guide is known.
+  /// Linear view-space z, > 0; +infinity where the ray left the scene; 0 where guides are unknown.
   Image1 depth;
   Image3 normal;               ///< world space, unit length; zero where there is no surface
   Image3 albedo;               ///< linear diffuse reflectance
@@ -64,21 +63,21 @@ struct Guides {
 
 struct Frame;
 
-/// Planes of a frame, as bits.
+// Planes of a frame, as bit flags.
 inline constexpr uint32_t kLightPlanes = 1;  ///< signals, samples, emission, background
 inline constexpr uint32_t kGuidePlanes = 2;  ///< all of Guides
 inline constexpr uint32_t kAllPlanes = kLightPlanes | kGuidePlanes;
 
-/// The pixels of a frame on the device that traced it. They stay as they are as long as anybody
-/// holds this: a renderer writes its next frame over them only if nobody but it does. Calls from
-/// several threads at once are safe.
+/// The pixels of a frame on the device that traced it. They do not change while a reference to this
+/// object exists: a renderer reuses it for another frame only if it holds the only reference. Calls
+/// from several threads at once are safe.
 class FrameOnDevice {
  public:
   virtual ~FrameOnDevice() = default;
-  /// Brings pixels to the host, into those `planes` of `host`, which get their size; planes that
-  /// the frame does not have are made empty. All else of `host` is left as it is.
+  /// Copies pixels to those `planes` of `host`, which are resized; planes that the frame lacks
+  /// become empty. Other planes of `host` are unchanged.
   /// \param planes  kLightPlanes, kGuidePlanes or both
-  /// \return kOutOfMemory, or what happened to the device
+  /// \return kOutOfMemory, or errors of the device
   virtual Status Download(uint32_t planes, Frame* host) const = 0;
   virtual uint64_t bytes() const = 0;  ///< of device memory
 };
@@ -88,34 +87,34 @@ struct Frame {
   int height = 0;
   int64_t index = 0;
   /// All rays of this frame went through (x + 0.5 + jitter_x, y + 0.5 + jitter_y); in -0.5..0.5.
-  /// The denoiser antialiases in time where this is not zero (Antialias::kAuto).
+  /// With Antialias::kAuto the first jitter that is not zero starts temporal antialiasing.
   float jitter_x = 0;
   float jitter_y = 0;
   std::vector<Signal> signals;
   Guides guides;
-  Image3 emission;    ///< light that the first surface itself emits: added after filtering
+  Image3 emission;    ///< light emitted by the first surface: added after filtering
   Image3 background;  ///< light of rays that left the scene: passed through, never blended
   Image1
-      samples;  ///< samples that each pixel got in this frame; 0 = missing. Empty: one everywhere
-  /// Where the pixels are, if a renderer left them on its device (RenderSettings::on_device): all
-  /// planes are empty then, but `signals` has an entry for each kind of light. A denoiser on that
-  /// device reads them there, others bring them to the host; OnHost does so for anyone else.
+      /// number of samples of each pixel in this frame; 0 = missing. Empty: one everywhere
+      samples;
+  /// The pixels, if a renderer left them on its device (RenderSettings::on_device): then all planes
+  /// are empty, but `signals` has an entry for each kind of light. A denoiser on that device reads
+  /// them there, others copy them to the host; OnHost does the same for other uses.
   std::shared_ptr<FrameOnDevice> on_device;
 
   /// The signal of this kind, or nullptr.
   const Signal* Find(SignalKind kind) const;
 };
 
-/// The frame with these `planes` on the host: `frame` itself, unless it lies on a device; then
-/// `room`, into which they are brought. Planes of `room` that have their size already are used
-/// again.
-/// \return as FrameOnDevice::Download
+/// The frame with these `planes` on the host: `frame` itself, unless it is on a device; then
+/// `room`, to which they are copied. Planes of `room` that have the right size are reused.
+/// \return errors of FrameOnDevice::Download
 Result<const Frame*> OnHost(const Frame& frame, Frame* room, uint32_t planes = kAllPlanes);
 
 /// Bytes of all planes, of those on a device too.
 size_t FrameBytes(const Frame& frame);
 
-/// Signals, emission and background added up: the picture as rendered, before any filter.
+/// The sum of signals, emission and background: the picture as rendered, without filtering.
 Image3 SumOfLight(const Frame& frame);
 
 }  // namespace stillray

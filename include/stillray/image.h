@@ -16,14 +16,14 @@ namespace stillray {
 
 namespace detail {
 
-/// Bytes to which every row of a plane is aligned: a cache line, and the widest vector.
+/// Alignment of plane rows in bytes: a cache line, and the widest vector.
 inline constexpr size_t kPlaneAlignment = 64;
 
-/// Zeroed memory of a plane. Large allocations usually all start at one place of a memory page, so
-/// that the same pixel of many planes would compete for the few ways of one cache set: planes made
-/// one after another start at different places here. Planes of 2 MiB and more are mapped in huge
-/// pages where the system has them (Linux): a filter walks through more planes than the processor
-/// remembers small pages, and the first touch of a small page takes far longer than filling it.
+/// Zeroed memory of a plane. Large allocations usually start at the same offset in a memory page,
+/// so that the same pixel of many planes would compete for the few ways of one cache set:
+/// successive planes start at different offsets here. Planes of 2 MiB and more use huge pages where
+/// available (Linux): a filter reads more planes than the TLB holds small pages, and the first
+/// touch of a small page takes far longer than filling it.
 class PlaneMemory {
  public:
   PlaneMemory() = default;
@@ -48,7 +48,7 @@ class PlaneMemory {
 
 }  // namespace detail
 
-/// A plane that somebody else owns. `stride` is the distance between rows in elements.
+/// A view of a plane. `stride` is the distance between rows in elements.
 template <typename T>
 struct PlaneView {
   T* data = nullptr;
@@ -65,15 +65,15 @@ struct PlaneView {
   }
 };
 
-/// An owned plane of plain values. Rows start on cache lines. Around the picture lies a border of
-/// `border` pixels on every side (and one vector more to the right) that may be read and
-/// written: filters use it to avoid edge tests. Picture and border are zero when made.
+/// An owning plane of plain values. Rows start on cache lines. The picture is surrounded by a
+/// border of `border` pixels on every side (and one vector more to the right) that may be read and
+/// written, so that filters need no edge tests. Picture and border are initially zero.
 template <typename T>
 class Plane {
   static_assert(std::is_trivially_copyable_v<T>);
 
  public:
-  /// Bytes to which every row's first pixel is aligned.
+  /// Alignment of every row's first pixel in bytes.
   static constexpr size_t kAlignment = detail::kPlaneAlignment;
 
   Plane() = default;
@@ -129,7 +129,7 @@ class Plane {
   PlaneView<T> view() { return {origin_, width_, height_, stride_}; }
   PlaneView<const T> view() const { return {origin_, width_, height_, stride_}; }
 
-  /// Sets the picture, not the border, to `value`.
+  /// Sets the picture, but not the border, to `value`.
   void Fill(T value) {
     for (int y = 0; y < height_; ++y) {
       std::fill_n(Row(y), width_, value);
@@ -146,7 +146,7 @@ class Plane {
   int border_ = 0;
   ptrdiff_t stride_ = 0;
   size_t bytes_ = 0;
-  T* data_ = nullptr;  ///< first element, border included
+  T* data_ = nullptr;  ///< first element, including the border
   T* origin_ = nullptr;
   detail::PlaneMemory storage_;
 };

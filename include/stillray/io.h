@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Pictures and sequences on disk. Every file is written whole under a temporary name beside its
-/// target and then renamed, so that a reader never sees half a file.
+/// Pictures and sequences on disk. Every file is written under a temporary name in the same folder
+/// and then renamed, so that readers never see a partial file.
 #pragma once
 
 #include <cstddef>
@@ -19,8 +19,8 @@ namespace stillray {
 
 enum class PixelType : uint8_t { kHalf, kFloat, kUint32 };
 
-/// One channel of an EXR file, e.g. "R", "normal.X". Values are held in full: `values` for half and
-/// float, `integers` for kUint32; the other plane is empty.
+/// One channel of an EXR file, e.g. "R", "normal.X". `values` holds half and float channels,
+/// `integers` kUint32; the other plane is empty.
 struct Channel {
   std::string name;
   PixelType type = PixelType::kHalf;
@@ -30,7 +30,7 @@ struct Channel {
 
 enum class ExrCompression : uint8_t { kNone, kZip, kZips, kPiz, kDwaa, kOther };
 
-/// Pixels x_min..x_max, y_min..y_max, both ends included, in the coordinates of an EXR file.
+/// Pixels x_min..x_max, y_min..y_max, inclusive, in the coordinates of an EXR file.
 struct ExrWindow {
   int x_min = 0;
   int y_min = 0;
@@ -38,7 +38,7 @@ struct ExrWindow {
   int y_max = -1;
 };
 
-/// A multilayer EXR picture: all channels have its size. Layers are name prefixes ("normal.").
+/// A multilayer EXR picture: all channels have the same size. Layers are name prefixes ("normal.").
 struct ExrImage {
   int width = 0;
   int height = 0;
@@ -52,13 +52,13 @@ struct ExrImage {
   bool tiled = false;
   ExrWindow data_window;
   ExrWindow display_window;
-  std::vector<std::string> notes;  ///< what of the file was left out, one line each
+  std::vector<std::string> notes;  ///< parts of the file that were left out, one line each
 
   const Channel* Find(const std::string& name) const;
   void Add(const std::string& name, PixelType type, const Image1& values);
   void Add(const std::string& name, const Plane<uint32_t>& integers);
-  /// Adds prefix + "R", "G", "B" ("X", "Y", "Z" with `xyz`); an empty prefix makes the main
-  /// picture, any other ends in a dot.
+  /// Adds prefix + "R", "G", "B" ("X", "Y", "Z" with `xyz`); an empty prefix is the main picture,
+  /// any other ends in a dot.
   void Add(const std::string& prefix, PixelType type, const Image3& image, bool xyz = false);
 };
 
@@ -68,16 +68,15 @@ struct ExrImage {
 /// \return kNotFound, kBadData, kUnsupported (deep data; larger than 32768 pixels a side),
 /// kOutOfMemory
 Result<ExrImage> ReadExr(const std::string& path);
-/// The same from memory; `name` stands for the path in messages. Safe on any bytes.
+/// The same from memory; `name` is the file's name in messages. Safe on any bytes.
 Result<ExrImage> DecodeExr(const uint8_t* data, size_t size, const std::string& name);
 
-/// Writes one part of scanlines. Finite values beyond the range of half become +-65504 in kHalf
-/// channels, so that a finite picture stays finite; infinities and NaN stay what they are.
-/// kOther compresses with ZIP. Text attributes that OpenEXR itself defines with another type are
-/// refused.
+/// Writes one part of scanlines. Finite values beyond the range of half are clamped to +-65504 in
+/// kHalf channels; infinities and NaN are kept. kOther compresses with ZIP. Text attributes that
+/// OpenEXR defines with another type are rejected.
 /// \return kInvalidArgument naming the channel whose plane is missing or has another size, whose
-///         name is empty or doubled, or whose data kDwaa would damage (it is lossy on channels that
-///         end in ".Y": motion, normals); kIo
+///     name is empty or duplicate, or whose data kDwaa would damage (it is lossy on channels that
+///     end in ".Y": motion, normals); kIo
 Status WriteExr(const std::string& path, const ExrImage& image);
 /// The bytes that WriteExr writes.
 Result<std::string> EncodeExr(const ExrImage& image);
@@ -94,12 +93,12 @@ Result<Image3> ExrLayer(const ExrImage& image, const std::string& prefix, bool x
 Result<Image3> ExrColour(const ExrImage& image, const std::string& name);
 
 /// Reads a colour picture as linear RGB: .exr (see ExrColour), .hdr, .png, .jpg (the last two are
-/// sRGB-decoded to 0..1; alpha is left out). The file's first bytes tell its kind, not its name.
-/// `*linear_source`, if given, tells whether the file itself was linear.
+/// sRGB-decoded to 0..1; alpha is ignored). The format follows from the file's first bytes, not
+/// from its name. `*linear_source`, if given, is set to whether the file is linear.
 /// \return kNotFound, kBadData, kUnsupported (another format, larger than 32768 pixels a side),
-///         kOutOfMemory
+///     kOutOfMemory
 Result<Image3> ReadImage(const std::string& path, bool* linear_source = nullptr);
-/// The same from memory; `name` stands for the path in messages. Safe on any bytes.
+/// The same from memory; `name` is the file's name in messages. Safe on any bytes.
 Result<Image3> DecodeImage(const uint8_t* data, size_t size, const std::string& name,
                            bool* linear_source = nullptr);
 
@@ -112,24 +111,24 @@ struct Rgb8Image {
 /// Writes 8-bit RGB as PNG (sRGB chunk set).
 Status WritePng(const std::string& path, const Rgb8Image& image);
 /// Reads any PNG as 8-bit RGB: grey and palettes become RGB, 16 bits lose the lower 8, alpha is
-/// left out.
+/// ignored.
 Result<Rgb8Image> ReadPng8(const std::string& path);
-/// The same from memory; `name` stands for the path in messages. Safe on any bytes.
+/// The same from memory; `name` is the file's name in messages. Safe on any bytes.
 Result<Rgb8Image> DecodePng8(const uint8_t* data, size_t size, const std::string& name);
 /// The bytes that WritePng writes.
 Result<std::string> EncodePng(const Rgb8Image& image);
 
 /// Writes `bytes` under a temporary name in the same folder and renames the result to `path`: other
-/// programs see the old file or the new one, never a part, and a failed write leaves no trace. What
-/// is not a regular file (/dev/stdout, a named pipe) is written directly; a symbolic link stays,
-/// its target is replaced. \return kNotFound (no such folder), kIo naming the path and the system's
-/// reason
+/// programs see the old file or the new one, never a part, and a failed write leaves no trace. A
+/// path that is not a regular file (/dev/stdout, a named pipe) is written directly; of a symbolic
+/// link the target is replaced.
+/// \return kNotFound (no such folder), kIo naming the path and the system's reason
 Status WriteFileAtomically(const std::string& path, const void* bytes, size_t size);
 /// \return kNotFound, kIo (a folder, no permission), kUnsupported (larger than `max_size` bytes)
 Result<std::string> ReadWholeFile(const std::string& path, size_t max_size);
 
-/// Feeds frames to an ffmpeg process that writes an H.264 .mp4 (4:2:0, BT.709, index at the front).
-/// Odd sizes are padded by one repeated column or row, as 4:2:0 wants even ones. Not thread-safe.
+/// Sends frames to an ffmpeg process that writes an H.264 .mp4 (4:2:0, BT.709, index at the front).
+/// Odd sizes are padded by repeating a column or row, as 4:2:0 requires even ones. Not thread-safe.
 class VideoWriter {
  public:
   /// \param width, height  of the frames, 1..16384
@@ -137,16 +136,16 @@ class VideoWriter {
   /// \return kUnsupported if ffmpeg is not installed (message says what to install)
   static Result<std::unique_ptr<VideoWriter>> Create(const std::string& path, int width, int height,
                                                      double fps);
-  virtual ~VideoWriter() = default;  ///< without Finish(): the unfinished file is removed
+  virtual ~VideoWriter() = default;  ///< without Finish() the unfinished file is removed
   virtual Status Write(const Rgb8Image& frame) = 0;
   virtual Status Finish() = 0;
 };
 
-/// "dir/name.####.exr" or "name.%04d.exr" with the frame number put in: as many digits as there are
-/// marks, more where the number needs them, a leading minus where it is negative. The last run of
-/// marks in the file's own name counts; a path without any is returned as it is.
+/// Inserts the frame number in "dir/name.####.exr" or "name.%04d.exr": as many digits as there are
+/// marks, more if the number needs them, a leading minus if it is negative. The last run of marks
+/// in the file name is used; a path without marks is returned unchanged.
 std::string FrameFileName(const std::string& pattern, int64_t frame);
-/// Whether the file's own name (not its folder) holds '#', "%d" or "%0Nd".
+/// Whether the file name (without its folder) contains '#', "%d" or "%0Nd".
 bool IsFramePattern(const std::string& path);
 /// Numbers of the files on disk that match the pattern, sorted.
 std::vector<int64_t> FindFrames(const std::string& pattern);

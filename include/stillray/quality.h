@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Measures of picture quality, each named exactly and defined where it is declared.
+/// Measures of picture quality.
 #pragma once
 
 #include <string>
@@ -12,12 +12,12 @@
 
 namespace stillray {
 
-/// What two pictures of the same size differ by. Pixels that are not finite in either picture are
-/// counted and left out of everything else. docs/metrics.md has the formulas.
+/// The differences of two pictures of the same size. Pixels that are not finite in either picture
+/// are counted and otherwise ignored. docs/metrics.md has the formulas.
 ///
-/// Most measures look at pictures through a curve on which differences count alike in light and
-/// shade: x / (1 + x) of radiance, the sRGB encoding of display pictures (their values in the
-/// file). Negative light counts as none there.
+/// Most measures apply a curve on which differences in light and shade have equal weight: x / (1 +
+/// x) of radiance, the sRGB encoding of display pictures (their values in the file). Negative light
+/// counts as zero there.
 struct ImageMetrics {
   double psnr = 0;  ///< dB, on the curve, peak 1; +infinity for equal pictures
   double ssim = 0;  ///< Wang et al. 2004 on Rec. 709 luma on the curve, Gaussian 11x11, sigma 1.5
@@ -31,29 +31,27 @@ struct ImageMetrics {
 
 /// Deterministic: the same pictures give the same bits for any number of threads.
 /// \param display  the pictures are display-referred: linear values of 0..1 as ReadImage decodes
-///                 them from PNG and JPEG files. FLIP takes them as they are. Otherwise linear
-///                 radiance, for which LDR-FLIP is taken at the middle exposure of HDR-FLIP's
-///                 range.
+///     them from PNG and JPEG files, which FLIP uses unchanged. Otherwise linear radiance, for
+///     which LDR-FLIP uses the middle exposure of HDR-FLIP's range.
 /// \return kInvalidArgument (an empty picture; sizes that differ, naming both), kBadData (no pixel
-///         is finite in both pictures), kOutOfMemory
+///     is finite in both pictures), kOutOfMemory
 Result<ImageMetrics> CompareImages(const Image3& test, const Image3& reference, bool display);
 
 enum class ErrorMap : uint8_t { kFlip, kHdrFlip, kRelativeSquaredError, kSsim };
-/// Per-pixel error, >= 0; what CompareImages averages (kSsim: 1 - SSIM). NaN at the pixels that it
-/// leaves out.
-/// \return what CompareImages returns; kInvalidArgument for kHdrFlip of display pictures
+/// Per-pixel error, >= 0; CompareImages returns its mean (kSsim: 1 - SSIM). NaN at ignored pixels.
+/// \return errors of CompareImages; kInvalidArgument for kHdrFlip of display pictures
 Result<Image1> MakeErrorMap(const Image3& test, const Image3& reference, bool display,
                             ErrorMap which);
 
-/// Change along the motion that the reference does not have: the mean over pixels whose history is
-/// visible (see below) and channels of |(T_t(p) - T_{t-1}(p + m)) - (R_t(p) - R_{t-1}(p + m))|, T
-/// and R on the curve of ImageMetrics; bilinear lookups; `motion` as in Guides. Pixels whose
-/// history lies outside the picture or for which a value is not finite are left out, and, where
-/// `depth` (of t) and `previous_depth` are given, those for which no surface within 5 % of the
-/// depth stood there. \param motion  empty: nothing moves \param depth, previous_depth  either may
-/// be empty: then no history counts as hidden \return NaN if no pixel's history is visible;
-/// kInvalidArgument for an empty picture or sizes that
-///         differ, naming what has which
+/// Change along the motion that the reference does not have: the mean over channels and pixels with
+/// visible history of |(T_t(p) - T_{t-1}(p + m)) - (R_t(p) - R_{t-1}(p + m))|, T and R on the curve
+/// of ImageMetrics; bilinear lookups; `motion` as in Guides. Pixels are left out if their history
+/// lies outside the picture, if a value is not finite, and, where `depth` (of t) and
+/// `previous_depth` are given, if no surface within 5 % of the depth was there.
+/// \param motion  empty: zero
+/// \param depth, previous_depth  may be empty: then no history counts as hidden
+/// \return NaN if no pixel's history is visible; kInvalidArgument for an empty picture or sizes
+///     that differ, naming both images
 Result<double> TemporalError(const Image3& test, const Image3& previous_test,
                              const Image3& reference, const Image3& previous_reference,
                              const Image2& motion, const Image1& depth,

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The path tracer: a scene and a moment in, one noisy Frame with its guides out.
+/// The path tracer: renders a moment of a scene to a noisy Frame with its guides.
 #pragma once
 
 #include <cstdint>
@@ -24,13 +24,13 @@ enum class SamplerKind : uint8_t {
   kHalton16,  ///< cycles of the 16 Halton points of SVGF (section 3), rotated per pixel and cycle
 };
 
-/// Where guides, emission and background are known in frames of less than one path per pixel.
+/// Where guides, emission and background are known in frames with less than one path per pixel.
 enum class GuideCoverage : uint8_t {
-  kFull,    ///< everywhere: every frame follows the primary rays of all pixels
-  kSparse,  ///< where the frame traced a path; elsewhere they are all 0, depth too
+  kFull,    ///< everywhere: every frame traces the primary rays of all pixels
+  kSparse,  ///< where the frame traced a path; elsewhere all are 0, including depth
 };
 
-/// Frames that a sample may take at most to reach every pixel.
+/// Maximum number of frames in which every pixel is sampled once.
 inline constexpr int kMaxCycle = 256;
 inline constexpr int kMaxSpp = 65536;
 inline constexpr int kMaxSide = 32768;
@@ -41,23 +41,22 @@ struct RenderSettings {
   int width = 1280;  ///< pixels, 1..kMaxSide
   int height = 720;  ///< pixels, 1..kMaxSide
   int spp = 1;       ///< paths per pixel and frame, 1..kMaxSpp
-  /// Frames per path: each frame traces 1 / cycle of the pixels, well spread, and frames
+  /// Frames per path: each frame traces 1 / cycle of the pixels, evenly distributed, and frames
   /// k * cycle ... k * cycle + cycle - 1 trace every pixel once. 1..kMaxCycle; above 1 only with
   /// spp 1. Frame::samples is then 1 where a path was traced and 0, like all signals, elsewhere.
   int cycle = 1;
-  GuideCoverage guides = GuideCoverage::kFull;  ///< only matters where cycle is above 1
+  GuideCoverage guides = GuideCoverage::kFull;  ///< only used if cycle is above 1
   int bounces = 4;  ///< surfaces a path may scatter at after the first one, 1..32 (1: as in SVGF)
   uint64_t seed = 0;
   SamplerKind sampler = SamplerKind::kSobol;
-  /// All rays of a frame pass through one point of their pixels that moves from frame to frame
-  /// (Halton 2,3, period 16), so that antialiasing can resolve edges. Off: always the centre.
+  /// All rays of a frame pass through the same point of their pixels, which moves from frame to
+  /// frame (Halton 2,3, period 16), for temporal antialiasing. Off: always the centre.
   bool jitter = true;
-  /// Path-space regularisation (SVGF, section 3): surfaces that a path meets after a rough one are
-  /// treated as rougher than they are. Fewer fireflies, dimmer caustics.
+  /// Path-space regularisation (SVGF, section 3): roughens surfaces that a path hits after a rough
+  /// one. Fewer fireflies, dimmer caustics.
   bool regularise = false;
-  /// A renderer on a device leaves its frames there (Frame::on_device) as long as there is memory
-  /// for them: for a denoiser on the same device. Frames are on the host without, and from
-  /// renderers on the CPU.
+  /// Leaves frames on the renderer's device (Frame::on_device) while memory lasts, for a denoiser
+  /// on the same device. Ignored by renderers on the CPU, whose frames are on the host.
   bool on_device = false;
 };
 
@@ -83,87 +82,85 @@ Status ValidateRenderSettings(const RenderSettings& settings);
 /// with the history of the other. Sampling may differ, `bounces` and `regularise` may not.
 bool SameLight(const RenderSettings& a, const RenderSettings& b);
 
-/// Signals of a rendered frame: direct and indirect, diffuse and specular, in that order of
+/// Signals of a rendered frame: direct and indirect, diffuse and specular, in the order of
 /// SignalKind.
 inline constexpr int kTracedSignalCount = 4;
 
-/// A camera that stands anywhere.
+/// A camera at any position.
 struct CameraPose {
   /// Camera to world: looks along -z, y is up (as cameras of glTF do). Scale does not matter.
   mat4 world_from_camera = mat4(1.0f);
   float yfov = 0.8f;  ///< vertical angle of view, radians; above 0, below pi
 };
 
-/// What is to be seen: two moments of the scene's animation.
+/// Two moments of the scene's animation, and the camera.
 struct RenderMoment {
-  int64_t frame_index = 0;      ///< picks the random numbers (and the jitter) of this frame
+  int64_t frame_index = 0;      ///< seed of this frame's random numbers (and of the jitter)
   double seconds = 0;           ///< of this frame
-  double previous_seconds = 0;  ///< of the frame before, to which motion vectors point
+  double previous_seconds = 0;  ///< of the previous frame, to which motion vectors point
   int camera = 0;               ///< index into Scene::cameras
-  /// Takes the place of the scene's camera.
+  /// Replaces the scene's camera.
   std::optional<CameraPose> pose;
-  /// Of the frame before, to which motion vectors point; only with `pose`. Without: the camera
+  /// Of the previous frame, to which motion vectors point; only with `pose`. Without: the camera
   /// stands still.
   std::optional<CameraPose> previous_pose;
 };
 
 struct RenderTimings {
   double update_ms = 0;  ///< transforms, light tables, top level of the BVH
-  double clear_ms = 0;   ///< with `cycle`: choosing pixels, and zero where no path is traced
+  double clear_ms = 0;   ///< with `cycle`: choosing pixels, and clearing the others
   double primary_ms = 0;
   double bounce_ms = 0;
   double shadow_ms = 0;
   double shade_ms = 0;
-  double copy_ms = 0;  ///< of renderers on a device: its results into the frame
+  double copy_ms = 0;  ///< of renderers on a device: downloading the frame
   uint64_t primary_rays = 0;
   uint64_t bounce_rays = 0;
   uint64_t shadow_rays = 0;
-  /// Contributions that were not finite or negative, and left out. Anything but 0 is a defect of
-  /// the scene (NaN in its data) or of stillray.
+  /// Number of contributions that were not finite or negative, and left out. Other than 0 it shows
+  /// a defect of the scene (NaN in its data) or of stillray.
   uint64_t dropped = 0;
 };
 
 /// Progress of a long call in 0..1; return false to cancel. Called from one thread at a time.
 using RenderProgress = std::function<bool(double fraction)>;
 
-/// Holds a scene ready to be traced. Not thread-safe; its calls use all threads of the pool. The
-/// same scene, settings and moment give the same bits, whatever the number of threads.
+/// A scene prepared for tracing. Not thread-safe; its calls use all threads of the pool. The same
+/// scene, settings and moment give the same bits, whatever the number of threads.
 class Renderer {
  public:
-  /// Builds the BVH and the light tables. `scene` must outlive the renderer and stay as it is.
-  /// \param keep_going  called now and then, from any thread; return false to cancel
-  /// \return kInvalidArgument naming the setting that is out of range, or the element of the scene
-  ///         that contradicts itself; kUnsupported if the ray tracer cannot run; kOutOfMemory;
-  ///         kCancelled
+  /// Builds the BVH and the light tables. `scene` must outlive the renderer and must not change.
+  /// \param keep_going  called from time to time, from any thread; return false to cancel
+  /// \return kInvalidArgument naming the setting that is out of range, or the inconsistent element
+  ///     of the scene; kUnsupported if the ray tracer cannot run; kOutOfMemory; kCancelled
   static Result<std::unique_ptr<Renderer>> Create(const Scene& scene,
                                                   const RenderSettings& settings,
                                                   const KeepGoing& keep_going = {});
   virtual ~Renderer() = default;
 
-  /// Other settings from the next frame on; the scene need not be prepared again. The random
-  /// numbers of a pixel follow the number of its sample, which is counted from frame_index, spp and
-  /// cycle: where spp or cycle change in the middle of a sequence, change the seed as well, or the
-  /// same samples may come again.
-  /// \return kInvalidArgument naming the setting that is out of range; all stay as they were
+  /// Changes settings from the next frame on without preparing the scene again. The random numbers
+  /// of a pixel depend on its sample index, which is computed from frame_index, spp and cycle:
+  /// change the seed if spp or cycle change within a sequence, or the same samples may recur.
+  /// \return kInvalidArgument naming the setting that is out of range; no setting changes then
   virtual Status SetSettings(const RenderSettings& settings) = 0;
   virtual const RenderSettings& settings() const = 0;
 
-  /// Renders one frame: signals, guides, emission, background. `frame` may be any. With
-  /// `cycle`, one that comes back is only cleared where it was set: do not write to its planes.
-  /// Images on the device are used again if nobody else holds them.
+  /// Renders one frame: signals, guides, emission, background. `frame` may hold any frame. With
+  /// `cycle`, a frame that is passed again is cleared only where it was set: do not write to its
+  /// planes. Images on the device are reused if there is no other reference to them.
   virtual Status RenderFrame(const RenderMoment& moment, Frame* frame,
                              const RenderProgress& progress = {}) = 0;
 
-  /// Renders the converged picture of the same moment by plain accumulation of `spp` paths per
-  /// pixel with random numbers independent of RenderFrame's: what a frame's light adds up to in the
-  /// limit. With `jitter`, samples spread evenly over the pixel (box filter); else all go through
-  /// its centre. Draws from SamplerKind::kSobol, whatever `sampler` is.
+  /// Renders the converged picture of the same moment by accumulating `spp` paths per pixel, with
+  /// random numbers independent of RenderFrame's: the limit of the sum of a frame's light. With
+  /// `jitter`, samples are spread evenly over the pixel (box filter); else all pass through its
+  /// centre. Uses SamplerKind::kSobol, whatever `sampler` is.
   virtual Status RenderReference(const RenderMoment& moment, int spp, Image3* radiance,
                                  const RenderProgress& progress = {}) = 0;
 
-  /// Of the last RenderFrame or RenderReference, summed over threads where work was shared.
+  /// Times of the last RenderFrame or RenderReference, summed over threads where work was shared.
   virtual const RenderTimings& timings() const = 0;
-  /// Bytes held by the scene's acceleration structure and tables.
+  /// Bytes of the scene's acceleration structure and tables.
   virtual size_t memory_bytes() const = 0;
 };
 

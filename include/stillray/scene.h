@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A scene as plain data: what glTF 2.0 can say and the path tracer can render. Axes as in glTF:
+/// A scene as plain data: the subset of glTF 2.0 that the path tracer renders. Axes as in glTF:
 /// right-handed, y up, cameras look along their node's -z; distances in scene units.
 #pragma once
 
@@ -41,7 +41,7 @@ struct TextureRef {
 
 enum class AlphaMode : uint8_t { kOpaque, kMask, kBlend };
 
-/// glTF metallic-roughness material with the extensions stillray knows. All colours linear.
+/// glTF metallic-roughness material with the supported extensions. All colours linear.
 struct Material {
   std::string name;
   vec4 base_color = vec4(1.0f);
@@ -113,8 +113,7 @@ struct Camera {
 enum class LightType : uint8_t { kPoint, kSpot, kDirectional };
 
 /// KHR_lights_punctual. Intensity: radiant intensity (point, spot) or irradiance (directional) in
-/// the scene's own units, taken as given without photometric conversion. Shines along its node's
-/// -z.
+/// the scene's units, without photometric conversion. Shines along its node's -z.
 struct PunctualLight {
   std::string name;
   LightType type = LightType::kPoint;
@@ -129,7 +128,7 @@ enum class Interpolation : uint8_t { kStep, kLinear, kCubicSpline };
 enum class AnimatedProperty : uint8_t { kTranslation, kRotation, kScale };
 
 /// Keyframes of one property of one node. For kCubicSpline each key has three values: in-tangent,
-/// value, out-tangent. Before the first and after the last key the value is held.
+/// value, out-tangent. The first value holds before the first key, the last after the last key.
 struct AnimationChannel {
   int node = -1;
   AnimatedProperty property = AnimatedProperty::kTranslation;
@@ -138,11 +137,11 @@ struct AnimationChannel {
   std::vector<vec4> values;
 };
 
-/// Light that arrives from infinitely far away.
+/// Light from infinitely far away.
 struct Environment {
-  vec3 radiance = vec3(0.0f);  ///< constant radiance; multiplied with `map` where there is one
+  vec3 radiance = vec3(0.0f);  ///< constant radiance; multiplied with `map` if there is one
   /// Equirectangular radiance, empty if none: u = 0.5 + atan2(x, -z) / (2 pi), v = acos(y) / pi, so
-  /// that the middle of the picture lies at -z and its upper edge at +y.
+  /// that the centre of the picture is at -z and its upper edge at +y.
   Image3 map;
 };
 
@@ -151,19 +150,18 @@ struct Scene {
   std::vector<Texture> textures;
   std::vector<Material> materials;
   std::vector<Mesh> meshes;
-  std::vector<Node> nodes;  ///< parents stand before children
+  std::vector<Node> nodes;  ///< parents precede children
   std::vector<Instance> instances;
-  std::vector<Camera>
-      cameras;  ///< at least one in a loaded scene: a sensible one is made if needed
+  std::vector<Camera> cameras;  ///< at least one in a loaded scene: one is added if needed
   std::vector<PunctualLight> lights;
   std::vector<AnimationChannel> animation;
   Environment environment;
-  std::vector<std::string> warnings;  ///< what was left out or mended while loading, one line each
-  /// Of all files that the scene was read from: other content, another sum. 0: it was made.
+  std::vector<std::string> warnings;  ///< parts left out or corrected while loading, one line each
+  /// Checksum of all files of the scene. 0: not read from files.
   uint64_t checksum = 0;
 
-  size_t TriangleCount() const;    ///< with every instance counted
-  double AnimationLength() const;  ///< seconds; the last keyframe's time, 0 if nothing is animated
+  size_t TriangleCount() const;    ///< including all instances
+  double AnimationLength() const;  ///< seconds; the last keyframe's time, 0 without animation
 };
 
 /// World transforms of all nodes at `seconds`, in the order of Scene::nodes.
@@ -176,27 +174,27 @@ struct Aabb {
 /// Bounds of all instances at `seconds`.
 Aabb SceneBounds(const Scene& scene, double seconds);
 
-/// Called now and then during long work, from several threads at once. Return false to cancel.
+/// Called from time to time during long work, from several threads at once. Return false to cancel.
 using KeepGoing = std::function<bool()>;
 
-/// Reads a .gltf or .glb file with everything that it refers to. Extensions that it knows:
+/// Reads a .gltf or .glb file and all files that it references. Supported extensions:
 /// KHR_lights_punctual, KHR_materials_emissive_strength, _ior, _transmission, _unlit (as emission),
 /// _volume, KHR_mesh_quantization, KHR_texture_transform, EXT_texture_webp. Also
 /// scenes[i].extras.environment = {"type": "constant", "radiance": [r, g, b]}. All animations are
-/// merged. A file without a camera gets one that sees everything, one without any light gets
-/// surroundings of radiance 1; both, like all that is left out or mended, are told in
-/// Scene::warnings. Textures are at most 16384 texels wide and high. Nodes may mirror (negative
-/// determinant): front faces are then the clockwise ones, as glTF 2.0 (3.7.4) says.
-/// \return kNotFound, kBadData (message names the file, the element and what is wrong with it) or
-///         kUnsupported (a required extension that stillray lacks, by name), kCancelled
+/// merged. A file without a camera gets one that shows everything, one without any light gets an
+/// environment of radiance 1; Scene::warnings lists both, and all parts left out or corrected.
+/// Textures are at most 16384 texels wide and high. Nodes may mirror (negative determinant): front
+/// faces are then the clockwise ones, as in glTF 2.0 (3.7.4).
+/// \return kNotFound, kBadData (naming the file, the element and the fault) or kUnsupported (a
+///     required extension that stillray lacks, by name), kCancelled
 Result<Scene> LoadGltf(const std::string& path, const KeepGoing& keep_going = {});
 
 /// The same from memory (a .glb, or .gltf text); external files are looked up in `base_folder`, or
-/// refused if that is empty. Safe on any bytes.
+/// rejected if that is empty. Safe on any bytes.
 Result<Scene> LoadGltfFromMemory(const uint8_t* data, size_t size, const std::string& base_folder,
                                  const KeepGoing& keep_going = {});
 
-/// Makes one of the scenes that need no file: "cornell", "spheres", "lights".
+/// Makes a built-in scene: "cornell", "spheres", "lights".
 /// \return kNotFound with the list of names if there is no such scene
 Result<Scene> MakeBuiltinScene(const std::string& name);
 std::vector<std::string> BuiltinSceneNames();

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Errors of callers and of the world, as values: what was wrong, where, what was found and what
-/// was expected. The libraries return these and never print, exit or throw across their API.
+/// Errors of callers and of the environment, as values: the fault, its location, the value found
+/// and the value expected. The libraries return these and never print, exit or throw across their
+/// API.
 #pragma once
 
 #include <optional>
@@ -13,14 +14,14 @@ namespace stillray {
 
 enum class StatusCode {
   kOk = 0,
-  kInvalidArgument,  ///< a caller's mistake: sizes that differ, a value out of range, an unknown
+  kInvalidArgument,  ///< an error of the caller: sizes that differ, a value out of range, an
                      ///< name
-  kNotFound,         ///< a file, folder or named thing that does not exist
-  kBadData,          ///< a file or buffer whose content is damaged or contradicts itself
-  kUnsupported,      ///< valid, but something that stillray or this machine cannot do
+  kNotFound,         ///< a file, folder or name that does not exist
+  kBadData,          ///< a file or buffer whose content is damaged or inconsistent
+  kUnsupported,      ///< valid, but not supported by stillray or this machine
   kIo,               ///< reading or writing failed: permissions, full disk, broken pipe
   kOutOfMemory,
-  kCancelled,  ///< the caller asked to stop
+  kCancelled,  ///< cancelled by the caller
   kInternal,   ///< a defect of stillray itself
 };
 
@@ -51,7 +52,7 @@ class [[nodiscard]] Status {
   std::string message_;
 };
 
-/// A value, or the Status that says why there is none.
+/// A value, or the Status that explains its absence.
 template <typename T>
 class [[nodiscard]] Result {
  public:

@@ -4,21 +4,22 @@
 /* The denoiser for any language that can call C (C99). docs/library.md shows it at work.
  *
  *  - A device holds the threads; a denoiser holds the settings and history of one sequence.
- *  - Images stay the caller's: a description of the memory is kept, and read or written only within
- *    stillray_denoiser_execute(). Inputs and outputs may be the same memory.
+ *  - The caller owns all images: a denoiser keeps descriptions of the memory, and accesses it only
+ *    within stillray_denoiser_execute(). Inputs and outputs may be the same memory.
  *  - Every function that can fail returns a code; the message is kept by the object it was called
  *    on, or by the calling thread where there is no object.
  *  - Different objects may be used by different threads at once, also with one device; one denoiser
  *    by one call at a time: a second one, from another thread or from the progress callback, is
- *    refused (STILLRAY_ERROR_BUSY). There is no global state. Nothing is printed, thrown or exited.
+ *    rejected (STILLRAY_ERROR_BUSY). There is no global state. The library never prints, throws or
+ *    exits.
  *  - The same frames and settings give the same bits, whatever the number of threads.
- *  - NULL handles, names and pointers are errors (STILLRAY_ERROR_INVALID_ARGUMENT) unless said
- *    otherwise; a released handle must not be used any more.
- *  - Structs that begin with struct_size are started from their STILLRAY_..._INIT, so that they can
+ *  - NULL handles, names and pointers are errors (STILLRAY_ERROR_INVALID_ARGUMENT) unless stated
+ *    otherwise; a released handle is invalid.
+ *  - Initialise structs that begin with struct_size with their STILLRAY_..._INIT, so that they can
  *    grow: "Versions" in docs/library.md has the rules.
  *
  * Pictures: pixel (0,0) is the top left, x runs right, y down. Radiance is linear and
- * scene-referred. stillray_input_at() and docs/library.md say what each input means. */
+ * scene-referred. stillray_input_at() and docs/library.md define each input. */
 #ifndef STILLRAY_STILLRAY_H_
 #define STILLRAY_STILLRAY_H_
 
@@ -31,11 +32,11 @@
 #define STILLRAY_API
 #endif
 
-/* What a program was compiled against; the library refuses to make a device for another. The name
- * of the shared library ends in the same number. Raised when a program that was compiled before
- * would no longer work: a function, an argument, a struct member or the value of a constant goes or
- * changes. New functions, inputs, outputs, settings, error codes and members at the end of structs
- * with struct_size leave it as it is. */
+/* The ABI that a program was compiled against; the library creates no device for another version.
+ * The name of the shared library ends in the same number. Incremented when compiled programs would
+ * break: a function, an argument, a struct member or the value of a constant is removed or changed.
+ * Not incremented for new functions, inputs, outputs, settings, error codes and members at the end
+ * of structs with struct_size. */
 #define STILLRAY_ABI_VERSION 2u
 
 #ifdef __cplusplus
@@ -47,15 +48,15 @@ typedef struct stillray_denoiser stillray_denoiser;
 
 typedef enum stillray_error {
   STILLRAY_OK = 0,
-  STILLRAY_ERROR_INVALID_ARGUMENT = 1, /* a caller's mistake: sizes that differ, unknown names */
+  STILLRAY_ERROR_INVALID_ARGUMENT = 1, /* a caller's error: sizes that differ, unknown names */
   STILLRAY_ERROR_NOT_FOUND = 2,
-  STILLRAY_ERROR_BAD_DATA = 3,    /* a saved history that is damaged or of other settings */
+  STILLRAY_ERROR_BAD_DATA = 3,    /* a saved history that is damaged or has other settings */
   STILLRAY_ERROR_UNSUPPORTED = 4, /* another ABI version */
   STILLRAY_ERROR_IO = 5,
   STILLRAY_ERROR_OUT_OF_MEMORY = 6,
-  STILLRAY_ERROR_CANCELLED = 7, /* the progress callback asked to stop */
+  STILLRAY_ERROR_CANCELLED = 7, /* cancelled by the progress callback */
   STILLRAY_ERROR_INTERNAL = 8,  /* a defect of stillray */
-  STILLRAY_ERROR_BUSY = 9       /* another call is at work on this denoiser; nothing was done */
+  STILLRAY_ERROR_BUSY = 9       /* another call on this denoiser is running; nothing was done */
 } stillray_error;
 
 /* ---- Library -------------------------------------------------------------------------------- */
@@ -81,7 +82,7 @@ typedef enum stillray_format {
 typedef struct stillray_image {
   void* data;       /* inputs are only read */
   int32_t format;   /* a stillray_format */
-  int32_t channels; /* 1 to 4; inputs may have more than are needed, which are left alone */
+  int32_t channels; /* 1 to 4; additional channels of inputs are ignored */
   int32_t width;    /* pixels, 1 to 32768 */
   int32_t height;
   ptrdiff_t pixel_stride;   /* bytes; 0: channels * bytes of the format */
@@ -96,14 +97,14 @@ STILLRAY_API stillray_image stillray_interleaved(void* data, int32_t format, int
 STILLRAY_API stillray_image stillray_planar(void* data, int32_t format, int32_t channels,
                                             int32_t width, int32_t height);
 
-/* ---- What there is -------------------------------------------------------------------------- */
+/* ---- Tables of inputs, parameters and presets ----------------------------------------------- */
 
 /* An image that a frame may have. All strings here live as long as the program. */
 typedef struct stillray_input_info {
   size_t struct_size; /* sizeof(stillray_input_info), by the INIT below */
   const char* name;   /* "direct_diffuse", "albedo", "motion", ... */
   const char* help;   /* one sentence: meaning, unit */
-  int32_t channels;   /* least number of channels */
+  int32_t channels;   /* minimum number of channels */
 } stillray_input_info;
 #define STILLRAY_INPUT_INFO_INIT \
   { sizeof(stillray_input_info), NULL, NULL, 0 }
@@ -153,18 +154,18 @@ STILLRAY_API const char* stillray_preset_name(size_t index);
  * On failure *device is NULL. UNSUPPORTED: the library has another ABI version. */
 STILLRAY_API stillray_error stillray_device_create(uint32_t abi_version, int32_t threads,
                                                    stillray_device** device);
-/* The same, and where its denoisers filter. name: "cpu", which is what stillray_device_create
- * makes; "vulkan", the first usable device of Vulkan, GPUs before software; "vulkan:N", the Nth of
- * `stillray info --devices`; "auto", a GPU where there is one that works, else the CPU. On other
- * devices than the CPU the picture differs by rounding.
- * On failure *device is NULL. INVALID_ARGUMENT: not such a name; NOT_FOUND, UNSUPPORTED: no such
- * device, or what it lacks. */
+/* The same for a device by name: "cpu", as stillray_device_create; "vulkan", the first usable
+ * Vulkan device, GPUs before software; "vulkan:N", the Nth of `stillray info --devices`; "auto", a
+ * GPU if a usable one exists, else the CPU. On other devices than the CPU the picture differs by
+ * rounding.
+ * On failure *device is NULL. INVALID_ARGUMENT: an unknown name; NOT_FOUND, UNSUPPORTED: no such
+ * device, or a feature that it lacks. */
 STILLRAY_API stillray_error stillray_device_create_on(uint32_t abi_version, int32_t threads,
                                                       const char* name, stillray_device** device);
 /* "cpu", or choice, name and driver of another device. Lives as long as the device; "" if it is
  * NULL. */
 STILLRAY_API const char* stillray_device_description(const stillray_device* device);
-/* Denoisers made of it keep what they need. NULL is allowed. */
+/* Its denoisers remain valid. NULL is allowed. */
 STILLRAY_API void stillray_device_release(stillray_device* device);
 /* The number of threads; 0 if device is NULL. */
 STILLRAY_API int32_t stillray_device_threads(const stillray_device* device);
@@ -175,7 +176,7 @@ STILLRAY_API int32_t stillray_device_threads(const stillray_device* device);
  * thread's. */
 STILLRAY_API stillray_error stillray_denoiser_create(stillray_device* device, const char* preset,
                                                      stillray_denoiser** denoiser);
-/* NULL is allowed. While another call is at work on the denoiser it lives on until that returns. */
+/* NULL is allowed. A denoiser with a running call is destroyed when the call returns. */
 STILLRAY_API void stillray_denoiser_release(stillray_denoiser* denoiser);
 
 /* One line on the last call that failed: of this denoiser, or, if it is NULL, of this thread's
@@ -195,19 +196,19 @@ STILLRAY_API stillray_error stillray_denoiser_set(stillray_denoiser* denoiser, c
 STILLRAY_API stillray_error stillray_denoiser_get(stillray_denoiser* denoiser, const char* name,
                                                   const char** value);
 
-/* The images of the frames to come; NULL takes one away. They stay until changed. */
+/* Sets an image of the following frames, until changed; NULL removes it. */
 STILLRAY_API stillray_error stillray_denoiser_set_input(stillray_denoiser* denoiser,
                                                         const char* name,
                                                         const stillray_image* image);
-/* Where to write a result; NULL takes it away. "colour" (3 channels) is the picture;
+/* Sets the image that receives a result; NULL removes it. "colour" (3 channels) is the picture;
  * "variance" (1) the variance of its luminance before the spatial filter, and "history_length" (1)
  * the samples in the shortest history, steer adaptive samplers; the others are intermediate
- * pictures. Channels beyond those of the result are left alone. What a frame does not have (such
- * as "limit" in a first frame) is filled with 0. */
+ * pictures. Additional channels of the image are not written. Results that a frame lacks
+ * (such as "limit" in a first frame) are 0. */
 STILLRAY_API stillray_error stillray_denoiser_set_output(stillray_denoiser* denoiser,
                                                          const char* name,
                                                          const stillray_image* image);
-/* The results that there are with the present settings; 0 and NULL if there is no such one. */
+/* The results available with the current settings; 0 and NULL if there are none. */
 STILLRAY_API size_t stillray_denoiser_output_count(stillray_denoiser* denoiser);
 STILLRAY_API const char* stillray_denoiser_output_name(stillray_denoiser* denoiser, size_t index);
 
@@ -216,9 +217,9 @@ STILLRAY_API const char* stillray_denoiser_output_name(stillray_denoiser* denois
 STILLRAY_API stillray_error stillray_denoiser_set_jitter(stillray_denoiser* denoiser,
                                                          float jitter_x, float jitter_y);
 
-/* Called with the part of the frame that is done, 0 to 1 (an estimate from the last frame's time),
- * on the thread that called execute; return 0 to go on, anything else to cancel. Calls on the
- * same denoiser from within are refused. */
+/* Called with the completed fraction of the frame, 0 to 1 (estimated from the last frame's time),
+ * on the thread that called execute; return 0 to continue, any other value to cancel. Calls on the
+ * same denoiser from the callback are rejected. */
 typedef int (*stillray_progress)(void* user, double fraction);
 /* progress may be NULL: none. */
 STILLRAY_API stillray_error stillray_denoiser_set_progress(stillray_denoiser* denoiser,
@@ -233,15 +234,15 @@ STILLRAY_API stillray_error stillray_denoiser_set_progress(stillray_denoiser* de
  *  OUT_OF_MEMORY     no output was written; history restarts. */
 STILLRAY_API stillray_error stillray_denoiser_execute(stillray_denoiser* denoiser);
 
-/* Frames have this size from now on: forgets all inputs and outputs, so that no image of the old
- * size is left, frees the memory of the old size, and refuses images of another. 0, 0: any. */
+/* Fixes the size of the following frames: removes all inputs and outputs, frees the memory of the
+ * old size, and rejects images of another size. 0, 0: any size. */
 STILLRAY_API stillray_error stillray_denoiser_resize(stillray_denoiser* denoiser, int32_t width,
                                                      int32_t height);
-/* Forgets all history: the next frame is a first frame, as after a cut. */
+/* Discards all history: the next frame is a first frame, as after a cut. */
 STILLRAY_API stillray_error stillray_denoiser_reset(stillray_denoiser* denoiser);
 
 /* The whole history, to continue later with the same bits, on the same kind of device with the same
- * driver. *size: bytes needed. buffer NULL only asks for the size; a capacity below it is
+ * driver. *size: bytes needed. buffer NULL: only returns the size; a capacity below it is
  * INVALID_ARGUMENT, and nothing is written. */
 STILLRAY_API stillray_error stillray_denoiser_save_history(stillray_denoiser* denoiser,
                                                            void* buffer, size_t capacity,
@@ -250,22 +251,22 @@ STILLRAY_API stillray_error stillray_denoiser_save_history(stillray_denoiser* de
 STILLRAY_API stillray_error stillray_denoiser_restore_history(stillray_denoiser* denoiser,
                                                               const void* buffer, size_t size);
 
-/* What the last frame was like. */
+/* Statistics of the last frame. */
 typedef struct stillray_statistics {
   size_t struct_size;  /* sizeof(stillray_statistics), by the INIT below */
   int64_t non_finite;  /* pixels of signals with NaN or infinite light, treated as missing */
   int64_t negative;    /* ... with light below -1/1024 of the mean light; above, it is zero */
-  int64_t bad_guides;  /* pixels whose depth or normal could not be used: passed through */
-  size_t memory_bytes; /* history and working memory held now */
+  int64_t bad_guides;  /* pixels whose depth or normal was invalid: passed through */
+  size_t memory_bytes; /* history and working memory in use */
   double filter_ms;    /* time of all stages, without copying images in and out */
 } stillray_statistics;
 #define STILLRAY_STATISTICS_INIT \
   { sizeof(stillray_statistics), 0, 0, 0, 0, 0 }
 STILLRAY_API stillray_error stillray_denoiser_statistics(stillray_denoiser* denoiser,
                                                          stillray_statistics* statistics);
-/* One line on what was odd about the last frame although it was denoised: normals that are all
- * zero, motion that is nowhere finite. "" if nothing was, or denoiser is NULL or busy. Valid until
- * the next call of this function. */
+/* A one-line warning about the last frame, which was denoised nevertheless: normals that are all
+ * zero, motion that is nowhere finite. "" if there is none, or denoiser is NULL or busy. Valid
+ * until the next call of this function. */
 STILLRAY_API const char* stillray_denoiser_warning(stillray_denoiser* denoiser);
 
 #ifdef __cplusplus

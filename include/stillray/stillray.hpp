@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The C API with objects that release themselves and errors that cannot be overlooked.
-/// Header-only, C++17, nothing to link beyond the C API; throws nothing but std::bad_alloc from its
-/// strings. Meanings and limits are those of stillray.h.
+/// The C API as C++ classes that release their handles, with errors that must be checked.
+/// Header-only, C++17, links only the C API; throws only std::bad_alloc, from its strings. Meanings
+/// and limits are those of stillray.h.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@
 
 namespace stillray::api {
 
-/// The outcome of a call: a code, and what was wrong.
+/// The outcome of a call: a code and a message.
 struct [[nodiscard]] Error {
   stillray_error code = STILLRAY_OK;
   std::string message;
@@ -26,7 +26,7 @@ struct [[nodiscard]] Error {
   bool ok() const { return code == STILLRAY_OK; }
 };
 
-/// The format that holds values of this type.
+/// The image format of values of type T.
 template <typename T>
 constexpr stillray_format FormatOf() {
   static_assert(
@@ -46,7 +46,7 @@ stillray_image Planar(T* data, int channels, int width, int height) {
   return stillray_planar(data, FormatOf<T>(), channels, width, height);
 }
 
-/// The threads of denoisers, and where they filter. Empty until Create().
+/// The threads of denoisers, and the device that filters. Empty until Create().
 class Device {
  public:
   /// \param threads  0: one per processor
@@ -113,9 +113,9 @@ class Denoiser {
     }
     return names;
   }
-  /// See stillray_denoiser_set_jitter: turns antialiasing in time on.
+  /// See stillray_denoiser_set_jitter: enables temporal antialiasing.
   Error SetJitter(float x, float y) { return Check(stillray_denoiser_set_jitter(handle(), x, y)); }
-  /// \param progress  gets 0..1, returns whether to go on; must not throw; empty: none
+  /// \param progress  receives 0..1, returns whether to continue; must not throw; empty: none
   Error SetProgress(std::function<bool(double)> progress) {
     auto kept = std::make_unique<std::function<bool(double)>>(std::move(progress));
     const bool any = static_cast<bool>(*kept);
@@ -149,9 +149,9 @@ class Denoiser {
   Error RestoreHistory(const std::vector<uint8_t>& bytes) {
     return Check(stillray_denoiser_restore_history(handle(), bytes.data(), bytes.size()));
   }
-  /// What was odd about the last frame; mostly empty.
+  /// A warning about the last frame; usually empty.
   std::string Warning() const { return stillray_denoiser_warning(handle()); }
-  /// \param statistics  started from STILLRAY_STATISTICS_INIT
+  /// \param statistics  initialised with STILLRAY_STATISTICS_INIT
   Error GetStatistics(stillray_statistics* statistics) {
     return Check(stillray_denoiser_statistics(handle(), statistics));
   }

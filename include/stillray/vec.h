@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Small vectors and matrices with the names and meaning that they have in GLSL.
+/// Small vectors and matrices with the names and meaning of GLSL.
 #pragma once
 
 #include <glm/common.hpp>

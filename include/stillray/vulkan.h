@@ -47,7 +47,7 @@ typedef struct stillray_vulkan_options {
 #define STILLRAY_VULKAN_OPTIONS_INIT \
   { sizeof(stillray_vulkan_options), NULL, NULL, 0, 0, 0, 0, 0, 0, 0 }
 
-/* Where an image stands in stillray_vulkan_frame. */
+/* Indices of the images in stillray_vulkan_frame. */
 typedef enum stillray_vulkan_slot {
   STILLRAY_VULKAN_DIRECT_DIFFUSE = 0,
   STILLRAY_VULKAN_INDIRECT_DIFFUSE = 1,
@@ -71,7 +71,7 @@ typedef enum stillray_vulkan_slot {
   STILLRAY_VULKAN_ROUGHNESS = 24,
   STILLRAY_VULKAN_SLOT_COUNT = 25
 } stillray_vulkan_slot;
-/* Room in stillray_vulkan_frame; slots from STILLRAY_VULKAN_SLOT_COUNT on stay empty. */
+/* Capacity of stillray_vulkan_frame; slots from STILLRAY_VULKAN_SLOT_COUNT on stay empty. */
 #define STILLRAY_VULKAN_SLOT_ROOM 32
 
 /* This struct does not grow. */
@@ -106,7 +106,7 @@ typedef struct stillray_vulkan_memory {
 #define STILLRAY_VULKAN_MEMORY_INIT \
   { sizeof(stillray_vulkan_memory), 0, 0, 0, 0 }
 
-/* What create would allocate; allocates nothing. */
+/* The memory that create would allocate; allocates nothing. */
 STILLRAY_API stillray_error stillray_vulkan_memory_need(const stillray_vulkan_context* context,
                                                         const stillray_vulkan_options* options,
                                                         stillray_vulkan_memory* need);
@@ -116,7 +116,7 @@ STILLRAY_API stillray_error stillray_vulkan_create(uint32_t abi_version,
                                                    const stillray_vulkan_context* context,
                                                    const stillray_vulkan_options* options,
                                                    stillray_vulkan_denoiser** denoiser);
-/* The device must have done with all that was recorded. NULL is allowed. */
+/* The device must have finished all recorded commands. NULL is allowed. */
 STILLRAY_API void stillray_vulkan_release(stillray_vulkan_denoiser* denoiser);
 /* See VulkanDenoiser::Record. */
 STILLRAY_API stillray_error stillray_vulkan_record(stillray_vulkan_denoiser* denoiser,
@@ -127,7 +127,7 @@ STILLRAY_API stillray_error stillray_vulkan_set(stillray_vulkan_denoiser* denois
                                                 const char* name, const char* value);
 /* The next frame is a first frame. */
 STILLRAY_API stillray_error stillray_vulkan_reset(stillray_vulkan_denoiser* denoiser);
-/* Before views that were given are destroyed. */
+/* Call this before views that were passed are destroyed. */
 STILLRAY_API stillray_error stillray_vulkan_forget_images(stillray_vulkan_denoiser* denoiser);
 /* Milliseconds of all stages of the last recorded frame, once the device has run it; negative
  * before that or without timestamps. */

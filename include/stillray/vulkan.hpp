@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The denoiser within a renderer's own Vulkan frame: the renderer's device, its images, its
-/// command buffer. Recording submits nothing, waits for nothing, and allocates nothing once the
-/// images of the frame have come round to those seen before. docs/gpu.md says more.
+/// The denoiser within a renderer's own Vulkan frame: on the renderer's device, images and command
+/// buffer. Recording submits nothing and waits for nothing, and allocates nothing once the frame's
+/// images recur. See docs/gpu.md.
 ///
-/// What the device must offer, and have enabled: Vulkan 1.1 and the feature
-/// shaderStorageImageExtendedFormats. The queue must do compute.
+/// The device must support, and have enabled, Vulkan 1.1 and the feature
+/// shaderStorageImageExtendedFormats. The queue must support compute.
 #pragma once
 
 #include <vulkan/vulkan_core.h>
@@ -34,10 +34,10 @@ struct VulkanOptions {
   int height = 0;
   bool transmission = false;  ///< frames have transmission signals
   DevicePrecision precision = DevicePrecision::kHalf;
-  bool timestamps = false;  ///< measure the stages; the queue must have timestamps
-  /// Frames may know their guides only where a path was traced: pixels with depth 0 and no sample
-  /// are completed on the device (docs/denoiser.md, fill_guides) with any of the images below,
-  /// which takes memory. `samples` and `motion` must be given then.
+  bool timestamps = false;  ///< measure the stages; the queue must support timestamps
+  /// Guides may be known only where a path was traced: pixels with depth 0 and no sample are filled
+  /// on the device (docs/denoiser.md, fill_guides), together with the images below, which takes
+  /// memory. `samples` and `motion` must be given then.
   bool incomplete_guides = false;
 };
 
@@ -50,11 +50,11 @@ struct VulkanImage {
 };
 
 /// Images of one frame, by the conventions of Frame and Guides. Inputs may have any format that
-/// shaders read as float (`id`: R32_UINT), and any number of channels from the one needed on.
+/// shaders read as float (`id`: R32_UINT), with at least the required number of channels.
 struct VulkanFrame {
   int64_t index = 0;
-  /// Mean of this frame's samples per pixel. Below 1 the filter takes what is missing for missing,
-  /// and feeds back only whole samples; above 1 nothing changes.
+  /// Mean of this frame's samples per pixel. Below 1 the filter treats pixels without a sample as
+  /// missing, and feeds back only whole samples; values above 1 have no effect.
   float samples_per_pixel = 1;
   /// See Frame::jitter_x.
   float jitter_x = 0;
@@ -77,49 +77,50 @@ struct VulkanFrame {
   /// The result: scene-linear, R32G32B32A32_SFLOAT, or R16G16B16A16_SFLOAT if `colour_is_half`.
   VulkanImage colour;
   bool colour_is_half = false;
-  /// The same with exposure, tone curve and sRGB encoding, R8G8B8A8_UNORM; need not be given.
+  /// The same with exposure, tone curve and sRGB encoding, R8G8B8A8_UNORM; optional.
   VulkanImage display;
 };
 
-/// Denoises a sequence frame by frame. One object holds one sequence's history; it must not be used
-/// by two threads at once.
+/// Denoises a sequence frame by frame. One object holds the history of one sequence; it must not be
+/// used by two threads at once.
 class VulkanDenoiser {
  public:
-  /// What Create allocates: images, buffers and their memory on the device. Allocates nothing.
+  /// The images, buffers and device memory that Create allocates. Allocates nothing.
   static Result<DeviceMemory> MemoryNeed(const VulkanContext& context,
                                          const VulkanOptions& options);
-  /// Makes all images, buffers and pipelines.
-  /// \return kInvalidArgument, kUnsupported (the device lacks something, by name), kOutOfMemory
+  /// Creates all images, buffers and pipelines.
+  /// \return kInvalidArgument, kUnsupported (naming the missing feature), kOutOfMemory
   static Result<VulkanDenoiser> Create(const VulkanContext& context, const VulkanOptions& options);
   VulkanDenoiser(VulkanDenoiser&&) noexcept;
   VulkanDenoiser& operator=(VulkanDenoiser&&) noexcept;
-  /// The device must have done with all that was recorded.
+  /// The device must have finished all recorded commands.
   ~VulkanDenoiser();
 
-  /// Records the next frame, outside of a render pass. Command buffers are to be submitted once
-  /// each and in the order of recording, to one queue.
+  /// Records the next frame, outside of a render pass. Submit each command buffer once, in the
+  /// order of recording, to one queue.
   ///
-  /// Before: the inputs' writes must be visible to VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
-  /// VK_ACCESS_SHADER_READ_BIT, and earlier readers of the outputs must be through. Between frames
-  /// and stages the denoiser sets barriers of its own. After: the outputs were written by
-  /// VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT, and stay in their layout;
+  /// Before: writes of the inputs must be visible to VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+  /// VK_ACCESS_SHADER_READ_BIT, and earlier reads of the outputs must be finished. The denoiser
+  /// inserts the barriers between its frames and stages. After: the outputs are written by
+  /// VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT, and keep their layout;
   /// inputs may be written again after VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT.
-  /// \return kInvalidArgument naming the image that is missing; nothing was recorded then
+  /// \return kInvalidArgument naming the missing image; nothing is recorded then
   Status Record(VkCommandBuffer commands, const VulkanFrame& frame);
 
-  /// New settings from the next frame on; compiles shaders where they ask for others.
-  /// \return kInvalidArgument if they are not valid or need other images: `signals`,
-  ///         `limit_history`, `feedback`, `firefly` and `wavelet` may
+  /// Changes the settings from the next frame on; compiles shaders if needed.
+  /// \return kInvalidArgument if they are invalid or need other images: `signals`, `limit_history`,
+  ///     `feedback`, `firefly` and `wavelet` may
   Status SetSettings(const Settings& settings);
   const Settings& settings() const;
   /// The next frame is a first frame.
   void Reset();
-  /// To be called before views that were given are destroyed, when the device has done with them.
+  /// Call this before views that were passed are destroyed, and after the device has finished with
+  /// them.
   Status ForgetImages();
 
   DeviceMemory memory() const;
-  /// Of the last recorded frame, once the device has run it; empty before that or without
-  /// `timestamps`.
+  /// Times of the last recorded frame, once the device has finished it; empty before that or
+  /// without `timestamps`.
   std::vector<StageTime> timings() const;
 
  private:
