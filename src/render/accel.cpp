@@ -29,17 +29,17 @@ using DeviceHandle = std::unique_ptr<std::remove_pointer_t<RTCDevice>, DeviceRel
 using SceneHandle = std::unique_ptr<std::remove_pointer_t<RTCScene>, SceneRelease>;
 using GeometryHandle = std::unique_ptr<std::remove_pointer_t<RTCGeometry>, GeometryRelease>;
 
-// What Embree hands through to the shadow filter.
+// User data of the shadow filter, passed through Embree.
 struct ShadowContext {
-  RTCIntersectContext base;  // first: Embree knows only this part
+  RTCIntersectContext base;  // first member: Embree accesses only this part
   const ShadowFilter* filter;
   const RayBatch* rays;
-  vec3* transmittance;  // of the rays of the batch
+  vec3* transmittance;  // of the batch's rays
   uint32_t static_id;
 };
 static_assert(offsetof(ShadowContext, base) == 0);
 
-// The width of packets: the argument types that Embree's functions take for it.
+// Embree's argument types for packets of this width.
 template <int kWidth>
 struct Packet;
 template <>
@@ -64,7 +64,8 @@ struct Packet<16> {
   static constexpr auto kOccluded = rtcOccluded16;
 };
 
-// What is the same in all rays, and what Embree leaves as it is: written once for many packets.
+// Fields with the same value in all rays, which Embree does not modify: written once for many
+// packets.
 template <int kWidth>
 void PrepareRays(typename Packet<kWidth>::Ray* packet, int* valid) {
   for (int i = 0; i < kWidth; ++i) {
@@ -77,7 +78,7 @@ void PrepareRays(typename Packet<kWidth>::Ray* packet, int* valid) {
   }
 }
 
-// Fills the packet with rays first, first + 1, ... Lanes beyond the batch are off.
+// Fills the packet with rays first, first + 1, ... Lanes beyond the batch are disabled.
 template <int kWidth>
 void LoadRays(const RayBatch& rays, int first, typename Packet<kWidth>::Ray* packet, int* valid) {
   constexpr size_t kBytes = kWidth * sizeof(float);
@@ -137,14 +138,14 @@ void OccludedBatch(RTCScene scene, const RayBatch& rays, ShadowContext* context)
     }
     Packet<kWidth>::kOccluded(valid, scene, &context->base, &packet);
     for (int i = 0; i < kWidth && first + i < rays.count; ++i) {
-      if (packet.tfar[i] < 0) {  // Embree's sign for "occluded"
+      if (packet.tfar[i] < 0) {  // Embree's mark for "occluded"
         context->transmittance[first + i] = vec3(0.0f);
       }
     }
   }
 }
 
-// Embree asks about every see-through triangle that a shadow ray crosses, once each.
+// Called by Embree once for every see-through triangle that a shadow ray crosses.
 void FilterShadows(const RTCFilterFunctionNArguments* arguments) {
   auto* context = reinterpret_cast<ShadowContext*>(arguments->context);
   const unsigned n = arguments->N;
@@ -161,7 +162,7 @@ void FilterShadows(const RTCFilterFunctionNArguments* arguments) {
     hit.v = RTCHitN_v(arguments->hit, n, i);
     hit.instance = flat ? geometry : instance;
     hit.primitive = RTCHitN_primID(arguments->hit, n, i);
-    // The direction that the caller gave: Embree's is in the instance's space.
+    // The caller's direction: Embree's is in the instance's space.
     const auto ray = static_cast<int>(RTCRayN_id(arguments->ray, n, i));
     vec3& light = context->transmittance[ray];
     light *= context->filter->Transmittance(hit, context->rays->Direction(ray));
@@ -171,8 +172,8 @@ void FilterShadows(const RTCFilterFunctionNArguments* arguments) {
   }
 }
 
-// Scenes of at most so many triangles lie in one flat BVH also where they move: it is rebuilt per
-// frame in less time than the rays would spend on entering and leaving instances.
+// Scenes with at most this many triangles use one flat BVH even if they move: rebuilding it per
+// frame takes less time than the rays would spend on entering and leaving instances.
 constexpr size_t kMaxRebuilt = 4096;
 
 void PlaceVertices(const Mesh& mesh, const mat4& transform, float* vertices) {
@@ -184,8 +185,8 @@ void PlaceVertices(const Mesh& mesh, const mat4& transform, float* vertices) {
   }
 }
 
-// Gives the geometry a mesh's triangles: indices are shared, and vertices too where they are
-// placed; else it gets its own, with `transform` applied.
+// Sets the geometry's triangles: shares the mesh's indices, and its vertices where they are already
+// in world space; otherwise copies them with `transform` applied.
 bool FillGeometry(RTCGeometry geometry, const Mesh& mesh, const mat4& transform,
                   const vec3* placed) {
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
@@ -236,11 +237,11 @@ class EmbreeAccel final : public Accel {
                  const AccelInstance& instance, uint32_t id);
 
   const ShadowFilter& filter_;
-  KeepGoing keep_going_;           // while the BVHs are built
-  std::atomic<int64_t> bytes_{0};  // before the device, which still counts when it goes
+  KeepGoing keep_going_;           // called while the BVHs are built
+  std::atomic<int64_t> bytes_{0};  // declared before the device, whose destruction still updates it
   DeviceHandle device_;
   SceneHandle static_scene_;
-  // Per mesh and kind (opaque, see-through): the scene that its instances share.
+  // The scene shared by the instances of a mesh, per mesh and kind (opaque, see-through).
   std::vector<SceneHandle> mesh_scenes_;
   struct Instanced {
     uint32_t index;
@@ -248,10 +249,10 @@ class EmbreeAccel final : public Accel {
     const Mesh* mesh;
   };
   std::vector<Instanced> instanced_;
-  SceneHandle top_scene_;  // null where nothing moves: rays then enter static_scene_ itself
+  SceneHandle top_scene_;  // null if nothing moves: rays then traverse static_scene_ itself
   uint32_t static_id_ = RTC_INVALID_GEOMETRY_ID;
   RTCScene root_ = nullptr;
-  bool flat_ = false;  // all triangles lie in static_scene_, which is rebuilt when some have moved
+  bool flat_ = false;  // all triangles are in static_scene_, which is rebuilt when some move
   int widest_packet_ = 4;
 };
 
@@ -352,7 +353,7 @@ Status EmbreeAccel::BuildInstanced(const Scene& scene,
 Status EmbreeAccel::Build(const Scene& scene, const std::vector<AccelInstance>& instances,
                           const std::vector<mat4>& transforms, const KeepGoing& keep_going) {
   keep_going_ = keep_going;
-  // No threads of its own: it runs on the pool that everything else uses.
+  // No own threads: it runs on the shared thread pool.
   device_.reset(rtcNewDevice("start_threads=0,set_affinity=0"));
   if (!device_) {
     return Status::Unsupported(fmt::format("Embree could not be started: error {}",
@@ -381,7 +382,7 @@ Status EmbreeAccel::Build(const Scene& scene, const std::vector<AccelInstance>& 
     root_ = top_scene_.get();
   }
   const Status updated = Update(transforms);
-  keep_going_ = nullptr;  // frames are cancelled elsewhere
+  keep_going_ = nullptr;  // frames are cancelled by their progress callback
   return updated;
 }
 
@@ -430,7 +431,7 @@ void EmbreeAccel::IntersectCoherent(const RayBatch& rays, HitBatch* hits) const 
 }
 
 void EmbreeAccel::IntersectIncoherent(const RayBatch& rays, HitBatch* hits) const {
-  // Eight at a time is faster than sixteen where rays diverge.
+  // Eight rays at a time are faster than sixteen where rays diverge.
   if (widest_packet_ >= 8) {
     return IntersectBatch<8>(root_, rays, RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT, static_id_, hits);
   }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Ray queries: the one place that knows Embree. Instances that never move lie in one flat BVH;
-/// those that move are instances of their mesh's BVH in a top level that is updated per frame.
+/// Ray queries; the only module that uses Embree. Static instances are in one flat BVH; moving ones
+/// are instances of their mesh's BVH in a top level that is updated per frame.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace stillray::render {
 
-/// Rays that one batch holds; a multiple of every packet width.
+/// Maximum number of rays in a batch; a multiple of every packet width.
 inline constexpr int kBatchCapacity = 1024;
 inline constexpr uint32_t kNoHit = 0xffffffffu;
 
@@ -28,7 +28,7 @@ struct RayBatch {
   alignas(64) float direction_x[kBatchCapacity];
   alignas(64) float direction_y[kBatchCapacity];
   alignas(64) float direction_z[kBatchCapacity];
-  alignas(64) float end[kBatchCapacity];  ///< distance beyond which nothing counts
+  alignas(64) float end[kBatchCapacity];  ///< distance beyond which hits are ignored
 
   void Push(vec3 origin, vec3 direction, float far) {
     const int i = count++;
@@ -44,7 +44,7 @@ struct RayBatch {
   vec3 Direction(int i) const { return {direction_x[i], direction_y[i], direction_z[i]}; }
 };
 
-/// What a ray met first. The point is (1 - u - v) v0 + u v1 + v v2 of the triangle.
+/// The first hit of a ray, at the point (1 - u - v) v0 + u v1 + v v2 of the triangle.
 struct Hit {
   float t = 0;
   float u = 0;
@@ -63,33 +63,35 @@ struct HitBatch {
   Hit Get(int i) const { return {t[i], u[i], v[i], instance[i], primitive[i]}; }
 };
 
-/// Whether Embree can instance a mesh with it: an animated scale may well be zero.
+/// Whether Embree can instance a mesh with this transform: an animated scale may be zero.
 bool IsInvertible(const mat4& transform);
 
-/// What an instance is to the BVH.
+/// How an instance enters the BVH.
 struct AccelInstance {
-  /// It enters the BVH as an instance of its mesh, and its transform may change between calls of
-  /// Update; else it is copied.
+  /// True: as an instance of its mesh, whose transform may change between calls of Update; false:
+  /// copied.
   bool instanced = false;
-  bool see_through = false;  ///< shadow rays ask ShadowFilter about it
-  /// Of what is copied: its vertices in the world, and one more behind; must outlive the Accel.
+  bool see_through = false;  ///< shadow rays call ShadowFilter on its hits
+  /// The world-space vertices of a copied instance, plus one; must outlive the Accel.
   const vec3* placed = nullptr;
 };
 
-/// Tells how much light passes the surface at `hit` straight on, per channel in 0..1.
+/// Computes the fraction of light that passes the surface at `hit` undeflected, per channel in
+/// 0..1.
 class ShadowFilter {
  public:
   virtual ~ShadowFilter() = default;
   virtual vec3 Transmittance(const Hit& hit, vec3 direction) const = 0;
 };
 
-/// All queries may be called from several threads at once; Update may not.
+/// All queries may be called from several threads at once, but not Update.
 class Accel {
  public:
-  /// \param transforms  of each instance to the world, now
-  /// \param filter      must outlive the result; asked only about see_through instances
-  /// \param keep_going  called now and then while BVHs are built, from any thread; may be empty
-  /// \return kOutOfMemory; kUnsupported if the Embree library lacks a needed feature; kCancelled
+  /// \param transforms  current world transform of each instance
+  /// \param filter      must outlive the result; called only for see_through instances
+  /// \param keep_going  called from time to time while BVHs are built, from any thread; may be
+  ///     empty
+  /// \return kOutOfMemory; kUnsupported if the Embree library lacks a required feature; kCancelled
   static Result<std::unique_ptr<Accel>> Create(const Scene& scene,
                                                const std::vector<AccelInstance>& instances,
                                                const std::vector<mat4>& transforms,
@@ -100,12 +102,12 @@ class Accel {
   /// Moves the moving instances.
   virtual Status Update(const std::vector<mat4>& transforms) = 0;
 
-  /// First hits of rays that lie close together and run the same way, such as primary rays.
+  /// First hits of coherent rays, such as primary rays.
   virtual void IntersectCoherent(const RayBatch& rays, HitBatch* hits) const = 0;
-  /// First hits of rays that have nothing to do with each other.
+  /// First hits of incoherent rays.
   virtual void IntersectIncoherent(const RayBatch& rays, HitBatch* hits) const = 0;
-  /// Light that comes through from each ray's end to its origin: 1, or 0 where something opaque
-  /// stands between, or the product of what the see-through surfaces leave.
+  /// Transmittance from each ray's end to its origin: 1, or 0 behind an opaque surface, or the
+  /// product over the see-through surfaces.
   virtual void Occluded(const RayBatch& rays, vec3* transmittance) const = 0;
 
   virtual size_t memory_bytes() const = 0;

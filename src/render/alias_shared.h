@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Choice among many in constant time: Vose (1991), "A linear algorithm for generating random
-// numbers with a given distribution". A number in [0, 1) picks a column of the table, then one of
-// the column's two items.
+// Sampling from a discrete distribution in constant time: Vose (1991), "A linear algorithm for
+// generating random numbers with a given distribution". A number in [0, 1) selects a column of the
+// table, then one of the column's two items.
 #ifndef STILLRAY_RENDER_ALIAS_SHARED_H
 #define STILLRAY_RENDER_ALIAS_SHARED_H
 
@@ -15,19 +15,19 @@ STILLRAY_RENDER_BEGIN
 
 struct AliasEntry {
   float keep;         // probability of the entry itself, given its column
-  uint other;         // what the column gives otherwise
-  float probability;  // of this entry, over all
-  uint item;          // what the entry stands for: the table's owner knows
+  uint other;         // the column's other item
+  float probability;  // of this entry
+  uint item;          // meaning defined by the table's owner
 };
 
 struct AliasColumn {
   uint index;
-  float within;  // u again uniform in [0, 1), given the column
+  float within;  // u remapped to [0, 1) within the column
 };
 
 struct AliasChoice {
   uint index;
-  float rest;  // u again uniform in [0, 1), given the index
+  float rest;  // u remapped to [0, 1) within the item
 };
 
 SHARED_FN AliasColumn FindAliasColumn(uint count, float u) {
@@ -38,7 +38,7 @@ SHARED_FN AliasColumn FindAliasColumn(uint count, float u) {
   return column;
 }
 
-// \param entry  that of the column
+// \param entry  of the column
 SHARED_FN AliasChoice ChooseInColumn(SHARED_IN(AliasColumn) column, SHARED_IN(AliasEntry) entry) {
   AliasChoice choice;
   if (column.within < entry.keep) {

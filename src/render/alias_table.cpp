@@ -40,7 +40,7 @@ void FillAliasTable(const float* weights, size_t count, AliasEntry* table) {
       low.push_back(large);
     }
   }
-  // What is left are columns of height 1 up to rounding, except for entries that must not be drawn.
+  // The remaining columns have height 1 up to rounding, except for entries with weight zero.
   for (const uint32_t i : low) {
     if (weights[i] == 0) {
       table[i].keep = 0.0f;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Tables for the choice among many (alias_shared.h).
+/// Tables for sampling discrete distributions (alias_shared.h).
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 namespace stillray::render {
 
 /// Fills `table` (of the same size) for the given weights, all >= 0 and finite. Without any
-/// positive weight, probabilities are 0 and nothing must be drawn. Items are left as they are.
+/// positive weight, probabilities are 0 and the table must not be sampled. Does not change items.
 void FillAliasTable(const float* weights, size_t count, AliasEntry* table);
 
 }  // namespace stillray::render

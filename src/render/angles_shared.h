@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Angles and their functions. Vulkan lets a device's own be off by a pixel of a large environment
-// map, so in GLSL these are polynomials: S. Moshier's Cephes, atanf, to 2e-7 relative.
+// Trigonometric functions. The precision that Vulkan requires is too low (an error of one pixel of
+// a large environment map), so in GLSL these are polynomials: S. Moshier's Cephes, atanf, to 2e-7
+// relative.
 #ifndef STILLRAY_RENDER_ANGLES_SHARED_H
 #define STILLRAY_RENDER_ANGLES_SHARED_H
 
@@ -12,7 +13,7 @@
 
 STILLRAY_RENDER_BEGIN
 
-// Of the tangent y / x, both >= 0, by the polynomial; 0..pi/2. 0 where both are 0.
+// Polynomial arctangent of y / x, both >= 0; 0..pi/2. 0 if both are 0.
 SHARED_FN float ArcTangentOfQuarter(float y, float x) {
   const float kTan8th = 0.41421356f;  // of pi / 8
   float larger = max(x, y);

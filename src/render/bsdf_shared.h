@@ -1,16 +1,16 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What a surface does with light: glTF 2.0 metallic-roughness with transmission, as
-//   diffuse    Lambert, scaled by what the dielectric coat above it lets through
+// The BSDF: glTF 2.0 metallic-roughness with transmission, as
+//   diffuse    Lambert, scaled by the transmittance of the dielectric coat above it
 //   specular   GGX reflection, Schlick Fresnel between f0 and f90 (coat and metal in one lobe)
 //   glass      GGX reflection and refraction, exact Fresnel (Walter et al. 2007), or a thin sheet
-// The rough lobes are scaled so that what single scattering loses comes back (Turquin 2019,
-// "Practical multiple scattering compensation for microfacet models"): a white surface reflects
-// all light. Directions are local, z along the shading normal; wo.z > 0 always.
+// The rough lobes are scaled to compensate the energy loss of single scattering (Turquin 2019,
+// "Practical multiple scattering compensation for microfacet models"): a white surface reflects all
+// light. Directions are local, z along the shading normal; wo.z > 0 always.
 //
-// Refraction carries "basic radiance", L / n^2, which a boundary leaves as it is: a path that
-// enters a solid and leaves it again gets the same light as with both factors.
+// Paths carry "basic radiance", L / n^2, which refraction preserves: a path that enters a solid and
+// leaves it again gets the same light as with both factors.
 #ifndef STILLRAY_RENDER_BSDF_SHARED_H
 #define STILLRAY_RENDER_BSDF_SHARED_H
 
@@ -21,33 +21,34 @@
 STILLRAY_RENDER_BEGIN
 
 struct Bsdf {
-  vec3 diffuse;              // reflectance of the diffuse lobe, coat included
+  vec3 diffuse;              // reflectance of the diffuse lobe, including the coat
   vec3 specular_f0;          // reflectance at normal incidence
   vec3 specular_scale;       // weight of the lobe times its energy compensation
-  vec3 tint;                 // what transmission leaves of the light
+  vec3 tint;                 // transmission colour
   float specular_f90;        // reflectance at grazing incidence
   float specular_alpha;      // 0 = ideally smooth
   float glass_weight;        // of reflection and transmission together
   float glass_compensation;  // energy compensation
   float glass_alpha;         // 0 = ideally smooth
-  float eta;                 // refractive index beyond over here; of the sheet, if thin
-  float sheet_reflectance;   // of a smooth thin sheet, from the geometric normal
-  int thin;                  // 1: light goes straight through
-  float pick_diffuse;        // probabilities of the lobes; their sum is 1, or 0: black
+  // refractive index of the far over the near side; of the sheet, if thin
+  float eta;
+  float sheet_reflectance;  // of a smooth thin sheet, from the geometric normal
+  int thin;                 // 1: transmission is undeflected
+  float pick_diffuse;       // probabilities of the lobes; their sum is 1, or 0: black
   float pick_specular;
   float pick_glass;
 };
 
-// f times |cos|, per lobe, and the density of SampleBsdf, per solid angle. Ideally smooth lobes
-// have no part in either.
+// f times |cos|, per lobe, and the density of SampleBsdf, per solid angle. Ideally smooth lobes are
+// not included.
 struct BsdfValue {
   vec3 diffuse;
   vec3 specular;
   float density;
 };
 
-const int kScatterNone = 0;      // the sample is worthless: the path ends
-const int kScatterRough = 1;     // drawn with a finite density
+const int kScatterNone = 0;      // no valid sample: the path ends
+const int kScatterRough = 1;     // finite density
 const int kScatterMirror = 2;    // ideal reflection
 const int kScatterRefract = 3;   // ideal refraction
 const int kScatterStraight = 4;  // straight through a smooth thin sheet
@@ -56,14 +57,14 @@ struct BsdfSample {
   vec3 wi;
   vec3 diffuse;   // f cos / density
   vec3 specular;  // likewise; of ideally smooth lobes: share / probability
-  float density;  // of all rough lobes together; 0 for ideally smooth ones
+  float density;  // of all rough lobes; 0 for ideally smooth ones
   int kind;
 };
 
 // GgxDensity(h) / (4 cos) over 1 + Lambda(wo) + Lambda(wi), and over 1 + Lambda(wo), for the half
-// vector h of two directions above the surface. With m = wo + wi not normalised and
-// T(w) = sqrt(w.z^2 + alpha^2 (1 - w.z^2)), so that 1 + 2 Lambda(w) = T(w) / w.z, few divisions
-// remain; the cosine of wo and h is |m| / 2.
+// vector h of two directions above the surface. With m = wo + wi not normalised and T(w) =
+// sqrt(w.z^2 + alpha^2 (1 - w.z^2)), so that 1 + 2 Lambda(w) = T(w) / w.z, few divisions remain;
+// the cosine of wo and h is |m| / 2.
 SHARED_FN BsdfValue EvaluateSpecular(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
   BsdfValue value;
   value.diffuse = vec3(0.0f);
@@ -157,14 +158,14 @@ SHARED_FN BsdfValue EvaluateBsdf(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
   return value;
 }
 
-// A direction with density proportional to its cosine with z. u in [0,1)^2.
+// Samples a direction with density proportional to its cosine with z. u in [0,1)^2.
 SHARED_FN vec3 SampleCosine(float u0, float u1) {
   float r = sqrt(u0);
   vec2 turn = CosSinOfTurn(u1);
   return vec3(r * turn.x, r * turn.y, sqrt(max(1.0f - u0, 1e-12f)));
 }
 
-// The ideally smooth glass lobe. `u` picks reflection or transmission.
+// The ideally smooth glass lobe. `u` selects reflection or transmission.
 SHARED_FN BsdfSample SampleSmoothGlass(SHARED_IN(Bsdf) bsdf, vec3 wo, float u) {
   BsdfSample result;
   result.diffuse = vec3(0.0f);
@@ -183,9 +184,9 @@ SHARED_FN BsdfSample SampleSmoothGlass(SHARED_IN(Bsdf) bsdf, vec3 wo, float u) {
   return result;
 }
 
-// The direction that the rough glass lobe sends light to, about the microfacet normal h; z of
-// either sign. Zero where the microfacet sends it through the surface the wrong way: that light is
-// lost here, and the compensation accounts for it.
+// The direction of light scattered by the rough glass lobe at the microfacet normal h; z of either
+// sign. Zero if the microfacet scatters it through the surface in the wrong direction: that light
+// is lost, and the energy compensation accounts for it.
 SHARED_FN vec3 SampleRoughGlass(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 h, float u) {
   float cos_o = dot(wo, h);
   vec3 reflected = 2.0f * cos_o * h - wo;
@@ -213,7 +214,7 @@ SHARED_FN BsdfSample SampleMirror(SHARED_IN(Bsdf) bsdf, vec3 wo) {
   return result;
 }
 
-// Draws a direction. u: (u.x, u.y) the direction, u.z the lobe, u.w reflection or transmission.
+// Samples a direction. u: (u.x, u.y) the direction, u.z the lobe, u.w reflection or transmission.
 SHARED_FN BsdfSample SampleBsdf(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u) {
   BsdfSample result;
   result.wi = vec3(0.0f);
@@ -254,7 +255,7 @@ SHARED_FN BsdfSample SampleBsdf(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u) {
   return result;
 }
 
-// Weight of one of two strategies: the power heuristic of Veach (1997), beta 2.
+// MIS weight of one of two strategies: the power heuristic of Veach (1997), beta 2.
 SHARED_FN float MisWeight(float density, float other_density) {
   float ratio = other_density / density;
   return 1.0f / (1.0f + ratio * ratio);

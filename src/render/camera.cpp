@@ -15,7 +15,7 @@ vec3 CameraView::Direction(vec2 pixel) const {
 }
 
 vec2 CameraView::Project(vec3 offset) const {
-  constexpr float kNearest = 1e-20f;  // no division by zero in the camera's own plane
+  constexpr float kNearest = 1e-20f;  // prevents division by zero in the camera plane
   const float depth = dot(offset, forward);
   const float safe = std::copysign(max(std::abs(depth), kNearest), depth);
   const float x = dot(offset, right) / (safe * half_width);
@@ -31,7 +31,7 @@ CameraView MakeCameraView(const Camera& camera, const mat4& world, int width, in
   CameraView view;
   view.position = vec3(world[3]);
   view.forward = SafeNormalize(-vec3(world[2]), vec3(0.0f, 0.0f, -1.0f));
-  // Orthogonal again, should the node be sheared or mirrored.
+  // Orthogonalised, in case the node is sheared or mirrored.
   const vec3 up = SafeNormalize(vec3(world[1]), vec3(0.0f, 1.0f, 0.0f));
   view.right = SafeNormalize(cross(view.forward, up), MakeLocalFrame(view.forward).x);
   view.up = cross(view.right, view.forward);

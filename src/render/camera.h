@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The pinhole camera of one moment.
+/// The pinhole camera at one moment.
 #pragma once
 
 #include "stillray/scene.h"
 
 namespace stillray::render {
 
-/// A camera placed in the world, for pictures of one size. Axes have unit length: a scaled node
-/// does not change what its camera sees.
+/// A camera placed in the world, for one picture size. Axes have unit length: scaling the node does
+/// not change the view.
 struct CameraView {
   vec3 position;
   vec3 right;
@@ -20,10 +20,10 @@ struct CameraView {
   float width = 0;        ///< pixels
   float height = 0;
 
-  /// Unit direction in which the camera sees `pixel` (centre of the top left pixel: 0.5, 0.5).
+  /// Unit direction through `pixel` (centre of the top left pixel: 0.5, 0.5).
   vec3 Direction(vec2 pixel) const;
-  /// Where the camera sees what lies at `offset` from its position; of things behind it, where
-  /// their mirror image would be. Finite always.
+  /// Projects the point at `offset` from the camera's position to the picture; points behind the
+  /// camera are mirrored. The result is always finite.
   vec2 Project(vec3 offset) const;
   /// Linear view-space z of a point.
   float Depth(vec3 point) const;

@@ -22,7 +22,7 @@ HWY_INLINE VU Constant(uint32_t value) {
   return hn::Set(DU(), value);
 }
 
-// The functions of sampler_shared.h, lane by lane.
+// Vector versions of the functions in sampler_shared.h.
 
 HWY_INLINE VU ReverseBits(VU x) {
   const auto swap = [](VU v, uint32_t mask, auto shift) HWY_ATTR {
@@ -73,7 +73,7 @@ HWY_INLINE VU ShuffledIndex(VU index, VU seed) {
   return hn::And(ReverseBits(ScrambleReversed(ReverseBits(hn::And(index, mask)), seed)), mask);
 }
 
-// Arrays end on whole vectors: what lies behind the last path is made too, and not used.
+// Arrays end on whole vectors: lanes behind the last path are computed, but not used.
 void DrawSobol(const SamplerBatch& samplers, uint32_t offset, NumberBatch* numbers) {
   const DU d;
   for (int i = 0; i < samplers.count; i += static_cast<int>(hn::Lanes(d))) {

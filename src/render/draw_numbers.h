@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The random numbers of many paths at once: PathSampler::Get, in vectors, with the same bits.
+/// The random numbers of many paths at once: PathSampler::Get in SIMD, with the same bits.
 #pragma once
 
 #include <cstdint>
@@ -11,9 +11,9 @@
 
 namespace stillray::render {
 
-/// What PathSampler::Get of each path reads, as structure of arrays.
+/// The inputs of PathSampler::Get for each path, as structure of arrays.
 struct SamplerBatch {
-  SamplerKind kind = SamplerKind::kSobol;  ///< of all
+  SamplerKind kind = SamplerKind::kSobol;  ///< common to all paths
   int count = 0;
   alignas(64) uint32_t index[kBatchCapacity];
   alignas(64) uint32_t seed[kBatchCapacity];
@@ -35,7 +35,7 @@ struct NumberBatch {
   vec4 Get(int i) const { return {u[0][i], u[1][i], u[2][i], u[3][i]}; }
 };
 
-/// numbers->Get(i) becomes what the sampler of path i gives for set[i] + offset.
+/// Sets numbers->Get(i) to the numbers of the sampler of path i for set[i] + offset.
 void DrawNumbers(const SamplerBatch& samplers, uint32_t offset, NumberBatch* numbers);
 
 }  // namespace stillray::render

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Where the tables of what rough lobes reflect are looked up.
+// Look-ups in the energy tables of rough lobes.
 #ifndef STILLRAY_RENDER_ENERGY_SHARED_H
 #define STILLRAY_RENDER_ENERGY_SHARED_H
 
@@ -14,10 +14,10 @@ STILLRAY_RENDER_BEGIN
 // Entries per row and column.
 const int kEnergyTableSize = 32;
 
-// The smallest roughness of the tables; below it the lobe is ideally smooth for our purposes.
+// The smallest roughness of the tables; smoother lobes are treated as ideally smooth.
 const float kEnergyLeastRoughness = 0.03f;
 
-// The first of four entries, and how far the value lies from it along the row and the column.
+// The first of the four entries to interpolate, and the fractions along the row and the column.
 struct EnergyPlace {
   int first;
   float x;

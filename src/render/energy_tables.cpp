@@ -16,10 +16,10 @@ namespace stillray::render {
 namespace {
 
 // Points of a Hammersley set over half of the azimuth (the lobe is symmetric) and the polar
-// variable: where total reflection begins there is a kink, and a regular grid of as many points is
-// off by two percent there.
+// variable: there is a kink at the onset of total reflection, where a regular grid with as many
+// points is off by two percent.
 constexpr int kPointCount = 1024;
-// Grazing rows are taken just above the horizon, where everything is defined.
+// Grazing rows are evaluated just above the horizon, where everything is defined.
 constexpr float kMinCosine = 1e-3f;
 
 // The second coordinate of point i, shifted to the middle of its interval.
@@ -31,7 +31,7 @@ vec3 DirectionWithCosine(float cosine) {
   return {std::sqrt(1.0f - cosine * cosine), 0.0f, cosine};
 }
 
-// Calls add(h, cos(wo, h)) for microfacet normals spread evenly over the sampled square.
+// Calls add(h, cos(wo, h)) for microfacet normals distributed evenly over the sampled square.
 template <typename Add>
 void ForEachMicrofacet(vec3 wo, float alpha, const Add& add) {
   for (uint32_t i = 0; i < kPointCount; ++i) {
@@ -41,7 +41,7 @@ void ForEachMicrofacet(vec3 wo, float alpha, const Add& add) {
   }
 }
 
-// G2 / G1: what a sample of the visible normals is worth.
+// G2 / G1: the weight of a sample of the visible normals.
 float ShadowingRatio(float lambda_o, vec3 wi, float alpha) {
   return (1.0f + lambda_o) / (1.0f + lambda_o + GgxLambda(wi, alpha));
 }
@@ -76,7 +76,7 @@ SpecularEnergy MakeSpecularEnergy() {
   return energy;
 }
 
-// One microfacet's part in what a boundary reflects and transmits.
+// Adds one microfacet's contribution to a boundary's reflectance and transmittance.
 void AddBoundary(vec3 wo, vec3 h, float cosine, float alpha, float lambda_o, float reflected_weight,
                  float eta, double* reflected, double* total) {
   const float fresnel = FresnelDielectric(cosine, eta);
@@ -93,7 +93,7 @@ void AddBoundary(vec3 wo, vec3 h, float cosine, float alpha, float lambda_o, flo
 }  // namespace
 
 float EnergyTable::CosineAt(int i) {
-  // Denser towards grazing angles, where everything happens.
+  // Denser towards grazing angles, where the functions vary most.
   const float x = static_cast<float>(i) / (kSize - 1);
   return std::max(x * x, kMinCosine);
 }
@@ -111,7 +111,7 @@ EnergyTable::Place EnergyTable::Find(float cosine, float roughness) {
 }
 
 const SpecularEnergy& SpecularEnergyTables() {
-  // Isolated: while it waits, this thread must not pick up a task that comes back here.
+  // Isolated: while this thread waits, it must not run a task that calls this function.
   static const SpecularEnergy kTables =
       tbb::this_task_arena::isolate([] { return MakeSpecularEnergy(); });
   return kTables;

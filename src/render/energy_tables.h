@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// How much light the rough lobes reflect and transmit in all, by direction and roughness: found by
-/// numerical integration at start-up, always with the same result.
+/// Total reflectance and transmittance of the rough lobes, by direction and roughness: integrated
+/// numerically at start-up, deterministically.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ class EnergyTable {
  public:
   static constexpr int kSize = 32;
 
-  /// Where a value is looked up: the same in all tables.
+  /// A position in the tables, the same for all of them.
   struct Place {
     int first;  // of the four entries
     float x, y;
@@ -31,7 +31,7 @@ class EnergyTable {
     return low + (high - low) * at.y;
   }
 
-  /// The cosine and the GGX alpha at which entry (i, j) is taken.
+  /// The cosine and the GGX alpha of entry (i, j).
   static float CosineAt(int i);
   static float AlphaAt(int j);
   float& At(int i, int j) { return values_[static_cast<size_t>(j * kSize + i)]; }
@@ -40,23 +40,23 @@ class EnergyTable {
   std::array<float, static_cast<size_t>(kSize* kSize)> values_{};
 };
 
-/// Single-scattering GGX reflection with F = f0 (1 - s) + f90 s, s Schlick's weight, reflects
-/// f0 * scale + f90 * offset; all of it, scale + offset, with a white Fresnel term.
+/// Single-scattering GGX reflection with F = f0 (1 - s) + f90 s, s Schlick's weight, reflects f0 *
+/// scale + f90 * offset; with a white Fresnel term scale + offset.
 struct SpecularEnergy {
   EnergyTable scale;
   EnergyTable offset;
 };
 
-/// The same for boundaries between dielectrics, all before compensation.
+/// The same for boundaries between dielectrics, before energy compensation.
 struct GlassEnergy {
-  EnergyTable enter_reflected;  ///< coming from outside
+  EnergyTable enter_reflected;  ///< from outside
   EnergyTable enter_total;
-  EnergyTable leave_reflected;  ///< coming from inside
+  EnergyTable leave_reflected;  ///< from inside
   EnergyTable leave_total;
   EnergyTable sheet_reflected;  ///< thin sheet; its total is scale + offset of SpecularEnergy
 };
 
-/// Made at the first call (some milliseconds), thread-safe.
+/// Computed at the first call (some milliseconds), thread-safe.
 const SpecularEnergy& SpecularEnergyTables();
 /// \param ior  >= 1
 GlassEnergy MakeGlassEnergy(float ior);

@@ -22,7 +22,7 @@ class EnvironmentLight {
   /// The sums of arrays(): rows, then the columns of each row.
   const std::vector<float>& sums() const { return sums_; }
 
-  /// No light at all comes from here.
+  /// The environment emits no light.
   bool dark() const { return arrays_.mean_luminance <= 0.0f; }
   vec3 Radiance(vec3 direction) const { return EnvironmentRadiance(arrays_, direction); }
   size_t memory_bytes() const { return sums_.size() * sizeof(float); }

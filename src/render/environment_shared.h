@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Light from infinitely far away, and how to find its bright parts.
+// Light from infinitely far away, and importance sampling of it.
 //
-// The environment itself is an argument in C++, ENVIRONMENT_IN. GLSL cannot pass arrays on: there,
-// who includes this declares a variable `environment` of EnvironmentShape first, and
+// The environment is an argument in C++, ENVIRONMENT_IN. GLSL cannot pass arrays: there, the
+// including shader first declares a variable `environment` of EnvironmentShape, and
 //   float EnvironmentSum(int i)            the i-th of the cumulative sums
 //   vec3 EnvironmentTexel(int x, int y)    a texel of the map
 #ifndef STILLRAY_RENDER_ENVIRONMENT_SHARED_H
@@ -42,10 +42,10 @@ inline vec3 EnvironmentTexel(const EnvironmentArrays& environment, int x, int y)
 struct EnvironmentSample {
   vec3 direction;
   vec3 radiance;
-  float density;  // per solid angle; 0: there is no sample
+  float density;  // per solid angle; 0: invalid
 };
 
-// Where the map shows a direction: x in 0..width, y in 0..height.
+// Position of a direction in the map: x in 0..width, y in 0..height.
 SHARED_FN vec2 EnvironmentPlace(ENVIRONMENT_IN vec3 direction) {
   float u = 0.5f + ArcTangent(direction.x, -direction.z) * (0.5f * kInvPi);
   float v = ArcCosine(clamp(direction.y, -1.0f, 1.0f)) * kInvPi;
@@ -77,12 +77,12 @@ SHARED_FN vec3 EnvironmentRadiance(ENVIRONMENT_IN vec3 direction) {
   return environment.radiance * (upper * (1.0f - fy) + lower * fy);
 }
 
-// Cumulative sums from 0 to 1: of the rows, then for each row of its columns.
+// Cumulative sums from 0 to 1: of the rows, then of the columns of each row.
 SHARED_FN int FirstColumnSum(ENVIRONMENT_IN int row) {
   return environment.height + 1 + row * (environment.width + 1);
 }
 
-// The interval of the sums from `first` on (count + 1 values) that holds u.
+// The interval of the sums from `first` on (count + 1 values) that contains u.
 SHARED_FN int FindInterval(ENVIRONMENT_IN int first, int count, float u) {
   int low = 1;
   int high = count;
@@ -97,7 +97,7 @@ SHARED_FN int FindInterval(ENVIRONMENT_IN int first, int count, float u) {
   return low - 1;
 }
 
-// u again uniform in [0, 1), within the interval.
+// u remapped to [0, 1) within the interval.
 SHARED_FN float PlaceInInterval(ENVIRONMENT_IN int first, int interval, float u) {
   float below = EnvironmentSum(ENVIRONMENT first + interval);
   float width = EnvironmentSum(ENVIRONMENT first + interval + 1) - below;
@@ -121,7 +121,7 @@ SHARED_FN float EnvironmentDensity(ENVIRONMENT_IN vec3 normal, vec3 direction) {
   return sine > 0.0f ? in_square / (2.0f * kPi * kPi * sine) : 0.0f;
 }
 
-// Draws a direction: of a map in proportion to its luminance; of a constant environment in
+// Samples a direction: from a map in proportion to its luminance; from a constant environment in
 // proportion to the cosine with `normal`. u in [0,1)^2.
 SHARED_FN EnvironmentSample SampleEnvironment(ENVIRONMENT_IN vec3 normal, float u0, float u1) {
   EnvironmentSample found;

@@ -10,7 +10,7 @@
 namespace stillray::render {
 namespace {
 
-// Calls body(plane) for the planes of light that hold zero where no path was traced.
+// Calls body(plane) for the planes of light that are zero where no path was traced.
 template <typename F, typename Body>
 void ForEachLightPlane(F& frame, const Body& body) {
   for (auto& signal : frame.signals) {
@@ -20,7 +20,7 @@ void ForEachLightPlane(F& frame, const Body& body) {
   }
 }
 
-// ... and for those of guides, emission and background.
+// The same for guides, emission and background.
 template <typename F, typename Body>
 void ForEachGuidePlane(F& frame, const Body& body) {
   auto& guides = frame.guides;
@@ -65,7 +65,7 @@ constexpr uint32_t kSpecularAlbedoBit = 1u << 8;
 constexpr uint32_t kGuideBits = 1u << 9;  // depth, normal, id, roughness
 static_assert(kTracedSignalCount <= 4);
 
-// Stores the value unless it is zero, as the pixel is already. Returns the bit if it was stored.
+// Stores the value unless it is zero, which the pixel already is. Returns the bit if it was stored.
 uint32_t StoreUnlessZero(Image3* image, int x, int y, vec3 value, uint32_t bit) {
   if (value == vec3(0.0f)) {
     return 0;
@@ -183,7 +183,7 @@ void StoreLight(const Tile& tile, int spp, const SampleLight* sums,
 
 namespace {
 
-/// All of a frame that is no plane.
+/// Sets all members of a frame that are not planes.
 void SetFacts(const RenderSettings& settings, const RenderMoment& moment, Frame* frame) {
   frame->width = settings.width;
   frame->height = settings.height;

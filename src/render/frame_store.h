@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Results into the planes of a frame.
+/// Stores results in the planes of a frame.
 #pragma once
 
 #include <cstdint>
@@ -14,13 +14,13 @@
 namespace stillray::render {
 
 void StorePixel(Image3* image, int x, int y, vec3 value);
-/// Guides, emission and background of a tile's pixels, row by row, into the planes.
+/// Stores guides, emission and background of a tile's pixels, row by row.
 void StoreGuides(const Tile& tile, const PixelGuides* guides, Frame* frame);
-/// The light of a tile's pixels: `sums` of spp samples.
+/// Stores the light of a tile's pixels: `sums` of spp samples.
 void StoreLight(const Tile& tile, int spp, const SampleLight* sums,
                 const std::array<float, kTracedSignalCount>* squares, Frame* frame);
 
-/// Gives an image this size, unless it has it; new ones are zero, others keep what they hold.
+/// Resizes an image unless it already has this size; new ones are zero, others keep their content.
 template <typename P>
 void ResizeImage(P* image, int width, int height) {
   if (image->width() != width || image->height() != height) {
@@ -28,38 +28,39 @@ void ResizeImage(P* image, int width, int height) {
   }
 }
 
-/// Size, number, jitter and signals of a frame whose pixels lie elsewhere: all planes are empty.
+/// Sets size, number, jitter and signals of a frame whose pixels are on a device: all planes are
+/// empty.
 void DescribeFrame(const RenderSettings& settings, const RenderMoment& moment, Frame* frame);
 
-/// Gives all planes of the frame their size and settings their place; light and guides are left as
-/// they are. Frame::samples: `spp` everywhere where it is above 1, left as it is where `cycle` is.
+/// Resizes all planes of the frame and sets its other members; light and guides are unchanged.
+/// Frame::samples: `spp` everywhere if it is above 1, unchanged if `cycle` is.
 void PrepareFrame(const RenderSettings& settings, const RenderMoment& moment, Frame* frame);
 
 /// Regions in which sparse frames are rendered: wide, since the pixels of a row share memory pages.
 inline constexpr TileSize kSparseRegion = {512, 32};
 
 /// Writes frames in which most pixels are missing, and all planes zero there. Clearing whole planes
-/// takes longer than tracing the rest: this clears what it stored into the frame the last time, as
-/// long as it is sure that the frame is the one it knows.
+/// takes longer than tracing the other pixels, so this clears only the pixels that it stored into
+/// the frame the last time, if it recognises the frame.
 ///
 /// Order of calls for a frame: Begin, PrepareFrame, for each region Clear and then Store, End.
 class SparseFrameWriter {
  public:
   void Begin(const RenderSettings& settings, const Frame& frame);
-  /// Sets samples and signals of a region to zero and, with GuideCoverage::kSparse, all the rest.
-  /// Different regions may be cleared and stored by different threads at once.
+  /// Sets samples and signals of a region to zero and, with GuideCoverage::kSparse, all other
+  /// planes. Different regions may be cleared and stored by different threads at once.
   void Clear(const Tile& region, Frame* frame);
-  /// Stores a pixel of a region that was cleared.
+  /// Stores a pixel of a cleared region.
   /// \param guides  only stored with GuideCoverage::kSparse
   void Store(const Tile& region, int x, int y, const SampleLight& light, const PixelGuides& guides,
              Frame* frame);
-  /// `frame` is from now on known to Begin.
+  /// Remembers `frame` for the next Begin.
   void End(const Frame& frame);
-  /// Nothing is known of any frame.
+  /// Forgets the remembered frame.
   void Forget() { known_ = Stamp(); }
 
  private:
-  // Tells a frame from all others, short of a caller that writes to its planes.
+  // Identifies a frame by its planes, provided that the caller does not write to them.
   struct Stamp {
     std::vector<const void*> planes;
     int width = 0;
@@ -68,7 +69,7 @@ class SparseFrameWriter {
     GuideCoverage guides = GuideCoverage::kFull;
     bool operator==(const Stamp&) const = default;
   };
-  // A pixel that was stored. `kinds`: one bit for each kind of value that is not zero.
+  // A stored pixel. `kinds`: one bit for each kind of value that is not zero.
   struct StoredPixel {
     uint16_t x;
     uint16_t y;

@@ -37,7 +37,7 @@ SHARED_FN LocalFrame MakeLocalFrame(vec3 n) {
   return frame;
 }
 
-// v / |v|, or `fallback` where that is not defined.
+// v / |v|, or `fallback` if that is undefined.
 SHARED_FN vec3 SafeNormalize(vec3 v, vec3 fallback) {
   float length2 = dot(v, v);
   return length2 > 1e-30f && length2 < 1e30f ? v * (1.0f / sqrt(length2)) : fallback;
@@ -54,9 +54,9 @@ SHARED_FN float OffsetCoordinate(float position, float normal) {
   return intBitsToFloat(floatBitsToInt(position) + (position < 0.0f ? -steps : steps));
 }
 
-// A point off the surface on the side of n, far enough that a ray from there does not meet the
-// surface again: some units in the last place, or a small distance near the origin.
-// Waechter and Binder (2019), "A Fast and Robust Method for Avoiding Self-Intersection".
+// Offsets p to the side of n, far enough that a ray from there does not hit the surface again: some
+// units in the last place, or a small distance near the origin. Waechter and Binder (2019), "A Fast
+// and Robust Method for Avoiding Self-Intersection".
 SHARED_FN vec3 OffsetPoint(vec3 p, vec3 n) {
   return vec3(OffsetCoordinate(p.x, n.x), OffsetCoordinate(p.y, n.y), OffsetCoordinate(p.z, n.z));
 }

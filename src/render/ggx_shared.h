@@ -13,12 +13,12 @@
 
 STILLRAY_RENDER_BEGIN
 
-// GGX alpha up to which a surface counts as ideally smooth: below, a float cannot resolve the lobe,
-// and no pixel can tell it from a mirror.
+// Largest GGX alpha that is treated as ideally smooth: below, a float cannot resolve the lobe, and
+// no pixel shows a difference from a mirror.
 const float kSmoothAlpha = 1e-3f;
 
-// Density of microfacet normals h, per solid angle and projected area. sin^2 is taken from x and y:
-// 1 - z^2 would cancel for narrow lobes.
+// Density of microfacet normals h, per solid angle and projected area. sin^2 is computed from x and
+// y: 1 - z^2 would cancel for narrow lobes.
 SHARED_FN float GgxDensity(vec3 h, float alpha) {
   float alpha2 = alpha * alpha;
   float d = h.x * h.x + h.y * h.y + alpha2 * h.z * h.z;
@@ -31,8 +31,8 @@ SHARED_FN float GgxLambda(vec3 w, float alpha) {
   return 0.5f * (sqrt(1.0f + alpha * alpha * tan2) - 1.0f);
 }
 
-// A microfacet normal as seen from wo, with density GgxVisibleDensity. u in [0,1)^2.
-// Dupuy and Benyoub (2023), "Sampling Visible GGX Normals with Spherical Caps".
+// Samples a microfacet normal visible from wo, with density GgxVisibleDensity. u in [0,1)^2. Dupuy
+// and Benyoub (2023), "Sampling Visible GGX Normals with Spherical Caps".
 SHARED_FN vec3 SampleGgxVisible(vec3 wo, float alpha, float u0, float u1) {
   vec3 w = normalize(vec3(alpha * wo.x, alpha * wo.y, wo.z));
   vec2 turn = CosSinOfTurn(u0);
@@ -42,7 +42,7 @@ SHARED_FN vec3 SampleGgxVisible(vec3 wo, float alpha, float u0, float u1) {
   return normalize(vec3(alpha * h.x, alpha * h.y, max(h.z, 1e-7f)));
 }
 
-// Density per solid angle with which SampleGgxVisible gives h; wo . h > 0.
+// Density of SampleGgxVisible per solid angle at h; wo . h > 0.
 SHARED_FN float GgxVisibleDensity(vec3 wo, vec3 h, float alpha) {
   return GgxDensity(h, alpha) * max(dot(wo, h), 0.0f) /
          ((1.0f + GgxLambda(wo, alpha)) * max(wo.z, 1e-7f));
@@ -75,7 +75,7 @@ SHARED_FN float FresnelThinSheet(float cos_theta, float ior) {
   return 2.0f * r / (1.0f + r);
 }
 
-// The direction into which w, on the side of h, is refracted; only below total reflection.
+// The direction into which w, on the side of h, is refracted; undefined under total reflection.
 SHARED_FN vec3 RefractAbout(vec3 w, vec3 h, float eta) {
   float cos_i = dot(w, h);
   float sin2_t = (1.0f - cos_i * cos_i) / (eta * eta);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What a frame tells of the surfaces that its pixels see, and the light that comes from those
-/// surfaces themselves or from behind them: all without noise.
+/// The guides of a frame, and the light emitted by the visible surfaces or from behind them: all
+/// without noise.
 #pragma once
 
 #include "render/primary.h"
@@ -10,8 +10,8 @@
 
 namespace stillray::render {
 
-/// Of one pixel. Reflectances and light are sums over the pixel's layers by their weights; the rest
-/// is that of the layer with the largest weight.
+/// Guides of one pixel. Reflectances and light are weighted sums over the pixel's layers; the other
+/// members are those of the layer with the largest weight.
 struct PixelGuides {
   float depth = 0;
   vec3 normal;
@@ -24,10 +24,10 @@ struct PixelGuides {
   vec3 background;
 };
 
-/// \param first  [out] for TraceSample; left alone unless the pixel has just one layer
+/// \param first  [out] for TraceSample; unchanged unless the pixel has exactly one layer
 PixelGuides MakeGuides(const TraceContext& context, const PrimaryPixel& pixel, FirstSurface* first);
 
-/// The light of PixelGuides alone.
+/// Only the light of PixelGuides.
 struct UnscatteredLight {
   vec3 emission;
   vec3 background;

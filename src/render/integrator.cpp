@@ -11,8 +11,8 @@ int Index(SignalKind kind) {
   return static_cast<int>(kind);
 }
 
-// Hits lie all over the scene's memory: asks for what the next ones need, first for the indices of
-// their triangles, then for the corners.
+// Hits are scattered over the scene's memory: prefetches the data of the next ones, first the
+// indices of their triangles, then the corners.
 void FetchAhead(const SceneState& state, const HitBatch& hits, int i, int count) {
   constexpr int kIndices = 16;
   constexpr int kCorners = 8;
@@ -34,7 +34,7 @@ void FetchAhead(const SceneState& state, const HitBatch& hits, int i, int count)
   }
 }
 
-// The steps that all paths of a tile take together.
+// Traces the paths of a tile in common steps.
 class Tracer {
  public:
   Tracer(const TraceContext& context, const FirstSurface* first, PathScratch* scratch,
@@ -66,12 +66,12 @@ class Tracer {
   const TraceContext& context_;
   const FirstSurface* first_;
   PathScratch& scratch_;
-  RayBatch* rays_;  // those of the paths, and those of the next step
+  RayBatch* rays_;  // of the paths, and of the next step
   RayBatch* next_;
   RenderTimings& timings_;
 };
 
-// The one door through which light gets into the picture.
+// Adds light to the picture; all light passes through here.
 void Tracer::Add(int pixel, SignalKind kind, vec3 light) {
   if (!IsUsableLight(light)) {
     ++timings_.dropped;
@@ -85,7 +85,7 @@ void Tracer::AddFound(int pixel, bool direct, const FoundLight& light) {
   Add(pixel, direct ? SignalKind::kDirectSpecular : SignalKind::kIndirectSpecular, light.specular);
 }
 
-// ScatterWeight, for the strategy.
+// ScatterWeight for the light strategy.
 float Tracer::WeightOfMet(const Path& path, float light_density) const {
   if (context_.strategy == LightStrategy::kBoth || path.density <= 0.0f) {
     return ScatterWeight(path.density, light_density);
@@ -103,7 +103,7 @@ void Tracer::Start(const PrimaryPixel* pixels, const PathSampler* samplers, int 
     if (pixel.count == 0) {
       continue;
     }
-    // A path starts at one of the layers, by chance.
+    // A path starts at a randomly chosen layer.
     int layer = 0;
     if (pixel.count > 1 || pixel.background > 0.0f) {
       float rest = samplers[i].Get(kPrimaryDimensions).w;
@@ -150,8 +150,8 @@ void Tracer::ShadeAll() {
   }
 }
 
-// Keeps the path for the next step. There are never more survivors than paths shaded so far, so
-// that none is overwritten before its turn.
+// Stores the path for the next step. There are never more survivors than paths shaded so far, so
+// none is overwritten before it is read.
 void Tracer::Continue(const Path& path, vec3 origin, vec3 direction) {
   Path& kept = scratch_.paths[next_->count];
   if (&kept != &path) {
@@ -172,7 +172,7 @@ void Tracer::Leave(const Path& path, vec3 direction) {
   AddFound(path.pixel, path.direct != 0, LightMet(path, radiance));
 }
 
-// The ray met a surface that may shine.
+// The ray hit a surface that may emit.
 void Tracer::MeetLight(const Path& path, const Hit& hit, const Surface& surface, vec3 direction) {
   const Material& material = *surface.material;
   if (path.first != 0 || !material.emits() || !(surface.front != 0 || material.double_sided)) {
@@ -185,7 +185,7 @@ void Tracer::MeetLight(const Path& path, const Hit& hit, const Surface& surface,
   AddFound(path.pixel, path.direct != 0, LightMet(path, radiance));
 }
 
-// Sends a ray to a light. Returns TotalOf the choices.
+// Samples a light and adds its shadow ray. Returns TotalOf the choices.
 float Tracer::SeekLight(const Path& path, const Surface& surface, const Bsdf& bsdf, vec4 u) {
   const LightChoices choices = WeighLights(context_.lights.arrays(), surface.position);
   const LightSample light = context_.lights.Sample(surface.position, surface.frame.z, choices, u);
@@ -235,7 +235,7 @@ void Tracer::Shade(int path_index, const Hit& hit) {
     const FirstSurface& first = first_[path.pixel];
     return ScatterAt(path_index, first.surface, first.bsdf, direction, u);
   }
-  // At the end of the path only light itself counts, or what lies behind smooth glass.
+  // At the end of the path only emission counts, or light seen through smooth glass.
   const Material& material = *context_.state.instance(hit.instance).material;
   const bool at_end = path.bounces >= context_.settings.bounces && material.transmission <= 0.0f;
   if (at_end && !material.emits()) {
@@ -251,7 +251,7 @@ void Tracer::Shade(int path_index, const Hit& hit) {
   ScatterAt(path_index, surface, bsdf, direction, u);
 }
 
-// Seeks light at the surface and follows the path on. u: LightDimensions of this step.
+// Samples light at the surface and continues the path. u: LightDimensions of this step.
 void Tracer::ScatterAt(int path_index, const Surface& surface, const Bsdf& bsdf, vec3 direction,
                        vec4 u) {
   Path& path = scratch_.paths[path_index];
@@ -273,7 +273,7 @@ void Tracer::ScatterAt(int path_index, const Surface& surface, const Bsdf& bsdf,
   if (was_first || onward != direction) {
     path.light_total = total;
   }
-  // A ray after which only emitters count need not be traced where there can be none.
+  // A last ray, for which only emitters count, need not be traced where there can be none.
   if (context_.ends_are_opaque && path.bounces >= most_bounces &&
       !LightMayBeMet(context_.lights.arrays(), surface.position, onward)) {
     return;

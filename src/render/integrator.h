@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Follows the paths of a tile, all by the same step at a time: shade, test shadows, next hit.
-/// The steps themselves stand in path_shared.h.
+/// Traces the paths of a tile, all in the same step at a time: shading, shadow rays, next hits. The
+/// steps are defined in path_shared.h.
 #pragma once
 
 #include <array>
@@ -18,10 +18,10 @@ namespace stillray::render {
 /// Light of one sample by SignalKind.
 using SampleLight = std::array<vec3, kTracedSignalCount>;
 
-/// A path between two surfaces, and what else it carries from step to step.
+/// A path between two surfaces, with the state that it keeps between steps.
 struct Path : PathState {
   PathSampler sampler;
-  bool known;  // first, and its surface is among those given to TraceSample
+  bool known;  // the first surface is given to TraceSample
 };
 
 /// Memory for the paths of a tile, reused for the next.
@@ -44,8 +44,8 @@ struct PathScratch {
 };
 
 /// Traces one sample of every pixel into scratch->light (without emission and background).
-/// \param first     of the pixels with a single layer, so that it need not be looked up again;
-///                  null: it is not known
+/// \param first     of the pixels with a single layer, so that they need no second look-up; may be
+///     null
 /// \param samplers  one per pixel
 void TraceSample(const TraceContext& context, const PrimaryPixel* pixels, const FirstSurface* first,
                  const PathSampler* samplers, int count, PathScratch* scratch,

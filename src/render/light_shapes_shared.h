@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The lights of a scene at one moment, as lights_shared.h and environment_shared.h read them.
+// The lights of a scene at one moment, in the form used by lights_shared.h and
+// environment_shared.h.
 #ifndef STILLRAY_RENDER_LIGHT_SHAPES_SHARED_H
 #define STILLRAY_RENDER_LIGHT_SHAPES_SHARED_H
 
@@ -12,9 +13,9 @@
 STILLRAY_RENDER_BEGIN
 
 struct EnvironmentShape {
-  vec3 radiance;  // everywhere, or the factor of the map
+  vec3 radiance;  // constant, or the factor of the map
   float mean_luminance;
-  int width;  // of the map; 0: there is none
+  int width;  // of the map; 0: no map
   int height;
   uint unused_0, unused_1;
 };
@@ -43,7 +44,7 @@ struct LightCluster {
   vec3 centre;
   float radius;
   vec3 axis;
-  float cone_cosine;  // emission normals lie within this of the axis; -1: anywhere
+  float cone_cosine;  // emission normals lie within this cone around the axis; -1: any direction
   vec3 low;           // bounds
   float cone_sine;
   vec3 high;
@@ -55,19 +56,19 @@ struct LightCluster {
 };
 
 struct LightShape {
-  float distant_irradiance;  // of all directional lights, luminance
+  float distant_irradiance;  // luminance of all directional lights
   float environment_irradiance;
   int cluster_count;
-  int choice_count;  // 0: there is no light
-  // Of the tables' entries: those of the directional lights.
+  int choice_count;  // 0: no light
+  // First of the tables' entries for directional lights.
   uint first_distant;
   uint distant_count;
-  int all_in_clusters;  // 1: no triangle emits without being in a cluster
+  int all_in_clusters;  // 1: every emitting triangle is in a cluster
   uint unused_0;
   LightCluster clusters[kMaxClusters];
 };
 
-// The item of an entry is the number of an area light, or of a punctual one with this bit.
+// An entry's item is the number of an area light, or of a punctual one with this bit.
 const uint kPunctualItem = 0x80000000u;
 
 STILLRAY_RENDER_END

@@ -126,7 +126,7 @@ static_assert(static_cast<int>(LightType::kPoint) == kLightPoint &&
               static_cast<int>(LightType::kSpot) == kLightSpot &&
               static_cast<int>(LightType::kDirectional) == kLightDirectional);
 
-// Directional lights, behind the entries of the elements.
+// Adds directional lights, behind the entries of the elements.
 void LightSet::AddDistant() {
   std::vector<float> weights;
   arrays_.distant_irradiance = 0;
@@ -141,7 +141,7 @@ void LightSet::AddDistant() {
   FillAliasTable(weights.data(), weights.size(), entries_.data() + arrays_.first_distant);
 }
 
-// The two triangles of a quad light are better left together.
+// The two triangles of a quad light are not split.
 bool LightSet::WorthSplitting(const LightCluster& group) const {
   if (group.count != 2) {
     return group.count > 2;
@@ -151,7 +151,7 @@ bool LightSet::WorthSplitting(const LightCluster& group) const {
   return !a.is_area() || !b.is_area() || areas_[a.item].instance != areas_[b.item].instance;
 }
 
-// Cuts the group whose light is most spread out, until there are enough or nothing is left to cut.
+// Splits the group with the most dispersed light, until there are enough or none can be split.
 void LightSet::SplitElements(std::vector<LightCluster>* groups) {
   const auto extent = [&](const LightCluster& group) {
     vec3 low = elements_[group.first].low;
@@ -228,7 +228,7 @@ void LightSet::FinishCluster(LightCluster* cluster, uint32_t index) {
       cluster->cone_cosine = min(cluster->cone_cosine, dot(light.normal, cluster->axis));
     }
   }
-  // A rounding error must not put the axis itself outside of its cone.
+  // Keeps the axis inside its own cone despite rounding.
   constexpr float kMargin = 1e-4f;
   cluster->cone_cosine = max(cluster->cone_cosine - kMargin, -1.0f);
   cluster->cone_sine = std::sqrt(1.0f - cluster->cone_cosine * cluster->cone_cosine);
@@ -251,7 +251,7 @@ void LightSet::MakeClusters() {
 }
 
 bool LightSet::Update(bool moved) {
-  // Nodes of punctual lights move without any instance moving.
+  // Nodes of punctual lights can move while no instance moves.
   if (!moved && state_.scene().lights.empty()) {
     return false;
   }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The lights of a scene, arranged for lights_shared.h.
+/// The lights of a scene, prepared for lights_shared.h.
 #pragma once
 
 #include <vector>
@@ -19,8 +19,8 @@ class LightSet {
   LightSet(const LightSet&) = delete;
   LightSet& operator=(const LightSet&) = delete;
 
-  /// Follows the state's transforms.
-  /// \return whether anything of the lights has changed
+  /// Applies the state's current transforms.
+  /// \return whether any light has changed
   bool Update(bool moved);
 
   bool empty() const { return arrays_.choice_count == 0; }
@@ -30,7 +30,7 @@ class LightSet {
 
   /// SampleLights, with the emission of area lights.
   LightSample Sample(vec3 point, vec3 normal, const LightChoices& choices, vec4 u) const;
-  /// DensityOfArea of the triangle that a ray hit; 0 if it is no light.
+  /// DensityOfArea of the triangle that a ray hit; 0 if it does not emit.
   float DensityOfHit(vec3 point, float total, const Hit& hit, vec3 direction, float distance) const;
 
   size_t memory_bytes() const;
@@ -39,14 +39,14 @@ class LightSet {
   /// Per instance: index of the light of its triangle 0, or -1: it does not emit.
   const std::vector<int64_t>& first_areas() const { return first_area_; }
   const std::vector<PunctualSource>& punctuals() const { return punctuals_; }
-  /// How many there are at any moment.
+  /// Maximum number at any moment.
   size_t most_punctuals() const { return state_.scene().lights.size(); }
   const std::vector<AliasEntry>& entries() const { return entries_; }
 
  private:
-  // A light with a place, for building clusters.
+  // A light with a position, for building clusters.
   struct Element {
-    uint32_t item = 0;  // as of an AliasEntry
+    uint32_t item = 0;  // see AliasEntry
     vec3 centre;
     vec3 low, high;  // bounds
     float intensity = 0;
@@ -69,8 +69,8 @@ class LightSet {
   std::vector<AreaLight> areas_;
   std::vector<int64_t> first_area_;
   std::vector<PunctualSource> punctuals_;
-  std::vector<uint32_t> distant_;    // directional ones of them
-  std::vector<Element> elements_;    // cluster by cluster
+  std::vector<uint32_t> distant_;    // the directional ones of them
+  std::vector<Element> elements_;    // sorted by cluster
   std::vector<AliasEntry> entries_;  // of the elements, then of the directional lights
 };
 

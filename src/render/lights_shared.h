@@ -1,17 +1,18 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// All lights of a scene at one moment, and the choice among them.
+// All lights of a scene at one moment, and importance sampling of them.
 //
-// Lights that have a place (emissive triangles, point and spot lights) are grouped into a few
-// clusters. A shading point picks a cluster, the environment or the directional lights by what
-// they could send it at most (power, distance, the cone of the emitters' normals), then one light
-// of the cluster in proportion to its power through an alias table: constant time with thousands
-// of lights. The bounds follow Conty Estevez and Kulla (2018), "Importance Sampling of Many Lights
-// with Adaptive Tree Splitting", for one level of clusters.
+// Lights with a position (emissive triangles, point and spot lights) are grouped into a few
+// clusters. A shading point selects a cluster, the environment or the directional lights by an
+// upper bound on their irradiance (power, distance, the cone of the emitters' normals), then one
+// light of the cluster in proportion to its power through an alias table: constant time with
+// thousands of lights. The bounds follow Conty Estevez and Kulla (2018), "Importance Sampling of
+// Many Lights with Adaptive Tree Splitting", for one level of clusters.
 //
-// The lights are an argument in C++, LIGHTS_IN, which holds the environment too. In GLSL, who
-// includes this declares what environment_shared.h asks for, a variable `lights` of LightShape, and
+// The lights, including the environment, are an argument in C++, LIGHTS_IN. In GLSL, the including
+// shader declares the variables and functions of environment_shared.h, a variable `lights` of
+// LightShape, and
 //   AliasEntry LightEntry(uint i)           of the tables
 //   AreaLight AreaLightAt(uint i)
 //   PunctualSource PunctualSourceAt(uint i)
@@ -51,7 +52,7 @@ inline const PunctualSource& PunctualSourceAt(const LightArrays& lights, uint i)
 #define LIGHTS_ENVIRONMENT
 #endif
 
-// How a shading point weighs its choices of light: running sums of their importances.
+// A shading point's importances of the choices of light, as running sums.
 struct LightChoices {
   int count;
   float sums[kMaxLightChoices];
@@ -63,11 +64,11 @@ SHARED_FN float TotalOf(SHARED_IN(LightChoices) choices) {
 
 struct LightSample {
   vec3 direction;  // unit, towards the light
-  float distance;  // infinite for lights without a place
-  vec3 radiance;   // of the environment; of punctual lights what arrives, irradiance
-  float density;   // per solid angle, the choice included; 0: no light
+  float distance;  // infinite for lights without a position
+  vec3 radiance;   // of the environment; irradiance of punctual lights
+  float density;   // per solid angle, including the choice; 0: no light
   vec3 point;      // on an area light
-  int delta;       // 1: cannot be found by chance: density is that of the choice alone
+  int delta;       // 1: scattered rays cannot hit it: density is that of the choice alone
   vec3 normal;     // of an area light, on the side of the shading point
   int area;        // the area light whose emission at (u, v) is the radiance; -1: none
   float u;
@@ -110,7 +111,7 @@ SHARED_FN LightAngle LessAngle(LightAngle a, LightAngle b) {
   return MakeAngle(a.cosine * b.cosine + a.sine * b.sine, a.sine * b.cosine - a.cosine * b.sine);
 }
 
-// A bound on the irradiance at `point`, up to a constant factor; 0 only where no light arrives.
+// An upper bound on the irradiance at `point`, up to a constant factor; 0 only if no light arrives.
 SHARED_FN float ClusterImportance(SHARED_IN(LightCluster) cluster, vec3 point) {
   vec3 offset = point - cluster.centre;
   float radius2 = cluster.radius * cluster.radius;
@@ -129,7 +130,7 @@ SHARED_FN float ClusterImportance(SHARED_IN(LightCluster) cluster, vec3 point) {
   return base * max(LessAngle(LessAngle(to_axis, cone), seen).cosine, 0.0f);
 }
 
-// What each choice could send to `point`.
+// The importance of each choice at `point`.
 SHARED_FN LightChoices WeighLights(LIGHTS_IN vec3 point) {
   LightChoices choices;
   choices.count = lights.choice_count;
@@ -147,13 +148,13 @@ SHARED_FN LightChoices WeighLights(LIGHTS_IN vec3 point) {
   return choices;
 }
 
-// Whether a ray could bring light by meeting an emitter or leaving the scene. False is certain, as
-// long as the ray goes straight; it costs much less than tracing the ray.
+// Whether a ray may hit an emitter or leave the scene. False is reliable as long as the ray goes
+// straight; the test costs much less than tracing the ray.
 SHARED_FN bool LightMayBeMet(LIGHTS_IN vec3 origin, vec3 direction) {
   if (lights.environment_irradiance > 0.0f || lights.all_in_clusters == 0) {
     return true;
   }
-  // The ray's origin lies a little off the surface, in a direction that is not known here.
+  // The ray's origin is slightly offset from the surface, in an unknown direction.
   const float kSlack = 1e-4f;
   vec3 inverse = 1.0f / direction;
   for (int i = 0; i < lights.cluster_count; ++i) {
@@ -166,7 +167,7 @@ SHARED_FN bool LightMayBeMet(LIGHTS_IN vec3 origin, vec3 direction) {
     vec3 farther = max(t0, t1);
     float enter = MaxComponent(nearer);
     float leave = min(farther.x, min(farther.y, farther.z));
-    // Not a number, where a component of the direction is zero on the very edge: may be.
+    // NaN, if a component of the direction is zero exactly at the edge: may be hit.
     if (!(enter > leave) && !(leave < 0.0f)) {
       return true;
     }
@@ -174,7 +175,7 @@ SHARED_FN bool LightMayBeMet(LIGHTS_IN vec3 origin, vec3 direction) {
   return false;
 }
 
-// Uniform over the triangle. \param choice  probability of this light
+// Samples the triangle uniformly. \param choice  probability of this light
 SHARED_FN LightSample SampleArea(SHARED_IN(AreaLight) light, uint number, vec3 point, float choice,
                                  float u0, float u1) {
   LightSample found = NoLight();
@@ -226,7 +227,7 @@ SHARED_FN LightSample SamplePunctual(SHARED_IN(PunctualSource) light, vec3 point
   return found;
 }
 
-// One of `count` entries from `first` on. \param choice  probability of these entries
+// Samples one of `count` entries from `first` on. \param choice  probability of these entries
 SHARED_FN LightSample SampleEntries(LIGHTS_IN uint first, uint count, vec3 point, float choice,
                                     vec4 u) {
   AliasColumn column = FindAliasColumn(count, u.z);
@@ -239,15 +240,15 @@ SHARED_FN LightSample SampleEntries(LIGHTS_IN uint first, uint count, vec3 point
   return SampleArea(AreaLightAt(LIGHTS entry.item), entry.item, point, probability, u.x, u.y);
 }
 
-// Draws light for a surface. u: (u.x, u.y) the place, u.z the light.
-// \param choices  as WeighLights gives them for the point
+// Samples light for a surface. u: (u.x, u.y) the position, u.z the light.
+// \param choices  WeighLights for the point
 SHARED_FN LightSample SampleLights(LIGHTS_IN vec3 point, vec3 normal,
                                    SHARED_IN(LightChoices) choices, vec4 u) {
   float total = TotalOf(choices);
   if (!(total > 0.0f && total <= kLargestFloat)) {
     return NoLight();
   }
-  // The first choice whose running sum exceeds the mark: never one without importance, since the
+  // The first choice whose running sum exceeds the mark: never one with importance zero, since the
   // mark is below the total.
   float mark = min(u.z * total, intBitsToFloat(floatBitsToInt(total) - 1));
   int choice = 0;
@@ -274,8 +275,8 @@ SHARED_FN LightSample SampleLights(LIGHTS_IN vec3 point, vec3 normal,
   return found;
 }
 
-// Density with which SampleLights, at `point`, gives the place on an emitter that a ray of unit
-// direction met at `distance`.
+// Density with which SampleLights, at `point`, samples the position on an emitter that a ray of
+// unit direction hit at `distance`.
 // \param total  TotalOf the choices there
 SHARED_FN float DensityOfArea(LIGHTS_IN SHARED_IN(AreaLight) light, vec3 point, float total,
                               vec3 direction, float distance) {

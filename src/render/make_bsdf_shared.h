@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// From the parameters of glTF 2.0 to the lobes of a Bsdf, given what its rough lobes reflect.
+// Converts glTF 2.0 material parameters to the lobes of a Bsdf, given the reflectances of its rough
+// lobes.
 #ifndef STILLRAY_RENDER_MAKE_BSDF_SHARED_H
 #define STILLRAY_RENDER_MAKE_BSDF_SHARED_H
 
@@ -11,13 +12,13 @@
 
 STILLRAY_RENDER_BEGIN
 
-// Share of light that a single-scattering lobe with Schlick weights reflects.
+// Fraction of light reflected by a single-scattering lobe with Schlick weights.
 struct SchlickShare {
   float scale;
   float offset;
 };
 
-// The same of glass, before compensation.
+// The same for glass, before energy compensation.
 struct GlassShare {
   float reflected;
   float total;
@@ -31,7 +32,7 @@ struct BsdfInput {
   float own_alpha;  // of GGX, from the material's roughness
   float alpha;      // with regularisation; at least own_alpha
   float ior;
-  int solid;  // 1: bounds a solid; 0: an infinitely thin sheet
+  int solid;  // 1: boundary of a solid; 0: an infinitely thin sheet
   int front;  // 1: seen from its front
 };
 
@@ -46,23 +47,23 @@ SHARED_FN float DielectricF0(float ior) {
   return r * r;
 }
 
-// The share of the surface that is glass.
+// The weight of the glass lobes.
 SHARED_FN float GlassWeight(SHARED_IN(BsdfInput) surface) {
   return (1.0f - surface.metallic) * surface.transmission;
 }
 
-// Smooth thin sheets stay smooth: shadow rays pass them straight on.
+// Smooth thin sheets stay smooth: shadow rays pass them undeflected.
 SHARED_FN float GlassAlpha(SHARED_IN(BsdfInput) surface) {
   return surface.solid == 0 && surface.own_alpha <= 0.0f ? 0.0f : surface.alpha;
 }
 
-// The share of white light from everywhere that the coat and the metal send to the viewer.
+// The fraction of uniform white light that the coat and the metal reflect to the viewer.
 SHARED_FN vec3 ReflectedShare(SHARED_IN(Bsdf) bsdf, SHARED_IN(SchlickShare) share) {
   return bsdf.specular_scale *
          (bsdf.specular_f0 * share.scale + vec3(bsdf.specular_f90 * share.offset));
 }
 
-// The same of all specular lobes.
+// The same for all specular lobes.
 SHARED_FN vec3 SpecularAlbedo(SHARED_IN(Bsdf) bsdf, SHARED_IN(SchlickShare) share,
                               SHARED_IN(GlassShare) of_glass) {
   vec3 albedo = ReflectedShare(bsdf, share);
@@ -74,7 +75,7 @@ SHARED_FN vec3 SpecularAlbedo(SHARED_IN(Bsdf) bsdf, SHARED_IN(SchlickShare) shar
   return albedo;
 }
 
-// `of_glass` counts only where GlassWeight is above 0.
+// `of_glass` is used only if GlassWeight is above 0.
 SHARED_FN Bsdf MakeBsdf(SHARED_IN(BsdfInput) surface, SHARED_IN(SchlickShare) share,
                         SHARED_IN(GlassShare) of_glass) {
   float metal = surface.metallic;
@@ -83,7 +84,7 @@ SHARED_FN Bsdf MakeBsdf(SHARED_IN(BsdfInput) surface, SHARED_IN(SchlickShare) sh
 
   Bsdf bsdf;
   float coat_f0 = DielectricF0(surface.ior);
-  // A boundary that reflects (almost) nothing does not do so at grazing incidence either.
+  // A boundary with almost no reflectance has none at grazing incidence either.
   float coat_f90 = min(50.0f * coat_f0, 1.0f);
   float loss = 1.0f / (share.scale + share.offset) - 1.0f;
   float coat = (1.0f + coat_f0 * loss) * (coat_f0 * share.scale + coat_f90 * share.offset);

@@ -19,7 +19,7 @@ struct CameraPair {
 /// \param moment  checked (CheckMoment)
 CameraPair CamerasOf(const SceneState& state, const RenderMoment& moment, int width, int height);
 
-/// Whether any surface may send light on through itself by refraction.
+/// Whether any surface may transmit light by refraction.
 bool AnyTransmission(const Scene& scene);
 
 }  // namespace stillray::render

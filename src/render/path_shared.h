@@ -3,9 +3,9 @@
 
 // The steps of a path, one surface at a time.
 //
-// At every surface light is sought both by a ray to a light and by the scattered ray, weighted by
-// multiple importance sampling (Veach 1997). What the first surface does with light is kept apart
-// for its diffuse and specular lobes: the path beyond carries one weight for each.
+// At every surface light is sampled both by a shadow ray to a light and by the scattered ray,
+// combined by multiple importance sampling (Veach 1997). The diffuse and specular lobes of the
+// first surface are kept separate: the path beyond carries one weight for each.
 #ifndef STILLRAY_RENDER_PATH_SHARED_H
 #define STILLRAY_RENDER_PATH_SHARED_H
 
@@ -16,36 +16,36 @@
 
 STILLRAY_RENDER_BEGIN
 
-// Events that do not count as bounces (ideally smooth glass, surfaces passed) end here.
+// Limit for events that do not count as bounces (ideally smooth glass, surfaces passed).
 const int kMaxFreeEvents = 24;
-// Path-space regularisation (SVGF, section 3; after Kaplanyan and Dachsbacher 2013): GGX alpha of
-// a surface is at least this times the largest mean alpha of the surfaces before it on the path,
-// where a surface's mean is taken over its lobes by their share of light and diffuse counts as 1.
-// Ideally smooth thin sheets are left as they are.
+// Path-space regularisation (SVGF, section 3; after Kaplanyan and Dachsbacher 2013): GGX alpha of a
+// surface is at least this times the largest mean alpha of the earlier surfaces on the path, where
+// a surface's mean is taken over its lobes weighted by their share of light and diffuse counts as
+// 1. Ideally smooth thin sheets are unchanged.
 const float kRegularisation = 0.3f;
-// Surfaces after which paths of little weight may end.
+// Bounces before Russian roulette starts.
 const int kRouletteBounces = 3;
 const float kLeastSurvival = 0.05f;
-// Shadow rays end this much short of their light, relative to the distance.
+// Shadow rays end at this fraction of the distance to their light.
 const float kShadowEnd = 1.0f - 1e-5f;
 
 // A path between two surfaces.
 struct PathState {
-  vec3 throughput;    // beyond the first surface
+  vec3 throughput;    // after the first surface
   float density;      // of the ray per solid angle; 0: ideally smooth
-  vec3 diffuse;       // weights that the first surface's lobes give the light beyond it
-  float light_total;  // TotalOf the choices of light where `density` was
+  vec3 diffuse;       // weights of the first surface's lobes for light beyond it
+  float light_total;  // TotalOf the light choices at the point where `density` was sampled
   vec3 specular;
   float roughest;   // for regularisation
-  vec3 absorption;  // per unit of length, of the solid that the path is in
+  vec3 absorption;  // per unit length, of the solid around the path
   int pixel;
-  vec3 origin;  // where the ray last scattered with a finite density, or left the camera
-  int step;     // surfaces met so far
+  vec3 origin;  // the last point with a finite scattering density, or the camera
+  int step;     // number of surfaces hit so far
   vec3 normal;  // shading normal at `origin`
-  int bounces;  // of the surfaces, those that scattered, without the first
+  int bounces;  // number of them that scattered, without the first
   int free_events;
   int first;   // 1: has not scattered yet
-  int direct;  // 1: light met now comes straight from a light
+  int direct;  // 1: light hit now is direct light
   uint seed;   // of the pixel's random numbers
 };
 
@@ -70,7 +70,7 @@ SHARED_FN PathState StartPath(int pixel, uint seed) {
   return path;
 }
 
-// Light that a ray found, weighted; it counts if the ray arrives.
+// Weighted light that a ray found; it counts if the shadow ray is unoccluded.
 struct FoundLight {
   vec3 diffuse;
   vec3 specular;
@@ -82,7 +82,7 @@ struct PathRay {
   vec3 direction;
 };
 
-// What is not a number, infinite or negative must not get into the picture.
+// NaN, infinite or negative light must not get into the picture.
 SHARED_FN bool IsUsableLight(vec3 v) {
   return v.x >= 0.0f && v.y >= 0.0f && v.z >= 0.0f && v.x + v.y + v.z <= kLargestFloat;
 }
@@ -92,7 +92,8 @@ SHARED_FN float AbsorptionOf(float colour, float distance) {
   return -log(clamp(colour, kDarkest, 1.0f)) / distance;
 }
 
-// Of the space that a ray from the surface enters; `below`: on the far side from the viewer.
+// Absorption of the medium that a ray from the surface enters; `below`: on the far side from the
+// viewer.
 SHARED_FN vec3 AbsorptionBeyond(vec3 here, SHARED_IN(ShadingPoint) at, bool below) {
   if (!below || at.solid == 0) {
     return here;
@@ -108,22 +109,22 @@ SHARED_FN vec3 AbsorptionBeyond(vec3 here, SHARED_IN(ShadingPoint) at, bool belo
 
 // Beer's law.
 SHARED_FN vec3 Absorb(vec3 absorption, float distance) {
-  const float kFar = 1e30f;  // 0 times infinity is not a number
+  const float kFar = 1e30f;  // 0 times infinity is NaN
   return absorption == vec3(0.0f) ? vec3(1.0f) : exp(-absorption * min(distance, kFar));
 }
 
-// MIS weight of light that the scattered ray met and a ray to a light could have found.
+// MIS weight of light hit by the scattered ray, which light sampling could also have found.
 SHARED_FN float ScatterWeight(float density, float light_density) {
   return density <= 0.0f ? 1.0f : MisWeight(density, light_density);
 }
 
-// GGX alpha that the next surface has at least; 0: none.
+// Minimum GGX alpha of the next surface; 0: none.
 SHARED_FN float LeastAlpha(SHARED_IN(PathState) path) {
   float alpha = kRegularisation * path.roughest;
   return alpha > kSmoothAlpha ? alpha : 0.0f;
 }
 
-// Light that the path's own ray met.
+// Light that the path's ray hit.
 SHARED_FN FoundLight LightMet(SHARED_IN(PathState) path, vec3 radiance) {
   vec3 light = path.throughput * radiance;
   FoundLight found;
@@ -132,9 +133,10 @@ SHARED_FN FoundLight LightMet(SHARED_IN(PathState) path, vec3 radiance) {
   return found;
 }
 
-// Light that a ray to a light may bring. \param value   of the BSDF for its direction
+// Light of a sampled light source.
+// \param value    of the BSDF for its direction
 // \param local_z  of that direction
-// \param weight   of this strategy
+// \param weight   MIS weight of this strategy
 SHARED_FN FoundLight LightSought(SHARED_IN(PathState) path, SHARED_IN(ShadingPoint) at,
                                  SHARED_IN(LightSample) light, SHARED_IN(BsdfValue) value,
                                  float local_z, float weight) {
@@ -152,7 +154,7 @@ SHARED_FN FoundLight LightSought(SHARED_IN(PathState) path, SHARED_IN(ShadingPoi
   return found;
 }
 
-// The ray that tells whether the light sought arrives.
+// The shadow ray to the sampled light.
 SHARED_FN PathRay ShadowRayTo(SHARED_IN(ShadingPoint) at, SHARED_IN(LightSample) light,
                               bool above) {
   PathRay ray;
@@ -172,15 +174,15 @@ SHARED_FN bool IsBlack(SHARED_IN(Bsdf) bsdf) {
   return bsdf.pick_diffuse + bsdf.pick_specular + bsdf.pick_glass <= 0.0f;
 }
 
-// Whether a ray to a light can find any: ideally smooth lobes have no part in it.
+// Whether light sampling is possible: ideally smooth lobes do not take part.
 SHARED_FN bool MaySeekLight(SHARED_IN(PathState) path, SHARED_IN(Bsdf) bsdf, int most_bounces) {
   bool any_rough = bsdf.pick_diffuse > 0.0f || bsdf.specular_alpha > 0.0f ||
                    (bsdf.pick_glass > 0.0f && bsdf.glass_alpha > 0.0f);
   return any_rough && (path.first != 0 || path.bounces < most_bounces);
 }
 
-// Draws the ray on and gives the path its new weight. Returns whether it goes on.
-// \param direction  [out] of the ray on
+// Samples the next ray and updates the path's weight. Returns whether the path continues.
+// \param direction  [out] of the next ray
 SHARED_FN bool ScatterPath(SHARED_INOUT(PathState) path, SHARED_IN(ShadingPoint) at,
                            SHARED_IN(Bsdf) bsdf, vec4 u, int most_bounces,
                            SHARED_INOUT(vec3) direction) {
@@ -214,7 +216,7 @@ SHARED_FN bool ScatterPath(SHARED_INOUT(PathState) path, SHARED_IN(ShadingPoint)
     path.direct = 1;
   } else {
     path.throughput *= drawn.diffuse + drawn.specular;
-    // A sheet passed straight on is no surface to light: rays to lights pass it too.
+    // A sheet passed undeflected does not make light indirect: shadow rays pass it too.
     path.direct = drawn.kind == kScatterStraight ? path.direct : 0;
   }
   path.absorption = AbsorptionBeyond(path.absorption, at, drawn.wi.z < 0.0f);

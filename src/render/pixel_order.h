@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Which pixels get their path in which frame, where a path per pixel takes several frames.
+/// Chooses the pixels to trace in each frame, where a path per pixel takes several frames.
 #pragma once
 
 #include <cstdint>
@@ -16,31 +16,31 @@ struct PixelPosition {
   int y = 0;
 };
 
-/// The order in which one cycle of frames goes through the pixels, and the place of a frame in it.
+/// The order in which one cycle of frames visits the pixels, and the position of a frame in it.
 ///
 /// Each pixel has a rank in [0, 1); frame f of the cycle traces those with ranks from f / cycle to
 /// (f + 1) / cycle. In short cycles the rank is frac(a x + b y + offset) with a and b badly
 /// approximable: pixels whose ranks differ by less than w are then at least sqrt(c / w) apart, with
 /// c near that of the plastic number, 0.245 (M. Roberts 2018, "The Unreasonable Effectiveness of
-/// Quasirandom Sequences"). Hence the pixels of any consecutive frames are well spread, for any
-/// length of the cycle. In long cycles this rule picks cells of 2x2 or 4x4 pixels, and each cell
-/// goes through its own pixels in a shuffled order, one after every 1/4 or 1/16 of the cycle: as
-/// even as blue noise and as irregular. Every cycle takes another pair (a, b), offset and shuffle.
+/// Quasirandom Sequences"). Hence the pixels of any consecutive frames are evenly distributed, for
+/// any length of the cycle. In long cycles this rule selects cells of 2x2 or 4x4 pixels, and each
+/// cell visits its own pixels in a shuffled order, one after every 1/4 or 1/16 of the cycle: as
+/// even as blue noise and as irregular. Every cycle uses another pair (a, b), offset and shuffle.
 class PixelOrder {
  public:
   /// \param cycle  frames, 1..2^16
   PixelOrder(int cycle, uint64_t seed, int64_t frame_index);
 
-  /// How many cycles were completed before this frame: the number of the pixels' sample.
+  /// Number of completed cycles before this frame: the index of the pixels' sample.
   int64_t cycle_index() const { return cycle_index_; }
-  /// Frame of the cycle in which the pixel gets its path: 0 to cycle - 1.
+  /// Frame of the cycle in which the pixel is traced: 0 to cycle - 1.
   int FrameOf(int x, int y) const;
-  /// The pixels of the region whose turn it is, by rows of cells.
-  /// \param region  its corner lies on a multiple of 4
+  /// The pixels of the region to trace, by rows of cells.
+  /// \param region  its corner is at a multiple of 4
   void Collect(const Tile& region, std::vector<PixelPosition>* pixels) const;
 
  private:
-  // The rank of the first slot of a cell: below one slot, a 1 / 4^cell_bits_ of all ranks.
+  // The rank of a cell's first slot: less than one slot, 1 / 4^cell_bits_ of all ranks.
   uint32_t FirstRank(int cell_x, int cell_y) const {
     return (offset_ + step_x_ * static_cast<uint32_t>(cell_x) +
             step_y_ * static_cast<uint32_t>(cell_y)) >>

@@ -9,7 +9,7 @@
 namespace stillray::render {
 namespace {
 
-// One loop over arrays, in the operations of CameraView::Direction: compilers make vectors of it.
+// CameraView::Direction as one loop over arrays, which compilers vectorise.
 void MakeCameraRays(const CameraView& camera, const vec2* points, int count, RayBatch* rays) {
   const CameraView view = camera;
   for (int i = 0; i < count; ++i) {
@@ -30,7 +30,7 @@ void MakeCameraRays(const CameraView& camera, const vec2* points, int count, Ray
   rays->count = count;
 }
 
-// Adds the surface to the pixel. Returns whether the ray goes on.
+// Adds the surface to the pixel. Returns whether the ray continues.
 bool AddLayer(const Hit& hit, float opacity, PrimaryPixel* pixel) {
   if (!(opacity > 0.0f)) {
     return true;
@@ -68,7 +68,7 @@ void FindPrimarySurfaces(const TraceContext& context, const vec2* points, int co
       for (int i = 0; i < count; ++i) {
         pixels[i].direction = scratch->rays.Direction(i);
         pixels[i].count = 0;
-        pixels[i].background = 1.0f;  // what no surface has taken yet
+        pixels[i].background = 1.0f;  // the remaining weight
         scratch->owner[i] = i;
       }
     }
@@ -82,7 +82,7 @@ void FindPrimarySurfaces(const TraceContext& context, const vec2* points, int co
       const int owner = scratch->owner[i];
       PrimaryPixel* pixel = &pixels[owner];
       if (AddLayer(hit, context.state.Opacity(hit), pixel)) {
-        // Never ahead of the ray being read.
+        // Never ahead of the ray that is read.
         scratch->owner[scratch->rays.count] = owner;
         scratch->rays.Push(OriginBehind(context.state, hit, pixel->direction), pixel->direction,
                            kInfinity);

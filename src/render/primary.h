@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What the pixels of a tile see: a stack of surfaces, since alpha-blended ones let through.
+/// The visible surfaces of a tile's pixels: a stack per pixel, since alpha-blended ones are partly
+/// transparent.
 #pragma once
 
 #include "render/primary_shared.h"
@@ -11,10 +12,10 @@ namespace stillray::render {
 
 struct PrimaryLayer {
   Hit hit;
-  float weight = 0;  ///< share of the pixel
+  float weight = 0;  ///< fraction of the pixel
 };
 
-/// Weights of a pixel's layers and its background add up to 1.
+/// The weights of a pixel's layers and its background sum to 1.
 struct PrimaryPixel {
   vec3 direction;
   int count = 0;
@@ -22,25 +23,25 @@ struct PrimaryPixel {
   PrimaryLayer layers[kMaxLayers];
 };
 
-/// The surface that a pixel shows, where it is a single one.
+/// The visible surface of a pixel, if there is only one.
 struct FirstSurface {
   Surface surface;
   Bsdf bsdf;
 };
 
-/// Room for tracing one batch.
+/// Buffers for tracing one batch.
 struct RayScratch {
   RayBatch rays;
   HitBatch hits;
   int owner[kBatchCapacity];  // of each ray
 };
 
-/// \param points  where the rays pass through the picture, in pixels; at most kBatchCapacity
+/// \param points  positions of the rays in the picture, in pixels; at most kBatchCapacity
 /// \param pixels  [out] one for each
 void FindPrimarySurfaces(const TraceContext& context, const vec2* points, int count,
                          RayScratch* scratch, PrimaryPixel* pixels, RenderTimings* timings);
 
-/// Where a ray goes on that passes the surface at `hit`.
+/// The origin of a ray that continues behind the surface at `hit`.
 vec3 OriginBehind(const SceneState& state, const Hit& hit, vec3 direction);
 
 }  // namespace stillray::render

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Bounds of what a camera ray passes.
+// Limits for the surfaces that a camera ray passes.
 #ifndef STILLRAY_RENDER_PRIMARY_SHARED_H
 #define STILLRAY_RENDER_PRIMARY_SHARED_H
 
@@ -11,9 +11,9 @@
 
 STILLRAY_RENDER_BEGIN
 
-// A ray that passes more surfaces than these, all cut out by their masks, sees the background.
+// A ray that passes more surfaces than this, all cut out by their masks, hits the background.
 const int kMaxPasses = 256;
-// Surfaces of a pixel that are kept apart; the last one takes all light that is left.
+// Maximum number of layers of a pixel; the last one takes the remaining weight.
 const int kMaxLayers = 8;
 
 STILLRAY_RENDER_END

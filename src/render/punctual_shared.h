@@ -20,7 +20,7 @@ const int kLightDirectional = 2;
 struct PunctualSource {
   vec3 position;
   int type;
-  vec3 axis;  // unit: along which it shines
+  vec3 axis;  // unit: direction of emission
   float range;
   vec3 intensity;
   float inner_cosine;  // of a spot light's cones
@@ -28,7 +28,7 @@ struct PunctualSource {
   uint unused_0, unused_1, unused_2;
 };
 
-// What a light's range leaves at `distance`, to be divided by its square: the extension's
+// Attenuation by the light's range at `distance`, to be divided by its square: the extension's
 // recommended max(min(1 - (d / range)^4, 1), 0). Infinite range: 1.
 SHARED_FN float RangeAttenuation(float distance, float range) {
   float ratio = distance / range;
@@ -36,8 +36,8 @@ SHARED_FN float RangeAttenuation(float distance, float range) {
   return clamp(1.0f - ratio2 * ratio2, 0.0f, 1.0f);
 }
 
-// Of a spot light: 1 within the inner cone, 0 beyond the outer, and in between the square of a
-// linear ramp over the cosine.
+// Attenuation of a spot light: 1 within the inner cone, 0 outside the outer, and in between the
+// square of a linear ramp over the cosine.
 SHARED_FN float SpotAttenuation(float cosine, float inner_cosine, float outer_cosine) {
   float ramp = (cosine - outer_cosine) / max(inner_cosine - outer_cosine, 0.001f);
   float clamped = clamp(ramp, 0.0f, 1.0f);

@@ -19,9 +19,9 @@
 namespace stillray::render {
 namespace {
 
-// What a thread needs to render one batch of pixels; kept for the next frame.
+// Per-thread buffers for rendering one batch of pixels, reused in the next frame.
 struct TileScratch {
-  std::vector<PixelPosition> order;  // the pixels of a region that are to be traced
+  std::vector<PixelPosition> order;  // the pixels of a region to trace
   PixelPosition positions[kBatchCapacity];
   int count = 0;
   vec2 points[kBatchCapacity];
@@ -57,7 +57,7 @@ void AddSamples(int count, bool with_squares, TileScratch* scratch) {
   }
 }
 
-// One part of the progress of a whole call.
+// Maps the progress of one part to that of the whole call.
 RenderProgress PartOfProgress(const RenderProgress& progress, double begin, double end) {
   if (!progress) {
     return {};
@@ -187,7 +187,7 @@ void PathTracer::MakeSamplers(SampleStream stream, uint64_t sample, TileScratch*
   }
 }
 
-// What the pixels of the batch see.
+// Finds the visible surfaces of the batch's pixels.
 void PathTracer::FindGuides(const TraceContext& context, const Frame& frame,
                             TileScratch* scratch) const {
   const vec2 offset(0.5f + frame.jitter_x, 0.5f + frame.jitter_y);
@@ -208,7 +208,7 @@ void PathTracer::StoreTileGuides(const Tile& tile, TileScratch* scratch, Frame* 
   StoreGuides(tile, scratch->guides, frame);
 }
 
-// Light of the pixels of the batch, whose guides were found.
+// Traces the light of the batch's pixels, whose guides are known.
 void PathTracer::TraceSamples(const TraceContext& context, uint64_t first_sample,
                               TileScratch* scratch) const {
   for (int i = 0; i < scratch->count; ++i) {
@@ -247,7 +247,7 @@ void PathTracer::RenderRegion(const TraceContext& context, const PixelOrder& ord
 
 void PathTracer::RenderReferenceTile(const TraceContext& context, int spp, TileScratch* scratch,
                                      Image3* radiance) const {
-  // Sums of many samples: in double precision, or small ones would be lost.
+  // Sums of many samples are in double precision, or small ones would be lost.
   std::vector<glm::dvec3> sum(static_cast<size_t>(scratch->count), glm::dvec3(0.0));
   RenderTimings* timings = &scratch->timings;
   for (int s = 0; s < spp; ++s) {
@@ -298,7 +298,7 @@ Status PathTracer::RunTiles(TileSize size, const RenderProgress& progress,
   return status;
 }
 
-// A frame in which every pixel gets its samples.
+// Renders a frame in which every pixel is sampled.
 Status PathTracer::RenderWhole(const TraceContext& context, const RenderMoment& moment,
                                Frame* frame, const RenderProgress& progress) {
   sparse_.Forget();
@@ -315,7 +315,7 @@ Status PathTracer::RenderWhole(const TraceContext& context, const RenderMoment& 
   });
 }
 
-// A frame in which some pixels get a sample.
+// Renders a frame in which some pixels are sampled.
 Status PathTracer::RenderPart(const TraceContext& context, const RenderMoment& moment, Frame* frame,
                               const RenderProgress& progress) {
   sparse_.Begin(settings_, *frame);
@@ -330,8 +330,8 @@ Status PathTracer::RenderPart(const TraceContext& context, const RenderMoment& m
                                         StoreTileGuides(tile, scratch, frame);
                                       }));
   }
-  // Paths need full packets, which the pixels of a large region fill. Where all guides were found,
-  // the primary rays of these pixels are followed again, which is little beside the paths.
+  // Paths need full packets, which the pixels of a large region fill. With guides everywhere, the
+  // primary rays of these pixels are traced a second time, which is cheap compared with the paths.
   const PixelOrder order(settings_.cycle, settings_.seed, moment.frame_index);
   STILLRAY_RETURN_IF_ERROR(RunTiles(kSparseRegion, PartOfProgress(progress, done, 1),
                                     [&](const Tile& region, TileScratch* scratch) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Random numbers of one path: which sequence a pixel draws from, and which point of it.
+/// Random numbers of one path: the sequence of its pixel, and its index in it.
 #pragma once
 
 #include <cstdint>
@@ -11,29 +11,29 @@
 
 namespace stillray::render {
 
-/// Which of a pixel's streams of random numbers; streams are independent of each other.
+/// Independent streams of a pixel's random numbers.
 enum class SampleStream : uint32_t { kFrames = 0, kReference = 1 };
 
-/// Hands out the random numbers of one path. A plain value: the same members, the same numbers.
+/// The random numbers of one path. A plain value: equal members yield equal numbers.
 struct PathSampler {
   SamplerKind kind = SamplerKind::kSobol;
   uint32_t index = 0;  ///< number of the sample within its sequence
   uint32_t seed = 0;   ///< of the pixel, the stream and the sequence
 
-  /// Four numbers in [0, 1). \param set  which dimensions: kPrimaryDimensions, ScatterDimensions(),
+  /// Four numbers in [0, 1). \param set  of dimensions: kPrimaryDimensions, ScatterDimensions(),
   /// LightDimensions()
   vec4 Get(uint32_t set) const;
 };
 
-/// What the seeds of all pixels begin with (PixelSeed).
+/// The part of the seed that is common to all pixels (PixelSeed).
 uint32_t StreamSeed(uint64_t seed, SampleStream stream);
 /// The sampler of a stream: references are converged pictures, which need a long sequence.
-/// \param chosen  RenderSettings::sampler, which frames use
+/// \param chosen  RenderSettings::sampler, used for frames
 SamplerKind SamplerOf(SampleStream stream, SamplerKind chosen);
-/// Which sequence of a pixel holds sample number `sample`: beyond the length of one (2^kSobolBits
-/// or kHaltonPeriod) a fresh one begins, with a scramble or rotation of its own.
+/// The number of the pixel's sequence that contains sample `sample`: beyond its length
+/// (2^kSobolBits or kHaltonPeriod) a new sequence begins, with another scramble or rotation.
 uint64_t SampleWindow(SamplerKind kind, uint64_t sample);
-/// Which of that sequence's samples it is.
+/// The index of the sample within that sequence.
 uint32_t SampleIndex(uint64_t sample);
 
 /// The sampler of sample number `sample` (counted over all frames) of pixel (x, y).

@@ -19,11 +19,11 @@
 
 STILLRAY_RENDER_BEGIN
 
-// Samples of one Sobol' sequence; sample numbers beyond it go into the seed.
+// Samples of one Sobol' sequence; higher sample numbers change the seed.
 const int kSobolBits = 16;
 
 // Direction numbers, least significant bit first: those of dimension 0..3 for bit 0 of the index,
-// then for bit 1, ... Reversed so that the scramble needs no reversal of its own.
+// then for bit 1, ... Reversed so that the scramble needs no bit reversal.
 const uint kSobolDirections[64] = {
     0x00000001u, 0x00000001u, 0x00000001u, 0x00000001u,  //
     0x00000002u, 0x00000003u, 0x00000003u, 0x00000003u,  //
@@ -65,7 +65,7 @@ SHARED_FN uint MixSeeds(uint a, uint b) {
 }
 
 // Owen scrambling of a fraction whose bits are reversed (most significant first at bit 0): every
-// step lets a bit depend on lower bits alone. Laine and Karras (2011), "Stratified sampling for
+// step makes a bit depend on lower bits only. Laine and Karras (2011), "Stratified sampling for
 // stochastic transparency", with the better-mixing constants published by N. Vegdahl (2021).
 SHARED_FN uint ScrambleReversed(uint x, uint seed) {
   x ^= x * 0x3d20adeau;
@@ -94,13 +94,13 @@ SHARED_FN float FractionToFloat(uint bits) {
   return float(bits >> 8) * (1.0f / 16777216.0f);
 }
 
-// Which point of the sequence comes at place `index` for this seed.
+// The point of the sequence at position `index` for this seed.
 SHARED_FN uint ShuffledIndex(uint index, uint seed) {
   uint mask = (1u << kSobolBits) - 1u;
   return ReverseBits(ScrambleReversed(ReverseBits(index & mask), seed)) & mask;
 }
 
-// The scrambled coordinates of a point as SobolReversed gives it.
+// Scrambles the coordinates of a point of SobolReversed.
 SHARED_FN vec4 ScramblePoint(uvec4 point, uint seed) {
   return vec4(FractionToFloat(ReverseBits(ScrambleReversed(point.x, MixSeeds(seed, 1u)))),
               FractionToFloat(ReverseBits(ScrambleReversed(point.y, MixSeeds(seed, 2u)))),
@@ -108,7 +108,7 @@ SHARED_FN vec4 ScramblePoint(uvec4 point, uint seed) {
               FractionToFloat(ReverseBits(ScrambleReversed(point.w, MixSeeds(seed, 4u)))));
 }
 
-// Point `index` of the shuffled, scrambled sequence that `seed` names.
+// Point `index` of the sequence, shuffled and scrambled by `seed`.
 SHARED_FN vec4 SobolSample(uint index, uint seed) {
   return ScramblePoint(SobolReversed(ShuffledIndex(index, seed)), seed);
 }
@@ -130,7 +130,7 @@ SHARED_FN float RadicalInverse(uint index, uint base) {
 const uint kHaltonPeriod = 16u;
 
 // Point index % 16 of the Halton sequence (bases 2, 3, 5, 7; numbered from 1), rotated by `seed`.
-// `order` shuffles the cycle so that two sets of dimensions are not the same points.
+// `order` shuffles the cycle so that two sets of dimensions have different points.
 SHARED_FN vec4 HaltonSample(uint index, uint seed, uint order) {
   uint i = ((index ^ order) & (kHaltonPeriod - 1u)) + 1u;
   vec4 point = vec4(RadicalInverse(i, 2u), RadicalInverse(i, 3u), RadicalInverse(i, 5u),
@@ -144,8 +144,7 @@ SHARED_FN vec4 HaltonSample(uint index, uint seed, uint order) {
 const uint kSamplerSobol = 0u;
 const uint kSamplerHalton16 = 1u;
 
-// The sets of four dimensions that a path uses: two per ray it follows, and one for the primary
-// ray.
+// The sets of four dimensions that a path uses: two per ray, and one for the primary ray.
 const uint kPrimaryDimensions = 0u;
 SHARED_FN uint ScatterDimensions(int surface) {
   return 1u + 2u * uint(surface);
@@ -154,9 +153,10 @@ SHARED_FN uint LightDimensions(int surface) {
   return 2u + 2u * uint(surface);
 }
 
-// The seed of one sample of a pixel. What is shared by the pixels comes first: MixSeeds of the two
-// halves of the renderer's seed, then the stream. `window`: which sequence of 2^kSobolBits samples,
-// or which cycle of kHaltonPeriod; the first one, 0, leaves the seed as it is.
+// The seed of one sample of a pixel. The part common to all pixels comes first: MixSeeds of the two
+// halves of the renderer's seed, then the stream. `window`: the number of the sequence of
+// 2^kSobolBits samples, or of the cycle of kHaltonPeriod; the first one, 0, does not change the
+// seed.
 SHARED_FN uint PixelSeed(uint stream_seed, uint x, uint y, uint window_low, uint window_high) {
   uint h = MixSeeds(MixSeeds(stream_seed, x), y);
   if ((window_low | window_high) != 0u) {
@@ -165,7 +165,7 @@ SHARED_FN uint PixelSeed(uint stream_seed, uint x, uint y, uint window_low, uint
   return h;
 }
 
-// Four numbers in [0, 1) for sample `index` of the sequence that `seed` names.
+// Four numbers in [0, 1) for sample `index` of the sequence of `seed`.
 // \param set  kPrimaryDimensions, ScatterDimensions() or LightDimensions()
 SHARED_FN vec4 PathNumbers(uint kind, uint index, uint seed, uint set) {
   uint set_seed = MixSeeds(seed, set);

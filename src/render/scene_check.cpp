@@ -109,7 +109,7 @@ Status CheckEnvironment(const Environment& environment) {
     return Status::InvalidArgument(fmt::format(
         "environment: radiance is ({}, {}, {}), expected finite and at least 0", e.x, e.y, e.z));
   }
-  // Texels and sums are numbered by an int, three each.
+  // Texels and sums are indexed by an int, three each.
   constexpr int64_t kMostTexels = int64_t{1} << 29;
   const int64_t texels = int64_t{environment.map.width()} * environment.map.height();
   if (texels > kMostTexels) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Checks what the path tracer takes for granted about a scene: scenes may be built by hand.
+/// Checks the path tracer's requirements on a scene, which callers may build themselves.
 #pragma once
 
 #include "render/scene_state.h"
@@ -9,14 +9,14 @@
 
 namespace stillray::render {
 
-/// \return kInvalidArgument naming the element, what was found and what was expected
+/// \return kInvalidArgument naming the element, the value found and the value expected
 Status CheckScene(const Scene& scene);
 
 /// \return kInvalidArgument naming the member, its value and its range
 Status CheckMoment(const Scene& scene, const RenderMoment& moment);
 
-/// Whether camera and instances stand where rays can be traced: an animation may take a node beyond
-/// kMaxCoordinate that lies within it at the start.
+/// Checks that camera and instances are where rays can be traced: an animation may move a node
+/// beyond kMaxCoordinate.
 /// \param state   at the moment
 /// \param moment  checked (CheckMoment)
 /// \return kInvalidArgument naming the node, the time and the limit

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A scene at one moment, ready to be looked up: where every instance stands and stood, and what
-/// its surface is like at a hit.
+/// A scene at one moment: the current and previous transform of every instance, and the surface
+/// properties at a hit.
 #pragma once
 
 #include <vector>
@@ -19,16 +19,16 @@ struct PlacedInstance {
   int material_index = 0;
   mat4 world = mat4(1.0f);
   mat4 previous_world = mat4(1.0f);  ///< at the previous frame's moment
-  mat3 normal_matrix = mat3(1.0f);   ///< takes normals to the world, not to unit length
-  /// -1 where the transform mirrors: then the front is where triangles run clockwise (glTF 2.0,
+  mat3 normal_matrix = mat3(1.0f);   ///< to the world, without normalising
+  /// -1 if the transform mirrors: then the front is where triangles are clockwise (glTF 2.0,
   /// 3.7.4).
   float orientation = 1.0f;
   bool moving = false;
-  /// It enters the BVH as an instance of its mesh: it moves, or it stands still and is one of so
-  /// many places of a mesh that copies would take too much memory.
+  /// It enters the BVH as an instance of its mesh: it moves, or it is static and one of so many
+  /// instances of a mesh that copies would take too much memory.
   bool instanced = false;
   bool opaque = true;  ///< alpha is 1 everywhere
-  /// The mesh's vertices in the world, and one more; null where it is instanced.
+  /// The mesh's vertices in the world, plus one; null if instanced.
   const vec3* placed = nullptr;
 };
 
@@ -66,14 +66,14 @@ class SceneState {
   }
   /// Interpolated texture coordinates of a set; (0, 0) where the mesh has none.
   static vec2 Uv(const Mesh& mesh, const Hit& hit, int set);
-  /// 0 = ray passes, 1 = opaque; in between for AlphaMode::kBlend.
+  /// 0: transparent, 1: opaque; in between for AlphaMode::kBlend.
   float Opacity(const Hit& hit) const;
-  /// Light that the front of the surface sends out, without regard to the direction.
+  /// Radiance emitted by the front of the surface, independent of direction.
   vec3 Emission(const Hit& hit) const;
 
   /// Base colour with alpha: factor, texture and vertex colour.
   vec4 BaseColour(const Hit& hit) const;
-  /// \return the texture's value at the hit, or 1 where there is none
+  /// \return the texture's value at the hit, or 1 without a texture
   vec4 TextureValue(const TextureRef& ref, const Hit& hit, bool srgb) const;
 
  private:
@@ -82,7 +82,7 @@ class SceneState {
   void PlaceStatic();
 
   std::vector<PlacedInstance> instances_;
-  std::vector<std::vector<vec3>> placed_positions_;  // by instance; empty where it is instanced
+  std::vector<std::vector<vec3>> placed_positions_;  // by instance; empty if instanced
   std::vector<mat4> nodes_;
   std::vector<mat4> previous_nodes_;
   bool placed_ = false;

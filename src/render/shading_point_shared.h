@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The place where a ray meets a surface, and how rays leave it.
+// The point where a ray hits a surface, and the rays that leave it.
 #ifndef STILLRAY_RENDER_SHADING_POINT_SHARED_H
 #define STILLRAY_RENDER_SHADING_POINT_SHARED_H
 
@@ -18,29 +18,29 @@ struct ShadingPoint {
   LocalFrame frame;  // z = the shading normal, towards the viewer too
   vec3 wo;           // unit, towards the viewer
   vec3 local_wo;     // wo in `frame`; its z is at least kMinViewCosine
-  int front;         // 1: seen from the side to which the triangle's own normal points
-  int solid;         // 1: bounds a solid; 0: an infinitely thin sheet
-  // Of the solid: the colour that white light has after that distance.
+  int front;         // 1: seen from the side of the triangle's normal
+  int solid;         // 1: boundary of a solid; 0: an infinitely thin sheet
+  // Of the solid: the transmittance over that distance.
   vec3 attenuation_colour;
   float attenuation_distance;
 };
 
-// Shading normals are bent until they make at least this cosine with the direction to the viewer.
+// Shading normals are bent towards the viewer to at least this cosine.
 const float kMinViewCosine = 1e-3f;
 
-// Whether light may come from wi, seen from the geometric and from the shading normal alike:
-// otherwise it would leak through the surface.
+// Whether wi is on the same side of the geometric and the shading normal; otherwise light would
+// leak through the surface.
 SHARED_FN bool IsConsistent(SHARED_IN(ShadingPoint) at, vec3 wi, float local_z) {
   return (dot(wi, at.geometric) > 0.0f) == (local_z > 0.0f);
 }
 
-// Where the ray on begins.
+// The origin of the next ray.
 SHARED_FN vec3 OriginOf(SHARED_IN(ShadingPoint) at, vec3 direction) {
   bool up = dot(direction, at.geometric) > 0.0f;
   return OffsetPoint(at.position, up ? at.geometric : -at.geometric);
 }
 
-// Where a ray goes on that passes a triangle at `point`; corners as in the mesh.
+// The origin of a ray that continues behind a triangle at `point`; corners as in the mesh.
 SHARED_FN vec3 OriginBehindTriangle(vec3 p0, vec3 p1, vec3 p2, vec3 point, vec3 direction) {
   vec3 normal = SafeNormalize(cross(p1 - p0, p2 - p0), direction);
   return OffsetPoint(point, dot(normal, direction) > 0.0f ? normal : -normal);

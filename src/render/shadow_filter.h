@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What a scene tells its BVH: which instances move, and what shadow rays see through.
+/// Describes a scene to its BVH: moving instances, and surfaces that shadow rays pass.
 #pragma once
 
 #include <vector>
@@ -22,7 +22,7 @@ class SceneShadowFilter final : public ShadowFilter {
   const SceneState& state_;
 };
 
-/// Whether a shadow ray may pass some of the instance.
+/// Whether shadow rays may pass parts of the instance.
 bool IsSeeThrough(const PlacedInstance& instance);
 
 /// For Accel::Create, in the order of the scene's instances.

@@ -21,7 +21,8 @@ T Blend(const std::vector<T>& values, Corners c, const Hit& hit) {
   return values[c.i0] * (1.0f - hit.u - hit.v) + values[c.i1] * hit.u + values[c.i2] * hit.v;
 }
 
-// The tangent along increasing u where the mesh has none: from the triangle's texture coordinates.
+// The tangent along increasing u from the triangle's texture coordinates, for meshes without
+// tangents.
 vec4 TangentFromUv(const PlacedInstance& instance, const Hit& hit, const Triangle& triangle,
                    int uv_set) {
   const std::vector<vec2>& uv = instance.mesh->uv[uv_set];
@@ -67,13 +68,13 @@ vec3 ApplyNormalMap(const SceneState& state, const PlacedInstance& instance, con
   return SafeNormalize(t * m.x + b * m.y + normal * m.z, normal);
 }
 
-// Bends n towards wo until they are at least a little less than perpendicular.
+// Bends n towards wo until their angle is slightly less than 90 degrees.
 vec3 FaceViewer(vec3 n, vec3 wo) {
   const float cosine = dot(n, wo);
   if (cosine >= kMinViewCosine) {
     return n;
   }
-  // Twice the least, so that rounding cannot leave it below.
+  // Twice the minimum, for rounding.
   return normalize(n + wo * (2.0f * kMinViewCosine - cosine));
 }
 
@@ -92,7 +93,7 @@ void SetNormals(const SceneState& state, const Hit& hit, Surface* surface) {
   const vec3 interpolated =
       instance.normal_matrix * Blend(instance.mesh->normals, CornersOf(*instance.mesh, hit), hit);
   vec3 normal = SafeNormalize(interpolated, outward);
-  // Normals that disagree with the winding are taken to be upside down.
+  // Normals that disagree with the winding are flipped.
   normal = dot(normal, outward) < 0.0f ? -normal : normal;
   normal = ApplyNormalMap(state, instance, hit, triangle, normal);
   surface->frame = MakeLocalFrame(FaceViewer(normal * side, surface->wo));
@@ -101,7 +102,7 @@ void SetNormals(const SceneState& state, const Hit& hit, Surface* surface) {
 }
 
 float ClampToUnit(float x) {
-  return x > 0.0f ? min(x, 1.0f) : 0.0f;  // also of what is not a number
+  return x > 0.0f ? min(x, 1.0f) : 0.0f;  // maps NaN to 0
 }
 
 float TransmissionOf(const SceneState& state, const Hit& hit) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The surface at a hit: where it is, how it is turned, what it is made of.
+/// The surface at a hit: position, orientation, material.
 #pragma once
 
 #include <map>
@@ -26,8 +26,8 @@ struct Surface : ShadingPoint {
 /// \param direction  of the ray that hit, unit length
 Surface MakeSurface(const SceneState& state, const Hit& hit, vec3 direction);
 
-/// Light that passes a smooth thin sheet of this material straight on, for a ray that makes
-/// `cosine` with its geometric normal; 0 if it is no such sheet.
+/// Transmittance of a smooth thin sheet of this material for an undeflected ray at `cosine` with
+/// its geometric normal; 0 if the material is no such sheet.
 vec3 SheetTransmittance(const SceneState& state, const Hit& hit, float cosine);
 
 /// Surfaces and their BSDF: the tables that depend on the scene's materials.
@@ -37,10 +37,10 @@ class BsdfTables {
   BsdfTables(const Scene& scene, bool regularise);
 
   /// The surface's BSDF for its wo.
-  /// \param min_alpha  what path-space regularisation raises GGX alpha to (not of smooth thin
-  ///                   sheets: shadow rays pass them straight on)
-  /// \param specular_albedo  [out] if not null: the share of white light from everywhere that
-  ///                         specular lobes send towards wo, exact
+  /// \param min_alpha        minimum GGX alpha of path-space regularisation (not for smooth thin
+  ///     sheets: shadow rays pass them undeflected)
+  /// \param specular_albedo  [out] if not null: the fraction of uniform white light that specular
+  ///     lobes reflect towards wo, exact
   Bsdf Make(const Surface& surface, float min_alpha, vec3* specular_albedo = nullptr) const;
 
   size_t memory_bytes() const;

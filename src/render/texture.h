@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Texture lookups, as glTF 2.0 (3.8.4) defines them; without mip levels.
+/// Texture lookups as in glTF 2.0 (3.8.4), without mip levels.
 #pragma once
 
 #include "stillray/scene.h"
@@ -10,8 +10,8 @@ namespace stillray::render {
 
 enum class TexelEncoding : uint8_t { kLinear, kSrgb };  ///< of RGB; alpha is always linear
 
-/// The texture at `uv` (already transformed; (0,0) is its top left corner), bilinear unless it asks
-/// for nearest, each component in 0..1.
+/// The texture at `uv` (already transformed; (0,0) is its top left corner), bilinear or, if the
+/// texture specifies it, nearest; each component in 0..1.
 vec4 SampleTexture(const Texture& texture, vec2 uv, TexelEncoding encoding);
 
 /// Applies KHR_texture_transform.

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Where a texture is read: glTF 2.0 (3.8.4), without mip levels.
+// Texel addresses: glTF 2.0 (3.8.4), without mip levels.
 #ifndef STILLRAY_RENDER_TEXTURE_SHARED_H
 #define STILLRAY_RENDER_TEXTURE_SHARED_H
 
@@ -21,7 +21,7 @@ SHARED_FN int WrapTexel(int i, int size, int wrap) {
     if ((size & (size - 1)) == 0) {
       return i & (size - 1);
     }
-    int m = i - i / size * size;  // GLSL leaves % of negative numbers open
+    int m = i - i / size * size;  // in GLSL % of negative numbers is undefined
     return m < 0 ? m + size : m;
   }
   if (wrap == kWrapMirror) {
@@ -32,8 +32,8 @@ SHARED_FN int WrapTexel(int i, int size, int wrap) {
   return i < 0 ? 0 : (i >= size ? size - 1 : i);
 }
 
-// Texture coordinates come from files: what does not fit into an int after scaling, or is not a
-// number, must not reach a conversion.
+// Replaces texture coordinates, which come from files, that would not fit into an int after
+// scaling, or are NaN.
 SHARED_FN float SafeCoordinate(float x) {
   const float kLimit = 1e6f;
   return x > -kLimit && x < kLimit ? x : 0.0f;

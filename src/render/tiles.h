@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Work on a picture tile by tile, on all threads, with progress and the way to stop.
+/// Processes a picture in tiles, on all threads, with progress and cancellation.
 #pragma once
 
 #include <atomic>
@@ -12,7 +12,7 @@
 
 namespace stillray::render {
 
-/// Pixels along the edge of a tile: a tile fills one batch of rays.
+/// Pixels along a side of a tile, which fills one batch of rays.
 inline constexpr int kTileSize = 32;
 
 struct TileSize {
@@ -30,12 +30,12 @@ struct Tile {
 };
 
 /// Calls body(tile) once for every tile of a width x height picture, from several threads.
-/// \param size  of a tile; less at the right and lower edge of the picture
-/// \return kCancelled if `progress` said so; some tiles were then left out
+/// \param size  of a tile; smaller at the right and lower edge of the picture
+/// \return kCancelled if `progress` returned false; some tiles are then left out
 Status ForEachTile(int width, int height, TileSize size, const RenderProgress& progress,
                    const std::function<void(const Tile&)>& body);
 
-/// Counts finished work and asks whether to go on. Thread-safe.
+/// Counts finished work and calls the progress callback. Thread-safe.
 class ProgressMeter {
  public:
   ProgressMeter(const RenderProgress& progress, double total)
@@ -52,7 +52,7 @@ class ProgressMeter {
   std::atomic<bool> cancelled_{false};
 };
 
-/// While it lives, this thread treats denormal numbers as zero: they would slow Embree down.
+/// Treats denormal numbers as zero on this thread during its lifetime: they would slow Embree down.
 class DenormalsOff {
  public:
   DenormalsOff();

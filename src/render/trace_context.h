@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What tracing the rays of one frame needs to know; read by all threads, written by none.
+/// The inputs of tracing one frame; read-only for all threads.
 #pragma once
 
 #include "render/accel.h"
@@ -14,12 +14,12 @@
 
 namespace stillray::render {
 
-/// How light is found. All three have the same mean as long as both strategies can find it; the
-/// single ones exist to show just that.
+/// Light sampling strategies. All three have the same mean where both strategies work; the single
+/// ones exist to test that.
 enum class LightStrategy : uint8_t {
   kBoth,       ///< weighted by multiple importance sampling
-  kNextEvent,  ///< rays to lights only (and ideally smooth lobes)
-  kScatter,    ///< rays that scatter by chance only (and lights that have no extent)
+  kNextEvent,  ///< shadow rays to lights only (and ideally smooth lobes)
+  kScatter,    ///< scattered rays only (and lights without extent)
 };
 
 struct TraceContext {
@@ -31,12 +31,12 @@ struct TraceContext {
   LightStrategy strategy = LightStrategy::kBoth;
   CameraView camera;
   CameraView previous_camera;
-  /// No surface sends a ray on without counting a bounce, but straight through: a path at its last
-  /// bounce meets an emitter by its next ray or not at all.
+  /// Only undeflected rays do not count as a bounce: after its last bounce, a path hits an emitter
+  /// with its next ray or not at all.
   bool ends_are_opaque = false;
 };
 
-/// Adds the time until it goes to a sum of milliseconds.
+/// Adds its lifetime to a sum of milliseconds.
 class PhaseTimer {
  public:
   explicit PhaseTimer(double* sum_ms);

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #version 450
 
-// Adds a sample to the sums of its pixels. With STILLRAY_REFERENCE all light of the sample
-// together, to the first of the signals, with what rounding loses in the second: sums of many
-// samples would lose small ones (Kahan 1965, "Further remarks on reducing truncation errors").
+// Adds a sample to the sums of its pixels. With STILLRAY_REFERENCE all light of the sample is added
+// to the first of the signals, with the rounding error in the second: sums of many samples would
+// lose small ones (Kahan 1965, "Further remarks on reducing truncation errors").
 #include "render/vulkan/tracer.glsl"
 
 layout(local_size_x = 64) in;

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #version 450
 
-// Between the steps: the queues that a step has filled get their dispatches and launches, those
-// that are empty again are cleared.
+// Between the steps: sets the dispatches and launches of the queues that a step has filled, and
+// clears the queues that have been processed.
 #include "render/vulkan/tracer.glsl"
 
 layout(local_size_x = 1) in;

@@ -12,7 +12,7 @@ namespace {
 
 using Squares = std::array<float, kTracedSignalCount>;
 
-/// Pixels that a thread brings into order at a time.
+/// Pixels that a thread reorders at a time.
 constexpr int kChunkWidth = 256;
 
 /// Calls body(tile) for pieces of the batch's tile, on all threads.

@@ -11,7 +11,7 @@ vec3 DirectionOf(GpuView view, vec2 pixel) {
   return normalize(view.forward + view.right * x + view.up * y);
 }
 
-// Where the camera sees what lies at `offset` from its position.
+// Projects the point at `offset` from the camera's position.
 vec2 Project(GpuView view, vec3 offset) {
   float depth = dot(offset, view.forward);
   float safe = max(abs(depth), 1e-20f) * (depth < 0.0f ? -1.0f : 1.0f);
@@ -20,7 +20,7 @@ vec2 Project(GpuView view, vec3 offset) {
   return vec2((x + 1.0f) * 0.5f * view.width, (1.0f - y) * 0.5f * view.height);
 }
 
-// Where a ray goes on that passes the surface.
+// The origin of a ray that continues behind the surface.
 vec3 OriginBehind(GpuInstance instance, GpuHit hit, vec3 direction) {
   WorldTriangle t = TriangleOf(instance, hit.primitive);
   vec3 weight = Weights(hit);
@@ -28,8 +28,8 @@ vec3 OriginBehind(GpuInstance instance, GpuHit hit, vec3 direction) {
   return OriginBehindTriangle(t.p0, t.p1, t.p2, point, direction);
 }
 
-// What the rasteriser found at the pixel, as the hit of its ray; false: the ray misses that
-// triangle by a rounding, so it is to be traced.
+// The rasteriser's result at the pixel, as the hit of its ray; false if the ray misses that
+// triangle by rounding, so that it must be traced.
 bool RasterisedHit(uvec2 pixel, vec3 direction, out GpuHit hit) {
   uvec2 seen = visible[pixel.y * frame.width + pixel.x];
   hit = GpuHit(kInfinity, 0.0f, 0.0f, seen.x, seen.y);
@@ -47,13 +47,13 @@ bool RasterisedHit(uvec2 pixel, vec3 direction, out GpuHit hit) {
   return met;
 }
 
-// A camera ray on its way through what lets through.
+// A camera ray through alpha-blended and transparent layers.
 struct CameraWalk {
-  GpuHit first;  // its first hit, if that is known
+  GpuHit first;  // its first hit, if known
   bool first_known;
   vec3 origin;
   vec3 direction;
-  float background;  // what no surface has taken yet
+  float background;  // the remaining weight
   int layers;
   int passes;
   bool done;
@@ -77,10 +77,10 @@ CameraWalk StartPixel(uvec2 pixel, vec3 direction) {
 struct CameraLayer {
   GpuHit hit;
   vec3 base_colour;
-  float weight;  // share of the pixel
+  float weight;  // fraction of the pixel
 };
 
-// The next surface that takes a share of the pixel; false: there is none.
+// The next surface that contributes to the pixel; false: none.
 bool NextLayer(inout CameraWalk walk, out CameraLayer layer) {
   while (!walk.done && walk.passes < kMaxPasses) {
     ++walk.passes;

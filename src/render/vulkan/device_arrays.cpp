@@ -10,7 +10,7 @@
 namespace stillray::render {
 namespace {
 
-/// Large arrays go to the device in pieces.
+/// Large arrays are uploaded in pieces.
 constexpr size_t kPieceBytes = size_t{32} << 20;
 
 }  // namespace

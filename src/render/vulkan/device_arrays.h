@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Arrays of the host that shaders read as storage buffers.
+/// Uploads arrays that shaders read as storage buffers.
 #pragma once
 
 #include <span>
@@ -26,7 +26,7 @@ HostArray MakeArray(const char* what, const std::vector<T>& values) {
 /// \return kUnsupported: an array is larger than the device's storage buffers
 Status CheckArraySizes(const gpu::Device& device, std::span<const HostArray> arrays);
 
-/// Copies array i to the beginning of buffer i, in pieces; waits for that.
+/// Copies array i to the beginning of buffer i, in pieces; waits for completion.
 Status UploadArrays(gpu::Device* device, std::span<const HostArray> arrays,
                     std::span<const gpu::Buffer* const> buffers);
 

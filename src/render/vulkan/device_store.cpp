@@ -30,7 +30,7 @@ struct ShaderCode {
   uint32_t images;
 };
 
-/// In the order of DeviceStore's enumeration.
+/// In the order of DeviceStore's enumerators.
 ShaderCode CodeOf(size_t shader) {
   const ShaderCode codes[] = {
       {"store_light", {shaders::kStoreLight, shaders::kStoreLightWords}, 4},
@@ -44,7 +44,7 @@ ShaderCode CodeOf(size_t shader) {
 
 /// Values and the list of pixels.
 constexpr uint32_t kBuffers = 2;
-/// A frame takes three of the shaders; this is room for all.
+/// A frame uses three of the shaders; this is enough for all.
 constexpr gpu::SetShape kMostDescriptors = {0, 26, 0, 5 * kBuffers};
 
 struct StorePush {
@@ -72,7 +72,7 @@ Status DeviceStore::Begin(const RenderSettings& settings, const RenderMoment& mo
   const bool suits = target_ != nullptr && target_.use_count() == 1 &&
                      target_->device() == device_ && target_->shape() == shape;
   if (!suits) {
-    target_.reset();  // first: both may not fit into the device
+    target_.reset();  // first, since both may not fit into memory
     Result<std::shared_ptr<gpu::DeviceFrame>> made = gpu::DeviceFrame::Create(device_, shape);
     const StatusCode code = made.status().code();
     if (code == StatusCode::kOutOfMemory || code == StatusCode::kInvalidArgument) {
@@ -85,7 +85,7 @@ Status DeviceStore::Begin(const RenderSettings& settings, const RenderMoment& mo
     STILLRAY_RETURN_IF_ERROR(sets_.CreatePool(kShaderCount, kMostDescriptors));
     has_pool_ = true;
   }
-  // Images and the tracer's buffers may be others than the last time, under the same names.
+  // Images and the tracer's buffers may have changed under the same handles.
   STILLRAY_RETURN_IF_ERROR(sets_.Clear());
   DescribeFrame(settings, moment, frame);
   return Status::Ok();
@@ -99,7 +99,7 @@ void DeviceStore::Clear(VkCommandBuffer commands, const gpu::Image* image, float
                                            1, &all);
 }
 
-/// Every pixel of every image is written: those that no batch stores are cleared.
+/// Every pixel of every image is written: pixels outside of the batches are cleared.
 void DeviceStore::RecordBegin(VkCommandBuffer commands) {
   begun_ = true;
   target_->RecordBegin(commands);
@@ -165,7 +165,7 @@ Status DeviceStore::Record(VkCommandBuffer commands, GpuTracer* tracer, const Gp
   }
   const gpu::FrameImages& i = target_->images();
   const gpu::Buffer& listed = tracer->device_listed();
-  // What full frames know of all pixels is not told again for those that have a path.
+  // Full frames have already stored the guides of pixels with a path.
   if (guides && (batch.listed == 0 || HasSparseGuides(settings_))) {
     const gpu::Buffer& values = tracer->device_guides();
     STILLRAY_RETURN_IF_ERROR(Run(commands, kStoreGuides,

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What a device found for a batch of pixels, into the images of a frame that stays there: the
+/// Stores a device's results for a batch of pixels in the images of a frame on the device: the
 /// counterpart of batch_store.h and of SparseFrameWriter.
 #pragma once
 
@@ -14,25 +14,25 @@
 
 namespace stillray::render {
 
-/// Not for several threads at once. Order of calls for a frame: Begin, Record for its batches, End.
+/// Not thread-safe. Order of calls for a frame: Begin, Record for its batches, End.
 class DeviceStore {
  public:
   explicit DeviceStore(std::shared_ptr<gpu::Device> device)
       : device_(std::move(device)), sets_(&device_->context()) {}
 
-  /// Chooses images for `frame`: those that it comes with, if they suit and nobody else holds them,
-  /// or new ones. Planes on the host are given up. Where there is no memory for images, or the
-  /// device has none of that size, the frame is left without, and active() is false.
+  /// Chooses images for `frame`: its own, if suitable and not referenced elsewhere, or new ones.
+  /// Its planes on the host become empty. If there is no memory for images, or the device does not
+  /// support the size, the frame has none, and active() is false.
   Status Begin(const RenderSettings& settings, const RenderMoment& moment, Frame* frame);
-  /// Whether a frame was begun that stays on the device.
+  /// Whether a frame has begun that stays on the device.
   bool active() const { return target_ != nullptr; }
-  /// Records that the batch's guides or light (or both) are stored, as the tracer found them.
+  /// Records the storing of the batch's guides or light (or both).
   Status Record(VkCommandBuffer commands, GpuTracer* tracer, const GpuBatch& batch, bool guides,
                 bool light);
-  /// The frame has all its batches. Nothing to do unless active().
-  /// \param paths  pixels that have light
+  /// Finishes the frame after all its batches. Does nothing unless active().
+  /// \param paths  number of pixels with light
   Status End(int64_t paths, Frame* frame);
-  /// Gives up a frame that was begun.
+  /// Abandons the frame that has begun.
   void Drop() { target_.reset(); }
 
  private:
@@ -53,7 +53,7 @@ class DeviceStore {
   std::shared_ptr<gpu::Device> device_;
   gpu::DescriptorSets sets_;
   bool has_pool_ = false;
-  std::array<std::optional<gpu::Pipeline>, kShaderCount> pipelines_;  // made when first needed
+  std::array<std::optional<gpu::Pipeline>, kShaderCount> pipelines_;  // created when first used
   std::shared_ptr<gpu::DeviceFrame> target_;
   bool begun_ = false;  // RecordBegin was called
   RenderSettings settings_;

@@ -5,16 +5,16 @@
 #extension GL_EXT_ray_tracing : require
 #endif
 
-// What each pixel of the batch sees: the camera's rays through all that lets through, and the
-// guides of what they meet, as on the CPU (FindPrimarySurfaces, MakeGuides). Where it is a single
-// surface, its hit is kept for the paths.
+// Visible surfaces of each pixel of the batch, through transparent ones, and their guides, as on
+// the CPU (FindPrimarySurfaces, MakeGuides). If there is only one surface, its hit is kept for the
+// paths.
 #include "render/vulkan/tracer.glsl"
 #include "render/vulkan/surface.glsl"
 #include "render/vulkan/rays.glsl"
 #include "render/vulkan/camera.glsl"
 #include "render/vulkan/queue.glsl"
 
-// Out of the picture where the previous camera had the point behind it.
+// Out of the picture if the point was behind the previous camera.
 vec2 MotionBetween(vec3 offset, vec3 previous_offset) {
   if (dot(previous_offset, frame.previous.forward) <= 0.0f) {
     return 2.0f * vec2(frame.previous.width, frame.previous.height);
@@ -41,7 +41,7 @@ void SetMotion(vec2 motion, inout GpuGuides sum) {
   sum.motion_y = motion.y;
 }
 
-// Adds a surface with its share of the pixel; `heaviest`: it is the largest so far.
+// Adds a surface with its fraction of the pixel; `heaviest`: it is the largest so far.
 void AddLayer(CameraLayer layer, vec3 direction, bool heaviest, inout GpuGuides sum) {
   GpuInstance instance = instances[layer.hit.instance];
   GpuMaterial material = materials[instance.material];
@@ -62,7 +62,7 @@ void AddLayer(CameraLayer layer, vec3 direction, bool heaviest, inout GpuGuides 
   }
 }
 
-// Returns how many rays it took.
+// Returns the number of rays traced.
 uint FindGuides(uint number, uvec2 pixel) {
   vec3 direction = DirectionOf(frame.view, vec2(pixel) + frame.point);
   GpuGuides sum = GpuGuides(vec3(0.0f), kInfinity, vec3(0.0f), 0.0f, vec3(0.0f), 0u, vec3(0.0f),

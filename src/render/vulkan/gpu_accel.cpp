@@ -25,7 +25,7 @@ namespace {
 
 constexpr uint32_t kGroupSize = 64;  // local_size_x of the shader
 constexpr gpu::SetShape kBatchShape = {0, 0, 0, 2};
-/// Sets of pairs of buffers that may be traced with.
+/// Maximum number of pairs of buffers in use.
 constexpr uint32_t kMostBatches = 64;
 /// Bindings of scene.glsl.
 constexpr size_t kNodes = 0;
@@ -44,7 +44,7 @@ Arrays ArraysOf(const GpuScene& scene) {
       MakeArray("energy tables", scene.energies())};
 }
 
-/// What Update changes, and where in the staging buffer and in its own buffer it lies.
+/// Data that Update changes, with its positions in the staging buffer and in its own buffer.
 struct MovingPart {
   size_t binding;
   const void* data;
@@ -59,7 +59,7 @@ std::array<MovingPart, 3> MovingParts(const GpuScene& scene) {
                      scene.instances().size() * sizeof(GpuInstance)}};
 }
 
-/// Along x, as far as a launch's width goes.
+/// Limited by the width of a launch.
 uint64_t MostRaysOfALaunch(const gpu::DeviceContext& c) {
   return std::min<uint64_t>(
       c.ray_tracing.most_rays,
@@ -95,7 +95,7 @@ Status GpuAccel::CheckLimits() const {
 }
 
 Status GpuAccel::AddBuffers() {
-  constexpr size_t kLeast = 256;  // no buffer is empty, and every structure fits into one
+  constexpr size_t kLeast = 256;  // no buffer is empty, and every structure fits into it
   const Arrays arrays = ArraysOf(*scene_);
   for (size_t i = 0; i < arrays.size(); ++i) {
     const VkBufferUsageFlags for_hardware =
@@ -158,7 +158,7 @@ Status GpuAccel::MakePipelines() {
   return set.status();
 }
 
-/// The scene as the device's own structures, and the pipelines that trace it.
+/// Creates the device's acceleration structures, and the pipelines that trace them.
 Status GpuAccel::MakeHardware() {
   Result<std::unique_ptr<HardwareScene>> hardware =
       HardwareScene::Create(device_, *scene_, *buffers_[kTriangles]);

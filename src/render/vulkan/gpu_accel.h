@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Ray queries on any Vulkan device: a BVH of our own in storage buffers, walked by compute
-/// shaders, or ray tracing by hardware. The counterpart of Accel (render/accel.h), with the same
-/// hits.
+/// Ray queries on any Vulkan device: a BVH in storage buffers, traversed by compute shaders, or ray
+/// tracing in hardware. The counterpart of Accel (render/accel.h), with the same hits.
 #pragma once
 
 #include <array>
@@ -20,36 +19,36 @@
 
 namespace stillray::render {
 
-/// Whether rays are traced by hardware on this device.
-/// \return kUnsupported: that is asked for and not offered
+/// Whether rays are traced in hardware on this device.
+/// \return kUnsupported if it is requested and not available
 Result<bool> UsesHardware(const gpu::Device& device, TracingWay way);
 
-/// Not for several threads at once.
+/// Not thread-safe.
 class GpuAccel {
  public:
-  /// Builds the tree and brings the scene to the device; waits for that.
+  /// Builds the BVH and uploads the scene; waits for completion.
   /// \param device  must outlive this
   /// \param state   at its first moment; must outlive this
   /// \return kUnsupported: an array of the scene is larger than the device's storage buffers, or
-  ///         the device has too few of them per shader, or does not trace rays by hardware as
-  ///         `way` asks; kOutOfMemory
+  ///     the device has too few of them per shader, or lacks the hardware ray tracing that `way`
+  ///     requests; kOutOfMemory
   static Result<std::unique_ptr<GpuAccel>> Create(gpu::Device* device, const SceneState& state,
                                                   TracingWay way = TracingWay::kAuto);
 
-  /// Takes over where the state's instances stand now; only the top level is made anew. No work
-  /// that was recorded with this may be running. Takes effect on the device by RecordUpdate.
+  /// Applies the current transforms of the state's instances; only the top level is rebuilt. No
+  /// recorded work that uses this may be running. Takes effect on the device by RecordUpdate.
   Status Update();
   void RecordUpdate(VkCommandBuffer commands) const;
 
-  /// First hits, as Accel::Intersect... finds them: of what is see-through as well.
-  /// What wrote the rays must be visible to the device's shader stages, and who reads the hits
-  /// must wait for them (DeviceContext::shader_stages): no barrier is recorded.
-  /// \param rays   `count` times GpuRay, \param hits  `count` times GpuHit; both storage buffers,
-  ///               which live as long as this
+  /// First hits, as Accel::Intersect..., including those of see-through surfaces. The rays must be
+  /// visible to the device's shader stages, and readers of the hits must wait for them
+  /// (DeviceContext::shader_stages): no barrier is recorded.
+  /// \param rays  `count` times GpuRay
+  /// \param hits  `count` times GpuHit; both are storage buffers, which must outlive this
   /// \return kInvalidArgument: a buffer is too small or there are too many rays for one dispatch
   Status RecordFirstHits(VkCommandBuffer commands, const gpu::Buffer& rays, const gpu::Buffer& hits,
                          uint32_t count);
-  /// Light that comes through from each ray's end to its origin, as Accel::Occluded finds it.
+  /// Transmittance from each ray's end to its origin, as Accel::Occluded.
   /// \param lights  `count` times three floats
   Status RecordTransmittance(VkCommandBuffer commands, const gpu::Buffer& rays,
                              const gpu::Buffer& lights, uint32_t count);
@@ -60,7 +59,7 @@ class GpuAccel {
   /// For other shaders that include scene.glsl: its set 0.
   static constexpr gpu::SetShape kSceneShape = {0, 0, 0, 9};
   VkDescriptorSet scene_set() const { return scene_set_; }
-  /// Null where rays are traced in compute shaders.
+  /// Null if rays are traced in compute shaders.
   const HardwareScene* hardware() const { return hardware_.get(); }
 
  private:
@@ -87,7 +86,7 @@ class GpuAccel {
   std::unique_ptr<gpu::RayPipeline> hardware_transmittance_;
   VkDescriptorSet scene_set_ = VK_NULL_HANDLE;
   std::array<const gpu::Buffer*, kSceneShape.buffers> buffers_{};
-  const gpu::Buffer* staging_ = nullptr;  // what moves: top nodes, placements, instances
+  const gpu::Buffer* staging_ = nullptr;  // moving data: top nodes, placements, instances
 };
 
 }  // namespace stillray::render

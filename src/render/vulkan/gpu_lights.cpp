@@ -11,7 +11,7 @@
 namespace stillray::render {
 namespace {
 
-/// Numbers of the bindings of lights.glsl.
+/// Bindings of lights.glsl.
 enum Binding : size_t { kShapes, kEntries, kAreas, kFirstAreas, kPunctuals, kSums, kTexels };
 
 /// The uniform block.
@@ -21,7 +21,7 @@ struct Shapes {
 };
 
 constexpr uint32_t kNoArea = 0xffffffffu;
-/// No buffer is empty, and every structure fits into one.
+/// No buffer is empty, and every structure fits into it.
 constexpr size_t kLeastBytes = 256;
 
 std::vector<float> TexelsOf(const Environment& environment) {
@@ -46,7 +46,7 @@ std::vector<uint32_t> FirstAreasOf(const LightSet& lights) {
   return out;
 }
 
-/// What Update changes; the arrays never become longer.
+/// Data that Update changes; the arrays never grow.
 struct MovingPart {
   Binding binding;
   const void* data;

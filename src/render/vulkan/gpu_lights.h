@@ -15,18 +15,18 @@
 
 namespace stillray::render {
 
-/// Not for several threads at once.
+/// Not thread-safe.
 class GpuLights {
  public:
-  /// Brings what does not change to the device; waits for that.
+  /// Uploads the static data; waits for completion.
   /// \param device, lights  must outlive this; `lights` up to date
   /// \param environment     the scene's
   /// \return kUnsupported: an array is larger than the device's storage buffers; kOutOfMemory
   static Result<std::unique_ptr<GpuLights>> Create(gpu::Device* device, const LightSet& lights,
                                                    const Environment& environment);
 
-  /// Takes over the lights as they are now. No work that was recorded with this may be running.
-  /// Takes effect on the device by RecordUpdate.
+  /// Applies the current lights. No recorded work that uses this may be running. Takes effect on
+  /// the device by RecordUpdate.
   Status Update();
   void RecordUpdate(VkCommandBuffer commands) const;
 
@@ -47,7 +47,7 @@ class GpuLights {
   gpu::DescriptorSets sets_;
   VkDescriptorSet set_ = VK_NULL_HANDLE;
   std::array<const gpu::Buffer*, kBufferCount> buffers_{};
-  const gpu::Buffer* staging_ = nullptr;  // what moves: shapes, entries, areas, punctual lights
+  const gpu::Buffer* staging_ = nullptr;  // moving data: shapes, entries, areas, punctual lights
 };
 
 }  // namespace stillray::render

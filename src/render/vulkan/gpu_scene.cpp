@@ -19,7 +19,7 @@
 namespace stillray::render {
 namespace {
 
-// Vertices further out, or not a number, have no part in any hit (Embree's own bound).
+// Vertices farther out, or NaN, are not part of any hit (Embree's bound).
 constexpr float kFarthestVertex = 1.844e18f;
 
 bool Usable(vec3 p) {
@@ -50,8 +50,8 @@ void AppendTriangles(const PlacedInstance& placed, const vec3* positions, uint32
   }
 }
 
-// Bounds of a transformed box, a little larger: rays are taken to the box's own space with
-// roundings of their own.
+// Bounds of a transformed box, slightly enlarged: transforming rays to the box's space rounds as
+// well.
 Aabb PlaceBox(const Aabb& box, const mat4& world) {
   Aabb placed;
   for (int corner = 0; corner < 8; ++corner) {
@@ -274,10 +274,10 @@ Status GpuScene::AddStatic() {
 
 Status GpuScene::BuildBottomLevels() {
   const Scene& scene = state_.scene();
-  // Inner nodes have two children or more, but for a root above a single leaf.
+  // Inner nodes have two children or more, except a root above a single leaf.
   top_nodes_ = scene.instances.size() + 1;
   nodes_.resize(top_nodes_);
-  bottoms_.reserve(scene.instances.size() + 1);  // pointers to them stay
+  bottoms_.reserve(scene.instances.size() + 1);  // pointers to elements must stay valid
   STILLRAY_RETURN_IF_ERROR(AddStatic());
   std::vector<const Bottom*> of_mesh(scene.meshes.size(), nullptr);
   for (size_t i = 0; i < scene.instances.size(); ++i) {
@@ -331,7 +331,7 @@ Status GpuScene::Update() {
     if (bottom.instance != kNoInstance) {
       const mat4& world = state_.instance(bottom.instance).world;
       if (!Invert(world, &to_object)) {
-        continue;  // an animated scale may well be zero
+        continue;  // an animated scale may be zero
       }
       box = PlaceBox(box, world);
       if (!Usable(box.min) || !Usable(box.max)) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A scene as the arrays that shaders read.
+/// A scene as the arrays for shaders.
 #pragma once
 
 #include <memory>
@@ -12,23 +12,23 @@
 
 namespace stillray::render {
 
-/// The triangles of a bottom level: `count` of them, `opaque` of which let no light through.
+/// The triangles of a bottom level: `count` of them, `opaque` of which are opaque.
 struct TriangleGroup {
   uint32_t first = 0;
   uint32_t count = 0;
   uint32_t opaque = 0;
 };
 
-/// What stands still lies in one bottom level, in the world; every mesh that moves has one of its
-/// own, which its instances share. The top level begins the nodes and holds a fixed number of them,
-/// so that it can be made anew when instances have moved.
+/// All static instances share one bottom level, in world space; every moving mesh has its own,
+/// shared by its instances. The nodes start with the top level, which has a fixed size so that it
+/// can be rebuilt when instances move.
 class GpuScene {
  public:
   /// \param state  at its first moment; must outlive this
-  /// \return kOutOfMemory; kUnsupported: too large to be numbered, too deep
+  /// \return kOutOfMemory; kUnsupported: too large for the indices, too deep
   static Result<std::unique_ptr<GpuScene>> Create(const SceneState& state);
 
-  /// Makes the top level and the instances of the state's moment.
+  /// Rebuilds the top level and the instances for the state's moment.
   Status Update();
 
   const std::vector<BvhNode>& nodes() const { return nodes_; }
@@ -36,7 +36,7 @@ class GpuScene {
   const std::vector<BvhTriangle>& triangles() const { return triangles_; }
   /// In the order of the triangles; none is empty.
   const std::vector<TriangleGroup>& groups() const { return groups_; }
-  /// As many as can ever be placed; only the first placed_count() are now.
+  /// Of maximum size; only the first placed_count() are valid.
   const std::vector<Placement>& placements() const { return placements_; }
   size_t placed_count() const { return placed_count_; }
   const std::vector<GpuInstance>& instances() const { return instances_; }
@@ -47,7 +47,7 @@ class GpuScene {
   const std::vector<float>& energies() const { return energies_; }
 
  private:
-  /// The bottom level that an instance, or all that stands still, is placed with.
+  /// The bottom level of an instance, or of all static ones.
   struct Bottom {
     uint32_t instance = kNoInstance;
     uint32_t root = 0;

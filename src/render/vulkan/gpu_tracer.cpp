@@ -32,7 +32,7 @@ struct ShaderCode {
   std::span<const uint32_t> code;
 };
 
-/// In the order of GpuTracer's enumeration.
+/// In the order of GpuTracer's enumerators.
 ShaderCode CodeOf(size_t shader) {
   const ShaderCode codes[] = {
       {"find_guides", {shaders::kFindGuides, shaders::kFindGuidesWords}},
@@ -48,7 +48,7 @@ ShaderCode CodeOf(size_t shader) {
   return codes[shader];
 }
 
-/// The largest of the structures that are kept for each pixel.
+/// The largest of the per-pixel structures.
 constexpr size_t kLargestRecord =
     std::max({sizeof(PathState), sizeof(GpuGuides), sizeof(GpuPixelLight), sizeof(GpuShadow)});
 
@@ -127,13 +127,14 @@ Status GpuTracer::AddBuffers() {
   STILLRAY_RETURN_IF_ERROR(
       add_host(sizeof(GpuCounters), 0, gpu::BufferPlace::kDownload, &host_counters_));
   buffers_[kListed] = listed_;
-  // Where there is none, nobody reads it.
+  // Not read without visibility.
   buffers_[kVisible] = visibility_ != nullptr ? &visibility_->triangles() : listed_;
   return arena_.Allocate();
 }
 
 Status GpuTracer::MakeSet() {
-  // Layouts of the other sets are made here too, for the pipelines; sets of them are others'.
+  // Creates layouts of the other sets as well, for the pipelines; their sets belong to other
+  // classes.
   STILLRAY_RETURN_IF_ERROR(sets_.CreatePool(1, kShape));
   gpu::SetContent content;
   for (const gpu::Buffer* buffer : buffers_) {
@@ -165,7 +166,7 @@ Result<std::unique_ptr<GpuTracer>> GpuTracer::Create(gpu::Device* device, const 
   return tracer;
 }
 
-/// Of the sets that all shaders see.
+/// Layouts of the sets that all shaders use.
 Result<std::vector<VkDescriptorSetLayout>> GpuTracer::Layouts() {
   std::vector<VkDescriptorSetLayout> layouts;
   for (const gpu::SetShape& shape : {GpuAccel::kSceneShape, GpuLights::kShape, kShape}) {
@@ -176,7 +177,7 @@ Result<std::vector<VkDescriptorSetLayout>> GpuTracer::Layouts() {
   return layouts;
 }
 
-/// Beforehand: making them runs commands of their own.
+/// In advance: creating them submits commands.
 Status GpuTracer::MakeHardwarePipelines() {
   Result<std::vector<VkDescriptorSetLayout>> layouts = Layouts();
   STILLRAY_RETURN_IF_ERROR(layouts.status());
@@ -194,7 +195,7 @@ Status GpuTracer::MakeHardwarePipelines() {
   return Status::Ok();
 }
 
-/// All that was written is seen by what follows.
+/// Barrier between all earlier writes and later accesses.
 void GpuTracer::Wait(VkCommandBuffer commands) const {
   gpu::MemoryBarrier(
       device_->context(), commands, device_->context().shader_stages, VK_ACCESS_SHADER_WRITE_BIT,

@@ -1,14 +1,13 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Guides and paths of batches of pixels, in compute shaders, but for the rays where GpuAccel
-/// traces them by hardware: the counterpart of TraceSample on the CPU, with the same steps, random
-/// numbers and lights.
+/// Guides and paths of batches of pixels in compute shaders, except for rays that GpuAccel traces
+/// in hardware: the counterpart of TraceSample on the CPU, with the same steps, random numbers and
+/// lights.
 ///
-/// A batch takes its steps together, each in dispatches of their own: shading, shadow rays, next
-/// hits. Rays are traced by shaders that do nothing else and know nothing of materials but what
-/// lets through, so that either way of tracing can take their place; the paths that are left are
-/// packed between the steps.
+/// A batch advances in common steps, each in separate dispatches: shading, shadow rays, next hits.
+/// Rays are traced by shaders that do nothing else and evaluate only the opacity of materials, so
+/// that both ways of tracing are interchangeable; surviving paths are compacted between the steps.
 #pragma once
 
 #include <array>
@@ -24,7 +23,7 @@
 
 namespace stillray::render {
 
-/// Names of parts of the device's time.
+/// Names of parts of the device time.
 inline constexpr const char* kTimeRaster = "trace: rasterised hits";
 inline constexpr const char* kTimeGuides = "trace: guides";
 inline constexpr const char* kTimeShade = "trace: shading";
@@ -32,12 +31,12 @@ inline constexpr const char* kTimeShadows = "trace: shadow rays";
 inline constexpr const char* kTimeBounces = "trace: bounce rays";
 inline constexpr const char* kTimeStore = "trace: storing";
 
-/// Not for several threads at once.
+/// Not thread-safe.
 class GpuTracer {
  public:
   /// \param device, accel, lights, visibility  must outlive this; without `visibility` (nullptr)
-  ///                     all rays of the camera are traced
-  /// \param most_pixels  of a batch; fewer where the device's storage buffers are small
+  ///     all camera rays are traced
+  /// \param most_pixels  of a batch; fewer if the device's storage buffers are small
   /// \param by_group     kAddByGroup of queue.glsl: for hardware
   static Result<std::unique_ptr<GpuTracer>> Create(gpu::Device* device, const GpuAccel* accel,
                                                    const GpuLights* lights,
@@ -46,27 +45,27 @@ class GpuTracer {
 
   /// Pixels of a batch, a multiple of kGroupSize.
   uint32_t capacity() const { return capacity_; }
-  /// Where the host writes the positions of the pixels of a batch that is `listed`: x in the lower
-  /// half, y in the upper. Room for capacity().
+  /// Mapped positions of the pixels of a batch that is `listed`: x in the lower half, y in the
+  /// upper. Of size capacity().
   uint32_t* listed_pixels() { return static_cast<uint32_t*>(listed_->mapped); }
 
-  /// Begins a submission: what all its batches share. What was recorded before must be through.
+  /// Begins a submission with the state common to its batches. Earlier commands must have finished.
   void RecordBegin(VkCommandBuffer commands, const GpuFrame& frame, gpu::Timestamps* times);
-  /// The triangles that the camera sees, for the batches of a frame whose `rasterised` is set.
+  /// Rasterises the visible triangles, for the batches of a frame with `rasterised`.
   void RecordVisibility(VkCommandBuffer commands, const GpuFrame& frame);
-  /// Guides of the batch, and what its paths start from.
+  /// Guides of the batch, and the starting points of its paths.
   Status RecordGuides(VkCommandBuffer commands, const GpuBatch& batch);
-  /// One sample of the batch, whose guides were found (but for `reference`, which needs none).
-  /// \param steps  that a path can take at most (MostSteps)
-  /// \param first  the sums begin with this sample
+  /// One sample of the batch, whose guides are known (except for `reference`, which needs none).
+  /// \param steps  maximum number for a path (MostSteps)
+  /// \param first  starts new sums with this sample
   Status RecordSample(VkCommandBuffer commands, GpuBatch batch, int steps, bool first,
                       bool reference);
-  /// Begins a part of the submission's time.
+  /// Begins a timed part of the submission.
   void Mark(VkCommandBuffer commands, const char* name);
-  /// Brings guides or sums (or none) and the counters of the submission to the host; ends it.
+  /// Copies guides or sums (or none) and the counters of the submission to the host; ends it.
   void RecordEnd(VkCommandBuffer commands, const GpuBatch& batch, bool guides, bool sums);
 
-  /// Of the last submission, when the device is through and Invalidate was called.
+  /// Of the last submission, after it has finished and Invalidate was called.
   Status Invalidate() const { return arena_.Invalidate(); }
   const GpuGuides* guides() const { return static_cast<const GpuGuides*>(host_guides_->mapped); }
   const GpuPixelLight* sums() const {
@@ -79,7 +78,8 @@ class GpuTracer {
   Status Flush() const { return arena_.Flush(); }
 
   gpu::MemoryUse memory() const { return arena_.Need(); }
-  /// Buffers of the current batch, in the order of its pixels, for shaders that take results on.
+  /// Buffers of the current batch, in the order of its pixels, for shaders that process the
+  /// results.
   const gpu::Buffer& device_guides() const { return *buffers_[kGuides]; }
   const gpu::Buffer& device_sums() const { return *buffers_[kSums]; }
   const gpu::Buffer& device_listed() const { return *listed_; }
@@ -87,7 +87,7 @@ class GpuTracer {
   static constexpr gpu::SetShape kShape = {0, 0, 1, 12};
 
  private:
-  /// Numbers of the bindings of trace.glsl.
+  /// Bindings of trace.glsl.
   enum Binding : size_t {
     kFrame,
     kPaths,
@@ -146,7 +146,7 @@ class GpuTracer {
   gpu::Arena arena_;
   gpu::DescriptorSets sets_;
   VkDescriptorSet set_ = VK_NULL_HANDLE;
-  std::array<std::optional<gpu::Pipeline>, kShaderCount> pipelines_;  // made when first needed
+  std::array<std::optional<gpu::Pipeline>, kShaderCount> pipelines_;  // created when first used
   std::array<std::unique_ptr<gpu::RayPipeline>, kShaderCount> by_hardware_;  // or null
   std::array<const gpu::Buffer*, kBindingCount> buffers_{};
   const gpu::Buffer* listed_ = nullptr;
@@ -156,8 +156,8 @@ class GpuTracer {
   gpu::Timestamps* times_ = nullptr;  // of the submission being recorded
 };
 
-/// Surfaces that a path can meet: `bounces` beside the first and the last one, and where anything
-/// lets through or refracts, what counts as no bounce.
+/// Maximum number of surfaces on a path: `bounces` beside the first and the last one, and the free
+/// events if any surface is transparent or refracts.
 int MostSteps(const Scene& scene, int bounces);
 
 }  // namespace stillray::render

@@ -25,7 +25,7 @@ namespace {
 #define STILLRAY_CODE(name) \
   { shaders::kHardware##name, shaders::kHardware##name##Words }
 
-/// What shaders that look for first hits call.
+/// Callees of shaders that find first hits.
 void AddFirstHit(gpu::RayPipelineInfo* info) {
   info->miss = STILLRAY_CODE(Miss);
   info->closest_hit = STILLRAY_CODE(ClosestHit);

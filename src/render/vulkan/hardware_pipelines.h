@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The shaders that trace rays, as pipelines for hardware.
+/// The shaders that trace rays, as hardware ray tracing pipelines.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@ namespace stillray::render {
 enum class HardwareShader : uint8_t {
   kFirstHits,      ///< of batches of rays (GpuAccel)
   kTransmittance,  ///< the same
-  kFindGuides,     ///< of the tracer, as are all that follow
+  kFindGuides,     ///< of the tracer, like all that follow
   kTraceShadows,
   kTraceNext,
 };

@@ -1,21 +1,22 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Rays traced by hardware. Needs scene.glsl and material_lookup.glsl.
+// Rays traced in hardware. Needs scene.glsl and material_lookup.glsl.
 #include "render/vulkan/triangle_test.glsl"
 #include "render/vulkan/hardware_set.glsl"
 
 layout(location = 0) rayPayloadEXT HardwareHit first_hit;
 layout(location = 1) rayPayloadEXT HardwareShadow shadow_ray;
 
-// Hits at 0 do not count.
+// Hits at distance 0 are ignored.
 const float kLeastDistance = 1e-37f;
-// Beyond everything, and no infinity.
+// Larger than any distance, but finite.
 const float kMostDistance = 3e38f;
-// A hit at the very end of a ray counts: the hardware may leave it out, and looks a little further.
+// A hit exactly at the end of a ray counts: the hardware may miss it, so it searches slightly
+// further.
 const float kEndScale = 1.0f + 4.0f * 1.1920929e-7f;
 
-// Whether the hardware may be given the ray; for others what it does is not defined.
+// Whether the ray is valid for the hardware, whose behaviour is otherwise undefined.
 bool IsTraceable(GpuRay ray) {
   vec3 sum = ray.origin + ray.direction;
   bool finite = !any(isnan(sum)) && !any(isinf(sum));
@@ -27,7 +28,7 @@ GpuHit FindFirstHit(GpuRay ray) {
   if (!IsTraceable(ray)) {
     return miss;
   }
-  // Whoever asks for first hits sees to what they let through.
+  // The callers of first hits handle transparency.
   traceRayEXT(top_level, gl_RayFlagsOpaqueEXT, 0xffu, 0u, 0u, 0u, ray.origin, kLeastDistance,
               ray.direction, min(ray.end * kEndScale, kMostDistance), 0);
   if (first_hit.placement == kNoInstance) {
@@ -37,7 +38,7 @@ GpuHit FindFirstHit(GpuRay ray) {
   return hit.t <= ray.end ? hit : miss;
 }
 
-// Light that comes through from the ray's end to its origin, per channel in 0..1.
+// Transmittance from the ray's end to its origin, per channel in 0..1.
 vec3 FindTransmittance(GpuRay ray) {
   if (!IsTraceable(ray)) {
     return vec3(1.0f);

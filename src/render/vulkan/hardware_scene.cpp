@@ -15,14 +15,14 @@ namespace {
 
 using Instance = VkAccelerationStructureInstanceKHR;
 
-/// Instances carry the number of their placement in so many bits.
+/// Limit of the instances' custom index, which holds the placement.
 constexpr size_t kMostPlacements = size_t{1} << 24;
 
 VkDeviceAddress AlignUp(VkDeviceAddress address, VkDeviceAddress alignment) {
   return (address + alignment - 1) / alignment * alignment;
 }
 
-/// The numbers of all triangles, within each group the opaque ones first.
+/// The indices of all triangles, within each group the opaque ones first.
 std::vector<uint32_t> OrderOf(const GpuScene& scene) {
   std::vector<uint32_t> order(scene.triangles().size());
   for (const TriangleGroup& group : scene.groups()) {
@@ -35,7 +35,7 @@ std::vector<uint32_t> OrderOf(const GpuScene& scene) {
   return order;
 }
 
-/// One build of a structure and what it points to. Not copied.
+/// One build of a structure and its inputs. Not copied.
 struct Build {
   VkAccelerationStructureBuildGeometryInfoKHR info = {};
   std::array<VkAccelerationStructureGeometryKHR, 2> geometries = {};
@@ -71,7 +71,7 @@ struct Build {
   }
 };
 
-/// A group of triangles. Both geometries are always there, so that their numbers tell them apart.
+/// A group of triangles. Both geometries always exist, so that their indices distinguish them.
 /// \param indices  three for each entry of the order
 void DescribeBottom(const TriangleGroup& group, size_t all_triangles, VkDeviceAddress triangles,
                     VkDeviceAddress indices, Build* build) {
@@ -111,7 +111,7 @@ void DescribeTop(VkDeviceAddress instances, uint32_t count, Build* build) {
   build->ranges[0].primitiveCount = count;
 }
 
-/// Sizes of finished structures once they are compacted; gone with this.
+/// Queries the compacted sizes of finished structures.
 class CompactedSizes {
  public:
   explicit CompactedSizes(const gpu::DeviceContext* context) : context_(context) {}
@@ -221,7 +221,7 @@ Status HardwareScene::AddBuffers() {
   return arena_.Allocate();
 }
 
-/// What the bottom levels are built from and in; gone once they are compacted.
+/// Inputs and scratch memory of the bottom levels' builds; freed after compaction.
 struct HardwareScene::BottomBuffers {
   const gpu::Buffer* corners = nullptr;  // three indices for each entry of the order
   const gpu::Buffer* scratch = nullptr;
@@ -267,7 +267,7 @@ Status HardwareScene::BuildBottoms(const gpu::Buffer& triangles,
   return Compact(loose);
 }
 
-/// One after the other: they share the scratch memory.
+/// In sequence: they share the scratch memory.
 Status HardwareScene::RunBuilds(const gpu::Buffer& triangles, const BottomBuffers& buffers,
                                 std::vector<gpu::Acceleration>* built) {
   const gpu::DeviceContext& c = device_->context();
@@ -292,7 +292,7 @@ Status HardwareScene::RunBuilds(const gpu::Buffer& triangles, const BottomBuffer
   return device_->Run();
 }
 
-/// Copies the structures to where they take no more than they need.
+/// Copies the structures to buffers of their compacted sizes.
 Status HardwareScene::Compact(std::span<const gpu::Acceleration> loose) {
   const gpu::DeviceContext& c = device_->context();
   CompactedSizes queries(&c);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The scene as the device's own acceleration structures, for tracing rays by hardware.
+/// The scene as the device's acceleration structures, for hardware ray tracing.
 #pragma once
 
 #include <memory>
@@ -16,26 +16,26 @@
 
 namespace stillray::render {
 
-/// Bottom levels of the triangles that the compute shaders walk, which are not copied: one for what
-/// stands still, one for each mesh that moves. A top level of the placements, made anew on the
-/// device whenever instances have moved. Opaque triangles and those that may let light through are
-/// geometries of their own: shaders run for the latter only.
+/// Bottom levels over the triangles of the compute shaders' BVH, which are not copied: one for all
+/// static instances, one for each moving mesh. A top level of the placements is rebuilt on the
+/// device when instances move. Opaque triangles and others are separate geometries: any-hit shaders
+/// run for the latter only.
 class HardwareScene {
  public:
-  /// Builds the bottom levels; waits for that.
-  /// \param device     that traces rays
-  /// \param triangles  those of the scene on the device, made with kTriangleUsage
+  /// Builds the bottom levels; waits for completion.
+  /// \param device     must support ray tracing
+  /// \param triangles  of the scene, on the device, created with kTriangleUsage
   /// All must outlive this.
-  /// \return kUnsupported: more triangles or instances than the device takes; kOutOfMemory
+  /// \return kUnsupported: more triangles or instances than the device supports; kOutOfMemory
   static Result<std::unique_ptr<HardwareScene>> Create(gpu::Device* device, const GpuScene& scene,
                                                        const gpu::Buffer& triangles);
   static constexpr VkBufferUsageFlags kTriangleUsage =
       VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
       VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
 
-  /// Takes over the scene's placements. Takes effect by RecordUpdate; no work may be running.
+  /// Applies the scene's placements. Takes effect by RecordUpdate; no work may be running.
   Status Update();
-  /// Builds the top level. What traced before is waited for, what traces later waits.
+  /// Builds the top level, with barriers to earlier and later tracing.
   void RecordUpdate(VkCommandBuffer commands) const;
 
   /// The descriptors of hardware_set.glsl.
@@ -69,7 +69,7 @@ class HardwareScene {
   std::vector<gpu::Acceleration> bottoms_;  // of the scene's groups
   gpu::Acceleration top_;
   const gpu::Buffer* order_ = nullptr;
-  const gpu::Buffer* staging_ = nullptr;    // instances, for the device to copy
+  const gpu::Buffer* staging_ = nullptr;    // to be copied on the device
   const gpu::Buffer* instances_ = nullptr;  // VkAccelerationStructureInstanceKHR
   const gpu::Buffer* top_memory_ = nullptr;
   const gpu::Buffer* scratch_ = nullptr;

@@ -1,20 +1,20 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What shaders that are run by hardware pass on, and where the scene lies for them.
+// Ray payloads, and the bindings of the scene for hardware ray tracing.
 #ifndef STILLRAY_RENDER_VULKAN_HARDWARE_SET_GLSL
 #define STILLRAY_RENDER_VULKAN_HARDWARE_SET_GLSL
 #ifndef STILLRAY_HARDWARE_SET
 #define STILLRAY_HARDWARE_SET 3
 #endif
 
-// Within each bottom level, the numbers of its opaque triangles, then those of the others.
+// For each bottom level, the indices of its opaque triangles, then those of the others.
 layout(std430, set = STILLRAY_HARDWARE_SET, binding = 0) readonly buffer TriangleOrder {
   uint triangle_order[];
 };
 layout(set = STILLRAY_HARDWARE_SET, binding = 1) uniform accelerationStructureEXT top_level;
 
-// A hit as the hardware tells of it.
+// A hit as reported by the hardware.
 struct HardwareHit {
   vec3 tuv;
   uint placement;  // kNoInstance: none
@@ -22,14 +22,14 @@ struct HardwareHit {
   uint primitive;
 };
 
-// What is left of a shadow ray's light, unless something opaque was in its way.
+// The remaining light of a shadow ray, unless an opaque surface occludes it.
 struct HardwareShadow {
   vec3 light;
   uint blocked;
 };
 
-// The hit, from the same arithmetic as in compute shaders: both ways of tracing give the same
-// frames. Where that misses by a rounding the hardware's own numbers count.
+// The hit computed as in compute shaders: both ways of tracing yield the same frames. If that
+// misses by rounding, the hardware's numbers are used.
 GpuHit RefineHit(GpuRay ray, HardwareHit hit) {
   Placement placement = placements[hit.placement];
   uint number = triangle_order[placement.first_triangle +

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The lights as every shader of the tracer sees them, in descriptor set 1. Needs render/shared.h,
-// geometry_shared.h, ggx_shared.h and bsdf_shared.h.
+// The lights, in descriptor set 1 of all tracer shaders. Needs render/shared.h, geometry_shared.h,
+// ggx_shared.h and bsdf_shared.h.
 #include "render/alias_shared.h"
 #include "render/angles_shared.h"
 #include "render/light_shapes_shared.h"

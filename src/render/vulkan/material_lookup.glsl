@@ -40,7 +40,7 @@ vec4 SampleTexture(GpuTexture source, vec2 uv, bool srgb) {
   return upper * (1.0f - fy) + lower * fy;
 }
 
-// 1 where there is none.
+// 1 without a texture.
 vec4 TextureValue(GpuTextureRef ref, GpuInstance instance, GpuHit hit, bool srgb) {
   if (ref.texture < 0) {
     return vec4(1.0f);
@@ -69,7 +69,7 @@ vec4 BaseColour(GpuMaterial material, GpuInstance instance, GpuHit hit) {
   return clamp(colour, 0.0f, 1.0f);
 }
 
-// 0 = rays pass, 1 = opaque.
+// 0: transparent, 1: opaque.
 float OpacityOf(GpuMaterial material, float alpha) {
   if (material.alpha_mode == kAlphaOpaque) {
     return 1.0f;
@@ -84,7 +84,7 @@ bool Emits(GpuMaterial material) {
   return MaxComponent(material.emission) > 0.0f;
 }
 
-// Light that the front of the surface sends out, without regard to the direction.
+// Radiance emitted by the front of the surface, independent of direction.
 vec3 EmissionOf(GpuMaterial material, GpuInstance instance, GpuHit hit) {
   return material.emission * TextureValue(material.emissive_texture, instance, hit, true).rgb;
 }
@@ -101,8 +101,8 @@ float TransmissionOf(GpuMaterial material, GpuInstance instance, GpuHit hit) {
                      TextureValue(material.transmission_texture, instance, hit, false).x);
 }
 
-// Light that passes a smooth thin sheet straight on, for a ray that makes `cosine` with its
-// geometric normal; 0 if it is no such sheet.
+// Transmittance of a smooth thin sheet for an undeflected ray at `cosine` with its geometric
+// normal; 0 if the material is no such sheet.
 vec3 SheetTransmittance(GpuMaterial material, GpuInstance instance, GpuHit hit, vec3 base_colour,
                         float cosine) {
   float transmission = material.solid != 0u ? 0.0f : TransmissionOf(material, instance, hit);
@@ -118,7 +118,7 @@ vec3 SheetTransmittance(GpuMaterial material, GpuInstance instance, GpuHit hit, 
   return base_colour * share;
 }
 
-// What a shadow ray keeps of its light at a see-through surface.
+// Transmittance of a see-through surface for a shadow ray.
 vec3 ShadowTransmittance(GpuHit hit, vec3 direction) {
   GpuInstance instance = instances[hit.instance];
   GpuMaterial material = materials[instance.material];

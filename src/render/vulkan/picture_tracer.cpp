@@ -13,7 +13,7 @@ int RoundUpToBlocks(int pixels) {
 
 namespace {
 
-/// Pixels that are traced together at most: enough to fill a large GPU, 0.6 kB each.
+/// Maximum number of pixels in a batch: enough to fill a large GPU, 0.6 kB each.
 constexpr uint32_t kMostPixels = 1u << 19;
 constexpr uint32_t kLeastPixels = 1u << 12;
 
@@ -25,7 +25,7 @@ uint32_t WantedPixels(int width, int height) {
 
 }  // namespace
 
-/// A device that cannot draw, or has no room for it, traces the camera's rays.
+/// A device that cannot rasterise, or has no memory for it, traces the camera's rays.
 Status PictureTracer::MakeVisibility(int width, int height) {
   visibility_.reset();
   if (!options_.rasterise) {

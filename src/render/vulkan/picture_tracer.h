@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What traces pictures of a size: made anew only where that of another size has no room.
+/// Owns the tracer of pictures of a size; recreated only for sizes that do not fit.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@ namespace stillray::render {
 
 struct PictureTracerOptions {
   bool add_by_group = false;  ///< GpuTracer::Create
-  bool rasterise = true;      ///< the camera's first hits are drawn, where the device can
+  bool rasterise = true;      ///< rasterise the camera's first hits, if the device can
 };
 
 class PictureTracer {
@@ -22,17 +22,17 @@ class PictureTracer {
                 const SceneState* state, const PictureTracerOptions& options)
       : device_(device), accel_(accel), lights_(lights), state_(state), options_(options) {}
 
-  /// Room for a picture of this size, or for as much of it as the device has memory for. What was
-  /// there before is gone in any case. A viewer changes its resolution often, and making all of it
-  /// anew compiles the shaders again: HasRoomFor comes first.
-  /// \return kOutOfMemory; kUnsupported: the device lacks something
+  /// Creates a tracer for a picture of this size, or for as large a batch as the device has memory
+  /// for; destroys the previous one in any case. A viewer changes its resolution often, and this
+  /// compiles the shaders again, so call HasRoomFor first.
+  /// \return kOutOfMemory; kUnsupported: the device lacks a feature
   Status Make(int width, int height);
-  /// Whether what was made for another picture does for this one.
+  /// Whether the current tracer can render a picture of this size.
   bool HasRoomFor(int width, int height) const;
 
   /// nullptr: the last Make failed.
   GpuTracer* tracer() const { return tracer_.get(); }
-  /// Whether the camera's first hits can be drawn.
+  /// Whether the camera's first hits can be rasterised.
   bool draws() const { return visibility_ != nullptr; }
   size_t memory_bytes() const {
     return (tracer_ ? tracer_->memory().bytes : 0) + (draws() ? visibility_->memory().bytes : 0);
@@ -46,11 +46,11 @@ class PictureTracer {
   const GpuLights* lights_;
   const SceneState* state_;
   PictureTracerOptions options_;
-  std::unique_ptr<Visibility> visibility_;  // none: the camera's rays are traced
+  std::unique_ptr<Visibility> visibility_;  // null: the camera's rays are traced
   std::unique_ptr<GpuTracer> tracer_;
 };
 
-/// The side of a picture with the blocks of batches that stick out of it.
+/// The size of a picture rounded up to whole blocks of a batch.
 int RoundUpToBlocks(int pixels);
 
 }  // namespace stillray::render

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The one door through which light gets into the picture. Needs trace.glsl. A pixel of the batch
-// has one path at a time: nobody else writes to its light.
+// Adds light to the picture; all light passes through here. Needs trace.glsl. A pixel of the batch
+// has one path at a time, so no other thread writes to its light.
 const int kDirectDiffuse = 0;
 const int kIndirectDiffuse = 1;
 const int kDirectSpecular = 2;

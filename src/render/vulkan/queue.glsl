@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// How threads add to a queue and to counters. Needs trace.glsl. With kAddByGroup one atomic does
-// for a group of threads: hardware works through atomics of one address one by one. Without it
-// there are no barriers, for each of which a software driver saves all state of all threads. The
-// order within a queue may differ from run to run; what becomes of a pixel does not depend on it.
-// Threads of a ray generation shader have no group; they only count.
+// Appending to queues and incrementing counters. Needs trace.glsl. With kAddByGroup one atomic
+// serves a group of threads: hardware serialises atomics to one address. Without it there are no
+// barriers, at each of which a software driver saves the state of all threads. The order within a
+// queue may differ from run to run; the result of a pixel does not depend on it. Threads of a ray
+// generation shader have no group; they only count.
 #ifdef STILLRAY_HARDWARE
 void CountPrimaryRays(uint count) {
   if (count > 0u) {
@@ -18,7 +18,7 @@ layout(constant_id = 0) const uint kAddByGroup = 1u;
 shared uint group_count;
 shared uint group_first;
 
-// Called by all threads of the group. Returns the place of those that are `wanted`.
+// Called by all threads of the group. Returns the position for threads with `wanted`.
 uint TakePlace(uint queue, bool wanted) {
   if (kAddByGroup == 0u) {
     return wanted ? atomicAdd(queues[queue].count, 1u) : 0u;

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// How a shader that traces rays runs, and FindFirstHit and FindTransmittance in its own way: by a
-// walk of our tree in compute shaders, or, with STILLRAY_HARDWARE, by the device in ray generation
-// shaders. Such a shader has this extension on top:
+// The entry point of shaders that trace rays, and their FindFirstHit and FindTransmittance: by
+// traversal of stillray's BVH in compute shaders, or, with STILLRAY_HARDWARE, by the device in ray
+// generation shaders. Such a shader starts with
 //   #ifdef STILLRAY_HARDWARE
 //   #extension GL_EXT_ray_tracing : require
 //   #endif

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The scene as every shader of the tracer sees it, in descriptor set 0.
+// The scene, in descriptor set 0 of all tracer shaders.
 #include "core/shared.h"
 #include "core/colour_shared.h"
 #include "render/shared.h"
@@ -57,7 +57,7 @@ vec3 Weights(GpuHit hit) {
   return vec3(1.0f - hit.u - hit.v, hit.u, hit.v);
 }
 
-// A point of the space that the three rows lead from.
+// Transforms a point by the matrix with these three rows.
 vec3 TransformPoint(vec4 x, vec4 y, vec4 z, vec3 p) {
   return vec3(dot(x.xyz, p) + x.w, dot(y.xyz, p) + y.w, dot(z.xyz, p) + z.w);
 }
@@ -65,7 +65,7 @@ vec3 TransformVector(vec4 x, vec4 y, vec4 z, vec3 v) {
   return vec3(dot(x.xyz, v), dot(y.xyz, v), dot(z.xyz, v));
 }
 
-// -1 where the instance's transform mirrors.
+// -1 if the instance's transform mirrors.
 float Orientation(GpuInstance instance) {
   return dot(instance.world_x.xyz, cross(instance.world_y.xyz, instance.world_z.xyz)) < 0.0f ? -1.0f
                                                                                              : 1.0f;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// How a scene lies in storage buffers: the same structures in C++ and in GLSL (layout std430, where
-// a vec3 and the scalar behind it share 16 bytes).
+// The layout of a scene in storage buffers: the same structures in C++ and in GLSL (layout std430,
+// where a vec3 and the scalar behind it share 16 bytes).
 #ifndef STILLRAY_RENDER_VULKAN_SCENE_SHARED_H
 #define STILLRAY_RENDER_VULKAN_SCENE_SHARED_H
 
@@ -12,10 +12,10 @@
 
 STILLRAY_RENDER_BEGIN
 
-// Four children whose boxes stand on a grid of 8 bits per axis: 64 bytes, one cache line of every
-// GPU, read as four vectors. A child's box spans origin + low * scale to origin + high * scale, in
-// float arithmetic as written, and holds everything below it; scale is a power of two per axis,
-// kept as the exponent byte of a float (x lowest). Byte i of low_x is child i's.
+// Four children with boxes on a grid of 8 bits per axis: 64 bytes, one cache line of every GPU,
+// read as four vectors. A child's box spans origin + low * scale to origin + high * scale, in float
+// arithmetic as written, and contains the subtree; scale is a power of two per axis, stored as the
+// exponent byte of a float (x lowest). Byte i of low_x is child i's.
 struct BvhNode {
   vec3 origin;
   uint exponents;
@@ -25,31 +25,31 @@ struct BvhNode {
   uint unused_0, unused_1;
 };
 
-// A child is 0 (none: roots are no children), the number of a node, or a leaf: this bit, then in 3
-// bits one less than how many items it has, then the number of the first one.
+// A child is 0 (none: roots are no children), the index of a node, or a leaf: this bit, then in 3
+// bits the number of items minus one, then the index of the first one.
 const uint kLeafBit = 0x80000000u;
 const uint kLeafFirstMask = 0x0fffffffu;
 const int kLeafCountShift = 28;
 const int kMostLeafItems = 4;
 
-// Entries of the stack that traversal uses, top level and a bottom level together; the builder
-// keeps trees to that.
+// Entries of the traversal stack, top level and a bottom level together; the builder limits trees
+// to it.
 const int kTopStack = 31;
 const int kBottomStack = 72;
 const int kStackSize = 104;
 
-// In the space of its placement. `instance` is only told where that is the world.
+// In the space of its placement. `instance` is only valid where that is the world.
 struct BvhTriangle {
   vec3 p0;
   uint instance;
   vec3 p1;
   uint primitive;
   vec3 p2;
-  uint see_through;  // 1: shadow rays ask what it lets through
+  uint see_through;  // 1: shadow rays evaluate its transmittance
 };
 
-// A bottom level in the world. Rows of the matrix to its space; instance == kNoInstance: all that
-// stands still, whose space is the world.
+// A bottom level in the world. Rows of the matrix to its space; instance == kNoInstance: all static
+// instances, in world space.
 struct Placement {
   vec4 to_object_x, to_object_y, to_object_z;
   uint root;
@@ -59,8 +59,8 @@ struct Placement {
 };
 const uint kNoInstance = 0xffffffffu;
 
-// An instance of the scene: rows of its matrix to the world, now and one frame ago, and where the
-// arrays of its mesh begin among the words; kNoArray: it has none.
+// An instance of the scene: rows of its matrix to the world, now and one frame ago, and the offsets
+// of its mesh's arrays in the words; kNoArray: none.
 struct GpuInstance {
   vec4 world_x, world_y, world_z;
   vec4 previous_x, previous_y, previous_z;
@@ -97,7 +97,7 @@ struct GpuMaterial {
   uint alpha_mode;  // kAlpha...
   uint double_sided;
   uint solid;
-  uint glass_tables;  // where its five tables begin, if it may be rough glass
+  uint glass_tables;  // offset of its five tables, if it may be rough glass
   uint unused_0, unused_1, unused_2;
   GpuTextureRef base_colour_texture;
   GpuTextureRef metallic_roughness_texture;
@@ -118,10 +118,10 @@ struct GpuTexture {
   uint lookup;  // wrap_u, wrap_v in 2 bits each, then 1: nearest
 };
 
-// The texels begin with the values of the 256 steps of sRGB.
+// The texels start with the 256 values of the sRGB curve.
 const uint kSrgbTableSize = 256u;
 
-// Tables of the energy of rough lobes: scale, offset, then those of each glass in the order of
+// Energy tables of rough lobes: scale, offset, then those of each glass in the order of
 // GlassEnergy.
 const uint kEnergyTableWords = 1024u;
 const uint kGlassTables = 5u;
@@ -140,12 +140,12 @@ struct GpuView {
 
 struct GpuRay {
   vec3 origin;
-  float end;       // nothing beyond counts
+  float end;       // hits beyond it are ignored
   vec3 direction;  // unit length
   uint unused_0;
 };
 
-// The point is (1 - u - v) v0 + u v1 + v v2 of the triangle; t is `end` where nothing was hit.
+// The point is (1 - u - v) v0 + u v1 + v v2 of the triangle; t is `end` without a hit.
 struct GpuHit {
   float t;
   float u;

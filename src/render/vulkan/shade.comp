@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #version 450
 
-// One step of all paths that are alive: what they met shines, light is sought there, and they
-// scatter. The counterpart of Tracer::Shade on the CPU.
+// One step of all active paths: adds emission of the surfaces hit, samples light, and scatters. The
+// counterpart of Tracer::Shade on the CPU.
 #include "render/vulkan/tracer.glsl"
 #include "render/vulkan/surface.glsl"
 #include "render/vulkan/pixel_light.glsl"
@@ -31,7 +31,7 @@ float DensityOfHit(PathState path, GpuHit hit, vec3 direction, float distance) {
                        distance);
 }
 
-// The ray met a surface that may shine.
+// The ray hit a surface that may emit.
 void MeetLight(uint number, PathState path, GpuMaterial material, GpuInstance instance, GpuHit hit,
                ShadingPoint at, vec3 direction) {
   if (path.first != 0 || !Emits(material) || !(at.front != 0 || material.double_sided != 0u)) {
@@ -44,7 +44,7 @@ void MeetLight(uint number, PathState path, GpuMaterial material, GpuInstance in
   AddFound(number, path.direct != 0, found.diffuse, found.specular);
 }
 
-// The light that a place on an area light sends out.
+// The emitted radiance at a point of an area light.
 vec3 RadianceOfArea(LightSample light) {
   AreaLight area = area_lights[light.area];
   GpuInstance instance = instances[area.instance];
@@ -57,7 +57,7 @@ vec3 RadianceOfArea(LightSample light) {
   return radiance;
 }
 
-// Seeks a light; `seeks`: `shadow` is a ray to it. Returns TotalOf the choices.
+// Samples a light; `seeks`: `shadow` is a ray to it. Returns TotalOf the choices.
 float SeekLight(uint number, PathState path, ShadingPoint at, Bsdf bsdf, vec4 u, out bool seeks,
                 inout GpuShadow shadow) {
   seeks = false;
@@ -87,7 +87,7 @@ void Continue(uint number, PathState path, vec3 origin, vec3 direction) {
   rays[number] = GpuRay(origin, kInfinity, direction, 0u);
 }
 
-// Where the ray passes a surface that lets through. Returns whether the path goes on.
+// Continues the ray behind a transparent surface. Returns whether the path continues.
 bool PassOn(uint number, PathState path, GpuInstance instance, GpuHit hit, vec3 direction) {
   path.free_events += 1;
   if (path.free_events > kMaxFreeEvents) {
@@ -100,8 +100,8 @@ bool PassOn(uint number, PathState path, GpuInstance instance, GpuHit hit, vec3 
   return true;
 }
 
-// Seeks light at the surface and follows the path on. u: LightDimensions of this step. Returns
-// whether the path goes on.
+// Samples light at the surface and continues the path. u: LightDimensions of this step. Returns
+// whether the path continues.
 bool ScatterAt(uint number, PathState path, ShadingPoint at, Bsdf bsdf, vec3 direction, vec4 u,
                out bool seeks, inout GpuShadow shadow) {
   seeks = false;
@@ -122,7 +122,7 @@ bool ScatterAt(uint number, PathState path, ShadingPoint at, Bsdf bsdf, vec3 dir
   if (was_first || onward != direction) {
     path.light_total = total;
   }
-  // A ray after which only emitters count need not be traced where there can be none.
+  // A last ray, for which only emitters count, need not be traced where there can be none.
   if (frame.ends_are_opaque != 0 && path.bounces >= frame.bounces &&
       !LightMayBeMet(at.position, onward)) {
     return false;
@@ -154,7 +154,7 @@ bool Shade(uint number, out bool seeks, inout GpuShadow shadow) {
     }
     u.w = min(u.w / opacity, kBelowOne);
   }
-  // At the end of the path only light itself counts, or what lies behind smooth glass.
+  // At the end of the path only emission counts, or light seen through smooth glass.
   bool at_end = path.bounces >= frame.bounces && material.transmission <= 0.0f;
   if (at_end && !Emits(material)) {
     return false;

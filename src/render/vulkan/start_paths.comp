@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #version 450
 
-// The paths of one sample of the batch start at what the camera sees: the single surface that
-// find_guides.comp kept, or one of several, by chance. With STILLRAY_REFERENCE nothing was kept:
-// each sample has a camera ray of its own, and what shines by itself there goes to the guides.
+// Starts the paths of one sample of the batch at the visible surface: the single one that
+// find_guides.comp kept, or a randomly chosen one of several. With STILLRAY_REFERENCE none was
+// kept: each sample traces its own camera ray, and light emitted there is added to the guides.
 #include "render/vulkan/tracer.glsl"
 #include "render/vulkan/traversal.glsl"
 #include "render/vulkan/camera.glsl"
@@ -12,7 +12,7 @@
 
 layout(local_size_x = 64) in;
 
-// Whether the viewer sees the front of the triangle.
+// Whether the front of the triangle is visible.
 bool SeenFromFront(GpuInstance instance, GpuHit hit, vec3 direction) {
   WorldTriangle t = TriangleOf(instance, hit.primitive);
   float volume = dot(cross(t.p1 - t.p0, t.p2 - t.p0), direction);
@@ -29,8 +29,8 @@ vec3 EmissionTowardsViewer(GpuHit hit, vec3 direction) {
   return EmissionOf(material, instance, hit);
 }
 
-// Picks one of the surfaces that a camera ray passes, in proportion to their shares; kNoInstance:
-// the background. u in [0, 1).
+// Selects one of the surfaces that a camera ray passes, in proportion to their weights;
+// kNoInstance: the background. u in [0, 1).
 GpuHit PickLayer(uint number, CameraWalk walk, float u, out uint traced) {
   GpuHit hit = GpuHit(kInfinity, 0.0f, 0.0f, kNoInstance, 0u);
   vec3 emission = vec3(0.0f);
@@ -47,7 +47,7 @@ GpuHit PickLayer(uint number, CameraWalk walk, float u, out uint traced) {
     emission += EmissionTowardsViewer(layer.hit, direction) * layer.weight;
 #endif
   }
-  // The weights' sum is 1 up to rounding: without a background the last one is meant.
+  // The weights sum to 1 up to rounding: without a background the last layer is selected.
   if (!found && walk.background > 0.0f) {
     hit.instance = kNoInstance;
   }

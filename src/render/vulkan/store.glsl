@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What the shaders have in common that write a batch into the images of a frame. Before: kListed,
-// the binding of the list of pixels.
+// Common part of the shaders that write a batch into the images of a frame. Define kListed, the
+// binding of the list of pixels, first.
 #include "core/shared.h"
 #include "render/shared.h"
 #include "render/vulkan/scene_shared.h"
@@ -21,7 +21,7 @@ layout(push_constant) uniform Push {
 
 #include "render/vulkan/batch.glsl"
 
-// The pixel of this thread; false: there is none within the picture.
+// The pixel of this thread; false: outside the picture.
 bool FindPixel(ivec2 size, out ivec2 pixel) {
   uint number = gl_GlobalInvocationID.x;
   pixel = number < batch.count ? ivec2(PixelOf(number)) : size;

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #version 450
 
-// The guides of a batch into the images of a frame: StoreGuides on the device. Devices need offer
-// no more than eight storage images, so it comes in two parts: what is a colour (STILLRAY_COLOURS),
-// and what is not.
+// Writes the guides of a batch into the images of a frame: StoreGuides on the device. Devices need
+// not support more than eight storage images, so there are two variants: colours
+// (STILLRAY_COLOURS), and the other images.
 #ifdef STILLRAY_COLOURS
 #define kImages 4
 #else

@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #version 450
 
-// The light of a batch into the images of a frame: StoreLight and SparseFrameWriter on the device.
-// With STILLRAY_MOMENTS second moments too, with STILLRAY_LISTED one sample for each pixel.
+// Writes the light of a batch into the images of a frame: StoreLight and SparseFrameWriter on the
+// device. With STILLRAY_MOMENTS also second moments, with STILLRAY_LISTED one sample for each
+// pixel.
 #ifdef STILLRAY_MOMENTS
 #define kImages 8
 #elif defined(STILLRAY_LISTED)

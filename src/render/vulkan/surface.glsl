@@ -15,7 +15,8 @@ struct Surface {
   float transmission;
 };
 
-// Takes a normal to the world, not to unit length: by the cofactors, defined for any matrix.
+// Transforms a normal to the world, without normalising, by the cofactors, which exist for any
+// matrix.
 vec3 TransformNormal(GpuInstance instance, vec3 n) {
   vec3 x = instance.world_x.xyz;
   vec3 y = instance.world_y.xyz;
@@ -23,7 +24,7 @@ vec3 TransformNormal(GpuInstance instance, vec3 n) {
   return vec3(dot(cross(y, z), n), dot(cross(z, x), n), dot(cross(x, y), n));
 }
 
-// Along increasing u where the mesh has no tangents; w: handedness.
+// The tangent along increasing u for meshes without tangents; w: handedness.
 vec4 TangentFromUv(GpuInstance instance, uvec3 corner, WorldTriangle t, uint array) {
   if (array == kNoArray) {
     return vec4(0.0f);
@@ -73,7 +74,7 @@ vec3 InterpolatedNormal(GpuInstance instance, GpuHit hit, vec3 outward) {
   vec3 local = Vec3At(instance.normals + 3u * corner.x) * weight.x +
                Vec3At(instance.normals + 3u * corner.y) * weight.y +
                Vec3At(instance.normals + 3u * corner.z) * weight.z;
-  // Cofactors of a mirroring matrix point the other way.
+  // The cofactors of a mirroring matrix are negated.
   vec3 normal = SafeNormalize(TransformNormal(instance, local) * Orientation(instance), outward);
   return dot(normal, outward) < 0.0f ? -normal : normal;
 }
@@ -160,7 +161,7 @@ GlassShare ShareOfGlass(GpuMaterial material, Surface surface, float alpha) {
   return share;
 }
 
-// \param min_alpha  what path-space regularisation raises GGX alpha to
+// \param min_alpha  minimum GGX alpha of path-space regularisation
 Bsdf MakeSurfaceBsdf(GpuMaterial material, Surface surface, float min_alpha,
                      out vec3 specular_albedo) {
   BsdfInput inputs;

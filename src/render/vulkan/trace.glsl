@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// A batch of pixels being traced, in descriptor set 2. Needs scene.glsl, lights.glsl, path_shared.h
+// The state of a batch of pixels, in descriptor set 2. Needs scene.glsl, lights.glsl, path_shared.h
 // and sampler_shared.h.
 #include "render/vulkan/trace_shared.h"
 
@@ -44,7 +44,7 @@ layout(std430, set = 2, binding = 10) buffer Sums {
 layout(std430, set = 2, binding = 11) readonly buffer Listed {
   uint listed_pixels[];
 };
-// Of all of the picture: instance and primitive of the nearest triangle; kNoInstance: none.
+// Instance and primitive of the nearest triangle of every pixel; kNoInstance: none.
 layout(std430, set = 2, binding = 12) readonly buffer Visible {
   uvec2 visible[];
 };

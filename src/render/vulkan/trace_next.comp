@@ -5,7 +5,7 @@
 #extension GL_EXT_ray_tracing : require
 #endif
 
-// The next hit of all paths that go on.
+// Finds the next hit of all active paths.
 #include "render/vulkan/tracer.glsl"
 #include "render/vulkan/rays.glsl"
 

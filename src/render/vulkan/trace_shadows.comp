@@ -5,7 +5,7 @@
 #extension GL_EXT_ray_tracing : require
 #endif
 
-// Whether the light sought by this step arrives.
+// Traces the shadow rays of this step and adds unoccluded light.
 #include "render/vulkan/tracer.glsl"
 #include "render/vulkan/rays.glsl"
 #include "render/vulkan/pixel_light.glsl"

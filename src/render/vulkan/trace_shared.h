@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What the shaders that trace a picture share with the host: a frame's constants, a batch of its
-// pixels, and what is kept for each pixel of the batch (layout std430).
+// Structures shared by the host and the shaders that trace a picture: a frame's constants, a batch
+// of its pixels, and the state of each pixel of the batch (layout std430).
 #ifndef STILLRAY_RENDER_VULKAN_TRACE_SHARED_H
 #define STILLRAY_RENDER_VULKAN_TRACE_SHARED_H
 
@@ -16,7 +16,7 @@ STILLRAY_RENDER_BEGIN
 struct GpuFrame {
   GpuView view;
   GpuView previous;
-  vec2 point;  // of each pixel that its rays pass: (0.5, 0.5) is the centre
+  vec2 point;  // position of rays in each pixel: (0.5, 0.5) is the centre
   uint width;
   uint height;
   uint sampler_kind;  // kSampler...
@@ -24,13 +24,13 @@ struct GpuFrame {
   int bounces;
   int regularise;
   int ends_are_opaque;  // as in TraceContext
-  int spread_points;    // 1: each sample passes its pixel at a point of its own
-  int with_squares;     // 1: squares of the samples are added up
-  int rasterised;       // 1: the camera's first hits lie in `visible`
+  int spread_points;    // 1: each sample has its own position in the pixel
+  int with_squares;     // 1: squares of the samples are summed
+  int rasterised;       // 1: the camera's first hits are in `visible`
 };
 
-// Pixels that are traced together: a rectangle of the picture in blocks of 8x8, which may stick out
-// of it, or `listed` ones. Pushed as constants.
+// Pixels that are traced together: a rectangle of the picture in blocks of 8x8, which may extend
+// beyond it, or `listed` ones. Push constants.
 struct GpuBatch {
   int x;
   int y;
@@ -45,7 +45,7 @@ struct GpuBatch {
 
 const uint kBlockSize = 8u;
 
-// Where pixel `number` of a rectangle lies: block by block, rows of blocks first.
+// Position of pixel `number` of a rectangle: block by block, rows of blocks first.
 SHARED_FN uint BlockNumber(uint number) {
   return number / (kBlockSize * kBlockSize);
 }
@@ -55,13 +55,13 @@ SHARED_FN uint ColumnInBatch(uint width, uint number) {
 SHARED_FN uint RowInBatch(uint width, uint number) {
   return BlockNumber(number) / (width / kBlockSize) * kBlockSize + number / kBlockSize % kBlockSize;
 }
-// The number of a place.
+// The inverse: the number of a position.
 SHARED_FN uint NumberInBatch(uint width, uint column, uint row) {
   uint block = row / kBlockSize * (width / kBlockSize) + column / kBlockSize;
   return (block * kBlockSize + row % kBlockSize) * kBlockSize + column % kBlockSize;
 }
 
-// PixelGuides; depth is +infinity where there is no surface.
+// PixelGuides; depth is +infinity without a surface.
 struct GpuGuides {
   vec3 normal;
   float depth;
@@ -75,7 +75,7 @@ struct GpuGuides {
   float motion_y;
 };
 
-// A signal of a pixel: light, and in sums of samples the sum of the squares of its luminance.
+// A signal of a pixel: light, and in sums of samples the sum of the squared luminances.
 struct GpuSignal {
   vec3 light;
   float square;
@@ -86,7 +86,7 @@ struct GpuPixelLight {
   GpuSignal signals[4];
 };
 
-// Light that arrives if the ray to it is free.
+// Light that is added if its shadow ray is unoccluded.
 struct GpuShadow {
   vec3 origin;
   float end;
@@ -98,8 +98,8 @@ struct GpuShadow {
   uint unused_0;
 };
 
-// A list of pixels of the batch that have work: the groups of an indirect dispatch, then the number
-// of threads of an indirect launch of rays, `count` times 1 times 1.
+// A list of pixels of the batch with work: the groups of an indirect dispatch, then the number of
+// threads of an indirect launch of rays, `count` times 1 times 1.
 struct GpuQueue {
   uint groups_x;
   uint groups_y;
@@ -110,7 +110,7 @@ struct GpuQueue {
   uint unused_0, unused_1;
 };
 
-// Two queues take turns, as do those of the shadow rays.
+// Two queues alternate, as do those of the shadow rays.
 const uint kQueueActive = 0u;
 const uint kQueueShadow = 2u;
 const uint kQueueCount = 4u;
@@ -124,13 +124,13 @@ struct GpuCounters {
   uint dropped;  // contributions that were not finite or negative
 };
 
-// In place of the hit of a pixel's camera ray: it passes surfaces that let through.
+// Replaces the hit of a pixel's camera ray if it passes transparent surfaces.
 const uint kSeveralLayers = 0xfffffffeu;
 
-// Values of GpuBatch::phase. In steps, of the two queues 0 and 1, the one that is worked on.
+// Values of GpuBatch::phase. In steps, the current one of the two queues 0 and 1.
 const uint kPhaseReset = 2u;  // before the paths start
-const uint kPhaseStart = 3u;  // when they have
-// Of adding samples up.
+const uint kPhaseStart = 3u;  // after they have started
+// Of summing samples.
 const uint kPhaseFirstSample = 0u;
 const uint kPhaseNextSample = 1u;
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// All that the shaders of the path tracer have in common, in the order that it needs.
+// All includes of the path tracer's shaders, in the required order.
 #include "render/vulkan/scene.glsl"
 #include "render/vulkan/material_lookup.glsl"
 #include "render/shading_point_shared.h"

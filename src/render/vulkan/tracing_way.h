@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The two ways in which rays are traced on a device. All else is the same code.
+/// The two ways of tracing rays on a device. All other code is the same.
 #pragma once
 
 #include <cstdint>
@@ -9,9 +9,9 @@
 namespace stillray::render {
 
 enum class TracingWay : uint8_t {
-  kAuto,      ///< hardware where a GPU offers it, else compute
+  kAuto,      ///< hardware if a GPU supports it, else compute
   kHardware,  ///< VK_KHR_ray_tracing_pipeline
-  kCompute,   ///< our own tree, walked by compute shaders: on any device
+  kCompute,   ///< stillray's BVH, traversed by compute shaders: on any device
 };
 
 }  // namespace stillray::render

@@ -1,21 +1,21 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Rays through the two levels of the BVH. Needs scene.glsl and material_lookup.glsl.
+// Traversal of the two-level BVH. Needs scene.glsl and material_lookup.glsl.
 //
-// No ray slips through where triangles share an edge or a vertex: triangle_test.glsl sees to that,
-// and boxes are left no later than rounding allows (Ize 2013, "Robust BVH Ray Traversal").
+// Watertight: no ray passes between triangles that share an edge or a vertex (triangle_test.glsl),
+// and exits of boxes are conservative (Ize 2013, "Robust BVH Ray Traversal").
 #include "render/vulkan/triangle_test.glsl"
 
-// Exits are pushed out by the rounding of a difference, a product and a reciprocal of up to 2.5
-// units in the last place (what Vulkan allows), on either side.
+// Moves exits outwards by the rounding of a difference, a product and a reciprocal of up to 2.5
+// units in the last place (the limit of Vulkan), on either side.
 const float kExitScale = 1.0f + 16.0f * 1.1920929e-7f;
 
 vec4 Bytes(uint packed) {
   return vec4(uvec4(packed, packed >> 8, packed >> 16, packed >> 24) & 255u);
 }
 
-// More than the bits of any distance.
+// Larger than the bits of any distance.
 const uint kMissed = 0xffffffffu;
 
 // Distances, as bits, at which the ray enters the boxes of the node's children; kMissed: not before
@@ -23,7 +23,7 @@ const uint kMissed = 0xffffffffu;
 uvec4 EnterChildren(BvhNode node, Walk walk, float end) {
   vec3 scale = uintBitsToFloat(
       (uvec3(node.exponents, node.exponents >> 8, node.exponents >> 16) & 255u) << 23);
-  // As it is computed here, each plane lies outside of what it bounds: the builder has seen to it.
+  // As computed here, each plane lies outside of the box's content: the builder ensures it.
   precise vec4 low_x = node.origin.x + Bytes(node.low_x) * scale.x;
   precise vec4 low_y = node.origin.y + Bytes(node.low_y) * scale.y;
   precise vec4 low_z = node.origin.z + Bytes(node.low_z) * scale.z;
@@ -38,15 +38,15 @@ uvec4 EnterChildren(BvhNode node, Walk walk, float end) {
   precise vec4 z1 = (high_z - walk.origin.z) * walk.inverse.z;
   vec4 enter = max(max(min(x0, x1), min(y0, y1)), max(min(z0, z1), vec4(0.0f)));
   vec4 leave = min(min(max(x0, x1), max(y0, y1)), min(max(z0, z1), vec4(end)));
-  // abs: 0, where it begins inside, must not have a sign.
+  // abs: -0, for a ray that starts inside, must become 0.
   uvec4 bits = floatBitsToUint(abs(enter));
   return mix(uvec4(kMissed), bits,
              bvec4(uvec4(lessThanEqual(enter, leave * kExitScale)) *
                    uvec4(notEqual(node.children, uvec4(0u)))));
 }
 
-// Of two hits at the same distance the one with the smaller numbers counts, so that the hit does
-// not depend on the order in which the tree is walked.
+// Of two hits at the same distance the one with the smaller indices counts, so that the hit does
+// not depend on the order of traversal.
 bool Before(GpuHit a, GpuHit b) {
   if (a.t != b.t) {
     return a.t < b.t;
@@ -54,7 +54,7 @@ bool Before(GpuHit a, GpuHit b) {
   return a.instance != b.instance ? a.instance < b.instance : a.primitive < b.primitive;
 }
 
-// Distances are not negative: their bits are in the same order.
+// Distances are not negative: their bits have the same order.
 void SwapIf(inout uvec2 a, inout uvec2 b) {
   uvec2 c = a;
   bool swap = a.x < b.x;
@@ -62,15 +62,15 @@ void SwapIf(inout uvec2 a, inout uvec2 b) {
   b = swap ? c : b;
 }
 
-// The ray's first hit, or, for a shadow ray, what is left of its light.
+// The ray's first hit, or, for a shadow ray, the remaining light.
 //
-// One stack serves both levels: an entry is a child that waits and the distance at which the ray
-// enters it. Entering a placement leaves a mark, 0, at which the ray returns to the world.
+// One stack serves both levels: an entry is a pending child and the distance at which the ray
+// enters it. Entering a placement pushes a mark, 0, at which the ray returns to the world.
 GpuHit WalkScene(GpuRay ray, bool shadow, out vec3 light) {
   uvec2 stack[kStackSize];
   int depth = 0;
   Walk walk = MakeWalk(ray.origin, ray.direction);
-  uint placed = kNoInstance;  // number of the placement
+  uint placed = kNoInstance;  // index of the placement
   uint instance = kNoInstance;
   GpuHit best = GpuHit(ray.end, 0.0f, 0.0f, kNoInstance, 0u);
   light = vec3(1.0f);
@@ -83,7 +83,7 @@ GpuHit WalkScene(GpuRay ray, bool shadow, out vec3 light) {
     uvec2 c1 = uvec2(enter.y, inner.children.y);
     uvec2 c2 = uvec2(enter.z, inner.children.z);
     uvec2 c3 = uvec2(enter.w, inner.children.w);
-    // The nearest comes last, to be taken first.
+    // The nearest is last, to be popped first.
     SwapIf(c0, c1);
     SwapIf(c2, c3);
     SwapIf(c0, c2);
@@ -156,7 +156,7 @@ GpuHit FindFirstHit(GpuRay ray) {
   return WalkScene(ray, false, light);
 }
 
-// Light that comes through from the ray's end to its origin, per channel in 0..1.
+// Transmittance from the ray's end to its origin, per channel in 0..1.
 vec3 FindTransmittance(GpuRay ray) {
   vec3 light;
   WalkScene(ray, true, light);

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Whether a ray meets a triangle, as in Woop, Benthin and Wald (2013), "Watertight Ray/Triangle
-// Intersection". Where the paper falls back on double precision, zero counts as inside: then both
+// Ray/triangle intersection as in Woop, Benthin and Wald (2013), "Watertight Ray/Triangle
+// Intersection". Where the paper falls back to double precision, zero counts as inside: then both
 // neighbours of an edge are hit, at the same distance. Needs scene.glsl.
 
-// What traversal needs of a ray in the space of a tree.
+// A ray in the space of a BVH, prepared for traversal.
 struct Walk {
   vec3 origin;
   vec3 direction;
@@ -14,7 +14,8 @@ struct Walk {
   vec3 shear;
 };
 
-// Components of directions are taken to be at least this large: 1/x and its products stay finite.
+// Components of directions are clamped to at least this magnitude, so that 1/x and its products
+// stay finite.
 const float kLeastComponent = 1e-18f;
 
 Walk MakeWalk(vec3 origin, vec3 direction) {
@@ -27,14 +28,15 @@ Walk MakeWalk(vec3 origin, vec3 direction) {
   int z = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
   int x = z == 2 ? 0 : z + 1;
   int y = x == 2 ? 0 : x + 1;
-  // Winding is kept for directions along the negative axis too.
+  // Preserves winding for directions along the negative axis.
   walk.axes = direction[z] < 0.0f ? ivec3(y, x, z) : ivec3(x, y, z);
   float scale = 1.0f / direction[z];
   walk.shear = vec3(direction[walk.axes.x] * scale, direction[walk.axes.y] * scale, scale);
   return walk;
 }
 
-// The ray in the space of a placement. The direction keeps its scale: distances are the world's.
+// The ray in the space of a placement. The direction is not normalised, so distances are those of
+// the world.
 Walk WalkOf(GpuRay ray, Placement placement) {
   if (placement.instance == kNoInstance) {
     return MakeWalk(ray.origin, ray.direction);
@@ -46,7 +48,7 @@ Walk WalkOf(GpuRay ray, Placement placement) {
 }
 
 // In the ray's own space: it starts at 0 and runs along z. One axis at a time and with the same
-// operations for all three corners, so that a corner of two triangles lands in one place.
+// operations for all three corners, so that a corner shared by two triangles has one position.
 vec3 ShearPoint(Walk walk, vec3 p) {
   precise vec3 q = p - walk.origin;
   precise float x = q[walk.axes.x] - walk.shear.x * q[walk.axes.z];
@@ -55,12 +57,12 @@ vec3 ShearPoint(Walk walk, vec3 p) {
   return vec3(x, y, z);
 }
 
-// Whether (t, u, v) of a hit at 0 < t <= end is there.
+// Computes (t, u, v) of a hit; false if there is none at 0 < t <= end.
 bool MeetTriangle(Walk walk, vec3 p0, vec3 p1, vec3 p2, float end, out vec3 tuv) {
   vec3 a = ShearPoint(walk, p0);
   vec3 b = ShearPoint(walk, p1);
   vec3 c = ShearPoint(walk, p2);
-  // Products are rounded one by one: swapping the ends of an edge just turns the sign.
+  // Products are rounded separately: swapping the ends of an edge just negates the result.
   precise float cb = c.x * b.y;
   precise float bc = c.y * b.x;
   precise float ac = a.x * c.y;

@@ -73,7 +73,7 @@ Result<std::unique_ptr<Visibility>> Visibility::Create(gpu::Device* device, cons
 
 void Visibility::Record(VkCommandBuffer commands, const RasterView& view) const {
   const gpu::DeviceContext& c = device_->context();
-  // Instances that moved have been copied; the last frame's triangles have been read.
+  // Waits for the copies of moved instances, and for the last frame's reads.
   gpu::MemoryBarrier(c, commands, VK_PIPELINE_STAGE_TRANSFER_BIT | c.shader_stages,
                      VK_ACCESS_TRANSFER_WRITE_BIT,
                      VK_PIPELINE_STAGE_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT,

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What the camera sees first, by the device's rasteriser: the first stage of the hybrid renderers
-/// of the SVGF papers. One triangle per pixel is all it keeps; positions, normals, motion and
-/// materials are looked up from there, so the guides are those of a traced ray.
+/// The camera's first hits by the device's rasteriser: the first stage of the hybrid renderers of
+/// the SVGF papers. It stores one triangle per pixel; positions, normals, motion and materials are
+/// looked up from there, so the guides equal those of a traced ray.
 #pragma once
 
 #include <memory>
@@ -19,18 +19,18 @@ class Visibility {
  public:
   /// \param device, accel, state  must outlive this
   /// \param width, height  of the largest picture
-  /// \return kUnsupported: the device does not draw, or no pictures as large as this
+  /// \return kUnsupported: the device cannot rasterise, or not at this size
   static Result<std::unique_ptr<Visibility>> Create(gpu::Device* device, const GpuAccel* accel,
                                                     const SceneState& state, int width, int height);
 
   bool HasRoomFor(int width, int height) const {
     return width <= picture_->width && height <= picture_->height;
   }
-  /// Records that triangles() is made anew, for a picture of the view's size, for which there must
-  /// be room; the shaders that follow may read it.
+  /// Records the update of triangles() for a picture of the view's size, which must fit; later
+  /// shaders may read it.
   void Record(VkCommandBuffer commands, const RasterView& view) const;
 
-  /// Two words per pixel, rows from the top: instance and primitive; kNoInstance: nothing.
+  /// Two words per pixel, rows from the top: instance and primitive; kNoInstance: no surface.
   const gpu::Buffer& triangles() const { return *triangles_; }
   gpu::MemoryUse memory() const { return arena_.Need(); }
 

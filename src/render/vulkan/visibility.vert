@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #version 450
 
-// Draws the triangles of one instance as the camera sees them; gl_InstanceIndex is its number.
+// Draws the triangles of one instance for the camera; gl_InstanceIndex is its index.
 #include "render/vulkan/scene.glsl"
 #include "render/vulkan/visibility_shared.h"
 
@@ -22,7 +22,7 @@ void main() {
   float depth = dot(offset, raster.view.forward);
   float x = dot(offset, raster.view.right) / raster.view.half_width;
   float y = -dot(offset, raster.view.up) / raster.view.half_height;
-  // The sample at a pixel's centre sees what the camera's ray through `point` meets.
+  // Shifts the sample at a pixel's centre to the camera ray through `point`.
   vec2 shift = (vec2(1.0f) - 2.0f * raster.point) / vec2(raster.view.width, raster.view.height);
   gl_Position = vec4(x + shift.x * depth, y + shift.y * depth, kNearest, depth);
   triangle = uvec2(uint(gl_InstanceIndex), primitive);

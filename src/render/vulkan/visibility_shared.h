@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// How the camera is told to the rasteriser.
+// The camera's parameters for the rasteriser.
 #ifndef STILLRAY_RENDER_VULKAN_VISIBILITY_SHARED_H
 #define STILLRAY_RENDER_VULKAN_VISIBILITY_SHARED_H
 
@@ -11,14 +11,14 @@
 
 STILLRAY_RENDER_BEGIN
 
-// Pushed as constants.
+// Push constants.
 struct RasterView {
   GpuView view;
-  vec2 point;  // of each pixel that its ray passes: (0.5, 0.5) is the centre
+  vec2 point;  // position of the ray in each pixel: (0.5, 0.5) is the centre
 };
 
-// What lies nearer along the view's axis is cut away. Rays have no such bound, so it is as good as
-// none: depths are kNearest / w as floats, whose relative precision is the same everywhere.
+// The near plane. Rays have none, so it is negligibly close: depths are kNearest / w as floats,
+// whose relative precision is the same everywhere.
 const float kNearest = 1e-10f;
 
 STILLRAY_RENDER_END

@@ -21,11 +21,11 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Drivers of desktops end what takes longer than about two seconds. A submission begins with so
-/// few paths that none does, and follows what they took.
+/// Desktop drivers abort work that takes longer than about two seconds. Submissions start with few
+/// enough paths to stay below that, and adapt to the measured times.
 constexpr double kFirstPaths = 1 << 14;
 constexpr double kLeastPaths = 1 << 11;
-/// Samples of a batch in a submission; bounds the times that are taken in it.
+/// Maximum number of samples per submission, which bounds the number of timestamps.
 constexpr int kMostSamples = 16;
 constexpr uint32_t kMostMarks = 2048;
 
@@ -34,7 +34,7 @@ GpuView MakeGpuView(const CameraView& view) {
           view.up,       view.width,      view.forward, view.height};
 }
 
-/// What becomes of a batch.
+/// The outputs of a batch.
 struct BatchPlan {
   bool guides = false;
   bool reference = false;
@@ -101,8 +101,9 @@ class VulkanRenderer final : public Renderer {
   gpu::Timestamps times_;
   GpuFrame frame_ = {};
   SamplerKind sampler_ = SamplerKind::kSobol;  // of frame_
-  bool visible_ = false;                       // what the camera sees was drawn for this frame
-  bool accel_moved_ = true;                    // since the device got it last
+  // the visible triangles were rasterised for this frame
+  bool visible_ = false;
+  bool accel_moved_ = true;  // since the last upload
   bool lights_moved_ = true;
   double previous_seconds_ = 0;
   double paths_per_submission_ = kFirstPaths;
@@ -153,7 +154,7 @@ Status VulkanRenderer::MoveTo(const RenderMoment& moment) {
   const PhaseTimer timer(&timings_.update_ms);
   const bool moved = state_.Update(moment.seconds, moment.previous_seconds);
   STILLRAY_RETURN_IF_ERROR(CheckPlaces(state_, moment));
-  // Where instances stood is told to the device too.
+  // The device also needs the previous transforms.
   const bool other_past =
       moment.previous_seconds != previous_seconds_ && !state_.scene().animation.empty();
   previous_seconds_ = moment.previous_seconds;
@@ -214,8 +215,8 @@ void VulkanRenderer::ReadTimes() {
   timings_.dropped += counters.dropped;
 }
 
-/// Samples `done` to `done + samples` of the batch; with the first its guides, with the last its
-/// results.
+/// Traces samples `done` to `done + samples` of the batch; the first submission includes its
+/// guides, the last its results.
 Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, int samples) {
   const gpu::Turn lock = device_->Lock();
   const Result<VkCommandBuffer> commands = device_->Begin();
@@ -280,7 +281,7 @@ Status VulkanRenderer::TraceBatch(const GpuBatch& batch, const BatchPlan& plan,
   return Status::Ok();
 }
 
-/// All of the picture in rectangles of a size that suits one submission.
+/// Covers the picture with rectangles of a size that suits one submission.
 template <typename Store>
 Status VulkanRenderer::ForTiles(const BatchPlan& plan, ProgressMeter* meter, const Store& store) {
   constexpr int kBlock = static_cast<int>(kBlockSize);
@@ -313,7 +314,7 @@ double WorkOf(const RenderSettings& settings, double samples) {
          samples;
 }
 
-/// On the device, if that is wanted and has room; else on the host.
+/// On the device, if requested and there is memory; else on the host.
 Status VulkanRenderer::BeginFrame(const RenderMoment& moment, Frame* frame) {
   device_store_.Drop();
   if (settings_.on_device) {
@@ -343,7 +344,7 @@ Status VulkanRenderer::RenderWhole(const RenderMoment& moment, Frame* frame,
   return device_store_.End(int64_t{settings_.width} * settings_.height, frame);
 }
 
-/// The pixels whose turn it is, and zero into the host's planes of all others.
+/// The pixels to trace; clears the host's planes of all others.
 std::vector<PixelPosition> VulkanRenderer::ChoosePixels(const PixelOrder& order, Frame* frame) {
   const PhaseTimer timer(&timings_.clear_ms);
   std::vector<PixelPosition> chosen;
@@ -377,7 +378,7 @@ Status VulkanRenderer::RenderPart(const RenderMoment& moment, Frame* frame,
   sparse_.Begin(settings_, *frame);
   STILLRAY_RETURN_IF_ERROR(BeginFrame(moment, frame));
   const bool full = settings_.guides == GuideCoverage::kFull;
-  // Of sparse guides there are too few to draw all of the scene for.
+  // Sparse guides are too few to rasterise the whole scene for.
   frame_.rasterised = full && picture_->draws() ? 1 : 0;
   const PixelOrder order(settings_.cycle, settings_.seed, moment.frame_index);
   const std::vector<PixelPosition> chosen = ChoosePixels(order, frame);

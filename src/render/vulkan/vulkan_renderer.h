@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The path tracer on a Vulkan device: the same frames as the one on the CPU, but for roundings.
+/// The path tracer on a Vulkan device: the same frames as on the CPU, up to rounding.
 #pragma once
 
 #include <memory>
@@ -14,18 +14,19 @@
 namespace stillray::render {
 
 struct VulkanRenderOptions {
-  std::optional<bool> add_by_group = {};  ///< GpuTracer::Create; without: what suits the device
-  /// The camera's first hits are drawn (Visibility) rather than traced, where the device draws.
+  std::optional<bool> add_by_group = {};  ///< GpuTracer::Create; without: suited to the device
+  /// Rasterises the camera's first hits (Visibility) rather than tracing them, if the device can.
   bool rasterise = true;
-  TracingWay way = TracingWay::kAuto;  ///< in which all other rays are traced
-  /// Milliseconds that a submission may take, roughly: the device's other users wait for as long.
+  TracingWay way = TracingWay::kAuto;  ///< for all other rays
+  /// Approximate duration of a submission in milliseconds: other users of the device wait that
+  /// long.
   double submission_ms = 200;
 };
 
 /// As Renderer::Create. The same device and driver give the same bits. RenderTimings hold the
-/// device's own times.
-/// \return also kUnsupported: the device lacks something, or an array of the scene is larger than
-///         its storage buffers
+/// device's times.
+/// \return also kUnsupported: the device lacks a feature, or an array of the scene is larger than
+///     its storage buffers
 Result<std::unique_ptr<Renderer>> CreateVulkanRenderer(const Scene& scene,
                                                        const RenderSettings& settings,
                                                        std::shared_ptr<gpu::Device> device,

@@ -28,7 +28,7 @@ struct BvhRelease {
 using DeviceHandle = std::unique_ptr<std::remove_pointer_t<RTCDevice>, DeviceRelease>;
 using BvhHandle = std::unique_ptr<std::remove_pointer_t<RTCBVH>, BvhRelease>;
 
-// What Embree's builder makes, in its own memory: an inner node, or a leaf.
+// A node in the memory of Embree's builder: an inner node, or a leaf.
 struct BuiltNode {
   bool leaf = false;
   uint32_t count = 0;           // of children or items
@@ -73,14 +73,14 @@ Aabb Union(const Aabb& a, const Aabb& b) {
   return {glm::min(a.min, b.min), glm::max(a.max, b.max)};
 }
 
-// One axis of a node: the grid, and where its children's boxes end on it.
+// One axis of a node: the grid, and the bounds of its children on it.
 struct AxisGrid {
   uint32_t exponent = 1;  // of a float: the smallest scale is the smallest normal number
   std::array<uint32_t, kWidth> low{};
   std::array<uint32_t, kWidth> high{};
 };
 
-// The arithmetic of the shader: the product is exact, so a fused multiply-add gives the same.
+// The shader's arithmetic: the product is exact, so a fused multiply-add gives the same result.
 float OnGrid(float origin, uint32_t step, float scale) {
   return origin + static_cast<float>(step) * scale;
 }
@@ -93,7 +93,7 @@ bool Quantise(float origin, float scale, float low, float high, uint32_t* low_st
   };
   auto down = static_cast<uint32_t>(steps(low));
   auto up = static_cast<uint32_t>(steps(high));
-  // Rounding of the sum may put a step on the wrong side.
+  // Rounding of the sum may make a step not conservative.
   while (down > 0 && OnGrid(origin, down, scale) > low) {
     --down;
   }
@@ -133,9 +133,9 @@ uint32_t Pack(const std::array<uint32_t, kWidth>& bytes) {
   return bytes[0] | bytes[1] << 8 | bytes[2] << 16 | bytes[3] << 24;
 }
 
-// A ray that runs along a box's face is in the box: shaders multiply the distance to its planes by
-// up to 1e18, which must not be zero times that. So boxes are larger than what they hold by a few
-// units in the last place of the node's largest coordinate.
+// A ray along a box's face is inside the box: shaders multiply the distance to its planes by up to
+// 1e18, and zero would fail. So boxes are enlarged by a few units in the last place of the node's
+// largest coordinate.
 constexpr float kMargin = 0x1p-22f;
 
 BvhNode PackNode(const Aabb* tight, uint32_t count) {
@@ -165,12 +165,12 @@ BvhNode PackNode(const Aabb* tight, uint32_t count) {
   return node;
 }
 
-// Writes a tree down, parents before children.
+// Writes the nodes of a tree, parents before children.
 class Flattener {
  public:
   explicit Flattener(WideBvh* out) : out_(out) {}
 
-  // The word that a parent keeps of the subtree; `stack`: what its walk takes.
+  // The parent's reference to the subtree; `stack`: the entries that its traversal needs.
   uint32_t Add(const BuiltNode& built, int* stack) {
     if (built.leaf) {
       *stack = 0;
@@ -184,7 +184,7 @@ class Flattener {
       int below = 0;
       const uint32_t child = Add(*built.children[i], &below);
       out_->nodes[index].children[i] = child;
-      // A child is walked while at most all of its siblings wait.
+      // A child is traversed while at most all of its siblings are on the stack.
       *stack = std::max(*stack, children - 1 + below);
     }
     return static_cast<uint32_t>(index);
@@ -222,7 +222,7 @@ class EmbreeWideBvhBuilder final : public WideBvhBuilder {
                       "numbered",
                       what, boxes.size(), kLeafFirstMask));
     }
-    // Embree splits by area until 8 levels below the depth that is allowed, then in halves.
+    // Embree splits by area until 8 levels below the maximum depth, then in halves.
     for (const unsigned depth : {32u, 22u, 18u, 14u, 12u}) {
       Result<WideBvh> made = BuildOfDepth(boxes, leaf_items, depth, what);
       if (made.ok() ? made->stack <= stack : made.status().code() == StatusCode::kOutOfMemory) {
