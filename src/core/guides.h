@@ -14,7 +14,7 @@ const Image3& AlbedoOf(const Guides& guides, SignalKind kind);
 /// Whether the frame has light that is divided by this albedo.
 bool DividesLight(const Frame& frame, const Image3& albedo);
 
-// Substitutes for missing guides: constant, so that they show no edge.
+/// Substitutes for missing guides: constant, so that they show no edge.
 Image1 FlatDepth(int width, int height);   ///< one plane
 Image3 FlatNormal(int width, int height);  ///< the same everywhere
 Image3 WhiteAlbedo(int width, int height);

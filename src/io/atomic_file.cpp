@@ -29,11 +29,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A file name may have 255 bytes; the temporary name adds a dot, ".tmp-" and 16 digits.
+/// A file name may have 255 bytes; the temporary name adds a dot, ".tmp-" and 16 digits.
 constexpr size_t kMaxNameInTemp = 200;
-// Same limit as in Linux.
+/// Same limit as in Linux.
 constexpr int kMaxLinks = 40;
-// Linux moves at most 2 GiB - 4 KiB per call.
+/// Linux moves at most 2 GiB - 4 KiB per call.
 constexpr size_t kMaxTransfer = size_t{1} << 30;
 
 std::string Reason(int error_number) {
@@ -79,7 +79,7 @@ std::string FolderOf(const std::string& path) {
   return folder.empty() ? "." : folder.string();
 }
 
-// The suffix of a temporary name: a mark and sixteen hexadecimal digits.
+/// The suffix of a temporary name: a mark and sixteen hexadecimal digits.
 constexpr std::string_view kTempMark = ".tmp-";
 constexpr size_t kTempDigits = 16;
 

@@ -78,7 +78,7 @@ CompressionTraits TraitsOf(Imf::Compression compression) {
 ExrWindow ToWindow(const Imath::Box2i& box) {
   return {box.min.x, box.min.y, box.max.x, box.max.y};
 }
-// 64 bits: a hostile window may span all of int.
+/// 64 bits: a hostile window may span all of int.
 int64_t WidthOf(const ExrWindow& w) {
   return int64_t{w.x_max} - w.x_min + 1;
 }

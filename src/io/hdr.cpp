@@ -23,10 +23,10 @@ namespace {
 
 using Rgbe = std::array<uint8_t, 4>;
 
-// Rows outside these widths are never run-length encoded by component.
+/// Rows outside these widths are never run-length encoded by component.
 constexpr int kMinRunWidth = 8;
 constexpr int kMaxRunWidth = 32767;
-// A whole row can be one repeated pixel: about 12 bytes for kMaxSide pixels.
+/// A whole row can be one repeated pixel: about 12 bytes for kMaxSide pixels.
 constexpr uint64_t kMaxRatio = static_cast<uint64_t>(kMaxSide);
 constexpr size_t kMaxHeaderLine = 4096;
 constexpr size_t kMaxShown = 64;  // characters of a line in messages

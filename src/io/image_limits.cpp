@@ -8,7 +8,7 @@ namespace stillray::io {
 
 namespace {
 
-// Claims below this many bytes are harmless, and headers make ratios meaningless.
+/// Claims below this many bytes are harmless, and headers make ratios meaningless.
 constexpr uint64_t kHarmlessBytes = uint64_t{1} << 20;
 
 }  // namespace

@@ -16,11 +16,11 @@ namespace stillray::io {
 
 namespace {
 
-// JPEG (ITU-T T.81), B.1.1.3: the markers that matter for finding the end.
+/// JPEG (ITU-T T.81), B.1.1.3: the markers that matter for finding the end.
 constexpr uint8_t kMarker = 0xff;
 constexpr uint8_t kStartOfScan = 0xda;
 constexpr uint8_t kEndOfImage = 0xd9;
-// An MCU of 16 x 16 pixels takes at least 6 bits: 341 pixels a byte.
+/// An MCU of 16 x 16 pixels takes at least 6 bits: 341 pixels a byte.
 constexpr uint64_t kMaxPixelsPerByte = 342;
 constexpr int kRowsPerTask = 64;
 

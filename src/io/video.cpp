@@ -32,13 +32,13 @@ namespace io {
 namespace {
 
 constexpr int kMaxVideoSide = 16384;  // x264's limit
-// How frames are divided among threads depends on their number; a fixed number makes the bytes the
-// same on every machine.
+/// How frames are divided among threads depends on their number; a fixed number makes the bytes the
+/// same on every machine.
 constexpr const char* kEncoderThreads = "4";
-// Near the threshold of visible loss for x264's preset "medium".
+/// Near the threshold of visible loss for x264's preset "medium".
 constexpr const char* kQuality = "16";
 
-// The descriptor of ffmpeg's output file.
+/// The descriptor of ffmpeg's output file.
 constexpr int kOutputDescriptor = STDERR_FILENO + 1;
 
 /// Duplicates the descriptor above those passed to ffmpeg, which may be free where a program runs

@@ -25,8 +25,8 @@ constexpr double kPixelsPerDegree = 67.0;
 constexpr int kTileWidth = 256;
 constexpr int kTileHeight = 64;
 
-// Section 4.1.1, table 1: sums of Gaussians that approximate the contrast sensitivity functions of
-// the opponent channels.
+/// Section 4.1.1, table 1: sums of Gaussians that approximate the contrast sensitivity functions of
+/// the opponent channels.
 struct SensitivityGaussian {
   double a;
   double b;

@@ -15,7 +15,8 @@
 namespace stillray::quality {
 namespace {
 
-// The tone mapped luminance of the reference's brightest and median pixel at the ends of the range.
+/// The tone mapped luminance of the reference's brightest and median pixel at the ends of the
+/// range.
 constexpr double kTarget = 0.85;
 
 /// The luminance that the curve maps to kTarget: the larger root of a quadratic equation.

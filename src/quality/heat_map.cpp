@@ -8,8 +8,8 @@
 namespace stillray::report {
 namespace {
 
-// Equidistant colours of the ramp, which is linear between them. Their luminance increases, so that
-// the map can also be read in grey.
+/// Equidistant colours of the ramp, which is linear between them. Their luminance increases, so
+/// that the map can also be read in grey.
 constexpr std::array<Rgb8, 8> kRampColours = {{{0, 0, 0},
                                                {45, 20, 95},
                                                {105, 30, 125},

@@ -14,7 +14,7 @@
 namespace stillray {
 namespace {
 
-// Larger files are rejected.
+/// Larger files are rejected.
 constexpr size_t kMaxFileBytes = size_t{4} << 30;
 /// Both pictures of a comparison and the planes of all measures: 290 B a pixel with 35 channels.
 constexpr ExrCost kCost = {120, 8};

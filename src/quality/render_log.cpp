@@ -17,8 +17,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Far above the needs of any sequence; they bound the work that a hostile file can cause, as
-// look-ups in ordered objects of the JSON library are linear.
+/// Far above the needs of any sequence; they bound the work that a hostile file can cause, as
+/// look-ups in ordered objects of the JSON library are linear.
 constexpr int kMaxDepth = 8;
 constexpr size_t kMaxKeysPerObject = 1000;
 constexpr size_t kMaxShownText = 60;

@@ -27,7 +27,7 @@ using report::SequenceFiles;
 
 constexpr int kMaxFrames = 1000;
 constexpr int kMaxZoomWidth = 32768;
-// A long sequence takes about 500 bytes a frame.
+/// A long sequence takes about 500 bytes a frame.
 constexpr size_t kMaxLogBytes = size_t{16} << 20;
 
 Status CheckOptions(const ReportOptions& options) {

@@ -18,11 +18,11 @@
 namespace stillray::report {
 namespace {
 
-// Larger PNG files are rejected.
+/// Larger PNG files are rejected.
 constexpr size_t kMaxPngBytes = size_t{1} << 30;
 
-// Sizes of pictures encoded here, used to choose the number of frames before any is read: noisy
-// pictures and error maps hardly compress.
+/// Sizes of pictures encoded here, used to choose the number of frames before any is read: noisy
+/// pictures and error maps hardly compress.
 constexpr double kHeatMapBytesPerPixel = 0.7;
 constexpr double kPictureBytesPerPixel = 2.5;
 

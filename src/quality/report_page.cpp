@@ -17,7 +17,7 @@
 
 namespace stillray::report {
 
-// Generated at build time from the files beside this one.
+/// Generated at build time from the files beside this one.
 extern const char kReportTemplate[];
 extern const char kReportStyle[];
 extern const char kReportViewsScript[];

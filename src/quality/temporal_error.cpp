@@ -13,7 +13,7 @@
 namespace stillray {
 namespace {
 
-// Largest relative difference between the depth of a surface and that of its history.
+/// Largest relative difference between the depth of a surface and that of its history.
 constexpr double kDepthTolerance = 0.05;
 
 struct Size {

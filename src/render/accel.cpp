@@ -29,7 +29,7 @@ using DeviceHandle = std::unique_ptr<std::remove_pointer_t<RTCDevice>, DeviceRel
 using SceneHandle = std::unique_ptr<std::remove_pointer_t<RTCScene>, SceneRelease>;
 using GeometryHandle = std::unique_ptr<std::remove_pointer_t<RTCGeometry>, GeometryRelease>;
 
-// User data of the shadow filter, passed through Embree.
+/// User data of the shadow filter, passed through Embree.
 struct ShadowContext {
   RTCIntersectContext base;  // first member: Embree accesses only this part
   const ShadowFilter* filter;
@@ -39,7 +39,7 @@ struct ShadowContext {
 };
 static_assert(offsetof(ShadowContext, base) == 0);
 
-// Embree's argument types for packets of this width.
+/// Embree's argument types for packets of this width.
 template <int kWidth>
 struct Packet;
 template <>
@@ -64,8 +64,8 @@ struct Packet<16> {
   static constexpr auto kOccluded = rtcOccluded16;
 };
 
-// Fields with the same value in all rays, which Embree does not modify: written once for many
-// packets.
+/// Fields with the same value in all rays, which Embree does not modify: written once for many
+/// packets.
 template <int kWidth>
 void PrepareRays(typename Packet<kWidth>::Ray* packet, int* valid) {
   for (int i = 0; i < kWidth; ++i) {
@@ -78,7 +78,7 @@ void PrepareRays(typename Packet<kWidth>::Ray* packet, int* valid) {
   }
 }
 
-// Fills the packet with rays first, first + 1, ... Lanes beyond the batch are disabled.
+/// Fills the packet with rays first, first + 1, ... Lanes beyond the batch are disabled.
 template <int kWidth>
 void LoadRays(const RayBatch& rays, int first, typename Packet<kWidth>::Ray* packet, int* valid) {
   constexpr size_t kBytes = kWidth * sizeof(float);
@@ -145,7 +145,7 @@ void OccludedBatch(RTCScene scene, const RayBatch& rays, ShadowContext* context)
   }
 }
 
-// Called by Embree once for every see-through triangle that a shadow ray crosses.
+/// Called by Embree once for every see-through triangle that a shadow ray crosses.
 void FilterShadows(const RTCFilterFunctionNArguments* arguments) {
   auto* context = reinterpret_cast<ShadowContext*>(arguments->context);
   const unsigned n = arguments->N;
@@ -172,8 +172,8 @@ void FilterShadows(const RTCFilterFunctionNArguments* arguments) {
   }
 }
 
-// Scenes with at most this many triangles use one flat BVH even if they move: rebuilding it per
-// frame takes less time than the rays would spend on entering and leaving instances.
+/// Scenes with at most this many triangles use one flat BVH even if they move: rebuilding it per
+/// frame takes less time than the rays would spend on entering and leaving instances.
 constexpr size_t kMaxRebuilt = 4096;
 
 void PlaceVertices(const Mesh& mesh, const mat4& transform, float* vertices) {
@@ -185,8 +185,8 @@ void PlaceVertices(const Mesh& mesh, const mat4& transform, float* vertices) {
   }
 }
 
-// Sets the geometry's triangles: shares the mesh's indices, and its vertices where they are already
-// in world space; otherwise copies them with `transform` applied.
+/// Sets the geometry's triangles: shares the mesh's indices, and its vertices where they are
+/// already in world space; otherwise copies them with `transform` applied.
 bool FillGeometry(RTCGeometry geometry, const Mesh& mesh, const mat4& transform,
                   const vec3* placed) {
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,

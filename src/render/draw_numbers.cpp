@@ -44,7 +44,7 @@ HWY_INLINE VU MixBits(VU x) {
   return hn::Xor(x, hn::ShiftRight<16>(x));
 }
 
-// MixSeeds(a, b), given MixBits(b).
+/// MixSeeds(a, b), given MixBits(b).
 HWY_INLINE VU MixSeeds(VU a, VU mixed_b) {
   const VU shifted = hn::Add(hn::ShiftLeft<6>(a), hn::ShiftRight<2>(a));
   return MixBits(hn::Xor(a, hn::Add(hn::Add(mixed_b, Constant(0x9e3779b9u)), shifted)));
@@ -58,7 +58,7 @@ HWY_INLINE VU ScrambleReversed(VU x, VU seed) {
   return hn::Xor(x, hn::Mul(x, Constant(0x53a22864u)));
 }
 
-// One coordinate of the point, scrambled; `dimension` from 0.
+/// One coordinate of the point, scrambled; `dimension` from 0.
 HWY_INLINE void StoreScrambled(VU reversed, VU set_seed, uint32_t dimension, float* out) {
   const hn::RebindToSigned<DU> di;
   const hn::RebindToFloat<DU> df;
@@ -73,7 +73,7 @@ HWY_INLINE VU ShuffledIndex(VU index, VU seed) {
   return hn::And(ReverseBits(ScrambleReversed(ReverseBits(hn::And(index, mask)), seed)), mask);
 }
 
-// Arrays end on whole vectors: lanes behind the last path are computed, but not used.
+/// Arrays end on whole vectors: lanes behind the last path are computed, but not used.
 void DrawSobol(const SamplerBatch& samplers, uint32_t offset, NumberBatch* numbers) {
   const DU d;
   for (int i = 0; i < samplers.count; i += static_cast<int>(hn::Lanes(d))) {

@@ -15,14 +15,14 @@
 namespace stillray::render {
 namespace {
 
-// Points of a Hammersley set over half of the azimuth (the lobe is symmetric) and the polar
-// variable: there is a kink at the onset of total reflection, where a regular grid with as many
-// points is off by two percent.
+/// Points of a Hammersley set over half of the azimuth (the lobe is symmetric) and the polar
+/// variable: there is a kink at the onset of total reflection, where a regular grid with as many
+/// points is off by two percent.
 constexpr int kPointCount = 1024;
-// Grazing rows are evaluated just above the horizon, where everything is defined.
+/// Grazing rows are evaluated just above the horizon, where everything is defined.
 constexpr float kMinCosine = 1e-3f;
 
-// The second coordinate of point i, shifted to the middle of its interval.
+/// The second coordinate of point i, shifted to the middle of its interval.
 float PolarPoint(uint32_t i) {
   return FractionToFloat(ReverseBits(i)) + 0.5f / kPointCount;
 }
@@ -31,7 +31,7 @@ vec3 DirectionWithCosine(float cosine) {
   return {std::sqrt(1.0f - cosine * cosine), 0.0f, cosine};
 }
 
-// Calls add(h, cos(wo, h)) for microfacet normals distributed evenly over the sampled square.
+/// Calls add(h, cos(wo, h)) for microfacet normals distributed evenly over the sampled square.
 template <typename Add>
 void ForEachMicrofacet(vec3 wo, float alpha, const Add& add) {
   for (uint32_t i = 0; i < kPointCount; ++i) {
@@ -41,7 +41,7 @@ void ForEachMicrofacet(vec3 wo, float alpha, const Add& add) {
   }
 }
 
-// G2 / G1: the weight of a sample of the visible normals.
+/// G2 / G1: the weight of a sample of the visible normals.
 float ShadowingRatio(float lambda_o, vec3 wi, float alpha) {
   return (1.0f + lambda_o) / (1.0f + lambda_o + GgxLambda(wi, alpha));
 }
@@ -76,7 +76,7 @@ SpecularEnergy MakeSpecularEnergy() {
   return energy;
 }
 
-// Adds one microfacet's contribution to a boundary's reflectance and transmittance.
+/// Adds one microfacet's contribution to a boundary's reflectance and transmittance.
 void AddBoundary(vec3 wo, vec3 h, float cosine, float alpha, float lambda_o, float reflected_weight,
                  float eta, double* reflected, double* total) {
   const float fresnel = FresnelDielectric(cosine, eta);

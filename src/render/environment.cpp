@@ -9,7 +9,7 @@
 namespace stillray::render {
 namespace {
 
-// Mean over a texel of the bilinearly interpolated map: positive wherever there is any light.
+/// Mean over a texel of the bilinearly interpolated map: positive wherever there is any light.
 vec3 MeanOverTexel(const EnvironmentArrays& environment, int x, int y) {
   constexpr float kWeight[3] = {0.125f, 0.75f, 0.125f};
   vec3 sum(0.0f);
@@ -21,7 +21,7 @@ vec3 MeanOverTexel(const EnvironmentArrays& environment, int x, int y) {
   return sum;
 }
 
-// Divides cumulative sums by the last one.
+/// Divides cumulative sums by the last one.
 void Normalise(const std::vector<double>& sums, float* out) {
   const double last = sums.back();
   for (size_t i = 0; i < sums.size(); ++i) {

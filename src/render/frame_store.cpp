@@ -10,7 +10,7 @@
 namespace stillray::render {
 namespace {
 
-// Calls body(plane) for the planes of light that are zero where no path was traced.
+/// Calls body(plane) for the planes of light that are zero where no path was traced.
 template <typename F, typename Body>
 void ForEachLightPlane(F& frame, const Body& body) {
   for (auto& signal : frame.signals) {
@@ -20,7 +20,7 @@ void ForEachLightPlane(F& frame, const Body& body) {
   }
 }
 
-// The same for guides, emission and background.
+/// The same for guides, emission and background.
 template <typename F, typename Body>
 void ForEachGuidePlane(F& frame, const Body& body) {
   auto& guides = frame.guides;
@@ -56,7 +56,7 @@ void ClearAll(const Tile& region, bool with_guides, Frame* frame) {
   }
 }
 
-// Kinds of values that are zero in many pixels: bits 0 to 3 are the signals.
+/// Kinds of values that are zero in many pixels: bits 0 to 3 are the signals.
 constexpr uint32_t kEmissionBit = 1u << 4;
 constexpr uint32_t kBackgroundBit = 1u << 5;
 constexpr uint32_t kMotionBit = 1u << 6;
@@ -65,7 +65,8 @@ constexpr uint32_t kSpecularAlbedoBit = 1u << 8;
 constexpr uint32_t kGuideBits = 1u << 9;  // depth, normal, id, roughness
 static_assert(kTracedSignalCount <= 4);
 
-// Stores the value unless it is zero, which the pixel already is. Returns the bit if it was stored.
+/// Stores the value unless it is zero, which the pixel already is. Returns the bit if it was
+/// stored.
 uint32_t StoreUnlessZero(Image3* image, int x, int y, vec3 value, uint32_t bit) {
   if (value == vec3(0.0f)) {
     return 0;

@@ -7,7 +7,7 @@
 namespace stillray::render {
 namespace {
 
-// Motion of a point behind the previous frame's camera: out of the picture.
+/// Motion of a point behind the previous frame's camera: out of the picture.
 vec2 MotionOutOfPicture(const CameraView& camera) {
   return {2.0f * camera.width, 2.0f * camera.height};
 }

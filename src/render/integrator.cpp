@@ -11,8 +11,8 @@ int Index(SignalKind kind) {
   return static_cast<int>(kind);
 }
 
-// Hits are scattered over the scene's memory: prefetches the data of the next ones, first the
-// indices of their triangles, then the corners.
+/// Hits are scattered over the scene's memory: prefetches the data of the next ones, first the
+/// indices of their triangles, then the corners.
 void FetchAhead(const SceneState& state, const HitBatch& hits, int i, int count) {
   constexpr int kIndices = 16;
   constexpr int kCorners = 8;
@@ -34,7 +34,7 @@ void FetchAhead(const SceneState& state, const HitBatch& hits, int i, int count)
   }
 }
 
-// Traces the paths of a tile in common steps.
+/// Traces the paths of a tile in common steps.
 class Tracer {
  public:
   Tracer(const TraceContext& context, const FirstSurface* first, PathScratch* scratch,
@@ -71,7 +71,7 @@ class Tracer {
   RenderTimings& timings_;
 };
 
-// Adds light to the picture; all light passes through here.
+/// Adds light to the picture; all light passes through here.
 void Tracer::Add(int pixel, SignalKind kind, vec3 light) {
   if (!IsUsableLight(light)) {
     ++timings_.dropped;
@@ -85,7 +85,7 @@ void Tracer::AddFound(int pixel, bool direct, const FoundLight& light) {
   Add(pixel, direct ? SignalKind::kDirectSpecular : SignalKind::kIndirectSpecular, light.specular);
 }
 
-// ScatterWeight for the light strategy.
+/// ScatterWeight for the light strategy.
 float Tracer::WeightOfMet(const Path& path, float light_density) const {
   if (context_.strategy == LightStrategy::kBoth || path.density <= 0.0f) {
     return ScatterWeight(path.density, light_density);
@@ -150,8 +150,8 @@ void Tracer::ShadeAll() {
   }
 }
 
-// Stores the path for the next step. There are never more survivors than paths shaded so far, so
-// none is overwritten before it is read.
+/// Stores the path for the next step. There are never more survivors than paths shaded so far, so
+/// none is overwritten before it is read.
 void Tracer::Continue(const Path& path, vec3 origin, vec3 direction) {
   Path& kept = scratch_.paths[next_->count];
   if (&kept != &path) {
@@ -160,7 +160,7 @@ void Tracer::Continue(const Path& path, vec3 origin, vec3 direction) {
   next_->Push(origin, direction, kInfinity);
 }
 
-// The ray left the scene.
+/// The ray left the scene.
 void Tracer::Leave(const Path& path, vec3 direction) {
   const EnvironmentLight& environment = context_.lights.environment();
   if (environment.dark()) {
@@ -172,7 +172,7 @@ void Tracer::Leave(const Path& path, vec3 direction) {
   AddFound(path.pixel, path.direct != 0, LightMet(path, radiance));
 }
 
-// The ray hit a surface that may emit.
+/// The ray hit a surface that may emit.
 void Tracer::MeetLight(const Path& path, const Hit& hit, const Surface& surface, vec3 direction) {
   const Material& material = *surface.material;
   if (path.first != 0 || !material.emits() || !(surface.front != 0 || material.double_sided)) {
@@ -185,7 +185,7 @@ void Tracer::MeetLight(const Path& path, const Hit& hit, const Surface& surface,
   AddFound(path.pixel, path.direct != 0, LightMet(path, radiance));
 }
 
-// Samples a light and adds its shadow ray. Returns TotalOf the choices.
+/// Samples a light and adds its shadow ray. Returns TotalOf the choices.
 float Tracer::SeekLight(const Path& path, const Surface& surface, const Bsdf& bsdf, vec4 u) {
   const LightChoices choices = WeighLights(context_.lights.arrays(), surface.position);
   const LightSample light = context_.lights.Sample(surface.position, surface.frame.z, choices, u);
@@ -251,7 +251,7 @@ void Tracer::Shade(int path_index, const Hit& hit) {
   ScatterAt(path_index, surface, bsdf, direction, u);
 }
 
-// Samples light at the surface and continues the path. u: LightDimensions of this step.
+/// Samples light at the surface and continues the path. u: LightDimensions of this step.
 void Tracer::ScatterAt(int path_index, const Surface& surface, const Bsdf& bsdf, vec3 direction,
                        vec4 u) {
   Path& path = scratch_.paths[path_index];

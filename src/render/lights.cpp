@@ -11,7 +11,7 @@
 namespace stillray::render {
 namespace {
 
-// Points per edge of the grid on which a triangle's textured emission is averaged.
+/// Points per edge of the grid on which a triangle's textured emission is averaged.
 constexpr int kEmissionGrid = 8;
 
 float MeanEmission(const SceneState& state, uint32_t instance, uint32_t primitive) {
@@ -126,7 +126,7 @@ static_assert(static_cast<int>(LightType::kPoint) == kLightPoint &&
               static_cast<int>(LightType::kSpot) == kLightSpot &&
               static_cast<int>(LightType::kDirectional) == kLightDirectional);
 
-// Adds directional lights, behind the entries of the elements.
+/// Adds directional lights, behind the entries of the elements.
 void LightSet::AddDistant() {
   std::vector<float> weights;
   arrays_.distant_irradiance = 0;
@@ -141,7 +141,7 @@ void LightSet::AddDistant() {
   FillAliasTable(weights.data(), weights.size(), entries_.data() + arrays_.first_distant);
 }
 
-// The two triangles of a quad light are not split.
+/// The two triangles of a quad light are not split.
 bool LightSet::WorthSplitting(const LightCluster& group) const {
   if (group.count != 2) {
     return group.count > 2;
@@ -151,7 +151,7 @@ bool LightSet::WorthSplitting(const LightCluster& group) const {
   return !a.is_area() || !b.is_area() || areas_[a.item].instance != areas_[b.item].instance;
 }
 
-// Splits the group with the most dispersed light, until there are enough or none can be split.
+/// Splits the group with the most dispersed light, until there are enough or none can be split.
 void LightSet::SplitElements(std::vector<LightCluster>* groups) {
   const auto extent = [&](const LightCluster& group) {
     vec3 low = elements_[group.first].low;

@@ -10,9 +10,9 @@
 namespace stillray::render {
 namespace {
 
-// Pairs (a, b) as fractions of 2^32: that of the plastic number, and others found by random search.
-// The minimum of |p|^2 |a x + b y - z| over all p = (x, y) up to 40 pixels long and integer z is
-// between 0.211 and 0.245.
+/// Pairs (a, b) as fractions of 2^32: that of the plastic number, and others found by random
+/// search. The minimum of |p|^2 |a x + b y - z| over all p = (x, y) up to 40 pixels long and
+/// integer z is between 0.211 and 0.245.
 constexpr uint32_t kPairs[][2] = {
     {3242174888u, 2447445414u}, {2914603462u, 1979640621u}, {2600400834u, 1189413883u},
     {2007987405u, 1490448141u}, {2817468481u, 1009746811u}, {1670759458u, 3133651089u},
@@ -22,9 +22,9 @@ constexpr uint32_t kPairs[][2] = {
 };
 constexpr uint32_t kPairCount = sizeof(kPairs) / sizeof(kPairs[0]);
 
-// Cycles from which cells of 2x2 and 4x4 pixels are used: cells cover at most a quarter of a
-// frame's mean area per traced pixel, so that the position within the cell does not spoil the
-// distribution of the cells.
+/// Cycles from which cells of 2x2 and 4x4 pixels are used: cells cover at most a quarter of a
+/// frame's mean area per traced pixel, so that the position within the cell does not spoil the
+/// distribution of the cells.
 constexpr uint32_t kCycleOfCells2 = 16;
 constexpr uint32_t kCycleOfCells4 = 64;
 
@@ -32,13 +32,13 @@ int64_t FloorDivide(int64_t a, int64_t b) {
   return a / b - (a % b < 0 ? 1 : 0);
 }
 
-// The smallest rank in frame f of the cycle: ceil(f 2^32 / cycle).
+/// The smallest rank in frame f of the cycle: ceil(f 2^32 / cycle).
 uint64_t WindowStart(uint64_t f, uint64_t cycle) {
   return ((f << 32) + cycle - 1) / cycle;
 }
 
-// Slots of a cell in the order of Bayer's matrix: any four consecutive ones lie in its four
-// quarters, also after an exclusive or of the slot with a constant.
+/// Slots of a cell in the order of Bayer's matrix: any four consecutive ones lie in its four
+/// quarters, also after an exclusive or of the slot with a constant.
 PixelPosition PlaceOfSlot(uint32_t slot, int cell_bits) {
   PixelPosition place;
   for (int bit = cell_bits - 1; bit >= 0; --bit, slot >>= 2) {

@@ -9,7 +9,7 @@
 namespace stillray::render {
 namespace {
 
-// CameraView::Direction as one loop over arrays, which compilers vectorise.
+/// CameraView::Direction as one loop over arrays, which compilers vectorise.
 void MakeCameraRays(const CameraView& camera, const vec2* points, int count, RayBatch* rays) {
   const CameraView view = camera;
   for (int i = 0; i < count; ++i) {
@@ -30,7 +30,7 @@ void MakeCameraRays(const CameraView& camera, const vec2* points, int count, Ray
   rays->count = count;
 }
 
-// Adds the surface to the pixel. Returns whether the ray continues.
+/// Adds the surface to the pixel. Returns whether the ray continues.
 bool AddLayer(const Hit& hit, float opacity, PrimaryPixel* pixel) {
   if (!(opacity > 0.0f)) {
     return true;

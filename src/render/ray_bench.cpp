@@ -29,13 +29,13 @@ struct SceneRelease {
 using DeviceHandle = std::unique_ptr<std::remove_pointer_t<RTCDevice>, DeviceRelease>;
 using SceneHandle = std::unique_ptr<std::remove_pointer_t<RTCScene>, SceneRelease>;
 
-// Rays that one task takes: about as many as the tracer has at hand at a time.
+/// Rays that one task takes: about as many as the tracer has at hand at a time.
 constexpr size_t kTask = 4096;
-// Padding behind the last ray, for packets and streams.
+/// Padding behind the last ray, for packets and streams.
 constexpr size_t kPadding = 16;
 constexpr int kStreamLength = 64;
 
-// The seven values of rays first .. first + kWidth - 1 to where Embree wants them.
+/// The seven values of rays first .. first + kWidth - 1 to where Embree wants them.
 template <int kWidth, typename Ray>
 void LoadPacket(const RayLog& log, size_t first, size_t end, Ray* ray, int* valid) {
   float* parts[] = {ray->org_x, ray->org_y, ray->org_z, ray->dir_x,
@@ -48,7 +48,7 @@ void LoadPacket(const RayLog& log, size_t first, size_t end, Ray* ray, int* vali
   }
 }
 
-// What is the same in all rays, and Embree leaves as it is.
+/// What is the same in all rays, and Embree leaves as it is.
 template <int kWidth, typename Ray>
 void PreparePacket(Ray* ray) {
   for (int i = 0; i < kWidth; ++i) {
@@ -66,7 +66,7 @@ void LoadSingle(const RayLog& log, size_t i, RTCRay* ray) {
       RTCRay{v[0][i], v[1][i], v[2][i], 0.0f, v[3][i], v[4][i], v[5][i], 0.0f, v[6][i], ~0u, 0, 0};
 }
 
-// Calls Embree for the rays of one task. Returns how many met something.
+/// Calls Embree for the rays of one task. Returns how many met something.
 struct Loop {
   RTCScene scene;
   const RayLog& log;

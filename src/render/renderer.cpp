@@ -19,7 +19,7 @@
 namespace stillray::render {
 namespace {
 
-// Per-thread buffers for rendering one batch of pixels, reused in the next frame.
+/// Per-thread buffers for rendering one batch of pixels, reused in the next frame.
 struct TileScratch {
   std::vector<PixelPosition> order;  // the pixels of a region to trace
   PixelPosition positions[kBatchCapacity];
@@ -57,7 +57,7 @@ void AddSamples(int count, bool with_squares, TileScratch* scratch) {
   }
 }
 
-// Maps the progress of one part to that of the whole call.
+/// Maps the progress of one part to that of the whole call.
 RenderProgress PartOfProgress(const RenderProgress& progress, double begin, double end) {
   if (!progress) {
     return {};
@@ -187,7 +187,7 @@ void PathTracer::MakeSamplers(SampleStream stream, uint64_t sample, TileScratch*
   }
 }
 
-// Finds the visible surfaces of the batch's pixels.
+/// Finds the visible surfaces of the batch's pixels.
 void PathTracer::FindGuides(const TraceContext& context, const Frame& frame,
                             TileScratch* scratch) const {
   const vec2 offset(0.5f + frame.jitter_x, 0.5f + frame.jitter_y);
@@ -208,7 +208,7 @@ void PathTracer::StoreTileGuides(const Tile& tile, TileScratch* scratch, Frame* 
   StoreGuides(tile, scratch->guides, frame);
 }
 
-// Traces the light of the batch's pixels, whose guides are known.
+/// Traces the light of the batch's pixels, whose guides are known.
 void PathTracer::TraceSamples(const TraceContext& context, uint64_t first_sample,
                               TileScratch* scratch) const {
   for (int i = 0; i < scratch->count; ++i) {
@@ -298,7 +298,7 @@ Status PathTracer::RunTiles(TileSize size, const RenderProgress& progress,
   return status;
 }
 
-// Renders a frame in which every pixel is sampled.
+/// Renders a frame in which every pixel is sampled.
 Status PathTracer::RenderWhole(const TraceContext& context, const RenderMoment& moment,
                                Frame* frame, const RenderProgress& progress) {
   sparse_.Forget();
@@ -315,7 +315,7 @@ Status PathTracer::RenderWhole(const TraceContext& context, const RenderMoment& 
   });
 }
 
-// Renders a frame in which some pixels are sampled.
+/// Renders a frame in which some pixels are sampled.
 Status PathTracer::RenderPart(const TraceContext& context, const RenderMoment& moment, Frame* frame,
                               const RenderProgress& progress) {
   sparse_.Begin(settings_, *frame);

@@ -10,7 +10,7 @@
 namespace stillray::render {
 namespace {
 
-// The cofactor matrix: determinant times inverse transpose, defined for singular matrices too.
+/// The cofactor matrix: determinant times inverse transpose, defined for singular matrices too.
 mat3 CofactorMatrix(const mat3& m) {
   return {cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])};
 }
@@ -22,9 +22,9 @@ void Place(PlacedInstance* instance, const mat4& world) {
   instance->normal_matrix = CofactorMatrix(linear) * instance->orientation;
 }
 
-// Maximum number of triangles copied for repeated meshes: about half a gigabyte.
+/// Maximum number of triangles copied for repeated meshes: about half a gigabyte.
 constexpr size_t kMaxCopiedTriangles = 4'000'000;
-// A smaller mesh takes less memory as a copy than as an instance.
+/// A smaller mesh takes less memory as a copy than as an instance.
 constexpr size_t kMinSharedTriangles = 64;
 
 template <typename T>
@@ -34,7 +34,7 @@ T Interpolate(const Mesh& mesh, const Hit& hit, const std::vector<T>& values) {
          values[corner[2]] * hit.v;
 }
 
-// Nodes with an animated transform, or with an animated ancestor.
+/// Nodes with an animated transform, or with an animated ancestor.
 std::vector<bool> AnimatedNodes(const Scene& scene) {
   std::vector<bool> animated(scene.nodes.size(), false);
   for (const AnimationChannel& channel : scene.animation) {
@@ -92,8 +92,8 @@ std::vector<mat4> SceneState::InstanceTransforms() const {
   return transforms;
 }
 
-// Copying makes tracing faster, and costs about 120 bytes per triangle. If copies of repeated
-// meshes would take too much memory, these are instanced, like moving ones.
+/// Copying makes tracing faster, and costs about 120 bytes per triangle. If copies of repeated
+/// meshes would take too much memory, these are instanced, like moving ones.
 void SceneState::ShareMeshes() {
   std::vector<size_t> places(scene_->meshes.size(), 0);
   for (size_t i = 0; i < instances_.size(); ++i) {
@@ -114,7 +114,7 @@ void SceneState::ShareMeshes() {
   }
 }
 
-// Vertices of static instances are transformed to the world once, for the BVH and for every hit.
+/// Vertices of static instances are transformed to the world once, for the BVH and for every hit.
 void SceneState::PlaceStatic() {
   placed_positions_.resize(instances_.size());
   tbb::parallel_for(size_t{0}, instances_.size(), [&](size_t i) {

@@ -49,14 +49,14 @@ STILLRAY_RENDER_BEGIN
 
 const float kPi = 3.14159265f;
 const float kInvPi = 0.31830989f;
-// Larger values are infinite or NaN.
+/// Larger values are infinite or NaN.
 const float kLargestFloat = 3.402823466e38f;
-// The largest number below 1.
+/// The largest number below 1.
 const float kBelowOne = 0.99999994f;
 
-// (cos, sin) of a full turn times u, for u in [0, 1): the turn is divided into quarters, which is
-// exact, and the rest uses minimax polynomials (S. Moshier's Cephes, sinf and cosf), to 1e-7. The
-// same bits with any mathematical library.
+/// (cos, sin) of a full turn times u, for u in [0, 1): the turn is divided into quarters, which is
+/// exact, and the rest uses minimax polynomials (S. Moshier's Cephes, sinf and cosf), to 1e-7. The
+/// same bits with any mathematical library.
 SHARED_FN vec2 CosSinOfTurn(float u) {
   int quarter = int(4.0f * u + 0.5f);
   float x = (u - 0.25f * float(quarter)) * (2.0f * kPi);

@@ -21,8 +21,8 @@ T Blend(const std::vector<T>& values, Corners c, const Hit& hit) {
   return values[c.i0] * (1.0f - hit.u - hit.v) + values[c.i1] * hit.u + values[c.i2] * hit.v;
 }
 
-// The tangent along increasing u from the triangle's texture coordinates, for meshes without
-// tangents.
+/// The tangent along increasing u from the triangle's texture coordinates, for meshes without
+/// tangents.
 vec4 TangentFromUv(const PlacedInstance& instance, const Hit& hit, const Triangle& triangle,
                    int uv_set) {
   const std::vector<vec2>& uv = instance.mesh->uv[uv_set];
@@ -68,7 +68,7 @@ vec3 ApplyNormalMap(const SceneState& state, const PlacedInstance& instance, con
   return SafeNormalize(t * m.x + b * m.y + normal * m.z, normal);
 }
 
-// Bends n towards wo until their angle is slightly less than 90 degrees.
+/// Bends n towards wo until their angle is slightly less than 90 degrees.
 vec3 FaceViewer(vec3 n, vec3 wo) {
   const float cosine = dot(n, wo);
   if (cosine >= kMinViewCosine) {

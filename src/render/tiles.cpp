@@ -52,7 +52,7 @@ void ProgressMeter::Finish(double work) {
 
 #if defined(__SSE2__)
 namespace {
-// Bits of MXCSR: flush to zero, denormals are zero.
+/// Bits of MXCSR: flush to zero, denormals are zero.
 constexpr unsigned kFlushToZero = 0x8000;
 constexpr unsigned kDenormalsAreZero = 0x0040;
 }  // namespace

@@ -18,7 +18,7 @@ constexpr float kHalfWidth = 0.2764f;
 constexpr float kHeight = 0.5488f;
 constexpr float kDepth = 0.5592f;
 
-// The measured reflectances, integrated to linear Rec. 709.
+/// The measured reflectances, integrated to linear Rec. 709.
 const vec3 kWhite(0.725f, 0.71f, 0.68f);
 const vec3 kRed(0.63f, 0.065f, 0.05f);
 const vec3 kGreen(0.14f, 0.45f, 0.091f);

@@ -19,7 +19,7 @@
 namespace stillray::render {
 namespace {
 
-// Vertices farther out, or NaN, are not part of any hit (Embree's bound).
+/// Vertices farther out, or NaN, are not part of any hit (Embree's bound).
 constexpr float kFarthestVertex = 1.844e18f;
 
 bool Usable(vec3 p) {
@@ -35,7 +35,7 @@ Aabb BoxOf(const BvhTriangle& t) {
   return {glm::min(t.p0, glm::min(t.p1, t.p2)), glm::max(t.p0, glm::max(t.p1, t.p2))};
 }
 
-// Adds the triangles of a mesh whose vertices are `positions`.
+/// Adds the triangles of a mesh whose vertices are `positions`.
 void AppendTriangles(const PlacedInstance& placed, const vec3* positions, uint32_t instance,
                      std::vector<BvhTriangle>* out) {
   const std::vector<uint32_t>& indices = placed.mesh->indices;
@@ -50,8 +50,8 @@ void AppendTriangles(const PlacedInstance& placed, const vec3* positions, uint32
   }
 }
 
-// Bounds of a transformed box, slightly enlarged: transforming rays to the box's space rounds as
-// well.
+/// Bounds of a transformed box, slightly enlarged: transforming rays to the box's space rounds as
+/// well.
 Aabb PlaceBox(const Aabb& box, const mat4& world) {
   Aabb placed;
   for (int corner = 0; corner < 8; ++corner) {
@@ -67,7 +67,7 @@ Aabb PlaceBox(const Aabb& box, const mat4& world) {
   return {placed.min - margin, placed.max + margin};
 }
 
-// The inverse of an affine transform, in double precision; false if there is none.
+/// The inverse of an affine transform, in double precision; false if there is none.
 bool Invert(const mat4& world, mat4* inverse) {
   const glm::dmat4 exact(world);
   const double determinant = glm::determinant(glm::dmat3(exact));

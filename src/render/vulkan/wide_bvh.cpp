@@ -28,7 +28,7 @@ struct BvhRelease {
 using DeviceHandle = std::unique_ptr<std::remove_pointer_t<RTCDevice>, DeviceRelease>;
 using BvhHandle = std::unique_ptr<std::remove_pointer_t<RTCBVH>, BvhRelease>;
 
-// A node in the memory of Embree's builder: an inner node, or a leaf.
+/// A node in the memory of Embree's builder: an inner node, or a leaf.
 struct BuiltNode {
   bool leaf = false;
   uint32_t count = 0;           // of children or items
@@ -73,19 +73,19 @@ Aabb Union(const Aabb& a, const Aabb& b) {
   return {glm::min(a.min, b.min), glm::max(a.max, b.max)};
 }
 
-// One axis of a node: the grid, and the bounds of its children on it.
+/// One axis of a node: the grid, and the bounds of its children on it.
 struct AxisGrid {
   uint32_t exponent = 1;  // of a float: the smallest scale is the smallest normal number
   std::array<uint32_t, kWidth> low{};
   std::array<uint32_t, kWidth> high{};
 };
 
-// The shader's arithmetic: the product is exact, so a fused multiply-add gives the same result.
+/// The shader's arithmetic: the product is exact, so a fused multiply-add gives the same result.
 float OnGrid(float origin, uint32_t step, float scale) {
   return origin + static_cast<float>(step) * scale;
 }
 
-// Steps 0 to 255 that enclose low to high; false if 255 is not enough.
+/// Steps 0 to 255 that enclose low to high; false if 255 is not enough.
 bool Quantise(float origin, float scale, float low, float high, uint32_t* low_step,
               uint32_t* high_step) {
   const auto steps = [&](float x) {
@@ -133,9 +133,9 @@ uint32_t Pack(const std::array<uint32_t, kWidth>& bytes) {
   return bytes[0] | bytes[1] << 8 | bytes[2] << 16 | bytes[3] << 24;
 }
 
-// A ray along a box's face is inside the box: shaders multiply the distance to its planes by up to
-// 1e18, and zero would fail. So boxes are enlarged by a few units in the last place of the node's
-// largest coordinate.
+/// A ray along a box's face is inside the box: shaders multiply the distance to its planes by up to
+/// 1e18, and zero would fail. So boxes are enlarged by a few units in the last place of the node's
+/// largest coordinate.
 constexpr float kMargin = 0x1p-22f;
 
 BvhNode PackNode(const Aabb* tight, uint32_t count) {
@@ -165,7 +165,7 @@ BvhNode PackNode(const Aabb* tight, uint32_t count) {
   return node;
 }
 
-// Writes the nodes of a tree, parents before children.
+/// Writes the nodes of a tree, parents before children.
 class Flattener {
  public:
   explicit Flattener(WideBvh* out) : out_(out) {}
