@@ -3,8 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// fill_guides, FillHoles for albedos, emission and background: emission on surfaces only, background
-// in the sky only.
+// fill_guides, FillHoles for albedos, emission and background: emission on surfaces only,
+// background in the sky only.
 #define CELLS_BINDING 6
 #define COLOURS_BINDING 1
 #include "denoise/vulkan/common.glsl"
