@@ -181,8 +181,9 @@ TEST_P(CliDenoiseOverlap, AFullDiskLeavesWholeFramesOnly) {
   const int state = std::system(command.c_str());
   EXPECT_TRUE(WIFEXITED(state) && WEXITSTATUS(state) == 2);
   const std::string errors = ReadText(folder_ / "errors");
-  EXPECT_THAT(errors, HasSubstr("f.0004.exr: could not be written: File too large; 3 of 7 frames "
-                                "are finished\n"));
+  EXPECT_THAT(errors,
+              HasSubstr("f.0004.exr: could not be written: File too large; 3 of 7 frames "
+                        "are finished; the state for --resume could not be saved either\n"));
   ExpectSame(FilesIn(out), Frames(expected, 1, 3));
 }
 

@@ -4,6 +4,7 @@
 // stillray denoise --passes: every light layer denoised, and their sum the denoised colour.
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -282,6 +283,33 @@ TEST(CliDenoisePasses, GoesOnWithTheSameBits) {
   ASSERT_EQ(resumed.exit_code, 0) << resumed.errors;
   EXPECT_THAT(resumed.errors, HasSubstr("resuming with frame 4"));
   for (int64_t frame = 1; frame <= 6; ++frame) {
+    EXPECT_EQ(ReadText(FrameFileName(folder / "whole/f.#.exr", frame)),
+              ReadText(FrameFileName(folder / "part/f.#.exr", frame)))
+        << frame;
+  }
+}
+
+// The layers of frames that are in the history and not on disk are in the state.
+TEST(CliDenoisePasses, APictureThatCannotBeWrittenKeepsItsLayers) {
+  const TemporaryFolder folder;
+  for (int64_t frame = 1; frame <= 5; ++frame) {
+    ASSERT_TRUE(WriteExr(FrameFileName(folder / "in.#.exr", frame), AllPasses(frame, true)).ok());
+  }
+  const auto denoise = [&](const std::string& out, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {
+        "denoise",  folder / "in.#.exr", "-o", folder / (out + "/f.#.exr"),
+        "--passes", "--threads",         "2"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return RunProgram(arguments);
+  };
+  ASSERT_EQ(denoise("whole", {}).exit_code, 0);
+  std::filesystem::create_directories(folder / "part/f.3.exr/in_the_way");
+  EXPECT_EQ(denoise("part", {}).exit_code, 2);
+  std::filesystem::remove_all(folder / "part/f.3.exr");
+  const ProgramRun resumed = denoise("part", {"--resume"});
+  ASSERT_EQ(resumed.exit_code, 0) << resumed.errors;
+  EXPECT_THAT(resumed.errors, HasSubstr("resuming with frame 3"));
+  for (int64_t frame = 1; frame <= 5; ++frame) {
     EXPECT_EQ(ReadText(FrameFileName(folder / "whole/f.#.exr", frame)),
               ReadText(FrameFileName(folder / "part/f.#.exr", frame)))
         << frame;

@@ -5,10 +5,12 @@
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "cli_denoise_shot.h"
 #include "program.h"
@@ -189,25 +191,61 @@ TEST_P(CliDenoiseResume, GoesOnWithTheSameBits) {
   EXPECT_FALSE(fs::exists(part + "/resume.stillray"));
 }
 
-// What is in the history and not on disk must not be counted twice.
-TEST_P(CliDenoiseResume, AFrameThatCannotBeWrittenLeavesNoWrongHistory) {
+// Frames that are in the history and not on disk are in the state: they are not filtered twice.
+TEST_P(CliDenoiseResume, APictureThatCannotBeWrittenKeepsTheHistory) {
   const TemporaryFolder folder;
   const std::string in = folder / "in.####.exr";
   WriteShot(in, Shot(), 1, 8);
-  const std::vector<std::string> window = {"--window", GetParam()};
-  DenoiseWell(in, folder / "whole", window);
+  DenoiseWell(in, folder / "whole",
+              {"--window", GetParam(), "--json", folder / "whole.json", "--threads", "2"});
+  for (const auto& [failed, threads] : {std::pair(1, "1"), std::pair(1, "2"), std::pair(5, "1"),
+                                        std::pair(5, "2"), std::pair(8, "2")}) {
+    const std::string frame = std::to_string(failed);
+    const std::string part = folder / ("part" + frame + "." + threads);
+    const std::string blocked = part + "/f.000" + frame + ".exr";
+    fs::create_directories(blocked + "/in_the_way");
+    std::vector<std::string> more = {"--window", GetParam(), "--threads", threads};
+    const ProgramRun stopped = Denoise(in, part, more);
+    EXPECT_EQ(stopped.exit_code, 2);
+    EXPECT_THAT(stopped.errors, HasSubstr(blocked));
+    EXPECT_THAT(stopped.errors, HasSubstr("--resume goes on from frame " + frame + "\n"));
+    if (failed > 1) {
+      EXPECT_THAT(stopped.errors, HasSubstr(std::to_string(failed - 1) + " of 8 frames are"));
+    }
+    EXPECT_FALSE(fs::exists(part + "/f.000" + std::to_string(failed + 1) + ".exr"));
+    fs::remove_all(blocked);
+    more.insert(more.end(), {"--resume", "--json", folder / "part.json"});
+    const ProgramRun resumed = Denoise(in, part, more);
+    ASSERT_EQ(resumed.exit_code, 0) << resumed.errors;
+    EXPECT_THAT(resumed.errors, HasSubstr("resuming with frame " + frame));
+    EXPECT_THAT(Differences(folder / "whole", part, 1, 8), ::testing::IsEmpty());
+    EXPECT_FALSE(fs::exists(part + "/resume.stillray"));
+    // Reports of frames survive, too.
+    const auto whole = nlohmann::json::parse(ReadText(folder / "whole.json"))["frames"];
+    const auto parts = nlohmann::json::parse(ReadText(folder / "part.json"))["frames"];
+    ASSERT_EQ(parts.size(), 8u);
+    for (size_t i = 0; i < 8; ++i) {
+      EXPECT_EQ(parts[i]["frame"], whole[i]["frame"]);
+      EXPECT_EQ(parts[i]["without_history"], whole[i]["without_history"]) << i;
+    }
+  }
+}
+
+// The picture of the state comes from the input of then.
+TEST_P(CliDenoiseResume, AnInputOfAnUnwrittenFrameMustNotChange) {
+  const TemporaryFolder folder;
+  const std::string in = folder / "in.####.exr";
+  WriteShot(in, Shot(), 1, 4);
   const std::string part = folder / "part";
-  fs::create_directories(part + "/f.0005.exr/in_the_way");
-  const ProgramRun stopped = Denoise(in, part, window);
-  EXPECT_EQ(stopped.exit_code, 2);
-  EXPECT_THAT(stopped.errors, HasSubstr("f.0005.exr"));
-  EXPECT_THAT(stopped.errors, HasSubstr("4 of 8 frames are finished"));
-  EXPECT_FALSE(fs::exists(part + "/f.0006.exr"));
-  fs::remove_all(part + "/f.0005.exr");
-  std::vector<std::string> again = window;
-  again.push_back("--resume");
-  DenoiseWell(in, part, again);
-  EXPECT_THAT(Differences(folder / "whole", part, 1, 8), ::testing::IsEmpty());
+  fs::create_directories(part + "/f.0002.exr/in_the_way");
+  EXPECT_EQ(Denoise(in, part, {"--window", GetParam()}).exit_code, 2);
+  fs::remove_all(part + "/f.0002.exr");
+  Shot other;
+  other.contrast = 0.3f;
+  WriteShot(in, other, 2, 2);
+  const ProgramRun refused = Denoise(in, part, {"--window", GetParam(), "--resume"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.errors, HasSubstr("in.0002.exr has changed since"));
 }
 
 TEST_P(CliDenoiseResume, ATruncatedFrameStopsTheRunUntilItIsRepaired) {

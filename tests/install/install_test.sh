@@ -134,6 +134,17 @@ int main() {
 END
   try doctor CXX doctor stillray::doctor user.cpp || fail "$(cat "$work/doctor.txt")"
   "$work/doctor/build/user"
+  echo "== sequence"
+  mkdir "$work/sequence"
+  cat >"$work/sequence/user.cpp" <<'END'
+#include <stillray/sequence.h>
+int main() {
+  const auto none = stillray::SequenceDenoiser::Create({}, stillray::Device(), {});
+  return none.status().code() == stillray::StatusCode::kInvalidArgument ? 0 : 1;
+}
+END
+  try sequence CXX sequence stillray::sequence user.cpp || fail "$(cat "$work/sequence.txt")"
+  "$work/sequence/build/user"
 fi
 
 # Packages that only the program, the tests and the Python module need, as if not installed.

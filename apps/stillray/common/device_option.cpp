@@ -79,13 +79,6 @@ void TellFallBack(const Denoiser& denoiser, bool* told) {
   }
 }
 
-void AddDeviceMemory(const DeviceMemory& memory, DeviceMemory* sum) {
-  sum->allocations += memory.allocations;
-  sum->resources += memory.resources;
-  sum->bytes += memory.bytes;
-  sum->largest = std::max(sum->largest, memory.largest);
-}
-
 std::string DeviceMemoryLine(const DeviceMemory& memory) {
   return memory.allocations == 0
              ? std::string()

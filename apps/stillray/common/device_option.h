@@ -29,8 +29,6 @@ Result<Device> OpenDeviceOption(const std::string& text, bool verbose, const std
 /// Says on standard error, once, that a denoiser came to work on the CPU after all.
 void TellFallBack(const Denoiser& denoiser, bool* told);
 
-/// Adds what another denoiser holds on the same device.
-void AddDeviceMemory(const DeviceMemory& memory, DeviceMemory* sum);
 /// One line about a denoiser's memory on its device; empty for the CPU.
 std::string DeviceMemoryLine(const DeviceMemory& memory);
 nlohmann::ordered_json DeviceMemoryJson(const DeviceMemory& memory);

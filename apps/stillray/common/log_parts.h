@@ -14,26 +14,13 @@
 #include <fmt/format.h>
 
 #include "stillray/denoise.hpp"
+#include "stillray/sequence.h"
 
 namespace stillray {
 
 /// Rounded to what a clock can tell, so that files stay readable.
 inline double RoundedMs(double milliseconds) {
   return std::round(milliseconds * 1000) / 1000;
-}
-
-/// What a log keeps of a stage: logs are also read from files, where names are no literals.
-struct LoggedStage {
-  std::string name;
-  double milliseconds = 0;
-};
-
-inline std::vector<LoggedStage> LoggedStages(const std::vector<StageTime>& timings) {
-  std::vector<LoggedStage> stages;
-  for (const StageTime& stage : timings) {
-    stages.push_back({std::string(stage.name), stage.milliseconds});
-  }
-  return stages;
 }
 
 /// The first row of the table.

@@ -59,6 +59,23 @@ std::string RunSummaryText(const RunSummary& summary) {
   return text;
 }
 
+Status StopError(const StoppedRun& run) {
+  const bool cancelled = run.status.code() == StatusCode::kCancelled;
+  if (cancelled && !run.save_status.ok()) {
+    return run.save_status;
+  }
+  std::string message = cancelled ? "stopped" : run.status.message();
+  if (run.finished > 0 || cancelled) {
+    message += fmt::format("; {} of {} frames are finished", run.finished, run.frames);
+  }
+  if (!run.resumes_from.empty()) {
+    message += ", --resume goes on from " + run.resumes_from;
+  } else if (!run.save_status.ok()) {
+    message += "; the state for --resume could not be saved either";
+  }
+  return Status(run.status.code(), message);
+}
+
 int64_t FileBytes(const std::string& path) {
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(path, error);

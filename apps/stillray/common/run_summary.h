@@ -1,12 +1,15 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The last line of a run over many frames: what was written, where, how much, how fast.
+/// The last line of a run over many frames: what was written, where, how much, how fast, or why it
+/// stopped.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <string>
+
+#include "stillray/status.h"
 
 namespace stillray {
 
@@ -23,6 +26,18 @@ struct RunSummary {
 
 /// "wrote 16 frames to clean/ (212 MB) in 3.2 s, 200 ms per frame"
 std::string RunSummaryText(const RunSummary& summary);
+
+/// A run that ended before its last frame.
+struct StoppedRun {
+  Status status;       ///< why; kCancelled: by the user
+  Status save_status;  ///< of the state for --resume
+  size_t finished = 0;
+  size_t frames = 0;         ///< of the whole run
+  std::string resumes_from;  ///< "frame 4", "here"; empty: there is no state
+};
+
+/// The error of the run: why it stopped, how many frames are finished, and where --resume goes on.
+Status StopError(const StoppedRun& run);
 
 /// Size of a file on disk; 0 where there is none.
 int64_t FileBytes(const std::string& path);

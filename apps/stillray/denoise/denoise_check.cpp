@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "common/interrupt.h"
-#include "denoise/denoise_frames.h"
+#include "sequence/frames.h"
 
 namespace stillray {
 namespace {
@@ -50,14 +50,14 @@ bool IsSaidElsewhere(const Finding& finding, const DenoiseOptions& options,
 Result<std::vector<Finding>> CheckFirstFrames(const DenoiseOptions& options,
                                               const AovLayout& layout) {
   const std::unique_ptr<Doctor> doctor = Doctor::Create(options.text.aovs);
-  const size_t count = std::min(options.files.size(), kCheckedFrames);
+  const size_t count = std::min(options.sequence.files.size(), kCheckedFrames);
   size_t looked_at = 0;
   for (; looked_at < count; ++looked_at) {
     if (Interrupted()) {
       return Status::Cancelled();
     }
-    const SequenceFile& file = options.files[looked_at];
-    const Result<LoadedFile> loaded = LoadFile(file.input, options, false);
+    const SequenceFile& file = options.sequence.files[looked_at];
+    const Result<LoadedFile> loaded = LoadFile(file.input, options.sequence, false);
     if (!loaded.ok() || !doctor->Add(file.frame, file.input, loaded->image).ok()) {
       break;
     }

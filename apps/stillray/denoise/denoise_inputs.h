@@ -8,15 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "stillray/sequence.h"
 #include "stillray/status.h"
 
 namespace stillray {
-
-struct SequenceFile {
-  int64_t frame = 0;
-  std::string input;
-  std::string output;
-};
 
 /// The files in the order of their frames.
 /// \param inputs  one name for FindFrameFiles(), or files

@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json FrameJson(const DenoisedFrameLog& frame) {
+Json FrameJson(const FrameReport& frame) {
   return {{"frame", frame.frame},
           {"input", frame.input},
           {"output", frame.output},
@@ -60,7 +60,7 @@ struct Part {
 
 std::array<Part, 3> PartsOf(const DenoiseLog& log) {
   std::array<Part, 3> parts = {{{"read", 0}, {"denoise", 0}, {"write", 0}}};
-  for (const DenoisedFrameLog& frame : log.frames) {
+  for (const FrameReport& frame : log.frames) {
     parts[0].milliseconds += frame.read_ms;
     parts[1].milliseconds += frame.future_ms + frame.denoise_ms;
     parts[2].milliseconds += frame.write_ms;
@@ -76,7 +76,7 @@ const Part& Slowest(const std::array<Part, 3>& parts) {
 
 double Elapsed(const DenoiseLog& log) {
   double sum = 0;
-  for (const DenoisedFrameLog& frame : log.frames) {
+  for (const FrameReport& frame : log.frames) {
     sum += frame.elapsed_ms;
   }
   return sum;
@@ -100,27 +100,23 @@ std::string SlowestText(const DenoiseLog& log) {
 }  // namespace
 
 std::string DenoiseLogJson(const DenoiseOptions& options, const AovLayout& layout,
-                           const Settings& used, const DenoiseLog& log, int threads) {
+                           const Settings& used, Window window, const DenoiseLog& log,
+                           int threads) {
   Json frames = Json::array();
-  for (const DenoisedFrameLog& frame : log.frames) {
+  for (const FrameReport& frame : log.frames) {
     frames.push_back(FrameJson(frame));
   }
   Json findings = Json::array();
   for (const Finding& finding : log.findings) {
     findings.push_back(FindingJson(finding));
   }
-  Json json = {{"stillray", STILLRAY_VERSION},
-               {"preset", options.text.preset},
-               {"window", WindowName(options.window)},
-               {"threads", threads},
-               {"machine", MachineName()},
-               {"date", UtcNow()},
-               {"aovs", LayoutJson(layout)},
-               {"findings", std::move(findings)},
-               {"parameters", ParametersJson(used)},
-               {"slowest_part", Slowest(PartsOf(log)).name},
-               {"frames", std::move(frames)},
-               {"memory", {{"denoiser_bytes", log.denoiser_bytes}}}};
+  Json json = {
+      {"stillray", STILLRAY_VERSION},       {"preset", options.text.preset},
+      {"window", WindowName(window)},       {"threads", threads},
+      {"machine", MachineName()},           {"date", UtcNow()},
+      {"aovs", LayoutJson(layout)},         {"findings", std::move(findings)},
+      {"parameters", ParametersJson(used)}, {"slowest_part", Slowest(PartsOf(log)).name},
+      {"frames", std::move(frames)},        {"memory", {{"denoiser_bytes", log.denoiser_bytes}}}};
   if (log.device_memory.allocations > 0) {
     json["memory"]["device"] = DeviceMemoryJson(log.device_memory);
   }
@@ -130,7 +126,7 @@ std::string DenoiseLogJson(const DenoiseOptions& options, const AovLayout& layou
 
 Result<DenoiseLog> ParseDenoiseLog(const std::string& text) {
   const auto parse = [](const Json& entry) {
-    DenoisedFrameLog frame;
+    FrameReport frame;
     frame.frame = entry.at("frame").get<int64_t>();
     frame.input = entry.at("input").get<std::string>();
     frame.output = entry.at("output").get<std::string>();
@@ -147,7 +143,7 @@ Result<DenoiseLog> ParseDenoiseLog(const std::string& text) {
     frame.stages = ParseStages(entry.at("stages_ms"));
     return frame;
   };
-  Result<std::vector<DenoisedFrameLog>> frames = ParseFrameLogs<DenoisedFrameLog>(text, parse);
+  Result<std::vector<FrameReport>> frames = ParseFrameLogs<FrameReport>(text, parse);
   STILLRAY_RETURN_IF_ERROR(frames.status());
   DenoiseLog log;
   log.frames = std::move(frames.value());
@@ -164,7 +160,7 @@ Result<DenoiseLog> ParseDenoiseLog(const std::string& text) {
 std::string MissingLightWarning(const DenoiseLog& log) {
   int64_t missing = 0;
   int64_t negative = 0;
-  for (const DenoisedFrameLog& frame : log.frames) {
+  for (const FrameReport& frame : log.frames) {
     missing += frame.missing_light;
     negative += frame.negative_light;
   }
@@ -193,20 +189,20 @@ std::string DenoiseTimings(const DenoiseLog& log) {
   if (log.frames.empty()) {
     return "";
   }
-  const auto row = [&](const char* name, double DenoisedFrameLog::*milliseconds) {
+  const auto row = [&](const char* name, double FrameReport::*milliseconds) {
     return TimingsRow(name, log.frames,
-                      [&](const DenoisedFrameLog& frame) { return frame.*milliseconds; });
+                      [&](const FrameReport& frame) { return frame.*milliseconds; });
   };
   std::string table = TimingsHead(log.frames.size());
-  table += row("read", &DenoisedFrameLog::read_ms);
+  table += row("read", &FrameReport::read_ms);
   if (std::any_of(log.frames.begin(), log.frames.end(),
-                  [](const DenoisedFrameLog& f) { return f.future_ms > 0; })) {
-    table += row("look ahead", &DenoisedFrameLog::future_ms);
+                  [](const FrameReport& f) { return f.future_ms > 0; })) {
+    table += row("look ahead", &FrameReport::future_ms);
   }
-  table += row("denoise", &DenoisedFrameLog::denoise_ms);
+  table += row("denoise", &FrameReport::denoise_ms);
   table += StageRows(log.frames);
-  table += row("write", &DenoisedFrameLog::write_ms);
-  table += row("frame to frame", &DenoisedFrameLog::elapsed_ms);
+  table += row("write", &FrameReport::write_ms);
+  table += row("frame to frame", &FrameReport::elapsed_ms);
   table += SlowestText(log);
   return table +
          fmt::format("  {:<22}{:>10.1f} MB\n", "memory, denoiser",

@@ -55,7 +55,7 @@ Status CheckPreview(const DenoiseOptions& options) {
   if (target.empty() || KindOf(target) != Kind::kPictures) {
     return Status::Ok();
   }
-  const bool several = options.files.size() > 1;
+  const bool several = options.sequence.files.size() > 1;
   if (LowerExtension(target) != ".png" || (several && !IsSequenceName(target))) {
     return Status::InvalidArgument(
         fmt::format("--preview is '{}', expected a video such as preview.mp4, pictures such as "
@@ -92,7 +92,7 @@ Status Preview::Open(const ExrExtent& extent, const AovLayout& layout, size_t fi
   }
   video_ = std::move(video.value());
   for (size_t i = 0; i < finished; ++i) {
-    const SequenceFile& file = options_.files[i];
+    const SequenceFile& file = options_.sequence.files[i];
     const Result<Image3> colour = ReadDenoised(file.output, layout);
     if (!colour.ok()) {
       return colour.status();

@@ -12,15 +12,12 @@
 
 #include <fmt/format.h>
 
-#include "common/background.h"
 #include "common/console.h"
 #include "common/device_option.h"
-#include "common/finished_files.h"
 #include "common/interrupt.h"
 #include "common/json_output.h"
 #include "common/output_folder.h"
 #include "common/progress.h"
-#include "common/resume.h"
 #include "common/run_summary.h"
 #include "common/trace_device.h"
 #include "io/atomic_file.h"
@@ -29,6 +26,9 @@
 #include "render/render_options.h"
 #include "render/run_log.h"
 #include "render/scene_check.h"
+#include "sequence/background.h"
+#include "sequence/finished_files.h"
+#include "sequence/resume_state.h"
 #include "stillray/scene.h"
 
 namespace stillray {

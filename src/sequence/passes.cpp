@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#include "denoise/denoise_passes.h"
+#include "sequence/passes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,10 +9,10 @@
 
 #include <fmt/format.h>
 
-#include "common/device_option.h"
 #include "core/colour_shared.h"
 #include "core/parallel.h"
 #include "denoise/signal_groups.h"
+#include "sequence/memory.h"
 
 namespace stillray {
 namespace {

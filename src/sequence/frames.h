@@ -1,17 +1,17 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Frames of a sequence as `stillray denoise` reads them, and how two neighbours hang together. The
-/// pass that goes forward and the one that goes backward ask the same questions here, so that both
-/// see the same cuts.
+/// Frames of a sequence as they are read from EXR files, and the links between neighbours. The pass
+/// that goes forward and the one that goes backward use the same tests, so that both find the same
+/// cuts.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "denoise/denoise_options.h"
 #include "stillray/aov.h"
+#include "stillray/sequence.h"
 
 namespace stillray {
 
@@ -25,7 +25,7 @@ struct LoadedFile {
 
 /// \param to_write  whether the pixels as they are stored are kept besides
 /// \return kNotFound, kBadData, kOutOfMemory (above the memory limit), ... naming the file
-Result<LoadedFile> LoadFile(const std::string& path, const DenoiseOptions& options, bool to_write);
+Result<LoadedFile> LoadFile(const std::string& path, const SequenceOptions& options, bool to_write);
 
 struct SequenceFrame {
   std::string bytes;    ///< of the file
@@ -35,11 +35,11 @@ struct SequenceFrame {
   /// Towards the next frame, lacking the next frame's jitter likewise; empty where not told.
   Image2 next_motion;
   std::optional<CameraMatrices> camera;  ///< where motion comes from it
-  std::vector<LightPart> parts;          ///< of the light; with --passes only
+  std::vector<LightPart> parts;          ///< of the light; with SequenceOptions::passes
 };
 
 /// \param to_write  else `bytes`, `stored` and `parts` stay empty
-Result<SequenceFrame> LoadFrame(const SequenceFile& file, const DenoiseOptions& options,
+Result<SequenceFrame> LoadFrame(const SequenceFile& file, const SequenceOptions& options,
                                 const AovLayout& layout, bool to_write);
 
 /// Frees what a neighbour is not asked for: bytes and light.

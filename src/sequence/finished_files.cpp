@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#include "common/finished_files.h"
+#include "sequence/finished_files.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>

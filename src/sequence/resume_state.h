@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "common/finished_files.h"
+#include "sequence/finished_files.h"
 #include "stillray/denoise.hpp"
 #include "stillray/status.h"
 
@@ -19,19 +19,19 @@ namespace stillray {
 struct UnwrittenFrame {
   int64_t frame = 0;
   Image3 colour;                   ///< DenoisedFrame::colour
-  std::vector<NamedImage> images;  ///< DenoisedFrame::images
+  std::vector<NamedImage> images;  ///< what else its files hold: outputs, or light layers
 };
 
 struct ResumeState {
   /// Which files of the folder the run writes, in one line: runs with other keys keep their states
   /// beside each other.
   std::string key;
-  std::string fingerprint;  ///< see RenderFingerprint
-  std::string log;          ///< render.json so far
-  int64_t last_frame = 0;
-  std::vector<FinishedFile> inputs;       ///< that finished frames were read from
+  std::string fingerprint;                ///< one "name value" a line: what decides the pictures
+  std::string log;                        ///< of the frames so far
+  int64_t last_frame = 0;                 ///< the last one whose files are complete
+  std::vector<FinishedFile> inputs;       ///< of all frames whose light is in the history
   std::vector<FinishedFile> files;        ///< of finished frames
-  std::vector<UnwrittenFrame> unwritten;  ///< frames behind last_frame, one after the other
+  std::vector<UnwrittenFrame> unwritten;  ///< frames behind last_frame, in their order
   std::vector<uint8_t> history;           ///< of Denoiser::SaveHistory, behind the last of these
 };
 

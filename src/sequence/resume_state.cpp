@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#include "common/resume.h"
+#include "sequence/resume_state.h"
 
 #include <cstring>
 #include <filesystem>
@@ -20,7 +20,9 @@ namespace stillray {
 namespace {
 
 /// Behind it the checksum of all that follows, then the key.
-constexpr std::string_view kMagic = "stillray resume 2\n";
+constexpr std::string_view kMagic = "stillray resume 3\n";
+/// Of this and of every other version.
+constexpr std::string_view kMagicOfAll = "stillray resume ";
 /// 16384 x 16384 pixels with four signals: no history is larger.
 constexpr size_t kLargestFile = size_t{1} << 37;
 /// No key is longer: names of files have at most 255 bytes.
@@ -182,8 +184,7 @@ std::string PlaceOf(const std::string& folder, int n) {
 }
 
 Status Damaged(const std::string& path) {
-  return Status::BadData(fmt::format(
-      "{} is damaged or of another version of stillray; remove it to start again", path));
+  return Status::BadData(fmt::format("{} is damaged; remove it to start again", path));
 }
 
 }  // namespace
@@ -235,6 +236,11 @@ Result<ResumeState> LoadResumeState(const std::string& folder, const std::string
   }
   Reader reader(*bytes);
   const bool known = reader.Bytes(kMagic.size()) == kMagic;
+  if (!known && bytes->starts_with(kMagicOfAll)) {
+    return Status::BadData(path +
+                           " was saved by another version of stillray; remove it to start "
+                           "again");
+  }
   const uint64_t sum = reader.Number();
   if (!known || reader.failed() ||
       sum != ChecksumOf(std::string_view(*bytes).substr(kMagic.size() + sizeof(uint64_t)))) {

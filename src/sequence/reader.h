@@ -7,8 +7,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "common/background.h"
-#include "denoise/denoise_frames.h"
+#include "sequence/background.h"
+#include "sequence/frames.h"
 
 namespace stillray {
 
@@ -24,7 +24,7 @@ class FrameReader {
   /// \param order     files to be read, by their index in options.files
   /// \param to_write  see LoadFrame()
   /// \param ahead     whether the next file is read while the caller works
-  FrameReader(const DenoiseOptions& options, const AovLayout& layout, std::vector<size_t> order,
+  FrameReader(const SequenceOptions& options, const AovLayout& layout, std::vector<size_t> order,
               bool to_write, bool ahead);
 
   /// The next of the files; not to be called more often than there are. Errors come in the turn of
@@ -34,7 +34,7 @@ class FrameReader {
  private:
   ReadFrame Load(size_t file) const;
 
-  const DenoiseOptions& options_;
+  const SequenceOptions& options_;
   const AovLayout& layout_;
   std::vector<size_t> order_;
   bool to_write_;

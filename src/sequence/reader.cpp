@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#include "denoise/denoise_reader.h"
+#include "sequence/reader.h"
 
 #include <chrono>
 #include <utility>
@@ -9,7 +9,7 @@
 
 namespace stillray {
 
-FrameReader::FrameReader(const DenoiseOptions& options, const AovLayout& layout,
+FrameReader::FrameReader(const SequenceOptions& options, const AovLayout& layout,
                          std::vector<size_t> order, bool to_write, bool ahead)
     : options_(options),
       layout_(layout),

@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#include "denoise/denoise_frames.h"
+#include "sequence/frames.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "denoise/shot_cuts.h"
+#include "sequence/memory.h"
 
 namespace stillray {
 namespace {
@@ -31,7 +32,8 @@ bool SameSize(const Frame& a, const Frame& b) {
 
 }  // namespace
 
-Result<LoadedFile> LoadFile(const std::string& path, const DenoiseOptions& options, bool to_write) {
+Result<LoadedFile> LoadFile(const std::string& path, const SequenceOptions& options,
+                            bool to_write) {
   LoadedFile file;
   Result<std::string> bytes = ReadWholeFile(path, kMaxFileBytes);
   if (!bytes.ok()) {
@@ -54,7 +56,7 @@ Result<LoadedFile> LoadFile(const std::string& path, const DenoiseOptions& optio
   return file;
 }
 
-Result<SequenceFrame> LoadFrame(const SequenceFile& file, const DenoiseOptions& options,
+Result<SequenceFrame> LoadFrame(const SequenceFile& file, const SequenceOptions& options,
                                 const AovLayout& layout, bool to_write) {
   Result<LoadedFile> loaded = LoadFile(file.input, options, to_write);
   if (!loaded.ok()) {
@@ -62,7 +64,7 @@ Result<SequenceFrame> LoadFrame(const SequenceFile& file, const DenoiseOptions& 
   }
   SequenceFrame result;
   Result<Frame> frame = ImportFrame(loaded->image, layout, {0, 0}, file.input,
-                                    to_write && options.text.passes ? &result.parts : nullptr);
+                                    to_write && options.passes ? &result.parts : nullptr);
   if (!frame.ok()) {
     return frame.status();
   }

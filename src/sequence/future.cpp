@@ -1,17 +1,16 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#include "denoise/denoise_future.h"
+#include "sequence/future.h"
 
 #include <optional>
 #include <utility>
 #include <vector>
 
-#include "common/device_option.h"
-#include "denoise/denoise_reader.h"
+#include "sequence/reader.h"
 
 namespace stillray {
 
-FuturePass::FuturePass(const DenoiseOptions& options, const AovLayout& layout, Denoiser backward,
+FuturePass::FuturePass(const SequenceOptions& options, const AovLayout& layout, Denoiser backward,
                        size_t held, bool ahead, Step step)
     : options_(options),
       layout_(layout),
@@ -39,7 +38,6 @@ Status FuturePass::PlayBackward(const FutureRange& range) {
       now->frame.guides.motion = MotionToNext(*now, *next, layout_);
     }
     const Status accumulated = blocks_.Accumulate(i, now->frame, continues);
-    TellFallBack(blocks_.backward(), &told_fall_back_);
     if (!accumulated.ok()) {
       return Status(accumulated.code(), options_.files[i].input + ": " + accumulated.message());
     }

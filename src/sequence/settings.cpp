@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#include "denoise/denoise_settings.h"
+#include "sequence/settings.h"
 
 namespace stillray {
 namespace {
@@ -8,17 +8,18 @@ namespace {
 /// Where edges are mixtures that come out differently in every frame, sharp tests of the history
 /// fail there and leave the noise. Light that is not the same is found by limit_history all the
 /// same; without it sharp tests are the lesser evil.
-void RelaxHistoryTests(const DenoiseOptions& options, const AovLayout& layout, Settings* settings) {
+void RelaxHistoryTests(const SequenceOptions& options, const AovLayout& layout,
+                       Settings* settings) {
   if (!layout.soft_guides || !settings->limit_history) {
     return;
   }
-  if (!options.IsSet("history_id")) {
+  if (!options.IsFixed("history_id")) {
     settings->history_id = false;
   }
-  if (!options.IsSet("history_normal")) {
+  if (!options.IsFixed("history_normal")) {
     settings->history_normal = 80.0f;
   }
-  if (!options.IsSet("history_depth")) {
+  if (!options.IsFixed("history_depth")) {
     settings->history_depth = 0.3f;
   }
 }
@@ -27,7 +28,7 @@ void RelaxHistoryTests(const DenoiseOptions& options, const AovLayout& layout, S
 
 /// Files without motion have no history to speak of; antialiasing in time needs jittered frames,
 /// and would soften those of other renderers.
-Settings SettingsFor(const DenoiseOptions& options, const AovLayout& layout,
+Settings SettingsFor(const SequenceOptions& options, const AovLayout& layout,
                      const ExrImage& first) {
   Settings settings = options.settings;
   RelaxHistoryTests(options, layout, &settings);
@@ -37,8 +38,8 @@ Settings SettingsFor(const DenoiseOptions& options, const AovLayout& layout,
   }
   const auto jitter = first.attributes.find("jitter");
   const bool jittered =
-      jitter != first.attributes.end() && jitter->second != "0 0" && !options.text.passes;
-  if (!has_motion || (!jittered && !options.IsSet("antialias"))) {
+      jitter != first.attributes.end() && jitter->second != "0 0" && !options.passes;
+  if (!has_motion || (!jittered && !options.IsFixed("antialias"))) {
     settings.antialias = Antialias::kOff;
   }
   return settings;

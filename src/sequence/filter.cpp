@@ -1,0 +1,163 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "sequence/filter.h"
+
+#include <cstring>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "sequence/frame_loop.h"
+#include "sequence/memory.h"
+
+namespace stillray {
+Status SequenceFilter::Prepare(const Device& device, size_t held, bool ahead,
+                               FuturePass::Step step) {
+  Result<Denoiser> denoiser = Denoiser::Create(settings_, device);
+  STILLRAY_RETURN_IF_ERROR(denoiser.status());
+  denoiser_.emplace(std::move(denoiser.value()));
+  std::vector<std::string> outputs;
+  if (options_.passes) {
+    splitter_.emplace(settings_, device);
+    outputs = PassSplitter::Outputs(settings_);
+  }
+  if (settings_.temporal) {
+    outputs.emplace_back("disocclusion");
+  }
+  STILLRAY_RETURN_IF_ERROR(denoiser_->SetOutputs(outputs));
+  if (options_.window == Window::kBoth) {
+    Result<Denoiser> backward = Denoiser::Create(settings_, device);
+    STILLRAY_RETURN_IF_ERROR(backward.status());
+    future_.emplace(options_, layout_, std::move(backward.value()), held, ahead, std::move(step));
+  }
+  return Status::Ok();
+}
+
+std::string SequenceFilter::NoteOf(Link link, const Frame& frame) const {
+  switch (link) {
+    case Link::kContinues:
+      return "";
+    case Link::kResized:
+      return fmt::format("{} x {} pixels in place of {} x {}", frame.width, frame.height,
+                         previous_->frame.width, previous_->frame.height);
+    case Link::kCut:
+      return "hardly anything of the frame before is found again, a cut";
+    case Link::kGap:
+      break;
+  }
+  return fmt::format("frames after {} are missing", previous_->frame.index);
+}
+
+Link SequenceFilter::LinkFrame(SequenceFrame* frame, FrameReport* report) {
+  motion_was_seen_ = motion_was_seen_ || !IsStill(frame->frame.guides.motion);
+  const Link link = settings_.temporal && previous_ ? LinkToPrevious(*previous_, layout_, frame)
+                                                    : Link::kContinues;
+  if (link != Link::kContinues) {
+    denoiser_->Reset();
+    if (splitter_) {
+      splitter_->Reset();
+    }
+    report->restarted = true;
+  }
+  return link;
+}
+
+Status SequenceFilter::Filter(SequenceFrame* frame, size_t at, FrameReport* report, Image3* colour,
+                              std::vector<NewLayer>* layers) {
+  const LoopClock::time_point start = LoopClock::now();
+  const Link link = LinkFrame(frame, report);
+  FutureLight future;
+  if (future_) {
+    const LoopClock::time_point future_start = LoopClock::now();
+    STILLRAY_RETURN_IF_ERROR(future_->Take(at, &future));
+    report->future_ms = MillisecondsSince(future_start);
+  }
+  const Status filtered = denoiser_->Denoise(frame->frame, future, &denoised_);
+  if (!filtered.ok()) {
+    return Status(filtered.code(), fmt::format("{}: {}", report->input, filtered.message()));
+  }
+  frames_ = at + 1;
+  layers->clear();
+  if (splitter_) {
+    STILLRAY_RETURN_IF_ERROR(splitter_->Split(frame->frame, layout_, std::move(frame->parts),
+                                              denoised_, &denoised_.colour, layers));
+  }
+  report->without_history = settings_.temporal ? PartWithoutHistory(denoised_, frame->frame) : 1.0;
+  report->denoise_ms = MillisecondsSince(start) - report->future_ms;
+  report->missing_light = denoised_.non_finite + denoised_.negative;
+  report->negative_light = denoised_.negative;
+  report->bad_guides = denoised_.bad_guides;
+  report->stages = LoggedStages(denoised_.timings);
+  report->note = NoteOf(link, frame->frame);
+  report->warning = denoised_.warning;
+  *colour = std::move(denoised_.colour);
+  return Status::Ok();
+}
+
+void SequenceFilter::Skip(SequenceFrame frame) {
+  motion_was_seen_ = motion_was_seen_ || !IsStill(frame.frame.guides.motion);
+  SetPrevious(std::move(frame));
+}
+
+void SequenceFilter::SetPrevious(SequenceFrame frame) {
+  KeepGuidesOnly(&frame);
+  previous_ = std::move(frame);
+}
+
+/// The history of the light, and behind it that of its parts. The last 8 bytes are the size of the
+/// first.
+Result<std::vector<uint8_t>> SequenceFilter::SaveHistory() const {
+  Result<std::vector<uint8_t>> saved = denoiser_->SaveHistory();
+  if (saved.ok() && splitter_) {
+    std::vector<uint8_t>& bytes = saved.value();
+    const uint64_t size = bytes.size();
+    const Result<std::vector<uint8_t>> parts = splitter_->SaveHistory();
+    STILLRAY_RETURN_IF_ERROR(parts.status());
+    bytes.insert(bytes.end(), parts->begin(), parts->end());
+    bytes.resize(bytes.size() + sizeof(size));
+    std::memcpy(bytes.data() + bytes.size() - sizeof(size), &size, sizeof(size));
+  }
+  return saved;
+}
+
+Status SequenceFilter::RestoreHistory(std::span<const uint8_t> bytes, size_t frames,
+                                      const std::string& name) {
+  if (splitter_) {
+    uint64_t size = 0;
+    if (bytes.size() < sizeof(size)) {
+      return Status::BadData(name + " is damaged: it has no history");
+    }
+    const std::span<const uint8_t> all = bytes.first(bytes.size() - sizeof(size));
+    std::memcpy(&size, all.data() + all.size(), sizeof(size));
+    if (size > all.size()) {
+      return Status::BadData(name + " is damaged: its history is cut short");
+    }
+    STILLRAY_RETURN_IF_ERROR(splitter_->RestoreHistory(all.subspan(size)));
+    bytes = all.first(size);
+  }
+  STILLRAY_RETURN_IF_ERROR(denoiser_->RestoreHistory(bytes));
+  frames_ = frames;
+  return Status::Ok();
+}
+
+const std::string& SequenceFilter::remark() const {
+  return denoiser_->remark().empty() && future_ ? future_->remark() : denoiser_->remark();
+}
+
+size_t SequenceFilter::memory_bytes() const {
+  return denoiser_->memory_bytes() + (future_ ? future_->memory_bytes() : 0) +
+         (splitter_ ? splitter_->memory_bytes() : 0);
+}
+
+DeviceMemory SequenceFilter::device_memory() const {
+  DeviceMemory sum = denoiser_->device_memory();
+  if (future_) {
+    AddDeviceMemory(future_->device_memory(), &sum);
+  }
+  if (splitter_) {
+    AddDeviceMemory(splitter_->device_memory(), &sum);
+  }
+  return sum;
+}
+
+}  // namespace stillray

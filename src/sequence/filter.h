@@ -1,0 +1,77 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The denoisers of one sequence: forward, backward for the future, and of the light passes, with
+/// one history that starts again at cuts and gaps.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sequence/frames.h"
+#include "sequence/future.h"
+#include "sequence/passes.h"
+#include "stillray/denoise.hpp"
+#include "stillray/sequence.h"
+
+namespace stillray {
+
+class SequenceFilter {
+ public:
+  /// \param options, layout, settings  must outlive the filter
+  SequenceFilter(const SequenceOptions& options, const AovLayout& layout, const Settings& settings)
+      : options_(options), layout_(layout), settings_(settings) {}
+
+  /// Makes the denoisers, all on one device.
+  /// \param held  frames whose future is held at once; only for Window::kBoth with history
+  /// \param ahead, step  see FuturePass
+  Status Prepare(const Device& device, size_t held, bool ahead, FuturePass::Step step);
+
+  /// Denoises frame options.files[at]. History is dropped where it belongs to something else:
+  /// behind a gap in the numbers and at a cut. \param frame   [in,out] its motion is completed, its
+  /// parts are taken \param report  what is found is entered; its name stands in messages \param
+  /// layers  the light layers; empty without SequenceOptions::passes
+  Status Filter(SequenceFrame* frame, size_t at, FrameReport* report, Image3* colour,
+                std::vector<NewLayer>* layers);
+
+  /// Sets the frame that the next one is linked to; only its guides are kept.
+  void SetPrevious(SequenceFrame frame);
+  /// The same for a frame as it was read, whose light is in the history already.
+  void Skip(SequenceFrame frame);
+
+  /// Files whose light is in the history, from the first.
+  size_t frames() const { return frames_; }
+  /// The histories of all denoisers.
+  Result<std::vector<uint8_t>> SaveHistory() const;
+  /// \param frames  files whose light it has
+  /// \param name    of the file that it comes from, for messages
+  /// \return kBadData
+  Status RestoreHistory(std::span<const uint8_t> bytes, size_t frames, const std::string& name);
+
+  bool has_future() const { return future_.has_value(); }
+  bool motion_was_seen() const { return motion_was_seen_; }
+  /// Why frames are filtered on the CPU after all; see Denoiser::remark().
+  const std::string& remark() const;
+  size_t memory_bytes() const;
+  DeviceMemory device_memory() const;  ///< of that what lies on a device
+
+ private:
+  Link LinkFrame(SequenceFrame* frame, FrameReport* report);
+  std::string NoteOf(Link link, const Frame& frame) const;
+
+  const SequenceOptions& options_;
+  const AovLayout& layout_;
+  const Settings& settings_;
+  std::optional<Denoiser> denoiser_;
+  std::optional<PassSplitter> splitter_;
+  std::optional<FuturePass> future_;
+  std::optional<SequenceFrame> previous_;  ///< guides only
+  DenoisedFrame denoised_;
+  size_t frames_ = 0;
+  bool motion_was_seen_ = false;
+};
+
+}  // namespace stillray

@@ -1,0 +1,150 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The loop of every run over frames: each is made on the caller's thread while the one before it
+/// is written on a thread of its own. A state is saved every 30 seconds and when the run stops.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "sequence/background.h"
+#include "stillray/status.h"
+
+namespace stillray {
+
+using LoopClock = std::chrono::steady_clock;
+
+inline double MillisecondsSince(LoopClock::time_point start) {
+  return std::chrono::duration<double, std::milli>(LoopClock::now() - start).count();
+}
+
+struct LoopOptions {
+  size_t begin = 0;
+  size_t end = 0;       ///< behind the last frame
+  bool overlap = true;  ///< else a frame is written before the next is made, on the same thread
+  /// The state of a run that dies is not older, unless a single frame takes longer.
+  std::chrono::seconds save_interval{30};
+  /// Polled before every frame; false stops with kCancelled. May be empty.
+  std::function<bool()> keep_going;
+  std::function<LoopClock::time_point()> now = LoopClock::now;
+};
+
+struct WriteResult {
+  Status status;
+  double milliseconds = 0;
+  LoopClock::time_point end;
+};
+
+struct LoopEnd {
+  Status status;       ///< why the loop stopped; kOk: all frames are written
+  bool saved = false;  ///< whether the state behind the last frame was saved when it stopped
+  Status save_status;  ///< why it could not be saved
+};
+
+/// A Job has
+///   Picture       a type: one frame from its making until it is written. There are two, which are
+///                 used in turn.
+///   Status Make(size_t at, Picture*)      makes a frame; the picture may hold frame at - 2
+///   Status Write(Picture*)                on the writer's thread; the picture keeps what Save
+///   needs Status Finish(Picture*, WriteResult)  a frame was written, or could not be; on the
+///   caller's
+///                                         thread, in the order of the frames
+///   bool CanSave() const                  whether the history is that after the last frame made
+///   Status Save(std::span<Picture* const> unwritten)
+///                                         saves the state; `unwritten` are the frames that were
+///                                         made and not written, in their order
+template <typename Job>
+class FrameLoop {
+ public:
+  using Picture = typename Job::Picture;
+
+  /// \param job  must outlive the loop
+  FrameLoop(Job* job, LoopOptions options)
+      : job_(*job), options_(std::move(options)), last_save_(options_.now()) {}
+
+  /// Runs all frames. To be called once.
+  LoopEnd Run() {
+    for (size_t at = options_.begin; at < options_.end; ++at) {
+      const bool stop = options_.keep_going && !options_.keep_going();
+      const Status done = stop ? Status::Cancelled() : RunFrame(at);
+      if (!done.ok()) {
+        return Stop(done);
+      }
+    }
+    return {};
+  }
+
+  /// For a Job whose Make takes long: finishes the frame that is being written, if it is ready.
+  Status Poll() { return writing_.ready() ? FinishWriting() : Status::Ok(); }
+
+ private:
+  Status RunFrame(size_t at) {
+    Picture* picture = &pictures_[at % 2];
+    STILLRAY_RETURN_IF_ERROR(job_.Make(at, picture));
+    unwritten_.push_back(picture);
+    // The frame before; from here on `picture` is the only one.
+    STILLRAY_RETURN_IF_ERROR(FinishWriting());
+    StartWriting(picture);
+    const bool last = at + 1 == options_.end;
+    const bool save = !last && options_.now() - last_save_ > options_.save_interval;
+    if (!options_.overlap || save || last) {
+      STILLRAY_RETURN_IF_ERROR(FinishWriting());
+    }
+    return save ? Save() : Status::Ok();
+  }
+
+  void StartWriting(Picture* picture) {
+    writing_.Start(options_.overlap, [this, picture] {
+      const LoopClock::time_point start = LoopClock::now();
+      WriteResult result;
+      result.status = job_.Write(picture);
+      result.end = LoopClock::now();
+      result.milliseconds = std::chrono::duration<double, std::milli>(result.end - start).count();
+      return result;
+    });
+  }
+
+  /// Waits for the frame that is being written, if there is one. It counts as written from here on.
+  Status FinishWriting() {
+    if (!writing_.under_way()) {
+      return Status::Ok();
+    }
+    const WriteResult result = writing_.Take();
+    STILLRAY_RETURN_IF_ERROR(job_.Finish(unwritten_.front(), result));
+    unwritten_.erase(unwritten_.begin());
+    return Status::Ok();
+  }
+
+  Status Save() {
+    const Status saved = job_.Save(unwritten_);
+    last_save_ = options_.now();
+    return saved;
+  }
+
+  /// Saves the state, so that the run can go on from here.
+  LoopEnd Stop(Status reason) {
+    LoopEnd end;
+    // An error of an earlier frame comes first.
+    const Status written = FinishWriting();
+    end.status = written.ok() ? std::move(reason) : written;
+    if (job_.CanSave()) {
+      end.save_status = Save();
+      end.saved = end.save_status.ok();
+    }
+    return end;
+  }
+
+  Job& job_;
+  LoopOptions options_;
+  Picture pictures_[2];
+  std::vector<Picture*> unwritten_;  ///< made and not written, in their order
+  LoopClock::time_point last_save_;
+  Background<WriteResult> writing_;  ///< last, so that its work ends before what it uses is freed
+};
+
+}  // namespace stillray

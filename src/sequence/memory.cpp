@@ -1,0 +1,98 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "sequence/memory.h"
+
+#include <algorithm>
+#include <cstdint>
+
+#include <fmt/format.h>
+
+#include "denoise/future_blocks.h"
+
+namespace stillray {
+namespace {
+
+/// Of frame, histories and work planes, measured and rounded up.
+constexpr int64_t kBytesPerPixel = 700;
+/// A channel is held once as read and once while it is written.
+constexpr int64_t kBytesPerChannel = 2 * static_cast<int64_t>(sizeof(float));
+/// Window::kBoth: the denoiser that goes backward and its frame, likewise.
+constexpr int64_t kBytesPerPixelBackward = 700;
+/// Seven planes for each of four signals.
+constexpr int64_t kBytesPerPixelOfFuture = 7 * 4 * static_cast<int64_t>(sizeof(float));
+
+/// Passes: two denoisers of parts, the parts and the new layers; measured and rounded up.
+constexpr int64_t kBytesPerPixelOfPasses = 1100;
+
+/// Where files are read and written beside the filter: the frame that is read, as a file, as its
+/// channels and as planes; the bytes of the one that is written, old and new, and its channels.
+constexpr int64_t kBytesPerChannelOverlapped = 6 * static_cast<int64_t>(sizeof(float));
+
+int64_t BytesNeeded(const ExrExtent& extent, const SequenceOptions& options) {
+  int64_t per_pixel = kBytesPerPixel + extent.channels * kBytesPerChannel;
+  if (options.window == Window::kBoth) {
+    per_pixel += kBytesPerPixelBackward + kBytesPerPixelOfFuture;
+  }
+  if (options.passes) {
+    per_pixel += kBytesPerPixelOfPasses;
+  }
+  return extent.pixels * per_pixel;
+}
+
+bool Fits(int64_t bytes, const MemoryLimit& limit) {
+  return limit.bytes <= 0 || bytes <= limit.bytes;
+}
+
+double Megabytes(int64_t bytes) {
+  return static_cast<double>(bytes) / 1e6;
+}
+
+}  // namespace
+
+Status CheckMemory(const ExrExtent& extent, const SequenceOptions& options,
+                   const std::string& name) {
+  const int64_t bytes = BytesNeeded(extent, options);
+  if (Fits(bytes, options.memory)) {
+    return Status::Ok();
+  }
+  return Status::OutOfMemory(
+      fmt::format("{}: a frame of {} x {} pixels with {} channels takes about {:.1f} MB; {} {:.1f} "
+                  "MB",
+                  name, extent.width, extent.height, extent.channels, Megabytes(bytes),
+                  options.memory.name, Megabytes(options.memory.bytes)));
+}
+
+Status OverlapFits(const ExrExtent& extent, const SequenceOptions& options) {
+  int64_t bytes =
+      BytesNeeded(extent, options) + extent.pixels * extent.channels * kBytesPerChannelOverlapped;
+  if (options.window == Window::kBoth) {
+    bytes += (kFutureBlock - 1) * kBytesPerPixelOfFuture * extent.pixels;
+  }
+  if (Fits(bytes, options.memory)) {
+    return Status::Ok();
+  }
+  return Status::OutOfMemory(fmt::format("that would take about {:.1f} MB; {} {:.1f} MB",
+                                         Megabytes(bytes), options.memory.name,
+                                         Megabytes(options.memory.bytes)));
+}
+
+Result<size_t> FuturesThatFit(const ExrExtent& extent, const SequenceOptions& options,
+                              const std::string& name) {
+  STILLRAY_RETURN_IF_ERROR(CheckMemory(extent, options, name));
+  if (options.memory.bytes <= 0) {
+    return kFutureBlock;
+  }
+  // One is part of what the frame itself needs.
+  const int64_t left = options.memory.bytes - BytesNeeded(extent, options);
+  const int64_t each = kBytesPerPixelOfFuture * extent.pixels;
+  return static_cast<size_t>(std::clamp<int64_t>(1 + left / each, 1, kFutureBlock));
+}
+
+void AddDeviceMemory(const DeviceMemory& memory, DeviceMemory* sum) {
+  sum->allocations += memory.allocations;
+  sum->resources += memory.resources;
+  sum->bytes += memory.bytes;
+  sum->largest = std::max(sum->largest, memory.largest);
+}
+
+}  // namespace stillray

@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The memory that a sequence takes, planned from the header of a file before any of it is used.
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include "stillray/aov.h"
+#include "stillray/sequence.h"
+
+namespace stillray {
+
+/// \return kOutOfMemory, with need and limit, if a frame of this size does not fit into
+///         options.memory
+Status CheckMemory(const ExrExtent& extent, const SequenceOptions& options,
+                   const std::string& name);
+
+/// Whether one frame may be read and another written while a third of this size is filtered, and
+/// all that within the memory limit.
+/// \return kOutOfMemory, with need and limit
+Status OverlapFits(const ExrExtent& extent, const SequenceOptions& options);
+
+/// Number of frames of this size whose future fits into the memory limit beside everything else;
+/// 1..kFutureBlock.
+/// \return kOutOfMemory if not even one does
+Result<size_t> FuturesThatFit(const ExrExtent& extent, const SequenceOptions& options,
+                              const std::string& name);
+
+/// Adds the memory of another denoiser on the same device.
+void AddDeviceMemory(const DeviceMemory& memory, DeviceMemory* sum);
+
+}  // namespace stillray

@@ -1,0 +1,292 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "sequence/sequence_denoiser.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <numeric>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "sequence/memory.h"
+#include "sequence/settings.h"
+#include "stillray/io.h"
+
+namespace stillray {
+
+const char* WindowName(Window window) {
+  return window == Window::kBoth ? "both" : "past";
+}
+
+bool SequenceOptions::IsFixed(std::string_view parameter) const {
+  return std::find(fixed_parameters.begin(), fixed_parameters.end(), parameter) !=
+         fixed_parameters.end();
+}
+
+using Impl = SequenceDenoiser::Impl;
+
+Impl::Impl(const SequenceOptions& chosen, const SequenceHooks& calls)
+    : options(chosen), hooks(calls) {
+  const std::filesystem::path output(options.files.front().output);
+  folder = output.parent_path().string();
+  key = "denoise to " + output.filename().string();
+}
+
+void Impl::Note(const std::string& text) const {
+  if (hooks.note) {
+    hooks.note(text);
+  }
+}
+
+void Impl::NarrowWindow(const std::string& why) {
+  options.window = Window::kPast;
+  Note("--window past: " + why);
+}
+
+Status Impl::ReadFirstFile() {
+  const std::string& path = options.files.front().input;
+  Result<LoadedFile> file = LoadFile(path, options, false);
+  if (file.status().code() == StatusCode::kOutOfMemory && options.window_may_narrow &&
+      options.window == Window::kBoth) {
+    const std::string why = file.status().message();
+    options.window = Window::kPast;
+    file = LoadFile(path, options, false);
+    if (file.ok()) {
+      NarrowWindow(why);
+    }
+  }
+  STILLRAY_RETURN_IF_ERROR(file.status());
+  Result<AovLayout> understood = UnderstandAovs(file->image, options.aovs, path);
+  STILLRAY_RETURN_IF_ERROR(understood.status());
+  layout = std::move(understood.value());
+  for (const std::string& note : file->image.notes) {
+    Note(note);
+  }
+  settings = SettingsFor(options, layout, file->image);
+  if (options.passes) {
+    STILLRAY_RETURN_IF_ERROR(PassSplitter::Check(settings, layout));
+  }
+  if (options.window == Window::kBoth && !settings.temporal) {
+    NarrowWindow("without history there is no future either");
+  }
+  extent = file->extent;
+  return Status::Ok();
+}
+
+/// Memory decides last: the frames of the overlap are never a reason to refuse a frame.
+void Impl::ChooseOverlap() {
+  const Status fits = options.overlap ? OverlapFits(extent, options) : Status::Ok();
+  if (!fits.ok()) {
+    options.overlap = false;
+    Note("files are not read and written beside the filter: " + fits.message());
+  }
+}
+
+Status Impl::ChooseFutures(size_t* held) {
+  if (options.window == Window::kBoth) {
+    const Result<size_t> fit = FuturesThatFit(extent, options, options.files.front().input);
+    STILLRAY_RETURN_IF_ERROR(fit.status());
+    *held = *fit;
+  }
+  return Status::Ok();
+}
+
+Status Impl::Prepare(const Device& device) {
+  TakeWindowOfResumedRun();
+  STILLRAY_RETURN_IF_ERROR(ReadFirstFile());
+  ChooseOverlap();
+  STILLRAY_RETURN_IF_ERROR(ChooseFutures(&futures_held));
+  filter.emplace(options, layout, settings);
+  STILLRAY_RETURN_IF_ERROR(
+      filter->Prepare(device, futures_held, options.overlap,
+                      [this](const SequenceFile& file) { return LookAhead(file); }));
+  fingerprint = Fingerprint(device);
+  return options.state.keep ? Resume() : Status::Ok();
+}
+
+Status Impl::LookAhead(const SequenceFile& file) {
+  if (hooks.keep_going && !hooks.keep_going()) {
+    return Status::Cancelled();
+  }
+  STILLRAY_RETURN_IF_ERROR(loop->Poll());
+  if (hooks.looks_ahead) {
+    hooks.looks_ahead(file);
+  }
+  return Status::Ok();
+}
+
+void Impl::ReportFallBack() {
+  if (!fell_back && !filter->remark().empty()) {
+    fell_back = true;
+    if (hooks.fell_back) {
+      hooks.fell_back(filter->remark());
+    }
+  }
+}
+
+Status Impl::Make(size_t at, Picture* picture) {
+  const SequenceFile& names = options.files[at];
+  ReadFrame read = reader->Next();
+  STILLRAY_RETURN_IF_ERROR(read.frame.status());
+  SequenceFrame& frame = *read.frame;
+  *picture = Picture();
+  picture->names = &names;
+  const bool in_history = !waiting.empty();
+  if (in_history) {
+    TakeFirstWaiting(picture);
+  }
+  FrameReport& report = picture->report;
+  report.frame = names.frame;
+  report.input = names.input;
+  report.output = names.output;
+  report.read_ms = read.milliseconds;
+  picture->bytes = std::move(frame.bytes);
+  picture->stored = std::move(frame.stored);
+  if (in_history) {
+    filter->Skip(std::move(frame));
+  } else {
+    const Result<FinishedFile> input = LookAtFile("", names.input);
+    STILLRAY_RETURN_IF_ERROR(input.status());
+    const Status filtered = filter->Filter(&frame, at, &report, &picture->colour, &picture->layers);
+    ReportFallBack();
+    STILLRAY_RETURN_IF_ERROR(filtered);
+    inputs.push_back(*input);
+    filter->SetPrevious(std::move(frame));
+  }
+  made = at + 1;
+  most_memory = std::max(most_memory, filter->memory_bytes());
+  return Status::Ok();
+}
+
+Status Impl::Write(Picture* picture) {
+  const SequenceFile& names = *picture->names;
+  const Result<std::string> bytes =
+      ReplaceLight(picture->bytes, layout, picture->colour, names.input, picture->layers,
+                   std::move(picture->stored));
+  STILLRAY_RETURN_IF_ERROR(bytes.status());
+  picture->report.written_bytes = static_cast<int64_t>(bytes->size());
+  // The file last: once it is there, its frame is complete.
+  if (hooks.picture) {
+    STILLRAY_RETURN_IF_ERROR(hooks.picture(names, picture->colour));
+  }
+  return WriteFileAtomically(names.output, bytes->data(), bytes->size());
+}
+
+Status Impl::Finish(Picture* picture, const WriteResult& written) {
+  FrameReport& report = picture->report;
+  if (!report.note.empty()) {
+    Note(fmt::format("frame {}: {}; the history starts again here", report.frame, report.note));
+  }
+  STILLRAY_RETURN_IF_ERROR(written.status);
+  STILLRAY_RETURN_IF_ERROR(AddFinishedFiles(folder, {report.output}, &outputs));
+  report.write_ms = written.milliseconds;
+  report.elapsed_ms = std::chrono::duration<double, std::milli>(written.end - last_end).count();
+  last_end = written.end;
+  ++finished;
+  if (hooks.finished) {
+    hooks.finished(report);
+  }
+  reports.push_back(std::move(report));
+  *picture = Picture();  // its memory is free while the next frame is made
+  return Status::Ok();
+}
+
+SequenceEnd Impl::Run() {
+  if (has_old_state) {
+    RemoveResumeState(folder, key);
+  }
+  const size_t files = options.files.size();
+  std::vector<size_t> order(files - finished);
+  std::iota(order.begin(), order.end(), finished);
+  reader.emplace(options, layout, std::move(order), true, options.overlap);
+  last_end = LoopClock::now();
+  LoopOptions loop_options;
+  loop_options.begin = finished;
+  loop_options.end = files;
+  loop_options.overlap = options.overlap;
+  loop_options.keep_going = hooks.keep_going;
+  FrameLoop<Impl> frames(this, std::move(loop_options));
+  loop = &frames;
+  const LoopEnd ended = frames.Run();
+  loop = nullptr;
+  SequenceEnd end;
+  end.status = ended.status;
+  end.save_status = ended.save_status;
+  end.can_resume = saved_at.has_value();
+  end.resumes_at = saved_at.value_or(0);
+  return end;
+}
+
+SequenceDenoiser::SequenceDenoiser(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+SequenceDenoiser::SequenceDenoiser(SequenceDenoiser&&) noexcept = default;
+SequenceDenoiser& SequenceDenoiser::operator=(SequenceDenoiser&&) noexcept = default;
+SequenceDenoiser::~SequenceDenoiser() = default;
+
+Result<SequenceDenoiser> SequenceDenoiser::Create(const SequenceOptions& options,
+                                                  const Device& device,
+                                                  const SequenceHooks& hooks) {
+  if (options.files.empty()) {
+    return Status::InvalidArgument("a sequence has no files, expected one or more");
+  }
+  auto impl = std::make_unique<Impl>(options, hooks);
+  STILLRAY_RETURN_IF_ERROR(impl->Prepare(device));
+  return SequenceDenoiser(std::move(impl));
+}
+
+const SequenceOptions& SequenceDenoiser::options() const {
+  return impl_->options;
+}
+
+const AovLayout& SequenceDenoiser::layout() const {
+  return impl_->layout;
+}
+
+const Settings& SequenceDenoiser::settings() const {
+  return impl_->settings;
+}
+
+const ExrExtent& SequenceDenoiser::extent() const {
+  return impl_->extent;
+}
+
+bool SequenceDenoiser::resumed() const {
+  return impl_->resumed;
+}
+
+size_t SequenceDenoiser::finished() const {
+  return impl_->finished;
+}
+
+size_t SequenceDenoiser::look_ahead_steps() const {
+  return impl_->filter->has_future()
+             ? CountBackwardFrames(impl_->filter->frames(), impl_->options.files.size(),
+                                      impl_->futures_held)
+             : 0;
+}
+
+SequenceEnd SequenceDenoiser::Run() {
+  return impl_->Run();
+}
+
+void SequenceDenoiser::RemoveState() {
+  impl_->RemoveState();
+}
+
+const std::vector<FrameReport>& SequenceDenoiser::reports() const {
+  return impl_->reports;
+}
+
+bool SequenceDenoiser::motion_was_seen() const {
+  return impl_->filter->motion_was_seen();
+}
+
+size_t SequenceDenoiser::memory_bytes() const {
+  return impl_->most_memory;
+}
+
+DeviceMemory SequenceDenoiser::device_memory() const {
+  return impl_->filter->device_memory();
+}
+
+}  // namespace stillray

@@ -1,0 +1,98 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The parts of a SequenceDenoiser: what FrameLoop does with every frame, and the state on disk.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sequence/filter.h"
+#include "sequence/finished_files.h"
+#include "sequence/frame_loop.h"
+#include "sequence/reader.h"
+#include "sequence/resume_state.h"
+#include "stillray/sequence.h"
+
+namespace stillray {
+
+/// A frame from its file until its output is written.
+struct SequencePicture {
+  const SequenceFile* names = nullptr;
+  FrameReport report;
+  std::string bytes;    ///< of the input
+  StoredPixels stored;  ///< likewise
+  Image3 colour;
+  std::vector<NewLayer> layers;
+};
+
+/// A frame that an earlier run filtered and could not write.
+struct WaitingFrame {
+  UnwrittenFrame frame;
+  FrameReport report;
+};
+
+struct SequenceDenoiser::Impl {
+  Impl(const SequenceOptions& chosen, const SequenceHooks& calls);
+
+  Status Prepare(const Device& device);
+  SequenceEnd Run();
+  void RemoveState();
+
+  // What FrameLoop calls.
+  using Picture = SequencePicture;
+  Status Make(size_t at, Picture* picture);
+  Status Write(Picture* picture);
+  Status Finish(Picture* picture, const WriteResult& written);
+  bool CanSave() const;
+  Status Save(std::span<Picture* const> unwritten);
+
+  // Prepare, step by step.
+  void TakeWindowOfResumedRun();
+  Status ReadFirstFile();
+  void ChooseOverlap();
+  Status ChooseFutures(size_t* held);
+  std::string Fingerprint(const Device& device) const;
+  Status Resume();
+  Status CheckFormerInputs(const ResumeState& saved) const;
+  Status Restore(ResumeState saved);
+
+  Status LookAhead(const SequenceFile& file);
+  void TakeFirstWaiting(Picture* picture);
+  std::vector<FrameReport> AllReports(std::span<Picture* const> unwritten) const;
+  void NarrowWindow(const std::string& why);
+  void Note(const std::string& text) const;
+  void ReportFallBack();
+  std::string StatePath() const { return ResumePath(folder, key); }
+
+  SequenceOptions options;
+  SequenceHooks hooks;
+  AovLayout layout;
+  Settings settings;
+  ExrExtent extent;
+  std::optional<SequenceFilter> filter;
+  size_t futures_held = 0;
+  std::optional<FrameReader> reader;
+  FrameLoop<Impl>* loop = nullptr;  ///< while Run() is at work
+  bool fell_back = false;
+  size_t most_memory = 0;
+  LoopClock::time_point last_end;  ///< when the frame before was finished
+
+  std::string folder;
+  std::string key;  ///< of the state
+  std::string fingerprint;
+  bool has_old_state = false;  ///< of the same options, which this run does not resume
+  bool resumed = false;
+  std::optional<size_t> saved_at;  ///< finished frames when the state on disk was saved
+  size_t finished = 0;
+  size_t made = 0;  ///< frames that are filtered, or taken from `waiting`
+  std::vector<WaitingFrame> waiting;
+  std::vector<FrameReport> reports;   ///< of finished frames
+  std::vector<FinishedFile> inputs;   ///< of frames in the history
+  std::vector<FinishedFile> outputs;  ///< of finished frames
+  size_t synced = 0;                  ///< outputs that were flushed to the disk
+};
+
+}  // namespace stillray
