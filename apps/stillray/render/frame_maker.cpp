@@ -1,0 +1,202 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "render/frame_maker.h"
+
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "common/console.h"
+#include "common/device_option.h"
+#include "common/interrupt.h"
+#include "render/render_files.h"
+#include "render/scene_check.h"
+#include "sequence/frame_loop.h"
+
+namespace stillray {
+
+double FrameWork(const RenderOptions& options, int64_t frame) {
+  return SamplesPerPixel(options.render) + 4.0 +
+         (options.WantsReference(frame) ? options.text.reference_spp : 0);
+}
+
+double WorkBefore(const RenderOptions& options, int64_t frame) {
+  double work = 0;
+  for (int64_t f = options.frames.first; f < frame; ++f) {
+    work += FrameWork(options, f);
+  }
+  return work;
+}
+
+std::string FrameText(const RenderOptions& options, int64_t frame) {
+  return fmt::format("frame {} of {}", frame, options.frames.last);
+}
+
+Status FrameMaker::FindCamera() {
+  const std::string& wanted = options_.text.camera;
+  if (wanted.empty()) {
+    return Status::Ok();
+  }
+  std::string names;
+  for (size_t i = 0; i < scene_.cameras.size(); ++i) {
+    const std::string& name = scene_.cameras[i].name;
+    if (name == wanted || std::to_string(i) == wanted) {
+      camera_ = static_cast<int>(i);
+      return Status::Ok();
+    }
+    names += (names.empty() ? "" : ", ") + name;
+  }
+  return Status::NotFound(fmt::format("--camera is '{}', the scene has: {}", wanted, names));
+}
+
+Status FrameMaker::Prepare(const Device& device) {
+  STILLRAY_RETURN_IF_ERROR(MakeRenderer(device));
+  Result<Denoiser> denoiser = Denoiser::Create(options_.denoise, device);
+  STILLRAY_RETURN_IF_ERROR(denoiser.status());
+  denoiser_.emplace(std::move(denoiser.value()));
+  return denoiser_->SetOutputs(options_.outputs);
+}
+
+/// Where --device is auto, the CPU traces what the device cannot.
+Status FrameMaker::MakeRenderer(const Device& device) {
+  TraceOptions options;
+  options.way = options_.tracing_way;
+  options.may_fall_back =
+      options_.text.device == "auto" && options.way != render::TracingWay::kHardware;
+  options.keep_going = [] { return !Interrupted(); };
+  RenderSettings settings = options_.render;
+  settings.on_device = true;  // the denoiser is on the same device
+  Result<std::unique_ptr<DeviceRenderer>> renderer =
+      DeviceRenderer::Create(device, scene_, settings, options);
+  if (renderer.status().code() == StatusCode::kCancelled) {
+    return Status(StatusCode::kCancelled, "stopped while the BVH was built");
+  }
+  STILLRAY_RETURN_IF_ERROR(renderer.status());
+  renderer_ = std::move(renderer.value());
+  PrintTracingOnCpu();
+  if (renderer_->on_device()) {
+    PrintTo(stderr, "rays are traced {}\n", TracingWayText(device, options_.tracing_way));
+  }
+  return Status::Ok();
+}
+
+void FrameMaker::PrintTracingOnCpu() {
+  if (const std::string remark = renderer_->TakeRemark(); !remark.empty()) {
+    PrintTo(stderr, "tracing on the CPU: {}\n", remark);
+  }
+}
+
+Status FrameMaker::RestoreHistory(const std::vector<uint8_t>& history, int64_t last) {
+  STILLRAY_RETURN_IF_ERROR(denoiser_->RestoreHistory(history));
+  last_filtered_ = last;
+  return Status::Ok();
+}
+
+RenderMoment FrameMaker::MomentOf(int64_t number) const {
+  RenderMoment moment;
+  moment.frame_index = number;
+  moment.seconds = options_.Seconds(number);
+  moment.previous_seconds = options_.PreviousSeconds(number);
+  moment.camera = camera_;
+  return moment;
+}
+
+RenderProgress FrameMaker::Shown(int64_t number, Progress* progress) const {
+  return [this, number, progress](double part) {
+    progress->Update(WorkBefore(options_, number) + part * SamplesPerPixel(options_.render),
+                     FrameText(options_, number));
+    return !Interrupted();
+  };
+}
+
+Status FrameMaker::RenderReference(const RenderMoment& moment, Progress* progress,
+                                   Image3* reference) {
+  const int64_t number = moment.frame_index;
+  const double before = WorkBefore(options_, number) + SamplesPerPixel(options_.render);
+  const int spp = options_.text.reference_spp;
+  return renderer_->RenderReference(moment, spp, reference, [&](double part) {
+    progress->Update(before + part * spp, FrameText(options_, number) + ", reference");
+    return !Interrupted();
+  });
+}
+
+Status FrameMaker::Trace(const RenderMoment& moment, Progress* progress, RenderPicture* picture) {
+  const LoopClock::time_point start = LoopClock::now();
+  STILLRAY_RETURN_IF_ERROR(
+      renderer_->RenderFrame(moment, &picture->frame, Shown(moment.frame_index, progress)));
+  PrintTracingOnCpu();
+  picture->log.render_ms = MillisecondsSince(start);
+  if (renderer_->on_device()) {
+    picture->log.stages = TraceStages(renderer_->timings());
+  }
+  picture->reference = Image3();
+  return options_.WantsReference(moment.frame_index)
+             ? RenderReference(moment, progress, &picture->reference)
+             : Status::Ok();
+}
+
+/// Where the denoiser goes on on the CPU, frames come to the host from then on; this one is traced
+/// again, as it may be lost with the device.
+Status FrameMaker::Denoise(const RenderMoment& moment, Progress* progress, RenderPicture* picture) {
+  const Status status = denoiser_->Denoise(picture->frame, &picture->denoised);
+  if (denoiser_->remark().empty() || !renderer_->settings().on_device) {
+    return status;
+  }
+  RenderSettings settings = renderer_->settings();
+  settings.on_device = false;
+  STILLRAY_RETURN_IF_ERROR(renderer_->SetSettings(settings));
+  if (status.ok()) {
+    return status;
+  }
+  STILLRAY_RETURN_IF_ERROR(
+      renderer_->RenderFrame(moment, &picture->frame, Shown(moment.frame_index, progress)));
+  PrintTracingOnCpu();
+  return denoiser_->Denoise(picture->frame, &picture->denoised);
+}
+
+/// Not on the thread that writes: it would have to wait for the device, which traces the next frame
+/// by then.
+Status FrameMaker::BringToHost(RenderPicture* picture) const {
+  picture->in_files = &picture->frame;
+  const uint32_t planes = PlanesInFiles(options_);
+  if (picture->frame.on_device == nullptr || planes == 0) {
+    return Status::Ok();
+  }
+  const LoopClock::time_point start = LoopClock::now();
+  const Result<const Frame*> brought = OnHost(picture->frame, &picture->on_host, planes);
+  STILLRAY_RETURN_IF_ERROR(brought.status());
+  picture->in_files = *brought;
+  picture->log.stages.push_back({"frame_to_host", MillisecondsSince(start)});
+  return Status::Ok();
+}
+
+Status FrameMaker::Make(int64_t number, UnwrittenFrame* earlier, Progress* progress,
+                        RenderPicture* picture) {
+  const RenderMoment moment = MomentOf(number);
+  picture->log = FrameLog();
+  picture->log.frame = number;
+  picture->log.seconds = moment.seconds;
+  STILLRAY_RETURN_IF_ERROR(Trace(moment, progress, picture));
+  if (earlier != nullptr) {
+    STILLRAY_RETURN_IF_ERROR(BringToHost(picture));
+    picture->denoised = DenoisedFrame();
+    picture->denoised.colour = std::move(earlier->colour);
+    picture->denoised.images = std::move(earlier->images);
+    return Status::Ok();
+  }
+  // Until its picture can be written, the history has light that no state could account for.
+  history_is_whole_ = false;
+  const LoopClock::time_point start = LoopClock::now();
+  STILLRAY_RETURN_IF_ERROR(Denoise(moment, progress, picture));
+  TellFallBack(*denoiser_, &printed_fall_back_);
+  picture->log.denoise_ms = MillisecondsSince(start);
+  const std::vector<LoggedStage> filtered = LoggedStages(picture->denoised.timings);
+  picture->log.stages.insert(picture->log.stages.end(), filtered.begin(), filtered.end());
+  STILLRAY_RETURN_IF_ERROR(BringToHost(picture));
+  history_is_whole_ = true;
+  last_filtered_ = number;
+  return Status::Ok();
+}
+
+}  // namespace stillray

@@ -1,0 +1,88 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Traces and filters the frames of `stillray render`, on one device or on the CPU in its place.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "common/progress.h"
+#include "common/trace_device.h"
+#include "render/render_options.h"
+#include "render/run_log.h"
+#include "sequence/resume_state.h"
+#include "stillray/scene.h"
+
+namespace stillray {
+
+/// A frame until its files are written.
+struct RenderPicture {
+  Frame frame;
+  Frame on_host;  ///< room for its planes, if it lies on a device and files need them
+  const Frame* in_files = nullptr;  ///< the frame with the planes that files need
+  DenoisedFrame denoised;
+  Image3 reference;  ///< empty: none
+  FrameLog log;
+};
+
+/// Samples per pixel that a frame takes, as a measure of the time it will take. Filtering and
+/// writing count as four.
+double FrameWork(const RenderOptions& options, int64_t frame);
+/// That of all frames before this one.
+double WorkBefore(const RenderOptions& options, int64_t frame);
+/// "frame 3 of 120".
+std::string FrameText(const RenderOptions& options, int64_t frame);
+
+class FrameMaker {
+ public:
+  /// \param options, scene  must outlive the object and stay as they are
+  FrameMaker(const RenderOptions& options, const Scene& scene)
+      : options_(options), scene_(scene), last_filtered_(options.frames.first - 1) {}
+
+  /// \return kNotFound naming the cameras that there are
+  Status FindCamera();
+  /// Makes renderer and denoiser.
+  Status Prepare(const Device& device);
+
+  /// Renders and denoises a frame, and its reference where that is asked for.
+  /// \param earlier  picture of the same frame, filtered by an earlier run, which is taken in place
+  ///        of filtering: the history has its light already; or nullptr
+  Status Make(int64_t number, UnwrittenFrame* earlier, Progress* progress, RenderPicture* picture);
+
+  /// The last frame whose light is in the history.
+  int64_t last_filtered() const { return last_filtered_; }
+  /// Whether the history is that after last_filtered(); false once a frame
+  /// failed behind its filter, or within.
+  bool history_is_whole() const { return history_is_whole_; }
+  Result<std::vector<uint8_t>> SaveHistory() const { return denoiser_->SaveHistory(); }
+  /// \param last  the last frame whose light it has
+  Status RestoreHistory(const std::vector<uint8_t>& history, int64_t last);
+
+  const Renderer& renderer() const { return *renderer_; }
+  const Denoiser& denoiser() const { return *denoiser_; }
+  const std::string& place() const { return renderer_->place(); }
+
+ private:
+  Status MakeRenderer(const Device& device);
+  void PrintTracingOnCpu();
+  RenderMoment MomentOf(int64_t number) const;
+  Status Trace(const RenderMoment& moment, Progress* progress, RenderPicture* picture);
+  Status RenderReference(const RenderMoment& moment, Progress* progress, Image3* reference);
+  Status Denoise(const RenderMoment& moment, Progress* progress, RenderPicture* picture);
+  Status BringToHost(RenderPicture* picture) const;
+  RenderProgress Shown(int64_t number, Progress* progress) const;
+
+  const RenderOptions& options_;
+  const Scene& scene_;
+  int camera_ = 0;
+  std::unique_ptr<DeviceRenderer> renderer_;
+  std::optional<Denoiser> denoiser_;
+  bool printed_fall_back_ = false;
+  int64_t last_filtered_;
+  bool history_is_whole_ = true;
+};
+
+}  // namespace stillray
