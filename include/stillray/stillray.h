@@ -5,7 +5,8 @@
  *
  *  - A device holds the threads; a denoiser holds the settings and history of one sequence.
  *  - The caller owns all images: a denoiser keeps descriptions of the memory, and accesses it only
- *    within stillray_denoiser_execute(). Inputs and outputs may be the same memory.
+ *    within stillray_denoiser_execute(), _push() and _pull(). Inputs and outputs may be the same
+ *    memory.
  *  - Every function that can fail returns a code; the message is kept by the object it was called
  *    on, or by the calling thread where there is no object.
  *  - Different objects may be used by different threads at once, also with one device; one denoiser
@@ -234,11 +235,18 @@ STILLRAY_API stillray_error stillray_denoiser_set_progress(stillray_denoiser* de
  *  OUT_OF_MEMORY     no output was written; history restarts. */
 STILLRAY_API stillray_error stillray_denoiser_execute(stillray_denoiser* denoiser);
 
-/* Fixes the size of the following frames: removes all inputs and outputs, frees the memory of the
- * old size, and rejects images of another size. 0, 0: any size. */
+/* The number of the next frame, which messages name and which counts up by itself; at first 0. With
+ * the numbers of files, sparse frames get the bits of `stillray denoise`: below one sample per
+ * pixel the number selects how motion is rounded. */
+STILLRAY_API stillray_error stillray_denoiser_set_frame_index(stillray_denoiser* denoiser,
+                                                              int64_t index);
+
+/* Fixes the size of the following frames: removes all inputs and outputs and all frames that wait,
+ * frees the memory of the old size, and rejects images of another size. 0, 0: any size. */
 STILLRAY_API stillray_error stillray_denoiser_resize(stillray_denoiser* denoiser, int32_t width,
                                                      int32_t height);
-/* Discards all history: the next frame is a first frame, as after a cut. */
+/* Discards all history and all frames that wait: the next frame is a first frame, as after a cut.
+ */
 STILLRAY_API stillray_error stillray_denoiser_reset(stillray_denoiser* denoiser);
 
 /* The whole history, to continue later with the same bits, on the same kind of device with the same
@@ -250,6 +258,69 @@ STILLRAY_API stillray_error stillray_denoiser_save_history(stillray_denoiser* de
 /* BAD_DATA if the bytes are damaged or of other settings; history is then unchanged. */
 STILLRAY_API stillray_error stillray_denoiser_restore_history(stillray_denoiser* denoiser,
                                                               const void* buffer, size_t size);
+
+/* ---- Light of the past and of the future ----------------------------------------------------- */
+
+/* Frames are pushed one by one; finished ones are pulled in the same order, some later, denoised
+ * with light of later frames too: first frames and freshly uncovered surfaces come out as clean as
+ * the rest, with the bits of `stillray denoise --window both`. Frames fall into blocks of 16; a
+ * block is ready once 16 frames behind it are pushed, or the sequence is finished. At most 32
+ * frames are held if every ready one is pulled before the next is pushed. "Past and future" in
+ * docs/library.md shows the loop. */
+
+typedef enum stillray_cut {
+  STILLRAY_CUT_FIND = 0, /* where hardly any surface of the frame before is found again */
+  STILLRAY_CUT_YES = 1,  /* the frame begins a shot: its motion is not used */
+  STILLRAY_CUT_NO = 2
+} stillray_cut;
+
+/* Copies the inputs as the next frame of the sequence; the input "next_motion" counts here. After a
+ * sequence that is finished and pulled it begins another. cut: a stillray_cut.
+ *  INVALID_ARGUMENT  as execute, or settings were changed, or the sequence is finished, while its
+ *                    frames wait. The sequence is unchanged.
+ *  OUT_OF_MEMORY     the frames that wait are dropped. */
+STILLRAY_API stillray_error stillray_denoiser_push(stillray_denoiser* denoiser, int32_t cut);
+/* The sequence ends with the last frame that was pushed: all frames that wait are ready. */
+STILLRAY_API stillray_error stillray_denoiser_finish(stillray_denoiser* denoiser);
+/* Finishes the next frame and writes its outputs. *pulled: 0 if no frame is ready, else 1. The
+ * progress callback is called while this works: on up to 32 frames in the first call of a block, on
+ * one in the others.
+ *  INVALID_ARGUMENT  an output is of another size than the frame, or none is set. The frame waits.
+ *  CANCELLED         nothing is lost: another call does the work again.
+ *  OUT_OF_MEMORY     the frames that wait are dropped. */
+STILLRAY_API stillray_error stillray_denoiser_pull(stillray_denoiser* denoiser, int32_t* pulled);
+
+/* Frames that were pushed and not yet pulled. */
+typedef struct stillray_waiting {
+  size_t struct_size; /* sizeof(stillray_waiting), by the INIT below */
+  size_t frames;
+  int32_t ready;  /* 1 if pull has a frame to finish, else 0 */
+  int32_t width;  /* of the frame to be pulled next; 0 if none waits */
+  int32_t height; /* likewise */
+  int64_t index;  /* of the frame to be pulled next; 0 if none waits */
+} stillray_waiting;
+#define STILLRAY_WAITING_INIT \
+  { sizeof(stillray_waiting), 0, 0, 0, 0, 0 }
+STILLRAY_API stillray_error stillray_denoiser_waiting(stillray_denoiser* denoiser,
+                                                      stillray_waiting* waiting);
+
+/* Bytes that a sequence of pushed frames will take. */
+typedef struct stillray_memory_need {
+  size_t struct_size; /* sizeof(stillray_memory_need), by the INIT below */
+  size_t denoisers;   /* history and working memory of both directions */
+  size_t per_future;  /* light of the later frames of one frame, of which 16 are held */
+  size_t per_frame;   /* a frame that waits, of which 32 are held */
+  size_t most;        /* all that together */
+} stillray_memory_need;
+#define STILLRAY_MEMORY_NEED_INIT \
+  { sizeof(stillray_memory_need), 0, 0, 0, 0 }
+/* For frames with the inputs that are set now, whose memory is not read: data may be any address.
+ * Exact on the CPU for frames with one sample per pixel or more; with less, or where guides are
+ * unknown, up to 400 bytes per pixel come on top. */
+STILLRAY_API stillray_error stillray_denoiser_memory_need(stillray_denoiser* denoiser,
+                                                          stillray_memory_need* need);
+
+/* ---- Statistics ------------------------------------------------------------------------------ */
 
 /* Statistics of the last frame. */
 typedef struct stillray_statistics {

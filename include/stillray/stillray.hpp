@@ -133,6 +133,32 @@ class Denoiser {
   }
 
   Error Execute() { return Check(stillray_denoiser_execute(handle())); }
+  Error SetFrameIndex(int64_t index) {
+    return Check(stillray_denoiser_set_frame_index(handle(), index));
+  }
+
+  /// Copies the inputs as the next frame of a sequence that is denoised with light of later frames
+  /// too: see stillray_denoiser_push.
+  Error Push(stillray_cut cut = STILLRAY_CUT_FIND) {
+    return Check(stillray_denoiser_push(handle(), cut));
+  }
+  Error Finish() { return Check(stillray_denoiser_finish(handle())); }
+  /// \param pulled  whether a frame was ready, and is written to the outputs
+  Error Pull(bool* pulled) {
+    int32_t any = 0;
+    Error error = Check(stillray_denoiser_pull(handle(), &any));
+    *pulled = any != 0;
+    return error;
+  }
+  /// \param waiting  started from STILLRAY_WAITING_INIT
+  Error GetWaiting(stillray_waiting* waiting) {
+    return Check(stillray_denoiser_waiting(handle(), waiting));
+  }
+  /// \param need  started from STILLRAY_MEMORY_NEED_INIT
+  Error GetMemoryNeed(stillray_memory_need* need) {
+    return Check(stillray_denoiser_memory_need(handle(), need));
+  }
+
   Error Resize(int width, int height) {
     return Check(stillray_denoiser_resize(handle(), width, height));
   }

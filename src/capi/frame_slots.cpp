@@ -49,6 +49,10 @@ constexpr std::array kInputs = {
           "Pixels, x right, y down, without jitter: the point seen at p was at p + "
           "motion(p) one frame ago.",
           2),
+    Input("next_motion",
+          "For push: the point seen at p stands at p + next_motion(p) one frame later; not given: "
+          "found from the next frame's motion.",
+          2),
     Input("id", "Same surface, same number, in every frame; 0 where there is none.", 1),
     Input("roughness", "Perceptual roughness, 0 to 1: what smooth surfaces mirror stays sharp.", 1),
     Input("emission", "Light that the first surface emits: added after filtering, linear RGB.", 3),
@@ -79,6 +83,12 @@ void Load(const ImageMap& images, std::string_view name, const Frame& frame, Ima
   }
   Fit(frame, plane);
   ReadChannel(*image, 0, plane);
+}
+
+/// One pixel in the place of an image that is given.
+template <typename Image>
+void Mark(const ImageMap& images, std::string_view name, Image* image) {
+  *image = Find(images, name) != nullptr ? Image(1, 1) : Image();
 }
 
 template <int N>
@@ -151,6 +161,35 @@ void LoadFrame(const ImageMap& images, Frame* frame) {
   }
   Fit(*frame, &g.id);
   ReadIds(*id, &g.id);
+}
+
+void LoadNextMotion(const ImageMap& images, const Frame& frame, Image2* motion) {
+  Load(images, "next_motion", frame, motion);
+}
+
+void MarkImages(const ImageMap& images, Frame* shape) {
+  for (int k = 0; k < kSignalKindCount; ++k) {
+    const auto kind = static_cast<SignalKind>(k);
+    const std::string name = SignalName(kind);
+    Signal signal = {kind, Image3(), Image1()};
+    Mark(images, name, &signal.radiance);
+    Mark(images, name + ".second_moment", &signal.second_moment);
+    if (!signal.radiance.empty()) {
+      shape->signals.push_back(std::move(signal));
+    }
+  }
+  Guides& g = shape->guides;
+  Mark(images, "depth", &g.depth);
+  Mark(images, "normal", &g.normal);
+  Mark(images, "albedo", &g.albedo);
+  Mark(images, "specular_albedo", &g.specular_albedo);
+  Mark(images, "transmission_albedo", &g.transmission_albedo);
+  Mark(images, "motion", &g.motion);
+  Mark(images, "id", &g.id);
+  Mark(images, "roughness", &g.roughness);
+  Mark(images, "emission", &shape->emission);
+  Mark(images, "background", &shape->background);
+  Mark(images, "samples", &shape->samples);
 }
 
 }  // namespace stillray::capi

@@ -29,4 +29,10 @@ bool IsId(std::string_view name);
 /// frame->width x frame->height.
 void LoadFrame(const ImageMap& images, Frame* frame);
 
+/// The input "next_motion" of the same frame; empty if it is not given.
+void LoadNextMotion(const ImageMap& images, const Frame& frame, Image2* motion);
+
+/// Puts images of one pixel in the place of those that are given: for counting memory.
+void MarkImages(const ImageMap& images, Frame* shape);
+
 }  // namespace stillray::capi

@@ -3,6 +3,7 @@
 #include "capi/session.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <future>
@@ -45,6 +46,15 @@ Status UnknownName(const char* what, std::string_view name, const std::string& k
       fmt::format("unknown {0} '{1}'; {0}s are: {2}", what, name, known));
 }
 
+Status CheckSameSize(std::string_view name, const stillray_image& image, int width, int height,
+                     std::string_view expected) {
+  if (image.width == width && image.height == height) {
+    return Status::Ok();
+  }
+  return Status::InvalidArgument(fmt::format("image '{}' is {}x{}, expected {}x{} as {}", name,
+                                             image.width, image.height, width, height, expected));
+}
+
 double TotalMs(const std::vector<StageTime>& timings) {
   double sum = 0;
   for (const StageTime& stage : timings) {
@@ -55,13 +65,13 @@ double TotalMs(const std::vector<StageTime>& timings) {
 
 }  // namespace
 
-std::vector<std::string> Session::OutputNames() const {
+std::vector<std::string> Session::OutputNames(const Settings& settings) {
   std::vector<std::string> names = {"colour", "history_length"};
-  const bool with_variance = settings_.wavelet == Wavelet::kSvgf;
+  const bool with_variance = settings.wavelet == Wavelet::kSvgf;
   if (with_variance) {
     names.insert(names.begin() + 1, "variance");
   }
-  for (std::string& name : Denoiser::OutputNames(settings_)) {
+  for (std::string& name : Denoiser::OutputNames(settings)) {
     if (with_variance || (!StartsWith(name, "variance.") && !StartsWith(name, "filtered"))) {
       names.push_back(std::move(name));
     }
@@ -125,8 +135,8 @@ Status Session::SetJitter(float x, float y) {
     return Status::InvalidArgument(
         fmt::format("jitter is ({}, {}), expected -0.5 to 0.5 for each", x, y));
   }
-  frame_.jitter_x = x;
-  frame_.jitter_y = y;
+  jitter_x_ = x;
+  jitter_y_ = y;
   return Status::Ok();
 }
 
@@ -146,41 +156,41 @@ Status Session::Prepare() {
   return engine_->SetSettings(settings_);
 }
 
-Status Session::CheckSizes() {
+Status Session::CheckInputSizes(Frame* frame, std::string* first_name) const {
   if (inputs_.empty()) {
     return Status::InvalidArgument("no input is set");
   }
   // The first image of the documentation's order sets the size: it is light where there is any.
   const stillray_image* first = nullptr;
-  std::string first_name;
+  std::string name_of_first;
   for (const stillray_input_info& info : Inputs()) {
     const auto at = inputs_.find(info.name);
     if (at != inputs_.end()) {
       first = &at->second;
-      first_name = info.name;
+      name_of_first = fmt::format("'{}'", info.name);
       break;
     }
   }
-  for (const ImageMap* images : {&inputs_, &outputs_}) {
-    for (const auto& [name, image] : *images) {
-      if (image.width != first->width || image.height != first->height) {
-        return Status::InvalidArgument(fmt::format("image '{}' is {}x{}, expected {}x{} as '{}'",
-                                                   name, image.width, image.height, first->width,
-                                                   first->height, first_name));
-      }
-    }
+  for (const auto& [name, image] : inputs_) {
+    STILLRAY_RETURN_IF_ERROR(
+        CheckSameSize(name, image, first->width, first->height, name_of_first));
   }
-  frame_.width = first->width;
-  frame_.height = first->height;
+  frame->width = first->width;
+  frame->height = first->height;
+  if (first_name != nullptr) {
+    *first_name = std::move(name_of_first);
+  }
   return Status::Ok();
 }
 
-Status Session::CheckOutputs() const {
+Status Session::CheckOutputs(const Settings& settings, int width, int height,
+                             std::string_view expected) const {
   if (outputs_.empty()) {
     return Status::InvalidArgument("no output is set");
   }
-  const std::vector<std::string> names = OutputNames();
+  const std::vector<std::string> names = OutputNames(settings);
   for (const auto& [name, image] : outputs_) {
+    STILLRAY_RETURN_IF_ERROR(CheckSameSize(name, image, width, height, expected));
     if (std::find(names.begin(), names.end(), name) == names.end()) {
       return UnknownName("output", name, fmt::format("{}", fmt::join(names, ", ")));
     }
@@ -192,10 +202,18 @@ bool Session::Report(double fraction) const {
   return progress_ == nullptr || progress_(progress_user_, fraction) == 0;
 }
 
-Status Session::Execute() {
-  STILLRAY_RETURN_IF_ERROR(CheckSizes());
-  STILLRAY_RETURN_IF_ERROR(CheckOutputs());
-  STILLRAY_RETURN_IF_ERROR(Prepare());
+Status Session::RefuseWhileFramesWait(const char* what) const {
+  if (!two_way_.has_value() || two_way_->waiting() == 0) {
+    return Status::Ok();
+  }
+  return Status::InvalidArgument(
+      fmt::format("{} while {} frames wait, expected that the sequence is finished and pulled "
+                  "first, or a reset",
+                  what, two_way_->waiting()));
+}
+
+/// What the engine must return for the outputs.
+std::vector<std::string> Session::EngineOutputs() const {
   std::vector<std::string> wanted;
   for (const auto& [name, image] : outputs_) {
     if (name == "history_length") {
@@ -204,7 +222,23 @@ Status Session::Execute() {
       wanted.push_back(name);
     }
   }
-  STILLRAY_RETURN_IF_ERROR(engine_->SetOutputs(wanted));
+  return wanted;
+}
+
+void Session::NumberFrame() {
+  frame_.index = index_;
+  frame_.jitter_x = jitter_x_;
+  frame_.jitter_y = jitter_y_;
+}
+
+Status Session::Execute() {
+  STILLRAY_RETURN_IF_ERROR(RefuseWhileFramesWait("execute was called"));
+  std::string first_input;
+  STILLRAY_RETURN_IF_ERROR(CheckInputSizes(&frame_, &first_input));
+  STILLRAY_RETURN_IF_ERROR(CheckOutputs(settings_, frame_.width, frame_.height, first_input));
+  STILLRAY_RETURN_IF_ERROR(Prepare());
+  NumberFrame();
+  STILLRAY_RETURN_IF_ERROR(engine_->SetOutputs(EngineOutputs()));
   if (!Report(0.0)) {
     return Status::Cancelled();
   }
@@ -214,8 +248,8 @@ Status Session::Execute() {
   });
   STILLRAY_RETURN_IF_ERROR(progress_ == nullptr ? Filter() : FilterWatched());
   last_filter_ms_ = TotalMs(result_.timings);
-  place_->arena.execute([&] { WriteOutputs(); });
-  ++frame_.index;
+  place_->arena.execute([&] { WriteOutputs(settings_); });
+  ++index_;
   // The frame is finished and its outputs are written: there is nothing left to cancel.
   Report(1.0);
   return Status::Ok();
@@ -261,10 +295,117 @@ Status Session::FilterWatched() {
   return Status::Ok();
 }
 
-Image1 Session::VarianceOfPicture() const {
+Status Session::PrepareTwoWay() {
+  if (settings_changed_) {
+    STILLRAY_RETURN_IF_ERROR(RefuseWhileFramesWait("settings were changed"));
+  }
+  if (settings_changed_ || !two_way_.has_value()) {
+    two_way_.reset();
+    Result<TwoWayDenoiser> made = TwoWayDenoiser::Create(settings_, place_->device);
+    STILLRAY_RETURN_IF_ERROR(made.status());
+    two_way_.emplace(std::move(made.value()));
+    settings_changed_ = false;
+  }
+  return Status::Ok();
+}
+
+Status Session::Push(int32_t cut) {
+  if (cut < STILLRAY_CUT_FIND || cut > STILLRAY_CUT_NO) {
+    return Status::InvalidArgument(fmt::format("cut is {}, expected {} to {}", cut,
+                                               static_cast<int>(STILLRAY_CUT_FIND),
+                                               static_cast<int>(STILLRAY_CUT_NO)));
+  }
+  STILLRAY_RETURN_IF_ERROR(CheckInputSizes(&frame_));
+  STILLRAY_RETURN_IF_ERROR(PrepareTwoWay());
+  NumberFrame();
+  Status status;
+  place_->arena.execute([&] {
+    LoadFrame(inputs_, &frame_);
+    Image2 next_motion;
+    LoadNextMotion(inputs_, frame_, &next_motion);
+    status = two_way_->Push(std::move(frame_), static_cast<Cut>(cut), std::move(next_motion));
+  });
+  index_ += status.ok() ? 1 : 0;
+  return status;
+}
+
+void Session::Finish() {
+  if (two_way_.has_value()) {
+    two_way_->Finish();
+  }
+}
+
+Status Session::Pull(bool* pulled) {
+  *pulled = false;
+  if (!two_way_.has_value() || !two_way_->ready()) {
+    return Status::Ok();
+  }
+  const Frame& next = *two_way_->Next();
+  STILLRAY_RETURN_IF_ERROR(CheckOutputs(two_way_->settings(), next.width, next.height,
+                                        fmt::format("frame {}", next.index)));
+  STILLRAY_RETURN_IF_ERROR(two_way_->SetOutputs(EngineOutputs()));
+  STILLRAY_RETURN_IF_ERROR(PullWatched());
+  last_filter_ms_ = TotalMs(result_.timings);
+  place_->arena.execute([&] { WriteOutputs(two_way_->settings()); });
+  *pulled = true;
+  return Status::Ok();
+}
+
+Status Session::PullWatched() {
+  std::atomic<double> done = 0;
+  std::atomic<bool> cancelled = false;
+  std::future<Status> filtering = std::async(std::launch::async, [&] {
+    Status status;
+    place_->arena.execute([&] {
+      status = two_way_
+                   ->Pull(&result_, &frame_,
+                          [&](double part) {
+                            done = part;
+                            return !cancelled;
+                          })
+                   .status();
+    });
+    return status;
+  });
+  while (filtering.wait_for(kPoll) != std::future_status::ready) {
+    cancelled = cancelled || !Report(done);
+  }
+  return filtering.get();
+}
+
+stillray_waiting Session::Waiting() const {
+  stillray_waiting waiting = STILLRAY_WAITING_INIT;
+  const Frame* next = two_way_.has_value() ? two_way_->Next() : nullptr;
+  if (next != nullptr) {
+    waiting.frames = two_way_->waiting();
+    waiting.ready = two_way_->ready() ? 1 : 0;
+    waiting.width = next->width;
+    waiting.height = next->height;
+    waiting.index = next->index;
+  }
+  return waiting;
+}
+
+Status Session::MemoryNeed(stillray_memory_need* need) {
+  Frame shape;
+  STILLRAY_RETURN_IF_ERROR(CheckInputSizes(&shape));
+  shape.jitter_x = jitter_x_;
+  shape.jitter_y = jitter_y_;
+  MarkImages(inputs_, &shape);
+  Result<TwoWayMemory> memory = TwoWayMemory();
+  place_->arena.execute([&] {
+    memory = TwoWayDenoiser::MemoryNeed(settings_, shape, inputs_.contains("next_motion"),
+                                        place_->device);
+  });
+  STILLRAY_RETURN_IF_ERROR(memory.status());
+  *need = {sizeof(*need), memory->denoisers, memory->per_future, memory->per_frame, memory->most};
+  return Status::Ok();
+}
+
+Image1 Session::VarianceOfPicture(const Settings& settings) const {
   Image1 sum(frame_.width, frame_.height);
   const Guides& g = frame_.guides;
-  for (const SignalGroup& group : GroupsOf(settings_.signals, HasTransmission(frame_))) {
+  for (const SignalGroup& group : GroupsOf(settings.signals, HasTransmission(frame_))) {
     const std::string name = std::string("variance.") + group.name;
     const auto at = std::find_if(result_.images.begin(), result_.images.end(),
                                  [&](const NamedImage& image) { return image.name == name; });
@@ -276,7 +417,7 @@ Image1 Session::VarianceOfPicture() const {
          {std::pair{group.diffuse_albedo, &g.albedo},
           std::pair{group.specular_albedo, &g.specular_albedo},
           std::pair{group.transmission_albedo, &g.transmission_albedo}}) {
-      if (used && settings_.demodulate && !albedo->empty()) {
+      if (used && settings.demodulate && !albedo->empty()) {
         albedos.push_back(albedo);
       }
     }
@@ -320,9 +461,10 @@ Image1 Session::ShortestHistory() const {
   return shortest;
 }
 
-void Session::WriteOutput(const std::string& name, const stillray_image& image) {
+void Session::WriteOutput(const Settings& settings, const std::string& name,
+                          const stillray_image& image) {
   if (name == "variance") {
-    WriteChannel(VarianceOfPicture(), 0, image);
+    WriteChannel(VarianceOfPicture(settings), 0, image);
     return;
   }
   if (name == "history_length") {
@@ -342,9 +484,9 @@ void Session::WriteOutput(const std::string& name, const stillray_image& image) 
   }
 }
 
-void Session::WriteOutputs() {
+void Session::WriteOutputs(const Settings& settings) {
   for (const auto& [name, image] : outputs_) {
-    WriteOutput(name, image);
+    WriteOutput(settings, name, image);
   }
 }
 
@@ -359,13 +501,10 @@ Status Session::Resize(int width, int height) {
   width_ = width;
   height_ = height;
   if (frame_.width != width || frame_.height != height) {
-    Frame empty;
-    empty.index = frame_.index;
-    empty.jitter_x = frame_.jitter_x;
-    empty.jitter_y = frame_.jitter_y;
-    frame_ = std::move(empty);
+    frame_ = Frame();
     result_ = DenoisedFrame();
     engine_.reset();
+    two_way_.reset();
   }
   return Status::Ok();
 }
@@ -374,9 +513,13 @@ void Session::Reset() {
   if (engine_.has_value()) {
     engine_->Reset();
   }
+  if (two_way_.has_value()) {
+    two_way_->Reset();
+  }
 }
 
 Result<std::vector<uint8_t>> Session::SaveHistory() {
+  STILLRAY_RETURN_IF_ERROR(RefuseWhileFramesWait("save_history was called"));
   STILLRAY_RETURN_IF_ERROR(Prepare());
   return engine_->SaveHistory();
 }
@@ -391,7 +534,8 @@ stillray_statistics Session::Statistics() const {
   s.non_finite = result_.non_finite;
   s.negative = result_.negative;
   s.bad_guides = result_.bad_guides;
-  s.memory_bytes = engine_.has_value() ? engine_->memory_bytes() : 0;
+  s.memory_bytes = (engine_.has_value() ? engine_->memory_bytes() : 0) +
+                   (two_way_.has_value() ? two_way_->memory_bytes() : 0);
   s.filter_ms = last_filter_ms_;
   return s;
 }

@@ -17,6 +17,7 @@
 #include "capi/frame_slots.h"
 #include "stillray/denoise.hpp"
 #include "stillray/stillray.h"
+#include "stillray/two_way.hpp"
 
 namespace stillray::capi {
 
@@ -35,21 +36,34 @@ class Session {
       : place_(std::move(place)), settings_(settings) {}
 
   const Settings& settings() const { return settings_; }
-  void SetSettings(const Settings& settings) { settings_ = settings; }
+  void SetSettings(const Settings& settings) {
+    settings_ = settings;
+    settings_changed_ = true;
+  }
   /// Results that there are with the present settings.
-  std::vector<std::string> OutputNames() const;
+  std::vector<std::string> OutputNames() const { return OutputNames(settings_); }
 
   /// \param image  nullptr: take it away
   Status SetInput(std::string_view name, const stillray_image* image);
   Status SetOutput(std::string_view name, const stillray_image* image);
   Status SetJitter(float x, float y);
   void SetProgress(stillray_progress progress, void* user);
+  void SetFrameIndex(int64_t index) { index_ = index; }
 
   Status Execute();
+  Status Push(int32_t cut);
+  void Finish();
+  /// \param pulled  whether a frame was ready
+  Status Pull(bool* pulled);
+  stillray_waiting Waiting() const;
+  Status MemoryNeed(stillray_memory_need* need);
   Status Resize(int width, int height);
   void Reset();
   /// After an exception within a call: whatever the engine holds may be half done.
-  void Abandon() { engine_.reset(); }
+  void Abandon() {
+    engine_.reset();
+    two_way_.reset();
+  }
 
   Result<std::vector<uint8_t>> SaveHistory();
   Status RestoreHistory(std::span<const uint8_t> bytes);
@@ -58,23 +72,36 @@ class Session {
   const std::string& warning() const { return result_.warning; }
 
  private:
+  static std::vector<std::string> OutputNames(const Settings& settings);
   Status Prepare();
-  Status CheckSizes();
-  Status CheckOutputs() const;
+  Status PrepareTwoWay();
+  /// \param frame  gets the size of the inputs
+  /// \param first  if given: gets the name of the input that all others are compared with, quoted
+  Status CheckInputSizes(Frame* frame, std::string* first = nullptr) const;
+  /// \param expected  the frame's size, and where it comes from
+  Status CheckOutputs(const Settings& settings, int width, int height,
+                      std::string_view expected) const;
+  Status RefuseWhileFramesWait(const char* what) const;
+  std::vector<std::string> EngineOutputs() const;
+  void NumberFrame();
   Status CheckSize(std::string_view name, const stillray_image& image) const;
   Status Filter();
   /// Runs the engine on another thread while this one asks the callback.
   Status FilterWatched();
+  /// The same for a frame that was pushed, which is ready.
+  Status PullWatched();
   /// \return whether to go on
   bool Report(double fraction) const;
-  void WriteOutputs();
-  void WriteOutput(const std::string& name, const stillray_image& image);
-  Image1 VarianceOfPicture() const;
+  void WriteOutputs(const Settings& settings);
+  void WriteOutput(const Settings& settings, const std::string& name, const stillray_image& image);
+  Image1 VarianceOfPicture(const Settings& settings) const;
   Image1 ShortestHistory() const;
 
   std::shared_ptr<Workplace> place_;
   Settings settings_;
   std::optional<Denoiser> engine_;
+  std::optional<TwoWayDenoiser> two_way_;  ///< of frames that are pushed
+  bool settings_changed_ = false;          ///< since two_way_ was made
   ImageMap inputs_;
   ImageMap outputs_;
   stillray_progress progress_ = nullptr;
@@ -82,7 +109,10 @@ class Session {
   int width_ = 0;  ///< of all frames; 0: any
   int height_ = 0;
   double last_filter_ms_ = 0;
-  Frame frame_;
+  int64_t index_ = 0;  ///< of the next frame
+  float jitter_x_ = 0;
+  float jitter_y_ = 0;
+  Frame frame_;  ///< the last one that was finished, or the one in work
   DenoisedFrame result_;
 };
 

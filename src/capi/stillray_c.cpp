@@ -352,6 +352,55 @@ stillray_error stillray_denoiser_execute(stillray_denoiser* denoiser) {
   return With(denoiser, [](Session& session) { return session.Execute(); });
 }
 
+stillray_error stillray_denoiser_set_frame_index(stillray_denoiser* denoiser, int64_t index) {
+  return With(denoiser, [&](Session& session) {
+    session.SetFrameIndex(index);
+    return Status::Ok();
+  });
+}
+
+stillray_error stillray_denoiser_push(stillray_denoiser* denoiser, int32_t cut) {
+  return With(denoiser, [&](Session& session) { return session.Push(cut); });
+}
+
+stillray_error stillray_denoiser_finish(stillray_denoiser* denoiser) {
+  return With(denoiser, [](Session& session) {
+    session.Finish();
+    return Status::Ok();
+  });
+}
+
+stillray_error stillray_denoiser_pull(stillray_denoiser* denoiser, int32_t* pulled) {
+  return With(denoiser, [&](Session& session) {
+    if (pulled == nullptr) {
+      return IsNull("pulled");
+    }
+    bool any = false;
+    const Status status = session.Pull(&any);
+    *pulled = any ? 1 : 0;
+    return status;
+  });
+}
+
+stillray_error stillray_denoiser_waiting(stillray_denoiser* denoiser, stillray_waiting* waiting) {
+  return With(denoiser, [&](Session& session) {
+    STILLRAY_RETURN_IF_ERROR(CheckStruct(waiting, "waiting", "stillray_waiting"));
+    WriteStruct(session.Waiting(), waiting);
+    return Status::Ok();
+  });
+}
+
+stillray_error stillray_denoiser_memory_need(stillray_denoiser* denoiser,
+                                             stillray_memory_need* need) {
+  return With(denoiser, [&](Session& session) {
+    STILLRAY_RETURN_IF_ERROR(CheckStruct(need, "need", "stillray_memory_need"));
+    stillray_memory_need values = STILLRAY_MEMORY_NEED_INIT;
+    STILLRAY_RETURN_IF_ERROR(session.MemoryNeed(&values));
+    WriteStruct(values, need);
+    return Status::Ok();
+  });
+}
+
 stillray_error stillray_denoiser_resize(stillray_denoiser* denoiser, int32_t width,
                                         int32_t height) {
   return With(denoiser, [&](Session& session) { return session.Resize(width, height); });
