@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// stillray check: what is wrong with a sequence, before hours are spent on denoising it.
+// stillray check: finds faults of a sequence before it is denoised.
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -38,10 +38,10 @@ struct CheckArguments {
 };
 
 constexpr size_t kMaxFileBytes = size_t{4} << 30;
-/// Two frames with all guides and what the checks keep of them: 700 B a pixel with 35 channels.
+/// Two frames with all guides and the data of the checks: 700 B a pixel with 35 channels.
 constexpr ExrCost kCost = {450, 8};
 
-/// Where a listing of outputs would begin: nothing is written.
+/// Placeholder for the output of a listing, which writes nothing.
 constexpr const char* kNowhere = "/nonexistent/frame.####.exr";
 
 std::string ReportJson(const DoctorReport& report, const std::vector<SequenceFile>& files) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// stillray compare: how far pictures are from their references. docs/metrics.md defines the
+// stillray compare: differences of pictures from their references. docs/metrics.md defines the
 // measures.
 #include <cerrno>
 #include <cmath>
@@ -35,13 +35,13 @@ struct CompareOptions {
   std::string frames;
 };
 
-/// The numbers of one frame, or their mean over frames.
+/// The values of one frame, or their mean over frames.
 struct Numbers {
   ImageMetrics metrics;
   std::optional<double> temporal_error;
 };
 
-/// Adds frames up. Measures that are infinite somewhere have an infinite mean; frames without a
+/// Averages frames. A measure that is infinite in one frame has an infinite mean; frames without a
 /// temporal error, or with no visible history, are left out of its mean.
 class Means {
  public:
@@ -60,7 +60,7 @@ class Means {
     }
   }
 
-  /// non_finite is a sum, all else a mean.
+  /// non_finite is a sum, all other values are means.
   Numbers Get() const {
     Numbers mean;
     mean.metrics.psnr = sum_.psnr / frames_;
@@ -108,7 +108,7 @@ std::string TableRow(const std::string& name, const Numbers& numbers, bool displ
                      optional(numbers.temporal_error), m.non_finite);
 }
 
-/// JSON knows neither infinity nor NaN: both become null.
+/// JSON has neither infinity nor NaN: both become null.
 nlohmann::ordered_json JsonNumber(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
 }
@@ -168,7 +168,7 @@ Status WriteHeatMaps(const ComparedFrame& frame, const std::string& folder) {
                       report::kRelativeSquaredErrorScale);
 }
 
-/// Compares all pairs, printing each row as soon as it is known.
+/// Compares all pairs, printing each row as soon as it is computed.
 class Comparison {
  public:
   explicit Comparison(const CompareOptions& options) : options_(options) {}

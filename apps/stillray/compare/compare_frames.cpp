@@ -29,7 +29,7 @@ const char* KindName(bool linear) {
   return linear ? "linear radiance" : "display values";
 }
 
-/// A name with marks or wild cards that is itself a file is that file; a folder is a sequence.
+/// A name with marks or wild cards is a file if that file exists; a folder is a sequence.
 bool IsSequence(const std::string& path) {
   std::error_code ignored;
   return std::filesystem::is_directory(path, ignored) ||

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What `stillray compare` measures: one pair of pictures, or the frames that two sequences share.
+/// Finds and compares the pictures of `stillray compare`: one pair, or the common frames of two
+/// sequences.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +23,7 @@ struct FramePair {
   std::string reference;
 };
 
-/// First and last frame number, both included.
+/// First and last frame number, inclusive.
 struct FrameRange {
   int64_t first = 0;
   int64_t last = 0;
@@ -34,33 +35,33 @@ Result<FrameRange> ParseFrameRange(const std::string& text);
 
 /// Two pictures make one pair; two patterns ("name.####.exr") the frames on disk that both have.
 /// \return kInvalidArgument (one of them alone is a pattern; a range without patterns), kNotFound
-///         (no frame in both, telling how many each has)
+///     (no common frame; the message has both counts)
 Result<std::vector<FramePair>> FindFramePairs(const std::string& test, const std::string& reference,
                                               const std::optional<FrameRange>& range);
 
-/// One compared pair and its numbers.
+/// One compared pair and its values.
 struct ComparedFrame {
   FramePair files;
   Image3 test;
   Image3 reference;
   bool display = false;
   ImageMetrics metrics;
-  /// None: the frame before was not compared. NaN: no pixel's history is visible.
+  /// None: the previous frame was not compared. NaN: no pixel's history is visible.
   std::optional<double> temporal_error;
 };
 
-/// Compares pairs one after the other and keeps the last one for the temporal error.
+/// Compares pairs in sequence and keeps the last one for the temporal error.
 class FrameComparer {
  public:
-  /// Reads and compares one pair. The reference that is returned holds until the next call.
-  /// \return what reading returns; kInvalidArgument (sizes or kinds that differ, naming the files)
+  /// Reads and compares one pair. The returned reference is valid until the next call.
+  /// \return errors of reading; kInvalidArgument (sizes or kinds that differ, naming the files)
   Result<const ComparedFrame*> Compare(const FramePair& files);
 
-  /// What the temporal error went without so far, one line each.
+  /// Inputs that the temporal error lacked so far, one line each.
   std::vector<std::string> Notes() const;
 
  private:
-  /// A frame and the layers of its test picture that say where its pixels were before.
+  /// A frame and the layers of its test picture for reprojection.
   struct Loaded {
     ComparedFrame frame;
     Image2 motion;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// stillray info: what is in a file.
+// stillray info: describes a file.
 #include <cerrno>
 #include <cstdio>
 #include <memory>

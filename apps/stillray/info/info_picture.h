@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What a picture file holds, for `stillray info`.
+/// Describes a picture file for `stillray info`.
 #pragma once
 
 #include <cstdint>
@@ -17,13 +17,13 @@
 
 namespace stillray {
 
-/// Values of one channel, or of all channels of a layer.
+/// Range of one channel, or of all channels of a layer.
 struct ValueRange {
   int64_t count = 0;  ///< all values, finite or not
   int64_t nan = 0;
   int64_t infinite = 0;
   int64_t negative = 0;  ///< finite and below zero
-  /// Over the finite values; meaningless where there are none.
+  /// Over the finite values; undefined if there are none.
   double min = 0;
   double max = 0;
   double sum = 0;
@@ -53,17 +53,17 @@ struct PictureInfo {
   bool linear = true;  ///< false: the values below were decoded from sRGB
   std::vector<LayerInfo> layers;
 
-  // Only of EXR files.
+  // EXR files only.
   std::string compression;
   bool tiled = false;
   ExrWindow data_window;
   ExrWindow display_window;
   std::map<std::string, std::string> attributes;
   std::vector<std::string> notes;
-  std::string aovs;  ///< how `stillray denoise` understands the layers; empty: not at all
+  std::string aovs;  ///< roles of the layers for `stillray denoise`; empty: none
 };
 
-/// \param aovs  how layers of an EXR file are to be understood
+/// \param aovs  options for the roles of an EXR file's layers
 Result<PictureInfo> DescribePicture(const std::string& path, const AovOptions& aovs);
 std::string PictureText(const PictureInfo& info);
 nlohmann::ordered_json PictureJson(const PictureInfo& info);

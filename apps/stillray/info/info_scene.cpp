@@ -15,10 +15,10 @@ namespace stillray {
 
 namespace {
 
-/// What is not simply the size of one of the scene's lists.
+/// Counts other than the sizes of the scene's lists.
 struct SceneCounts {
   uint64_t stored_triangles = 0;    ///< each mesh once
-  uint64_t emissive_triangles = 0;  ///< with every instance counted
+  uint64_t emissive_triangles = 0;  ///< including all instances
   uint64_t geometry_bytes = 0;
   uint64_t texture_bytes = 0;
   uint64_t emissive_materials = 0;

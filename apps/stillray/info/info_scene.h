@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What a scene holds, for `stillray info`.
+/// Describes a scene for `stillray info`.
 #pragma once
 
 #include <string>
@@ -14,8 +14,8 @@
 
 namespace stillray {
 
-/// Whether `info` should take `spec` for a scene rather than a picture: "builtin:NAME", or a name
-/// that ends in .gltf or .glb.
+/// Whether `spec` is a scene rather than a picture: "builtin:NAME", or a name that ends in .gltf or
+/// .glb.
 bool LooksLikeScene(const std::string& spec);
 
 std::string SceneText(const std::string& spec, const Scene& scene);

@@ -16,8 +16,8 @@
 namespace stillray {
 namespace {
 
-// Bytes per pixel after compression, measured on the built-in scenes and on textured rooms at 640 x
-// 360. Noise hardly compresses; denoised pictures and guides do.
+/// Bytes per pixel after compression, measured on the built-in scenes and on textured rooms at 640
+/// x 360. Noise hardly compresses; denoised pictures and guides do.
 constexpr double kExrPicture = 3.2;  ///< R, G, B in halves
 constexpr double kExrNoisy = 30.0;   ///< all signals and guides
 constexpr double kExrGuide = 4.0;    ///< motion and depth are floats, others halves

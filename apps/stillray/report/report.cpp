@@ -31,7 +31,7 @@ struct ReportArguments {
   ReportOptions options;
 };
 
-/// Makes display pictures as the renderer would have.
+/// Develops display pictures like the renderer.
 Result<Rgb8Image> Develop(const Image3& radiance, const std::string& tonemap, double exposure) {
   Settings settings;
   if (!tonemap.empty()) {
@@ -44,7 +44,7 @@ Result<Rgb8Image> Develop(const Image3& radiance, const std::string& tonemap, do
                    ToDisplay(radiance, static_cast<float>(exposure), settings.tonemap)};
 }
 
-/// Counts frames on a terminal, one line that is written over.
+/// Shows the frame count on a terminal, on one line that is overwritten.
 bool ShowProgress(int done, int total) {
   std::fprintf(stderr, "\rframe %d of %d%s", done, total, done == total ? "\n" : "");
   std::fflush(stderr);
@@ -54,7 +54,7 @@ bool ShowProgress(int done, int total) {
 constexpr double kMinMegabytes = 0.01;
 constexpr double kMaxMegabytes = 2000;
 
-/// Either a folder, or at least what was denoised and what came of it.
+/// Requires either a folder, or at least the denoised sequence and its input.
 Status CheckSource(const ReportArguments& a) {
   const ReportSequences& s = a.sequences;
   const bool any = !s.noisy.empty() || !s.clean.empty() || !s.reference.empty();
@@ -84,7 +84,7 @@ Status CheckSource(const ReportArguments& a) {
   return Status::Ok();
 }
 
-/// Exposure and curve as `stillray render` has them by default.
+/// Exposure and curve with the defaults of `stillray render`.
 Status SetSequenceDisplay(const ReportArguments& arguments, ReportSequences* sequences) {
   Result<Settings> settings = PresetSettings("default");
   STILLRAY_RETURN_IF_ERROR(settings.status());
@@ -96,7 +96,7 @@ Status SetSequenceDisplay(const ReportArguments& arguments, ReportSequences* seq
   return Status::Ok();
 }
 
-/// Where the page goes if nothing is said: to the pictures.
+/// The default path of the page: beside the pictures.
 std::string DefaultOutput(const ReportArguments& arguments) {
   namespace fs = std::filesystem;
   std::error_code error;

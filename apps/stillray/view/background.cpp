@@ -17,10 +17,10 @@ namespace {
 
 void LowerPriority() {
 #ifdef __linux__
-  // Linux gives each thread a nice value of its own, and a new thread that of its maker: pool
-  // threads made by a thread that is lowered already are so from their start. The value is
-  // therefore set, not added. Ten steps below the program's own: a ninth of what a thread of the
-  // interface gets while both want the same processor, and all of it otherwise.
+  // On Linux each thread has its own nice value, and a new thread inherits it: pool threads created
+  // by a thread with a raised value start with it. The value is therefore set, not added. Ten steps
+  // above the program's: such a thread gets a ninth of the time of an interface thread when both
+  // compete for a processor, and all of it otherwise.
   constexpr int kSteps = 10;
   constexpr int kLast = 19;
   static const int kLowered = std::min(getpriority(PRIO_PROCESS, 0) + kSteps, kLast);

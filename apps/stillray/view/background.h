@@ -1,17 +1,17 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Work that must not be in the way of the interface.
+/// Lowers the priority of background work, so that it does not delay the interface.
 #pragma once
 
 #include <memory>
 
 namespace stillray::view {
 
-/// While one lives, the thread that made it and the threads of the pool that help it run at a lower
-/// priority than the rest of the program, from then on: the interface and the threads of its OpenGL
-/// driver get a processor as soon as they want one, whatever is being traced. Pool threads keep the
-/// lower priority. Does nothing where the system has no priorities of threads.
+/// During its lifetime, the constructing thread runs at a lower priority than the rest of the
+/// program, and so do, from then on, the pool threads that help it: the interface and the threads
+/// of its OpenGL driver get a processor as soon as they need one. Does nothing on systems without
+/// thread priorities.
 class BackgroundWork {
  public:
   BackgroundWork();

@@ -43,7 +43,7 @@ Rgb8 Heat(float value) {
   if (!std::isfinite(value)) {
     return kNotFinite;
   }
-  // Luminance rises from stop to stop.
+  // Luminance increases from stop to stop.
   static constexpr float kStops[6][3] = {{0.00f, 0.00f, 0.02f}, {0.23f, 0.06f, 0.44f},
                                          {0.62f, 0.15f, 0.40f}, {0.93f, 0.36f, 0.14f},
                                          {0.98f, 0.74f, 0.15f}, {1.00f, 1.00f, 0.92f}};
@@ -77,7 +77,7 @@ Rgb8 IdColour(uint32_t id) {
   if (id == 0) {
     return {};
   }
-  // Steps of the golden ratio spread hues evenly, however many there are.
+  // Steps of the golden ratio distribute hues evenly for any number of ids.
   const double hue = id * 0.6180339887498949;
   const float value = 0.55f + 0.45f * static_cast<float>(id % 3) / 2;
   return HueColour(static_cast<float>(hue - std::floor(hue)), value);

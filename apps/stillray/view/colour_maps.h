@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Numbers as display colours. Not finite numbers are magenta, so that they meet the eye.
+/// Values as display colours. Values that are not finite are magenta, so that they are noticed.
 #pragma once
 
 #include <cstdint>
@@ -15,17 +15,17 @@ struct Rgb8 {
   bool operator==(const Rgb8&) const = default;
 };
 
-/// sRGB encoding of 0..1; what lies outside is clamped.
+/// sRGB encoding of 0..1; other values are clamped.
 float ToSrgb(float linear);
-/// 0..1 from black to white; outside is clamped.
+/// 0..1 from black to white; clamped.
 Rgb8 Grey(float value);
-/// 0..1 from black over violet, red and yellow to white: ever brighter, also in print.
+/// 0..1 from black over violet, red and yellow to white, with increasing luminance.
 Rgb8 Heat(float value);
 /// Unit vectors; black for zero.
 Rgb8 NormalColour(float x, float y, float z);
-/// Direction as hue (right: red), length as brightness: `top` pixels, > 0, and more are full.
+/// Direction as hue (right: red), length as brightness, which is full from `top` pixels (> 0) on.
 Rgb8 MotionColour(float x, float y, float top);
-/// Distinct for numbers near each other; black for 0.
+/// Distinct for nearby ids; black for 0.
 Rgb8 IdColour(uint32_t id);
 
 }  // namespace stillray::view

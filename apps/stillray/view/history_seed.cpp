@@ -37,12 +37,12 @@ Frame SeedFrame(const Frame& guides, const Image3& picture, float samples, bool 
   seed.signals.resize(1);
   Image3& light = seed.signals[0].radiance;
   light = Image3(seed.width, seed.height);
-  // A filter keeps the guides of a frame for the holes of the next ones only where the frame has a
-  // hole itself: one in the corner, which it fills from the pixels around.
+  // The filter holds the guides of a frame for later ones only if the frame itself has unknown
+  // guides: one pixel in the corner, which is filled from its neighbours.
   if (keeps_guides) {
     seed.guides.depth(0, 0) = 0;
   }
-  // Nothing moves between a picture and itself.
+  // Zero motion: the picture is its own previous frame.
   seed.guides.motion = Image2(seed.width, seed.height);
   ParallelRows(seed.height, kBand, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {

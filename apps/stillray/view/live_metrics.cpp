@@ -45,7 +45,7 @@ void LiveMetrics::Forget() {
 
 void LiveMetrics::Run() {
   const BackgroundWork background;
-  // One thread's worth of the machine: frames come first.
+  // One thread only: frames have priority.
   tbb::task_arena arena(1);
   while (true) {
     Job job;

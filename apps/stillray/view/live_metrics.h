@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Measures pictures against the reference on a thread of its own, as fast as it can keep up.
+/// Measures pictures against the reference on a separate thread, as often as it can.
 #pragma once
 
 #include <condition_variable>
@@ -19,12 +19,12 @@ class LiveMetrics {
   LiveMetrics();
   ~LiveMetrics();
 
-  /// Takes copies and measures them, unless it is still busy with the last ones.
+  /// Copies the pictures and measures them, unless the previous ones are still being measured.
   void Offer(const Image3& denoised, const Image3& noisy, const Image3& reference,
              int reference_spp);
-  /// The last result; none after Forget() until there is a new one.
+  /// The last result; none between Forget() and the next one.
   std::optional<LiveMeasures> latest() const;
-  /// What is known or being measured is of another view.
+  /// Discards results and running measurements, because the view has changed.
   void Forget();
 
  private:
@@ -44,7 +44,7 @@ class LiveMetrics {
   bool stop_ = false;
   uint64_t epoch_ = 0;
   std::optional<LiveMeasures> latest_;
-  std::thread thread_;  // last: it uses everything above
+  std::thread thread_;  // last, since it uses the members above
 };
 
 }  // namespace stillray::view

@@ -20,8 +20,8 @@ namespace {
 
 constexpr int kSmallestSide = 16;
 constexpr int kLargestSide = 8192;
-/// The window draws on the same device, and a frame that the user's input makes useless is given up
-/// between two submissions.
+/// Short, since the window draws on the same device, and a frame that user input makes obsolete is
+/// cancelled between two submissions.
 constexpr double kSubmissionMs = 30;
 
 std::string FileName(const std::string& path) {
@@ -43,7 +43,7 @@ Status AddEnvironment(const std::string& path, Scene* scene) {
   return Status::Ok();
 }
 
-/// Tells of the phases of one scene, and whether to go on.
+/// Reports the phases of loading a scene, and handles cancellation.
 class Phases {
  public:
   Phases(int steps, const LoadReport& report) : steps_(steps), report_(report) {}
@@ -52,7 +52,7 @@ class Phases {
   Status At(const std::string& what, double fraction) {
     return Tell({what, step_ - 1, steps_, fraction});
   }
-  /// For work on several threads: the report is called from one at a time.
+  /// For work on several threads: calls of the report are serialised.
   KeepGoing KeepGoingWith(const std::string& what) {
     return [this, what] {
       constexpr std::chrono::milliseconds kInterval(20);
@@ -79,8 +79,8 @@ class Phases {
   bool goes_on_ = true;
 };
 
-/// Brings a file into the system's memory, so that a slow disk shows, and can be given up. Errors
-/// are the importer's to tell.
+/// Reads a file into the page cache, so that a slow disk shows in the progress and can be
+/// cancelled. The importer reports errors.
 Status Fetch(const std::string& path, Phases* phases) {
   std::error_code error;
   const auto bytes = static_cast<double>(std::filesystem::file_size(path, error));
@@ -157,7 +157,7 @@ RenderSettings RenderSettingsFor(const ViewSettings& settings, const SampleRate&
   render.bounces = settings.bounces;
   render.seed = settings.seed;
   render.sampler = settings.sampler;
-  // Without antialiasing in time a moving sample point would only make edges shake.
+  // Without temporal antialiasing jitter would only make edges flicker.
   render.jitter = settings.denoise.antialias != Antialias::kOff;
   render.regularise = settings.regularise;
   return render;

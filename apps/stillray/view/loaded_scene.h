@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A scene ready to be traced, and the renderer settings that a view stands for.
+/// A scene prepared for tracing, and the renderer settings of a view.
 #pragma once
 
 #include <functional>
@@ -17,30 +17,30 @@ namespace stillray::view {
 
 struct SceneRequest {
   std::string scene;        ///< path of a .gltf or .glb file, or "builtin:NAME"
-  std::string environment;  ///< path of an .hdr or .exr file; empty: as the scene says
+  std::string environment;  ///< path of an .hdr or .exr file; empty: the scene's own
 };
 
 struct LoadedScene {
   SceneRequest request;
-  std::unique_ptr<Scene> scene;  ///< stands still in memory: the renderer points to it
+  std::unique_ptr<Scene> scene;  ///< at a fixed address: the renderer refers to it
   std::unique_ptr<DeviceRenderer> renderer;
 };
 
-/// What is being done while a scene loads.
+/// The current phase of loading a scene.
 struct LoadPhase {
   std::string what;      ///< "building the BVH of 1442338 triangles"
   int step = 0;          ///< of `steps`, from 0
-  int steps = 1;         ///< the same from the first to the last phase of a scene
-  double fraction = -1;  ///< of this step, 0..1; below 0: not known
+  int steps = 1;         ///< constant over all phases of a scene
+  double fraction = -1;  ///< of this step, 0..1; below 0: unknown
 };
 
-/// Told at the beginning of every phase, and within it where it can tell how far it is.
-/// \return false to give the scene up
+/// Called at the beginning of every phase, and within phases with known progress.
+/// \return false to cancel loading
 using LoadReport = std::function<bool(const LoadPhase& phase)>;
 
-/// \param device  where the scene is to be traced; the CPU where that cannot be
-/// \return what LoadScene, ReadImage and Renderer::Create return; kInvalidArgument for an
-///         environment that is no radiance; kCancelled
+/// \param device  traces the scene; the CPU if it cannot
+/// \return errors of LoadScene, ReadImage and Renderer::Create; kInvalidArgument for an environment
+///     that is not radiance; kCancelled
 Result<LoadedScene> LoadForView(const SceneRequest& request, const ViewSettings& settings,
                                 const LoadReport& report, const Device& device = Device());
 

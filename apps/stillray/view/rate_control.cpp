@@ -9,30 +9,33 @@
 namespace stillray::view {
 namespace {
 
-// A frame may be late by a tenth before anything changes, and twice the samples must fit with a
-// tenth to spare: the gap between both keeps the rate from swinging.
+/// The deadband of the sample rate: a frame may be late by a tenth before the rate falls, and twice
+/// the samples must fit with a tenth to spare before it rises.
 constexpr double kLate = 1.1;
 constexpr double kSpare = 0.9;
 constexpr int kFramesToFall = 2;
-constexpr double kSmallShare = 0.2;  // of a frame's time: fewer samples would hardly be felt
+/// fraction of a frame's time: fewer samples would hardly save time
+constexpr double kSmallShare = 0.2;
 constexpr int kFramesToJudge = 3;
-constexpr double kUseless = 0.8;  // paths take at least this part of the time they took before
+/// a fall is useless if paths take at least this fraction of their former time
+constexpr double kUseless = 0.8;
 constexpr int kFramesToHold = 90;
-constexpr double kFarTooLate = 1.6;  // one frame of this kind is enough
+constexpr double kFarTooLate = 1.6;  // a single such frame is enough
 constexpr int kFramesToShrink = 4;
 constexpr double kSpareToGrow = 0.75;
-// What is taken back within so many frames was a mistake.
+/// A change that is reverted within this many frames counts as a mistake.
 constexpr int kTrial = 90;
 constexpr int kLongestPatience = 1500;
 constexpr int kLastPart = static_cast<int>(std::size(RateControl::kParts)) - 1;
-// With fewer samples than these the chosen filter, made for one per pixel, is not worth its time.
+/// With fewer samples than these the chosen filter, designed for one per pixel, is not worth its
+/// time.
 constexpr int kLongestCycleOfChosen = 16;
 constexpr SampleRate kFirstFastRate = {1, 64};
-// A frame that refines may take so many times the target. It is given up as soon as something
-// moves; the limit is for what the eye waits for.
+/// A frame that refines may take this multiple of the target. It is cancelled as soon as anything
+/// moves; the limit bounds the wait for the next picture.
 constexpr double kRefineTargets = 20;
-// Samples of a view that refines may take as long as the filter: its time is then well spent, and
-// the picture comes at most half as often. The gap between both keeps the rate from swinging.
+/// Tracing in a view that refines may take as long as the filter, at the price of at most half the
+/// picture rate. The gap between both limits is the deadband.
 constexpr double kShareToRise = 0.8;
 constexpr double kShareToFall = 1.2;
 
@@ -85,7 +88,7 @@ FramePlan RateControl::Next(const RateChoice& choice, bool moves, bool attended)
   return plan_;
 }
 
-/// The cost of frames that refined shows which filter fits.
+/// The cost of frames that refined shows which filter is fast enough.
 void RateControl::BeginToMove() {
   Changed();
   paths_before_fall_ = 0;
@@ -122,8 +125,8 @@ void RateControl::Observe(const FrameCost& cost) {
   }
 }
 
-/// The highest rate, at most that of `now`, with which a picture of `area` times as many pixels
-/// takes `limit_ms`; the lowest one that may be, and false, if none does.
+/// The highest rate, at most that of `now`, at which a picture of `area` times as many pixels takes
+/// `limit_ms`; the lowest allowed one, and false, if there is none.
 bool RateControl::HighestRate(const Measured& now, double area, double limit_ms, int longest_cycle,
                               SampleRate* fitting) const {
   *fitting = now.rate;
@@ -134,7 +137,7 @@ bool RateControl::HighestRate(const Measured& now, double area, double limit_ms,
   return now.total_at(*fitting) * area <= limit_ms;
 }
 
-/// Whether a view that refines is to have this rate, which is above that of `now`.
+/// Whether a view that refines should use this rate, which is above that of `now`.
 bool RateControl::IsWorthIt(const Measured& now, const SampleRate& rate) const {
   const double total = now.total_at(rate);
   const double traced = total - now.cost.filter_ms;
@@ -159,14 +162,14 @@ void RateControl::ObserveStill(const Measured& now) {
     still_rate_ = IsTooLong(now) ? Halved(now.rate) : now.rate;
     return;
   }
-  // Below one sample per pixel all steps at once: it is the first picture that counts.
+  // Below one sample per pixel all steps at once: the first picture matters.
   while (higher.value() < 1 && IsWorthIt(now, Doubled(higher))) {
     higher = Doubled(higher);
   }
   still_rate_ = higher;
 }
 
-/// Costs seen so far are of another rate, size or filter.
+/// Resets costs measured at another rate, size or filter.
 void RateControl::Changed() {
   over_ = under_ = roomy_ = quick_ = cramped_ = 0;
   least_ = {};
@@ -238,7 +241,7 @@ bool RateControl::LowerRate(const Measured& now) {
   return true;
 }
 
-/// Whether the chosen filter keeps the picture small, where the faster one may not have to.
+/// Whether the chosen filter keeps the picture small, while the faster one might not.
 bool RateControl::IsCramped(const Measured& now) const {
   SampleRate rate;
   return !fast_ && part_ > 0 && MayUseFastFilter() &&
@@ -253,7 +256,7 @@ void RateControl::UseFastFilter() {
   Changed();
 }
 
-/// How much longer the chosen filter would take: from the first frame after it gave way.
+/// Measures how much longer the chosen filter takes, on the first frame after the switch.
 void RateControl::LearnFilterRatio(const Measured& now) {
   if (fast_ && chosen_floor_ms_ > 0 && now.floor_ms() > 0) {
     filter_ratio_ = std::max(chosen_floor_ms_ * AreaOf(part_, 0) / now.floor_ms(), 1.0);
@@ -285,7 +288,7 @@ void RateControl::Shrink(const Measured& now) {
   } while (!HighestRate(now, AreaOf(part_, part), choice_.target_ms, kMaxCycle, &rate) &&
            part_ < kLastPart);
   rate_ = rate;
-  paths_before_fall_ = 0;  // smaller pictures are traced faster in any case
+  paths_before_fall_ = 0;  // smaller pictures are always traced faster
   grow_.TakenBack();
   Changed();
 }

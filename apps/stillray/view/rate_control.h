@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// How the next frame is made: samples, resolution and filter follow the time that frames take,
-/// and whether anything moves. No clock: the same calls give the same plans.
+/// Plans the next frame: samples, resolution and filter follow the measured frame times, and
+/// whether anything moves. No clock: the same calls give the same plans.
 #pragma once
 
 #include <algorithm>
@@ -11,78 +11,78 @@
 
 namespace stillray::view {
 
-/// What a frame cost.
+/// The cost of a frame.
 struct FrameCost {
   double trace_ms = 0;
-  double filter_ms = 0;  ///< everything that depends on the size of the picture alone
-  double fixed_ms = 0;   ///< part of trace_ms that fewer samples do not save: guides of all pixels
+  double filter_ms = 0;  ///< part that depends only on the size of the picture
+  /// part of trace_ms that does not depend on the samples: guides of all pixels
+  double fixed_ms = 0;
   double total() const { return trace_ms + filter_ms; }
   /// Part of trace_ms that is proportional to the samples.
   double paths_ms() const { return std::max(trace_ms - fixed_ms, 0.0); }
 };
 
-/// What the user sets, and what may be chosen instead of it.
+/// The user's settings, and the allowed deviations from them.
 struct RateChoice {
   SampleRate rate{1, 16};   ///< of every frame, unless `auto_rate`
   bool auto_rate = true;    ///< samples follow the frame time
-  float scale = 1;          ///< largest part of the window's width and height, in (0, 1]
+  float scale = 1;          ///< largest fraction of the window's width and height, in (0, 1]
   bool auto_scale = true;   ///< the resolution follows the frame time
-  bool fast_filter = true;  ///< the faster filter may take the place of the chosen one
-  double target_ms = 50;    ///< time that a frame may take while something moves, > 0
+  bool fast_filter = true;  ///< the faster filter may replace the chosen one
+  double target_ms = 50;    ///< target time of a frame while something moves, > 0
 };
 
 struct FramePlan {
   SampleRate rate;
   float scale = 1;           ///< of the window's width and height
-  bool fast_filter = false;  ///< the faster filter, and guides only where a path is traced
+  bool fast_filter = false;  ///< use the faster filter, with guides only where a path is traced
   bool refines = false;      ///< nothing moves: the frame may take longer than the target
 };
 
-/// While something moves, frames are to take no longer than the target: samples fall first; where
-/// 1/16 per pixel would not do, the faster filter takes the place of the chosen one; where even
-/// that is too slow, or not allowed, the resolution falls. Once nothing has moved for
-/// kFramesToRefine frames, frames have the full resolution, the chosen filter and a sample per
-/// pixel, or more where the filter takes longer than that: the picture refines.
+/// While something moves, frames should take no longer than the target: samples fall first; if 1/16
+/// per pixel is not enough, the faster filter replaces the chosen one; if even that is too slow, or
+/// not allowed, the resolution falls. Once nothing has moved for kFramesToRefine frames, frames
+/// have the full resolution, the chosen filter and a sample per pixel, or more if the filter takes
+/// longer than that: the picture refines.
 ///
 /// Samples fall after two frames in a row that are a tenth late, at once after one that is far too
 /// late, and rise after four in which twice as many would have fitted. The resolution falls after
 /// four late frames that no rate would have saved (two that are far too late), and rises again
-/// after 15 frames in which the larger picture would have fitted with room to spare, be it with
-/// fewer samples. What has to be taken back at once is tried less and less often, so that neither
-/// swings.
+/// after 15 frames in which the larger picture would have fitted with a margin, if necessary with
+/// fewer samples. Changes that are soon reverted are retried less and less often (hysteresis).
 class RateControl {
  public:
-  /// Parts of the chosen width and height, coarse enough that each is worth a new start.
+  /// Fractions of the chosen width and height, coarse enough that each change is worthwhile.
   static constexpr float kParts[] = {1.0f, 0.71f, 0.5f, 0.35f, 0.25f};
   static constexpr int kFramesToRefine = 4;
 
   RateControl() = default;
-  /// \param rate  of the first frames, which have the whole resolution; by default they are small
+  /// \param rate  of the first frames, which have the full resolution; by default they are small
   explicit RateControl(const SampleRate& rate) : rate_(rate), part_(0) {}
 
-  /// \param moves     whether the view or the scene is another one than in the last frame
-  /// \param attended  whether the user has changed something since the last frame, and waits for
-  ///                  its effect
+  /// \param moves     whether the view or the scene has changed since the last frame
+  /// \param attended  whether the user has changed a setting since the last frame, and waits for
+  ///     its effect
   FramePlan Next(const RateChoice& choice, bool moves, bool attended);
-  /// Takes the cost of the frame that the last plan made.
+  /// Records the cost of the frame of the last plan.
   void Observe(const FrameCost& cost);
 
  private:
-  /// How often something may be tried: less often each time it had to be taken back soon.
+  /// Limits how often something is tried: less often each time it had to be reverted soon.
   struct Patience {
     int least;           ///< frames
-    int frames = least;  ///< good ones in a row that are needed now
-    int since = -1;      ///< frames since the last try; -1: it has proved itself
+    int frames = least;  ///< required number of good ones in a row
+    int since = -1;      ///< frames since the last try; -1: it has succeeded
     void Try() { since = 0; }
     void Age();
     void TakenBack();
   };
 
-  /// A cost and the rate that it was measured at.
+  /// A cost and its sample rate.
   struct Measured {
     FrameCost cost;
     SampleRate rate;
-    /// Part of the time that fewer samples do not save.
+    /// Part of the time that does not depend on the samples.
     double floor_ms() const { return cost.total() - cost.paths_ms(); }
     double total_at(const SampleRate& other) const {
       return floor_ms() + cost.paths_ms() * other.value() / rate.value();
@@ -97,7 +97,7 @@ class RateControl {
   bool HighestRate(const Measured& now, double area, double limit_ms, int longest_cycle,
                    SampleRate* fitting) const;
   bool MayUseFastFilter() const { return choice_.auto_rate && choice_.fast_filter; }
-  /// The longest cycle that is tried before something else gives way.
+  /// The longest cycle before the filter or the resolution is reduced.
   int LongestCycle() const;
   bool LowerRate(const Measured& now);
   bool IsCramped(const Measured& now) const;
@@ -112,29 +112,29 @@ class RateControl {
 
   RateChoice choice_;
   FramePlan plan_;
-  bool still_ = false;  ///< the last plan was one of a view that refines
+  bool still_ = false;  ///< the last plan was for a view that refines
   int unmoved_ = 0;     ///< frames since something moved
   SampleRate still_rate_{1, 4};
-  Measured still_cost_;  ///< of the last frame that refined; 0 ms: there was none
+  Measured still_cost_;  ///< of the last frame that refined; 0 ms: none
 
   // While something moves.
   SampleRate rate_{1, 16};
-  int part_ = 2;  ///< index into kParts; the first pictures are small, and there at once
+  int part_ = 2;  ///< index into kParts; the first pictures are small, to appear at once
   bool fast_ = false;
-  double chosen_floor_ms_ = 0;  ///< of the chosen filter in full size, when it gave way
-  double filter_ratio_ = 0;     ///< of that to the faster one's; 0: not known yet
+  double chosen_floor_ms_ = 0;  ///< of the chosen filter at full size, when it was replaced
+  double filter_ratio_ = 0;     ///< of that to the faster one's; 0: unknown
   int over_ = 0;                ///< frames in a row that took too long
   FrameCost least_;             ///< the cheapest of these
-  int under_ = 0;               ///< frames in a row that could have had twice the samples
+  int under_ = 0;               ///< frames in a row that would have fitted with twice the samples
   int roomy_ = 0;               ///< frames in a row in which a larger picture would have fitted
   int quick_ = 0;               ///< frames in a row in which the chosen filter would have fitted
   int cramped_ = 0;             ///< frames in a row in which the chosen filter kept it small
   Patience rise_{4};
   Patience grow_{15};
   Patience filter_{15};
-  // A fall that did not make tracing faster is taken back: what takes the time is something else.
+  // A fall that did not make tracing faster is reverted: samples do not determine the time.
   SampleRate before_fall_;
-  double paths_before_fall_ = 0;  ///< ms; 0: no fall is being judged
+  double paths_before_fall_ = 0;  ///< ms; 0: no fall is under test
   int since_fall_ = 0;
   int hold_ = 0;  ///< frames in which samples do not fall
 };

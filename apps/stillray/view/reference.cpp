@@ -8,7 +8,7 @@ namespace stillray::view {
 namespace {
 
 constexpr int kBand = 32;
-// Seeds of passes lie far from those that frames use.
+/// Seeds of passes are far from those of frames.
 constexpr uint64_t kFirstSeed = 0x5eed0000'00000000;
 
 void Mix(const Image3& pass, float weight, Image3* mean) {

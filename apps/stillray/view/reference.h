@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The converged picture of a view that stands still, refined pass by pass.
+/// The converged picture of a static view, refined pass by pass.
 #pragma once
 
 #include "stillray/image.h"
@@ -12,13 +12,13 @@ namespace stillray::view {
 class ReferenceAccumulator {
  public:
   void Reset() { spp_ = 0; }
-  /// Whether what was added so far is of another size.
+  /// Whether the sum is of another size.
   bool HasOtherSize(int width, int height) const {
     return spp_ > 0 && (mean_.width() != width || mean_.height() != height);
   }
-  /// Adds one sample per pixel, of random numbers that no pass before had.
-  /// The renderer has its own settings again when this returns.
-  /// \return kCancelled if `keep_going` said so: the sum is then as before
+  /// Adds one sample per pixel, with random numbers that no earlier pass used. The renderer's
+  /// settings are restored on return.
+  /// \return kCancelled if `keep_going` returned false: the sum is then unchanged
   Status AddPass(const RenderMoment& moment, Renderer* renderer, const RenderProgress& keep_going);
 
   int spp() const { return spp_; }

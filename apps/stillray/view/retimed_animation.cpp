@@ -10,7 +10,7 @@
 namespace stillray::view {
 namespace {
 
-/// Marks the node and all above it.
+/// Marks the node and its ancestors.
 void MarkUp(const Scene& scene, int node, std::vector<bool>* marked) {
   for (; node >= 0; node = scene.nodes[static_cast<size_t>(node)].parent) {
     (*marked)[static_cast<size_t>(node)] = true;
@@ -38,7 +38,7 @@ std::vector<bool> NodesThatCarryLights(const Scene& scene) {
   return lights;
 }
 
-/// A node with nothing but the channel: its matrix tells the channel's value.
+/// A node with only this channel: its matrix yields the channel's value.
 Scene ProbeOf(const AnimationChannel& channel) {
   Scene probe;
   probe.nodes.emplace_back();

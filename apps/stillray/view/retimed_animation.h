@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// An animation with two clocks: one of the lights that move, one of everything else.
+/// An animation with two clocks: one for moving lights, one for everything else.
 #pragma once
 
 #include <vector>
@@ -17,22 +17,22 @@ struct AnimationTime {
   bool operator==(const AnimationTime&) const = default;
 };
 
-/// A channel belongs to the lights if its node or one below it gives light (a punctual light, or a
-/// mesh whose material emits) and no camera hangs on it.
+/// A channel belongs to the lights if its node or a descendant emits light (a punctual light, or a
+/// mesh with an emissive material) and none carries a camera.
 ///
-/// Where both clocks agree, the scene is as it was loaded. Where they do not, its channels are
-/// replaced by ones of two keys, 0 s and 1 s, that hold where everything was and is. The renderer
-/// reads the channels anew with every frame; it must not be at work while they change.
+/// If both clocks agree, the scene is as loaded. Otherwise its channels are replaced by ones with
+/// two keys, 0 s and 1 s, that hold the previous and the current values. The renderer reads the
+/// channels with every frame; it must not be running while they change.
 class RetimedAnimation {
  public:
   /// \param scene  valid; must outlive this
   explicit RetimedAnimation(Scene* scene);
 
   bool has_lights() const { return has_lights_; }
-  /// Nodes, cameras and animation as they were loaded; no meshes.
+  /// Nodes, cameras and animation as loaded; no meshes.
   const Scene& original() const { return original_; }
-  /// Sets the scene to the time of the next frame and of the one before.
-  /// \param seconds, previous_seconds  what the renderer is to be asked for
+  /// Sets the scene to the times of the next frame and of the previous one.
+  /// \param seconds, previous_seconds  [out] times to pass to the renderer
   void Set(const AnimationTime& now, const AnimationTime& before, double* seconds,
            double* previous_seconds);
 
@@ -40,7 +40,7 @@ class RetimedAnimation {
   Scene* scene_;
   Scene original_;
   std::vector<Scene> probes_;    ///< one node with one channel each
-  std::vector<bool> of_lights_;  ///< which channels
+  std::vector<bool> of_lights_;  ///< whether each channel belongs to the lights
   bool has_lights_ = false;
   bool replaced_ = false;
 };

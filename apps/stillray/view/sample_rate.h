@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// How many samples a pixel gets per frame.
+/// The number of samples per pixel and frame.
 #pragma once
 
 #include <string>
@@ -21,14 +21,14 @@ struct SampleRate {
   bool operator==(const SampleRate&) const = default;
 };
 
-inline constexpr int kMaxLiveSpp = 64;  ///< more would only make the picture answer late
+inline constexpr int kMaxLiveSpp = 64;  ///< a higher rate would only delay the response to input
 
 /// "4", "1/8".
 std::string ToText(const SampleRate& rate);
-/// Reads "4", "1/8" or "0.125". \return kInvalidArgument: the text and what is allowed
+/// Parses "4", "1/8" or "0.125". \return kInvalidArgument: the text and the allowed forms
 Result<SampleRate> ParseSampleRate(std::string_view text);
 
-/// The next power of two above and below; both stay within 1/256 .. kMaxLiveSpp.
+/// The next power of two above and below; both are clamped to 1/256 .. kMaxLiveSpp.
 SampleRate Doubled(const SampleRate& rate);
 SampleRate Halved(const SampleRate& rate);
 

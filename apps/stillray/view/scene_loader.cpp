@@ -40,7 +40,7 @@ SceneLoader::Outcome LoadNow(const SceneRequest& request, const ViewSettings& se
 
 }  // namespace
 
-/// Outlives the loader where its thread does.
+/// Outlives the loader if its thread does.
 struct SceneLoader::Shared {
   struct Request {
     SceneRequest scene;
@@ -57,7 +57,8 @@ struct SceneLoader::Shared {
   std::optional<Outcome> outcome;
   LoadState state;
   double began = 0;
-  std::function<void(bool)> changed;  ///< called with the mutex held: never after the loader's end
+  /// called with the mutex held, and never after the loader's end
+  std::function<void(bool)> changed;
 };
 
 SceneLoader::SceneLoader(std::function<void(bool)> changed) : shared_(std::make_shared<Shared>()) {
@@ -131,7 +132,7 @@ void SceneLoader::Run(const std::shared_ptr<Shared>& shared) {
     const uint64_t number = shared->requested;
     shared->busy = true;
     lock.unlock();
-    // The phase that a later request or the end makes useless is the last one.
+    // A later request or the end cancels loading at the next phase.
     const LoadReport report = [&](const LoadPhase& phase) {
       const std::lock_guard told(shared->mutex);
       const bool wanted = !shared->stop && number == shared->requested;
@@ -146,7 +147,7 @@ void SceneLoader::Run(const std::shared_ptr<Shared>& shared) {
     shared->busy = false;
     if (shared->stop) {
       lock.unlock();
-      outcome = {};  // the memory of a scene, before anyone is told that all is done
+      outcome = {};  // frees the scene before completion is signalled
       --g_abandoned;
       g_abandoned.notify_all();
       return;

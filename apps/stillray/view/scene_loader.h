@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Loads scenes on a thread of its own. Every call returns at once.
+/// Loads scenes on a separate thread. No call blocks.
 #pragma once
 
 #include <functional>
@@ -17,7 +17,7 @@ namespace stillray::view {
 struct LoadState {
   bool loading = false;
   LoadPhase phase;
-  double seconds = 0;  ///< since it began
+  double seconds = 0;  ///< since the start
 };
 
 class SceneLoader {
@@ -27,25 +27,25 @@ class SceneLoader {
     std::unique_ptr<LoadedScene> scene;  ///< nullptr if it failed
   };
 
-  /// \param changed  called from the loader's thread when there is something new in state(), with
-  ///                 true when an outcome waits; must not call the loader
+  /// \param changed  called from the loader's thread when state() has changed, with true when an
+  ///     outcome is ready; must not call the loader
   explicit SceneLoader(std::function<void(bool finished)> changed);
-  /// Does not wait for a file that is being read: what is at work then ends by itself, and what it
-  /// has made is thrown away.
+  /// Does not wait for a file that is being read: the thread ends by itself, and its result is
+  /// discarded.
   ~SceneLoader();
   SceneLoader(const SceneLoader&) = delete;
   SceneLoader& operator=(const SceneLoader&) = delete;
 
-  /// A later request takes the place of an earlier one.
-  /// \param device  where the scene is to be traced
+  /// A later request replaces an earlier one.
+  /// \param device  traces the scene
   void Load(const SceneRequest& request, const ViewSettings& settings,
             const Device& device = Device());
   LoadState state() const;
-  /// Of the last request, once.
+  /// The outcome of the last request, once.
   std::optional<Outcome> Take();
 
-  /// Threads of loaders that are gone which are still at work. While there are any, the program
-  /// must not tear down what they use: wait for them, or end with _Exit.
+  /// Number of running threads of destroyed loaders. While there are any, the program must not
+  /// destroy shared state: wait for them, or end with _Exit.
   static int abandoned();
   static void WaitForAbandoned();
 

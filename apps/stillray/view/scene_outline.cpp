@@ -27,7 +27,7 @@ uint32_t Word(const char* bytes) {
 std::string ReadContents(const std::string& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) {
-    return "";  // a pipe would be empty afterwards
+    return "";  // reading a pipe would consume it
   }
   std::ifstream file(path, std::ios::binary);
   char header[kHeader];
@@ -42,7 +42,7 @@ std::string ReadContents(const std::string& path) {
     file.seekg(0);
   }
   std::string text;
-  constexpr size_t kPiece = size_t{1} << 20;  // no more memory than the file has bytes
+  constexpr size_t kPiece = size_t{1} << 20;  // bounds memory by the size of the file
   while (text.size() < size && file) {
     const size_t before = text.size();
     text.resize(std::min(size, before + kPiece));

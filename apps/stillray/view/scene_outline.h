@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What a glTF file says of its own size, before the long work of reading it begins.
+/// The numbers of elements in a glTF file, read quickly before the long import.
 #pragma once
 
 #include <cstddef>
@@ -14,11 +14,11 @@ struct SceneOutline {
   size_t meshes = 0;
 };
 
-/// Looks at the list of contents alone, 64 MiB of it at most. Whatever is wrong with the file, all
-/// that cannot be told is 0: what is to be said of it is the importer's to say.
+/// Reads only the JSON, at most 64 MiB of it. Errors are ignored here, since the importer reports
+/// them: unknown numbers are 0.
 SceneOutline OutlineOf(const std::string& path);
 
-/// "14 textures and 251 meshes"; empty if nothing is known.
+/// "14 textures and 251 meshes"; empty if all are unknown.
 std::string ToText(const SceneOutline& outline);
 
 }  // namespace stillray::view

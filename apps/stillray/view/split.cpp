@@ -12,7 +12,7 @@
 namespace stillray::view {
 namespace {
 
-constexpr float kLeast = 0.01f;  // of the width, that each pane keeps
+constexpr float kLeast = 0.01f;  // minimum fraction of the width for each pane
 constexpr uint8_t kLine = 230;
 constexpr int kBand = 32;
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Up to three pictures of one place side by side, cut at upright dividers.
+/// Shows up to three pictures of the same view side by side, separated by vertical dividers.
 #pragma once
 
 #include <vector>
@@ -10,15 +10,15 @@
 
 namespace stillray::view {
 
-/// Where each of `count` panes ends, as fractions of the width, rising. `dividers` are those
+/// The right ends of `count` panes, as increasing fractions of the width. `dividers` are those
 /// between panes as dragged: kept apart and within the picture.
 std::vector<float> PaneEnds(const std::vector<float>& dividers, int count);
 
-/// What the window shows: of each picture its strip, with light lines between.
+/// The window's content: a strip of each picture, with light lines between.
 /// \param pictures  of one size, at least one
 Rgb8Image ComposePanes(const std::vector<Rgb8Image>& pictures, const std::vector<float>& dividers);
 
-/// The picture as a window of this size shows it. A picture that is as large stays as it is.
+/// The picture enlarged as in a window of this size. A picture that is as large is unchanged.
 /// \param sharp  enlarge without interpolation
 Rgb8Image EnlargedTo(int width, int height, bool sharp, Rgb8Image picture);
 

@@ -16,7 +16,7 @@ struct Taps {
   float weight = 0;
 };
 
-/// Where the centre of pixel i of `to` lies among `from` pixels.
+/// Position of the centre of pixel i of `to` among `from` pixels.
 /// \param nearest  the weight is 0 or 1
 inline Taps TapsAt(int i, int to, int from, bool nearest = false) {
   const float at =

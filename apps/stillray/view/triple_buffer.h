@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// One writer, one reader, three values: neither ever waits for the other, not even where the
-/// system takes the processor away from one of them at the worst moment.
+/// One writer, one reader, three values: neither ever waits for the other, even if the system
+/// suspends one of them.
 #pragma once
 
 #include <array>
@@ -15,14 +15,14 @@ namespace stillray::view {
 template <typename T>
 class TripleBuffer {
  public:
-  /// The writer's value: what it holds is left over from an earlier one.
+  /// The writer's value; it initially holds an earlier one.
   T& back() { return values_[back_]; }
-  /// Hands the writer's value over; one that was not read yet is dropped.
+  /// Passes the writer's value to the reader; an unread earlier one is dropped.
   void Publish() {
     const auto mine = static_cast<uint8_t>(back_ | kFresh);
     back_ = middle_.exchange(mine, std::memory_order_acq_rel) & kPlace;
   }
-  /// The newest value, if there is one that the reader has not seen; valid until the next call.
+  /// The newest value if the reader has not seen it; valid until the next call.
   const T* Take() {
     if ((middle_.load(std::memory_order_relaxed) & kFresh) == 0) {
       return nullptr;
@@ -33,12 +33,12 @@ class TripleBuffer {
 
  private:
   static constexpr uint8_t kPlace = 3;
-  static constexpr uint8_t kFresh = 4;  // what lies in the middle was not read yet
+  static constexpr uint8_t kFresh = 4;  // the middle value has not been read yet
 
   std::array<T, 3> values_;
-  uint8_t back_ = 0;                 // the writer's
-  std::atomic<uint8_t> middle_ = 1;  // place, and whether it is fresh
-  uint8_t front_ = 2;                // the reader's
+  uint8_t back_ = 0;                 // index of the writer's value
+  std::atomic<uint8_t> middle_ = 1;  // index, and the fresh flag
+  uint8_t front_ = 2;                // index of the reader's value
 };
 
 }  // namespace stillray::view

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// stillray view: a scene, live.
+// stillray view: shows a scene live.
 #include <algorithm>
 #include <memory>
 

@@ -16,17 +16,17 @@
 namespace stillray::view {
 namespace {
 
-// A still view is done when more samples would no longer be seen.
+/// A static view is finished when more samples would not be visible.
 constexpr double kEnoughSamples = 4096;
 constexpr int kEnoughReference = 16384;
-// A reference of fewer samples measures its own noise.
+/// With fewer samples the measures would be dominated by the reference's noise.
 constexpr int kMeasurableReference = 16;
 
 double Now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// Work that may run out of memory, as a Status.
+/// Runs work that may throw std::bad_alloc, and returns a Status.
 template <typename Body>
 Status Guarded(const char* what, const Body& body) {
   try {
@@ -40,7 +40,7 @@ Status Guarded(const char* what, const Body& body) {
 
 void AddLayer(const std::string& name, const std::vector<Image1>& values, bool main,
               ExrImage* image) {
-  // Three channels are colours (or axes), two are x and y, one stands alone.
+  // Three channels are colours (or axes), two are x and y, one is a scalar.
   for (size_t c = 0; c < values.size(); ++c) {
     const char letter = values.size() == 3 ? "RGB"[c] : "XY"[std::min<size_t>(c, 1)];
     if (main) {
@@ -167,7 +167,7 @@ void ViewEngine::TakeLoadedScene() {
     return;
   }
   EndClip();
-  session_.reset();  // the old scene's memory first
+  session_.reset();  // frees the old scene's memory first
   Device device;
   {
     const std::lock_guard lock(mutex_);
@@ -218,14 +218,14 @@ void ViewEngine::MakeFrame() {
     settings = settings_;
     last_posted_ = posted_;
     settings.revision = last_posted_;
-    // A pose of the scene before is none of this one.
+    // A pose of the previous scene is not valid for this one.
     settings.free_camera = settings.free_camera && settings.pose_scene == scene_info_.number;
   }
   if (clip_) {
-    // A video has one size, and time passes evenly in it, however long its frames take.
+    // A video has a constant size, and time advances evenly, however long frames take.
     settings.wall_clock = false;
     settings.auto_scale = false;
-    settings.shares_pictures = false;  // its pixels are wanted here
+    settings.shares_pictures = false;  // its pixels are needed here
   }
   const double now = Now();
   const double elapsed = now - last_frame_at_;
@@ -252,7 +252,7 @@ void ViewEngine::MakeFrame() {
   }
   idle_ = IsDone(settings, frame);
   if (!frame.still || frame.samples <= frame.rate.value()) {
-    metrics_.Forget();  // they are of another view or another history
+    metrics_.Forget();  // results of another view or another history
   }
   frame.measures = metrics_.latest();
   frame.posted = last_posted_;
@@ -267,7 +267,7 @@ void ViewEngine::MakeFrame() {
   frames_.Publish();
   wake_();
   if (session_->WantsReference()) {
-    // Any wish of the user's comes first.
+    // User input has priority.
     const Status refined = session_->RefineReference(
         [this](double) { return !stop_ && !scene_waiting_ && posted_ == last_posted_; });
     if (!refined.ok() && refined.code() != StatusCode::kCancelled) {
@@ -292,7 +292,7 @@ void ViewEngine::SaveFile(const std::string& path, std::function<Status()> job) 
   });
 }
 
-/// All panes side by side, as the window shows them.
+/// All panes side by side, as in the window.
 Result<Rgb8Image> ViewEngine::ShownPicture() const {
   std::vector<Rgb8Image> pictures = shown_;
   for (Rgb8Image& picture : pictures) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The viewer's work on threads of its own. Every call returns at once, whatever is being loaded or
-/// traced; all are meant for one thread, that of the interface.
+/// The viewer's work on separate threads. No call blocks, whatever is being loaded or traced; all
+/// are for one thread, that of the interface.
 #pragma once
 
 #include <atomic>
@@ -29,9 +29,9 @@ struct EngineMessage {
   std::string text;
 };
 
-/// The scene that is being shown.
+/// The scene on display.
 struct SceneInfo {
-  uint64_t number = 0;  ///< of scenes opened, from 1; 0: none yet
+  uint64_t number = 0;  ///< of opened scenes, from 1; 0: none yet
   SceneRequest request;
   std::vector<std::string> cameras;
   std::vector<std::string> warnings;
@@ -42,34 +42,33 @@ struct SceneInfo {
 
 class ViewEngine {
  public:
-  /// \param wake    called from other threads whenever there is something new to show
-  /// \param device  where frames are traced and filtered; when it fails, the CPU goes on, with a
-  ///                message
+  /// \param wake    called from other threads when there is something new to show
+  /// \param device  traces and filters frames; if it fails, the CPU continues, with a message
   ViewEngine(const ViewSettings& settings, std::function<void()> wake, Device device = Device());
-  /// Gives up the frame being made, and a scene that is being loaded (see SceneLoader::abandoned).
+  /// Cancels the frame in progress, and loading (see SceneLoader::abandoned).
   ~ViewEngine();
 
-  /// Loads a scene in the background; the one being shown stays until it is there. A later request
-  /// takes the place of an earlier one. Failures come as messages.
+  /// Loads a scene in the background; the current one stays until then. A later request replaces an
+  /// earlier one. Failures become messages.
   void Open(const SceneRequest& request);
-  /// What the next frame is to be like. \return the number that frames bear which know of it
-  /// (ViewFrame::posted)
+  /// Sets the settings of the next frame. \return the number of this call, which frames that use it
+  /// carry (ViewFrame::posted)
   uint64_t Post(const ViewSettings& settings);
-  /// Number of the newest frame, taken or not.
+  /// Number of the newest frame, whether taken or not.
   uint64_t frames_made() const { return frames_made_; }
-  /// The newest frame, if there is one that has not been taken; valid until the next call.
+  /// The newest frame, if it has not been taken; valid until the next call.
   const ViewFrame* TakeFrame() { return frames_.Take(); }
   std::vector<EngineMessage> TakeMessages();
   LoadState load_state() const { return loader_.state(); }
   SceneInfo scene_info() const;
 
-  /// Writes what is shown: the composed picture as .png, at least as large as the window shows it,
-  /// or the numbers of all panes as .exr, in the resolution that they have.
+  /// Writes the composed picture as .png, at least in the window's size, or the values of all panes
+  /// as .exr, in their own resolution.
   void Save(const std::string& path);
-  /// Every frame from here on goes into a video until StopClip().
+  /// Adds every frame from here on to a video until StopClip().
   void StartClip(const std::string& path, double fps);
   void StopClip();
-  /// Writes a file between two frames. \param job  what fails it says, or "saved PATH" is told
+  /// Writes a file between two frames. \param job  its error, or "saved PATH", becomes a message
   void SaveFile(const std::string& path, std::function<Status()> job);
   bool recording() const { return recording_; }
 
@@ -91,39 +90,39 @@ class ViewEngine {
 
   std::function<void()> wake_;
   mutable std::mutex mutex_;
-  std::condition_variable work_;  // for the worker: settings, a scene, a job, the end
+  std::condition_variable work_;  // wakes the worker: settings, a scene, a job, the end
   std::atomic<bool> stop_ = false;
 
   // Guarded by mutex_.
   ViewSettings settings_;
-  Device device_;  // for the next scene
+  Device device_;  // of the next scene
   SceneInfo scene_info_;
   std::deque<Job> jobs_;
   std::vector<EngineMessage> messages_;
 
-  std::atomic<uint64_t> posted_ = 0;  // counts calls of Post
+  std::atomic<uint64_t> posted_ = 0;  // number of calls of Post
   std::atomic<uint64_t> frames_made_ = 0;
   std::atomic<bool> scene_waiting_ = false;  // the loader has an outcome
   std::atomic<bool> recording_ = false;
   TripleBuffer<ViewFrame> frames_;
 
-  // The worker's own.
+  // Used by the worker only.
   std::unique_ptr<ViewSession> session_;
   std::unique_ptr<VideoWriter> clip_;
   std::string clip_path_;
   std::vector<float> dividers_;
-  int area_width_ = 0;  // of the area on the screen, for the last frame
+  int area_width_ = 0;  // of the last frame's area on the screen
   int area_height_ = 0;
   bool sharp_pixels_ = false;
-  // What was shown last; pictures that were shared have no pixels.
+  // The last pictures; shared ones have no pixels.
   std::vector<Rgb8Image> shown_;
   std::vector<std::string> shown_panes_;
   LiveMetrics metrics_;
   double last_frame_at_ = 0;
   uint64_t last_posted_ = 0;
-  bool idle_ = false;  // nothing would change until settings do
+  bool idle_ = false;  // nothing changes until settings do
 
-  SceneLoader loader_;  // last: they use everything above
+  SceneLoader loader_;  // last, since they use the members above
   std::thread worker_;
 };
 

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What the engine hands to the interface: pictures ready to be shown, and what is told beside
-/// them.
+/// The result of a frame that the engine passes to the interface: finished pictures and readouts.
 #pragma once
 
 #include <cstdint>
@@ -40,45 +39,45 @@ struct MemoryUse {
 };
 
 struct ViewFrame {
-  uint64_t number = 0;  ///< of frames shown since the scene was opened, from 1
-  uint64_t posted = 0;  ///< the last ViewEngine::Post that the frame knows of
+  uint64_t number = 0;  ///< number of the frame since the scene was opened, from 1
+  uint64_t posted = 0;  ///< the last ViewEngine::Post that the frame includes
   int width = 0;        ///< of the pictures
   int height = 0;
   std::vector<std::string> panes;
   std::vector<Rgb8Image> pictures;  ///< one for each pane
-  /// For each pane nullptr, or what shows it instead of pixels, which it has none of then.
+  /// For each pane nullptr, or the shared picture that replaces its pixels.
   std::vector<std::shared_ptr<const SharedPicture>> shared;
 
-  std::vector<ViewRange> ranges;  ///< for each pane, the scale of its colours
+  std::vector<ViewRange> ranges;  ///< for each pane, the range of its colours
 
   SampleRate rate;
   float scale = 0;           ///< resolution in use
-  float chosen_scale = 0;    ///< resolution asked for; above `scale` where frames took too long
-  bool fast_filter = false;  ///< `psvgf` and sparse guides made it, not the settings' filter
+  float chosen_scale = 0;    ///< requested resolution; above `scale` if frames took too long
+  bool fast_filter = false;  ///< made by `psvgf` and sparse guides instead of the settings' filter
   bool temporal = true;      ///< the filter accumulates
-  /// Per pixel in the history, or, where none is kept, since the view last changed.
+  /// Per pixel in the history, or, without history, since the view last changed.
   double samples = 0;
   bool still = false;  ///< nothing has moved since the last frame
   double seconds = 0;
   double light_seconds = 0;  ///< of the clock of moving lights
   double length = 0;         ///< of the animation, seconds; 0: nothing moves
-  ViewPose pose;             ///< where this frame was seen from
+  ViewPose pose;             ///< pose of the camera in this frame
 
   FrameCost cost;
-  double show_ms = 0;             ///< making of the pictures
+  double show_ms = 0;             ///< time for making the pictures
   std::vector<StageTime> stages;  ///< tracer first, then the denoiser
   MemoryUse memory;
-  std::string device;     ///< where it was filtered: see Device::description
-  std::string tracer;     ///< where it was traced
-  std::string note;       ///< what the user should know of this frame; mostly empty
-  int reference_spp = 0;  ///< samples in the reference; 0: there is none
+  std::string device;     ///< device of the filter: see Device::description
+  std::string tracer;     ///< device of the tracer
+  std::string note;       ///< message for the user about this frame; usually empty
+  int reference_spp = 0;  ///< samples in the reference; 0: none
   std::optional<LiveMeasures> measures;
 
-  int inspect_x = 0;  ///< pixel that `inspected` tells of
+  int inspect_x = 0;  ///< pixel of `inspected`
   int inspect_y = 0;
   std::vector<InspectedValue> inspected;
-  uint64_t focus = 0;     ///< the last order to focus that this frame answers
-  float focus_depth = 0;  ///< 0: nothing is there
+  uint64_t focus = 0;     ///< the last focus request that this frame answers
+  float focus_depth = 0;  ///< 0: no surface
 };
 
 }  // namespace stillray::view

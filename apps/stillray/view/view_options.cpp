@@ -37,7 +37,7 @@ Status ParseSize(const std::string& text, ViewSettings* settings) {
   return Status::Ok();
 }
 
-/// A file first, then a preset in its place, then single parameters.
+/// Applies a file first, then a preset that replaces it, then single parameters.
 Status ParseDenoise(const ViewArguments& arguments, ViewOptions* options) {
   Settings* settings = &options->settings.denoise;
   options->preset = "default";

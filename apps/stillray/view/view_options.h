@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The command line of `stillray view`, checked before any work begins.
+/// The command line of `stillray view`, checked before any work starts.
 #pragma once
 
 #include <optional>
@@ -18,7 +18,7 @@ class App;
 
 namespace stillray::view {
 
-/// Text as the user gave it.
+/// The options as text.
 struct ViewArguments {
   std::string scene = "builtin:cornell";
   std::string environment;
@@ -45,7 +45,7 @@ struct ViewArguments {
   bool verbose = false;
 };
 
-/// The same, understood.
+/// The parsed options.
 struct ViewOptions {
   SceneRequest request;
   ViewSettings settings;  ///< `width` and `height` are those of the window, or of the pictures
@@ -54,13 +54,13 @@ struct ViewOptions {
   int headless_frames = 0;  ///< 0: open a window
   std::string folder;
   std::string report;  ///< file for the times of the interface; empty: none
-  Device device;       ///< where frames are made; opened by the caller of ParseViewArguments
+  Device device;       ///< renders frames; opened by the caller of ParseViewArguments
 };
 
-/// Takes what the file sets; the rest stays.
+/// Applies the file's values; other settings are unchanged.
 void ApplySettingsFile(const SettingsFile& file, ViewSettings* settings);
 
-/// \return kInvalidArgument naming the option, what it is and what was expected
+/// \return kInvalidArgument naming the option, its value and the expected ones
 Result<ViewOptions> ParseViewArguments(const ViewArguments& arguments);
 
 void DeclareViewOptions(CLI::App* command, ViewArguments* arguments);

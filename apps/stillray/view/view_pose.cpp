@@ -14,7 +14,7 @@ namespace {
 constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kPole = kPi / 2;
 constexpr float kSmallestDistance = 1e-4f;
-// Rays from farther away are refused by the renderer.
+/// The renderer rejects rays from farther away.
 constexpr float kFarthest = kMaxCoordinate;
 
 float WrapAngle(float angle) {
@@ -26,7 +26,7 @@ vec3 Normalised(vec3 v, vec3 fallback) {
   return length > 0 && std::isfinite(length) ? v / length : fallback;
 }
 
-/// The camera's axes before it rolls.
+/// The camera's axes without roll.
 struct LevelAxes {
   vec3 right;
   vec3 up;
@@ -40,12 +40,12 @@ LevelAxes Level(const ViewPose& pose) {
   return {vec3(cy, 0, -sy), vec3(sy * sp, cp, cy * sp)};
 }
 
-/// The distance within what can be shown.
+/// Clamps the distance to the supported range.
 float BoundDistance(float distance) {
   return std::clamp(distance, kSmallestDistance, kFarthest);
 }
 
-/// The camera within reach of rays. A position that is no number goes to the origin.
+/// Clamps the camera to traceable positions. NaN becomes the origin.
 ViewPose Bounded(ViewPose pose) {
   for (int c = 0; c < 3; ++c) {
     const float p = pose.position[c];
@@ -91,7 +91,7 @@ ViewPose PoseFromMatrix(const mat4& world, float yfov, float distance) {
   pose.yfov = yfov;
   pose.distance = BoundDistance(distance);
   pose.pitch = std::asin(std::clamp(forward.y, -1.0f, 1.0f));
-  // Straight up or down only the up vector tells where left and right are.
+  // When looking straight up or down only the up vector determines the yaw.
   const bool vertical = std::abs(forward.y) > 0.99999f;
   const vec3 ahead = vertical ? (forward.y > 0 ? -up : up) : forward;
   pose.yaw = std::atan2(-ahead.x, -ahead.z);
@@ -109,7 +109,7 @@ ViewPose FilePose(const Scene& scene, const Aabb& bounds, int camera, double sec
   }
   const float size = glm::length(bounds.max - bounds.min);
   const float along = dot((bounds.min + bounds.max) * 0.5f - pose.position, pose.Forward());
-  // A camera within the scene may well have its middle behind it.
+  // Inside the scene the centre of its bounds may be behind the camera.
   pose.distance = BoundDistance(std::max(along, 0.1f * size));
   return pose;
 }

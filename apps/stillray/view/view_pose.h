@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The viewer's free camera: where it stands, and how it answers to mouse and keys. Pure functions;
-/// angles in radians, distances in scene units.
+/// The viewer's free camera: its pose, and its movements by mouse and keys. Pure functions; angles
+/// in radians, distances in scene units.
 #pragma once
 
 #include "stillray/scene.h"
@@ -10,17 +10,17 @@
 
 namespace stillray::view {
 
-/// A camera without tilt beyond `roll`: turned by `yaw` about the world's y, then by `pitch` about
-/// its own x, then by `roll` about its own z. All 0 looks along -z, as glTF's cameras do. No
-/// movement takes the camera farther out than rays can be traced from (kMaxCoordinate).
+/// A camera rotated by `yaw` about the world's y, then by `pitch` about its own x, then by `roll`
+/// about its own z. All 0 looks along -z, as in glTF. No movement exceeds the range from which rays
+/// can be traced (kMaxCoordinate).
 struct ViewPose {
   vec3 position = vec3(0.0f);
   float yaw = 0;          ///< positive: to the left
   float pitch = 0;        ///< positive: up; -pi/2..pi/2
-  float roll = 0;         ///< positive: counter-clockwise, as the camera sees itself from behind
+  float roll = 0;         ///< positive: counter-clockwise, seen from behind the camera
   float yfov = 0.8f;      ///< vertical angle of view
-  float distance = 1.0f;  ///< to the point that orbiting turns around, along the view; > 0
-  /// Where that point lies beside the middle of the view: to the right and up, scene units.
+  float distance = 1.0f;  ///< to the orbit centre, along the view; > 0
+  /// Offset of the orbit centre from the view axis: to the right and up, scene units.
   vec2 aside = vec2(0.0f);
 
   vec3 Forward() const;
@@ -34,37 +34,36 @@ struct ViewPose {
 
 /// Camera to world, as a node's transform: columns right, up, backward, position.
 mat4 ToMatrix(const ViewPose& pose);
-/// The pose of a camera whose node stands at `world`. Scaling is left out.
+/// The pose of a camera whose node has the transform `world`. Scaling is ignored.
 ViewPose PoseFromMatrix(const mat4& world, float yfov, float distance);
-/// The pose of one of the scene's cameras at `seconds`. Its distance reaches the middle of
-/// `bounds`, seen along the view, so that orbiting turns around something sensible.
+/// The pose of one of the scene's cameras at `seconds`. The orbit centre is at the depth of the
+/// centre of `bounds`.
 ViewPose FilePose(const Scene& scene, const Aabb& bounds, int camera, double seconds);
 
-/// Turns around the focus. Positive angles move the picture right and down.
+/// Rotates around the orbit centre. Positive angles move the picture right and down.
 ViewPose Orbit(const ViewPose& pose, float right, float down);
-/// Looks around without moving.
+/// Rotates without moving.
 ViewPose Look(const ViewPose& pose, float right, float down);
-/// Shifts camera and focus so that what lies at the focus follows the mouse.
+/// Shifts the camera so that the point at the orbit centre follows the mouse.
 /// \param dx, dy  pixels, y down
 /// \param height  of the picture in pixels
 ViewPose Pan(const ViewPose& pose, float dx, float dy, float height);
-/// Nearer to the focus by `steps` of a tenth (negative: away), never through it, and never farther
-/// away than kMaxCoordinate.
+/// Moves towards the orbit centre by `steps` of a tenth (negative: away), never through it, and
+/// never farther away than kMaxCoordinate.
 ViewPose Dolly(const ViewPose& pose, float steps);
 /// Moves along the camera's own axes.
 ViewPose Fly(const ViewPose& pose, float right, float up, float forward);
-/// Narrower by `steps` of a tenth; the angle stays within 1 to 160 degrees.
+/// Narrows the field of view by `steps` of a tenth, within 1 to 160 degrees.
 ViewPose Zoom(const ViewPose& pose, float steps);
-/// Makes the point seen at `depth` (along the viewing axis) at a place of the picture the one that
-/// orbiting turns around; the camera stays as it is. Nothing changes for a depth that is not finite
-/// and positive.
+/// Sets the orbit centre to the point seen at `depth` (along the viewing axis) at a position of the
+/// picture, without moving the camera. No effect if the depth is not finite and positive.
 /// \param x, y    fractions of the picture, from the top left
 /// \param aspect  width / height
 ViewPose OrbitAround(const ViewPose& pose, float x, float y, float aspect, float depth);
-/// The same, and the camera turns to the point. Nothing changes for a depth that is not finite
-/// and positive.
+/// The same, and rotates the camera to the point. No effect if the depth is not finite and
+/// positive.
 ViewPose FocusOn(const ViewPose& pose, float x, float y, float aspect, float depth);
-/// A pose on the way from a to b, for smooth jumps to saved views: t = 0 is a, 1 is b.
+/// Interpolates from a (t = 0) to b (t = 1), for smooth jumps to saved views.
 ViewPose Between(const ViewPose& a, const ViewPose& b, float t);
 
 }  // namespace stillray::view

@@ -9,7 +9,7 @@
 namespace stillray::view {
 namespace {
 
-constexpr double kShareBelow = 0.99;  // outliers, fireflies say, do not darken all others
+constexpr double kShareBelow = 0.99;  // outliers, such as fireflies, do not darken all other values
 constexpr float kLeastTop = 1.0f / 4096;
 
 }  // namespace

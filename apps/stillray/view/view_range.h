@@ -1,27 +1,27 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The scale of views that show numbers as colours.
+/// The colour scale of views that show numbers.
 #pragma once
 
 #include <vector>
 
 namespace stillray::view {
 
-/// What the ends of a colour scale stand for: 0 and `top`.
+/// The range of a colour scale: 0 to `top`.
 struct ViewRange {
-  float top = 0;             ///< the value of the last colour; 0: the view has no such scale
-  bool logarithmic = false;  ///< colours go with log(1 + value); else with the value
+  float top = 0;             ///< the value of the last colour; 0: the view has no scale
+  bool logarithmic = false;  ///< colours follow log(1 + value); else the value
   bool motion = false;       ///< brightness with a hue for the direction; else the heat scale
   const char* unit = "";     ///< of the values
 
-  /// Where a value >= 0 lies on the scale; 1 and more: at its end.
+  /// Position of a value >= 0 on the scale; 1 and more: at its end.
   float At(float value) const;
 };
 
-/// The smallest power of two that only one finite value in a hundred exceeds, at least 1/4096: the
-/// scale follows the picture, and stays where it is while little changes.
-/// \param values  >= 0 where finite; their order is changed
+/// The smallest power of two that at most one finite value in a hundred exceeds, at least 1/4096:
+/// the scale follows the picture, but is stable under small changes.
+/// \param values  >= 0 where finite; reordered
 float FittedTop(std::vector<float>* values);
 
 }  // namespace stillray::view

@@ -18,12 +18,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// After a pause on the wall (another window, a slow frame) animations go on where they were.
+/// After a pause (another window, a slow frame) animations continue where they were.
 constexpr double kLongestStep = 0.25;
-/// The first frames fill caches and pages: their times tell nothing of those to come.
+/// The first frames fill caches and pages: their times are not representative.
 constexpr uint64_t kFirstFrames = 2;
 /// Samples that the picture on the screen counts as when it becomes the history of a filter: half
-/// of its own longest history, so that what comes next is seen soon.
+/// of its longest history, so that new samples are soon visible.
 constexpr float kSeedSamples = 8;
 constexpr int kFocusReach = 24;  // pixels around a click that are searched for a surface
 
@@ -31,7 +31,7 @@ double Milliseconds(Clock::time_point since) {
   return std::chrono::duration<double, std::milli>(Clock::now() - since).count();
 }
 
-/// What is seen; the point that orbiting turns around is not part of it.
+/// Whether two poses show the same picture; the orbit centre does not matter.
 bool SameView(const ViewPose& a, const ViewPose& b) {
   return a.position == b.position && a.yaw == b.yaw && a.pitch == b.pitch && a.roll == b.roll &&
          a.yfov == b.yfov;
@@ -67,8 +67,8 @@ float DepthNear(const Image1& depth, int x, int y) {
   return best;
 }
 
-/// Share of the time on the wall that a phase has, whose own time is summed over threads; a device
-/// tells its own times.
+/// Wall time of a phase whose time is summed over threads; times of a device come from timestamp
+/// queries.
 double ShareOfWall(const RenderTimings& t, bool on_device, double wall_ms) {
   if (on_device) {
     return 1;
@@ -94,7 +94,7 @@ void AddTracerStages(const DeviceRenderer& renderer, double wall_ms,
   }
 }
 
-/// Time that fewer samples would not have saved: that of the guides, where all pixels have them.
+/// Time that does not depend on the samples: the guides, if all pixels have them.
 double FixedTime(const DeviceRenderer& renderer, double wall_ms) {
   const RenderTimings& t = renderer.timings();
   const RenderSettings& settings = renderer.settings();
@@ -154,8 +154,8 @@ ViewSession::Moment ViewSession::NextMoment(const ViewSettings& s, double elapse
   return next;
 }
 
-/// If a device other than the CPU failed: gives it up, with a note. What is wrong with settings or
-/// frames would be so on the CPU as well.
+/// If a device other than the CPU failed: switches to the CPU, with a note. Errors of settings or
+/// frames would occur on the CPU as well.
 bool ViewSession::FallsBack(const Status& status) {
   if (status.ok() || device_.is_cpu() || status.code() == StatusCode::kInvalidArgument) {
     return false;
@@ -192,15 +192,15 @@ Status ViewSession::PrepareDenoiser(const ViewSettings& s) {
   return AskForOutputs();
 }
 
-/// The view of a pane. Names of signals change with their grouping: the plain picture stands in for
-/// what is gone.
+/// The view of a pane. Names of signals change with their grouping: a missing one is replaced by
+/// the plain picture.
 const ViewInfo& ViewSession::PaneView(const std::string& name) const {
   const ViewInfo* view = FindView(views_, name);
   return view != nullptr ? *view : views_[0];
 }
 
-/// What of the filter's pictures the next frame needs. The finished one in full precision, which is
-/// the larger copy, only where its numbers are measured or told.
+/// Selects the outputs of the filter for the next frame. The picture in full precision, which is
+/// the larger copy, is included only if its values are measured or shown.
 void ViewSession::FindOutputs(const ViewSettings& s) {
   results_.colour = s.reference || s.inspect;
   results_.display = results_.shared = false;
@@ -230,8 +230,8 @@ Status ViewSession::AskForOutputs() {
   return denoiser_->SetOutputs(outputs_);
 }
 
-/// The faster filter shows finished pictures as well; what it makes in between has other names, and
-/// its guides have holes. Settings without a wavelet, or without history, are looked at for that.
+/// The faster filter shows finished pictures as well; its intermediate pictures have other names,
+/// and its guides are sparse. Settings without a wavelet, or without history, are not replaced.
 bool ViewSession::AllowsFastFilter(const ViewSettings& s) const {
   const bool plain = std::all_of(s.panes.begin(), s.panes.end(), [](const std::string& name) {
     return name == "denoised" || name == "noisy" || name == "reference";
@@ -251,7 +251,7 @@ FramePlan ViewSession::PlanFrame(const ViewSettings& s, bool moves) {
   return control_.Next(choice, moves, s.revision != settings_.revision);
 }
 
-/// The settings with what the plan puts in their place.
+/// The settings with the plan's replacements.
 ViewSettings ViewSession::Planned(ViewSettings s) const {
   s.rate = plan_.rate;
   if (plan_.fast_filter) {
@@ -270,7 +270,7 @@ RenderSettings ViewSession::RendererSettings(const ViewSettings& s) const {
   return wanted;
 }
 
-/// Whether the filter forgets what it knows: other signals, another size.
+/// Whether the filter's history is lost: other signals, another size.
 bool ViewSession::LosesHistory(const ViewSettings& s) const {
   int width = 0;
   int height = 0;
@@ -280,8 +280,8 @@ bool ViewSession::LosesHistory(const ViewSettings& s) const {
          (s.denoise.temporal && !settings_.denoise.temporal);
 }
 
-/// Whether the picture on the screen can take the place of the history that is lost: the filter has
-/// one signal for all light, and the picture shows the same.
+/// Whether the picture on the screen can replace the lost history: the filter has one signal for
+/// all light, and the picture shows the same view.
 bool ViewSession::CanSeed(const ViewSettings& s) const {
   if (frames_ == 0 || s.restart != settings_.restart || !SameScene(s, settings_) ||
       s.denoise.signals != SignalGrouping::kSingle || !s.denoise.temporal || !LosesHistory(s)) {
@@ -294,7 +294,7 @@ bool ViewSession::CanSeed(const ViewSettings& s) const {
   return std::abs(shape - 1) < 0.01;
 }
 
-/// A frame of what was seen last, of the new size, with guides in every pixel.
+/// A frame of the last view, in the new size, with guides in every pixel.
 Result<Frame> ViewSession::GuidesOfLastView(const ViewSettings& s,
                                             const RenderProgress& keep_going) {
   RenderSettings wanted = RendererSettings(s);
@@ -305,7 +305,7 @@ Result<Frame> ViewSession::GuidesOfLastView(const ViewSettings& s,
   if (!complete || frame_.width != wanted.width || frame_.height != wanted.height) {
     wanted.guides = GuideCoverage::kFull;
     wanted.spp = 1;
-    wanted.cycle = kMaxCycle;  // its light is not looked at
+    wanted.cycle = kMaxCycle;  // its light is not used
     RenderMoment moment = moment_.render;
     moment.previous_seconds = moment.seconds;
     moment.previous_pose = moment.pose;
@@ -317,8 +317,7 @@ Result<Frame> ViewSession::GuidesOfLastView(const ViewSettings& s,
   return host.ok() ? Result<Frame>(**host) : Result<Frame>(host.status());
 }
 
-/// What becomes the history of the next frame's filter, which has none; empty if there is no such
-/// thing.
+/// Makes the seed for the history of the next frame's filter; empty if there is none.
 Status ViewSession::MakeSeed(const ViewSettings& s, const RenderProgress& keep_going) {
   seed_.reset();
   if (!CanSeed(s)) {
@@ -332,12 +331,12 @@ Status ViewSession::MakeSeed(const ViewSettings& s, const RenderProgress& keep_g
   return Status::Ok();
 }
 
-/// Traces the next frame. One that refines may be given up, and the view then goes on: what is
-/// there of the last frame stays as it is until the new one is whole.
+/// Traces the next frame. A frame that refines may be cancelled, and the view then continues: the
+/// data of the last frame stays until the new one is complete.
 Status ViewSession::Trace(const ViewSettings& s, const RenderMoment& moment,
                           const RenderProgress& keep_going) {
   RenderSettings wanted = RendererSettings(s);
-  // Samples are numbered from the rate: at another one, the same numbers would come again.
+  // Samples are numbered from the rate: after a change, the same numbers would recur.
   rate_changes_ += frames_ > 0 && !(s.rate == settings_.rate) ? 1 : 0;
   wanted.seed += rate_changes_;
   STILLRAY_RETURN_IF_ERROR(loaded_.renderer->SetSettings(wanted));
@@ -351,7 +350,7 @@ Status ViewSession::Trace(const ViewSettings& s, const RenderMoment& moment,
   return Status::Ok();
 }
 
-/// The filter with the history that it is to have.
+/// Prepares the filter with its history.
 Status ViewSession::PrepareHistory(const ViewSettings& s) {
   STILLRAY_RETURN_IF_ERROR(PrepareDenoiser(s));
   if (frames_ > 0 && s.restart != settings_.restart) {
@@ -363,14 +362,14 @@ Status ViewSession::PrepareHistory(const ViewSettings& s) {
   denoiser_->SetResults({});
   STILLRAY_RETURN_IF_ERROR(denoiser_->SetOutputs({}));
   if (!denoiser_->Denoise(*seed_, &denoised_).ok()) {
-    denoiser_->Reset();  // the frame itself will show what is wrong
+    denoiser_->Reset();  // the frame itself will report the error
   }
   seed_.reset();
   return AskForOutputs();
 }
 
-/// Filters the frame and brings what is shown of it to the host. Where the device fails, frames go
-/// on on the CPU; what it held of this one may be lost, so that is traced again.
+/// Filters the frame and downloads the data to show. If the device fails, frames continue on the
+/// CPU; its data of this frame may be lost, so it is traced again.
 Status ViewSession::Filter(const ViewSettings& s, const RenderMoment& moment,
                            const RenderProgress& keep_going) {
   Status status = denoiser_->Denoise(frame_, &denoised_);
@@ -439,7 +438,7 @@ Status ViewSession::RefineReference(const RenderProgress& keep_going) {
   return reference_.AddPass(moment_.render, loaded_.renderer.get(), keep_going);
 }
 
-/// Whether anybody wants to see planes of the frame. Mostly nobody.
+/// Whether planes of the frame are needed on the host, which is rare.
 bool ViewSession::NeedsHost(const ViewSettings& s) const {
   const bool shown = std::any_of(s.panes.begin(), s.panes.end(), [&](const std::string& name) {
     const ViewInfo* view = FindView(views_, name);
@@ -454,7 +453,7 @@ Status ViewSession::BringToHost(const ViewSettings& s) {
   return frame_.on_device == nullptr || NeedsHost(s) ? TakePlanes(s) : Status::Ok();
 }
 
-/// The frame's planes, and what is made and told of them.
+/// Downloads the frame's planes, and updates the data derived from them.
 Status ViewSession::TakePlanes(const ViewSettings& s) {
   if (frame_.on_device != nullptr) {
     STILLRAY_RETURN_IF_ERROR(OnHost(frame_, &from_device_).status());
@@ -477,7 +476,7 @@ ViewSources ViewSession::Sources() const {
           filled ? &filled_->held.guides : nullptr};
 }
 
-/// Completes the guides once more, as the denoiser does, where a view shows them.
+/// Fills the guides as the denoiser does, if a view shows them.
 void ViewSession::FillGuides(const ViewSettings& s) {
   const bool shown = std::any_of(s.panes.begin(), s.panes.end(), [&](const std::string& name) {
     const ViewInfo* view = FindView(views_, name);

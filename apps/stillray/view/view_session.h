@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// One scene being looked at: settings in, the next picture out. No threads, no clock, no window:
-/// the same calls give the same bits (as long as the rate is fixed).
+/// A view of one scene: settings in, the next picture out. No threads, no clock, no window: the
+/// same calls give the same bits (as long as the rate is fixed).
 #pragma once
 
 #include <memory>
@@ -21,23 +21,23 @@ namespace stillray::view {
 
 class ViewSession {
  public:
-  /// \param device  where frames are filtered; if it fails, the CPU goes on (ViewFrame::note).
-  ///                Where they are traced is the loaded renderer's part, which falls back by itself
+  /// \param device  filters frames; if it fails, the CPU continues (ViewFrame::note). The loaded
+  ///     renderer traces, and falls back by itself
   explicit ViewSession(LoadedScene loaded, Device device = Device());
   ~ViewSession();
   ViewSession(ViewSession&&) noexcept;
 
-  /// Renders, denoises and paints the next frame.
-  /// \param elapsed     seconds since the last frame, for animations on the wall clock
-  /// \param keep_going  returns false to give the frame up
-  /// \return kCancelled (the next frame goes on as if this one had not been); kInvalidArgument for
-  ///         settings that contradict each other
+  /// Renders, denoises and converts the next frame to pictures.
+  /// \param elapsed     seconds since the last frame, for animations in real time
+  /// \param keep_going  returns false to cancel the frame
+  /// \return kCancelled (the next frame continues as if this one had not been started);
+  ///     kInvalidArgument for settings that contradict each other
   Status RenderNext(const ViewSettings& settings, double elapsed, const RenderProgress& keep_going,
                     ViewFrame* out);
-  /// Makes the reference one sample better, where one is wanted and the view stands still.
+  /// Adds a sample to the reference, if one is requested and the view is static.
   Status RefineReference(const RenderProgress& keep_going);
-  /// Whether the frame being made, or the last one, may take long since nothing moves: it may be
-  /// given up for any input. May be called from RenderNext's `keep_going`.
+  /// Whether the frame in progress, or the last one, may take long since nothing moves: it may be
+  /// cancelled on any input. May be called from RenderNext's `keep_going`.
   bool refines() const { return plan_.refines; }
   bool WantsReference() const {
     const bool as_chosen = !plan_.fast_filter && plan_.scale == settings_.scale;
@@ -45,27 +45,27 @@ class ViewSession {
   }
   bool has_moving_lights() const { return animation_.has_lights(); }
 
-  /// Where frames are filtered now, and the next scene is to be traced.
+  /// The device that filters frames, and traces the next scene.
   const Device& device() const { return device_; }
 
   const Scene& scene() const { return *loaded_.scene; }
   const SceneRequest& request() const { return loaded_.request; }
-  /// Of the last frame; empty before the first, and where the frame stayed on the device since
-  /// neither a reference nor a view asked for it.
+  /// Of the last frame; empty before the first, and if the frame stayed on the device since neither
+  /// a reference nor a view needed it.
   const Image3& noisy() const { return noisy_; }
-  /// The same in full precision, brought from the device where no frame needed it so far.
-  /// \return kNotFound before the first frame; what fails on the device
+  /// The picture in full precision, downloaded if no frame has needed it so far.
+  /// \return kNotFound before the first frame; errors of the device
   Result<const Image3*> Denoised();
   const ReferenceAccumulator& reference() const { return reference_; }
-  /// The finished picture of the last frame as displayed, where it was shared. Errors as Denoised.
+  /// The display picture of the last frame, if it was shared. Errors as Denoised.
   Result<Rgb8Image> FinishedPicture();
-  /// The numbers of a view of the last frame, for files. \return kNotFound if it has no such view;
-  /// what fails on the device
+  /// The values of a view of the last frame, for files. \return kNotFound if there is no such view;
+  /// errors of the device
   Result<std::vector<Image1>> Values(const std::string& view);
 
  private:
   struct Moment {
-    RenderMoment render;  ///< as the renderer is asked for it: times of the retimed animation
+    RenderMoment render;  ///< arguments for the renderer: times of the retimed animation
     AnimationTime time;
     ViewPose pose;
   };
@@ -93,7 +93,7 @@ class ViewSession {
   bool NeedsHost(const ViewSettings& settings) const;
   Status BringToHost(const ViewSettings& settings);
   Status TakePlanes(const ViewSettings& settings);
-  /// The frame with its planes; without, where it is on a device and nobody needs them.
+  /// The frame with its planes; without, if it is on a device and they are not needed.
   const Frame& Host() const { return brought_ ? from_device_ : frame_; }
   Moment NextMoment(const ViewSettings& settings, double elapsed);
   AnimationTime NextTime(const ViewSettings& settings, double elapsed) const;
@@ -107,7 +107,7 @@ class ViewSession {
   RetimedAnimation animation_;
   std::unique_ptr<FilledGuides> filled_;  ///< while a view shows them
   Device device_;
-  std::string note_;  ///< to be told with the next frame
+  std::string note_;  ///< message for the next frame
   std::optional<Denoiser> denoiser_;
   ViewSettings settings_;  ///< of the last frame, with the filter that made it
   Aabb bounds_;
@@ -115,12 +115,12 @@ class ViewSession {
   std::vector<std::string> outputs_;
   Results results_;
   RateControl control_;
-  FramePlan plan_;  ///< of the frame being made, or the last one
+  FramePlan plan_;  ///< of the frame in progress, or the last one
   Frame frame_;
-  Frame next_frame_;           ///< room for the one being traced
+  Frame next_frame_;           ///< buffer for the frame being traced
   std::optional<Frame> seed_;  ///< becomes the history of the next frame's filter
-  Frame from_device_;          ///< room for its planes, if it lies on a device
-  bool brought_ = false;       ///< they are there
+  Frame from_device_;          ///< buffer for its planes, if it is on a device
+  bool brought_ = false;       ///< they are valid
   uint64_t answered_focus_ = 0;
   float focus_depth_ = 0;
   DenoisedFrame denoised_;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What a picture is to be like: one plain value that the interface hands to the engine whole.
+/// The settings of a picture: one plain value that the interface passes to the engine.
 #pragma once
 
 #include <cstdint>
@@ -16,17 +16,16 @@
 
 namespace stillray::view {
 
-/// Counters (`seek`, `focus`, `restart`) are orders: what they stand for happens once, when they
-/// change.
+/// Counters (`seek`, `focus`, `restart`) are requests, executed once when they change.
 struct ViewSettings {
-  int width = 640;  ///< of the area on the screen, pixels; the picture has `scale` times as many
+  int width = 640;  ///< of the area on the screen, pixels; the picture is `scale` times as large
   int height = 360;
   float scale = 1;         ///< of the picture's width and height, 0.05..1
-  bool auto_scale = true;  ///< it may fall to a quarter of that, where the frame time needs it
+  bool auto_scale = true;  ///< may fall to a quarter of that to reach the frame time
   SampleRate rate{1, 16};
-  bool auto_rate = true;  ///< samples follow the time that a frame may take
+  bool auto_rate = true;  ///< samples follow the target frame time
   double target_ms = 50;
-  /// While something moves and frames take too long: `psvgf` and sparse guides in place of
+  /// While something moves and frames take too long: use `psvgf` and sparse guides instead of
   /// `denoise` and full ones. Only with `auto_rate`.
   bool fast_filter = true;
 
@@ -37,16 +36,16 @@ struct ViewSettings {
   uint64_t seed = 0;
   Settings denoise;
 
-  bool free_camera = false;  ///< `pose`; else the file's `camera`, with its animation
+  bool free_camera = false;  ///< use `pose`; else the file's `camera`, with its animation
   ViewPose pose;
   uint64_t pose_scene = 0;  ///< number of the opened scene that `pose` belongs to (ViewEngine)
   int camera = 0;
 
   bool playing = false;
-  bool wall_clock = true;  ///< time passes as on the wall; else 1 / fps with every frame
+  bool wall_clock = true;  ///< animations run in real time; else by 1 / fps per frame
   double fps = 30;
-  double speed = 1;                   ///< of all that moves, -8..8
-  std::optional<double> light_speed;  ///< of moving lights, -8..8; none: as all that moves
+  double speed = 1;                   ///< of all animation, -8..8
+  std::optional<double> light_speed;  ///< of moving lights, -8..8; none: as `speed`
   uint64_t seek = 0;
   double seek_seconds = 0;
 
@@ -57,13 +56,13 @@ struct ViewSettings {
   bool inspect = false;
   float inspect_x = 0;  ///< fractions of the picture, from the top left
   float inspect_y = 0;
-  uint64_t focus = 0;  ///< tell the depth at this place
+  uint64_t focus = 0;  ///< report the depth at this position
   float focus_x = 0;
   float focus_y = 0;
-  uint64_t restart = 0;  ///< forget all history
-  /// Another one than in the last frame: the user changes something and waits for its effect.
+  uint64_t restart = 0;  ///< discard all history
+  /// Increases when the user has changed a setting and waits for its effect.
   uint64_t revision = 0;
-  /// Who shows the frames imports pictures from the device (ViewFrame::shared).
+  /// The interface imports pictures from the device (ViewFrame::shared).
   bool shares_pictures = false;
 };
 

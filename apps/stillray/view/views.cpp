@@ -16,9 +16,9 @@ namespace stillray::view {
 namespace {
 
 constexpr int kBand = 16;
-constexpr int kRangeStep = 3;  // every so many pixels tell of the numbers that there are
+constexpr int kRangeStep = 3;  // distance of the pixels that determine the range
 constexpr std::string_view kFilled = "filled.";
-constexpr uint8_t kAbsent = 40;  // dark grey: there is no such picture yet
+constexpr uint8_t kAbsent = 40;  // dark grey: the picture does not exist yet
 
 Colouring ColouringOf(const std::string& kind) {
   if (kind == "disocclusion") {
@@ -50,12 +50,12 @@ std::string KindOf(const std::string& name) {
   return name.substr(0, name.find('.'));
 }
 
-/// Planes of a view as they lie in its sources: at most three, or the ids.
+/// Planes of a view in its sources: at most three, or the ids.
 struct Layer {
   std::vector<const Image1*> planes;
   const Plane<uint32_t>* ids = nullptr;
   const Image1* divisor = nullptr;  ///< of kRelative: planes[0] is the variance, this the mean
-  bool ones = false;                ///< 1 everywhere: frames that do not tell their samples
+  bool ones = false;                ///< 1 everywhere: frames without a plane of samples
 };
 
 template <size_t N>
@@ -166,7 +166,7 @@ float Relative(const Layer& layer, int x, int y) {
   return std::sqrt(std::max((*layer.planes[0])(x, y), 0.0f)) / mean;
 }
 
-/// The number that a colour scale shows: variance as its root.
+/// The value on the colour scale: for variance its root.
 float ScaledValue(Colouring colouring, const float* v) {
   if (colouring == Colouring::kMotion) {
     return std::hypot(v[0], v[1]);
@@ -174,7 +174,7 @@ float ScaledValue(Colouring colouring, const float* v) {
   return colouring == Colouring::kVariance ? std::sqrt(std::max(v[0], 0.0f)) : std::max(v[0], 0.0f);
 }
 
-/// The numbers of a pixel that are coloured.
+/// The values of a pixel to convert to a colour.
 void ValuesOf(const Layer& layer, int x, int y, float values[3]) {
   for (size_t c = 0; c < layer.planes.size() && c < 3; ++c) {
     values[c] = (*layer.planes[c])(x, y);
@@ -184,7 +184,7 @@ void ValuesOf(const Layer& layer, int x, int y, float values[3]) {
   }
 }
 
-/// The scale of a view that has one.
+/// The range of a view with a scale.
 ViewRange RangeOf(Colouring colouring, const Layer& layer, int width, int height) {
   ViewRange range;
   switch (colouring) {
@@ -241,7 +241,7 @@ Rgb8 Colour(Colouring colouring, const float* v, float scale, const ViewRange& r
   return {};
 }
 
-/// What values are multiplied by before they become colours.
+/// Factor of values before they become colours.
 float ScaleOf(Colouring colouring, const Layer& layer, const Settings& settings) {
   if (colouring == Colouring::kDepth) {
     float nearest = INFINITY;
@@ -296,7 +296,7 @@ std::vector<ViewInfo> ListViews(const Settings& settings) {
                                  {"noisy", "picture", Colouring::kLight, {}},
                                  {"reference", "picture", Colouring::kLight, {}}};
   std::vector<std::string> outputs = Denoiser::OutputNames(settings);
-  // The tracer counts what passes through surfaces as specular: nothing is ever in there.
+  // The tracer counts transmitted light as specular: these outputs are always empty.
   std::erase_if(outputs, [](const std::string& name) { return name.ends_with(".transmission"); });
   for (const char* group :
        {"picture", "wavelet levels", "history", "moments and variance", "light without albedo"}) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Everything of a frame that can be looked at, by name: the finished picture, guides, signals,
-/// moments, variances, levels of the wavelet.
+/// All views of a frame, by name: the finished picture, guides, signals, moments, variances, levels
+/// of the wavelet.
 #pragma once
 
 #include <cstdint>
@@ -17,20 +17,20 @@
 
 namespace stillray::view {
 
-/// How numbers become colours.
+/// Conversion of values to colours.
 enum class Colouring : uint8_t {
   kLight,      ///< radiance: exposure, tone curve, sRGB
   kAlbedo,     ///< reflectance: sRGB
   kNormal,     ///< -1..1 as 0..1
   kDepth,      ///< the nearest white, infinity black
-  kMotion,     ///< direction as hue, length as brightness, on a scale that fits the picture
+  kMotion,     ///< direction as hue, length as brightness, on a scale fitted to the picture
   kId,         ///< a colour for each number
   kUnit,       ///< 0..1 as grey
-  kCount,      ///< samples, as heat on a logarithmic scale that fits the picture
+  kCount,      ///< samples, as heat on a logarithmic scale fitted to the picture
   kLuminance,  ///< one channel of light
-  kVariance,   ///< its root as heat, on a scale that fits the picture
+  kVariance,   ///< its root as heat, on a scale fitted to the picture
   kArrows,     ///< motion as arrows over the denoised picture
-  kRelative,   ///< deviation relative to the mean as heat, on a scale that fits the picture
+  kRelative,   ///< deviation relative to the mean as heat, on a scale fitted to the picture
 };
 
 struct ViewInfo {
@@ -41,39 +41,39 @@ struct ViewInfo {
   std::vector<std::string> outputs;
 };
 
-/// All views that there are with these settings, in the order of a menu.
+/// All views available with these settings, in the order of a menu.
 std::vector<ViewInfo> ListViews(const Settings& settings);
 /// nullptr if there is no such view.
 const ViewInfo* FindView(const std::vector<ViewInfo>& views, std::string_view name);
 
-/// Where views take their numbers from. None may be nullptr but `reference` and `filled`.
+/// The sources of views. None may be nullptr but `reference` and `filled`.
 struct ViewSources {
   const Frame* frame = nullptr;
   const DenoisedFrame* denoised = nullptr;
   const Image3* noisy = nullptr;      ///< all light of `frame`
   const Image3* reference = nullptr;  ///< nullptr: none yet
   const Settings* settings = nullptr;
-  /// What views named "filled.*" show: the guides as the filter has them where frames know them
-  /// only in part; nullptr: as `frame` has them.
+  /// The source of views named "filled.*": guides after fill_guides, if the frame's are sparse;
+  /// nullptr: those of `frame`.
   const Guides* filled = nullptr;
 };
 
-/// Whether the view needs planes of ViewSources::frame, or what is made of them.
+/// Whether the view needs planes of ViewSources::frame, or data derived from them.
 bool ShowsFrame(const ViewInfo& view);
 /// Whether the view needs ViewSources::filled.
 bool ShowsFilledGuides(const ViewInfo& view);
 
-/// Whether the view is made of the finished picture as displayed.
+/// Whether the view is the finished picture as displayed.
 bool ShowsFinishedPicture(const ViewInfo& view);
 
-/// The numbers of a view: 1 to 3 planes of one size, in full precision; none if the frame has no
-/// such thing (no reference yet, a history of the first frame).
+/// The values of a view: 1 to 3 planes of one size, in full precision; none if the frame lacks them
+/// (no reference yet, a history of the first frame).
 std::vector<Image1> ViewValues(const ViewInfo& view, const ViewSources& sources);
-/// The numbers at one pixel; as many as ViewValues has planes, without making these.
+/// The values at one pixel; as many as ViewValues has planes, without computing these.
 std::vector<float> ViewValuesAt(const ViewInfo& view, const ViewSources& sources, int x, int y);
-/// As displayed. What the frame does not have is dark grey. Of the finished picture
-/// DenoisedFrame::display is enough.
-/// \param range  [out] what the ends of its colour scale stand for, where it has one
+/// The view as a display picture. Missing data is dark grey. For the finished picture
+/// DenoisedFrame::display is sufficient.
+/// \param range  [out] the range of its colour scale, if it has one
 Rgb8Image ViewPicture(const ViewInfo& view, const ViewSources& sources, ViewRange* range);
 
 }  // namespace stillray::view

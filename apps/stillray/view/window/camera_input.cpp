@@ -13,14 +13,14 @@ namespace {
 constexpr float kRadiansPerPixel = 0.005f;
 constexpr float kDistancesPerSecond = 0.6f;
 constexpr float kFast = 4;
-constexpr float kClickPixels = 4;     // moved farther, the mouse drags
-constexpr double kLongestStep = 0.1;  // seconds: after a hitch the camera does not jump
+constexpr float kClickPixels = 4;     // a longer movement is a drag
+constexpr double kLongestStep = 0.1;  // seconds: after a pause the camera does not jump
 
 ViewPose CurrentPose(const ViewerState& state) {
   return state.settings.free_camera ? state.settings.pose : state.frame->pose;
 }
 
-/// The depth of what is under the mouse comes with one of the next frames.
+/// Requests the depth under the mouse, which arrives with one of the next frames.
 void AskForFocus(bool turn, const Rect& area, ImVec2 mouse, ViewerState* state) {
   ++state->settings.focus;
   state->focus_asked = state->settings.focus;

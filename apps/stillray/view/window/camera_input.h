@@ -9,7 +9,7 @@
 
 namespace stillray::view {
 
-/// Call with the picture's widget as the last item: it tells whether the mouse is meant.
+/// Call with the picture's widget as the last item, whose hover state is used.
 void HandleCameraMouse(const Rect& area, ViewerState* state);
 /// \param elapsed  seconds since the last call
 /// \return whether a key that moves the camera is held down

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Dialogs that ask for a path, the message box, and the list of keys.
+// Path dialogs, the message box, and the list of keys.
 #include <algorithm>
 #include <filesystem>
 
@@ -47,12 +47,12 @@ bool Writes(Dialog dialog) {
          dialog == Dialog::kSaveSettings;
 }
 
-/// Whether the user was shown that the file exists, and has not named another one since.
+/// Whether the question to overwrite the current path is shown.
 bool AsksToOverwrite(const ViewerState& state) {
   return !state.dialog_path.empty() && state.overwrite_path == state.dialog_path;
 }
 
-/// A file is overwritten only when that is confirmed once more.
+/// A file is overwritten only after a second confirmation.
 Status CheckOverwrite(ViewerState* state) {
   std::error_code ignored;
   if (!Writes(state->dialog) || AsksToOverwrite(*state) ||
@@ -63,7 +63,7 @@ Status CheckOverwrite(ViewerState* state) {
   return Status::InvalidArgument("'" + state->dialog_path + "' exists. Overwrite it?");
 }
 
-/// Does what the dialog is for. \return what is wrong with the path, if that is known at once
+/// Executes the dialog's action. \return an error of the path, if it is known at once
 Status Confirm(ViewEngine* engine, ViewerState* state) {
   const std::string& path = state->dialog_path;
   if (path.empty() && state->dialog != Dialog::kOpenEnvironment) {
@@ -121,7 +121,7 @@ void DrawPathDialog(ViewEngine* engine, ViewerState* state) {
     ImGui::PopTextWrapPos();
   }
   const float em = ImGui::GetFontSize();
-  // The field lost the keyboard to the question; a key that is held down is no answer.
+  // The field lost the keyboard focus to the question; a key that is held down is not an answer.
   confirmed |= AsksToOverwrite(*state) &&
                ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Enter), /*repeat=*/false);
   confirmed |= ImGui::Button(AsksToOverwrite(*state) ? "Overwrite##ok" : "OK##ok", {6 * em, 0});

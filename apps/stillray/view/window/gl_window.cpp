@@ -24,7 +24,7 @@ constexpr const char* kFonts[] = {
     "/usr/share/fonts/truetype/noto/NotoSans-Regular.ttf",
     "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf"};
 
-std::string g_last_error;  // NOLINT: GLFW reports through a plain function
+std::string g_last_error;  // NOLINT: GLFW reports errors to a plain function
 
 void KeepError(int, const char* text) {
   g_last_error = text;
@@ -85,8 +85,8 @@ Status NoWindow(const char* what) {
 
 }  // namespace
 
-/// Not every event of the window system is the user's: OpenGL in software makes some with every
-/// frame, and an interface that redraws for them never rests. Dear ImGui's backend calls these.
+/// Not every event of the window system is user input: software OpenGL generates some with every
+/// frame, and redrawing for them would never stop. Called by Dear ImGui's backend.
 void GlWindow::CountInput() {
   static constexpr auto kMark = [](GLFWwindow* window) {
     static_cast<GlWindow*>(glfwGetWindowUserPointer(window))->input_ = true;
@@ -139,14 +139,14 @@ Result<std::unique_ptr<GlWindow>> GlWindow::Create(int width, int height,
 
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
-  ImGui::GetIO().IniFilename = nullptr;  // nothing is left behind in the folder it was started in
+  ImGui::GetIO().IniFilename = nullptr;  // no file in the current folder
   float scale = 1;
   glfwGetWindowContentScale(handle, &scale, nullptr);
   scale = std::clamp(scale, 0.75f, 4.0f);
   UseStyle(scale);
   UseFont(scale);
   ImGui_ImplGlfw_InitForOpenGL(handle, true);
-  // Tab switches the panes; it does not move the keyboard from one field to the next.
+  // Tab switches the panes instead of the keyboard focus.
   ImGui::GetIO().KeyMap[ImGuiKey_Tab] = -1;
   ImGui_ImplOpenGL3_Init("#version 330 core");
   return window;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The window with its OpenGL 3.3 context and Dear ImGui set up in it.
+/// The window with its OpenGL 3.3 context and Dear ImGui.
 #pragma once
 
 #include <memory>
@@ -24,25 +24,25 @@ class GlWindow {
   GlWindow(const GlWindow&) = delete;
   GlWindow& operator=(const GlWindow&) = delete;
 
-  /// Sleeps until there is an event, or for so many seconds at most. \return whether the user did
-  /// something, or the system wants the window drawn again
+  /// Sleeps until there is an event, or for at most so many seconds. \return whether there was user
+  /// input, or the window must be redrawn
   bool WaitForEvents(double seconds);
-  /// Ends a WaitForEvents; may be called from any thread while the window lives.
+  /// Ends a WaitForEvents; may be called from any thread during the window's lifetime.
   static void Wake();
-  /// Everything between these two is one frame of the interface.
+  /// Begin and end of one frame of the interface.
   void BeginFrame();
   void EndFrame();
 
-  /// Takes it off the screen at once.
+  /// Hides the window at once.
   void Hide();
   bool should_close() const;
-  /// Over the whole primary monitor, or back to where it was. Nothing happens if it is so already,
-  /// or if there is no monitor.
+  /// Switches between the whole primary monitor and the previous size. No effect if nothing
+  /// changes, or if there is no monitor.
   void SetFullscreen(bool on);
   void SetTitle(const std::string& title);
-  /// Paths of files that were dropped on the window since the last call.
+  /// Paths of files dropped on the window since the last call.
   std::vector<std::string> TakeDroppedFiles();
-  /// Keys that went down since the last call, in their order.
+  /// Keys pressed since the last call, in order.
   std::vector<KeyPress> TakeKeys() { return std::exchange(keys_, {}); }
   GLFWwindow* handle() const { return window_; }
 

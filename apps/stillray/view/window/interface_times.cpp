@@ -24,7 +24,7 @@ void InterfaceTimes::Drawn(double ms) {
 }
 
 void InterfaceTimes::Posted(uint64_t number, uint64_t made, double input_at) {
-  // Before the first picture there is nothing to answer with.
+  // Before the first picture there can be no answer.
   if (!question_ && shown_ > 0) {
     question_ = Question{number, made, input_at};
   }
@@ -35,7 +35,7 @@ void InterfaceTimes::Shown(const ViewFrame& frame, double now) {
     return;
   }
   if (frame.number < shown_) {
-    question_.reset();  // another scene counts anew
+    question_.reset();  // another scene restarts the numbers
   }
   if (shown_ > 0) {
     rate_changes_ += frame.rate == rate_ ? 0 : 1;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// How well the window answers, for `--report`: how long its own frames take, how long it does not
-/// look at its events (what a user feels as a freeze), and how long input takes to become a
+/// Responsiveness of the window, for `--report`: the duration of its frames, the longest time
+/// without processing events (which users perceive as a freeze), and the time from input to a
 /// picture.
 #pragma once
 
@@ -20,7 +20,7 @@ class InterfaceTimes {
  public:
   void Looked(double now);
   void Drawn(double ms);
-  /// \param number  what ViewEngine::Post returned
+  /// \param number  result of ViewEngine::Post
   /// \param made    number of the newest frame before it
   void Posted(uint64_t number, uint64_t made, double input_at);
   void Shown(const ViewFrame& frame, double now);
@@ -28,7 +28,7 @@ class InterfaceTimes {
   Status Write(const std::string& path) const;
 
  private:
-  /// The oldest settings that no picture has answered yet.
+  /// The oldest settings that no picture includes yet.
   struct Question {
     uint64_t number = 0;
     uint64_t made = 0;
@@ -46,12 +46,12 @@ class InterfaceTimes {
   double sum_answer_ms_ = 0;
   double slowest_answer_ms_ = 0;
   uint64_t shown_ = 0;
-  double frame_ms_ = 0;  ///< of the picture shown last
+  double frame_ms_ = 0;  ///< of the last picture
   SampleRate rate_;
   float scale_ = 0;
   int64_t rate_changes_ = 0;
   int64_t scale_changes_ = 0;
-  int64_t shared_ = 0;  ///< pictures that were not copied through the host
+  int64_t shared_ = 0;  ///< pictures not copied through the host
 };
 
 }  // namespace stillray::view

@@ -5,12 +5,12 @@
 
 namespace stillray::view {
 
-/// A key that went down. Dear ImGui looks at keys once per frame of the interface: it does not see
-/// one that is up again by then, as after the first frames of a window, which take long.
+/// A key press. Dear ImGui samples keys once per frame of the interface, and misses one that is
+/// released before, as during the long first frames of a window.
 struct KeyPress {
   int key = 0;  ///< GLFW_KEY_...
   bool control = false;
-  bool repeated = false;  ///< by holding it down
+  bool repeated = false;  ///< auto-repeat
 };
 
 }  // namespace stillray::view

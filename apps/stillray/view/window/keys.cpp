@@ -77,7 +77,7 @@ void PlainKey(int key, ViewerState* state) {
   }
 }
 
-/// Keys that go on while they are held.
+/// Keys that repeat while held.
 void StepKey(int key, ViewerState* state) {
   if (key == GLFW_KEY_PERIOD) {
     StepFrames(1, state);
@@ -100,7 +100,7 @@ void SavedViewKey(const KeyPress& press, ViewerState* state) {
 
 void HandleKey(const KeyPress& press, ViewEngine* engine, ViewerState* state) {
   if (press.control && press.key == GLFW_KEY_Q) {
-    state->quit = true;  // whatever is open
+    state->quit = true;  // regardless of open dialogs
   }
   const bool busy = state->dialog != Dialog::kNone || !state->errors.empty();
   if (ImGui::GetIO().WantTextInput || busy) {

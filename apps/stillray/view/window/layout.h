@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Where the parts of the window are, in its own pixels.
+/// The layout of the window, in pixels.
 #pragma once
 
 #include <algorithm>
@@ -24,8 +24,8 @@ struct Layout {
 /// \param width, height  of the window
 /// \param menu_height    of the menu at its top
 /// \param line_height    of a line of text with its frame
-/// \param font_size      of the text, pixels: the panel is as wide as its text needs, whatever the
-///                       display's scaling, but never wider than the picture
+/// \param font_size      of the text, pixels: the panel is as wide as its text needs, at any
+///     display scaling, but never wider than the picture
 inline Layout MakeLayout(float width, float height, float menu_height, float line_height,
                          float font_size, bool show_panel) {
   const float wanted = std::clamp(width * 0.29f, 22 * font_size, 30 * font_size);

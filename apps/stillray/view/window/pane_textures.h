@@ -16,18 +16,18 @@ namespace stillray::view {
 class PaneTextures {
  public:
   PaneTextures() = default;
-  /// Needs the context that the textures were made in.
+  /// Requires the OpenGL context of the textures.
   ~PaneTextures();
   PaneTextures(const PaneTextures&) = delete;
   PaneTextures& operator=(const PaneTextures&) = delete;
 
-  /// Uploads the pictures if they are others than the last ones.
-  /// \return why pictures that are shared cannot be taken; these panes stay as they were
+  /// Uploads the pictures if they have changed.
+  /// \return why shared pictures cannot be imported; these panes are unchanged
   Status Upload(const ViewFrame& frame, bool sharp_pixels);
-  /// Whether pictures may be shared at all. \return kUnsupported naming what OpenGL lacks
+  /// Checks support for shared pictures. \return kUnsupported naming what OpenGL lacks
   Status PrepareSharing();
   int count() const { return count_; }
-  /// OpenGL's name of a pane's texture.
+  /// The OpenGL name of a pane's texture.
   uint32_t texture(int pane) const { return panes_[static_cast<size_t>(pane)].name; }
 
  private:
@@ -35,9 +35,9 @@ class PaneTextures {
     uint32_t name = 0;
     int width = 0;
     int height = 0;
-    uint32_t format = 0;  ///< OpenGL's of what is uploaded
+    uint32_t format = 0;  ///< OpenGL format of the pixels
   };
-  /// Binds it, with room for pictures of this kind.
+  /// Binds the texture, resized for pictures of this kind.
   void BindPane(int width, int height, uint32_t format, Pane* pane) const;
   Status UploadPane(const ViewFrame& frame, size_t index);
 

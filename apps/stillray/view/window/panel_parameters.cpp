@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The denoiser's parameters: every widget is made from a row of the table.
+// The denoiser's parameters: widgets are generated from the table.
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -17,7 +17,7 @@
 namespace stillray::view {
 namespace {
 
-/// Ranges over more than this factor are easier to set on a logarithmic scale.
+/// Ranges larger than this factor use a logarithmic scale.
 constexpr double kLogarithmic = 50;
 const ImVec4 kChanged = {0.55f, 0.85f, 1.0f, 1.0f};
 const ImVec4 kWrong = {1.0f, 0.45f, 0.4f, 1.0f};
@@ -31,7 +31,7 @@ std::string PresetValue(const ViewerState& state, const Parameter& p) {
   return preset.ok() ? ValueOf(preset.value(), p) : ValueOf(Settings(), p);
 }
 
-/// Takes the value if it is valid and does not contradict the others.
+/// Applies the value if it is valid and does not contradict others.
 void Assign(const Parameter& p, const std::string& value, ViewerState* state) {
   Settings changed = state->settings.denoise;
   Status status = SetParameter(&changed, p.name, value);
@@ -160,7 +160,7 @@ void Widget(const Parameter& p, ViewerState* state) {
 std::vector<std::string> Groups() {
   std::vector<std::string> groups;
   for (const Parameter& p : Parameters()) {
-    // Exposure and curve stand with the views.
+    // Exposure and curve are in the view panel.
     if (std::string(p.group) != "tonemap" &&
         std::find(groups.begin(), groups.end(), p.group) == groups.end()) {
       groups.emplace_back(p.group);

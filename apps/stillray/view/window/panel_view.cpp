@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What is shown, and from where.
+// Selects views and camera.
 #include <fmt/format.h>
 #include <imgui.h>
 
@@ -13,7 +13,8 @@ namespace {
 
 void ViewCombo(size_t pane, ViewerState* state) {
   const std::string label = fmt::format("##pane{}", pane);
-  const std::string current = state->settings.panes[pane];  // a choice replaces the list
+  // a copy, since a choice replaces the list
+  const std::string current = state->settings.panes[pane];
   ImGui::SetNextItemWidth(-1);
   if (!ImGui::BeginCombo(label.c_str(), current.c_str(), ImGuiComboFlags_HeightLarge)) {
     return;

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The parts of the window around the picture. Each draws itself and writes the user's wishes into
-/// the state.
+/// The parts of the window around the picture. Each draws itself and writes changes into the state.
 #pragma once
 
 #include "view/view_engine.h"
@@ -13,7 +12,7 @@ namespace stillray::view {
 
 void DrawMenu(ViewEngine* engine, ViewerState* state);
 void DrawPlaybackBar(const Rect& area, ViewerState* state);
-/// The side panel with all of the following.
+/// The side panel with all panels below.
 void DrawSidePanel(const Rect& area, ViewerState* state);
 
 void DrawViewPanel(ViewerState* state);
@@ -24,13 +23,13 @@ void DrawTimePanel(const ViewerState& state);
 void DrawMeasurePanel(ViewerState* state);
 void DrawInspectorPanel(ViewerState* state);
 
-/// Dialogs for paths, the message box and the list of keys.
+/// Path dialogs, the message box and the list of keys.
 void DrawDialogs(ViewEngine* engine, ViewerState* state);
 void OpenDialog(Dialog dialog, ViewerState* state);
-/// Opens a dropped file: a scene, an environment for the present scene, or settings.
+/// Opens a dropped file: a scene, an environment for the current scene, or settings.
 void OpenDropped(const std::string& path, ViewEngine* engine, ViewerState* state);
 
-/// Keys of the whole window, unless text is being typed.
+/// Keys of the whole window, except during text input.
 void HandleKeys(ViewEngine* engine, ViewerState* state);
 
 }  // namespace stillray::view

@@ -17,7 +17,7 @@
 namespace stillray::view {
 namespace {
 
-constexpr float kGrab = 7;  // pixels to both sides of a divider that take hold of it
+constexpr float kGrab = 7;  // pixels on both sides of a divider in which it can be dragged
 constexpr ImU32 kLine = IM_COL32(240, 240, 240, 255);
 constexpr ImU32 kShade = IM_COL32(0, 0, 0, 150);
 constexpr ImU32 kText = IM_COL32(235, 238, 240, 255);
@@ -85,7 +85,7 @@ int DividerAt(const Rect& area, float x, const ViewerState& state) {
   return -1;
 }
 
-/// \return whether the mouse has to do with a divider, and the camera is to stand still
+/// \return whether the mouse is used by a divider, and must not move the camera
 bool HandleDividers(const Rect& area, ViewerState* state) {
   const ImGuiIO& io = ImGui::GetIO();
   const int under = ImGui::IsItemHovered() ? DividerAt(area, io.MousePos.x, *state) : -1;
@@ -160,8 +160,8 @@ std::vector<std::string> StatusParts(const ViewerState& state) {
   return parts;
 }
 
-/// In as many lines as the width of the picture needs.
-/// \return where its upper edge is
+/// Wrapped to the width of the picture.
+/// \return its upper edge
 float DrawStatus(const Rect& area, const ViewerState& state) {
   constexpr const char* kGap = "   ";
   std::vector<std::string> lines(1);
@@ -193,8 +193,8 @@ void DrawToasts(const Rect& area, float y, const ViewerState& state) {
   }
 }
 
-/// One bar per step: those that are done are full; the present one as far as it is known, else
-/// with a mark that runs.
+/// One bar per step: finished steps are full; the current one shows its progress, or a running mark
+/// if unknown.
 void DrawSteps(const Rect& bar, double now, const LoadPhase& phase) {
   constexpr float kGap = 4;
   constexpr ImU32 kEmpty = IM_COL32(60, 64, 70, 255);
@@ -236,7 +236,7 @@ void DrawLoading(const Rect& area, double now, const ViewerState& state) {
   DrawSteps({x + 20, y + 3 * em, width - 40, 0.4f * em}, now, phase);
 }
 
-/// The point that orbiting turns around: while it is new, and while the camera is dragged.
+/// The orbit centre: while it is new, and while the camera is dragged.
 void DrawFocus(const Rect& area, double now, const ViewerState& state) {
   const ViewSettings& s = state.settings;
   const bool shown = now < state.focus_until || ImGui::IsItemActive();

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Numbers drawn over the picture: scales of colours, and the values of one pixel.
+/// Values drawn over the picture: colour scales, and the values of one pixel.
 #pragma once
 
 #include "view/window/layout.h"
@@ -9,9 +9,9 @@
 
 namespace stillray::view {
 
-/// A bar with the colours of a pane and the values of its ends, at the pane's lower right corner.
+/// A bar with the colours of a pane and the values at its ends, in the pane's lower right corner.
 void DrawColourBar(const Rect& pane, const ViewRange& range);
-/// The values of the inspected pixel in a box beside it, within the area.
+/// The values of the inspected pixel in a box beside it, inside the area.
 void DrawInspectorBox(const Rect& area, const ViewerState& state);
 /// A number in four significant digits.
 std::string NumberText(float value);

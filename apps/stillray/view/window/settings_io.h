@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Settings of the viewer to and from files.
+/// Loads and saves the viewer's settings.
 #pragma once
 
 #include <string>
@@ -10,9 +10,9 @@
 
 namespace stillray::view {
 
-/// \return what ReadSettingsFile returns; the state is then unchanged
+/// \return errors of ReadSettingsFile; the state is then unchanged
 Status LoadViewSettings(const std::string& path, ViewerState* state);
-/// Written in the background; the engine tells how it went.
+/// Writes in the background; the engine reports the outcome.
 void SaveViewSettings(const std::string& path, const ViewerState& state, ViewEngine* engine);
 
 }  // namespace stillray::view

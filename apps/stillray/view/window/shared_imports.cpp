@@ -28,7 +28,7 @@ namespace stillray::view {
   X(PFNGLIMPORTMEMORYFDEXTPROC, ImportMemoryFdEXT)           \
   X(PFNGLBUFFERSTORAGEMEMEXTPROC, BufferStorageMemEXT)
 
-/// Of OpenGL 3.3 and of the extensions; looked up at run time, as only some drivers have the
+/// Functions of OpenGL 3.3 and of the extensions; loaded at run time, as only some drivers have the
 /// latter.
 struct SharedImports::Functions {
 #define STILLRAY_GL_MEMBER_(type, name) type name = nullptr;
@@ -111,7 +111,7 @@ Status SharedImports::Make(const SharedPicture& picture, Imported* imported) con
   gl_->ImportMemoryFdEXT(imported->memory, picture.memory_bytes(), GL_HANDLE_TYPE_OPAQUE_FD_EXT,
                          *descriptor);
   if (const Status status = Failed("importing shared memory"); !status.ok()) {
-    close(*descriptor);  // OpenGL's own once it is imported
+    close(*descriptor);  // the import owns it now
     return status;
   }
   const auto bytes = static_cast<GLsizeiptr>(picture.width()) * picture.height() * 4;

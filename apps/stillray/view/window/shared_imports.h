@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Pictures in memory of the filter's device as textures, without a copy through the host.
+/// Imports pictures from memory of the filter's device as textures, without a copy through the
+/// host.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +14,8 @@
 
 namespace stillray::view {
 
-/// Needs the context that it was made in. Memory is imported when it is first seen, and let go when
-/// its picture is no more.
+/// Requires the OpenGL context in which it was created. Memory is imported at its first use, and
+/// released with its picture.
 class SharedImports {
  public:
   /// \return kUnsupported naming what OpenGL lacks
@@ -23,11 +24,11 @@ class SharedImports {
   SharedImports(const SharedImports&) = delete;
   SharedImports& operator=(const SharedImports&) = delete;
 
-  /// Makes sure that the picture can be copied from.
-  /// \return kUnsupported if it lies on another device than OpenGL's; what fails there
+  /// Imports the picture unless it is imported already.
+  /// \return kUnsupported if it is on another device than OpenGL's; errors of the device
   Status Import(const std::shared_ptr<const SharedPicture>& picture);
-  /// Copies an imported picture into the bound texture, which has its size, on the device; holds it
-  /// until that is done.
+  /// Copies an imported picture on the device into the bound texture, which has its size; keeps a
+  /// reference until the copy is finished.
   Status CopyToTexture(const std::shared_ptr<const SharedPicture>& picture);
 
  private:
@@ -51,7 +52,7 @@ class SharedImports {
 
   std::unique_ptr<Functions> gl_;
   std::vector<Imported> imports_;
-  std::deque<Copy> copies_;  ///< on their way, oldest first
+  std::deque<Copy> copies_;  ///< in flight, oldest first
 };
 
 }  // namespace stillray::view

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The panel at the right, the menu at the top, and the bar of the animation.
+// The panel on the right, the menu at the top, and the animation bar.
 #include <algorithm>
 #include <cmath>
 

@@ -28,11 +28,11 @@
 namespace stillray::view {
 namespace {
 
-// Input and new pictures wake the interface; these are for what moves without them.
+/// Input and new pictures wake the interface; these intervals are for other changes.
 constexpr double kIdleSeconds = 0.5;
 constexpr double kLivelySeconds = 0.016;
-constexpr double kShortestFrame = 0.012;  // where the display does not set the pace
-// Widgets answer input over a few frames.
+constexpr double kShortestFrame = 0.012;  // if the display does not limit the rate
+/// Widgets respond to input over a few frames.
 constexpr int kFramesAfterInput = 3;
 
 double Now() {
@@ -43,7 +43,7 @@ std::string Title(const SceneRequest& request) {
   return std::filesystem::path(request.scene).filename().string() + " - stillray";
 }
 
-/// One frame of the interface. \return whether something moves that the interface itself moves
+/// Draws one frame of the interface. \return whether it contains its own animation
 bool DrawInterface(double now, double elapsed, PaneTextures* textures, ViewEngine* engine,
                    ViewerState* state) {
   DrawMenu(engine, state);
@@ -75,7 +75,7 @@ bool DrawInterface(double now, double elapsed, PaneTextures* textures, ViewEngin
   return flying || state->flight || state->load.loading || state->dragged_divider >= 0;
 }
 
-/// One frame of the interface, from input to the screen.
+/// Runs one frame of the interface, from input to the screen.
 void DrawFrame(double now, double elapsed, bool* lively, GlWindow* window, PaneTextures* textures,
                InterfaceTimes* times, ViewEngine* engine, ViewerState* state) {
   window->BeginFrame();
@@ -93,7 +93,7 @@ void DrawFrame(double now, double elapsed, bool* lively, GlWindow* window, PaneT
   }
 }
 
-/// \param watch  look at events often even where nothing is to be drawn, so that gaps are seen
+/// \param watch  process events often even if nothing is drawn, so that gaps are measured
 InterfaceTimes Loop(bool watch, GlWindow* window, std::atomic<bool>* news, ViewEngine* engine,
                     ViewerState* state) {
   PaneTextures textures;
@@ -150,7 +150,7 @@ Status RunViewer(const ViewOptions& options) {
   state.preset = options.preset;
   state.request = options.request;
   state.views = ListViews(state.settings.denoise);
-  // The engine ends before the window, which its threads wake.
+  // The engine is destroyed before the window, which its threads wake.
   std::atomic<bool> news = false;
   const auto wake = [&news] {
     news = true;
@@ -164,8 +164,8 @@ Status RunViewer(const ViewOptions& options) {
   engine.reset();
   const Status status = options.report.empty() ? Status::Ok() : times.Write(options.report);
   if (SceneLoader::abandoned() > 0 && status.ok()) {
-    // A scene that nobody wants any more is still being read. There is nothing to save: nothing is
-    // gained by waiting for it, and libraries must not be torn down under it.
+    // An obsolete scene is still being read. There is nothing to save, so the program does not wait
+    // for it; and libraries must not be unloaded under it.
     window->reset();
     std::fflush(nullptr);
     std::_Exit(EXIT_SUCCESS);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Stands in for the window where its libraries were not there when stillray was built.
+// Replaces the window in builds without its libraries.
 #include "view/window/viewer.h"
 
 namespace stillray::view {

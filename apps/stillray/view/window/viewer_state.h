@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What the interface knows and remembers from one of its frames to the next.
+/// The state of the interface between its frames.
 #pragma once
 
 #include <array>
@@ -27,7 +27,7 @@ enum class Dialog : uint8_t {
   kSaveSettings,
 };
 
-/// Short notice that goes away by itself.
+/// A short message that disappears by itself.
 struct Toast {
   std::string text;
   double until = 0;  ///< seconds of the interface's clock
@@ -54,38 +54,38 @@ struct TimeHistory {
     next = (next + 1) % kLength;
     count = count < kLength ? count + 1 : kLength;
   }
-  /// Frames per second that came to the window within the last second, or the last two frames.
+  /// Frames per second received within the last second, or of the last two frames.
   double FramesPerSecond() const;
 };
 
 struct ViewerState {
   ViewSettings settings;
-  bool changed = true;  ///< `settings` is to be posted
+  bool changed = true;  ///< `settings` must be posted
   std::string preset = "default";
   std::vector<ViewInfo> views;  ///< for the present settings
-  std::string parameter_error;  ///< why the last change of a parameter was refused
+  std::string parameter_error;  ///< why the last change of a parameter was rejected
 
   SceneInfo scene;
-  SceneRequest request;  ///< last asked for
+  SceneRequest request;  ///< the last request
   LoadState load;
   const ViewFrame* frame = nullptr;  ///< newest; nullptr before the first
-  /// Why the window cannot take pictures from the device; empty: it can.
+  /// Why the window cannot import pictures from the device; empty: it can.
   std::string unshared_because;
   bool recording = false;
   TimeHistory times;
 
   std::array<std::optional<ViewPose>, 9> saved_views;
   std::optional<PoseFlight> flight;
-  uint64_t focus_asked = 0;  ///< order to focus that waits for its answer; 0: none
-  bool focus_turns = false;  ///< the camera turns there; else it will only orbit around it
+  uint64_t focus_asked = 0;  ///< pending focus request; 0: none
+  bool focus_turns = false;  ///< the camera turns to it; else only the orbit centre moves
   double focus_until = 0;    ///< the point is marked until then, seconds of the interface's clock
 
   Dialog dialog = Dialog::kNone;
   bool dialog_opening = false;
   std::string dialog_path;
   std::string dialog_error;
-  std::string overwrite_path;       ///< the user has been asked whether to overwrite this file
-  std::vector<std::string> errors;  ///< to be shown in a message box, oldest first
+  std::string overwrite_path;       ///< path of the file that the overwrite question is about
+  std::vector<std::string> errors;  ///< for the message box, oldest first
   std::vector<Toast> toasts;
 
   bool show_panel = true;
@@ -93,28 +93,28 @@ struct ViewerState {
   bool fullscreen = false;
   bool inspector_pinned = false;
   int dragged_divider = -1;
-  std::vector<KeyPress> keys;  ///< that went down since the last frame of the interface
+  std::vector<KeyPress> keys;  ///< pressed since the last frame of the interface
   bool quit = false;
 };
 
-/// The widget row of one choice of views, e.g. in a menu.
+/// Shows these views, e.g. from a menu.
 void SetPanes(std::vector<std::string> panes, ViewerState* state);
-/// Takes a preset's values for all parameters but exposure and tone curve, which are the viewer's.
+/// Applies a preset to all parameters but exposure and tone curve, which are the viewer's.
 void SetPreset(const std::string& name, ViewerState* state);
 void NextPreset(ViewerState* state);
-/// The camera leaves the file's path, if it has not yet, and stands at `pose`.
+/// Switches to the free camera, if necessary, and moves it to `pose`.
 void SetPose(const ViewPose& pose, ViewerState* state);
 void UseFileCamera(int camera, ViewerState* state);
 void SaveView(size_t slot, ViewerState* state);
-/// Flies there; nothing happens if nothing was saved.
+/// Flies to the saved view; no effect if there is none.
 void GoToSavedView(size_t slot, ViewerState* state);
 void Seek(double seconds, ViewerState* state);
 void StepFrames(int frames, ViewerState* state);
 void AddToast(const std::string& text, double now, ViewerState* state);
 void AddError(const std::string& text, ViewerState* state);
-/// From now on pictures come as copies.
+/// Makes further pictures come as copies.
 void StopSharing(const std::string& why, ViewerState* state);
-/// Takes what the engine has to tell.
+/// Applies the engine's results and messages.
 void Update(double now, ViewEngine* engine, ViewerState* state);
 
 }  // namespace stillray::view

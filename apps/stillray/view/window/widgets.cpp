@@ -9,7 +9,7 @@
 namespace stillray::view {
 namespace {
 
-constexpr float kNameShare = 0.42f;  // of the line's width
+constexpr float kNameShare = 0.42f;  // fraction of the line's width
 
 std::string FormatWithUnit(const char* format, const char* unit) {
   return *unit == '\0' ? format : std::string(format) + " " + unit;

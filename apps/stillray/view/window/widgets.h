@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Small widgets that the panels share: a name on the left, its control on the right.
+/// Small widgets of the panels: a name on the left, its control on the right.
 #pragma once
 
 namespace stillray::view {
 
-/// Writes the name and makes the next control fill the rest of the line.
+/// Writes the name and extends the next control over the rest of the line.
 void LabelFor(const char* name);
-/// "(?)" with a text that shows when the mouse is there; on the same line.
+/// "(?)" with a tooltip; on the same line.
 void HelpMark(const char* text);
 /// \param unit  shown behind the value; "" if it has none
 /// \return whether the value changed
