@@ -47,12 +47,11 @@ struct LoopEnd {
 };
 
 /// A Job has
-///   Picture       a type: one frame from its making until it is written. There are two, which are
-///                 used in turn.
+///   Picture                               a type: one frame from its making until it is written.
+///                                         There are two, which are used in turn.
 ///   Status Make(size_t at, Picture*)      makes a frame; the picture may hold frame at - 2
-///   Status Write(Picture*)                on the writer's thread; the picture keeps what Save
-///   needs Status Finish(Picture*, WriteResult)  a frame was written, or could not be; on the
-///   caller's
+///   Status Write(Picture*)                on the writer's thread; must keep what Save needs
+///   Status Finish(Picture*, WriteResult)  a frame was written, or could not be; on the caller's
 ///                                         thread, in the order of the frames
 ///   bool CanSave() const                  whether the history is that after the last frame made
 ///   Status Save(std::span<Picture* const> unwritten)
