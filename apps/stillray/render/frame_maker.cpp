@@ -11,7 +11,6 @@
 #include "common/device_option.h"
 #include "common/interrupt.h"
 #include "render/render_files.h"
-#include "render/scene_check.h"
 #include "sequence/frame_loop.h"
 
 namespace stillray {

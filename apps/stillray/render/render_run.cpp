@@ -27,7 +27,6 @@
 #include "render/render_files.h"
 #include "render/render_options.h"
 #include "render/run_log.h"
-#include "render/scene_check.h"
 #include "sequence/finished_files.h"
 #include "sequence/frame_loop.h"
 #include "sequence/resume_state.h"
@@ -97,7 +96,7 @@ class RenderRun {
 
 Status RenderRun::Prepare() {
   STILLRAY_RETURN_IF_ERROR(maker_.FindCamera());
-  STILLRAY_RETURN_IF_ERROR(render::CheckSettings(options_.render));
+  STILLRAY_RETURN_IF_ERROR(ValidateRenderSettings(options_.render));
   const Result<Device> device =
       OpenDeviceOption(options_.text.device, options_.text.verbose, "rendering");
   STILLRAY_RETURN_IF_ERROR(device.status());
