@@ -35,6 +35,23 @@ enum class Window : uint8_t {
 /// "past", "both".
 const char* WindowName(Window window);
 
+/// The files of a sequence in the order of their frames, by the names that `stillray denoise`
+/// takes. \param inputs  one name: a pattern ("in.####.exr", "in.%04d.exr"), wild cards
+/// ("in.*.exr"), or a
+///        folder that holds one sequence; or files
+/// \param output  a pattern, a folder, or for one frame a file
+/// \param frames  "FIRST-LAST", one number, or empty for all
+/// \return kNotFound, kInvalidArgument (a folder with several sequences, frames that are not there,
+///         outputs that would overwrite inputs or each other)
+Result<std::vector<SequenceFile>> ListSequence(const std::vector<std::string>& inputs,
+                                               const std::string& output,
+                                               const std::string& frames);
+
+/// The window where a user leaves the choice: both sides of a sequence without gaps; the past of
+/// one frame, or of a sequence with gaps, whose missing frames may still come. \param note  set to
+/// the reason where it is the past of several frames
+Window ChooseWindow(const std::vector<SequenceFile>& files, std::string* note);
+
 struct MemoryLimit {
   int64_t bytes = 0;  ///< 0: none
   /// What stands before the number in messages.

@@ -135,16 +135,11 @@ END
   try doctor CXX doctor stillray::doctor user.cpp || fail "$(cat "$work/doctor.txt")"
   "$work/doctor/build/user"
   echo "== sequence"
-  mkdir "$work/sequence"
-  cat >"$work/sequence/user.cpp" <<'END'
-#include <stillray/sequence.h>
-int main() {
-  const auto none = stillray::SequenceDenoiser::Create({}, stillray::Device(), {});
-  return none.status().code() == stillray::StatusCode::kInvalidArgument ? 0 : 1;
-}
-END
-  try sequence CXX sequence stillray::sequence user.cpp || fail "$(cat "$work/sequence.txt")"
-  "$work/sequence/build/user"
+  try sequence CXX sequence stillray::sequence "$source/examples/sequence/denoise_files.cpp" ||
+    fail "$(cat "$work/sequence.txt")"
+  "$work/sequence/build/user" "$work/none.####.exr" "$work" 2>"$work/sequence.txt" &&
+    fail "a sequence without files was denoised"
+  grep 'error: .*none.####.exr' "$work/sequence.txt" >/dev/null || fail "$(cat "$work/sequence.txt")"
 fi
 
 # Packages that only the program, the tests and the Python module need, as if not installed.

@@ -20,10 +20,10 @@
 #include "common/json_output.h"
 #include "common/progress.h"
 #include "common/sequence_options.h"
-#include "denoise/denoise_inputs.h"
 #include "io/memory_limit.h"
 #include "io/text.h"
 #include "stillray/doctor.h"
+#include "stillray/sequence.h"
 
 namespace stillray {
 namespace {

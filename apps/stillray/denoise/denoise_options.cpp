@@ -2,10 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/denoise_options.h"
 
-#include <algorithm>
 #include <charconv>
-#include <cmath>
-#include <filesystem>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -117,23 +114,6 @@ Result<DenoiseOptions> ParseDenoiseArguments(const DenoiseArguments& arguments) 
                                                  : Window::kPast;
   STILLRAY_RETURN_IF_ERROR(CheckPreview(options));
   return options;
-}
-
-Window ChooseWindow(const std::vector<SequenceFile>& files, std::string* note) {
-  if (files.size() < 2) {
-    return Window::kPast;
-  }
-  const auto gap = std::adjacent_find(
-      files.begin(), files.end(),
-      [](const SequenceFile& a, const SequenceFile& b) { return b.frame != a.frame + 1; });
-  if (gap == files.end()) {
-    return Window::kBoth;
-  }
-  *note = fmt::format(
-      "--window past, as frames are missing between {} and {}; --window both looks ahead up to "
-      "every gap",
-      gap->frame, (gap + 1)->frame);
-  return Window::kPast;
 }
 
 }  // namespace stillray

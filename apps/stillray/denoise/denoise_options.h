@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "common/display_options.h"
-#include "denoise/denoise_inputs.h"
 #include "stillray/aov.h"
 #include "stillray/denoise.hpp"
 #include "stillray/sequence.h"
@@ -50,10 +49,5 @@ struct DenoiseOptions {
 
 /// \return kInvalidArgument naming the option, what it is and what was expected; kNotFound
 Result<DenoiseOptions> ParseDenoiseArguments(const DenoiseArguments& arguments);
-
-/// The window where the user leaves the choice: both sides of a sequence without gaps, the past of
-/// one frame, or of a sequence with gaps, whose missing frames may still come.
-/// \param note  set to why it is the past, where that is worth a word
-Window ChooseWindow(const std::vector<SequenceFile>& files, std::string* note);
 
 }  // namespace stillray

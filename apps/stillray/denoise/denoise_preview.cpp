@@ -11,6 +11,7 @@
 #include "common/run_summary.h"
 #include "core/lower_case.h"
 #include "io/sequence.h"
+#include "sequence/list_sequence.h"
 
 namespace stillray {
 namespace {

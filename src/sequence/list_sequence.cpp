@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#include "denoise/denoise_inputs.h"
+#include "sequence/list_sequence.h"
 
 #include <algorithm>
 #include <charconv>
@@ -14,6 +14,7 @@
 #include "core/lower_case.h"
 #include "io/sequence.h"
 #include "stillray/io.h"
+#include "stillray/sequence.h"
 
 namespace stillray {
 namespace {
@@ -165,6 +166,23 @@ Result<std::vector<SequenceFile>> ListSequence(const std::vector<std::string>& i
   }
   STILLRAY_RETURN_IF_ERROR(NameOutputs(output, &*files));
   return files;
+}
+
+Window ChooseWindow(const std::vector<SequenceFile>& files, std::string* note) {
+  if (files.size() < 2) {
+    return Window::kPast;
+  }
+  const auto gap = std::adjacent_find(
+      files.begin(), files.end(),
+      [](const SequenceFile& a, const SequenceFile& b) { return b.frame != a.frame + 1; });
+  if (gap == files.end()) {
+    return Window::kBoth;
+  }
+  *note = fmt::format(
+      "--window past, as frames are missing between {} and {}; --window both looks ahead up to "
+      "every gap",
+      gap->frame, (gap + 1)->frame);
+  return Window::kPast;
 }
 
 }  // namespace stillray

@@ -1,0 +1,15 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Names of outputs; see ListSequence in stillray/sequence.h.
+#pragma once
+
+#include <string>
+
+namespace stillray {
+
+/// Whether an output names a folder: it ends in a slash, is one, or is no name of a picture, a
+/// video or a sequence.
+bool IsFolderName(const std::string& output);
+
+}  // namespace stillray
