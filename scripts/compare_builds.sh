@@ -118,8 +118,14 @@ for preset in ("default", "svgf", "psvgf"):
     open("history_" + preset + ".bin", "wb").write(bytes(d.save_history()))
 '
 export history_script
-if [ -n "$(find "$base/python" "$new/python" -name '*.so' 2>/dev/null | head -n 1)" ]; then
-  both "saved histories" bash -c 'PYTHONPATH="$BUILD/python" python3 -c "$history_script"'
+# The modules are made for the interpreter that CMake found, as a rule the system's.
+python="${PYTHON:-/usr/bin/python3}"
+modules="$(find "$base/python" "$new/python" -name '_stillray*.so' 2>/dev/null | wc -l)"
+if [ "$modules" = 2 ] && "$python" -c 'import numpy' 2>/dev/null; then
+  export python
+  both "saved histories" bash -c 'PYTHONPATH="$BUILD/python" "$python" -c "$history_script"'
+else
+  echo "skipped   saved histories: needs the Python module in both builds, and NumPy ($python)"
 fi
 
 echo "$count runs compared"
