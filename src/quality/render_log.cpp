@@ -3,14 +3,17 @@
 #include "quality/render_log.h"
 
 #include <filesystem>
+#include <iterator>
 #include <set>
 #include <string_view>
+#include <vector>
 
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
 #include "core/lower_case.h"
 #include "io/frame_rate.h"
+#include "stillray/render.h"
 
 namespace stillray::report {
 namespace {
@@ -104,14 +107,7 @@ constexpr ScalarKey kScalarKeys[] = {
     {"fps", Kind::kNumber, kMinFps, kMaxFps},
     {"still", Kind::kFlag},
     {"first_frame", Kind::kInteger, -kAnyCount, kAnyCount},
-    {"spp", Kind::kNumber, 0, 1e9},
-    {"guides", Kind::kText},
-    {"bounces", Kind::kInteger, 0, 1e6},
     {"preset", Kind::kText},
-    {"seed", Kind::kInteger, 0, 0x1p64},
-    {"sampler", Kind::kText},
-    {"regularise", Kind::kFlag},
-    {"jitter", Kind::kFlag},
     {"device", Kind::kText},
     {"tracer", Kind::kText},
     {"ray_tracing", Kind::kText},
@@ -127,6 +123,34 @@ constexpr ScalarKey kScalarKeys[] = {
     {"exposure", Kind::kNumber, -1000, 1000},
     {"tonemap", Kind::kText},
 };
+
+/// A setting of the path tracer. Other versions may allow other values: only the type counts.
+ScalarKey KeyOf(const Parameter& p) {
+  switch (p.type) {
+    case ParameterType::kFlag:
+      return {p.name, Kind::kFlag};
+    case ParameterType::kInt:
+      return {p.name, Kind::kInteger, -kAnyCount, kAnyCount};
+    case ParameterType::kSeed:
+      return {p.name, Kind::kInteger, 0, 0x1p64};
+    case ParameterType::kFloat:
+    case ParameterType::kRate:
+      return {p.name, Kind::kNumber, -kAnyCount, kAnyCount};
+    default:
+      return {p.name, Kind::kText};
+  }
+}
+
+const std::vector<ScalarKey>& ScalarKeys() {
+  static const std::vector<ScalarKey> keys = [] {
+    std::vector<ScalarKey> all(std::begin(kScalarKeys), std::end(kScalarKeys));
+    for (const Parameter& p : RenderParameters()) {
+      all.push_back(KeyOf(p));
+    }
+    return all;
+  }();
+  return keys;
+}
 
 Status CheckScalar(const std::string& name, const std::string& key, const Json& value, Kind kind,
                    double min, double max) {
@@ -294,7 +318,7 @@ Status ReadKey(const std::string& name, const std::string& key, const Json& valu
   if (key == "memory") {
     return ReadMemory(name, value, log);
   }
-  for (const ScalarKey& scalar : kScalarKeys) {
+  for (const ScalarKey& scalar : ScalarKeys()) {
     if (key == scalar.name) {
       STILLRAY_RETURN_IF_ERROR(CheckScalar(name, key, value, scalar.kind, scalar.min, scalar.max));
       KeepScalar(key, value, log);
@@ -302,7 +326,7 @@ Status ReadKey(const std::string& name, const std::string& key, const Json& valu
     }
   }
   std::string known;
-  for (const ScalarKey& scalar : kScalarKeys) {
+  for (const ScalarKey& scalar : ScalarKeys()) {
     known += std::string(scalar.name) + ", ";
   }
   return Status::BadData(fmt::format("{}: unknown key {}; expected {}parameters, frames or memory",
