@@ -158,6 +158,9 @@ Result<Settings> PresetSettings(std::string_view name);
 /// `settings` is then unchanged
 Status SetParameter(Settings* settings, std::string_view name, std::string_view value);
 
+/// The same from "name=value". \return also kInvalidArgument if there is no '='
+Status AssignParameter(Settings* settings, std::string_view assignment);
+
 /// The value as text that SetParameter reads back to the same bits.
 /// \return kInvalidArgument for an unknown name
 Result<std::string> GetParameter(const Settings& settings, std::string_view name);

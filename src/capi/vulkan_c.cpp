@@ -35,13 +35,7 @@ Result<VulkanOptions> OptionsOf(const stillray_vulkan_options& o) {
   options.settings = *preset;
   for (size_t i = 0; o.settings != nullptr && i < o.setting_count; ++i) {
     STILLRAY_RETURN_IF_ERROR(CheckGiven(o.settings[i], "a setting"));
-    const std::string text = o.settings[i];
-    const size_t equals = text.find('=');
-    if (equals == std::string::npos) {
-      return Status::InvalidArgument(fmt::format("setting is '{}', expected name=value", text));
-    }
-    STILLRAY_RETURN_IF_ERROR(
-        SetParameter(&options.settings, text.substr(0, equals), text.substr(equals + 1)));
+    STILLRAY_RETURN_IF_ERROR(AssignParameter(&options.settings, o.settings[i]));
   }
   options.width = o.width;
   options.height = o.height;

@@ -94,6 +94,18 @@ std::string BadValueText(const Parameter& info, std::string_view value,
   return fmt::format("is '{}', expected {}", value, expected);
 }
 
+Status SplitAssignment(std::string_view text, std::string_view* name, std::string_view* value) {
+  constexpr size_t kMostShown = 80;
+  const size_t equals = text.find('=');
+  if (equals == std::string_view::npos) {
+    return Status::InvalidArgument(
+        fmt::format("'{}' has no '=', expected name=value", text.substr(0, kMostShown)));
+  }
+  *name = text.substr(0, equals);
+  *value = text.substr(equals + 1);
+  return Status::Ok();
+}
+
 std::string DidYouMean(std::string_view name, std::span<const Parameter> rows) {
   std::vector<std::string_view> names;
   for (const Parameter& row : rows) {

@@ -74,6 +74,8 @@ std::string ExpectedText(const Parameter& info);
 /// "is 'VALUE', expected ...", to stand behind the name.
 std::string BadValueText(const Parameter& info, std::string_view value,
                          const std::string& expected);
+/// The parts of "name=value". \return kInvalidArgument with the text if it has no '='
+Status SplitAssignment(std::string_view text, std::string_view* name, std::string_view* value);
 /// ", did you mean sigma_l?" or nothing.
 std::string DidYouMean(std::string_view name, std::span<const Parameter> rows);
 

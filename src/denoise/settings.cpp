@@ -361,6 +361,13 @@ Status SetParameter(Settings* settings, std::string_view name, std::string_view 
   return valid ? Status::Ok() : BadValue(*row, value);
 }
 
+Status AssignParameter(Settings* settings, std::string_view assignment) {
+  std::string_view name;
+  std::string_view value;
+  STILLRAY_RETURN_IF_ERROR(SplitAssignment(assignment, &name, &value));
+  return SetParameter(settings, name, value);
+}
+
 Result<std::string> GetParameter(const Settings& settings, std::string_view name) {
   const Row* row = FindRow(name);
   if (row == nullptr) {

@@ -112,7 +112,7 @@ def test_bad_input(program, root, folder):
     for arguments, words in (
             (["--preset", "fast"], "unknown preset 'fast'"),
             (["--kernel", "7x7"], "'kernel' is '7x7', expected 3x3 or 5x5"),
-            (["--set", "sigma_l"], "expected NAME=VALUE"),
+            (["--set", "sigma_l"], "--set: 'sigma_l' has no '=', expected name=value"),
             (["--set", "sigma_l=big"], "'sigma_l' is 'big'"),
             (["--size", "64x36,0x9"], "0x9"),
             (["--fps", "--size", "0x9"], "0x9"),

@@ -99,12 +99,11 @@ TEST(CliUsage, NumbersAreWhatTheySay) {
   const auto render = [](const std::string& option, const std::string& value) {
     return std::vector<std::string>{"render", "builtin:cornell", "-o", "x", option, value};
   };
-  ExpectRefused(render("--seed", "-1"),
-                "--seed: found '-1', expected a whole number from 0 to 1844");
-  ExpectRefused(render("--seed", "18446744073709551616"), "--seed: found '18446744073709551616'");
-  ExpectRefused(render("--seed", "1.5"), "--seed: found '1.5', expected a whole number");
-  ExpectRefused(render("--seed", "0x10"), "--seed: found '0x10', expected a whole number");
-  ExpectRefused(render("--bounces", "99999999999"), "--bounces: found '99999999999', expected a ");
+  ExpectRefused(render("--seed", "-1"), "--seed is '-1', expected a whole number from 0 to 1844");
+  ExpectRefused(render("--seed", "18446744073709551616"), "--seed is '18446744073709551616'");
+  ExpectRefused(render("--seed", "1.5"), "--seed is '1.5', expected a whole number");
+  ExpectRefused(render("--seed", "0x10"), "--seed is '0x10', expected a whole number");
+  ExpectRefused(render("--bounces", "99999999999"), "--bounces is '99999999999', expected a ");
   ExpectRefused(render("--exposure", "abc"), "--exposure: found 'abc', expected a number");
   ExpectRefused({"report", "x", "--max-size", "nan"}, "--max-size: found 'nan', expected a number");
   // Leading zeros change nothing.

@@ -30,17 +30,25 @@ std::string Values(const Parameter& p) {
   }
 }
 
+std::string OptionOf(const Parameter& p) {
+  return p.type == ParameterType::kFlag ? fmt::format("`--{}`, `--no-{}`", p.name, p.name)
+                                        : fmt::format("`--{}`", p.name);
+}
+
 std::string MakeDocument() {
   std::string text =
       "<!-- SPDX-FileCopyrightText: the stillray developers\n"
       "     SPDX-License-Identifier: Apache-2.0 -->\n"
       "# Settings of the path tracer\n\n"
-      "Members of `RenderSettings` in `stillray/render.h`. Made from the table in "
-      "`src/render/settings.cpp`; a test\nkeeps the two the same.\n\n"
-      "| setting | meaning | values | default |\n|---|---|---|---|\n";
+      "Options of `stillray render`, `view` and `bench`, lines `render.NAME=VALUE` of settings "
+      "files\n"
+      "([viewer.md](viewer.md#settings-files)), members of `RenderSettings` in "
+      "`stillray/render.h`. "
+      "Made from the\ntable in `src/render/settings.cpp`; a test keeps the two the same.\n\n"
+      "| setting | meaning | values | default | option |\n|---|---|---|---|---|\n";
   for (const Parameter& p : RenderParameters()) {
-    text += fmt::format("| `{}` | {} | {} | {} |\n", p.name, p.help, Values(p),
-                        GetRenderParameter({}, p.name).value());
+    text += fmt::format("| `{}` | {} | {} | {} | {} |\n", p.name, p.help, Values(p),
+                        GetRenderParameter({}, p.name).value(), OptionOf(p));
   }
   return text;
 }

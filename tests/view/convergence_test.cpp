@@ -22,7 +22,7 @@ ViewSettings SmallSettings(const std::string& preset, const SampleRate& rate) {
   ViewSettings settings = SettingsOfSize(160, 90);
   settings.rate = rate;
   settings.wall_clock = false;
-  settings.bounces = 2;
+  settings.render.bounces = 2;
   settings.denoise = PresetSettings(preset).value();
   return settings;
 }
@@ -142,7 +142,7 @@ TEST(UnderMotion, ThePictureStaysUsable) {
   settings.free_camera = true;
   settings.pose = frame.pose;
   for (const bool sparse : {false, true}) {
-    settings.sparse_guides = sparse;
+    settings.render.guides = sparse ? GuideCoverage::kSparse : GuideCoverage::kFull;
     for (int n = 0; n < 24; ++n) {
       settings.pose = Orbit(settings.pose, sparse ? -0.006f : 0.006f, 0);
       ASSERT_TRUE(session.RenderNext(settings, 0, kGoOn, &frame).ok());

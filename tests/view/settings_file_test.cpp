@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "render/other_value.h"
+
 namespace stillray {
 namespace {
 
@@ -38,16 +40,18 @@ TEST(SettingsFile, HoldsOnlyWhatDiffersFromThePreset) {
   EXPECT_THAT(text, Not(HasSubstr("sigma_l")));
 }
 
-TEST(SettingsFile, CarriesTheTracersSettings) {
+TEST(SettingsFile, CarriesEverySettingOfTheTracer) {
   SettingsFile file;
-  file.render = {"1/8", "sparse", 7, "halton16", true};
+  for (const Parameter& p : RenderParameters()) {
+    file.render.push_back({p.name, test::OtherValue(p)});
+  }
   const SettingsFile back = ParseSettingsFile(FormatSettingsFile(file).value(), "text").value();
-  EXPECT_EQ(back.render.spp, "1/8");
-  EXPECT_EQ(back.render.guides, "sparse");
-  EXPECT_EQ(back.render.bounces, 7);
-  EXPECT_EQ(back.render.sampler, "halton16");
-  EXPECT_EQ(back.render.regularise, true);
-  EXPECT_FALSE(ParseSettingsFile("preset=svgf", "text")->render.spp.has_value());
+  RenderSettings settings;
+  ASSERT_TRUE(ApplyRenderLines(back.render, &settings).ok());
+  for (const Parameter& p : RenderParameters()) {
+    EXPECT_EQ(GetRenderParameter(settings, p.name).value(), test::OtherValue(p)) << p.name;
+  }
+  EXPECT_TRUE(ParseSettingsFile("preset=svgf", "text")->render.empty());
 }
 
 TEST(SettingsFile, SpacesCommentsAndEmptyLinesDoNotCount) {
@@ -67,14 +71,15 @@ TEST(SettingsFile, ErrorsNameFileLineAndWhatIsExpected) {
                 {"sigma_l=2\npreset=svgf", "a.txt:2:", "above"},
                 {"\n\nsigma=2", "a.txt:3:", "'sigma'"},
                 {"sigma_l=-1", "a.txt:1:", "-1"},
-                {"sigma_l", "a.txt:1:", "name=value"},
+                {"sigma_l", "a.txt:1:", "'sigma_l' has no '=', expected name=value"},
                 {"=", "a.txt:1:", "''"},
                 {"render.spp=1/7000", "a.txt:1:", "1/7000"},
-                {"render.bounces=0", "a.txt:1:", "1 to 32"},
+                {"render.bounces=0", "a.txt:1:", "render.bounces is '0', expected a whole number"},
                 {"render.bounces=4x", "a.txt:1:", "4x"},
                 {"render.guides=some", "a.txt:1:", "sparse"},
                 {"render.regularise=maybe", "a.txt:1:", "maybe"},
                 {"render.colour=red", "a.txt:1:", "render.colour"},
+                {"render.bounce=1", "a.txt:1:", "did you mean bounces?"},
                 {"feedback=8", "a.txt:", "feedback"}};
   for (const auto& c : kCases) {
     const Result<SettingsFile> file = ParseSettingsFile(c.text, "a.txt");

@@ -211,7 +211,7 @@ TEST(ViewEngine, SavesWhatIsShared) {
   ViewSettings settings = SettingsOfSize(96, 64);
   settings.width = 48;
   settings.height = 32;
-  settings.bounces = 1;
+  settings.render.bounces = 1;
   settings.panes = {"denoised", "noisy"};
   settings.shares_pictures = true;
   ViewEngine engine(

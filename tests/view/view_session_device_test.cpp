@@ -150,7 +150,7 @@ TEST(ViewSessionOnDevice, ShowsTheColourAsDisplayed) {
     ViewSettings settings = SmallSettings();
     settings.width = 64;
     settings.height = 40;
-    settings.bounces = 1;
+    settings.render.bounces = 1;
     settings.panes = {"denoised"};
     settings.denoise.exposure = 0.7f;
     settings.denoise.tonemap = Tonemap::kFilmic;
@@ -209,7 +209,7 @@ TEST(ViewSessionOnDevice, SharesThePictureWhereTheDeviceDoes) {
     ViewSettings settings = SmallSettings();
     settings.width = 64;
     settings.height = 40;
-    settings.bounces = 1;
+    settings.render.bounces = 1;
     settings.shares_pictures = true;
     settings.panes = {"denoised", "normal"};
     return std::make_pair(Open("builtin:cornell", device), settings);
@@ -251,7 +251,7 @@ TEST(ViewSessionOnDevice, ADeviceTracesWhatTheCpuTraces) {
   ViewSettings settings = SmallSettings();
   settings.width = 64;
   settings.height = 40;
-  settings.bounces = 1;
+  settings.render.bounces = 1;
   settings.playing = true;
   settings.panes = {"noisy", "denoised", "motion"};
   ViewFrame frames[2];
@@ -272,7 +272,7 @@ TEST(ViewSessionOnDevice, ADeviceTracesWhatTheCpuTraces) {
   compare("moving");
   settings.rate = {1, 8};
   compare("1/8");
-  settings.sparse_guides = true;
+  settings.render.guides = GuideCoverage::kSparse;
   compare("sparse");
   settings.width = 52;
   settings.height = 30;

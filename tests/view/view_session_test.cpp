@@ -219,7 +219,7 @@ TEST(ViewSession, FilledGuidesHaveNoHoles) {
   ViewSession session = Open("builtin:cornell");
   ViewSettings settings = SmallSettings();
   settings.rate = {1, 16};
-  settings.sparse_guides = true;
+  settings.render.guides = GuideCoverage::kSparse;
   settings.panes = {"filled.depth", "filled.normal", "depth"};
   for (int n = 0; n < 20; ++n) {
     Next(settings, &session);
@@ -236,7 +236,7 @@ TEST(ViewSession, FilledGuidesHaveNoHoles) {
     EXPECT_GT(holes, raw.width() * raw.height() * 3 / 4);
   }
   // With guides everywhere both are the same.
-  settings.sparse_guides = false;
+  settings.render.guides = GuideCoverage::kFull;
   Next(settings, &session);
   EXPECT_EQ(session.Values("filled.depth").value()[0](10, 10),
             session.Values("depth").value()[0](10, 10));
@@ -379,7 +379,7 @@ TEST(ViewSession, AChangeOfFilterOrResolutionKeepsThePicture) {
   const Rgb8Image before = frame.pictures[0];
   settings.denoise = PresetSettings("psvgf").value();
   settings.rate = {1, 128};
-  settings.sparse_guides = true;
+  settings.render.guides = GuideCoverage::kSparse;
   const Rgb8Image fast = Next(settings, &session).pictures[0];
   EXPECT_LT(MeanDifference(before, fast), 4) << "from 1/128 sample alone it would be blurred";
   settings.scale = 0.5f;

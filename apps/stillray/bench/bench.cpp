@@ -38,6 +38,7 @@ struct BenchArguments {
   std::vector<std::string> sizes = {"1280x720", "1920x1080"};
   std::vector<std::string> presets = {"svgf", "psvgf", "default"};
   std::vector<std::string> kernels = {"3x3", "5x5"};
+  std::vector<std::string> set;  ///< "name=value", of every preset
   std::vector<int> threads = {1, 0};
   int repeats = 9;
   int warm_up = 4;  ///< frames that fill histories and touch memory for the first time
@@ -67,14 +68,11 @@ Result<Settings> SettingsOf(const BenchArguments& a, const std::string& preset, 
   if (one_signal) {
     STILLRAY_RETURN_IF_ERROR(SetParameter(&settings.value(), "signals", "single"));
   }
-  for (const std::string& change : a.render.set) {
-    const size_t equal = change.find('=');
-    if (equal == std::string::npos) {
-      return Status::InvalidArgument(
-          fmt::format("--set '{}', expected NAME=VALUE such as sigma_l=4", change));
+  for (const std::string& change : a.set) {
+    const Status set = AssignParameter(&settings.value(), change);
+    if (!set.ok()) {
+      return Status::InvalidArgument("--set: " + set.message());
     }
-    STILLRAY_RETURN_IF_ERROR(
-        SetParameter(&settings.value(), change.substr(0, equal), change.substr(equal + 1)));
   }
   return settings;
 }
@@ -158,7 +156,8 @@ std::string Title(const BenchArguments& a, const BenchSize& size, int threads) {
   const RenderOptions& o = size.options;
   return fmt::format("{}{}, {}x{}, {} spp, {} bounces, {} threads, {} interleaved repeats\n\n",
                      o.text.scene, o.text.still ? ", still" : "", o.render.width, o.render.height,
-                     SamplesPerPixelText(o.render), o.render.bounces, threads, a.repeats);
+                     GetRenderParameter(o.render, "spp").value(), o.render.bounces, threads,
+                     a.repeats);
 }
 
 std::string BenchJson(const BenchArguments& a, const std::vector<BenchSize>& sizes, int threads) {
@@ -174,7 +173,7 @@ std::string BenchJson(const BenchArguments& a, const std::vector<BenchSize>& siz
   const Json json = {{"stillray", STILLRAY_VERSION},
                      {"scene", o.text.scene},
                      {"spp", SamplesPerPixel(o.render)},
-                     {"guides", o.text.guides},
+                     {"guides", GetRenderParameter(o.render, "guides").value()},
                      {"bounces", o.render.bounces},
                      {"still", o.text.still},
                      {"warm_up", a.warm_up},
@@ -188,7 +187,6 @@ std::string BenchJson(const BenchArguments& a, const std::vector<BenchSize>& siz
 Result<RenderOptions> OptionsAt(const BenchArguments& a, const std::string& size) {
   RenderArguments render = a.render;
   render.size = size;
-  render.set.clear();
   return ParseRenderArguments(render);
 }
 
@@ -273,8 +271,8 @@ Status RunFramesBench(const BenchArguments& a) {
     STILLRAY_RETURN_IF_ERROR(MeasureFrames(a, *options, size, renderer->get(), &bench));
     PrintTo(stdout, "{}{}, {}x{}, {} spp, {} bounces, {} frames; traced on {}, filtered on {}\n\n",
             a.render.scene, options->text.still ? ", still" : "", options->render.width,
-            options->render.height, SamplesPerPixelText(options->render), options->render.bounces,
-            a.repeats, (*renderer)->place(), device->description());
+            options->render.height, GetRenderParameter(options->render, "spp").value(),
+            options->render.bounces, a.repeats, (*renderer)->place(), device->description());
     WriteText(stdout, bench.Table() + "\n");
     nlohmann::ordered_json json = bench.Json();
     json["width"] = options->render.width;
@@ -360,7 +358,7 @@ void AddBenchCommand(CLI::App& app, int* exit_code) {
   const auto a = std::make_shared<BenchArguments>();
   a->render.scene = "builtin:cornell";
   a->render.folder = ".";
-  a->render.bounces = 1;
+  a->render.tracer.defaults.bounces = 1;
   CLI::Option* scene =
       command->add_option("--scene", a->render.scene, ".gltf, .glb or builtin:NAME")
           ->capture_default_str();
@@ -368,17 +366,7 @@ void AddBenchCommand(CLI::App& app, int* exit_code) {
       ->delimiter(',')
       ->take_all()
       ->capture_default_str();
-  command
-      ->add_option(
-          "--spp", a->render.spp,
-          "Paths per pixel and frame; 1/2 to 1/256: one path per pixel in that many frames")
-      ->capture_default_str();
-  command
-      ->add_option("--guides", a->render.guides,
-                   "With --spp below 1: full, or sparse (known only where a path was traced)")
-      ->capture_default_str();
-  command->add_option("--bounces", a->render.bounces, "Bounces of the path tracer")
-      ->capture_default_str();
+  AddTracerOptions(command, &a->render.tracer);
   command->add_option("--preset", a->presets, "Presets to measure: a list, or none")
       ->delimiter(',')
       ->take_all()
@@ -394,8 +382,7 @@ void AddBenchCommand(CLI::App& app, int* exit_code) {
       ->delimiter(',')
       ->take_all()
       ->capture_default_str();
-  command->add_option("--set", a->render.set,
-                      "Parameter of the denoiser as NAME=VALUE; repeatable");
+  command->add_option("--set", a->set, "Parameter of the denoiser as NAME=VALUE; repeatable");
   command->add_flag(
       "--scalar,!--no-scalar", a->scalar,
       "Also the scalar reference of preset svgf with one signal, at the first size (slow; "

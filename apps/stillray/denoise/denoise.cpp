@@ -5,8 +5,6 @@
 #include <memory>
 #include <string>
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <tbb/global_control.h>
 #include <tbb/info.h>
 #include <CLI/CLI.hpp>
@@ -15,7 +13,6 @@
 #include "common/device_option.h"
 #include "common/interrupt.h"
 #include "common/sequence_options.h"
-#include "common/settings_file.h"
 #include "denoise/denoise_options.h"
 #include "denoise/denoise_run.h"
 
@@ -63,18 +60,11 @@ void AddDenoiseCommand(CLI::App& app, int* exit_code) {
                    "EXR files: a pattern (out.####.exr), or a folder; made if needed")
       ->required();
   AddSequenceOptions(command, &a->inputs, &a->frames, &a->aovs);
-  command->add_option("--preset", a->preset, fmt::format("{}", fmt::join(PresetNames(), ", ")))
-      ->capture_default_str();
-  command
-      ->add_option("--settings", a->settings_file,
-                   "A file of name=value lines, as the viewer saves them (docs/viewer.md)")
-      ->excludes("--preset");
-  command
-      ->add_option("--set", a->set,
-                   "A parameter of the denoiser as name=value (docs/parameters.md); repeatable. "
-                   "antialias is off unless it is set here or the frames are jittered")
-      ->allow_extra_args(false)
-      ->take_all();
+  AddFilterOptions(command, &a->filter);
+  command->get_option("--settings")->excludes("--preset");
+  CLI::Option* set = command->get_option("--set");
+  set->description(set->get_description() +
+                   ". antialias is off unless it is set here or the frames are jittered");
   command
       ->add_option(
           "--window", a->window,
@@ -109,13 +99,7 @@ void AddDenoiseCommand(CLI::App& app, int* exit_code) {
       "Write settings, times and what was understood there (- for standard output)");
   command->callback([a, fps, exit_code] {
     a->fps_given = fps->count() > 0;
-    RenderLines for_renderers;
-    Status status = a->settings_file.empty() ? Status::Ok()
-                                             : SettingsFileAsOptions(a->settings_file, &a->preset,
-                                                                     &a->set, &for_renderers);
-    if (status.ok()) {
-      status = ParseAndRun(*a);
-    }
+    const Status status = ParseAndRun(*a);
     *exit_code = status.ok() ? kExitOk : ReportError(status);
   });
 }

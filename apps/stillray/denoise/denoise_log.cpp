@@ -111,7 +111,7 @@ std::string DenoiseLogJson(const DenoiseOptions& options, const AovLayout& layou
     findings.push_back(FindingJson(finding));
   }
   Json json = {
-      {"stillray", STILLRAY_VERSION},       {"preset", options.text.preset},
+      {"stillray", STILLRAY_VERSION},       {"preset", options.preset},
       {"window", WindowName(window)},       {"threads", threads},
       {"machine", MachineName()},           {"date", UtcNow()},
       {"aovs", LayoutJson(layout)},         {"findings", std::move(findings)},

@@ -14,26 +14,13 @@
 namespace stillray {
 namespace {
 
-Status ParseSettings(const DenoiseArguments& arguments, SequenceOptions* options) {
-  Result<Settings> preset = PresetSettings(arguments.preset);
-  if (!preset.ok()) {
-    return Status::InvalidArgument("--preset: " + preset.status().message());
-  }
-  options->settings = std::move(preset.value());
-  for (const std::string& assignment : arguments.set) {
-    const size_t equals = assignment.find('=');
-    if (equals == std::string::npos) {
-      return Status::InvalidArgument(fmt::format("--set is '{}', expected name=value", assignment));
-    }
-    const std::string name = assignment.substr(0, equals);
-    const Status set = SetParameter(&options->settings, name, assignment.substr(equals + 1));
-    if (!set.ok()) {
-      return Status::InvalidArgument("--set: " + set.message());
-    }
-    options->fixed_parameters.push_back(name);
-  }
-  STILLRAY_RETURN_IF_ERROR(SetDisplay(arguments.display, &options->settings));
-  return ValidateSettings(options->settings);
+Status ParseSettings(const DenoiseArguments& arguments, DenoiseOptions* options) {
+  Result<FilterOptions> filter = ParseFilterArguments(arguments.filter);
+  STILLRAY_RETURN_IF_ERROR(filter.status());
+  options->preset = filter->preset;
+  options->sequence.settings = filter->settings;
+  options->sequence.fixed_parameters = std::move(filter->set_names);
+  return SetDisplay(arguments.display, &options->sequence.settings);
 }
 
 Status CheckDisplayArguments(const DenoiseArguments& arguments) {
@@ -91,7 +78,7 @@ Result<DenoiseOptions> ParseDenoiseArguments(const DenoiseArguments& arguments) 
   DenoiseOptions options;
   options.text = arguments;
   SequenceOptions& sequence = options.sequence;
-  STILLRAY_RETURN_IF_ERROR(ParseSettings(arguments, &sequence));
+  STILLRAY_RETURN_IF_ERROR(ParseSettings(arguments, &options));
   if (arguments.window != "auto" && arguments.window != "past" && arguments.window != "both") {
     return Status::InvalidArgument(
         fmt::format("--window is '{}', expected auto, past or both", arguments.window));

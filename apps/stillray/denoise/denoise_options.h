@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/display_options.h"
+#include "common/filter_options.h"
 #include "stillray/aov.h"
 #include "stillray/denoise.hpp"
 #include "stillray/sequence.h"
@@ -21,9 +22,7 @@ struct DenoiseArguments {
   std::string output;
   std::string frames;
   AovOptions aovs;
-  std::string preset = "default";
-  std::string settings_file;
-  std::vector<std::string> set;
+  FilterArguments filter;
   std::string window = "auto";
   int threads = 0;
   std::string memory_limit;
@@ -43,6 +42,7 @@ struct DenoiseArguments {
 /// The same, understood.
 struct DenoiseOptions {
   DenoiseArguments text;
+  std::string preset;  ///< on which the settings are based
   SequenceOptions sequence;
   std::string window_note;  ///< why the window is what it is, or empty
 };

@@ -15,10 +15,8 @@
 #include "common/console.h"
 #include "common/device_option.h"
 #include "common/interrupt.h"
-#include "common/settings_file.h"
 #include "render/render_options.h"
 #include "render/render_run.h"
-#include "stillray/denoise.hpp"
 #include "stillray/io.h"
 #include "stillray/scene.h"
 
@@ -69,26 +67,6 @@ Status RunRender(const RenderArguments& arguments) {
   return RunFrames(*options, *scene, threads);
 }
 
-/// What the settings file says, where the command line does not say it itself.
-Status TakeSettingsFile(const CLI::App& command, RenderArguments* a) {
-  if (a->settings_file.empty()) {
-    return Status::Ok();
-  }
-  RenderLines lines;
-  STILLRAY_RETURN_IF_ERROR(SettingsFileAsOptions(a->settings_file, &a->preset, &a->set, &lines));
-  const auto take = [&](const char* option, const auto& line, auto* value) {
-    if (line.has_value() && command.count(option) == 0) {
-      *value = *line;
-    }
-  };
-  take("--spp", lines.spp, &a->spp);
-  take("--guides", lines.guides, &a->guides);
-  take("--bounces", lines.bounces, &a->bounces);
-  take("--sampler", lines.sampler, &a->sampler);
-  take("--regularise", lines.regularise, &a->regularise);
-  return Status::Ok();
-}
-
 constexpr const char* kExamples = R"(
 Frame N shows the animation at (N - 1) / fps seconds. DIR gets denoised.####.exr/png, with
 --save-inputs noisy.####.exr/png, with --reference reference.####.exr/png, denoised.mp4 and
@@ -127,42 +105,14 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
   command->add_option("--environment", a->environment,
                       "Light from all around: .hdr or .exr, latitude-longitude");
   command->option_defaults()->group("Sampling");
-  command
-      ->add_option(
-          "--spp", a->spp,
-          "Paths per pixel and frame; 1/2 to 1/256: one path per pixel in that many frames")
-      ->capture_default_str();
-  command
-      ->add_option("--guides", a->guides,
-                   "With --spp below 1: full, or sparse (known only where a path was traced)")
-      ->capture_default_str();
-  command->add_option("--bounces", a->bounces, "Surfaces a path may scatter at after the first")
-      ->capture_default_str();
-  command->add_option("--seed", a->seed, "Of the random numbers")->capture_default_str();
-  command->add_option("--sampler", a->sampler, "sobol or halton16")->capture_default_str();
-  command->add_flag("--regularise", a->regularise,
-                    "Treat surfaces as rougher that a path meets after a rough one: fewer "
-                    "fireflies, dimmer caustics");
-  command->add_flag("--no-jitter", a->no_jitter,
-                    "Always sample the pixels' centres, as presets without antialiasing do");
+  AddTracerOptions(command, &a->tracer);
   command->add_option("--reference", a->reference_spp,
                       "Also render converged pictures with this many paths per pixel");
   command->add_option("--reference-frames", a->reference_frames,
                       "Only for these frames, such as 30-31,60-61; default: all");
   command->option_defaults()->group("Denoiser");
-  command
-      ->add_option("--preset", a->preset,
-                   fmt::format("Denoiser: {}", fmt::join(PresetNames(), ", ")))
-      ->capture_default_str();
-  command
-      ->add_option("--settings", a->settings_file,
-                   "A file of name=value lines, as the viewer saves them (docs/viewer.md)")
-      ->excludes("--preset");
-  command
-      ->add_option("--set", a->set,
-                   "A parameter of the denoiser as name=value (docs/parameters.md); repeatable")
-      ->allow_extra_args(false)
-      ->take_all();
+  AddFilterOptions(command, &a->filter);
+  command->get_option("--settings")->excludes("--preset");
   command->option_defaults()->group("Output");
   AddDisplayOptions(command, &a->display);
   command
@@ -192,12 +142,9 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
   command->add_flag("--timings", a->timings, "Print milliseconds per stage, and memory");
   command->add_option("--json", a->json_path,
                       "Write settings, times and memory there too (- for standard output)");
-  command->callback([a, format, command, exit_code] {
+  command->callback([a, format, exit_code] {
     a->formats_given = format->count() > 0;
-    Status status = TakeSettingsFile(*command, a.get());
-    if (status.ok()) {
-      status = RunRender(*a);
-    }
+    const Status status = RunRender(*a);
     *exit_code = status.ok() ? kExitOk : ReportError(status);
   });
 }

@@ -20,8 +20,6 @@ namespace stillray {
 namespace {
 
 constexpr int64_t kLastFrame = 99'999'999;
-constexpr int kLargestSide = 32768;
-constexpr int kMostSamples = 65536;
 /// What frame, histories and work planes take, measured and rounded up: far too large pictures are
 /// refused at once instead of bringing the machine to its knees.
 constexpr int64_t kBytesPerPixel = 600;
@@ -51,10 +49,10 @@ Status ParseSize(const std::string& text, RenderSettings* render) {
   const bool parsed = x != std::string::npos &&
                       ParseWhole(std::string_view(text).substr(0, x), &render->width) &&
                       ParseWhole(std::string_view(text).substr(x + 1), &render->height);
-  if (!parsed || render->width < 1 || render->height < 1 || render->width > kLargestSide ||
-      render->height > kLargestSide) {
+  if (!parsed || render->width < 1 || render->height < 1 || render->width > kMaxSide ||
+      render->height > kMaxSide) {
     return Status::InvalidArgument(fmt::format(
-        "--size is '{}', expected WIDTHxHEIGHT with 1 to {} pixels a side", text, kLargestSide));
+        "--size is '{}', expected WIDTHxHEIGHT with 1 to {} pixels a side", text, kMaxSide));
   }
   const int64_t needed = int64_t{render->width} * render->height * kBytesPerPixel;
   const int64_t memory = AvailableMemory();
@@ -98,27 +96,6 @@ Status ParseFormats(const RenderArguments& arguments, RenderOptions* options) {
     return Status::InvalidArgument("--format is empty, expected a list of exr, png, mp4");
   }
   return Status::Ok();
-}
-
-Status ParseDenoiseSettings(const RenderArguments& arguments, Settings* settings) {
-  Result<Settings> preset = PresetSettings(arguments.preset);
-  if (!preset.ok()) {
-    return Status::InvalidArgument("--preset: " + preset.status().message());
-  }
-  *settings = std::move(preset.value());
-  for (const std::string& assignment : arguments.set) {
-    const size_t equals = assignment.find('=');
-    if (equals == std::string::npos) {
-      return Status::InvalidArgument(fmt::format("--set is '{}', expected name=value", assignment));
-    }
-    const Status set =
-        SetParameter(settings, assignment.substr(0, equals), assignment.substr(equals + 1));
-    if (!set.ok()) {
-      return Status::InvalidArgument("--set: " + set.message());
-    }
-  }
-  STILLRAY_RETURN_IF_ERROR(SetDisplay(arguments.display, settings));
-  return ValidateSettings(*settings);
 }
 
 /// `stillray compare` measures the temporal error against a reference along motion, over surfaces
@@ -188,37 +165,29 @@ Status ParseReference(const RenderArguments& arguments, RenderOptions* options) 
   return Status::Ok();
 }
 
-Status ParseGuides(const std::string& text, RenderSettings* render) {
-  if (text != "full" && text != "sparse") {
-    return Status::InvalidArgument(fmt::format("--guides is '{}', expected full or sparse", text));
-  }
-  render->guides = text == "full" ? GuideCoverage::kFull : GuideCoverage::kSparse;
+/// Every setting but the size, which is checked against the machine's memory.
+Status ParseTracer(const RenderArguments& arguments, const FilterOptions& filter,
+                   RenderSettings* render) {
+  const Result<RenderSettings> tracer = ParseTracerArguments(arguments.tracer, filter.render);
+  STILLRAY_RETURN_IF_ERROR(tracer.status());
+  *render = *tracer;
   if (render->guides == GuideCoverage::kSparse && render->cycle == 1) {
     return Status::InvalidArgument(
         fmt::format("--guides sparse is for --spp below 1, but --spp is {}", render->spp));
   }
+  // Without antialiasing in time a moving sample point would only make edges shake.
+  render->jitter = render->jitter && filter.settings.antialias != Antialias::kOff;
   return Status::Ok();
 }
 
-Status ParseRenderSettings(const RenderArguments& arguments, RenderOptions* options) {
-  RenderSettings& render = options->render;
-  STILLRAY_RETURN_IF_ERROR(ParseSize(arguments.size, &render));
-  STILLRAY_RETURN_IF_ERROR(ParseSamplesPerPixel(arguments.spp, &render));
-  STILLRAY_RETURN_IF_ERROR(ParseGuides(arguments.guides, &render));
-  render.bounces = arguments.bounces;
-  render.seed = arguments.seed;
-  render.regularise = arguments.regularise;
-  // Without antialiasing in time a moving sample point would only make edges shake.
-  render.jitter = !arguments.no_jitter && options->denoise.antialias != Antialias::kOff;
-  if (arguments.sampler == "sobol") {
-    render.sampler = SamplerKind::kSobol;
-  } else if (arguments.sampler == "halton16") {
-    render.sampler = SamplerKind::kHalton16;
-  } else {
-    return Status::InvalidArgument(
-        fmt::format("--sampler is '{}', expected sobol or halton16", arguments.sampler));
-  }
-  return Status::Ok();
+Status ParseSettings(const RenderArguments& arguments, RenderOptions* options) {
+  Result<FilterOptions> filter = ParseFilterArguments(arguments.filter);
+  STILLRAY_RETURN_IF_ERROR(filter.status());
+  STILLRAY_RETURN_IF_ERROR(SetDisplay(arguments.display, &filter->settings));
+  options->preset = filter->preset;
+  options->denoise = filter->settings;
+  STILLRAY_RETURN_IF_ERROR(ParseTracer(arguments, *filter, &options->render));
+  return ParseSize(arguments.size, &options->render);
 }
 
 /// "room.glb with content 0123456789abcdef".
@@ -246,37 +215,6 @@ bool TwoFramesFit(const RenderSettings& render) {
   return memory <= 0 || needed <= memory;
 }
 
-Status ParseSamplesPerPixel(const std::string& text, RenderSettings* render) {
-  int whole = 0;
-  if (ParseWhole(text, &whole) && whole >= 1 && whole <= kMostSamples) {
-    render->spp = whole;
-    render->cycle = 1;
-    return Status::Ok();
-  }
-  int cycle = 0;
-  double decimal = 0;
-  if (text.rfind("1/", 0) == 0) {
-    cycle = ParseWhole(std::string_view(text).substr(2), &cycle) ? cycle : 0;
-  } else if (ParseWhole(text, &decimal) && decimal > 0.5 / kMaxCycle && decimal < 1) {
-    const double frames = std::round(1 / decimal);
-    // Numbers of three digits, such as 0.333, stand for the fraction that they mean.
-    cycle = std::abs(decimal * frames - 1) < 0.005 ? static_cast<int>(frames) : 0;
-  }
-  if (cycle < 2 || cycle > kMaxCycle) {
-    return Status::InvalidArgument(
-        fmt::format("--spp is '{}', expected 1 to {}, or 1/2 to 1/{} for one path per pixel in "
-                    "several frames",
-                    text, kMostSamples, kMaxCycle));
-  }
-  render->spp = 1;
-  render->cycle = cycle;
-  return Status::Ok();
-}
-
-std::string SamplesPerPixelText(const RenderSettings& render) {
-  return render.cycle > 1 ? fmt::format("1/{}", render.cycle) : fmt::format("{}", render.spp);
-}
-
 bool RenderOptions::WritesGuide(std::string_view name) const {
   return std::find(guides.begin(), guides.end(), name) != guides.end();
 }
@@ -298,8 +236,7 @@ Result<RenderOptions> ParseRenderArguments(const RenderArguments& arguments) {
   RenderOptions options;
   options.text = arguments;
   STILLRAY_RETURN_IF_ERROR(ParseRange("--frames", arguments.frames, &options.frames));
-  STILLRAY_RETURN_IF_ERROR(ParseDenoiseSettings(arguments, &options.denoise));
-  STILLRAY_RETURN_IF_ERROR(ParseRenderSettings(arguments, &options));
+  STILLRAY_RETURN_IF_ERROR(ParseSettings(arguments, &options));
   STILLRAY_RETURN_IF_ERROR(ParseFormats(arguments, &options));
   STILLRAY_RETURN_IF_ERROR(ParseAovs(arguments, &options));
   STILLRAY_RETURN_IF_ERROR(ParseReference(arguments, &options));
@@ -335,14 +272,13 @@ std::string RenderFingerprint(const RenderOptions& options, const Scene& scene) 
   const std::string environment_text =
       NameAndContent(a.environment, EnvironmentContent(options, scene));
   std::string text = fmt::format(
-      "scene {}\nframes from {}\nsize {}\nfps {}\nspp {}\nguides {}\nbounces {}\nseed {}\nsampler "
-      "{}\n"
-      "environment {}\ncamera {}\nreference {}\nreference-frames {}\naov {}\nformat {}\n"
-      "float {}\ninputs {}\nstill {}\nregularise {}\njitter {}\n",
-      scene_text, options.frames.first, a.size, a.fps, SamplesPerPixelText(options.render),
-      a.guides, a.bounces, a.seed, a.sampler, environment_text, a.camera, a.reference_spp,
-      a.reference_frames, fmt::join(a.aovs, ","), a.formats, a.float_exr, a.save_inputs, a.still,
-      a.regularise, options.render.jitter);
+      "scene {}\nframes from {}\nsize {}\nfps {}\nenvironment {}\ncamera {}\nreference {}\n"
+      "reference-frames {}\naov {}\nformat {}\nfloat {}\ninputs {}\nstill {}\n",
+      scene_text, options.frames.first, a.size, a.fps, environment_text, a.camera, a.reference_spp,
+      a.reference_frames, fmt::join(a.aovs, ","), a.formats, a.float_exr, a.save_inputs, a.still);
+  for (const Parameter& p : RenderParameters()) {
+    text += fmt::format("{} {}\n", p.name, GetRenderParameter(options.render, p.name).value());
+  }
   text += fmt::format("device {}\nray-tracing {}\n", a.device, a.ray_tracing);
   for (const Parameter& p : Parameters()) {
     text += fmt::format("{} {}\n", p.name, GetParameter(options.denoise, p.name).value());

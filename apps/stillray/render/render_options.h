@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "common/display_options.h"
+#include "common/filter_options.h"
+#include "common/tracer_options.h"
 #include "render/vulkan/tracing_way.h"
 #include "stillray/denoise.hpp"
 #include "stillray/io.h"
@@ -26,14 +28,8 @@ struct RenderArguments {
   std::string size = "1280x720";
   std::string frames = "1-120";
   double fps = 30;
-  std::string spp = "1";
-  std::string guides = "full";
-  int bounces = 4;
-  std::string preset = "default";
-  std::string settings_file;
-  std::vector<std::string> set;
-  uint64_t seed = 0;
-  std::string sampler = "sobol";
+  TracerArguments tracer;
+  FilterArguments filter;
   std::string environment;
   std::string camera;
   int reference_spp = 0;
@@ -45,8 +41,6 @@ struct RenderArguments {
   bool save_inputs = false;
   DisplayArguments display;
   bool still = false;
-  bool regularise = false;
-  bool no_jitter = false;
   int threads = 0;
   bool resume = false;
   bool timings = false;
@@ -70,6 +64,7 @@ struct RenderOptions {
   FrameRange frames;
   std::vector<FrameRange> reference_frames;
   RenderSettings render;
+  std::string preset;  ///< from which `denoise` starts
   Settings denoise;
   render::TracingWay tracing_way = render::TracingWay::kAuto;
   PixelType exr_type = PixelType::kHalf;
@@ -87,13 +82,7 @@ struct RenderOptions {
   double PreviousSeconds(int64_t frame) const;
 };
 
-/// Paths per pixel and frame: a whole number, or 1/2 to 1/256 as a fraction or a decimal number,
-/// which sets RenderSettings::cycle.
-/// \return kInvalidArgument; `render` is then unchanged
-Status ParseSamplesPerPixel(const std::string& text, RenderSettings* render);
-/// As ParseSamplesPerPixel reads it: "4", "1/128".
-std::string SamplesPerPixelText(const RenderSettings& render);
-/// The same as a number.
+/// Paths per pixel and frame.
 inline double SamplesPerPixel(const RenderSettings& render) {
   return static_cast<double>(render.spp) / render.cycle;
 }

@@ -29,8 +29,19 @@ Json FrameJson(const FrameLog& frame) {
           {"stages_ms", StagesJson(frame.stages)}};
 }
 
-Json SppJson(const RenderSettings& render) {
-  return render.cycle > 1 ? Json(SamplesPerPixel(render)) : Json(render.spp);
+/// A setting as the type that it has.
+Json SettingJson(const RenderSettings& render, const Parameter& p) {
+  const std::string value = GetRenderParameter(render, p.name).value();
+  switch (p.type) {
+    case ParameterType::kFlag:
+      return value == "on";
+    case ParameterType::kRate:
+      return render.cycle > 1 ? Json(SamplesPerPixel(render)) : Json(render.spp);
+    case ParameterType::kChoice:
+      return value;
+    default:
+      return Json::parse(value);
+  }
 }
 
 /// Everything but the denoiser's parameters that changes the pictures of a frame.
@@ -45,13 +56,7 @@ Json PictureSettings(const RenderOptions& options, const RunLog& log) {
                {"height", options.render.height},
                {"fps", a.fps},
                {"still", a.still},
-               {"spp", SppJson(options.render)},
-               {"bounces", a.bounces},
-               {"preset", a.preset},
-               {"seed", a.seed},
-               {"sampler", a.sampler},
-               {"regularise", a.regularise},
-               {"jitter", options.render.jitter},
+               {"preset", options.preset},
                {"ray_tracing", a.ray_tracing},
                {"reference", a.reference_spp},
                {"reference_frames", a.reference_frames},
@@ -65,8 +70,8 @@ Json PictureSettings(const RenderOptions& options, const RunLog& log) {
     // The moment that all frames show.
     json["first_frame"] = options.frames.first;
   }
-  if (options.render.cycle > 1) {
-    json["guides"] = a.guides;
+  for (const Parameter& p : RenderParameters()) {
+    json[p.name] = SettingJson(options.render, p);
   }
   return json;
 }

@@ -149,17 +149,12 @@ void PictureSize(const ViewSettings& settings, float scale, int* width, int* hei
 
 RenderSettings RenderSettingsFor(const ViewSettings& settings, const SampleRate& rate,
                                  float scale) {
-  RenderSettings render;
+  RenderSettings render = settings.render;
   PictureSize(settings, scale, &render.width, &render.height);
   render.spp = rate.spp;
   render.cycle = rate.cycle;
-  render.guides = settings.sparse_guides ? GuideCoverage::kSparse : GuideCoverage::kFull;
-  render.bounces = settings.bounces;
-  render.seed = settings.seed;
-  render.sampler = settings.sampler;
   // Without temporal antialiasing jitter would only make edges flicker.
-  render.jitter = settings.denoise.antialias != Antialias::kOff;
-  render.regularise = settings.regularise;
+  render.jitter = render.jitter && settings.denoise.antialias != Antialias::kOff;
   return render;
 }
 

@@ -5,17 +5,15 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 
 #include "stillray/render.h"
-#include "stillray/status.h"
 
 namespace stillray::view {
 
-/// spp / cycle samples per pixel and frame; at least one of the two is 1.
+/// spp / cycle samples per pixel and frame, as in RenderSettings; at least one of the two is 1.
 struct SampleRate {
-  int spp = 1;    ///< paths per pixel and frame, 1..65536
-  int cycle = 1;  ///< frames until every pixel has had a sample, 1..256
+  int spp = 1;
+  int cycle = 1;
 
   double value() const { return static_cast<double>(spp) / cycle; }
   bool operator==(const SampleRate&) const = default;
@@ -25,8 +23,6 @@ inline constexpr int kMaxLiveSpp = 64;  ///< a higher rate would only delay the 
 
 /// "4", "1/8".
 std::string ToText(const SampleRate& rate);
-/// Parses "4", "1/8" or "0.125". \return kInvalidArgument: the text and the allowed forms
-Result<SampleRate> ParseSampleRate(std::string_view text);
 
 /// The next power of two above and below; both are clamped to 1/256 .. kMaxLiveSpp.
 SampleRate Doubled(const SampleRate& rate);

@@ -37,38 +37,44 @@ Status ParseSize(const std::string& text, ViewSettings* settings) {
   return Status::Ok();
 }
 
-/// Applies a file first, then a preset that replaces it, then single parameters.
-Status ParseDenoise(const ViewArguments& arguments, ViewOptions* options) {
-  Settings* settings = &options->settings.denoise;
-  options->preset = "default";
-  if (!arguments.settings_file.empty()) {
-    Result<SettingsFile> file = ReadSettingsFile(arguments.settings_file);
-    if (!file.ok()) {
-      return Status(file.status().code(), "--settings: " + file.status().message());
-    }
-    ApplySettingsFile(file.value(), &options->settings);
-    options->preset = file->preset;
+/// Sets one row of RenderParameters(). A number of samples ends the adaptive rate, "auto" begins
+/// it.
+Status ApplyRenderLine(const RenderLine& line, ViewSettings* settings) {
+  const bool is_rate = line.name == "spp";
+  if (is_rate && line.value == "auto") {
+    settings->auto_rate = true;
+    return Status::Ok();
   }
-  if (arguments.preset) {
-    Result<Settings> preset = PresetSettings(*arguments.preset);
-    if (!preset.ok()) {
-      return Status::InvalidArgument("--preset: " + preset.status().message());
-    }
-    *settings = preset.value();
-    options->preset = *arguments.preset;
+  STILLRAY_RETURN_IF_ERROR(SetRenderParameter(&settings->render, line.name, line.value));
+  if (is_rate) {
+    settings->auto_rate = false;
+    settings->rate = {settings->render.spp, settings->render.cycle};
   }
-  for (const std::string& assignment : arguments.set) {
-    const size_t equals = assignment.find('=');
-    if (equals == std::string::npos) {
-      return Status::InvalidArgument(fmt::format("--set is '{}', expected name=value", assignment));
-    }
-    const Status set =
-        SetParameter(settings, assignment.substr(0, equals), assignment.substr(equals + 1));
-    if (!set.ok()) {
-      return Status::InvalidArgument("--set: " + set.message());
+  return Status::Ok();
+}
+
+Status ParseTracer(const ViewArguments& arguments, const RenderLines& file,
+                   ViewSettings* settings) {
+  for (const RenderLine& line : file) {
+    STILLRAY_RETURN_IF_ERROR(ApplyRenderLine(line, settings));
+  }
+  for (const RenderLine& line : arguments.tracer.given) {
+    const Status taken = ApplyRenderLine(line, settings);
+    if (!taken.ok()) {
+      return Status::InvalidArgument(
+          fmt::format("--{}{}", taken.message(), line.name == "spp" ? ", or auto" : ""));
     }
   }
-  return ValidateSettings(*settings);
+  return Status::Ok();
+}
+
+/// The filter, and the path tracer's lines of its settings file.
+Status ParseSettings(const ViewArguments& arguments, ViewOptions* options) {
+  const Result<FilterOptions> filter = ParseFilterArguments(arguments.filter);
+  STILLRAY_RETURN_IF_ERROR(filter.status());
+  options->preset = filter->preset;
+  options->settings.denoise = filter->settings;
+  return ParseTracer(arguments, filter->render, &options->settings);
 }
 
 Status ParsePanes(const std::string& text, ViewSettings* settings) {
@@ -99,16 +105,6 @@ Status ParsePanes(const std::string& text, ViewSettings* settings) {
 }
 
 Status ParseRate(const ViewArguments& arguments, ViewSettings* settings) {
-  if (arguments.spp) {
-    settings->auto_rate = *arguments.spp == "auto";
-  }
-  if (arguments.spp && !settings->auto_rate) {
-    Result<SampleRate> rate = ParseSampleRate(*arguments.spp);
-    if (!rate.ok()) {
-      return Status::InvalidArgument("--spp: " + rate.status().message() + ", or auto");
-    }
-    settings->rate = rate.value();
-  }
   if (arguments.moving_filter != "psvgf" && arguments.moving_filter != "same") {
     return Status::InvalidArgument(
         fmt::format("--moving-filter is '{}', expected psvgf or same", arguments.moving_filter));
@@ -162,21 +158,14 @@ Status ParseHeadless(const ViewArguments& arguments, ViewOptions* options) {
 
 }  // namespace
 
-void ApplySettingsFile(const SettingsFile& file, ViewSettings* settings) {
-  settings->denoise = file.denoise;
-  if (file.render.spp) {
-    settings->auto_rate = false;
-    settings->rate = ParseSampleRate(*file.render.spp).value();
+Status ApplySettingsFile(const SettingsFile& file, ViewSettings* settings) {
+  ViewSettings changed = *settings;
+  changed.denoise = file.denoise;
+  for (const RenderLine& line : file.render) {
+    STILLRAY_RETURN_IF_ERROR(ApplyRenderLine(line, &changed));
   }
-  if (file.render.guides) {
-    settings->sparse_guides = *file.render.guides == "sparse";
-  }
-  if (file.render.sampler) {
-    settings->sampler =
-        *file.render.sampler == "sobol" ? SamplerKind::kSobol : SamplerKind::kHalton16;
-  }
-  settings->bounces = file.render.bounces.value_or(settings->bounces);
-  settings->regularise = file.render.regularise.value_or(settings->regularise);
+  *settings = changed;
+  return Status::Ok();
 }
 
 Result<ViewOptions> ParseViewArguments(const ViewArguments& arguments) {
@@ -186,27 +175,9 @@ Result<ViewOptions> ParseViewArguments(const ViewArguments& arguments) {
   options.report = arguments.report;
   ViewSettings& settings = options.settings;
   STILLRAY_RETURN_IF_ERROR(ParseSize(arguments.size, &settings));
-  STILLRAY_RETURN_IF_ERROR(ParseDenoise(arguments, &options));
+  STILLRAY_RETURN_IF_ERROR(ParseSettings(arguments, &options));
   STILLRAY_RETURN_IF_ERROR(ParsePanes(arguments.panes, &settings));
   STILLRAY_RETURN_IF_ERROR(ParseRate(arguments, &settings));
-  if (arguments.guides && *arguments.guides != "full" && *arguments.guides != "sparse") {
-    return Status::InvalidArgument(
-        fmt::format("--guides is '{}', expected full or sparse", *arguments.guides));
-  }
-  settings.sparse_guides =
-      arguments.guides ? *arguments.guides == "sparse" : settings.sparse_guides;
-  if (arguments.bounces && (*arguments.bounces < 1 || *arguments.bounces > 32)) {
-    return Status::InvalidArgument(
-        fmt::format("--bounces is {}, expected 1 to 32", *arguments.bounces));
-  }
-  settings.bounces = arguments.bounces.value_or(settings.bounces);
-  if (arguments.sampler && *arguments.sampler != "sobol" && *arguments.sampler != "halton16") {
-    return Status::InvalidArgument(
-        fmt::format("--sampler is '{}', expected sobol or halton16", *arguments.sampler));
-  }
-  if (arguments.sampler) {
-    settings.sampler = *arguments.sampler == "sobol" ? SamplerKind::kSobol : SamplerKind::kHalton16;
-  }
   if (!(arguments.fps >= kMinFps && arguments.fps <= kMaxFps)) {
     return Status::InvalidArgument(
         fmt::format("--fps is {}, expected {} to {}", arguments.fps, kMinFps, kMaxFps));
@@ -227,15 +198,12 @@ void DeclareViewOptions(CLI::App* command, ViewArguments* a) {
   command->add_option("--environment", a->environment, "Environment map: .hdr or .exr");
   command->add_option("--size", a->size, "Of the window: WIDTHxHEIGHT in pixels")
       ->capture_default_str();
-  command->add_option("--settings", a->settings_file,
-                      "A file of name=value lines, as the viewer saves them");
-  command->add_option("--preset", a->preset, "Settings of the denoiser");
-  command->add_option("--set", a->set, "One setting of it: name=value")
-      ->take_all()
-      ->allow_extra_args(false);
+  AddFilterOptions(command, &a->filter);
   command->add_option("--views", a->panes, "What is shown side by side: noisy,denoised,reference")
       ->capture_default_str();
-  command->add_option("--spp", a->spp, "Samples per pixel and frame: auto, 4, 1/8");
+  AddTracerOptions(command, &a->tracer);
+  CLI::Option* spp = command->get_option("--spp")->default_str("auto");
+  spp->description(spp->get_description() + "; auto: as many as --target-ms allows");
   command->add_option("--target-ms", a->target_ms, "Time that a frame may take, for auto")
       ->capture_default_str();
   command
@@ -247,9 +215,6 @@ void DeclareViewOptions(CLI::App* command, ViewArguments* a) {
                    "Filter while something moves and frames take too long: psvgf, with sparse "
                    "guides, or same: the one chosen")
       ->capture_default_str();
-  command->add_option("--guides", a->guides, "Below one sample per pixel: full or sparse");
-  command->add_option("--bounces", a->bounces, "Surfaces a path scatters at; default: 4");
-  command->add_option("--sampler", a->sampler, "sobol or halton16");
   command->add_option("--camera", a->camera, "Number of the file's camera, from 0")
       ->capture_default_str();
   command->add_option("--fps", a->fps, "Frames per second of clips and single steps")

@@ -8,7 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "common/settings_file.h"
+#include "common/filter_options.h"
+#include "common/tracer_options.h"
 #include "view/loaded_scene.h"
 #include "view/view_settings.h"
 
@@ -23,17 +24,12 @@ struct ViewArguments {
   std::string scene = "builtin:cornell";
   std::string environment;
   std::string size = "1280x720";
-  std::optional<std::string> preset;
-  std::string settings_file;
-  std::vector<std::string> set;
-  std::optional<std::string> spp;
+  FilterArguments filter;
+  TracerArguments tracer;
   std::string scale = "auto";
   std::string panes = "denoised";
-  std::optional<std::string> sampler;
-  std::optional<std::string> guides;
   double target_ms = 50;
   double fps = 30;
-  std::optional<int> bounces;
   int camera = 0;
   bool play = false;
   int threads = 0;
@@ -58,7 +54,8 @@ struct ViewOptions {
 };
 
 /// Applies the file's values; other settings are unchanged.
-void ApplySettingsFile(const SettingsFile& file, ViewSettings* settings);
+/// \return kInvalidArgument if a line of the path tracer is wrong; all settings are then unchanged
+Status ApplySettingsFile(const SettingsFile& file, ViewSettings* settings);
 
 /// \return kInvalidArgument naming the option, its value and the expected ones
 Result<ViewOptions> ParseViewArguments(const ViewArguments& arguments);

@@ -38,7 +38,11 @@ bool SameView(const ViewPose& a, const ViewPose& b) {
 }
 
 bool SameScene(const ViewSettings& a, const ViewSettings& b) {
-  return a.bounces == b.bounces && a.regularise == b.regularise && a.restart == b.restart;
+  return SameLight(a.render, b.render) && a.restart == b.restart;
+}
+
+bool HasSparseGuides(const ViewSettings& s) {
+  return s.render.guides == GuideCoverage::kSparse && s.rate.cycle > 1;
 }
 
 int PixelAt(float fraction, int size) {
@@ -259,7 +263,7 @@ ViewSettings ViewSession::Planned(ViewSettings s) const {
     fast.exposure = s.denoise.exposure;
     fast.tonemap = s.denoise.tonemap;
     s.denoise = fast;
-    s.sparse_guides = true;
+    s.render.guides = GuideCoverage::kSparse;
   }
   return s;
 }
@@ -298,7 +302,7 @@ bool ViewSession::CanSeed(const ViewSettings& s) const {
 Result<Frame> ViewSession::GuidesOfLastView(const ViewSettings& s,
                                             const RenderProgress& keep_going) {
   RenderSettings wanted = RendererSettings(s);
-  const bool complete = !settings_.sparse_guides || settings_.rate.cycle == 1;
+  const bool complete = !HasSparseGuides(settings_);
   Frame guides;
   Frame room;
   const Frame* last = &frame_;
@@ -327,7 +331,7 @@ Status ViewSession::MakeSeed(const ViewSettings& s, const RenderProgress& keep_g
   STILLRAY_RETURN_IF_ERROR(shown.status());
   const Result<Frame> guides = GuidesOfLastView(s, keep_going);
   STILLRAY_RETURN_IF_ERROR(guides.status());
-  seed_ = SeedFrame(*guides, **shown, kSeedSamples, s.sparse_guides && s.rate.cycle > 1);
+  seed_ = SeedFrame(*guides, **shown, kSeedSamples, HasSparseGuides(s));
   return Status::Ok();
 }
 

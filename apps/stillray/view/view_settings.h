@@ -29,11 +29,9 @@ struct ViewSettings {
   /// `denoise` and full ones. Only with `auto_rate`.
   bool fast_filter = true;
 
-  int bounces = 4;
-  SamplerKind sampler = SamplerKind::kSobol;
-  bool regularise = false;
-  bool sparse_guides = false;  ///< below one sample per pixel: guides only where a path is traced
-  uint64_t seed = 0;
+  /// Of samples and paths. Size, spp and cycle are those of RenderSettingsFor, which also switches
+  /// `jitter` off without antialiasing in time.
+  RenderSettings render;
   Settings denoise;
 
   bool free_camera = false;  ///< use `pose`; else the file's `camera`, with its animation

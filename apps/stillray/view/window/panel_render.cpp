@@ -2,12 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Samples, resolution and light paths.
-#include <vector>
+#include <optional>
+#include <string>
 
 #include <fmt/format.h>
 #include <imgui.h>
 
 #include "view/window/panels.h"
+#include "view/window/parameter_widget.h"
 #include "view/window/widgets.h"
 
 namespace stillray::view {
@@ -74,26 +76,27 @@ void ScaleRow(ViewerState* state) {
   }
 }
 
+void RenderParameterRow(const Parameter& p, ViewerState* state) {
+  RenderSettings* render = &state->settings.render;
+  const std::string value = GetRenderParameter(*render, p.name).value();
+  const std::optional<std::string> changed =
+      ParameterWidget(p, value, "default", GetRenderParameter({}, p.name).value());
+  if (changed && SetRenderParameter(render, p.name, *changed).ok()) {
+    state->changed = true;
+  }
+}
+
 }  // namespace
 
 void DrawRenderPanel(ViewerState* state) {
   ViewSettings& s = state->settings;
   RateRow(state);
   ScaleRow(state);
-  state->changed |= LabelledSlider("Bounces", "", &s.bounces, 1, 16);
-  const char* kSamplers[] = {"sobol", "halton16"};
-  int sampler = static_cast<int>(s.sampler);
-  if (LabelledCombo("Sampler", &sampler, kSamplers, 2)) {
-    s.sampler = static_cast<SamplerKind>(sampler);
-    state->changed = true;
+  for (const Parameter& p : RenderParameters()) {
+    if (p.type != ParameterType::kRate) {  // RateRow
+      RenderParameterRow(p, state);
+    }
   }
-  state->changed |= ImGui::Checkbox("Regularise paths", &s.regularise);
-  HelpMark("Surfaces that a path meets after a rough one count as rougher: fewer fireflies.");
-  state->changed |= ImGui::Checkbox("Sparse guides", &s.sparse_guides);
-  HelpMark(
-      "Below one sample per pixel: depth, normals and albedo are known only where a path was "
-      "traced. Faster and coarser. Views of guides then show holes; filled.* shows what the filter "
-      "makes of them.");
   if (ImGui::Button("Reset accumulation")) {
     ++s.restart;
     state->changed = true;

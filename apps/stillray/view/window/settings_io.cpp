@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "view/window/settings_io.h"
 
+#include <string_view>
+
 #include "common/settings_file.h"
 #include "view/view_options.h"
 
@@ -12,7 +14,7 @@ Status LoadViewSettings(const std::string& path, ViewerState* state) {
   if (!file.ok()) {
     return file.status();
   }
-  ApplySettingsFile(file.value(), &state->settings);
+  STILLRAY_RETURN_IF_ERROR(ApplySettingsFile(file.value(), &state->settings));
   state->preset = file->preset;
   state->parameter_error.clear();
   state->changed = true;
@@ -24,13 +26,14 @@ void SaveViewSettings(const std::string& path, const ViewerState& state, ViewEng
   SettingsFile file;
   file.preset = state.preset;
   file.denoise = s.denoise;
-  if (!s.auto_rate) {
-    file.render.spp = ToText(s.rate);
+  for (const Parameter& p : RenderParameters()) {
+    const bool is_rate = std::string_view(p.name) == "spp";
+    if (is_rate && s.auto_rate) {
+      continue;  // the adaptive rate of the moment
+    }
+    file.render.push_back(
+        {p.name, is_rate ? ToText(s.rate) : GetRenderParameter(s.render, p.name).value()});
   }
-  file.render.guides = s.sparse_guides ? "sparse" : "full";
-  file.render.bounces = s.bounces;
-  file.render.sampler = s.sampler == SamplerKind::kSobol ? "sobol" : "halton16";
-  file.render.regularise = s.regularise;
   engine->SaveFile(path, [path, file] { return WriteSettingsFile(path, file); });
 }
 

@@ -44,13 +44,6 @@ bool LabelledSlider(const char* name, const char* unit, float* value, float min,
                             ImGuiSliderFlags_AlwaysClamp);
 }
 
-bool LabelledSlider(const char* name, const char* unit, int* value, int min, int max) {
-  LabelFor(name);
-  const std::string id = std::string("##") + name;
-  return ImGui::SliderInt(id.c_str(), value, min, max, FormatWithUnit("%d", unit).c_str(),
-                          ImGuiSliderFlags_AlwaysClamp);
-}
-
 bool LabelledCombo(const char* name, int* chosen, const char* const* names, int count) {
   LabelFor(name);
   const std::string id = std::string("##") + name;

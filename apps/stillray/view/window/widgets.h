@@ -14,7 +14,6 @@ void HelpMark(const char* text);
 /// \return whether the value changed
 bool LabelledSlider(const char* name, const char* unit, float* value, float min, float max,
                     const char* format);
-bool LabelledSlider(const char* name, const char* unit, int* value, int min, int max);
 bool LabelledCombo(const char* name, int* chosen, const char* const* names, int count);
 
 }  // namespace stillray::view

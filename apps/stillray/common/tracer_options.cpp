@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "common/tracer_options.h"
+
+#include <string>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+namespace stillray {
+namespace {
+
+/// Help of options has no full stop.
+std::string HelpOf(const Parameter& p) {
+  std::string help = p.help;
+  help.pop_back();
+  return help;
+}
+
+/// The kind of value, as --help shows it.
+std::string ValuesOf(const Parameter& p) {
+  switch (p.type) {
+    case ParameterType::kChoice:
+      return fmt::format("{}", fmt::join(p.choices, "|"));
+    case ParameterType::kRate:
+      return "N|1/N";
+    default:
+      return "N";
+  }
+}
+
+void AddFlag(const Parameter& p, CLI::App* command, RenderLines* given) {
+  const auto take = [given, &p](int64_t on) { given->push_back({p.name, on > 0 ? "on" : "off"}); };
+  command->add_flag_function(fmt::format("--{0},!--no-{0}", p.name), take, HelpOf(p))
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+}
+
+void AddValue(const Parameter& p, const std::string& by_default, CLI::App* command,
+              RenderLines* given) {
+  const auto take = [given, &p](const std::string& value) { given->push_back({p.name, value}); };
+  command->add_option_function<std::string>(fmt::format("--{}", p.name), take, HelpOf(p))
+      ->type_name(ValuesOf(p))
+      ->default_str(by_default);
+}
+
+}  // namespace
+
+void AddTracerOptions(CLI::App* command, TracerArguments* arguments) {
+  for (const Parameter& p : RenderParameters()) {
+    if (p.type == ParameterType::kFlag) {
+      AddFlag(p, command, &arguments->given);
+    } else {
+      AddValue(p, GetRenderParameter(arguments->defaults, p.name).value(), command,
+               &arguments->given);
+    }
+  }
+}
+
+Result<RenderSettings> ParseTracerArguments(const TracerArguments& arguments,
+                                            const RenderLines& file) {
+  RenderSettings settings = arguments.defaults;
+  STILLRAY_RETURN_IF_ERROR(ApplyRenderLines(file, &settings));
+  for (const RenderLine& line : arguments.given) {
+    const Status set = SetRenderParameter(&settings, line.name, line.value);
+    if (!set.ok()) {
+      return Status::InvalidArgument("--" + set.message());
+    }
+  }
+  return settings;
+}
+
+}  // namespace stillray

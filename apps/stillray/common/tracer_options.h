@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Options of the path tracer, one for each row of RenderParameters(): --spp, --bounces, ...
+#pragma once
+
+#include "common/settings_file.h"
+#include "stillray/render.h"
+
+namespace CLI {
+class App;
+}
+
+namespace stillray {
+
+struct TracerArguments {
+  RenderSettings defaults;  ///< of the command; set before AddTracerOptions
+  RenderLines given;        ///< on the command line
+};
+
+/// Numbers and choices become --NAME VALUE, flags --NAME and --no-NAME.
+/// \param arguments  outlives the parsing of the command line
+void AddTracerOptions(CLI::App* command, TracerArguments* arguments);
+
+/// The defaults, then lines of a settings file, then the command line.
+/// \return kInvalidArgument naming the option, the value and what was expected
+Result<RenderSettings> ParseTracerArguments(const TracerArguments& arguments,
+                                            const RenderLines& file);
+
+}  // namespace stillray

@@ -1,0 +1,20 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// A widget for any row of a table of settings.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "stillray/parameter.h"
+
+namespace stillray::view {
+
+/// Name, control, and a button that restores the base value where the value differs from it.
+/// \param base_name  what the base is, for the tooltip: "preset", "default"
+/// \return the new value as text, if the user changed it; it may be invalid where text is typed
+std::optional<std::string> ParameterWidget(const Parameter& p, const std::string& value,
+                                           const char* base_name, const std::string& base);
+
+}  // namespace stillray::view
