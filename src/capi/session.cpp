@@ -344,6 +344,9 @@ Status Session::Pull(bool* pulled) {
   STILLRAY_RETURN_IF_ERROR(CheckOutputs(two_way_->settings(), next.width, next.height,
                                         fmt::format("frame {}", next.index)));
   STILLRAY_RETURN_IF_ERROR(two_way_->SetOutputs(EngineOutputs()));
+  if (!Report(0.0)) {
+    return Status::Cancelled();
+  }
   STILLRAY_RETURN_IF_ERROR(PullWatched());
   last_filter_ms_ = TotalMs(result_.timings);
   place_->arena.execute([&] { WriteOutputs(two_way_->settings()); });

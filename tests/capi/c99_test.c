@@ -25,6 +25,9 @@ const char* StillrayC99Test(void) {
   stillray_denoiser* denoiser = NULL;
   stillray_image image;
   stillray_statistics statistics = STILLRAY_STATISTICS_INIT;
+  stillray_waiting waiting = STILLRAY_WAITING_INIT;
+  stillray_memory_need need = STILLRAY_MEMORY_NEED_INIT;
+  int32_t pulled = 0;
   size_t i, size = 0;
   int calls = 0;
   stillray_input_info input = STILLRAY_INPUT_INFO_INIT;
@@ -63,6 +66,16 @@ const char* StillrayC99Test(void) {
   }
   stillray_denoiser_save_history(denoiser, NULL, 0, &size);
   stillray_denoiser_statistics(denoiser, &statistics);
+  stillray_denoiser_memory_need(denoiser, &need);
+  stillray_denoiser_push(denoiser, STILLRAY_CUT_FIND);
+  stillray_denoiser_finish(denoiser);
+  stillray_denoiser_waiting(denoiser, &waiting);
+  memset(colour, 0, sizeof(colour));
+  if (need.most == 0 || waiting.ready != 1 ||
+      stillray_denoiser_pull(denoiser, &pulled) != STILLRAY_OK || pulled != 1) {
+    stillray_denoiser_release(denoiser);
+    return "a frame that was pushed could not be pulled";
+  }
   stillray_denoiser_release(denoiser);
   for (i = 0; i < kPixels * 3; ++i) {
     if (!(colour[i] > 0.2499f && colour[i] < 0.2501f)) {

@@ -142,7 +142,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const stillray_image colour = MakeImage(&bytes, false, &memory, true);
   stillray_denoiser_set_output(d, "colour", &colour);
   for (int step = 0; step < 24 && !bytes.empty(); ++step) {
-    switch (bytes.Below(11)) {
+    switch (bytes.Below(14)) {
       case 0:
       case 1: {
         const std::string name = InputName(&bytes);
@@ -175,6 +175,20 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       case 7:
         stillray_denoiser_set_preset(d, stillray_preset_name(bytes.Below(5)));
         break;
+      case 8:
+        stillray_denoiser_push(d, static_cast<int32_t>(bytes.Below(5)) - 1);
+        break;
+      case 9: {
+        int32_t pulled = 0;
+        stillray_denoiser_finish(d);
+        stillray_denoiser_pull(d, &pulled);
+        break;
+      }
+      case 10: {
+        stillray_memory_need need = STILLRAY_MEMORY_NEED_INIT;
+        stillray_denoiser_memory_need(d, &need);
+        break;
+      }
       default:
         if (stillray_denoiser_execute(d) != STILLRAY_OK && *stillray_error_message(d) == '\0') {
           std::abort();  // a failure without a word

@@ -53,6 +53,29 @@ TEST(WrapperTest, GivesTheBitsOfTheCApi) {
   EXPECT_THAT(denoiser.OutputNames(), testing::Contains("history_length"));
 }
 
+TEST(WrapperTest, PushesAndPulls) {
+  api::Device device;
+  ASSERT_TRUE(device.Create(2).ok());
+  api::Denoiser denoiser;
+  ASSERT_TRUE(denoiser.Create(device).ok());
+  CallerFrame caller(MakeBusyFrame(30, 20, 0));
+  Give(&caller, &denoiser);
+  ASSERT_TRUE(denoiser.SetFrameIndex(7).ok());
+  stillray_memory_need need = STILLRAY_MEMORY_NEED_INIT;
+  ASSERT_TRUE(denoiser.GetMemoryNeed(&need).ok());
+  EXPECT_GT(need.most, need.denoisers);
+  ASSERT_TRUE(denoiser.Push().ok());
+  bool pulled = true;
+  ASSERT_TRUE(denoiser.Pull(&pulled).ok());
+  EXPECT_FALSE(pulled);
+  ASSERT_TRUE(denoiser.Finish().ok());
+  stillray_waiting waiting = STILLRAY_WAITING_INIT;
+  ASSERT_TRUE(denoiser.GetWaiting(&waiting).ok());
+  EXPECT_EQ(waiting.index, 7);
+  ASSERT_TRUE(denoiser.Pull(&pulled).ok());
+  EXPECT_TRUE(pulled);
+}
+
 TEST(WrapperTest, ErrorsHaveMessages) {
   api::Device device;
   EXPECT_EQ(device.Create(-1).message, "threads is -1, expected 0 to 1024");
