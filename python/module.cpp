@@ -210,20 +210,106 @@ class PyDenoiser {
     Arrays results = out.is_none() ? Arrays() : ArraysOf(out.cast<py::dict>());
     const std::vector<std::string> wanted = NamesOf(outputs);
     const Cleanup cleanup{this, inputs, results};
+    GiveInputs(inputs, jitter);
+    if (!inputs.empty()) {
+      const py::array& any = inputs.begin()->second;
+      MakeResults(wanted, any.shape(0), any.shape(1), &results);
+    }
+    GiveOutputs(results);
+    Run(progress, [&] { return denoiser_.Execute(); });
+    return Answer(outputs, results);
+  }
+
+  void Push(const py::dict& frame, const std::pair<float, float>& jitter, const py::object& cut,
+            const py::object& index) {
+    const std::unique_lock<std::mutex> lock = Use();
+    const Arrays inputs = ArraysOf(frame);
+    const Arrays results;
+    const Cleanup cleanup{this, inputs, results};
+    if (!index.is_none()) {
+      Check(denoiser_.SetFrameIndex(index.cast<int64_t>()));
+    }
+    GiveInputs(inputs, jitter);
+    const stillray_cut where = cut.is_none()      ? STILLRAY_CUT_FIND
+                               : cut.cast<bool>() ? STILLRAY_CUT_YES
+                                                  : STILLRAY_CUT_NO;
+    stillray::api::Error error;
+    {
+      const py::gil_scoped_release release;
+      error = denoiser_.Push(where);
+    }
+    Check(error);
+  }
+
+  void Finish() {
+    const std::unique_lock<std::mutex> lock = Use();
+    Check(denoiser_.Finish());
+  }
+
+  py::object Pull(const py::object& outputs, const py::object& out, const py::object& progress) {
+    const std::unique_lock<std::mutex> lock = Use();
+    stillray_waiting waiting = STILLRAY_WAITING_INIT;
+    Check(denoiser_.GetWaiting(&waiting));
+    if (waiting.ready == 0) {
+      return py::none();
+    }
+    Arrays results = out.is_none() ? Arrays() : ArraysOf(out.cast<py::dict>());
+    MakeResults(NamesOf(outputs), waiting.height, waiting.width, &results);
+    const Arrays inputs;
+    const Cleanup cleanup{this, inputs, results};
+    GiveOutputs(results);
+    Run(progress, [&] {
+      bool pulled = false;
+      return denoiser_.Pull(&pulled);
+    });
+    return Answer(outputs, results);
+  }
+
+  size_t Waiting() {
+    const std::unique_lock<std::mutex> lock = Use();
+    stillray_waiting waiting = STILLRAY_WAITING_INIT;
+    Check(denoiser_.GetWaiting(&waiting));
+    return waiting.frames;
+  }
+
+  py::dict MemoryNeed(const py::dict& frame, const std::pair<float, float>& jitter) {
+    const std::unique_lock<std::mutex> lock = Use();
+    const Arrays inputs = ArraysOf(frame);
+    const Arrays results;
+    const Cleanup cleanup{this, inputs, results};
+    GiveInputs(inputs, jitter);
+    stillray_memory_need need = STILLRAY_MEMORY_NEED_INIT;
+    Check(denoiser_.GetMemoryNeed(&need));
+    return py::dict("denoisers"_a = need.denoisers, "per_future"_a = need.per_future,
+                    "per_frame"_a = need.per_frame, "most"_a = need.most);
+  }
+
+ private:
+  void GiveInputs(const Arrays& inputs, const std::pair<float, float>& jitter) {
     Check(denoiser_.SetJitter(jitter.first, jitter.second));
     for (const auto& [name, array] : inputs) {
       Check(denoiser_.SetInput(name.c_str(), Describe(name, array, false)));
     }
-    for (const std::string& name : wanted) {
-      if (results.count(name) == 0 && !inputs.empty()) {
-        const py::array& any = inputs.begin()->second;
-        results[name] = MakeResult(name, any.shape(0), any.shape(1));
-      }
-    }
+  }
+
+  void GiveOutputs(const Arrays& results) {
     for (const auto& [name, array] : results) {
       Check(denoiser_.SetOutput(name.c_str(), Describe(name, array, true)));
     }
-    Execute(progress);
+  }
+
+  /// Makes the arrays that are wanted and not there.
+  static void MakeResults(const std::vector<std::string>& wanted, py::ssize_t height,
+                          py::ssize_t width, Arrays* results) {
+    for (const std::string& name : wanted) {
+      if (results->count(name) == 0) {
+        (*results)[name] = MakeResult(name, height, width);
+      }
+    }
+  }
+
+  /// What a call returns: the picture, or all results by name where `outputs` are named.
+  static py::object Answer(const py::object& outputs, const Arrays& results) {
     if (outputs.is_none()) {
       return results.at("colour");
     }
@@ -234,7 +320,6 @@ class PyDenoiser {
     return py::object(std::move(answer));
   }
 
- private:
   static std::string TypeName(const py::handle& object) {
     return py::str(py::type::handle_of(object).attr("__name__"));
   }
@@ -286,7 +371,9 @@ class PyDenoiser {
     return lock;
   }
 
-  void Execute(const py::object& progress) {
+  /// Runs `work` on the denoiser without the interpreter's lock.
+  template <typename Work>
+  void Run(const py::object& progress, const Work& work) {
     std::exception_ptr raised;
     if (progress.is_none()) {
       Check(denoiser_.SetProgress(nullptr));
@@ -305,7 +392,7 @@ class PyDenoiser {
     stillray::api::Error error;
     {
       const py::gil_scoped_release release;
-      error = denoiser_.Execute();
+      error = work();
     }
     Check(denoiser_.SetProgress(nullptr));
     if (raised) {
@@ -431,7 +518,35 @@ void BindDenoiser(py::module_& m) {
           "Raises ValueError naming the image or setting that is wrong (history is then\n"
           "unchanged), TypeError for other types of arrays. Warns (RuntimeWarning) of images that\n"
           "say nothing, such as normals that are all zero.")
-      .def("reset", &PyDenoiser::Reset, "Forgets all history, as after a cut.")
+      .def("push", &PyDenoiser::Push, "frame"_a, "jitter"_a = std::pair(0.0f, 0.0f),
+           "cut"_a = py::none(), "index"_a = py::none(),
+           "Appends a frame to a sequence that is denoised with light of later frames too; its\n"
+           "arrays are copied. denoise_sequence() pushes and pulls by itself.\n\n"
+           "    frame, jitter: as for denoise(); besides 'next_motion', pixels: the point seen at "
+           "p\n"
+           "        stands at p + next_motion(p) one frame later (else it is found from the next\n"
+           "        frame's motion)\n"
+           "    cut: True: the frame begins a shot; False: it does not; None: found by comparing\n"
+           "        surfaces\n"
+           "    index: number of the frame; counts up from 0 by itself\n\n"
+           "Raises ValueError as denoise(); the sequence is then unchanged.")
+      .def("finish", &PyDenoiser::Finish,
+           "The sequence ends with the last frame that was pushed: all frames are ready.")
+      .def("pull", &PyDenoiser::Pull, "outputs"_a = py::none(), "out"_a = py::none(),
+           "progress"_a = py::none(),
+           "Finishes the next frame of those that were pushed. Frames come in blocks of 16, each\n"
+           "ready once 16 frames behind it are pushed or the sequence is finished.\n\n"
+           "    outputs, out, progress: as for denoise(); after cancelling, another call does the\n"
+           "        work again\n\n"
+           "Returns None if no frame is ready, else as denoise().")
+      .def_property_readonly("waiting", &PyDenoiser::Waiting,
+                             "Number of frames that were pushed and not yet pulled.")
+      .def(
+          "memory_need", &PyDenoiser::MemoryNeed, "frame"_a, "jitter"_a = std::pair(0.0f, 0.0f),
+          "Bytes that a sequence of pushed frames like this one takes at most ('most'), in parts:\n"
+          "'denoisers', 32 times 'per_frame', 16 times 'per_future'. Values do not matter.")
+      .def("reset", &PyDenoiser::Reset,
+           "Forgets all history, as after a cut, and all frames that wait.")
       .def("save_history", &PyDenoiser::SaveHistory,
            "The whole history, to continue later with the same bits.")
       .def("restore_history", &PyDenoiser::RestoreHistory, "history"_a,

@@ -20,6 +20,12 @@ Arrays are float32 or float16 (`id`: uint32) of any strides, also planar, mirror
 larger array; they are read and written where they lie. `stillray.inputs()` says what each image
 means, `stillray.parameters()` which settings there are.
 
+A sequence that is known as a whole, or may be finished some frames late, comes out cleaner where
+light of later frames counts too:
+
+    for clean in stillray.denoise_sequence(denoiser, frames):   # frames as above
+        show(clean)
+
 Pixel (0, 0) is the top left; x runs right, y down. `motion` points to where the surface was one
 frame ago. Errors: ValueError for wrong arguments, with what was wrong and what was expected.
 """
@@ -34,6 +40,7 @@ from ._stillray import (
     parameters,
     presets,
 )
+from ._sequence import denoise_sequence
 
 __all__ = [
     "Cancelled",
@@ -41,6 +48,7 @@ __all__ = [
     "Error",
     "Parameter",
     "__version__",
+    "denoise_sequence",
     "inputs",
     "parameters",
     "presets",

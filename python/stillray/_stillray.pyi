@@ -71,6 +71,33 @@ class Denoiser:
         jitter: tuple[float, float] = (0.0, 0.0),
         progress: Optional[Callable[[float], Any]] = None,
     ) -> dict[str, NDArray[Any]]: ...
+    def push(
+        self,
+        frame: Mapping[str, Image],
+        jitter: tuple[float, float] = (0.0, 0.0),
+        cut: Optional[bool] = None,
+        index: Optional[int] = None,
+    ) -> None: ...
+    def finish(self) -> None: ...
+    @overload
+    def pull(
+        self,
+        outputs: None = None,
+        out: Optional[Mapping[str, Image]] = None,
+        progress: Optional[Callable[[float], Any]] = None,
+    ) -> Optional[NDArray[Any]]: ...
+    @overload
+    def pull(
+        self,
+        outputs: Sequence[str],
+        out: Optional[Mapping[str, Image]] = None,
+        progress: Optional[Callable[[float], Any]] = None,
+    ) -> Optional[dict[str, NDArray[Any]]]: ...
+    @property
+    def waiting(self) -> int: ...
+    def memory_need(
+        self, frame: Mapping[str, Image], jitter: tuple[float, float] = (0.0, 0.0)
+    ) -> dict[str, int]: ...
     def reset(self) -> None: ...
     def save_history(self) -> bytes: ...
     def restore_history(self, history: bytes) -> None: ...
