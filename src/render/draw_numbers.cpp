@@ -22,7 +22,7 @@ HWY_INLINE VU Constant(uint32_t value) {
   return hn::Set(DU(), value);
 }
 
-// Vector versions of the functions in sampler_shared.h.
+// Vector versions of the functions in core/random_shared.h and sampler_shared.h.
 
 HWY_INLINE VU ReverseBits(VU x) {
   const auto swap = [](VU v, uint32_t mask, auto shift) HWY_ATTR {
@@ -36,7 +36,7 @@ HWY_INLINE VU ReverseBits(VU x) {
   return hn::Or(hn::ShiftLeft<16>(x), hn::ShiftRight<16>(x));
 }
 
-HWY_INLINE VU MixBits(VU x) {
+HWY_INLINE VU HashU32(VU x) {
   x = hn::Xor(x, hn::ShiftRight<16>(x));
   x = hn::Mul(x, Constant(0x7feb352du));
   x = hn::Xor(x, hn::ShiftRight<15>(x));
@@ -44,10 +44,10 @@ HWY_INLINE VU MixBits(VU x) {
   return hn::Xor(x, hn::ShiftRight<16>(x));
 }
 
-/// MixSeeds(a, b), given MixBits(b).
-HWY_INLINE VU MixSeeds(VU a, VU mixed_b) {
+/// HashCombine(a, b), given HashU32(b).
+HWY_INLINE VU HashCombine(VU a, VU mixed_b) {
   const VU shifted = hn::Add(hn::ShiftLeft<6>(a), hn::ShiftRight<2>(a));
-  return MixBits(hn::Xor(a, hn::Add(hn::Add(mixed_b, Constant(0x9e3779b9u)), shifted)));
+  return HashU32(hn::Xor(a, hn::Add(hn::Add(mixed_b, Constant(0x9e3779b9u)), shifted)));
 }
 
 HWY_INLINE VU ScrambleReversed(VU x, VU seed) {
@@ -62,7 +62,7 @@ HWY_INLINE VU ScrambleReversed(VU x, VU seed) {
 HWY_INLINE void StoreScrambled(VU reversed, VU set_seed, uint32_t dimension, float* out) {
   const hn::RebindToSigned<DU> di;
   const hn::RebindToFloat<DU> df;
-  const VU seed = MixSeeds(set_seed, Constant(render::MixBits(dimension + 1u)));
+  const VU seed = HashCombine(set_seed, Constant(stillray::HashU32(dimension + 1u)));
   const VU bits = hn::ShiftRight<8>(ReverseBits(ScrambleReversed(reversed, seed)));
   const auto whole = hn::ConvertTo(df, hn::BitCast(di, bits));  // 24 bits: exact
   hn::Store(hn::Mul(whole, hn::Set(df, 1.0f / 16777216.0f)), df, out);
@@ -78,7 +78,7 @@ void DrawSobol(const SamplerBatch& samplers, uint32_t offset, NumberBatch* numbe
   const DU d;
   for (int i = 0; i < samplers.count; i += static_cast<int>(hn::Lanes(d))) {
     const VU set = hn::Add(hn::Load(d, samplers.set + i), Constant(offset));
-    const VU set_seed = MixSeeds(hn::Load(d, samplers.seed + i), MixBits(set));
+    const VU set_seed = HashCombine(hn::Load(d, samplers.seed + i), HashU32(set));
     const VU index = ShuffledIndex(hn::Load(d, samplers.index + i), set_seed);
     VU y = hn::Zero(d);
     VU z = hn::Zero(d);

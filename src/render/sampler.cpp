@@ -32,18 +32,18 @@ const SobolTables& Tables() {
 }  // namespace
 
 vec4 PathSampler::Get(uint32_t set) const {
-  const uint32_t set_seed = MixSeeds(seed, set);
+  const uint32_t set_seed = HashCombine(seed, set);
   if (kind == SamplerKind::kSobol) {
     const uint32_t i = ShuffledIndex(index, set_seed);
     const SobolTables& tables = Tables();
     return ScramblePoint(tables.low[i & 255u] ^ tables.high[i >> 8], set_seed);
   }
-  return HaltonSample(index, set_seed, MixBits(set));
+  return HaltonSample(index, set_seed, HashU32(set));
 }
 
 uint32_t StreamSeed(uint64_t seed, SampleStream stream) {
-  const uint32_t h = MixSeeds(static_cast<uint32_t>(seed), static_cast<uint32_t>(seed >> 32));
-  return MixSeeds(h, static_cast<uint32_t>(stream));
+  const uint32_t h = HashCombine(static_cast<uint32_t>(seed), static_cast<uint32_t>(seed >> 32));
+  return HashCombine(h, static_cast<uint32_t>(stream));
 }
 
 SamplerKind SamplerOf(SampleStream stream, SamplerKind chosen) {

@@ -16,6 +16,7 @@
 #ifdef __cplusplus
 #include "render/shared.h"
 #endif
+#include "core/random_shared.h"
 
 STILLRAY_RENDER_BEGIN
 
@@ -49,19 +50,6 @@ SHARED_FN uint ReverseBits(uint x) {
   x = ((x & 0x0f0f0f0fu) << 4) | ((x >> 4) & 0x0f0f0f0fu);
   x = ((x & 0x00ff00ffu) << 8) | ((x >> 8) & 0x00ff00ffu);
   return (x << 16) | (x >> 16);
-}
-
-// A bijective mix of 32 bits: the same as HashU32 and HashCombine of core/random.h.
-SHARED_FN uint MixBits(uint x) {
-  x ^= x >> 16;
-  x *= 0x7feb352du;
-  x ^= x >> 15;
-  x *= 0x846ca68bu;
-  x ^= x >> 16;
-  return x;
-}
-SHARED_FN uint MixSeeds(uint a, uint b) {
-  return MixBits(a ^ (MixBits(b) + 0x9e3779b9u + (a << 6) + (a >> 2)));
 }
 
 // Owen scrambling of a fraction whose bits are reversed (most significant first at bit 0): every
@@ -102,10 +90,10 @@ SHARED_FN uint ShuffledIndex(uint index, uint seed) {
 
 // Scrambles the coordinates of a point of SobolReversed.
 SHARED_FN vec4 ScramblePoint(uvec4 point, uint seed) {
-  return vec4(FractionToFloat(ReverseBits(ScrambleReversed(point.x, MixSeeds(seed, 1u)))),
-              FractionToFloat(ReverseBits(ScrambleReversed(point.y, MixSeeds(seed, 2u)))),
-              FractionToFloat(ReverseBits(ScrambleReversed(point.z, MixSeeds(seed, 3u)))),
-              FractionToFloat(ReverseBits(ScrambleReversed(point.w, MixSeeds(seed, 4u)))));
+  return vec4(FractionToFloat(ReverseBits(ScrambleReversed(point.x, HashCombine(seed, 1u)))),
+              FractionToFloat(ReverseBits(ScrambleReversed(point.y, HashCombine(seed, 2u)))),
+              FractionToFloat(ReverseBits(ScrambleReversed(point.z, HashCombine(seed, 3u)))),
+              FractionToFloat(ReverseBits(ScrambleReversed(point.w, HashCombine(seed, 4u)))));
 }
 
 // Point `index` of the sequence, shuffled and scrambled by `seed`.
@@ -135,8 +123,8 @@ SHARED_FN vec4 HaltonSample(uint index, uint seed, uint order) {
   uint i = ((index ^ order) & (kHaltonPeriod - 1u)) + 1u;
   vec4 point = vec4(RadicalInverse(i, 2u), RadicalInverse(i, 3u), RadicalInverse(i, 5u),
                     RadicalInverse(i, 7u));
-  vec4 shift = vec4(FractionToFloat(MixSeeds(seed, 1u)), FractionToFloat(MixSeeds(seed, 2u)),
-                    FractionToFloat(MixSeeds(seed, 3u)), FractionToFloat(MixSeeds(seed, 4u)));
+  vec4 shift = vec4(FractionToFloat(HashCombine(seed, 1u)), FractionToFloat(HashCombine(seed, 2u)),
+                    FractionToFloat(HashCombine(seed, 3u)), FractionToFloat(HashCombine(seed, 4u)));
   return min(fract(point + shift), vec4(0.99999994f));
 }
 
@@ -153,14 +141,14 @@ SHARED_FN uint LightDimensions(int surface) {
   return 2u + 2u * uint(surface);
 }
 
-// The seed of one sample of a pixel. The part common to all pixels comes first: MixSeeds of the two
-// halves of the renderer's seed, then the stream. `window`: the number of the sequence of
+// The seed of one sample of a pixel. The part common to all pixels comes first: HashCombine of the
+// two halves of the renderer's seed, then the stream. `window`: the number of the sequence of
 // 2^kSobolBits samples, or of the cycle of kHaltonPeriod; the first one, 0, does not change the
 // seed.
 SHARED_FN uint PixelSeed(uint stream_seed, uint x, uint y, uint window_low, uint window_high) {
-  uint h = MixSeeds(MixSeeds(stream_seed, x), y);
+  uint h = HashCombine(HashCombine(stream_seed, x), y);
   if ((window_low | window_high) != 0u) {
-    h = MixSeeds(MixSeeds(h, window_low), window_high);
+    h = HashCombine(HashCombine(h, window_low), window_high);
   }
   return h;
 }
@@ -168,9 +156,9 @@ SHARED_FN uint PixelSeed(uint stream_seed, uint x, uint y, uint window_low, uint
 // Four numbers in [0, 1) for sample `index` of the sequence of `seed`.
 // \param set  kPrimaryDimensions, ScatterDimensions() or LightDimensions()
 SHARED_FN vec4 PathNumbers(uint kind, uint index, uint seed, uint set) {
-  uint set_seed = MixSeeds(seed, set);
+  uint set_seed = HashCombine(seed, set);
   return kind == kSamplerSobol ? SobolSample(index, set_seed)
-                               : HaltonSample(index, set_seed, MixBits(set));
+                               : HaltonSample(index, set_seed, HashU32(set));
 }
 
 STILLRAY_RENDER_END

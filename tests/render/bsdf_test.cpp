@@ -146,7 +146,9 @@ TEST(BsdfTest, SamplesFollowTheirDensity) {
     double lost = 0;
     for (uint32_t i = 0; i < kCount; ++i) {
       // Independent numbers, not a low-discrepancy set: the statistic assumes so.
-      const auto u = [&](uint32_t d) { return FractionToFloat(MixSeeds(MixSeeds(i, 17), d)); };
+      const auto u = [&](uint32_t d) {
+        return FractionToFloat(HashCombine(HashCombine(i, 17), d));
+      };
       const BsdfSample s = SampleBsdf(bsdf, surface.local_wo, vec4(u(0), u(1), u(2), u(3)));
       if (s.kind == kScatterNone) {
         ++lost;

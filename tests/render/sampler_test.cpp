@@ -11,7 +11,6 @@
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
-#include "core/random.h"
 #include "render/draw_numbers.h"
 
 namespace stillray::render {
@@ -124,7 +123,7 @@ TEST(SobolTest, TablesGiveWhatTheFormulaGives) {
   for (uint64_t i = 0; i < (1u << kSobolBits); i += 37) {
     const PathSampler s = MakePathSampler(SamplerKind::kSobol, 4, SampleStream::kFrames, 8, 9, i);
     ASSERT_EQ(s.Get(LightDimensions(2)),
-              SobolSample(s.index, MixSeeds(s.seed, LightDimensions(2))));
+              SobolSample(s.index, HashCombine(s.seed, LightDimensions(2))));
   }
 }
 
@@ -222,13 +221,6 @@ TEST(SamplerTest, ManyAtOnceAreTheSameAsOneByOne) {
   }
   hwy::SetSupportedTargetsForTest(0);
   hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-}
-
-TEST(SamplerTest, HashesAreThoseOfCore) {
-  for (const uint32_t x : {0u, 1u, 12345u, 0xffffffffu}) {
-    EXPECT_EQ(MixBits(x), HashU32(x));
-    EXPECT_EQ(MixSeeds(x, 7u), HashCombine(x, 7u));
-  }
 }
 
 }  // namespace
