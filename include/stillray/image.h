@@ -48,23 +48,6 @@ class PlaneMemory {
 
 }  // namespace detail
 
-/// A view of a plane. `stride` is the distance between rows in elements.
-template <typename T>
-struct PlaneView {
-  T* data = nullptr;
-  int width = 0;
-  int height = 0;
-  ptrdiff_t stride = 0;
-
-  T* Row(int y) const { return data + y * stride; }
-  T& operator()(int x, int y) const { return data[y * stride + x]; }
-  bool empty() const { return data == nullptr || width == 0 || height == 0; }
-  operator PlaneView<const T>() const  // NOLINT: implicit on purpose
-      requires(!std::is_const_v<T>) {
-    return {data, width, height, stride};
-  }
-};
-
 /// An owning plane of plain values. Rows start on cache lines. The picture is surrounded by a
 /// border of `border` pixels on every side (and one vector more to the right) that may be read and
 /// written, so that filters need no edge tests. Picture and border are initially zero.
@@ -125,9 +108,6 @@ class Plane {
   const T* Row(int y) const { return origin_ + y * stride_; }
   T& operator()(int x, int y) { return origin_[y * stride_ + x]; }
   const T& operator()(int x, int y) const { return origin_[y * stride_ + x]; }
-
-  PlaneView<T> view() { return {origin_, width_, height_, stride_}; }
-  PlaneView<const T> view() const { return {origin_, width_, height_, stride_}; }
 
   /// Sets the picture, but not the border, to `value`.
   void Fill(T value) {

@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "capi/half.h"
+#include "core/half.h"
 #include "core/parallel.h"
 
 namespace stillray::capi {

@@ -10,8 +10,8 @@
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
+#include "core/base64.h"
 #include "core/check.h"
-#include "quality/base64.h"
 #include "quality/heat_map.h"
 #include "quality/report_times.h"
 

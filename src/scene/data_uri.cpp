@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scene/data_uri.h"
 
-#include <array>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -10,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "core/base64.h"
 #include "scene/import_log.h"
 
 namespace stillray {
@@ -17,21 +17,6 @@ namespace stillray {
 namespace fs = std::filesystem;
 
 namespace {
-
-constexpr uint8_t kNoDigit = 0xff;
-
-constexpr std::array<uint8_t, 256> MakeBase64Digits() {
-  constexpr std::string_view kAlphabet =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::array<uint8_t, 256> digits{};
-  for (uint8_t& digit : digits) {
-    digit = kNoDigit;
-  }
-  for (size_t i = 0; i < kAlphabet.size(); ++i) {
-    digits[static_cast<uint8_t>(kAlphabet[i])] = static_cast<uint8_t>(i);
-  }
-  return digits;
-}
 
 int HexDigit(char c) {
   if (c >= '0' && c <= '9') {
@@ -91,7 +76,6 @@ bool IsDataUri(std::string_view uri) {
 }
 
 Result<std::vector<uint8_t>> DecodeDataUri(std::string_view uri) {
-  static constexpr std::array<uint8_t, 256> kDigits = MakeBase64Digits();
   constexpr std::string_view kMarker = ";base64";
   const size_t comma = uri.find(',');
   if (comma == std::string_view::npos) {
@@ -101,30 +85,7 @@ Result<std::vector<uint8_t>> DecodeDataUri(std::string_view uri) {
   if (header.size() < kMarker.size() || header.substr(header.size() - kMarker.size()) != kMarker) {
     return Status::BadData("the data URI is not base64");
   }
-  std::string_view text = uri.substr(comma + 1);
-  while (!text.empty() && text.back() == '=') {
-    text.remove_suffix(1);
-  }
-  if (text.size() % 4 == 1) {
-    return Status::BadData("the base64 data is cut short");
-  }
-  std::vector<uint8_t> bytes;
-  bytes.reserve(text.size() / 4 * 3 + 2);
-  uint32_t bits = 0;
-  int bit_count = 0;
-  for (size_t i = 0; i < text.size(); ++i) {
-    const uint8_t digit = kDigits[static_cast<uint8_t>(text[i])];
-    if (digit == kNoDigit) {
-      return Status::BadData(fmt::format("character {} of the base64 data is none of base64", i));
-    }
-    bits = (bits << 6) | digit;
-    bit_count += 6;
-    if (bit_count >= 8) {
-      bit_count -= 8;
-      bytes.push_back(static_cast<uint8_t>(bits >> bit_count));
-    }
-  }
-  return bytes;
+  return DecodeBase64(uri.substr(comma + 1));
 }
 
 Result<std::string> ResolveUri(const std::string& uri, const std::string& base_folder) {

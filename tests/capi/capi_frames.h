@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-#include "capi/half.h"
+#include "core/half.h"
 #include "denoise/test_frames.h"
 #include "stillray/stillray.h"
 

@@ -9,8 +9,7 @@
 #include <string>
 #include <vector>
 
-#include <glm/gtc/packing.hpp>
-
+#include "core/half.h"
 #include "denoise/fill_guides/fill_guides.h"
 #include "denoise/sparse_frames.h"
 #include "denoise/vulkan/frame_pipeline.h"
@@ -116,7 +115,7 @@ Texels FillGuides::Read(const gpu::Image& image, const gpu::Buffer& from,
     if (half) {
       uint16_t bits = 0;
       std::memcpy(&bits, bytes + 2 * i, 2);
-      t.values[i] = glm::unpackHalf1x16(bits);
+      t.values[i] = FloatFromHalf(bits);
     } else {
       std::memcpy(&t.values[i], bytes + 4 * i, 4);
     }

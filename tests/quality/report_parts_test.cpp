@@ -11,7 +11,6 @@
 #include <fmt/core.h>
 
 #include "core/colour.h"
-#include "quality/base64.h"
 #include "quality/heat_map.h"
 #include "quality/render_log.h"
 #include "quality/report_files.h"
@@ -25,24 +24,6 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::Pair;
-
-std::string Base64(std::string_view bytes) {
-  std::string text;
-  AppendBase64(bytes, &text);
-  return text;
-}
-
-// RFC 4648, section 10.
-TEST(Base64, TestVectors) {
-  EXPECT_EQ(Base64(""), "");
-  EXPECT_EQ(Base64("f"), "Zg==");
-  EXPECT_EQ(Base64("fo"), "Zm8=");
-  EXPECT_EQ(Base64("foo"), "Zm9v");
-  EXPECT_EQ(Base64("foob"), "Zm9vYg==");
-  EXPECT_EQ(Base64("fooba"), "Zm9vYmE=");
-  EXPECT_EQ(Base64("foobar"), "Zm9vYmFy");
-  EXPECT_EQ(Base64("\xff\xfe\xfd"), "//79");
-}
 
 TEST(SpreadEvenly, KeepsBothEndsAndEvenSteps) {
   EXPECT_THAT(SpreadEvenly(5, 12), ElementsAre(0, 1, 2, 3, 4));

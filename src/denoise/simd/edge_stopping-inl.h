@@ -91,23 +91,6 @@ HWY_INLINE VF PlaneDeviation(const GuideCentre& c, VF iq, float dx, float dy) {
   return hn::Abs(hn::Sub(expected, iq));
 }
 
-/// Depth exponent of 2, >= 0; iq > 0 where it matters.
-HWY_INLINE VF DepthExponent(const GuideCentre& c, const EdgeStopping& e, VF iq, float dx,
-                            float dy) {
-  const DF d;
-  if (e.plane) {
-    return hn::Mul(PlaneDeviation(c, iq, dx, dy), c.scale);
-  }
-  const VF zq =
-      hn::Div(hn::Set(d, 1.0f), hn::IfThenElse(hn::Gt(iq, hn::Zero(d)), iq, hn::Set(d, 1.0f)));
-  const VF along = hn::Abs(hn::MulAdd(c.gx, hn::Set(d, dx), hn::Mul(c.gy, hn::Set(d, dy))));
-  const VF slope = hn::Mul(along, hn::Mul(c.z, c.z));
-  const VF allowed =
-      hn::MulAdd(hn::Set(d, e.sigma_z), slope, hn::Mul(hn::Set(d, e.depth_epsilon), c.z));
-  const VF difference = hn::Mul(hn::Abs(hn::Sub(c.z, zq)), c.flat);
-  return hn::Div(hn::Mul(difference, hn::Set(d, kLog2E)), allowed);
-}
-
 /// 2^exponent of max(0, cosine)^sigma_n, and whether the cosine is positive at all.
 HWY_INLINE VF NormalExponent(VF cosine, float sigma_n) {
   const DF d;

@@ -6,9 +6,8 @@
 #include <cmath>
 #include <cstring>
 
-#include <glm/gtc/packing.hpp>
-
 #include "core/colour_shared.h"
+#include "core/half.h"
 #include "denoise/stages/limit_history_shared.h"
 
 namespace stillray::vulkan {
@@ -120,7 +119,7 @@ float OutputReader::Load(const std::string& name, int layer, int channel, int x,
           4 +
       static_cast<size_t>(channel);
   if (shape_.storage == Storage::kHalf) {
-    return glm::unpackHalf1x16(static_cast<const uint16_t*>(data)[i]);
+    return FloatFromHalf(static_cast<const uint16_t*>(data)[i]);
   }
   return static_cast<const float*>(data)[i];
 }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#include "capi/half.h"
+#include "core/half.h"
 
 #include <cmath>
 #include <limits>
