@@ -17,6 +17,7 @@
 #include <fmt/format.h>
 
 #include "core/parallel.h"
+#include "core/status_prefix.h"
 #include "io/exr_stream.h"
 #include "io/exr_zip.h"
 #include "io/image_limits.h"
@@ -195,7 +196,7 @@ Result<std::string> EncodeExr(const ExrImage& image) {
 Status WriteExr(const std::string& path, const ExrImage& image) {
   const Result<std::string> bytes = EncodeExr(image);
   if (!bytes.ok()) {
-    return Status(bytes.status().code(), fmt::format("{}: {}", path, bytes.status().message()));
+    return PrefixStatus(path, bytes.status());
   }
   return WriteFileAtomically(path, bytes->data(), bytes->size());
 }

@@ -19,6 +19,7 @@
 #include <fmt/ranges.h>
 
 #include "core/lower_case.h"
+#include "core/status_prefix.h"
 #include "io/text.h"
 #include "stillray/io.h"
 
@@ -261,7 +262,7 @@ Result<std::vector<FrameFile>> FilesOfFolder(const std::string& folder, FileEndi
   Result<std::vector<FoundSequence>> found =
       ListSequences(place, [&](const std::string& name) { return HasEnding(name, endings); });
   if (!found.ok()) {
-    return Status(found.status().code(), fmt::format("{}: {}", folder, found.status().message()));
+    return PrefixStatus(folder, found.status());
   }
   if (found->empty()) {
     return Status::NotFound(

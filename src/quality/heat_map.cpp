@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
+
+#include "pictures/png.h"
 
 namespace stillray::report {
 namespace {
@@ -65,7 +68,7 @@ Result<std::string> EncodeHeatMap(const Image1& errors, const HeatScale& scale) 
     std::transform(row, row + errors.width(), &indices[static_cast<size_t>(y) * width],
                    [&scale](float error) { return HeatIndex(error, scale); });
   }
-  return EncodePalettePng(errors.width(), errors.height(), indices, HeatPalette());
+  return pictures::EncodePalettePng(errors.width(), errors.height(), indices, HeatPalette());
 }
 
 }  // namespace stillray::report

@@ -5,13 +5,15 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <string>
 
-#include "quality/report_png.h"
 #include "stillray/image.h"
 #include "stillray/status.h"
 
 namespace stillray::report {
+
+using Rgb8 = std::array<uint8_t, 3>;
 
 /// The map from errors to positions on the colour ramp. FLIP lies in 0..1; relative squared error
 /// spans so many powers of ten that a linear scale would show nothing.

@@ -12,6 +12,7 @@
 #include <fmt/core.h>
 
 #include "core/lower_case.h"
+#include "core/status_prefix.h"
 #include "io/sequence.h"
 
 namespace stillray::report {
@@ -110,8 +111,7 @@ Result<SequenceFiles> FindViews(const std::string& noisy, const std::string& cle
     }
     const Result<std::vector<FrameFile>> found = FindFrameFiles(named.name, kEndings);
     if (!found.ok()) {
-      return Status(found.status().code(),
-                    fmt::format("{}: {}", named.option, found.status().message()));
+      return PrefixStatus(named.option, found.status());
     }
     for (const FrameFile& file : *found) {
       const bool png = LowerExtension(file.path) == ".png";

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "core/status_prefix.h"
 #include "scene/data_uri.h"
 
 namespace stillray {
@@ -160,8 +161,7 @@ const std::vector<uint8_t>* LoadUri(const JsonView& owner, GltfDocument* documen
   }
   Result<std::vector<uint8_t>> bytes = inlined ? DecodeDataUri(uri) : ReadFileBytes(key);
   if (!bytes.ok()) {
-    owner.log()->Fail(
-        {bytes.status().code(), fmt::format("{}.uri: {}", owner.path(), bytes.status().message())});
+    owner.log()->Fail(PrefixStatus(owner.path() + ".uri", bytes.status()));
     return nullptr;
   }
   if (!inlined) {

@@ -16,6 +16,7 @@
 
 #include "core/checksum.h"
 #include "core/lower_case.h"
+#include "core/status_prefix.h"
 #include "scene/data_uri.h"
 #include "scene/mesh_tools.h"
 
@@ -206,8 +207,7 @@ Result<Scene> LoadGltf(const std::string& path, const KeepGoing& keep_going) {
     return scene.status();
   }
   if (!scene.ok()) {
-    return Status(scene.status().code(),
-                  fmt::format("{}: {}", Printable(path), scene.status().message()));
+    return PrefixStatus(Printable(path), scene.status());
   }
   if (scene->name.empty()) {
     scene->name = std::filesystem::path(path).stem().string();

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include "core/status_prefix.h"
 #include "scene/gltf_import.h"
 #include "scene/image_decode.h"
 
@@ -30,10 +31,6 @@ struct EncodedTexture {
 std::string TextureLabel(const GltfImport& import, size_t texture) {
   return fmt::format("texture '{}' (images[{}])", Printable(import.scene.textures[texture].name),
                      import.image_of_texture[texture]);
-}
-
-Status Relabel(const std::string& label, const Status& status) {
-  return {status.code(), label + ": " + status.message()};
 }
 
 /// The encoded picture of a texture.
@@ -75,12 +72,12 @@ bool Inspect(GltfImport* import, std::vector<EncodedTexture>* encoded) {
     const std::string label = TextureLabel(*import, i);
     const Status found = FindBytes(import, i, &texture.bytes);
     if (!found.ok()) {
-      import->log.Fail(Relabel(label, found));
+      import->log.Fail(PrefixStatus(label, found));
       return false;
     }
     const Result<ImageInfo> info = InspectImage(texture.bytes);
     if (!info.ok()) {
-      import->log.Fail(Relabel(label + FileName(import, i), info.status()));
+      import->log.Fail(PrefixStatus(label + FileName(import, i), info.status()));
       return false;
     }
     texture.info = *info;
@@ -127,7 +124,7 @@ void ImportTextures(GltfImport* import) {
   }
   for (size_t i = 0; i < results.size(); ++i) {
     if (!results[i].ok()) {
-      import->log.Fail(Relabel(TextureLabel(*import, i) + FileName(import, i), results[i]));
+      import->log.Fail(PrefixStatus(TextureLabel(*import, i) + FileName(import, i), results[i]));
       return;
     }
   }

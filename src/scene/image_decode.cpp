@@ -6,12 +6,12 @@
 #include <array>
 #include <cstring>
 #include <limits>
-#include <memory>
 
 #include <fmt/format.h>
-#include <spng.h>
-#include <stb/stb_image.h>
 #include <webp/decode.h>
+
+#include "pictures/jpeg.h"
+#include "pictures/png.h"
 
 namespace stillray {
 
@@ -29,86 +29,43 @@ bool StartsWith(Bytes bytes, const void* signature, size_t length) {
   return bytes.size() >= length && std::memcmp(bytes.data(), signature, length) == 0;
 }
 
-struct PngContext {
-  explicit PngContext(Bytes bytes) : ctx(spng_ctx_new(0)) {
-    if (ctx != nullptr) {
-      spng_set_image_limits(ctx, kMaxTextureSide, kMaxTextureSide);
-      // Texts and profiles are skipped; no chunk needs more than this.
-      spng_set_chunk_limits(ctx, size_t{1} << 24, size_t{1} << 26);
-      spng_set_crc_action(ctx, SPNG_CRC_ERROR, SPNG_CRC_DISCARD);
-      spng_set_png_buffer(ctx, bytes.data(), bytes.size());
-    }
-  }
-  ~PngContext() { spng_ctx_free(ctx); }
-  PngContext(const PngContext&) = delete;
-  PngContext& operator=(const PngContext&) = delete;
-  spng_ctx* ctx;
-};
-
-/// Width and height are at a fixed position in the first chunk (PNG, 11.2.2).
-Status InspectPng(Bytes bytes, ImageInfo* info) {
-  constexpr size_t kHeaderEnd = 24;
-  if (bytes.size() < kHeaderEnd) {
-    return Status::BadData("the PNG picture is cut short");
-  }
-  const auto read = [&](size_t at) {
-    return static_cast<uint32_t>(bytes[at]) << 24 | static_cast<uint32_t>(bytes[at + 1]) << 16 |
-           static_cast<uint32_t>(bytes[at + 2]) << 8 | static_cast<uint32_t>(bytes[at + 3]);
-  };
-  info->width = static_cast<int>(std::min<uint32_t>(read(16), std::numeric_limits<int>::max()));
-  info->height = static_cast<int>(std::min<uint32_t>(read(20), std::numeric_limits<int>::max()));
-  return Status::Ok();
+int ToInt(uint32_t side) {
+  return static_cast<int>(std::min<uint32_t>(side, std::numeric_limits<int>::max()));
 }
 
-Status DecodePng(Bytes bytes, std::vector<uint8_t>* texels) {
-  PngContext png(bytes);
-  if (png.ctx == nullptr) {
-    return Status::OutOfMemory("no memory to decode a PNG picture");
+Status InspectPng(Bytes bytes, ImageInfo* info) {
+  const Result<pictures::PngHeader> header = pictures::ReadPngHeader(bytes);
+  if (header.ok()) {
+    info->width = ToInt(header->width);
+    info->height = ToInt(header->height);
   }
-  const int error =
-      spng_decode_image(png.ctx, texels->data(), texels->size(), SPNG_FMT_RGBA8, SPNG_DECODE_TRNS);
-  if (error != 0) {
-    return Status::BadData(fmt::format("damaged PNG picture: {}", spng_strerror(error)));
+  return header.status();
+}
+
+Status InspectJpeg(Bytes bytes, ImageInfo* info) {
+  const Result<pictures::JpegHeader> header = pictures::ReadJpegHeader(bytes);
+  if (header.ok()) {
+    info->width = header->width;
+    info->height = header->height;
   }
-  return Status::Ok();
+  return header.status();
 }
 
 Status DecodeJpeg(Bytes bytes, const ImageInfo& info, std::vector<uint8_t>* texels) {
-  int width = 0;
-  int height = 0;
-  int channels = 0;
-  const std::unique_ptr<stbi_uc, void (*)(void*)> pixels(
-      stbi_load_from_memory(bytes.data(), static_cast<int>(bytes.size()), &width, &height,
-                            &channels, 4),
-      stbi_image_free);
-  if (pixels == nullptr) {
-    return Status::BadData(fmt::format("damaged JPEG picture: {}", stbi_failure_reason()));
+  const Result<pictures::JpegPixels> pixels =
+      pictures::DecodeJpeg(bytes, {info.width, info.height}, 4);
+  if (pixels.ok()) {
+    std::memcpy(texels->data(), pixels->get(), texels->size());
   }
-  if (width != info.width || height != info.height) {
-    return Status::BadData("damaged JPEG picture: it changes its size");
-  }
-  std::memcpy(texels->data(), pixels.get(), texels->size());
-  return Status::Ok();
+  return pixels.status();
 }
 
 Status DecodeWebp(Bytes bytes, const ImageInfo& info, std::vector<uint8_t>* texels) {
   if (WebPDecodeRGBAInto(bytes.data(), bytes.size(), texels->data(), texels->size(),
                          info.width * 4) == nullptr) {
-    return Status::BadData("damaged WebP picture");
+    return Status::BadData("is a damaged WebP file");
   }
   return Status::Ok();
-}
-
-/// The last marker of a JPEG file is EOI. The decoder fills missing data with grey, and a half grey
-/// picture must not be accepted as a texture.
-bool JpegEndsEarly(Bytes bytes) {
-  // Some writers pad the end with zeros or append data, so EOI need not be last.
-  for (size_t i = bytes.size(); i >= 2; --i) {
-    if (bytes[i - 2] == 0xff && bytes[i - 1] == 0xd9) {
-      return false;
-    }
-  }
-  return true;
 }
 
 }  // namespace
@@ -131,19 +88,12 @@ Result<ImageInfo> InspectImage(Bytes bytes) {
   } else if (StartsWith(bytes, kJpeg.data(), kJpeg.size())) {
     info.format = ImageInfo::Format::kJpeg;
     texels_per_byte = kMaxJpegTexelsPerByte;
-    int channels = 0;
-    if (stbi_info_from_memory(bytes.data(), static_cast<int>(bytes.size()), &info.width,
-                              &info.height, &channels) == 0) {
-      return Status::BadData(fmt::format("damaged JPEG picture: {}", stbi_failure_reason()));
-    }
-    if (JpegEndsEarly(bytes)) {
-      return Status::BadData("damaged JPEG picture: it has no end");
-    }
+    STILLRAY_RETURN_IF_ERROR(InspectJpeg(bytes, &info));
   } else if (bytes.size() >= 12 && StartsWith(bytes, "RIFF", 4) &&
              StartsWith(bytes.subspan(8), "WEBP", 4)) {
     info.format = ImageInfo::Format::kWebp;
     if (WebPGetInfo(bytes.data(), bytes.size(), &info.width, &info.height) == 0) {
-      return Status::BadData("damaged WebP picture");
+      return Status::BadData("is a damaged WebP file");
     }
   } else {
     return Status::BadData("not a PNG, JPEG or WebP picture");
@@ -170,7 +120,8 @@ Result<std::vector<uint8_t>> DecodeImage(Bytes bytes, const ImageInfo& info) {
                               4);
   switch (info.format) {
     case ImageInfo::Format::kPng:
-      STILLRAY_RETURN_IF_ERROR(DecodePng(bytes, &texels));
+      STILLRAY_RETURN_IF_ERROR(
+          pictures::DecodePng(bytes, pictures::PngPixels::kRgba8, texels.data(), texels.size()));
       break;
     case ImageInfo::Format::kJpeg:
       STILLRAY_RETURN_IF_ERROR(DecodeJpeg(bytes, info, &texels));

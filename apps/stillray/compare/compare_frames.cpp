@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "core/status_prefix.h"
 #include "io/sequence.h"
 #include "quality/picture_file.h"
 
@@ -175,8 +176,7 @@ Result<const ComparedFrame*> FrameComparer::Compare(const FramePair& files) {
   }
   const Result<ImageMetrics> metrics = CompareImages(frame.test, frame.reference, frame.display);
   if (!metrics.ok()) {
-    return Status(metrics.status().code(),
-                  fmt::format("{}: {}", files.test, metrics.status().message()));
+    return PrefixStatus(files.test, metrics.status());
   }
   frame.metrics = *metrics;
   STILLRAY_RETURN_IF_ERROR(MeasureTemporalError(&loaded));

@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Baseline and progressive JPEG files in memory (stb_image): input pictures and textures.
+/// Messages do not name the file; callers put its name before them.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "stillray/status.h"
+
+namespace stillray::pictures {
+
+struct JpegHeader {
+  int width = 0;
+  int height = 0;
+};
+
+/// The size that the file claims; check it before the pixels are decoded.
+/// \return kBadData if the file is damaged, kUnsupported from 2 GiB on
+Result<JpegHeader> ReadJpegHeader(std::span<const uint8_t> file);
+
+using JpegPixels = std::unique_ptr<uint8_t, void (*)(void*)>;
+
+/// Decodes to interleaved codes, rows from the top without padding.
+/// \param channels  3 for RGB, 4 for RGBA with an alpha of 255
+/// \param header    of this file
+/// \return kBadData if the file is damaged or ends early
+Result<JpegPixels> DecodeJpeg(std::span<const uint8_t> file, const JpegHeader& header,
+                              int channels);
+
+}  // namespace stillray::pictures
