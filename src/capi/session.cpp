@@ -13,6 +13,7 @@
 #include <tbb/task_group.h>
 
 #include "capi/image_access.h"
+#include "core/clock.h"
 #include "core/colour.h"
 #include "core/guides.h"
 #include "core/parallel.h"
@@ -272,12 +273,11 @@ Status Session::FilterWatched() {
     });
     return status;
   });
-  const auto start = std::chrono::steady_clock::now();
+  const Clock::time_point start = Clock::now();
   bool cancelled = false;
   while (filtering.wait_for(kPoll) != std::future_status::ready) {
-    const std::chrono::duration<double, std::milli> elapsed =
-        std::chrono::steady_clock::now() - start;
-    const double part = last_filter_ms_ > 0 ? std::min(1.0, elapsed.count() / last_filter_ms_) : 0;
+    const double part =
+        last_filter_ms_ > 0 ? std::min(1.0, MillisecondsSince(start) / last_filter_ms_) : 0;
     // Above 0, which promises that nothing has been filtered yet.
     if (!cancelled && !Report(std::max(0.01, kFilteringEnds * part))) {
       cancelled = true;

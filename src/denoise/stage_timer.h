@@ -4,10 +4,10 @@
 #pragma once
 
 #include <algorithm>
-#include <chrono>
 #include <string>
 #include <vector>
 
+#include "core/clock.h"
 #include "stillray/denoise.hpp"
 
 namespace stillray {
@@ -19,21 +19,20 @@ class StageTimer {
   StageTimer(const StageTimer&) = delete;
   StageTimer& operator=(const StageTimer&) = delete;
   ~StageTimer() {
-    const std::chrono::duration<double, std::milli> elapsed =
-        std::chrono::steady_clock::now() - start_;
+    const double elapsed = MillisecondsSince(start_);
     const auto at = std::find_if(times_->begin(), times_->end(),
                                  [&](const StageTime& t) { return t.name == name_; });
     if (at == times_->end()) {
-      times_->push_back({name_, elapsed.count()});
+      times_->push_back({name_, elapsed});
     } else {
-      at->milliseconds += elapsed.count();
+      at->milliseconds += elapsed;
     }
   }
 
  private:
   std::vector<StageTime>* times_;
   const char* name_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  Clock::time_point start_ = Clock::now();
 };
 
 }  // namespace stillray

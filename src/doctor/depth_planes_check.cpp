@@ -5,9 +5,11 @@
 // on every flat surface (the plane n . P = d with P = z (x / f, y / f, 1)). If it bends, the depth
 // is not z, and the conversion under which it does not bend identifies the kind.
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
+#include "core/median.h"
 #include "doctor/check.h"
 #include "doctor/planes.h"
 #include "doctor/warp.h"
@@ -56,9 +58,7 @@ double MedianBend(const std::vector<Triple>& triples, const Function& linear) {
     const double bend = std::fabs(a - 2 * b + c) / rise;
     bends.push_back(std::isfinite(bend) ? bend : 1e3);
   }
-  const auto middle = bends.begin() + static_cast<ptrdiff_t>(bends.size() / 2);
-  std::nth_element(bends.begin(), middle, bends.end());
-  return *middle;
+  return Median(std::move(bends));
 }
 
 /// The parameter for which a kind of depth bends least, searched on a logarithmic grid and then
@@ -137,12 +137,7 @@ double MedianOfRows(const Image1& image, int y0, int y1) {
       }
     }
   }
-  if (values.empty()) {
-    return 0;
-  }
-  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return Median(std::move(values));
 }
 
 /// Whether it can be 1 / distance. Without perspective, linear distances are right. 1 / distance
@@ -331,8 +326,6 @@ void DepthPlanesCheck::Conclude(Verdict* verdict) {
   for (const Judged& j : frames_) {
     bends.push_back(j.given);
   }
-  std::nth_element(bends.begin(), bends.begin() + static_cast<ptrdiff_t>(bends.size() / 2),
-                   bends.end());
   bool broken = false;
   for (const Kind kind : {Kind::kLinear, Kind::kInverse, Kind::kRay, Kind::kOffset, Kind::kGiven}) {
     std::vector<int64_t> frames;
@@ -354,7 +347,7 @@ void DepthPlanesCheck::Conclude(Verdict* verdict) {
       break;
     }
   }
-  verdict->Add(Measure{"depth_bend", bends[bends.size() / 2], kLeastBend, broken,
+  verdict->Add(Measure{"depth_bend", Median(std::move(bends)), kLeastBend, broken,
                        static_cast<int64_t>(frames_.size())});
 }
 

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "core/median.h"
 #include "doctor/check.h"
 #include "doctor/warp.h"
 
@@ -24,12 +25,6 @@ constexpr double kLeastChange = 0.14;
 /// Median deviation of the blocks' factors from the common one, relative to it: a lamp that moves
 /// or is dimmed changes some blocks and not others. Planted: 0.1.
 constexpr double kEven = 0.35;
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 double MeanLight(const Exhibit& exhibit) {
   double sum = 0;

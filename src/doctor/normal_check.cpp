@@ -3,9 +3,11 @@
 
 // Checks whether stored normals are unit vectors, or encoded in 0..1.
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
+#include "core/median.h"
 #include "doctor/check.h"
 #include "doctor/warp.h"
 
@@ -87,11 +89,7 @@ void NormalCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
   l.unit = static_cast<double>(unit) / count;
   l.encoded = static_cast<double>(encoded) / count;
   l.zero = 1 - static_cast<double>(lengths.size()) / static_cast<double>(surfaces);
-  if (!lengths.empty()) {
-    const auto middle = lengths.begin() + static_cast<ptrdiff_t>(lengths.size() / 2);
-    std::nth_element(lengths.begin(), middle, lengths.end());
-    l.median = *middle;
-  }
+  l.median = Median(std::move(lengths));
   frames_.push_back(l);
 }
 

@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #include <fmt/format.h>
 
+#include "core/median.h"
 #include "core/parallel.h"
 #include "doctor/check.h"
 #include "doctor/warp.h"
@@ -122,12 +124,7 @@ class ZoomFit {
     for (const Place& p : places_) {
       rates.push_back((p.dx * p.x + p.dy * p.y) / std::max(p.x * p.x + p.y * p.y, 1.0));
     }
-    if (rates.empty()) {
-      return 0;
-    }
-    const auto middle = rates.begin() + static_cast<ptrdiff_t>(rates.size() / 2);
-    std::nth_element(rates.begin(), middle, rates.end());
-    return *middle;
+    return Median(std::move(rates));
   }
   int places() const { return static_cast<int>(places_.size()); }
   /// Number of blocks near their predicted offset; 0 if they are too few, or all on one side of the

@@ -119,6 +119,16 @@ Result<VkDescriptorSet> DescriptorSets::Find(const SetShape& shape, const SetCon
   return set;
 }
 
+Result<VkDescriptorSet> DescriptorSets::CreateSingle(const SetShape& shape,
+                                                     std::span<const Buffer* const> buffers) {
+  STILLRAY_RETURN_IF_ERROR(CreatePool(1, shape));
+  SetContent content;
+  for (const Buffer* buffer : buffers) {
+    content.buffers.push_back(buffer->buffer);
+  }
+  return Find(shape, content);
+}
+
 void DescriptorSets::Write(const SetShape& shape, const SetContent& content,
                            VkDescriptorSet set) const {
   std::vector<VkDescriptorImageInfo> images(content.images.size());

@@ -55,6 +55,9 @@ class DescriptorSets {
   /// Frees all sets; none may be in use.
   Status Clear();
   Result<VkDescriptorSet> Find(const SetShape& shape, const SetContent& content);
+  /// Creates the pool of a single set, and the set: of buffers alone.
+  Result<VkDescriptorSet> CreateSingle(const SetShape& shape,
+                                       std::span<const Buffer* const> buffers);
 
  private:
   struct Entry {

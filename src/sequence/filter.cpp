@@ -64,11 +64,11 @@ Link SequenceFilter::LinkFrame(SequenceFrame* frame, FrameReport* report) {
 
 Status SequenceFilter::Filter(SequenceFrame* frame, size_t at, FrameReport* report, Image3* colour,
                               std::vector<NewLayer>* layers) {
-  const LoopClock::time_point start = LoopClock::now();
+  const Clock::time_point start = Clock::now();
   const Link link = LinkFrame(frame, report);
   FutureLight future;
   if (future_) {
-    const LoopClock::time_point future_start = LoopClock::now();
+    const Clock::time_point future_start = Clock::now();
     STILLRAY_RETURN_IF_ERROR(future_->Take(at, &future));
     report->future_ms = MillisecondsSince(future_start);
   }

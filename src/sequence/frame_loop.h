@@ -12,16 +12,11 @@
 #include <utility>
 #include <vector>
 
+#include "core/clock.h"
 #include "sequence/background.h"
 #include "stillray/status.h"
 
 namespace stillray {
-
-using LoopClock = std::chrono::steady_clock;
-
-inline double MillisecondsSince(LoopClock::time_point start) {
-  return std::chrono::duration<double, std::milli>(LoopClock::now() - start).count();
-}
 
 struct LoopOptions {
   size_t begin = 0;
@@ -31,13 +26,13 @@ struct LoopOptions {
   std::chrono::seconds save_interval{30};
   /// Polled before every frame; false stops with kCancelled. May be empty.
   std::function<bool()> keep_going;
-  std::function<LoopClock::time_point()> now = LoopClock::now;
+  std::function<Clock::time_point()> now = Clock::now;
 };
 
 struct WriteResult {
   Status status;
   double milliseconds = 0;
-  LoopClock::time_point end;
+  Clock::time_point end;
 };
 
 struct LoopEnd {
@@ -99,10 +94,10 @@ class FrameLoop {
 
   void StartWriting(Picture* picture) {
     writing_.Start(options_.overlap, [this, picture] {
-      const LoopClock::time_point start = LoopClock::now();
+      const Clock::time_point start = Clock::now();
       WriteResult result;
       result.status = job_.Write(picture);
-      result.end = LoopClock::now();
+      result.end = Clock::now();
       result.milliseconds = std::chrono::duration<double, std::milli>(result.end - start).count();
       return result;
     });
@@ -142,7 +137,7 @@ class FrameLoop {
   LoopOptions options_;
   Picture pictures_[2];
   std::vector<Picture*> unwritten_;  ///< made and not written, in their order
-  LoopClock::time_point last_save_;
+  Clock::time_point last_save_;
   Background<WriteResult> writing_;  ///< last, so that its work ends before what it uses is freed
 };
 

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sequence/reader.h"
 
-#include <chrono>
 #include <utility>
 
 #include "core/check.h"
+#include "core/clock.h"
 
 namespace stillray {
 
@@ -18,11 +18,9 @@ FrameReader::FrameReader(const SequenceOptions& options, const AovLayout& layout
       ahead_(ahead) {}
 
 ReadFrame FrameReader::Load(size_t file) const {
-  using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
   Result<SequenceFrame> frame = LoadFrame(options_.files[file], options_, layout_, to_write_);
-  return {std::move(frame),
-          std::chrono::duration<double, std::milli>(Clock::now() - start).count()};
+  return {std::move(frame), MillisecondsSince(start)};
 }
 
 ReadFrame FrameReader::Next() {

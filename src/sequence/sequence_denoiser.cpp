@@ -200,7 +200,7 @@ SequenceEnd Impl::Run() {
   std::vector<size_t> order(files - finished);
   std::iota(order.begin(), order.end(), finished);
   reader.emplace(options, layout, std::move(order), true, options.overlap);
-  last_end = LoopClock::now();
+  last_end = Clock::now();
   LoopOptions loop_options;
   loop_options.begin = finished;
   loop_options.end = files;
@@ -261,7 +261,7 @@ size_t SequenceDenoiser::finished() const {
 size_t SequenceDenoiser::look_ahead_steps() const {
   return impl_->filter->has_future()
              ? CountBackwardFrames(impl_->filter->frames(), impl_->options.files.size(),
-                                      impl_->futures_held)
+                                   impl_->futures_held)
              : 0;
 }
 

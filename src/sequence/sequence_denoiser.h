@@ -78,7 +78,7 @@ struct SequenceDenoiser::Impl {
   FrameLoop<Impl>* loop = nullptr;  ///< while Run() is at work
   bool fell_back = false;
   size_t most_memory = 0;
-  LoopClock::time_point last_end;  ///< when the frame before was finished
+  Clock::time_point last_end;  ///< when the frame before was finished
 
   std::string folder;
   std::string key;  ///< of the state

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "common/console.h"
+#include "core/clock.h"
 
 namespace stillray {
 
@@ -32,11 +33,11 @@ Progress::~Progress() {
 }
 
 std::string Progress::TimeLeft() const {
-  const std::chrono::duration<double> elapsed = Clock::now() - start_;
-  if (!(most_done_ > 0) || elapsed.count() < 1) {
+  const double elapsed = SecondsSince(start_);
+  if (!(most_done_ > 0) || elapsed < 1) {
     return "";
   }
-  return FormatDuration(elapsed.count() * (total_ - most_done_) / most_done_) + " left";
+  return FormatDuration(elapsed * (total_ - most_done_) / most_done_) + " left";
 }
 
 void Progress::Draw(const std::string& what) {

@@ -5,9 +5,10 @@
 /// elsewhere.
 #pragma once
 
-#include <chrono>
 #include <cstdio>
 #include <string>
+
+#include "core/clock.h"
 
 namespace stillray {
 
@@ -34,7 +35,6 @@ class Progress {
   std::string TimeLeft() const;
   void Draw(const std::string& what);
 
-  using Clock = std::chrono::steady_clock;
   double total_;
   std::FILE* stream_;
   bool terminal_;

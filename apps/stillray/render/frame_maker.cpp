@@ -121,7 +121,7 @@ Status FrameMaker::RenderReference(const RenderMoment& moment, Progress* progres
 }
 
 Status FrameMaker::Trace(const RenderMoment& moment, Progress* progress, RenderPicture* picture) {
-  const LoopClock::time_point start = LoopClock::now();
+  const Clock::time_point start = Clock::now();
   STILLRAY_RETURN_IF_ERROR(
       renderer_->RenderFrame(moment, &picture->frame, Shown(moment.frame_index, progress)));
   PrintTracingOnCpu();
@@ -162,7 +162,7 @@ Status FrameMaker::BringToHost(RenderPicture* picture) const {
   if (picture->frame.on_device == nullptr || planes == 0) {
     return Status::Ok();
   }
-  const LoopClock::time_point start = LoopClock::now();
+  const Clock::time_point start = Clock::now();
   const Result<const Frame*> brought = OnHost(picture->frame, &picture->on_host, planes);
   STILLRAY_RETURN_IF_ERROR(brought.status());
   picture->in_files = *brought;
@@ -186,7 +186,7 @@ Status FrameMaker::Make(int64_t number, UnwrittenFrame* earlier, Progress* progr
   }
   // Until its picture can be written, the history has light that no state could account for.
   history_is_whole_ = false;
-  const LoopClock::time_point start = LoopClock::now();
+  const Clock::time_point start = Clock::now();
   STILLRAY_RETURN_IF_ERROR(Denoise(moment, progress, picture));
   TellFallBack(*denoiser_, &printed_fall_back_);
   picture->log.denoise_ms = MillisecondsSince(start);

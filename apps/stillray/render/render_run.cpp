@@ -89,7 +89,7 @@ class RenderRun {
   size_t synced_ = 0;                  ///< how many files were flushed to the disk
   int64_t first_written_ = 0;          ///< of this run
   int64_t written_bytes_ = 0;
-  LoopClock::time_point start_;
+  Clock::time_point start_;
   int64_t non_finite_ = 0;
   int64_t bad_guides_ = 0;
 };
@@ -352,7 +352,7 @@ Status RenderRun::Run() {
   WriteText(stderr,
             DiskSpaceWarning(options_.text.folder, EstimateOutputSize(options_, next_frame_)));
   first_written_ = next_frame_;
-  start_ = LoopClock::now();
+  start_ = Clock::now();
   STILLRAY_RETURN_IF_ERROR(RunLoop());
   if (video_) {
     STILLRAY_RETURN_IF_ERROR(AddFinishedFiles(options_.text.folder, {VideoPath()}, &files_));

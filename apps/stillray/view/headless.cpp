@@ -10,28 +10,14 @@
 
 #include "common/console.h"
 #include "common/interrupt.h"
+#include "common/output_folder.h"
+#include "core/median.h"
 #include "stillray/io.h"
 #include "view/split.h"
 #include "view/view_session.h"
 
 namespace stillray::view {
 namespace {
-
-Status MakeFolder(const std::string& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error || !std::filesystem::is_directory(folder)) {
-    return Status::Io(fmt::format("cannot make the folder {}: {}", folder,
-                                  error ? error.message() : "a file of that name exists"));
-  }
-  return Status::Ok();
-}
-
-double Median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<ptrdiff_t>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
-}
 
 void Summarise(const ViewFrame& last, const std::vector<FrameCost>& costs) {
   std::vector<double> trace;
@@ -60,7 +46,7 @@ void Summarise(const ViewFrame& last, const std::vector<FrameCost>& costs) {
 
 Status RunHeadless(const ViewOptions& options) {
   if (!options.folder.empty()) {
-    STILLRAY_RETURN_IF_ERROR(MakeFolder(options.folder));
+    STILLRAY_RETURN_IF_ERROR(MakeOutputFolder(options.folder));
   }
   CatchInterrupts();
   Result<LoadedScene> loaded = LoadForView(

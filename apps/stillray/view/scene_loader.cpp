@@ -3,7 +3,6 @@
 #include "view/scene_loader.h"
 
 #include <atomic>
-#include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
@@ -12,16 +11,13 @@
 
 #include <fmt/format.h>
 
+#include "core/clock.h"
 #include "view/background.h"
 
 namespace stillray::view {
 namespace {
 
 std::atomic<int> g_abandoned = 0;
-
-double Now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 SceneLoader::Outcome LoadNow(const SceneRequest& request, const ViewSettings& settings,
                              const Device& device, const LoadReport& report) {
@@ -93,7 +89,7 @@ void SceneLoader::Load(const SceneRequest& request, const ViewSettings& settings
     shared_->outcome.swap(dropped);
     ++shared_->requested;
     shared_->state = {true, {"waiting for the file before", 0, 1, -1}, 0};
-    shared_->began = Now();
+    shared_->began = SecondsNow();
   }
   shared_->work.notify_all();
 }
@@ -101,7 +97,7 @@ void SceneLoader::Load(const SceneRequest& request, const ViewSettings& settings
 LoadState SceneLoader::state() const {
   const std::lock_guard lock(shared_->mutex);
   LoadState state = shared_->state;
-  state.seconds = state.loading ? Now() - shared_->began : 0;
+  state.seconds = state.loading ? SecondsNow() - shared_->began : 0;
   return state;
 }
 

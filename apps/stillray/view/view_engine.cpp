@@ -3,12 +3,12 @@
 #include "view/view_engine.h"
 
 #include <algorithm>
-#include <chrono>
 #include <exception>
 #include <new>
 
 #include <fmt/format.h>
 
+#include "core/clock.h"
 #include "core/lower_case.h"
 #include "view/background.h"
 #include "view/split.h"
@@ -21,10 +21,6 @@ constexpr double kEnoughSamples = 4096;
 constexpr int kEnoughReference = 16384;
 /// With fewer samples the measures would be dominated by the reference's noise.
 constexpr int kMeasurableReference = 16;
-
-double Now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 /// Runs work that may throw std::bad_alloc, and returns a Status.
 template <typename Body>
@@ -227,7 +223,7 @@ void ViewEngine::MakeFrame() {
     settings.auto_scale = false;
     settings.shares_pictures = false;  // its pixels are needed here
   }
-  const double now = Now();
+  const double now = SecondsNow();
   const double elapsed = now - last_frame_at_;
   last_frame_at_ = now;
   ViewFrame& frame = frames_.back();

@@ -3,11 +3,11 @@
 #include "view/view_session.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include <fmt/format.h>
 
+#include "core/clock.h"
 #include "denoise/fill_guides/fill_guides.h"
 #include "denoise/filter_parameters.h"
 #include "denoise/stage_table.h"
@@ -15,8 +15,6 @@
 
 namespace stillray::view {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 /// After a pause (another window, a slow frame) animations continue where they were.
 constexpr double kLongestStep = 0.25;
@@ -26,10 +24,6 @@ constexpr uint64_t kFirstFrames = 2;
 /// of its longest history, so that new samples are soon visible.
 constexpr float kSeedSamples = 8;
 constexpr int kFocusReach = 24;  // pixels around a click that are searched for a surface
-
-double Milliseconds(Clock::time_point since) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - since).count();
-}
 
 /// Whether two poses show the same picture; the orbit centre does not matter.
 bool SameView(const ViewPose& a, const ViewPose& b) {
@@ -408,14 +402,14 @@ Status ViewSession::RenderNext(const ViewSettings& settings, double elapsed,
   STILLRAY_RETURN_IF_ERROR(MakeSeed(s, keep_going));
   const Clock::time_point start = Clock::now();
   STILLRAY_RETURN_IF_ERROR(Trace(s, next.render, keep_going));
-  const double render_ms = Milliseconds(start);
+  const double render_ms = MillisecondsSince(start);
   if (const std::string remark = loaded_.renderer->TakeRemark(); !remark.empty()) {
     Note("tracing goes on on the CPU: " + remark);
   }
   STILLRAY_RETURN_IF_ERROR(PrepareHistory(s));
   const Clock::time_point filter_start = Clock::now();
   STILLRAY_RETURN_IF_ERROR(Filter(s, next.render, keep_going));
-  const double denoise_ms = Milliseconds(filter_start);
+  const double denoise_ms = MillisecondsSince(filter_start);
 
   settings_ = s;
   moment_ = next;
@@ -517,7 +511,7 @@ void ViewSession::Show(const ViewSettings& s, ViewFrame* out) const {
     ++pane;
   }
   Inspect(s, out);
-  out->show_ms = Milliseconds(start);
+  out->show_ms = MillisecondsSince(start);
 }
 
 void ViewSession::Inspect(const ViewSettings& s, ViewFrame* out) const {

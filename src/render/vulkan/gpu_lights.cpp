@@ -90,19 +90,6 @@ Status GpuLights::AddBuffers(const std::vector<float>& texels) {
   return arena_.Allocate();
 }
 
-Status GpuLights::MakeSet() {
-  STILLRAY_RETURN_IF_ERROR(sets_.CreatePool(1, kShape));
-  gpu::SetContent content;
-  for (const gpu::Buffer* buffer : buffers_) {
-    content.buffers.push_back(buffer->buffer);
-  }
-  const Result<VkDescriptorSet> set = sets_.Find(kShape, content);
-  if (set.ok()) {
-    set_ = *set;
-  }
-  return set.status();
-}
-
 Status GpuLights::Update() {
   const Shapes shapes = {lights_.arrays().environment, lights_.arrays()};
   auto* to = static_cast<char*>(staging_->mapped);
@@ -152,7 +139,9 @@ Result<std::unique_ptr<GpuLights>> GpuLights::Create(gpu::Device* device, const 
         made->buffers_[kFirstAreas], made->buffers_[kSums], made->buffers_[kTexels]};
     STILLRAY_RETURN_IF_ERROR(
         UploadArrays(device, std::array{arrays[1], arrays[2], arrays[3]}, targets));
-    STILLRAY_RETURN_IF_ERROR(made->MakeSet());
+    const Result<VkDescriptorSet> set = made->sets_.CreateSingle(kShape, made->buffers_);
+    STILLRAY_RETURN_IF_ERROR(set.status());
+    made->set_ = *set;
     STILLRAY_RETURN_IF_ERROR(made->Update());
     return made;
   } catch (const std::bad_alloc&) {

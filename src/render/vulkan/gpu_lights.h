@@ -39,7 +39,6 @@ class GpuLights {
   GpuLights(gpu::Device* device, const LightSet& lights)
       : device_(device), lights_(lights), arena_(&device->context()), sets_(&device->context()) {}
   Status AddBuffers(const std::vector<float>& texels);
-  Status MakeSet();
 
   gpu::Device* device_;
   const LightSet& lights_;

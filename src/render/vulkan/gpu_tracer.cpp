@@ -132,21 +132,6 @@ Status GpuTracer::AddBuffers() {
   return arena_.Allocate();
 }
 
-Status GpuTracer::MakeSet() {
-  // Creates layouts of the other sets as well, for the pipelines; their sets belong to other
-  // classes.
-  STILLRAY_RETURN_IF_ERROR(sets_.CreatePool(1, kShape));
-  gpu::SetContent content;
-  for (const gpu::Buffer* buffer : buffers_) {
-    content.buffers.push_back(buffer->buffer);
-  }
-  const Result<VkDescriptorSet> set = sets_.Find(kShape, content);
-  if (set.ok()) {
-    set_ = *set;
-  }
-  return set.status();
-}
-
 Result<std::unique_ptr<GpuTracer>> GpuTracer::Create(gpu::Device* device, const GpuAccel* accel,
                                                      const GpuLights* lights,
                                                      const Visibility* visibility,
@@ -159,7 +144,11 @@ Result<std::unique_ptr<GpuTracer>> GpuTracer::Create(gpu::Device* device, const 
       std::max(static_cast<uint32_t>(std::min<size_t>(most_pixels, fit)) / kGroupSize, 1u) *
       kGroupSize;
   STILLRAY_RETURN_IF_ERROR(tracer->AddBuffers());
-  STILLRAY_RETURN_IF_ERROR(tracer->MakeSet());
+  // `sets_` creates the layouts of the other sets as well, for the pipelines; those sets belong to
+  // other classes.
+  const Result<VkDescriptorSet> set = tracer->sets_.CreateSingle(kShape, tracer->buffers_);
+  STILLRAY_RETURN_IF_ERROR(set.status());
+  tracer->set_ = *set;
   if (accel->hardware() != nullptr) {
     STILLRAY_RETURN_IF_ERROR(tracer->MakeHardwarePipelines());
   }

@@ -127,7 +127,6 @@ class GpuTracer {
         sets_(&device->context()) {}
   Status CheckLimits() const;
   Status AddBuffers();
-  Status MakeSet();
   Result<std::vector<VkDescriptorSetLayout>> Layouts();
   Status MakeHardwarePipelines();
   void BindHardware(VkCommandBuffer commands, Shader shader, const GpuBatch& batch) const;

@@ -3,10 +3,10 @@
 #include "render/vulkan/vulkan_renderer.h"
 
 #include <algorithm>
-#include <chrono>
 #include <new>
 #include <vector>
 
+#include "core/clock.h"
 #include "render/lights.h"
 #include "render/moment.h"
 #include "render/pixel_order.h"
@@ -18,8 +18,6 @@
 
 namespace stillray::render {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 /// Desktop drivers abort work that takes longer than about two seconds. Submissions start with few
 /// enough paths to stay below that, and adapt to the measured times.
@@ -254,8 +252,7 @@ Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, i
   tracer()->RecordEnd(*commands, batch, guides && !stays, light && !stays);
   const Clock::time_point start = Clock::now();
   STILLRAY_RETURN_IF_ERROR(device_->Run());
-  const std::chrono::duration<double, std::milli> took = Clock::now() - start;
-  AdaptTo(static_cast<double>(batch.count) * std::max(samples, 1), took.count());
+  AdaptTo(static_cast<double>(batch.count) * std::max(samples, 1), MillisecondsSince(start));
   accel_moved_ = false;
   lights_moved_ = false;
   visible_ = frame_.rasterised != 0;

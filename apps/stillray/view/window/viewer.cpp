@@ -15,6 +15,7 @@
 #include <imgui.h>
 
 #include "common/interrupt.h"
+#include "core/clock.h"
 #include "view/view_engine.h"
 #include "view/window/camera_input.h"
 #include "view/window/gl_window.h"
@@ -34,10 +35,6 @@ constexpr double kLivelySeconds = 0.016;
 constexpr double kShortestFrame = 0.012;  // if the display does not limit the rate
 /// Widgets respond to input over a few frames.
 constexpr int kFramesAfterInput = 3;
-
-double Now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 std::string Title(const SceneRequest& request) {
   return std::filesystem::path(request.scene).filename().string() + " - stillray";
@@ -86,7 +83,7 @@ void DrawFrame(double now, double elapsed, bool* lively, GlWindow* window, PaneT
     state->changed = false;
   }
   window->EndFrame();
-  const double end = Now();
+  const double end = SecondsNow();
   times->Drawn((end - now) * 1e3);
   if (state->frame != nullptr) {
     times->Shown(*state->frame, end);
@@ -100,7 +97,7 @@ InterfaceTimes Loop(bool watch, GlWindow* window, std::atomic<bool>* news, ViewE
   const Status shares = textures.PrepareSharing();
   state->settings.shares_pictures = shares.ok();
   state->unshared_because = shares.message();
-  double last = Now();
+  double last = SecondsNow();
   bool lively = true;
   int frames_due = kFramesAfterInput;
   uint64_t titled = 0;
@@ -109,14 +106,14 @@ InterfaceTimes Loop(bool watch, GlWindow* window, std::atomic<bool>* news, ViewE
     const bool soon = lively || frames_due > 0;
     const double patience = soon || watch ? kLivelySeconds : kIdleSeconds;
     frames_due = window->WaitForEvents(patience) ? kFramesAfterInput : frames_due;
-    double now = Now();
+    double now = SecondsNow();
     times.Looked(now);
     if (!soon && frames_due == 0 && !*news && now - last < kIdleSeconds) {
       continue;
     }
     if (now - last < kShortestFrame) {
       std::this_thread::sleep_for(std::chrono::duration<double>(kShortestFrame - (now - last)));
-      now = Now();
+      now = SecondsNow();
     }
     *news = false;
     Update(now, engine, state);
