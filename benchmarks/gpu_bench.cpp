@@ -13,7 +13,7 @@
 
 #include <fmt/format.h>
 
-#include "denoise/device_bench.h"
+#include "benchmarks/device_bench.h"
 
 namespace stillray {
 namespace {

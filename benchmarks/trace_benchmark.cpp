@@ -10,7 +10,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include "render/ray_bench.h"
+#include "benchmarks/ray_bench.h"
 #include "stillray/render.h"
 #include "stillray/scene.h"
 

@@ -4,7 +4,6 @@
 // Devices of a build without Vulkan: the CPU alone.
 #include <fmt/format.h>
 
-#include "denoise/device_bench.h"
 #include "denoise/device_denoiser.h"
 
 namespace stillray {
@@ -29,10 +28,6 @@ Result<Device> Device::Open(const std::string& choice) {
   }
   return Status::InvalidArgument(
       fmt::format("device is '{}', expected auto, cpu, vulkan or vulkan:N", choice));
-}
-
-Result<DeviceBenchResult> BenchOnDevice(const std::string&, const DeviceBenchOptions&) {
-  return Status::Unsupported(kWithoutVulkan);
 }
 
 std::vector<DeviceDescription> ListDevices(std::string* remark) {

@@ -8,26 +8,14 @@
 #include <cstring>
 #include <limits>
 #include <string>
-#include <type_traits>
 
 #include <embree3/rtcore.h>
 #include <fmt/format.h>
 
+#include "render/embree_handles.h"
+
 namespace stillray::render {
 namespace {
-
-struct DeviceRelease {
-  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
-};
-struct SceneRelease {
-  void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
-};
-struct GeometryRelease {
-  void operator()(RTCGeometry geometry) const { rtcReleaseGeometry(geometry); }
-};
-using DeviceHandle = std::unique_ptr<std::remove_pointer_t<RTCDevice>, DeviceRelease>;
-using SceneHandle = std::unique_ptr<std::remove_pointer_t<RTCScene>, SceneRelease>;
-using GeometryHandle = std::unique_ptr<std::remove_pointer_t<RTCGeometry>, GeometryRelease>;
 
 /// User data of the shadow filter, passed through Embree.
 struct ShadowContext {
@@ -232,24 +220,24 @@ class EmbreeAccel final : public Accel {
                      const std::vector<mat4>& transforms);
   Status BuildInstanced(const Scene& scene, const std::vector<AccelInstance>& instances);
   void UpdateFlat(const std::vector<mat4>& transforms);
-  SceneHandle NewScene(RTCBuildQuality quality, RTCSceneFlags flags);
+  EmbreeScene NewScene(RTCBuildQuality quality, RTCSceneFlags flags);
   Status AddMesh(RTCScene target, const Mesh& mesh, const mat4& transform,
                  const AccelInstance& instance, uint32_t id);
 
   const ShadowFilter& filter_;
   KeepGoing keep_going_;           // called while the BVHs are built
   std::atomic<int64_t> bytes_{0};  // declared before the device, whose destruction still updates it
-  DeviceHandle device_;
-  SceneHandle static_scene_;
+  EmbreeDevice device_;
+  EmbreeScene static_scene_;
   // The scene shared by the instances of a mesh, per mesh and kind (opaque, see-through).
-  std::vector<SceneHandle> mesh_scenes_;
+  std::vector<EmbreeScene> mesh_scenes_;
   struct Instanced {
     uint32_t index;
-    GeometryHandle geometry;
+    EmbreeGeometry geometry;
     const Mesh* mesh;
   };
   std::vector<Instanced> instanced_;
-  SceneHandle top_scene_;  // null if nothing moves: rays then traverse static_scene_ itself
+  EmbreeScene top_scene_;  // null if nothing moves: rays then traverse static_scene_ itself
   uint32_t static_id_ = RTC_INVALID_GEOMETRY_ID;
   RTCScene root_ = nullptr;
   bool flat_ = false;  // all triangles are in static_scene_, which is rebuilt when some move
@@ -272,8 +260,8 @@ Status EmbreeAccel::Commit(RTCScene scene, const char* what) {
   return Status::Ok();
 }
 
-SceneHandle EmbreeAccel::NewScene(RTCBuildQuality quality, RTCSceneFlags flags) {
-  SceneHandle scene(rtcNewScene(device_.get()));
+EmbreeScene EmbreeAccel::NewScene(RTCBuildQuality quality, RTCSceneFlags flags) {
+  EmbreeScene scene(rtcNewScene(device_.get()));
   rtcSetSceneBuildQuality(scene.get(), quality);
   rtcSetSceneFlags(scene.get(), flags);
   rtcSetSceneProgressMonitorFunction(scene.get(), Monitor, this);
@@ -285,7 +273,7 @@ Status EmbreeAccel::AddMesh(RTCScene target, const Mesh& mesh, const mat4& trans
   if (!GoesOn()) {
     return Status::Cancelled();
   }
-  const GeometryHandle geometry(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
+  const EmbreeGeometry geometry(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
   if (!FillGeometry(geometry.get(), mesh, transform,
                     instance.instanced ? nullptr : instance.placed)) {
     return Status::OutOfMemory(
@@ -312,7 +300,7 @@ Status EmbreeAccel::BuildStatic(const Scene& scene, const std::vector<AccelInsta
       if (instances[i].instanced) {
         RTCGeometry geometry = rtcGetGeometry(static_scene_.get(), static_cast<unsigned>(i));
         rtcRetainGeometry(geometry);
-        instanced_.push_back({static_cast<uint32_t>(i), GeometryHandle(geometry), &mesh});
+        instanced_.push_back({static_cast<uint32_t>(i), EmbreeGeometry(geometry), &mesh});
       }
     }
   }
@@ -329,20 +317,20 @@ Status EmbreeAccel::BuildInstanced(const Scene& scene,
     if (!instances[i].instanced || mesh.indices.empty()) {
       continue;
     }
-    SceneHandle& mesh_scene = mesh_scenes_[2 * mesh_index + (instances[i].see_through ? 1 : 0)];
+    EmbreeScene& mesh_scene = mesh_scenes_[2 * mesh_index + (instances[i].see_through ? 1 : 0)];
     if (!mesh_scene) {
       mesh_scene = NewScene(RTC_BUILD_QUALITY_MEDIUM, RTC_SCENE_FLAG_NONE);
       STILLRAY_RETURN_IF_ERROR(AddMesh(mesh_scene.get(), mesh, mat4(1.0f), instances[i], 0));
       STILLRAY_RETURN_IF_ERROR(Commit(mesh_scene.get(), mesh.name.c_str()));
     }
-    GeometryHandle geometry(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE));
+    EmbreeGeometry geometry(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE));
     rtcSetGeometryInstancedScene(geometry.get(), mesh_scene.get());
     rtcSetGeometryTimeStepCount(geometry.get(), 1);
     rtcAttachGeometryByID(top_scene_.get(), geometry.get(), static_cast<uint32_t>(i));
     instanced_.push_back({static_cast<uint32_t>(i), std::move(geometry), &mesh});
   }
   static_id_ = static_cast<uint32_t>(instances.size());
-  const GeometryHandle fixed(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE));
+  const EmbreeGeometry fixed(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE));
   rtcSetGeometryInstancedScene(fixed.get(), static_scene_.get());
   rtcSetGeometryTimeStepCount(fixed.get(), 1);
   rtcCommitGeometry(fixed.get());

@@ -1,22 +1,25 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Renderers with one light sampling strategy, for tests, or that record their rays, for
-/// benchmarks.
+/// Renderers with one light sampling strategy, for tests, or with another Accel, for benchmarks.
 #pragma once
 
+#include <functional>
 #include <memory>
 
-#include "render/ray_recorder.h"
+#include "render/accel.h"
 #include "render/trace_context.h"
 
 namespace stillray::render {
 
+/// Returns the Accel to trace with in place of the given one.
+using WrapAccel = std::function<std::unique_ptr<Accel>(std::unique_ptr<Accel>)>;
+
 /// Renderer::Create with a light sampling strategy.
-/// \param logs  if not null, receives all rays and must outlive the renderer; frames must then be
-///     rendered on one thread
+/// \param wrap_accel  called once, with the scene's Accel; empty: the renderer uses that one
 Result<std::unique_ptr<Renderer>> CreateRenderer(const Scene& scene, const RenderSettings& settings,
-                                                 LightStrategy strategy, RayLogs* logs = nullptr,
+                                                 LightStrategy strategy,
+                                                 const WrapAccel& wrap_accel = {},
                                                  const KeepGoing& keep_going = {});
 
 }  // namespace stillray::render

@@ -88,7 +88,7 @@ class PathTracer final : public Renderer {
         lights_(state_),
         filter_(state_) {}
 
-  Status Build(RayLogs* logs, const KeepGoing& keep_going);
+  Status Build(const WrapAccel& wrap_accel, const KeepGoing& keep_going);
   Status SetSettings(const RenderSettings& settings) override;
   const RenderSettings& settings() const override { return settings_; }
   Status RenderFrame(const RenderMoment& moment, Frame* frame,
@@ -132,14 +132,14 @@ class PathTracer final : public Renderer {
   tbb::enumerable_thread_specific<std::unique_ptr<TileScratch>> scratch_;
 };
 
-Status PathTracer::Build(RayLogs* logs, const KeepGoing& keep_going) {
+Status PathTracer::Build(const WrapAccel& wrap_accel, const KeepGoing& keep_going) {
   state_.Update(0.0, 0.0);
   Result<std::unique_ptr<Accel>> accel = Accel::Create(
       state_.scene(), DescribeInstances(state_), state_.InstanceTransforms(), filter_, keep_going);
   if (!accel.ok()) {
     return accel.status();
   }
-  accel_ = logs == nullptr ? std::move(*accel) : MakeRecordingAccel(std::move(*accel), logs);
+  accel_ = wrap_accel ? wrap_accel(std::move(*accel)) : std::move(*accel);
   lights_.Update(true);
   return Status::Ok();
 }
@@ -385,13 +385,14 @@ Status PathTracer::RenderReference(const RenderMoment& moment, int spp, Image3* 
 }  // namespace
 
 Result<std::unique_ptr<Renderer>> CreateRenderer(const Scene& scene, const RenderSettings& settings,
-                                                 LightStrategy strategy, RayLogs* logs,
+                                                 LightStrategy strategy,
+                                                 const WrapAccel& wrap_accel,
                                                  const KeepGoing& keep_going) {
   STILLRAY_RETURN_IF_ERROR(ValidateRenderSettings(settings));
   STILLRAY_RETURN_IF_ERROR(CheckScene(scene));
   try {
     auto renderer = std::make_unique<PathTracer>(scene, settings, strategy);
-    STILLRAY_RETURN_IF_ERROR(renderer->Build(logs, keep_going));
+    STILLRAY_RETURN_IF_ERROR(renderer->Build(wrap_accel, keep_going));
     return std::unique_ptr<Renderer>(std::move(renderer));
   } catch (const std::bad_alloc&) {
     return Status::OutOfMemory("preparing the scene: out of memory");
@@ -405,7 +406,7 @@ namespace stillray {
 Result<std::unique_ptr<Renderer>> Renderer::Create(const Scene& scene,
                                                    const RenderSettings& settings,
                                                    const KeepGoing& keep_going) {
-  return render::CreateRenderer(scene, settings, render::LightStrategy::kBoth, nullptr, keep_going);
+  return render::CreateRenderer(scene, settings, render::LightStrategy::kBoth, {}, keep_going);
 }
 
 }  // namespace stillray

@@ -103,9 +103,9 @@ class FakeJob {
 
  private:
   static void Wait(const std::atomic<bool>* flag) {
-    const LoopClock::time_point limit = LoopClock::now() + std::chrono::seconds(20);
+    const Clock::time_point limit = Clock::now() + std::chrono::seconds(20);
     while (!*flag) {
-      ASSERT_LT(LoopClock::now(), limit) << "making and writing do not overlap";
+      ASSERT_LT(Clock::now(), limit) << "making and writing do not overlap";
       std::this_thread::yield();
     }
   }
@@ -229,7 +229,7 @@ TEST_P(FrameLoops, StopsBetweenFramesAndFinishesTheOneThatIsWritten) {
 // Ten seconds a frame: the state is saved behind the fourth frame, and 31 s after that.
 TEST_P(FrameLoops, SavesTheStateEveryThirtySeconds) {
   FakeJob job;
-  LoopClock::time_point time;
+  Clock::time_point time;
   std::vector<size_t> saved_at;
   LoopOptions options = Frames(0, 12, GetParam());
   options.now = [&] { return time; };
@@ -271,8 +271,8 @@ TEST(FrameLoop, PollFinishesAFrameThatIsReady) {
   FakeJob job;
   FrameLoop<FakeJob> loop(&job, Frames(0, 2, true));
   job.poll = [&] {
-    const LoopClock::time_point limit = LoopClock::now() + std::chrono::seconds(20);
-    while (job.made.size() == 1 && job.order.empty() && LoopClock::now() < limit) {
+    const Clock::time_point limit = Clock::now() + std::chrono::seconds(20);
+    while (job.made.size() == 1 && job.order.empty() && Clock::now() < limit) {
       STILLRAY_RETURN_IF_ERROR(loop.Poll());
     }
     EXPECT_EQ(job.order.size(), job.made.size());

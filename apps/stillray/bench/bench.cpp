@@ -3,7 +3,6 @@
 
 // stillray bench: milliseconds of every stage, beside what limits them, in one run.
 #include <algorithm>
-#include <chrono>
 #include <memory>
 #include <string>
 #include <utility>
@@ -26,6 +25,7 @@
 #include "common/json_output.h"
 #include "common/progress.h"
 #include "common/trace_device.h"
+#include "core/clock.h"
 #include "render/render_options.h"
 #include "stillray/io.h"
 #include "stillray/scene.h"
@@ -125,11 +125,10 @@ Status ForFrames(const BenchArguments& a, const RenderOptions& options, const st
   Progress progress(frames, stderr);
   Frame frame;
   for (int i = 1; i <= frames; ++i) {
-    const auto start = std::chrono::steady_clock::now();
+    const Clock::time_point start = Clock::now();
     STILLRAY_RETURN_IF_ERROR(
         renderer->RenderFrame(MomentOf(options, i), &frame, [](double) { return !Interrupted(); }));
-    const double ms =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    const double ms = MillisecondsSince(start);
     STILLRAY_RETURN_IF_ERROR(use(frame, ms, i > a.warm_up));
     progress.Update(i, fmt::format("{} frame {}", text, i));
   }

@@ -10,6 +10,7 @@
 
 #include "common/console.h"
 #include "common/device_option.h"
+#include "core/median.h"
 
 namespace stillray {
 namespace {

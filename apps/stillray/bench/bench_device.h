@@ -9,7 +9,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "denoise/device_bench.h"
+#include "benchmarks/device_bench.h"
 
 namespace stillray {
 

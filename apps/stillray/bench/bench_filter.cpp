@@ -3,7 +3,6 @@
 #include "bench/bench_filter.h"
 
 #include <algorithm>
-#include <chrono>
 #include <map>
 #include <string_view>
 
@@ -11,16 +10,12 @@
 #include <tbb/task_arena.h>
 #include <nlohmann/json.hpp>
 
+#include "core/clock.h"
+#include "core/median.h"
 #include "core/one_signal.h"
 
 namespace stillray {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double Milliseconds(Clock::time_point since) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - since).count();
-}
 
 /// Least bytes per pixel that a filter must read and write when everything is fused and stored in
 /// halves: albedo, depth, normal, motion 16, the last frame's depth and normal 8, its picture 8,
@@ -67,9 +62,7 @@ double Times::Min() const {
 }
 
 double Times::Median() const {
-  std::vector<double> sorted = ms;
-  std::sort(sorted.begin(), sorted.end());
-  return sorted.empty() ? 0 : sorted[sorted.size() / 2];
+  return stillray::Median(ms);
 }
 
 Status FilterBench::Add(const FilterSubject& subject) {
@@ -92,7 +85,7 @@ Status FilterBench::RunEntry(const Frame& frame, bool record, Entry* entry) {
   Status status = Status::Ok();
   const Clock::time_point start = Clock::now();
   entry->arena->execute([&] { status = entry->denoiser.Denoise(frame, &entry->out); });
-  const double whole = Milliseconds(start);
+  const double whole = MillisecondsSince(start);
   STILLRAY_RETURN_IF_ERROR(status);
   if (!record) {
     return status;

@@ -4,21 +4,20 @@
 #include "bench/bench_frames.h"
 
 #include <algorithm>
-#include <chrono>
 #include <numeric>
 #include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "benchmarks/device_bench.h"
 #include "common/device_option.h"
-#include "denoise/device_bench.h"
+#include "core/clock.h"
+#include "core/median.h"
 #include "denoise/device_denoiser.h"
 
 namespace stillray {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 /// Frames per second: of all frames together, of the slowest, of the fastest.
 struct Rate {
@@ -141,7 +140,7 @@ Status FramesBench::Run(const Frame& frame, const PartTime& traced, bool record)
     }
     PartTime filtered;
     if (!entry.denoiser.empty()) {
-      filtered.wall = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+      filtered.wall = MillisecondsSince(start);
       filtered.device = DeviceTimeOf(entry.denoiser.front(), entry.out);
     }
     if (record) {

@@ -3,10 +3,12 @@
 #include "bench/bench_tracer.h"
 
 #include <algorithm>
-#include <chrono>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+
+#include "core/clock.h"
+#include "core/median.h"
 
 namespace stillray {
 namespace {
@@ -15,17 +17,6 @@ using render::kRayCallCount;
 using render::kRayPhaseCount;
 using render::RayCall;
 using render::RayPhase;
-
-using Clock = std::chrono::steady_clock;
-
-double Milliseconds(Clock::time_point since) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - since).count();
-}
-
-double MedianOf(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values.empty() ? 0 : values[values.size() / 2];
-}
 
 double MinOf(const std::vector<double>& values) {
   return values.empty() ? 0 : *std::min_element(values.begin(), values.end());
@@ -75,13 +66,13 @@ Status TracerBench::MeasureLoading(const std::string& spec, const RenderSettings
     if (!scene.ok()) {
       return scene.status();
     }
-    load_ms_.push_back(Milliseconds(start));
+    load_ms_.push_back(MillisecondsSince(start));
     const Clock::time_point loaded = Clock::now();
     const Result<std::unique_ptr<Renderer>> renderer = Renderer::Create(*scene, settings);
     if (!renderer.ok()) {
       return renderer.status();
     }
-    build_ms_.push_back(Milliseconds(loaded));
+    build_ms_.push_back(MillisecondsSince(loaded));
   }
   return Status::Ok();
 }
@@ -118,9 +109,9 @@ std::string TracerBench::Table() const {
   std::string text = fmt::format(
       "scene: loaded in {:.1f} ms, BVH and tables in {:.1f} ms (least of {})\n"
       "tracing: {:.1f} ms per frame (min {:.1f}); of all threads together",
-      MinOf(load_ms_), MinOf(build_ms_), load_ms_.size(), MedianOf(frame_ms_), MinOf(frame_ms_));
+      MinOf(load_ms_), MinOf(build_ms_), load_ms_.size(), Median(frame_ms_), MinOf(frame_ms_));
   for (const auto& [name, ms] : times_) {
-    text += fmt::format(" {} {:.2f}", name, MedianOf(ms));
+    text += fmt::format(" {} {:.2f}", name, Median(ms));
   }
   text += fmt::format("\n\n{:<24}{:>10}{:>12}{:>12}{:>8}   {}\n", "million rays/s, thread", "rays",
                       "tracer", "Embree", "part", "call");
@@ -140,7 +131,7 @@ nlohmann::ordered_json TracerBench::Json() const {
   using Json = nlohmann::ordered_json;
   Json times = Json::object();
   for (const auto& [name, ms] : times_) {
-    times[name] = {{"min_ms", MinOf(ms)}, {"median_ms", MedianOf(ms)}};
+    times[name] = {{"min_ms", MinOf(ms)}, {"median_ms", Median(ms)}};
   }
   Json rays = Json::object();
   for (size_t p = 0; p < phases_.size(); ++p) {
@@ -152,9 +143,9 @@ nlohmann::ordered_json TracerBench::Json() const {
                                 {"part", Ratio(MaxOf(phase.rates), MaxOf(phase.bare_rates))},
                                 {"embree_call", RayCallName(phase.best)}};
   }
-  return {{"load_ms", MinOf(load_ms_)},      {"build_ms", MinOf(build_ms_)},
-          {"frame_ms", MedianOf(frame_ms_)}, {"frame_min_ms", MinOf(frame_ms_)},
-          {"phases_of_all_threads", times},  {"rays", rays}};
+  return {{"load_ms", MinOf(load_ms_)},     {"build_ms", MinOf(build_ms_)},
+          {"frame_ms", Median(frame_ms_)},  {"frame_min_ms", MinOf(frame_ms_)},
+          {"phases_of_all_threads", times}, {"rays", rays}};
 }
 
 }  // namespace stillray

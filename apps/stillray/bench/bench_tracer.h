@@ -13,7 +13,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "render/ray_bench.h"
+#include "benchmarks/ray_bench.h"
 
 namespace stillray {
 

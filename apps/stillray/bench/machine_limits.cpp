@@ -3,7 +3,6 @@
 #include "bench/machine_limits.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstring>
 
 #include <tbb/parallel_for.h>
@@ -14,6 +13,8 @@
 #include <hwy/foreach_target.h>  // IWYU pragma: keep
 
 #include <hwy/highway.h>
+
+#include "core/clock.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace stillray {
@@ -66,12 +67,6 @@ namespace {
 
 HWY_EXPORT(MultiplyAdd);
 
-using Clock = std::chrono::steady_clock;
-
-double Seconds(Clock::time_point since) {
-  return std::chrono::duration<double>(Clock::now() - since).count();
-}
-
 }  // namespace
 
 const char* InstructionSet() {
@@ -83,10 +78,10 @@ double MultiplyAddsPerSecond() {
   float sink = 1;
   const Clock::time_point start = Clock::now();
   int64_t done = 0;
-  while (Seconds(start) < 2e-3) {
+  while (SecondsSince(start) < 2e-3) {
     done += HWY_DYNAMIC_DISPATCH(MultiplyAdd)(2000, &sink);
   }
-  return static_cast<double>(done) / Seconds(start);
+  return static_cast<double>(done) / SecondsSince(start);
 }
 
 CopyTest::CopyTest(size_t bytes) : from_(bytes / 2, 1), to_(bytes / 2, 0) {}
@@ -98,7 +93,7 @@ double CopyTest::Run() {
   tbb::parallel_for(size_t{0}, (n + block - 1) / block, [&](size_t i) {
     std::memcpy(to_.data() + i * block, from_.data() + i * block, std::min(block, n - i * block));
   });
-  return Seconds(start) * 1e3;
+  return MillisecondsSince(start);
 }
 
 }  // namespace stillray

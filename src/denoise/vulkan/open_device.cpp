@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include "denoise/vulkan/device_bench.h"
 #include "denoise/vulkan/host_denoiser.h"
 
 namespace stillray {
@@ -73,17 +72,6 @@ Result<std::shared_ptr<gpu::Device>> OpenVulkan(const std::string& choice) {
 }
 
 }  // namespace
-
-Result<DeviceBenchResult> BenchOnDevice(const std::string& choice,
-                                        const DeviceBenchOptions& options) {
-  const Result<std::shared_ptr<gpu::Device>> device = OpenVulkan(choice);
-  STILLRAY_RETURN_IF_ERROR(device.status());
-  Result<DeviceBenchResult> result = vulkan::RunDeviceBench(*device, options);
-  if (result.ok()) {
-    result->device = Describe((*device)->info());
-  }
-  return result;
-}
 
 Result<Device> Device::Open(const std::string& choice) {
   if (choice == "cpu") {

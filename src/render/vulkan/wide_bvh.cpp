@@ -7,26 +7,18 @@
 #include <bit>
 #include <cmath>
 #include <new>
-#include <type_traits>
 
 #include <embree3/rtcore.h>
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
+
+#include "render/embree_handles.h"
 
 namespace stillray::render {
 namespace {
 
 constexpr int kWidth = 4;
 constexpr size_t kBuilderAlignment = 16;
-
-struct DeviceRelease {
-  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
-};
-struct BvhRelease {
-  void operator()(RTCBVH bvh) const { rtcReleaseBVH(bvh); }
-};
-using DeviceHandle = std::unique_ptr<std::remove_pointer_t<RTCDevice>, DeviceRelease>;
-using BvhHandle = std::unique_ptr<std::remove_pointer_t<RTCBVH>, BvhRelease>;
 
 /// A node in the memory of Embree's builder: an inner node, or a leaf.
 struct BuiltNode {
@@ -212,7 +204,7 @@ std::vector<RTCBuildPrimitive> MakePrimitives(const std::vector<Aabb>& boxes) {
 
 class EmbreeWideBvhBuilder final : public WideBvhBuilder {
  public:
-  explicit EmbreeWideBvhBuilder(DeviceHandle device) : device_(std::move(device)) {}
+  explicit EmbreeWideBvhBuilder(EmbreeDevice device) : device_(std::move(device)) {}
 
   Result<WideBvh> Build(const std::vector<Aabb>& boxes, int leaf_items, int stack,
                         const std::string& what) override {
@@ -246,7 +238,7 @@ class EmbreeWideBvhBuilder final : public WideBvhBuilder {
       return made;
     }
     std::vector<RTCBuildPrimitive> primitives = MakePrimitives(boxes);
-    const BvhHandle bvh(rtcNewBVH(device_.get()));
+    const EmbreeBvh bvh(rtcNewBVH(device_.get()));
     RTCBuildArguments arguments = rtcDefaultBuildArguments();
     arguments.maxBranchingFactor = kWidth;
     arguments.maxDepth = depth;
@@ -280,13 +272,13 @@ class EmbreeWideBvhBuilder final : public WideBvhBuilder {
     return made;
   }
 
-  DeviceHandle device_;
+  EmbreeDevice device_;
 };
 
 }  // namespace
 
 Result<std::unique_ptr<WideBvhBuilder>> WideBvhBuilder::Create() {
-  DeviceHandle device(rtcNewDevice("start_threads=0,set_affinity=0"));
+  EmbreeDevice device(rtcNewDevice("start_threads=0,set_affinity=0"));
   if (!device) {
     return Status::Unsupported(fmt::format("Embree could not be started: error {}",
                                            static_cast<int>(rtcGetDeviceError(nullptr))));

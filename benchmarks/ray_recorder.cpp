@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#include "render/ray_recorder.h"
+#include "benchmarks/ray_recorder.h"
 
 #include <utility>
 

@@ -1,17 +1,39 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-#include "denoise/device_bench.h"
+#include "benchmarks/device_bench.h"
 
 #include <algorithm>
+#include <memory>
 
 #include <fmt/format.h>
 
+#ifdef STILLRAY_WITH_VULKAN
+#include "benchmarks/vulkan_device_bench.h"
+#include "core/median.h"
+#include "denoise/vulkan/host_denoiser.h"
+#endif
+
 namespace stillray {
 
-double Median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values.empty() ? 0 : values[values.size() / 2];
+Result<DeviceBenchResult> BenchOnDevice(const std::string& choice,
+                                        const DeviceBenchOptions& options) {
+  const Result<Device> device = Device::Open(choice);
+  STILLRAY_RETURN_IF_ERROR(device.status());
+#ifdef STILLRAY_WITH_VULKAN
+  const auto backend = std::dynamic_pointer_cast<vulkan::VulkanBackend>(BackendOf(*device));
+  if (backend != nullptr) {
+    Result<DeviceBenchResult> result = vulkan::RunDeviceBench(backend->device(), options);
+    if (result.ok()) {
+      result->device = device->description();
+    }
+    return result;
+  }
+#else
+  static_cast<void>(options);
+#endif
+  return Status::Unsupported(
+      fmt::format("{}: no device with timestamps of its own", device->description()));
 }
 
 std::string DeviceBenchTable(const DeviceBenchOptions& o, const DeviceBenchResult& r) {

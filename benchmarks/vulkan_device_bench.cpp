@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-#include "denoise/vulkan/device_bench.h"
+#include "benchmarks/vulkan_device_bench.h"
 
 #include <algorithm>
 #include <cmath>

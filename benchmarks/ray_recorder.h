@@ -8,8 +8,8 @@
 #include <memory>
 #include <vector>
 
+#include "benchmarks/ray_bench.h"
 #include "render/accel.h"
-#include "render/ray_bench.h"
 
 namespace stillray::render {
 

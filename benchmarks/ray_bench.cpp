@@ -1,11 +1,10 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#include "render/ray_bench.h"
+#include "benchmarks/ray_bench.h"
 
 #include <algorithm>
 #include <cstring>
 #include <string>
-#include <type_traits>
 #include <utility>
 
 #include <embree3/rtcore.h>
@@ -13,21 +12,13 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include "benchmarks/ray_recorder.h"
 #include "render/create_renderer.h"
-#include "render/ray_recorder.h"
+#include "render/embree_handles.h"
 #include "render/tiles.h"
 
 namespace stillray::render {
 namespace {
-
-struct DeviceRelease {
-  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
-};
-struct SceneRelease {
-  void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
-};
-using DeviceHandle = std::unique_ptr<std::remove_pointer_t<RTCDevice>, DeviceRelease>;
-using SceneHandle = std::unique_ptr<std::remove_pointer_t<RTCScene>, SceneRelease>;
 
 /// Rays that one task takes: about as many as the tracer has at hand at a time.
 constexpr size_t kTask = 4096;
@@ -201,8 +192,8 @@ class EmbreeRayBench final : public RayBench {
   RayRun Run(RayPhase phase, RayCall call) const override;
 
  private:
-  DeviceHandle device_;
-  SceneHandle scene_;
+  EmbreeDevice device_;
+  EmbreeScene scene_;
   RayLogs logs_;
 };
 
@@ -252,8 +243,9 @@ Status EmbreeRayBench::Build(const Scene& scene, double seconds) {
 
 Status EmbreeRayBench::RecordFrame(const Scene& scene, const RenderSettings& settings,
                                    const RenderMoment& moment) {
-  Result<std::unique_ptr<Renderer>> renderer =
-      CreateRenderer(scene, settings, LightStrategy::kBoth, &logs_);
+  Result<std::unique_ptr<Renderer>> renderer = CreateRenderer(
+      scene, settings, LightStrategy::kBoth,
+      [&](std::unique_ptr<Accel> accel) { return MakeRecordingAccel(std::move(accel), &logs_); });
   if (!renderer.ok()) {
     return renderer.status();
   }

@@ -6,7 +6,7 @@
 
 #include <memory>
 
-#include "denoise/device_bench.h"
+#include "benchmarks/device_bench.h"
 #include "gpu/device.h"
 
 namespace stillray::vulkan {
@@ -16,7 +16,7 @@ namespace stillray::vulkan {
 inline constexpr int kLeastSharedBytes = 62;
 inline constexpr int kLeastSignalBytes = 192;
 
-/// See BenchOnDevice; the caller says which device it was.
+/// See BenchOnDevice; `device` of the result is left empty.
 Result<DeviceBenchResult> RunDeviceBench(const std::shared_ptr<gpu::Device>& device,
                                          const DeviceBenchOptions& options);
 

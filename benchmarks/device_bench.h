@@ -43,8 +43,6 @@ struct DeviceBenchResult {
 Result<DeviceBenchResult> BenchOnDevice(const std::string& choice,
                                         const DeviceBenchOptions& options);
 
-double Median(std::vector<double> values);
-
 /// A table for people: medians, least and largest, the ratio to the copy.
 std::string DeviceBenchTable(const DeviceBenchOptions& options, const DeviceBenchResult& result);
 
