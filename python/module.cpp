@@ -486,7 +486,7 @@ void BindDenoiser(py::module_& m) {
            "preset"_a = "default", "threads"_a = 0, "device"_a = "cpu")
       .def("set", &PyDenoiser::Set,
            "Changes settings from the next frame on, as in the constructor. Settings that\n"
-           "contradict each other are told by denoise().")
+           "contradict each other are reported by denoise().")
       .def("set_preset", &PyDenoiser::SetPreset, "preset"_a, "Sets all settings of a preset.")
       .def_property_readonly("settings", &PyDenoiser::Settings, "All settings, as text.")
       .def_property_readonly("threads", &PyDenoiser::threads, "Number of threads.")
@@ -565,7 +565,7 @@ PYBIND11_MODULE(_stillray, m) {
   error.attr("__module__") = "stillray";
   cancelled.attr("__module__") = "stillray";
   error.attr("__doc__") = "What has no counterpart among Python's own exceptions.";
-  cancelled.attr("__doc__") = "The progress function asked to stop.";
+  cancelled.attr("__doc__") = "Cancelled by the progress function.";
   py::register_exception_translator([](std::exception_ptr p) {
     try {
       if (p) {

@@ -206,11 +206,13 @@ void MissingLayersCheck::Conclude(Verdict* verdict) {
                        "motion to the previous frame"));
   }
   if (layout_->Find(Aov::kDepth) == nullptr) {
-    missing("depth_missing", "no layer of depth was found: edges are told by normals and light",
+    missing("depth_missing",
+            "no layer of depth was found: only normals and light stop the filter at edges",
             SettingFor(*layout_, "Data > Z", "linear depth"));
   }
   if (layout_->Find(Aov::kNormal) == nullptr) {
-    missing("normal_missing", "no layer of normals was found: edges are told by depth and light",
+    missing("normal_missing",
+            "no layer of normals was found: only depth and light stop the filter at edges",
             SettingFor(*layout_, "Data > Normal", "world-space normals"));
   }
   if (layout_->Find(Aov::kAlbedo) == nullptr && layout_->Find(Aov::kFallbackAlbedo) == nullptr) {

@@ -317,14 +317,13 @@ void NoteMissingGuides(AovLayout* layout) {
   };
   if (layout->motion_from_cameras) {
     layout->notes.push_back(
-        "no motion: it is derived from depth and the cameras (worldToCamera, worldToNDC); what "
-        "moves "
-        "by itself is not in it");
+        "no motion: it is derived from depth and the cameras (worldToCamera, worldToNDC), without "
+        "the motion of objects");
   } else {
-    note(Aov::kMotion, "every frame is denoised on its own, without history");
+    note(Aov::kMotion, "every frame is denoised separately, without history");
   }
-  note(Aov::kDepth, "edges are told by what is left (normals, light)");
-  note(Aov::kNormal, "edges are told by what is left (depth, light)");
+  note(Aov::kDepth, "only normals and light stop the filter at edges");
+  note(Aov::kNormal, "only depth and light stop the filter at edges");
   if (layout->from_colour && layout->Find(Aov::kFallbackAlbedo) == nullptr) {
     note(Aov::kAlbedo, "textures are filtered together with the light and lose detail");
   } else if (!layout->from_colour) {
@@ -334,8 +333,7 @@ void NoteMissingGuides(AovLayout* layout) {
                       layout->motion.direction == MotionDirection::kFromNext;
   if (steady && layout->Find(Aov::kMotion)) {
     layout->notes.push_back(
-        "motion points to the next frame; its opposite is taken for the way from the previous one, "
-        "which is right where motion is steady");
+        "motion points to the next frame; it is reversed, which is right where motion is steady");
   }
   if (layout->normal.camera_space && layout->Find(Aov::kNormal)) {
     layout->notes.push_back(

@@ -68,7 +68,7 @@ Status DecideLight(const std::string& file, AovLayout* layout) {
                                      [](const AovSource& s) { return IsLight(s.aov); });
   if (!has_colour && !has_light) {
     return Status::NotFound(fmt::format(
-        "{}: no light was found as '{}' names it; --renderer and --aov tell which layers hold it",
+        "{}: no light was found under the names of '{}'; set the layers with --renderer and --aov",
         file, layout->renderer));
   }
   const bool has_diffuse = layout->Find(Aov::kDirectDiffuse) || layout->Find(Aov::kIndirectDiffuse);

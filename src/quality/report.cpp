@@ -119,12 +119,13 @@ void NoteQuality(const Measurements& measurements, std::vector<std::string>* not
     notes->push_back(
         "Quality is measured on the linear radiance of EXR files where a view and the reference "
         "have them, and on the display values of PNG files for every view: numbers of the two "
-        "cannot be set against each other.");
+        "are not comparable.");
   } else {
-    notes->push_back(has_source[report::kLinear]
-                         ? "Quality is measured on the linear radiance of EXR files."
-                         : "Quality is measured on the display values of PNG files, for want of "
-                           "EXR files of the reference and of what is compared with it.");
+    notes->push_back(
+        has_source[report::kLinear]
+            ? "Quality is measured on the linear radiance of EXR files."
+            : "Quality is measured on the display values of PNG files, since there are "
+              "no EXR files of both the reference and a view.");
   }
   if (measurements.without_motion) {
     notes->push_back(

@@ -206,7 +206,7 @@ TEST(CliDenoise, WithoutMotionEveryFrameStandsAlone) {
   second.insert(second.end(), {"-o", folder / "b.####.exr", "--frames", "2"});
   const ProgramRun run = RunProgram(both);
   ASSERT_EQ(run.exit_code, 0) << run.errors;
-  EXPECT_THAT(run.output, HasSubstr("no motion: every frame is denoised on its own"));
+  EXPECT_THAT(run.output, HasSubstr("no motion: every frame is denoised separately"));
   ASSERT_EQ(RunProgram(second).exit_code, 0);
   EXPECT_EQ(ReadText(folder / "a.0002.exr"), ReadText(folder / "b.0002.exr"));
 }

@@ -144,7 +144,7 @@ TEST(AovCameras, AreUsedWhereMotionIsMissing) {
   const Result<AovLayout> layout = UnderstandAovs(image, {"arnold", {}}, "f");
   ASSERT_TRUE(layout.ok()) << layout.status().message();
   EXPECT_TRUE(layout->motion_from_cameras);
-  EXPECT_THAT(AovTable(*layout), ::testing::HasSubstr("what moves by itself is not in it"));
+  EXPECT_THAT(AovTable(*layout), ::testing::HasSubstr("without the motion of objects"));
   const Result<Frame> frame = ImportFrame(image, *layout, {0, 0}, "f");
   ASSERT_TRUE(frame.ok());
   EXPECT_EQ(frame->guides.motion[0](0, 0), 0);

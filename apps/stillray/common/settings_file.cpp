@@ -42,7 +42,7 @@ Status SetLine(std::string_view line, bool first, SettingsFile* file) {
   value = Trim(value);
   if (name == "preset") {
     if (!first) {
-      return Status::BadData("preset stands below other settings, expected it above all");
+      return Status::BadData("preset comes after other settings, expected it before all");
     }
     Result<Settings> preset = PresetSettings(value);
     if (preset.ok()) {

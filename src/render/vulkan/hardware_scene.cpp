@@ -187,7 +187,7 @@ Status HardwareScene::CheckLimits() const {
   for (const TriangleGroup& group : scene_.groups()) {
     if (group.count > limits.most_triangles) {
       return Status::Unsupported(fmt::format(
-          "{}: {} triangles stand still or are of one mesh, ray tracing by hardware takes {}",
+          "{}: {} triangles are static or of one mesh, hardware ray tracing supports {}",
           device_->info().name, group.count, limits.most_triangles));
     }
   }
