@@ -173,6 +173,11 @@ class SequenceDenoiser {
   ///         limit), kUnsupported
   static Result<SequenceDenoiser> Create(const SequenceOptions& options, const Device& device,
                                          const SequenceHooks& hooks);
+  /// The same with a device that is opened after the first file was read: opening one can take
+  /// seconds, and a wrong file is found before.
+  using OpenDevice = std::function<Result<Device>()>;
+  static Result<SequenceDenoiser> Create(const SequenceOptions& options, const OpenDevice& open,
+                                         const SequenceHooks& hooks);
   SequenceDenoiser(SequenceDenoiser&&) noexcept;
   SequenceDenoiser& operator=(SequenceDenoiser&&) noexcept;
   ~SequenceDenoiser();

@@ -92,16 +92,18 @@ Status Impl::ChooseFutures(size_t* held) {
   return Status::Ok();
 }
 
-Status Impl::Prepare(const Device& device) {
+Status Impl::Prepare(const OpenDevice& open) {
   TakeWindowOfResumedRun();
   STILLRAY_RETURN_IF_ERROR(ReadFirstFile());
+  const Result<Device> device = open();
+  STILLRAY_RETURN_IF_ERROR(device.status());
   ChooseOverlap();
   STILLRAY_RETURN_IF_ERROR(ChooseFutures(&futures_held));
   filter.emplace(options, layout, settings);
   STILLRAY_RETURN_IF_ERROR(
-      filter->Prepare(device, futures_held, options.overlap,
+      filter->Prepare(*device, futures_held, options.overlap,
                       [this](const SequenceFile& file) { return LookAhead(file); }));
-  fingerprint = Fingerprint(device);
+  fingerprint = Fingerprint(*device);
   return options.state.keep ? Resume() : Status::Ok();
 }
 
@@ -226,11 +228,18 @@ SequenceDenoiser::~SequenceDenoiser() = default;
 Result<SequenceDenoiser> SequenceDenoiser::Create(const SequenceOptions& options,
                                                   const Device& device,
                                                   const SequenceHooks& hooks) {
+  const OpenDevice open = [&]() -> Result<Device> { return device; };
+  return Create(options, open, hooks);
+}
+
+Result<SequenceDenoiser> SequenceDenoiser::Create(const SequenceOptions& options,
+                                                  const OpenDevice& open,
+                                                  const SequenceHooks& hooks) {
   if (options.files.empty()) {
     return Status::InvalidArgument("a sequence has no files, expected one or more");
   }
   auto impl = std::make_unique<Impl>(options, hooks);
-  STILLRAY_RETURN_IF_ERROR(impl->Prepare(device));
+  STILLRAY_RETURN_IF_ERROR(impl->Prepare(open));
   return SequenceDenoiser(std::move(impl));
 }
 

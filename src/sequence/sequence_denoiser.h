@@ -37,7 +37,7 @@ struct WaitingFrame {
 struct SequenceDenoiser::Impl {
   Impl(const SequenceOptions& chosen, const SequenceHooks& calls);
 
-  Status Prepare(const Device& device);
+  Status Prepare(const OpenDevice& open);
   SequenceEnd Run();
   void RemoveState();
 

@@ -10,6 +10,7 @@
 #include <set>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -407,11 +408,15 @@ TEST(CliRender, ADamagedResumeFileIsNamed) {
   const TemporaryFolder folder;
   const std::string out = folder / "o";
   fs::create_directory(out);
-  const std::string bytes = "stillray resume 1\nxx";
-  ASSERT_TRUE(WriteFileAtomically(out + "/resume.stillray", bytes.data(), bytes.size()).ok());
-  const ProgramRun run = RunProgram(Render(out, {"--frames", "1", "--resume"}));
-  EXPECT_EQ(run.exit_code, 2);
-  EXPECT_THAT(run.errors, HasSubstr("resume.stillray is damaged"));
+  for (const auto& [bytes, message] :
+       {std::pair<std::string, std::string>("xx", "is damaged"),
+        {"stillray resume 3\nxx", "is damaged"},
+        {"stillray resume 1\nxx", "was saved by another version of stillray"}}) {
+    ASSERT_TRUE(WriteFileAtomically(out + "/resume.stillray", bytes.data(), bytes.size()).ok());
+    const ProgramRun run = RunProgram(Render(out, {"--frames", "1", "--resume"}));
+    EXPECT_EQ(run.exit_code, 2);
+    EXPECT_THAT(run.errors, HasSubstr("resume.stillray " + message));
+  }
 }
 
 TEST(CliRender, VideoHasAllFrames) {

@@ -244,6 +244,19 @@ INSTANTIATE_TEST_SUITE_P(Windows, SequenceDenoisers,
                          ::testing::Values(Window::kPast, Window::kBoth),
                          [](const auto& info) { return std::string(WindowName(info.param)); });
 
+TEST(SequenceDenoiser, NoDeviceIsOpenedForAFileThatCannotBeRead) {
+  SequenceOptions options;
+  options.files.push_back({1, "/nonexistent/in.exr", "/nonexistent/out.exr"});
+  options.settings = PresetSettings("default").value();
+  bool opened = false;
+  const SequenceDenoiser::OpenDevice open = [&]() -> Result<Device> {
+    opened = true;
+    return Device();
+  };
+  EXPECT_EQ(SequenceDenoiser::Create(options, open, {}).status().code(), StatusCode::kNotFound);
+  EXPECT_FALSE(opened);
+}
+
 TEST(SequenceDenoiser, NoFilesAreRefused) {
   EXPECT_EQ(SequenceDenoiser::Create({}, Device(), {}).status().code(),
             StatusCode::kInvalidArgument);

@@ -140,10 +140,10 @@ void DenoiseRun::PrintStart() const {
 }
 
 Status DenoiseRun::Prepare() {
-  const Result<Device> device =
-      OpenDeviceOption(options_.text.device, options_.text.verbose, "denoising");
-  STILLRAY_RETURN_IF_ERROR(device.status());
-  Result<SequenceDenoiser> sequence = SequenceDenoiser::Create(options_.sequence, *device, Hooks());
+  const SequenceDenoiser::OpenDevice open = [this] {
+    return OpenDeviceOption(options_.text.device, options_.text.verbose, "denoising");
+  };
+  Result<SequenceDenoiser> sequence = SequenceDenoiser::Create(options_.sequence, open, Hooks());
   STILLRAY_RETURN_IF_ERROR(sequence.status());
   sequence_.emplace(std::move(sequence.value()));
   resumed_at_ = sequence_->finished();
