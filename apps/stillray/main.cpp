@@ -31,7 +31,7 @@ int ReportError(const Status& status) {
 
 namespace {
 
-/// Threads that cannot be started are the machine's fault; what else throws such an error is ours.
+/// If threads cannot be created the machine is at fault; other such errors are defects of stillray.
 Status OfSystem(const std::system_error& error) {
   if (error.code() == std::errc::resource_unavailable_try_again) {
     return Status::OutOfMemory(fmt::format(
@@ -75,7 +75,7 @@ int Main(int argc, char** argv) {
   return exit_code;
 }
 
-/// Findings of a check that went nowhere are no result either.
+/// Lost output of findings is an error, too.
 int WithOutputWritten(int exit_code) {
   const int error = OutputError();
   if (error == 0 || (exit_code != kExitOk && exit_code != kExitFindings)) {
@@ -89,7 +89,7 @@ int WithOutputWritten(int exit_code) {
 }  // namespace stillray
 
 int main(int argc, char** argv) {
-  // A write past a limit on file sizes then fails with a message instead of ending the program.
+  // A write beyond the file size limit then fails with a message instead of ending the program.
   std::signal(SIGXFSZ, SIG_IGN);
   stillray::OccupyClosedStreams();
   stillray::KeepCommandLine(argc, argv);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Work that goes on beside the caller's: the next file is read and the last one written while a
-/// frame is filtered.
+/// Work in the background: the next file is read and the last one written while a frame is
+/// filtered.
 #pragma once
 
 #include <chrono>
@@ -13,16 +13,16 @@
 
 namespace stillray {
 
-/// One piece of work at a time, whose result is fetched later. What the work refers to must live
+/// Runs one task at a time, whose result is fetched later. Data that the task refers to must live
 /// until then; the destructor waits for it. Not thread-safe itself.
 template <typename T>
 class Background {
  public:
-  /// Starts `work`; nothing may be under way. With `own_thread` false, and where the system has no
-  /// thread left, it is done when it is asked for.
+  /// Starts `work`; no other task may be pending. With `own_thread` false, and if the system cannot
+  /// create a thread, it runs in Take().
   template <typename Work>
   void Start(bool own_thread, Work work) {
-    // Shared, so that it is still there when no thread could be made for it.
+    // Shared, so that it still exists if no thread could be created for it.
     const auto shared = std::make_shared<Work>(std::move(work));
     if (own_thread) {
       try {
@@ -34,14 +34,14 @@ class Background {
     result_ = std::async(std::launch::deferred, [shared] { return (*shared)(); });
   }
 
-  /// Whether something was started and its result has not been fetched.
+  /// Whether a task was started and its result has not been fetched.
   bool under_way() const { return result_.valid(); }
   /// Whether Take() returns at once.
   bool ready() const {
     return result_.valid() &&
            result_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
   }
-  /// Waits for the result. Only while under_way(). Throws what the work threw.
+  /// Waits for the result. Only while under_way(). Rethrows exceptions of the task.
   T Take() { return result_.get(); }
 
  private:

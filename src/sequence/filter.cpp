@@ -104,7 +104,7 @@ void SequenceFilter::SetPrevious(SequenceFrame frame) {
   previous_ = std::move(frame);
 }
 
-/// The history of the light, and behind it that of its parts. The last 8 bytes are the size of the
+/// The history of the light, followed by that of its parts. The last 8 bytes are the size of the
 /// first.
 Result<std::vector<uint8_t>> SequenceFilter::SaveHistory() const {
   Result<std::vector<uint8_t>> saved = denoiser_->SaveHistory();

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// The denoisers of one sequence: forward, backward for the future, and of the light passes, with
-/// one history that starts again at cuts and gaps.
+/// one history that restarts at cuts and gaps.
 #pragma once
 
 #include <cstdint>
@@ -25,38 +25,39 @@ class SequenceFilter {
   SequenceFilter(const SequenceOptions& options, const AovLayout& layout, const Settings& settings)
       : options_(options), layout_(layout), settings_(settings) {}
 
-  /// Makes the denoisers, all on one device.
+  /// Creates the denoisers, all on one device.
   /// \param held  frames whose future is held at once; only for Window::kBoth with history
   /// \param ahead, step  see FuturePass
   Status Prepare(const Device& device, size_t held, bool ahead, FuturePass::Step step);
 
-  /// Denoises frame options.files[at]. History is dropped where it belongs to something else:
-  /// behind a gap in the numbers and at a cut. \param frame   [in,out] its motion is completed, its
-  /// parts are taken \param report  what is found is entered; its name stands in messages \param
-  /// layers  the light layers; empty without SequenceOptions::passes
+  /// Denoises frame options.files[at]. The history is dropped after a gap in the numbers and at a
+  /// cut.
+  /// \param frame   [in,out] its motion is completed, its parts are moved from
+  /// \param report  its name is used in messages; receives the results
+  /// \param layers  [out] the light layers; empty without SequenceOptions::passes
   Status Filter(SequenceFrame* frame, size_t at, FrameReport* report, Image3* colour,
                 std::vector<NewLayer>* layers);
 
   /// Sets the frame that the next one is linked to; only its guides are kept.
   void SetPrevious(SequenceFrame frame);
-  /// The same for a frame as it was read, whose light is in the history already.
+  /// The same for a frame as read, whose light is already in the history.
   void Skip(SequenceFrame frame);
 
-  /// Files whose light is in the history, from the first.
+  /// Number of files whose light is in the history.
   size_t frames() const { return frames_; }
   /// The histories of all denoisers.
   Result<std::vector<uint8_t>> SaveHistory() const;
-  /// \param frames  files whose light it has
+  /// \param frames  number of files whose light it includes
   /// \param name    of the file that it comes from, for messages
   /// \return kBadData
   Status RestoreHistory(std::span<const uint8_t> bytes, size_t frames, const std::string& name);
 
   bool has_future() const { return future_.has_value(); }
   bool motion_was_seen() const { return motion_was_seen_; }
-  /// Why frames are filtered on the CPU after all; see Denoiser::remark().
+  /// Why frames are filtered on the CPU instead; see Denoiser::remark().
   const std::string& remark() const;
   size_t memory_bytes() const;
-  DeviceMemory device_memory() const;  ///< of that what lies on a device
+  DeviceMemory device_memory() const;  ///< the part of it on a device
 
  private:
   Link LinkFrame(SequenceFrame* frame, FrameReport* report);

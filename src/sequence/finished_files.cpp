@@ -21,8 +21,9 @@
 namespace stillray {
 namespace {
 
-/// Where headers and the last pixels lie: a file that a power cut left empty, in part or as zeros
-/// differs there, and so do pictures of other settings.
+/// Size of the parts that are compared, at both ends of a file, which hold headers and the last
+/// pixels: they differ in a file that a power failure left empty, truncated or zeroed, and in
+/// pictures of other settings.
 constexpr size_t kEndBytes = 4096;
 
 Status ReadError(const std::string& path, int error_number) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The loop of every run over frames: each is made on the caller's thread while the one before it
-/// is written on a thread of its own. A state is saved every 30 seconds and when the run stops.
+/// The loop over the frames of a run: each is made on the caller's thread while the previous one is
+/// written on another thread. A state is saved every 30 seconds and when the run stops.
 #pragma once
 
 #include <chrono>
@@ -22,7 +22,7 @@ struct LoopOptions {
   size_t begin = 0;
   size_t end = 0;       ///< behind the last frame
   bool overlap = true;  ///< else a frame is written before the next is made, on the same thread
-  /// The state of a run that dies is not older, unless a single frame takes longer.
+  /// Maximum age of the saved state if the process dies, unless a single frame takes longer.
   std::chrono::seconds save_interval{30};
   /// Polled before every frame; false stops with kCancelled. May be empty.
   std::function<bool()> keep_going;
@@ -37,7 +37,7 @@ struct WriteResult {
 
 struct LoopEnd {
   Status status;       ///< why the loop stopped; kOk: all frames are written
-  bool saved = false;  ///< whether the state behind the last frame was saved when it stopped
+  bool saved = false;  ///< whether the state after the last frame was saved when it stopped
   Status save_status;  ///< why it could not be saved
 };
 
@@ -61,7 +61,7 @@ class FrameLoop {
   FrameLoop(Job* job, LoopOptions options)
       : job_(*job), options_(std::move(options)), last_save_(options_.now()) {}
 
-  /// Runs all frames. To be called once.
+  /// Runs all frames. Call it once.
   LoopEnd Run() {
     for (size_t at = options_.begin; at < options_.end; ++at) {
       const bool stop = options_.keep_going && !options_.keep_going();
@@ -81,7 +81,7 @@ class FrameLoop {
     Picture* picture = &pictures_[at % 2];
     STILLRAY_RETURN_IF_ERROR(job_.Make(at, picture));
     unwritten_.push_back(picture);
-    // The frame before; from here on `picture` is the only one.
+    // The previous frame; from here on `picture` is the only one.
     STILLRAY_RETURN_IF_ERROR(FinishWriting());
     StartWriting(picture);
     const bool last = at + 1 == options_.end;
@@ -103,7 +103,7 @@ class FrameLoop {
     });
   }
 
-  /// Waits for the frame that is being written, if there is one. It counts as written from here on.
+  /// Waits for the frame that is being written, if there is one, which then counts as written.
   Status FinishWriting() {
     if (!writing_.under_way()) {
       return Status::Ok();
@@ -120,10 +120,10 @@ class FrameLoop {
     return saved;
   }
 
-  /// Saves the state, so that the run can go on from here.
+  /// Saves the state, so that the run can be resumed from here.
   LoopEnd Stop(Status reason) {
     LoopEnd end;
-    // An error of an earlier frame comes first.
+    // An error of an earlier frame has priority.
     const Status written = FinishWriting();
     end.status = written.ok() ? std::move(reason) : written;
     if (job_.CanSave()) {
@@ -136,9 +136,9 @@ class FrameLoop {
   Job& job_;
   LoopOptions options_;
   Picture pictures_[2];
-  std::vector<Picture*> unwritten_;  ///< made and not written, in their order
+  std::vector<Picture*> unwritten_;  ///< made but not written, in order
   Clock::time_point last_save_;
-  Background<WriteResult> writing_;  ///< last, so that its work ends before what it uses is freed
+  Background<WriteResult> writing_;  ///< last, so that its task ends before its data is freed
 };
 
 }  // namespace stillray

@@ -13,7 +13,7 @@ namespace {
 
 constexpr size_t kMaxFileBytes = size_t{4} << 30;
 
-/// Motion that holds the shift of the sample points was converted without the neighbour's.
+/// Motion that includes jitter was converted without the neighbour's jitter.
 void AddJitter(const MotionConvention& convention, const Frame& neighbour, Image2* motion) {
   if (!convention.jittered || (neighbour.jitter_x == 0 && neighbour.jitter_y == 0)) {
     return;

@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Frames of a sequence as they are read from EXR files, and the links between neighbours. The pass
-/// that goes forward and the one that goes backward use the same tests, so that both find the same
-/// cuts.
+/// Frames of a sequence as read from EXR files, and the links between neighbours. The forward and
+/// the backward pass use the same tests, so that both find the same cuts.
 #pragma once
 
 #include <optional>
@@ -15,26 +14,26 @@
 
 namespace stillray {
 
-/// A file's bytes and what they hold: the bytes are needed again to write it.
+/// A file's bytes, which are needed again for writing, and its content.
 struct LoadedFile {
   std::string bytes;
   ExrExtent extent;
   ExrImage image;
-  StoredPixels stored;  ///< where it was asked for
+  StoredPixels stored;  ///< if requested
 };
 
-/// \param to_write  whether the pixels as they are stored are kept besides
+/// \param to_write  also keep the pixels as stored
 /// \return kNotFound, kBadData, kOutOfMemory (above the memory limit), ... naming the file
 Result<LoadedFile> LoadFile(const std::string& path, const SequenceOptions& options, bool to_write);
 
 struct SequenceFrame {
   std::string bytes;    ///< of the file
   StoredPixels stored;  ///< of the file
-  /// Its motion misses the jitter of the frame before until LinkToPrevious() has run.
+  /// Its motion lacks the jitter of the previous frame until LinkToPrevious() has run.
   Frame frame;
-  /// Towards the next frame, lacking the next frame's jitter likewise; empty where not told.
+  /// Towards the next frame, lacking that frame's jitter likewise; empty if the file has none.
   Image2 next_motion;
-  std::optional<CameraMatrices> camera;  ///< where motion comes from it
+  std::optional<CameraMatrices> camera;  ///< if motion is derived from it
   std::vector<LightPart> parts;          ///< of the light; with SequenceOptions::passes
 };
 
@@ -42,29 +41,29 @@ struct SequenceFrame {
 Result<SequenceFrame> LoadFrame(const SequenceFile& file, const SequenceOptions& options,
                                 const AovLayout& layout, bool to_write);
 
-/// Frees what a neighbour is not asked for: bytes and light.
+/// Frees the data that neighbours do not need: bytes and light.
 void KeepGuidesOnly(SequenceFrame* frame);
 
 enum class Link {
   kContinues,
-  kGap,      ///< numbers are missing between the two: motion leads to a frame that is not there
+  kGap,      ///< numbers are missing between the two: motion leads to a missing frame
   kResized,  ///< the pictures have different sizes
-  kCut,      ///< the pictures show different things
+  kCut,      ///< the pictures show different scenes
 };
 
-/// Completes the motion of `now`, and tells whether `before` is the frame it points to. Depends on
-/// the two frames alone.
+/// Completes the motion of `now`, and returns whether `before` is the frame to which it points.
+/// Depends on the two frames alone.
 Link LinkToPrevious(const SequenceFrame& before, const AovLayout& layout, SequenceFrame* now);
 
-/// Part of the pixels with a surface that the output "disocclusion" marks; 0 where there is no
-/// surface at all, or no such output.
+/// Fraction of the pixels with a surface that the output "disocclusion" marks; 0 without any
+/// surface, or without that output.
 double PartWithoutHistory(const DenoisedFrame& out, const Frame& frame);
 
 /// Whether motion is zero everywhere.
 bool IsStill(const Image2& motion);
 
-/// Motion of `now` towards `next`, whose own motion is complete: as its file tells it, else found
-/// from the next frame's motion.
+/// Motion of `now` towards `next`, whose own motion is complete: from its file, else derived from
+/// the next frame's motion.
 Image2 MotionToNext(const SequenceFrame& now, const SequenceFrame& next, const AovLayout& layout);
 
 }  // namespace stillray

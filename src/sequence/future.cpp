@@ -31,7 +31,7 @@ Status FuturePass::PlayBackward(const FutureRange& range) {
     if (!now.ok()) {
       return now.status();
     }
-    // The frame's own motion leads back and completes that of the frame before.
+    // The frame's own motion points back and completes that of the previous frame.
     Image2 own_motion = now->frame.guides.motion;
     const bool continues = next && LinkToPrevious(*now, layout_, &*next) == Link::kContinues;
     if (continues) {

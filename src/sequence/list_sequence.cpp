@@ -28,7 +28,7 @@ struct Range {
 
 constexpr std::string_view kExr[] = {".exr"};
 
-/// What is no name of a folder: the user wants another kind of file.
+/// Extensions that are not folder names: the user wants another kind of file.
 constexpr std::string_view kOtherKinds[] = {".png", ".jpg", ".jpeg", ".tif", ".tiff",
                                             ".hdr", ".mp4", ".mov",  ".exr"};
 
@@ -55,7 +55,7 @@ Result<Range> ParseFrames(const std::string& text) {
   return range;
 }
 
-/// In the order given. Numbers come from the names if all have one and they rise.
+/// In the given order. Numbers come from the names if all have one and they increase.
 std::vector<SequenceFile> FilesOfList(const std::vector<std::string>& inputs) {
   std::vector<SequenceFile> files;
   bool numbered = true;

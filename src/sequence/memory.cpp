@@ -16,7 +16,7 @@ namespace {
 constexpr int64_t kBytesPerPixel = 700;
 /// A channel is held once as read and once while it is written.
 constexpr int64_t kBytesPerChannel = 2 * static_cast<int64_t>(sizeof(float));
-/// Window::kBoth: the denoiser that goes backward and its frame, likewise.
+/// Window::kBoth: the backward denoiser and its frame, likewise.
 constexpr int64_t kBytesPerPixelBackward = 700;
 /// Seven planes for each of four signals.
 constexpr int64_t kBytesPerPixelOfFuture = 7 * 4 * static_cast<int64_t>(sizeof(float));
@@ -24,8 +24,8 @@ constexpr int64_t kBytesPerPixelOfFuture = 7 * 4 * static_cast<int64_t>(sizeof(f
 /// Passes: two denoisers of parts, the parts and the new layers; measured and rounded up.
 constexpr int64_t kBytesPerPixelOfPasses = 1100;
 
-/// Where files are read and written beside the filter: the frame that is read, as a file, as its
-/// channels and as planes; the bytes of the one that is written, old and new, and its channels.
+/// For reading and writing in the background: the frame being read, as a file, as its channels and
+/// as planes; the old and new bytes of the one being written, and its channels.
 constexpr int64_t kBytesPerChannelOverlapped = 6 * static_cast<int64_t>(sizeof(float));
 
 int64_t BytesNeeded(const ExrExtent& extent, const SequenceOptions& options) {
@@ -82,7 +82,7 @@ Result<size_t> FuturesThatFit(const ExrExtent& extent, const SequenceOptions& op
   if (options.memory.bytes <= 0) {
     return kFutureBlock;
   }
-  // One is part of what the frame itself needs.
+  // The frame itself already includes one.
   const int64_t left = options.memory.bytes - BytesNeeded(extent, options);
   const int64_t each = kBytesPerPixelOfFuture * extent.pixels;
   return static_cast<size_t>(std::clamp<int64_t>(1 + left / each, 1, kFutureBlock));

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The memory that a sequence takes, planned from the header of a file before any of it is used.
+/// Plans the memory of a sequence from the header of a file, before any of it is allocated.
 #pragma once
 
 #include <cstddef>
@@ -17,14 +17,14 @@ namespace stillray {
 Status CheckMemory(const ExrExtent& extent, const SequenceOptions& options,
                    const std::string& name);
 
-/// Whether one frame may be read and another written while a third of this size is filtered, and
-/// all that within the memory limit.
+/// Checks that one frame can be read and another written while a third of this size is filtered,
+/// within the memory limit.
 /// \return kOutOfMemory, with need and limit
 Status OverlapFits(const ExrExtent& extent, const SequenceOptions& options);
 
-/// Number of frames of this size whose future fits into the memory limit beside everything else;
-/// 1..kFutureBlock.
-/// \return kOutOfMemory if not even one does
+/// Number of frames of this size whose future fits into the memory limit in addition to all other
+/// data; 1..kFutureBlock.
+/// \return kOutOfMemory if not even one fits
 Result<size_t> FuturesThatFit(const ExrExtent& extent, const SequenceOptions& options,
                               const std::string& name);
 

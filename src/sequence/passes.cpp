@@ -30,7 +30,7 @@ void ForEachPixel(int width, int height, const Body& body) {
   });
 }
 
-/// The name of the pictures that hold a signal's light when nothing more happens to it.
+/// The name of the output with a signal's final light.
 const char* FinalLight(const Settings& settings) {
   return settings.wavelet == Wavelet::kOff ? "accumulated" : "filtered";
 }
@@ -53,7 +53,7 @@ bool IsBlack(const Image3& image) {
   return true;
 }
 
-/// What the layer is without, or nullptr if it holds light as it is seen.
+/// The albedo that divides the layer, or nullptr if the layer includes it.
 const Image3* DividedBy(const Frame& frame, const AovLayout& layout, const LightPart& part) {
   const bool divided =
       layout.light_is_divided && part.aov >= Aov::kDirectDiffuse && part.aov < Aov::kDirectVolume;
@@ -63,8 +63,7 @@ const Image3* DividedBy(const Frame& frame, const AovLayout& layout, const Light
   return part.stored_albedo.empty() ? &AlbedoOf(frame.guides, part.kind) : &part.stored_albedo;
 }
 
-/// The part of all estimates that is the member's own, 0..1. Where nothing is estimated, all
-/// belongs to the last.
+/// The member's fraction of all estimates, 0..1. If all are zero, the last one gets everything.
 float Share(const std::vector<Image3>& estimates, size_t member, int c, int x, int y) {
   if (estimates.size() == 1) {
     return 1.0f;
@@ -79,16 +78,16 @@ float Share(const std::vector<Image3>& estimates, size_t member, int c, int x, i
   return std::max(estimates[member][c](x, y), 0.0f) / sum;
 }
 
-/// Colours below this are nearly black: light divided by them would not fit into a half.
+/// Smaller colours are treated as black: light divided by them would not fit into a half.
 constexpr float kLeastDivisor = 1e-3f;
 
-/// Light as a layer without its colour stores it. A black surface has none, though the floor of the
-/// albedo lets the filter leave a trace of its neighbours' light there.
+/// Light as stored in a layer without its colour. A black surface has none, although the minimum
+/// divisor of albedo lets the filter leave a trace of its neighbours' light there.
 float Divided(float seen, float colour) {
   return colour > 0 ? seen / std::max(colour, kLeastDivisor) : 0.0f;
 }
 
-/// What is black has no share in light of others.
+/// Black surfaces get no share of other surfaces' light.
 void TakeFromBlack(const Image3* stored, Image3* estimate) {
   if (stored == nullptr) {
     return;
@@ -111,7 +110,7 @@ void WriteLayers(const Frame& frame, const AovLayout& layout,
   for (size_t i = 0; i < members.size(); ++i) {
     const LightPart& part = *members[i];
     if (part.aov == Aov::kColour) {
-      continue;  // no layer names it: it is in the colour alone
+      continue;  // in no layer: only in the colour
     }
     const Image3& albedo = AlbedoOf(frame.guides, part.kind);
     const Image3* stored = DividedBy(frame, layout, part);
@@ -126,7 +125,7 @@ void WriteLayers(const Frame& frame, const AovLayout& layout,
         if (stored != nullptr) {
           const float divisor = (*stored)[c](x, y);
           layer.values[c](x, y) = Divided(seen, divisor);
-          // What is lost here is what nothing reflects.
+          // Lost here is light that no layer can represent.
           if (!(divisor >= kLeastDivisor)) {
             (*colour)[c](x, y) -= seen - layer.values[c](x, y) * (divisor > 0 ? divisor : 0.0f);
           }
@@ -143,7 +142,7 @@ void AppendNumber(uint64_t number, std::vector<uint8_t>* bytes) {
   bytes->insert(bytes->end(), raw, raw + sizeof(number));
 }
 
-/// Takes a block with its size before it off the front. \return whether there was one
+/// Removes a block and its size from the front. \return whether there was one
 bool TakeBlock(std::span<const uint8_t>* bytes, std::span<const uint8_t>* block) {
   uint64_t size = 0;
   if (bytes->size() < sizeof(size)) {
@@ -204,7 +203,7 @@ Status PassSplitter::FilterPair(const Frame& frame, const std::string& name, Lig
   }
   Denoiser& denoiser = at->second;
   STILLRAY_RETURN_IF_ERROR(denoiser.SetOutputs({FinalLight(settings_)}));
-  // Both take the places of diffuse light, which the engine filters one by one.
+  // Both replace diffuse light, whose signals the engine filters separately.
   Frame pair;
   pair.width = frame.width;
   pair.height = frame.height;
@@ -235,8 +234,8 @@ Status PassSplitter::FilterPair(const Frame& frame, const std::string& name, Lig
   return Status::Ok();
 }
 
-/// What each member of a signal is about, filtered on its own. As long as no frame had light in
-/// two of them there is nothing to tell apart and nothing is filtered.
+/// Estimates the light of each member of a signal by filtering it separately. Nothing is filtered
+/// until a frame has light in two of them.
 Status PassSplitter::Estimate(const Frame& frame, const std::string& group, const Members& members,
                               std::vector<Image3>* estimates) {
   size_t lit = 0;

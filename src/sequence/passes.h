@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// --passes: the denoised light of every layer on its own, so that a compositor that puts the
-/// layers together gets the denoised colour.
+/// --passes: the denoised light of every layer, so that a compositor that combines the layers gets
+/// the denoised colour.
 ///
-/// A signal that was filtered as a whole (direct and indirect specular light) is split in the
-/// proportion of its parts, each of which a denoiser of its own has filtered: shares of single
-/// noisy pixels would bring their noise back. Only the proportion is taken from there, so the parts
-/// add up to the signal.
+/// A signal that was filtered as a whole (direct and indirect specular light) is split in
+/// proportion to its parts, which other denoisers have filtered separately: shares of single noisy
+/// pixels would restore their noise. Only the proportion is used, so the parts add up to the
+/// signal.
 #pragma once
 
 #include <cstdint>
@@ -24,19 +24,19 @@ namespace stillray {
 
 class PassSplitter {
  public:
-  /// \return kInvalidArgument naming the setting under which light cannot be told apart
+  /// \return kInvalidArgument naming the setting under which light cannot be split
   static Status Check(const Settings& settings, const AovLayout& layout);
 
-  /// \param device  where the denoisers of the parts work
+  /// \param device  of the denoisers of the parts
   PassSplitter(const Settings& settings, const Device& device);
 
   /// Outputs that the denoiser of the whole light must return.
   static std::vector<std::string> Outputs(const Settings& settings);
 
-  /// Splits what `denoised` holds of `frame` into `layers`, as the file stores them.
+  /// Splits the light of `denoised` into `layers`, as stored in the file.
   /// \param parts   the frame's light; emptied
-  /// \param colour  [in,out] the denoised colour; loses what no sum of layers can hold: light that
-  ///        the floor of the albedo leaves on black surfaces
+  /// \param colour  [in,out] the denoised colour; loses light that no sum of layers can hold: that
+  ///     which the minimum divisor of albedo leaves on black surfaces
   Status Split(const Frame& frame, const AovLayout& layout, std::vector<LightPart> parts,
                const DenoisedFrame& denoised, Image3* colour, std::vector<NewLayer>* layers);
 
@@ -45,7 +45,7 @@ class PassSplitter {
   /// \return kBadData
   Status RestoreHistory(std::span<const uint8_t> bytes);
   size_t memory_bytes() const;
-  DeviceMemory device_memory() const;  ///< of that what lies on the device
+  DeviceMemory device_memory() const;  ///< the part of it on the device
 
  private:
   using Members = std::vector<LightPart*>;

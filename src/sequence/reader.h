@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Files of a sequence, each read while the frame before it is worked on.
+/// Reads the files of a sequence, each while the previous frame is processed.
 #pragma once
 
 #include <cstddef>
@@ -12,23 +12,23 @@
 
 namespace stillray {
 
-/// A frame or why there is none, and how long its file took.
+/// A frame or an error, and the time for reading its file.
 struct ReadFrame {
   Result<SequenceFrame> frame;
   double milliseconds = 0;
 };
 
-/// Holds one frame at most besides the one that was handed out. Bits do not depend on `ahead`.
+/// Holds at most one frame besides the one that was returned. Bits do not depend on `ahead`.
 class FrameReader {
  public:
-  /// \param order     files to be read, by their index in options.files
+  /// \param order     files to read, by their index in options.files
   /// \param to_write  see LoadFrame()
-  /// \param ahead     whether the next file is read while the caller works
+  /// \param ahead     read the next file while the caller works
   FrameReader(const SequenceOptions& options, const AovLayout& layout, std::vector<size_t> order,
               bool to_write, bool ahead);
 
-  /// The next of the files; not to be called more often than there are. Errors come in the turn of
-  /// their file; nothing is read behind one.
+  /// The next file; call it at most once per file. An error is returned in the turn of its file; no
+  /// later file is read.
   ReadFrame Next();
 
  private:
@@ -40,7 +40,7 @@ class FrameReader {
   bool to_write_;
   bool ahead_;
   size_t taken_ = 0;
-  Background<ReadFrame> reading_;  ///< last, so that its work ends before what it reads goes
+  Background<ReadFrame> reading_;  ///< last, so that its task ends before its data is freed
 };
 
 }  // namespace stillray

@@ -19,15 +19,15 @@
 namespace stillray {
 namespace {
 
-/// Behind it the checksum of all that follows, then the key.
+/// Followed by the checksum of the rest, then the key.
 constexpr std::string_view kMagic = "stillray resume 3\n";
-/// Of this and of every other version.
+/// Common to all versions.
 constexpr std::string_view kMagicOfAll = "stillray resume ";
-/// 16384 x 16384 pixels with four signals: no history is larger.
+/// 16384 x 16384 pixels with four signals: larger than any history.
 constexpr size_t kLargestFile = size_t{1} << 37;
-/// No key is longer: names of files have at most 255 bytes.
+/// Longer than any key: names of files have at most 255 bytes.
 constexpr size_t kLongestKey = 1000;
-/// Beyond, the last one is overwritten.
+/// Further runs overwrite the last one.
 constexpr int kMostStates = 64;
 
 void AppendNumber(uint64_t number, std::string* bytes) {
@@ -36,7 +36,7 @@ void AppendNumber(uint64_t number, std::string* bytes) {
   bytes->append(raw, sizeof(number));
 }
 
-/// Takes the parts of the file off its front; fails for good at the first part that is cut short.
+/// Reads the parts of the file in order; fails permanently at the first truncated part.
 class Reader {
  public:
   explicit Reader(std::string_view bytes) : rest_(bytes) {}
@@ -164,7 +164,7 @@ uint64_t ChecksumOf(std::string_view bytes) {
   return AddToChecksum({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()});
 }
 
-/// The key of the state in a file; nullopt if there is no file, or none that this version wrote.
+/// The key of the state in a file; nullopt if there is no file, or it is of another version.
 std::optional<std::string> KeyIn(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::string front(kMagic.size() + 2 * sizeof(uint64_t) + kLongestKey, '\0');
@@ -177,7 +177,7 @@ std::optional<std::string> KeyIn(const std::string& path) {
   return known && !reader.failed() ? std::optional(std::move(key)) : std::nullopt;
 }
 
-/// The n-th place for a state, from 1.
+/// The path of the n-th state, from 1.
 std::string PlaceOf(const std::string& folder, int n) {
   const std::string name = n == 1 ? "resume.stillray" : fmt::format("resume.{}.stillray", n);
   return (std::filesystem::path(folder) / name).string();

@@ -74,7 +74,7 @@ Status Impl::ReadFirstFile() {
   return Status::Ok();
 }
 
-/// Memory decides last: the frames of the overlap are never a reason to refuse a frame.
+/// Memory for overlap is optional: its lack never makes a frame fail.
 void Impl::ChooseOverlap() {
   const Status fits = options.overlap ? OverlapFits(extent, options) : Status::Ok();
   if (!fits.ok()) {
@@ -168,7 +168,7 @@ Status Impl::Write(Picture* picture) {
                    std::move(picture->stored));
   STILLRAY_RETURN_IF_ERROR(bytes.status());
   picture->report.written_bytes = static_cast<int64_t>(bytes->size());
-  // The file last: once it is there, its frame is complete.
+  // Written last, so that its existence implies a complete frame.
   if (hooks.picture) {
     STILLRAY_RETURN_IF_ERROR(hooks.picture(names, picture->colour));
   }
@@ -190,7 +190,7 @@ Status Impl::Finish(Picture* picture, const WriteResult& written) {
     hooks.finished(report);
   }
   reports.push_back(std::move(report));
-  *picture = Picture();  // its memory is free while the next frame is made
+  *picture = Picture();  // frees memory while the next frame is made
   return Status::Ok();
 }
 

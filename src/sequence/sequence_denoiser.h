@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The parts of a SequenceDenoiser: what FrameLoop does with every frame, and the state on disk.
+/// The implementation of SequenceDenoiser: the Job of its FrameLoop, and the state on disk.
 #pragma once
 
 #include <optional>
@@ -28,7 +28,7 @@ struct SequencePicture {
   std::vector<NewLayer> layers;
 };
 
-/// A frame that an earlier run filtered and could not write.
+/// A frame that an earlier run filtered but could not write.
 struct WaitingFrame {
   UnwrittenFrame frame;
   FrameReport report;
@@ -41,7 +41,7 @@ struct SequenceDenoiser::Impl {
   SequenceEnd Run();
   void RemoveState();
 
-  // What FrameLoop calls.
+  // Interface of FrameLoop.
   using Picture = SequencePicture;
   Status Make(size_t at, Picture* picture);
   Status Write(Picture* picture);
@@ -49,7 +49,7 @@ struct SequenceDenoiser::Impl {
   bool CanSave() const;
   Status Save(std::span<Picture* const> unwritten);
 
-  // Prepare, step by step.
+  // Steps of Prepare.
   void TakeWindowOfResumedRun();
   Status ReadFirstFile();
   void ChooseOverlap();
@@ -75,24 +75,24 @@ struct SequenceDenoiser::Impl {
   std::optional<SequenceFilter> filter;
   size_t futures_held = 0;
   std::optional<FrameReader> reader;
-  FrameLoop<Impl>* loop = nullptr;  ///< while Run() is at work
+  FrameLoop<Impl>* loop = nullptr;  ///< during Run()
   bool fell_back = false;
   size_t most_memory = 0;
-  Clock::time_point last_end;  ///< when the frame before was finished
+  Clock::time_point last_end;  ///< when the previous frame was finished
 
   std::string folder;
   std::string key;  ///< of the state
   std::string fingerprint;
-  bool has_old_state = false;  ///< of the same options, which this run does not resume
+  bool has_old_state = false;  ///< of the same options, which is not resumed
   bool resumed = false;
   std::optional<size_t> saved_at;  ///< finished frames when the state on disk was saved
   size_t finished = 0;
-  size_t made = 0;  ///< frames that are filtered, or taken from `waiting`
+  size_t made = 0;  ///< number of frames that are filtered, or come from `waiting`
   std::vector<WaitingFrame> waiting;
   std::vector<FrameReport> reports;   ///< of finished frames
   std::vector<FinishedFile> inputs;   ///< of frames in the history
   std::vector<FinishedFile> outputs;  ///< of finished frames
-  size_t synced = 0;                  ///< outputs that were flushed to the disk
+  size_t synced = 0;                  ///< outputs flushed to the disk
 };
 
 }  // namespace stillray

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The state on disk from which a SequenceDenoiser goes on.
+/// The state on disk from which a SequenceDenoiser resumes.
 #include <algorithm>
 #include <filesystem>
 #include <utility>
@@ -18,7 +18,7 @@ std::string FileName(const std::string& path) {
   return std::filesystem::path(path).filename().string();
 }
 
-/// The layers of a frame are kept as pictures, by the names of their roles.
+/// Stores the layers of a frame as pictures, under the names of their roles.
 UnwrittenFrame ToUnwritten(const SequencePicture& picture) {
   UnwrittenFrame kept;
   kept.frame = picture.report.frame;
@@ -70,7 +70,7 @@ std::string Impl::Fingerprint(const Device& device) const {
   return text + fmt::format("set {}\non {}\n", fmt::join(set, " "), device.description());
 }
 
-/// An unfinished run goes on with its own window, whatever the files would allow by now.
+/// A resumed run keeps its window, even if the files would now allow another.
 void Impl::TakeWindowOfResumedRun() {
   if (!options.state.resume || !options.window_may_narrow) {
     return;
@@ -87,7 +87,7 @@ void Impl::TakeWindowOfResumedRun() {
   }
 }
 
-/// Frames that are done came from the files of then, and those to come continue their history.
+/// Inputs of finished frames must be unchanged, since later frames continue their history.
 Status Impl::CheckFormerInputs(const ResumeState& saved) const {
   for (size_t i = 0; i < saved.inputs.size() && i < options.files.size(); ++i) {
     const std::string& path = options.files[i].input;
@@ -169,7 +169,7 @@ Status Impl::Restore(ResumeState saved) {
   return Status::Ok();
 }
 
-/// The frame's light is in the history already.
+/// The history already includes the frame's light.
 void Impl::TakeFirstWaiting(Picture* picture) {
   WaitingFrame& first = waiting.front();
   picture->report = std::move(first.report);
@@ -182,7 +182,7 @@ bool Impl::CanSave() const {
   return options.state.keep && filter->frames() > 0 && filter->frames() == made + waiting.size();
 }
 
-/// Of finished frames, and behind them of those in the history whose files are missing.
+/// Of finished frames, followed by those in the history whose files are missing.
 std::vector<FrameReport> Impl::AllReports(std::span<Picture* const> unwritten) const {
   std::vector<FrameReport> all = reports;
   for (const Picture* picture : unwritten) {

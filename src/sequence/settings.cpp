@@ -5,9 +5,9 @@
 namespace stillray {
 namespace {
 
-/// Where edges are mixtures that come out differently in every frame, sharp tests of the history
-/// fail there and leave the noise. Light that is not the same is found by limit_history all the
-/// same; without it sharp tests are the lesser evil.
+/// If edges are mixtures that differ in every frame, strict tests of the history fail there and
+/// leave noise. limit_history still rejects history with different light; without it strict tests
+/// are better.
 void RelaxHistoryTests(const SequenceOptions& options, const AovLayout& layout,
                        Settings* settings) {
   if (!layout.soft_guides || !settings->limit_history) {
@@ -26,8 +26,8 @@ void RelaxHistoryTests(const SequenceOptions& options, const AovLayout& layout,
 
 }  // namespace
 
-/// Files without motion have no history to speak of; antialiasing in time needs jittered frames,
-/// and would soften those of other renderers.
+/// Files without motion have no usable history; temporal antialiasing needs jittered frames, and
+/// would blur those of other renderers.
 Settings SettingsFor(const SequenceOptions& options, const AovLayout& layout,
                      const ExrImage& first) {
   Settings settings = options.settings;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The settings that a sequence is denoised with: the user's, where the files allow them.
+/// The settings for denoising a sequence: the user's, as far as the files allow.
 #pragma once
 
 #include "stillray/aov.h"

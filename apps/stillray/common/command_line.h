@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The command line of this process, for logs: who reads one can repeat the run.
+/// The command line of this process, for logs, so that a run can be repeated.
 #pragma once
 
 #include <string>
@@ -11,8 +11,8 @@ namespace stillray {
 /// Called once, at the start.
 void KeepCommandLine(int argc, char** argv);
 
-/// As a shell would read it: arguments with other characters than letters, digits and a few marks
-/// stand in quotes. The program has its name without folders.
+/// In shell syntax: arguments with characters other than letters, digits and a few marks are
+/// quoted. The program's name is without folders.
 const std::string& CommandLine();
 
 }  // namespace stillray

@@ -12,18 +12,17 @@ class App;
 
 namespace stillray {
 
-/// Exit codes of the program: part of its interface.
+/// Exit codes of the program, which are part of its interface.
 inline constexpr int kExitOk = 0;
 inline constexpr int kExitInternal = 1;     ///< a defect of stillray
-inline constexpr int kExitBadInput = 2;     ///< the command line, a file or the machine is at fault
-inline constexpr int kExitFindings = 3;     ///< stillray check found something wrong
+inline constexpr int kExitBadInput = 2;     ///< an error of the command line, a file or the machine
+inline constexpr int kExitFindings = 3;     ///< stillray check has findings
 inline constexpr int kExitCancelled = 130;  ///< stopped by the user (Ctrl-C)
 
-/// Prints "stillray: error: ..." to stderr and returns the exit code that fits.
+/// Prints "stillray: error: ..." to stderr and returns the exit code of the status.
 int ReportError(const Status& status);
 
-/// Each adds its subcommand to `app`. When the command line names it, its callback runs and stores
-/// the exit code.
+/// Each adds its subcommand to `app`, whose callback runs it and stores the exit code.
 void AddRenderCommand(CLI::App& app, int* exit_code);
 void AddDenoiseCommand(CLI::App& app, int* exit_code);
 void AddViewCommand(CLI::App& app, int* exit_code);

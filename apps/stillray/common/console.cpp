@@ -28,7 +28,7 @@ void WriteText(std::FILE* stream, std::string_view text) {
 
 void OccupyClosedStreams() {
   output_was_closed = IsClosed(STDOUT_FILENO);
-  // open() takes the lowest number that is free.
+  // open() returns the lowest free number.
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (IsClosed(descriptor) &&
         ::open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY) < 0) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Text for the user on standard output and standard error. No failure to write it ends a run: that
-/// of standard error is ignored, that of standard output is reported when all work is done.
+/// Text for the user on standard output and standard error. A failed write ends no run: on standard
+/// error it is ignored, on standard output it is reported when all work is done.
 #pragma once
 
 #include <cstdio>
@@ -15,10 +15,10 @@
 
 namespace stillray {
 
-/// Writes text as it is. Never throws.
+/// Writes text unchanged. Never throws.
 void WriteText(std::FILE* stream, std::string_view text);
 
-/// A value of a message: text with its control characters escaped, all else as it is.
+/// A value of a message: text with its control characters escaped, other types unchanged.
 template <typename Value>
 auto MessageValue(const Value& value) {
   if constexpr (std::is_convertible_v<const Value&, std::string_view>) {
@@ -28,9 +28,9 @@ auto MessageValue(const Value& value) {
   }
 }
 
-/// fmt::print, without its exception where the stream cannot be written. Text among the values may
-/// come from files and command lines: it can neither end the line nor steer a terminal. WriteText
-/// is for text of several lines.
+/// fmt::print, without its exception if the stream cannot be written. Text among the values may
+/// come from files and command lines: it can neither end the line nor control a terminal. For text
+/// of several lines use WriteText.
 template <typename... Values>
 void PrintTo(std::FILE* stream, fmt::format_string<Values...> format, Values&&... values) {
   const auto print = [&](const auto&... shown) {
@@ -39,14 +39,14 @@ void PrintTo(std::FILE* stream, fmt::format_string<Values...> format, Values&&..
   print(MessageValue(values)...);
 }
 
-/// Gives /dev/null to standard streams that the caller closed, before any file is opened: else a
-/// file of a run would get the number of one, and messages for the user would go into it. Writing
-/// to them still fails.
+/// Opens /dev/null for standard streams that the caller closed, before any file is opened:
+/// otherwise a file of a run would get the number of one, and messages for the user would go into
+/// it. Writing to them still fails.
 void OccupyClosedStreams();
 
 /// Flushes standard output.
-/// \return why text for it was lost (an error number); 0 if none was, or where the caller of the
-///         program had closed it
+/// \return the error number if text was lost; 0 if none was, or if the caller of the program had
+///     closed it
 int OutputError();
 
 }  // namespace stillray

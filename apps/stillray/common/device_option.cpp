@@ -21,7 +21,7 @@ bool Contains(const std::vector<std::string>& list, const std::string& entry) {
   return std::find(list.begin(), list.end(), entry) != list.end();
 }
 
-/// Why "auto" came to be the CPU, in a few words.
+/// Why "auto" chose the CPU, in a few words.
 std::string ReasonForCpu() {
   std::string remark;
   const std::vector<DeviceDescription> devices = ListDevices(&remark);

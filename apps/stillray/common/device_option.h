@@ -20,20 +20,20 @@ namespace stillray {
 void AddDeviceOption(CLI::App* command, std::string* text, bool* verbose);
 void AddVerboseOption(CLI::App* command, bool* verbose);
 
-/// Opens the device and says on standard error in one line which it is, and for the CPU with how
-/// many threads and why "auto" chose it.
-/// \param verbose  a second line gives the driver's own message
-/// \param work     what is done there, such as "denoising"
+/// Opens the device and prints it on standard error in one line; for the CPU with the number of
+/// threads and the reason why "auto" chose it.
+/// \param verbose  print a second line with the driver's message
+/// \param work     for the message, such as "denoising"
 Result<Device> OpenDeviceOption(const std::string& text, bool verbose, const std::string& work);
 
-/// Says on standard error, once, that a denoiser came to work on the CPU after all.
+/// Prints once on standard error that a denoiser fell back to the CPU.
 void TellFallBack(const Denoiser& denoiser, bool* told);
 
 /// One line about a denoiser's memory on its device; empty for the CPU.
 std::string DeviceMemoryLine(const DeviceMemory& memory);
 nlohmann::ordered_json DeviceMemoryJson(const DeviceMemory& memory);
 
-/// What `stillray info --devices` prints.
+/// The output of `stillray info --devices`.
 std::string DevicesText();
 nlohmann::ordered_json DevicesJson();
 

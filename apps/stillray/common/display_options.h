@@ -15,7 +15,7 @@ class App;
 
 namespace stillray {
 
-/// As the user gave them; none: what the settings have.
+/// The options as given; none: keep the settings.
 struct DisplayArguments {
   std::optional<double> exposure;
   std::optional<std::string> tonemap;
@@ -23,7 +23,7 @@ struct DisplayArguments {
 
 void AddDisplayOptions(CLI::App* command, DisplayArguments* arguments);
 
-/// \return kInvalidArgument naming the option, the value and what was expected
+/// \return kInvalidArgument naming the option, its value and the expected ones
 Status SetDisplay(const DisplayArguments& arguments, Settings* settings);
 
 }  // namespace stillray

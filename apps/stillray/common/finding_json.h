@@ -14,7 +14,7 @@ namespace stillray {
 nlohmann::ordered_json FiniteNumberJson(double value);
 
 nlohmann::ordered_json FindingJson(const Finding& finding);
-/// What FindingJson() made. Throws what the JSON library throws at other things.
+/// Parses the output of FindingJson(). Throws the JSON library's exceptions on other input.
 Finding ParseFinding(const nlohmann::ordered_json& json);
 
 }  // namespace stillray

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Ctrl-C and a polite kill, as a question that long work asks now and then.
+/// Handles Ctrl-C and SIGTERM as a flag that long work polls.
 #pragma once
 
 namespace stillray {
@@ -9,7 +9,7 @@ namespace stillray {
 /// From here on SIGINT and SIGTERM only set a flag; a second one ends the program at once.
 void CatchInterrupts();
 
-/// Whether SIGINT or SIGTERM came since CatchInterrupts().
+/// Whether SIGINT or SIGTERM was received since CatchInterrupts().
 bool Interrupted();
 
 }  // namespace stillray

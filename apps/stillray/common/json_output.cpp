@@ -28,7 +28,7 @@ Status CheckJsonOutput(const std::string& path) {
   if (!target.ok()) {
     return Status(target.status().code(), "--json " + target.status().message());
   }
-  // A regular file is replaced by a new one in its folder; anything else is written itself.
+  // A regular file is replaced by a new one in its folder; other files are written directly.
   const std::filesystem::path folder = std::filesystem::path(target->final_path).parent_path();
   const std::string written = target->temp_path.empty() ? target->final_path
                               : folder.empty()          ? std::string(".")
@@ -44,7 +44,7 @@ Status WriteJsonOutput(const std::string& path, const std::string& json) {
   if (path != "-") {
     return WriteFileAtomically(path, json.data(), json.size());
   }
-  // By name (/dev/stdout) a pipe could not be opened again.
+  // A pipe cannot be opened again by name (/dev/stdout).
   if (std::fwrite(json.data(), 1, json.size(), stdout) != json.size() || std::fflush(stdout) != 0) {
     return Status::Io("--json -: standard output could not be written");
   }

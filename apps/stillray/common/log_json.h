@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// JSON of stages, frames and settings, which the logs of all commands that denoise have in common.
+/// JSON of stages, frames and settings, common to the logs of all commands that denoise.
 #pragma once
 
 #include <string>
@@ -23,7 +23,7 @@ inline nlohmann::ordered_json StagesJson(const std::vector<LoggedStage>& stages)
   return json;
 }
 
-/// What StagesJson wrote. Throws what the JSON library throws at other things.
+/// Parses the output of StagesJson. Throws the JSON library's exceptions on other input.
 inline std::vector<LoggedStage> ParseStages(const nlohmann::ordered_json& json) {
   std::vector<LoggedStage> stages;
   for (const auto& [name, milliseconds] : json.items()) {
@@ -32,8 +32,8 @@ inline std::vector<LoggedStage> ParseStages(const nlohmann::ordered_json& json) 
   return stages;
 }
 
-/// The frames of a log of a run.
-/// \param parse  takes the JSON of one frame; may throw what the JSON library throws
+/// Parses the frames of a run's log.
+/// \param parse  converts the JSON of one frame; may throw the JSON library's exceptions
 template <typename FrameLog, typename Parse>
 Result<std::vector<FrameLog>> ParseFrameLogs(const std::string& text, const Parse& parse) {
   std::vector<FrameLog> frames;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What the logs of all commands that denoise have in common: stages, and the rows of the table of
+/// Common parts of the logs of all commands that denoise: stages, and the rows of the table of
 /// --timings. log_json.h has their JSON.
 #pragma once
 
@@ -18,12 +18,12 @@
 
 namespace stillray {
 
-/// Rounded to what a clock can tell, so that files stay readable.
+/// Rounded to the precision of a clock, so that files stay readable.
 inline double RoundedMs(double milliseconds) {
   return std::round(milliseconds * 1000) / 1000;
 }
 
-/// The first row of the table.
+/// The heading of the table.
 inline std::string TimingsHead(size_t frames) {
   return fmt::format("  {:<22}{:>10}{:>10}{:>10}\n", fmt::format("ms, {} frames", frames), "median",
                      "min", "max");
@@ -40,7 +40,7 @@ inline std::string TimingsRow(const std::string& name, std::vector<double> value
 }
 
 /// \param frames  not empty
-/// \param value   takes the log of a frame
+/// \param value   returns the value of a frame's log
 template <typename FrameLogs, typename Value>
 std::string TimingsRow(const std::string& name, const FrameLogs& frames, const Value& value) {
   std::vector<double> values;
@@ -50,7 +50,7 @@ std::string TimingsRow(const std::string& name, const FrameLogs& frames, const V
   return TimingsRow(name, std::move(values));
 }
 
-/// One row per stage of the last frame, which has the stages that need a history too.
+/// One row per stage of the last frame, which includes the stages that need a history.
 /// \param frames  with a member `stages`, not empty
 template <typename FrameLogs>
 std::string StageRows(const FrameLogs& frames) {

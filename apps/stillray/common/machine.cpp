@@ -15,7 +15,7 @@
 namespace stillray {
 namespace {
 
-/// The name that /proc/cpuinfo gives on x86, elsewhere the architecture.
+/// The name in /proc/cpuinfo on x86, elsewhere the architecture.
 std::string ProcessorName() {
   std::ifstream info("/proc/cpuinfo");
   for (std::string line; std::getline(info, line);) {

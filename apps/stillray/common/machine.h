@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Where and when a run was made, for its log.
+/// Machine and time of a run, for its log.
 #pragma once
 
 #include <string>
 
 namespace stillray {
 
-/// "Intel(R) Xeon(R) CPU @ 2.20GHz, 8 threads": the processor and how many threads it runs at once.
+/// "Intel(R) Xeon(R) CPU @ 2.20GHz, 8 threads": the processor and its number of hardware threads.
 std::string MachineName();
 
 /// "2026-03-01T12:00:00Z"

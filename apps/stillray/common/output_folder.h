@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The folder that files are written into.
+/// The folder of output files.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@
 
 namespace stillray {
 
-/// Makes the folder, and those above it, where they are not there yet. "" is the current one.
-/// \return kIo naming the folder and why it could not be made
+/// Creates the folder and its parents if necessary. "" is the current one.
+/// \return kIo naming the folder and the reason
 Status MakeOutputFolder(const std::string& folder);
 
 }  // namespace stillray

@@ -24,9 +24,9 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// Takes note of what is done, and redraws the bar, a few times per second at most.
+  /// Records the progress, and redraws the bar, a few times per second at most.
   void Update(double done, const std::string& what);
-  /// A finished step: the line stays, except on a terminal, where the bar goes on.
+  /// A finished step: its line stays, except on a terminal, which keeps the bar.
   void Step(double done, const std::string& line);
   /// Removes the bar, so that other text can be written.
   void Clear();
@@ -39,8 +39,8 @@ class Progress {
   std::FILE* stream_;
   bool terminal_;
   bool drawn_ = false;
-  /// A step may be told when the next is well under way: neither the bar nor the time left goes
-  /// back for it.
+  /// Steps may be reported late, while the next one is running: neither the bar nor the time left
+  /// goes back.
   double most_done_ = 0;
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_draw_;

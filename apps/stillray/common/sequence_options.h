@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The options of the subcommands that read a sequence of EXR files: which, and how their layers
-/// are named.
+/// The options of the subcommands that read a sequence of EXR files: the files, and the names of
+/// their layers.
 #pragma once
 
 #include <string>

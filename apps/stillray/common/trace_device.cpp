@@ -35,11 +35,11 @@ Result<std::unique_ptr<DeviceRenderer>> DeviceRenderer::Create(const Device& dev
   if (made->renderer_ == nullptr) {
     STILLRAY_RETURN_IF_ERROR(made->MakeOnCpu(settings));
   }
-  made->options_.keep_going = nullptr;  // what it refers to may end now
+  made->options_.keep_going = nullptr;  // its references may become invalid now
   return made;
 }
 
-/// Makes nothing where the device is the CPU.
+/// Does nothing if the device is the CPU.
 Status DeviceRenderer::MakeOnDevice(const Device& device, const RenderSettings& settings) {
   on_device_ = false;
 #ifdef STILLRAY_WITH_VULKAN
@@ -56,7 +56,7 @@ Status DeviceRenderer::MakeOnDevice(const Device& device, const RenderSettings& 
     place_ = device.description();
   }
 #else
-  static_cast<void>(device);  // there is none but the CPU
+  static_cast<void>(device);  // without Vulkan there is only the CPU
   static_cast<void>(settings);
 #endif
   return Status::Ok();
@@ -76,7 +76,7 @@ bool DeviceRenderer::FallsBack(const Status& status) const {
          status.code() != StatusCode::kCancelled && status.code() != StatusCode::kInvalidArgument;
 }
 
-/// \param call  of the renderer, made again on the CPU when the device fails
+/// \param call  of the renderer, repeated on the CPU if the device fails
 template <typename Call>
 Status DeviceRenderer::CallOrFallBack(const Call& call) {
   const Status status = call();

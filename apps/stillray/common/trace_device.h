@@ -17,22 +17,22 @@ namespace stillray {
 
 struct TraceOptions {
   render::TracingWay way = render::TracingWay::kAuto;  ///< of a device other than the CPU
-  bool may_fall_back = true;  ///< to the CPU, where the device cannot trace the scene, or fails
-  /// Milliseconds that a submission to the device may take, roughly: who else wants to use it waits
-  /// for as long, and so does a call that is cancelled.
+  bool may_fall_back = true;  ///< to the CPU, if the device cannot trace the scene, or fails
+  /// Approximate duration of a submission to the device in milliseconds: other users of it, and
+  /// cancelled calls, wait that long.
   double submission_ms = 200;
-  /// While DeviceRenderer::Create prepares the scene on the CPU; see Renderer::Create.
+  /// Called while DeviceRenderer::Create prepares the scene on the CPU; see Renderer::Create.
   KeepGoing keep_going;
 };
 
-/// A renderer on a device, which goes on on the CPU when the device fails. What is wrong with
-/// settings or scene would be so on the CPU too: that fails.
+/// A renderer on a device that falls back to the CPU if the device fails. Errors of settings or
+/// scene would occur on the CPU too, and are returned.
 class DeviceRenderer final : public Renderer {
  public:
-  /// \param device  the CPU too
-  /// \param scene   must outlive the renderer and stay as it is
-  /// \return as Renderer::Create; also kUnsupported, unless it falls back: the device lacks
-  ///         something, such as what `way` asks for, or the scene does not fit into it
+  /// \param device  may be the CPU
+  /// \param scene   must outlive the renderer and must not change
+  /// \return as Renderer::Create; also kUnsupported, unless it falls back: the device lacks a
+  ///     feature, such as the one that `way` requests, or the scene does not fit into it
   static Result<std::unique_ptr<DeviceRenderer>> Create(const Device& device, const Scene& scene,
                                                         const RenderSettings& settings,
                                                         const TraceOptions& options = {});
@@ -46,12 +46,12 @@ class DeviceRenderer final : public Renderer {
   const RenderTimings& timings() const override { return renderer_->timings(); }
   size_t memory_bytes() const override { return renderer_->memory_bytes(); }
 
-  /// Whether frames are traced on a device other than the CPU now. Its timings are the device's
-  /// own then, not sums over threads.
+  /// Whether frames are currently traced on a device other than the CPU. Then the timings are the
+  /// device's, not sums over threads.
   bool on_device() const { return on_device_; }
-  /// Description of where frames are traced.
+  /// Description of the tracing device.
   const std::string& place() const { return place_; }
-  /// Why the CPU traces after all; empty if it does not, and once it was told.
+  /// Why the CPU traces instead of the device; empty if it does not, and after the first call.
   std::string TakeRemark();
 
  private:
@@ -74,14 +74,13 @@ class DeviceRenderer final : public Renderer {
 /// "--ray-tracing": auto, hardware or compute.
 /// \return kInvalidArgument
 Result<render::TracingWay> ParseTracingWay(const std::string& text);
-/// How such a renderer traces its rays, for messages: "by hardware", "in compute shaders"; empty
-/// for the CPU.
+/// The way of tracing rays, for messages: "by hardware", "in compute shaders"; empty for the CPU.
 std::string TracingWayText(const Device& device, render::TracingWay way);
 
-/// Devices that trace rays by hardware, as "vulkan:N".
+/// Devices with ray tracing hardware, as "vulkan:N".
 std::vector<std::string> RayTracingDevices();
 
-/// The device's own times of a frame, for a renderer that is not on the CPU.
+/// The device times of a frame, for a renderer that is not on the CPU.
 std::vector<LoggedStage> TraceStages(const RenderTimings& timings);
 
 }  // namespace stillray

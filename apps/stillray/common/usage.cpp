@@ -59,7 +59,7 @@ std::string UnknownOption(const CLI::App& command, const std::string& usage,
                      meant.empty() ? fmt::format("; {} --help lists all of them", usage) : meant);
 }
 
-/// A number in decimal digits without needless zeros, which CLI11 would read as octal.
+/// A decimal number without leading zeros, which CLI11 would read as octal.
 template <typename T>
 std::string CheckNumber(std::string* text, const std::string& expected) {
   std::string_view digits = *text;
@@ -84,7 +84,7 @@ std::string WholeNumber() {
                      std::numeric_limits<T>::max());
 }
 
-/// By the type that CLI11 names: all options of signed whole numbers are of 32 bits.
+/// By CLI11's type names: all options of signed integers are of 32 bits.
 void CheckOption(CLI::Option* option) {
   const std::string type = option->get_type_name();
   std::function<std::string(std::string&)> check;
@@ -108,7 +108,7 @@ void AddHelpCommand(CLI::App& app, int* exit_code) {
   command->add_option("command", *name, "Name of the command; none: an overview");
   command->callback([&app, name, exit_code] {
     if (name->empty()) {
-      // App::help would be that of `help`, the command in use.
+      // App::help would be that of `help`, the current command.
       WriteText(stdout,
                 app.get_formatter()->make_help(&app, app.get_name(), CLI::AppFormatMode::Normal));
       return;
@@ -137,7 +137,7 @@ std::vector<std::string> ArgumentsOf(CLI::App& app, int argc, const char* const*
   CLI::App* command = commands.empty() ? nullptr : commands.front();
   for (int i = 1; i < argc; ++i) {
     std::string text = argv[i];
-    // Values of such options stay as they are in CLI11 too.
+    // CLI11 keeps values of such options unchanged too.
     const CLI::Option* option =
         command != nullptr && i > 1 ? command->get_option_no_throw(argv[i - 1]) : nullptr;
     const bool single = option != nullptr && option->get_items_expected_max() > 0 &&

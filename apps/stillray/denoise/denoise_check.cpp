@@ -14,10 +14,10 @@
 namespace stillray {
 namespace {
 
-/// Said at the frame where it happens.
+/// Reported at the frame where they occur.
 constexpr std::string_view kSaidElsewhere[] = {"frames_missing", "size_changes", "layers_change"};
 
-/// The guides whose absence is a note of the layout and a finding.
+/// The guides whose absence is both a note of the layout and a finding.
 constexpr Aov kGuides[] = {Aov::kMotion, Aov::kDepth, Aov::kNormal, Aov::kAlbedo};
 
 std::string MissingName(Aov aov) {
@@ -36,7 +36,7 @@ bool IsSaidElsewhere(const Finding& finding, const DenoiseOptions& options,
       std::end(kSaidElsewhere)) {
     return true;
   }
-  // Motion is then derived, which a note of the layout says.
+  // Motion is then derived, and a note of the layout says so.
   if (finding.name == MissingName(Aov::kMotion) && layout.motion_from_cameras) {
     return true;
   }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What a run of `stillray denoise` did: the text of --json and the table of --timings.
+/// The log of a run of `stillray denoise`: the text of --json and the table of --timings.
 #pragma once
 
 #include <cstdint>
@@ -19,14 +19,15 @@ struct DenoiseLog {
   std::vector<Finding> findings;  ///< of the doctor in the first frames
   std::vector<FrameReport> frames;
   size_t denoiser_bytes = 0;
-  DeviceMemory device_memory;  ///< of that what lies on a GPU
+  DeviceMemory device_memory;  ///< the part of it on a GPU
 };
 
 std::string DenoiseLogJson(const DenoiseOptions& options, const AovLayout& layout,
                            const Settings& used, Window window, const DenoiseLog& log, int threads);
-/// Frames and findings of a text that DenoiseLogJson made. \return kBadData
+/// Parses frames and findings from the output of DenoiseLogJson. \return kBadData
 Result<DenoiseLog> ParseDenoiseLog(const std::string& json);
-/// One line that says how much light was left out, why, and what helps; empty where none was.
+/// One line about light that was treated as missing, the reason, and the remedy; empty if there was
+/// none.
 std::string MissingLightWarning(const DenoiseLog& log);
 /// Median, least and most milliseconds of every step, and memory.
 std::string DenoiseTimings(const DenoiseLog& log);

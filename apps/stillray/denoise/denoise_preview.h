@@ -14,8 +14,8 @@
 
 namespace stillray {
 
-/// Whether --preview names something that can be written for these files.
-/// \return kInvalidArgument naming the value and what was expected
+/// Checks that --preview names a supported output for these files.
+/// \return kInvalidArgument naming the value and the expected ones
 Status CheckPreview(const DenoiseOptions& options);
 
 class Preview {
@@ -24,18 +24,18 @@ class Preview {
   /// \param display  exposure, tonemap, dither
   Preview(const DenoiseOptions& options, const Settings& display);
 
-  /// Makes the folder and starts the video. A video cannot be continued: the first `finished`
-  /// frames are encoded again, from the files that an earlier run wrote.
-  /// \return kUnsupported (ffmpeg is not installed), kIo, what reading a file returns
+  /// Creates the folder and starts the video. A video cannot be continued: the first `finished`
+  /// frames are encoded again, from the files of an earlier run.
+  /// \return kUnsupported (ffmpeg is not installed), kIo, errors of reading a file
   Status Open(const ExrExtent& extent, const AovLayout& layout, size_t finished);
 
-  /// Frames must come in their order. Not thread-safe.
+  /// Frames must be in order. Not thread-safe.
   Status Write(const SequenceFile& file, const Image3& colour);
 
-  /// A video appears under its name only now.
+  /// Completes a video, which appears under its name only now.
   Status Finish();
 
-  /// "preview: look.mp4 (1.2 MB)", and what is not in it.
+  /// "preview: look.mp4 (1.2 MB)", and the missing frames.
   std::string Summary() const;
 
  private:
@@ -48,7 +48,7 @@ class Preview {
   bool folder_ = false;
   int width_ = 0;
   int height_ = 0;
-  int64_t other_size_ = 0;  ///< frames that do not fit into the video
+  int64_t other_size_ = 0;  ///< frames of another size than the video
   int64_t bytes_ = 0;
   std::unique_ptr<VideoWriter> video_;
 };

@@ -29,7 +29,7 @@
 namespace stillray {
 namespace {
 
-/// A SequenceDenoiser with the messages, the preview and the log of the program.
+/// Runs a SequenceDenoiser, and adds messages, preview and log.
 class DenoiseRun {
  public:
   DenoiseRun(const DenoiseOptions& options, int threads)
@@ -64,8 +64,8 @@ class DenoiseRun {
   std::optional<SequenceDenoiser> sequence_;
   std::optional<Progress> progress_;
   std::vector<Finding> findings_;
-  std::string warning_;    ///< of the denoiser, of the first frame that has one
-  double done_ = 0;        ///< frames denoised and played backward
+  std::string warning_;    ///< the denoiser's first warning
+  double done_ = 0;        ///< frames denoised and accumulated backward
   size_t resumed_at_ = 0;  ///< files that an earlier run finished
   double seconds_ = 0;     ///< of this run's frames
   int64_t written_bytes_ = 0;
@@ -101,7 +101,7 @@ SequenceHooks DenoiseRun::Hooks() {
   return hooks;
 }
 
-/// The findings of a run that is resumed are in its log, and were printed by it.
+/// A resumed run has its findings in its log, and has printed them.
 Status DenoiseRun::CheckInputs() {
   if (!options_.text.no_check && !sequence_->resumed()) {
     Result<std::vector<Finding>> findings = CheckFirstFrames(options_, sequence_->layout());
@@ -128,7 +128,7 @@ void DenoiseRun::PrintFindings() const {
   }
 }
 
-/// With which frame the run starts, and why with that window.
+/// Prints the first frame, and the reason for the window.
 void DenoiseRun::PrintStart() const {
   if (!sequence_->resumed()) {
     if (!options_.window_note.empty() && sequence_->settings().temporal) {

@@ -7,8 +7,8 @@
 
 namespace stillray {
 
-/// Denoises all frames of the options, or the rest of them where --resume says so, and prints what
-/// was understood, progress and a summary. What is finished stays when it fails.
+/// Denoises all frames of the options, or the remaining ones with --resume, and prints the roles of
+/// layers, progress and a summary. Finished files stay if it fails.
 /// \param threads  for the log only
 Status RunDenoise(const DenoiseOptions& options, int threads);
 

@@ -27,7 +27,7 @@ constexpr double kPngPicture = 1.0;
 constexpr double kPngNoisy = 2.6;
 constexpr double kVideo = 0.08;
 
-/// Bytes per pixel of the frames, and of those that have a reference too.
+/// Bytes per pixel of the frames, and additionally of those with a reference.
 struct PerPixel {
   double exr = 0;
   double png = 0;

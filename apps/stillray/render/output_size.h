@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// How much `stillray render` is going to write, before it does.
+/// Estimates the size of the output of `stillray render` in advance.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 namespace stillray {
 
 /// Bytes of the files of a run by format, estimated from the number of pixels. Noise and texture
-/// compress differently: real sizes lie between half and twice of it.
+/// compress differently: real sizes are between half and twice of it.
 struct OutputSize {
   int64_t exr = 0;
   int64_t png = 0;
@@ -20,14 +20,14 @@ struct OutputSize {
   int64_t total() const { return exr + png + mp4; }
 };
 
-/// \param first_frame  frames before it are written already
+/// \param first_frame  earlier frames are written already
 OutputSize EstimateOutputSize(const RenderOptions& options, int64_t first_frame);
 
 /// "writing 120 frames of 1280 x 720 pixels to out/, about 480 MB (EXR 370 MB, PNG 100 MB, video
 /// 9.0 MB)"
 std::string OutputSizeText(const RenderOptions& options, int64_t first_frame);
 
-/// A line of warning if the folder's disk has less room than the estimate; empty if it has enough.
+/// A warning if the folder's disk has less space than the estimate; empty if it has enough.
 std::string DiskSpaceWarning(const std::string& folder, const OutputSize& size);
 
 }  // namespace stillray

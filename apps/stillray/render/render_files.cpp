@@ -10,7 +10,7 @@
 namespace stillray {
 namespace {
 
-/// Depth and motion need more digits than a half has; what a single float per pixel costs is small.
+/// Depth and motion need more precision than a half, and one float per pixel is cheap.
 constexpr PixelType kExact = PixelType::kFloat;
 
 void AddGuide(const std::string& name, const Frame& frame, PixelType type, ExrImage* image) {
@@ -41,7 +41,7 @@ void Describe(const RenderOptions& options, const Frame& frame, ExrImage* image)
   image->width = frame.width;
   image->height = frame.height;
   image->attributes["stillray"] = STILLRAY_VERSION;
-  // Pictures are passed on: they name the scene and not the folders above it.
+  // Pictures are shared: they name the scene without its folders.
   image->attributes["scene"] = FileNameOf(options.text.scene);
   image->attributes["frame"] = fmt::format("{}", frame.index);
   image->attributes["jitter"] = fmt::format("{} {}", frame.jitter_x, frame.jitter_y);
@@ -170,7 +170,7 @@ Status WriteFrameFiles(const RenderOptions& options, const Frame& frame, const D
   if (reference != nullptr) {
     STILLRAY_RETURN_IF_ERROR(WritePlainView(options, frame, "reference", *reference, written));
   }
-  // Last, so that a denoised picture means that the frame is complete.
+  // Last, so that a denoised picture implies a complete frame.
   return WritePicture(options, "denoised", frame.index, out.colour, display, written);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The run of `stillray render`: frames traced, filtered and written, one after the other.
+/// Runs `stillray render`: traces, filters and writes the frames in order.
 #pragma once
 
 #include "render/render_options.h"
@@ -9,10 +9,10 @@
 
 namespace stillray {
 
-/// Renders all frames that the options ask for.
-/// \param scene    loaded for them
+/// Renders all frames of the options.
+/// \param scene    the loaded scene
 /// \param threads  of the run, at least 1
-/// \return kCancelled where the user stopped it: finished frames and the history are kept
+/// \return kCancelled if the user stopped it: finished frames and the history are kept
 Status RunFrames(const RenderOptions& options, const Scene& scene, int threads);
 
 }  // namespace stillray
