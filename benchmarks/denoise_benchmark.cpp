@@ -237,7 +237,7 @@ void FxaaOfAFilteredPicture(benchmark::State& state, const StageTable& stages) {
   Measure(state, [&] { stages.fxaa(picture, {}, &out); });
 }
 
-/// A frame that knows the guides of one pixel in 128, as a path tracer leaves it.
+/// A frame with guides at one pixel in 128, as from a path tracer.
 Frame MakeSparseFrame(int index, float motion) {
   const Planes720& p = Shared();
   Frame f;

@@ -104,7 +104,7 @@ double EmbreeMilliseconds(const Accel& accel, const std::vector<GpuRay>& rays, b
   return time.count();
 }
 
-/// A way of tracing, and what it has measured last.
+/// A way of tracing, and its last measurement.
 struct Way {
   const char* name;
   TracingWay way;

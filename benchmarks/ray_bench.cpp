@@ -26,7 +26,7 @@ constexpr size_t kTask = 4096;
 constexpr size_t kPadding = 16;
 constexpr int kStreamLength = 64;
 
-/// The seven values of rays first .. first + kWidth - 1 to where Embree wants them.
+/// Copies the seven values of rays first .. first + kWidth - 1 to Embree's structures.
 template <int kWidth, typename Ray>
 void LoadPacket(const RayLog& log, size_t first, size_t end, Ray* ray, int* valid) {
   float* parts[] = {ray->org_x, ray->org_y, ray->org_z, ray->dir_x,
@@ -39,7 +39,7 @@ void LoadPacket(const RayLog& log, size_t first, size_t end, Ray* ray, int* vali
   }
 }
 
-/// What is the same in all rays, and Embree leaves as it is.
+/// Fields with the same value in all rays, which Embree does not modify.
 template <int kWidth, typename Ray>
 void PreparePacket(Ray* ray) {
   for (int i = 0; i < kWidth; ++i) {

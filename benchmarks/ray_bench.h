@@ -21,7 +21,7 @@ enum class RayCall : uint8_t { kSingle, kPacket4, kPacket8, kPacket16, kStream }
 inline constexpr int kRayCallCount = 5;
 const char* RayCallName(RayCall call);
 
-/// The time that a loop over rays took, added up over its threads, and what it found.
+/// The time of a loop over rays, summed over its threads, and its results.
 struct RayRun {
   double thread_ms = 0;
   uint64_t rays = 0;
@@ -31,9 +31,9 @@ struct RayRun {
   double Rate() const { return thread_ms > 0 ? static_cast<double>(rays) / thread_ms * 1e-3 : 0; }
 };
 
-/// The rays of one frame in the order in which they were traced, and loops that do nothing with
-/// them but to call Embree: load a packet, trace it, add up what came out. Their BVH is one flat
-/// one of all triangles where they stand at that moment, without filters, at the tracer's quality.
+/// The rays of one frame in the order of tracing, and loops that only call Embree for them: load a
+/// packet, trace it, sum the results. Their BVH is a flat one of all triangles at that moment,
+/// without filters, with the tracer's quality setting.
 class RayBench {
  public:
   /// Renders the frame once, on one thread, to record its rays.

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Keeps what passes through an Accel.
+/// Records the rays of an Accel.
 #pragma once
 
 #include <array>

@@ -154,8 +154,9 @@ std::span<const std::string_view> PresetNames();
 Result<Settings> PresetSettings(std::string_view name);
 
 /// Sets one parameter from text: numbers in decimal, flags on/off/true/false/1/0, choices by name,
-/// steps as "1,2,4". \return kInvalidArgument naming the parameter, the value and what is allowed;
-/// `settings` is then unchanged
+/// steps as "1,2,4".
+/// \return kInvalidArgument naming the parameter, the value and the allowed ones; `settings` is
+///     then unchanged
 Status SetParameter(Settings* settings, std::string_view name, std::string_view value);
 
 /// The same from "name=value". \return also kInvalidArgument if there is no '='

@@ -67,8 +67,8 @@ std::span<const Parameter> RenderParameters();
 
 /// Sets one row of the table from text: numbers in decimal, flags on/off/true/false/1/0, choices by
 /// name, "spp" as "4", "1/8" or "0.125".
-/// \return kInvalidArgument naming the setting, the value and what is allowed; `settings` is then
-///         unchanged
+/// \return kInvalidArgument naming the setting, the value and the allowed ones; `settings` is then
+///     unchanged
 Status SetRenderParameter(RenderSettings* settings, std::string_view name, std::string_view value);
 
 /// The value as text that SetRenderParameter reads back.

@@ -105,7 +105,7 @@ class TwoWayDenoiser {
 
   /// Memory held now: history, working memory, futures and frames that wait.
   size_t memory_bytes() const;
-  /// Of that what lies on a device; zero on the CPU.
+  /// The part of it on a device; zero on the CPU.
   DeviceMemory device_memory() const;
 
   /// Memory that frames like `like` will take, measured with two strips of a few rows: with every

@@ -25,7 +25,7 @@ const stillray_input_info* FindInput(std::string_view name);
 /// Whether the input holds whole numbers (STILLRAY_FORMAT_UINT32).
 bool IsId(std::string_view name);
 
-/// Copies the images into the frame; what is not given becomes empty. All images are of the size
+/// Copies the images into the frame; missing ones become empty. All images have the size
 /// frame->width x frame->height.
 void LoadFrame(const ImageMap& images, Frame* frame);
 

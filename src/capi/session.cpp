@@ -24,9 +24,9 @@ namespace {
 
 constexpr int kMaxSide = 32768;
 constexpr int kBand = 32;
-/// How often the progress callback is asked: quick for a person, free for a processor.
+/// Polling interval of the progress callback: short for users, long for a processor.
 constexpr std::chrono::milliseconds kPoll(4);
-/// Parts of a frame's progress: reading inputs takes no time worth reporting.
+/// Fractions of a frame's progress: reading inputs is negligible.
 constexpr double kFilteringEnds = 0.95;
 
 bool StartsWith(std::string_view name, std::string_view prefix) {
@@ -161,7 +161,7 @@ Status Session::CheckInputSizes(Frame* frame, std::string* first_name) const {
   if (inputs_.empty()) {
     return Status::InvalidArgument("no input is set");
   }
-  // The first image of the documentation's order sets the size: it is light where there is any.
+  // The first image in the order of the documentation sets the size: light, if there is any.
   const stillray_image* first = nullptr;
   std::string name_of_first;
   for (const stillray_input_info& info : Inputs()) {
@@ -213,7 +213,7 @@ Status Session::RefuseWhileFramesWait(const char* what) const {
                   what, two_way_->waiting()));
 }
 
-/// What the engine must return for the outputs.
+/// The outputs that the engine must compute.
 std::vector<std::string> Session::EngineOutputs() const {
   std::vector<std::string> wanted;
   for (const auto& [name, image] : outputs_) {
@@ -278,7 +278,7 @@ Status Session::FilterWatched() {
   while (filtering.wait_for(kPoll) != std::future_status::ready) {
     const double part =
         last_filter_ms_ > 0 ? std::min(1.0, MillisecondsSince(start) / last_filter_ms_) : 0;
-    // Above 0, which promises that nothing has been filtered yet.
+    // Above 0, since 0 means that nothing has been filtered yet.
     if (!cancelled && !Report(std::max(0.01, kFilteringEnds * part))) {
       cancelled = true;
       group.cancel_group_execution();
@@ -286,7 +286,7 @@ Status Session::FilterWatched() {
   }
   Status status = filtering.get();
   if (!status.ok()) {
-    return status;  // refused before anything was done
+    return status;  // rejected before anything was done
   }
   if (cancelled || !Report(kFilteringEnds)) {
     engine_.reset();  // half a frame is in its history

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What a stillray_denoiser holds: settings, descriptions of images, and the engine with its
+/// The content of a stillray_denoiser: settings, descriptions of images, and the engine with its
 /// history.
 #pragma once
 
@@ -21,7 +21,7 @@
 
 namespace stillray::capi {
 
-/// Threads and the place where frames are filtered, shared by a device and its denoisers.
+/// Threads and the filtering device, shared by a device and its denoisers.
 struct Workplace {
   Workplace(int n, Device filter_device) : threads(n), arena(n), device(std::move(filter_device)) {}
   int threads;
@@ -29,7 +29,8 @@ struct Workplace {
   Device device;
 };
 
-/// The sequence behind a stillray_denoiser. Errors come as Status; only memory can throw.
+/// The sequence of a stillray_denoiser. Errors are returned as Status; the only exception is
+/// std::bad_alloc.
 class Session {
  public:
   Session(std::shared_ptr<Workplace> place, const Settings& settings)
@@ -40,10 +41,10 @@ class Session {
     settings_ = settings;
     settings_changed_ = true;
   }
-  /// Results that there are with the present settings.
+  /// Results available with the current settings.
   std::vector<std::string> OutputNames() const { return OutputNames(settings_); }
 
-  /// \param image  nullptr: take it away
+  /// \param image  nullptr: remove it
   Status SetInput(std::string_view name, const stillray_image* image);
   Status SetOutput(std::string_view name, const stillray_image* image);
   Status SetJitter(float x, float y);
@@ -59,7 +60,7 @@ class Session {
   Status MemoryNeed(stillray_memory_need* need);
   Status Resize(int width, int height);
   void Reset();
-  /// After an exception within a call: whatever the engine holds may be half done.
+  /// After an exception within a call: discards the engine, whose state may be inconsistent.
   void Abandon() {
     engine_.reset();
     two_way_.reset();
@@ -68,17 +69,18 @@ class Session {
   Result<std::vector<uint8_t>> SaveHistory();
   Status RestoreHistory(std::span<const uint8_t> bytes);
   stillray_statistics Statistics() const;
-  /// What was odd about the last frame, or "".
+  /// A warning about the last frame, or "".
   const std::string& warning() const { return result_.warning; }
 
  private:
   static std::vector<std::string> OutputNames(const Settings& settings);
   Status Prepare();
   Status PrepareTwoWay();
-  /// \param frame  gets the size of the inputs
-  /// \param first  if given: gets the name of the input that all others are compared with, quoted
+  /// \param frame  receives the size of the inputs
+  /// \param first  if given: receives the quoted name of the input with which all others are
+  ///     compared
   Status CheckInputSizes(Frame* frame, std::string* first = nullptr) const;
-  /// \param expected  the frame's size, and where it comes from
+  /// \param expected  the frame's size, and its origin
   Status CheckOutputs(const Settings& settings, int width, int height,
                       std::string_view expected) const;
   Status RefuseWhileFramesWait(const char* what) const;
@@ -86,11 +88,11 @@ class Session {
   void NumberFrame();
   Status CheckSize(std::string_view name, const stillray_image& image) const;
   Status Filter();
-  /// Runs the engine on another thread while this one asks the callback.
+  /// Runs the engine on another thread while this one polls the callback.
   Status FilterWatched();
-  /// The same for a frame that was pushed, which is ready.
+  /// The same for a pushed frame that is ready.
   Status PullWatched();
-  /// \return whether to go on
+  /// \return whether to continue
   bool Report(double fraction) const;
   void WriteOutputs(const Settings& settings);
   void WriteOutput(const Settings& settings, const std::string& name, const stillray_image& image);
@@ -101,7 +103,7 @@ class Session {
   Settings settings_;
   std::optional<Denoiser> engine_;
   std::optional<TwoWayDenoiser> two_way_;  ///< of frames that are pushed
-  bool settings_changed_ = false;          ///< since two_way_ was made
+  bool settings_changed_ = false;          ///< since two_way_ was created
   ImageMap inputs_;
   ImageMap outputs_;
   stillray_progress progress_ = nullptr;
@@ -112,7 +114,7 @@ class Session {
   int64_t index_ = 0;  ///< of the next frame
   float jitter_x_ = 0;
   float jitter_y_ = 0;
-  Frame frame_;  ///< the last one that was finished, or the one in work
+  Frame frame_;  ///< the last finished one, or the one in progress
   DenoisedFrame result_;
 };
 

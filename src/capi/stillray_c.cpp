@@ -22,9 +22,9 @@ struct stillray_denoiser {
   mutable stillray::capi::Occupancy occupancy;
   stillray::capi::Session session;
   std::string message;                    ///< of the last call that failed
-  std::string value;                      ///< what get() returned last
-  std::string warning;                    ///< what warning() returned last
-  std::vector<std::string> output_names;  ///< what output_name() returned pointers into
+  std::string value;                      ///< last result of get()
+  std::string warning;                    ///< last result of warning()
+  std::vector<std::string> output_names;  ///< owns the last results of output_name()
 };
 
 namespace stillray::capi {
@@ -148,7 +148,7 @@ stillray_error stillray_parameter_at(size_t index, stillray_parameter* parameter
     if (index >= parameters.size()) {
       return stillray::capi::OutOfRange("parameter", index, parameters.size());
     }
-    // Text that lives as long as the program; the table itself is constant.
+    // Static text; the table itself is constant.
     static const std::vector<std::string> defaults = [] {
       std::vector<std::string> texts;
       for (const stillray::Parameter& p : stillray::Parameters()) {
@@ -208,7 +208,7 @@ stillray_error stillray_device_create_on(uint32_t abi_version, int32_t threads, 
     }
     const Result<stillray::Device> opened = stillray::Device::Open(name);
     STILLRAY_RETURN_IF_ERROR(opened.status());
-    // More threads than processors bring nothing, and TBB would print a warning.
+    // More threads than processors are useless, and TBB would print a warning.
     const int processors = tbb::info::default_concurrency();
     const int count = threads != 0 ? std::min<int>(threads, processors) : processors;
     *device = new stillray_device{std::make_shared<stillray::capi::Workplace>(count, *opened)};

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// stillray bench: milliseconds of every stage, beside what limits them, in one run.
+// stillray bench: times of every stage, and the limits of the machine, in one run.
 #include <algorithm>
 #include <memory>
 #include <string>
@@ -57,7 +57,7 @@ struct BenchSize {
   TracerBench tracer;
 };
 
-/// What is measured of a preset: its settings with what the command line changes.
+/// The settings of a preset, with the changes of the command line.
 Result<Settings> SettingsOf(const BenchArguments& a, const std::string& preset, bool one_signal,
                             const std::string& kernel) {
   Result<Settings> settings = PresetSettings(preset);

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The denoiser's part of `stillray bench`: every stage and whole frames, beside what limits them.
+/// The denoiser's part of `stillray bench`: times of stages and whole frames, and the limits of the
+/// machine.
 #pragma once
 
 #include <memory>
@@ -29,7 +30,7 @@ struct Times {
 
 /// One way to filter a frame.
 struct FilterSubject {
-  std::string name;    ///< preset, and what else differs from it
+  std::string name;    ///< preset, and its changes
   std::string kernel;  ///< "3x3", "5x5"
   int threads = 1;
   Backend backend = Backend::kCpu;

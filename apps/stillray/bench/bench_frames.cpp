@@ -71,7 +71,7 @@ DeviceMemory ImagesOf(const Frame& f) {
   return sum;
 }
 
-/// Of the filter's last frame; what the host does beside it is no stage of the device.
+/// Of the filter's last frame, without the host's part.
 double DeviceTimeOf(const Denoiser& denoiser, const DenoisedFrame& out) {
   double sum = 0;
   for (const StageTime& stage : out.timings) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The path tracer's part of `stillray bench`: phases of a frame, and rays per second beside what a
-/// loop of nothing but Embree reaches with the same rays.
+/// The path tracer's part of `stillray bench`: phases of a frame, and rays per second, compared
+/// with a loop that only calls Embree for the same rays.
 #pragma once
 
 #include <array>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What this machine can do at most, to be measured beside what is made of it.
+/// The limits of the machine: peak arithmetic rate and memory bandwidth.
 #pragma once
 
 #include <cstddef>

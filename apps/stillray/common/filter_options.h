@@ -33,8 +33,8 @@ struct FilterOptions {
 
 void AddFilterOptions(CLI::App* command, FilterArguments* arguments);
 
-/// The file first, then the preset in its place, then single parameters.
-/// \return kInvalidArgument naming the option, the value and what was expected; errors of the file
+/// Applies the file first, then a preset that replaces it, then single parameters.
+/// \return kInvalidArgument naming the option, the value and the expected ones; errors of the file
 Result<FilterOptions> ParseFilterArguments(const FilterArguments& arguments);
 
 }  // namespace stillray

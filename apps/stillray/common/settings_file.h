@@ -28,8 +28,8 @@ struct SettingsFile {
   RenderLines render;  ///< valid, in the order of the file
 };
 
-/// \return kNotFound, kIo, kUnsupported (far too large); kBadData naming file, line, what stands
-///         there and what was expected
+/// \return kNotFound, kIo, kUnsupported (far too large); kBadData naming file, line, the text found
+///     and the one expected
 Result<SettingsFile> ReadSettingsFile(const std::string& path);
 /// The same from memory; `name` stands for the path in messages. Safe on any bytes.
 Result<SettingsFile> ParseSettingsFile(std::string_view text, const std::string& name);
@@ -41,7 +41,7 @@ Status ApplyRenderLines(const RenderLines& lines, RenderSettings* settings);
 /// \return kInvalidArgument if there is no such preset or the settings are not valid
 Result<std::vector<std::string>> ChangedParameters(const SettingsFile& settings);
 
-/// Text that reads back to the same settings: the preset, and what differs from it.
+/// Text that is parsed to the same settings: the preset, and the changes to it.
 /// \return kInvalidArgument if there is no such preset or the settings are not valid
 Result<std::string> FormatSettingsFile(const SettingsFile& settings);
 Status WriteSettingsFile(const std::string& path, const SettingsFile& settings);

@@ -44,10 +44,10 @@ struct DenoiseOptions {
   DenoiseArguments text;
   std::string preset;  ///< on which the settings are based
   SequenceOptions sequence;
-  std::string window_note;  ///< why the window is what it is, or empty
+  std::string window_note;  ///< the reason for the window, or empty
 };
 
-/// \return kInvalidArgument naming the option, what it is and what was expected; kNotFound
+/// \return kInvalidArgument naming the option, its value and the expected ones; kNotFound
 Result<DenoiseOptions> ParseDenoiseArguments(const DenoiseArguments& arguments);
 
 }  // namespace stillray

@@ -57,7 +57,7 @@ Status FrameMaker::Prepare(const Device& device) {
   return denoiser_->SetOutputs(options_.outputs);
 }
 
-/// Where --device is auto, the CPU traces what the device cannot.
+/// With --device auto, the CPU traces if the device cannot.
 Status FrameMaker::MakeRenderer(const Device& device) {
   TraceOptions options;
   options.way = options_.tracing_way;
@@ -135,7 +135,7 @@ Status FrameMaker::Trace(const RenderMoment& moment, Progress* progress, RenderP
              : Status::Ok();
 }
 
-/// Where the denoiser goes on on the CPU, frames come to the host from then on; this one is traced
+/// If the denoiser falls back to the CPU, later frames are rendered to the host; this one is traced
 /// again, as it may be lost with the device.
 Status FrameMaker::Denoise(const RenderMoment& moment, Progress* progress, RenderPicture* picture) {
   const Status status = denoiser_->Denoise(picture->frame, &picture->denoised);
@@ -154,8 +154,8 @@ Status FrameMaker::Denoise(const RenderMoment& moment, Progress* progress, Rende
   return denoiser_->Denoise(picture->frame, &picture->denoised);
 }
 
-/// Not on the thread that writes: it would have to wait for the device, which traces the next frame
-/// by then.
+/// Not on the writer's thread, which would have to wait for the device while that traces the next
+/// frame.
 Status FrameMaker::BringToHost(RenderPicture* picture) const {
   picture->in_files = &picture->frame;
   const uint32_t planes = PlanesInFiles(options_);
@@ -184,7 +184,7 @@ Status FrameMaker::Make(int64_t number, UnwrittenFrame* earlier, Progress* progr
     picture->denoised.images = std::move(earlier->images);
     return Status::Ok();
   }
-  // Until its picture can be written, the history has light that no state could account for.
+  // Until its picture is written, no saved state matches the history.
   history_is_whole_ = false;
   const Clock::time_point start = Clock::now();
   STILLRAY_RETURN_IF_ERROR(Denoise(moment, progress, picture));

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Traces and filters the frames of `stillray render`, on one device or on the CPU in its place.
+/// Traces and filters the frames of `stillray render`, on one device or, as a fallback, on the CPU.
 #pragma once
 
 #include <cstdint>
@@ -21,44 +21,44 @@ namespace stillray {
 /// A frame until its files are written.
 struct RenderPicture {
   Frame frame;
-  Frame on_host;  ///< room for its planes, if it lies on a device and files need them
+  Frame on_host;  ///< host copy of its planes, if it is on a device and files need them
   const Frame* in_files = nullptr;  ///< the frame with the planes that files need
   DenoisedFrame denoised;
   Image3 reference;  ///< empty: none
   FrameLog log;
 };
 
-/// Samples per pixel that a frame takes, as a measure of the time it will take. Filtering and
-/// writing count as four.
+/// Cost of a frame in samples per pixel, from which its time is estimated. Filtering and writing
+/// count as four.
 double FrameWork(const RenderOptions& options, int64_t frame);
-/// That of all frames before this one.
+/// The cost of all earlier frames.
 double WorkBefore(const RenderOptions& options, int64_t frame);
 /// "frame 3 of 120".
 std::string FrameText(const RenderOptions& options, int64_t frame);
 
 class FrameMaker {
  public:
-  /// \param options, scene  must outlive the object and stay as they are
+  /// \param options, scene  must outlive the object and must not change
   FrameMaker(const RenderOptions& options, const Scene& scene)
       : options_(options), scene_(scene), last_filtered_(options.frames.first - 1) {}
 
-  /// \return kNotFound naming the cameras that there are
+  /// \return kNotFound naming the existing cameras
   Status FindCamera();
-  /// Makes renderer and denoiser.
+  /// Creates renderer and denoiser.
   Status Prepare(const Device& device);
 
-  /// Renders and denoises a frame, and its reference where that is asked for.
-  /// \param earlier  picture of the same frame, filtered by an earlier run, which is taken in place
-  ///        of filtering: the history has its light already; or nullptr
+  /// Renders and denoises a frame, and its reference if requested.
+  /// \param earlier  picture of the same frame, filtered by an earlier run, which replaces
+  ///     filtering: the history already includes its light; or nullptr
   Status Make(int64_t number, UnwrittenFrame* earlier, Progress* progress, RenderPicture* picture);
 
   /// The last frame whose light is in the history.
   int64_t last_filtered() const { return last_filtered_; }
-  /// Whether the history is that after last_filtered(); false once a frame
-  /// failed behind its filter, or within.
+  /// Whether the history is that after last_filtered(); false once a frame has failed during or
+  /// after filtering.
   bool history_is_whole() const { return history_is_whole_; }
   Result<std::vector<uint8_t>> SaveHistory() const { return denoiser_->SaveHistory(); }
-  /// \param last  the last frame whose light it has
+  /// \param last  the last frame whose light it includes
   Status RestoreHistory(const std::vector<uint8_t>& history, int64_t last);
 
   const Renderer& renderer() const { return *renderer_; }

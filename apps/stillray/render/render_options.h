@@ -87,7 +87,7 @@ inline double SamplesPerPixel(const RenderSettings& render) {
   return static_cast<double>(render.spp) / render.cycle;
 }
 
-/// \return kInvalidArgument naming the option, what it is and what was expected
+/// \return kInvalidArgument naming the option, its value and the expected ones
 Result<RenderOptions> ParseRenderArguments(const RenderArguments& arguments);
 
 /// Whether the machine's memory has room for a second frame of this size, so that one can be traced
@@ -97,12 +97,12 @@ bool TwoFramesFit(const RenderSettings& render);
 /// The name of a file without its folders.
 std::string FileNameOf(const std::string& path);
 
-/// Checksums of the content of files as text; empty for what was not read from a file.
+/// Checksums of the content of files as text; empty for built-in data.
 std::string SceneContent(const Scene& scene);
 std::string EnvironmentContent(const RenderOptions& options, const Scene& scene);
 
-/// Everything that decides what the pictures look like, one "name value" a line: runs with the same
-/// text make the same bits. Scene and environment count by their content, wherever they lie.
+/// All settings that affect the pictures, one "name value" a line: runs with the same text produce
+/// the same bits. Scene and environment are identified by their content, not by their path.
 std::string RenderFingerprint(const RenderOptions& options, const Scene& scene);
 
 }  // namespace stillray

@@ -27,11 +27,11 @@ struct RunLog {
   std::vector<FrameLog> frames;
   std::string scene_content;        ///< its checksum; empty for scenes that are built in
   std::string environment_content;  ///< likewise; empty without --environment
-  std::string device;               ///< what filters the frames, by name
-  std::string tracer;               ///< what traces them
+  std::string device;               ///< device of the filter, by name
+  std::string tracer;               ///< device of the tracer
   size_t denoiser_bytes = 0;
   size_t renderer_bytes = 0;
-  DeviceMemory device_memory;  ///< of that what lies on a GPU
+  DeviceMemory device_memory;  ///< the part of it on a GPU
 };
 
 /// The text of render.json.
