@@ -75,7 +75,8 @@ TEST(BlenderSequence, SvgfIsThePublishedFilter) {
   EXPECT_LE(quality.brightest, 1.02);
 }
 
-/// Diffuse light without the colour of surfaces, under l / (1 + l), and what tells surfaces apart.
+/// Diffuse light without the colour of surfaces, under l / (1 + l), and the guides that identify
+/// surfaces.
 struct DiffuseLight {
   Image3 light;
   Image1 depth;

@@ -294,7 +294,7 @@ TEST_F(CliCompare, SequencesThatChange) {
   const ProgramRun size =
       RunProgram({"compare", folder_ / "size.#.png", folder_ / "size.#.png", "--json", "-"});
   ExpectFailure(size, "size.2.png: 4x5 pixels, but");
-  // The name's ending does not tell a file's kind.
+  // The format does not follow from the file's extension.
   WriteGrey(folder_ / "kind.1.png", 4, 4, 10);
   WriteLinear(folder_ / "kind.2.png", ConstantPicture(4, 4, {1, 1, 1}));
   const ProgramRun kind =

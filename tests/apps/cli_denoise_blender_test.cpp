@@ -97,7 +97,7 @@ CameraMatrices StandardMatrices(const nlohmann::json& rows, double focal) {
   return m;
 }
 
-// Vector holds halves: 0.004 pixels and what the printed matrices have lost.
+// Vector holds halves: 0.004 pixels, plus the rounding of the printed matrices.
 TEST_F(BlenderWindow, CamerasTellTheMotionOfWhatStandsStill) {
   const nlohmann::json cameras = nlohmann::json::parse(ReadText(folder_ + "/cameras.json"));
   const double focal = cameras["focal_pixels"].get<double>();

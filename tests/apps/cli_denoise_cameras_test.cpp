@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// stillray denoise on files that tell their cameras and no motion.
+// stillray denoise on files with cameras and no motion.
 #include <Imath/ImathMatrix.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>

@@ -88,9 +88,8 @@ bool IsGlass(int x, int y) {
   return x >= 12 && x < 36 && y >= 6 && y < 18;
 }
 
-/// What *Combined, Z, Vector, Normal, Denoising Data* give of a wall in front of which glass
-/// stands: the denoising layers are there those of whatever a path met behind it, lamps and sky
-/// (black) too.
+/// The layers of *Combined, Z, Vector, Normal, Denoising Data* for a wall behind glass: there the
+/// denoising layers are those of a random surface behind it, including lamps and sky (black).
 ExrImage FrameWithDenoisingData(const Shot& shot, int64_t frame) {
   ExrImage image = ShotFrame(shot, frame);
   std::erase_if(image.channels,

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// stillray denoise reads the next file and writes the last one while it filters: that nobody can
-// tell from what it leaves behind and says.
+// stillray denoise reads the next file and writes the last one while it filters: its files and
+// messages must not depend on that.
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
@@ -150,7 +150,7 @@ TEST_P(CliDenoiseOverlap, ADamagedFrameIsNamedWhenItsTurnComes) {
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_THAT(run.errors, HasSubstr("in.0003.exr: is a damaged EXR file"));
   if (std::string(GetParam()) == "both") {
-    // The future of the first frame is asked for before anything is written.
+    // The future of the first frame is needed before anything is written.
     EXPECT_TRUE(FilesIn(out).empty());
     return;
   }

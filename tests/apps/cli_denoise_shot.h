@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A shot that tests of `stillray denoise` make and whose true light they know: a wall under noisy
-/// light in a pattern, past which the camera moves, in files as Blender writes them.
+/// A shot for tests of `stillray denoise` with known true light: a wall under noisy light in a
+/// pattern, past which the camera moves, in files with Blender's layers.
 #pragma once
 
 #include <cmath>

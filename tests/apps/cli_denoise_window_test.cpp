@@ -53,7 +53,7 @@ double Decibels(double ratio) {
   return 10 * std::log10(ratio);
 }
 
-// Whether the way to the next frame is told or has to be found must not matter here.
+// Motion to the next frame from a layer and derived motion must be equivalent here.
 TEST(CliDenoiseWindow, FirstFramesAreAsCleanAsTheRest) {
   for (const bool forward : {true, false}) {
     const TemporaryFolder folder;
@@ -136,7 +136,7 @@ TEST(CliDenoiseWindow, NoLightComesOverCutsAndGaps) {
   }
 }
 
-// Depth, normal and motion are those of the shot before; only the paint tells.
+// Depth, normal and motion are those of the previous shot; only the albedo differs.
 TEST(CliDenoiseWindow, ACutBetweenTwoFlatWallsIsSeenByTheirColour) {
   const TemporaryFolder folder;
   const std::string in = folder / "in.####.exr";

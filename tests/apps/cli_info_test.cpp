@@ -165,7 +165,7 @@ TEST_F(CliInfo, BuiltinScene) {
 }
 
 TEST_F(CliInfo, GltfFile) {
-  // One triangle in a buffer of 36 bytes, seen by nobody.
+  // One triangle in a buffer of 36 bytes, outside of the view.
   const std::string path = WriteBytes("a.gltf", R"({"asset": {"version": "2.0"},
     "scene": 0, "scenes": [{"nodes": [0, 1]}], "nodes": [{"mesh": 0}, {"mesh": 0}],
     "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],

@@ -179,8 +179,8 @@ TEST(CliRender, ThreadsDoNotChangeBits) {
   EXPECT_THAT(Differences(folder / "1", folder / "3", ".png"), ::testing::IsEmpty());
 }
 
-// With one thread, files are written before the next frame is begun; below one sample per pixel the
-// tracer clears only what it knows a frame to hold.
+// With one thread, files are written before the next frame starts; below one sample per pixel the
+// tracer clears only pixels that it stored.
 TEST(CliRender, WritingBesideTheNextFrameChangesNothing) {
   const TemporaryFolder folder;
   for (const char* threads : {"1", "3"}) {

@@ -25,7 +25,7 @@ void RunWell(const std::vector<std::string>& arguments) {
   ASSERT_EQ(run.exit_code, 0) << run.errors;
 }
 
-/// A rendered sequence, and what the program makes of it.
+/// A rendered sequence, and the program's result for it.
 struct Sequence {
   std::vector<Frame> frames;
   std::vector<Image3> denoised;

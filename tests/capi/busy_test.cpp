@@ -83,7 +83,7 @@ TEST(BusyTest, CallsFromItsOwnProgressCallbackAreRefused) {
   EXPECT_STREQ(stillray_error_name(STILLRAY_ERROR_BUSY), "busy");
 }
 
-/// Stops the first frame until another thread has tried what it wants to try.
+/// Holds the first frame until another thread has made its calls.
 struct Gate {
   std::promise<void> at_work;
   std::promise<void> opened;

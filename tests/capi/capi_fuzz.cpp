@@ -49,8 +49,8 @@ const char* InputName(Bytes* bytes) {
                                                                                         : "none";
 }
 
-/// A description with memory for what it describes, if that is valid.
-/// \param tame  always valid, of the size that most others have
+/// A description, with memory for its pixels if it is valid.
+/// \param tame  always valid, of the size of most others
 stillray_image MakeImage(Bytes* bytes, bool id, std::vector<std::vector<uint8_t>>* memory,
                          bool tame = false) {
   const int odd = tame ? 15 : bytes->Next();

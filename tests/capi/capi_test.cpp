@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The C API gives what the C++ API gives, bit for bit, however the images lie in memory.
+/// The C API and the C++ API give the same bits, for any memory layout of the images.
 #include <thread>
 
 #include "capi/capi_frames.h"
@@ -183,8 +183,8 @@ TEST(CapiTest, VarianceAndHistoryLengthForAdaptiveSamplers) {
       }
     }
     EXPECT_LT(clean, 1e-6);
-    // The variance of the mean of frame + 1 samples, up to what so few samples tell of it and the
-    // deliberate rise while the history is short.
+    // The variance of the mean of frame + 1 samples, within the uncertainty of so few samples and
+    // the deliberate factor for short histories.
     EXPECT_GT(noisy, 0.5 * 0.25 / (frame + 1));
     EXPECT_LT(noisy, (frame < 4 ? 6.0 : 1.5) * 0.25 / (frame + 1));
     if (frame > 0) {

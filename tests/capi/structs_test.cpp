@@ -49,7 +49,7 @@ TEST_F(StructsTest, AnOlderStructGetsTheMembersThatItHas) {
   EXPECT_EQ(statistics.struct_size, offsetof(stillray_statistics, memory_bytes));
   EXPECT_EQ(statistics.non_finite, whole.non_finite);
   EXPECT_EQ(statistics.bad_guides, whole.bad_guides);
-  EXPECT_EQ(statistics.memory_bytes, 0x5a5a5a5a5a5a5a5au);  // beyond what the caller has
+  EXPECT_EQ(statistics.memory_bytes, 0x5a5a5a5a5a5a5a5au);  // beyond the caller's struct
 }
 
 TEST_F(StructsTest, ANewerStructGetsZerosInWhatIsUnknown) {

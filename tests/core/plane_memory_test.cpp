@@ -22,8 +22,7 @@ size_t Places(int count, int width, int height) {
   return places.size();
 }
 
-// A stage that walks through as many planes would find them all in the same sets of the first
-// cache, and what it writes would hold up what it reads.
+// Otherwise all planes of a stage would use the same L1 sets, and its writes would evict its reads.
 TEST(PlaneMemory, PlanesBeginAtDifferentPlacesOfAPage) {
   EXPECT_EQ(Places(40, 1280, 720), 40u);
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The history that is changed in place must be the very bits of the one that is written anew.
+// Updating the history in place must give the same bits as writing a new one.
 #include "denoise/stages/accumulate.h"
 
 #include <gtest/gtest.h>
@@ -56,7 +56,7 @@ void Compare(float shift, bool lit_alone, bool mostly_still) {
     const int64_t vectors =
         static_cast<int64_t>(kHeight) * ((kWidth + taps.lanes - 1) / taps.lanes);
     EXPECT_EQ(2 * elsewhere < vectors, mostly_still);
-    // Room for all: what is under test is the bits.
+    // Capacity for all: only the bits are tested.
     StagedHistory staged(8 * kWidth + 8 * taps.lanes, kHeight);
     ASSERT_TRUE(staged.HasRoom(static_cast<size_t>(elsewhere), taps.lanes));
     const SignalHistory old = MakeHistory(lit_alone);

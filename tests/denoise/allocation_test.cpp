@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Counts what is allocated while frames are denoised: an engine that embeds the denoiser wants
-// nothing of it once the first frames are through.
+// Counts allocations while frames are denoised: there must be none after the first frames.
 #include <atomic>
 #include <cstdlib>
 #include <new>

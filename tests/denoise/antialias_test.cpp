@@ -27,7 +27,7 @@ TEST(Antialias, NewPictureWeight) {
   EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 1, 1), 1.0f);         // the first sample of a surface
   EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 4, 1), 0.25f);        // a plain mean while it is young
   EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 16, 4), 0.25f);       // four samples in each frame
-  EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 200, 1), 0.1f);       // then the weight that was asked for
+  EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 200, 1), 0.1f);       // then the requested weight
   EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 0.5f, 0), 0.1f);      // nothing new: as ever
   EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 0.25f, 0.5f), 1.0f);  // never more than all
 }

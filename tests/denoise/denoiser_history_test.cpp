@@ -117,8 +117,8 @@ TEST(Denoiser, HistoryLengthOfAStillView) {
 }
 
 TEST(Denoiser, DisocclusionMaskOfAMovingQuadIsExact) {
-  // A quad of 12x10 pixels moves right by 3 pixels per frame in front of a wall: what it uncovers
-  // is a strip of 3x10 pixels at its left, no pixel more, no pixel less.
+  // A quad of 12x10 pixels moves right by 3 pixels per frame in front of a wall: it uncovers a
+  // strip of exactly 3x10 pixels at its left.
   Settings s = PresetSettings("default").value();
   s.history_search = false;
   for (const Backend backend : {Backend::kReference, Backend::kCpu}) {

@@ -120,7 +120,7 @@ TEST(Denoiser, InfiniteAlbedoStaysOnePixel) {
         for (int y = 0; y < 48; ++y) {
           for (int x = 0; x < 64; ++x) {
             ASSERT_TRUE(std::isfinite(b.colour[0](x, y))) << which << " " << i << " " << x << y;
-            // One sample less changes what is filtered; no more than that.
+            // A missing sample changes the filtered light slightly, and nothing else.
             ASSERT_TRUE((x == 20 && y == 20) ||
                         std::fabs(a.colour[0](x, y) - b.colour[0](x, y)) < 0.5f)
                 << which << " frame " << i << " at " << x << "," << y << ": " << a.colour[0](x, y)
@@ -153,7 +153,7 @@ TEST(Denoiser, RoundingBelowZeroIsZero) {
 }
 
 TEST(Denoiser, NegativeLimitFollowsExposure) {
-  // A third of a thousandth of the mean is rounding, a tenth is not, whatever the unit of light.
+  // A third of a thousandth of the mean is rounding, a tenth is not, in any unit of light.
   Denoiser zeros = MakeDenoiser(PresetSettings("default").value());
   DenoisedFrame expected;
   ASSERT_TRUE(zeros.Denoise(test::MakeSparseLight(96, 64, 0, 0), &expected).ok());

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The pipeline as a whole: what must be true whatever the settings, and that the vector version on
-// every instruction set gives the pictures of the scalar reference.
+// The whole pipeline: properties under all settings, and parity of the SIMD version with the scalar
+// reference on every instruction set.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -266,7 +266,7 @@ TEST(Denoiser, ThreadsDoNotChangeBits) {
 }
 
 TEST(Denoiser, TransmissionIsASignalOfItsOwn) {
-  // What is reflected and what is seen through the glass, each with its own albedo, add up again.
+  // The sum of reflected and transmitted light, each with its own albedo.
   const auto make = [](int i) {
     Frame f = MakeWall(32, 24, i);
     f.signals.push_back({SignalKind::kDirectTransmission, Image3(32, 24), Image1()});

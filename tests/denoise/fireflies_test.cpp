@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Limits on single bright samples: what they leave of the light, and of fireflies.
+// Limits on single bright samples: their effect on light and on fireflies.
 #include <gtest/gtest.h>
 
 #include <algorithm>

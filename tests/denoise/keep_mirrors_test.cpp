@@ -177,7 +177,7 @@ Measured MeasureChrome(const MirrorScene& scene, int frames = 8) {
 
 TEST(KeepMirrors, AMovingMirrorIsNoWorseThanItsSamples) {
   const Measured chrome = MeasureChrome(MirrorScene(240, 135, 1.0f));
-  EXPECT_LT(chrome.before, chrome.noisy - 2);  // what the stage is there for
+  EXPECT_LT(chrome.before, chrome.noisy - 2);  // the problem that the stage solves
   EXPECT_GT(chrome.after, chrome.noisy - 0.5);
   EXPECT_GT(chrome.after, chrome.before + 3);
 }

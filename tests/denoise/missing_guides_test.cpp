@@ -30,7 +30,7 @@ Settings Default() {
   return PresetSettings("default").value();
 }
 
-/// Light alone, as from a renderer that knows nothing else.
+/// Light only, as from a renderer without guides.
 Frame ColourAlone(int64_t index) {
   Frame busy = MakeBusyFrame(kWidth, kHeight, index);
   Frame frame;
@@ -134,7 +134,7 @@ TEST(MissingGuides, AnotherSizeIsAFirstFrame) {
   EXPECT_TRUE(d.Denoise(ColourAlone(1), &out).ok());
 }
 
-// Guides that a sparse frame does not know are moved on from the last frame.
+// Unknown guides of a sparse frame are gathered from the last frame along the motion.
 TEST(MissingGuides, FillingUnknownGuidesNeedsMotion) {
   Settings s = Default();
   s.temporal = false;

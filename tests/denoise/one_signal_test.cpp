@@ -10,8 +10,8 @@
 namespace stillray {
 namespace {
 
-/// Frames of four signals without broken light: what one signal makes of the sum of such is not
-/// what it makes of its parts.
+/// Frames of four signals without invalid light: with it, one signal of the sum would differ from
+/// the signals of the parts.
 Frame WithoutBrokenLight(int64_t index) {
   Frame frame = test::MakeBusyFrame(37, 23, index);
   for (Signal& signal : frame.signals) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Frames that know little of their guides.
+/// Frames with mostly unknown guides.
 #pragma once
 
 #include <functional>

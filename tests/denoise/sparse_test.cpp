@@ -27,8 +27,7 @@ using test::Random;
 constexpr int kWidth = 61;
 constexpr int kHeight = 45;
 
-/// The frame as a renderer leaves it that traces one pixel of `cycle` per frame and knows guides
-/// only there.
+/// The frame of a renderer that traces one pixel of `cycle` per frame, with guides only there.
 Frame MakeSparse(Frame f, int cycle, bool sparse_guides) {
   f.samples = Image1(f.width, f.height);
   const auto phase = static_cast<uint32_t>(f.index % cycle);
@@ -276,8 +275,8 @@ TEST(Sparse, NoGhostOfAnObjectThatLeft) {
 }
 
 TEST(Sparse, TheFirstFrameHasNeitherHolesNorDots) {
-  // One pixel of 32, each with noise as large as the light: what a level has filled must count in
-  // the next, and single samples must not stop at their own luminance.
+  // One pixel of 32, each with noise as large as the light: pixels filled by one level must be taps
+  // of the next, and the luminance weight must not isolate single samples.
   for (const std::string_view preset : {"default", "psvgf"}) {
     Denoiser d = MakeDenoiser(PresetSettings(preset).value());
     Frame f = MakeWall(kWidth, kHeight);
@@ -328,8 +327,8 @@ Settings FeedbackSettings(FeedbackWhen when) {
 }
 
 TEST(Sparse, FeedbackOfEveryFrameBlursOnAndOnAndDelayedFeedbackDoesNot) {
-  // PSVGF section 5: untouched pixels are blurred again in every frame. Contrast of stripes that
-  // all samples agree on: what is lost is lost to repeated filtering.
+  // PSVGF section 5: untouched pixels are blurred again in every frame. All samples agree on the
+  // stripes, so their contrast is only lost to repeated filtering.
   const auto contrast = [](FeedbackWhen when) {
     Denoiser d = MakeDenoiser(FeedbackSettings(when));
     DenoisedFrame out;
@@ -506,7 +505,7 @@ TEST(Fxaa, SmoothsAStaircaseAndKeepsFlatAndStraight) {
     for (int x = 10; x < kWidth - 10; ++x) {
       EXPECT_EQ(straight[0](x, y), y > 20 ? 1.0f : 0.1f) << x << " " << y;
       // Coverage of the pixel by the half plane 5 y > x + 100, taken at its middle column: exact
-      // enough to tell jagged from smooth.
+      // enough to distinguish jagged from smooth.
       const double cover = std::clamp(y - (x + 100.0) / 5.0 + 0.5, 0.0, 1.0);
       const double truth = 0.1 + 0.9 * cover;
       error_before += std::pow(jagged[0](x, y) - truth, 2);

@@ -121,7 +121,7 @@ TEST(CameraSpace, NormalsThatTurnWithTheCameraAreNamed) {
       Names());
 }
 
-// Nobody can tell, and nothing is lost: a camera that stands has its own world.
+// The spaces are equivalent under a static camera, so nothing is reported.
 TEST(CameraSpace, ACameraThatStandsIsClean) {
   EXPECT_EQ(FindingsOf(MakeSequence(0.4f, 0, Space::kCamera)), Names());
 }

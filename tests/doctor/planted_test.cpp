@@ -69,8 +69,7 @@ void RandomHits(Sequence* s, const std::function<bool(int, int)>& where, bool ho
   }
 }
 
-/// An object through which half of the paths go on: its colour is that of what was hit, weighted
-/// up.
+/// An object that half of the paths pass: its colour is that of the surface hit, weighted up.
 void HalfTransparent(Sequence* s) {
   for (NumberedImage& f : *s) {
     for (const char* name : {"albedo.R", "albedo.G", "albedo.B"}) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// `--device` of the program, and what it says.
+// `--device` of the program, and its messages.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -162,7 +162,7 @@ TEST_F(FailingProgram, AutoFallsBackToTheCpu) {
     run = Render(folder / call, {"-v"});
     EXPECT_THAT(run.errors, HasSubstr("\nVulkan: ")) << call;
   }
-  // What fails later ends on the CPU, too: the tracer's part alone, or the denoiser's.
+  // Later failures fall back to the CPU, too: of the tracer alone, or of the denoiser.
   for (const auto& [call, told] :
        {std::pair{"vkAllocateMemory:1:-2", "tracing on the CPU: Vulkan: "},
         std::pair{"vkCreateComputePipelines:2:-1", "tracing on the CPU: Vulkan: "},

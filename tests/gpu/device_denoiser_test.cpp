@@ -148,7 +148,7 @@ TEST_F(DeviceDenoiser, CompressedFirefliesKeepTheMean) {
 }
 
 TEST_F(DeviceDenoiser, LightThatGrowsAThousandfoldKeepsItsHistory) {
-  // The exposure changes on the way; what is remembered is brought to it.
+  // The exposure changes in between, and the history is rescaled.
   const Settings settings = With("svgf", {{"fxaa", "off"}});
   Denoiser reference = std::move(Denoiser::Create(settings, Backend::kReference).value());
   Denoiser tested = MakeDenoiser(settings, DevicePrecision::kHalf);

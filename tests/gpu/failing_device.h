@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A device whose calls fail where a test wants it: see failing_loader.cpp. For programs that
-/// define STILLRAY_FAILING_LOADER, its path.
+/// A device with injected failures: see failing_loader.cpp. For programs that define
+/// STILLRAY_FAILING_LOADER, its path.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -63,7 +63,7 @@ class FailingDevice : public ::testing::Test {
     Close();
   }
 
-  /// Whether the open device does what is tested.
+  /// Whether the open device supports the tested feature.
   virtual Status Suits() const { return Status::Ok(); }
 
   Status Open() {
@@ -83,7 +83,7 @@ class FailingDevice : public ::testing::Test {
     return Status::Ok();
   }
 
-  /// Nothing may be left behind: the validation layer would tell.
+  /// Nothing may leak: the validation layer would report it.
   void Close() {
     device_.reset();
     const auto messages = instance_ != nullptr ? instance_->messages() : nullptr;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// A Vulkan loader that forwards to the real one and fails where a test asks for it. It takes the
-// real one's place by its name, libvulkan.so.1, in a folder of its own, and reads the environment:
+// A Vulkan loader that forwards to the real one and injects failures. It replaces the real one
+// under its name, libvulkan.so.1, in a separate folder, and reads the environment:
 //   FAILING_REAL     path or name of the real loader
 //   FAILING_CALL     function:count:result, as vkQueueSubmit:3:-4: its third call returns -4, and
 //                    all after it, as after a device was lost
@@ -47,8 +47,8 @@ bool DevicesAre(std::string_view kind) {
 template <typename Self, typename Function>
 struct Wrapper;
 
-/// A function that returns a result. What is waited for is waited for before it fails: nothing must
-/// be destroyed that is still in use, and the layers would tell.
+/// A function that returns a result. Waits are completed before they fail: objects in use must not
+/// be destroyed, and the layers would report it.
 template <typename Self, typename... Arguments>
 struct Wrapper<Self, VkResult(VKAPI_PTR*)(Arguments...)> {
   static inline VkResult(VKAPI_PTR* real)(Arguments...) = nullptr;
@@ -161,7 +161,7 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetDevice(VkDevice device, const char* 
 
 extern "C" {
 
-/// Begins to count calls anew.
+/// Resets the count of calls.
 __attribute__((visibility("default"))) void failing_loader_reset() {
   const std::lock_guard lock(mutex);
   calls = 0;

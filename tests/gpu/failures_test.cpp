@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Calls of Vulkan that fail, one after the other: every failure is one line that says what failed,
-// and nothing is left behind, which the validation layer would tell.
+// Failures of single Vulkan calls: every failure is one line that names the cause, and nothing
+// leaks, which the validation layer would report.
 #include <gmock/gmock.h>
 
 #include <string>
@@ -22,7 +22,7 @@ struct Failure {
   const char* function;
   int count;
   VkResult result;
-  const char* action;  ///< what the message says was being done
+  const char* action;  ///< the action in the message
 };
 
 /// Lets the loader fail.

@@ -73,7 +73,7 @@ TEST(Exposure, StaysUnlessTheLightLeavesItFar) {
   EXPECT_EQ(ChooseExposure(0.125f, 8.1f), 0.015625f);  // above
   EXPECT_EQ(ChooseExposure(0.125f, 0.125f), 0.125f);   // a level of 1/64
   EXPECT_EQ(ChooseExposure(0.125f, 0.12f), 2.0f);      // below: 0.12 is in 1/16..1/8
-  EXPECT_EQ(ChooseExposure(0.125f, 0.0f), 0.125f);     // black tells nothing
+  EXPECT_EQ(ChooseExposure(0.125f, 0.0f), 0.125f);     // black has no information
   EXPECT_EQ(ChooseExposure(0.0f, 0.0f), 1.0f);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Frames that go to a device, through what a test records, and back.
+/// Runs frames through commands that a test records on a device.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 
 namespace stillray::test {
 
-/// Images of the device for what a frame has, and for its picture.
+/// Images on the device for a frame and its picture.
 struct FrameOnDevice {
   std::unique_ptr<vulkan::FrameUpload> upload;
   std::unique_ptr<vulkan::FrameDownload> download;

@@ -158,7 +158,7 @@ TEST_F(DeviceFuture, WithAPlainMeanEveryFrameOfAStillViewIsTheMeanOfAll) {
 }
 
 TEST_F(DeviceFuture, TheHistoryStaysFreeOfIt) {
-  // With feedback, too: nothing of what is merged becomes history.
+  // With feedback, too: the merged light never becomes history.
   const Settings s = With("svgf", {{"antialias", "off"}, {"feedback", "0"}});
   const Frames frames = BusyFrames(33, 20, 4);
   const std::vector<FutureLight> future =

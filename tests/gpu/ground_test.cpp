@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The ground: devices, memory, pipelines, times, and what is said where something is missing.
+// Devices, memory, pipelines, timestamps, and the messages for missing features.
 #include <gmock/gmock.h>
 
 #include <cstring>

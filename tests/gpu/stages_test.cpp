@@ -48,7 +48,7 @@ void Stages::ExpectSame(Settings settings, DevicePrecision precision, int width,
     const std::string where = what + " frame " + std::to_string(i);
     for (const NamedImage& image : expected.images) {
       if (settings.wavelet != Wavelet::kSvgf && image.name.find("variance.") == 9) {
-        continue;  // filtered_variance of wavelets without one is whatever was there
+        continue;  // filtered_variance is undefined for wavelets without a variance
       }
       ASSERT_TRUE(images.contains(image.name)) << where << " lacks " << image.name;
       ExpectImage(*images[image.name], image, ToleranceOf(image.name, precision), where);

@@ -42,7 +42,7 @@ class VulkanTest : public ::testing::Test {
     device_ = *device;
   }
 
-  /// Objects of the test's own must be gone by now: the layer tells of those left behind.
+  /// The test's own objects must be destroyed by now: the layer reports leaks.
   void TearDown() override {
     device_.reset();
     instance_.reset();

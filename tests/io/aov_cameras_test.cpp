@@ -103,7 +103,7 @@ TEST_P(AovCameras, Turned) {
       Motion(7, CameraAt(GetParam(), 0, 0, 0, angle), CameraAt(GetParam(), 0, 0, 0));
   // Half a pixel right of the middle: at the angle 10 degrees + atan(1/200).
   EXPECT_NEAR(motion[0](100, 50), 100 * std::tan(angle + std::atan(0.005)) - 0.5, 1e-3);
-  EXPECT_GT(motion[1](100, 99), 0);  // what was further out was nearer to the border
+  EXPECT_GT(motion[1](100, 99), 0);  // farther points were nearer to the border
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, AovCameras, ::testing::ValuesIn(kKinds), [](const auto& info) {

@@ -45,7 +45,7 @@ Image3 Ramp(float offset) {
   return image;
 }
 
-/// A plain file as WriteExr makes it: Combined, alpha, depth, a layer nobody knows.
+/// A plain file of WriteExr: Combined, alpha, depth, an unknown layer.
 std::string PlainFile(ExrCompression compression) {
   ExrImage image;
   image.width = kWidth;

@@ -104,7 +104,7 @@ TEST(AovImport, TheWayToTheNextFrame) {
   };
   std::map<std::string, std::vector<float>> layers = BlenderLayers();
   EXPECT_THAT(next(OnePixel(layers), {}), ::testing::ElementsAre(-7, 7));
-  // Another motion than the table's knows nothing of the table's next frame.
+  // The table's motion to the next frame does not belong to another motion layer.
   EXPECT_THAT(next(OnePixel(layers), {"auto", {"motion=Vector,y_down"}}), ::testing::IsEmpty());
   EXPECT_THAT(next(OnePixel(layers), {"auto", {"motion=Vector,to_next"}}),
               ::testing::ElementsAre(3, -2));
@@ -209,7 +209,7 @@ TEST(AovImport, ColourAloneIsDividedByTheColoursOfThePasses) {
 }
 
 /// Floor, wall and ceiling with textures; in the middle a ball of glass, where the denoising layers
-/// are those of whatever is seen in it.
+/// are those of the reflected or refracted surface.
 struct GlassPicture {
   static constexpr int kSize = 48;
   ExrImage image;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What lossy compression leaves in light, and what is made of it.
+// Detection and removal of artefacts of lossy compression in light.
 #include "io/lossy.h"
 
 #include <algorithm>

@@ -184,7 +184,7 @@ TEST(Video, FailureIsReportedInFfmpegsOwnWords) {
   const TempFolder folder;
   const PathOverride path(
       FakeFfmpeg(folder, "echo first line >&2\necho \"Unknown encoder 'libx264'\" >&2\nexit 1\n"));
-  // Large enough to fill every buffer on the way, so that writing meets the closed end.
+  // Large enough to fill every buffer, so that a write fails at the closed end.
   const Status status = WriteVideo(folder.Path("a.mp4"), 20, Flat(512, 512, 1, 2, 3));
   EXPECT_EQ(status.code(), StatusCode::kIo);
   EXPECT_THAT(status.message(), AllOf(HasSubstr("a.mp4"), HasSubstr("Unknown encoder 'libx264'")));

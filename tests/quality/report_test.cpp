@@ -327,7 +327,7 @@ TEST(Report, TemporalErrorWithoutMotionIsSaid) {
   EXPECT_THAT(Notes(data), Contains(HasSubstr("as if nothing moved")));
 }
 
-// Blender without Combined: what it would hold is the sum of the passes.
+// Blender without Combined, which is replaced by the sum of the passes.
 TEST(Report, FilesOfLightPassesShowTheirSum) {
   const TestFolder folder;
   ExrImage exr;
@@ -533,7 +533,7 @@ TEST(ReportErrors, TruncatedPictures) {
        {size_t{0}, size_t{1}, size_t{20}, whole.size() / 2, whole.size() - 40}) {
     folder.Write("denoised.0001.png", whole.substr(0, size));
     const Status error = BuildError(folder);
-    // What is too short to be told from other formats is not supported instead.
+    // Bytes too few to distinguish formats may be unsupported instead.
     EXPECT_THAT(error.code(), AnyOf(StatusCode::kBadData, StatusCode::kUnsupported)) << size;
     EXPECT_THAT(error.message(), AllOf(HasSubstr("denoised.0001.png"), Not(HasSubstr("\n"))))
         << size;

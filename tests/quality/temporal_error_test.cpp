@@ -83,7 +83,7 @@ TEST(TemporalError, DisplayPicturesCountAsTheirFilesValues) {
               1, 1e-6);
 }
 
-// Everything moves 2 right and 1 down: what is at p was at p + (-2, -1).
+// Everything moves 2 right and 1 down: the point at p was at p + (-2, -1).
 TEST(TemporalError, FollowsTheMotion) {
   const Image3 before = NoisePicture(16, 11, 3);
   const Image3 after = Shifted(before, 2, 1);

@@ -78,7 +78,7 @@ TEST(FreeCameraTest, ZoomAndTurnGiveKnownMotion) {
   const Frame zoom = RenderWith(builder, moment);
   EXPECT_NEAR(zoom.guides.motion[0](50, 30), (50.5f - 32.0f) * (ratio - 1.0f), 1e-3f);
   EXPECT_NEAR(zoom.guides.motion[1](50, 30), (30.5f - 24.0f) * (ratio - 1.0f), 1e-3f);
-  // A camera turned to the left by an angle: what it sees in its middle it saw on the left side.
+  // A camera turned to the left by an angle: the centre of the view was on its left side.
   constexpr float kAngle = 0.1f;
   moment.previous_pose = PoseAt(vec3(0.0f));
   moment.pose->world_from_camera = glm::rotate(mat4(1.0f), kAngle, vec3(0, 1, 0));

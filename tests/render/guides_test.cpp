@@ -148,7 +148,7 @@ TEST(MotionTest, CameraMovesSideways) {
   SceneBuilder builder = WallAt(4);
   builder.Move(0, vec3(1, 0.5f, 0));
   const Frame frame = RenderOne(builder.scene, GuideSettings(), MomentAt(0.5, 0.25));
-  // By (0.25, 0.125) since then: what is at p now was further right and further up.
+  // Moved by (0.25, 0.125) since then: the point at p was farther right and farther up.
   const float f = Focal(builder.scene);
   for (const int x : {2, 33, 60}) {
     ExpectMotion(frame, x, 11, vec2(0.25f * f / 4, -0.125f * f / 4));

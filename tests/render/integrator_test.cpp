@@ -218,7 +218,7 @@ TEST(SignalsTest, IndirectLightOfADarkCornerIsTheWallsAlone) {
   lamp.intensity = vec3(2.0f);
   builder.scene.lights.push_back(lamp);
   builder.scene.instances[0].mesh = 0;
-  // The mirror's shadow falls straight behind it, beyond what it shows at its edges: look at one.
+  // The mirror's shadow falls straight behind it, beyond the reflections at its edges: look at one.
   builder.scene.nodes[0].local = At(vec3(2.5f, 0, 0));
   builder.scene.nodes[0].local.rotation = Rotation(vec3(0, 1, 0), 0.9f);
   builder.scene.cameras[0].yfov = 0.05f;

@@ -144,7 +144,7 @@ TEST(RendererTest, ErrorFallsWithTheNumberOfSamplesWithAnySampler) {
   }
 }
 
-// Many places of a large mesh share its triangles in the BVH, and show what a copy shows.
+// Many instances of a large mesh share its triangles in the BVH, and look like copies.
 TEST(RendererTest, ManyPlacesOfAMeshShareItsTriangles) {
   SceneBuilder builder;
   builder.CameraTransform() = At(vec3(0, 0, 3));

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// docs/render_settings.md is made from the table. STILLRAY_UPDATE_DOCS=1 writes it anew.
+// docs/render_settings.md is generated from the table. STILLRAY_UPDATE_DOCS=1 updates it.
 #include <cstdlib>
 #include <fstream>
 #include <sstream>

@@ -188,7 +188,7 @@ TEST_F(DeviceFrameTest, BringsWhatIsAskedFor) {
   EXPECT_EQ(light.emission.width(), 16);
   EXPECT_TRUE(light.guides.depth.empty());
   Frame guides;
-  guides.samples = Image1(5, 5);  // not asked for: left as it is
+  guides.samples = Image1(5, 5);  // not requested: unchanged
   ASSERT_TRUE(frame.on_device->Download(kGuidePlanes, &guides).ok());
   EXPECT_EQ(guides.guides.depth.height(), 9);
   EXPECT_TRUE(guides.emission.empty());
@@ -197,7 +197,7 @@ TEST_F(DeviceFrameTest, BringsWhatIsAskedFor) {
   EXPECT_TRUE(guides.samples.empty());
 }
 
-// Images are used again if nobody holds them, and stay as they are if somebody does.
+// Images are reused if there are no other references, and are unchanged if there are.
 TEST_F(DeviceFrameTest, IsNotWrittenOverWhileItIsHeld) {
   const Scene scene = MakeBuiltinScene("cornell").value();
   const std::unique_ptr<Renderer> renderer = Create(scene, SmallSettings(24, 16, 1));

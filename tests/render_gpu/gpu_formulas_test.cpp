@@ -97,8 +97,8 @@ class GpuFormulasTest : public test::VulkanTest {
       ASSERT_EQ(f.offset, e.offset) << i;
       ASSERT_TRUE(near(f.frame_x, e.frame_x, 1e-6f)) << i;
       ASSERT_NEAR(f.frame_cosine, e.frame_cosine, 1e-6f) << i;
-      // Where a sum of importances decides which light it is, or the sun ends between two texels,
-      // roundings may tell otherwise.
+      // Where a sum of importances selects a light, or the sun ends between two texels, rounding
+      // may decide differently.
       const bool same =
           near(f.direction, e.direction, 2e-5f) && near(vec3(f.density), vec3(e.density), 1e-2f) &&
           near(f.radiance, e.radiance, 1e-2f) && near(vec3(f.distance), vec3(e.distance), 1e-4f) &&

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Calls of Vulkan that trace rays by hardware and fail, one after the other: each is one line that
-// says what failed, and nothing is left behind, which the validation layer would tell. Skipped on
-// devices that do not trace rays by hardware.
+// Failures of single Vulkan calls of hardware ray tracing: each is one line that names the cause,
+// and nothing leaks, which the validation layer would report. Skipped on devices without ray
+// tracing hardware.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

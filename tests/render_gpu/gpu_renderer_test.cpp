@@ -180,8 +180,8 @@ TEST_P(GpuRendererTest, GuidesOfSparseFramesAreWhereThePathsAre) {
   }
 }
 
-// Both estimate the same picture with the same random numbers; what is left is a path that
-// roundings sent another way here and there.
+// Both estimate the same picture with the same random numbers; the remaining differences are single
+// paths that rounding sent another way.
 TEST_P(GpuRendererTest, ConvergesToTheCpusPicture) {
   LeaveValidation();
   constexpr int kSpp = 8;
@@ -273,7 +273,7 @@ TEST_P(GpuRendererTest, MeansAgreeWithinNoise) {
   const double n = size * size;
   const double error = std::sqrt((squares - sum * sum / n) / (n - 1) / n);
   EXPECT_LT(std::abs(sum / n), 3.5 * error);
-  EXPECT_LT(error, 0.02 * Luminance709(Mean(expected)));  // the test can tell
+  EXPECT_LT(error, 0.02 * Luminance709(Mean(expected)));  // the test is sensitive enough
 }
 
 TEST_P(GpuRendererTest, SameBitsEveryTime) {

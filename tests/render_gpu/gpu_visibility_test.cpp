@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What is drawn is what the camera's rays meet first.
+// Rasterised triangles are the first hits of the camera's rays.
 #include "render/vulkan/visibility.h"
 
 #include <gtest/gtest.h>

@@ -40,7 +40,7 @@ struct Visitor {
   int escaped = 0;
   int most_stack = 0;
 
-  // `above`: boxes of all nodes on the way; `waiting`: entries on the stack at most.
+  // `above`: boxes of all ancestors; `waiting`: maximum number of entries on the stack.
   void Visit(uint32_t node, std::vector<Aabb> above, int waiting) {
     int children = 0;
     for (int i = 0; i < 4; ++i) {

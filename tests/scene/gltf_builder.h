@@ -23,7 +23,7 @@ inline constexpr int kGltfFloat = 5126;
 
 std::string Base64(const std::vector<uint8_t>& bytes);
 
-/// The JSON may be changed freely between calls: a test says what is special about its file.
+/// The JSON may be changed freely between calls: tests set the properties under test.
 class GltfBuilder {
  public:
   nlohmann::json json = {{"asset", {{"version", "2.0"}}}};

@@ -18,7 +18,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-/// Counts instead of pictures; fails where a test wants it.
+/// Counts instead of pictures, with injected failures.
 class FakeJob {
  public:
   struct Picture {

@@ -117,9 +117,8 @@ TEST(StillView, DefaultFallsToItsFloorAndExactAccumulationBelow) {
   EXPECT_LT(errors.exact.back(), 0.8 * errors.preset.back());
 }
 
-/// As published, psvgf steers its filter by the noise of single frames and feeds filtered light
-/// back: what it gains by samples it loses to blur, and its floor lies high. Exact accumulation
-/// converges.
+/// psvgf as published uses the noise of single frames and feeds filtered light back: blur cancels
+/// the gain of more samples, and its error has a high floor. Exact accumulation converges.
 TEST(StillView, PsvgfConvergesWithExactAccumulation) {
   const Errors errors = ErrorsOf("psvgf", {1, 2});
   ExpectToFall(errors.exact);
@@ -155,7 +154,7 @@ TEST(UnderMotion, ThePictureStaysUsable) {
           holes += sum > 0 ? 0 : 1;
         }
       }
-      // Until every pixel has had a path, a pixel may have no neighbour that knows its light.
+      // Until every pixel has had a path, a pixel may have no neighbour with light.
       EXPECT_LE(holes, !sparse && n < settings.rate.cycle ? 3 : 0) << "in frame " << n;
     }
     ViewSettings still = settings;

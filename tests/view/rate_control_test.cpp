@@ -35,7 +35,7 @@ struct Machine {
   }
 };
 
-/// The choice of a user who lets samples follow, and whose filter and scale hold.
+/// Only samples are adaptive; filter and scale are fixed.
 RateChoice OnlySamples(double target_ms, float scale) {
   RateChoice choice;
   choice.target_ms = target_ms;
@@ -367,7 +367,7 @@ TEST(RateControl, AFallThatDoesNotHelpIsTakenBack) {
   FramePlan plan;
   for (int i = 0; i < 300; ++i) {
     plan = control.Next(OnlySamples(50, 0.25f), true, false);
-    control.Observe({100, 100});  // whatever is traced: the machine is busy elsewhere
+    control.Observe({100, 100});  // independent of the samples: the machine is busy elsewhere
   }
   EXPECT_GE(plan.rate.value(), 1.0 / 64);
 }

@@ -201,7 +201,7 @@ TEST(ViewEngine, SavesWhatIsShown) {
   EXPECT_TRUE(is_error);
 }
 
-/// Pictures that stay on the device are made anew for files.
+/// Pictures that stay on the device are rendered again for files.
 TEST(ViewEngine, SavesWhatIsShared) {
   const Result<Device> device = Device::Open("vulkan");
   if (!device.ok()) {
@@ -297,8 +297,8 @@ TEST(ViewEngine, MeasuresAStillViewAgainstItsReference) {
   EXPECT_LT(measures.denoised.flip, measures.noisy.flip);
 }
 
-/// The first picture that knows of a movement of the camera, in frames after the newest one that
-/// there was when it was made.
+/// The first picture that includes a movement of the camera, in frames after the newest one at that
+/// time.
 TEST(ViewEngine, TheCameraIsAnsweredWithinTwoFrames) {
   ViewSettings settings = SettingsOfSize(96, 64);
   settings.width = 320;

@@ -24,7 +24,7 @@ constexpr uint8_t kGrey = 77;
 class MortalDevice : public DeviceBackend {
  public:
   explicit MortalDevice(int frames) : frames_(frames) {}
-  /// What the last frame was asked for, and how often its colour was fetched later.
+  /// The results requested for the last frame, and how often its colour was fetched later.
   const Results& results() const { return results_; }
   int reads() const { return reads_; }
   Result<std::unique_ptr<DeviceDenoiser>> CreateDenoiser(const Settings&,
@@ -188,7 +188,7 @@ TEST(ViewSessionOnDevice, FramesStayOnTheDeviceUntilSomebodyLooks) {
   frame = Next(settings, &session);
   EXPECT_TRUE(session.noisy().empty());
   EXPECT_EQ(frame.focus_depth, depth);
-  // So is who saves what was not shown.
+  // The same for saving a view that was not shown.
   EXPECT_EQ(session.Values("normal").value().size(), 3u);
   for (const char* view : {"noisy", "depth", "emission", "direct_diffuse", "samples"}) {
     settings.panes = {"denoised", view};
@@ -240,8 +240,8 @@ TEST(ViewSessionOnDevice, SharesThePictureWhereTheDeviceDoes) {
   EXPECT_FALSE(frame.pictures[0].pixels.empty());
 }
 
-// Fewer samples than pixels, a smaller picture, another time of the animation, a camera that is
-// moved: the device shows what the CPU shows.
+// Fewer samples than pixels, a smaller picture, another time of the animation, a moved camera: the
+// device shows the same as the CPU.
 TEST(ViewSessionOnDevice, ADeviceTracesWhatTheCpuTraces) {
   const Result<Device> device = Device::Open("vulkan");
   if (!device.ok()) {

@@ -110,7 +110,7 @@ TEST(ViewSession, AMovedCameraSeesSomethingElse) {
   EXPECT_FALSE(after.still);
   EXPECT_EQ(after.pose, settings.pose);
   EXPECT_GT(MeanDifference(before.pictures[0], after.pictures[0]), 5);
-  // Motion vectors tell of the way of the camera.
+  // Motion vectors follow the camera.
   const std::vector<Image1> motion = session.Values("motion").value();
   EXPECT_GT(std::abs(motion[0](48, 32)), 1);
 }
@@ -330,8 +330,8 @@ TEST(ViewSession, AdaptsItsRateToTheTarget) {
   EXPECT_GE(frame.rate.value(), 4.0 / 16);
 }
 
-/// Settings of a window on a machine on which no frame is in time: samples, resolution and filter
-/// follow. Times cannot change what a plan is there.
+/// Settings of a window on a machine that is always too slow: samples, resolution and filter are
+/// adaptive. The plan there does not depend on measured times.
 ViewSettings SlowMachine() {
   ViewSettings settings = SmallSettings();
   settings.panes = {"denoised"};
@@ -427,7 +427,7 @@ TEST(ViewSession, ARefiningFrameGivenUpLeavesTheMovingPictureAsItIs) {
   EXPECT_LT(MeanDifference(frame.pictures[0], next.pictures[0]), 3);
 }
 
-/// The label counted on when the history had begun anew.
+/// The label used to keep counting after the history had restarted.
 TEST(ViewSession, SamplesAreThoseOfTheHistory) {
   ViewSession session = Open("builtin:cornell");
   ViewSettings settings = SmallSettings();
