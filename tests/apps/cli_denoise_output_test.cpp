@@ -266,7 +266,8 @@ TEST_F(CliDenoiseOutput, PreviewMustBeAVideoOrPictures) {
   EXPECT_THAT(error({"--preview", "a.mov"}), HasSubstr("--preview is 'a.mov', expected a video"));
   EXPECT_THAT(error({"--preview", "one.png"}), HasSubstr("--preview is 'one.png', expected"));
   EXPECT_THAT(error({"--exposure", "1"}), HasSubstr("--exposure is for display pictures"));
-  EXPECT_THAT(error({"--preview", "a.mp4", "--fps", "0"}), HasSubstr("--fps is 0, expected"));
+  EXPECT_THAT(error({"--preview", "a.mp4", "--fps", "0"}),
+              HasSubstr("--fps: found '0', expected 0.001 to 1000"));
 }
 
 TEST_F(CliDenoiseOutput, PreviewVideoAlsoAfterAResume) {

@@ -160,7 +160,7 @@ TEST(CliDenoiseWindow, WithoutMotionThereIsNoFuture) {
   EXPECT_THAT(run.errors, HasSubstr("without history there is no future either"));
   const ProgramRun wrong = Denoise(in, folder / "out", {"--window", "future"});
   EXPECT_EQ(wrong.exit_code, 2);
-  EXPECT_THAT(wrong.errors, HasSubstr("--window is 'future', expected auto, past or both"));
+  EXPECT_THAT(wrong.errors, HasSubstr("--window: found 'future', expected auto, past or both"));
 }
 
 class CliDenoiseResume : public ::testing::TestWithParam<const char*> {};

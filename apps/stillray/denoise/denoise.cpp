@@ -12,9 +12,11 @@
 #include "common/commands.h"
 #include "common/device_option.h"
 #include "common/interrupt.h"
+#include "common/option_checks.h"
 #include "common/sequence_options.h"
 #include "denoise/denoise_options.h"
 #include "denoise/denoise_run.h"
+#include "io/frame_rate.h"
 
 namespace stillray {
 namespace {
@@ -73,6 +75,7 @@ void AddDenoiseCommand(CLI::App& app, int* exit_code) {
           "about half as long again and 1.8 kB per pixel more memory, or less memory and "
           "more time with the same result where --memory-limit demands it; auto: both, and past "
           "for one frame, where frames are missing, and where memory is too little for both")
+      ->check(OneOf({"auto", "past", "both"}))
       ->capture_default_str();
   command->add_flag(
       "--passes", a->passes,
@@ -82,8 +85,9 @@ void AddDenoiseCommand(CLI::App& app, int* exit_code) {
                       "Write display pictures too: a video (look.mp4), or PNG files "
                       "('look/####.png', or a folder)");
   AddDisplayOptions(command, &a->display);
-  CLI::Option* fps =
-      command->add_option("--fps", a->fps, "Frames per second of the video")->capture_default_str();
+  CLI::Option* fps = command->add_option("--fps", a->fps, "Frames per second of the video")
+                         ->check(InRange(kMinFps, kMaxFps))
+                         ->capture_default_str();
   command->add_flag("--no-check", a->no_check,
                     "Do not look for mistakes in the first frames (stillray check looks at all)");
   AddDeviceOption(command, &a->device, &a->verbose);

@@ -8,7 +8,6 @@
 #include <fmt/ranges.h>
 
 #include "denoise/denoise_preview.h"
-#include "io/frame_rate.h"
 #include "io/memory_limit.h"
 
 namespace stillray {
@@ -31,10 +30,6 @@ Status CheckDisplayArguments(const DenoiseArguments& arguments) {
   if (arguments.preview.empty() && given != nullptr) {
     return Status::InvalidArgument(
         fmt::format("{} is for display pictures, expected --preview with it", given));
-  }
-  if (!(arguments.fps >= kMinFps && arguments.fps <= kMaxFps)) {
-    return Status::InvalidArgument(
-        fmt::format("--fps is {}, expected {} to {}", arguments.fps, kMinFps, kMaxFps));
   }
   return Status::Ok();
 }
@@ -79,10 +74,6 @@ Result<DenoiseOptions> ParseDenoiseArguments(const DenoiseArguments& arguments) 
   options.text = arguments;
   SequenceOptions& sequence = options.sequence;
   STILLRAY_RETURN_IF_ERROR(ParseSettings(arguments, &options));
-  if (arguments.window != "auto" && arguments.window != "past" && arguments.window != "both") {
-    return Status::InvalidArgument(
-        fmt::format("--window is '{}', expected auto, past or both", arguments.window));
-  }
   STILLRAY_RETURN_IF_ERROR(CheckDisplayArguments(arguments));
   STILLRAY_RETURN_IF_ERROR(ParseMemory(arguments.memory_limit, &sequence.memory.bytes));
   Result<std::vector<SequenceFile>> files =

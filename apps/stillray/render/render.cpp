@@ -15,6 +15,8 @@
 #include "common/console.h"
 #include "common/device_option.h"
 #include "common/interrupt.h"
+#include "common/option_checks.h"
+#include "io/frame_rate.h"
 #include "render/render_options.h"
 #include "render/render_run.h"
 #include "stillray/io.h"
@@ -98,7 +100,9 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
   command->add_option("--size", a->size, "WIDTHxHEIGHT in pixels")->capture_default_str();
   command->option_defaults()->group("Scene");
   command->add_option("--frames", a->frames, "FIRST-LAST, or one frame")->capture_default_str();
-  command->add_option("--fps", a->fps, "Frames per second")->capture_default_str();
+  command->add_option("--fps", a->fps, "Frames per second")
+      ->check(InRange(kMinFps, kMaxFps))
+      ->capture_default_str();
   command->add_flag("--still", a->still,
                     "Hold scene and camera at the first frame while the noise goes on");
   command->add_option("--camera", a->camera, "Name or number of the camera; default: the first");
@@ -106,8 +110,10 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
                       "Light from all around: .hdr or .exr, latitude-longitude");
   command->option_defaults()->group("Sampling");
   AddTracerOptions(command, &a->tracer);
-  command->add_option("--reference", a->reference_spp,
-                      "Also render converged pictures with this many paths per pixel");
+  command
+      ->add_option("--reference", a->reference_spp,
+                   "Also render converged pictures with this many paths per pixel")
+      ->check(InRange(1, 1 << 20));
   command->add_option("--reference-frames", a->reference_frames,
                       "Only for these frames, such as 30-31,60-61; default: all");
   command->option_defaults()->group("Denoiser");
@@ -133,6 +139,7 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
       ->add_option("--ray-tracing", a->ray_tracing,
                    "How a Vulkan device traces rays: hardware, compute (shaders of our own), or "
                    "auto: hardware where a GPU offers it")
+      ->check(OneOf({"auto", "hardware", "compute"}))
       ->capture_default_str();
   command->add_option("--threads", a->threads, "Default: all processors")
       ->check(CLI::Range(0, 4096));

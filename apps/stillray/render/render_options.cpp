@@ -12,7 +12,6 @@
 
 #include "common/trace_device.h"
 #include "core/checksum.h"
-#include "io/frame_rate.h"
 #include "io/memory_limit.h"
 #include "render/render_files.h"
 
@@ -144,10 +143,6 @@ Status ParseAovs(const RenderArguments& arguments, RenderOptions* options) {
 }
 
 Status ParseReference(const RenderArguments& arguments, RenderOptions* options) {
-  if (arguments.reference_spp < 0 || arguments.reference_spp > 1 << 20) {
-    return Status::InvalidArgument(fmt::format(
-        "--reference is {}, expected 1 to {} paths per pixel", arguments.reference_spp, 1 << 20));
-  }
   if (arguments.reference_frames.empty()) {
     if (arguments.reference_spp > 0) {
       options->reference_frames.push_back(options->frames);
@@ -241,10 +236,6 @@ Result<RenderOptions> ParseRenderArguments(const RenderArguments& arguments) {
   STILLRAY_RETURN_IF_ERROR(ParseAovs(arguments, &options));
   STILLRAY_RETURN_IF_ERROR(ParseReference(arguments, &options));
   AddGuidesOfMeasures(&options);
-  if (!(arguments.fps >= kMinFps && arguments.fps <= kMaxFps)) {
-    return Status::InvalidArgument(
-        fmt::format("--fps is {}, expected {} to {}", arguments.fps, kMinFps, kMaxFps));
-  }
   const Result<render::TracingWay> way = ParseTracingWay(arguments.ray_tracing);
   STILLRAY_RETURN_IF_ERROR(way.status());
   options.tracing_way = *way;

@@ -3,12 +3,14 @@
 #include "view/view_options.h"
 
 #include <charconv>
+#include <limits>
 #include <string_view>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
 #include "common/device_option.h"
+#include "common/option_checks.h"
 #include "io/frame_rate.h"
 #include "view/views.h"
 
@@ -105,20 +107,12 @@ Status ParsePanes(const std::string& text, ViewSettings* settings) {
 }
 
 Status ParseRate(const ViewArguments& arguments, ViewSettings* settings) {
-  if (arguments.moving_filter != "psvgf" && arguments.moving_filter != "same") {
-    return Status::InvalidArgument(
-        fmt::format("--moving-filter is '{}', expected psvgf or same", arguments.moving_filter));
-  }
   settings->fast_filter = arguments.moving_filter == "psvgf";
   settings->auto_scale = arguments.scale == "auto";
   if (!settings->auto_scale && (!ParseWhole(arguments.scale, &settings->scale) ||
                                 !(settings->scale >= 0.05f && settings->scale <= 1.0f))) {
     return Status::InvalidArgument(
         fmt::format("--scale is '{}', expected 0.05 to 1, or auto", arguments.scale));
-  }
-  if (!(arguments.target_ms >= 5 && arguments.target_ms <= 5000)) {
-    return Status::InvalidArgument(
-        fmt::format("--target-ms is {}, expected 5 to 5000", arguments.target_ms));
   }
   settings->target_ms = arguments.target_ms;
   return Status::Ok();
@@ -128,11 +122,6 @@ Status ParseRate(const ViewArguments& arguments, ViewSettings* settings) {
 Status ParseHeadless(const ViewArguments& arguments, ViewOptions* options) {
   options->headless_frames = arguments.headless_frames.value_or(0);
   options->folder = arguments.folder;
-  if (arguments.headless_frames &&
-      (options->headless_frames < 1 || options->headless_frames > 1'000'000)) {
-    return Status::InvalidArgument(
-        fmt::format("--headless-frames is {}, expected 1 to 1000000", options->headless_frames));
-  }
   if (arguments.headless_frames && !arguments.report.empty()) {
     return Status::InvalidArgument(
         "--report tells of the window's frames and cannot be used with --headless-frames, which "
@@ -178,15 +167,7 @@ Result<ViewOptions> ParseViewArguments(const ViewArguments& arguments) {
   STILLRAY_RETURN_IF_ERROR(ParseSettings(arguments, &options));
   STILLRAY_RETURN_IF_ERROR(ParsePanes(arguments.panes, &settings));
   STILLRAY_RETURN_IF_ERROR(ParseRate(arguments, &settings));
-  if (!(arguments.fps >= kMinFps && arguments.fps <= kMaxFps)) {
-    return Status::InvalidArgument(
-        fmt::format("--fps is {}, expected {} to {}", arguments.fps, kMinFps, kMaxFps));
-  }
   settings.fps = arguments.fps;
-  if (arguments.camera < 0) {
-    return Status::InvalidArgument(
-        fmt::format("--camera is {}, expected 0 or more", arguments.camera));
-  }
   settings.camera = arguments.camera;
   settings.playing = arguments.play;
   STILLRAY_RETURN_IF_ERROR(ParseHeadless(arguments, &options));
@@ -205,6 +186,7 @@ void DeclareViewOptions(CLI::App* command, ViewArguments* a) {
   CLI::Option* spp = command->get_option("--spp")->default_str("auto");
   spp->description(spp->get_description() + "; auto: as many as --target-ms allows");
   command->add_option("--target-ms", a->target_ms, "Time that a frame may take, for auto")
+      ->check(InRange(5, 5000))
       ->capture_default_str();
   command
       ->add_option("--scale", a->scale,
@@ -214,17 +196,22 @@ void DeclareViewOptions(CLI::App* command, ViewArguments* a) {
       ->add_option("--moving-filter", a->moving_filter,
                    "Filter while something moves and frames take too long: psvgf, with sparse "
                    "guides, or same: the one chosen")
+      ->check(OneOf({"psvgf", "same"}))
       ->capture_default_str();
   command->add_option("--camera", a->camera, "Number of the file's camera, from 0")
+      ->check(InRange(0, std::numeric_limits<int>::max()))
       ->capture_default_str();
   command->add_option("--fps", a->fps, "Frames per second of clips and single steps")
+      ->check(InRange(kMinFps, kMaxFps))
       ->capture_default_str();
   command->add_flag("--play", a->play, "Start the animation at once");
   AddDeviceOption(command, &a->device, &a->verbose);
   command->add_option("--threads", a->threads, "Default: all processors")
       ->check(CLI::Range(0, 4096));
-  command->add_option("--headless-frames", a->headless_frames,
-                      "No window: write what it would show, frame by frame, to -o");
+  command
+      ->add_option("--headless-frames", a->headless_frames,
+                   "No window: write what it would show, frame by frame, to -o")
+      ->check(InRange(1, 1'000'000));
   command->add_option("--report", a->report,
                       "At the end, write how long the window's own frames took: JSON");
   command->add_option("-o,--output", a->folder, "Folder for --headless-frames");

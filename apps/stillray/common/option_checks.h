@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Checks of options whose messages name the value and what was expected, as those of CheckNumbers
+/// do: "--fps: found '0', expected 0.001 to 1000".
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <CLI/CLI.hpp>
+
+namespace stillray {
+
+/// Numbers of a range, both ends included.
+inline CLI::Validator InRange(double low, double high) {
+  const auto check = [low, high](std::string& text) {
+    double number = 0;
+    const bool inside = CLI::detail::lexical_cast(text, number) && number >= low && number <= high;
+    return inside ? std::string() : fmt::format("found '{}', expected {} to {}", text, low, high);
+  };
+  return CLI::Validator(check, "");
+}
+
+/// One of two or more names.
+inline CLI::Validator OneOf(std::vector<std::string> names) {
+  const auto check = [names = std::move(names)](std::string& text) {
+    if (std::find(names.begin(), names.end(), text) != names.end()) {
+      return std::string();
+    }
+    return fmt::format("found '{}', expected {} or {}", text,
+                       fmt::join(names.begin(), names.end() - 1, ", "), names.back());
+  };
+  return CLI::Validator(check, "");
+}
+
+}  // namespace stillray
