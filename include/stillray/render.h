@@ -148,20 +148,30 @@ class Renderer {
   /// Renders one frame: signals, guides, emission, background. `frame` may hold any frame. With
   /// `cycle`, a frame that is passed again is cleared only where it was set: do not write to its
   /// planes. Images on the device are reused if there is no other reference to them.
-  virtual Status RenderFrame(const RenderMoment& moment, Frame* frame,
-                             const RenderProgress& progress = {}) = 0;
+  /// \return kInvalidArgument: `frame` is null, or the moment is out of range; kOutOfMemory;
+  ///     kCancelled; errors of the device
+  Status RenderFrame(const RenderMoment& moment, Frame* frame, const RenderProgress& progress = {});
 
   /// Renders the converged picture of the same moment by accumulating `spp` paths per pixel, with
   /// random numbers independent of RenderFrame's: the limit of the sum of a frame's light. With
   /// `jitter`, samples are spread evenly over the pixel (box filter); else all pass through its
   /// centre. Uses SamplerKind::kSobol, whatever `sampler` is.
-  virtual Status RenderReference(const RenderMoment& moment, int spp, Image3* radiance,
-                                 const RenderProgress& progress = {}) = 0;
+  /// \return as RenderFrame; also kInvalidArgument if `spp` is below 1
+  Status RenderReference(const RenderMoment& moment, int spp, Image3* radiance,
+                         const RenderProgress& progress = {});
 
   /// Times of the last RenderFrame or RenderReference, summed over threads where work was shared.
   virtual const RenderTimings& timings() const = 0;
   /// Bytes of the scene's acceleration structure and tables.
   virtual size_t memory_bytes() const = 0;
+
+ private:
+  /// The implementations of RenderFrame and RenderReference, with valid arguments. They may throw
+  /// std::bad_alloc.
+  virtual Status TraceFrame(const RenderMoment& moment, Frame* frame,
+                            const RenderProgress& progress) = 0;
+  virtual Status TraceReference(const RenderMoment& moment, int spp, Image3* radiance,
+                                const RenderProgress& progress) = 0;
 };
 
 }  // namespace stillray

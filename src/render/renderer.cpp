@@ -91,10 +91,6 @@ class PathTracer final : public Renderer {
   Status Build(const WrapAccel& wrap_accel, const KeepGoing& keep_going);
   Status SetSettings(const RenderSettings& settings) override;
   const RenderSettings& settings() const override { return settings_; }
-  Status RenderFrame(const RenderMoment& moment, Frame* frame,
-                     const RenderProgress& progress) override;
-  Status RenderReference(const RenderMoment& moment, int spp, Image3* radiance,
-                         const RenderProgress& progress) override;
   const RenderTimings& timings() const override { return timings_; }
   size_t memory_bytes() const override {
     return accel_->memory_bytes() + state_.memory_bytes() + lights_.memory_bytes() +
@@ -102,6 +98,10 @@ class PathTracer final : public Renderer {
   }
 
  private:
+  Status TraceFrame(const RenderMoment& moment, Frame* frame,
+                    const RenderProgress& progress) override;
+  Status TraceReference(const RenderMoment& moment, int spp, Image3* radiance,
+                        const RenderProgress& progress) override;
   Result<TraceContext> MoveTo(const RenderMoment& moment);
   Status RenderWhole(const TraceContext& context, const RenderMoment& moment, Frame* frame,
                      const RenderProgress& progress);
@@ -341,45 +341,27 @@ Status PathTracer::RenderPart(const TraceContext& context, const RenderMoment& m
   return Status::Ok();
 }
 
-Status PathTracer::RenderFrame(const RenderMoment& moment, Frame* frame,
-                               const RenderProgress& progress) {
-  if (frame == nullptr) {
-    return Status::InvalidArgument("frame is null");
+Status PathTracer::TraceFrame(const RenderMoment& moment, Frame* frame,
+                              const RenderProgress& progress) {
+  Result<TraceContext> context = MoveTo(moment);
+  if (!context.ok()) {
+    return context.status();
   }
-  try {
-    Result<TraceContext> context = MoveTo(moment);
-    if (!context.ok()) {
-      return context.status();
-    }
-    return settings_.cycle > 1 ? RenderPart(*context, moment, frame, progress)
-                               : RenderWhole(*context, moment, frame, progress);
-  } catch (const std::bad_alloc&) {
-    return Status::OutOfMemory("rendering a frame: out of memory");
-  }
+  return settings_.cycle > 1 ? RenderPart(*context, moment, frame, progress)
+                             : RenderWhole(*context, moment, frame, progress);
 }
 
-Status PathTracer::RenderReference(const RenderMoment& moment, int spp, Image3* radiance,
-                                   const RenderProgress& progress) {
-  if (radiance == nullptr) {
-    return Status::InvalidArgument("radiance is null");
+Status PathTracer::TraceReference(const RenderMoment& moment, int spp, Image3* radiance,
+                                  const RenderProgress& progress) {
+  Result<TraceContext> context = MoveTo(moment);
+  if (!context.ok()) {
+    return context.status();
   }
-  if (spp < 1) {
-    return Status::InvalidArgument("spp of the reference is " + std::to_string(spp) +
-                                   ", expected at least 1");
-  }
-  try {
-    Result<TraceContext> context = MoveTo(moment);
-    if (!context.ok()) {
-      return context.status();
-    }
-    ResizeImage(radiance, settings_.width, settings_.height);
-    return RunTiles(TileSize(), progress, [&](const Tile& tile, TileScratch* scratch) {
-      TakeTile(tile, scratch);
-      RenderReferenceTile(*context, spp, scratch, radiance);
-    });
-  } catch (const std::bad_alloc&) {
-    return Status::OutOfMemory("rendering a reference: out of memory");
-  }
+  ResizeImage(radiance, settings_.width, settings_.height);
+  return RunTiles(TileSize(), progress, [&](const Tile& tile, TileScratch* scratch) {
+    TakeTile(tile, scratch);
+    RenderReferenceTile(*context, spp, scratch, radiance);
+  });
 }
 
 }  // namespace
@@ -402,6 +384,34 @@ Result<std::unique_ptr<Renderer>> CreateRenderer(const Scene& scene, const Rende
 }  // namespace stillray::render
 
 namespace stillray {
+
+Status Renderer::RenderFrame(const RenderMoment& moment, Frame* frame,
+                             const RenderProgress& progress) {
+  if (frame == nullptr) {
+    return Status::InvalidArgument("frame is null");
+  }
+  try {
+    return TraceFrame(moment, frame, progress);
+  } catch (const std::bad_alloc&) {
+    return Status::OutOfMemory("rendering a frame: out of memory");
+  }
+}
+
+Status Renderer::RenderReference(const RenderMoment& moment, int spp, Image3* radiance,
+                                 const RenderProgress& progress) {
+  if (radiance == nullptr) {
+    return Status::InvalidArgument("radiance is null");
+  }
+  if (spp < 1) {
+    return Status::InvalidArgument("spp of the reference is " + std::to_string(spp) +
+                                   ", expected at least 1");
+  }
+  try {
+    return TraceReference(moment, spp, radiance, progress);
+  } catch (const std::bad_alloc&) {
+    return Status::OutOfMemory("rendering a reference: out of memory");
+  }
+}
 
 Result<std::unique_ptr<Renderer>> Renderer::Create(const Scene& scene,
                                                    const RenderSettings& settings,

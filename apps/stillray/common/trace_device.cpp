@@ -92,13 +92,13 @@ Status DeviceRenderer::SetSettings(const RenderSettings& settings) {
   return CallOrFallBack([&] { return renderer_->SetSettings(settings); });
 }
 
-Status DeviceRenderer::RenderFrame(const RenderMoment& moment, Frame* frame,
-                                   const RenderProgress& progress) {
+Status DeviceRenderer::TraceFrame(const RenderMoment& moment, Frame* frame,
+                                  const RenderProgress& progress) {
   return CallOrFallBack([&] { return renderer_->RenderFrame(moment, frame, progress); });
 }
 
-Status DeviceRenderer::RenderReference(const RenderMoment& moment, int spp, Image3* radiance,
-                                       const RenderProgress& progress) {
+Status DeviceRenderer::TraceReference(const RenderMoment& moment, int spp, Image3* radiance,
+                                      const RenderProgress& progress) {
   return CallOrFallBack(
       [&] { return renderer_->RenderReference(moment, spp, radiance, progress); });
 }

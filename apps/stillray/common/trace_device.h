@@ -39,10 +39,6 @@ class DeviceRenderer final : public Renderer {
 
   Status SetSettings(const RenderSettings& settings) override;
   const RenderSettings& settings() const override { return renderer_->settings(); }
-  Status RenderFrame(const RenderMoment& moment, Frame* frame,
-                     const RenderProgress& progress) override;
-  Status RenderReference(const RenderMoment& moment, int spp, Image3* radiance,
-                         const RenderProgress& progress) override;
   const RenderTimings& timings() const override { return renderer_->timings(); }
   size_t memory_bytes() const override { return renderer_->memory_bytes(); }
 
@@ -55,6 +51,10 @@ class DeviceRenderer final : public Renderer {
   std::string TakeRemark();
 
  private:
+  Status TraceFrame(const RenderMoment& moment, Frame* frame,
+                    const RenderProgress& progress) override;
+  Status TraceReference(const RenderMoment& moment, int spp, Image3* radiance,
+                        const RenderProgress& progress) override;
   DeviceRenderer(const Scene& scene, const TraceOptions& options)
       : scene_(scene), options_(options) {}
   Status MakeOnDevice(const Device& device, const RenderSettings& settings);

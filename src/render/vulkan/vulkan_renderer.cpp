@@ -58,10 +58,6 @@ class VulkanRenderer final : public Renderer {
   Status Build();
   Status SetSettings(const RenderSettings& settings) override;
   const RenderSettings& settings() const override { return settings_; }
-  Status RenderFrame(const RenderMoment& moment, Frame* frame,
-                     const RenderProgress& progress) override;
-  Status RenderReference(const RenderMoment& moment, int spp, Image3* radiance,
-                         const RenderProgress& progress) override;
   const RenderTimings& timings() const override { return timings_; }
   size_t memory_bytes() const override {
     return state_.memory_bytes() + lights_.memory_bytes() + accel_->memory().bytes +
@@ -69,6 +65,10 @@ class VulkanRenderer final : public Renderer {
   }
 
  private:
+  Status TraceFrame(const RenderMoment& moment, Frame* frame,
+                    const RenderProgress& progress) override;
+  Status TraceReference(const RenderMoment& moment, int spp, Image3* radiance,
+                        const RenderProgress& progress) override;
   GpuTracer* tracer() const { return picture_->tracer(); }
   Status MoveTo(const RenderMoment& moment);
   void SetFrame(const RenderMoment& moment, vec2 jitter, SampleStream stream);
@@ -415,44 +415,26 @@ Status VulkanRenderer::RenderPart(const RenderMoment& moment, Frame* frame,
   return device_store_.End(static_cast<int64_t>(chosen.size()), frame);
 }
 
-Status VulkanRenderer::RenderFrame(const RenderMoment& moment, Frame* frame,
-                                   const RenderProgress& progress) {
-  if (frame == nullptr) {
-    return Status::InvalidArgument("frame is null");
-  }
-  try {
-    STILLRAY_RETURN_IF_ERROR(MoveTo(moment));
-    return settings_.cycle > 1 ? RenderPart(moment, frame, progress)
-                               : RenderWhole(moment, frame, progress);
-  } catch (const std::bad_alloc&) {
-    return Status::OutOfMemory("rendering a frame: out of memory");
-  }
+Status VulkanRenderer::TraceFrame(const RenderMoment& moment, Frame* frame,
+                                  const RenderProgress& progress) {
+  STILLRAY_RETURN_IF_ERROR(MoveTo(moment));
+  return settings_.cycle > 1 ? RenderPart(moment, frame, progress)
+                             : RenderWhole(moment, frame, progress);
 }
 
-Status VulkanRenderer::RenderReference(const RenderMoment& moment, int spp, Image3* radiance,
-                                       const RenderProgress& progress) {
-  if (radiance == nullptr) {
-    return Status::InvalidArgument("radiance is null");
-  }
-  if (spp < 1) {
-    return Status::InvalidArgument("spp of the reference is " + std::to_string(spp) +
-                                   ", expected at least 1");
-  }
-  try {
-    STILLRAY_RETURN_IF_ERROR(MoveTo(moment));
-    device_store_.Drop();
-    ResizeImage(radiance, settings_.width, settings_.height);
-    SetFrame(moment, vec2(0.0f), SampleStream::kReference);
-    BatchPlan plan;
-    plan.reference = true;
-    plan.samples = spp;
-    ProgressMeter meter(progress, WorkOf(settings_, spp));
-    return ForTiles(plan, &meter, [&](const GpuBatch& batch) {
-      StoreReference(batch, tracer()->sums(), spp, radiance);
-    });
-  } catch (const std::bad_alloc&) {
-    return Status::OutOfMemory("rendering a reference: out of memory");
-  }
+Status VulkanRenderer::TraceReference(const RenderMoment& moment, int spp, Image3* radiance,
+                                      const RenderProgress& progress) {
+  STILLRAY_RETURN_IF_ERROR(MoveTo(moment));
+  device_store_.Drop();
+  ResizeImage(radiance, settings_.width, settings_.height);
+  SetFrame(moment, vec2(0.0f), SampleStream::kReference);
+  BatchPlan plan;
+  plan.reference = true;
+  plan.samples = spp;
+  ProgressMeter meter(progress, WorkOf(settings_, spp));
+  return ForTiles(plan, &meter, [&](const GpuBatch& batch) {
+    StoreReference(batch, tracer()->sums(), spp, radiance);
+  });
 }
 
 }  // namespace
