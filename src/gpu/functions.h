@@ -1,9 +1,12 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The functions of Vulkan that stillray calls, looked up at run time: the program starts on
-/// machines without Vulkan, and defines no symbol of Vulkan's that could meet a caller's own
-/// loader.
+/// The functions of Vulkan that stillray calls, looked up at run time, so that the program starts on
+/// machines without Vulkan.
+///
+/// Tables of our own rather than volk's global function pointers: those have the names of Vulkan's
+/// functions, so that in a static library they replace the functions that an application links from
+/// libvulkan, and they serve one instance per process, while an application passes its own.
 #pragma once
 
 #define VK_NO_PROTOTYPES
