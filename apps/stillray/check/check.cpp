@@ -147,8 +147,8 @@ Status RunCheck(const CheckArguments& a, bool* clean) {
 }
 
 constexpr const char* kExamples = R"(
-Exit code: 0 nothing wrong was found, 3 findings, 2 input that cannot be read. Every finding names
-the frames, the figure and what was expected of it, and what cures it. docs/check.md lists them all.
+Exit code: 0 no findings, 3 findings, 2 input that cannot be read. Every finding names the frames,
+the measured and the expected value, and the cure. docs/check.md lists them all.
 
 Examples:
   stillray check 'shot.####.exr'
@@ -159,14 +159,15 @@ Examples:
 }  // namespace
 
 void AddCheckCommand(CLI::App& app, int* exit_code) {
-  CLI::App* command = app.add_subcommand(
-      "check", "Find out what is wrong with a sequence of EXR files before denoising it");
+  CLI::App* command =
+      app.add_subcommand("check", "Find faults of a sequence of EXR files before denoising it");
   command->footer(kExamples);
   const auto a = std::make_shared<CheckArguments>();
   AddSequenceOptions(command, &a->inputs, &a->frames, &a->aovs);
   command->add_option("--threads", a->threads, "Default: all processors")
       ->check(CLI::Range(0, 4096));
-  command->add_flag("--measures", a->measures, "Print every figure with its limit, broken or not");
+  command->add_flag("--measures", a->measures,
+                    "Print every measure with its limit, exceeded or not");
   command->add_option("--json", a->json_path,
                       "Write findings and measures there (- for standard output)");
   command->callback([a, exit_code] {

@@ -42,15 +42,14 @@ std::string ReasonForCpu() {
 void AddDeviceOption(CLI::App* command, std::string* text, bool* verbose) {
   command
       ->add_option("--device", *text,
-                   "Where frames are traced and denoised: cpu, vulkan, vulkan:N (stillray info "
-                   "--devices), or "
-                   "auto: a GPU where there is one, else the CPU")
+                   "Device that traces and denoises: cpu, vulkan, vulkan:N (stillray info "
+                   "--devices), or auto: a GPU if there is one, else the CPU")
       ->capture_default_str();
   AddVerboseOption(command, verbose);
 }
 
 void AddVerboseOption(CLI::App* command, bool* verbose) {
-  command->add_flag("-v,--verbose", *verbose, "Say why --device auto came to be the CPU");
+  command->add_flag("-v,--verbose", *verbose, "Print why --device auto chose the CPU");
 }
 
 Result<Device> OpenDeviceOption(const std::string& text, bool verbose, const std::string& work) {

@@ -19,12 +19,13 @@ void AddSequenceOptions(CLI::App* command, std::vector<std::string>* inputs, std
       ->take_all();
   command->add_option("--frames", *frames, "FIRST-LAST, or one frame; default: all");
   command
-      ->add_option("--renderer", aovs->renderer,
-                   fmt::format("Who named the layers: {}", fmt::join(RendererNames(), ", ")))
+      ->add_option(
+          "--renderer", aovs->renderer,
+          fmt::format("Renderer whose layer names to use: {}", fmt::join(RendererNames(), ", ")))
       ->capture_default_str();
   command->add_option("--view-layer", aovs->view_layer,
-                      "Which view layer (the name before the passes, ViewLayer in "
-                      "ViewLayer.DiffCol); default: the one with most passes");
+                      "View layer (the prefix of the passes, ViewLayer in ViewLayer.DiffCol); "
+                      "default: the one with most passes");
   command
       ->add_option("--aov", aovs->mappings,
                    "A layer by name, as normal=LAYER[,WORD...]; NAME=none for none; repeatable")

@@ -255,15 +255,14 @@ class Comparison {
 
 void AddCompareCommand(CLI::App& app, int* exit_code) {
   CLI::App* command = app.add_subcommand(
-      "compare", "Measures how far pictures or sequences are from their references");
+      "compare", "Measure the differences of pictures or sequences from their references");
   auto options = std::make_shared<CompareOptions>();
   command
       ->add_option("TEST", options->test,
                    "Picture (EXR, HDR, PNG, JPEG), or frames of a sequence: 'NAME.####.exr', "
                    "'NAME.*.exr', or a folder")
       ->required();
-  command->add_option("REFERENCE", options->reference, "What it should look like, likewise")
-      ->required();
+  command->add_option("REFERENCE", options->reference, "The reference, likewise")->required();
   command->add_option("--json", options->json_path,
                       "Write all numbers as JSON to this file too; - for JSON alone on standard "
                       "output");

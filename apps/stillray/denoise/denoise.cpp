@@ -35,10 +35,10 @@ Status ParseAndRun(const DenoiseArguments& arguments) {
 }
 
 constexpr const char* kExamples = R"(
-Every file is written again with clean light in place of its colour (Blender: Combined; it is added
-where a file has none). All other layers (light layers too, without --passes), the metadata and the
-compression stay as they are. See
-docs/renderers.md for what is understood and how to map your own names.
+Writes a copy of every file with clean light in place of its colour (Blender: Combined; it is added
+if a file has none). All other layers (light layers too, without --passes), the metadata and the
+compression are unchanged.
+docs/renderers.md lists known layer names, and how to map others.
 
 Examples:
   stillray denoise 'shot.####.exr' -o clean
@@ -89,18 +89,18 @@ void AddDenoiseCommand(CLI::App& app, int* exit_code) {
                          ->check(InRange(kMinFps, kMaxFps))
                          ->capture_default_str();
   command->add_flag("--no-check", a->no_check,
-                    "Do not look for mistakes in the first frames (stillray check looks at all)");
+                    "Skip the check of the first frames (stillray check examines all)");
   AddDeviceOption(command, &a->device, &a->verbose);
   command->add_option("--threads", a->threads, "Default: all processors")
       ->check(CLI::Range(0, 4096));
-  command->add_option("--memory-limit", a->memory_limit,
-                      "Refuse frames that take more, such as 8G; default: the machine's memory");
-  command->add_flag("--resume", a->resume,
-                    "Go on where an interrupted run with the same settings stopped");
+  command->add_option(
+      "--memory-limit", a->memory_limit,
+      "Reject frames that need more memory, such as 8G; default: the machine's memory");
+  command->add_flag("--resume", a->resume, "Resume an interrupted run with the same settings");
   command->add_flag("--timings", a->timings, "Print milliseconds per stage, and memory");
   command->add_option(
       "--json", a->json_path,
-      "Write settings, times and what was understood there (- for standard output)");
+      "Write settings, times and the roles of layers there (- for standard output)");
   command->callback([a, fps, exit_code] {
     a->fps_given = fps->count() > 0;
     const Status status = ParseAndRun(*a);

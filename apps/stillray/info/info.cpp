@@ -98,14 +98,14 @@ Status RunInfo(const InfoOptions& options) {
 
 void AddInfoCommand(CLI::App& app, int* exit_code) {
   CLI::App* command = app.add_subcommand(
-      "info", "Shows what is in a picture (EXR, HDR, PNG, JPEG) or a scene (glTF, built-in)");
+      "info", "Describe a picture (EXR, HDR, PNG, JPEG) or a scene (glTF, built-in)");
   auto options = std::make_shared<InfoOptions>();
   const CLI::Option* file =
       command->add_option("FILE", options->file, "Picture, .gltf or .glb file, or builtin:NAME");
   command->add_option("--view-layer", options->aovs.view_layer,
-                      "EXR files of several view layers: which of them the table of layers is of");
+                      "For EXR files of several view layers: the one to list");
   command->add_flag("--devices", options->devices,
-                    "In place of a file: where the denoiser can work, for --device");
+                    "Instead of a file: list the values of --device");
   command->add_option("--json", options->json_path,
                       "Write everything as JSON to this file too; - for JSON alone on standard "
                       "output");

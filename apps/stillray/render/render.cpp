@@ -104,10 +104,10 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
       ->check(InRange(kMinFps, kMaxFps))
       ->capture_default_str();
   command->add_flag("--still", a->still,
-                    "Hold scene and camera at the first frame while the noise goes on");
+                    "Freeze scene and camera at the first frame, with new noise in every frame");
   command->add_option("--camera", a->camera, "Name or number of the camera; default: the first");
   command->add_option("--environment", a->environment,
-                      "Light from all around: .hdr or .exr, latitude-longitude");
+                      "Environment map: .hdr or .exr, latitude-longitude");
   command->option_defaults()->group("Sampling");
   AddTracerOptions(command, &a->tracer);
   command
@@ -127,7 +127,7 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
       ->allow_extra_args(false)
       ->take_all();
   CLI::Option* format =
-      command->add_option("--format", a->formats, "What to write: a list of exr, png, mp4")
+      command->add_option("--format", a->formats, "Formats to write: a list of exr, png, mp4")
           ->capture_default_str();
   command->add_flag("--save-inputs", a->save_inputs,
                     "Also write the noisy frames: EXR files with every signal and every guide, as "
@@ -137,15 +137,14 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
   AddDeviceOption(command, &a->device, &a->verbose);
   command
       ->add_option("--ray-tracing", a->ray_tracing,
-                   "How a Vulkan device traces rays: hardware, compute (shaders of our own), or "
-                   "auto: hardware where a GPU offers it")
+                   "How a Vulkan device traces rays: hardware, compute (shaders), or auto: "
+                   "hardware if a GPU supports it")
       ->check(OneOf({"auto", "hardware", "compute"}))
       ->capture_default_str();
   command->add_option("--threads", a->threads, "Default: all processors")
       ->check(CLI::Range(0, 4096));
   command->option_defaults()->group("Output");
-  command->add_flag("--resume", a->resume,
-                    "Go on where an interrupted run with the same settings stopped");
+  command->add_flag("--resume", a->resume, "Resume an interrupted run with the same settings");
   command->add_flag("--timings", a->timings, "Print milliseconds per stage, and memory");
   command->add_option("--json", a->json_path,
                       "Write settings, times and memory there too (- for standard output)");

@@ -144,7 +144,7 @@ Examples:
   stillray report --noisy 'shot.####.exr' --clean clean --reference 'ref/####.exr' -o report.html
 )");
   const auto arguments = std::make_shared<ReportArguments>();
-  command->add_option("folder", arguments->folder, "What stillray render wrote");
+  command->add_option("folder", arguments->folder, "A folder of stillray render");
   ReportSequences& sequences = arguments->sequences;
   command->add_option("--noisy", sequences.noisy,
                       "In place of a folder: the noisy pictures of any renderer, EXR or PNG, as a "

@@ -51,7 +51,7 @@ Status RunView(const view::ViewArguments& arguments) {
 }  // namespace
 
 void AddViewCommand(CLI::App& app, int* exit_code) {
-  CLI::App* command = app.add_subcommand("view", "Look at a scene live");
+  CLI::App* command = app.add_subcommand("view", "Show a scene live");
   auto arguments = std::make_shared<view::ViewArguments>();
   view::DeclareViewOptions(command, arguments.get());
   command->footer(kExamples);

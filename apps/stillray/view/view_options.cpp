@@ -180,12 +180,12 @@ void DeclareViewOptions(CLI::App* command, ViewArguments* a) {
   command->add_option("--size", a->size, "Of the window: WIDTHxHEIGHT in pixels")
       ->capture_default_str();
   AddFilterOptions(command, &a->filter);
-  command->add_option("--views", a->panes, "What is shown side by side: noisy,denoised,reference")
+  command->add_option("--views", a->panes, "Views side by side: noisy,denoised,reference")
       ->capture_default_str();
   AddTracerOptions(command, &a->tracer);
   CLI::Option* spp = command->get_option("--spp")->default_str("auto");
   spp->description(spp->get_description() + "; auto: as many as --target-ms allows");
-  command->add_option("--target-ms", a->target_ms, "Time that a frame may take, for auto")
+  command->add_option("--target-ms", a->target_ms, "Target frame time, for auto")
       ->check(InRange(5, 5000))
       ->capture_default_str();
   command
@@ -210,10 +210,9 @@ void DeclareViewOptions(CLI::App* command, ViewArguments* a) {
       ->check(CLI::Range(0, 4096));
   command
       ->add_option("--headless-frames", a->headless_frames,
-                   "No window: write what it would show, frame by frame, to -o")
+                   "Without a window: write the picture of each frame to -o")
       ->check(InRange(1, 1'000'000));
-  command->add_option("--report", a->report,
-                      "At the end, write how long the window's own frames took: JSON");
+  command->add_option("--report", a->report, "Write the window's frame times at the end, as JSON");
   command->add_option("-o,--output", a->folder, "Folder for --headless-frames");
 }
 
