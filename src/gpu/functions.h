@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The functions of Vulkan that stillray calls, looked up at run time, so that the program starts on
-/// machines without Vulkan.
+/// The functions of Vulkan that stillray calls, looked up at run time, so that the program starts
+/// on machines without Vulkan.
 ///
 /// Tables of our own rather than volk's global function pointers: those have the names of Vulkan's
 /// functions, so that in a static library they replace the functions that an application links from
