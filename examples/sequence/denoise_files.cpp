@@ -6,6 +6,8 @@
 ///   denoise_files 'shot.####.exr' clean/
 #include <cstdio>
 #include <filesystem>
+#include <string>
+#include <utility>
 
 #include <stillray/sequence.h>
 

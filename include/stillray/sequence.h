@@ -51,6 +51,7 @@ Result<std::vector<SequenceFile>> ListSequence(const std::vector<std::string>& i
 /// \param note  set to the reason if it is the past of several frames
 Window ChooseWindow(const std::vector<SequenceFile>& files, std::string* note);
 
+/// Limit on the memory of a run.
 struct MemoryLimit {
   int64_t bytes = 0;  ///< 0: none
   /// Text before the number in messages.
@@ -69,7 +70,7 @@ struct StateOptions {
 
 /// All settings that affect the bits of a run, and its memory limit.
 struct SequenceOptions {
-  /// one or more, with increasing frames, all outputs in one folder
+  /// One or more, with increasing frames; all outputs in one folder, which must exist.
   std::vector<SequenceFile> files;
   AovOptions aovs;
   Settings settings;
@@ -110,7 +111,7 @@ struct FrameReport {
   std::string output;
   double read_ms = 0;
   double future_ms = 0;   ///< accumulating later frames backward, if necessary
-  double denoise_ms = 0;  ///< 0 for a frame that an earlier run filtered but could not write
+  double denoise_ms = 0;  ///< of the run that filtered it
   double write_ms = 0;
   /// From the end of the previous frame, or the run's start, to its own end. Less than the sum of
   /// the others if they overlap.
@@ -171,12 +172,12 @@ class SequenceDenoiser {
   ///     since), kOutOfMemory (a frame does not fit into the limit, naming need and limit),
   ///     kUnsupported
   static Result<SequenceDenoiser> Create(const SequenceOptions& options, const Device& device,
-                                         const SequenceHooks& hooks);
+                                         const SequenceHooks& hooks = SequenceHooks());
   /// The same with a device that is opened after the first file was read: opening one can take
   /// seconds, and a wrong file is found before.
   using OpenDevice = std::function<Result<Device>()>;
   static Result<SequenceDenoiser> Create(const SequenceOptions& options, const OpenDevice& open,
-                                         const SequenceHooks& hooks);
+                                         const SequenceHooks& hooks = SequenceHooks());
   SequenceDenoiser(SequenceDenoiser&&) noexcept;
   SequenceDenoiser& operator=(SequenceDenoiser&&) noexcept;
   ~SequenceDenoiser();

@@ -24,6 +24,34 @@ bool SequenceOptions::IsFixed(std::string_view parameter) const {
          fixed_parameters.end();
 }
 
+namespace {
+
+Status CheckFiles(const std::vector<SequenceFile>& files) {
+  if (files.empty()) {
+    return Status::InvalidArgument("a sequence has no files, expected one or more");
+  }
+  for (size_t i = 1; i < files.size(); ++i) {
+    if (files[i].frame <= files[i - 1].frame) {
+      return Status::InvalidArgument(
+          fmt::format("frame {} comes after frame {}, expected rising "
+                      "frames",
+                      files[i].frame, files[i - 1].frame));
+    }
+    const auto folder = [](const SequenceFile& file) {
+      return std::filesystem::path(file.output).parent_path();
+    };
+    if (folder(files[i]) != folder(files[0])) {
+      return Status::InvalidArgument(
+          fmt::format("{} and {} lie in two folders, expected one for "
+                      "all outputs",
+                      files[0].output, files[i].output));
+    }
+  }
+  return Status::Ok();
+}
+
+}  // namespace
+
 using Impl = SequenceDenoiser::Impl;
 
 Impl::Impl(const SequenceOptions& chosen, const SequenceHooks& calls)
@@ -235,9 +263,7 @@ Result<SequenceDenoiser> SequenceDenoiser::Create(const SequenceOptions& options
 Result<SequenceDenoiser> SequenceDenoiser::Create(const SequenceOptions& options,
                                                   const OpenDevice& open,
                                                   const SequenceHooks& hooks) {
-  if (options.files.empty()) {
-    return Status::InvalidArgument("a sequence has no files, expected one or more");
-  }
+  STILLRAY_RETURN_IF_ERROR(CheckFiles(options.files));
   auto impl = std::make_unique<Impl>(options, hooks);
   STILLRAY_RETURN_IF_ERROR(impl->Prepare(open));
   return SequenceDenoiser(std::move(impl));

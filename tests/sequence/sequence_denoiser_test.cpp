@@ -257,9 +257,18 @@ TEST(SequenceDenoiser, NoDeviceIsOpenedForAFileThatCannotBeRead) {
   EXPECT_FALSE(opened);
 }
 
-TEST(SequenceDenoiser, NoFilesAreRefused) {
-  EXPECT_EQ(SequenceDenoiser::Create({}, Device(), {}).status().code(),
-            StatusCode::kInvalidArgument);
+TEST(SequenceDenoiser, FilesInDisorderAreRefused) {
+  const auto error = [](std::vector<SequenceFile> files) {
+    SequenceOptions options;
+    options.files = std::move(files);
+    const Status status = SequenceDenoiser::Create(options, Device()).status();
+    EXPECT_EQ(status.code(), StatusCode::kInvalidArgument);
+    return status.message();
+  };
+  EXPECT_THAT(error({}), HasSubstr("no files"));
+  EXPECT_THAT(error({{2, "a", "b/c"}, {2, "d", "b/e"}}), HasSubstr("frame 2 comes after frame 2"));
+  EXPECT_THAT(error({{1, "a", "b/c"}, {2, "d", "e/f"}}),
+              HasSubstr("b/c and e/f lie in two folders"));
 }
 
 }  // namespace
