@@ -42,6 +42,7 @@
 #include "denoise/filter_parameters.h"
 #include "denoise/frame_check.h"
 #include "denoise/history_bytes.h"
+#include "denoise/output_names.h"
 #include "denoise/stage_timer.h"
 
 namespace stillray {
@@ -441,13 +442,7 @@ Status Denoiser::SetOutputs(const std::vector<std::string>& names) {
   const std::vector<std::string> known = OutputNames(impl_->settings);
   std::vector<std::string> wanted;
   for (const std::string& name : names) {
-    const size_t before = wanted.size();
-    for (const std::string& candidate : known) {
-      if (candidate == name || candidate.substr(0, candidate.find('.')) == name) {
-        wanted.push_back(candidate);
-      }
-    }
-    if (wanted.size() == before) {
+    if (!AddOutputs(known, name, &wanted)) {
       return Status::InvalidArgument(
           fmt::format("unknown output '{}'; outputs are: {}", name, fmt::join(known, ", ")));
     }

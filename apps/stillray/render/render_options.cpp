@@ -12,6 +12,7 @@
 
 #include "common/trace_device.h"
 #include "core/checksum.h"
+#include "denoise/output_names.h"
 #include "io/memory_limit.h"
 #include "render/render_files.h"
 
@@ -122,13 +123,7 @@ Status ParseAovs(const RenderArguments& arguments, RenderOptions* options) {
         }
         continue;
       }
-      const size_t before = options->outputs.size();
-      for (const std::string& candidate : known) {
-        if (candidate == name || candidate.substr(0, candidate.find('.')) == name) {
-          options->outputs.push_back(candidate);
-        }
-      }
-      if (options->outputs.size() == before) {
+      if (!AddOutputs(known, name, &options->outputs)) {
         return Status::InvalidArgument(fmt::format("--aov has '{}', expected some of {}, {}", name,
                                                    fmt::join(kGuideNames, ", "),
                                                    fmt::join(known, ", ")));
