@@ -2,9 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <string>
-
-#include <fmt/format.h>
 
 #include "stillray/render.h"
 
@@ -23,8 +22,10 @@ inline std::string OtherValue(const Parameter& p) {
     case ParameterType::kRate:
       return "1/8";
     default:
-      return fmt::format("{}", by_default == fmt::format("{}", p.max) ? p.min : p.max);
+      break;
   }
+  const std::string most = std::to_string(std::lround(p.max));
+  return by_default == most ? std::to_string(std::lround(p.min)) : most;
 }
 
 }  // namespace stillray::test

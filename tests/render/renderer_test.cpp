@@ -7,9 +7,11 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <string>
 
 #include <tbb/global_control.h>
 
+#include "other_value.h"
 #include "test_scenes.h"
 
 namespace stillray::render {
@@ -349,6 +351,30 @@ TEST(RendererTest, FlattenedTransformsMirrorAndVanish) {
     Frame frame;
     ASSERT_TRUE((*renderer)->RenderFrame(moment, &frame).ok());
     EXPECT_NEAR(Mean(frame.emission).x, seconds > 0 ? 0.0f : 1.0f, 1e-6f);
+  }
+}
+
+bool SameLightAndDepth(const Frame& a, const Frame& b) {
+  bool same = SameBits(a.guides.depth, b.guides.depth);
+  for (size_t i = 0; i < a.signals.size(); ++i) {
+    same = same && SameBits(a.signals[i].radiance, b.signals[i].radiance);
+  }
+  return same;
+}
+
+TEST(RendererTest, EverySettingChangesTheFrame) {
+  const SceneBuilder builder = VariedScene();
+  RenderMoment moment;
+  moment.frame_index = 3;
+  for (const Parameter& p : RenderParameters()) {
+    RenderSettings settings;
+    settings.width = 60;
+    settings.height = 40;
+    settings.cycle = std::string(p.name) == "guides" ? 8 : 1;  // without effect at 1
+    const Frame before = RenderOne(builder.scene, settings, moment);
+    EXPECT_TRUE(SameLightAndDepth(before, RenderOne(builder.scene, settings, moment)));
+    ASSERT_TRUE(SetRenderParameter(&settings, p.name, test::OtherValue(p)).ok());
+    EXPECT_FALSE(SameLightAndDepth(before, RenderOne(builder.scene, settings, moment))) << p.name;
   }
 }
 
