@@ -286,7 +286,8 @@ STILLRAY_API stillray_error stillray_denoiser_finish(stillray_denoiser* denoiser
  * progress callback is called while this works: on up to 32 frames in the first call of a block, on
  * one in the others.
  *  INVALID_ARGUMENT  an output is of another size than the frame, or none is set. The frame waits.
- *  CANCELLED         nothing is lost: another call does the work again.
+ *  CANCELLED         nothing is lost: another call does the work again. Once the frame itself is
+ *                    being denoised it is finished.
  *  OUT_OF_MEMORY     the frames that wait are dropped. */
 STILLRAY_API stillray_error stillray_denoiser_pull(stillray_denoiser* denoiser, int32_t* pulled);
 

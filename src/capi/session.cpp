@@ -208,7 +208,7 @@ Status Session::RefuseWhileFramesWait(const char* what) const {
     return Status::Ok();
   }
   return Status::InvalidArgument(
-      fmt::format("{} while {} frames wait, expected that the sequence is finished and pulled "
+      fmt::format("{} while frames wait ({}), expected that the sequence is finished and pulled "
                   "first, or a reset",
                   what, two_way_->waiting()));
 }
