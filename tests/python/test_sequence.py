@@ -76,6 +76,14 @@ def stack(planes, layer, components):
     return np.stack([planes[layer + c] for c in components], axis=-1)
 
 
+def unit(normal):
+    """Normals as the program reads them: of unit length, in single precision."""
+    x, y, z = np.moveaxis(normal, 2, 0)
+    squared = x * x + y * y + z * z
+    scale = np.float32(1) / np.sqrt(np.maximum(squared, np.float32(1e-4)))
+    return np.where((squared < 1e-4)[..., None], np.float32(0), normal * scale[..., None])
+
+
 def read_frame(path):
     planes, attributes = read_exr(path)
     layers = {"motion": "XY", "normal": "XYZ"}
@@ -84,6 +92,7 @@ def read_frame(path):
     for name in "direct_diffuse indirect_diffuse direct_specular indirect_specular".split():
         layers[name] = "RGB"
     frame = {name: stack(planes, name + ".", c) for name, c in layers.items()}
+    frame["normal"] = unit(frame["normal"])
     frame["depth"] = planes["depth.Z"]
     frame["roughness"] = planes["roughness.X"]
     frame["id"] = planes["id.X"]
@@ -201,7 +210,7 @@ class CallsTest(unittest.TestCase):
         del frame["motion"]
         with self.assertRaisesRegex(ValueError, "frame 1: image 'motion' is missing"):
             denoiser.push(frame)
-        with self.assertRaisesRegex(ValueError, "1 frames wait"):
+        with self.assertRaisesRegex(ValueError, "while frames wait"):
             denoiser.denoise(make_frame(1))
         self.assertEqual(denoiser.waiting, 1)
 
