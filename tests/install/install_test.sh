@@ -46,6 +46,12 @@ for language in c cpp cpp_engine; do
   "$work/$language/denoise_$language" "$work/$language/out" | tee "$work/$language/output.txt"
   check_errors "$work/$language/output.txt"
 done
+for language in c cpp_engine; do
+  mkdir "$work/$language/sequence"
+  "$work/$language/denoise_sequence_$language" "$work/$language/sequence" \
+    >"$work/$language/sequence.txt" || fail "the sequence example of $language"
+  check_errors "$work/$language/sequence.txt"
+done
 [ "$(head -c 2 "$work/c/out/denoised.ppm")" = P6 ] || fail "denoised.ppm is no picture"
 [ "$(head -c 2 "$work/cpp_engine/out/denoised.ppm")" = P6 ] || fail "denoised.ppm is no picture"
 [ "$(head -c 2 "$work/cpp/out/denoised.pfm")" = PF ] || fail "denoised.pfm is no picture"
