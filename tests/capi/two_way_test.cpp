@@ -26,6 +26,8 @@ CallerFrame BusyFrame(int index) {
 void Push(stillray_denoiser* denoiser, CallerFrame* frame, int32_t cut = STILLRAY_CUT_NO) {
   frame->Give(denoiser);
   ASSERT_EQ(stillray_denoiser_push(denoiser, cut), STILLRAY_OK) << stillray_error_message(denoiser);
+  // Its memory goes with the frame.
+  ASSERT_EQ(stillray_denoiser_set_output(denoiser, "colour", nullptr), STILLRAY_OK);
 }
 
 /// Pulls all frames that are ready.
@@ -110,6 +112,8 @@ TEST(TwoWayCapi, SaysWhatWaits) {
   EXPECT_EQ(first.width, kWidth);
   EXPECT_EQ(first.height, kHeight);
   EXPECT_EQ(first.index, 101);
+  Buffer colour(kWidth, kHeight, 3, STILLRAY_FORMAT_FLOAT, Layout::kInterleaved);
+  ASSERT_EQ(stillray_denoiser_set_output(denoiser.get(), "colour", &colour.image), STILLRAY_OK);
   ASSERT_EQ(stillray_denoiser_pull(denoiser.get(), &pulled), STILLRAY_OK);
   EXPECT_EQ(Waiting(denoiser.get()).index, 102);
   ASSERT_EQ(stillray_denoiser_reset(denoiser.get()), STILLRAY_OK);
