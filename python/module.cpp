@@ -581,5 +581,6 @@ PYBIND11_MODULE(_stillray, m) {
   BindDenoiser(m);
   m.def("parameters", &ListParameters, "All settings, in the order of the documentation.");
   m.def("presets", &ListPresets, "Names of the presets.");
+  m.def("_setting_text", &TextOf, "A setting as text.");
   m.def("inputs", &ListInputs, "The images that a frame may have: what each means, by name.");
 }

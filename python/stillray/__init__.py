@@ -26,6 +26,10 @@ light of later frames counts too:
     for clean in stillray.denoise_sequence(denoiser, frames):   # frames as above
         show(clean)
 
+Files of a renderer, with all their layers:
+
+    stillray.denoise_files("in.####.exr", "out/", window="both", passes=True)
+
 Pixel (0, 0) is the top left; x runs right, y down. `motion` points to where the surface was one
 frame ago. Errors: ValueError for wrong arguments, with what was wrong and what was expected.
 """
@@ -40,7 +44,7 @@ from ._stillray import (
     parameters,
     presets,
 )
-from ._sequence import denoise_sequence
+from ._sequence import denoise_files, denoise_sequence
 
 __all__ = [
     "Cancelled",
@@ -48,6 +52,7 @@ __all__ = [
     "Error",
     "Parameter",
     "__version__",
+    "denoise_files",
     "denoise_sequence",
     "inputs",
     "parameters",

@@ -1,10 +1,13 @@
 # SPDX-FileCopyrightText: the stillray developers
 # SPDX-License-Identifier: Apache-2.0
-"""Sequences in memory, denoised with light of the past and of the future."""
+"""Whole sequences: of frames in memory, with light of the past and of the future, and of files."""
 
-from typing import Any, Iterable, Iterator, Mapping, Optional, Sequence
+import os
+from typing import Any, Callable, Iterable, Iterator, Mapping, Optional, Sequence, Union
 
-from ._stillray import Denoiser
+from ._stillray import Denoiser, _setting_text
+
+Path = Union[str, "os.PathLike[str]"]
 
 
 def _ready(denoiser: Denoiser, outputs: Optional[Sequence[str]]) -> Iterator[Any]:
@@ -38,3 +41,53 @@ def denoise_sequence(
         yield from _ready(denoiser, outputs)
     denoiser.finish()
     yield from _ready(denoiser, outputs)
+
+def denoise_files(
+    inputs: Union[Path, Iterable[Path]],
+    output: Path,
+    frames: str = "",
+    window: str = "auto",
+    passes: bool = False,
+    preset: str = "default",
+    renderer: str = "auto",
+    aovs: Sequence[str] = (),
+    device: str = "cpu",
+    threads: int = 0,
+    memory_limit: int = 0,
+    resume: bool = False,
+    progress: Optional[Callable[[Mapping[str, Any]], Any]] = None,
+    **settings: Any,
+) -> list[dict[str, Any]]:
+    """Denoises a sequence of EXR files, with the bits of `stillray denoise`.
+
+        inputs: a pattern ("in.####.exr"), a folder that holds one sequence, or files in order
+        output: a pattern, or a folder that is made if needed; files keep their names and layers
+        frames: "FIRST-LAST" or one number; all
+        window: "both" for light of earlier and later frames, "past" for that of earlier ones;
+            "auto": both where the sequence has no gap and memory is enough
+        passes: whether the denoised light of every light layer is written too
+        preset, settings: as for Denoiser
+        renderer, aovs: which layers hold what: --renderer and --aov of the command line
+        threads: 0 for one per processor
+        memory_limit: bytes; 0 for none
+        resume: go on with an earlier call that was stopped, and keep what another needs to go on
+        progress: called after every frame with what is returned for it; return False to stop
+            (raises stillray.Cancelled)
+
+    Returns a dictionary per frame: "frame", "output", "restarted" and "note" (at cuts),
+    "missing_light", times in milliseconds. Raises FileNotFoundError, OSError, ValueError and
+    stillray.Error naming the file. Notes, such as on the window that "auto" chose, go to the logger
+    "stillray" as information.
+    """
+    try:
+        from . import _files
+    except ImportError as error:
+        raise ImportError(
+            "this build of stillray has no files: it was built with STILLRAY_BUILD_APPS off"
+        ) from error
+    paths = [inputs] if isinstance(inputs, (str, os.PathLike)) else list(inputs)
+    texts = [(name, _setting_text(value)) for name, value in settings.items()]
+    return _files.denoise_files(
+        [os.fspath(path) for path in paths], os.fspath(output), frames, window, passes, preset,
+        texts, renderer, list(aovs), device, threads, memory_limit, resume, progress,
+    )  # fmt: skip
