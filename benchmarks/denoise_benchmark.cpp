@@ -13,6 +13,7 @@
 
 #include "bench/machine_limits.h"
 #include "core/random.h"
+#include "denoise/plan.h"
 #include "denoise/stage_table.h"
 
 namespace stillray {
@@ -26,6 +27,12 @@ constexpr int kSignals = 3;
 float Random(int x, int y, int c) {
   return UniformFloat(HashCombine(HashCombine(static_cast<uint32_t>(x), static_cast<uint32_t>(y)),
                                   static_cast<uint32_t>(c)));
+}
+
+/// Of a frame that has a history, with the preset "default".
+const FramePlan& Plan() {
+  static const FramePlan plan = MakePlan(Settings(), FrameFacts(), {.has_history = true});
+  return plan;
 }
 
 /// Planes as they stand in the middle of a frame: tilted planes at several depths, smooth motion by
@@ -93,7 +100,7 @@ Planes720::Planes720() {
   }
   cpu::PrepareGuides({&depth, &normal, &id}, &guides);
   cpu::PrepareGuides({&depth, &normal, &id}, &previous);
-  cpu::FindTaps(guides, previous, motion, {}, &taps);
+  cpu::FindTaps(guides, previous, motion, Plan().reproject, &taps);
 }
 
 Planes720& Shared() {
@@ -113,13 +120,12 @@ void Measure(benchmark::State& state, const Body& body) {
 /// Arguments: signals, radius, step, whether with the weights of preset svgf.
 void Atrous(benchmark::State& state, const StageTable& stages) {
   Planes720& p = Shared();
-  AtrousParameters parameters;
-  parameters.radius = static_cast<int>(state.range(1));
-  parameters.step = static_cast<int>(state.range(2));
+  AtrousParameters parameters = Plan().atrous;
+  const AtrousLevel level = {kAtrousSvgf, static_cast<int>(state.range(1)),
+                             static_cast<int>(state.range(2))};
   if (state.range(3) != 0) {
-    parameters.edges.plane = false;
-  } else {
-    parameters.noise_ratio = 1.5f;
+    parameters.edges.depth_weight_plane = 0;
+    parameters.noise_ratio = 1;
   }
   std::array<AtrousSignal, kSignals> signals;
   for (size_t s = 0; s < signals.size(); ++s) {
@@ -128,7 +134,8 @@ void Atrous(benchmark::State& state, const StageTable& stages) {
     signals[s].complete = true;
   }
   Measure(state, [&] {
-    stages.atrous({signals.data(), static_cast<size_t>(state.range(0))}, p.guides, parameters);
+    stages.atrous({signals.data(), static_cast<size_t>(state.range(0))}, p.guides, level,
+                  parameters);
   });
 }
 
@@ -159,7 +166,7 @@ void PrefilterVariance(benchmark::State& state, const StageTable& stages) {
   Measure(state, [&] {
     stages.prefilter_variance({&p.filter[0][0].colour[0], &p.filter[0][0].variance, &p.present,
                                &p.history.length, &p.guides.full},
-                              {}, &p.stop[0]);
+                              Plan().prefilter_variance, &p.stop[0]);
   });
 }
 
@@ -170,7 +177,8 @@ void PrepareGuides(benchmark::State& state, const StageTable& stages) {
 
 void FindTaps(benchmark::State& state, const StageTable& stages) {
   Planes720& p = Shared();
-  Measure(state, [&] { stages.find_taps(p.guides, p.previous, p.motion, {}, &p.taps); });
+  Measure(state,
+          [&] { stages.find_taps(p.guides, p.previous, p.motion, Plan().reproject, &p.taps); });
 }
 
 void FetchHistory(benchmark::State& state, const StageTable& stages) {
@@ -190,13 +198,17 @@ void Demodulate(benchmark::State& state, const StageTable& stages) {
 
 void Accumulate(benchmark::State& state, const StageTable& stages) {
   Planes720& p = Shared();
-  Measure(state, [&] { stages.accumulate(p.light, p.history, &p.taps, nullptr, {}, &p.fetched); });
+  Measure(state, [&] {
+    stages.accumulate(p.light, p.history, &p.taps, nullptr, Plan().accumulate, &p.fetched);
+  });
 }
 
 void EstimateVariance(benchmark::State& state, const StageTable& stages) {
   Planes720& p = Shared();
   VarianceSignal signal = {&p.history, &p.light.samples, &p.filter[0][0].variance};
-  Measure(state, [&] { stages.estimate_variance({&signal, 1}, p.guides, {}); });
+  Measure(state, [&] {
+    stages.estimate_variance({&signal, 1}, p.guides, Plan().estimate_variance);
+  });
 }
 
 void Remodulate(benchmark::State& state, const StageTable& stages) {
@@ -210,16 +222,13 @@ void Remodulate(benchmark::State& state, const StageTable& stages) {
 
 void Antialias(benchmark::State& state, const StageTable& stages) {
   Planes720& p = Shared();
-  AntialiasParameters parameters;
-  parameters.length = &p.history.length;
-  Measure(state, [&] {
-    stages.antialias(p.picture, p.radiance, p.motion, p.guides, parameters, &p.picture2);
-  });
+  const AntialiasInput in = {p.radiance, p.motion, p.guides, &p.history.length};
+  Measure(state, [&] { stages.antialias(p.picture, in, Plan().antialias, &p.picture2); });
 }
 
 void Fxaa(benchmark::State& state, const StageTable& stages) {
   Planes720& p = Shared();
-  Measure(state, [&] { stages.fxaa(p.picture, {}, &p.picture2); });
+  Measure(state, [&] { stages.fxaa(p.picture, nullptr, &p.picture2); });
 }
 
 /// Light that is smooth but for a grid of edges, as a filtered picture is; noise is all edges.

@@ -176,7 +176,8 @@ Result<DeviceBenchResult> RunDeviceBench(const std::shared_ptr<gpu::Device>& dev
       (*download)->RecordUse(*commands);
     }
     facts.index = i;
-    STILLRAY_RETURN_IF_ERROR((*pipeline)->Record(*commands, facts, images, nullptr));
+    const FramePlan plan = MakePlan(o.settings, facts, (*pipeline)->progress());
+    STILLRAY_RETURN_IF_ERROR((*pipeline)->Record(*commands, plan, facts, images, nullptr));
     copy.Record(*commands);
     STILLRAY_RETURN_IF_ERROR(device->Run());
     if (i >= kWarmUp) {

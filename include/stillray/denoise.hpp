@@ -300,8 +300,6 @@ struct DeviceMemory {
   uint64_t largest = 0;  ///< bytes of the largest image or buffer
 };
 
-class DeviceDenoiser;
-
 /// Denoises a sequence frame by frame. One object holds the history of one sequence; objects are
 /// independent; one object must not be used by two threads at once. The same frames and settings
 /// give the same bits, whatever the number of threads.
@@ -337,13 +335,14 @@ class Denoiser {
   /// accumulated light of the frames after it. Errors as Denoise.
   Status Accumulate(const Frame& frame, FutureLight* future);
 
-  /// New settings from the next frame on. History is kept unless the grouping of signals changes.
+  /// New settings from the next frame on. History is kept, unless a parameter changes whose
+  /// Parameter::resets_history says otherwise.
   Status SetSettings(const Settings& settings);
   const Settings& settings() const;
 
   /// Why frames are filtered on the CPU although another device was chosen: the error that occurred
   /// there before the first frame was finished, if the device was chosen by "auto". Usually empty.
-  const std::string& remark() const { return remark_; }
+  const std::string& remark() const;
 
   /// Forms in which pictures are returned from the next frame on; does not affect the pictures.
   void SetResults(const Results& wanted);
@@ -379,15 +378,7 @@ class Denoiser {
  private:
   struct Impl;
   explicit Denoiser(std::unique_ptr<Impl> impl);
-  static Status CheckFuture(const Frame& frame, const Settings& settings,
-                            const FutureLight& future);
-  bool FallsBack(const Status& status);
-  Status DenoiseOnDevice(const Frame& frame, const FutureLight& future, DenoisedFrame* out);
-  Status AccumulateOnDevice(const Frame& frame, FutureLight* future);
   std::unique_ptr<Impl> impl_;
-  std::unique_ptr<DeviceDenoiser> device_;  ///< nullptr: the CPU
-  bool may_fall_back_ = false;              ///< until a frame is finished
-  std::string remark_;
 };
 
 /// Applies exposure (2^EV) and the curve, then sRGB encoding: linear radiance in, display values in

@@ -30,6 +30,8 @@ struct Parameter {
   double min = 0;           ///< inclusive; of each step for kSteps
   double max = 1;           ///< inclusive; without meaning for kSeed, which takes all of 64 bits
   std::vector<const char*> choices = {};  ///< names of the values of a kChoice, in order
+  /// When a change makes Denoiser::SetSettings begin the history anew; "": never.
+  const char* resets_history = "";
 };
 
 }  // namespace stillray

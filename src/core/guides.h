@@ -4,9 +4,16 @@
 /// The albedo that divides each kind of light, and substitutes for guides that a frame lacks.
 #pragma once
 
+#include <array>
+
 #include "stillray/frame.h"
 
 namespace stillray {
+
+/// Diffuse, specular and transmission albedo.
+inline std::array<const Image3*, 3> AlbedosOf(const Guides& g) {
+  return {&g.albedo, &g.specular_albedo, &g.transmission_albedo};
+}
 
 /// The albedo that light of this kind is divided by.
 const Image3& AlbedoOf(const Guides& guides, SignalKind kind);

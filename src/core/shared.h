@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Lets a header of formulas compile both as C++ and as GLSL. Such headers hold plain functions of
-// float, int, uint and vec2..vec4, marked SHARED_FN, and nothing else.
+// float, int, uint and vec2..vec4, marked SHARED_FN, and blocks of parameters, marked SHARED_BLOCK,
+// whose members are float, int, uint and such blocks. A block has the same bytes in C++ as in a
+// std140 uniform block, where structures begin at multiples of 16 bytes and fill them.
 #ifndef STILLRAY_CORE_SHARED_H
 #define STILLRAY_CORE_SHARED_H
 
@@ -12,6 +14,7 @@
 #include "stillray/vec.h"
 
 #define SHARED_FN inline
+#define SHARED_BLOCK(Name) struct alignas(16) Name
 #define SHARED_BEGIN namespace stillray {
 #define SHARED_END }
 
@@ -28,6 +31,7 @@ using glm::sqrt;
 }  // namespace stillray
 #else
 #define SHARED_FN
+#define SHARED_BLOCK(Name) struct Name
 #define SHARED_BEGIN
 #define SHARED_END
 #endif

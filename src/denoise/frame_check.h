@@ -6,16 +6,10 @@
 #include <cstdint>
 #include <string>
 
+#include "denoise/plan.h"
 #include "stillray/denoise.hpp"
 
 namespace stillray {
-
-/// What follows motion into the last frame. First frames have none.
-struct MotionUse {
-  bool temporal = false;   ///< the history
-  bool antialias = false;  ///< the last picture
-  bool any() const { return temporal || antialias; }
-};
 
 /// Whether the frame has a size that can be denoised.
 Status CheckSize(const Frame& frame);

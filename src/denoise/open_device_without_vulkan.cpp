@@ -4,7 +4,7 @@
 // Devices of a build without Vulkan: the CPU alone.
 #include <fmt/format.h>
 
-#include "denoise/device_denoiser.h"
+#include "denoise/backend.h"
 
 namespace stillray {
 namespace {

@@ -1,10 +1,12 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 
 #include <fmt/format.h>
 
 #include "core/parameter_table.h"
+#include "denoise/plan.h"
 #include "stillray/denoise.hpp"
 
 namespace stillray {
@@ -12,48 +14,30 @@ namespace {
 
 using Member = ParameterMember<Settings>;
 
-/// A row of the table with what only this file needs: the member, and the values of the presets
-/// other than "default", whose values are the initialisers of Settings. nullptr: as in "default".
+/// What of a parameter is kept in history: the history is begun anew when the key changes.
+struct HistoryKey {
+  int (*key)(const Settings&) = nullptr;  ///< nullptr: never
+  const char* when = "";                  ///< Parameter::resets_history
+};
+
+constexpr HistoryKey kCompress = {
+    [](const Settings& s) { return s.firefly == Firefly::kCompress ? 1 : 0; },
+    "on a change to or from compress"};
+constexpr HistoryKey kBlend = {[](const Settings& s) { return LayoutOf(s).with_behind ? 1 : 0; },
+                               "on a change that begins or ends blended feedback"};
+
+/// The value itself.
+template <auto kMember>
+constexpr HistoryKey Always() {
+  return {[](const Settings& s) { return static_cast<int>(s.*kMember); }, "on every change"};
+}
+
+/// A row of the table with what only this file needs.
 struct Row {
   Parameter info;
   Member member;
-  const char* svgf = nullptr;
-  const char* eaw = nullptr;
-  const char* temporal = nullptr;
+  HistoryKey history = {};
 };
-
-Row FloatRow(const char* name, float Settings::*member, double min, double max, const char* group,
-             const char* unit, const char* symbol, const char* help, const char* svgf = nullptr,
-             const char* eaw = nullptr, const char* temporal = nullptr) {
-  return {{name, ParameterType::kFloat, group, help, unit, symbol, min, max, {}},
-          member,
-          svgf,
-          eaw,
-          temporal};
-}
-Row IntRow(const char* name, int Settings::*member, double min, double max, const char* group,
-           const char* unit, const char* symbol, const char* help, const char* svgf = nullptr,
-           const char* eaw = nullptr, const char* temporal = nullptr) {
-  return {{name, ParameterType::kInt, group, help, unit, symbol, min, max, {}},
-          member,
-          svgf,
-          eaw,
-          temporal};
-}
-Row FlagRow(const char* name, bool Settings::*member, const char* group, const char* help,
-            const char* svgf = nullptr, const char* eaw = nullptr, const char* temporal = nullptr) {
-  return {{name, ParameterType::kFlag, group, help, "", "", 0, 1, {}}, member, svgf, eaw, temporal};
-}
-Row ChoiceRow(const char* name, ChoiceMember<Settings> member, std::vector<const char*> choices,
-              const char* group, const char* help, const char* svgf = nullptr,
-              const char* eaw = nullptr, const char* temporal = nullptr) {
-  const double last = static_cast<double>(choices.size()) - 1;
-  return {{name, ParameterType::kChoice, group, help, "", "", 0, last, std::move(choices)},
-          member,
-          svgf,
-          eaw,
-          temporal};
-}
 
 std::string StepsText(const Settings& s) {
   const int count = std::clamp(s.steps.count, 0, kMaxLevels);
@@ -86,182 +70,376 @@ std::string ExpectedSteps(const Parameter& info) {
 }
 
 std::vector<Row> MakeTable() {
-  std::vector<Row> t;
-  t.push_back(
-      FlagRow("fill_guides", &Settings::fill_guides, "fill_guides",
-              "Guides of pixels of which nothing is known (depth 0 and no sample) come from "
-              "earlier frames, or from the nearest that are known."));
-  t.push_back(ChoiceRow(
-      "signals", Choice<Settings, &Settings::signals>(),
-      {"split", "direct_indirect", "diffuse_specular", "single"}, "demodulate",
-      "How light is grouped into signals with a filter and a history of their own: direct diffuse, "
-      "indirect diffuse and specular; direct and indirect; diffuse and specular; all in one."));
-  t.push_back(FlagRow("demodulate", &Settings::demodulate, "demodulate",
-                      "Divide light by the albedo before filtering, so that textures stay sharp."));
-  t.push_back(ChoiceRow("firefly", Choice<Settings, &Settings::firefly>(),
-                        {"off", "clamp", "compress"}, "suppress_fireflies",
-                        "Limit single bright samples: to the brightest neighbour, or by filtering "
-                        "under a curve that compresses a luminance above 32."));
-  t.push_back(FlagRow("temporal", &Settings::temporal, "accumulate",
-                      "Accumulate light from earlier frames.", nullptr, "off"));
-  t.push_back(ChoiceRow("history_weight", Choice<Settings, &Settings::history_weight>(),
-                        {"constant", "age"}, "accumulate",
-                        "Weight of a new frame: alpha_min wherever there is history, or 1/age "
+  using enum ParameterType;
+  return {
+      {.info = {.name = "fill_guides",
+                .type = kFlag,
+                .group = "fill_guides",
+                .help = "Guides of pixels of which nothing is known (depth 0 and no sample) come "
+                        "from earlier frames, or from the nearest that are known."},
+       .member = &Settings::fill_guides},
+      {.info = {.name = "signals",
+                .type = kChoice,
+                .group = "demodulate",
+                .help = "How light is grouped into signals with a filter and a history of their "
+                        "own: direct diffuse, indirect diffuse and specular; direct and indirect; "
+                        "diffuse and specular; all in one.",
+                .max = 3,
+                .choices = {"split", "direct_indirect", "diffuse_specular", "single"}},
+       .member = Choice<Settings, &Settings::signals>(),
+       .history = Always<&Settings::signals>()},
+      {.info = {.name = "demodulate",
+                .type = kFlag,
+                .group = "demodulate",
+                .help =
+                    "Divide light by the albedo before filtering, so that textures stay sharp."},
+       .member = &Settings::demodulate,
+       .history = Always<&Settings::demodulate>()},
+      {.info = {.name = "firefly",
+                .type = kChoice,
+                .group = "suppress_fireflies",
+                .help = "Limit single bright samples: to the brightest neighbour, or by filtering "
+                        "under a curve that compresses a luminance above 32.",
+                .max = 2,
+                .choices = {"off", "clamp", "compress"}},
+       .member = Choice<Settings, &Settings::firefly>(),
+       .history = kCompress},
+      {.info = {.name = "temporal",
+                .type = kFlag,
+                .group = "accumulate",
+                .help = "Accumulate light from earlier frames."},
+       .member = &Settings::temporal,
+       .history = kBlend},
+      {.info = {.name = "history_weight",
+                .type = kChoice,
+                .group = "accumulate",
+                .help = "Weight of a new frame: alpha_min wherever there is history, or 1/age "
                         "until alpha_min is reached.",
-                        "constant"));
-  t.push_back(FloatRow(
-      "alpha_min", &Settings::alpha_min, 0.0, 1.0, "accumulate", "", "alpha",
-      "Smallest weight of a new frame's light; 0 with history_weight=age is a plain mean.", "0.2"));
-  t.push_back(FloatRow("alpha_moments", &Settings::alpha_moments, 0.0, 1.0, "accumulate", "",
-                       "alpha", "Smallest weight of a new frame's luminance moments.", "0.2"));
-  t.push_back(IntRow("max_history", &Settings::max_history, 0, 1 << 20, "accumulate", "samples", "",
-                     "Longest history that counts; 0 for no limit."));
-  t.push_back(FloatRow("history_depth", &Settings::history_depth, 1e-4, 10.0, "reproject",
-                       "of depth", "",
-                       "Largest difference of depth between a pixel and its history."));
-  t.push_back(FloatRow("history_normal", &Settings::history_normal, 0.0, 180.0, "reproject",
-                       "degrees", "",
-                       "Largest angle between the normals of a pixel and its history."));
-  t.push_back(FlagRow("history_id", &Settings::history_id, "reproject",
-                      "History must have the same surface id, where ids are given."));
-  t.push_back(
-      FlagRow("history_search", &Settings::history_search, "reproject",
-              "Search the 3x3 pixels around the place when no bilinear tap shows the surface."));
-  t.push_back(FlagRow(
-      "limit_history", &Settings::limit_history, "limit_history",
-      "Shorten histories that no longer resemble the present, where the light itself changed.",
-      "off", "off", "off"));
-  t.push_back(FloatRow("limit_gain", &Settings::limit_gain, 0.0, 1000.0, "limit_history", "", "",
-                       "How quickly a history that does not resemble the present is given up."));
-  t.push_back(FloatRow(
-      "limit_dead", &Settings::limit_dead, 0.0, 1000.0, "limit_history", "", "",
-      "How far beyond the expected noise, in variances, a difference may go before it counts."));
-  t.push_back(ChoiceRow("variance_of", Choice<Settings, &Settings::variance_of>(),
-                        {"frame", "mean"}, "estimate_variance",
-                        "Noise that steers the filter: of a single frame (the papers), or of the "
-                        "accumulated mean, which "
-                        "lets the filter shrink as a still view converges.",
-                        "frame", "frame"));
-  t.push_back(ChoiceRow("short_history", Choice<Settings, &Settings::short_history>(),
-                        {"spatial", "blur"}, "estimate_variance",
-                        "While the history is short: estimate the variance from the 7x7 "
-                        "neighbourhood, or filter without "
-                        "regard to luminance."));
-  t.push_back(IntRow("short_history_length", &Settings::short_history_length, 0, 64,
-                     "estimate_variance", "samples", "", "Histories below this length are short."));
-  t.push_back(FloatRow(
-      "short_history_boost", &Settings::short_history_boost, 0.0, 4.0, "estimate_variance", "", "",
-      "Power of (short_history_length / length) by which estimates of short histories are raised.",
-      "0"));
-  t.push_back(
-      FlagRow("prefilter_variance", &Settings::prefilter_variance, "prefilter_variance",
-              "Smooth the variance with a 3x3 kernel before it scales the luminance weight."));
-  t.push_back(ChoiceRow(
-      "wavelet", Choice<Settings, &Settings::wavelet>(), {"off", "naive", "eaw", "svgf"}, "atrous",
-      "Spatial filter: none; without edge stops (for comparison); edge-avoiding Gaussians; "
-      "variance-guided.",
-      nullptr, "eaw", "off"));
-  t.push_back(ChoiceRow("kernel", Choice<Settings, &Settings::kernel>(), {"3x3", "5x5"}, "atrous",
-                        "Kernel of each level."));
-  t.push_back({{"steps",
-                ParameterType::kSteps,
-                "atrous",
-                "Distance of the taps of each level, in the order of filtering.",
-                "pixels",
-                "",
-                1,
-                64,
-                {}},
-               TextMember<Settings>{StepsText, SetSteps, ExpectedSteps}});
-  t.push_back(IntRow("feedback", &Settings::feedback, 0, kMaxLevels, "atrous", "level", "",
-                     "Which level's output becomes the history of the next frame; 0: none, the "
-                     "accumulated light itself.",
-                     "1"));
-  t.push_back(ChoiceRow(
-      "feedback_when", Choice<Settings, &Settings::feedback_when>(), {"frame", "sample", "blend"},
-      "atrous",
-      "When filtered light becomes history: after every frame; once a whole sample per pixel has "
-      "arrived; then, but blended in until the next one. All are the same at one sample per pixel "
-      "and above.",
-      "frame"));
-  t.push_back(FloatRow("sigma_n", &Settings::sigma_n, 0.0, 1024.0, "edge_stopping", "", "sigma_n",
-                       "Exponent of the normal weight: larger keeps finer creases.", "128"));
-  t.push_back(ChoiceRow("depth_weight", Choice<Settings, &Settings::depth_weight>(),
-                        {"gradient", "plane"}, "edge_stopping",
-                        "Depth differences are held against the slope (the papers), or measured "
-                        "from the plane through "
-                        "the pixel.",
-                        "gradient"));
-  t.push_back(FloatRow("sigma_z", &Settings::sigma_z, 1e-3, 1000.0, "edge_stopping", "", "sigma_z",
-                       "Tolerance of depth_weight=gradient, in slopes."));
-  t.push_back(FloatRow("plane_tolerance", &Settings::plane_tolerance, 1e-5, 10.0, "edge_stopping",
-                       "of depth", "",
-                       "Distance from the plane at which depth_weight=plane has fallen to 1/e."));
-  t.push_back(FloatRow("depth_epsilon", &Settings::depth_epsilon, 1e-6, 1.0, "edge_stopping",
-                       "of depth", "epsilon", "Smallest tolerance of depth_weight=gradient."));
-  t.push_back(FloatRow("max_slope", &Settings::max_slope, 0.0, 100.0, "edge_stopping",
-                       "of depth per pixel", "",
-                       "Slopes beyond this switch depth_weight=gradient off; 0: never."));
-  t.push_back(FloatRow(
-      "sigma_l", &Settings::sigma_l, 1e-3, 1000.0, "edge_stopping", "", "sigma_l",
-      "Tolerance of the luminance weight, in standard deviations: larger blurs more.", "4"));
-  t.push_back(FloatRow("luminance_epsilon", &Settings::luminance_epsilon, 0.0, 10.0,
-                       "edge_stopping", "of luminance", "epsilon",
-                       "Smallest tolerance of the luminance weight."));
-  t.push_back(ChoiceRow("luminance", Choice<Settings, &Settings::luminance>(), {"rec709", "rec601"},
-                        "edge_stopping", "Weights of red, green and blue in luminance."));
-  t.push_back(ChoiceRow(
-      "luminance_scale", Choice<Settings, &Settings::luminance_scale>(), {"deviation", "variance"},
-      "edge_stopping",
-      "Luminance differences are divided by the standard deviation, or, as PSVGF prints it, by the "
-      "variance: the result then depends on exposure."));
-  t.push_back(FloatRow(
-      "noise_ratio", &Settings::noise_ratio, 1.0, 100.0, "edge_stopping", "", "",
-      "How far a noisier neighbour may raise the noise that luminance differences are measured in. "
-      "At 1, as in the papers, sparsely lit surfaces come out too dark; large values blur "
-      "penumbras.",
-      "1"));
-  t.push_back(FlagRow("wavelet_id", &Settings::wavelet_id, "edge_stopping",
-                      "Never filter across different surface ids."));
-  t.push_back(FloatRow("eaw_sigma_l", &Settings::eaw_sigma_l, 1e-3, 1000.0, "edge_stopping",
-                       "mean luminances", "sigma_rt",
-                       "Width of the luminance Gaussian of wavelet=eaw; halves with every level."));
-  t.push_back(FloatRow("eaw_sigma_n", &Settings::eaw_sigma_n, 1e-3, 100.0, "edge_stopping", "",
-                       "sigma_n", "Width of the Gaussian of normal differences of wavelet=eaw."));
-  t.push_back(FloatRow("eaw_sigma_z", &Settings::eaw_sigma_z, 1e-4, 100.0, "edge_stopping",
-                       "of depth", "sigma_x",
-                       "Width of the Gaussian of distances from the plane of wavelet=eaw."));
-  t.push_back(
-      FloatRow("mirror_roughness", &Settings::mirror_roughness, 0.0, 1.0, "keep_mirrors", "", "",
-               "Reflections and refractions of surfaces up to this roughness keep this frame's "
-               "samples where their noise is less than what the filter would change; 0: never.",
-               "0", "0", "0"));
-  t.push_back(ChoiceRow(
-      "antialias", Choice<Settings, &Settings::antialias>(), {"off", "taa", "auto"}, "antialias",
-      "Temporal antialiasing of the finished picture: never, always, or where frames are jittered. "
-      "Without jitter it only blurs.",
-      nullptr, "off", "off"));
-  t.push_back(FloatRow("taa_alpha", &Settings::taa_alpha, 0.0, 1.0, "antialias", "", "alpha",
-                       "Weight of the new frame in temporal antialiasing."));
-  t.push_back(
-      ChoiceRow("fxaa", Choice<Settings, &Settings::fxaa>(), {"off", "sparse", "on"}, "fxaa",
-                "Smooth jagged edges within the frame: never; below one sample per pixel, of "
-                "pixels with fewer than "
-                "four samples; always.",
-                "off", "off", "off"));
-  t.push_back(FloatRow("exposure", &Settings::exposure, -32.0, 32.0, "tonemap", "EV", "",
-                       "Light is multiplied by 2^exposure for display; linear files are not."));
-  t.push_back(ChoiceRow("tonemap", Choice<Settings, &Settings::tonemap>(),
-                        {"linear", "reinhard", "filmic", "aces"}, "tonemap",
-                        "Tone curve for display; linear files have none."));
-  t.push_back(FloatRow("dither", &Settings::dither, 0.0, 8.0, "tonemap", "8-bit steps", "",
-                       "Noise added for display, against bands in slow gradients; linear files "
-                       "have none."));
-  return t;
+                .choices = {"constant", "age"}},
+       .member = Choice<Settings, &Settings::history_weight>()},
+      {.info = {.name = "alpha_min",
+                .type = kFloat,
+                .group = "accumulate",
+                .help = "Smallest weight of a new frame's light; 0 with history_weight=age is a "
+                        "plain mean.",
+                .symbol = "alpha"},
+       .member = &Settings::alpha_min},
+      {.info = {.name = "alpha_moments",
+                .type = kFloat,
+                .group = "accumulate",
+                .help = "Smallest weight of a new frame's luminance moments.",
+                .symbol = "alpha"},
+       .member = &Settings::alpha_moments},
+      {.info = {.name = "max_history",
+                .type = kInt,
+                .group = "accumulate",
+                .help = "Longest history that counts; 0 for no limit.",
+                .unit = "samples",
+                .max = 1 << 20},
+       .member = &Settings::max_history},
+      {.info = {.name = "history_depth",
+                .type = kFloat,
+                .group = "reproject",
+                .help = "Largest difference of depth between a pixel and its history.",
+                .unit = "of depth",
+                .min = 1e-4,
+                .max = 10.0},
+       .member = &Settings::history_depth},
+      {.info = {.name = "history_normal",
+                .type = kFloat,
+                .group = "reproject",
+                .help = "Largest angle between the normals of a pixel and its history.",
+                .unit = "degrees",
+                .max = 180.0},
+       .member = &Settings::history_normal},
+      {.info = {.name = "history_id",
+                .type = kFlag,
+                .group = "reproject",
+                .help = "History must have the same surface id, where ids are given."},
+       .member = &Settings::history_id},
+      {.info =
+           {.name = "history_search",
+            .type = kFlag,
+            .group = "reproject",
+            .help =
+                "Search the 3x3 pixels around the place when no bilinear tap shows the surface."},
+       .member = &Settings::history_search},
+      {.info = {.name = "limit_history",
+                .type = kFlag,
+                .group = "limit_history",
+                .help = "Shorten histories that no longer resemble the present, where the light "
+                        "itself changed."},
+       .member = &Settings::limit_history,
+       .history = Always<&Settings::limit_history>()},
+      {.info = {.name = "limit_gain",
+                .type = kFloat,
+                .group = "limit_history",
+                .help = "How quickly a history that does not resemble the present is given up.",
+                .max = 1000.0},
+       .member = &Settings::limit_gain},
+      {.info = {.name = "limit_dead",
+                .type = kFloat,
+                .group = "limit_history",
+                .help = "How far beyond the expected noise, in variances, a difference may go "
+                        "before it counts.",
+                .max = 1000.0},
+       .member = &Settings::limit_dead},
+      {.info = {.name = "variance_of",
+                .type = kChoice,
+                .group = "estimate_variance",
+                .help = "Noise that steers the filter: of a single frame (the papers), or of the "
+                        "accumulated mean, which lets the filter shrink as a still view converges.",
+                .choices = {"frame", "mean"}},
+       .member = Choice<Settings, &Settings::variance_of>()},
+      {.info = {.name = "short_history",
+                .type = kChoice,
+                .group = "estimate_variance",
+                .help = "While the history is short: estimate the variance from the 7x7 "
+                        "neighbourhood, or filter without regard to luminance.",
+                .choices = {"spatial", "blur"}},
+       .member = Choice<Settings, &Settings::short_history>()},
+      {.info = {.name = "short_history_length",
+                .type = kInt,
+                .group = "estimate_variance",
+                .help = "Histories below this length are short.",
+                .unit = "samples",
+                .max = 64},
+       .member = &Settings::short_history_length},
+      {.info = {.name = "short_history_boost",
+                .type = kFloat,
+                .group = "estimate_variance",
+                .help = "Power of (short_history_length / length) by which estimates of short "
+                        "histories are raised.",
+                .max = 4.0},
+       .member = &Settings::short_history_boost},
+      {.info = {.name = "prefilter_variance",
+                .type = kFlag,
+                .group = "prefilter_variance",
+                .help =
+                    "Smooth the variance with a 3x3 kernel before it scales the luminance weight."},
+       .member = &Settings::prefilter_variance},
+      {.info = {.name = "wavelet",
+                .type = kChoice,
+                .group = "atrous",
+                .help = "Spatial filter: none; without edge stops (for comparison); edge-avoiding "
+                        "Gaussians; variance-guided.",
+                .max = 3,
+                .choices = {"off", "naive", "eaw", "svgf"}},
+       .member = Choice<Settings, &Settings::wavelet>(),
+       .history = kBlend},
+      {.info = {.name = "kernel",
+                .type = kChoice,
+                .group = "atrous",
+                .help = "Kernel of each level.",
+                .choices = {"3x3", "5x5"}},
+       .member = Choice<Settings, &Settings::kernel>()},
+      {.info = {.name = "steps",
+                .type = kSteps,
+                .group = "atrous",
+                .help = "Distance of the taps of each level, in the order of filtering.",
+                .unit = "pixels",
+                .min = 1,
+                .max = 64},
+       .member = TextMember<Settings>{StepsText, SetSteps, ExpectedSteps}},
+      {.info = {.name = "feedback",
+                .type = kInt,
+                .group = "atrous",
+                .help = "Which level's output becomes the history of the next frame; 0: none, the "
+                        "accumulated light itself.",
+                .unit = "level",
+                .max = kMaxLevels},
+       .member = &Settings::feedback,
+       .history = kBlend},
+      {.info = {.name = "feedback_when",
+                .type = kChoice,
+                .group = "atrous",
+                .help = "When filtered light becomes history: after every frame; once a whole "
+                        "sample per pixel has arrived; then, but blended in until the next one. "
+                        "All are the same at one sample per pixel and above.",
+                .max = 2,
+                .choices = {"frame", "sample", "blend"}},
+       .member = Choice<Settings, &Settings::feedback_when>(),
+       .history = kBlend},
+      {.info = {.name = "sigma_n",
+                .type = kFloat,
+                .group = "edge_stopping",
+                .help = "Exponent of the normal weight: larger keeps finer creases.",
+                .symbol = "sigma_n",
+                .max = 1024.0},
+       .member = &Settings::sigma_n},
+      {.info = {.name = "depth_weight",
+                .type = kChoice,
+                .group = "edge_stopping",
+                .help = "Depth differences are held against the slope (the papers), or measured "
+                        "from the plane through the pixel.",
+                .choices = {"gradient", "plane"}},
+       .member = Choice<Settings, &Settings::depth_weight>()},
+      {.info = {.name = "sigma_z",
+                .type = kFloat,
+                .group = "edge_stopping",
+                .help = "Tolerance of depth_weight=gradient, in slopes.",
+                .symbol = "sigma_z",
+                .min = 1e-3,
+                .max = 1000.0},
+       .member = &Settings::sigma_z},
+      {.info = {.name = "plane_tolerance",
+                .type = kFloat,
+                .group = "edge_stopping",
+                .help = "Distance from the plane at which depth_weight=plane has fallen to 1/e.",
+                .unit = "of depth",
+                .min = 1e-5,
+                .max = 10.0},
+       .member = &Settings::plane_tolerance},
+      {.info = {.name = "depth_epsilon",
+                .type = kFloat,
+                .group = "edge_stopping",
+                .help = "Smallest tolerance of depth_weight=gradient.",
+                .unit = "of depth",
+                .symbol = "epsilon",
+                .min = 1e-6},
+       .member = &Settings::depth_epsilon},
+      {.info = {.name = "max_slope",
+                .type = kFloat,
+                .group = "edge_stopping",
+                .help = "Slopes beyond this switch depth_weight=gradient off; 0: never.",
+                .unit = "of depth per pixel",
+                .max = 100.0},
+       .member = &Settings::max_slope},
+      {.info = {.name = "sigma_l",
+                .type = kFloat,
+                .group = "edge_stopping",
+                .help =
+                    "Tolerance of the luminance weight, in standard deviations: larger blurs more.",
+                .symbol = "sigma_l",
+                .min = 1e-3,
+                .max = 1000.0},
+       .member = &Settings::sigma_l},
+      {.info = {.name = "luminance_epsilon",
+                .type = kFloat,
+                .group = "edge_stopping",
+                .help = "Smallest tolerance of the luminance weight.",
+                .unit = "of luminance",
+                .symbol = "epsilon",
+                .max = 10.0},
+       .member = &Settings::luminance_epsilon},
+      {.info = {.name = "luminance",
+                .type = kChoice,
+                .group = "edge_stopping",
+                .help = "Weights of red, green and blue in luminance.",
+                .choices = {"rec709", "rec601"}},
+       .member = Choice<Settings, &Settings::luminance>(),
+       .history = Always<&Settings::luminance>()},
+      {.info = {.name = "luminance_scale",
+                .type = kChoice,
+                .group = "edge_stopping",
+                .help = "Luminance differences are divided by the standard deviation, or, as PSVGF "
+                        "prints it, by the variance: the result then depends on exposure.",
+                .choices = {"deviation", "variance"}},
+       .member = Choice<Settings, &Settings::luminance_scale>()},
+      {.info = {.name = "noise_ratio",
+                .type = kFloat,
+                .group = "edge_stopping",
+                .help = "How far a noisier neighbour may raise the noise that luminance "
+                        "differences are measured in. At 1, as in the papers, sparsely lit "
+                        "surfaces come out too dark; large values blur penumbras.",
+                .min = 1.0,
+                .max = 100.0},
+       .member = &Settings::noise_ratio},
+      {.info = {.name = "wavelet_id",
+                .type = kFlag,
+                .group = "edge_stopping",
+                .help = "Never filter across different surface ids."},
+       .member = &Settings::wavelet_id},
+      {.info = {.name = "eaw_sigma_l",
+                .type = kFloat,
+                .group = "edge_stopping",
+                .help = "Width of the luminance Gaussian of wavelet=eaw; halves with every level.",
+                .unit = "mean luminances",
+                .symbol = "sigma_rt",
+                .min = 1e-3,
+                .max = 1000.0},
+       .member = &Settings::eaw_sigma_l},
+      {.info = {.name = "eaw_sigma_n",
+                .type = kFloat,
+                .group = "edge_stopping",
+                .help = "Width of the Gaussian of normal differences of wavelet=eaw.",
+                .symbol = "sigma_n",
+                .min = 1e-3,
+                .max = 100.0},
+       .member = &Settings::eaw_sigma_n},
+      {.info = {.name = "eaw_sigma_z",
+                .type = kFloat,
+                .group = "edge_stopping",
+                .help = "Width of the Gaussian of distances from the plane of wavelet=eaw.",
+                .unit = "of depth",
+                .symbol = "sigma_x",
+                .min = 1e-4,
+                .max = 100.0},
+       .member = &Settings::eaw_sigma_z},
+      {.info =
+           {.name = "mirror_roughness",
+            .type = kFloat,
+            .group = "keep_mirrors",
+            .help =
+                "Reflections and refractions of surfaces up to this roughness keep this frame's "
+                "samples where their noise is less than what the filter would change; 0: never."},
+       .member = &Settings::mirror_roughness},
+      {.info = {.name = "antialias",
+                .type = kChoice,
+                .group = "antialias",
+                .help = "Temporal antialiasing of the finished picture: never, always, or where "
+                        "frames are jittered. Without jitter it only blurs.",
+                .max = 2,
+                .choices = {"off", "taa", "auto"}},
+       .member = Choice<Settings, &Settings::antialias>()},
+      {.info = {.name = "taa_alpha",
+                .type = kFloat,
+                .group = "antialias",
+                .help = "Weight of the new frame in temporal antialiasing.",
+                .symbol = "alpha"},
+       .member = &Settings::taa_alpha},
+      {.info = {.name = "fxaa",
+                .type = kChoice,
+                .group = "fxaa",
+                .help = "Smooth jagged edges within the frame: never; below one sample per pixel, "
+                        "of pixels with fewer than four samples; always.",
+                .max = 2,
+                .choices = {"off", "sparse", "on"}},
+       .member = Choice<Settings, &Settings::fxaa>()},
+      {.info = {.name = "exposure",
+                .type = kFloat,
+                .group = "tonemap",
+                .help = "Light is multiplied by 2^exposure for display; linear files are not.",
+                .unit = "EV",
+                .min = -32.0,
+                .max = 32.0},
+       .member = &Settings::exposure},
+      {.info = {.name = "tonemap",
+                .type = kChoice,
+                .group = "tonemap",
+                .help = "Tone curve for display; linear files have none.",
+                .max = 3,
+                .choices = {"linear", "reinhard", "filmic", "aces"}},
+       .member = Choice<Settings, &Settings::tonemap>()},
+      {.info =
+           {.name = "dither",
+            .type = kFloat,
+            .group = "tonemap",
+            .help =
+                "Noise added for display, against bands in slow gradients; linear files have none.",
+            .unit = "8-bit steps",
+            .max = 8.0},
+       .member = &Settings::dither}};
 }
 
 const std::vector<Row>& Table() {
-  static const std::vector<Row> table = MakeTable();
+  static const std::vector<Row> table = [] {
+    std::vector<Row> rows = MakeTable();
+    for (Row& row : rows) {
+      row.info.resets_history = row.history.when;
+    }
+    return rows;
+  }();
   return table;
 }
 
@@ -286,10 +464,30 @@ Status BadValue(const Row& row, std::string_view value) {
       fmt::format("parameter '{}' {}", row.info.name, BadMemberText(row.info, row.member, value)));
 }
 
-constexpr std::string_view kPresets[] = {"default", "svgf", "psvgf", "eaw", "temporal"};
+using PresetValue = std::pair<const char*, const char*>;
 
-/// Progressive SVGF (Dundr 2018), where it differs from "default".
-constexpr std::pair<const char*, const char*> kPsvgf[] = {
+// Presets, where they differ from "default", whose values are the initialisers of Settings.
+
+/// Schied et al. 2017.
+constexpr PresetValue kSvgf[] = {
+    {"history_weight", "constant"},
+    {"alpha_min", "0.2"},
+    {"alpha_moments", "0.2"},
+    {"limit_history", "off"},
+    {"variance_of", "frame"},
+    {"short_history_boost", "0"},
+    {"feedback", "1"},
+    {"feedback_when", "frame"},
+    {"sigma_n", "128"},
+    {"depth_weight", "gradient"},
+    {"sigma_l", "4"},
+    {"noise_ratio", "1"},
+    {"mirror_roughness", "0"},
+    {"fxaa", "off"},
+};
+
+/// Progressive SVGF (Dundr 2018).
+constexpr PresetValue kPsvgf[] = {
     {"signals", "single"},
     {"alpha_min", "0.1"},
     {"limit_history", "off"},
@@ -311,6 +509,35 @@ constexpr std::pair<const char*, const char*> kPsvgf[] = {
     {"dither", "1"},
 };
 
+/// Dammertz et al. 2010.
+constexpr PresetValue kEaw[] = {
+    {"temporal", "off"}, {"limit_history", "off"},  {"variance_of", "frame"},
+    {"wavelet", "eaw"},  {"mirror_roughness", "0"}, {"antialias", "off"},
+    {"fxaa", "off"},
+};
+
+/// Accumulation alone.
+constexpr PresetValue kTemporal[] = {
+    {"limit_history", "off"}, {"wavelet", "off"}, {"mirror_roughness", "0"},
+    {"antialias", "off"},     {"fxaa", "off"},
+};
+
+struct Preset {
+  std::string_view name;
+  std::span<const PresetValue> values;
+};
+
+constexpr Preset kPresets[] = {
+    {"default", {}}, {"svgf", kSvgf}, {"psvgf", kPsvgf}, {"eaw", kEaw}, {"temporal", kTemporal}};
+
+constexpr auto kPresetNames = [] {
+  std::array<std::string_view, std::size(kPresets)> names;
+  for (size_t i = 0; i < names.size(); ++i) {
+    names[i] = kPresets[i].name;
+  }
+  return names;
+}();
+
 }  // namespace
 
 std::span<const Parameter> Parameters() {
@@ -325,31 +552,27 @@ std::span<const Parameter> Parameters() {
 }
 
 std::span<const std::string_view> PresetNames() {
-  return kPresets;
+  return kPresetNames;
 }
 
 Result<Settings> PresetSettings(std::string_view name) {
-  if (std::find(std::begin(kPresets), std::end(kPresets), name) == std::end(kPresets)) {
+  const auto* preset = std::find_if(std::begin(kPresets), std::end(kPresets),
+                                    [&](const Preset& p) { return p.name == name; });
+  if (preset == std::end(kPresets)) {
     return Status::InvalidArgument(
-        fmt::format("unknown preset '{}'; presets are: {}", name, fmt::join(kPresets, ", ")));
+        fmt::format("unknown preset '{}'; presets are: {}", name, fmt::join(kPresetNames, ", ")));
   }
   Settings settings;
-  if (name == "psvgf") {
-    for (const auto& [parameter, value] : kPsvgf) {
-      STILLRAY_RETURN_IF_ERROR(SetParameter(&settings, parameter, value));
-    }
-    return settings;
-  }
-  for (const Row& row : Table()) {
-    const char* value = name == "svgf"       ? row.svgf
-                        : name == "eaw"      ? row.eaw
-                        : name == "temporal" ? row.temporal
-                                             : nullptr;
-    if (value != nullptr) {
-      STILLRAY_RETURN_IF_ERROR(SetParameter(&settings, row.info.name, value));
-    }
+  for (const auto& [parameter, value] : preset->values) {
+    STILLRAY_RETURN_IF_ERROR(SetParameter(&settings, parameter, value));
   }
   return settings;
+}
+
+bool NeedsNewHistory(const Settings& a, const Settings& b) {
+  return std::any_of(Table().begin(), Table().end(), [&](const Row& row) {
+    return row.history.key != nullptr && row.history.key(a) != row.history.key(b);
+  });
 }
 
 Status SetParameter(Settings* settings, std::string_view name, std::string_view value) {

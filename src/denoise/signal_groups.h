@@ -4,7 +4,7 @@
 /// Which lights of a frame make up which signal, and by what they are divided.
 #pragma once
 
-#include <algorithm>
+#include <span>
 #include <vector>
 
 #include "core/guides.h"
@@ -23,8 +23,7 @@ struct SignalGroup {
 /// The most signals that GroupsOf makes.
 inline constexpr size_t kMostGroups = 4;
 
-/// \param with_transmission  whether frames have transmission signals
-inline std::vector<SignalGroup> GroupsOf(SignalGrouping grouping, bool with_transmission) {
+inline std::vector<SignalGroup> MakeGroups(SignalGrouping grouping, bool with_transmission) {
   using enum SignalKind;
   const bool t = with_transmission;
   std::vector<SignalGroup> groups;
@@ -59,17 +58,23 @@ inline std::vector<SignalGroup> GroupsOf(SignalGrouping grouping, bool with_tran
   return groups;
 }
 
+/// \param with_transmission  whether frames have transmission signals
+/// \return a table that lives as long as the program
+inline std::span<const SignalGroup> GroupsOf(SignalGrouping grouping, bool with_transmission) {
+  using enum SignalGrouping;
+  static const std::vector<SignalGroup> groups[4][2] = {
+      {MakeGroups(kSplit, false), MakeGroups(kSplit, true)},
+      {MakeGroups(kDirectIndirect, false), MakeGroups(kDirectIndirect, true)},
+      {MakeGroups(kDiffuseSpecular, false), MakeGroups(kDiffuseSpecular, true)},
+      {MakeGroups(kSingle, false), MakeGroups(kSingle, true)}};
+  static_assert(static_cast<int>(kSingle) == 3);
+  return groups[static_cast<int>(grouping)][with_transmission ? 1 : 0];
+}
+
 /// Whether light of this kind was mirrored or refracted at the first surface.
 inline bool IsSharpAtMirrors(SignalKind kind) {
   return kind == SignalKind::kDirectSpecular || kind == SignalKind::kIndirectSpecular ||
          kind == SignalKind::kDirectTransmission || kind == SignalKind::kIndirectTransmission;
-}
-
-/// Whether a frame has light of the group that was mirrored or refracted.
-inline bool ReflectsOrRefracts(const SignalGroup& group, const Frame& frame) {
-  return std::any_of(group.kinds.begin(), group.kinds.end(), [&](SignalKind kind) {
-    return IsSharpAtMirrors(kind) && frame.Find(kind) != nullptr;
-  });
 }
 
 inline bool HasTransmission(const Frame& frame) {

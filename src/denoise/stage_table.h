@@ -26,7 +26,6 @@ namespace stillray {
 struct StageTable {
   decltype(&reference::FillGuides) fill_guides;
   decltype(&reference::PrepareGuides) prepare_guides;
-  decltype(&reference::PrepareAndFindTaps) prepare_and_find_taps;
   decltype(&reference::Demodulate) demodulate;
   decltype(&reference::ClampFireflies) clamp_fireflies;
   decltype(&reference::CompressLight) compress_light;
@@ -36,8 +35,6 @@ struct StageTable {
   decltype(&reference::CompareWithHistory) compare_with_history;
   decltype(&reference::LimitHistory) limit_history;
   decltype(&reference::Accumulate) accumulate;
-  decltype(&reference::AccumulateInPlace) accumulate_in_place;
-  decltype(&reference::AccumulateRadiance) accumulate_radiance;
   decltype(&reference::MergeFuture) merge_future;
   decltype(&reference::EstimateVariance) estimate_variance;
   decltype(&reference::PrefilterVariance) prefilter_variance;
@@ -47,20 +44,22 @@ struct StageTable {
   decltype(&reference::Remodulate) remodulate;
   decltype(&reference::Fxaa) fxaa;
   decltype(&reference::Antialias) antialias;
-  decltype(&reference::AntialiasParts) antialias_parts;
   decltype(&reference::Tonemap) tonemap;
 };
 
-#define STILLRAY_STAGES_OF(backend)                                                            \
-  StageTable {                                                                                 \
-    &backend::FillGuides, &backend::PrepareGuides, &backend::PrepareAndFindTaps,               \
-        &backend::Demodulate, &backend::ClampFireflies, &backend::CompressLight,               \
-        &backend::ExpandLight, &backend::FindTaps, &backend::FetchHistory,                     \
-        &backend::CompareWithHistory, &backend::LimitHistory, &backend::Accumulate,            \
-        &backend::AccumulateInPlace, &backend::AccumulateRadiance, &backend::MergeFuture,      \
-        &backend::EstimateVariance, &backend::PrefilterVariance, &backend::Atrous,             \
-        &backend::MeasureMirrors, &backend::KeepMirrors, &backend::Remodulate, &backend::Fxaa, \
-        &backend::Antialias, &backend::AntialiasParts, &backend::Tonemap                       \
+#define STILLRAY_STAGES_OF(backend)                                                                \
+  StageTable {                                                                                     \
+    .fill_guides = &backend::FillGuides, .prepare_guides = &backend::PrepareGuides,                \
+    .demodulate = &backend::Demodulate, .clamp_fireflies = &backend::ClampFireflies,               \
+    .compress_light = &backend::CompressLight, .expand_light = &backend::ExpandLight,              \
+    .find_taps = &backend::FindTaps, .fetch_history = &backend::FetchHistory,                      \
+    .compare_with_history = &backend::CompareWithHistory, .limit_history = &backend::LimitHistory, \
+    .accumulate = &backend::Accumulate, .merge_future = &backend::MergeFuture,                     \
+    .estimate_variance = &backend::EstimateVariance,                                               \
+    .prefilter_variance = &backend::PrefilterVariance, .atrous = &backend::Atrous,                 \
+    .measure_mirrors = &backend::MeasureMirrors, .keep_mirrors = &backend::KeepMirrors,            \
+    .remodulate = &backend::Remodulate, .fxaa = &backend::Fxaa, .antialias = &backend::Antialias,  \
+    .tonemap = &backend::Tonemap,                                                                  \
   }
 
 inline constexpr StageTable kReferenceStages = STILLRAY_STAGES_OF(reference);

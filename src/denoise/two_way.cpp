@@ -10,9 +10,9 @@
 #include <fmt/format.h>
 
 #include "core/guides.h"
-#include "denoise/filter_parameters.h"
 #include "denoise/frame_check.h"
 #include "denoise/future_blocks.h"
+#include "denoise/plan.h"
 #include "denoise/shot_cuts.h"
 
 namespace stillray {

@@ -45,15 +45,13 @@ TEST(Fxaa, VectorVersionHasTheBitsOfTheReferenceOnEveryTarget) {
       for (const Image1* of :
            {static_cast<const Image1*>(nullptr), static_cast<const Image1*>(&length),
             static_cast<const Image1*>(&old)}) {
-        FxaaParameters p;
-        p.length = of;
         Image3 expected(width, height);
-        reference::Fxaa(picture, p, &expected);
+        reference::Fxaa(picture, of, &expected);
         for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
           hwy::SetSupportedTargetsForTest(target);
           hwy::GetChosenTarget().Update(hwy::SupportedTargets());
           Image3 out(width, height);
-          cpu::Fxaa(picture, p, &out);
+          cpu::Fxaa(picture, of, &out);
           for (int c = 0; c < 3; ++c) {
             for (int y = 0; y < height; ++y) {
               for (int x = 0; x < width; ++x) {

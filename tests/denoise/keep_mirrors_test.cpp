@@ -105,23 +105,25 @@ struct Planes {
     }
   }
   KeepMirrorsInput Input(bool with_motion) const {
-    return {&light, &filtered, &guides, &roughness, with_motion ? &motion : nullptr, 0.1f};
+    return {&light, &filtered, &guides, &roughness, with_motion ? &motion : nullptr};
   }
 };
+
+constexpr KeepMirrorsParameters kParameters = {.mirror_roughness = 0.1f, .mirror_signals = 1};
 
 TEST(KeepMirrors, EveryTargetGivesTheBitsOfTheReference) {
   const Planes planes;
   for (const bool with_motion : {false, true}) {
     FilterPlanes expected(kWidth, kHeight, kBorder);
     Image1 expected_present(kWidth, kHeight, kBorder);
-    reference::MeasureMirrors(planes.Input(with_motion), &expected, &expected_present);
+    reference::MeasureMirrors(planes.Input(with_motion), kParameters, &expected, &expected_present);
     Image3 expected_light = planes.filtered;
     reference::KeepMirrors(expected, expected_present, planes.light, &expected_light);
     ASSERT_FALSE(SameBits(expected_light, planes.filtered));
     OnEveryTarget([&] {
       FilterPlanes measured(kWidth, kHeight, kBorder);
       Image1 present(kWidth, kHeight, kBorder);
-      cpu::MeasureMirrors(planes.Input(with_motion), &measured, &present);
+      cpu::MeasureMirrors(planes.Input(with_motion), kParameters, &measured, &present);
       for (int y = 0; y < kHeight; ++y) {
         for (int x = 0; x < kWidth; ++x) {
           ASSERT_EQ(present(x, y), expected_present(x, y)) << x << " " << y;

@@ -33,7 +33,8 @@ ReprojectionTaps FindTaps(const StageTable& stages, float shift) {
   Image2 motion(kWidth, kHeight);
   motion[0].Fill(shift);
   ReprojectionTaps taps(kWidth, kHeight);
-  stages.find_taps(test::MakeGuides(true), test::MakeGuides(false), motion, {}, &taps);
+  stages.find_taps(test::MakeGuides(true), test::MakeGuides(false), motion,
+                   test::DefaultPlan().reproject, &taps);
   return taps;
 }
 
@@ -43,12 +44,8 @@ std::array<Limited, kSignals> RunStage(const StageTable& stages, float shift, fl
   const GuidePlanes guides = test::MakeGuides(true);
   const SignalHistory history = test::MakeHistory(true);
   const ReprojectionTaps taps = FindTaps(stages, shift);
-  LimitHistoryParameters p;
-  p.scale = history.compressed_scale;
-  p.dead = 0;
-  AtrousParameters geometry;
-  geometry.weights = AtrousWeights::kGeometry;
-  geometry.radius = kLimitHistoryRadius;
+  const LimitHistoryParameters p = {.limit_dead = 0, .limit_gain = 16};
+  AtrousParameters geometry = test::DefaultPlan().atrous;
   geometry.edges.sigma_n = sigma_n;
   std::array<Limited, kSignals> all;
   std::array<AtrousSignal, kSignals> signals;
@@ -58,18 +55,17 @@ std::array<Limited, kSignals> RunStage(const StageTable& stages, float shift, fl
       filter.variance.Fill(kNan);
     }
     all[i].present.Fill(1);
-    stages.compare_with_history(test::MakeLight(lit, 40 + 10 * i), history, taps, guides, p,
+    stages.compare_with_history(test::MakeLight(lit, 40 + 10 * i), history, taps, guides,
                                 &all[i].filter[0], &all[i].present);
   }
   for (int level = 0; level < kLimitHistoryLevels; ++level) {
-    geometry.step = 1 << level;
     for (size_t i = 0; i < kSignals; ++i) {
       FilterPlanes* filter = all[i].filter;
       const int from = level % 2;
       signals[i] = {&filter[from].colour, &filter[from].variance, &filter[1 - from], &all[i].limit,
                     &all[i].present};
     }
-    stages.atrous(signals, guides, geometry);
+    stages.atrous(signals, guides, GeometryLevel(level), geometry);
   }
   for (Limited& one : all) {
     stages.limit_history(one.filter[1], one.present, history, taps, p, &one.limit);

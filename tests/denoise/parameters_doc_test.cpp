@@ -49,7 +49,10 @@ std::string MakeDocument() {
       text += fmt::format("## {}\n\n{}\n{}\n", group, header, rule);
     }
     const std::string symbol = *p.symbol != 0 ? fmt::format(" ({})", p.symbol) : "";
-    text += fmt::format("| `{}`{} | {} | {} | {} |", p.name, symbol, p.help, p.unit, Range(p));
+    const std::string resets =
+        *p.resets_history != 0 ? fmt::format(" Begins the history anew {}.", p.resets_history) : "";
+    text += fmt::format("| `{}`{} | {}{} | {} | {} |", p.name, symbol, p.help, resets, p.unit,
+                        Range(p));
     for (const std::string_view preset : PresetNames()) {
       text += fmt::format(" {} |", GetParameter(PresetSettings(preset).value(), p.name).value());
     }

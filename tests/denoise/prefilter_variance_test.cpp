@@ -82,11 +82,11 @@ TEST(PrefilterVariance, AsTheScalarStage) {
     hwy::SetSupportedTargetsForTest(target);
     for (const bool smooth : {true, false}) {
       for (const bool square_root : {true, false}) {
-        for (const float unbounded_below : {0.0f, 3.0f}) {
-          PrefilterVarianceParameters p;
-          p.smooth = smooth;
-          p.square_root = square_root;
-          p.unbounded_below = unbounded_below;
+        for (const float short_history_blur : {0.0f, 3.0f}) {
+          PrefilterVarianceParameters p = test::DefaultPlan().prefilter_variance;
+          p.prefilter_variance = smooth ? 1 : 0;
+          p.luminance_scale_deviation = square_root ? 1 : 0;
+          p.short_history_blur = short_history_blur;
           Image1 expected(kWidth, kHeight);
           reference::PrefilterVariance(signal.Input(false), p, &expected);
           Image1 counted(kWidth, kHeight);

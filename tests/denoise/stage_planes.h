@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "core/random.h"
+#include "denoise/plan.h"
 #include "denoise/planes.h"
 #include "denoise/stages/prepare_guides.h"
 
@@ -20,6 +21,12 @@ inline constexpr int kHeight = 37;
 inline float Random(int x, int y, uint32_t what) {
   return UniformFloat(
       HashCombine(HashCombine(static_cast<uint32_t>(x), static_cast<uint32_t>(y)), what));
+}
+
+/// Of a frame that has a history, with the preset "default".
+inline const FramePlan& DefaultPlan() {
+  static const FramePlan plan = MakePlan(Settings(), FrameFacts(), {.has_history = true});
+  return plan;
 }
 
 /// A wall and some sky; a few pixels of the frame before show something behind it.

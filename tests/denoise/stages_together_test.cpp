@@ -6,9 +6,10 @@
 
 #include <gtest/gtest.h>
 
-#include "denoise/stages/accumulate.h"
+#include "denoise/cpu/fused/fused.h"
 #include "denoise/stages/antialias.h"
 #include "denoise/stages/prepare_guides.h"
+#include "denoise/stages/reproject.h"
 #include "every_target.h"
 #include "stage_planes.h"
 
@@ -71,10 +72,12 @@ TEST(StagesTogether, PrepareAndFindTaps) {
     GuidePlanes apart(kWidth, kHeight, 4);
     ReprojectionTaps taps_apart(kWidth, kHeight);
     EXPECT_EQ(cpu::PrepareGuides(in, &apart), 3);
-    cpu::FindTaps(apart, before, motion, {}, &taps_apart);
+    cpu::FindTaps(apart, before, motion, test::DefaultPlan().reproject, &taps_apart);
     GuidePlanes together(kWidth, kHeight, 4);
     ReprojectionTaps taps(kWidth, kHeight);
-    EXPECT_EQ(cpu::PrepareAndFindTaps(in, before, motion, {}, &together, &taps), 3);
+    EXPECT_EQ(cpu::PrepareAndFindTaps(in, before, motion, test::DefaultPlan().reproject, &together,
+                                      &taps),
+              3);
     EXPECT_EQ(DifferentBits(together.inverse_depth, apart.inverse_depth), 0);
     EXPECT_EQ(DifferentBits(together.depth, apart.depth), 0);
     EXPECT_EQ(DifferentBits(together.normal, apart.normal), 0);
@@ -94,12 +97,12 @@ TEST(StagesTogether, TapsSideBySideAreToldPerVector) {
   const SignalHistory history = test::MakeHistory(false);
   const Image2 motion = MakeMotion();
   ReprojectionTaps expected_taps(kWidth, kHeight);
-  reference::FindTaps(guides, guides, motion, {}, &expected_taps);
+  reference::FindTaps(guides, guides, motion, test::DefaultPlan().reproject, &expected_taps);
   SignalHistory expected = history;
   reference::FetchHistory(history, expected_taps, &expected);
   OnEveryTarget([&] {
     ReprojectionTaps taps(kWidth, kHeight);
-    cpu::FindTaps(guides, guides, motion, {}, &taps);
+    cpu::FindTaps(guides, guides, motion, test::DefaultPlan().reproject, &taps);
     int blocks = 0;
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
@@ -121,114 +124,6 @@ TEST(StagesTogether, TapsSideBySideAreToldPerVector) {
   });
 }
 
-TEST(StagesTogether, AccumulateRadiance) {
-  const GuidePlanes before = test::MakeGuides(false);
-  const GuidePlanes now = test::MakeGuides(true);
-  const SignalHistory history = test::MakeHistory(false);
-  const Image3 albedo = RandomImage(60);
-  Image3 radiance = RandomImage(70);
-  radiance[0](3, 5) = std::nanf("");
-  Image1 samples(kWidth, kHeight);
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
-      samples(x, y) = std::floor(4 * test::Random(x, y, 61));
-    }
-  }
-  DemodulateInput in;
-  in.radiance[in.count++] = &radiance;
-  in.albedo.part[in.albedo.count++] = &albedo;
-  const Image2 motion = MakeMotion();
-  const auto check = [&] {
-    ReprojectionTaps taps(kWidth, kHeight);
-    cpu::FindTaps(now, before, motion, {}, &taps);
-    NewLight light = test::MakeLight();
-    const DemodulateCounts apart = cpu::Demodulate(in, &light);
-    SignalHistory expected = history;
-    cpu::Accumulate(light, history, &taps, nullptr, {}, &expected);
-    NewLight on_the_way = test::MakeLight();
-    SignalHistory joined = history;
-    const DemodulateCounts counts =
-        cpu::AccumulateRadiance(in, history, taps, {}, &on_the_way, nullptr, &joined);
-    EXPECT_EQ(counts.non_finite, apart.non_finite);
-    EXPECT_EQ(counts.negative, apart.negative);
-    EXPECT_EQ(counts.non_finite, 1);
-    EXPECT_EQ(counts.negative, 1);
-    if (in.samples != nullptr) {
-      EXPECT_EQ(DifferentBits(on_the_way.samples, light.samples), 0);
-    }
-    EXPECT_EQ(DifferentBits(joined.colour, expected.colour), 0);
-    EXPECT_EQ(DifferentBits(joined.mean, expected.mean), 0);
-    EXPECT_EQ(DifferentBits(joined.variance, expected.variance), 0);
-    EXPECT_EQ(DifferentBits(joined.length, expected.length), 0);
-    EXPECT_EQ(DifferentBits(joined.weights2, expected.weights2), 0);
-    EXPECT_GT(DifferentBits(joined.colour, history.colour), 0);
-  };
-  in.samples = nullptr;
-  radiance[2](80, 36) = -1;
-  OnEveryTarget(check);
-  samples(3, 5) = samples(80, 36) = 1;
-  in.samples = &samples;
-  OnEveryTarget(check);
-}
-
-TEST(StagesTogether, VarianceOnTheWay) {
-  const GuidePlanes before = test::MakeGuides(false);
-  const GuidePlanes now = test::MakeGuides(true);
-  const Image3 radiance = RandomImage(70);
-  Image1 samples(kWidth, kHeight);
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
-      samples(x, y) = std::floor(4 * test::Random(x, y, 61));
-    }
-  }
-  // Of the rest, every history is long enough.
-  SignalHistory history = test::MakeHistory(false);
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = kWidth / 2; x < kWidth; ++x) {
-      history.length(x, y) = 9;
-    }
-  }
-  DemodulateInput in;
-  in.radiance[in.count++] = &radiance;
-  EstimateVarianceParameters p;
-  Image2 motion(kWidth, kHeight);
-  const auto check = [&] {
-    ReprojectionTaps taps(kWidth, kHeight);
-    cpu::FindTaps(now, before, motion, {}, &taps);
-    NewLight light = test::MakeLight();
-    SignalHistory joined = history;
-    cpu::AccumulateRadiance(in, history, taps, {}, &light, nullptr, &joined);
-    Image1 apart(kWidth, kHeight);
-    const Image1* n = in.samples != nullptr ? &light.samples : nullptr;
-    VarianceSignal signal = {&joined, n, &apart};
-    cpu::EstimateVariance({&signal, 1}, now, p);
-    Image1 together(kWidth, kHeight);
-    Plane<uint32_t> open(BlocksOf(kWidth), kHeight);
-    VarianceOnTheWay wanted = {now, p, &together, &open};
-    cpu::AccumulateRadiance(in, history, taps, {}, &light, &wanted, &joined);
-    EXPECT_EQ(wanted.complete, signal.complete);
-    int left = 0;
-    for (int y = 0; y < kHeight; ++y) {
-      for (int block = 0; block < open.width(); ++block) {
-        left += static_cast<int>(open(block, y));
-      }
-    }
-    EXPECT_GT(left, 0);
-    EXPECT_LT(left, open.width() * kHeight);
-    VarianceSignal rest = {&joined, n, &together, &open, wanted.complete};
-    cpu::EstimateVariance({&rest, 1}, now, p);
-    EXPECT_EQ(rest.complete, signal.complete);
-    EXPECT_EQ(DifferentBits(together, apart), 0);
-  };
-  for (const bool of_mean : {true, false}) {
-    p.of_mean = of_mean;
-    in.samples = nullptr;
-    OnEveryTarget(check);
-    in.samples = &samples;
-    OnEveryTarget(check);
-  }
-}
-
 // In vectors of one motion, of several, and of as many as pixels.
 TEST(Antialias, FollowsAnyMotion) {
   const GuidePlanes guides = test::MakeGuides(true);
@@ -243,10 +138,11 @@ TEST(Antialias, FollowsAnyMotion) {
     }
   }
   Image3 expected(kWidth, kHeight);
-  reference::Antialias(colour, previous, motion, guides, {}, &expected);
+  const AntialiasParameters& p = test::DefaultPlan().antialias;
+  reference::Antialias(colour, {previous, motion, guides}, p, &expected);
   OnEveryTarget([&] {
     Image3 found(kWidth, kHeight);
-    cpu::Antialias(colour, previous, motion, guides, {}, &found);
+    cpu::Antialias(colour, {previous, motion, guides}, p, &found);
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
         for (int c = 0; c < 3; ++c) {
@@ -274,12 +170,13 @@ TEST(StagesTogether, AntialiasParts) {
     Image3 picture(kWidth, kHeight);
     EXPECT_EQ(cpu::Remodulate(signals, unfiltered, parts.remodulate, &picture), 2);
     Image3 apart(kWidth, kHeight);
-    cpu::Antialias(picture, previous, motion, guides, {}, &apart);
+    const AntialiasParameters& p = test::DefaultPlan().antialias;
+    AntialiasInput input = {previous, motion, guides};
+    cpu::Antialias(picture, input, p, &apart);
     Image3 together(kWidth, kHeight);
     Image3 copy(kWidth, kHeight);
-    AntialiasParameters p;
-    p.copy = &copy;
-    EXPECT_EQ(cpu::AntialiasParts(parts, previous, motion, guides, p, &together), 2);
+    input.copy = &copy;
+    EXPECT_EQ(cpu::AntialiasParts(parts, input, p, &together), 2);
     EXPECT_EQ(DifferentBits(together, apart), 0);
     EXPECT_EQ(DifferentBits(copy, apart), 0);
   });

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <string>
 
+#include "denoise/plan.h"
 #include "denoise/sparse_frames.h"
 #include "denoise/stages/tonemap.h"
 #include "gpu/device_test.h"
@@ -248,8 +249,7 @@ TEST_F(Embedding, ShowsThePictureAsTonemapDoes) {
     });
     ASSERT_TRUE(arena.Invalidate().ok());
     std::vector<uint8_t> expected(kWidth * kHeight * 3);
-    reference::Tonemap(colour, std::exp2(0.5f), static_cast<int>(o.settings.tonemap), {},
-                       expected.data());
+    reference::Tonemap(colour, TonemapOf(0.5f, o.settings.tonemap, 0, 0), expected.data());
     const auto* shown = static_cast<const uint8_t*>(bytes->mapped);
     int differ = 0;
     for (int i = 0; i < kWidth * kHeight; ++i) {

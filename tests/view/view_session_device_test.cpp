@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "denoise/device_denoiser.h"
+#include "denoise/backend.h"
 #include "stillray/quality.h"
 #include "view/small_session.h"
 #include "view/view_session.h"

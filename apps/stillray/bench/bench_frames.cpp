@@ -14,7 +14,7 @@
 #include "common/device_option.h"
 #include "core/clock.h"
 #include "core/median.h"
-#include "denoise/device_denoiser.h"
+#include "denoise/backend.h"
 
 namespace stillray {
 namespace {

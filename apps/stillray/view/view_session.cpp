@@ -9,7 +9,7 @@
 
 #include "core/clock.h"
 #include "denoise/fill_guides/fill_guides.h"
-#include "denoise/filter_parameters.h"
+#include "denoise/plan.h"
 #include "denoise/stage_table.h"
 #include "view/history_seed.h"
 

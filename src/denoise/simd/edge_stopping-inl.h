@@ -11,7 +11,7 @@
 #endif
 
 #include "denoise/simd/vector_math-inl.h"
-#include "denoise/stages/edge_stopping.h"
+#include "denoise/stages/edge_stopping_shared.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace stillray {
@@ -32,12 +32,12 @@ struct GuideCentre {
 enum class Depths {
   kGradient,
   kPlane,
-  kEither,  ///< EdgeStopping::plane tells
+  kEither,  ///< EdgeStopping::depth_weight_plane tells
 };
 
 template <Depths kDepths>
 HWY_INLINE bool IsPlane(const EdgeStopping& e) {
-  return kDepths == Depths::kEither ? e.plane : kDepths == Depths::kPlane;
+  return kDepths == Depths::kEither ? e.depth_weight_plane != 0 : kDepths == Depths::kPlane;
 }
 
 /// The guides of one row.

@@ -10,53 +10,22 @@
 #pragma once
 
 #include "denoise/planes.h"
-#include "denoise/stages/demodulate.h"
-#include "denoise/stages/estimate_variance.h"
+#include "denoise/stages/accumulate_shared.h"
 
 namespace stillray {
-
-struct AccumulateParameters {
-  float alpha_min = 0.1f;
-  float alpha_moments = 0.1f;
-  bool constant_weight = false;  ///< SVGF: alpha_min wherever there is history
-  int max_history = 0;           ///< samples; 0: no limit
-  /// Luminance that is compressed to 1/2 in `compressed`; 0: that plane is left out.
-  float compressed_scale = 0;
-  /// Pixels without samples so far have no light in the history either: none was fed back to them.
-  bool lit_alone = false;
-};
 
 /// \param before  reprojected history (all zero: none), or with taps that of the last frame, which
 ///                is looked up along them (stages/reproject.h) and must not be \p out
 /// \param taps    nullptr: the history has been looked up
 /// \param limit   length that the history may count for at most, or nullptr
-/// AccumulateInPlace does the same to \p history itself, and touches no pixel that stays as it is:
-/// for views in which little moves.
-/// \param staged  with room for all vectors that are kElsewhere
-/// AccumulateRadiance divides the light by its albedo on the way (stages/demodulate.h): the colour
-/// of \p light says nothing then, nor do its samples unless the frame has some.
-/// \param variance  wanted of the new history (stages/estimate_variance.h), or nullptr
+/// \param out     its `compressed_scale` is set; 0: `compressed` is left out
 namespace reference {
-void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps, const Image1* limit,
-                       const AccumulateParameters& parameters, StagedHistory* staged,
-                       SignalHistory* history);
 void Accumulate(const NewLight& light, const SignalHistory& before, const ReprojectionTaps* taps,
                 const Image1* limit, const AccumulateParameters& parameters, SignalHistory* out);
-DemodulateCounts AccumulateRadiance(const DemodulateInput& radiance, const SignalHistory& before,
-                                    const ReprojectionTaps& taps,
-                                    const AccumulateParameters& parameters, NewLight* light,
-                                    VarianceOnTheWay* variance, SignalHistory* out);
 }  // namespace reference
 namespace cpu {
-void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps, const Image1* limit,
-                       const AccumulateParameters& parameters, StagedHistory* staged,
-                       SignalHistory* history);
 void Accumulate(const NewLight& light, const SignalHistory& before, const ReprojectionTaps* taps,
                 const Image1* limit, const AccumulateParameters& parameters, SignalHistory* out);
-DemodulateCounts AccumulateRadiance(const DemodulateInput& radiance, const SignalHistory& before,
-                                    const ReprojectionTaps& taps,
-                                    const AccumulateParameters& parameters, NewLight* light,
-                                    VarianceOnTheWay* variance, SignalHistory* out);
 }  // namespace cpu
 
 }  // namespace stillray

@@ -21,8 +21,9 @@ void Join(const NewLight& light, const SignalHistory& before, const Image1* limi
       if (p.max_history > 0) {
         length = min(length, max(static_cast<float>(p.max_history) - n, 0.0f));
       }
-      const float alpha = NewFrameWeight(length, n, p.alpha_min, p.constant_weight);
-      const float alpha_moments = NewFrameWeight(length, n, p.alpha_moments, p.constant_weight);
+      const float alpha = NewFrameWeight(length, n, p.alpha_min, p.history_weight_constant != 0);
+      const float alpha_moments =
+          NewFrameWeight(length, n, p.alpha_moments, p.history_weight_constant != 0);
       const float l = light.colour[0](x, y);
       const float d = l - before.mean(x, y);
       const float within = light.within.empty() ? 0.0f : light.within(x, y);
@@ -34,9 +35,9 @@ void Join(const NewLight& light, const SignalHistory& before, const Image1* limi
           out->behind[c](x, y) = behind + alpha * (light.colour[c](x, y) - behind);
         }
       }
-      if (p.compressed_scale > 0) {
+      if (out->compressed_scale > 0) {
         const float old = before.compressed(x, y);
-        out->compressed(x, y) = old + alpha * (CompressLuminance(l, p.compressed_scale) - old);
+        out->compressed(x, y) = old + alpha * (CompressLuminance(l, out->compressed_scale) - old);
       }
       out->variance(x, y) = MixedVariance(before.variance(x, y), d, within, alpha_moments);
       out->mean(x, y) = before.mean(x, y) + alpha_moments * d;
@@ -56,28 +57,6 @@ void Accumulate(const NewLight& light, const SignalHistory& before, const Reproj
   }
   FetchHistory(before, *taps, out);
   Join(light, *out, limit, p, out);
-}
-
-void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps, const Image1* limit,
-                       const AccumulateParameters& p, StagedHistory* /*staged*/,
-                       SignalHistory* history) {
-  const SignalHistory before = *history;
-  Accumulate(light, before, &taps, limit, p, history);
-}
-
-DemodulateCounts AccumulateRadiance(const DemodulateInput& radiance, const SignalHistory& before,
-                                    const ReprojectionTaps& taps, const AccumulateParameters& p,
-                                    NewLight* light, VarianceOnTheWay* variance,
-                                    SignalHistory* out) {
-  const DemodulateCounts counts = Demodulate(radiance, light);
-  Accumulate(*light, before, &taps, nullptr, p, out);
-  if (variance != nullptr) {  // all of it: no block is left
-    VarianceSignal signal = {out, &light->samples, variance->variance};
-    EstimateVariance({&signal, 1}, variance->guides, variance->p);
-    variance->open->Fill(0);
-    variance->complete = signal.complete;
-  }
-  return counts;
 }
 
 }  // namespace stillray::reference

@@ -11,6 +11,13 @@
 
 SHARED_BEGIN
 
+SHARED_BLOCK(AccumulateParameters) {
+  float alpha_min;
+  float alpha_moments;
+  int history_weight_constant;  // 1: alpha_min wherever there is history (SVGF)
+  int max_history;              // samples; 0: no limit
+};
+
 // Weight of the new frame. PSVGF section 4.2: max(alpha_min, 1 / age), with age in samples: n new
 // ones after `length` old ones. SVGF eq. 1 (constant_weight): alpha_min wherever there is history.
 SHARED_FN float NewFrameWeight(float length, float n, float alpha_min, bool constant_weight) {

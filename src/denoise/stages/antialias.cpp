@@ -2,12 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/stages/antialias.h"
 
-#include <atomic>
-
 #include "core/parallel.h"
-#include "denoise/row_scratch.h"
-#include "denoise/simd/picture_parts.h"
-#include "denoise/stages/antialias_shared.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "denoise/stages/antialias.cpp"
@@ -16,386 +11,25 @@
 
 #include <hwy/highway.h>
 
-#include "denoise/simd/stream_rows-inl.h"
-#include "denoise/simd/tap_rows-inl.h"
-#include "denoise/simd/vector_math-inl.h"
+#include "denoise/simd/antialias_rows-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-constexpr size_t kMostFetched = 96;
-
-/// Pixels beyond the edge of the picture repeat the one at its edge.
-HWY_INLINE VI ClampColumns(VI x, int width) {
-  const DI di;
-  return hn::Min(hn::Max(x, hn::Zero(di)), hn::Set(di, width - 1));
-}
-
-HWY_INLINE void CatmullRom(VF t, VF w[4]) {
-  const DF d;
-  const VF t2 = hn::Mul(t, t);
-  const VF t3 = hn::Mul(t2, t);
-  const VF half = hn::Set(d, 0.5f);
-  w[0] = hn::Sub(t2, hn::Mul(half, hn::Add(t3, t)));
-  w[1] =
-      hn::Add(hn::MulAdd(hn::Set(d, 1.5f), t3, hn::Mul(hn::Set(d, -2.5f), t2)), hn::Set(d, 1.0f));
-  w[2] = hn::MulAdd(hn::Set(d, -1.5f), t3, hn::MulAdd(hn::Set(d, 2.0f), t2, hn::Mul(half, t)));
-  w[3] = hn::Mul(half, hn::Sub(t3, t2));
-}
-
-/// NewPictureWeight for a vector of pixels.
-HWY_INLINE VF Alpha(const AntialiasParameters& p, VF longest, int x, int y) {
-  const DF d;
-  const VF alpha = hn::Set(d, p.alpha);
-  if (p.length == nullptr) {
-    return alpha;
-  }
-  const VF one = hn::Set(d, 1.0f);
-  const VF n = p.samples == nullptr ? one : hn::LoadU(d, p.samples->Row(y) + x);
-  const MF some = hn::Gt(n, hn::Zero(d));
-  const VF length = hn::Max(longest, n);
-  const VF share = hn::Div(n, hn::IfThenElse(some, length, one));
-  return hn::IfThenElse(some, hn::Min(hn::Max(alpha, share), one), alpha);
-}
-
-/// What a vector of pixels learns from its 3x3 neighbours.
-struct Neighbourhood {
-  VF low[3];
-  VF high[3];
-  VF mx, my;   ///< motion of the nearest surface in front of the centre's, or the centre's own
-  VF longest;  ///< history of any pixel; 0 where lengths are not known
-};
-
-/// Whether nothing in a row moves.
-HWY_INLINE bool IsStillRow(const Image2& motion, int y) {
-  const DF d;
-  const VF zero = hn::Zero(d);
-  const float* mx = motion[0].Row(y);
-  const float* my = motion[1].Row(y);
-  const int width = motion.width();
-  bool still = true;
-  for (int x = 0; x < width && still; x += LaneCount()) {
-    const MF none = hn::And(hn::Eq(hn::LoadU(d, mx + x), zero), hn::Eq(hn::LoadU(d, my + x), zero));
-    still = hn::AllTrue(d, hn::Or(none, hn::Not(InRow(x, width))));
-  }
-  return still;
-}
-
-/// The rows around the pixels of row y, from the one above: beyond the picture's edge the row at
-/// it.
-struct RowsAround {
-  const float* colour[3][3];
-  const float* length[3];  ///< nullptr: not known
-  const float* inverse_depth[3];
-  const float* motion[3][2];
-  const float* gradient[2];  ///< of row y alone
-};
-
-/// \param colour_row  takes a channel and a row of the picture
-template <class ColourRow>
-RowsAround FindRowsAround(const Image2& motion, const GuidePlanes& guides, const Image1* length,
-                          int y, const ColourRow& colour_row) {
-  const int last = motion.height() - 1;
-  RowsAround rows;
-  for (int j = 0; j < 3; ++j) {
-    const int row = std::clamp(y + j - 1, 0, last);
-    for (int c = 0; c < 3; ++c) {
-      rows.colour[j][c] = colour_row(c, row);
-    }
-    rows.length[j] = length != nullptr ? length->Row(row) : nullptr;
-    rows.inverse_depth[j] = guides.inverse_depth.Row(row);
-    rows.motion[j][0] = motion[0].Row(row);
-    rows.motion[j][1] = motion[1].Row(row);
-  }
-  rows.gradient[0] = guides.gradient[0].Row(y);
-  rows.gradient[1] = guides.gradient[1].Row(y);
-  return rows;
-}
-
-/// \tparam kStill  none of the neighbours moves, whichever is nearest
-/// \tparam kInner  neighbours exist in all columns, so that plain loads find them; else the
-///                 picture's edge is repeated
-template <bool kStill, bool kInner>
-HWY_INLINE Neighbourhood LookAround(const RowsAround& rows, int x, int y, int width, int height) {
-  const DF d;
-  const DI di;
-  Neighbourhood n;
-  for (int c = 0; c < 3; ++c) {
-    n.low[c] = n.high[c] = hn::LoadU(d, rows.colour[1][c] + x);
-  }
-  const auto of_centre = [&](const float* row)
-                             HWY_ATTR { return kStill ? hn::Zero(d) : hn::LoadU(d, row + x); };
-  const VF centre = of_centre(rows.inverse_depth[1]);
-  const VF gx = of_centre(rows.gradient[0]);
-  const VF gy = of_centre(rows.gradient[1]);
-  const VF slack = hn::MulAdd(hn::Set(d, kInFront), centre, centre);
-  n.longest = hn::Zero(d);
-  VF nearest = centre;
-  n.mx = of_centre(rows.motion[1][0]);
-  n.my = of_centre(rows.motion[1][1]);
-  for (int j = 0; j < 3; ++j) {
-    const float row_offset = static_cast<float>(std::clamp(y + j - 1, 0, height - 1) - y);
-    for (int dx = -1; dx <= 1; ++dx) {
-      VI at = hn::Zero(di);
-      VF ox = hn::Set(d, static_cast<float>(dx));
-      if constexpr (!kInner) {
-        const VI columns = ColumnNumbers(x);
-        at = ClampColumns(hn::Add(columns, hn::Set(di, dx)), width);
-        ox = hn::ConvertTo(d, hn::Sub(at, columns));
-      }
-      const auto load = [&](const float* row) HWY_ATTR {
-        return kInner ? hn::LoadU(d, row + x + dx) : hn::GatherIndex(d, row, at);
-      };
-      for (int c = 0; c < 3; ++c) {
-        const VF q = load(rows.colour[j][c]);
-        n.low[c] = hn::Min(n.low[c], q);
-        n.high[c] = hn::Max(n.high[c], q);
-      }
-      if (rows.length[j] != nullptr) {
-        n.longest = hn::Max(n.longest, load(rows.length[j]));
-      }
-      if constexpr (kStill) {
-        continue;
-      }
-      const VF i = load(rows.inverse_depth[j]);
-      const VF plane = hn::MulAdd(gx, ox, hn::MulAdd(gy, hn::Set(d, row_offset), slack));
-      const MF nearer = hn::And(hn::Gt(i, nearest), hn::Gt(i, plane));
-      if (!hn::AllFalse(d, nearer)) {
-        nearest = hn::IfThenElse(nearer, i, nearest);
-        n.mx = hn::IfThenElse(nearer, load(rows.motion[j][0]), n.mx);
-        n.my = hn::IfThenElse(nearer, load(rows.motion[j][1]), n.my);
-      }
-    }
-  }
-  return n;
-}
-
-/// Where a vector of pixels stood in the previous picture: the pixel to the upper left, and the
-/// rest of the way.
-struct PreviousPlace {
-  VI x, y;
-  VF u, v;
-};
-
-/// Catmull-Rom over 4x4 taps.
-/// \param load  takes a column and a row, -1..2, and a channel
-template <typename Load>
-HWY_INLINE void SampleCatmullRom(const PreviousPlace& place, const Load& load, VF before[3]) {
-  const DF d;
-  VF wx[4];
-  VF wy[4];
-  CatmullRom(place.u, wx);
-  CatmullRom(place.v, wy);
-  for (int c = 0; c < 3; ++c) {
-    before[c] = hn::Zero(d);
-  }
-  for (int j = 0; j < 4; ++j) {
-    for (int c = 0; c < 3; ++c) {
-      VF sum = hn::Mul(wx[0], load(-1, j - 1, c));
-      for (int i = 1; i < 4; ++i) {
-        sum = hn::MulAdd(wx[i], load(i - 1, j - 1, c), sum);
-      }
-      before[c] = hn::MulAdd(wy[j], sum, before[c]);
-    }
-  }
-}
-
-/// SamplePrevious where taps do not lie side by side, or beyond the picture: its edge is repeated.
-HWY_NOINLINE void GatherPrevious(const Image3& previous, const PreviousPlace& place, VF before[3]) {
-  const DF d;
-  const DI di;
-  const VI stride = hn::Set(di, static_cast<int>(previous[0].stride()));
-  SampleCatmullRom(
-      place,
-      [&](int i, int j, int c) HWY_ATTR {
-        const VI column = ClampColumns(hn::Add(place.x, hn::Set(di, i)), previous.width());
-        const VI row = ClampColumns(hn::Add(place.y, hn::Set(di, j)), previous.height());
-        return hn::GatherIndex(d, previous[c].Row(0), hn::Add(hn::Mul(row, stride), column));
-      },
-      before);
-}
-
-/// The previous picture at (px, py), Catmull-Rom over 4x4 taps; lanes not `inside` are not read.
-HWY_INLINE void SamplePrevious(const Image3& previous, VF px, VF py, MF inside, VF before[3]) {
-  const DF d;
-  const DI di;
-  const VF sx = hn::IfThenElseZero(inside, px);
-  const VF sy = hn::IfThenElseZero(inside, py);
-  const VF fx = hn::Floor(sx);
-  const VF fy = hn::Floor(sy);
-  const PreviousPlace place = {hn::ConvertTo(di, fx), hn::ConvertTo(di, fy), hn::Sub(sx, fx),
-                               hn::Sub(sy, fy)};
-  const SideBySide block = FindSideBySide(place.x, place.y, inside);
-  if (!LiesInPicture(block, 1, 2, previous.width(), previous.height())) {
-    GatherPrevious(previous, place, before);
-    return;
-  }
-  const ptrdiff_t stride = previous[0].stride();
-  const float* first[3];
-  for (int c = 0; c < 3; ++c) {
-    first[c] = previous[c].Row(block.y) + block.x;
-  }
-  const VF zero = hn::Zero(d);
-  if (hn::AllTrue(d, hn::And(hn::Eq(place.u, zero), hn::Eq(place.v, zero)))) {  // nothing moved
-    for (int c = 0; c < 3; ++c) {
-      before[c] = hn::LoadU(d, first[c]);
-    }
-    return;
-  }
-  SampleCatmullRom(
-      place, [&](int i, int j, int c) HWY_ATTR { return hn::LoadU(d, first[c] + j * stride + i); },
-      before);
-}
-
-/// Where a row of the picture goes.
-struct OutRow {
-  float* row[3];
-  float* copy[3];  ///< nullptr: nowhere
-};
-
-OutRow OutRowOf(const AntialiasParameters& p, int y, Image3* out) {
-  OutRow to;
-  for (int c = 0; c < 3; ++c) {
-    to.row[c] = (*out)[c].Row(y);
-    to.copy[c] = p.copy != nullptr ? (*p.copy)[c].Row(y) : nullptr;
-  }
-  return to;
-}
-
-/// Blends the pixels x, x + 1, ... of row y.
-template <bool kStill, bool kInner>
-HWY_INLINE void AntialiasVector(const RowsAround& rows, const Image3& previous,
-                                const AntialiasParameters& p, int x, int y, const OutRow& out) {
-  const DF d;
-  const int width = previous.width();
-  const int height = previous.height();
-  const Neighbourhood n = LookAround<kStill, kInner>(rows, x, y, width, height);
-  const VF px = hn::Add(ColumnsFrom(x), n.mx);
-  const VF py = hn::Add(hn::Set(d, static_cast<float>(y)), n.my);
-  const VF edge = hn::Set(d, -0.5f);
-  const MF in_x =
-      hn::And(hn::Gt(px, edge), hn::Lt(px, hn::Set(d, static_cast<float>(width) - 0.5f)));
-  const MF in_y =
-      hn::And(hn::Gt(py, edge), hn::Lt(py, hn::Set(d, static_cast<float>(height) - 0.5f)));
-  const MF inside = hn::And(hn::And(in_x, in_y), InRow(x, width));
-  VF before[3];
-  if constexpr (kStill) {
-    for (int c = 0; c < 3; ++c) {
-      before[c] = hn::LoadU(d, previous[c].Row(y) + x);
-    }
-  } else {
-    SamplePrevious(previous, px, py, inside, before);
-  }
-  const VF alpha = Alpha(p, n.longest, x, y);
-  for (int c = 0; c < 3; ++c) {
-    const VF now = hn::LoadU(d, rows.colour[1][c] + x);
-    const VF kept = hn::Min(hn::Max(before[c], n.low[c]), n.high[c]);
-    const VF blend = hn::MulAdd(alpha, hn::Sub(now, kept), kept);
-    const VF result = hn::IfThenElse(inside, blend, now);
-    StreamInRow(d, result, out.row[c], x, width);
-    if (out.copy[c] != nullptr) {
-      StreamInRow(d, result, out.copy[c], x, width);
-    }
-  }
-}
-
-/// \param next  what else is to be fetched for the next row
-template <bool kStill>
-void AntialiasRow(const RowsAround& rows, NextRow<kMostFetched> next, const Image3& previous,
-                  const Image2& motion, const GuidePlanes& guides, const AntialiasParameters& p,
-                  int y, Image3* out) {
-  const int width = previous.width();
-  const OutRow to = OutRowOf(p, y, out);
-  next.Add(previous, y + 3);
-  if (!kStill) {
-    next.Add(motion, y + 2);
-    next.Add(guides.inverse_depth, y + 2);
-    next.Add(guides.gradient, y + 1);
-  }
-  if (p.length != nullptr) {
-    next.Add(*p.length, y + 2);
-  }
-  AddStreamed(*out, y + 1, &next);
-  if (p.copy != nullptr) {
-    AddStreamed(*p.copy, y + 1, &next);
-  }
-  for (int x = 0; x < width; x += LaneCount()) {
-    next.Fetch(x);
-    if (x > 0 && x + LaneCount() < width) {
-      AntialiasVector<kStill, true>(rows, previous, p, x, y, to);
-    } else {
-      AntialiasVector<kStill, false>(rows, previous, p, x, y, to);
-    }
-  }
-}
-
-/// Whether nothing moves in each of three rows that follow each other.
-class StillRows {
- public:
-  StillRows(const Image2& motion, int y) : motion_(motion) {
-    still_[1] = IsStillRow(motion, std::max(y - 1, 0));
-    still_[2] = IsStillRow(motion, y);
-  }
-  /// Those around row y: the next one at every call.
-  bool Around(int y) {
-    still_[0] = still_[1];
-    still_[1] = still_[2];
-    still_[2] = IsStillRow(motion_, std::min(y + 1, motion_.height() - 1));
-    return still_[0] && still_[1] && still_[2];
-  }
-
- private:
-  const Image2& motion_;
-  bool still_[3] = {};
-};
-
-void AntialiasRows(const Image3& colour, const Image3& previous, const Image2& motion,
-                   const GuidePlanes& guides, const AntialiasParameters& p, int y0, int y1,
-                   Image3* out) {
-  StillRows still(motion, y0);
+void AntialiasRows(const Image3& colour, const AntialiasInput& in, const AntialiasParameters& p,
+                   int y0, int y1, Image3* out) {
+  StillRows still(in.motion, y0);
   for (int y = y0; y < y1; ++y) {
-    const RowsAround rows = FindRowsAround(motion, guides, p.length, y,
+    const RowsAround rows = FindRowsAround(in.motion, in.guides, in.length, y,
                                            [&](int c, int row) { return colour[c].Row(row); });
     NextRow<kMostFetched> next;
     next.Add(colour, y + 2);
-    still.Around(y) ? AntialiasRow<true>(rows, next, previous, motion, guides, p, y, out)
-                    : AntialiasRow<false>(rows, next, previous, motion, guides, p, y, out);
+    still.Around(y) ? AntialiasRow<true>(rows, next, in, p, y, out)
+                    : AntialiasRow<false>(rows, next, in, p, y, out);
   }
   FinishStreams();
-}
-
-/// Puts rows of the picture together just before they are looked at; three of them are kept.
-/// \return what RemodulateRow returns for the rows y0..y1
-int64_t AntialiasPartsRows(const PictureParts& parts, const Image3& previous, const Image2& motion,
-                           const GuidePlanes& guides, const AntialiasParameters& p, int y0, int y1,
-                           Image3* out) {
-  const int width = previous.width();
-  const RowScratch kept(width, 9);
-  const auto colour_row = [&](int c, int row) { return kept.Row(row % 3 * 3 + c); };
-  const auto compose = [&](int row) {
-    float* const to[3] = {colour_row(0, row), colour_row(1, row), colour_row(2, row)};
-    return cpu::RemodulateRow(parts, width, row, to);
-  };
-  if (y0 > 0) {
-    compose(y0 - 1);  // counted by whoever has that row
-  }
-  int64_t bad = compose(y0);
-  StillRows still(motion, y0);
-  for (int y = y0; y < y1; ++y) {
-    if (y + 1 < previous.height()) {
-      const int64_t bad_below = compose(y + 1);
-      bad += y + 1 < y1 ? bad_below : 0;
-    }
-    const RowsAround rows = FindRowsAround(motion, guides, p.length, y, colour_row);
-    NextRow<kMostFetched> next;
-    AddPictureParts(parts, y + 2, &next);
-    still.Around(y) ? AntialiasRow<true>(rows, next, previous, motion, guides, p, y, out)
-                    : AntialiasRow<false>(rows, next, previous, motion, guides, p, y, out);
-  }
-  FinishStreams();
-  return bad;
 }
 
 }  // namespace
@@ -407,23 +41,12 @@ HWY_AFTER_NAMESPACE();
 namespace stillray::cpu {
 
 HWY_EXPORT(AntialiasRows);
-HWY_EXPORT(AntialiasPartsRows);
 
-void Antialias(const Image3& colour, const Image3& previous, const Image2& motion,
-               const GuidePlanes& guides, const AntialiasParameters& p, Image3* out) {
+void Antialias(const Image3& colour, const AntialiasInput& in, const AntialiasParameters& p,
+               Image3* out) {
   ParallelRows(colour.height(), 16, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(AntialiasRows)(colour, previous, motion, guides, p, y0, y1, out);
+    HWY_DYNAMIC_DISPATCH(AntialiasRows)(colour, in, p, y0, y1, out);
   });
-}
-
-int64_t AntialiasParts(const PictureParts& parts, const Image3& previous, const Image2& motion,
-                       const GuidePlanes& guides, const AntialiasParameters& p, Image3* out) {
-  std::atomic<int64_t> bad = 0;
-  ParallelRows(previous.height(), 24, [&](int y0, int y1) {
-    bad +=
-        HWY_DYNAMIC_DISPATCH(AntialiasPartsRows)(parts, previous, motion, guides, p, y0, y1, out);
-  });
-  return bad;
 }
 
 }  // namespace stillray::cpu

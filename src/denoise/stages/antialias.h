@@ -16,34 +16,28 @@
 #pragma once
 
 #include "denoise/planes.h"
-#include "denoise/stages/remodulate.h"
+#include "denoise/stages/antialias_shared.h"
 
 namespace stillray {
 
-struct AntialiasParameters {
-  float alpha = 0.1f;  ///< weight of the new frame
+struct AntialiasInput {
+  const Image3& previous;  ///< the last output
+  const Image2& motion;
+  const GuidePlanes& guides;
   /// Samples that the light of each pixel has in all, and that this frame brought; nullptr for
-  /// length: weight `alpha` everywhere; for samples: one everywhere.
+  /// length: weight `taa_alpha` everywhere; for samples: one everywhere.
   const Image1* length = nullptr;
   const Image1* samples = nullptr;
   Image3* copy = nullptr;  ///< the finished picture once more, of the same size; nullptr: no
 };
 
-/// AntialiasParts does the same to a picture that is put together on the way and kept nowhere
-/// (stages/remodulate.h, without `add`), and returns what Remodulate does.
 namespace reference {
-int64_t AntialiasParts(const PictureParts& parts, const Image3& previous, const Image2& motion,
-                       const GuidePlanes& guides, const AntialiasParameters& parameters,
-                       Image3* out);
-void Antialias(const Image3& colour, const Image3& previous, const Image2& motion,
-               const GuidePlanes& guides, const AntialiasParameters& parameters, Image3* out);
+void Antialias(const Image3& colour, const AntialiasInput& in,
+               const AntialiasParameters& parameters, Image3* out);
 }  // namespace reference
 namespace cpu {
-int64_t AntialiasParts(const PictureParts& parts, const Image3& previous, const Image2& motion,
-                       const GuidePlanes& guides, const AntialiasParameters& parameters,
-                       Image3* out);
-void Antialias(const Image3& colour, const Image3& previous, const Image2& motion,
-               const GuidePlanes& guides, const AntialiasParameters& parameters, Image3* out);
+void Antialias(const Image3& colour, const AntialiasInput& in,
+               const AntialiasParameters& parameters, Image3* out);
 }  // namespace cpu
 
 }  // namespace stillray

@@ -68,14 +68,14 @@ vec3 SampleCatmullRom(const Image3& image, vec2 place) {
 
 }  // namespace
 
-void Antialias(const Image3& colour, const Image3& previous, const Image2& motion,
-               const GuidePlanes& guides, const AntialiasParameters& p, Image3* out) {
+void Antialias(const Image3& colour, const AntialiasInput& in, const AntialiasParameters& p,
+               Image3* out) {
   const int width = colour.width();
   const int height = colour.height();
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       const vec3 now = Load(colour, x, y);
-      const vec2 m = NearestMotion(motion, guides, x, y);
+      const vec2 m = NearestMotion(in.motion, in.guides, x, y);
       const vec2 place = {static_cast<float>(x) + m.x, static_cast<float>(y) + m.y};
       const bool inside = place.x > -0.5f && place.y > -0.5f &&
                           place.x < static_cast<float>(width) - 0.5f &&
@@ -90,30 +90,22 @@ void Antialias(const Image3& colour, const Image3& previous, const Image2& motio
             high = max(high, Load(colour, x + dx, y + dy));
           }
         }
-        const vec3 before = min(max(SampleCatmullRom(previous, place), low), high);
+        const vec3 before = min(max(SampleCatmullRom(in.previous, place), low), high);
         const float alpha =
-            p.length == nullptr
-                ? p.alpha
-                : NewPictureWeight(p.alpha, LongestAround(*p.length, x, y),
-                                   p.samples == nullptr ? 1.0f : (*p.samples)(x, y));
+            in.length == nullptr
+                ? p.taa_alpha
+                : NewPictureWeight(p.taa_alpha, LongestAround(*in.length, x, y),
+                                   in.samples == nullptr ? 1.0f : (*in.samples)(x, y));
         result = before + alpha * (now - before);
       }
       for (int c = 0; c < 3; ++c) {
         (*out)[c](x, y) = result[c];
-        if (p.copy != nullptr) {
-          (*p.copy)[c](x, y) = result[c];
+        if (in.copy != nullptr) {
+          (*in.copy)[c](x, y) = result[c];
         }
       }
     }
   }
-}
-
-int64_t AntialiasParts(const PictureParts& parts, const Image3& previous, const Image2& motion,
-                       const GuidePlanes& guides, const AntialiasParameters& p, Image3* out) {
-  Image3 picture(previous.width(), previous.height());
-  const int64_t bad = Remodulate(parts.signals, parts.unfiltered, parts.remodulate, &picture);
-  Antialias(picture, previous, motion, guides, p, out);
-  return bad;
 }
 
 }  // namespace stillray::reference

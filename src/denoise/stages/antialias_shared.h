@@ -11,6 +11,11 @@
 
 SHARED_BEGIN
 
+SHARED_BLOCK(AntialiasParameters) {
+  float taa_alpha;      // weight of the new frame
+  int weigh_by_length;  // 1: young light has a larger one
+};
+
 // Whether a neighbour stands in front of the surface at a pixel, rather than being part of it: i
 // are inverse depths, g the gradient at the pixel. Of a surface seen edge-on every pixel moves
 // differently, and the motion of the nearest would pull its picture apart.

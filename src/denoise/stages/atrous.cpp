@@ -36,9 +36,10 @@ namespace stillray {
 inline constexpr size_t kMostSignals = 8;
 
 /// What rows of a level have in common.
-struct AtrousLevel {
+struct AtrousPass {
   std::span<const AtrousSignal> signals;
   const GuidePlanes* guides;
+  const AtrousLevel* level;
   const AtrousParameters* parameters;
   TapPairs taps;
   float centre_kernel;
@@ -135,25 +136,26 @@ using NextSignal = NextRow<6 + 5 * 6>;
 
 /// What the next row will read of the guides that this one does not; or, with `all_taps`, all that
 /// it will.
-inline NextGuides NextGuidesOf(const AtrousLevel& level, bool all_taps, int y) {
-  const AtrousParameters& p = *level.parameters;
-  const GuidePlanes& g = *level.guides;
+inline NextGuides NextGuidesOf(const AtrousPass& pass, bool all_taps, int y) {
+  const AtrousLevel& level = *pass.level;
+  const GuidePlanes& g = *pass.guides;
   NextGuides next;
-  next.Add(g.gradient, y + p.step);
-  for (int tap = all_taps ? -p.radius : p.radius; tap <= p.radius; ++tap) {
-    const int row = y + p.step + p.step * tap;
+  next.Add(g.gradient, y + level.step);
+  for (int tap = all_taps ? -level.radius : level.radius; tap <= level.radius; ++tap) {
+    const int row = y + level.step + level.step * tap;
     next.Add(g.normal, row);
-    next.Add(p.edges.plane ? g.inverse_depth : g.depth, row);
+    next.Add(pass.parameters->edges.depth_weight_plane != 0 ? g.inverse_depth : g.depth, row);
   }
   return next;
 }
 
-/// ... and what it will read and write of one signal.
-inline NextSignal NextSignalOf(const AtrousLevel& level, const AtrousSignal& signal, bool all_taps,
+/// The planes of one signal in the next row.
+inline NextSignal NextSignalOf(const AtrousPass& pass, const AtrousSignal& signal, bool all_taps,
                                int y) {
-  const AtrousParameters& p = *level.parameters;
-  const int own = y + p.step;  // the pixels themselves
-  const bool geometry = p.weights == AtrousWeights::kGeometry;
+  const AtrousLevel& level = *pass.level;
+  const float noise_ratio = pass.parameters->noise_ratio;
+  const int own = y + level.step;  // the pixels themselves
+  const bool geometry = level.weights == kAtrousGeometry;
   const int channels = geometry ? 2 : 3;
   NextSignal next;
   for (int c = 0; c < channels; ++c) {
@@ -163,16 +165,16 @@ inline NextSignal NextSignalOf(const AtrousLevel& level, const AtrousSignal& sig
   if (signal.grown != nullptr) {
     AddStreamed(*signal.grown, own, &next);
   }
-  if (!geometry && p.noise_ratio <= 1) {
+  if (!geometry && noise_ratio <= 1) {
     next.Add(*signal.stop, own);
   }
-  for (int tap = all_taps ? -p.radius : p.radius; tap <= p.radius; ++tap) {
-    const int row = own + p.step * tap;
+  for (int tap = all_taps ? -level.radius : level.radius; tap <= level.radius; ++tap) {
+    const int row = own + level.step * tap;
     for (int c = 0; c < channels; ++c) {
       next.Add((*signal.colour)[c], row);
     }
     next.Add(*signal.variance, row);
-    if (!geometry && p.noise_ratio > 1) {
+    if (!geometry && noise_ratio > 1) {
       next.Add(*signal.stop, row);
     }
     if (geometry || !signal.complete) {
@@ -247,17 +249,17 @@ HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, VF stop, i
   return sums;
 }
 
-/// Works out what the guides say about the taps of a row.
+/// Computes the exponents of the guides for all taps of a row.
 template <int kPairs, bool kParabola, Depths kDepths, bool kTestId>
-void ExponentsOfRow(const AtrousLevel& level, int y, TapSlots to) {
+void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
   const DF d;
   // Copies, which nothing that is stored in the loop could change.
-  const EdgeStopping edges = level.parameters->edges;
-  const TapPairs taps = WithBias(level.taps, edges);
-  const GuideRow guide = GuideRowOf<kDepths>(*level.guides, edges, y);
-  const bool test_id = kTestId && level.parameters->test_id;
-  const int width = level.guides->id.width();
-  const NextGuides next = NextGuidesOf(level, false, y);
+  const EdgeStopping edges = pass.parameters->edges;
+  const TapPairs taps = WithBias(pass.taps, edges);
+  const GuideRow guide = GuideRowOf<kDepths>(*pass.guides, edges, y);
+  const bool test_id = kTestId && pass.parameters->wavelet_id != 0;
+  const int width = pass.guides->id.width();
+  const NextGuides next = NextGuidesOf(pass, false, y);
   for (int x = 0; x < width; x += LaneCount(), to.first += LaneCount()) {
     next.Fetch(x);
     if (!hn::AllFalse(d, hn::Gt(hn::LoadU(d, guide.depth + x), hn::Zero(d)))) {
@@ -270,17 +272,18 @@ void ExponentsOfRow(const AtrousLevel& level, int y, TapSlots to) {
 /// Filters a row of one signal with the weights of SVGF. Not inlined, and with arguments of its
 /// own, since compilers read again after every store what that could have changed.
 template <int kPairs, bool kShared, bool kComplete>
-HWY_NOINLINE void FilterSignalRow(const AtrousLevel& level, const AtrousSignal& signal, int y,
+HWY_NOINLINE void FilterSignalRow(const AtrousPass& pass, const AtrousSignal& signal, int y,
                                   TapSlots exponents) {
   const DF d;
   const VF zero = hn::Zero(d);
-  const LightTaps light = {level.taps, exponents, level.centre_kernel,
-                           1 / level.parameters->noise_ratio};
-  const GuidePlanes& g = *level.guides;
-  const float* depth = (level.parameters->edges.plane ? g.inverse_depth : g.depth).Row(y);
+  const LightTaps light = {pass.taps, exponents, pass.centre_kernel,
+                           1 / pass.parameters->noise_ratio};
+  const GuidePlanes& g = *pass.guides;
+  const float* depth =
+      (pass.parameters->edges.depth_weight_plane != 0 ? g.inverse_depth : g.depth).Row(y);
   const SignalRow row = RowOf(signal, y);
   const OutputRow out = OutputOf(signal, y);
-  const NextSignal next = NextSignalOf(level, signal, false, y);
+  const NextSignal next = NextSignalOf(pass, signal, false, y);
   const int width = g.id.width();
   for (int x = 0; x < width; x += LaneCount()) {
     next.Fetch(x);
@@ -294,27 +297,26 @@ HWY_NOINLINE void FilterSignalRow(const AtrousLevel& level, const AtrousSignal& 
 
 /// Template arguments rather than branches in the innermost loop.
 template <int kPairs>
-void FilterSignalRow(const AtrousLevel& level, const AtrousSignal& signal, int y,
+void FilterSignalRow(const AtrousPass& pass, const AtrousSignal& signal, int y,
                      TapSlots exponents) {
-  const bool shared = level.parameters->noise_ratio > 1;
+  const bool shared = pass.parameters->noise_ratio > 1;
   if (signal.complete) {
-    shared ? FilterSignalRow<kPairs, true, true>(level, signal, y, exponents)
-           : FilterSignalRow<kPairs, false, true>(level, signal, y, exponents);
+    shared ? FilterSignalRow<kPairs, true, true>(pass, signal, y, exponents)
+           : FilterSignalRow<kPairs, false, true>(pass, signal, y, exponents);
   } else {
-    shared ? FilterSignalRow<kPairs, true, false>(level, signal, y, exponents)
-           : FilterSignalRow<kPairs, false, false>(level, signal, y, exponents);
+    shared ? FilterSignalRow<kPairs, true, false>(pass, signal, y, exponents)
+           : FilterSignalRow<kPairs, false, false>(pass, signal, y, exponents);
   }
 }
 
 /// Whether any signal has light at the pixels x, x + 1, ... of a row, which may lie in the border.
-HWY_INLINE bool AnyPresent(const AtrousLevel& level, int y, int x) {
+HWY_INLINE bool AnyPresent(const AtrousPass& pass, int y, int x) {
   const DF d;
   VF present = hn::Zero(d);
-  for (const AtrousSignal& signal : level.signals) {
+  for (const AtrousSignal& signal : pass.signals) {
     present = hn::Max(present, hn::LoadU(d, signal.present->Row(y) + x));
   }
-  return !hn::AllFalse(d,
-                       hn::And(hn::Gt(present, hn::Zero(d)), InRow(x, level.guides->id.width())));
+  return !hn::AllFalse(d, hn::And(hn::Gt(present, hn::Zero(d)), InRow(x, pass.guides->id.width())));
 }
 
 struct GeometrySums {
@@ -350,43 +352,43 @@ HWY_INLINE GeometrySums SumGeometryTaps(const TapPairs& taps, float centre_kerne
 /// Filters one row of all signals with the weights of geometry, which they share, where there is
 /// light (and beside it, in the same vector).
 template <bool kParabola, Depths kDepths>
-void FilterRowByGeometry(const AtrousLevel& level, int y) {
+void FilterRowByGeometry(const AtrousPass& pass, int y) {
   const DF d;
   const VF zero = hn::Zero(d);
   const VF one = hn::Set(d, 1.0f);
-  const EdgeStopping edges = level.parameters->edges;
-  const TapPairs taps = WithBias(level.taps, edges);
-  const GuideRow guide = GuideRowOf<kDepths>(*level.guides, edges, y);
-  const int width = level.guides->id.width();
+  const EdgeStopping edges = pass.parameters->edges;
+  const TapPairs taps = WithBias(pass.taps, edges);
+  const GuideRow guide = GuideRowOf<kDepths>(*pass.guides, edges, y);
+  const int width = pass.guides->id.width();
   SignalRow rows[kMostSignals];
   OutputRow outputs[kMostSignals];
-  for (size_t i = 0; i < level.signals.size(); ++i) {
-    rows[i] = RowOf(level.signals[i], y);
-    outputs[i] = OutputOf(level.signals[i], y);
+  for (size_t i = 0; i < pass.signals.size(); ++i) {
+    rows[i] = RowOf(pass.signals[i], y);
+    outputs[i] = OutputOf(pass.signals[i], y);
   }
   // Where samples are rare, nothing else has touched what they need.
   const bool sparse = IsSparseRow(rows[0].present, width);
-  const NextGuides next_guides = NextGuidesOf(level, sparse, y);
+  const NextGuides next_guides = NextGuidesOf(pass, sparse, y);
   NextSignal next[kMostSignals];
-  for (size_t i = 0; i < level.signals.size(); ++i) {
-    next[i] = NextSignalOf(level, level.signals[i], sparse, y);
+  for (size_t i = 0; i < pass.signals.size(); ++i) {
+    next[i] = NextSignalOf(pass, pass.signals[i], sparse, y);
   }
   HWY_ALIGN TapVectors weights;
   for (int x = 0; x < width; x += LaneCount()) {
-    if (!sparse || AnyPresent(level, y + level.parameters->step, x)) {
+    if (!sparse || AnyPresent(pass, y + pass.level->step, x)) {
       next_guides.Fetch(x);
-      for (size_t i = 0; i < level.signals.size(); ++i) {
+      for (size_t i = 0; i < pass.signals.size(); ++i) {
         next[i].Fetch(x);
       }
     }
-    if (!AnyPresent(level, y, x)) {
+    if (!AnyPresent(pass, y, x)) {
       continue;
     }
     const GuideCentre c = LoadGuideCentre<kDepths>(guide, edges, x);
     GuideExponents<kParabola, kDepths>(taps, edges, false, guide, c, x, SlotsOf(weights));
     WeightsOfExponents(taps, weights);
-    for (size_t i = 0; i < level.signals.size(); ++i) {
-      const GeometrySums sums = SumGeometryTaps(taps, level.centre_kernel, rows[i], weights, x);
+    for (size_t i = 0; i < pass.signals.size(); ++i) {
+      const GeometrySums sums = SumGeometryTaps(taps, pass.centre_kernel, rows[i], weights, x);
       const VF scale = hn::Div(one, hn::IfThenElse(hn::Gt(sums.weight, zero), sums.weight, one));
       StreamInRow(d, hn::Mul(sums.luminance, scale), outputs[i].value[0], x, width);
       StreamInRow(d, hn::Mul(sums.red, scale), outputs[i].value[1], x, width);
@@ -397,11 +399,11 @@ void FilterRowByGeometry(const AtrousLevel& level, int y) {
 
 /// The weights that are there for comparison: the kernel alone, and the Gaussians of EAW.
 template <bool kEaw>
-void FilterRowForComparison(const AtrousLevel& level, const AtrousSignal& signal, int y) {
+void FilterRowForComparison(const AtrousPass& pass, const AtrousSignal& signal, int y) {
   const DF d;
   const DU du;
-  const AtrousParameters& p = *level.parameters;
-  const GuidePlanes& g = *level.guides;
+  const AtrousParameters& p = *pass.parameters;
+  const GuidePlanes& g = *pass.guides;
   const GuideRow guide = GuideRowOf(g, p.edges, y);
   const float* inverse_depth = g.inverse_depth.Row(y);
   const SignalRow row = RowOf(signal, y);
@@ -416,7 +418,7 @@ void FilterRowForComparison(const AtrousLevel& level, const AtrousSignal& signal
         hn::Mul(hn::Mul(c.z, c.z), hn::Set(d, kLog2E / (p.eaw_sigma_z * p.eaw_sigma_z)));
     const VF zero = hn::Zero(d);
     Sums sums = {zero, zero, zero, zero, zero};
-    AddTap(row, x, WherePresent(row, x, hn::Set(d, level.centre_kernel)), luminance, &sums);
+    AddTap(row, x, WherePresent(row, x, hn::Set(d, pass.centre_kernel)), luminance, &sums);
     const auto add_tap = [&](ptrdiff_t distance, float dx, float dy, float log2_kernel) HWY_ATTR
         __attribute__((always_inline)) {
       const ptrdiff_t q = x + distance;
@@ -432,15 +434,15 @@ void FilterRowForComparison(const AtrousLevel& level, const AtrousSignal& signal
         exponent = hn::NegMulAdd(hn::Mul(dl, dl), eaw_l, exponent);
         exponent = hn::NegMulAdd(n2, eaw_n, exponent);
         exponent = hn::NegMulAdd(hn::Mul(deviation, deviation), eaw_z, exponent);
-        if (p.test_id) {
+        if (p.wavelet_id != 0) {
           const MF same = hn::RebindMask(d, hn::Eq(id, hn::LoadU(du, guide.id + q)));
           exponent = hn::IfThenElse(same, exponent, hn::Set(d, -1000.0f));
         }
       }
       AddTap(row, q, WherePresent(row, q, WeightExp2(exponent)), l, &sums);
     };
-    for (int i = 0; i < level.taps.count; ++i) {
-      const TapPair& pair = level.taps.pair[i];
+    for (int i = 0; i < pass.taps.count; ++i) {
+      const TapPair& pair = pass.taps.pair[i];
       add_tap(pair.distance, pair.dx, pair.dy, pair.log2_kernel);
       add_tap(-pair.distance, -pair.dx, -pair.dy, pair.log2_kernel);
     }
@@ -450,62 +452,62 @@ void FilterRowForComparison(const AtrousLevel& level, const AtrousSignal& signal
 
 /// Template arguments rather than branches in the innermost loop.
 template <int kPairs>
-void ExponentsOfRow(const AtrousLevel& level, int y, TapSlots to) {
-  const AtrousParameters& p = *level.parameters;
+void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
+  const AtrousParameters& p = *pass.parameters;
   if (!UsesParabola(p.edges)) {
-    ExponentsOfRow<kPairs, false, Depths::kEither, true>(level, y, to);
-  } else if (p.test_id) {
-    ExponentsOfRow<kPairs, true, Depths::kEither, true>(level, y, to);
-  } else if (p.edges.plane) {
-    ExponentsOfRow<kPairs, true, Depths::kPlane, false>(level, y, to);
+    ExponentsOfRow<kPairs, false, Depths::kEither, true>(pass, y, to);
+  } else if (p.wavelet_id != 0) {
+    ExponentsOfRow<kPairs, true, Depths::kEither, true>(pass, y, to);
+  } else if (p.edges.depth_weight_plane != 0) {
+    ExponentsOfRow<kPairs, true, Depths::kPlane, false>(pass, y, to);
   } else {
-    ExponentsOfRow<kPairs, true, Depths::kGradient, false>(level, y, to);
+    ExponentsOfRow<kPairs, true, Depths::kGradient, false>(pass, y, to);
   }
 }
 
 /// Filters one row of all signals with the weights of SVGF: the guides' part first, then signal by
 /// signal, so that few planes are walked through at a time.
 template <int kPairs>
-void FilterRow(const AtrousLevel& level, int y) {
-  const RowScratch scratch(level.guides->id.width(), 2 * kPairs);
+void FilterRow(const AtrousPass& pass, int y) {
+  const RowScratch scratch(pass.guides->id.width(), 2 * kPairs);
   const TapSlots exponents = {scratch.Row(0), scratch.Row(1) - scratch.Row(0)};
-  ExponentsOfRow<kPairs>(level, y, exponents);
-  for (const AtrousSignal& signal : level.signals) {
-    FilterSignalRow<kPairs>(level, signal, y, exponents);
+  ExponentsOfRow<kPairs>(pass, y, exponents);
+  for (const AtrousSignal& signal : pass.signals) {
+    FilterSignalRow<kPairs>(pass, signal, y, exponents);
   }
 }
 
-void AtrousRow(const AtrousLevel& level, int y) {
-  const AtrousParameters& p = *level.parameters;
-  switch (p.weights) {
-    case AtrousWeights::kNaive:
-      for (const AtrousSignal& signal : level.signals) {
-        FilterRowForComparison<false>(level, signal, y);
+void AtrousRow(const AtrousPass& pass, int y) {
+  const AtrousParameters& p = *pass.parameters;
+  switch (pass.level->weights) {
+    case kAtrousNaive:
+      for (const AtrousSignal& signal : pass.signals) {
+        FilterRowForComparison<false>(pass, signal, y);
       }
       break;
-    case AtrousWeights::kEaw:
-      for (const AtrousSignal& signal : level.signals) {
-        FilterRowForComparison<true>(level, signal, y);
+    case kAtrousEaw:
+      for (const AtrousSignal& signal : pass.signals) {
+        FilterRowForComparison<true>(pass, signal, y);
       }
       break;
-    case AtrousWeights::kGeometry:
-      !UsesParabola(p.edges) ? FilterRowByGeometry<false, Depths::kEither>(level, y)
-      : p.edges.plane        ? FilterRowByGeometry<true, Depths::kPlane>(level, y)
-                             : FilterRowByGeometry<true, Depths::kGradient>(level, y);
+    case kAtrousGeometry:
+      !UsesParabola(p.edges)            ? FilterRowByGeometry<false, Depths::kEither>(pass, y)
+      : p.edges.depth_weight_plane != 0 ? FilterRowByGeometry<true, Depths::kPlane>(pass, y)
+                                        : FilterRowByGeometry<true, Depths::kGradient>(pass, y);
       break;
-    case AtrousWeights::kSvgf:
-      p.radius == 1 ? FilterRow<TapPairs::CountOf(1)>(level, y)
-                    : FilterRow<TapPairs::CountOf(2)>(level, y);
+    case kAtrousSvgf:
+      pass.level->radius == 1 ? FilterRow<TapPairs::CountOf(1)>(pass, y)
+                              : FilterRow<TapPairs::CountOf(2)>(pass, y);
       break;
   }
 }
 
 /// The rows begin..end in their order.
-void AtrousRows(const AtrousLevel& level, int begin, int end) {
+void AtrousRows(const AtrousPass& pass, int begin, int end) {
   const TinyIsZero tiny_is_zero;
-  const int height = level.guides->id.height();
+  const int height = pass.guides->id.height();
   for (int i = begin; i < end; ++i) {
-    AtrousRow(level, RowInOrder(i, level.parameters->step, height));
+    AtrousRow(pass, RowInOrder(i, pass.level->step, height));
   }
   FinishStreams();
 }
@@ -522,31 +524,32 @@ HWY_EXPORT(AtrousRows);
 
 namespace {
 
-AtrousLevel LevelOf(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
-                    const AtrousParameters& p) {
+AtrousPass MakePass(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
+                    const AtrousLevel& level, const AtrousParameters& p) {
   constexpr float kLog2Kernel3[2] = {-1.0f, -2.0f};
   constexpr float kLog2Kernel5[3] = {-1.41503750f, -2.0f, -4.0f};
   const ptrdiff_t stride = guides.inverse_depth.stride();
-  const bool small = p.radius == 1;
-  AtrousLevel level;
-  level.signals = signals;
-  level.guides = &guides;
-  level.parameters = &p;
-  level.taps = small ? MakeTapPairs(kLog2Kernel3, p.step, stride)
-                     : MakeTapPairs(kLog2Kernel5, p.step, stride);
-  level.centre_kernel = small ? 0.25f : 9.0f / 64.0f;
-  return level;
+  const bool small = level.radius == 1;
+  AtrousPass pass;
+  pass.signals = signals;
+  pass.guides = &guides;
+  pass.level = &level;
+  pass.parameters = &p;
+  pass.taps = small ? MakeTapPairs(kLog2Kernel3, level.step, stride)
+                    : MakeTapPairs(kLog2Kernel5, level.step, stride);
+  pass.centre_kernel = small ? 0.25f : 9.0f / 64.0f;
+  return pass;
 }
 
 void CheckSignals(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
-                  const AtrousParameters& p) {
+                  const AtrousLevel& level) {
   const ptrdiff_t stride = guides.inverse_depth.stride();
   STILLRAY_CHECK_LE(signals.size(), kMostSignals);
   for (const AtrousSignal& signal : signals) {
-    STILLRAY_CHECK_LE(ReachOf(p), signal.present->border());
+    STILLRAY_CHECK_LE(ReachOf(level), signal.present->border());
     STILLRAY_CHECK_EQ(signal.variance->stride(), stride);
     STILLRAY_CHECK_EQ(signal.present->stride(), stride);
-    if (p.weights == AtrousWeights::kSvgf) {
+    if (level.weights == kAtrousSvgf) {
       STILLRAY_CHECK_EQ(signal.stop->stride(), stride);
     }
   }
@@ -555,11 +558,11 @@ void CheckSignals(std::span<const AtrousSignal> signals, const GuidePlanes& guid
 }  // namespace
 
 void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
-            const AtrousParameters& p) {
-  CheckSignals(signals, guides, p);
-  const AtrousLevel level = LevelOf(signals, guides, p);
+            const AtrousLevel& level, const AtrousParameters& p) {
+  CheckSignals(signals, guides, level);
+  const AtrousPass pass = MakePass(signals, guides, level, p);
   ParallelRows(guides.id.height(), 8, [&](int begin, int end) {
-    HWY_DYNAMIC_DISPATCH(AtrousRows)(level, begin, end);
+    HWY_DYNAMIC_DISPATCH(AtrousRows)(pass, begin, end);
   });
 }
 

@@ -7,42 +7,37 @@
 /// Variance: sum(h^2 w^2 Var) / (sum(h w))^2. Pixels without light are skipped as taps and filled
 /// as centres; they are taps of the levels after that. Pixels without a surface pass through.
 /// Border: step * radius. Departs: where PSVGF prints w^2 Var for the variance, the normalised form
-/// stands. Signals share what the guides say, which is the whole weight of kGeometry. Reads 24
-/// bytes of guides and 16 to 24 per signal and pixel (every tap again, from cache), writes 16 per
-/// signal.
+/// stands. Signals share the weights of the guides; kAtrousGeometry has no others. Reads
+/// 24 bytes of guides and 16 to 24 per signal and pixel (every tap again, from cache), writes 16
+/// per signal.
 #pragma once
 
 #include <span>
 
 #include "denoise/planes.h"
-#include "denoise/stages/edge_stopping.h"
+#include "denoise/stages/atrous_shared.h"
 #include "denoise/stages/edge_stopping_shared.h"
 
 namespace stillray {
 
-enum class AtrousWeights : int {
-  kNaive,  ///< the kernel alone: no edge stops
-  /// Normal and depth, for limit_history, which has two values and a variance: of the colour, only
-  /// luminance and red are filtered. Pixels without light are neither read nor written.
-  kGeometry,
-  kSvgf,  ///< normal, depth and luminance against the local spread
-  kEaw,   ///< Gaussians of luminance, normal and depth differences
+/// What sets a level apart from the others.
+struct AtrousLevel {
+  int weights;  ///< kAtrousNaive, ...
+  int radius;   ///< 1: 3x3, 2: 5x5
+  int step;     ///< pixels between taps
 };
 
-struct AtrousParameters {
-  int step = 1;
-  int radius = 2;  ///< 1: 3x3, 2: 5x5
-  AtrousWeights weights = AtrousWeights::kSvgf;
-  EdgeStopping edges;
-  bool test_id = false;   ///< also stop at another id
-  float noise_ratio = 1;  ///< >= 1; see SharedStop
-  float eaw_sigma_n = 0.3f;
-  float eaw_sigma_z = 0.05f;
-};
+/// A level of the wavelets within limit_history and keep_mirrors: 3x3, weighed by geometry alone.
+/// These have two values and a variance: of the colour only luminance and red are filtered, and
+/// pixels without light are neither read nor written.
+inline constexpr int kGeometryRadius = 1;
+inline AtrousLevel GeometryLevel(int level) {
+  return {kAtrousGeometry, kGeometryRadius, 1 << level};
+}
 
 /// Rows above and below a pixel that a level reads, and columns beside it.
-inline int ReachOf(const AtrousParameters& p) {
-  return p.step * p.radius;
+inline int ReachOf(const AtrousLevel& level) {
+  return level.step * level.radius;
 }
 
 /// One signal on its way through a level. All planes have the same size, and the same border, which
@@ -51,10 +46,10 @@ struct AtrousSignal {
   const Image3* colour;
   const Image1* variance;
   FilterPlanes* out;
-  const Image1* stop;     ///< see prefilter_variance; read by kSvgf only
+  const Image1* stop;     ///< see prefilter_variance; read with kAtrousSvgf only
   const Image1* present;  ///< positive where there is light on a surface, else 0
   bool complete = false;  ///< every surface has light: `present` tells nothing new
-  float eaw_sigma_l = 1;  ///< in units of light; the caller halves it per level
+  float eaw_sigma_l = 1;  ///< in units of light, of this level
   /// Set to 1 where there is light after this level, else 0 (`present` of the next one); nullptr:
   /// not wanted. Below one sample per pixel a level that forgot what the one before has filled
   /// would show single samples as dots.
@@ -63,11 +58,11 @@ struct AtrousSignal {
 
 namespace reference {
 void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
-            const AtrousParameters& parameters);
+            const AtrousLevel& level, const AtrousParameters& parameters);
 }
 namespace cpu {
 void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
-            const AtrousParameters& parameters);
+            const AtrousLevel& level, const AtrousParameters& parameters);
 }
 
 }  // namespace stillray

@@ -13,17 +13,17 @@ constexpr float kKernel3[2] = {0.5f, 0.25f};
 constexpr float kKernel5[3] = {3.0f / 8.0f, 1.0f / 4.0f, 1.0f / 16.0f};
 
 /// How many planes of the colour are filtered.
-int ChannelsOf(AtrousWeights weights) {
-  return weights == AtrousWeights::kGeometry ? 2 : 3;
+int ChannelsOf(int weights) {
+  return weights == kAtrousGeometry ? 2 : 3;
 }
 
 /// The product of all edge-stopping weights of q = (qx, qy) as seen from p = (x, y).
-float EdgeWeight(const AtrousSignal& signal, const GuidePlanes& g, const AtrousParameters& p, int x,
-                 int y, int qx, int qy) {
-  if (p.weights == AtrousWeights::kNaive) {
+float EdgeWeight(const AtrousSignal& signal, const GuidePlanes& g, const AtrousLevel& level,
+                 const AtrousParameters& p, int x, int y, int qx, int qy) {
+  if (level.weights == kAtrousNaive) {
     return 1;
   }
-  if (p.test_id && g.id(x, y) != g.id(qx, qy)) {
+  if (level.weights != kAtrousGeometry && p.wavelet_id != 0 && g.id(x, y) != g.id(qx, qy)) {
     return 0;
   }
   const vec3 np = {g.normal[0](x, y), g.normal[1](x, y), g.normal[2](x, y)};
@@ -33,40 +33,41 @@ float EdgeWeight(const AtrousSignal& signal, const GuidePlanes& g, const AtrousP
   const vec2 slope = {g.gradient[0](x, y), g.gradient[1](x, y)};
   const vec2 offset = {static_cast<float>(qx - x), static_cast<float>(qy - y)};
   const float dl = abs((*signal.colour)[0](x, y) - (*signal.colour)[0](qx, qy));
-  if (p.weights == AtrousWeights::kEaw) {
+  if (level.weights == kAtrousEaw) {
     const float plane = PlaneDepthExponent(ip, iq, slope, offset, 1.0f);
     const float known_dl = (*signal.present)(x, y) > 0 ? dl : 0.0f;
     return exp(-EawExponent(known_dl * known_dl, dot(np - nq, np - nq), plane * plane,
                             signal.eaw_sigma_l, p.eaw_sigma_n, p.eaw_sigma_z));
   }
   const EdgeStopping& e = p.edges;
-  const float depth = e.plane ? PlaneDepthExponent(ip, iq, slope, offset, e.plane_tolerance)
-                              : GradientDepthExponent(ip, iq, slope, offset, e.sigma_z,
-                                                      e.depth_epsilon, e.max_slope);
+  const float depth =
+      e.depth_weight_plane != 0
+          ? PlaneDepthExponent(ip, iq, slope, offset, e.plane_tolerance)
+          : GradientDepthExponent(ip, iq, slope, offset, e.sigma_z, e.depth_epsilon, e.max_slope);
   const float geometry = NormalWeight(dot(np, nq), e.sigma_n) * exp(-depth);
-  if (p.weights == AtrousWeights::kGeometry) {
+  if (level.weights == kAtrousGeometry) {
     return geometry;
   }
   const Image1& stop = *signal.stop;
   return geometry * std::exp2(-dl * SharedStop(stop(x, y), stop(qx, qy), p.noise_ratio));
 }
 
-void FilterPixel(const AtrousSignal& signal, const GuidePlanes& g, const AtrousParameters& p, int x,
-                 int y) {
-  const float* kernel = p.radius == 1 ? kKernel3 : kKernel5;
+void FilterPixel(const AtrousSignal& signal, const GuidePlanes& g, const AtrousLevel& level,
+                 const AtrousParameters& p, int x, int y) {
+  const float* kernel = level.radius == 1 ? kKernel3 : kKernel5;
   const Image3& in = *signal.colour;
   float sum_weight = 0;
   float sum_variance = 0;
   vec3 sum(0.0f);
-  for (int dy = -p.radius; dy <= p.radius; ++dy) {
-    for (int dx = -p.radius; dx <= p.radius; ++dx) {
-      const int qx = x + dx * p.step;
-      const int qy = y + dy * p.step;
+  for (int dy = -level.radius; dy <= level.radius; ++dy) {
+    for (int dx = -level.radius; dx <= level.radius; ++dx) {
+      const int qx = x + dx * level.step;
+      const int qy = y + dy * level.step;
       if (!((*signal.present)(qx, qy) > 0)) {
         continue;
       }
       const bool centre = dx == 0 && dy == 0;
-      const float edge = centre ? 1.0f : EdgeWeight(signal, g, p, x, y, qx, qy);
+      const float edge = centre ? 1.0f : EdgeWeight(signal, g, level, p, x, y, qx, qy);
       const float w = kernel[abs(dx)] * kernel[abs(dy)] * edge;
       sum += w * vec3(in[0](qx, qy), in[1](qx, qy), in[2](qx, qy));
       sum_variance += w * w * (*signal.variance)(qx, qy);
@@ -75,7 +76,7 @@ void FilterPixel(const AtrousSignal& signal, const GuidePlanes& g, const AtrousP
   }
   // Below this the sums have lost their digits: nothing near is like this pixel.
   const bool filled = sum_weight > kMinAtrousWeight;
-  for (int c = 0; c < ChannelsOf(p.weights); ++c) {
+  for (int c = 0; c < ChannelsOf(level.weights); ++c) {
     signal.out->colour[c](x, y) = filled ? sum[c] / sum_weight : in[c](x, y);
   }
   signal.out->variance(x, y) =
@@ -98,16 +99,16 @@ void PassThrough(const AtrousSignal& signal, int x, int y) {
 }  // namespace
 
 void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
-            const AtrousParameters& p) {
+            const AtrousLevel& level, const AtrousParameters& p) {
   for (const AtrousSignal& signal : signals) {
-    STILLRAY_CHECK_LE(ReachOf(p), signal.present->border());
+    STILLRAY_CHECK_LE(ReachOf(level), signal.present->border());
     for (int y = 0; y < signal.present->height(); ++y) {
       for (int x = 0; x < signal.present->width(); ++x) {
-        if (p.weights == AtrousWeights::kGeometry && !((*signal.present)(x, y) > 0)) {
+        if (level.weights == kAtrousGeometry && !((*signal.present)(x, y) > 0)) {
           continue;
         }
         if (guides.inverse_depth(x, y) > 0) {
-          FilterPixel(signal, guides, p, x, y);
+          FilterPixel(signal, guides, level, p, x, y);
         } else {
           PassThrough(signal, x, y);
         }

@@ -64,20 +64,18 @@ HWY_INLINE VF WithinVariance(const DemodulateInput& in, int x, int y, const Colo
   return hn::IfThenElseZero(IsFiniteLane(sum), sum);
 }
 
-/// \tparam kAtOnce  what is written is read at once, so it stays in the caches
-/// \param next      what is to be fetched
-/// \param sparse    few pixels have a sample: the others are not even read
-template <bool kAtOnce>
-HWY_INLINE DemodulateCounts RowInto(const DemodulateInput& in, const NextRow<40>& next, bool sparse,
-                                    int y, float* const colour[3], float* samples, NewLight* out) {
+/// \param next    what is to be fetched
+/// \param sparse  few pixels have a sample: the others are not even read
+DemodulateCounts DemodulateRow(const DemodulateInput& in, const NextRow<40>& next, bool sparse,
+                               int y, NewLight* out) {
   const DF d;
   const VF zero = hn::Zero(d);
   const VF one = hn::Set(d, 1.0f);
   const bool divide = in.albedo.count > 0;
   const int width = out->samples.width();
-  const auto store = [&](VF v, float* to, int x) HWY_ATTR {
-    kAtOnce ? StoreInRow(d, v, to, x, width) : StreamInRow(d, v, to, x, width);
-  };
+  float* const colour[3] = {out->colour[0].Row(y), out->colour[1].Row(y), out->colour[2].Row(y)};
+  float* const samples = out->samples.Row(y);
+  const auto store = [&](VF v, float* to, int x) HWY_ATTR { StreamInRow(d, v, to, x, width); };
   DemodulateCounts counts;
   for (int x = 0; x < width; x += LaneCount()) {
     next.Fetch(x);
@@ -121,7 +119,7 @@ HWY_INLINE DemodulateCounts RowInto(const DemodulateInput& in, const NextRow<40>
     counts.non_finite += static_cast<int64_t>(hn::CountTrue(d, hn::AndNot(finite, sampled)));
     counts.negative +=
         static_cast<int64_t>(hn::CountTrue(d, hn::And(hn::And(finite, negative), sampled)));
-    const VF luminance = Luminance(sum.r, sum.g, sum.b, in.rec601);
+    const VF luminance = Luminance(sum.r, sum.g, sum.b, in.luminance_rec601);
     store(hn::IfThenElseZero(usable, luminance), colour[0], x);
     store(hn::IfThenElseZero(usable, sum.r), colour[1], x);
     store(hn::IfThenElseZero(usable, sum.b), colour[2], x);
@@ -147,16 +145,10 @@ DemodulateCounts DemodulateRows(const DemodulateInput& in, int y0, int y1, NewLi
     }
     AddStreamed(out->colour, y + 1, &next);
     AddStreamed(out->samples, y + 1, &next);
-    float* const colour[3] = {out->colour[0].Row(y), out->colour[1].Row(y), out->colour[2].Row(y)};
-    counts += RowInto<false>(in, next, sparse, y, colour, out->samples.Row(y), out);
+    counts += DemodulateRow(in, next, sparse, y, out);
   }
   FinishStreams();
   return counts;
-}
-
-DemodulateCounts RowAtOnce(const DemodulateInput& in, int y, float* const colour[3], float* samples,
-                           NewLight* out) {
-  return RowInto<true>(in, {}, IsSparseInput(in, y), y, colour, samples, out);
 }
 
 }  // namespace
@@ -168,7 +160,6 @@ HWY_AFTER_NAMESPACE();
 namespace stillray::cpu {
 
 HWY_EXPORT(DemodulateRows);
-HWY_EXPORT(RowAtOnce);
 
 DemodulateCounts Demodulate(const DemodulateInput& in, NewLight* out) {
   DemodulateTotal total;
@@ -176,11 +167,6 @@ DemodulateCounts Demodulate(const DemodulateInput& in, NewLight* out) {
     total.Add(HWY_DYNAMIC_DISPATCH(DemodulateRows)(in, y0, y1, out));
   });
   return total.Sum();
-}
-
-DemodulateCounts DemodulateRow(const DemodulateInput& in, int y, float* const colour[3],
-                               float* samples, NewLight* out) {
-  return HWY_DYNAMIC_DISPATCH(RowAtOnce)(in, y, colour, samples, out);
 }
 
 }  // namespace stillray::cpu

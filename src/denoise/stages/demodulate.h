@@ -21,7 +21,7 @@ struct DemodulateInput {
   int count = 0;
   AlbedoSum albedo;                 ///< divides the signal
   const Image1* samples = nullptr;  ///< nullptr: one sample everywhere
-  bool rec601 = false;              ///< luminance weights of the result
+  bool luminance_rec601 = false;    ///< luminance weights of the result
   float negative_limit = 0;         ///< light that is less negative is zero
 };
 
@@ -56,11 +56,6 @@ DemodulateCounts Demodulate(const DemodulateInput& in, NewLight* out);
 }
 namespace cpu {
 DemodulateCounts Demodulate(const DemodulateInput& in, NewLight* out);
-/// One row, on the thread that asks, to be read at once.
-/// \param colour   luminance, red and blue go there instead of `out`, with room for whole vectors
-/// \param samples  likewise
-DemodulateCounts DemodulateRow(const DemodulateInput& in, int y, float* const colour[3],
-                               float* samples, NewLight* out);
-}  // namespace cpu
+}
 
 }  // namespace stillray

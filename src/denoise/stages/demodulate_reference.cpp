@@ -68,8 +68,8 @@ DemodulateCounts Demodulate(const DemodulateInput& in, NewLight* out) {
       const bool usable = finite && !negative && given > 0 && std::isfinite(given);
       counts.non_finite += given > 0 && !finite ? 1 : 0;
       counts.negative += given > 0 && finite && negative ? 1 : 0;
-      const float luminance = in.rec601 ? Luminance601(colour.x, colour.y, colour.z)
-                                        : Luminance709(colour.x, colour.y, colour.z);
+      const float luminance = in.luminance_rec601 ? Luminance601(colour.x, colour.y, colour.z)
+                                                  : Luminance709(colour.x, colour.y, colour.z);
       out->colour[0](x, y) = usable ? luminance : 0.0f;
       out->colour[1](x, y) = usable ? colour.x : 0.0f;
       out->colour[2](x, y) = usable ? colour.z : 0.0f;

@@ -12,6 +12,16 @@
 
 SHARED_BEGIN
 
+// Parameters of the edge-stopping functions, common to the stages that use them.
+SHARED_BLOCK(EdgeStopping) {
+  float sigma_n;           // exponent of the cosine between normals
+  int depth_weight_plane;  // 1: depth by distance from the plane at p, 0: by the slope
+  float sigma_z;
+  float plane_tolerance;
+  float depth_epsilon;
+  float max_slope;
+};
+
 // Sums of a level's weights up to this are taken for nothing: the pixel keeps its value.
 const float kMinAtrousWeight = 1e-6f;
 

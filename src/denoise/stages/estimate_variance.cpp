@@ -18,7 +18,6 @@
 
 #include "denoise/simd/edge_stopping-inl.h"
 #include "denoise/simd/guide_exponents-inl.h"
-#include "denoise/simd/temporal_variance-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
 #ifndef STILLRAY_ESTIMATE_VARIANCE_ONCE
@@ -42,6 +41,36 @@ HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
+
+/// The history of one signal at some pixels.
+struct HistoryMoments {
+  VF length, variance, weights2;
+  VF samples;  ///< of this frame, at least one
+};
+
+struct TemporalVariance {
+  VF value;     ///< 0 where the history does not tell
+  MF is_short;  ///< where it is too short for that
+  MF missing;   ///< surfaces without any light
+};
+
+HWY_INLINE VF VarianceOfMean(VF variance, VF weights2) {
+  const DF d;
+  const VF least = hn::Max(hn::Sub(hn::Set(d, 1.0f), weights2), hn::Set(d, 0.25f));
+  return hn::Mul(hn::Div(variance, least), weights2);
+}
+
+/// \param in_row  which of the pixels there are
+HWY_INLINE TemporalVariance TemporalVarianceOf(const HistoryMoments& m, MF surface, MF in_row,
+                                               const EstimateVarianceParameters& p) {
+  const DF d;
+  const MF known = hn::And(hn::Gt(m.length, hn::Zero(d)), surface);
+  const MF full = hn::Ge(m.length, hn::Set(d, p.short_history_length));
+  const VF variance = p.variance_of_mean != 0 ? VarianceOfMean(m.variance, m.weights2)
+                                              : hn::Div(m.variance, m.samples);
+  return {hn::IfThenElseZero(hn::And(known, full), variance),
+          hn::AndNot(full, hn::And(known, in_row)), hn::AndNot(known, surface)};
+}
 
 /// Of this frame, at least one.
 HWY_INLINE VF Samples(const VarianceSignal& signal, int x, int y) {
@@ -139,36 +168,18 @@ HWY_INLINE VF ShortHistoryVariance(const Estimates& e, const VarianceSignal& sig
   const DF d;
   const SignalHistory& history = *signal.history;
   const VF length = hn::LoadU(d, history.length.Row(y) + x);
-  const VF spatial = hn::Mul(SpatialVariance(e, history, weights, x, y),
-                             ShortHistoryBoost(length, e.p.short_length, e.p.boost));
-  return e.p.of_mean ? hn::Mul(spatial, hn::LoadU(d, history.weights2.Row(y) + x))
-                     : hn::Div(spatial, Samples(signal, x, y));
+  const VF spatial =
+      hn::Mul(SpatialVariance(e, history, weights, x, y),
+              ShortHistoryBoost(length, e.p.short_history_length, e.p.short_history_boost));
+  return e.p.variance_of_mean != 0 ? hn::Mul(spatial, hn::LoadU(d, history.weights2.Row(y) + x))
+                                   : hn::Div(spatial, Samples(signal, x, y));
 }
 
-HWY_INLINE bool IsOpen(const VarianceSignal& signal, int x, int y) {
-  return signal.open == nullptr || (*signal.open)(x / kBlockPixels, y) != 0;
-}
-
-/// Whether nothing of a row is open.
-bool IsSettledRow(const Estimates& e, int y) {
-  uint32_t any = 0;
-  for (const VarianceSignal& signal : e.signals) {
-    for (int block = 0; signal.open != nullptr && block < signal.open->width(); ++block) {
-      any |= (*signal.open)(block, y);
-    }
-    any |= signal.open == nullptr ? 1 : 0;
-  }
-  return any == 0;
-}
-
-/// What the next row reads and writes of the signals that are not known at all.
+/// What the next row reads and writes.
 NextRow<1 + 5 * kMostSignals> NextRowOf(const Estimates& e, int y) {
   NextRow<1 + 5 * kMostSignals> next;
   next.Add(e.guides.inverse_depth, y);
   for (const VarianceSignal& signal : e.signals) {
-    if (signal.open != nullptr) {
-      continue;
-    }
     for (const Image1* plane :
          {&signal.history->length, &signal.history->weights2, &signal.history->variance,
           static_cast<const Image1*>(signal.variance)}) {
@@ -190,22 +201,16 @@ uint32_t EstimateVarianceRows(const Estimates& all, int y0, int y1) {
   const int width = e.guides.id.width();
   HWY_ALIGN TapVectors weights;
   for (int y = y0; y < y1; ++y) {
-    if (IsSettledRow(e, y)) {
-      continue;
-    }
     const auto next = NextRowOf(e, y + 1);
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
       bool has_weights = false;
       for (size_t i = 0; i < e.signals.size(); ++i) {
         const VarianceSignal& signal = e.signals[i];
-        if (!IsOpen(signal, x, y)) {
-          continue;
-        }
         const TemporalVariance temporal = VarianceOfHistory(e, signal, x, y);
         VF result = temporal.value;
         incomplete |= hn::AllFalse(d, temporal.missing) ? 0u : 1u << i;
-        if (e.p.spatial && !hn::AllFalse(d, temporal.is_short)) {
+        if (e.p.short_history_spatial != 0 && !hn::AllFalse(d, temporal.is_short)) {
           if (!has_weights) {
             FindWeights(e, x, y, weights);
             has_weights = true;
@@ -241,9 +246,7 @@ void EstimateVariance(std::span<VarianceSignal> signals, const GuidePlanes& guid
     incomplete |= HWY_DYNAMIC_DISPATCH(EstimateVarianceRows)(estimates, y0, y1);
   });
   for (size_t i = 0; i < signals.size(); ++i) {
-    if (signals[i].open == nullptr) {
-      signals[i].complete = (incomplete >> i & 1u) == 0;
-    }
+    signals[i].complete = (incomplete >> i & 1u) == 0;
   }
 }
 

@@ -12,21 +12,9 @@
 #include <span>
 
 #include "denoise/planes.h"
-#include "denoise/stages/edge_stopping.h"
 #include "denoise/stages/estimate_variance_shared.h"
 
 namespace stillray {
-
-struct EstimateVarianceParameters {
-  bool of_mean = true;
-  bool spatial = true;  ///< 7x7 estimate for short histories; else zero is left there
-  float short_length = 4;
-  /// Sum of the weights of the 7x7 neighbourhood below which it says nothing: the variance is then
-  /// kUnknownVariance. A sample alone has no variance.
-  float least_evidence = 0;
-  float boost = 1;  ///< estimates of short histories are raised by (short_length / length)^boost
-  EdgeStopping edges;
-};
 
 /// One signal, and where its variance goes.
 struct VarianceSignal {
@@ -34,19 +22,7 @@ struct VarianceSignal {
   /// Of this frame: a frame of n samples per pixel has 1/n of a sample's. nullptr: one.
   const Image1* samples;
   Image1* variance;
-  /// What VarianceOnTheWay has left: other blocks have their variance, and `complete` is known.
-  /// nullptr: everything.
-  const Plane<uint32_t>* open = nullptr;
   bool complete = false;  ///< set by the stage: every surface has light
-};
-
-/// The same, wanted from the stage that makes the history, where that is long enough to tell.
-struct VarianceOnTheWay {
-  const GuidePlanes& guides;
-  const EstimateVarianceParameters& p;
-  Image1* variance;
-  Plane<uint32_t>* open;  ///< of each block of kBlockPixels: 1 where some history is too short
-  bool complete = false;  ///< set by the stage
 };
 
 namespace reference {

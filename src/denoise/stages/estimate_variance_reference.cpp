@@ -31,9 +31,10 @@ float SpatialVariance(const SignalHistory& h, const GuidePlanes& g,
       const vec2 offset = {static_cast<float>(dx), static_cast<float>(dy)};
       const float ip = g.inverse_depth(x, y);
       const float iq = g.inverse_depth(qx, qy);
-      const float depth = e.plane ? PlaneDepthExponent(ip, iq, slope, offset, e.plane_tolerance)
-                                  : GradientDepthExponent(ip, iq, slope, offset, e.sigma_z,
-                                                          e.depth_epsilon, e.max_slope);
+      const float depth = e.depth_weight_plane != 0
+                              ? PlaneDepthExponent(ip, iq, slope, offset, e.plane_tolerance)
+                              : GradientDepthExponent(ip, iq, slope, offset, e.sigma_z,
+                                                      e.depth_epsilon, e.max_slope);
       const float w = NormalWeight(cosine, e.sigma_n) * exp(-depth);
       const float d = h.mean(qx, qy) - h.mean(x, y);
       sum_weight += w;
@@ -60,16 +61,16 @@ float Estimate(const VarianceSignal& signal, const GuidePlanes& guides,
   }
   const float n = signal.samples != nullptr ? max((*signal.samples)(x, y), 1.0f) : 1.0f;
   const float weights2 = history.weights2(x, y);
-  if (length >= p.short_length) {
+  if (length >= p.short_history_length) {
     const float temporal = history.variance(x, y);
-    return p.of_mean ? VarianceOfMean(temporal, weights2) : temporal / n;
+    return p.variance_of_mean != 0 ? VarianceOfMean(temporal, weights2) : temporal / n;
   }
-  if (!p.spatial) {
+  if (p.short_history_spatial == 0) {
     return 0;
   }
   const float spatial = SpatialVariance(history, guides, p, x, y) *
-                        ShortHistoryBoost(length, p.short_length, p.boost);
-  return spatial * (p.of_mean ? weights2 : 1.0f / n);
+                        ShortHistoryBoost(length, p.short_history_length, p.short_history_boost);
+  return spatial * (p.variance_of_mean != 0 ? weights2 : 1.0f / n);
 }
 
 }  // namespace
@@ -80,9 +81,7 @@ void EstimateVariance(std::span<VarianceSignal> signals, const GuidePlanes& guid
     bool complete = true;
     for (int y = 0; y < signal.variance->height(); ++y) {
       for (int x = 0; x < signal.variance->width(); ++x) {
-        if (signal.open == nullptr || (*signal.open)(x / kBlockPixels, y) != 0) {
-          (*signal.variance)(x, y) = Estimate(signal, guides, p, x, y);
-        }
+        (*signal.variance)(x, y) = Estimate(signal, guides, p, x, y);
         if (guides.inverse_depth(x, y) > 0 && !(signal.history->length(x, y) > 0)) {
           complete = false;
         }

@@ -9,7 +9,18 @@
 #include "core/shared.h"
 #endif
 
+#include "denoise/stages/edge_stopping_shared.h"
+
 SHARED_BEGIN
+
+SHARED_BLOCK(EstimateVarianceParameters) {
+  EdgeStopping edges;
+  int variance_of_mean;       // 1: of the accumulated mean, 0: of a single frame
+  int short_history_spatial;  // 1: the 7x7 estimate for short histories, 0: zero is left there
+  float short_history_length;
+  float short_history_boost;
+  float least_evidence;  // sum of the 7x7 weights below which the variance is kUnknownVariance
+};
 
 // So large that luminance stops nothing, so small that sums of it stay finite.
 const float kUnknownVariance = 1e20f;

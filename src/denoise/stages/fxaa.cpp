@@ -231,10 +231,10 @@ bool AnyYoung(const Image1* length, int y) {
   return false;
 }
 
-void FxaaRows(const Image3& colour, const FxaaParameters& p, int y0, int y1, Image3* out) {
+void FxaaRows(const Image3& colour, const Image1* length, int y0, int y1, Image3* out) {
   bool young = false;
   for (int y = y0; y < y1 && !young; ++y) {
-    young = AnyYoung(p.length, y);
+    young = AnyYoung(length, y);
   }
   if (!young) {
     for (int y = y0; y < y1; ++y) {
@@ -246,7 +246,7 @@ void FxaaRows(const Image3& colour, const FxaaParameters& p, int y0, int y1, Ima
   }
   const LumaRows luma(colour, y0, y1);
   for (int y = y0; y < y1; ++y) {
-    FxaaRow(colour, luma, p.length, y, out);
+    FxaaRow(colour, luma, length, y, out);
   }
 }
 
@@ -260,11 +260,11 @@ namespace stillray::cpu {
 
 HWY_EXPORT(FxaaRows);
 
-void Fxaa(const Image3& colour, const FxaaParameters& p, Image3* out) {
+void Fxaa(const Image3& colour, const Image1* length, Image3* out) {
   // Luminance is worked out anew for the rows around a band: wide bands, as the cache holds.
   constexpr int kBand = 40;
   ParallelRows(colour.height(), kBand, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(FxaaRows)(colour, p, y0, y1, out);
+    HWY_DYNAMIC_DISPATCH(FxaaRows)(colour, length, y0, y1, out);
   });
 }
 

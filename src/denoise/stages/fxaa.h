@@ -14,17 +14,13 @@
 
 namespace stillray {
 
-struct FxaaParameters {
-  /// Samples that the light of each pixel has; the filter fades out from the first to the fourth.
-  /// nullptr: full strength everywhere.
-  const Image1* length = nullptr;
-};
-
+/// \param length  samples that the light of each pixel has; the filter fades out from the first to
+///                the fourth. nullptr: full strength everywhere
 namespace reference {
-void Fxaa(const Image3& colour, const FxaaParameters& parameters, Image3* out);
+void Fxaa(const Image3& colour, const Image1* length, Image3* out);
 }
 namespace cpu {
-void Fxaa(const Image3& colour, const FxaaParameters& parameters, Image3* out);
+void Fxaa(const Image3& colour, const Image1* length, Image3* out);
 }
 
 }  // namespace stillray

@@ -8,7 +8,7 @@
 
 namespace stillray::reference {
 
-void Fxaa(const Image3& colour, const FxaaParameters& p, Image3* out) {
+void Fxaa(const Image3& colour, const Image1* length, Image3* out) {
   Image1 luma(colour.width(), colour.height());
   for (int y = 0; y < luma.height(); ++y) {
     for (int x = 0; x < luma.width(); ++x) {
@@ -17,7 +17,7 @@ void Fxaa(const Image3& colour, const FxaaParameters& p, Image3* out) {
   }
   for (int y = 0; y < luma.height(); ++y) {
     for (int x = 0; x < luma.width(); ++x) {
-      FxaaPixel(colour, luma, p.length, x, y, out);
+      FxaaPixel(colour, luma, length, x, y, out);
     }
   }
 }

@@ -11,6 +11,10 @@
 
 SHARED_BEGIN
 
+SHARED_BLOCK(FxaaParameters) {
+  int fxaa_sparse;  // 1: the filter fades out from the first sample of a pixel to the fourth
+};
+
 const int kFxaaReach = 8;
 const float kFxaaContrast = 0.2f;  // of the brightest around: less is no edge
 

@@ -21,11 +21,11 @@ namespace {
 
 /// Where the mirrors are, and the luminance of their samples where neighbours find it: in planes
 /// with a border.
-void FindMirrorRows(const KeepMirrorsInput& in, int y0, int y1, FilterPlanes* measured,
-                    Image1* present) {
+void FindMirrorRows(const KeepMirrorsInput& in, float mirror_roughness, int y0, int y1,
+                    FilterPlanes* measured, Image1* present) {
   const DF d;
   const VF zero = hn::Zero(d);
-  const VF limit = hn::Set(d, in.limit);
+  const VF limit = hn::Set(d, mirror_roughness);
   const int width = in.light->samples.width();
   for (int y = y0; y < y1; ++y) {
     for (int x = 0; x < width; x += LaneCount()) {
@@ -137,9 +137,10 @@ HWY_EXPORT(FindMirrorRows);
 HWY_EXPORT(MeasureMirrorRows);
 HWY_EXPORT(KeepMirrorRows);
 
-void MeasureMirrors(const KeepMirrorsInput& in, FilterPlanes* measured, Image1* present) {
+void MeasureMirrors(const KeepMirrorsInput& in, const KeepMirrorsParameters& p,
+                    FilterPlanes* measured, Image1* present) {
   ParallelRows(present->height(), 32, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(FindMirrorRows)(in, y0, y1, measured, present);
+    HWY_DYNAMIC_DISPATCH(FindMirrorRows)(in, p.mirror_roughness, y0, y1, measured, present);
   });
   ParallelRows(present->height(), 32, [&](int y0, int y1) {
     HWY_DYNAMIC_DISPATCH(MeasureMirrorRows)(in, *present, y0, y1, measured);

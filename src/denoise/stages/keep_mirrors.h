@@ -14,6 +14,7 @@
 #pragma once
 
 #include "denoise/planes.h"
+#include "denoise/stages/keep_mirrors_shared.h"
 
 namespace stillray {
 
@@ -25,7 +26,6 @@ struct KeepMirrorsInput {
   const GuidePlanes* guides;
   const Image1* roughness;  ///< perceptual
   const Image2* motion;     ///< nullptr where there is no history
-  float limit = 0;          ///< roughness up to which a surface is a mirror
 };
 
 /// MeasureMirrors: luminance of `measured` = squared difference of x and y, red = variance of x,
@@ -33,12 +33,14 @@ struct KeepMirrorsInput {
 /// KeepMirrors: blends x into y. \param blurred  what the wavelet made of `measured`; where
 /// `present` is 0 it is not read
 namespace reference {
-void MeasureMirrors(const KeepMirrorsInput& in, FilterPlanes* measured, Image1* present);
+void MeasureMirrors(const KeepMirrorsInput& in, const KeepMirrorsParameters& parameters,
+                    FilterPlanes* measured, Image1* present);
 void KeepMirrors(const FilterPlanes& blurred, const Image1& present, const NewLight& light,
                  Image3* filtered);
 }  // namespace reference
 namespace cpu {
-void MeasureMirrors(const KeepMirrorsInput& in, FilterPlanes* measured, Image1* present);
+void MeasureMirrors(const KeepMirrorsInput& in, const KeepMirrorsParameters& parameters,
+                    FilterPlanes* measured, Image1* present);
 void KeepMirrors(const FilterPlanes& blurred, const Image1& present, const NewLight& light,
                  Image3* filtered);
 }  // namespace cpu

@@ -11,6 +11,11 @@
 
 SHARED_BEGIN
 
+SHARED_BLOCK(KeepMirrorsParameters) {
+  float mirror_roughness;  // up to which a surface is a mirror
+  int mirror_signals;      // bit s: signal s has mirrored or refracted light
+};
+
 // Variance of a sample over the mean squared difference between it and the two of its eight
 // neighbours that are nearest in luminance. For independent samples it is 3.5 (normal), 2.5
 // (exponential), 1.2 (one bright sample in twenty). Smaller values keep more of noiseless mirrors,

@@ -46,12 +46,11 @@ void AddHistory(std::initializer_list<const Image1*> planes, const ReprojectionT
 }
 
 void CompareWithHistoryRows(const NewLight& light, const SignalHistory& before,
-                            const ReprojectionTaps& taps, const GuidePlanes& guides,
-                            const LimitHistoryParameters& p, int y0, int y1, FilterPlanes* compared,
-                            Image1* present) {
+                            const ReprojectionTaps& taps, const GuidePlanes& guides, int y0, int y1,
+                            FilterPlanes* compared, Image1* present) {
   const DF d;
   const VF zero = hn::Zero(d);
-  const VF scale = hn::Set(d, p.scale);
+  const VF scale = hn::Set(d, before.compressed_scale);
   const VF one = hn::Set(d, 1.0f);
   const int width = light.samples.width();
   for (int y = y0; y < y1; ++y) {
@@ -129,9 +128,9 @@ void LimitHistoryRows(const FilterPlanes& blurred, const Image1& present,
       const VF difference = hn::LoadU(d, blurred.colour[0].Row(y) + x);
       const VF noise = hn::LoadU(d, blurred.variance.Row(y) + x);
       const VF square = hn::Mul(difference, difference);
-      const VF bias2 = hn::Max(zero, hn::NegMulAdd(hn::Set(d, 1.0f + p.dead), noise, square));
+      const VF bias2 = hn::Max(zero, hn::NegMulAdd(hn::Set(d, 1.0f + p.limit_dead), noise, square));
       const VF own = hn::Max(hn::LoadU(d, blurred.colour[1].Row(y) + x), hn::Set(d, 1e-8f));
-      const VF distrust = hn::MulAdd(hn::Set(d, p.gain), hn::Div(bias2, own), weights2);
+      const VF distrust = hn::MulAdd(hn::Set(d, p.limit_gain), hn::Div(bias2, own), weights2);
       const VF limited = hn::Div(hn::Set(d, 1.0f), hn::Max(distrust, hn::Set(d, 1e-6f)));
       const MF biased =
           hn::And(hn::Gt(bias2, zero), hn::Gt(hn::LoadU(d, present.Row(y) + x), zero));
@@ -169,10 +168,10 @@ HWY_EXPORT(LimitHistoryRows);
 
 void CompareWithHistory(const NewLight& light, const SignalHistory& before,
                         const ReprojectionTaps& taps, const GuidePlanes& guides,
-                        const LimitHistoryParameters& p, FilterPlanes* compared, Image1* present) {
+                        FilterPlanes* compared, Image1* present) {
   ParallelRows(present->height(), 32, [&](int y0, int y1) {
     HWY_DYNAMIC_DISPATCH(CompareWithHistoryRows)
-    (light, before, taps, guides, p, y0, y1, compared, present);
+    (light, before, taps, guides, y0, y1, compared, present);
   });
 }
 

@@ -20,27 +20,19 @@ namespace stillray {
 /// The wavelet between them: larger kernels, or one level more, see changes of the light later than
 /// they make up for by less noise.
 inline constexpr int kLimitHistoryLevels = 3;
-inline constexpr int kLimitHistoryRadius = 1;
-
-/// The functions around the wavelet, which the denoiser calls in between, for all signals at once.
-/// Compare: luminance = compressed present less compressed history, red = variance of single
-/// compressed samples, variance = expected noise of the difference; present = 1 where both
-/// exist. Limit: length that the history may count for; its own where nothing speaks against it.
-/// The history is that of the last frame, looked up along `taps`.
-struct LimitHistoryParameters {
-  float scale = 1;  ///< luminance that is compressed to 1/2; that of `before.compressed`
-  float dead = 8;
-  float gain = 16;
-};
 
 /// Brings the compressed luminances of a history to another scale.
 void RescaleHistory(float scale, SignalHistory* history);
 
+/// CompareWithHistory and LimitHistory run before and after the wavelet, for each signal.
+/// CompareWithHistory: luminance = compressed present less compressed history, red = variance of
+/// single compressed samples, variance = expected noise of the difference; present = 1 where both
+/// exist. LimitHistory: the length that the history may count for; its own where no bias is found.
+/// The history is that of the last frame, looked up along `taps`.
 namespace reference {
 void CompareWithHistory(const NewLight& light, const SignalHistory& before,
                         const ReprojectionTaps& taps, const GuidePlanes& guides,
-                        const LimitHistoryParameters& parameters, FilterPlanes* compared,
-                        Image1* present);
+                        FilterPlanes* compared, Image1* present);
 void LimitHistory(const FilterPlanes& blurred, const Image1& present, const SignalHistory& before,
                   const ReprojectionTaps& taps, const LimitHistoryParameters& parameters,
                   Image1* limit);
@@ -48,8 +40,7 @@ void LimitHistory(const FilterPlanes& blurred, const Image1& present, const Sign
 namespace cpu {
 void CompareWithHistory(const NewLight& light, const SignalHistory& before,
                         const ReprojectionTaps& taps, const GuidePlanes& guides,
-                        const LimitHistoryParameters& parameters, FilterPlanes* compared,
-                        Image1* present);
+                        FilterPlanes* compared, Image1* present);
 void LimitHistory(const FilterPlanes& blurred, const Image1& present, const SignalHistory& before,
                   const ReprojectionTaps& taps, const LimitHistoryParameters& parameters,
                   Image1* limit);

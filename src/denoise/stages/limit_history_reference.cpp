@@ -18,16 +18,16 @@ SignalHistory Fetched(const SignalHistory& before, const ReprojectionTaps& taps)
 
 void CompareWithHistory(const NewLight& light, const SignalHistory& history,
                         const ReprojectionTaps& taps, const GuidePlanes& guides,
-                        const LimitHistoryParameters& p, FilterPlanes* compared, Image1* present) {
+                        FilterPlanes* compared, Image1* present) {
   const SignalHistory before = Fetched(history, taps);
   for (int y = 0; y < light.samples.height(); ++y) {
     for (int x = 0; x < light.samples.width(); ++x) {
       const float n = light.samples(x, y);
       const bool both = guides.inverse_depth(x, y) > 0 && n > 0 && before.length(x, y) > 0;
-      const float now = CompressLuminance(light.colour[0](x, y), p.scale);
+      const float now = CompressLuminance(light.colour[0](x, y), before.compressed_scale);
       const float then = before.compressed(x, y);
-      const float single =
-          CompressedVariance(then, before.mean(x, y), before.variance(x, y), p.scale);
+      const float single = CompressedVariance(then, before.mean(x, y), before.variance(x, y),
+                                              before.compressed_scale);
       const float noise = single * (1.0f / max(n, 1.0f) + before.weights2(x, y));
       (*present)(x, y) = both ? 1.0f : 0.0f;
       if (both) {
@@ -45,9 +45,9 @@ void LimitHistory(const FilterPlanes& blurred, const Image1& present, const Sign
   for (int y = 0; y < limit->height(); ++y) {
     for (int x = 0; x < limit->width(); ++x) {
       const float length = before.length(x, y);
-      const float limited =
-          LimitedLength(length, before.weights2(x, y), blurred.colour[0](x, y),
-                        blurred.variance(x, y), blurred.colour[1](x, y), p.dead, p.gain);
+      const float limited = LimitedLength(length, before.weights2(x, y), blurred.colour[0](x, y),
+                                          blurred.variance(x, y), blurred.colour[1](x, y),
+                                          p.limit_dead, p.limit_gain);
       (*limit)(x, y) = present(x, y) > 0 ? limited : length;
     }
   }

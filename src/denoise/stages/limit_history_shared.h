@@ -11,6 +11,11 @@
 
 SHARED_BEGIN
 
+SHARED_BLOCK(LimitHistoryParameters) {
+  float limit_dead;
+  float limit_gain;
+};
+
 // Luminance compressed to 0..1, 1/2 at `scale`, so that one bright sample cannot outvote its
 // neighbourhood.
 SHARED_FN float CompressLuminance(float l, float scale) {

@@ -102,7 +102,7 @@ class StopSource {
     for (int i = 0; i < BlocksOf(width); ++i) {
       scratch.full_around[i] = any_full ? Column(i - 1) & Column(i) & Column(i + 1) : 0;
     }
-    for (int x = 0; x < width && any_full && p.smooth; x += LaneCount()) {
+    for (int x = 0; x < width && any_full && p.prefilter_variance != 0; x += LaneCount()) {
       hn::Store(SmoothDown(rows.variance, x), d, scratch.sums + x);
     }
   }
@@ -111,8 +111,9 @@ class StopSource {
   HWY_INLINE VF Stop(int x) const {
     const DF d;
     const bool full = scratch_.full_around[x / kBlockPixels] != 0;
-    const VF variance = p_.smooth ? Smoothed(full, x) : hn::LoadU(d, rows_.variance.row[1] + x);
-    const VF spread = p_.square_root ? hn::Sqrt(variance) : variance;
+    const VF variance =
+        p_.prefilter_variance != 0 ? Smoothed(full, x) : hn::LoadU(d, rows_.variance.row[1] + x);
+    const VF spread = p_.luminance_scale_deviation != 0 ? hn::Sqrt(variance) : variance;
     const VF l = hn::Abs(hn::LoadU(d, rows_.luminance + x));
     const VF tolerance =
         hn::MulAdd(hn::Set(d, p_.sigma_l), spread,
@@ -121,9 +122,9 @@ class StopSource {
     if (!full) {
       stop = hn::IfThenElseZero(hn::Gt(hn::LoadU(d, rows_.present.row[1] + x), hn::Zero(d)), stop);
     }
-    if (p_.unbounded_below > 0) {
+    if (p_.short_history_blur > 0) {
       const VF old = hn::LoadU(d, rows_.length + x);
-      stop = hn::IfThenElseZero(hn::Ge(old, hn::Set(d, p_.unbounded_below)), stop);
+      stop = hn::IfThenElseZero(hn::Ge(old, hn::Set(d, p_.short_history_blur)), stop);
     }
     return stop;
   }
@@ -165,7 +166,7 @@ NextRow<8> NextRowOf(const PrefilterVarianceInput& in, const PrefilterVariancePa
   }
   next.Add(*in.luminance, y);
   AddStreamed(stop, y, &next);
-  if (p.unbounded_below > 0) {
+  if (p.short_history_blur > 0) {
     next.Add(*in.length, y);
   }
   return next;

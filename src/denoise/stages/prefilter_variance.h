@@ -9,16 +9,9 @@
 #pragma once
 
 #include "denoise/planes.h"
+#include "denoise/stages/prefilter_variance_shared.h"
 
 namespace stillray {
-
-struct PrefilterVarianceParameters {
-  bool smooth = true;       ///< off: the pixel's own variance
-  bool square_root = true;  ///< standard deviation; off: the variance (PSVGF as printed)
-  float sigma_l = 4;
-  float luminance_epsilon = 1e-4f;
-  float unbounded_below = 0;  ///< history length below which luminance stops nothing
-};
 
 /// Planes of one signal.
 struct PrefilterVarianceInput {

@@ -14,7 +14,7 @@ void PrefilterVariance(const PrefilterVarianceInput& in, const PrefilterVariance
     for (int x = 0; x < stop->width(); ++x) {
       float sum = 0;
       float sum_weight = 0;
-      const int radius = p.smooth ? 1 : 0;
+      const int radius = p.prefilter_variance != 0 ? 1 : 0;
       for (int dy = -radius; dy <= radius; ++dy) {
         for (int dx = -radius; dx <= radius; ++dx) {
           const float kernel = (dx == 0 ? 2.0f : 1.0f) * (dy == 0 ? 2.0f : 1.0f);
@@ -23,9 +23,9 @@ void PrefilterVariance(const PrefilterVarianceInput& in, const PrefilterVariance
           sum_weight += w;
         }
       }
-      const bool bounded = present(x, y) > 0 && (*in.length)(x, y) >= p.unbounded_below;
+      const bool bounded = present(x, y) > 0 && (*in.length)(x, y) >= p.short_history_blur;
       const float smoothed = sum / max(sum_weight, 1.0f);
-      const float spread = p.square_root ? sqrt(smoothed) : smoothed;
+      const float spread = p.luminance_scale_deviation != 0 ? sqrt(smoothed) : smoothed;
       (*stop)(x, y) =
           bounded ? LuminanceStop((*in.luminance)(x, y), spread, p.sigma_l, p.luminance_epsilon)
                   : 0.0f;

@@ -22,19 +22,11 @@ struct PrepareGuidesInput {
 /// \param out  sized width x height; its border is left as it is (zero)
 /// \return pixels whose depth is NaN or not positive, or whose normal is not finite: no surface
 /// there
-/// PrepareAndFindTaps also finds the taps of each row (stages/reproject.h) as soon as its guides
-/// are known.
 namespace reference {
 int64_t PrepareGuides(const PrepareGuidesInput& in, GuidePlanes* out);
-int64_t PrepareAndFindTaps(const PrepareGuidesInput& in, const GuidePlanes& before,
-                           const Image2& motion, const ReprojectParameters& parameters,
-                           GuidePlanes* out, ReprojectionTaps* taps);
 }  // namespace reference
 namespace cpu {
 int64_t PrepareGuides(const PrepareGuidesInput& in, GuidePlanes* out);
-int64_t PrepareAndFindTaps(const PrepareGuidesInput& in, const GuidePlanes& before,
-                           const Image2& motion, const ReprojectParameters& parameters,
-                           GuidePlanes* out, ReprojectionTaps* taps);
 }  // namespace cpu
 
 }  // namespace stillray

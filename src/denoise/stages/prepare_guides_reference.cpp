@@ -65,12 +65,4 @@ int64_t PrepareGuides(const PrepareGuidesInput& in, GuidePlanes* out) {
   return bad;
 }
 
-int64_t PrepareAndFindTaps(const PrepareGuidesInput& in, const GuidePlanes& before,
-                           const Image2& motion, const ReprojectParameters& p, GuidePlanes* out,
-                           ReprojectionTaps* taps) {
-  const int64_t bad = PrepareGuides(in, out);
-  FindTaps(*out, before, motion, p, taps);
-  return bad;
-}
-
 }  // namespace stillray::reference

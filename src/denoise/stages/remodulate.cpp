@@ -60,7 +60,7 @@ HWY_INLINE int64_t RowInto(const PictureParts& parts, const NextRow<64>& next, i
       sum[c] = parts.remodulate.add ? hn::LoadU(d, to[c] + x) : hn::Zero(d);
     }
     for (const SignalLight& signal : parts.signals) {
-      AddRadiance(signal, parts.remodulate.rec601, x, y, sum);
+      AddRadiance(signal, parts.remodulate.luminance_rec601, x, y, sum);
     }
     for (const Image3* image : parts.unfiltered) {
       VF in[3];

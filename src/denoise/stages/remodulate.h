@@ -24,8 +24,8 @@ struct SignalLight {
 };
 
 struct RemodulateParameters {
-  bool rec601 = false;  ///< luminance weights of the light
-  bool add = true;      ///< to what the picture holds; off: it is overwritten
+  bool luminance_rec601 = false;  ///< luminance weights of the light
+  bool add = true;                ///< to what the picture holds; off: it is overwritten
 };
 
 /// All of it. What it points to must stay.

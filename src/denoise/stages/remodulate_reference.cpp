@@ -13,7 +13,7 @@ vec3 Radiance(const SignalLight& signal, const RemodulateParameters& p, int x, i
   const float l = (*signal.light)[0](x, y);
   const float r = (*signal.light)[1](x, y);
   const float b = (*signal.light)[2](x, y);
-  vec3 rgb = {r, p.rec601 ? Green601(l, r, b) : Green709(l, r, b), b};
+  vec3 rgb = {r, p.luminance_rec601 ? Green601(l, r, b) : Green709(l, r, b), b};
   for (int c = 0; c < 3 && signal.albedo.count > 0; ++c) {
     float factor = 0;
     for (int i = 0; i < signal.albedo.count; ++i) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/parallel.h"
+#include "denoise/simd/find_taps_row.h"
 #include "denoise/simd/next_row.h"
 #include "denoise/stages/reproject_shared.h"
 
@@ -44,11 +45,11 @@ HWY_INLINE MF ShowsSameSurface(const Target& t, const TapGuides& tap, VF dx, VF 
                                const ReprojectParameters& p) {
   const DF d;
   const VF expected = hn::MulAdd(t.gx, dx, hn::MulAdd(t.gy, dy, t.i));
-  const VF allowed = hn::MulAdd(hn::Set(d, p.depth_tolerance), expected, t.allowed);
+  const VF allowed = hn::MulAdd(hn::Set(d, p.history_depth), expected, t.allowed);
   const VF cosine = hn::MulAdd(t.nx, tap.nx, hn::MulAdd(t.ny, tap.ny, hn::Mul(t.nz, tap.nz)));
   MF same = hn::And(hn::Gt(tap.i, hn::Zero(d)), hn::Le(hn::Abs(hn::Sub(tap.i, expected)), allowed));
-  same = hn::And(same, hn::Ge(cosine, hn::Set(d, p.min_cosine)));
-  if (p.test_id) {
+  same = hn::And(same, hn::Ge(cosine, hn::Set(d, p.history_normal_cosine)));
+  if (p.history_id != 0) {
     const DU du;
     const VU unknown = hn::Zero(du);
     const auto id_ok =
@@ -283,7 +284,7 @@ void TapsOfRow(const GuidesOfRow& now, const GuidePlanes& before, const Image2& 
     const VF scale = hn::IfThenElseZero(found, hn::Div(one, hn::IfThenElse(found, taps.sum, one)));
     VU search = hn::Zero(du);
     const MF lost = hn::AndNot(found, t.used);
-    if (p.search && !hn::AllFalse(d, lost)) {
+    if (p.history_search != 0 && !hn::AllFalse(d, lost)) {
       search = SearchAround(t, before, p, lost, &taps.x, &taps.y);
     }
     const MF own = hn::RebindMask(

@@ -13,16 +13,9 @@
 #pragma once
 
 #include "denoise/planes.h"
-#include "denoise/simd/next_row.h"
+#include "denoise/stages/reproject_shared.h"
 
 namespace stillray {
-
-struct ReprojectParameters {
-  float depth_tolerance = 0.05f;  ///< relative
-  float min_cosine = 0.9f;        ///< between normals
-  bool test_id = true;
-  bool search = true;  ///< the 3x3 fall-back
-};
 
 inline constexpr int kMostHistoryPlanes = 11;
 
@@ -54,22 +47,7 @@ void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& m
               const ReprojectParameters& parameters, ReprojectionTaps* taps);
 void FetchHistory(const SignalHistory& before, const ReprojectionTaps& taps, SignalHistory* out);
 }  // namespace reference
-/// Guides of one row of this frame, as FindTapsRow reads them: a vector beyond the last pixel may
-/// be anything.
-struct GuidesOfRow {
-  const float* normal[3];
-  const float* inverse_depth;
-  const float* gradient[2];
-  const uint32_t* id;
-};
-
 namespace cpu {
-/// Row by row, on the thread that asks: before the first row BeginTaps.
-/// \param next  what else is to be fetched for the next row
-void BeginTaps(ReprojectionTaps* taps);
-void FindTapsRow(const GuidesOfRow& now, const GuidePlanes& before, const Image2& motion,
-                 const ReprojectParameters& parameters, int y, const NextRow<32>& next,
-                 ReprojectionTaps* taps);
 void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& motion,
               const ReprojectParameters& parameters, ReprojectionTaps* taps);
 void FetchHistory(const SignalHistory& before, const ReprojectionTaps& taps, SignalHistory* out);

@@ -20,7 +20,8 @@ bool TapMatches(const GuidePlanes& now, const GuidePlanes& before, int x, int y,
                        now.normal[1](x, y) * before.normal[1](tx, ty) +
                        now.normal[2](x, y) * before.normal[2](tx, ty);
   return IsSameSurface(expected, before.inverse_depth(tx, ty), g, cosine, now.id(x, y),
-                       before.id(tx, ty), p.depth_tolerance, p.min_cosine, p.test_id);
+                       before.id(tx, ty), p.history_depth, p.history_normal_cosine,
+                       p.history_id != 0);
 }
 
 }  // namespace
@@ -70,7 +71,7 @@ void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& m
         }
         continue;
       }
-      if (!p.search) {
+      if (p.history_search == 0) {
         continue;
       }
       const int cx = static_cast<int>(std::floor(place.x + 0.5f));

@@ -11,6 +11,13 @@
 
 SHARED_BEGIN
 
+SHARED_BLOCK(ReprojectParameters) {
+  float history_depth;          // relative
+  float history_normal_cosine;  // least, between normals
+  int history_id;               // 1: ids must agree
+  int history_search;           // 1: the 3x3 fall-back
+};
+
 // Jitter and the rounding of motion move a tap by up to about one pixel along a slope.
 const float kReprojectSlack = 1.5f;
 

@@ -52,8 +52,7 @@ HWY_INLINE VF SrgbEncode(VF x) {
   return hn::IfThenElse(hn::Le(x, hn::Set(d, 0.0031308f)), hn::Mul(hn::Set(d, 12.92f), x), curve);
 }
 
-void TonemapRows(const Image3& colour, float scale, int curve, const Dither& dither, int y0, int y1,
-                 uint8_t* out) {
+void TonemapRows(const Image3& colour, const TonemapParameters& p, int y0, int y1, uint8_t* out) {
   const DF d;
   const int width = colour.width();
   HWY_ALIGN float values[3][HWY_MAX_BYTES / sizeof(float)];
@@ -61,20 +60,20 @@ void TonemapRows(const Image3& colour, float scale, int curve, const Dither& dit
     uint8_t* row = out + static_cast<size_t>(y) * static_cast<size_t>(width) * 3;
     for (int x = 0; x < width; x += LaneCount()) {
       for (int c = 0; c < 3; ++c) {
-        const VF exposed = hn::Mul(hn::LoadU(d, colour[c].Row(y) + x), hn::Set(d, scale));
+        const VF exposed =
+            hn::Mul(hn::LoadU(d, colour[c].Row(y) + x), hn::Set(d, p.exposure_scale));
         const VF positive =
             hn::IfThenElseZero(hn::Gt(exposed, hn::Zero(d)), exposed);  // NaN is black
         const VF light = hn::Min(positive, hn::Set(d, kBrightestLight));
-        hn::Store(SrgbEncode(ToneCurve(light, curve)), d, values[c]);
+        hn::Store(SrgbEncode(ToneCurve(light, p.tonemap)), d, values[c]);
       }
       for (int i = 0; i < LaneCount() && x + i < width; ++i) {
         for (int c = 0; c < 3; ++c) {
           const float noise =
-              dither.amount > 0
-                  ? dither.amount * stillray::DitherNoise(static_cast<uint32_t>(x + i),
-                                                          static_cast<uint32_t>(y),
-                                                          static_cast<uint32_t>(c), dither.frame)
-                  : 0.0f;
+              p.dither > 0 ? p.dither * stillray::DitherNoise(static_cast<uint32_t>(x + i),
+                                                              static_cast<uint32_t>(y),
+                                                              static_cast<uint32_t>(c), p.frame)
+                           : 0.0f;
           row[(x + i) * 3 + c] = static_cast<uint8_t>(stillray::DisplayStep(values[c][i], noise));
         }
       }
@@ -92,9 +91,9 @@ namespace stillray::cpu {
 
 HWY_EXPORT(TonemapRows);
 
-void Tonemap(const Image3& colour, float scale, int curve, const Dither& dither, uint8_t* out) {
+void Tonemap(const Image3& colour, const TonemapParameters& p, uint8_t* out) {
   ParallelRows(colour.height(), 32, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(TonemapRows)(colour, scale, curve, dither, y0, y1, out);
+    HWY_DYNAMIC_DISPATCH(TonemapRows)(colour, p, y0, y1, out);
   });
 }
 

@@ -12,20 +12,12 @@
 
 namespace stillray {
 
-/// Noise added before rounding, so that slow gradients show no bands.
-struct Dither {
-  float amount = 0;    ///< in steps of the result: triangular, +- this much
-  uint32_t frame = 0;  ///< picks the noise
-};
-
-/// \param scale  2^exposure
-/// \param curve  0 linear, 1 Reinhard, 2 filmic, 3 ACES
-/// \param out    width * height * 3 bytes
+/// \param out  width * height * 3 bytes
 namespace reference {
-void Tonemap(const Image3& colour, float scale, int curve, const Dither& dither, uint8_t* out);
+void Tonemap(const Image3& colour, const TonemapParameters& parameters, uint8_t* out);
 }
 namespace cpu {
-void Tonemap(const Image3& colour, float scale, int curve, const Dither& dither, uint8_t* out);
+void Tonemap(const Image3& colour, const TonemapParameters& parameters, uint8_t* out);
 }
 
 }  // namespace stillray

@@ -6,18 +6,17 @@
 
 namespace stillray::reference {
 
-void Tonemap(const Image3& colour, float scale, int curve, const Dither& dither, uint8_t* out) {
+void Tonemap(const Image3& colour, const TonemapParameters& p, uint8_t* out) {
   for (int y = 0; y < colour.height(); ++y) {
     for (int x = 0; x < colour.width(); ++x) {
       for (int c = 0; c < 3; ++c) {
-        const float exposed = colour[c](x, y) * scale;
+        const float exposed = colour[c](x, y) * p.exposure_scale;
         const float light = exposed > 0 ? min(exposed, kBrightestLight) : 0.0f;  // NaN is black
-        const float display = SrgbEncode(ToneCurve(light, curve));
-        const float noise =
-            dither.amount > 0
-                ? dither.amount * DitherNoise(static_cast<uint32_t>(x), static_cast<uint32_t>(y),
-                                              static_cast<uint32_t>(c), dither.frame)
-                : 0.0f;
+        const float display = SrgbEncode(ToneCurve(light, p.tonemap));
+        const float noise = p.dither > 0 ? p.dither * DitherNoise(static_cast<uint32_t>(x),
+                                                                  static_cast<uint32_t>(y),
+                                                                  static_cast<uint32_t>(c), p.frame)
+                                         : 0.0f;
         *out++ = static_cast<uint8_t>(DisplayStep(display, noise));
       }
     }

@@ -11,6 +11,13 @@
 
 SHARED_BEGIN
 
+SHARED_BLOCK(TonemapParameters) {
+  float exposure_scale;  // 2^exposure
+  int tonemap;           // 0 linear, 1 Reinhard, 2 filmic, 3 ACES
+  float dither;          // noise added before rounding, in steps of the result: triangular, +- this
+  uint frame;            // picks the noise
+};
+
 // Light beyond this is white under every curve; the limit keeps infinities out of the formulas.
 const float kBrightestLight = 1e6f;
 

@@ -39,11 +39,13 @@ void main() {
     float n = light.w;
     float history_length =
         limited != 0 ? min(m.z, MostLength(m, texelFetch(compared, at, 0))) : m.z;
-    if (max_history > 0) {
-      history_length = min(history_length, max(float(max_history) - n, 0.0f));
+    if (accumulate.max_history > 0) {
+      history_length = min(history_length, max(float(accumulate.max_history) - n, 0.0f));
     }
-    float alpha = NewFrameWeight(history_length, n, alpha_min, constant_weight != 0);
-    float alpha_of_moments = NewFrameWeight(history_length, n, alpha_moments, constant_weight != 0);
+    float alpha = NewFrameWeight(history_length, n, accumulate.alpha_min,
+                                 accumulate.history_weight_constant != 0);
+    float alpha_of_moments = NewFrameWeight(history_length, n, accumulate.alpha_moments,
+                                            accumulate.history_weight_constant != 0);
     float d = light.x - m.x;
     float within = second_moments != 0 ? VarianceOf(texelFetch(within_image, at, 0).x) : 0.0f;
     float variance = MixedVariance(m.y, d, within, alpha_of_moments);

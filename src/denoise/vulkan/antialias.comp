@@ -88,9 +88,9 @@ vec3 Antialiased(ivec2 p, vec3 now) {
     }
   }
   vec3 before = min(max(SampleCatmullRom(place), low), high);
-  float alpha = weigh_by_length != 0
-                    ? NewPictureWeight(taa_alpha, LongestAround(p), GivenSamples(p))
-                    : taa_alpha;
+  float alpha = antialias.weigh_by_length != 0
+                    ? NewPictureWeight(antialias.taa_alpha, LongestAround(p), GivenSamples(p))
+                    : antialias.taa_alpha;
   return before + alpha * (now - before);
 }
 

@@ -8,7 +8,7 @@
 #include "denoise/vulkan/edge_stopping.glsl"
 #include "denoise/vulkan/stop.glsl"
 
-layout(constant_id = 0) const int kWeights = 2;  // 0 naive, 1 geometry, 2 SVGF, 3 EAW
+layout(constant_id = 0) const int kWeights = kAtrousSvgf;
 layout(constant_id = 1) const int kRadius = 2;
 layout(constant_id = 2) const int kSignals = 1;
 
@@ -29,7 +29,7 @@ float KernelWeight(int d) {
 }
 
 float EawSigma(int s) {
-  return eaw_sigma_l * mean_luminance[s] * exposure[s] * exp2(-float(level));
+  return atrous.eaw_sigma_l * mean_luminance[s] * exposure[s] * exp2(-float(level));
 }
 
 void PassThrough(ivec2 p) {
@@ -40,12 +40,12 @@ void PassThrough(ivec2 p) {
 
 // How q changes the luminance weight of signal s; q_light, q_stop: its light and stop.
 float LuminanceWeight(vec4 own, float own_stop, vec4 q_light, ivec3 q, float exponent, int s) {
-  if (kWeights == 2) {
+  if (kWeights == kAtrousSvgf) {
     float dl = abs(own.x - q_light.x);
     float q_stop = UnpackStop(texelFetch(stop_image, q, 0).x);
-    return exp2(-dl * SharedStop(own_stop, q_stop, noise_ratio));
+    return exp2(-dl * SharedStop(own_stop, q_stop, atrous.noise_ratio));
   }
-  if (kWeights == 3) {
+  if (kWeights == kAtrousEaw) {
     float dl = IsPresent(own.w) ? abs(own.x - q_light.x) : 0.0f;
     return exp(-(exponent + EawExponent(dl * dl, 0.0f, 0.0f, EawSigma(s), 1.0f, 1.0f)));
   }
@@ -67,11 +67,12 @@ void main() {
   float own_stop[kSignals];
   vec4 sum[kSignals];  // light, variance
   float sum_weight[kSignals];
-  bool any = kWeights != 1;
+  bool any = kWeights != kAtrousGeometry;
   for (int s = 0; s < kSignals; ++s) {
     own[s] = texelFetch(light, ivec3(p, s), 0);
     any = any || IsPresent(own[s].w);
-    own_stop[s] = kWeights == 2 ? UnpackStop(texelFetch(stop_image, ivec3(p, s), 0).x) : 0.0f;
+    own_stop[s] =
+        kWeights == kAtrousSvgf ? UnpackStop(texelFetch(stop_image, ivec3(p, s), 0).x) : 0.0f;
     sum[s] = vec4(0.0f);
     sum_weight[s] = 0.0f;
   }
@@ -88,24 +89,24 @@ void main() {
       bool centre = dx == 0 && dy == 0;
       float h = KernelWeight(dx) * KernelWeight(dy);
       float exponent = 0.0f;
-      if (kWeights != 0 && !centre) {
+      if (kWeights != kAtrousNaive && !centre) {
         Surface other = UnpackSurface(texelFetch(surface_image, q, 0));
         if (!(other.inverse_depth > 0.0f)) {
           continue;
         }
-        if (kWeights != 1 && wavelet_id != 0 &&
+        if (kWeights != kAtrousGeometry && atrous.wavelet_id != 0 &&
             UnpackDetail(texelFetch(detail_image, q, 0), 1.0f).id != detail.id) {
           continue;
         }
         vec2 offset = vec2(q - p);
-        if (kWeights == 3) {
+        if (kWeights == kAtrousEaw) {
           float distance = PlaneDepthExponent(surface.inverse_depth, other.inverse_depth,
                                               detail.gradient, offset, 1.0f);
           vec3 dn = surface.normal - other.normal;
-          exponent =
-              EawExponent(0.0f, dot(dn, dn), distance * distance, 1.0f, eaw_sigma_n, eaw_sigma_z);
+          exponent = EawExponent(0.0f, dot(dn, dn), distance * distance, 1.0f, atrous.eaw_sigma_n,
+                                 atrous.eaw_sigma_z);
         } else {
-          h *= GeometryWeight(surface, detail, other, offset);
+          h *= GeometryWeight(atrous.edges, surface, detail, other, offset);
         }
       }
       for (int s = 0; s < kSignals; ++s) {
@@ -127,7 +128,8 @@ void main() {
     float inverse = filled ? 1.0f / sum_weight[s] : 0.0f;
     vec3 c = filled ? sum[s].xyz * inverse : own[s].xyz;
     float variance = filled ? sum[s].w * inverse * inverse : VarianceOf(own[s].w);
-    bool present = IsPresent(own[s].w) || (grows != 0 && kWeights != 1 && filled);
+    bool present =
+        IsPresent(own[s].w) || (atrous.grows != 0 && kWeights != kAtrousGeometry && filled);
     imageStore(light_out, ivec3(p, s), Stored(vec4(c, PackDeviation(variance, present))));
   }
 }

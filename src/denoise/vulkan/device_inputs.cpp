@@ -5,8 +5,6 @@
 
 #include <algorithm>
 
-#include "denoise/filter_parameters.h"
-
 namespace stillray::vulkan {
 namespace {
 
@@ -33,7 +31,7 @@ FrameFacts FactsOf(const Frame& frame, const gpu::DeviceFrame& pixels) {
   facts.has_background = true;
   facts.has_roughness = true;
   facts.samples_per_pixel = pixels.samples_per_pixel;
-  facts.fills_guides = pixels.has_incomplete_guides;
+  facts.has_incomplete_guides = pixels.has_incomplete_guides;
   return facts;
 }
 

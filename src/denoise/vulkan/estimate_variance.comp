@@ -43,14 +43,14 @@ float SpatialVariance(Surface s, Detail detail, float mean, ivec3 at) {
       if (!(m.z > 0.0f) || !(other.inverse_depth > 0.0f)) {
         continue;
       }
-      float w = GeometryWeight(s, detail, other, vec2(dx, dy));
+      float w = GeometryWeight(estimate_variance.edges, s, detail, other, vec2(dx, dy));
       float d = m.x - mean;
       sum_weight += w;
       sum_d += w * d;
       sum_d2 += w * (VarianceOf(m.y) + d * d);
     }
   }
-  if (sum_weight < least_evidence) {
+  if (sum_weight < estimate_variance.least_evidence) {
     return UnknownVariance(at.z);
   }
   if (!(sum_weight > 0.0f)) {
@@ -73,15 +73,17 @@ void main() {
     bool present = surface.inverse_depth > 0.0f && m.z > 0.0f;
     float samples = max(texelFetch(noisy, at, 0).w, 1.0f);
     float variance = 0.0f;
-    if (estimate == 0 || !present) {
+    if (estimates_variance == 0 || !present) {
       variance = 0.0f;
-    } else if (m.z >= short_length) {
+    } else if (m.z >= estimate_variance.short_history_length) {
       float single = VarianceOf(m.y);
-      variance = of_mean != 0 ? VarianceOfMean(single, m.w) : single / samples;
-    } else if (spatial != 0) {
-      float single =
-          SpatialVariance(surface, detail, m.x, at) * ShortHistoryBoost(m.z, short_length, boost);
-      variance = single * (of_mean != 0 ? m.w : 1.0f / samples);
+      variance =
+          estimate_variance.variance_of_mean != 0 ? VarianceOfMean(single, m.w) : single / samples;
+    } else if (estimate_variance.short_history_spatial != 0) {
+      float single = SpatialVariance(surface, detail, m.x, at) *
+                     ShortHistoryBoost(m.z, estimate_variance.short_history_length,
+                                       estimate_variance.short_history_boost);
+      variance = single * (estimate_variance.variance_of_mean != 0 ? m.w : 1.0f / samples);
     }
     vec3 c = texelFetch(colour, at, 0).xyz;
     if (with_behind != 0 && feedback_phase < 1.0f) {

@@ -37,26 +37,16 @@
 
 #include <fmt/format.h>
 
-#include "denoise/denoiser_impl.h"
-#include "denoise/filter_parameters.h"
+#include "denoise/stages/keep_mirrors.h"
+#include "denoise/stages/limit_history.h"
 
 namespace stillray::vulkan {
 namespace {
-
-constexpr int kGeometryWeights = 1;
 
 /// Passes of a frame, twice over: their sets for every way in which images change places.
 constexpr uint32_t kMostSets = 512;
 constexpr gpu::SetShape kMostDescriptors = {4096, 1024, 128, 256};
 constexpr uint32_t kMostMarks = 128;
-
-int WeightsOf(Wavelet wavelet) {
-  return wavelet == Wavelet::kNaive ? 0 : wavelet == Wavelet::kEaw ? 3 : 2;
-}
-
-int RadiusOf(const Settings& s) {
-  return s.kernel == Kernel::k5x5 ? 2 : 1;
-}
 
 const char* AtrousName(int level) {
   static constexpr const char* kNames[kMaxLevels] = {"atrous1", "atrous2", "atrous3", "atrous4",
@@ -117,7 +107,7 @@ Status FramePipeline::MakeFillGuidesPass(const FillGuidesPass::Options& options)
 }
 
 Status FramePipeline::PrepareFilling(const FrameFacts& facts) {
-  if (!facts.fills_guides || (fill_guides_ != nullptr && fill_guides_->Fits(facts))) {
+  if (!facts.has_incomplete_guides || (fill_guides_ != nullptr && fill_guides_->Fits(facts))) {
     return Status::Ok();
   }
   STILLRAY_RETURN_IF_ERROR(sets_.Clear());
@@ -138,7 +128,6 @@ Result<std::unique_ptr<FramePipeline>> FramePipeline::Create(const gpu::DeviceCo
                                                              const PipelineOptions& o) {
   STILLRAY_RETURN_IF_ERROR(CheckSize(*context, o));
   std::unique_ptr<FramePipeline> made(new FramePipeline(context));
-  made->settings_ = o.settings;
   made->transmission_ = o.transmission;
   made->timed_ = o.timed;
   made->groups_ = GroupsOf(o.settings.signals, o.transmission);
@@ -156,20 +145,20 @@ Result<std::unique_ptr<FramePipeline>> FramePipeline::Create(const gpu::DeviceCo
     STILLRAY_RETURN_IF_ERROR(made->times_.Create(kMostMarks));
   }
   made->pipelines_ = std::make_unique<Pipelines>(context, o.storage, &made->sets_);
-  STILLRAY_RETURN_IF_ERROR(made->MakePipelines());
+  STILLRAY_RETURN_IF_ERROR(made->MakePipelines(o.settings));
   if (o.fills_guides) {
     STILLRAY_RETURN_IF_ERROR(made->MakeFillGuidesPass(FillGuidesOptions(o)));
   }
   return made;
 }
 
-std::array<uint32_t, 3> FramePipeline::AtrousConstants(int weights, int radius) const {
-  return {static_cast<uint32_t>(weights), static_cast<uint32_t>(radius),
+std::array<uint32_t, 3> FramePipeline::AtrousConstants(const AtrousLevel& level) const {
+  return {static_cast<uint32_t>(level.weights), static_cast<uint32_t>(level.radius),
           static_cast<uint32_t>(shape_.signals)};
 }
 
 /// Compiles what the settings may ask for, so that recording never does.
-Status FramePipeline::MakePipelines() {
+Status FramePipeline::MakePipelines(const Settings& settings) {
   for (int i = 0; i <= static_cast<int>(Shader::kTonemap); ++i) {
     const auto shader = static_cast<Shader>(i);
     if (shader == Shader::kAtrous) {
@@ -178,25 +167,27 @@ Status FramePipeline::MakePipelines() {
     const Result<const gpu::Pipeline*> made = pipelines_->Find(shader);
     STILLRAY_RETURN_IF_ERROR(made.status());
   }
-  const auto level = AtrousConstants(WeightsOf(settings_.wavelet), RadiusOf(settings_));
-  STILLRAY_RETURN_IF_ERROR(pipelines_->Find(Shader::kAtrous, level).status());
-  const auto geometry = AtrousConstants(kGeometryWeights, kLimitHistoryRadius);
-  return pipelines_->Find(Shader::kAtrous, geometry).status();
+  std::array<AtrousLevel, kMaxLevels> levels;
+  if (ListLevels(settings, &levels) > 0) {
+    STILLRAY_RETURN_IF_ERROR(
+        pipelines_->Find(Shader::kAtrous, AtrousConstants(levels[0])).status());
+  }
+  return pipelines_->Find(Shader::kAtrous, AtrousConstants(GeometryLevel(0))).status();
 }
 
 bool FramePipeline::Fits(const Settings& settings, int width, int height, bool transmission) const {
-  const auto signals = static_cast<int>(GroupsOf(settings.signals, transmission).size());
-  return settings.signals == settings_.signals && transmission == transmission_ &&
-         ShapeOf(settings, width, height, signals, shape_.storage) == shape_;
+  const std::span<const SignalGroup> groups = GroupsOf(settings.signals, transmission);
+  return groups.data() == groups_.data() && transmission == transmission_ &&
+         ShapeOf(settings, width, height, static_cast<int>(groups.size()), shape_.storage) ==
+             shape_;
 }
 
 Status FramePipeline::SetSettings(const Settings& settings) {
-  settings_ = settings;
-  return MakePipelines();
+  return MakePipelines(settings);
 }
 
 void FramePipeline::Reset() {
-  progress_ = Progress();
+  progress_ = SequenceProgress();
   if (fill_guides_ != nullptr) {
     fill_guides_->Reset();
   }
@@ -237,16 +228,16 @@ void FramePipeline::KeepPicture(PassRecorder* recorder, std::string_view name,
 }
 
 /// Guides, new light and its history.
-void FramePipeline::GatherLight(PassRecorder* recorder) {
+void FramePipeline::GatherLight(const FramePlan& plan, PassRecorder* recorder) {
   const FrameImages& i = images_;
-  const bool clamps = shape_.clamps_fireflies;
+  const bool clamps = plan.runs.clamp_fireflies;
   recorder->Run(Shader::kPrepareGuides, grid_, {i.guides.surface, i.guides.detail});
   recorder->Run(Shader::kDemodulate, grid_, {clamps ? i.unclamped : i.noisy, i.within});
   if (clamps) {
     recorder->Run(Shader::kSuppressFireflies, grid_, {i.unclamped, i.noisy});
   }
   Keep(recorder, "noisy", i.noisy);
-  if (progress_.has_history) {
+  if (plan.runs.reproject) {
     const HistoryImages& h = i.history;
     const HistoryImages& f = i.fetched;
     recorder->Run(
@@ -263,9 +254,9 @@ void FramePipeline::LimitHistory(PassRecorder* recorder) {
   const FrameImages& i = images_;
   recorder->Run(Shader::kLimitHistory, grid_,
                 {i.guides.surface, i.noisy, i.fetched.moments, i.fetched.compressed, i.wavelet[0]});
-  const auto constants = AtrousConstants(kGeometryWeights, kLimitHistoryRadius);
+  const auto constants = AtrousConstants(GeometryLevel(0));
   for (int level = 0; level < kLimitHistoryLevels; ++level) {
-    const LevelPush push = {1 << level, level};
+    const LevelPush push = {GeometryLevel(level).step, level};
     recorder->Run(Shader::kAtrous, grid_,
                   {i.guides.surface, i.guides.detail, i.wavelet[level & 1], i.stop,
                    i.wavelet[(level & 1) ^ 1]},
@@ -275,11 +266,11 @@ void FramePipeline::LimitHistory(PassRecorder* recorder) {
   Keep(recorder, "compared", i.wavelet[1]);
 }
 
-void FramePipeline::Accumulate(PassRecorder* recorder) {
+void FramePipeline::Accumulate(const FramePlan& plan, PassRecorder* recorder) {
   const FrameImages& i = images_;
   const HistoryImages& h = i.history;
   const HistoryImages& f = i.fetched;
-  const int32_t push = Limits() ? 1 : 0;
+  const int32_t push = plan.runs.limit_history ? 1 : 0;
   recorder->Run(Shader::kAccumulate, grid_,
                 {i.noisy, i.within, f.colour, f.behind, f.moments, f.compressed, i.wavelet[1],
                  h.colour, h.behind, h.moments, h.compressed},
@@ -287,7 +278,7 @@ void FramePipeline::Accumulate(PassRecorder* recorder) {
 }
 
 /// In place of the fetched history, which nothing reads any more.
-void FramePipeline::MergeFuture(PassRecorder* recorder, const FutureImages& future) {
+void FramePipeline::MergeFuture(const FutureImages& future, PassRecorder* recorder) {
   const HistoryImages& h = images_.history;
   known_.colour = images_.fetched.colour;
   known_.moments = images_.fetched.moments;
@@ -295,9 +286,9 @@ void FramePipeline::MergeFuture(PassRecorder* recorder, const FutureImages& futu
                 {h.colour, h.moments, future.light, future.moments, known_.colour, known_.moments});
 }
 
-void FramePipeline::BeginFilter(PassRecorder* recorder) {
+void FramePipeline::BeginFilter(const FramePlan& plan, PassRecorder* recorder) {
   const FrameImages& i = images_;
-  if (settings_.wavelet == Wavelet::kEaw) {
+  if (plan.runs.measure_luminance) {
     recorder->Run(Shader::kMeasureHistory, grid_, {known_.colour});
     recorder->Run(Shader::kUpdateMean, {1, 1}, {}, grid_.count());
   }
@@ -308,20 +299,20 @@ void FramePipeline::BeginFilter(PassRecorder* recorder) {
   light_ = i.wavelet[0];
 }
 
-void FramePipeline::RunLevels(PassRecorder* recorder) {
-  const auto constants = AtrousConstants(WeightsOf(settings_.wavelet), RadiusOf(settings_));
+void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
   int target = 1;
-  for (int level = 0; level < settings_.steps.count; ++level) {
-    if (settings_.wavelet == Wavelet::kSvgf) {
+  for (int level = 0; level < plan.levels; ++level) {
+    if (plan.runs.estimate_variance) {
       recorder->Run(Shader::kPrefilterVariance, grid_, {light_, known_.moments, images_.stop});
     }
-    const LevelPush push = {settings_.steps.step[static_cast<size_t>(level)], level};
+    const AtrousLevel& of_level = plan.level[static_cast<size_t>(level)];
+    const LevelPush push = {of_level.step, level};
     recorder->Run(Shader::kAtrous, grid_,
                   {images_.guides.surface, images_.guides.detail, light_, images_.stop,
                    images_.wavelet[target]},
-                  push, constants);
+                  push, AtrousConstants(of_level));
     light_ = images_.wavelet[target];
-    if (settings_.feedback == level + 1 && feeds_back_) {
+    if (plan.feedback_level == level + 1) {
       if (shape_.with_behind) {
         std::swap(images_.history.colour, images_.history.behind);
       }
@@ -335,17 +326,14 @@ void FramePipeline::RunLevels(PassRecorder* recorder) {
 
 /// See stages/keep_mirrors.h. It works in images of the wavelet and of the fetched history, which
 /// nothing else reads any more.
-void FramePipeline::KeepMirrors(PassRecorder* recorder, const FrameFacts& facts) {
-  if (!facts.has_roughness || !(settings_.mirror_roughness > 0)) {
-    return;
-  }
+void FramePipeline::KeepMirrors(PassRecorder* recorder) {
   const FrameImages& i = images_;
   const gpu::Image* measured = light_ == i.fetched.colour ? i.wavelet[1] : i.fetched.colour;
   const gpu::Image* other = light_ == i.wavelet[0] ? i.wavelet[1] : i.wavelet[0];
   recorder->Run(Shader::kMeasureMirrors, grid_, {i.guides.surface, i.noisy, light_, measured});
-  const auto constants = AtrousConstants(kGeometryWeights, kLimitHistoryRadius);
+  const auto constants = AtrousConstants(GeometryLevel(0));
   for (int level = 0; level < kKeepMirrorsLevels; ++level) {
-    const LevelPush push = {1 << level, level};
+    const LevelPush push = {GeometryLevel(level).step, level};
     recorder->Run(Shader::kAtrous, grid_,
                   {i.guides.surface, i.guides.detail, measured, i.stop, other}, push, constants);
     std::swap(measured, other);
@@ -354,15 +342,15 @@ void FramePipeline::KeepMirrors(PassRecorder* recorder, const FrameFacts& facts)
   light_ = other;
 }
 
-void FramePipeline::Compose(PassRecorder* recorder, const gpu::Image* light) {
+void FramePipeline::Compose(const gpu::Image* light, PassRecorder* recorder) {
   const int32_t counts = 1;
   recorder->Run(Shader::kRemodulate, grid_, {light, images_.picture}, counts);
   Keep(recorder, "aliased", images_.picture);
 }
 
-void FramePipeline::Finish(PassRecorder* recorder) {
+void FramePipeline::Finish(const FramePlan& plan, PassRecorder* recorder) {
   const FrameImages& i = images_;
-  if (settings_.fxaa == Fxaa::kOn || (settings_.fxaa == Fxaa::kSparse && progress_.sparse)) {
+  if (plan.runs.fxaa) {
     recorder->Run(Shader::kFxaa, grid_, {i.picture, i.history.moments, i.scratch});
     std::swap(images_.picture, images_.scratch);
   }
@@ -373,9 +361,10 @@ void FramePipeline::Finish(PassRecorder* recorder) {
 }
 
 /// Brings parameters and inputs to the device, guides completed where some are unknown.
-void FramePipeline::UseInputs(const FrameFacts& facts, const FrameInputs& inputs,
-                              FrameParameters* parameters, PassRecorder* recorder) {
-  const bool fills = facts.fills_guides && fill_guides_ != nullptr;
+void FramePipeline::UseInputs(const FramePlan& plan, const FrameFacts& facts,
+                              const FrameInputs& inputs, FrameParameters* parameters,
+                              PassRecorder* recorder) {
+  const bool fills = plan.runs.fill_guides && fill_guides_ != nullptr;
   if (fills) {
     fill_guides_->Begin(facts, parameters);
   } else if (fill_guides_ != nullptr) {
@@ -389,80 +378,75 @@ void FramePipeline::UseInputs(const FrameFacts& facts, const FrameInputs& inputs
 }
 
 /// Everything up to the history that this frame's light joins.
-void FramePipeline::BeginFrame(PassRecorder* recorder, const FrameFacts& facts,
-                               const FrameInputs& inputs, bool with_future) {
+void FramePipeline::BeginFrame(const FramePlan& plan, const FrameFacts& facts,
+                               const FrameInputs& inputs, PassRecorder* recorder) {
   times_.Begin(recorder->commands());
   PrepareImages(recorder->commands());
-  AdvanceFeedback(settings_, facts.samples_per_pixel, &progress_);
-  progress_.has_history = progress_.has_history && settings_.temporal;
-  progress_.jittered = progress_.jittered || facts.jittered;
   std::swap(images_.guides, images_.previous_guides);
-  FrameParameters parameters = MakeParameters(settings_, groups_, shape_, facts, progress_);
-  if (with_future) {
-    parameters.feedback_phase = 1;  // what is merged has no part that was not fed back
-  }
-  feeds_back_ = progress_.feeds_back && !with_future;
-  UseInputs(facts, inputs, &parameters, recorder);
+  FrameParameters parameters = MakeParameters(plan, facts, shape_);
+  parameters.colour_is_half = inputs.colour_is_half ? 1 : 0;
+  UseInputs(plan, facts, inputs, &parameters, recorder);
   const Groups measured =
       GroupsFor((shape_.width + parameters.measure_stride - 1) / parameters.measure_stride,
                 (shape_.height + parameters.measure_stride - 1) / parameters.measure_stride);
   recorder->Run(Shader::kMeasureLight, measured, {});
   recorder->Run(Shader::kUpdateExposure, {1, 1}, {}, measured.count());
-  GatherLight(recorder);
-  if (settings_.limit_history) {
+  GatherLight(plan, recorder);
+  if (shape_.with_compressed) {
     recorder->Run(Shader::kUpdateCompression, {1, 1}, {}, grid_.count());
   }
-  if (Limits()) {
+  if (plan.runs.limit_history) {
     LimitHistory(recorder);
   }
 }
 
-Status FramePipeline::RecordBackward(VkCommandBuffer commands, const FrameFacts& facts,
-                                     const FrameInputs& inputs, const FutureImages& future) {
+Status FramePipeline::RecordBackward(VkCommandBuffer commands, const FramePlan& plan,
+                                     const FrameFacts& facts, const FrameInputs& inputs,
+                                     const FutureImages& future) {
   PassRecorder recorder(context_, pipelines_.get(), &sets_, timed_ ? &times_ : nullptr, commands);
-  BeginFrame(&recorder, facts, inputs, false);
-  if (progress_.has_history) {
-    const int32_t push = Limits() ? 1 : 0;
+  BeginFrame(plan, facts, inputs, &recorder);
+  if (plan.runs.reproject) {
+    const int32_t push = plan.runs.limit_history ? 1 : 0;
     const HistoryImages& f = images_.fetched;
     recorder.Run(Shader::kShortenHistory, grid_,
                  {f.colour, f.moments, images_.wavelet[1], future.light, future.moments}, push);
   }
-  Accumulate(&recorder);
+  Accumulate(plan, &recorder);
   recorder.EndTimes();
-  progress_.has_history = settings_.temporal;
-  progress_.has_picture = false;
+  progress_ = plan.after;
   return recorder.status();
 }
 
-Status FramePipeline::Record(VkCommandBuffer commands, const FrameFacts& facts,
-                             const FrameInputs& inputs, FrameObserver* observer,
-                             const FutureImages* future) {
+Status FramePipeline::Record(VkCommandBuffer commands, const FramePlan& plan,
+                             const FrameFacts& facts, const FrameInputs& inputs,
+                             FrameObserver* observer, const FutureImages* future) {
   observer_ = observer;
   PassRecorder recorder(context_, pipelines_.get(), &sets_, timed_ ? &times_ : nullptr, commands);
-  BeginFrame(&recorder, facts, inputs, future != nullptr);
-  Accumulate(&recorder);
+  BeginFrame(plan, facts, inputs, &recorder);
+  Accumulate(plan, &recorder);
   known_ = images_.history;
-  if (future != nullptr) {
-    MergeFuture(&recorder, *future);
+  if (plan.runs.merge_future) {
+    MergeFuture(*future, &recorder);
   }
   Keep(&recorder, "accumulated", known_.colour);
   Keep(&recorder, "moments", known_.moments);
   KeepPicture(&recorder, "temporal", known_.colour);
   light_ = known_.colour;
-  if (settings_.wavelet != Wavelet::kOff) {
-    BeginFilter(&recorder);
-    RunLevels(&recorder);
+  if (plan.runs.wavelet) {
+    BeginFilter(plan, &recorder);
+    RunLevels(plan, &recorder);
     Keep(&recorder, "filtered", light_);
   }
-  KeepMirrors(&recorder, facts);
-  Compose(&recorder, light_);
-  Finish(&recorder);
-  if (facts.shows) {
+  if (plan.runs.keep_mirrors) {
+    KeepMirrors(&recorder);
+  }
+  Compose(light_, &recorder);
+  Finish(plan, &recorder);
+  if (plan.runs.tonemap) {
     recorder.Run(Shader::kTonemap, grid_, {images_.shown});
   }
   recorder.EndTimes();
-  progress_.has_history = settings_.temporal;
-  progress_.has_picture = AntialiasesInTime(settings_, progress_.jittered);
+  progress_ = plan.after;
   observer_ = nullptr;
   return recorder.status();
 }

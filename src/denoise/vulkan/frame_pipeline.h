@@ -7,6 +7,7 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -53,16 +54,19 @@ class FramePipeline {
   /// Records one frame, which must not have unknown guides but after PrepareFilling, or with
   /// `fills_guides`. Allocates nothing once inputs and history have come round to images seen
   /// before.
+  /// \param plan      made from progress()
   /// \param observer  or nullptr
-  /// \param future    light of this frame's future, or nullptr: the wavelet begins with it merged
+  /// \param future    light of this frame's future if the plan merges it: the wavelet begins with
+  /// it merged
   ///                  into the history, which itself stays free of it
-  Status Record(VkCommandBuffer commands, const FrameFacts& facts, const FrameInputs& inputs,
-                FrameObserver* observer, const FutureImages* future = nullptr);
+  Status Record(VkCommandBuffer commands, const FramePlan& plan, const FrameFacts& facts,
+                const FrameInputs& inputs, FrameObserver* observer,
+                const FutureImages* future = nullptr);
   /// Records a frame of a sequence that is played backward: its light is brought into the history,
   /// and no picture is made. Compiles a shader the first time.
   /// \param future  receives the light of this frame's future; stays as it is if there was no
   ///                history
-  Status RecordBackward(VkCommandBuffer commands, const FrameFacts& facts,
+  Status RecordBackward(VkCommandBuffer commands, const FramePlan& plan, const FrameFacts& facts,
                         const FrameInputs& inputs, const FutureImages& future);
 
   /// Whether settings need no other images.
@@ -78,16 +82,15 @@ class FramePipeline {
   /// Of the last recorded frame, once the device has run it.
   std::vector<gpu::DeviceTime> times() const { return times_.Read(); }
   const FrameImages& images() const { return images_; }
-  const std::vector<SignalGroup>& groups() const { return groups_; }
+  std::span<const SignalGroup> groups() const { return groups_; }
   const Shape& shape() const { return shape_; }
   /// nullptr if no frame had unknown guides.
   const FillGuidesPass* fill_guides() const { return fill_guides_.get(); }
   FillGuidesPass* fill_guides() { return fill_guides_.get(); }
-  bool has_history() const { return progress_.has_history; }
-  const Progress& progress() const { return progress_; }
+  const SequenceProgress& progress() const { return progress_; }
   /// Goes on from there with the next frame, with what then lies in the images: see
   /// saved_history.h.
-  void GoOnFrom(const Progress& progress) { progress_ = progress; }
+  void GoOnFrom(const SequenceProgress& progress) { progress_ = progress; }
   /// Brings all images to their layout, once, and clears the state.
   void PrepareImages(VkCommandBuffer commands);
   bool has_transmission() const { return transmission_; }
@@ -95,32 +98,30 @@ class FramePipeline {
  private:
   explicit FramePipeline(const gpu::DeviceContext* context);
   static FillGuidesPass::Options FillGuidesOptions(const PipelineOptions& options);
-  Status MakePipelines();
+  Status MakePipelines(const Settings& settings);
   Status MakeFillGuidesPass(const FillGuidesPass::Options& options);
   void UploadParameters(PassRecorder* recorder, const FrameParameters& parameters);
-  void UseInputs(const FrameFacts& facts, const FrameInputs& inputs, FrameParameters* parameters,
-                 PassRecorder* recorder);
-  void BeginFrame(PassRecorder* recorder, const FrameFacts& facts, const FrameInputs& inputs,
-                  bool with_future);
-  void GatherLight(PassRecorder* recorder);
+  void UseInputs(const FramePlan& plan, const FrameFacts& facts, const FrameInputs& inputs,
+                 FrameParameters* parameters, PassRecorder* recorder);
+  void BeginFrame(const FramePlan& plan, const FrameFacts& facts, const FrameInputs& inputs,
+                  PassRecorder* recorder);
+  void GatherLight(const FramePlan& plan, PassRecorder* recorder);
   void LimitHistory(PassRecorder* recorder);
-  bool Limits() const { return settings_.limit_history && progress_.has_history; }
-  void Accumulate(PassRecorder* recorder);
-  void MergeFuture(PassRecorder* recorder, const FutureImages& future);
-  void BeginFilter(PassRecorder* recorder);
-  void RunLevels(PassRecorder* recorder);
-  void KeepMirrors(PassRecorder* recorder, const FrameFacts& facts);
-  void Compose(PassRecorder* recorder, const gpu::Image* light);
-  void Finish(PassRecorder* recorder);
+  void Accumulate(const FramePlan& plan, PassRecorder* recorder);
+  void MergeFuture(const FutureImages& future, PassRecorder* recorder);
+  void BeginFilter(const FramePlan& plan, PassRecorder* recorder);
+  void RunLevels(const FramePlan& plan, PassRecorder* recorder);
+  void KeepMirrors(PassRecorder* recorder);
+  void Compose(const gpu::Image* light, PassRecorder* recorder);
+  void Finish(const FramePlan& plan, PassRecorder* recorder);
   void Keep(PassRecorder* recorder, std::string_view name, const gpu::Image* image);
   void KeepPicture(PassRecorder* recorder, std::string_view name, const gpu::Image* light);
-  std::array<uint32_t, 3> AtrousConstants(int weights, int radius) const;
+  std::array<uint32_t, 3> AtrousConstants(const AtrousLevel& level) const;
 
   const gpu::DeviceContext* context_;
-  Settings settings_;
   bool timed_ = true;
   Shape shape_;
-  std::vector<SignalGroup> groups_;
+  std::span<const SignalGroup> groups_;
   bool transmission_ = false;
   Groups grid_;
   gpu::Arena arena_;
@@ -129,13 +130,12 @@ class FramePipeline {
   std::unique_ptr<Pipelines> pipelines_;
   FrameImages images_;
   std::unique_ptr<FillGuidesPass> fill_guides_;
-  Progress progress_;
+  SequenceProgress progress_;
   bool prepared_ = false;
 
   // The frame in progress.
   FrameObserver* observer_ = nullptr;
   HistoryImages known_;  ///< what the wavelet begins with: the history, maybe with the future
-  bool feeds_back_ = false;
   const gpu::Image* light_ = nullptr;  ///< what the next level reads, or the result
 };
 

@@ -2,12 +2,25 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // What all compute shaders of the denoiser know: the parameters of the frame, and what the device
-// keeps from frame to frame. C++ and GLSL see the same bytes: members are ints, floats and uints
-// alone, which every layout packs alike.
+// keeps from frame to frame. C++ and GLSL see the same bytes: members are ints, floats, uints and
+// blocks of such (SHARED_BLOCK).
 #ifndef STILLRAY_DENOISE_VULKAN_FRAME_SHARED_H
 #define STILLRAY_DENOISE_VULKAN_FRAME_SHARED_H
 
+#include "denoise/stages/accumulate_shared.h"
+#include "denoise/stages/antialias_shared.h"
+#include "denoise/stages/atrous_shared.h"
+#include "denoise/stages/demodulate_shared.h"
+#include "denoise/stages/estimate_variance_shared.h"
+#include "denoise/stages/fxaa_shared.h"
+#include "denoise/stages/keep_mirrors_shared.h"
+#include "denoise/stages/limit_history_shared.h"
+#include "denoise/stages/prefilter_variance_shared.h"
+#include "denoise/stages/reproject_shared.h"
+#include "denoise/stages/tonemap_shared.h"
+
 #ifdef __cplusplus
+#include <cstddef>
 #include <cstdint>
 
 namespace stillray::vulkan {
@@ -37,10 +50,7 @@ layout(set = 0, binding = 26, std140) uniform FrameParameters {
   int has_id;
   int has_emission;
   int has_background;
-  int rec601;
-  int firefly;         // 0 off, 1 clamp, 2 compress
   int measure_stride;  // every so many pixels are measured
-  uint frame;
   // What is remembered.
   int has_history;
   int has_picture;
@@ -54,58 +64,28 @@ layout(set = 0, binding = 26, std140) uniform FrameParameters {
   uint ghost_stamp;   // marks the held guides that this frame rejects
   float shift_x;      // rounding offset of the places of held guides
   float shift_y;
-  // reproject, accumulate, limit_history
-  float depth_tolerance;
-  float min_cosine;
-  int test_id;
-  int search;
-  float alpha_min;
-  float alpha_moments;
-  int constant_weight;
-  int max_history;
-  float dead;
-  float gain;
-  // estimate_variance
-  int estimate;  // 0: the wavelet wants no variance
-  int of_mean;
-  int spatial;
-  float short_length;
-  float least_evidence;
-  float boost;
-  // prefilter_variance
-  int smooth_variance;
-  int square_root;
-  float sigma_l;
-  float luminance_epsilon;
-  float unbounded_below;
-  // atrous
-  float sigma_n;
-  int plane;
-  float sigma_z;
-  float plane_tolerance;
-  float depth_epsilon;
-  float max_slope;
-  int wavelet_id;
-  float noise_ratio;
-  float eaw_sigma_l;
-  float eaw_sigma_n;
-  float eaw_sigma_z;
-  int grows;  // what a level fills is a tap of the next
-  // keep_mirrors
-  int mirror_signals;  // bit s: signal s is mirrored or refracted light
-  float mirror_roughness;
-  // antialias, fxaa, tonemap
-  float taa_alpha;
-  int weigh_by_length;
-  int fxaa_by_length;
-  float display_scale;
-  int curve;
-  float dither;
-  int colour_is_half;  // which output image is given
-  int shows;           // a display image is given
+  int estimates_variance;  // 0: the wavelet reads no variance
+  int colour_is_half;      // which output image is given
+  int shows;               // a display image is given
+  DemodulateParameters demodulate;
+  ReprojectParameters reproject;
+  LimitHistoryParameters limit_history;
+  AccumulateParameters accumulate;
+  EstimateVarianceParameters estimate_variance;
+  PrefilterVarianceParameters prefilter_variance;
+  AtrousParameters atrous;
+  KeepMirrorsParameters keep_mirrors;
+  FxaaParameters fxaa;
+  AntialiasParameters antialias;
+  TonemapParameters tonemap;
 };
 
 #ifdef __cplusplus
+static_assert(sizeof(EdgeStopping) == 32 && sizeof(AtrousParameters) == 64 &&
+                  sizeof(EstimateVarianceParameters) == 64 && sizeof(LimitHistoryParameters) == 16,
+              "blocks fill multiples of 16 bytes, as in GLSL");
+static_assert(offsetof(FrameParameters, demodulate) % 16 == 0);
+
 struct FrameState {
 #else
 layout(set = 0, binding = 27, std430) buffer FrameState {

@@ -8,14 +8,9 @@
 #include <cstring>
 
 #include "core/parallel.h"
-#include "denoise/filter_parameters.h"
 
 namespace stillray::vulkan {
 namespace {
-
-std::array<const Image3*, 3> AlbedosOf(const Guides& g) {
-  return {&g.albedo, &g.specular_albedo, &g.transmission_albedo};
-}
 
 VkBufferImageCopy WholeImage(VkDeviceSize offset, int width, int height) {
   VkBufferImageCopy region = {};
@@ -26,27 +21,6 @@ VkBufferImageCopy WholeImage(VkDeviceSize offset, int width, int height) {
 }
 
 }  // namespace
-
-FrameFacts FactsOf(const Frame& f) {
-  FrameFacts facts;
-  facts.index = f.index;
-  facts.jittered = IsJittered(f.jitter_x, f.jitter_y);
-  for (const Signal& signal : f.signals) {
-    const uint32_t bit = 1u << static_cast<uint32_t>(signal.kind);
-    facts.lights |= bit;
-    facts.second_moments |= signal.second_moment.empty() ? 0u : bit;
-  }
-  const auto albedos = AlbedosOf(f.guides);
-  for (size_t i = 0; i < albedos.size(); ++i) {
-    facts.albedos |= albedos[i]->empty() ? 0u : 1u << i;
-  }
-  facts.has_samples = !f.samples.empty();
-  facts.has_id = !f.guides.id.empty();
-  facts.has_emission = !f.emission.empty();
-  facts.has_background = !f.background.empty();
-  facts.has_roughness = !f.guides.roughness.empty();
-  return facts;
-}
 
 Status FrameUpload::Add(VkFormat format, int channels, Entry* entry, ImageRef* input) {
   Result<const gpu::Image*> image = arena_.AddImage(format, width_, height_, 0);

@@ -15,8 +15,6 @@
 
 namespace stillray::vulkan {
 
-FrameFacts FactsOf(const Frame& frame);
-
 /// Images on the device for everything that a frame has, and the memory through which it goes.
 class FrameUpload {
  public:

@@ -79,7 +79,7 @@ void main() {
     return;
   }
   float samples = max(texelFetch(moments, ivec3(p, 0), 0).z, 0.0f);
-  float strength = fxaa_by_length != 0 ? FxaaStrength(samples) : 1.0f;
+  float strength = fxaa.fxaa_sparse != 0 ? FxaaStrength(samples) : 1.0f;
   vec4 own = texelFetch(picture, p, 0);
   if (strength > 0.0f) {
     Step found = FindStep(p.x, p.y);

@@ -12,7 +12,6 @@
 
 #include "core/parallel.h"
 #include "denoise/fill_guides/fill_guides.h"
-#include "denoise/filter_parameters.h"
 #include "denoise/frame_check.h"
 #include "denoise/signal_groups.h"
 #include "denoise/stage_timer.h"
@@ -27,24 +26,7 @@
 namespace stillray::vulkan {
 namespace {
 
-/// Samples per pixel of a frame.
-float SamplesPerPixel(const Frame& frame) {
-  if (frame.samples.empty()) {
-    return 1;
-  }
-  double total = 0;
-  for (int y = 0; y < frame.height; ++y) {
-    const float* row = frame.samples.Row(y);
-    double sum = 0;
-    for (int x = 0; x < frame.width; ++x) {
-      sum += row[x] > 0 && std::isfinite(row[x]) ? static_cast<double>(row[x]) : 0.0;
-    }
-    total += sum;
-  }
-  return static_cast<float>(total / (static_cast<double>(frame.width) * frame.height));
-}
-
-class HostDenoiser : public DeviceDenoiser {
+class HostDenoiser : public DenoiserBackend {
  public:
   HostDenoiser(std::shared_ptr<gpu::Device> device, const Settings& settings, Storage storage)
       : device_(std::move(device)), settings_(settings), storage_(storage), pictures_(device_) {}
@@ -67,7 +49,7 @@ class HostDenoiser : public DeviceDenoiser {
 
  private:
   Result<FrameFacts> Take(const Frame& frame);
-  MotionUse UseOfMotion(const Frame& frame, bool jittered) const;
+  SequenceProgress ProgressFor(const Frame& frame) const;
   Result<FrameFacts> TakeHere(const Frame& frame, const gpu::DeviceFrame& pixels);
   Status PreparePipeline(int width, int height, bool transmission);
   Status PrepareFuture(const Frame& frame);
@@ -77,9 +59,9 @@ class HostDenoiser : public DeviceDenoiser {
   Status PrepareDownload(const Frame& frame);
   void ChooseResults(const Frame& frame);
   Status MakeStateBuffer();
-  Status Run(const FrameFacts& facts, const FutureImages* future);
-  Status RunBackward(const FrameFacts& facts);
-  Status ReadResults(bool had_history, DenoisedFrame* out);
+  Status Run(const FramePlan& plan, const FrameFacts& facts);
+  Status RunBackward(const FramePlan& plan, const FrameFacts& facts);
+  Status ReadResults(const FramePlan& plan, DenoisedFrame* out);
 
   std::shared_ptr<gpu::Device> device_;
   Settings settings_;
@@ -101,6 +83,7 @@ class HostDenoiser : public DeviceDenoiser {
   OddValues odd_;                           ///< about its values
   Frame from_elsewhere_;                    ///< a frame of another device, on the host
   std::unique_ptr<FutureExchange> future_;  ///< nullptr until there is a future
+  std::vector<double> row_sums_;
 };
 
 /// Brings a frame to where the device reads it.
@@ -113,11 +96,11 @@ Result<FrameFacts> HostDenoiser::Take(const Frame& frame) {
   const Frame& f = **host;
   FrameFacts facts = FactsOf(f);
   facts.has_roughness = facts.has_roughness && settings_.mirror_roughness > 0;
-  const MotionUse use = UseOfMotion(f, facts.jittered);
+  const MotionUse use = UseOfMotion(settings_, facts.jittered, ProgressFor(f));
   STILLRAY_RETURN_IF_ERROR(CheckFrame(f, settings_, use));
   odd_ = FindOddValues(f, use);
-  facts.fills_guides = settings_.fill_guides && HasIncompleteGuides(f);
-  facts.samples_per_pixel = SamplesPerPixel(f);
+  facts.has_incomplete_guides = settings_.fill_guides && HasIncompleteGuides(f);
+  facts.samples_per_pixel = SamplesPerPixel(f, &row_sums_);
   STILLRAY_RETURN_IF_ERROR(PrepareWork(f, facts));
   STILLRAY_RETURN_IF_ERROR(PrepareUpload(f, facts));
   STILLRAY_RETURN_IF_ERROR(upload_->Write(f));
@@ -125,14 +108,11 @@ Result<FrameFacts> HostDenoiser::Take(const Frame& frame) {
   return facts;
 }
 
-/// What follows the motion of this frame.
-MotionUse HostDenoiser::UseOfMotion(const Frame& f, bool jittered) const {
-  if (pipeline_ == nullptr || !pipeline_->Fits(settings_, f.width, f.height, HasTransmission(f))) {
-    return {};
-  }
-  const Progress& progress = pipeline_->progress();
-  return {settings_.temporal && progress.has_history,
-          progress.has_picture && AntialiasesInTime(settings_, jittered || progress.jittered)};
+/// Of the sequence that a frame continues; of a new one if its history does not fit.
+SequenceProgress HostDenoiser::ProgressFor(const Frame& f) const {
+  const bool fits =
+      pipeline_ != nullptr && pipeline_->Fits(settings_, f.width, f.height, HasTransmission(f));
+  return fits ? pipeline_->progress() : SequenceProgress();
 }
 
 /// A frame that is on the device already.
@@ -145,7 +125,7 @@ Result<FrameFacts> HostDenoiser::TakeHere(const Frame& frame, const gpu::DeviceF
                     frame.width, frame.height, shape.width, shape.height));
   }
   FrameFacts facts = FactsOf(frame, pixels);
-  facts.fills_guides = facts.fills_guides && settings_.fill_guides;
+  facts.has_incomplete_guides = facts.has_incomplete_guides && settings_.fill_guides;
   STILLRAY_RETURN_IF_ERROR(PrepareWork(frame, facts));
   if (seen_.Add(frame.on_device) || upload_ != nullptr) {
     STILLRAY_RETURN_IF_ERROR(pipeline_->ForgetInputs());
@@ -254,8 +234,7 @@ Status HostDenoiser::MakeStateBuffer() {
   return Status::Ok();
 }
 
-/// \param future  light of the frame's future, in memory that the device sees, or nullptr
-Status HostDenoiser::Run(const FrameFacts& facts, const FutureImages* future) {
+Status HostDenoiser::Run(const FramePlan& plan, const FrameFacts& facts) {
   const gpu::DeviceFunctions& vk = device_->context().vk;
   const gpu::Turn lock = device_->Lock();
   const Result<VkCommandBuffer> begun = device_->Begin();
@@ -264,7 +243,7 @@ Status HostDenoiser::Run(const FrameFacts& facts, const FutureImages* future) {
   if (upload_ != nullptr) {
     upload_->Record(commands);
   }
-  if (future != nullptr) {
+  if (plan.runs.merge_future) {
     future_->Prepare(commands);
     future_->RecordUpload(commands);
   }
@@ -272,7 +251,8 @@ Status HostDenoiser::Run(const FrameFacts& facts, const FutureImages* future) {
   FrameInputs images = inputs_;
   download_->ShowTo(&images);
   reader_->BeginFrame();
-  STILLRAY_RETURN_IF_ERROR(pipeline_->Record(commands, facts, images, reader_.get(), future));
+  const FutureImages* future = plan.runs.merge_future ? &future_->images() : nullptr;
+  STILLRAY_RETURN_IF_ERROR(pipeline_->Record(commands, plan, facts, images, reader_.get(), future));
   const auto barrier = [&](VkPipelineStageFlags from, VkAccessFlags written,
                            VkPipelineStageFlags to, VkAccessFlags read) {
     VkMemoryBarrier memory = {};
@@ -296,7 +276,7 @@ Status HostDenoiser::Run(const FrameFacts& facts, const FutureImages* future) {
 }
 
 /// A frame of a sequence that is played backward.
-Status HostDenoiser::RunBackward(const FrameFacts& facts) {
+Status HostDenoiser::RunBackward(const FramePlan& plan, const FrameFacts& facts) {
   const gpu::Turn lock = device_->Lock();
   const Result<VkCommandBuffer> commands = device_->Begin();
   STILLRAY_RETURN_IF_ERROR(commands.status());
@@ -304,12 +284,13 @@ Status HostDenoiser::RunBackward(const FrameFacts& facts) {
     upload_->Record(*commands);
   }
   future_->Prepare(*commands);
-  STILLRAY_RETURN_IF_ERROR(pipeline_->RecordBackward(*commands, facts, inputs_, future_->images()));
+  STILLRAY_RETURN_IF_ERROR(
+      pipeline_->RecordBackward(*commands, plan, facts, inputs_, future_->images()));
   future_->RecordDownload(*commands);
   return device_->Run();
 }
 
-Status HostDenoiser::ReadResults(bool had_history, DenoisedFrame* out) {
+Status HostDenoiser::ReadResults(const FramePlan& plan, DenoisedFrame* out) {
   STILLRAY_RETURN_IF_ERROR(state_memory_->Invalidate());
   FrameState state;
   std::memcpy(&state, state_->mapped, sizeof(state));
@@ -320,7 +301,7 @@ Status HostDenoiser::ReadResults(bool had_history, DenoisedFrame* out) {
   for (const gpu::DeviceTime& time : pipeline_->times()) {
     out->timings.push_back({time.name, time.milliseconds});
   }
-  STILLRAY_RETURN_IF_ERROR(reader_->Read(*pipeline_, state, settings_, had_history, &out->images));
+  STILLRAY_RETURN_IF_ERROR(reader_->Read(*pipeline_, state, plan, &out->images));
   out->shared = std::exchange(shared_, nullptr);
   return download_->Read(results_, out);
 }
@@ -362,19 +343,19 @@ Status HostDenoiser::Denoise(const Frame& frame, std::span<const SignalHistory> 
       STILLRAY_RETURN_IF_ERROR(future_->Write(future));
     }
   }
-  facts->shows = results_.display || results_.shared;
-  const bool had_history = pipeline_->has_history() && settings_.temporal;
+  facts->is_displayed = results_.display || results_.shared;
+  facts->has_future = !future.empty();
+  const FramePlan plan = MakePlan(settings_, *facts, pipeline_->progress());
   has_result_ = false;
-  STILLRAY_RETURN_IF_ERROR(Run(*facts, future.empty() ? nullptr : &future_->images()));
+  STILLRAY_RETURN_IF_ERROR(Run(plan, *facts));
   has_result_ = true;
-  return ReadResults(had_history, out);
+  return ReadResults(plan, out);
 }
 
 Status HostDenoiser::SetSettings(const Settings& settings) {
-  STILLRAY_RETURN_IF_ERROR(ValidateSettings(settings));
-  const bool regroup = NeedsNewHistory(settings_, settings);
+  const bool begins_anew = NeedsNewHistory(settings_, settings);
   settings_ = settings;
-  if (regroup) {
+  if (begins_anew) {
     Reset();
   }
   reader_.reset();
@@ -386,13 +367,14 @@ Status HostDenoiser::SetSettings(const Settings& settings) {
 }
 
 Status HostDenoiser::Accumulate(const Frame& frame, std::vector<SignalHistory>* future) {
-  const Result<FrameFacts> facts = Take(frame);
+  Result<FrameFacts> facts = Take(frame);
   STILLRAY_RETURN_IF_ERROR(facts.status());
   STILLRAY_RETURN_IF_ERROR(PrepareFuture(frame));
-  const bool had_history = pipeline_->has_history() && settings_.temporal;
+  facts->is_backward = true;
+  const FramePlan plan = MakePlan(settings_, *facts, pipeline_->progress());
   has_result_ = false;
-  STILLRAY_RETURN_IF_ERROR(RunBackward(*facts));
-  if (had_history) {
+  STILLRAY_RETURN_IF_ERROR(RunBackward(plan, *facts));
+  if (plan.runs.reproject) {
     return future_->Read(future);
   }
   const auto signals = static_cast<size_t>(pipeline_->shape().signals);
@@ -445,9 +427,9 @@ Status HostDenoiser::RestoreHistory(std::span<const uint8_t> bytes) {
 
 }  // namespace
 
-Result<std::unique_ptr<DeviceDenoiser>> VulkanBackend::CreateDenoiser(const Settings& settings,
-                                                                      DevicePrecision precision) {
-  return std::unique_ptr<DeviceDenoiser>(std::make_unique<HostDenoiser>(
+Result<std::unique_ptr<DenoiserBackend>> VulkanBackend::CreateDenoiser(const Settings& settings,
+                                                                       DevicePrecision precision) {
+  return std::unique_ptr<DenoiserBackend>(std::make_unique<HostDenoiser>(
       device_, settings, precision == DevicePrecision::kFloat ? Storage::kFloat : Storage::kHalf));
 }
 

@@ -6,7 +6,7 @@
 
 #include <memory>
 
-#include "denoise/device_denoiser.h"
+#include "denoise/backend.h"
 #include "gpu/device.h"
 
 namespace stillray::vulkan {
@@ -14,8 +14,8 @@ namespace stillray::vulkan {
 class VulkanBackend : public DeviceBackend {
  public:
   explicit VulkanBackend(std::shared_ptr<gpu::Device> device) : device_(std::move(device)) {}
-  Result<std::unique_ptr<DeviceDenoiser>> CreateDenoiser(const Settings& settings,
-                                                         DevicePrecision precision) override;
+  Result<std::unique_ptr<DenoiserBackend>> CreateDenoiser(const Settings& settings,
+                                                          DevicePrecision precision) override;
   const std::shared_ptr<gpu::Device>& device() const { return device_; }
 
  private:

@@ -9,7 +9,8 @@ const float kSingleScale = 65536.0f;
 float MostLength(vec4 m, vec4 compared_light) {
   return IsPresent(compared_light.w)
              ? LimitedLength(m.z, m.w, compared_light.x, VarianceOf(compared_light.w),
-                             compared_light.z / kSingleScale, dead, gain)
+                             compared_light.z / kSingleScale, limit_history.limit_dead,
+                             limit_history.limit_gain)
              : m.z;
 }
 

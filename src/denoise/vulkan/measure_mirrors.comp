@@ -19,7 +19,7 @@ const float kSquareScale = 64.0f;
 bool IsMirrorAt(ivec2 p, int s) {
   return Inside(p) && IsMirror(uintBitsToFloat(texelFetch(surface_image, p, 0).x),
                                texelFetch(noisy, ivec3(p, s), 0).w,
-                               texelFetch(roughness_image, p, 0).x, mirror_roughness);
+                               texelFetch(roughness_image, p, 0).x, keep_mirrors.mirror_roughness);
 }
 
 float NoiseScale(ivec2 p) {
@@ -53,7 +53,7 @@ void main() {
   for (int s = 0; s < signals; ++s) {
     ivec3 at = ivec3(p, s);
     vec4 measured = vec4(0.0f, 0.0f, 0.0f, PackDeviation(0.0f, false));
-    if ((mirror_signals >> s & 1) != 0 && IsMirrorAt(p, s)) {
+    if ((keep_mirrors.mirror_signals >> s & 1) != 0 && IsMirrorAt(p, s)) {
       float d = texelFetch(noisy, at, 0).x - texelFetch(light, at, 0).x;
       vec2 squares = kSquareScale * vec2(d * d, NoiseAt(p, s));
       squares /= max(1.0f, max(squares.x, squares.y) / kMostLight);  // their ratio is what counts

@@ -75,7 +75,8 @@ vec3 Demodulate(vec3 radiance, vec3 albedo) {
 }
 
 float Luminance(vec3 c) {
-  return rec601 != 0 ? Luminance601(c.x, c.y, c.z) : Luminance709(c.x, c.y, c.z);
+  return demodulate.luminance_rec601 != 0 ? Luminance601(c.x, c.y, c.z)
+                                          : Luminance709(c.x, c.y, c.z);
 }
 
 struct NewLight {
@@ -106,7 +107,7 @@ NewLight LoadNewLight(int signal, ivec2 p, float limit) {
   bool usable = finite && !negative && given > 0.0f && IsFinite(given);
   float l = Luminance(colour);
   NewLight result;
-  float scale = firefly == 2 ? CompressScale(l) : 1.0f;
+  float scale = demodulate.firefly == 2 ? CompressScale(l) : 1.0f;
   result.colour = usable ? scale * vec3(l, colour.x, colour.z) : vec3(0.0f);
   result.samples = usable ? given : 0.0f;
   result.non_finite = given > 0.0f && !finite;

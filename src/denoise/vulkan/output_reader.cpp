@@ -154,9 +154,9 @@ void OutputReader::ReadDisocclusion(bool had_history, NamedImage* out) const {
 }
 
 void OutputReader::ReadSignal(const std::string& kind, int signal, const FrameState& state,
-                              const Settings& s, bool had_history, NamedImage* out) const {
+                              const FramePlan& plan, NamedImage* out) const {
   const float exposure = state.exposure[signal];
-  const bool rec601 = s.luminance == LuminanceWeights::kRec601;
+  const bool rec601 = plan.demodulate.luminance_rec601 != 0;
   const auto add = [&](const auto& value) {
     Image1 plane(shape_.width, shape_.height);
     for (int y = 0; y < shape_.height; ++y) {
@@ -191,11 +191,11 @@ void OutputReader::ReadSignal(const std::string& kind, int signal, const FrameSt
     add([&](int x, int y) {
       const float length = std::max(load("fetched", 2, x, y), 0.0f);
       const float deviation = load("compared", 3, x, y);
-      return deviation < 0 || !had_history
+      return deviation < 0 || !plan.runs.reproject
                  ? length
                  : LimitedLength(length, load("fetched", 3, x, y), load("compared", 0, x, y),
                                  Variance(deviation), load("compared", 2, x, y) / kSingleScale,
-                                 s.limit_dead, s.limit_gain);
+                                 plan.limit_history.limit_dead, plan.limit_history.limit_gain);
     });
   } else {
     const char* name = kind.c_str();
@@ -211,10 +211,10 @@ void OutputReader::ReadSignal(const std::string& kind, int signal, const FrameSt
 }
 
 Status OutputReader::Read(const FramePipeline& pipeline, const FrameState& state,
-                          const Settings& settings, bool had_history,
-                          std::vector<NamedImage>* images) const {
+                          const FramePlan& plan, std::vector<NamedImage>* images) const {
   STILLRAY_RETURN_IF_ERROR(arena_.Invalidate());
-  const std::vector<SignalGroup>& groups = pipeline.groups();
+  const bool had_history = plan.runs.reproject;
+  const std::span<const SignalGroup> groups = pipeline.groups();
   for (const std::string& name : names_) {
     const std::string kind = name.substr(0, name.find('.'));
     bool complete = true;
@@ -233,7 +233,7 @@ Status OutputReader::Read(const FramePipeline& pipeline, const FrameState& state
     }
     for (size_t i = 0; i < groups.size() && image.channels.empty(); ++i) {
       if (name == kind + "." + groups[i].name) {
-        ReadSignal(kind, static_cast<int>(i), state, settings, had_history, &image);
+        ReadSignal(kind, static_cast<int>(i), state, plan, &image);
       }
     }
     if (!image.channels.empty()) {

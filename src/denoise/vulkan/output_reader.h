@@ -28,9 +28,8 @@ class OutputReader : public FrameObserver {
   /// Copies what is left to copy at the end of a frame.
   void Finish(VkCommandBuffer commands, const FramePipeline& pipeline);
   /// Makes the outputs once the device has run the frame.
-  /// \param had_history  before this frame
-  Status Read(const FramePipeline& pipeline, const FrameState& state, const Settings& settings,
-              bool had_history, std::vector<NamedImage>* images) const;
+  Status Read(const FramePipeline& pipeline, const FrameState& state, const FramePlan& plan,
+              std::vector<NamedImage>* images) const;
   const std::vector<std::string>& names() const { return names_; }
 
  private:
@@ -43,8 +42,8 @@ class OutputReader : public FrameObserver {
   /// Channel of an image at a pixel.
   float Load(const std::string& name, int layer, int channel, int x, int y) const;
   void ReadPicture(const std::string& name, const FrameState& state, NamedImage* out) const;
-  void ReadSignal(const std::string& kind, int signal, const FrameState& state, const Settings& s,
-                  bool had_history, NamedImage* out) const;
+  void ReadSignal(const std::string& kind, int signal, const FrameState& state,
+                  const FramePlan& plan, NamedImage* out) const;
   void ReadDisocclusion(bool had_history, NamedImage* out) const;
 
   const gpu::DeviceContext* context_;

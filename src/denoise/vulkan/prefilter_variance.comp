@@ -17,7 +17,7 @@ void main() {
   if (!Inside(p)) {
     return;
   }
-  int radius = smooth_variance != 0 ? 1 : 0;
+  int radius = prefilter_variance.prefilter_variance != 0 ? 1 : 0;
   for (int s = 0; s < signals; ++s) {
     vec4 own = texelFetch(light, ivec3(p, s), 0);
     float sum = 0.0f;
@@ -32,12 +32,15 @@ void main() {
         sum_weight += w;
       }
     }
-    bool bounded =
-        IsPresent(own.w) && max(texelFetch(moments, ivec3(p, s), 0).z, 0.0f) >= unbounded_below;
+    bool bounded = IsPresent(own.w) && max(texelFetch(moments, ivec3(p, s), 0).z, 0.0f) >=
+                                           prefilter_variance.short_history_blur;
     float smoothed = sum / max(sum_weight, 1.0f);
     // Without exposure, since PSVGF's variance in place of a deviation depends on it.
-    float spread = square_root != 0 ? sqrt(smoothed) : smoothed / exposure[s];
-    float stop = bounded ? LuminanceStop(own.x, spread, sigma_l, luminance_epsilon) : 0.0f;
+    float spread =
+        prefilter_variance.luminance_scale_deviation != 0 ? sqrt(smoothed) : smoothed / exposure[s];
+    float stop = bounded ? LuminanceStop(own.x, spread, prefilter_variance.sigma_l,
+                                         prefilter_variance.luminance_epsilon)
+                         : 0.0f;
     imageStore(stop_out, ivec3(p, s), vec4(PackStop(stop)));
   }
 }

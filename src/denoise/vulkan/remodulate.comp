@@ -16,10 +16,12 @@ layout(push_constant) uniform Push {
 
 vec3 Radiance(int s, ivec2 p) {
   vec3 c = texelFetch(light, ivec3(p, s), 0).xyz / exposure[s];
-  if (firefly == 2) {
+  if (demodulate.firefly == 2) {
     c *= ExpandScale(c.x);
   }
-  vec3 rgb = vec3(c.y, rec601 != 0 ? Green601(c.x, c.y, c.z) : Green709(c.x, c.y, c.z), c.z);
+  vec3 rgb = vec3(
+      c.y, demodulate.luminance_rec601 != 0 ? Green601(c.x, c.y, c.z) : Green709(c.x, c.y, c.z),
+      c.z);
   if (AlbedosOf(s) != 0) {
     vec3 factor = AlbedoSum(s, p);
     for (int c = 0; c < 3; ++c) {

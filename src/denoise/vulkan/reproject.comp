@@ -39,7 +39,8 @@ bool TapMatches(Surface s, Detail d, vec2 place, ivec2 q) {
   vec2 offset = vec2(q) - place;
   float expected = s.inverse_depth + d.gradient.x * offset.x + d.gradient.y * offset.y;
   return IsSameSurface(expected, before.inverse_depth, d.gradient, dot(s.normal, before.normal),
-                       d.id, id_before, depth_tolerance, min_cosine, test_id != 0);
+                       d.id, id_before, reproject.history_depth, reproject.history_normal_cosine,
+                       reproject.history_id != 0);
 }
 
 Taps FindTaps(ivec2 p) {
@@ -81,7 +82,7 @@ Taps FindTaps(ivec2 p) {
   for (int i = 0; i < 5; ++i) {
     taps.weight[i] = 0.0f;
   }
-  if (search != 0) {
+  if (reproject.history_search != 0) {
     taps.origin = ivec2(floor(place + 0.5f)) - 1;
     for (int i = 0; i < 9; ++i) {
       bool matches = TapMatches(s, d, place, taps.origin + ivec2(i % 3, i / 3));

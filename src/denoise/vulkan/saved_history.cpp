@@ -12,7 +12,7 @@
 
 #include "core/check.h"
 #include "core/checksum.h"
-#include "denoise/history_bytes.h"
+#include "denoise/cpu/history_bytes.h"
 
 namespace stillray::vulkan {
 namespace {
@@ -95,7 +95,7 @@ size_t TexelBytesOf(const Header& h) {
 
 /// The images of a pipeline that the next frame reads, in the order of the bytes.
 std::vector<const gpu::Image*> RememberedImages(const FramePipeline& pipeline,
-                                                const Progress& progress,
+                                                const SequenceProgress& progress,
                                                 const FillGuidesPass::Kinds& held) {
   std::vector<const gpu::Image*> images;
   const auto keep = [&](bool wanted, const gpu::Image* image) {
@@ -126,7 +126,7 @@ std::vector<const gpu::Image*> RememberedImages(const FramePipeline& pipeline,
 
 Header HeaderOf(const FramePipeline& pipeline, const FillGuidesPass::Kinds& held) {
   const Shape& shape = pipeline.shape();
-  const Progress& progress = pipeline.progress();
+  const SequenceProgress& progress = pipeline.progress();
   const auto flag = [](bool is_set, Flag bit) { return is_set ? uint32_t{bit} : 0u; };
   Header h;
   h.width = shape.width;
@@ -242,7 +242,7 @@ void WriteHeader(Header header, std::vector<uint8_t>* bytes) {
 /// What makes room for guides of these kinds.
 FrameFacts FactsOf(const FillGuidesPass::Kinds& held) {
   FrameFacts facts;
-  facts.fills_guides = held.any;
+  facts.has_incomplete_guides = held.any;
   facts.has_id = held.id;
   facts.albedos = held.colours & kAlbedoColours;
   facts.has_emission = (held.colours & 8u) != 0;

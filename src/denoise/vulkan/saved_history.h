@@ -19,7 +19,7 @@ struct SavedHistory {
   int width = 0;
   int height = 0;
   bool transmission = false;
-  Progress progress;
+  SequenceProgress progress;
   FillGuidesPass::Kinds held;
   std::span<const uint8_t> state_and_texels;  ///< of the bytes that were read
 };

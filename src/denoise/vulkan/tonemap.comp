@@ -17,10 +17,12 @@ void main() {
   vec3 c = texelFetch(picture, p, 0).xyz / picture_exposure;
   vec4 display = vec4(1.0f);
   for (int i = 0; i < 3; ++i) {
-    float exposed = c[i] * display_scale;
+    float exposed = c[i] * tonemap.exposure_scale;
     float light = exposed > 0.0f ? min(exposed, kBrightestLight) : 0.0f;
-    float noise = dither > 0.0f ? dither * DitherNoise(uint(p.x), uint(p.y), uint(i), frame) : 0.0f;
-    display[i] = floor(DisplayStep(SrgbEncode(ToneCurve(light, curve)), noise)) / 255.0f;
+    float noise = tonemap.dither > 0.0f
+                      ? tonemap.dither * DitherNoise(uint(p.x), uint(p.y), uint(i), tonemap.frame)
+                      : 0.0f;
+    display[i] = floor(DisplayStep(SrgbEncode(ToneCurve(light, tonemap.tonemap)), noise)) / 255.0f;
   }
   imageStore(display_image, p, display);
 }

@@ -8,13 +8,11 @@
 
 #include <fmt/format.h>
 
-#include "denoise/filter_parameters.h"
 #include "denoise/vulkan/frame_pipeline.h"
 
 namespace stillray {
 namespace {
 
-using vulkan::FrameFacts;
 using vulkan::FrameInputs;
 using vulkan::ImageRef;
 
@@ -43,8 +41,7 @@ FrameFacts FactsOf(const VulkanFrame& frame) {
   facts.has_background = IsGiven(frame.background);
   facts.has_roughness = IsGiven(frame.roughness);
   facts.samples_per_pixel = frame.samples_per_pixel;
-  facts.colour_is_half = frame.colour_is_half;
-  facts.shows = IsGiven(frame.display);
+  facts.is_displayed = IsGiven(frame.display);
   return facts;
 }
 
@@ -205,8 +202,9 @@ Status VulkanDenoiser::Record(VkCommandBuffer commands, const VulkanFrame& frame
   const bool jittered = facts.jittered || impl_->pipeline->progress().jittered;
   STILLRAY_RETURN_IF_ERROR(CheckFrame(frame, impl_->settings, impl_->pipeline->has_transmission(),
                                       impl_->FillsGuides(), jittered));
-  facts.fills_guides = impl_->FillsGuides();
-  return impl_->pipeline->Record(commands, facts, InputsOf(frame), nullptr);
+  facts.has_incomplete_guides = impl_->FillsGuides();
+  const FramePlan plan = MakePlan(impl_->settings, facts, impl_->pipeline->progress());
+  return impl_->pipeline->Record(commands, plan, facts, InputsOf(frame), nullptr);
 }
 
 Status VulkanDenoiser::SetSettings(const Settings& settings) {

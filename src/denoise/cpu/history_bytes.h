@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "denoise/denoiser_state.h"
+#include "denoise/cpu/history.h"
 #include "stillray/denoise.hpp"
 #include "stillray/status.h"
 
@@ -18,17 +18,11 @@ inline constexpr char kHistoryMagic[8] = {'s', 't', 'i', 'l', 'l', 'r', 'a', 'y'
 inline constexpr char kDeviceHistoryMagic[8] = {'s', 't', 'i', 'l', 'l', 'g', 'p', 'u'};
 inline constexpr uint32_t kHistoryByteOrder = 0x01020304;
 
-/// What histories may hold beside colour and moments.
-struct HistoryKinds {
-  bool compressed = false;  ///< limit_history is on
-  bool behind = false;      ///< feedback is blended in
-};
-
 /// What settings keep.
 struct KeptHistory {
   size_t least = 1;  ///< signals of frames without transmission ...
   size_t most = 1;   ///< ... and with it
-  HistoryKinds kinds;
+  HistoryLayout layout;
 };
 KeptHistory KeptBy(const Settings& settings);
 
@@ -37,7 +31,7 @@ struct HistoryClaims {
   int32_t width = 0;
   int32_t height = 0;
   size_t signals = 0;
-  HistoryKinds kinds;
+  HistoryLayout layout;
   float feedback_progress = 0;
 };
 
@@ -49,11 +43,11 @@ bool IsHistoryOfCpu(std::span<const uint8_t> bytes);
 
 /// The state as bytes: a header (magic, version, sizes, flags, checksum), then all planes row by
 /// row, in the byte order of the machine. Equal states give equal bytes.
-std::vector<uint8_t> HistoryToBytes(const DenoiserState& state);
+std::vector<uint8_t> HistoryToBytes(const History& state);
 
 /// \param border  of the guides
 /// \return kBadData saying what does not fit, or is damaged
-Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, const KeptHistory& kept,
-                                       int border);
+Result<History> HistoryFromBytes(std::span<const uint8_t> bytes, const KeptHistory& kept,
+                                 int border);
 
 }  // namespace stillray

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What a Denoiser calls when it runs on another device than the CPU.
+/// What a Denoiser stands on: the CPU or a device.
 #pragma once
 
 #include <cstdint>
@@ -16,13 +16,14 @@ namespace stillray {
 
 struct SignalHistory;
 
-/// Name of what the host does of a frame, among stages that are all the device's.
+/// Name of the host's part of a frame in the timings of a device.
 inline constexpr const char* kUploadStage = "upload";
 
-/// See the functions of Denoiser with the same names.
-class DeviceDenoiser {
+/// One implementation of the denoiser. See the functions of Denoiser with the same names. Callers
+/// have checked settings, names, the frame's size and its future, and replaced missing guides.
+class DenoiserBackend {
  public:
-  virtual ~DeviceDenoiser() = default;
+  virtual ~DenoiserBackend() = default;
   /// \param future  one history per signal, of the frame's size, as Accumulate makes them; empty:
   ///                the frame's future is not known
   virtual Status Denoise(const Frame& frame, std::span<const SignalHistory> future,
@@ -44,8 +45,8 @@ class DeviceDenoiser {
 class DeviceBackend {
  public:
   virtual ~DeviceBackend() = default;
-  virtual Result<std::unique_ptr<DeviceDenoiser>> CreateDenoiser(const Settings& settings,
-                                                                 DevicePrecision precision) = 0;
+  virtual Result<std::unique_ptr<DenoiserBackend>> CreateDenoiser(const Settings& settings,
+                                                                  DevicePrecision precision) = 0;
 };
 
 struct Device::Impl {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#include "denoise/history_bytes.h"
+#include "denoise/cpu/history_bytes.h"
 
 #include <algorithm>
 #include <bit>
@@ -10,7 +10,6 @@
 #include <fmt/format.h>
 
 #include "core/checksum.h"
-#include "denoise/denoiser_impl.h"
 
 namespace stillray {
 namespace {
@@ -72,11 +71,6 @@ size_t PayloadBytes(const Header& header) {
          planes * 4 * static_cast<size_t>(header.width) * static_cast<size_t>(header.height);
 }
 
-HistoryKinds KindsOf(const DenoiserState& state) {
-  const bool any = !state.signals.empty();
-  return {any && !state.signals[0].compressed.empty(), any && !state.signals[0].behind.empty()};
-}
-
 uint32_t PlanesOf(const HeldGuides& held) {
   uint32_t mask = 0;
   uint32_t bit = 1;
@@ -116,9 +110,7 @@ bool BeginsWith(std::span<const uint8_t> bytes, const char (&magic)[8]) {
 }  // namespace
 
 KeptHistory KeptBy(const Settings& s) {
-  return {GroupsOf(s.signals, false).size(),
-          GroupsOf(s.signals, true).size(),
-          {s.limit_history, BlendsFeedback(s)}};
+  return {GroupsOf(s.signals, false).size(), GroupsOf(s.signals, true).size(), LayoutOf(s)};
 }
 
 bool IsHistoryOfCpu(std::span<const uint8_t> bytes) {
@@ -134,15 +126,15 @@ Status CheckClaims(const HistoryClaims& claims, const KeptHistory& kept) {
     return Status::BadData(fmt::format("saved history has {} signals, the settings ask for {}",
                                        claims.signals, kept.least));
   }
-  if (claims.kinds.compressed != kept.kinds.compressed) {
-    return Status::BadData(
-        fmt::format("saved history was made with limit_history {}, the settings have it {}",
-                    claims.kinds.compressed ? "on" : "off", kept.kinds.compressed ? "on" : "off"));
+  if (claims.layout.with_compressed != kept.layout.with_compressed) {
+    return Status::BadData(fmt::format(
+        "saved history was made with limit_history {}, the settings have it {}",
+        claims.layout.with_compressed ? "on" : "off", kept.layout.with_compressed ? "on" : "off"));
   }
-  if (claims.kinds.behind != kept.kinds.behind) {
+  if (claims.layout.with_behind != kept.layout.with_behind) {
     return Status::BadData(
         fmt::format("saved history was made with{} feedback_when=blend, the settings are with{} it",
-                    claims.kinds.behind ? "" : "out", kept.kinds.behind ? "" : "out"));
+                    claims.layout.with_behind ? "" : "out", kept.layout.with_behind ? "" : "out"));
   }
   if (!(claims.feedback_progress >= 0 && claims.feedback_progress <= 1)) {
     return Status::BadData("saved history has a feedback progress out of 0..1");
@@ -150,18 +142,18 @@ Status CheckClaims(const HistoryClaims& claims, const KeptHistory& kept) {
   return Status::Ok();
 }
 
-std::vector<uint8_t> HistoryToBytes(const DenoiserState& state) {
+std::vector<uint8_t> HistoryToBytes(const History& state) {
   Header header;
   std::memcpy(header.magic, kHistoryMagic, sizeof(kHistoryMagic));
   header.width = state.width;
   header.height = state.height;
   header.signal_count = static_cast<uint32_t>(state.signals.size());
-  header.flags = (state.has_history ? 1u : 0u) | (state.has_picture ? 2u : 0u) |
-                 (KindsOf(state).compressed ? 4u : 0u) | (KindsOf(state).behind ? 8u : 0u) |
-                 (state.held.empty() ? 0u : 16u) | (state.held.guides.id.empty() ? 0u : 32u) |
-                 (state.jittered ? 64u : 0u);
+  header.flags = (state.progress.has_history ? 1u : 0u) | (state.progress.has_picture ? 2u : 0u) |
+                 (state.layout().with_compressed ? 4u : 0u) |
+                 (state.layout().with_behind ? 8u : 0u) | (state.held.empty() ? 0u : 16u) |
+                 (state.held.guides.id.empty() ? 0u : 32u) | (state.progress.jittered ? 64u : 0u);
   header.held_planes = PlanesOf(state.held);
-  header.feedback_progress = state.feedback_progress;
+  header.feedback_progress = state.progress.feedback_progress;
   std::vector<uint8_t> bytes(sizeof(Header));
   std::memcpy(bytes.data(), &header, sizeof(Header));
   bytes.reserve(sizeof(Header) + PayloadBytes(header));
@@ -180,8 +172,8 @@ std::vector<uint8_t> HistoryToBytes(const DenoiserState& state) {
   return bytes;
 }
 
-Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, const KeptHistory& kept,
-                                       int border) {
+Result<History> HistoryFromBytes(std::span<const uint8_t> bytes, const KeptHistory& kept,
+                                 int border) {
   if (BeginsWith(bytes, kDeviceHistoryMagic)) {
     return Status::BadData(
         "saved history was made on a Vulkan device, this denoiser works on the CPU");
@@ -198,9 +190,9 @@ Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, const Kep
     return Status::BadData(
         "saved history was not written by this version of stillray on such a machine");
   }
-  const HistoryKinds kinds = {(header.flags & 4u) != 0, (header.flags & 8u) != 0};
+  const HistoryLayout layout = {(header.flags & 4u) != 0, (header.flags & 8u) != 0};
   STILLRAY_RETURN_IF_ERROR(CheckClaims(
-      {header.width, header.height, header.signal_count, kinds, header.feedback_progress}, kept));
+      {header.width, header.height, header.signal_count, layout, header.feedback_progress}, kept));
   if (bytes.size() != sizeof(Header) + PayloadBytes(header)) {
     return Status::BadData(fmt::format("saved history has {} bytes, expected {}", bytes.size(),
                                        sizeof(Header) + PayloadBytes(header)));
@@ -208,13 +200,12 @@ Result<DenoiserState> HistoryFromBytes(std::span<const uint8_t> bytes, const Kep
   if (ChecksumOf(header, bytes.subspan(sizeof(Header))) != header.checksum) {
     return Status::BadData("saved history is damaged: its checksum is another");
   }
-  DenoiserState state(header.width, header.height, header.signal_count, kinds.compressed,
-                      kinds.behind, border);
-  state.has_history = (header.flags & 1u) != 0;
-  state.has_picture = (header.flags & 2u) != 0;
-  state.jittered = (header.flags & 64u) != 0;
+  History state(header.width, header.height, header.signal_count, layout, border);
+  state.progress.has_history = (header.flags & 1u) != 0;
+  state.progress.has_picture = (header.flags & 2u) != 0;
+  state.progress.jittered = (header.flags & 64u) != 0;
   state.guides = GuidePlanes(header.width, header.height, border);
-  state.feedback_progress = header.feedback_progress;
+  state.progress.feedback_progress = header.feedback_progress;
   if (!MakePlanes(header, &state.held)) {
     return Status::BadData(fmt::format(
         "saved history names planes of guides that do not exist: {:#x}", header.held_planes));

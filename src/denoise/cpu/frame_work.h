@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <vector>
+
+#include "denoise/cpu/history.h"
+#include "denoise/fill_guides/fill_guides.h"
+#include "denoise/plan.h"
+#include "denoise/planes.h"
+
+namespace stillray {
+
+/// One signal on its way through the wavelet.
+struct WaveletPlanes {
+  FilterPlanes filter[2];
+  /// Luminance stops of the wavelet; before it, the limits of limit_history. Empty if neither runs.
+  Image1 stop;
+  Image1 present;
+  Image1 grown;                   ///< `present` of the next level; empty until a frame is sparse
+  int target = 0;                 ///< which of `filter` the next level writes to
+  Image3* light = nullptr;        ///< input of the next level, or the result
+  Image1* variance = nullptr;     ///< of it
+  const Image1* where = nullptr;  ///< positive where there is light on a surface
+  bool complete = false;          ///< `present` is 1 on every surface
+  float mean_luminance = 1;
+  SignalHistory* history = nullptr;  ///< where the light came from
+
+  WaveletPlanes() = default;
+  WaveletPlanes(int width, int height, int border)
+      : filter{{width, height, border}, {width, height, border}}, present(width, height, border) {}
+  size_t bytes() const {
+    return filter[0].bytes() + filter[1].bytes() + stop.bytes() + present.bytes() + grown.bytes();
+  }
+};
+
+/// Work planes of one frame. They are kept between frames, so that nothing is allocated in the
+/// steady state; the next frame reads nothing of them.
+struct FrameWork {
+  ReprojectionTaps taps;
+  std::vector<NewLight> light;  ///< of every signal
+  SignalHistory spare;          ///< where the next history of a signal is made
+  bool spare_is_empty = false;  ///< no light in it anywhere
+  StagedHistory staged;
+  std::vector<SignalHistory> merged;   ///< with the future; empty until there is one
+  std::vector<WaveletPlanes> wavelet;  ///< of every signal
+  Image3 scratch;
+  Image1 firefly;       ///< empty unless fireflies are clamped
+  FilterPlanes mirror;  ///< empty until there is a mirror
+  Image3 picture;       ///< before it is antialiased
+  FillGuidesWork fill_guides;
+  std::vector<double> row_sums;
+  int border = 0;  ///< of the planes that wavelets read; never shrinks, so that none is reallocated
+
+  size_t bytes() const;
+};
+
+/// Makes room for a frame of this size under the plan, unless it is there.
+void MakeRoom(const FramePlan& plan, int width, int height, FrameWork* work);
+
+/// Begins the history anew if it does not fit the frame and the plan, and gives it the border that
+/// the wavelet reads. \return whether it was begun anew
+bool FitHistory(const FramePlan& plan, int width, int height, int border, History* history);
+
+}  // namespace stillray

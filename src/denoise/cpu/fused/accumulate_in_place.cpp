@@ -1,0 +1,129 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise/cpu/fused/fused.h"
+
+#include "core/parallel.h"
+#include "denoise/simd/next_row.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "denoise/cpu/fused/accumulate_in_place.cpp"
+
+#include <hwy/foreach_target.h>  // IWYU pragma: keep
+
+#include <hwy/highway.h>
+
+#include "denoise/simd/join_history-inl.h"
+#include "denoise/simd/sparse_rows-inl.h"
+#include "denoise/simd/vector_math-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace stillray {
+namespace HWY_NAMESPACE {
+namespace {
+
+/// Works out the vectors that read other pixels, before any of those is overwritten.
+void StageRows(const Joining& j, int y0, int y1, StagedHistory* staged) {
+  const DF d;
+  const int width = j.light.samples.width();
+  for (int y = y0; y < y1; ++y) {
+    float* to = staged->Row(y, LaneCount());
+    for (int x = 0; x < width && j.taps->elsewhere[static_cast<size_t>(y)] > 0; x += LaneCount()) {
+      if (ReadsElsewhere(j.taps->Place(x / LaneCount(), y))) {
+        JoinVector(j, LightRowOf(j.light, y), false, x, y, [&](int slot, VF value) HWY_ATTR {
+          hn::StoreU(value, d, to + slot * LaneCount());
+        });
+        to += kHistorySlots * LaneCount();
+      }
+    }
+  }
+}
+
+/// Whether all of the pixels x, x + 1, ..., or none of them, have samples so far.
+HWY_INLINE bool AllAre(bool lit, const SignalHistory& history, int x, int y) {
+  const DF d;
+  const MF some = hn::Gt(hn::LoadU(d, history.length.Row(y) + x), hn::Zero(d));
+  const MF in_row = InRow(x, history.length.width());
+  return lit ? hn::AllTrue(d, hn::Or(some, hn::Not(in_row)))
+             : hn::AllFalse(d, hn::And(some, in_row));
+}
+
+/// Whether the history of the pixels x, x + 1, ... is what it would become without new light. What
+/// has no samples has no light either, unless a filtered picture was fed back: that is forgotten.
+HWY_INLINE bool StaysAsItIs(const Joining& j, HistoryPlace place, bool lit_alone, int x, int y) {
+  if (place == HistoryPlace::kUnchanged) {
+    return lit_alone || AllAre(true, j.before, x, y);
+  }
+  return place == HistoryPlace::kNowhere && lit_alone && AllAre(false, j.before, x, y);
+}
+
+/// Changes the history of those pixels that change, in place.
+/// \param staged  what StageRows has worked out
+void ChangeRows(const Joining& j, bool lit_alone, StagedHistory* staged, int y0, int y1,
+                SignalHistory* history) {
+  const DF d;
+  const int width = j.light.samples.width();
+  for (int y = y0; y < y1; ++y) {
+    NextRow<2> next;
+    next.Add(j.light.samples, y + 1);
+    next.Add(history->length, y + 1);
+    NextRow<kHistorySlots + 3> changes;
+    changes.Add(history->colour, y + 1);
+    changes.Add(history->behind, y + 1);
+    changes.Add(history->mean, y + 1);
+    changes.Add(history->variance, y + 1);
+    changes.Add(history->weights2, y + 1);
+    changes.Add(history->compressed, y + 1);
+    changes.Add(j.light.colour, y + 1);
+    const SlotRows rows = RowsOf(history, y);
+    const float* from = staged->Row(y, LaneCount());
+    for (int x = 0; x < width; x += LaneCount()) {
+      next.Fetch(x);
+      if (y + 1 < y1 && !NoSamples(j.light.samples, x, y + 1)) {
+        changes.Fetch(x);
+      }
+      const auto store = [&](int slot, VF value)
+                             HWY_ATTR { StoreInRow(d, value, rows.row[slot], x, width); };
+      const HistoryPlace place = j.taps->Place(x / LaneCount(), y);
+      if (ReadsElsewhere(place)) {
+        for (int slot = 0; slot < kHistorySlots; ++slot) {
+          if (rows.row[slot] != nullptr && (slot != kCompressedSlot || j.compressed_scale > 0)) {
+            store(slot, hn::LoadU(d, from + slot * LaneCount()));
+          }
+        }
+        from += kHistorySlots * LaneCount();
+        continue;
+      }
+      const bool same = NoSamples(j.light.samples, x, y) && StaysAsItIs(j, place, lit_alone, x, y);
+      if (!same) {
+        JoinVector(j, LightRowOf(j.light, y), false, x, y, store);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace stillray
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace stillray::cpu {
+
+HWY_EXPORT(StageRows);
+HWY_EXPORT(ChangeRows);
+
+void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps, const Image1* limit,
+                       const AccumulateParameters& p, bool lit_alone, StagedHistory* staged,
+                       SignalHistory* history) {
+  staged->MakePlaces(taps.elsewhere);
+  const Joining joining = {light, *history, &taps, limit, p, history->compressed_scale};
+  ParallelRows(light.samples.height(), 32, [&](int y0, int y1) {
+    HWY_DYNAMIC_DISPATCH(StageRows)(joining, y0, y1, staged);
+  });
+  ParallelRows(light.samples.height(), 32, [&](int y0, int y1) {
+    HWY_DYNAMIC_DISPATCH(ChangeRows)(joining, lit_alone, staged, y0, y1, history);
+  });
+}
+
+}  // namespace stillray::cpu
+#endif

@@ -1,0 +1,20 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise/cpu/fused/fused.h"
+
+namespace stillray {
+
+Fusion ChooseFusion(const FramePlan& plan, bool keeps_outputs) {
+  return {.prepare_and_find_taps = plan.runs.reproject,
+          .accumulate_in_place = plan.runs.reproject,
+          .antialias_parts = plan.has_picture && !plan.runs.fxaa && !keeps_outputs};
+}
+
+bool ChangesInPlace(const Fusion& fusion, const ReprojectionTaps& taps,
+                    const StagedHistory& staged) {
+  const int64_t elsewhere = taps.Elsewhere();
+  return fusion.accumulate_in_place && elsewhere >= 0 &&
+         staged.HasRoom(static_cast<size_t>(elsewhere), taps.lanes);
+}
+
+}  // namespace stillray

@@ -1,0 +1,83 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise/cpu/mirrors.h"
+
+#include <atomic>
+#include <utility>
+
+#include "core/parallel.h"
+#include "denoise/copy_image.h"
+#include "denoise/stage_timer.h"
+
+namespace stillray {
+namespace {
+
+/// Whether any pixel shows a mirror.
+bool HasMirrors(const Image1& roughness, const Image1& surface, float mirror_roughness) {
+  std::atomic<bool> any = false;
+  ParallelRows(roughness.height(), 32, [&](int y0, int y1) {
+    bool found = false;
+    for (int y = y0; y < y1 && !any; ++y) {
+      const float* r = roughness.Row(y);
+      const float* i = surface.Row(y);
+      for (int x = 0; x < roughness.width(); ++x) {
+        found = found || IsMirror(i[x], 1.0f, r[x], mirror_roughness);
+      }
+    }
+    if (found) {
+      any = true;
+    }
+  });
+  return any;
+}
+
+/// The finished light of a signal, where it may be changed: not where it is the history as well.
+Image3* ChangeableLight(WaveletPlanes* planes) {
+  if (planes->light == &planes->history->colour) {
+    Image3* room = &planes->filter[planes->target].colour;
+    CopyImage(*planes->light, room);
+    planes->light = room;
+    planes->target ^= 1;
+  }
+  return planes->light;
+}
+
+void KeepMirrors(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& guides,
+                 const NewLight& light, WaveletPlanes* planes, FilterPlanes* other) {
+  Image3* filtered = ChangeableLight(planes);
+  FilterPlanes* measured = &planes->filter[planes->target];
+  const KeepMirrorsInput mirrors = {&light, filtered, &guides, &in.frame.guides.roughness,
+                                    p.plan.runs.reproject ? &in.guides.motion : nullptr};
+  p.stages.measure_mirrors(mirrors, p.plan.keep_mirrors, measured, &planes->present);
+  for (int level = 0; level < kKeepMirrorsLevels; ++level) {
+    const AtrousSignal blur = {&measured->colour, &measured->variance, other, nullptr,
+                               &planes->present};
+    p.stages.atrous({&blur, 1}, guides, GeometryLevel(level), p.plan.atrous);
+    std::swap(measured, other);
+  }
+  p.stages.keep_mirrors(*measured, planes->present, light, filtered);
+}
+
+}  // namespace
+
+void RunKeepMirrors(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& guides,
+                    FrameWork* work, DenoisedFrame* out) {
+  if (!HasMirrors(in.frame.guides.roughness, guides.inverse_depth,
+                  p.plan.keep_mirrors.mirror_roughness)) {
+    return;
+  }
+  const StageTimer timer(&out->timings, "keep_mirrors");
+  const Image1& like = work->wavelet.front().present;
+  if (work->mirror.variance.width() != like.width() ||
+      work->mirror.variance.height() != like.height() ||
+      work->mirror.variance.border() != like.border()) {
+    work->mirror = FilterPlanes(like.width(), like.height(), like.border());
+  }
+  for (size_t i = 0; i < work->wavelet.size(); ++i) {
+    if ((p.plan.keep_mirrors.mirror_signals >> i & 1) != 0) {
+      KeepMirrors(p, in, guides, work->light[i], &work->wavelet[i], &work->mirror);
+    }
+  }
+}
+
+}  // namespace stillray

@@ -1,0 +1,16 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include "denoise/cpu/pipeline.h"
+#include "denoise/cpu/signals.h"
+
+namespace stillray {
+
+/// keep_mirrors and the wavelet in it: gives samples of mirrors back that the filter made worse, in
+/// WaveletPlanes::light.
+void RunKeepMirrors(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& guides,
+                    FrameWork* work, DenoisedFrame* out);
+
+}  // namespace stillray

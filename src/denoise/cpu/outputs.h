@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The requested intermediate pictures of one frame on the CPU.
+#pragma once
+
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "denoise/planes.h"
+#include "denoise/signal_groups.h"
+#include "denoise/stage_table.h"
+#include "denoise/stages/demodulate_shared.h"
+#include "stillray/denoise.hpp"
+
+namespace stillray {
+
+class FrameOutputs {
+ public:
+  /// \param names  of single outputs: see Denoiser::OutputNames. What is passed must outlive this
+  FrameOutputs(const std::vector<std::string>& names, const StageTable& stages,
+               const DemodulateParameters& demodulate, DenoisedFrame* out)
+      : names_(names), stages_(stages), demodulate_(demodulate), out_(out) {}
+
+  bool any() const { return !names_.empty(); }
+  bool Wants(const std::string& name) const;
+  /// Keeps the output `kind`.`signal`, if it is wanted.
+  void KeepPlane(const char* kind, const SignalGroup& signal, const Image1& plane);
+  /// \param light  luminance, red, blue; kept as red, green, blue
+  void KeepLight(const char* kind, const SignalGroup& signal, const Image3& light);
+  void KeepPicture(const char* name, const Image3& picture);
+  /// Adds a signal, times its albedo, to the picture `name`, which is wanted.
+  /// \param scratch  work memory of the picture's size
+  void AddToPicture(const std::string& name, const Image3& light, const AlbedoSum& albedo,
+                    Image3* scratch);
+  /// Adds unfiltered light to all pictures of AddToPicture.
+  void AddUnfiltered(std::span<const Image3* const> unfiltered);
+  /// Hands over the pictures of AddToPicture, after all others.
+  void Finish();
+
+ private:
+  const std::vector<std::string>& names_;
+  const StageTable& stages_;
+  const DemodulateParameters& demodulate_;
+  DenoisedFrame* out_;
+  std::vector<std::pair<std::string, Image3>> sums_;
+};
+
+}  // namespace stillray

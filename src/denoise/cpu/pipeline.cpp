@@ -1,0 +1,244 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// clang-format off
+// The order of the stages. One frame:
+//
+//   stage                border   reads                          writes               history
+//   fill_guides          pyramid  depth, ..., samples            completed guides     known guides   (only where some are unknown)
+//   prepare_guides       1        depth, normal, id              guides               kept for the next frame
+//   reproject            -        guides of both frames, motion  taps
+//   per signal:
+//     demodulate         -        lights, albedo, samples        new light
+//     suppress_fireflies 1        new light                      new light
+//     limit_history      wavelet  new light, taps, last history  longest length       (all signals at once)
+//     accumulate         -        new light, taps, last history  history              colour, moments, length
+//     merge_future       -        history, light of the future   merged history       (only where the future is known)
+//   estimate_variance    3        histories, guides              variances
+//   per level:
+//     prefilter_variance 1        luminance, variance            luminance stops      (signal by signal)
+//     atrous             wavelet  colour, variance, guides       colour, variance     colour of the feedback level
+//   keep_mirrors         wavelet  new light, colour, roughness   colour               (only where a surface is smooth)
+//   remodulate           -        colours, albedo, unfiltered    picture
+//   fxaa                 9        picture, length                picture
+//   antialias            4x4      picture, motion                picture              kept for the next frame
+//
+// Stages that run together (fused/fused.h) count as the later one in the timings.
+// clang-format on
+#include "denoise/cpu/pipeline.h"
+
+#include <array>
+#include <utility>
+
+#include "core/negative_limit.h"
+#include "denoise/copy_image.h"
+#include "denoise/cpu/mirrors.h"
+#include "denoise/cpu/outputs.h"
+#include "denoise/cpu/signals.h"
+#include "denoise/cpu/wavelet.h"
+#include "denoise/stage_timer.h"
+
+namespace stillray {
+namespace {
+
+/// Guides, emission and background: the frame's own, or completed ones where some are unknown.
+FrameInput InputOf(const CpuPipeline& p, const Frame& frame, HeldGuides* held, FillGuidesWork* work,
+                   DenoisedFrame* out) {
+  if (!p.plan.runs.fill_guides) {
+    if (!held->empty()) {
+      *held = HeldGuides();
+    }
+    return {frame, frame.guides, frame.emission, frame.background};
+  }
+  const StageTimer timer(&out->timings, "fill_guides");
+  FillGuides(frame, p.stages, held, work);
+  return {frame, held->guides, held->emission, held->background};
+}
+
+/// \param history  its guides become those of this frame
+void FindTaps(const CpuPipeline& p, const FrameInput& in, int border, History* history,
+              ReprojectionTaps* taps, DenoisedFrame* out) {
+  std::swap(history->guides, history->previous_guides);
+  GuidePlanes& guides = history->guides;
+  if (guides.inverse_depth.border() != border || guides.id.empty()) {
+    guides = GuidePlanes(in.frame.width, in.frame.height, border);
+  }
+  const Guides& g = in.guides;
+  const PrepareGuidesInput given = {&g.depth, &g.normal, g.id.empty() ? nullptr : &g.id};
+  const StageTimer timer(&out->timings, p.plan.runs.reproject ? "reproject" : "prepare_guides");
+  if (p.fusion.prepare_and_find_taps) {
+    out->bad_guides = cpu::PrepareAndFindTaps(given, history->previous_guides, g.motion,
+                                              p.plan.reproject, &guides, taps);
+    return;
+  }
+  out->bad_guides = p.stages.prepare_guides(given, &guides);
+  if (p.plan.runs.reproject) {
+    p.stages.find_taps(guides, history->previous_guides, g.motion, p.plan.reproject, taps);
+  }
+}
+
+/// Everything before the signals.
+FrameInput BeginFrame(const CpuPipeline& p, const Frame& frame, History* history, FrameWork* work,
+                      DenoisedFrame* out) {
+  FrameInput in = InputOf(p, frame, &history->held, &work->fill_guides, out);
+  {
+    const StageTimer timer(&out->timings, "demodulate");
+    in.negative_limit = NegativeLimitOf(frame, p.plan.is_sparse);
+  }
+  FindTaps(p, in, work->border, history, &work->taps, out);
+  return in;
+}
+
+/// Calls then(i) for each signal once its new light and the limit of its history are computed.
+template <typename Then>
+void ForEachSignal(const CpuPipeline& p, const FrameInput& in, History* history, FrameWork* work,
+                   FrameOutputs* outputs, DenoisedFrame* out, const Then& then) {
+  const size_t count = p.plan.signals.size();
+  const bool together = p.plan.runs.limit_history;
+  for (size_t i = 0; together && i < count; ++i) {
+    GatherLight(p, in, i, history, work, outputs, out);
+  }
+  if (together) {
+    RunLimitHistory(p, *history, work, outputs, out);
+  }
+  for (size_t i = 0; i < count; ++i) {
+    if (!together) {
+      GatherLight(p, in, i, history, work, outputs, out);
+    }
+    then(i);
+  }
+}
+
+/// The picture's parts: filtered signals, emission and background.
+struct Picture {
+  std::array<SignalLight, kMostGroups> filtered;
+  std::array<const Image3*, 2> unfiltered = {};
+  PictureParts parts;
+};
+
+void FindParts(const CpuPipeline& p, const FrameInput& in, std::vector<WaveletPlanes>* wavelet,
+               Picture* picture) {
+  size_t unfiltered = 0;
+  for (const Image3* image : {&in.emission, &in.background}) {
+    if (!image->empty()) {
+      picture->unfiltered[unfiltered++] = image;
+    }
+  }
+  for (size_t i = 0; i < wavelet->size(); ++i) {
+    WaveletPlanes& planes = (*wavelet)[i];
+    Image3* light = planes.light;
+    if (p.plan.runs.compress_light) {
+      Image3* expanded = &planes.filter[planes.target].colour;
+      CopyImage(*light, expanded);
+      p.stages.expand_light(expanded);
+      light = expanded;
+    }
+    picture->filtered[i] = {light, AlbedosOf(p.plan.demodulate, p.plan.signals[i], in.guides)};
+  }
+  picture->parts = {{picture->filtered.data(), wavelet->size()},
+                    {picture->unfiltered.data(), unfiltered},
+                    {p.plan.demodulate.luminance_rec601 != 0, /*add=*/false}};
+}
+
+void RunRemodulate(const CpuPipeline& p, const PictureParts& parts, FrameOutputs* outputs,
+                   Image3* picture, DenoisedFrame* out) {
+  const StageTimer timer(&out->timings, "remodulate");
+  out->non_finite +=
+      p.stages.remodulate(parts.signals, parts.unfiltered, parts.remodulate, picture);
+  outputs->AddUnfiltered(parts.unfiltered);
+}
+
+void KeepDisocclusion(const CpuPipeline& p, const GuidePlanes& guides, const ReprojectionTaps& taps,
+                      DenoisedFrame* out) {
+  Image1 mask(guides.id.width(), guides.id.height());
+  for (int y = 0; y < mask.height(); ++y) {
+    for (int x = 0; x < mask.width(); ++x) {
+      const bool surface = guides.inverse_depth(x, y) > 0;
+      const bool found = p.plan.runs.reproject && taps.Finds(x, y);
+      mask(x, y) = surface && !found ? 1.0f : 0.0f;
+    }
+  }
+  out->images.push_back({"disocclusion", {std::move(mask)}});
+}
+
+void RunFxaa(const CpuPipeline& p, const Image1& length, Image3* picture, Image3* scratch,
+             DenoisedFrame* out) {
+  const StageTimer timer(&out->timings, "fxaa");
+  p.stages.fxaa(*picture, p.plan.fxaa.fxaa_sparse != 0 ? &length : nullptr, scratch);
+  std::swap(*picture, *scratch);
+}
+
+/// Leaves the finished picture in the history.
+void RunAntialias(const CpuPipeline& p, const FrameInput& in, const PictureParts& parts,
+                  History* history, FrameWork* work, Image3* colour, DenoisedFrame* out) {
+  const StageTimer timer(&out->timings, "antialias");
+  AntialiasInput antialias = {history->picture, in.guides.motion, history->guides};
+  if (p.plan.antialias.weigh_by_length != 0) {
+    antialias.length = &history->signals.front().length;
+    antialias.samples = in.frame.samples.empty() ? nullptr : &in.frame.samples;
+  }
+  antialias.copy = colour;
+  if (p.fusion.antialias_parts) {
+    out->non_finite += cpu::AntialiasParts(parts, antialias, p.plan.antialias, &work->scratch);
+  } else {
+    p.stages.antialias(work->picture, antialias, p.plan.antialias, &work->scratch);
+  }
+  std::swap(history->picture, work->scratch);
+}
+
+}  // namespace
+
+void RunFrame(const CpuPipeline& p, const Frame& frame, std::span<const SignalHistory> future,
+              History* history, FrameWork* work, Image3* colour, DenoisedFrame* out) {
+  const FramePlan& plan = p.plan;
+  FrameOutputs outputs(p.outputs, p.stages, plan.demodulate, out);
+  const FrameInput in = BeginFrame(p, frame, history, work, out);
+  ForEachSignal(p, in, history, work, &outputs, out, [&](size_t i) {
+    RunAccumulate(p, i, history, work, out);
+    SignalHistory* known = &history->signals[i];
+    if (plan.runs.merge_future) {
+      known = RunMergeFuture(p, i, *known, future[i], work, out);
+    }
+    BeginFilter(p, in, i, known, work, &outputs);
+  });
+  if (plan.runs.wavelet) {
+    RunWavelet(p, in, history->guides, work, &outputs, out);
+  }
+  if (plan.runs.keep_mirrors) {
+    RunKeepMirrors(p, in, history->guides, work, out);
+  }
+  Picture picture;
+  FindParts(p, in, &work->wavelet, &picture);
+  if (!p.fusion.antialias_parts) {
+    RunRemodulate(p, picture.parts, &outputs, &work->picture, out);
+  }
+  if (outputs.Wants("disocclusion")) {
+    KeepDisocclusion(p, history->guides, work->taps, out);
+  }
+  outputs.KeepPicture("aliased", work->picture);
+  if (plan.runs.fxaa) {
+    RunFxaa(p, history->signals.front().length, &work->picture, &work->scratch, out);
+  }
+  if (plan.has_picture) {
+    RunAntialias(p, in, picture.parts, history, work, colour, out);
+  } else {
+    std::swap(history->picture, work->picture);
+    if (colour != nullptr) {
+      CopyImage(history->picture, colour);
+    }
+  }
+  outputs.Finish();
+}
+
+void RunBackward(const CpuPipeline& p, const Frame& frame, History* history, FrameWork* work,
+                 std::vector<SignalHistory>* future) {
+  DenoisedFrame unused;
+  FrameOutputs outputs(p.outputs, p.stages, p.plan.demodulate, &unused);
+  const FrameInput in = BeginFrame(p, frame, history, work, &unused);
+  ForEachSignal(p, in, history, work, &outputs, &unused, [&](size_t i) {
+    future->push_back(ShortenedHistory(p, i, *history, *work));
+    RunAccumulate(p, i, history, work, &unused);
+  });
+}
+
+}  // namespace stillray

@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The order of the stages on the CPU.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "denoise/cpu/frame_work.h"
+#include "denoise/cpu/fused/fused.h"
+#include "denoise/cpu/history.h"
+#include "denoise/plan.h"
+#include "denoise/stage_table.h"
+
+namespace stillray {
+
+/// What a frame is denoised with.
+struct CpuPipeline {
+  const StageTable& stages;
+  const FramePlan& plan;
+  const Fusion fusion;
+  const std::vector<std::string>& outputs;  ///< names of single outputs
+};
+
+/// \param future   one history per signal if the plan merges them
+/// \param history  of the frame before; afterwards of this one, `progress` as it was
+/// \param colour   gets the finished picture, of the frame's size; nullptr: it is left in
+///                 History::picture alone
+/// \param out      gets everything but `colour`, `display` and `shared`
+void RunFrame(const CpuPipeline& pipeline, const Frame& frame,
+              std::span<const SignalHistory> future, History* history, FrameWork* work,
+              Image3* colour, DenoisedFrame* out);
+
+/// A frame of a sequence that is played backward: its light joins the history, and no picture is
+/// made. \param future  gets the light of the frame's future, one history per signal
+void RunBackward(const CpuPipeline& pipeline, const Frame& frame, History* history, FrameWork* work,
+                 std::vector<SignalHistory>* future);
+
+}  // namespace stillray

@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The stages that run for each signal on its own: from its light to its history.
+#pragma once
+
+#include "denoise/cpu/outputs.h"
+#include "denoise/cpu/pipeline.h"
+
+namespace stillray {
+
+/// The input of the stages. Guides, emission and background may be completed ones.
+struct FrameInput {
+  const Frame& frame;
+  const Guides& guides;
+  const Image3& emission;
+  const Image3& background;
+  float negative_limit = 0;  ///< light that is less negative is zero
+};
+
+/// The albedos that a signal is divided by.
+AlbedoSum AlbedosOf(const DemodulateParameters& p, const SignalGroup& signal, const Guides& guides);
+
+/// demodulate and suppress_fireflies: the new light of a signal, in FrameWork::light. Also chooses
+/// the scale of its compressed luminances, where the history has some.
+void GatherLight(const CpuPipeline& p, const FrameInput& in, size_t signal, History* history,
+                 FrameWork* work, FrameOutputs* outputs, DenoisedFrame* out);
+
+/// The longest length that each signal's history may count for, in WaveletPlanes::stop.
+void RunLimitHistory(const CpuPipeline& p, const History& history, FrameWork* work,
+                     FrameOutputs* outputs, DenoisedFrame* out);
+
+/// The new light of a signal joins its history.
+void RunAccumulate(const CpuPipeline& p, size_t signal, History* history, FrameWork* work,
+                   DenoisedFrame* out);
+
+/// \return the history of a signal with the light of its future, in FrameWork::merged
+SignalHistory* RunMergeFuture(const CpuPipeline& p, size_t signal, const SignalHistory& history,
+                              const SignalHistory& future, FrameWork* work, DenoisedFrame* out);
+
+/// The history of this frame's pixels with the lengths and weights that limit_history allows;
+/// called before accumulate.
+SignalHistory ShortenedHistory(const CpuPipeline& p, size_t signal, const History& history,
+                               const FrameWork& work);
+
+}  // namespace stillray

@@ -1,0 +1,224 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise/cpu/wavelet.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <span>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "core/parallel.h"
+#include "denoise/row_sums.h"
+#include "denoise/stage_timer.h"
+
+namespace stillray {
+namespace {
+
+/// Whether light is known on every surface.
+bool IsComplete(const Image1& present, const GuidePlanes& guides) {
+  std::atomic<bool> complete = true;
+  ParallelRows(present.height(), 32, [&](int y0, int y1) {
+    if (!complete) {
+      return;  // known from another band
+    }
+    int missing = 0;
+    for (int y = y0; y < y1; ++y) {
+      const float* i = guides.inverse_depth.Row(y);
+      const float* there = present.Row(y);
+      for (int x = 0; x < present.width(); ++x) {
+        missing += i[x] > 0 && there[x] == 0 ? 1 : 0;
+      }
+    }
+    if (missing > 0) {
+      complete = false;
+    }
+  });
+  return complete;
+}
+
+/// Between the history before the last feedback and after it (PSVGF section 5).
+void BlendFeedback(const SignalHistory& history, float phase, Image3* out) {
+  ParallelRows(out->height(), 32, [&](int y0, int y1) {
+    for (int c = 0; c < 3; ++c) {
+      for (int y = y0; y < y1; ++y) {
+        const float* before = history.behind[c].Row(y);
+        const float* after = history.colour[c].Row(y);
+        float* to = (*out)[c].Row(y);
+        for (int x = 0; x < out->width(); ++x) {
+          to[x] = before[x] + phase * (after[x] - before[x]);
+        }
+      }
+    }
+  });
+}
+
+/// Marks where there is light, if that is not everywhere.
+void FindPresent(const Image1& surface, WaveletPlanes* planes) {
+  const Image1& length = planes->history->length;
+  planes->where = planes->complete ? &surface : &planes->present;
+  if (planes->complete) {
+    return;
+  }
+  ParallelRows(length.height(), 32, [&](int y0, int y1) {
+    for (int y = y0; y < y1; ++y) {
+      const float* i = surface.Row(y);
+      const float* samples = length.Row(y);
+      float* to = planes->present.Row(y);
+      for (int x = 0; x < length.width(); ++x) {
+        to[x] = i[x] > 0 && samples[x] > 0 ? 1.0f : 0.0f;
+      }
+    }
+  });
+}
+
+void RunEstimateVariance(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& guides,
+                         FrameWork* work, FrameOutputs* outputs, DenoisedFrame* out) {
+  const StageTimer timer(&out->timings, "estimate_variance");
+  std::array<VarianceSignal, kMostGroups> signals;
+  const size_t count = p.plan.signals.size();
+  for (size_t i = 0; i < count; ++i) {
+    const WaveletPlanes& planes = work->wavelet[i];
+    signals[i] = {planes.history, in.frame.samples.empty() ? nullptr : &work->light[i].samples,
+                  planes.variance};
+  }
+  p.stages.estimate_variance({signals.data(), count}, guides, p.plan.estimate_variance);
+  for (size_t i = 0; i < count; ++i) {
+    work->wavelet[i].complete = signals[i].complete;
+    outputs->KeepPlane("variance", p.plan.signals[i], *work->wavelet[i].variance);
+  }
+}
+
+void RunPrefilterVariance(const CpuPipeline& p, const GuidePlanes& guides, WaveletPlanes* planes,
+                          DenoisedFrame* out) {
+  const StageTimer timer(&out->timings, "prefilter_variance");
+  const PrefilterVarianceInput in = {&(*planes->light)[0], planes->variance, planes->where,
+                                     &planes->history->length,
+                                     planes->complete ? &guides.full : nullptr};
+  p.stages.prefilter_variance(in, p.plan.prefilter_variance, &planes->stop);
+}
+
+AtrousSignal SignalOf(const CpuPipeline& p, int level, WaveletPlanes* planes) {
+  AtrousSignal signal = {planes->light, planes->variance, &planes->filter[planes->target],
+                         p.plan.runs.estimate_variance ? &planes->stop : nullptr, planes->where};
+  signal.complete = planes->complete;
+  signal.eaw_sigma_l =
+      p.plan.atrous.eaw_sigma_l * planes->mean_luminance * std::exp2f(static_cast<float>(-level));
+  signal.grown = p.plan.atrous.grows != 0 && !planes->complete ? &planes->grown : nullptr;
+  return signal;
+}
+
+/// The output of a level is the input of the next one.
+void FinishLevel(const AtrousSignal& signal, const GuidePlanes& guides, WaveletPlanes* planes) {
+  FilterPlanes& filtered = planes->filter[planes->target];
+  planes->light = &filtered.colour;
+  planes->variance = &filtered.variance;
+  planes->target ^= 1;
+  if (signal.grown != nullptr) {
+    std::swap(planes->present, planes->grown);
+    planes->complete = IsComplete(planes->present, guides);
+  }
+}
+
+void RunLevel(const CpuPipeline& p, int level, const GuidePlanes& guides,
+              std::vector<WaveletPlanes>* wavelet, DenoisedFrame* out) {
+  std::array<AtrousSignal, kMostGroups> signals;
+  const size_t count = wavelet->size();
+  for (size_t i = 0; i < count; ++i) {
+    if (p.plan.runs.estimate_variance) {
+      RunPrefilterVariance(p, guides, &(*wavelet)[i], out);
+    }
+    signals[i] = SignalOf(p, level, &(*wavelet)[i]);
+  }
+  const StageTimer timer(&out->timings, "atrous");
+  p.stages.atrous({signals.data(), count}, guides, p.plan.level[static_cast<size_t>(level)],
+                  p.plan.atrous);
+  for (size_t i = 0; i < count; ++i) {
+    FinishLevel(signals[i], guides, &(*wavelet)[i]);
+  }
+}
+
+/// The light of a level becomes the history of the next frame; the planes of the old history are
+/// used by another level.
+void FeedBack(WaveletPlanes* planes) {
+  SignalHistory* history = planes->history;
+  if (!history->behind.empty()) {
+    std::swap(history->colour, history->behind);
+  }
+  std::swap(history->colour, *planes->light);
+  planes->light = &history->colour;
+}
+
+}  // namespace
+
+void BeginFilter(const CpuPipeline& p, const FrameInput& in, size_t signal, SignalHistory* history,
+                 FrameWork* work, FrameOutputs* outputs) {
+  const SignalGroup& group = p.plan.signals[signal];
+  outputs->KeepLight("accumulated", group, history->colour);
+  outputs->KeepPlane("history", group, history->length);
+  outputs->KeepPlane("moment_mean", group, history->mean);
+  outputs->KeepPlane("moment_variance", group, history->variance);
+  if (outputs->Wants("temporal")) {
+    outputs->AddToPicture("temporal", history->colour,
+                          AlbedosOf(p.plan.demodulate, group, in.guides), &work->scratch);
+  }
+  WaveletPlanes& planes = work->wavelet[signal];
+  planes.history = history;
+  planes.light = &history->colour;
+  planes.variance = &planes.filter[0].variance;
+  planes.target = 1;
+  if (!p.plan.runs.wavelet) {
+    return;
+  }
+  const Image1& present = planes.present;
+  if (p.plan.atrous.grows != 0 &&
+      (planes.grown.width() != present.width() || planes.grown.height() != present.height() ||
+       planes.grown.border() != present.border())) {
+    planes.grown = Image1(present.width(), present.height(), present.border());
+  }
+  if (p.plan.runs.measure_luminance) {
+    planes.mean_luminance = MeanLuminance(history->colour, &work->row_sums);
+  }
+  if (p.plan.feedback_phase < 1 && !history->behind.empty()) {
+    BlendFeedback(*history, p.plan.feedback_phase, &planes.filter[0].colour);
+    planes.light = &planes.filter[0].colour;
+  }
+}
+
+void RunWavelet(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& guides,
+                FrameWork* work, FrameOutputs* outputs, DenoisedFrame* out) {
+  std::vector<WaveletPlanes>& wavelet = work->wavelet;
+  if (p.plan.runs.estimate_variance) {
+    RunEstimateVariance(p, in, guides, work, outputs, out);
+  }
+  for (WaveletPlanes& planes : wavelet) {
+    if (!p.plan.runs.estimate_variance) {
+      planes.complete = IsComplete(planes.history->length, guides);
+    }
+    FindPresent(guides.inverse_depth, &planes);
+  }
+  for (int level = 0; level < p.plan.levels; ++level) {
+    RunLevel(p, level, guides, &wavelet, out);
+    const std::string name = outputs->any() ? fmt::format("atrous{}", level + 1) : "";
+    for (size_t i = 0; i < wavelet.size(); ++i) {
+      if (p.plan.feedback_level == level + 1) {
+        FeedBack(&wavelet[i]);
+      }
+      if (outputs->Wants(name)) {
+        outputs->AddToPicture(name, *wavelet[i].light,
+                              AlbedosOf(p.plan.demodulate, p.plan.signals[i], in.guides),
+                              &work->scratch);
+      }
+    }
+  }
+  for (size_t i = 0; i < wavelet.size(); ++i) {
+    outputs->KeepLight("filtered", p.plan.signals[i], *wavelet[i].light);
+    outputs->KeepPlane("filtered_variance", p.plan.signals[i], *wavelet[i].variance);
+  }
+}
+
+}  // namespace stillray

@@ -1,0 +1,22 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// From the histories of all signals to their filtered light.
+#pragma once
+
+#include "denoise/cpu/outputs.h"
+#include "denoise/cpu/pipeline.h"
+#include "denoise/cpu/signals.h"
+
+namespace stillray {
+
+/// The wavelet of a signal begins with this history.
+void BeginFilter(const CpuPipeline& p, const FrameInput& in, size_t signal, SignalHistory* history,
+                 FrameWork* work, FrameOutputs* outputs);
+
+/// estimate_variance and all levels; the output of the feedback level becomes history. The result
+/// is WaveletPlanes::light.
+void RunWavelet(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& guides,
+                FrameWork* work, FrameOutputs* outputs, DenoisedFrame* out);
+
+}  // namespace stillray

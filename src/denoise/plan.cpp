@@ -1,0 +1,261 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise/plan.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/guides.h"
+#include "denoise/row_sums.h"
+#include "denoise/stages/keep_mirrors.h"
+#include "denoise/stages/limit_history.h"
+
+namespace stillray {
+namespace {
+
+/// Sums of samples are whole numbers but for rounding, or means of such: a little less than a limit
+/// reaches it, or roundings would decide.
+constexpr float kSampleRounding = 1e-3f;
+
+/// Samples that the 7x7 neighbourhood must have below one per pixel.
+constexpr float kLeastEvidence = 4.0f - kSampleRounding;
+
+/// Frames of one cycle add up to one sample per pixel but for rounding.
+constexpr float kWholeSample = 1.0f - 1e-4f;
+
+constexpr float kRadiansPerDegree = 0.017453293f;
+
+int Int(bool on) {
+  return on ? 1 : 0;
+}
+
+int WeightsOf(Wavelet wavelet) {
+  switch (wavelet) {
+    case Wavelet::kEaw:
+      return kAtrousEaw;
+    case Wavelet::kSvgf:
+      return kAtrousSvgf;
+    case Wavelet::kNaive:
+    case Wavelet::kOff:
+      break;
+  }
+  return kAtrousNaive;
+}
+
+EdgeStopping EdgesOf(const Settings& s) {
+  return {.sigma_n = s.sigma_n,
+          .depth_weight_plane = Int(s.depth_weight == DepthWeight::kPlane),
+          .sigma_z = s.sigma_z,
+          .plane_tolerance = s.plane_tolerance,
+          .depth_epsilon = s.depth_epsilon,
+          .max_slope = s.max_slope};
+}
+
+float ShortHistoryLength(const Settings& s) {
+  return static_cast<float>(s.short_history_length) - kSampleRounding;
+}
+
+/// Signals of light that was mirrored or refracted.
+int MirrorSignals(std::span<const SignalGroup> signals, uint32_t lights) {
+  int mask = 0;
+  for (size_t i = 0; i < signals.size(); ++i) {
+    for (const SignalKind kind : signals[i].kinds) {
+      const bool given = (lights >> static_cast<uint32_t>(kind) & 1u) != 0;
+      mask |= given && IsSharpAtMirrors(kind) ? 1 << i : 0;
+    }
+  }
+  return mask;
+}
+
+bool HasTransmission(uint32_t lights) {
+  constexpr uint32_t kTransmission = 1u << static_cast<uint32_t>(SignalKind::kDirectTransmission) |
+                                     1u << static_cast<uint32_t>(SignalKind::kIndirectTransmission);
+  return (lights & kTransmission) != 0;
+}
+
+/// Which stages run. \param now  the progress with this frame's jitter
+StagesRun StagesOf(const Settings& s, const FrameFacts& facts, const SequenceProgress& now,
+                   bool sparse) {
+  const bool has_history = s.temporal && now.has_history;
+  return {.fill_guides = s.fill_guides && facts.has_incomplete_guides,
+          .reproject = has_history,
+          .clamp_fireflies = s.firefly == Firefly::kClamp,
+          .compress_light = s.firefly == Firefly::kCompress,
+          .limit_history = s.limit_history && has_history,
+          .merge_future = facts.has_future,
+          .wavelet = s.wavelet != Wavelet::kOff,
+          .estimate_variance = s.wavelet == Wavelet::kSvgf,
+          .measure_luminance = s.wavelet == Wavelet::kEaw,
+          .keep_mirrors = s.mirror_roughness > 0 && facts.has_roughness,
+          .fxaa = s.fxaa == Fxaa::kOn || (s.fxaa == Fxaa::kSparse && sparse),
+          .antialias = AntialiasesInTime(s, now.jittered),
+          .tonemap = facts.is_displayed};
+}
+
+void PlanSignals(const Settings& s, FramePlan* plan) {
+  plan->demodulate = {.demodulate = Int(s.demodulate),
+                      .luminance_rec601 = Int(s.luminance == LuminanceWeights::kRec601),
+                      .firefly = static_cast<int>(s.firefly)};
+  plan->reproject = {.history_depth = s.history_depth,
+                     .history_normal_cosine = std::cos(s.history_normal * kRadiansPerDegree),
+                     .history_id = Int(s.history_id),
+                     .history_search = Int(s.history_search)};
+  plan->limit_history = {.limit_dead = s.limit_dead, .limit_gain = s.limit_gain};
+  plan->accumulate = {.alpha_min = s.alpha_min,
+                      .alpha_moments = s.alpha_moments,
+                      .history_weight_constant = Int(s.history_weight == HistoryWeight::kConstant),
+                      .max_history = s.max_history};
+}
+
+void PlanWavelet(const Settings& s, FramePlan* plan) {
+  plan->estimate_variance = {
+      .edges = EdgesOf(s),
+      .variance_of_mean = Int(s.variance_of == VarianceOf::kMean),
+      .short_history_spatial = Int(s.short_history == ShortHistory::kSpatial),
+      .short_history_length = ShortHistoryLength(s),
+      .short_history_boost = s.short_history_boost,
+      .least_evidence = plan->is_sparse ? kLeastEvidence : 0.0f};
+  plan->prefilter_variance = {
+      .prefilter_variance = Int(s.prefilter_variance),
+      .luminance_scale_deviation = Int(s.luminance_scale == LuminanceScale::kDeviation),
+      .sigma_l = s.sigma_l,
+      .luminance_epsilon = s.luminance_epsilon,
+      .short_history_blur = s.short_history == ShortHistory::kBlur ? ShortHistoryLength(s) : 0.0f};
+  plan->atrous = {.edges = EdgesOf(s),
+                  .wavelet_id = Int(s.wavelet_id),
+                  .noise_ratio = s.noise_ratio,
+                  .eaw_sigma_l = s.eaw_sigma_l,
+                  .eaw_sigma_n = s.eaw_sigma_n,
+                  .eaw_sigma_z = s.eaw_sigma_z,
+                  .grows = Int(plan->is_sparse)};
+  plan->levels = ListLevels(s, &plan->level);
+}
+
+void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
+  plan->keep_mirrors = {
+      .mirror_roughness = s.mirror_roughness,
+      .mirror_signals = plan->runs.keep_mirrors ? MirrorSignals(plan->signals, facts.lights) : 0};
+  plan->fxaa = {.fxaa_sparse = Int(s.fxaa == Fxaa::kSparse)};
+  plan->antialias = {.taa_alpha = s.taa_alpha, .weigh_by_length = Int(s.temporal)};
+  plan->tonemap = TonemapOf(s.exposure, s.tonemap, s.dither, facts.index);
+}
+
+/// How far the samples of this frame bring the next feedback of filtered light (PSVGF section 5).
+void PlanFeedback(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
+  float& progress = plan->after.feedback_progress;
+  progress = std::min(progress + std::min(facts.samples_per_pixel, 1.0f), 1.0f);
+  const bool whole = progress > kWholeSample;
+  const bool feeds_back = s.temporal && s.feedback > 0 &&
+                          (s.feedback_when == FeedbackWhen::kFrame || whole) && !facts.has_future &&
+                          !facts.is_backward;
+  // What is merged with the future has no part that was not fed back.
+  plan->feedback_phase = whole || facts.has_future ? 1.0f : progress;
+  plan->feedback_level = feeds_back ? s.feedback : 0;
+  plan->after.fed_back = feeds_back;
+  if (whole) {
+    progress = 0;
+  }
+}
+
+}  // namespace
+
+FramePlan MakePlan(const Settings& s, const FrameFacts& facts, const SequenceProgress& progress) {
+  FramePlan plan = {};
+  plan.signals = GroupsOf(s.signals, HasTransmission(facts.lights));
+  plan.layout = LayoutOf(s);
+  plan.border = BorderOf(s);
+  plan.is_sparse = facts.samples_per_pixel < kWholeSample;
+  plan.after = progress;
+  plan.after.jittered = progress.jittered || facts.jittered;
+  plan.runs = StagesOf(s, facts, plan.after, plan.is_sparse);
+  plan.has_picture = progress.has_picture && plan.runs.antialias;
+  PlanSignals(s, &plan);
+  PlanWavelet(s, &plan);
+  PlanPicture(s, facts, &plan);
+  PlanFeedback(s, facts, &plan);
+  plan.after.has_history = s.temporal;
+  plan.after.has_picture = plan.runs.antialias && !facts.is_backward;
+  return plan;
+}
+
+bool AntialiasesInTime(const Settings& s, bool jittered) {
+  return s.antialias == Antialias::kTaa || (s.antialias == Antialias::kAuto && jittered);
+}
+
+HistoryLayout LayoutOf(const Settings& s) {
+  return {.with_compressed = s.limit_history,
+          .with_behind = s.temporal && s.feedback > 0 && s.wavelet != Wavelet::kOff &&
+                         s.feedback_when == FeedbackWhen::kBlend};
+}
+
+int ListLevels(const Settings& s, std::array<AtrousLevel, kMaxLevels>* levels) {
+  if (s.wavelet == Wavelet::kOff) {
+    return 0;
+  }
+  for (size_t i = 0; i < static_cast<size_t>(s.steps.count); ++i) {
+    (*levels)[i] = {.weights = WeightsOf(s.wavelet),
+                    .radius = s.kernel == Kernel::k5x5 ? 2 : 1,
+                    .step = s.steps.step[i]};
+  }
+  return s.steps.count;
+}
+
+int BorderOf(const Settings& s) {
+  std::array<AtrousLevel, kMaxLevels> levels;
+  const int count = ListLevels(s, &levels);
+  int border = ReachOf(GeometryLevel(std::max(kLimitHistoryLevels, kKeepMirrorsLevels) - 1));
+  for (size_t i = 0; i < static_cast<size_t>(count); ++i) {
+    border = std::max(border, ReachOf(levels[i]));
+  }
+  return border;
+}
+
+MotionUse UseOfMotion(const Settings& s, bool jittered, const SequenceProgress& progress) {
+  return {.temporal = s.temporal && progress.has_history,
+          .antialias = progress.has_picture && AntialiasesInTime(s, jittered || progress.jittered)};
+}
+
+TonemapParameters TonemapOf(float exposure, Tonemap curve, float dither, int64_t frame) {
+  return {.exposure_scale = std::exp2(exposure),
+          .tonemap = static_cast<int>(curve),
+          .dither = dither,
+          .frame = static_cast<uint32_t>(frame)};
+}
+
+FrameFacts FactsOf(const Frame& f) {
+  FrameFacts facts;
+  facts.index = f.index;
+  facts.jittered = IsJittered(f.jitter_x, f.jitter_y);
+  for (const Signal& signal : f.signals) {
+    const uint32_t bit = 1u << static_cast<uint32_t>(signal.kind);
+    facts.lights |= bit;
+    facts.second_moments |= signal.second_moment.empty() ? 0u : bit;
+  }
+  const auto albedos = AlbedosOf(f.guides);
+  for (size_t i = 0; i < albedos.size(); ++i) {
+    facts.albedos |= albedos[i]->empty() ? 0u : 1u << i;
+  }
+  facts.has_samples = !f.samples.empty();
+  facts.has_id = !f.guides.id.empty();
+  facts.has_emission = !f.emission.empty();
+  facts.has_background = !f.background.empty();
+  facts.has_roughness = !f.guides.roughness.empty();
+  return facts;
+}
+
+float SamplesPerPixel(const Frame& frame, std::vector<double>* row_sums) {
+  if (frame.samples.empty()) {
+    return 1;
+  }
+  const double mean = MeanOfRows(frame.width, frame.height, row_sums, [&](int y) {
+    const float* row = frame.samples.Row(y);
+    double sum = 0;
+    for (int x = 0; x < frame.width; ++x) {
+      sum += row[x] > 0 && std::isfinite(row[x]) ? static_cast<double>(row[x]) : 0.0;
+    }
+    return sum;
+  });
+  return static_cast<float>(mean);
+}
+
+}  // namespace stillray

@@ -1,0 +1,153 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The plan of one frame: the stages that run, and their parameters. It is made once, from the
+/// settings, the facts of the frame and the progress of the sequence; the pipelines on the CPU and
+/// on Vulkan read the plan and no settings.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "denoise/signal_groups.h"
+#include "denoise/stages/accumulate_shared.h"
+#include "denoise/stages/antialias_shared.h"
+#include "denoise/stages/atrous.h"
+#include "denoise/stages/demodulate_shared.h"
+#include "denoise/stages/estimate_variance_shared.h"
+#include "denoise/stages/fxaa_shared.h"
+#include "denoise/stages/keep_mirrors_shared.h"
+#include "denoise/stages/limit_history_shared.h"
+#include "denoise/stages/prefilter_variance_shared.h"
+#include "denoise/stages/reproject_shared.h"
+#include "denoise/stages/tonemap_shared.h"
+#include "stillray/denoise.hpp"
+
+namespace stillray {
+
+/// Properties of a frame that decide its plan.
+struct FrameFacts {
+  int64_t index = 0;
+  uint32_t lights = 0;          ///< bit k: light of SignalKind k is given
+  uint32_t second_moments = 0;  ///< likewise
+  uint32_t albedos = 0;         ///< bit 0 albedo, 1 specular, 2 transmission albedo
+  bool has_samples = false;
+  bool has_id = false;
+  bool has_emission = false;
+  bool has_background = false;
+  bool has_roughness = false;
+  bool has_incomplete_guides = false;  ///< depth 0 and no sample, somewhere
+  float samples_per_pixel = 1;         ///< mean over the frame; below 1 the frame is sparse
+  bool jittered = false;               ///< rays did not go through the centres of the pixels
+  bool has_future = false;             ///< light of later frames is given
+  bool is_backward = false;            ///< the sequence is played backward: no picture is made
+  bool is_displayed = false;           ///< 8-bit rows are wanted
+};
+
+/// How far a sequence has come.
+struct SequenceProgress {
+  bool has_history = false;
+  bool has_picture = false;  ///< the last frame's picture was antialiased in time
+  bool jittered = false;     ///< some frame since the history began was
+  bool fed_back = false;     ///< the last frame's filtered light is part of the history, or may be
+  float feedback_progress = 0;  ///< samples per pixel since filtered light was last fed back, 0..1
+};
+
+/// The optional stages of a frame; the others always run.
+struct StagesRun {
+  bool fill_guides;
+  bool reproject;  ///< there is a history
+  bool clamp_fireflies;
+  bool compress_light;
+  bool limit_history;
+  bool merge_future;
+  bool wavelet;            ///< the levels
+  bool estimate_variance;  ///< and prefilter_variance
+  bool measure_luminance;  ///< the mean of each signal, which scales eaw_sigma_l
+  bool keep_mirrors;       ///< if the frame shows any
+  bool fxaa;
+  bool antialias;
+  bool tonemap;
+};
+
+/// Planes of each signal's history beside light and moments. Depends on the settings alone.
+struct HistoryLayout {
+  bool with_compressed = false;  ///< means of compressed luminances, for limit_history
+  bool with_behind = false;      ///< light without the last feedback, for feedback_when=blend
+
+  friend bool operator==(const HistoryLayout&, const HistoryLayout&) = default;
+};
+
+struct FramePlan {
+  std::span<const SignalGroup> signals;
+  HistoryLayout layout;
+  int border;        ///< pixels around the picture that wavelets read
+  bool is_sparse;    ///< less than one sample per pixel
+  bool has_picture;  ///< the last picture can be antialiased with
+  StagesRun runs;
+
+  DemodulateParameters demodulate;
+  ReprojectParameters reproject;
+  LimitHistoryParameters limit_history;
+  AccumulateParameters accumulate;
+  EstimateVarianceParameters estimate_variance;
+  PrefilterVarianceParameters prefilter_variance;
+  AtrousParameters atrous;
+  std::array<AtrousLevel, kMaxLevels> level;
+  int levels;          ///< 0: no wavelet
+  int feedback_level;  ///< whose output becomes history, from 1 on; 0: the accumulated light does
+  /// Weight of the history with the last feedback in the wavelet's input; the rest is the history
+  /// without it (PSVGF section 5).
+  float feedback_phase;
+  KeepMirrorsParameters keep_mirrors;
+  FxaaParameters fxaa;
+  AntialiasParameters antialias;
+  TonemapParameters tonemap;
+
+  SequenceProgress after;  ///< of the sequence, once the frame is finished
+};
+
+/// \param progress  before the frame; that of a new sequence if the history does not fit the frame
+FramePlan MakePlan(const Settings& settings, const FrameFacts& facts,
+                   const SequenceProgress& progress);
+
+HistoryLayout LayoutOf(const Settings& settings);
+
+/// The levels of the wavelet; none where it is off. \return their number
+int ListLevels(const Settings& settings, std::array<AtrousLevel, kMaxLevels>* levels);
+
+/// Pixels around a picture that wavelets with these settings read.
+int BorderOf(const Settings& settings);
+
+/// Whether a history made with the settings \p a cannot be used with \p b.
+bool NeedsNewHistory(const Settings& a, const Settings& b);
+
+/// The data of the last frame that are looked up along the motion. First frames have none.
+struct MotionUse {
+  bool temporal = false;   ///< the history
+  bool antialias = false;  ///< the last picture
+  bool any() const { return temporal || antialias; }
+};
+MotionUse UseOfMotion(const Settings& settings, bool jittered, const SequenceProgress& progress);
+
+/// Whether pictures are antialiased in time. \param jittered  this frame or one before it was
+bool AntialiasesInTime(const Settings& settings, bool jittered);
+
+/// Whether the rays of a frame went through other points than the pixels' centres.
+inline bool IsJittered(float jitter_x, float jitter_y) {
+  return jitter_x != 0 || jitter_y != 0;
+}
+
+/// How a picture is displayed. \param frame  picks the noise of the dither
+TonemapParameters TonemapOf(float exposure, Tonemap curve, float dither, int64_t frame);
+
+/// The facts of a frame in host memory, except those that depend on its pixels: incomplete guides
+/// and samples per pixel.
+FrameFacts FactsOf(const Frame& frame);
+
+/// Mean of a frame's samples; 1 where it gives none. \param row_sums  work memory
+float SamplesPerPixel(const Frame& frame, std::vector<double>* row_sums);
+
+}  // namespace stillray

@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What joins a history, for the vector versions of accumulate.
+#pragma once
+
+#include "denoise/stages/accumulate.h"
+
+namespace stillray {
+
+/// What joins the history, and how.
+struct Joining {
+  const NewLight& light;
+  const SignalHistory& before;
+  const ReprojectionTaps* taps;
+  const Image1* limit;
+  const AccumulateParameters& p;
+  float compressed_scale;  ///< of the new history; 0: it has no compressed luminances
+};
+
+/// One row of new light.
+struct LightRow {
+  const float* colour[3];
+  const float* samples;
+};
+
+inline LightRow LightRowOf(const NewLight& light, int y) {
+  return {{light.colour[0].Row(y), light.colour[1].Row(y), light.colour[2].Row(y)},
+          light.samples.Row(y)};
+}
+
+}  // namespace stillray

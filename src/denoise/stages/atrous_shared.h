@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Parameters of atrous. Its weights: edge_stopping_shared.h.
+#ifndef STILLRAY_DENOISE_ATROUS_SHARED_H
+#define STILLRAY_DENOISE_ATROUS_SHARED_H
+
+#ifdef __cplusplus
+#include "core/shared.h"
+#endif
+
+#include "denoise/stages/edge_stopping_shared.h"
+
+SHARED_BEGIN
+
+// Which edge-stopping functions weigh a tap, beside the kernel.
+const int kAtrousNaive = 0;     // none
+const int kAtrousGeometry = 1;  // normal and depth
+const int kAtrousSvgf = 2;      // normal, depth and luminance against the local spread
+const int kAtrousEaw = 3;       // Gaussians of luminance, normal and depth differences
+
+SHARED_BLOCK(AtrousParameters) {
+  EdgeStopping edges;
+  int wavelet_id;     // 1: also stop at another id, but with kAtrousGeometry
+  float noise_ratio;  // >= 1; see SharedStop
+  float eaw_sigma_l;  // in mean luminances of the signal
+  float eaw_sigma_n;
+  float eaw_sigma_z;
+  int grows;  // 1: pixels that a level fills are taps of the next
+};
+
+SHARED_END
+
+#endif

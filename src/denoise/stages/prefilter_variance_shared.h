@@ -1,0 +1,24 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Parameters of prefilter_variance. The formula: LuminanceStop of edge_stopping_shared.h.
+#ifndef STILLRAY_DENOISE_PREFILTER_VARIANCE_SHARED_H
+#define STILLRAY_DENOISE_PREFILTER_VARIANCE_SHARED_H
+
+#ifdef __cplusplus
+#include "core/shared.h"
+#endif
+
+SHARED_BEGIN
+
+SHARED_BLOCK(PrefilterVarianceParameters) {
+  int prefilter_variance;         // 0: the pixel's own variance
+  int luminance_scale_deviation;  // 1: standard deviation, 0: the variance (PSVGF as printed)
+  float sigma_l;
+  float luminance_epsilon;
+  float short_history_blur;  // history length below which luminance stops nothing
+};
+
+SHARED_END
+
+#endif
