@@ -6,25 +6,16 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <initializer_list>
 #include <memory>
 #include <string>
 #include <utility>
 
+#include "denoise/stage_parity.h"
 #include "denoise/vulkan/host_denoiser.h"
 #include "gpu/vulkan_test.h"
 #include "stillray/denoise.hpp"
 
 namespace stillray::test {
-
-/// How far a picture may be from the reference: the root mean square of the differences over that
-/// of the reference, and the share of pixels further off than ten times that plus a little. Pixels
-/// may be: a tap that one version accepts and the other just does not makes a visible difference.
-struct Tolerance {
-  double rms;
-  double outliers;
-};
 
 /// With 32 bits both differ in rounding and in the exponentials of the device alone.
 inline constexpr Tolerance kFloat = {2e-3, 0.004};
@@ -40,45 +31,6 @@ inline Tolerance ToleranceOf(const std::string& name, DevicePrecision precision)
   return precision == DevicePrecision::kFloat ? kFloat : squares ? kHalfOfSquares : kHalf;
 }
 
-struct Difference {
-  double rms = 0;
-  double outliers = 0;
-};
-
-inline Difference Compare(const Image1& a, const Image1& b, double tolerance) {
-  double error = 0;
-  double square = 0;
-  for (int y = 0; y < b.height(); ++y) {
-    for (int x = 0; x < b.width(); ++x) {
-      const double d = static_cast<double>(a(x, y)) - static_cast<double>(b(x, y));
-      error += std::isfinite(d) ? d * d : 1e30;
-      square += static_cast<double>(b(x, y)) * static_cast<double>(b(x, y));
-    }
-  }
-  const double pixels = static_cast<double>(b.width()) * b.height();
-  const double scale = std::sqrt(square / pixels);
-  Difference result;
-  result.rms = scale > 0 ? std::sqrt(error / pixels) / scale : std::sqrt(error / pixels);
-  for (int y = 0; y < b.height(); ++y) {
-    for (int x = 0; x < b.width(); ++x) {
-      const double d = std::abs(static_cast<double>(a(x, y)) - static_cast<double>(b(x, y)));
-      const double room = std::abs(static_cast<double>(b(x, y))) + 0.1 * scale + 1e-6;
-      result.outliers += d > 10 * tolerance * room ? 1 / pixels : 0.0;
-    }
-  }
-  return result;
-}
-
-inline void ExpectImage(const NamedImage& a, const NamedImage& b, const Tolerance& t,
-                        const std::string& what) {
-  ASSERT_EQ(a.channels.size(), b.channels.size()) << what << " " << a.name;
-  for (size_t c = 0; c < a.channels.size(); ++c) {
-    const Difference d = Compare(a.channels[c], b.channels[c], t.rms);
-    EXPECT_LE(d.rms, t.rms) << what << " " << a.name << "[" << c << "]";
-    EXPECT_LE(d.outliers, t.outliers) << what << " " << a.name << "[" << c << "]";
-  }
-}
-
 class DeviceTest : public test::VulkanTest {
  protected:
   Denoiser MakeDenoiser(const Settings& settings, DevicePrecision precision) {
@@ -88,14 +40,5 @@ class DeviceTest : public test::VulkanTest {
   }
   Device device() { return MakeDevice(std::make_shared<vulkan::VulkanBackend>(device_), "test"); }
 };
-
-inline Settings With(std::string_view preset,
-                     std::initializer_list<std::pair<const char*, const char*>> changes) {
-  Settings s = PresetSettings(preset).value();
-  for (const auto& [name, value] : changes) {
-    EXPECT_TRUE(SetParameter(&s, name, value).ok()) << name;
-  }
-  return s;
-}
 
 }  // namespace stillray::test
