@@ -140,7 +140,7 @@ TEST(Demodulate, VectorsMatchTheReference) {
     in.albedo = {{&albedo, &specular}, 2};
     in.samples = &samples;
     for (const bool rec601 : {false, true}) {
-      in.rec601 = rec601;
+      in.luminance_rec601 = rec601;
       NewLight expected = MakeLight(width, height, true);
       NewLight got = MakeLight(width, height, true);
       const DemodulateCounts expected_counts = reference::Demodulate(in, &expected);

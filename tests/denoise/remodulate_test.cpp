@@ -33,7 +33,7 @@ TEST(Remodulate, InverseOfDemodulate) {
     in.radiance[0] = &radiance;
     in.count = 1;
     in.albedo = {{&albedo}, 1};
-    in.rec601 = rec601;
+    in.luminance_rec601 = rec601;
     NewLight light = {Image3(9, 2), Image1(9, 2), Image1()};
     reference::Demodulate(in, &light);
     const SignalLight signal = {&light.colour, in.albedo};
