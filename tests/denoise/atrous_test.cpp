@@ -1,0 +1,364 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise/stages/atrous.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "stage_test.h"
+
+namespace stillray {
+namespace {
+
+constexpr int kBorder = 16;
+constexpr int kAllWeights[] = {kAtrousNaive, kAtrousGeometry, kAtrousSvgf, kAtrousEaw};
+
+using Version = decltype(&cpu::Atrous);
+constexpr Version kVersions[] = {&reference::Atrous, &cpu::Atrous};
+
+AtrousParameters MakeParameters() {
+  AtrousParameters p = {};
+  p.edges.sigma_n = 64;
+  p.edges.depth_weight_plane = 1;
+  p.edges.sigma_z = 1;
+  p.edges.plane_tolerance = 0.01f;
+  p.edges.depth_epsilon = 0.001f;
+  p.noise_ratio = 1;
+  p.eaw_sigma_l = 1;
+  p.eaw_sigma_n = 0.3f;
+  p.eaw_sigma_z = 0.05f;
+  return p;
+}
+
+/// A lit wall that faces the camera, of one id. The border has neither light nor a surface.
+struct Picture {
+  int width;
+  int height;
+  GuidePlanes guides{width, height, kBorder};
+  Image3 colour{width, height, kBorder};
+  Image1 variance{width, height, kBorder};
+  Image1 stop{width, height, kBorder};
+  Image1 present{width, height, kBorder};
+
+  Picture(int w, int h) : width(w), height(h) {
+    for (int y = 0; y < h; ++y) {
+      for (int x = 0; x < w; ++x) {
+        guides.inverse_depth(x, y) = 0.25f;
+        guides.depth(x, y) = 4;
+        guides.normal[2](x, y) = 1;
+        guides.id(x, y) = 1;
+        present(x, y) = 1;
+        variance(x, y) = 1;
+        for (int c = 0; c < 3; ++c) {
+          colour[c](x, y) = 1;
+        }
+      }
+    }
+  }
+  /// Runs fill(x, y) for the pixels from a column on.
+  template <typename Fill>
+  void From(int column, const Fill& fill) {
+    for (int y = 0; y < height; ++y) {
+      for (int x = column; x < width; ++x) {
+        fill(x, y);
+      }
+    }
+  }
+};
+
+struct Filtered {
+  FilterPlanes planes;
+  Image1 grown;
+
+  explicit Filtered(const Picture& picture)
+      : planes(picture.width, picture.height, kBorder),
+        grown(picture.width, picture.height, kBorder) {}
+};
+
+Filtered RunStage(Version atrous, const Picture& picture, const AtrousLevel& level,
+                  const AtrousParameters& p) {
+  Filtered out(picture);
+  AtrousSignal signal = {&picture.colour, &picture.variance, &out.planes, &picture.stop,
+                         &picture.present};
+  signal.eaw_sigma_l = p.eaw_sigma_l;
+  signal.grown = &out.grown;
+  atrous({&signal, 1}, picture.guides, level, p);
+  return out;
+}
+
+TEST(Atrous, ConstantStaysConstant) {
+  Picture picture(41, 19);
+  picture.From(0, [&](int x, int y) {
+    picture.guides.inverse_depth(x, y) = 0.25f + 0.002f * test::RandomAt(x, y, 1);
+    picture.guides.depth(x, y) = 1 / picture.guides.inverse_depth(x, y);
+    picture.guides.normal[0](x, y) = 0.3f * test::RandomAt(x, y, 2);
+    picture.stop(x, y) = test::RandomAt(x, y, 3);
+    picture.present(x, y) = test::RandomAt(x, y, 4) < 0.7f ? 1.0f : 0.0f;
+  });
+  for (const int weights : kAllWeights) {
+    for (const int radius : {1, 2}) {
+      for (const int step : {1, 2, 8}) {
+        for (const Version version : kVersions) {
+          const Filtered out =
+              RunStage(version, picture, {weights, radius, step}, MakeParameters());
+          for (int y = 0; y < picture.height; ++y) {
+            for (int x = 0; x < picture.width; ++x) {
+              if (picture.present(x, y) > 0) {
+                ASSERT_NEAR(out.planes.colour[0](x, y), 1, 2e-6f) << x << " " << y;
+                ASSERT_LE(out.planes.variance(x, y), 1 + 2e-6f) << x << " " << y;
+              }
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+/// Weight of the kernel at an offset in taps.
+float Kernel(int radius, int dx, int dy) {
+  constexpr float kKernel[2][3] = {{1.0f / 2, 1.0f / 4, 0}, {3.0f / 8, 1.0f / 4, 1.0f / 16}};
+  const float* kernel = kKernel[radius - 1];
+  return std::max(std::abs(dx), std::abs(dy)) > radius
+             ? 0.0f
+             : kernel[std::abs(dx)] * kernel[std::abs(dy)];
+}
+
+TEST(Atrous, OnAWallThatIsTheKernel) {
+  Picture picture(33, 33);
+  picture.From(0, [&](int x, int y) {
+    picture.colour[0](x, y) = picture.colour[1](x, y) = x == 16 && y == 16 ? 1.0f : 0.0f;
+  });
+  for (const int weights : {kAtrousNaive, kAtrousGeometry, kAtrousSvgf}) {
+    for (const int radius : {1, 2}) {
+      for (const int step : {1, 4}) {
+        for (const Version version : kVersions) {
+          const Filtered out =
+              RunStage(version, picture, {weights, radius, step}, MakeParameters());
+          double sum = 0;
+          for (int y = 0; y < 33; ++y) {
+            for (int x = 0; x < 33; ++x) {
+              const int dx = x - 16;
+              const int dy = y - 16;
+              const bool is_tap = dx % step == 0 && dy % step == 0;
+              const float expected = is_tap ? Kernel(radius, dx / step, dy / step) : 0.0f;
+              EXPECT_NEAR(out.planes.colour[0](x, y), expected, 1e-5f) << x << " " << y;
+              EXPECT_NEAR(out.planes.colour[1](x, y), expected, 1e-5f) << x << " " << y;
+              sum += static_cast<double>(out.planes.colour[0](x, y));
+            }
+          }
+          EXPECT_NEAR(sum, 1, 1e-5);
+          // Of independent pixels with variance 1: the sum of the squared weights.
+          const double one = radius == 1 ? 0.375 : 0.2734375;
+          EXPECT_NEAR(out.planes.variance(16, 16), one * one, 1e-5);
+        }
+      }
+    }
+  }
+}
+
+/// Light 1 left of column 16, 1000 from there on.
+void ExpectNoLeak(Picture picture, int weights, const AtrousParameters& p) {
+  picture.From(16, [&](int x, int y) {
+    for (int c = 0; c < 3; ++c) {
+      picture.colour[c](x, y) = 1000;
+    }
+  });
+  for (const Version version : kVersions) {
+    for (const int step : {1, 2}) {
+      SCOPED_TRACE("weights " + std::to_string(weights) + " step " + std::to_string(step) +
+                   (version == &cpu::Atrous ? " vectors" : " reference"));
+      const Filtered out = RunStage(version, picture, {weights, 2, step}, p);
+      for (int x = 0; x < picture.width; ++x) {
+        const float expected = x < 16 ? 1.0f : 1000.0f;
+        EXPECT_NEAR(out.planes.colour[0](x, 4), expected, 1e-4f * expected) << x;
+        EXPECT_NEAR(out.planes.colour[1](x, 4), expected, 1e-4f * expected) << x;
+      }
+    }
+  }
+}
+
+TEST(Atrous, NothingLeaksBetweenDepths) {
+  Picture picture(33, 9);
+  picture.From(16, [&](int x, int y) {
+    picture.guides.inverse_depth(x, y) = 0.5f;
+    picture.guides.depth(x, y) = 2;
+  });
+  AtrousParameters p = MakeParameters();
+  p.eaw_sigma_l = 1e6f;  // depth alone
+  for (const int weights : {kAtrousGeometry, kAtrousSvgf, kAtrousEaw}) {
+    ExpectNoLeak(picture, weights, p);
+  }
+  p.edges.depth_weight_plane = 0;
+  ExpectNoLeak(picture, kAtrousSvgf, p);
+}
+
+TEST(Atrous, NothingLeaksBetweenNormals) {
+  Picture picture(33, 9);
+  picture.From(16, [&](int x, int y) {
+    picture.guides.normal[0](x, y) = 1;
+    picture.guides.normal[2](x, y) = 0;
+  });
+  AtrousParameters p = MakeParameters();
+  p.eaw_sigma_l = 1e6f;  // of the weights of this wavelet, those of the normals alone
+  for (const int weights : {kAtrousGeometry, kAtrousSvgf, kAtrousEaw}) {
+    ExpectNoLeak(picture, weights, p);
+  }
+}
+
+TEST(Atrous, NothingLeaksBetweenIds) {
+  Picture picture(33, 9);
+  picture.From(16, [&](int x, int y) { picture.guides.id(x, y) = 2; });
+  AtrousParameters p = MakeParameters();
+  p.wavelet_id = 1;
+  ExpectNoLeak(picture, kAtrousSvgf, p);
+}
+
+TEST(Atrous, NothingLeaksBetweenLuminances) {
+  Picture picture(33, 9);
+  picture.From(0, [&](int x, int y) { picture.stop(x, y) = 1; });
+  ExpectNoLeak(picture, kAtrousSvgf, MakeParameters());
+  ExpectNoLeak(picture, kAtrousEaw, MakeParameters());
+}
+
+TEST(Atrous, ANoisyNeighbourLowersTheStopByTheRatio) {
+  // Two columns of taps reach over the edge at column 16: from 15, with 1/4 of the kernel 3x3.
+  Picture picture(33, 9);
+  picture.From(0, [&](int x, int y) {
+    picture.stop(x, y) = x < 16 ? 2.0f : 0.0f;  // infinitely noisy to the right
+    picture.colour[0](x, y) = x < 16 ? 1.0f : 2.0f;
+  });
+  for (const float ratio : {1.0f, 2.0f}) {
+    AtrousParameters p = MakeParameters();
+    p.noise_ratio = ratio;
+    const double edge = std::exp2(-2.0 / static_cast<double>(ratio));
+    const double expected = (0.75 * 1 + 0.25 * edge * 2) / (0.75 + 0.25 * edge);
+    for (const Version version : kVersions) {
+      const Filtered out = RunStage(version, picture, {kAtrousSvgf, 1, 1}, p);
+      EXPECT_NEAR(out.planes.colour[0](15, 4), expected, 2e-5);
+    }
+  }
+}
+
+TEST(Atrous, PixelsWithoutLightAreFilledAndAreNoTaps) {
+  Picture picture(33, 9);
+  picture.colour[0](20, 4) = picture.present(20, 4) = 0;
+  for (const int weights : {kAtrousNaive, kAtrousSvgf, kAtrousEaw}) {
+    for (const Version version : kVersions) {
+      const Filtered out = RunStage(version, picture, {weights, 1, 1}, MakeParameters());
+      for (int x = 0; x < 33; ++x) {
+        EXPECT_NEAR(out.planes.colour[0](x, 4), 1, 1e-6f) << x;
+        EXPECT_EQ(out.grown(x, 4), 1) << x;
+      }
+    }
+  }
+  // Where no tap has light, a pixel keeps its value, and the next level has no tap there either.
+  picture.From(0, [&](int x, int y) { picture.present(x, y) = 0; });
+  picture.colour[0](20, 4) = 0.5f;
+  for (const Version version : kVersions) {
+    const Filtered out = RunStage(version, picture, {kAtrousSvgf, 2, 1}, MakeParameters());
+    EXPECT_EQ(out.planes.colour[0](20, 4), 0.5f);
+    EXPECT_EQ(out.grown(20, 4), 0);
+  }
+}
+
+TEST(Atrous, PixelsWithoutASurfacePassThrough) {
+  Picture picture(33, 9);
+  picture.From(25, [&](int x, int y) {
+    picture.guides.inverse_depth(x, y) = picture.guides.depth(x, y) = 0;
+    picture.guides.normal[2](x, y) = 0;
+    picture.present(x, y) = 0;
+    picture.colour[0](x, y) = 7 + static_cast<float>(x);
+  });
+  for (const int weights : {kAtrousNaive, kAtrousSvgf, kAtrousEaw}) {
+    for (const Version version : kVersions) {
+      const Filtered out = RunStage(version, picture, {weights, 2, 2}, MakeParameters());
+      for (int x = 25; x < 33; ++x) {
+        EXPECT_EQ(out.planes.colour[0](x, 4), 7 + static_cast<float>(x));
+        EXPECT_EQ(out.planes.variance(x, 4), 1);
+      }
+      EXPECT_NEAR(out.planes.colour[0](24, 4), 1, 1e-6f);
+    }
+  }
+}
+
+/// All that can differ from pixel to pixel.
+Picture MakeBusyPicture(int width, int height, float lit) {
+  Picture picture(width, height);
+  picture.From(0, [&](int x, int y) {
+    GuidePlanes& g = picture.guides;
+    const bool sky = test::RandomAt(x / 5, y / 4, 1) < 0.15f;
+    g.inverse_depth(x, y) = sky ? 0.0f : 0.25f + 0.005f * test::RandomAt(x / 3, y, 2);
+    g.depth(x, y) = sky ? 0.0f : 1 / g.inverse_depth(x, y);
+    const float bend = sky ? 0.0f : 0.3f * test::RandomAt(x, y / 2, 3);
+    g.normal[0](x, y) = std::sin(bend);
+    g.normal[2](x, y) = sky ? 0.0f : std::cos(bend);
+    g.gradient[0](x, y) = 1e-3f * test::RandomAt(x, y, 4);
+    g.id(x, y) = 1 + static_cast<uint32_t>(2 * test::RandomAt(x / 11, y / 5, 5));
+    const bool present = !sky && test::RandomAt(x, y, 6) < lit;
+    picture.present(x, y) = present ? 1.0f : 0.0f;
+    picture.variance(x, y) = present ? test::RandomAt(x, y, 7) : 0.0f;
+    picture.stop(x, y) = present ? 4 * test::RandomAt(x, y, 8) : 0.0f;
+    for (uint32_t c = 0; c < 3; ++c) {
+      picture.colour[static_cast<int>(c)](x, y) = present ? 2 * test::RandomAt(x, y, 9 + c) : 0.0f;
+    }
+  });
+  return picture;
+}
+
+/// kAtrousGeometry leaves pixels without light undefined.
+void ClearUndefined(const Picture& picture, Filtered* filtered) {
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width; ++x) {
+      if (!(picture.present(x, y) > 0)) {
+        filtered->planes.colour[0](x, y) = filtered->planes.colour[1](x, y) = 0;
+        filtered->planes.variance(x, y) = 0;
+      }
+    }
+  }
+}
+
+void CompareVersions(const Picture& picture, const AtrousLevel& level, const AtrousParameters& p) {
+  Filtered expected = RunStage(&reference::Atrous, picture, level, p);
+  Filtered got = RunStage(&cpu::Atrous, picture, level, p);
+  if (level.weights == kAtrousGeometry) {
+    ClearUndefined(picture, &expected);
+    ClearUndefined(picture, &got);
+  }
+  // Exponentials are approximated to 1.5e-5 at best; weights of large exponents are less exact.
+  const int channels = level.weights == kAtrousGeometry ? 2 : 3;
+  for (int c = 0; c < channels; ++c) {
+    test::ExpectNear(got.planes.colour[c], expected.planes.colour[c], 1e-3, 1e-4);
+  }
+  test::ExpectNear(got.planes.variance, expected.planes.variance, 1e-3, 1e-4);
+  if (level.weights != kAtrousGeometry) {
+    test::ExpectEqual(got.grown, expected.grown);
+  }
+}
+
+TEST(Atrous, VectorsMatchTheReference) {
+  test::ForSizesAndTargets([](int width, int height) {
+    for (const float lit : {0.1f, 0.8f, 1.0f}) {
+      const Picture picture = MakeBusyPicture(width, height, lit);
+      for (const int weights : kAllWeights) {
+        for (const AtrousLevel& level :
+             {AtrousLevel{weights, 1, 1}, {weights, 2, 1}, {weights, 1, 4}, {weights, 2, 8}}) {
+          SCOPED_TRACE("weights " + std::to_string(weights) + " radius " +
+                       std::to_string(level.radius) + " step " + std::to_string(level.step));
+          CompareVersions(picture, level, MakeParameters());
+          AtrousParameters other = MakeParameters();
+          other.edges.depth_weight_plane = 0;
+          other.wavelet_id = 1;
+          other.noise_ratio = 1.5f;
+          CompareVersions(picture, level, other);
+        }
+      }
+    }
+  });
+}
+
+}  // namespace
+}  // namespace stillray

@@ -1,0 +1,211 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise/stages/estimate_variance.h"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include "stage_test.h"
+
+namespace stillray {
+namespace {
+
+constexpr int kBorder = 16;
+constexpr int kWidth = 19;
+constexpr int kHeight = 9;
+
+using Version = decltype(&cpu::EstimateVariance);
+constexpr Version kVersions[] = {&reference::EstimateVariance, &cpu::EstimateVariance};
+
+EstimateVarianceParameters MakeParameters() {
+  EstimateVarianceParameters p = {};
+  p.edges.sigma_n = 128;
+  p.edges.depth_weight_plane = 1;
+  p.edges.sigma_z = 1;
+  p.edges.plane_tolerance = 0.01f;
+  p.edges.depth_epsilon = 0.001f;
+  p.variance_of_mean = 1;
+  p.short_history_spatial = 1;
+  p.short_history_length = 4;
+  return p;
+}
+
+/// A wall that faces the camera.
+GuidePlanes MakeWall(int width = kWidth, int height = kHeight) {
+  GuidePlanes guides(width, height, kBorder);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      guides.inverse_depth(x, y) = 0.25f;
+      guides.depth(x, y) = 4;
+      guides.normal[2](x, y) = 1;
+      guides.id(x, y) = 1;
+    }
+  }
+  return guides;
+}
+
+/// Histories of the same length everywhere.
+SignalHistory MakeHistory(float length, float variance, float weights2,
+                          const std::function<float(int, int)>& mean) {
+  SignalHistory history(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      history.mean(x, y) = mean(x, y);
+      history.variance(x, y) = variance;
+      history.length(x, y) = length;
+      history.weights2(x, y) = weights2;
+    }
+  }
+  return history;
+}
+
+struct Estimate {
+  Image1 variance{kWidth, kHeight};
+  bool complete = false;
+};
+
+Estimate RunStage(Version estimate_variance, const SignalHistory& history,
+                  const GuidePlanes& guides, const EstimateVarianceParameters& p,
+                  const Image1* samples = nullptr) {
+  Estimate out;
+  VarianceSignal signal = {&history, samples, &out.variance};
+  estimate_variance({&signal, 1}, guides, p);
+  out.complete = signal.complete;
+  return out;
+}
+
+float Half(int x, int) {
+  return x < 8 ? 1.0f : 1000.0f;
+}
+
+TEST(EstimateVariance, LongHistoriesHaveTheirOwn) {
+  const SignalHistory history = MakeHistory(9, 3, 0.2f, Half);
+  Image1 samples(kWidth, kHeight);
+  samples.Fill(4);
+  EstimateVarianceParameters p = MakeParameters();
+  for (const Version version : kVersions) {
+    p.variance_of_mean = 1;
+    const Estimate of_mean = RunStage(version, history, MakeWall(), p);
+    EXPECT_TRUE(of_mean.complete);
+    EXPECT_NEAR(of_mean.variance(7, 4), 3 / 0.8 * 0.2, 1e-6);  // unbiased, of the mean
+    p.variance_of_mean = 0;
+    EXPECT_FLOAT_EQ(RunStage(version, history, MakeWall(), p).variance(7, 4), 3);
+    EXPECT_FLOAT_EQ(RunStage(version, history, MakeWall(), p, &samples).variance(7, 4), 0.75f);
+  }
+}
+
+TEST(EstimateVariance, ShortHistoriesHaveThatOfTheirNeighbourhood) {
+  // Means of 0 and 2 in turns: of the 49 pixels around one, 25 are like it. Of each, samples vary
+  // by 0.5 about the mean.
+  const SignalHistory history =
+      MakeHistory(1, 0.5f, 1, [](int x, int y) { return (x + y) % 2 == 0 ? 0.0f : 2.0f; });
+  const double between = 4 * (24.0 / 49) * (25.0 / 49);
+  EstimateVarianceParameters p = MakeParameters();
+  for (const Version version : kVersions) {
+    p.short_history_boost = 0;
+    EXPECT_NEAR(RunStage(version, history, MakeWall(), p).variance(7, 4), between + 0.5, 1e-5);
+    p.short_history_boost = 1;  // times 4 samples that are wanted / 1 that is there
+    EXPECT_NEAR(RunStage(version, history, MakeWall(), p).variance(7, 4), 4 * (between + 0.5),
+                1e-4);
+    p.short_history_spatial = 0;
+    EXPECT_EQ(RunStage(version, history, MakeWall(), p).variance(7, 4), 0);
+    p.short_history_spatial = 1;
+  }
+}
+
+TEST(EstimateVariance, NothingLeaksOverEdges) {
+  GuidePlanes depth = MakeWall();
+  GuidePlanes normal = MakeWall();
+  for (int y = 0; y < kHeight; ++y) {
+    std::fill(depth.inverse_depth.Row(y) + 8, depth.inverse_depth.Row(y) + kWidth, 0.5f);
+    std::fill(depth.depth.Row(y) + 8, depth.depth.Row(y) + kWidth, 2.0f);
+    std::fill(normal.normal[2].Row(y) + 8, normal.normal[2].Row(y) + kWidth, 0.0f);
+    std::fill(normal.normal[0].Row(y) + 8, normal.normal[0].Row(y) + kWidth, 1.0f);
+  }
+  const SignalHistory history = MakeHistory(1, 0, 1, Half);
+  for (const Version version : kVersions) {
+    EXPECT_GT(RunStage(version, history, MakeWall(), MakeParameters()).variance(7, 4), 1e4f);
+    for (const GuidePlanes* guides : {&depth, &normal}) {
+      const Estimate estimate = RunStage(version, history, *guides, MakeParameters());
+      for (int x = 0; x < kWidth; ++x) {
+        EXPECT_LT(estimate.variance(x, 4), 1e-12f) << x;
+      }
+    }
+  }
+}
+
+TEST(EstimateVariance, TooLittleEvidenceIsUnknown) {
+  const SignalHistory history = MakeHistory(1, 0.5f, 1, Half);
+  EstimateVarianceParameters p = MakeParameters();
+  p.least_evidence = 30;  // 49 pixels around the centre, 16 at a corner
+  for (const Version version : kVersions) {
+    const Estimate estimate = RunStage(version, history, MakeWall(), p);
+    EXPECT_LT(estimate.variance(4, 4), 1e7f);
+    EXPECT_FLOAT_EQ(estimate.variance(0, 0), kUnknownVariance);
+  }
+}
+
+TEST(EstimateVariance, NoLightOrSurfaceHasNone) {
+  SignalHistory history = MakeHistory(9, 3, 0.2f, Half);
+  GuidePlanes guides = MakeWall();
+  guides.inverse_depth(5, 4) = 0;
+  history.length(5, 4) = 0;  // there is no surface: the picture is complete
+  for (const Version version : kVersions) {
+    const Estimate sky = RunStage(version, history, guides, MakeParameters());
+    EXPECT_EQ(sky.variance(5, 4), 0);
+    EXPECT_TRUE(sky.complete);
+  }
+  history.length(6, 4) = 0;
+  for (const Version version : kVersions) {
+    const Estimate hole = RunStage(version, history, guides, MakeParameters());
+    EXPECT_EQ(hole.variance(6, 4), 0);
+    EXPECT_GT(hole.variance(7, 4), 0);
+    EXPECT_FALSE(hole.complete);
+  }
+}
+
+TEST(EstimateVariance, VectorsMatchTheReference) {
+  test::ForSizesAndTargets([](int width, int height) {
+    GuidePlanes guides = MakeWall(width, height);
+    SignalHistory history(width, height);
+    Image1 samples(width, height);
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        guides.inverse_depth(x, y) = test::RandomAt(x, y, 1) < 0.1f
+                                         ? 0.0f
+                                         : 0.25f + 0.001f * test::RandomAt(x / 9, y / 5, 2);
+        const float i = guides.inverse_depth(x, y);
+        guides.depth(x, y) = i > 0 ? 1 / i : 0.0f;
+        guides.gradient[0](x, y) = 1e-4f;
+        const float length = std::floor(8 * test::RandomAt(x, y, 3));
+        history.length(x, y) = length;
+        history.mean(x, y) = length > 0 ? 3 * test::RandomAt(x, y, 4) : 0.0f;
+        history.variance(x, y) = length > 0 ? test::RandomAt(x, y, 5) : 0.0f;
+        history.weights2(x, y) = length > 0 ? 1 / length : 0.0f;
+        samples(x, y) = std::floor(4 * test::RandomAt(x, y, 6));
+      }
+    }
+    for (const int of_mean : {0, 1}) {
+      for (const int plane : {0, 1}) {
+        EstimateVarianceParameters p = MakeParameters();
+        p.variance_of_mean = of_mean;
+        p.edges.depth_weight_plane = plane;
+        p.short_history_boost = 1;
+        p.least_evidence = 1.5f;
+        Image1 expected(width, height);
+        Image1 got(width, height);
+        VarianceSignal expected_signal = {&history, &samples, &expected};
+        VarianceSignal signal = {&history, &samples, &got};
+        reference::EstimateVariance({&expected_signal, 1}, guides, p);
+        cpu::EstimateVariance({&signal, 1}, guides, p);
+        EXPECT_EQ(signal.complete, expected_signal.complete);
+        // The approximated exponential (1.5e-5), in a difference of two sums.
+        test::ExpectNear(got, expected, 1e-4, 1e-4);
+      }
+    }
+  });
+}
+
+}  // namespace
+}  // namespace stillray
