@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What limits the tracer: the rays of one of its frames, traced again by nothing but Embree.
+/// The lower bound of the tracer's time: Embree alone traces the rays of one of its frames again.
 #pragma once
 
 #include <array>

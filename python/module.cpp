@@ -308,7 +308,7 @@ class PyDenoiser {
     }
   }
 
-  /// What a call returns: the picture, or all results by name where `outputs` are named.
+  /// The result of a call: the picture, or all results by name if `outputs` are named.
   static py::object Answer(const py::object& outputs, const Arrays& results) {
     if (outputs.is_none()) {
       return results.at("colour");

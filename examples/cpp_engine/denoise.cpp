@@ -46,7 +46,7 @@ float Sample(float arriving, float random) {
   return random < 0.25f ? 4.0f * arriving : 0.0f;
 }
 
-/// Makes room for every image that this renderer has. What stays empty is not given.
+/// Allocates the images that this renderer has. Empty images are not given.
 stillray::Frame MakeFrame() {
   using stillray::Image1;
   stillray::Frame frame;
@@ -70,7 +70,7 @@ stillray::Frame MakeFrame() {
   return frame;
 }
 
-/// One pixel as a path tracer knows it after its first hit and one path from there.
+/// Renders one pixel: the guides of its first hit, and one path from there.
 void RenderPixel(int x, int y, stillray::Frame* frame, Image3* truth) {
   stillray::Guides& g = frame->guides;
   Image3& diffuse = frame->signals[0].radiance;
@@ -88,7 +88,8 @@ void RenderPixel(int x, int y, stillray::Frame* frame, Image3* truth) {
   const float shade = (u / 16 + y / 16) % 2 == 0 ? 0.8f : 0.3f;
   const float red = std::min(1.0f, 0.002f * static_cast<float>(u));
   const float albedo[3] = {shade, shade * (1 - 0.5f * red), shade * (1 - 0.5f * red)};
-  const float shine = floor ? 0.0f : 0.2f;  // what the wall reflects specularly, of any colour
+  // specular reflectance of the wall, equal for all colours
+  const float shine = floor ? 0.0f : 0.2f;
   const float diffuse_sample = Sample(arriving, Uniform(frame->index, x, y, 0));
   const float specular_sample = Sample(2 * arriving, Uniform(frame->index, x, y, 1));
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// stillray within a renderer's Vulkan frame: a compute shader renders a noisy picture and what is
-// known of its surfaces, and the denoiser filters it, both in one command buffer, without a copy.
+// stillray within a renderer's Vulkan frame: a compute shader renders a noisy picture and its
+// guides, and the denoiser filters it, both in one command buffer, without a copy.
 //
 //   denoise_vulkan [FOLDER]     writes noisy.ppm and denoised.ppm there; prints the errors of both
 #include <vulkan/vulkan.h>
@@ -145,7 +145,7 @@ Image MakeImage(const Renderer& r, VkFormat format) {
   return made;
 }
 
-/// What the scene's shader writes, in the order of its bindings.
+/// The outputs of the scene's shader, in the order of its bindings.
 struct GBuffer {
   Image light, depth, normal, albedo, motion;
   VkDescriptorPool pool = VK_NULL_HANDLE;

@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #version 450
 
-// A ball on a floor, lit by a lamp that every second pixel misses: light, and what is known of the
-// surface in each pixel.
+// A ball on a floor, lit by a lamp that every second pixel misses: light and guides.
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(set = 0, binding = 0, rgba16f) writeonly uniform image2D light_image;
 layout(set = 0, binding = 1, r32f) writeonly uniform image2D depth_image;

@@ -38,7 +38,7 @@ struct TwoWayOptions {
   DevicePrecision precision = DevicePrecision::kHalf;  ///< on devices other than the CPU
 };
 
-/// What a TwoWayDenoiser holds, in bytes.
+/// Memory of a TwoWayDenoiser, in bytes.
 struct TwoWayMemory {
   size_t denoisers = 0;   ///< history and working memory of both directions
   size_t per_future = 0;  ///< TwoWayOptions::futures of them are held
@@ -86,11 +86,11 @@ class TwoWayDenoiser {
   const Frame* Next() const;
 
   /// Finishes the next frame.
-  /// \param out    the picture, and what SetOutputs asks for
-  /// \param noisy  if given: set to the frame that was pushed, with what stands for guides that it
-  ///               did not have. Its planes can be filled and pushed again
-  /// \return false if no frame is ready; kCancelled if `progress` said so: nothing is lost, and
-  ///         another call does the work again. Other errors as Denoiser::Denoise
+  /// \param out    the picture, and the outputs of SetOutputs
+  /// \param noisy  if given: set to the frame that was pushed, with substitutes for missing
+  ///     guides. Its planes can be filled and pushed again
+  /// \return false if no frame is ready; kCancelled if `progress` requested it: nothing is lost,
+  ///     and another call repeats the work. Other errors as Denoiser::Denoise
   Result<bool> Pull(DenoisedFrame* out, Frame* noisy = nullptr,
                     const Progress& progress = Progress());
 

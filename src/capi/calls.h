@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What every function of the C API does around its work: one call at a time per object, messages
-/// of failures, no exception that leaves the library, and structs that may grow.
+/// Common to every function of the C API: one call at a time per object, messages of failures, no
+/// exception that leaves the library, and structs that may grow.
 #pragma once
 
 #include <algorithm>

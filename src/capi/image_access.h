@@ -13,9 +13,9 @@ namespace stillray::capi {
 
 /// Fills in strides that are 0.
 /// \param name      of the image, for the message
-/// \param channels  how many are needed
+/// \param channels  required number
 /// \param id        whether the image must be STILLRAY_FORMAT_UINT32; else it must not
-/// \return kInvalidArgument naming what is wrong with the description
+/// \return kInvalidArgument naming the fault of the description
 Status CheckImage(std::string_view name, int channels, bool id, stillray_image* image);
 
 /// Copies a channel; sizes are equal.

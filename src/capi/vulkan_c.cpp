@@ -85,7 +85,7 @@ stillray_error WithDenoiser(stillray_vulkan_denoiser* denoiser, const Body& body
   return WithObject(denoiser, [&] { return body(&*denoiser->denoiser); });
 }
 
-/// What both functions that take options need.
+/// Common to both functions that take options.
 Status Read(const stillray_vulkan_context* context, const stillray_vulkan_options* options,
             VulkanContext* context_out, VulkanOptions* options_out) {
   stillray_vulkan_context c;

@@ -15,8 +15,8 @@
 namespace stillray::doctor {
 namespace {
 
-/// Where motion exceeds this, the picture's detail has moved on, and what stays at a pixel is
-/// noise.
+/// Where motion exceeds this, the picture's detail has moved, and any remaining pattern at a pixel
+/// is noise.
 constexpr float kMoves = 1.5f;
 /// How many frames are kept for that.
 constexpr size_t kFramesBack = 6;

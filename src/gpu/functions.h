@@ -165,7 +165,7 @@ Status LoadRayTracingFunctions(PFN_vkGetDeviceProcAddr get, VkDevice device,
 Status LoadSharingFunctions(PFN_vkGetDeviceProcAddr get, VkDevice device,
                             DeviceFunctions* functions);
 
-/// Ok, or a sentence that says what went wrong: "allocating image memory: out of device memory".
+/// Ok, or an error with a sentence: "allocating image memory: out of device memory".
 Status ToStatus(VkResult result, const char* action);
 
 }  // namespace stillray::gpu

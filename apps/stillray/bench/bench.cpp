@@ -90,7 +90,7 @@ Status AddSubjects(const BenchArguments& a, int most_threads, bool scalar, Filte
   };
   for (const std::string& preset : a.presets) {
     for (const bool one_signal : {true, false}) {
-      // What the targets are made for is the published filter of one signal.
+      // Targets apply to the published filter of one signal.
       if (preset == "none" || (one_signal && preset != "svgf")) {
         continue;
       }

@@ -88,7 +88,7 @@ std::string Count(uint32_t count) {
   return count > 0 ? std::to_string(count) : "-";
 }
 
-/// What is not known is left out: 0 would be a figure.
+/// Omits unknown values: 0 would be a measurement.
 nlohmann::ordered_json KnownMemoryJson(const std::string& name, const DeviceMemory& memory) {
   nlohmann::ordered_json json = {{"name", name}};
   const nlohmann::ordered_json all = DeviceMemoryJson(memory);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Checks of options whose messages name the value and what was expected, as those of CheckNumbers
-/// do: "--fps: found '0', expected 0.001 to 1000".
+/// Checks of options. Their messages name the value found and the values expected, as those of
+/// CheckNumbers do: "--fps: found '0', expected 0.001 to 1000".
 #pragma once
 
 #include <algorithm>

@@ -34,7 +34,7 @@ Status CheckDisplayArguments(const DenoiseArguments& arguments) {
   return Status::Ok();
 }
 
-/// What decides the pictures besides SequenceOptions, for --resume.
+/// The options besides SequenceOptions that change the pictures, for --resume.
 std::string Fingerprint(const DenoiseArguments& a) {
   std::string text = fmt::format("denoise {}\noutput {}\ndevice {}\n", fmt::join(a.inputs, " "),
                                  a.output, a.device);

@@ -20,8 +20,8 @@ namespace stillray {
 namespace {
 
 constexpr int64_t kLastFrame = 99'999'999;
-/// What frame, histories and work planes take, measured and rounded up: far too large pictures are
-/// refused at once instead of bringing the machine to its knees.
+/// Memory of frame, histories and work planes, measured and rounded up, to reject sizes that would
+/// exhaust the machine's memory.
 constexpr int64_t kBytesPerPixel = 600;
 /// A second frame whose files are written meanwhile: 40 planes, and the channels of its files.
 constexpr int64_t kBytesPerPixelOfSecondFrame = 300;

@@ -49,7 +49,7 @@ class RenderRun {
 
   Status Run();
 
-  // What FrameLoop calls. Frames are counted from the first of --frames.
+  // The calls of FrameLoop. Frames are counted from the first of --frames.
   using Picture = RenderPicture;
   Status Make(size_t at, Picture* picture);
   Status Write(Picture* picture);

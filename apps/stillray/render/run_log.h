@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What a run took and was made with: render.json (docs/report.md) and the table of --timings.
+/// Settings, times and memory of a run: render.json (docs/report.md) and the table of --timings.
 #pragma once
 
 #include <cstdint>

@@ -24,7 +24,7 @@ class PaneTextures {
   /// Uploads the pictures if they have changed.
   /// \return why shared pictures cannot be imported; these panes are unchanged
   Status Upload(const ViewFrame& frame, bool sharp_pixels);
-  /// Checks support for shared pictures. \return kUnsupported naming what OpenGL lacks
+  /// Checks support for shared pictures. \return kUnsupported naming the missing OpenGL features
   Status PrepareSharing();
   int count() const { return count_; }
   /// The OpenGL name of a pane's texture.

@@ -12,8 +12,8 @@
 namespace stillray::view {
 
 /// Name, control, and a button that restores the base value where the value differs from it.
-/// \param base_name  what the base is, for the tooltip: "preset", "default"
-/// \return the new value as text, if the user changed it; it may be invalid where text is typed
+/// \param base_name  name of the base in the tooltip: "preset", "default"
+/// \return the new value as text, if the user changed it; typed text may be invalid
 std::optional<std::string> ParameterWidget(const Parameter& p, const std::string& value,
                                            const char* base_name, const std::string& base);
 

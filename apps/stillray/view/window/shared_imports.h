@@ -18,7 +18,7 @@ namespace stillray::view {
 /// released with its picture.
 class SharedImports {
  public:
-  /// \return kUnsupported naming what OpenGL lacks
+  /// \return kUnsupported naming the missing OpenGL features
   static Result<std::unique_ptr<SharedImports>> Create();
   ~SharedImports();
   SharedImports(const SharedImports&) = delete;
