@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What stillray denoise writes beside its files: previews, findings of the doctor, the last line;
-// and the names that it takes for folders and sequences.
+// Outputs of stillray denoise besides its files: previews, findings of the doctor, the last line;
+// and names of folders and sequences.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -136,7 +136,7 @@ TEST_F(CliDenoiseOutput, ResumeKeepsTheWindowOfTheRun) {
   EXPECT_TRUE(fs::exists(folder_ / "clean/in.0008.exr"));
 }
 
-// What is done was done without it, and those to come continue that history.
+// Finished frames were made without it, and later ones continue their history.
 TEST_F(CliDenoiseOutput, AFrameThatCameAmongFinishedOnesIsNamed) {
   WriteShot(In(), Shot(), 1, 8);
   fs::remove(folder_ / "in.0002.exr");

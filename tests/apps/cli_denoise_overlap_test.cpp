@@ -99,7 +99,7 @@ TEST_P(CliDenoiseOverlap, ChangesNoBits) {
   ExpectSame(FilesIn(out), FilesIn(expected));
 }
 
-// What the overlap holds besides is no reason to refuse a frame.
+// The other memory of the overlap must not lead to rejection of a frame.
 TEST_P(CliDenoiseOverlap, GivesWayWhereMemoryIsShort) {
   WriteShot(in_, Shot(), 1, 3);
   const std::string expected = OneByOne();

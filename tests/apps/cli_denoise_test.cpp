@@ -211,7 +211,7 @@ TEST(CliDenoise, WithoutMotionEveryFrameStandsAlone) {
   EXPECT_EQ(ReadText(folder / "a.0002.exr"), ReadText(folder / "b.0002.exr"));
 }
 
-// What does not fit is not decoded: that the file breaks off is not even seen.
+// Files that exceed the limit are not decoded: their truncation is not reported.
 TEST(CliDenoise, MemoryIsCheckedBeforeDecoding) {
   const TemporaryFolder folder;
   WriteFrames(folder / "in.####.exr", 1, 1);

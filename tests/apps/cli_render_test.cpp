@@ -154,7 +154,7 @@ TEST(CliRender, TheEstimateHoldsForInputsReferencesAndLayers) {
       RunProgram({"render", "builtin:lights", "-o", out, "--size", "160x90", "--frames", "1-2",
                   "--format", "exr,png", "--save-inputs", "--reference", "2", "--aov", "temporal"});
   ASSERT_EQ(run.exit_code, 0) << run.errors;
-  // What `stillray compare` needs for the temporal error.
+  // The layers that `stillray compare` needs for the temporal error.
   EXPECT_THAT(ChannelsOf(out + "/denoised.0002.exr"),
               ::testing::IsSupersetOf({"motion.X", "depth.Z"}));
   double bytes = 0;
@@ -318,7 +318,7 @@ TEST(CliRender, ASettingsFileSaysWhatOptionsSay) {
                 .exit_code,
             0);
   EXPECT_THAT(Differences(out, folder / "options", ".exr"), ::testing::IsEmpty());
-  // What the command line says goes first.
+  // The command line takes precedence.
   ASSERT_EQ(RunProgram(Render(folder / "own", {"--frames", "1-3", "--format", "exr", "--settings",
                                                folder / "look.txt", "--bounces", "3"}))
                 .exit_code,

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What happens to runs of stillray around their frames: names, streams and disks that are not as
-// they should be.
+// Runs of stillray with unusual names, streams and disks.
 #include <algorithm>
 #include <chrono>
 #include <csignal>
@@ -316,7 +315,7 @@ TEST(CliRuns, AKilledRunLeavesNoVideoForGood) {
   EXPECT_THAT(temporaries(), ::testing::IsEmpty());
 }
 
-/// render.json without what differs from run to run.
+/// render.json without values that differ from run to run.
 nlohmann::json SettingsIn(const std::string& folder) {
   nlohmann::json json = nlohmann::json::parse(ReadText(folder + "/render.json"));
   for (const char* key : {"frames", "memory", "threads", "command", "date"}) {

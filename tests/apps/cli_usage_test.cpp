@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What the program says of itself and of a command line that is wrong.
+// Help, and messages for wrong command lines.
 #include <sys/resource.h>
 #include <sys/stat.h>
 
@@ -217,7 +217,7 @@ constexpr bool kLimitsWork = false;  // the sanitizer reserves terabytes of addr
 constexpr bool kLimitsWork = true;
 #endif
 
-/// Limits what programs that are started meanwhile may use.
+/// Limits a resource of the programs started during its lifetime.
 class ResourceLimit {
  public:
   ResourceLimit(int resource, rlim_t most) : resource_(resource) {

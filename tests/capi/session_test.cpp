@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What lasts longer than a frame: history, sizes, settings, progress.
+/// State that outlasts a frame: history, sizes, settings, progress.
 #include <thread>
 
 #include "capi/capi_frames.h"
@@ -310,7 +310,7 @@ TEST(SessionTest, CancelledWhileFilteringWritesNothingAndRestarts) {
   caller.Give(denoiser.get());
   EXPECT_EQ(stillray_denoiser_execute(denoiser.get()), STILLRAY_ERROR_CANCELLED);
   EXPECT_EQ(caller.colour.bytes, before);
-  // Asked again neither after it had said stop nor for the end.
+  // Not called again after it requested a stop, nor for the end.
   EXPECT_EQ(watch.calls, 2);
   ASSERT_EQ(stillray_denoiser_set_progress(denoiser.get(), nullptr, nullptr), STILLRAY_OK);
   EXPECT_EQ(Denoise(denoiser.get(), 2, kLarge, kLarge), FirstFrame(2, kLarge, kLarge));

@@ -14,7 +14,7 @@ volatile double stillray_fuzz_sink = 0;
 
 namespace {
 
-/// What was read has the size that it says it has, and all of its memory may be read.
+/// Decoded images have the stated size, and all of their memory is readable.
 void Use(const stillray::Image3& image) {
   double sum = 0;
   for (int c = 0; c < 3; ++c) {

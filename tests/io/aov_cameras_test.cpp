@@ -57,7 +57,7 @@ CameraMatrices CameraAt(const Kind& kind, double x, double y, double z, double a
   const double c = std::cos(angle);
   const double s = std::sin(angle);
   const Rows move = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -x, -y, -z, 1};
-  // What lies to the right (x = sin, z = cos) comes to the middle.
+  // Points to the right (x = sin, z = cos) move to the middle.
   const Rows turn = {c, 0, s, 0, 0, 1, 0, 0, -s, 0, c, 0, 0, 0, 0, 1};
   const Rows camera = Product(Product(move, turn), kind.turn);
   return {camera, Product(camera, kind.projection)};
@@ -96,7 +96,7 @@ TEST_P(AovCameras, Forwards) {
   EXPECT_NEAR(motion[1](149, 49), 0.2 * 0.5, 1e-4);
 }
 
-// What is in the middle after a turn by 10 degrees was 100 tan(10 degrees) pixels to the right.
+// After a turn by 10 degrees, the point in the middle was 100 tan(10 degrees) pixels to the right.
 TEST_P(AovCameras, Turned) {
   const double angle = 10 * std::numbers::pi / 180;
   const Image2 motion =

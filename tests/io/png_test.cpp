@@ -194,7 +194,7 @@ TEST(Png, FlippedBytesAreFoundByTheirChecksum) {
     std::string bytes = whole;
     bytes[i] ^= 0x10;
     const Result<Rgb8Image> read = Decode8(bytes);
-    if (read.ok()) {  // only what does not matter may change: the sRGB chunk
+    if (read.ok()) {  // only the sRGB chunk, which has no effect, may change
       EXPECT_EQ(read->pixels, Noise(20, 20).pixels) << "byte " << i;
     }
   }

@@ -22,7 +22,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// What a shell command prints.
+/// Standard output of a shell command.
 std::string Output(const std::string& command) {
   std::string text;
   std::FILE* pipe = ::popen(command.c_str(), "r");
@@ -218,7 +218,8 @@ TEST(Video, TheCauseIsFoundAmongTheLastLines) {
               HasSubstr("failed to write the video: No space left on device"));
 }
 
-// Who may write to the folder can put a link in the place of the file: ffmpeg must not follow it.
+// Users with write access to the folder can replace the file with a link: ffmpeg must not follow
+// it.
 TEST(Video, IsNotWrittenThroughALink) {
   SKIP_WITHOUT_FFMPEG();
   const TempFolder folder;

@@ -19,8 +19,8 @@ std::vector<T> Noise(size_t count, uint32_t seed) {
   return values;
 }
 
-/// Products rounded, then added in order: what every target must give to the bit. Widths cover
-/// blocks of vectors, single vectors and the rest.
+/// Products rounded, then added in order: the exact result of every target. Widths cover blocks of
+/// vectors, single vectors and the rest.
 template <typename T>
 void ExpectExact(int width, size_t stride) {
   const std::vector<T> kernel = Noise<T>(19, 1);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What a frame says of the surfaces it shows.
+// The guides of a frame.
 #include "render/guides.h"
 
 #include <cmath>

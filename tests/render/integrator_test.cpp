@@ -228,7 +228,7 @@ TEST(SignalsTest, IndirectLightOfADarkCornerIsTheWallsAlone) {
 }
 
 TEST(RegulariseTest, LeavesTheFirstSurfaceAndDimsCaustics) {
-  // What is seen directly stays; the mirror behind a diffuse floor gets rough.
+  // Directly visible surfaces are unchanged; the mirror behind a diffuse floor becomes rough.
   SceneBuilder builder = FloorUnderLamp(0.0f);
   RenderSettings settings = SmallSettings(4, 4, 64);
   const vec3 plain = Mean(SumOfLight(RenderOne(builder.scene, settings)));

@@ -198,7 +198,7 @@ TEST(LightSetTest, DensitiesOfRaysAreThoseOfSamples) {
   const vec3 normal(0, 1, 0);
   const LightChoices choices = WeighLights(lights.arrays(), point);
   const float total = TotalOf(choices);
-  // The total flux that samples estimate must be what summing over all triangles gives.
+  // The total flux estimated from samples must equal the sum over all triangles.
   double estimate = 0;
   constexpr uint32_t kCount = 65536;
   for (uint32_t i = 0; i < kCount; ++i) {

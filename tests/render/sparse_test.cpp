@@ -245,7 +245,7 @@ TEST(SparseTest, FramesThatComeBackAreAsNewOnes) {
   const SceneBuilder builder = Room();
   const auto renderer = MakeRenderer(builder, SparseSettings(16, GuideCoverage::kSparse));
   Frame reused;
-  // Whatever came before: other coverage, other cycles, whole frames, several samples.
+  // Independent of earlier frames: other coverage, other cycles, whole frames, several samples.
   const auto render = [&](int spp, int cycle, GuideCoverage guides, int64_t index) {
     RenderSettings settings = SparseSettings(cycle, guides);
     settings.spp = spp;

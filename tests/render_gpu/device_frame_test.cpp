@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Frames that stay on the device that traced them hold what frames on the host do, and are filtered
-// to the same pictures.
+// Frames that stay on the device that traced them equal frames on the host, and are filtered to the
+// same pictures.
 #include "gpu/device_frame.h"
 
 #include <gmock/gmock.h>

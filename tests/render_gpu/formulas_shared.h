@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What the test computes at one place, by the tracer's headers: the same lines on the CPU and on
-// the device.
+// The values that the test computes at one position with the tracer's headers: the same lines on
+// the CPU and on the device.
 #ifndef STILLRAY_RENDER_GPU_FORMULAS_SHARED_H
 #define STILLRAY_RENDER_GPU_FORMULAS_SHARED_H
 

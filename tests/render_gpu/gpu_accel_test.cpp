@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Rays on the device meet what Embree's meet, and none slips through a closed mesh.
+// Rays on the device hit the same surfaces as Embree's, and none passes through a closed mesh.
 #include "render/vulkan/gpu_accel.h"
 
 #include <gmock/gmock.h>
@@ -382,7 +382,7 @@ TEST_P(GpuAccelTest, TransmittanceIsTheCpus) {
     different += std::max(d.x, std::max(d.y, d.z)) < 1e-4f ? 0 : 1;
   }
   EXPECT_GE(partial, 5000);
-  // Beside what rounding does at edges: alpha that is cut, texels that are not interpolated.
+  // Besides rounding at edges: alpha cutouts without interpolation of texels.
   EXPECT_LE(different, 25);
 }
 

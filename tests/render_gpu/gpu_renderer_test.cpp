@@ -26,7 +26,7 @@ constexpr double kPerThousand = 8;
 
 class GpuRendererTest : public TracingWaysTest {
  protected:
-  // For what takes many dispatches: the validation layer would take ten times as long.
+  // For tests with many dispatches, which take ten times as long under the validation layer.
   void LeaveValidation() {
     const Result<std::shared_ptr<gpu::Instance>> instance = gpu::Instance::Create();
     ASSERT_TRUE(instance.ok());

@@ -31,7 +31,7 @@ class GpuVisibilityTest : public test::VulkanTest {
     uint32_t primitive;
   };
 
-  // Reads what Record made of `view`.
+  // Reads the results of Record in `view`.
   std::vector<Seen> Draw(const GpuAccel& accel, const Visibility& visibility,
                          const RasterView& view) {
     gpu::Arena arena(&device_->context());

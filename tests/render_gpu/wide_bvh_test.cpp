@@ -110,7 +110,8 @@ TEST(WideBvh, NothingIsARootWithoutChildren) {
 TEST(WideBvh, CoincidentBoxesAndSingleItemsInLeaves) {
   BuildChecked(std::vector<Aabb>(3000, {vec3(1), vec3(2)}));
   const WideBvh bvh = BuildChecked(RandomBoxes(300, 0.2f, 4), 1, kTopStack);
-  // Inner nodes have two children at least: what GpuScene reserves for the top level is enough.
+  // Inner nodes have at least two children: the memory that GpuScene reserves for the top level
+  // suffices.
   EXPECT_LT(bvh.nodes.size(), 300u);
 }
 

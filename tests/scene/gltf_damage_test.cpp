@@ -238,8 +238,8 @@ TEST(GltfDamage, PositionsThatAreAllNan) {
   ExpectBad(builder, "the scene has no triangles");
 }
 
-// A scene within the limit whose camera, made to see all of it, would stand beyond what rays can be
-// traced from.
+// A scene within the limit whose camera, placed to show all of it, would be beyond the range of
+// rays.
 TEST(GltfDamage, TooLargeForACameraThatSeesAll) {
   const auto triangle = [](float size) {
     GltfBuilder builder;

@@ -132,7 +132,7 @@ TEST(GltfFiles, OtherFormatsAreNamed) {
                                   "(.gltf, .glb) or builtin:NAME");
   EXPECT_THAT(LoadScene(folder.Write("b", "# a scene")).status().message(),
               HasSubstr("b: files of this kind are not read, expected a scene in glTF 2.0"));
-  // What is glTF by its content, or by its name, gets glTF's own messages.
+  // Files that are glTF by content or by name get messages of the glTF importer.
   EXPECT_THAT(LoadScene(folder.Write("c.txt", "{}")).status().message(), HasSubstr("asset"));
   EXPECT_THAT(LoadScene(folder.Write("d.gltf", "v 0 0 0")).status().message(), HasSubstr("JSON"));
   EXPECT_THAT(LoadScene("").status().message(), HasSubstr("the scene's name is empty"));

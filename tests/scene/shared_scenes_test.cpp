@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Real scenes: what their documentation says about them must come out of the importer.
+/// Real scenes: the importer must find the contents that their documentation lists.
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>

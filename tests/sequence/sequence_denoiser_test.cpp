@@ -134,7 +134,7 @@ TEST_P(SequenceDenoisers, AnErrorOfTheOwnerStopsTheRun) {
   EXPECT_FALSE(fs::exists(options.files[2].output));
 }
 
-// At every frame, and while the future is accumulated: what comes out is the same.
+// At every frame, and during accumulation of the future: the result is the same.
 TEST_P(SequenceDenoisers, ARunThatIsStoppedGoesOnWithTheSameBits) {
   const SequenceOptions whole = Options(6, "whole");
   Denoise(whole);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What a user sees over time: a still view that converges, a moving one that stays usable.
+// Quality over time: a still view converges, a moving one stays usable.
 #include <cmath>
 #include <string>
 #include <vector>

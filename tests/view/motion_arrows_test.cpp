@@ -44,7 +44,7 @@ TEST(MotionArrows, LengthGrowsWithSpeed) {
 }
 
 TEST(MotionArrows, PointWhereThingsGo) {
-  // What was 1 pixel to the left a frame ago moves to the right.
+  // A point that was 1 pixel to the left one frame ago moves to the right.
   Image2 motion(kWidth, kHeight);
   motion[0](24, 24) = -1;
   Rgb8Image picture = Grey();

@@ -32,7 +32,7 @@ class SceneOutlineFile : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
-/// A .glb with this JSON, and `told` as its length.
+/// A .glb with this JSON, and `told` as the length in its header.
 std::string Glb(const std::string& json, uint32_t told) {
   std::string bytes = "glTF";
   const auto add = [&](uint32_t word) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Small sessions of the viewer, and what tests do with them.
+/// Small sessions of the viewer for tests.
 #pragma once
 
 #include <cmath>

@@ -170,7 +170,8 @@ TEST(ViewSession, LightsMoveAtASpeedOfTheirOwn) {
   EXPECT_EQ(both.light_seconds, 1);
 }
 
-/// What moves with which clock, seen from one place: surfaces by their depth, light by the picture.
+/// Each clock moves its own part, from a fixed camera: surfaces by their depth, light by the
+/// picture.
 TEST(ViewSession, EachClockMovesItsOwn) {
   struct Seen {
     Image1 depth;
@@ -207,7 +208,7 @@ TEST(ViewSession, EachClockMovesItsOwn) {
   const Seen lights = after_a_second(0, 1);
   const Seen objects = after_a_second(1, 0);
   const Seen both = after_a_second(1, 1);
-  // The same random numbers: pictures differ by what has moved, and by that alone.
+  // The same random numbers: pictures differ only by the motion.
   EXPECT_GT(unlike(lights.light, still.light), 1e-3);
   EXPECT_GT(unlike(both.light, objects.light), 1e-3);
   EXPECT_GT(moved_pixels(objects.depth, still.depth), 60);
@@ -366,7 +367,7 @@ TEST(ViewSession, AMovingViewTakesTheFastFilterAndAStillOneRefines) {
   EXPECT_EQ(frame.samples, first + frame.rate.value());
 }
 
-/// What is on the screen stays there when the filter or the resolution changes.
+/// The displayed picture remains when the filter or the resolution changes.
 TEST(ViewSession, AChangeOfFilterOrResolutionKeepsThePicture) {
   ViewSession session = Open("builtin:cornell");
   ViewSettings settings = SmallSettings();
