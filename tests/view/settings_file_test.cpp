@@ -68,7 +68,7 @@ TEST(SettingsFile, ErrorsNameFileLineAndWhatIsExpected) {
     const char* place;
     const char* word;
   } kCases[] = {{"preset=none", "a.txt:1:", "none"},
-                {"sigma_l=2\npreset=svgf", "a.txt:2:", "above"},
+                {"sigma_l=2\npreset=svgf", "a.txt:2:", "before all"},
                 {"\n\nsigma=2", "a.txt:3:", "'sigma'"},
                 {"sigma_l=-1", "a.txt:1:", "-1"},
                 {"sigma_l", "a.txt:1:", "'sigma_l' has no '=', expected name=value"},
