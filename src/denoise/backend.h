@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What a Denoiser stands on: the CPU or a device.
+/// The interface between a Denoiser and its implementations on the CPU and on devices.
 #pragma once
 
 #include <cstdint>
@@ -56,9 +56,9 @@ struct Device::Impl {
   bool may_fall_back = false;              ///< chosen by "auto"
 };
 
-/// A device on a backend that exists.
+/// A device on an opened backend.
 Device MakeDevice(std::shared_ptr<DeviceBackend> backend, std::string description);
-/// What it stands on; nullptr: the CPU.
+/// The device's backend; nullptr: the CPU.
 std::shared_ptr<DeviceBackend> BackendOf(const Device& device);
 
 }  // namespace stillray

@@ -53,7 +53,7 @@ const Frame& Denoiser::Impl::Complete(const Frame& given) {
   return completed;
 }
 
-/// Whether light of the future was accumulated from frames like this one.
+/// Checks that light of the future was accumulated from frames like this one.
 Status Denoiser::Impl::CheckFuture(const Frame& frame,
                                    std::span<const SignalHistory> future) const {
   if (future.empty()) {
@@ -80,8 +80,8 @@ void Denoiser::Impl::FallBack(std::string why) {
   may_fall_back = false;
 }
 
-/// A device chosen by "auto" that fails before the first frame is finished is replaced by the CPU.
-/// Invalid frames are no failure of the device.
+/// Falls back to the CPU if a device chosen by "auto" fails before the first frame is finished. An
+/// invalid frame is not a failure of the device.
 template <typename Call>
 Status Denoiser::Impl::RunOrFallBack(const Call& call) {
   const Status status = call();
@@ -220,7 +220,8 @@ Status Denoiser::RestoreHistory(std::span<const uint8_t> bytes) {
     impl_->FallBack("the saved history was made on the CPU");
   }
   const Status status = impl_->backend->RestoreHistory(bytes);
-  impl_->may_fall_back = impl_->may_fall_back && !status.ok();  // the CPU cannot read a device's
+  // the CPU cannot read a device's history
+  impl_->may_fall_back = impl_->may_fall_back && !status.ok();
   return status;
 }
 

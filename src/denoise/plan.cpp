@@ -13,14 +13,14 @@
 namespace stillray {
 namespace {
 
-/// Sums of samples are whole numbers but for rounding, or means of such: a little less than a limit
-/// reaches it, or roundings would decide.
+/// Sums of samples are integers up to rounding, or means of such: limits are lowered by this much,
+/// so that rounding does not decide.
 constexpr float kSampleRounding = 1e-3f;
 
 /// Samples that the 7x7 neighbourhood must have below one per pixel.
 constexpr float kLeastEvidence = 4.0f - kSampleRounding;
 
-/// Frames of one cycle add up to one sample per pixel but for rounding.
+/// Frames of one cycle sum to one sample per pixel, up to rounding.
 constexpr float kWholeSample = 1.0f - 1e-4f;
 
 constexpr float kRadiansPerDegree = 0.017453293f;
@@ -55,7 +55,7 @@ float ShortHistoryLength(const Settings& s) {
   return static_cast<float>(s.short_history_length) - kSampleRounding;
 }
 
-/// Signals of light that was mirrored or refracted.
+/// Signals of reflected or refracted light.
 int MirrorSignals(std::span<const SignalGroup> signals, uint32_t lights) {
   int mask = 0;
   for (size_t i = 0; i < signals.size(); ++i) {
@@ -140,7 +140,7 @@ void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   plan->tonemap = TonemapOf(s.exposure, s.tonemap, s.dither, facts.index);
 }
 
-/// How far the samples of this frame bring the next feedback of filtered light (PSVGF section 5).
+/// Plans the feedback of filtered light from the number of samples (PSVGF section 5).
 void PlanFeedback(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   float& progress = plan->after.feedback_progress;
   progress = std::min(progress + std::min(facts.samples_per_pixel, 1.0f), 1.0f);
@@ -148,7 +148,7 @@ void PlanFeedback(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   const bool feeds_back = s.temporal && s.feedback > 0 &&
                           (s.feedback_when == FeedbackWhen::kFrame || whole) && !facts.has_future &&
                           !facts.is_backward;
-  // What is merged with the future has no part that was not fed back.
+  // Light merged with the future has no version without feedback.
   plan->feedback_phase = whole || facts.has_future ? 1.0f : progress;
   plan->feedback_level = feeds_back ? s.feedback : 0;
   plan->after.fed_back = feeds_back;

@@ -27,7 +27,7 @@
 
 namespace stillray {
 
-/// Properties of a frame that decide its plan.
+/// Properties of a frame that determine its plan.
 struct FrameFacts {
   int64_t index = 0;
   uint32_t lights = 0;          ///< bit k: light of SignalKind k is given
@@ -43,16 +43,16 @@ struct FrameFacts {
   bool jittered = false;               ///< rays did not go through the centres of the pixels
   bool has_future = false;             ///< light of later frames is given
   bool is_backward = false;            ///< the sequence is played backward: no picture is made
-  bool is_displayed = false;           ///< 8-bit rows are wanted
+  bool is_displayed = false;           ///< 8-bit rows are requested
 };
 
-/// How far a sequence has come.
+/// The progress of a sequence.
 struct SequenceProgress {
   bool has_history = false;
   bool has_picture = false;  ///< the last frame's picture was antialiased in time
   bool jittered = false;     ///< some frame since the history began was
   bool fed_back = false;     ///< the last frame's filtered light is part of the history, or may be
-  float feedback_progress = 0;  ///< samples per pixel since filtered light was last fed back, 0..1
+  float feedback_progress = 0;  ///< samples per pixel since the last feedback, 0..1
 };
 
 /// The optional stages of a frame; the others always run.
@@ -85,7 +85,7 @@ struct FramePlan {
   HistoryLayout layout;
   int border;        ///< pixels around the picture that wavelets read
   bool is_sparse;    ///< less than one sample per pixel
-  bool has_picture;  ///< the last picture can be antialiased with
+  bool has_picture;  ///< there is a last picture for antialiasing
   StagesRun runs;
 
   DemodulateParameters demodulate;
@@ -135,12 +135,12 @@ MotionUse UseOfMotion(const Settings& settings, bool jittered, const SequencePro
 /// Whether pictures are antialiased in time. \param jittered  this frame or one before it was
 bool AntialiasesInTime(const Settings& settings, bool jittered);
 
-/// Whether the rays of a frame went through other points than the pixels' centres.
+/// Whether the rays of a frame missed the pixels' centres.
 inline bool IsJittered(float jitter_x, float jitter_y) {
   return jitter_x != 0 || jitter_y != 0;
 }
 
-/// How a picture is displayed. \param frame  picks the noise of the dither
+/// Parameters of the display picture. \param frame  seed of the dither
 TonemapParameters TonemapOf(float exposure, Tonemap curve, float dither, int64_t frame);
 
 /// The facts of a frame in host memory, except those that depend on its pixels: incomplete guides

@@ -11,7 +11,7 @@
 
 namespace stillray {
 
-/// Mean over a picture of what sum_of_row(y) adds up, in double precision and in one order.
+/// Mean over a picture of the row sums sum_of_row(y), in double precision and in a fixed order.
 /// \param sums  work memory, one element per row
 template <typename SumOfRow>
 double MeanOfRows(int width, int height, std::vector<double>* sums, const SumOfRow& sum_of_row) {

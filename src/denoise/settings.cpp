@@ -14,7 +14,7 @@ namespace {
 
 using Member = ParameterMember<Settings>;
 
-/// What of a parameter is kept in history: the history is begun anew when the key changes.
+/// The part of a parameter that the history depends on: the history restarts when the key changes.
 struct HistoryKey {
   int (*key)(const Settings&) = nullptr;  ///< nullptr: never
   const char* when = "";                  ///< Parameter::resets_history
@@ -32,7 +32,7 @@ constexpr HistoryKey Always() {
   return {[](const Settings& s) { return static_cast<int>(s.*kMember); }, "on every change"};
 }
 
-/// A row of the table with what only this file needs.
+/// A row of the table with the columns that only this file uses.
 struct Row {
   Parameter info;
   Member member;

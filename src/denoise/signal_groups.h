@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Which lights of a frame make up which signal, and by what they are divided.
+/// The lights of each signal, and the albedos that divide it.
 #pragma once
 
 #include <span>
@@ -15,12 +15,12 @@ namespace stillray {
 struct SignalGroup {
   const char* name;
   std::vector<SignalKind> kinds;
-  bool diffuse_albedo = false;       ///< divided by the sum of albedo, ...
-  bool specular_albedo = false;      ///< ... specular albedo ...
-  bool transmission_albedo = false;  ///< ... and transmission albedo, of those that are true
+  bool diffuse_albedo = false;       ///< divided by the sum of the albedos that are true: albedo,
+  bool specular_albedo = false;      ///< specular albedo,
+  bool transmission_albedo = false;  ///< and transmission albedo
 };
 
-/// The most signals that GroupsOf makes.
+/// The largest number of signals of GroupsOf.
 inline constexpr size_t kMostGroups = 4;
 
 inline std::vector<SignalGroup> MakeGroups(SignalGrouping grouping, bool with_transmission) {
@@ -71,7 +71,7 @@ inline std::span<const SignalGroup> GroupsOf(SignalGrouping grouping, bool with_
   return groups[static_cast<int>(grouping)][with_transmission ? 1 : 0];
 }
 
-/// Whether light of this kind was mirrored or refracted at the first surface.
+/// Whether light of this kind is reflected or refracted at the first surface.
 inline bool IsSharpAtMirrors(SignalKind kind) {
   return kind == SignalKind::kDirectSpecular || kind == SignalKind::kIndirectSpecular ||
          kind == SignalKind::kDirectTransmission || kind == SignalKind::kIndirectTransmission;

@@ -12,7 +12,7 @@
 
 namespace stillray {
 
-/// Adds the time from its making to its end to the stage of that name.
+/// Adds its lifetime to the time of the stage of that name.
 class StageTimer {
  public:
   StageTimer(std::vector<StageTime>* times, const char* name) : times_(times), name_(name) {}

@@ -21,10 +21,10 @@ namespace {
 struct WaitingFrame {
   Frame frame;
   Image2 next_motion;
-  bool continues = false;  ///< whether the frame before shows the same shot
+  bool continues = false;  ///< whether the previous frame shows the same shot
 };
 
-/// Brings the frame's planes to the host.
+/// Copies the frame's planes to the host.
 Status BringToHost(Frame* frame) {
   if (frame->on_device == nullptr) {
     return Status::Ok();
@@ -75,7 +75,7 @@ struct TwoWayDenoiser::Impl {
   void Restart();
 };
 
-/// Checks a frame as Denoiser will, when the caller can still be told which one is wrong.
+/// Checks a frame like Denoiser, but at once, so that the error belongs to the right call.
 Status TwoWayDenoiser::Impl::CheckPush(const Frame& frame, bool may_continue) const {
   const bool shifts = jittered || IsJittered(frame.jitter_x, frame.jitter_y);
   return CheckFrame(frame, forward.settings(),
@@ -90,8 +90,8 @@ void TwoWayDenoiser::Impl::Restart() {
   futures.Clear();
 }
 
-/// Accumulates the futures of the frames from the first that waits on.
-/// \param done  [out] the part of the call that this was
+/// Accumulates the futures of the frames from the first waiting one on.
+/// \param done  [out] fraction of the call's work
 Status TwoWayDenoiser::Impl::AccumulateBackward(const Progress& progress, double* done) {
   const FutureRange range = futures.Begin(first, pushed());
   const auto steps = static_cast<double>(range.look_end - range.begin + 1);
@@ -250,7 +250,7 @@ DeviceMemory TwoWayDenoiser::device_memory() const {
 
 namespace {
 
-/// A strip of a frame with the images that `like` has: a mirror under one sample per pixel.
+/// A strip of a frame with the images of `like`: a mirror under one sample per pixel.
 Frame MakeStrip(const Frame& like, int height) {
   const int width = like.width;
   Frame strip;
@@ -286,7 +286,7 @@ Frame MakeStrip(const Frame& like, int height) {
   return strip;
 }
 
-/// What frames of this height take.
+/// Memory for frames of this height.
 Result<TwoWayMemory> MeasureStrip(const Settings& settings, const Frame& like, bool next_motion,
                                   int height, const Device& device, DevicePrecision precision) {
   Frame strip = MakeStrip(like, height);

@@ -54,10 +54,10 @@ class CpuDenoiser : public DenoiserBackend {
   History history_;
   FrameWork work_;
   bool has_result_ = false;  ///< history_.picture is that of the last frame
-  Frame from_device_;        ///< a frame that lies on a device, on the host
+  Frame from_device_;        ///< copy on the host of a frame on a device
 };
 
-/// Of the sequence that a frame continues; of a new one if its history does not fit.
+/// The progress of the sequence; that of a new one if the history does not fit the frame.
 SequenceProgress CpuDenoiser::ProgressFor(const Frame& frame) const {
   const std::span<const SignalGroup> signals = GroupsOf(settings_.signals, HasTransmission(frame));
   if (history_.Fits(frame.width, frame.height, signals.size(), LayoutOf(settings_))) {
@@ -69,7 +69,7 @@ SequenceProgress CpuDenoiser::ProgressFor(const Frame& frame) const {
   return progress;
 }
 
-/// Checks the frame, makes its plan and the room for it. The history is unchanged on failure.
+/// Checks the frame, makes its plan and allocates its memory. The history is unchanged on failure.
 Result<CpuDenoiser::Begun> CpuDenoiser::Begin(const Frame& frame, FrameFacts facts) {
   const SequenceProgress progress = ProgressFor(frame);
   const MotionUse use = UseOfMotion(settings_, facts.jittered, progress);
@@ -119,7 +119,7 @@ Status CpuDenoiser::Denoise(const Frame& given, std::span<const SignalHistory> f
   return Status::Ok();
 }
 
-/// The requested forms of the picture, but for `colour`.
+/// Returns the requested forms of the picture other than `colour`.
 void CpuDenoiser::HandOver(const FramePlan& plan, DenoisedFrame* out) const {
   if (!results_.colour) {
     out->colour = Image3();
@@ -178,7 +178,7 @@ Status CpuDenoiser::RestoreHistory(std::span<const uint8_t> bytes) {
     return restored.status();
   }
   history_ = std::move(restored.value());
-  history_.progress.fed_back = true;  // perhaps: the bytes do not say
+  history_.progress.fed_back = true;  // possibly: the bytes do not record it
   has_result_ = false;
   return Status::Ok();
 }

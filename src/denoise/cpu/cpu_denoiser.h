@@ -9,7 +9,7 @@
 
 namespace stillray {
 
-/// \param implementation  vectors and threads, or the scalar reference
+/// \param implementation  SIMD and threads, or the scalar reference
 std::unique_ptr<DenoiserBackend> MakeCpuDenoiser(const Settings& settings,
                                                  Backend implementation = Backend::kCpu);
 

@@ -22,7 +22,7 @@ void CopyGuides(const GuidePlanes& from, GuidePlanes* to) {
   CopyImage(from.normal, &to->normal);
 }
 
-/// Gives the light of a history another border.
+/// Changes the border of a history's light.
 void SetBorder(int border, SignalHistory* history) {
   for (Image3* image : {&history->colour, &history->behind}) {
     if (!image->empty() && (*image)[0].border() != border) {
@@ -40,7 +40,7 @@ bool HasPlanes(const FrameWork& work, int width, int height, const FramePlan& pl
          work.spare.behind.empty() != plan.layout.with_behind;
 }
 
-/// Makes the planes that do not depend on the border.
+/// Allocates the planes that do not depend on the border.
 void MakePlanes(int width, int height, const FramePlan& plan, FrameWork* work) {
   work->taps = ReprojectionTaps(width, height);
   work->staged = StagedHistory(width, height);

@@ -12,20 +12,20 @@
 
 namespace stillray {
 
-/// One signal on its way through the wavelet.
+/// One signal between the wavelet levels.
 struct WaveletPlanes {
   FilterPlanes filter[2];
   /// Luminance stops of the wavelet; before it, the limits of limit_history. Empty if neither runs.
   Image1 stop;
   Image1 present;
   Image1 grown;                   ///< `present` of the next level; empty until a frame is sparse
-  int target = 0;                 ///< which of `filter` the next level writes to
+  int target = 0;                 ///< index in `filter` of the next level's output
   Image3* light = nullptr;        ///< input of the next level, or the result
   Image1* variance = nullptr;     ///< of it
   const Image1* where = nullptr;  ///< positive where there is light on a surface
   bool complete = false;          ///< `present` is 1 on every surface
   float mean_luminance = 1;
-  SignalHistory* history = nullptr;  ///< where the light came from
+  SignalHistory* history = nullptr;  ///< the source of the light
 
   WaveletPlanes() = default;
   WaveletPlanes(int width, int height, int border)
@@ -36,11 +36,11 @@ struct WaveletPlanes {
 };
 
 /// Work planes of one frame. They are kept between frames, so that nothing is allocated in the
-/// steady state; the next frame reads nothing of them.
+/// steady state; the next frame does not read them.
 struct FrameWork {
   ReprojectionTaps taps;
   std::vector<NewLight> light;  ///< of every signal
-  SignalHistory spare;          ///< where the next history of a signal is made
+  SignalHistory spare;          ///< buffer for the next history of a signal
   bool spare_is_empty = false;  ///< no light in it anywhere
   StagedHistory staged;
   std::vector<SignalHistory> merged;   ///< with the future; empty until there is one
@@ -56,11 +56,11 @@ struct FrameWork {
   size_t bytes() const;
 };
 
-/// Makes room for a frame of this size under the plan, unless it is there.
+/// Allocates memory for a frame of this size under the plan, if necessary.
 void MakeRoom(const FramePlan& plan, int width, int height, FrameWork* work);
 
-/// Begins the history anew if it does not fit the frame and the plan, and gives it the border that
-/// the wavelet reads. \return whether it was begun anew
+/// Restarts the history if it does not fit the frame and the plan, and gives it the border that the
+/// wavelet reads. \return whether it was restarted
 bool FitHistory(const FramePlan& plan, int width, int height, int border, History* history);
 
 }  // namespace stillray

@@ -36,7 +36,7 @@ struct History {
     return {.with_compressed = any && !signals.front().compressed.empty(),
             .with_behind = any && !signals.front().behind.empty()};
   }
-  /// Whether a frame of this size, with so many signals, can go on with it.
+  /// Whether a frame of this size, with so many signals, can continue from it.
   bool Fits(int w, int h, size_t signal_count, const HistoryLayout& wanted) const {
     return width == w && height == h && signals.size() == signal_count && layout() == wanted;
   }

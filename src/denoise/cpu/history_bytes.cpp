@@ -24,7 +24,7 @@ struct Header {
   /// 1: history, 2: picture, 4: compressed luminances, 8: history without the last feedback, 16:
   /// held guides, 32: with ids, 64: some frame was jittered
   uint32_t flags = 0;
-  uint32_t held_planes = 0;  ///< bit n: the n-th plane of VisitHeldPlanes is there
+  uint32_t held_planes = 0;  ///< bit n: the n-th plane of VisitHeldPlanes is present
   float feedback_progress = 0;
   uint64_t checksum = 0;  ///< of all bytes, with this as 0
 };
@@ -81,7 +81,7 @@ uint32_t PlanesOf(const HeldGuides& held) {
   return mask;
 }
 
-/// Makes the planes that the mask names. \return false if it names some that do not exist
+/// Allocates the planes of the mask. \return false if it has bits of planes that do not exist
 bool MakePlanes(const Header& header, HeldGuides* held) {
   uint32_t mask = header.held_planes;
   VisitHeldPlanes(*held, [&](Image1& plane) {
@@ -224,7 +224,7 @@ Result<History> HistoryFromBytes(std::span<const uint8_t> bytes, const KeptHisto
       any_nan = any_nan || HoldsNan(plane.Row(y), plane.width());
     }
   });
-  // A NaN in the history would stay for good; no denoiser writes one.
+  // A NaN would stay in the history forever; no denoiser writes one.
   if (any_nan) {
     return Status::BadData("saved history holds values that are no numbers");
   }

@@ -13,20 +13,20 @@
 
 namespace stillray {
 
-/// What saved histories begin with: those of the CPU, and those of other devices.
+/// Magic numbers of saved histories: those of the CPU, and those of other devices.
 inline constexpr char kHistoryMagic[8] = {'s', 't', 'i', 'l', 'l', 'r', 'a', 'y'};
 inline constexpr char kDeviceHistoryMagic[8] = {'s', 't', 'i', 'l', 'l', 'g', 'p', 'u'};
 inline constexpr uint32_t kHistoryByteOrder = 0x01020304;
 
-/// What settings keep.
+/// The history that settings require.
 struct KeptHistory {
-  size_t least = 1;  ///< signals of frames without transmission ...
-  size_t most = 1;   ///< ... and with it
+  size_t least = 1;  ///< signals of frames without transmission
+  size_t most = 1;   ///< signals of frames with transmission
   HistoryLayout layout;
 };
 KeptHistory KeptBy(const Settings& settings);
 
-/// What a saved history says of itself.
+/// The claims of a saved history's header.
 struct HistoryClaims {
   int32_t width = 0;
   int32_t height = 0;
@@ -35,10 +35,10 @@ struct HistoryClaims {
   float feedback_progress = 0;
 };
 
-/// \return kBadData saying what is out of range or does not fit to the settings
+/// \return kBadData naming the claim that is out of range or does not match the settings
 Status CheckClaims(const HistoryClaims& claims, const KeptHistory& kept);
 
-/// Whether bytes begin as those of HistoryToBytes.
+/// Whether the bytes start like those of HistoryToBytes.
 bool IsHistoryOfCpu(std::span<const uint8_t> bytes);
 
 /// The state as bytes: a header (magic, version, sizes, flags, checksum), then all planes row by
@@ -46,7 +46,7 @@ bool IsHistoryOfCpu(std::span<const uint8_t> bytes);
 std::vector<uint8_t> HistoryToBytes(const History& state);
 
 /// \param border  of the guides
-/// \return kBadData saying what does not fit, or is damaged
+/// \return kBadData naming the mismatch or damage
 Result<History> HistoryFromBytes(std::span<const uint8_t> bytes, const KeptHistory& kept,
                                  int border);
 

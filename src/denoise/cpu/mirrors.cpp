@@ -31,7 +31,7 @@ bool HasMirrors(const Image1& roughness, const Image1& surface, float mirror_rou
   return any;
 }
 
-/// The finished light of a signal, where it may be changed: not where it is the history as well.
+/// The final light of a signal, copied first if it is also the history.
 Image3* ChangeableLight(WaveletPlanes* planes) {
   if (planes->light == &planes->history->colour) {
     Image3* room = &planes->filter[planes->target].colour;

@@ -8,7 +8,7 @@
 
 namespace stillray {
 
-/// keep_mirrors and the wavelet in it: gives samples of mirrors back that the filter made worse, in
+/// keep_mirrors and its wavelet levels: restores samples of mirrors that the filter made worse, in
 /// WaveletPlanes::light.
 void RunKeepMirrors(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& guides,
                     FrameWork* work, DenoisedFrame* out);

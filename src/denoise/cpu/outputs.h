@@ -19,25 +19,25 @@ namespace stillray {
 
 class FrameOutputs {
  public:
-  /// \param names  of single outputs: see Denoiser::OutputNames. What is passed must outlive this
+  /// \param names  of single outputs: see Denoiser::OutputNames. The arguments must outlive this
   FrameOutputs(const std::vector<std::string>& names, const StageTable& stages,
                const DemodulateParameters& demodulate, DenoisedFrame* out)
       : names_(names), stages_(stages), demodulate_(demodulate), out_(out) {}
 
   bool any() const { return !names_.empty(); }
   bool Wants(const std::string& name) const;
-  /// Keeps the output `kind`.`signal`, if it is wanted.
+  /// Stores the output `kind`.`signal`, if it is requested.
   void KeepPlane(const char* kind, const SignalGroup& signal, const Image1& plane);
-  /// \param light  luminance, red, blue; kept as red, green, blue
+  /// \param light  luminance, red, blue; stored as red, green, blue
   void KeepLight(const char* kind, const SignalGroup& signal, const Image3& light);
   void KeepPicture(const char* name, const Image3& picture);
-  /// Adds a signal, times its albedo, to the picture `name`, which is wanted.
+  /// Adds a signal, times its albedo, to the picture `name`, which is requested.
   /// \param scratch  work memory of the picture's size
   void AddToPicture(const std::string& name, const Image3& light, const AlbedoSum& albedo,
                     Image3* scratch);
   /// Adds unfiltered light to all pictures of AddToPicture.
   void AddUnfiltered(std::span<const Image3* const> unfiltered);
-  /// Hands over the pictures of AddToPicture, after all others.
+  /// Returns the pictures of AddToPicture, after all others.
   void Finish();
 
  private:

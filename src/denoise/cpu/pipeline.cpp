@@ -41,7 +41,7 @@
 namespace stillray {
 namespace {
 
-/// Guides, emission and background: the frame's own, or completed ones where some are unknown.
+/// Guides, emission and background: those of the frame, or filled ones if some are unknown.
 FrameInput InputOf(const CpuPipeline& p, const Frame& frame, HeldGuides* held, FillGuidesWork* work,
                    DenoisedFrame* out) {
   if (!p.plan.runs.fill_guides) {
@@ -77,7 +77,7 @@ void FindTaps(const CpuPipeline& p, const FrameInput& in, int border, History* h
   }
 }
 
-/// Everything before the signals.
+/// The stages before the signals.
 FrameInput BeginFrame(const CpuPipeline& p, const Frame& frame, History* history, FrameWork* work,
                       DenoisedFrame* out) {
   FrameInput in = InputOf(p, frame, &history->held, &work->fill_guides, out);
@@ -168,7 +168,7 @@ void RunFxaa(const CpuPipeline& p, const Image1& length, Image3* picture, Image3
   std::swap(*picture, *scratch);
 }
 
-/// Leaves the finished picture in the history.
+/// Stores the finished picture in the history.
 void RunAntialias(const CpuPipeline& p, const FrameInput& in, const PictureParts& parts,
                   History* history, FrameWork* work, Image3* colour, DenoisedFrame* out) {
   const StageTimer timer(&out->timings, "antialias");

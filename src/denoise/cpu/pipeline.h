@@ -16,7 +16,7 @@
 
 namespace stillray {
 
-/// What a frame is denoised with.
+/// The constant arguments of the stages of a frame.
 struct CpuPipeline {
   const StageTable& stages;
   const FramePlan& plan;
@@ -25,16 +25,16 @@ struct CpuPipeline {
 };
 
 /// \param future   one history per signal if the plan merges them
-/// \param history  of the frame before; afterwards of this one, `progress` as it was
-/// \param colour   gets the finished picture, of the frame's size; nullptr: it is left in
-///                 History::picture alone
-/// \param out      gets everything but `colour`, `display` and `shared`
+/// \param history  of the previous frame; updated to this one, except `progress`
+/// \param colour   receives the finished picture, of the frame's size; nullptr: it is only stored
+///     in History::picture
+/// \param out      receives everything except `colour`, `display` and `shared`
 void RunFrame(const CpuPipeline& pipeline, const Frame& frame,
               std::span<const SignalHistory> future, History* history, FrameWork* work,
               Image3* colour, DenoisedFrame* out);
 
-/// A frame of a sequence that is played backward: its light joins the history, and no picture is
-/// made. \param future  gets the light of the frame's future, one history per signal
+/// A frame of a sequence that is played backward: its light is accumulated, and no picture is made.
+/// \param future  receives the light of the frame's future, one history per signal
 void RunBackward(const CpuPipeline& pipeline, const Frame& frame, History* history, FrameWork* work,
                  std::vector<SignalHistory>* future);
 

@@ -18,8 +18,7 @@ SignalHistory EmptyHistory(const CpuPipeline& p, const History& history, int bor
                        p.plan.layout.with_behind, border);
 }
 
-/// The lights of a signal; makes room for the variance within pixels where second moments are
-/// given.
+/// The lights of a signal; allocates the variance within pixels if second moments are given.
 DemodulateInput RadianceOf(const CpuPipeline& p, const FrameInput& in, const SignalGroup& signal,
                            NewLight* to) {
   DemodulateInput light;
@@ -57,7 +56,7 @@ void SuppressFireflies(const CpuPipeline& p, NewLight* light, FrameWork* work) {
   }
 }
 
-/// Chooses the luminance that a signal is compressed with, and brings its history to it.
+/// Chooses the compression scale of a signal, and rescales its history.
 void UpdateCompressionScale(const CpuPipeline& p, const NewLight& light,
                             std::vector<double>* row_sums, SignalHistory* history) {
   if (!p.plan.runs.reproject) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The stages that run for each signal on its own: from its light to its history.
+/// The stages that run for each signal separately: from its light to its history.
 #pragma once
 
 #include "denoise/cpu/outputs.h"
@@ -15,22 +15,22 @@ struct FrameInput {
   const Guides& guides;
   const Image3& emission;
   const Image3& background;
-  float negative_limit = 0;  ///< light that is less negative is zero
+  float negative_limit = 0;  ///< negative light above -negative_limit is zero
 };
 
 /// The albedos that a signal is divided by.
 AlbedoSum AlbedosOf(const DemodulateParameters& p, const SignalGroup& signal, const Guides& guides);
 
 /// demodulate and suppress_fireflies: the new light of a signal, in FrameWork::light. Also chooses
-/// the scale of its compressed luminances, where the history has some.
+/// its compression scale, if its history has compressed luminances.
 void GatherLight(const CpuPipeline& p, const FrameInput& in, size_t signal, History* history,
                  FrameWork* work, FrameOutputs* outputs, DenoisedFrame* out);
 
-/// The longest length that each signal's history may count for, in WaveletPlanes::stop.
+/// The largest length that each signal's history may count for, in WaveletPlanes::stop.
 void RunLimitHistory(const CpuPipeline& p, const History& history, FrameWork* work,
                      FrameOutputs* outputs, DenoisedFrame* out);
 
-/// The new light of a signal joins its history.
+/// Accumulates the new light of a signal in its history.
 void RunAccumulate(const CpuPipeline& p, size_t signal, History* history, FrameWork* work,
                    DenoisedFrame* out);
 

@@ -41,7 +41,7 @@ bool IsComplete(const Image1& present, const GuidePlanes& guides) {
   return complete;
 }
 
-/// Between the history before the last feedback and after it (PSVGF section 5).
+/// Blends the history before the last feedback with the history after it (PSVGF section 5).
 void BlendFeedback(const SignalHistory& history, float phase, Image3* out) {
   ParallelRows(out->height(), 32, [&](int y0, int y1) {
     for (int c = 0; c < 3; ++c) {
@@ -57,7 +57,7 @@ void BlendFeedback(const SignalHistory& history, float phase, Image3* out) {
   });
 }
 
-/// Marks where there is light, if that is not everywhere.
+/// Marks pixels with light, unless all have some.
 void FindPresent(const Image1& surface, WaveletPlanes* planes) {
   const Image1& length = planes->history->length;
   planes->where = planes->complete ? &surface : &planes->present;
@@ -143,7 +143,7 @@ void RunLevel(const CpuPipeline& p, int level, const GuidePlanes& guides,
 }
 
 /// The light of a level becomes the history of the next frame; the planes of the old history are
-/// used by another level.
+/// reused by another level.
 void FeedBack(WaveletPlanes* planes) {
   SignalHistory* history = planes->history;
   if (!history->behind.empty()) {

@@ -10,7 +10,7 @@
 
 namespace stillray {
 
-/// The wavelet of a signal begins with this history.
+/// Sets the input of a signal's wavelet to this history.
 void BeginFilter(const CpuPipeline& p, const FrameInput& in, size_t signal, SignalHistory* history,
                  FrameWork* work, FrameOutputs* outputs);
 

@@ -58,15 +58,15 @@ HWY_INLINE VF Alpha(const AntialiasInput& in, const AntialiasParameters& p, VF l
   return hn::IfThenElse(some, hn::Min(hn::Max(alpha, share), one), alpha);
 }
 
-/// What a vector of pixels learns from its 3x3 neighbours.
+/// Values from the 3x3 neighbours of a vector of pixels.
 struct Neighbourhood {
   VF low[3];
   VF high[3];
   VF mx, my;   ///< motion of the nearest surface in front of the centre's, or the centre's own
-  VF longest;  ///< history of any pixel; 0 where lengths are not known
+  VF longest;  ///< largest history length; 0 if unknown
 };
 
-/// Whether nothing in a row moves.
+/// Whether motion is zero in a whole row.
 HWY_INLINE bool IsStillRow(const Image2& motion, int y) {
   const DF d;
   const VF zero = hn::Zero(d);
@@ -81,17 +81,16 @@ HWY_INLINE bool IsStillRow(const Image2& motion, int y) {
   return still;
 }
 
-/// The rows around the pixels of row y, from the one above: beyond the picture's edge the row at
-/// it.
+/// The rows around the pixels of row y, from the one above; clamped at the picture's edge.
 struct RowsAround {
   const float* colour[3][3];
-  const float* length[3];  ///< nullptr: not known
+  const float* length[3];  ///< nullptr: unknown
   const float* inverse_depth[3];
   const float* motion[3][2];
-  const float* gradient[2];  ///< of row y alone
+  const float* gradient[2];  ///< of row y only
 };
 
-/// \param colour_row  takes a channel and a row of the picture
+/// \param colour_row  returns a row of the picture for a channel
 template <class ColourRow>
 RowsAround FindRowsAround(const Image2& motion, const GuidePlanes& guides, const Image1* length,
                           int y, const ColourRow& colour_row) {
@@ -113,8 +112,8 @@ RowsAround FindRowsAround(const Image2& motion, const GuidePlanes& guides, const
 }
 
 /// \tparam kStill  none of the neighbours moves, whichever is nearest
-/// \tparam kInner  neighbours exist in all columns, so that plain loads find them; else the
-///                 picture's edge is repeated
+/// \tparam kInner  neighbours exist in all columns, so that plain loads suffice; else the picture's
+/// edge is repeated
 template <bool kStill, bool kInner>
 HWY_INLINE Neighbourhood LookAround(const RowsAround& rows, int x, int y, int width, int height) {
   const DF d;
@@ -170,8 +169,8 @@ HWY_INLINE Neighbourhood LookAround(const RowsAround& rows, int x, int y, int wi
   return n;
 }
 
-/// Where a vector of pixels stood in the previous picture: the pixel to the upper left, and the
-/// rest of the way.
+/// Position of a vector of pixels in the previous picture: the pixel to the upper left, and the
+/// fractional offset.
 struct PreviousPlace {
   VI x, y;
   VF u, v;
@@ -200,7 +199,7 @@ HWY_INLINE void SampleCatmullRom(const PreviousPlace& place, const Load& load, V
   }
 }
 
-/// SamplePrevious where taps do not lie side by side, or beyond the picture: its edge is repeated.
+/// SamplePrevious for taps that are not adjacent, or beyond the picture, whose edge is repeated.
 HWY_NOINLINE inline void GatherPrevious(const Image3& previous, const PreviousPlace& place,
                                         VF before[3]) {
   const DF d;
@@ -248,10 +247,10 @@ HWY_INLINE void SamplePrevious(const Image3& previous, VF px, VF py, MF inside, 
       before);
 }
 
-/// Where a row of the picture goes.
+/// Destination of a row of the picture.
 struct OutRow {
   float* row[3];
-  float* copy[3];  ///< nullptr: nowhere
+  float* copy[3];  ///< nullptr: none
 };
 
 inline OutRow OutRowOf(const AntialiasInput& in, int y, Image3* out) {
@@ -300,7 +299,7 @@ HWY_INLINE void AntialiasVector(const RowsAround& rows, const AntialiasInput& in
   }
 }
 
-/// \param next  what else is to be fetched for the next row
+/// \param next  other rows to prefetch
 template <bool kStill>
 void AntialiasRow(const RowsAround& rows, NextRow<kMostFetched> next, const AntialiasInput& in,
                   const AntialiasParameters& p, int y, Image3* out) {
@@ -329,14 +328,14 @@ void AntialiasRow(const RowsAround& rows, NextRow<kMostFetched> next, const Anti
   }
 }
 
-/// Whether nothing moves in each of three rows that follow each other.
+/// Whether motion is zero in each of three consecutive rows.
 class StillRows {
  public:
   StillRows(const Image2& motion, int y) : motion_(motion) {
     still_[1] = IsStillRow(motion, std::max(y - 1, 0));
     still_[2] = IsStillRow(motion, y);
   }
-  /// Those around row y: the next one at every call.
+  /// The rows around row y, which increases by one at every call.
   bool Around(int y) {
     still_[0] = still_[1];
     still_[1] = still_[2];

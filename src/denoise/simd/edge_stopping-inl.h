@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The weights of stages/edge_stopping_shared.h on vectors, under the same names: exponents are of 2
-// here.
+// SIMD versions of the weights in stages/edge_stopping_shared.h, under the same names; exponents
+// are of 2 here.
 #if defined(STILLRAY_DENOISE_SIMD_EDGE_STOPPING_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_EDGE_STOPPING_INL_H_
 #undef STILLRAY_DENOISE_SIMD_EDGE_STOPPING_INL_H_
@@ -17,22 +17,22 @@ HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 
-/// What the weights need to know of the centres: loaded once per vector of pixels.
+/// The weights' data of the centres: loaded once per vector of pixels.
 struct GuideCentre {
   VF nx, ny, nz;
   VF i;       ///< inverse depth
   VF gx, gy;  ///< its gradient
   VF z;       ///< depth (gradient weight)
   VF scale;   ///< log2(e) / (tolerance * i) (plane weight)
-  VF flat;    ///< 0 where the slope is too steep to tell anything, else 1 (gradient weight)
+  VF flat;    ///< 0 where the slope is too steep to be reliable, else 1 (gradient weight)
 };
 
-/// How depths are held against each other (DepthWeight), where that is known when compiling; a
-/// choice in the innermost loop costs as much as a formula.
+/// The depth weight (DepthWeight) as a template argument: a branch in the innermost loop costs as
+/// much as a formula.
 enum class Depths {
   kGradient,
   kPlane,
-  kEither,  ///< EdgeStopping::depth_weight_plane tells
+  kEither,  ///< chosen by EdgeStopping::depth_weight_plane
 };
 
 template <Depths kDepths>
@@ -45,7 +45,7 @@ struct GuideRow {
   const float* nx;
   const float* ny;
   const float* nz;
-  const float* depth;  ///< inverse where distances are from a plane
+  const float* depth;  ///< inverse, or linear for the gradient weight
   const float* gx;
   const float* gy;
   const uint32_t* id;
@@ -68,7 +68,7 @@ HWY_INLINE GuideCentre LoadGuideCentre(const GuideRow& row, const EdgeStopping& 
   c.nz = hn::LoadU(d, row.nz + x);
   c.gx = hn::LoadU(d, row.gx + x);
   c.gy = hn::LoadU(d, row.gy + x);
-  // Each kind of weight reads one plane of depths, and no other.
+  // Each kind of weight reads only one plane of depths.
   const VF depth = hn::LoadU(d, row.depth + x);
   const VF one = hn::Set(d, 1.0f);
   const MF surface = hn::Gt(depth, hn::Zero(d));

@@ -9,8 +9,7 @@
 
 namespace stillray {
 
-/// Guides of one row of this frame, as FindTapsRow reads them: a vector beyond the last pixel may
-/// be anything.
+/// Guides of one row of this frame for FindTapsRow: lanes beyond the last pixel may hold any value.
 struct GuidesOfRow {
   const float* normal[3];
   const float* inverse_depth;
@@ -19,8 +18,8 @@ struct GuidesOfRow {
 };
 
 namespace cpu {
-/// BeginTaps comes before the first row.
-/// \param next  what else is to be fetched for the next row
+/// Call BeginTaps before the first row.
+/// \param next  other rows to prefetch
 void BeginTaps(ReprojectionTaps* taps);
 void FindTapsRow(const GuidesOfRow& now, const GuidePlanes& before, const Image2& motion,
                  const ReprojectParameters& parameters, int y, const NextRow<32>& next,

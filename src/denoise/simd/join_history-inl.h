@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// New light on vectors of pixels joins their history: accumulate, into other planes or in place.
+// Accumulates new light of vectors of pixels in their history: into other planes or in place.
 #if defined(STILLRAY_DENOISE_SIMD_JOIN_HISTORY_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_JOIN_HISTORY_INL_H_
 #undef STILLRAY_DENOISE_SIMD_JOIN_HISTORY_INL_H_
@@ -26,7 +26,7 @@ HWY_INLINE VF NewFrameWeight(VF length, VF n, float alpha_min, bool constant_wei
   return hn::IfThenElseZero(hn::Gt(n, hn::Zero(d)), with_history);
 }
 
-/// The planes of a history in the order of their slots; nullptr where it has none.
+/// The planes of a history in the order of their slots; nullptr if absent.
 struct SlotRows {
   float* row[kHistorySlots];
 };
@@ -46,9 +46,9 @@ inline SlotRows RowsOf(SignalHistory* history, int y) {
   return rows;
 }
 
-/// The history of the pixels x, x + 1, ... of row y with the new light.
-/// \param old_of  takes a plane of the history before: its values there; Length() for its length
-/// \param store   takes a slot and a vector of its values
+/// Blends the new light with the history of the pixels x, x + 1, ... of row y.
+/// \param old_of  returns the previous values of a plane; Length() those of the length
+/// \param store   receives a slot and a vector of its values
 template <typename OldOf, typename Store>
 HWY_INLINE void JoinOld(const Joining& j, const LightRow& light, bool nothing_new, int x, int y,
                         const OldOf& old_of, const Store& store) {
@@ -105,7 +105,7 @@ HWY_INLINE void JoinOld(const Joining& j, const LightRow& light, bool nothing_ne
   store(kLengthSlot, hn::IfThenElse(arrived, hn::Add(length, n), old_length));
 }
 
-/// A history that lies at the pixels themselves.
+/// A history at the pixels themselves.
 struct OwnHistory {
   const SignalHistory& before;
   int x, y;

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What joins a history, for the vector versions of accumulate.
+/// Arguments of the SIMD versions of accumulate.
 #pragma once
 
 #include "denoise/stages/accumulate.h"
 
 namespace stillray {
 
-/// What joins the history, and how.
+/// The inputs and parameters of accumulation.
 struct Joining {
   const NewLight& light;
   const SignalHistory& before;

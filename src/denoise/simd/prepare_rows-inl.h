@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Guides row by row: prepare_guides, alone or together with reproject.
+// Guides row by row: prepare_guides, alone or fused with reproject.
 #if defined(STILLRAY_DENOISE_SIMD_PREPARE_ROWS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_PREPARE_ROWS_INL_H_
 #undef STILLRAY_DENOISE_SIMD_PREPARE_ROWS_INL_H_
@@ -22,8 +22,7 @@ HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 
-/// The rows around the one whose slope is found, and that slope: they are read again while they
-/// are in the cache.
+/// The rows around the one whose slope is computed, and that slope, kept in the cache.
 class KeptRows {
  public:
   explicit KeptRows(int width) : width_(width), rows_(width, 3 * kPlanes + 2) {}
@@ -31,14 +30,14 @@ class KeptRows {
   float* normal(int c, int y) const { return rows_.Row(First(y) + 1 + c); }
   uint32_t* id(int y) const { return rows_.Row<uint32_t>(First(y) + 4); }
   float* gradient(int c) const { return rows_.Row(3 * kPlanes + c); }
-  /// Nothing lies beside the picture.
+  /// There is no surface beside the picture.
   void EmptyEnds(int y) const {
     for (int i = 0; i < kPlanes; ++i) {
       float* row = rows_.Row(First(y) + i);
       row[-1] = row[width_] = 0;
     }
   }
-  /// ... nor above and below it.
+  /// There is no surface above and below the picture.
   void Empty(int y) const {
     for (int i = 0; i < kPlanes; ++i) {
       std::fill_n(rows_.Row(First(y) + i) - 1, width_ + 2, 0.0f);
@@ -60,7 +59,7 @@ HWY_INLINE void MarkFull(MF surface, int x, uint32_t* row) {
   block = whole && (x % kBlockPixels == 0 || block != 0) ? 1 : 0;
 }
 
-/// Leaves a row in `kept`, and with kWritten in `out`.
+/// Stores a row in `kept`, and with kWritten in `out`.
 /// \return the number of pixels with bad guides
 template <bool kWritten>
 int64_t ConvertRow(const PrepareGuidesInput& in, int y, const KeptRows& kept, GuidePlanes* out) {
@@ -150,7 +149,7 @@ inline void GradientRow(const KeptRows& kept, int y, const NextRow<32>* next, Gu
   }
 }
 
-/// What a row reads and writes.
+/// The inputs and outputs of a row.
 inline NextRow<32> NextRowOf(const PrepareGuidesInput& in, const GuidePlanes& out, int y) {
   NextRow<32> next;
   next.Add(*in.depth, y);
@@ -166,8 +165,8 @@ inline NextRow<32> NextRowOf(const PrepareGuidesInput& in, const GuidePlanes& ou
   return next;
 }
 
-/// \param fetch   whether the next row is to be fetched here
-/// \param then    called as then(y, kept, next) once the guides of row y are there
+/// \param fetch   prefetch the next row here
+/// \param then    called as then(y, kept, next) once the guides of row y are computed
 /// \return the number of pixels with bad guides in the rows y0..y1
 template <typename Then>
 int64_t PrepareRowsThen(const PrepareGuidesInput& in, bool fetch, int y0, int y1, GuidePlanes* out,

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// accumulate: blends this frame's light and moments into the reprojected history.
-/// Source: SVGF section 4.1 (eq. 1), section 4.2; PSVGF section 4.2. Departs from them: moments in
-/// deviation form; age counts samples, with the moments within a pixel of several samples added; a
-/// missing pixel changes nothing; the sum of squared weights is kept. Pixel by pixel, in place
-/// allowed unless the history is looked up on the way. Reads 44, writes 28 bytes, and 4 more of
-/// each where the variance is wanted.
+/// accumulate: blends this frame's light and moments into the reprojected history. Source: SVGF
+/// section 4.1 (eq. 1), section 4.2; PSVGF section 4.2. Departs from them: moments in deviation
+/// form; age counts samples, with the moments within a pixel of several samples added; a missing
+/// pixel changes nothing; the sum of squared weights is stored. Pixel by pixel, in place allowed
+/// unless the history is fetched along taps. Reads 44, writes 28 bytes, and 4 more of each for the
+/// variance.
 #pragma once
 
 #include "denoise/planes.h"
@@ -15,9 +15,9 @@
 namespace stillray {
 
 /// \param before  reprojected history (all zero: none), or with taps that of the last frame, which
-///                is looked up along them (stages/reproject.h) and must not be \p out
-/// \param taps    nullptr: the history has been looked up
-/// \param limit   length that the history may count for at most, or nullptr
+///     is fetched along them (stages/reproject.h) and must not be \p out
+/// \param taps    nullptr: the history is already fetched
+/// \param limit   largest length that the history may count for, or nullptr
 /// \param out     its `compressed_scale` is set; 0: `compressed` is left out
 namespace reference {
 void Accumulate(const NewLight& light, const SignalHistory& before, const ReprojectionTaps* taps,

@@ -32,7 +32,7 @@ SHARED_FN float MixedVariance(float variance, float d, float within, float alpha
   return (1.0f - alpha) * (variance + alpha * d * d) + alpha * within;
 }
 
-// Sum of squared sample weights after n samples with alpha / n each joined.
+// Sum of squared sample weights after adding n samples with weight alpha / n each.
 SHARED_FN float MixedWeights2(float weights2, float n, float alpha) {
   float old = (1.0f - alpha) * (1.0f - alpha) * weights2;
   return n > 0.0f ? old + alpha * alpha / n : weights2;

@@ -16,8 +16,8 @@ vec3 Load(const Image3& image, int x, int y) {
   return {image[0](x, y), image[1](x, y), image[2](x, y)};
 }
 
-/// Motion of the nearest surface in the 3x3 neighbourhood that stands in front of the centre's own;
-/// ties go to the first row by row.
+/// Motion of the nearest surface of the 3x3 neighbourhood in front of the centre's own; of equal
+/// ones the first in reading order.
 vec2 NearestMotion(const Image2& motion, const GuidePlanes& guides, int x, int y) {
   const float centre = guides.inverse_depth(x, y);
   const vec2 gradient = {guides.gradient[0](x, y), guides.gradient[1](x, y)};

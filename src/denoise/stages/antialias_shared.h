@@ -13,20 +13,20 @@ SHARED_BEGIN
 
 SHARED_BLOCK(AntialiasParameters) {
   float taa_alpha;      // weight of the new frame
-  int weigh_by_length;  // 1: young light has a larger one
+  int weigh_by_length;  // 1: light with a short history has a larger one
 };
 
-// Whether a neighbour stands in front of the surface at a pixel, rather than being part of it: i
-// are inverse depths, g the gradient at the pixel. Of a surface seen edge-on every pixel moves
-// differently, and the motion of the nearest would pull its picture apart.
+// Whether a neighbour is in front of the surface at a pixel, rather than part of it: i are inverse
+// depths, g the gradient at the pixel. On a surface seen edge-on the motion differs at every pixel,
+// and using that of the nearest would distort its picture.
 const float kInFront = 0.02f;
 SHARED_FN bool StandsInFront(float i, float i_neighbour, vec2 g, vec2 offset) {
   return i_neighbour > i + g.x * offset.x + g.y * offset.y + kInFront * i;
 }
 
-// Weight of the new picture, whose light has `length` samples, n of them new. Where the light
-// itself has just begun (a surface that came into view) the old picture showed something else,
-// however well it fits the clamp: it counts no more than the light's own history does.
+// Weight of the new picture, whose light has `length` samples, n of them new. If the light's
+// history has just started (after a disocclusion) the old picture showed another surface, even if
+// it passes the clamp: it counts no more than the light's own history does.
 SHARED_FN float NewPictureWeight(float alpha, float length, float n) {
   return n > 0.0f ? min(max(alpha, n / max(length, n)), 1.0f) : alpha;
 }

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// One exponent of 2 per tap: kernel, normal, depth and luminance add up before a single
-// exponential; the guides' part of it is worked out once for all signals. Taps come in pairs at
-// opposite offsets, which share the slope's tolerance. All planes have one stride, so that a tap is
-// one distance in memory for all of them; normals in the border are zero, which makes every weight
-// there zero without a test.
+// One exponent of 2 per tap: kernel, normal, depth and luminance are summed before a single
+// exponential; the guides' part is computed once for all signals. Taps come in pairs at opposite
+// offsets, which share the tolerance of the slope. All planes have one stride, so that a tap has
+// the same offset in all of them; normals in the border are zero, which makes every weight there
+// zero without a test.
 #include "denoise/stages/atrous.h"
 
 #include <span>
@@ -35,7 +35,7 @@ namespace stillray {
 
 inline constexpr size_t kMostSignals = 8;
 
-/// What rows of a level have in common.
+/// The arguments common to all rows of a level.
 struct AtrousPass {
   std::span<const AtrousSignal> signals;
   const GuidePlanes* guides;
@@ -45,10 +45,10 @@ struct AtrousPass {
   float centre_kernel;
 };
 
-/// The i-th row in an order in which the rows of one residue modulo `step` follow each other, so
-/// that a level's taps are found in the cache.
+/// The i-th row in an order in which rows of the same residue modulo `step` are consecutive, so
+/// that a level's taps are in the cache.
 inline int RowInOrder(int i, int step, int height) {
-  const int rows = height / step;  // of each residue, and one more of the first `longer`
+  const int rows = height / step;  // of each residue; the first `longer` have one more
   const int longer = height % step;
   const int of_longer = longer * (rows + 1);
   if (i < of_longer) {
@@ -91,10 +91,10 @@ struct Sums {
   VF luminance, red, blue, variance, weight;
 };
 
-/// Where the filtered pixels of one signal go.
+/// Destination of the filtered pixels of one signal.
 struct OutputRow {
   float* value[4];  ///< luminance, red, blue, variance
-  float* grown;     ///< nullptr: not wanted
+  float* grown;     ///< nullptr: not requested
 };
 
 inline OutputRow OutputOf(const AtrousSignal& s, int y) {
@@ -134,8 +134,8 @@ HWY_INLINE void Finish(const SignalRow& row, const OutputRow& out, const Sums& s
 using NextGuides = NextRow<2 + 5 * 4>;
 using NextSignal = NextRow<6 + 5 * 6>;
 
-/// What the next row will read of the guides that this one does not; or, with `all_taps`, all that
-/// it will.
+/// The guides that the next row reads and this one does not; or, with `all_taps`, all that it
+/// reads.
 inline NextGuides NextGuidesOf(const AtrousPass& pass, bool all_taps, int y) {
   const AtrousLevel& level = *pass.level;
   const GuidePlanes& g = *pass.guides;
@@ -200,16 +200,16 @@ HWY_INLINE void AddTap(const SignalRow& s, ptrdiff_t q, VF weight, VF luminance,
   sums->weight = hn::Add(sums->weight, weight);
 }
 
-/// What the taps of all signals have in common.
+/// The arguments common to the taps of all signals.
 struct LightTaps {
   const TapPairs taps;
   const TapSlots exponents;  ///< a row of each tap
   float centre_kernel;
-  float least_stop;  ///< of the pixel's own, that a noisier neighbour may lower it to
+  float least_stop;  ///< lower bound for sharing, relative to the pixel's own
 };
 
-/// Adds up the taps of one signal at the pixels x, x + 1, ... with the weights of SVGF. kShared:
-/// stops are shared with noisier neighbours.
+/// Sums the taps of one signal at the pixels x, x + 1, ... with the weights of SVGF. kShared:
+/// differences are measured in the noise of both pixels.
 template <int kPairs, bool kShared, bool kComplete>
 HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, VF stop, int x) {
   const DF d;
@@ -219,7 +219,8 @@ HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, VF stop, i
   const VF kernel = hn::Set(d, light.centre_kernel);
   Sums sums = {zero, zero, zero, zero, zero};
   AddTap(row, x, kComplete ? kernel : WherePresent(row, x, kernel), centre, &sums);
-  // Two taps at a time, step by step: one alone is a longer chain than cores look ahead for others.
+  // Two taps at a time, interleaved: one alone is a dependency chain longer than the out-of-order
+  // window.
   ForEachPair<kPairs>(
       light.taps, [&](int i) HWY_ATTR __attribute__((always_inline)) {
         const ptrdiff_t distance = light.taps.pair[i].distance;
@@ -253,7 +254,7 @@ HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, VF stop, i
 template <int kPairs, bool kParabola, Depths kDepths, bool kTestId>
 void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
   const DF d;
-  // Copies, which nothing that is stored in the loop could change.
+  // Copies, so that compilers need not reload them after stores.
   const EdgeStopping edges = pass.parameters->edges;
   const TapPairs taps = WithBias(pass.taps, edges);
   const GuideRow guide = GuideRowOf<kDepths>(*pass.guides, edges, y);
@@ -269,8 +270,8 @@ void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
   }
 }
 
-/// Filters a row of one signal with the weights of SVGF. Not inlined, and with arguments of its
-/// own, since compilers read again after every store what that could have changed.
+/// Filters a row of one signal with the weights of SVGF. Not inlined, and with arguments by value,
+/// since compilers reload after every store everything that it could have changed.
 template <int kPairs, bool kShared, bool kComplete>
 HWY_NOINLINE void FilterSignalRow(const AtrousPass& pass, const AtrousSignal& signal, int y,
                                   TapSlots exponents) {
@@ -323,7 +324,7 @@ struct GeometrySums {
   VF luminance, red, variance, weight;
 };
 
-/// What is not present may be anything, even no number.
+/// Pixels without light may hold any value, even NaN.
 HWY_INLINE void AddGeometryTap(const SignalRow& s, ptrdiff_t q, VF weight, GeometrySums* sums) {
   const DF d;
   const MF there = hn::Gt(hn::LoadU(d, s.present + q), hn::Zero(d));
@@ -349,7 +350,7 @@ HWY_INLINE GeometrySums SumGeometryTaps(const TapPairs& taps, float centre_kerne
   return sums;
 }
 
-/// Filters one row of all signals with the weights of geometry, which they share, where there is
+/// Filters one row of all signals with the geometry-only weights, which they share, where there is
 /// light (and beside it, in the same vector).
 template <bool kParabola, Depths kDepths>
 void FilterRowByGeometry(const AtrousPass& pass, int y) {
@@ -366,7 +367,7 @@ void FilterRowByGeometry(const AtrousPass& pass, int y) {
     rows[i] = RowOf(pass.signals[i], y);
     outputs[i] = OutputOf(pass.signals[i], y);
   }
-  // Where samples are rare, nothing else has touched what they need.
+  // If samples are rare, their data has not been fetched by other pixels.
   const bool sparse = IsSparseRow(rows[0].present, width);
   const NextGuides next_guides = NextGuidesOf(pass, sparse, y);
   NextSignal next[kMostSignals];
@@ -397,7 +398,7 @@ void FilterRowByGeometry(const AtrousPass& pass, int y) {
   }
 }
 
-/// The weights that are there for comparison: the kernel alone, and the Gaussians of EAW.
+/// The weights for comparison: the kernel alone, and the Gaussians of EAW.
 template <bool kEaw>
 void FilterRowForComparison(const AtrousPass& pass, const AtrousSignal& signal, int y) {
   const DF d;
@@ -466,7 +467,7 @@ void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
 }
 
 /// Filters one row of all signals with the weights of SVGF: the guides' part first, then signal by
-/// signal, so that few planes are walked through at a time.
+/// signal, so that few planes are read at a time.
 template <int kPairs>
 void FilterRow(const AtrousPass& pass, int y) {
   const RowScratch scratch(pass.guides->id.width(), 2 * kPairs);

@@ -1,15 +1,14 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// atrous: one level of the edge-avoiding wavelet, for all signals at once.
-/// Source: Dammertz et al. 2010; SVGF section 4.3, eqs. 2 to 5; PSVGF section 4.4. The kernel is
-/// the outer product of (1/4 1/2 1/4) or (1/16 1/4 3/8 1/4 1/16); taps lie `step` pixels apart.
-/// Variance: sum(h^2 w^2 Var) / (sum(h w))^2. Pixels without light are skipped as taps and filled
-/// as centres; they are taps of the levels after that. Pixels without a surface pass through.
-/// Border: step * radius. Departs: where PSVGF prints w^2 Var for the variance, the normalised form
-/// stands. Signals share the weights of the guides; kAtrousGeometry has no others. Reads
-/// 24 bytes of guides and 16 to 24 per signal and pixel (every tap again, from cache), writes 16
-/// per signal.
+/// atrous: one level of the edge-avoiding wavelet, for all signals at once. Source: Dammertz et al.
+/// 2010; SVGF section 4.3, eqs. 2 to 5; PSVGF section 4.4. The kernel is the outer product of (1/4
+/// 1/2 1/4) or (1/16 1/4 3/8 1/4 1/16); taps are `step` pixels apart. Variance: sum(h^2 w^2 Var) /
+/// (sum(h w))^2. Pixels without light are skipped as taps and filled as centres; they are taps of
+/// later levels. Pixels without a surface pass through. Border: step * radius. Departs: uses the
+/// normalised form of the variance, where PSVGF prints w^2 Var. Signals share the weights of the
+/// guides; kAtrousGeometry has no others. Reads 24 bytes of guides and 16 to 24 per signal and
+/// pixel (every tap again, from cache), writes 16 per signal.
 #pragma once
 
 #include <span>
@@ -20,27 +19,27 @@
 
 namespace stillray {
 
-/// What sets a level apart from the others.
+/// The properties of a level.
 struct AtrousLevel {
   int weights;  ///< kAtrousNaive, ...
   int radius;   ///< 1: 3x3, 2: 5x5
   int step;     ///< pixels between taps
 };
 
-/// A level of the wavelets within limit_history and keep_mirrors: 3x3, weighed by geometry alone.
-/// These have two values and a variance: of the colour only luminance and red are filtered, and
-/// pixels without light are neither read nor written.
+/// The levels within limit_history and keep_mirrors: 3x3, with geometry-only weights. These have
+/// two values and a variance: of the colour only luminance and red are filtered, and pixels without
+/// light are neither read nor written.
 inline constexpr int kGeometryRadius = 1;
 inline AtrousLevel GeometryLevel(int level) {
   return {kAtrousGeometry, kGeometryRadius, 1 << level};
 }
 
-/// Rows above and below a pixel that a level reads, and columns beside it.
+/// Radius in pixels of the region that a level reads.
 inline int ReachOf(const AtrousLevel& level) {
   return level.step * level.radius;
 }
 
-/// One signal on its way through a level. All planes have the same size, and the same border, which
+/// One signal and its planes for a level. All planes have the same size, and the same border, which
 /// is at least step * radius.
 struct AtrousSignal {
   const Image3* colour;
@@ -48,11 +47,11 @@ struct AtrousSignal {
   FilterPlanes* out;
   const Image1* stop;     ///< see prefilter_variance; read with kAtrousSvgf only
   const Image1* present;  ///< positive where there is light on a surface, else 0
-  bool complete = false;  ///< every surface has light: `present` tells nothing new
+  bool complete = false;  ///< every surface has light, so `present` is redundant
   float eaw_sigma_l = 1;  ///< in units of light, of this level
   /// Set to 1 where there is light after this level, else 0 (`present` of the next one); nullptr:
-  /// not wanted. Below one sample per pixel a level that forgot what the one before has filled
-  /// would show single samples as dots.
+  /// not requested. Below one sample per pixel single samples would show as dots if a level skipped
+  /// the pixels that the previous one has filled.
   Image1* grown = nullptr;
 };
 

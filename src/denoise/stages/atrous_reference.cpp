@@ -12,12 +12,12 @@ namespace {
 constexpr float kKernel3[2] = {0.5f, 0.25f};
 constexpr float kKernel5[3] = {3.0f / 8.0f, 1.0f / 4.0f, 1.0f / 16.0f};
 
-/// How many planes of the colour are filtered.
+/// Number of filtered planes of the colour.
 int ChannelsOf(int weights) {
   return weights == kAtrousGeometry ? 2 : 3;
 }
 
-/// The product of all edge-stopping weights of q = (qx, qy) as seen from p = (x, y).
+/// The product of all edge-stopping weights between p = (x, y) and q = (qx, qy).
 float EdgeWeight(const AtrousSignal& signal, const GuidePlanes& g, const AtrousLevel& level,
                  const AtrousParameters& p, int x, int y, int qx, int qy) {
   if (level.weights == kAtrousNaive) {
@@ -74,7 +74,7 @@ void FilterPixel(const AtrousSignal& signal, const GuidePlanes& g, const AtrousL
       sum_weight += w;
     }
   }
-  // Below this the sums have lost their digits: nothing near is like this pixel.
+  // Smaller sums have lost their precision: no neighbour is similar to this pixel.
   const bool filled = sum_weight > kMinAtrousWeight;
   for (int c = 0; c < ChannelsOf(level.weights); ++c) {
     signal.out->colour[c](x, y) = filled ? sum[c] / sum_weight : in[c](x, y);

@@ -64,8 +64,8 @@ HWY_INLINE VF WithinVariance(const DemodulateInput& in, int x, int y, const Colo
   return hn::IfThenElseZero(IsFiniteLane(sum), sum);
 }
 
-/// \param next    what is to be fetched
-/// \param sparse  few pixels have a sample: the others are not even read
+/// \param next    rows to prefetch
+/// \param sparse  few pixels have a sample: the data of the others is not read
 DemodulateCounts DemodulateRow(const DemodulateInput& in, const NextRow<40>& next, bool sparse,
                                int y, NewLight* out) {
   const DF d;

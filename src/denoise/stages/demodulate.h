@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// demodulate: light divided by albedo, the lights of one signal added up, unusable samples set
-/// aside. Source: SVGF section 3, PSVGF section 4.1. Departs from them: a sample that is NaN,
+/// demodulate: divides light by albedo, sums the lights of one signal, and marks invalid samples as
+/// missing. Source: SVGF section 3, PSVGF section 4.1. Departs from them: a sample that is NaN,
 /// infinite or negative in any channel, or whose albedo is not finite, is missing (samples = 0) and
 /// is counted; light that is negative within rounding is zero (see negative_limit.h). No state.
 /// Border: none. Reads 12 bytes per light and 0 to 36 of albedo, writes 16 to 20 bytes per pixel.
@@ -22,10 +22,10 @@ struct DemodulateInput {
   AlbedoSum albedo;                 ///< divides the signal
   const Image1* samples = nullptr;  ///< nullptr: one sample everywhere
   bool luminance_rec601 = false;    ///< luminance weights of the result
-  float negative_limit = 0;         ///< light that is less negative is zero
+  float negative_limit = 0;         ///< negative light above -negative_limit is zero
 };
 
-/// Of pixels that have a sample.
+/// Counts over pixels that have a sample.
 struct DemodulateCounts {
   int64_t non_finite = 0;
   int64_t negative = 0;
@@ -37,7 +37,7 @@ struct DemodulateCounts {
   }
 };
 
-/// The sum of what several threads count.
+/// The sum of the counts of several threads.
 class DemodulateTotal {
  public:
   void Add(const DemodulateCounts& counts) {

@@ -26,8 +26,8 @@ vec3 AlbedoOf(const DemodulateInput& in, int x, int y) {
   return albedo;
 }
 
-/// Variance of single samples of the signal: that of each light about its own mean, brought from
-/// its own albedo to the signal's. Lights are taken as uncorrelated.
+/// Variance of single samples of the signal: that of each light about its own mean, converted from
+/// its own albedo to the signal's. Lights are assumed to be uncorrelated.
 float WithinVariance(const DemodulateInput& in, int x, int y, vec3 albedo) {
   float sum = 0;
   for (int i = 0; i < in.count; ++i) {

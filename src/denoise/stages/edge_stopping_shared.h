@@ -22,7 +22,7 @@ SHARED_BLOCK(EdgeStopping) {
   float max_slope;
 };
 
-// Sums of a level's weights up to this are taken for nothing: the pixel keeps its value.
+// Weight sums of a level up to this are treated as zero: the pixel keeps its value.
 const float kMinAtrousWeight = 1e-6f;
 
 // max(0, n_p . n_q)^sigma_n: SVGF eq. 4, PSVGF section 4.4.1.
@@ -32,8 +32,8 @@ SHARED_FN float NormalWeight(float cosine, float sigma_n) {
 
 // |z_p - z_q| / (sigma_z |grad z . (p - q)| + eps), eps in proportion to depth: SVGF eq. 3, PSVGF
 // section 4.4.2. i is 1/z and g its gradient; grad z = -g z^2. Off (0) where the slope at p,
-// relative to its depth and per pixel, exceeds max_slope (0: never): nothing can be told from so
-// few pixels.
+// relative to its depth and per pixel, exceeds max_slope (0: never), since so few pixels are not
+// reliable.
 SHARED_FN float GradientDepthExponent(float ip, float iq, vec2 g, vec2 offset, float sigma_z,
                                       float depth_epsilon, float max_slope) {
   float zp = 1.0f / ip;
@@ -51,18 +51,18 @@ SHARED_FN float PlaneDepthExponent(float ip, float iq, vec2 g, vec2 offset, floa
   return abs(expected - iq) / (tolerance * ip);
 }
 
-// How sharply a pixel stops others by their luminance: log2(e) / (sigma_l sqrt(var_p) + eps), the
+// The reciprocal denominator of the luminance weight: log2(e) / (sigma_l sqrt(var_p) + eps), the
 // factor of |l_p - l_q| in an exponent of 2 (SVGF eq. 5). `spread` is the root of the prefiltered
 // variance (PSVGF: the variance itself); eps in proportion to the luminance.
 SHARED_FN float LuminanceStop(float l, float spread, float sigma_l, float epsilon) {
   return 1.44269504f / (sigma_l * spread + epsilon * abs(l) + 1e-12f);
 }
 
-// The stop between p and q: that of p, as in the papers, lowered to that of a noisier q, but to no
-// less than 1 / ratio of it. p's alone darkens sparsely lit surfaces: a pixel that has seen few
-// bright samples takes itself for less noisy than it is and turns its brighter neighbours away,
-// while they do not turn it away. Without the bound, noisy penumbras would leak into the clean
-// surfaces beside them.
+// The reciprocal denominator for p and q: that of p, as in the papers, lowered to that of a noisier
+// q, but to no less than 1 / ratio of it. p's alone darkens sparsely lit surfaces: the variance of
+// a pixel with few bright samples is underestimated, so it rejects its brighter neighbours, while
+// they accept it. Without the bound, noisy penumbras would leak into the clean surfaces beside
+// them.
 SHARED_FN float SharedStop(float stop_p, float stop_q, float ratio) {
   return min(stop_p, max(stop_q, stop_p / ratio));
 }

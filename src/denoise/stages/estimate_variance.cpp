@@ -26,7 +26,7 @@ namespace stillray {
 
 inline constexpr size_t kMostSignals = 8;
 
-/// What rows have in common.
+/// The arguments common to all rows.
 struct Estimates {
   std::span<const VarianceSignal> signals;
   const GuidePlanes& guides;
@@ -49,8 +49,8 @@ struct HistoryMoments {
 };
 
 struct TemporalVariance {
-  VF value;     ///< 0 where the history does not tell
-  MF is_short;  ///< where it is too short for that
+  VF value;     ///< 0 if the history is too short
+  MF is_short;  ///< the history is too short
   MF missing;   ///< surfaces without any light
 };
 
@@ -60,7 +60,7 @@ HWY_INLINE VF VarianceOfMean(VF variance, VF weights2) {
   return hn::Mul(hn::Div(variance, least), weights2);
 }
 
-/// \param in_row  which of the pixels there are
+/// \param in_row  lanes inside the row
 HWY_INLINE TemporalVariance TemporalVarianceOf(const HistoryMoments& m, MF surface, MF in_row,
                                                const EstimateVarianceParameters& p) {
   const DF d;
@@ -123,7 +123,7 @@ HWY_INLINE VF SpatialVariance(const Estimates& e, const SignalHistory& h, const 
   AddSpread(row, x, one, centre, &sums);
   for (int i = 0; i < e.taps.count; ++i) {
     const TapPair& pair = e.taps.pair[i];
-    // The history has other borders than the guides.
+    // The border of the history differs from that of the guides.
     const ptrdiff_t distance =
         static_cast<ptrdiff_t>(pair.dy) * stride + static_cast<ptrdiff_t>(pair.dx);
     AddSpread(row, x + distance, hn::Load(d, weights[2 * i]), centre, &sums);
@@ -150,7 +150,7 @@ HWY_INLINE void FindWeights(const Estimates& e, int x, int y, TapVectors& weight
   WeightsOfExponents(e.taps, weights);
 }
 
-/// The variance of one signal at the pixels x, x + 1, ... as their own history tells it, ...
+/// The temporal variance of one signal at the pixels x, x + 1, ...
 HWY_INLINE TemporalVariance VarianceOfHistory(const Estimates& e, const VarianceSignal& signal,
                                               int x, int y) {
   const DF d;
@@ -162,7 +162,7 @@ HWY_INLINE TemporalVariance VarianceOfHistory(const Estimates& e, const Variance
   return TemporalVarianceOf(moments, surface, InRow(x, signal.variance->width()), e.p);
 }
 
-/// ... and as its neighbourhood tells it.
+/// The variance of short histories, from the neighbourhood.
 HWY_INLINE VF ShortHistoryVariance(const Estimates& e, const VarianceSignal& signal,
                                    const TapVectors& weights, int x, int y) {
   const DF d;
@@ -175,7 +175,7 @@ HWY_INLINE VF ShortHistoryVariance(const Estimates& e, const VarianceSignal& sig
                                    : hn::Div(spatial, Samples(signal, x, y));
 }
 
-/// What the next row reads and writes.
+/// The inputs and outputs of the next row.
 NextRow<1 + 5 * kMostSignals> NextRowOf(const Estimates& e, int y) {
   NextRow<1 + 5 * kMostSignals> next;
   next.Add(e.guides.inverse_depth, y);

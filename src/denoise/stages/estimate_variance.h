@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// estimate_variance: the noise that the wavelet has to remove from each pixel.
-/// Source: SVGF section 4.2: temporal moments; 7x7 bilateral estimate over depth and normal while
-/// the history is shorter than `short_length`. Departs: optionally the variance of the accumulated
-/// mean in place of a frame's, and a boost of young estimates. Signals share the weights of the
-/// guides. Border: 3 pixels. Reads 16 and 12 per signal (and 7x7 x 16 and 12 per signal where the
-/// history is short), writes 4 bytes per pixel and signal.
+/// estimate_variance: the variance that the wavelet must remove from each pixel. Source: SVGF
+/// section 4.2: temporal moments; 7x7 bilateral estimate over depth and normal while the history is
+/// shorter than `short_length`. Departs: optionally the variance of the accumulated mean instead of
+/// a frame's, and a factor for short histories. Signals share the weights of the guides. Border: 3
+/// pixels. Reads 16 and 12 per signal (and 7x7 x 16 and 12 per signal if the history is short),
+/// writes 4 bytes per pixel and signal.
 #pragma once
 
 #include <span>
@@ -16,7 +16,7 @@
 
 namespace stillray {
 
-/// One signal, and where its variance goes.
+/// One signal and its output.
 struct VarianceSignal {
   const SignalHistory* history;
   /// Of this frame: a frame of n samples per pixel has 1/n of a sample's. nullptr: one.

@@ -22,11 +22,12 @@ SHARED_BLOCK(EstimateVarianceParameters) {
   float least_evidence;  // sum of the 7x7 weights below which the variance is kUnknownVariance
 };
 
-// So large that luminance stops nothing, so small that sums of it stay finite.
+// So large that the luminance weight is 1, so small that sums of it stay finite.
 const float kUnknownVariance = 1e20f;
 
-// Noise of the accumulated mean from the spread of single samples about it: the estimate is raised
-// by 1 / (1 - weights2), since the mean was fitted to the same samples, and falls by weights2.
+// Variance of the accumulated mean from the spread of single samples about it: the estimate is
+// raised by 1 / (1 - weights2), since the mean was fitted to the same samples, and multiplied by
+// weights2.
 SHARED_FN float VarianceOfMean(float variance, float weights2) {
   float unbiased = variance / max(1.0f - weights2, 0.25f);
   return unbiased * weights2;

@@ -24,10 +24,10 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// Pixels around one that the filter reads.
+/// Radius of the pixels that the filter reads.
 constexpr int kReachAround = kFxaaReach + 1;
 
-/// Luminance of some rows of the picture, and as far around as is read, edges repeated.
+/// Luminance of some rows of the picture and their surroundings, with repeated edges.
 class LumaRows {
  public:
   LumaRows(const Image3& colour, int y0, int y1)
@@ -51,7 +51,7 @@ class LumaRows {
     const VF zero = hn::Zero(d);
     float* to = scratch_.Row(y - first_);
     for (int x = 0; x < width_; x += LaneCount()) {
-      // The sums of Luminance709, so that edges are those of the reference.
+      // Summed like Luminance709, so that edges are those of the reference.
       const VF red = hn::Mul(hn::Set(d, 0.2126f), hn::LoadU(d, colour[0].Row(y) + x));
       const VF green = hn::Mul(hn::Set(d, 0.7152f), hn::LoadU(d, colour[1].Row(y) + x));
       const VF blue = hn::Mul(hn::Set(d, 0.0722f), hn::LoadU(d, colour[2].Row(y) + x));
@@ -76,14 +76,14 @@ struct Steps {
   MF minus;    ///< the other side is above, or to the left
 };
 
-/// How far along the edge its step ends, to one side.
+/// Distance along the edge to the end of its step, on one side.
 struct EdgeEnd {
   VF reach;
   VF difference;  ///< there, from the middle of the step; 0 if it does not end
 };
 
-/// The lanes of `used` alone matter.
-/// \param sign  -1 or 1: to which side
+/// Only the lanes of `used` are valid.
+/// \param sign  -1 or 1: the side
 HWY_INLINE EdgeEnd FindEnd(const LumaRows& luma, int x, int y, int sign, const Steps& steps,
                            VF middle, VF least, MF used) {
   const DF d;
@@ -186,7 +186,7 @@ void FxaaRow(const Image3& colour, const LumaRows& luma, const Image1* length, i
   const int width = colour.width();
   const int above = std::max(y - 1, 0);
   const int below = std::min(y + 1, colour.height() - 1);
-  // Not the first and the last column, whose neighbours are repeated.
+  // Without the first and the last column, whose neighbours are repeated.
   const int lanes = LaneCount();
   const int end = 1 + std::max(width - 2, 0) / lanes * lanes;
   for (int x = 1; x < end; x += lanes) {
@@ -216,7 +216,7 @@ void FxaaRow(const Image3& colour, const LumaRows& luma, const Image1* length, i
   }
 }
 
-/// Whether any pixel of the row is young enough for the filter to do anything.
+/// Whether any pixel of the row has few enough samples for the filter to have an effect.
 bool AnyYoung(const Image1* length, int y) {
   if (length == nullptr) {
     return true;
@@ -261,7 +261,7 @@ namespace stillray::cpu {
 HWY_EXPORT(FxaaRows);
 
 void Fxaa(const Image3& colour, const Image1* length, Image3* out) {
-  // Luminance is worked out anew for the rows around a band: wide bands, as the cache holds.
+  // Luminance is recomputed for the rows around a band: wide bands, limited by the cache.
   constexpr int kBand = 40;
   ParallelRows(colour.height(), kBand, [&](int y0, int y1) {
     HWY_DYNAMIC_DISPATCH(FxaaRows)(colour, length, y0, y1, out);

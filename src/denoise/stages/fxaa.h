@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// fxaa: smooths jagged edges within one frame.
-/// Source: PSVGF section 5 names FXAA (Lottes 2009), while there are too few samples for
-/// antialiasing in time. An edge is where luminance steps; along it, to both sides, the ends of its
-/// step are looked for; a pixel near an end takes part of its neighbour across the edge, as a
-/// slanted edge would cover it. Departs: runs on scene-linear light and takes contrast relative to
-/// the brighter side, so that twice the light gives twice the picture; at most kFxaaReach pixels
-/// are walked to each side. Border: kFxaaReach + 1, repeated. Reads 16, writes 12 bytes per pixel.
+/// fxaa: smooths jagged edges within one frame. Source: PSVGF section 5 names FXAA (Lottes 2009),
+/// while there are too few samples for temporal antialiasing. An edge is a step of the luminance;
+/// the ends of the step are searched on both sides along it, and a pixel near an end is blended
+/// with its neighbour across the edge, as a slanted edge would cover it. Departs: runs on
+/// scene-linear light with contrast relative to the brighter side, so that twice the light gives
+/// twice the picture; at most kFxaaReach pixels are searched on each side. Border: kFxaaReach + 1,
+/// repeated. Reads 16, writes 12 bytes per pixel.
 #pragma once
 
 #include "stillray/image.h"

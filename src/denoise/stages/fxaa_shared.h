@@ -23,9 +23,9 @@ SHARED_FN bool IsEdge(float lowest, float highest) {
   return highest - lowest > highest * kFxaaContrast;
 }
 
-// Share of the neighbour across the edge for a pixel that is `near` pixels from the nearer end of a
-// step of `near` + `far` pixels in all, if the step at that end goes the pixel's way: a straight
-// edge covers the neighbour half at the end and not at all in the middle.
+// Fraction of the neighbour across the edge for a pixel that is `near` pixels from the nearer end
+// of a step of `near` + `far` pixels in all, if the step at that end bends to the pixel's side: a
+// straight edge covers half of the neighbour at the end and nothing in the middle.
 SHARED_FN float AcrossShare(float near, float far) {
   return max(0.5f - near / (near + far), 0.0f);
 }

@@ -19,8 +19,8 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// Where the mirrors are, and the luminance of their samples where neighbours find it: in planes
-/// with a border.
+/// Marks mirrors, and stores the luminance of their samples for their neighbours: in planes with a
+/// border.
 void FindMirrorRows(const KeepMirrorsInput& in, float mirror_roughness, int y0, int y1,
                     FilterPlanes* measured, Image1* present) {
   const DF d;

@@ -1,16 +1,16 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// keep_mirrors: what is seen in a mirror keeps this frame's samples where their noise is less than
-/// what the filter changed. Histories follow the motion of the mirror's surface, not that of the
-/// mirrored image, so that sharp reflections come out blurred and late, although a mirror adds no
-/// noise of its own. No paper; the blend is the estimator of James and Stein (1961): the noise of
-/// the samples is measured within the frame, from the neighbours that are nearest in luminance
-/// (across an edge or along a texture some neighbour is alike, in noise none is), the bias of the
-/// filtered light is what its squared difference from the samples exceeds that noise by. Both are
-/// means of three geometry-only wavelet levels, as those of limit_history. Pixels whose roughness
-/// is above the limit stay as they are, bit for bit. No state. Border: that of these levels. Reads
-/// 36, writes 28 bytes per pixel and signal around the wavelet.
+/// keep_mirrors: reflections keep this frame's samples where their noise is smaller than the error
+/// of the filter. Histories follow the motion of the mirror's surface, not that of the reflected
+/// image, so that sharp reflections become blurred and lag, although a mirror adds no noise.
+/// Source: none; the blend is the estimator of James and Stein (1961): the variance of the samples
+/// is measured within the frame, from the neighbours that are nearest in luminance (across an edge
+/// or along a texture some neighbour is similar, in noise none is); the squared bias of the
+/// filtered light is the excess of its squared difference from the samples over that variance. Both
+/// are means of three geometry-only wavelet levels, as in limit_history. Pixels whose roughness is
+/// above the limit are unchanged, bit for bit. No state. Border: that of these levels. Reads 36,
+/// writes 28 bytes per pixel and signal around the wavelet.
 #pragma once
 
 #include "denoise/planes.h"
@@ -25,13 +25,13 @@ struct KeepMirrorsInput {
   const Image3* filtered;  ///< y, luminance first
   const GuidePlanes* guides;
   const Image1* roughness;  ///< perceptual
-  const Image2* motion;     ///< nullptr where there is no history
+  const Image2* motion;     ///< nullptr without history
 };
 
 /// MeasureMirrors: luminance of `measured` = squared difference of x and y, red = variance of x,
-/// variance = 0; present = 1 where there is a sample in a mirror. Its blue is room to work in.
-/// KeepMirrors: blends x into y. \param blurred  what the wavelet made of `measured`; where
-/// `present` is 0 it is not read
+/// variance = 0; present = 1 for samples in mirrors. Its blue is scratch memory. KeepMirrors:
+/// blends x into y.
+/// \param blurred  `measured` after the wavelet levels; not read where `present` is 0
 namespace reference {
 void MeasureMirrors(const KeepMirrorsInput& in, const KeepMirrorsParameters& parameters,
                     FilterPlanes* measured, Image1* present);

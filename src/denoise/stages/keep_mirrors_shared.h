@@ -12,31 +12,31 @@
 SHARED_BEGIN
 
 SHARED_BLOCK(KeepMirrorsParameters) {
-  float mirror_roughness;  // up to which a surface is a mirror
-  int mirror_signals;      // bit s: signal s has mirrored or refracted light
+  float mirror_roughness;  // largest roughness of a mirror
+  int mirror_signals;      // bit s: signal s has reflected or refracted light
 };
 
 // Variance of a sample over the mean squared difference between it and the two of its eight
 // neighbours that are nearest in luminance. For independent samples it is 3.5 (normal), 2.5
 // (exponential), 1.2 (one bright sample in twenty). Smaller values keep more of noiseless mirrors,
-// but also the noise of what is seen in mirrors and glass by few paths (builtin:spheres).
+// but also the noise of reflections and refractions with few paths (builtin:spheres).
 const float kNearestNoise = 3.0f;
 
-// Where a mirror stands still in the picture, so does most of what is seen in it: its history is
-// right, and the noise must be this many times smaller to keep the sample.
+// In a mirror that is static in the picture, reflections mostly are too: its history is right, and
+// the noise must be this many times smaller to keep the sample.
 const float kStillNoise = 4.0f;
 const float kStillMotion = 1.0f / 64.0f;  // pixels per frame
 
-// Squared differences of luminance that stand for "no such neighbour".
+// Squared difference of luminance that means "no such neighbour".
 const float kNoNeighbour = 1e37f;
 
-// Whether the sample of a pixel may be kept. A roughness that is not a number is none.
+// Whether the sample of a pixel may be kept. A roughness of NaN is no mirror.
 SHARED_FN bool IsMirror(float inverse_depth, float samples, float roughness, float limit) {
   return inverse_depth > 0.0f && samples > 0.0f && roughness >= 0.0f && roughness <= limit;
 }
 
-// Variance of a sample from its two smallest squared differences of luminance; 0 where there are
-// not two: such a pixel says nothing.
+// Variance of a sample from its two smallest squared differences of luminance; 0 if there are
+// fewer.
 SHARED_FN float NoiseOfNearest(float first, float second, float scale) {
   return second < kNoNeighbour ? scale * (0.5f * (first + second)) : 0.0f;
 }

@@ -34,7 +34,7 @@ HWY_INLINE VF SampleVariance(VF c, VF mean, VF variance, VF scale) {
                  hn::Mul(c, hn::Sub(hn::Set(d, 1.0f), c)));
 }
 
-/// What the next row reads of the history and its taps.
+/// The history and taps that the next row reads.
 template <size_t kMost>
 void AddHistory(std::initializer_list<const Image1*> planes, const ReprojectionTaps& taps, int y,
                 NextRow<kMost>* next) {

@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// limit_history: where the light itself changed, history that no longer resembles the present
-/// counts less. PSVGF (section 7) names the cure and gives no formula; ours: the compressed
-/// luminance of this frame's samples is compared with the mean of the compressed luminances of
-/// earlier ones, both blurred by three geometry-only wavelet levels; what their difference exceeds
-/// its expected noise by is taken for bias, and a Kalman gain says how many samples such a history
-/// is still worth. The history keeps the mean of compressed samples, not the compressed mean: a
-/// mean of few bright samples compresses to more than they do one by one, so that sparse light
-/// would always look changed. Border: that of the wavelet. Reads 80, writes 20 bytes per pixel
-/// and signal around the wavelet.
+/// limit_history: history rejection where the light itself has changed. PSVGF (section 7) proposes
+/// it without a formula. Here the compressed luminance of this frame's samples is compared with the
+/// mean of the compressed luminances of earlier ones, both blurred by three geometry-only wavelet
+/// levels; the excess of their squared difference over its expected noise is an estimate of the
+/// squared bias, from which a Kalman gain determines the number of samples that such a history is
+/// worth. The history holds the mean of compressed samples, not the compressed mean: a mean of few
+/// bright samples compresses to a higher value than the mean of the compressed samples, so that
+/// sparse light would always seem to change. Border: that of the wavelet. Reads 80, writes 20 bytes
+/// per pixel and signal around the wavelet.
 #pragma once
 
 #include "denoise/planes.h"
@@ -17,18 +17,18 @@
 
 namespace stillray {
 
-/// The wavelet between them: larger kernels, or one level more, see changes of the light later than
-/// they make up for by less noise.
+/// Number of wavelet levels between them: with larger kernels, or one level more, changes of the
+/// light are detected later than lower noise would compensate.
 inline constexpr int kLimitHistoryLevels = 3;
 
-/// Brings the compressed luminances of a history to another scale.
+/// Converts the compressed luminances of a history to another scale.
 void RescaleHistory(float scale, SignalHistory* history);
 
-/// CompareWithHistory and LimitHistory run before and after the wavelet, for each signal.
-/// CompareWithHistory: luminance = compressed present less compressed history, red = variance of
+/// CompareWithHistory and LimitHistory run before and after the wavelet levels, for each signal.
+/// CompareWithHistory: luminance = compressed present minus compressed history, red = variance of
 /// single compressed samples, variance = expected noise of the difference; present = 1 where both
-/// exist. LimitHistory: the length that the history may count for; its own where no bias is found.
-/// The history is that of the last frame, looked up along `taps`.
+/// exist. LimitHistory: the largest length that the history may count for; its own length without
+/// bias. The history is that of the last frame, fetched along `taps`.
 namespace reference {
 void CompareWithHistory(const NewLight& light, const SignalHistory& before,
                         const ReprojectionTaps& taps, const GuidePlanes& guides,

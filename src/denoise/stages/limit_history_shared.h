@@ -16,8 +16,8 @@ SHARED_BLOCK(LimitHistoryParameters) {
   float limit_gain;
 };
 
-// Luminance compressed to 0..1, 1/2 at `scale`, so that one bright sample cannot outvote its
-// neighbourhood.
+// Luminance compressed to 0..1, 1/2 at `scale`, which bounds the influence of one bright sample on
+// its neighbourhood.
 SHARED_FN float CompressLuminance(float l, float scale) {
   return max(l, 0.0f) / (max(l, 0.0f) + scale);
 }
@@ -28,23 +28,23 @@ SHARED_FN float RescaleCompressed(float c, float old_scale, float scale) {
 }
 
 // Variance of compressed single samples whose mean is c, when the samples themselves have mean l
-// and this variance: first order about l, and never more than a variable in 0..1 with mean c can
-// have (Bhatia and Davis 2000), which is what sparse bright samples come close to.
+// and this variance: first order about l, and never more than that of a variable in 0..1 with mean
+// c (Bhatia and Davis 2000), which sparse bright samples come close to.
 SHARED_FN float CompressedVariance(float c, float l, float variance, float scale) {
-  // Step by step: after black frames the scale is so small that its square would be lost.
+  // In two steps: after black frames the scale is so small that its square would underflow.
   float s = max(l, 0.0f) + scale;
   float slope = scale / s / s;
   return min(slope * variance * slope, c * (1.0f - c));
 }
 
-// The scale to compress with, so that it follows the light without changing from frame to frame:
-// the history's as long as the mean luminance stays within a factor of two of it, else the mean.
+// The compression scale, which follows the light without changing from frame to frame: the
+// history's as long as the mean luminance is within a factor of two of it, else the mean.
 SHARED_FN float CompressionScale(float history_scale, float mean_luminance) {
   bool near_by = mean_luminance < 2.0f * history_scale && history_scale < 2.0f * mean_luminance;
   return near_by ? history_scale : max(mean_luminance, 1e-20f);
 }
 
-// The history length that a Kalman filter would still give credit for, when present and history
+// The history length to which a Kalman filter would reduce the history, when present and history
 // differ by d with expected noise `noise` (both blurred) and single samples of the neighbourhood
 // have variance `variance`.
 SHARED_FN float LimitedLength(float length, float weights2, float d, float noise, float variance,

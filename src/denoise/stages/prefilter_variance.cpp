@@ -31,13 +31,13 @@ ThreeRows<T> ThreeRowsOf(const Plane<T>& plane, int y) {
   return {{plane.Row(y - 1), plane.Row(y), plane.Row(y + 1)}};
 }
 
-/// What the stops of one row are made from.
+/// The inputs of one row.
 struct VarianceRows {
   const float* luminance;
   const float* length;
   ThreeRows<float> variance;
   ThreeRows<float> present;
-  ThreeRows<uint32_t> full;  ///< nullptr: not known
+  ThreeRows<uint32_t> full;  ///< nullptr: unknown
 };
 
 inline VarianceRows RowsOf(const PrefilterVarianceInput& in, int y) {
@@ -91,7 +91,7 @@ struct StopScratch {
   uint32_t* full_around;  ///< of each block: it and those around it are full
 };
 
-/// The rows that stops are made from, and how.
+/// Computes the outputs of a row from its inputs.
 class StopSource {
  public:
   StopSource(const VarianceRows& rows, const PrefilterVarianceParameters& p, int width,
@@ -136,7 +136,7 @@ class StopSource {
     return row[0][block] & row[1][block] & row[2][block];
   }
   /// The variance, 1 2 1 down and across, over the pixels that have light.
-  /// \param full  all around have
+  /// \param full  all neighbours have light
   HWY_INLINE VF Smoothed(bool full, int x) const {
     const DF d;
     if (full) {
@@ -156,7 +156,7 @@ class StopSource {
   const StopScratch scratch_;
 };
 
-/// What the next row reads and writes.
+/// The inputs and outputs of the next row.
 NextRow<8> NextRowOf(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p, int y,
                      const Image1& stop) {
   NextRow<8> next;

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// prepare_guides: turns the caller's guides into those that the filter works with.
-/// Source: SVGF section 4.4 and PSVGF section 4.4.2 need the slope of the depth; they take
-/// screen-space derivatives. Departs from them: the slope is that of inverse depth, which is
-/// constant over a plane, from one-sided differences that do not cross edges. No state. Border: 1
-/// pixel. Reads 24, writes 36 bytes per pixel.
+/// prepare_guides: converts the caller's guides to those of the filter. Source: SVGF section 4.4
+/// and PSVGF section 4.4.2 need the slope of the depth, and compute it by screen-space derivatives.
+/// Departs from them: the slope is that of inverse depth, which is constant over a plane, from
+/// one-sided differences that do not cross edges. No state. Border: 1 pixel. Reads 24, writes 36
+/// bytes per pixel.
 #pragma once
 
 #include "denoise/planes.h"
@@ -16,12 +16,12 @@ namespace stillray {
 struct PrepareGuidesInput {
   const Image1* depth;
   const Image3* normal;
-  const Plane<uint32_t>* id;  ///< nullptr: ids are not known
+  const Plane<uint32_t>* id;  ///< nullptr: ids are unknown
 };
 
-/// \param out  sized width x height; its border is left as it is (zero)
-/// \return pixels whose depth is NaN or not positive, or whose normal is not finite: no surface
-/// there
+/// \param out  sized width x height; its border is not written (zero)
+/// \return number of pixels whose depth is NaN or not positive, or whose normal is not finite,
+///     which have no surface
 namespace reference {
 int64_t PrepareGuides(const PrepareGuidesInput& in, GuidePlanes* out);
 }  // namespace reference

@@ -13,8 +13,7 @@ bool IsFinite(const Image3& image, int x, int y) {
          std::isfinite(image[2](x, y));
 }
 
-/// 1 / z and unit normal where there is a usable surface, else zero. Returns whether the guides are
-/// bad.
+/// 1 / z and unit normal of valid surfaces, else zero. Returns whether the guides are bad.
 bool ConvertPixel(const PrepareGuidesInput& in, int x, int y, GuidePlanes* out) {
   const float z = (*in.depth)(x, y);
   const bool finite_normal = IsFinite(*in.normal, x, y);

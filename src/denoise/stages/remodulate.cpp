@@ -23,7 +23,7 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// Adds the light of a signal as it leaves the surface.
+/// Adds the radiance of a signal.
 HWY_INLINE void AddRadiance(const SignalLight& signal, bool rec601, int x, int y, VF sum[3]) {
   const DF d;
   const Image3& light = *signal.light;
@@ -45,9 +45,9 @@ HWY_INLINE void AddRadiance(const SignalLight& signal, bool rec601, int x, int y
   }
 }
 
-/// \tparam kAtOnce  what is written is read at once, so it stays in the caches
-/// \param next      what is to be fetched
-/// \param to        the row in which the picture is put together
+/// \tparam kAtOnce  the output is read at once, so it should stay in the caches
+/// \param next      rows to prefetch
+/// \param to        the row of the picture
 template <bool kAtOnce>
 HWY_INLINE int64_t RowInto(const PictureParts& parts, const NextRow<64>& next, int width, int y,
                            float* const to[3]) {

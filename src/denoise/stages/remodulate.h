@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// remodulate: the picture from all signals, each times its albedo, and what needs no filter.
+/// remodulate: the picture: the sum of all signals, each times its albedo, and unfiltered light.
 /// Source: SVGF section 3. Pixel by pixel. The picture is always finite, so that antialias, which
-/// weighs neighbours, spreads no damage: albedo that is not finite counts as 1, and what would
-/// overflow ends at kMostPicture. Reads 24 to 48 bytes per pixel and signal, 12 of
+/// weights neighbours, does not spread invalid values: albedo that is not finite counts as 1, and
+/// larger values are clamped to kMostPicture. Reads 24 to 48 bytes per pixel and signal, 12 of
 /// emission and of background, writes 12.
 #pragma once
 
@@ -17,7 +17,7 @@ namespace stillray {
 /// Antialias multiplies the picture by less than 2 and subtracts.
 inline constexpr float kMostPicture = 1e37f;
 
-/// A filtered signal (luminance, red, blue), and what it was divided by.
+/// A filtered signal (luminance, red, blue), and the albedos that divided it.
 struct SignalLight {
   const Image3* light = nullptr;
   AlbedoSum albedo;
@@ -25,10 +25,10 @@ struct SignalLight {
 
 struct RemodulateParameters {
   bool luminance_rec601 = false;  ///< luminance weights of the light
-  bool add = true;                ///< to what the picture holds; off: it is overwritten
+  bool add = true;                ///< to the picture; off: overwrite it
 };
 
-/// All of it. What it points to must stay.
+/// All parts of a picture, which must outlive this.
 struct PictureParts {
   std::span<const SignalLight> signals;
   std::span<const Image3* const> unfiltered;
@@ -45,8 +45,8 @@ int64_t Remodulate(std::span<const SignalLight> signals, std::span<const Image3*
 namespace cpu {
 int64_t Remodulate(std::span<const SignalLight> signals, std::span<const Image3* const> unfiltered,
                    const RemodulateParameters& parameters, Image3* picture);
-/// One row, on the thread that asks, to be read at once.
-/// \param to  red, green and blue, with room for whole vectors
+/// One row, on the calling thread, to be read at once.
+/// \param to  red, green and blue, with space for whole vectors
 int64_t RemodulateRow(const PictureParts& parts, int width, int y, float* const to[3]);
 }  // namespace cpu
 

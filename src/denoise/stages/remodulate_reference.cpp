@@ -8,7 +8,7 @@
 namespace stillray::reference {
 namespace {
 
-/// Light of a signal as it leaves the surface.
+/// Radiance of a signal.
 vec3 Radiance(const SignalLight& signal, const RemodulateParameters& p, int x, int y) {
   const float l = (*signal.light)[0](x, y);
   const float r = (*signal.light)[1](x, y);

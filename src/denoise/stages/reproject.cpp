@@ -26,21 +26,21 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// A vector of pixels of the present frame, for tests against taps of the last one.
+/// A vector of pixels of this frame, for tests against taps of the last one.
 struct Target {
   VF nx, ny, nz, i, gx, gy, px, py;
-  VF allowed;  ///< difference of inverse depth that slope and jitter alone may make
+  VF allowed;  ///< largest difference of inverse depth due to slope and jitter
   VU id;
-  MF used;  ///< surfaces whose history lies in the picture or beside it
+  MF used;  ///< surfaces whose history is in the picture or next to it
 };
 
-/// What a tap shows.
+/// The guides of a tap.
 struct TapGuides {
   VF nx, ny, nz, i;
   VU id;
 };
 
-/// Lanes whose tap, at (dx, dy) from where the pixels were, shows the same surface.
+/// Lanes whose tap, at (dx, dy) from the previous positions, shows the same surface.
 HWY_INLINE MF ShowsSameSurface(const Target& t, const TapGuides& tap, VF dx, VF dy,
                                const ReprojectParameters& p) {
   const DF d;
@@ -59,8 +59,8 @@ HWY_INLINE MF ShowsSameSurface(const Target& t, const TapGuides& tap, VF dx, VF 
   return same;
 }
 
-/// Lanes whose tap, the one at (cx, cy) of the block that starts at (bx, by), lies in the picture
-/// and shows the same surface.
+/// Lanes whose tap, the one at (cx, cy) of the block that starts at (bx, by), is in the picture and
+/// shows the same surface.
 HWY_INLINE MF TapMatches(const Target& t, const GuidePlanes& before, int cx, int cy, VI bx, VI by,
                          const ReprojectParameters& p) {
   const DF d;
@@ -86,7 +86,7 @@ HWY_INLINE MF TapMatches(const Target& t, const GuidePlanes& before, int cx, int
   return hn::And(hn::And(ShowsSameSurface(t, tap, dx, dy, p), hn::RebindMask(d, inside)), t.used);
 }
 
-/// Rows of the last frame's guides from one pixel on, from which other rows are `stride` apart.
+/// Rows of the last frame's guides from one pixel on, which are `stride` apart.
 struct GuidesFrom {
   const float* nx;
   const float* ny;
@@ -101,7 +101,7 @@ HWY_INLINE GuidesFrom FromPixel(const GuidePlanes& g, int x, int y) {
           g.inverse_depth.Row(y) + x, g.id.Row(y) + x,        g.id.stride()};
 }
 
-/// The same for taps that all lie in the picture, side by side; (cx, cy) as numbers is enough.
+/// The same for adjacent taps that are all in the picture; (cx, cy) as numbers is enough.
 HWY_INLINE MF BlockMatches(const Target& t, const GuidesFrom& from, int cx, int cy, VF dx, VF dy,
                            const ReprojectParameters& p) {
   const DF d;
@@ -112,7 +112,7 @@ HWY_INLINE MF BlockMatches(const Target& t, const GuidesFrom& from, int cx, int 
   return hn::And(ShowsSameSurface(t, tap, dx, dy, p), t.used);
 }
 
-/// \param found  lanes with a tap of their own, at themselves where `own`
+/// \param found  lanes with taps; lanes in `own` have theirs at the pixel itself
 HWY_INLINE HistoryPlace PlaceOf(MF found, MF own, VU search, MF in_row) {
   const DF d;
   const DU du;
@@ -130,7 +130,7 @@ HWY_INLINE HistoryPlace PlaceOf(MF found, MF own, VU search, MF in_row) {
                                                          : HistoryPlace::kElsewhere;
 }
 
-/// The row that a pixel of row y looks at, near enough to fetch it ahead of its use.
+/// The row that a pixel of row y reads, approximately, for prefetching.
 int RowSeen(int y, float motion) {
   return y + (std::abs(motion) < 1e4f ? static_cast<int>(std::floor(motion)) : 0);
 }
@@ -139,7 +139,7 @@ int TapLanes() {
   return LaneCount();
 }
 
-/// Rows of this frame that say where its pixels were.
+/// Rows of this frame with the previous positions of its pixels.
 struct RowNow {
   GuidesOfRow guides;
   const float* mx;
@@ -184,7 +184,7 @@ struct Taps {
   VI x, y;
   VF weight[4];
   VF sum;        ///< of the weights
-  bool between;  ///< something moved by a fraction of a pixel
+  bool between;  ///< some motion is not a whole number of pixels
 };
 
 HWY_INLINE Taps FindBilinear(const Target& t, const GuidePlanes& before,
@@ -205,7 +205,7 @@ HWY_INLINE Taps FindBilinear(const Target& t, const GuidePlanes& before,
   taps.x = hn::ConvertTo(di, fx);
   taps.y = hn::ConvertTo(di, fy);
   taps.weight[1] = taps.weight[2] = taps.weight[3] = zero;
-  // Where nothing moves, or all by whole pixels, the other three count nothing.
+  // If motion is zero, or whole pixels, the other three weights are zero.
   taps.between = !hn::AllTrue(d, hn::And(hn::Eq(u, zero), hn::Eq(v, zero)));
   const int count = taps.between ? 4 : 1;
   const SideBySide block = FindSideBySide(taps.x, taps.y, t.used);
@@ -230,8 +230,8 @@ HWY_INLINE Taps FindBilinear(const Target& t, const GuidePlanes& before,
   return taps;
 }
 
-/// The 3x3 block around the places of the pixels that are `lost`: \return bits of the taps that
-/// show the same surface
+/// Tests the 3x3 block around the positions of the pixels that are `lost`: \return bits of the taps
+/// that show the same surface
 HWY_NOINLINE VU SearchAround(const Target& t, const GuidePlanes& before,
                              const ReprojectParameters& p, MF lost, VI* x, VI* y) {
   const DF d;
@@ -279,7 +279,7 @@ void TapsOfRow(const GuidesOfRow& now, const GuidePlanes& before, const Image2& 
     next.Fetch(x);
     const Target t = LoadTarget(row, x, y, width, height);
     Taps taps = FindBilinear(t, before, p);
-    // A sliver of a matching tap is no evidence: its weight would be raised a hundredfold.
+    // Taps with a tiny weight are not reliable: the weight would be scaled up a hundredfold.
     const MF found = hn::Gt(taps.sum, hn::Set(d, 0.01f));
     const VF scale = hn::IfThenElseZero(found, hn::Div(one, hn::IfThenElse(found, taps.sum, one)));
     VU search = hn::Zero(du);

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// reproject: finds each pixel's history in the previous frame, and fetches it.
-/// Source: SVGF section 4.1: 2x2 bilinear taps, each tested for the same surface (depth, normal,
-/// id) and for lying inside the picture, weights renormalised over those that pass; if none passes,
-/// the 3x3 taps around the place are averaged; if none of those, there is no history
-/// (disocclusion). Departs: depth is tested against the plane through the pixel, with room for the
-/// distance travelled in one frame. Everything remembered is fetched with the same taps and
-/// weights, but that taps without light (below one sample per pixel) count for the length alone.
+/// reproject: finds each pixel's history in the previous frame, and fetches it. Source: SVGF
+/// section 4.1: 2x2 bilinear taps, each tested for the same surface (depth, normal, id) and for
+/// lying inside the picture, weights renormalised over those that pass; if none passes, the 3x3
+/// taps around the position are averaged; if none of those passes, there is no history
+/// (disocclusion). Departs: depth is tested against the plane through the pixel, with a tolerance
+/// for the distance travelled in one frame. The whole history is fetched with the same taps and
+/// weights, except that taps without light (below one sample per pixel) only count for the length.
 /// Border: none. FindTaps reads 56, writes 28 bytes per pixel; FetchHistory reads 28 and 4 x 28,
 /// writes 28.
 #pragma once
@@ -19,7 +19,7 @@ namespace stillray {
 
 inline constexpr int kMostHistoryPlanes = 11;
 
-/// The planes of \p before that are fetched, and where they go. \return their number, up to
+/// The planes of \p before to fetch, and their destinations. \return their number, up to
 /// kMostHistoryPlanes
 inline int ListHistoryPlanes(const SignalHistory& before, SignalHistory* out, const Image1** in,
                              Image1** to) {

@@ -34,7 +34,7 @@ void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& m
     for (int x = 0; x < width; ++x) {
       const vec2 place = {static_cast<float>(x) + motion[0](x, y),
                           static_cast<float>(y) + motion[1](x, y)};
-      // Also false for NaN. Beyond one pixel outside, no tap can lie inside.
+      // Also false for NaN. More than one pixel outside, no tap is inside.
       const bool near_picture = place.x > -2.0f && place.y > -2.0f &&
                                 place.x < static_cast<float>(width) + 1.0f &&
                                 place.y < static_cast<float>(height) + 1.0f;
@@ -64,7 +64,7 @@ void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& m
       }
       taps->x(x, y) = bx;
       taps->y(x, y) = by;
-      // A sliver of a matching tap is no evidence: its weight would be raised a hundredfold.
+      // Taps with a tiny weight are not reliable: the weight would be scaled up a hundredfold.
       if (sum > 0.01f) {
         for (int i = 0; i < 4; ++i) {
           taps->weight[i](x, y) = weight[i] / sum;
@@ -91,7 +91,7 @@ void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& m
 
 namespace {
 
-/// Weighted mean of the taps; with `light_only` of those alone that have light.
+/// Weighted mean of the taps; with `light_only` of those that have light.
 float Fetch(const Image1& plane, const Image1& length, const ReprojectionTaps& taps,
             bool light_only, int x, int y) {
   const int bx = taps.x(x, y);

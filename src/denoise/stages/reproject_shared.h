@@ -13,7 +13,7 @@ SHARED_BEGIN
 
 SHARED_BLOCK(ReprojectParameters) {
   float history_depth;          // relative
-  float history_normal_cosine;  // least, between normals
+  float history_normal_cosine;  // minimum, between normals
   int history_id;               // 1: ids must agree
   int history_search;           // 1: the 3x3 fall-back
 };
@@ -21,8 +21,8 @@ SHARED_BLOCK(ReprojectParameters) {
 // Jitter and the rounding of motion move a tap by up to about one pixel along a slope.
 const float kReprojectSlack = 1.5f;
 
-// Whether a tap of the previous frame shows the surface that is expected there. i: inverse depths,
-// the expected one from the plane through the current pixel; g: its gradient; ids 0 are not known.
+// Whether a tap of the previous frame shows the expected surface. i: inverse depths, the expected
+// one from the plane through the current pixel; g: its gradient; ids of 0 are unknown.
 SHARED_FN bool IsSameSurface(float expected, float i, vec2 g, float cosine, uint id, uint tap_id,
                              float depth_tolerance, float min_cosine, bool test_id) {
   float allowed = depth_tolerance * expected + kReprojectSlack * (abs(g.x) + abs(g.y));

@@ -15,10 +15,10 @@ SHARED_BLOCK(TonemapParameters) {
   float exposure_scale;  // 2^exposure
   int tonemap;           // 0 linear, 1 Reinhard, 2 filmic, 3 ACES
   float dither;          // noise added before rounding, in steps of the result: triangular, +- this
-  uint frame;            // picks the noise
+  uint frame;            // seed of the noise
 };
 
-// Light beyond this is white under every curve; the limit keeps infinities out of the formulas.
+// Brighter light is white under every curve; the limit keeps infinities out of the formulas.
 const float kBrightestLight = 1e6f;
 
 SHARED_FN float ReinhardCurve(float x) {
@@ -34,7 +34,7 @@ SHARED_FN float FilmicCurve(float x) {
 }
 
 // Narkowicz's fit of the ACES reference rendering and output transforms (2016), with the light
-// scaled by 0.6 as he gives it for the original exposure.
+// scaled by 0.6, his value for the original exposure.
 SHARED_FN float AcesCurve(float x) {
   float s = 0.6f * x;
   return clamp(s * (2.51f * s + 0.03f) / (s * (2.43f * s + 0.59f) + 0.14f), 0.0f, 1.0f);
@@ -66,7 +66,7 @@ SHARED_FN float DitherNoise(uint x, uint y, uint channel, uint frame) {
   return (float(h & 0xffffu) + float(h >> 16)) * (1.0f / 65536.0f) - 1.0f;
 }
 
-// Rounds 0..1 to a byte. Black and white stay what they are: noise would lift and lower them.
+// Rounds 0..1 to a byte. Black and white are unchanged, since noise would shift their mean.
 SHARED_FN float DisplayStep(float display, float noise) {
   float value = display * 255.0f;
   float room = min(value, 255.0f - value);

@@ -3,7 +3,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// accumulate: see stages/accumulate.h. What limit_history finds is applied on the way.
+// accumulate: see stages/accumulate.h. Applies the result of limit_history.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/limit_history.glsl"
 #include "denoise/stages/accumulate_shared.h"
@@ -14,7 +14,7 @@ layout(set = 1, binding = 2) uniform texture2DArray colour;
 layout(set = 1, binding = 3) uniform texture2DArray behind;
 layout(set = 1, binding = 4) uniform texture2DArray moments;
 layout(set = 1, binding = 5) uniform texture2DArray compressed;
-layout(set = 1, binding = 6) uniform texture2DArray compared;  // after its wavelet
+layout(set = 1, binding = 6) uniform texture2DArray compared;  // after its wavelet levels
 layout(set = 1, binding = 7, LIGHT_FORMAT) writeonly uniform image2DArray colour_out;
 layout(set = 1, binding = 8, LIGHT_FORMAT) writeonly uniform image2DArray behind_out;
 layout(set = 1, binding = 9, LIGHT_FORMAT) writeonly uniform image2DArray moments_out;

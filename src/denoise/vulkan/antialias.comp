@@ -3,7 +3,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// antialias: see stages/antialias.h. Also hands the picture to the caller.
+// antialias: see stages/antialias.h. Also writes the picture to the caller's image.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/stages/antialias_shared.h"
 
@@ -22,8 +22,8 @@ float InverseDepth(ivec2 p) {
   return uintBitsToFloat(texelFetch(surface_image, p, 0).x);
 }
 
-// Motion of the nearest surface in the 3x3 neighbourhood that stands in front of the centre's own;
-// ties go to the first row by row.
+// Motion of the nearest surface of the 3x3 neighbourhood in front of the centre's own; of equal
+// ones the first in reading order.
 vec2 NearestMotion(ivec2 p) {
   float centre = InverseDepth(p);
   vec2 gradient = UnpackDetail(texelFetch(detail_image, p, 0), centre).gradient;

@@ -3,7 +3,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// atrous: see stages/atrous.h. All signals in one pass, which share what the guides say.
+// atrous: see stages/atrous.h. All signals in one pass, which share the guides' weights.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/edge_stopping.glsl"
 #include "denoise/vulkan/stop.glsl"
@@ -38,7 +38,7 @@ void PassThrough(ivec2 p) {
   }
 }
 
-// How q changes the luminance weight of signal s; q_light, q_stop: its light and stop.
+// The luminance weight of q for signal s; q_light, q_stop: its light and reciprocal denominator.
 float LuminanceWeight(vec4 own, float own_stop, vec4 q_light, ivec3 q, float exponent, int s) {
   if (kWeights == kAtrousSvgf) {
     float dl = abs(own.x - q_light.x);
@@ -77,7 +77,7 @@ void main() {
     sum_weight[s] = 0.0f;
   }
   if (!any) {
-    PassThrough(p);  // there is nothing to filter, and the value is not used
+    PassThrough(p);  // the value is not used
     return;
   }
   for (int dy = -kRadius; dy <= kRadius; ++dy) {
@@ -123,7 +123,7 @@ void main() {
     }
   }
   for (int s = 0; s < kSignals; ++s) {
-    // Below this the sums have lost their digits: nothing near is like this pixel.
+    // Smaller sums have lost their precision: no neighbour is similar to this pixel.
     bool filled = sum_weight[s] > kMinAtrousWeight;
     float inverse = filled ? 1.0f / sum_weight[s] : 0.0f;
     vec3 c = filled ? sum[s].xyz * inverse : own[s].xyz;

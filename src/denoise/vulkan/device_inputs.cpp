@@ -8,7 +8,7 @@
 namespace stillray::vulkan {
 namespace {
 
-/// Renderers take turns between one or two frames. Sets for more are not worth their room.
+/// Renderers alternate between one or two frames. Caching sets for more is not worth the memory.
 constexpr size_t kMostSeen = 4;
 
 ImageRef RefTo(const gpu::Image* image) {

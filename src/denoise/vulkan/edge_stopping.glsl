@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/stages/edge_stopping_shared.h"
 
-// Weight of another surface `offset` pixels away by depth and normal.
+// The depth and normal weight of another surface `offset` pixels away.
 float GeometryWeight(EdgeStopping edges, Surface s, Detail d, Surface other, vec2 offset) {
   float depth =
       edges.depth_weight_plane != 0

@@ -3,8 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// estimate_variance: see stages/estimate_variance.h. Writes the light that the wavelet begins with
-// (between the history before the last feedback and after it) and its deviation.
+// estimate_variance: see stages/estimate_variance.h. Writes the input of the wavelet (blended from
+// the history before the last feedback and after it) and its deviation.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/edge_stopping.glsl"
 #include "denoise/stages/estimate_variance_shared.h"
@@ -17,7 +17,7 @@ layout(set = 1, binding = 4) uniform texture2DArray behind;
 layout(set = 1, binding = 5) uniform texture2DArray moments;
 layout(set = 1, binding = 6, LIGHT_FORMAT) writeonly uniform image2DArray light_out;
 
-// So large that luminance stops nothing: the most that a half holds, whatever the unit of light.
+// So large that the luminance weight is 1: the largest half, independent of the unit of light.
 float UnknownVariance(int s) {
 #ifdef STILLRAY_HALF
   return VarianceOf(kMostLight);

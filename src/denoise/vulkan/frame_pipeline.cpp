@@ -43,7 +43,7 @@
 namespace stillray::vulkan {
 namespace {
 
-/// Passes of a frame, twice over: their sets for every way in which images change places.
+/// Passes of two frames: a set for each combination of swapped images.
 constexpr uint32_t kMostSets = 512;
 constexpr gpu::SetShape kMostDescriptors = {4096, 1024, 128, 256};
 constexpr uint32_t kMostMarks = 128;
@@ -91,7 +91,7 @@ Result<gpu::MemoryUse> FramePipeline::Need(const gpu::DeviceContext* context,
   return need;
 }
 
-/// Room for all that frames may have.
+/// Memory for all images that frames may have.
 FillGuidesPass::Options FramePipeline::FillGuidesOptions(const PipelineOptions& o) {
   constexpr uint32_t kAll = (1u << kGuideColours) - 1;
   constexpr uint32_t kTransmission = 4;
@@ -157,7 +157,7 @@ std::array<uint32_t, 3> FramePipeline::AtrousConstants(const AtrousLevel& level)
           static_cast<uint32_t>(shape_.signals)};
 }
 
-/// Compiles what the settings may ask for, so that recording never does.
+/// Compiles all shaders that the settings may use, so that recording does not.
 Status FramePipeline::MakePipelines(const Settings& settings) {
   for (int i = 0; i <= static_cast<int>(Shader::kTonemap); ++i) {
     const auto shader = static_cast<Shader>(i);
@@ -205,7 +205,7 @@ void FramePipeline::PrepareImages(VkCommandBuffer commands) {
 }
 
 void FramePipeline::UploadParameters(PassRecorder* recorder, const FrameParameters& parameters) {
-  recorder->Barrier();  // the frame before may still read them
+  recorder->Barrier();  // the previous frame may still read them
   context_->vk.CmdUpdateBuffer(recorder->commands(), images_.parameters->buffer, 0,
                                sizeof(parameters), &parameters);
 }
@@ -217,7 +217,7 @@ void FramePipeline::Keep(PassRecorder* recorder, std::string_view name, const gp
   }
 }
 
-/// Puts a picture together from the light as it is now, for the observer alone.
+/// Composes a picture from the current light, for the observer only.
 void FramePipeline::KeepPicture(PassRecorder* recorder, std::string_view name,
                                 const gpu::Image* light) {
   if (observer_ != nullptr && observer_->Wants(name)) {
@@ -227,7 +227,7 @@ void FramePipeline::KeepPicture(PassRecorder* recorder, std::string_view name,
   }
 }
 
-/// Guides, new light and its history.
+/// Guides, new light and history.
 void FramePipeline::GatherLight(const FramePlan& plan, PassRecorder* recorder) {
   const FrameImages& i = images_;
   const bool clamps = plan.runs.clamp_fireflies;
@@ -248,7 +248,7 @@ void FramePipeline::GatherLight(const FramePlan& plan, PassRecorder* recorder) {
   }
 }
 
-/// Compares the new light with its history and leaves what comes of it in the second image of the
+/// Compares the new light with its history, and writes the result to the second image of the
 /// wavelet.
 void FramePipeline::LimitHistory(PassRecorder* recorder) {
   const FrameImages& i = images_;
@@ -277,7 +277,7 @@ void FramePipeline::Accumulate(const FramePlan& plan, PassRecorder* recorder) {
                 push);
 }
 
-/// In place of the fetched history, which nothing reads any more.
+/// Overwrites the fetched history, which is no longer read.
 void FramePipeline::MergeFuture(const FutureImages& future, PassRecorder* recorder) {
   const HistoryImages& h = images_.history;
   known_.colour = images_.fetched.colour;
@@ -316,7 +316,7 @@ void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
       if (shape_.with_behind) {
         std::swap(images_.history.colour, images_.history.behind);
       }
-      // What was the history is room for another level now.
+      // The old history's image is now free for another level.
       std::swap(images_.history.colour, images_.wavelet[target]);
     }
     target ^= 1;
@@ -324,8 +324,8 @@ void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
   }
 }
 
-/// See stages/keep_mirrors.h. It works in images of the wavelet and of the fetched history, which
-/// nothing else reads any more.
+/// See stages/keep_mirrors.h. Uses images of the wavelet and of the fetched history, which are no
+/// longer read.
 void FramePipeline::KeepMirrors(PassRecorder* recorder) {
   const FrameImages& i = images_;
   const gpu::Image* measured = light_ == i.fetched.colour ? i.wavelet[1] : i.fetched.colour;
@@ -360,7 +360,7 @@ void FramePipeline::Finish(const FramePlan& plan, PassRecorder* recorder) {
   std::swap(images_.shown, images_.scratch);
 }
 
-/// Brings parameters and inputs to the device, guides completed where some are unknown.
+/// Sets parameters and inputs, with guides filled if some are unknown.
 void FramePipeline::UseInputs(const FramePlan& plan, const FrameFacts& facts,
                               const FrameInputs& inputs, FrameParameters* parameters,
                               PassRecorder* recorder) {
@@ -377,7 +377,7 @@ void FramePipeline::UseInputs(const FramePlan& plan, const FrameFacts& facts,
   }
 }
 
-/// Everything up to the history that this frame's light joins.
+/// All passes before accumulation.
 void FramePipeline::BeginFrame(const FramePlan& plan, const FrameFacts& facts,
                                const FrameInputs& inputs, PassRecorder* recorder) {
   times_.Begin(recorder->commands());

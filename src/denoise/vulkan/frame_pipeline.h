@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The denoiser on Vulkan: the order of the stages, and the owner of their history. It records into
-/// a command buffer and knows neither queues nor host memory.
+/// The denoiser on Vulkan: records the stages in order into a command buffer, and owns their
+/// history. Independent of queues and host memory.
 #pragma once
 
 #include <array>
@@ -17,12 +17,12 @@
 
 namespace stillray::vulkan {
 
-/// Gets to see intermediate images while a frame is recorded.
+/// Receives intermediate images while a frame is recorded.
 class FrameObserver {
  public:
   virtual ~FrameObserver() = default;
-  /// \param name  "noisy", "fetched", "compared", "accumulated", "moments", "variance",
-  ///              "filtered", "aliased"; "temporal" and "atrousN" are pictures put together
+  /// \param name  "noisy", "fetched", "compared", "accumulated", "moments", "variance", "filtered",
+  ///     "aliased"; "temporal" and "atrousN" are composed pictures
   virtual bool Wants(std::string_view name) const = 0;
   /// Called between barriers: may copy from the image.
   virtual void Keep(VkCommandBuffer commands, std::string_view name, const gpu::Image& image) = 0;
@@ -34,52 +34,49 @@ struct PipelineOptions {
   int height = 0;
   bool transmission = false;  ///< frames have transmission signals
   Storage storage = Storage::kHalf;
-  bool timed = true;          ///< the queue takes timestamps, and they are wanted
-  bool fills_guides = false;  ///< frames may have unknown guides, with any of the images there are
+  bool timed = true;          ///< the queue supports timestamps, and they are requested
+  bool fills_guides = false;  ///< frames may have unknown guides, with any of the images
 };
 
 class FramePipeline {
  public:
-  /// Makes all images, pipelines and room for descriptor sets.
+  /// Creates all images, pipelines and descriptor pools.
   static Result<std::unique_ptr<FramePipeline>> Create(const gpu::DeviceContext* context,
                                                        const PipelineOptions& options);
-  /// What Create would allocate.
+  /// The memory that Create allocates.
   static Result<gpu::MemoryUse> Need(const gpu::DeviceContext* context,
                                      const PipelineOptions& options);
 
-  /// Makes what a frame with unknown guides needs, unless it is there. The device must have done
-  /// with all that was recorded.
+  /// Allocates memory for a frame with unknown guides, if necessary. The device must have finished
+  /// all recorded commands.
   Status PrepareFilling(const FrameFacts& facts);
 
-  /// Records one frame, which must not have unknown guides but after PrepareFilling, or with
-  /// `fills_guides`. Allocates nothing once inputs and history have come round to images seen
-  /// before.
+  /// Records one frame, which may have unknown guides only after PrepareFilling, or with
+  /// `fills_guides`. Allocates nothing once inputs and history recur.
   /// \param plan      made from progress()
   /// \param observer  or nullptr
-  /// \param future    light of this frame's future if the plan merges it: the wavelet begins with
-  /// it merged
-  ///                  into the history, which itself stays free of it
+  /// \param future    light of this frame's future if the plan merges it: it is part of the
+  ///     wavelet's input, but not of the history
   Status Record(VkCommandBuffer commands, const FramePlan& plan, const FrameFacts& facts,
                 const FrameInputs& inputs, FrameObserver* observer,
                 const FutureImages* future = nullptr);
-  /// Records a frame of a sequence that is played backward: its light is brought into the history,
-  /// and no picture is made. Compiles a shader the first time.
-  /// \param future  receives the light of this frame's future; stays as it is if there was no
-  ///                history
+  /// Records a frame of a sequence that is played backward: its light is accumulated, and no
+  /// picture is made. Compiles a shader the first time.
+  /// \param future  receives the light of this frame's future; unchanged without history
   Status RecordBackward(VkCommandBuffer commands, const FramePlan& plan, const FrameFacts& facts,
                         const FrameInputs& inputs, const FutureImages& future);
 
-  /// Whether settings need no other images.
+  /// Whether the settings use the same images.
   bool Fits(const Settings& settings, int width, int height, bool transmission) const;
   /// New settings from the next frame on; they must fit. Makes the pipelines that they need.
   Status SetSettings(const Settings& settings);
-  /// Forgets all history.
+  /// Discards all history.
   void Reset();
-  /// To be called before images that were inputs are destroyed, when the device has done with them.
+  /// Call it before images that were inputs are destroyed, after the device has finished with them.
   Status ForgetInputs() { return sets_.Clear(); }
 
   gpu::MemoryUse memory() const;
-  /// Of the last recorded frame, once the device has run it.
+  /// Of the last recorded frame, after the device has finished it.
   std::vector<gpu::DeviceTime> times() const { return times_.Read(); }
   const FrameImages& images() const { return images_; }
   std::span<const SignalGroup> groups() const { return groups_; }
@@ -88,10 +85,9 @@ class FramePipeline {
   const FillGuidesPass* fill_guides() const { return fill_guides_.get(); }
   FillGuidesPass* fill_guides() { return fill_guides_.get(); }
   const SequenceProgress& progress() const { return progress_; }
-  /// Goes on from there with the next frame, with what then lies in the images: see
-  /// saved_history.h.
+  /// Continues from a restored history, which is then in the images: see saved_history.h.
   void GoOnFrom(const SequenceProgress& progress) { progress_ = progress; }
-  /// Brings all images to their layout, once, and clears the state.
+  /// Transitions all images to their layout, once, and clears the state.
   void PrepareImages(VkCommandBuffer commands);
   bool has_transmission() const { return transmission_; }
 
@@ -135,8 +131,8 @@ class FramePipeline {
 
   // The frame in progress.
   FrameObserver* observer_ = nullptr;
-  HistoryImages known_;  ///< what the wavelet begins with: the history, maybe with the future
-  const gpu::Image* light_ = nullptr;  ///< what the next level reads, or the result
+  HistoryImages known_;  ///< the input of the wavelet: the history, possibly merged with the future
+  const gpu::Image* light_ = nullptr;  ///< input of the next level, or the result
 };
 
 }  // namespace stillray::vulkan

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What all compute shaders of the denoiser know: the parameters of the frame, and what the device
-// keeps from frame to frame. C++ and GLSL see the same bytes: members are ints, floats, uints and
-// blocks of such (SHARED_BLOCK).
+// The data of all compute shaders of the denoiser: the parameters of the frame, and the state that
+// the device keeps from frame to frame. C++ and GLSL have the same layout: members are ints,
+// floats, uints and blocks of such (SHARED_BLOCK).
 #ifndef STILLRAY_DENOISE_VULKAN_FRAME_SHARED_H
 #define STILLRAY_DENOISE_VULKAN_FRAME_SHARED_H
 
@@ -50,15 +50,15 @@ layout(set = 0, binding = 26, std140) uniform FrameParameters {
   int has_id;
   int has_emission;
   int has_background;
-  int measure_stride;  // every so many pixels are measured
-  // What is remembered.
+  int measure_stride;  // distance of the measured pixels
+  // History.
   int has_history;
   int has_picture;
   int with_compressed;
   int with_behind;
   float feedback_phase;
   // fill_guides
-  int has_held;       // guides of the frame before are held
+  int has_held;       // guides of the previous frame are held
   int guide_colours;  // bit 0 albedo, 1 specular, 2 transmission, 3 emission, 4 background: given
   int pyramid_cells;  // of all levels of the pyramid together
   uint ghost_stamp;   // marks the held guides that this frame rejects

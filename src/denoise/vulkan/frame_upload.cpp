@@ -105,7 +105,7 @@ bool FrameUpload::Fits(int width, int height, const FrameFacts& facts) const {
          facts.has_roughness == facts_.has_roughness;
 }
 
-/// Interleaves; a fourth channel is left as it is.
+/// Interleaves channels; a fourth channel is not written.
 template <int N>
 void FrameUpload::WritePlanes(const Entry& entry, const Planes<float, N>& planes) {
   auto* const start = reinterpret_cast<float*>(static_cast<char*>(staging_->mapped) + entry.offset);

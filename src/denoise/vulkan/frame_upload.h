@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Frames of the host on their way to the device.
+/// Uploads frames from the host to the device.
 #pragma once
 
 #include <memory>
@@ -15,16 +15,16 @@
 
 namespace stillray::vulkan {
 
-/// Images on the device for everything that a frame has, and the memory through which it goes.
+/// Images on the device for all images of a frame, and their staging memory.
 class FrameUpload {
  public:
-  /// \param facts  which images there are
+  /// \param facts  which images exist
   static Result<std::unique_ptr<FrameUpload>> Create(const gpu::DeviceContext* context, int width,
                                                      int height, const FrameFacts& facts);
   /// Whether a frame has the same images.
   bool Fits(int width, int height, const FrameFacts& facts) const;
 
-  /// Copies the frame into memory that the device sees.
+  /// Copies the frame to staging memory.
   Status Write(const Frame& frame);
   /// Records the copies to the images.
   void Record(VkCommandBuffer commands);

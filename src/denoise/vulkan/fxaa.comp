@@ -31,7 +31,7 @@ Step FindStep(int x, int y) {
   if (!IsEdge(min(min(min(m, n), min(s, w)), e), max(max(max(m, n), max(s, w)), e))) {
     return none;
   }
-  // Second differences across rows and columns tell which way the edge runs.
+  // Second differences across rows and columns determine the direction of the edge.
   float nw = At(x - 1, y - 1);
   float ne = At(x + 1, y - 1);
   float sw = At(x - 1, y + 1);
@@ -51,7 +51,7 @@ Step FindStep(int x, int y) {
   float end[2] = float[2](0.0f, 0.0f);
   for (int k = 0; k < 2; ++k) {
     for (int d = 1; d <= kFxaaReach; ++d) {
-      // Mean of the two rows of the edge: leaves the middle where the step ends.
+      // Mean of the two rows of the edge: it differs from the middle where the step ends.
       ivec2 here = ivec2(x, y) + along * (k == 0 ? -d : d);
       ivec2 there = here + across;
       float difference = 0.5f * (At(here.x, here.y) + At(there.x, there.y)) - middle;
@@ -66,7 +66,7 @@ Step FindStep(int x, int y) {
   float nearer_end = first ? end[0] : end[1];
   float nearer = float(first ? reach[0] : reach[1]);
   float farther = float(first ? reach[1] : reach[0]);
-  // Beyond the nearer end both rows must look like the other side, or the edge leans away.
+  // Beyond the nearer end both rows must match the other side, or the edge bends away.
   if (nearer_end == 0.0f || (nearer_end > 0.0f) != (other > m)) {
     return none;
   }

@@ -67,9 +67,9 @@ class HostDenoiser : public DenoiserBackend {
   Settings settings_;
   Storage storage_;
   Results wanted_;
-  Results results_;  ///< what the frame in progress hands over
+  Results results_;  ///< requested forms of the frame in progress
   SharedPictures pictures_;
-  std::shared_ptr<DevicePicture> shared_;  ///< that it is copied to; nullptr: none
+  std::shared_ptr<DevicePicture> shared_;  ///< its destination; nullptr: none
   bool has_result_ = false;                ///< `download_` has the picture of the last frame
   std::vector<std::string> outputs_;
   std::unique_ptr<gpu::Arena> state_memory_;
@@ -80,13 +80,13 @@ class HostDenoiser : public DenoiserBackend {
   std::unique_ptr<OutputReader> reader_;
   SeenFrames seen_;
   FrameInputs inputs_;                      ///< of the frame in progress
-  OddValues odd_;                           ///< about its values
-  Frame from_elsewhere_;                    ///< a frame of another device, on the host
+  OddValues odd_;                           ///< of its values
+  Frame from_elsewhere_;                    ///< host copy of a frame on another device
   std::unique_ptr<FutureExchange> future_;  ///< nullptr until there is a future
   std::vector<double> row_sums_;
 };
 
-/// Brings a frame to where the device reads it.
+/// Makes a frame available to the device.
 Result<FrameFacts> HostDenoiser::Take(const Frame& frame) {
   if (const gpu::DeviceFrame* here = gpu::FrameOn(*device_, frame); here != nullptr) {
     return TakeHere(frame, *here);
@@ -108,14 +108,14 @@ Result<FrameFacts> HostDenoiser::Take(const Frame& frame) {
   return facts;
 }
 
-/// Of the sequence that a frame continues; of a new one if its history does not fit.
+/// The progress of the sequence; that of a new one if the history does not fit the frame.
 SequenceProgress HostDenoiser::ProgressFor(const Frame& f) const {
   const bool fits =
       pipeline_ != nullptr && pipeline_->Fits(settings_, f.width, f.height, HasTransmission(f));
   return fits ? pipeline_->progress() : SequenceProgress();
 }
 
-/// A frame that is on the device already.
+/// Uses a frame that is on this device.
 Result<FrameFacts> HostDenoiser::TakeHere(const Frame& frame, const gpu::DeviceFrame& pixels) {
   odd_ = OddValues();
   const gpu::FrameShape& shape = pixels.shape();
@@ -147,13 +147,13 @@ Status HostDenoiser::PrepareUpload(const Frame& f, const FrameFacts& facts) {
   return Status::Ok();
 }
 
-/// Makes a pipeline for frames of this size, unless there is one.
+/// Creates a pipeline for frames of this size, if necessary.
 Status HostDenoiser::PreparePipeline(int width, int height, bool transmission) {
   if (pipeline_ != nullptr && pipeline_->Fits(settings_, width, height, transmission)) {
     return Status::Ok();
   }
   reader_.reset();
-  pipeline_.reset();  // first: both may not fit into the device
+  pipeline_.reset();  // first, since both may not fit into memory
   PipelineOptions options = {settings_,    width,    height,
                              transmission, storage_, device_->has_timestamps()};
   Result<std::unique_ptr<FramePipeline>> made = FramePipeline::Create(&device_->context(), options);
@@ -162,13 +162,13 @@ Status HostDenoiser::PreparePipeline(int width, int height, bool transmission) {
   return Status::Ok();
 }
 
-/// Makes what the device needs to work on frames like this one, unless it is there.
+/// Allocates the device's memory for frames like this one, if necessary.
 Status HostDenoiser::PrepareWork(const Frame& f, const FrameFacts& facts) {
   STILLRAY_RETURN_IF_ERROR(PreparePipeline(f.width, f.height, HasTransmission(f)));
   return pipeline_->PrepareFilling(facts);
 }
 
-/// Makes room for light of the future, unless it is there.
+/// Allocates memory for light of the future, if necessary.
 Status HostDenoiser::PrepareFuture(const Frame& f) {
   const int signals = pipeline_->shape().signals;
   if (future_ != nullptr && future_->Fits(f.width, f.height, signals)) {
@@ -183,7 +183,7 @@ Status HostDenoiser::PrepareFuture(const Frame& f) {
   return Status::Ok();
 }
 
-/// Makes what it takes to get pictures of frames like this one, unless it is there.
+/// Allocates memory for downloads of frames like this one, if necessary.
 Status HostDenoiser::PreparePicture(const Frame& f) {
   STILLRAY_RETURN_IF_ERROR(PrepareDownload(f));
   if (reader_ == nullptr) {
@@ -209,7 +209,7 @@ Status HostDenoiser::PrepareDownload(const Frame& f) {
   return download_->Prepare(results_);
 }
 
-/// Where no memory is shared the picture is copied.
+/// Copies the picture if memory cannot be shared.
 void HostDenoiser::ChooseResults(const Frame& f) {
   results_ = wanted_;
   shared_ = nullptr;
@@ -363,7 +363,7 @@ Status HostDenoiser::SetSettings(const Settings& settings) {
                  pipeline_->Fits(settings, pipeline_->shape().width, pipeline_->shape().height,
                                  pipeline_->has_transmission())
              ? pipeline_->SetSettings(settings)
-             : Status::Ok();  // made anew with the next frame
+             : Status::Ok();  // recreated with the next frame
 }
 
 Status HostDenoiser::Accumulate(const Frame& frame, std::vector<SignalHistory>* future) {

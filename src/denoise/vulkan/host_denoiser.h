@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A Denoiser whose frames lie in host memory and whose work is done by a Vulkan device.
+/// A Denoiser on a Vulkan device for frames in host memory.
 #pragma once
 
 #include <memory>

@@ -2,10 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/stages/limit_history_shared.h"
 
-// The variance of single compressed samples is at most 1/4: times this it keeps its bits in halves.
+// The variance of single compressed samples is at most 1/4: times this its precision is kept in
+// halves.
 const float kSingleScale = 65536.0f;
 
-// How long a history with these moments may count for. \param compared  after its wavelet
+// Largest length that a history with these moments may count for. \param compared  after its
+// wavelet levels
 float MostLength(vec4 m, vec4 compared_light) {
   return IsPresent(compared_light.w)
              ? LimitedLength(m.z, m.w, compared_light.x, VarianceOf(compared_light.w),
@@ -14,7 +16,7 @@ float MostLength(vec4 m, vec4 compared_light) {
              : m.z;
 }
 
-// What the history holds, under this frame's scale.
+// The history's mean under this frame's scale.
 float RescaledCompressed(float c, int s) {
   return old_compressed_scale[s] > 0.0f && old_compressed_scale[s] != compressed_scale[s]
              ? RescaleCompressed(c, old_compressed_scale[s], compressed_scale[s])

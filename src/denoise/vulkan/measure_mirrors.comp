@@ -3,7 +3,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// keep_mirrors, what comes before its wavelet: see stages/keep_mirrors.h. Squared difference of
+// keep_mirrors, before its wavelet levels: see stages/keep_mirrors.h. Squared difference of
 // filtered light and sample, variance of the sample.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/stages/keep_mirrors_shared.h"
@@ -13,7 +13,7 @@ layout(set = 1, binding = 1) uniform texture2DArray noisy;
 layout(set = 1, binding = 2) uniform texture2DArray light;
 layout(set = 1, binding = 3, LIGHT_FORMAT) writeonly uniform image2DArray measured_out;
 
-// Light has its mean near 1/8: times this its squares keep their bits in halves.
+// Light has its mean near 1/8: times this the precision of its squares is kept in halves.
 const float kSquareScale = 64.0f;
 
 bool IsMirrorAt(ivec2 p, int s) {
@@ -56,7 +56,7 @@ void main() {
     if ((keep_mirrors.mirror_signals >> s & 1) != 0 && IsMirrorAt(p, s)) {
       float d = texelFetch(noisy, at, 0).x - texelFetch(light, at, 0).x;
       vec2 squares = kSquareScale * vec2(d * d, NoiseAt(p, s));
-      squares /= max(1.0f, max(squares.x, squares.y) / kMostLight);  // their ratio is what counts
+      squares /= max(1.0f, max(squares.x, squares.y) / kMostLight);  // only their ratio matters
       measured = vec4(squares, 0.0f, PackDeviation(0.0f, true));
     }
     imageStore(measured_out, at, Stored(measured));

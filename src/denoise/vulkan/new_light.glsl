@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// One signal's new light at a pixel, from the caller's images: see stages/demodulate.h.
+// The new light of one signal at a pixel, from the caller's images: see stages/demodulate.h.
 #include "denoise/stages/suppress_fireflies_shared.h"
 
 vec3 LoadLight(int kind, ivec2 p) {
@@ -86,7 +86,7 @@ struct NewLight {
   bool negative;
 };
 
-// limit: light that is less negative is zero.
+// limit: negative light above -limit is zero.
 NewLight LoadNewLight(int signal, ivec2 p, float limit) {
   int kinds = LightsOf(signal);
   vec3 sum = vec3(0.0f);
@@ -115,7 +115,7 @@ NewLight LoadNewLight(int signal, ivec2 p, float limit) {
   return result;
 }
 
-// Variance of single samples within the pixel; of usable samples.
+// Variance of single samples within the pixel; of valid samples.
 float WithinVariance(int signal, ivec2 p) {
   int kinds = LightsOf(signal) & second_moments;
   vec3 albedo = AlbedosOf(signal) != 0 ? AlbedoSum(signal, p) : vec3(1.0f);

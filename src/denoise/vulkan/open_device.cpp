@@ -15,7 +15,7 @@ std::string Describe(const gpu::DeviceInfo& info) {
                      static_cast<double>(info.memory_bytes) / 1e9);
 }
 
-/// All devices behind one instance.
+/// All devices of one instance.
 struct Found {
   std::shared_ptr<gpu::Instance> instance;
   std::vector<gpu::DeviceInfo> devices;
@@ -31,7 +31,7 @@ Result<Found> FindDevices() {
 
 }  // namespace
 
-/// A real GPU that works, or the CPU with the reason why.
+/// A usable GPU, or the CPU with the reason.
 Result<Device> Device::OpenBest() {
   Device cpu;
   const Result<Found> found = FindDevices();

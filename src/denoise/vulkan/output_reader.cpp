@@ -13,11 +13,11 @@
 namespace stillray::vulkan {
 namespace {
 
-/// As in limit_history.glsl and common.glsl.
+/// Same as in limit_history.glsl and common.glsl.
 constexpr float kSingleScale = 65536.0f;
 constexpr float kLeastDeviation = 1e-4f;
 
-/// The images that an output is made from.
+/// The source images of an output.
 std::vector<const char*> SourcesOf(const std::string& name) {
   const std::string kind = name.substr(0, name.find('.'));
   if (kind == "disocclusion") {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Intermediate pictures of a denoiser on Vulkan, as its caller knows them.
+/// Intermediate pictures of a denoiser on Vulkan, by their public names.
 #pragma once
 
 #include <map>
@@ -13,8 +13,7 @@
 
 namespace stillray::vulkan {
 
-/// Copies the images that wanted outputs are made from to memory of the host, and makes those
-/// outputs of them.
+/// Downloads the source images of requested outputs, and converts them to those outputs.
 class OutputReader : public FrameObserver {
  public:
   /// \param names  of single outputs: see Denoiser::OutputNames
@@ -25,9 +24,9 @@ class OutputReader : public FrameObserver {
   bool Wants(std::string_view name) const override;
   void Keep(VkCommandBuffer commands, std::string_view name, const gpu::Image& image) override;
 
-  /// Copies what is left to copy at the end of a frame.
+  /// Copies remaining images at the end of a frame.
   void Finish(VkCommandBuffer commands, const FramePipeline& pipeline);
-  /// Makes the outputs once the device has run the frame.
+  /// Converts the outputs after the device has finished the frame.
   Status Read(const FramePipeline& pipeline, const FrameState& state, const FramePlan& plan,
               std::vector<NamedImage>* images) const;
   const std::vector<std::string>& names() const { return names_; }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// From the plan of a frame to what the shaders read.
+/// Converts the plan of a frame to the shaders' parameters.
 #pragma once
 
 #include "denoise/plan.h"
@@ -10,7 +10,7 @@
 
 namespace stillray::vulkan {
 
-/// The images that settings need; `storage` and size are the caller's.
+/// The images for these settings; the caller sets `storage` and size.
 Shape ShapeOf(const Settings& settings, int width, int height, int signals, Storage storage);
 
 FrameParameters MakeParameters(const FramePlan& plan, const FrameFacts& facts, const Shape& shape);

@@ -3,8 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// prefilter_variance: see stages/prefilter_variance.h. Stores what the luminance weight divides by,
-// the inverse of the stop; kNoStop where luminance must not stop anything.
+// prefilter_variance: see stages/prefilter_variance.h. Stores the denominator of the luminance
+// weight, the inverse of LuminanceStop; kNoStop where the weight is 1.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/stop.glsl"
 
@@ -35,7 +35,7 @@ void main() {
     bool bounded = IsPresent(own.w) && max(texelFetch(moments, ivec3(p, s), 0).z, 0.0f) >=
                                            prefilter_variance.short_history_blur;
     float smoothed = sum / max(sum_weight, 1.0f);
-    // Without exposure, since PSVGF's variance in place of a deviation depends on it.
+    // Without exposure, since PSVGF's use of the variance depends on it.
     float spread =
         prefilter_variance.luminance_scale_deviation != 0 ? sqrt(smoothed) : smoothed / exposure[s];
     float stop = bounded ? LuminanceStop(own.x, spread, prefilter_variance.sigma_l,

@@ -3,7 +3,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// remodulate: see stages/remodulate.h. Firefly compression is undone on the way.
+// remodulate: see stages/remodulate.h. Also inverts firefly compression.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/new_light.glsl"
 
@@ -11,7 +11,7 @@ layout(set = 1, binding = 0) uniform texture2DArray light;
 layout(set = 1, binding = 1, LIGHT_FORMAT) writeonly uniform image2D picture_out;
 
 layout(push_constant) uniform Push {
-  int counts;  // whether broken pixels of emission and background are counted
+  int counts;  // invalid pixels of emission and background are counted
 };
 
 vec3 Radiance(int s, ivec2 p) {

@@ -4,8 +4,8 @@
 #extension GL_GOOGLE_include_directive : require
 
 // reproject: see stages/reproject.h. Finds each pixel's taps once and fetches the history of all
-// signals by them. Where there is none the length is -1. Sums of the last frame's luminances over
-// each workgroup tell how bright the history is.
+// signals along them. Without history the length is -1. Sums of the last frame's luminances over
+// each workgroup measure the brightness of the history.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/stages/reproject_shared.h"
 #include "denoise/vulkan/reduce.glsl"
@@ -53,7 +53,7 @@ Taps FindTaps(ivec2 p) {
   Surface s = UnpackSurface(texelFetch(surface_image, p, 0));
   vec2 motion = texelFetch(motion_image, p, 0).xy;
   vec2 place = vec2(p) + motion;
-  // Beyond one pixel outside, no tap can lie inside.
+  // More than one pixel outside, no tap is inside.
   bool near_picture = place.x > -2.0f && place.y > -2.0f && place.x < float(width) + 1.0f &&
                       place.y < float(height) + 1.0f && !IsNaN(motion.x) && !IsNaN(motion.y);
   if (!near_picture || !(s.inverse_depth > 0.0f)) {
@@ -71,7 +71,7 @@ Taps FindTaps(ivec2 p) {
     taps.weight[step_to.y * 3 + step_to.x] = w;
     sum += w;
   }
-  // A sliver of a matching tap is no evidence: its weight would be raised a hundredfold.
+  // Taps with a tiny weight are not reliable: the weight would be scaled up a hundredfold.
   if (sum > 0.01f) {
     for (int i = 0; i < 5; ++i) {
       taps.weight[i] /= sum;
@@ -93,7 +93,7 @@ Taps FindTaps(ivec2 p) {
   return taps;
 }
 
-// Weighted means of everything remembered: the length over all taps, the rest over those with
+// Weighted means of the whole history: the length over all taps, other planes over those with
 // light.
 void Fetch(Taps taps, ivec2 p, int s) {
   vec4 sum_colour = vec4(0.0f);

@@ -39,7 +39,7 @@ struct Header {
   uint32_t flags = 0;
   uint32_t held_colours = 0;
   float feedback_progress = 0;
-  uint64_t checksum = 0;  ///< of all bytes, with this taken for 0
+  uint64_t checksum = 0;  ///< of all bytes, with this set to 0
 
   bool Has(Flag flag) const { return (flags & flag) != 0; }
 };
@@ -74,7 +74,7 @@ uint64_t Checksum(Header header, std::span<const uint8_t> behind) {
   return AddToChecksum(behind, AddToChecksum(bytes));
 }
 
-/// Bytes of all images that a header speaks of.
+/// Bytes of all images in a header.
 size_t TexelBytesOf(const Header& h) {
   const bool half = h.Has(kIsHalf);
   const size_t light = half ? 8 : 16;
@@ -142,7 +142,7 @@ Header HeaderOf(const FramePipeline& pipeline, const FillGuidesPass::Kinds& held
   return h;
 }
 
-/// Memory of the host through which images and the state go, and their places in it.
+/// Staging memory for images and the state, and their offsets in it.
 class Staging {
  public:
   Staging(gpu::Device* device, std::vector<const gpu::Image*> images, const gpu::Buffer* state)
@@ -209,7 +209,7 @@ class Staging {
   const gpu::Buffer* buffer_ = nullptr;
 };
 
-/// Runs copies between the pipeline's images and memory of the host.
+/// Runs copies between the pipeline's images and staging memory.
 Status Copy(gpu::Device* device, FramePipeline* pipeline, const Staging& staging, bool to_device) {
   constexpr VkPipelineStageFlags kWork =
       VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
@@ -232,14 +232,14 @@ Status Copy(gpu::Device* device, FramePipeline* pipeline, const Staging& staging
   return device->Run();
 }
 
-/// Writes the header to the front of the bytes, which has room for it.
+/// Writes the header to the front of the bytes, which is reserved for it.
 void WriteHeader(Header header, std::vector<uint8_t>* bytes) {
   std::memcpy(header.magic, kDeviceHistoryMagic, sizeof(kDeviceHistoryMagic));
   header.checksum = Checksum(header, std::span(*bytes).subspan(sizeof(Header)));
   std::memcpy(bytes->data(), &header, sizeof(Header));
 }
 
-/// What makes room for guides of these kinds.
+/// Facts of a frame that needs guides of these kinds.
 FrameFacts FactsOf(const FillGuidesPass::Kinds& held) {
   FrameFacts facts;
   facts.has_incomplete_guides = held.any;

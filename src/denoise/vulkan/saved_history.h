@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The history of a denoiser on Vulkan as bytes: a header, the state that lies in a buffer, then
-/// the texels of all images that the next frame reads, as they are stored. So the next frame has
-/// the same bits as if nothing had come between.
+/// The history of a denoiser on Vulkan as bytes: a header, the state buffer, then the texels of all
+/// images that the next frame reads, as stored. So the next frame has the same bits as without
+/// saving.
 #pragma once
 
 #include <cstdint>
@@ -14,27 +14,27 @@
 
 namespace stillray::vulkan {
 
-/// What saved bytes hold.
+/// The content of saved bytes.
 struct SavedHistory {
   int width = 0;
   int height = 0;
   bool transmission = false;
   SequenceProgress progress;
   FillGuidesPass::Kinds held;
-  std::span<const uint8_t> state_and_texels;  ///< of the bytes that were read
+  std::span<const uint8_t> state_and_texels;  ///< a view of the bytes
 };
 
 /// \param pipeline  nullptr: there is no history yet
-/// \return what failed on the device
+/// \return errors of the device
 Result<std::vector<uint8_t>> SaveHistory(gpu::Device* device, FramePipeline* pipeline);
 
-/// \return kBadData saying what is damaged or does not fit to settings and storage
+/// \return kBadData naming the damage, or the mismatch with settings and storage
 Result<SavedHistory> ReadSavedHistory(std::span<const uint8_t> bytes, const Settings& settings,
                                       Storage storage);
 
 /// \param pipeline  of the saved size and the settings that the history was checked with; has no
-///                  history if this fails
-/// \return what failed on the device
+///     history if this fails
+/// \return errors of the device
 Status RestoreHistory(gpu::Device* device, const SavedHistory& saved, FramePipeline* pipeline);
 
 }  // namespace stillray::vulkan

@@ -68,7 +68,8 @@ FrameInputs InputsOf(const VulkanFrame& frame) {
   return in;
 }
 
-/// Whether all is there that the settings need. \param jittered  this frame or one before it was
+/// Checks that all images that the settings need are given. \param jittered  this frame or one
+/// before it was
 Status CheckFrame(const VulkanFrame& frame, const Settings& settings, bool transmission,
                   bool fills_guides, bool jittered) {
   const auto missing = [&](const char* name) {

@@ -21,7 +21,7 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// Works out the vectors that read other pixels, before any of those is overwritten.
+/// Computes the vectors that read other pixels, before any of those is overwritten.
 void StageRows(const Joining& j, int y0, int y1, StagedHistory* staged) {
   const DF d;
   const int width = j.light.samples.width();
@@ -47,8 +47,8 @@ HWY_INLINE bool AllAre(bool lit, const SignalHistory& history, int x, int y) {
              : hn::AllFalse(d, hn::And(some, in_row));
 }
 
-/// Whether the history of the pixels x, x + 1, ... is what it would become without new light. What
-/// has no samples has no light either, unless a filtered picture was fed back: that is forgotten.
+/// Whether the history of the pixels x, x + 1, ... is unchanged without new light. A pixel without
+/// samples has no light either, unless a filtered picture was fed back, which is then dropped.
 HWY_INLINE bool StaysAsItIs(const Joining& j, HistoryPlace place, bool lit_alone, int x, int y) {
   if (place == HistoryPlace::kUnchanged) {
     return lit_alone || AllAre(true, j.before, x, y);
@@ -56,8 +56,8 @@ HWY_INLINE bool StaysAsItIs(const Joining& j, HistoryPlace place, bool lit_alone
   return place == HistoryPlace::kNowhere && lit_alone && AllAre(false, j.before, x, y);
 }
 
-/// Changes the history of those pixels that change, in place.
-/// \param staged  what StageRows has worked out
+/// Updates the history of the pixels that change, in place.
+/// \param staged  results of StageRows
 void ChangeRows(const Joining& j, bool lit_alone, StagedHistory* staged, int y0, int y1,
                 SignalHistory* history) {
   const DF d;

@@ -22,8 +22,8 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// Composes each row of the picture just before it is read; three rows are kept.
-/// \return what RemodulateRow returns for the rows y0..y1
+/// Remodulates each row of the picture just before it is read; three rows are kept.
+/// \return the count of RemodulateRow for the rows y0..y1
 int64_t AntialiasPartsRows(const PictureParts& parts, const AntialiasInput& in,
                            const AntialiasParameters& p, int y0, int y1, Image3* out) {
   const int width = in.previous.width();

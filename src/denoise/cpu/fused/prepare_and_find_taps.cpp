@@ -20,7 +20,7 @@
 #define STILLRAY_PREPARE_AND_FIND_TAPS_ONCE
 namespace stillray {
 
-/// What FindTapsRow needs besides the guides.
+/// Arguments of FindTapsRow besides the guides.
 struct WantedTaps {
   const GuidePlanes& before;
   const Image2& motion;
