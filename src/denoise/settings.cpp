@@ -75,14 +75,14 @@ std::vector<Row> MakeTable() {
       {.info = {.name = "fill_guides",
                 .type = kFlag,
                 .group = "fill_guides",
-                .help = "Guides of pixels of which nothing is known (depth 0 and no sample) come "
-                        "from earlier frames, or from the nearest that are known."},
+                .help = "Fill unknown guides (depth 0 and no sample) from earlier frames, or from "
+                        "the nearest known pixels."},
        .member = &Settings::fill_guides},
       {.info = {.name = "signals",
                 .type = kChoice,
                 .group = "demodulate",
-                .help = "How light is grouped into signals with a filter and a history of their "
-                        "own: direct diffuse, indirect diffuse and specular; direct and indirect; "
+                .help = "Grouping of light into signals, each with its own filter and history: "
+                        "direct diffuse, indirect diffuse and specular; direct and indirect; "
                         "diffuse and specular; all in one.",
                 .max = 3,
                 .choices = {"split", "direct_indirect", "diffuse_specular", "single"}},
@@ -99,7 +99,7 @@ std::vector<Row> MakeTable() {
                 .type = kChoice,
                 .group = "suppress_fireflies",
                 .help = "Limit single bright samples: to the brightest neighbour, or by filtering "
-                        "under a curve that compresses a luminance above 32.",
+                        "under a curve that compresses luminances above 32.",
                 .max = 2,
                 .choices = {"off", "clamp", "compress"}},
        .member = Choice<Settings, &Settings::firefly>(),
@@ -110,17 +110,18 @@ std::vector<Row> MakeTable() {
                 .help = "Accumulate light from earlier frames."},
        .member = &Settings::temporal,
        .history = kBlend},
-      {.info = {.name = "history_weight",
-                .type = kChoice,
-                .group = "accumulate",
-                .help = "Weight of a new frame: alpha_min wherever there is history, or 1/age "
-                        "until alpha_min is reached.",
-                .choices = {"constant", "age"}},
+      {.info =
+           {.name = "history_weight",
+            .type = kChoice,
+            .group = "accumulate",
+            .help =
+                "Weight of a new frame: constant alpha_min, or 1/age until alpha_min is reached.",
+            .choices = {"constant", "age"}},
        .member = Choice<Settings, &Settings::history_weight>()},
       {.info = {.name = "alpha_min",
                 .type = kFloat,
                 .group = "accumulate",
-                .help = "Smallest weight of a new frame's light; 0 with history_weight=age is a "
+                .help = "Smallest weight of a new frame's light; 0 with history_weight=age gives a "
                         "plain mean.",
                 .symbol = "alpha"},
        .member = &Settings::alpha_min},
@@ -133,7 +134,7 @@ std::vector<Row> MakeTable() {
       {.info = {.name = "max_history",
                 .type = kInt,
                 .group = "accumulate",
-                .help = "Longest history that counts; 0 for no limit.",
+                .help = "Upper limit of the history length; 0: no limit.",
                 .unit = "samples",
                 .max = 1 << 20},
        .member = &Settings::max_history},
@@ -155,47 +156,45 @@ std::vector<Row> MakeTable() {
       {.info = {.name = "history_id",
                 .type = kFlag,
                 .group = "reproject",
-                .help = "History must have the same surface id, where ids are given."},
+                .help = "Require the history to have the same surface id, if ids are given."},
        .member = &Settings::history_id},
-      {.info =
-           {.name = "history_search",
-            .type = kFlag,
-            .group = "reproject",
-            .help =
-                "Search the 3x3 pixels around the place when no bilinear tap shows the surface."},
+      {.info = {.name = "history_search",
+                .type = kFlag,
+                .group = "reproject",
+                .help = "Search the 3x3 pixels around the reprojected position when no bilinear "
+                        "tap matches the surface."},
        .member = &Settings::history_search},
       {.info = {.name = "limit_history",
                 .type = kFlag,
                 .group = "limit_history",
-                .help = "Shorten histories that no longer resemble the present, where the light "
-                        "itself changed."},
+                .help = "Shorten histories that differ from the new frame by more than noise, such "
+                        "as after a change of the light."},
        .member = &Settings::limit_history,
        .history = Always<&Settings::limit_history>()},
       {.info = {.name = "limit_gain",
                 .type = kFloat,
                 .group = "limit_history",
-                .help = "How quickly a history that does not resemble the present is given up.",
+                .help = "Rate at which the history shortens with the difference beyond limit_dead.",
                 .max = 1000.0},
        .member = &Settings::limit_gain},
       {.info = {.name = "limit_dead",
                 .type = kFloat,
                 .group = "limit_history",
-                .help = "How far beyond the expected noise, in variances, a difference may go "
-                        "before it counts.",
+                .help = "Dead zone: differences up to this many expected variances are ignored.",
                 .max = 1000.0},
        .member = &Settings::limit_dead},
       {.info = {.name = "variance_of",
                 .type = kChoice,
                 .group = "estimate_variance",
-                .help = "Noise that steers the filter: of a single frame (the papers), or of the "
-                        "accumulated mean, which lets the filter shrink as a still view converges.",
+                .help = "Variance that steers the filter: of a single frame (the papers), or of "
+                        "the accumulated mean, which narrows the filter as a still view converges.",
                 .choices = {"frame", "mean"}},
        .member = Choice<Settings, &Settings::variance_of>()},
       {.info = {.name = "short_history",
                 .type = kChoice,
                 .group = "estimate_variance",
-                .help = "While the history is short: estimate the variance from the 7x7 "
-                        "neighbourhood, or filter without regard to luminance.",
+                .help = "For short histories: estimate the variance from the 7x7 neighbourhood, or "
+                        "filter without the luminance weight.",
                 .choices = {"spatial", "blur"}},
        .member = Choice<Settings, &Settings::short_history>()},
       {.info = {.name = "short_history_length",
@@ -208,8 +207,8 @@ std::vector<Row> MakeTable() {
       {.info = {.name = "short_history_boost",
                 .type = kFloat,
                 .group = "estimate_variance",
-                .help = "Power of (short_history_length / length) by which estimates of short "
-                        "histories are raised.",
+                .help = "Variance estimates of short histories are multiplied by "
+                        "(short_history_length / length) to this power.",
                 .max = 4.0},
        .member = &Settings::short_history_boost},
       {.info = {.name = "prefilter_variance",
@@ -221,8 +220,8 @@ std::vector<Row> MakeTable() {
       {.info = {.name = "wavelet",
                 .type = kChoice,
                 .group = "atrous",
-                .help = "Spatial filter: none; without edge stops (for comparison); edge-avoiding "
-                        "Gaussians; variance-guided.",
+                .help = "Spatial filter: none; without edge-stopping weights (for comparison); "
+                        "edge-avoiding Gaussians; variance-guided.",
                 .max = 3,
                 .choices = {"off", "naive", "eaw", "svgf"}},
        .member = Choice<Settings, &Settings::wavelet>(),
@@ -244,8 +243,8 @@ std::vector<Row> MakeTable() {
       {.info = {.name = "feedback",
                 .type = kInt,
                 .group = "atrous",
-                .help = "Which level's output becomes the history of the next frame; 0: none, the "
-                        "accumulated light itself.",
+                .help = "Level whose output becomes the history of the next frame; 0: none, the "
+                        "accumulated light is the history.",
                 .unit = "level",
                 .max = kMaxLevels},
        .member = &Settings::feedback,
@@ -253,9 +252,9 @@ std::vector<Row> MakeTable() {
       {.info = {.name = "feedback_when",
                 .type = kChoice,
                 .group = "atrous",
-                .help = "When filtered light becomes history: after every frame; once a whole "
-                        "sample per pixel has arrived; then, but blended in until the next one. "
-                        "All are the same at one sample per pixel and above.",
+                .help = "When filtered light becomes history: after every frame; once per whole "
+                        "sample per pixel; or likewise, blended in until the next. All are equal "
+                        "at one sample per pixel and above.",
                 .max = 2,
                 .choices = {"frame", "sample", "blend"}},
        .member = Choice<Settings, &Settings::feedback_when>(),
@@ -270,7 +269,7 @@ std::vector<Row> MakeTable() {
       {.info = {.name = "depth_weight",
                 .type = kChoice,
                 .group = "edge_stopping",
-                .help = "Depth differences are held against the slope (the papers), or measured "
+                .help = "Compare depth differences with the slope (the papers), or measure them "
                         "from the plane through the pixel.",
                 .choices = {"gradient", "plane"}},
        .member = Choice<Settings, &Settings::depth_weight>()},
@@ -285,7 +284,7 @@ std::vector<Row> MakeTable() {
       {.info = {.name = "plane_tolerance",
                 .type = kFloat,
                 .group = "edge_stopping",
-                .help = "Distance from the plane at which depth_weight=plane has fallen to 1/e.",
+                .help = "Distance from the plane at which the weight of depth_weight=plane is 1/e.",
                 .unit = "of depth",
                 .min = 1e-5,
                 .max = 10.0},
@@ -301,7 +300,7 @@ std::vector<Row> MakeTable() {
       {.info = {.name = "max_slope",
                 .type = kFloat,
                 .group = "edge_stopping",
-                .help = "Slopes beyond this switch depth_weight=gradient off; 0: never.",
+                .help = "Disable depth_weight=gradient at slopes above this; 0: never.",
                 .unit = "of depth per pixel",
                 .max = 100.0},
        .member = &Settings::max_slope},
@@ -332,16 +331,16 @@ std::vector<Row> MakeTable() {
       {.info = {.name = "luminance_scale",
                 .type = kChoice,
                 .group = "edge_stopping",
-                .help = "Luminance differences are divided by the standard deviation, or, as PSVGF "
-                        "prints it, by the variance: the result then depends on exposure.",
+                .help = "Divide luminance differences by the standard deviation, or by the "
+                        "variance, as PSVGF prints it; the result then depends on exposure.",
                 .choices = {"deviation", "variance"}},
        .member = Choice<Settings, &Settings::luminance_scale>()},
       {.info = {.name = "noise_ratio",
                 .type = kFloat,
                 .group = "edge_stopping",
-                .help = "How far a noisier neighbour may raise the noise that luminance "
-                        "differences are measured in. At 1, as in the papers, sparsely lit "
-                        "surfaces come out too dark; large values blur penumbras.",
+                .help = "Upper limit of the factor by which a noisier neighbour raises the "
+                        "tolerance of the luminance weight. At 1, as in the papers, sparsely lit "
+                        "surfaces become too dark; large values blur penumbras.",
                 .min = 1.0,
                 .max = 100.0},
        .member = &Settings::noise_ratio},
@@ -376,19 +375,18 @@ std::vector<Row> MakeTable() {
                 .min = 1e-4,
                 .max = 100.0},
        .member = &Settings::eaw_sigma_z},
-      {.info =
-           {.name = "mirror_roughness",
-            .type = kFloat,
-            .group = "keep_mirrors",
-            .help =
-                "Reflections and refractions of surfaces up to this roughness keep this frame's "
-                "samples where their noise is less than what the filter would change; 0: never."},
+      {.info = {.name = "mirror_roughness",
+                .type = kFloat,
+                .group = "keep_mirrors",
+                .help =
+                    "Reflections and refractions of surfaces up to this roughness keep this "
+                    "frame's samples if their noise is less than the filter's change; 0: never."},
        .member = &Settings::mirror_roughness},
       {.info = {.name = "antialias",
                 .type = kChoice,
                 .group = "antialias",
-                .help = "Temporal antialiasing of the finished picture: never, always, or where "
-                        "frames are jittered. Without jitter it only blurs.",
+                .help = "Temporal antialiasing of the finished picture: never, always, or for "
+                        "jittered frames. Without jitter it only blurs.",
                 .max = 2,
                 .choices = {"off", "taa", "auto"}},
        .member = Choice<Settings, &Settings::antialias>()},

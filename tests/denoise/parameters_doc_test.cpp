@@ -34,8 +34,9 @@ std::string MakeDocument() {
       "     SPDX-License-Identifier: Apache-2.0 -->\n"
       "# Parameters of the denoiser\n\n"
       "Made from the table in `src/denoise/settings.cpp`; a test keeps the two the same. Set them "
-      "with\n`stillray render --set name=value`, or with `SetParameter` of `stillray/denoise.hpp`. "
-      "What the stages do\nwith them is told in [denoiser.md](denoiser.md).\n\n";
+      "with\n`stillray render --set name=value`, or with `SetParameter` of "
+      "`stillray/denoise.hpp`.\n"
+      "[denoiser.md](denoiser.md) explains the stages.\n\n";
   std::string header = "| parameter | meaning | unit | values |";
   std::string rule = "|---|---|---|---|";
   for (const std::string_view preset : PresetNames()) {
@@ -50,7 +51,7 @@ std::string MakeDocument() {
     }
     const std::string symbol = *p.symbol != 0 ? fmt::format(" ({})", p.symbol) : "";
     const std::string resets =
-        *p.resets_history != 0 ? fmt::format(" Begins the history anew {}.", p.resets_history) : "";
+        *p.resets_history != 0 ? fmt::format(" Restarts the history {}.", p.resets_history) : "";
     text += fmt::format("| `{}`{} | {}{} | {} | {} |", p.name, symbol, p.help, resets, p.unit,
                         Range(p));
     for (const std::string_view preset : PresetNames()) {
@@ -76,7 +77,7 @@ TEST(Parameters, DocumentIsThatOfTheTable) {
   std::stringstream found;
   found << file.rdbuf();
   EXPECT_EQ(found.str(), expected)
-      << "run this test with STILLRAY_UPDATE_DOCS=1 to write docs/parameters.md anew";
+      << "run this test with STILLRAY_UPDATE_DOCS=1 to write docs/parameters.md again";
 }
 
 }  // namespace
