@@ -36,8 +36,8 @@ struct FutureRange {
   size_t look_end = 0;  ///< behind the last frame that is accumulated
 };
 
-/// Frames that there have to be before the future of frame `at` can be accumulated, if the sequence
-/// does not end before.
+/// Number of frames needed before the future of frame `at` can be accumulated, unless the sequence
+/// ends earlier.
 constexpr size_t FramesNeeded(size_t at) {
   return (at / kFutureBlock + 1) * kFutureBlock + kLookAhead;
 }
@@ -57,7 +57,7 @@ class FutureBlocks {
 
   /// Whether the future of frame `at` is held.
   bool Holds(size_t at) const;
-  /// Begins the backward pass for frame `at` and frees what was held before. Arguments as
+  /// Starts the backward pass for frame `at` and frees the held futures. Arguments as for
   /// FutureRangeFrom.
   FutureRange Begin(size_t at, size_t frames);
   /// Accumulates the next frame of the pass; `at` goes down from look_end - 1 to begin.

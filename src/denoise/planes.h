@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The planes that stages hand to each other. Light between demodulate and remodulate is kept as
-/// (luminance, red, blue): see Green709. All of one denoiser have the same size; those that
-/// the wavelet reads around a pixel have a border wide enough for its largest step, filled with
-/// "nothing here".
+/// The planes that stages exchange. Light between demodulate and remodulate is stored as
+/// (luminance, red, blue): see Green709. All planes of a denoiser have the same size; those that
+/// the wavelet reads have a border as wide as its largest step, filled with zeros (no surface, no
+/// light).
 #pragma once
 
 #include <cstdint>
@@ -15,15 +15,15 @@
 
 namespace stillray {
 
-/// Pixels of a row for which one flag stands.
+/// Pixels of a row that share one flag.
 inline constexpr int kBlockPixels = 16;
 
 inline int BlocksOf(int width) {
   return (width + kBlockPixels - 1) / kBlockPixels;
 }
 
-/// Guides as the filter wants them. Where there is no usable surface everything is zero, so that
-/// every edge-stopping weight towards such a pixel is zero too.
+/// Guides as the filter reads them. Where there is no usable surface everything is zero, and so is
+/// every edge-stopping weight towards such a pixel.
 struct GuidePlanes {
   Image1 inverse_depth;  ///< 1 / view z; affine over a plane in the picture, unlike z itself
   Image1 depth;          ///< view z
@@ -31,8 +31,7 @@ struct GuidePlanes {
   Image2
       gradient;  ///< change of inverse depth per pixel to the right and down, on the same surface
   Plane<uint32_t> id;  ///< zero where none is given
-  /// Of each block of kBlockPixels: 1 where all of it is surface, 0 where it is not, or nobody has
-  /// told.
+  /// For each block of kBlockPixels: 1 where all of it is surface; 0 where it is not, or unknown
   Plane<uint32_t> full;
 
   GuidePlanes() = default;
@@ -64,7 +63,7 @@ struct NewLight {
   size_t bytes() const { return colour.bytes() + samples.bytes() + within.bytes(); }
 };
 
-/// What is remembered of one signal. Moments are those of single samples, in deviation form.
+/// The history of one signal. Moments are those of single samples, in deviation form.
 struct SignalHistory {
   Image3 colour;      ///< luminance, red, blue
   Image1 mean;        ///< of the luminance of samples
@@ -77,15 +76,15 @@ struct SignalHistory {
   /// `colour` without the last filtered picture that was fed back, one step behind it; empty unless
   /// feedback is blended in (PSVGF section 5).
   Image3 behind;
-  float compressed_scale = 0;  ///< luminance that is compressed to 1/2; 0: not known yet
+  float compressed_scale = 0;  ///< luminance that is compressed to 1/2; 0: none chosen yet
 
-  /// Of the planes that the 7x7 variance estimate reads: zero, so a length of zero.
+  /// Border of the planes that the 7x7 variance estimate reads: zero, so a length of zero.
   static constexpr int kBorder = 3;
 
   SignalHistory() = default;
-  /// \param with_compressed  make room for what limit_history compares
-  /// \param with_behind      make room for `behind`
-  /// \param border           of the light, which the wavelet's first level reads where it is
+  /// \param with_compressed  allocate `compressed`, for limit_history
+  /// \param with_behind      allocate `behind`
+  /// \param border           of the light, which the wavelet's first level may read in place
   SignalHistory(int width, int height, bool with_compressed = false, bool with_behind = false,
                 int border = 0)
       : colour(width, height, border),
@@ -101,7 +100,7 @@ struct SignalHistory {
   }
 };
 
-/// Light on its way through the wavelet levels.
+/// Light between the wavelet levels.
 struct FilterPlanes {
   Image3 colour;  ///< luminance, red, blue
   Image1 variance;
@@ -112,28 +111,27 @@ struct FilterPlanes {
   size_t bytes() const { return colour.bytes() + variance.bytes(); }
 };
 
-/// Where the history of a vector of pixels lies.
+/// Position of the history of a vector of pixels.
 enum class HistoryPlace : uint8_t {
-  kElsewhere,  ///< some of it at other pixels
-  kBlock,      ///< as that, and the 2x2 taps of all pixels lie side by side in the picture
-  kOwn,        ///< at the pixels themselves, or nowhere
-  kUnchanged,  ///< of every pixel at itself: one tap with the weight 1
-  kNowhere,    ///< no pixel has any
+  kElsewhere,  ///< some taps are at other pixels
+  kBlock,      ///< as kElsewhere, and the 2x2 taps of all pixels are contiguous and in the picture
+  kOwn,        ///< at the pixels themselves, or none
+  kUnchanged,  ///< one tap with the weight 1, at each pixel itself
+  kNowhere,    ///< no pixel has a history
 };
 
 inline bool ReadsElsewhere(HistoryPlace place) {
   return place == HistoryPlace::kElsewhere || place == HistoryPlace::kBlock;
 }
 
-/// Where the taps of a vector that is kBlock lie: the first pixel's first tap.
+/// Position of the taps of a vector that is kBlock: the first pixel's first tap.
 struct TapBlock {
   int32_t x;
   int32_t y;
 };
 
-/// Where a pixel's history is found (see stages/reproject.h). In vectors of pixels that are known
-/// to be kUnchanged or kNowhere, the planes are not written, and only the weights where they are
-/// kBlock.
+/// Taps of each pixel in its history (see stages/reproject.h). For vectors marked kUnchanged or
+/// kNowhere the planes are not written; for kBlock, only the weights are.
 struct ReprojectionTaps {
   Plane<int32_t> x;         ///< left column of the 2x2 taps in the previous frame
   Plane<int32_t> y;         ///< upper row
@@ -141,9 +139,10 @@ struct ReprojectionTaps {
   Plane<uint32_t>
       search;  ///< bits 0..8: taps of the 3x3 block around (x+1, y+1) to average instead
 
-  /// Of the vectors of each row, with room for vectors of one pixel.
+  /// For the vectors of each row, with capacity for vectors of one pixel.
   std::vector<HistoryPlace> places;
-  std::vector<int32_t> elsewhere;  ///< vectors of each row for which ReadsElsewhere; -1: not known
+  /// number of vectors per row for which ReadsElsewhere; -1: unknown
+  std::vector<int32_t> elsewhere;
   std::vector<int32_t> scattered;  ///< ... and that are not kBlock
   std::vector<TapBlock> blocks;    ///< of the vectors of each row
   int places_per_row = 0;
@@ -162,13 +161,13 @@ struct ReprojectionTaps {
     elsewhere.resize(rows, -1);
     scattered.resize(rows, width);
   }
-  /// Makes room for vectors of so many pixels.
+  /// Sets the vector size in pixels.
   void SetLanes(int pixels) {
     lanes = pixels;
     blocks_per_row = (x.width() + lanes - 1) / lanes;
     blocks.resize(static_cast<size_t>(blocks_per_row) * static_cast<size_t>(x.height()));
   }
-  /// Of the vector of a pixel; kElsewhere where nobody says: then the planes tell.
+  /// Of the vector of a pixel; kElsewhere if vectors are not marked: the planes are valid then.
   HistoryPlace PlaceOf(int px, int py) const {
     return elsewhere[static_cast<size_t>(py)] < 0 ? HistoryPlace::kElsewhere
                                                   : Place(px / lanes, py);
@@ -182,7 +181,7 @@ struct ReprojectionTaps {
     return (place != HistoryPlace::kBlock && search(px, py) != 0) ||
            weight[0](px, py) + weight[1](px, py) + weight[2](px, py) + weight[3](px, py) > 0;
   }
-  /// How many vectors read history elsewhere; -1: not known.
+  /// Number of vectors that read history elsewhere; -1: unknown.
   int64_t Elsewhere() const {
     int64_t sum = 0;
     for (const int32_t of_row : elsewhere) {
@@ -228,22 +227,21 @@ enum HistorySlot : int {
   kHistorySlots
 };
 
-/// History of some vectors of pixels that is not yet written, because others still read what it
-/// would overwrite.
+/// History of vectors that cannot be written yet, because other vectors still read the old values.
 struct StagedHistory {
-  std::vector<float> values;   ///< vector by vector, kHistorySlots times its lanes
-  std::vector<int32_t> first;  ///< of each row, vectors before it
+  std::vector<float> values;   ///< per vector: kHistorySlots times its lanes
+  std::vector<int32_t> first;  ///< of each row: number of vectors before it
 
   StagedHistory() = default;
-  /// Room for one pixel in eight.
+  /// Capacity for one pixel in eight.
   StagedHistory(int width, int height)
       : values(static_cast<size_t>(width) * static_cast<size_t>(height) / 8 * kHistorySlots),
         first(static_cast<size_t>(height)) {}
-  /// Whether so many vectors of so many pixels find room.
+  /// Whether the capacity suffices for this number of vectors.
   bool HasRoom(size_t vectors, int lanes) const {
     return vectors * kHistorySlots * static_cast<size_t>(lanes) <= values.size();
   }
-  /// \param vectors  that are staged, of each row
+  /// \param vectors  number of staged vectors of each row
   void MakePlaces(const std::vector<int32_t>& vectors) {
     std::exclusive_scan(vectors.begin(), vectors.end(), first.begin(), 0);
   }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A few rows of work for the thread that asks.
+/// Per-thread work memory for a few rows.
 #pragma once
 
 #include <cstddef>
@@ -10,12 +10,12 @@
 
 namespace stillray {
 
-/// Rows of 4-byte values for loops that work on whole rows; they begin at a cache line, so that no
-/// vector lies across two. The storage belongs to the thread and grows once; so only one of these
-/// may be alive in a thread, and rows hold what was left in them.
+/// Rows of 4-byte values for loops over whole rows; aligned to cache lines, so that no vector
+/// crosses two. The storage belongs to the thread and only grows: at most one object may exist per
+/// thread, and rows are not cleared.
 class RowScratch {
  public:
-  /// \param width  of the rows; kRoom values more may be read and written before and after
+  /// \param width  of the rows; kRoom more lines may be read and written before and after
   RowScratch(int width, int rows)
       : stride_(static_cast<size_t>(width) / kLineValues + 1 + 2 * kRoom) {
     std::vector<Line>& storage = Storage();
@@ -37,7 +37,7 @@ class RowScratch {
   struct alignas(kValue* kLineValues) Line {
     std::byte bytes[kValue * kLineValues];
   };
-  /// Lines: three of the widest vectors, and one that rounding to them may add.
+  /// In lines: three of the widest vectors, and one for rounding.
   static constexpr size_t kRoom = 4;
   static std::vector<Line>& Storage() {
     static thread_local std::vector<Line> storage;

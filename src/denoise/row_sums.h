@@ -28,7 +28,7 @@ double MeanOfRows(int width, int height, std::vector<double>* sums, const SumOfR
   return total / (static_cast<double>(width) * height);
 }
 
-/// Mean of (luminance, red, blue)'s first channel; a small positive number for black light.
+/// Mean of the luminance; a small positive number for black light.
 inline float MeanLuminance(const Image3& light, std::vector<double>* sums) {
   const double mean = MeanOfRows(light.width(), light.height(), sums, [&](int y) {
     const float* row = light[0].Row(y);

@@ -12,13 +12,13 @@
 namespace stillray {
 namespace {
 
-// Generous: a frame is 1/24 s, guides may be noisy, and what is missed costs less than a history
-// that is dropped without need.
-constexpr float kDepthTolerance = 0.1f;  ///< part of the depth
-constexpr float kMinCosine = 0.7f;       ///< of the angle between normals
+// Generous: a frame is 1/24 s, guides may be noisy, and a missed cut costs less than a history
+// dropped without need.
+constexpr float kDepthTolerance = 0.1f;  ///< as a fraction of the depth
+constexpr float kMinCosine = 0.7f;       ///< between normals
 constexpr float kAlbedoTolerance = 0.1f;
 
-/// What two frames must share to belong to one shot; see IsCut().
+/// Least agreement of two frames of one shot; see IsCut().
 constexpr double kLeastOfSurfaces = 0.1;
 constexpr double kLeastOfInside = 0.2;
 
@@ -58,7 +58,7 @@ bool SameSurface(const Guides& a, int x, int y, const Guides& b, int u, int v) {
          SameAlbedo(a, x, y, b, u, v) && (!ids || a.id(x, y) == b.id(u, v));
 }
 
-/// Whether one of the four pixels around the place shows the surface.
+/// Whether one of the four pixels around the position shows the surface.
 bool IsThere(const Guides& now, int x, int y, const Guides& before, int u0, int v0) {
   for (int i = 0; i < 4; ++i) {
     const int u = u0 + (i & 1);

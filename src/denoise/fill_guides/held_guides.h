@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Held guides: guides carried over from earlier frames, and what both versions of fill_guides do
-/// with them.
+/// Held guides: guides carried over from earlier frames. Code common to both versions of
+/// fill_guides.
 #pragma once
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Temporal antialiasing row by row: antialias, alone or together with remodulate.
+// Temporal antialiasing row by row: antialias, alone or fused with remodulate.
 #if defined(STILLRAY_DENOISE_SIMD_ANTIALIAS_ROWS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_ANTIALIAS_ROWS_INL_H_
 #undef STILLRAY_DENOISE_SIMD_ANTIALIAS_ROWS_INL_H_
@@ -24,7 +24,7 @@ namespace HWY_NAMESPACE {
 
 constexpr size_t kMostFetched = 96;
 
-/// Pixels beyond the edge of the picture repeat the one at its edge.
+/// Columns clamped to the picture: pixels outside repeat the edge.
 HWY_INLINE VI ClampColumns(VI x, int width) {
   const DI di;
   return hn::Min(hn::Max(x, hn::Zero(di)), hn::Set(di, width - 1));

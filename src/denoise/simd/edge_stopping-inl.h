@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // SIMD versions of the weights in stages/edge_stopping_shared.h, under the same names; exponents
-// are of 2 here.
+// here are of base 2.
 #if defined(STILLRAY_DENOISE_SIMD_EDGE_STOPPING_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_EDGE_STOPPING_INL_H_
 #undef STILLRAY_DENOISE_SIMD_EDGE_STOPPING_INL_H_
@@ -17,14 +17,14 @@ HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 
-/// The weights' data of the centres: loaded once per vector of pixels.
+/// Data of the centre pixels for the weights, loaded once per vector of pixels.
 struct GuideCentre {
   VF nx, ny, nz;
   VF i;       ///< inverse depth
   VF gx, gy;  ///< its gradient
   VF z;       ///< depth (gradient weight)
   VF scale;   ///< log2(e) / (tolerance * i) (plane weight)
-  VF flat;    ///< 0 where the slope is too steep to be reliable, else 1 (gradient weight)
+  VF flat;    ///< 0 where the slope is too steep for the gradient weight, else 1
 };
 
 /// The depth weight (DepthWeight) as a template argument: a branch in the innermost loop costs as
@@ -68,7 +68,7 @@ HWY_INLINE GuideCentre LoadGuideCentre(const GuideRow& row, const EdgeStopping& 
   c.nz = hn::LoadU(d, row.nz + x);
   c.gx = hn::LoadU(d, row.gx + x);
   c.gy = hn::LoadU(d, row.gy + x);
-  // Each kind of weight reads only one plane of depths.
+  // Each kind of depth weight reads only one plane of depths.
   const VF depth = hn::LoadU(d, row.depth + x);
   const VF one = hn::Set(d, 1.0f);
   const MF surface = hn::Gt(depth, hn::Zero(d));
@@ -91,7 +91,7 @@ HWY_INLINE VF PlaneDeviation(const GuideCentre& c, VF iq, float dx, float dy) {
   return hn::Abs(hn::Sub(expected, iq));
 }
 
-/// 2^exponent of max(0, cosine)^sigma_n, and whether the cosine is positive at all.
+/// log2(cosine^sigma_n); for cosines <= 0, of a tiny cosine.
 HWY_INLINE VF NormalExponent(VF cosine, float sigma_n) {
   const DF d;
   return hn::Mul(hn::Set(d, sigma_n), Log2(hn::Max(cosine, hn::Set(d, 1e-30f))));

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What is remembered of a vector of pixels, looked up along their taps (stages/reproject.h).
+// Fetches the history of a vector of pixels along their taps (stages/reproject.h).
 #if defined(STILLRAY_DENOISE_SIMD_FETCH_TAPS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_FETCH_TAPS_INL_H_
 #undef STILLRAY_DENOISE_SIMD_FETCH_TAPS_INL_H_
@@ -20,7 +20,7 @@ HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 
-/// Mean of the taps that the search chose, for one pixel; with `light_only` of those with light.
+/// Mean of the taps chosen by the search, for one pixel; with `light_only`, of those with light.
 inline float FetchSearched(const Image1& plane, const Image1& length, const ReprojectionTaps& taps,
                            bool light_only, int x, int y) {
   const uint32_t search = taps.search(x, y);
@@ -37,7 +37,7 @@ inline float FetchSearched(const Image1& plane, const Image1& length, const Repr
   return count > 0 ? sum / static_cast<float>(count) : 0.0f;
 }
 
-/// The weights without the taps that have no light, brought to their sum again.
+/// Removes the taps without light, and rescales the other weights to the same sum.
 HWY_INLINE void KeepTapsWithLight(const VF length[4], const VF weight[4], VF kept[4]) {
   const DF d;
   const VF zero = hn::Zero(d);
@@ -56,32 +56,32 @@ HWY_INLINE void KeepTapsWithLight(const VF length[4], const VF weight[4], VF kep
   }
 }
 
-/// How the taps of a vector of pixels are read.
+/// Memory layout of the taps of a vector of pixels.
 enum class TapKind {
-  kOwn,    ///< one tap each, side by side
-  kBlock,  ///< 2x2 taps each, side by side and all in the picture
+  kOwn,    ///< one tap each, contiguous
+  kBlock,  ///< 2x2 taps each, contiguous and all inside the picture
   kAnywhere,
 };
 
-/// The 2x2 taps of a vector of pixels, and what each counts.
+/// The 2x2 taps of a vector of pixels, and their weights.
 struct FetchTaps {
   TapKind kind;
   int column, row;  ///< of the first lane's first tap, unless kAnywhere
-  VI at_x[4];       ///< pixels of the taps, with kAnywhere
+  VI at_x[4];       ///< pixels of the taps, for kAnywhere
   VI at_y[4];
   VF weight[4];
   VF kept[4];     ///< weights without the taps that have no light
-  bool searched;  ///< some pixels take the mean of those that the search chose (kAnywhere)
+  bool searched;  ///< some pixels take the mean of the taps chosen by the search (kAnywhere)
   const ReprojectionTaps* taps;
   int x, y;
 };
 
-/// Whether the planes of the taps say nothing about a vector of pixels.
+/// Whether the taps of a vector are known without reading the planes of taps.
 HWY_INLINE bool KnownPlace(HistoryPlace place) {
   return place == HistoryPlace::kUnchanged || place == HistoryPlace::kNowhere;
 }
 
-/// The row in which the taps of a pixel begin.
+/// The row of a pixel's first tap.
 HWY_INLINE int RowOfTaps(const ReprojectionTaps& taps, int x, int y) {
   const HistoryPlace place = taps.Place(x / LaneCount(), y);
   if (place == HistoryPlace::kBlock) {
@@ -90,11 +90,11 @@ HWY_INLINE int RowOfTaps(const ReprojectionTaps& taps, int x, int y) {
   return KnownPlace(place) ? y : taps.y(x, y);
 }
 
-/// Adds what is read of the taps of a row.
+/// Adds the rows of the planes of taps that fetching row y reads.
 template <size_t kMost>
 HWY_INLINE void AddTaps(const ReprojectionTaps& taps, int y, NextRow<kMost>* next) {
   next->Add(taps.weight, y);
-  // A row with few vectors that need these is better off waiting for them.
+  // For a row with few such vectors, waiting for them costs less than the prefetches.
   if (y < taps.x.height() && taps.scattered[static_cast<size_t>(y)] > taps.blocks_per_row / 4) {
     next->Add(taps.x, y);
     next->Add(taps.y, y);
@@ -102,7 +102,7 @@ HWY_INLINE void AddTaps(const ReprojectionTaps& taps, int y, NextRow<kMost>* nex
   }
 }
 
-/// The taps of pixels that are kUnchanged or kNowhere.
+/// Taps of vectors that are kUnchanged or kNowhere.
 HWY_INLINE FetchTaps OwnTaps(const SignalHistory& before, const ReprojectionTaps& taps, int x,
                              int y) {
   const DF d;
@@ -118,7 +118,7 @@ HWY_INLINE FetchTaps OwnTaps(const SignalHistory& before, const ReprojectionTaps
   return t;
 }
 
-/// One plane at the tap i.
+/// One plane at tap i.
 template <TapKind kKind>
 HWY_INLINE VF LoadTap(const Image1& plane, const FetchTaps& t, int i) {
   const DF d;
@@ -147,7 +147,7 @@ HWY_INLINE void WeighLight(const SignalHistory& before, FetchTaps* t) {
   KeepTapsWithLight(length, t->weight, t->kept);
 }
 
-/// The taps of pixels that are kBlock.
+/// Taps of vectors that are kBlock.
 HWY_INLINE FetchTaps BlockTaps(const SignalHistory& before, const ReprojectionTaps& taps, int x,
                                int y) {
   const DF d;
@@ -164,7 +164,7 @@ HWY_INLINE FetchTaps BlockTaps(const SignalHistory& before, const ReprojectionTa
   return t;
 }
 
-/// The taps of other pixels, about which only the planes of taps say something.
+/// Taps of all other vectors, from the planes of taps.
 HWY_INLINE FetchTaps ScatteredTaps(const SignalHistory& before, const ReprojectionTaps& taps, int x,
                                    int y) {
   const DF d;
@@ -205,7 +205,7 @@ HWY_INLINE FetchTaps ScatteredTaps(const SignalHistory& before, const Reprojecti
 }
 
 /// One plane of the history `before` at a vector of pixels.
-/// \tparam kLightOnly  taps without light count nothing
+/// \tparam kLightOnly  taps without light have no weight
 template <TapKind kKind, bool kLightOnly>
 HWY_INLINE VF FetchPlane(const Image1& plane, const SignalHistory& before, const FetchTaps& t) {
   const DF d;
@@ -230,21 +230,21 @@ HWY_INLINE VF FetchPlane(const Image1& plane, const SignalHistory& before, const
   return sum;
 }
 
-/// The history `before` at a vector of pixels. Taps without light count for the length alone.
+/// The history `before` at a vector of pixels. Taps without light contribute to the length alone.
 template <TapKind kKind>
 struct HistoryAt {
   const SignalHistory& before;
   const FetchTaps& taps;
 
   HWY_INLINE VF Length() const { return FetchPlane<kKind, false>(before.length, before, taps); }
-  /// \param plane  another one of `before`
+  /// \param plane  another plane of `before`
   HWY_INLINE VF operator()(const Image1& plane) const {
     return FetchPlane<kKind, true>(plane, before, taps);
   }
 };
 
-/// Calls `use` with the history `before` at the pixels x, x + 1, ... of row y, a HistoryAt: a call
-/// for each way of reading taps, so that nothing is decided plane by plane and weights stay in
+/// Calls `use` with the history `before` at the pixels x, x + 1, ... of row y, a HistoryAt. There
+/// is one call for each layout of taps, so that no plane needs a branch and weights stay in
 /// registers.
 ///
 /// \param use  always inlined
@@ -268,8 +268,8 @@ HWY_INLINE void WithHistory(const SignalHistory& before, const ReprojectionTaps&
   }
 }
 
-/// Fetches what the planes of taps say of a vector of pixels some vectors ahead, if they say where
-/// to look: where few vectors of a row are scattered, nothing else fetches that in time.
+/// Prefetches the taps of a scattered vector some vectors ahead: in rows with few scattered vectors
+/// no other prefetch is in time.
 HWY_INLINE void FetchScattered(const ReprojectionTaps& taps, int x, int y) {
   constexpr int kAhead = 6;  // vectors
   const int ahead = x + kAhead * LaneCount();

@@ -9,7 +9,7 @@
 
 namespace stillray {
 
-/// Guides of one row of this frame for FindTapsRow: lanes beyond the last pixel may hold any value.
+/// Guides of one row of this frame for FindTapsRow; lanes beyond the last pixel may hold any value.
 struct GuidesOfRow {
   const float* normal[3];
   const float* inverse_depth;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What the guides say about the taps of a neighbourhood: the exponents of 2 of their weights.
+// Weights of the guides for the taps of a neighbourhood, as exponents of 2.
 #if defined(STILLRAY_DENOISE_SIMD_GUIDE_EXPONENTS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_GUIDE_EXPONENTS_INL_H_
 #undef STILLRAY_DENOISE_SIMD_GUIDE_EXPONENTS_INL_H_
@@ -20,14 +20,14 @@ HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 
-/// From this exponent of the normal weight on, a parabola in the cosine is as good as the logarithm
+/// From this exponent of the normal weight on, a parabola in the cosine replaces the logarithm
 /// (weights differ by 1.1e-4 at 64, 2.8e-5 at 128).
 constexpr float kParabolaFromSigmaN = 64;
 HWY_INLINE bool UsesParabola(const EdgeStopping& edges) {
   return edges.sigma_n >= kParabolaFromSigmaN;
 }
 
-/// sigma_n log2(cosine), to second order about 1: far from it, 2 to its power is 0 all the same.
+/// sigma_n log2(cosine), to second order about 1. Far from 1 the weight is 0 in any case.
 HWY_INLINE VF NearParabola(VF cosine, VF bias, float sigma_n) {
   const DF d;
   const float k = sigma_n * kLog2E;
@@ -35,8 +35,8 @@ HWY_INLINE VF NearParabola(VF cosine, VF bias, float sigma_n) {
 }
 constexpr float kParabolaAtZero = -1.5f * kLog2E;
 
-/// Exponent of the guides' weights at one tap; `expected` is the depth that the tap has on the
-/// centre's surface.
+/// Exponent of the guides' weights at one tap; `expected` is the depth of the centre's surface at
+/// the tap.
 template <bool kParabola>
 HWY_INLINE VF GuideExponent(const GuideRow& g, const GuideCentre& c, ptrdiff_t q, VF expected,
                             VF depth_scale, VF bias, float sigma_n) {
@@ -59,7 +59,7 @@ HWY_INLINE VF GuideExponent(const GuideRow& g, const GuideCentre& c, ptrdiff_t q
 /// the pairs.
 using TapVectors = float[2 * TapPairs::kMost][hn::MaxLanes(DF())];
 
-/// Where they go.
+/// Destination of the exponents.
 struct TapSlots {
   float* first;
   ptrdiff_t stride;  ///< from tap to tap
@@ -70,7 +70,7 @@ HWY_INLINE TapSlots SlotsOf(TapVectors& taps) {
 }
 
 /// Calls `body` with the number of each pair.
-/// \tparam kPairs  how many there are: few are unrolled; 0: as `taps` says
+/// \tparam kPairs  number of pairs; few are unrolled. 0: as in `taps`
 template <int kPairs, typename Body>
 HWY_INLINE void ForEachPair(const TapPairs& taps, const Body& body) {
   if constexpr (kPairs > 0 && kPairs <= 4) {
@@ -87,7 +87,7 @@ HWY_INLINE void ForEachPair(const TapPairs& taps, const Body& body) {
   }
 }
 
-/// The pairs with all that is the same for every pixel in place of the kernel's logarithm.
+/// The pairs, with all constant terms of the exponent added to the kernel's logarithm.
 HWY_INLINE TapPairs WithBias(TapPairs taps, const EdgeStopping& edges) {
   const float bias = kWeightBias + (UsesParabola(edges) ? edges.sigma_n * kParabolaAtZero : 0.0f);
   for (int i = 0; i < taps.count; ++i) {
@@ -96,9 +96,9 @@ HWY_INLINE TapPairs WithBias(TapPairs taps, const EdgeStopping& edges) {
   return taps;
 }
 
-/// What the guides say about the taps of the pixels x, x + 1, ...: shared by all signals. A pass of
-/// its own, because the whole chain from the guides to the sums would be longer than what cores
-/// can look ahead.
+/// Exponents of the guides' weights at the taps of the pixels x, x + 1, ..., shared by all signals.
+/// This is a separate pass because the dependency chain from the guides to the sums exceeds the
+/// reorder window of cores.
 /// \param taps  made by WithBias
 template <bool kParabola, Depths kDepths = Depths::kEither, int kPairs = 0>
 HWY_INLINE void GuideExponents(const TapPairs& taps, const EdgeStopping& edges, bool test_id,
@@ -137,7 +137,7 @@ HWY_INLINE void GuideExponents(const TapPairs& taps, const EdgeStopping& edges, 
       });
 }
 
-/// Exponents to weights.
+/// Converts exponents to weights.
 HWY_INLINE void WeightsOfExponents(const TapPairs& taps, TapVectors& exponents) {
   const DF d;
   for (int i = 0; i < taps.count; ++i) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Accumulates new light of vectors of pixels in their history: into other planes or in place.
+// Accumulates new light of vectors of pixels in their history, in other planes or in place.
 #if defined(STILLRAY_DENOISE_SIMD_JOIN_HISTORY_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_JOIN_HISTORY_INL_H_
 #undef STILLRAY_DENOISE_SIMD_JOIN_HISTORY_INL_H_

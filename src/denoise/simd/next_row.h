@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Fetches the next row of many planes into the cache while this one is worked on. A stage walks
-/// through more planes than a core's own prefetchers follow: without this, it waits for memory most
-/// of the time (three signals of the wavelet took two to three times as long).
+/// Prefetches the next row of many planes while the present row is processed. Stages read more
+/// planes than hardware prefetchers follow; without this they mostly wait for memory (three signals
+/// of the wavelet took two to three times as long).
 #pragma once
 
 #include <cstddef>
@@ -12,12 +12,11 @@
 
 namespace stillray {
 
-/// \tparam kMost  planes that there is room for
+/// \tparam kMost  capacity in planes
 template <size_t kMost>
 class NextRow {
  public:
-  /// Adds the row of a plane that will be read or written next; rows outside the plane are left
-  /// out.
+  /// Adds the row of a plane that is read or written next; rows outside the plane are ignored.
   template <typename T>
   void Add(const Plane<T>& plane, int y) {
     static_assert(sizeof(T) == kBytes);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What a row of light or of the picture is made of, to be fetched.
+/// The rows that light or the picture is computed from, for prefetching.
 #pragma once
 
 #include "denoise/simd/next_row.h"

@@ -22,7 +22,7 @@ HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 
-/// The rows around the one whose slope is computed, and that slope, kept in the cache.
+/// The three rows around the one whose slope is computed, and that slope, in the cache.
 class KeptRows {
  public:
   explicit KeptRows(int width) : width_(width), rows_(width, 3 * kPlanes + 2) {}
@@ -30,14 +30,14 @@ class KeptRows {
   float* normal(int c, int y) const { return rows_.Row(First(y) + 1 + c); }
   uint32_t* id(int y) const { return rows_.Row<uint32_t>(First(y) + 4); }
   float* gradient(int c) const { return rows_.Row(3 * kPlanes + c); }
-  /// There is no surface beside the picture.
+  /// Clears the pixels left and right of the picture: there is no surface.
   void EmptyEnds(int y) const {
     for (int i = 0; i < kPlanes; ++i) {
       float* row = rows_.Row(First(y) + i);
       row[-1] = row[width_] = 0;
     }
   }
-  /// There is no surface above and below the picture.
+  /// Clears a row above or below the picture: there is no surface.
   void Empty(int y) const {
     for (int i = 0; i < kPlanes; ++i) {
       std::fill_n(rows_.Row(First(y) + i) - 1, width_ + 2, 0.0f);
@@ -51,7 +51,7 @@ class KeptRows {
   RowScratch rows_;
 };
 
-/// Whether a block is full, after its last vector.
+/// Sets the flag of a block that is all surface, after its last vector.
 HWY_INLINE void MarkFull(MF surface, int x, uint32_t* row) {
   static_assert(kBlockPixels % hn::MaxLanes(DF()) == 0);
   uint32_t& block = row[x / kBlockPixels];
@@ -166,14 +166,14 @@ inline NextRow<32> NextRowOf(const PrepareGuidesInput& in, const GuidePlanes& ou
 }
 
 /// \param fetch   prefetch the next row here
-/// \param then    called as then(y, kept, next) once the guides of row y are computed
+/// \param then    called as then(y, kept, next) after the guides of row y are computed
 /// \return the number of pixels with bad guides in the rows y0..y1
 template <typename Then>
 int64_t PrepareRowsThen(const PrepareGuidesInput& in, bool fetch, int y0, int y1, GuidePlanes* out,
                         const Then& then) {
   const int height = in.depth->height();
   const KeptRows kept(in.depth->width());
-  const auto beside = [&](int y) {  // another band writes these, and counts them
+  const auto beside = [&](int y) {  // another band writes and counts these
     y < 0 || y >= height ? kept.Empty(y) : static_cast<void>(ConvertRow<false>(in, y, kept, out));
   };
   beside(y0 - 1);

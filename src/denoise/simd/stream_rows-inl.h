@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Rows that are written past the caches: a stage's planes are larger than those, so what it writes
-// is gone from them before the next stage reads it, and a plain store would first read the line
-// that it overwrites (one signal of 1280x720 takes 0.88 of the time).
+// Non-temporal stores of rows. A stage's planes exceed the caches, so its results are evicted
+// before the next stage reads them, and a plain store first reads the line that it overwrites (with
+// non-temporal stores, one signal at 1280x720 takes 0.88 of the time).
 #if defined(STILLRAY_DENOISE_SIMD_STREAM_ROWS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_STREAM_ROWS_INL_H_
 #undef STILLRAY_DENOISE_SIMD_STREAM_ROWS_INL_H_
@@ -20,12 +20,12 @@ HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 
-/// Only where a vector is a whole cache line: of parts of lines, a core holds fewer open than a
-/// stage has planes.
+/// Only where a vector is a whole cache line: cores have fewer write-combining buffers than a stage
+/// has planes, and partial lines would be flushed.
 constexpr bool kStreamsRows = hn::MaxLanes(DF()) * sizeof(float) == 64;
 
-/// StoreInRow, past the caches. `row` is that of a plane, x a multiple of the lanes. FinishStreams
-/// comes after the last one.
+/// StoreInRow with non-temporal stores. `row` is a row of a plane, x a multiple of the lanes. Call
+/// FinishStreams after the last one.
 template <class D, class V, typename T>
 HWY_INLINE void StreamInRow(D d, V v, T* row, int x, int width) {
   if constexpr (kStreamsRows) {
@@ -37,14 +37,14 @@ HWY_INLINE void StreamInRow(D d, V v, T* row, int x, int width) {
   StoreInRow(d, v, row, x, width);
 }
 
-/// Before other threads are told that the rows are there.
+/// Call before other threads may read the rows.
 HWY_INLINE void FinishStreams() {
   if constexpr (kStreamsRows) {
     hwy::FlushStream();
   }
 }
 
-/// Adds what the next row will write with StreamInRow.
+/// Adds the row that StreamInRow writes next, unless its stores bypass the caches.
 template <size_t kMost, class AnyPlane>
 HWY_INLINE void AddStreamed(const AnyPlane& plane, int y, NextRow<kMost>* next) {
   if constexpr (!kStreamsRows) {

@@ -14,21 +14,20 @@ struct TapPair {
   float dx;
   float dy;
   float log2_kernel;
-  ptrdiff_t distance;  ///< in the planes, of the first; the second lies as far on the other side
+  ptrdiff_t distance;  ///< in the planes, of the first; the second is at -distance
 };
 
 /// All taps but the centre.
 struct TapPairs {
-  /// Of a kernel of (2 radius + 1)^2 taps.
+  /// Number of pairs of a kernel of (2 radius + 1)^2 taps.
   static constexpr int CountOf(int radius) { return 2 * radius * (radius + 1); }
   static constexpr int kMost = 24;  ///< CountOf(3): 7x7
   TapPair pair[kMost];
   int count = 0;
 };
 
-/// \param log2_kernel  of a row of taps: that of the centre, of its neighbour, ...; the kernel is
-/// the
-///                     outer product
+/// \param log2_kernel  of a row of taps: of the centre, of its neighbour, ...; the kernel is the
+///     outer product
 /// \param step         between taps, pixels
 /// \param stride       of the planes
 inline TapPairs MakeTapPairs(std::span<const float> log2_kernel, int step, ptrdiff_t stride) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Taps of a vector of pixels in another frame. Under smooth motion they lie side by side, and plain
-// loads do what gathers would take several times as long for.
+// Taps of a vector of pixels in another frame. Under smooth motion they are contiguous: loads then
+// replace gathers, which take several times as long.
 #if defined(STILLRAY_DENOISE_SIMD_TAP_ROWS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_TAP_ROWS_INL_H_
 #undef STILLRAY_DENOISE_SIMD_TAP_ROWS_INL_H_
@@ -19,15 +19,14 @@ HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 
-/// A block of taps that the pixels x, x + 1, ... of a vector see at the same offset from
-/// themselves.
+/// A block of taps at the same offset from each of the pixels x, x + 1, ... of a vector.
 struct SideBySide {
   bool found = false;
   int x = 0;  ///< of the first lane's first tap
   int y = 0;
 };
 
-/// Whether the lanes in `used` have their first taps side by side, wherever that is.
+/// Whether the first taps of the lanes in `used` are contiguous, at any position.
 HWY_INLINE SideBySide FindSideBySide(VI first_x, VI first_y, MF used) {
   const DI di;
   const auto lanes = hn::RebindMask(di, used);
@@ -46,24 +45,24 @@ HWY_INLINE SideBySide FindSideBySide(VI first_x, VI first_y, MF used) {
   return block;
 }
 
-/// Whether a block was found whose taps, and so many before and after them, all lie in the picture:
-/// then nothing is to be clamped or tested lane by lane.
+/// Whether a block was found whose taps, and `before` and `after` more, all lie in the picture: no
+/// lane then needs clamping or tests.
 HWY_INLINE bool LiesInPicture(const SideBySide& block, int before, int after, int width,
                               int height) {
   return block.found && block.x >= before && block.x + LaneCount() - 1 + after < width &&
          block.y >= before && block.y + after < height;
 }
 
-/// As FindSideBySide, found only where rows of `width` pixels without a border can be read there:
-/// taps first_x + lane .. first_x + lane + columns - 1. Lanes that are not used may read beyond the
-/// row, up to one vector.
+/// As FindSideBySide, but only where rows of `width` pixels without a border can be read: taps
+/// first_x + lane .. first_x + lane + columns - 1. Unused lanes may read beyond the row, up to one
+/// vector.
 HWY_INLINE SideBySide FindSideBySide(VI first_x, VI first_y, MF used, int columns, int width) {
   SideBySide block = FindSideBySide(first_x, first_y, used);
   block.found = block.found && block.x >= 0 && block.x + columns - 1 <= width;
   return block;
 }
 
-/// Taps at one offset within their block: loads where they lie side by side, else gathers.
+/// Taps at one offset within their block: contiguous loads, else gathers.
 struct TapLoad {
   bool side_by_side;
   int row;  ///< of the first lane
@@ -81,9 +80,10 @@ struct TapLoad {
   }
 };
 
-/// The taps of row `dy` and column `dx` of the block. Rows outside the picture are read at its
-/// edge; whoever asks gives them no weight.
-/// \param x, y  pixels that gathers may read, those asked for where they are any
+/// The taps in row `dy` and column `dx` of the block. Rows outside the picture are read at its
+/// edge; callers give them no weight.
+/// \param x, y  pixels for gathers, always inside the picture; the requested ones if these are
+///     inside
 HWY_INLINE TapLoad TapAt(const SideBySide& block, int dx, int dy, int height, VI x, VI y) {
   return {block.found, std::clamp(block.y + dy, 0, height - 1), block.x + dx, x, y};
 }

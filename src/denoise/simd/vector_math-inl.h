@@ -26,8 +26,8 @@ using VI = hn::Vec<DI>;
 using VU = hn::Vec<DU>;
 using MF = hn::Mask<DF>;
 
-/// x, x + 1, ...: Highway's Iota is worked out lane by lane by some compilers, and what reads the
-/// vector then waits for all of their stores.
+/// x, x + 1, ...: some compilers compute Highway's Iota lane by lane in memory, and the load of the
+/// vector then waits for all stores.
 alignas(64) constexpr int32_t kLaneNumbers[16] = {0, 1, 2,  3,  4,  5,  6,  7,
                                                   8, 9, 10, 11, 12, 13, 14, 15};
 HWY_INLINE VI ColumnNumbers(int x) {
@@ -41,8 +41,8 @@ HWY_INLINE int LaneCount() {
   return static_cast<int>(hn::Lanes(DF()));
 }
 
-/// A value that has been loaded, to be used more than once. GCC reads it again from memory for the
-/// next use, even with registers to spare, and a load that crosses a cache line is dear.
+/// A loaded value that is used more than once. GCC loads it again for the next use, even with free
+/// registers, and loads that cross a cache line are expensive.
 HWY_INLINE VF InRegister(VF v) {
 #if HWY_TARGET <= HWY_AVX3 && defined(__GNUC__)
   __asm__("" : "+v"(v.raw));
@@ -50,7 +50,7 @@ HWY_INLINE VF InRegister(VF v) {
   return v;
 }
 
-/// Stores the lanes that lie inside a row of `width` pixels; the border beyond it stays as it is.
+/// Stores the lanes inside a row of `width` pixels; the border beyond is unchanged.
 template <class D, class V, typename T>
 HWY_INLINE void StoreInRow(D d, V v, T* row, int x, int width) {
   const int left = width - x;
@@ -79,9 +79,9 @@ HWY_INLINE VF Exp2(VF x) {
   return hn::Mul(p, hn::BitCast(d, scale));  // at -127 the scale is 0
 }
 
-// 2^t as (u^2 + c)^2 + u with u = a t + b, over a constant factor: the series of exp, cut off after
-// the fourth power, has just this form, so that three multiply-adds do what takes four otherwise.
-// a, b and c are minimax (relative error 1.4e-5); the factor is part of kWeightBias.
+// 2^t as (u^2 + c)^2 + u with u = a t + b, up to a constant factor: the series of exp to the fourth
+// power has this form, and takes three multiply-adds in place of four. a, b and c are minimax
+// (relative error 1.4e-5); the factor is part of kWeightBias.
 constexpr float kWeightExp2A = 0.346591952f;
 constexpr float kWeightExp2C = 0.749961275f;
 #if HWY_TARGET <= HWY_AVX3
@@ -101,20 +101,20 @@ HWY_INLINE VF WeightExp2Fraction(VF t) {
   return hn::MulAdd(v, v, u);
 }
 
-/// 2^(x - kWeightBias): who makes the exponents has some constant to add the bias to. 0 below
-/// 2^-60, or with kTiny something between 0 and that, for sums that do not see it. Up to 2^100 the
-/// maximum relative error is 1.5e-5 (tested), enough for weights. Two vectors, step by step: one
-/// alone is a longer chain than cores look ahead for others.
+/// 2^(x - kWeightBias); callers add the bias to another constant of the exponent. 0 below 2^-60, or
+/// with kTiny a value between 0 and that, for sums that it does not affect. Up to 2^100 the maximum
+/// relative error is 1.5e-5 (tested), enough for weights. Computes two vectors in alternation: the
+/// dependency chain of one is longer than the reorder window.
 #if HWY_TARGET <= HWY_AVX3
 // AVX-512 has instructions for x - floor(x) and for p 2^floor(x).
 template <bool kTiny = false>
 HWY_INLINE void WeightsExp2(const VF x[2], VF out[2]) {
   const DF d;
-  constexpr int kBelow = 0x9;  // round down, leave no bit of the fraction, raise nothing
+  constexpr int kBelow = 0x9;  // round down, keep no fraction bits, raise no exceptions
   for (int k = 0; k < 2; ++k) {
     const VF p = WeightExp2Fraction(VF{_mm512_reduce_ps(x[k].raw, kBelow)});
     if constexpr (kTiny) {
-      // With a mask of all lanes, since compilers warn of what the plain form leaves undefined.
+      // Masked with all lanes: compilers warn about undefined values in the unmasked form.
       out[k] = VF{_mm512_maskz_scalef_ps(__mmask16{0xffff}, p.raw, x[k].raw)};
     } else {
       const MF large = hn::Gt(x[k], hn::Set(d, kLeastWeight));
@@ -123,8 +123,8 @@ HWY_INLINE void WeightsExp2(const VF x[2], VF out[2]) {
   }
 }
 
-/// Results that are too small for a normal number are zero while one of these is there: processors
-/// need a hundred cycles for each of the others. For WeightsExp2 with kTiny.
+/// Flushes subnormal results to zero while an object exists: each would take about a hundred
+/// cycles. For WeightsExp2 with kTiny.
 class TinyIsZero {
  public:
   TinyIsZero() : before_(_mm_getcsr()) { _mm_setcsr(before_ | _MM_FLUSH_ZERO_ON); }
@@ -136,8 +136,8 @@ class TinyIsZero {
   unsigned before_;
 };
 #else
-// The rounded x stands in the low bits of a float that is too large for a fraction, so that it can
-// be shifted into the exponent without conversion.
+// Adding 1.5 * 2^23 leaves the rounded x in the low bits of the float, so that it can be shifted
+// into the exponent without a conversion.
 template <bool kTiny = false>
 HWY_INLINE void WeightsExp2(const VF x[2], VF out[2]) {
   const DF d;
@@ -156,7 +156,7 @@ HWY_INLINE void WeightsExp2(const VF x[2], VF out[2]) {
   out[1] = hn::IfThenElseZero(hn::Gt(x[1], least), power1);
 }
 
-/// Nothing here makes such numbers.
+/// No subnormal results here.
 struct TinyIsZero {
   TinyIsZero() {}
 };
@@ -165,7 +165,7 @@ struct TinyIsZero {
 /// 2^x of one vector, as WeightsExp2.
 HWY_INLINE VF WeightExp2(VF x) {
   const VF biased = hn::Add(x, hn::Set(DF(), kWeightBias));
-  const VF twice[2] = {biased, biased};  // of which the compiler works out one
+  const VF twice[2] = {biased, biased};  // the compiler removes one of them
   VF out[2];
   WeightsExp2(twice, out);
   return out[0];

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// One pixel of fxaa: the scalar version, and what the vector version does at the ends of rows.
+/// One pixel of fxaa: the scalar version, which the SIMD version also uses at the ends of rows.
 #pragma once
 
 #include <algorithm>
@@ -12,14 +12,14 @@
 
 namespace stillray {
 
-/// What pixel (x, y) takes of which neighbour.
+/// Offset and share of the neighbour that a pixel is blended with.
 struct FxaaStep {
   int dx = 0;
   int dy = 0;
   float share = 0;
 };
 
-/// \param luma  luminance of the picture, >= 0: an Image1, or what is read like one
+/// \param luma  luminance of the picture, >= 0: an Image1, or a type with the same access
 template <typename Luma>
 FxaaStep FindFxaaStep(const Luma& luma, int x, int y) {
   const int width = luma.width();
@@ -35,7 +35,7 @@ FxaaStep FindFxaaStep(const Luma& luma, int x, int y) {
   if (!IsEdge(std::min({m, n, s, w, e}), std::max({m, n, s, w, e}))) {
     return {};
   }
-  // Second differences across rows and columns tell which way the edge runs.
+  // Second differences across rows and columns determine the direction of the edge.
   const float rows = std::abs(n + s - 2 * m) * 2 +
                      std::abs(at(x - 1, y - 1) + at(x - 1, y + 1) - 2 * w) +
                      std::abs(at(x + 1, y - 1) + at(x + 1, y + 1) - 2 * e);
@@ -49,7 +49,8 @@ FxaaStep FindFxaaStep(const Luma& luma, int x, int y) {
   const float other = side < 0 ? before : after;
   const float step = std::abs(other - m);
   const float middle = 0.5f * (other + m);
-  // Mean of the two rows of the edge, d pixels along it: leaves the middle where the step ends.
+  // Mean of the two rows of the edge, d pixels along it: it differs from the middle where the step
+  // ends.
   const auto across = [&](int d) {
     const float here = along_x ? at(x + d, y) : at(x, y + d);
     const float there = along_x ? at(x + d, y + side) : at(x + side, y + d);
@@ -68,7 +69,7 @@ FxaaStep FindFxaaStep(const Luma& luma, int x, int y) {
     }
   }
   const int nearer = reach[0] <= reach[1] ? 0 : 1;
-  // Beyond the nearer end both rows must look like the other side, or the edge leans away.
+  // Beyond the nearer end both rows must match the other side, or the edge bends away.
   if (end[nearer] == 0 || (end[nearer] > 0) != (other > m)) {
     return {};
   }

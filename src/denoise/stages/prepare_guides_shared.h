@@ -11,7 +11,7 @@
 
 SHARED_BEGIN
 
-// Neighbours whose normals differ by more than this (25 degrees) do not tell the slope.
+// Neighbours whose normals differ by more than this (25 degrees) are not used for the slope.
 const float kGradientMinCosine = 0.906f;
 
 // Slope of inverse depth along one axis from the differences to both neighbours. A neighbour on

@@ -22,8 +22,8 @@ SHARED_FN float CompressScale(float l) {
   return part * (2.0f - part);
 }
 
-// The factor that undoes it, of the compressed luminance. Light ends at 1000 knees, where half
-// precision can no longer tell it from infinity.
+// The inverse factor, of the compressed luminance. Light is limited to 1000 knees: beyond, halves
+// cannot represent the difference to the limit.
 SHARED_FN float ExpandScale(float l) {
   float part = max(l / kKnee, 1.0f);
   return 1.0f / (part * max(2.0f - part, 1e-3f));

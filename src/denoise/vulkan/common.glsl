@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What every compute shader of the denoiser begins with: formats, inputs, small helpers.
+// Common to all compute shaders of the denoiser: formats, inputs, small functions.
 #extension GL_EXT_samplerless_texture_functions : require
 
 #include "core/shared.h"
@@ -9,15 +9,15 @@
 #include "core/negative_limit_shared.h"
 #include "denoise/vulkan/octahedral_shared.h"
 
-// Formats of what is stored between stages. With STILLRAY_HALF light takes 8 bytes per pixel and
-// normals 4; without, everything is as precise as on the CPU.
+// Formats of images between stages. With STILLRAY_HALF light takes 8 bytes per pixel and normals 4;
+// without, precision is that of the CPU.
 #ifdef STILLRAY_HALF
 #define LIGHT_FORMAT rgba16f
 #define SCALAR_FORMAT r16f
 #define FRACTION_FORMAT r16
 #define SURFACE_FORMAT rg32ui
 const float kMostLight = 65504.0f;
-const float kMostLength = 2048.0f;  // one more is not told apart
+const float kMostLength = 2048.0f;  // halves cannot represent 2049
 #else
 #define LIGHT_FORMAT rgba32f
 #define SCALAR_FORMAT r32f
@@ -33,7 +33,7 @@ const float kMostLength = 16777216.0f;
 #endif
 layout(local_size_x = LOCAL_SIZE_X, local_size_y = LOCAL_SIZE_Y) in;
 
-// Inputs of the frame: images of the caller's, of any format that converts to float.
+// Inputs of the frame: images of the caller, in any format that converts to float.
 layout(set = 0, binding = 0) uniform texture2D light_0;
 layout(set = 0, binding = 1) uniform texture2D light_1;
 layout(set = 0, binding = 2) uniform texture2D light_2;
@@ -79,7 +79,7 @@ ivec2 ClampToPicture(ivec2 p) {
   return clamp(p, ivec2(0), Size() - 1);
 }
 
-// By bits: compilers may take for granted that there are no infinities.
+// By bits: compilers may assume that there are no infinities.
 bool IsFinite(float x) {
   return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u;
 }
@@ -123,9 +123,9 @@ uvec4 PackSurface(Surface s) {
 #endif
 }
 
-// The slope relative to the inverse depth, of use for any unit of length, in 20 bits a component
-// (sign, 5 bits of exponent from 2^-24 on, 14 of mantissa: the far taps of the wavelet multiply its
-// error by 32 pixels and a hundred tolerances), and 24 bits of the id. Both only with halves.
+// The slope relative to the inverse depth, for any unit of length, in 20 bits a component (sign, 5
+// bits of exponent from 2^-24 on, 14 of mantissa: the far taps of the wavelet multiply its error by
+// 32 pixels and a hundred tolerances), and 24 bits of the id. Only for halves.
 const float kSlopeScale = 1.97215226305252951e-31f;  // 2^-102
 uint PackSlope(float slope) {
   float magnitude = min(abs(slope), 64.0f) * kSlopeScale;
@@ -164,8 +164,8 @@ uvec4 PackDetail(Detail d, float inverse_depth) {
 #endif
 }
 
-// Variances are stored as deviations, which halves hold wherever they hold the light itself. Of the
-// wavelet's light the sign tells whether there is any: negative where there is none.
+// Variances are stored as deviations, which have the range of the light in halves. In the wavelet's
+// light the sign marks missing light: negative where there is none.
 const float kLeastDeviation = 1e-4f;
 float PackDeviation(float variance, bool present) {
   float deviation = min(sqrt(max(variance, 0.0f)), kMostLight);
@@ -178,8 +178,8 @@ float VarianceOf(float packed_deviation) {
   return packed_deviation * packed_deviation;
 }
 
-// To the nearest value that is stored: devices may cut halves off instead, which would darken
-// light a little with every stage and frame.
+// Rounds to the nearest representable value: devices may truncate to halves, which darkens light
+// slightly in every stage and frame.
 vec4 Stored(vec4 value) {
 #ifdef STILLRAY_HALF
   uvec4 bits = floatBitsToUint(value);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The powers of two that light is stored with.
+// The powers of two that stored light is multiplied by.
 #ifndef STILLRAY_DENOISE_VULKAN_EXPOSURE_SHARED_H
 #define STILLRAY_DENOISE_VULKAN_EXPOSURE_SHARED_H
 
@@ -16,9 +16,9 @@ using glm::log2;
 
 SHARED_BEGIN
 
-// Mean light is brought near 1/8: half precision then holds light up to 500 000 times the mean, and
-// keeps its 11 bits down to 1 / 2000 of it. As long as the mean is within a factor of eight of that
-// the old exposure stays, so that histories are seldom rescaled. A mean of zero tells nothing.
+// Scales mean light to about 1/8: half precision then holds light up to 500 000 times the mean, and
+// keeps its 11 bits down to 1 / 2000 of it. While the mean is within a factor of eight of that, the
+// old exposure is kept, so that histories are seldom rescaled. Also if the mean is zero.
 SHARED_FN float ChooseExposure(float old, float mean) {
   float level = mean * old;
   bool fits = level >= 1.0f / 64.0f && level <= 1.0f;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Finished pictures on their way from the device to the host.
+/// Downloads finished pictures from the device to the host.
 #pragma once
 
 #include <cstdint>
@@ -14,19 +14,18 @@
 
 namespace stillray::vulkan {
 
-/// An image that a frame is written to, and, from when it is first wanted there, memory through
-/// which it goes to the host.
+/// An image that a frame is written to, and host memory for its download, allocated on first use.
 class OutputImage {
  public:
   /// \param texel_bytes  of the format
   OutputImage(const gpu::DeviceContext* context, VkFormat format, int texel_bytes)
       : context_(context), format_(format), texel_bytes_(texel_bytes) {}
 
-  /// Makes the image. What fails here leaves nothing behind, as with PrepareCopy.
+  /// Creates the image. On failure it holds nothing, as does PrepareCopy.
   Status Make(int width, int height);
-  /// Makes the memory of the host unless it is there.
+  /// Allocates the host memory, unless it exists.
   Status PrepareCopy();
-  /// The image is about to be written by a shader.
+  /// Call before a shader writes the image.
   void RecordUse(VkCommandBuffer commands);
   void RecordCopy(VkCommandBuffer commands) const { RecordCopyTo(host_->buffer, commands); }
   void RecordCopyTo(VkBuffer buffer, VkCommandBuffer commands) const;
@@ -50,18 +49,18 @@ class OutputImage {
   bool used_ = false;
 };
 
-/// The results of frames of one size: the colour, and the picture as displayed once it is wanted.
+/// The results of frames of one size: the colour, and the displayed picture if requested.
 class FrameDownload {
  public:
   static Result<std::unique_ptr<FrameDownload>> Create(const gpu::DeviceContext* context, int width,
                                                        int height);
   bool Fits(int width, int height) const { return width == width_ && height == height_; }
 
-  /// Makes what these results need; nothing that is there already goes away.
+  /// Allocates memory for these results, and keeps what exists.
   Status Prepare(const Results& wanted);
-  /// Has the frame write what was prepared: to be recorded before it.
+  /// Records the use of the prepared results; call before recording the frame.
   void RecordUse(VkCommandBuffer commands);
-  /// Puts the images among those that the frame is recorded with.
+  /// Adds the images to the inputs of the frame.
   void ShowTo(FrameInputs* images) const;
   /// Records the copies, once the writes are visible to transfers.
   void Record(VkCommandBuffer commands, const Results& wanted) const;
@@ -69,7 +68,7 @@ class FrameDownload {
   void RecordShared(VkCommandBuffer commands, uint32_t queue_family,
                     const gpu::SharedBuffer& buffer) const;
   Status ReadColour(Image3* colour) const;
-  /// Into `out`, with what is not wanted empty.
+  /// Reads the results into `out`; clears those that are not requested.
   Status Read(const Results& wanted, DenoisedFrame* out) const;
 
   gpu::MemoryUse memory() const;

@@ -11,7 +11,7 @@
 namespace stillray::vulkan {
 namespace {
 
-/// Adds images until one fails, so that callers ask once.
+/// Adds images until one fails, so that callers check once.
 class Adder {
  public:
   Adder(const Shape& shape, gpu::Arena* arena) : shape_(shape), arena_(arena) {}

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The images that a denoiser on Vulkan works with.
+/// The images of a denoiser on Vulkan.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace stillray::vulkan {
 
-/// Everything that decides which images there are.
+/// Everything that determines the set of images.
 struct Shape {
   int width = 0;
   int height = 0;
@@ -26,9 +26,9 @@ struct Shape {
   friend bool operator==(const Shape&, const Shape&) = default;
 };
 
-/// What is remembered of all signals, one layer each; halves, or floats:
-/// colour (luminance, red, blue, -), moments (mean, deviation, length, sum of squared weights),
-/// mean of compressed luminances. See SignalHistory.
+/// The history of all signals, one layer each; halves, or floats: colour (luminance, red, blue, -),
+/// moments (mean, deviation, length, sum of squared weights), mean of compressed luminances. See
+/// SignalHistory.
 struct HistoryImages {
   const gpu::Image* colour = nullptr;
   const gpu::Image* behind = nullptr;  ///< `nothing` unless feedback is blended in
@@ -36,7 +36,7 @@ struct HistoryImages {
   const gpu::Image* compressed = nullptr;  ///< `nothing` unless limit_history runs
 };
 
-/// Guides as PackSurface and PackDetail of common.glsl leave them.
+/// Guides in the encoding of PackSurface and PackDetail of common.glsl.
 struct GuideImages {
   const gpu::Image* surface = nullptr;
   const gpu::Image* detail = nullptr;
@@ -62,7 +62,7 @@ struct FrameImages {
   const gpu::Image* picture = nullptr;  ///< of this frame, times its exposure
   const gpu::Image* scratch = nullptr;
   const gpu::Image* shown = nullptr;  ///< the last antialiased picture
-  /// Stand for images that are not there; one pixel.
+  /// Placeholders for absent images; one pixel.
   const gpu::Image* nothing = nullptr;           ///< an array of light
   const gpu::Image* nothing_scalar = nullptr;    ///< an array of scalars
   const gpu::Image* nothing_fraction = nullptr;  ///< an array of numbers in 0..1

@@ -23,7 +23,7 @@ auto PlanesOf(History& h, int which) {
                     : std::array<Plane, kTexel>{&h.mean, &h.variance, &h.weights2, nullptr};
 }
 
-/// Where an image lies in the staging memory.
+/// Position of an image in staging memory.
 VkBufferImageCopy PlaceOf(const gpu::Image& image, VkDeviceSize which) {
   VkBufferImageCopy region = {};
   const auto layers = static_cast<uint32_t>(image.layers);
@@ -49,7 +49,7 @@ Result<std::unique_ptr<FutureExchange>> FutureExchange::Create(const gpu::Device
     STILLRAY_RETURN_IF_ERROR(added.status());
     *image = *added;
   }
-  // Read by the host in one of two directions, which wants it cached.
+  // The host reads it in one of the two directions, which needs cached memory.
   const VkDeviceSize bytes = VkDeviceSize{kImages} * kTexel * sizeof(float) *
                              static_cast<VkDeviceSize>(width) * static_cast<VkDeviceSize>(height) *
                              static_cast<VkDeviceSize>(signals);

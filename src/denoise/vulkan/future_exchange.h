@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Light of the future on its way between the device and memory of the host, where that of many
-/// frames waits: see FutureLight.
+/// Transfers light of the future between the device and host memory, which holds that of many
+/// frames: see FutureLight.
 #pragma once
 
 #include <memory>
@@ -24,22 +24,22 @@ class FutureExchange {
   const FutureImages& images() const { return images_; }
   gpu::MemoryUse memory() const { return arena_.Need(); }
 
-  /// Brings the images to their layout, once. To be recorded before they are used.
+  /// Transitions the images to their layout, once. Record it before they are used.
   void Prepare(VkCommandBuffer commands);
 
-  /// Copies into memory that the device sees. \param future  of every signal, of this size
+  /// Copies to memory that the device reads. \param future  of every signal, of this size
   Status Write(std::span<const SignalHistory> future);
-  /// Records the copy from there to the images; the passes that read them must wait for it.
+  /// Records the copy to the images; the passes that read them must wait for it.
   void RecordUpload(VkCommandBuffer commands);
 
-  /// Records the copy of the images, once passes have written them, to memory that the host sees.
+  /// Records the copy of the images to host memory, after the passes that write them.
   void RecordDownload(VkCommandBuffer commands);
-  /// To be called when the device has run that.
+  /// Call after the device has finished that copy.
   Status Read(std::vector<SignalHistory>* future) const;
 
  private:
   explicit FutureExchange(const gpu::DeviceContext* context) : context_(context), arena_(context) {}
-  /// First number of a signal's row in the staging memory; which: 0 light, 1 moments.
+  /// First number of a signal's row in staging memory; which: 0 light, 1 moments.
   float* Row(int which, int signal, int y) const;
 
   const gpu::DeviceContext* context_;

@@ -3,7 +3,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// keep_mirrors, what comes after its wavelet: see stages/keep_mirrors.h.
+// keep_mirrors, after its wavelet: see stages/keep_mirrors.h.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/stages/keep_mirrors_shared.h"
 

@@ -3,9 +3,9 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// limit_history, what comes before its wavelet: see stages/limit_history.h. Compressed present less
-// compressed history (apart, halves would not tell them from each other), variance of single
-// compressed samples; deviation of the expected noise.
+// limit_history, before its wavelet: see stages/limit_history.h. Compressed present less compressed
+// history (the difference, because halves would round it away), variance of single compressed
+// samples; deviation of the expected noise.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/limit_history.glsl"
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/stages/limit_history_shared.h"
 
-// The variance of single compressed samples is at most 1/4: times this its precision is kept in
+// The variance of single compressed samples is at most 1/4; this factor keeps its precision in
 // halves.
 const float kSingleScale = 65536.0f;
 

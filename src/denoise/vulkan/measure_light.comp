@@ -3,9 +3,9 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// How bright the new light is, and emission and background: sums over each workgroup's pixels, of
-// every measure_stride-th row and column, and how many pixels are how bright. update_exposure makes
-// powers of two and the limit of negative light of them.
+// Measures the brightness of new light, emission and background: sums over each workgroup's pixels,
+// of every measure_stride-th row and column, and a histogram. update_exposure computes exposures
+// and the limit of negative light from them.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/new_light.glsl"
 #include "denoise/vulkan/reduce.glsl"

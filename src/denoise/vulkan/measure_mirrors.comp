@@ -13,7 +13,7 @@ layout(set = 1, binding = 1) uniform texture2DArray noisy;
 layout(set = 1, binding = 2) uniform texture2DArray light;
 layout(set = 1, binding = 3, LIGHT_FORMAT) writeonly uniform image2DArray measured_out;
 
-// Light has its mean near 1/8: times this the precision of its squares is kept in halves.
+// Light has its mean near 1/8; this factor keeps the precision of its squares in halves.
 const float kSquareScale = 64.0f;
 
 bool IsMirrorAt(ivec2 p, int s) {

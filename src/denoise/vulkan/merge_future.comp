@@ -3,15 +3,15 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// merge_future: see stages/merge_future.h. The history stays as it is; what the wavelet begins with
-// is written beside it.
+// merge_future: see stages/merge_future.h. The history is unchanged; the input of the wavelet is
+// written to other images.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/stages/accumulate_shared.h"
 #include "denoise/stages/merge_future_shared.h"
 
 layout(set = 1, binding = 0) uniform texture2DArray colour;
 layout(set = 1, binding = 1) uniform texture2DArray moments;
-layout(set = 1, binding = 2) uniform texture2DArray future_light;  // as shorten_history leaves them
+layout(set = 1, binding = 2) uniform texture2DArray future_light;  // from shorten_history
 layout(set = 1, binding = 3) uniform texture2DArray future_moments;
 layout(set = 1, binding = 4, LIGHT_FORMAT) writeonly uniform image2DArray colour_out;
 layout(set = 1, binding = 5, LIGHT_FORMAT) writeonly uniform image2DArray moments_out;

@@ -14,13 +14,13 @@
 
 namespace stillray::vulkan {
 
-/// An image of the caller's as shaders see it.
+/// An image of the caller, as shaders use it.
 struct ImageRef {
   VkImageView view = VK_NULL_HANDLE;
   VkImageLayout layout = VK_IMAGE_LAYOUT_GENERAL;
 };
 
-/// All that a frame brings and takes; images that are not given have no view.
+/// All inputs and outputs of a frame; images that are not given have no view.
 struct FrameInputs {
   ImageRef lights[6];          ///< by SignalKind
   ImageRef second_moments[6];  ///< likewise
@@ -38,26 +38,27 @@ struct FrameInputs {
   ImageRef display;             ///< output: R8G8B8A8_UNORM
 };
 
-/// Passes over a frame in one command buffer. The first error is kept; what follows it is skipped.
+/// Passes over a frame in one command buffer. After the first error, which is kept, nothing is
+/// recorded.
 class PassRecorder {
  public:
   PassRecorder(const gpu::DeviceContext* context, Pipelines* pipelines, gpu::DescriptorSets* sets,
                gpu::Timestamps* times, VkCommandBuffer commands)
       : context_(context), pipelines_(pipelines), sets_(sets), times_(times), commands_(commands) {}
 
-  /// Chooses set 0 for what follows.
+  /// Chooses set 0 for the following passes.
   void UseFrame(const FrameInputs& inputs, const FrameImages& images);
 
-  /// Buffers for the shaders that have some of their own, which take as many as they ask for.
+  /// Storage buffers for the following shaders; each takes as many as ShaderInfo::buffers.
   void UseBuffers(std::initializer_list<const gpu::Buffer*> buffers) {
     buffers_.assign(buffers.begin(), buffers.end());
   }
 
-  /// What was written before is read by what follows.
+  /// Makes earlier writes visible to later reads.
   void Barrier();
 
   /// A barrier, then one pass.
-  /// \param images  what the shader reads, then what it writes
+  /// \param images  those that the shader reads, then those that it writes
   template <typename Push>
   void Run(Shader shader, Groups groups, std::initializer_list<const gpu::Image*> images,
            const Push& push, std::span<const uint32_t> constants = {}) {

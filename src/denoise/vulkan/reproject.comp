@@ -53,7 +53,7 @@ Taps FindTaps(ivec2 p) {
   Surface s = UnpackSurface(texelFetch(surface_image, p, 0));
   vec2 motion = texelFetch(motion_image, p, 0).xy;
   vec2 place = vec2(p) + motion;
-  // More than one pixel outside, no tap is inside.
+  // If it is more than one pixel outside, no tap is inside.
   bool near_picture = place.x > -2.0f && place.y > -2.0f && place.x < float(width) + 1.0f &&
                       place.y < float(height) + 1.0f && !IsNaN(motion.x) && !IsNaN(motion.y);
   if (!near_picture || !(s.inverse_depth > 0.0f)) {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// The history of a denoiser on Vulkan as bytes: a header, the state buffer, then the texels of all
-/// images that the next frame reads, as stored. So the next frame has the same bits as without
+/// images that the next frame reads, as stored. The next frame thus has the same bits as without
 /// saving.
 #pragma once
 

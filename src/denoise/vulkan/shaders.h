@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The compute shaders of the denoiser: what each reads and writes, and its code.
+/// The compute shaders of the denoiser: their resources and their code.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 
 namespace stillray::vulkan {
 
-/// How light is kept between stages.
+/// Storage format of light between stages.
 enum class Storage : uint8_t {
   kHalf,   ///< 16 bits, with an exposure that follows the light; normals in 32 bits
   kFloat,  ///< 32 bits: as precise as the CPU, twice the memory
@@ -40,7 +40,7 @@ enum class Shader : uint8_t {
   kFxaa,
   kAntialias,
   kTonemap,
-  // Of fill_guides, made only where guides may be incomplete:
+  // Of fill_guides; created only if guides may be incomplete:
   kFindKnown,
   kRejectGhosts,
   kDownsampleLevel,
@@ -50,14 +50,14 @@ enum class Shader : uint8_t {
   kGatherKnownColours,
   kFillHoles,
   kFillHoleColours,
-  // Of sequences whose future is known, made when they are first needed:
+  // Of sequences with light of the future; created on first use:
   kShortenHistory,
   kMergeFuture,
 };
 
-/// What a shader's second descriptor set shows, in the order of its bindings.
+/// The resources of a shader's second descriptor set, in the order of its bindings.
 struct ShaderInfo {
-  const char* stage;    ///< its name among the times: that of the CPU's stage
+  const char* stage;    ///< stage name in timings: that of the CPU's stage
   uint32_t reads;       ///< sampled images
   uint32_t writes;      ///< storage images
   uint32_t buffers;     ///< storage buffers
@@ -74,7 +74,7 @@ std::span<const uint32_t> CodeOf(Shader shader, Storage storage);
 /// Set 0, common to all shaders: inputs of the frame, outputs, parameters, state, partial sums.
 inline constexpr gpu::SetShape kFrameSet = {23, 3, 1, 2};
 
-/// Descriptor set layouts and pipelines, made when they are first asked for.
+/// Descriptor set layouts and pipelines, created on first use.
 class Pipelines {
  public:
   Pipelines(const gpu::DeviceContext* context, Storage storage, gpu::DescriptorSets* sets)

@@ -12,7 +12,7 @@
 namespace stillray::vulkan {
 namespace {
 
-// The viewer holds six at most: three frames between its threads, the last one, two being drawn.
+// The viewer holds at most six: three frames between its threads, the last one, two being drawn.
 constexpr size_t kMostPictures = 8;
 
 }  // namespace
@@ -35,7 +35,7 @@ Result<std::shared_ptr<DevicePicture>> SharedPictures::Take(int width, int heigh
   });
   for (const std::shared_ptr<DevicePicture>& picture : pictures_) {
     if (picture.use_count() == 1) {
-      // What the last holder did on its thread comes before what is done with it here.
+      // Orders the last holder's accesses, on its thread, before those made here.
       std::atomic_thread_fence(std::memory_order_acquire);
       return picture;
     }

@@ -37,12 +37,12 @@ class DevicePicture : public SharedPicture {
   std::unique_ptr<gpu::SharedBuffer> buffer_;  // first to go: it is the device's
 };
 
-/// As many pictures of one size as are held at a time.
+/// A pool of pictures of one size, as many as are held at a time.
 class SharedPictures {
  public:
   explicit SharedPictures(std::shared_ptr<gpu::Device> device) : device_(std::move(device)) {}
 
-  /// One that nobody else holds, to be written to.
+  /// A picture that is not held elsewhere, for writing.
   /// \return kUnsupported: the device shares no memory; kOutOfMemory, also if very many are held
   Result<std::shared_ptr<DevicePicture>> Take(int width, int height);
   gpu::MemoryUse memory() const;

@@ -3,8 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// Played backward: what the history of this frame's pixels is worth after limit_history is the
-// light of their future. In the unit of the input, whatever exposure it is stored with.
+// Played backward: the history of this frame's pixels, with the lengths of limit_history, is the
+// light of their future. In the unit of the input, independent of the stored exposure.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/limit_history.glsl"
 

@@ -17,7 +17,7 @@ layout(push_constant) uniform Push {
 
 shared uint bins[STILLRAY_LIGHT_BINS];
 
-// As negative_limit.cpp does it.
+// As in negative_limit.cpp.
 float MeanLight() {
   uint measured = 0u;
   for (int bin = 0; bin < STILLRAY_LIGHT_BINS; ++bin) {

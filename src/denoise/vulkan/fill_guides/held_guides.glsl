@@ -24,7 +24,7 @@ bool ViewMoves() {
   return has_held != 0 && guides_move != 0u;
 }
 
-// The pixel of the frame before that shows what p shows; false: outside of the picture.
+// The pixel of the previous frame that shows the surface of p; false if outside the picture.
 bool FindHeld(ivec2 p, vec2 motion, out ivec2 q) {
   q = p;
   if (!ViewMoves()) {
