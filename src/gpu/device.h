@@ -6,8 +6,8 @@
 
 #include <memory>
 
+#include "gpu/fair_mutex.h"
 #include "gpu/instance.h"
-#include "gpu/turns.h"
 
 namespace stillray::gpu {
 
@@ -54,7 +54,7 @@ class Device {
 
   /// Protects the command buffer and the queue; hold it from Begin to Run. Threads acquire it in
   /// FIFO order.
-  [[nodiscard]] Turn Lock() { return Turn(turns_); }
+  [[nodiscard]] FairLock Lock() { return FairLock(mutex_); }
   /// Restarts the command buffer. Call Run before the next Begin.
   Result<VkCommandBuffer> Begin();
   /// Ends the command buffer, submits it and waits for its completion.
@@ -67,7 +67,7 @@ class Device {
   Status AddSharing();
   Status MakeCommandBuffer();
 
-  Turns turns_;
+  FairMutex mutex_;
   std::shared_ptr<Instance> instance_;
   DeviceInfo info_;
   DeviceContext context_;

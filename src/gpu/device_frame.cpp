@@ -175,7 +175,7 @@ Status DeviceFrame::Download(uint32_t planes, Frame* host) const {
     }
     {
       const DeviceContext& c = device_->context();
-      const Turn lock = device_->Lock();
+      const FairLock lock = device_->Lock();
       const Result<VkCommandBuffer> commands = device_->Begin();
       STILLRAY_RETURN_IF_ERROR(commands.status());
       VkBufferImageCopy region = {};

@@ -118,7 +118,7 @@ Status RayPipeline::MakeTable(const char* name) {
     std::memcpy(table.data() + i * stride, handles.data() + i * handle, handle);
   }
   const VkDeviceAddress first = ((*buffer)->address + stride - 1) / stride * stride;
-  const Turn lock = device_->Lock();
+  const FairLock lock = device_->Lock();
   const Result<VkCommandBuffer> commands = device_->Begin();
   STILLRAY_RETURN_IF_ERROR(commands.status());
   c.vk.CmdUpdateBuffer(*commands, (*buffer)->buffer, first - (*buffer)->address, table.size(),

@@ -236,7 +236,7 @@ Status HostDenoiser::MakeStateBuffer() {
 
 Status HostDenoiser::Run(const FramePlan& plan, const FrameFacts& facts) {
   const gpu::DeviceFunctions& vk = device_->context().vk;
-  const gpu::Turn lock = device_->Lock();
+  const gpu::FairLock lock = device_->Lock();
   const Result<VkCommandBuffer> begun = device_->Begin();
   STILLRAY_RETURN_IF_ERROR(begun.status());
   const VkCommandBuffer commands = *begun;
@@ -277,7 +277,7 @@ Status HostDenoiser::Run(const FramePlan& plan, const FrameFacts& facts) {
 
 /// A frame of a sequence that is played backward.
 Status HostDenoiser::RunBackward(const FramePlan& plan, const FrameFacts& facts) {
-  const gpu::Turn lock = device_->Lock();
+  const gpu::FairLock lock = device_->Lock();
   const Result<VkCommandBuffer> commands = device_->Begin();
   STILLRAY_RETURN_IF_ERROR(commands.status());
   if (upload_ != nullptr) {
@@ -313,7 +313,7 @@ Status HostDenoiser::ReadColour(Image3* colour) {
   }
   STILLRAY_RETURN_IF_ERROR(download_->Prepare(kColour));
   {
-    const gpu::Turn lock = device_->Lock();
+    const gpu::FairLock lock = device_->Lock();
     const Result<VkCommandBuffer> begun = device_->Begin();
     STILLRAY_RETURN_IF_ERROR(begun.status());
     gpu::MemoryBarrier(device_->context(), *begun, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,

@@ -215,7 +215,7 @@ Status Copy(gpu::Device* device, FramePipeline* pipeline, const Staging& staging
       VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
   constexpr VkAccessFlags kTransfer = VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
   const gpu::DeviceContext& context = device->context();
-  const gpu::Turn lock = device->Lock();
+  const gpu::FairLock lock = device->Lock();
   const Result<VkCommandBuffer> commands = device->Begin();
   STILLRAY_RETURN_IF_ERROR(commands.status());
   pipeline->PrepareImages(*commands);

@@ -48,7 +48,7 @@ Status UploadArrays(gpu::Device* device, std::span<const HostArray> arrays,
       const size_t bytes = std::min(piece_bytes, arrays[i].bytes - done);
       std::memcpy((*piece)->mapped, static_cast<const char*>(arrays[i].data) + done, bytes);
       STILLRAY_RETURN_IF_ERROR(arena.Flush());
-      const gpu::Turn lock = device->Lock();
+      const gpu::FairLock lock = device->Lock();
       const Result<VkCommandBuffer> commands = device->Begin();
       if (!commands.ok()) {
         return commands.status();

@@ -197,7 +197,7 @@ Status DeviceStore::End(int64_t paths, Frame* frame) {
     return Status::Ok();
   }
   if (!begun_) {  // a frame without any batch
-    const gpu::Turn lock = device_->Lock();
+    const gpu::FairLock lock = device_->Lock();
     const Result<VkCommandBuffer> commands = device_->Begin();
     STILLRAY_RETURN_IF_ERROR(commands.status());
     RecordBegin(*commands);

@@ -272,7 +272,7 @@ Status HardwareScene::RunBuilds(const gpu::Buffer& triangles, const BottomBuffer
                                 std::vector<gpu::Acceleration>* built) {
   const gpu::DeviceContext& c = device_->context();
   const std::vector<TriangleGroup>& groups = scene_.groups();
-  const gpu::Turn lock = device_->Lock();
+  const gpu::FairLock lock = device_->Lock();
   const Result<VkCommandBuffer> commands = device_->Begin();
   STILLRAY_RETURN_IF_ERROR(commands.status());
   gpu::MemoryBarrier(c, *commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
@@ -297,7 +297,7 @@ Status HardwareScene::Compact(std::span<const gpu::Acceleration> loose) {
   const gpu::DeviceContext& c = device_->context();
   CompactedSizes queries(&c);
   STILLRAY_RETURN_IF_ERROR(queries.Create(static_cast<uint32_t>(loose.size())));
-  const gpu::Turn lock = device_->Lock();
+  const gpu::FairLock lock = device_->Lock();
   Result<VkCommandBuffer> commands = device_->Begin();
   STILLRAY_RETURN_IF_ERROR(commands.status());
   queries.Record(*commands, loose);

@@ -216,7 +216,7 @@ void VulkanRenderer::ReadTimes() {
 /// Traces samples `done` to `done + samples` of the batch; the first submission includes its
 /// guides, the last its results.
 Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, int samples) {
-  const gpu::Turn lock = device_->Lock();
+  const gpu::FairLock lock = device_->Lock();
   const Result<VkCommandBuffer> commands = device_->Begin();
   STILLRAY_RETURN_IF_ERROR(commands.status());
   if (accel_moved_) {

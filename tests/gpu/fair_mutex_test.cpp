@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#include "gpu/turns.h"
+#include "gpu/fair_mutex.h"
 
 #include <gtest/gtest.h>
 
@@ -12,24 +12,24 @@ namespace stillray::gpu {
 namespace {
 
 /// Until so many have the lock or wait for it.
-void WaitForUsers(const Turns& turns, uint64_t users) {
-  while (turns.users() < users) {
+void WaitForUsers(const FairMutex& mutex, uint64_t users) {
+  while (mutex.users() < users) {
     std::this_thread::yield();
   }
 }
 
-TEST(TurnsTest, ComeInTheOrderOfAsking) {
-  Turns turns;
+TEST(FairMutex, LocksInTheOrderOfRequests) {
+  FairMutex mutex;
   std::vector<int> order;
   std::vector<std::thread> threads;
   {
-    const Turn first(turns);
+    const FairLock first(mutex);
     for (int i = 0; i < 4; ++i) {
       threads.emplace_back([&, i] {
-        const Turn mine(turns);
+        const FairLock mine(mutex);
         order.push_back(i);
       });
-      WaitForUsers(turns, static_cast<uint64_t>(i) + 2);
+      WaitForUsers(mutex, static_cast<uint64_t>(i) + 2);
     }
     EXPECT_TRUE(order.empty());
   }
@@ -39,15 +39,15 @@ TEST(TurnsTest, ComeInTheOrderOfAsking) {
   EXPECT_EQ(order, (std::vector<int>{0, 1, 2, 3}));
 }
 
-TEST(TurnsTest, WhoComesAgainAtOnceWaitsForTheOthers) {
-  Turns turns;
+TEST(FairMutex, AThreadThatLocksAgainWaitsForTheOthers) {
+  FairMutex mutex;
   std::atomic<bool> had_turn = false;
-  Turn busy(turns);
+  FairLock busy(mutex);
   std::thread other([&] {
-    const Turn mine(turns);
+    const FairLock mine(mutex);
     had_turn = true;
   });
-  WaitForUsers(turns, 2);
+  WaitForUsers(mutex, 2);
   EXPECT_FALSE(had_turn);
   busy.unlock();
   busy.lock();

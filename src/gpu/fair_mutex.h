@@ -11,7 +11,7 @@
 
 namespace stillray::gpu {
 
-class Turns {
+class FairMutex {
  public:
   void lock() {
     std::unique_lock<std::mutex> guard(mutex_);
@@ -38,6 +38,6 @@ class Turns {
   uint64_t served_ = 0;  ///< ticket of the thread that holds the lock
 };
 
-using Turn = std::unique_lock<Turns>;
+using FairLock = std::unique_lock<FairMutex>;
 
 }  // namespace stillray::gpu
