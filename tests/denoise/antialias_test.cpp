@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What antialiasing in time may keep of the picture before.
+// Rejection of the previous picture in temporal antialiasing.
 #include <gtest/gtest.h>
 
 #include "denoise/stages/antialias_shared.h"
@@ -28,7 +28,7 @@ TEST(Antialias, NewPictureWeight) {
   EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 4, 1), 0.25f);        // a plain mean while it is young
   EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 16, 4), 0.25f);       // four samples in each frame
   EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 200, 1), 0.1f);       // then the requested weight
-  EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 0.5f, 0), 0.1f);      // nothing new: as ever
+  EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 0.5f, 0), 0.1f);      // without new samples: unchanged
   EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 0.25f, 0.5f), 1.0f);  // never more than all
 }
 

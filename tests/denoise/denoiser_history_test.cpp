@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What the denoiser remembers of earlier frames: how it finds it again, saves it, and when it
-// forgets.
+// The history: reprojection, saving, and resets.
 #include <cstring>
 #include <limits>
 

@@ -330,7 +330,7 @@ TEST(Denoiser, ReachOfFiveLevels) {
 }
 
 TEST(Denoiser, EveryParameterChangesThePicture) {
-  // What each parameter is moved to, and what else it needs to matter.
+  // A new value for each parameter, and other values under which it has an effect.
   struct Move {
     const char* name;
     const char* value;

@@ -78,7 +78,7 @@ TEST(FillGuides, VectorVersionHasTheBitsOfTheReferenceOnEveryTarget) {
 }
 
 TEST(FillGuides, ThreadsAndAnInterruptionDoNotChangeBits) {
-  // What is remembered between frames of a still view to save work must not be needed.
+  // The state that still views keep between frames to save work must not change results.
   const SparseCase c = {200, 120, 40, 0.7f, true};
   HeldGuides one;
   HeldGuides many;

@@ -206,7 +206,7 @@ TEST(ReverseMotion, UndoesShiftsAndZooms) {
 }
 
 TEST(ReverseMotion, NothingIsFoundBehindWhatMovedInFront) {
-  // A block of columns 20..29 that came 8 pixels from the left covers what stood still there.
+  // A block in columns 20..29 that moved 8 pixels from the left covers static surfaces.
   Image2 motion(60, 10);
   FillImage<2>(&motion,
                [](int x, int, int c) { return c == 0 && x >= 20 && x < 30 ? -8.0f : 0.0f; });

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What is seen in mirrors: the stage on planes made by formula, and the denoiser on a scene with a
-// chrome ball.
+// keep_mirrors: the stage on computed planes, and the denoiser on a scene with a chrome ball.
 #include "denoise/stages/keep_mirrors.h"
 
 #include <cmath>
@@ -139,7 +138,7 @@ TEST(KeepMirrors, EveryTargetGivesTheBitsOfTheReference) {
   }
 }
 
-/// What the denoiser makes of a frame of the scene, after those before it.
+/// The denoised frame of the scene, after the frames before it.
 Image3 Denoised(const MirrorScene& scene, Settings settings, int frames) {
   Denoiser denoiser = MakeDenoiser(settings);
   DenoisedFrame out;

@@ -156,7 +156,7 @@ class MirrorScene {
     *sky = open && s->Next() * sky_one_of < 1 ? 0.5f * sky_one_of * Sky(up) : vec3(0.0f);
   }
 
-  /// What a reflected ray brings, after two further reflections at most.
+  /// Radiance along a reflected ray, after two further reflections at most.
   vec3 Radiance(vec3 origin, vec3 direction, Stream* s, int depth) const {
     const Hit hit = Intersect(origin, direction);
     if (hit.id == 0) {

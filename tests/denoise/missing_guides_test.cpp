@@ -67,7 +67,7 @@ TEST(MissingGuides, ColourAloneIsFilteredAsWithFlatGuides) {
   ExpectSameBits(a.colour, b.colour);
   EXPECT_TRUE(frame.guides.depth.empty());  // the caller's frame stays as it is
   EXPECT_EQ(a.warning, "");
-  // It is filtered: not what went in.
+  // It is filtered: it differs from the input.
   EXPECT_NE(a.colour[0](20, 12), frame.signals[0].radiance[0](20, 12));
 }
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What a denoiser hands over of a finished picture. The same on Vulkan: tests/gpu.
+// The forms in which a denoiser returns a finished picture. The same on Vulkan: tests/gpu.
 #include <gtest/gtest.h>
 
 #include "denoise/make_denoiser.h"

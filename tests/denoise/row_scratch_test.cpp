@@ -10,7 +10,7 @@
 namespace stillray {
 namespace {
 
-/// Three of the widest vectors: what loops may touch before and after a row.
+/// Three of the widest vectors: loops may access as many values before and after a row.
 constexpr int kAround = 48;
 
 TEST(RowScratch, RowsBeginAtACacheLine) {
@@ -26,7 +26,7 @@ TEST(RowScratch, HasRoomAroundEveryRow) {
   for (const int width : {1, 15, 16, 17, 1366}) {
     const RowScratch scratch(width, 3);
     const int rounded = (width + 15) / 16 * 16;
-    for (int i = 0; i < 3; ++i) {  // the sanitizer sees what lies outside
+    for (int i = 0; i < 3; ++i) {  // the sanitizer detects access beyond
       std::fill(scratch.Row(i) - kAround, scratch.Row(i) + rounded + kAround,
                 static_cast<float>(i + 1));
     }

@@ -50,7 +50,7 @@ void CheckWeightExp2() {
   EXPECT_EQ(First(WeightExp2(hn::Set(d, -HUGE_VALF))), 0.0f);
 }
 
-/// What is too small to count is small, not zero, and never no number.
+/// Negligible weights are small, not zero, and never NaN.
 void CheckTinyWeights() {
   const DF d;
   const TinyIsZero tiny_is_zero;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What stages hand to each other, made by formula, for tests of single stages.
+/// Computed input planes for tests of single stages.
 #pragma once
 
 #include <cmath>

@@ -32,7 +32,7 @@ bool IsSquare(const std::string& name) {
   return name.starts_with("moment_variance") || name.starts_with("limit");
 }
 
-/// What depends on squares of differences, and on lengths that limit_history cuts, shows more.
+/// Larger for values that depend on squared differences, or on lengths that limit_history reduces.
 Tolerance ToleranceOf(const std::string& name) {
   return name.starts_with("noisy") ? kRounding : IsSquare(name) ? Tolerance{1e-2, 2e-3} : kLight;
 }

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What needs more of the denoiser than frame after frame, on a device: --resume of both programs,
-// --window both and --passes.
+// The history on a device: --resume of both programs, --window both and --passes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

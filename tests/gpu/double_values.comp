@@ -3,7 +3,7 @@
 #version 450
 #extension GL_EXT_samplerless_texture_functions : require
 
-// Twice the values of an image, times a constant, plus what is pushed.
+// Twice the values of an image, times a constant, plus the push constant.
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 0) const uint kFactor = 1;
 layout(set = 0, binding = 0) uniform texture2DArray source;

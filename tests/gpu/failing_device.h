@@ -35,7 +35,7 @@ inline void FailAt(const char* function, int count, VkResult result) {
   setenv("FAILING_CALL", text.c_str(), 1);
 }
 
-/// What the messages call a failure.
+/// The name of a failure in messages.
 inline const char* MeaningOf(VkResult result) {
   return result == VK_ERROR_DEVICE_LOST            ? "the device was lost"
          : result == VK_ERROR_OUT_OF_DEVICE_MEMORY ? "out of device memory"

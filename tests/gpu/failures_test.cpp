@@ -45,8 +45,8 @@ class Failures : public test::FailingDevice {
     }
     return Status::Ok();
   }
-  /// Two frames backward, then forward with what that left, with a history that is saved and
-  /// restored in between.
+  /// Two frames backward, then forward with their light, with a history that is saved and restored
+  /// in between.
   Status PlayBothWays() {
     STILLRAY_RETURN_IF_ERROR(Open());
     const Device device = MakeDevice(std::make_shared<vulkan::VulkanBackend>(device_), "test");

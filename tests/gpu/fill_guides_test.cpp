@@ -36,8 +36,8 @@ struct Texels {
   }
 };
 
-/// What may differ: values by this part of their size, and pixels that decide otherwise whether
-/// they show a surface, by a part that is one half but for rounding.
+/// Tolerances: relative, for values; and the share of pixels that may be a surface in one result
+/// alone, because their part rounds to either side of one half.
 struct Room {
   double relative;
   double decided_otherwise = 0.002;

@@ -38,7 +38,7 @@ class SavedHistory : public test::DeviceTest {
       }
     }
     Denoiser resumed = MakeDenoiser(settings, precision);
-    // What it did before does not matter.
+    // Independent of its earlier frames.
     ASSERT_TRUE(resumed.Denoise(MakeBusyFrame(16, 9, 0), &out).ok());
     const Status restored = resumed.RestoreHistory(saved);
     ASSERT_TRUE(restored.ok()) << restored.message();

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Memory that other APIs import: what one device wrote, another one reads.
+// Memory that other APIs import: one device reads the data that another one wrote.
 #include "gpu/shared_memory.h"
 
 #include <gmock/gmock.h>

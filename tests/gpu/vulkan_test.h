@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What tests on Vulkan share: an instance with the validation layer whose every message is a
-/// failure, and a device, hardware or software. Without a driver they are skipped.
+/// Common to tests on Vulkan: an instance with the validation layer, whose messages are all
+/// failures, and a device, hardware or software. Skipped without a driver.
 #pragma once
 
 #include <gtest/gtest.h>
