@@ -47,7 +47,7 @@ struct Planes720 {
   GuidePlanes guides{kWidth, kHeight, kBorder};
   GuidePlanes previous{kWidth, kHeight, kBorder};
   ReprojectionTaps taps{kWidth, kHeight};
-  NewLight light{Image3(kWidth, kHeight), Image1(kWidth, kHeight), Image1()};
+  NewLight light{LumaImage3(kWidth, kHeight), Image1(kWidth, kHeight), Image1()};
   SignalHistory history{kWidth, kHeight};
   SignalHistory fetched{kWidth, kHeight};
   std::array<std::array<FilterPlanes, 2>, kSignals> filter;

@@ -132,7 +132,8 @@ class Plane {
 };
 
 /// N planes of the same size: N = 3 for colour (r, g, b) and normals (x, y, z), 2 for motion.
-template <typename T, int N>
+/// \tparam Basis  distinguishes images whose channels mean something else
+template <typename T, int N, typename Basis = void>
 struct Planes {
   std::array<Plane<T>, N> channel;
 

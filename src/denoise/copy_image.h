@@ -11,7 +11,8 @@
 namespace stillray {
 
 /// Copies the pixels, not the border. Both images have one size.
-inline void CopyImage(const Image3& from, Image3* to) {
+template <typename Basis>
+void CopyImage(const Planes<float, 3, Basis>& from, Planes<float, 3, Basis>* to) {
   ParallelRows(from.height(), 32, [&](int y0, int y1) {
     for (int c = 0; c < 3; ++c) {
       for (int y = y0; y < y1; ++y) {

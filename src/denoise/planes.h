@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The planes that stages exchange. Light between demodulate and remodulate is stored as
-/// (luminance, red, blue): see Green709. All planes of a denoiser have the same size; those that
-/// the wavelet reads have a border as wide as its largest step, filled with zeros (no surface, no
+/// The planes that stages exchange. All planes of a denoiser have the same size; those that the
+/// wavelet reads have a border as wide as its largest step, filled with zeros (no surface, no
 /// light).
 #pragma once
 
@@ -14,6 +13,12 @@
 #include "stillray/image.h"
 
 namespace stillray {
+
+/// Light between demodulate and remodulate: [0] luminance, [1] red, [2] blue. Filters are linear,
+/// so they work in this basis as well as in (red, green, blue), and have the luminance at hand.
+/// Green is Green709 or Green601 of the three. Not convertible to Image3, which is (red, green,
+/// blue).
+using LumaImage3 = Planes<float, 3, struct LumaRedBlue>;
 
 /// Pixels of a row that share one flag.
 inline constexpr int kBlockPixels = 16;
@@ -56,16 +61,16 @@ struct AlbedoSum {
 
 /// One signal of this frame before accumulation.
 struct NewLight {
-  Image3 colour;   ///< demodulated: luminance, red, blue
-  Image1 samples;  ///< 0 = missing (the colour is then zero)
-  Image1 within;   ///< variance of single samples within the pixel; empty at one sample per pixel
+  LumaImage3 colour;  ///< demodulated
+  Image1 samples;     ///< 0 = missing (the colour is then zero)
+  Image1 within;  ///< variance of single samples within the pixel; empty at one sample per pixel
 
   size_t bytes() const { return colour.bytes() + samples.bytes() + within.bytes(); }
 };
 
 /// The history of one signal. Moments are those of single samples, in deviation form.
 struct SignalHistory {
-  Image3 colour;      ///< luminance, red, blue
+  LumaImage3 colour;
   Image1 mean;        ///< of the luminance of samples
   Image1 variance;    ///< of the luminance of samples, >= 0
   Image1 length;      ///< samples received; 0 = no light yet
@@ -75,7 +80,7 @@ struct SignalHistory {
                       ///< `colour`; empty unless limit_history runs
   /// `colour` without the last filtered picture that was fed back, one step behind it; empty unless
   /// feedback is blended in (PSVGF section 5).
-  Image3 behind;
+  LumaImage3 behind;
   float compressed_scale = 0;  ///< luminance that is compressed to 1/2; 0: none chosen yet
 
   /// Border of the planes that the 7x7 variance estimate reads: zero, so a length of zero.
@@ -93,7 +98,7 @@ struct SignalHistory {
         length(width, height, kBorder),
         weights2(width, height),
         compressed(with_compressed ? Image1(width, height) : Image1()),
-        behind(with_behind ? Image3(width, height, border) : Image3()) {}
+        behind(with_behind ? LumaImage3(width, height, border) : LumaImage3()) {}
   size_t bytes() const {
     return colour.bytes() + behind.bytes() + mean.bytes() + variance.bytes() + length.bytes() +
            weights2.bytes() + compressed.bytes();
@@ -102,7 +107,7 @@ struct SignalHistory {
 
 /// Light between the wavelet levels.
 struct FilterPlanes {
-  Image3 colour;  ///< luminance, red, blue
+  LumaImage3 colour;
   Image1 variance;
 
   FilterPlanes() = default;

@@ -29,7 +29,7 @@ double MeanOfRows(int width, int height, std::vector<double>* sums, const SumOfR
 }
 
 /// Mean of the luminance; a small positive number for black light.
-inline float MeanLuminance(const Image3& light, std::vector<double>* sums) {
+inline float MeanLuminance(const LumaImage3& light, std::vector<double>* sums) {
   const double mean = MeanOfRows(light.width(), light.height(), sums, [&](int y) {
     const float* row = light[0].Row(y);
     double sum = 0;

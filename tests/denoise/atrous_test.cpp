@@ -38,7 +38,7 @@ struct Picture {
   int width;
   int height;
   GuidePlanes guides{width, height, kBorder};
-  Image3 colour{width, height, kBorder};
+  LumaImage3 colour{width, height, kBorder};
   Image1 variance{width, height, kBorder};
   Image1 stop{width, height, kBorder};
   Image1 present{width, height, kBorder};

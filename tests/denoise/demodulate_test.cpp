@@ -19,7 +19,8 @@ using Version = decltype(&cpu::Demodulate);
 constexpr Version kVersions[] = {&reference::Demodulate, &cpu::Demodulate};
 
 NewLight MakeLight(int width, int height, bool within = false) {
-  return {Image3(width, height), Image1(width, height), within ? Image1(width, height) : Image1()};
+  return {LumaImage3(width, height), Image1(width, height),
+          within ? Image1(width, height) : Image1()};
 }
 
 Image3 Constant(float r, float g, float b, int width = 9, int height = 2) {

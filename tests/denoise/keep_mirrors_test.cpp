@@ -79,8 +79,8 @@ TEST(KeepMirrors, NoiseIsMeasuredWithinTheFrame) {
 
 /// Planes of a wall, half of it a mirror, with broken and missing pixels.
 struct Planes {
-  NewLight light = {Image3(kWidth, kHeight), Image1(kWidth, kHeight), Image1()};
-  Image3 filtered = Image3(kWidth, kHeight);
+  NewLight light = {LumaImage3(kWidth, kHeight), Image1(kWidth, kHeight), Image1()};
+  LumaImage3 filtered{kWidth, kHeight};
   GuidePlanes guides = GuidePlanes(kWidth, kHeight, kBorder);
   Image1 roughness = Image1(kWidth, kHeight);
   Image2 motion = Image2(kWidth, kHeight);
@@ -116,7 +116,7 @@ TEST(KeepMirrors, EveryTargetGivesTheBitsOfTheReference) {
     FilterPlanes expected(kWidth, kHeight, kBorder);
     Image1 expected_present(kWidth, kHeight, kBorder);
     reference::MeasureMirrors(planes.Input(with_motion), kParameters, &expected, &expected_present);
-    Image3 expected_light = planes.filtered;
+    LumaImage3 expected_light = planes.filtered;
     reference::KeepMirrors(expected, expected_present, planes.light, &expected_light);
     ASSERT_FALSE(SameBits(expected_light, planes.filtered));
     OnEveryTarget([&] {
@@ -131,7 +131,7 @@ TEST(KeepMirrors, EveryTargetGivesTheBitsOfTheReference) {
           }
         }
       }
-      Image3 light = planes.filtered;
+      LumaImage3 light = planes.filtered;
       cpu::KeepMirrors(expected, present, planes.light, &light);
       EXPECT_TRUE(SameBits(light, expected_light));
     });

@@ -59,7 +59,7 @@ TEST(MergeFuture, OneSideAloneIsUnchanged) {
 
 SignalHistory RandomHistory(int width, int height, uint32_t seed) {
   SignalHistory h(width, height);
-  h.colour = test::RandomImage(width, height, seed, 5);
+  h.colour = test::RandomImage<LumaImage3>(width, height, seed, 5);
   h.length = test::MakePlane(
       width, height, [&](int x, int y) { return std::floor(4 * test::RandomAt(x, y, seed + 3)); },
       SignalHistory::kBorder);

@@ -20,9 +20,10 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 using Version = decltype(&cpu::Remodulate);
 constexpr Version kVersions[] = {&reference::Remodulate, &cpu::Remodulate};
 
-Image3 Constant(float a, float b, float c) {
+template <typename Image = Image3>
+Image Constant(float a, float b, float c) {
   const float value[3] = {a, b, c};
-  return test::MakeImage(9, 2, [&](int, int, int channel) { return value[channel]; });
+  return test::MakeImage<Image>(9, 2, [&](int, int, int channel) { return value[channel]; });
 }
 
 TEST(Remodulate, InverseOfDemodulate) {
@@ -34,7 +35,7 @@ TEST(Remodulate, InverseOfDemodulate) {
     in.count = 1;
     in.albedo = {{&albedo}, 1};
     in.luminance_rec601 = rec601;
-    NewLight light = {Image3(9, 2), Image1(9, 2), Image1()};
+    NewLight light = {LumaImage3(9, 2), Image1(9, 2), Image1()};
     reference::Demodulate(in, &light);
     const SignalLight signal = {&light.colour, in.albedo};
     for (const Version remodulate : kVersions) {
@@ -47,7 +48,7 @@ TEST(Remodulate, InverseOfDemodulate) {
 }
 
 TEST(Remodulate, AddsSignalsAndUnfilteredLight) {
-  const Image3 light = Constant(1, 1, 1);  // grey of luminance 1
+  const LumaImage3 light = Constant<LumaImage3>(1, 1, 1);  // grey of luminance 1
   const Image3 half = Constant(0.5f, 0.5f, 0.5f);
   const Image3 quarter = Constant(0.25f, 0.25f, 0.25f);
   const Image3 emission = Constant(3, 0, 1);
@@ -65,7 +66,7 @@ TEST(Remodulate, AddsSignalsAndUnfilteredLight) {
 }
 
 TEST(Remodulate, ThePictureIsFinite) {
-  Image3 light = Constant(1, 1, 1);
+  LumaImage3 light = Constant<LumaImage3>(1, 1, 1);
   light[0](2, 0) = light[1](2, 0) = light[2](2, 0) = 3e38f;
   Image3 albedo = Constant(0.5f, 0.5f, 0.5f);
   albedo[1](1, 0) = kNan;  // counts as 1
@@ -91,8 +92,8 @@ TEST(Remodulate, ThePictureIsFinite) {
 
 TEST(Remodulate, VectorsMatchTheReference) {
   test::ForSizesAndTargets([](int width, int height) {
-    const Image3 light[] = {test::RandomImage(width, height, 1, 3),
-                            test::RandomImage(width, height, 4, 3)};
+    const LumaImage3 light[] = {test::RandomImage<LumaImage3>(width, height, 1, 3),
+                                test::RandomImage<LumaImage3>(width, height, 4, 3)};
     const Image3 albedo[] = {test::RandomImage(width, height, 7),
                              test::RandomImage(width, height, 10)};
     Image3 emission = test::RandomImage(width, height, 13);

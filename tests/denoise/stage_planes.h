@@ -70,7 +70,7 @@ inline SignalHistory MakeHistory(bool lit_alone) {
 /// \param lit   share of the pixels that have a sample
 /// \param seed  of a signal
 inline NewLight MakeLight(float lit = 0.03f, uint32_t seed = 20) {
-  NewLight light = {Image3(kWidth, kHeight), Image1(kWidth, kHeight), Image1()};
+  NewLight light = {LumaImage3(kWidth, kHeight), Image1(kWidth, kHeight), Image1()};
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       if (Random(x, y, seed) < lit) {
@@ -97,8 +97,8 @@ int DifferentBits(const Plane<T>& a, const Plane<T>& b) {
   return count;
 }
 
-template <typename T, int N>
-int DifferentBits(const Planes<T, N>& a, const Planes<T, N>& b) {
+template <typename T, int N, typename Basis>
+int DifferentBits(const Planes<T, N, Basis>& a, const Planes<T, N, Basis>& b) {
   int count = 0;
   for (int c = 0; c < N; ++c) {
     count += DifferentBits(a[c], b[c]);

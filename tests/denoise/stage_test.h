@@ -53,9 +53,10 @@ inline Image1 MakePlane(int width, int height, const std::function<float(int x, 
   return plane;
 }
 
-inline Image3 MakeImage(int width, int height,
-                        const std::function<float(int x, int y, int c)>& value, int border = 0) {
-  Image3 image(width, height, border);
+template <typename Image = Image3>
+Image MakeImage(int width, int height, const std::function<float(int x, int y, int c)>& value,
+                int border = 0) {
+  Image image(width, height, border);
   for (int c = 0; c < 3; ++c) {
     for (int y = 0; y < height; ++y) {
       for (int x = 0; x < width; ++x) {
@@ -70,8 +71,9 @@ inline Image3 MakeImage(int width, int height,
 inline Image1 RandomPlane(int width, int height, uint32_t seed, float most = 1) {
   return MakePlane(width, height, [&](int x, int y) { return most * RandomAt(x, y, seed); });
 }
-inline Image3 RandomImage(int width, int height, uint32_t seed, float most = 1) {
-  return MakeImage(width, height, [&](int x, int y, int c) {
+template <typename Image = Image3>
+Image RandomImage(int width, int height, uint32_t seed, float most = 1) {
+  return MakeImage<Image>(width, height, [&](int x, int y, int c) {
     return most * RandomAt(x, y, seed + static_cast<uint32_t>(c));
   });
 }
@@ -90,9 +92,9 @@ inline void ExpectNear(const Image1& got, const Image1& expected, double relativ
   }
 }
 
-template <int N>
-void ExpectNear(const Planes<float, N>& got, const Planes<float, N>& expected, double relative,
-                double absolute = 0) {
+template <int N, typename Basis>
+void ExpectNear(const Planes<float, N, Basis>& got, const Planes<float, N, Basis>& expected,
+                double relative, double absolute = 0) {
   for (int c = 0; c < N; ++c) {
     SCOPED_TRACE("channel " + std::to_string(c));
     ExpectNear(got[c], expected[c], relative, absolute);

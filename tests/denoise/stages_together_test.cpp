@@ -21,8 +21,9 @@ using test::kHeight;
 using test::kWidth;
 using test::OnEveryTarget;
 
-Image3 RandomImage(uint32_t seed) {
-  Image3 image(kWidth, kHeight);
+template <typename Image = Image3>
+Image RandomImage(uint32_t seed) {
+  Image image(kWidth, kHeight);
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       for (int c = 0; c < 3; ++c) {
@@ -155,7 +156,7 @@ TEST(Antialias, FollowsAnyMotion) {
 
 TEST(StagesTogether, AntialiasParts) {
   const GuidePlanes guides = test::MakeGuides(true);
-  const Image3 lights[2] = {RandomImage(80), RandomImage(90)};
+  const LumaImage3 lights[2] = {RandomImage<LumaImage3>(80), RandomImage<LumaImage3>(90)};
   const Image3 albedo = RandomImage(100);
   Image3 emission = RandomImage(110);
   emission[1](82, 0) = HUGE_VALF;

@@ -15,20 +15,20 @@ constexpr Clamp kClamps[] = {&reference::ClampFireflies, &cpu::ClampFireflies};
 using Curve = decltype(&cpu::CompressLight);
 
 /// Grey of luminance 1, but for one pixel.
-Image3 WithFirefly(float l, float r, float b) {
+LumaImage3 WithFirefly(float l, float r, float b) {
   const float value[3] = {l, r, b};
-  return test::MakeImage(19, 5,
-                         [&](int x, int y, int c) { return x == 9 && y == 2 ? value[c] : 1.0f; });
+  return test::MakeImage<LumaImage3>(
+      19, 5, [&](int x, int y, int c) { return x == 9 && y == 2 ? value[c] : 1.0f; });
 }
 
 TEST(ClampFireflies, ScalesToTheBrightestNeighbour) {
-  Image3 light = WithFirefly(100, 50, 20);
+  LumaImage3 light = WithFirefly(100, 50, 20);
   light[0](10, 3) = 4;  // the brightest of the eight
   Image1 samples(19, 5);
   samples.Fill(1);
   for (const Clamp clamp : kClamps) {
     Image1 work;
-    Image3 out(19, 5);
+    LumaImage3 out(19, 5);
     clamp(light, samples, &work, &out);
     EXPECT_NEAR(out[0](9, 2), 4, 1e-5f);
     EXPECT_NEAR(out[1](9, 2), 2, 1e-5f);  // the hue stays
@@ -40,12 +40,12 @@ TEST(ClampFireflies, ScalesToTheBrightestNeighbour) {
 }
 
 TEST(ClampFireflies, NeighboursWithoutSamplesDoNotCount) {
-  const Image3 light = WithFirefly(100, 100, 100);
+  const LumaImage3 light = WithFirefly(100, 100, 100);
   Image1 samples(19, 5);
   samples(9, 2) = 1;
   for (const Clamp clamp : kClamps) {
     Image1 work;
-    Image3 out(19, 5);
+    LumaImage3 out(19, 5);
     clamp(light, samples, &work, &out);
     EXPECT_EQ(out[0](9, 2), 100);  // alone: nothing to compare with
     samples(8, 1) = 1;
@@ -56,11 +56,11 @@ TEST(ClampFireflies, NeighboursWithoutSamplesDoNotCount) {
 }
 
 TEST(CompressLight, BendsAboveTheKneeOnly) {
-  const Image3 light = test::MakeImage(9, 1, [](int x, int, int c) {
+  const LumaImage3 light = test::MakeImage<LumaImage3>(9, 1, [](int x, int, int c) {
     return (x == 0 ? kKnee : 2 * kKnee * static_cast<float>(x)) / static_cast<float>(1 + c);
   });
   for (const Curve compress : {&reference::CompressLight, &cpu::CompressLight}) {
-    Image3 out = light;
+    LumaImage3 out = light;
     compress(&out);
     EXPECT_EQ(out[0](0, 0), kKnee);
     // Luminance 64: 1/2 * (2 - 1/2) of it.
@@ -74,13 +74,13 @@ TEST(CompressLight, BendsAboveTheKneeOnly) {
 }
 
 TEST(CompressLight, ExpandIsItsInverse) {
-  const Image3 light = test::MakeImage(33, 1, [](int x, int, int c) {
+  const LumaImage3 light = test::MakeImage<LumaImage3>(33, 1, [](int x, int, int c) {
     return std::exp2(0.25f * static_cast<float>(x)) / static_cast<float>(1 + c);
   });
   for (const auto& [compress, expand] :
        {std::pair{&reference::CompressLight, &reference::ExpandLight},
         std::pair{&cpu::CompressLight, &cpu::ExpandLight}}) {
-    Image3 out = light;
+    LumaImage3 out = light;
     compress(&out);
     expand(&out);
     test::ExpectNear(out, light, 1e-4);
@@ -89,14 +89,14 @@ TEST(CompressLight, ExpandIsItsInverse) {
 
 TEST(SuppressFireflies, VectorsMatchTheReference) {
   test::ForSizesAndTargets([](int width, int height) {
-    const Image3 light = test::MakeImage(width, height, [](int x, int y, int c) {
+    const LumaImage3 light = test::MakeImage<LumaImage3>(width, height, [](int x, int y, int c) {
       return std::exp2(12 * test::RandomAt(x, y, 1) - 2) / static_cast<float>(1 + c);
     });
     const Image1 samples = test::MakePlane(
         width, height, [](int x, int y) { return test::RandomAt(x, y, 2) < 0.6f ? 1.0f : 0.0f; });
     Image1 work;
-    Image3 expected(width, height);
-    Image3 got(width, height);
+    LumaImage3 expected(width, height);
+    LumaImage3 got(width, height);
     reference::ClampFireflies(light, samples, &work, &expected);
     cpu::ClampFireflies(light, samples, &work, &got);
     test::ExpectNear(got, expected, 1e-6);

@@ -166,7 +166,8 @@ inline Frame MakeBusyFrame(int width, int height, int64_t index, uint32_t seed =
 }
 
 /// Whether two pictures are of one size and equal, signs of zeros and kinds of NaN included.
-inline bool SameBits(const Image3& a, const Image3& b) {
+template <typename Basis>
+bool SameBits(const Planes<float, 3, Basis>& a, const Planes<float, 3, Basis>& b) {
   if (a.width() != b.width() || a.height() != b.height()) {
     return false;
   }

@@ -24,9 +24,9 @@ void CopyGuides(const GuidePlanes& from, GuidePlanes* to) {
 
 /// Changes the border of a history's light.
 void SetBorder(int border, SignalHistory* history) {
-  for (Image3* image : {&history->colour, &history->behind}) {
+  for (LumaImage3* image : {&history->colour, &history->behind}) {
     if (!image->empty() && (*image)[0].border() != border) {
-      Image3 other(image->width(), image->height(), border);
+      LumaImage3 other(image->width(), image->height(), border);
       CopyImage(*image, &other);
       *image = std::move(other);
     }
@@ -46,7 +46,7 @@ void MakePlanes(int width, int height, const FramePlan& plan, FrameWork* work) {
   work->staged = StagedHistory(width, height);
   work->light.clear();
   while (work->light.size() < plan.signals.size()) {
-    work->light.push_back({Image3(width, height), Image1(width, height), Image1()});
+    work->light.push_back({LumaImage3(width, height), Image1(width, height), Image1()});
   }
   work->spare = SignalHistory(width, height, plan.layout.with_compressed, plan.layout.with_behind,
                               work->border);

@@ -20,7 +20,7 @@ struct WaveletPlanes {
   Image1 present;
   Image1 grown;                   ///< `present` of the next level; empty until a frame is sparse
   int target = 0;                 ///< index in `filter` of the next level's output
-  Image3* light = nullptr;        ///< input of the next level, or the result
+  LumaImage3* light = nullptr;    ///< input of the next level, or the result
   Image1* variance = nullptr;     ///< of it
   const Image1* where = nullptr;  ///< positive where there is light on a surface
   bool complete = false;          ///< `present` is 1 on every surface

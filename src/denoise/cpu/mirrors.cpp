@@ -32,9 +32,9 @@ bool HasMirrors(const Image1& roughness, const Image1& surface, float mirror_rou
 }
 
 /// The final light of a signal, copied first if it is also the history.
-Image3* ChangeableLight(WaveletPlanes* planes) {
+LumaImage3* ChangeableLight(WaveletPlanes* planes) {
   if (planes->light == &planes->history->colour) {
-    Image3* room = &planes->filter[planes->target].colour;
+    LumaImage3* room = &planes->filter[planes->target].colour;
     CopyImage(*planes->light, room);
     planes->light = room;
     planes->target ^= 1;
@@ -44,7 +44,7 @@ Image3* ChangeableLight(WaveletPlanes* planes) {
 
 void KeepMirrors(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& guides,
                  const NewLight& light, WaveletPlanes* planes, FilterPlanes* other) {
-  Image3* filtered = ChangeableLight(planes);
+  LumaImage3* filtered = ChangeableLight(planes);
   FilterPlanes* measured = &planes->filter[planes->target];
   const KeepMirrorsInput mirrors = {&light, filtered, &guides, &in.frame.guides.roughness,
                                     p.plan.runs.reproject ? &in.guides.motion : nullptr};

@@ -28,7 +28,7 @@ void FrameOutputs::KeepPlane(const char* kind, const SignalGroup& signal, const 
   }
 }
 
-void FrameOutputs::KeepLight(const char* kind, const SignalGroup& signal, const Image3& light) {
+void FrameOutputs::KeepLight(const char* kind, const SignalGroup& signal, const LumaImage3& light) {
   if (!any()) {
     return;
   }
@@ -47,22 +47,26 @@ void FrameOutputs::KeepPicture(const char* name, const Image3& picture) {
   }
 }
 
-void FrameOutputs::AddToPicture(const std::string& name, const Image3& light,
+void FrameOutputs::AddToPicture(const std::string& name, const LumaImage3& light,
                                 const AlbedoSum& albedo, Image3* scratch) {
-  const Image3* expanded = &light;
-  if (demodulate_.firefly == static_cast<int>(Firefly::kCompress)) {
-    CopyImage(light, scratch);
-    stages_.expand_light(scratch);
-    expanded = scratch;
+  const bool compressed = demodulate_.firefly == static_cast<int>(Firefly::kCompress);
+  LumaImage3 expanded;
+  if (compressed) {
+    expanded.channel.swap(scratch->channel);
+    CopyImage(light, &expanded);
+    stages_.expand_light(&expanded);
   }
   auto sum = std::find_if(sums_.begin(), sums_.end(),
                           [&](const auto& known) { return known.first == name; });
   if (sum == sums_.end()) {
     sum = sums_.emplace(sums_.end(), name, Image3(light.width(), light.height()));
   }
-  const SignalLight part = {expanded, albedo};
+  const SignalLight part = {compressed ? &expanded : &light, albedo};
   stages_.remodulate({&part, 1}, {}, {demodulate_.luminance_rec601 != 0, /*add=*/true},
                      &sum->second);
+  if (compressed) {
+    scratch->channel.swap(expanded.channel);
+  }
 }
 
 void FrameOutputs::AddUnfiltered(std::span<const Image3* const> unfiltered) {

@@ -29,11 +29,11 @@ class FrameOutputs {
   /// Stores the output `kind`.`signal`, if it is requested.
   void KeepPlane(const char* kind, const SignalGroup& signal, const Image1& plane);
   /// \param light  luminance, red, blue; stored as red, green, blue
-  void KeepLight(const char* kind, const SignalGroup& signal, const Image3& light);
+  void KeepLight(const char* kind, const SignalGroup& signal, const LumaImage3& light);
   void KeepPicture(const char* name, const Image3& picture);
   /// Adds a signal, times its albedo, to the picture `name`, which is requested.
   /// \param scratch  work memory of the picture's size
-  void AddToPicture(const std::string& name, const Image3& light, const AlbedoSum& albedo,
+  void AddToPicture(const std::string& name, const LumaImage3& light, const AlbedoSum& albedo,
                     Image3* scratch);
   /// Adds unfiltered light to all pictures of AddToPicture.
   void AddUnfiltered(std::span<const Image3* const> unfiltered);

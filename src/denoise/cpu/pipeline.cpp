@@ -126,9 +126,9 @@ void FindParts(const CpuPipeline& p, const FrameInput& in, std::vector<WaveletPl
   }
   for (size_t i = 0; i < wavelet->size(); ++i) {
     WaveletPlanes& planes = (*wavelet)[i];
-    Image3* light = planes.light;
+    LumaImage3* light = planes.light;
     if (p.plan.runs.compress_light) {
-      Image3* expanded = &planes.filter[planes.target].colour;
+      LumaImage3* expanded = &planes.filter[planes.target].colour;
       CopyImage(*light, expanded);
       p.stages.expand_light(expanded);
       light = expanded;

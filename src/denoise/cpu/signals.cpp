@@ -49,8 +49,11 @@ DemodulateInput RadianceOf(const CpuPipeline& p, const FrameInput& in, const Sig
 
 void SuppressFireflies(const CpuPipeline& p, NewLight* light, FrameWork* work) {
   if (p.plan.runs.clamp_fireflies) {
-    p.stages.clamp_fireflies(light->colour, light->samples, &work->firefly, &work->scratch);
-    std::swap(light->colour, work->scratch);
+    LumaImage3 clamped;
+    clamped.channel.swap(work->scratch.channel);
+    p.stages.clamp_fireflies(light->colour, light->samples, &work->firefly, &clamped);
+    clamped.channel.swap(light->colour.channel);
+    work->scratch.channel.swap(clamped.channel);
   } else {
     p.stages.compress_light(&light->colour);
   }

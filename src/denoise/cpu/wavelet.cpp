@@ -42,7 +42,7 @@ bool IsComplete(const Image1& present, const GuidePlanes& guides) {
 }
 
 /// Blends the history before the last feedback with the history after it (PSVGF section 5).
-void BlendFeedback(const SignalHistory& history, float phase, Image3* out) {
+void BlendFeedback(const SignalHistory& history, float phase, LumaImage3* out) {
   ParallelRows(out->height(), 32, [&](int y0, int y1) {
     for (int c = 0; c < 3; ++c) {
       for (int y = y0; y < y1; ++y) {

@@ -24,8 +24,8 @@ class NextRow {
       rows_[count_++] = reinterpret_cast<const char*>(plane.Row(y));
     }
   }
-  template <typename T, int N>
-  void Add(const Planes<T, N>& planes, int y) {
+  template <typename T, int N, typename Basis>
+  void Add(const Planes<T, N, Basis>& planes, int y) {
     for (const Plane<T>& plane : planes.channel) {
       Add(plane, y);
     }

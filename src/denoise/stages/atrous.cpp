@@ -77,7 +77,7 @@ struct SignalRow {
 };
 
 inline SignalRow RowOf(const AtrousSignal& s, int y) {
-  const Image3& colour = *s.colour;
+  const LumaImage3& colour = *s.colour;
   return {colour[0].Row(y),
           colour[1].Row(y),
           colour[2].Row(y),
@@ -98,7 +98,7 @@ struct OutputRow {
 };
 
 inline OutputRow OutputOf(const AtrousSignal& s, int y) {
-  Image3& colour = s.out->colour;
+  LumaImage3& colour = s.out->colour;
   return {{colour[0].Row(y), colour[1].Row(y), colour[2].Row(y), s.out->variance.Row(y)},
           s.grown != nullptr ? s.grown->Row(y) : nullptr};
 }

@@ -42,7 +42,7 @@ inline int ReachOf(const AtrousLevel& level) {
 /// One signal and its planes for a level. All planes have the same size, and the same border, which
 /// is at least step * radius.
 struct AtrousSignal {
-  const Image3* colour;
+  const LumaImage3* colour;
   const Image1* variance;
   FilterPlanes* out;
   const Image1* stop;     ///< see prefilter_variance; read with kAtrousSvgf only

@@ -55,7 +55,7 @@ float EdgeWeight(const AtrousSignal& signal, const GuidePlanes& g, const AtrousL
 void FilterPixel(const AtrousSignal& signal, const GuidePlanes& g, const AtrousLevel& level,
                  const AtrousParameters& p, int x, int y) {
   const float* kernel = level.radius == 1 ? kKernel3 : kKernel5;
-  const Image3& in = *signal.colour;
+  const LumaImage3& in = *signal.colour;
   float sum_weight = 0;
   float sum_variance = 0;
   vec3 sum(0.0f);

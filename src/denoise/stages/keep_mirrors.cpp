@@ -101,7 +101,7 @@ void MeasureMirrorRows(const KeepMirrorsInput& in, const Image1& present, int y0
 }
 
 void KeepMirrorRows(const FilterPlanes& blurred, const Image1& present, const NewLight& light,
-                    int y0, int y1, Image3* filtered) {
+                    int y0, int y1, LumaImage3* filtered) {
   const DF d;
   const VF zero = hn::Zero(d);
   const int width = present.width();
@@ -148,7 +148,7 @@ void MeasureMirrors(const KeepMirrorsInput& in, const KeepMirrorsParameters& p,
 }
 
 void KeepMirrors(const FilterPlanes& blurred, const Image1& present, const NewLight& light,
-                 Image3* filtered) {
+                 LumaImage3* filtered) {
   ParallelRows(present.height(), 32, [&](int y0, int y1) {
     HWY_DYNAMIC_DISPATCH(KeepMirrorRows)(blurred, present, light, y0, y1, filtered);
   });

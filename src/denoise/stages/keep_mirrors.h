@@ -21,8 +21,8 @@ namespace stillray {
 inline constexpr int kKeepMirrorsLevels = 3;
 
 struct KeepMirrorsInput {
-  const NewLight* light;   ///< x, of this frame
-  const Image3* filtered;  ///< y, luminance first
+  const NewLight* light;       ///< x, of this frame
+  const LumaImage3* filtered;  ///< y, luminance first
   const GuidePlanes* guides;
   const Image1* roughness;  ///< perceptual
   const Image2* motion;     ///< nullptr without history
@@ -36,13 +36,13 @@ namespace reference {
 void MeasureMirrors(const KeepMirrorsInput& in, const KeepMirrorsParameters& parameters,
                     FilterPlanes* measured, Image1* present);
 void KeepMirrors(const FilterPlanes& blurred, const Image1& present, const NewLight& light,
-                 Image3* filtered);
+                 LumaImage3* filtered);
 }  // namespace reference
 namespace cpu {
 void MeasureMirrors(const KeepMirrorsInput& in, const KeepMirrorsParameters& parameters,
                     FilterPlanes* measured, Image1* present);
 void KeepMirrors(const FilterPlanes& blurred, const Image1& present, const NewLight& light,
-                 Image3* filtered);
+                 LumaImage3* filtered);
 }  // namespace cpu
 
 }  // namespace stillray

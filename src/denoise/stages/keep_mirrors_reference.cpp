@@ -54,7 +54,7 @@ void MeasureMirrors(const KeepMirrorsInput& in, const KeepMirrorsParameters& p,
 }
 
 void KeepMirrors(const FilterPlanes& blurred, const Image1& present, const NewLight& light,
-                 Image3* filtered) {
+                 LumaImage3* filtered) {
   for (int y = 0; y < present.height(); ++y) {
     for (int x = 0; x < present.width(); ++x) {
       const float share = present(x, y) > 0

@@ -26,7 +26,7 @@ namespace {
 /// Adds the radiance of a signal.
 HWY_INLINE void AddRadiance(const SignalLight& signal, bool rec601, int x, int y, VF sum[3]) {
   const DF d;
-  const Image3& light = *signal.light;
+  const LumaImage3& light = *signal.light;
   const AlbedoSum& albedo = signal.albedo;
   const VF r = hn::LoadU(d, light[1].Row(y) + x);
   const VF b = hn::LoadU(d, light[2].Row(y) + x);

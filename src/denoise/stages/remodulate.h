@@ -19,7 +19,7 @@ inline constexpr float kMostPicture = 1e37f;
 
 /// A filtered signal (luminance, red, blue), and the albedos that divided it.
 struct SignalLight {
-  const Image3* light = nullptr;
+  const LumaImage3* light = nullptr;
   AlbedoSum albedo;
 };
 
@@ -35,7 +35,7 @@ struct PictureParts {
   RemodulateParameters remodulate;
 };
 
-/// \param unfiltered  emission, background (red, green, blue): values that are not finite count as
+/// \param unfiltered  emission, background: values that are not finite count as
 ///                    zero
 /// \return the number of pixels of \p unfiltered that are not finite
 namespace reference {

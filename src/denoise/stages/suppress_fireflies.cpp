@@ -22,7 +22,8 @@ namespace HWY_NAMESPACE {
 namespace {
 
 /// Luminance at pixels of the row that have light, -1 elsewhere.
-void PresentLuminanceRows(const Image3& in, const Image1& samples, int y0, int y1, Image1* out) {
+void PresentLuminanceRows(const LumaImage3& in, const Image1& samples, int y0, int y1,
+                          Image1* out) {
   const DF d;
   const int width = in.width();
   for (int y = y0; y < y1; ++y) {
@@ -35,7 +36,8 @@ void PresentLuminanceRows(const Image3& in, const Image1& samples, int y0, int y
 }
 
 /// \param luminance  with a border of -1
-void ClampFireflyRows(const Image3& in, const Image1& luminance, int y0, int y1, Image3* out) {
+void ClampFireflyRows(const LumaImage3& in, const Image1& luminance, int y0, int y1,
+                      LumaImage3* out) {
   const DF d;
   const VF zero = hn::Zero(d);
   const VF one = hn::Set(d, 1.0f);
@@ -76,7 +78,7 @@ HWY_INLINE VF CurveScale(bool expand, VF l) {
   return hn::Mul(part, hn::Sub(two, part));
 }
 
-void ScaleRows(bool expand, int y0, int y1, Image3* colour) {
+void ScaleRows(bool expand, int y0, int y1, LumaImage3* colour) {
   const DF d;
   const int width = colour->width();
   for (int y = y0; y < y1; ++y) {
@@ -102,7 +104,7 @@ HWY_EXPORT(PresentLuminanceRows);
 HWY_EXPORT(ClampFireflyRows);
 HWY_EXPORT(ScaleRows);
 
-void ClampFireflies(const Image3& in, const Image1& samples, Image1* work, Image3* out) {
+void ClampFireflies(const LumaImage3& in, const Image1& samples, Image1* work, LumaImage3* out) {
   Image1& luminance = *work;
   if (luminance.width() != in.width() || luminance.height() != in.height()) {
     luminance = Image1(in.width(), in.height(), 1);
@@ -118,13 +120,13 @@ void ClampFireflies(const Image3& in, const Image1& samples, Image1* work, Image
   });
 }
 
-void CompressLight(Image3* colour) {
+void CompressLight(LumaImage3* colour) {
   ParallelRows(colour->height(), 32, [&](int y0, int y1) {
     HWY_DYNAMIC_DISPATCH(ScaleRows)(false, y0, y1, colour);
   });
 }
 
-void ExpandLight(Image3* colour) {
+void ExpandLight(LumaImage3* colour) {
   ParallelRows(colour->height(), 32, [&](int y0, int y1) {
     HWY_DYNAMIC_DISPATCH(ScaleRows)(true, y0, y1, colour);
   });

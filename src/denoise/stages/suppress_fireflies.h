@@ -17,14 +17,14 @@ namespace stillray {
 
 /// \param work  room for ClampFireflies, made on first use
 namespace reference {
-void ClampFireflies(const Image3& in, const Image1& samples, Image1* work, Image3* out);
-void CompressLight(Image3* colour);
-void ExpandLight(Image3* colour);
+void ClampFireflies(const LumaImage3& in, const Image1& samples, Image1* work, LumaImage3* out);
+void CompressLight(LumaImage3* colour);
+void ExpandLight(LumaImage3* colour);
 }  // namespace reference
 namespace cpu {
-void ClampFireflies(const Image3& in, const Image1& samples, Image1* work, Image3* out);
-void CompressLight(Image3* colour);
-void ExpandLight(Image3* colour);
+void ClampFireflies(const LumaImage3& in, const Image1& samples, Image1* work, LumaImage3* out);
+void CompressLight(LumaImage3* colour);
+void ExpandLight(LumaImage3* colour);
 }  // namespace cpu
 
 }  // namespace stillray

@@ -10,7 +10,7 @@ namespace stillray::reference {
 namespace {
 
 /// Luminance of the brightest neighbour that has light; infinity if there is none.
-float BrightestNeighbour(const Image3& in, const Image1& samples, int x, int y) {
+float BrightestNeighbour(const LumaImage3& in, const Image1& samples, int x, int y) {
   float brightest = -1;
   for (int dy = -1; dy <= 1; ++dy) {
     for (int dx = -1; dx <= 1; ++dx) {
@@ -25,7 +25,7 @@ float BrightestNeighbour(const Image3& in, const Image1& samples, int x, int y) 
   return brightest < 0 ? INFINITY : brightest;
 }
 
-void Scale(Image3* colour, float (*scale)(float)) {
+void Scale(LumaImage3* colour, float (*scale)(float)) {
   for (int y = 0; y < colour->height(); ++y) {
     for (int x = 0; x < colour->width(); ++x) {
       const float s = scale((*colour)[0](x, y));
@@ -38,7 +38,7 @@ void Scale(Image3* colour, float (*scale)(float)) {
 
 }  // namespace
 
-void ClampFireflies(const Image3& in, const Image1& samples, Image1*, Image3* out) {
+void ClampFireflies(const LumaImage3& in, const Image1& samples, Image1*, LumaImage3* out) {
   for (int y = 0; y < in.height(); ++y) {
     for (int x = 0; x < in.width(); ++x) {
       const float own = in[0](x, y);
@@ -51,11 +51,11 @@ void ClampFireflies(const Image3& in, const Image1& samples, Image1*, Image3* ou
   }
 }
 
-void CompressLight(Image3* colour) {
+void CompressLight(LumaImage3* colour) {
   Scale(colour, CompressScale);
 }
 
-void ExpandLight(Image3* colour) {
+void ExpandLight(LumaImage3* colour) {
   Scale(colour, ExpandScale);
 }
 

@@ -80,7 +80,7 @@ float Luminance(vec3 c) {
 }
 
 struct NewLight {
-  vec3 colour;  // luminance, red, blue; zero where the sample is missing
+  vec3 colour;  // luminance, red, blue (LumaImage3 on the CPU); zero where the sample is missing
   float samples;
   bool non_finite;
   bool negative;
