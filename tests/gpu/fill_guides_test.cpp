@@ -131,8 +131,8 @@ bool Near(float a, float b, double relative) {
 
 void FillGuides::Check(const Frame& f, const Room& room, const std::string& what) {
   reference::FillGuides(f, &held_, &work_);
-  vulkan::FrameFacts facts = vulkan::FactsOf(f);
-  facts.fills_guides = true;
+  FrameFacts facts = FactsOf(f);
+  facts.has_incomplete_guides = true;
   if (upload_ == nullptr || !upload_->upload->Fits(f.width, f.height, facts)) {
     ASSERT_TRUE(pipeline_->ForgetInputs().ok());
     upload_ = test::Upload(device_->context(), f);
@@ -144,7 +144,9 @@ void FillGuides::Check(const Frame& f, const Room& room, const std::string& what
   const gpu::Buffer* down = nullptr;
   Image3 colour;
   test::RunFrame(device_.get(), upload_.get(), f, &colour, [&](VkCommandBuffer commands) {
-    const Status recorded = pipeline_->Record(commands, facts, upload_->inputs(), nullptr);
+    const FramePlan plan =
+        MakePlan(PresetSettings("default").value(), facts, pipeline_->progress());
+    const Status recorded = pipeline_->Record(commands, plan, facts, upload_->inputs(), nullptr);
     ASSERT_TRUE(recorded.ok()) << recorded.message();
     const FillGuidesPass& fill_guides = *pipeline_->fill_guides();
     const FillGuidesPass::Held& h = fill_guides.held();

@@ -27,7 +27,7 @@ struct FrameOnDevice {
 };
 
 inline std::unique_ptr<FrameOnDevice> Upload(const gpu::DeviceContext& context, const Frame& f) {
-  auto upload = vulkan::FrameUpload::Create(&context, f.width, f.height, vulkan::FactsOf(f));
+  auto upload = vulkan::FrameUpload::Create(&context, f.width, f.height, FactsOf(f));
   EXPECT_TRUE(upload.ok()) << upload.status().message();
   auto download = vulkan::FrameDownload::Create(&context, f.width, f.height);
   EXPECT_TRUE(download.ok() && (*download)->Prepare(Results()).ok());
