@@ -27,16 +27,16 @@ class MortalDevice : public DeviceBackend {
   /// The results requested for the last frame, and how often its colour was fetched later.
   const Results& results() const { return results_; }
   int reads() const { return reads_; }
-  Result<std::unique_ptr<DeviceDenoiser>> CreateDenoiser(const Settings&,
-                                                         DevicePrecision) override {
+  Result<std::unique_ptr<DenoiserBackend>> CreateDenoiser(const Settings&,
+                                                          DevicePrecision) override {
     if (frames_ == 0) {
       return Status::Unsupported("the device was lost");
     }
-    return std::unique_ptr<DeviceDenoiser>(std::make_unique<Mortal>(this));
+    return std::unique_ptr<DenoiserBackend>(std::make_unique<Mortal>(this));
   }
 
  private:
-  class Mortal : public DeviceDenoiser {
+  class Mortal : public DenoiserBackend {
    public:
     explicit Mortal(MortalDevice* device) : device_(device) {}
     Status Denoise(const Frame& frame, std::span<const SignalHistory>,

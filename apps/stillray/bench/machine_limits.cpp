@@ -8,7 +8,7 @@
 #include <tbb/parallel_for.h>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "machine_limits.cpp"
+#define HWY_TARGET_INCLUDE "bench/machine_limits.cpp"
 
 #include <hwy/foreach_target.h>  // IWYU pragma: keep
 
