@@ -21,13 +21,21 @@ cmake --build build-sanitize
 export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
 ctest --test-dir build-sanitize -L 'fast|fuzz' --output-on-failure --no-tests=error -j "$(nproc)"
 
-for fuzzer in build-sanitize/tests/fuzz/*_fuzz; do
-  name="$(basename "$fuzzer" _fuzz)"
+# One fuzzer per processor at a time.
+fuzz() { # PROGRAM
+  local name new corpus
+  name="$(basename "$1" _fuzz)"
   new="$(mktemp -d)"
   corpus=("$new")
   [ -d "tests/fuzz/corpus/$name" ] && corpus+=("tests/fuzz/corpus/$name")
-  echo "fuzzing $name for $seconds s"
-  "$fuzzer" -max_total_time="$seconds" -rss_limit_mb=4096 -print_final_stats=1 \
-    -artifact_prefix="build-sanitize/$name-" "${corpus[@]}" 2>&1 | tail -n 12
-  rm -rf "$new"
-done
+  if ! "$1" -max_total_time="$seconds" -rss_limit_mb=4096 -print_final_stats=1 \
+    -artifact_prefix="build-sanitize/$name-" "${corpus[@]}" >"$new.log" 2>&1; then
+    cat "$new.log"
+    return 255  # ends xargs
+  fi
+  echo "fuzzed $name for $seconds s: $(grep -o 'number_of_executed_units: .*' "$new.log")"
+  rm -rf "$new" "$new.log"
+}
+export -f fuzz
+export seconds
+printf '%s\0' build-sanitize/tests/fuzz/*_fuzz | xargs -0 -n 1 -P "$(nproc)" bash -c 'fuzz "$0"'
