@@ -8,9 +8,10 @@
 
 #include <fmt/format.h>
 
+#include "core/median.h"
+
 #ifdef STILLRAY_WITH_VULKAN
 #include "benchmarks/vulkan_device_bench.h"
-#include "core/median.h"
 #include "denoise/vulkan/host_denoiser.h"
 #endif
 
