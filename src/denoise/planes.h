@@ -116,27 +116,27 @@ struct FilterPlanes {
   size_t bytes() const { return colour.bytes() + variance.bytes(); }
 };
 
-/// Position of the history of a vector of pixels.
-enum class HistoryPlace : uint8_t {
-  kElsewhere,  ///< some taps are at other pixels
-  kBlock,      ///< as kElsewhere, and the 2x2 taps of all pixels are contiguous and in the picture
-  kOwn,        ///< at the pixels themselves, or none
-  kUnchanged,  ///< one tap with the weight 1, at each pixel itself
-  kNowhere,    ///< no pixel has a history
+/// The taps of a SIMD vector of pixels.
+enum class TapPattern : uint8_t {
+  kGather,          ///< some at other pixels
+  kBlock2x2,        ///< kGather, with the 2x2 taps of all pixels adjacent and inside the picture
+  kIdentityOrNone,  ///< of each pixel the pixel itself, or none
+  kIdentity,        ///< of every pixel the pixel itself, with a weight of 1
+  kDisoccluded,     ///< none
 };
 
-inline bool ReadsElsewhere(HistoryPlace place) {
-  return place == HistoryPlace::kElsewhere || place == HistoryPlace::kBlock;
+inline bool IsGather(TapPattern pattern) {
+  return pattern == TapPattern::kGather || pattern == TapPattern::kBlock2x2;
 }
 
-/// Position of the taps of a vector that is kBlock: the first pixel's first tap.
+/// Position of the taps of a SIMD vector that is kBlock2x2: the first tap of its first pixel.
 struct TapBlock {
   int32_t x;
   int32_t y;
 };
 
-/// Taps of each pixel in its history (see stages/reproject.h). For vectors marked kUnchanged or
-/// kNowhere the planes are not written; for kBlock, only the weights are.
+/// Taps of each pixel in its history (see stages/reproject.h). For vectors marked kIdentity or
+/// kDisoccluded the planes are not written; for kBlock2x2, only the weights are.
 struct ReprojectionTaps {
   Plane<int32_t> x;         ///< left column of the 2x2 taps in the previous frame
   Plane<int32_t> y;         ///< upper row
@@ -145,12 +145,12 @@ struct ReprojectionTaps {
       search;  ///< bits 0..8: taps of the 3x3 block around (x+1, y+1) to average instead
 
   /// For the vectors of each row, with capacity for vectors of one pixel.
-  std::vector<HistoryPlace> places;
-  /// number of vectors per row for which ReadsElsewhere; -1: unknown
-  std::vector<int32_t> elsewhere;
-  std::vector<int32_t> scattered;  ///< ... and that are not kBlock
+  std::vector<TapPattern> patterns;
+  /// number of vectors per row for which IsGather; -1: unknown
+  std::vector<int32_t> gathers;
+  std::vector<int32_t> scattered;  ///< ... and that are not kBlock2x2
   std::vector<TapBlock> blocks;    ///< of the vectors of each row
-  int places_per_row = 0;
+  int patterns_per_row = 0;
   int blocks_per_row = 0;
   int lanes = 1;  ///< pixels of a vector
 
@@ -160,10 +160,10 @@ struct ReprojectionTaps {
         y(width, height),
         weight(width, height),
         search(width, height),
-        places_per_row(width) {
+        patterns_per_row(width) {
     const auto rows = static_cast<size_t>(height);
-    places.resize(rows * static_cast<size_t>(places_per_row), HistoryPlace::kElsewhere);
-    elsewhere.resize(rows, -1);
+    patterns.resize(rows * static_cast<size_t>(patterns_per_row), TapPattern::kGather);
+    gathers.resize(rows, -1);
     scattered.resize(rows, width);
   }
   /// Sets the vector size in pixels.
@@ -172,24 +172,23 @@ struct ReprojectionTaps {
     blocks_per_row = (x.width() + lanes - 1) / lanes;
     blocks.resize(static_cast<size_t>(blocks_per_row) * static_cast<size_t>(x.height()));
   }
-  /// Of the vector of a pixel; kElsewhere if vectors are not marked: the planes are valid then.
-  HistoryPlace PlaceOf(int px, int py) const {
-    return elsewhere[static_cast<size_t>(py)] < 0 ? HistoryPlace::kElsewhere
-                                                  : Place(px / lanes, py);
+  /// Of the vector of a pixel; kGather if vectors are not marked: the planes are valid then.
+  TapPattern PatternOf(int px, int py) const {
+    return gathers[static_cast<size_t>(py)] < 0 ? TapPattern::kGather : Pattern(px / lanes, py);
   }
   /// Whether a pixel has a history.
-  bool Finds(int px, int py) const {
-    const HistoryPlace place = PlaceOf(px, py);
-    if (place == HistoryPlace::kUnchanged || place == HistoryPlace::kNowhere) {
-      return place == HistoryPlace::kUnchanged;
+  bool HasHistory(int px, int py) const {
+    const TapPattern pattern = PatternOf(px, py);
+    if (pattern == TapPattern::kIdentity || pattern == TapPattern::kDisoccluded) {
+      return pattern == TapPattern::kIdentity;
     }
-    return (place != HistoryPlace::kBlock && search(px, py) != 0) ||
+    return (pattern != TapPattern::kBlock2x2 && search(px, py) != 0) ||
            weight[0](px, py) + weight[1](px, py) + weight[2](px, py) + weight[3](px, py) > 0;
   }
-  /// Number of vectors that read history elsewhere; -1: unknown.
-  int64_t Elsewhere() const {
+  /// Number of SIMD vectors for which IsGather; -1: unknown.
+  int64_t GatherCount() const {
     int64_t sum = 0;
-    for (const int32_t of_row : elsewhere) {
+    for (const int32_t of_row : gathers) {
       if (of_row < 0) {
         return -1;
       }
@@ -198,12 +197,12 @@ struct ReprojectionTaps {
     return sum;
   }
   /// \param vector  in its row
-  HistoryPlace& Place(int vector, int row) {
-    return places[static_cast<size_t>(row) * static_cast<size_t>(places_per_row) +
-                  static_cast<size_t>(vector)];
+  TapPattern& Pattern(int vector, int row) {
+    return patterns[static_cast<size_t>(row) * static_cast<size_t>(patterns_per_row) +
+                    static_cast<size_t>(vector)];
   }
-  HistoryPlace Place(int vector, int row) const {
-    return const_cast<ReprojectionTaps*>(this)->Place(vector, row);
+  TapPattern Pattern(int vector, int row) const {
+    return const_cast<ReprojectionTaps*>(this)->Pattern(vector, row);
   }
   /// \param vector  in its row
   TapBlock& Block(int vector, int row) {
@@ -214,9 +213,8 @@ struct ReprojectionTaps {
     return const_cast<ReprojectionTaps*>(this)->Block(vector, row);
   }
   size_t bytes() const {
-    return x.bytes() + y.bytes() + weight.bytes() + search.bytes() + places.size() +
-           (elsewhere.size() + scattered.size()) * sizeof(int32_t) +
-           blocks.size() * sizeof(TapBlock);
+    return x.bytes() + y.bytes() + weight.bytes() + search.bytes() + patterns.size() +
+           (gathers.size() + scattered.size()) * sizeof(int32_t) + blocks.size() * sizeof(TapBlock);
   }
 };
 

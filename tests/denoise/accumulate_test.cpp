@@ -49,16 +49,16 @@ void Compare(float shift, bool lit_alone, bool mostly_still) {
   for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
     hwy::SetSupportedTargetsForTest(target);
     ReprojectionTaps taps(kWidth, kHeight);
-    EXPECT_EQ(taps.Elsewhere(), -1);
+    EXPECT_EQ(taps.GatherCount(), -1);
     cpu::FindTaps(now, before, motion, test::DefaultPlan().reproject, &taps);
-    const int64_t elsewhere = taps.Elsewhere();
-    EXPECT_GT(elsewhere, 0);
+    const int64_t gathers = taps.GatherCount();
+    EXPECT_GT(gathers, 0);
     const int64_t vectors =
         static_cast<int64_t>(kHeight) * ((kWidth + taps.lanes - 1) / taps.lanes);
-    EXPECT_EQ(2 * elsewhere < vectors, mostly_still);
+    EXPECT_EQ(2 * gathers < vectors, mostly_still);
     // Capacity for all: only the bits are tested.
     StagedHistory staged(8 * kWidth + 8 * taps.lanes, kHeight);
-    ASSERT_TRUE(staged.HasRoom(static_cast<size_t>(elsewhere), taps.lanes));
+    ASSERT_TRUE(staged.HasRoom(static_cast<size_t>(gathers), taps.lanes));
     const SignalHistory old = MakeHistory(lit_alone);
     SignalHistory anew = old;
     cpu::Accumulate(light, old, &taps, &limit, p, &anew);

@@ -40,8 +40,8 @@ struct Picture {
   GuidePlanes guides{width, height, kBorder};
   LumaImage3 colour{width, height, kBorder};
   Image1 variance{width, height, kBorder};
-  Image1 stop{width, height, kBorder};
-  Image1 present{width, height, kBorder};
+  Image1 luminance_factor{width, height, kBorder};
+  Image1 valid{width, height, kBorder};
 
   Picture(int w, int h) : width(w), height(h) {
     for (int y = 0; y < h; ++y) {
@@ -50,7 +50,7 @@ struct Picture {
         guides.depth(x, y) = 4;
         guides.normal[2](x, y) = 1;
         guides.id(x, y) = 1;
-        present(x, y) = 1;
+        valid(x, y) = 1;
         variance(x, y) = 1;
         for (int c = 0; c < 3; ++c) {
           colour[c](x, y) = 1;
@@ -71,20 +71,20 @@ struct Picture {
 
 struct Filtered {
   FilterPlanes planes;
-  Image1 grown;
+  Image1 valid_out;
 
   explicit Filtered(const Picture& picture)
       : planes(picture.width, picture.height, kBorder),
-        grown(picture.width, picture.height, kBorder) {}
+        valid_out(picture.width, picture.height, kBorder) {}
 };
 
 Filtered RunStage(Version atrous, const Picture& picture, const AtrousLevel& level,
                   const AtrousParameters& p) {
   Filtered out(picture);
-  AtrousSignal signal = {&picture.colour, &picture.variance, &out.planes, &picture.stop,
-                         &picture.present};
+  AtrousSignal signal = {&picture.colour, &picture.variance, &out.planes, &picture.luminance_factor,
+                         &picture.valid};
   signal.eaw_sigma_l = p.eaw_sigma_l;
-  signal.grown = &out.grown;
+  signal.valid_out = &out.valid_out;
   atrous({&signal, 1}, picture.guides, level, p);
   return out;
 }
@@ -95,8 +95,8 @@ TEST(Atrous, ConstantStaysConstant) {
     picture.guides.inverse_depth(x, y) = 0.25f + 0.002f * test::RandomAt(x, y, 1);
     picture.guides.depth(x, y) = 1 / picture.guides.inverse_depth(x, y);
     picture.guides.normal[0](x, y) = 0.3f * test::RandomAt(x, y, 2);
-    picture.stop(x, y) = test::RandomAt(x, y, 3);
-    picture.present(x, y) = test::RandomAt(x, y, 4) < 0.7f ? 1.0f : 0.0f;
+    picture.luminance_factor(x, y) = test::RandomAt(x, y, 3);
+    picture.valid(x, y) = test::RandomAt(x, y, 4) < 0.7f ? 1.0f : 0.0f;
   });
   for (const int weights : kAllWeights) {
     for (const int radius : {1, 2}) {
@@ -106,7 +106,7 @@ TEST(Atrous, ConstantStaysConstant) {
               RunStage(version, picture, {weights, radius, step}, MakeParameters());
           for (int y = 0; y < picture.height; ++y) {
             for (int x = 0; x < picture.width; ++x) {
-              if (picture.present(x, y) > 0) {
+              if (picture.valid(x, y) > 0) {
                 ASSERT_NEAR(out.planes.colour[0](x, y), 1, 2e-6f) << x << " " << y;
                 ASSERT_LE(out.planes.variance(x, y), 1 + 2e-6f) << x << " " << y;
               }
@@ -219,7 +219,7 @@ TEST(Atrous, NothingLeaksBetweenIds) {
 
 TEST(Atrous, NothingLeaksBetweenLuminances) {
   Picture picture(33, 9);
-  picture.From(0, [&](int x, int y) { picture.stop(x, y) = 1; });
+  picture.From(0, [&](int x, int y) { picture.luminance_factor(x, y) = 1; });
   ExpectNoLeak(picture, kAtrousSvgf, MakeParameters());
   ExpectNoLeak(picture, kAtrousEaw, MakeParameters());
 }
@@ -228,7 +228,7 @@ TEST(Atrous, ANoisyNeighbourLowersTheStopByTheRatio) {
   // Two columns of taps reach over the edge at column 16: from 15, with 1/4 of the kernel 3x3.
   Picture picture(33, 9);
   picture.From(0, [&](int x, int y) {
-    picture.stop(x, y) = x < 16 ? 2.0f : 0.0f;  // infinitely noisy to the right
+    picture.luminance_factor(x, y) = x < 16 ? 2.0f : 0.0f;  // infinitely noisy to the right
     picture.colour[0](x, y) = x < 16 ? 1.0f : 2.0f;
   });
   for (const float ratio : {1.0f, 2.0f}) {
@@ -245,23 +245,23 @@ TEST(Atrous, ANoisyNeighbourLowersTheStopByTheRatio) {
 
 TEST(Atrous, PixelsWithoutLightAreFilledAndAreNoTaps) {
   Picture picture(33, 9);
-  picture.colour[0](20, 4) = picture.present(20, 4) = 0;
+  picture.colour[0](20, 4) = picture.valid(20, 4) = 0;
   for (const int weights : {kAtrousNaive, kAtrousSvgf, kAtrousEaw}) {
     for (const Version version : kVersions) {
       const Filtered out = RunStage(version, picture, {weights, 1, 1}, MakeParameters());
       for (int x = 0; x < 33; ++x) {
         EXPECT_NEAR(out.planes.colour[0](x, 4), 1, 1e-6f) << x;
-        EXPECT_EQ(out.grown(x, 4), 1) << x;
+        EXPECT_EQ(out.valid_out(x, 4), 1) << x;
       }
     }
   }
   // Where no tap has light, a pixel keeps its value, and the next level has no tap there either.
-  picture.From(0, [&](int x, int y) { picture.present(x, y) = 0; });
+  picture.From(0, [&](int x, int y) { picture.valid(x, y) = 0; });
   picture.colour[0](20, 4) = 0.5f;
   for (const Version version : kVersions) {
     const Filtered out = RunStage(version, picture, {kAtrousSvgf, 2, 1}, MakeParameters());
     EXPECT_EQ(out.planes.colour[0](20, 4), 0.5f);
-    EXPECT_EQ(out.grown(20, 4), 0);
+    EXPECT_EQ(out.valid_out(20, 4), 0);
   }
 }
 
@@ -270,7 +270,7 @@ TEST(Atrous, PixelsWithoutASurfacePassThrough) {
   picture.From(25, [&](int x, int y) {
     picture.guides.inverse_depth(x, y) = picture.guides.depth(x, y) = 0;
     picture.guides.normal[2](x, y) = 0;
-    picture.present(x, y) = 0;
+    picture.valid(x, y) = 0;
     picture.colour[0](x, y) = 7 + static_cast<float>(x);
   });
   for (const int weights : {kAtrousNaive, kAtrousSvgf, kAtrousEaw}) {
@@ -298,12 +298,12 @@ Picture MakeBusyPicture(int width, int height, float lit) {
     g.normal[2](x, y) = sky ? 0.0f : std::cos(bend);
     g.gradient[0](x, y) = 1e-3f * test::RandomAt(x, y, 4);
     g.id(x, y) = 1 + static_cast<uint32_t>(2 * test::RandomAt(x / 11, y / 5, 5));
-    const bool present = !sky && test::RandomAt(x, y, 6) < lit;
-    picture.present(x, y) = present ? 1.0f : 0.0f;
-    picture.variance(x, y) = present ? test::RandomAt(x, y, 7) : 0.0f;
-    picture.stop(x, y) = present ? 4 * test::RandomAt(x, y, 8) : 0.0f;
+    const bool valid = !sky && test::RandomAt(x, y, 6) < lit;
+    picture.valid(x, y) = valid ? 1.0f : 0.0f;
+    picture.variance(x, y) = valid ? test::RandomAt(x, y, 7) : 0.0f;
+    picture.luminance_factor(x, y) = valid ? 4 * test::RandomAt(x, y, 8) : 0.0f;
     for (uint32_t c = 0; c < 3; ++c) {
-      picture.colour[static_cast<int>(c)](x, y) = present ? 2 * test::RandomAt(x, y, 9 + c) : 0.0f;
+      picture.colour[static_cast<int>(c)](x, y) = valid ? 2 * test::RandomAt(x, y, 9 + c) : 0.0f;
     }
   });
   return picture;
@@ -313,7 +313,7 @@ Picture MakeBusyPicture(int width, int height, float lit) {
 void ClearUndefined(const Picture& picture, Filtered* filtered) {
   for (int y = 0; y < picture.height; ++y) {
     for (int x = 0; x < picture.width; ++x) {
-      if (!(picture.present(x, y) > 0)) {
+      if (!(picture.valid(x, y) > 0)) {
         filtered->planes.colour[0](x, y) = filtered->planes.colour[1](x, y) = 0;
         filtered->planes.variance(x, y) = 0;
       }
@@ -335,7 +335,7 @@ void CompareVersions(const Picture& picture, const AtrousLevel& level, const Atr
   }
   test::ExpectNear(got.planes.variance, expected.planes.variance, 1e-3, 1e-4);
   if (level.weights != kAtrousGeometry) {
-    test::ExpectEqual(got.grown, expected.grown);
+    test::ExpectEqual(got.valid_out, expected.valid_out);
   }
 }
 

@@ -216,7 +216,7 @@ TEST(Denoiser, NoiseFallsAndMeanIsKept) {
     const double denoised = run(s, &mean);
     EXPECT_LT(denoised, accumulated / 4) << preset;
     // SVGF measures differences in the pixel's own noise and so turns bright neighbours away (see
-    // SharedStop): a known darkening, which "default" nearly avoids.
+    // SharedLuminanceFactor): a known darkening, which "default" nearly avoids.
     EXPECT_NEAR(mean, 0.5, std::string_view(preset) == "svgf" ? 0.02 : 0.006) << preset;
   }
 }

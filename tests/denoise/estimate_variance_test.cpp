@@ -62,7 +62,7 @@ SignalHistory MakeHistory(float length, float variance, float weights2,
 
 struct Estimate {
   Image1 variance{kWidth, kHeight};
-  bool complete = false;
+  bool all_valid = false;
 };
 
 Estimate RunStage(Version estimate_variance, const SignalHistory& history,
@@ -71,7 +71,7 @@ Estimate RunStage(Version estimate_variance, const SignalHistory& history,
   Estimate out;
   VarianceSignal signal = {&history, samples, &out.variance};
   estimate_variance({&signal, 1}, guides, p);
-  out.complete = signal.complete;
+  out.all_valid = signal.all_valid;
   return out;
 }
 
@@ -87,7 +87,7 @@ TEST(EstimateVariance, LongHistoriesHaveTheirOwn) {
   for (const Version version : kVersions) {
     p.variance_of_mean = 1;
     const Estimate of_mean = RunStage(version, history, MakeWall(), p);
-    EXPECT_TRUE(of_mean.complete);
+    EXPECT_TRUE(of_mean.all_valid);
     EXPECT_NEAR(of_mean.variance(7, 4), 3 / 0.8 * 0.2, 1e-6);  // unbiased, of the mean
     p.variance_of_mean = 0;
     EXPECT_FLOAT_EQ(RunStage(version, history, MakeWall(), p).variance(7, 4), 3);
@@ -154,14 +154,14 @@ TEST(EstimateVariance, NoLightOrSurfaceHasNone) {
   for (const Version version : kVersions) {
     const Estimate sky = RunStage(version, history, guides, MakeParameters());
     EXPECT_EQ(sky.variance(5, 4), 0);
-    EXPECT_TRUE(sky.complete);
+    EXPECT_TRUE(sky.all_valid);
   }
   history.length(6, 4) = 0;
   for (const Version version : kVersions) {
     const Estimate hole = RunStage(version, history, guides, MakeParameters());
     EXPECT_EQ(hole.variance(6, 4), 0);
     EXPECT_GT(hole.variance(7, 4), 0);
-    EXPECT_FALSE(hole.complete);
+    EXPECT_FALSE(hole.all_valid);
   }
 }
 
@@ -199,7 +199,7 @@ TEST(EstimateVariance, VectorsMatchTheReference) {
         VarianceSignal signal = {&history, &samples, &got};
         reference::EstimateVariance({&expected_signal, 1}, guides, p);
         cpu::EstimateVariance({&signal, 1}, guides, p);
-        EXPECT_EQ(signal.complete, expected_signal.complete);
+        EXPECT_EQ(signal.all_valid, expected_signal.all_valid);
         // The approximated exponential (1.5e-5), in a difference of two sums.
         test::ExpectNear(got, expected, 1e-4, 1e-4);
       }

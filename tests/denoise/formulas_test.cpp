@@ -129,7 +129,7 @@ TEST(Formulas, EdgeStoppingWeights) {
   EXPECT_NEAR(PlaneDepthExponent(0.5f, 0.62f, vec2(0.04f, 0.01f), vec2(2, -1), 0.1f),
               std::abs(0.5 + 0.08 - 0.01 - 0.62) / 0.05, 1e-5);
   // One tolerance, 4 * 0.25 + 0.001 * 3, takes the weight to 1/e.
-  EXPECT_NEAR(std::exp2(-1.003 * LuminanceStop(3, 0.25f, 4, 0.001f)), std::exp(-1.0), 1e-6);
+  EXPECT_NEAR(std::exp2(-1.003 * LuminanceFactor(3, 0.25f, 4, 0.001f)), std::exp(-1.0), 1e-6);
   EXPECT_NEAR(EawExponent(0.04f, 0.09f, 0.01f, 0.5f, 0.3f, 0.2f), 0.16 + 1 + 0.25, 1e-6);
 }
 
@@ -145,12 +145,13 @@ TEST(Formulas, PlaneWeightIsExactOnAnySlope) {
   }
 }
 
-TEST(Formulas, SharedStop) {
-  EXPECT_EQ(SharedStop(6, 2, 1), 6.0f);     // the papers': the pixel's own
-  EXPECT_EQ(SharedStop(6, 2, 1.5f), 4.0f);  // lowered for a noisier neighbour, but bounded
-  EXPECT_EQ(SharedStop(6, 5, 1.5f), 5.0f);
-  EXPECT_EQ(SharedStop(6, 9, 1.5f), 6.0f);  // never raised
-  EXPECT_EQ(SharedStop(0, 9, 1.5f), 0.0f);
+TEST(Formulas, SharedLuminanceFactor) {
+  EXPECT_EQ(SharedLuminanceFactor(6, 2, 1), 6.0f);  // the papers': the pixel's own
+  EXPECT_EQ(SharedLuminanceFactor(6, 2, 1.5f),
+            4.0f);  // lowered for a noisier neighbour, but bounded
+  EXPECT_EQ(SharedLuminanceFactor(6, 5, 1.5f), 5.0f);
+  EXPECT_EQ(SharedLuminanceFactor(6, 9, 1.5f), 6.0f);  // never raised
+  EXPECT_EQ(SharedLuminanceFactor(0, 9, 1.5f), 0.0f);
 }
 
 TEST(Formulas, GreenFromLuminance) {

@@ -114,25 +114,25 @@ TEST(KeepMirrors, EveryTargetGivesTheBitsOfTheReference) {
   const Planes planes;
   for (const bool with_motion : {false, true}) {
     FilterPlanes expected(kWidth, kHeight, kBorder);
-    Image1 expected_present(kWidth, kHeight, kBorder);
-    reference::MeasureMirrors(planes.Input(with_motion), kParameters, &expected, &expected_present);
+    Image1 expected_valid(kWidth, kHeight, kBorder);
+    reference::MeasureMirrors(planes.Input(with_motion), kParameters, &expected, &expected_valid);
     LumaImage3 expected_light = planes.filtered;
-    reference::KeepMirrors(expected, expected_present, planes.light, &expected_light);
+    reference::KeepMirrors(expected, expected_valid, planes.light, &expected_light);
     ASSERT_FALSE(SameBits(expected_light, planes.filtered));
     OnEveryTarget([&] {
       FilterPlanes measured(kWidth, kHeight, kBorder);
-      Image1 present(kWidth, kHeight, kBorder);
-      cpu::MeasureMirrors(planes.Input(with_motion), kParameters, &measured, &present);
+      Image1 valid(kWidth, kHeight, kBorder);
+      cpu::MeasureMirrors(planes.Input(with_motion), kParameters, &measured, &valid);
       for (int y = 0; y < kHeight; ++y) {
         for (int x = 0; x < kWidth; ++x) {
-          ASSERT_EQ(present(x, y), expected_present(x, y)) << x << " " << y;
-          for (int c = 0; c < 2 && present(x, y) > 0; ++c) {
+          ASSERT_EQ(valid(x, y), expected_valid(x, y)) << x << " " << y;
+          for (int c = 0; c < 2 && valid(x, y) > 0; ++c) {
             ASSERT_EQ(measured.colour[c](x, y), expected.colour[c](x, y)) << x << " " << y;
           }
         }
       }
       LumaImage3 light = planes.filtered;
-      cpu::KeepMirrors(expected, present, planes.light, &light);
+      cpu::KeepMirrors(expected, valid, planes.light, &light);
       EXPECT_TRUE(SameBits(light, expected_light));
     });
   }

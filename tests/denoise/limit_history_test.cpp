@@ -25,7 +25,7 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
 struct Limited {
   FilterPlanes filter[2] = {{kWidth, kHeight, 16}, {kWidth, kHeight, 16}};
-  Image1 present = Image1(kWidth, kHeight, 16);
+  Image1 valid = Image1(kWidth, kHeight, 16);
   Image1 limit = Image1(kWidth, kHeight, 16);
 };
 
@@ -54,32 +54,32 @@ std::array<Limited, kSignals> RunStage(const StageTable& stages, float shift, fl
       filter.colour[0].Fill(kNan);
       filter.variance.Fill(kNan);
     }
-    all[i].present.Fill(1);
+    all[i].valid.Fill(1);
     stages.compare_with_history(test::MakeLight(lit, 40 + 10 * i), history, taps, guides,
-                                &all[i].filter[0], &all[i].present);
+                                &all[i].filter[0], &all[i].valid);
   }
   for (int level = 0; level < kLimitHistoryLevels; ++level) {
     for (size_t i = 0; i < kSignals; ++i) {
       FilterPlanes* filter = all[i].filter;
       const int from = level % 2;
       signals[i] = {&filter[from].colour, &filter[from].variance, &filter[1 - from], &all[i].limit,
-                    &all[i].present};
+                    &all[i].valid};
     }
     stages.atrous(signals, guides, GeometryLevel(level), geometry);
   }
   for (Limited& one : all) {
-    stages.limit_history(one.filter[1], one.present, history, taps, p, &one.limit);
+    stages.limit_history(one.filter[1], one.valid, history, taps, p, &one.limit);
   }
   return all;
 }
 
 /// How many pixels are not within 1e-4 and 1 % of each other, of those where there is something.
-int FarOff(const Image1& a, const Image1& b, const Image1* present = nullptr) {
+int FarOff(const Image1& a, const Image1& b, const Image1* valid = nullptr) {
   int count = 0;
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       const float difference = std::abs(a(x, y) - b(x, y));
-      const bool counts = present == nullptr || (*present)(x, y) > 0;
+      const bool counts = valid == nullptr || (*valid)(x, y) > 0;
       count += counts && !(difference <= 1e-4f + 0.01f * std::abs(b(x, y))) ? 1 : 0;
     }
   }
@@ -99,17 +99,17 @@ int Count(const Image1& plane) {
 /// \param lit  share of the pixels that have a sample
 void Compare(float shift, float lit, float sigma_n) {
   const auto expected = RunStage(kReferenceStages, shift, lit, sigma_n);
-  EXPECT_GT(Count(expected[0].present), 0.3f * lit * kWidth * kHeight);
+  EXPECT_GT(Count(expected[0].valid), 0.3f * lit * kWidth * kHeight);
   for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
     hwy::SetSupportedTargetsForTest(target);
     const auto got = RunStage(kCpuStages, shift, lit, sigma_n);
     for (size_t i = 0; i < kSignals; ++i) {
       SCOPED_TRACE(hwy::TargetName(target));
       const FilterPlanes& filtered = got[i].filter[1];
-      EXPECT_EQ(FarOff(got[i].present, expected[i].present), 0);
-      EXPECT_EQ(FarOff(filtered.colour[0], expected[i].filter[1].colour[0], &got[i].present), 0);
-      EXPECT_EQ(FarOff(filtered.colour[1], expected[i].filter[1].colour[1], &got[i].present), 0);
-      EXPECT_EQ(FarOff(filtered.variance, expected[i].filter[1].variance, &got[i].present), 0);
+      EXPECT_EQ(FarOff(got[i].valid, expected[i].valid), 0);
+      EXPECT_EQ(FarOff(filtered.colour[0], expected[i].filter[1].colour[0], &got[i].valid), 0);
+      EXPECT_EQ(FarOff(filtered.colour[1], expected[i].filter[1].colour[1], &got[i].valid), 0);
+      EXPECT_EQ(FarOff(filtered.variance, expected[i].filter[1].variance, &got[i].valid), 0);
       // Where the difference is about its noise, rounding decides how much of it counts.
       EXPECT_LE(FarOff(got[i].limit, expected[i].limit), kWidth * kHeight / 500);
     }
@@ -136,7 +136,7 @@ TEST(LimitHistoryStage, WhatIsMissingCountsForNothing) {
   int shortened = 0;
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
-      if (!(all[1].present(x, y) > 0)) {
+      if (!(all[1].valid(x, y) > 0)) {
         EXPECT_EQ(all[1].limit(x, y), history.length(x, y)) << x << " " << y;
       }
       shortened += all[1].limit(x, y) < 0.5f * history.length(x, y) ? 1 : 0;

@@ -45,11 +45,11 @@ struct Signal {
   }
 };
 
-void ExpectNear(const Image1& stop, const Image1& expected) {
+void ExpectNear(const Image1& factor, const Image1& expected) {
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       const float e = expected(x, y);
-      EXPECT_NEAR(stop(x, y), e, 4e-6f * e + 1e-18f) << x << ", " << y;
+      EXPECT_NEAR(factor(x, y), e, 4e-6f * e + 1e-18f) << x << ", " << y;
     }
   }
 }

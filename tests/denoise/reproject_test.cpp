@@ -107,7 +107,7 @@ TEST(Reproject, OutsideOfThePictureThereIsNoHistory) {
                              std::numeric_limits<float>::infinity()}) {
     for (const Version& version : kVersions) {
       const Fetched fetched(version, wall, wall, Constant(19, 7, motion, 0), ones);
-      EXPECT_FALSE(fetched.taps.Finds(9, 3)) << motion;
+      EXPECT_FALSE(fetched.taps.HasHistory(9, 3)) << motion;
       EXPECT_EQ(fetched.At(9, 3), 0) << motion;
       EXPECT_EQ(fetched.history.length(9, 3), 0) << motion;
     }
@@ -166,9 +166,9 @@ TEST(Reproject, SearchAveragesThe3x3Taps) {
     const Fetched fetched(version, now, before, still, history);
     EXPECT_FLOAT_EQ(fetched.At(9, 3), 4);  // both
     EXPECT_FLOAT_EQ(fetched.At(11, 3), 3);
-    EXPECT_FALSE(fetched.taps.Finds(13, 3));
+    EXPECT_FALSE(fetched.taps.HasHistory(13, 3));
     const Fetched without(version, now, before, still, history, {0.05f, 0.9f, 1, 0});
-    EXPECT_FALSE(without.taps.Finds(9, 3));
+    EXPECT_FALSE(without.taps.HasHistory(9, 3));
     EXPECT_EQ(without.At(9, 3), 0);
     EXPECT_FLOAT_EQ(without.At(10, 2), 3);
   }
@@ -215,7 +215,7 @@ TEST(Reproject, VectorsMatchTheReference) {
       test::ExpectNear(got.history.length, expected.history.length, 2e-6);
       for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x) {
-          ASSERT_EQ(got.taps.Finds(x, y), expected.taps.Finds(x, y)) << x << " " << y;
+          ASSERT_EQ(got.taps.HasHistory(x, y), expected.taps.HasHistory(x, y)) << x << " " << y;
         }
       }
     }

@@ -84,8 +84,8 @@ TEST(StagesTogether, PrepareAndFindTaps) {
     EXPECT_EQ(DifferentBits(together.normal, apart.normal), 0);
     EXPECT_EQ(DifferentBits(together.gradient, apart.gradient), 0);
     EXPECT_EQ(DifferentBits(together.id, apart.id), 0);
-    EXPECT_EQ(taps.places, taps_apart.places);
-    EXPECT_EQ(taps.elsewhere, taps_apart.elsewhere);
+    EXPECT_EQ(taps.patterns, taps_apart.patterns);
+    EXPECT_EQ(taps.gathers, taps_apart.gathers);
     EXPECT_EQ(taps.scattered, taps_apart.scattered);
     EXPECT_EQ(DifferentBits(taps.weight, taps_apart.weight), 0);
     EXPECT_EQ(DifferentBits(taps.x, taps_apart.x), 0);
@@ -107,8 +107,8 @@ TEST(StagesTogether, TapsSideBySideAreToldPerVector) {
     int blocks = 0;
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
-        EXPECT_EQ(taps.Finds(x, y), expected_taps.Finds(x, y)) << x << ", " << y;
-        blocks += taps.PlaceOf(x, y) == HistoryPlace::kBlock ? 1 : 0;
+        EXPECT_EQ(taps.HasHistory(x, y), expected_taps.HasHistory(x, y)) << x << ", " << y;
+        blocks += taps.PatternOf(x, y) == TapPattern::kBlock2x2 ? 1 : 0;
       }
     }
     EXPECT_GT(blocks, 0);

@@ -85,10 +85,10 @@ void MakeRoom(const FramePlan& plan, int width, int height, FrameWork* work) {
       work->wavelet.emplace_back(width, height, work->border);
     }
   }
-  const bool stops = plan.layout.with_compressed || plan.runs.estimate_variance;
+  const bool with_factors = plan.layout.with_compressed || plan.runs.estimate_variance;
   for (WaveletPlanes& planes : work->wavelet) {
-    if (stops == planes.stop.empty()) {
-      planes.stop = stops ? Image1(width, height, work->border) : Image1();
+    if (with_factors == planes.luminance_factor.empty()) {
+      planes.luminance_factor = with_factors ? Image1(width, height, work->border) : Image1();
     }
   }
   SetBorder(work->border, &work->spare);

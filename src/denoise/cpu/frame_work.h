@@ -15,23 +15,25 @@ namespace stillray {
 /// One signal between the wavelet levels.
 struct WaveletPlanes {
   FilterPlanes filter[2];
-  /// Luminance stops of the wavelet; before it, the limits of limit_history. Empty if neither runs.
-  Image1 stop;
-  Image1 present;
-  Image1 grown;                   ///< `present` of the next level; empty until a frame is sparse
+  /// Luminance factors of the wavelet (see prefilter_variance); before it, the limits of
+  /// limit_history. Empty if neither runs.
+  Image1 luminance_factor;
+  Image1 valid;
+  Image1 valid_out;               ///< `valid` of the next level; empty until a frame is sparse
   int target = 0;                 ///< index in `filter` of the next level's output
   LumaImage3* light = nullptr;    ///< input of the next level, or the result
   Image1* variance = nullptr;     ///< of it
   const Image1* where = nullptr;  ///< positive where there is light on a surface
-  bool complete = false;          ///< `present` is 1 on every surface
+  bool all_valid = false;         ///< `valid` is 1 on every surface
   float mean_luminance = 1;
   SignalHistory* history = nullptr;  ///< the source of the light
 
   WaveletPlanes() = default;
   WaveletPlanes(int width, int height, int border)
-      : filter{{width, height, border}, {width, height, border}}, present(width, height, border) {}
+      : filter{{width, height, border}, {width, height, border}}, valid(width, height, border) {}
   size_t bytes() const {
-    return filter[0].bytes() + filter[1].bytes() + stop.bytes() + present.bytes() + grown.bytes();
+    return filter[0].bytes() + filter[1].bytes() + luminance_factor.bytes() + valid.bytes() +
+           valid_out.bytes();
   }
 };
 

@@ -48,14 +48,14 @@ void KeepMirrors(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& 
   FilterPlanes* measured = &planes->filter[planes->target];
   const KeepMirrorsInput mirrors = {&light, filtered, &guides, &in.frame.guides.roughness,
                                     p.plan.runs.reproject ? &in.guides.motion : nullptr};
-  p.stages.measure_mirrors(mirrors, p.plan.keep_mirrors, measured, &planes->present);
+  p.stages.measure_mirrors(mirrors, p.plan.keep_mirrors, measured, &planes->valid);
   for (int level = 0; level < kKeepMirrorsLevels; ++level) {
     const AtrousSignal blur = {&measured->colour, &measured->variance, other, nullptr,
-                               &planes->present};
+                               &planes->valid};
     p.stages.atrous({&blur, 1}, guides, GeometryLevel(level), p.plan.atrous);
     std::swap(measured, other);
   }
-  p.stages.keep_mirrors(*measured, planes->present, light, filtered);
+  p.stages.keep_mirrors(*measured, planes->valid, light, filtered);
 }
 
 }  // namespace
@@ -67,7 +67,7 @@ void RunKeepMirrors(const CpuPipeline& p, const FrameInput& in, const GuidePlane
     return;
   }
   const StageTimer timer(&out->timings, "keep_mirrors");
-  const Image1& like = work->wavelet.front().present;
+  const Image1& like = work->wavelet.front().valid;
   if (work->mirror.variance.width() != like.width() ||
       work->mirror.variance.height() != like.height() ||
       work->mirror.variance.border() != like.border()) {

@@ -16,7 +16,7 @@
 //     merge_future       -        history, light of the future   merged history       (only where the future is known)
 //   estimate_variance    3        histories, guides              variances
 //   per level:
-//     prefilter_variance 1        luminance, variance            luminance stops      (signal by signal)
+//     prefilter_variance 1        luminance, variance            luminance factors    (signal by signal)
 //     atrous             wavelet  colour, variance, guides       colour, variance     colour of the feedback level
 //   keep_mirrors         wavelet  new light, colour, roughness   colour               (only where a surface is smooth)
 //   remodulate           -        colours, albedo, unfiltered    picture
@@ -154,7 +154,7 @@ void KeepDisocclusion(const CpuPipeline& p, const GuidePlanes& guides, const Rep
   for (int y = 0; y < mask.height(); ++y) {
     for (int x = 0; x < mask.width(); ++x) {
       const bool surface = guides.inverse_depth(x, y) > 0;
-      const bool found = p.plan.runs.reproject && taps.Finds(x, y);
+      const bool found = p.plan.runs.reproject && taps.HasHistory(x, y);
       mask(x, y) = surface && !found ? 1.0f : 0.0f;
     }
   }

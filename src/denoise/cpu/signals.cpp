@@ -74,7 +74,7 @@ void UpdateCompressionScale(const CpuPipeline& p, const NewLight& light,
 }
 
 const Image1* LimitOf(const CpuPipeline& p, const FrameWork& work, size_t signal) {
-  return p.plan.runs.limit_history ? &work.wavelet[signal].stop : nullptr;
+  return p.plan.runs.limit_history ? &work.wavelet[signal].luminance_factor : nullptr;
 }
 
 }  // namespace
@@ -119,7 +119,7 @@ void RunLimitHistory(const CpuPipeline& p, const History& history, FrameWork* wo
   for (size_t i = 0; i < count; ++i) {
     WaveletPlanes& w = work->wavelet[i];
     p.stages.compare_with_history(work->light[i], history.signals[i], work->taps, history.guides,
-                                  &w.filter[0], &w.present);
+                                  &w.filter[0], &w.valid);
   }
   std::array<AtrousSignal, kMostGroups> signals;
   int source = 0;
@@ -127,15 +127,15 @@ void RunLimitHistory(const CpuPipeline& p, const History& history, FrameWork* wo
     for (size_t i = 0; i < count; ++i) {
       WaveletPlanes& w = work->wavelet[i];
       const FilterPlanes& from = w.filter[source];
-      signals[i] = {&from.colour, &from.variance, &w.filter[source ^ 1], nullptr, &w.present};
+      signals[i] = {&from.colour, &from.variance, &w.filter[source ^ 1], nullptr, &w.valid};
     }
     p.stages.atrous({signals.data(), count}, history.guides, GeometryLevel(level), p.plan.atrous);
   }
   for (size_t i = 0; i < count; ++i) {
     WaveletPlanes& w = work->wavelet[i];
-    p.stages.limit_history(w.filter[source], w.present, history.signals[i], work->taps,
-                           p.plan.limit_history, &w.stop);
-    outputs->KeepPlane("limit", p.plan.signals[i], w.stop);
+    p.stages.limit_history(w.filter[source], w.valid, history.signals[i], work->taps,
+                           p.plan.limit_history, &w.luminance_factor);
+    outputs->KeepPlane("limit", p.plan.signals[i], w.luminance_factor);
   }
 }
 

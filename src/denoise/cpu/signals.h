@@ -26,7 +26,7 @@ AlbedoSum AlbedosOf(const DemodulateParameters& p, const SignalGroup& signal, co
 void GatherLight(const CpuPipeline& p, const FrameInput& in, size_t signal, History* history,
                  FrameWork* work, FrameOutputs* outputs, DenoisedFrame* out);
 
-/// The largest length that each signal's history may count for, in WaveletPlanes::stop.
+/// The largest length that each signal's history may count for, in WaveletPlanes::luminance_factor.
 void RunLimitHistory(const CpuPipeline& p, const History& history, FrameWork* work,
                      FrameOutputs* outputs, DenoisedFrame* out);
 

@@ -20,25 +20,25 @@ namespace stillray {
 namespace {
 
 /// Whether light is known on every surface.
-bool IsComplete(const Image1& present, const GuidePlanes& guides) {
-  std::atomic<bool> complete = true;
-  ParallelRows(present.height(), 32, [&](int y0, int y1) {
-    if (!complete) {
+bool IsComplete(const Image1& valid, const GuidePlanes& guides) {
+  std::atomic<bool> all_valid = true;
+  ParallelRows(valid.height(), 32, [&](int y0, int y1) {
+    if (!all_valid) {
       return;  // known from another band
     }
     int missing = 0;
     for (int y = y0; y < y1; ++y) {
       const float* i = guides.inverse_depth.Row(y);
-      const float* there = present.Row(y);
-      for (int x = 0; x < present.width(); ++x) {
+      const float* there = valid.Row(y);
+      for (int x = 0; x < valid.width(); ++x) {
         missing += i[x] > 0 && there[x] == 0 ? 1 : 0;
       }
     }
     if (missing > 0) {
-      complete = false;
+      all_valid = false;
     }
   });
-  return complete;
+  return all_valid;
 }
 
 /// Blends the history before the last feedback with the history after it (PSVGF section 5).
@@ -60,15 +60,15 @@ void BlendFeedback(const SignalHistory& history, float phase, LumaImage3* out) {
 /// Marks pixels with light, unless all have some.
 void FindPresent(const Image1& surface, WaveletPlanes* planes) {
   const Image1& length = planes->history->length;
-  planes->where = planes->complete ? &surface : &planes->present;
-  if (planes->complete) {
+  planes->where = planes->all_valid ? &surface : &planes->valid;
+  if (planes->all_valid) {
     return;
   }
   ParallelRows(length.height(), 32, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
       const float* i = surface.Row(y);
       const float* samples = length.Row(y);
-      float* to = planes->present.Row(y);
+      float* to = planes->valid.Row(y);
       for (int x = 0; x < length.width(); ++x) {
         to[x] = i[x] > 0 && samples[x] > 0 ? 1.0f : 0.0f;
       }
@@ -88,7 +88,7 @@ void RunEstimateVariance(const CpuPipeline& p, const FrameInput& in, const Guide
   }
   p.stages.estimate_variance({signals.data(), count}, guides, p.plan.estimate_variance);
   for (size_t i = 0; i < count; ++i) {
-    work->wavelet[i].complete = signals[i].complete;
+    work->wavelet[i].all_valid = signals[i].all_valid;
     outputs->KeepPlane("variance", p.plan.signals[i], *work->wavelet[i].variance);
   }
 }
@@ -98,17 +98,18 @@ void RunPrefilterVariance(const CpuPipeline& p, const GuidePlanes& guides, Wavel
   const StageTimer timer(&out->timings, "prefilter_variance");
   const PrefilterVarianceInput in = {&(*planes->light)[0], planes->variance, planes->where,
                                      &planes->history->length,
-                                     planes->complete ? &guides.full : nullptr};
-  p.stages.prefilter_variance(in, p.plan.prefilter_variance, &planes->stop);
+                                     planes->all_valid ? &guides.full : nullptr};
+  p.stages.prefilter_variance(in, p.plan.prefilter_variance, &planes->luminance_factor);
 }
 
 AtrousSignal SignalOf(const CpuPipeline& p, int level, WaveletPlanes* planes) {
   AtrousSignal signal = {planes->light, planes->variance, &planes->filter[planes->target],
-                         p.plan.runs.estimate_variance ? &planes->stop : nullptr, planes->where};
-  signal.complete = planes->complete;
+                         p.plan.runs.estimate_variance ? &planes->luminance_factor : nullptr,
+                         planes->where};
+  signal.all_valid = planes->all_valid;
   signal.eaw_sigma_l =
       p.plan.atrous.eaw_sigma_l * planes->mean_luminance * std::exp2f(static_cast<float>(-level));
-  signal.grown = p.plan.atrous.grows != 0 && !planes->complete ? &planes->grown : nullptr;
+  signal.valid_out = p.plan.atrous.grows != 0 && !planes->all_valid ? &planes->valid_out : nullptr;
   return signal;
 }
 
@@ -118,9 +119,9 @@ void FinishLevel(const AtrousSignal& signal, const GuidePlanes& guides, WaveletP
   planes->light = &filtered.colour;
   planes->variance = &filtered.variance;
   planes->target ^= 1;
-  if (signal.grown != nullptr) {
-    std::swap(planes->present, planes->grown);
-    planes->complete = IsComplete(planes->present, guides);
+  if (signal.valid_out != nullptr) {
+    std::swap(planes->valid, planes->valid_out);
+    planes->all_valid = IsComplete(planes->valid, guides);
   }
 }
 
@@ -174,11 +175,11 @@ void BeginFilter(const CpuPipeline& p, const FrameInput& in, size_t signal, Sign
   if (!p.plan.runs.wavelet) {
     return;
   }
-  const Image1& present = planes.present;
+  const Image1& valid = planes.valid;
   if (p.plan.atrous.grows != 0 &&
-      (planes.grown.width() != present.width() || planes.grown.height() != present.height() ||
-       planes.grown.border() != present.border())) {
-    planes.grown = Image1(present.width(), present.height(), present.border());
+      (planes.valid_out.width() != valid.width() || planes.valid_out.height() != valid.height() ||
+       planes.valid_out.border() != valid.border())) {
+    planes.valid_out = Image1(valid.width(), valid.height(), valid.border());
   }
   if (p.plan.runs.measure_luminance) {
     planes.mean_luminance = MeanLuminance(history->colour, &work->row_sums);
@@ -197,7 +198,7 @@ void RunWavelet(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& g
   }
   for (WaveletPlanes& planes : wavelet) {
     if (!p.plan.runs.estimate_variance) {
-      planes.complete = IsComplete(planes.history->length, guides);
+      planes.all_valid = IsComplete(planes.history->length, guides);
     }
     FindPresent(guides.inverse_depth, &planes);
   }

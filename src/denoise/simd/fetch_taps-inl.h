@@ -58,8 +58,8 @@ HWY_INLINE void KeepTapsWithLight(const VF length[4], const VF weight[4], VF kep
 
 /// Memory layout of the taps of a vector of pixels.
 enum class TapKind {
-  kOwn,    ///< one tap each, contiguous
-  kBlock,  ///< 2x2 taps each, contiguous and all inside the picture
+  kSingle,    ///< one tap each, contiguous
+  kBlock2x2,  ///< 2x2 taps each, contiguous and all inside the picture
   kAnywhere,
 };
 
@@ -77,17 +77,17 @@ struct FetchTaps {
 };
 
 /// Whether the taps of a vector are known without reading the planes of taps.
-HWY_INLINE bool KnownPlace(HistoryPlace place) {
-  return place == HistoryPlace::kUnchanged || place == HistoryPlace::kNowhere;
+HWY_INLINE bool IsIdentityOrDisoccluded(TapPattern pattern) {
+  return pattern == TapPattern::kIdentity || pattern == TapPattern::kDisoccluded;
 }
 
 /// The row of a pixel's first tap.
 HWY_INLINE int RowOfTaps(const ReprojectionTaps& taps, int x, int y) {
-  const HistoryPlace place = taps.Place(x / LaneCount(), y);
-  if (place == HistoryPlace::kBlock) {
+  const TapPattern pattern = taps.Pattern(x / LaneCount(), y);
+  if (pattern == TapPattern::kBlock2x2) {
     return taps.Block(x / LaneCount(), y).y;
   }
-  return KnownPlace(place) ? y : taps.y(x, y);
+  return IsIdentityOrDisoccluded(pattern) ? y : taps.y(x, y);
 }
 
 /// Adds the rows of the planes of taps that fetching row y reads.
@@ -102,13 +102,13 @@ HWY_INLINE void AddTaps(const ReprojectionTaps& taps, int y, NextRow<kMost>* nex
   }
 }
 
-/// Taps of vectors that are kUnchanged or kNowhere.
-HWY_INLINE FetchTaps OwnTaps(const SignalHistory& before, const ReprojectionTaps& taps, int x,
-                             int y) {
+/// Taps of vectors that are kIdentity or kDisoccluded.
+HWY_INLINE FetchTaps IdentityTaps(const SignalHistory& before, const ReprojectionTaps& taps, int x,
+                                  int y) {
   const DF d;
-  const bool any = taps.Place(x / LaneCount(), y) == HistoryPlace::kUnchanged;
+  const bool any = taps.Pattern(x / LaneCount(), y) == TapPattern::kIdentity;
   FetchTaps t;
-  t.kind = TapKind::kOwn;
+  t.kind = TapKind::kSingle;
   t.column = x;
   t.row = y;
   t.weight[0] = hn::IfThenElseZero(InRow(x, taps.x.width()), hn::Set(d, any ? 1.0f : 0.0f));
@@ -147,20 +147,20 @@ HWY_INLINE void WeighLight(const SignalHistory& before, FetchTaps* t) {
   KeepTapsWithLight(length, t->weight, t->kept);
 }
 
-/// Taps of vectors that are kBlock.
+/// Taps of vectors that are kBlock2x2.
 HWY_INLINE FetchTaps BlockTaps(const SignalHistory& before, const ReprojectionTaps& taps, int x,
                                int y) {
   const DF d;
   const TapBlock block = taps.Block(x / LaneCount(), y);
   FetchTaps t;
-  t.kind = TapKind::kBlock;
+  t.kind = TapKind::kBlock2x2;
   t.column = block.x;
   t.row = block.y;
   for (int i = 0; i < 4; ++i) {
     t.weight[i] = hn::LoadU(d, taps.weight[i].Row(y) + x);
   }
   t.searched = false;
-  WeighLight<TapKind::kBlock>(before, &t);
+  WeighLight<TapKind::kBlock2x2>(before, &t);
   return t;
 }
 
@@ -188,10 +188,10 @@ HWY_INLINE FetchTaps ScatteredTaps(const SignalHistory& before, const Reprojecti
   t.y = y;
   const SideBySide block = FindSideBySide(bx, by, used);
   if (LiesInPicture(block, 0, 1, width, taps.x.height()) && !t.searched) {
-    t.kind = TapKind::kBlock;
+    t.kind = TapKind::kBlock2x2;
     t.column = block.x;
     t.row = block.y;
-    WeighLight<TapKind::kBlock>(before, &t);
+    WeighLight<TapKind::kBlock2x2>(before, &t);
     return t;
   }
   t.kind = TapKind::kAnywhere;
@@ -211,7 +211,7 @@ HWY_INLINE VF FetchPlane(const Image1& plane, const SignalHistory& before, const
   const DF d;
   const auto weight = [&](int i) HWY_ATTR { return kLightOnly ? t.kept[i] : t.weight[i]; };
   VF sum = hn::Mul(weight(0), LoadTap<kKind>(plane, t, 0));
-  if constexpr (kKind != TapKind::kOwn) {
+  if constexpr (kKind != TapKind::kSingle) {
     for (int i = 1; i < 4; ++i) {
       sum = hn::MulAdd(weight(i), LoadTap<kKind>(plane, t, i), sum);
     }
@@ -251,17 +251,17 @@ struct HistoryAt {
 template <typename Use>
 HWY_INLINE void WithHistory(const SignalHistory& before, const ReprojectionTaps& taps, int x, int y,
                             const Use& use) {
-  const HistoryPlace place = taps.Place(x / LaneCount(), y);
-  if (place == HistoryPlace::kBlock) {
+  const TapPattern pattern = taps.Pattern(x / LaneCount(), y);
+  if (pattern == TapPattern::kBlock2x2) {
     const FetchTaps t = BlockTaps(before, taps, x, y);
-    use(HistoryAt<TapKind::kBlock>{before, t});
-  } else if (KnownPlace(place)) {
-    const FetchTaps t = OwnTaps(before, taps, x, y);
-    use(HistoryAt<TapKind::kOwn>{before, t});
+    use(HistoryAt<TapKind::kBlock2x2>{before, t});
+  } else if (IsIdentityOrDisoccluded(pattern)) {
+    const FetchTaps t = IdentityTaps(before, taps, x, y);
+    use(HistoryAt<TapKind::kSingle>{before, t});
   } else {
     const FetchTaps t = ScatteredTaps(before, taps, x, y);
-    if (t.kind == TapKind::kBlock) {
-      use(HistoryAt<TapKind::kBlock>{before, t});
+    if (t.kind == TapKind::kBlock2x2) {
+      use(HistoryAt<TapKind::kBlock2x2>{before, t});
     } else {
       use(HistoryAt<TapKind::kAnywhere>{before, t});
     }
@@ -276,8 +276,8 @@ HWY_INLINE void FetchScattered(const ReprojectionTaps& taps, int x, int y) {
   if (ahead >= taps.x.width()) {
     return;
   }
-  const HistoryPlace place = taps.Place(ahead / LaneCount(), y);
-  if (place == HistoryPlace::kElsewhere || place == HistoryPlace::kOwn) {
+  const TapPattern pattern = taps.Pattern(ahead / LaneCount(), y);
+  if (pattern == TapPattern::kGather || pattern == TapPattern::kIdentityOrNone) {
     __builtin_prefetch(taps.x.Row(y) + ahead);
     __builtin_prefetch(taps.y.Row(y) + ahead);
     __builtin_prefetch(taps.search.Row(y) + ahead);

@@ -71,8 +71,8 @@ struct SignalRow {
   const float* red;
   const float* blue;
   const float* variance;
-  const float* stop;
-  const float* present;
+  const float* luminance_factor;
+  const float* valid;
   float eaw_l;  ///< log2(e) / sigma^2
 };
 
@@ -82,8 +82,8 @@ inline SignalRow RowOf(const AtrousSignal& s, int y) {
           colour[1].Row(y),
           colour[2].Row(y),
           s.variance->Row(y),
-          s.stop != nullptr ? s.stop->Row(y) : nullptr,
-          s.present->Row(y),
+          s.luminance_factor != nullptr ? s.luminance_factor->Row(y) : nullptr,
+          s.valid->Row(y),
           kLog2E / (s.eaw_sigma_l * s.eaw_sigma_l)};
 }
 
@@ -93,14 +93,14 @@ struct Sums {
 
 /// Destination of the filtered pixels of one signal.
 struct OutputRow {
-  float* value[4];  ///< luminance, red, blue, variance
-  float* grown;     ///< nullptr: not requested
+  float* value[4];   ///< luminance, red, blue, variance
+  float* valid_out;  ///< nullptr: not requested
 };
 
 inline OutputRow OutputOf(const AtrousSignal& s, int y) {
   LumaImage3& colour = s.out->colour;
   return {{colour[0].Row(y), colour[1].Row(y), colour[2].Row(y), s.out->variance.Row(y)},
-          s.grown != nullptr ? s.grown->Row(y) : nullptr};
+          s.valid_out != nullptr ? s.valid_out->Row(y) : nullptr};
 }
 
 /// Writes the filtered pixels of one signal.
@@ -111,7 +111,7 @@ HWY_INLINE void Finish(const SignalRow& row, const OutputRow& out, const Sums& s
   const MF filled = hn::And(hn::Gt(sums.weight, hn::Set(d, kMinAtrousWeight)), surface);
   const VF scale = hn::Div(one, hn::IfThenElse(filled, sums.weight, one));
   const VF scale2 = hn::Mul(scale, scale);
-  if (hn::AllTrue(d, filled) && out.grown == nullptr) {  // nearly everywhere
+  if (hn::AllTrue(d, filled) && out.valid_out == nullptr) {  // nearly everywhere
     StreamInRow(d, hn::Mul(sums.luminance, scale), out.value[0], x, width);
     StreamInRow(d, hn::Mul(sums.red, scale), out.value[1], x, width);
     StreamInRow(d, hn::Mul(sums.blue, scale), out.value[2], x, width);
@@ -126,8 +126,9 @@ HWY_INLINE void Finish(const SignalRow& row, const OutputRow& out, const Sums& s
   put(1, sums.red, scale, row.red);
   put(2, sums.blue, scale, row.blue);
   put(3, sums.variance, scale2, row.variance);
-  if (out.grown != nullptr) {
-    StreamInRow(d, hn::IfThenElse(filled, one, hn::LoadU(d, row.present + x)), out.grown, x, width);
+  if (out.valid_out != nullptr) {
+    StreamInRow(d, hn::IfThenElse(filled, one, hn::LoadU(d, row.valid + x)), out.valid_out, x,
+                width);
   }
 }
 
@@ -162,11 +163,11 @@ inline NextSignal NextSignalOf(const AtrousPass& pass, const AtrousSignal& signa
     AddStreamed(signal.out->colour[c], own, &next);
   }
   AddStreamed(signal.out->variance, own, &next);
-  if (signal.grown != nullptr) {
-    AddStreamed(*signal.grown, own, &next);
+  if (signal.valid_out != nullptr) {
+    AddStreamed(*signal.valid_out, own, &next);
   }
   if (!geometry && noise_ratio <= 1) {
-    next.Add(*signal.stop, own);
+    next.Add(*signal.luminance_factor, own);
   }
   for (int tap = all_taps ? -level.radius : level.radius; tap <= level.radius; ++tap) {
     const int row = own + level.step * tap;
@@ -175,10 +176,10 @@ inline NextSignal NextSignalOf(const AtrousPass& pass, const AtrousSignal& signa
     }
     next.Add(*signal.variance, row);
     if (!geometry && noise_ratio > 1) {
-      next.Add(*signal.stop, row);
+      next.Add(*signal.luminance_factor, row);
     }
-    if (geometry || !signal.complete) {
-      next.Add(*signal.present, row);
+    if (geometry || !signal.all_valid) {
+      next.Add(*signal.valid, row);
     }
   }
   return next;
@@ -187,7 +188,7 @@ inline NextSignal NextSignalOf(const AtrousPass& pass, const AtrousSignal& signa
 /// The weight where there is light, else 0.
 HWY_INLINE VF WherePresent(const SignalRow& s, ptrdiff_t q, VF weight) {
   const DF d;
-  return hn::IfThenElseZero(hn::Gt(hn::LoadU(d, s.present + q), hn::Zero(d)), weight);
+  return hn::IfThenElseZero(hn::Gt(hn::LoadU(d, s.valid + q), hn::Zero(d)), weight);
 }
 
 HWY_INLINE void AddTap(const SignalRow& s, ptrdiff_t q, VF weight, VF luminance, Sums* sums) {
@@ -205,17 +206,17 @@ struct LightTaps {
   const TapPairs taps;
   const TapSlots exponents;  ///< a row of each tap
   float centre_kernel;
-  float least_stop;  ///< lower bound for sharing, relative to the pixel's own
+  float least_factor;  ///< lower bound for sharing, relative to the pixel's own
 };
 
 /// Sums the taps of one signal at the pixels x, x + 1, ... with the weights of SVGF. kShared:
 /// differences are measured in the noise of both pixels.
 template <int kPairs, bool kShared, bool kComplete>
-HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, VF stop, int x) {
+HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, VF own_factor, int x) {
   const DF d;
   const VF zero = hn::Zero(d);
   const VF centre = hn::LoadU(d, row.luminance + x);
-  const VF least = hn::Mul(stop, hn::Set(d, light.least_stop));
+  const VF least = hn::Mul(own_factor, hn::Set(d, light.least_factor));
   const VF kernel = hn::Set(d, light.centre_kernel);
   Sums sums = {zero, zero, zero, zero, zero};
   AddTap(row, x, kComplete ? kernel : WherePresent(row, x, kernel), centre, &sums);
@@ -229,10 +230,11 @@ HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, VF stop, i
                          InRegister(hn::LoadU(d, row.luminance + q[1]))};
         const float* exponents = light.exponents.first + 2 * i * light.exponents.stride + x;
         VF exponent[2] = {hn::Load(d, exponents), hn::Load(d, exponents + light.exponents.stride)};
-        VF factor[2] = {stop, stop};
+        VF factor[2] = {own_factor, own_factor};
         if constexpr (kShared) {
           for (int k = 0; k < 2; ++k) {
-            factor[k] = hn::Min(stop, hn::Max(hn::LoadU(d, row.stop + q[k]), least));
+            factor[k] =
+                hn::Min(own_factor, hn::Max(hn::LoadU(d, row.luminance_factor + q[k]), least));
           }
         }
         const VF deviation[2] = {hn::Abs(hn::Sub(centre, l[0])), hn::Abs(hn::Sub(centre, l[1]))};
@@ -289,9 +291,10 @@ HWY_NOINLINE void FilterSignalRow(const AtrousPass& pass, const AtrousSignal& si
   for (int x = 0; x < width; x += LaneCount()) {
     next.Fetch(x);
     const MF surface = hn::Gt(hn::LoadU(d, depth + x), zero);
-    const Sums sums = hn::AllFalse(d, surface) ? Sums{zero, zero, zero, zero, zero}
-                                               : SumTaps<kPairs, kShared, kComplete>(
-                                                     light, row, hn::LoadU(d, row.stop + x), x);
+    const Sums sums = hn::AllFalse(d, surface)
+                          ? Sums{zero, zero, zero, zero, zero}
+                          : SumTaps<kPairs, kShared, kComplete>(
+                                light, row, hn::LoadU(d, row.luminance_factor + x), x);
     Finish(row, out, sums, surface, x, width);
   }
 }
@@ -301,7 +304,7 @@ template <int kPairs>
 void FilterSignalRow(const AtrousPass& pass, const AtrousSignal& signal, int y,
                      TapSlots exponents) {
   const bool shared = pass.parameters->noise_ratio > 1;
-  if (signal.complete) {
+  if (signal.all_valid) {
     shared ? FilterSignalRow<kPairs, true, true>(pass, signal, y, exponents)
            : FilterSignalRow<kPairs, false, true>(pass, signal, y, exponents);
   } else {
@@ -313,11 +316,11 @@ void FilterSignalRow(const AtrousPass& pass, const AtrousSignal& signal, int y,
 /// Whether any signal has light at the pixels x, x + 1, ... of a row, which may lie in the border.
 HWY_INLINE bool AnyPresent(const AtrousPass& pass, int y, int x) {
   const DF d;
-  VF present = hn::Zero(d);
+  VF valid = hn::Zero(d);
   for (const AtrousSignal& signal : pass.signals) {
-    present = hn::Max(present, hn::LoadU(d, signal.present->Row(y) + x));
+    valid = hn::Max(valid, hn::LoadU(d, signal.valid->Row(y) + x));
   }
-  return !hn::AllFalse(d, hn::And(hn::Gt(present, hn::Zero(d)), InRow(x, pass.guides->id.width())));
+  return !hn::AllFalse(d, hn::And(hn::Gt(valid, hn::Zero(d)), InRow(x, pass.guides->id.width())));
 }
 
 struct GeometrySums {
@@ -327,7 +330,7 @@ struct GeometrySums {
 /// Pixels without light may hold any value, even NaN.
 HWY_INLINE void AddGeometryTap(const SignalRow& s, ptrdiff_t q, VF weight, GeometrySums* sums) {
   const DF d;
-  const MF there = hn::Gt(hn::LoadU(d, s.present + q), hn::Zero(d));
+  const MF there = hn::Gt(hn::LoadU(d, s.valid + q), hn::Zero(d));
   const auto value = [&](const float* row)
                          HWY_ATTR { return hn::IfThenElseZero(there, hn::LoadU(d, row + q)); };
   sums->luminance = hn::MulAdd(weight, value(s.luminance), sums->luminance);
@@ -368,7 +371,7 @@ void FilterRowByGeometry(const AtrousPass& pass, int y) {
     outputs[i] = OutputOf(pass.signals[i], y);
   }
   // If samples are rare, their data has not been fetched by other pixels.
-  const bool sparse = IsSparseRow(rows[0].present, width);
+  const bool sparse = IsSparseRow(rows[0].valid, width);
   const NextGuides next_guides = NextGuidesOf(pass, sparse, y);
   NextSignal next[kMostSignals];
   for (size_t i = 0; i < pass.signals.size(); ++i) {
@@ -547,11 +550,11 @@ void CheckSignals(std::span<const AtrousSignal> signals, const GuidePlanes& guid
   const ptrdiff_t stride = guides.inverse_depth.stride();
   STILLRAY_CHECK_LE(signals.size(), kMostSignals);
   for (const AtrousSignal& signal : signals) {
-    STILLRAY_CHECK_LE(ReachOf(level), signal.present->border());
+    STILLRAY_CHECK_LE(ReachOf(level), signal.valid->border());
     STILLRAY_CHECK_EQ(signal.variance->stride(), stride);
-    STILLRAY_CHECK_EQ(signal.present->stride(), stride);
+    STILLRAY_CHECK_EQ(signal.valid->stride(), stride);
     if (level.weights == kAtrousSvgf) {
-      STILLRAY_CHECK_EQ(signal.stop->stride(), stride);
+      STILLRAY_CHECK_EQ(signal.luminance_factor->stride(), stride);
     }
   }
 }

@@ -45,14 +45,14 @@ struct AtrousSignal {
   const LumaImage3* colour;
   const Image1* variance;
   FilterPlanes* out;
-  const Image1* stop;     ///< see prefilter_variance; read with kAtrousSvgf only
-  const Image1* present;  ///< positive where there is light on a surface, else 0
-  bool complete = false;  ///< every surface has light, so `present` is redundant
-  float eaw_sigma_l = 1;  ///< in units of light, of this level
-  /// Set to 1 where there is light after this level, else 0 (`present` of the next one); nullptr:
+  const Image1* luminance_factor;  ///< see prefilter_variance; read with kAtrousSvgf only
+  const Image1* valid;             ///< positive where there is light on a surface, else 0
+  bool all_valid = false;          ///< every surface has light, so `valid` is redundant
+  float eaw_sigma_l = 1;           ///< in units of light, of this level
+  /// Set to 1 where there is light after this level, else 0 (`valid` of the next one); nullptr:
   /// not requested. Below one sample per pixel single samples would show as dots if a level skipped
   /// the pixels that the previous one has filled.
-  Image1* grown = nullptr;
+  Image1* valid_out = nullptr;
 };
 
 namespace reference {

@@ -35,7 +35,7 @@ float EdgeWeight(const AtrousSignal& signal, const GuidePlanes& g, const AtrousL
   const float dl = abs((*signal.colour)[0](x, y) - (*signal.colour)[0](qx, qy));
   if (level.weights == kAtrousEaw) {
     const float plane = PlaneDepthExponent(ip, iq, slope, offset, 1.0f);
-    const float known_dl = (*signal.present)(x, y) > 0 ? dl : 0.0f;
+    const float known_dl = (*signal.valid)(x, y) > 0 ? dl : 0.0f;
     return exp(-EawExponent(known_dl * known_dl, dot(np - nq, np - nq), plane * plane,
                             signal.eaw_sigma_l, p.eaw_sigma_n, p.eaw_sigma_z));
   }
@@ -48,8 +48,9 @@ float EdgeWeight(const AtrousSignal& signal, const GuidePlanes& g, const AtrousL
   if (level.weights == kAtrousGeometry) {
     return geometry;
   }
-  const Image1& stop = *signal.stop;
-  return geometry * std::exp2(-dl * SharedStop(stop(x, y), stop(qx, qy), p.noise_ratio));
+  const Image1& factor = *signal.luminance_factor;
+  return geometry *
+         std::exp2(-dl * SharedLuminanceFactor(factor(x, y), factor(qx, qy), p.noise_ratio));
 }
 
 void FilterPixel(const AtrousSignal& signal, const GuidePlanes& g, const AtrousLevel& level,
@@ -63,7 +64,7 @@ void FilterPixel(const AtrousSignal& signal, const GuidePlanes& g, const AtrousL
     for (int dx = -level.radius; dx <= level.radius; ++dx) {
       const int qx = x + dx * level.step;
       const int qy = y + dy * level.step;
-      if (!((*signal.present)(qx, qy) > 0)) {
+      if (!((*signal.valid)(qx, qy) > 0)) {
         continue;
       }
       const bool centre = dx == 0 && dy == 0;
@@ -81,8 +82,8 @@ void FilterPixel(const AtrousSignal& signal, const GuidePlanes& g, const AtrousL
   }
   signal.out->variance(x, y) =
       filled ? sum_variance / (sum_weight * sum_weight) : (*signal.variance)(x, y);
-  if (signal.grown != nullptr) {
-    (*signal.grown)(x, y) = filled || (*signal.present)(x, y) > 0 ? 1.0f : 0.0f;
+  if (signal.valid_out != nullptr) {
+    (*signal.valid_out)(x, y) = filled || (*signal.valid)(x, y) > 0 ? 1.0f : 0.0f;
   }
 }
 
@@ -91,8 +92,8 @@ void PassThrough(const AtrousSignal& signal, int x, int y) {
     signal.out->colour[c](x, y) = (*signal.colour)[c](x, y);
   }
   signal.out->variance(x, y) = (*signal.variance)(x, y);
-  if (signal.grown != nullptr) {
-    (*signal.grown)(x, y) = (*signal.present)(x, y);
+  if (signal.valid_out != nullptr) {
+    (*signal.valid_out)(x, y) = (*signal.valid)(x, y);
   }
 }
 
@@ -101,10 +102,10 @@ void PassThrough(const AtrousSignal& signal, int x, int y) {
 void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
             const AtrousLevel& level, const AtrousParameters& p) {
   for (const AtrousSignal& signal : signals) {
-    STILLRAY_CHECK_LE(ReachOf(level), signal.present->border());
-    for (int y = 0; y < signal.present->height(); ++y) {
-      for (int x = 0; x < signal.present->width(); ++x) {
-        if (level.weights == kAtrousGeometry && !((*signal.present)(x, y) > 0)) {
+    STILLRAY_CHECK_LE(ReachOf(level), signal.valid->border());
+    for (int y = 0; y < signal.valid->height(); ++y) {
+      for (int x = 0; x < signal.valid->width(); ++x) {
+        if (level.weights == kAtrousGeometry && !((*signal.valid)(x, y) > 0)) {
           continue;
         }
         if (guides.inverse_depth(x, y) > 0) {

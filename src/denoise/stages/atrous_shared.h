@@ -22,7 +22,7 @@ const int kAtrousEaw = 3;       // Gaussians of luminance, normal and depth diff
 SHARED_BLOCK(AtrousParameters) {
   EdgeStopping edges;
   int wavelet_id;     // 1: also stop at another id, but with kAtrousGeometry
-  float noise_ratio;  // >= 1; see SharedStop
+  float noise_ratio;  // >= 1; see SharedLuminanceFactor
   float eaw_sigma_l;  // in mean luminances of the signal
   float eaw_sigma_n;
   float eaw_sigma_z;

@@ -54,7 +54,7 @@ SHARED_FN float PlaneDepthExponent(float ip, float iq, vec2 g, vec2 offset, floa
 // The reciprocal denominator of the luminance weight: log2(e) / (sigma_l sqrt(var_p) + eps), the
 // factor of |l_p - l_q| in an exponent of 2 (SVGF eq. 5). `spread` is the root of the prefiltered
 // variance (PSVGF: the variance itself); eps in proportion to the luminance.
-SHARED_FN float LuminanceStop(float l, float spread, float sigma_l, float epsilon) {
+SHARED_FN float LuminanceFactor(float l, float spread, float sigma_l, float epsilon) {
   return 1.44269504f / (sigma_l * spread + epsilon * abs(l) + 1e-12f);
 }
 
@@ -63,8 +63,8 @@ SHARED_FN float LuminanceStop(float l, float spread, float sigma_l, float epsilo
 // a pixel with few bright samples is underestimated, so it rejects its brighter neighbours, while
 // they accept it. Without the bound, noisy penumbras would leak into the clean surfaces beside
 // them.
-SHARED_FN float SharedStop(float stop_p, float stop_q, float ratio) {
-  return min(stop_p, max(stop_q, stop_p / ratio));
+SHARED_FN float SharedLuminanceFactor(float factor_p, float factor_q, float ratio) {
+  return min(factor_p, max(factor_q, factor_p / ratio));
 }
 
 // Gaussians of Dammertz et al. 2010, section 3.2, with squared differences d2 over squared sigmas.

@@ -246,7 +246,7 @@ void EstimateVariance(std::span<VarianceSignal> signals, const GuidePlanes& guid
     incomplete |= HWY_DYNAMIC_DISPATCH(EstimateVarianceRows)(estimates, y0, y1);
   });
   for (size_t i = 0; i < signals.size(); ++i) {
-    signals[i].complete = (incomplete >> i & 1u) == 0;
+    signals[i].all_valid = (incomplete >> i & 1u) == 0;
   }
 }
 

@@ -22,7 +22,7 @@ struct VarianceSignal {
   /// Of this frame: a frame of n samples per pixel has 1/n of a sample's. nullptr: one.
   const Image1* samples;
   Image1* variance;
-  bool complete = false;  ///< set by the stage: every surface has light
+  bool all_valid = false;  ///< set by the stage: every surface has light
 };
 
 namespace reference {

@@ -78,16 +78,16 @@ float Estimate(const VarianceSignal& signal, const GuidePlanes& guides,
 void EstimateVariance(std::span<VarianceSignal> signals, const GuidePlanes& guides,
                       const EstimateVarianceParameters& p) {
   for (VarianceSignal& signal : signals) {
-    bool complete = true;
+    bool all_valid = true;
     for (int y = 0; y < signal.variance->height(); ++y) {
       for (int x = 0; x < signal.variance->width(); ++x) {
         (*signal.variance)(x, y) = Estimate(signal, guides, p, x, y);
         if (guides.inverse_depth(x, y) > 0 && !(signal.history->length(x, y) > 0)) {
-          complete = false;
+          all_valid = false;
         }
       }
     }
-    signal.complete = complete;
+    signal.all_valid = all_valid;
   }
 }
 

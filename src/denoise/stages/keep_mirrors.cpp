@@ -22,7 +22,7 @@ namespace {
 /// Marks mirrors, and stores the luminance of their samples for their neighbours: in planes with a
 /// border.
 void FindMirrorRows(const KeepMirrorsInput& in, float mirror_roughness, int y0, int y1,
-                    FilterPlanes* measured, Image1* present) {
+                    FilterPlanes* measured, Image1* valid) {
   const DF d;
   const VF zero = hn::Zero(d);
   const VF limit = hn::Set(d, mirror_roughness);
@@ -34,7 +34,7 @@ void FindMirrorRows(const KeepMirrorsInput& in, float mirror_roughness, int y0, 
                                  hn::Gt(hn::LoadU(d, in.light->samples.Row(y) + x), zero));
       const MF mirror =
           hn::And(surface, hn::And(hn::Ge(roughness, zero), hn::Le(roughness, limit)));
-      StoreInRow(d, hn::IfThenElseZero(mirror, hn::Set(d, 1.0f)), present->Row(y), x, width);
+      StoreInRow(d, hn::IfThenElseZero(mirror, hn::Set(d, 1.0f)), valid->Row(y), x, width);
       StoreInRow(d, hn::LoadU(d, in.light->colour[0].Row(y) + x), measured->colour[2].Row(y), x,
                  width);
     }
@@ -42,7 +42,7 @@ void FindMirrorRows(const KeepMirrorsInput& in, float mirror_roughness, int y0, 
 }
 
 /// See NoiseOfNearest.
-HWY_INLINE VF NoiseAt(const Image1& luminance, const Image1& present, int x, int y, VF scale) {
+HWY_INLINE VF NoiseAt(const Image1& luminance, const Image1& valid, int x, int y, VF scale) {
   const DF d;
   const VF none = hn::Set(d, kNoNeighbour);
   const VF own = hn::LoadU(d, luminance.Row(y) + x);
@@ -54,7 +54,7 @@ HWY_INLINE VF NoiseAt(const Image1& luminance, const Image1& present, int x, int
         continue;
       }
       const VF difference = hn::Sub(own, hn::LoadU(d, luminance.Row(y + dy) + x + dx));
-      const MF there = hn::Gt(hn::LoadU(d, present.Row(y + dy) + x + dx), hn::Zero(d));
+      const MF there = hn::Gt(hn::LoadU(d, valid.Row(y + dy) + x + dx), hn::Zero(d));
       const VF square = hn::IfThenElse(there, hn::Mul(difference, difference), none);
       second = hn::Min(second, hn::Max(first, square));
       first = hn::Min(first, square);
@@ -76,14 +76,14 @@ HWY_INLINE VF NoiseScale(const Image2* motion, int x, int y) {
   return hn::IfThenElse(still, hn::Set(d, kStillNoise * kNearestNoise), moving);
 }
 
-void MeasureMirrorRows(const KeepMirrorsInput& in, const Image1& present, int y0, int y1,
+void MeasureMirrorRows(const KeepMirrorsInput& in, const Image1& valid, int y0, int y1,
                        FilterPlanes* measured) {
   const DF d;
   const VF zero = hn::Zero(d);
-  const int width = present.width();
+  const int width = valid.width();
   for (int y = y0; y < y1; ++y) {
     for (int x = 0; x < width; x += LaneCount()) {
-      const MF mirror = hn::Gt(hn::LoadU(d, present.Row(y) + x), zero);
+      const MF mirror = hn::Gt(hn::LoadU(d, valid.Row(y) + x), zero);
       VF square = zero;
       VF noise = zero;
       if (!hn::AllFalse(d, mirror)) {
@@ -91,7 +91,7 @@ void MeasureMirrorRows(const KeepMirrorsInput& in, const Image1& present, int y0
                                       hn::LoadU(d, (*in.filtered)[0].Row(y) + x));
         square = hn::IfThenElseZero(mirror, hn::Mul(difference, difference));
         noise = hn::IfThenElseZero(
-            mirror, NoiseAt(measured->colour[2], present, x, y, NoiseScale(in.motion, x, y)));
+            mirror, NoiseAt(measured->colour[2], valid, x, y, NoiseScale(in.motion, x, y)));
       }
       StoreInRow(d, square, measured->colour[0].Row(y), x, width);
       StoreInRow(d, noise, measured->colour[1].Row(y), x, width);
@@ -100,17 +100,16 @@ void MeasureMirrorRows(const KeepMirrorsInput& in, const Image1& present, int y0
   }
 }
 
-void KeepMirrorRows(const FilterPlanes& blurred, const Image1& present, const NewLight& light,
-                    int y0, int y1, LumaImage3* filtered) {
+void KeepMirrorRows(const FilterPlanes& blurred, const Image1& valid, const NewLight& light, int y0,
+                    int y1, LumaImage3* filtered) {
   const DF d;
   const VF zero = hn::Zero(d);
-  const int width = present.width();
+  const int width = valid.width();
   for (int y = y0; y < y1; ++y) {
     for (int x = 0; x < width; x += LaneCount()) {
       const VF square = hn::LoadU(d, blurred.colour[0].Row(y) + x);
       const VF noise = hn::LoadU(d, blurred.colour[1].Row(y) + x);
-      const MF keep =
-          hn::And(hn::Gt(hn::LoadU(d, present.Row(y) + x), zero), hn::Gt(square, noise));
+      const MF keep = hn::And(hn::Gt(hn::LoadU(d, valid.Row(y) + x), zero), hn::Gt(square, noise));
       if (hn::AllFalse(d, keep)) {
         continue;
       }
@@ -138,19 +137,19 @@ HWY_EXPORT(MeasureMirrorRows);
 HWY_EXPORT(KeepMirrorRows);
 
 void MeasureMirrors(const KeepMirrorsInput& in, const KeepMirrorsParameters& p,
-                    FilterPlanes* measured, Image1* present) {
-  ParallelRows(present->height(), 32, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(FindMirrorRows)(in, p.mirror_roughness, y0, y1, measured, present);
+                    FilterPlanes* measured, Image1* valid) {
+  ParallelRows(valid->height(), 32, [&](int y0, int y1) {
+    HWY_DYNAMIC_DISPATCH(FindMirrorRows)(in, p.mirror_roughness, y0, y1, measured, valid);
   });
-  ParallelRows(present->height(), 32, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(MeasureMirrorRows)(in, *present, y0, y1, measured);
+  ParallelRows(valid->height(), 32, [&](int y0, int y1) {
+    HWY_DYNAMIC_DISPATCH(MeasureMirrorRows)(in, *valid, y0, y1, measured);
   });
 }
 
-void KeepMirrors(const FilterPlanes& blurred, const Image1& present, const NewLight& light,
+void KeepMirrors(const FilterPlanes& blurred, const Image1& valid, const NewLight& light,
                  LumaImage3* filtered) {
-  ParallelRows(present.height(), 32, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(KeepMirrorRows)(blurred, present, light, y0, y1, filtered);
+  ParallelRows(valid.height(), 32, [&](int y0, int y1) {
+    HWY_DYNAMIC_DISPATCH(KeepMirrorRows)(blurred, valid, light, y0, y1, filtered);
   });
 }
 

@@ -29,19 +29,19 @@ struct KeepMirrorsInput {
 };
 
 /// MeasureMirrors: luminance of `measured` = squared difference of x and y, red = variance of x,
-/// variance = 0; present = 1 for samples in mirrors. Its blue is scratch memory. KeepMirrors:
+/// variance = 0; valid = 1 for samples in mirrors. Its blue is scratch memory. KeepMirrors:
 /// blends x into y.
-/// \param blurred  `measured` after the wavelet levels; not read where `present` is 0
+/// \param blurred  `measured` after the wavelet levels; not read where `valid` is 0
 namespace reference {
 void MeasureMirrors(const KeepMirrorsInput& in, const KeepMirrorsParameters& parameters,
-                    FilterPlanes* measured, Image1* present);
-void KeepMirrors(const FilterPlanes& blurred, const Image1& present, const NewLight& light,
+                    FilterPlanes* measured, Image1* valid);
+void KeepMirrors(const FilterPlanes& blurred, const Image1& valid, const NewLight& light,
                  LumaImage3* filtered);
 }  // namespace reference
 namespace cpu {
 void MeasureMirrors(const KeepMirrorsInput& in, const KeepMirrorsParameters& parameters,
-                    FilterPlanes* measured, Image1* present);
-void KeepMirrors(const FilterPlanes& blurred, const Image1& present, const NewLight& light,
+                    FilterPlanes* measured, Image1* valid);
+void KeepMirrors(const FilterPlanes& blurred, const Image1& valid, const NewLight& light,
                  LumaImage3* filtered);
 }  // namespace cpu
 

@@ -39,11 +39,11 @@ float NoiseAt(const KeepMirrorsInput& in, const KeepMirrorsParameters& p, int x,
 }  // namespace
 
 void MeasureMirrors(const KeepMirrorsInput& in, const KeepMirrorsParameters& p,
-                    FilterPlanes* measured, Image1* present) {
+                    FilterPlanes* measured, Image1* valid) {
   for (int y = 0; y < in.light->samples.height(); ++y) {
     for (int x = 0; x < in.light->samples.width(); ++x) {
-      (*present)(x, y) = IsMirrorAt(in, p, x, y) ? 1.0f : 0.0f;
-      if ((*present)(x, y) > 0) {
+      (*valid)(x, y) = IsMirrorAt(in, p, x, y) ? 1.0f : 0.0f;
+      if ((*valid)(x, y) > 0) {
         const float d = in.light->colour[0](x, y) - (*in.filtered)[0](x, y);
         measured->colour[0](x, y) = d * d;
         measured->colour[1](x, y) = NoiseAt(in, p, x, y);
@@ -53,13 +53,12 @@ void MeasureMirrors(const KeepMirrorsInput& in, const KeepMirrorsParameters& p,
   }
 }
 
-void KeepMirrors(const FilterPlanes& blurred, const Image1& present, const NewLight& light,
+void KeepMirrors(const FilterPlanes& blurred, const Image1& valid, const NewLight& light,
                  LumaImage3* filtered) {
-  for (int y = 0; y < present.height(); ++y) {
-    for (int x = 0; x < present.width(); ++x) {
-      const float share = present(x, y) > 0
-                              ? FilteredShare(blurred.colour[0](x, y), blurred.colour[1](x, y))
-                              : 1.0f;
+  for (int y = 0; y < valid.height(); ++y) {
+    for (int x = 0; x < valid.width(); ++x) {
+      const float share =
+          valid(x, y) > 0 ? FilteredShare(blurred.colour[0](x, y), blurred.colour[1](x, y)) : 1.0f;
       for (int c = 0; c < 3 && share < 1; ++c) {
         const float kept = light.colour[c](x, y);
         (*filtered)[c](x, y) = kept + share * ((*filtered)[c](x, y) - kept);

@@ -47,7 +47,7 @@ void AddHistory(std::initializer_list<const Image1*> planes, const ReprojectionT
 
 void CompareWithHistoryRows(const NewLight& light, const SignalHistory& before,
                             const ReprojectionTaps& taps, const GuidePlanes& guides, int y0, int y1,
-                            FilterPlanes* compared, Image1* present) {
+                            FilterPlanes* compared, Image1* valid) {
   const DF d;
   const VF zero = hn::Zero(d);
   const VF scale = hn::Set(d, before.compressed_scale);
@@ -60,7 +60,7 @@ void CompareWithHistoryRows(const NewLight& light, const SignalHistory& before,
       next.Add(*plane, y + 1);
     }
     for (const Image1* plane :
-         {static_cast<const Image1*>(present), static_cast<const Image1*>(&compared->variance),
+         {static_cast<const Image1*>(valid), static_cast<const Image1*>(&compared->variance),
           static_cast<const Image1*>(&compared->colour[0]),
           static_cast<const Image1*>(&compared->colour[1])}) {
       AddStreamed(*plane, y + 1, &next);
@@ -75,7 +75,7 @@ void CompareWithHistoryRows(const NewLight& light, const SignalHistory& before,
         next.Fetch(x);
       }
       if (sparse && NoSamples(light.samples, x, y)) {
-        StreamInRow(d, zero, present->Row(y), x, width);
+        StreamInRow(d, zero, valid->Row(y), x, width);
         continue;
       }
       VF length, mean, variance, then, weights2;
@@ -94,7 +94,7 @@ void CompareWithHistoryRows(const NewLight& light, const SignalHistory& before,
       const VF now = hn::Div(l, hn::Add(l, scale));
       const VF single = SampleVariance(then, mean, variance, scale);
       const VF noise = hn::Mul(single, hn::Add(hn::Div(one, hn::Max(n, one)), weights2));
-      StreamInRow(d, hn::IfThenElseZero(both, one), present->Row(y), x, width);
+      StreamInRow(d, hn::IfThenElseZero(both, one), valid->Row(y), x, width);
       StreamInRow(d, hn::Sub(now, then), compared->colour[0].Row(y), x, width);
       StreamInRow(d, single, compared->colour[1].Row(y), x, width);
       StreamInRow(d, noise, compared->variance.Row(y), x, width);
@@ -103,16 +103,16 @@ void CompareWithHistoryRows(const NewLight& light, const SignalHistory& before,
   FinishStreams();
 }
 
-void LimitHistoryRows(const FilterPlanes& blurred, const Image1& present,
-                      const SignalHistory& before, const ReprojectionTaps& taps,
-                      const LimitHistoryParameters& p, int y0, int y1, Image1* limit) {
+void LimitHistoryRows(const FilterPlanes& blurred, const Image1& valid, const SignalHistory& before,
+                      const ReprojectionTaps& taps, const LimitHistoryParameters& p, int y0, int y1,
+                      Image1* limit) {
   const DF d;
   const VF zero = hn::Zero(d);
   const int width = limit->width();
   for (int y = y0; y < y1; ++y) {
     NextRow<20> next;
     for (const Image1* plane :
-         {&blurred.colour[0], &blurred.colour[1], &blurred.variance, &present}) {
+         {&blurred.colour[0], &blurred.colour[1], &blurred.variance, &valid}) {
       next.Add(*plane, y + 1);
     }
     AddStreamed(*limit, y + 1, &next);
@@ -132,8 +132,7 @@ void LimitHistoryRows(const FilterPlanes& blurred, const Image1& present,
       const VF own = hn::Max(hn::LoadU(d, blurred.colour[1].Row(y) + x), hn::Set(d, 1e-8f));
       const VF distrust = hn::MulAdd(hn::Set(d, p.limit_gain), hn::Div(bias2, own), weights2);
       const VF limited = hn::Div(hn::Set(d, 1.0f), hn::Max(distrust, hn::Set(d, 1e-6f)));
-      const MF biased =
-          hn::And(hn::Gt(bias2, zero), hn::Gt(hn::LoadU(d, present.Row(y) + x), zero));
+      const MF biased = hn::And(hn::Gt(bias2, zero), hn::Gt(hn::LoadU(d, valid.Row(y) + x), zero));
       StreamInRow(d, hn::IfThenElse(biased, hn::Min(length, limited), length), limit->Row(y), x,
                   width);
     }
@@ -168,17 +167,17 @@ HWY_EXPORT(LimitHistoryRows);
 
 void CompareWithHistory(const NewLight& light, const SignalHistory& before,
                         const ReprojectionTaps& taps, const GuidePlanes& guides,
-                        FilterPlanes* compared, Image1* present) {
-  ParallelRows(present->height(), 32, [&](int y0, int y1) {
+                        FilterPlanes* compared, Image1* valid) {
+  ParallelRows(valid->height(), 32, [&](int y0, int y1) {
     HWY_DYNAMIC_DISPATCH(CompareWithHistoryRows)
-    (light, before, taps, guides, y0, y1, compared, present);
+    (light, before, taps, guides, y0, y1, compared, valid);
   });
 }
 
-void LimitHistory(const FilterPlanes& blurred, const Image1& present, const SignalHistory& before,
+void LimitHistory(const FilterPlanes& blurred, const Image1& valid, const SignalHistory& before,
                   const ReprojectionTaps& taps, const LimitHistoryParameters& p, Image1* limit) {
   ParallelRows(limit->height(), 32, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(LimitHistoryRows)(blurred, present, before, taps, p, y0, y1, limit);
+    HWY_DYNAMIC_DISPATCH(LimitHistoryRows)(blurred, valid, before, taps, p, y0, y1, limit);
   });
 }
 

@@ -26,22 +26,22 @@ void RescaleHistory(float scale, SignalHistory* history);
 
 /// CompareWithHistory and LimitHistory run before and after the wavelet levels, for each signal.
 /// CompareWithHistory: luminance = compressed present minus compressed history, red = variance of
-/// single compressed samples, variance = expected noise of the difference; present = 1 where both
+/// single compressed samples, variance = expected noise of the difference; valid = 1 where both
 /// exist. LimitHistory: the largest length that the history may count for; its own length without
 /// bias. The history is that of the last frame, fetched along `taps`.
 namespace reference {
 void CompareWithHistory(const NewLight& light, const SignalHistory& before,
                         const ReprojectionTaps& taps, const GuidePlanes& guides,
-                        FilterPlanes* compared, Image1* present);
-void LimitHistory(const FilterPlanes& blurred, const Image1& present, const SignalHistory& before,
+                        FilterPlanes* compared, Image1* valid);
+void LimitHistory(const FilterPlanes& blurred, const Image1& valid, const SignalHistory& before,
                   const ReprojectionTaps& taps, const LimitHistoryParameters& parameters,
                   Image1* limit);
 }  // namespace reference
 namespace cpu {
 void CompareWithHistory(const NewLight& light, const SignalHistory& before,
                         const ReprojectionTaps& taps, const GuidePlanes& guides,
-                        FilterPlanes* compared, Image1* present);
-void LimitHistory(const FilterPlanes& blurred, const Image1& present, const SignalHistory& before,
+                        FilterPlanes* compared, Image1* valid);
+void LimitHistory(const FilterPlanes& blurred, const Image1& valid, const SignalHistory& before,
                   const ReprojectionTaps& taps, const LimitHistoryParameters& parameters,
                   Image1* limit);
 }  // namespace cpu

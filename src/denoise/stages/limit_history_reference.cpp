@@ -18,7 +18,7 @@ SignalHistory Fetched(const SignalHistory& before, const ReprojectionTaps& taps)
 
 void CompareWithHistory(const NewLight& light, const SignalHistory& history,
                         const ReprojectionTaps& taps, const GuidePlanes& guides,
-                        FilterPlanes* compared, Image1* present) {
+                        FilterPlanes* compared, Image1* valid) {
   const SignalHistory before = Fetched(history, taps);
   for (int y = 0; y < light.samples.height(); ++y) {
     for (int x = 0; x < light.samples.width(); ++x) {
@@ -29,7 +29,7 @@ void CompareWithHistory(const NewLight& light, const SignalHistory& history,
       const float single = CompressedVariance(then, before.mean(x, y), before.variance(x, y),
                                               before.compressed_scale);
       const float noise = single * (1.0f / max(n, 1.0f) + before.weights2(x, y));
-      (*present)(x, y) = both ? 1.0f : 0.0f;
+      (*valid)(x, y) = both ? 1.0f : 0.0f;
       if (both) {
         compared->colour[0](x, y) = now - then;
         compared->colour[1](x, y) = single;
@@ -39,7 +39,7 @@ void CompareWithHistory(const NewLight& light, const SignalHistory& history,
   }
 }
 
-void LimitHistory(const FilterPlanes& blurred, const Image1& present, const SignalHistory& history,
+void LimitHistory(const FilterPlanes& blurred, const Image1& valid, const SignalHistory& history,
                   const ReprojectionTaps& taps, const LimitHistoryParameters& p, Image1* limit) {
   const SignalHistory before = Fetched(history, taps);
   for (int y = 0; y < limit->height(); ++y) {
@@ -48,7 +48,7 @@ void LimitHistory(const FilterPlanes& blurred, const Image1& present, const Sign
       const float limited = LimitedLength(length, before.weights2(x, y), blurred.colour[0](x, y),
                                           blurred.variance(x, y), blurred.colour[1](x, y),
                                           p.limit_dead, p.limit_gain);
-      (*limit)(x, y) = present(x, y) > 0 ? limited : length;
+      (*limit)(x, y) = valid(x, y) > 0 ? limited : length;
     }
   }
 }

@@ -36,13 +36,13 @@ struct VarianceRows {
   const float* luminance;
   const float* length;
   ThreeRows<float> variance;
-  ThreeRows<float> present;
+  ThreeRows<float> valid;
   ThreeRows<uint32_t> full;  ///< nullptr: unknown
 };
 
 inline VarianceRows RowsOf(const PrefilterVarianceInput& in, int y) {
   return {in.luminance->Row(y), in.length->Row(y), ThreeRowsOf(*in.variance, y),
-          ThreeRowsOf(*in.present, y),
+          ThreeRowsOf(*in.valid, y),
           in.full != nullptr ? ThreeRowsOf(*in.full, y) : ThreeRows<uint32_t>()};
 }
 
@@ -73,12 +73,12 @@ struct SmoothedLight {
 };
 
 HWY_INLINE SmoothedLight SmoothLightDown(const ThreeRows<float>& variance,
-                                         const ThreeRows<float>& present, int x) {
+                                         const ThreeRows<float>& valid, int x) {
   const DF d;
   VF v[3];
   VF w[3];
   for (int i = 0; i < 3; ++i) {
-    const MF there = hn::Gt(hn::LoadU(d, present.row[i] + x), hn::Zero(d));
+    const MF there = hn::Gt(hn::LoadU(d, valid.row[i] + x), hn::Zero(d));
     v[i] = hn::IfThenElseZero(there, hn::LoadU(d, variance.row[i] + x));
     w[i] = hn::IfThenElseZero(there, hn::Set(d, 1.0f));
   }
@@ -86,16 +86,16 @@ HWY_INLINE SmoothedLight SmoothLightDown(const ThreeRows<float>& variance,
 }
 
 /// Work memory of a row.
-struct StopScratch {
+struct FactorScratch {
   float* sums;            ///< of the variance down the columns
   uint32_t* full_around;  ///< of each block: it and those around it are full
 };
 
 /// Computes the outputs of a row from its inputs.
-class StopSource {
+class LuminanceFactors {
  public:
-  StopSource(const VarianceRows& rows, const PrefilterVarianceParameters& p, int width,
-             const StopScratch& scratch)
+  LuminanceFactors(const VarianceRows& rows, const PrefilterVarianceParameters& p, int width,
+                   const FactorScratch& scratch)
       : rows_(rows), p_(p), scratch_(scratch) {
     const DF d;
     const bool any_full = rows.full.row[0] != nullptr;
@@ -107,8 +107,8 @@ class StopSource {
     }
   }
 
-  /// LuminanceStop of the pixels x, x + 1, ...
-  HWY_INLINE VF Stop(int x) const {
+  /// LuminanceFactor of the pixels x, x + 1, ...
+  HWY_INLINE VF At(int x) const {
     const DF d;
     const bool full = scratch_.full_around[x / kBlockPixels] != 0;
     const VF variance =
@@ -118,15 +118,16 @@ class StopSource {
     const VF tolerance =
         hn::MulAdd(hn::Set(d, p_.sigma_l), spread,
                    hn::MulAdd(hn::Set(d, p_.luminance_epsilon), l, hn::Set(d, 1e-12f)));
-    VF stop = hn::Div(hn::Set(d, kLog2E), tolerance);
+    VF factor = hn::Div(hn::Set(d, kLog2E), tolerance);
     if (!full) {
-      stop = hn::IfThenElseZero(hn::Gt(hn::LoadU(d, rows_.present.row[1] + x), hn::Zero(d)), stop);
+      factor =
+          hn::IfThenElseZero(hn::Gt(hn::LoadU(d, rows_.valid.row[1] + x), hn::Zero(d)), factor);
     }
     if (p_.short_history_blur > 0) {
       const VF old = hn::LoadU(d, rows_.length + x);
-      stop = hn::IfThenElseZero(hn::Ge(old, hn::Set(d, p_.short_history_blur)), stop);
+      factor = hn::IfThenElseZero(hn::Ge(old, hn::Set(d, p_.short_history_blur)), factor);
     }
-    return stop;
+    return factor;
   }
 
  private:
@@ -144,28 +145,28 @@ class StopSource {
                             hn::LoadU(d, scratch_.sums + x + 1));
       return hn::Mul(sum, hn::Set(d, 1.0f / 16));
     }
-    const SmoothedLight before = SmoothLightDown(rows_.variance, rows_.present, x - 1);
-    const SmoothedLight here = SmoothLightDown(rows_.variance, rows_.present, x);
-    const SmoothedLight after = SmoothLightDown(rows_.variance, rows_.present, x + 1);
+    const SmoothedLight before = SmoothLightDown(rows_.variance, rows_.valid, x - 1);
+    const SmoothedLight here = SmoothLightDown(rows_.variance, rows_.valid, x);
+    const SmoothedLight after = SmoothLightDown(rows_.variance, rows_.valid, x + 1);
     const VF weight = Smooth(before.weight, here.weight, after.weight);
     return hn::Div(Smooth(before.sum, here.sum, after.sum), hn::Max(weight, hn::Set(d, 1.0f)));
   }
 
   const VarianceRows rows_;
   const PrefilterVarianceParameters p_;
-  const StopScratch scratch_;
+  const FactorScratch scratch_;
 };
 
 /// The inputs and outputs of the next row.
 NextRow<8> NextRowOf(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p, int y,
-                     const Image1& stop) {
+                     const Image1& factor) {
   NextRow<8> next;
   next.Add(*in.variance, y + 1);
   if (in.full == nullptr) {
-    next.Add(*in.present, y + 1);
+    next.Add(*in.valid, y + 1);
   }
   next.Add(*in.luminance, y);
-  AddStreamed(stop, y, &next);
+  AddStreamed(factor, y, &next);
   if (p.short_history_blur > 0) {
     next.Add(*in.length, y);
   }
@@ -173,16 +174,17 @@ NextRow<8> NextRowOf(const PrefilterVarianceInput& in, const PrefilterVariancePa
 }
 
 void PrefilterVarianceRows(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p,
-                           int y0, int y1, Image1* stop) {
+                           int y0, int y1, Image1* factor) {
   const DF d;
-  const int width = stop->width();
+  const int width = factor->width();
   const RowScratch scratch(width, 2);
   for (int y = y0; y < y1; ++y) {
-    const StopSource source(RowsOf(in, y), p, width, {scratch.Row(0), scratch.Row<uint32_t>(1)});
-    const NextRow<8> next = NextRowOf(in, p, y + 1, *stop);
+    const LuminanceFactors source(RowsOf(in, y), p, width,
+                                  {scratch.Row(0), scratch.Row<uint32_t>(1)});
+    const NextRow<8> next = NextRowOf(in, p, y + 1, *factor);
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
-      StreamInRow(d, source.Stop(x), stop->Row(y), x, width);
+      StreamInRow(d, source.At(x), factor->Row(y), x, width);
     }
   }
   FinishStreams();
@@ -199,9 +201,9 @@ namespace stillray::cpu {
 HWY_EXPORT(PrefilterVarianceRows);
 
 void PrefilterVariance(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p,
-                       Image1* stop) {
-  ParallelRows(stop->height(), 32, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(PrefilterVarianceRows)(in, p, y0, y1, stop);
+                       Image1* factor) {
+  ParallelRows(factor->height(), 32, [&](int y0, int y1) {
+    HWY_DYNAMIC_DISPATCH(PrefilterVarianceRows)(in, p, y0, y1, factor);
   });
 }
 

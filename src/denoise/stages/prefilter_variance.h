@@ -17,22 +17,23 @@ namespace stillray {
 struct PrefilterVarianceInput {
   const Image1* luminance;
   const Image1* variance;  ///< of the luminance
-  const Image1* present;   ///< positive where there is light on a surface, else 0 (border: 0)
+  const Image1* valid;     ///< positive where there is light on a surface, else 0 (border: 0)
   const Image1* length;    ///< history length, samples
-  /// GuidePlanes::full if every surface has light: `present` is then read at edges only. nullptr:
+  /// GuidePlanes::full if every surface has light: `valid` is then read at edges only. nullptr:
   /// unknown.
   const Plane<uint32_t>* full = nullptr;
 };
 
-/// \param stop  LuminanceStop of every pixel; 0 where the luminance weight is 1: no light yet, or
+/// \param factor  LuminanceFactor of every pixel; 0 where the luminance weight is 1: no light yet,
+/// or
 ///     too short a history
 namespace reference {
 void PrefilterVariance(const PrefilterVarianceInput& in,
-                       const PrefilterVarianceParameters& parameters, Image1* stop);
+                       const PrefilterVarianceParameters& parameters, Image1* factor);
 }
 namespace cpu {
 void PrefilterVariance(const PrefilterVarianceInput& in,
-                       const PrefilterVarianceParameters& parameters, Image1* stop);
+                       const PrefilterVarianceParameters& parameters, Image1* factor);
 }  // namespace cpu
 
 }  // namespace stillray

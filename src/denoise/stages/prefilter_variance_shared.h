@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Parameters of prefilter_variance. The formula: LuminanceStop of edge_stopping_shared.h.
+// Parameters of prefilter_variance. The formula: LuminanceFactor of edge_stopping_shared.h.
 #ifndef STILLRAY_DENOISE_PREFILTER_VARIANCE_SHARED_H
 #define STILLRAY_DENOISE_PREFILTER_VARIANCE_SHARED_H
 

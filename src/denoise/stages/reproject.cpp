@@ -113,21 +113,21 @@ HWY_INLINE MF BlockMatches(const Target& t, const GuidesFrom& from, int cx, int 
 }
 
 /// \param found  lanes with taps; lanes in `own` have theirs at the pixel itself
-HWY_INLINE HistoryPlace PlaceOf(MF found, MF own, VU search, MF in_row) {
+HWY_INLINE TapPattern PatternOf(MF found, MF own, VU search, MF in_row) {
   const DF d;
   const DU du;
   if (!hn::AllTrue(du, hn::Eq(search, hn::Zero(du)))) {
-    return HistoryPlace::kElsewhere;
+    return TapPattern::kGather;
   }
   if (hn::AllFalse(d, found)) {
-    return HistoryPlace::kNowhere;
+    return TapPattern::kDisoccluded;
   }
   const MF at_home = hn::And(found, own);
   if (hn::AllTrue(d, hn::Or(at_home, hn::Not(in_row)))) {
-    return HistoryPlace::kUnchanged;
+    return TapPattern::kIdentity;
   }
-  return hn::AllTrue(d, hn::Or(at_home, hn::Not(found))) ? HistoryPlace::kOwn
-                                                         : HistoryPlace::kElsewhere;
+  return hn::AllTrue(d, hn::Or(at_home, hn::Not(found))) ? TapPattern::kIdentityOrNone
+                                                         : TapPattern::kGather;
 }
 
 /// The row that a pixel of row y reads, approximately, for prefetching.
@@ -273,7 +273,7 @@ void TapsOfRow(const GuidesOfRow& now, const GuidePlanes& before, const Image2& 
   AddStreamed(out->y, y + 1, &next);
   AddStreamed(out->weight, y + 1, &next);
   AddStreamed(out->search, y + 1, &next);
-  int elsewhere = 0;
+  int gathers = 0;
   int scattered = 0;
   for (int x = 0; x < width; x += LaneCount()) {
     next.Fetch(x);
@@ -290,24 +290,23 @@ void TapsOfRow(const GuidesOfRow& now, const GuidePlanes& before, const Image2& 
     const MF own = hn::RebindMask(
         d, hn::And(hn::Eq(taps.x, ColumnNumbers(x)), hn::Eq(taps.y, hn::Set(di, y))));
     const MF in_row = InRow(x, width);
-    HistoryPlace place =
-        taps.between ? HistoryPlace::kElsewhere : PlaceOf(found, own, search, in_row);
-    if (place == HistoryPlace::kElsewhere && hn::AllTrue(du, hn::Eq(search, hn::Zero(du)))) {
+    TapPattern pattern = taps.between ? TapPattern::kGather : PatternOf(found, own, search, in_row);
+    if (pattern == TapPattern::kGather && hn::AllTrue(du, hn::Eq(search, hn::Zero(du)))) {
       const SideBySide block = FindSideBySide(taps.x, taps.y, hn::And(found, in_row));
       if (hn::AllTrue(d, in_row) && LiesInPicture(block, 0, 1, width, height)) {
-        place = HistoryPlace::kBlock;
+        pattern = TapPattern::kBlock2x2;
         out->Block(x / LaneCount(), y) = {block.x, block.y};
       }
     }
-    out->Place(x / LaneCount(), y) = place;
-    elsewhere += ReadsElsewhere(place) ? 1 : 0;
-    if (place == HistoryPlace::kUnchanged || place == HistoryPlace::kNowhere) {
+    out->Pattern(x / LaneCount(), y) = pattern;
+    gathers += IsGather(pattern) ? 1 : 0;
+    if (pattern == TapPattern::kIdentity || pattern == TapPattern::kDisoccluded) {
       continue;
     }
     for (int i = 0; i < 4; ++i) {
       StreamInRow(d, hn::Mul(taps.weight[i], scale), to_weight[i], x, width);
     }
-    if (place == HistoryPlace::kBlock) {
+    if (pattern == TapPattern::kBlock2x2) {
       continue;
     }
     ++scattered;
@@ -316,7 +315,7 @@ void TapsOfRow(const GuidesOfRow& now, const GuidePlanes& before, const Image2& 
     StreamInRow(di, hn::IfThenElseZero(keep, taps.y), to_y, x, width);
     StreamInRow(du, search, to_search, x, width);
   }
-  out->elsewhere[static_cast<size_t>(y)] = elsewhere;
+  out->gathers[static_cast<size_t>(y)] = gathers;
   out->scattered[static_cast<size_t>(y)] = scattered;
 }
 

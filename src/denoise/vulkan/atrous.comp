@@ -6,7 +6,7 @@
 // atrous: see stages/atrous.h. All signals in one pass, which share the guides' weights.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/edge_stopping.glsl"
-#include "denoise/vulkan/stop.glsl"
+#include "denoise/vulkan/luminance_factor.glsl"
 
 layout(constant_id = 0) const int kWeights = kAtrousSvgf;
 layout(constant_id = 1) const int kRadius = 2;
@@ -15,7 +15,7 @@ layout(constant_id = 2) const int kSignals = 1;
 layout(set = 1, binding = 0) uniform utexture2D surface_image;
 layout(set = 1, binding = 1) uniform utexture2D detail_image;
 layout(set = 1, binding = 2) uniform texture2DArray light;
-layout(set = 1, binding = 3) uniform texture2DArray stop_image;
+layout(set = 1, binding = 3) uniform texture2DArray factor_image;
 layout(set = 1, binding = 4, LIGHT_FORMAT) writeonly uniform image2DArray light_out;
 
 layout(push_constant) uniform Push {
@@ -38,15 +38,15 @@ void PassThrough(ivec2 p) {
   }
 }
 
-// The luminance weight of q for signal s; q_light, q_stop: its light and reciprocal denominator.
-float LuminanceWeight(vec4 own, float own_stop, vec4 q_light, ivec3 q, float exponent, int s) {
+// The luminance weight of q for signal s; q_light, q_factor: its light and reciprocal denominator.
+float LuminanceWeight(vec4 own, float own_factor, vec4 q_light, ivec3 q, float exponent, int s) {
   if (kWeights == kAtrousSvgf) {
     float dl = abs(own.x - q_light.x);
-    float q_stop = UnpackStop(texelFetch(stop_image, q, 0).x);
-    return exp2(-dl * SharedStop(own_stop, q_stop, atrous.noise_ratio));
+    float q_factor = UnpackLuminanceFactor(texelFetch(factor_image, q, 0).x);
+    return exp2(-dl * SharedLuminanceFactor(own_factor, q_factor, atrous.noise_ratio));
   }
   if (kWeights == kAtrousEaw) {
-    float dl = IsPresent(own.w) ? abs(own.x - q_light.x) : 0.0f;
+    float dl = IsValid(own.w) ? abs(own.x - q_light.x) : 0.0f;
     return exp(-(exponent + EawExponent(dl * dl, 0.0f, 0.0f, EawSigma(s), 1.0f, 1.0f)));
   }
   return 1.0f;
@@ -64,15 +64,16 @@ void main() {
   }
   Detail detail = UnpackDetail(texelFetch(detail_image, p, 0), surface.inverse_depth);
   vec4 own[kSignals];
-  float own_stop[kSignals];
+  float own_factor[kSignals];
   vec4 sum[kSignals];  // light, variance
   float sum_weight[kSignals];
   bool any = kWeights != kAtrousGeometry;
   for (int s = 0; s < kSignals; ++s) {
     own[s] = texelFetch(light, ivec3(p, s), 0);
-    any = any || IsPresent(own[s].w);
-    own_stop[s] =
-        kWeights == kAtrousSvgf ? UnpackStop(texelFetch(stop_image, ivec3(p, s), 0).x) : 0.0f;
+    any = any || IsValid(own[s].w);
+    own_factor[s] = kWeights == kAtrousSvgf
+                        ? UnpackLuminanceFactor(texelFetch(factor_image, ivec3(p, s), 0).x)
+                        : 0.0f;
     sum[s] = vec4(0.0f);
     sum_weight[s] = 0.0f;
   }
@@ -111,12 +112,12 @@ void main() {
       }
       for (int s = 0; s < kSignals; ++s) {
         vec4 q_light = centre ? own[s] : texelFetch(light, ivec3(q, s), 0);
-        if (!IsPresent(q_light.w)) {
+        if (!IsValid(q_light.w)) {
           continue;
         }
-        float w = centre
-                      ? h
-                      : h * LuminanceWeight(own[s], own_stop[s], q_light, ivec3(q, s), exponent, s);
+        float w =
+            centre ? h
+                   : h * LuminanceWeight(own[s], own_factor[s], q_light, ivec3(q, s), exponent, s);
         sum[s] += vec4(w * q_light.xyz, w * w * VarianceOf(q_light.w));
         sum_weight[s] += w;
       }
@@ -128,8 +129,7 @@ void main() {
     float inverse = filled ? 1.0f / sum_weight[s] : 0.0f;
     vec3 c = filled ? sum[s].xyz * inverse : own[s].xyz;
     float variance = filled ? sum[s].w * inverse * inverse : VarianceOf(own[s].w);
-    bool present =
-        IsPresent(own[s].w) || (atrous.grows != 0 && kWeights != kAtrousGeometry && filled);
-    imageStore(light_out, ivec3(p, s), Stored(vec4(c, PackDeviation(variance, present))));
+    bool valid = IsValid(own[s].w) || (atrous.grows != 0 && kWeights != kAtrousGeometry && filled);
+    imageStore(light_out, ivec3(p, s), Stored(vec4(c, PackDeviation(variance, valid))));
   }
 }

@@ -167,11 +167,11 @@ uvec4 PackDetail(Detail d, float inverse_depth) {
 // Variances are stored as deviations, which have the range of the light in halves. In the wavelet's
 // light the sign marks missing light: negative where there is none.
 const float kLeastDeviation = 1e-4f;
-float PackDeviation(float variance, bool present) {
+float PackDeviation(float variance, bool valid) {
   float deviation = min(sqrt(max(variance, 0.0f)), kMostLight);
-  return present ? deviation : -max(deviation, kLeastDeviation);
+  return valid ? deviation : -max(deviation, kLeastDeviation);
 }
-bool IsPresent(float packed_deviation) {
+bool IsValid(float packed_deviation) {
   return packed_deviation >= 0.0f;
 }
 float VarianceOf(float packed_deviation) {

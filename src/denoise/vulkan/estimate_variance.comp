@@ -70,10 +70,10 @@ void main() {
   for (int s = 0; s < signals; ++s) {
     ivec3 at = ivec3(p, s);
     vec4 m = texelFetch(moments, at, 0);
-    bool present = surface.inverse_depth > 0.0f && m.z > 0.0f;
+    bool valid = surface.inverse_depth > 0.0f && m.z > 0.0f;
     float samples = max(texelFetch(noisy, at, 0).w, 1.0f);
     float variance = 0.0f;
-    if (estimates_variance == 0 || !present) {
+    if (estimates_variance == 0 || !valid) {
       variance = 0.0f;
     } else if (m.z >= estimate_variance.short_history_length) {
       float single = VarianceOf(m.y);
@@ -90,6 +90,6 @@ void main() {
       vec3 before = texelFetch(behind, at, 0).xyz;
       c = before + feedback_phase * (c - before);
     }
-    imageStore(light_out, at, Stored(vec4(c, PackDeviation(variance, present))));
+    imageStore(light_out, at, Stored(vec4(c, PackDeviation(variance, valid))));
   }
 }

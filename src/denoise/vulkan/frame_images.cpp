@@ -73,7 +73,8 @@ Result<FrameImages> AddImages(const Shape& shape, gpu::Arena* arena) {
   images.within = shape.with_within ? adder.Picture(scalar, n) : images.nothing_scalar;
   images.wavelet[0] = adder.Picture(light, n);
   images.wavelet[1] = adder.Picture(light, n);
-  images.stop = shape.stops ? adder.Picture(scalar, n) : images.nothing_scalar;
+  images.luminance_factor =
+      shape.luminance_factors ? adder.Picture(scalar, n) : images.nothing_scalar;
   for (GuideImages* guides : {&images.guides, &images.previous_guides}) {
     guides->surface = adder.Picture(guide, 0);
     guides->detail = adder.Picture(guide, 0);

@@ -20,7 +20,7 @@ struct Shape {
   bool with_behind = false;      ///< feedback is blended in
   bool with_within = true;       ///< second moments may be given
   bool clamps_fireflies = false;
-  bool stops = true;  ///< luminance stops the wavelet
+  bool luminance_factors = true;  ///< the wavelet has luminance weights
   Storage storage = Storage::kHalf;
 
   friend bool operator==(const Shape&, const Shape&) = default;
@@ -56,7 +56,7 @@ struct FrameImages {
   const gpu::Image* unclamped = nullptr;  ///< the same before fireflies are clamped
   const gpu::Image* within = nullptr;
   const gpu::Image* wavelet[2] = {};  ///< luminance, red, blue, deviation (negative: no light)
-  const gpu::Image* stop = nullptr;
+  const gpu::Image* luminance_factor = nullptr;
   GuideImages guides;
   GuideImages previous_guides;
   const gpu::Image* picture = nullptr;  ///< of this frame, times its exposure

@@ -19,8 +19,8 @@
 //   merge_future         history, light of the future        known history             48 n, 16 n  (only where the future is known)
 //   estimate_variance    known history, guides               light of the wavelet      16 + 24 n, 8 n
 //   per level:
-//     prefilter_variance light of the wavelet                stops                     16 n, 2 n
-//     atrous             light of the wavelet, stops, guides light of the wavelet      16 + 10 n, 8 n
+//     prefilter_variance light of the wavelet                luminance factors         16 n, 2 n
+//     atrous             light, luminance factors, guides    light of the wavelet      16 + 10 n, 8 n
 //   keep_mirrors         new light, light, roughness         light                     12 + 96 n, 40 n  (only where roughness is given)
 //   remodulate           light, albedos, unfiltered light    picture                   inputs + 8 n, 8
 //   fxaa                 picture, length                     picture                   16, 8
@@ -258,7 +258,7 @@ void FramePipeline::LimitHistory(PassRecorder* recorder) {
   for (int level = 0; level < kLimitHistoryLevels; ++level) {
     const LevelPush push = {GeometryLevel(level).step, level};
     recorder->Run(Shader::kAtrous, grid_,
-                  {i.guides.surface, i.guides.detail, i.wavelet[level & 1], i.stop,
+                  {i.guides.surface, i.guides.detail, i.wavelet[level & 1], i.luminance_factor,
                    i.wavelet[(level & 1) ^ 1]},
                   push, constants);
   }
@@ -303,12 +303,13 @@ void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
   int target = 1;
   for (int level = 0; level < plan.levels; ++level) {
     if (plan.runs.estimate_variance) {
-      recorder->Run(Shader::kPrefilterVariance, grid_, {light_, known_.moments, images_.stop});
+      recorder->Run(Shader::kPrefilterVariance, grid_,
+                    {light_, known_.moments, images_.luminance_factor});
     }
     const AtrousLevel& of_level = plan.level[static_cast<size_t>(level)];
     const LevelPush push = {of_level.step, level};
     recorder->Run(Shader::kAtrous, grid_,
-                  {images_.guides.surface, images_.guides.detail, light_, images_.stop,
+                  {images_.guides.surface, images_.guides.detail, light_, images_.luminance_factor,
                    images_.wavelet[target]},
                   push, AtrousConstants(of_level));
     light_ = images_.wavelet[target];
@@ -335,7 +336,8 @@ void FramePipeline::KeepMirrors(PassRecorder* recorder) {
   for (int level = 0; level < kKeepMirrorsLevels; ++level) {
     const LevelPush push = {GeometryLevel(level).step, level};
     recorder->Run(Shader::kAtrous, grid_,
-                  {i.guides.surface, i.guides.detail, measured, i.stop, other}, push, constants);
+                  {i.guides.surface, i.guides.detail, measured, i.luminance_factor, other}, push,
+                  constants);
     std::swap(measured, other);
   }
   recorder->Run(Shader::kKeepMirrors, grid_, {i.noisy, light_, measured, other});

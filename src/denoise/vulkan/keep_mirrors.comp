@@ -21,7 +21,7 @@ void main() {
     ivec3 at = ivec3(p, s);
     vec4 c = texelFetch(light, at, 0);
     vec4 m = texelFetch(measured, at, 0);
-    float share = IsPresent(m.w) ? FilteredShare(m.x, m.y) : 1.0f;
+    float share = IsValid(m.w) ? FilteredShare(m.x, m.y) : 1.0f;
     if (share < 1.0f) {
       vec3 kept = texelFetch(noisy, at, 0).xyz;
       c.xyz = kept + share * (c.xyz - kept);

@@ -9,7 +9,7 @@ const float kSingleScale = 65536.0f;
 // Largest length that a history with these moments may count for. \param compared  after its
 // wavelet levels
 float MostLength(vec4 m, vec4 compared_light) {
-  return IsPresent(compared_light.w)
+  return IsValid(compared_light.w)
              ? LimitedLength(m.z, m.w, compared_light.x, VarianceOf(compared_light.w),
                              compared_light.z / kSingleScale, limit_history.limit_dead,
                              limit_history.limit_gain)

@@ -59,7 +59,7 @@ Shape ShapeOf(const Settings& settings, int width, int height, int signals, Stor
   shape.with_compressed = layout.with_compressed;
   shape.with_behind = layout.with_behind;
   shape.clamps_fireflies = settings.firefly == Firefly::kClamp;
-  shape.stops = settings.wavelet == Wavelet::kSvgf;
+  shape.luminance_factors = settings.wavelet == Wavelet::kSvgf;
   shape.storage = storage;
   return shape;
 }

@@ -4,13 +4,13 @@
 #extension GL_GOOGLE_include_directive : require
 
 // prefilter_variance: see stages/prefilter_variance.h. Stores the denominator of the luminance
-// weight, the inverse of LuminanceStop; kNoStop where the weight is 1.
+// weight, the inverse of LuminanceFactor; kNoLuminanceWeight where the weight is 1.
 #include "denoise/vulkan/common.glsl"
-#include "denoise/vulkan/stop.glsl"
+#include "denoise/vulkan/luminance_factor.glsl"
 
 layout(set = 1, binding = 0) uniform texture2DArray light;
 layout(set = 1, binding = 1) uniform texture2DArray moments;
-layout(set = 1, binding = 2, SCALAR_FORMAT) writeonly uniform image2DArray stop_out;
+layout(set = 1, binding = 2, SCALAR_FORMAT) writeonly uniform image2DArray factor_out;
 
 void main() {
   ivec2 p = ivec2(gl_GlobalInvocationID.xy);
@@ -27,20 +27,20 @@ void main() {
         ivec2 q = p + ivec2(dx, dy);
         float deviation = Inside(q) ? texelFetch(light, ivec3(q, s), 0).w : -1.0f;
         float w = (dx == 0 ? 2.0f : 1.0f) * (dy == 0 ? 2.0f : 1.0f);
-        w = IsPresent(deviation) ? w : 0.0f;
+        w = IsValid(deviation) ? w : 0.0f;
         sum += w * VarianceOf(deviation);
         sum_weight += w;
       }
     }
-    bool bounded = IsPresent(own.w) && max(texelFetch(moments, ivec3(p, s), 0).z, 0.0f) >=
-                                           prefilter_variance.short_history_blur;
+    bool bounded = IsValid(own.w) && max(texelFetch(moments, ivec3(p, s), 0).z, 0.0f) >=
+                                         prefilter_variance.short_history_blur;
     float smoothed = sum / max(sum_weight, 1.0f);
     // Without exposure, since PSVGF's use of the variance depends on it.
     float spread =
         prefilter_variance.luminance_scale_deviation != 0 ? sqrt(smoothed) : smoothed / exposure[s];
-    float stop = bounded ? LuminanceStop(own.x, spread, prefilter_variance.sigma_l,
-                                         prefilter_variance.luminance_epsilon)
-                         : 0.0f;
-    imageStore(stop_out, ivec3(p, s), vec4(PackStop(stop)));
+    float factor = bounded ? LuminanceFactor(own.x, spread, prefilter_variance.sigma_l,
+                                             prefilter_variance.luminance_epsilon)
+                           : 0.0f;
+    imageStore(factor_out, ivec3(p, s), vec4(PackLuminanceFactor(factor)));
   }
 }

@@ -27,8 +27,8 @@ void StageRows(const Joining& j, int y0, int y1, StagedHistory* staged) {
   const int width = j.light.samples.width();
   for (int y = y0; y < y1; ++y) {
     float* to = staged->Row(y, LaneCount());
-    for (int x = 0; x < width && j.taps->elsewhere[static_cast<size_t>(y)] > 0; x += LaneCount()) {
-      if (ReadsElsewhere(j.taps->Place(x / LaneCount(), y))) {
+    for (int x = 0; x < width && j.taps->gathers[static_cast<size_t>(y)] > 0; x += LaneCount()) {
+      if (IsGather(j.taps->Pattern(x / LaneCount(), y))) {
         JoinVector(j, LightRowOf(j.light, y), false, x, y, [&](int slot, VF value) HWY_ATTR {
           hn::StoreU(value, d, to + slot * LaneCount());
         });
@@ -49,11 +49,11 @@ HWY_INLINE bool AllAre(bool lit, const SignalHistory& history, int x, int y) {
 
 /// Whether the history of the pixels x, x + 1, ... is unchanged without new light. A pixel without
 /// samples has no light either, unless a filtered picture was fed back, which is then dropped.
-HWY_INLINE bool StaysAsItIs(const Joining& j, HistoryPlace place, bool lit_alone, int x, int y) {
-  if (place == HistoryPlace::kUnchanged) {
+HWY_INLINE bool StaysAsItIs(const Joining& j, TapPattern pattern, bool lit_alone, int x, int y) {
+  if (pattern == TapPattern::kIdentity) {
     return lit_alone || AllAre(true, j.before, x, y);
   }
-  return place == HistoryPlace::kNowhere && lit_alone && AllAre(false, j.before, x, y);
+  return pattern == TapPattern::kDisoccluded && lit_alone && AllAre(false, j.before, x, y);
 }
 
 /// Updates the history of the pixels that change, in place.
@@ -83,8 +83,8 @@ void ChangeRows(const Joining& j, bool lit_alone, StagedHistory* staged, int y0,
       }
       const auto store = [&](int slot, VF value)
                              HWY_ATTR { StoreInRow(d, value, rows.row[slot], x, width); };
-      const HistoryPlace place = j.taps->Place(x / LaneCount(), y);
-      if (ReadsElsewhere(place)) {
+      const TapPattern pattern = j.taps->Pattern(x / LaneCount(), y);
+      if (IsGather(pattern)) {
         for (int slot = 0; slot < kHistorySlots; ++slot) {
           if (rows.row[slot] != nullptr && (slot != kCompressedSlot || j.compressed_scale > 0)) {
             store(slot, hn::LoadU(d, from + slot * LaneCount()));
@@ -93,7 +93,8 @@ void ChangeRows(const Joining& j, bool lit_alone, StagedHistory* staged, int y0,
         from += kHistorySlots * LaneCount();
         continue;
       }
-      const bool same = NoSamples(j.light.samples, x, y) && StaysAsItIs(j, place, lit_alone, x, y);
+      const bool same =
+          NoSamples(j.light.samples, x, y) && StaysAsItIs(j, pattern, lit_alone, x, y);
       if (!same) {
         JoinVector(j, LightRowOf(j.light, y), false, x, y, store);
       }
@@ -115,7 +116,7 @@ HWY_EXPORT(ChangeRows);
 void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps, const Image1* limit,
                        const AccumulateParameters& p, bool lit_alone, StagedHistory* staged,
                        SignalHistory* history) {
-  staged->MakePlaces(taps.elsewhere);
+  staged->MakePlaces(taps.gathers);
   const Joining joining = {light, *history, &taps, limit, p, history->compressed_scale};
   ParallelRows(light.samples.height(), 32, [&](int y0, int y1) {
     HWY_DYNAMIC_DISPATCH(StageRows)(joining, y0, y1, staged);

@@ -12,9 +12,9 @@ Fusion ChooseFusion(const FramePlan& plan, bool keeps_outputs) {
 
 bool ChangesInPlace(const Fusion& fusion, const ReprojectionTaps& taps,
                     const StagedHistory& staged) {
-  const int64_t elsewhere = taps.Elsewhere();
-  return fusion.accumulate_in_place && elsewhere >= 0 &&
-         staged.HasRoom(static_cast<size_t>(elsewhere), taps.lanes);
+  const int64_t gathers = taps.GatherCount();
+  return fusion.accumulate_in_place && gathers >= 0 &&
+         staged.HasRoom(static_cast<size_t>(gathers), taps.lanes);
 }
 
 }  // namespace stillray

@@ -45,7 +45,7 @@ int64_t PrepareAndFindTaps(const PrepareGuidesInput& in, const GuidePlanes& befo
 /// \param limit      largest length that the history may count for, or nullptr
 /// \param lit_alone  pixels without samples so far have no light in the history either: none was
 ///     fed back to them
-/// \param staged     with capacity for all vectors that read history elsewhere
+/// \param staged     with capacity for all vectors that gather
 void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps, const Image1* limit,
                        const AccumulateParameters& parameters, bool lit_alone,
                        StagedHistory* staged, SignalHistory* history);
