@@ -120,6 +120,7 @@ struct Settings {
   int feedback = 0;
   FeedbackWhen feedback_when = FeedbackWhen::kBlend;
   float sigma_n = 64.0f;
+  float curvature = 0.5f;
   DepthWeight depth_weight = DepthWeight::kPlane;
   float sigma_z = 1.0f;
   float plane_tolerance = 0.01f;

@@ -44,6 +44,7 @@ int WeightsOf(Wavelet wavelet) {
 
 EdgeStopping EdgesOf(const Settings& s) {
   return {.sigma_n = s.sigma_n,
+          .curvature = s.curvature,
           .depth_weight_plane = Int(s.depth_weight == DepthWeight::kPlane),
           .sigma_z = s.sigma_z,
           .plane_tolerance = s.plane_tolerance,

@@ -35,6 +35,7 @@ struct GuidePlanes {
   Image3 normal;         ///< unit length, or zero
   Image2
       gradient;  ///< change of inverse depth per pixel to the right and down, on the same surface
+  Image1 turn2;  ///< SquaredTurn of the normals; empty unless the filter needs it. No border.
   Plane<uint32_t> id;  ///< zero where none is given
   /// For each block of kBlockPixels: 1 where all of it is surface; 0 where it is not, or unknown
   Plane<uint32_t> full;
@@ -49,9 +50,14 @@ struct GuidePlanes {
         full(BlocksOf(width), height, 1) {}
   size_t bytes() const {
     return inverse_depth.bytes() + depth.bytes() + normal.bytes() + gradient.bytes() + id.bytes() +
-           full.bytes();
+           turn2.bytes() + full.bytes();
   }
 };
+
+/// SquaredTurn of a pixel; 0 if the filter does not use it.
+inline float Turn2At(const GuidePlanes& guides, int x, int y) {
+  return guides.turn2.empty() ? 0.0f : guides.turn2(x, y);
+}
 
 /// The albedos whose sum a signal is divided by; none: it is not divided.
 struct AlbedoSum {

@@ -288,6 +288,7 @@ TEST(Atrous, PixelsWithoutASurfacePassThrough) {
 /// All that can differ from pixel to pixel.
 Picture MakeBusyPicture(int width, int height, float lit) {
   Picture picture(width, height);
+  picture.guides.turn2 = Image1(width, height);
   picture.From(0, [&](int x, int y) {
     GuidePlanes& g = picture.guides;
     const bool sky = test::RandomAt(x / 5, y / 4, 1) < 0.15f;
@@ -296,6 +297,7 @@ Picture MakeBusyPicture(int width, int height, float lit) {
     const float bend = sky ? 0.0f : 0.3f * test::RandomAt(x, y / 2, 3);
     g.normal[0](x, y) = std::sin(bend);
     g.normal[2](x, y) = sky ? 0.0f : std::cos(bend);
+    g.turn2(x, y) = 0.1f * test::RandomAt(x, y, 13);
     g.gradient[0](x, y) = 1e-3f * test::RandomAt(x, y, 4);
     g.id(x, y) = 1 + static_cast<uint32_t>(2 * test::RandomAt(x / 11, y / 5, 5));
     const bool valid = !sky && test::RandomAt(x, y, 6) < lit;
@@ -353,6 +355,11 @@ TEST(Atrous, VectorsMatchTheReference) {
           other.edges.depth_weight_plane = 0;
           other.wavelet_id = 1;
           other.noise_ratio = 1.5f;
+          CompareVersions(picture, level, other);
+          AtrousParameters curved = MakeParameters();
+          curved.edges.curvature = 0.5f;
+          CompareVersions(picture, level, curved);
+          other.edges.curvature = 2;
           CompareVersions(picture, level, other);
         }
       }

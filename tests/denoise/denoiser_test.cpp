@@ -77,8 +77,11 @@ std::vector<Settings> AllKindsOfSettings() {
   add("default", {{"wavelet", "naive"}});
   add("default",
       {{"kernel", "3x3"}, {"depth_weight", "gradient"}, {"max_slope", "0.01"}, {"feedback", "2"}});
-  add("default",
-      {{"short_history", "blur"}, {"luminance", "rec601"}, {"luminance_scale", "variance"}});
+  // limit_history shortens histories to any length, so that rounding could decide which are short.
+  add("default", {{"limit_history", "off"},
+                  {"short_history", "blur"},
+                  {"luminance", "rec601"},
+                  {"luminance_scale", "variance"}});
   add("default", {{"signals", "single"}, {"demodulate", "off"}, {"firefly", "clamp"}});
   add("svgf", {{"firefly", "compress"},
                {"wavelet_id", "on"},
@@ -366,6 +369,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
       {"feedback", "1", {}},
       {"feedback_when", "frame", {{"feedback", "2"}}},
       {"sigma_n", "8", {}},
+      {"curvature", "4", {}},
       {"depth_weight", "gradient", {}},
       {"sigma_z", "20", {{"depth_weight", "gradient"}}},
       {"plane_tolerance", "1", {}},

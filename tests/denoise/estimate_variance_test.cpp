@@ -3,6 +3,7 @@
 #include "denoise/stages/estimate_variance.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <gtest/gtest.h>
 
@@ -168,6 +169,7 @@ TEST(EstimateVariance, NoLightOrSurfaceHasNone) {
 TEST(EstimateVariance, VectorsMatchTheReference) {
   test::ForSizesAndTargets([](int width, int height) {
     GuidePlanes guides = MakeWall(width, height);
+    guides.turn2 = Image1(width, height);
     SignalHistory history(width, height);
     Image1 samples(width, height);
     for (int y = 0; y < height; ++y) {
@@ -178,6 +180,9 @@ TEST(EstimateVariance, VectorsMatchTheReference) {
         const float i = guides.inverse_depth(x, y);
         guides.depth(x, y) = i > 0 ? 1 / i : 0.0f;
         guides.gradient[0](x, y) = 1e-4f;
+        guides.normal[0](x, y) = std::sin(0.2f * test::RandomAt(x, y, 7));
+        guides.normal[2](x, y) = std::cos(0.2f * test::RandomAt(x, y, 7));
+        guides.turn2(x, y) = 0.05f * test::RandomAt(x, y, 8);
         const float length = std::floor(8 * test::RandomAt(x, y, 3));
         history.length(x, y) = length;
         history.mean(x, y) = length > 0 ? 3 * test::RandomAt(x, y, 4) : 0.0f;
@@ -189,6 +194,7 @@ TEST(EstimateVariance, VectorsMatchTheReference) {
     for (const int of_mean : {0, 1}) {
       for (const int plane : {0, 1}) {
         EstimateVarianceParameters p = MakeParameters();
+        p.edges.curvature = plane == 0 ? 0.0f : 0.5f;
         p.variance_of_mean = of_mean;
         p.edges.depth_weight_plane = plane;
         p.short_history_boost = 1;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/stages/prepare_guides.h"
 
+#include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
@@ -111,6 +112,40 @@ TEST(PrepareGuides, NoSurfaceIsZero) {
   }
 }
 
+// A ball of 40 pixels seen from far away, beside a wall: the normal turns by 1/40 per pixel and
+// axis at its centre, and not at all on the wall, up to the ball's edge.
+TEST(PrepareGuides, BallsTurnAndWallsDoNot) {
+  constexpr int kSize = 101;
+  constexpr float kRadius = 40;
+  Image1 depth(kSize, kSize);
+  Image3 normal(kSize, kSize);
+  depth.Fill(1000);
+  for (int y = 0; y < kSize; ++y) {
+    for (int x = 0; x < kSize; ++x) {
+      const float nx = static_cast<float>(x - 50) / kRadius;
+      const float ny = static_cast<float>(y - 50) / kRadius;
+      const float rest = 1 - nx * nx - ny * ny;
+      normal[0](x, y) = rest > 0 ? nx : 0.0f;
+      normal[1](x, y) = rest > 0 ? ny : 0.0f;
+      normal[2](x, y) = rest > 0 ? std::sqrt(rest) : -1.0f;
+    }
+  }
+  for (const Version prepare : kVersions) {
+    GuidePlanes out(kSize, kSize, kBorder);
+    out.turn2 = Image1(kSize, kSize);
+    prepare({&depth, &normal, nullptr}, &out);
+    EXPECT_NEAR(out.turn2(50, 50), 2 / (kRadius * kRadius), 1e-5);
+    EXPECT_GT(out.turn2(80, 50), out.turn2(50, 50));
+    for (int y = 1; y < kSize - 1; ++y) {
+      for (int x = 1; x < 12; ++x) {
+        if (normal[2](x, y) < 0 && normal[2](x + 1, y) < 0) {
+          ASSERT_NEAR(out.turn2(x, y), 0, 1e-6) << x << " " << y;
+        }
+      }
+    }
+  }
+}
+
 TEST(PrepareGuides, VectorsMatchTheReference) {
   test::ForSizesAndTargets([](int width, int height) {
     Scene scene(width, height, 0.003f, -0.002f);
@@ -129,11 +164,13 @@ TEST(PrepareGuides, VectorsMatchTheReference) {
       in.id = has_id ? in.id : nullptr;
       GuidePlanes expected(width, height, kBorder);
       GuidePlanes got(width, height, kBorder);
+      expected.turn2 = got.turn2 = Image1(width, height);
       EXPECT_EQ(cpu::PrepareGuides(in, &got), reference::PrepareGuides(in, &expected));
       test::ExpectNear(got.inverse_depth, expected.inverse_depth, 1e-6);
       test::ExpectEqual(got.depth, expected.depth);
       test::ExpectNear(got.normal, expected.normal, 1e-6, 1e-6);
       test::ExpectNear(got.gradient, expected.gradient, 1e-6, 1e-6);
+      test::ExpectNear(got.turn2, expected.turn2, 0, 2e-6);
       test::ExpectEqual(got.id, expected.id);
     }
   });

@@ -42,6 +42,7 @@ inline GuidePlanes MakeGuides(bool now) {
     }
   }
   GuidePlanes guides(kWidth, kHeight, 16);
+  guides.turn2 = Image1(kWidth, kHeight);
   cpu::PrepareGuides({&depth, &normal, nullptr}, &guides);
   return guides;
 }

@@ -63,6 +63,10 @@ void FindTaps(const CpuPipeline& p, const FrameInput& in, int border, History* h
   if (guides.inverse_depth.border() != border || guides.id.empty()) {
     guides = GuidePlanes(in.frame.width, in.frame.height, border);
   }
+  const bool with_turn2 = p.plan.atrous.edges.curvature > 0;
+  if (with_turn2 == guides.turn2.empty()) {
+    guides.turn2 = with_turn2 ? Image1(in.frame.width, in.frame.height) : Image1();
+  }
   const Guides& g = in.guides;
   const PrepareGuidesInput given = {&g.depth, &g.normal, g.id.empty() ? nullptr : &g.id};
   const StageTimer timer(&out->timings, p.plan.runs.reproject ? "reproject" : "prepare_guides");

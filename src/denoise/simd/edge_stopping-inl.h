@@ -10,6 +10,8 @@
 #define STILLRAY_DENOISE_SIMD_EDGE_STOPPING_INL_H_
 #endif
 
+#include <algorithm>
+
 #include "denoise/simd/vector_math-inl.h"
 #include "denoise/stages/edge_stopping_shared.h"
 
@@ -20,11 +22,12 @@ namespace HWY_NAMESPACE {
 /// Data of the centre pixels for the weights, loaded once per vector of pixels.
 struct GuideCentre {
   VF nx, ny, nz;
-  VF i;       ///< inverse depth
-  VF gx, gy;  ///< its gradient
-  VF z;       ///< depth (gradient weight)
-  VF scale;   ///< log2(e) / (tolerance * i) (plane weight)
-  VF flat;    ///< 0 where the slope is too steep for the gradient weight, else 1
+  VF i;        ///< inverse depth
+  VF gx, gy;   ///< its gradient
+  VF z;        ///< depth (gradient weight)
+  VF scale;    ///< log2(e) / (tolerance * i) (plane weight)
+  VF flat;     ///< 0 where the slope is too steep for the gradient weight, else 1
+  VF sigma_n;  ///< log2(e) CurvedSigmaN (Normals::kCurved)
 };
 
 /// The depth weight (DepthWeight) as a template argument: a branch in the innermost loop costs as
@@ -34,6 +37,22 @@ enum class Depths {
   kPlane,
   kEither,  ///< chosen by EdgeStopping::depth_weight_plane
 };
+
+/// How the normal weight is computed.
+enum class Normals {
+  kLogarithm,  ///< one exponent for all surfaces
+  kParabola,   ///< the same, with the logarithm to second order
+  kCurved,     ///< CurvedSigmaN
+};
+
+/// From this exponent of the normal weight on, a parabola in the cosine replaces the logarithm
+/// (weights differ by 1.1e-4 at 64, 2.8e-5 at 128).
+constexpr float kParabolaFromSigmaN = 64;
+HWY_INLINE Normals NormalsOf(const EdgeStopping& edges) {
+  return edges.curvature > 0                    ? Normals::kCurved
+         : edges.sigma_n >= kParabolaFromSigmaN ? Normals::kParabola
+                                                : Normals::kLogarithm;
+}
 
 template <Depths kDepths>
 HWY_INLINE bool IsPlane(const EdgeStopping& e) {
@@ -49,6 +68,7 @@ struct GuideRow {
   const float* gx;
   const float* gy;
   const uint32_t* id;
+  const float* turn2;  ///< nullptr: the normal weight does not depend on it
 };
 
 template <Depths kDepths = Depths::kEither>
@@ -56,7 +76,7 @@ HWY_INLINE GuideRow GuideRowOf(const GuidePlanes& g, const EdgeStopping& e, int 
   return {g.normal[0].Row(y),   g.normal[1].Row(y),
           g.normal[2].Row(y),   (IsPlane<kDepths>(e) ? g.inverse_depth : g.depth).Row(y),
           g.gradient[0].Row(y), g.gradient[1].Row(y),
-          g.id.Row(y)};
+          g.id.Row(y),          e.curvature > 0 ? g.turn2.Row(y) : nullptr};
 }
 
 template <Depths kDepths = Depths::kEither>
@@ -81,6 +101,13 @@ HWY_INLINE GuideCentre LoadGuideCentre(const GuideRow& row, const EdgeStopping& 
   if (e.max_slope > 0) {
     const VF steep = hn::Mul(hn::Max(hn::Abs(c.gx), hn::Abs(c.gy)), c.z);
     c.flat = hn::IfThenZeroElse(hn::Gt(steep, hn::Set(d, e.max_slope)), c.flat);
+  }
+  c.sigma_n = hn::Zero(d);
+  if (row.turn2 != nullptr) {
+    const VF curved =
+        hn::MulAdd(hn::Set(d, e.curvature * e.sigma_n), hn::LoadU(d, row.turn2 + x), one);
+    const VF least = hn::Set(d, kLog2E * std::min(e.sigma_n, kLeastCurvedSigmaN));
+    c.sigma_n = hn::Max(hn::Div(hn::Set(d, kLog2E * e.sigma_n), curved), least);
   }
   return c;
 }

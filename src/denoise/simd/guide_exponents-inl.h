@@ -20,13 +20,6 @@ HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 
-/// From this exponent of the normal weight on, a parabola in the cosine replaces the logarithm
-/// (weights differ by 1.1e-4 at 64, 2.8e-5 at 128).
-constexpr float kParabolaFromSigmaN = 64;
-HWY_INLINE bool UsesParabola(const EdgeStopping& edges) {
-  return edges.sigma_n >= kParabolaFromSigmaN;
-}
-
 /// sigma_n log2(cosine), to second order about 1. Far from 1 the weight is 0 in any case.
 HWY_INLINE VF NearParabola(VF cosine, VF bias, float sigma_n) {
   const DF d;
@@ -35,9 +28,15 @@ HWY_INLINE VF NearParabola(VF cosine, VF bias, float sigma_n) {
 }
 constexpr float kParabolaAtZero = -1.5f * kLog2E;
 
+HWY_INLINE VF LogCosine(VF cosine) {
+  const DF d;
+  return hn::MulAdd(cosine, hn::NegMulAdd(cosine, hn::Set(d, 0.5f), hn::Set(d, 2.0f)),
+                    hn::Set(d, -1.5f));
+}
+
 /// Exponent of the guides' weights at one tap; `expected` is the depth of the centre's surface at
 /// the tap.
-template <bool kParabola>
+template <Normals kNormals>
 HWY_INLINE VF GuideExponent(const GuideRow& g, const GuideCentre& c, ptrdiff_t q, VF expected,
                             VF depth_scale, VF bias, float sigma_n) {
   const DF d;
@@ -45,7 +44,9 @@ HWY_INLINE VF GuideExponent(const GuideRow& g, const GuideCentre& c, ptrdiff_t q
       hn::MulAdd(c.nx, hn::LoadU(d, g.nx + q),
                  hn::MulAdd(c.ny, hn::LoadU(d, g.ny + q), hn::Mul(c.nz, hn::LoadU(d, g.nz + q))));
   VF exponent;
-  if constexpr (kParabola) {
+  if constexpr (kNormals == Normals::kCurved) {
+    exponent = hn::MulAdd(c.sigma_n, LogCosine(cosine), bias);
+  } else if constexpr (kNormals == Normals::kParabola) {
     exponent = NearParabola(cosine, bias, sigma_n);
   } else {
     exponent = hn::Add(bias, NormalExponent(cosine, sigma_n));
@@ -89,7 +90,9 @@ HWY_INLINE void ForEachPair(const TapPairs& taps, const Body& body) {
 
 /// The pairs, with all constant terms of the exponent added to the kernel's logarithm.
 HWY_INLINE TapPairs WithBias(TapPairs taps, const EdgeStopping& edges) {
-  const float bias = kWeightBias + (UsesParabola(edges) ? edges.sigma_n * kParabolaAtZero : 0.0f);
+  const float bias =
+      kWeightBias +
+      (NormalsOf(edges) == Normals::kParabola ? edges.sigma_n * kParabolaAtZero : 0.0f);
   for (int i = 0; i < taps.count; ++i) {
     taps.pair[i].log2_kernel += bias;
   }
@@ -100,7 +103,7 @@ HWY_INLINE TapPairs WithBias(TapPairs taps, const EdgeStopping& edges) {
 /// This is a separate pass because the dependency chain from the guides to the sums exceeds the
 /// reorder window of cores.
 /// \param taps  made by WithBias
-template <bool kParabola, Depths kDepths = Depths::kEither, int kPairs = 0>
+template <Normals kNormals, Depths kDepths = Depths::kEither, int kPairs = 0>
 HWY_INLINE void GuideExponents(const TapPairs& taps, const EdgeStopping& edges, bool test_id,
                                const GuideRow& guide, const GuideCentre& c, int x, TapSlots to) {
   const DF d;
@@ -127,7 +130,7 @@ HWY_INLINE void GuideExponents(const TapPairs& taps, const EdgeStopping& edges, 
         for (int side = 0; side < 2; ++side) {
           const ptrdiff_t q = x + (side == 0 ? pair.distance : -pair.distance);
           VF exponent =
-              GuideExponent<kParabola>(guide, c, q, expected[side], scale, bias, edges.sigma_n);
+              GuideExponent<kNormals>(guide, c, q, expected[side], scale, bias, edges.sigma_n);
           if (test_id) {
             const MF same = hn::RebindMask(d, hn::Eq(id, hn::LoadU(du, guide.id + q)));
             exponent = hn::IfThenElse(same, exponent, hn::Set(d, -1000.0f));

@@ -122,6 +122,7 @@ inline void GradientRow(const KeptRows& kept, int y, const NextRow<32>* next, Gu
   const DF d;
   const DU du;
   const int width = g->id.width();
+  float* turn2 = g->turn2.empty() ? nullptr : g->turn2.Row(y);
   for (int x = 0; x < width; x += LaneCount()) {
     if (next != nullptr) {
       next->Fetch(x);
@@ -130,21 +131,32 @@ inline void GradientRow(const KeptRows& kept, int y, const NextRow<32>* next, Gu
     const VF ny = hn::LoadU(d, kept.normal(1, y) + x);
     const VF nz = hn::LoadU(d, kept.normal(2, y) + x);
     const VU id = hn::LoadU(du, kept.id(y) + x);
-    const auto same = [&](int dx, int dy) HWY_ATTR {
-      const VF cosine =
-          hn::MulAdd(nx, hn::LoadU(d, kept.normal(0, y + dy) + x + dx),
-                     hn::MulAdd(ny, hn::LoadU(d, kept.normal(1, y + dy) + x + dx),
-                                hn::Mul(nz, hn::LoadU(d, kept.normal(2, y + dy) + x + dx))));
+    const auto cosine_to = [&](int dx, int dy) HWY_ATTR {
+      return hn::MulAdd(nx, hn::LoadU(d, kept.normal(0, y + dy) + x + dx),
+                        hn::MulAdd(ny, hn::LoadU(d, kept.normal(1, y + dy) + x + dx),
+                                   hn::Mul(nz, hn::LoadU(d, kept.normal(2, y + dy) + x + dx))));
+    };
+    const VF left = cosine_to(-1, 0);
+    const VF right = cosine_to(1, 0);
+    const VF up = cosine_to(0, -1);
+    const VF down = cosine_to(0, 1);
+    const auto same = [&](VF cosine, int dx, int dy) HWY_ATTR {
       const auto same_id = hn::Eq(id, hn::LoadU(du, kept.id(y + dy) + x + dx));
       return hn::And(hn::Ge(cosine, hn::Set(d, kGradientMinCosine)), hn::RebindMask(d, same_id));
     };
     const auto i = [&](int dx, int dy)
                        HWY_ATTR { return hn::LoadU(d, kept.inverse_depth(y + dy) + x + dx); };
-    const VF gradient[2] = {Gradient(i(-1, 0), i(0, 0), i(1, 0), same(-1, 0), same(1, 0)),
-                            Gradient(i(0, -1), i(0, 0), i(0, 1), same(0, -1), same(0, 1))};
+    const VF gradient[2] = {
+        Gradient(i(-1, 0), i(0, 0), i(1, 0), same(left, -1, 0), same(right, 1, 0)),
+        Gradient(i(0, -1), i(0, 0), i(0, 1), same(up, 0, -1), same(down, 0, 1))};
     for (int c = 0; c < 2; ++c) {
       StoreInRow(d, gradient[c], kept.gradient(c), x, width);
       StreamInRow(d, gradient[c], g->gradient[c].Row(y), x, width);
+    }
+    if (turn2 != nullptr) {
+      const VF cosines = hn::Add(hn::Max(left, right), hn::Max(up, down));
+      const VF angle = hn::Max(hn::Sub(hn::Set(d, 2.0f), cosines), hn::Zero(d));
+      StreamInRow(d, hn::Add(angle, angle), turn2, x, width);
     }
   }
 }
@@ -162,6 +174,7 @@ inline NextRow<32> NextRowOf(const PrepareGuidesInput& in, const GuidePlanes& ou
   AddStreamed(out.normal, y, &next);
   AddStreamed(out.id, y, &next);
   AddStreamed(out.gradient, y, &next);
+  AddStreamed(out.turn2, y, &next);
   return next;
 }
 

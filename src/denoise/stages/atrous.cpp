@@ -253,7 +253,7 @@ HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, VF own_fac
 }
 
 /// Computes the exponents of the guides for all taps of a row.
-template <int kPairs, bool kParabola, Depths kDepths, bool kTestId>
+template <int kPairs, Normals kNormals, Depths kDepths, bool kTestId>
 void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
   const DF d;
   // Copies, so that compilers need not reload them after stores.
@@ -267,7 +267,7 @@ void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
     next.Fetch(x);
     if (!hn::AllFalse(d, hn::Gt(hn::LoadU(d, guide.depth + x), hn::Zero(d)))) {
       const GuideCentre c = LoadGuideCentre<kDepths>(guide, edges, x);
-      GuideExponents<kParabola, kDepths, kPairs>(taps, edges, test_id, guide, c, x, to);
+      GuideExponents<kNormals, kDepths, kPairs>(taps, edges, test_id, guide, c, x, to);
     }
   }
 }
@@ -355,7 +355,7 @@ HWY_INLINE GeometrySums SumGeometryTaps(const TapPairs& taps, float centre_kerne
 
 /// Filters one row of all signals with the geometry-only weights, which they share, where there is
 /// light (and beside it, in the same vector).
-template <bool kParabola, Depths kDepths>
+template <Normals kNormals, Depths kDepths>
 void FilterRowByGeometry(const AtrousPass& pass, int y) {
   const DF d;
   const VF zero = hn::Zero(d);
@@ -389,7 +389,7 @@ void FilterRowByGeometry(const AtrousPass& pass, int y) {
       continue;
     }
     const GuideCentre c = LoadGuideCentre<kDepths>(guide, edges, x);
-    GuideExponents<kParabola, kDepths>(taps, edges, false, guide, c, x, SlotsOf(weights));
+    GuideExponents<kNormals, kDepths>(taps, edges, false, guide, c, x, SlotsOf(weights));
     WeightsOfExponents(taps, weights);
     for (size_t i = 0; i < pass.signals.size(); ++i) {
       const GeometrySums sums = SumGeometryTaps(taps, pass.centre_kernel, rows[i], weights, x);
@@ -458,14 +458,38 @@ void FilterRowForComparison(const AtrousPass& pass, const AtrousSignal& signal, 
 template <int kPairs>
 void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
   const AtrousParameters& p = *pass.parameters;
-  if (!UsesParabola(p.edges)) {
-    ExponentsOfRow<kPairs, false, Depths::kEither, true>(pass, y, to);
+  const Normals normals = NormalsOf(p.edges);
+  const bool plane = p.edges.depth_weight_plane != 0;
+  if (normals == Normals::kLogarithm) {
+    ExponentsOfRow<kPairs, Normals::kLogarithm, Depths::kEither, true>(pass, y, to);
+  } else if (normals == Normals::kCurved && plane && p.wavelet_id == 0) {
+    ExponentsOfRow<kPairs, Normals::kCurved, Depths::kPlane, false>(pass, y, to);
+  } else if (normals == Normals::kCurved) {
+    ExponentsOfRow<kPairs, Normals::kCurved, Depths::kEither, true>(pass, y, to);
   } else if (p.wavelet_id != 0) {
-    ExponentsOfRow<kPairs, true, Depths::kEither, true>(pass, y, to);
-  } else if (p.edges.depth_weight_plane != 0) {
-    ExponentsOfRow<kPairs, true, Depths::kPlane, false>(pass, y, to);
+    ExponentsOfRow<kPairs, Normals::kParabola, Depths::kEither, true>(pass, y, to);
+  } else if (plane) {
+    ExponentsOfRow<kPairs, Normals::kParabola, Depths::kPlane, false>(pass, y, to);
   } else {
-    ExponentsOfRow<kPairs, true, Depths::kGradient, false>(pass, y, to);
+    ExponentsOfRow<kPairs, Normals::kParabola, Depths::kGradient, false>(pass, y, to);
+  }
+}
+
+void FilterRowByGeometry(const AtrousPass& pass, int y) {
+  const EdgeStopping& edges = pass.parameters->edges;
+  const bool plane = edges.depth_weight_plane != 0;
+  switch (NormalsOf(edges)) {
+    case Normals::kLogarithm:
+      FilterRowByGeometry<Normals::kLogarithm, Depths::kEither>(pass, y);
+      break;
+    case Normals::kParabola:
+      plane ? FilterRowByGeometry<Normals::kParabola, Depths::kPlane>(pass, y)
+            : FilterRowByGeometry<Normals::kParabola, Depths::kGradient>(pass, y);
+      break;
+    case Normals::kCurved:
+      plane ? FilterRowByGeometry<Normals::kCurved, Depths::kPlane>(pass, y)
+            : FilterRowByGeometry<Normals::kCurved, Depths::kEither>(pass, y);
+      break;
   }
 }
 
@@ -482,7 +506,6 @@ void FilterRow(const AtrousPass& pass, int y) {
 }
 
 void AtrousRow(const AtrousPass& pass, int y) {
-  const AtrousParameters& p = *pass.parameters;
   switch (pass.level->weights) {
     case kAtrousNaive:
       for (const AtrousSignal& signal : pass.signals) {
@@ -495,9 +518,7 @@ void AtrousRow(const AtrousPass& pass, int y) {
       }
       break;
     case kAtrousGeometry:
-      !UsesParabola(p.edges)            ? FilterRowByGeometry<false, Depths::kEither>(pass, y)
-      : p.edges.depth_weight_plane != 0 ? FilterRowByGeometry<true, Depths::kPlane>(pass, y)
-                                        : FilterRowByGeometry<true, Depths::kGradient>(pass, y);
+      FilterRowByGeometry(pass, y);
       break;
     case kAtrousSvgf:
       pass.level->radius == 1 ? FilterRow<TapPairs::CountOf(1)>(pass, y)

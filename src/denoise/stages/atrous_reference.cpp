@@ -44,7 +44,7 @@ float EdgeWeight(const AtrousSignal& signal, const GuidePlanes& g, const AtrousL
       e.depth_weight_plane != 0
           ? PlaneDepthExponent(ip, iq, slope, offset, e.plane_tolerance)
           : GradientDepthExponent(ip, iq, slope, offset, e.sigma_z, e.depth_epsilon, e.max_slope);
-  const float geometry = NormalWeight(dot(np, nq), e.sigma_n) * exp(-depth);
+  const float geometry = NormalWeightAt(e, dot(np, nq), Turn2At(g, x, y)) * exp(-depth);
   if (level.weights == kAtrousGeometry) {
     return geometry;
   }

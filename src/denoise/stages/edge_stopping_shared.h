@@ -15,6 +15,7 @@ SHARED_BEGIN
 // Parameters of the edge-stopping functions, common to the stages that use them.
 SHARED_BLOCK(EdgeStopping) {
   float sigma_n;           // exponent of the cosine between normals
+  float curvature;         // see CurvedSigmaN; 0: off
   int depth_weight_plane;  // 1: depth by distance from the plane at p, 0: by the slope
   float sigma_z;
   float plane_tolerance;
@@ -28,6 +29,28 @@ const float kMinAtrousWeight = 1e-6f;
 // max(0, n_p . n_q)^sigma_n: SVGF eq. 4, PSVGF section 4.4.1.
 SHARED_FN float NormalWeight(float cosine, float sigma_n) {
   return pow(max(cosine, 0.0f), sigma_n);
+}
+
+// Exponents of curved surfaces do not fall below this (half of the weight is left at 24 degrees).
+const float kLeastCurvedSigmaN = 8.0f;
+
+// The exponent of the normal weight on a surface whose normal turns by the root of `turn2` radians
+// per pixel. With one exponent for all surfaces, pixels of small spheres, of pipes and of heads
+// have few neighbours or none, and keep their noise.
+SHARED_FN float CurvedSigmaN(float sigma_n, float turn2, float curvature) {
+  return max(sigma_n / (1.0f + curvature * sigma_n * turn2), min(sigma_n, kLeastCurvedSigmaN));
+}
+
+// The natural logarithm of the cosine to second order about 1: exponents of the normal weight on
+// curved surfaces are too small for the difference to matter.
+SHARED_FN float LogCosine(float cosine) {
+  return cosine * (2.0f - 0.5f * cosine) - 1.5f;
+}
+
+// The normal weight of a neighbour of a pixel with this squared turn.
+SHARED_FN float NormalWeightAt(EdgeStopping e, float cosine, float turn2) {
+  return e.curvature > 0.0f ? exp(CurvedSigmaN(e.sigma_n, turn2, e.curvature) * LogCosine(cosine))
+                            : NormalWeight(cosine, e.sigma_n);
 }
 
 // |z_p - z_q| / (sigma_z |grad z . (p - q)| + eps), eps in proportion to depth: SVGF eq. 3, PSVGF

@@ -142,10 +142,17 @@ HWY_INLINE void FindWeights(const Estimates& e, int x, int y, TapVectors& weight
   const EdgeStopping& edges = e.p.edges;
   const GuideRow guide = GuideRowOf(e.guides, edges, y);
   const GuideCentre centre = LoadGuideCentre(guide, edges, x);
-  if (UsesParabola(edges)) {
-    GuideExponents<true>(e.taps, edges, false, guide, centre, x, SlotsOf(weights));
-  } else {
-    GuideExponents<false>(e.taps, edges, false, guide, centre, x, SlotsOf(weights));
+  const TapSlots slots = SlotsOf(weights);
+  switch (NormalsOf(edges)) {
+    case Normals::kLogarithm:
+      GuideExponents<Normals::kLogarithm>(e.taps, edges, false, guide, centre, x, slots);
+      break;
+    case Normals::kParabola:
+      GuideExponents<Normals::kParabola>(e.taps, edges, false, guide, centre, x, slots);
+      break;
+    case Normals::kCurved:
+      GuideExponents<Normals::kCurved>(e.taps, edges, false, guide, centre, x, slots);
+      break;
   }
   WeightsOfExponents(e.taps, weights);
 }

@@ -35,7 +35,7 @@ float SpatialVariance(const SignalHistory& h, const GuidePlanes& g,
                               ? PlaneDepthExponent(ip, iq, slope, offset, e.plane_tolerance)
                               : GradientDepthExponent(ip, iq, slope, offset, e.sigma_z,
                                                       e.depth_epsilon, e.max_slope);
-      const float w = NormalWeight(cosine, e.sigma_n) * exp(-depth);
+      const float w = NormalWeightAt(e, cosine, Turn2At(g, x, y)) * exp(-depth);
       const float d = h.mean(qx, qy) - h.mean(x, y);
       sum_weight += w;
       sum_d += w * d;

@@ -19,7 +19,7 @@ struct PrepareGuidesInput {
   const Plane<uint32_t>* id;  ///< nullptr: ids are unknown
 };
 
-/// \param out  sized width x height; its border is not written (zero)
+/// \param out  sized width x height; its border is not written (zero); `turn2` may be empty
 /// \return number of pixels whose depth is NaN or not positive, or whose normal is not finite,
 ///     which have no surface
 namespace reference {

@@ -38,6 +38,15 @@ bool SameSlope(const GuidePlanes& g, int x, int y, int x2, int y2) {
   return cosine >= kGradientMinCosine && g.id(x, y) == g.id(x2, y2);
 }
 
+float TurnAt(const GuidePlanes& g, int x, int y) {
+  const auto cosine = [&](int dx, int dy) {
+    return g.normal[0](x, y) * g.normal[0](x + dx, y + dy) +
+           g.normal[1](x, y) * g.normal[1](x + dx, y + dy) +
+           g.normal[2](x, y) * g.normal[2](x + dx, y + dy);
+  };
+  return SquaredTurn(cosine(-1, 0), cosine(1, 0), cosine(0, -1), cosine(0, 1));
+}
+
 }  // namespace
 
 int64_t PrepareGuides(const PrepareGuidesInput& in, GuidePlanes* out) {
@@ -59,6 +68,9 @@ int64_t PrepareGuides(const PrepareGuidesInput& in, GuidePlanes* out) {
           OneSidedGradient(i(x - 1, y), i(x, y), i(x + 1, y), ok(-1, 0), ok(1, 0));
       out->gradient[1](x, y) =
           OneSidedGradient(i(x, y - 1), i(x, y), i(x, y + 1), ok(0, -1), ok(0, 1));
+      if (!out->turn2.empty()) {
+        out->turn2(x, y) = TurnAt(*out, x, y);
+      }
     }
   }
   return bad;

@@ -26,6 +26,14 @@ SHARED_FN float OneSidedGradient(float before, float centre, float after, float 
                          : (before_ok > 0.0f ? backward : 0.0f);
 }
 
+// The square of the angle by which the normal turns per pixel, from the cosines to the normals of
+// the four neighbours. Of two opposite neighbours the more similar one counts, so that an edge
+// beside a flat surface does not make it curved.
+SHARED_FN float SquaredTurn(float left, float right, float up, float down) {
+  // 1 - cos a = a^2 / 2
+  return 2.0f * max(2.0f - max(left, right) - max(up, down), 0.0f);
+}
+
 SHARED_END
 
 #endif

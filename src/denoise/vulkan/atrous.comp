@@ -63,6 +63,7 @@ void main() {
     return;
   }
   Detail detail = UnpackDetail(texelFetch(detail_image, p, 0), surface.inverse_depth);
+  float turn2 = Turn2At(atrous.edges, surface_image, surface.normal, p);
   vec4 own[kSignals];
   float own_factor[kSignals];
   vec4 sum[kSignals];  // light, variance
@@ -107,7 +108,7 @@ void main() {
           exponent = EawExponent(0.0f, dot(dn, dn), distance * distance, 1.0f, atrous.eaw_sigma_n,
                                  atrous.eaw_sigma_z);
         } else {
-          h *= GeometryWeight(atrous.edges, surface, detail, other, offset);
+          h *= GeometryWeight(atrous.edges, surface, detail, turn2, other, offset);
         }
       }
       for (int s = 0; s < kSignals; ++s) {

@@ -29,6 +29,7 @@ float UnknownVariance(int s) {
 // Variance of single samples from the 7x7 neighbourhood on the same surface, about this pixel's
 // mean.
 float SpatialVariance(Surface s, Detail detail, float mean, ivec3 at) {
+  float turn2 = Turn2At(estimate_variance.edges, surface_image, s.normal, at.xy);
   float sum_weight = 0.0f;
   float sum_d = 0.0f;
   float sum_d2 = 0.0f;
@@ -43,7 +44,7 @@ float SpatialVariance(Surface s, Detail detail, float mean, ivec3 at) {
       if (!(m.z > 0.0f) || !(other.inverse_depth > 0.0f)) {
         continue;
       }
-      float w = GeometryWeight(estimate_variance.edges, s, detail, other, vec2(dx, dy));
+      float w = GeometryWeight(estimate_variance.edges, s, detail, turn2, other, vec2(dx, dy));
       float d = m.x - mean;
       sum_weight += w;
       sum_d += w * d;
