@@ -111,7 +111,7 @@ struct Settings {
   VarianceOf variance_of = VarianceOf::kMean;
   ShortHistory short_history = ShortHistory::kSpatial;
   int short_history_length = 4;
-  float short_history_boost = 1.0f;
+  float short_history_boost = 0.25f;
   bool prefilter_variance = true;
 
   Wavelet wavelet = Wavelet::kSvgf;
@@ -130,6 +130,7 @@ struct Settings {
   float luminance_epsilon = 0.0001f;
   LuminanceWeights luminance = LuminanceWeights::kRec709;
   LuminanceScale luminance_scale = LuminanceScale::kDeviation;
+  bool pilot = true;
   float noise_ratio = 1.5f;
   bool wavelet_id = false;
   float eaw_sigma_l = 4.0f;

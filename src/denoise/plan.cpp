@@ -86,6 +86,7 @@ StagesRun StagesOf(const Settings& s, const FrameFacts& facts, const SequencePro
           .merge_future = facts.has_future,
           .wavelet = s.wavelet != Wavelet::kOff,
           .estimate_variance = s.wavelet == Wavelet::kSvgf,
+          .pilot = s.pilot && s.wavelet == Wavelet::kSvgf,
           .measure_luminance = s.wavelet == Wavelet::kEaw,
           .keep_mirrors = s.mirror_roughness > 0 && facts.has_roughness,
           .fxaa = s.fxaa == Fxaa::kOn || (s.fxaa == Fxaa::kSparse && sparse),

@@ -65,6 +65,7 @@ struct StagesRun {
   bool merge_future;
   bool wavelet;            ///< the levels
   bool estimate_variance;  ///< and prefilter_variance
+  bool pilot;              ///< before the first level
   bool measure_luminance;  ///< the mean of each signal, which scales eaw_sigma_l
   bool keep_mirrors;       ///< if the frame shows any
   bool fxaa;

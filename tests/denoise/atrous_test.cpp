@@ -79,12 +79,13 @@ struct Filtered {
 };
 
 Filtered RunStage(Version atrous, const Picture& picture, const AtrousLevel& level,
-                  const AtrousParameters& p) {
+                  const AtrousParameters& p, const Image1* pilot = nullptr) {
   Filtered out(picture);
   AtrousSignal signal = {&picture.colour, &picture.variance, &out.planes, &picture.luminance_factor,
                          &picture.valid};
   signal.eaw_sigma_l = p.eaw_sigma_l;
   signal.valid_out = &out.valid_out;
+  signal.pilot = pilot;
   atrous({&signal, 1}, picture.guides, level, p);
   return out;
 }
@@ -323,9 +324,10 @@ void ClearUndefined(const Picture& picture, Filtered* filtered) {
   }
 }
 
-void CompareVersions(const Picture& picture, const AtrousLevel& level, const AtrousParameters& p) {
-  Filtered expected = RunStage(&reference::Atrous, picture, level, p);
-  Filtered got = RunStage(&cpu::Atrous, picture, level, p);
+void CompareVersions(const Picture& picture, const AtrousLevel& level, const AtrousParameters& p,
+                     const Image1* pilot = nullptr) {
+  Filtered expected = RunStage(&reference::Atrous, picture, level, p, pilot);
+  Filtered got = RunStage(&cpu::Atrous, picture, level, p, pilot);
   if (level.weights == kAtrousGeometry) {
     ClearUndefined(picture, &expected);
     ClearUndefined(picture, &got);
@@ -341,13 +343,67 @@ void CompareVersions(const Picture& picture, const AtrousLevel& level, const Atr
   }
 }
 
+// Two halves with the same light; what separates them is the pilot. And the other way round.
+TEST(Atrous, ThePilotDecidesInPlaceOfTheLight) {
+  Picture picture(24, 8);
+  Image1 pilot(24, 8, kBorder);
+  picture.From(0, [&](int x, int y) {
+    picture.luminance_factor(x, y) = 100;
+    picture.colour[0](x, y) = x % 2 == 0 ? 0.0f : 2.0f;
+    pilot(x, y) = x < 12 ? 1.0f : 3.0f;
+  });
+  picture.From(12, [&](int x, int y) { picture.colour[1](x, y) = 5; });
+  for (const Version version : kVersions) {
+    const Filtered with = RunStage(version, picture, {kAtrousSvgf, 2, 1}, MakeParameters(), &pilot);
+    const Filtered without = RunStage(version, picture, {kAtrousSvgf, 2, 1}, MakeParameters());
+    EXPECT_NEAR(with.planes.colour[0](6, 4), 1, 1e-5) << "noise is averaged";
+    EXPECT_NEAR(with.planes.colour[1](11, 4), 1, 1e-5) << "nothing leaks over the pilot's edge";
+    EXPECT_NEAR(with.planes.colour[1](12, 4), 5, 1e-5);
+    EXPECT_NEAR(without.planes.colour[0](6, 4), 0, 1e-5);
+  }
+}
+
+// Light as samples give it, 0 or 10: without a pilot bright pixels are refused, and the mean falls.
+TEST(Atrous, ThePilotKeepsTheMeanOfSparseLight) {
+  constexpr int kSize = 96;
+  Picture picture(kSize, kSize);
+  double given = 0;
+  picture.From(0, [&](int x, int y) {
+    const float l = test::RandomAt(x, y, 1) < 0.1f ? 10.0f : 0.0f;
+    given += l;
+    for (int c = 0; c < 3; ++c) {
+      picture.colour[c](x, y) = l;
+    }
+    picture.variance(x, y) = 9;
+  });
+  Image1 pilot(kSize, kSize, kBorder);
+  const AtrousParameters p = MakeParameters();
+  for (const Version version : kVersions) {
+    const Filtered mean = RunStage(version, picture, kPilotLevel, p);
+    const auto sum = [&](const Image1* compared, float deviation) {
+      picture.luminance_factor.Fill(1.44269504f / (3 * deviation));
+      const Filtered out = RunStage(version, picture, {kAtrousSvgf, 2, 1}, p, compared);
+      double total = 0;
+      picture.From(0, [&](int x, int y) { total += out.planes.colour[0](x, y); });
+      return total / given;
+    };
+    // The deviation of a pixel, and that of the mean of 3x3.
+    EXPECT_LT(sum(nullptr, 3.0f), 0.6);
+    EXPECT_GT(sum(&mean.planes.colour[0], 1.0f), 0.9);
+    EXPECT_LT(sum(&mean.planes.colour[0], 1.0f), 1.03);
+  }
+}
+
 TEST(Atrous, VectorsMatchTheReference) {
   test::ForSizesAndTargets([](int width, int height) {
     for (const float lit : {0.1f, 0.8f, 1.0f}) {
       const Picture picture = MakeBusyPicture(width, height, lit);
       for (const int weights : kAllWeights) {
-        for (const AtrousLevel& level :
-             {AtrousLevel{weights, 1, 1}, {weights, 2, 1}, {weights, 1, 4}, {weights, 2, 8}}) {
+        for (const AtrousLevel& level : {AtrousLevel{weights, 1, 1},
+                                         {weights, 2, 1},
+                                         {weights, 1, 4},
+                                         {weights, 2, 8},
+                                         {weights, 1, 3, weights == kAtrousGeometry}}) {
           SCOPED_TRACE("weights " + std::to_string(weights) + " radius " +
                        std::to_string(level.radius) + " step " + std::to_string(level.step));
           CompareVersions(picture, level, MakeParameters());
@@ -361,6 +417,7 @@ TEST(Atrous, VectorsMatchTheReference) {
           CompareVersions(picture, level, curved);
           other.edges.curvature = 2;
           CompareVersions(picture, level, other);
+          CompareVersions(picture, level, curved, &picture.variance);
         }
       }
     }

@@ -377,6 +377,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
       {"max_slope", "0.0001", {{"depth_weight", "gradient"}}},
       {"sigma_l", "1", {}},
       {"luminance_epsilon", "1", {}},
+      {"pilot", "off", {}},
       {"noise_ratio", "1", {}},
       {"luminance", "rec601", {}},
       {"luminance_scale", "variance", {}},

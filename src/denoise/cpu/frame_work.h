@@ -18,6 +18,7 @@ struct WaveletPlanes {
   /// Luminance factors of the wavelet (see prefilter_variance); before it, the limits of
   /// limit_history. Empty if neither runs.
   Image1 luminance_factor;
+  Image1 pilot;  ///< see RunPilot; empty until it has run
   Image1 valid;
   Image1 valid_out;               ///< `valid` of the next level; empty until a frame is sparse
   int target = 0;                 ///< index in `filter` of the next level's output
@@ -32,8 +33,8 @@ struct WaveletPlanes {
   WaveletPlanes(int width, int height, int border)
       : filter{{width, height, border}, {width, height, border}}, valid(width, height, border) {}
   size_t bytes() const {
-    return filter[0].bytes() + filter[1].bytes() + luminance_factor.bytes() + valid.bytes() +
-           valid_out.bytes();
+    return filter[0].bytes() + filter[1].bytes() + luminance_factor.bytes() + pilot.bytes() +
+           valid.bytes() + valid_out.bytes();
   }
 };
 

@@ -57,6 +57,10 @@ void BlendFeedback(const SignalHistory& history, float phase, LumaImage3* out) {
   });
 }
 
+bool HasPilot(const CpuPipeline& p, int level) {
+  return p.plan.runs.pilot && level == 0;
+}
+
 /// Marks pixels with light, unless all have some.
 void FindPresent(const Image1& surface, WaveletPlanes* planes) {
   const Image1& length = planes->history->length;
@@ -93,13 +97,40 @@ void RunEstimateVariance(const CpuPipeline& p, const FrameInput& in, const Guide
   }
 }
 
-void RunPrefilterVariance(const CpuPipeline& p, const GuidePlanes& guides, WaveletPlanes* planes,
-                          DenoisedFrame* out) {
+/// \param pilot  of the pilot estimate rather than of the light
+void RunPrefilterVariance(const CpuPipeline& p, const GuidePlanes& guides, bool pilot,
+                          WaveletPlanes* planes, DenoisedFrame* out) {
   const StageTimer timer(&out->timings, "prefilter_variance");
-  const PrefilterVarianceInput in = {&(*planes->light)[0], planes->variance, planes->where,
-                                     &planes->history->length,
+  const Image1& luminance = pilot ? planes->pilot : (*planes->light)[0];
+  const Image1& variance = pilot ? planes->filter[planes->target].variance : *planes->variance;
+  const PrefilterVarianceInput in = {&luminance, &variance, planes->where, &planes->history->length,
                                      planes->all_valid ? &guides.full : nullptr};
   p.stages.prefilter_variance(in, p.plan.prefilter_variance, &planes->luminance_factor);
+}
+
+/// The pilot estimate: the mean of the 3x3 pixels on the same surface. The weights of the first
+/// level compare it in place of single pixels. A pixel of few samples takes its own noise for
+/// signal: it refuses neighbours that are brighter, more often than darker ones since light is
+/// skewed, so that the picture darkens. Leaves the luminance in `pilot` and its variance in the
+/// planes of the next level's output.
+void RunPilot(const CpuPipeline& p, const GuidePlanes& guides, std::vector<WaveletPlanes>* wavelet,
+              DenoisedFrame* out) {
+  const StageTimer timer(&out->timings, "pilot");
+  std::array<AtrousSignal, kMostGroups> signals;
+  const size_t count = wavelet->size();
+  for (size_t i = 0; i < count; ++i) {
+    WaveletPlanes& planes = (*wavelet)[i];
+    signals[i] = {planes.light, planes.variance, &planes.filter[planes.target], nullptr,
+                  planes.where};
+  }
+  p.stages.atrous({signals.data(), count}, guides, kPilotLevel, p.plan.atrous);
+  for (WaveletPlanes& planes : *wavelet) {
+    Image1& luminance = planes.filter[planes.target].colour[0];
+    if (planes.pilot.empty()) {
+      planes.pilot = Image1(luminance.width(), luminance.height(), luminance.border());
+    }
+    std::swap(luminance, planes.pilot);
+  }
 }
 
 AtrousSignal SignalOf(const CpuPipeline& p, int level, WaveletPlanes* planes) {
@@ -109,6 +140,7 @@ AtrousSignal SignalOf(const CpuPipeline& p, int level, WaveletPlanes* planes) {
   signal.all_valid = planes->all_valid;
   signal.eaw_sigma_l =
       p.plan.atrous.eaw_sigma_l * planes->mean_luminance * std::exp2f(static_cast<float>(-level));
+  signal.pilot = HasPilot(p, level) ? &planes->pilot : nullptr;
   signal.valid_out = p.plan.atrous.grows != 0 && !planes->all_valid ? &planes->valid_out : nullptr;
   return signal;
 }
@@ -129,9 +161,12 @@ void RunLevel(const CpuPipeline& p, int level, const GuidePlanes& guides,
               std::vector<WaveletPlanes>* wavelet, DenoisedFrame* out) {
   std::array<AtrousSignal, kMostGroups> signals;
   const size_t count = wavelet->size();
+  if (HasPilot(p, level)) {
+    RunPilot(p, guides, wavelet, out);
+  }
   for (size_t i = 0; i < count; ++i) {
     if (p.plan.runs.estimate_variance) {
-      RunPrefilterVariance(p, guides, &(*wavelet)[i], out);
+      RunPrefilterVariance(p, guides, HasPilot(p, level), &(*wavelet)[i], out);
     }
     signals[i] = SignalOf(p, level, &(*wavelet)[i]);
   }

@@ -71,6 +71,7 @@ struct SignalRow {
   const float* red;
   const float* blue;
   const float* variance;
+  const float* pilot;  ///< what weights compare: the luminance, unless a pilot is given
   const float* luminance_factor;
   const float* valid;
   float eaw_l;  ///< log2(e) / sigma^2
@@ -82,6 +83,7 @@ inline SignalRow RowOf(const AtrousSignal& s, int y) {
           colour[1].Row(y),
           colour[2].Row(y),
           s.variance->Row(y),
+          (s.pilot != nullptr ? *s.pilot : colour[0]).Row(y),
           s.luminance_factor != nullptr ? s.luminance_factor->Row(y) : nullptr,
           s.valid->Row(y),
           kLog2E / (s.eaw_sigma_l * s.eaw_sigma_l)};
@@ -166,6 +168,9 @@ inline NextSignal NextSignalOf(const AtrousPass& pass, const AtrousSignal& signa
   if (signal.valid_out != nullptr) {
     AddStreamed(*signal.valid_out, own, &next);
   }
+  if (!geometry && signal.pilot != nullptr) {
+    next.Add(*signal.pilot, own + level.step * level.radius);
+  }
   if (!geometry && noise_ratio <= 1) {
     next.Add(*signal.luminance_factor, own);
   }
@@ -210,12 +215,17 @@ struct LightTaps {
 };
 
 /// Sums the taps of one signal at the pixels x, x + 1, ... with the weights of SVGF. kShared:
-/// differences are measured in the noise of both pixels.
-template <int kPairs, bool kShared, bool kComplete>
+/// differences are measured in the noise of both pixels. kPilot: they are those of the pilot.
+template <int kPairs, bool kShared, bool kComplete, bool kPilot>
 HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, VF own_factor, int x) {
   const DF d;
   const VF zero = hn::Zero(d);
   const VF centre = hn::LoadU(d, row.luminance + x);
+  VF compared = centre;
+  if constexpr (kPilot) {
+    compared = hn::LoadU(d, row.pilot + x);
+    compared = kComplete ? compared : WherePresent(row, x, compared);
+  }
   const VF least = hn::Mul(own_factor, hn::Set(d, light.least_factor));
   const VF kernel = hn::Set(d, light.centre_kernel);
   Sums sums = {zero, zero, zero, zero, zero};
@@ -237,7 +247,13 @@ HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, VF own_fac
                 hn::Min(own_factor, hn::Max(hn::LoadU(d, row.luminance_factor + q[k]), least));
           }
         }
-        const VF deviation[2] = {hn::Abs(hn::Sub(centre, l[0])), hn::Abs(hn::Sub(centre, l[1]))};
+        VF tap[2] = {l[0], l[1]};
+        if constexpr (kPilot) {
+          tap[0] = hn::LoadU(d, row.pilot + q[0]);
+          tap[1] = hn::LoadU(d, row.pilot + q[1]);
+        }
+        const VF deviation[2] = {hn::Abs(hn::Sub(compared, tap[0])),
+                                 hn::Abs(hn::Sub(compared, tap[1]))};
         exponent[0] = hn::NegMulAdd(deviation[0], factor[0], exponent[0]);
         exponent[1] = hn::NegMulAdd(deviation[1], factor[1], exponent[1]);
         VF weight[2];
@@ -274,7 +290,7 @@ void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
 
 /// Filters a row of one signal with the weights of SVGF. Not inlined, and with arguments by value,
 /// since compilers reload after every store everything that it could have changed.
-template <int kPairs, bool kShared, bool kComplete>
+template <int kPairs, bool kShared, bool kComplete, bool kPilot>
 HWY_NOINLINE void FilterSignalRow(const AtrousPass& pass, const AtrousSignal& signal, int y,
                                   TapSlots exponents) {
   const DF d;
@@ -293,7 +309,7 @@ HWY_NOINLINE void FilterSignalRow(const AtrousPass& pass, const AtrousSignal& si
     const MF surface = hn::Gt(hn::LoadU(d, depth + x), zero);
     const Sums sums = hn::AllFalse(d, surface)
                           ? Sums{zero, zero, zero, zero, zero}
-                          : SumTaps<kPairs, kShared, kComplete>(
+                          : SumTaps<kPairs, kShared, kComplete, kPilot>(
                                 light, row, hn::LoadU(d, row.luminance_factor + x), x);
     Finish(row, out, sums, surface, x, width);
   }
@@ -304,12 +320,15 @@ template <int kPairs>
 void FilterSignalRow(const AtrousPass& pass, const AtrousSignal& signal, int y,
                      TapSlots exponents) {
   const bool shared = pass.parameters->noise_ratio > 1;
-  if (signal.all_valid) {
-    shared ? FilterSignalRow<kPairs, true, true>(pass, signal, y, exponents)
-           : FilterSignalRow<kPairs, false, true>(pass, signal, y, exponents);
+  if (signal.pilot != nullptr) {  // kShared with a ratio of 1 is the same as without
+    signal.all_valid ? FilterSignalRow<kPairs, true, true, true>(pass, signal, y, exponents)
+                     : FilterSignalRow<kPairs, true, false, true>(pass, signal, y, exponents);
+  } else if (signal.all_valid) {
+    shared ? FilterSignalRow<kPairs, true, true, false>(pass, signal, y, exponents)
+           : FilterSignalRow<kPairs, false, true, false>(pass, signal, y, exponents);
   } else {
-    shared ? FilterSignalRow<kPairs, true, false>(pass, signal, y, exponents)
-           : FilterSignalRow<kPairs, false, false>(pass, signal, y, exponents);
+    shared ? FilterSignalRow<kPairs, true, false, false>(pass, signal, y, exponents)
+           : FilterSignalRow<kPairs, false, false, false>(pass, signal, y, exponents);
   }
 }
 
@@ -563,6 +582,12 @@ AtrousPass MakePass(std::span<const AtrousSignal> signals, const GuidePlanes& gu
   pass.taps = small ? MakeTapPairs(kLog2Kernel3, level.step, stride)
                     : MakeTapPairs(kLog2Kernel5, level.step, stride);
   pass.centre_kernel = small ? 0.25f : 9.0f / 64.0f;
+  if (level.box) {
+    constexpr float kLog2OfOnes[3] = {};
+    pass.taps = MakeTapPairs(std::span(kLog2OfOnes).first(static_cast<size_t>(level.radius) + 1),
+                             level.step, stride);
+    pass.centre_kernel = 1;
+  }
   return pass;
 }
 

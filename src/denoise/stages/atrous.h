@@ -21,9 +21,10 @@ namespace stillray {
 
 /// The properties of a level.
 struct AtrousLevel {
-  int weights;  ///< kAtrousNaive, ...
-  int radius;   ///< 1: 3x3, 2: 5x5
-  int step;     ///< pixels between taps
+  int weights;       ///< kAtrousNaive, ...
+  int radius;        ///< 1: 3x3, 2: 5x5
+  int step;          ///< pixels between taps
+  bool box = false;  ///< kernel of equal weights; kAtrousGeometry only
 };
 
 /// The levels within limit_history and keep_mirrors: 3x3, with geometry-only weights. These have
@@ -33,6 +34,10 @@ inline constexpr int kGeometryRadius = 1;
 inline AtrousLevel GeometryLevel(int level) {
   return {kAtrousGeometry, kGeometryRadius, 1 << level};
 }
+
+/// The level that computes the pilot estimate: equal weights, since the kernel's would have the
+/// noise of 7 pixels, not of 9.
+inline constexpr AtrousLevel kPilotLevel = {kAtrousGeometry, kGeometryRadius, 1, true};
 
 /// Radius in pixels of the region that a level reads.
 inline int ReachOf(const AtrousLevel& level) {
@@ -49,6 +54,9 @@ struct AtrousSignal {
   const Image1* valid;             ///< positive where there is light on a surface, else 0
   bool all_valid = false;          ///< every surface has light, so `valid` is redundant
   float eaw_sigma_l = 1;           ///< in units of light, of this level
+  /// Luminance that the weights of kAtrousSvgf compare; nullptr: that of `colour`. Where `valid` is
+  /// 0 it may have any value.
+  const Image1* pilot = nullptr;
   /// Set to 1 where there is light after this level, else 0 (`valid` of the next one); nullptr:
   /// not requested. Below one sample per pixel single samples would show as dots if a level skipped
   /// the pixels that the previous one has filled.

@@ -32,7 +32,9 @@ float EdgeWeight(const AtrousSignal& signal, const GuidePlanes& g, const AtrousL
   const float iq = g.inverse_depth(qx, qy);
   const vec2 slope = {g.gradient[0](x, y), g.gradient[1](x, y)};
   const vec2 offset = {static_cast<float>(qx - x), static_cast<float>(qy - y)};
-  const float dl = abs((*signal.colour)[0](x, y) - (*signal.colour)[0](qx, qy));
+  const bool has_pilot = signal.pilot != nullptr && level.weights == kAtrousSvgf;
+  const Image1& luminance = has_pilot ? *signal.pilot : (*signal.colour)[0];
+  const float dl = abs(luminance(x, y) - luminance(qx, qy));
   if (level.weights == kAtrousEaw) {
     const float plane = PlaneDepthExponent(ip, iq, slope, offset, 1.0f);
     const float known_dl = (*signal.valid)(x, y) > 0 ? dl : 0.0f;
@@ -49,6 +51,9 @@ float EdgeWeight(const AtrousSignal& signal, const GuidePlanes& g, const AtrousL
     return geometry;
   }
   const Image1& factor = *signal.luminance_factor;
+  if (has_pilot && !((*signal.valid)(x, y) > 0)) {
+    return geometry;  // there is no luminance to compare
+  }
   return geometry *
          std::exp2(-dl * SharedLuminanceFactor(factor(x, y), factor(qx, qy), p.noise_ratio));
 }
@@ -69,7 +74,7 @@ void FilterPixel(const AtrousSignal& signal, const GuidePlanes& g, const AtrousL
       }
       const bool centre = dx == 0 && dy == 0;
       const float edge = centre ? 1.0f : EdgeWeight(signal, g, level, p, x, y, qx, qy);
-      const float w = kernel[abs(dx)] * kernel[abs(dy)] * edge;
+      const float w = (level.box ? 1.0f : kernel[abs(dx)] * kernel[abs(dy)]) * edge;
       sum += w * vec3(in[0](qx, qy), in[1](qx, qy), in[2](qx, qy));
       sum_variance += w * w * (*signal.variance)(qx, qy);
       sum_weight += w;

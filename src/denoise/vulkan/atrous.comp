@@ -11,19 +11,25 @@
 layout(constant_id = 0) const int kWeights = kAtrousSvgf;
 layout(constant_id = 1) const int kRadius = 2;
 layout(constant_id = 2) const int kSignals = 1;
+layout(constant_id = 3) const int kPilot = 0;  // 1: weights compare the luminance of the pilot
 
 layout(set = 1, binding = 0) uniform utexture2D surface_image;
 layout(set = 1, binding = 1) uniform utexture2D detail_image;
 layout(set = 1, binding = 2) uniform texture2DArray light;
 layout(set = 1, binding = 3) uniform texture2DArray factor_image;
-layout(set = 1, binding = 4, LIGHT_FORMAT) writeonly uniform image2DArray light_out;
+layout(set = 1, binding = 4) uniform texture2DArray pilot;  // read with kPilot only
+layout(set = 1, binding = 5, LIGHT_FORMAT) writeonly uniform image2DArray light_out;
 
 layout(push_constant) uniform Push {
   int tap_step;
   int level;
+  int box;  // 1: all taps have the same weight before the edge-stopping functions
 };
 
 float KernelWeight(int d) {
+  if (box != 0) {
+    return 1.0f;
+  }
   int i = abs(d);
   return kRadius == 1 ? (i == 0 ? 0.5f : 0.25f) : (i == 0 ? 0.375f : (i == 1 ? 0.25f : 0.0625f));
 }
@@ -39,9 +45,12 @@ void PassThrough(ivec2 p) {
 }
 
 // The luminance weight of q for signal s; q_light, q_factor: its light and reciprocal denominator.
-float LuminanceWeight(vec4 own, float own_factor, vec4 q_light, ivec3 q, float exponent, int s) {
+// compared: the luminance of p that they are compared by.
+float LuminanceWeight(vec4 own, float compared, float own_factor, vec4 q_light, ivec3 q,
+                      float exponent, int s) {
   if (kWeights == kAtrousSvgf) {
-    float dl = abs(own.x - q_light.x);
+    float q_compared = kPilot != 0 ? texelFetch(pilot, q, 0).x : q_light.x;
+    float dl = IsValid(own.w) || kPilot == 0 ? abs(compared - q_compared) : 0.0f;
     float q_factor = UnpackLuminanceFactor(texelFetch(factor_image, q, 0).x);
     return exp2(-dl * SharedLuminanceFactor(own_factor, q_factor, atrous.noise_ratio));
   }
@@ -66,12 +75,14 @@ void main() {
   float turn2 = Turn2At(atrous.edges, surface_image, surface.normal, p);
   vec4 own[kSignals];
   float own_factor[kSignals];
+  float compared[kSignals];
   vec4 sum[kSignals];  // light, variance
   float sum_weight[kSignals];
   bool any = kWeights != kAtrousGeometry;
   for (int s = 0; s < kSignals; ++s) {
     own[s] = texelFetch(light, ivec3(p, s), 0);
     any = any || IsValid(own[s].w);
+    compared[s] = kPilot != 0 ? texelFetch(pilot, ivec3(p, s), 0).x : own[s].x;
     own_factor[s] = kWeights == kAtrousSvgf
                         ? UnpackLuminanceFactor(texelFetch(factor_image, ivec3(p, s), 0).x)
                         : 0.0f;
@@ -116,9 +127,9 @@ void main() {
         if (!IsValid(q_light.w)) {
           continue;
         }
-        float w =
-            centre ? h
-                   : h * LuminanceWeight(own[s], own_factor[s], q_light, ivec3(q, s), exponent, s);
+        float w = centre ? h
+                         : h * LuminanceWeight(own[s], compared[s], own_factor[s], q_light,
+                                               ivec3(q, s), exponent, s);
         sum[s] += vec4(w * q_light.xyz, w * w * VarianceOf(q_light.w));
         sum_weight[s] += w;
       }

@@ -19,6 +19,7 @@
 //   merge_future         history, light of the future        known history             48 n, 16 n  (only where the future is known)
 //   estimate_variance    known history, guides               light of the wavelet      16 + 24 n, 8 n
 //   per level:
+//     pilot              light of the wavelet, guides          fetched history           16 + 8 n, 8 n  (atrous; before the first level)
 //     prefilter_variance light of the wavelet                luminance factors         16 n, 2 n
 //     atrous             light, luminance factors, guides    light of the wavelet      16 + 10 n, 8 n
 //   keep_mirrors         new light, light, roughness         light                     12 + 96 n, 40 n  (only where roughness is given)
@@ -67,6 +68,7 @@ Status CheckSize(const gpu::DeviceContext& context, const PipelineOptions& o) {
 struct LevelPush {
   int32_t step;
   int32_t level;
+  int32_t box;
 };
 
 }  // namespace
@@ -152,9 +154,9 @@ Result<std::unique_ptr<FramePipeline>> FramePipeline::Create(const gpu::DeviceCo
   return made;
 }
 
-std::array<uint32_t, 3> FramePipeline::AtrousConstants(const AtrousLevel& level) const {
+std::array<uint32_t, 4> FramePipeline::AtrousConstants(const AtrousLevel& level, bool pilot) const {
   return {static_cast<uint32_t>(level.weights), static_cast<uint32_t>(level.radius),
-          static_cast<uint32_t>(shape_.signals)};
+          static_cast<uint32_t>(shape_.signals), pilot ? 1u : 0u};
 }
 
 /// Compiles all shaders that the settings may use, so that recording does not.
@@ -169,8 +171,10 @@ Status FramePipeline::MakePipelines(const Settings& settings) {
   }
   std::array<AtrousLevel, kMaxLevels> levels;
   if (ListLevels(settings, &levels) > 0) {
-    STILLRAY_RETURN_IF_ERROR(
-        pipelines_->Find(Shader::kAtrous, AtrousConstants(levels[0])).status());
+    for (const bool pilot : {false, true}) {
+      STILLRAY_RETURN_IF_ERROR(
+          pipelines_->Find(Shader::kAtrous, AtrousConstants(levels[0], pilot)).status());
+    }
   }
   return pipelines_->Find(Shader::kAtrous, AtrousConstants(GeometryLevel(0))).status();
 }
@@ -256,10 +260,10 @@ void FramePipeline::LimitHistory(PassRecorder* recorder) {
                 {i.guides.surface, i.noisy, i.fetched.moments, i.fetched.compressed, i.wavelet[0]});
   const auto constants = AtrousConstants(GeometryLevel(0));
   for (int level = 0; level < kLimitHistoryLevels; ++level) {
-    const LevelPush push = {GeometryLevel(level).step, level};
+    const LevelPush push = {GeometryLevel(level).step, level, 0};
     recorder->Run(Shader::kAtrous, grid_,
                   {i.guides.surface, i.guides.detail, i.wavelet[level & 1], i.luminance_factor,
-                   i.wavelet[(level & 1) ^ 1]},
+                   i.nothing, i.wavelet[(level & 1) ^ 1]},
                   push, constants);
   }
   static_assert(kLimitHistoryLevels % 2 == 1, "the result lies in the second image");
@@ -299,19 +303,33 @@ void FramePipeline::BeginFilter(const FramePlan& plan, PassRecorder* recorder) {
   light_ = i.wavelet[0];
 }
 
+/// The pilot estimate (see cpu/wavelet.cpp), in the image of the fetched history, which is no
+/// longer read.
+const gpu::Image* FramePipeline::RunPilot(PassRecorder* recorder) {
+  const FrameImages& i = images_;
+  const LevelPush push = {kPilotLevel.step, 0, kPilotLevel.box ? 1 : 0};
+  recorder->Run(
+      Shader::kAtrous, grid_,
+      {i.guides.surface, i.guides.detail, light_, i.luminance_factor, i.nothing, i.fetched.colour},
+      push, AtrousConstants(kPilotLevel));
+  return i.fetched.colour;
+}
+
 void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
   int target = 1;
   for (int level = 0; level < plan.levels; ++level) {
+    const bool has_pilot = plan.runs.pilot && level == 0;
+    const gpu::Image* pilot = has_pilot ? RunPilot(recorder) : images_.nothing;
     if (plan.runs.estimate_variance) {
       recorder->Run(Shader::kPrefilterVariance, grid_,
-                    {light_, known_.moments, images_.luminance_factor});
+                    {has_pilot ? pilot : light_, known_.moments, images_.luminance_factor});
     }
     const AtrousLevel& of_level = plan.level[static_cast<size_t>(level)];
-    const LevelPush push = {of_level.step, level};
+    const LevelPush push = {of_level.step, level, 0};
     recorder->Run(Shader::kAtrous, grid_,
                   {images_.guides.surface, images_.guides.detail, light_, images_.luminance_factor,
-                   images_.wavelet[target]},
-                  push, AtrousConstants(of_level));
+                   pilot, images_.wavelet[target]},
+                  push, AtrousConstants(of_level, has_pilot));
     light_ = images_.wavelet[target];
     if (plan.feedback_level == level + 1) {
       if (shape_.with_behind) {
@@ -334,10 +352,11 @@ void FramePipeline::KeepMirrors(PassRecorder* recorder) {
   recorder->Run(Shader::kMeasureMirrors, grid_, {i.guides.surface, i.noisy, light_, measured});
   const auto constants = AtrousConstants(GeometryLevel(0));
   for (int level = 0; level < kKeepMirrorsLevels; ++level) {
-    const LevelPush push = {GeometryLevel(level).step, level};
-    recorder->Run(Shader::kAtrous, grid_,
-                  {i.guides.surface, i.guides.detail, measured, i.luminance_factor, other}, push,
-                  constants);
+    const LevelPush push = {GeometryLevel(level).step, level, 0};
+    recorder->Run(
+        Shader::kAtrous, grid_,
+        {i.guides.surface, i.guides.detail, measured, i.luminance_factor, i.nothing, other}, push,
+        constants);
     std::swap(measured, other);
   }
   recorder->Run(Shader::kKeepMirrors, grid_, {i.noisy, light_, measured, other});

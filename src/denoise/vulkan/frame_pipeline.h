@@ -106,13 +106,14 @@ class FramePipeline {
   void Accumulate(const FramePlan& plan, PassRecorder* recorder);
   void MergeFuture(const FutureImages& future, PassRecorder* recorder);
   void BeginFilter(const FramePlan& plan, PassRecorder* recorder);
+  const gpu::Image* RunPilot(PassRecorder* recorder);
   void RunLevels(const FramePlan& plan, PassRecorder* recorder);
   void KeepMirrors(PassRecorder* recorder);
   void Compose(const gpu::Image* light, PassRecorder* recorder);
   void Finish(const FramePlan& plan, PassRecorder* recorder);
   void Keep(PassRecorder* recorder, std::string_view name, const gpu::Image* image);
   void KeepPicture(PassRecorder* recorder, std::string_view name, const gpu::Image* light);
-  std::array<uint32_t, 3> AtrousConstants(const AtrousLevel& level) const;
+  std::array<uint32_t, 4> AtrousConstants(const AtrousLevel& level, bool pilot = false) const;
 
   const gpu::DeviceContext* context_;
   bool timed_ = true;
