@@ -199,7 +199,7 @@ void Demodulate(benchmark::State& state, const StageTable& stages) {
 void Accumulate(benchmark::State& state, const StageTable& stages) {
   Planes720& p = Shared();
   Measure(state, [&] {
-    stages.accumulate(p.light, p.history, &p.taps, nullptr, Plan().accumulate, &p.fetched);
+    stages.accumulate(p.light, p.history, &p.taps, {}, Plan().accumulate, &p.fetched);
   });
 }
 

@@ -105,8 +105,9 @@ struct Settings {
   bool history_id = true;
   bool history_search = true;
   bool limit_history = true;
-  float limit_gain = 4.0f;
-  float limit_dead = 8.0f;
+  bool correct_history = true;
+  float limit_gain = 8.0f;
+  float limit_dead = 4.0f;
 
   VarianceOf variance_of = VarianceOf::kMean;
   ShortHistory short_history = ShortHistory::kSpatial;

@@ -176,7 +176,7 @@ std::vector<std::string> Denoiser::OutputNames(const Settings& settings) {
   }
   names.insert(names.end(), {"aliased", "disocclusion"});
   for (const char* kind : {"noisy", "accumulated", "filtered", "variance", "filtered_variance",
-                           "history", "limit", "moment_mean", "moment_variance"}) {
+                           "history", "limit", "ratio", "moment_mean", "moment_variance"}) {
     for (const SignalGroup& group : GroupsOf(settings.signals, true)) {
       names.push_back(fmt::format("{}.{}", kind, group.name));
     }

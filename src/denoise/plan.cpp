@@ -102,7 +102,12 @@ void PlanSignals(const Settings& s, FramePlan* plan) {
                      .history_normal_cosine = std::cos(s.history_normal * kRadiansPerDegree),
                      .history_id = Int(s.history_id),
                      .history_search = Int(s.history_search)};
-  plan->limit_history = {.limit_dead = s.limit_dead, .limit_gain = s.limit_gain};
+  plan->limit_history = {.correct_history = Int(s.correct_history),
+                         .limit_dead = s.limit_dead,
+                         .limit_gain = s.limit_gain};
+  plan->compared.edges.sigma_n = kComparedSigmaN;
+  plan->compared.edges.depth_weight_plane = 1;
+  plan->compared.edges.plane_tolerance = kComparedTolerance;
   plan->accumulate = {.alpha_min = s.alpha_min,
                       .alpha_moments = s.alpha_moments,
                       .history_weight_constant = Int(s.history_weight == HistoryWeight::kConstant),
@@ -205,7 +210,7 @@ int ListLevels(const Settings& s, std::array<AtrousLevel, kMaxLevels>* levels) {
 int BorderOf(const Settings& s) {
   std::array<AtrousLevel, kMaxLevels> levels;
   const int count = ListLevels(s, &levels);
-  int border = ReachOf(GeometryLevel(std::max(kLimitHistoryLevels, kKeepMirrorsLevels) - 1));
+  int border = ReachOf(GeometryLevel(kKeepMirrorsLevels - 1));
   for (size_t i = 0; i < static_cast<size_t>(count); ++i) {
     border = std::max(border, ReachOf(levels[i]));
   }

@@ -92,6 +92,7 @@ struct FramePlan {
   DemodulateParameters demodulate;
   ReprojectParameters reproject;
   LimitHistoryParameters limit_history;
+  AtrousParameters compared;  ///< of the levels of limit_history
   AccumulateParameters accumulate;
   EstimateVarianceParameters estimate_variance;
   PrefilterVarianceParameters prefilter_variance;

@@ -171,6 +171,13 @@ std::vector<Row> MakeTable() {
                         "as after a change of the light."},
        .member = &Settings::limit_history,
        .history = Always<&Settings::limit_history>()},
+      {.info = {.name = "correct_history",
+                .type = kFlag,
+                .group = "limit_history",
+                .help = "Multiply histories by the ratio of the new light to the old over a "
+                        "neighbourhood, as far as it is significant, before limit_history judges "
+                        "what change is left. Needs limit_history."},
+       .member = &Settings::correct_history},
       {.info = {.name = "limit_gain",
                 .type = kFloat,
                 .group = "limit_history",

@@ -46,6 +46,15 @@ void Compare(float shift, bool lit_alone, bool mostly_still) {
       limit(x, y) = 6 * test::Random(x, y, 30);
     }
   }
+  Image1 ratio(kWidth, kHeight);
+  ratio.Fill(1);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      // As limit_history leaves it: 1 where there is no sample.
+      ratio(x, y) = light.samples(x, y) > 0 ? 0.5f + test::Random(x, y, 31) : 1.0f;
+    }
+  }
+  const HistoryLimits limits = {&limit, &ratio};
   for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
     hwy::SetSupportedTargetsForTest(target);
     ReprojectionTaps taps(kWidth, kHeight);
@@ -61,9 +70,9 @@ void Compare(float shift, bool lit_alone, bool mostly_still) {
     ASSERT_TRUE(staged.HasRoom(static_cast<size_t>(gathers), taps.lanes));
     const SignalHistory old = MakeHistory(lit_alone);
     SignalHistory anew = old;
-    cpu::Accumulate(light, old, &taps, &limit, p, &anew);
+    cpu::Accumulate(light, old, &taps, limits, p, &anew);
     SignalHistory in_place = old;
-    cpu::AccumulateInPlace(light, taps, &limit, p, lit_alone, &staged, &in_place);
+    cpu::AccumulateInPlace(light, taps, limits, p, lit_alone, &staged, &in_place);
     EXPECT_EQ(DifferentBits(anew, in_place), 0) << hwy::TargetName(target);
     EXPECT_GT(DifferentBits(old, in_place), 0);
   }

@@ -356,6 +356,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
       {"history_id", "off", {{"history_depth", "10"}, {"history_normal", "180"}}},
       {"history_search", "off", {}},
       {"limit_history", "off", {{"limit_dead", "0"}}},
+      {"correct_history", "off", {}},
       {"limit_gain", "200", {{"limit_dead", "0"}}},
       {"limit_dead", "0", {{"limit_gain", "200"}}},
       {"variance_of", "frame", {}},

@@ -184,10 +184,41 @@ TEST(Formulas, CompressedLuminance) {
 
 TEST(Formulas, LimitedLength) {
   // Within (1 + dead) variances of the expected noise nothing happens.
-  EXPECT_EQ(LimitedLength(20, 0.05f, 0.29f, 0.01f, 0.2f, 8, 4), 20.0f);
+  EXPECT_EQ(RelativeBias(0.29f, 0.01f, 0.2f, 8), 0.0f);
+  EXPECT_EQ(LimitedLength(20, 0.05f, 0, 4), 20.0f);
   // d^2 = 0.16 exceeds 0.09 by 0.07: 1 / (0.05 + 4 * 0.07 / 0.2).
-  EXPECT_NEAR(LimitedLength(20, 0.05f, 0.4f, 0.01f, 0.2f, 8, 4), 1 / (0.05 + 1.4), 1e-4);
-  EXPECT_EQ(LimitedLength(0.5f, 0.05f, 0.4f, 0.01f, 0.2f, 8, 4), 0.5f);  // never raised
+  const float bias = RelativeBias(0.4f, 0.01f, 0.2f, 8);
+  EXPECT_NEAR(bias, 0.07 / 0.2, 1e-6);
+  EXPECT_NEAR(LimitedLength(20, 0.05f, bias, 4), 1 / (0.05 + 1.4), 1e-4);
+  EXPECT_EQ(LimitedLength(0.5f, 0.05f, bias, 4), 0.5f);  // never raised
+}
+
+TEST(Formulas, HistoryRatio) {
+  // Without noise it is the plain ratio, within its bounds.
+  EXPECT_NEAR(HistoryRatio(1.5f, 1, 0), 1.5, 1e-6);
+  EXPECT_EQ(HistoryRatio(9, 1, 0), kMostRatio);
+  EXPECT_EQ(HistoryRatio(0.1f, 1, 0), 1 / kMostRatio);
+  // d^2 = 0.25, two variances of 0.05: 1 - 0.1 / 0.25 of the difference.
+  EXPECT_NEAR(HistoryRatio(1.5f, 1, 0.05f), 1 + 0.6 * 0.5, 1e-6);
+  EXPECT_EQ(HistoryRatio(1.5f, 1, 0.2f), 1.0f) << "noise";
+  EXPECT_EQ(HistoryRatio(1.5f, 0, 0), 1.0f) << "there is nothing to scale";
+  EXPECT_EQ(HistoryRatio(0, 0, 0), 1.0f);
+}
+
+TEST(Formulas, ComparisonNoise) {
+  // Samples of variance 0.19 in a mean of twenty (sum of squared weights 0.05), unbiased: 0.2.
+  EXPECT_NEAR(ComparisonNoise(3, 1, 20, 2, 0.19f, 0.05f), 0.2 * 1.05, 1e-6);
+  EXPECT_NEAR(ComparisonNoise(3, 4, 20, 2, 0.19f, 0.05f), 0.2 * (0.25 + 0.05), 1e-6);
+  EXPECT_EQ(ComparisonNoise(3, 1, 2, 2.5f, 0.19f, 0.5f), 0.25f) << "the difference itself";
+}
+
+TEST(Formulas, ScaledCompressed) {
+  for (const float l : {0.0f, 0.1f, 1.0f, 30.0f}) {
+    for (const float ratio : {0.5f, 1.0f, 1.7f}) {
+      EXPECT_NEAR(ScaledCompressed(CompressLuminance(l, 0.7f), ratio),
+                  CompressLuminance(l * ratio, 0.7f), 1e-6);
+    }
+  }
 }
 
 TEST(Formulas, SameSurface) {

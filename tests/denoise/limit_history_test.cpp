@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
@@ -20,64 +21,89 @@ namespace {
 using test::kHeight;
 using test::kWidth;
 
-constexpr int kSignals = 3;
+constexpr uint32_t kSignals = 3;
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-struct Limited {
-  FilterPlanes filter[2] = {{kWidth, kHeight, 16}, {kWidth, kHeight, 16}};
-  Image1 valid = Image1(kWidth, kHeight, 16);
-  Image1 limit = Image1(kWidth, kHeight, 16);
-};
-
-ReprojectionTaps FindTaps(const StageTable& stages, float shift) {
+ReprojectionTaps FindTaps(const StageTable& stages, const GuidePlanes& now,
+                          const GuidePlanes& before, float shift) {
   Image2 motion(kWidth, kHeight);
   motion[0].Fill(shift);
   ReprojectionTaps taps(kWidth, kHeight);
-  stages.find_taps(test::MakeGuides(true), test::MakeGuides(false), motion,
-                   test::DefaultPlan().reproject, &taps);
+  stages.find_taps(now, before, motion, test::DefaultPlan().reproject, &taps);
   return taps;
 }
 
-/// All of limit_history, as the denoiser calls it, on planes that hold something from before.
-std::array<Limited, kSignals> RunStage(const StageTable& stages, float shift, float lit,
-                                       float sigma_n) {
-  const GuidePlanes guides = test::MakeGuides(true);
-  const SignalHistory history = test::MakeHistory(true);
-  const ReprojectionTaps taps = FindTaps(stages, shift);
-  const LimitHistoryParameters p = {.limit_dead = 0, .limit_gain = 16};
-  AtrousParameters geometry = test::DefaultPlan().atrous;
-  geometry.edges.sigma_n = sigma_n;
-  std::array<Limited, kSignals> all;
+ReprojectionTaps FindTaps(const StageTable& stages, float shift) {
+  return FindTaps(stages, test::MakeGuides(true), test::MakeGuides(false), shift);
+}
+
+struct Limited {
+  GuidePlanes coarse = GuidePlanes(CoarseSize(kWidth), CoarseSize(kHeight), kComparedBorder);
+  std::vector<ComparedPlanes> compared;
+  std::vector<Image1> ratio, bias;
+};
+
+void RunLevels(const StageTable& stages, int levels, Limited* all) {
   std::array<AtrousSignal, kSignals> signals;
-  for (uint32_t i = 0; i < kSignals; ++i) {
-    for (FilterPlanes& filter : all[i].filter) {
-      filter.colour[0].Fill(kNan);
-      filter.variance.Fill(kNan);
+  const size_t count = all->compared.size();
+  for (int level = 0; level < levels; ++level) {
+    for (size_t i = 0; i < count; ++i) {
+      ComparedPlanes& c = all->compared[i];
+      const FilterPlanes& from = level % 2 == 0 ? c.light : c.work;
+      signals[i] = {&from.colour, &from.variance, level % 2 == 0 ? &c.work : &c.light, nullptr,
+                    &c.valid};
     }
-    all[i].valid.Fill(1);
-    stages.compare_with_history(test::MakeLight(lit, 40 + 10 * i), history, taps, guides,
-                                &all[i].filter[0], &all[i].valid);
+    stages.atrous({signals.data(), count}, all->coarse, ComparedLevel(level),
+                  test::DefaultPlan().compared);
   }
-  for (int level = 0; level < kLimitHistoryLevels; ++level) {
-    for (size_t i = 0; i < kSignals; ++i) {
-      FilterPlanes* filter = all[i].filter;
-      const int from = level % 2;
-      signals[i] = {&filter[from].colour, &filter[from].variance, &filter[1 - from], &all[i].limit,
-                    &all[i].valid};
-    }
-    stages.atrous(signals, guides, GeometryLevel(level), geometry);
+}
+
+/// All of limit_history, as the denoiser runs it.
+Limited RunStage(const StageTable& stages, const std::vector<NewLight>& light,
+                 const SignalHistory& history, const ReprojectionTaps& taps,
+                 const GuidePlanes& guides, const LimitHistoryParameters& p) {
+  Limited all;
+  const size_t count = light.size();
+  all.compared.assign(count, ComparedPlanes(CoarseSize(kWidth), CoarseSize(kHeight)));
+  all.ratio.assign(count, Image1(kWidth, kHeight));
+  all.bias = all.ratio;
+  std::vector<ComparedSignal> signals;
+  std::vector<LimitedSignal> limited;
+  for (size_t i = 0; i < count; ++i) {
+    // Something from before.
+    all.ratio[i].Fill(kNan);
+    all.bias[i].Fill(kNan);
+    signals.push_back({&light[i], &history, &all.compared[i]});
+    limited.push_back({&all.compared[i], &light[i].samples, &all.ratio[i], &all.bias[i]});
   }
-  for (Limited& one : all) {
-    stages.limit_history(one.filter[1], one.valid, history, taps, p, &one.limit);
+  stages.compare_with_history(signals, taps, guides, &all.coarse);
+  RunLevels(stages, kCorrectHistoryLevels, &all);
+  for (ComparedPlanes& compared : all.compared) {
+    CorrectHistory(compared.work, p, &compared);
   }
+  RunLevels(stages, kLimitHistoryLevels, &all);
+  for (ComparedPlanes& compared : all.compared) {
+    MeasureBias(compared.light, p, &compared);
+  }
+  stages.limit_history(limited, all.coarse, guides);
   return all;
+}
+
+Limited RunBusy(const StageTable& stages, float shift, float lit) {
+  std::vector<NewLight> light;
+  for (uint32_t i = 0; i < kSignals; ++i) {
+    light.push_back(test::MakeLight(lit, 40 + 10 * i));
+  }
+  return RunStage(stages, light, test::MakeHistory(true), FindTaps(stages, shift),
+                  test::MakeGuides(true),
+                  {.correct_history = 1, .limit_dead = 0, .limit_gain = 16});
 }
 
 /// How many pixels are not within 1e-4 and 1 % of each other, of those where there is something.
 int FarOff(const Image1& a, const Image1& b, const Image1* valid = nullptr) {
   int count = 0;
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
+  for (int y = 0; y < a.height(); ++y) {
+    for (int x = 0; x < a.width(); ++x) {
       const float difference = std::abs(a(x, y) - b(x, y));
       const bool counts = valid == nullptr || (*valid)(x, y) > 0;
       count += counts && !(difference <= 1e-4f + 0.01f * std::abs(b(x, y))) ? 1 : 0;
@@ -88,8 +114,8 @@ int FarOff(const Image1& a, const Image1& b, const Image1* valid = nullptr) {
 
 int Count(const Image1& plane) {
   int count = 0;
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
+  for (int y = 0; y < plane.height(); ++y) {
+    for (int x = 0; x < plane.width(); ++x) {
       count += plane(x, y) != 0 ? 1 : 0;
     }
   }
@@ -97,52 +123,158 @@ int Count(const Image1& plane) {
 }
 
 /// \param lit  share of the pixels that have a sample
-void Compare(float shift, float lit, float sigma_n) {
-  const auto expected = RunStage(kReferenceStages, shift, lit, sigma_n);
-  EXPECT_GT(Count(expected[0].valid), 0.3f * lit * kWidth * kHeight);
+void Compare(float shift, float lit) {
+  const Limited expected = RunBusy(kReferenceStages, shift, lit);
+  EXPECT_GT(Count(expected.compared[0].valid), 0.3f * lit * kWidth * kHeight / 4);
+  EXPECT_GT(Count(expected.bias[0]), 0.01f * lit * kWidth * kHeight);
   for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
     hwy::SetSupportedTargetsForTest(target);
-    const auto got = RunStage(kCpuStages, shift, lit, sigma_n);
+    const Limited got = RunBusy(kCpuStages, shift, lit);
+    SCOPED_TRACE(hwy::TargetName(target));
+    EXPECT_EQ(FarOff(got.coarse.inverse_depth, expected.coarse.inverse_depth), 0);
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_EQ(FarOff(got.coarse.normal[c], expected.coarse.normal[c]), 0);
+    }
     for (size_t i = 0; i < kSignals; ++i) {
-      SCOPED_TRACE(hwy::TargetName(target));
-      const FilterPlanes& filtered = got[i].filter[1];
-      EXPECT_EQ(FarOff(got[i].valid, expected[i].valid), 0);
-      EXPECT_EQ(FarOff(filtered.colour[0], expected[i].filter[1].colour[0], &got[i].valid), 0);
-      EXPECT_EQ(FarOff(filtered.colour[1], expected[i].filter[1].colour[1], &got[i].valid), 0);
-      EXPECT_EQ(FarOff(filtered.variance, expected[i].filter[1].variance, &got[i].valid), 0);
+      const ComparedPlanes& a = got.compared[i];
+      const ComparedPlanes& b = expected.compared[i];
+      EXPECT_EQ(FarOff(a.valid, b.valid), 0);
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_EQ(FarOff(a.compressed.colour[c], b.compressed.colour[c]), 0) << c;
+      }
+      EXPECT_EQ(FarOff(a.compressed.variance, b.compressed.variance), 0);
+      EXPECT_EQ(FarOff(a.ratio, b.ratio), 0);
+      EXPECT_EQ(FarOff(got.ratio[i], expected.ratio[i]), 0);
       // Where the difference is about its noise, rounding decides how much of it counts.
-      EXPECT_LE(FarOff(got[i].limit, expected[i].limit), kWidth * kHeight / 500);
+      EXPECT_LE(FarOff(got.bias[i], expected.bias[i]), kWidth * kHeight / 100);
     }
   }
   hwy::SetSupportedTargetsForTest(0);
 }
 
 TEST(LimitHistoryStage, VersionsAgree) {
-  Compare(0, 0.9f, 128);
-  Compare(1.25f, 0.9f, 128);
-  Compare(1.25f, 0.9f, 32);
+  Compare(0, 0.9f);
+  Compare(1.25f, 0.9f);
 }
 
 TEST(LimitHistoryStage, VersionsAgreeWhereSamplesAreRare) {
-  Compare(0, 0.05f, 128);
-  Compare(1.25f, 0.05f, 128);
+  Compare(0, 0.05f);
+  Compare(1.25f, 0.05f);
 }
 
-/// A pixel without a sample or a history keeps its length, and lends nothing to others.
-TEST(LimitHistoryStage, WhatIsMissingCountsForNothing) {
-  const auto all = RunStage(kCpuStages, 0, 0.5f, 128);
-  SignalHistory history = test::MakeHistory(true);
-  cpu::FetchHistory(test::MakeHistory(true), FindTaps(kCpuStages, 0), &history);
-  int shortened = 0;
+/// A pixel without a sample keeps its history, and lends nothing to others.
+TEST(LimitHistoryStage, PixelsWithoutSamplesKeepTheirHistory) {
+  const Limited all = RunBusy(kCpuStages, 0, 0.5f);
+  const NewLight light = test::MakeLight(0.5f, 50);
+  int without = 0;
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
-      if (!(all[1].valid(x, y) > 0)) {
-        EXPECT_EQ(all[1].limit(x, y), history.length(x, y)) << x << " " << y;
+      if (!(light.samples(x, y) > 0)) {
+        ASSERT_EQ(all.ratio[1](x, y), 1) << x << " " << y;
+        ASSERT_EQ(all.bias[1](x, y), 0) << x << " " << y;
+        ++without;
       }
-      shortened += all[1].limit(x, y) < 0.5f * history.length(x, y) ? 1 : 0;
     }
   }
-  EXPECT_GT(shortened, 100);
+  EXPECT_GT(without, kWidth * kHeight / 4);
+}
+
+/// A wall, left of `edge` at depth 4, right of it at depth 8.
+GuidePlanes MakeWalls(int edge) {
+  Image1 depth(kWidth, kHeight);
+  Image3 normal(kWidth, kHeight);
+  normal[2].Fill(1);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      depth(x, y) = x < edge ? 4.0f : 8.0f;
+    }
+  }
+  GuidePlanes guides(kWidth, kHeight, 16);
+  guides.turn2 = Image1(kWidth, kHeight);
+  cpu::PrepareGuides({&depth, &normal, nullptr}, &guides);
+  return guides;
+}
+
+/// A history of twenty samples of MakeNoise(1, 1, ...).
+SignalHistory MakeSteadyHistory(float noise) {
+  SignalHistory history(kWidth, kHeight, true, false, 16);
+  history.compressed_scale = 1;
+  for (int c = 0; c < 3; ++c) {
+    history.colour[c].Fill(1);
+  }
+  history.mean.Fill(1);
+  history.variance.Fill(noise * noise / 3);
+  history.length.Fill(20);
+  history.weights2.Fill(0.05f);
+  // The mean of x / (1 + x) over the range of a sample x.
+  history.compressed.Fill(1 - std::log((2 + noise) / (2 - noise)) / (2 * noise));
+  return history;
+}
+
+/// \param noise  samples are uniform within this of the mean
+NewLight MakeNoise(float left, float right, int edge, float noise) {
+  NewLight light = {LumaImage3(kWidth, kHeight), Image1(kWidth, kHeight), Image1()};
+  light.samples.Fill(1);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const float mean = x < edge ? left : right;
+      light.colour[0](x, y) = mean * (1 + noise * (2 * test::Random(x, y, 90) - 1));
+    }
+  }
+  return light;
+}
+
+TEST(LimitHistoryStage, LightThatChangesBySmoothFactorsIsCorrected) {
+  constexpr int kEdge = 37;  // within a block
+  constexpr float kNoise = 0.5f;
+  const GuidePlanes guides = MakeWalls(kEdge);
+  for (const StageTable* stages : {&kReferenceStages, &kCpuStages}) {
+    const ReprojectionTaps taps = FindTaps(*stages, guides, guides, 0);
+    double bias = 0;
+    const Limited all =
+        RunStage(*stages, {MakeNoise(1.4f, 1, kEdge, kNoise)}, MakeSteadyHistory(kNoise), taps,
+                 guides, {.correct_history = 1, .limit_dead = 4, .limit_gain = 8});
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        // The nearest pixels are those of the left wall: its blocks are whole.
+        ASSERT_NEAR(all.ratio[0](x, y), x < kEdge ? 1.4 : 1.0, 0.05) << x << " " << y;
+        bias += all.bias[0](x, y);
+      }
+    }
+    // What is left is noise.
+    EXPECT_LT(bias / (kWidth * kHeight), 1e-3);
+  }
+}
+
+TEST(LimitHistoryStage, NoiseAloneChangesNothing) {
+  const GuidePlanes guides = MakeWalls(0);
+  const ReprojectionTaps taps = FindTaps(kCpuStages, guides, guides, 0);
+  const Limited all = RunStage(kCpuStages, {MakeNoise(1, 1, 0, 1)}, MakeSteadyHistory(1), taps,
+                               guides, {.correct_history = 1, .limit_dead = 4, .limit_gain = 8});
+  double sum = 0;
+  double bias = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      sum += std::abs(all.ratio[0](x, y) - 1);
+      bias += all.bias[0](x, y);
+    }
+  }
+  EXPECT_LT(sum / (kWidth * kHeight), 0.01);
+  EXPECT_LT(bias / (kWidth * kHeight), 1e-3);
+}
+
+TEST(LimitHistoryStage, WithoutCorrectionTheChangeShortensTheHistory) {
+  const GuidePlanes guides = MakeWalls(0);
+  const ReprojectionTaps taps = FindTaps(kCpuStages, guides, guides, 0);
+  const Limited all =
+      RunStage(kCpuStages, {MakeNoise(1.5f, 1.5f, 0, 0.2f)}, MakeSteadyHistory(0.2f), taps, guides,
+               {.correct_history = 0, .limit_dead = 4, .limit_gain = 8});
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      ASSERT_EQ(all.ratio[0](x, y), 1) << x << " " << y;
+      ASSERT_LT(LimitedLength(20, 0.05f, all.bias[0](x, y), 8), 1) << x << " " << y;
+    }
+  }
 }
 
 }  // namespace

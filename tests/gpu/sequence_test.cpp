@@ -115,7 +115,8 @@ TEST_F(Sequence, SparseFramesWithAndWithoutTheirGuides) {
       EXPECT_NEAR(f.mean_brightness, 1, 5e-4) << preset;
       const Errors h =
           Run("builtin:cornell", WithoutFxaa(preset), DevicePrecision::kHalf, render, 16);
-      EXPECT_LT(h.largest_rms, 0.08) << preset;
+      // Rounded guides accept other taps; the mean stays.
+      EXPECT_LT(h.largest_rms, 0.12) << preset;
       EXPECT_LT(h.largest_share, 0.45) << preset;
       EXPECT_NEAR(h.mean_brightness, 1, 2e-3) << preset;
     }

@@ -59,7 +59,10 @@ void MakePlanes(int width, int height, const FramePlan& plan, FrameWork* work) {
 
 size_t FrameWork::bytes() const {
   size_t sum = taps.bytes() + staged.bytes() + spare.bytes() + scratch.bytes() + picture.bytes() +
-               fill_guides.bytes() + firefly.bytes() + mirror.bytes();
+               fill_guides.bytes() + firefly.bytes() + mirror.bytes() + coarse.bytes();
+  for (const ComparedPlanes& planes : compared) {
+    sum += planes.bytes();
+  }
   for (const NewLight& of_signal : light) {
     sum += of_signal.bytes();
   }

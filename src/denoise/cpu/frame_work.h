@@ -9,6 +9,7 @@
 #include "denoise/fill_guides/fill_guides.h"
 #include "denoise/plan.h"
 #include "denoise/planes.h"
+#include "denoise/stages/limit_history.h"
 
 namespace stillray {
 
@@ -18,6 +19,7 @@ struct WaveletPlanes {
   /// Luminance factors of the wavelet (see prefilter_variance); before it, the limits of
   /// limit_history. Empty if neither runs.
   Image1 luminance_factor;
+  Image1 ratio;  ///< of present to history (limit_history); empty until it has run
   Image1 pilot;  ///< see RunPilot; empty until it has run
   Image1 valid;
   Image1 valid_out;               ///< `valid` of the next level; empty until a frame is sparse
@@ -33,8 +35,8 @@ struct WaveletPlanes {
   WaveletPlanes(int width, int height, int border)
       : filter{{width, height, border}, {width, height, border}}, valid(width, height, border) {}
   size_t bytes() const {
-    return filter[0].bytes() + filter[1].bytes() + luminance_factor.bytes() + pilot.bytes() +
-           valid.bytes() + valid_out.bytes();
+    return filter[0].bytes() + filter[1].bytes() + luminance_factor.bytes() + ratio.bytes() +
+           pilot.bytes() + valid.bytes() + valid_out.bytes();
   }
 };
 
@@ -46,8 +48,10 @@ struct FrameWork {
   SignalHistory spare;          ///< buffer for the next history of a signal
   bool spare_is_empty = false;  ///< no light in it anywhere
   StagedHistory staged;
-  std::vector<SignalHistory> merged;   ///< with the future; empty until there is one
-  std::vector<WaveletPlanes> wavelet;  ///< of every signal
+  std::vector<SignalHistory> merged;     ///< with the future; empty until there is one
+  std::vector<WaveletPlanes> wavelet;    ///< of every signal
+  GuidePlanes coarse;                    ///< of limit_history; empty until it has run, as the next
+  std::vector<ComparedPlanes> compared;  ///< of every signal
   Image3 scratch;
   Image1 firefly;       ///< empty unless fireflies are clamped
   FilterPlanes mirror;  ///< empty until there is a mirror

@@ -73,8 +73,62 @@ void UpdateCompressionScale(const CpuPipeline& p, const NewLight& light,
   }
 }
 
-const Image1* LimitOf(const CpuPipeline& p, const FrameWork& work, size_t signal) {
-  return p.plan.runs.limit_history ? &work.wavelet[signal].luminance_factor : nullptr;
+HistoryLimits LimitsOf(const CpuPipeline& p, const FrameWork& work, size_t signal) {
+  const WaveletPlanes& planes = work.wavelet[signal];
+  return p.plan.runs.limit_history ? HistoryLimits{&planes.luminance_factor, &planes.ratio,
+                                                   p.plan.limit_history.limit_gain}
+                                   : HistoryLimits();
+}
+
+/// Allocates the planes of the coarse grid, if necessary.
+void MakeCoarsePlanes(const GuidePlanes& guides, size_t signals, FrameWork* work) {
+  const int width = CoarseSize(guides.id.width());
+  const int height = CoarseSize(guides.id.height());
+  if (work->coarse.id.width() != width || work->coarse.id.height() != height ||
+      work->compared.size() != signals) {
+    work->coarse = GuidePlanes(width, height, kComparedBorder);
+    work->compared.assign(signals, ComparedPlanes(width, height));
+  }
+  for (size_t i = 0; i < signals; ++i) {
+    Image1& ratio = work->wavelet[i].ratio;
+    if (ratio.width() != guides.id.width() || ratio.height() != guides.id.height()) {
+      ratio = Image1(guides.id.width(), guides.id.height());
+    }
+  }
+}
+
+/// Runs levels on the coarse grid from `light` to `work` and back, and so on.
+void RunComparedLevels(const CpuPipeline& p, int levels, FrameWork* work) {
+  std::array<AtrousSignal, kMostGroups> signals;
+  const size_t count = work->compared.size();
+  for (int level = 0; level < levels; ++level) {
+    for (size_t i = 0; i < count; ++i) {
+      ComparedPlanes& c = work->compared[i];
+      const FilterPlanes& from = level % 2 == 0 ? c.light : c.work;
+      FilterPlanes* to = level % 2 == 0 ? &c.work : &c.light;
+      signals[i] = {&from.colour, &from.variance, to, nullptr, &c.valid};
+    }
+    p.stages.atrous({signals.data(), count}, work->coarse, ComparedLevel(level), p.plan.compared);
+  }
+}
+
+/// The outputs "limit" and "ratio".
+void KeepLimits(const CpuPipeline& p, const History& history, const FrameWork& work,
+                FrameOutputs* outputs) {
+  for (size_t i = 0; outputs->any() && i < p.plan.signals.size(); ++i) {
+    const HistoryLimits limits = LimitsOf(p, work, i);
+    SignalHistory before = EmptyHistory(p, history, work.border);
+    p.stages.fetch_history(history.signals[i], work.taps, &before);
+    Image1& length = before.length;
+    for (int y = 0; y < length.height(); ++y) {
+      for (int x = 0; x < length.width(); ++x) {
+        length(x, y) =
+            LimitedLength(length(x, y), before.weights2(x, y), (*limits.bias)(x, y), limits.gain);
+      }
+    }
+    outputs->KeepPlane("limit", p.plan.signals[i], length);
+    outputs->KeepPlane("ratio", p.plan.signals[i], *limits.ratio);
+  }
 }
 
 }  // namespace
@@ -116,51 +170,54 @@ void RunLimitHistory(const CpuPipeline& p, const History& history, FrameWork* wo
                      FrameOutputs* outputs, DenoisedFrame* out) {
   const StageTimer timer(&out->timings, "limit_history");
   const size_t count = p.plan.signals.size();
+  MakeCoarsePlanes(history.guides, count, work);
+  std::array<ComparedSignal, kMostGroups> signals;
   for (size_t i = 0; i < count; ++i) {
-    WaveletPlanes& w = work->wavelet[i];
-    p.stages.compare_with_history(work->light[i], history.signals[i], work->taps, history.guides,
-                                  &w.filter[0], &w.valid);
+    signals[i] = {&work->light[i], &history.signals[i], &work->compared[i]};
   }
-  std::array<AtrousSignal, kMostGroups> signals;
-  int source = 0;
-  for (int level = 0; level < kLimitHistoryLevels; ++level, source ^= 1) {
-    for (size_t i = 0; i < count; ++i) {
-      WaveletPlanes& w = work->wavelet[i];
-      const FilterPlanes& from = w.filter[source];
-      signals[i] = {&from.colour, &from.variance, &w.filter[source ^ 1], nullptr, &w.valid};
-    }
-    p.stages.atrous({signals.data(), count}, history.guides, GeometryLevel(level), p.plan.atrous);
+  p.stages.compare_with_history({signals.data(), count}, work->taps, history.guides, &work->coarse);
+  static_assert(kCorrectHistoryLevels % 2 == 1 && kLimitHistoryLevels % 2 == 0,
+                "the results lie in `work` and in `light`");
+  if (p.plan.limit_history.correct_history != 0) {
+    RunComparedLevels(p, kCorrectHistoryLevels, work);
   }
+  for (ComparedPlanes& compared : work->compared) {
+    CorrectHistory(compared.work, p.plan.limit_history, &compared);
+  }
+  RunComparedLevels(p, kLimitHistoryLevels, work);
+  std::array<LimitedSignal, kMostGroups> limited;
   for (size_t i = 0; i < count; ++i) {
+    ComparedPlanes& compared = work->compared[i];
+    MeasureBias(compared.light, p.plan.limit_history, &compared);
     WaveletPlanes& w = work->wavelet[i];
-    p.stages.limit_history(w.filter[source], w.valid, history.signals[i], work->taps,
-                           p.plan.limit_history, &w.luminance_factor);
-    outputs->KeepPlane("limit", p.plan.signals[i], w.luminance_factor);
+    limited[i] = {&compared, &work->light[i].samples, &w.ratio, &w.luminance_factor};
   }
+  p.stages.limit_history({limited.data(), count}, work->coarse, history.guides);
+  KeepLimits(p, history, *work, outputs);
 }
 
 void RunAccumulate(const CpuPipeline& p, size_t signal, History* history, FrameWork* work,
                    DenoisedFrame* out) {
   const StageTimer timer(&out->timings, "accumulate");
   const NewLight& light = work->light[signal];
-  const Image1* limit = LimitOf(p, *work, signal);
+  const HistoryLimits limits = LimitsOf(p, *work, signal);
   SignalHistory& joined = history->signals[signal];
   if (!p.plan.runs.reproject) {
     if (!work->spare_is_empty) {
       work->spare = EmptyHistory(p, *history, work->border);
       work->spare_is_empty = true;
     }
-    p.stages.accumulate(light, work->spare, nullptr, nullptr, p.plan.accumulate, &joined);
+    p.stages.accumulate(light, work->spare, nullptr, {}, p.plan.accumulate, &joined);
     return;
   }
   if (ChangesInPlace(p.fusion, work->taps, work->staged)) {
     const bool lit_alone = !history->progress.fed_back;
-    cpu::AccumulateInPlace(light, work->taps, limit, p.plan.accumulate, lit_alone, &work->staged,
+    cpu::AccumulateInPlace(light, work->taps, limits, p.plan.accumulate, lit_alone, &work->staged,
                            &joined);
     return;
   }
   work->spare.compressed_scale = joined.compressed_scale;
-  p.stages.accumulate(light, joined, &work->taps, limit, p.plan.accumulate, &work->spare);
+  p.stages.accumulate(light, joined, &work->taps, limits, p.plan.accumulate, &work->spare);
   std::swap(joined, work->spare);
   work->spare_is_empty = false;
 }
@@ -186,10 +243,17 @@ SignalHistory ShortenedHistory(const CpuPipeline& p, size_t signal, const Histor
     return shortened;
   }
   p.stages.fetch_history(history.signals[signal], work.taps, &shortened);
-  const Image1* limit = LimitOf(p, work, signal);
-  for (int y = 0; limit != nullptr && y < history.height; ++y) {
+  const HistoryLimits limits = LimitsOf(p, work, signal);
+  for (int y = 0; limits.bias != nullptr && y < history.height; ++y) {
     for (int x = 0; x < history.width; ++x) {
-      const float most = (*limit)(x, y);
+      const float ratio = (*limits.ratio)(x, y);
+      for (int c = 0; c < 3; ++c) {
+        shortened.colour[c](x, y) *= ratio;
+      }
+      shortened.mean(x, y) *= ratio;
+      shortened.variance(x, y) *= ratio * ratio;
+      const float most = LimitedLength(shortened.length(x, y), shortened.weights2(x, y),
+                                       (*limits.bias)(x, y), limits.gain);
       if (most < shortened.length(x, y)) {
         shortened.length(x, y) = most;
         shortened.weights2(x, y) = std::max(shortened.weights2(x, y), 1.0f / most);

@@ -108,6 +108,26 @@ void RunPrefilterVariance(const CpuPipeline& p, const GuidePlanes& guides, bool 
   p.stages.prefilter_variance(in, p.plan.prefilter_variance, &planes->luminance_factor);
 }
 
+/// Mixes the pixel's own light into the mean of its neighbourhood, more of it for longer histories.
+void MixPilot(const WaveletPlanes& planes, float full, FilterPlanes* mean) {
+  const Image1& length = planes.history->length;
+  const Image1& luminance = (*planes.light)[0];
+  ParallelRows(length.height(), 32, [&](int y0, int y1) {
+    for (int y = y0; y < y1; ++y) {
+      const float* samples = length.Row(y);
+      const float* own = luminance.Row(y);
+      const float* own_variance = planes.variance->Row(y);
+      float* pilot = mean->colour[0].Row(y);
+      float* variance = mean->variance.Row(y);
+      for (int x = 0; x < length.width(); ++x) {
+        const float share = PilotShare(samples[x], full);
+        pilot[x] = own[x] + share * (pilot[x] - own[x]);
+        variance[x] = PilotVariance(own_variance[x], variance[x], share);
+      }
+    }
+  });
+}
+
 /// The pilot estimate: the mean of the 3x3 pixels on the same surface. The weights of the first
 /// level compare it in place of single pixels. A pixel of few samples takes its own noise for
 /// signal: it refuses neighbours that are brighter, more often than darker ones since light is
@@ -125,7 +145,9 @@ void RunPilot(const CpuPipeline& p, const GuidePlanes& guides, std::vector<Wavel
   }
   p.stages.atrous({signals.data(), count}, guides, kPilotLevel, p.plan.atrous);
   for (WaveletPlanes& planes : *wavelet) {
-    Image1& luminance = planes.filter[planes.target].colour[0];
+    FilterPlanes& mean = planes.filter[planes.target];
+    MixPilot(planes, p.plan.estimate_variance.short_history_length, &mean);
+    Image1& luminance = mean.colour[0];
     if (planes.pilot.empty()) {
       planes.pilot = Image1(luminance.width(), luminance.height(), luminance.border());
     }

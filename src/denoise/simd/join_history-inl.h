@@ -49,7 +49,8 @@ inline SlotRows RowsOf(SignalHistory* history, int y) {
 /// Blends the new light with the history of the pixels x, x + 1, ... of row y.
 /// \param old_of  returns the previous values of a plane; Length() those of the length
 /// \param store   receives a slot and a vector of its values
-template <typename OldOf, typename Store>
+/// \tparam kLimited  with Joining::limits
+template <bool kLimited, typename OldOf, typename Store>
 HWY_INLINE void JoinOld(const Joining& j, const LightRow& light, bool nothing_new, int x, int y,
                         const OldOf& old_of, const Store& store) {
   const DF d;
@@ -59,9 +60,22 @@ HWY_INLINE void JoinOld(const Joining& j, const LightRow& light, bool nothing_ne
   const VF n = hn::LoadU(d, light.samples + x);
   const VF old_length = old_of.Length();
   VF length = old_length;
-  if (j.limit != nullptr) {
-    length = hn::Min(length, hn::LoadU(d, j.limit->Row(y) + x));
+  const VF weights2 = old_of(before.weights2);
+  VF ratio = one;
+  if constexpr (kLimited) {
+    ratio = hn::LoadU(d, j.limits.ratio->Row(y) + x);
+    const VF bias = hn::LoadU(d, j.limits.bias->Row(y) + x);
+    const VF distrust = hn::MulAdd(hn::Set(d, j.limits.gain), bias, weights2);
+    const VF limited = hn::Div(one, hn::Max(distrust, hn::Set(d, 1e-6f)));
+    length = hn::IfThenElse(hn::Gt(bias, hn::Zero(d)), hn::Min(length, limited), length);
   }
+  const auto corrected = [&](VF old) HWY_ATTR __attribute__((always_inline)) {
+    if constexpr (kLimited) {
+      return hn::Mul(old, ratio);
+    } else {
+      return old;
+    }
+  };
   if (p.max_history > 0) {
     length = hn::Min(
         length, hn::Max(hn::Sub(hn::Set(d, static_cast<float>(p.max_history)), n), hn::Zero(d)));
@@ -72,19 +86,22 @@ HWY_INLINE void JoinOld(const Joining& j, const LightRow& light, bool nothing_ne
   VF colour[3];
   for (int c = 0; c < 3; ++c) {
     colour[c] = nothing_new ? hn::Zero(d) : hn::LoadU(d, light.colour[c] + x);
-    const VF old = old_of(before.colour[c]);
+    const VF old = corrected(old_of(before.colour[c]));
     store(kColourSlot + c, hn::MulAdd(alpha, hn::Sub(colour[c], old), old));
     if (!before.behind.empty()) {
-      const VF behind = old_of(before.behind[c]);
+      const VF behind = corrected(old_of(before.behind[c]));
       store(kBehindSlot + c, hn::MulAdd(alpha, hn::Sub(colour[c], behind), behind));
     }
   }
-  const VF mean = old_of(before.mean);
-  const VF variance = old_of(before.variance);
-  const VF weights2 = old_of(before.weights2);
+  const VF mean = corrected(old_of(before.mean));
+  const VF variance = corrected(corrected(old_of(before.variance)));
   const VF l = colour[0];
   if (j.compressed_scale > 0) {
-    const VF old = old_of(before.compressed);
+    VF old = old_of(before.compressed);
+    if constexpr (kLimited) {  // ScaledCompressed
+      const VF scaled = hn::Mul(old, ratio);
+      old = hn::Div(scaled, hn::Max(hn::Add(scaled, hn::Sub(one, old)), hn::Set(d, 1e-30f)));
+    }
     const VF light_l = hn::Max(l, hn::Zero(d));
     const VF c = hn::Div(light_l, hn::Add(light_l, hn::Set(d, j.compressed_scale)));
     store(kCompressedSlot, hn::MulAdd(alpha, hn::Sub(c, old), old));
@@ -114,16 +131,16 @@ struct OwnHistory {
   HWY_INLINE VF Length() const { return (*this)(before.length); }
 };
 
-template <typename Store>
+template <bool kLimited, typename Store>
 HWY_INLINE void JoinVector(const Joining& j, const LightRow& light, bool nothing_new, int x, int y,
                            const Store& store) {
   if (j.taps == nullptr) {
-    JoinOld(j, light, nothing_new, x, y, OwnHistory{j.before, x, y}, store);
+    JoinOld<kLimited>(j, light, nothing_new, x, y, OwnHistory{j.before, x, y}, store);
     return;
   }
   WithHistory(
       j.before, *j.taps, x, y, [&](const auto& old_of) HWY_ATTR __attribute__((always_inline)) {
-        JoinOld(j, light, nothing_new, x, y, old_of, store);
+        JoinOld<kLimited>(j, light, nothing_new, x, y, old_of, store);
       });
 }
 

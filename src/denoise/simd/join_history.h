@@ -13,7 +13,7 @@ struct Joining {
   const NewLight& light;
   const SignalHistory& before;
   const ReprojectionTaps* taps;
-  const Image1* limit;
+  const HistoryLimits& limits;
   const AccumulateParameters& p;
   float compressed_scale;  ///< of the new history; 0: it has no compressed luminances
 };

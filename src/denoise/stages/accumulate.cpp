@@ -46,6 +46,7 @@ NextRow<kMostFetched> NextRowOf(const Joining& j, const SignalHistory& out, int 
   return next;
 }
 
+template <bool kLimited>
 void AccumulateRow(const Joining& j, const LightRow& light, const NextRow<kMostFetched>& next,
                    bool sparse, int y, SignalHistory* out) {
   const DF d;
@@ -57,7 +58,7 @@ void AccumulateRow(const Joining& j, const LightRow& light, const NextRow<kMostF
       FetchScattered(*j.taps, x, y);
     }
     const bool nothing_new = sparse && NoSamples(light.samples, x, width);
-    JoinVector(j, light, nothing_new, x, y, [&](int slot, VF value) HWY_ATTR {
+    JoinVector<kLimited>(j, light, nothing_new, x, y, [&](int slot, VF value) HWY_ATTR {
       StreamInRow(d, value, rows.row[slot], x, width);
     });
   }
@@ -71,7 +72,12 @@ void AccumulateRows(const Joining& j, int y0, int y1, SignalHistory* out) {
       next.Add(j.light.colour, y + 1);
     }
     next.Add(j.light.samples, y + 1);
-    AccumulateRow(j, LightRowOf(j.light, y), next, sparse, y, out);
+    const LightRow light = LightRowOf(j.light, y);
+    if (j.limits.bias != nullptr) {
+      AccumulateRow<true>(j, light, next, sparse, y, out);
+    } else {
+      AccumulateRow<false>(j, light, next, sparse, y, out);
+    }
   }
   FinishStreams();
 }
@@ -87,8 +93,8 @@ namespace stillray::cpu {
 HWY_EXPORT(AccumulateRows);
 
 void Accumulate(const NewLight& light, const SignalHistory& before, const ReprojectionTaps* taps,
-                const Image1* limit, const AccumulateParameters& p, SignalHistory* out) {
-  const Joining joining = {light, before, taps, limit, p, out->compressed_scale};
+                const HistoryLimits& limits, const AccumulateParameters& p, SignalHistory* out) {
+  const Joining joining = {light, before, taps, limits, p, out->compressed_scale};
   ParallelRows(light.samples.height(), 32, [&](int y0, int y1) {
     HWY_DYNAMIC_DISPATCH(AccumulateRows)(joining, y0, y1, out);
   });

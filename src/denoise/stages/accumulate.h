@@ -14,18 +14,26 @@
 
 namespace stillray {
 
+/// What limit_history found out about a history.
+struct HistoryLimits {
+  const Image1* bias = nullptr;   ///< relative, see LimitedLength; nullptr: 0
+  const Image1* ratio = nullptr;  ///< factor of its light; given where the bias is
+  float gain = 0;                 ///< of LimitedLength
+};
+
 /// \param before  reprojected history (all zero: none), or with taps that of the last frame, which
 ///     is fetched along them (stages/reproject.h) and must not be \p out
 /// \param taps    nullptr: the history is already fetched
-/// \param limit   largest length that the history may count for, or nullptr
 /// \param out     its `compressed_scale` is set; 0: `compressed` is left out
 namespace reference {
 void Accumulate(const NewLight& light, const SignalHistory& before, const ReprojectionTaps* taps,
-                const Image1* limit, const AccumulateParameters& parameters, SignalHistory* out);
+                const HistoryLimits& limits, const AccumulateParameters& parameters,
+                SignalHistory* out);
 }  // namespace reference
 namespace cpu {
 void Accumulate(const NewLight& light, const SignalHistory& before, const ReprojectionTaps* taps,
-                const Image1* limit, const AccumulateParameters& parameters, SignalHistory* out);
+                const HistoryLimits& limits, const AccumulateParameters& parameters,
+                SignalHistory* out);
 }  // namespace cpu
 
 }  // namespace stillray

@@ -38,6 +38,18 @@ SHARED_FN float ShortHistoryBoost(float length, float full, float boost) {
   return pow(max(full / max(length, 1.0f), 1.0f), boost);
 }
 
+// Share of the pilot estimate in what the first level compares. A history that has no end converges
+// to its own light.
+SHARED_FN float PilotShare(float length, float full) {
+  return min(full / max(length, 1e-6f), 1.0f);
+}
+
+// Variance of a mixture of the pixel's own light with a pilot that contains it.
+SHARED_FN float PilotVariance(float own, float pilot, float share) {
+  float deviation = sqrt(own) + share * (sqrt(pilot) - sqrt(own));
+  return deviation * deviation;
+}
+
 SHARED_END
 
 #endif

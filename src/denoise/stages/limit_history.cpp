@@ -2,9 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/stages/limit_history.h"
 
+#include <algorithm>
 #include <initializer_list>
 
+#include "core/check.h"
 #include "core/parallel.h"
+#include "core/shared.h"
+#include "denoise/row_scratch.h"
 #include "denoise/simd/next_row.h"
 #include "denoise/stages/limit_history_shared.h"
 
@@ -16,6 +20,7 @@
 #include <hwy/highway.h>
 
 #include "denoise/simd/fetch_taps-inl.h"
+#include "denoise/simd/guide_exponents-inl.h"
 #include "denoise/simd/sparse_rows-inl.h"
 #include "denoise/simd/stream_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
@@ -24,6 +29,103 @@ HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
+
+/// Rows of values per pixel in the scratch memory, for both rows of the blocks.
+enum PixelRow {
+  kPresent,
+  kHistory,
+  kNoise,
+  kCompressedPresent,
+  kCompressedHistory,
+  kSingle,
+  kCompressedNoise,
+  kBoth,  ///< 1 where present and history exist
+  kPixelRows
+};
+/// Then rows per block: the weights of its pixels.
+constexpr int kWeightRow = 2 * kPixelRows;
+constexpr int kCompareRows = kWeightRow + 4;
+
+/// The same plane at the even and odd pixels of two rows.
+struct BlockValues {
+  VF pixel[4];
+};
+
+HWY_INLINE BlockValues LoadBlocks(const float* upper, const float* lower, int bx) {
+  const DF d;
+  BlockValues v;
+  hn::LoadInterleaved2(d, upper + 2 * bx, v.pixel[0], v.pixel[1]);
+  hn::LoadInterleaved2(d, lower + 2 * bx, v.pixel[2], v.pixel[3]);
+  return v;
+}
+
+HWY_INLINE VF ComparedWeight(VF cosine, VF expected, VF found, VF own) {
+  const DF d;
+  const VF deviation = hn::Div(hn::Abs(hn::Sub(expected, found)), own);
+  const VF exponent =
+      hn::NegMulAdd(hn::Set(d, kLog2E / kComparedTolerance), deviation,
+                    hn::Mul(hn::Set(d, kLog2E * kComparedSigmaN), LogCosine(cosine)));
+  return Exp2(hn::Max(exponent, hn::Set(d, -120.0f)));
+}
+
+/// Finds the nearest pixels of a row of blocks and their surfaces, and the pixels' weights.
+void CoarseRow(const GuidePlanes& g, int by, const RowScratch& scratch, GuidePlanes* coarse) {
+  const DF d;
+  const VF zero = hn::Zero(d);
+  const VF one = hn::Set(d, 1.0f);
+  const int blocks = CoarseSize(g.id.width());
+  const auto load = [&](const Image1& plane, int bx) HWY_ATTR __attribute__((always_inline)) {
+    return LoadBlocks(plane.Row(2 * by), plane.Row(2 * by + 1), bx);
+  };
+  for (int bx = 0; bx < blocks; bx += LaneCount()) {
+    const BlockValues inverse = load(g.inverse_depth, bx);
+    const BlockValues normal[3] = {load(g.normal[0], bx), load(g.normal[1], bx),
+                                   load(g.normal[2], bx)};
+    const BlockValues gradient[2] = {load(g.gradient[0], bx), load(g.gradient[1], bx)};
+    VF own = inverse.pixel[0];
+    VF n[3] = {normal[0].pixel[0], normal[1].pixel[0], normal[2].pixel[0]};
+    VF slope[2] = {gradient[0].pixel[0], gradient[1].pixel[0]};
+    VF at[2] = {zero, zero};
+    for (int k = 1; k < 4; ++k) {
+      const MF nearer = hn::Gt(inverse.pixel[k], own);
+      own = hn::IfThenElse(nearer, inverse.pixel[k], own);
+      for (int c = 0; c < 3; ++c) {
+        n[c] = hn::IfThenElse(nearer, normal[c].pixel[k], n[c]);
+      }
+      for (int c = 0; c < 2; ++c) {
+        slope[c] = hn::IfThenElse(nearer, gradient[c].pixel[k], slope[c]);
+      }
+      at[0] = hn::IfThenElse(nearer, hn::Set(d, static_cast<float>(k & 1)), at[0]);
+      at[1] = hn::IfThenElse(nearer, hn::Set(d, static_cast<float>(k >> 1)), at[1]);
+    }
+    const MF surface = hn::Gt(own, zero);
+    const VF divisor = hn::IfThenElse(surface, own, one);
+    const auto expected_at = [&](VF x, VF y) HWY_ATTR __attribute__((always_inline)) {
+      return hn::Add(own,
+                     hn::MulAdd(slope[0], hn::Sub(x, at[0]), hn::Mul(slope[1], hn::Sub(y, at[1]))));
+    };
+    for (int k = 0; k < 4; ++k) {
+      const VF cosine =
+          hn::MulAdd(n[0], normal[0].pixel[k],
+                     hn::MulAdd(n[1], normal[1].pixel[k], hn::Mul(n[2], normal[2].pixel[k])));
+      const VF expected = expected_at(hn::Set(d, static_cast<float>(k & 1)),
+                                      hn::Set(d, static_cast<float>(k >> 1)));
+      const VF weight = ComparedWeight(cosine, expected, inverse.pixel[k], divisor);
+      const MF same = hn::And(surface, hn::Gt(inverse.pixel[k], zero));
+      hn::StoreU(hn::IfThenElseZero(same, weight), d, scratch.Row(kWeightRow + k) + bx);
+    }
+    const VF half = hn::Set(d, 0.5f);
+    const VF centre = expected_at(half, half);
+    StoreInRow(d, hn::IfThenElse(hn::Gt(centre, zero), centre, own), coarse->inverse_depth.Row(by),
+               bx, blocks);
+    for (int c = 0; c < 3; ++c) {
+      StoreInRow(d, n[c], coarse->normal[c].Row(by), bx, blocks);
+    }
+    for (int c = 0; c < 2; ++c) {
+      StoreInRow(d, hn::Add(slope[c], slope[c]), coarse->gradient[c].Row(by), bx, blocks);
+    }
+  }
+}
 
 /// See CompressedVariance. \param c  the compressed mean
 HWY_INLINE VF SampleVariance(VF c, VF mean, VF variance, VF scale) {
@@ -45,96 +147,263 @@ void AddHistory(std::initializer_list<const Image1*> planes, const ReprojectionT
   AddTaps(taps, y + 1, next);
 }
 
-void CompareWithHistoryRows(const NewLight& light, const SignalHistory& before,
-                            const ReprojectionTaps& taps, const GuidePlanes& guides, int y0, int y1,
-                            FilterPlanes* compared, Image1* valid) {
+/// Fills the rows of one signal per pixel.
+/// \return whether any pixel has both present and history
+bool ComparePixels(const NewLight& light, const SignalHistory& before, const ReprojectionTaps& taps,
+                   int y, const RowScratch& scratch, int first_row) {
   const DF d;
   const VF zero = hn::Zero(d);
-  const VF scale = hn::Set(d, before.compressed_scale);
   const VF one = hn::Set(d, 1.0f);
   const int width = light.samples.width();
-  for (int y = y0; y < y1; ++y) {
-    const bool sparse = IsSparseRow(light.samples.Row(y), width);
-    NextRow<24> next;
-    for (const Image1* plane : {&light.samples, &light.colour[0], &guides.inverse_depth}) {
-      next.Add(*plane, y + 1);
-    }
-    for (const Image1* plane :
-         {static_cast<const Image1*>(valid), static_cast<const Image1*>(&compared->variance),
-          static_cast<const Image1*>(&compared->colour[0]),
-          static_cast<const Image1*>(&compared->colour[1])}) {
-      AddStreamed(*plane, y + 1, &next);
-    }
-    if (!sparse) {
-      AddHistory(
-          {&before.length, &before.mean, &before.variance, &before.compressed, &before.weights2},
-          taps, y, &next);
-    }
-    for (int x = 0; x < width; x += LaneCount()) {
-      if (!sparse || (y + 1 < y1 && !NoSamples(light.samples, x, y + 1))) {
-        next.Fetch(x);
-      }
-      if (sparse && NoSamples(light.samples, x, y)) {
-        StreamInRow(d, zero, valid->Row(y), x, width);
-        continue;
-      }
-      VF length, mean, variance, then, weights2;
-      WithHistory(
-          before, taps, x, y, [&](const auto& old_of) HWY_ATTR __attribute__((always_inline)) {
-            length = old_of.Length();
-            mean = old_of(before.mean);
-            variance = old_of(before.variance);
-            then = old_of(before.compressed);
-            weights2 = old_of(before.weights2);
-          });
-      const VF n = hn::LoadU(d, light.samples.Row(y) + x);
-      const MF both = hn::And(hn::Gt(hn::LoadU(d, guides.inverse_depth.Row(y) + x), zero),
-                              hn::And(hn::Gt(n, zero), hn::Gt(length, zero)));
-      const VF l = hn::Max(hn::LoadU(d, light.colour[0].Row(y) + x), zero);
-      const VF now = hn::Div(l, hn::Add(l, scale));
-      const VF single = SampleVariance(then, mean, variance, scale);
-      const VF noise = hn::Mul(single, hn::Add(hn::Div(one, hn::Max(n, one)), weights2));
-      StreamInRow(d, hn::IfThenElseZero(both, one), valid->Row(y), x, width);
-      StreamInRow(d, hn::Sub(now, then), compared->colour[0].Row(y), x, width);
-      StreamInRow(d, single, compared->colour[1].Row(y), x, width);
-      StreamInRow(d, noise, compared->variance.Row(y), x, width);
-    }
+  float* both_row = scratch.Row(first_row + kBoth);
+  if (y >= light.samples.height()) {
+    std::fill_n(both_row, width + 2, 0.0f);
+    return false;
   }
-  FinishStreams();
+  const VF scale = hn::Set(d, before.compressed_scale);
+  const bool sparse = IsSparseRow(light.samples.Row(y), width);
+  NextRow<24> next;
+  next.Add(light.samples, y + 1);
+  next.Add(light.colour[0], y + 1);
+  if (!sparse) {
+    AddHistory(
+        {&before.length, &before.mean, &before.variance, &before.compressed, &before.weights2},
+        taps, y, &next);
+  }
+  bool any = false;
+  for (int x = 0; x < width; x += LaneCount()) {
+    next.Fetch(x);
+    if (sparse && NoSamples(light.samples, x, y)) {
+      hn::StoreU(zero, d, both_row + x);
+      continue;
+    }
+    VF length, mean, variance, then, weights2;
+    WithHistory(
+        before, taps, x, y, [&](const auto& old_of) HWY_ATTR __attribute__((always_inline)) {
+          length = old_of.Length();
+          mean = old_of(before.mean);
+          variance = old_of(before.variance);
+          then = old_of(before.compressed);
+          weights2 = old_of(before.weights2);
+        });
+    const VF n = hn::LoadU(d, light.samples.Row(y) + x);
+    const VF l = hn::LoadU(d, light.colour[0].Row(y) + x);
+    const MF both = hn::And(InRow(x, width), hn::And(hn::Gt(n, zero), hn::Gt(length, zero)));
+    const VF spread = hn::Add(hn::Div(one, hn::Max(n, one)), weights2);
+    const VF least = hn::Max(hn::Sub(one, weights2), hn::Set(d, 0.25f));
+    const VF difference = hn::Sub(l, mean);
+    const VF noise =
+        hn::IfThenElse(hn::Ge(length, hn::Set(d, kLengthWithVariance)),
+                       hn::Mul(hn::Div(variance, least), spread), hn::Mul(difference, difference));
+    const VF single = SampleVariance(then, mean, variance, scale);
+    const VF positive = hn::Max(l, zero);
+    const auto store = [&](PixelRow row, VF value) HWY_ATTR __attribute__((always_inline)) {
+      hn::StoreU(hn::IfThenElseZero(both, value), d, scratch.Row(first_row + row) + x);
+    };
+    store(kPresent, l);
+    store(kHistory, mean);
+    store(kNoise, noise);
+    store(kCompressedPresent, hn::Div(positive, hn::Add(positive, scale)));
+    store(kCompressedHistory, then);
+    store(kSingle, single);
+    store(kCompressedNoise, hn::Mul(single, spread));
+    store(kBoth, one);
+    any = any || !hn::AllFalse(d, both);
+  }
+  both_row[width] = 0;  // of an odd width the last blocks have one column
+  return any;
 }
 
-void LimitHistoryRows(const FilterPlanes& blurred, const Image1& valid, const SignalHistory& before,
-                      const ReprojectionTaps& taps, const LimitHistoryParameters& p, int y0, int y1,
-                      Image1* limit) {
+/// Averages the pixels of a row of blocks.
+void AverageBlocks(const RowScratch& scratch, int by, int blocks, ComparedPlanes* out) {
   const DF d;
   const VF zero = hn::Zero(d);
-  const int width = limit->width();
-  for (int y = y0; y < y1; ++y) {
-    NextRow<20> next;
-    for (const Image1* plane :
-         {&blurred.colour[0], &blurred.colour[1], &blurred.variance, &valid}) {
-      next.Add(*plane, y + 1);
+  const VF one = hn::Set(d, 1.0f);
+  const auto load = [&](PixelRow row, int bx) HWY_ATTR __attribute__((always_inline)) {
+    return LoadBlocks(scratch.Row(row), scratch.Row(kPixelRows + row), bx);
+  };
+  for (int bx = 0; bx < blocks; bx += LaneCount()) {
+    const BlockValues both = load(kBoth, bx);
+    VF weight[4];
+    MF known[4];
+    VF sum = zero;
+    for (int k = 0; k < 4; ++k) {
+      known[k] = hn::Gt(both.pixel[k], zero);
+      weight[k] = hn::IfThenElseZero(known[k], hn::LoadU(d, scratch.Row(kWeightRow + k) + bx));
+      sum = hn::Add(sum, weight[k]);
     }
-    AddStreamed(*limit, y + 1, &next);
-    AddHistory({&before.length, &before.weights2}, taps, y, &next);
-    for (int x = 0; x < width; x += LaneCount()) {
-      next.Fetch(x);
-      VF length, weights2;
-      WithHistory(
-          before, taps, x, y, [&](const auto& old_of) HWY_ATTR __attribute__((always_inline)) {
-            length = old_of.Length();
-            weights2 = old_of(before.weights2);
-          });
-      const VF difference = hn::LoadU(d, blurred.colour[0].Row(y) + x);
-      const VF noise = hn::LoadU(d, blurred.variance.Row(y) + x);
-      const VF square = hn::Mul(difference, difference);
-      const VF bias2 = hn::Max(zero, hn::NegMulAdd(hn::Set(d, 1.0f + p.limit_dead), noise, square));
-      const VF own = hn::Max(hn::LoadU(d, blurred.colour[1].Row(y) + x), hn::Set(d, 1e-8f));
-      const VF distrust = hn::MulAdd(hn::Set(d, p.limit_gain), hn::Div(bias2, own), weights2);
-      const VF limited = hn::Div(hn::Set(d, 1.0f), hn::Max(distrust, hn::Set(d, 1e-6f)));
-      const MF biased = hn::And(hn::Gt(bias2, zero), hn::Gt(hn::LoadU(d, valid.Row(y) + x), zero));
-      StreamInRow(d, hn::IfThenElse(biased, hn::Min(length, limited), length), limit->Row(y), x,
-                  width);
+    const MF valid = hn::Gt(sum, hn::Set(d, kLeastComparedWeight));
+    const VF scale = hn::IfThenElseZero(valid, hn::Div(one, hn::IfThenElse(valid, sum, one)));
+    const VF scale2 = hn::Mul(scale, scale);
+    // Rows without samples are not written: what they hold is masked.
+    const auto mean = [&](PixelRow row) HWY_ATTR __attribute__((always_inline)) {
+      const BlockValues v = load(row, bx);
+      VF total = zero;
+      for (int k = 0; k < 4; ++k) {
+        total = hn::MulAdd(weight[k], hn::IfThenElseZero(known[k], v.pixel[k]), total);
+      }
+      return hn::Mul(total, scale);
+    };
+    const auto noise = [&](PixelRow row) HWY_ATTR __attribute__((always_inline)) {
+      const BlockValues v = load(row, bx);
+      VF total = zero;
+      for (int k = 0; k < 4; ++k) {
+        total = hn::MulAdd(hn::Mul(weight[k], weight[k]), hn::IfThenElseZero(known[k], v.pixel[k]),
+                           total);
+      }
+      return hn::Mul(total, scale2);
+    };
+    const auto store = [&](VF value, Image1 * plane) HWY_ATTR __attribute__((always_inline)) {
+      StoreInRow(d, value, plane->Row(by), bx, blocks);
+    };
+    store(hn::IfThenElseZero(valid, one), &out->valid);
+    store(mean(kPresent), &out->light.colour[0]);
+    store(mean(kHistory), &out->light.colour[1]);
+    store(noise(kNoise), &out->light.variance);
+    store(mean(kCompressedPresent), &out->compressed.colour[0]);
+    store(mean(kCompressedHistory), &out->compressed.colour[1]);
+    store(mean(kSingle), &out->compressed.colour[2]);
+    store(noise(kCompressedNoise), &out->compressed.variance);
+  }
+}
+
+void CompareRows(std::span<const ComparedSignal> signals, const ReprojectionTaps& taps,
+                 const GuidePlanes& guides, int begin, int end, GuidePlanes* coarse) {
+  const TinyIsZero tiny_is_zero;
+  const int width = guides.id.width();
+  const int blocks = CoarseSize(width);
+  const RowScratch scratch(width + 2, kCompareRows);
+  for (int by = begin; by < end; ++by) {
+    CoarseRow(guides, by, scratch, coarse);
+    for (const ComparedSignal& signal : signals) {
+      bool any = false;
+      for (int row = 0; row < 2; ++row) {
+        any = ComparePixels(*signal.light, *signal.before, taps, 2 * by + row, scratch,
+                            row * kPixelRows) ||
+              any;
+      }
+      if (any) {
+        AverageBlocks(scratch, by, blocks, signal.out);
+      } else {
+        std::fill_n(signal.out->valid.Row(by), blocks, 0.0f);
+      }
+    }
+  }
+}
+
+/// Rows in the scratch memory: the four weights of each pixel of a row, even and odd ones apart,
+/// and the results.
+enum LimitRow { kBlockWeights, kRatioRow = 8, kBiasRow, kLimitRows };
+
+/// Rows of the blocks that a row of pixels reads, and the columns of its even and odd pixels.
+struct BlocksBeside {
+  int row[2];
+
+  explicit BlocksBeside(int y) : row{y / 2, y / 2 + (y & 1) * 2 - 1} {}
+  int RowOf(int k) const { return row[k >> 1]; }
+  static int ColumnOf(int k, int side) { return (k & 1) == 0 ? 0 : side * 2 - 1; }
+};
+
+void WeighBlocks(const GuidePlanes& coarse, const GuidePlanes& guides, int y,
+                 const RowScratch& scratch) {
+  const DF d;
+  const VF zero = hn::Zero(d);
+  const VF one = hn::Set(d, 1.0f);
+  const int blocks = CoarseSize(guides.id.width());
+  const BlocksBeside beside(y);
+  const auto load = [&](const Image1& plane, int bx, VF* sides) HWY_ATTR
+      __attribute__((always_inline)) {
+    hn::LoadInterleaved2(d, plane.Row(y) + 2 * bx, sides[0], sides[1]);
+  };
+  for (int bx = 0; bx < blocks; bx += LaneCount()) {
+    VF inverse[2], nx[2], ny[2], nz[2], gx[2], gy[2];
+    load(guides.inverse_depth, bx, inverse);
+    load(guides.normal[0], bx, nx);
+    load(guides.normal[1], bx, ny);
+    load(guides.normal[2], bx, nz);
+    load(guides.gradient[0], bx, gx);
+    load(guides.gradient[1], bx, gy);
+    for (int side = 0; side < 2; ++side) {
+      const MF surface = hn::Gt(inverse[side], zero);
+      const VF own = hn::IfThenElse(surface, inverse[side], one);
+      for (int k = 0; k < 4; ++k) {
+        const int row = beside.RowOf(k);
+        const int column = BlocksBeside::ColumnOf(k, side);
+        const float dx = static_cast<float>(2 * column) + 0.5f - static_cast<float>(side);
+        const float dy = static_cast<float>(2 * row - y) + 0.5f;
+        const float kernel = ((k & 1) == 0 ? 0.75f : 0.25f) * ((k >> 1) == 0 ? 0.75f : 0.25f);
+        const auto of_block = [&](const Image1& plane) HWY_ATTR __attribute__((always_inline)) {
+          return hn::LoadU(d, plane.Row(row) + bx + column);
+        };
+        const VF cosine = hn::MulAdd(nx[side], of_block(coarse.normal[0]),
+                                     hn::MulAdd(ny[side], of_block(coarse.normal[1]),
+                                                hn::Mul(nz[side], of_block(coarse.normal[2]))));
+        const VF expected = hn::Add(
+            inverse[side], hn::MulAdd(gx[side], hn::Set(d, dx), hn::Mul(gy[side], hn::Set(d, dy))));
+        const VF weight =
+            hn::Mul(hn::Set(d, kernel),
+                    ComparedWeight(cosine, expected, of_block(coarse.inverse_depth), own));
+        hn::StoreU(hn::IfThenElseZero(surface, weight), d,
+                   scratch.Row(kBlockWeights + 4 * side + k) + bx);
+      }
+    }
+  }
+}
+
+/// Interpolates ratio and bias of one signal to a row of pixels, 1 and 0 where no block is similar.
+void UpsampleRow(const LimitedSignal& signal, int y, const RowScratch& scratch) {
+  const DF d;
+  const VF zero = hn::Zero(d);
+  const VF one = hn::Set(d, 1.0f);
+  const int blocks = signal.compared->ratio.width();
+  const BlocksBeside beside(y);
+  for (int bx = 0; bx < blocks; bx += LaneCount()) {
+    VF ratio[2], bias[2];
+    for (int side = 0; side < 2; ++side) {
+      VF sum = zero;
+      VF sum_ratio = zero;
+      VF sum_bias = zero;
+      for (int k = 0; k < 4; ++k) {
+        const int row = beside.RowOf(k);
+        const int q = bx + BlocksBeside::ColumnOf(k, side);
+        const auto load = [&](const Image1& plane) HWY_ATTR __attribute__((always_inline)) {
+          return hn::LoadU(d, plane.Row(row) + q);
+        };
+        const MF valid = hn::Gt(load(signal.compared->valid), zero);
+        const VF weight =
+            hn::IfThenElseZero(valid, hn::LoadU(d, scratch.Row(kBlockWeights + 4 * side + k) + bx));
+        sum = hn::Add(sum, weight);
+        sum_ratio = hn::MulAdd(weight, load(signal.compared->ratio), sum_ratio);
+        sum_bias = hn::MulAdd(weight, load(signal.compared->bias), sum_bias);
+      }
+      const MF similar = hn::Gt(sum, hn::Set(d, kLeastComparedWeight));
+      const VF scale = hn::Div(one, hn::IfThenElse(similar, sum, one));
+      ratio[side] = hn::IfThenElse(similar, hn::Mul(sum_ratio, scale), one);
+      bias[side] = hn::IfThenElseZero(similar, hn::Mul(sum_bias, scale));
+    }
+    hn::StoreInterleaved2(ratio[0], ratio[1], d, scratch.Row(kRatioRow) + 2 * bx);
+    hn::StoreInterleaved2(bias[0], bias[1], d, scratch.Row(kBiasRow) + 2 * bx);
+  }
+}
+
+void LimitHistoryRows(std::span<const LimitedSignal> signals, const GuidePlanes& coarse,
+                      const GuidePlanes& guides, int y0, int y1) {
+  const DF d;
+  const VF one = hn::Set(d, 1.0f);
+  const TinyIsZero tiny_is_zero;
+  const int width = guides.id.width();
+  const RowScratch scratch(width + 2, kLimitRows);
+  for (int y = y0; y < y1; ++y) {
+    WeighBlocks(coarse, guides, y, scratch);
+    for (const LimitedSignal& signal : signals) {
+      UpsampleRow(signal, y, scratch);
+      for (int x = 0; x < width; x += LaneCount()) {
+        const MF sampled = hn::Gt(hn::LoadU(d, signal.samples->Row(y) + x), hn::Zero(d));
+        const VF ratio = hn::LoadU(d, scratch.Row(kRatioRow) + x);
+        const VF bias = hn::LoadU(d, scratch.Row(kBiasRow) + x);
+        StreamInRow(d, hn::IfThenElse(sampled, ratio, one), signal.ratio->Row(y), x, width);
+        StreamInRow(d, hn::IfThenElseZero(sampled, bias), signal.bias->Row(y), x, width);
+      }
     }
   }
   FinishStreams();
@@ -160,24 +429,56 @@ void RescaleHistory(float scale, SignalHistory* history) {
   history->compressed_scale = scale;
 }
 
-namespace cpu {
-
-HWY_EXPORT(CompareWithHistoryRows);
-HWY_EXPORT(LimitHistoryRows);
-
-void CompareWithHistory(const NewLight& light, const SignalHistory& before,
-                        const ReprojectionTaps& taps, const GuidePlanes& guides,
-                        FilterPlanes* compared, Image1* valid) {
-  ParallelRows(valid->height(), 32, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(CompareWithHistoryRows)
-    (light, before, taps, guides, y0, y1, compared, valid);
+void CorrectHistory(const FilterPlanes& averaged, const LimitHistoryParameters& p,
+                    ComparedPlanes* planes) {
+  const FilterPlanes& compressed = planes->compressed;
+  const bool corrects = p.correct_history != 0;
+  ParallelRows(planes->ratio.height(), 16, [&](int y0, int y1) {
+    for (int y = y0; y < y1; ++y) {
+      for (int x = 0; x < planes->ratio.width(); ++x) {
+        const float ratio = corrects && planes->valid(x, y) > 0
+                                ? HistoryRatio(averaged.colour[0](x, y), averaged.colour[1](x, y),
+                                               averaged.variance(x, y))
+                                : 1.0f;
+        planes->ratio(x, y) = ratio;
+        planes->light.colour[0](x, y) =
+            compressed.colour[0](x, y) - ScaledCompressed(compressed.colour[1](x, y), ratio);
+        planes->light.colour[1](x, y) = compressed.colour[2](x, y);
+        planes->light.variance(x, y) = compressed.variance(x, y);
+      }
+    }
   });
 }
 
-void LimitHistory(const FilterPlanes& blurred, const Image1& valid, const SignalHistory& before,
-                  const ReprojectionTaps& taps, const LimitHistoryParameters& p, Image1* limit) {
-  ParallelRows(limit->height(), 32, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(LimitHistoryRows)(blurred, valid, before, taps, p, y0, y1, limit);
+void MeasureBias(const FilterPlanes& blurred, const LimitHistoryParameters& p,
+                 ComparedPlanes* planes) {
+  ParallelRows(planes->bias.height(), 16, [&](int y0, int y1) {
+    for (int y = y0; y < y1; ++y) {
+      for (int x = 0; x < planes->bias.width(); ++x) {
+        const float bias = RelativeBias(blurred.colour[0](x, y), blurred.variance(x, y),
+                                        blurred.colour[1](x, y), p.limit_dead);
+        planes->bias(x, y) = planes->valid(x, y) > 0 ? bias : 0.0f;
+      }
+    }
+  });
+}
+
+namespace cpu {
+
+HWY_EXPORT(CompareRows);
+HWY_EXPORT(LimitHistoryRows);
+
+void CompareWithHistory(std::span<const ComparedSignal> signals, const ReprojectionTaps& taps,
+                        const GuidePlanes& guides, GuidePlanes* coarse) {
+  ParallelRows(CoarseSize(guides.id.height()), 16, [&](int begin, int end) {
+    HWY_DYNAMIC_DISPATCH(CompareRows)(signals, taps, guides, begin, end, coarse);
+  });
+}
+
+void LimitHistory(std::span<const LimitedSignal> signals, const GuidePlanes& coarse,
+                  const GuidePlanes& guides) {
+  ParallelRows(guides.id.height(), 32, [&](int y0, int y1) {
+    HWY_DYNAMIC_DISPATCH(LimitHistoryRows)(signals, coarse, guides, y0, y1);
   });
 }
 

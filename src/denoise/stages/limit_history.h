@@ -1,49 +1,125 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// limit_history: history rejection where the light itself has changed. PSVGF (section 7) proposes
-/// it without a formula. Here the compressed luminance of this frame's samples is compared with the
-/// mean of the compressed luminances of earlier ones, both blurred by three geometry-only wavelet
-/// levels; the excess of their squared difference over its expected noise is an estimate of the
-/// squared bias, from which a Kalman gain determines the number of samples that such a history is
-/// worth. The history holds the mean of compressed samples, not the compressed mean: a mean of few
-/// bright samples compresses to a higher value than the mean of the compressed samples, so that
-/// sparse light would always seem to change. Border: that of the wavelet. Reads 80, writes 20 bytes
-/// per pixel and signal around the wavelet.
+/// correct_history and limit_history: what becomes of a history where the light itself has changed.
+/// Ours; PSVGF (section 7) proposes such a stage without a formula.
+///
+/// Most change is smooth: a lamp comes nearer, a wall gets brighter, and the detail of the history
+/// stays right up to a factor. correct_history multiplies the history by the ratio of present to
+/// history, both averaged over some fifty pixels of the same surface, as far as their difference is
+/// significant. limit_history treats what is left, at the fronts of shadows above all: it compares
+/// the compressed luminances of present and corrected history over some twenty pixels; the excess
+/// of their squared difference over its expected noise estimates the squared bias, from which a
+/// Kalman gain determines the number of samples that such a history is worth. The history holds the
+/// mean of compressed samples, not the compressed mean: a mean of few bright samples compresses to
+/// a higher value than the mean of the compressed samples, so that sparse light would always seem
+/// to change.
+///
+/// All averages are computed on a grid of half the resolution, by geometry-only wavelet levels with
+/// kernels of equal weights. Border of the full planes: that of the wavelet.
 #pragma once
 
+#include <span>
+
 #include "denoise/planes.h"
+#include "denoise/stages/atrous.h"
 #include "denoise/stages/limit_history_shared.h"
 
 namespace stillray {
 
-/// Number of wavelet levels between them: with larger kernels, or one level more, changes of the
-/// light are detected later than lower noise would compensate.
-inline constexpr int kLimitHistoryLevels = 3;
+/// Levels on the coarse grid of correct_history and of limit_history: equal weights over 27x27 and
+/// 9x9 blocks. With wider kernels in limit_history, changes of the light are detected later than
+/// lower noise would compensate.
+inline constexpr int kCorrectHistoryLevels = 3;
+inline constexpr int kLimitHistoryLevels = 2;
+inline constexpr int kComparedSteps[kCorrectHistoryLevels] = {1, 3, 9};
+inline AtrousLevel ComparedLevel(int level) {
+  return {kAtrousGeometry, 1, kComparedSteps[level], /*box=*/true};
+}
+inline constexpr int kComparedBorder = kComparedSteps[kCorrectHistoryLevels - 1];
+
+/// Pixels of the coarse grid along a side.
+constexpr int CoarseSize(int size) {
+  return (size + 1) / 2;
+}
+
+/// Present and history of one signal on the coarse grid; borders of kComparedBorder.
+struct ComparedPlanes {
+  /// Luminance: present, red: history; variance: expected noise of their difference.
+  FilterPlanes light;
+  /// Luminance: compressed present, red: compressed history, blue: variance of single compressed
+  /// samples; variance: expected noise of the difference.
+  FilterPlanes compressed;
+  FilterPlanes work;
+  Image1 valid;  ///< 1 where both exist in some pixel of the block
+  Image1 ratio;  ///< HistoryRatio; 1 without either
+  Image1 bias;   ///< RelativeBias; 0 without either
+
+  ComparedPlanes() = default;
+  ComparedPlanes(int width, int height)
+      : light(width, height, kComparedBorder),
+        compressed(width, height, kComparedBorder),
+        work(width, height, kComparedBorder),
+        valid(width, height, kComparedBorder),
+        ratio(width, height, kComparedBorder),
+        bias(width, height, kComparedBorder) {}
+  size_t bytes() const {
+    return light.bytes() + compressed.bytes() + work.bytes() + valid.bytes() + ratio.bytes() +
+           bias.bytes();
+  }
+};
+
+/// The inputs of one signal. The history is that of the last frame, fetched along the taps.
+struct ComparedSignal {
+  const NewLight* light;
+  const SignalHistory* before;
+  ComparedPlanes* out;
+};
 
 /// Converts the compressed luminances of a history to another scale.
 void RescaleHistory(float scale, SignalHistory* history);
 
-/// CompareWithHistory and LimitHistory run before and after the wavelet levels, for each signal.
-/// CompareWithHistory: luminance = compressed present minus compressed history, red = variance of
-/// single compressed samples, variance = expected noise of the difference; valid = 1 where both
-/// exist. LimitHistory: the largest length that the history may count for; its own length without
-/// bias. The history is that of the last frame, fetched along `taps`.
+/// Before the levels of correct_history: fills `light`, `compressed` and `valid` with the means
+/// over the pixels of each 2x2 block that lie on the surface of its nearest pixel. \param coarse
+/// inverse depth, normal and gradient of that surface, per block; border of
+///     kComparedBorder
 namespace reference {
-void CompareWithHistory(const NewLight& light, const SignalHistory& before,
-                        const ReprojectionTaps& taps, const GuidePlanes& guides,
-                        FilterPlanes* compared, Image1* valid);
-void LimitHistory(const FilterPlanes& blurred, const Image1& valid, const SignalHistory& before,
-                  const ReprojectionTaps& taps, const LimitHistoryParameters& parameters,
-                  Image1* limit);
-}  // namespace reference
+void CompareWithHistory(std::span<const ComparedSignal> signals, const ReprojectionTaps& taps,
+                        const GuidePlanes& guides, GuidePlanes* coarse);
+}
 namespace cpu {
-void CompareWithHistory(const NewLight& light, const SignalHistory& before,
-                        const ReprojectionTaps& taps, const GuidePlanes& guides,
-                        FilterPlanes* compared, Image1* valid);
-void LimitHistory(const FilterPlanes& blurred, const Image1& valid, const SignalHistory& before,
-                  const ReprojectionTaps& taps, const LimitHistoryParameters& parameters,
-                  Image1* limit);
-}  // namespace cpu
+void CompareWithHistory(std::span<const ComparedSignal> signals, const ReprojectionTaps& taps,
+                        const GuidePlanes& guides, GuidePlanes* coarse);
+}
+
+/// Between the levels: the ratio from the `averaged` light (1 if the parameters turn it off), and
+/// in `light` the input of limit_history's levels: compressed present minus corrected history
+/// (luminance), variance of single samples (red) and noise of the difference.
+void CorrectHistory(const FilterPlanes& averaged, const LimitHistoryParameters& parameters,
+                    ComparedPlanes* planes);
+
+/// After the levels of limit_history, whose result is `blurred`: the bias.
+void MeasureBias(const FilterPlanes& blurred, const LimitHistoryParameters& parameters,
+                 ComparedPlanes* planes);
+
+/// One signal on the coarse grid and the pixels.
+struct LimitedSignal {
+  const ComparedPlanes* compared;
+  const Image1* samples;  ///< of the new light
+  Image1* ratio;          ///< result: HistoryRatio of pixels with samples, else 1
+  Image1* bias;           ///< result: RelativeBias of pixels with samples, else 0
+};
+
+/// Interpolates ratio and bias to the pixels, from the blocks
+/// around them with a similar surface. From the bias, accumulate computes the length that the
+/// history may count for.
+namespace reference {
+void LimitHistory(std::span<const LimitedSignal> signals, const GuidePlanes& coarse,
+                  const GuidePlanes& guides);
+}
+namespace cpu {
+void LimitHistory(std::span<const LimitedSignal> signals, const GuidePlanes& coarse,
+                  const GuidePlanes& guides);
+}
 
 }  // namespace stillray

@@ -14,41 +14,171 @@ SignalHistory Fetched(const SignalHistory& before, const ReprojectionTaps& taps)
   return fetched;
 }
 
+vec3 NormalAt(const GuidePlanes& g, int x, int y) {
+  return {g.normal[0](x, y), g.normal[1](x, y), g.normal[2](x, y)};
+}
+
+/// The inverse depth that the surface at a pixel has `dx`, `dy` pixels away.
+float ExpectedAt(const GuidePlanes& g, int x, int y, float dx, float dy) {
+  return g.inverse_depth(x, y) + (g.gradient[0](x, y) * dx + g.gradient[1](x, y) * dy);
+}
+
+/// The pixels of a block, of which the nearest represents it.
+struct Block {
+  int x, y;  ///< of the nearest pixel
+  float weight[4];
+};
+
+Block BlockAt(const GuidePlanes& g, int bx, int by) {
+  Block block = {2 * bx, 2 * by, {}};
+  for (int k = 1; k < 4; ++k) {
+    const int x = 2 * bx + (k & 1);
+    const int y = 2 * by + (k >> 1);
+    if (g.inverse_depth(x, y) > g.inverse_depth(block.x, block.y)) {
+      block.x = x;
+      block.y = y;
+    }
+  }
+  const float own = g.inverse_depth(block.x, block.y);
+  for (int k = 0; k < 4 && own > 0; ++k) {
+    const int x = 2 * bx + (k & 1);
+    const int y = 2 * by + (k >> 1);
+    const float found = g.inverse_depth(x, y);
+    const float expected = ExpectedAt(g, block.x, block.y, static_cast<float>(x - block.x),
+                                      static_cast<float>(y - block.y));
+    const float cosine = dot(NormalAt(g, block.x, block.y), NormalAt(g, x, y));
+    block.weight[k] = found > 0 ? ComparedWeight(cosine, expected, found, own) : 0.0f;
+  }
+  return block;
+}
+
+/// The surface of a block at its centre; its slope is that over two pixels.
+void StoreCoarse(const GuidePlanes& g, const Block& block, int bx, int by, GuidePlanes* coarse) {
+  const float own = g.inverse_depth(block.x, block.y);
+  const float dx = 2 * static_cast<float>(bx) + 0.5f - static_cast<float>(block.x);
+  const float dy = 2 * static_cast<float>(by) + 0.5f - static_cast<float>(block.y);
+  const float centre = ExpectedAt(g, block.x, block.y, dx, dy);
+  coarse->inverse_depth(bx, by) = centre > 0 ? centre : own;
+  for (int c = 0; c < 3; ++c) {
+    coarse->normal[c](bx, by) = g.normal[c](block.x, block.y);
+  }
+  for (int c = 0; c < 2; ++c) {
+    coarse->gradient[c](bx, by) = 2 * g.gradient[c](block.x, block.y);
+  }
+}
+
+struct Means {
+  float present = 0, history = 0, noise = 0;
+  float compressed_present = 0, compressed_history = 0, single = 0, compressed_noise = 0;
+  float weight = 0;
+};
+
+void AddPixel(const NewLight& light, const SignalHistory& before, int x, int y, float w, Means* m) {
+  const float n = light.samples(x, y);
+  const float length = before.length(x, y);
+  if (!(n > 0) || !(length > 0)) {
+    return;
+  }
+  const float scale = before.compressed_scale;
+  const float l = light.colour[0](x, y);
+  const float mean = before.mean(x, y);
+  const float variance = before.variance(x, y);
+  const float weights2 = before.weights2(x, y);
+  const float then = before.compressed(x, y);
+  const float single = CompressedVariance(then, mean, variance, scale);
+  m->present += w * l;
+  m->history += w * mean;
+  m->noise += w * w * ComparisonNoise(l, n, length, mean, variance, weights2);
+  m->compressed_present += w * CompressLuminance(l, scale);
+  m->compressed_history += w * then;
+  m->single += w * single;
+  m->compressed_noise += w * w * single * (1.0f / max(n, 1.0f) + weights2);
+  m->weight += w;
+}
+
+void StoreMeans(const Means& m, int bx, int by, ComparedPlanes* out) {
+  const bool valid = m.weight > kLeastComparedWeight;
+  const float scale = valid ? 1.0f / m.weight : 0.0f;
+  out->valid(bx, by) = valid ? 1.0f : 0.0f;
+  out->light.colour[0](bx, by) = m.present * scale;
+  out->light.colour[1](bx, by) = m.history * scale;
+  out->light.variance(bx, by) = m.noise * scale * scale;
+  out->compressed.colour[0](bx, by) = m.compressed_present * scale;
+  out->compressed.colour[1](bx, by) = m.compressed_history * scale;
+  out->compressed.colour[2](bx, by) = m.single * scale;
+  out->compressed.variance(bx, by) = m.compressed_noise * scale * scale;
+}
+
 }  // namespace
 
-void CompareWithHistory(const NewLight& light, const SignalHistory& history,
-                        const ReprojectionTaps& taps, const GuidePlanes& guides,
-                        FilterPlanes* compared, Image1* valid) {
-  const SignalHistory before = Fetched(history, taps);
-  for (int y = 0; y < light.samples.height(); ++y) {
-    for (int x = 0; x < light.samples.width(); ++x) {
-      const float n = light.samples(x, y);
-      const bool both = guides.inverse_depth(x, y) > 0 && n > 0 && before.length(x, y) > 0;
-      const float now = CompressLuminance(light.colour[0](x, y), before.compressed_scale);
-      const float then = before.compressed(x, y);
-      const float single = CompressedVariance(then, before.mean(x, y), before.variance(x, y),
-                                              before.compressed_scale);
-      const float noise = single * (1.0f / max(n, 1.0f) + before.weights2(x, y));
-      (*valid)(x, y) = both ? 1.0f : 0.0f;
-      if (both) {
-        compared->colour[0](x, y) = now - then;
-        compared->colour[1](x, y) = single;
-        compared->variance(x, y) = noise;
+void CompareWithHistory(std::span<const ComparedSignal> signals, const ReprojectionTaps& taps,
+                        const GuidePlanes& guides, GuidePlanes* coarse) {
+  const int width = guides.id.width();
+  const int height = guides.id.height();
+  for (const ComparedSignal& signal : signals) {
+    const SignalHistory before = Fetched(*signal.before, taps);
+    for (int by = 0; by < CoarseSize(height); ++by) {
+      for (int bx = 0; bx < CoarseSize(width); ++bx) {
+        const Block block = BlockAt(guides, bx, by);
+        StoreCoarse(guides, block, bx, by, coarse);
+        Means means;
+        for (int k = 0; k < 4; ++k) {
+          const int x = 2 * bx + (k & 1);
+          const int y = 2 * by + (k >> 1);
+          if (block.weight[k] > 0 && x < width && y < height) {
+            AddPixel(*signal.light, before, x, y, block.weight[k], &means);
+          }
+        }
+        StoreMeans(means, bx, by, signal.out);
       }
     }
   }
 }
 
-void LimitHistory(const FilterPlanes& blurred, const Image1& valid, const SignalHistory& history,
-                  const ReprojectionTaps& taps, const LimitHistoryParameters& p, Image1* limit) {
-  const SignalHistory before = Fetched(history, taps);
-  for (int y = 0; y < limit->height(); ++y) {
-    for (int x = 0; x < limit->width(); ++x) {
-      const float length = before.length(x, y);
-      const float limited = LimitedLength(length, before.weights2(x, y), blurred.colour[0](x, y),
-                                          blurred.variance(x, y), blurred.colour[1](x, y),
-                                          p.limit_dead, p.limit_gain);
-      (*limit)(x, y) = valid(x, y) > 0 ? limited : length;
+namespace {
+
+void LimitPixel(const LimitedSignal& signal, const GuidePlanes& coarse, const GuidePlanes& guides,
+                int x, int y) {
+  const ComparedPlanes& compared = *signal.compared;
+  float sum_ratio = 0;
+  float sum_bias = 0;
+  float sum = 0;
+  for (int k = 0; k < 4; ++k) {
+    // Its own block, and those beside it on the pixel's side.
+    const int bx = x / 2 + ((k & 1) == 0 ? 0 : (x & 1) * 2 - 1);
+    const int by = y / 2 + ((k >> 1) == 0 ? 0 : (y & 1) * 2 - 1);
+    if (!(compared.valid(bx, by) > 0)) {  // 0 in the border
+      continue;
+    }
+    const float dx = 2 * static_cast<float>(bx) + 0.5f - static_cast<float>(x);
+    const float dy = 2 * static_cast<float>(by) + 0.5f - static_cast<float>(y);
+    const float cosine = dot(NormalAt(guides, x, y), NormalAt(coarse, bx, by));
+    const float w = ((k & 1) == 0 ? 0.75f : 0.25f) * ((k >> 1) == 0 ? 0.75f : 0.25f) *
+                    ComparedWeight(cosine, ExpectedAt(guides, x, y, dx, dy),
+                                   coarse.inverse_depth(bx, by), guides.inverse_depth(x, y));
+    sum_ratio += w * compared.ratio(bx, by);
+    sum_bias += w * compared.bias(bx, by);
+    sum += w;
+  }
+  if (sum > kLeastComparedWeight) {
+    (*signal.ratio)(x, y) = sum_ratio / sum;
+    (*signal.bias)(x, y) = sum_bias / sum;
+  }
+}
+
+}  // namespace
+
+void LimitHistory(std::span<const LimitedSignal> signals, const GuidePlanes& coarse,
+                  const GuidePlanes& guides) {
+  for (const LimitedSignal& signal : signals) {
+    for (int y = 0; y < signal.ratio->height(); ++y) {
+      for (int x = 0; x < signal.ratio->width(); ++x) {
+        (*signal.ratio)(x, y) = 1;
+        (*signal.bias)(x, y) = 0;
+        if (guides.inverse_depth(x, y) > 0 && (*signal.samples)(x, y) > 0) {
+          LimitPixel(signal, coarse, guides, x, y);
+        }
+      }
     }
   }
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Formulas of limit_history.
+// Formulas of correct_history and limit_history.
 #ifndef STILLRAY_DENOISE_LIMIT_HISTORY_SHARED_H
 #define STILLRAY_DENOISE_LIMIT_HISTORY_SHARED_H
 
@@ -9,9 +9,12 @@
 #include "core/shared.h"
 #endif
 
+#include "denoise/stages/edge_stopping_shared.h"
+
 SHARED_BEGIN
 
 SHARED_BLOCK(LimitHistoryParameters) {
+  int correct_history;  // 0: the ratio is 1
   float limit_dead;
   float limit_gain;
 };
@@ -44,14 +47,66 @@ SHARED_FN float CompressionScale(float history_scale, float mean_luminance) {
   return near_by ? history_scale : max(mean_luminance, 1e-20f);
 }
 
-// The history length to which a Kalman filter would reduce the history, when present and history
-// differ by d with expected noise `noise` (both blurred) and single samples of the neighbourhood
-// have variance `variance`.
-SHARED_FN float LimitedLength(float length, float weights2, float d, float noise, float variance,
-                              float dead, float gain) {
-  float bias2 = max(0.0f, d * d - (1.0f + dead) * noise);
-  float limit = 1.0f / max(weights2 + gain * bias2 / max(variance, 1e-8f), 1e-6f);
-  return bias2 > 0.0f ? min(length, limit) : length;
+// The history length to which a Kalman filter would reduce a history with this relative bias.
+SHARED_FN float LimitedLength(float length, float weights2, float bias, float gain) {
+  float limit = 1.0f / max(weights2 + gain * bias, 1e-6f);
+  return bias > 0.0f ? min(length, limit) : length;
+}
+
+// Geometry weights between the pixels and the coarse grid, and on it. Light is compared at a scale
+// of tens of pixels, where shading over a curved surface matters less than samples do.
+const float kComparedSigmaN = 16.0f;
+const float kComparedTolerance = 0.02f;  // of the plane, in depth
+
+// Weight of a pixel or block whose inverse depth is `found` where `expected` is the plane's.
+SHARED_FN float ComparedWeight(float cosine, float expected, float found, float own) {
+  return exp(kComparedSigmaN * LogCosine(cosine) -
+             abs(expected - found) / (kComparedTolerance * own));
+}
+
+// Sums of weights below this are treated as zero.
+const float kLeastComparedWeight = 1e-3f;
+
+// Histories below this length have no variance over time.
+const float kLengthWithVariance = 4.0f - 1e-3f;
+
+// Expected squared difference between present and history, from n samples and a history with these
+// moments. Short histories have only the difference itself, which is its own estimate without bias
+// as long as the light is the same.
+SHARED_FN float ComparisonNoise(float present, float n, float length, float mean, float variance,
+                                float weights2) {
+  float single = variance / max(1.0f - weights2, 0.25f);
+  float noise = single * (1.0f / max(n, 1.0f) + weights2);
+  float d = present - mean;
+  return length >= kLengthWithVariance ? noise : d * d;
+}
+
+// How many expected variances of the difference count as noise in the ratio, and its bounds.
+const float kRatioNoise = 2.0f;
+const float kMostRatio = 2.0f;
+
+// Ratio of present to history from their means over a neighbourhood, shrunk towards 1 as far as
+// their difference is explained by noise (James and Stein 1961).
+SHARED_FN float HistoryRatio(float present, float history, float noise) {
+  float d = present - history;
+  float significance = max(1.0f - kRatioNoise * noise / max(d * d, 1e-30f), 0.0f);
+  float ratio = 1.0f + significance * d / max(history, 1e-20f);
+  return history > 0.0f ? min(max(ratio, 1.0f / kMostRatio), kMostRatio) : 1.0f;
+}
+
+// The compressed luminance of light times a ratio: exact for a single value.
+SHARED_FN float ScaledCompressed(float c, float ratio) {
+  return c * ratio / max(c * ratio + 1.0f - c, 1e-30f);
+}
+
+// Far above what shortens a history to one frame.
+const float kMostBias = 1000.0f;
+
+// Squared bias of a history relative to the variance of single samples: what the squared difference
+// d exceeds its expected noise by.
+SHARED_FN float RelativeBias(float d, float noise, float variance, float dead) {
+  float excess = max(0.0f, d * d - (1.0f + dead) * noise);
+  return min(excess / max(variance, 1e-8f), kMostBias);
 }
 
 SHARED_END

@@ -14,7 +14,7 @@ layout(set = 1, binding = 2) uniform texture2DArray colour;
 layout(set = 1, binding = 3) uniform texture2DArray behind;
 layout(set = 1, binding = 4) uniform texture2DArray moments;
 layout(set = 1, binding = 5) uniform texture2DArray compressed;
-layout(set = 1, binding = 6) uniform texture2DArray compared;  // after its wavelet levels
+layout(set = 1, binding = 6) uniform texture2DArray limits;  // ratio, relative bias
 layout(set = 1, binding = 7, LIGHT_FORMAT) writeonly uniform image2DArray colour_out;
 layout(set = 1, binding = 8, LIGHT_FORMAT) writeonly uniform image2DArray behind_out;
 layout(set = 1, binding = 9, LIGHT_FORMAT) writeonly uniform image2DArray moments_out;
@@ -37,8 +37,16 @@ void main() {
     m.z = max(m.z, 0.0f);
     m.y = VarianceOf(m.y);
     float n = light.w;
-    float history_length =
-        limited != 0 ? min(m.z, MostLength(m, texelFetch(compared, at, 0))) : m.z;
+    float history_length = m.z;
+    float ratio = 1.0f;
+    if (limited != 0) {
+      vec4 of_history = texelFetch(limits, at, 0);
+      history_length = MostLength(m, of_history);
+      ratio = of_history.x;
+      c *= ratio;
+      m.x *= ratio;
+      m.y *= ratio * ratio;
+    }
     if (accumulate.max_history > 0) {
       history_length = min(history_length, max(float(accumulate.max_history) - n, 0.0f));
     }
@@ -55,11 +63,12 @@ void main() {
                            min(n > 0.0f ? history_length + n : m.z, kMostLength),
                            MixedWeights2(m.w, n, alpha))));
     if (with_behind != 0) {
-      vec3 b = has_history != 0 ? texelFetch(behind, at, 0).xyz : vec3(0.0f);
+      vec3 b = has_history != 0 ? ratio * texelFetch(behind, at, 0).xyz : vec3(0.0f);
       imageStore(behind_out, at, Stored(vec4(b + alpha * (light.xyz - b), 0.0f)));
     }
     if (with_compressed != 0) {
       float old = has_history != 0 ? RescaledCompressed(texelFetch(compressed, at, 0).x, s) : 0.0f;
+      old = ratio != 1.0f ? ScaledCompressed(old, ratio) : old;
       float now = CompressLuminance(light.x, compressed_scale[s] * exposure[s]);
       imageStore(compressed_out, at, vec4(old + alpha * (now - old)));
     }

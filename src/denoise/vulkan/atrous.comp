@@ -11,7 +11,8 @@
 layout(constant_id = 0) const int kWeights = kAtrousSvgf;
 layout(constant_id = 1) const int kRadius = 2;
 layout(constant_id = 2) const int kSignals = 1;
-layout(constant_id = 3) const int kPilot = 0;  // 1: weights compare the luminance of the pilot
+layout(constant_id = 4) const int kCompared = 0;  // 1: a level of limit_history, on the coarse grid
+layout(constant_id = 3) const int kPilot = 0;     // 1: weights compare the luminance of the pilot
 
 layout(set = 1, binding = 0) uniform utexture2D surface_image;
 layout(set = 1, binding = 1) uniform utexture2D detail_image;
@@ -25,6 +26,18 @@ layout(push_constant) uniform Push {
   int level;
   int box;  // 1: all taps have the same weight before the edge-stopping functions
 };
+
+EdgeStopping LevelEdges() {
+  if (kCompared != 0) {
+    return compared.edges;
+  }
+  return atrous.edges;
+}
+
+bool InLevel(ivec2 p) {
+  ivec2 size = kCompared != 0 ? (Size() + 1) / 2 : Size();
+  return all(greaterThanEqual(p, ivec2(0))) && all(lessThan(p, size));
+}
 
 float KernelWeight(int d) {
   if (box != 0) {
@@ -45,12 +58,12 @@ void PassThrough(ivec2 p) {
 }
 
 // The luminance weight of q for signal s; q_light, q_factor: its light and reciprocal denominator.
-// compared: the luminance of p that they are compared by.
-float LuminanceWeight(vec4 own, float compared, float own_factor, vec4 q_light, ivec3 q,
+// luminance: what p is compared by.
+float LuminanceWeight(vec4 own, float luminance, float own_factor, vec4 q_light, ivec3 q,
                       float exponent, int s) {
   if (kWeights == kAtrousSvgf) {
-    float q_compared = kPilot != 0 ? texelFetch(pilot, q, 0).x : q_light.x;
-    float dl = IsValid(own.w) || kPilot == 0 ? abs(compared - q_compared) : 0.0f;
+    float q_luminance = kPilot != 0 ? texelFetch(pilot, q, 0).x : q_light.x;
+    float dl = IsValid(own.w) || kPilot == 0 ? abs(luminance - q_luminance) : 0.0f;
     float q_factor = UnpackLuminanceFactor(texelFetch(factor_image, q, 0).x);
     return exp2(-dl * SharedLuminanceFactor(own_factor, q_factor, atrous.noise_ratio));
   }
@@ -63,7 +76,7 @@ float LuminanceWeight(vec4 own, float compared, float own_factor, vec4 q_light, 
 
 void main() {
   ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-  if (!Inside(p)) {
+  if (!InLevel(p)) {
     return;
   }
   Surface surface = UnpackSurface(texelFetch(surface_image, p, 0));
@@ -72,17 +85,17 @@ void main() {
     return;
   }
   Detail detail = UnpackDetail(texelFetch(detail_image, p, 0), surface.inverse_depth);
-  float turn2 = Turn2At(atrous.edges, surface_image, surface.normal, p);
+  float turn2 = Turn2At(LevelEdges(), surface_image, surface.normal, p);
   vec4 own[kSignals];
   float own_factor[kSignals];
-  float compared[kSignals];
+  float own_luminance[kSignals];
   vec4 sum[kSignals];  // light, variance
   float sum_weight[kSignals];
   bool any = kWeights != kAtrousGeometry;
   for (int s = 0; s < kSignals; ++s) {
     own[s] = texelFetch(light, ivec3(p, s), 0);
     any = any || IsValid(own[s].w);
-    compared[s] = kPilot != 0 ? texelFetch(pilot, ivec3(p, s), 0).x : own[s].x;
+    own_luminance[s] = kPilot != 0 ? texelFetch(pilot, ivec3(p, s), 0).x : own[s].x;
     own_factor[s] = kWeights == kAtrousSvgf
                         ? UnpackLuminanceFactor(texelFetch(factor_image, ivec3(p, s), 0).x)
                         : 0.0f;
@@ -96,7 +109,7 @@ void main() {
   for (int dy = -kRadius; dy <= kRadius; ++dy) {
     for (int dx = -kRadius; dx <= kRadius; ++dx) {
       ivec2 q = p + ivec2(dx, dy) * tap_step;
-      if (!Inside(q)) {
+      if (!InLevel(q)) {
         continue;
       }
       bool centre = dx == 0 && dy == 0;
@@ -119,7 +132,7 @@ void main() {
           exponent = EawExponent(0.0f, dot(dn, dn), distance * distance, 1.0f, atrous.eaw_sigma_n,
                                  atrous.eaw_sigma_z);
         } else {
-          h *= GeometryWeight(atrous.edges, surface, detail, turn2, other, offset);
+          h *= GeometryWeight(LevelEdges(), surface, detail, turn2, other, offset);
         }
       }
       for (int s = 0; s < kSignals; ++s) {
@@ -128,7 +141,7 @@ void main() {
           continue;
         }
         float w = centre ? h
-                         : h * LuminanceWeight(own[s], compared[s], own_factor[s], q_light,
+                         : h * LuminanceWeight(own[s], own_luminance[s], own_factor[s], q_light,
                                                ivec3(q, s), exponent, s);
         sum[s] += vec4(w * q_light.xyz, w * w * VarianceOf(q_light.w));
         sum_weight[s] += w;

@@ -55,6 +55,10 @@ struct FrameImages {
   const gpu::Image* noisy = nullptr;      ///< luminance, red, blue, samples
   const gpu::Image* unclamped = nullptr;  ///< the same before fireflies are clamped
   const gpu::Image* within = nullptr;
+  GuideImages coarse;                  ///< of limit_history, at half the size, as the next
+  const gpu::Image* compared[2] = {};  ///< see compare_history.comp
+  const gpu::Image* compressed_light = nullptr;
+  const gpu::Image* ratio = nullptr;
   const gpu::Image* wavelet[2] = {};  ///< luminance, red, blue, deviation (negative: no light)
   const gpu::Image* luminance_factor = nullptr;
   GuideImages guides;

@@ -13,8 +13,11 @@
 //   suppress_fireflies   new light                           new light                 8 n, 8 n  (only when clamped)
 //   reproject            guides of both frames, history      fetched history           36 + 18 n, 18 n
 //   update_compression   sums                                scales                    (only for limit_history, as the next two)
-//   limit_history        new light, fetched history          compared                  8 + 18 n, 8 n
-//   atrous, 3 levels     compared, guides                    compared                  3 (16 + 8 n), 3 (8 n)
+//   compare_history      new light, fetched history, guides  compared, half size       16 + 18 n, 4 + 4 n
+//   atrous, 3 levels     compared, coarse guides             compared                  3 (4 + 2 n), 3 (2 n)
+//   correct_history      compared                            compared, ratio           4 n, 3 n
+//   atrous, 2 levels     compared, coarse guides             compared                  2 (4 + 2 n), 2 (2 n)
+//   limit_history        compared, ratio, guides             limits                    18 + 18 n, 8 n
 //   accumulate           new light, fetched history          history                   26 n or 34 n, 18 n
 //   merge_future         history, light of the future        known history             48 n, 16 n  (only where the future is known)
 //   estimate_variance    known history, guides               light of the wavelet      16 + 24 n, 8 n
@@ -154,9 +157,15 @@ Result<std::unique_ptr<FramePipeline>> FramePipeline::Create(const gpu::DeviceCo
   return made;
 }
 
-std::array<uint32_t, 4> FramePipeline::AtrousConstants(const AtrousLevel& level, bool pilot) const {
+Groups FramePipeline::CoarseGrid() const {
+  return GroupsFor(CoarseSize(shape_.width), CoarseSize(shape_.height));
+}
+
+std::array<uint32_t, 5> FramePipeline::AtrousConstants(const AtrousLevel& level,
+                                                       LevelKind kind) const {
   return {static_cast<uint32_t>(level.weights), static_cast<uint32_t>(level.radius),
-          static_cast<uint32_t>(shape_.signals), pilot ? 1u : 0u};
+          static_cast<uint32_t>(shape_.signals), kind == LevelKind::kWithPilot ? 1u : 0u,
+          kind == LevelKind::kCompared ? 1u : 0u};
 }
 
 /// Compiles all shaders that the settings may use, so that recording does not.
@@ -171,11 +180,14 @@ Status FramePipeline::MakePipelines(const Settings& settings) {
   }
   std::array<AtrousLevel, kMaxLevels> levels;
   if (ListLevels(settings, &levels) > 0) {
-    for (const bool pilot : {false, true}) {
+    for (const LevelKind kind : {LevelKind::kPlain, LevelKind::kWithPilot}) {
       STILLRAY_RETURN_IF_ERROR(
-          pipelines_->Find(Shader::kAtrous, AtrousConstants(levels[0], pilot)).status());
+          pipelines_->Find(Shader::kAtrous, AtrousConstants(levels[0], kind)).status());
     }
   }
+  STILLRAY_RETURN_IF_ERROR(
+      pipelines_->Find(Shader::kAtrous, AtrousConstants(ComparedLevel(0), LevelKind::kCompared))
+          .status());
   return pipelines_->Find(Shader::kAtrous, AtrousConstants(GeometryLevel(0))).status();
 }
 
@@ -252,21 +264,37 @@ void FramePipeline::GatherLight(const FramePlan& plan, PassRecorder* recorder) {
   }
 }
 
+/// Runs levels of limit_history from the first image to the second and back.
+void FramePipeline::RunComparedLevels(int levels, PassRecorder* recorder) {
+  const FrameImages& i = images_;
+  for (int level = 0; level < levels; ++level) {
+    const LevelPush push = {ComparedLevel(level).step, level, 1};
+    recorder->Run(Shader::kAtrous, CoarseGrid(),
+                  {i.coarse.surface, i.coarse.detail, i.compared[level & 1], i.luminance_factor,
+                   i.nothing, i.compared[(level & 1) ^ 1]},
+                  push, AtrousConstants(ComparedLevel(level), LevelKind::kCompared));
+  }
+}
+
 /// Compares the new light with its history, and writes the result to the second image of the
 /// wavelet.
-void FramePipeline::LimitHistory(PassRecorder* recorder) {
+void FramePipeline::LimitHistory(const FramePlan& plan, PassRecorder* recorder) {
   const FrameImages& i = images_;
-  recorder->Run(Shader::kLimitHistory, grid_,
-                {i.guides.surface, i.noisy, i.fetched.moments, i.fetched.compressed, i.wavelet[0]});
-  const auto constants = AtrousConstants(GeometryLevel(0));
-  for (int level = 0; level < kLimitHistoryLevels; ++level) {
-    const LevelPush push = {GeometryLevel(level).step, level, 0};
-    recorder->Run(Shader::kAtrous, grid_,
-                  {i.guides.surface, i.guides.detail, i.wavelet[level & 1], i.luminance_factor,
-                   i.nothing, i.wavelet[(level & 1) ^ 1]},
-                  push, constants);
+  recorder->Run(
+      Shader::kCompareHistory, CoarseGrid(),
+      {i.guides.surface, i.guides.detail, i.noisy, i.fetched.moments, i.fetched.compressed,
+       i.coarse.surface, i.coarse.detail, i.compared[0], i.compressed_light});
+  static_assert(kCorrectHistoryLevels % 2 == 1 && kLimitHistoryLevels % 2 == 0,
+                "the results lie in the second and in the first image");
+  if (plan.limit_history.correct_history != 0) {
+    RunComparedLevels(kCorrectHistoryLevels, recorder);
   }
-  static_assert(kLimitHistoryLevels % 2 == 1, "the result lies in the second image");
+  recorder->Run(Shader::kCorrectHistory, CoarseGrid(),
+                {i.compared[1], i.compressed_light, i.ratio, i.compared[0]});
+  RunComparedLevels(kLimitHistoryLevels, recorder);
+  recorder->Run(Shader::kLimitHistory, grid_,
+                {i.guides.surface, i.guides.detail, i.coarse.surface, i.compared[0], i.ratio,
+                 i.noisy, i.wavelet[1]});
   Keep(recorder, "compared", i.wavelet[1]);
 }
 
@@ -305,13 +333,14 @@ void FramePipeline::BeginFilter(const FramePlan& plan, PassRecorder* recorder) {
 
 /// The pilot estimate (see cpu/wavelet.cpp), in the image of the fetched history, which is no
 /// longer read.
-const gpu::Image* FramePipeline::RunPilot(PassRecorder* recorder) {
+/// \param mean  overwritten
+const gpu::Image* FramePipeline::RunPilot(const gpu::Image* mean, PassRecorder* recorder) {
   const FrameImages& i = images_;
   const LevelPush push = {kPilotLevel.step, 0, kPilotLevel.box ? 1 : 0};
-  recorder->Run(
-      Shader::kAtrous, grid_,
-      {i.guides.surface, i.guides.detail, light_, i.luminance_factor, i.nothing, i.fetched.colour},
-      push, AtrousConstants(kPilotLevel));
+  recorder->Run(Shader::kAtrous, grid_,
+                {i.guides.surface, i.guides.detail, light_, i.luminance_factor, i.nothing, mean},
+                push, AtrousConstants(kPilotLevel));
+  recorder->Run(Shader::kMixPilot, grid_, {light_, mean, known_.moments, i.fetched.colour});
   return i.fetched.colour;
 }
 
@@ -319,7 +348,8 @@ void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
   int target = 1;
   for (int level = 0; level < plan.levels; ++level) {
     const bool has_pilot = plan.runs.pilot && level == 0;
-    const gpu::Image* pilot = has_pilot ? RunPilot(recorder) : images_.nothing;
+    const gpu::Image* pilot =
+        has_pilot ? RunPilot(images_.wavelet[target], recorder) : images_.nothing;
     if (plan.runs.estimate_variance) {
       recorder->Run(Shader::kPrefilterVariance, grid_,
                     {has_pilot ? pilot : light_, known_.moments, images_.luminance_factor});
@@ -329,7 +359,8 @@ void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
     recorder->Run(Shader::kAtrous, grid_,
                   {images_.guides.surface, images_.guides.detail, light_, images_.luminance_factor,
                    pilot, images_.wavelet[target]},
-                  push, AtrousConstants(of_level, has_pilot));
+                  push,
+                  AtrousConstants(of_level, has_pilot ? LevelKind::kWithPilot : LevelKind::kPlain));
     light_ = images_.wavelet[target];
     if (plan.feedback_level == level + 1) {
       if (shape_.with_behind) {
@@ -417,7 +448,7 @@ void FramePipeline::BeginFrame(const FramePlan& plan, const FrameFacts& facts,
     recorder->Run(Shader::kUpdateCompression, {1, 1}, {}, grid_.count());
   }
   if (plan.runs.limit_history) {
-    LimitHistory(recorder);
+    LimitHistory(plan, recorder);
   }
 }
 

@@ -102,18 +102,23 @@ class FramePipeline {
   void BeginFrame(const FramePlan& plan, const FrameFacts& facts, const FrameInputs& inputs,
                   PassRecorder* recorder);
   void GatherLight(const FramePlan& plan, PassRecorder* recorder);
-  void LimitHistory(PassRecorder* recorder);
+  void LimitHistory(const FramePlan& plan, PassRecorder* recorder);
   void Accumulate(const FramePlan& plan, PassRecorder* recorder);
   void MergeFuture(const FutureImages& future, PassRecorder* recorder);
   void BeginFilter(const FramePlan& plan, PassRecorder* recorder);
-  const gpu::Image* RunPilot(PassRecorder* recorder);
+  const gpu::Image* RunPilot(const gpu::Image* mean, PassRecorder* recorder);
   void RunLevels(const FramePlan& plan, PassRecorder* recorder);
   void KeepMirrors(PassRecorder* recorder);
   void Compose(const gpu::Image* light, PassRecorder* recorder);
   void Finish(const FramePlan& plan, PassRecorder* recorder);
   void Keep(PassRecorder* recorder, std::string_view name, const gpu::Image* image);
   void KeepPicture(PassRecorder* recorder, std::string_view name, const gpu::Image* light);
-  std::array<uint32_t, 4> AtrousConstants(const AtrousLevel& level, bool pilot = false) const;
+  /// Kinds of levels of atrous that differ in code.
+  enum class LevelKind : uint8_t { kPlain, kWithPilot, kCompared };
+  std::array<uint32_t, 5> AtrousConstants(const AtrousLevel& level,
+                                          LevelKind kind = LevelKind::kPlain) const;
+  Groups CoarseGrid() const;
+  void RunComparedLevels(int levels, PassRecorder* recorder);
 
   const gpu::DeviceContext* context_;
   bool timed_ = true;

@@ -70,6 +70,7 @@ layout(set = 0, binding = 26, std140) uniform FrameParameters {
   DemodulateParameters demodulate;
   ReprojectParameters reproject;
   LimitHistoryParameters limit_history;
+  AtrousParameters compared;
   AccumulateParameters accumulate;
   EstimateVarianceParameters estimate_variance;
   PrefilterVarianceParameters prefilter_variance;

@@ -6,14 +6,15 @@
 // halves.
 const float kSingleScale = 65536.0f;
 
-// Largest length that a history with these moments may count for. \param compared  after its
-// wavelet levels
-float MostLength(vec4 m, vec4 compared_light) {
-  return IsValid(compared_light.w)
-             ? LimitedLength(m.z, m.w, compared_light.x, VarianceOf(compared_light.w),
-                             compared_light.z / kSingleScale, limit_history.limit_dead,
-                             limit_history.limit_gain)
-             : m.z;
+// Blocks along each side.
+ivec2 CoarseSize() {
+  return (Size() + 1) / 2;
+}
+
+// Largest length that a history with these moments may count for. \param limits  the result of
+// limit_history: ratio, relative bias
+float MostLength(vec4 m, vec4 limits) {
+  return LimitedLength(m.z, m.w, limits.y, limit_history.limit_gain);
 }
 
 // The history's mean under this frame's scale.

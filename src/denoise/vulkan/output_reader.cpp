@@ -13,8 +13,7 @@
 namespace stillray::vulkan {
 namespace {
 
-/// Same as in limit_history.glsl and common.glsl.
-constexpr float kSingleScale = 65536.0f;
+/// Same as in common.glsl.
 constexpr float kLeastDeviation = 1e-4f;
 
 /// The source images of an output.
@@ -25,6 +24,9 @@ std::vector<const char*> SourcesOf(const std::string& name) {
   }
   if (kind == "limit") {
     return {"fetched", "compared"};
+  }
+  if (kind == "ratio") {
+    return {"compared"};
   }
   if (kind == "history" || kind == "moment_mean" || kind == "moment_variance") {
     return {"moments"};
@@ -190,13 +192,13 @@ void OutputReader::ReadSignal(const std::string& kind, int signal, const FrameSt
   } else if (kind == "limit") {
     add([&](int x, int y) {
       const float length = std::max(load("fetched", 2, x, y), 0.0f);
-      const float deviation = load("compared", 3, x, y);
-      return deviation < 0 || !plan.runs.reproject
+      return !plan.runs.reproject
                  ? length
-                 : LimitedLength(length, load("fetched", 3, x, y), load("compared", 0, x, y),
-                                 Variance(deviation), load("compared", 2, x, y) / kSingleScale,
-                                 plan.limit_history.limit_dead, plan.limit_history.limit_gain);
+                 : LimitedLength(length, load("fetched", 3, x, y), load("compared", 1, x, y),
+                                 plan.limit_history.limit_gain);
     });
+  } else if (kind == "ratio") {
+    add([&](int x, int y) { return load("compared", 0, x, y); });
   } else {
     const char* name = kind.c_str();
     add([&](int x, int y) { return load(name, 1, x, y) / exposure; });

@@ -83,6 +83,7 @@ FrameParameters MakeParameters(const FramePlan& plan, const FrameFacts& facts, c
   p.demodulate = plan.demodulate;
   p.reproject = plan.reproject;
   p.limit_history = plan.limit_history;
+  p.compared = plan.compared;
   p.accumulate = plan.accumulate;
   p.estimate_variance = plan.estimate_variance;
   p.prefilter_variance = plan.prefilter_variance;

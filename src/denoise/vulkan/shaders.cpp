@@ -16,12 +16,15 @@
   X(SuppressFireflies, "suppress_fireflies", 1, 1, 0, 0) \
   X(Reproject, "reproject", 8, 4, 0, 0)                  \
   X(UpdateCompression, "limit_history", 0, 0, 0, 4)      \
-  X(LimitHistory, "limit_history", 4, 1, 0, 0)           \
+  X(CompareHistory, "limit_history", 5, 4, 0, 0)         \
+  X(CorrectHistory, "limit_history", 2, 2, 0, 0)         \
+  X(LimitHistory, "limit_history", 6, 1, 0, 0)           \
   X(Accumulate, "accumulate", 7, 4, 0, 4)                \
   X(MeasureHistory, "estimate_variance", 1, 0, 0, 0)     \
   X(UpdateMean, "estimate_variance", 0, 0, 0, 4)         \
   X(EstimateVariance, "estimate_variance", 6, 1, 0, 0)   \
   X(PrefilterVariance, "prefilter_variance", 2, 1, 0, 0) \
+  X(MixPilot, "pilot", 3, 1, 0, 0)                       \
   X(Atrous, "atrous", 5, 1, 0, 12)                       \
   X(MeasureMirrors, "keep_mirrors", 3, 1, 0, 0)          \
   X(KeepMirrors, "keep_mirrors", 3, 1, 0, 0)             \

@@ -3,14 +3,15 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// Played backward: the history of this frame's pixels, with the lengths of limit_history, is the
-// light of their future. In the unit of the input, independent of the stored exposure.
+// Played backward: the history of this frame's pixels, corrected and with the lengths of
+// limit_history, is the light of their future. In the unit of the input, independent of the stored
+// exposure.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/limit_history.glsl"
 
 layout(set = 1, binding = 0) uniform texture2DArray colour;
 layout(set = 1, binding = 1) uniform texture2DArray moments;
-layout(set = 1, binding = 2) uniform texture2DArray compared;  // after its wavelet
+layout(set = 1, binding = 2) uniform texture2DArray limits;  // ratio, relative bias
 // luminance, red, blue, length; mean, variance, sum of squared weights
 layout(set = 1, binding = 3, rgba32f) writeonly uniform image2DArray light_out;
 layout(set = 1, binding = 4, rgba32f) writeonly uniform image2DArray moments_out;
@@ -28,9 +29,10 @@ void main() {
     ivec3 at = ivec3(p, s);
     vec4 m = texelFetch(moments, at, 0);
     m.z = max(m.z, 0.0f);
-    float most = limited != 0 ? MostLength(m, texelFetch(compared, at, 0)) : m.z;
+    vec4 of_history = limited != 0 ? texelFetch(limits, at, 0) : vec4(1.0f, 0.0f, 0.0f, 0.0f);
+    float most = MostLength(m, of_history);
     float weights2 = most < m.z ? max(m.w, 1.0f / most) : m.w;
-    float unit = 1.0f / exposure[s];
+    float unit = of_history.x / exposure[s];
     imageStore(light_out, at, vec4(texelFetch(colour, at, 0).xyz * unit, min(m.z, most)));
     imageStore(moments_out, at, vec4(m.x * unit, VarianceOf(m.y * unit), weights2, 0.0f));
   }

@@ -21,6 +21,16 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
+template <typename Store>
+HWY_INLINE void JoinInPlace(const Joining& j, int x, int y, const Store& store) {
+  const LightRow light = LightRowOf(j.light, y);
+  if (j.limits.bias != nullptr) {
+    JoinVector<true>(j, light, false, x, y, store);
+  } else {
+    JoinVector<false>(j, light, false, x, y, store);
+  }
+}
+
 /// Computes the vectors that read other pixels, before any of those is overwritten.
 void StageRows(const Joining& j, int y0, int y1, StagedHistory* staged) {
   const DF d;
@@ -29,7 +39,7 @@ void StageRows(const Joining& j, int y0, int y1, StagedHistory* staged) {
     float* to = staged->Row(y, LaneCount());
     for (int x = 0; x < width && j.taps->gathers[static_cast<size_t>(y)] > 0; x += LaneCount()) {
       if (IsGather(j.taps->Pattern(x / LaneCount(), y))) {
-        JoinVector(j, LightRowOf(j.light, y), false, x, y, [&](int slot, VF value) HWY_ATTR {
+        JoinInPlace(j, x, y, [&](int slot, VF value) HWY_ATTR {
           hn::StoreU(value, d, to + slot * LaneCount());
         });
         to += kHistorySlots * LaneCount();
@@ -96,7 +106,7 @@ void ChangeRows(const Joining& j, bool lit_alone, StagedHistory* staged, int y0,
       const bool same =
           NoSamples(j.light.samples, x, y) && StaysAsItIs(j, pattern, lit_alone, x, y);
       if (!same) {
-        JoinVector(j, LightRowOf(j.light, y), false, x, y, store);
+        JoinInPlace(j, x, y, store);
       }
     }
   }
@@ -113,11 +123,11 @@ namespace stillray::cpu {
 HWY_EXPORT(StageRows);
 HWY_EXPORT(ChangeRows);
 
-void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps, const Image1* limit,
-                       const AccumulateParameters& p, bool lit_alone, StagedHistory* staged,
-                       SignalHistory* history) {
+void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps,
+                       const HistoryLimits& limits, const AccumulateParameters& p, bool lit_alone,
+                       StagedHistory* staged, SignalHistory* history) {
   staged->MakePlaces(taps.gathers);
-  const Joining joining = {light, *history, &taps, limit, p, history->compressed_scale};
+  const Joining joining = {light, *history, &taps, limits, p, history->compressed_scale};
   ParallelRows(light.samples.height(), 32, [&](int y0, int y1) {
     HWY_DYNAMIC_DISPATCH(StageRows)(joining, y0, y1, staged);
   });

@@ -14,6 +14,7 @@
 
 #include "denoise/plan.h"
 #include "denoise/planes.h"
+#include "denoise/stages/accumulate.h"
 #include "denoise/stages/antialias.h"
 #include "denoise/stages/prepare_guides.h"
 #include "denoise/stages/remodulate.h"
@@ -42,13 +43,12 @@ int64_t PrepareAndFindTaps(const PrepareGuidesInput& in, const GuidePlanes& befo
                            GuidePlanes* out, ReprojectionTaps* taps);
 
 /// accumulate into \p history itself, fetched along \p taps; writes only pixels that change.
-/// \param limit      largest length that the history may count for, or nullptr
 /// \param lit_alone  pixels without samples so far have no light in the history either: none was
 ///     fed back to them
 /// \param staged     with capacity for all vectors that gather
-void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps, const Image1* limit,
-                       const AccumulateParameters& parameters, bool lit_alone,
-                       StagedHistory* staged, SignalHistory* history);
+void AccumulateInPlace(const NewLight& light, const ReprojectionTaps& taps,
+                       const HistoryLimits& limits, const AccumulateParameters& parameters,
+                       bool lit_alone, StagedHistory* staged, SignalHistory* history);
 
 /// remodulate and antialias, without storing the picture between them.
 /// \return the count of Remodulate

@@ -1,0 +1,99 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#version 450
+#extension GL_GOOGLE_include_directive : require
+
+// limit_history, CompareWithHistory: see stages/limit_history.h. One invocation per block of 2x2
+// pixels. light_out: present, history, deviation of their noise. compressed_out: compressed present
+// less compressed history (the difference, because halves would round it away), compressed history,
+// variance of single compressed samples, deviation of the noise.
+#include "denoise/vulkan/common.glsl"
+#include "denoise/vulkan/limit_history.glsl"
+
+layout(set = 1, binding = 0) uniform utexture2D surface_image;
+layout(set = 1, binding = 1) uniform utexture2D detail_image;
+layout(set = 1, binding = 2) uniform texture2DArray noisy;
+layout(set = 1, binding = 3) uniform texture2DArray moments;
+layout(set = 1, binding = 4) uniform texture2DArray compressed;
+layout(set = 1, binding = 5, SURFACE_FORMAT) writeonly uniform uimage2D surface_out;
+layout(set = 1, binding = 6, SURFACE_FORMAT) writeonly uniform uimage2D detail_out;
+layout(set = 1, binding = 7, LIGHT_FORMAT) writeonly uniform image2DArray light_out;
+layout(set = 1, binding = 8, LIGHT_FORMAT) writeonly uniform image2DArray compressed_out;
+
+ivec2 PixelOf(ivec2 block, int k) {
+  return 2 * block + ivec2(k & 1, k >> 1);
+}
+
+Surface SurfaceAt(ivec2 p) {
+  return Inside(p) ? UnpackSurface(texelFetch(surface_image, p, 0)) : Surface(0.0f, vec3(0.0f));
+}
+
+void CompareSignal(ivec2 block, int s, vec4 weight) {
+  vec4 sum = vec4(0.0f);             // present, history, noise; weight
+  vec4 sum_compressed = vec4(0.0f);  // difference, history, single, noise
+  float scale = compressed_scale[s] * exposure[s];
+  for (int k = 0; k < 4; ++k) {
+    ivec3 at = ivec3(PixelOf(block, k), s);
+    float w = weight[k];
+    if (!(w > 0.0f)) {
+      continue;
+    }
+    vec4 light = texelFetch(noisy, at, 0);
+    vec4 m = texelFetch(moments, at, 0);
+    if (!(light.w > 0.0f) || !(m.z > 0.0f)) {
+      continue;
+    }
+    float variance = VarianceOf(m.y);
+    float then = RescaledCompressed(texelFetch(compressed, at, 0).x, s);
+    float single = CompressedVariance(then, m.x, variance, scale);
+    float noise = ComparisonNoise(light.x, light.w, m.z, m.x, variance, m.w);
+    sum += vec4(w * light.x, w * m.x, w * w * noise, w);
+    sum_compressed += vec4(w * (CompressLuminance(light.x, scale) - then), w * then, w * single,
+                           w * w * single * (1.0f / max(light.w, 1.0f) + m.w));
+  }
+  bool valid = sum.w > kLeastComparedWeight;
+  float inverse = valid ? 1.0f / sum.w : 0.0f;
+  sum *= inverse;
+  sum_compressed *= inverse;
+  imageStore(light_out, ivec3(block, s),
+             Stored(vec4(sum.xy, 0.0f, PackDeviation(sum.z * inverse, valid))));
+  imageStore(compressed_out, ivec3(block, s),
+             Stored(vec4(sum_compressed.xy, sum_compressed.z * kSingleScale,
+                         PackDeviation(sum_compressed.w * inverse, valid))));
+}
+
+void main() {
+  ivec2 block = ivec2(gl_GlobalInvocationID.xy);
+  if (any(greaterThanEqual(block, CoarseSize()))) {
+    return;
+  }
+  Surface nearest = SurfaceAt(PixelOf(block, 0));
+  int own = 0;
+  for (int k = 1; k < 4; ++k) {
+    Surface other = SurfaceAt(PixelOf(block, k));
+    if (other.inverse_depth > nearest.inverse_depth) {
+      nearest = other;
+      own = k;
+    }
+  }
+  vec2 from = vec2(own & 1, own >> 1);
+  Detail detail =
+      UnpackDetail(texelFetch(detail_image, PixelOf(block, own), 0), nearest.inverse_depth);
+  vec4 weight = vec4(0.0f);
+  for (int k = 0; k < 4; ++k) {
+    Surface other = SurfaceAt(PixelOf(block, k));
+    if (nearest.inverse_depth > 0.0f && other.inverse_depth > 0.0f) {
+      float expected = nearest.inverse_depth + dot(detail.gradient, vec2(k & 1, k >> 1) - from);
+      weight[k] = ComparedWeight(dot(nearest.normal, other.normal), expected, other.inverse_depth,
+                                 nearest.inverse_depth);
+    }
+  }
+  for (int s = 0; s < signals; ++s) {
+    CompareSignal(block, s, weight);
+  }
+  float centre = nearest.inverse_depth + dot(detail.gradient, vec2(0.5f) - from);
+  Surface coarse = Surface(centre > 0.0f ? centre : nearest.inverse_depth, nearest.normal);
+  imageStore(surface_out, block, PackSurface(coarse));
+  imageStore(detail_out, block,
+             PackDetail(Detail(2.0f * detail.gradient, 0u), coarse.inverse_depth));
+}

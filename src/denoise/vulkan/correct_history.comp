@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#version 450
+#extension GL_GOOGLE_include_directive : require
+
+// limit_history, CorrectHistory: see stages/limit_history.h. One invocation per block.
+#include "denoise/vulkan/common.glsl"
+#include "denoise/vulkan/limit_history.glsl"
+
+layout(set = 1, binding = 0) uniform texture2DArray averaged;
+layout(set = 1, binding = 1) uniform texture2DArray compressed;
+layout(set = 1, binding = 2, SCALAR_FORMAT) writeonly uniform image2DArray ratio_out;
+layout(set = 1, binding = 3, LIGHT_FORMAT) writeonly uniform image2DArray compared_out;
+
+void main() {
+  ivec2 block = ivec2(gl_GlobalInvocationID.xy);
+  if (any(greaterThanEqual(block, CoarseSize()))) {
+    return;
+  }
+  for (int s = 0; s < signals; ++s) {
+    ivec3 at = ivec3(block, s);
+    vec4 light = texelFetch(averaged, at, 0);
+    vec4 c = texelFetch(compressed, at, 0);
+    float ratio = limit_history.correct_history != 0 && IsValid(c.w)
+                      ? HistoryRatio(light.x, light.y, VarianceOf(light.w))
+                      : 1.0f;
+    float difference = ratio != 1.0f ? c.x + (c.y - ScaledCompressed(c.y, ratio)) : c.x;
+    imageStore(ratio_out, at, vec4(ratio));
+    imageStore(compared_out, at, Stored(vec4(difference, 0.0f, c.z, c.w)));
+  }
+}
