@@ -88,6 +88,7 @@ StagesRun StagesOf(const Settings& s, const FrameFacts& facts, const SequencePro
           .estimate_variance = s.wavelet == Wavelet::kSvgf,
           .pilot = s.pilot && s.wavelet == Wavelet::kSvgf,
           .measure_luminance = s.wavelet == Wavelet::kEaw,
+          .clip_outliers = s.clip_outliers > 0 && s.wavelet == Wavelet::kSvgf,
           .keep_mirrors = s.mirror_roughness > 0 && facts.has_roughness,
           .fxaa = s.fxaa == Fxaa::kOn || (s.fxaa == Fxaa::kSparse && sparse),
           .antialias = AntialiasesInTime(s, now.jittered),
@@ -139,6 +140,7 @@ void PlanWavelet(const Settings& s, FramePlan* plan) {
 }
 
 void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
+  plan->clip_outliers = {.clip_outliers = s.clip_outliers};
   plan->keep_mirrors = {
       .mirror_roughness = s.mirror_roughness,
       .mirror_signals = plan->runs.keep_mirrors ? MirrorSignals(plan->signals, facts.lights) : 0};

@@ -15,6 +15,7 @@
 #include "denoise/stages/accumulate_shared.h"
 #include "denoise/stages/antialias_shared.h"
 #include "denoise/stages/atrous.h"
+#include "denoise/stages/clip_outliers_shared.h"
 #include "denoise/stages/demodulate_shared.h"
 #include "denoise/stages/estimate_variance_shared.h"
 #include "denoise/stages/fxaa_shared.h"
@@ -67,6 +68,7 @@ struct StagesRun {
   bool estimate_variance;  ///< and prefilter_variance
   bool pilot;              ///< before the first level
   bool measure_luminance;  ///< the mean of each signal, which scales eaw_sigma_l
+  bool clip_outliers;      ///< after the levels
   bool keep_mirrors;       ///< if the frame shows any
   bool fxaa;
   bool antialias;
@@ -103,6 +105,7 @@ struct FramePlan {
   /// Weight of the history with the last feedback in the wavelet's input; the rest is the history
   /// without it (PSVGF section 5).
   float feedback_phase;
+  ClipOutliersParameters clip_outliers;
   KeepMirrorsParameters keep_mirrors;
   FxaaParameters fxaa;
   AntialiasParameters antialias;

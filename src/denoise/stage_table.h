@@ -8,6 +8,7 @@
 #include "denoise/stages/accumulate.h"
 #include "denoise/stages/antialias.h"
 #include "denoise/stages/atrous.h"
+#include "denoise/stages/clip_outliers.h"
 #include "denoise/stages/demodulate.h"
 #include "denoise/stages/estimate_variance.h"
 #include "denoise/stages/fxaa.h"
@@ -39,6 +40,7 @@ struct StageTable {
   decltype(&reference::EstimateVariance) estimate_variance;
   decltype(&reference::PrefilterVariance) prefilter_variance;
   decltype(&reference::Atrous) atrous;
+  decltype(&reference::ClipOutliers) clip_outliers;
   decltype(&reference::MeasureMirrors) measure_mirrors;
   decltype(&reference::KeepMirrors) keep_mirrors;
   decltype(&reference::Remodulate) remodulate;
@@ -57,9 +59,9 @@ struct StageTable {
     .accumulate = &backend::Accumulate, .merge_future = &backend::MergeFuture,                     \
     .estimate_variance = &backend::EstimateVariance,                                               \
     .prefilter_variance = &backend::PrefilterVariance, .atrous = &backend::Atrous,                 \
-    .measure_mirrors = &backend::MeasureMirrors, .keep_mirrors = &backend::KeepMirrors,            \
-    .remodulate = &backend::Remodulate, .fxaa = &backend::Fxaa, .antialias = &backend::Antialias,  \
-    .tonemap = &backend::Tonemap,                                                                  \
+    .clip_outliers = &backend::ClipOutliers, .measure_mirrors = &backend::MeasureMirrors,          \
+    .keep_mirrors = &backend::KeepMirrors, .remodulate = &backend::Remodulate,                     \
+    .fxaa = &backend::Fxaa, .antialias = &backend::Antialias, .tonemap = &backend::Tonemap,        \
   }
 
 inline constexpr StageTable kReferenceStages = STILLRAY_STAGES_OF(reference);

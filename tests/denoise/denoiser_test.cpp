@@ -386,6 +386,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
       {"eaw_sigma_l", "0.1", {{"wavelet", "eaw"}}},
       {"eaw_sigma_n", "0.05", {{"wavelet", "eaw"}}},
       {"eaw_sigma_z", "5", {{"wavelet", "eaw"}, {"eaw_sigma_n", "5"}}},
+      {"clip_outliers", "0", {}},
       {"mirror_roughness", "0", {}},
       {"antialias", "off", {}},
       {"taa_alpha", "0.5", {}},

@@ -46,6 +46,7 @@ std::vector<std::string> NamesOf(const StagesRun& r) {
   add(r.wavelet, "wavelet");
   add(r.estimate_variance, "estimate_variance");
   add(r.measure_luminance, "measure_luminance");
+  add(r.clip_outliers, "clip_outliers");
   add(r.keep_mirrors, "keep_mirrors");
   add(r.fxaa, "fxaa");
   add(r.antialias, "antialias");
@@ -60,7 +61,7 @@ TEST(Plan, StagesOfEveryPreset) {
     return NamesOf(MakePlan(Preset(preset), UsualFacts(), kLater).runs);
   };
   EXPECT_EQ(stages("default"), (Names{"reproject", "limit_history", "wavelet", "estimate_variance",
-                                      "keep_mirrors", "antialias"}));
+                                      "clip_outliers", "keep_mirrors", "antialias"}));
   EXPECT_EQ(stages("svgf"), (Names{"reproject", "wavelet", "estimate_variance", "antialias"}));
   EXPECT_EQ(stages("psvgf"), (Names{"reproject", "wavelet", "estimate_variance", "antialias"}));
   EXPECT_EQ(stages("eaw"), (Names{"wavelet", "measure_luminance"}));
@@ -78,13 +79,14 @@ TEST(Plan, StagesThatTheFrameAsksFor) {
   s.firefly = Firefly::kClamp;
   EXPECT_EQ(NamesOf(MakePlan(s, facts, SequenceProgress()).runs),
             (Names{"fill_guides", "clamp_fireflies", "merge_future", "wavelet", "estimate_variance",
-                   "fxaa", "antialias", "tonemap"}));
+                   "clip_outliers", "fxaa", "antialias", "tonemap"}));
   s.fill_guides = false;
   s.firefly = Firefly::kCompress;
   s.fxaa = Fxaa::kOff;
   s.antialias = Antialias::kOff;
   EXPECT_EQ(NamesOf(MakePlan(s, facts, SequenceProgress()).runs),
-            (Names{"compress_light", "merge_future", "wavelet", "estimate_variance", "tonemap"}));
+            (Names{"compress_light", "merge_future", "wavelet", "estimate_variance",
+                   "clip_outliers", "tonemap"}));
 }
 
 TEST(Plan, LevelsOfThePresets) {

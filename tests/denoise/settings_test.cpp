@@ -76,6 +76,7 @@ TEST(Settings, PublishedValuesOfPsvgf) {
       {"feedback_when", "blend"},
       {"fxaa", "sparse"},
       {"limit_history", "off"},
+      {"clip_outliers", "0"},
       {"mirror_roughness", "0"}};
   for (const auto& [name, value] : kPublished) {
     EXPECT_EQ(GetParameter(psvgf, name).value(), value) << name;

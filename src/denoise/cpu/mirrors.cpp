@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/parallel.h"
-#include "denoise/copy_image.h"
+#include "denoise/cpu/wavelet.h"
 #include "denoise/stage_timer.h"
 
 namespace stillray {
@@ -29,17 +29,6 @@ bool HasMirrors(const Image1& roughness, const Image1& surface, float mirror_rou
     }
   });
   return any;
-}
-
-/// The final light of a signal, copied first if it is also the history.
-LumaImage3* ChangeableLight(WaveletPlanes* planes) {
-  if (planes->light == &planes->history->colour) {
-    LumaImage3* room = &planes->filter[planes->target].colour;
-    CopyImage(*planes->light, room);
-    planes->light = room;
-    planes->target ^= 1;
-  }
-  return planes->light;
 }
 
 void KeepMirrors(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& guides,

@@ -18,6 +18,7 @@
 //   per level:
 //     prefilter_variance 1        luminance, variance            luminance factors    (signal by signal)
 //     atrous             wavelet  colour, variance, guides       colour, variance     colour of the feedback level
+//   clip_outliers        1        colour, variance               colour
 //   keep_mirrors         wavelet  new light, colour, roughness   colour               (only where a surface is smooth)
 //   remodulate           -        colours, albedo, unfiltered    picture
 //   fxaa                 9        picture, length                picture

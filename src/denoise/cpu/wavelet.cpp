@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 
 #include "core/parallel.h"
+#include "denoise/copy_image.h"
 #include "denoise/row_sums.h"
 #include "denoise/stage_timer.h"
 
@@ -211,7 +212,27 @@ void FeedBack(WaveletPlanes* planes) {
   planes->light = &history->colour;
 }
 
+void RunClipOutliers(const CpuPipeline& p, std::vector<WaveletPlanes>* wavelet,
+                     DenoisedFrame* out) {
+  const StageTimer timer(&out->timings, "clip_outliers");
+  for (WaveletPlanes& planes : *wavelet) {
+    LumaImage3* light = ChangeableLight(&planes);
+    p.stages.clip_outliers({planes.variance, planes.where}, p.plan.clip_outliers,
+                           &planes.filter[planes.target], light);
+  }
+}
+
 }  // namespace
+
+LumaImage3* ChangeableLight(WaveletPlanes* planes) {
+  if (planes->light == &planes->history->colour) {
+    LumaImage3* room = &planes->filter[planes->target].colour;
+    CopyImage(*planes->light, room);
+    planes->light = room;
+    planes->target ^= 1;
+  }
+  return planes->light;
+}
 
 void BeginFilter(const CpuPipeline& p, const FrameInput& in, size_t signal, SignalHistory* history,
                  FrameWork* work, FrameOutputs* outputs) {
@@ -274,8 +295,13 @@ void RunWavelet(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& g
     }
   }
   for (size_t i = 0; i < wavelet.size(); ++i) {
-    outputs->KeepLight("filtered", p.plan.signals[i], *wavelet[i].light);
     outputs->KeepPlane("filtered_variance", p.plan.signals[i], *wavelet[i].variance);
+  }
+  if (p.plan.runs.clip_outliers) {
+    RunClipOutliers(p, &wavelet, out);
+  }
+  for (size_t i = 0; i < wavelet.size(); ++i) {
+    outputs->KeepLight("filtered", p.plan.signals[i], *wavelet[i].light);
   }
 }
 

@@ -19,4 +19,7 @@ void BeginFilter(const CpuPipeline& p, const FrameInput& in, size_t signal, Sign
 void RunWavelet(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& guides,
                 FrameWork* work, FrameOutputs* outputs, DenoisedFrame* out);
 
+/// The light of a signal, copied first if it is also the history.
+LumaImage3* ChangeableLight(WaveletPlanes* planes);
+
 }  // namespace stillray

@@ -25,6 +25,7 @@
 //     pilot              light of the wavelet, guides          fetched history           16 + 8 n, 8 n  (atrous; before the first level)
 //     prefilter_variance light of the wavelet                luminance factors         16 n, 2 n
 //     atrous             light, luminance factors, guides    light of the wavelet      16 + 10 n, 8 n
+//   clip_outliers        light                               light                     8 n, 8 n
 //   keep_mirrors         new light, light, roughness         light                     12 + 96 n, 40 n  (only where roughness is given)
 //   remodulate           light, albedos, unfiltered light    picture                   inputs + 8 n, 8
 //   fxaa                 picture, length                     picture                   16, 8
@@ -371,6 +372,10 @@ void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
     }
     target ^= 1;
     KeepPicture(recorder, AtrousName(level), light_);
+  }
+  if (plan.runs.clip_outliers) {
+    recorder->Run(Shader::kClipOutliers, grid_, {light_, images_.wavelet[target]});
+    light_ = images_.wavelet[target];
   }
 }
 

@@ -10,6 +10,7 @@
 #include "denoise/stages/accumulate_shared.h"
 #include "denoise/stages/antialias_shared.h"
 #include "denoise/stages/atrous_shared.h"
+#include "denoise/stages/clip_outliers_shared.h"
 #include "denoise/stages/demodulate_shared.h"
 #include "denoise/stages/estimate_variance_shared.h"
 #include "denoise/stages/fxaa_shared.h"
@@ -75,6 +76,7 @@ layout(set = 0, binding = 26, std140) uniform FrameParameters {
   EstimateVarianceParameters estimate_variance;
   PrefilterVarianceParameters prefilter_variance;
   AtrousParameters atrous;
+  ClipOutliersParameters clip_outliers;
   KeepMirrorsParameters keep_mirrors;
   FxaaParameters fxaa;
   AntialiasParameters antialias;

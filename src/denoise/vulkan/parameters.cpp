@@ -88,6 +88,7 @@ FrameParameters MakeParameters(const FramePlan& plan, const FrameFacts& facts, c
   p.estimate_variance = plan.estimate_variance;
   p.prefilter_variance = plan.prefilter_variance;
   p.atrous = plan.atrous;
+  p.clip_outliers = plan.clip_outliers;
   p.keep_mirrors = plan.keep_mirrors;
   p.fxaa = plan.fxaa;
   p.antialias = plan.antialias;

@@ -37,6 +37,7 @@ enum class Shader : uint8_t {
   kPrefilterVariance,
   kMixPilot,
   kAtrous,
+  kClipOutliers,
   kMeasureMirrors,
   kKeepMirrors,
   kRemodulate,
