@@ -65,4 +65,24 @@ Result<double> TemporalError(const Image3& test, const Image3& previous_test,
                              const Image2& motion, const Image1& depth,
                              const Image1& previous_depth, bool display);
 
+/// Changes of light from one frame to the next, averaged over pixels, on the curve of ImageMetrics.
+/// Of a sequence: the means of both members over its frames.
+struct LightChange {
+  double product = 0;  ///< of the test's change and the reference's
+  double square = 0;   ///< of the reference's change
+  /// How much of the reference's change the test makes in the same frame: the least-squares slope
+  /// product / square. 1: all of it; 0: none. NaN if the reference's light is steady: square below
+  /// 1e-6.
+  double Share() const;
+};
+
+/// The change of luminance along the motion, in means over blocks of 8x8 pixels. Parameters and
+/// pixels that are left out as in TemporalError. Noise that is independent from pixel to pixel, in
+/// the test or in the reference, does not shift the result.
+/// \return zeros if no pixel's history is visible; kInvalidArgument as TemporalError
+Result<LightChange> MeasureLightChange(const Image3& test, const Image3& previous_test,
+                                       const Image3& reference, const Image3& previous_reference,
+                                       const Image2& motion, const Image1& depth,
+                                       const Image1& previous_depth, bool display);
+
 }  // namespace stillray
