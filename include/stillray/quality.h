@@ -21,11 +21,19 @@ namespace stillray {
 struct ImageMetrics {
   double psnr = 0;  ///< dB, on the curve, peak 1; +infinity for equal pictures
   double ssim = 0;  ///< Wang et al. 2004 on Rec. 709 luma on the curve, Gaussian 11x11, sigma 1.5
-  double rel_mse = 0;     ///< mean of (test - ref)^2 / (ref^2 + 0.01) over channels and pixels
-  double flip = 0;        ///< LDR-FLIP (Andersson et al. 2020), mean, 67 pixels per degree
-  double hdr_flip = 0;    ///< HDR-FLIP (Andersson et al. 2021), mean; 0 for display pictures
-  double brightness = 0;  ///< mean luminance of test / mean luminance of reference; +infinity if
-                          ///< only the reference is black, 1 if both are
+  double rel_mse = 0;        ///< mean of (test - ref)^2 / (ref^2 + 0.01) over channels and pixels
+  double flip = 0;           ///< LDR-FLIP (Andersson et al. 2020), mean, 67 pixels per degree
+  double hdr_flip = 0;       ///< HDR-FLIP (Andersson et al. 2021), mean; 0 for display pictures
+  double brightness = 0;     ///< mean luminance of test / mean luminance of reference; +infinity if
+                             ///< only the reference is black, 1 if both are
+  double bright_specks = 0;  ///< pixels that stand out from their neighbours as brighter, as they
+                             ///< do not in the reference; 1e-4 of the pixels, 0..10000
+  double dark_specks = 0;    ///< likewise darker
+  double worst_share = 0;    ///< share of the squared error of psnr in the 1 % of the pixels with
+                             ///< the largest, 0..1; 0 for equal pictures
+  double brightness_lowest = 0;   ///< least brightness of the regions, of a grid of up to 8x8, in
+                                  ///< which the reference has light; 1 if it has none
+  double brightness_highest = 0;  ///< greatest, likewise
   int64_t non_finite = 0;
 };
 
@@ -56,5 +64,25 @@ Result<double> TemporalError(const Image3& test, const Image3& previous_test,
                              const Image3& reference, const Image3& previous_reference,
                              const Image2& motion, const Image1& depth,
                              const Image1& previous_depth, bool display);
+
+/// Changes of light from one frame to the next, averaged over pixels, on the curve of ImageMetrics.
+/// Of a sequence: the means of both members over its frames.
+struct LightChange {
+  double product = 0;  ///< of the test's change and the reference's
+  double square = 0;   ///< of the reference's change
+  /// How much of the reference's change the test makes in the same frame: the least-squares slope
+  /// product / square. 1: all of it; 0: none. NaN if the reference's light is steady: square below
+  /// 1e-6.
+  double Share() const;
+};
+
+/// The change of luminance along the motion, in means over blocks of 8x8 pixels. Parameters and
+/// pixels that are left out as in TemporalError. Noise that is independent from pixel to pixel, in
+/// the test or in the reference, does not shift the result.
+/// \return zeros if no pixel's history is visible; kInvalidArgument as TemporalError
+Result<LightChange> MeasureLightChange(const Image3& test, const Image3& previous_test,
+                                       const Image3& reference, const Image3& previous_reference,
+                                       const Image2& motion, const Image1& depth,
+                                       const Image1& previous_depth, bool display);
 
 }  // namespace stillray

@@ -9,10 +9,7 @@ namespace stillray::quality {
 namespace {
 
 double MeanLuminance(const PicturePair& pair, const Image3& image) {
-  return MeanOfValid(pair, [&image](int x, int y) {
-    // In double, since the sum of three large floats may overflow.
-    return 0.2126 * image[0](x, y) + 0.7152 * image[1](x, y) + 0.0722 * image[2](x, y);
-  });
+  return MeanOfValid(pair, [&image](int x, int y) { return Luminance(image, x, y); });
 }
 
 }  // namespace

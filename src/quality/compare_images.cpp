@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <limits>
 #include <new>
+#include <utility>
 
 #include <fmt/core.h>
 
@@ -43,7 +44,8 @@ Result<ImageMetrics> Compare(const Image3& test, const Image3& reference, bool d
   }
   const PicturePair& pair = *made;
   ImageMetrics metrics;
-  metrics.psnr = quality::Psnr(pair);
+  quality::SquaredErrors errors = quality::FindSquaredErrors(pair);
+  metrics.psnr = quality::Psnr(pair, errors);
   metrics.ssim = 1.0 - quality::MeanOfMap(pair, MakeMap(pair, ErrorMap::kSsim));
   metrics.rel_mse = quality::RelativeMse(pair);
   metrics.flip = quality::MeanOfMap(pair, MakeMap(pair, ErrorMap::kFlip));
@@ -51,6 +53,13 @@ Result<ImageMetrics> Compare(const Image3& test, const Image3& reference, bool d
     metrics.hdr_flip = quality::MeanOfMap(pair, MakeMap(pair, ErrorMap::kHdrFlip));
   }
   metrics.brightness = quality::BrightnessRatio(pair);
+  const quality::SpeckShares specks = quality::FindSpecks(pair);
+  metrics.bright_specks = specks.bright;
+  metrics.dark_specks = specks.dark;
+  metrics.worst_share = quality::WorstShare(pair, std::move(errors));
+  const quality::BrightnessRange regions = quality::RegionBrightness(pair);
+  metrics.brightness_lowest = regions.lowest;
+  metrics.brightness_highest = regions.highest;
   metrics.non_finite = pair.PixelCount() - pair.valid_count;
   return metrics;
 }

@@ -11,8 +11,15 @@
 
 namespace stillray::quality {
 
+/// Sums over channels of (test - reference)^2 on CompressValue.
+struct SquaredErrors {
+  std::vector<double> pixels;  ///< row by row; 0 at pixels that are not valid
+  double sum = 0;
+};
+SquaredErrors FindSquaredErrors(const PicturePair& pair);
+
 /// Peak signal-to-noise ratio in dB on CompressValue, peak 1; +infinity for equal pictures.
-double Psnr(const PicturePair& pair);
+double Psnr(const PicturePair& pair, const SquaredErrors& errors);
 
 /// Mean over valid pixels and channels of (test - reference)^2 / (reference^2 + 0.01).
 double RelativeMse(const PicturePair& pair);
@@ -25,6 +32,26 @@ Image1 SsimErrorMap(const PicturePair& pair);
 /// Mean luminance of test / mean luminance of reference; 1 if both are black, +infinity if only the
 /// reference is.
 double BrightnessRatio(const PicturePair& pair);
+
+/// Shares of the valid pixels in 1e-4, 0..10000.
+struct SpeckShares {
+  double bright = 0;
+  double dark = 0;
+};
+/// Pixels whose luminance on CompressValue is farther from the median of their 3x3 neighbourhood
+/// than that of the reference, in the same direction.
+SpeckShares FindSpecks(const PicturePair& pair);
+
+/// Share of the sum of the errors that lies in the 1 % of the valid pixels with the largest; 0 for
+/// equal pictures.
+double WorstShare(const PicturePair& pair, SquaredErrors errors);
+
+struct BrightnessRange {
+  double lowest = 1;
+  double highest = 1;
+};
+/// BrightnessRatio of the regions of a grid; 1 if none has light.
+BrightnessRange RegionBrightness(const PicturePair& pair);
 
 /// The exposure and tone mapping of a pair's display pictures.
 struct Exposure {

@@ -46,4 +46,14 @@ inline double CompressValue(float value, bool display) {
   return static_cast<double>(positive) / (1.0 + static_cast<double>(positive));
 }
 
+/// Rec. 709 luminance, in double, since the sum of three large floats may overflow.
+inline double Luminance(const Image3& image, int x, int y) {
+  return 0.2126 * image[0](x, y) + 0.7152 * image[1](x, y) + 0.0722 * image[2](x, y);
+}
+
+/// CompressValue of the luminance.
+inline double CompressedLuminance(const Image3& image, int x, int y, bool display) {
+  return CompressValue(static_cast<float>(Luminance(image, x, y)), display);
+}
+
 }  // namespace stillray::quality

@@ -34,7 +34,7 @@ struct LoadedView {
   ShownView shown;
 };
 
-/// The data of the previous frame for the temporal error.
+/// The data of the previous frame for the measures over consecutive frames.
 struct PreviousFrame {
   int64_t number = 0;
   std::array<LoadedView, kViewCount> views;
@@ -348,7 +348,7 @@ class Measurer {
                      &measured);
     }));
     if (CanMeasureAny(frame, kLinear) || CanMeasureAny(frame, kDisplay)) {
-      STILLRAY_RETURN_IF_ERROR(MeasureTemporalErrors(views, &measured));
+      STILLRAY_RETURN_IF_ERROR(MeasureChanges(views, &measured));
       result_.measured.push_back(measured);
     }
     if (shown) {
@@ -362,8 +362,7 @@ class Measurer {
     return Status::Ok();
   }
 
-  Status MeasureTemporalErrors(const std::array<LoadedView, kViewCount>& views,
-                               MeasuredFrame* measured) {
+  Status MeasureChanges(const std::array<LoadedView, kViewCount>& views, MeasuredFrame* measured) {
     if (!previous_ || previous_->number + 1 != measured->number) {
       return Status::Ok();
     }
@@ -377,17 +376,22 @@ class Measurer {
             reference_before.image[source].empty()) {
           continue;
         }
-        const Result<double> error =
-            TemporalError(now.image[source], before.image[source], reference.image[source],
+        const auto measure = [&](const auto& function) {
+          return function(now.image[source], before.image[source], reference.image[source],
                           reference_before.image[source], now.motion, now.depth, before.depth,
                           source == kDisplay);
-        if (!error.ok()) {
-          return error.status();
-        }
-        result_.without_motion = result_.without_motion || now.motion.empty();
+        };
+        const Result<double> error = measure(TemporalError);
+        STILLRAY_RETURN_IF_ERROR(error.status());
+        const Result<LightChange> change = measure(MeasureLightChange);
+        STILLRAY_RETURN_IF_ERROR(change.status());
         if (!std::isnan(*error)) {
           measured->temporal_error[source][v] = *error;
         }
+        if (!std::isnan(change->Share())) {
+          measured->light_change[source][v] = *change;
+        }
+        result_.without_motion = result_.without_motion || now.motion.empty();
       }
     }
     return Status::Ok();

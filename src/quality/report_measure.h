@@ -49,6 +49,8 @@ struct MeasuredFrame {
   std::array<ViewMetrics, kSourceCount> metrics;
   /// TemporalError(); none if the previous frame was not measured or no history is visible.
   std::array<ViewNumbers, kSourceCount> temporal_error;
+  /// MeasureLightChange(); likewise, and none if the reference's light is steady.
+  std::array<std::array<std::optional<LightChange>, kTestViewCount>, kSourceCount> light_change;
 };
 
 struct Measurements {
@@ -57,7 +59,7 @@ struct Measurements {
   std::vector<ShownFrame> shown;
   bool thinned_for_size = false;        ///< fewer than max_frames, for max_page_bytes
   std::vector<MeasuredFrame> measured;  ///< frames with a reference, in order
-  bool without_motion = false;          ///< some temporal error was measured without motion
+  bool without_motion = false;          ///< temporal errors were measured without motion
 };
 
 /// Reads the pictures to show, and those that can be compared with a reference. Linear radiance is

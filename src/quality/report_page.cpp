@@ -48,9 +48,17 @@ struct MetricField {
   double ImageMetrics::*member;
 };
 constexpr MetricField kMetricFields[] = {
-    {"psnr", &ImageMetrics::psnr},         {"ssim", &ImageMetrics::ssim},
-    {"flip", &ImageMetrics::flip},         {"rel_mse", &ImageMetrics::rel_mse},
-    {"hdr_flip", &ImageMetrics::hdr_flip}, {"brightness", &ImageMetrics::brightness},
+    {"psnr", &ImageMetrics::psnr},
+    {"ssim", &ImageMetrics::ssim},
+    {"flip", &ImageMetrics::flip},
+    {"rel_mse", &ImageMetrics::rel_mse},
+    {"hdr_flip", &ImageMetrics::hdr_flip},
+    {"brightness", &ImageMetrics::brightness},
+    {"bright_specks", &ImageMetrics::bright_specks},
+    {"dark_specks", &ImageMetrics::dark_specks},
+    {"worst_share", &ImageMetrics::worst_share},
+    {"brightness_lowest", &ImageMetrics::brightness_lowest},
+    {"brightness_highest", &ImageMetrics::brightness_highest},
 };
 
 /// The pictures of the page: base64 texts, referred to by index.
@@ -120,6 +128,21 @@ void AddTemporalError(const Measurements& measurements, size_t source, size_t vi
   (*values)["temporal_error"] = std::move(series);
 }
 
+/// The mean is the slope over all frames, in which frames of more change have more weight.
+void AddLightChange(const Measurements& measurements, size_t source, size_t view, Json* mean,
+                    Json* values) {
+  LightChange sum;
+  Json series = Json::array();
+  for (const MeasuredFrame& frame : measurements.measured) {
+    const std::optional<LightChange>& change = frame.light_change[source][view];
+    series.push_back(change ? Number(change->Share()) : Json(nullptr));
+    sum.product += change ? change->product : 0.0;
+    sum.square += change ? change->square : 0.0;
+  }
+  (*mean)["light_change"] = Number(sum.Share());
+  (*values)["light_change"] = std::move(series);
+}
+
 /// All measures of one view on one source: values over the measured frames, and their means.
 Json ViewQualityJson(const Measurements& measurements, size_t source, size_t view) {
   int count = 0;
@@ -147,6 +170,7 @@ Json ViewQualityJson(const Measurements& measurements, size_t source, size_t vie
     values[field.name] = std::move(series);
   }
   AddTemporalError(measurements, source, view, &mean, &values);
+  AddLightChange(measurements, source, view, &mean, &values);
   return {{"mean", std::move(mean)}, {"values", std::move(values)}};
 }
 

@@ -22,7 +22,8 @@ const kSourceLabels = {
   display: "display values (PNG)",
 };
 
-/// `better`: +1 higher is better, -1 lower is better, 0 closer to one.
+/// `better`: +1 higher is better, -1 lower is better, 0 closer to one, null neither. `details`: in
+/// the second table.
 const kMetrics = [
   {key: "psnr", label: "PSNR", unit: "dB", better: 1, format: (v) => `${v.toFixed(2)} dB`},
   {key: "ssim", label: "SSIM", unit: "", better: 1, format: (v) => v.toFixed(4)},
@@ -48,6 +49,63 @@ const kMetrics = [
   },
   {key: "brightness", label: "Brightness", unit: "", better: 0, format: (v) => v.toFixed(4),
    tableOnly: true},
+  {
+    key: "bright_specks",
+    label: "Bright specks per 10,000 pixels",
+    column: "Bright specks",
+    unit: "",
+    better: -1,
+    format: (v) => v.toFixed(2),
+    fromZero: true,
+    details: true,
+  },
+  {
+    key: "dark_specks",
+    label: "Dark specks per 10,000 pixels",
+    column: "Dark specks",
+    unit: "",
+    better: -1,
+    format: (v) => v.toFixed(2),
+    fromZero: true,
+    details: true,
+  },
+  {
+    key: "worst_share",
+    label: "Worst 1 % of the pixels",
+    column: "Worst 1 %",
+    unit: "",
+    better: null,
+    note: "share of the squared error",
+    format: (v) => v.toFixed(4),
+    fromZero: true,
+    details: true,
+  },
+  {
+    key: "brightness_lowest",
+    label: "Darkest region",
+    unit: "",
+    better: 0,
+    format: (v) => v.toFixed(4),
+    details: true,
+    tableOnly: true,
+  },
+  {
+    key: "brightness_highest",
+    label: "Brightest region",
+    unit: "",
+    better: 0,
+    format: (v) => v.toFixed(4),
+    details: true,
+    tableOnly: true,
+  },
+  {
+    key: "light_change",
+    label: "Light change",
+    unit: "",
+    better: 0,
+    format: (v) => v.toFixed(4),
+    details: true,
+  },
 ];
 
 const kBetterText = {
@@ -55,6 +113,10 @@ const kBetterText = {
   "-1": "lower is better",
   "0": "ideal: 1",
 };
+
+function noteOf(metric) {
+  return metric.note || kBetterText[metric.better];
+}
 
 /// An element with attributes and children; strings become text.
 function make(name, attributes, ...children) {
@@ -117,19 +179,25 @@ function isBest(metric, value, all) {
     return metric.better === 0 ? -Math.abs(number - 1) : metric.better * number;
   };
   const known = all.filter((v) => v !== null);
-  return value !== null && known.length > 1 && known.every((v) => rank(v) <= rank(value));
+  return metric.better !== null && value !== null && known.length > 1 &&
+         known.every((v) => rank(v) <= rank(value));
 }
 
-function meansTable(source, frames) {
-  const metrics = kMetrics.filter((metric) => !metric.source || metric.source === source.source);
+/// \param details  the second table
+function meansTable(source, frames, details) {
+  const metrics = kMetrics.filter(
+      (metric) => (metric.details || false) === details &&
+                  (!metric.source || metric.source === source.source));
   const views = Object.entries(source.views);
-  const anyNonFinite = views.some(([, quality]) => quality.mean.non_finite > 0);
+  const anyNonFinite = !details && views.some(([, quality]) => quality.mean.non_finite > 0);
   const head = make("tr", {}, make("th", {scope: "col"}, "Mean over frames"));
   for (const metric of metrics) {
     head.append(make("th", {scope: "col"}, metric.column || metric.label,
-                     make("span", {class: "quiet"}, kBetterText[metric.better])));
+                     make("span", {class: "quiet"}, noteOf(metric))));
   }
-  head.append(make("th", {scope: "col"}, "Frames", make("span", {class: "quiet"}, "compared")));
+  if (!details) {
+    head.append(make("th", {scope: "col"}, "Frames", make("span", {class: "quiet"}, "compared")));
+  }
   if (anyNonFinite) {
     head.append(make("th", {scope: "col"}, "Left out",
                      make("span", {class: "quiet"}, "pixels not finite")));
@@ -143,7 +211,9 @@ function meansTable(source, frames) {
       row.append(make("td", isBest(metric, value, all) ? {class: "best"} : {},
                       formatMetric(metric, value)));
     }
-    row.append(make("td", {}, String(quality.mean.frames)));
+    if (!details) {
+      row.append(make("td", {}, String(quality.mean.frames)));
+    }
     if (anyNonFinite) {
       row.append(make("td", {}, String(quality.mean.non_finite)));
     }
@@ -168,7 +238,8 @@ function frameRows(frames, views, metrics) {
 
 /// \return the plots of one source
 function showQuality(data, source, onPick) {
-  byId("means").replaceChildren(meansTable(source, data.quality.frames));
+  byId("means").replaceChildren(meansTable(source, data.quality.frames, false));
+  byId("details").replaceChildren(meansTable(source, data.quality.frames, true));
   const plots = [];
   const plotted = data.quality.frames.length >= kLeastPlotted ? kMetrics : [];
   for (const metric of plotted) {
@@ -184,7 +255,7 @@ function showQuality(data, source, onPick) {
     }));
     plots.push(new Plot({
       title: metric.label,
-      note: kBetterText[metric.better] + (metric.logarithmic ? ", logarithmic" : ""),
+      note: noteOf(metric) + (metric.logarithmic ? ", logarithmic" : ""),
       frames: data.quality.frames,
       series,
       logarithmic: metric.logarithmic || false,

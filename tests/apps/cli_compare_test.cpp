@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <limits>
+#include <sstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -69,7 +70,8 @@ TEST_F(CliCompare, OneLinearPicture) {
   const ProgramRun run = RunProgram({"compare", folder_ / "test.exr", folder_ / "reference.exr",
                                      "--json", folder_ / "result.json"});
   ExpectSuccess(run);
-  EXPECT_THAT(run.output, AllOf(HasSubstr("PSNR, dB"), HasSubstr("HDR-FLIP")));
+  EXPECT_THAT(run.output, AllOf(HasSubstr("PSNR, dB"), HasSubstr("HDR-FLIP"),
+                                HasSubstr("bright specks"), HasSubstr("darkest region")));
   const Result<ImageMetrics> expected = CompareImages(test, reference, false);
   ASSERT_TRUE(expected.ok());
   const json result = json::parse(ReadText(folder_ / "result.json"));
@@ -86,9 +88,16 @@ TEST_F(CliCompare, OneLinearPicture) {
   EXPECT_EQ(frame["flip"], expected->flip);
   EXPECT_EQ(frame["hdr_flip"], expected->hdr_flip);
   EXPECT_EQ(frame["brightness"], expected->brightness);
+  EXPECT_EQ(frame["brightness_lowest"], expected->brightness_lowest);
+  EXPECT_EQ(frame["brightness_highest"], expected->brightness_highest);
+  EXPECT_GT(expected->bright_specks, 0);
+  EXPECT_EQ(frame["bright_specks"], expected->bright_specks);
+  EXPECT_EQ(frame["dark_specks"], expected->dark_specks);
+  EXPECT_EQ(frame["worst_share"], expected->worst_share);
   EXPECT_EQ(frame["non_finite"], 0);
   EXPECT_FALSE(frame.contains("frame"));
   EXPECT_FALSE(frame.contains("temporal_error"));
+  EXPECT_FALSE(frame.contains("light_change"));
   EXPECT_EQ(result["mean"]["psnr"], expected->psnr);
   EXPECT_THAT(result["notes"], IsEmpty());
 }
@@ -229,6 +238,50 @@ TEST_F(CliCompare, TemporalErrorFollowsTheLayersOfTheTest) {
   const json result = json::parse(run.output);
   EXPECT_EQ(result["frames"][1]["temporal_error"], 0);
   EXPECT_THAT(result["notes"], IsEmpty());
+}
+
+// The light goes from 0.1 to 0.2 to 0.4 on the curve, then stays; the test makes the first step,
+// half of the second, and a step when nothing changes.
+TEST_F(CliCompare, LightChangeOfSequences) {
+  const auto write = [this](const std::string& name, int frame, float compressed) {
+    const float value = compressed / (1 - compressed);
+    WriteLinear(FrameFileName(folder_ / name, frame),
+                ConstantPicture(24, 16, {value, value, value}));
+  };
+  const std::vector<float> test = {0.1f, 0.2f, 0.3f, 0.4f};
+  const std::vector<float> reference = {0.1f, 0.2f, 0.4f, 0.4f};
+  for (size_t i = 0; i < 4; ++i) {
+    write("test.#.exr", static_cast<int>(i) + 1, test[i]);
+    write("reference.#.exr", static_cast<int>(i) + 1, reference[i]);
+  }
+  const ProgramRun run = RunProgram({"compare", folder_ / "test.#.exr", folder_ / "reference.#.exr",
+                                     "--json", folder_ / "result.json"});
+  ExpectSuccess(run);
+  const json result = json::parse(ReadText(folder_ / "result.json"));
+  EXPECT_FALSE(result["frames"][0].contains("light_change"));
+  EXPECT_NEAR(result["frames"][1]["light_change"], 1, 1e-5);
+  EXPECT_NEAR(result["frames"][2]["light_change"], 0.5, 1e-5);
+  EXPECT_TRUE(result["frames"][3]["light_change"].is_null());
+  // The larger step has more weight.
+  EXPECT_NEAR(result["mean"]["light_change"], (0.01 + 0.02) / (0.01 + 0.04), 1e-5);
+  EXPECT_EQ(result["mean"]["brightness_lowest"], result["mean"]["brightness"]);
+  // The second table, of the same frames.
+  const std::string details = run.output.substr(run.output.find("\n\n"));
+  EXPECT_THAT(details, HasSubstr("      1         0.000       0.000    0.00000        1.00000 "
+                                 "         1.00000            -\n"));
+  EXPECT_THAT(details, HasSubstr(" 0.50000\n"));
+  EXPECT_THAT(details, HasSubstr("\n   mean "));
+}
+
+TEST_F(CliCompare, TablesFitTheTerminal) {
+  WriteLinear(folder_ / "a.exr", NoisePicture(20, 10, 1, 100.0f));
+  WriteLinear(folder_ / "b.exr", NoisePicture(20, 10, 2, 0.1f));
+  const ProgramRun run = RunProgram({"compare", folder_ / "a.exr", folder_ / "b.exr"});
+  ExpectSuccess(run);
+  std::istringstream lines(run.output);
+  for (std::string line; std::getline(lines, line);) {
+    EXPECT_LE(line.size(), 100u) << line;
+  }
 }
 
 TEST_F(CliCompare, FramesChoosesSome) {

@@ -354,10 +354,18 @@ class ReportPage(unittest.TestCase):
             "return [...document.querySelectorAll('#means tbody tr')].map((row) => "
             "row.cells[0].textContent)")
         self.assertEqual(means, ["noisy", "denoised"])
+        details = self.browser.script(
+            "return [...document.querySelectorAll('#details tr')]"
+            ".map((row) => [...row.cells].map((cell) => cell.textContent))")
+        self.assertEqual(details[0], [
+            "Mean over frames", "Bright speckslower is better", "Dark speckslower is better",
+            "Worst 1 %share of the squared error", "Darkest regionideal: 1",
+            "Brightest regionideal: 1", "Light changeideal: 1"])
+        self.assertEqual([row[0] for row in details[1:]], ["noisy", "denoised"])
 
     def test_plots_follow_the_pointer_and_lead_to_frames(self):
         self.assertEqual(self.browser.script(
-            "return document.querySelectorAll('#quality-plots .plot').length"), 5)
+            "return document.querySelectorAll('#quality-plots .plot').length"), 9)
         self.browser.script("document.querySelector('.plot svg[role=img]').scrollIntoView()")
         plot = ".plot svg[role=img]"
         x, y, width, height = self.browser.box(plot)

@@ -149,11 +149,20 @@ TEST(CompareImages, AnyNumberOfThreadsGivesTheSameBits) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
     const Result<ImageMetrics> metrics = CompareImages(test, reference, false);
     EXPECT_TRUE(metrics.ok());
-    return std::array<double, 6>{metrics->psnr, metrics->ssim,     metrics->rel_mse,
-                                 metrics->flip, metrics->hdr_flip, metrics->brightness};
+    return std::array<double, 11>{metrics->psnr,
+                                  metrics->ssim,
+                                  metrics->rel_mse,
+                                  metrics->flip,
+                                  metrics->hdr_flip,
+                                  metrics->brightness,
+                                  metrics->bright_specks,
+                                  metrics->dark_specks,
+                                  metrics->worst_share,
+                                  metrics->brightness_lowest,
+                                  metrics->brightness_highest};
   };
-  const std::array<double, 6> one = run(1);
-  const std::array<double, 6> four = run(4);
+  const std::array<double, 11> one = run(1);
+  const std::array<double, 11> four = run(4);
   EXPECT_EQ(std::memcmp(one.data(), four.data(), sizeof(one)), 0);
 }
 

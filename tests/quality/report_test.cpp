@@ -202,6 +202,13 @@ TEST(Report, MeasuresLinearRadianceWhereBothHaveIt) {
   const json& mean = sources[0]["views"]["denoised"]["mean"];
   EXPECT_NEAR(mean["rel_mse"].get<double>(), 1.0 / 1.01, 1e-5);
   EXPECT_NEAR(mean["brightness"].get<double>(), 2.0, 1e-6);
+  EXPECT_NEAR(mean["brightness_lowest"].get<double>(), 2.0, 1e-6);
+  EXPECT_NEAR(mean["brightness_highest"].get<double>(), 2.0, 1e-6);
+  EXPECT_EQ(mean["bright_specks"].get<double>(), 0.0);
+  EXPECT_EQ(mean["dark_specks"].get<double>(), 0.0);
+  // The error is even: 1 % of 384 pixels are 4.
+  EXPECT_NEAR(mean["worst_share"].get<double>(), 4.0 / 384, 1e-6);
+  EXPECT_TRUE(mean["light_change"].is_null());
   EXPECT_THAT(Notes(data), Contains("Quality is measured on the linear radiance of EXR files."));
 }
 
@@ -309,6 +316,22 @@ TEST(Report, MeasuresTheTemporalErrorAsCompareDoes) {
   EXPECT_NEAR(view["mean"]["temporal_error"].get<double>(),
               (*expected + view["values"]["temporal_error"][2].get<double>()) / 2, 1e-12);
   EXPECT_THAT(Notes(data), Not(Contains(HasSubstr("as if nothing moved"))));
+}
+
+// On the curve the reference goes from 1/3 to 1/2 and stays; the picture makes half of the step.
+TEST(Report, MeasuresTheChangeOfLightAsCompareDoes) {
+  const TestFolder folder;
+  folder.AddExr("denoised.0001.exr", 0.5f);
+  folder.AddExr("reference.0001.exr", 0.5f);
+  for (int frame = 2; frame <= 3; ++frame) {
+    folder.AddExr(fmt::format("denoised.{:04}.exr", frame), 5.0f / 7);
+    folder.AddExr(fmt::format("reference.{:04}.exr", frame), 1.0f);
+  }
+  const json view = PageData(Build(folder))["quality"]["sources"][0]["views"]["denoised"];
+  EXPECT_TRUE(view["values"]["light_change"][0].is_null()) << "there is no frame before";
+  EXPECT_NEAR(view["values"]["light_change"][1].get<double>(), 0.5, 1e-5);
+  EXPECT_TRUE(view["values"]["light_change"][2].is_null()) << "the light is steady";
+  EXPECT_NEAR(view["mean"]["light_change"].get<double>(), 0.5, 1e-5);
 }
 
 TEST(Report, TemporalErrorWithoutMotionIsSaid) {

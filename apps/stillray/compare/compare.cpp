@@ -35,43 +35,70 @@ struct CompareOptions {
   std::string frames;
 };
 
+/// A measure of one picture.
+struct Measure {
+  const char* name;  ///< in JSON
+  double ImageMetrics::*value;
+  bool radiance_only = false;
+};
+constexpr Measure kMeasures[] = {
+    {"psnr", &ImageMetrics::psnr},
+    {"ssim", &ImageMetrics::ssim},
+    {"rel_mse", &ImageMetrics::rel_mse},
+    {"flip", &ImageMetrics::flip},
+    {"hdr_flip", &ImageMetrics::hdr_flip, true},
+    {"brightness", &ImageMetrics::brightness},
+    {"brightness_lowest", &ImageMetrics::brightness_lowest},
+    {"brightness_highest", &ImageMetrics::brightness_highest},
+    {"bright_specks", &ImageMetrics::bright_specks},
+    {"dark_specks", &ImageMetrics::dark_specks},
+    {"worst_share", &ImageMetrics::worst_share},
+};
+
 /// The values of one frame, or their mean over frames.
 struct Numbers {
   ImageMetrics metrics;
   std::optional<double> temporal_error;
+  std::optional<LightChange> light_change;
+
+  std::optional<double> LightChangeShare() const {
+    return light_change ? std::optional<double>(light_change->Share()) : std::nullopt;
+  }
 };
 
 /// Averages frames. A measure that is infinite in one frame has an infinite mean; frames without a
-/// temporal error, or with no visible history, are left out of its mean.
+/// number, as where no history is visible, are left out of its mean.
 class Means {
  public:
   void Add(const Numbers& frame) {
     ++frames_;
-    sum_.psnr += frame.metrics.psnr;
-    sum_.ssim += frame.metrics.ssim;
-    sum_.rel_mse += frame.metrics.rel_mse;
-    sum_.flip += frame.metrics.flip;
-    sum_.hdr_flip += frame.metrics.hdr_flip;
-    sum_.brightness += frame.metrics.brightness;
+    for (const Measure& measure : kMeasures) {
+      sum_.*measure.value += frame.metrics.*measure.value;
+    }
     sum_.non_finite += frame.metrics.non_finite;
     if (frame.temporal_error && !std::isnan(*frame.temporal_error)) {
       ++temporal_frames_;
       temporal_sum_ += *frame.temporal_error;
+    }
+    if (frame.light_change && !std::isnan(frame.light_change->Share())) {
+      ++light_frames_;
+      light_sum_.product += frame.light_change->product;
+      light_sum_.square += frame.light_change->square;
     }
   }
 
   /// non_finite is a sum, all other values are means.
   Numbers Get() const {
     Numbers mean;
-    mean.metrics.psnr = sum_.psnr / frames_;
-    mean.metrics.ssim = sum_.ssim / frames_;
-    mean.metrics.rel_mse = sum_.rel_mse / frames_;
-    mean.metrics.flip = sum_.flip / frames_;
-    mean.metrics.hdr_flip = sum_.hdr_flip / frames_;
-    mean.metrics.brightness = sum_.brightness / frames_;
-    mean.metrics.non_finite = sum_.non_finite;
+    mean.metrics = sum_;
+    for (const Measure& measure : kMeasures) {
+      mean.metrics.*measure.value /= frames_;
+    }
     if (temporal_frames_ > 0) {
       mean.temporal_error = temporal_sum_ / temporal_frames_;
+    }
+    if (light_frames_ > 0) {
+      mean.light_change = {light_sum_.product / light_frames_, light_sum_.square / light_frames_};
     }
     return mean;
   }
@@ -81,6 +108,8 @@ class Means {
   ImageMetrics sum_;
   int temporal_frames_ = 0;
   double temporal_sum_ = 0;
+  int light_frames_ = 0;
+  LightChange light_sum_;
 };
 
 Status Print(const std::string& text) {
@@ -97,15 +126,30 @@ std::string TableHead() {
                      "non-finite");
 }
 
+std::string OptionalText(const std::optional<double>& value) {
+  return value && !std::isnan(*value) ? fmt::format("{:.5f}", *value) : std::string("-");
+}
+
 std::string TableRow(const std::string& name, const Numbers& numbers, bool display) {
   const ImageMetrics& m = numbers.metrics;
-  const auto optional = [](const std::optional<double>& value) {
-    return value && !std::isnan(*value) ? fmt::format("{:.5f}", *value) : std::string("-");
-  };
   return fmt::format("{:>7} {:>9.3f} {:>8.5f} {:>10.4g} {:>8.5f} {:>9} {:>11.5f} {:>10} {:>11}\n",
                      name, m.psnr, m.ssim, m.rel_mse, m.flip,
                      display ? "-" : fmt::format("{:.5f}", m.hdr_flip), m.brightness,
-                     optional(numbers.temporal_error), m.non_finite);
+                     OptionalText(numbers.temporal_error), m.non_finite);
+}
+
+/// The second table: where errors lie and how light follows. One table would be too wide.
+std::string DetailsHead() {
+  return fmt::format("\n{:>7} {:>13} {:>11} {:>10} {:>14} {:>16} {:>12}\n", "frame",
+                     "bright specks", "dark specks", "worst 1 %", "darkest region",
+                     "brightest region", "light change");
+}
+
+std::string DetailsRow(const std::string& name, const Numbers& numbers) {
+  const ImageMetrics& m = numbers.metrics;
+  return fmt::format("{:>7} {:>13.3f} {:>11.3f} {:>10.5f} {:>14.5f} {:>16.5f} {:>12}\n", name,
+                     m.bright_specks, m.dark_specks, m.worst_share, m.brightness_lowest,
+                     m.brightness_highest, OptionalText(numbers.LightChangeShare()));
 }
 
 /// JSON has neither infinity nor NaN: both become null.
@@ -114,19 +158,18 @@ nlohmann::ordered_json JsonNumber(double value) {
 }
 
 void AddNumbers(const Numbers& numbers, bool display, nlohmann::ordered_json* json) {
-  const ImageMetrics& m = numbers.metrics;
-  (*json)["psnr"] = JsonNumber(m.psnr);
-  (*json)["ssim"] = JsonNumber(m.ssim);
-  (*json)["rel_mse"] = JsonNumber(m.rel_mse);
-  (*json)["flip"] = JsonNumber(m.flip);
-  if (!display) {
-    (*json)["hdr_flip"] = JsonNumber(m.hdr_flip);
+  for (const Measure& measure : kMeasures) {
+    if (!display || !measure.radiance_only) {
+      (*json)[measure.name] = JsonNumber(numbers.metrics.*measure.value);
+    }
   }
-  (*json)["brightness"] = JsonNumber(m.brightness);
   if (numbers.temporal_error) {
     (*json)["temporal_error"] = JsonNumber(*numbers.temporal_error);
   }
-  (*json)["non_finite"] = m.non_finite;
+  if (numbers.light_change) {
+    (*json)["light_change"] = JsonNumber(numbers.light_change->Share());
+  }
+  (*json)["non_finite"] = numbers.metrics.non_finite;
 }
 
 nlohmann::ordered_json FrameJson(const ComparedFrame& frame) {
@@ -139,7 +182,7 @@ nlohmann::ordered_json FrameJson(const ComparedFrame& frame) {
   json["width"] = frame.test.width();
   json["height"] = frame.test.height();
   json["display"] = frame.display;
-  AddNumbers({frame.metrics, frame.temporal_error}, frame.display, &json);
+  AddNumbers({frame.metrics, frame.temporal_error, frame.light_change}, frame.display, &json);
   return json;
 }
 
@@ -168,7 +211,7 @@ Status WriteHeatMaps(const ComparedFrame& frame, const std::string& folder) {
                       report::kRelativeSquaredErrorScale);
 }
 
-/// Compares all pairs, printing each row as soon as it is computed.
+/// Compares all pairs, printing each row of the first table as soon as it is computed.
 class Comparison {
  public:
   explicit Comparison(const CompareOptions& options) : options_(options) {}
@@ -209,7 +252,7 @@ class Comparison {
     if (!options_.heatmap_folder.empty()) {
       STILLRAY_RETURN_IF_ERROR(WriteHeatMaps(frame, options_.heatmap_folder));
     }
-    const Numbers numbers = {frame.metrics, frame.temporal_error};
+    const Numbers numbers = {frame.metrics, frame.temporal_error, frame.light_change};
     means_.Add(numbers);
     display_ = frame.display;
     const bool first = frames_json_.empty();
@@ -218,13 +261,16 @@ class Comparison {
       return Status::Ok();
     }
     const std::string name = pair.number ? fmt::format("{}", *pair.number) : "-";
+    details_ += DetailsRow(name, numbers);
     return Print((first ? TableHead() : "") + TableRow(name, numbers, frame.display));
   }
 
   Status Finish(size_t frame_count) const {
     const std::vector<std::string> notes = comparer_.Notes();
     if (prints_table()) {
-      std::string text = frame_count > 1 ? TableRow("mean", means_.Get(), display_) : "";
+      const Numbers mean = means_.Get();
+      std::string text = frame_count > 1 ? TableRow("mean", mean, display_) : "";
+      text += DetailsHead() + details_ + (frame_count > 1 ? DetailsRow("mean", mean) : "");
       for (const std::string& note : notes) {
         text += "note: " + note + "\n";
       }
@@ -248,6 +294,7 @@ class Comparison {
   FrameComparer comparer_;
   Means means_;
   bool display_ = false;
+  std::string details_;  ///< rows of the second table
   nlohmann::ordered_json frames_json_ = nlohmann::ordered_json::array();
 };
 
@@ -270,9 +317,11 @@ void AddCompareCommand(CLI::App& app, int* exit_code) {
                       "Write error maps (flip.png, rel_mse.png) into this folder");
   command->add_option("--frames", options->frames, "Only these frames of a sequence: A-B or A");
   command->footer(
-      "Measures: PSNR, SSIM, relMSE, FLIP, HDR-FLIP, ratio of brightness; for sequences the\n"
-      "temporal error along motion.X, motion.Y of TEST. Frames that only one sequence has are\n"
-      "left out.\n"
+      "Measures: PSNR, SSIM, relMSE, FLIP, HDR-FLIP, ratio of brightness, also of the darkest and\n"
+      "the brightest region; specks per 10000 pixels; share of the error in the worst 1 % of the\n"
+      "pixels. For sequences also, along motion.X, motion.Y of TEST, the temporal error and the\n"
+      "share of the reference's change of light that TEST makes. Frames that only one sequence\n"
+      "has are left out.\n"
       "Examples:\n"
       "  stillray compare denoised.0008.exr reference.0008.exr\n"
       "  stillray compare 'out/denoised.####.exr' 'out/reference.####.exr' --json "

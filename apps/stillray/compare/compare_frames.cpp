@@ -144,7 +144,7 @@ Status FrameComparer::Load(const FramePair& files, Loaded* loaded) const {
   return Status::Ok();
 }
 
-Status FrameComparer::MeasureTemporalError(Loaded* loaded) {
+Status FrameComparer::MeasureChange(Loaded* loaded) {
   ComparedFrame& frame = loaded->frame;
   const ComparedFrame& previous = current_.frame;
   if (!has_current_ || !frame.files.number || !previous.files.number ||
@@ -155,13 +155,16 @@ Status FrameComparer::MeasureTemporalError(Loaded* loaded) {
       CheckSameSize(frame.test, frame.files.test, previous.test, previous.files.test));
   motion_missing_ = motion_missing_ || loaded->motion.empty();
   depth_missing_ = depth_missing_ || loaded->depth.empty() || current_.depth.empty();
-  const Result<double> error =
-      TemporalError(frame.test, previous.test, frame.reference, previous.reference, loaded->motion,
+  const auto measure = [&](const auto& function) {
+    return function(frame.test, previous.test, frame.reference, previous.reference, loaded->motion,
                     loaded->depth, current_.depth, frame.display);
-  if (!error.ok()) {
-    return error.status();
-  }
+  };
+  const Result<double> error = measure(TemporalError);
+  STILLRAY_RETURN_IF_ERROR(error.status());
+  const Result<LightChange> change = measure(MeasureLightChange);
+  STILLRAY_RETURN_IF_ERROR(change.status());
   frame.temporal_error = *error;
+  frame.light_change = *change;
   return Status::Ok();
 }
 
@@ -179,7 +182,7 @@ Result<const ComparedFrame*> FrameComparer::Compare(const FramePair& files) {
     return PrefixStatus(files.test, metrics.status());
   }
   frame.metrics = *metrics;
-  STILLRAY_RETURN_IF_ERROR(MeasureTemporalError(&loaded));
+  STILLRAY_RETURN_IF_ERROR(MeasureChange(&loaded));
   current_ = std::move(loaded);
   has_current_ = true;
   return static_cast<const ComparedFrame*>(&current_.frame);
@@ -189,12 +192,13 @@ std::vector<std::string> FrameComparer::Notes() const {
   std::vector<std::string> notes;
   if (motion_missing_) {
     notes.push_back(
-        "temporal error: test frames without layers motion.X and motion.Y count as if nothing "
-        "moved");
+        "temporal error, light change: test frames without layers motion.X and motion.Y count as "
+        "if nothing moved");
   }
   if (depth_missing_) {
     notes.push_back(
-        "temporal error: test frames without a layer depth.Z count as if no history was hidden");
+        "temporal error, light change: test frames without a layer depth.Z count as if no history "
+        "was hidden");
   }
   return notes;
 }

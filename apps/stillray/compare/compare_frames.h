@@ -48,16 +48,17 @@ struct ComparedFrame {
   ImageMetrics metrics;
   /// None: the previous frame was not compared. NaN: no pixel's history is visible.
   std::optional<double> temporal_error;
+  std::optional<LightChange> light_change;  ///< none likewise
 };
 
-/// Compares pairs in sequence and keeps the last one for the temporal error.
+/// Compares pairs in sequence and keeps the last one for the measures over consecutive frames.
 class FrameComparer {
  public:
   /// Reads and compares one pair. The returned reference is valid until the next call.
   /// \return errors of reading; kInvalidArgument (sizes or kinds that differ, naming the files)
   Result<const ComparedFrame*> Compare(const FramePair& files);
 
-  /// Inputs that the temporal error lacked so far, one line each.
+  /// Inputs that the measures over consecutive frames lacked so far, one line each.
   std::vector<std::string> Notes() const;
 
  private:
@@ -69,7 +70,7 @@ class FrameComparer {
   };
 
   Status Load(const FramePair& files, Loaded* loaded) const;
-  Status MeasureTemporalError(Loaded* loaded);
+  Status MeasureChange(Loaded* loaded);
 
   Loaded current_;
   bool has_current_ = false;
