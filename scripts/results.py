@@ -20,20 +20,39 @@ BUILTIN = ["cornell", "spheres", "lights"]
 # Row, folder, options.
 RUNS = [
     ("`default`", "default", ["--preset", "default", "--aov", "temporal"]),
+    ("`default`, each frame alone", "alone", ["--preset", "default", "--set", "temporal=off"]),
     ("`svgf`", "svgf", ["--preset", "svgf"]),
     ("`temporal`", "temporal-plain", ["--preset", "temporal"]),
     ("`temporal`, antialiased", "temporal", ["--preset", "temporal", "--set", "antialias=taa"]),
     ("`eaw`", "eaw", ["--preset", "eaw"]),
 ]
 FRAMES = (40, 41)
-SIZE = "640x360"
-REFERENCE_SPP = 1024
-# Where noise falls slowly and full references would take most of an hour.
-REFERENCE_SPP_OF = {"lights": 512}
-SIZE_OF = {"lights": "320x180"}
-MEASURES = [("flip", "FLIP", "{:.4f}"), ("ssim", "SSIM", "{:.4f}"), ("rel_mse", "relMSE", "{:.4f}"),
-            ("psnr", "PSNR, dB", "{:.2f}"), ("brightness", "brightness", "{:.4f}"),
-            ("temporal_error", "temporal error", "{:.5f}")]
+FIRST_FRAMES = [1, 2, 4, 8]
+SIZE = "384x216"
+REFERENCE_SPP = 512
+
+
+def value(key, form):
+    return lambda values: form.format(values[key]) if values.get(key) is not None else "-"
+
+
+def specks(values):
+    return "{bright_specks:.1f} / {dark_specks:.1f}".format(**values)
+
+
+def regions(values):
+    return "{brightness_lowest:.2f} to {brightness_highest:.2f}".format(**values)
+
+
+# Title, cell.
+MEASURES = [("FLIP", value("flip", "{:.4f}")), ("SSIM", value("ssim", "{:.4f}")),
+            ("relMSE", value("rel_mse", "{:.4f}")), ("PSNR, dB", value("psnr", "{:.2f}")),
+            ("brightness", value("brightness", "{:.4f}")), ("regions", regions),
+            ("specks", specks), ("worst 1 %", value("worst_share", "{:.2f}")),
+            ("temporal error", value("temporal_error", "{:.5f}")),
+            ("light change", value("light_change", "{:.2f}"))]
+# Of single frames.
+FRAME_MEASURES = [m for m in MEASURES if m[0] not in ("temporal error", "light change")]
 
 
 def run(*command):
@@ -41,43 +60,46 @@ def run(*command):
     subprocess.run([str(part) for part in command], check=True, stdout=subprocess.DEVNULL)
 
 
-def render_reference(stillray, name, scene, folder):
-    if (folder / "render.json").exists():
-        return
-    run(stillray, "render", scene, "-o", folder, "--size", SIZE_OF.get(name, SIZE), "--frames",
-        f"{FRAMES[0]}-{FRAMES[1]}", "--reference", REFERENCE_SPP_OF.get(name, REFERENCE_SPP), "--format", "exr,png", "--seed", 1000, "--resume")
+def render_reference(stillray, name, scene, work, first, last):
+    folder = work / f"{name}-reference-{first}"
+    if not (folder / "render.json").exists():
+        run(stillray, "render", scene, "-o", folder, "--size", SIZE, "--frames", f"{first}-{last}",
+            "--reference", REFERENCE_SPP, "--format", "exr,png", "--seed", 1000, "--resume")
+    return folder
 
 
-def measure(stillray, test, reference, report):
-    run(stillray, "compare", test / "{}.####.exr".format(report), reference / "reference.####.exr",
-        "--frames", f"{FRAMES[0]}-{FRAMES[1]}", "--json", test / f"{report}.json")
-    return json.loads((test / f"{report}.json").read_text())["mean"]
+def measure(stillray, test, reference, picture, first, last):
+    report = test / f"{picture}-{first}.json"
+    run(stillray, "compare", test / f"{picture}.####.exr", reference / "reference.####.exr",
+        "--frames", f"{first}-{last}", "--json", report)
+    return json.loads(report.read_text())["mean"]
 
 
 def measure_scene(stillray, name, scene, work):
-    reference = work / f"{name}-reference"
-    render_reference(stillray, name, scene, reference)
+    """The rows of both tables: of all presets, and of the first frames of `default`."""
+    reference = render_reference(stillray, name, scene, work, *FRAMES)
     rows = []
+    first_rows = []
     for row, suffix, options in RUNS:
         folder = work / f"{name}-{suffix}"
-        run(stillray, "render", scene, "-o", folder, "--size", SIZE_OF.get(name, SIZE), "--frames", f"1-{FRAMES[1]}",
+        run(stillray, "render", scene, "-o", folder, "--size", SIZE, "--frames", f"1-{FRAMES[1]}",
             "--format", "exr,png", "--save-inputs", "--aov", "motion,depth", "--resume",
             *options)
         if suffix == "default":
-            rows.append(("noisy", measure(stillray, folder, reference, "noisy")))
-        rows.append((row, measure(stillray, folder, reference, "denoised")))
-    return rows
+            rows.append(("noisy", measure(stillray, folder, reference, "noisy", *FRAMES)))
+            for frame in FIRST_FRAMES:
+                known = render_reference(stillray, name, scene, work, frame, frame)
+                values = measure(stillray, folder, known, "denoised", frame, frame)
+                first_rows.append((f"`default`, frame {frame}", values))
+        rows.append((row, measure(stillray, folder, reference, "denoised", *FRAMES)))
+    return rows, first_rows
 
 
-def table(rows):
-    lines = ["| | " + " | ".join(title for _, title, _ in MEASURES) + " |",
-             "|---|" + "---|" * len(MEASURES)]
+def table(rows, measures):
+    lines = ["| | " + " | ".join(title for title, _ in measures) + " |",
+             "|---|" + "---|" * len(measures)]
     for name, values in rows:
-        cells = []
-        for key, _, form in MEASURES:
-            value = values.get(key)
-            cells.append("-" if value is None else form.format(value))
-        lines.append(f"| {name} | " + " | ".join(cells) + " |")
+        lines.append(f"| {name} | " + " | ".join(cell(values) for _, cell in measures) + " |")
     return "\n".join(lines)
 
 
@@ -102,10 +124,12 @@ def main():
     sections = []
     for name, scene in scenes:
         if arguments.references_only:
-            render_reference(arguments.stillray, name, scene, arguments.work / f"{name}-reference")
+            for first, last in [FRAMES] + [(frame, frame) for frame in FIRST_FRAMES]:
+                render_reference(arguments.stillray, name, scene, arguments.work, first, last)
             continue
-        rows = measure_scene(arguments.stillray, name, scene, arguments.work)
-        sections.append(f"## {name}\n\n{table(rows)}\n")
+        rows, first_rows = measure_scene(arguments.stillray, name, scene, arguments.work)
+        sections.append(f"## {name}\n\n{table(rows, MEASURES)}\n\n"
+                        f"{table(first_rows, FRAME_MEASURES)}\n")
     if sections:
         intro = (ROOT / "scripts/results_intro.md").read_text()
         arguments.output.write_text(intro + "\n" + "\n".join(sections))
