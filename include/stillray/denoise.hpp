@@ -106,7 +106,7 @@ struct Settings {
   bool history_search = true;
   bool limit_history = true;
   bool correct_history = true;
-  float limit_gain = 8.0f;
+  float limit_gain = 12.0f;
   float limit_dead = 4.0f;
 
   VarianceOf variance_of = VarianceOf::kMean;

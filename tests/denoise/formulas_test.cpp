@@ -198,8 +198,8 @@ TEST(Formulas, HistoryRatio) {
   EXPECT_NEAR(HistoryRatio(1.5f, 1, 0), 1.5, 1e-6);
   EXPECT_EQ(HistoryRatio(9, 1, 0), kMostRatio);
   EXPECT_EQ(HistoryRatio(0.1f, 1, 0), 1 / kMostRatio);
-  // d^2 = 0.25, two variances of 0.05: 1 - 0.1 / 0.25 of the difference.
-  EXPECT_NEAR(HistoryRatio(1.5f, 1, 0.05f), 1 + 0.6 * 0.5, 1e-6);
+  // d^2 = 0.25, 1.75 variances of 0.05: 1 - 0.0875 / 0.25 of the difference.
+  EXPECT_NEAR(HistoryRatio(1.5f, 1, 0.05f), 1 + 0.65 * 0.5, 1e-6);
   EXPECT_EQ(HistoryRatio(1.5f, 1, 0.2f), 1.0f) << "noise";
   EXPECT_EQ(HistoryRatio(1.5f, 0, 0), 1.0f) << "there is nothing to scale";
   EXPECT_EQ(HistoryRatio(0, 0, 0), 1.0f);
@@ -207,9 +207,10 @@ TEST(Formulas, HistoryRatio) {
 
 TEST(Formulas, ComparisonNoise) {
   // Samples of variance 0.19 in a mean of twenty (sum of squared weights 0.05), unbiased: 0.2.
-  EXPECT_NEAR(ComparisonNoise(3, 1, 20, 2, 0.19f, 0.05f), 0.2 * 1.05, 1e-6);
-  EXPECT_NEAR(ComparisonNoise(3, 4, 20, 2, 0.19f, 0.05f), 0.2 * (0.25 + 0.05), 1e-6);
-  EXPECT_EQ(ComparisonNoise(3, 1, 2, 2.5f, 0.19f, 0.5f), 0.25f) << "the difference itself";
+  EXPECT_NEAR(ComparisonNoise(2.1f, 1, 20, 2, 0.19f, 0.05f), 0.2 * 1.05, 1e-6);
+  EXPECT_NEAR(ComparisonNoise(2.1f, 4, 20, 2, 0.19f, 0.05f), 0.2 * (0.25 + 0.05), 1e-6);
+  EXPECT_EQ(ComparisonNoise(3, 1, 20, 2, 0.19f, 0.05f), 1) << "the difference itself";
+  EXPECT_EQ(ComparisonNoise(3, 1, 2, 2.5f, 0.19f, 0.5f), 0.25f) << "a short history has no other";
 }
 
 TEST(Formulas, ScaledCompressed) {

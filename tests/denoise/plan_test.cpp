@@ -117,7 +117,7 @@ TEST(Plan, ParametersAreThoseOfTheSettingsResolved) {
   EXPECT_NEAR(plan.reproject.history_normal_cosine, 0.5f, 1e-6f);
   EXPECT_EQ(plan.reproject.history_depth, 0.05f);
   EXPECT_EQ(plan.limit_history.limit_dead, 4.0f);
-  EXPECT_EQ(plan.limit_history.limit_gain, 8.0f);
+  EXPECT_EQ(plan.limit_history.limit_gain, 12.0f);
   // A history of six samples is not short, whatever its sum was rounded to.
   EXPECT_NEAR(plan.estimate_variance.short_history_length, 6 - 1e-3f, 1e-6f);
   EXPECT_EQ(plan.estimate_variance.least_evidence, 0.0f);

@@ -71,18 +71,19 @@ const float kLeastComparedWeight = 1e-3f;
 const float kLengthWithVariance = 4.0f - 1e-3f;
 
 // Expected squared difference between present and history, from n samples and a history with these
-// moments. Short histories have only the difference itself, which is its own estimate without bias
-// as long as the light is the same.
+// moments; at least the difference itself. It is its own estimate without bias as long as the light
+// is the same, and the only one of a short history. Above all it contains rare bright samples that
+// the moments have not met: the mean of a neighbourhood that one of them dominates is no change.
 SHARED_FN float ComparisonNoise(float present, float n, float length, float mean, float variance,
                                 float weights2) {
   float single = variance / max(1.0f - weights2, 0.25f);
   float noise = single * (1.0f / max(n, 1.0f) + weights2);
   float d = present - mean;
-  return length >= kLengthWithVariance ? noise : d * d;
+  return max(length >= kLengthWithVariance ? noise : 0.0f, d * d);
 }
 
 // How many expected variances of the difference count as noise in the ratio, and its bounds.
-const float kRatioNoise = 2.0f;
+const float kRatioNoise = 1.75f;
 const float kMostRatio = 2.0f;
 
 // Ratio of present to history from their means over a neighbourhood, shrunk towards 1 as far as
@@ -91,7 +92,7 @@ SHARED_FN float HistoryRatio(float present, float history, float noise) {
   float d = present - history;
   float significance = max(1.0f - kRatioNoise * noise / max(d * d, 1e-30f), 0.0f);
   float ratio = 1.0f + significance * d / max(history, 1e-20f);
-  return history > 0.0f ? min(max(ratio, 1.0f / kMostRatio), kMostRatio) : 1.0f;
+  return history > 1e-20f ? min(max(ratio, 1.0f / kMostRatio), kMostRatio) : 1.0f;
 }
 
 // The compressed luminance of light times a ratio: exact for a single value.
