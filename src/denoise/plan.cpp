@@ -56,6 +56,19 @@ float ShortHistoryLength(const Settings& s) {
   return static_cast<float>(s.short_history_length) - kSampleRounding;
 }
 
+/// Signals of nothing but indirect diffuse light: sparse, but smooth.
+int SmoothSignals(std::span<const SignalGroup> signals) {
+  int mask = 0;
+  for (size_t i = 0; i < signals.size(); ++i) {
+    const std::vector<SignalKind>& kinds = signals[i].kinds;
+    const bool smooth = std::all_of(kinds.begin(), kinds.end(), [](SignalKind kind) {
+      return kind == SignalKind::kIndirectDiffuse;
+    });
+    mask |= smooth ? 1 << i : 0;
+  }
+  return mask;
+}
+
 /// Signals of reflected or refracted light.
 int MirrorSignals(std::span<const SignalGroup> signals, uint32_t lights) {
   int mask = 0;
@@ -86,7 +99,6 @@ StagesRun StagesOf(const Settings& s, const FrameFacts& facts, const SequencePro
           .merge_future = facts.has_future,
           .wavelet = s.wavelet != Wavelet::kOff,
           .estimate_variance = s.wavelet == Wavelet::kSvgf,
-          .pilot = s.pilot && s.wavelet == Wavelet::kSvgf,
           .measure_luminance = s.wavelet == Wavelet::kEaw,
           .clip_outliers = s.clip_outliers > 0 && s.wavelet == Wavelet::kSvgf,
           .keep_mirrors = s.mirror_roughness > 0 && facts.has_roughness,
@@ -137,6 +149,7 @@ void PlanWavelet(const Settings& s, FramePlan* plan) {
                   .eaw_sigma_z = s.eaw_sigma_z,
                   .grows = Int(plan->is_sparse)};
   plan->levels = ListLevels(s, &plan->level);
+  plan->pilot_signals = PilotSignals(s, plan->signals);
 }
 
 void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
@@ -185,6 +198,14 @@ FramePlan MakePlan(const Settings& s, const FrameFacts& facts, const SequencePro
   plan.after.has_history = s.temporal;
   plan.after.has_picture = plan.runs.antialias && !facts.is_backward;
   return plan;
+}
+
+std::array<int, kPilotLevels> PilotSignals(const Settings& s,
+                                           std::span<const SignalGroup> signals) {
+  if (!s.pilot || s.wavelet != Wavelet::kSvgf) {
+    return {};
+  }
+  return {(1 << signals.size()) - 1, SmoothSignals(signals)};
 }
 
 bool AntialiasesInTime(const Settings& s, bool jittered) {

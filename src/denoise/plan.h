@@ -66,7 +66,6 @@ struct StagesRun {
   bool merge_future;
   bool wavelet;            ///< the levels
   bool estimate_variance;  ///< and prefilter_variance
-  bool pilot;              ///< before the first level
   bool measure_luminance;  ///< the mean of each signal, which scales eaw_sigma_l
   bool clip_outliers;      ///< after the levels
   bool keep_mirrors;       ///< if the frame shows any
@@ -100,6 +99,8 @@ struct FramePlan {
   PrefilterVarianceParameters prefilter_variance;
   AtrousParameters atrous;
   std::array<AtrousLevel, kMaxLevels> level;
+  /// Of the first levels; bit s: the weights of signal s compare a pilot estimate.
+  std::array<int, kPilotLevels> pilot_signals;
   int levels;          ///< 0: no wavelet
   int feedback_level;  ///< whose output becomes history, from 1 on; 0: the accumulated light does
   /// Weight of the history with the last feedback in the wavelet's input; the rest is the history
@@ -119,6 +120,9 @@ FramePlan MakePlan(const Settings& settings, const FrameFacts& facts,
                    const SequenceProgress& progress);
 
 HistoryLayout LayoutOf(const Settings& settings);
+
+/// FramePlan::pilot_signals; zeros if there is no pilot.
+std::array<int, kPilotLevels> PilotSignals(const Settings& s, std::span<const SignalGroup> signals);
 
 /// The levels of the wavelet; none where it is off. \return their number
 int ListLevels(const Settings& settings, std::array<AtrousLevel, kMaxLevels>* levels);

@@ -354,8 +354,9 @@ std::vector<Row> MakeTable() {
                 .type = kFlag,
                 .group = "edge_stopping",
                 .help = "Compare the mean of 3x3 pixels of the same surface in the luminance "
-                        "weight of the first level, not single pixels, whose own noise makes them "
-                        "refuse bright neighbours: without it frames of few samples darken."},
+                        "weight of the first level (for indirect diffuse light of the first two), "
+                        "not single pixels, whose own noise makes them refuse bright neighbours: "
+                        "without it frames of few samples darken."},
        .member = &Settings::pilot},
       {.info = {.name = "noise_ratio",
                 .type = kFloat,

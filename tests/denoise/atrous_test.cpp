@@ -379,7 +379,7 @@ TEST(Atrous, ThePilotKeepsTheMeanOfSparseLight) {
   Image1 pilot(kSize, kSize, kBorder);
   const AtrousParameters p = MakeParameters();
   for (const Version version : kVersions) {
-    const Filtered mean = RunStage(version, picture, kPilotLevel, p);
+    const Filtered mean = RunStage(version, picture, PilotLevel(0), p);
     const auto sum = [&](const Image1* compared, float deviation) {
       picture.luminance_factor.Fill(1.44269504f / (3 * deviation));
       const Filtered out = RunStage(version, picture, {kAtrousSvgf, 2, 1}, p, compared);

@@ -9,7 +9,9 @@
 #include <hwy/targets.h>
 #include <oneapi/tbb/global_control.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <string>
 
 #include "denoise/make_denoiser.h"
@@ -222,6 +224,51 @@ TEST(Denoiser, NoiseFallsAndMeanIsKept) {
     // SharedLuminanceFactor): a known darkening, which "default" nearly avoids.
     EXPECT_NEAR(mean, 0.5, std::string_view(preset) == "svgf" ? 0.02 : 0.006) << preset;
   }
+}
+
+/// Brightness of the first frame of a wall over that of its samples, which have this mean at each
+/// column, and light with this probability.
+double FirstFrameBrightness(const Settings& settings, SignalKind kind, float probability,
+                            const std::function<float(int)>& mean) {
+  Frame frame = MakeWall(192, 128);
+  FillImage<3>(&Light(&frame, kind), [&](int x, int y, int) {
+    const bool lit =
+        test::Random(static_cast<uint32_t>(x), static_cast<uint32_t>(y), 5) < probability;
+    return lit ? mean(x) / probability : 0.0f;
+  });
+  Denoiser denoiser = MakeDenoiser(settings);
+  DenoisedFrame out;
+  EXPECT_TRUE(denoiser.Denoise(frame, &out).ok());
+  double given = 0;
+  double got = 0;
+  for (int y = 0; y < frame.height; ++y) {
+    for (int x = 0; x < frame.width; ++x) {
+      given += static_cast<double>(Light(&frame, kind)[0](x, y));
+      got += static_cast<double>(out.colour[0](x, y));
+    }
+  }
+  return got / given;
+}
+
+// Pixels of few samples take their own noise for signal, and refuse brighter neighbours more often
+// than darker ones.
+TEST(Denoiser, FirstFramesKeepTheMeanOfSkewedLight) {
+  const Settings settings;
+  const auto flat = [](int) { return 1.0f; };
+  const auto penumbra = [](int x) {
+    return std::clamp(static_cast<float>(x - 64) / 64, 0.0f, 1.0f);
+  };
+  const auto brightness = [&](SignalKind kind, float probability, const auto& mean) {
+    return FirstFrameBrightness(settings, kind, probability, mean);
+  };
+  for (const SignalKind kind : {SignalKind::kDirectDiffuse, SignalKind::kIndirectDiffuse}) {
+    EXPECT_NEAR(brightness(kind, 0.5f, flat), 1, 0.003) << "samples of 0 and 2";
+    EXPECT_NEAR(brightness(kind, 0.5f, penumbra), 1, 0.01) << "across a penumbra";
+    EXPECT_NEAR(brightness(kind, 0.2f, flat), 1, 0.01) << "of 0 and 5";
+  }
+  EXPECT_NEAR(brightness(SignalKind::kIndirectDiffuse, 0.1f, flat), 1, 0.015) << "of 0 and 10";
+  const Settings svgf = PresetSettings("svgf").value();
+  EXPECT_LT(FirstFrameBrightness(svgf, SignalKind::kIndirectDiffuse, 0.1f, flat), 0.97);
 }
 
 TEST(Denoiser, TwiceTheLightGivesTwiceThePicture) {

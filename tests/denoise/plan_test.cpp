@@ -5,6 +5,7 @@
 // sequence goes on from frame to frame.
 #include "denoise/plan.h"
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -87,6 +88,19 @@ TEST(Plan, StagesThatTheFrameAsksFor) {
   EXPECT_EQ(NamesOf(MakePlan(s, facts, SequenceProgress()).runs),
             (Names{"compress_light", "merge_future", "wavelet", "estimate_variance",
                    "clip_outliers", "tonemap"}));
+}
+
+TEST(Plan, PilotsOfTheSignals) {
+  const auto pilots = [](const Settings& s) {
+    return MakePlan(s, UsualFacts(), kLater).pilot_signals;
+  };
+  Settings s;
+  EXPECT_EQ(pilots(s), (std::array{7, 2})) << "direct, indirect, specular; indirect again";
+  s.signals = SignalGrouping::kSingle;
+  EXPECT_EQ(pilots(s), (std::array{1, 0}));
+  s.pilot = false;
+  EXPECT_EQ(pilots(s), (std::array{0, 0}));
+  EXPECT_EQ(pilots(Preset("svgf")), (std::array{0, 0}));
 }
 
 TEST(Plan, LevelsOfThePresets) {

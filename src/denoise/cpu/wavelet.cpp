@@ -58,8 +58,10 @@ void BlendFeedback(const SignalHistory& history, float phase, LumaImage3* out) {
   });
 }
 
-bool HasPilot(const CpuPipeline& p, int level) {
-  return p.plan.runs.pilot && level == 0;
+/// Whether the weights of a level compare a pilot estimate of the signal.
+bool HasPilot(const CpuPipeline& p, int level, size_t signal) {
+  return level < kPilotLevels &&
+         (p.plan.pilot_signals[static_cast<size_t>(level)] >> signal & 1) != 0;
 }
 
 /// Marks pixels with light, unless all have some.
@@ -129,23 +131,33 @@ void MixPilot(const WaveletPlanes& planes, float full, FilterPlanes* mean) {
   });
 }
 
-/// The pilot estimate: the mean of the 3x3 pixels on the same surface. The weights of the first
-/// level compare it in place of single pixels. A pixel of few samples takes its own noise for
-/// signal: it refuses neighbours that are brighter, more often than darker ones since light is
-/// skewed, so that the picture darkens. Leaves the luminance in `pilot` and its variance in the
-/// planes of the next level's output.
-void RunPilot(const CpuPipeline& p, const GuidePlanes& guides, std::vector<WaveletPlanes>* wavelet,
-              DenoisedFrame* out) {
+/// The pilot estimate: the mean of the 3x3 pixels on the same surface, as far apart as the taps of
+/// the level. The weights of the first levels compare it in place of single pixels. A pixel of few
+/// samples takes its own noise for signal: it refuses neighbours that are brighter, more often than
+/// darker ones since light is skewed, so that the picture darkens. Leaves the luminance in `pilot`
+/// and its variance in the planes of the next level's output.
+void RunPilot(const CpuPipeline& p, int level, const GuidePlanes& guides,
+              std::vector<WaveletPlanes>* wavelet, DenoisedFrame* out) {
+  std::array<WaveletPlanes*, kMostGroups> with_pilot;
+  size_t count = 0;
+  for (size_t i = 0; i < wavelet->size(); ++i) {
+    if (HasPilot(p, level, i)) {
+      with_pilot[count++] = &(*wavelet)[i];
+    }
+  }
+  if (count == 0) {
+    return;
+  }
   const StageTimer timer(&out->timings, "pilot");
   std::array<AtrousSignal, kMostGroups> signals;
-  const size_t count = wavelet->size();
   for (size_t i = 0; i < count; ++i) {
-    WaveletPlanes& planes = (*wavelet)[i];
+    WaveletPlanes& planes = *with_pilot[i];
     signals[i] = {planes.light, planes.variance, &planes.filter[planes.target], nullptr,
                   planes.where};
   }
-  p.stages.atrous({signals.data(), count}, guides, kPilotLevel, p.plan.atrous);
-  for (WaveletPlanes& planes : *wavelet) {
+  p.stages.atrous({signals.data(), count}, guides, PilotLevel(level), p.plan.atrous);
+  for (size_t i = 0; i < count; ++i) {
+    WaveletPlanes& planes = *with_pilot[i];
     FilterPlanes& mean = planes.filter[planes.target];
     MixPilot(planes, p.plan.estimate_variance.short_history_length, &mean);
     Image1& luminance = mean.colour[0];
@@ -156,14 +168,14 @@ void RunPilot(const CpuPipeline& p, const GuidePlanes& guides, std::vector<Wavel
   }
 }
 
-AtrousSignal SignalOf(const CpuPipeline& p, int level, WaveletPlanes* planes) {
+AtrousSignal SignalOf(const CpuPipeline& p, int level, bool has_pilot, WaveletPlanes* planes) {
   AtrousSignal signal = {planes->light, planes->variance, &planes->filter[planes->target],
                          p.plan.runs.estimate_variance ? &planes->luminance_factor : nullptr,
                          planes->where};
   signal.all_valid = planes->all_valid;
   signal.eaw_sigma_l =
       p.plan.atrous.eaw_sigma_l * planes->mean_luminance * std::exp2f(static_cast<float>(-level));
-  signal.pilot = HasPilot(p, level) ? &planes->pilot : nullptr;
+  signal.pilot = has_pilot ? &planes->pilot : nullptr;
   signal.valid_out = p.plan.atrous.grows != 0 && !planes->all_valid ? &planes->valid_out : nullptr;
   return signal;
 }
@@ -184,14 +196,13 @@ void RunLevel(const CpuPipeline& p, int level, const GuidePlanes& guides,
               std::vector<WaveletPlanes>* wavelet, DenoisedFrame* out) {
   std::array<AtrousSignal, kMostGroups> signals;
   const size_t count = wavelet->size();
-  if (HasPilot(p, level)) {
-    RunPilot(p, guides, wavelet, out);
-  }
+  RunPilot(p, level, guides, wavelet, out);
   for (size_t i = 0; i < count; ++i) {
+    const bool has_pilot = HasPilot(p, level, i);
     if (p.plan.runs.estimate_variance) {
-      RunPrefilterVariance(p, guides, HasPilot(p, level), &(*wavelet)[i], out);
+      RunPrefilterVariance(p, guides, has_pilot, &(*wavelet)[i], out);
     }
-    signals[i] = SignalOf(p, level, &(*wavelet)[i]);
+    signals[i] = SignalOf(p, level, has_pilot, &(*wavelet)[i]);
   }
   const StageTimer timer(&out->timings, "atrous");
   p.stages.atrous({signals.data(), count}, guides, p.plan.level[static_cast<size_t>(level)],

@@ -35,9 +35,12 @@ inline AtrousLevel GeometryLevel(int level) {
   return {kAtrousGeometry, kGeometryRadius, 1 << level};
 }
 
-/// The level that computes the pilot estimate: equal weights, since the kernel's would have the
-/// noise of 7 pixels, not of 9.
-inline constexpr AtrousLevel kPilotLevel = {kAtrousGeometry, kGeometryRadius, 1, true};
+/// The levels that compute the pilot estimates of the first levels of the wavelet: equal weights,
+/// since the kernel's would have the noise of 7 pixels, not of 9.
+inline constexpr int kPilotLevels = 2;
+inline AtrousLevel PilotLevel(int level) {
+  return {kAtrousGeometry, kGeometryRadius, 1 << level, true};
+}
 
 /// Radius in pixels of the region that a level reads.
 inline int ReachOf(const AtrousLevel& level) {

@@ -12,7 +12,7 @@ layout(constant_id = 0) const int kWeights = kAtrousSvgf;
 layout(constant_id = 1) const int kRadius = 2;
 layout(constant_id = 2) const int kSignals = 1;
 layout(constant_id = 4) const int kCompared = 0;  // 1: a level of limit_history, on the coarse grid
-layout(constant_id = 3) const int kPilot = 0;     // 1: weights compare the luminance of the pilot
+layout(constant_id = 3) const int kPilot = 0;     // bit s: weights of signal s compare the pilot
 
 layout(set = 1, binding = 0) uniform utexture2D surface_image;
 layout(set = 1, binding = 1) uniform utexture2D detail_image;
@@ -26,6 +26,10 @@ layout(push_constant) uniform Push {
   int level;
   int box;  // 1: all taps have the same weight before the edge-stopping functions
 };
+
+bool HasPilot(int s) {
+  return (kPilot >> s & 1) != 0;
+}
 
 EdgeStopping LevelEdges() {
   if (kCompared != 0) {
@@ -62,8 +66,8 @@ void PassThrough(ivec2 p) {
 float LuminanceWeight(vec4 own, float luminance, float own_factor, vec4 q_light, ivec3 q,
                       float exponent, int s) {
   if (kWeights == kAtrousSvgf) {
-    float q_luminance = kPilot != 0 ? texelFetch(pilot, q, 0).x : q_light.x;
-    float dl = IsValid(own.w) || kPilot == 0 ? abs(luminance - q_luminance) : 0.0f;
+    float q_luminance = HasPilot(s) ? texelFetch(pilot, q, 0).x : q_light.x;
+    float dl = IsValid(own.w) || !HasPilot(s) ? abs(luminance - q_luminance) : 0.0f;
     float q_factor = UnpackLuminanceFactor(texelFetch(factor_image, q, 0).x);
     return exp2(-dl * SharedLuminanceFactor(own_factor, q_factor, atrous.noise_ratio));
   }
@@ -95,7 +99,7 @@ void main() {
   for (int s = 0; s < kSignals; ++s) {
     own[s] = texelFetch(light, ivec3(p, s), 0);
     any = any || IsValid(own[s].w);
-    own_luminance[s] = kPilot != 0 ? texelFetch(pilot, ivec3(p, s), 0).x : own[s].x;
+    own_luminance[s] = HasPilot(s) ? texelFetch(pilot, ivec3(p, s), 0).x : own[s].x;
     own_factor[s] = kWeights == kAtrousSvgf
                         ? UnpackLuminanceFactor(texelFetch(factor_image, ivec3(p, s), 0).x)
                         : 0.0f;

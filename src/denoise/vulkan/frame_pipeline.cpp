@@ -12,7 +12,7 @@
 //   demodulate           lights, albedos, samples            new light                 inputs, 8 n
 //   suppress_fireflies   new light                           new light                 8 n, 8 n  (only when clamped)
 //   reproject            guides of both frames, history      fetched history           36 + 18 n, 18 n
-//   update_compression   sums                                scales                    (only for limit_history, as the next two)
+//   update_compression   sums                                scales                    (only for limit_history, as the next five)
 //   compare_history      new light, fetched history, guides  compared, half size       16 + 18 n, 4 + 4 n
 //   atrous, 3 levels     compared, coarse guides             compared                  3 (4 + 2 n), 3 (2 n)
 //   correct_history      compared                            compared, ratio           4 n, 3 n
@@ -22,7 +22,7 @@
 //   merge_future         history, light of the future        known history             48 n, 16 n  (only where the future is known)
 //   estimate_variance    known history, guides               light of the wavelet      16 + 24 n, 8 n
 //   per level:
-//     pilot              light of the wavelet, guides          fetched history           16 + 8 n, 8 n  (atrous; before the first level)
+//     pilot              light of the wavelet, guides        fetched history           16 + 24 n, 16 n  (atrous, mix_pilot; first and second level)
 //     prefilter_variance light of the wavelet                luminance factors         16 n, 2 n
 //     atrous             light, luminance factors, guides    light of the wavelet      16 + 10 n, 8 n
 //   clip_outliers        light                               light                     8 n, 8 n
@@ -162,11 +162,11 @@ Groups FramePipeline::CoarseGrid() const {
   return GroupsFor(CoarseSize(shape_.width), CoarseSize(shape_.height));
 }
 
-std::array<uint32_t, 5> FramePipeline::AtrousConstants(const AtrousLevel& level,
-                                                       LevelKind kind) const {
+std::array<uint32_t, 5> FramePipeline::AtrousConstants(const AtrousLevel& level, int pilot_signals,
+                                                       bool compared) const {
   return {static_cast<uint32_t>(level.weights), static_cast<uint32_t>(level.radius),
-          static_cast<uint32_t>(shape_.signals), kind == LevelKind::kWithPilot ? 1u : 0u,
-          kind == LevelKind::kCompared ? 1u : 0u};
+          static_cast<uint32_t>(shape_.signals), static_cast<uint32_t>(pilot_signals),
+          compared ? 1u : 0u};
 }
 
 /// Compiles all shaders that the settings may use, so that recording does not.
@@ -181,14 +181,15 @@ Status FramePipeline::MakePipelines(const Settings& settings) {
   }
   std::array<AtrousLevel, kMaxLevels> levels;
   if (ListLevels(settings, &levels) > 0) {
-    for (const LevelKind kind : {LevelKind::kPlain, LevelKind::kWithPilot}) {
+    STILLRAY_RETURN_IF_ERROR(
+        pipelines_->Find(Shader::kAtrous, AtrousConstants(levels[0])).status());
+    for (const int signals : PilotSignals(settings, groups_)) {
       STILLRAY_RETURN_IF_ERROR(
-          pipelines_->Find(Shader::kAtrous, AtrousConstants(levels[0], kind)).status());
+          pipelines_->Find(Shader::kAtrous, AtrousConstants(levels[0], signals)).status());
     }
   }
   STILLRAY_RETURN_IF_ERROR(
-      pipelines_->Find(Shader::kAtrous, AtrousConstants(ComparedLevel(0), LevelKind::kCompared))
-          .status());
+      pipelines_->Find(Shader::kAtrous, AtrousConstants(ComparedLevel(0), 0, true)).status());
   return pipelines_->Find(Shader::kAtrous, AtrousConstants(GeometryLevel(0))).status();
 }
 
@@ -273,7 +274,7 @@ void FramePipeline::RunComparedLevels(int levels, PassRecorder* recorder) {
     recorder->Run(Shader::kAtrous, CoarseGrid(),
                   {i.coarse.surface, i.coarse.detail, i.compared[level & 1], i.luminance_factor,
                    i.nothing, i.compared[(level & 1) ^ 1]},
-                  push, AtrousConstants(ComparedLevel(level), LevelKind::kCompared));
+                  push, AtrousConstants(ComparedLevel(level), 0, true));
   }
 }
 
@@ -335,33 +336,36 @@ void FramePipeline::BeginFilter(const FramePlan& plan, PassRecorder* recorder) {
 /// The pilot estimate (see cpu/wavelet.cpp), in the image of the fetched history, which is no
 /// longer read.
 /// \param mean  overwritten
-const gpu::Image* FramePipeline::RunPilot(const gpu::Image* mean, PassRecorder* recorder) {
+const gpu::Image* FramePipeline::RunPilot(int level, int signals, const gpu::Image* mean,
+                                          PassRecorder* recorder) {
   const FrameImages& i = images_;
-  const LevelPush push = {kPilotLevel.step, 0, kPilotLevel.box ? 1 : 0};
+  const LevelPush push = {PilotLevel(level).step, 0, 1};
   recorder->Run(Shader::kAtrous, grid_,
                 {i.guides.surface, i.guides.detail, light_, i.luminance_factor, i.nothing, mean},
-                push, AtrousConstants(kPilotLevel));
-  recorder->Run(Shader::kMixPilot, grid_, {light_, mean, known_.moments, i.fetched.colour});
+                push, AtrousConstants(PilotLevel(level)));
+  recorder->Run(Shader::kMixPilot, grid_, {light_, mean, known_.moments, i.fetched.colour},
+                signals);
   return i.fetched.colour;
 }
 
 void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
   int target = 1;
   for (int level = 0; level < plan.levels; ++level) {
-    const bool has_pilot = plan.runs.pilot && level == 0;
-    const gpu::Image* pilot =
-        has_pilot ? RunPilot(images_.wavelet[target], recorder) : images_.nothing;
+    const int with_pilot =
+        level < kPilotLevels ? plan.pilot_signals[static_cast<size_t>(level)] : 0;
+    const gpu::Image* pilot = with_pilot != 0
+                                  ? RunPilot(level, with_pilot, images_.wavelet[target], recorder)
+                                  : images_.nothing;
     if (plan.runs.estimate_variance) {
       recorder->Run(Shader::kPrefilterVariance, grid_,
-                    {has_pilot ? pilot : light_, known_.moments, images_.luminance_factor});
+                    {with_pilot != 0 ? pilot : light_, known_.moments, images_.luminance_factor});
     }
     const AtrousLevel& of_level = plan.level[static_cast<size_t>(level)];
     const LevelPush push = {of_level.step, level, 0};
     recorder->Run(Shader::kAtrous, grid_,
                   {images_.guides.surface, images_.guides.detail, light_, images_.luminance_factor,
                    pilot, images_.wavelet[target]},
-                  push,
-                  AtrousConstants(of_level, has_pilot ? LevelKind::kWithPilot : LevelKind::kPlain));
+                  push, AtrousConstants(of_level, with_pilot));
     light_ = images_.wavelet[target];
     if (plan.feedback_level == level + 1) {
       if (shape_.with_behind) {

@@ -106,17 +106,18 @@ class FramePipeline {
   void Accumulate(const FramePlan& plan, PassRecorder* recorder);
   void MergeFuture(const FutureImages& future, PassRecorder* recorder);
   void BeginFilter(const FramePlan& plan, PassRecorder* recorder);
-  const gpu::Image* RunPilot(const gpu::Image* mean, PassRecorder* recorder);
+  const gpu::Image* RunPilot(int level, int signals, const gpu::Image* mean,
+                             PassRecorder* recorder);
   void RunLevels(const FramePlan& plan, PassRecorder* recorder);
   void KeepMirrors(PassRecorder* recorder);
   void Compose(const gpu::Image* light, PassRecorder* recorder);
   void Finish(const FramePlan& plan, PassRecorder* recorder);
   void Keep(PassRecorder* recorder, std::string_view name, const gpu::Image* image);
   void KeepPicture(PassRecorder* recorder, std::string_view name, const gpu::Image* light);
-  /// Kinds of levels of atrous that differ in code.
-  enum class LevelKind : uint8_t { kPlain, kWithPilot, kCompared };
-  std::array<uint32_t, 5> AtrousConstants(const AtrousLevel& level,
-                                          LevelKind kind = LevelKind::kPlain) const;
+  /// \param pilot_signals  as in the plan
+  /// \param compared  a level of limit_history
+  std::array<uint32_t, 5> AtrousConstants(const AtrousLevel& level, int pilot_signals = 0,
+                                          bool compared = false) const;
   Groups CoarseGrid() const;
   void RunComparedLevels(int levels, PassRecorder* recorder);
 
