@@ -192,9 +192,10 @@ bool ComparePixels(const NewLight& light, const SignalHistory& before, const Rep
     const VF spread = hn::Add(hn::Div(one, hn::Max(n, one)), weights2);
     const VF least = hn::Max(hn::Sub(one, weights2), hn::Set(d, 0.25f));
     const VF difference = hn::Sub(l, mean);
-    const VF noise = hn::Max(hn::IfThenElseZero(hn::Ge(length, hn::Set(d, kLengthWithVariance)),
-                                                hn::Mul(hn::Div(variance, least), spread)),
-                             hn::Mul(difference, difference));
+    const VF by_moments = hn::IfThenElseZero(hn::Ge(length, hn::Set(d, kLengthWithVariance)),
+                                             hn::Mul(hn::Div(variance, least), spread));
+    const VF caution = hn::Sqrt(hn::Max(hn::Mul(length, hn::Set(d, 1.0f / kSteadyLength)), one));
+    const VF noise = hn::Mul(caution, hn::Max(by_moments, hn::Mul(difference, difference)));
     const VF single = SampleVariance(then, mean, variance, scale);
     const VF positive = hn::Max(l, zero);
     const auto store = [&](PixelRow row, VF value) HWY_ATTR __attribute__((always_inline)) {

@@ -70,16 +70,24 @@ const float kLeastComparedWeight = 1e-3f;
 // Histories below this length have no variance over time.
 const float kLengthWithVariance = 4.0f - 1e-3f;
 
+// Light that has been steady for long is less likely to change, and every correction adds noise of
+// the present to a history that has little.
+const float kSteadyLength = 8.0f;
+SHARED_FN float ComparisonCaution(float length) {
+  return sqrt(max(length / kSteadyLength, 1.0f));
+}
+
 // Expected squared difference between present and history, from n samples and a history with these
 // moments; at least the difference itself. It is its own estimate without bias as long as the light
 // is the same, and the only one of a short history. Above all it contains rare bright samples that
 // the moments have not met: the mean of a neighbourhood that one of them dominates is no change.
+// Multiplied by ComparisonCaution.
 SHARED_FN float ComparisonNoise(float present, float n, float length, float mean, float variance,
                                 float weights2) {
   float single = variance / max(1.0f - weights2, 0.25f);
   float noise = single * (1.0f / max(n, 1.0f) + weights2);
   float d = present - mean;
-  return max(length >= kLengthWithVariance ? noise : 0.0f, d * d);
+  return ComparisonCaution(length) * max(length >= kLengthWithVariance ? noise : 0.0f, d * d);
 }
 
 // How many expected variances of the difference count as noise in the ratio, and its bounds.
