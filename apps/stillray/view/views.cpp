@@ -27,6 +27,9 @@ Colouring ColouringOf(const std::string& kind) {
   if (kind == "history" || kind == "limit") {
     return Colouring::kCount;
   }
+  if (kind == "ratio") {
+    return Colouring::kRatio;
+  }
   if (kind == "moment_mean") {
     return Colouring::kLuminance;
   }
@@ -40,7 +43,7 @@ std::string GroupOfOutput(const std::string& kind) {
   if (kind.rfind("atrous", 0) == 0) {
     return "wavelet levels";
   }
-  if (kind == "history" || kind == "limit" || kind == "disocclusion") {
+  if (kind == "history" || kind == "limit" || kind == "ratio" || kind == "disocclusion") {
     return "history";
   }
   return ColouringOf(kind) == Colouring::kLight ? "light without albedo" : "moments and variance";
@@ -231,6 +234,8 @@ Rgb8 Colour(Colouring colouring, const float* v, float scale, const ViewRange& r
       return Heat(range.At(ScaledValue(colouring, v)));
     case Colouring::kLuminance:
       return Grey(ToSrgb(v[0] * scale / (1 + v[0] * scale)));
+    case Colouring::kRatio:
+      return Grey(0.5f + 0.5f * std::log2(std::max(v[0], 1e-6f)));
     case Colouring::kAlbedo:
       return {Grey(ToSrgb(v[0])).r, Grey(ToSrgb(v[1])).r, Grey(ToSrgb(v[2])).r};
     case Colouring::kLight:

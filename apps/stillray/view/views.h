@@ -28,6 +28,7 @@ enum class Colouring : uint8_t {
   kUnit,       ///< 0..1 as grey
   kCount,      ///< samples, as heat on a logarithmic scale fitted to the picture
   kLuminance,  ///< one channel of light
+  kRatio,      ///< logarithmic: 1/2 black, 1 grey, 2 white
   kVariance,   ///< its root as heat, on a scale fitted to the picture
   kArrows,     ///< motion as arrows over the denoised picture
   kRelative,   ///< deviation relative to the mean as heat, on a scale fitted to the picture
