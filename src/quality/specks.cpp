@@ -39,10 +39,14 @@ float MedianOfWindow(const Image1& light, int x, int y) {
   size_t count = 0;
   for (int v = std::max(y - 1, 0); v <= std::min(y + 1, light.height() - 1); ++v) {
     for (int u = std::max(x - 1, 0); u <= std::min(x + 1, light.width() - 1); ++u) {
-      values[count++] = light(u, v);
+      // Insertion, which is quick for so few.
+      size_t at = count++;
+      for (; at > 0 && values[at - 1] > light(u, v); --at) {
+        values[at] = values[at - 1];
+      }
+      values[at] = light(u, v);
     }
   }
-  std::sort(values.begin(), values.begin() + count);
   return 0.5f * (values[(count - 1) / 2] + values[count / 2]);
 }
 
