@@ -13,16 +13,16 @@ namespace stillray {
 namespace {
 
 /// Of frame, histories and work planes, measured and rounded up.
-constexpr int64_t kBytesPerPixel = 700;
+constexpr int64_t kBytesPerPixel = 800;
 /// A channel is held once as read and once while it is written.
 constexpr int64_t kBytesPerChannel = 2 * static_cast<int64_t>(sizeof(float));
 /// Window::kBoth: the backward denoiser and its frame, likewise.
-constexpr int64_t kBytesPerPixelBackward = 700;
+constexpr int64_t kBytesPerPixelBackward = 800;
 /// Seven planes for each of four signals.
 constexpr int64_t kBytesPerPixelOfFuture = 7 * 4 * static_cast<int64_t>(sizeof(float));
 
 /// Passes: two denoisers of parts, the parts and the new layers; measured and rounded up.
-constexpr int64_t kBytesPerPixelOfPasses = 1100;
+constexpr int64_t kBytesPerPixelOfPasses = 1250;
 
 /// For reading and writing in the background: the frame being read, as a file, as its channels and
 /// as planes; the old and new bytes of the one being written, and its channels.

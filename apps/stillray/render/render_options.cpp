@@ -22,7 +22,7 @@ namespace {
 constexpr int64_t kLastFrame = 99'999'999;
 /// Memory of frame, histories and work planes, measured and rounded up, to reject sizes that would
 /// exhaust the machine's memory.
-constexpr int64_t kBytesPerPixel = 600;
+constexpr int64_t kBytesPerPixel = 700;
 /// A second frame whose files are written meanwhile: 40 planes, and the channels of its files.
 constexpr int64_t kBytesPerPixelOfSecondFrame = 300;
 
