@@ -24,7 +24,7 @@ GAP = 4
 HEAT = np.array([(0, 0, 4), (66, 10, 104), (147, 38, 103), (221, 81, 58), (252, 165, 10),
                  (252, 255, 164)], float)
 AOVS = ("temporal,atrous1,atrous2,atrous3,atrous4,atrous5,aliased,disocclusion,noisy,accumulated,"
-        "filtered,variance,filtered_variance,history,limit,moment_variance")
+        "filtered,variance,filtered_variance,history,limit,ratio,moment_variance")
 
 
 class Run:
@@ -155,8 +155,9 @@ def figures(arguments):
             np.maximum(fast.png("denoised", 8) // 3, (fast.layer("disocclusion", 8) * [255, 160, 0])
                        .astype(np.uint8)),
             heat(fast.layer("history.specular", 8), 0, 8)]),
-        "stage_limit_history": (3, lambda: [
+        "stage_limit_history": (2, lambda: [
             enlarge(picture, 2, 128, 15, 112, 90) for picture in (
+                grey(0.5 + 0.5 * np.log2(np.maximum(fast.layer("ratio.direct", 8), 1e-6))),
                 heat(fast.layer("limit.direct", 8), 0, 8),
                 light(fast.layer("filtered.direct", 8), 0.6),
                 light(stays.layer("filtered.direct", 8), 0.6))]),
