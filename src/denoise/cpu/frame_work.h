@@ -16,8 +16,8 @@ namespace stillray {
 /// One signal between the wavelet levels.
 struct WaveletPlanes {
   FilterPlanes filter[2];
-  /// Luminance factors of the wavelet (see prefilter_variance); before it, the limits of
-  /// limit_history. Empty if neither runs.
+  /// Luminance factors of the wavelet (see prefilter_variance); before it, the relative bias of the
+  /// history (see limit_history). Empty if neither runs.
   Image1 luminance_factor;
   Image1 ratio;  ///< of present to history (limit_history); empty until it has run
   Image1 pilot;  ///< see RunPilot; empty until it has run

@@ -11,11 +11,12 @@
 //   per signal:
 //     demodulate         -        lights, albedo, samples        new light
 //     suppress_fireflies 1        new light                      new light
-//     limit_history      wavelet  new light, taps, last history  longest length       (all signals at once)
+//     limit_history      wavelet  new light, taps, last history  ratio, bias          (all signals at once, at half the resolution)
 //     accumulate         -        new light, taps, last history  history              colour, moments, length
 //     merge_future       -        history, light of the future   merged history       (only where the future is known)
 //   estimate_variance    3        histories, guides              variances
 //   per level:
+//     atrous (pilot)     1, 2     colour, variance, guides       pilot                (first and second level)
 //     prefilter_variance 1        luminance, variance            luminance factors    (signal by signal)
 //     atrous             wavelet  colour, variance, guides       colour, variance     colour of the feedback level
 //   clip_outliers        1        colour, variance               colour

@@ -80,8 +80,8 @@ struct ComparedSignal {
 void RescaleHistory(float scale, SignalHistory* history);
 
 /// Before the levels of correct_history: fills `light`, `compressed` and `valid` with the means
-/// over the pixels of each 2x2 block that lie on the surface of its nearest pixel. \param coarse
-/// inverse depth, normal and gradient of that surface, per block; border of
+/// over the pixels of each 2x2 block that lie on the surface of its nearest pixel.
+/// \param coarse  inverse depth, normal and gradient of that surface, per block; border of
 ///     kComparedBorder
 namespace reference {
 void CompareWithHistory(std::span<const ComparedSignal> signals, const ReprojectionTaps& taps,
@@ -110,9 +110,8 @@ struct LimitedSignal {
   Image1* bias;           ///< result: RelativeBias of pixels with samples, else 0
 };
 
-/// Interpolates ratio and bias to the pixels, from the blocks
-/// around them with a similar surface. From the bias, accumulate computes the length that the
-/// history may count for.
+/// Interpolates ratio and bias to the pixels, from the blocks around them with a similar surface.
+/// From the bias, accumulate computes the length that the history may count for.
 namespace reference {
 void LimitHistory(std::span<const LimitedSignal> signals, const GuidePlanes& coarse,
                   const GuidePlanes& guides);
