@@ -15,6 +15,7 @@
 #include "denoise/stages/keep_mirrors.h"
 #include "denoise/stages/limit_history.h"
 #include "denoise/stages/merge_future.h"
+#include "denoise/stages/mix_pilot.h"
 #include "denoise/stages/prefilter_variance.h"
 #include "denoise/stages/prepare_guides.h"
 #include "denoise/stages/remodulate.h"
@@ -38,6 +39,7 @@ struct StageTable {
   decltype(&reference::Accumulate) accumulate;
   decltype(&reference::MergeFuture) merge_future;
   decltype(&reference::EstimateVariance) estimate_variance;
+  decltype(&reference::MixPilot) mix_pilot;
   decltype(&reference::PrefilterVariance) prefilter_variance;
   decltype(&reference::Atrous) atrous;
   decltype(&reference::ClipOutliers) clip_outliers;
@@ -57,7 +59,7 @@ struct StageTable {
     .find_taps = &backend::FindTaps, .fetch_history = &backend::FetchHistory,                      \
     .compare_with_history = &backend::CompareWithHistory, .limit_history = &backend::LimitHistory, \
     .accumulate = &backend::Accumulate, .merge_future = &backend::MergeFuture,                     \
-    .estimate_variance = &backend::EstimateVariance,                                               \
+    .estimate_variance = &backend::EstimateVariance, .mix_pilot = &backend::MixPilot,              \
     .prefilter_variance = &backend::PrefilterVariance, .atrous = &backend::Atrous,                 \
     .clip_outliers = &backend::ClipOutliers, .measure_mirrors = &backend::MeasureMirrors,          \
     .keep_mirrors = &backend::KeepMirrors, .remodulate = &backend::Remodulate,                     \

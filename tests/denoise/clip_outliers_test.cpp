@@ -26,6 +26,8 @@ constexpr ClipOutliersParameters kParameters = {.clip_outliers = 4};
 TEST(ClipOutliers, Formulas) {
   EXPECT_FALSE(IsOutlier(2, 1, 3, 100, 4));  // in the range
   EXPECT_FALSE(IsOutlier(3, 1, 3, 100, 4));
+  EXPECT_FALSE(IsOutlier(3.15f, 1, 3, 100, 4));  // by less than 5 %
+  EXPECT_TRUE(IsOutlier(3.17f, 1, 3, 100, 4));
   EXPECT_TRUE(IsOutlier(5, 1, 3, 0.25f, 4));  // 4 deviations of 0.5
   EXPECT_FALSE(IsOutlier(5.01f, 1, 3, 0.25f, 4));
   EXPECT_TRUE(IsOutlier(0, 1, 3, 0.25f, 4));
@@ -110,6 +112,31 @@ TEST(ClipOutliers, OnlyPixelsWithLightCount) {
     EXPECT_EQ(out[0](10, 2), 1e9f);  // not light
     planes.where(8, 1) = 0;
   }
+}
+
+TEST(ClipOutliers, BlocksWithLightEverywhereGiveTheSame) {
+  test::ForSizesAndTargets([](int width, int height) {
+    const auto light = MakeImage<LumaImage3>(
+        width, height, [](int x, int y, int c) { return RandomAt(x, y, static_cast<uint32_t>(c)); },
+        1);
+    Image1 variance(width, height, 1);
+    variance.Fill(1);
+    const Image1 where = MakePlane(
+        width, height, [](int, int) { return 1.0f; }, 1);
+    // Blocks at the border of the picture are not full.
+    Plane<uint32_t> full(BlocksOf(width), height, 1);
+    for (int y = 0; y < height; ++y) {
+      for (int i = 0; i < BlocksOf(width); ++i) {
+        full(i, y) = (i + 1) * kBlockPixels <= width ? ~0u : 0u;
+      }
+    }
+    LumaImage3 expected = light;
+    LumaImage3 got = light;
+    FilterPlanes scratch(width, height, 1);
+    reference::ClipOutliers({&variance, &where}, kParameters, &scratch, &expected);
+    cpu::ClipOutliers({&variance, &where, &full}, kParameters, &scratch, &got);
+    test::ExpectNear(got, expected, 1e-5);
+  });
 }
 
 TEST(ClipOutliers, VersionsAgree) {

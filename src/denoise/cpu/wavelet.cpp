@@ -111,26 +111,6 @@ void RunPrefilterVariance(const CpuPipeline& p, const GuidePlanes& guides, bool 
   p.stages.prefilter_variance(in, p.plan.prefilter_variance, &planes->luminance_factor);
 }
 
-/// Mixes the pixel's own light into the mean of its neighbourhood, more of it for longer histories.
-void MixPilot(const WaveletPlanes& planes, float full, FilterPlanes* mean) {
-  const Image1& length = planes.history->length;
-  const Image1& luminance = (*planes.light)[0];
-  ParallelRows(length.height(), 32, [&](int y0, int y1) {
-    for (int y = y0; y < y1; ++y) {
-      const float* samples = length.Row(y);
-      const float* own = luminance.Row(y);
-      const float* own_variance = planes.variance->Row(y);
-      float* pilot = mean->colour[0].Row(y);
-      float* variance = mean->variance.Row(y);
-      for (int x = 0; x < length.width(); ++x) {
-        const float share = PilotShare(samples[x], full);
-        pilot[x] = own[x] + share * (pilot[x] - own[x]);
-        variance[x] = PilotVariance(own_variance[x], variance[x], share);
-      }
-    }
-  });
-}
-
 /// The pilot estimate: the mean of the 3x3 pixels on the same surface, as far apart as the taps of
 /// the level. The weights of the first levels compare it in place of single pixels. A pixel of few
 /// samples takes its own noise for signal: it refuses neighbours that are brighter, more often than
@@ -159,8 +139,9 @@ void RunPilot(const CpuPipeline& p, int level, const GuidePlanes& guides,
   for (size_t i = 0; i < count; ++i) {
     WaveletPlanes& planes = *with_pilot[i];
     FilterPlanes& mean = planes.filter[planes.target];
-    MixPilot(planes, p.plan.estimate_variance.short_history_length, &mean);
     Image1& luminance = mean.colour[0];
+    p.stages.mix_pilot({&(*planes.light)[0], planes.variance, &planes.history->length},
+                       p.plan.estimate_variance.short_history_length, &luminance, &mean.variance);
     if (planes.pilot.empty()) {
       planes.pilot = Image1(luminance.width(), luminance.height(), luminance.border());
     }
@@ -223,13 +204,14 @@ void FeedBack(WaveletPlanes* planes) {
   planes->light = &history->colour;
 }
 
-void RunClipOutliers(const CpuPipeline& p, std::vector<WaveletPlanes>* wavelet,
-                     DenoisedFrame* out) {
+void RunClipOutliers(const CpuPipeline& p, const GuidePlanes& guides,
+                     std::vector<WaveletPlanes>* wavelet, DenoisedFrame* out) {
   const StageTimer timer(&out->timings, "clip_outliers");
   for (WaveletPlanes& planes : *wavelet) {
     LumaImage3* light = ChangeableLight(&planes);
-    p.stages.clip_outliers({planes.variance, planes.where}, p.plan.clip_outliers,
-                           &planes.filter[planes.target], light);
+    const ClipOutliersInput in = {planes.variance, planes.where,
+                                  planes.all_valid ? &guides.full : nullptr};
+    p.stages.clip_outliers(in, p.plan.clip_outliers, &planes.filter[planes.target], light);
   }
 }
 
@@ -309,7 +291,7 @@ void RunWavelet(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& g
     outputs->KeepPlane("filtered_variance", p.plan.signals[i], *wavelet[i].variance);
   }
   if (p.plan.runs.clip_outliers) {
-    RunClipOutliers(p, &wavelet, out);
+    RunClipOutliers(p, guides, &wavelet, out);
   }
   for (size_t i = 0; i < wavelet.size(); ++i) {
     outputs->KeepLight("filtered", p.plan.signals[i], *wavelet[i].light);

@@ -34,6 +34,30 @@ struct Range {
   VF lowest, highest;
 };
 
+/// Of neighbours that all have light.
+HWY_INLINE Range RangeWithin(const Image1& luminance, int x, int y) {
+  const DF d;
+  const VF first = hn::LoadU(d, luminance.Row(y) + x - 1);
+  Range range = {first, first};
+  ForEachNeighbour(
+      x, y, [&](int qx, int qy) HWY_ATTR __attribute__((always_inline)) {
+        const VF l = hn::LoadU(d, luminance.Row(qy) + qx);
+        range.lowest = hn::Min(range.lowest, l);
+        range.highest = hn::Max(range.highest, l);
+      });
+  return range;
+}
+
+/// Whether the pixels of a block and those around them have light.
+bool IsFullAround(const Plane<uint32_t>* full, int block, int y) {
+  uint32_t all = full != nullptr ? ~0u : 0u;
+  for (int dy = -1; dy <= 1 && all != 0; ++dy) {
+    const uint32_t* row = full->Row(y + dy) + block;
+    all &= row[-1] & row[0] & row[1];
+  }
+  return all != 0;
+}
+
 HWY_INLINE Range RangeOfNeighbours(const Image1& luminance, const Image1& where, int x, int y) {
   const DF d;
   const VF most = hn::Set(d, 1e37f);
@@ -85,18 +109,25 @@ void FindOutlierRows(const ClipOutliersInput& in, float most, const LumaImage3& 
   const DF d;
   const VF zero = hn::Zero(d);
   const VF most2 = hn::Set(d, most * most);
+  const VF least = hn::Set(d, kLeastOutlier);
   const int width = light.width();
   for (int y = y0; y < y1; ++y) {
+    bool full = false;
     for (int x = 0; x < width; x += LaneCount()) {
+      if (x % kBlockPixels == 0) {
+        full = IsFullAround(in.full, x / kBlockPixels, y);
+      }
       const VF l = hn::LoadU(d, light[0].Row(y) + x);
-      const MF there = hn::And(InRow(x, width), hn::Gt(hn::LoadU(d, in.where->Row(y) + x), zero));
-      const Range range = RangeOfNeighbours(light[0], *in.where, x, y);
+      const Range range =
+          full ? RangeWithin(light[0], x, y) : RangeOfNeighbours(light[0], *in.where, x, y);
       const VF excess = hn::Max(hn::Sub(l, range.highest), hn::Sub(range.lowest, l));
       const VF noise = hn::Mul(most2, hn::LoadU(d, in.variance->Row(y) + x));
-      const MF some = hn::Le(range.lowest, range.highest);
-      const MF outlier =
-          hn::And(hn::And(there, some),
-                  hn::And(hn::Gt(excess, zero), hn::Le(hn::Mul(excess, excess), noise)));
+      MF outlier = hn::And(hn::Gt(excess, hn::Mul(least, hn::Max(hn::Max(l, range.highest), zero))),
+                           hn::Le(hn::Mul(excess, excess), noise));
+      if (!full) {
+        const MF there = hn::And(InRow(x, width), hn::Gt(hn::LoadU(d, in.where->Row(y) + x), zero));
+        outlier = hn::And(outlier, hn::And(there, hn::Le(range.lowest, range.highest)));
+      }
       if (hn::AllFalse(d, outlier)) {
         out->variance.Row(y)[x] = -1;
       } else {

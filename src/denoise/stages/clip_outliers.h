@@ -18,6 +18,9 @@ namespace stillray {
 struct ClipOutliersInput {
   const Image1* variance;  ///< of the light's luminance
   const Image1* where;     ///< positive where there is light; 0 in its border
+  /// GuidePlanes::full if every surface has light: `where` is then read at edges only. nullptr:
+  /// unknown.
+  const Plane<uint32_t>* full = nullptr;
 };
 
 /// \param scratch  overwritten; its variance may be that of `in`

@@ -16,10 +16,14 @@ SHARED_BLOCK(ClipOutliersParameters) {
       clip_outliers;  // largest excess that is noise, in standard deviations of the filtered light
 };
 
-// Whether luminance l exceeds the range of its neighbours by what may be noise.
+// Smaller excesses, relative to the brighter side, are not visible as specks.
+const float kLeastOutlier = 0.05f;
+
+// Whether luminance l exceeds the range of its neighbours visibly, by what may be noise.
 SHARED_FN bool IsOutlier(float l, float lowest, float highest, float variance, float most) {
   float excess = max(l - highest, lowest - l);
-  return excess > 0.0f && excess * excess <= most * most * variance;
+  return excess > kLeastOutlier * max(max(l, highest), 0.0f) &&
+         excess * excess <= most * most * variance;
 }
 
 // Factor from the mean of the neighbours to the nearest value of their range.
