@@ -20,10 +20,12 @@ struct Builtin {
   Scene (*make)();
 };
 
-constexpr std::array<Builtin, 3> kBuiltins = {{
+constexpr std::array<Builtin, 5> kBuiltins = {{
     {"cornell", &MakeCornellScene},
     {"spheres", &MakeSpheresScene},
     {"lights", &MakeLightsScene},
+    {"mirrors", &MakeMirrorsScene},
+    {"thin", &MakeThinScene},
 }};
 
 constexpr std::string_view kBuiltinPrefix = "builtin:";

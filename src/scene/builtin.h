@@ -15,6 +15,8 @@ namespace stillray {
 Scene MakeCornellScene();
 Scene MakeSpheresScene();
 Scene MakeLightsScene();
+Scene MakeMirrorsScene();
+Scene MakeThinScene();
 
 // Shapes. All normals point outward, all faces are counter-clockwise from outside.
 
@@ -27,6 +29,14 @@ Mesh MakeBox(vec3 size, float repeats, int material);
 Mesh MakeSphere(float radius, int slices, int stacks, int material);
 /// A cylinder with a lid that stands on y = 0 about the y axis.
 Mesh MakeCylinder(float radius, float height, int slices, vec2 uv_scale, int material);
+/// The curved surface point(u, v), u and v in 0..1, of columns x rows quads, that faces
+/// cross(d point / du, d point / dv); texture coordinates (u, v) * uv_scale. `point` is also
+/// evaluated slightly outside 0..1.
+Mesh MakePatch(int columns, int rows, const std::function<vec3(float, float)>& point, vec2 uv_scale,
+               int material);
+/// An open tube along centre(t), t in 0..1, which is nowhere parallel to the z axis.
+Mesh MakeTube(const std::function<vec3(float)>& centre, float radius, int sides, int segments,
+              int material);
 
 // Textures of size x size texels that repeat without seams.
 
@@ -56,6 +66,8 @@ inline constexpr float kBuiltinKeysPerSecond = 30.0f;
 
 /// Animates a node: `pose` maps progress 0..1, slow at both ends, to the node's transform.
 void Animate(Scene* scene, int node, const std::function<Transform(float)>& pose);
+/// Rotation about an axis of unit length.
+vec4 RotationAbout(vec3 axis, float radians);
 /// Rotation about the y axis.
 vec4 RotationY(float radians);
 /// A pose at `eye` whose -z points to `target`, upright.

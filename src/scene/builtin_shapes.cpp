@@ -120,6 +120,45 @@ Mesh MakeCylinder(float radius, float height, int slices, vec2 uv_scale, int mat
   return mesh;
 }
 
+Mesh MakePatch(int columns, int rows, const std::function<vec3(float, float)>& point, vec2 uv_scale,
+               int material) {
+  // Of the parameter: far above the rounding of a thin tube's positions, far below a fold of cloth.
+  constexpr float kStep = 1.0f / 512.0f;
+  Mesh mesh;
+  mesh.material = material;
+  for (int j = 0; j <= rows; ++j) {
+    const float v = static_cast<float>(j) / static_cast<float>(rows);
+    for (int i = 0; i <= columns; ++i) {
+      const float u = static_cast<float>(i) / static_cast<float>(columns);
+      const vec3 along_u = point(u + kStep, v) - point(u - kStep, v);
+      const vec3 along_v = point(u, v + kStep) - point(u, v - kStep);
+      AddVertex(&mesh, point(u, v), glm::normalize(glm::cross(along_u, along_v)),
+                vec2(u, v) * uv_scale);
+    }
+  }
+  const auto at = [&](int i, int j) { return static_cast<uint32_t>(j * (columns + 1) + i); };
+  for (int j = 0; j < rows; ++j) {
+    for (int i = 0; i < columns; ++i) {
+      AddTriangle(&mesh, at(i, j), at(i + 1, j), at(i + 1, j + 1));
+      AddTriangle(&mesh, at(i, j), at(i + 1, j + 1), at(i, j + 1));
+    }
+  }
+  return mesh;
+}
+
+Mesh MakeTube(const std::function<vec3(float)>& centre, float radius, int sides, int segments,
+              int material) {
+  const auto point = [&](float u, float v) {
+    constexpr float kStep = 1.0f / 64.0f;
+    const vec3 along = glm::normalize(centre(v + kStep) - centre(v - kStep));
+    const vec3 side = glm::normalize(glm::cross(along, vec3(0.0f, 0.0f, 1.0f)));
+    const vec3 other = glm::cross(along, side);
+    const float angle = 2.0f * kPi * u;
+    return centre(v) + radius * (std::cos(angle) * side + std::sin(angle) * other);
+  };
+  return MakePatch(sides, segments, point, vec2(1.0f), material);
+}
+
 int AddMaterial(Scene* scene, const std::string& name, vec3 colour, float metallic,
                 float roughness) {
   Material material;
@@ -181,8 +220,12 @@ void Animate(Scene* scene, int node, const std::function<Transform(float)>& pose
   scene->animation.push_back(std::move(rotation));
 }
 
+vec4 RotationAbout(vec3 axis, float radians) {
+  return {std::sin(0.5f * radians) * axis, std::cos(0.5f * radians)};
+}
+
 vec4 RotationY(float radians) {
-  return {0.0f, std::sin(0.5f * radians), 0.0f, std::cos(0.5f * radians)};
+  return RotationAbout(vec3(0.0f, 1.0f, 0.0f), radians);
 }
 
 Transform LookAt(vec3 eye, vec3 target) {

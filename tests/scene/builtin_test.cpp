@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -113,7 +114,8 @@ TEST_P(Builtin, IsTheSameEveryTime) {
 bool Moves(const Scene& scene, const std::string& name) {
   for (const AnimationChannel& channel : scene.animation) {
     if (scene.nodes[static_cast<size_t>(channel.node)].name == name &&
-        channel.values.front() != channel.values.back()) {
+        std::any_of(channel.values.begin(), channel.values.end(),
+                    [&](const vec4& value) { return value != channel.values.front(); })) {
       return true;
     }
   }
@@ -125,43 +127,165 @@ TEST(BuiltinScenes, SomethingMovesBesidesTheCamera) {
   const Scene lights = *MakeBuiltinScene("lights");
   EXPECT_TRUE(Moves(lights, "lamp"));
   EXPECT_TRUE(Moves(lights, "rail"));
+  const Scene mirrors = *MakeBuiltinScene("mirrors");
+  EXPECT_TRUE(Moves(mirrors, "mirror"));
+  EXPECT_TRUE(Moves(mirrors, "crate"));
+  const Scene thin = *MakeBuiltinScene("thin");
+  for (const char* name : {"cloth", "gate", "wire 1", "wire 4", "tuft 1", "tuft 5"}) {
+    EXPECT_TRUE(Moves(thin, name)) << name;
+  }
+}
+
+/// World positions of all vertices of the meshes called `name`.
+std::vector<vec3> Vertices(const Scene& scene, const std::string& name, double seconds) {
+  const std::vector<mat4> world = NodeTransforms(scene, seconds);
+  std::vector<vec3> out;
+  for (const Instance& instance : scene.instances) {
+    const Mesh& mesh = scene.meshes[static_cast<size_t>(instance.mesh)];
+    if (mesh.name == name) {
+      for (const vec3& p : mesh.positions) {
+        out.emplace_back(world[static_cast<size_t>(instance.node)] * vec4(p, 1.0f));
+      }
+    }
+  }
+  EXPECT_FALSE(out.empty()) << "nothing is called " << name;
+  return out;
+}
+
+/// Two convex shapes, seen from above, are apart if a direction separates them.
+bool Apart(const std::vector<vec3>& a, const std::vector<vec3>& b) {
+  for (int angle = 0; angle < 180; ++angle) {
+    const vec3 axis(std::cos(angle * 0.0174532925f), 0.0f, std::sin(angle * 0.0174532925f));
+    const auto less = [&](vec3 p, vec3 q) { return glm::dot(p, axis) < glm::dot(q, axis); };
+    const auto [a_low, a_high] = std::minmax_element(a.begin(), a.end(), less);
+    const auto [b_low, b_high] = std::minmax_element(b.begin(), b.end(), less);
+    if (less(*a_high, *b_low) || less(*b_high, *a_low)) {
+      return true;
+    }
+  }
+  return false;
 }
 
 TEST(BuiltinScenes, TheMovingBoxTouchesNothing) {
   const Scene scene = *MakeBuiltinScene("cornell");
-  const auto corners = [&](const char* name, double seconds) {
-    std::vector<vec2> out;
-    for (const Instance& instance : scene.instances) {
-      const Mesh& mesh = scene.meshes[static_cast<size_t>(instance.mesh)];
-      if (mesh.name == name) {
-        const mat4 world = NodeTransforms(scene, seconds)[static_cast<size_t>(instance.node)];
-        for (const vec3& p : mesh.positions) {
-          const vec3 q(world * vec4(p, 1.0f));
-          out.emplace_back(q.x, q.z);
-        }
-      }
-    }
-    return out;
-  };
-  // Two convex shapes are apart if the direction between their middles separates them.
   for (int frame = 0; frame < 120; ++frame) {
-    const std::vector<vec2> box = corners("moving box", frame / 30.0);
-    const std::vector<vec2> tall = corners("tall box", frame / 30.0);
-    bool apart = false;
-    for (int angle = 0; angle < 180; ++angle) {
-      const vec2 axis(std::cos(angle * 0.0174532925f), std::sin(angle * 0.0174532925f));
-      const auto less = [&](vec2 a, vec2 b) { return glm::dot(a, axis) < glm::dot(b, axis); };
-      const auto [box_low, box_high] = std::minmax_element(box.begin(), box.end(), less);
-      const auto [tall_low, tall_high] = std::minmax_element(tall.begin(), tall.end(), less);
-      apart = apart || glm::dot(*box_high, axis) < glm::dot(*tall_low, axis) ||
-              glm::dot(*tall_high, axis) < glm::dot(*box_low, axis);
-    }
-    EXPECT_TRUE(apart) << "frame " << frame;
-    for (const vec2& p : box) {
+    const std::vector<vec3> box = Vertices(scene, "moving box", frame / 30.0);
+    EXPECT_TRUE(Apart(box, Vertices(scene, "tall box", frame / 30.0))) << "frame " << frame;
+    for (const vec3& p : box) {
       EXPECT_LT(std::abs(p.x), 0.2764f) << "frame " << frame;
-      EXPECT_GT(p.y, -0.5592f) << "frame " << frame;
+      EXPECT_GT(p.z, -0.5592f) << "frame " << frame;
     }
   }
+}
+
+TEST(BuiltinScenes, TheCrateAndTheMirrorTouchNothing) {
+  const Scene scene = *MakeBuiltinScene("mirrors");
+  for (int frame = 0; frame < 120; frame += 7) {
+    const std::vector<vec3> crate = Vertices(scene, "crate", frame / 30.0);
+    for (const char* name : {"chrome ball", "glass ball", "copper drum", "pedestal", "window pane",
+                             "mirror pane", "back wall", "left wall"}) {
+      EXPECT_TRUE(Apart(crate, Vertices(scene, name, frame / 30.0))) << name << ", frame " << frame;
+    }
+    const std::vector<vec3> mirror = Vertices(scene, "mirror board", frame / 30.0);
+    for (const char* name : {"chrome ball", "copper drum", "back wall", "left wall"}) {
+      EXPECT_TRUE(Apart(mirror, Vertices(scene, name, frame / 30.0)))
+          << name << ", frame " << frame;
+    }
+  }
+}
+
+// Where the line from the eye to the crate's image behind the mirror passes the mirror's plane.
+TEST(BuiltinScenes, TheMirrorShowsTheCrate) {
+  const Scene scene = *MakeBuiltinScene("mirrors");
+  for (int frame = 0; frame < 120; frame += 7) {
+    const double seconds = frame / 30.0;
+    const std::vector<vec3> pane = Vertices(scene, "mirror pane", seconds);
+    ASSERT_EQ(pane.size(), 4u);
+    const vec3 right = pane[1] - pane[0];
+    const vec3 up = pane[3] - pane[0];
+    const vec3 normal = glm::normalize(glm::cross(right, up));
+    const size_t camera = static_cast<size_t>(scene.cameras[0].node);
+    const vec3 eye(NodeTransforms(scene, seconds)[camera][3]);
+    const std::vector<vec3> crate = Vertices(scene, "crate", seconds);
+    const vec3 middle =
+        std::accumulate(crate.begin(), crate.end(), vec3(0.0f)) / static_cast<float>(crate.size());
+    const float eye_distance = glm::dot(eye - pane[0], normal);
+    const float crate_distance = glm::dot(middle - pane[0], normal);
+    ASSERT_GT(eye_distance, 0.0f);
+    ASSERT_GT(crate_distance, 0.0f);
+    const vec3 image = middle - 2.0f * crate_distance * normal;
+    const vec3 passed =
+        glm::mix(eye, image, eye_distance / (eye_distance + crate_distance)) - pane[0];
+    const float u = glm::dot(passed, right) / glm::dot(right, right);
+    const float v = glm::dot(passed, up) / glm::dot(up, up);
+    EXPECT_TRUE(u > 0.0f && u < 1.0f && v > 0.0f && v < 1.0f)
+        << "frame " << frame << ": " << u << ", " << v;
+  }
+}
+
+const Material& MaterialOf(const Scene& scene, const std::string& mesh_name) {
+  const auto mesh = std::find_if(scene.meshes.begin(), scene.meshes.end(),
+                                 [&](const Mesh& m) { return m.name == mesh_name; });
+  EXPECT_NE(mesh, scene.meshes.end()) << "nothing is called " << mesh_name;
+  return scene.materials[static_cast<size_t>(mesh->material)];
+}
+
+TEST(BuiltinScenes, MirrorsAreSmoothAndGlassIsThinOrSolid) {
+  const Scene scene = *MakeBuiltinScene("mirrors");
+  for (const char* name : {"mirror pane", "chrome ball"}) {
+    const Material& metal = MaterialOf(scene, name);
+    EXPECT_EQ(metal.metallic, 1.0f) << name;
+    EXPECT_EQ(metal.roughness, 0.0f) << name;
+  }
+  EXPECT_EQ(MaterialOf(scene, "copper drum").metallic, 1.0f);
+  EXPECT_GT(MaterialOf(scene, "copper drum").roughness, 0.2f);
+  const Material& pane = MaterialOf(scene, "window pane");
+  EXPECT_EQ(pane.transmission, 1.0f);
+  EXPECT_EQ(pane.roughness, 0.0f);
+  EXPECT_FALSE(pane.solid);
+  const Material& ball = MaterialOf(scene, "glass ball");
+  EXPECT_EQ(ball.transmission, 1.0f);
+  EXPECT_EQ(ball.roughness, 0.0f);
+  EXPECT_TRUE(ball.solid);
+  for (const char* name :
+       {"floor", "back wall", "left wall", "right wall", "front wall", "pedestal", "crate"}) {
+    EXPECT_GE(MaterialOf(scene, name).base_color_texture.texture, 0) << name;
+  }
+}
+
+TEST(BuiltinScenes, WiresAndBarsAreThin) {
+  const Scene scene = *MakeBuiltinScene("thin");
+  int seen = 0;
+  for (const Mesh& mesh : scene.meshes) {
+    if (mesh.name.rfind("bar ", 0) == 0 || mesh.name.rfind("mesh wire ", 0) == 0 ||
+        mesh.name.rfind("wire ", 0) == 0) {
+      vec3 low = mesh.positions[0];
+      vec3 high = mesh.positions[0];
+      for (const vec3& p : mesh.positions) {
+        low = glm::min(low, p);
+        high = glm::max(high, p);
+      }
+      const vec3 size = high - low;
+      EXPECT_LT(std::min({size.x, size.y, size.z}), 0.015f) << mesh.name;
+      EXPECT_GT(std::max({size.x, size.y, size.z}), 1.0f) << mesh.name;
+      ++seen;
+    }
+  }
+  EXPECT_GT(seen, 20);
+  for (const vec3& p : Vertices(scene, "line", 0)) {
+    EXPECT_NEAR(glm::length(vec2(p.y - 1.62f, p.z + 0.25f)), 0.004f, 1e-5f);
+  }
+}
+
+TEST(BuiltinScenes, ClothAndGrassAreSeenFromBothSides) {
+  const Scene scene = *MakeBuiltinScene("thin");
+  EXPECT_TRUE(MaterialOf(scene, "cloth").double_sided);
+  EXPECT_GE(MaterialOf(scene, "cloth").base_color_texture.texture, 0);
+  EXPECT_TRUE(MaterialOf(scene, "tuft 1").double_sided);
+  const std::vector<vec3> cloth = Vertices(scene, "cloth", 0);
+  const auto [back, front] = std::minmax_element(
+      cloth.begin(), cloth.end(), [](const vec3& a, const vec3& b) { return a.z < b.z; });
+  EXPECT_GT(front->z - back->z, 0.1f) << "the cloth has folds";
 }
 
 TEST(BuiltinScenes, TheSkyIsBrightAboveAndHasASun) {
@@ -181,12 +305,12 @@ TEST(BuiltinScenes, TheSkyIsBrightAboveAndHasASun) {
 }
 
 TEST(BuiltinScenes, AnUnknownNameListsTheKnownOnes) {
-  EXPECT_THAT(BuiltinSceneNames(), ElementsAre("cornell", "spheres", "lights"));
+  EXPECT_THAT(BuiltinSceneNames(), ElementsAre("cornell", "spheres", "lights", "mirrors", "thin"));
   const Result<Scene> scene = LoadScene("builtin:teapot");
   ASSERT_FALSE(scene.ok());
   EXPECT_EQ(scene.status().code(), StatusCode::kNotFound);
   EXPECT_THAT(scene.status().message(), HasSubstr("teapot"));
-  EXPECT_THAT(scene.status().message(), HasSubstr("cornell, spheres, lights"));
+  EXPECT_THAT(scene.status().message(), HasSubstr("cornell, spheres, lights, mirrors, thin"));
   EXPECT_TRUE(LoadScene("builtin:cornell").ok());
 }
 

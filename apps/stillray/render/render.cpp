@@ -92,7 +92,9 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
       "render", "Path-trace a scene at few samples per pixel and denoise every frame");
   command->footer(kExamples);
   const auto a = std::make_shared<RenderArguments>();
-  command->add_option("scene", a->scene, ".gltf, .glb or builtin:NAME (cornell, spheres, lights)")
+  command
+      ->add_option("scene", a->scene,
+                   ".gltf, .glb or builtin:NAME (cornell, spheres, lights, mirrors, thin)")
       ->required();
   command->option_defaults()->group("Output");
   command->add_option("-o,--output", a->folder, "Folder for the pictures; made if needed")
