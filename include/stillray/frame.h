@@ -61,11 +61,34 @@ struct Guides {
   Image1 roughness;    ///< perceptual roughness, 0..1
 };
 
+/// Guides of the virtual image that a mirror or a pane of glass shows: of the point that a ray
+/// meets after smooth reflections, or after smooth refractions, placed where the eye sees it. That
+/// is on the pixel's ray, as far away as the whole path is long. Behind a planar mirror this is the
+/// world, reflected at its plane. Signals with virtual guides use them in place of the surface's
+/// own for reprojection, edges and limit_history, and are also divided by the albedo of what is
+/// seen.
+struct VirtualGuides {
+  /// Linear view-space z of the image, > 0; +infinity where the sky is seen; 0 where the surface
+  /// shows no image: its own guides are used there. Empty: no image anywhere.
+  Image1 depth;
+  /// World space, unit length, in the same frame of reference for all pixels that show one surface
+  /// (mirrored or not). Empty or zero: that of the mirror.
+  Image3 normal;
+  Image3 albedo;       ///< of the surface seen, all its lobes together; empty: white
+  Image2 motion;       ///< of the image: pixels, as Guides::motion. Needed where histories are.
+  Plane<uint32_t> id;  ///< of the surface seen; empty: that of the mirror
+
+  bool empty() const { return depth.empty(); }
+  size_t bytes() const {
+    return depth.bytes() + normal.bytes() + albedo.bytes() + motion.bytes() + id.bytes();
+  }
+};
+
 struct Frame;
 
 // Planes of a frame, as bit flags.
 inline constexpr uint32_t kLightPlanes = 1;  ///< signals, samples, emission, background
-inline constexpr uint32_t kGuidePlanes = 2;  ///< all of Guides
+inline constexpr uint32_t kGuidePlanes = 2;  ///< all of Guides and VirtualGuides
 inline constexpr uint32_t kAllPlanes = kLightPlanes | kGuidePlanes;
 
 /// The pixels of a frame on the device that traced it. They do not change while a reference to this
@@ -92,8 +115,10 @@ struct Frame {
   float jitter_y = 0;
   std::vector<Signal> signals;
   Guides guides;
-  Image3 emission;    ///< light emitted by the first surface: added after filtering
-  Image3 background;  ///< light of rays that left the scene: passed through, never blended
+  VirtualGuides reflection;  ///< of the specular signals
+  VirtualGuides refraction;  ///< of the transmission signals
+  Image3 emission;           ///< light emitted by the first surface: added after filtering
+  Image3 background;         ///< light of rays that left the scene: passed through, never blended
   Image1
       /// number of samples of each pixel in this frame; 0 = missing. Empty: one everywhere
       samples;

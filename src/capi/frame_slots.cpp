@@ -55,6 +55,29 @@ constexpr std::array kInputs = {
           2),
     Input("id", "Same surface, same number, in every frame; 0 where there is none.", 1),
     Input("roughness", "Perceptual roughness, 0 to 1: what smooth surfaces mirror stays sharp.", 1),
+    Input(
+        "reflection_depth",
+        "Virtual guides of specular light, of the image that a smooth surface reflects: view-space "
+        "z of the point on the pixel's ray that is as far away as the reflected path is long; "
+        "infinite where the sky is reflected; 0 where there is no image.",
+        1),
+    Input(
+        "reflection_normal",
+        "World-space unit normal of the reflected surface; zero or not given: that of the mirror.",
+        3),
+    Input("reflection_albedo",
+          "Reflectance of the reflected surface, linear RGB, all its lobes together; not given: 1.",
+          3),
+    Input("reflection_motion", "Motion of the reflected image, as motion.", 2),
+    Input("reflection_id", "Id of the reflected surface; not given: that of the mirror.", 1),
+    Input("refraction_depth",
+          "Virtual guides of transmitted light, of the image seen through the first surface: as "
+          "reflection_depth, for the refracted path.",
+          1),
+    Input("refraction_normal", "World-space unit normal of what is seen through the surface.", 3),
+    Input("refraction_albedo", "Its reflectance, linear RGB.", 3),
+    Input("refraction_motion", "Motion of the refracted image, as motion.", 2),
+    Input("refraction_id", "Its id.", 1),
     Input("emission", "Light that the first surface emits: added after filtering, linear RGB.", 3),
     Input("background", "Light of rays that left the scene: added after filtering, linear RGB.", 3),
     Input("samples",
@@ -106,6 +129,34 @@ void Load(const ImageMap& images, std::string_view name, const Frame& frame,
   }
 }
 
+void LoadIds(const ImageMap& images, std::string_view name, const Frame& frame,
+             Plane<uint32_t>* ids) {
+  const stillray_image* image = Find(images, name);
+  if (image == nullptr) {
+    *ids = Plane<uint32_t>();
+    return;
+  }
+  Fit(frame, ids);
+  ReadIds(*image, ids);
+}
+
+void LoadVirtualGuides(const ImageMap& images, const std::string& of, const Frame& frame,
+                       VirtualGuides* guides) {
+  Load(images, of + "_depth", frame, &guides->depth);
+  Load(images, of + "_normal", frame, &guides->normal);
+  Load(images, of + "_albedo", frame, &guides->albedo);
+  Load(images, of + "_motion", frame, &guides->motion);
+  LoadIds(images, of + "_id", frame, &guides->id);
+}
+
+void MarkVirtualGuides(const ImageMap& images, const std::string& of, VirtualGuides* guides) {
+  Mark(images, of + "_depth", &guides->depth);
+  Mark(images, of + "_normal", &guides->normal);
+  Mark(images, of + "_albedo", &guides->albedo);
+  Mark(images, of + "_motion", &guides->motion);
+  Mark(images, of + "_id", &guides->id);
+}
+
 void LoadSignals(const ImageMap& images, Frame* frame) {
   std::vector<Signal> before = std::move(frame->signals);
   frame->signals.clear();
@@ -138,7 +189,7 @@ const stillray_input_info* FindInput(std::string_view name) {
 }
 
 bool IsId(std::string_view name) {
-  return name == "id";
+  return name == "id" || name == "reflection_id" || name == "refraction_id";
 }
 
 void LoadFrame(const ImageMap& images, Frame* frame) {
@@ -154,13 +205,9 @@ void LoadFrame(const ImageMap& images, Frame* frame) {
   Load(images, "emission", *frame, &frame->emission);
   Load(images, "background", *frame, &frame->background);
   Load(images, "samples", *frame, &frame->samples);
-  const stillray_image* id = Find(images, "id");
-  if (id == nullptr) {
-    g.id = Plane<uint32_t>();
-    return;
-  }
-  Fit(*frame, &g.id);
-  ReadIds(*id, &g.id);
+  LoadIds(images, "id", *frame, &g.id);
+  LoadVirtualGuides(images, "reflection", *frame, &frame->reflection);
+  LoadVirtualGuides(images, "refraction", *frame, &frame->refraction);
 }
 
 void LoadNextMotion(const ImageMap& images, const Frame& frame, Image2* motion) {
@@ -187,6 +234,8 @@ void MarkImages(const ImageMap& images, Frame* shape) {
   Mark(images, "motion", &g.motion);
   Mark(images, "id", &g.id);
   Mark(images, "roughness", &g.roughness);
+  MarkVirtualGuides(images, "reflection", &shape->reflection);
+  MarkVirtualGuides(images, "refraction", &shape->refraction);
   Mark(images, "emission", &shape->emission);
   Mark(images, "background", &shape->background);
   Mark(images, "samples", &shape->samples);

@@ -14,6 +14,7 @@
 #include "denoise/cpu/cpu_denoiser.h"
 #include "denoise/cpu/history_bytes.h"
 #include "denoise/frame_check.h"
+#include "denoise/layered_denoiser.h"
 #include "denoise/output_names.h"
 #include "denoise/plan.h"
 #include "denoise/planes.h"
@@ -116,7 +117,8 @@ Result<Denoiser> Denoiser::Create(const Settings& settings, const Device& device
       device.impl_->backend->CreateDenoiser(settings, precision);
   STILLRAY_RETURN_IF_ERROR(on_device.status());
   Impl& d = *made->impl_;
-  d.backend = std::move(on_device.value());
+  d.backend =
+      MakeLayeredDenoiser(settings, precision, device.impl_->backend, std::move(on_device.value()));
   d.is_cpu = false;
   d.may_fall_back = device.impl_->may_fall_back;
   return made;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include <fmt/format.h>
 
@@ -78,6 +79,36 @@ Status CheckMotion(const Frame& frame, const Settings& settings, MotionUse use) 
       fmt::format("frame {}: image 'motion' is missing, expected {}x{}: {} it from frame to frame "
                   "(zero where nothing moves; 'off' needs none)",
                   frame.index, frame.width, frame.height, who));
+}
+
+/// The names of virtual guides in messages.
+struct VirtualNames {
+  const char* depth;
+  const char* normal;
+  const char* albedo;
+  const char* motion;
+  const char* id;
+};
+constexpr VirtualNames kReflection = {"reflection_depth", "reflection_normal", "reflection_albedo",
+                                      "reflection_motion", "reflection_id"};
+constexpr VirtualNames kRefraction = {"refraction_depth", "refraction_normal", "refraction_albedo",
+                                      "refraction_motion", "refraction_id"};
+
+/// Virtual guides need a depth, and motion where there are histories.
+Status CheckVirtualGuides(const Frame& frame, const VirtualGuides& guides,
+                          const VirtualNames& names, MotionUse use) {
+  const bool any = guides.bytes() > 0;
+  if (any && guides.empty()) {
+    return Status::InvalidArgument(
+        fmt::format("frame {}: image '{}' is missing, expected {}x{}: virtual guides are used "
+                    "where it is positive",
+                    frame.index, names.depth, frame.width, frame.height));
+  }
+  STILLRAY_RETURN_IF_ERROR(CheckPlane(frame, guides.depth, {names.depth}, false));
+  STILLRAY_RETURN_IF_ERROR(CheckPlanes(frame, guides.normal, names.normal, false));
+  STILLRAY_RETURN_IF_ERROR(CheckPlanes(frame, guides.albedo, names.albedo, false));
+  STILLRAY_RETURN_IF_ERROR(CheckPlanes(frame, guides.motion, names.motion, any && use.temporal));
+  return CheckPlane(frame, guides.id, {names.id}, false);
 }
 
 /// Calls `in_row` for rows from the middle of the picture on, where surfaces are more likely than
@@ -214,6 +245,8 @@ Status CheckFrame(const Frame& frame, const Settings& settings, MotionUse use) {
   STILLRAY_RETURN_IF_ERROR(CheckPlanes(frame, frame.background, "background", false));
   STILLRAY_RETURN_IF_ERROR(CheckPlane(frame, frame.samples, {"samples"}, false));
   STILLRAY_RETURN_IF_ERROR(CheckMotion(frame, settings, use));
+  STILLRAY_RETURN_IF_ERROR(CheckVirtualGuides(frame, frame.reflection, kReflection, use));
+  STILLRAY_RETURN_IF_ERROR(CheckVirtualGuides(frame, frame.refraction, kRefraction, use));
   return CheckDepth(frame);
 }
 

@@ -87,6 +87,17 @@ bool HasTransmission(uint32_t lights) {
   return (lights & kTransmission) != 0;
 }
 
+/// Where the guides of a signal come from: those of a virtual image only if all its light has them.
+GuideSource SourceOf(const SignalGroup& signal, const FrameFacts& facts) {
+  const bool reflected = signal.specular_albedo && !signal.diffuse_albedo;
+  const bool refracted = signal.transmission_albedo && !signal.diffuse_albedo;
+  if (reflected && !refracted && facts.has_reflection) {
+    return GuideSource::kReflection;
+  }
+  return refracted && !reflected && facts.has_refraction ? GuideSource::kRefraction
+                                                         : GuideSource::kSurface;
+}
+
 /// Which stages run. \param now  the progress with this frame's jitter
 StagesRun StagesOf(const Settings& s, const FrameFacts& facts, const SequenceProgress& now,
                    bool sparse) {
@@ -111,6 +122,7 @@ void PlanSignals(const Settings& s, FramePlan* plan) {
   plan->demodulate = {.demodulate = Int(s.demodulate),
                       .luminance_rec601 = Int(s.luminance == LuminanceWeights::kRec601),
                       .firefly = static_cast<int>(s.firefly)};
+  plan->select_guides = {.virtual_roughness = s.virtual_roughness};
   plan->reproject = {.history_depth = s.history_depth,
                      .history_normal_cosine = std::cos(s.history_normal * kRadiansPerDegree),
                      .history_id = Int(s.history_id),
@@ -184,9 +196,11 @@ void PlanFeedback(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
 FramePlan MakePlan(const Settings& s, const FrameFacts& facts, const SequenceProgress& progress) {
   FramePlan plan = {};
   plan.signals = GroupsOf(s.signals, HasTransmission(facts.lights));
+  plan.layers = LayersOf(s, facts);
   plan.layout = LayoutOf(s);
   plan.border = BorderOf(s);
   plan.is_sparse = facts.samples_per_pixel < kWholeSample;
+  plan.was_fed_back = progress.fed_back;
   plan.after = progress;
   plan.after.jittered = progress.jittered || facts.jittered;
   plan.runs = StagesOf(s, facts, plan.after, plan.is_sparse);
@@ -198,6 +212,32 @@ FramePlan MakePlan(const Settings& s, const FrameFacts& facts, const SequencePro
   plan.after.has_history = s.temporal;
   plan.after.has_picture = plan.runs.antialias && !facts.is_backward;
   return plan;
+}
+
+FramePlan PlanOfLayer(const FramePlan& plan, const PlannedLayer& layer) {
+  FramePlan of_layer = plan;
+  const int mask = (1 << layer.count) - 1;
+  of_layer.signals = plan.signals.subspan(layer.first, layer.count);
+  for (int& signals : of_layer.pilot_signals) {
+    signals = signals >> layer.first & mask;
+  }
+  int& mirrors = of_layer.keep_mirrors.mirror_signals;
+  mirrors = mirrors >> layer.first & mask;
+  return of_layer;
+}
+
+LayerList LayersOf(const Settings& s, const FrameFacts& facts) {
+  const std::span<const SignalGroup> signals = GroupsOf(s.signals, HasTransmission(facts.lights));
+  LayerList list;
+  for (size_t i = 0; i < signals.size(); ++i) {
+    const GuideSource source =
+        s.virtual_roughness > 0 ? SourceOf(signals[i], facts) : GuideSource::kSurface;
+    if (list.count == 0 || list.layer[list.count - 1].guides != source) {
+      list.layer[list.count++] = {source, i, 0};
+    }
+    ++list.layer[list.count - 1].count;
+  }
+  return list;
 }
 
 std::array<int, kPilotLevels> PilotSignals(const Settings& s,
@@ -270,6 +310,8 @@ FrameFacts FactsOf(const Frame& f) {
   facts.has_emission = !f.emission.empty();
   facts.has_background = !f.background.empty();
   facts.has_roughness = !f.guides.roughness.empty();
+  facts.has_reflection = !f.reflection.empty();
+  facts.has_refraction = !f.refraction.empty();
   return facts;
 }
 

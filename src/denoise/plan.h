@@ -23,6 +23,7 @@
 #include "denoise/stages/limit_history_shared.h"
 #include "denoise/stages/prefilter_variance_shared.h"
 #include "denoise/stages/reproject_shared.h"
+#include "denoise/stages/select_guides_shared.h"
 #include "denoise/stages/tonemap_shared.h"
 #include "stillray/denoise.hpp"
 
@@ -39,6 +40,8 @@ struct FrameFacts {
   bool has_emission = false;
   bool has_background = false;
   bool has_roughness = false;
+  bool has_reflection = false;         ///< virtual guides of the specular signals are given
+  bool has_refraction = false;         ///< of the transmission signals
   bool has_incomplete_guides = false;  ///< depth 0 and no sample, somewhere
   float samples_per_pixel = 1;         ///< mean over the frame; below 1 the frame is sparse
   bool jittered = false;               ///< rays did not go through the centres of the pixels
@@ -82,14 +85,40 @@ struct HistoryLayout {
   friend bool operator==(const HistoryLayout&, const HistoryLayout&) = default;
 };
 
+/// Where the guides of a layer come from.
+enum class GuideSource : uint8_t { kSurface, kReflection, kRefraction };
+
+/// Signals with common guides; next to each other in FramePlan::signals.
+struct PlannedLayer {
+  GuideSource guides = GuideSource::kSurface;
+  size_t first = 0;
+  size_t count = 0;
+
+  friend bool operator==(const PlannedLayer&, const PlannedLayer&) = default;
+};
+
+/// The layers of a frame in the order of their signals: the surface, and the virtual images that
+/// have guides of their own.
+struct LayerList {
+  std::array<PlannedLayer, 3> layer;
+  size_t count = 0;
+
+  const PlannedLayer* begin() const { return layer.data(); }
+  const PlannedLayer* end() const { return layer.data() + count; }
+  friend bool operator==(const LayerList&, const LayerList&) = default;
+};
+
 struct FramePlan {
   std::span<const SignalGroup> signals;
+  LayerList layers;
   HistoryLayout layout;
-  int border;        ///< pixels around the picture that wavelets read
-  bool is_sparse;    ///< less than one sample per pixel
-  bool has_picture;  ///< there is a last picture for antialiasing
+  int border;         ///< pixels around the picture that wavelets read
+  bool is_sparse;     ///< less than one sample per pixel
+  bool has_picture;   ///< there is a last picture for antialiasing
+  bool was_fed_back;  ///< SequenceProgress::fed_back before this frame
   StagesRun runs;
 
+  SelectGuidesParameters select_guides;
   DemodulateParameters demodulate;
   ReprojectParameters reproject;
   LimitHistoryParameters limit_history;
@@ -118,6 +147,12 @@ struct FramePlan {
 /// \param progress  before the frame; that of a new sequence if the history does not fit the frame
 FramePlan MakePlan(const Settings& settings, const FrameFacts& facts,
                    const SequenceProgress& progress);
+
+/// The plan of one layer's signals alone.
+FramePlan PlanOfLayer(const FramePlan& plan, const PlannedLayer& layer);
+
+/// \param facts  its lights and virtual guides
+LayerList LayersOf(const Settings& settings, const FrameFacts& facts);
 
 HistoryLayout LayoutOf(const Settings& settings);
 

@@ -407,6 +407,12 @@ std::vector<Row> MakeTable() {
                     "for wavelet=svgf.",
                 .max = 1000.0},
        .member = &Settings::clip_outliers},
+      {.info = {.name = "virtual_roughness",
+                .type = kFloat,
+                .group = "select_guides",
+                .help = "Reflections and refractions of surfaces up to this roughness follow the "
+                        "guides of the virtual image where frames have them; 0: never."},
+       .member = &Settings::virtual_roughness},
       {.info = {.name = "mirror_roughness",
                 .type = kFloat,
                 .group = "keep_mirrors",
@@ -515,6 +521,7 @@ constexpr PresetValue kSvgf[] = {
     {"pilot", "off"},
     {"sigma_l", "4"},
     {"noise_ratio", "1"},
+    {"virtual_roughness", "0"},
     {"mirror_roughness", "0"},
     {"fxaa", "off"},
 };
@@ -540,6 +547,7 @@ constexpr PresetValue kPsvgf[] = {
     {"luminance_epsilon", "0.05"},
     {"luminance", "rec601"},
     {"luminance_scale", "variance"},
+    {"virtual_roughness", "0"},
     {"mirror_roughness", "0"},
     {"noise_ratio", "1"},
     {"dither", "1"},
@@ -547,15 +555,16 @@ constexpr PresetValue kPsvgf[] = {
 
 /// Dammertz et al. 2010.
 constexpr PresetValue kEaw[] = {
-    {"temporal", "off"}, {"limit_history", "off"},  {"variance_of", "frame"},
-    {"wavelet", "eaw"},  {"mirror_roughness", "0"}, {"antialias", "off"},
-    {"fxaa", "off"},
+    {"temporal", "off"},        {"limit_history", "off"},
+    {"variance_of", "frame"},   {"wavelet", "eaw"},
+    {"virtual_roughness", "0"}, {"mirror_roughness", "0"},
+    {"antialias", "off"},       {"fxaa", "off"},
 };
 
 /// Accumulation alone.
 constexpr PresetValue kTemporal[] = {
-    {"limit_history", "off"}, {"wavelet", "off"}, {"mirror_roughness", "0"},
-    {"antialias", "off"},     {"fxaa", "off"},
+    {"limit_history", "off"},  {"wavelet", "off"},   {"virtual_roughness", "0"},
+    {"mirror_roughness", "0"}, {"antialias", "off"}, {"fxaa", "off"},
 };
 
 struct Preset {

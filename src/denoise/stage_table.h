@@ -20,6 +20,7 @@
 #include "denoise/stages/prepare_guides.h"
 #include "denoise/stages/remodulate.h"
 #include "denoise/stages/reproject.h"
+#include "denoise/stages/select_guides.h"
 #include "denoise/stages/suppress_fireflies.h"
 #include "denoise/stages/tonemap.h"
 
@@ -28,6 +29,7 @@ namespace stillray {
 struct StageTable {
   decltype(&reference::FillGuides) fill_guides;
   decltype(&reference::PrepareGuides) prepare_guides;
+  decltype(&reference::SelectGuides) select_guides;
   decltype(&reference::Demodulate) demodulate;
   decltype(&reference::ClampFireflies) clamp_fireflies;
   decltype(&reference::CompressLight) compress_light;
@@ -54,16 +56,17 @@ struct StageTable {
 #define STILLRAY_STAGES_OF(backend)                                                                \
   StageTable {                                                                                     \
     .fill_guides = &backend::FillGuides, .prepare_guides = &backend::PrepareGuides,                \
-    .demodulate = &backend::Demodulate, .clamp_fireflies = &backend::ClampFireflies,               \
-    .compress_light = &backend::CompressLight, .expand_light = &backend::ExpandLight,              \
-    .find_taps = &backend::FindTaps, .fetch_history = &backend::FetchHistory,                      \
-    .compare_with_history = &backend::CompareWithHistory, .limit_history = &backend::LimitHistory, \
-    .accumulate = &backend::Accumulate, .merge_future = &backend::MergeFuture,                     \
-    .estimate_variance = &backend::EstimateVariance, .mix_pilot = &backend::MixPilot,              \
-    .prefilter_variance = &backend::PrefilterVariance, .atrous = &backend::Atrous,                 \
-    .clip_outliers = &backend::ClipOutliers, .measure_mirrors = &backend::MeasureMirrors,          \
-    .keep_mirrors = &backend::KeepMirrors, .remodulate = &backend::Remodulate,                     \
-    .fxaa = &backend::Fxaa, .antialias = &backend::Antialias, .tonemap = &backend::Tonemap,        \
+    .select_guides = &backend::SelectGuides, .demodulate = &backend::Demodulate,                   \
+    .clamp_fireflies = &backend::ClampFireflies, .compress_light = &backend::CompressLight,        \
+    .expand_light = &backend::ExpandLight, .find_taps = &backend::FindTaps,                        \
+    .fetch_history = &backend::FetchHistory, .compare_with_history = &backend::CompareWithHistory, \
+    .limit_history = &backend::LimitHistory, .accumulate = &backend::Accumulate,                   \
+    .merge_future = &backend::MergeFuture, .estimate_variance = &backend::EstimateVariance,        \
+    .mix_pilot = &backend::MixPilot, .prefilter_variance = &backend::PrefilterVariance,            \
+    .atrous = &backend::Atrous, .clip_outliers = &backend::ClipOutliers,                           \
+    .measure_mirrors = &backend::MeasureMirrors, .keep_mirrors = &backend::KeepMirrors,            \
+    .remodulate = &backend::Remodulate, .fxaa = &backend::Fxaa, .antialias = &backend::Antialias,  \
+    .tonemap = &backend::Tonemap,                                                                  \
   }
 
 inline constexpr StageTable kReferenceStages = STILLRAY_STAGES_OF(reference);

@@ -12,6 +12,7 @@
 #include "core/guides.h"
 #include "denoise/frame_check.h"
 #include "denoise/future_blocks.h"
+#include "denoise/next_motion.h"
 #include "denoise/plan.h"
 #include "denoise/shot_cuts.h"
 
@@ -101,13 +102,15 @@ Status TwoWayDenoiser::Impl::AccumulateBackward(const Progress& progress, double
     }
     WaitingFrame& now = frames[i - first];
     const bool continues = i + 1 < range.look_end && frames[i + 1 - first].continues;
-    Image2 motion = continues ? MotionToNext(now, frames[i + 1 - first]) : Image2();
+    FrameMotion motion;
     if (continues) {
-      std::swap(motion, now.frame.guides.motion);
+      const WaitingFrame& next = frames[i + 1 - first];
+      motion = MotionTowards(next.frame, MotionToNext(now, next));
+      SwapMotion(&motion, &now.frame);
     }
     const Status status = futures.Accumulate(i, now.frame, continues);
     if (continues) {
-      std::swap(motion, now.frame.guides.motion);
+      SwapMotion(&motion, &now.frame);
     }
     STILLRAY_RETURN_IF_ERROR(status);
     *done += 1 / steps;
@@ -276,6 +279,15 @@ Frame MakeStrip(const Frame& like, int height) {
   make(g.transmission_albedo, &strip.guides.transmission_albedo);
   make(g.id, &strip.guides.id);
   make(g.roughness, &strip.guides.roughness);
+  const auto make_image = [&](const VirtualGuides& given, VirtualGuides* to) {
+    make(given.depth, &to->depth);
+    make(given.normal, &to->normal);
+    make(given.albedo, &to->albedo);
+    make(given.motion, &to->motion);
+    make(given.id, &to->id);
+  };
+  make_image(like.reflection, &strip.reflection);
+  make_image(like.refraction, &strip.refraction);
   make(like.emission, &strip.emission);
   make(like.background, &strip.background);
   make(like.samples, &strip.samples);

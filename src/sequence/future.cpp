@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "denoise/next_motion.h"
 #include "sequence/reader.h"
 
 namespace stillray {
@@ -31,17 +32,20 @@ Status FuturePass::PlayBackward(const FutureRange& range) {
     if (!now.ok()) {
       return now.status();
     }
-    // The frame's own motion points back and completes that of the previous frame.
-    Image2 own_motion = now->frame.guides.motion;
     const bool continues = next && LinkToPrevious(*now, layout_, &*next) == Link::kContinues;
+    // The frame's own motion points back and completes that of the previous frame.
+    FrameMotion motion;
     if (continues) {
-      now->frame.guides.motion = MotionToNext(*now, *next, layout_);
+      motion = MotionTowards(next->frame, MotionToNext(*now, *next, layout_));
+      SwapMotion(&motion, &now->frame);
     }
     const Status accumulated = blocks_.Accumulate(i, now->frame, continues);
+    if (continues) {
+      SwapMotion(&motion, &now->frame);
+    }
     if (!accumulated.ok()) {
       return Status(accumulated.code(), options_.files[i].input + ": " + accumulated.message());
     }
-    now->frame.guides.motion = std::move(own_motion);
     KeepGuidesOnly(&*now);
     next = std::move(now.value());
   }

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -119,7 +120,16 @@ struct CallerFrame {
     Add("emission", frame.emission);
     Add("background", frame.background);
     Add("samples", frame.samples);
-    AddIds(g.id);
+    AddIds("id", g.id);
+    for (const auto& [name, image] :
+         {std::pair("reflection", &frame.reflection), std::pair("refraction", &frame.refraction)}) {
+      const std::string of = name;
+      Add(of + "_depth", image->depth);
+      Add(of + "_normal", image->normal);
+      Add(of + "_albedo", image->albedo);
+      Add(of + "_motion", image->motion);
+      AddIds(of + "_id", image->id);
+    }
     colour = Buffer(width, height, 3, format, layout);
   }
 
@@ -141,11 +151,11 @@ struct CallerFrame {
       Copy(plane, 0, &Make(name, 1));
     }
   }
-  void AddIds(const Plane<uint32_t>& ids) {
+  void AddIds(const std::string& name, const Plane<uint32_t>& ids) {
     if (ids.empty()) {
       return;
     }
-    Buffer& buffer = inputs["id"] = Buffer(width, height, 1, STILLRAY_FORMAT_UINT32, layout);
+    Buffer& buffer = inputs[name] = Buffer(width, height, 1, STILLRAY_FORMAT_UINT32, layout);
     for (int y = 0; y < height; ++y) {
       for (int x = 0; x < width; ++x) {
         std::memcpy(buffer.At(x, y, 0), &ids(x, y), 4);

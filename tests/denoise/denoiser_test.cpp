@@ -434,6 +434,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
       {"eaw_sigma_n", "0.05", {{"wavelet", "eaw"}}},
       {"eaw_sigma_z", "5", {{"wavelet", "eaw"}, {"eaw_sigma_n", "5"}}},
       {"clip_outliers", "0", {}},
+      {"virtual_roughness", "0", {}},
       {"mirror_roughness", "0", {}},
       {"antialias", "off", {}},
       {"taa_alpha", "0.5", {}},
@@ -454,6 +455,11 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
           f.guides.depth(x, y) = 0;
         }
       }
+      // The lower mirrors show something else, for select_guides.
+      f.reflection.depth = Image1(48, 40);
+      FillImage(&f.reflection.depth,
+                [](int x, int y) { return y < 30 ? 0.0f : 20.0f + static_cast<float>(x % 4); });
+      f.reflection.motion = f.guides.motion;
       EXPECT_TRUE(d.Denoise(f, &out).ok());
     }
     return ToDisplay(out.colour, s.exposure, s.tonemap, s.dither, 1);

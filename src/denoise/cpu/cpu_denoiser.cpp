@@ -43,7 +43,7 @@ class CpuDenoiser : public DenoiserBackend {
     OddValues odd;
   };
   Result<Begun> Begin(const Frame& frame, FrameFacts facts);
-  SequenceProgress ProgressFor(const Frame& frame) const;
+  SequenceProgress ProgressFor(const Frame& frame, const FrameFacts& facts) const;
   CpuPipeline PipelineOf(const FramePlan& plan) const;
   void HandOver(const FramePlan& plan, DenoisedFrame* out) const;
 
@@ -58,9 +58,8 @@ class CpuDenoiser : public DenoiserBackend {
 };
 
 /// The progress of the sequence; that of a new one if the history does not fit the frame.
-SequenceProgress CpuDenoiser::ProgressFor(const Frame& frame) const {
-  const std::span<const SignalGroup> signals = GroupsOf(settings_.signals, HasTransmission(frame));
-  if (history_.Fits(frame.width, frame.height, signals.size(), LayoutOf(settings_))) {
+SequenceProgress CpuDenoiser::ProgressFor(const Frame& frame, const FrameFacts& facts) const {
+  if (history_.Fits(frame.width, frame.height, LayersOf(settings_, facts), LayoutOf(settings_))) {
     return history_.progress;
   }
   SequenceProgress progress;
@@ -71,7 +70,7 @@ SequenceProgress CpuDenoiser::ProgressFor(const Frame& frame) const {
 
 /// Checks the frame, makes its plan and allocates its memory. The history is unchanged on failure.
 Result<CpuDenoiser::Begun> CpuDenoiser::Begin(const Frame& frame, FrameFacts facts) {
-  const SequenceProgress progress = ProgressFor(frame);
+  const SequenceProgress progress = ProgressFor(frame, facts);
   const MotionUse use = UseOfMotion(settings_, facts.jittered, progress);
   STILLRAY_RETURN_IF_ERROR(CheckFrame(frame, settings_, use));
   Begun begun;
@@ -80,7 +79,7 @@ Result<CpuDenoiser::Begun> CpuDenoiser::Begin(const Frame& frame, FrameFacts fac
   facts.samples_per_pixel = SamplesPerPixel(frame, &work_.row_sums);
   begun.plan = MakePlan(settings_, facts, progress);
   MakeRoom(begun.plan, frame.width, frame.height, &work_);
-  if (FitHistory(begun.plan, frame.width, frame.height, work_.border, &history_)) {
+  if (FitHistory(begun.plan, frame.width, frame.height, work_.border(), &history_)) {
     has_result_ = false;
   }
   history_.progress = progress;
@@ -173,7 +172,7 @@ void CpuDenoiser::Reset() {
 }
 
 Status CpuDenoiser::RestoreHistory(std::span<const uint8_t> bytes) {
-  Result<History> restored = HistoryFromBytes(bytes, KeptBy(settings_), BorderOf(settings_));
+  Result<History> restored = HistoryFromBytes(bytes, settings_);
   if (!restored.ok()) {
     return restored.status();
   }

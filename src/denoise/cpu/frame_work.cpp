@@ -33,15 +33,15 @@ void SetBorder(int border, SignalHistory* history) {
   }
 }
 
-bool HasPlanes(const FrameWork& work, int width, int height, const FramePlan& plan) {
-  return work.picture.width() == width && work.picture.height() == height &&
+bool HasPlanes(const LayerWork& work, int width, int height, const FramePlan& plan) {
+  return work.scratch.width() == width && work.scratch.height() == height &&
          work.light.size() == plan.signals.size() &&
          work.spare.compressed.empty() != plan.layout.with_compressed &&
          work.spare.behind.empty() != plan.layout.with_behind;
 }
 
 /// Allocates the planes that do not depend on the border.
-void MakePlanes(int width, int height, const FramePlan& plan, FrameWork* work) {
+void MakePlanes(int width, int height, const FramePlan& plan, LayerWork* work) {
   work->taps = ReprojectionTaps(width, height);
   work->staged = StagedHistory(width, height);
   work->light.clear();
@@ -52,30 +52,28 @@ void MakePlanes(int width, int height, const FramePlan& plan, FrameWork* work) {
                               work->border);
   work->spare_is_empty = true;
   work->scratch = Image3(width, height);
-  work->picture = Image3(width, height);
 }
 
-}  // namespace
-
-size_t FrameWork::bytes() const {
-  size_t sum = taps.bytes() + staged.bytes() + spare.bytes() + scratch.bytes() + picture.bytes() +
-               fill_guides.bytes() + firefly.bytes() + mirror.bytes() + coarse.bytes();
-  for (const ComparedPlanes& planes : compared) {
-    sum += planes.bytes();
-  }
-  for (const NewLight& of_signal : light) {
-    sum += of_signal.bytes();
-  }
-  for (const SignalHistory& signal : merged) {
-    sum += signal.bytes();
-  }
-  for (const WaveletPlanes& planes : wavelet) {
-    sum += planes.bytes();
-  }
-  return sum;
+size_t SelectedBytes(const Guides& g) {
+  return g.depth.bytes() + g.normal.bytes() + g.motion.bytes() + g.id.bytes() +
+         g.roughness.bytes() + g.specular_albedo.bytes() + g.transmission_albedo.bytes();
 }
 
-void MakeRoom(const FramePlan& plan, int width, int height, FrameWork* work) {
+/// Changes the borders of a layer's history to those that the wavelet reads.
+void FitLayer(int width, int height, int border, LayerHistory* layer) {
+  const GuidePlanes& guides = layer->guides;
+  if (guides.id.width() != width || guides.inverse_depth.border() != border) {
+    GuidePlanes wider(width, height, border);
+    CopyGuides(guides, &wider);
+    layer->guides = std::move(wider);
+  }
+  for (SignalHistory& signal : layer->signals) {
+    SetBorder(border, &signal);
+  }
+}
+
+/// Allocates memory for a layer, if necessary.
+void MakeLayerRoom(const FramePlan& plan, int width, int height, LayerWork* work) {
   const int before = work->border;
   work->border = std::max(plan.border, before);
   const bool has_planes = HasPlanes(*work, width, height, plan);
@@ -97,20 +95,53 @@ void MakeRoom(const FramePlan& plan, int width, int height, FrameWork* work) {
   SetBorder(work->border, &work->spare);
 }
 
+}  // namespace
+
+size_t LayerWork::bytes() const {
+  size_t sum = SelectedBytes(selected) + taps.bytes() + staged.bytes() + spare.bytes() +
+               scratch.bytes() + firefly.bytes() + mirror.bytes() + coarse.bytes();
+  for (const ComparedPlanes& planes : compared) {
+    sum += planes.bytes();
+  }
+  for (const NewLight& of_signal : light) {
+    sum += of_signal.bytes();
+  }
+  for (const SignalHistory& signal : merged) {
+    sum += signal.bytes();
+  }
+  for (const WaveletPlanes& planes : wavelet) {
+    sum += planes.bytes();
+  }
+  return sum;
+}
+
+size_t FrameWork::bytes() const {
+  size_t sum = picture.bytes() + motion.bytes() + fill_guides.bytes();
+  for (const LayerWork& layer : layers) {
+    sum += layer.bytes();
+  }
+  return sum;
+}
+
+void MakeRoom(const FramePlan& plan, int width, int height, FrameWork* work) {
+  work->layers.resize(plan.layers.count);
+  for (size_t i = 0; i < plan.layers.count; ++i) {
+    LayerWork& layer = work->layers[i];
+    layer.border = std::max(layer.border, work->border());
+    MakeLayerRoom(PlanOfLayer(plan, plan.layers.layer[i]), width, height, &layer);
+  }
+  if (work->picture.width() != width || work->picture.height() != height) {
+    work->picture = Image3(width, height);
+  }
+}
+
 bool FitHistory(const FramePlan& plan, int width, int height, int border, History* history) {
-  const size_t signals = plan.signals.size();
-  const bool begins_anew = !history->Fits(width, height, signals, plan.layout);
+  const bool begins_anew = !history->Fits(width, height, plan.layers, plan.layout);
   if (begins_anew) {
-    *history = History(width, height, signals, plan.layout, border);
+    *history = History(width, height, plan.layers, plan.layout, border);
   }
-  const GuidePlanes& guides = history->guides;
-  if (guides.id.width() != width || guides.inverse_depth.border() != border) {
-    GuidePlanes wider(width, height, border);
-    CopyGuides(guides, &wider);
-    history->guides = std::move(wider);
-  }
-  for (SignalHistory& signal : history->signals) {
-    SetBorder(border, &signal);
+  for (LayerHistory& layer : history->layers) {
+    FitLayer(width, height, border, &layer);
   }
   return begins_anew;
 }

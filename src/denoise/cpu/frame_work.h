@@ -40,9 +40,10 @@ struct WaveletPlanes {
   }
 };
 
-/// Work planes of one frame. They are kept between frames, so that nothing is allocated in the
+/// Work planes of one layer. They are kept between frames, so that nothing is allocated in the
 /// steady state; the next frame does not read them.
-struct FrameWork {
+struct LayerWork {
+  Guides selected;  ///< see select_guides; empty in the surface's layer
   ReprojectionTaps taps;
   std::vector<NewLight> light;  ///< of every signal
   SignalHistory spare;          ///< buffer for the next history of a signal
@@ -55,11 +56,21 @@ struct FrameWork {
   Image3 scratch;
   Image1 firefly;       ///< empty unless fireflies are clamped
   FilterPlanes mirror;  ///< empty until there is a mirror
-  Image3 picture;       ///< before it is antialiased
-  FillGuidesWork fill_guides;
   std::vector<double> row_sums;
   int border = 0;  ///< of the planes that wavelets read; never shrinks, so that none is reallocated
 
+  size_t bytes() const;
+};
+
+/// Work planes of one frame.
+struct FrameWork {
+  std::vector<LayerWork> layers;
+  Image3 picture;  ///< before it is antialiased
+  Image2 motion;   ///< of the picture; empty until there are virtual guides
+  FillGuidesWork fill_guides;
+  std::vector<double> row_sums;
+
+  int border() const { return layers.empty() ? 0 : layers.front().border; }
   size_t bytes() const;
 };
 

@@ -11,39 +11,56 @@
 
 namespace stillray {
 
+/// The state of a layer: of signals with common guides.
+struct LayerHistory {
+  std::vector<SignalHistory> signals;
+  GuidePlanes guides;           ///< of the last frame; of the one in progress while there is one
+  GuidePlanes previous_guides;  ///< of the frame before the one in progress
+
+  int width() const { return signals.front().length.width(); }
+  int height() const { return signals.front().length.height(); }
+  size_t bytes() const {
+    size_t sum = guides.bytes() + previous_guides.bytes();
+    for (const SignalHistory& signal : signals) {
+      sum += signal.bytes();
+    }
+    return sum;
+  }
+};
+
 /// The state of the denoiser on the CPU between frames: a sequence continues from it with the same
 /// bits.
 struct History {
   int width = 0;
   int height = 0;
   SequenceProgress progress;
-  std::vector<SignalHistory> signals;
-  GuidePlanes guides;           ///< of the last frame; of the one in progress while there is one
-  GuidePlanes previous_guides;  ///< of the frame before the one in progress
-  Image3 picture;               ///< the last finished one
-  HeldGuides held;              ///< of frames with incomplete guides; else empty
+  LayerList list;                    ///< the layers, in the order of their signals
+  std::vector<LayerHistory> layers;  ///< the first is the surface's
+  Image3 picture;                    ///< the last finished one
+  HeldGuides held;                   ///< of frames with incomplete guides; else empty
 
   History() = default;
-  History(int w, int h, size_t signal_count, const HistoryLayout& layout, int border)
-      : width(w),
-        height(h),
-        signals(signal_count,
-                SignalHistory(w, h, layout.with_compressed, layout.with_behind, border)),
-        picture(w, h) {}
+  History(int w, int h, const LayerList& layer_list, const HistoryLayout& layout, int border)
+      : width(w), height(h), list(layer_list), picture(w, h) {
+    for (const PlannedLayer& layer : list) {
+      layers.emplace_back().signals.assign(
+          layer.count, SignalHistory(w, h, layout.with_compressed, layout.with_behind, border));
+    }
+  }
 
   HistoryLayout layout() const {
-    const bool any = !signals.empty();
-    return {.with_compressed = any && !signals.front().compressed.empty(),
-            .with_behind = any && !signals.front().behind.empty()};
+    const SignalHistory* any = layers.empty() ? nullptr : &layers.front().signals.front();
+    return {.with_compressed = any != nullptr && !any->compressed.empty(),
+            .with_behind = any != nullptr && !any->behind.empty()};
   }
-  /// Whether a frame of this size, with so many signals, can continue from it.
-  bool Fits(int w, int h, size_t signal_count, const HistoryLayout& wanted) const {
-    return width == w && height == h && signals.size() == signal_count && layout() == wanted;
+  /// Whether a frame of this size, with these layers, can continue from it.
+  bool Fits(int w, int h, const LayerList& layer_list, const HistoryLayout& wanted) const {
+    return width == w && height == h && list == layer_list && layout() == wanted;
   }
   size_t bytes() const {
-    size_t sum = guides.bytes() + previous_guides.bytes() + picture.bytes() + held.bytes();
-    for (const SignalHistory& signal : signals) {
-      sum += signal.bytes();
+    size_t sum = picture.bytes() + held.bytes();
+    for (const LayerHistory& layer : layers) {
+      sum += layer.bytes();
     }
     return sum;
   }

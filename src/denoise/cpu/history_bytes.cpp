@@ -16,13 +16,14 @@ namespace {
 
 struct Header {
   char magic[8] = {};
-  uint32_t version = 5;
+  uint32_t version = 6;
   uint32_t byte_order = kHistoryByteOrder;
   int32_t width = 0;
   int32_t height = 0;
   uint32_t signal_count = 0;
   /// 1: history, 2: picture, 4: compressed luminances, 8: history without the last feedback, 16:
-  /// held guides, 32: with ids, 64: some frame was jittered
+  /// held guides, 32: with ids, 64: some frame was jittered, 128: layer of the reflection, 256: of
+  /// the refraction
   uint32_t flags = 0;
   uint32_t held_planes = 0;  ///< bit n: the n-th plane of VisitHeldPlanes is present
   float feedback_progress = 0;
@@ -44,18 +45,20 @@ void VisitPlanes(State& state, const Visit& visit) {
       visit(plane);
     }
   };
-  for (auto& signal : state.signals) {
-    visit_all(signal.colour);
-    visit(signal.mean);
-    visit(signal.variance);
-    visit(signal.length);
-    visit(signal.weights2);
-    visit(signal.compressed);
-    visit_all(signal.behind);
+  for (auto& layer : state.layers) {
+    for (auto& signal : layer.signals) {
+      visit_all(signal.colour);
+      visit(signal.mean);
+      visit(signal.variance);
+      visit(signal.length);
+      visit(signal.weights2);
+      visit(signal.compressed);
+      visit_all(signal.behind);
+    }
+    visit(layer.guides.inverse_depth);
+    visit_all(layer.guides.normal);
+    visit(layer.guides.id);
   }
-  visit(state.guides.inverse_depth);
-  visit_all(state.guides.normal);
-  visit(state.guides.id);
   visit_all(state.picture);
   VisitHeldPlanes(state.held, visit);
   visit(state.held.guides.id);
@@ -64,7 +67,9 @@ void VisitPlanes(State& state, const Visit& visit) {
 size_t PayloadBytes(const Header& header) {
   const size_t signal_planes =
       7u + ((header.flags & 4u) != 0 ? 1u : 0u) + ((header.flags & 8u) != 0 ? 3u : 0u);
-  const size_t planes = header.signal_count * signal_planes + 8 +
+  const size_t layers =
+      1u + ((header.flags & 128u) != 0 ? 1u : 0u) + ((header.flags & 256u) != 0 ? 1u : 0u);
+  const size_t planes = header.signal_count * signal_planes + layers * 5 + 3 +
                         static_cast<size_t>(std::popcount(header.held_planes)) +
                         ((header.flags & 32u) != 0 ? 1u : 0u);
   return header.signal_count * sizeof(float) +
@@ -94,6 +99,29 @@ bool MakePlanes(const Header& header, HeldGuides* held) {
     held->guides.id = Plane<uint32_t>(header.width, header.height);
   }
   return mask == 0;
+}
+
+bool HasLayer(const LayerList& list, GuideSource source) {
+  return std::any_of(list.begin(), list.end(),
+                     [&](const PlannedLayer& layer) { return layer.guides == source; });
+}
+
+/// The layers of a saved history, if frames under these settings have them.
+Result<LayerList> LayersOf(const Header& header, const Settings& settings) {
+  const size_t with_transmission = GroupsOf(settings.signals, true).size();
+  FrameFacts facts;
+  facts.has_reflection = (header.flags & 128u) != 0;
+  facts.has_refraction = (header.flags & 256u) != 0;
+  if (header.signal_count == with_transmission) {
+    facts.lights = 1u << static_cast<uint32_t>(SignalKind::kDirectTransmission);
+  }
+  const LayerList list = LayersOf(settings, facts);
+  if (HasLayer(list, GuideSource::kReflection) != facts.has_reflection ||
+      HasLayer(list, GuideSource::kRefraction) != facts.has_refraction) {
+    return Status::BadData(
+        "saved history follows virtual guides, under these settings no signal does");
+  }
+  return list;
 }
 
 bool HoldsNan(const float* row, int width) {
@@ -147,19 +175,25 @@ std::vector<uint8_t> HistoryToBytes(const History& state) {
   std::memcpy(header.magic, kHistoryMagic, sizeof(kHistoryMagic));
   header.width = state.width;
   header.height = state.height;
-  header.signal_count = static_cast<uint32_t>(state.signals.size());
+  for (const PlannedLayer& layer : state.list) {
+    header.signal_count += static_cast<uint32_t>(layer.count);
+  }
   header.flags = (state.progress.has_history ? 1u : 0u) | (state.progress.has_picture ? 2u : 0u) |
                  (state.layout().with_compressed ? 4u : 0u) |
                  (state.layout().with_behind ? 8u : 0u) | (state.held.empty() ? 0u : 16u) |
-                 (state.held.guides.id.empty() ? 0u : 32u) | (state.progress.jittered ? 64u : 0u);
+                 (state.held.guides.id.empty() ? 0u : 32u) | (state.progress.jittered ? 64u : 0u) |
+                 (HasLayer(state.list, GuideSource::kReflection) ? 128u : 0u) |
+                 (HasLayer(state.list, GuideSource::kRefraction) ? 256u : 0u);
   header.held_planes = PlanesOf(state.held);
   header.feedback_progress = state.progress.feedback_progress;
   std::vector<uint8_t> bytes(sizeof(Header));
   std::memcpy(bytes.data(), &header, sizeof(Header));
   bytes.reserve(sizeof(Header) + PayloadBytes(header));
-  for (const SignalHistory& signal : state.signals) {
-    const auto* scale = reinterpret_cast<const uint8_t*>(&signal.compressed_scale);
-    bytes.insert(bytes.end(), scale, scale + sizeof(float));
+  for (const LayerHistory& layer : state.layers) {
+    for (const SignalHistory& signal : layer.signals) {
+      const auto* scale = reinterpret_cast<const uint8_t*>(&signal.compressed_scale);
+      bytes.insert(bytes.end(), scale, scale + sizeof(float));
+    }
   }
   VisitPlanes(state, [&](const auto& plane) {
     for (int y = 0; y < plane.height(); ++y) {
@@ -172,8 +206,7 @@ std::vector<uint8_t> HistoryToBytes(const History& state) {
   return bytes;
 }
 
-Result<History> HistoryFromBytes(std::span<const uint8_t> bytes, const KeptHistory& kept,
-                                 int border) {
+Result<History> HistoryFromBytes(std::span<const uint8_t> bytes, const Settings& settings) {
   if (BeginsWith(bytes, kDeviceHistoryMagic)) {
     return Status::BadData(
         "saved history was made on a Vulkan device, this denoiser works on the CPU");
@@ -192,7 +225,10 @@ Result<History> HistoryFromBytes(std::span<const uint8_t> bytes, const KeptHisto
   }
   const HistoryLayout layout = {(header.flags & 4u) != 0, (header.flags & 8u) != 0};
   STILLRAY_RETURN_IF_ERROR(CheckClaims(
-      {header.width, header.height, header.signal_count, layout, header.feedback_progress}, kept));
+      {header.width, header.height, header.signal_count, layout, header.feedback_progress},
+      KeptBy(settings)));
+  const Result<LayerList> layers = LayersOf(header, settings);
+  STILLRAY_RETURN_IF_ERROR(layers.status());
   if (bytes.size() != sizeof(Header) + PayloadBytes(header)) {
     return Status::BadData(fmt::format("saved history has {} bytes, expected {}", bytes.size(),
                                        sizeof(Header) + PayloadBytes(header)));
@@ -200,20 +236,25 @@ Result<History> HistoryFromBytes(std::span<const uint8_t> bytes, const KeptHisto
   if (ChecksumOf(header, bytes.subspan(sizeof(Header))) != header.checksum) {
     return Status::BadData("saved history is damaged: its checksum is another");
   }
-  History state(header.width, header.height, header.signal_count, layout, border);
+  const int border = BorderOf(settings);
+  History state(header.width, header.height, *layers, layout, border);
   state.progress.has_history = (header.flags & 1u) != 0;
   state.progress.has_picture = (header.flags & 2u) != 0;
   state.progress.jittered = (header.flags & 64u) != 0;
-  state.guides = GuidePlanes(header.width, header.height, border);
+  for (LayerHistory& layer : state.layers) {
+    layer.guides = GuidePlanes(header.width, header.height, border);
+  }
   state.progress.feedback_progress = header.feedback_progress;
   if (!MakePlanes(header, &state.held)) {
     return Status::BadData(fmt::format(
         "saved history names planes of guides that do not exist: {:#x}", header.held_planes));
   }
   const uint8_t* from = bytes.data() + sizeof(Header);
-  for (SignalHistory& signal : state.signals) {
-    std::memcpy(&signal.compressed_scale, from, sizeof(float));
-    from += sizeof(float);
+  for (LayerHistory& layer : state.layers) {
+    for (SignalHistory& signal : layer.signals) {
+      std::memcpy(&signal.compressed_scale, from, sizeof(float));
+      from += sizeof(float);
+    }
   }
   bool any_nan = false;
   VisitPlanes(state, [&](auto& plane) {

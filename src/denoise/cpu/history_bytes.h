@@ -45,9 +45,7 @@ bool IsHistoryOfCpu(std::span<const uint8_t> bytes);
 /// row, in the byte order of the machine. Equal states give equal bytes.
 std::vector<uint8_t> HistoryToBytes(const History& state);
 
-/// \param border  of the guides
 /// \return kBadData naming the mismatch or damage
-Result<History> HistoryFromBytes(std::span<const uint8_t> bytes, const KeptHistory& kept,
-                                 int border);
+Result<History> HistoryFromBytes(std::span<const uint8_t> bytes, const Settings& settings);
 
 }  // namespace stillray

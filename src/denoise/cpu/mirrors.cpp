@@ -35,7 +35,7 @@ void KeepMirrors(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& 
                  const NewLight& light, WaveletPlanes* planes, FilterPlanes* other) {
   LumaImage3* filtered = ChangeableLight(planes);
   FilterPlanes* measured = &planes->filter[planes->target];
-  const KeepMirrorsInput mirrors = {&light, filtered, &guides, &in.frame.guides.roughness,
+  const KeepMirrorsInput mirrors = {&light, filtered, &guides, &in.roughness,
                                     p.plan.runs.reproject ? &in.guides.motion : nullptr};
   p.stages.measure_mirrors(mirrors, p.plan.keep_mirrors, measured, &planes->valid);
   for (int level = 0; level < kKeepMirrorsLevels; ++level) {
@@ -50,9 +50,8 @@ void KeepMirrors(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& 
 }  // namespace
 
 void RunKeepMirrors(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& guides,
-                    FrameWork* work, DenoisedFrame* out) {
-  if (!HasMirrors(in.frame.guides.roughness, guides.inverse_depth,
-                  p.plan.keep_mirrors.mirror_roughness)) {
+                    LayerWork* work, DenoisedFrame* out) {
+  if (!HasMirrors(in.roughness, guides.inverse_depth, p.plan.keep_mirrors.mirror_roughness)) {
     return;
   }
   const StageTimer timer(&out->timings, "keep_mirrors");

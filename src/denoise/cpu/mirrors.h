@@ -11,6 +11,6 @@ namespace stillray {
 /// keep_mirrors and its wavelet levels: restores samples of mirrors that the filter made worse, in
 /// WaveletPlanes::light.
 void RunKeepMirrors(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& guides,
-                    FrameWork* work, DenoisedFrame* out);
+                    LayerWork* work, DenoisedFrame* out);
 
 }  // namespace stillray

@@ -6,6 +6,8 @@
 //
 //   stage                border   reads                          writes               history
 //   fill_guides          pyramid  depth, ..., samples            completed guides     known guides   (only where some are unknown)
+//   per layer (the surface, and reflections or refractions with virtual guides):
+//   select_guides        -        guides of surface and image    guides               (not for the surface)
 //   prepare_guides       1        depth, normal, id              guides               kept for the next frame
 //   reproject            -        guides of both frames, motion  taps
 //   per signal:
@@ -38,6 +40,7 @@
 #include "denoise/cpu/outputs.h"
 #include "denoise/cpu/signals.h"
 #include "denoise/cpu/wavelet.h"
+#include "denoise/picture_motion.h"
 #include "denoise/stage_timer.h"
 
 namespace stillray {
@@ -46,19 +49,44 @@ namespace {
 /// Guides, emission and background: those of the frame, or filled ones if some are unknown.
 FrameInput InputOf(const CpuPipeline& p, const Frame& frame, HeldGuides* held, FillGuidesWork* work,
                    DenoisedFrame* out) {
+  float negative_limit = 0;
+  {
+    const StageTimer timer(&out->timings, "demodulate");
+    negative_limit = NegativeLimitOf(frame, p.plan.is_sparse);
+  }
   if (!p.plan.runs.fill_guides) {
     if (!held->empty()) {
       *held = HeldGuides();
     }
-    return {frame, frame.guides, frame.emission, frame.background};
+    return {frame,          frame.guides,     frame.guides,
+            frame.emission, frame.background, frame.guides.roughness,
+            negative_limit};
   }
   const StageTimer timer(&out->timings, "fill_guides");
   FillGuides(frame, p.stages, held, work);
-  return {frame, held->guides, held->emission, held->background};
+  return {frame,          held->guides,     held->guides,
+          held->emission, held->background, frame.guides.roughness,
+          negative_limit};
+}
+
+/// The input of a layer of reflected or refracted light.
+FrameInput RunSelectGuides(const CpuPipeline& p, const FrameInput& in, GuideSource source,
+                           Guides* selected, DenoisedFrame* out) {
+  const StageTimer timer(&out->timings, "select_guides");
+  const bool reflected = source == GuideSource::kReflection;
+  const Image3 Guides::*albedo =
+      reflected ? &Guides::specular_albedo : &Guides::transmission_albedo;
+  const SelectGuidesInput given = {&in.guides,
+                                   reflected ? &in.frame.reflection : &in.frame.refraction,
+                                   &in.roughness, &(in.guides.*albedo)};
+  p.stages.select_guides(given, p.plan.select_guides, selected,
+                         reflected ? &selected->specular_albedo : &selected->transmission_albedo);
+  return {in.frame,      *selected,           in.surface,       in.emission,
+          in.background, selected->roughness, in.negative_limit};
 }
 
 /// \param history  its guides become those of this frame
-void FindTaps(const CpuPipeline& p, const FrameInput& in, int border, History* history,
+void FindTaps(const CpuPipeline& p, const FrameInput& in, int border, LayerHistory* history,
               ReprojectionTaps* taps, DenoisedFrame* out) {
   std::swap(history->guides, history->previous_guides);
   GuidePlanes& guides = history->guides;
@@ -73,32 +101,20 @@ void FindTaps(const CpuPipeline& p, const FrameInput& in, int border, History* h
   const PrepareGuidesInput given = {&g.depth, &g.normal, g.id.empty() ? nullptr : &g.id};
   const StageTimer timer(&out->timings, p.plan.runs.reproject ? "reproject" : "prepare_guides");
   if (p.fusion.prepare_and_find_taps) {
-    out->bad_guides = cpu::PrepareAndFindTaps(given, history->previous_guides, g.motion,
-                                              p.plan.reproject, &guides, taps);
+    out->bad_guides += cpu::PrepareAndFindTaps(given, history->previous_guides, g.motion,
+                                               p.plan.reproject, &guides, taps);
     return;
   }
-  out->bad_guides = p.stages.prepare_guides(given, &guides);
+  out->bad_guides += p.stages.prepare_guides(given, &guides);
   if (p.plan.runs.reproject) {
     p.stages.find_taps(guides, history->previous_guides, g.motion, p.plan.reproject, taps);
   }
 }
 
-/// The stages before the signals.
-FrameInput BeginFrame(const CpuPipeline& p, const Frame& frame, History* history, FrameWork* work,
-                      DenoisedFrame* out) {
-  FrameInput in = InputOf(p, frame, &history->held, &work->fill_guides, out);
-  {
-    const StageTimer timer(&out->timings, "demodulate");
-    in.negative_limit = NegativeLimitOf(frame, p.plan.is_sparse);
-  }
-  FindTaps(p, in, work->border, history, &work->taps, out);
-  return in;
-}
-
 /// Calls then(i) for each signal once its new light and the limit of its history are computed.
 template <typename Then>
-void ForEachSignal(const CpuPipeline& p, const FrameInput& in, History* history, FrameWork* work,
-                   FrameOutputs* outputs, DenoisedFrame* out, const Then& then) {
+void ForEachSignal(const CpuPipeline& p, const FrameInput& in, LayerHistory* history,
+                   LayerWork* work, FrameOutputs* outputs, DenoisedFrame* out, const Then& then) {
   const size_t count = p.plan.signals.size();
   const bool together = p.plan.runs.limit_history;
   for (size_t i = 0; together && i < count; ++i) {
@@ -115,6 +131,43 @@ void ForEachSignal(const CpuPipeline& p, const FrameInput& in, History* history,
   }
 }
 
+/// All stages of a layer from its guides to its filtered light. \param future  of its signals
+void FilterLayer(const CpuPipeline& p, const FrameInput& in, std::span<const SignalHistory> future,
+                 LayerHistory* history, LayerWork* work, FrameOutputs* outputs,
+                 DenoisedFrame* out) {
+  FindTaps(p, in, work->border, history, &work->taps, out);
+  ForEachSignal(p, in, history, work, outputs, out, [&](size_t i) {
+    RunAccumulate(p, i, history, work, out);
+    SignalHistory* known = &history->signals[i];
+    if (p.plan.runs.merge_future) {
+      known = RunMergeFuture(p, i, *known, future[i], work, out);
+    }
+    BeginFilter(p, in, i, known, work, outputs);
+  });
+  if (p.plan.runs.wavelet) {
+    RunWavelet(p, in, history->guides, work, outputs, out);
+  }
+  if (p.plan.runs.keep_mirrors) {
+    RunKeepMirrors(p, in, history->guides, work, out);
+  }
+}
+
+/// Calls run(layer, pipeline, in) for each layer with the pipeline of its signals and its input.
+template <typename Run>
+void ForEachLayer(const CpuPipeline& p, const FrameInput& in, FrameWork* work, DenoisedFrame* out,
+                  const Run& run) {
+  for (size_t i = 0; i < p.plan.layers.count; ++i) {
+    const PlannedLayer& layer = p.plan.layers.layer[i];
+    const FramePlan plan = PlanOfLayer(p.plan, layer);
+    const CpuPipeline of_layer = {p.stages, plan, p.fusion, p.outputs};
+    if (layer.guides == GuideSource::kSurface) {
+      run(i, of_layer, in);
+    } else {
+      run(i, of_layer, RunSelectGuides(of_layer, in, layer.guides, &work->layers[i].selected, out));
+    }
+  }
+}
+
 /// The picture's parts: filtered signals, emission and background.
 struct Picture {
   std::array<SignalLight, kMostGroups> filtered;
@@ -122,16 +175,18 @@ struct Picture {
   PictureParts parts;
 };
 
-void FindParts(const CpuPipeline& p, const FrameInput& in, std::vector<WaveletPlanes>* wavelet,
-               Picture* picture) {
-  size_t unfiltered = 0;
-  for (const Image3* image : {&in.emission, &in.background}) {
-    if (!image->empty()) {
-      picture->unfiltered[unfiltered++] = image;
-    }
-  }
-  for (size_t i = 0; i < wavelet->size(); ++i) {
-    WaveletPlanes& planes = (*wavelet)[i];
+/// The guides of a layer.
+const Guides& GuidesOf(const FramePlan& plan, const FrameInput& in, const FrameWork& work,
+                       size_t layer) {
+  return plan.layers.layer[layer].guides == GuideSource::kSurface ? in.guides
+                                                                  : work.layers[layer].selected;
+}
+
+/// Adds the filtered light of a layer.
+void AddLayer(const CpuPipeline& p, const Guides& guides, const PlannedLayer& layer,
+              LayerWork* work, Picture* picture) {
+  for (size_t i = 0; i < layer.count; ++i) {
+    WaveletPlanes& planes = work->wavelet[i];
     LumaImage3* light = planes.light;
     if (p.plan.runs.compress_light) {
       LumaImage3* expanded = &planes.filter[planes.target].colour;
@@ -139,9 +194,22 @@ void FindParts(const CpuPipeline& p, const FrameInput& in, std::vector<WaveletPl
       p.stages.expand_light(expanded);
       light = expanded;
     }
-    picture->filtered[i] = {light, AlbedosOf(p.plan.demodulate, p.plan.signals[i], in.guides)};
+    picture->filtered[layer.first + i] = {
+        light, AlbedosOf(p.plan.demodulate, p.plan.signals[layer.first + i], guides)};
   }
-  picture->parts = {{picture->filtered.data(), wavelet->size()},
+}
+
+void FindParts(const CpuPipeline& p, const FrameInput& in, FrameWork* work, Picture* picture) {
+  size_t unfiltered = 0;
+  for (const Image3* image : {&in.emission, &in.background}) {
+    if (!image->empty()) {
+      picture->unfiltered[unfiltered++] = image;
+    }
+  }
+  for (size_t i = 0; i < p.plan.layers.count; ++i) {
+    AddLayer(p, GuidesOf(p.plan, in, *work, i), p.plan.layers.layer[i], &work->layers[i], picture);
+  }
+  picture->parts = {{picture->filtered.data(), p.plan.signals.size()},
                     {picture->unfiltered.data(), unfiltered},
                     {p.plan.demodulate.luminance_rec601 != 0, /*add=*/false}};
 }
@@ -174,22 +242,42 @@ void RunFxaa(const CpuPipeline& p, const Image1& length, Image3* picture, Image3
   std::swap(*picture, *scratch);
 }
 
+/// The motion of what the picture shows.
+const Image2& PictureMotion(const FramePlan& plan, const FrameInput& in, FrameWork* work) {
+  if (plan.layers.count == 1) {
+    return in.guides.motion;
+  }
+  work->motion = in.guides.motion;
+  for (size_t i = 0; i < plan.layers.count; ++i) {
+    const GuideSource source = plan.layers.layer[i].guides;
+    if (source != GuideSource::kSurface) {
+      const bool reflected = source == GuideSource::kReflection;
+      FollowImages(in.guides, work->layers[i].selected,
+                   reflected ? in.guides.specular_albedo : in.guides.transmission_albedo,
+                   &work->motion);
+    }
+  }
+  return work->motion;
+}
+
 /// Stores the finished picture in the history.
 void RunAntialias(const CpuPipeline& p, const FrameInput& in, const PictureParts& parts,
                   History* history, FrameWork* work, Image3* colour, DenoisedFrame* out) {
   const StageTimer timer(&out->timings, "antialias");
-  AntialiasInput antialias = {history->picture, in.guides.motion, history->guides};
+  const LayerHistory& surface = history->layers.front();
+  Image3* scratch = &work->layers.front().scratch;
+  AntialiasInput antialias = {history->picture, PictureMotion(p.plan, in, work), surface.guides};
   if (p.plan.antialias.weigh_by_length != 0) {
-    antialias.length = &history->signals.front().length;
+    antialias.length = &surface.signals.front().length;
     antialias.samples = in.frame.samples.empty() ? nullptr : &in.frame.samples;
   }
   antialias.copy = colour;
   if (p.fusion.antialias_parts) {
-    out->non_finite += cpu::AntialiasParts(parts, antialias, p.plan.antialias, &work->scratch);
+    out->non_finite += cpu::AntialiasParts(parts, antialias, p.plan.antialias, scratch);
   } else {
-    p.stages.antialias(work->picture, antialias, p.plan.antialias, &work->scratch);
+    p.stages.antialias(work->picture, antialias, p.plan.antialias, scratch);
   }
-  std::swap(history->picture, work->scratch);
+  std::swap(history->picture, *scratch);
 }
 
 }  // namespace
@@ -198,32 +286,28 @@ void RunFrame(const CpuPipeline& p, const Frame& frame, std::span<const SignalHi
               History* history, FrameWork* work, Image3* colour, DenoisedFrame* out) {
   const FramePlan& plan = p.plan;
   FrameOutputs outputs(p.outputs, p.stages, plan.demodulate, out);
-  const FrameInput in = BeginFrame(p, frame, history, work, out);
-  ForEachSignal(p, in, history, work, &outputs, out, [&](size_t i) {
-    RunAccumulate(p, i, history, work, out);
-    SignalHistory* known = &history->signals[i];
-    if (plan.runs.merge_future) {
-      known = RunMergeFuture(p, i, *known, future[i], work, out);
-    }
-    BeginFilter(p, in, i, known, work, &outputs);
-  });
-  if (plan.runs.wavelet) {
-    RunWavelet(p, in, history->guides, work, &outputs, out);
-  }
-  if (plan.runs.keep_mirrors) {
-    RunKeepMirrors(p, in, history->guides, work, out);
-  }
+  out->bad_guides = 0;
+  const FrameInput in = InputOf(p, frame, &history->held, &work->fill_guides, out);
+  ForEachLayer(
+      p, in, work, out, [&](size_t i, const CpuPipeline& of_layer, const FrameInput& layer_in) {
+        const PlannedLayer& layer = plan.layers.layer[i];
+        const auto known = future.empty() ? future : future.subspan(layer.first, layer.count);
+        FilterLayer(of_layer, layer_in, known, &history->layers[i], &work->layers[i], &outputs,
+                    out);
+      });
+  const LayerHistory& surface = history->layers.front();
+  LayerWork& surface_work = work->layers.front();
   Picture picture;
-  FindParts(p, in, &work->wavelet, &picture);
+  FindParts(p, in, work, &picture);
   if (!p.fusion.antialias_parts) {
     RunRemodulate(p, picture.parts, &outputs, &work->picture, out);
   }
   if (outputs.Wants("disocclusion")) {
-    KeepDisocclusion(p, history->guides, work->taps, out);
+    KeepDisocclusion(p, surface.guides, surface_work.taps, out);
   }
   outputs.KeepPicture("aliased", work->picture);
   if (plan.runs.fxaa) {
-    RunFxaa(p, history->signals.front().length, &work->picture, &work->scratch, out);
+    RunFxaa(p, surface.signals.front().length, &work->picture, &surface_work.scratch, out);
   }
   if (plan.has_picture) {
     RunAntialias(p, in, picture.parts, history, work, colour, out);
@@ -240,11 +324,17 @@ void RunBackward(const CpuPipeline& p, const Frame& frame, History* history, Fra
                  std::vector<SignalHistory>* future) {
   DenoisedFrame unused;
   FrameOutputs outputs(p.outputs, p.stages, p.plan.demodulate, &unused);
-  const FrameInput in = BeginFrame(p, frame, history, work, &unused);
-  ForEachSignal(p, in, history, work, &outputs, &unused, [&](size_t i) {
-    future->push_back(ShortenedHistory(p, i, *history, *work));
-    RunAccumulate(p, i, history, work, &unused);
-  });
+  const FrameInput in = InputOf(p, frame, &history->held, &work->fill_guides, &unused);
+  ForEachLayer(
+      p, in, work, &unused, [&](size_t i, const CpuPipeline& of_layer, const FrameInput& layer_in) {
+        LayerHistory* of_signals = &history->layers[i];
+        LayerWork* layer = &work->layers[i];
+        FindTaps(of_layer, layer_in, layer->border, of_signals, &layer->taps, &unused);
+        ForEachSignal(of_layer, layer_in, of_signals, layer, &outputs, &unused, [&](size_t signal) {
+          future->push_back(ShortenedHistory(of_layer, signal, *of_signals, *layer));
+          RunAccumulate(of_layer, signal, of_signals, layer, &unused);
+        });
+      });
 }
 
 }  // namespace stillray

@@ -13,8 +13,8 @@
 namespace stillray {
 namespace {
 
-SignalHistory EmptyHistory(const CpuPipeline& p, const History& history, int border) {
-  return SignalHistory(history.width, history.height, p.plan.layout.with_compressed,
+SignalHistory EmptyHistory(const CpuPipeline& p, const LayerHistory& history, int border) {
+  return SignalHistory(history.width(), history.height(), p.plan.layout.with_compressed,
                        p.plan.layout.with_behind, border);
 }
 
@@ -28,7 +28,7 @@ DemodulateInput RadianceOf(const CpuPipeline& p, const FrameInput& in, const Sig
     if (part == nullptr) {
       continue;
     }
-    const Image3& own = AlbedoOf(in.guides, kind);
+    const Image3& own = AlbedoOf(in.surface, kind);
     light.radiance[light.count] = &part->radiance;
     light.second_moment[light.count] = part->second_moment.empty() ? nullptr : &part->second_moment;
     light.own_albedo[light.count] = own.empty() ? nullptr : &own;
@@ -47,7 +47,7 @@ DemodulateInput RadianceOf(const CpuPipeline& p, const FrameInput& in, const Sig
   return light;
 }
 
-void SuppressFireflies(const CpuPipeline& p, NewLight* light, FrameWork* work) {
+void SuppressFireflies(const CpuPipeline& p, NewLight* light, LayerWork* work) {
   if (p.plan.runs.clamp_fireflies) {
     LumaImage3 clamped;
     clamped.channel.swap(work->scratch.channel);
@@ -73,7 +73,7 @@ void UpdateCompressionScale(const CpuPipeline& p, const NewLight& light,
   }
 }
 
-HistoryLimits LimitsOf(const CpuPipeline& p, const FrameWork& work, size_t signal) {
+HistoryLimits LimitsOf(const CpuPipeline& p, const LayerWork& work, size_t signal) {
   const WaveletPlanes& planes = work.wavelet[signal];
   return p.plan.runs.limit_history ? HistoryLimits{&planes.luminance_factor, &planes.ratio,
                                                    p.plan.limit_history.limit_gain}
@@ -81,7 +81,7 @@ HistoryLimits LimitsOf(const CpuPipeline& p, const FrameWork& work, size_t signa
 }
 
 /// Allocates the planes of the coarse grid, if necessary.
-void MakeCoarsePlanes(const GuidePlanes& guides, size_t signals, FrameWork* work) {
+void MakeCoarsePlanes(const GuidePlanes& guides, size_t signals, LayerWork* work) {
   const int width = CoarseSize(guides.id.width());
   const int height = CoarseSize(guides.id.height());
   if (work->coarse.id.width() != width || work->coarse.id.height() != height ||
@@ -98,7 +98,7 @@ void MakeCoarsePlanes(const GuidePlanes& guides, size_t signals, FrameWork* work
 }
 
 /// Runs levels on the coarse grid from `light` to `work` and back, and so on.
-void RunComparedLevels(const CpuPipeline& p, int levels, FrameWork* work) {
+void RunComparedLevels(const CpuPipeline& p, int levels, LayerWork* work) {
   std::array<AtrousSignal, kMostGroups> signals;
   const size_t count = work->compared.size();
   for (int level = 0; level < levels; ++level) {
@@ -113,7 +113,7 @@ void RunComparedLevels(const CpuPipeline& p, int levels, FrameWork* work) {
 }
 
 /// The outputs "limit" and "ratio".
-void KeepLimits(const CpuPipeline& p, const History& history, const FrameWork& work,
+void KeepLimits(const CpuPipeline& p, const LayerHistory& history, const LayerWork& work,
                 FrameOutputs* outputs) {
   for (size_t i = 0; outputs->any() && i < p.plan.signals.size(); ++i) {
     const HistoryLimits limits = LimitsOf(p, work, i);
@@ -146,8 +146,8 @@ AlbedoSum AlbedosOf(const DemodulateParameters& p, const SignalGroup& signal, co
   return sum;
 }
 
-void GatherLight(const CpuPipeline& p, const FrameInput& in, size_t signal, History* history,
-                 FrameWork* work, FrameOutputs* outputs, DenoisedFrame* out) {
+void GatherLight(const CpuPipeline& p, const FrameInput& in, size_t signal, LayerHistory* history,
+                 LayerWork* work, FrameOutputs* outputs, DenoisedFrame* out) {
   const SignalGroup& group = p.plan.signals[signal];
   NewLight& light = work->light[signal];
   {
@@ -166,7 +166,7 @@ void GatherLight(const CpuPipeline& p, const FrameInput& in, size_t signal, Hist
   outputs->KeepLight("noisy", group, light.colour);
 }
 
-void RunLimitHistory(const CpuPipeline& p, const History& history, FrameWork* work,
+void RunLimitHistory(const CpuPipeline& p, const LayerHistory& history, LayerWork* work,
                      FrameOutputs* outputs, DenoisedFrame* out) {
   const StageTimer timer(&out->timings, "limit_history");
   const size_t count = p.plan.signals.size();
@@ -196,7 +196,7 @@ void RunLimitHistory(const CpuPipeline& p, const History& history, FrameWork* wo
   KeepLimits(p, history, *work, outputs);
 }
 
-void RunAccumulate(const CpuPipeline& p, size_t signal, History* history, FrameWork* work,
+void RunAccumulate(const CpuPipeline& p, size_t signal, LayerHistory* history, LayerWork* work,
                    DenoisedFrame* out) {
   const StageTimer timer(&out->timings, "accumulate");
   const NewLight& light = work->light[signal];
@@ -211,7 +211,7 @@ void RunAccumulate(const CpuPipeline& p, size_t signal, History* history, FrameW
     return;
   }
   if (ChangesInPlace(p.fusion, work->taps, work->staged)) {
-    const bool lit_alone = !history->progress.fed_back;
+    const bool lit_alone = !p.plan.was_fed_back;
     cpu::AccumulateInPlace(light, work->taps, limits, p.plan.accumulate, lit_alone, &work->staged,
                            &joined);
     return;
@@ -223,7 +223,7 @@ void RunAccumulate(const CpuPipeline& p, size_t signal, History* history, FrameW
 }
 
 SignalHistory* RunMergeFuture(const CpuPipeline& p, size_t signal, const SignalHistory& history,
-                              const SignalHistory& future, FrameWork* work, DenoisedFrame* out) {
+                              const SignalHistory& future, LayerWork* work, DenoisedFrame* out) {
   work->merged.resize(p.plan.signals.size());
   SignalHistory& both = work->merged[signal];
   const int width = history.length.width();
@@ -236,16 +236,16 @@ SignalHistory* RunMergeFuture(const CpuPipeline& p, size_t signal, const SignalH
   return &both;
 }
 
-SignalHistory ShortenedHistory(const CpuPipeline& p, size_t signal, const History& history,
-                               const FrameWork& work) {
+SignalHistory ShortenedHistory(const CpuPipeline& p, size_t signal, const LayerHistory& history,
+                               const LayerWork& work) {
   SignalHistory shortened = EmptyHistory(p, history, work.border);
   if (!p.plan.runs.reproject) {
     return shortened;
   }
   p.stages.fetch_history(history.signals[signal], work.taps, &shortened);
   const HistoryLimits limits = LimitsOf(p, work, signal);
-  for (int y = 0; limits.bias != nullptr && y < history.height; ++y) {
-    for (int x = 0; x < history.width; ++x) {
+  for (int y = 0; limits.bias != nullptr && y < history.height(); ++y) {
+    for (int x = 0; x < history.width(); ++x) {
       const float ratio = (*limits.ratio)(x, y);
       for (int c = 0; c < 3; ++c) {
         shortened.colour[c](x, y) *= ratio;

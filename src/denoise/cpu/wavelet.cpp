@@ -84,7 +84,7 @@ void FindPresent(const Image1& surface, WaveletPlanes* planes) {
 }
 
 void RunEstimateVariance(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& guides,
-                         FrameWork* work, FrameOutputs* outputs, DenoisedFrame* out) {
+                         LayerWork* work, FrameOutputs* outputs, DenoisedFrame* out) {
   const StageTimer timer(&out->timings, "estimate_variance");
   std::array<VarianceSignal, kMostGroups> signals;
   const size_t count = p.plan.signals.size();
@@ -228,7 +228,7 @@ LumaImage3* ChangeableLight(WaveletPlanes* planes) {
 }
 
 void BeginFilter(const CpuPipeline& p, const FrameInput& in, size_t signal, SignalHistory* history,
-                 FrameWork* work, FrameOutputs* outputs) {
+                 LayerWork* work, FrameOutputs* outputs) {
   const SignalGroup& group = p.plan.signals[signal];
   outputs->KeepLight("accumulated", group, history->colour);
   outputs->KeepPlane("history", group, history->length);
@@ -262,7 +262,7 @@ void BeginFilter(const CpuPipeline& p, const FrameInput& in, size_t signal, Sign
 }
 
 void RunWavelet(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& guides,
-                FrameWork* work, FrameOutputs* outputs, DenoisedFrame* out) {
+                LayerWork* work, FrameOutputs* outputs, DenoisedFrame* out) {
   std::vector<WaveletPlanes>& wavelet = work->wavelet;
   if (p.plan.runs.estimate_variance) {
     RunEstimateVariance(p, in, guides, work, outputs, out);

@@ -12,12 +12,12 @@ namespace stillray {
 
 /// Sets the input of a signal's wavelet to this history.
 void BeginFilter(const CpuPipeline& p, const FrameInput& in, size_t signal, SignalHistory* history,
-                 FrameWork* work, FrameOutputs* outputs);
+                 LayerWork* work, FrameOutputs* outputs);
 
 /// estimate_variance and all levels; the output of the feedback level becomes history. The result
 /// is WaveletPlanes::light.
 void RunWavelet(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& guides,
-                FrameWork* work, FrameOutputs* outputs, DenoisedFrame* out);
+                LayerWork* work, FrameOutputs* outputs, DenoisedFrame* out);
 
 /// The light of a signal, copied first if it is also the history.
 LumaImage3* ChangeableLight(WaveletPlanes* planes);

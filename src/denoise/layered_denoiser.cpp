@@ -1,0 +1,469 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise/layered_denoiser.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "core/colour.h"
+#include "core/guides.h"
+#include "core/parallel.h"
+#include "denoise/picture_motion.h"
+#include "denoise/plan.h"
+#include "denoise/planes.h"
+#include "denoise/stages/select_guides.h"
+
+namespace stillray {
+namespace {
+
+/// The virtual images that may have a layer.
+constexpr GuideSource kImages[] = {GuideSource::kReflection, GuideSource::kRefraction};
+constexpr size_t kImageCount = 2;
+
+bool IsLightOf(GuideSource source, SignalKind kind) {
+  const bool transmitted =
+      kind == SignalKind::kDirectTransmission || kind == SignalKind::kIndirectTransmission;
+  return IsSharpAtMirrors(kind) && transmitted == (source == GuideSource::kRefraction);
+}
+
+const PlannedLayer* LayerOf(const LayerList& list, GuideSource source) {
+  const auto* at = std::find_if(list.begin(), list.end(),
+                                [&](const PlannedLayer& layer) { return layer.guides == source; });
+  return at == list.end() ? nullptr : at;
+}
+
+/// The settings of a layer: one signal, and no stage of the finished picture.
+Settings LayerSettings(Settings settings) {
+  settings.signals = SignalGrouping::kSingle;
+  settings.antialias = Antialias::kOff;
+  settings.fxaa = Fxaa::kOff;
+  return settings;
+}
+
+/// Second moments that were divided by the square of one albedo's luminance, for another albedo.
+/// The mean's part is exact only for grey albedos; it is that of the CPU.
+Image1 RescaledMoment(const Signal& signal, const Image3& own, const Image3& albedo) {
+  Image1 moment(signal.second_moment.width(), signal.second_moment.height());
+  const auto at = [](const Image3& image, int x, int y) {
+    return image.empty() ? vec3(1.0f) : vec3(image[0](x, y), image[1](x, y), image[2](x, y));
+  };
+  ParallelRows(moment.height(), 32, [&](int y0, int y1) {
+    for (int y = y0; y < y1; ++y) {
+      for (int x = 0; x < moment.width(); ++x) {
+        const vec3 before = at(own, x, y);
+        const vec3 after = at(albedo, x, y);
+        const vec3 light = at(signal.radiance, x, y);
+        const float mean = Luminance709(Demodulate(light, before));
+        const float new_mean = Luminance709(Demodulate(light, after));
+        const float ratio = std::max(Luminance709(before), kAlbedoFloor) /
+                            std::max(Luminance709(after), kAlbedoFloor);
+        const float variance = std::max(signal.second_moment(x, y) - mean * mean, 0.0f);
+        moment(x, y) = variance * ratio * ratio + new_mean * new_mean;
+      }
+    }
+  });
+  return moment;
+}
+
+void AddTo(const Image3& more, Image3* sum) {
+  for (int c = 0; c < 3; ++c) {
+    ParallelRows(more.height(), 32, [&](int y0, int y1) {
+      for (int y = y0; y < y1; ++y) {
+        const float* from = more[c].Row(y);
+        float* to = (*sum)[c].Row(y);
+        for (int x = 0; x < more.width(); ++x) {
+          to[x] += from[x];
+        }
+      }
+    });
+  }
+}
+
+/// The light of a layer with its selected guides, as a frame.
+Frame MakeLayerFrame(const Frame& frame, GuideSource source, float virtual_roughness) {
+  const bool reflected = source == GuideSource::kReflection;
+  Frame layer;
+  layer.width = frame.width;
+  layer.height = frame.height;
+  layer.index = frame.index;
+  layer.jitter_x = frame.jitter_x;
+  layer.jitter_y = frame.jitter_y;
+  layer.samples = frame.samples;
+  const Guides& g = frame.guides;
+  const Image3& own = reflected ? g.specular_albedo : g.transmission_albedo;
+  Image3& albedo = layer.guides.specular_albedo;
+  cpu::SelectGuides({&g, reflected ? &frame.reflection : &frame.refraction, &g.roughness, &own},
+                    {.virtual_roughness = virtual_roughness}, &layer.guides, &albedo);
+  for (const Signal& signal : frame.signals) {
+    if (IsLightOf(source, signal.kind)) {
+      Signal& copy = layer.signals.emplace_back(signal);
+      // All light of the layer is divided by its only albedo.
+      const bool direct = signal.kind == SignalKind::kDirectSpecular ||
+                          signal.kind == SignalKind::kDirectTransmission;
+      copy.kind = direct ? SignalKind::kDirectSpecular : SignalKind::kIndirectSpecular;
+      if (!signal.second_moment.empty()) {
+        copy.second_moment = RescaledMoment(signal, own, albedo);
+      }
+    }
+  }
+  return layer;
+}
+
+/// Adds counts and times of a layer.
+void AddCounts(const DenoisedFrame& layer, DenoisedFrame* out) {
+  out->non_finite += layer.non_finite;
+  out->negative += layer.negative;
+  out->bad_guides += layer.bad_guides;
+  for (const StageTime& timing : layer.timings) {
+    const auto same = std::find_if(out->timings.begin(), out->timings.end(),
+                                   [&](const StageTime& t) { return t.name == timing.name; });
+    if (same != out->timings.end()) {
+      same->milliseconds += timing.milliseconds;
+    } else {
+      out->timings.push_back(timing);
+    }
+  }
+}
+
+/// The end of the names of a layer's outputs.
+std::string SignalOf(GuideSource source) {
+  return source == GuideSource::kReflection ? ".specular" : ".transmission";
+}
+
+/// "noisy.specular" is "noisy.light" in the layer.
+std::string NameInLayer(const std::string& name) {
+  return name.substr(0, name.find('.')) + ".light";
+}
+
+/// Whether an output is a picture of all light before the last stages.
+bool IsPicture(const std::string& name) {
+  return name == "temporal" || name.starts_with("atrous");
+}
+
+/// Puts the images of a layer in place of those that `out` has without its light. Its pictures hold
+/// the layer's finished light, as emission.
+void MergeOutputs(GuideSource source, const DenoisedFrame& layer, DenoisedFrame* out) {
+  for (NamedImage& image : out->images) {
+    const bool picture = IsPicture(image.name);
+    if (!picture && !image.name.ends_with(SignalOf(source))) {
+      continue;
+    }
+    const std::string name = picture ? image.name : NameInLayer(image.name);
+    const auto found = std::find_if(layer.images.begin(), layer.images.end(),
+                                    [&](const NamedImage& i) { return i.name == name; });
+    if (found == layer.images.end()) {
+      continue;
+    }
+    if (!picture) {
+      image.channels = found->channels;
+      continue;
+    }
+    for (int c = 0; c < 3; ++c) {
+      Image1& sum = image.channels[static_cast<size_t>(c)];
+      const Image1& part = found->channels[static_cast<size_t>(c)];
+      for (int y = 0; y < sum.height(); ++y) {
+        for (int x = 0; x < sum.width(); ++x) {
+          sum(x, y) += part(x, y) - layer.colour[c](x, y);
+        }
+      }
+    }
+  }
+}
+
+class LayeredDenoiser : public DenoiserBackend {
+ public:
+  LayeredDenoiser(const Settings& settings, DevicePrecision precision,
+                  std::shared_ptr<DeviceBackend> device, std::unique_ptr<DenoiserBackend> main)
+      : settings_(settings),
+        precision_(precision),
+        device_(std::move(device)),
+        main_(std::move(main)) {}
+
+  Status Denoise(const Frame& frame, std::span<const SignalHistory> future,
+                 DenoisedFrame* out) override;
+  Status Accumulate(const Frame& frame, std::vector<SignalHistory>* future) override;
+  Status SetSettings(const Settings& settings) override;
+  void SetResults(const Results& wanted) override { main_->SetResults(wanted); }
+  Status ReadColour(Image3* colour) override { return main_->ReadColour(colour); }
+  void SetOutputs(std::vector<std::string> names) override;
+  void Reset() override;
+  size_t memory_bytes() const override;
+  DeviceMemory device_memory() const override;
+  Result<std::vector<uint8_t>> SaveHistory() override;
+  Status RestoreHistory(std::span<const uint8_t> bytes) override;
+
+ private:
+  Status Begin(const Frame& frame);
+  std::vector<std::string> OutputsOfLayer(size_t image) const;
+  Status MakeLayer(size_t image);
+  Frame WithoutLayers(const Frame& frame) const;
+  std::vector<SignalHistory> FutureWithoutLayers(const Frame& frame,
+                                                 std::span<const SignalHistory> future) const;
+
+  Settings settings_;
+  DevicePrecision precision_;
+  std::shared_ptr<DeviceBackend> device_;
+  std::unique_ptr<DenoiserBackend> main_;
+  std::vector<std::string> outputs_;
+  std::array<std::unique_ptr<DenoiserBackend>, kImageCount> layer_;  ///< made when they are needed
+  LayerList list_;                                                   ///< of the last frame
+};
+
+/// Restarts the histories if the layers differ from those of the last frame.
+Status LayeredDenoiser::Begin(const Frame& frame) {
+  FrameFacts facts = FactsOf(frame);
+  // Frames on the device have no virtual guides.
+  facts.has_reflection = facts.has_reflection && frame.on_device == nullptr;
+  facts.has_refraction = facts.has_refraction && frame.on_device == nullptr;
+  const LayerList list = LayersOf(settings_, facts);
+  if (list != list_ && (list.count > 1 || list_.count > 1)) {
+    Reset();
+  }
+  list_ = list;
+  for (size_t i = 0; i < kImageCount; ++i) {
+    if (LayerOf(list_, kImages[i]) == nullptr) {
+      layer_[i].reset();
+    } else if (layer_[i] == nullptr) {
+      STILLRAY_RETURN_IF_ERROR(MakeLayer(i));
+    }
+  }
+  return Status::Ok();
+}
+
+Status LayeredDenoiser::MakeLayer(size_t image) {
+  Result<std::unique_ptr<DenoiserBackend>> made =
+      device_->CreateDenoiser(LayerSettings(settings_), precision_);
+  STILLRAY_RETURN_IF_ERROR(made.status());
+  layer_[image] = std::move(made.value());
+  layer_[image]->SetResults(Results());
+  layer_[image]->SetOutputs(OutputsOfLayer(image));
+  return Status::Ok();
+}
+
+void LayeredDenoiser::SetOutputs(std::vector<std::string> names) {
+  outputs_ = std::move(names);
+  for (size_t i = 0; i < kImageCount; ++i) {
+    if (layer_[i] != nullptr) {
+      layer_[i]->SetOutputs(OutputsOfLayer(i));
+    }
+  }
+  main_->SetOutputs(outputs_);
+}
+
+/// The outputs of a layer that are part of those requested.
+std::vector<std::string> LayeredDenoiser::OutputsOfLayer(size_t image) const {
+  std::vector<std::string> names;
+  for (const std::string& name : outputs_) {
+    if (IsPicture(name)) {
+      names.push_back(name);
+    } else if (name.ends_with(SignalOf(kImages[image]))) {
+      names.push_back(NameInLayer(name));
+    }
+  }
+  return names;
+}
+
+/// The frame without the light of its layers, and without their guides. Signals stay, so that all
+/// frames have the same ones, but are black.
+Frame LayeredDenoiser::WithoutLayers(const Frame& frame) const {
+  Frame rest = frame;
+  for (size_t i = 0; i < kImageCount; ++i) {
+    for (Signal& signal : rest.signals) {
+      if (layer_[i] != nullptr && IsLightOf(kImages[i], signal.kind)) {
+        signal.radiance = Image3(frame.width, frame.height);
+        signal.second_moment = Image1();
+      }
+    }
+  }
+  rest.reflection = rest.refraction = VirtualGuides();
+  if (rest.emission.empty()) {
+    rest.emission = Image3(frame.width, frame.height);
+  }
+  return rest;
+}
+
+/// The light of the future without that of the layers.
+std::vector<SignalHistory> LayeredDenoiser::FutureWithoutLayers(
+    const Frame& frame, std::span<const SignalHistory> future) const {
+  std::vector<SignalHistory> rest(future.begin(), future.end());
+  for (const PlannedLayer& layer : list_) {
+    if (layer.guides != GuideSource::kSurface && !rest.empty()) {
+      rest[layer.first] = SignalHistory(frame.width, frame.height);
+    }
+  }
+  return rest;
+}
+
+Status LayeredDenoiser::Denoise(const Frame& frame, std::span<const SignalHistory> future,
+                                DenoisedFrame* out) {
+  STILLRAY_RETURN_IF_ERROR(Begin(frame));
+  if (list_.count <= 1) {
+    return main_->Denoise(frame, future, out);
+  }
+  Frame rest = WithoutLayers(frame);
+  std::array<DenoisedFrame, kImageCount> pictures;
+  for (size_t i = 0; i < kImageCount; ++i) {
+    if (layer_[i] == nullptr) {
+      continue;
+    }
+    const PlannedLayer& planned = *LayerOf(list_, kImages[i]);
+    const Frame of_layer = MakeLayerFrame(frame, kImages[i], settings_.virtual_roughness);
+    const bool reflected = kImages[i] == GuideSource::kReflection;
+    FollowImages(frame.guides, of_layer.guides,
+                 reflected ? frame.guides.specular_albedo : frame.guides.transmission_albedo,
+                 &rest.guides.motion);
+    STILLRAY_RETURN_IF_ERROR(layer_[i]->Denoise(
+        of_layer, future.empty() ? future : future.subspan(planned.first, planned.count),
+        &pictures[i]));
+    AddTo(pictures[i].colour, &rest.emission);
+  }
+  const std::vector<SignalHistory> of_rest = FutureWithoutLayers(frame, future);
+  STILLRAY_RETURN_IF_ERROR(main_->Denoise(rest, of_rest, out));
+  for (size_t i = 0; i < kImageCount; ++i) {
+    if (layer_[i] != nullptr) {
+      AddCounts(pictures[i], out);
+      MergeOutputs(kImages[i], pictures[i], out);
+    }
+  }
+  return Status::Ok();
+}
+
+Status LayeredDenoiser::Accumulate(const Frame& frame, std::vector<SignalHistory>* future) {
+  STILLRAY_RETURN_IF_ERROR(Begin(frame));
+  if (list_.count <= 1) {
+    return main_->Accumulate(frame, future);
+  }
+  STILLRAY_RETURN_IF_ERROR(main_->Accumulate(WithoutLayers(frame), future));
+  for (size_t i = 0; i < kImageCount; ++i) {
+    if (layer_[i] != nullptr) {
+      std::vector<SignalHistory> of_layer;
+      STILLRAY_RETURN_IF_ERROR(layer_[i]->Accumulate(
+          MakeLayerFrame(frame, kImages[i], settings_.virtual_roughness), &of_layer));
+      (*future)[LayerOf(list_, kImages[i])->first] = std::move(of_layer.front());
+    }
+  }
+  return Status::Ok();
+}
+
+Status LayeredDenoiser::SetSettings(const Settings& settings) {
+  settings_ = settings;
+  for (std::unique_ptr<DenoiserBackend>& layer : layer_) {
+    if (layer != nullptr) {
+      STILLRAY_RETURN_IF_ERROR(layer->SetSettings(LayerSettings(settings)));
+    }
+  }
+  return main_->SetSettings(settings);
+}
+
+void LayeredDenoiser::Reset() {
+  main_->Reset();
+  for (std::unique_ptr<DenoiserBackend>& layer : layer_) {
+    if (layer != nullptr) {
+      layer->Reset();
+    }
+  }
+}
+
+size_t LayeredDenoiser::memory_bytes() const {
+  size_t sum = main_->memory_bytes();
+  for (const std::unique_ptr<DenoiserBackend>& layer : layer_) {
+    sum += layer != nullptr ? layer->memory_bytes() : 0;
+  }
+  return sum;
+}
+
+DeviceMemory LayeredDenoiser::device_memory() const {
+  DeviceMemory sum = main_->device_memory();
+  for (const std::unique_ptr<DenoiserBackend>& layer : layer_) {
+    if (layer != nullptr) {
+      const DeviceMemory more = layer->device_memory();
+      sum.allocations += more.allocations;
+      sum.resources += more.resources;
+      sum.bytes += more.bytes;
+      sum.largest = std::max(sum.largest, more.largest);
+    }
+  }
+  return sum;
+}
+
+// Saved histories: that of `main`; with layers also those of the layers, behind it, then a trailer
+// with their sizes.
+struct Trailer {
+  uint64_t main_bytes = 0;
+  uint64_t layer_bytes[kImageCount] = {};
+  char magic[8] = {'l', 'a', 'y', 'e', 'r', 's', '0', '1'};
+};
+
+Result<std::vector<uint8_t>> LayeredDenoiser::SaveHistory() {
+  Result<std::vector<uint8_t>> bytes = main_->SaveHistory();
+  if (!bytes.ok() || list_.count <= 1) {
+    return bytes;
+  }
+  Trailer trailer;
+  trailer.main_bytes = bytes->size();
+  for (size_t i = 0; i < kImageCount; ++i) {
+    if (layer_[i] != nullptr) {
+      const Result<std::vector<uint8_t>> of_layer = layer_[i]->SaveHistory();
+      STILLRAY_RETURN_IF_ERROR(of_layer.status());
+      trailer.layer_bytes[i] = of_layer->size();
+      bytes->insert(bytes->end(), of_layer->begin(), of_layer->end());
+    }
+  }
+  const auto* end = reinterpret_cast<const uint8_t*>(&trailer);
+  bytes->insert(bytes->end(), end, end + sizeof(trailer));
+  return bytes;
+}
+
+Status LayeredDenoiser::RestoreHistory(std::span<const uint8_t> bytes) {
+  Trailer trailer;
+  const Trailer expected;
+  const bool long_enough = bytes.size() >= sizeof(trailer);
+  if (long_enough) {
+    std::memcpy(&trailer, bytes.data() + bytes.size() - sizeof(trailer), sizeof(trailer));
+  }
+  if (!long_enough || std::memcmp(trailer.magic, expected.magic, sizeof(trailer.magic)) != 0) {
+    STILLRAY_RETURN_IF_ERROR(main_->RestoreHistory(bytes));
+    layer_ = {};
+    list_ = LayerList();
+    return Status::Ok();
+  }
+  const size_t room = bytes.size() - sizeof(trailer);
+  const bool fits = trailer.main_bytes <= room && trailer.layer_bytes[0] <= room &&
+                    trailer.layer_bytes[1] <= room &&
+                    trailer.main_bytes + trailer.layer_bytes[0] + trailer.layer_bytes[1] == room;
+  if (!fits) {
+    return Status::BadData("saved history is damaged: the sizes of its layers do not fit");
+  }
+  FrameFacts facts;
+  facts.has_reflection = trailer.layer_bytes[0] > 0;
+  facts.has_refraction = trailer.layer_bytes[1] > 0;
+  if (facts.has_refraction) {
+    facts.lights = 1u << static_cast<uint32_t>(SignalKind::kDirectTransmission);
+  }
+  size_t begin = trailer.main_bytes;
+  for (size_t i = 0; i < kImageCount; ++i) {
+    layer_[i].reset();
+    if (trailer.layer_bytes[i] > 0) {
+      STILLRAY_RETURN_IF_ERROR(MakeLayer(i));
+      STILLRAY_RETURN_IF_ERROR(
+          layer_[i]->RestoreHistory(bytes.subspan(begin, trailer.layer_bytes[i])));
+      begin += trailer.layer_bytes[i];
+    }
+  }
+  list_ = LayersOf(settings_, facts);
+  return main_->RestoreHistory(bytes.first(trailer.main_bytes));
+}
+
+}  // namespace
+
+std::unique_ptr<DenoiserBackend> MakeLayeredDenoiser(const Settings& settings,
+                                                     DevicePrecision precision,
+                                                     std::shared_ptr<DeviceBackend> device,
+                                                     std::unique_ptr<DenoiserBackend> main) {
+  return std::make_unique<LayeredDenoiser>(settings, precision, std::move(device), std::move(main));
+}
+
+}  // namespace stillray

@@ -1,0 +1,139 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise/stages/select_guides.h"
+
+#include "core/parallel.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "denoise/stages/select_guides.cpp"
+
+#include <hwy/foreach_target.h>  // IWYU pragma: keep
+
+#include <hwy/highway.h>
+
+#include "denoise/simd/vector_math-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace stillray {
+namespace HWY_NAMESPACE {
+namespace {
+
+/// The vectors at the same place of the planes of an image.
+template <int N>
+struct Vectors {
+  VF v[N];
+};
+
+template <int N>
+HWY_INLINE Vectors<N> LoadAt(const Planes<float, N>& planes, int x, int y) {
+  Vectors<N> loaded;
+  for (int c = 0; c < N; ++c) {
+    loaded.v[c] = hn::LoadU(DF(), planes[c].Row(y) + x);
+  }
+  return loaded;
+}
+
+HWY_INLINE MF ShowsImageAt(const SelectGuidesInput& in, float limit, int x, int y) {
+  const DF d;
+  const VF zero = hn::Zero(d);
+  const VF surface = hn::LoadU(d, in.surface->depth.Row(y) + x);
+  const VF image = hn::LoadU(d, in.image->depth.Row(y) + x);
+  MF shows = hn::And(hn::And(hn::Gt(surface, zero), hn::Lt(surface, hn::Set(d, kImageOfSky))),
+                     hn::Gt(image, zero));
+  if (!in.roughness->empty()) {
+    const VF roughness = hn::LoadU(d, in.roughness->Row(y) + x);
+    shows = hn::And(shows, hn::And(hn::Ge(roughness, zero), hn::Le(roughness, hn::Set(d, limit))));
+  }
+  return shows;
+}
+
+HWY_INLINE MF IsNormal(const Vectors<3>& n) {
+  const DF d;
+  const VF length2 =
+      hn::MulAdd(n.v[0], n.v[0], hn::MulAdd(n.v[1], n.v[1], hn::Mul(n.v[2], n.v[2])));
+  return hn::And(hn::Gt(length2, hn::Set(d, 1e-12f)), hn::Lt(length2, hn::Set(d, 1e12f)));
+}
+
+/// Writes `image` where the mask is true, else `surface`.
+template <int N>
+HWY_INLINE void SelectAt(MF mask, const Vectors<N>& image, const Planes<float, N>& surface, int x,
+                         int y, Planes<float, N>* out) {
+  const DF d;
+  for (int c = 0; c < N; ++c) {
+    const VF own = hn::LoadU(d, surface[c].Row(y) + x);
+    StoreInRow(d, hn::IfThenElse(mask, image.v[c], own), (*out)[c].Row(y), x, surface.width());
+  }
+}
+
+HWY_INLINE void SelectAlbedoAt(const SelectGuidesInput& in, MF shows, int x, int y, Image3* out) {
+  const DF d;
+  const VF one = hn::Set(d, 1.0f);
+  for (int c = 0; c < 3; ++c) {
+    VF albedo = in.albedo->empty() ? one : hn::LoadU(d, (*in.albedo)[c].Row(y) + x);
+    if (!in.image->albedo.empty()) {
+      const VF seen = hn::LoadU(d, in.image->albedo[c].Row(y) + x);
+      const MF good = hn::And(hn::Ge(seen, hn::Zero(d)), hn::Lt(seen, hn::Set(d, 1e12f)));
+      albedo = hn::Mul(albedo, hn::IfThenElse(hn::And(shows, good), seen, one));
+    }
+    StoreInRow(d, albedo, (*out)[c].Row(y), x, out->width());
+  }
+}
+
+void SelectRows(const SelectGuidesInput& in, float limit, int y0, int y1, Guides* out,
+                Image3* albedo) {
+  const DF d;
+  const DU du;
+  const int width = out->depth.width();
+  const bool own_motion = in.image->motion.empty();
+  for (int y = y0; y < y1; ++y) {
+    for (int x = 0; x < width; x += LaneCount()) {
+      const MF shows = ShowsImageAt(in, limit, x, y);
+      const VF own = hn::LoadU(d, in.surface->depth.Row(y) + x);
+      const VF image = hn::Min(hn::LoadU(d, in.image->depth.Row(y) + x), hn::Set(d, kImageOfSky));
+      StoreInRow(d, hn::IfThenElse(shows, image, own), out->depth.Row(y), x, width);
+      const Image3& normal = in.image->normal.empty() ? in.surface->normal : in.image->normal;
+      const Vectors<3> n = LoadAt(normal, x, y);
+      SelectAt(hn::And(shows, IsNormal(n)), n, in.surface->normal, x, y, &out->normal);
+      if (!out->motion.empty()) {
+        const Image2& motion = own_motion ? in.surface->motion : in.image->motion;
+        SelectAt(shows, LoadAt(motion, x, y), in.surface->motion, x, y, &out->motion);
+      }
+      if (!out->id.empty()) {
+        const VU of_surface = hn::LoadU(du, in.surface->id.Row(y) + x);
+        const VU of_image =
+            in.image->id.empty() ? of_surface : hn::LoadU(du, in.image->id.Row(y) + x);
+        StoreInRow(du, hn::IfThenElse(hn::RebindMask(du, shows), of_image, of_surface),
+                   out->id.Row(y), x, width);
+      }
+      if (!out->roughness.empty()) {
+        const VF roughness = hn::LoadU(d, in.roughness->Row(y) + x);
+        StoreInRow(d, hn::IfThenElse(shows, hn::Set(d, 1.0f), roughness), out->roughness.Row(y), x,
+                   width);
+      }
+      if (!albedo->empty()) {
+        SelectAlbedoAt(in, shows, x, y, albedo);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace stillray
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace stillray::cpu {
+
+HWY_EXPORT(SelectRows);
+
+void SelectGuides(const SelectGuidesInput& in, const SelectGuidesParameters& p, Guides* out,
+                  Image3* albedo) {
+  MakeSelectedPlanes(in, out, albedo);
+  ParallelRows(out->depth.height(), 32, [&](int y0, int y1) {
+    HWY_DYNAMIC_DISPATCH(SelectRows)(in, p.virtual_roughness, y0, y1, out, albedo);
+  });
+}
+
+}  // namespace stillray::cpu
+#endif

@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise/stages/select_guides.h"
+
+namespace stillray::reference {
+namespace {
+
+bool ShowsImageAt(const SelectGuidesInput& in, float limit, int x, int y) {
+  const float roughness = in.roughness->empty() ? 0.0f : (*in.roughness)(x, y);
+  return ShowsImage(in.surface->depth(x, y), in.image->depth(x, y), roughness, limit);
+}
+
+void SelectNormal(const SelectGuidesInput& in, bool image, int x, int y, Image3* out) {
+  const Image3* from = &in.surface->normal;
+  if (image && !in.image->normal.empty()) {
+    const Image3& n = in.image->normal;
+    const float length2 =
+        n[0](x, y) * n[0](x, y) + n[1](x, y) * n[1](x, y) + n[2](x, y) * n[2](x, y);
+    from = IsNormalLength2(length2) ? &n : from;
+  }
+  for (int c = 0; c < 3; ++c) {
+    (*out)[c](x, y) = (*from)[c](x, y);
+  }
+}
+
+void SelectMotion(const SelectGuidesInput& in, bool image, int x, int y, Image2* out) {
+  const Image2& from = image && !in.image->motion.empty() ? in.image->motion : in.surface->motion;
+  for (int c = 0; c < 2; ++c) {
+    (*out)[c](x, y) = from[c](x, y);
+  }
+}
+
+void SelectAlbedo(const SelectGuidesInput& in, bool image, int x, int y, Image3* out) {
+  for (int c = 0; c < 3; ++c) {
+    const float own = in.albedo->empty() ? 1.0f : (*in.albedo)[c](x, y);
+    const float seen =
+        image && !in.image->albedo.empty() ? SeenAlbedo(in.image->albedo[c](x, y)) : 1.0f;
+    (*out)[c](x, y) = own * seen;
+  }
+}
+
+}  // namespace
+
+void SelectGuides(const SelectGuidesInput& in, const SelectGuidesParameters& p, Guides* out,
+                  Image3* albedo) {
+  MakeSelectedPlanes(in, out, albedo);
+  const Image1& depth = in.surface->depth;
+  for (int y = 0; y < depth.height(); ++y) {
+    for (int x = 0; x < depth.width(); ++x) {
+      const bool image = ShowsImageAt(in, p.virtual_roughness, x, y);
+      out->depth(x, y) = image ? ImageDepth(in.image->depth(x, y)) : depth(x, y);
+      SelectNormal(in, image, x, y, &out->normal);
+      if (!out->motion.empty()) {
+        SelectMotion(in, image, x, y, &out->motion);
+      }
+      if (!out->id.empty()) {
+        out->id(x, y) = image && !in.image->id.empty() ? in.image->id(x, y) : in.surface->id(x, y);
+      }
+      if (!out->roughness.empty()) {
+        out->roughness(x, y) = image ? 1.0f : (*in.roughness)(x, y);
+      }
+      if (!albedo->empty()) {
+        SelectAlbedo(in, image, x, y, albedo);
+      }
+    }
+  }
+}
+
+}  // namespace stillray::reference

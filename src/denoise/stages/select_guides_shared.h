@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Formulas of select_guides.
+#ifndef STILLRAY_DENOISE_SELECT_GUIDES_SHARED_H
+#define STILLRAY_DENOISE_SELECT_GUIDES_SHARED_H
+
+#ifdef __cplusplus
+#include "core/shared.h"
+#endif
+
+SHARED_BEGIN
+
+SHARED_BLOCK(SelectGuidesParameters) {
+  float virtual_roughness;  // largest roughness of surfaces that show virtual images
+};
+
+// Depth of the sky in a mirror. Reflected sky is light on a surface, and has to be filtered there.
+const float kImageOfSky = 1e9f;
+
+// Whether a pixel has virtual guides: its surface is smooth and shows an image. A depth or a
+// roughness of NaN shows none.
+SHARED_FN bool ShowsImage(float surface_depth, float image_depth, float roughness, float limit) {
+  return surface_depth > 0.0f && surface_depth < kImageOfSky && image_depth > 0.0f &&
+         roughness >= 0.0f && roughness <= limit;
+}
+
+SHARED_FN float ImageDepth(float depth) {
+  return min(depth, kImageOfSky);
+}
+
+// Whether a squared length is that of a normal: not zero, not infinite, not NaN.
+SHARED_FN bool IsNormalLength2(float length2) {
+  return length2 > 1e-12f && length2 < 1e12f;
+}
+
+// Factor of the albedo by what is seen; white where that is no number.
+SHARED_FN float SeenAlbedo(float albedo) {
+  return albedo >= 0.0f && albedo < 1e12f ? albedo : 1.0f;
+}
+
+SHARED_END
+
+#endif

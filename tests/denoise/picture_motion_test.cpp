@@ -1,0 +1,80 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise/picture_motion.h"
+
+#include <gtest/gtest.h>
+
+#include "denoise/test_frames.h"
+
+namespace stillray {
+namespace {
+
+constexpr int kWidth = 32;
+constexpr int kHeight = 16;
+
+/// A wall whose left half is a mirror with an image that moves by 2, of a wall that moves by 1.
+struct Wall {
+  Guides surface;
+  Guides selected;
+  Image3 albedo{kWidth, kHeight};
+
+  Wall() {
+    surface = test::MakeWall(kWidth, kHeight).guides;
+    surface.motion[0].Fill(1);
+    selected.depth = surface.depth;
+    selected.motion = surface.motion;
+    for (int c = 0; c < 3; ++c) {
+      albedo[c].Fill(0.9f);
+    }
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth / 2; ++x) {
+        surface.id(x, y) = 2;
+        selected.depth(x, y) = 20;
+        selected.motion[0](x, y) = 2;
+        for (int c = 0; c < 3; ++c) {
+          surface.albedo[c](x, y) = 0.01f;
+        }
+      }
+    }
+  }
+  Image2 Motion() const {
+    Image2 motion = surface.motion;
+    FollowImages(surface, selected, albedo, &motion);
+    return motion;
+  }
+};
+
+TEST(PictureMotion, FollowsImagesExceptNearSilhouettes) {
+  const Image2 motion = Wall().Motion();
+  for (int x = 0; x < kWidth; ++x) {
+    EXPECT_EQ(motion[0](x, 8), x < kWidth / 2 - 2 ? 2 : 1) << x;
+    EXPECT_EQ(motion[1](x, 8), 0);
+  }
+}
+
+TEST(PictureMotion, FollowsSurfacesThatAreDiffuseToo) {
+  Wall wall;
+  for (int c = 0; c < 3; ++c) {
+    wall.surface.albedo[c].Fill(0.2f);
+  }
+  EXPECT_EQ(wall.Motion()[0](5, 8), 1);
+}
+
+TEST(PictureMotion, FollowsSurfacesWhoseImageHasNoMotion) {
+  Wall wall;
+  wall.selected.motion[0](5, 8) = 2 * kWidth;
+  const Image2 motion = wall.Motion();
+  EXPECT_EQ(motion[0](5, 8), 1);
+  EXPECT_EQ(motion[0](7, 8), 1);  // beside it
+  EXPECT_EQ(motion[0](8, 8), 2);
+}
+
+TEST(PictureMotion, NoMotionStaysNone) {
+  const Wall wall;
+  Image2 none;
+  FollowImages(wall.surface, wall.selected, wall.albedo, &none);
+  EXPECT_TRUE(none.empty());
+}
+
+}  // namespace
+}  // namespace stillray

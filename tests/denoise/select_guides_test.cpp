@@ -1,0 +1,165 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise/stages/select_guides.h"
+
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "stage_test.h"
+
+namespace stillray {
+namespace {
+
+using test::MakePlane;
+using test::RandomAt;
+using test::RandomImage;
+using test::RandomPlane;
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+TEST(SelectGuides, Formulas) {
+  EXPECT_TRUE(ShowsImage(1, 2, 0.1f, 0.1f));
+  EXPECT_TRUE(ShowsImage(1, kInfinity, 0, 0.1f));  // the sky in a mirror
+  EXPECT_FALSE(ShowsImage(1, 0, 0, 0.1f));         // no image
+  EXPECT_FALSE(ShowsImage(1, -1, 0, 0.1f));
+  EXPECT_FALSE(ShowsImage(1, kNan, 0, 0.1f));
+  EXPECT_FALSE(ShowsImage(kInfinity, 2, 0, 0.1f));  // no surface
+  EXPECT_FALSE(ShowsImage(0, 2, 0, 0.1f));
+  EXPECT_FALSE(ShowsImage(1, 2, 0.11f, 0.1f));
+  EXPECT_FALSE(ShowsImage(1, 2, kNan, 0.1f));
+  EXPECT_EQ(ImageDepth(3), 3);
+  EXPECT_EQ(ImageDepth(kInfinity), kImageOfSky);
+  EXPECT_TRUE(IsNormalLength2(1));
+  EXPECT_FALSE(IsNormalLength2(0));
+  EXPECT_FALSE(IsNormalLength2(kNan));
+  EXPECT_FALSE(IsNormalLength2(kInfinity));
+  EXPECT_EQ(SeenAlbedo(0.25f), 0.25f);
+  EXPECT_EQ(SeenAlbedo(kNan), 1);
+  EXPECT_EQ(SeenAlbedo(-1), 1);
+}
+
+Image2 RandomMotion(int width, int height, uint32_t seed) {
+  Image2 motion;
+  motion[0] = RandomPlane(width, height, seed);
+  motion[1] = RandomPlane(width, height, seed + 1);
+  return motion;
+}
+
+/// Guides of a surface and of the image in it, with invalid values among them.
+struct Inputs {
+  Guides surface;
+  VirtualGuides image;
+  Image1 roughness;
+
+  Inputs(int width, int height) {
+    surface.depth = RandomPlane(width, height, 1, 4);
+    surface.normal = RandomImage<Image3>(width, height, 2);
+    surface.motion = RandomMotion(width, height, 30);
+    surface.specular_albedo = RandomImage<Image3>(width, height, 4);
+    surface.id = Plane<uint32_t>(width, height);
+    image.depth = MakePlane(width, height, [](int x, int y) {
+      const float u = RandomAt(x, y, 5);
+      return u < 0.1f ? kNan : u < 0.2f ? kInfinity : u < 0.5f ? 0.0f : 8 * u;
+    });
+    image.normal = RandomImage<Image3>(width, height, 6);
+    image.albedo = RandomImage<Image3>(width, height, 7);
+    image.motion = RandomMotion(width, height, 80);
+    image.id = Plane<uint32_t>(width, height);
+    roughness = RandomPlane(width, height, 9, 1);
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        surface.id(x, y) = static_cast<uint32_t>(x);
+        image.id(x, y) = 1000 + static_cast<uint32_t>(x);
+        if (x % 7 == 3) {
+          image.normal[1](x, y) = kNan;
+          image.albedo[2](x, y) = kInfinity;
+        }
+      }
+    }
+  }
+};
+
+TEST(SelectGuides, TakesTheImageWhereThereIsOne) {
+  for (const auto& version : {&reference::SelectGuides, &cpu::SelectGuides}) {
+    Inputs in(4, 1);
+    in.surface.depth.Fill(2);
+    in.roughness.Fill(0.1f);
+    in.roughness(3, 0) = 0.5f;
+    for (int x = 0; x < 4; ++x) {
+      const float depth[4] = {0, 5, kInfinity, 5};
+      in.image.depth(x, 0) = depth[x];
+      for (int c = 0; c < 3; ++c) {
+        in.image.normal[c](x, 0) = x == 2 ? 0.0f : 0.5f;
+      }
+    }
+    Guides out;
+    Image3 albedo;
+    version({&in.surface, &in.image, &in.roughness, &in.surface.specular_albedo}, {0.2f}, &out,
+            &albedo);
+    EXPECT_EQ(out.depth(0, 0), 2);
+    EXPECT_EQ(out.depth(1, 0), 5);
+    EXPECT_EQ(out.depth(2, 0), kImageOfSky);
+    EXPECT_EQ(out.depth(3, 0), 2);  // rough
+    EXPECT_EQ(out.normal[0](1, 0), 0.5f);
+    EXPECT_EQ(out.normal[0](2, 0), in.surface.normal[0](2, 0));  // the sky has none
+    EXPECT_EQ(out.motion[1](0, 0), in.surface.motion[1](0, 0));
+    EXPECT_EQ(out.motion[1](1, 0), in.image.motion[1](1, 0));
+    EXPECT_EQ(out.id(0, 0), 0u);
+    EXPECT_EQ(out.id(1, 0), 1001u);
+    EXPECT_EQ(out.roughness(1, 0), 1);
+    EXPECT_EQ(out.roughness(3, 0), 0.5f);
+    EXPECT_FLOAT_EQ(albedo[0](1, 0),
+                    in.surface.specular_albedo[0](1, 0) * in.image.albedo[0](1, 0));
+    EXPECT_EQ(albedo[0](3, 0), in.surface.specular_albedo[0](3, 0));
+  }
+}
+
+TEST(SelectGuides, ImagesThatAreNotGivenAreThoseOfTheSurface) {
+  for (const auto& version : {&reference::SelectGuides, &cpu::SelectGuides}) {
+    Inputs in(9, 5);
+    in.image.normal = Image3();
+    in.image.albedo = Image3();
+    in.image.motion = Image2();
+    in.image.id = Plane<uint32_t>();
+    in.surface.specular_albedo = Image3();
+    const Image1 unknown;
+    Guides out;
+    Image3 albedo;
+    version({&in.surface, &in.image, &unknown, &in.surface.specular_albedo}, {0.2f}, &out, &albedo);
+    test::ExpectEqual(out.normal[0], in.surface.normal[0]);
+    test::ExpectEqual(out.motion[0], in.surface.motion[0]);
+    test::ExpectEqual(out.id, in.surface.id);
+    EXPECT_TRUE(out.roughness.empty());
+    EXPECT_TRUE(albedo.empty());
+  }
+}
+
+TEST(SelectGuides, VersionsAgree) {
+  test::ForSizesAndTargets([](int width, int height) {
+    const Inputs in(width, height);
+    const SelectGuidesInput given = {&in.surface, &in.image, &in.roughness,
+                                     &in.surface.specular_albedo};
+    Guides expected;
+    Guides got;
+    Image3 expected_albedo;
+    Image3 got_albedo;
+    reference::SelectGuides(given, {0.4f}, &expected, &expected_albedo);
+    cpu::SelectGuides(given, {0.4f}, &got, &got_albedo);
+    test::ExpectEqual(got.depth, expected.depth);
+    test::ExpectEqual(got.id, expected.id);
+    test::ExpectEqual(got.roughness, expected.roughness);
+    for (int c = 0; c < 3; ++c) {
+      test::ExpectEqual(got.normal[c], expected.normal[c]);
+      test::ExpectEqual(got_albedo[c], expected_albedo[c]);
+    }
+    for (int c = 0; c < 2; ++c) {
+      test::ExpectEqual(got.motion[c], expected.motion[c]);
+    }
+  });
+}
+
+}  // namespace
+}  // namespace stillray
