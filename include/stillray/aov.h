@@ -131,6 +131,21 @@ enum class Aov : uint8_t {
   kTransmissionAlbedo,
   kFallbackAlbedo,  ///< of all reflection; used with kColour alone
   kFallbackNormal,  ///< of the surface that kFallbackAlbedo belongs to; any axes
+  // Of the first rough surface behind mirrors and glass; as Cycles' Denoising Data.
+  kSeenDepth,   ///< length of the path to it
+  kSeenNormal,  ///< any axes
+  kSeenAlbedo,  ///< times the colour of the mirrors
+  // VirtualGuides.
+  kReflectionDepth,
+  kReflectionNormal,
+  kReflectionAlbedo,
+  kReflectionMotion,
+  kReflectionId,
+  kRefractionDepth,
+  kRefractionNormal,
+  kRefractionAlbedo,
+  kRefractionMotion,
+  kRefractionId,
   kId,
   kCryptomatte,  ///< id as the bits of a float
   kRoughness,
@@ -146,7 +161,7 @@ enum class Aov : uint8_t {
   kEmission,
   kBackground,
 };
-inline constexpr int kAovCount = 26;
+inline constexpr int kAovCount = 39;
 /// The name on the command line: "colour", "direct_diffuse", ...
 const char* AovName(Aov aov);
 

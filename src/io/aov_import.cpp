@@ -13,7 +13,9 @@
 #include "core/guides.h"
 #include "core/parallel.h"
 #include "io/aov_albedo.h"
+#include "io/aov_seen.h"
 #include "io/lossy.h"
+#include "io/seen_guides.h"
 #include "io/text.h"
 #include "stillray/aov.h"
 
@@ -64,6 +66,7 @@ class Importer {
 
   Result<Frame> Import(std::array<float, 2> previous_jitter);
   Image2 NextMotion(const JitterPair& jitter) const;
+  io::NoSeenGuides CheckSeen();
 
  private:
   Status CheckChannels() const;
@@ -77,10 +80,15 @@ class Importer {
   void ImportNormal();
   void ImportId();
   void ImportAlbedo();
+  void ImportSeenGuides();
+  VirtualGuides VirtualGuidesOf(Aov depth, Aov normal, Aov albedo, Aov motion, Aov id,
+                                const JitterPair& jitter) const;
+  Plane<uint32_t> Ids(const Channel& channel) const;
   void ImportPasses();
   void ImportVolume();
   void ImportColourAlone();
   void AddRest();
+  void CompleteTransmissionAlbedo();
   Signal& SignalOf(SignalKind kind);
   void KeepPart(Aov aov, SignalKind kind, const Image3& radiance);
 
@@ -308,6 +316,58 @@ void Importer::ImportAlbedo() {
   g.transmission_albedo = Colour(Aov::kTransmissionAlbedo);
 }
 
+/// Numbers of surfaces, unchanged.
+Plane<uint32_t> Importer::Ids(const Channel& channel) const {
+  if (channel.type == PixelType::kUint32) {
+    return channel.integers;
+  }
+  constexpr float kLargest = 4e9f;
+  Plane<uint32_t> ids(frame_.width, frame_.height);
+  ForEachPixel(frame_.width, frame_.height, [&](int x, int y) {
+    const float value = channel.values(x, y);
+    ids(x, y) = value >= 0 && value < kLargest ? static_cast<uint32_t>(std::lround(value)) : 0;
+  });
+  return ids;
+}
+
+/// Layers of virtual guides; all empty without a depth.
+VirtualGuides Importer::VirtualGuidesOf(Aov depth, Aov normal, Aov albedo, Aov motion, Aov id,
+                                        const JitterPair& jitter) const {
+  VirtualGuides guides;
+  const std::optional<Image1> stored = Plane1(depth);
+  if (!stored) {
+    return guides;
+  }
+  guides.depth = ConvertDepth(*stored, layout_.depth);
+  if (layout_.Find(normal) != nullptr) {
+    guides.normal = ConvertNormal(Colour(normal), layout_.normal, nullptr);
+  }
+  guides.albedo = Colour(albedo);
+  if (const AovSource* source = layout_.Find(motion)) {
+    guides.motion = ConvertMotion(Values(source->channels[0]), Values(source->channels[1]),
+                                  layout_.motion, jitter);
+  } else {
+    guides.motion = frame_.guides.motion;
+  }
+  if (const AovSource* source = layout_.Find(id)) {
+    guides.id = Ids(*image_.Find(source->channels[0]));
+  }
+  return guides;
+}
+
+void Importer::ImportSeenGuides() {
+  const std::optional<Image1> depth = Plane1(Aov::kSeenDepth);
+  if (depth && frame_.reflection.empty() && frame_.refraction.empty()) {
+    io::SetSeenGuides({*depth, Colour(Aov::kSeenNormal), Colour(Aov::kSeenAlbedo)}, &frame_);
+  }
+}
+
+io::NoSeenGuides Importer::CheckSeen() {
+  ImportGuides({0, 0});
+  return io::CheckSeenGuides({*Plane1(Aov::kSeenDepth), Colour(Aov::kSeenNormal), Image3()},
+                             frame_.guides);
+}
+
 void Importer::KeepPart(Aov aov, SignalKind kind, const Image3& radiance) {
   if (parts_ != nullptr) {
     parts_->push_back({aov, kind, radiance, Image3()});
@@ -423,6 +483,29 @@ void Importer::AddRest() {
   }
 }
 
+/// Where nothing transmits, light of volumes must not be divided by the clamped zero.
+void Importer::CompleteTransmissionAlbedo() {
+  Image3& albedo = frame_.guides.transmission_albedo;
+  if (albedo.empty()) {
+    albedo = WhiteAlbedo(frame_.width, frame_.height);
+    return;
+  }
+  if (!layout_.Find(Aov::kDirectVolume) && !layout_.Find(Aov::kIndirectVolume)) {
+    return;
+  }
+  for (size_t i = 0; parts_ != nullptr && i < parts_->size(); ++i) {
+    if ((*parts_)[i].aov == Aov::kDirectTransmission ||
+        (*parts_)[i].aov == Aov::kIndirectTransmission) {
+      (*parts_)[i].stored_albedo = albedo;
+    }
+  }
+  ForEachPixel(frame_.width, frame_.height, [&](int x, int y) {
+    for (int c = 0; c < 3; ++c) {
+      albedo[c](x, y) = albedo[c](x, y) > 0 ? albedo[c](x, y) : 1.0f;
+    }
+  });
+}
+
 Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
   STILLRAY_RETURN_IF_ERROR(CheckChannels());
   ImportJitter();
@@ -436,27 +519,22 @@ Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
     ImportPasses();
     AddRest();
   }
-  // Where nothing transmits, light of volumes must not be divided by the clamped zero.
-  Image3& transmission = frame_.guides.transmission_albedo;
   const bool transmits = frame_.Find(SignalKind::kDirectTransmission) != nullptr ||
                          frame_.Find(SignalKind::kIndirectTransmission) != nullptr;
   if (!transmits) {
-    transmission = Image3();
-  } else if (transmission.empty()) {
-    transmission = WhiteAlbedo(frame_.width, frame_.height);
-  } else if (layout_.Find(Aov::kDirectVolume) || layout_.Find(Aov::kIndirectVolume)) {
-    for (size_t i = 0; parts_ != nullptr && i < parts_->size(); ++i) {
-      if ((*parts_)[i].aov == Aov::kDirectTransmission ||
-          (*parts_)[i].aov == Aov::kIndirectTransmission) {
-        (*parts_)[i].stored_albedo = transmission;
-      }
-    }
-    ForEachPixel(frame_.width, frame_.height, [&](int x, int y) {
-      for (int c = 0; c < 3; ++c) {
-        float& value = transmission[c](x, y);
-        value = value > 0 ? value : 1.0f;
-      }
-    });
+    frame_.guides.transmission_albedo = Image3();
+  }
+  const JitterPair jitter = {frame_.jitter_x, frame_.jitter_y, previous_jitter[0],
+                             previous_jitter[1]};
+  frame_.reflection =
+      VirtualGuidesOf(Aov::kReflectionDepth, Aov::kReflectionNormal, Aov::kReflectionAlbedo,
+                      Aov::kReflectionMotion, Aov::kReflectionId, jitter);
+  frame_.refraction =
+      VirtualGuidesOf(Aov::kRefractionDepth, Aov::kRefractionNormal, Aov::kRefractionAlbedo,
+                      Aov::kRefractionMotion, Aov::kRefractionId, jitter);
+  ImportSeenGuides();  // compares the albedos as stored
+  if (transmits) {
+    CompleteTransmissionAlbedo();
   }
   return std::move(frame_);
 }
@@ -493,6 +571,10 @@ Image2 Importer::NextMotion(const JitterPair& jitter) const {
 }
 
 }  // namespace
+
+io::NoSeenGuides io::CheckSeenLayers(const ExrImage& image, const AovLayout& layout) {
+  return Importer(image, layout, "").CheckSeen();
+}
 
 Image2 ImportNextMotion(const ExrImage& image, const AovLayout& layout, const JitterPair& jitter) {
   return Importer(image, layout, "").NextMotion(jitter);

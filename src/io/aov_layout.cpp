@@ -12,6 +12,7 @@
 #include "io/aov_light.h"
 #include "io/aov_mapping.h"
 #include "io/aov_presets.h"
+#include "io/aov_seen.h"
 #include "io/text.h"
 #include "stillray/aov.h"
 
@@ -205,6 +206,11 @@ int ComponentCount(Aov aov) {
   switch (aov) {
     case Aov::kAlpha:
     case Aov::kDepth:
+    case Aov::kSeenDepth:
+    case Aov::kReflectionDepth:
+    case Aov::kReflectionId:
+    case Aov::kRefractionDepth:
+    case Aov::kRefractionId:
     case Aov::kId:
     case Aov::kCryptomatte:
     case Aov::kRoughness:
@@ -212,6 +218,8 @@ int ComponentCount(Aov aov) {
       return 1;
     case Aov::kMotion:
     case Aov::kNextMotion:
+    case Aov::kReflectionMotion:
+    case Aov::kRefractionMotion:
       return 2;
     default:
       return 3;
@@ -485,6 +493,7 @@ Result<AovLayout> UnderstandAovs(const ExrImage& image, const AovOptions& option
   PickId(image, (*preset)->id_is_index, &layout);
   STILLRAY_RETURN_IF_ERROR(io::DecideLight(name, &layout));
   io::DecideFallbackAlbedo(options, &layout);
+  io::DecideSeenGuides(image, &layout);
   io::DecideColour(image, options, name, &layout);
   io::DecideRest(&layout);
   std::stable_sort(layout.sources.begin(), layout.sources.end(),

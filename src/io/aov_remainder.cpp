@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "io/aov_light.h"
 #include "io/lossy.h"
 
 namespace stillray::io {
@@ -70,7 +71,9 @@ bool ColourIsOfOtherLight(const ExrImage& image, const AovLayout& layout, const 
                           double* part) {
   *part = 0;
   AovLayout passes = layout;
-  std::erase_if(passes.sources, [](const AovSource& s) { return s.aov == Aov::kColour; });
+  for (const Aov aov : {Aov::kColour, Aov::kSeenDepth, Aov::kSeenNormal, Aov::kSeenAlbedo}) {
+    Drop(aov, &passes);
+  }
   const Result<Frame> frame = ImportFrame(image, passes, {0, 0}, name);
   if (!frame.ok()) {
     return false;

@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What the layers of a frame reveal about its camera. Every static pixel is an equation; all fits
+/// are robust (iteratively reweighted least squares), so that moving objects, mirrors and noise do
+/// not affect them as long as most pixels are neither.
+#pragma once
+
+#include <optional>
+
+#include "stillray/frame.h"
+#include "stillray/vec.h"
+
+namespace stillray::io {
+
+/// The linear map that most normals follow: mapped = map * normal. It is zero in directions that
+/// the normals do not span.
+/// \param normal  zero where there is no surface
+mat3 FitNormalMap(const Image3& normal, const Image3& mapped);
+
+/// Positions in the picture relative to its centre, 1 at its left and right side.
+vec2 PicturePoint(int width, int height, float x, float y);
+
+/// Distances along rays as a function of view-space z: (z - start) / cosine, where the cosine
+/// belongs to the angle between ray and viewing axis, 1 / sqrt(1 + k |p - centre|^2).
+struct Lens {
+  double k = 0;      ///< squared tangent of half the horizontal field of view; 0: parallel rays
+  double start = 0;  ///< z at which distances begin: the near clipping plane
+  glm::dvec2 centre{0.0};  ///< of projection, see PicturePoint
+
+  double Cosine(vec2 p) const;
+  double DepthOf(double distance, vec2 p) const { return distance * Cosine(p) + start; }
+};
+
+/// \param depth     view-space z; > 0 and finite on surfaces
+/// \param distance  along the pixel's ray from the camera; > 0 where it is that of the surface, or
+///                  of what is seen in it
+/// \return nothing if fewer than a third of the surfaces have a distance that fits
+std::optional<Lens> FitLens(const Image1& depth, const Image1& distance);
+
+/// Where static points were in the previous picture, as a function of their place and depth:
+/// (x, y, w) = map (p, 1, depth_unit / z), place (x, y) / w. This holds for all perspective cameras
+/// that move, turn and zoom, and for parallel ones that do not turn (homography of the plane at
+/// infinity, and epipole; Hartley and Zisserman, Multiple View Geometry, section 13).
+struct CameraMotion {
+  glm::dmat4x3 map;  ///< columns belong to x, y, 1 and depth_unit / z
+  double depth_unit = 1;
+
+  /// \param p  see PicturePoint
+  /// \param z  > 0, may be infinite
+  /// \return pixels from the point's place now to its place in the previous frame
+  vec2 MotionOf(vec2 p, double z, int width) const;
+};
+
+/// \param motion  pixels, as Guides::motion
+/// \return nothing if fewer than a third of the surfaces move within a tenth of a pixel like this.
+///         Before a single plane, motion at other depths is finite but arbitrary
+std::optional<CameraMotion> FitCameraMotion(const Image1& depth, const Image2& motion);
+
+}  // namespace stillray::io

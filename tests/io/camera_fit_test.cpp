@@ -1,0 +1,296 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// The fits against a room whose cameras are known. Layers have the precision of halves.
+#include "io/camera_fit.h"
+
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "mirror_room.h"
+
+namespace stillray::io {
+namespace {
+
+/// A camera that moves, turns and zooms.
+RoomCamera Now() {
+  RoomCamera camera;
+  camera.position = {0.1, 1.5, -4.0};
+  camera.pan = 0.05;
+  camera.shift = {0.06, -0.03};
+  return camera;
+}
+
+RoomCamera Before() {
+  RoomCamera camera;
+  camera.position = {-0.05, 1.46, -4.15};
+  camera.pan = 0.02;
+  camera.tilt = 0.01;
+  camera.tangent = 0.61;
+  camera.shift = {0.06, -0.03};
+  return camera;
+}
+
+RoomPicture Picture(const Room& room, const RoomOptions& options = {}) {
+  return Trace(room, Now(), Before(), options);
+}
+
+TEST(FitLens, FindsFocalLengthClippingPlaneAndShift) {
+  RoomOptions options;
+  options.clip_start = 0.25;
+  for (const Room& room : {EmptyRoom(), RoomWithMirror()}) {
+    for (const bool tall : {false, true}) {
+      options.width = tall ? 120 : 160;
+      options.height = tall ? 160 : 120;
+      const RoomPicture picture = Picture(room, options);
+      const std::optional<Lens> lens = FitLens(picture.frame.guides.depth, picture.seen.depth);
+      ASSERT_TRUE(lens.has_value());
+      EXPECT_NEAR(lens->k, 0.36, 0.001);
+      EXPECT_NEAR(lens->start, 0.25, 0.003);
+      EXPECT_NEAR(lens->centre.x, 0.06, 0.003);
+      EXPECT_NEAR(lens->centre.y, -0.03, 0.003);
+    }
+  }
+}
+
+TEST(FitLens, TurnsDistancesIntoDepths) {
+  const RoomPicture picture = Picture(RoomWithMirror());
+  const std::optional<Lens> lens = FitLens(picture.frame.guides.depth, picture.seen.depth);
+  ASSERT_TRUE(lens.has_value());
+  const Lens known = {0.36, 0.1, {0.06, -0.03}};
+  for (const vec2& p : {vec2(-1, -0.7f), vec2(0, 0), vec2(0.9f, 0.2f)}) {
+    for (const double distance : {0.5, 7.0, 40.0}) {
+      EXPECT_NEAR(lens->DepthOf(distance, p) / known.DepthOf(distance, p), 1, 0.003);
+    }
+  }
+}
+
+TEST(FitLens, ParallelRays) {
+  const RoomPicture picture = Picture(EmptyRoom());
+  const Image1& depth = picture.frame.guides.depth;
+  Image1 distance = depth;
+  for (int y = 0; y < depth.height(); ++y) {
+    for (int x = 0; x < depth.width(); ++x) {
+      distance(x, y) = RoundToHalf(static_cast<double>(depth(x, y)) - 0.5);
+    }
+  }
+  const std::optional<Lens> lens = FitLens(depth, distance);
+  ASSERT_TRUE(lens.has_value());
+  EXPECT_NEAR(lens->k, 0, 0.001);
+  EXPECT_NEAR(lens->start, 0.5, 0.01);
+}
+
+/// Uniform values between `from` and `to`.
+Image1 RandomPlane(int width, int height, float from, float to, uint32_t seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> uniform(from, to);
+  Image1 plane(width, height);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      plane(x, y) = uniform(random);
+    }
+  }
+  return plane;
+}
+
+TEST(FitLens, FindsNoneInRandomDistances) {
+  const RoomPicture picture = Picture(EmptyRoom());
+  const Image1& depth = picture.frame.guides.depth;
+  EXPECT_FALSE(FitLens(depth, RandomPlane(160, 120, 1, 20, 1)).has_value());
+  EXPECT_FALSE(FitLens(depth, Image1(160, 120)).has_value());
+  Image1 nothing(160, 120);
+  nothing.Fill(std::nanf(""));
+  EXPECT_FALSE(FitLens(depth, nothing).has_value());
+  EXPECT_FALSE(FitLens(nothing, picture.seen.depth).has_value());
+}
+
+/// The largest error of a fit's motion, in pixels, over pixels of the picture and `depths`.
+double WorstError(const CameraMotion& fit, const std::vector<double>& depths) {
+  double worst = 0;
+  for (int y = 3; y < 120; y += 9) {
+    for (int x = 3; x < 160; x += 9) {
+      const glm::dvec2 p = PointOfPixel(160, 120, x, y);
+      for (const double z : depths) {
+        const glm::dvec3 point = Now().position + z * Now().Ray(p);
+        const glm::dvec2 known = (Before().Project(point) - p) * 80.0;
+        worst = std::max(worst, glm::length(glm::dvec2(fit.MotionOf(vec2(p), z, 160)) - known));
+      }
+    }
+  }
+  return worst;
+}
+
+TEST(FitCameraMotion, KnowsTheMotionOfPointsAtAllDepths) {
+  for (const Room& room : {EmptyRoom(), RoomWithMirror()}) {
+    const RoomPicture picture = Picture(room);
+    const std::optional<CameraMotion> fit =
+        FitCameraMotion(picture.frame.guides.depth, picture.frame.guides.motion);
+    ASSERT_TRUE(fit.has_value());
+    EXPECT_LT(WorstError(*fit, {2.5, 5, 10}), 0.02);
+    EXPECT_LT(WorstError(*fit, {15, 30, 1e9}), 0.02);
+    // Without the fit the error would be pixels.
+    EXPECT_GT(WorstError(CameraMotion{glm::dmat4x3(1.0), 1}, {5}), 1);
+  }
+}
+
+TEST(FitCameraMotion, AMovingObjectDoesNotCount) {
+  Room room = EmptyRoom();
+  room.rectangles.push_back(MovingBoard());
+  const RoomPicture picture = Picture(room);
+  int covered = 0;
+  int surfaces = 0;
+  for (int y = 0; y < 120; ++y) {
+    for (int x = 0; x < 160; ++x) {
+      covered += picture.frame.guides.id(x, y) == room.rectangles.size() ? 1 : 0;
+      surfaces += picture.what(x, y) != 0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(covered, 0.25 * surfaces);
+  const std::optional<CameraMotion> fit =
+      FitCameraMotion(picture.frame.guides.depth, picture.frame.guides.motion);
+  ASSERT_TRUE(fit.has_value());
+  EXPECT_LT(WorstError(*fit, {3, 10, 20, 1e9}), 0.02);
+}
+
+TEST(FitCameraMotion, FindsNoneInRandomMotion) {
+  const RoomPicture picture = Picture(EmptyRoom());
+  Image2 motion(160, 120);
+  motion[0] = RandomPlane(160, 120, -9, 9, 1);
+  motion[1] = RandomPlane(160, 120, -9, 9, 2);
+  EXPECT_FALSE(FitCameraMotion(picture.frame.guides.depth, motion).has_value());
+  motion[0].Fill(std::nanf(""));
+  EXPECT_FALSE(FitCameraMotion(picture.frame.guides.depth, motion).has_value());
+  EXPECT_FALSE(FitCameraMotion(Image1(160, 120), picture.frame.guides.motion).has_value());
+}
+
+TEST(FitCameraMotion, HugeMotionDoesNoHarm) {
+  RoomPicture picture = Picture(EmptyRoom());
+  Image2& motion = picture.frame.guides.motion;
+  for (int x = 0; x < 160; x += 3) {
+    motion[0](x, 60) = 3e38f;
+    motion[1](x, 61) = -1e30f;
+  }
+  const std::optional<CameraMotion> fit = FitCameraMotion(picture.frame.guides.depth, motion);
+  ASSERT_TRUE(fit.has_value());
+  EXPECT_LT(WorstError(*fit, {3, 20}), 0.02);
+}
+
+TEST(FitCameraMotion, ACameraThatStandsMovesNothing) {
+  const RoomPicture picture = Trace(EmptyRoom(), Now(), Now());
+  const std::optional<CameraMotion> fit =
+      FitCameraMotion(picture.frame.guides.depth, picture.frame.guides.motion);
+  ASSERT_TRUE(fit.has_value());
+  for (const double z : {0.5, 7.0, 1e9}) {
+    const vec2 motion = fit->MotionOf({0.7f, -0.4f}, z, 160);
+    EXPECT_NEAR(motion.x, 0, 1e-6);
+    EXPECT_NEAR(motion.y, 0, 1e-6);
+  }
+}
+
+// Of one plane alone neither epipole nor horizon are known: points on it are right, others finite.
+TEST(FitCameraMotion, OnePlaneGivesFiniteMotion) {
+  Room room;
+  room.rectangles = {EmptyRoom().rectangles[1]};
+  for (const double depth : {6.0, -3.9}) {  // far, and right in front of the camera
+    room.rectangles[0] = {{-50, -50, depth},  {100, 0, 0},     {0, 100, 0},
+                          RoomSurface::kMatt, glm::dvec3(0.5), glm::dvec3(0.0)};
+    const RoomPicture picture = Picture(room);
+    const Guides& g = picture.frame.guides;
+    const std::optional<CameraMotion> fit = FitCameraMotion(g.depth, g.motion);
+    ASSERT_TRUE(fit.has_value());
+    const vec2 on_plane = fit->MotionOf(vec2(PointOfPixel(160, 120, 20, 30)),
+                                        static_cast<double>(g.depth(20, 30)), 160);
+    EXPECT_NEAR(on_plane.x, g.motion[0](20, 30), 0.1);
+    EXPECT_NEAR(on_plane.y, g.motion[1](20, 30), 0.1);
+    const vec2 other = fit->MotionOf({0.3f, 0.2f}, 100, 160);
+    EXPECT_TRUE(std::isfinite(other.x) && std::isfinite(other.y));
+    EXPECT_TRUE(FitLens(g.depth, picture.seen.depth).has_value());
+  }
+}
+
+TEST(FitCameraMotion, TinyPictures) {
+  for (const int size : {1, 2, 3}) {
+    Image1 depth(size, size);
+    depth.Fill(4);
+    const std::optional<CameraMotion> fit = FitCameraMotion(depth, Image2(size, size));
+    ASSERT_TRUE(fit.has_value());
+    EXPECT_EQ(fit->MotionOf({0, 0}, 4, size).x, 0);
+    (void)FitLens(depth, depth);
+  }
+}
+
+/// Rotation by 0.7 radians about (1, 2, 2), then x flipped.
+mat3 FlippedRotation() {
+  const glm::dvec3 axis = glm::normalize(glm::dvec3(1, 2, 2));
+  glm::dmat3 rotation(0.0);
+  for (int i = 0; i < 3; ++i) {
+    glm::dvec3 e(0.0);
+    e[i] = 1;
+    rotation[i] = std::cos(0.7) * e + std::sin(0.7) * glm::cross(axis, e) +
+                  (1 - std::cos(0.7)) * glm::dot(axis, e) * axis;
+    rotation[i].x = -rotation[i].x;
+  }
+  return mat3(rotation);
+}
+
+TEST(FitNormalMap, FindsARotationWithAFlippedAxis) {
+  const mat3 known = FlippedRotation();
+  ASSERT_NEAR(glm::determinant(known), -1, 1e-6);
+  const RoomPicture picture = Picture(EmptyRoom());
+  const Image3& normal = picture.frame.guides.normal;
+  Image3 mapped(160, 120);
+  std::mt19937 random(1);
+  std::normal_distribution<float> gauss;
+  for (int y = 0; y < 120; ++y) {
+    for (int x = 0; x < 160; ++x) {
+      vec3 value = known * vec3(normal[0](x, y), normal[1](x, y), normal[2](x, y));
+      if (random() % 4 == 0) {  // mirrors
+        value = glm::normalize(vec3(gauss(random), gauss(random), gauss(random)));
+      }
+      for (int c = 0; c < 3; ++c) {
+        mapped[c](x, y) = x == 7 && y == 60 ? std::nanf("") : RoundToHalf(value[c]);
+      }
+    }
+  }
+  const mat3 map = FitNormalMap(normal, mapped);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      EXPECT_NEAR(map[i][j], known[i][j], 0.005) << i << " " << j;
+    }
+  }
+}
+
+TEST(FitNormalMap, ValuesThatAreNoNormalsDoNotCount) {
+  RoomCamera camera;
+  camera.pan = -0.1;
+  RoomPicture picture = Trace(RoomWithMirror(), camera, camera);
+  for (int y = 0; y < 120; ++y) {
+    for (int x = 0; x < 160; ++x) {
+      if ((x * 7 + y * 13) % 60 == 1) {
+        picture.seen.normal[y % 3](x, y) = 3e38f;
+      }
+    }
+  }
+  const mat3 map = FitNormalMap(picture.frame.guides.normal, picture.seen.normal);
+  EXPECT_NEAR(glm::determinant(map), -1, 0.01);
+}
+
+TEST(FitNormalMap, DirectionsThatNoNormalHasAreZero) {
+  Image3 normal(8, 8);
+  normal[1].Fill(1);
+  const mat3 map = FitNormalMap(normal, normal);
+  EXPECT_NEAR(map[1][1], 1, 1e-4);
+  EXPECT_NEAR(glm::length(map[0]) + glm::length(map[2]), 0, 1e-4);
+  EXPECT_EQ(FitNormalMap(Image3(8, 8), normal)[1][1], 0);
+}
+
+TEST(PicturePoint, RunsFromSideToSide) {
+  EXPECT_EQ(PicturePoint(160, 120, 0, 60), vec2(-1, 0));
+  EXPECT_EQ(PicturePoint(160, 120, 160, 120), vec2(1, 0.75f));
+}
+
+}  // namespace
+}  // namespace stillray::io

@@ -1,0 +1,305 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Virtual guides of a room with mirrors against points reflected at their planes.
+#include "io/seen_guides.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "mirror_room.h"
+
+namespace stillray::io {
+namespace {
+
+constexpr float kInf = std::numeric_limits<float>::infinity();
+
+RoomCamera Now() {
+  RoomCamera camera;
+  camera.position = {0.1, 1.5, -4.0};
+  camera.pan = -0.1;
+  return camera;
+}
+
+RoomCamera Before() {
+  RoomCamera camera;
+  camera.position = {-0.05, 1.46, -4.15};
+  camera.pan = -0.13;
+  camera.tilt = 0.01;
+  camera.tangent = 0.61;
+  return camera;
+}
+
+RoomPicture Picture(const Room& room, const RoomOptions& options = {}) {
+  return Trace(room, Now(), Before(), options);
+}
+
+vec3 At(const Image3& image, int x, int y) {
+  return {image[0](x, y), image[1](x, y), image[2](x, y)};
+}
+
+void ForEachPixel(const RoomPicture& picture, const std::function<void(int, int)>& visit) {
+  for (int y = 0; y < picture.frame.height; ++y) {
+    for (int x = 0; x < picture.frame.width; ++x) {
+      visit(x, y);
+    }
+  }
+}
+
+int Count(const RoomPicture& picture, const std::function<bool(int, int)>& is) {
+  int count = 0;
+  ForEachPixel(picture, [&](int x, int y) { count += is(x, y) ? 1 : 0; });
+  return count;
+}
+
+/// How virtual guides compare with the expected ones, over pixels that both have.
+struct Comparison {
+  int expected = 0;  ///< pixels that show an image
+  int found = 0;     ///< those of them that have guides
+  int right = 0;     ///< those of them where all guides are right
+  int sky = 0;       ///< those of them that show the sky
+};
+
+/// Within the precision of halves.
+bool IsRight(const VirtualGuides& g, const VirtualGuides& e, int x, int y) {
+  const vec2 motion = {g.motion[0](x, y) - e.motion[0](x, y),
+                       g.motion[1](x, y) - e.motion[1](x, y)};
+  if (!(glm::length(motion) < 0.02f)) {
+    return false;
+  }
+  if (std::isinf(e.depth(x, y))) {
+    return std::isinf(g.depth(x, y));
+  }
+  return std::abs(g.depth(x, y) / e.depth(x, y) - 1) < 0.005f &&
+         glm::length(At(g.normal, x, y) - At(e.normal, x, y)) < 0.01f &&
+         std::abs(glm::length(At(g.normal, x, y)) - 1) < 1e-5f &&
+         glm::length(At(g.albedo, x, y) - At(e.albedo, x, y)) < 0.005f;
+}
+
+Comparison Compare(const VirtualGuides& g, const RoomPicture& picture) {
+  Comparison result;
+  ForEachPixel(picture, [&](int x, int y) {
+    if (picture.expected.depth(x, y) > 0) {
+      ++result.expected;
+      result.found += g.depth(x, y) > 0 ? 1 : 0;
+      result.right += g.depth(x, y) > 0 && IsRight(g, picture.expected, x, y) ? 1 : 0;
+      result.sky += std::isinf(g.depth(x, y)) ? 1 : 0;
+    }
+  });
+  return result;
+}
+
+int Shown(const RoomPicture& picture, const VirtualGuides& g) {
+  return Count(picture, [&](int x, int y) { return g.depth(x, y) != 0; });
+}
+
+TEST(SetSeenGuides, APlanarMirrorHasTheGuidesOfTheReflectedWorld) {
+  RoomOptions options;
+  options.outliers = 0;
+  RoomPicture picture = Picture(RoomWithMirror(), options);
+  ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+  const Comparison reflection = Compare(picture.frame.reflection, picture);
+  EXPECT_GT(reflection.expected, 2000);
+  EXPECT_GT(reflection.found, 0.99 * reflection.expected);
+  // Corners of a single pixel take their neighbours' guides.
+  EXPECT_GT(reflection.right, 0.985 * reflection.found);
+  EXPECT_GT(reflection.sky, 50);
+  EXPECT_EQ(Shown(picture, picture.frame.reflection), reflection.found);  // nothing elsewhere
+  EXPECT_EQ(Shown(picture, picture.frame.refraction), 0);
+}
+
+// The image does not move with the mirror's surface: else the test above would show nothing.
+TEST(SetSeenGuides, TheImageMovesOtherwiseThanTheMirror) {
+  const RoomPicture picture = Picture(RoomWithMirror());
+  const Image2& surface = picture.frame.guides.motion;
+  const int apart = Count(picture, [&](int x, int y) {
+    const VirtualGuides& e = picture.expected;
+    return e.depth(x, y) > 0 && std::abs(e.motion[0](x, y) - surface[0](x, y)) > 0.2f;
+  });
+  EXPECT_GT(apart, 2000);
+}
+
+/// Pixels whose image is at another depth, or has another normal.
+int CountDifferent(const RoomPicture& picture, const Image1& depth, const Image3& normal,
+                   const VirtualGuides& other) {
+  return Count(picture, [&](int x, int y) {
+    const float a = depth(x, y);
+    const float b = other.depth(x, y);
+    const bool same = a == b || std::abs(a / b - 1) < 0.1f;
+    return b > 0 && !(same && glm::length(At(normal, x, y) - At(other.normal, x, y)) < 0.1f);
+  });
+}
+
+TEST(SetSeenGuides, OutliersTakeTheGuidesOfTheirNeighbours) {
+  RoomOptions options;  // lines of the floor are close enough in depth
+  options.width = 480;
+  options.height = 360;
+  options.outliers = 0;
+  RoomPicture clean = Picture(RoomWithMirror(), options);
+  options.outliers = 0.02;
+  RoomPicture picture = Picture(RoomWithMirror(), options);
+  ASSERT_EQ(SetSeenGuides(clean.seen, &clean.frame), NoSeenGuides::kNone);
+  ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+  const VirtualGuides& expected = clean.frame.reflection;
+  const VirtualGuides& g = picture.frame.reflection;
+  const int outliers = Count(
+      picture, [&](int x, int y) { return picture.seen.depth(x, y) != clean.seen.depth(x, y); });
+  EXPECT_GT(outliers, 30);
+  EXPECT_LT(CountDifferent(picture, g.depth, g.normal, expected), 0.1 * outliers);
+}
+
+// As before a wall on a floor. The side walls, in the mirror alone, have the third direction.
+TEST(SetSeenGuides, NormalsOfTwoDirectionsAreEnough) {
+  Room room = RoomWithMirror();
+  for (const size_t i : {3u, 4u}) {  // side walls, only beside and behind the camera
+    room.rectangles[i].corner.z = -20;
+    room.rectangles[i].b = {0, 3, 0};
+  }
+  room.rectangles[5].b = {0, 0, 0};
+  RoomOptions options;
+  options.outliers = 0;
+  RoomPicture picture = Picture(room, options);
+  ForEachPixel(picture, [&](int x, int y) {
+    if (picture.what(x, y) == 1) {
+      ASSERT_NEAR(picture.frame.guides.normal[0](x, y), 0, 1e-3);
+    }
+  });
+  ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+  const Comparison reflection = Compare(picture.frame.reflection, picture);
+  EXPECT_GT(reflection.expected, 2000);
+  EXPECT_GT(reflection.right, 0.98 * reflection.expected);
+}
+
+TEST(SetSeenGuides, AMovingObjectChangesNothing) {
+  Room room = RoomWithMirror();
+  room.rectangles.push_back(MovingBoard());
+  RoomOptions options;
+  options.outliers = 0;
+  RoomPicture picture = Picture(room, options);
+  ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+  const Comparison reflection = Compare(picture.frame.reflection, picture);
+  EXPECT_GT(reflection.expected, 1500);
+  // The board's own image moves with the board, which the length of the path does not tell.
+  EXPECT_GT(reflection.right, 0.9 * reflection.expected);
+}
+
+/// The mirror's surface in place of a smooth one.
+Room WithMirrorOf(RoomSurface surface, glm::dvec3 colour) {
+  Room room = RoomWithMirror();
+  room.rectangles.back().surface = surface;
+  room.rectangles.back().colour = colour;
+  return room;
+}
+
+TEST(SetSeenGuides, APaneRefracts) {
+  Room room = WithMirrorOf(RoomSurface::kPane, {0.95, 0.95, 0.9});
+  room.rectangles.back().corner.z = 1.5;
+  RoomOptions options;
+  options.outliers = 0;
+  RoomPicture picture = Picture(room, options);
+  ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+  const Comparison refraction = Compare(picture.frame.refraction, picture);
+  EXPECT_GT(refraction.expected, 2500);
+  EXPECT_GT(refraction.found, 0.99 * refraction.expected);
+  EXPECT_GT(refraction.right, 0.985 * refraction.found);
+  EXPECT_EQ(Shown(picture, picture.frame.reflection), 0);
+  EXPECT_EQ(Shown(picture, picture.frame.refraction), refraction.found);
+}
+
+TEST(SetSeenGuides, WithoutTransmittedLightThereIsNoRefraction) {
+  RoomPicture picture = Picture(RoomWithMirror());
+  picture.frame.guides.transmission_albedo = Image3();
+  ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+  EXPECT_TRUE(picture.frame.refraction.empty());
+  EXPECT_GT(Shown(picture, picture.frame.reflection), 2000);
+}
+
+TEST(SetSeenGuides, ARoughSurfaceHasNone) {
+  RoomPicture picture = Picture(WithMirrorOf(RoomSurface::kRough, {0.9, 0.8, 0.7}));
+  EXPECT_GT(Count(picture, [&](int x, int y) { return picture.what(x, y) == 4; }), 2000);
+  ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+  EXPECT_EQ(Shown(picture, picture.frame.reflection), 0);
+}
+
+TEST(SetSeenGuides, ACurvedMirrorHasNone) {
+  for (const double radius : {0.4, 1.2}) {
+    for (const int width : {160, 640}) {  // neighbours on a large ball are nearly coplanar
+      Room room = EmptyRoom();
+      room.balls.push_back({{0, 1.5, 0.2}, radius, RoomSurface::kMirror});
+      RoomOptions options;
+      options.width = width;
+      options.height = width * 3 / 4;
+      RoomPicture picture = Picture(room, options);
+      const int ball = Count(picture, [&](int x, int y) { return picture.what(x, y) == 2; });
+      EXPECT_GT(ball, 500);
+      ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+      EXPECT_LT(Shown(picture, picture.frame.reflection), 0.01 * ball) << radius << " " << width;
+    }
+  }
+}
+
+TEST(SetSeenGuides, WithoutMirrorsThereAreNone) {
+  RoomPicture picture = Picture(EmptyRoom());
+  ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+  EXPECT_EQ(Shown(picture, picture.frame.reflection), 0);
+  EXPECT_EQ(Shown(picture, picture.frame.refraction), 0);
+}
+
+bool IsFiniteAndUnit(const VirtualGuides& g, int x, int y) {
+  const vec3 normal = At(g.normal, x, y);
+  const vec3 albedo = At(g.albedo, x, y);
+  const bool sky = std::isinf(g.depth(x, y));
+  return !std::isnan(g.depth(x, y)) && std::isfinite(g.motion[0](x, y) + g.motion[1](x, y)) &&
+         (sky || std::abs(glm::length(normal) - 1) < 1e-5f) &&
+         std::min({albedo.x, albedo.y, albedo.z}) > 0 &&
+         std::max({albedo.x, albedo.y, albedo.z}) <= 1;
+}
+
+TEST(SetSeenGuides, InvalidValuesDoNoHarm) {
+  for (const float value : {std::nanf(""), kInf, -kInf, -3.0f, 3e38f}) {
+    RoomPicture picture = Picture(RoomWithMirror());
+    ForEachPixel(picture, [&](int x, int y) {
+      const int kind = (x * 7 + y * 13) % 60;
+      if (kind == 0) {
+        picture.seen.depth(x, y) = value;
+      } else if (kind == 1) {
+        picture.seen.normal[y % 3](x, y) = value;
+      } else if (kind == 2) {
+        picture.seen.albedo[y % 3](x, y) = value;
+      }
+    });
+    ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone) << value;
+    const VirtualGuides& g = picture.frame.reflection;
+    const Comparison reflection = Compare(g, picture);
+    EXPECT_GT(reflection.right, 0.9 * reflection.expected) << value;
+    EXPECT_EQ(Count(picture,
+                    [&](int x, int y) { return g.depth(x, y) != 0 && !IsFiniteAndUnit(g, x, y); }),
+              0)
+        << value;
+  }
+}
+
+TEST(SetSeenGuides, NamesWhatDoesNotFit) {
+  const RoomPicture picture = Picture(RoomWithMirror());
+  RoomPicture broken = picture;
+  ForEachPixel(picture, [&](int x, int y) {
+    broken.seen.depth(x, y) = static_cast<float>(1 + (x * 37 + y * 91) % 19);
+  });
+  EXPECT_EQ(SetSeenGuides(broken.seen, &broken.frame), NoSeenGuides::kLens);
+  broken = picture;
+  broken.seen.normal = Image3(160, 120);
+  EXPECT_EQ(SetSeenGuides(broken.seen, &broken.frame), NoSeenGuides::kNormal);
+  broken = picture;
+  ForEachPixel(picture, [&](int x, int y) {
+    broken.frame.guides.motion[0](x, y) = static_cast<float>((x * 37 + y * 91) % 19);
+  });
+  EXPECT_EQ(SetSeenGuides(broken.seen, &broken.frame), NoSeenGuides::kMotion);
+  EXPECT_EQ(Shown(broken, broken.frame.reflection), 0);
+}
+
+}  // namespace
+}  // namespace stillray::io
