@@ -308,7 +308,9 @@ Result<std::unique_ptr<RayBench>> RayBench::Record(const Scene& scene,
                                                    const RenderMoment& moment) {
   try {
     auto bench = std::make_unique<EmbreeRayBench>();
-    STILLRAY_RETURN_IF_ERROR(bench->RecordFrame(scene, settings, moment));
+    RenderSettings without_images = settings;  // the phases are those of paths
+    without_images.virtual_guides = false;
+    STILLRAY_RETURN_IF_ERROR(bench->RecordFrame(scene, without_images, moment));
     STILLRAY_RETURN_IF_ERROR(bench->Build(scene, moment.seconds));
     return std::unique_ptr<RayBench>(std::move(bench));
   } catch (const std::bad_alloc&) {

@@ -55,6 +55,9 @@ struct RenderSettings {
   /// Path-space regularisation (SVGF, section 3): roughens surfaces that a path hits after a rough
   /// one. Fewer fireflies, dimmer caustics.
   bool regularise = false;
+  /// Frame::reflection for smooth surfaces: extra rays where there are some. Not with
+  /// GuideCoverage::kSparse, and not on devices.
+  bool virtual_guides = true;
   /// Leaves frames on the renderer's device (Frame::on_device) while memory lasts, for a denoiser
   /// on the same device. Ignored by renderers on the CPU, whose frames are on the host.
   bool on_device = false;
@@ -113,9 +116,11 @@ struct RenderTimings {
   double bounce_ms = 0;
   double shadow_ms = 0;
   double shade_ms = 0;
-  double copy_ms = 0;  ///< of renderers on a device: downloading the frame
+  double image_ms = 0;  ///< virtual guides: rays and shading
+  double copy_ms = 0;   ///< of renderers on a device: downloading the frame
   uint64_t primary_rays = 0;
   uint64_t bounce_rays = 0;
+  uint64_t image_rays = 0;  ///< of virtual guides
   uint64_t shadow_rays = 0;
   /// Number of contributions that were not finite or negative, and left out. Other than 0 it shows
   /// a defect of the scene (NaN in its data) or of stillray.

@@ -15,6 +15,7 @@
 #include "render/pixel_order.h"
 #include "render/scene_check.h"
 #include "render/shadow_filter.h"
+#include "render/virtual_image.h"
 
 namespace stillray::render {
 namespace {
@@ -29,6 +30,7 @@ struct TileScratch {
   PrimaryPixel pixels[kBatchCapacity];
   PixelGuides guides[kBatchCapacity];
   FirstSurface first[kBatchCapacity];
+  VirtualImage images[kBatchCapacity];
   SampleLight sum[kBatchCapacity];
   std::array<float, kTracedSignalCount> square[kBatchCapacity];
   PathScratch paths;
@@ -69,10 +71,12 @@ void AddTimings(const RenderTimings& part, RenderTimings* sum) {
   sum->clear_ms += part.clear_ms;
   sum->primary_ms += part.primary_ms;
   sum->bounce_ms += part.bounce_ms;
+  sum->image_ms += part.image_ms;
   sum->shadow_ms += part.shadow_ms;
   sum->shade_ms += part.shade_ms;
   sum->primary_rays += part.primary_rays;
   sum->bounce_rays += part.bounce_rays;
+  sum->image_rays += part.image_rays;
   sum->shadow_rays += part.shadow_rays;
   sum->dropped += part.dropped;
 }
@@ -83,6 +87,7 @@ class PathTracer final : public Renderer {
       : settings_(settings),
         strategy_(strategy),
         any_transmission_(AnyTransmission(scene)),
+        may_show_images_(MayShowImages(scene)),
         state_(scene),
         bsdfs_(scene, settings.regularise),
         lights_(state_),
@@ -109,7 +114,10 @@ class PathTracer final : public Renderer {
                     const RenderProgress& progress);
   void TakeTile(const Tile& tile, TileScratch* scratch) const;
   void FindGuides(const TraceContext& context, const Frame& frame, TileScratch* scratch) const;
-  static void StoreTileGuides(const Tile& tile, TileScratch* scratch, Frame* frame);
+  static void StoreTileGuides(const TraceContext& context, const Tile& tile, TileScratch* scratch,
+                              Frame* frame);
+  bool ShowsImages() const;
+  void PreparePlanes(const RenderMoment& moment, Frame* frame) const;
   void TraceSamples(const TraceContext& context, uint64_t first_sample, TileScratch* scratch) const;
   void RenderRegion(const TraceContext& context, const PixelOrder& order, const Tile& region,
                     TileScratch* scratch, Frame* frame);
@@ -122,6 +130,7 @@ class PathTracer final : public Renderer {
   RenderSettings settings_;
   LightStrategy strategy_;
   bool any_transmission_;
+  bool may_show_images_;
   SceneState state_;
   BsdfTables bsdfs_;
   LightSet lights_;
@@ -203,9 +212,35 @@ void PathTracer::FindGuides(const TraceContext& context, const Frame& frame,
   }
 }
 
-void PathTracer::StoreTileGuides(const Tile& tile, TileScratch* scratch, Frame* frame) {
+void PathTracer::StoreTileGuides(const TraceContext& context, const Tile& tile,
+                                 TileScratch* scratch, Frame* frame) {
+  if (!frame->reflection.empty()) {
+    FindVirtualImages(context, scratch->pixels, scratch->first, scratch->count,
+                      &scratch->paths.trace, scratch->images, &scratch->timings);
+    StoreVirtualImages(tile, scratch->images, &frame->reflection);
+  }
   const PhaseTimer timer(&scratch->timings.shade_ms);
   StoreGuides(tile, scratch->guides, frame);
+}
+
+bool PathTracer::ShowsImages() const {
+  const bool everywhere = settings_.cycle == 1 || settings_.guides == GuideCoverage::kFull;
+  return settings_.virtual_guides && may_show_images_ && everywhere;
+}
+
+void PathTracer::PreparePlanes(const RenderMoment& moment, Frame* frame) const {
+  PrepareFrame(settings_, moment, frame);
+  VirtualGuides& image = frame->reflection;
+  frame->refraction = VirtualGuides();
+  if (!ShowsImages()) {
+    image = VirtualGuides();
+    return;
+  }
+  ResizeImage(&image.depth, settings_.width, settings_.height);
+  ResizeImage(&image.normal, settings_.width, settings_.height);
+  ResizeImage(&image.albedo, settings_.width, settings_.height);
+  ResizeImage(&image.motion, settings_.width, settings_.height);
+  ResizeImage(&image.id, settings_.width, settings_.height);
 }
 
 /// Traces the light of the batch's pixels, whose guides are known.
@@ -302,13 +337,13 @@ Status PathTracer::RunTiles(TileSize size, const RenderProgress& progress,
 Status PathTracer::RenderWhole(const TraceContext& context, const RenderMoment& moment,
                                Frame* frame, const RenderProgress& progress) {
   sparse_.Forget();
-  PrepareFrame(settings_, moment, frame);
+  PreparePlanes(moment, frame);
   const uint64_t first_sample =
       static_cast<uint64_t>(moment.frame_index) * static_cast<uint64_t>(settings_.spp);
   return RunTiles(TileSize(), progress, [&](const Tile& tile, TileScratch* scratch) {
     TakeTile(tile, scratch);
     FindGuides(context, *frame, scratch);
-    StoreTileGuides(tile, scratch, frame);
+    StoreTileGuides(context, tile, scratch, frame);
     TraceSamples(context, first_sample, scratch);
     const PhaseTimer timer(&scratch->timings.shade_ms);
     StoreLight(tile, settings_.spp, scratch->sum, scratch->square, frame);
@@ -319,7 +354,7 @@ Status PathTracer::RenderWhole(const TraceContext& context, const RenderMoment& 
 Status PathTracer::RenderPart(const TraceContext& context, const RenderMoment& moment, Frame* frame,
                               const RenderProgress& progress) {
   sparse_.Begin(settings_, *frame);
-  PrepareFrame(settings_, moment, frame);
+  PreparePlanes(moment, frame);
   double done = 0;
   if (settings_.guides == GuideCoverage::kFull) {
     done = 0.5;
@@ -327,7 +362,7 @@ Status PathTracer::RenderPart(const TraceContext& context, const RenderMoment& m
                                       [&](const Tile& tile, TileScratch* scratch) {
                                         TakeTile(tile, scratch);
                                         FindGuides(context, *frame, scratch);
-                                        StoreTileGuides(tile, scratch, frame);
+                                        StoreTileGuides(context, tile, scratch, frame);
                                       }));
   }
   // Paths need full packets, which the pixels of a large region fill. With guides everywhere, the

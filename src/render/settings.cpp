@@ -91,6 +91,12 @@ std::vector<Row> MakeTable() {
                         .help = "The sample point moves within its pixel from frame to frame, for "
                                 "antialiasing in time; pixel centres without."},
                .member = &S::jitter});
+  t.push_back({.info = {.name = "virtual_guides",
+                        .type = ParameterType::kFlag,
+                        .group = "sampling",
+                        .help = "Guides of what mirrors and glass show, by extra rays from smooth "
+                                "surfaces. On the CPU only."},
+               .member = &S::virtual_guides});
   t.push_back({.info = {.name = "bounces",
                         .type = ParameterType::kInt,
                         .group = "paths",

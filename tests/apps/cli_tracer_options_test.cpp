@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Options, settings files and logs have every row of RenderParameters().
+#include <algorithm>
 #include <fstream>
 #include <string>
 #include <vector>
@@ -19,10 +20,12 @@ namespace {
 using ::testing::HasSubstr;
 
 std::vector<std::string> OptionOf(const Parameter& p, const std::string& value) {
+  std::string name = p.name;
+  std::replace(name.begin(), name.end(), '_', '-');
   if (p.type == ParameterType::kFlag) {
-    return {(value == "on" ? "--" : "--no-") + std::string(p.name)};
+    return {(value == "on" ? "--" : "--no-") + name};
   }
-  return {"--" + std::string(p.name), value};
+  return {"--" + name, value};
 }
 
 std::string DefaultOf(const Parameter& p) {

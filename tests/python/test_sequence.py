@@ -96,6 +96,11 @@ def read_frame(path):
     frame["depth"] = planes["depth.Z"]
     frame["roughness"] = planes["roughness.X"]
     frame["id"] = planes["id.X"]
+    for name, components in {"normal": "XYZ", "albedo": "RGB", "motion": "XY"}.items():
+        frame["reflection_" + name] = stack(planes, f"reflection_{name}.", components)
+    frame["reflection_normal"] = unit(frame["reflection_normal"])
+    frame["reflection_depth"] = planes["reflection_depth.Z"]
+    frame["reflection_id"] = planes["reflection_id.X"]
     frame["jitter"] = tuple(float(v) for v in attributes["jitter"].decode().split())
     return frame
 

@@ -355,7 +355,8 @@ TEST(RendererTest, FlattenedTransformsMirrorAndVanish) {
 }
 
 bool SameLightAndDepth(const Frame& a, const Frame& b) {
-  bool same = SameBits(a.guides.depth, b.guides.depth);
+  bool same =
+      SameBits(a.guides.depth, b.guides.depth) && a.reflection.empty() == b.reflection.empty();
   for (size_t i = 0; i < a.signals.size(); ++i) {
     same = same && SameBits(a.signals[i].radiance, b.signals[i].radiance);
   }

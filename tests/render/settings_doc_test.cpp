@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // docs/render_settings.md is generated from the table. STILLRAY_UPDATE_DOCS=1 updates it.
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
@@ -31,8 +32,10 @@ std::string Values(const Parameter& p) {
 }
 
 std::string OptionOf(const Parameter& p) {
-  return p.type == ParameterType::kFlag ? fmt::format("`--{}`, `--no-{}`", p.name, p.name)
-                                        : fmt::format("`--{}`", p.name);
+  std::string name = p.name;
+  std::replace(name.begin(), name.end(), '_', '-');
+  return p.type == ParameterType::kFlag ? fmt::format("`--{}`, `--no-{}`", name, name)
+                                        : fmt::format("`--{}`", name);
 }
 
 std::string MakeDocument() {

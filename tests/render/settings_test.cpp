@@ -116,7 +116,7 @@ TEST(RenderParameters, ErrorsNameSettingValueAndRange) {
   EXPECT_EQ(message("bounce", "1"), "unknown render setting 'bounce', did you mean bounces?");
   EXPECT_EQ(message("colour", "1"),
             "unknown render setting 'colour'; settings are: spp, guides, seed, sampler, jitter, "
-            "bounces, regularise");
+            "virtual_guides, bounces, regularise");
   EXPECT_EQ(GetRenderParameter({}, "colour").status().code(), StatusCode::kInvalidArgument);
 }
 

@@ -15,7 +15,7 @@ import time
 from display import Display, difference, require, until
 
 PICTURE = (40, 60, 560, 480)  # well within the picture of a window of 960 x 600
-PANEL = (660, 30, 940, 580)
+PANEL = (660, 30, 940, 598)
 
 
 class Viewer:

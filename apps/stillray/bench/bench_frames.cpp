@@ -110,7 +110,7 @@ double DeviceTimeOf(const DeviceRenderer& renderer) {
   double sum = 0;
   if (renderer.on_device()) {
     const RenderTimings& t = renderer.timings();
-    sum = t.primary_ms + t.shade_ms + t.shadow_ms + t.bounce_ms;
+    sum = t.primary_ms + t.shade_ms + t.shadow_ms + t.bounce_ms + t.image_ms;
   }
   return sum;
 }

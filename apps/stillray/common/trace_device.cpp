@@ -156,11 +156,9 @@ std::vector<std::string> RayTracingDevices() {
 }
 
 std::vector<LoggedStage> TraceStages(const RenderTimings& timings) {
-  return {{"trace_guides", timings.primary_ms},
-          {"trace_shading", timings.shade_ms},
-          {"trace_shadow_rays", timings.shadow_ms},
-          {"trace_bounce_rays", timings.bounce_ms},
-          {"trace_copy", timings.copy_ms}};
+  return {{"trace_guides", timings.primary_ms},       {"trace_shading", timings.shade_ms},
+          {"trace_shadow_rays", timings.shadow_ms},   {"trace_bounce_rays", timings.bounce_ms},
+          {"trace_virtual_guides", timings.image_ms}, {"trace_copy", timings.copy_ms}};
 }
 
 }  // namespace stillray

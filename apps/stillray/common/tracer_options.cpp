@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/tracer_options.h"
 
+#include <algorithm>
 #include <string>
 
 #include <fmt/format.h>
@@ -29,16 +30,23 @@ std::string ValuesOf(const Parameter& p) {
   }
 }
 
+/// The option of a setting: with dashes, as all options.
+std::string OptionName(const Parameter& p) {
+  std::string name = p.name;
+  std::replace(name.begin(), name.end(), '_', '-');
+  return name;
+}
+
 void AddFlag(const Parameter& p, CLI::App* command, RenderLines* given) {
   const auto take = [given, &p](int64_t on) { given->push_back({p.name, on > 0 ? "on" : "off"}); };
-  command->add_flag_function(fmt::format("--{0},!--no-{0}", p.name), take, HelpOf(p))
+  command->add_flag_function(fmt::format("--{0},!--no-{0}", OptionName(p)), take, HelpOf(p))
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
 }
 
 void AddValue(const Parameter& p, const std::string& by_default, CLI::App* command,
               RenderLines* given) {
   const auto take = [given, &p](const std::string& value) { given->push_back({p.name, value}); };
-  command->add_option_function<std::string>(fmt::format("--{}", p.name), take, HelpOf(p))
+  command->add_option_function<std::string>(fmt::format("--{}", OptionName(p)), take, HelpOf(p))
       ->type_name(ValuesOf(p))
       ->default_str(by_default);
 }

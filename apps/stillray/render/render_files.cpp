@@ -37,6 +37,19 @@ void AddGuide(const std::string& name, const Frame& frame, PixelType type, ExrIm
   }
 }
 
+void AddVirtualGuides(const std::string& name, const VirtualGuides& guides, PixelType type,
+                      ExrImage* image) {
+  if (guides.empty()) {
+    return;
+  }
+  image->Add(name + "_depth.Z", kExact, guides.depth);
+  image->Add(name + "_normal.", type, guides.normal, true);
+  image->Add(name + "_albedo.", type, guides.albedo);
+  image->Add(name + "_motion.X", kExact, guides.motion[0]);
+  image->Add(name + "_motion.Y", kExact, guides.motion[1]);
+  image->Add(name + "_id.X", guides.id);
+}
+
 void Describe(const RenderOptions& options, const Frame& frame, ExrImage* image) {
   image->width = frame.width;
   image->height = frame.height;
@@ -130,6 +143,8 @@ ExrImage NoisyExr(const RenderOptions& options, const Frame& frame) {
   for (const char* name : kGuideNames) {
     AddGuide(name, frame, options.exr_type, &image);
   }
+  AddVirtualGuides("reflection", frame.reflection, options.exr_type, &image);
+  AddVirtualGuides("refraction", frame.refraction, options.exr_type, &image);
   if (!frame.samples.empty()) {
     image.Add("samples.X", options.exr_type, frame.samples);
   }

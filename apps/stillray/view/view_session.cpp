@@ -71,7 +71,8 @@ double ShareOfWall(const RenderTimings& t, bool on_device, double wall_ms) {
   if (on_device) {
     return 1;
   }
-  const double sum = t.clear_ms + t.primary_ms + t.bounce_ms + t.shadow_ms + t.shade_ms;
+  const double sum =
+      t.clear_ms + t.primary_ms + t.bounce_ms + t.shadow_ms + t.shade_ms + t.image_ms;
   return sum > 0 ? std::max(wall_ms - t.update_ms, 0.0) / sum : 0;
 }
 
@@ -87,6 +88,9 @@ void AddTracerStages(const DeviceRenderer& renderer, double wall_ms,
   stages->push_back({"bounces", t.bounce_ms * share});
   stages->push_back({"shadow rays", t.shadow_ms * share});
   stages->push_back({"shading", t.shade_ms * share});
+  if (t.image_ms > 0) {
+    stages->push_back({"virtual guides", t.image_ms * share});
+  }
   if (renderer.on_device()) {
     stages->push_back({"copy to the frame", t.copy_ms});
   }
