@@ -74,6 +74,7 @@ std::unique_ptr<Check> MakeSeedCheck();
 std::unique_ptr<Check> MakeFirstHitCheck();
 std::unique_ptr<Check> MakeGuideNoiseCheck();
 std::unique_ptr<Check> MakeIdCheck();
+std::unique_ptr<Check> MakeVirtualGuidesCheck();
 
 /// The layer's name for messages: "ViewLayer.Vector", "the main picture".
 std::string LayerText(const AovLayout& layout, Aov aov);

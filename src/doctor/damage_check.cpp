@@ -79,7 +79,8 @@ class DamageCheck : public Check {
 
 void DamageCheck::LookAt(const Exhibit& now, const AovSource& source, const Channel& channel,
                          float limit) {
-  const bool depth = source.aov == Aov::kDepth;
+  const bool depth = source.aov == Aov::kDepth || source.aov == Aov::kReflectionDepth ||
+                     source.aov == Aov::kRefractionDepth;
   const bool light = IsLight(source.aov);
   for (int y = 0; y < channel.values.height(); ++y) {
     const float* row = channel.values.Row(y);

@@ -79,6 +79,8 @@ constexpr FindingInfo kFindings[] = {
     {"normal_noisy", "normals are noisy"},
     {"depth_noisy", "depth is noisy"},
     {"id_unstable", "ids of surfaces change from frame to frame"},
+    {"image_depth_nearer", "what mirrors and glass show is nearer than they are"},
+    {"image_motion_wrong", "what mirrors and glass show is not where its motion leads"},
 };
 
 uint64_t HashOf(const void* data, size_t size, uint64_t hash) {
@@ -188,6 +190,7 @@ DoctorImpl::DoctorImpl(const AovOptions& options) : options_(options) {
   checks_.push_back(MakeSeedCheck());
   checks_.push_back(MakeGuideNoiseCheck());
   checks_.push_back(MakeIdCheck());
+  checks_.push_back(MakeVirtualGuidesCheck());
 }
 
 Status DoctorImpl::Understand(const std::string& name, const ExrImage& image) {

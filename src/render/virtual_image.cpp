@@ -70,10 +70,6 @@ struct Chain {
   std::array<ChainVertex, kMostVertices> vertex;  ///< in the previous frame
 };
 
-vec3 UnitOr(vec3 v, vec3 otherwise) {
-  return SafeNormalize(v, otherwise);
-}
-
 /// The point of a hit at the previous frame's moment.
 vec3 PreviousPoint(const PlacedInstance& instance, const Hit& hit, vec3 now) {
   if (!instance.moving) {
@@ -96,15 +92,14 @@ ChainVertex MakeVertex(const TraceContext& context, const Hit& hit, const Surfac
   const mat3 to_normal = transpose(inverse(world));
   const mat3 from_normal = transpose(mat3(instance.world));
   const auto normal_at = [&](int k) {
-    const vec3 n = UnitOr(to_normal * mesh.normals[corner[k]], surface.frame.z);
-    return n;
+    return SafeNormalize(to_normal * mesh.normals[corner[k]], surface.frame.z);
   };
   ChainVertex vertex;
   vertex.position = PreviousPoint(instance, hit, surface.position);
   vertex.edge_u = world * (mesh.positions[corner[1]] - mesh.positions[corner[0]]);
   vertex.edge_v = world * (mesh.positions[corner[2]] - mesh.positions[corner[0]]);
   vertex.normal = instance.moving
-                      ? UnitOr(to_normal * (from_normal * surface.frame.z), surface.frame.z)
+                      ? SafeNormalize(to_normal * (from_normal * surface.frame.z), surface.frame.z)
                       : surface.frame.z;
   const vec3 n0 = normal_at(0);
   const float side = dot(n0, vertex.normal) < 0.0f ? -1.0f : 1.0f;

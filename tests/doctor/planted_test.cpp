@@ -255,6 +255,8 @@ const CleanScene kCleanScenes[] = {
     {"spheres_slow", {.scene = "spheres", .step = 1.0 / 30}},
     {"lights_slow", {.scene = "lights", .start = 2, .step = 1.0 / 30}},
     {"lights_centred", {.scene = "lights", .jitter = false}},
+    {"mirrors", {.scene = "mirrors", .step = 1.0 / 30}},
+    {"mirrors_fast", {.scene = "mirrors", .step = 0.1}},
     {"cornell_4_spp", {.scene = "cornell", .spp = 4}},
     // A still camera and still things: the animation has not begun to matter.
     {"still", {.scene = "spheres", .step = 0}},
@@ -273,6 +275,21 @@ TEST_P(CleanScenes, GiveNoFinding) {
 
 INSTANTIATE_TEST_SUITE_P(All, CleanScenes, ::testing::ValuesIn(kCleanScenes),
                          [](const auto& info) { return std::string(info.param.name); });
+
+TEST(ImagesInMirrors, WrongDepthAndMotionAreNamed) {
+  const Sequence clean =
+      RenderSequence({.scene = "mirrors", .width = 192, .height = 108, .step = 0.1});
+  Sequence sequence = clean;
+  ChangeChannel(&sequence, "reflection_depth.Z", Times(0.5f));
+  EXPECT_EQ(FindingsOf(sequence), Names{"image_depth_nearer"});
+  sequence = clean;
+  ChangeLayer(&sequence, "reflection_motion.", Negated);
+  EXPECT_EQ(FindingsOf(sequence), Names{"image_motion_wrong"});
+  sequence = clean;
+  ChangeChannel(&sequence, "reflection_albedo.G",
+                [](float v, int x, int y) { return x == 60 && y == 30 ? std::nanf("") : v; });
+  EXPECT_EQ(FindingsOf(sequence), Names{"not_finite"});
+}
 
 TEST(FixedSeed, IsNamedWhereTheCameraMoves) {
   EXPECT_EQ(FindingsOf(RenderSequence(

@@ -28,6 +28,15 @@ ExrImage ImageOf(const Frame& frame) {
   image.Add("albedo.", PixelType::kHalf, g.albedo);
   image.Add("specular_albedo.", PixelType::kHalf, g.specular_albedo);
   image.Add("id.X", g.id);
+  const VirtualGuides& r = frame.reflection;
+  if (!r.empty()) {
+    image.Add("reflection_depth.Z", PixelType::kFloat, r.depth);
+    image.Add("reflection_normal.", PixelType::kHalf, r.normal, true);
+    image.Add("reflection_albedo.", PixelType::kHalf, r.albedo);
+    image.Add("reflection_motion.X", PixelType::kFloat, r.motion[0]);
+    image.Add("reflection_motion.Y", PixelType::kFloat, r.motion[1]);
+    image.Add("reflection_id.X", r.id);
+  }
   image.Add("emission.", PixelType::kHalf, frame.emission);
   image.Add("background.", PixelType::kHalf, frame.background);
   return image;

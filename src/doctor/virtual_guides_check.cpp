@@ -1,0 +1,246 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Finds virtual guides that are none: images nearer than the mirror, and images that are not found
+// again where their motion leads.
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "doctor/check.h"
+#include "doctor/warp.h"
+
+namespace stillray::doctor {
+namespace {
+
+constexpr int64_t kSamples = 20000;
+/// The path to what is seen is longer than that to the mirror; less by rounding at its foot.
+constexpr float kNearer = 0.98f;
+/// Fraction of the pixels with an image. Clean: 0 measured.
+constexpr double kMayBeNearer = 0.05;
+/// Images are found again at a pixel of similar depth and albedo.
+constexpr float kSameDepth = 0.05f;
+constexpr float kSameAlbedo = 0.08f;
+/// Another motion explains the images better if it finds this much more of them, as a fraction of
+/// the pixels where both differ by kDiffers pixels. Clean: at most -0.06 measured; opposite motion
+/// 0.35.
+constexpr double kFindsMore = 0.1;
+constexpr float kDiffers = 1.5f;
+/// Pixels count whose image differs from those this many pixels to the right and below: others are
+/// found anywhere.
+constexpr int kApart = 3;
+/// Fewer pixels say nothing.
+constexpr int64_t kLeastPixels = 50;
+/// Fraction of the pairs of frames that must agree.
+constexpr double kAgreement = 0.7;
+
+/// The virtual guides of one kind of light.
+struct Kind {
+  const VirtualGuides Frame::*guides;
+  Aov depth;
+  Aov motion;
+  std::vector<std::pair<int64_t, double>> nearer = {};  ///< of each frame
+  std::vector<std::pair<int64_t, double>> more = {};    ///< of each pair of frames
+};
+
+bool HasImage(const VirtualGuides& image, int x, int y) {
+  return image.depth(x, y) > 0;
+}
+
+/// Whether the image at (x, y) is that at (u, v) of the frame before.
+bool SameImage(const VirtualGuides& now, int x, int y, const VirtualGuides& before, int u, int v) {
+  const float a = now.depth(x, y);
+  const float b = before.depth(u, v);
+  if (std::isinf(a) || std::isinf(b)) {
+    return std::isinf(a) && std::isinf(b);
+  }
+  bool same = std::abs(a - b) <= kSameDepth * std::max(a, b);
+  for (int c = 0; c < 3 && !now.albedo.empty() && !before.albedo.empty(); ++c) {
+    const float most = std::max(1.0f, now.albedo[c](x, y));
+    same = same && std::abs(now.albedo[c](x, y) - before.albedo[c](u, v)) <= kSameAlbedo * most;
+  }
+  return same;
+}
+
+bool HasStructure(const VirtualGuides& image, int x, int y) {
+  return x + kApart < image.depth.width() && y + kApart < image.depth.height() &&
+         HasImage(image, x + kApart, y) && HasImage(image, x, y + kApart) &&
+         !SameImage(image, x, y, image, x + kApart, y) &&
+         !SameImage(image, x, y, image, x, y + kApart);
+}
+
+bool IsInside(const VirtualGuides& image, vec2 place) {
+  int x = 0;
+  int y = 0;
+  return Nearest(place, image.depth.width(), image.depth.height(), &x, &y);
+}
+
+/// Whether one of the four pixels around a position shows the image.
+bool IsFoundAt(const VirtualGuides& now, int x, int y, const VirtualGuides& before, vec2 place) {
+  const int u0 = static_cast<int>(std::floor(place.x));
+  const int v0 = static_cast<int>(std::floor(place.y));
+  for (int i = 0; i < 4; ++i) {
+    const int u = u0 + (i & 1);
+    const int v = v0 + (i >> 1);
+    if (u >= 0 && v >= 0 && u < before.depth.width() && v < before.depth.height() &&
+        SameImage(now, x, y, before, u, v)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// Calls visit(x, y) for sampled pixels.
+template <typename Visit>
+void ForEachSample(const Frame& frame, const Visit& visit) {
+  const int step = SampleStep(frame.width, frame.height, kSamples);
+  for (int y = step / 2; y < frame.height; y += step) {
+    for (int x = step / 2; x < frame.width; x += step) {
+      visit(x, y);
+    }
+  }
+}
+
+class VirtualGuidesCheck : public Check {
+ public:
+  void Look(const Exhibit& now, const Exhibit* before) override {
+    layout_ = now.layout;
+    for (Kind& kind : kinds_) {
+      const VirtualGuides& image = now.frame.*kind.guides;
+      if (now.layout->Find(kind.depth) == nullptr || image.empty()) {
+        continue;
+      }
+      LookAtDepth(now, image, &kind);
+      if (before != nullptr && !(before->frame.*kind.guides).empty() && !image.motion.empty()) {
+        LookAtMotion(now, *before, image, before->frame.*kind.guides, &kind);
+      }
+    }
+  }
+
+  void Conclude(Verdict* verdict) override {
+    for (const Kind& kind : kinds_) {
+      ConcludeDepth(kind, verdict);
+      ConcludeMotion(kind, verdict);
+    }
+  }
+
+ private:
+  static void LookAtDepth(const Exhibit& now, const VirtualGuides& image, Kind* kind) {
+    int64_t images = 0;
+    int64_t nearer = 0;
+    ForEachSample(now.frame, [&](int x, int y) {
+      images += HasImage(image, x, y) ? 1 : 0;
+      nearer += HasImage(image, x, y) && image.depth(x, y) < kNearer * now.frame.guides.depth(x, y);
+    });
+    if (images >= kLeastPixels) {
+      kind->nearer.emplace_back(now.number,
+                                static_cast<double>(nearer) / static_cast<double>(images));
+    }
+  }
+
+  /// How much more the best of the other motions finds: that of the surface, none, and the
+  /// opposite.
+  static void LookAtMotion(const Exhibit& now, const Exhibit& before, const VirtualGuides& image,
+                           const VirtualGuides& old, Kind* kind) {
+    struct Counts {
+      int64_t pixels = 0;
+      int64_t more = 0;
+    } counts[3];
+    ForEachSample(now.frame, [&](int x, int y) {
+      if (!HasImage(image, x, y) || !HasStructure(image, x, y)) {
+        return;
+      }
+      const vec2 given = {image.motion[0](x, y), image.motion[1](x, y)};
+      const vec2 others[3] = {MotionAt(now.frame, x, y), vec2(0.0f), -given};
+      for (int i = 0; i < 3; ++i) {
+        const vec2 places[2] = {PlaceBefore(now, before, x, y, given),
+                                PlaceBefore(now, before, x, y, others[i])};
+        if (IsInside(old, places[0]) && IsInside(old, places[1]) &&
+            glm::length(places[0] - places[1]) >= kDiffers) {
+          ++counts[i].pixels;
+          counts[i].more += IsFoundAt(image, x, y, old, places[1]) ? 1 : 0;
+          counts[i].more -= IsFoundAt(image, x, y, old, places[0]) ? 1 : 0;
+        }
+      }
+    });
+    double most = -1;
+    for (const Counts& c : counts) {
+      if (c.pixels >= kLeastPixels) {
+        most = std::max(most, static_cast<double>(c.more) / static_cast<double>(c.pixels));
+      }
+    }
+    if (most > -1) {
+      kind->more.emplace_back(now.number, most);
+    }
+  }
+
+  void ConcludeDepth(const Kind& kind, Verdict* verdict) const {
+    double worst = 0;
+    std::vector<int64_t> frames;
+    for (const auto& [number, part] : kind.nearer) {
+      worst = std::max(worst, part);
+      if (part > kMayBeNearer) {
+        frames.push_back(number);
+      }
+    }
+    if (kind.nearer.empty()) {
+      return;
+    }
+    verdict->Add(Measure{fmt::format("{}_nearer", AovName(kind.depth)), worst, kMayBeNearer,
+                         !frames.empty(), static_cast<int64_t>(kind.nearer.size())});
+    if (!frames.empty()) {
+      verdict->Add(Finding{
+          "image_depth_nearer", frames,
+          fmt::format("{} is less than the depth of the surface in up to {:.0f} % of its pixels in "
+                      "{} (expected at most {:.0f} %)",
+                      LayerText(*layout_, kind.depth), 100 * worst, FrameRanges(frames),
+                      100 * kMayBeNearer),
+          "write the view-space z of the point on the pixel's ray that is as far away as the whole "
+          "path to what is seen is long, 0 where nothing is",
+          worst, kMayBeNearer, ""});
+    }
+  }
+
+  void ConcludeMotion(const Kind& kind, Verdict* verdict) const {
+    double most = -1;
+    std::vector<int64_t> frames;
+    for (const auto& [number, more] : kind.more) {
+      most = std::max(most, more);
+      if (more > kFindsMore) {
+        frames.push_back(number);
+      }
+    }
+    if (kind.more.empty()) {
+      return;
+    }
+    const bool broken =
+        static_cast<double>(frames.size()) >= kAgreement * static_cast<double>(kind.more.size());
+    verdict->Add(Measure{fmt::format("{}_wrong", AovName(kind.motion)), most, kFindsMore, broken,
+                         static_cast<int64_t>(kind.more.size())});
+    if (broken) {
+      verdict->Add(Finding{
+          "image_motion_wrong", frames,
+          fmt::format("what surfaces show is found again by another motion than that in {} in "
+                      "{:.0f} % more of the pixels in {} (expected at most {:.0f} %)",
+                      LayerText(*layout_, kind.motion), 100 * most, FrameRanges(frames),
+                      100 * kFindsMore),
+          "write the motion of the image, not that of the surface, in the convention of motion; or "
+          "leave the layers out",
+          most, kFindsMore, ""});
+    }
+  }
+
+  const AovLayout* layout_ = nullptr;
+  Kind kinds_[2] = {{&Frame::reflection, Aov::kReflectionDepth, Aov::kReflectionMotion},
+                    {&Frame::refraction, Aov::kRefractionDepth, Aov::kRefractionMotion}};
+};
+
+}  // namespace
+
+std::unique_ptr<Check> MakeVirtualGuidesCheck() {
+  return std::make_unique<VirtualGuidesCheck>();
+}
+
+}  // namespace stillray::doctor
