@@ -16,7 +16,7 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-BUILTIN = ["cornell", "spheres", "lights"]
+BUILTIN = ["cornell", "spheres", "lights", "mirrors", "thin"]
 # Row, folder, options.
 RUNS = [
     ("`default`", "default", ["--preset", "default", "--aov", "temporal"]),

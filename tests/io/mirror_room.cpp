@@ -13,7 +13,6 @@ using glm::dvec3;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr dvec3 kMirrorColour(0.9, 0.8, 0.7);
-constexpr dvec3 kPaneColour(0.95, 0.95, 0.9);
 
 /// Columns: right, up, forward.
 glm::dmat3 AxesOf(const RoomCamera& camera) {
