@@ -134,7 +134,7 @@ enum class Aov : uint8_t {
   // Of the first rough surface behind mirrors and glass; as Cycles' Denoising Data.
   kSeenDepth,   ///< length of the path to it
   kSeenNormal,  ///< any axes
-  kSeenAlbedo,  ///< times the colour of the mirrors
+  kSeenAlbedo,  ///< times the throughput of the path
   // VirtualGuides.
   kReflectionDepth,
   kReflectionNormal,

@@ -84,7 +84,6 @@ void AddTo(const Image3& more, Image3* sum) {
 
 /// The light of a layer with its selected guides, as a frame.
 Frame MakeLayerFrame(const Frame& frame, GuideSource source, float virtual_roughness) {
-  const bool reflected = source == GuideSource::kReflection;
   Frame layer;
   layer.width = frame.width;
   layer.height = frame.height;
@@ -93,9 +92,9 @@ Frame MakeLayerFrame(const Frame& frame, GuideSource source, float virtual_rough
   layer.jitter_y = frame.jitter_y;
   layer.samples = frame.samples;
   const Guides& g = frame.guides;
-  const Image3& own = reflected ? g.specular_albedo : g.transmission_albedo;
+  const Image3& own = SurfaceAlbedoOf(g, source);
   Image3& albedo = layer.guides.specular_albedo;
-  cpu::SelectGuides({&g, reflected ? &frame.reflection : &frame.refraction, &g.roughness, &own},
+  cpu::SelectGuides({&g, &ImageOf(frame, source), &g.roughness, &own},
                     {.virtual_roughness = virtual_roughness}, &layer.guides, &albedo);
   for (const Signal& signal : frame.signals) {
     if (IsLightOf(source, signal.kind)) {
@@ -214,11 +213,7 @@ class LayeredDenoiser : public DenoiserBackend {
 
 /// Restarts the histories if the layers differ from those of the last frame.
 Status LayeredDenoiser::Begin(const Frame& frame) {
-  FrameFacts facts = FactsOf(frame);
-  // Frames on the device have no virtual guides.
-  facts.has_reflection = facts.has_reflection && frame.on_device == nullptr;
-  facts.has_refraction = facts.has_refraction && frame.on_device == nullptr;
-  const LayerList list = LayersOf(settings_, facts);
+  const LayerList list = LayersOf(settings_, FactsOf(frame));
   if (list != list_ && (list.count > 1 || list_.count > 1)) {
     Reset();
   }
@@ -311,9 +306,7 @@ Status LayeredDenoiser::Denoise(const Frame& frame, std::span<const SignalHistor
     }
     const PlannedLayer& planned = *LayerOf(list_, kImages[i]);
     const Frame of_layer = MakeLayerFrame(frame, kImages[i], settings_.virtual_roughness);
-    const bool reflected = kImages[i] == GuideSource::kReflection;
-    FollowImages(frame.guides, of_layer.guides,
-                 reflected ? frame.guides.specular_albedo : frame.guides.transmission_albedo,
+    FollowImages(frame.guides, of_layer.guides, SurfaceAlbedoOf(frame.guides, kImages[i]),
                  &rest.guides.motion);
     STILLRAY_RETURN_IF_ERROR(layer_[i]->Denoise(
         of_layer, future.empty() ? future : future.subspan(planned.first, planned.count),

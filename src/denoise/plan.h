@@ -88,6 +88,19 @@ struct HistoryLayout {
 /// Where the guides of a layer come from.
 enum class GuideSource : uint8_t { kSurface, kReflection, kRefraction };
 
+/// The virtual guides of a layer that has some.
+inline const VirtualGuides& ImageOf(const Frame& frame, GuideSource source) {
+  return source == GuideSource::kReflection ? frame.reflection : frame.refraction;
+}
+
+/// The albedo of the surface that divides the light of such a layer.
+inline const Image3& SurfaceAlbedoOf(const Guides& guides, GuideSource source) {
+  return source == GuideSource::kReflection ? guides.specular_albedo : guides.transmission_albedo;
+}
+inline Image3& SurfaceAlbedoOf(Guides& guides, GuideSource source) {
+  return source == GuideSource::kReflection ? guides.specular_albedo : guides.transmission_albedo;
+}
+
 /// Signals with common guides; next to each other in FramePlan::signals.
 struct PlannedLayer {
   GuideSource guides = GuideSource::kSurface;

@@ -103,6 +103,19 @@ void ForEachSample(const Frame& frame, const Visit& visit) {
   }
 }
 
+/// The frames above a limit. \param largest  [in,out] value of all
+std::vector<int64_t> Above(const std::vector<std::pair<int64_t, double>>& values, double limit,
+                           double* largest) {
+  std::vector<int64_t> frames;
+  for (const auto& [number, value] : values) {
+    *largest = std::max(*largest, value);
+    if (value > limit) {
+      frames.push_back(number);
+    }
+  }
+  return frames;
+}
+
 class VirtualGuidesCheck : public Check {
  public:
   void Look(const Exhibit& now, const Exhibit* before) override {
@@ -178,13 +191,7 @@ class VirtualGuidesCheck : public Check {
 
   void ConcludeDepth(const Kind& kind, Verdict* verdict) const {
     double worst = 0;
-    std::vector<int64_t> frames;
-    for (const auto& [number, part] : kind.nearer) {
-      worst = std::max(worst, part);
-      if (part > kMayBeNearer) {
-        frames.push_back(number);
-      }
-    }
+    const std::vector<int64_t> frames = Above(kind.nearer, kMayBeNearer, &worst);
     if (kind.nearer.empty()) {
       return;
     }
@@ -205,13 +212,7 @@ class VirtualGuidesCheck : public Check {
 
   void ConcludeMotion(const Kind& kind, Verdict* verdict) const {
     double most = -1;
-    std::vector<int64_t> frames;
-    for (const auto& [number, more] : kind.more) {
-      most = std::max(most, more);
-      if (more > kFindsMore) {
-        frames.push_back(number);
-      }
-    }
+    const std::vector<int64_t> frames = Above(kind.more, kFindsMore, &most);
     if (kind.more.empty()) {
       return;
     }

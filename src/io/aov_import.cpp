@@ -11,10 +11,10 @@
 #include <fmt/format.h>
 
 #include "core/guides.h"
-#include "core/parallel.h"
 #include "io/aov_albedo.h"
 #include "io/aov_seen.h"
 #include "io/lossy.h"
+#include "io/pixels.h"
 #include "io/seen_guides.h"
 #include "io/text.h"
 #include "stillray/aov.h"
@@ -22,23 +22,11 @@
 namespace stillray {
 namespace {
 
-constexpr int kRowsPerTask = 16;
+using io::ForEachPixel;
 
 /// Sums of passes differ from the colour by the rounding of halves; a larger fraction of it is
 /// light that no pass holds.
 constexpr float kRoundingPart = 0.01f;
-
-/// Calls body(x, y) for every pixel.
-template <typename Body>
-void ForEachPixel(int width, int height, const Body& body) {
-  ParallelRows(height, kRowsPerTask, [&](int y0, int y1) {
-    for (int y = y0; y < y1; ++y) {
-      for (int x = 0; x < width; ++x) {
-        body(x, y);
-      }
-    }
-  });
-}
 
 struct LightRow {
   Aov aov;

@@ -10,13 +10,11 @@
 #include <optional>
 #include <vector>
 
-#include "core/parallel.h"
 #include "io/camera_fit.h"
+#include "io/pixels.h"
 
 namespace stillray::io {
 namespace {
-
-constexpr int kRowsPerTask = 16;
 
 /// Relative difference of depth between a surface and what is seen in it. At the foot of a mirror
 /// both agree, and so do their guides.
@@ -46,17 +44,6 @@ void Set(vec3 value, int x, int y, Image3* image) {
 
 float Sum(const Image3& image, int x, int y) {
   return image.empty() ? 0.0f : image[0](x, y) + image[1](x, y) + image[2](x, y);
-}
-
-template <typename Body>
-void ForEachPixel(int width, int height, const Body& body) {
-  ParallelRows(height, kRowsPerTask, [&](int y0, int y1) {
-    for (int y = y0; y < y1; ++y) {
-      for (int x = 0; x < width; ++x) {
-        body(x, y);
-      }
-    }
-  });
 }
 
 constexpr int kNeighbours[8][2] = {{-1, -1}, {0, -1}, {1, -1}, {-1, 0},
@@ -354,7 +341,7 @@ std::vector<PatchKind> KindsOf(const Seen& seen, const Patches& patches, const G
   return kinds;
 }
 
-/// The albedo of what is seen, without the colour of the mirror and without emission.
+/// The albedo of what is seen, without the throughput of the path and without emission.
 vec3 SeenAlbedoAt(const Image3& albedo, const Image3& mirror, int x, int y) {
   vec3 seen = At(albedo, x, y);
   for (int c = 0; c < 3; ++c) {

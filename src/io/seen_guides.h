@@ -13,7 +13,7 @@ namespace stillray::io {
 struct SeenLayers {
   Image1 depth;   ///< length of the path from the camera; 0 where it ends in the sky
   Image3 normal;  ///< in camera space, where the surface is (not mirrored)
-  Image3 albedo;  ///< all lobes together, times the colour of the mirrors on the way
+  Image3 albedo;  ///< all lobes together, times the throughput of the path
 };
 
 /// Why a file has no virtual guides.

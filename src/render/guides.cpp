@@ -7,22 +7,11 @@
 namespace stillray::render {
 namespace {
 
-/// Motion of a point behind the previous frame's camera: out of the picture.
-vec2 MotionOutOfPicture(const CameraView& camera) {
-  return {2.0f * camera.width, 2.0f * camera.height};
-}
-
 vec2 MotionBetween(const TraceContext& context, vec3 offset, vec3 previous_offset) {
   if (dot(previous_offset, context.previous_camera.forward) <= 0.0f) {
     return MotionOutOfPicture(context.previous_camera);
   }
   return context.previous_camera.Project(previous_offset) - context.camera.Project(offset);
-}
-
-vec3 LocalPoint(const Mesh& mesh, const Hit& hit) {
-  const uint32_t* corner = mesh.indices.data() + 3 * static_cast<size_t>(hit.primitive);
-  return mesh.positions[corner[0]] * (1.0f - hit.u - hit.v) + mesh.positions[corner[1]] * hit.u +
-         mesh.positions[corner[2]] * hit.v;
 }
 
 vec2 SurfaceMotion(const TraceContext& context, const Hit& hit, vec3 position) {
@@ -61,6 +50,16 @@ bool SeenFromFront(const TraceContext& context, const Hit& hit, vec3 direction) 
 }
 
 }  // namespace
+
+vec2 MotionOutOfPicture(const CameraView& camera) {
+  return {2.0f * camera.width, 2.0f * camera.height};
+}
+
+vec3 LocalPoint(const Mesh& mesh, const Hit& hit) {
+  const uint32_t* corner = mesh.indices.data() + 3 * static_cast<size_t>(hit.primitive);
+  return mesh.positions[corner[0]] * (1.0f - hit.u - hit.v) + mesh.positions[corner[1]] * hit.u +
+         mesh.positions[corner[2]] * hit.v;
+}
 
 PixelGuides MakeGuides(const TraceContext& context, const PrimaryPixel& pixel,
                        FirstSurface* first) {

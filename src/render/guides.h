@@ -27,6 +27,12 @@ struct PixelGuides {
 /// \param first  [out] for TraceSample; unchanged unless the pixel has exactly one layer
 PixelGuides MakeGuides(const TraceContext& context, const PrimaryPixel& pixel, FirstSurface* first);
 
+/// The point of a hit in the coordinates of its mesh.
+vec3 LocalPoint(const Mesh& mesh, const Hit& hit);
+
+/// Motion of points that the previous frame's camera did not see.
+vec2 MotionOutOfPicture(const CameraView& camera);
+
 /// Only the light of PixelGuides.
 struct UnscatteredLight {
   vec3 emission;

@@ -9,6 +9,7 @@
 
 #include "core/colour.h"
 #include "render/frame_store.h"
+#include "render/guides.h"
 #include "render/virtual_image_shared.h"
 
 namespace stillray::render {
@@ -72,14 +73,9 @@ struct Chain {
 
 /// The point of a hit at the previous frame's moment.
 vec3 PreviousPoint(const PlacedInstance& instance, const Hit& hit, vec3 now) {
-  if (!instance.moving) {
-    return now;
-  }
-  const Mesh& mesh = *instance.mesh;
-  const uint32_t* corner = mesh.indices.data() + 3 * static_cast<size_t>(hit.primitive);
-  const vec3 local = mesh.positions[corner[0]] * (1.0f - hit.u - hit.v) +
-                     mesh.positions[corner[1]] * hit.u + mesh.positions[corner[2]] * hit.v;
-  return vec3(instance.previous_world * vec4(local, 1.0f));
+  return instance.moving
+             ? vec3(instance.previous_world * vec4(LocalPoint(*instance.mesh, hit), 1.0f))
+             : now;
 }
 
 /// The surface around a hit in the previous frame.
@@ -223,7 +219,7 @@ bool FindPreviousPlace(const CameraView& camera, const Chain& chain, const Chain
 vec2 MotionOf(const TraceContext& context, const Chain& chain, const ChainEnd& end, vec2 now) {
   vec2 before;
   if (!FindPreviousPlace(context.previous_camera, chain, end, &before)) {
-    return {2.0f * context.camera.width, 2.0f * context.camera.height};  // out of the picture
+    return MotionOutOfPicture(context.previous_camera);
   }
   return before - now;
 }

@@ -73,14 +73,10 @@ FrameInput InputOf(const CpuPipeline& p, const Frame& frame, HeldGuides* held, F
 FrameInput RunSelectGuides(const CpuPipeline& p, const FrameInput& in, GuideSource source,
                            Guides* selected, DenoisedFrame* out) {
   const StageTimer timer(&out->timings, "select_guides");
-  const bool reflected = source == GuideSource::kReflection;
-  const Image3 Guides::*albedo =
-      reflected ? &Guides::specular_albedo : &Guides::transmission_albedo;
-  const SelectGuidesInput given = {&in.guides,
-                                   reflected ? &in.frame.reflection : &in.frame.refraction,
-                                   &in.roughness, &(in.guides.*albedo)};
+  const SelectGuidesInput given = {&in.guides, &ImageOf(in.frame, source), &in.roughness,
+                                   &SurfaceAlbedoOf(in.guides, source)};
   p.stages.select_guides(given, p.plan.select_guides, selected,
-                         reflected ? &selected->specular_albedo : &selected->transmission_albedo);
+                         &SurfaceAlbedoOf(*selected, source));
   return {in.frame,      *selected,           in.surface,       in.emission,
           in.background, selected->roughness, in.negative_limit};
 }
@@ -251,9 +247,7 @@ const Image2& PictureMotion(const FramePlan& plan, const FrameInput& in, FrameWo
   for (size_t i = 0; i < plan.layers.count; ++i) {
     const GuideSource source = plan.layers.layer[i].guides;
     if (source != GuideSource::kSurface) {
-      const bool reflected = source == GuideSource::kReflection;
-      FollowImages(in.guides, work->layers[i].selected,
-                   reflected ? in.guides.specular_albedo : in.guides.transmission_albedo,
+      FollowImages(in.guides, work->layers[i].selected, SurfaceAlbedoOf(in.guides, source),
                    &work->motion);
     }
   }
