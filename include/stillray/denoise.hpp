@@ -71,6 +71,10 @@ enum class Antialias : int {
   kTaa,   ///< in time, whether or not the frames are jittered
   kAuto,  ///< in time from the first frame on whose jitter is not zero
 };
+enum class TaaFilter : int {
+  kCatmullRom,
+  kSpline,  ///< the cubic B-spline through the pixels
+};
 enum class Fxaa : int {
   kOff,
   kSparse,  ///< below one sample per pixel, of pixels with fewer than four
@@ -143,6 +147,7 @@ struct Settings {
 
   Antialias antialias = Antialias::kAuto;
   float taa_alpha = 0.1f;
+  TaaFilter taa_filter = TaaFilter::kSpline;
   Fxaa fxaa = Fxaa::kSparse;
   float exposure = 0.0f;
   Tonemap tonemap = Tonemap::kAces;

@@ -170,7 +170,10 @@ void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
       .mirror_roughness = s.mirror_roughness,
       .mirror_signals = plan->runs.keep_mirrors ? MirrorSignals(plan->signals, facts.lights) : 0};
   plan->fxaa = {.fxaa_sparse = Int(s.fxaa == Fxaa::kSparse)};
-  plan->antialias = {.taa_alpha = s.taa_alpha, .weigh_by_length = Int(s.temporal)};
+  plan->antialias = {
+      .taa_alpha = s.taa_alpha,
+      .weigh_by_length = Int(s.temporal),
+      .spline = Int(s.antialias != Antialias::kOff && s.taa_filter == TaaFilter::kSpline)};
   plan->tonemap = TonemapOf(s.exposure, s.tonemap, s.dither, facts.index);
 }
 

@@ -434,6 +434,15 @@ std::vector<Row> MakeTable() {
                 .help = "Weight of the new frame in temporal antialiasing.",
                 .symbol = "alpha"},
        .member = &Settings::taa_alpha},
+      {.info = {.name = "taa_filter",
+                .type = kChoice,
+                .group = "antialias",
+                .help = "Filter that resamples the previous picture along the motion. The cubic "
+                        "spline through its pixels keeps textures sharper than Catmull-Rom's "
+                        "kernel, which every frame blurs a little.",
+                .max = 1,
+                .choices = {"catmull_rom", "spline"}},
+       .member = Choice<Settings, &Settings::taa_filter>()},
       {.info = {.name = "fxaa",
                 .type = kChoice,
                 .group = "fxaa",
@@ -523,6 +532,7 @@ constexpr PresetValue kSvgf[] = {
     {"noise_ratio", "1"},
     {"virtual_roughness", "0"},
     {"mirror_roughness", "0"},
+    {"taa_filter", "catmull_rom"},
     {"fxaa", "off"},
 };
 
@@ -549,22 +559,23 @@ constexpr PresetValue kPsvgf[] = {
     {"luminance_scale", "variance"},
     {"virtual_roughness", "0"},
     {"mirror_roughness", "0"},
+    {"taa_filter", "catmull_rom"},
     {"noise_ratio", "1"},
     {"dither", "1"},
 };
 
 /// Dammertz et al. 2010.
 constexpr PresetValue kEaw[] = {
-    {"temporal", "off"},        {"limit_history", "off"},
-    {"variance_of", "frame"},   {"wavelet", "eaw"},
-    {"virtual_roughness", "0"}, {"mirror_roughness", "0"},
-    {"antialias", "off"},       {"fxaa", "off"},
+    {"temporal", "off"},  {"limit_history", "off"},      {"variance_of", "frame"},
+    {"wavelet", "eaw"},   {"virtual_roughness", "0"},    {"mirror_roughness", "0"},
+    {"antialias", "off"}, {"taa_filter", "catmull_rom"}, {"fxaa", "off"},
 };
 
 /// Accumulation alone.
 constexpr PresetValue kTemporal[] = {
     {"limit_history", "off"},  {"wavelet", "off"},   {"virtual_roughness", "0"},
-    {"mirror_roughness", "0"}, {"antialias", "off"}, {"fxaa", "off"},
+    {"mirror_roughness", "0"}, {"antialias", "off"}, {"taa_filter", "catmull_rom"},
+    {"fxaa", "off"},
 };
 
 struct Preset {

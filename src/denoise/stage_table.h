@@ -21,6 +21,7 @@
 #include "denoise/stages/remodulate.h"
 #include "denoise/stages/reproject.h"
 #include "denoise/stages/select_guides.h"
+#include "denoise/stages/spline_coefficients.h"
 #include "denoise/stages/suppress_fireflies.h"
 #include "denoise/stages/tonemap.h"
 
@@ -49,6 +50,7 @@ struct StageTable {
   decltype(&reference::KeepMirrors) keep_mirrors;
   decltype(&reference::Remodulate) remodulate;
   decltype(&reference::Fxaa) fxaa;
+  decltype(&reference::SplineCoefficients) spline_coefficients;
   decltype(&reference::Antialias) antialias;
   decltype(&reference::Tonemap) tonemap;
 };
@@ -65,7 +67,8 @@ struct StageTable {
     .mix_pilot = &backend::MixPilot, .prefilter_variance = &backend::PrefilterVariance,            \
     .atrous = &backend::Atrous, .clip_outliers = &backend::ClipOutliers,                           \
     .measure_mirrors = &backend::MeasureMirrors, .keep_mirrors = &backend::KeepMirrors,            \
-    .remodulate = &backend::Remodulate, .fxaa = &backend::Fxaa, .antialias = &backend::Antialias,  \
+    .remodulate = &backend::Remodulate, .fxaa = &backend::Fxaa,                                    \
+    .spline_coefficients = &backend::SplineCoefficients, .antialias = &backend::Antialias,         \
     .tonemap = &backend::Tonemap,                                                                  \
   }
 

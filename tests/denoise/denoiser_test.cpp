@@ -438,6 +438,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
       {"mirror_roughness", "0", {}},
       {"antialias", "off", {}},
       {"taa_alpha", "0.5", {}},
+      {"taa_filter", "catmull_rom", {}},
       {"fxaa", "on", {}},
       {"exposure", "1", {}},
       {"tonemap", "linear", {}},

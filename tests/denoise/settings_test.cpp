@@ -71,6 +71,7 @@ TEST(Settings, PublishedValuesOfPsvgf) {
       {"short_history", "blur"},
       {"antialias", "auto"},  // of jittered frames
       {"taa_alpha", "0.1"},
+      {"taa_filter", "catmull_rom"},
       {"dither", "1"},
       {"fill_guides", "on"},
       {"feedback_when", "blend"},

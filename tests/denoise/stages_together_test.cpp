@@ -138,20 +138,24 @@ TEST(Antialias, FollowsAnyMotion) {
       }
     }
   }
-  Image3 expected(kWidth, kHeight);
+  const Image3 coefficients = RandomImage(130);
   const AntialiasParameters& p = test::DefaultPlan().antialias;
-  reference::Antialias(colour, {previous, motion, guides}, p, &expected);
-  OnEveryTarget([&] {
-    Image3 found(kWidth, kHeight);
-    cpu::Antialias(colour, {previous, motion, guides}, p, &found);
-    for (int y = 0; y < kHeight; ++y) {
-      for (int x = 0; x < kWidth; ++x) {
-        for (int c = 0; c < 3; ++c) {
-          EXPECT_NEAR(found[c](x, y), expected[c](x, y), 1e-4) << x << ", " << y;
+  for (const Image3* spline : {static_cast<const Image3*>(nullptr), &coefficients}) {
+    const AntialiasInput in = {previous, motion, guides, spline};
+    Image3 expected(kWidth, kHeight);
+    reference::Antialias(colour, in, p, &expected);
+    OnEveryTarget([&] {
+      Image3 found(kWidth, kHeight);
+      cpu::Antialias(colour, in, p, &found);
+      for (int y = 0; y < kHeight; ++y) {
+        for (int x = 0; x < kWidth; ++x) {
+          for (int c = 0; c < 3; ++c) {
+            EXPECT_NEAR(found[c](x, y), expected[c](x, y), 1e-4) << x << ", " << y;
+          }
         }
       }
-    }
-  });
+    });
+  }
 }
 
 TEST(StagesTogether, AntialiasParts) {

@@ -116,7 +116,7 @@ size_t LayerWork::bytes() const {
 }
 
 size_t FrameWork::bytes() const {
-  size_t sum = picture.bytes() + motion.bytes() + fill_guides.bytes();
+  size_t sum = picture.bytes() + motion.bytes() + spline.bytes() + fill_guides.bytes();
   for (const LayerWork& layer : layers) {
     sum += layer.bytes();
   }
@@ -132,6 +132,10 @@ void MakeRoom(const FramePlan& plan, int width, int height, FrameWork* work) {
   }
   if (work->picture.width() != width || work->picture.height() != height) {
     work->picture = Image3(width, height);
+  }
+  if (plan.antialias.spline != 0 &&
+      (work->spline.width() != width || work->spline.height() != height)) {
+    work->spline = Image3(width, height);
   }
 }
 

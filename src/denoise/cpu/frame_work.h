@@ -67,6 +67,7 @@ struct FrameWork {
   std::vector<LayerWork> layers;
   Image3 picture;  ///< before it is antialiased
   Image2 motion;   ///< of the picture; empty until there are virtual guides
+  Image3 spline;   ///< coefficients of the last picture; empty unless it is resampled so
   FillGuidesWork fill_guides;
   std::vector<double> row_sums;
 

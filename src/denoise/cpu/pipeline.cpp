@@ -25,7 +25,8 @@
 //   keep_mirrors         wavelet  new light, colour, roughness   colour               (only where a surface is smooth)
 //   remodulate           -        colours, albedo, unfiltered    picture
 //   fxaa                 9        picture, length                picture
-//   antialias            4x4      picture, motion                picture              kept for the next frame
+//   spline_coefficients  4        last picture                   coefficients         (only where something moves)
+//   antialias            4x4      picture, coefficients, motion  picture              kept for the next frame
 //
 // Stages that run together (fused/fused.h) count as the later one in the timings.
 // clang-format on
@@ -254,6 +255,32 @@ const Image2& PictureMotion(const FramePlan& plan, const FrameInput& in, FrameWo
   return work->motion;
 }
 
+/// Whether anything in the picture moves.
+bool Moves(const Image2& motion) {
+  for (int y = 0; y < motion.height(); ++y) {
+    const float* mx = motion[0].Row(y);
+    const float* my = motion[1].Row(y);
+    bool moves = false;
+    for (int x = 0; x < motion.width(); ++x) {
+      moves |= !(mx[x] == 0 && my[x] == 0);
+    }
+    if (moves) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// \return the coefficients of the last picture; nullptr: none are needed
+const Image3* RunSplineCoefficients(const CpuPipeline& p, const Image2& motion,
+                                    const Image3& previous, FrameWork* work) {
+  if (p.plan.antialias.spline == 0 || !Moves(motion)) {
+    return nullptr;
+  }
+  p.stages.spline_coefficients(previous, &work->spline);
+  return &work->spline;
+}
+
 /// Stores the finished picture in the history.
 void RunAntialias(const CpuPipeline& p, const FrameInput& in, const PictureParts& parts,
                   History* history, FrameWork* work, Image3* colour, DenoisedFrame* out) {
@@ -261,6 +288,7 @@ void RunAntialias(const CpuPipeline& p, const FrameInput& in, const PictureParts
   const LayerHistory& surface = history->layers.front();
   Image3* scratch = &work->layers.front().scratch;
   AntialiasInput antialias = {history->picture, PictureMotion(p.plan, in, work), surface.guides};
+  antialias.spline = RunSplineCoefficients(p, antialias.motion, history->picture, work);
   if (p.plan.antialias.weigh_by_length != 0) {
     antialias.length = &surface.signals.front().length;
     antialias.samples = in.frame.samples.empty() ? nullptr : &in.frame.samples;

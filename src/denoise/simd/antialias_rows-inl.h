@@ -42,6 +42,19 @@ HWY_INLINE void CatmullRom(VF t, VF w[4]) {
   w[3] = hn::Mul(half, hn::Sub(t3, t2));
 }
 
+/// See antialias_shared.h.
+HWY_INLINE void CubicSpline(VF t, VF w[4]) {
+  const DF d;
+  const VF sixth = hn::Set(d, 1.0f / 6.0f);
+  const VF half = hn::Set(d, 0.5f);
+  const VF t2 = hn::Mul(t, t);
+  const VF s = hn::Sub(hn::Set(d, 1.0f), t);
+  w[0] = hn::Mul(sixth, hn::Mul(s, hn::Mul(s, s)));
+  w[1] = hn::MulAdd(t2, hn::NegMulAdd(half, s, hn::Set(d, -0.5f)), hn::Set(d, 2.0f / 3.0f));
+  w[3] = hn::Mul(sixth, hn::Mul(t2, t));
+  w[2] = hn::Sub(hn::Set(d, 1.0f), hn::Add(w[0], hn::Add(w[1], w[3])));
+}
+
 /// NewPictureWeight for a vector of pixels.
 HWY_INLINE VF Alpha(const AntialiasInput& in, const AntialiasParameters& p, VF longest, int x,
                     int y) {
@@ -176,15 +189,21 @@ struct PreviousPlace {
   VF u, v;
 };
 
-/// Catmull-Rom over 4x4 taps.
+/// The filter over 4x4 taps.
 /// \param load  takes a column and a row, -1..2, and a channel
 template <typename Load>
-HWY_INLINE void SampleCatmullRom(const PreviousPlace& place, const Load& load, VF before[3]) {
+HWY_INLINE void SampleTaps(bool spline, const PreviousPlace& place, const Load& load,
+                           VF before[3]) {
   const DF d;
   VF wx[4];
   VF wy[4];
-  CatmullRom(place.u, wx);
-  CatmullRom(place.v, wy);
+  if (spline) {
+    CubicSpline(place.u, wx);
+    CubicSpline(place.v, wy);
+  } else {
+    CatmullRom(place.u, wx);
+    CatmullRom(place.v, wy);
+  }
   for (int c = 0; c < 3; ++c) {
     before[c] = hn::Zero(d);
   }
@@ -199,52 +218,72 @@ HWY_INLINE void SampleCatmullRom(const PreviousPlace& place, const Load& load, V
   }
 }
 
-/// SamplePrevious for taps that are not adjacent, or beyond the picture, whose edge is repeated.
-HWY_NOINLINE inline void GatherPrevious(const Image3& previous, const PreviousPlace& place,
-                                        VF before[3]) {
+/// A value of a vector of pixels, which may lie beyond the picture, whose edge is repeated.
+HWY_INLINE VF GatherClamped(const Image1& plane, VI x, VI y) {
   const DF d;
   const DI di;
-  const VI stride = hn::Set(di, static_cast<int>(previous[0].stride()));
-  SampleCatmullRom(
-      place,
-      [&](int i, int j, int c) HWY_ATTR {
-        const VI column = ClampColumns(hn::Add(place.x, hn::Set(di, i)), previous.width());
-        const VI row = ClampColumns(hn::Add(place.y, hn::Set(di, j)), previous.height());
-        return hn::GatherIndex(d, previous[c].Row(0), hn::Add(hn::Mul(row, stride), column));
-      },
-      before);
+  const VI stride = hn::Set(di, static_cast<int>(plane.stride()));
+  const VI column = ClampColumns(x, plane.width());
+  const VI row = ClampColumns(y, plane.height());
+  return hn::GatherIndex(d, plane.Row(0), hn::Add(hn::Mul(row, stride), column));
 }
 
-/// The previous picture at (px, py), Catmull-Rom over 4x4 taps; lanes not `inside` are not read.
-HWY_INLINE void SamplePrevious(const Image3& previous, VF px, VF py, MF inside, VF before[3]) {
+/// SamplePrevious for taps that are not adjacent, or beyond the picture.
+HWY_NOINLINE inline void GatherPrevious(const AntialiasInput& in, const PreviousPlace& place,
+                                        MF whole, VF before[3]) {
+  const DI di;
+  const Image3& taps = in.spline != nullptr ? *in.spline : in.previous;
+  SampleTaps(
+      in.spline != nullptr, place,
+      [&](int i, int j, int c) HWY_ATTR {
+        return GatherClamped(taps[c], hn::Add(place.x, hn::Set(di, i)),
+                             hn::Add(place.y, hn::Set(di, j)));
+      },
+      before);
+  for (int c = 0; c < 3; ++c) {
+    before[c] = hn::IfThenElse(whole, GatherClamped(in.previous[c], place.x, place.y), before[c]);
+  }
+}
+
+/// The previous picture at (px, py); lanes not `inside` are not read.
+HWY_INLINE void SamplePrevious(const AntialiasInput& in, VF px, VF py, MF inside, VF before[3]) {
   const DF d;
   const DI di;
+  const VF zero = hn::Zero(d);
   const VF sx = hn::IfThenElseZero(inside, px);
   const VF sy = hn::IfThenElseZero(inside, py);
   const VF fx = hn::Floor(sx);
   const VF fy = hn::Floor(sy);
   const PreviousPlace place = {hn::ConvertTo(di, fx), hn::ConvertTo(di, fy), hn::Sub(sx, fx),
                                hn::Sub(sy, fy)};
+  const MF whole = hn::And(hn::Eq(place.u, zero), hn::Eq(place.v, zero));
   const SideBySide block = FindSideBySide(place.x, place.y, inside);
-  if (!LiesInPicture(block, 1, 2, previous.width(), previous.height())) {
-    GatherPrevious(previous, place, before);
+  if (!LiesInPicture(block, 1, 2, in.previous.width(), in.previous.height())) {
+    GatherPrevious(in, place, whole, before);
     return;
   }
-  const ptrdiff_t stride = previous[0].stride();
-  const float* first[3];
-  for (int c = 0; c < 3; ++c) {
-    first[c] = previous[c].Row(block.y) + block.x;
-  }
-  const VF zero = hn::Zero(d);
-  if (hn::AllTrue(d, hn::And(hn::Eq(place.u, zero), hn::Eq(place.v, zero)))) {  // nothing moved
+  if (hn::AllTrue(d, whole)) {  // nothing moved
     for (int c = 0; c < 3; ++c) {
-      before[c] = hn::LoadU(d, first[c]);
+      before[c] = hn::LoadU(d, in.previous[c].Row(block.y) + block.x);
     }
     return;
   }
-  SampleCatmullRom(
-      place, [&](int i, int j, int c) HWY_ATTR { return hn::LoadU(d, first[c] + j * stride + i); },
+  const Image3& taps = in.spline != nullptr ? *in.spline : in.previous;
+  const ptrdiff_t stride = taps[0].stride();
+  const float* first[3];
+  for (int c = 0; c < 3; ++c) {
+    first[c] = taps[c].Row(block.y) + block.x;
+  }
+  SampleTaps(
+      in.spline != nullptr, place,
+      [&](int i, int j, int c) HWY_ATTR { return hn::LoadU(d, first[c] + j * stride + i); },
       before);
+  if (!hn::AllFalse(d, whole)) {
+    for (int c = 0; c < 3; ++c) {
+      const VF kept = hn::LoadU(d, in.previous[c].Row(block.y) + block.x);
+      before[c] = hn::IfThenElse(whole, kept, before[c]);
+    }
+  }
 }
 
 /// Destination of a row of the picture.
@@ -284,7 +323,7 @@ HWY_INLINE void AntialiasVector(const RowsAround& rows, const AntialiasInput& in
       before[c] = hn::LoadU(d, in.previous[c].Row(y) + x);
     }
   } else {
-    SamplePrevious(in.previous, px, py, inside, before);
+    SamplePrevious(in, px, py, inside, before);
   }
   const VF alpha = Alpha(in, p, n.longest, x, y);
   for (int c = 0; c < 3; ++c) {
@@ -305,7 +344,7 @@ void AntialiasRow(const RowsAround& rows, NextRow<kMostFetched> next, const Anti
                   const AntialiasParameters& p, int y, Image3* out) {
   const int width = in.previous.width();
   const OutRow to = OutRowOf(in, y, out);
-  next.Add(in.previous, y + 3);
+  next.Add(!kStill && in.spline != nullptr ? *in.spline : in.previous, y + 3);
   if (!kStill) {
     next.Add(in.motion, y + 2);
     next.Add(in.guides.inverse_depth, y + 2);

@@ -6,13 +6,16 @@
 /// output, fetched with a Catmull-Rom filter along the motion of the nearest surface of the 3x3
 /// neighbourhood in front of the pixel's own (so that edges move with the nearer surface), is
 /// clamped to the 3x3 neighbourhood of the current picture and blended, regardless of the
-/// disocclusion test. Departs from them: while the history of a pixel's light is short the previous
-/// picture counts no more than the previous light does (the clamp lets a wrong picture pass if the
-/// noise of the light is large); runs on scene-linear light, before the tone curve, so that linear
-/// files are antialiased too, and blends without Karis' weights 1 / (1 + luminance): those suppress
-/// flicker of undenoised highlights, but darkened textures of high contrast by 5 %, where the plain
-/// blend converges to the box-filtered picture. State: the previous output. Border: 1 pixel; reads
-/// 4x4 taps along the motion. Reads 36 and 16 x 12, writes 12 bytes per pixel.
+/// disocclusion test. Departs from them: with `spline` it is the cubic spline through the pixels
+/// that is fetched (spline_coefficients.h), since Catmull-Rom's kernel blurs fine texture at every
+/// fraction of a pixel, and a picture is fetched ten times before it has faded; while the history
+/// of a pixel's light is short the previous picture counts no more than the previous light does
+/// (the clamp lets a wrong picture pass if the noise of the light is large); runs on scene-linear
+/// light, before the tone curve, so that linear files are antialiased too, and blends without
+/// Karis' weights 1 / (1 + luminance): those suppress flicker of undenoised highlights, but
+/// darkened textures of high contrast by 5 %, where the plain blend converges to the box-filtered
+/// picture. State: the previous output. Border: 1 pixel; reads 4x4 taps along the motion. Reads 36
+/// and 16 x 12, writes 12 bytes per pixel.
 #pragma once
 
 #include "denoise/planes.h"
@@ -24,6 +27,8 @@ struct AntialiasInput {
   const Image3& previous;  ///< the last output
   const Image2& motion;
   const GuidePlanes& guides;
+  /// The spline coefficients of `previous`; nullptr: Catmull-Rom
+  const Image3* spline = nullptr;
   /// Number of samples in the light of each pixel, and of those of this frame; nullptr for length:
   /// weight `taa_alpha` everywhere; for samples: one everywhere.
   const Image1* length = nullptr;

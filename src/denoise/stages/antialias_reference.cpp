@@ -50,11 +50,19 @@ float LongestAround(const Image1& length, int x, int y) {
   return longest;
 }
 
-vec3 SampleCatmullRom(const Image3& image, vec2 place) {
+/// The previous picture at a place.
+vec3 SamplePrevious(const AntialiasInput& in, vec2 place) {
   const float fx = std::floor(place.x);
   const float fy = std::floor(place.y);
-  const vec4 wx = CatmullRom(place.x - fx);
-  const vec4 wy = CatmullRom(place.y - fy);
+  const float u = place.x - fx;
+  const float v = place.y - fy;
+  if (u == 0 && v == 0) {
+    return Load(in.previous, static_cast<int>(fx), static_cast<int>(fy));
+  }
+  const bool spline = in.spline != nullptr;
+  const Image3& image = spline ? *in.spline : in.previous;
+  const vec4 wx = spline ? CubicSpline(u) : CatmullRom(u);
+  const vec4 wy = spline ? CubicSpline(v) : CatmullRom(v);
   vec3 sum(0.0f);
   for (int j = 0; j < 4; ++j) {
     vec3 row(0.0f);
@@ -90,7 +98,7 @@ void Antialias(const Image3& colour, const AntialiasInput& in, const AntialiasPa
             high = max(high, Load(colour, x + dx, y + dy));
           }
         }
-        const vec3 before = min(max(SampleCatmullRom(in.previous, place), low), high);
+        const vec3 before = min(max(SamplePrevious(in, place), low), high);
         const float alpha =
             in.length == nullptr
                 ? p.taa_alpha

@@ -14,6 +14,7 @@ SHARED_BEGIN
 SHARED_BLOCK(AntialiasParameters) {
   float taa_alpha;      // weight of the new frame
   int weigh_by_length;  // 1: light with a short history has a larger one
+  int spline;           // 1: the last picture is resampled with a B-spline, 0: Catmull-Rom
 };
 
 // Whether a neighbour is in front of the surface at a pixel, rather than part of it: i are inverse
@@ -37,6 +38,15 @@ SHARED_FN vec4 CatmullRom(float t) {
   float t3 = t2 * t;
   return vec4(-0.5f * t3 + t2 - 0.5f * t, 1.5f * t3 - 2.5f * t2 + 1.0f,
               -1.5f * t3 + 2.0f * t2 + 0.5f * t, 0.5f * t3 - 0.5f * t2);
+}
+
+// Weights of the cubic B-spline at the same distances.
+SHARED_FN vec4 CubicSpline(float t) {
+  float t2 = t * t;
+  float t3 = t2 * t;
+  return vec4(1.0f - 3.0f * t + 3.0f * t2 - t3, 4.0f - 6.0f * t2 + 3.0f * t3,
+              1.0f + 3.0f * t + 3.0f * t2 - 3.0f * t3, t3) /
+         6.0f;
 }
 
 SHARED_END

@@ -12,7 +12,8 @@ layout(set = 1, binding = 1) uniform utexture2D detail_image;
 layout(set = 1, binding = 2) uniform texture2DArray moments;
 layout(set = 1, binding = 3) uniform texture2D picture;
 layout(set = 1, binding = 4) uniform texture2D picture_before;
-layout(set = 1, binding = 5, LIGHT_FORMAT) writeonly uniform image2D picture_out;
+layout(set = 1, binding = 5) uniform texture2DArray coefficients;
+layout(set = 1, binding = 6, LIGHT_FORMAT) writeonly uniform image2D picture_out;
 
 vec3 Load(ivec2 p) {
   return texelFetch(picture, ClampToPicture(p), 0).xyz;
@@ -54,16 +55,23 @@ float LongestAround(ivec2 p) {
   return longest;
 }
 
-vec3 SampleCatmullRom(vec2 place) {
+vec3 SamplePrevious(vec2 place) {
   vec2 corner = floor(place);
-  vec4 wx = CatmullRom(place.x - corner.x);
-  vec4 wy = CatmullRom(place.y - corner.y);
+  vec2 t = place - corner;
   ivec2 first = ivec2(corner) - 1;
+  if (t == vec2(0.0f)) {
+    return texelFetch(picture_before, ClampToPicture(first + 1), 0).xyz * picture_ratio;
+  }
+  bool spline = antialias.spline != 0;
+  vec4 wx = spline ? CubicSpline(t.x) : CatmullRom(t.x);
+  vec4 wy = spline ? CubicSpline(t.y) : CatmullRom(t.y);
   vec3 sum = vec3(0.0f);
   for (int j = 0; j < 4; ++j) {
     vec3 row = vec3(0.0f);
     for (int i = 0; i < 4; ++i) {
-      row += wx[i] * texelFetch(picture_before, ClampToPicture(first + ivec2(i, j)), 0).xyz;
+      ivec2 q = ClampToPicture(first + ivec2(i, j));
+      row += wx[i] * (spline ? texelFetch(coefficients, ivec3(q, 0), 0).xyz
+                             : texelFetch(picture_before, q, 0).xyz);
     }
     sum += wy[j] * row;
   }
@@ -87,7 +95,7 @@ vec3 Antialiased(ivec2 p, vec3 now) {
       high = max(high, c);
     }
   }
-  vec3 before = min(max(SampleCatmullRom(place), low), high);
+  vec3 before = min(max(SamplePrevious(place), low), high);
   float alpha = antialias.weigh_by_length != 0
                     ? NewPictureWeight(antialias.taa_alpha, LongestAround(p), GivenSamples(p))
                     : antialias.taa_alpha;

@@ -29,6 +29,7 @@
 //   keep_mirrors         new light, light, roughness         light                     12 + 96 n, 40 n  (only where roughness is given)
 //   remodulate           light, albedos, unfiltered light    picture                   inputs + 8 n, 8
 //   fxaa                 picture, length                     picture                   16, 8
+//   spline_coefficients  last picture                        light of the wavelet      8, 8
 //   antialias            picture, last picture, motion       picture, output           inputs + 40, 8 + output
 //   tonemap              picture                             display                   8, 4
 // clang-format on
@@ -415,9 +416,13 @@ void FramePipeline::Finish(const FramePlan& plan, PassRecorder* recorder) {
     recorder->Run(Shader::kFxaa, grid_, {i.picture, i.history.moments, i.scratch});
     std::swap(images_.picture, images_.scratch);
   }
-  recorder->Run(
-      Shader::kAntialias, grid_,
-      {i.guides.surface, i.guides.detail, i.history.moments, i.picture, i.shown, i.scratch});
+  const gpu::Image* coefficients = i.wavelet[0];  // no longer read
+  if (plan.has_picture && plan.antialias.spline != 0) {
+    recorder->Run(Shader::kSplineCoefficients, grid_, {i.shown, coefficients});
+  }
+  recorder->Run(Shader::kAntialias, grid_,
+                {i.guides.surface, i.guides.detail, i.history.moments, i.picture, i.shown,
+                 coefficients, i.scratch});
   std::swap(images_.shown, images_.scratch);
 }
 

@@ -42,6 +42,7 @@ enum class Shader : uint8_t {
   kKeepMirrors,
   kRemodulate,
   kFxaa,
+  kSplineCoefficients,
   kAntialias,
   kTonemap,
   // Of fill_guides; created only if guides may be incomplete:
