@@ -146,7 +146,7 @@ struct Settings {
   float mirror_roughness = 0.05f;
 
   Antialias antialias = Antialias::kAuto;
-  float taa_alpha = 0.1f;
+  float taa_alpha = 0.12f;
   TaaFilter taa_filter = TaaFilter::kSpline;
   Fxaa fxaa = Fxaa::kSparse;
   float exposure = 0.0f;

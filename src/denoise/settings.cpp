@@ -532,6 +532,7 @@ constexpr PresetValue kSvgf[] = {
     {"noise_ratio", "1"},
     {"virtual_roughness", "0"},
     {"mirror_roughness", "0"},
+    {"taa_alpha", "0.1"},
     {"taa_filter", "catmull_rom"},
     {"fxaa", "off"},
 };
@@ -559,6 +560,7 @@ constexpr PresetValue kPsvgf[] = {
     {"luminance_scale", "variance"},
     {"virtual_roughness", "0"},
     {"mirror_roughness", "0"},
+    {"taa_alpha", "0.1"},
     {"taa_filter", "catmull_rom"},
     {"noise_ratio", "1"},
     {"dither", "1"},
@@ -566,16 +568,17 @@ constexpr PresetValue kPsvgf[] = {
 
 /// Dammertz et al. 2010.
 constexpr PresetValue kEaw[] = {
-    {"temporal", "off"},  {"limit_history", "off"},      {"variance_of", "frame"},
-    {"wavelet", "eaw"},   {"virtual_roughness", "0"},    {"mirror_roughness", "0"},
-    {"antialias", "off"}, {"taa_filter", "catmull_rom"}, {"fxaa", "off"},
+    {"temporal", "off"},  {"limit_history", "off"},   {"variance_of", "frame"},
+    {"wavelet", "eaw"},   {"virtual_roughness", "0"}, {"mirror_roughness", "0"},
+    {"antialias", "off"}, {"taa_alpha", "0.1"},       {"taa_filter", "catmull_rom"},
+    {"fxaa", "off"},
 };
 
 /// Accumulation alone.
 constexpr PresetValue kTemporal[] = {
-    {"limit_history", "off"},  {"wavelet", "off"},   {"virtual_roughness", "0"},
-    {"mirror_roughness", "0"}, {"antialias", "off"}, {"taa_filter", "catmull_rom"},
-    {"fxaa", "off"},
+    {"limit_history", "off"},      {"wavelet", "off"},   {"virtual_roughness", "0"},
+    {"mirror_roughness", "0"},     {"antialias", "off"}, {"taa_alpha", "0.1"},
+    {"taa_filter", "catmull_rom"}, {"fxaa", "off"},
 };
 
 struct Preset {
