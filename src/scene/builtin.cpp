@@ -20,12 +20,15 @@ struct Builtin {
   Scene (*make)();
 };
 
-constexpr std::array<Builtin, 5> kBuiltins = {{
+constexpr std::array<Builtin, 8> kBuiltins = {{
     {"cornell", &MakeCornellScene},
     {"spheres", &MakeSpheresScene},
     {"lights", &MakeLightsScene},
     {"mirrors", &MakeMirrorsScene},
     {"thin", &MakeThinScene},
+    {"faust", &MakeFaustScene},
+    {"colonnade", &MakeColonnadeScene},
+    {"car", &MakeCarScene},
 }};
 
 constexpr std::string_view kBuiltinPrefix = "builtin:";

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "stillray/scene.h"
 
@@ -17,6 +18,9 @@ Scene MakeSpheresScene();
 Scene MakeLightsScene();
 Scene MakeMirrorsScene();
 Scene MakeThinScene();
+Scene MakeFaustScene();
+Scene MakeColonnadeScene();
+Scene MakeCarScene();
 
 // Shapes. All normals point outward, all faces are counter-clockwise from outside.
 
@@ -37,6 +41,17 @@ Mesh MakePatch(int columns, int rows, const std::function<vec3(float, float)>& p
 /// An open tube along centre(t), t in 0..1, which is nowhere parallel to the z axis.
 Mesh MakeTube(const std::function<vec3(float)>& centre, float radius, int sides, int segments,
               int material);
+/// The surface of revolution of a curve of (radius, y) about the y axis, from bottom to top where
+/// it faces outward. Corners of the curve up to 40 degrees are rounded by their normals. Texture
+/// coordinates (turns, length of the curve) * uv_scale.
+Mesh MakeLathe(const std::vector<vec2>& curve, int slices, vec2 uv_scale, int material);
+/// The closed surface distance(p) = 0 inside `bounds`, from a grid of cubic cells of side `cell`.
+/// `distance` is negative inside; it may be off by a factor of 2 from the true distance. Features
+/// smaller than a cell are lost. Texture coordinates (x, z). Evaluates `distance` in parallel.
+Mesh MakeIsosurface(const Aabb& bounds, float cell, const std::function<float(vec3)>& distance,
+                    int material);
+/// Appends a mesh of the same material.
+void AppendMesh(Mesh* mesh, const Mesh& other, vec3 offset);
 
 // Textures of size x size texels that repeat without seams.
 
@@ -49,6 +64,11 @@ Texture MakeTiles(const std::string& name, int size, int tiles, vec3 tile, vec3 
 /// Bricks in stretcher bond: `rows` rows, half as many bricks in a row.
 Texture MakeBricks(const std::string& name, int size, int rows, vec3 brick, vec3 mortar,
                    uint32_t seed);
+/// Stone or plaster: soft patches of both colours, `patches` along a side, with fine grain.
+Texture MakeMottled(const std::string& name, int size, int patches, vec3 light, vec3 dark,
+                    uint32_t seed);
+/// A blue sky with a large soft sun, and a dull ground.
+Environment MakeSky();
 
 // Assembling a scene. All functions return the new element's index.
 
@@ -59,6 +79,10 @@ int AddLightMaterial(Scene* scene, const std::string& name, vec3 radiance);
 int AddNode(Scene* scene, const std::string& name, vec3 translation);
 /// Adds a mesh on its own node at `translation`; returns the node's index.
 int AddObject(Scene* scene, const std::string& name, Mesh mesh, vec3 translation);
+/// The same below a parent node, in its coordinates.
+int AddChild(Scene* scene, const std::string& name, Mesh mesh, vec3 translation, int parent);
+/// Another instance of the mesh of `object`, a node that AddObject returned.
+int AddCopy(Scene* scene, const std::string& name, int object, vec3 translation);
 
 /// The animation of the built-in scenes: 120 keyframes, 30 per second.
 inline constexpr int kBuiltinKeys = 120;

@@ -70,12 +70,6 @@ void AddPanels(Scene* scene) {
             vec3(0.0f));
 }
 
-int AddChild(Scene* scene, const std::string& name, Mesh mesh, vec3 translation, int parent) {
-  const int node = AddObject(scene, name, std::move(mesh), translation);
-  scene->nodes[static_cast<size_t>(node)].parent = parent;
-  return node;
-}
-
 /// Four bars around a width x height opening about the node's origin, in its xy plane.
 void AddFrame(Scene* scene, const std::string& name, vec2 opening, float bar, int material,
               int parent) {

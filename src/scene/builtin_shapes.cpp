@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -159,6 +160,63 @@ Mesh MakeTube(const std::function<vec3(float)>& centre, float radius, int sides,
   return MakePatch(sides, segments, point, vec2(1.0f), material);
 }
 
+Mesh MakeLathe(const std::vector<vec2>& curve, int slices, vec2 uv_scale, int material) {
+  const auto direction = [&](size_t i) { return glm::normalize(curve[i + 1] - curve[i]); };
+  // Of segment i's end at point i or i + 1: shared with its neighbour unless the corner is sharp.
+  const auto tangent = [&](size_t segment, bool at_end) {
+    constexpr float kCosOfSharp = 0.766f;
+    const vec2 own = direction(segment);
+    if (at_end ? segment + 2 == curve.size() : segment == 0) {
+      return own;
+    }
+    const vec2 next = direction(at_end ? segment + 1 : segment - 1);
+    return glm::dot(own, next) < kCosOfSharp ? own : glm::normalize(own + next);
+  };
+  Mesh mesh;
+  mesh.material = material;
+  float length = 0.0f;
+  for (size_t segment = 0; segment + 1 < curve.size(); ++segment) {
+    const auto first = static_cast<uint32_t>(mesh.positions.size());
+    const float along[2] = {length, length + glm::length(curve[segment + 1] - curve[segment])};
+    length = along[1];
+    for (int i = 0; i <= slices; ++i) {
+      const float u = static_cast<float>(i) / static_cast<float>(slices);
+      const vec3 outward(std::sin(2.0f * kPi * u), 0.0f, std::cos(2.0f * kPi * u));
+      for (const bool end : {false, true}) {
+        const vec2 at = curve[segment + (end ? 1 : 0)];
+        const vec2 t = tangent(segment, end);
+        AddVertex(&mesh, at.x * outward + vec3(0.0f, at.y, 0.0f),
+                  t.y * outward - vec3(0.0f, t.x, 0.0f), vec2(u, along[end ? 1 : 0]) * uv_scale);
+      }
+    }
+    for (uint32_t i = 0; i < static_cast<uint32_t>(slices); ++i) {
+      const uint32_t a = first + 2 * i;
+      if (curve[segment].x > 0.0f) {
+        AddTriangle(&mesh, a, a + 2, a + 3);
+      }
+      if (curve[segment + 1].x > 0.0f) {
+        AddTriangle(&mesh, a, a + 3, a + 1);
+      }
+    }
+  }
+  for (vec3& normal : mesh.normals) {
+    normal = glm::normalize(normal);
+  }
+  return mesh;
+}
+
+void AppendMesh(Mesh* mesh, const Mesh& other, vec3 offset) {
+  const auto first = static_cast<uint32_t>(mesh->positions.size());
+  for (const vec3& position : other.positions) {
+    mesh->positions.push_back(position + offset);
+  }
+  mesh->normals.insert(mesh->normals.end(), other.normals.begin(), other.normals.end());
+  mesh->uv[0].insert(mesh->uv[0].end(), other.uv[0].begin(), other.uv[0].end());
+  for (const uint32_t index : other.indices) {
+    mesh->indices.push_back(first + index);
+  }
+}
+
 int AddMaterial(Scene* scene, const std::string& name, vec3 colour, float metallic,
                 float roughness) {
   Material material;
@@ -196,6 +254,22 @@ int AddObject(Scene* scene, const std::string& name, Mesh mesh, vec3 translation
   mesh.name = name;
   scene->instances.push_back({static_cast<int>(scene->meshes.size()), node});
   scene->meshes.push_back(std::move(mesh));
+  return node;
+}
+
+int AddChild(Scene* scene, const std::string& name, Mesh mesh, vec3 translation, int parent) {
+  const int node = AddObject(scene, name, std::move(mesh), translation);
+  scene->nodes[static_cast<size_t>(node)].parent = parent;
+  return node;
+}
+
+int AddCopy(Scene* scene, const std::string& name, int object, vec3 translation) {
+  const auto original =
+      std::find_if(scene->instances.begin(), scene->instances.end(),
+                   [&](const Instance& instance) { return instance.node == object; });
+  const int mesh = original->mesh;
+  const int node = AddNode(scene, name, translation);
+  scene->instances.push_back({mesh, node});
   return node;
 }
 

@@ -169,4 +169,17 @@ Texture MakeBricks(const std::string& name, int size, int rows, vec3 brick, vec3
   });
 }
 
+Texture MakeMottled(const std::string& name, int size, int patches, vec3 light, vec3 dark,
+                    uint32_t seed) {
+  const NoiseLattice broad(patches, patches, seed);
+  const NoiseLattice middle(patches * 3, patches * 3, seed + 1);
+  const NoiseLattice small(patches * 9, patches * 9, seed + 2);
+  const NoiseLattice grain(patches * 40, patches * 40, seed + 3);
+  return MakeTexture(name, size, [&](float u, float v) {
+    const float patch = 0.5f * broad(u, v) + 0.3f * middle(u, v) + 0.2f * small(u, v);
+    const float contrast = Smooth(std::clamp(1.6f * (patch - 0.5f) + 0.5f, 0.0f, 1.0f));
+    return glm::mix(dark, light, contrast) * (0.88f + 0.24f * grain(u, v));
+  });
+}
+
 }  // namespace stillray

@@ -67,12 +67,6 @@ Mesh MakeWire(vec3 from, vec3 to, float sag, float radius, int material) {
       radius, kSides, segments, material);
 }
 
-int AddChild(Scene* scene, const std::string& name, Mesh mesh, int parent) {
-  const int node = AddObject(scene, name, std::move(mesh), vec3(0.0f));
-  scene->nodes[static_cast<size_t>(node)].parent = parent;
-  return node;
-}
-
 /// Rotates a node at `place` about an axis: `swings` times to +-`radians`.
 void Swing(Scene* scene, int node, vec3 place, vec3 axis, float radians, float swings,
            float phase) {
@@ -139,12 +133,14 @@ void AddWireMesh(Scene* scene, vec2 size, int gate, int steel) {
   for (int i = 0; i < kBars; ++i) {
     const float x = size.x * static_cast<float>(i) / (kBars - 1);
     AddChild(scene, fmt::format("bar {}", i + 1),
-             MakeWire(vec3(x, 0.0f, 0.0f), vec3(x, size.y, 0.0f), 0.0f, 0.006f, steel), gate);
+             MakeWire(vec3(x, 0.0f, 0.0f), vec3(x, size.y, 0.0f), 0.0f, 0.006f, steel), vec3(0.0f),
+             gate);
   }
   for (int i = 0; i < kWires; ++i) {
     const float y = size.y * (static_cast<float>(i) + 0.5f) / kWires;
     AddChild(scene, fmt::format("mesh wire {}", i + 1),
-             MakeWire(vec3(0.0f, y, 0.0f), vec3(size.x, y, 0.0f), 0.0f, 0.0015f, steel), gate);
+             MakeWire(vec3(0.0f, y, 0.0f), vec3(size.x, y, 0.0f), 0.0f, 0.0015f, steel), vec3(0.0f),
+             gate);
   }
 }
 
@@ -155,8 +151,7 @@ void AddGate(Scene* scene, int steel) {
   const int gate = AddNode(scene, "gate", vec3(0.0f));
   const Mesh rail = MakeBox(vec3(size.x + kBar, kBar, kBar), 1.0f, steel);
   for (const float y : {0.0f, size.y}) {
-    const int node = AddChild(scene, "rail", rail, gate);
-    scene->nodes[static_cast<size_t>(node)].local.translation = vec3(0.5f * size.x, y, 0.0f);
+    AddChild(scene, "rail", rail, vec3(0.5f * size.x, y, 0.0f), gate);
   }
   AddWireMesh(scene, size, gate, steel);
   Animate(scene, gate, [](float t) {
@@ -184,18 +179,6 @@ Mesh MakeBlade(float length, float bend, float azimuth, int material) {
       vec2(1.0f), material);
 }
 
-void Append(Mesh* mesh, const Mesh& other, vec3 offset) {
-  const auto first = static_cast<uint32_t>(mesh->positions.size());
-  for (const vec3& position : other.positions) {
-    mesh->positions.push_back(position + offset);
-  }
-  mesh->normals.insert(mesh->normals.end(), other.normals.begin(), other.normals.end());
-  mesh->uv[0].insert(mesh->uv[0].end(), other.uv[0].begin(), other.uv[0].end());
-  for (const uint32_t index : other.indices) {
-    mesh->indices.push_back(first + index);
-  }
-}
-
 /// Blades that sway as one.
 Mesh MakeTuft(int tuft, int blades, int material) {
   Mesh mesh;
@@ -207,7 +190,7 @@ Mesh MakeTuft(int tuft, int blades, int material) {
     const vec3 root(from_axis * std::sin(azimuth), 0.0f, from_axis * std::cos(azimuth));
     const float length = glm::mix(0.45f, 0.80f, Chance(index, 3));
     const float bend = glm::mix(0.15f, 0.80f, Chance(index, 4));
-    Append(&mesh, MakeBlade(length, bend, azimuth, material), root);
+    AppendMesh(&mesh, MakeBlade(length, bend, azimuth, material), root);
   }
   return mesh;
 }

@@ -109,6 +109,12 @@ TEST_P(Builtin, IsTheSameEveryTime) {
   for (size_t i = 0; i < scene_.textures.size(); ++i) {
     EXPECT_TRUE(again->textures[i].texels == scene_.textures[i].texels);
   }
+  ASSERT_EQ(again->meshes.size(), scene_.meshes.size());
+  for (size_t i = 0; i < scene_.meshes.size(); ++i) {
+    EXPECT_TRUE(again->meshes[i].positions == scene_.meshes[i].positions);
+    EXPECT_TRUE(again->meshes[i].normals == scene_.meshes[i].normals);
+    EXPECT_TRUE(again->meshes[i].indices == scene_.meshes[i].indices);
+  }
 }
 
 bool Moves(const Scene& scene, const std::string& name) {
@@ -134,6 +140,14 @@ TEST(BuiltinScenes, SomethingMovesBesidesTheCamera) {
   for (const char* name : {"cloth", "gate", "wire 1", "wire 4", "tuft 1", "tuft 5"}) {
     EXPECT_TRUE(Moves(thin, name)) << name;
   }
+  const Scene faust = *MakeBuiltinScene("faust");
+  for (const char* name : {"spinning ball", "orbiting knot", "moving light"}) {
+    EXPECT_TRUE(Moves(faust, name)) << name;
+  }
+  EXPECT_TRUE(Moves(*MakeBuiltinScene("colonnade"), "curtain 2"));
+  const Scene car = *MakeBuiltinScene("car");
+  EXPECT_TRUE(Moves(car, "car"));
+  EXPECT_TRUE(Moves(car, "plate"));
 }
 
 /// World positions of all vertices of the meshes called `name`.
@@ -304,13 +318,118 @@ TEST(BuiltinScenes, TheSkyIsBrightAboveAndHasASun) {
   EXPECT_GT(brightest, 10.0f);
 }
 
+const Mesh& MeshOf(const Scene& scene, const std::string& name) {
+  const auto mesh = std::find_if(scene.meshes.begin(), scene.meshes.end(),
+                                 [&](const Mesh& m) { return m.name == name; });
+  EXPECT_NE(mesh, scene.meshes.end()) << "nothing is called " << name;
+  return *mesh;
+}
+
+TEST(BuiltinScenes, FaustHasTwoDetailedObjects) {
+  const Scene scene = *MakeBuiltinScene("faust");
+  EXPECT_NEAR(static_cast<double>(scene.TriangleCount()), 341000.0, 1000.0);
+  EXPECT_GT(MeshOf(scene, "spinning ball").indices.size() / 3, 150000u);
+  EXPECT_GT(MeshOf(scene, "orbiting knot").indices.size() / 3, 150000u);
+  EXPECT_EQ(MaterialOf(scene, "mirror sphere").metallic, 1.0f);
+  EXPECT_EQ(MaterialOf(scene, "mirror sphere").roughness, 0.0f);
+  EXPECT_TRUE(MaterialOf(scene, "ceiling light").emits());
+  EXPECT_TRUE(MaterialOf(scene, "moving light").emits());
+}
+
+/// Lowest and highest coordinates of points.
+Aabb BoundsOf(const std::vector<vec3>& points) {
+  Aabb bounds;
+  for (const vec3& p : points) {
+    bounds.min = glm::min(bounds.min, p);
+    bounds.max = glm::max(bounds.max, p);
+  }
+  return bounds;
+}
+
+TEST(BuiltinScenes, TheKnotOrbitsWithoutTouching) {
+  const Scene scene = *MakeBuiltinScene("faust");
+  const std::vector<vec3> sphere = Vertices(scene, "mirror sphere", 0);
+  const Aabb sphere_bounds = BoundsOf(sphere);
+  const vec3 centre = 0.5f * (sphere_bounds.min + sphere_bounds.max);
+  const float radius = 0.5f * (sphere_bounds.max.x - sphere_bounds.min.x);
+  for (int frame = 0; frame < 120; frame += 7) {
+    const std::vector<vec3> knot = Vertices(scene, "orbiting knot", frame / 30.0);
+    for (const vec3& p : knot) {
+      ASSERT_GT(glm::length(p - centre), radius) << "frame " << frame;
+      ASSERT_GT(p.y, 0.0f) << "frame " << frame;
+      ASSERT_LT(std::abs(p.x), 2.6f) << "frame " << frame;
+      ASSERT_GT(p.z, -2.6f) << "frame " << frame;
+    }
+    EXPECT_TRUE(Apart(knot, Vertices(scene, "spinning ball", frame / 30.0))) << "frame " << frame;
+    const vec3 camera(
+        NodeTransforms(scene, frame / 30.0)[static_cast<size_t>(scene.cameras[0].node)][3]);
+    const Aabb bounds = BoundsOf(knot);
+    EXPECT_GT(camera.z, bounds.max.z + 0.5f) << "frame " << frame;
+  }
+}
+
+TEST(BuiltinScenes, TheColonnadeIsLitByTheSunAndTheSky) {
+  const Scene scene = *MakeBuiltinScene("colonnade");
+  ASSERT_EQ(scene.lights.size(), 1u);
+  EXPECT_EQ(scene.lights[0].type, LightType::kDirectional);
+  // Lights shine along their node's -z.
+  const mat4 sun = NodeTransforms(scene, 0)[static_cast<size_t>(scene.lights[0].node)];
+  EXPECT_GT(sun[2].y, 0.7f) << "from above";
+  EXPECT_GT(sun[2].x, 0.0f) << "from the right";
+  EXPECT_GT(scene.environment.radiance.z, scene.environment.radiance.x) << "the sky is blue";
+  EXPECT_TRUE(MaterialOf(scene, "curtain 2").double_sided);
+}
+
+// A column has a circular section and an arch a round one: distances from their axes.
+TEST(BuiltinScenes, ArchesAreRoundAndStandOnColumns) {
+  const Scene scene = *MakeBuiltinScene("colonnade");
+  const Mesh& arches = MeshOf(scene, "lower arches");
+  size_t round = 0;
+  for (size_t i = 0; i < arches.positions.size(); ++i) {
+    const vec3 p = arches.positions[i];
+    const vec3 n = arches.normals[i];
+    if (std::abs(n.z) < 0.5f && n.y > -0.999f) {
+      const float bay = std::floor(p.x / 3.0f);
+      const vec2 from_centre(p.x - 3.0f * (bay + 0.5f), p.y - 3.6f);
+      ASSERT_NEAR(glm::length(from_centre), 1.18f, 1e-4f);
+      ASSERT_NEAR(glm::dot(vec2(n), glm::normalize(from_centre)), -1.0f, 1e-4f);
+      ++round;
+    }
+  }
+  EXPECT_GT(round, 6u * 2u * 48u);
+  const Aabb capital = BoundsOf(Vertices(scene, "abacus", 0));
+  EXPECT_NEAR(capital.max.y, 3.6f, 1e-4f);
+}
+
+TEST(BuiltinScenes, TheCarStandsOnItsWheelsUnderPanes) {
+  const Scene scene = *MakeBuiltinScene("car");
+  for (const double seconds : {0.0, 2.0, 4.0}) {
+    // On the plate, which is 6 cm high.
+    EXPECT_NEAR(BoundsOf(Vertices(scene, "tyre", seconds)).min.y, 0.06f, 1e-3f);
+    EXPECT_GT(BoundsOf(Vertices(scene, "body", seconds)).min.y, 0.15f);
+  }
+  EXPECT_LT(MaterialOf(scene, "body").roughness, 0.1f);
+  EXPECT_EQ(MaterialOf(scene, "panes").transmission, 1.0f);
+  EXPECT_FALSE(MaterialOf(scene, "panes").solid);
+  // As large as a car. Its own axes: the scene turns it.
+  const Aabb body = BoundsOf(MeshOf(scene, "body").positions);
+  EXPECT_NEAR(body.max.x - body.min.x, 4.2f, 0.2f);
+  EXPECT_NEAR(body.max.y, 1.33f, 0.05f);
+  EXPECT_NEAR(body.max.z - body.min.z, 1.8f, 0.15f);
+  const Aabb panes = BoundsOf(MeshOf(scene, "panes").positions);
+  EXPECT_GT(panes.min.y, 0.9f);
+  EXPECT_LT(panes.max.y, body.max.y);
+}
+
 TEST(BuiltinScenes, AnUnknownNameListsTheKnownOnes) {
-  EXPECT_THAT(BuiltinSceneNames(), ElementsAre("cornell", "spheres", "lights", "mirrors", "thin"));
+  EXPECT_THAT(BuiltinSceneNames(), ElementsAre("cornell", "spheres", "lights", "mirrors", "thin",
+                                               "faust", "colonnade", "car"));
   const Result<Scene> scene = LoadScene("builtin:teapot");
   ASSERT_FALSE(scene.ok());
   EXPECT_EQ(scene.status().code(), StatusCode::kNotFound);
   EXPECT_THAT(scene.status().message(), HasSubstr("teapot"));
-  EXPECT_THAT(scene.status().message(), HasSubstr("cornell, spheres, lights, mirrors, thin"));
+  EXPECT_THAT(scene.status().message(),
+              HasSubstr("cornell, spheres, lights, mirrors, thin, faust, colonnade, car"));
   EXPECT_TRUE(LoadScene("builtin:cornell").ok());
 }
 
