@@ -10,7 +10,7 @@ set -euo pipefail
 build_packages=(
   build-essential cmake ninja-build pkg-config
   libcli11-dev libdeflate-dev libembree-dev libfmt-dev libglm-dev libhwy-dev libopenexr-dev libspng-dev libstb-dev
-  libtbb-dev libwebp-dev nlohmann-json3-dev pybind11-dev python3-dev python3-numpy
+  libtbb-dev libtinyobjloader-dev libwebp-dev nlohmann-json3-dev pybind11-dev python3-dev python3-numpy
   ffmpeg
   libglfw3-dev libimgui-dev libgl-dev
   libvulkan-dev glslc

@@ -194,13 +194,21 @@ Result<Scene> LoadGltf(const std::string& path, const KeepGoing& keep_going = {}
 Result<Scene> LoadGltfFromMemory(const uint8_t* data, size_t size, const std::string& base_folder,
                                  const KeepGoing& keep_going = {});
 
+/// Reads a Wavefront .obj file with its material libraries and pictures, all in its folder. Groups
+/// and materials become meshes, one node for each group; polygons become triangles; missing normals
+/// are made from the smoothing groups. Missing materials and pictures are warnings, as is a camera
+/// or light that was added as by LoadGltf. docs/scenes.md has the conversion of materials.
+/// \return kNotFound, kBadData (naming the file, the line and the fault), kUnsupported (this build
+///     has no OBJ), kCancelled
+Result<Scene> LoadObj(const std::string& path, const KeepGoing& keep_going = {});
+
 /// Makes a built-in scene: "cornell", "spheres", "lights", "mirrors", "thin", "faust",
 /// "colonnade", "car".
 /// \return kNotFound with the list of names if there is no such scene
 Result<Scene> MakeBuiltinScene(const std::string& name);
 std::vector<std::string> BuiltinSceneNames();
 
-/// `spec` is "builtin:NAME" or the path of a .gltf or .glb file.
+/// `spec` is "builtin:NAME" or the path of a .gltf, .glb or .obj file.
 Result<Scene> LoadScene(const std::string& spec, const KeepGoing& keep_going = {});
 
 }  // namespace stillray

@@ -282,8 +282,9 @@ Status ReadFrames(const std::string& name, const Json& array, RenderLog* log) {
 /// The file name without its folders: pages are shared, and the location of a scene is private.
 std::string SceneName(const std::string& scene) {
   const std::string ending = LowerExtension(scene);
-  return ending == ".glb" || ending == ".gltf" ? std::filesystem::path(scene).filename().string()
-                                               : scene;
+  return ending == ".glb" || ending == ".gltf" || ending == ".obj"
+             ? std::filesystem::path(scene).filename().string()
+             : scene;
 }
 
 void KeepScalar(const std::string& key, const Json& value, RenderLog* log) {

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "core/lower_case.h"
 #include "scene/import_log.h"
 
 namespace stillray {
@@ -58,6 +59,9 @@ Result<Scene> MakeBuiltinScene(const std::string& name) {
 Result<Scene> LoadScene(const std::string& spec, const KeepGoing& keep_going) {
   if (spec.compare(0, kBuiltinPrefix.size(), kBuiltinPrefix) == 0) {
     return MakeBuiltinScene(spec.substr(kBuiltinPrefix.size()));
+  }
+  if (LowerExtension(spec) == ".obj") {
+    return LoadObj(spec, keep_going);
   }
   return LoadGltf(spec, keep_going);
 }

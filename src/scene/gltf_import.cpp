@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <new>
 #include <string>
@@ -18,6 +16,7 @@
 #include "core/lower_case.h"
 #include "core/status_prefix.h"
 #include "scene/data_uri.h"
+#include "scene/import_common.h"
 #include "scene/mesh_tools.h"
 
 namespace stillray {
@@ -40,43 +39,10 @@ int FindBadTransform(const std::vector<mat4>& worlds) {
   return -1;
 }
 
-/// Adds a camera that views the whole scene from the front, slightly from above and from the right.
-void AddCamera(const Aabb& bounds, Scene* scene) {
-  const vec3 centre = 0.5f * (bounds.min + bounds.max);
-  const float radius = 0.5f * glm::length(bounds.max - bounds.min);
-  const vec3 back = glm::normalize(vec3(0.4f, 0.35f, 1.0f));
-  const vec3 right = glm::normalize(glm::cross(vec3(0.0f, 1.0f, 0.0f), back));
-  const vec3 up = glm::cross(back, right);
-  Camera camera;
-  camera.name = "made camera";
-  camera.node = static_cast<int>(scene->nodes.size());
-  const float distance = radius / std::sin(0.5f * camera.yfov);
-  Node node;
-  node.name = camera.name;
-  node.has_matrix = true;
-  node.matrix = mat4(vec4(right, 0.0f), vec4(up, 0.0f), vec4(back, 0.0f),
-                     vec4(centre + back * distance, 1.0f));
-  scene->nodes.push_back(std::move(node));
-  scene->cameras.push_back(std::move(camera));
-}
-
-bool HasLight(const Scene& scene) {
-  const vec3 sky = scene.environment.radiance;
-  return !scene.lights.empty() || sky.x > 0 || sky.y > 0 || sky.z > 0 ||
-         std::any_of(scene.meshes.begin(), scene.meshes.end(), [&](const Mesh& mesh) {
-           return scene.materials[static_cast<size_t>(mesh.material)].emits();
-         });
-}
-
 /// Checks the scene as a whole and adds missing camera and light.
 void Complete(GltfImport* import) {
   Scene& scene = import->scene;
-  if (scene.instances.empty()) {
-    import->log.Fail(Status::BadData("the scene has no triangles"));
-    return;
-  }
-  const int bad = FindBadTransform(NodeTransforms(scene, 0.0));
-  const Aabb bounds = bad < 0 ? SceneBounds(scene, 0.0) : Aabb();
+  const int bad = scene.instances.empty() ? -1 : FindBadTransform(NodeTransforms(scene, 0.0));
   if (bad >= 0) {
     const auto at = std::find(import->node_of_gltf.begin(), import->node_of_gltf.end(), bad);
     import->log.Fail(Status::BadData(
@@ -84,41 +50,14 @@ void Complete(GltfImport* import) {
                     at - import->node_of_gltf.begin(), kMaxCoordinate)));
     return;
   }
-  const vec3 size = bounds.max - bounds.min;
-  if (!(std::max({size.x, size.y, size.z}) <= kMaxCoordinate)) {
-    import->log.Fail(
-        Status::BadData(fmt::format("the scene is larger than {:g} units", kMaxCoordinate)));
-    return;
-  }
-  if (scene.cameras.empty()) {
-    import->log.Warn("the file has no perspective camera: one that sees the whole scene was made");
-    AddCamera(bounds, &scene);
-    if (!IsTraceable(scene.nodes.back().matrix)) {
-      import->log.Fail(Status::BadData(fmt::format(
-          "the file has no camera, and one that sees the whole scene would stand beyond {:g} units",
-          kMaxCoordinate)));
-      return;
-    }
-  }
-  if (!import->has_environment && !HasLight(scene)) {
-    import->log.Warn("the file has no light: surroundings of radiance 1 were added");
-    scene.environment.radiance = vec3(1.0f);
-  }
-}
-
-/// Includes the length: trailing zeros do not change the checksum of the bytes.
-uint64_t AddFile(ByteSpan bytes, uint64_t sum) {
-  std::array<uint8_t, sizeof(uint64_t)> length{};
-  const uint64_t size = bytes.size();
-  std::memcpy(length.data(), &size, sizeof(size));
-  return AddToChecksum(bytes, AddToChecksum(length, sum));
+  CompleteScene(import->has_environment, &import->log, &scene);
 }
 
 /// Of all files of the scene.
 uint64_t ChecksumOf(ByteSpan bytes, const GltfDocument& document) {
-  uint64_t sum = AddFile(bytes, kEmptyChecksum);
+  uint64_t sum = AddFileToChecksum(bytes, kEmptyChecksum);
   for (const auto& [name, content] : document.files) {
-    sum = AddFile(*content, sum);
+    sum = AddFileToChecksum(*content, sum);
   }
   return sum;
 }
@@ -146,7 +85,36 @@ Result<Scene> Import(ByteSpan bytes, const std::string& base_folder, const KeepG
   return std::move(import.scene);
 }
 
-constexpr const char* kExpected = "a scene in glTF 2.0 (.gltf, .glb) or builtin:NAME";
+constexpr const char* kExpected =
+    "a scene in glTF 2.0 (.gltf, .glb), Wavefront OBJ (.obj) or builtin:NAME";
+
+/// What files of other formats are called, by their extension.
+std::string FormatName(const std::string& extension) {
+  static constexpr std::array<std::array<std::string_view, 2>, 16> kFormats = {{
+      {".fbx", "Autodesk FBX"},
+      {".usd", "OpenUSD"},
+      {".usda", "OpenUSD"},
+      {".usdc", "OpenUSD"},
+      {".usdz", "OpenUSD"},
+      {".blend", "Blender"},
+      {".abc", "Alembic"},
+      {".dae", "COLLADA"},
+      {".ply", "PLY"},
+      {".stl", "STL"},
+      {".3ds", "3D Studio"},
+      {".max", "3ds Max"},
+      {".ma", "Maya"},
+      {".mb", "Maya"},
+      {".c4d", "Cinema 4D"},
+      {".pbrt", "pbrt"},
+  }};
+  for (const auto& [known, name] : kFormats) {
+    if (extension == known) {
+      return fmt::format("{} files ({})", name, extension);
+    }
+  }
+  return extension.empty() ? "files of this kind" : "files in " + Printable(extension);
+}
 
 /// Whether a file of another name could be glTF: the binary form starts with these letters, and the
 /// text form is a JSON object.
@@ -196,9 +164,8 @@ Result<Scene> LoadGltf(const std::string& path, const KeepGoing& keep_going) {
   }
   const std::string extension = LowerExtension(path);
   if (extension != ".gltf" && extension != ".glb" && !MayBeGltf(*bytes)) {
-    return Status::Unsupported(fmt::format(
-        "{}: {} are not read, expected {}", Printable(path),
-        extension.empty() ? "files of this kind" : "files in " + Printable(extension), kExpected));
+    return Status::Unsupported(fmt::format("{}: {} are not read, expected {}", Printable(path),
+                                           FormatName(extension), kExpected));
   }
   const std::filesystem::path parent = std::filesystem::path(path).parent_path();
   const std::string folder = (parent.empty() ? std::filesystem::path(".") : parent).string();

@@ -1,6 +1,5 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <vector>
 
 #include <fmt/format.h>
@@ -9,18 +8,11 @@
 #include "core/status_prefix.h"
 #include "scene/gltf_import.h"
 #include "scene/image_decode.h"
+#include "scene/import_common.h"
 
 namespace stillray {
 
 namespace {
-
-/// Limit for all textures of a scene together, against exhaustion of memory.
-constexpr uint64_t kMaxTextureBytes = uint64_t{4} << 30;
-/// Textures up to this size are decoded regardless of compression, such as eight textures of one
-/// colour with 4096 x 4096 texels; beyond it, the compression ratio is limited to that of real
-/// pictures.
-constexpr uint64_t kFreeTextureBytes = uint64_t{512} << 20;
-constexpr uint64_t kTextureBytesPerByte = 256;
 
 struct EncodedTexture {
   ByteSpan bytes;
@@ -65,8 +57,7 @@ std::string FileName(GltfImport* import, size_t texture) {
 }
 
 bool Inspect(GltfImport* import, std::vector<EncodedTexture>* encoded) {
-  uint64_t total = 0;
-  uint64_t most = kFreeTextureBytes;
+  TextureBudget budget;
   for (size_t i = 0; i < encoded->size(); ++i) {
     EncodedTexture& texture = (*encoded)[i];
     const std::string label = TextureLabel(*import, i);
@@ -81,14 +72,9 @@ bool Inspect(GltfImport* import, std::vector<EncodedTexture>* encoded) {
       return false;
     }
     texture.info = *info;
-    total += static_cast<uint64_t>(info->width) * static_cast<uint64_t>(info->height) * 4;
-    most = std::min(most + kTextureBytesPerByte * texture.bytes.size(), kMaxTextureBytes);
-    if (total > most) {
-      import->log.Fail(Status::Unsupported(fmt::format(
-          "{}: {}x{} texels in {} bytes; with it the textures take {} MB of memory, at most {} MB "
-          "are read from pictures of so few bytes",
-          label, info->width, info->height, texture.bytes.size(), total / 1'000'000,
-          most / 1'000'000)));
+    const Status taken = budget.Take(*info, texture.bytes.size());
+    if (!taken.ok()) {
+      import->log.Fail(PrefixStatus(label, taken));
       return false;
     }
   }

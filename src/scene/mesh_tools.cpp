@@ -158,18 +158,24 @@ std::vector<uint32_t> CompactIndices(size_t vertex_count, std::vector<uint32_t>*
   return used;
 }
 
+TriangleFault FaultOf(const std::vector<vec3>& positions, const uint32_t* corners) {
+  if (!IsPoint(positions[corners[0]]) || !IsPoint(positions[corners[1]]) ||
+      !IsPoint(positions[corners[2]])) {
+    return TriangleFault::kNotFinite;
+  }
+  return IsZero(AreaNormal(positions, corners)) ? TriangleFault::kNoArea : TriangleFault::kNone;
+}
+
 BadTriangles RemoveBadTriangles(const std::vector<vec3>& positions,
                                 std::vector<uint32_t>* indices) {
   BadTriangles bad;
   size_t kept = 0;
   for (size_t i = 0; i + 2 < indices->size(); i += 3) {
     const uint32_t* corners = indices->data() + i;
-    if (!IsPoint(positions[corners[0]]) || !IsPoint(positions[corners[1]]) ||
-        !IsPoint(positions[corners[2]])) {
-      ++bad.not_finite;
-    } else if (IsZero(AreaNormal(positions, corners))) {
-      ++bad.no_area;
-    } else {
+    const TriangleFault fault = FaultOf(positions, corners);
+    bad.not_finite += fault == TriangleFault::kNotFinite ? 1 : 0;
+    bad.no_area += fault == TriangleFault::kNoArea ? 1 : 0;
+    if (fault == TriangleFault::kNone) {
       std::copy_n(corners, 3, indices->data() + kept);
       kept += 3;
     }

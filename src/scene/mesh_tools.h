@@ -23,6 +23,14 @@ bool IsTraceable(const mat4& world);
 /// \return old number of every new vertex
 std::vector<uint32_t> CompactIndices(size_t vertex_count, std::vector<uint32_t>* indices);
 
+/// Why no ray can hit a triangle.
+enum class TriangleFault : uint8_t {
+  kNone,
+  kNotFinite,  ///< a position is NaN, infinite or beyond kMaxCoordinate
+  kNoArea
+};
+TriangleFault FaultOf(const std::vector<vec3>& positions, const uint32_t* corners);
+
 struct BadTriangles {
   size_t not_finite = 0;  ///< a position is NaN, infinite or beyond kMaxCoordinate
   size_t no_area = 0;

@@ -124,12 +124,19 @@ TEST(GltfFiles, AMissingSceneIsNamed) {
 
 TEST(GltfFiles, OtherFormatsAreNamed) {
   const TemporaryFolder folder;
-  const std::string path = folder.Write("a.OBJ", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const std::string path = folder.Write("a.FBX", "Kaydara FBX Binary");
   const Status status = LoadScene(path).status();
   EXPECT_EQ(status.code(), StatusCode::kUnsupported);
-  EXPECT_EQ(status.message(), path +
-                                  ": files in .obj are not read, expected a scene in glTF 2.0 "
-                                  "(.gltf, .glb) or builtin:NAME");
+  EXPECT_EQ(status.message(),
+            path +
+                ": Autodesk FBX files (.fbx) are not read, expected a scene in glTF 2.0 "
+                "(.gltf, .glb), Wavefront OBJ (.obj) or builtin:NAME");
+  EXPECT_THAT(LoadScene(folder.Write("a.usdz", "PK")).status().message(),
+              HasSubstr("OpenUSD files (.usdz) are not read"));
+  EXPECT_THAT(LoadScene(folder.Write("a.blend", "BLENDER")).status().message(),
+              HasSubstr("Blender files (.blend) are not read"));
+  EXPECT_THAT(LoadScene(folder.Write("a.xyz", "1 2 3")).status().message(),
+              HasSubstr("files in .xyz are not read"));
   EXPECT_THAT(LoadScene(folder.Write("b", "# a scene")).status().message(),
               HasSubstr("b: files of this kind are not read, expected a scene in glTF 2.0"));
   // Files that are glTF by content or by name get messages of the glTF importer.

@@ -359,7 +359,7 @@ void AddBenchCommand(CLI::App& app, int* exit_code) {
   a->render.folder = ".";
   a->render.tracer.defaults.bounces = 1;
   CLI::Option* scene =
-      command->add_option("--scene", a->render.scene, ".gltf, .glb or builtin:NAME")
+      command->add_option("--scene", a->render.scene, ".gltf, .glb, .obj or builtin:NAME")
           ->capture_default_str();
   command->add_option("--size", a->sizes, "WIDTHxHEIGHT in pixels: a list")
       ->delimiter(',')

@@ -140,7 +140,8 @@ nlohmann::ordered_json LightsJson(const Scene& scene) {
 
 bool LooksLikeScene(const std::string& spec) {
   const std::string lower = LowerCase(spec);
-  return spec.starts_with("builtin:") || lower.ends_with(".gltf") || lower.ends_with(".glb");
+  return spec.starts_with("builtin:") || lower.ends_with(".gltf") || lower.ends_with(".glb") ||
+         lower.ends_with(".obj");
 }
 
 std::string SceneText(const std::string& spec, const Scene& scene) {

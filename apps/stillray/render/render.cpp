@@ -94,7 +94,7 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
   const auto a = std::make_shared<RenderArguments>();
   command
       ->add_option("scene", a->scene,
-                   ".gltf, .glb or builtin:NAME (cornell, spheres, lights, mirrors, thin, "
+                   ".gltf, .glb, .obj or builtin:NAME (cornell, spheres, lights, mirrors, thin, "
                    "faust, colonnade, car)")
       ->required();
   command->option_defaults()->group("Output");

@@ -16,7 +16,7 @@
 namespace stillray::view {
 
 struct SceneRequest {
-  std::string scene;        ///< path of a .gltf or .glb file, or "builtin:NAME"
+  std::string scene;        ///< path of a .gltf, .glb or .obj file, or "builtin:NAME"
   std::string environment;  ///< path of an .hdr or .exr file; empty: the scene's own
 };
 

@@ -24,7 +24,7 @@ struct DialogText {
 DialogText TextOf(Dialog dialog) {
   switch (dialog) {
     case Dialog::kOpenScene:
-      return {"Open a scene", "A .gltf or .glb file, or builtin:NAME", ""};
+      return {"Open a scene", "A .gltf, .glb or .obj file, or builtin:NAME", ""};
     case Dialog::kOpenEnvironment:
       return {"Environment map", "An .hdr or .exr file around the scene; empty: that of the scene",
               ""};
@@ -224,7 +224,7 @@ void OpenDialog(Dialog dialog, ViewerState* state) {
 
 void OpenDropped(const std::string& path, ViewEngine* engine, ViewerState* state) {
   const std::string extension = LowerExtension(path);
-  if (extension == ".glb" || extension == ".gltf") {
+  if (extension == ".glb" || extension == ".gltf" || extension == ".obj") {
     state->request = {path, ""};
     engine->Open(state->request);
   } else if (extension == ".hdr" || extension == ".exr") {

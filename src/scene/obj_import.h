@@ -1,0 +1,76 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Import of Wavefront OBJ and MTL. The steps, one file each, share one state and run in the order
+/// in which they are declared, until the log holds an error.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "scene/import_common.h"
+#include "scene/import_log.h"
+#include "stillray/scene.h"
+
+namespace stillray {
+
+/// The bytes of a file beside the OBJ file, by the name that the OBJ or MTL file gives.
+using ObjFiles = std::function<Result<std::vector<uint8_t>>(const std::string& name)>;
+
+/// Whether this build reads OBJ.
+bool ReadsObj();
+
+/// Imports OBJ text; safe on any bytes.
+Result<Scene> ImportObj(std::span<const uint8_t> bytes, const ObjFiles& files,
+                        const KeepGoing& keep_going);
+
+/// OBJ text that the parser reads without surprises.
+struct ObjText {
+  std::string text;                    ///< only v, vt, vn, f, g, s and usemtl, by number
+  std::vector<std::string> materials;  ///< names, by number
+  std::vector<std::vector<std::string>> libraries;  ///< of each mtllib line, names to try in order
+  std::vector<std::string> groups;                  ///< names, by number
+};
+
+/// Checks every line: the parser itself takes zeros for numbers that it cannot read, and does not
+/// check indices.
+Status CheckObjText(std::span<const uint8_t> bytes, ImportLog* log, ObjText* out);
+
+/// A decoded picture.
+struct ObjPicture {
+  int width = 0;
+  int height = 0;
+  std::vector<uint8_t> texels;
+};
+
+struct ObjImport {
+  ImportLog log;
+  Scene scene;
+  ObjFiles files;
+  KeepGoing keep_going;
+  ObjText text;
+  std::vector<int> material_of_name;  ///< ObjText::materials -> Scene::materials
+  /// Pictures read so far; nothing for those that could not be, each with one warning.
+  std::map<std::string, std::optional<ObjPicture>> pictures;
+  /// Purpose, the files combined and wrap mode -> Scene::textures.
+  std::map<std::tuple<int, std::string, std::string, Wrap>, int> texture_of_use;
+  TextureBudget texture_budget;
+  uint64_t checksum = 0;
+};
+
+/// Reads the libraries and converts the materials in use.
+void ImportObjMaterials(ObjImport* import);
+
+void ImportObjMeshes(ObjImport* import);
+
+/// The material of faces without one.
+Material NeutralObjMaterial(const std::string& name);
+
+}  // namespace stillray

@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What every imported scene must keep.
+#pragma once
+
+#include "core/check.h"
+#include "stillray/scene.h"
+
+namespace stillray {
+
+inline void CheckMesh(const Scene& scene, const Mesh& mesh) {
+  const size_t vertices = mesh.positions.size();
+  STILLRAY_CHECK_EQ(mesh.normals.size(), vertices);
+  STILLRAY_CHECK(mesh.uv[0].empty() || mesh.uv[0].size() == vertices);
+  STILLRAY_CHECK(mesh.uv[1].empty() || mesh.uv[1].size() == vertices);
+  STILLRAY_CHECK(mesh.colors.empty() || mesh.colors.size() == vertices);
+  STILLRAY_CHECK(mesh.tangents.empty() || mesh.tangents.size() == vertices);
+  STILLRAY_CHECK_EQ(mesh.indices.size() % 3, 0u);
+  STILLRAY_CHECK(!mesh.indices.empty());
+  for (const uint32_t index : mesh.indices) {
+    STILLRAY_CHECK_LT(index, vertices);
+  }
+  for (size_t i = 0; i < vertices; ++i) {
+    const float length = glm::length(mesh.normals[i]);
+    STILLRAY_CHECK(length > 0.999f && length < 1.001f);
+    STILLRAY_CHECK(mesh.positions[i] == mesh.positions[i]);
+  }
+  STILLRAY_CHECK_LT(static_cast<size_t>(mesh.material), scene.materials.size());
+  const Material& material = scene.materials[static_cast<size_t>(mesh.material)];
+  STILLRAY_CHECK(material.normal_texture.texture < 0 || !mesh.tangents.empty());
+  for (const TextureRef* ref :
+       {&material.base_color_texture, &material.metallic_roughness_texture,
+        &material.normal_texture, &material.emissive_texture, &material.transmission_texture}) {
+    STILLRAY_CHECK_LT(ref->texture, static_cast<int>(scene.textures.size()));
+    STILLRAY_CHECK(ref->texture < 0 || mesh.uv[ref->uv_set].size() == vertices);
+  }
+}
+
+inline void CheckScene(const Scene& scene) {
+  STILLRAY_CHECK(!scene.cameras.empty());
+  STILLRAY_CHECK(!scene.instances.empty());
+  for (const Mesh& mesh : scene.meshes) {
+    CheckMesh(scene, mesh);
+  }
+  for (const Texture& texture : scene.textures) {
+    STILLRAY_CHECK_EQ(texture.texels.size(),
+                      static_cast<size_t>(texture.width) * static_cast<size_t>(texture.height) * 4);
+  }
+  for (const Instance& instance : scene.instances) {
+    STILLRAY_CHECK_LT(static_cast<size_t>(instance.mesh), scene.meshes.size());
+    STILLRAY_CHECK_LT(static_cast<size_t>(instance.node), scene.nodes.size());
+  }
+  for (const double seconds : {0.0, 0.4, scene.AnimationLength(), 1e9}) {
+    STILLRAY_CHECK_EQ(NodeTransforms(scene, seconds).size(), scene.nodes.size());
+  }
+}
+
+}  // namespace stillray
