@@ -45,9 +45,11 @@ Status CheckObjText(std::span<const uint8_t> bytes, ImportLog* log, ObjText* out
 
 /// A decoded picture.
 struct ObjPicture {
+  std::string file;
   int width = 0;
   int height = 0;
   std::vector<uint8_t> texels;
+  bool is_used = false;  ///< by a texture
 };
 
 struct ObjImport {

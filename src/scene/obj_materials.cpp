@@ -78,9 +78,11 @@ class Converter {
 
   /// Illumination models 6 and 7 refract. Model 4 is no sign: exporters write it for everything.
   bool Refracts() const { return source_.illum == 6 || source_.illum == 7; }
-  const ObjPicture* Picture(const std::string& file, const char* statement);
-  TextureRef Use(Purpose purpose, const std::string& first, const std::string& second,
-                 const tinyobj::texture_option_t& option, const ObjPicture& picture);
+  ObjPicture* Picture(const std::string& file, const char* statement);
+  bool Afford(ObjPicture* first, ObjPicture* second, Texture* texture);
+  template <typename Texel>
+  TextureRef Use(Purpose purpose, ObjPicture* first, ObjPicture* second,
+                 const tinyobj::texture_option_t& option, const Texel& texel);
   TextureRef UsePlain(Purpose purpose, const std::string& file, const char* statement,
                       const tinyobj::texture_option_t& option);
   void Combine(const std::string& colour, const std::string& alpha);
@@ -149,7 +151,7 @@ void Converter::ConvertTransparency() {
 }
 
 /// The picture of a file, nullptr with a warning if it cannot be read.
-const ObjPicture* Converter::Picture(const std::string& file, const char* statement) {
+ObjPicture* Converter::Picture(const std::string& file, const char* statement) {
   if (file.empty()) {
     return nullptr;
   }
@@ -170,7 +172,7 @@ const ObjPicture* Converter::Picture(const std::string& file, const char* statem
       if (!texels.ok()) {
         return texels.status();
       }
-      return ObjPicture{info->width, info->height, std::move(texels).value()};
+      return ObjPicture{file, info->width, info->height, std::move(texels).value(), false};
     };
     Result<ObjPicture> picture = read();
     if (picture.ok()) {
@@ -194,20 +196,76 @@ mat3 TextureTransform(const tinyobj::texture_option_t& option) {
               vec3(offset.x, 1.0f - scale.y - offset.y, 1.0f));
 }
 
-/// A reference to the texture made of `picture`, which is added if these files are not in use yet.
-TextureRef Converter::Use(Purpose purpose, const std::string& first, const std::string& second,
-                          const tinyobj::texture_option_t& option, const ObjPicture& picture) {
+const uint8_t* TexelAt(const ObjPicture* picture, int x, int y, const Texture& texture) {
+  static constexpr uint8_t kWhite[4] = {255, 255, 255, 255};
+  if (picture == nullptr) {
+    return kWhite;
+  }
+  const auto scaled = [](int i, int size, int of) {
+    return static_cast<size_t>(static_cast<int64_t>(i) * size / of);
+  };
+  const size_t row = scaled(y, picture->height, texture.height);
+  const size_t column = scaled(x, picture->width, texture.width);
+  return &picture->texels[4 * (row * static_cast<size_t>(picture->width) + column)];
+}
+
+/// Gives the texture the size of the larger picture. Pictures have paid for one texture of their
+/// size; further ones, and larger ones that several pictures make, count too.
+bool Converter::Afford(ObjPicture* first, ObjPicture* second, Texture* texture) {
+  for (const ObjPicture* picture : {first, second}) {
+    if (picture != nullptr) {
+      texture->width = std::max(texture->width, picture->width);
+      texture->height = std::max(texture->height, picture->height);
+    }
+  }
+  bool paid = false;
+  for (ObjPicture* picture : {first, second}) {
+    if (picture != nullptr) {
+      paid = paid || (!picture->is_used && picture->width == texture->width &&
+                      picture->height == texture->height);
+      picture->is_used = true;
+    }
+  }
+  if (paid) {
+    return true;
+  }
+  ImageInfo info;
+  info.width = texture->width;
+  info.height = texture->height;
+  const Status taken = import_->texture_budget.Take(info, 0);
+  if (!taken.ok()) {
+    Warn(fmt::format("a texture is left out: {}", taken.message()));
+  }
+  return taken.ok();
+}
+
+/// A reference to the texture whose texels are texel(first, second), of which one may be missing;
+/// it is made if these files are not in use for this purpose yet.
+template <typename Texel>
+TextureRef Converter::Use(Purpose purpose, ObjPicture* first, ObjPicture* second,
+                          const tinyobj::texture_option_t& option, const Texel& texel) {
   const Wrap wrap = option.clamp ? Wrap::kClamp : Wrap::kRepeat;
-  const auto [at, is_new] = import_->texture_of_use.try_emplace(
-      {purpose, first, second, wrap}, static_cast<int>(import_->scene.textures.size()));
+  const std::string first_file = first == nullptr ? "" : first->file;
+  const std::string second_file = second == nullptr ? "" : second->file;
+  const auto [at, is_new] =
+      import_->texture_of_use.try_emplace({purpose, first_file, second_file, wrap}, -1);
   if (is_new) {
     Texture texture;
-    texture.name = first.empty() ? second : first;
-    texture.width = picture.width;
-    texture.height = picture.height;
-    texture.texels = picture.texels;
+    texture.name = first == nullptr ? second_file : first_file;
     texture.wrap_u = wrap;
     texture.wrap_v = wrap;
+    if (!Afford(first, second, &texture)) {
+      return {};
+    }
+    texture.texels.resize(static_cast<size_t>(texture.width) * static_cast<size_t>(texture.height) *
+                          4);
+    uint8_t* out = texture.texels.data();
+    for (int y = 0; y < texture.height; ++y) {
+      for (int x = 0; x < texture.width; ++x, out += 4) {
+        texel(TexelAt(first, x, y, texture), TexelAt(second, x, y, texture), out);
+      }
+    }
+    at->second = static_cast<int>(import_->scene.textures.size());
     import_->scene.textures.push_back(std::move(texture));
   }
   TextureRef ref;
@@ -218,39 +276,14 @@ TextureRef Converter::Use(Purpose purpose, const std::string& first, const std::
 
 TextureRef Converter::UsePlain(Purpose purpose, const std::string& file, const char* statement,
                                const tinyobj::texture_option_t& option) {
-  const ObjPicture* picture = Picture(file, statement);
-  return picture == nullptr ? TextureRef{} : Use(purpose, file, "", option, *picture);
-}
-
-const uint8_t* TexelAt(const ObjPicture& picture, int x, int y, int width, int height) {
-  const auto scaled = [](int i, int size, int of) {
-    return static_cast<size_t>(static_cast<int64_t>(i) * size / of);
-  };
-  return picture.texels.data() +
-         4 * (scaled(y, picture.height, height) * static_cast<size_t>(picture.width) +
-              scaled(x, picture.width, width));
-}
-
-/// texel(first, second) for every texel of the larger of two pictures; either may be missing.
-template <typename Texel>
-ObjPicture CombinePictures(const ObjPicture* first, const ObjPicture* second, const Texel& texel) {
-  static constexpr uint8_t kWhite[4] = {255, 255, 255, 255};
-  ObjPicture out;
-  for (const ObjPicture* picture : {first, second}) {
-    if (picture != nullptr) {
-      out.width = std::max(out.width, picture->width);
-      out.height = std::max(out.height, picture->height);
-    }
+  ObjPicture* picture = Picture(file, statement);
+  if (picture == nullptr) {
+    return {};
   }
-  out.texels.resize(static_cast<size_t>(out.width) * static_cast<size_t>(out.height) * 4);
-  uint8_t* at = out.texels.data();
-  for (int y = 0; y < out.height; ++y) {
-    for (int x = 0; x < out.width; ++x, at += 4) {
-      texel(first == nullptr ? kWhite : TexelAt(*first, x, y, out.width, out.height),
-            second == nullptr ? kWhite : TexelAt(*second, x, y, out.width, out.height), at);
-    }
-  }
-  return out;
+  return Use(purpose, picture, nullptr, option,
+             [](const uint8_t* texel, const uint8_t* /*none*/, uint8_t* out) {
+               std::copy_n(texel, 4, out);
+             });
 }
 
 bool HasAlpha(const ObjPicture& picture) {
@@ -262,49 +295,46 @@ bool HasAlpha(const ObjPicture& picture) {
   return false;
 }
 
-/// The opacity of map_d is the picture's alpha if it has one, else its brightness.
+/// The opacity of map_d is the picture's alpha if it has one, else its brightness. The alpha of
+/// map_Kd is opacity only where map_d says so.
 void Converter::Combine(const std::string& colour, const std::string& alpha) {
-  const ObjPicture* rgb = Picture(colour, "map_Kd");
-  const ObjPicture* mask = Picture(alpha, "map_d");
+  ObjPicture* rgb = Picture(colour, "map_Kd");
+  ObjPicture* mask = Picture(alpha, "map_d");
   if (mask == nullptr && rgb == nullptr) {
     return;
   }
   const bool from_alpha = mask != nullptr && HasAlpha(*mask);
-  // The alpha of map_Kd is opacity only where map_d says so.
-  const ObjPicture picture =
-      CombinePictures(rgb, mask, [&](const uint8_t* c, const uint8_t* m, uint8_t* out) {
+  out_.base_color_texture = Use(
+      kColourAndAlpha, rgb, mask, rgb != nullptr ? source_.diffuse_texopt : source_.alpha_texopt,
+      [&](const uint8_t* c, const uint8_t* m, uint8_t* out) {
         std::copy_n(c, 3, out);
-        out[3] = mask == nullptr ? 255
-                 : from_alpha    ? m[3]
-                                 : static_cast<uint8_t>((m[0] + m[1] + m[2] + 1) / 3);
+        // The mean of white is white: no mask, no transparency.
+        out[3] = from_alpha ? m[3] : static_cast<uint8_t>((m[0] + m[1] + m[2] + 1) / 3);
       });
-  const tinyobj::texture_option_t& option =
-      rgb != nullptr ? source_.diffuse_texopt : source_.alpha_texopt;
-  out_.base_color_texture = Use(kColourAndAlpha, rgb == nullptr ? "" : colour,
-                                mask == nullptr ? "" : alpha, option, picture);
-  if (mask != nullptr) {
+  if (mask != nullptr && out_.base_color_texture.texture >= 0) {
     out_.alpha_mode = AlphaMode::kBlend;
   }
 }
 
 /// map_Pr and map_Pm in green and blue of one texture.
 void Converter::CombineSurface() {
-  const ObjPicture* rough = Picture(source_.roughness_texname, "map_Pr");
-  const ObjPicture* metal = Picture(source_.metallic_texname, "map_Pm");
+  ObjPicture* rough = Picture(source_.roughness_texname, "map_Pr");
+  ObjPicture* metal = Picture(source_.metallic_texname, "map_Pm");
   if (rough == nullptr && metal == nullptr) {
     return;
   }
-  const ObjPicture picture =
-      CombinePictures(rough, metal, [&](const uint8_t* r, const uint8_t* m, uint8_t* out) {
-        out[0] = 255;
-        out[1] = r[0];
-        out[2] = m[0];
-        out[3] = 255;
-      });
   out_.metallic_roughness_texture =
-      Use(kRoughnessAndMetal, rough == nullptr ? "" : source_.roughness_texname,
-          metal == nullptr ? "" : source_.metallic_texname,
-          rough != nullptr ? source_.roughness_texopt : source_.metallic_texopt, picture);
+      Use(kRoughnessAndMetal, rough, metal,
+          rough != nullptr ? source_.roughness_texopt : source_.metallic_texopt,
+          [](const uint8_t* r, const uint8_t* m, uint8_t* out) {
+            out[0] = 255;
+            out[1] = r[0];
+            out[2] = m[0];
+            out[3] = 255;
+          });
+  if (out_.metallic_roughness_texture.texture < 0) {
+    return;
+  }
   // A map without a factor stands alone.
   out_.roughness = rough != nullptr ? Given(source_.roughness, 1.0f, 0.0f, 1.0f) : out_.roughness;
   out_.metallic = metal != nullptr ? Given(source_.metallic, 1.0f, 0.0f, 1.0f) : out_.metallic;

@@ -187,11 +187,11 @@ Status Checker::CheckNumbers(std::string_view keyword, std::string_view rest) {
     if (error == std::errc::invalid_argument || end != digits.data() + digits.size()) {
       return Fault("{} {}: '{}' is no number", keyword, count + 1, Printable(word));
     }
-    // Written anew: the parser accepts fewer spellings.
-    fmt::format_to(std::back_inserter(out_->text), " {}", tiny ? 0.0f : static_cast<float>(value));
-    if (!tiny && std::isinf(static_cast<float>(value))) {
+    if (!tiny && std::abs(value) > static_cast<double>(std::numeric_limits<float>::max())) {
       return Fault("{} {}: '{}' is beyond a 32-bit float", keyword, count + 1, Printable(word));
     }
+    // Written anew: the parser accepts fewer spellings.
+    fmt::format_to(std::back_inserter(out_->text), " {}", tiny ? 0.0f : static_cast<float>(value));
     ++count;
   }
   out_->text.push_back('\n');

@@ -329,6 +329,28 @@ TEST_F(Obj, OptionsOfMapsScaleAndShift) {
   EXPECT_EQ(scene_.textures.at(0).wrap_u, Wrap::kClamp);
 }
 
+// Two pictures of a few hundred bytes: 1 GiB as one texture.
+TEST_F(Obj, SmallPicturesCannotMakeHugeTextures) {
+  AddPicture("wide.png", std::vector<uint8_t>(4 * 16384, 9), 16384, 1);
+  AddPicture("high.png", std::vector<uint8_t>(4 * 16384, 9), 1, 16384);
+  const Material material = LoadMaterial("map_Kd wide.png\nmap_d high.png\n");
+  EXPECT_TRUE(scene_.textures.empty());
+  EXPECT_LT(material.base_color_texture.texture, 0);
+  EXPECT_THAT(scene_.warnings, Contains(HasSubstr("a texture is left out: 16384x16384 texels")));
+}
+
+TEST_F(Obj, MaterialsShareTextures) {
+  AddPicture("c.png", test::TestTexels(2, 2), 2, 2);
+  AddText("m.mtl", "newmtl a\nmap_Kd c.png\nnewmtl b\nmap_Kd c.png\nmap_Ke c.png\n");
+  const std::string face = "f 1/1 2/1 3/1\n";
+  const Scene scene = Load("mtllib m.mtl\nvt 0 0\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\n" + face +
+                           "usemtl b\n" + face);
+  ASSERT_EQ(scene.materials.size(), 2u);
+  EXPECT_EQ(scene.materials[0].base_color_texture.texture,
+            scene.materials[1].base_color_texture.texture);
+  EXPECT_EQ(scene.textures.size(), 2u) << "colour and light";
+}
+
 TEST_F(Obj, WhatIsMissingIsNamed) {
   const Scene scene = Load("mtllib lost.mtl\nusemtl gone\n" + std::string(kTriangle));
   EXPECT_THAT(scene.warnings, Contains(HasSubstr("mtllib 'lost.mtl' is left out")));
