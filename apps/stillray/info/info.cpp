@@ -100,8 +100,8 @@ void AddInfoCommand(CLI::App& app, int* exit_code) {
   CLI::App* command = app.add_subcommand(
       "info", "Describe a picture (EXR, HDR, PNG, JPEG) or a scene (glTF, built-in)");
   auto options = std::make_shared<InfoOptions>();
-  const CLI::Option* file =
-      command->add_option("FILE", options->file, "Picture, .gltf, .glb or .obj file, or builtin:NAME");
+  const CLI::Option* file = command->add_option(
+      "FILE", options->file, "Picture, .gltf, .glb or .obj file, or builtin:NAME");
   command->add_option("--view-layer", options->aovs.view_layer,
                       "For EXR files of several view layers: the one to list");
   command->add_flag("--devices", options->devices,

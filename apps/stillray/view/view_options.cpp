@@ -175,7 +175,8 @@ Result<ViewOptions> ParseViewArguments(const ViewArguments& arguments) {
 }
 
 void DeclareViewOptions(CLI::App* command, ViewArguments* a) {
-  command->add_option("scene", a->scene, ".gltf, .glb, .obj or builtin:NAME")->capture_default_str();
+  command->add_option("scene", a->scene, ".gltf, .glb, .obj or builtin:NAME")
+      ->capture_default_str();
   command->add_option("--environment", a->environment, "Environment map: .hdr or .exr");
   command->add_option("--size", a->size, "Of the window: WIDTHxHEIGHT in pixels")
       ->capture_default_str();
