@@ -140,7 +140,7 @@ def _failed(error):
 def _render_init(scene, *_):
     global _recorder
     _recorder = None
-    if scene is None or not scene.stillray.saved or not versions.is_multilayer(scene):
+    if scene is None or not scene.stillray.prepared or not versions.is_multilayer(scene):
         return  # only of scenes that were prepared
     try:
         _recorder = _Recorder(scene)

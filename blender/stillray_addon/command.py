@@ -18,6 +18,13 @@ class Options:
         self.aovs = tuple(aovs)
         self.cameras = cameras
 
+    def for_layer(self, layer, layers):
+        """Without layer options (--aov) that name another view layer."""
+        others = tuple(other + "." for other in layers if other and other != layer)
+        aovs = [aov for aov in self.aovs if not aov.partition("=")[2].startswith(others)]
+        return Options(self.preset, self.window, self.passes, self.fireflies, self.device,
+                       self.threads, self.memory_limit, aovs, self.cameras)
+
 
 def _range(frames):
     return str(frames[0]) if frames[0] == frames[-1] else f"{frames[0]}-{frames[-1]}"

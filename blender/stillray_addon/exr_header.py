@@ -150,9 +150,10 @@ def fault(file):
             last = max(struct.unpack(f"<{count}Q", table), default=0)
             if 0 in struct.unpack(f"<{count}Q", table):
                 return "it was not written to its end"
-            stream.seek(last + (8 if header.multi_part else 4))
+            begin = last + (8 if header.multi_part else 4)
+            stream.seek(begin)
             length = stream.read(4)
-        if len(length) < 4 or last + struct.unpack("<i", length)[0] > size:
+        if len(length) < 4 or begin + 4 + struct.unpack("<i", length)[0] > size:
             return "it is cut off"
         return ""
     except (OSError, ExrError, struct.error) as error:

@@ -75,16 +75,18 @@ def _make_folder(folder):
 
 
 def plan_denoise(program, names, frames, result, layers, options, work=None):
-    """Stages that write `result`; `layers` are the view layers to denoise, one stage each."""
+    """Stages that write `result`; `layers` are the view layers to denoise, one stage each. [""] leaves
+    the choice to the program."""
     work = work or os.path.join(result, WORK)
     stages = []
     source = names
-    for i, layer in enumerate(layers or [""]):
-        is_last = i == max(len(layers), 1) - 1
+    for i, layer in enumerate(layers):
+        is_last = i == len(layers) - 1
         output = result if is_last else os.path.join(work, f"layer{i + 1}")
         log = os.path.join(work, f"denoise{i + 1}.json")
         arguments = command.denoise(
-            program, source, frames, paths.relative_argument(output, source.folder), options, layer,
+            program, source, frames, paths.relative_argument(output, source.folder),
+            options.for_layer(layer, layers), layer,
             paths.relative_argument(log, source.folder).rstrip("/"), first=i == 0)
         target = names.moved(output)
         label = f"Denoising view layer {layer}" if len(layers) > 1 else "Denoising"
@@ -103,13 +105,12 @@ def plan_check(names, frames, options, work, layer=""):
 class Job:
     """States: running, finished, cancelled, failed."""
 
-    def __init__(self, program, stages, work, key="", resume=True, cleanup=True):
+    def __init__(self, program, stages, work, key="", resume=True):
         self.program = program
         self.stages = stages
         self.work = work
         self.key = key
         self.resume = resume
-        self.cleanup = cleanup
         self.state = "new"
         self.error = ""
         self.output = progress.Output()
@@ -141,9 +142,13 @@ class Job:
             self._begin_state()
             self.state = "running"
             self._started = time.monotonic()
+            self._skip_finished()
             self._next_stage()
-        except BaseException:
+        except BaseException as error:
             self._lock.release()
+            self.state = "failed"
+            if isinstance(error, OSError):
+                raise JobError(f"{self.work} cannot be written to: {error.strerror}") from error
             raise
 
     def _signature(self):
@@ -160,20 +165,25 @@ class Job:
         except (OSError, ValueError):
             same = False
         self._same = same and self.resume and bool(self.key)
-        try:
-            if not self._same:
-                for stage in self.stages:
-                    if os.path.exists(stage.json_file):
-                        os.remove(stage.json_file)
-            with open(self._state_file, "w", encoding="utf-8") as stream:
-                json.dump(signature, stream)
-        except OSError as error:
-            raise JobError(f"{self.work} cannot be written to: {error.strerror}") from error
+        if not self._same:
+            for stage in self.stages:
+                if os.path.exists(stage.json_file):
+                    os.remove(stage.json_file)
+        if os.path.exists(self.log_file):
+            os.remove(self.log_file)
+        with open(self._state_file, "w", encoding="utf-8") as stream:
+            json.dump(signature, stream)
+
+    def _skip_finished(self):
+        if not self._same:
+            return
+        if self.stages[-1].is_finished:  # files of the stages before it are gone by then
+            self._index = len(self.stages)
+        while self._index < len(self.stages) and self._stage.is_finished:
+            self._index += 1
+        self.reused = self._index
 
     def _next_stage(self):
-        while self._index < len(self.stages) and self._same and self._stage.is_finished:
-            self._index += 1
-            self.reused += 1
         if self._index == len(self.stages):
             self._end("finished")
             return
@@ -203,6 +213,8 @@ class Job:
                 [self.program.path, *arguments], cwd=self._stage.folder, stdin=subprocess.DEVNULL,
                 stdout=self._log, stderr=subprocess.STDOUT, **flags)
         except OSError as error:
+            if self._log is not None:
+                self._log.close()
             raise JobError(f"stillray does not start: {error}") from error
         self._lock.set_program(self._process.pid)
 
@@ -267,7 +279,7 @@ class Job:
     def _end(self, state, error=""):
         self.state = state
         self.error = error
-        if state == "finished" and self.cleanup:
+        if state == "finished":
             for stage in self.stages[:-1]:
                 shutil.rmtree(stage.output, ignore_errors=True)
         self._lock.release()
@@ -320,8 +332,8 @@ def findings_of(file):
     try:
         with open(file, encoding="utf-8") as stream:
             found = json.load(stream).get("findings", [])
-    except (OSError, ValueError, AttributeError):
+        return [{"name": str(f["name"]), "what": str(f["what"]), "cure": str(f["cure"]),
+                 "aov": str(f.get("aov", "")), "frames": [int(n) for n in f["frames"]]}
+                for f in found]
+    except (OSError, ValueError, AttributeError, KeyError, TypeError):
         return []
-    return [{"name": str(f.get("name", "")), "what": str(f.get("what", "")),
-             "cure": str(f.get("cure", "")), "aov": str(f.get("aov", "")),
-             "frames": [int(n) for n in f.get("frames", [])]} for f in found if isinstance(f, dict)]

@@ -117,7 +117,11 @@ class Lock:
             os.close(handle)
             self._record = {"host": self._host, "blender": _process(os.getpid()), "program": None,
                             "since": self._now()}
-            self._write()
+            try:
+                self._write()
+            except OSError:
+                self.release()
+                raise
             return
         raise Locked(self._text({}))
 
@@ -129,7 +133,10 @@ class Lock:
 
     def set_program(self, pid):
         self._record["program"] = _process(pid) if pid else None
-        self._write()
+        try:
+            self._write()
+        except OSError:
+            pass  # a full disk: the program itself reports it
 
     def renew(self):
         """To be called often: the file is touched every few seconds."""

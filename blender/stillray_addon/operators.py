@@ -311,10 +311,9 @@ class _Run:
         self._show(context, self._job.status(), self._job.fraction)
         return None
 
-    def _show(self, context, text, fraction):
+    def _show(self, context, text, fraction, keys="[Esc: cancel]"):
         active.text, active.fraction = text, fraction
-        context.workspace.status_text_set(f"stillray   {round(100 * fraction)} %   {text}   "
-                                          "[Esc: cancel]")
+        context.workspace.status_text_set(f"stillray   {round(100 * fraction)} %   {text}   {keys}")
         context.window_manager.progress_update(round(100 * fraction))
         _redraw(context)
 
@@ -464,9 +463,11 @@ class STILLRAY_OT_render(_SceneOperator, _Run, bpy.types.Operator):
             scene = self.scene()
             total = max(scene.frame_end - scene.frame_start, 0) + 1
             done = min(max(scene.frame_current - scene.frame_start, 0), total)
-            active.text = f"Rendering frame {scene.frame_current}"
-            active.fraction = done / total
-            _redraw(context)
+            text = f"Rendering frame {scene.frame_current} ({done} of {total} are done)"
+            elapsed = time.monotonic() - self._began
+            if done > 0:
+                text += f", {progress.duration(elapsed * (total - done) / done)} left"
+            self._show(context, text, done / total, "[Esc in the render window: stop]")
             return None
         if self._job is None:
             state = self._rendering
@@ -556,7 +557,12 @@ class STILLRAY_OT_prepare(_SceneOperator, bpy.types.Operator):
 
     def execute(self, context):
         scene = context.scene
-        changes, failed = prepare.change(scene, prepare.wanted(scene))
+        try:
+            changes, failed = prepare.change(scene, prepare.wanted(scene))
+        except ValueError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        scene.stillray.prepared = True
         if failed:
             self.report({"ERROR"}, f"Blender does not take these settings: {', '.join(failed)}")
         _report_changes(self, changes, "Prepare changed")

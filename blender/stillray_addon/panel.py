@@ -32,7 +32,6 @@ class _Panel:
 class STILLRAY_PT_main(_Panel, bpy.types.Panel):
     bl_idname = "STILLRAY_PT_main"
     bl_label = "stillray: Denoise Animation"
-    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context):
         scene, layout = context.scene, self.layout

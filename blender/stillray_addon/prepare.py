@@ -54,8 +54,8 @@ def has_volumes(scene):
     return False
 
 
-def _pass_settings(scene):
-    volumes = has_volumes(scene)
+def _pass_settings(scene, volumes=None):
+    volumes = has_volumes(scene) if volumes is None else volumes
     wanted = []
     for layer in scene.view_layers:
         if layer.use:
@@ -89,7 +89,9 @@ def _filter_settings(scene):
 
 
 def wanted(scene):
-    """[(owner, name, value)] that Prepare sets, in order."""
+    """[(owner, name, value)] that Prepare sets, in order. Raises ValueError without Cycles."""
+    if not hasattr(scene, "cycles"):
+        raise ValueError("Cycles is not there: turn on the add-on Cycles Render Engine")
     render = [("render", "engine", "CYCLES"), ("render", "use_motion_blur", False)]
     if versions.compositor_is_on(scene):
         render.append(("render", "use_compositing", False))
@@ -118,6 +120,7 @@ def change(scene, wanted_settings):
 def restore(scene):
     undone, left = settings.restore(settings.load(scene.stillray.saved), resolver(scene))
     scene.stillray.saved = ""
+    scene.stillray.prepared = False
     return undone, left
 
 
@@ -191,6 +194,9 @@ def warnings(scene):
     def add(name, text, blocks=False):
         found.append(Obstacle(name, text, blocks))
 
+    if not hasattr(scene, "cycles"):
+        add("engine", "Cycles is not there: turn on the add-on Cycles Render Engine", True)
+        return found
     if render.engine != "CYCLES":
         add("engine", "Only frames of Cycles can be denoised", True)
     if not versions.is_multilayer(scene):
@@ -221,8 +227,9 @@ def warnings(scene):
 
 
 def missing_passes(scene):
+    """Without those of volumes: the panel calls this, and must not look at every object."""
     resolve, names = resolver(scene), []
-    for owner, name, value in _pass_settings(scene):
+    for owner, name, value in _pass_settings(scene, volumes=False):
         if getattr(resolve(owner), name) != value:
             title = settings.Change(owner, name, False, True).text()
             names.append(title.split(":")[0].replace("Pass ", "", 1))

@@ -61,6 +61,7 @@ class StillraySettings(bpy.types.PropertyGroup):
         name="Layer Options", description="Values of --aov, separated by semicolons")
     # State, not set by users.
     saved: StringProperty(options={"HIDDEN"})
+    prepared: BoolProperty(options={"HIDDEN"})
     findings: CollectionProperty(type=StillrayFinding)
     findings_known: BoolProperty(options={"HIDDEN"})
     show_changes: BoolProperty(name="Changed Settings", default=False)

@@ -7,6 +7,7 @@ loading. Without bpy: `resolve` gives the object that an owner's path means.
 """
 import json
 import math
+import re
 
 
 class Change:
@@ -25,7 +26,7 @@ class Change:
 
 
 _NAMES = {
-    "render.use_motion_blur": "Motion Blur", "use_motion_blur": "Motion Blur",
+    "use_motion_blur": "Motion Blur",
     "use_compositing": "Compositing", "use_sequencer": "Sequencer", "filepath": "Output Path",
     "file_format": "File Format", "media_type": "Media Type", "color_depth": "Color Depth",
     "color_mode": "Color", "exr_codec": "Codec", "use_exr_interleave": "Interleave",
@@ -39,17 +40,15 @@ _NAMES = {
 
 
 def _title(name):
-    if name in _NAMES:
-        return _NAMES[name]
-    if name.startswith("view_layers["):
-        return name.split('"', 1)[1].rsplit('"', 1)[0].replace('\\"', '"').replace("\\\\", "\\") + ", "
-    if name.startswith("data.cameras["):
-        return name.split('"', 1)[1].rsplit('"', 1)[0].replace('\\"', '"').replace("\\\\", "\\") + ", "
-    if name.startswith("use_pass_"):
-        return "Pass " + name[len("use_pass_"):].replace("_", " ").title()
-    if name in ("", "render", "cycles", "render.image_settings"):
+    """A setting or an owner as users know it."""
+    quoted = re.match(r'(?:data\.)?\w+\["(.*)"\]', name)
+    if quoted:
+        return re.sub(r"\\(.)", r"\1", quoted[1]) + ", "
+    if name in ("", "render", "cycles", "render.image_settings", "stillray"):
         return ""
-    return name.replace("_", " ").capitalize()
+    if name.startswith("use_pass_") and name not in _NAMES:
+        return "Pass " + name[len("use_pass_"):].replace("_", " ").title()
+    return _NAMES.get(name, name.replace("_", " ").capitalize())
 
 
 def _show(value):
