@@ -105,8 +105,8 @@ class _Recorder:
         self.frame = scene.frame_current
 
     def frame_changed(self, scene, depsgraph):
-        """Blender announces the frame first, then evaluates it, and for motion blur the ends of the
-        shutter."""
+        """Blender announces the frame first, then evaluates it; then, for motion blur, the ends of the
+        shutter, and for motion vectors the frames before and after it."""
         if depsgraph.mode != "RENDER" or self.frame is None:
             return
         time = scene.frame_current + scene.frame_subframe - self.frame
@@ -114,7 +114,7 @@ class _Recorder:
             new = record(scene, depsgraph, self.frame)
             if new is not None:
                 self.records[self.frame] = new
-        elif self.frame in self.records and time != 0:
+        elif self.frame in self.records and time != 0 and scene.render.use_motion_blur:
             camera = camera_at(scene, self.frame).evaluated_get(depsgraph)
             poses = self.records[self.frame].setdefault("motion", [])
             if all(pose["time"] != round(time, 6) for pose in poses):  # once per view layer

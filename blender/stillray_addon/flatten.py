@@ -207,6 +207,9 @@ class FlattenJob:
     def cancel(self):
         self._stop.set()
 
+    def detach(self):
+        self._stop.set()
+
     def wait(self):
         self._thread.join()
         return self.poll()

@@ -103,7 +103,7 @@ def plan_check(names, frames, options, work, layer=""):
 
 
 class Job:
-    """States: running, finished, cancelled, failed."""
+    """States: running, finished, cancelled, failed, detached."""
 
     def __init__(self, program, stages, work, key="", resume=True):
         self.program = program
@@ -296,6 +296,13 @@ class Job:
                 self._process.send_signal(signal.SIGINT)
         except OSError:
             pass  # it has ended
+
+    def detach(self):
+        """The program goes on alone; the next run finds its work."""
+        if self.state == "running":
+            self.state = "detached"
+            self._log.close()
+            self._lock.detach()
 
     def wait(self):
         while self.poll() == "running":

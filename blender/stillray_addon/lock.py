@@ -138,6 +138,16 @@ class Lock:
         except OSError:
             pass  # a full disk: the program itself reports it
 
+    def detach(self):
+        """Leaves the lock to the program, which goes on alone."""
+        if self._record:
+            self._record["blender"] = None
+            try:
+                self._write()
+            except OSError:
+                pass
+            self._record = None
+
     def renew(self):
         """To be called often: the file is touched every few seconds."""
         if self._record and self._now() - self._renewed > RENEW_SECONDS:

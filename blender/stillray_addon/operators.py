@@ -66,9 +66,6 @@ def rendered_frames(scene):
     if not frames:
         raise UserError(f"There are no rendered frames {scene.frame_start}-{scene.frame_end}: no "
                         f"{names.pattern} in {names.folder}. Render first")
-    if frames[0] < 0:
-        raise UserError("Frames with negative numbers cannot be denoised: move the animation to 0 "
-                        "or later")
     return names, frames
 
 
@@ -120,6 +117,16 @@ def _free_space_warning(names, frames, folder, stages):
             f"{needed / 1e9:.1f} GB")
 
 
+def _missing_finding(frames):
+    """The program examines the first frames alone while it denoises."""
+    missing = sorted(set(range(frames[0], frames[-1] + 1)) - set(frames))
+    if not missing:
+        return []
+    return [{"name": "frames_missing", "aov": "", "frames": missing,
+             "what": f"Frames {paths.ranges(missing)} are missing: noise is gathered anew after them",
+             "cure": "render the missing frames"}]
+
+
 def denoise_job(context, scene, again=False):
     """The job for all rendered frames, and warnings to report."""
     found = find_program(context)
@@ -130,9 +137,6 @@ def denoise_job(context, scene, again=False):
     stages = job.plan_denoise(found, names, frames, result, layers,
                               options_of(scene, names, frames, found))
     notes = [_free_space_warning(names, frames, result, len(stages))]
-    missing = sorted(set(range(frames[0], frames[-1] + 1)) - set(frames))
-    if missing:
-        notes.append(f"Frames {paths.ranges(missing)} are missing: noise is gathered anew after them")
     work = os.path.join(result, job.WORK)
     return (job.Job(found, stages, work, job.fingerprint(names, frames), resume=not again),
             [note for note in notes if note])
@@ -167,7 +171,7 @@ def check_job(context, scene):
 def _redraw(context):
     for window in context.window_manager.windows:
         for area in window.screen.areas:
-            if area.type in ("PROPERTIES", "IMAGE_EDITOR"):
+            if area.type == "PROPERTIES":
                 area.tag_redraw()
 
 
@@ -312,6 +316,8 @@ class _Run:
         return None
 
     def _show(self, context, text, fraction, keys="[Esc: cancel]"):
+        if (active.text, active.fraction) == (text, fraction):
+            return
         active.text, active.fraction = text, fraction
         context.workspace.status_text_set(f"stillray   {round(100 * fraction)} %   {text}   {keys}")
         context.window_manager.progress_update(round(100 * fraction))
@@ -319,6 +325,8 @@ class _Run:
 
     def cancel(self, context):
         """Blender loads another file or quits: the program finishes its work by itself."""
+        if self._job is not None:
+            self._job.detach()
         self._end(context)
 
 
@@ -345,7 +353,8 @@ class STILLRAY_OT_denoise(_SceneOperator, _Run, bpy.types.Operator):
     def finished(self, context, scene):
         done = self._job
         frames = len(done.stages[0].frames)
-        found = job.findings_of(done.stages[0].json_file)
+        found = _missing_finding(done.stages[0].frames)
+        found += job.findings_of(done.stages[0].json_file)
         scene.stillray.set_findings(found, paths.ranges)
         folder = done.stages[-1].output
         if done.reused == len(done.stages):
@@ -385,9 +394,6 @@ class STILLRAY_OT_render(_SceneOperator, _Run, bpy.types.Operator):
         if blocking:
             raise UserError(f"{'. '.join(blocking)}. Press Prepare first")
         names = prepare.frame_names(scene)
-        if scene.frame_start < 0:
-            raise UserError("Frames with negative numbers cannot be denoised: move the animation to "
-                            "0 or later")
         if self.missing_only:
             for frame, _ in job.damaged(names, names.present(scene.frame_start, scene.frame_end)):
                 os.remove(names.file(frame))

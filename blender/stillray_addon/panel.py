@@ -49,7 +49,7 @@ class STILLRAY_PT_main(_Panel, bpy.types.Panel):
     def _draw_prepare(scene, layout):
         row = layout.row(align=True)
         row.prop(scene.stillray, "samples")
-        row.prop(scene.stillray, "edges", expand=True)
+        row.prop(scene.stillray, "edges", text="")
         row = layout.row(align=True)
         row.operator("stillray.prepare", icon="PREFERENCES")
         row.operator("stillray.restore", icon="LOOP_BACK")

@@ -83,8 +83,16 @@ def _temporary_folders():
     return [bpy.app.tempdir, bpy.context.preferences.filepaths.temporary_directory]
 
 
+# From this number of samples on, antialiased guides lose less than jagged edges do: 38.1 dB against
+# 34.6 at 4 samples (a closed room at 320x180, 12 frames; reference of 512 samples, width 1.5).
+_SMOOTH_SAMPLES = 4
+
+
 def _filter_settings(scene):
-    width = 0.01 if scene.stillray.edges == "STABLE" else 1.5
+    values = scene.stillray
+    smooth = values.edges == "SMOOTH" or (values.edges == "AUTO"
+                                          and values.samples >= _SMOOTH_SAMPLES)
+    width = 1.5 if smooth else 0.01
     return [("cycles", "pixel_filter_type", "BLACKMAN_HARRIS"), ("cycles", "filter_width", width)]
 
 

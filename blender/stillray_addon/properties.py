@@ -18,11 +18,11 @@ class StillraySettings(bpy.types.PropertyGroup):
         name="Samples", default=4, min=1, soft_max=64,
         description="Samples per pixel that Prepare sets: 1 to 4 for drafts, 8 to 16 for final frames")
     edges: EnumProperty(
-        name="Edges", default="STABLE",
-        items=[("STABLE", "Stable", "All samples at the centre of their pixel: textures and guides are "
-                "the same in every frame, edges are not antialiased. Right for 1 to 4 samples"),
-               ("SMOOTH", "Smooth", "Blender's own pixel filter: edges are antialiased. Use 4 samples "
-                "or more")])
+        name="Edges", default="AUTO",
+        items=[("AUTO", "Automatic", "Smooth with 4 samples or more, stable with fewer"),
+               ("STABLE", "Stable", "All samples at the centre of their pixel: textures and guides "
+                "are the same in every frame, edges are not antialiased"),
+               ("SMOOTH", "Smooth", "Blender's own pixel filter: edges are antialiased")])
     window: EnumProperty(
         name="Light Of", default="auto",
         items=[("auto", "Automatic", "Past and future, and the past alone where frames are missing"),

@@ -431,6 +431,15 @@ class Jobs(TemporaryFolder):
         again = self.run_job()
         self.assertEqual((again.state, again.reused), ("finished", 1))
 
+    def test_detached_run_is_found_by_the_next_one(self):
+        made = self.job()
+        made.start()
+        made.detach()
+        self.assertEqual(made.poll(), "detached")
+        made._process.wait()
+        self.wait_for(lambda: lock.Lock(self.path("clean", job.WORK, "lock")).holder() is None)
+        self.assertEqual(self.run_job().reused, 1)
+
     def test_fingerprint_changes_with_a_frame(self):
         names = names_in(self.folder)
         self.write("f.0001.exr")
