@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Blender add-on: renders few samples with Cycles and denoises the animation with `stillray`.
 
-The program runs as a process of its own: its libraries (OpenEXR, TBB, Embree) exist in Blender too, in
-other versions. Legacy add-on (3.4 to 4.1, by bl_info) and extension (4.2 and later, by
+The program runs as a process of its own: its libraries (OpenEXR, TBB, Embree) exist in Blender too,
+in other versions. Legacy add-on (3.4 to 4.1, by bl_info) and extension (4.2 and later, by
 blender_manifest.toml) are the same folder.
 """
 bl_info = {

@@ -24,7 +24,8 @@ def without_scale(matrix):
 
 def inverse(matrix):
     """Of any invertible 4x4 matrix, by Gauss-Jordan elimination with pivoting."""
-    rows = [list(map(float, row)) + [float(i == j) for j in range(4)] for i, row in enumerate(matrix)]
+    rows = [list(map(float, row)) + [float(i == j) for j in range(4)]
+            for i, row in enumerate(matrix)]
     for i in range(4):
         pivot = max(range(i, 4), key=lambda r: abs(rows[r][i]))
         if rows[pivot][i] == 0:
@@ -46,7 +47,7 @@ def world_to_camera(camera_to_world):
 
 
 def cropped(projection, border):
-    """The projection of a part of the picture; border is min x, min y, max x, max y in 0 to 1, y up."""
+    """The projection of a part of the picture: min x, min y, max x, max y in 0 to 1, y up."""
     x0, y0, x1, y1 = border
     scale_x, scale_y = 1 / (x1 - x0), 1 / (y1 - y0)
     crop = [[scale_x, 0, 0, scale_x * (1 - x0 - x1)], [0, scale_y, 0, scale_y * (1 - y0 - y1)],
@@ -59,16 +60,16 @@ def flat(matrix):
 
 
 def border_pixels(border, width, height):
-    """The border that Blender renders with Crop to Render Region: whole pixels. Corners are rounded as
-    Blender's pipeline does, by cutting the fraction off."""
+    """The border that Blender renders with Crop to Render Region: whole pixels. Corners are rounded
+    as Blender's pipeline does, by cutting the fraction off."""
     x0, y0 = int(border[0] * width), int(border[1] * height)
     x1, y1 = int(border[2] * width), int(border[3] * height)
     return (x0 / width, y0 / height, x1 / width, y1 / height), x1 - x0, y1 - y0
 
 
 def marker_camera(markers, frame, default):
-    """The camera that Blender uses: that of the last marker with a camera at or before the frame, else
-    of the first one after it. markers: [(frame, camera)]."""
+    """The camera that Blender uses: that of the last marker with a camera at or before the frame,
+    else of the first one after it. markers: [(frame, camera)]."""
     bound = sorted((m for m in markers if m[1] is not None), key=lambda m: m[0])
     if not bound:
         return default
@@ -103,7 +104,15 @@ def write(file, width, height, records):
     os.replace(temporary, file)
 
 
-def can_be_used(document, frames):
-    """True if the document has a projection for each of the frames."""
+_CLOCK_SECONDS = 2.0  # resolution of the times of files, on FAT
+
+
+def can_be_used(file, names, frames):
+    """True if the file has a projection for each of the frames, and none was rendered after it was
+    written: on a render farm without the add-on, cameras may have changed since."""
+    document = read(file)
     usable = {f["frame"] for f in document["frames"] if f.get("projection")} if document else set()
-    return set(frames) <= usable
+    if not set(frames) <= usable:
+        return False
+    newest = max(os.path.getmtime(names.file(frame)) for frame in frames)
+    return os.path.getmtime(file) + _CLOCK_SECONDS >= newest

@@ -105,8 +105,8 @@ class _Recorder:
         self.frame = scene.frame_current
 
     def frame_changed(self, scene, depsgraph):
-        """Blender announces the frame first, then evaluates it; then, for motion blur, the ends of the
-        shutter, and for motion vectors the frames before and after it."""
+        """Blender announces the frame first, then evaluates it; then, for motion blur, the ends
+        of the shutter, and for motion vectors the frames before and after it."""
         if depsgraph.mode != "RENDER" or self.frame is None:
             return
         time = scene.frame_current + scene.frame_subframe - self.frame

@@ -6,8 +6,8 @@
 class Options:
     """What the panel sets, as plain data."""
 
-    def __init__(self, preset="default", window="auto", passes=False, fireflies=False, device="auto",
-                 threads=0, memory_limit="", aovs=(), cameras=""):
+    def __init__(self, preset="default", window="auto", passes=False, fireflies=False,
+                 device="auto", threads=0, memory_limit="", aovs=(), cameras=""):
         self.preset = preset
         self.window = window
         self.passes = passes
@@ -16,14 +16,14 @@ class Options:
         self.threads = threads
         self.memory_limit = memory_limit
         self.aovs = tuple(aovs)
-        self.cameras = cameras
+        self.cameras = cameras  # a path as the program is to get it, or ""
 
-    def for_layer(self, layer, layers):
-        """Without layer options (--aov) that name another view layer."""
+    def for_stage(self, layer, layers, cameras):
+        """Of a chain over view layers: without layer options (--aov) that name another one."""
         others = tuple(other + "." for other in layers if other and other != layer)
         aovs = [aov for aov in self.aovs if not aov.partition("=")[2].startswith(others)]
         return Options(self.preset, self.window, self.passes, self.fireflies, self.device,
-                       self.threads, self.memory_limit, aovs, self.cameras)
+                       self.threads, self.memory_limit, aovs, cameras)
 
 
 def _range(frames):

@@ -10,8 +10,8 @@ import struct
 
 _MAGIC = 20000630
 _TILED, _DEEP, _MULTI_PART = 0x200, 0x800, 0x1000
-# Scan lines per chunk by the number of the compression: none, RLE, ZIPS, ZIP, PIZ, PXR24, B44, B44A,
-# DWAA, DWAB.
+# Scan lines per chunk by the number of the compression: none, RLE, ZIPS, ZIP, PIZ, PXR24, B44,
+# B44A, DWAA, DWAB.
 _LINES = (1, 1, 1, 16, 32, 16, 32, 32, 32, 256)
 _MAX_HEADER = 16 << 20
 
@@ -26,7 +26,8 @@ class Part:
         self.channels = []
 
     def text(self, name):
-        return self.attributes[name][1].decode("utf-8", "replace") if name in self.attributes else ""
+        _, value = self.attributes.get(name, ("", b""))
+        return value.decode("utf-8", "replace")
 
     @property
     def lines(self):
@@ -135,7 +136,7 @@ def read(file):
 
 
 def fault(file):
-    """Why a file is not a complete OpenEXR file, or "". Reads the header and the table of chunks."""
+    """Why a file is not a complete OpenEXR file, or "". Reads header and table of chunks."""
     try:
         size = os.path.getsize(file)
         header = read(file)

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Plain OpenEXR files, with the colour alone, of multilayer ones; without bpy.
 
-Blender's sequencer cannot read multilayer files. The values stay as they are, bit for bit. Needs NumPy,
-which Blender has.
+Blender's sequencer cannot read multilayer files. The values stay as they are, bit for bit. Needs
+NumPy, which Blender has.
 """
 import os
 import struct

@@ -57,7 +57,8 @@ def fingerprint(names, frames):
     for frame in frames:
         file = names.file(frame)
         status = os.stat(file)
-        digest.update(f"{os.path.basename(file)}\0{status.st_size}\0{status.st_mtime_ns}\n".encode())
+        row = f"{os.path.basename(file)}\0{status.st_size}\0{status.st_mtime_ns}\n"
+        digest.update(row.encode("utf-8", "surrogateescape"))
     return digest.hexdigest()
 
 
@@ -74,9 +75,14 @@ def _make_folder(folder):
         raise JobError(f"The folder {folder} cannot be made: {error.strerror}") from error
 
 
+def _file_argument(file, names):
+    """A file as an argument of the program, which runs in the folder of the frames."""
+    return paths.relative_argument(file, names.folder).rstrip("/") if file else ""
+
+
 def plan_denoise(program, names, frames, result, layers, options, work=None):
-    """Stages that write `result`; `layers` are the view layers to denoise, one stage each. [""] leaves
-    the choice to the program."""
+    """Stages that write `result`; `layers` are the view layers to denoise, one stage each. [""]
+    leaves the choice to the program."""
     work = work or os.path.join(result, WORK)
     stages = []
     source = names
@@ -84,10 +90,10 @@ def plan_denoise(program, names, frames, result, layers, options, work=None):
         is_last = i == len(layers) - 1
         output = result if is_last else os.path.join(work, f"layer{i + 1}")
         log = os.path.join(work, f"denoise{i + 1}.json")
+        stage_options = options.for_stage(layer, layers, _file_argument(options.cameras, source))
         arguments = command.denoise(
-            program, source, frames, paths.relative_argument(output, source.folder),
-            options.for_layer(layer, layers), layer,
-            paths.relative_argument(log, source.folder).rstrip("/"), first=i == 0)
+            program, source, frames, paths.relative_argument(output, source.folder), stage_options,
+            layer, _file_argument(log, source), first=i == 0)
         target = names.moved(output)
         label = f"Denoising view layer {layer}" if len(layers) > 1 else "Denoising"
         stages.append(Stage(label, source.folder, arguments, output, log, target, frames))
@@ -97,8 +103,7 @@ def plan_denoise(program, names, frames, result, layers, options, work=None):
 
 def plan_check(names, frames, options, work, layer=""):
     log = os.path.join(work, "check.json")
-    arguments = command.check(names, frames, options, layer,
-                              paths.relative_argument(log, names.folder).rstrip("/"))
+    arguments = command.check(names, frames, options, layer, _file_argument(log, names))
     return [Stage("Checking", names.folder, arguments, work, log, None, frames)]
 
 

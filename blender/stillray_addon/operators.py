@@ -93,14 +93,14 @@ def view_layers(scene, active_layer, names, frames):
 def options_of(scene, names, frames, found):
     """Settings of the panel as plain data. Cameras are given to a program that takes them."""
     values = scene.stillray
-    document = camera_math.read(cameras.file_of(names))
-    use_cameras = found.has("--cameras") and camera_math.can_be_used(document, frames)
+    file = cameras.file_of(names)
+    use_cameras = found.has("--cameras") and camera_math.can_be_used(file, names, frames)
     return command.Options(
         preset=values.preset, window=values.window, passes=values.passes,
         fireflies=values.fireflies, device=values.device, threads=values.threads,
         memory_limit=values.memory_limit,
         aovs=[text.strip() for text in values.aovs.split(";") if text.strip()],
-        cameras="./" + os.path.basename(cameras.file_of(names)) if use_cameras else "")
+        cameras=file if use_cameras else "")
 
 
 def _free_space_warning(names, frames, folder, stages):
@@ -123,7 +123,8 @@ def _missing_finding(frames):
     if not missing:
         return []
     return [{"name": "frames_missing", "aov": "", "frames": missing,
-             "what": f"Frames {paths.ranges(missing)} are missing: noise is gathered anew after them",
+             "what": f"Frames {paths.ranges(missing)} are missing: noise is gathered anew after "
+                     "them",
              "cure": "render the missing frames"}]
 
 
@@ -176,7 +177,7 @@ def _redraw(context):
 
 
 class _Run:
-    """An operator that runs a job: at once in background mode or from a script, modal from a button.
+    """An operator that runs a job: at once in background mode or from a script, modal otherwise.
 
     Blender may replace all its data by undo while a modal operator runs: only names are kept.
     """
@@ -727,7 +728,7 @@ class STILLRAY_OT_to_sequencer(_SceneOperator, _Run, bpy.types.Operator):
 
 
 class STILLRAY_OT_write_cameras(_SceneOperator, bpy.types.Operator):
-    """Write the camera of every frame beside the frames. Render and Denoise does it while rendering"""
+    """Write the camera of every frame beside the frames. Render and Denoise does it anyway"""
     bl_idname = "stillray.write_cameras"
     bl_label = "Write Cameras"
 

@@ -5,10 +5,17 @@ import bpy
 
 from . import operators, prepare, versions
 
-_MAX_TEXT = 58  # characters of a line; Blender's labels do not wrap
+_LETTER = 5.6  # pixels of a letter of Blender's font at a resolution scale of 1, on average
+_MARGINS = 110  # pixels of icons, buttons and borders
 
 
-def wrap(text, width=_MAX_TEXT):
+def _letters(context):
+    """Letters in a line of the panel; Blender's labels do not wrap."""
+    scale = context.preferences.system.ui_scale
+    return max(int((context.region.width / scale - _MARGINS) / _LETTER), 16)
+
+
+def wrap(text, width):
     lines = [""]
     for word in text.split():
         if lines[-1] and len(lines[-1]) + 1 + len(word) > width:
@@ -17,9 +24,9 @@ def wrap(text, width=_MAX_TEXT):
     return lines
 
 
-def _draw_text(layout, text, icon):
+def _draw_text(context, layout, text, icon):
     column = layout.column(align=True)
-    for i, line in enumerate(wrap(text)):
+    for i, line in enumerate(wrap(text, _letters(context))):
         column.label(text=line, icon=icon if i == 0 else "BLANK1")
 
 
@@ -37,9 +44,9 @@ class STILLRAY_PT_main(_Panel, bpy.types.Panel):
         scene, layout = context.scene, self.layout
         text, icon = operators.program_text(context)
         if icon == "ERROR":
-            _draw_text(layout.box(), text, icon)
+            _draw_text(context, layout.box(), text, icon)
         self._draw_prepare(scene, layout)
-        self._draw_warnings(scene, layout)
+        self._draw_warnings(context, layout)
         if operators.active is not None:
             self._draw_progress(layout)
         else:
@@ -64,10 +71,11 @@ class STILLRAY_PT_main(_Panel, bpy.types.Panel):
                 column.label(text=change.text())
 
     @staticmethod
-    def _draw_warnings(scene, layout):
+    def _draw_warnings(context, layout):
+        scene = context.scene
         for warning in prepare.warnings(scene):
             row = layout.row()
-            _draw_text(row, warning.text, "CANCEL" if warning.blocks else "ERROR")
+            _draw_text(context, row, warning.text, "CANCEL" if warning.blocks else "ERROR")
             if prepare.can_cure(scene, warning.name):
                 row.operator("stillray.cure", text="", icon="CHECKMARK").name = warning.name
 
@@ -108,7 +116,7 @@ class STILLRAY_PT_findings(_Panel, bpy.types.Panel):
             layout.label(text="Nothing wrong was found in the frames", icon="CHECKMARK")
         for finding in scene.stillray.findings:
             box = layout.box()
-            _draw_text(box, finding.what, "ERROR")
+            _draw_text(context, box, finding.what[:1].upper() + finding.what[1:], "ERROR")
             if finding.name == "frames_missing":
                 box.operator("stillray.render", text="Render Missing Frames").missing_only = True
             elif finding.aov:
@@ -119,7 +127,7 @@ class STILLRAY_PT_findings(_Panel, bpy.types.Panel):
             elif finding.name in prepare.CURES:
                 box.label(text="Settings are right now: render again", icon="FILE_REFRESH")
             else:
-                _draw_text(box, "Cure: " + finding.cure, "INFO")
+                _draw_text(context, box, "Cure: " + finding.cure, "INFO")
 
 
 class STILLRAY_PT_options(_Panel, bpy.types.Panel):
@@ -132,8 +140,8 @@ class STILLRAY_PT_options(_Panel, bpy.types.Panel):
         layout, values = self.layout, context.scene.stillray
         layout.use_property_split = True
         layout.use_property_decorate = False
-        for name in ("preset", "window", "fireflies", "passes", "all_layers", "neighbours", "folder",
-                     "device", "threads", "memory_limit", "aovs"):
+        for name in ("preset", "window", "fireflies", "passes", "all_layers", "neighbours",
+                     "folder", "device", "threads", "memory_limit", "aovs"):
             layout.prop(values, name)
         layout.operator("stillray.write_cameras", icon="CAMERA_DATA")
 

@@ -153,7 +153,8 @@ CURES = {
     "format": ("Use OpenEXR MultiLayer", _output_settings),
     "single_layer": ("Use OpenEXR MultiLayer", _output_settings),
     "lossy_compression": ("Use the codec ZIP", _format_settings),
-    "view_layer_left": ("Denoise all view layers", lambda scene: [("stillray", "all_layers", True)]),
+    "view_layer_left": ("Denoise all view layers",
+                        lambda scene: [("stillray", "all_layers", True)]),
     "first_hits_random": ("Turn depth of field off", _depth_of_field),
     "depth_of_field": ("Turn depth of field off", _depth_of_field),
     "albedo_noisy": ("Use a narrow pixel filter", lambda scene: [
@@ -196,7 +197,7 @@ class Obstacle:
 
 
 def warnings(scene):
-    """What stands against denoising in the scene as it is. Called by the panel: reads settings only."""
+    """What stands against denoising in the scene as it is. For the panel: reads settings only."""
     render, found = scene.render, []
 
     def add(name, text, blocks=False):
@@ -228,7 +229,7 @@ def warnings(scene):
     if render.use_multiview:
         add("stereo", "Stereoscopy: only single views can be denoised", True)
     if scene.frame_step != 1:
-        add("step", f"Frame step {scene.frame_step}: motion vectors do not lead to the frame before")
+        add("step", f"Frame step {scene.frame_step}: motion does not lead to the frame before")
     if len(missing_passes(scene)) > 0:
         add("passes_missing", "Passes are missing: " + ", ".join(missing_passes(scene)[:4]))
     return found
@@ -239,9 +240,8 @@ def missing_passes(scene):
     resolve, names = resolver(scene), []
     for owner, name, value in _pass_settings(scene, volumes=False):
         if getattr(resolve(owner), name) != value:
-            title = settings.Change(owner, name, False, True).text()
-            names.append(title.split(":")[0].replace("Pass ", "", 1))
-    return names
+            names.append(settings.title(name).replace("Pass ", "", 1))
+    return list(dict.fromkeys(names))
 
 
 def frame_names(scene):

@@ -16,7 +16,7 @@ class StillrayFinding(bpy.types.PropertyGroup):
 class StillraySettings(bpy.types.PropertyGroup):
     samples: IntProperty(
         name="Samples", default=4, min=1, soft_max=64,
-        description="Samples per pixel that Prepare sets: 1 to 4 for drafts, 8 to 16 for final frames")
+        description="Samples per pixel that Prepare sets: 1 to 4 for drafts, 8 or 16 at the end")
     edges: EnumProperty(
         name="Edges", default="AUTO",
         items=[("AUTO", "Automatic", "Smooth with 4 samples or more, stable with fewer"),
@@ -25,7 +25,7 @@ class StillraySettings(bpy.types.PropertyGroup):
                ("SMOOTH", "Smooth", "Blender's own pixel filter: edges are antialiased")])
     window: EnumProperty(
         name="Light Of", default="auto",
-        items=[("auto", "Automatic", "Past and future, and the past alone where frames are missing"),
+        items=[("auto", "Automatic", "Past and future; the past alone where frames are missing"),
                ("both", "Past and Future", "A frame gets the light of frames before and after it: "
                 "cleanest, also where things come into view"),
                ("past", "Past Only", "A frame gets the light of frames before it: half the time")])

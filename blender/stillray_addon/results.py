@@ -30,7 +30,7 @@ def load_image(scene, role, names, frames):
 
 
 def set_range(user, frames):
-    """Shows frame N of the sequence at frame N of the scene. user: an ImageUser or an Image node."""
+    """Shows frame N of the sequence at frame N. user: an ImageUser or an Image node."""
     user.frame_start = frames[0]
     user.frame_offset = frames[0] - 1
     user.frame_duration = frames[-1] - frames[0] + 1
@@ -75,8 +75,8 @@ def show(context, image, frames):
 
 
 def toggle(context, scene, images, frames):
-    """Swaps noisy and denoised in every image editor that shows one of them; in the first one if none
-    does. Returns the role that is now shown, or "" if there is no image editor."""
+    """Swaps noisy and denoised in every image editor that shows one of them; in the first one if
+    none does. Returns the role that is now shown, or "" if there is no image editor."""
     by_role = dict(zip(_ROLES, images))
     showing = [(area, space) for area, space in image_spaces(context) if space.image in images]
     if not showing:
@@ -92,8 +92,8 @@ def toggle(context, scene, images, frames):
 def _layer_node(tree, image, layer, frames):
     """An Image node of one view layer; the one of an earlier call is used again."""
     label = f"{image.name}: {layer}" if layer else image.name
-    node = next((n for n in tree.nodes if n.bl_idname == "CompositorNodeImage" and n.label == label),
-                None)
+    node = next((n for n in tree.nodes
+                 if n.bl_idname == "CompositorNodeImage" and n.label == label), None)
     if node is None:
         node = tree.nodes.new("CompositorNodeImage")
         node.label = label
@@ -109,13 +109,14 @@ def _layer_node(tree, image, layer, frames):
 
 def _output_named(node, name):
     """The output of an Image node that matches one of Render Layers."""
-    names = {"Image": ("Combined", "Image"), "Noisy Image": ("Combined", "Image")}.get(name, (name,))
+    names = ("Combined", "Image") if name in ("Image", "Noisy Image") else (name,)
     return next((node.outputs[n] for n in names if n in node.outputs), None)
 
 
 def to_compositor(scene, image, frames):
-    """Denoised frames take the place of Render Layers: every link moves to the same pass of an Image
-    node, and Render Layers is muted, so that nothing is rendered again. Returns the number of links."""
+    """Denoised frames take the place of Render Layers: every link moves to the same pass of an
+    Image node, and Render Layers is muted, so that nothing is rendered again. Returns the number of
+    links."""
     tree = versions.ensure_compositor_tree(scene)
     sources = [n for n in tree.nodes if n.bl_idname == "CompositorNodeRLayers"
                and n.scene in (scene, None)]

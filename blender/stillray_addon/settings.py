@@ -22,7 +22,7 @@ class Change:
         return (self.owner, self.name)
 
     def text(self):
-        return f"{_title(self.owner)}{_title(self.name)}: {_show(self.old)} → {_show(self.new)}"
+        return f"{title(self.owner)}{title(self.name)}: {_show(self.old)} → {_show(self.new)}"
 
 
 _NAMES = {
@@ -39,7 +39,7 @@ _NAMES = {
 }
 
 
-def _title(name):
+def title(name):
     """A setting or an owner as users know it."""
     quoted = re.match(r'(?:data\.)?\w+\["(.*)"\]', name)
     if quoted:
@@ -94,8 +94,8 @@ def _set(resolve, owner, name, value):
 def apply(wanted, resolve, also_changed=()):
     """Sets (owner, name, value) in this order, and returns the changes.
 
-    `also_changed` are (owner, name) that Blender changes by itself, as the colour depth with the file
-    format. Raises ValueError with the names of settings that could not be set.
+    `also_changed` are (owner, name) that Blender changes by itself, as the colour depth with the
+    file format. Second result: the names of settings that could not be set.
     """
     keys = list(dict.fromkeys([*also_changed, *((owner, name) for owner, name, _ in wanted)]))
     before = {key: _get(resolve, *key) for key in keys}
@@ -103,7 +103,7 @@ def apply(wanted, resolve, also_changed=()):
         if before[(owner, name)] is not None and not same(_get(resolve, owner, name), value):
             _set(resolve, owner, name, value)
     after = {key: _get(resolve, *key) for key in keys}
-    failed = [_title(name) for owner, name, value in wanted
+    failed = [title(name) for owner, name, value in wanted
               if before[(owner, name)] is not None and not same(after[(owner, name)], value)]
     changes = [Change(*key, before[key], after[key]) for key in keys
                if before[key] is not None and not same(before[key], after[key])]
@@ -122,8 +122,8 @@ def merge(saved, changes):
 
 
 def restore(saved, resolve):
-    """Brings old values back. Returns the changes that were undone, and those that were left because
-    the setting has changed since or is gone."""
+    """Brings old values back. Returns the changes that were undone, and those that were left
+    because the setting has changed since or is gone."""
     undone = [c for c in saved if _get(resolve, *c.key) is not None
               and same(_get(resolve, *c.key), c.new)]
     left = [c for c in saved if c not in undone]

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """All differences between Blender 3.4 and 5.x.
 
-Each function asks for the property or type itself and not for a version number, so that it holds for
-versions between and after those that were tried.
+Each function asks for the property or type itself and not for a version number, so that it holds
+for versions between and after those that were tried.
 """
 import bpy
 

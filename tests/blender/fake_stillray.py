@@ -15,7 +15,7 @@ if arguments == ["--version"]:
     print("stillray 0.0.9" if mode == "old" else "stillray 0.1.0")
     sys.exit(0)
 if arguments == ["denoise", "--help"]:
-    print("  -o,--output TEXT\n  --window TEXT\n  --cameras TEXT" if mode == "ok" else "  --window TEXT")
+    print("  -o,--output TEXT\n  --window TEXT" + ("\n  --cameras TEXT" if mode == "ok" else ""))
     sys.exit(0)
 
 output = arguments[arguments.index("-o") + 1]
@@ -48,7 +48,8 @@ if "--resume" in arguments and os.path.exists(state):
         done = int(stream.read())
     say(f"resuming with frame {frames[done]}")
 for i in range(done, len(frames)):
-    for _ in range(200 if mode == "slow" else 1):
+    # The first frame comes soon; the others take long enough to be stopped on a busy machine.
+    for _ in range(1000 if mode == "slow" and i > 0 else 1):
         if stopped:
             with open(state, "w", encoding="utf-8") as stream:
                 stream.write(str(i))
@@ -57,7 +58,8 @@ for i in range(done, len(frames)):
         time.sleep(0.01)
     with open(os.path.join(output, f"f.{frames[i]:04d}.exr"), "w", encoding="utf-8") as stream:
         stream.write("frame")
-    say(f"frame {frames[i]} ({i + 1} of {len(frames)}): read 1 ms, denoise 2 ms, write 3 ms, 5 s left")
+    say(f"frame {frames[i]} ({i + 1} of {len(frames)}): read 1 ms, denoise 2 ms, write 3 ms, "
+        "5 s left")
 if os.path.exists(state):
     os.remove(state)
 with open(log, "w", encoding="utf-8") as stream:

@@ -59,7 +59,8 @@ class SceneTest(unittest.TestCase):
         nodes = material.node_tree.nodes
         checker = nodes.new("ShaderNodeTexChecker")
         checker.inputs["Scale"].default_value = 6
-        material.node_tree.links.new(checker.outputs[0], nodes["Principled BSDF"].inputs["Base Color"])
+        colour = nodes["Principled BSDF"].inputs["Base Color"]
+        material.node_tree.links.new(checker.outputs[0], colour)
         bpy.context.object.data.materials.append(material)
         scene.objects["Light"].data.type = "AREA"
         light = scene.objects["Light"].data  # of another type now
@@ -118,8 +119,9 @@ class Pipeline(SceneTest):
             self.assertTrue(numpy.isfinite(clean).all())
             errors = [numpy.mean((p / (1 + p) - reference / (1 + reference)) ** 2)
                       for p in (noisy, clean)]
-            print(f"stillray test: error of clean over noisy frame {frame}: {errors[1] / errors[0]:.3f}")
-            self.assertLess(errors[1], 0.25 * errors[0])  # measured: 0.08
+            ratio = errors[1] / errors[0]
+            print(f"stillray test: error of clean over noisy frame {frame}: {ratio:.3f}")
+            self.assertLess(ratio, 0.25)  # measured: 0.08
 
     def test_settings_of_the_render_are_as_before(self):
         self.prepared(render=False)
@@ -175,7 +177,8 @@ class Pipeline(SceneTest):
         self.assertEqual(bpy.ops.stillray.denoise_frame(), {"FINISHED"})
         single = os.path.join(os.path.dirname(self.clean(1)), "single")
         self.assertEqual(os.listdir(single), ["my shot.0003.exr"])
-        noisy, clean = self.pixels(self.noisy(3)), self.pixels(os.path.join(single, "my shot.0003.exr"))
+        noisy = self.pixels(self.noisy(3))
+        clean = self.pixels(os.path.join(single, "my shot.0003.exr"))
         self.assertLess(numpy.diff(clean[..., 0]).std(), numpy.diff(noisy[..., 0]).std())
         self.scene.frame_end = 20
         self.scene.frame_set(15)
@@ -220,7 +223,8 @@ class Layers(SceneTest):
         self.prepared()
         self.scene.stillray.all_layers = False
         bpy.ops.stillray.denoise()
-        equal = [numpy.array_equal(self.pixels(self.noisy(2), layer), self.pixels(self.clean(2), layer))
+        equal = [numpy.array_equal(self.pixels(self.noisy(2), layer),
+                                   self.pixels(self.clean(2), layer))
                  for layer in ("ViewLayer", "Second")]
         self.assertEqual(equal, [False, True])
 
@@ -285,7 +289,8 @@ class PrepareAndRestore(SceneTest):
         bpy.ops.stillray.prepare()
         self.scene.cycles.samples = 77
         bpy.ops.stillray.restore()
-        self.assertEqual((self.scene.cycles.samples, self.scene.cycles.use_animated_seed), (77, False))
+        self.assertEqual(self.scene.cycles.samples, 77)
+        self.assertFalse(self.scene.cycles.use_animated_seed)
 
     def test_prepared_scene_has_no_warnings(self):
         scene = self.scene
@@ -295,8 +300,8 @@ class PrepareAndRestore(SceneTest):
             name="c", type="COLOR", channel=1, frame_start=1, frame_end=5)
         scene.render.use_motion_blur = True
         names = {w.name for w in addon.prepare.warnings(scene)}
-        self.assertEqual(names, {"engine", "format", "motion_blur", "fixed_seed", "denoiser", "adaptive",
-                                 "compositor", "sequencer", "passes_missing"})
+        self.assertEqual(names, {"engine", "format", "motion_blur", "fixed_seed", "denoiser",
+                                 "adaptive", "compositor", "sequencer", "passes_missing"})
         bpy.ops.stillray.prepare()
         self.assertEqual([w.text for w in addon.prepare.warnings(scene)], [])
         codec = scene.render.image_settings
@@ -407,7 +412,8 @@ class Faults(SceneTest):
         self.prepared()
         with open(self.noisy(3), "r+b") as stream:
             stream.truncate(os.path.getsize(self.noisy(3)) // 2)
-        self.assertIn("Frame 3 cannot be used: it is cut off", self.error_of(bpy.ops.stillray.denoise))
+        self.assertIn("Frame 3 cannot be used: it is cut off",
+                      self.error_of(bpy.ops.stillray.denoise))
         bpy.ops.stillray.render(missing_only=True)
         self.assertEqual(addon.exr_header.fault(self.noisy(3)), "")
 
@@ -522,11 +528,12 @@ class Interrupted(SceneTest):
 
 class Cameras(SceneTest):
     def document(self, name="my shot"):
-        with open(os.path.join(self.folder, "render", name + ".cameras.json"), encoding="utf-8") as f:
-            return json.load(f)
+        file = os.path.join(self.folder, "render", name + ".cameras.json")
+        with open(file, encoding="utf-8") as stream:
+            return json.load(stream)
 
     def expected(self, frame, points):
-        """Positions in the picture by Blender's own function, which knows no matrix of projection."""
+        """Positions in the picture by Blender's own function, which uses no projection matrix."""
         self.scene.frame_set(frame)
         found = []
         for point in points:
@@ -623,7 +630,9 @@ class Cameras(SceneTest):
         self.assertEqual((record["type"], record["projection"]), ("panoramic", None))
         self.assertEqual(record["panorama"]["kind"], "fisheye_equidistant")
         self.assertIn("fisheye_fov", record["panorama"])
-        self.assertFalse(addon.camera_math.can_be_used(self.document(), [1]))
+        names = addon.prepare.frame_names(self.scene)
+        file = addon.cameras.file_of(names)
+        self.assertFalse(addon.camera_math.can_be_used(file, names, [1]))
 
     def test_markers_switch_cameras(self):
         self.prepared(render=False)
@@ -723,12 +732,30 @@ class Results(SceneTest):
         expected = 2 * self.pixels(self.clean(2))[..., :3]
         numpy.testing.assert_allclose(self.rendered(2), expected, rtol=1e-3, atol=1e-3)
 
+    def test_every_view_layer_has_a_node_of_its_own(self):
+        scene = self.scene
+        scene.view_layers.new("Second")
+        bpy.ops.stillray.prepare()
+        bpy.ops.stillray.render()
+        scene.use_nodes = True
+        tree = scene.node_tree
+        second = tree.nodes.new("CompositorNodeRLayers")
+        second.layer = "Second"
+        mix = tree.nodes.new("CompositorNodeMixRGB")
+        tree.links.new(tree.nodes["Render Layers"].outputs["Image"], mix.inputs[1])
+        tree.links.new(second.outputs["Image"], mix.inputs[2])
+        tree.links.new(mix.outputs[0], tree.nodes["Composite"].inputs[0])
+        bpy.ops.stillray.to_compositor()
+        layers = [mix.inputs[i].links[0].from_node.layer for i in (1, 2)]
+        self.assertEqual(layers, ["ViewLayer", "Second"])
+
     def test_sequencer(self):
         for _ in range(2):
             self.assertEqual(bpy.ops.stillray.to_sequencer(), {"FINISHED"})
             strips = list(addon.versions.strips(self.scene.sequence_editor))
             self.assertEqual([s.name for s in strips], ["Scene denoised"])
-        self.assertEqual((strips[0].frame_start, addon.versions.strip_end(strips[0])), (1, LAST + 1))
+        strip = strips[0]
+        self.assertEqual((strip.frame_start, addon.versions.strip_end(strip)), (1, LAST + 1))
         self.scene.render.use_sequencer = True
         expected = self.pixels(self.clean(3))[..., :3]
         numpy.testing.assert_allclose(self.rendered(3), expected, rtol=2e-3, atol=2e-3)

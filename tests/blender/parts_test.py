@@ -115,7 +115,7 @@ class Folders(unittest.TestCase):
                 paths.result_folder("/r/a", bad, posixpath)
 
     def test_relative_argument_is_a_folder_whatever_its_name(self):
-        self.assertEqual(paths.relative_argument("/r/a/clean.exr", "/r/a", posixpath), "./clean.exr/")
+        self.assertEqual(paths.relative_argument("/r/a/c.exr", "/r/a", posixpath), "./c.exr/")
         self.assertEqual(paths.relative_argument("/r/b", "/r/a", posixpath), "../b/")
         self.assertEqual(paths.relative_argument("C:\\r\\ö ä", "C:\\r", ntpath), "./ö ä/")
         self.assertEqual(paths.relative_argument("D:\\x", "C:\\r", ntpath), "D:/x/")
@@ -142,14 +142,14 @@ class CommandLines(unittest.TestCase):
                                     "View Layer", "./log.json")
         self.assertEqual(arguments, [
             "denoise", "./f.####.exr", "--frames", "3-5", "-o", "./clean/", "--renderer", "blender",
-            "--preset", "svgf", "--window", "past", "--view-layer", "View Layer", "--passes", "--set",
-            "firefly=clamp", "--aov", "normal=N", "--device", "cpu", "--threads", "2",
+            "--preset", "svgf", "--window", "past", "--view-layer", "View Layer", "--passes",
+            "--set", "firefly=clamp", "--aov", "normal=N", "--device", "cpu", "--threads", "2",
             "--memory-limit", "2G", "--json", "./log.json"])
 
     def test_defaults_are_left_out(self):
         arguments = command.denoise(self.program, names_in("/r"), [3], "./c/", command.Options())
-        self.assertEqual(arguments, ["denoise", "./f.0003.exr", "-o", "./c/", "--renderer", "blender",
-                                     "--preset", "default", "--window", "auto"])
+        self.assertEqual(arguments, ["denoise", "./f.0003.exr", "-o", "./c/", "--renderer",
+                                     "blender", "--preset", "default", "--window", "auto"])
 
     def test_cameras_only_for_a_program_that_takes_them(self):
         options = command.Options(cameras="./f.cameras.json")
@@ -161,17 +161,20 @@ class CommandLines(unittest.TestCase):
 
     def test_layer_options_go_to_their_view_layer(self):
         options = command.Options(aovs=["motion=A.Vector,pixels", "depth=B.Depth", "normal=N"])
-        self.assertEqual(options.for_layer("A", ["A", "B"]).aovs,
+        self.assertEqual(options.for_stage("A", ["A", "B"], "").aovs,
                          ("motion=A.Vector,pixels", "normal=N"))
-        self.assertEqual(options.for_layer("", [""]).aovs, options.aovs)
+        self.assertEqual(options.for_stage("", [""], "").aovs, options.aovs)
 
     def test_chain_of_view_layers(self):
-        stages = job.plan_denoise(self.program, names_in("/r"), [1, 2], "/r/clean", ["A", "B"],
-                                  command.Options())
+        newer = program.Program("/bin/stillray", (0, 2, 0), {"--cameras"})
+        stages = job.plan_denoise(newer, names_in("/r"), [1, 2], "/r/clean", ["A", "B"],
+                                  command.Options(cameras="/r/f.cameras.json"))
         self.assertEqual([stage.folder for stage in stages], ["/r", "/r/clean/.stillray/layer1"])
         first, second = (stage.arguments for stage in stages)
         self.assertEqual(first[first.index("-o") + 1], "./clean/.stillray/layer1/")
         self.assertEqual(second[second.index("-o") + 1], "../../")
+        self.assertEqual(first[first.index("--cameras") + 1], "./f.cameras.json")
+        self.assertEqual(second[second.index("--cameras") + 1], "../../../f.cameras.json")
         self.assertNotIn("--no-check", first)
         self.assertIn("--no-check", second)
         self.assertEqual(second[second.index("--json") + 1], "../denoise2.json")
@@ -188,7 +191,8 @@ class Progress(unittest.TestCase):
         output.feed(self.text.encode())
         self.assertEqual((output.frame, output.done, output.total, output.left),
                          (-2, 2, 6, "3 min 05 s"))
-        self.assertEqual(output.notes, ["note: --window past, as frames are missing between 2 and 5"])
+        self.assertEqual(output.notes,
+                         ["note: --window past, as frames are missing between 2 and 5"])
 
     def test_any_pieces_give_the_same(self):
         data = (self.text + "stillray: error: größe.exr: no such file").encode()
@@ -462,7 +466,8 @@ def exr(channels=("V.Combined.R",), compression=3, height=20, width=4):
     window = struct.pack("<4i", 0, 0, width - 1, height - 1)
     head = struct.pack("<ii", 20000630, 2) + attribute(b"channels", b"chlist", listed)
     head += attribute(b"compression", b"compression", bytes([compression]))
-    head += attribute(b"dataWindow", b"box2i", window) + attribute(b"displayWindow", b"box2i", window)
+    head += attribute(b"dataWindow", b"box2i", window)
+    head += attribute(b"displayWindow", b"box2i", window)
     head += b"\0"
     lines = {0: 1, 3: 16}[compression]
     chunks = []
@@ -487,7 +492,8 @@ class ExrHeaders(TemporaryFolder):
 
     def test_complete(self):
         for compression in (0, 3):
-            self.assertEqual(exr_header.fault(self.write("a.exr", exr(compression=compression))), "")
+            file = self.write("a.exr", exr(compression=compression))
+            self.assertEqual(exr_header.fault(file), "")
 
     def test_every_cut_is_found(self):
         data = exr()
@@ -617,9 +623,15 @@ class CameraMath(TemporaryFolder):
         camera_math.write(file, 8, 4, [{"frame": 1, "projection": None}])
         document = camera_math.read(file)
         self.assertEqual([f["frame"] for f in document["frames"]], [1, 2])
-        self.assertTrue(camera_math.can_be_used(document, [2]))
-        self.assertFalse(camera_math.can_be_used(document, [1, 2]))
-        self.assertFalse(camera_math.can_be_used(None, [1]))
+        names = names_in(self.folder)
+        for frame in (1, 2):
+            self.write(names.name(frame))
+        self.assertTrue(camera_math.can_be_used(file, names, [2]))
+        self.assertFalse(camera_math.can_be_used(file, names, [1, 2]))
+        self.assertFalse(camera_math.can_be_used(self.path("none"), names, [2]))
+        later = os.path.getmtime(file) + 60
+        os.utime(names.file(2), (later, later))
+        self.assertFalse(camera_math.can_be_used(file, names, [2]))
         camera_math.write(file, 16, 4, [{"frame": 5}])
         self.assertEqual([f["frame"] for f in camera_math.read(file)["frames"]], [5])
         for data in (b"{", b"[]", b'{"version": 2, "frames": []}'):
@@ -638,7 +650,8 @@ class Format(Thing):
     def __setattr__(self, name, value):
         if name == "file_format" and value not in ("PNG", "EXR"):
             raise TypeError(value)
-        if name == "depth" and value not in {"PNG": "8 16", "EXR": "16 32"}[self.file_format].split():
+        depths = {"PNG": ("8", "16"), "EXR": ("16", "32")}
+        if name == "depth" and value not in depths[self.file_format]:
             raise TypeError(value)
         self.__dict__[name] = value
         if name == "file_format":
@@ -700,7 +713,8 @@ class Settings(unittest.TestCase):
             self.assertEqual(settings.load(text), [])
 
     def test_text(self):
-        change = settings.Change('view_layers["a \\"b\\""].cycles', "denoising_store_passes", False, True)
+        change = settings.Change('view_layers["a \\"b\\""].cycles', "denoising_store_passes", False,
+                                 True)
         self.assertEqual(change.text(), 'a "b", Pass Denoising Data: off → on')
         self.assertEqual(settings.Change("cycles", "filter_width", 1.5, 0.01).text(),
                          "Pixel Filter Width: 1.5 → 0.01")

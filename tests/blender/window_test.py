@@ -65,7 +65,7 @@ def until(condition, text):
 
 
 def watch_panels():
-    """Errors of draw() reach nobody but the console. (A replaced draw() would crash Blender 3.4.)"""
+    """Errors of draw() reach only the console. (A replaced draw() would crash Blender 3.4.)"""
     def hook(kind, error, trace):
         draw_errors.append("".join(traceback.format_exception(kind, error, trace)))
     sys.excepthook = hook
@@ -133,8 +133,8 @@ def test_window_stays_alive_while_the_program_runs():
         yield 0.05
         longest = max(longest, time.monotonic() - before)
         before = time.monotonic()
-    # A run that blocks would take 6 s; software drawing on a busy machine takes up to 1 s.
-    check(longest < 2, f"a step of the window took {longest} s")
+    # A run that blocks would take 20 s; software drawing on a busy machine takes up to 1 s.
+    check(longest < 5, f"a step of the window took {longest} s")
     check(active() is not None and active().fraction > 0, "frames are counted")
 
 
@@ -230,7 +230,8 @@ def run():
     os.environ["STILLRAY"] = PROGRAM
     watch_panels()
     make_scene()
-    next(a for a in window().screen.areas if a.type == "PROPERTIES").spaces.active.context = "RENDER"
+    properties = next(a for a in window().screen.areas if a.type == "PROPERTIES")
+    properties.spaces.active.context = "RENDER"
     yield 0.5
     for test in (test_undo_of_prepare, test_render_and_denoise,
                  test_window_stays_alive_while_the_program_runs, test_esc_stops, test_button_stops,
