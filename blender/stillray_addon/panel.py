@@ -3,7 +3,7 @@
 """The panel in the render properties."""
 import bpy
 
-from . import operators, prepare, versions
+from . import advice, operators, prepare, versions
 
 _LETTER = 5.6  # pixels of a letter of Blender's font at a resolution scale of 1, on average
 _MARGINS = 110  # pixels of icons, buttons and borders
@@ -125,9 +125,10 @@ class STILLRAY_PT_findings(_Panel, bpy.types.Panel):
                 cure = prepare.CURES[finding.name][0]
                 box.operator("stillray.cure", text=cure, icon="CHECKMARK").name = finding.name
             elif finding.name in prepare.CURES:
-                box.label(text="Settings are right now: render again", icon="FILE_REFRESH")
+                _draw_text(context, box, prepare.WITHOUT_SETTING.get(
+                    finding.name, "The settings are right now: render again"), "FILE_REFRESH")
             else:
-                _draw_text(context, box, "Cure: " + finding.cure, "INFO")
+                _draw_text(context, box, advice.text(finding.name, finding.cure), "INFO")
 
 
 class STILLRAY_PT_options(_Panel, bpy.types.Panel):

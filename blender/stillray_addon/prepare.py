@@ -171,6 +171,14 @@ for _name in ("motion_missing", "depth_missing", "normal_missing", "albedo_missi
 for _name in ("normal_noisy", "depth_noisy"):
     CURES[_name] = CURES["albedo_noisy"]
 
+# What to say where the settings of the cure are as they should be.
+WITHOUT_SETTING = {
+    "first_hits_random": "Fog, hair and transparent materials: render them in a view layer of "
+                         "their own, or use more samples",
+    "frames_repeated": "Frames are copies of each other: fine if nothing moves, else render again",
+    "light_clamped": "Light is limited to a largest value: raise Light Paths > Clamping",
+}
+
 # Cures that need no new frames.
 WITHOUT_RENDERING = {"view_layer_left"}
 

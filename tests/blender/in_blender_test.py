@@ -33,8 +33,8 @@ def setUpModule():
     bpy.ops.preferences.addon_enable(module="stillray_addon")
     global addon
     import stillray_addon as addon
-    from stillray_addon import (camera_math, cameras, exr_header, flatten, job,  # noqa: F401
-                                operators, prepare, program, results, versions)
+    from stillray_addon import (advice, camera_math, cameras, exr_header,  # noqa: F401
+                                flatten, job, operators, prepare, program, results, versions)
 
 
 class SceneTest(unittest.TestCase):
@@ -767,6 +767,21 @@ class Results(SceneTest):
         bpy.ops.stillray.render()
         channels = addon.exr_header.read(self.noisy(2)).channels
         self.assertIn("ViewLayer.DiffDir.R", channels)
+
+
+class Findings(unittest.TestCase):
+    def test_every_finding_has_a_button_or_advice(self):
+        """No finding needs the command line."""
+        page = pathlib.Path(__file__).resolve().parents[2] / "docs/check.md"
+        rows = page.read_text(encoding="utf-8").split("## Findings")[1].split("\n## ")[0]
+        names = {name for row in rows.splitlines() if row.startswith("| `")
+                 for name in row.split("|")[1].replace("`", "").replace(" ", "").split(",")}
+        self.assertGreater(len(names), 40)
+        known = set(addon.prepare.CURES) | set(addon.advice.TEXTS) | {"frames_missing"}
+        self.assertEqual(names - known, set())
+        self.assertEqual(set(addon.advice.TEXTS) - names, set())
+        for text in addon.advice.TEXTS.values():
+            self.assertNotIn("--", text)
 
 
 class Installation(SceneTest):
