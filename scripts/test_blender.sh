@@ -20,6 +20,10 @@ if ! command -v blender >/dev/null; then
   exit 77
 fi
 
+blender="$(command -v blender)"
+# Debian's Blender takes its modules from the first python3 on the PATH.
+PATH="/usr/bin:$PATH"
+
 folder="$(mktemp -d)"
 trap 'rm -rf "$folder"' EXIT
 export BLENDER_USER_SCRIPTS="$folder/scripts" BLENDER_USER_CONFIG="$folder/config"
@@ -31,12 +35,13 @@ unset STILLRAY
 # Blender's own lines of progress, one per step of a frame, hide the tests.
 quiet() { grep -av -e '^Fra:' -e '^Saved:' -e '^ Time:' -e '^$' || true; }
 
-blender -b --factory-startup --python "$root/tests/blender/in_blender_test.py" -- \
-  "$folder/stillray_addon.zip" "$program" "$folder/work" "$@" 2>&1 | quiet
+"$blender" -b --factory-startup --python-exit-code 1 \
+  --python "$root/tests/blender/in_blender_test.py" -- "$folder/stillray_addon.zip" "$program" \
+  "$folder/work" "$@" 2>&1 | quiet
 if [ $# -eq 0 ]; then
   if command -v xvfb-run >/dev/null; then
-    LIBGL_ALWAYS_SOFTWARE=1 xvfb-run -a -s "-screen 0 1600x900x24" blender --factory-startup \
-      --enable-event-simulate --python "$root/tests/blender/window_test.py" -- \
+    LIBGL_ALWAYS_SOFTWARE=1 xvfb-run -a -s "-screen 0 1600x900x24" "$blender" --factory-startup \
+      --enable-event-simulate --python-exit-code 1 --python "$root/tests/blender/window_test.py" -- \
       "$folder/stillray_addon.zip" "$program" "$folder/window" 2>&1 | quiet
   else
     echo "Skipped: the test in a window (xvfb-run is not installed)"

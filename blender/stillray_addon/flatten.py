@@ -10,9 +10,12 @@ import struct
 import threading
 import zlib
 
-import numpy
-
 from . import exr_header
+
+try:
+    import numpy
+except ImportError:  # a Blender on a Python without it; the rest of the add-on works
+    numpy = None
 
 _SIZES = {0: 4, 1: 2, 2: 4}  # bytes of integers, halves and floats
 _ZIP = {2: 1, 3: 16}  # lines per chunk of ZIPS and ZIP
@@ -143,6 +146,8 @@ def _write(file, channels, part, height, y0):
 
 def flatten(source, target, layer=""):
     """Writes the pass Combined of a view layer as R, G, B and A. Raises ExrError or OSError."""
+    if numpy is None:
+        raise exr_header.ExrError("this Blender has no NumPy")
     header = exr_header.read(source)
     if header.tiled or header.deep:
         raise exr_header.ExrError("tiled and deep files cannot be read")

@@ -127,9 +127,11 @@ def restore(saved, resolve):
     undone = [c for c in saved if _get(resolve, *c.key) is not None
               and same(_get(resolve, *c.key), c.new)]
     left = [c for c in saved if c not in undone]
-    # Twice: a value that depends on another one (colour depth on the format) may need it set first.
+    # Twice: a value that depends on another one (colour depth on the format) may need it set first,
+    # and setting that one may change it.
     for _ in range(2):
         for change in undone:
-            _set(resolve, change.owner, change.name, change.old)
+            if not same(_get(resolve, *change.key), change.old):
+                _set(resolve, change.owner, change.name, change.old)
     failed = [c for c in undone if not same(_get(resolve, *c.key), c.old)]
     return [c for c in undone if c not in failed], left + failed

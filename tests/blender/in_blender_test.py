@@ -256,12 +256,14 @@ class PrepareAndRestore(SceneTest):
         return values
 
     def test_every_setting_comes_back(self):
-        for codec, depth in (("PNG", "16"), ("OPEN_EXR", "32"), ("JPEG", "8")):
+        for codec, depth, mode in (("PNG", "16", "BW"), ("OPEN_EXR", "32", "RGB"),
+                                   ("JPEG", "8", "BW")):
             bpy.ops.wm.read_homefile(use_factory_startup=True)
             self.scene = scene = bpy.context.scene
             scene.view_layers.new("a \"b\\")
             scene.render.image_settings.file_format = codec
             scene.render.image_settings.color_depth = depth
+            scene.render.image_settings.color_mode = mode
             scene.render.use_motion_blur = True
             before = self.state()
             bpy.ops.stillray.prepare()

@@ -406,6 +406,8 @@ class Jobs(TemporaryFolder):
         self.assertEqual(made.wait(), "cancelled")
         again = self.run_job()
         self.assertEqual((again.state, again.resumed), ("finished", True))
+        with open(again.log_file, encoding="utf-8") as stream:
+            self.assertIn("resuming with frame 2", stream.read())
 
     def test_state_that_cannot_be_resumed_is_replaced(self):
         made = self.job("slow")
@@ -520,9 +522,8 @@ def exr_header_of(data):
 class Flatten(TemporaryFolder):
     def setUp(self):
         super().setUp()
-        try:
-            from stillray_addon import flatten
-        except ImportError:
+        from stillray_addon import flatten
+        if flatten.numpy is None:
             self.skipTest("NumPy is not installed")
         self.flatten = flatten
 
@@ -660,12 +661,13 @@ class Format(Thing):
 
 class Settings(unittest.TestCase):
     def setUp(self):
-        self.format = Format(file_format="PNG", depth="8")
+        self.format = Format(file_format="PNG")
+        self.format.depth = "16"
         self.scene = Thing(samples=4096, width=1.5, seed=False)
         owners = {"": self.scene, "format": self.format}
         self.resolve = owners.__getitem__
 
-    wanted = [("format", "file_format", "EXR"), ("format", "depth", "16"), ("", "samples", 4),
+    wanted = [("format", "file_format", "EXR"), ("format", "depth", "32"), ("", "samples", 4),
               ("", "width", 0.01), ("", "absent", True), ("gone", "x", 1), ("", "seed", False)]
 
     def apply(self, wanted=None):
@@ -677,23 +679,23 @@ class Settings(unittest.TestCase):
     def test_apply_lists_what_changed(self):
         changes, failed = self.apply()
         self.assertEqual(failed, [])
-        self.assertEqual(self.values(), ("EXR", "16", 4, 0.01))
+        self.assertEqual(self.values(), ("EXR", "32", 4, 0.01))
         self.assertEqual({c.key: (c.old, c.new) for c in changes}, {
-            ("format", "file_format"): ("PNG", "EXR"), ("format", "depth"): ("8", "16"),
+            ("format", "file_format"): ("PNG", "EXR"), ("format", "depth"): ("16", "32"),
             ("", "samples"): (4096, 4), ("", "width"): (1.5, 0.01)})
 
     def test_restore_after_saving(self):
         saved = settings.dump(self.apply()[0])
         undone, left = settings.restore(settings.load(saved), self.resolve)
         self.assertEqual((len(undone), left), (4, []))
-        self.assertEqual(self.values(), ("PNG", "8", 4096, 1.5))
+        self.assertEqual(self.values(), ("PNG", "16", 4096, 1.5))
 
     def test_twice_keeps_the_oldest_values(self):
         saved = settings.merge([], self.apply()[0])
         saved = settings.merge(saved, self.apply([("", "samples", 16)])[0])
         self.assertEqual(len(saved), 4)
         settings.restore(saved, self.resolve)
-        self.assertEqual(self.values(), ("PNG", "8", 4096, 1.5))
+        self.assertEqual(self.values(), ("PNG", "16", 4096, 1.5))
         saved = settings.merge([], self.apply([("", "samples", 16)])[0])
         saved = settings.merge(saved, self.apply([("", "samples", 4096)])[0])
         self.assertEqual(saved, [])
@@ -703,7 +705,7 @@ class Settings(unittest.TestCase):
         self.scene.samples = 64
         undone, left = settings.restore(saved, self.resolve)
         self.assertEqual([c.name for c in left], ["samples"])
-        self.assertEqual(self.values(), ("PNG", "8", 64, 1.5))
+        self.assertEqual(self.values(), ("PNG", "16", 64, 1.5))
 
     def test_values_that_cannot_be_set(self):
         self.assertEqual(self.apply([("format", "file_format", "TIFF")]), ([], ["File Format"]))
