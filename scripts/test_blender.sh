@@ -14,6 +14,7 @@ python=/usr/bin/python3
 
 if [ $# -eq 0 ]; then
   "$python" -B "$root/tests/blender/parts_test.py"
+  "$python" -B "$root/tests/blender/versions_test.py"
 fi
 if ! command -v blender >/dev/null; then
   echo "Skipped: Blender is not installed"

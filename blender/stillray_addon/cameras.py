@@ -66,8 +66,8 @@ def record(scene, depsgraph, frame):
     else:
         kind, parameters = versions.panorama(data)
         result["panorama"] = {"kind": kind.lower(), **parameters}
-    if scene.render.use_motion_blur and scene.cycles.rolling_shutter_type != "NONE":
-        result["rolling_shutter"] = scene.cycles.rolling_shutter_duration
+    if scene.render.use_motion_blur and versions.rolling_shutter(scene) is not None:
+        result["rolling_shutter"] = versions.rolling_shutter(scene)
     return result
 
 

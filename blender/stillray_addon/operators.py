@@ -302,6 +302,9 @@ class _Run:
         except _ERRORS as error:
             self.report({"ERROR"}, str(error))
             done = {"CANCELLED"}
+        except Exception:
+            self.cancel(context)  # a defect of the add-on must not block the next run
+            raise
         if done:
             self._end(context)
             return done

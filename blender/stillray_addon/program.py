@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 
 OLDEST = (0, 1, 0)
 VARIABLE = "STILLRAY"
@@ -69,7 +70,10 @@ def _ask(path, *arguments):
     return result.stdout.decode("utf-8", "replace")
 
 
-_examined = {}  # (path, time of change) -> Program or ProgramError: the panel asks at every redraw
+# (path, time of change) -> (Program or ProgramError, when). The panel looks at every redraw; a
+# fault may pass without a change of the file, as one under a busy virus scanner.
+_examined = {}
+_FAULT_SECONDS = 10.0
 
 
 def examine(path, where):
@@ -80,14 +84,17 @@ def examine(path, where):
     if not os.path.isfile(path):
         raise ProgramError(f"The program stillray is not at {path} (named by {where})")
     key = (path, os.path.getmtime(path))
-    if key not in _examined:
+    found, when = _examined.get(key, (None, 0.0))
+    stale = isinstance(found, ProgramError) and time.monotonic() - when > _FAULT_SECONDS
+    if found is None or stale:
         try:
-            _examined[key] = _examine(path, where)
+            found = _examine(path, where)
         except ProgramError as error:
-            _examined[key] = error
-    if isinstance(_examined[key], ProgramError):
-        raise _examined[key]
-    return _examined[key]
+            found = error
+        _examined[key] = (found, time.monotonic())
+    if isinstance(found, ProgramError):
+        raise found
+    return found
 
 
 def _examine(path, where):

@@ -45,7 +45,7 @@ def image_spaces(context):
         windows.remove(context.window)
         windows.insert(0, context.window)
     return [(area, area.spaces.active) for window in windows for area in window.screen.areas
-            if area.type == "IMAGE_EDITOR" and area.spaces.active.ui_mode != "UV"]
+            if area.type == "IMAGE_EDITOR" and area.ui_type == "IMAGE_EDITOR"]
 
 
 def open_image_space(context):

@@ -120,6 +120,13 @@ def shutter(scene):
     return (begin, begin + length)
 
 
+def rolling_shutter(scene):
+    """Duration of the exposure of a line as a fraction of the shutter; None without it."""
+    if getattr(scene.cycles, "rolling_shutter_type", "NONE") == "NONE":
+        return None
+    return scene.cycles.rolling_shutter_duration
+
+
 def panorama(camera):
     """Kind and parameters of a panoramic camera: of Cycles' camera data, and since 5.0 of the
     camera itself."""

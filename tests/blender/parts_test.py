@@ -311,6 +311,20 @@ class FindProgram(TemporaryFolder):
         found = program.find(FAKE, {}, self.folder)
         self.assertEqual((found.version, found.has("--cameras")), ((0, 1, 0), True))
 
+    def test_faults_are_forgotten_after_a_while(self):
+        path = self.write("later", b"#!/bin/sh\nexit 1\n")
+        os.chmod(path, 0o755)
+        times = os.stat(path)
+        with self.assertRaises(program.ProgramError):
+            program.find(path, {}, self.folder)
+        self.write("later", b"#!/bin/sh\necho stillray 1.0.0\n")
+        os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+        with self.assertRaises(program.ProgramError):
+            program.find(path, {}, self.folder)
+        before, program._FAULT_SECONDS = program._FAULT_SECONDS, 0
+        self.addCleanup(setattr, program, "_FAULT_SECONDS", before)
+        self.assertEqual(program.find(path, {}, self.folder).version, (1, 0, 0))
+
     def test_faults_say_what_to_do(self):
         not_stillray = self.write("other", b"#!/bin/sh\necho hello\n")
         os.chmod(not_stillray, 0o755)
