@@ -39,12 +39,26 @@ quiet() { grep -av -e '^Fra:' -e '^Saved:' -e '^ Time:' -e '^$' || true; }
 "$blender" -b --factory-startup --python-exit-code 1 \
   --python "$root/tests/blender/in_blender_test.py" -- "$folder/stillray_addon.zip" "$program" \
   "$folder/work" "$@" 2>&1 | quiet
+# in_window NAME [BLENDER'S OPTIONS] -- [TEST'S ARGUMENTS]
+in_window() {
+  local name="$1" options=()
+  shift
+  while [ "$1" != -- ]; do options+=("$1"); shift; done
+  shift
+  LIBGL_ALWAYS_SOFTWARE=1 xvfb-run -a -s "-screen 0 1600x900x24" "$blender" --factory-startup \
+    "${options[@]}" --python-exit-code 1 --python "$root/tests/blender/window_test.py" -- \
+    "$folder/stillray_addon.zip" "$program" "$folder/$name" "$@" 2>&1 | quiet
+}
+
 if [ $# -eq 0 ]; then
-  if command -v xvfb-run >/dev/null; then
-    LIBGL_ALWAYS_SOFTWARE=1 xvfb-run -a -s "-screen 0 1600x900x24" "$blender" --factory-startup \
-      --enable-event-simulate --python-exit-code 1 --python "$root/tests/blender/window_test.py" -- \
-      "$folder/stillray_addon.zip" "$program" "$folder/window" 2>&1 | quiet
+  if ! command -v xvfb-run >/dev/null; then
+    echo "Skipped: the tests in a window (xvfb-run is not installed)"
+    exit
+  fi
+  in_window window --enable-event-simulate --
+  if command -v xdotool >/dev/null; then
+    in_window keyboard -- keyboard
   else
-    echo "Skipped: the test in a window (xvfb-run is not installed)"
+    echo "Skipped: the test with the keyboard (xdotool is not installed)"
   fi
 fi

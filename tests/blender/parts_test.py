@@ -3,6 +3,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tests of the add-on's parts that need no Blender: names, command lines, progress, lock, runs, EXR
 headers, matrices, settings."""
+import ast
 import json
 import math
 import ntpath
@@ -16,12 +17,18 @@ import sys
 import tempfile
 import time
 import unittest
+import zipfile
 import zlib
 
 import addon_package
 
 from stillray_addon import (camera_math, command, exr_header, job, lock, paths, program, progress,
                             settings)
+
+try:
+    import tomllib
+except ImportError:
+    tomllib = None
 
 FAKE = str(pathlib.Path(__file__).with_name("fake_stillray.py"))
 
@@ -652,6 +659,50 @@ class CameraMath(TemporaryFolder):
         for data in (b"{", b"[]", b'{"version": 2, "frames": []}'):
             self.write("f.cameras.json", data)
             self.assertIsNone(camera_math.read(file))
+
+
+class Package(TemporaryFolder):
+    def manifest(self):
+        if tomllib is None:
+            self.skipTest("needs Python 3.11")
+        file = addon_package.ROOT / "blender/stillray_addon/blender_manifest.toml"
+        return tomllib.loads(file.read_text(encoding="utf-8"))
+
+    def test_manifest_follows_the_rules_of_extensions(self):
+        manifest = self.manifest()
+        self.assertEqual(set(manifest), {
+            "schema_version", "id", "version", "name", "tagline", "maintainer", "type",
+            "blender_version_min", "license", "copyright", "tags", "permissions"})
+        for text in (manifest["tagline"], *manifest["permissions"].values()):
+            self.assertLessEqual(len(text), 64)
+            self.assertTrue(text[-1].isalnum())
+        self.assertTrue(manifest["license"][0].startswith("SPDX:"))
+        self.assertEqual(manifest["blender_version_min"], "4.2.0")
+
+    def test_versions_agree(self):
+        source = (addon_package.ROOT / "blender/stillray_addon/__init__.py").read_text(
+            encoding="utf-8")
+        info = ast.literal_eval(source.split("bl_info = ")[1].split("\n}")[0] + "}")
+        self.assertEqual(".".join(map(str, info["version"])), self.manifest()["version"])
+        self.assertEqual(info["name"], self.manifest()["name"])
+        self.assertEqual(info["blender"], (3, 4, 0))
+
+    def test_zip(self):
+        """One folder with everything, for both ways to install; the same bytes each time."""
+        script = str(addon_package.ROOT / "scripts/blender_addon.sh")
+        contents = []
+        for name in ("a.zip", "b.zip"):
+            subprocess.run([script, self.path(name)], check=True, stdout=subprocess.DEVNULL)
+            with open(self.path(name), "rb") as stream:
+                contents.append(stream.read())
+        self.assertEqual(contents[0], contents[1])
+        with zipfile.ZipFile(self.path("a.zip")) as archive:
+            names = set(archive.namelist())
+        sources = {f"stillray_addon/{p.name}"
+                   for p in (addon_package.ROOT / "blender/stillray_addon").glob("*.py")}
+        self.assertEqual(names - sources, {"stillray_addon/blender_manifest.toml",
+                                           "stillray_addon/LICENSE"})
+        self.assertEqual(sources - names, set())
 
 
 class Thing:

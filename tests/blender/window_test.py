@@ -3,19 +3,24 @@
 """Tests of the add-on in Blender's window: modal operators, panels, undo, Esc.
 
     xvfb-run blender --factory-startup --enable-event-simulate --python window_test.py -- \
-        ADDON.zip STILLRAY FOLDER
+        ADDON.zip STILLRAY FOLDER [keyboard]
+
+With `keyboard`, and without --enable-event-simulate, which disables real keys: only the test that
+presses one by xdotool, as Blender's renderer listens to the keyboard alone.
 
 A timer runs one generator; each `yield SECONDS` lets Blender handle its events.
 """
 import os
 import pathlib
+import subprocess
 import sys
 import time
 import traceback
 
 import bpy
 
-ADDON, PROGRAM, FOLDER = sys.argv[sys.argv.index("--") + 1:][:3]
+ARGUMENTS = sys.argv[sys.argv.index("--") + 1:]
+ADDON, PROGRAM, FOLDER = ARGUMENTS[:3]
 FAKE = str(pathlib.Path(__file__).with_name("fake_stillray.py"))
 LAST = 12
 TIMEOUT_SECONDS = 60
@@ -114,6 +119,27 @@ def test_render_and_denoise():
     check(len(files) == LAST, f"{files}")
 
 
+def press_escape():
+    for value in ("PRESS", "RELEASE"):
+        window().event_simulate(type="ESC", value=value, x=300, y=300)
+
+
+def test_keyboard_stops_rendering():
+    scene = bpy.context.scene
+    check(call("prepare") == {"FINISHED"}, "prepare")
+    scene.render.filepath, scene.frame_end = "//render/stopped.####", 60
+    scene.render.use_compositing = True
+    check(call("render") == {"RUNNING_MODAL"}, "render starts")
+    yield from until(lambda: active().text.startswith("Rendering frame"), "rendering is shown")
+    check(not scene.render.use_compositing, "the compositor is left out")
+    subprocess.run(["xdotool", "mousemove", "100", "100", "key", "Escape"], check=True)
+    yield from until_idle([])
+    check(scene.render.use_compositing and scene.render.use_overwrite, "settings are as before")
+    names = os.listdir(os.path.join(FOLDER, "render"))
+    check(len([n for n in names if n.startswith("stopped")]) < 60, "rendering has stopped")
+    check("denoised" not in names, "nothing is denoised")
+
+
 def use_fake(mode):
     os.environ["STILLRAY"], os.environ["FAKE_STILLRAY"] = FAKE, mode
 
@@ -141,8 +167,7 @@ def test_window_stays_alive_while_the_program_runs():
 def test_esc_stops():
     """Continues the run of the test before."""
     check(active() is not None, "runs")
-    window().event_simulate(type="ESC", value="PRESS", x=300, y=300)
-    window().event_simulate(type="ESC", value="RELEASE", x=300, y=300)
+    press_escape()
     yield from until_idle([])
     work = os.path.join(FOLDER, "render", "denoised", ".stillray")
     check(not os.path.exists(os.path.join(work, "lock")), "the lock is gone")
@@ -223,7 +248,7 @@ def test_panels():
     check(not draw_errors, "\n".join(draw_errors))
 
 
-def run():
+def run(tests):
     bpy.ops.preferences.addon_install(filepath=ADDON)
     bpy.ops.preferences.addon_enable(module="stillray_addon")
     bpy.context.preferences.view.show_splash = False
@@ -233,14 +258,15 @@ def run():
     properties = next(a for a in window().screen.areas if a.type == "PROPERTIES")
     properties.spaces.active.context = "RENDER"
     yield 0.5
-    for test in (test_undo_of_prepare, test_render_and_denoise,
-                 test_window_stays_alive_while_the_program_runs, test_esc_stops, test_button_stops,
-                 test_another_file_is_opened, test_before_and_after, test_panels):
+    for test in tests:
         yield from test()
         print(f"window: {test.__name__} ... ok", flush=True)
 
 
-steps = run()
+TESTS = (test_undo_of_prepare, test_render_and_denoise,
+         test_window_stays_alive_while_the_program_runs, test_esc_stops, test_button_stops,
+         test_another_file_is_opened, test_before_and_after, test_panels)
+steps = run((test_keyboard_stops_rendering,) if "keyboard" in ARGUMENTS else TESTS)
 
 
 def tick():
