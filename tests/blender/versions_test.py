@@ -30,7 +30,8 @@ class Links(list):
 
 class Nodes(list):
     def new(self, kind):
-        node = Thing(bl_idname=kind, location=(0, 0), inputs=[f"{kind} in"], outputs=[f"{kind} out"])
+        node = Thing(bl_idname=kind, location=(0, 0), inputs=[f"{kind} in"],
+                     outputs=[f"{kind} out"])
         self.append(node)
         return node
 
