@@ -220,7 +220,8 @@ struct DenoisedFrame {
   std::vector<StageTime> timings;  ///< in the order of the pipeline
   std::vector<NamedImage> images;  ///< the pictures requested with SetOutputs()
   /// Pixels of signals whose light was NaN or infinite, or below -1/1024 of the mean light, and was
-  /// treated as missing, and pixels with invalid guides, which are passed through.
+  /// treated as missing, and pixels with invalid guides, which are passed through, or with NaN as
+  /// confidence.
   int64_t non_finite = 0;
   int64_t negative = 0;
   int64_t bad_guides = 0;
@@ -341,8 +342,9 @@ class Denoiser {
   Status Denoise(const Frame& frame, const FutureLight& future, DenoisedFrame* out);
 
   /// Only accumulates the frame: for playing a sequence backward, from its last frame to its first,
-  /// with motion that points to the *next* frame (see ReverseMotion). `future` is set to the
-  /// accumulated light of the frames after it. Errors as Denoise.
+  /// with motion that points to the *next* frame (see ReverseMotion), and likewise a confidence, if
+  /// any, in the light of the next frame. `future` is set to the accumulated light of the frames
+  /// after it. Errors as Denoise.
   Status Accumulate(const Frame& frame, FutureLight* future);
 
   /// New settings from the next frame on. History is kept, unless a parameter changes whose

@@ -88,7 +88,7 @@ struct Frame;
 
 // Planes of a frame, as bit flags.
 inline constexpr uint32_t kLightPlanes = 1;  ///< signals, samples, emission, background
-inline constexpr uint32_t kGuidePlanes = 2;  ///< all of Guides and VirtualGuides
+inline constexpr uint32_t kGuidePlanes = 2;  ///< all of Guides and VirtualGuides, confidence
 inline constexpr uint32_t kAllPlanes = kLightPlanes | kGuidePlanes;
 
 /// The pixels of a frame on the device that traced it. They do not change while a reference to this
@@ -117,8 +117,13 @@ struct Frame {
   Guides guides;
   VirtualGuides reflection;  ///< of the specular signals
   VirtualGuides refraction;  ///< of the transmission signals
-  Image3 emission;           ///< light emitted by the first surface: added after filtering
-  Image3 background;         ///< light of rays that left the scene: passed through, never blended
+  /// How far the light of the last frame still holds at the point that a pixel shows, 0 to 1: the
+  /// length that its history counts for is multiplied by it, in all signals. 0: that history is
+  /// dropped, as where a lamp was switched or a shadow moved. Surfaces are found again as without
+  /// it. Values are clamped; NaN counts as 1, and as a bad guide. Empty: 1 everywhere.
+  Image1 confidence;
+  Image3 emission;    ///< light emitted by the first surface: added after filtering
+  Image3 background;  ///< light of rays that left the scene: passed through, never blended
   Image1
       /// number of samples of each pixel in this frame; 0 = missing. Empty: one everywhere
       samples;

@@ -75,6 +75,7 @@ VulkanFrame FrameOf(const stillray_vulkan_frame& f) {
   frame.background = image(STILLRAY_VULKAN_BACKGROUND);
   frame.samples = image(STILLRAY_VULKAN_SAMPLES);
   frame.roughness = image(STILLRAY_VULKAN_ROUGHNESS);
+  frame.confidence = image(STILLRAY_VULKAN_CONFIDENCE);
   frame.colour = image(STILLRAY_VULKAN_COLOUR);
   frame.display = image(STILLRAY_VULKAN_DISPLAY);
   return frame;

@@ -50,7 +50,8 @@ size_t FrameBytes(const Frame& frame) {
   size_t bytes = g.depth.bytes() + g.normal.bytes() + g.albedo.bytes() + g.specular_albedo.bytes() +
                  g.transmission_albedo.bytes() + g.motion.bytes() + g.id.bytes() +
                  g.roughness.bytes() + frame.reflection.bytes() + frame.refraction.bytes() +
-                 frame.emission.bytes() + frame.background.bytes() + frame.samples.bytes();
+                 frame.confidence.bytes() + frame.emission.bytes() + frame.background.bytes() +
+                 frame.samples.bytes();
   for (const Signal& signal : frame.signals) {
     bytes += signal.radiance.bytes() + signal.second_moment.bytes();
   }

@@ -244,6 +244,7 @@ Status CheckFrame(const Frame& frame, const Settings& settings, MotionUse use) {
   STILLRAY_RETURN_IF_ERROR(CheckPlanes(frame, frame.emission, "emission", false));
   STILLRAY_RETURN_IF_ERROR(CheckPlanes(frame, frame.background, "background", false));
   STILLRAY_RETURN_IF_ERROR(CheckPlane(frame, frame.samples, {"samples"}, false));
+  STILLRAY_RETURN_IF_ERROR(CheckPlane(frame, frame.confidence, {"confidence"}, false));
   STILLRAY_RETURN_IF_ERROR(CheckMotion(frame, settings, use));
   STILLRAY_RETURN_IF_ERROR(CheckVirtualGuides(frame, frame.reflection, kReflection, use));
   STILLRAY_RETURN_IF_ERROR(CheckVirtualGuides(frame, frame.refraction, kRefraction, use));

@@ -91,6 +91,7 @@ Frame MakeLayerFrame(const Frame& frame, GuideSource source, float virtual_rough
   layer.jitter_x = frame.jitter_x;
   layer.jitter_y = frame.jitter_y;
   layer.samples = frame.samples;
+  layer.confidence = frame.confidence;
   const Guides& g = frame.guides;
   const Image3& own = SurfaceAlbedoOf(g, source);
   Image3& albedo = layer.guides.specular_albedo;

@@ -315,6 +315,7 @@ FrameFacts FactsOf(const Frame& f) {
   facts.has_roughness = !f.guides.roughness.empty();
   facts.has_reflection = !f.reflection.empty();
   facts.has_refraction = !f.refraction.empty();
+  facts.has_confidence = !f.confidence.empty();
   return facts;
 }
 

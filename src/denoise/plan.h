@@ -42,6 +42,7 @@ struct FrameFacts {
   bool has_roughness = false;
   bool has_reflection = false;         ///< virtual guides of the specular signals are given
   bool has_refraction = false;         ///< of the transmission signals
+  bool has_confidence = false;         ///< in the light of the last frame
   bool has_incomplete_guides = false;  ///< depth 0 and no sample, somewhere
   float samples_per_pixel = 1;         ///< mean over the frame; below 1 the frame is sparse
   bool jittered = false;               ///< rays did not go through the centres of the pixels

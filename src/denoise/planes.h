@@ -6,10 +6,12 @@
 /// light).
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <numeric>
 #include <vector>
 
+#include "denoise/stages/reproject_shared.h"
 #include "stillray/image.h"
 
 namespace stillray {
@@ -158,6 +160,9 @@ struct ReprojectionTaps {
   std::vector<TapBlock> blocks;    ///< of the vectors of each row
   int patterns_per_row = 0;
   int blocks_per_row = 0;
+  /// The frame's own plane, as the caller gives it; nullptr: the light of the last frame holds
+  /// everywhere. Valid for the frame in progress.
+  const Image1* confidence = nullptr;
   int lanes = 1;  ///< pixels of a vector
 
   ReprojectionTaps() = default;
@@ -190,6 +195,12 @@ struct ReprojectionTaps {
     }
     return (pattern != TapPattern::kBlock2x2 && search(px, py) != 0) ||
            weight[0](px, py) + weight[1](px, py) + weight[2](px, py) + weight[3](px, py) > 0;
+  }
+  /// UsedConfidence of a pixel.
+  float ConfidenceAt(int px, int py) const {
+    return confidence != nullptr
+               ? UsedConfidence((*confidence)(px, py), std::isnan((*confidence)(px, py)))
+               : 1.0f;
   }
   /// Number of SIMD vectors for which IsGather; -1: unknown.
   int64_t GatherCount() const {

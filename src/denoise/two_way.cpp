@@ -288,6 +288,7 @@ Frame MakeStrip(const Frame& like, int height) {
   };
   make_image(like.reflection, &strip.reflection);
   make_image(like.refraction, &strip.refraction);
+  make(like.confidence, &strip.confidence);
   make(like.emission, &strip.emission);
   make(like.background, &strip.background);
   make(like.samples, &strip.samples);

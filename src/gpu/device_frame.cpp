@@ -57,6 +57,7 @@ void ForEachImage(const FrameImages& images, uint32_t planes, Frame* frame, cons
     visit(images.motion, std::span(g.motion.channel));
     visit(images.id, std::span(&g.id, 1));
     visit(images.roughness, std::span(&g.roughness, 1));
+    visit(nullptr, std::span(&frame->confidence, 1));
   }
 }
 

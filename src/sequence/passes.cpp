@@ -212,6 +212,7 @@ Status PassSplitter::FilterPair(const Frame& frame, const std::string& name, Lig
   pair.guides.albedo = AlbedoOf(frame.guides, first->kind);
   pair.guides.transmission_albedo = Image3();
   pair.samples = frame.samples;
+  pair.confidence = frame.confidence;
   pair.signals.push_back({SignalKind::kDirectDiffuse, std::move(first->radiance), Image1()});
   if (second != nullptr) {
     pair.signals.push_back({SignalKind::kIndirectDiffuse, std::move(second->radiance), Image1()});

@@ -33,7 +33,7 @@ int DifferentBits(const SignalHistory& a, const SignalHistory& b) {
 }
 
 /// \param shift  of the whole picture, pixels
-void Compare(float shift, bool lit_alone, bool mostly_still) {
+void Compare(float shift, bool lit_alone, bool mostly_still, bool confident = true) {
   const GuidePlanes before = MakeGuides(false);
   const GuidePlanes now = MakeGuides(true);
   Image2 motion(kWidth, kHeight);
@@ -55,11 +55,18 @@ void Compare(float shift, bool lit_alone, bool mostly_still) {
     }
   }
   const HistoryLimits limits = {&limit, &ratio};
+  Image1 confidence(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      confidence(x, y) = 2 * test::Random(x, y, 32) - 0.5f;  // a quarter each below 0 and above 1
+    }
+  }
   for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
     hwy::SetSupportedTargetsForTest(target);
     ReprojectionTaps taps(kWidth, kHeight);
     EXPECT_EQ(taps.GatherCount(), -1);
     cpu::FindTaps(now, before, motion, test::DefaultPlan().reproject, &taps);
+    taps.confidence = confident ? nullptr : &confidence;
     const int64_t gathers = taps.GatherCount();
     EXPECT_GT(gathers, 0);
     const int64_t vectors =
@@ -90,6 +97,12 @@ TEST(AccumulateInPlace, ForgetsWhatWasFedBackToPixelsWithoutSamples) {
 TEST(AccumulateInPlace, SameBitsWhereEverythingMoves) {
   Compare(1.25f, true, false);
   Compare(2.0f, true, false);
+}
+
+TEST(AccumulateInPlace, SameBitsUnderAConfidence) {
+  Compare(0, true, true, false);
+  Compare(0, false, true, false);
+  Compare(1.25f, true, false, false);
 }
 
 }  // namespace

@@ -125,6 +125,7 @@ VulkanFrame FrameOf(const vulkan::FrameInputs& in, const Frame& frame) {
   f.background = image(in.background);
   f.samples = image(in.samples);
   f.roughness = image(in.roughness);
+  f.confidence = image(in.confidence);
   f.colour = image(in.colour);
   double samples = 0;
   for (int y = 0; y < frame.height; ++y) {
@@ -135,6 +136,33 @@ VulkanFrame FrameOf(const vulkan::FrameInputs& in, const Frame& frame) {
   f.samples_per_pixel =
       static_cast<float>(samples / (static_cast<double>(frame.width) * frame.height));
   return f;
+}
+
+stillray_vulkan_frame CFrameOf(const VulkanFrame& cpp) {
+  stillray_vulkan_frame frame = STILLRAY_VULKAN_FRAME_INIT;
+  frame.index = cpp.index;
+  frame.samples_per_pixel = cpp.samples_per_pixel;
+  frame.jitter_x = cpp.jitter_x;
+  frame.jitter_y = cpp.jitter_y;
+  const auto put = [&](int slot, const VulkanImage& image) {
+    frame.images[slot] = {image.view, image.layout};
+  };
+  for (int k = 0; k < 4; ++k) {
+    put(STILLRAY_VULKAN_DIRECT_DIFFUSE + k, cpp.lights[k]);
+  }
+  put(STILLRAY_VULKAN_DEPTH, cpp.depth);
+  put(STILLRAY_VULKAN_NORMAL, cpp.normal);
+  put(STILLRAY_VULKAN_ID, cpp.id);
+  put(STILLRAY_VULKAN_MOTION, cpp.motion);
+  put(STILLRAY_VULKAN_ALBEDO, cpp.albedo);
+  put(STILLRAY_VULKAN_SPECULAR_ALBEDO, cpp.specular_albedo);
+  put(STILLRAY_VULKAN_EMISSION, cpp.emission);
+  put(STILLRAY_VULKAN_BACKGROUND, cpp.background);
+  put(STILLRAY_VULKAN_SAMPLES, cpp.samples);
+  put(STILLRAY_VULKAN_ROUGHNESS, cpp.roughness);
+  put(STILLRAY_VULKAN_CONFIDENCE, cpp.confidence);
+  put(STILLRAY_VULKAN_COLOUR, cpp.colour);
+  return frame;
 }
 
 void ExpectSameBits(const Image3& a, const Image3& b) {
@@ -174,6 +202,45 @@ TEST_F(Embedding, GivesThePicturesOfTheHostApiWithoutHiddenWork) {
     }
     EXPECT_EQ(made->timings().empty(), !o.timestamps);
   }
+}
+
+TEST_F(Embedding, TakesAConfidenceInCppAndInC) {
+  const auto frame_of = [](int i) {
+    Frame f = MakeBusyFrame(kWidth, kHeight, i);
+    f.confidence = Image1(kWidth, kHeight);
+    test::FillImage(&f.confidence, [&](int x, int) { return static_cast<float>(x) / kWidth; });
+    return f;
+  };
+  auto upload = Upload(device_->context(), frame_of(0));
+  const VulkanOptions o = options("default");
+  Result<VulkanDenoiser> in_cpp = VulkanDenoiser::Create(context(), o);
+  ASSERT_TRUE(in_cpp.ok()) << in_cpp.status().message();
+  const VulkanContext given = context();
+  const stillray_vulkan_context c = {sizeof(c), given.instance, given.physical_device, given.device,
+                                     given.get_instance_proc_addr};
+  stillray_vulkan_options c_options = STILLRAY_VULKAN_OPTIONS_INIT;
+  c_options.width = kWidth;
+  c_options.height = kHeight;
+  stillray_vulkan_denoiser* in_c = nullptr;
+  ASSERT_EQ(stillray_vulkan_create(STILLRAY_ABI_VERSION, &c, &c_options, &in_c), STILLRAY_OK);
+  Denoiser host = MakeDenoiser(o.settings, DevicePrecision::kHalf);
+  for (int i = 0; i < 3; ++i) {
+    const Frame f = frame_of(i);
+    DenoisedFrame expected;
+    ASSERT_TRUE(host.Denoise(f, &expected).ok());
+    const VulkanFrame frame = FrameOf(upload->inputs(), f);
+    Image3 colour;
+    RunFrame(device_.get(), upload.get(), f, &colour,
+             [&](VkCommandBuffer commands) { EXPECT_TRUE(in_cpp->Record(commands, frame).ok()); });
+    ExpectSameBits(colour, expected.colour);
+    stillray_vulkan_frame c_frame = CFrameOf(frame);
+    RunFrame(device_.get(), upload.get(), f, &colour, [&](VkCommandBuffer commands) {
+      EXPECT_EQ(stillray_vulkan_record(in_c, commands, &c_frame), STILLRAY_OK)
+          << stillray_vulkan_error_message(in_c);
+    });
+    ExpectSameBits(colour, expected.colour);
+  }
+  stillray_vulkan_release(in_c);
 }
 
 TEST_F(Embedding, CompletesGuidesAsTheHostApiDoes) {
@@ -369,25 +436,7 @@ TEST_F(Embedding, InC) {
   ASSERT_EQ(stillray_vulkan_create(STILLRAY_ABI_VERSION, &c, &o, &denoiser), STILLRAY_OK)
       << stillray_vulkan_error_message(nullptr);
   const VulkanFrame cpp = FrameOf(upload->inputs(), f);
-  stillray_vulkan_frame frame = STILLRAY_VULKAN_FRAME_INIT;
-  frame.samples_per_pixel = cpp.samples_per_pixel;
-  const auto put = [&](int slot, const VulkanImage& image) {
-    frame.images[slot] = {image.view, image.layout};
-  };
-  for (int k = 0; k < 4; ++k) {
-    put(STILLRAY_VULKAN_DIRECT_DIFFUSE + k, cpp.lights[k]);
-  }
-  put(STILLRAY_VULKAN_DEPTH, cpp.depth);
-  put(STILLRAY_VULKAN_NORMAL, cpp.normal);
-  put(STILLRAY_VULKAN_ID, cpp.id);
-  put(STILLRAY_VULKAN_MOTION, cpp.motion);
-  put(STILLRAY_VULKAN_ALBEDO, cpp.albedo);
-  put(STILLRAY_VULKAN_SPECULAR_ALBEDO, cpp.specular_albedo);
-  put(STILLRAY_VULKAN_EMISSION, cpp.emission);
-  put(STILLRAY_VULKAN_BACKGROUND, cpp.background);
-  put(STILLRAY_VULKAN_SAMPLES, cpp.samples);
-  put(STILLRAY_VULKAN_ROUGHNESS, cpp.roughness);
-  put(STILLRAY_VULKAN_COLOUR, cpp.colour);
+  stillray_vulkan_frame frame = CFrameOf(cpp);
   Image3 colour;
   RunFrame(device_.get(), upload.get(), f, &colour, [&](VkCommandBuffer commands) {
     EXPECT_EQ(stillray_vulkan_record(denoiser, commands, &frame), STILLRAY_OK)

@@ -9,7 +9,7 @@
 //   per layer (the surface, and reflections or refractions with virtual guides):
 //   select_guides        -        guides of surface and image    guides               (not for the surface)
 //   prepare_guides       1        depth, normal, id              guides               kept for the next frame
-//   reproject            -        guides of both frames, motion  taps
+//   reproject            -        guides of both frames, motion  taps                                        (hold the confidence of frames that have one)
 //   per signal:
 //     demodulate         -        lights, albedo, samples        new light
 //     suppress_fireflies 1        new light                      new light
@@ -32,7 +32,9 @@
 // clang-format on
 #include "denoise/cpu/pipeline.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include "core/negative_limit.h"
@@ -82,6 +84,15 @@ FrameInput RunSelectGuides(const CpuPipeline& p, const FrameInput& in, GuideSour
           in.background, selected->roughness, in.negative_limit};
 }
 
+int64_t CountNan(const Image1& plane) {
+  int64_t count = 0;
+  for (int y = 0; y < plane.height(); ++y) {
+    const float* row = plane.Row(y);
+    count += std::count_if(row, row + plane.width(), [](float v) { return std::isnan(v); });
+  }
+  return count;
+}
+
 /// \param history  its guides become those of this frame
 void FindTaps(const CpuPipeline& p, const FrameInput& in, int border, LayerHistory* history,
               ReprojectionTaps* taps, DenoisedFrame* out) {
@@ -96,6 +107,9 @@ void FindTaps(const CpuPipeline& p, const FrameInput& in, int border, LayerHisto
   }
   const Guides& g = in.guides;
   const PrepareGuidesInput given = {&g.depth, &g.normal, g.id.empty() ? nullptr : &g.id};
+  const Image1& confidence = in.frame.confidence;
+  taps->confidence = confidence.empty() ? nullptr : &confidence;
+  out->bad_guides += CountNan(confidence);
   const StageTimer timer(&out->timings, p.plan.runs.reproject ? "reproject" : "prepare_guides");
   if (p.fusion.prepare_and_find_taps) {
     out->bad_guides += cpu::PrepareAndFindTaps(given, history->previous_guides, g.motion,

@@ -112,6 +112,18 @@ void RunComparedLevels(const CpuPipeline& p, int levels, LayerWork* work) {
   }
 }
 
+/// Gives a fetched history the noise of its shortened length, by which it is merged.
+void ShortenByConfidence(const ReprojectionTaps& taps, SignalHistory* fetched) {
+  Image1& length = fetched->length;
+  for (int y = 0; taps.confidence != nullptr && y < length.height(); ++y) {
+    for (int x = 0; x < length.width(); ++x) {
+      if (taps.ConfidenceAt(x, y) < 1 && length(x, y) > 0) {
+        fetched->weights2(x, y) = std::max(fetched->weights2(x, y), 1.0f / length(x, y));
+      }
+    }
+  }
+}
+
 /// The outputs "limit" and "ratio".
 void KeepLimits(const CpuPipeline& p, const LayerHistory& history, const LayerWork& work,
                 FrameOutputs* outputs) {
@@ -260,6 +272,7 @@ SignalHistory ShortenedHistory(const CpuPipeline& p, size_t signal, const LayerH
       }
     }
   }
+  ShortenByConfidence(work.taps, &shortened);
   shortened.compressed = Image1();
   return shortened;
 }

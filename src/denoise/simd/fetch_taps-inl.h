@@ -20,6 +20,15 @@ HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 
+/// UsedConfidence of the pixels x, x + 1, ... of row y.
+HWY_INLINE VF ConfidenceOf(const Image1& confidence, int x, int y) {
+  const DF d;
+  const VF one = hn::Set(d, 1.0f);
+  const VF given = hn::LoadU(d, confidence.Row(y) + x);
+  const VF clamped = hn::Min(hn::Max(given, hn::Zero(d)), one);
+  return hn::IfThenElse(hn::IsNaN(given), one, clamped);
+}
+
 /// Mean of the taps chosen by the search, for one pixel; with `light_only`, of those with light.
 inline float FetchSearched(const Image1& plane, const Image1& length, const ReprojectionTaps& taps,
                            bool light_only, int x, int y) {
@@ -72,9 +81,27 @@ struct FetchTaps {
   VF weight[4];
   VF kept[4];     ///< weights without the taps that have no light
   bool searched;  ///< some pixels take the mean of the taps chosen by the search (kAnywhere)
+  bool doubted;   ///< a confidence is given
+  VF confidence;  ///< of doubted pixels
   const ReprojectionTaps* taps;
   int x, y;
 };
+
+/// Drops the light of pixels whose confidence is 0.
+HWY_INLINE void ApplyConfidence(const ReprojectionTaps& taps, int x, int y, FetchTaps* t) {
+  const DF d;
+  t->doubted = taps.confidence != nullptr;
+  if (!t->doubted) {
+    return;
+  }
+  t->confidence = ConfidenceOf(*taps.confidence, x, y);
+  const MF holds = hn::Gt(t->confidence, hn::Zero(d));
+  const int count = t->kind == TapKind::kSingle ? 1 : 4;
+  for (int i = 0; i < count; ++i) {
+    t->weight[i] = hn::IfThenElseZero(holds, t->weight[i]);
+    t->kept[i] = hn::IfThenElseZero(holds, t->kept[i]);
+  }
+}
 
 /// Whether the taps of a vector are known without reading the planes of taps.
 HWY_INLINE bool IsIdentityOrDisoccluded(TapPattern pattern) {
@@ -221,7 +248,7 @@ HWY_INLINE VF FetchPlane(const Image1& plane, const SignalHistory& before, const
     hn::Store(sum, d, lanes);
     const int count = std::min(LaneCount(), plane.width() - t.x);
     for (int i = 0; i < count; ++i) {
-      if (t.taps->search(t.x + i, t.y) != 0) {
+      if (t.taps->search(t.x + i, t.y) != 0 && t.taps->ConfidenceAt(t.x + i, t.y) > 0) {
         lanes[i] = FetchSearched(plane, before.length, *t.taps, kLightOnly, t.x + i, t.y);
       }
     }
@@ -236,7 +263,17 @@ struct HistoryAt {
   const SignalHistory& before;
   const FetchTaps& taps;
 
-  HWY_INLINE VF Length() const { return FetchPlane<kKind, false>(before.length, before, taps); }
+  HWY_INLINE VF Length() const {
+    const DF d;
+    const VF length = FetchPlane<kKind, false>(before.length, before, taps);
+    if (!taps.doubted) {
+      return length;
+    }
+    const VF one = hn::Set(d, 1.0f);  // ConfidentLength
+    const VF most = hn::Div(one, hn::Max((*this)(before.weights2), hn::Set(d, 1e-6f)));
+    const VF shortened = hn::Mul(taps.confidence, hn::Min(length, most));
+    return hn::IfThenElse(hn::Lt(taps.confidence, one), shortened, length);
+  }
   /// \param plane  another plane of `before`
   HWY_INLINE VF operator()(const Image1& plane) const {
     return FetchPlane<kKind, true>(plane, before, taps);
@@ -253,13 +290,16 @@ HWY_INLINE void WithHistory(const SignalHistory& before, const ReprojectionTaps&
                             const Use& use) {
   const TapPattern pattern = taps.Pattern(x / LaneCount(), y);
   if (pattern == TapPattern::kBlock2x2) {
-    const FetchTaps t = BlockTaps(before, taps, x, y);
+    FetchTaps t = BlockTaps(before, taps, x, y);
+    ApplyConfidence(taps, x, y, &t);
     use(HistoryAt<TapKind::kBlock2x2>{before, t});
   } else if (IsIdentityOrDisoccluded(pattern)) {
-    const FetchTaps t = IdentityTaps(before, taps, x, y);
+    FetchTaps t = IdentityTaps(before, taps, x, y);
+    ApplyConfidence(taps, x, y, &t);
     use(HistoryAt<TapKind::kSingle>{before, t});
   } else {
-    const FetchTaps t = ScatteredTaps(before, taps, x, y);
+    FetchTaps t = ScatteredTaps(before, taps, x, y);
+    ApplyConfidence(taps, x, y, &t);
     if (t.kind == TapKind::kBlock2x2) {
       use(HistoryAt<TapKind::kBlock2x2>{before, t});
     } else {

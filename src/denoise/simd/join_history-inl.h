@@ -17,13 +17,26 @@ HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 
-HWY_INLINE VF NewFrameWeight(VF length, VF n, float alpha_min, bool constant_weight) {
+HWY_INLINE VF NewFrameWeight(VF length, VF n, VF least, bool constant_weight) {
   const DF d;
   const VF share = hn::Div(n, hn::Max(hn::Add(length, n), hn::Set(d, 1e-6f)));
-  const VF least = hn::Set(d, alpha_min);
   const VF alpha = hn::Min(constant_weight ? least : hn::Max(least, share), hn::Set(d, 1.0f));
   const VF with_history = hn::IfThenElse(hn::Gt(length, hn::Zero(d)), alpha, hn::Set(d, 1.0f));
   return hn::IfThenElseZero(hn::Gt(n, hn::Zero(d)), with_history);
+}
+
+/// The smallest weight of the pixels x, x + 1, ... of row y: ConfidentAlpha where the joining has a
+/// confidence.
+HWY_INLINE VF LeastWeight(const Joining& j, float alpha, int x, int y) {
+  const DF d;
+  const VF least = hn::Set(d, alpha);
+  if (j.taps == nullptr || j.taps->confidence == nullptr) {
+    return least;
+  }
+  const VF confidence = ConfidenceOf(*j.taps->confidence, x, y);
+  const VF sum = hn::Add(least, hn::Mul(confidence, hn::Set(d, 1.0f - alpha)));
+  const VF raised = hn::Div(least, hn::Max(sum, hn::Set(d, 1e-30f)));
+  return hn::IfThenElse(hn::Lt(confidence, hn::Set(d, 1.0f)), raised, least);
 }
 
 /// The planes of a history in the order of their slots; nullptr if absent.
@@ -80,9 +93,10 @@ HWY_INLINE void JoinOld(const Joining& j, const LightRow& light, bool nothing_ne
     length = hn::Min(
         length, hn::Max(hn::Sub(hn::Set(d, static_cast<float>(p.max_history)), n), hn::Zero(d)));
   }
-  const VF alpha = NewFrameWeight(length, n, p.alpha_min, p.history_weight_constant != 0);
+  const bool constant = p.history_weight_constant != 0;
+  const VF alpha = NewFrameWeight(length, n, LeastWeight(j, p.alpha_min, x, y), constant);
   const VF alpha_moments =
-      NewFrameWeight(length, n, p.alpha_moments, p.history_weight_constant != 0);
+      NewFrameWeight(length, n, LeastWeight(j, p.alpha_moments, x, y), constant);
   VF colour[3];
   for (int c = 0; c < 3; ++c) {
     colour[c] = nothing_new ? hn::Zero(d) : hn::LoadU(d, light.colour[c] + x);

@@ -4,9 +4,10 @@
 /// accumulate: blends this frame's light and moments into the reprojected history. Source: SVGF
 /// section 4.1 (eq. 1), section 4.2; PSVGF section 4.2. Departs from them: moments in deviation
 /// form; age counts samples, with the moments within a pixel of several samples added; a missing
-/// pixel changes nothing; the sum of squared weights is stored. Pixel by pixel, in place allowed
-/// unless the history is fetched along taps. Reads 44, writes 28 bytes, and 4 more of each for the
-/// variance.
+/// pixel changes nothing; the sum of squared weights is stored; a confidence in the history, where
+/// the caller gives one, shortens it (stages/reproject.h) and raises alpha_min and alpha_moments,
+/// which would else keep it long. Pixel by pixel, in place allowed unless the history is fetched
+/// along taps. Reads 44, writes 28 bytes, and 4 more of each for the variance.
 #pragma once
 
 #include "denoise/planes.h"

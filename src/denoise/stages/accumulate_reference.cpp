@@ -9,8 +9,9 @@
 namespace stillray::reference {
 namespace {
 
-void Join(const NewLight& light, const SignalHistory& before, const HistoryLimits& limits,
-          const AccumulateParameters& p, SignalHistory* out) {
+/// \param taps  of the history, for its confidence; may be nullptr
+void Join(const NewLight& light, const SignalHistory& before, const ReprojectionTaps* taps,
+          const HistoryLimits& limits, const AccumulateParameters& p, SignalHistory* out) {
   for (int y = 0; y < light.samples.height(); ++y) {
     for (int x = 0; x < light.samples.width(); ++x) {
       const float n = light.samples(x, y);
@@ -22,9 +23,12 @@ void Join(const NewLight& light, const SignalHistory& before, const HistoryLimit
       if (p.max_history > 0) {
         length = min(length, max(static_cast<float>(p.max_history) - n, 0.0f));
       }
-      const float alpha = NewFrameWeight(length, n, p.alpha_min, p.history_weight_constant != 0);
+      const float confidence = taps != nullptr ? taps->ConfidenceAt(x, y) : 1.0f;
+      const bool constant = p.history_weight_constant != 0;
+      const float alpha =
+          NewFrameWeight(length, n, ConfidentAlpha(p.alpha_min, confidence), constant);
       const float alpha_moments =
-          NewFrameWeight(length, n, p.alpha_moments, p.history_weight_constant != 0);
+          NewFrameWeight(length, n, ConfidentAlpha(p.alpha_moments, confidence), constant);
       const float l = light.colour[0](x, y);
       const float mean = before.mean(x, y) * ratio;
       const float d = l - mean;
@@ -55,11 +59,11 @@ void Join(const NewLight& light, const SignalHistory& before, const HistoryLimit
 void Accumulate(const NewLight& light, const SignalHistory& before, const ReprojectionTaps* taps,
                 const HistoryLimits& limits, const AccumulateParameters& p, SignalHistory* out) {
   if (taps == nullptr) {
-    Join(light, before, limits, p, out);
+    Join(light, before, nullptr, limits, p, out);
     return;
   }
   FetchHistory(before, *taps, out);
-  Join(light, *out, limits, p, out);
+  Join(light, *out, taps, limits, p, out);
 }
 
 }  // namespace stillray::reference

@@ -124,6 +124,15 @@ float Fetch(const Image1& plane, const Image1& length, const ReprojectionTaps& t
   return some_without && weights > 0 ? sum / weights : sum;
 }
 
+/// Shortens the fetched history of a pixel.
+void ApplyConfidence(float confidence, int planes, Image1* const* fetched, int x, int y,
+                     SignalHistory* out) {
+  out->length(x, y) = ConfidentLength(out->length(x, y), out->weights2(x, y), confidence);
+  for (int i = 0; i < planes && confidence == 0; ++i) {
+    (*fetched[i])(x, y) = 0;
+  }
+}
+
 }  // namespace
 
 void FetchHistory(const SignalHistory& before, const ReprojectionTaps& taps, SignalHistory* out) {
@@ -136,6 +145,11 @@ void FetchHistory(const SignalHistory& before, const ReprojectionTaps& taps, Sig
       for (int x = 0; x < taps.x.width(); ++x) {
         (*to[i])(x, y) = Fetch(*in[i], before.length, taps, light_only, x, y);
       }
+    }
+  }
+  for (int y = 0; taps.confidence != nullptr && y < taps.x.height(); ++y) {
+    for (int x = 0; x < taps.x.width(); ++x) {
+      ApplyConfidence(taps.ConfidenceAt(x, y), planes, to, x, y, out);
     }
   }
 }

@@ -32,6 +32,19 @@ SHARED_FN bool IsSameSurface(float expected, float i, vec2 g, float cosine, uint
   return depth_ok && normal_ok && id_ok;
 }
 
+// The confidence in the light of the last frame, from the value that the caller gives.
+SHARED_FN float UsedConfidence(float given, bool is_nan) {
+  return is_nan ? 1.0f : min(max(given, 0.0f), 1.0f);
+}
+
+// The length that a history counts for under a confidence. Without an upper bound a long history
+// would stay long: alpha_min keeps it from counting for more than its effective number of samples,
+// 1 / weights2.
+SHARED_FN float ConfidentLength(float length, float weights2, float confidence) {
+  float most = 1.0f / max(weights2, 1e-6f);
+  return confidence < 1.0f ? confidence * min(length, most) : length;
+}
+
 SHARED_END
 
 #endif

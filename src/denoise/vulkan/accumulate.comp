@@ -29,6 +29,9 @@ void main() {
   if (!Inside(p)) {
     return;
   }
+  float confidence = has_history != 0 ? Confidence(p) : 1.0f;
+  float least = ConfidentAlpha(accumulate.alpha_min, confidence);
+  float least_of_moments = ConfidentAlpha(accumulate.alpha_moments, confidence);
   for (int s = 0; s < signals; ++s) {
     ivec3 at = ivec3(p, s);
     vec4 light = texelFetch(noisy, at, 0);
@@ -50,9 +53,8 @@ void main() {
     if (accumulate.max_history > 0) {
       history_length = min(history_length, max(float(accumulate.max_history) - n, 0.0f));
     }
-    float alpha = NewFrameWeight(history_length, n, accumulate.alpha_min,
-                                 accumulate.history_weight_constant != 0);
-    float alpha_of_moments = NewFrameWeight(history_length, n, accumulate.alpha_moments,
+    float alpha = NewFrameWeight(history_length, n, least, accumulate.history_weight_constant != 0);
+    float alpha_of_moments = NewFrameWeight(history_length, n, least_of_moments,
                                             accumulate.history_weight_constant != 0);
     float d = light.x - m.x;
     float within = second_moments != 0 ? VarianceOf(texelFetch(within_image, at, 0).x) : 0.0f;

@@ -57,12 +57,13 @@ layout(set = 0, binding = 19) uniform texture2D emission_image;
 layout(set = 0, binding = 20) uniform texture2D background_image;
 layout(set = 0, binding = 21) uniform texture2D samples_image;
 layout(set = 0, binding = 22) uniform texture2D roughness_image;
-layout(set = 0, binding = 23, rgba32f) writeonly uniform image2D colour_float;
-layout(set = 0, binding = 24, rgba16f) writeonly uniform image2D colour_half;
-layout(set = 0, binding = 25, rgba8) writeonly uniform image2D display_image;
+layout(set = 0, binding = 23) uniform texture2D confidence_image;
+layout(set = 0, binding = 24, rgba32f) writeonly uniform image2D colour_float;
+layout(set = 0, binding = 25, rgba16f) writeonly uniform image2D colour_half;
+layout(set = 0, binding = 26, rgba8) writeonly uniform image2D display_image;
 #include "denoise/vulkan/frame_shared.h"
 // Work of one frame. light_bins is zero between frames.
-layout(set = 0, binding = 28, std430) buffer Partials {
+layout(set = 0, binding = 29, std430) buffer Partials {
   uint light_bins[STILLRAY_LIGHT_BINS];  // see negative_limit.h
   float negative_limit;                  // light that is less negative is zero
   float unused[3];
@@ -92,6 +93,12 @@ bool IsNaN(float x) {
 
 float GivenSamples(ivec2 p) {
   return has_samples != 0 ? texelFetch(samples_image, p, 0).x : 1.0f;
+}
+
+// How far the light of the last frame holds.
+float Confidence(ivec2 p) {
+  float given = has_confidence != 0 ? texelFetch(confidence_image, p, 0).x : 1.0f;
+  return UsedConfidence(given, IsNaN(given));
 }
 
 // A surface: inverse depth (0: none) and unit normal. Its detail: gradient and id.

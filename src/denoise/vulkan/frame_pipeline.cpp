@@ -11,14 +11,14 @@
 //   prepare_guides       depth, normal, id                   guides                    inputs, 16
 //   demodulate           lights, albedos, samples            new light                 inputs, 8 n
 //   suppress_fireflies   new light                           new light                 8 n, 8 n  (only when clamped)
-//   reproject            guides of both frames, history      fetched history           36 + 18 n, 18 n
+//   reproject            guides, history, confidence         fetched history           36 + 18 n, 18 n
 //   update_compression   sums                                scales                    (only for limit_history, as the next five)
 //   compare_history      new light, fetched history, guides  compared, half size       16 + 18 n, 4 + 4 n
 //   atrous, 3 levels     compared, coarse guides             compared                  3 (4 + 2 n), 3 (2 n)
 //   correct_history      compared                            compared, ratio           4 n, 3 n
 //   atrous, 2 levels     compared, coarse guides             compared                  2 (4 + 2 n), 2 (2 n)
 //   limit_history        compared, ratio, guides             limits                    18 + 18 n, 8 n
-//   accumulate           new light, fetched history          history                   26 n or 34 n, 18 n
+//   accumulate           new light, history, confidence      history                   26 n or 34 n, 18 n
 //   merge_future         history, light of the future        known history             48 n, 16 n  (only where the future is known)
 //   estimate_variance    known history, guides               light of the wavelet      16 + 24 n, 8 n
 //   per level:

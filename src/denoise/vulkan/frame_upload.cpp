@@ -69,6 +69,7 @@ Result<std::unique_ptr<FrameUpload>> FrameUpload::Create(const gpu::DeviceContex
   add(facts.has_background, kColour, 4, &u.background_, &u.inputs_.background);
   add(facts.has_samples, kScalar, 1, &u.samples_, &u.inputs_.samples);
   add(facts.has_roughness, kScalar, 1, &u.roughness_, &u.inputs_.roughness);
+  add(facts.has_confidence, kScalar, 1, &u.confidence_, &u.inputs_.confidence);
   STILLRAY_RETURN_IF_ERROR(status);
   const Result<const gpu::Buffer*> staging =
       u.arena_.AddBuffer(u.staged_, 0, gpu::BufferPlace::kUpload);
@@ -93,6 +94,7 @@ Result<std::unique_ptr<FrameUpload>> FrameUpload::Create(const gpu::DeviceContex
   show(u.background_, &u.inputs_.background);
   show(u.samples_, &u.inputs_.samples);
   show(u.roughness_, &u.inputs_.roughness);
+  show(u.confidence_, &u.inputs_.confidence);
   return made;
 }
 
@@ -102,7 +104,8 @@ bool FrameUpload::Fits(int width, int height, const FrameFacts& facts) const {
          facts.has_samples == facts_.has_samples && facts.has_id == facts_.has_id &&
          facts.has_emission == facts_.has_emission &&
          facts.has_background == facts_.has_background &&
-         facts.has_roughness == facts_.has_roughness;
+         facts.has_roughness == facts_.has_roughness &&
+         facts.has_confidence == facts_.has_confidence;
 }
 
 /// Interleaves channels; a fourth channel is not written.
@@ -172,6 +175,9 @@ Status FrameUpload::Write(const Frame& f) {
   if (facts_.has_roughness) {
     WritePlane(roughness_, g.roughness);
   }
+  if (!f.confidence.empty()) {
+    WritePlane(confidence_, f.confidence);
+  }
   return arena_.Flush();
 }
 
@@ -194,8 +200,9 @@ void FrameUpload::Record(VkCommandBuffer commands) {
     copy(lights_[k]);
     copy(second_moments_[k]);
   }
-  for (const Entry* entry : {&depth_, &normal_, &id_, &motion_, &albedos_[0], &albedos_[1],
-                             &albedos_[2], &emission_, &background_, &samples_, &roughness_}) {
+  for (const Entry* entry :
+       {&depth_, &normal_, &id_, &motion_, &albedos_[0], &albedos_[1], &albedos_[2], &emission_,
+        &background_, &samples_, &roughness_, &confidence_}) {
     copy(*entry);
   }
 }

@@ -67,6 +67,7 @@ class FrameUpload {
   Entry background_;
   Entry samples_;
   Entry roughness_;
+  Entry confidence_;
 };
 
 }  // namespace stillray::vulkan

@@ -33,6 +33,7 @@ struct FrameInputs {
   ImageRef background;
   ImageRef samples;
   ImageRef roughness;
+  ImageRef confidence;
   ImageRef colour;              ///< output: R32G32B32A32_SFLOAT, or R16G16B16A16_SFLOAT ...
   bool colour_is_half = false;  ///< ... as this says
   ImageRef display;             ///< output: R8G8B8A8_UNORM

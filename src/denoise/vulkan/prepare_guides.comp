@@ -61,7 +61,8 @@ void main() {
   detail.id = g.id;
   imageStore(surface_out, p, PackSurface(g.surface));
   imageStore(detail_out, p, PackDetail(detail, g.surface.inverse_depth));
-  if (g.bad) {
-    atomicAdd(bad_guides, 1u);
+  bool bad_confidence = has_confidence != 0 && IsNaN(texelFetch(confidence_image, p, 0).x);
+  if (g.bad || bad_confidence) {
+    atomicAdd(bad_guides, (g.bad ? 1u : 0u) + (bad_confidence ? 1u : 0u));
   }
 }

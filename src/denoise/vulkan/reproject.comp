@@ -94,8 +94,8 @@ Taps FindTaps(ivec2 p) {
 }
 
 // Weighted means of the whole history: the length over all taps, other planes over those with
-// light.
-void Fetch(Taps taps, ivec2 p, int s) {
+// light; none without confidence in it.
+void Fetch(Taps taps, float confidence, ivec2 p, int s) {
   vec4 sum_colour = vec4(0.0f);
   vec4 sum_behind = vec4(0.0f);
   vec4 sum_moments = vec4(0.0f);
@@ -126,11 +126,12 @@ void Fetch(Taps taps, ivec2 p, int s) {
       sum_compressed += w * texelFetch(compressed, q, 0).x;
     }
   }
-  float scale = lit > 0.0f ? 1.0f / lit : 0.0f;
+  float scale = lit > 0.0f && confidence > 0.0f ? 1.0f / lit : 0.0f;
   float ratio = exposure_ratio[s];
   vec3 c = ClampLight(sum_colour.xyz * (scale * ratio));
   float deviation = PackDeviation(sum_moments.y * scale, true) * ratio;
-  float history_length = all > 0.0f ? sum_length / all : -1.0f;
+  float history_length =
+      all > 0.0f ? ConfidentLength(sum_length / all, sum_moments.w * scale, confidence) : -1.0f;
   ivec3 at = ivec3(p, s);
   imageStore(colour_out, at, Stored(vec4(c, 0.0f)));
   imageStore(moments_out, at,
@@ -149,8 +150,9 @@ void main() {
   vec4 luminance = vec4(0.0f);
   if (Inside(p)) {
     Taps taps = FindTaps(p);
+    float confidence = Confidence(p);
     for (int s = 0; s < signals; ++s) {
-      Fetch(taps, p, s);
+      Fetch(taps, confidence, p, s);
       luminance[s] = texelFetch(colour, ivec3(p, s), 0).x * exposure_ratio[s];
     }
   }

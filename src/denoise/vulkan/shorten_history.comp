@@ -4,8 +4,8 @@
 #extension GL_GOOGLE_include_directive : require
 
 // Played backward: the history of this frame's pixels, corrected and with the lengths of
-// limit_history, is the light of their future. In the unit of the input, independent of the stored
-// exposure.
+// limit_history and of the confidence, is the light of their future. In the unit of the input,
+// independent of the stored exposure.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/limit_history.glsl"
 
@@ -25,13 +25,15 @@ void main() {
   if (!Inside(p)) {
     return;
   }
+  bool is_certain = Confidence(p) >= 1.0f;
   for (int s = 0; s < signals; ++s) {
     ivec3 at = ivec3(p, s);
     vec4 m = texelFetch(moments, at, 0);
     m.z = max(m.z, 0.0f);
     vec4 of_history = limited != 0 ? texelFetch(limits, at, 0) : vec4(1.0f, 0.0f, 0.0f, 0.0f);
     float most = MostLength(m, of_history);
-    float weights2 = most < m.z ? max(m.w, 1.0f / most) : m.w;
+    bool shortened = most < m.z || (!is_certain && most > 0.0f);
+    float weights2 = shortened ? max(m.w, 1.0f / most) : m.w;
     float unit = of_history.x / exposure[s];
     imageStore(light_out, at, vec4(texelFetch(colour, at, 0).xyz * unit, min(m.z, most)));
     imageStore(moments_out, at, vec4(m.x * unit, VarianceOf(m.y * unit), weights2, 0.0f));

@@ -40,6 +40,7 @@ FrameFacts FactsOf(const VulkanFrame& frame) {
   facts.has_emission = IsGiven(frame.emission);
   facts.has_background = IsGiven(frame.background);
   facts.has_roughness = IsGiven(frame.roughness);
+  facts.has_confidence = IsGiven(frame.confidence);
   facts.samples_per_pixel = frame.samples_per_pixel;
   facts.is_displayed = IsGiven(frame.display);
   return facts;
@@ -62,6 +63,7 @@ FrameInputs InputsOf(const VulkanFrame& frame) {
   in.background = RefTo(frame.background);
   in.samples = RefTo(frame.samples);
   in.roughness = RefTo(frame.roughness);
+  in.confidence = RefTo(frame.confidence);
   in.colour = RefTo(frame.colour);
   in.colour_is_half = frame.colour_is_half;
   in.display = RefTo(frame.display);

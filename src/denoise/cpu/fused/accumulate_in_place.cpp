@@ -60,6 +60,9 @@ HWY_INLINE bool AllAre(bool lit, const SignalHistory& history, int x, int y) {
 /// Whether the history of the pixels x, x + 1, ... is unchanged without new light. A pixel without
 /// samples has no light either, unless a filtered picture was fed back, which is then dropped.
 HWY_INLINE bool StaysAsItIs(const Joining& j, TapPattern pattern, bool lit_alone, int x, int y) {
+  if (j.taps->confidence != nullptr) {
+    return false;  // histories are shortened without new light too
+  }
   if (pattern == TapPattern::kIdentity) {
     return lit_alone || AllAre(true, j.before, x, y);
   }
