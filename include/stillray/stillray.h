@@ -328,7 +328,8 @@ typedef struct stillray_statistics {
   size_t struct_size;  /* sizeof(stillray_statistics), by the INIT below */
   int64_t non_finite;  /* pixels of signals with NaN or infinite light, treated as missing */
   int64_t negative;    /* ... with light below -1/1024 of the mean light; above, it is zero */
-  int64_t bad_guides;  /* pixels whose depth or normal was invalid: passed through */
+  /* pixels whose depth or normal was invalid: passed through; and those with NaN as confidence */
+  int64_t bad_guides;
   size_t memory_bytes; /* history and working memory in use */
   double filter_ms;    /* time of all stages, without copying images in and out */
 } stillray_statistics;

@@ -78,6 +78,12 @@ constexpr std::array kInputs = {
     Input("refraction_albedo", "Its reflectance, linear RGB.", 3),
     Input("refraction_motion", "Motion of the refracted image, as motion.", 2),
     Input("refraction_id", "Its id.", 1),
+    Input(
+        "confidence",
+        "How far the light of the last frame still holds at what a pixel shows, 0 to 1: the length "
+        "that its history counts for is multiplied by it; 0: that history is dropped; not given: "
+        "1 everywhere.",
+        1),
     Input("emission", "Light that the first surface emits: added after filtering, linear RGB.", 3),
     Input("background", "Light of rays that left the scene: added after filtering, linear RGB.", 3),
     Input("samples",
@@ -205,6 +211,7 @@ void LoadFrame(const ImageMap& images, Frame* frame) {
   Load(images, "emission", *frame, &frame->emission);
   Load(images, "background", *frame, &frame->background);
   Load(images, "samples", *frame, &frame->samples);
+  Load(images, "confidence", *frame, &frame->confidence);
   LoadIds(images, "id", *frame, &g.id);
   LoadVirtualGuides(images, "reflection", *frame, &frame->reflection);
   LoadVirtualGuides(images, "refraction", *frame, &frame->refraction);
@@ -239,6 +246,7 @@ void MarkImages(const ImageMap& images, Frame* shape) {
   Mark(images, "emission", &shape->emission);
   Mark(images, "background", &shape->background);
   Mark(images, "samples", &shape->samples);
+  Mark(images, "confidence", &shape->confidence);
 }
 
 }  // namespace stillray::capi

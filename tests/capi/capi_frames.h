@@ -120,6 +120,7 @@ struct CallerFrame {
     Add("emission", frame.emission);
     Add("background", frame.background);
     Add("samples", frame.samples);
+    Add("confidence", frame.confidence);
     AddIds("id", g.id);
     for (const auto& [name, image] :
          {std::pair("reflection", &frame.reflection), std::pair("refraction", &frame.refraction)}) {
@@ -213,6 +214,7 @@ inline Frame RoundedToHalf(Frame frame) {
   round_planes(&frame.emission);
   round_planes(&frame.background);
   round_plane(&frame.samples);
+  round_plane(&frame.confidence);
   return frame;
 }
 

@@ -224,6 +224,45 @@ TEST(SessionTest, ColourAloneIsDenoised) {
   }
 }
 
+TEST(SessionTest, ConfidenceIsThatOfCpp) {
+  const DenoiserHandle denoiser = MakeDenoiser();
+  Result<Denoiser> engine = Denoiser::Create(PresetSettings("default").value());
+  ASSERT_TRUE(engine.ok());
+  for (int i = 0; i < 4; ++i) {
+    Frame frame = MakeBusyFrame(kWidth, kHeight, i);
+    frame.confidence = Image1(kWidth, kHeight);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        frame.confidence(x, y) = static_cast<float>((x + y + i) % 5) / 4;
+      }
+    }
+    CallerFrame caller(frame);
+    caller.Run(denoiser.get());
+    DenoisedFrame expected;
+    ASSERT_TRUE(engine->Denoise(frame, &expected).ok());
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        ASSERT_EQ(caller.colour.Get(x, y, 1), expected.colour[1](x, y)) << x << " " << y;
+      }
+    }
+  }
+  // Another frame without it.
+  ASSERT_EQ(stillray_denoiser_set_input(denoiser.get(), "confidence", nullptr), STILLRAY_OK);
+  EXPECT_EQ(stillray_denoiser_execute(denoiser.get()), STILLRAY_OK);
+}
+
+TEST(SessionTest, ConfidenceOfAnotherSizeIsRefused) {
+  const DenoiserHandle denoiser = MakeDenoiser();
+  CallerFrame caller(MakeBusyFrame(kWidth, kHeight, 0));
+  caller.Give(denoiser.get());
+  float value = 1;
+  const stillray_image small = stillray_interleaved(&value, STILLRAY_FORMAT_FLOAT, 1, 1, 1);
+  ASSERT_EQ(stillray_denoiser_set_input(denoiser.get(), "confidence", &small), STILLRAY_OK);
+  EXPECT_EQ(stillray_denoiser_execute(denoiser.get()), STILLRAY_ERROR_INVALID_ARGUMENT);
+  EXPECT_NE(std::string(stillray_error_message(denoiser.get())).find("image 'confidence' is 1x1"),
+            std::string::npos);
+}
+
 TEST(SessionTest, WarnsOfNormalsThatAreAllZero) {
   const DenoiserHandle denoiser = MakeDenoiser();
   EXPECT_STREQ(stillray_denoiser_warning(denoiser.get()), "");

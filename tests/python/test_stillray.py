@@ -201,6 +201,30 @@ class ErrorTest(unittest.TestCase):
 
 
 class SequenceTest(unittest.TestCase):
+    def test_confidence(self):
+        frames = [make_frame(i) for i in range(4)]
+
+        def last(**more):
+            denoiser = stillray.Denoiser()
+            for frame in frames[:3]:
+                denoiser.denoise(frame)
+            return denoiser.denoise({**frames[3], **more}, outputs=["colour", "history_length"])
+
+        def filled(value, dtype=np.float32):
+            return np.full((H, W), value, dtype)
+
+        without = last()
+        for dtype in np.float32, np.float16:
+            whole = last(confidence=filled(1, dtype))
+            np.testing.assert_array_equal(whole["colour"], without["colour"])
+            none = last(confidence=filled(0, dtype))
+            np.testing.assert_array_equal(none["history_length"], filled(1))
+        half = last(confidence=filled(0.5))["history_length"][H // 2, W // 4]
+        self.assertLess(half, without["history_length"][H // 2, W // 4])
+        self.assertGreater(half, 1)
+        with self.assertRaisesRegex(ValueError, "'confidence'"):
+            last(confidence=np.ones((H, W + 1), np.float32))
+
     def test_settings_as_python_values(self):
         denoiser = stillray.Denoiser("svgf", alpha_min=0.25, steps=[1, 2, 4], demodulate=False)
         denoiser.set(kernel="3x3", feedback=2)
