@@ -150,6 +150,7 @@ enum class Aov : uint8_t {
   kCryptomatte,  ///< id as the bits of a float
   kRoughness,
   kSamples,
+  kConfidence,  ///< Frame::confidence
   kDirectDiffuse,
   kIndirectDiffuse,
   kDirectSpecular,
@@ -161,7 +162,7 @@ enum class Aov : uint8_t {
   kEmission,
   kBackground,
 };
-inline constexpr int kAovCount = 39;
+inline constexpr int kAovCount = 40;
 /// The name on the command line: "colour", "direct_diffuse", ...
 const char* AovName(Aov aov);
 

@@ -249,6 +249,9 @@ void Importer::ImportGuides(std::array<float, 2> previous_jitter) {
   if (std::optional<Image1> samples = Plane1(Aov::kSamples)) {
     frame_.samples = std::move(*samples);
   }
+  if (std::optional<Image1> confidence = Plane1(Aov::kConfidence)) {
+    frame_.confidence = std::move(*confidence);
+  }
 }
 
 Signal& Importer::SignalOf(SignalKind kind) {

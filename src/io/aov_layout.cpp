@@ -215,6 +215,7 @@ int ComponentCount(Aov aov) {
     case Aov::kCryptomatte:
     case Aov::kRoughness:
     case Aov::kSamples:
+    case Aov::kConfidence:
       return 1;
     case Aov::kMotion:
     case Aov::kNextMotion:

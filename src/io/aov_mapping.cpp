@@ -243,6 +243,7 @@ const char* AovName(Aov aov) {
                                              "cryptomatte",
                                              "roughness",
                                              "samples",
+                                             "confidence",
                                              "direct_diffuse",
                                              "indirect_diffuse",
                                              "direct_specular",

@@ -85,6 +85,7 @@ constexpr AovNameRow kStillray[] = {
     {Aov::kId, "id", "X"},
     {Aov::kRoughness, "roughness", "X"},
     {Aov::kSamples, "samples", "X"},
+    {Aov::kConfidence, "confidence", "X"},
     {Aov::kDirectDiffuse, "direct_diffuse", "RGB"},
     {Aov::kIndirectDiffuse, "indirect_diffuse", "RGB"},
     {Aov::kDirectSpecular, "direct_specular", "RGB"},

@@ -9,7 +9,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "io/test_files.h"
 #include "stillray/aov.h"
+#include "stillray/io.h"
 
 namespace stillray {
 namespace {
@@ -91,6 +93,59 @@ TEST(AovImport, BlenderGuides) {
   EXPECT_EQ(frame->guides.motion[0](0, 0), 3);
   EXPECT_EQ(frame->guides.motion[1](0, 0), -2);
   EXPECT_EQ(frame->guides.id(0, 0), 6u);
+}
+
+TEST(AovImport, ConfidenceIsALayerOfOurs) {
+  const auto confidence = [](const ExrImage& image, const AovOptions& options) {
+    const Result<Frame> frame = Import(image, options);
+    EXPECT_TRUE(frame.ok()) << frame.status().message();
+    return frame->confidence.empty() ? -1.0f : frame->confidence(0, 0);
+  };
+  std::map<std::string, std::vector<float>> layers = {{":RGB", {1, 1, 1}},
+                                                      {"direct_diffuse:RGB", {1, 1, 1}},
+                                                      {"albedo:RGB", {1, 1, 1}},
+                                                      {"motion:XY", {0, 0}},
+                                                      {"depth:Z", {1}}};
+  EXPECT_EQ(confidence(OnePixel(layers), {"stillray", {}}), -1);
+  layers["confidence:X"] = {0.25f};
+  EXPECT_EQ(confidence(OnePixel(layers), {"stillray", {}}), 0.25f);
+  EXPECT_EQ(confidence(OnePixel(layers), {"stillray", {"confidence=none"}}), -1);
+  layers["valid:Y"] = {0.75f};
+  EXPECT_EQ(confidence(OnePixel(layers), {"stillray", {"confidence=valid"}}), 0.75f);
+  // Of any renderer, once it is named.
+  layers = BlenderLayers();
+  layers["valid:X"] = {0.5f};
+  EXPECT_EQ(confidence(OnePixel(layers), {}), -1);
+  EXPECT_EQ(confidence(OnePixel(layers), {"auto", {"confidence=valid"}}), 0.5f);
+}
+
+TEST(AovImport, ConfidenceComesBackFromAFile) {
+  const TempFolder folder;
+  Image1 confidence(5, 3);
+  Image3 light(5, 3);
+  for (int y = 0; y < 3; ++y) {
+    for (int x = 0; x < 5; ++x) {
+      confidence(x, y) = static_cast<float>(x + 5 * y) / 16;  // exact in halves
+    }
+  }
+  for (const PixelType type : {PixelType::kHalf, PixelType::kFloat}) {
+    ExrImage image;
+    image.width = 5;
+    image.height = 3;
+    image.Add("direct_diffuse.", type, light);
+    image.Add("confidence.X", type, confidence);
+    const std::string path = folder.Path("frame.exr");
+    ASSERT_TRUE(WriteExr(path, image).ok());
+    const Result<ExrImage> read = ReadExr(path);
+    ASSERT_TRUE(read.ok()) << read.status().message();
+    const Result<Frame> frame = Import(*read, {"stillray", {}});
+    ASSERT_TRUE(frame.ok()) << frame.status().message();
+    for (int y = 0; y < 3; ++y) {
+      for (int x = 0; x < 5; ++x) {
+        EXPECT_EQ(frame->confidence(x, y), confidence(x, y)) << x << ", " << y;
+      }
+    }
+  }
 }
 
 // Blender's ZW is the place now minus the place in the next frame, y up.

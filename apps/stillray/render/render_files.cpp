@@ -148,6 +148,9 @@ ExrImage NoisyExr(const RenderOptions& options, const Frame& frame) {
   if (!frame.samples.empty()) {
     image.Add("samples.X", options.exr_type, frame.samples);
   }
+  if (!frame.confidence.empty()) {
+    image.Add("confidence.X", options.exr_type, frame.confidence);
+  }
   return image;
 }
 
