@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Finds invalid values (NaN, infinite, negative light), and missing layers.
+// Finds invalid values (NaN, infinite, negative light, confidence outside 0 to 1), and missing
+// layers.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -75,6 +76,7 @@ class DamageCheck : public Check {
   int64_t frames_ = 0;
   Places broken_;
   Places negative_;
+  Places out_of_range_;
 };
 
 void DamageCheck::LookAt(const Exhibit& now, const AovSource& source, const Channel& channel,
@@ -90,6 +92,8 @@ void DamageCheck::LookAt(const Exhibit& now, const AovSource& source, const Chan
         broken_.Add(now, channel.name, x, y, row[x]);
       } else if (light && row[x] < -limit) {
         negative_.Add(now, channel.name, x, y, row[x]);
+      } else if (source.aov == Aov::kConfidence && (row[x] < 0 || row[x] > 1)) {
+        out_of_range_.Add(now, channel.name, x, y, row[x]);
       }
     }
   }
@@ -118,6 +122,8 @@ void DamageCheck::Conclude(Verdict* verdict) {
                        broken_.count > 0, frames_});
   verdict->Add(Measure{"negative_values", static_cast<double>(negative_.count), 0,
                        negative_.count > 0, frames_});
+  verdict->Add(Measure{"confidence_out_of_range", static_cast<double>(out_of_range_.count), 0,
+                       out_of_range_.count > 0, frames_});
   if (broken_.count > 0) {
     verdict->Add(Finding{
         "not_finite", broken_.frames,
@@ -135,6 +141,16 @@ void DamageCheck::Conclude(Verdict* verdict) {
         "write scene-linear light, not a difference, and use a pixel filter without negative lobes "
         "(Box or Blackman-Harris, not Mitchell or sinc); such pixels are left out",
         static_cast<double>(negative_.count), 0, ""});
+  }
+  if (out_of_range_.count > 0) {
+    verdict->Add(Finding{
+        "confidence_range", out_of_range_.frames,
+        fmt::format(
+            "confidence outside 0 to 1: {} ({:.4g}); expected 1 where the light of the last "
+            "frame still holds, 0 where it does not",
+            out_of_range_.Text(), out_of_range_.value),
+        "divide it by its largest value; such values are clamped",
+        static_cast<double>(out_of_range_.count), 0, ""});
   }
 }
 

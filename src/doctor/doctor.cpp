@@ -33,6 +33,7 @@ constexpr FindingInfo kFindings[] = {
     {"layers_change", "a frame lacks layers that the first one has"},
     {"not_finite", "NaN or infinite values"},
     {"negative_light", "light below zero"},
+    {"confidence_range", "confidence outside 0 to 1"},
     {"lossy_compression", "light or guides are compressed with loss"},
     {"single_layer", "the files hold only the picture, without passes"},
     {"view_layer_left", "another view layer stays noisy"},

@@ -291,6 +291,25 @@ TEST(ImagesInMirrors, WrongDepthAndMotionAreNamed) {
   EXPECT_EQ(FindingsOf(sequence), Names{"not_finite"});
 }
 
+TEST(Confidence, OutsideItsRangeIsNamed) {
+  Sequence sequence = RenderSequence({.width = 192, .height = 108, .step = 0.1});
+  const auto planted = [&](float value) {
+    Sequence with = sequence;
+    for (NumberedImage& f : with) {
+      Image1 confidence(f.image.width, f.image.height);
+      confidence.Fill(0.5f);
+      confidence(60, 30) = value;
+      f.image.Add("confidence.X", PixelType::kFloat, confidence);
+    }
+    return FindingsOf(with);
+  };
+  EXPECT_EQ(planted(0), Names{});
+  EXPECT_EQ(planted(1), Names{});
+  EXPECT_EQ(planted(1.5f), Names{"confidence_range"});
+  EXPECT_EQ(planted(-0.25f), Names{"confidence_range"});
+  EXPECT_EQ(planted(std::nanf("")), Names{"not_finite"});
+}
+
 TEST(FixedSeed, IsNamedWhereTheCameraMoves) {
   EXPECT_EQ(FindingsOf(RenderSequence(
                 {.width = 192, .height = 108, .step = 0.1, .jitter = false, .fixed_seed = true})),
