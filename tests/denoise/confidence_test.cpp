@@ -512,6 +512,39 @@ TEST(Confidence, IsMovedToTheFrameBefore) {
   EXPECT_TRUE(MotionTowards(next, motion).confidence.empty());
 }
 
+TEST(Confidence, LightOfTheFutureCountsForItsShortenedLength) {
+  // Four frames of light 1 up to the last one, and four of light 2 after it: both counted for the
+  // same, the picture would be 1.5; the future counted for half, it is a third of the way.
+  const auto frame_of = [](float light) {
+    Frame f = MakeWall(kWidth, kHeight);
+    for (int c = 0; c < 3; ++c) {
+      Light(&f, SignalKind::kDirectDiffuse)[c].Fill(light);
+    }
+    return f;
+  };
+  for (const Backend backend : {Backend::kCpu, Backend::kReference}) {
+    for (const float confidence : {1.0f, 0.5f, 0.0f}) {
+      const Settings settings = PresetSettings("temporal").value();
+      Denoiser backward = MakeDenoiser(settings, backend);
+      FutureLight future;
+      for (int i = 0; i < 4; ++i) {
+        ASSERT_TRUE(backward.Accumulate(frame_of(2), &future).ok());
+      }
+      Frame last = frame_of(1);
+      last.confidence = Filled(confidence);
+      ASSERT_TRUE(backward.Accumulate(last, &future).ok());
+      Denoiser forward = MakeDenoiser(settings, backend);
+      DenoisedFrame out;
+      for (int i = 0; i < 3; ++i) {
+        ASSERT_TRUE(forward.Denoise(frame_of(1), &out).ok());
+      }
+      ASSERT_TRUE(forward.Denoise(frame_of(1), future, &out).ok());
+      const float share = confidence / (1 + confidence);
+      EXPECT_NEAR(out.colour[0](20, 20), 1 + share, 1e-4) << confidence;
+    }
+  }
+}
+
 TEST(Confidence, LightOfTheFutureEndsWhereALampIsSwitched) {
   // The lamp goes on in frame 6: frames before it must not receive its light.
   const auto pictures = [](bool with) {
