@@ -24,7 +24,7 @@ install(TARGETS stillray_shared EXPORT stillrayTargets
 install(EXPORT stillrayTargets NAMESPACE stillray:: DESTINATION ${stillray_cmake_dir})
 stillray_install_modules(stillrayStaticTargets capi denoise gpu core)
 if(STILLRAY_BUILD_APPS)
-  stillray_install_modules(stillrayDoctorTargets doctor sequence io pictures)
+  stillray_install_modules(stillrayDoctorTargets doctor sequence motion io pictures)
   install(TARGETS stillray RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
 

@@ -35,6 +35,18 @@ enum class Window : uint8_t {
 /// "past", "both".
 const char* WindowName(Window window);
 
+/// Where the motion of a sequence comes from.
+enum class MotionSource : uint8_t {
+  /// The files, and what follows below where they have none or zeros although guides move: the
+  /// cameras if they are known, with estimation of what moves by itself; else estimation.
+  kAuto,
+  kFile,      ///< the motion layer; without one, cameras in the files and depth
+  kCamera,    ///< depth and the cameras alone: nothing moves by itself
+  kEstimate,  ///< the guides, beginning with the cameras if they are known
+};
+/// "auto", "file", "camera", "estimate".
+const char* MotionSourceName(MotionSource source);
+
 /// The files of a sequence in the order of their frames, by the names of `stillray denoise`.
 /// \param inputs  one name: a pattern ("in.####.exr", "in.%04d.exr"), wild cards ("in.*.exr"), or a
 ///     folder that holds one sequence; or files
@@ -80,6 +92,10 @@ struct SequenceOptions {
   Window window = Window::kPast;
   /// Use kPast instead of kBoth if memory is too small for both.
   bool window_may_narrow = false;
+  MotionSource motion = MotionSource::kAuto;
+  /// A JSON file with the camera of every frame (docs/files.md), which counts in place of cameras
+  /// in the files; or empty.
+  std::string cameras = {};
   bool passes = false;  ///< also write the denoised light of every light layer
   MemoryLimit memory;
   /// Read the next file and write the last one while a frame is filtered, if memory allows. The
@@ -124,6 +140,13 @@ struct FrameReport {
   int64_t bad_guides = 0;      ///< pixels that were passed through
   int64_t written_bytes = 0;   ///< of the output
   std::vector<LoggedStage> stages;
+  /// The origin of its motion towards the previous frame: "file", "camera", "estimate", or empty
+  /// where there is none.
+  std::string motion;
+  /// Fractions of the pixels with a surface whose motion was estimated, and whose motion is
+  /// unknown.
+  double motion_estimated = 0;
+  double motion_unknown = 0;
   std::string note;     ///< why history was dropped, or empty
   std::string warning;  ///< of the denoiser, or empty
 };
@@ -201,6 +224,8 @@ class SequenceDenoiser {
   void RemoveState();
 
   const std::vector<FrameReport>& reports() const;  ///< of finished frames
+  /// Whether motion that the files lack is derived from cameras or guides.
+  bool derives_motion() const;
   /// Whether a frame had motion other than zero.
   bool motion_was_seen() const;
   size_t memory_bytes() const;         ///< of the denoisers, at most

@@ -71,7 +71,9 @@ glm::dvec2 Device(const glm::dmat4& matrix, const glm::dvec4& point) {
 Projection Understand(const glm::dmat4& matrix, int width, int height) {
   Projection p;
   p.matrix = matrix;
-  p.z_sign = matrix[2][3] < 0 ? -1.0 : 1.0;
+  // Without perspective the order of depths tells the sign.
+  const double along = matrix[2][3] != 0 ? matrix[2][3] : matrix[2][2];
+  p.z_sign = along < 0 ? -1.0 : 1.0;
   const glm::dvec2 middle = Device(matrix, {0, 0, p.z_sign, 1});
   const glm::dvec2 above = Device(matrix, {0, 1, p.z_sign, 1});
   const glm::dvec2 from_half = glm::abs(middle - glm::dvec2(0.5));

@@ -17,7 +17,7 @@ Status SequenceFilter::Prepare(const Device& device, size_t held, bool ahead,
   STILLRAY_RETURN_IF_ERROR(denoiser.status());
   denoiser_.emplace(std::move(denoiser.value()));
   std::vector<std::string> outputs;
-  if (options_.passes) {
+  if (view_.options.passes) {
     splitter_.emplace(settings_, device);
     outputs = PassSplitter::Outputs(settings_);
   }
@@ -25,10 +25,10 @@ Status SequenceFilter::Prepare(const Device& device, size_t held, bool ahead,
     outputs.emplace_back("disocclusion");
   }
   STILLRAY_RETURN_IF_ERROR(denoiser_->SetOutputs(outputs));
-  if (options_.window == Window::kBoth) {
+  if (view_.options.window == Window::kBoth) {
     Result<Denoiser> backward = Denoiser::Create(settings_, device);
     STILLRAY_RETURN_IF_ERROR(backward.status());
-    future_.emplace(options_, layout_, std::move(backward.value()), held, ahead, std::move(step));
+    future_.emplace(view_, std::move(backward.value()), held, ahead, std::move(step));
   }
   return Status::Ok();
 }
@@ -50,8 +50,12 @@ std::string SequenceFilter::NoteOf(Link link, const Frame& frame) const {
 
 Link SequenceFilter::LinkFrame(SequenceFrame* frame, FrameReport* report) {
   motion_was_seen_ = motion_was_seen_ || !IsStill(frame->frame.guides.motion);
-  const Link link = settings_.temporal && previous_ ? LinkToPrevious(*previous_, layout_, frame)
-                                                    : Link::kContinues;
+  const Link link =
+      settings_.temporal && previous_ ? LinkToPrevious(*previous_, view_, frame) : Link::kContinues;
+  motion_was_seen_ = motion_was_seen_ || !IsStill(frame->frame.guides.motion);
+  report->motion = MotionKindName(frame->origin.kind);
+  report->motion_estimated = frame->origin.estimated;
+  report->motion_unknown = frame->origin.unknown;
   if (link != Link::kContinues) {
     denoiser_->Reset();
     if (splitter_) {
@@ -79,7 +83,7 @@ Status SequenceFilter::Filter(SequenceFrame* frame, size_t at, FrameReport* repo
   frames_ = at + 1;
   layers->clear();
   if (splitter_) {
-    STILLRAY_RETURN_IF_ERROR(splitter_->Split(frame->frame, layout_, std::move(frame->parts),
+    STILLRAY_RETURN_IF_ERROR(splitter_->Split(frame->frame, view_.layout, std::move(frame->parts),
                                               denoised_, &denoised_.colour, layers));
   }
   report->without_history = settings_.temporal ? PartWithoutHistory(denoised_, frame->frame) : 1.0;

@@ -21,9 +21,9 @@ namespace stillray {
 
 class SequenceFilter {
  public:
-  /// \param options, layout, settings  must outlive the filter
-  SequenceFilter(const SequenceOptions& options, const AovLayout& layout, const Settings& settings)
-      : options_(options), layout_(layout), settings_(settings) {}
+  /// \param view, settings  what they refer to must outlive the filter
+  SequenceFilter(const SequenceView& view, const Settings& settings)
+      : view_(view), settings_(settings) {}
 
   /// Creates the denoisers, all on one device.
   /// \param held  frames whose future is held at once; only for Window::kBoth with history
@@ -63,8 +63,7 @@ class SequenceFilter {
   Link LinkFrame(SequenceFrame* frame, FrameReport* report);
   std::string NoteOf(Link link, const Frame& frame) const;
 
-  const SequenceOptions& options_;
-  const AovLayout& layout_;
+  SequenceView view_;
   const Settings& settings_;
   std::optional<Denoiser> denoiser_;
   std::optional<PassSplitter> splitter_;

@@ -13,19 +13,6 @@ namespace {
 
 constexpr size_t kMaxFileBytes = size_t{4} << 30;
 
-/// Motion that includes jitter was converted without the neighbour's jitter.
-void AddJitter(const MotionConvention& convention, const Frame& neighbour, Image2* motion) {
-  if (!convention.jittered || (neighbour.jitter_x == 0 && neighbour.jitter_y == 0)) {
-    return;
-  }
-  for (int y = 0; y < motion->height(); ++y) {
-    for (int x = 0; x < motion->width(); ++x) {
-      (*motion)[0](x, y) += neighbour.jitter_x;
-      (*motion)[1](x, y) += neighbour.jitter_y;
-    }
-  }
-}
-
 bool SameSize(const Frame& a, const Frame& b) {
   return a.width == b.width && a.height == b.height;
 }
@@ -56,8 +43,8 @@ Result<LoadedFile> LoadFile(const std::string& path, const SequenceOptions& opti
   return file;
 }
 
-Result<SequenceFrame> LoadFrame(const SequenceFile& file, const SequenceOptions& options,
-                                const AovLayout& layout, bool to_write) {
+Result<SequenceFrame> LoadFrame(const SequenceFile& file, const SequenceView& view, bool to_write) {
+  const auto& [options, layout, motion] = view;
   Result<LoadedFile> loaded = LoadFile(file.input, options, to_write);
   if (!loaded.ok()) {
     return loaded.status();
@@ -72,9 +59,9 @@ Result<SequenceFrame> LoadFrame(const SequenceFile& file, const SequenceOptions&
   result.frame.index = file.frame;
   result.next_motion =
       ImportNextMotion(loaded->image, layout, {result.frame.jitter_x, result.frame.jitter_y, 0, 0});
-  if (layout.motion_from_cameras) {
-    result.camera = CameraOf(loaded->image);
-  }
+  Result<std::optional<CameraMatrices>> camera = CameraOfFrame(motion, file, loaded->image);
+  STILLRAY_RETURN_IF_ERROR(camera.status());
+  result.camera = *camera;
   if (to_write) {
     result.bytes = std::move(loaded->bytes);
     result.stored = std::move(loaded->stored);
@@ -92,21 +79,17 @@ void KeepGuidesOnly(SequenceFrame* frame) {
   frame->next_motion = Image2();
 }
 
-Link LinkToPrevious(const SequenceFrame& before, const AovLayout& layout, SequenceFrame* now) {
+Link LinkToPrevious(const SequenceFrame& before, const SequenceView& view, SequenceFrame* now) {
   if (now->frame.index != before.frame.index + 1) {
     return Link::kGap;
   }
   if (!SameSize(before.frame, now->frame)) {
     return Link::kResized;
   }
+  now->origin = CompleteMotion({before.frame, before.camera}, view.motion, view.layout, now->camera,
+                               &now->frame);
   if (now->frame.guides.motion.empty()) {
     return Link::kCut;
-  }
-  if (now->camera && before.camera) {
-    now->frame.guides.motion =
-        MotionFromCameras(now->frame.guides.depth, *now->camera, *before.camera);
-  } else {
-    AddJitter(layout.motion, before.frame, &now->frame.guides.motion);
   }
   return IsCut(FindAgain(now->frame, before.frame.guides)) ? Link::kCut : Link::kContinues;
 }
@@ -130,28 +113,16 @@ double PartWithoutHistory(const DenoisedFrame& out, const Frame& frame) {
   return surfaces == 0 ? 0 : static_cast<double>(marked) / static_cast<double>(surfaces);
 }
 
-bool IsStill(const Image2& motion) {
-  for (int c = 0; c < 2; ++c) {
-    for (int y = 0; y < motion.height(); ++y) {
-      const float* row = motion[c].Row(y);
-      if (std::any_of(row, row + motion.width(), [](float v) { return v != 0; })) {
-        return false;
-      }
-    }
-  }
-  return true;
-}
-
 Image2 MotionToNext(const SequenceFrame& now, const SequenceFrame& next, const AovLayout& layout) {
-  if (now.camera && next.camera) {
+  if (next.origin.kind == MotionKind::kCamera) {
     return MotionFromCameras(now.frame.guides.depth, *now.camera, *next.camera);
   }
-  if (now.next_motion.empty()) {
+  if (next.origin.kind == MotionKind::kEstimate || now.next_motion.empty()) {
     return ReverseMotion(next.frame.guides.motion, next.frame.guides.depth);
   }
   Image2 motion = now.next_motion;
-  AddJitter(layout.Find(Aov::kNextMotion) != nullptr ? layout.next_motion : layout.motion,
-            next.frame, &motion);
+  AddNeighbourJitter(layout.Find(Aov::kNextMotion) != nullptr ? layout.next_motion : layout.motion,
+                     next.frame, &motion);
   return motion;
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "sequence/motion_plan.h"
 #include "stillray/aov.h"
 #include "stillray/sequence.h"
 
@@ -34,12 +35,20 @@ struct SequenceFrame {
   /// Towards the next frame, lacking that frame's jitter likewise; empty if the file has none.
   Image2 next_motion;
   std::optional<CameraMatrices> camera;  ///< if motion is derived from it
-  std::vector<LightPart> parts;          ///< of the light; with SequenceOptions::passes
+  /// Of its motion; set by LinkToPrevious().
+  MotionOrigin origin;
+  std::vector<LightPart> parts;  ///< of the light; with SequenceOptions::passes
+};
+
+/// How the files of a sequence are read.
+struct SequenceView {
+  const SequenceOptions& options;
+  const AovLayout& layout;
+  const MotionPlan& motion;
 };
 
 /// \param to_write  else `bytes`, `stored` and `parts` stay empty
-Result<SequenceFrame> LoadFrame(const SequenceFile& file, const SequenceOptions& options,
-                                const AovLayout& layout, bool to_write);
+Result<SequenceFrame> LoadFrame(const SequenceFile& file, const SequenceView& view, bool to_write);
 
 /// Frees the data that neighbours do not need: bytes and light.
 void KeepGuidesOnly(SequenceFrame* frame);
@@ -53,17 +62,14 @@ enum class Link {
 
 /// Completes the motion of `now`, and returns whether `before` is the frame to which it points.
 /// Depends on the two frames alone.
-Link LinkToPrevious(const SequenceFrame& before, const AovLayout& layout, SequenceFrame* now);
+Link LinkToPrevious(const SequenceFrame& before, const SequenceView& view, SequenceFrame* now);
 
 /// Fraction of the pixels with a surface that the output "disocclusion" marks; 0 without any
 /// surface, or without that output.
 double PartWithoutHistory(const DenoisedFrame& out, const Frame& frame);
 
-/// Whether motion is zero everywhere.
-bool IsStill(const Image2& motion);
-
-/// Motion of `now` towards `next`, whose own motion is complete: from its file, else derived from
-/// the next frame's motion.
+/// Motion of `now` towards `next`, whose own motion is complete: from its file or the cameras if
+/// the next frame's motion is from there, else derived from the next frame's motion.
 Image2 MotionToNext(const SequenceFrame& now, const SequenceFrame& next, const AovLayout& layout);
 
 }  // namespace stillray

@@ -11,32 +11,28 @@
 
 namespace stillray {
 
-FuturePass::FuturePass(const SequenceOptions& options, const AovLayout& layout, Denoiser backward,
-                       size_t held, bool ahead, Step step)
-    : options_(options),
-      layout_(layout),
-      blocks_(std::move(backward), held),
-      ahead_(ahead),
-      step_(std::move(step)) {}
+FuturePass::FuturePass(const SequenceView& view, Denoiser backward, size_t held, bool ahead,
+                       Step step)
+    : view_(view), blocks_(std::move(backward), held), ahead_(ahead), step_(std::move(step)) {}
 
 Status FuturePass::PlayBackward(const FutureRange& range) {
   std::vector<size_t> order;
   for (size_t i = range.look_end; i-- > range.begin;) {
     order.push_back(i);
   }
-  FrameReader reader(options_, layout_, order, false, ahead_);
+  FrameReader reader(view_, order, false, ahead_);
   std::optional<SequenceFrame> next;
   for (const size_t i : order) {
-    STILLRAY_RETURN_IF_ERROR(step_(options_.files[i]));
+    STILLRAY_RETURN_IF_ERROR(step_(view_.options.files[i]));
     Result<SequenceFrame> now = reader.Next().frame;
     if (!now.ok()) {
       return now.status();
     }
-    const bool continues = next && LinkToPrevious(*now, layout_, &*next) == Link::kContinues;
+    const bool continues = next && LinkToPrevious(*now, view_, &*next) == Link::kContinues;
     // The frame's own motion points back and completes that of the previous frame.
     FrameMotion motion;
     if (continues) {
-      motion = MotionTowards(next->frame, MotionToNext(*now, *next, layout_));
+      motion = MotionTowards(next->frame, MotionToNext(*now, *next, view_.layout));
       SwapMotion(&motion, &now->frame);
     }
     const Status accumulated = blocks_.Accumulate(i, now->frame, continues);
@@ -44,7 +40,8 @@ Status FuturePass::PlayBackward(const FutureRange& range) {
       SwapMotion(&motion, &now->frame);
     }
     if (!accumulated.ok()) {
-      return Status(accumulated.code(), options_.files[i].input + ": " + accumulated.message());
+      return Status(accumulated.code(),
+                    view_.options.files[i].input + ": " + accumulated.message());
     }
     KeepGuidesOnly(&*now);
     next = std::move(now.value());
@@ -54,7 +51,7 @@ Status FuturePass::PlayBackward(const FutureRange& range) {
 
 Status FuturePass::Take(size_t at, FutureLight* future) {
   if (!blocks_.Holds(at)) {
-    STILLRAY_RETURN_IF_ERROR(PlayBackward(blocks_.Begin(at, options_.files.size())));
+    STILLRAY_RETURN_IF_ERROR(PlayBackward(blocks_.Begin(at, view_.options.files.size())));
   }
   *future = std::move(blocks_.At(at));
   return Status::Ok();

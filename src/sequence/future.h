@@ -20,8 +20,7 @@ class FuturePass {
 
   /// \param held   frames whose future is held at once, 1..kFutureBlock
   /// \param ahead  read a file while the previous one is accumulated
-  FuturePass(const SequenceOptions& options, const AovLayout& layout, Denoiser backward,
-             size_t held, bool ahead, Step step);
+  FuturePass(const SequenceView& view, Denoiser backward, size_t held, bool ahead, Step step);
 
   /// The light of the future of options.files[at]. `at` increases from call to call.
   Status Take(size_t at, FutureLight* future);
@@ -34,8 +33,7 @@ class FuturePass {
  private:
   Status PlayBackward(const FutureRange& range);
 
-  const SequenceOptions& options_;
-  const AovLayout& layout_;
+  SequenceView view_;
   FutureBlocks blocks_;
   bool ahead_;
   Step step_;

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "denoise/future_blocks.h"
+#include "motion/estimate_motion.h"
 
 namespace stillray {
 namespace {
@@ -35,6 +36,10 @@ int64_t BytesNeeded(const ExrExtent& extent, const SequenceOptions& options) {
   }
   if (options.passes) {
     per_pixel += kBytesPerPixelOfPasses;
+  }
+  // With motion in the files, the memory is used only where it is zero: that shows too late.
+  if (options.motion == MotionSource::kAuto || options.motion == MotionSource::kEstimate) {
+    per_pixel += motion::kEstimateBytesPerPixel;
   }
   return extent.pixels * per_pixel;
 }

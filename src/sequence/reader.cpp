@@ -9,17 +9,13 @@
 
 namespace stillray {
 
-FrameReader::FrameReader(const SequenceOptions& options, const AovLayout& layout,
-                         std::vector<size_t> order, bool to_write, bool ahead)
-    : options_(options),
-      layout_(layout),
-      order_(std::move(order)),
-      to_write_(to_write),
-      ahead_(ahead) {}
+FrameReader::FrameReader(const SequenceView& view, std::vector<size_t> order, bool to_write,
+                         bool ahead)
+    : view_(view), order_(std::move(order)), to_write_(to_write), ahead_(ahead) {}
 
 ReadFrame FrameReader::Load(size_t file) const {
   const Clock::time_point start = Clock::now();
-  Result<SequenceFrame> frame = LoadFrame(options_.files[file], options_, layout_, to_write_);
+  Result<SequenceFrame> frame = LoadFrame(view_.options.files[file], view_, to_write_);
   return {std::move(frame), MillisecondsSince(start)};
 }
 

@@ -24,8 +24,7 @@ class FrameReader {
   /// \param order     files to read, by their index in options.files
   /// \param to_write  see LoadFrame()
   /// \param ahead     read the next file while the caller works
-  FrameReader(const SequenceOptions& options, const AovLayout& layout, std::vector<size_t> order,
-              bool to_write, bool ahead);
+  FrameReader(const SequenceView& view, std::vector<size_t> order, bool to_write, bool ahead);
 
   /// The next file; call it at most once per file. An error is returned in the turn of its file; no
   /// later file is read.
@@ -34,8 +33,7 @@ class FrameReader {
  private:
   ReadFrame Load(size_t file) const;
 
-  const SequenceOptions& options_;
-  const AovLayout& layout_;
+  SequenceView view_;
   std::vector<size_t> order_;
   bool to_write_;
   bool ahead_;

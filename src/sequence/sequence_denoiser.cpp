@@ -72,6 +72,32 @@ void Impl::NarrowWindow(const std::string& why) {
   Note("--window past: " + why);
 }
 
+/// The origin of motion replaces what the layout notes about it.
+Status Impl::ChooseMotion(const ExrImage& first) {
+  Result<MotionPlan> plan = PlanMotion(options, layout, first);
+  STILLRAY_RETURN_IF_ERROR(plan.status());
+  motion = std::move(plan.value());
+  if (!motion.note.empty()) {
+    std::erase_if(layout.notes,
+                  [](const std::string& note) { return note.starts_with("no motion: "); });
+    layout.notes.insert(layout.notes.begin(), motion.note);
+  }
+  return Status::Ok();
+}
+
+/// Once, for the first frame whose own motion is zero although it moves.
+void Impl::NoteDerivedMotion(const FrameReport& report) {
+  const bool derived = report.motion == "camera" || report.motion == "estimate";
+  if (!motion.from_file || !derived || noted_motion) {
+    return;
+  }
+  noted_motion = true;
+  Note(fmt::format("frame {}: motion is zero in the file; it is {} (--motion file: used as it is)",
+                   report.frame,
+                   motion.from_cameras ? "derived from the cameras and the guides"
+                                       : "estimated from the guides"));
+}
+
 Status Impl::ReadFirstFile() {
   const std::string& path = options.files.front().input;
   Result<LoadedFile> file = LoadFile(path, options, false);
@@ -88,10 +114,11 @@ Status Impl::ReadFirstFile() {
   Result<AovLayout> understood = UnderstandAovs(file->image, options.aovs, path);
   STILLRAY_RETURN_IF_ERROR(understood.status());
   layout = std::move(understood.value());
+  STILLRAY_RETURN_IF_ERROR(ChooseMotion(file->image));
   for (const std::string& note : file->image.notes) {
     Note(note);
   }
-  settings = SettingsFor(options, layout, file->image);
+  settings = SettingsFor(options, layout, file->image, motion.has_motion());
   if (options.passes) {
     STILLRAY_RETURN_IF_ERROR(PassSplitter::Check(settings, layout));
   }
@@ -127,7 +154,7 @@ Status Impl::Prepare(const OpenDevice& open) {
   STILLRAY_RETURN_IF_ERROR(device.status());
   ChooseOverlap();
   STILLRAY_RETURN_IF_ERROR(ChooseFutures(&futures_held));
-  filter.emplace(options, layout, settings);
+  filter.emplace(View(), settings);
   STILLRAY_RETURN_IF_ERROR(
       filter->Prepare(*device, futures_held, options.overlap,
                       [this](const SequenceFile& file) { return LookAhead(file); }));
@@ -205,6 +232,7 @@ Status Impl::Write(Picture* picture) {
 
 Status Impl::Finish(Picture* picture, const WriteResult& written) {
   FrameReport& report = picture->report;
+  NoteDerivedMotion(report);
   if (!report.note.empty()) {
     Note(fmt::format("frame {}: {}; the history starts again here", report.frame, report.note));
   }
@@ -229,7 +257,7 @@ SequenceEnd Impl::Run() {
   const size_t files = options.files.size();
   std::vector<size_t> order(files - finished);
   std::iota(order.begin(), order.end(), finished);
-  reader.emplace(options, layout, std::move(order), true, options.overlap);
+  reader.emplace(View(), std::move(order), true, options.overlap);
   last_end = Clock::now();
   LoopOptions loop_options;
   loop_options.begin = finished;
@@ -310,6 +338,10 @@ void SequenceDenoiser::RemoveState() {
 
 const std::vector<FrameReport>& SequenceDenoiser::reports() const {
   return impl_->reports;
+}
+
+bool SequenceDenoiser::derives_motion() const {
+  return impl_->motion.derives();
 }
 
 bool SequenceDenoiser::motion_was_seen() const {

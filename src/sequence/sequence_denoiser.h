@@ -52,6 +52,7 @@ struct SequenceDenoiser::Impl {
   // Steps of Prepare.
   void TakeWindowOfResumedRun();
   Status ReadFirstFile();
+  Status ChooseMotion(const ExrImage& first);
   void ChooseOverlap();
   Status ChooseFutures(size_t* held);
   std::string Fingerprint(const Device& device) const;
@@ -65,11 +66,14 @@ struct SequenceDenoiser::Impl {
   void NarrowWindow(const std::string& why);
   void Note(const std::string& text) const;
   void ReportFallBack();
+  void NoteDerivedMotion(const FrameReport& report);
+  SequenceView View() const { return {options, layout, motion}; }
   std::string StatePath() const { return ResumePath(folder, key); }
 
   SequenceOptions options;
   SequenceHooks hooks;
   AovLayout layout;
+  MotionPlan motion;
   Settings settings;
   ExrExtent extent;
   std::optional<SequenceFilter> filter;
@@ -77,6 +81,7 @@ struct SequenceDenoiser::Impl {
   std::optional<FrameReader> reader;
   FrameLoop<Impl>* loop = nullptr;  ///< during Run()
   bool fell_back = false;
+  bool noted_motion = false;  ///< that motion of the files was not used
   size_t most_memory = 0;
   Clock::time_point last_end;  ///< when the previous frame was finished
 

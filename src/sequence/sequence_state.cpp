@@ -61,6 +61,10 @@ std::string Impl::Fingerprint(const Device& device) const {
   if (options.window == Window::kBoth) {
     text += fmt::format("last frame (--frames) {}\n", options.files.back().input);
   }
+  text += fmt::format("motion {}\n", MotionSourceName(options.motion));
+  if (motion.cameras) {
+    text += fmt::format("cameras {} {:016x}\n", options.cameras, motion.cameras->checksum);
+  }
   for (const Parameter& p : Parameters()) {
     text += fmt::format("{} {}\n", p.name, GetParameter(options.settings, p.name).value());
   }
@@ -163,7 +167,7 @@ Status Impl::Restore(ResumeState saved) {
   if (finished == 0 || finished == options.files.size()) {
     return Status::Ok();
   }
-  Result<SequenceFrame> before = LoadFrame(options.files[finished - 1], options, layout, false);
+  Result<SequenceFrame> before = LoadFrame(options.files[finished - 1], View(), false);
   STILLRAY_RETURN_IF_ERROR(before.status());
   filter->Skip(std::move(before.value()));
   return Status::Ok();

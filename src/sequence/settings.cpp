@@ -28,11 +28,10 @@ void RelaxHistoryTests(const SequenceOptions& options, const AovLayout& layout,
 
 /// Files without motion have no usable history; temporal antialiasing needs jittered frames, and
 /// would blur those of other renderers.
-Settings SettingsFor(const SequenceOptions& options, const AovLayout& layout,
-                     const ExrImage& first) {
+Settings SettingsFor(const SequenceOptions& options, const AovLayout& layout, const ExrImage& first,
+                     bool has_motion) {
   Settings settings = options.settings;
   RelaxHistoryTests(options, layout, &settings);
-  const bool has_motion = layout.Find(Aov::kMotion) != nullptr || layout.motion_from_cameras;
   if (!has_motion) {
     settings.temporal = false;
   }

@@ -11,8 +11,9 @@
 
 namespace stillray {
 
-/// \param first  the first file of the sequence
-Settings SettingsFor(const SequenceOptions& options, const AovLayout& layout,
-                     const ExrImage& first);
+/// \param first       the first file of the sequence
+/// \param has_motion  in files, or derived
+Settings SettingsFor(const SequenceOptions& options, const AovLayout& layout, const ExrImage& first,
+                     bool has_motion);
 
 }  // namespace stillray

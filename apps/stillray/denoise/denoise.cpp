@@ -48,6 +48,8 @@ Examples:
   stillray denoise a.0001.exr a.0002.exr -o clean/ --timings --json log.json
   stillray denoise 'shot.*.exr' -o clean/ --window past --passes --preview 'look/####.png'
   stillray denoise 'shot.####.exr' -o clean --resume
+  stillray denoise 'blurred.####.exr' -o clean --cameras cameras.json
+  stillray denoise 'shot.####.exr' -o clean --motion estimate
 )";
 
 }  // namespace
@@ -77,6 +79,20 @@ void AddDenoiseCommand(CLI::App& app, int* exit_code) {
           "for one frame, where frames are missing, and where memory is too little for both")
       ->check(OneOf({"auto", "past", "both"}))
       ->capture_default_str();
+  command
+      ->add_option(
+          "--motion", a->motion,
+          "Motion towards the previous frame. file: of the motion layer; camera: of still "
+          "surfaces, "
+          "from depth and the cameras (in the files, or --cameras); estimate: found in the guides, "
+          "beginning with the cameras where they are known; auto: file, and where the files have "
+          "no "
+          "motion, or zeros although guides move (Blender with motion blur), camera and estimate")
+      ->check(OneOf({"auto", "file", "camera", "estimate"}))
+      ->capture_default_str();
+  command->add_option("--cameras", a->cameras,
+                      "JSON file with the camera of every frame (docs/files.md), in place of "
+                      "worldToCamera and worldToNDC in the files");
   command->add_flag(
       "--passes", a->passes,
       "Write the denoised light of every light layer (DiffDir, GlossInd, ...) too, so "

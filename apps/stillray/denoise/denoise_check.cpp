@@ -30,14 +30,14 @@ bool LeftAwayByUser(const DenoiseOptions& options, Aov aov) {
          mappings.end();
 }
 
-bool IsSaidElsewhere(const Finding& finding, const DenoiseOptions& options,
-                     const AovLayout& layout) {
+bool IsSaidElsewhere(const Finding& finding, const DenoiseOptions& options, bool derives_motion) {
   if (std::find(std::begin(kSaidElsewhere), std::end(kSaidElsewhere), finding.name) !=
       std::end(kSaidElsewhere)) {
     return true;
   }
-  // Motion is then derived, and a note of the layout says so.
-  if (finding.name == MissingName(Aov::kMotion) && layout.motion_from_cameras) {
+  // A note says so.
+  if (derives_motion &&
+      (finding.name == MissingName(Aov::kMotion) || finding.name == "motion_zero")) {
     return true;
   }
   return std::any_of(std::begin(kGuides), std::end(kGuides), [&](Aov aov) {
@@ -47,8 +47,7 @@ bool IsSaidElsewhere(const Finding& finding, const DenoiseOptions& options,
 
 }  // namespace
 
-Result<std::vector<Finding>> CheckFirstFrames(const DenoiseOptions& options,
-                                              const AovLayout& layout) {
+Result<std::vector<Finding>> CheckFirstFrames(const DenoiseOptions& options, bool derives_motion) {
   const std::unique_ptr<Doctor> doctor = Doctor::Create(options.text.aovs);
   const size_t count = std::min(options.sequence.files.size(), kCheckedFrames);
   size_t looked_at = 0;
@@ -70,8 +69,9 @@ Result<std::vector<Finding>> CheckFirstFrames(const DenoiseOptions& options,
     return report.status();
   }
   std::vector<Finding> findings = std::move(report->findings);
-  std::erase_if(findings,
-                [&](const Finding& finding) { return IsSaidElsewhere(finding, options, layout); });
+  std::erase_if(findings, [&](const Finding& finding) {
+    return IsSaidElsewhere(finding, options, derives_motion);
+  });
   return findings;
 }
 

@@ -16,11 +16,10 @@ namespace stillray {
 inline constexpr size_t kCheckedFrames = 4;
 
 /// Findings in the first frames, without those that denoising reports itself: gaps, other sizes and
-/// layers, and layers that the user disables (--aov motion=none). A file that cannot be read ends
-/// the examination without an error: denoising reports it later.
+/// layers, layers that the user disables (--aov motion=none), and lacking motion that is derived. A
+/// file that cannot be read ends the examination without an error: denoising reports it later.
 /// \return kCancelled; else errors of Doctor::Report
-Result<std::vector<Finding>> CheckFirstFrames(const DenoiseOptions& options,
-                                              const AovLayout& layout);
+Result<std::vector<Finding>> CheckFirstFrames(const DenoiseOptions& options, bool derives_motion);
 
 /// Notes of the layout, without those that repeat a finding.
 std::vector<std::string> NotesBeside(const std::vector<Finding>& findings, const AovLayout& layout);

@@ -31,6 +31,9 @@ Json FrameJson(const FrameReport& frame) {
           {"elapsed_ms", RoundedMs(frame.elapsed_ms)},
           {"without_history", frame.without_history},
           {"restarted", frame.restarted},
+          {"motion", frame.motion},
+          {"motion_estimated", frame.motion_estimated},
+          {"motion_unknown", frame.motion_unknown},
           {"missing_light", frame.missing_light},
           {"negative_light", frame.negative_light},
           {"bad_guides", frame.bad_guides},
@@ -137,6 +140,9 @@ Result<DenoiseLog> ParseDenoiseLog(const std::string& text) {
     frame.elapsed_ms = entry.value("elapsed_ms", 0.0);
     frame.without_history = entry.at("without_history").get<double>();
     frame.restarted = entry.at("restarted").get<bool>();
+    frame.motion = entry.value("motion", std::string());
+    frame.motion_estimated = entry.value("motion_estimated", 0.0);
+    frame.motion_unknown = entry.value("motion_unknown", 0.0);
     frame.missing_light = entry.at("missing_light").get<int64_t>();
     frame.negative_light = entry.value("negative_light", int64_t{0});
     frame.bad_guides = entry.at("bad_guides").get<int64_t>();

@@ -24,6 +24,8 @@ struct DenoiseArguments {
   AovOptions aovs;
   FilterArguments filter;
   std::string window = "auto";
+  std::string motion = "auto";
+  std::string cameras;
   int threads = 0;
   std::string memory_limit;
   bool passes = false;

@@ -104,7 +104,7 @@ SequenceHooks DenoiseRun::Hooks() {
 /// A resumed run has its findings in its log, and has printed them.
 Status DenoiseRun::CheckInputs() {
   if (!options_.text.no_check && !sequence_->resumed()) {
-    Result<std::vector<Finding>> findings = CheckFirstFrames(options_, sequence_->layout());
+    Result<std::vector<Finding>> findings = CheckFirstFrames(options_, sequence_->derives_motion());
     if (findings.status().code() == StatusCode::kCancelled) {
       return Status(StatusCode::kCancelled,
                     fmt::format("stopped; 0 of {} frames are finished", FileCount()));
@@ -215,11 +215,12 @@ void DenoiseRun::PrintWarnings(const DenoiseLog& log) const {
   if (bad_guides > 0) {
     PrintTo(stderr, "warning: {} pixels had no usable guides and were not filtered\n", bad_guides);
   }
-  if (sequence_->layout().Find(Aov::kMotion) != nullptr && !sequence_->motion_was_seen() &&
-      log.frames.size() > 1 && !HasFinding(log.findings, "motion_zero")) {
+  if (sequence_->layout().Find(Aov::kMotion) != nullptr && !sequence_->derives_motion() &&
+      !sequence_->motion_was_seen() && log.frames.size() > 1 &&
+      !HasFinding(log.findings, "motion_zero")) {
     PrintTo(stderr,
             "warning: motion is zero in every frame; that is right for a still camera and scene "
-            "only (Blender writes zeros where motion blur is on)\n");
+            "only (Blender writes zeros where motion blur is on): --motion auto derives it\n");
   }
 }
 

@@ -1,0 +1,75 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The guides of a frame as one image of eight channels, in several sizes, for matching two frames.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "stillray/frame.h"
+
+namespace stillray::motion {
+
+/// Albedo (3), normal (3), logarithm of depth, and a number made of the id.
+inline constexpr int kChannels = 8;
+/// Channels before these are compared as they are, those from here on without their mean over a
+/// patch: normals turn with objects, and depth changes with the distance.
+inline constexpr int kFirstMeanFree = 3;
+inline constexpr int kEndMeanFree = 7;
+
+/// One size. The picture is surrounded by copies of its outermost pixels, so that patches that lie
+/// partly outside need no tests.
+class GuideLevel {
+ public:
+  /// Pixels around the picture.
+  static constexpr int kBorder = 12;
+
+  GuideLevel() = default;
+  GuideLevel(int width, int height);
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  size_t bytes() const { return values_.size() * sizeof(float); }
+  /// Channels of the pixel, and those of the pixels to the right of it; may lie in the border.
+  const float* At(int x, int y) const { return values_.data() + Index(x, y); }
+  float* At(int x, int y) { return values_.data() + Index(x, y); }
+  /// Copies the outermost pixels to the border.
+  void FillBorder();
+  /// Floats from one row to the next.
+  ptrdiff_t stride() const { return static_cast<ptrdiff_t>(width_ + 2 * kBorder) * kChannels; }
+
+ private:
+  size_t Index(int x, int y) const {
+    return static_cast<size_t>((y + kBorder) * (width_ + 2 * kBorder) + x + kBorder) * kChannels;
+  }
+
+  int width_ = 0;
+  int height_ = 0;
+  std::vector<float> values_;
+};
+
+/// The guides in full size and in halves of it.
+struct GuidePyramid {
+  GuideLevel sharp;                ///< the guides as they are
+  std::vector<GuideLevel> levels;  ///< smoothed, the finest first; at least one
+
+  size_t bytes() const;
+};
+
+/// The guides as they are.
+/// \param guides  depth and normal; albedo and id are optional. Invalid values count as zero
+GuideLevel MakeLevel(const Guides& guides);
+GuidePyramid MakePyramid(GuideLevel sharp);
+
+/// How differently two pixels look: the sum of the differences of their channels, at most
+/// kMostDistance.
+float DistanceOf(const float* a, const float* b);
+inline constexpr float kMostDistance = 1.0f;
+
+/// The distance of pixel (x, y) of `now` to the most similar of the four pixels around (u, v) in
+/// `before`: guides of one sample are not interpolated. kMostDistance outside of the picture.
+float DistanceTo(const GuideLevel& now, int x, int y, const GuideLevel& before, float u, float v);
+
+}  // namespace stillray::motion

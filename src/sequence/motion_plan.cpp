@@ -1,0 +1,310 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "sequence/motion_plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "core/parallel.h"
+#include "io/camera_fit.h"
+#include "motion/estimate_motion.h"
+
+namespace stillray {
+
+const char* MotionSourceName(MotionSource source) {
+  switch (source) {
+    case MotionSource::kAuto:
+      return "auto";
+    case MotionSource::kFile:
+      return "file";
+    case MotionSource::kCamera:
+      return "camera";
+    case MotionSource::kEstimate:
+      return "estimate";
+  }
+  return "";
+}
+
+const char* MotionKindName(MotionKind kind) {
+  switch (kind) {
+    case MotionKind::kNone:
+      return "";
+    case MotionKind::kFile:
+      return "file";
+    case MotionKind::kCamera:
+      return "camera";
+    case MotionKind::kEstimate:
+      return "estimate";
+  }
+  return "";
+}
+
+namespace {
+
+constexpr const char* kNoCamera =
+    "expected worldToCamera and worldToNDC in the files (Arnold and RenderMan write them), or "
+    "--cameras FILE.json";
+
+bool MotionIsDisabled(const SequenceOptions& options) {
+  const std::vector<std::string>& mappings = options.aovs.mappings;
+  return std::find(mappings.begin(), mappings.end(), "motion=none") != mappings.end();
+}
+
+/// Whether guides tell places apart.
+bool HasGuides(const AovLayout& layout) {
+  const auto has = [&](Aov aov) { return layout.Find(aov) != nullptr; };
+  return has(Aov::kAlbedo) || has(Aov::kFallbackAlbedo) || (has(Aov::kDepth) && has(Aov::kNormal));
+}
+
+Status ReadCameras(const SequenceOptions& options, const ExrImage& first, MotionPlan* plan) {
+  Result<motion::CameraFile> file = motion::ReadCameraFile(options.cameras);
+  STILLRAY_RETURN_IF_ERROR(file.status());
+  if (file->width != first.width || file->height != first.height) {
+    return Status::InvalidArgument(
+        fmt::format("{} has cameras of {} x {} pixels, the frames have {} x {}: write it again "
+                    "with the resolution of the frames",
+                    options.cameras, file->width, file->height, first.width, first.height));
+  }
+  for (const SequenceFile& frame : options.files) {
+    STILLRAY_RETURN_IF_ERROR(file->Camera(frame.frame).status());
+  }
+  plan->cameras = std::move(file.value());
+  return Status::Ok();
+}
+
+std::string NoteOf(const MotionPlan& plan, const AovLayout& layout) {
+  if (plan.from_file) {
+    return "";
+  }
+  const std::string cameras =
+      plan.cameras ? plan.cameras->name : std::string("worldToCamera, worldToNDC");
+  if (plan.from_cameras && plan.estimates) {
+    return fmt::format(
+        "motion is derived from depth and the cameras ({}), and estimated from the guides for what "
+        "moves by itself",
+        cameras);
+  }
+  if (plan.from_cameras) {
+    return fmt::format(
+        "motion is derived from depth and the cameras ({}), without the motion of objects",
+        cameras);
+  }
+  return plan.estimates ? fmt::format("motion is estimated from the guides{}",
+                                      layout.Find(Aov::kDepth) == nullptr
+                                          ? ""
+                                          : "; the motion of the camera too, as no file has it")
+                        : "";
+}
+
+Status CheckPlan(const SequenceOptions& options, const AovLayout& layout, bool has_camera) {
+  const MotionSource source = options.motion;
+  if (source == MotionSource::kFile && !options.cameras.empty()) {
+    return Status::InvalidArgument(
+        "--cameras is given with --motion file, which does not use it; expected --motion auto, "
+        "camera or estimate");
+  }
+  if (source == MotionSource::kCamera && !has_camera) {
+    return Status::InvalidArgument(fmt::format("--motion camera: {} has no camera, {}",
+                                               options.files.front().input, kNoCamera));
+  }
+  if (source == MotionSource::kCamera && layout.Find(Aov::kDepth) == nullptr) {
+    return Status::InvalidArgument(fmt::format(
+        "--motion camera: {} has no depth, expected a layer of depth (--aov depth=LAYER)",
+        options.files.front().input));
+  }
+  if (source == MotionSource::kEstimate && !HasGuides(layout)) {
+    return Status::InvalidArgument(fmt::format(
+        "--motion estimate: {} has neither albedo nor depth and normals, in which motion could be "
+        "seen; map such layers with --aov",
+        options.files.front().input));
+  }
+  return Status::Ok();
+}
+
+}  // namespace
+
+Result<MotionPlan> PlanMotion(const SequenceOptions& options, const AovLayout& layout,
+                              const ExrImage& first) {
+  MotionPlan plan;
+  if (!options.cameras.empty() && options.motion != MotionSource::kFile) {
+    STILLRAY_RETURN_IF_ERROR(ReadCameras(options, first, &plan));
+  }
+  const bool has_camera = plan.cameras || CameraOf(first).has_value();
+  STILLRAY_RETURN_IF_ERROR(CheckPlan(options, layout, has_camera));
+  const bool has_layer = layout.Find(Aov::kMotion) != nullptr;
+  const bool has_depth = layout.Find(Aov::kDepth) != nullptr;
+  switch (options.motion) {
+    case MotionSource::kFile:
+      plan.from_file = has_layer;
+      plan.from_cameras = layout.motion_from_cameras;
+      break;
+    case MotionSource::kCamera:
+      plan.from_cameras = plan.needs_camera = true;
+      break;
+    case MotionSource::kEstimate:
+      plan.from_cameras = has_camera && has_depth;
+      plan.estimates = true;
+      break;
+    case MotionSource::kAuto:
+      if (!MotionIsDisabled(options)) {
+        plan.from_file = has_layer;
+        plan.from_cameras = has_camera && has_depth;
+        plan.estimates = HasGuides(layout);
+      }
+      break;
+  }
+  plan.note = NoteOf(plan, layout);
+  return plan;
+}
+
+Result<std::optional<CameraMatrices>> CameraOfFrame(const MotionPlan& plan,
+                                                    const SequenceFile& file,
+                                                    const ExrImage& image) {
+  if (!plan.from_cameras) {
+    return std::optional<CameraMatrices>();
+  }
+  Result<std::optional<CameraMatrices>> camera =
+      plan.cameras ? plan.cameras->Camera(file.frame) : CameraOf(image);
+  STILLRAY_RETURN_IF_ERROR(camera.status());
+  if (plan.needs_camera && !camera->has_value()) {
+    return Status::BadData(
+        plan.cameras ? fmt::format("--motion camera: the camera of frame {} in {} is panoramic, "
+                                   "which no matrix describes; expected --motion estimate",
+                                   file.frame, plan.cameras->name)
+                     : fmt::format("--motion camera: {} has no camera, {}", file.input, kNoCamera));
+  }
+  return camera;
+}
+
+bool IsStill(const Image2& motion) {
+  for (int c = 0; c < 2; ++c) {
+    for (int y = 0; y < motion.height(); ++y) {
+      const float* row = motion[c].Row(y);
+      if (std::any_of(row, row + motion.width(), [](float v) { return v != 0; })) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+void AddNeighbourJitter(const MotionConvention& convention, const Frame& neighbour,
+                        Image2* motion) {
+  if (!convention.jittered || (neighbour.jitter_x == 0 && neighbour.jitter_y == 0)) {
+    return;
+  }
+  for (int y = 0; y < motion->height(); ++y) {
+    for (int x = 0; x < motion->width(); ++x) {
+      (*motion)[0](x, y) += neighbour.jitter_x;
+      (*motion)[1](x, y) += neighbour.jitter_y;
+    }
+  }
+}
+
+namespace {
+
+/// Where the images that mirrors and glass show were: they move with the camera, like surfaces at
+/// their depth. Unknown if the picture does not reveal how it moves.
+void MoveImages(const Guides& guides, const std::optional<io::CameraMotion>& camera,
+                VirtualGuides* images) {
+  const int width = guides.depth.width();
+  const int height = guides.depth.height();
+  const vec2 unknown = motion::UnknownMotion(width, height);
+  images->motion = Image2(width, height);
+  ParallelRows(height, 16, [&](int y0, int y1) {
+    for (int y = y0; y < y1; ++y) {
+      for (int x = 0; x < width; ++x) {
+        const float depth = images->depth(x, y);
+        if (!(depth > 0)) {
+          continue;
+        }
+        const vec2 p = io::PicturePoint(width, height, static_cast<float>(x) + 0.5f,
+                                        static_cast<float>(y) + 0.5f);
+        const vec2 m = camera ? camera->MotionOf(p, static_cast<double>(depth), width) : unknown;
+        const bool valid = std::isfinite(m.x + m.y);
+        images->motion[0](x, y) = valid ? m.x : unknown.x;
+        images->motion[1](x, y) = valid ? m.y : unknown.y;
+      }
+    }
+  });
+}
+
+/// The motion of known surfaces; not a number elsewhere.
+Image2 KnownMotion(const Image2& motion) {
+  Image2 known = motion;
+  const auto width = static_cast<float>(motion.width());
+  for (int y = 0; y < motion.height(); ++y) {
+    for (int x = 0; x < motion.width(); ++x) {
+      if (!(std::fabs(motion[0](x, y)) < width)) {
+        known[0](x, y) = std::numeric_limits<float>::quiet_NaN();
+      }
+    }
+  }
+  return known;
+}
+
+void MoveAllImages(const AovLayout& layout, Frame* frame) {
+  const bool reflected =
+      !frame->reflection.empty() && layout.Find(Aov::kReflectionMotion) == nullptr;
+  const bool refracted =
+      !frame->refraction.empty() && layout.Find(Aov::kRefractionMotion) == nullptr;
+  if (!reflected && !refracted) {
+    return;
+  }
+  const std::optional<io::CameraMotion> camera =
+      io::FitCameraMotion(frame->guides.depth, KnownMotion(frame->guides.motion));
+  if (reflected) {
+    MoveImages(frame->guides, camera, &frame->reflection);
+  }
+  if (refracted) {
+    MoveImages(frame->guides, camera, &frame->refraction);
+  }
+}
+
+MotionOrigin Estimate(const FrameBefore& before, Image2 camera, Frame* now) {
+  motion::EstimateInput input;
+  input.now = &now->guides;
+  input.before = &before.frame.guides;
+  input.camera = std::move(camera);
+  input.jitter = {now->jitter_x, now->jitter_y};
+  input.jitter_before = {before.frame.jitter_x, before.frame.jitter_y};
+  motion::EstimatedMotion estimated = motion::EstimateMotion(input);
+  now->guides.motion = std::move(estimated.motion);
+  return {MotionKind::kEstimate, estimated.estimated(), estimated.unknown};
+}
+
+}  // namespace
+
+MotionOrigin CompleteMotion(const FrameBefore& before, const MotionPlan& plan,
+                            const AovLayout& layout, const std::optional<CameraMatrices>& camera,
+                            Frame* now) {
+  Image2& motion = now->guides.motion;
+  if (plan.from_file && (!plan.derives() || !IsStill(motion))) {
+    AddNeighbourJitter(layout.motion, before.frame, &motion);
+    return {MotionKind::kFile, 0, 0};
+  }
+  Image2 of_camera;
+  if (camera && before.camera) {
+    of_camera = MotionFromCameras(now->guides.depth, *camera, *before.camera);
+  }
+  MotionOrigin origin;
+  if (plan.estimates) {
+    origin = Estimate(before, std::move(of_camera), now);
+  } else if (!of_camera.empty()) {
+    motion = std::move(of_camera);
+    origin.kind = MotionKind::kCamera;
+  } else if (plan.from_file) {
+    return {MotionKind::kFile, 0, 0};
+  } else {
+    motion = Image2();
+    return origin;
+  }
+  MoveAllImages(layout, now);
+  return origin;
+}
+
+}  // namespace stillray

@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Where the motion of each frame of a sequence comes from: its file, the cameras, or the guides.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+
+#include "motion/camera_file.h"
+#include "stillray/aov.h"
+#include "stillray/sequence.h"
+
+namespace stillray {
+
+/// What may be used for a sequence.
+struct MotionPlan {
+  bool from_file = false;     ///< a layer, where it is not zero although guides move
+  bool from_cameras = false;  ///< of `cameras`, else of the files' attributes
+  bool estimates = false;
+  bool needs_camera = false;  ///< a frame without camera is an error
+  std::optional<motion::CameraFile> cameras;
+  /// One line for the user: the origin of motion that is not from a layer; else empty.
+  std::string note;
+
+  bool has_motion() const { return from_file || from_cameras || estimates; }
+  /// Whether motion that the files lack is derived.
+  bool derives() const { return estimates || from_cameras; }
+};
+
+/// \param first  the first file of the sequence
+/// \return kInvalidArgument (options that contradict each other or the files; cameras of another
+///     size), kNotFound (no camera of a frame), errors of ReadCameraFile
+Result<MotionPlan> PlanMotion(const SequenceOptions& options, const AovLayout& layout,
+                              const ExrImage& first);
+
+/// The camera of a frame, if motion may come from it.
+/// \return kBadData if the plan needs one and the file has none
+Result<std::optional<CameraMatrices>> CameraOfFrame(const MotionPlan& plan,
+                                                    const SequenceFile& file,
+                                                    const ExrImage& image);
+
+enum class MotionKind : uint8_t { kNone, kFile, kCamera, kEstimate };
+/// "file", "camera", "estimate"; empty for kNone.
+const char* MotionKindName(MotionKind kind);
+
+/// The origin of the motion of one frame.
+struct MotionOrigin {
+  MotionKind kind = MotionKind::kNone;
+  double estimated = 0;  ///< fraction of the surfaces; see FrameReport
+  double unknown = 0;
+};
+
+/// The frame to which motion leads.
+struct FrameBefore {
+  const Frame& frame;
+  const std::optional<CameraMatrices>& camera;
+};
+
+/// Completes the motion of a frame, that of its virtual images too. Depends on the two frames
+/// alone. \param now  as read; its motion lacks the jitter of the previous frame
+MotionOrigin CompleteMotion(const FrameBefore& before, const MotionPlan& plan,
+                            const AovLayout& layout, const std::optional<CameraMatrices>& camera,
+                            Frame* now);
+
+/// Motion that includes jitter is converted without the neighbour's jitter; adds it.
+void AddNeighbourJitter(const MotionConvention& convention, const Frame& neighbour, Image2* motion);
+
+/// Whether motion is zero everywhere.
+bool IsStill(const Image2& motion);
+
+}  // namespace stillray
