@@ -63,13 +63,26 @@ void SetWindow(const std::string& name, stillray::SequenceOptions* options) {
   throw py::value_error(fmt::format("window is '{}', expected 'past', 'both' or 'auto'", name));
 }
 
+void SetMotion(const std::string& name, const std::string& cameras,
+               stillray::SequenceOptions* options) {
+  const std::optional<stillray::MotionSource> source = stillray::MotionSourceOf(name);
+  if (!source) {
+    throw py::value_error(
+        fmt::format("motion is '{}', expected 'auto', 'file', 'camera' or 'estimate'", name));
+  }
+  options->motion = *source;
+  options->cameras = cameras;
+}
+
 py::dict AsDict(const stillray::FrameReport& report) {
   py::dict stages;
   for (const stillray::LoggedStage& stage : report.stages) {
     stages[py::str(stage.name)] = stage.milliseconds;
   }
   return py::dict("frame"_a = report.frame, "input"_a = report.input, "output"_a = report.output,
-                  "restarted"_a = report.restarted, "note"_a = report.note,
+                  "restarted"_a = report.restarted, "motion"_a = report.motion,
+                  "motion_estimated"_a = report.motion_estimated,
+                  "motion_unknown"_a = report.motion_unknown, "note"_a = report.note,
                   "warning"_a = report.warning, "missing_light"_a = report.missing_light,
                   "bad_guides"_a = report.bad_guides, "read_ms"_a = report.read_ms,
                   "future_ms"_a = report.future_ms, "denoise_ms"_a = report.denoise_ms,
@@ -150,6 +163,7 @@ py::list DenoiseFiles(const std::vector<std::string>& inputs, const std::string&
                       const std::string& frames, const std::string& window, bool passes,
                       const std::string& preset,
                       const std::vector<std::pair<std::string, std::string>>& settings,
+                      const std::string& motion, const std::string& cameras,
                       const std::string& renderer, const std::vector<std::string>& aovs,
                       const std::string& device_name, int threads, int64_t memory_limit,
                       bool resume, const py::object& progress) {
@@ -159,6 +173,7 @@ py::list DenoiseFiles(const std::vector<std::string>& inputs, const std::string&
   Check(files.status());
   options.files = std::move(files.value());
   SetWindow(window, &options);
+  SetMotion(motion, cameras, &options);
   options.passes = passes;
   options.overlap = threads != 1;
   options.aovs.renderer = renderer;

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -46,6 +47,7 @@ enum class MotionSource : uint8_t {
 };
 /// "auto", "file", "camera", "estimate".
 const char* MotionSourceName(MotionSource source);
+std::optional<MotionSource> MotionSourceOf(std::string_view name);
 
 /// The files of a sequence in the order of their frames, by the names of `stillray denoise`.
 /// \param inputs  one name: a pattern ("in.####.exr", "in.%04d.exr"), wild cards ("in.*.exr"), or a

@@ -49,6 +49,8 @@ def denoise_files(
     window: str = "auto",
     passes: bool = False,
     preset: str = "default",
+    motion: str = "auto",
+    cameras: Optional[Path] = None,
     renderer: str = "auto",
     aovs: Sequence[str] = (),
     device: str = "cpu",
@@ -67,6 +69,8 @@ def denoise_files(
             "auto": both where the sequence has no gap and memory is enough
         passes: whether the denoised light of every light layer is written too
         preset, settings: as for Denoiser
+        motion: "file", "camera", "estimate", "auto": where motion comes from, as --motion
+        cameras: a JSON file with the camera of every frame, as --cameras
         renderer, aovs: which layers hold what: --renderer and --aov of the command line
         threads: 0 for one per processor
         memory_limit: bytes; 0 for none
@@ -74,8 +78,8 @@ def denoise_files(
         progress: called after every frame with what is returned for it; return False to stop
             (raises stillray.Cancelled)
 
-    Returns a dictionary per frame: "frame", "output", "restarted" and "note" (at cuts),
-    "missing_light", times in milliseconds. Raises FileNotFoundError, OSError, ValueError and
+    Returns a dictionary per frame: "frame", "output", "restarted" and "note" (at cuts), "motion"
+    ("file", "camera", "estimate"), "missing_light", times in milliseconds. Raises FileNotFoundError, OSError, ValueError and
     stillray.Error naming the file. Notes, such as on the window that "auto" chose, go to the logger
     "stillray" as information.
     """
@@ -89,5 +93,5 @@ def denoise_files(
     texts = [(name, _setting_text(value)) for name, value in settings.items()]
     return _files.denoise_files(
         [os.fspath(path) for path in paths], os.fspath(output), frames, window, passes, preset,
-        texts, renderer, list(aovs), device, threads, memory_limit, resume, progress,
+        texts, motion, "" if cameras is None else os.fspath(cameras), renderer, list(aovs), device, threads, memory_limit, resume, progress,
     )  # fmt: skip

@@ -218,7 +218,8 @@ void MissingLayersCheck::Conclude(Verdict* verdict) {
   }
   if (layout_->Find(Aov::kMotion) == nullptr && frames_.size() > 1) {
     missing("motion_missing",
-            "no layer of motion was found: every frame would be denoised on its own",
+            "no layer of motion was found: stillray denoise derives it from cameras and guides as "
+            "far as these tell (--motion auto)",
             SettingFor(*layout_, "Data > Vector (and motion blur off)",
                        "motion to the previous frame"));
   }

@@ -355,7 +355,7 @@ Finding MotionCheck::MakeFinding(size_t best, const std::vector<int64_t>& frames
     finding.cure =
         "look at unit and scale of the motion output (pixels per frame, not per second), and give "
         "it "
-        "with --aov motion=LAYER,scale=; or leave it out: stillray denoise with --aov motion=none";
+        "with --aov motion=LAYER,scale=; or replace it: stillray denoise with --motion estimate";
   } else {
     finding.cure = Cure(readings_[best], &finding.aov);
   }

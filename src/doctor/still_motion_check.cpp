@@ -294,11 +294,14 @@ void StillMotionCheck::Conclude(Verdict* verdict) {
   }
   const bool blender = layout_->renderer == "blender";
   conclude(true, kMovedAlthoughZero, "motion_zero", "is zero everywhere, but the picture moves",
-           blender ? "switch off Render Properties > Motion Blur (with it on, Vector is zero) and "
-                     "render again, or leave motion out: stillray denoise with --aov motion=none"
-                   : "switch on the motion output (in some renderers: motion blur with an "
-                     "instantaneous shutter), or leave it out: stillray denoise with --aov "
-                     "motion=none");
+           blender
+               ? "stillray denoise derives motion where it is zero (--motion auto; best with the "
+                 "cameras: --cameras FILE.json), but guides with motion blur stay noisy: better "
+                 "switch off Render Properties > Motion Blur (with it on, Vector is zero), and "
+                 "render again"
+               : "stillray denoise derives motion where it is zero (--motion auto; best with the "
+                 "cameras: --cameras FILE.json); or switch on the motion output (in some "
+                 "renderers: motion blur with an instantaneous shutter)");
   double zoom = 0;
   if (IsZoom(&zoom)) {
     conclude(false, kMovedElsewhere, "motion_zoom",
@@ -306,14 +309,16 @@ void StillMotionCheck::Conclude(Verdict* verdict) {
                          zoom > 0 ? "grows" : "shrinks", 100 * std::fabs(zoom)),
              blender ? "Blender leaves an animated Focal Length out of Vector: move the camera "
                        "instead, or render with one Focal Length and zoom in the compositor; or "
-                       "leave motion out: stillray denoise with --aov motion=none"
+                       "replace motion: stillray denoise with --motion estimate, and --cameras "
+                       "FILE.json if possible"
                      : "project motion with the lens of each frame, or zoom after denoising; or "
-                       "leave motion out: stillray denoise with --aov motion=none");
+                       "replace motion: stillray denoise with --motion estimate, and --cameras "
+                       "FILE.json if possible");
     return;
   }
   conclude(false, kMovedElsewhere, "motion_wrong", "does not lead to where things were",
            "look at unit, scale and offset of the motion output (its maximum must not be clamped, "
-           "nor 0 be stored as 0.5), or leave it out: stillray denoise with --aov motion=none");
+           "nor 0 be stored as 0.5), or replace it: stillray denoise with --motion estimate");
 }
 
 }  // namespace

@@ -124,6 +124,7 @@ class Estimate {
   Image1 DistancesOf(const Image2& motion) const;
   Image1 Surroundings(const Image1& distances) const;
   bool Explains(const Image1& distances) const;
+  bool ShowsMotion() const;
   void Match();
   void FindCamera();
   double CostOf(const Image2& motion) const;
@@ -337,6 +338,21 @@ void Estimate::RefineCamera() {
       Adopt(MotionOf(*camera, g_.depth), &least);
     }
   }
+}
+
+/// Whether guides would show it if the picture had moved: if not, they are no proof that it stands
+/// still.
+bool Estimate::ShowsMotion() const {
+  constexpr float kShift = 2.0f;  // pixels
+  for (const vec2& shift : {vec2(kShift, 0), vec2(0, kShift)}) {
+    Image2 moved(width_, height_);
+    moved[0].Fill(shift.x);
+    moved[1].Fill(shift.y);
+    if (Explains(DistancesOf(moved))) {
+      return false;
+    }
+  }
+  return true;
 }
 
 void Estimate::Match() {
@@ -582,10 +598,16 @@ EstimatedMotion Estimate::Finish() {
 
 EstimatedMotion Estimate::Run() {
   if (Explains(base_distances_)) {
-    motion_ = base_;
+    const bool known = has_base_ || ShowsMotion();
+    motion_ = std::move(base_);
     confidence_ = Image1(width_, height_);
-    confidence_.Fill(1);
     source_ = Plane<uint8_t>(width_, height_);
+    confidence_.Fill(known ? 1.0f : 0.0f);
+    source_.Fill(static_cast<uint8_t>(known ? kBase : kUnknown));
+    if (!known) {
+      motion_[0].Fill(UnknownMotion(width_, height_).x);
+      motion_[1].Fill(UnknownMotion(width_, height_).y);
+    }
     return Finish();
   }
   now_ = MakePyramid(std::move(now_.sharp));

@@ -42,8 +42,9 @@ struct EstimatedMotion {
 /// Still surfaces move with the camera: with the given one, else with the one that most of the
 /// matched motion reveals. Where guides differ under that motion and matching finds where they
 /// were, the pixel moves as matching says; and an object (by its id) that moves by itself moves
-/// rigidly if that explains its guides. Where nothing explains them, motion is unknown. The same
-/// bits for any number of threads.
+/// rigidly if that explains its guides. Where nothing explains them, motion is unknown; without a
+/// camera everywhere if guides are so plain that they would not show it. The same bits for any
+/// number of threads.
 EstimatedMotion EstimateMotion(const EstimateInput& input);
 
 /// Motion that leads out of every picture of this size, so that there is no history.

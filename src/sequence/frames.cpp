@@ -44,7 +44,8 @@ Result<LoadedFile> LoadFile(const std::string& path, const SequenceOptions& opti
 }
 
 Result<SequenceFrame> LoadFrame(const SequenceFile& file, const SequenceView& view, bool to_write) {
-  const auto& [options, layout, motion] = view;
+  const SequenceOptions& options = view.options;
+  const AovLayout& layout = view.layout;
   Result<LoadedFile> loaded = LoadFile(file.input, options, to_write);
   if (!loaded.ok()) {
     return loaded.status();
@@ -59,7 +60,7 @@ Result<SequenceFrame> LoadFrame(const SequenceFile& file, const SequenceView& vi
   result.frame.index = file.frame;
   result.next_motion =
       ImportNextMotion(loaded->image, layout, {result.frame.jitter_x, result.frame.jitter_y, 0, 0});
-  Result<std::optional<CameraMatrices>> camera = CameraOfFrame(motion, file, loaded->image);
+  Result<std::optional<CameraMatrices>> camera = CameraOfFrame(view.motion, file, loaded->image);
   STILLRAY_RETURN_IF_ERROR(camera.status());
   result.camera = *camera;
   if (to_write) {
@@ -86,8 +87,13 @@ Link LinkToPrevious(const SequenceFrame& before, const SequenceView& view, Seque
   if (!SameSize(before.frame, now->frame)) {
     return Link::kResized;
   }
-  now->origin = CompleteMotion({before.frame, before.camera}, view.motion, view.layout, now->camera,
-                               &now->frame);
+  if (view.cache == nullptr || !view.cache->Restore(view.layout, &now->frame, &now->origin)) {
+    now->origin = CompleteMotion({before.frame, before.camera}, view.motion, view.layout,
+                                 now->camera, &now->frame);
+    if (view.cache != nullptr) {
+      view.cache->Keep(now->frame, now->origin);
+    }
+  }
   if (now->frame.guides.motion.empty()) {
     return Link::kCut;
   }

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "sequence/motion_cache.h"
 #include "sequence/motion_plan.h"
 #include "stillray/aov.h"
 #include "stillray/sequence.h"
@@ -45,6 +46,7 @@ struct SequenceView {
   const SequenceOptions& options;
   const AovLayout& layout;
   const MotionPlan& motion;
+  MotionCache* cache = nullptr;  ///< optional
 };
 
 /// \param to_write  else `bytes`, `stored` and `parts` stay empty

@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "denoise/future_blocks.h"
 #include "motion/estimate_motion.h"
+#include "sequence/motion_cache.h"
 
 namespace stillray {
 namespace {
@@ -67,12 +67,27 @@ Status CheckMemory(const ExrExtent& extent, const SequenceOptions& options,
                   options.memory.name, Megabytes(options.memory.bytes)));
 }
 
-Status OverlapFits(const ExrExtent& extent, const SequenceOptions& options) {
+namespace {
+
+/// With reading and writing in the background, and the futures of a whole block.
+int64_t BytesOverlapped(const ExrExtent& extent, const SequenceOptions& options) {
   int64_t bytes =
       BytesNeeded(extent, options) + extent.pixels * extent.channels * kBytesPerChannelOverlapped;
   if (options.window == Window::kBoth) {
     bytes += (kFutureBlock - 1) * kBytesPerPixelOfFuture * extent.pixels;
   }
+  return bytes;
+}
+
+}  // namespace
+
+bool MotionFits(const ExrExtent& extent, const SequenceOptions& options) {
+  const int64_t motion = static_cast<int64_t>(kLinkedFrames) * MotionCache::kBytesPerPixel;
+  return Fits(BytesOverlapped(extent, options) + motion * extent.pixels, options.memory);
+}
+
+Status OverlapFits(const ExrExtent& extent, const SequenceOptions& options) {
+  const int64_t bytes = BytesOverlapped(extent, options);
   if (Fits(bytes, options.memory)) {
     return Status::Ok();
   }

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <string>
 
+#include "denoise/future_blocks.h"
 #include "stillray/aov.h"
 #include "stillray/sequence.h"
 
@@ -21,6 +22,12 @@ Status CheckMemory(const ExrExtent& extent, const SequenceOptions& options,
 /// within the memory limit.
 /// \return kOutOfMemory, with need and limit
 Status OverlapFits(const ExrExtent& extent, const SequenceOptions& options);
+
+/// Whether the estimated motion of all frames that are linked more than once fits in addition to
+/// all other data, with Window::kBoth.
+bool MotionFits(const ExrExtent& extent, const SequenceOptions& options);
+/// Number of those frames.
+inline constexpr size_t kLinkedFrames = kFutureBlock + kLookAhead + 1;
 
 /// Number of frames of this size whose future fits into the memory limit in addition to all other
 /// data; 1..kFutureBlock.

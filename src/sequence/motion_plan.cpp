@@ -29,6 +29,16 @@ const char* MotionSourceName(MotionSource source) {
   return "";
 }
 
+std::optional<MotionSource> MotionSourceOf(std::string_view name) {
+  for (const MotionSource source :
+       {MotionSource::kAuto, MotionSource::kFile, MotionSource::kCamera, MotionSource::kEstimate}) {
+    if (name == MotionSourceName(source)) {
+      return source;
+    }
+  }
+  return std::nullopt;
+}
+
 const char* MotionKindName(MotionKind kind) {
   switch (kind) {
     case MotionKind::kNone:
@@ -209,8 +219,8 @@ namespace {
 
 /// Where the images that mirrors and glass show were: they move with the camera, like surfaces at
 /// their depth. Unknown if the picture does not reveal how it moves.
-void MoveImages(const Guides& guides, const std::optional<io::CameraMotion>& camera,
-                VirtualGuides* images) {
+void MoveOneImage(const Guides& guides, const std::optional<io::CameraMotion>& camera,
+                  VirtualGuides* images) {
   const int width = guides.depth.width();
   const int height = guides.depth.height();
   const vec2 unknown = motion::UnknownMotion(width, height);
@@ -247,7 +257,9 @@ Image2 KnownMotion(const Image2& motion) {
   return known;
 }
 
-void MoveAllImages(const AovLayout& layout, Frame* frame) {
+}  // namespace
+
+void MoveImages(const AovLayout& layout, Frame* frame) {
   const bool reflected =
       !frame->reflection.empty() && layout.Find(Aov::kReflectionMotion) == nullptr;
   const bool refracted =
@@ -258,14 +270,17 @@ void MoveAllImages(const AovLayout& layout, Frame* frame) {
   const std::optional<io::CameraMotion> camera =
       io::FitCameraMotion(frame->guides.depth, KnownMotion(frame->guides.motion));
   if (reflected) {
-    MoveImages(frame->guides, camera, &frame->reflection);
+    MoveOneImage(frame->guides, camera, &frame->reflection);
   }
   if (refracted) {
-    MoveImages(frame->guides, camera, &frame->refraction);
+    MoveOneImage(frame->guides, camera, &frame->refraction);
   }
 }
 
-MotionOrigin Estimate(const FrameBefore& before, Image2 camera, Frame* now) {
+namespace {
+
+/// \param trusted  the frame's motion stays if the guides reveal none
+MotionOrigin Estimate(const FrameBefore& before, Image2 camera, bool trusted, Frame* now) {
   motion::EstimateInput input;
   input.now = &now->guides;
   input.before = &before.frame.guides;
@@ -273,6 +288,9 @@ MotionOrigin Estimate(const FrameBefore& before, Image2 camera, Frame* now) {
   input.jitter = {now->jitter_x, now->jitter_y};
   input.jitter_before = {before.frame.jitter_x, before.frame.jitter_y};
   motion::EstimatedMotion estimated = motion::EstimateMotion(input);
+  if (trusted && estimated.unknown == 1) {
+    return {MotionKind::kFile, 0, 0};
+  }
   now->guides.motion = std::move(estimated.motion);
   return {MotionKind::kEstimate, estimated.estimated(), estimated.unknown};
 }
@@ -293,7 +311,7 @@ MotionOrigin CompleteMotion(const FrameBefore& before, const MotionPlan& plan,
   }
   MotionOrigin origin;
   if (plan.estimates) {
-    origin = Estimate(before, std::move(of_camera), now);
+    origin = Estimate(before, std::move(of_camera), plan.from_file, now);
   } else if (!of_camera.empty()) {
     motion = std::move(of_camera);
     origin.kind = MotionKind::kCamera;
@@ -303,7 +321,7 @@ MotionOrigin CompleteMotion(const FrameBefore& before, const MotionPlan& plan,
     motion = Image2();
     return origin;
   }
-  MoveAllImages(layout, now);
+  MoveImages(layout, now);
   return origin;
 }
 

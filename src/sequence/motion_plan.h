@@ -64,6 +64,10 @@ MotionOrigin CompleteMotion(const FrameBefore& before, const MotionPlan& plan,
                             const AovLayout& layout, const std::optional<CameraMatrices>& camera,
                             Frame* now);
 
+/// Sets the motion of virtual images that the file does not give: that of the camera that the
+/// frame's motion reveals.
+void MoveImages(const AovLayout& layout, Frame* frame);
+
 /// Motion that includes jitter is converted without the neighbour's jitter; adds it.
 void AddNeighbourJitter(const MotionConvention& convention, const Frame& neighbour, Image2* motion);
 

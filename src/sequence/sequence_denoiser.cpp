@@ -154,6 +154,9 @@ Status Impl::Prepare(const OpenDevice& open) {
   STILLRAY_RETURN_IF_ERROR(device.status());
   ChooseOverlap();
   STILLRAY_RETURN_IF_ERROR(ChooseFutures(&futures_held));
+  if (options.window == Window::kBoth && motion.estimates && MotionFits(extent, options)) {
+    cache.emplace(kLinkedFrames);
+  }
   filter.emplace(View(), settings);
   STILLRAY_RETURN_IF_ERROR(
       filter->Prepare(*device, futures_held, options.overlap,

@@ -67,13 +67,14 @@ struct SequenceDenoiser::Impl {
   void Note(const std::string& text) const;
   void ReportFallBack();
   void NoteDerivedMotion(const FrameReport& report);
-  SequenceView View() const { return {options, layout, motion}; }
+  SequenceView View() { return {options, layout, motion, cache ? &*cache : nullptr}; }
   std::string StatePath() const { return ResumePath(folder, key); }
 
   SequenceOptions options;
   SequenceHooks hooks;
   AovLayout layout;
   MotionPlan motion;
+  std::optional<MotionCache> cache;
   Settings settings;
   ExrExtent extent;
   std::optional<SequenceFilter> filter;

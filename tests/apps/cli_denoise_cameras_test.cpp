@@ -64,7 +64,7 @@ TEST(CliDenoiseCameras, StandInForMotion) {
   const ProgramRun run = RunProgram({"denoise", in, "-o", folder / "out.####.exr"});
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   EXPECT_THAT(run.output, HasSubstr("derived from depth and the cameras"));
-  EXPECT_THAT(run.output, HasSubstr("without the motion of objects"));
+  EXPECT_THAT(run.output, HasSubstr("estimated from the guides for what moves by itself"));
   ASSERT_EQ(RunProgram({"denoise", in, "-o", folder / "alone.####.exr", "--aov", "motion=none"})
                 .exit_code,
             0);

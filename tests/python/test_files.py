@@ -77,6 +77,12 @@ class FilesTest(unittest.TestCase):
                                sigma_l=2, prefilter_variance=False)  # fmt: skip
         self.expect_same(self.folder / "python3", expected)
 
+    def test_estimated_motion(self):
+        expected = self.by_command("command7", "--motion", "estimate")
+        frames = stillray.denoise_files(self.paths, self.folder / "python7", motion="estimate")
+        self.expect_same(self.folder / "python7", expected)
+        self.assertEqual(frames[-1]["motion"], "estimate")
+
     def test_a_stopped_call_goes_on(self):
         expected = self.by_command("command4", "--window", "both")
         out = self.folder / "python4"
@@ -103,6 +109,10 @@ class FilesTest(unittest.TestCase):
             stillray.denoise_files(["absent.exr"], out)
         with self.assertRaisesRegex(ValueError, "window is 'future'"):
             stillray.denoise_files(self.paths, out, window="future")
+        with self.assertRaisesRegex(ValueError, "motion is 'guessed'"):
+            stillray.denoise_files(self.paths, out, motion="guessed")
+        with self.assertRaisesRegex(FileNotFoundError, "absent.json"):
+            stillray.denoise_files(self.paths, out, cameras="absent.json")
         with self.assertRaisesRegex(ValueError, "sigma_q"):
             stillray.denoise_files(self.paths, out, sigma_q=1)
         with self.assertRaisesRegex(ValueError, "overwrite the input"):

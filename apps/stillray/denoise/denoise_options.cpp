@@ -67,17 +67,6 @@ Status ParseMemory(const std::string& text, int64_t* bytes) {
   return Status::Ok();
 }
 
-/// \param name  one of MotionSourceName(), checked by the command line
-MotionSource MotionOf(const std::string& name) {
-  for (const MotionSource source :
-       {MotionSource::kFile, MotionSource::kCamera, MotionSource::kEstimate}) {
-    if (name == MotionSourceName(source)) {
-      return source;
-    }
-  }
-  return MotionSource::kAuto;
-}
-
 }  // namespace
 
 Result<DenoiseOptions> ParseDenoiseArguments(const DenoiseArguments& arguments) {
@@ -95,7 +84,7 @@ Result<DenoiseOptions> ParseDenoiseArguments(const DenoiseArguments& arguments) 
   sequence.files = std::move(files.value());
   sequence.aovs = arguments.aovs;
   sequence.passes = arguments.passes;
-  sequence.motion = MotionOf(arguments.motion);
+  sequence.motion = MotionSourceOf(arguments.motion).value_or(MotionSource::kAuto);
   sequence.cameras = arguments.cameras;
   sequence.memory.name = arguments.memory_limit.empty() ? "this machine has" : "--memory-limit is";
   sequence.state = {true, arguments.resume, Fingerprint(arguments)};
