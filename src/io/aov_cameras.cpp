@@ -68,7 +68,7 @@ glm::dvec2 Device(const glm::dmat4& matrix, const glm::dvec4& point) {
 /// The standard defines coordinates 0 to 1 from the upper left corner and a camera that looks along
 /// +z. Renderers also write -1 to 1 with y up, and cameras that look along -z. The viewing axis,
 /// which projects to the middle of the picture or near it, distinguishes them.
-Projection Understand(const glm::dmat4& matrix, int width, int height) {
+Projection Understand(const glm::dmat4& matrix, bool is_standard, int width, int height) {
   Projection p;
   p.matrix = matrix;
   // Without perspective the order of depths tells the sign.
@@ -77,10 +77,11 @@ Projection Understand(const glm::dmat4& matrix, int width, int height) {
   const glm::dvec2 middle = Device(matrix, {0, 0, p.z_sign, 1});
   const glm::dvec2 above = Device(matrix, {0, 1, p.z_sign, 1});
   const glm::dvec2 from_half = glm::abs(middle - glm::dvec2(0.5));
-  const bool from_corner = from_half.x + from_half.y <= std::abs(middle.x) + std::abs(middle.y);
+  const bool from_corner =
+      is_standard || from_half.x + from_half.y <= std::abs(middle.x) + std::abs(middle.y);
   p.scale = glm::dvec2(width, height) * (from_corner ? 1.0 : 0.5);
   p.offset = from_corner ? glm::dvec2(0.0) : 0.5 * glm::dvec2(width, height);
-  if (above.y > middle.y) {  // y up
+  if (!is_standard && above.y > middle.y) {  // y up
     p.scale.y = -p.scale.y;
     p.offset.y = height - p.offset.y;
   }
@@ -110,7 +111,7 @@ std::optional<CameraMatrices> CameraOf(const ExrImage& image) {
   if (!to_camera || !to_ndc || glm::determinant(ForColumns(*to_camera)) == 0) {
     return std::nullopt;
   }
-  return CameraMatrices{*to_camera, *to_ndc};
+  return CameraMatrices{*to_camera, *to_ndc, false};
 }
 
 Image2 MotionFromCameras(const Image1& depth, const CameraMatrices& now,
@@ -118,10 +119,11 @@ Image2 MotionFromCameras(const Image1& depth, const CameraMatrices& now,
   const int width = depth.width();
   const int height = depth.height();
   const glm::dmat4 to_world = glm::inverse(ForColumns(now.world_to_camera));
-  const Projection here = Understand(ForColumns(now.world_to_ndc) * to_world, width, height);
+  const Projection here =
+      Understand(ForColumns(now.world_to_ndc) * to_world, now.is_standard, width, height);
   const Projection there =
       Understand(ForColumns(other.world_to_ndc) * glm::inverse(ForColumns(other.world_to_camera)),
-                 width, height);
+                 other.is_standard, width, height);
   const glm::dmat4 to_other = ForColumns(other.world_to_ndc) * to_world;
   Image2 motion(width, height);
   ParallelRows(height, kRowsPerTask, [&](int y0, int y1) {

@@ -209,7 +209,7 @@ Result<std::optional<CameraMatrices>> ParseFrame(const Reader& reader) {
                                 "a perspective camera that looks along -z")
           : reader.CheckLastRow("projection", projection, {0, 0, 0, 1}, "an orthographic camera"));
   return std::optional<CameraMatrices>(CameraMatrices{
-      ForRowVectors(to_camera), ForRowVectors(ToStandard() * projection * to_camera)});
+      ForRowVectors(to_camera), ForRowVectors(ToStandard() * projection * to_camera), true});
 }
 
 Status ParseFrames(const Json& frames, CameraFile* file) {

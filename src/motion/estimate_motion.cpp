@@ -34,6 +34,9 @@ constexpr float kUnexplained = 0.25f;
 /// ... and as a multiple of the median, which is the noise of guides with motion blur.
 constexpr float kUnexplainedPart = 3.0f;
 
+/// Without a camera: if more of the picture than this is unknown, the rest matches by chance.
+constexpr double kMostUnknown = 0.6;
+
 // Objects that move by themselves.
 constexpr int kLeastPixels = 64;
 /// Part of the pixels of an object that must move by themselves for it to move as a whole, ...
@@ -123,7 +126,7 @@ class Estimate {
   bool IsInside(int x, int y, vec2 motion) const;
   Image1 DistancesOf(const Image2& motion) const;
   Image1 Surroundings(const Image1& distances) const;
-  bool Explains(const Image1& distances) const;
+  bool Explains(const Image2& motion, const Image1& distances) const;
   bool ShowsMotion() const;
   void Match();
   void FindCamera();
@@ -141,6 +144,7 @@ class Estimate {
   Cutout Cut(uint32_t id, const Box& box) const;
   Misfit MisfitOf(const Cutout& cutout, const Box& box, const Image2& motion) const;
   void MoveObject(uint32_t id, const Box& box);
+  void ForgetAll();
   EstimatedMotion Finish();
 
   const EstimateInput& input_;
@@ -216,11 +220,11 @@ Image1 Estimate::Surroundings(const Image1& distances) const {
 }
 
 /// Whether hardly any surface that stays in the picture differs.
-bool Estimate::Explains(const Image1& distances) const {
+bool Estimate::Explains(const Image2& motion, const Image1& distances) const {
   std::vector<std::pair<int64_t, int64_t>> rows(static_cast<size_t>(height_));
   ForEachPixel(width_, height_, [&](int x, int y) {
     auto& [surfaces, differing] = rows[static_cast<size_t>(y)];
-    if (IsSurface(g_.depth(x, y)) && IsInside(x, y, At(base_, x, y))) {
+    if (IsSurface(g_.depth(x, y)) && IsInside(x, y, At(motion, x, y))) {
       ++surfaces;
       differing += distances(x, y) > kDiffers;
     }
@@ -286,10 +290,9 @@ Image2 Certain(const Matched& matched, const Image1& agreement) {
 /// under which the guides differ least. Small ones are robust, large ones exact.
 void Estimate::FindCamera() {
   double least = CostOf(base_);
-  for (const size_t level : {2, 1}) {
-    if (level >= now_.levels.size()) {
-      continue;
-    }
+  const size_t coarsest = std::min<size_t>(2, now_.levels.size() - 1);
+  const size_t finest = std::min<size_t>(1, coarsest);
+  for (size_t level = coarsest + 1; level-- > finest;) {
     const Matched forth = MatchPyramids(now_, before_, Image2(), level);
     const Image1 agreement =
         AgreementOf(forth.motion, MatchPyramids(before_, now_, Image2(), level).motion);
@@ -348,7 +351,7 @@ bool Estimate::ShowsMotion() const {
     Image2 moved(width_, height_);
     moved[0].Fill(shift.x);
     moved[1].Fill(shift.y);
-    if (Explains(DistancesOf(moved))) {
+    if (Explains(moved, DistancesOf(moved))) {
       return false;
     }
   }
@@ -458,17 +461,18 @@ void Estimate::MoveObject(uint32_t id, const Box& box) {
   const Cutout cutout = Cut(id, box);
   std::optional<Image2> best;
   Misfit least;
-  for (const int thinning : {1, 2, 4}) {
-    const std::optional<io::CameraMotion> fit =
-        io::FitCameraMotion(Thinned(cutout.depth, thinning), Thinned(cutout.motion, thinning));
-    if (!fit) {
-      continue;
-    }
-    Image2 motion = MotionOf(*fit, cutout.depth);
+  const auto consider = [&](Image2 motion) {
     const Misfit misfit = MisfitOf(cutout, box, motion);
     if (!best || misfit.squares < least.squares) {
       best = std::move(motion);
       least = misfit;
+    }
+  };
+  for (const int thinning : {1, 2, 4}) {
+    const std::optional<io::CameraMotion> fit =
+        io::FitCameraMotion(Thinned(cutout.depth, thinning), Thinned(cutout.motion, thinning));
+    if (fit) {
+      consider(MotionOf(*fit, cutout.depth));
     }
   }
   if (!best) {
@@ -570,6 +574,13 @@ void Estimate::MoveObjects() {
   });
 }
 
+void Estimate::ForgetAll() {
+  source_.Fill(kUnknown);
+  confidence_.Fill(0);
+  motion_[0].Fill(UnknownMotion(width_, height_).x);
+  motion_[1].Fill(UnknownMotion(width_, height_).y);
+}
+
 EstimatedMotion Estimate::Finish() {
   EstimatedMotion result;
   int64_t counts[4] = {};
@@ -597,16 +608,15 @@ EstimatedMotion Estimate::Finish() {
 }
 
 EstimatedMotion Estimate::Run() {
-  if (Explains(base_distances_)) {
+  if (Explains(base_, base_distances_)) {
     const bool known = has_base_ || ShowsMotion();
     motion_ = std::move(base_);
     confidence_ = Image1(width_, height_);
     source_ = Plane<uint8_t>(width_, height_);
-    confidence_.Fill(known ? 1.0f : 0.0f);
-    source_.Fill(static_cast<uint8_t>(known ? kBase : kUnknown));
+    confidence_.Fill(1);
+    source_.Fill(kBase);
     if (!known) {
-      motion_[0].Fill(UnknownMotion(width_, height_).x);
-      motion_[1].Fill(UnknownMotion(width_, height_).y);
+      ForgetAll();
     }
     return Finish();
   }
@@ -622,8 +632,16 @@ EstimatedMotion Estimate::Run() {
   Choose();
   if (has_base_) {
     MoveObjects();
+    return Finish();
   }
-  return Finish();
+  EstimatedMotion result = Finish();
+  if (result.unknown > kMostUnknown) {
+    motion_ = std::move(result.motion);
+    confidence_ = std::move(result.confidence);
+    ForgetAll();
+    result = Finish();
+  }
+  return result;
 }
 
 }  // namespace

@@ -179,8 +179,12 @@ float DistanceTo(const GuideLevel& now, int x, int y, const GuideLevel& before, 
   const int top = static_cast<int>(v);
   const float* own = now.At(x, y);
   float least = kMostDistance;
-  for (int i = 0; i < 4; ++i) {
-    least = std::min(least, DistanceOf(own, before.At(left + (i & 1), top + (i >> 1))));
+  const int right = u > static_cast<float>(left) ? left + 1 : left;
+  const int bottom = v > static_cast<float>(top) ? top + 1 : top;
+  for (int py = top; py <= bottom; ++py) {
+    for (int px = left; px <= right; ++px) {
+      least = std::min(least, DistanceOf(own, before.At(px, py)));
+    }
   }
   return least;
 }

@@ -68,8 +68,8 @@ GuidePyramid MakePyramid(GuideLevel sharp);
 float DistanceOf(const float* a, const float* b);
 inline constexpr float kMostDistance = 1.0f;
 
-/// The distance of pixel (x, y) of `now` to the most similar of the four pixels around (u, v) in
-/// `before`: guides of one sample are not interpolated. kMostDistance outside of the picture.
+/// The distance of pixel (x, y) of `now` to the most similar of the up to four pixels around (u, v)
+/// in `before`: guides of one sample are not interpolated. kMostDistance outside of the picture.
 float DistanceTo(const GuideLevel& now, int x, int y, const GuideLevel& before, float u, float v);
 
 }  // namespace stillray::motion

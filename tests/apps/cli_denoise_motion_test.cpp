@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // stillray denoise --motion: files whose motion is zero or missing.
+#include <algorithm>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -33,7 +34,10 @@ float ColourAt(int u, int y) {
 ExrImage TexturedFrame(const Shot& shot, int64_t frame, Vectors vectors) {
   ExrImage image = ShotFrame(shot, frame);
   const auto plane = [&](const std::string& name) -> Image1& {
-    return image.Find("ViewLayer." + name)->values;
+    const auto at =
+        std::find_if(image.channels.begin(), image.channels.end(),
+                     [&](const Channel& channel) { return channel.name == "ViewLayer." + name; });
+    return at->values;
   };
   for (const char* colour : {"R", "G", "B"}) {
     Image1& combined = plane(std::string("Combined.") + colour);

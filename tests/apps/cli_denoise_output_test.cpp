@@ -196,11 +196,14 @@ TEST_F(CliDenoiseOutput, NotesAndFindingsSayNothingTwice) {
     });
     ASSERT_TRUE(WriteExr(FrameFileName(In(), frame), image).ok());
   }
-  const ProgramRun run = Denoise();
+  const ProgramRun run = Denoise({"--motion", "file"});
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   EXPECT_THAT(run.errors, HasSubstr("check: motion_missing: "));
   EXPECT_THAT(run.output, Not(HasSubstr("no motion: ")));
-  const ProgramRun unchecked = Denoise({"--no-check"});
+  const ProgramRun derived = Denoise();
+  EXPECT_THAT(derived.errors, Not(HasSubstr("motion_missing")));
+  EXPECT_THAT(derived.output, HasSubstr("motion is estimated from the guides"));
+  const ProgramRun unchecked = Denoise({"--no-check", "--motion", "file"});
   EXPECT_THAT(unchecked.output, HasSubstr("no motion: "));
   const ProgramRun wanted = Denoise({"--aov", "motion=none"});
   EXPECT_THAT(wanted.errors, Not(HasSubstr("motion_missing")));

@@ -65,9 +65,9 @@ Guides MovingScene::At(float frame, vec2 jitter) const {
       const vec2 p = vec2(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f) + jitter;
       const vec2 q = InBox(p, frame);
       const bool on_box = box && std::fabs(q.x) < kHalfBox && std::fabs(q.y) < kHalfBox;
-      const bool plain = on_box ? !box_textured : !textured;
+      const bool plain = !on_box && !textured;
       const vec3 albedo =
-          plain ? vec3(on_box ? 0.8f : 0.4f)
+          plain ? vec3(0.4f)
                 : Texture(on_box ? q : p - frame * wall_speed, on_box ? seed + 10 : seed);
       for (int c = 0; c < 3; ++c) {
         g.albedo[c](x, y) = albedo[c];

@@ -17,7 +17,6 @@ struct MovingScene {
   float box_turn = 0;  ///< radians per frame
   bool box = true;
   bool textured = true;  ///< the wall
-  bool box_textured = true;
   bool ids = true;
   uint32_t seed = 1;  ///< of the textures: another one is another scene
 
