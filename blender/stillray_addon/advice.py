@@ -36,6 +36,7 @@ TEXTS = {
     "id_unstable": "Objects change their names, or are made anew in each frame: turn the pass "
                    "Cryptomatte Object off",
     "image_depth_nearer": _MIRRORS, "image_motion_wrong": _MIRRORS,
+    "confidence_range": _AGAIN,
 }
 for _name in ("motion_direction", "motion_y_flipped", "motion_x_flipped", "motion_swapped",
               "motion_fraction", "motion_ndc", "motion_pixels", "motion_scaled", "motion_wrong"):

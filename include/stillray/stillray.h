@@ -325,9 +325,9 @@ STILLRAY_API stillray_error stillray_denoiser_memory_need(stillray_denoiser* den
 
 /* Statistics of the last frame. */
 typedef struct stillray_statistics {
-  size_t struct_size;  /* sizeof(stillray_statistics), by the INIT below */
-  int64_t non_finite;  /* pixels of signals with NaN or infinite light, treated as missing */
-  int64_t negative;    /* ... with light below -1/1024 of the mean light; above, it is zero */
+  size_t struct_size; /* sizeof(stillray_statistics), by the INIT below */
+  int64_t non_finite; /* pixels of signals with NaN or infinite light, treated as missing */
+  int64_t negative;   /* ... with light below -1/1024 of the mean light; above, it is zero */
   /* pixels whose depth or normal was invalid: passed through; and those with NaN as confidence */
   int64_t bad_guides;
   size_t memory_bytes; /* history and working memory in use */

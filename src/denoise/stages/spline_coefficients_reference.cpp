@@ -9,8 +9,8 @@
 namespace stillray::reference {
 namespace {
 
-constexpr float kWeights[] = {kSplineWeight0, kSplineWeight1, kSplineWeight2, kSplineWeight3,
-                              kSplineWeight4};
+const float kWeights[] = {kSplineWeight0, kSplineWeight1, kSplineWeight2, kSplineWeight3,
+                          kSplineWeight4};
 
 /// Filters the values that `load` returns for -kSplineRadius..kSplineRadius.
 template <typename Load>
