@@ -20,8 +20,7 @@ shared vec3 columns[LOCAL_SIZE_Y][kTileWidth];
 
 void main() {
   int thread = int(gl_LocalInvocationIndex);
-  ivec2 first =
-      ivec2(gl_WorkGroupID.xy) * ivec2(LOCAL_SIZE_X, LOCAL_SIZE_Y) - ivec2(kSplineRadius);
+  ivec2 first = ivec2(gl_WorkGroupID.xy) * ivec2(LOCAL_SIZE_X, LOCAL_SIZE_Y) - ivec2(kSplineRadius);
   for (int i = thread; i < kTileWidth * kTileHeight; i += kGroupSize) {
     ivec2 at = ivec2(i % kTileWidth, i / kTileWidth);
     tile[at.y][at.x] = texelFetch(picture, ClampToPicture(first + at), 0).xyz;
