@@ -247,6 +247,8 @@ TEST(SessionTest, ConfidenceIsThatOfCpp) {
     }
   }
   // Another frame without it.
+  CallerFrame last(MakeBusyFrame(kWidth, kHeight, 4));
+  last.Give(denoiser.get());
   ASSERT_EQ(stillray_denoiser_set_input(denoiser.get(), "confidence", nullptr), STILLRAY_OK);
   EXPECT_EQ(stillray_denoiser_execute(denoiser.get()), STILLRAY_OK);
 }
