@@ -8,7 +8,7 @@ for versions between and after those that were tried.
 import bpy
 
 # Passes that `stillray denoise` uses, by the names of their properties. Property names are the same
-# from 3.4 to 5.x; names of the passes in files are not, and the program knows both.
+# from 3.4 to 5.x; names of the passes in files are not, and the program reads both.
 _PASSES = (
     "combined", "z", "vector", "normal", "emit", "environment", "cryptomatte_object",
     "diffuse_direct", "diffuse_indirect", "diffuse_color",

@@ -99,8 +99,9 @@ Image3 ConvertNormal(const Image3& normal, const NormalConvention& convention,
 struct CameraMatrices {
   std::array<double, 16> world_to_camera;
   std::array<double, 16> world_to_ndc;
-  /// Known to be as the standard has it, from 0 to 1 from the upper left corner; else the
-  /// projection of the viewing axis tells, which a strongly shifted lens misleads.
+  /// NDC are those of the standard, from 0 to 1 from the upper left corner. If not set, the
+  /// convention follows from where the viewing axis projects to, which a strongly shifted lens
+  /// makes ambiguous.
   bool is_standard = false;
 };
 /// Empty if one is missing, is not of 16 finite numbers, or worldToCamera has no inverse.

@@ -71,7 +71,7 @@ glm::dvec2 Device(const glm::dmat4& matrix, const glm::dvec4& point) {
 Projection Understand(const glm::dmat4& matrix, bool is_standard, int width, int height) {
   Projection p;
   p.matrix = matrix;
-  // Without perspective the order of depths tells the sign.
+  // Without perspective the order of depths determines the sign.
   const double along = matrix[2][3] != 0 ? matrix[2][3] : matrix[2][2];
   p.z_sign = along < 0 ? -1.0 : 1.0;
   const glm::dvec2 middle = Device(matrix, {0, 0, p.z_sign, 1});
