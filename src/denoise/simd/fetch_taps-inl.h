@@ -81,21 +81,13 @@ struct FetchTaps {
   VF weight[4];
   VF kept[4];     ///< weights without the taps that have no light
   bool searched;  ///< some pixels take the mean of the taps chosen by the search (kAnywhere)
-  bool doubted;   ///< a confidence is given
-  VF confidence;  ///< of doubted pixels
   const ReprojectionTaps* taps;
   int x, y;
 };
 
 /// Drops the light of pixels whose confidence is 0.
-HWY_INLINE void ApplyConfidence(const ReprojectionTaps& taps, int x, int y, FetchTaps* t) {
-  const DF d;
-  t->doubted = taps.confidence != nullptr;
-  if (!t->doubted) {
-    return;
-  }
-  t->confidence = ConfidenceOf(*taps.confidence, x, y);
-  const MF holds = hn::Gt(t->confidence, hn::Zero(d));
+HWY_INLINE void DropLight(VF confidence, FetchTaps* t) {
+  const MF holds = hn::Gt(confidence, hn::Zero(DF()));
   const int count = t->kind == TapKind::kSingle ? 1 : 4;
   for (int i = 0; i < count; ++i) {
     t->weight[i] = hn::IfThenElseZero(holds, t->weight[i]);
@@ -257,22 +249,36 @@ HWY_INLINE VF FetchPlane(const Image1& plane, const SignalHistory& before, const
   return sum;
 }
 
+template <bool kWithConfidence>
+struct HistoryConfidence {
+  static constexpr bool kHasConfidence = false;
+};
+
+template <>
+struct HistoryConfidence<true> {
+  static constexpr bool kHasConfidence = true;
+  VF confidence;
+};
+
 /// The history `before` at a vector of pixels. Taps without light contribute to the length alone.
-template <TapKind kKind>
-struct HistoryAt {
+/// \tparam kWithConfidence  the frame has a confidence
+template <TapKind kKind, bool kWithConfidence>
+struct HistoryAt : HistoryConfidence<kWithConfidence> {
   const SignalHistory& before;
   const FetchTaps& taps;
 
   HWY_INLINE VF Length() const {
-    const DF d;
     const VF length = FetchPlane<kKind, false>(before.length, before, taps);
-    if (!taps.doubted) {
+    if constexpr (kWithConfidence) {  // ConfidentLength
+      const VF confidence = this->confidence;
+      const DF d;
+      const VF one = hn::Set(d, 1.0f);
+      const VF most = hn::Div(one, hn::Max((*this)(before.weights2), hn::Set(d, 1e-6f)));
+      const VF shortened = hn::Mul(confidence, hn::Min(length, most));
+      return hn::IfThenElse(hn::Lt(confidence, one), shortened, length);
+    } else {
       return length;
     }
-    const VF one = hn::Set(d, 1.0f);  // ConfidentLength
-    const VF most = hn::Div(one, hn::Max((*this)(before.weights2), hn::Set(d, 1e-6f)));
-    const VF shortened = hn::Mul(taps.confidence, hn::Min(length, most));
-    return hn::IfThenElse(hn::Lt(taps.confidence, one), shortened, length);
   }
   /// \param plane  another plane of `before`
   HWY_INLINE VF operator()(const Image1& plane) const {
@@ -280,30 +286,43 @@ struct HistoryAt {
   }
 };
 
+/// Calls `use` with the history of the taps t.
+template <TapKind kKind, bool kWithConfidence, typename Use>
+HWY_INLINE void UseHistory(const SignalHistory& before, const ReprojectionTaps& taps,
+                           const FetchTaps& t, int x, int y, const Use& use) {
+  if constexpr (kWithConfidence) {
+    const VF confidence = ConfidenceOf(*taps.confidence, x, y);
+    FetchTaps with_light = t;
+    DropLight(confidence, &with_light);
+    use(HistoryAt<kKind, true>{{confidence}, before, with_light});
+  } else {
+    use(HistoryAt<kKind, false>{{}, before, t});
+  }
+}
+
 /// Calls `use` with the history `before` at the pixels x, x + 1, ... of row y, a HistoryAt. There
 /// is one call for each layout of taps, so that no plane needs a branch and weights stay in
 /// registers.
 ///
 /// \param use  always inlined
-template <typename Use>
+/// \tparam kWithConfidence  whether taps.confidence is given: not decided here, since the calls for
+///                          both in one function slow each other down
+template <bool kWithConfidence, typename Use>
 HWY_INLINE void WithHistory(const SignalHistory& before, const ReprojectionTaps& taps, int x, int y,
                             const Use& use) {
   const TapPattern pattern = taps.Pattern(x / LaneCount(), y);
   if (pattern == TapPattern::kBlock2x2) {
-    FetchTaps t = BlockTaps(before, taps, x, y);
-    ApplyConfidence(taps, x, y, &t);
-    use(HistoryAt<TapKind::kBlock2x2>{before, t});
+    const FetchTaps t = BlockTaps(before, taps, x, y);
+    UseHistory<TapKind::kBlock2x2, kWithConfidence>(before, taps, t, x, y, use);
   } else if (IsIdentityOrDisoccluded(pattern)) {
-    FetchTaps t = IdentityTaps(before, taps, x, y);
-    ApplyConfidence(taps, x, y, &t);
-    use(HistoryAt<TapKind::kSingle>{before, t});
+    const FetchTaps t = IdentityTaps(before, taps, x, y);
+    UseHistory<TapKind::kSingle, kWithConfidence>(before, taps, t, x, y, use);
   } else {
-    FetchTaps t = ScatteredTaps(before, taps, x, y);
-    ApplyConfidence(taps, x, y, &t);
+    const FetchTaps t = ScatteredTaps(before, taps, x, y);
     if (t.kind == TapKind::kBlock2x2) {
-      use(HistoryAt<TapKind::kBlock2x2>{before, t});
+      UseHistory<TapKind::kBlock2x2, kWithConfidence>(before, taps, t, x, y, use);
     } else {
-      use(HistoryAt<TapKind::kAnywhere>{before, t});
+      UseHistory<TapKind::kAnywhere, kWithConfidence>(before, taps, t, x, y, use);
     }
   }
 }

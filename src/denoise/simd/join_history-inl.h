@@ -25,18 +25,19 @@ HWY_INLINE VF NewFrameWeight(VF length, VF n, VF least, bool constant_weight) {
   return hn::IfThenElseZero(hn::Gt(n, hn::Zero(d)), with_history);
 }
 
-/// The smallest weight of the pixels x, x + 1, ... of row y: ConfidentAlpha where the joining has a
-/// confidence.
-HWY_INLINE VF LeastWeight(const Joining& j, float alpha, int x, int y) {
+/// The smallest weight of a vector of pixels: ConfidentAlpha where the history has a confidence.
+template <typename OldOf>
+HWY_INLINE VF LeastWeight(const OldOf& old_of, float alpha) {
   const DF d;
   const VF least = hn::Set(d, alpha);
-  if (j.taps == nullptr || j.taps->confidence == nullptr) {
+  if constexpr (OldOf::kHasConfidence) {
+    const VF one = hn::Set(d, 1.0f);
+    const VF sum = hn::Add(least, hn::Mul(old_of.confidence, hn::Set(d, 1.0f - alpha)));
+    const VF raised = hn::Div(least, hn::Max(sum, hn::Set(d, 1e-30f)));
+    return hn::IfThenElse(hn::Lt(old_of.confidence, one), raised, least);
+  } else {
     return least;
   }
-  const VF confidence = ConfidenceOf(*j.taps->confidence, x, y);
-  const VF sum = hn::Add(least, hn::Mul(confidence, hn::Set(d, 1.0f - alpha)));
-  const VF raised = hn::Div(least, hn::Max(sum, hn::Set(d, 1e-30f)));
-  return hn::IfThenElse(hn::Lt(confidence, hn::Set(d, 1.0f)), raised, least);
 }
 
 /// The planes of a history in the order of their slots; nullptr if absent.
@@ -94,9 +95,9 @@ HWY_INLINE void JoinOld(const Joining& j, const LightRow& light, bool nothing_ne
         length, hn::Max(hn::Sub(hn::Set(d, static_cast<float>(p.max_history)), n), hn::Zero(d)));
   }
   const bool constant = p.history_weight_constant != 0;
-  const VF alpha = NewFrameWeight(length, n, LeastWeight(j, p.alpha_min, x, y), constant);
+  const VF alpha = NewFrameWeight(length, n, LeastWeight(old_of, p.alpha_min), constant);
   const VF alpha_moments =
-      NewFrameWeight(length, n, LeastWeight(j, p.alpha_moments, x, y), constant);
+      NewFrameWeight(length, n, LeastWeight(old_of, p.alpha_moments), constant);
   VF colour[3];
   for (int c = 0; c < 3; ++c) {
     colour[c] = nothing_new ? hn::Zero(d) : hn::LoadU(d, light.colour[c] + x);
@@ -136,8 +137,13 @@ HWY_INLINE void JoinOld(const Joining& j, const LightRow& light, bool nothing_ne
   store(kLengthSlot, hn::IfThenElse(arrived, hn::Add(length, n), old_length));
 }
 
+/// Whether the joining fetches its history under a confidence.
+inline bool HasConfidence(const Joining& j) {
+  return j.taps != nullptr && j.taps->confidence != nullptr;
+}
+
 /// A history at the pixels themselves.
-struct OwnHistory {
+struct OwnHistory : HistoryConfidence<false> {
   const SignalHistory& before;
   int x, y;
 
@@ -145,14 +151,15 @@ struct OwnHistory {
   HWY_INLINE VF Length() const { return (*this)(before.length); }
 };
 
-template <bool kLimited, typename Store>
+/// \tparam kWithConfidence  with ReprojectionTaps::confidence
+template <bool kLimited, bool kWithConfidence, typename Store>
 HWY_INLINE void JoinVector(const Joining& j, const LightRow& light, bool nothing_new, int x, int y,
                            const Store& store) {
   if (j.taps == nullptr) {
-    JoinOld<kLimited>(j, light, nothing_new, x, y, OwnHistory{j.before, x, y}, store);
+    JoinOld<kLimited>(j, light, nothing_new, x, y, OwnHistory{{}, j.before, x, y}, store);
     return;
   }
-  WithHistory(
+  WithHistory<kWithConfidence>(
       j.before, *j.taps, x, y, [&](const auto& old_of) HWY_ATTR __attribute__((always_inline)) {
         JoinOld<kLimited>(j, light, nothing_new, x, y, old_of, store);
       });

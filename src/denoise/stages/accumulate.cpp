@@ -46,7 +46,7 @@ NextRow<kMostFetched> NextRowOf(const Joining& j, const SignalHistory& out, int 
   return next;
 }
 
-template <bool kLimited>
+template <bool kLimited, bool kWithConfidence>
 void AccumulateRow(const Joining& j, const LightRow& light, const NextRow<kMostFetched>& next,
                    bool sparse, int y, SignalHistory* out) {
   const DF d;
@@ -58,13 +58,24 @@ void AccumulateRow(const Joining& j, const LightRow& light, const NextRow<kMostF
       FetchScattered(*j.taps, x, y);
     }
     const bool nothing_new = sparse && NoSamples(light.samples, x, width);
-    JoinVector<kLimited>(j, light, nothing_new, x, y, [&](int slot, VF value) HWY_ATTR {
-      StreamInRow(d, value, rows.row[slot], x, width);
-    });
+    JoinVector<kLimited, kWithConfidence>(
+        j, light, nothing_new, x, y,
+        [&](int slot, VF value) HWY_ATTR { StreamInRow(d, value, rows.row[slot], x, width); });
   }
 }
 
+using RowFunction = void (*)(const Joining&, const LightRow&, const NextRow<kMostFetched>&, bool,
+                             int, SignalHistory*);
+
+RowFunction RowFunctionOf(const Joining& j) {
+  if (HasConfidence(j)) {
+    return j.limits.bias != nullptr ? AccumulateRow<true, true> : AccumulateRow<false, true>;
+  }
+  return j.limits.bias != nullptr ? AccumulateRow<true, false> : AccumulateRow<false, false>;
+}
+
 void AccumulateRows(const Joining& j, int y0, int y1, SignalHistory* out) {
+  const RowFunction accumulate_row = RowFunctionOf(j);
   for (int y = y0; y < y1; ++y) {
     const bool sparse = IsSparseRow(j.light.samples.Row(y), j.light.samples.width());
     NextRow<kMostFetched> next = NextRowOf(j, *out, y);
@@ -73,11 +84,7 @@ void AccumulateRows(const Joining& j, int y0, int y1, SignalHistory* out) {
     }
     next.Add(j.light.samples, y + 1);
     const LightRow light = LightRowOf(j.light, y);
-    if (j.limits.bias != nullptr) {
-      AccumulateRow<true>(j, light, next, sparse, y, out);
-    } else {
-      AccumulateRow<false>(j, light, next, sparse, y, out);
-    }
+    accumulate_row(j, light, next, sparse, y, out);
   }
   FinishStreams();
 }

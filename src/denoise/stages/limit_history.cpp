@@ -148,7 +148,9 @@ void AddHistory(std::initializer_list<const Image1*> planes, const ReprojectionT
 }
 
 /// Fills the rows of one signal per pixel.
+/// \tparam kWithConfidence  with ReprojectionTaps::confidence
 /// \return whether any pixel has both present and history
+template <bool kWithConfidence>
 bool ComparePixels(const NewLight& light, const SignalHistory& before, const ReprojectionTaps& taps,
                    int y, const RowScratch& scratch, int first_row) {
   const DF d;
@@ -178,7 +180,7 @@ bool ComparePixels(const NewLight& light, const SignalHistory& before, const Rep
       continue;
     }
     VF length, mean, variance, then, weights2;
-    WithHistory(
+    WithHistory<kWithConfidence>(
         before, taps, x, y, [&](const auto& old_of) HWY_ATTR __attribute__((always_inline)) {
           length = old_of.Length();
           mean = old_of(before.mean);
@@ -274,13 +276,15 @@ void CompareRows(std::span<const ComparedSignal> signals, const ReprojectionTaps
   const int width = guides.id.width();
   const int blocks = CoarseSize(width);
   const RowScratch scratch(width + 2, kCompareRows);
+  const auto compare_pixels =
+      taps.confidence != nullptr ? ComparePixels<true> : ComparePixels<false>;
   for (int by = begin; by < end; ++by) {
     CoarseRow(guides, by, scratch, coarse);
     for (const ComparedSignal& signal : signals) {
       bool any = false;
       for (int row = 0; row < 2; ++row) {
-        any = ComparePixels(*signal.light, *signal.before, taps, 2 * by + row, scratch,
-                            row * kPixelRows) ||
+        any = compare_pixels(*signal.light, *signal.before, taps, 2 * by + row, scratch,
+                             row * kPixelRows) ||
               any;
       }
       if (any) {

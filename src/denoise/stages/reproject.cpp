@@ -338,8 +338,9 @@ void OneRow(const GuidesOfRow& now, const GuidePlanes& before, const Image2& mot
   FinishStreams();
 }
 
-void FetchHistoryRows(const SignalHistory& before, const ReprojectionTaps& taps, int y0, int y1,
-                      SignalHistory* out) {
+template <bool kWithConfidence>
+void FetchHistoryRowsOf(const SignalHistory& before, const ReprojectionTaps& taps, int y0, int y1,
+                        SignalHistory* out) {
   const DF d;
   const Image1* in[kMostHistoryPlanes];
   Image1* to[kMostHistoryPlanes];
@@ -355,7 +356,7 @@ void FetchHistoryRows(const SignalHistory& before, const ReprojectionTaps& taps,
     }
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
-      WithHistory(
+      WithHistory<kWithConfidence>(
           before, taps, x, y, [&](const auto& old_of) HWY_ATTR __attribute__((always_inline)) {
             for (int k = 0; k < planes; ++k) {
               const VF old = in[k] == &before.length ? old_of.Length() : old_of(*in[k]);
@@ -365,6 +366,12 @@ void FetchHistoryRows(const SignalHistory& before, const ReprojectionTaps& taps,
     }
   }
   FinishStreams();
+}
+
+void FetchHistoryRows(const SignalHistory& before, const ReprojectionTaps& taps, int y0, int y1,
+                      SignalHistory* out) {
+  taps.confidence != nullptr ? FetchHistoryRowsOf<true>(before, taps, y0, y1, out)
+                             : FetchHistoryRowsOf<false>(before, taps, y0, y1, out);
 }
 
 }  // namespace

@@ -21,25 +21,26 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-template <typename Store>
+template <bool kWithConfidence, typename Store>
 HWY_INLINE void JoinInPlace(const Joining& j, int x, int y, const Store& store) {
   const LightRow light = LightRowOf(j.light, y);
   if (j.limits.bias != nullptr) {
-    JoinVector<true>(j, light, false, x, y, store);
+    JoinVector<true, kWithConfidence>(j, light, false, x, y, store);
   } else {
-    JoinVector<false>(j, light, false, x, y, store);
+    JoinVector<false, kWithConfidence>(j, light, false, x, y, store);
   }
 }
 
 /// Computes the vectors that read other pixels, before any of those is overwritten.
-void StageRows(const Joining& j, int y0, int y1, StagedHistory* staged) {
+template <bool kWithConfidence>
+void StageRowsOf(const Joining& j, int y0, int y1, StagedHistory* staged) {
   const DF d;
   const int width = j.light.samples.width();
   for (int y = y0; y < y1; ++y) {
     float* to = staged->Row(y, LaneCount());
     for (int x = 0; x < width && j.taps->gathers[static_cast<size_t>(y)] > 0; x += LaneCount()) {
       if (IsGather(j.taps->Pattern(x / LaneCount(), y))) {
-        JoinInPlace(j, x, y, [&](int slot, VF value) HWY_ATTR {
+        JoinInPlace<kWithConfidence>(j, x, y, [&](int slot, VF value) HWY_ATTR {
           hn::StoreU(value, d, to + slot * LaneCount());
         });
         to += kHistorySlots * LaneCount();
@@ -57,12 +58,10 @@ HWY_INLINE bool AllAre(bool lit, const SignalHistory& history, int x, int y) {
              : hn::AllFalse(d, hn::And(some, in_row));
 }
 
-/// Whether the history of the pixels x, x + 1, ... is unchanged without new light. A pixel without
-/// samples has no light either, unless a filtered picture was fed back, which is then dropped.
+/// Whether the history of the pixels x, x + 1, ... is unchanged without new light, where no
+/// confidence shortens it. A pixel without samples has no light either, unless a filtered picture
+/// was fed back, which is then dropped.
 HWY_INLINE bool StaysAsItIs(const Joining& j, TapPattern pattern, bool lit_alone, int x, int y) {
-  if (j.taps->confidence != nullptr) {
-    return false;  // histories are shortened without new light too
-  }
   if (pattern == TapPattern::kIdentity) {
     return lit_alone || AllAre(true, j.before, x, y);
   }
@@ -71,8 +70,9 @@ HWY_INLINE bool StaysAsItIs(const Joining& j, TapPattern pattern, bool lit_alone
 
 /// Updates the history of the pixels that change, in place.
 /// \param staged  results of StageRows
-void ChangeRows(const Joining& j, bool lit_alone, StagedHistory* staged, int y0, int y1,
-                SignalHistory* history) {
+template <bool kWithConfidence>
+void ChangeRowsOf(const Joining& j, bool lit_alone, StagedHistory* staged, int y0, int y1,
+                  SignalHistory* history) {
   const DF d;
   const int width = j.light.samples.width();
   for (int y = y0; y < y1; ++y) {
@@ -106,13 +106,23 @@ void ChangeRows(const Joining& j, bool lit_alone, StagedHistory* staged, int y0,
         from += kHistorySlots * LaneCount();
         continue;
       }
-      const bool same =
-          NoSamples(j.light.samples, x, y) && StaysAsItIs(j, pattern, lit_alone, x, y);
+      const bool same = !kWithConfidence && NoSamples(j.light.samples, x, y) &&
+                        StaysAsItIs(j, pattern, lit_alone, x, y);
       if (!same) {
-        JoinInPlace(j, x, y, store);
+        JoinInPlace<kWithConfidence>(j, x, y, store);
       }
     }
   }
+}
+
+void StageRows(const Joining& j, int y0, int y1, StagedHistory* staged) {
+  HasConfidence(j) ? StageRowsOf<true>(j, y0, y1, staged) : StageRowsOf<false>(j, y0, y1, staged);
+}
+
+void ChangeRows(const Joining& j, bool lit_alone, StagedHistory* staged, int y0, int y1,
+                SignalHistory* history) {
+  HasConfidence(j) ? ChangeRowsOf<true>(j, lit_alone, staged, y0, y1, history)
+                   : ChangeRowsOf<false>(j, lit_alone, staged, y0, y1, history);
 }
 
 }  // namespace
