@@ -27,9 +27,11 @@ namespace {
 /// Successive planes cycle through this many different offsets.
 constexpr size_t kPlaces = 64;
 
-size_t NextPlace() {
-  static std::atomic<uint32_t> made = 0;
-  return made.fetch_add(1, std::memory_order_relaxed) % kPlaces;
+/// Large and small planes are counted apart: a stage reads many planes of one size, and a few small
+/// ones made between those would else bring two of them to one place.
+size_t NextPlace(bool large) {
+  static std::atomic<uint32_t> made[2] = {};
+  return made[large ? 1 : 0].fetch_add(1, std::memory_order_relaxed) % kPlaces;
 }
 
 /// Offset from the start of a memory page, different for each place. Planes of a stage with the
@@ -93,14 +95,14 @@ PlaneMemory::PlaneMemory(size_t bytes) {
   }
 #ifdef STILLRAY_MAPS_PLANES
   if (bytes >= kHugePage) {
-    const size_t shift = LargeShift(NextPlace());
+    const size_t shift = LargeShift(NextPlace(true));
     mapped_ = MappedBytes(bytes + shift);
     block_ = Map(mapped_);
     data_ = static_cast<std::byte*>(block_) + shift;
     return;
   }
 #endif
-  const size_t shift = SmallShift(NextPlace());
+  const size_t shift = SmallShift(NextPlace(false));
   block_ = ::operator new(bytes + shift, std::align_val_t(kPlaneAlignment));
   data_ = static_cast<std::byte*>(block_) + shift;
   std::memset(data_, 0, bytes);
