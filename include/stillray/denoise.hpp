@@ -148,6 +148,7 @@ struct Settings {
   Antialias antialias = Antialias::kAuto;
   float taa_alpha = 0.12f;
   TaaFilter taa_filter = TaaFilter::kSpline;
+  bool taa_follow_light = true;
   Fxaa fxaa = Fxaa::kSparse;
   float exposure = 0.0f;
   Tonemap tonemap = Tonemap::kAces;

@@ -24,6 +24,8 @@ using glm::abs;
 using glm::clamp;
 using glm::dot;
 using glm::exp;
+using glm::floor;
+using glm::log;
 using glm::max;
 using glm::min;
 using glm::pow;

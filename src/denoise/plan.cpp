@@ -173,7 +173,8 @@ void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   plan->antialias = {
       .taa_alpha = s.taa_alpha,
       .weigh_by_length = Int(s.temporal),
-      .spline = Int(s.antialias != Antialias::kOff && s.taa_filter == TaaFilter::kSpline)};
+      .spline = Int(s.antialias != Antialias::kOff && s.taa_filter == TaaFilter::kSpline),
+      .follow_light = Int(s.antialias != Antialias::kOff && s.temporal && s.taa_follow_light)};
   plan->tonemap = TonemapOf(s.exposure, s.tonemap, s.dither, facts.index);
 }
 
@@ -212,6 +213,8 @@ FramePlan MakePlan(const Settings& s, const FrameFacts& facts, const SequencePro
   PlanWavelet(s, &plan);
   PlanPicture(s, facts, &plan);
   PlanFeedback(s, facts, &plan);
+  plan.has_followed = plan.has_picture && progress.has_followed;
+  plan.after.has_followed = plan.has_picture && plan.antialias.follow_light != 0;
   plan.after.has_history = s.temporal;
   plan.after.has_picture = plan.runs.antialias && !facts.is_backward;
   return plan;

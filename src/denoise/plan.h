@@ -54,9 +54,10 @@ struct FrameFacts {
 /// The progress of a sequence.
 struct SequenceProgress {
   bool has_history = false;
-  bool has_picture = false;  ///< the last frame's picture was antialiased in time
-  bool jittered = false;     ///< some frame since the history began was
-  bool fed_back = false;     ///< the last frame's filtered light is part of the history, or may be
+  bool has_picture = false;   ///< the last frame's picture was antialiased in time
+  bool has_followed = false;  ///< ... and follow_light ran
+  bool jittered = false;      ///< some frame since the history began was
+  bool fed_back = false;      ///< the last frame's filtered light is part of the history, or may be
   float feedback_progress = 0;  ///< samples per pixel since the last feedback, 0..1
 };
 
@@ -129,6 +130,7 @@ struct FramePlan {
   int border;         ///< pixels around the picture that wavelets read
   bool is_sparse;     ///< less than one sample per pixel
   bool has_picture;   ///< there is a last picture for antialiasing
+  bool has_followed;  ///< the light of that picture is known to follow_light
   bool was_fed_back;  ///< SequenceProgress::fed_back before this frame
   StagesRun runs;
 

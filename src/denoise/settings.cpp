@@ -443,6 +443,12 @@ std::vector<Row> MakeTable() {
                 .max = 1,
                 .choices = {"catmull_rom", "spline"}},
        .member = Choice<Settings, &Settings::taa_filter>()},
+      {.info = {.name = "taa_follow_light",
+                .type = kFlag,
+                .group = "antialias",
+                .help = "Multiply the previous picture by the change of the filtered light, so "
+                        "that it does not lag behind light that moves."},
+       .member = &Settings::taa_follow_light},
       {.info = {.name = "fxaa",
                 .type = kChoice,
                 .group = "fxaa",
@@ -534,6 +540,7 @@ constexpr PresetValue kSvgf[] = {
     {"mirror_roughness", "0"},
     {"taa_alpha", "0.1"},
     {"taa_filter", "catmull_rom"},
+    {"taa_follow_light", "off"},
     {"fxaa", "off"},
 };
 
@@ -562,23 +569,31 @@ constexpr PresetValue kPsvgf[] = {
     {"mirror_roughness", "0"},
     {"taa_alpha", "0.1"},
     {"taa_filter", "catmull_rom"},
+    {"taa_follow_light", "off"},
     {"noise_ratio", "1"},
     {"dither", "1"},
 };
 
 /// Dammertz et al. 2010.
 constexpr PresetValue kEaw[] = {
-    {"temporal", "off"},  {"limit_history", "off"},   {"variance_of", "frame"},
-    {"wavelet", "eaw"},   {"virtual_roughness", "0"}, {"mirror_roughness", "0"},
-    {"antialias", "off"}, {"taa_alpha", "0.1"},       {"taa_filter", "catmull_rom"},
+    {"temporal", "off"},
+    {"limit_history", "off"},
+    {"variance_of", "frame"},
+    {"wavelet", "eaw"},
+    {"virtual_roughness", "0"},
+    {"mirror_roughness", "0"},
+    {"antialias", "off"},
+    {"taa_alpha", "0.1"},
+    {"taa_filter", "catmull_rom"},
+    {"taa_follow_light", "off"},
     {"fxaa", "off"},
 };
 
 /// Accumulation alone.
 constexpr PresetValue kTemporal[] = {
-    {"limit_history", "off"},      {"wavelet", "off"},   {"virtual_roughness", "0"},
-    {"mirror_roughness", "0"},     {"antialias", "off"}, {"taa_alpha", "0.1"},
-    {"taa_filter", "catmull_rom"}, {"fxaa", "off"},
+    {"limit_history", "off"},      {"wavelet", "off"},          {"virtual_roughness", "0"},
+    {"mirror_roughness", "0"},     {"antialias", "off"},        {"taa_alpha", "0.1"},
+    {"taa_filter", "catmull_rom"}, {"taa_follow_light", "off"}, {"fxaa", "off"},
 };
 
 struct Preset {

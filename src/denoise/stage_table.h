@@ -11,6 +11,7 @@
 #include "denoise/stages/clip_outliers.h"
 #include "denoise/stages/demodulate.h"
 #include "denoise/stages/estimate_variance.h"
+#include "denoise/stages/follow_light.h"
 #include "denoise/stages/fxaa.h"
 #include "denoise/stages/keep_mirrors.h"
 #include "denoise/stages/limit_history.h"
@@ -50,6 +51,7 @@ struct StageTable {
   decltype(&reference::KeepMirrors) keep_mirrors;
   decltype(&reference::Remodulate) remodulate;
   decltype(&reference::Fxaa) fxaa;
+  decltype(&reference::FollowLight) follow_light;
   decltype(&reference::SplineCoefficients) spline_coefficients;
   decltype(&reference::Antialias) antialias;
   decltype(&reference::Tonemap) tonemap;
@@ -68,8 +70,8 @@ struct StageTable {
     .atrous = &backend::Atrous, .clip_outliers = &backend::ClipOutliers,                           \
     .measure_mirrors = &backend::MeasureMirrors, .keep_mirrors = &backend::KeepMirrors,            \
     .remodulate = &backend::Remodulate, .fxaa = &backend::Fxaa,                                    \
-    .spline_coefficients = &backend::SplineCoefficients, .antialias = &backend::Antialias,         \
-    .tonemap = &backend::Tonemap,                                                                  \
+    .follow_light = &backend::FollowLight, .spline_coefficients = &backend::SplineCoefficients,    \
+    .antialias = &backend::Antialias, .tonemap = &backend::Tonemap,                                \
   }
 
 inline constexpr StageTable kReferenceStages = STILLRAY_STAGES_OF(reference);

@@ -439,6 +439,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
       {"antialias", "off", {}},
       {"taa_alpha", "0.5", {}},
       {"taa_filter", "catmull_rom", {}},
+      {"taa_follow_light", "off", {}},
       {"fxaa", "on", {}},
       {"exposure", "1", {}},
       {"tonemap", "linear", {}},

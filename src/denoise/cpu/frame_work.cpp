@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "denoise/copy_image.h"
+#include "denoise/stages/follow_light_shared.h"
 
 namespace stillray {
 namespace {
@@ -116,7 +117,8 @@ size_t LayerWork::bytes() const {
 }
 
 size_t FrameWork::bytes() const {
-  size_t sum = picture.bytes() + motion.bytes() + spline.bytes() + fill_guides.bytes();
+  size_t sum = picture.bytes() + motion.bytes() + spline.bytes() + followed_blocks.bytes() +
+               followed.bytes() + ratio.bytes() + fill_guides.bytes();
   for (const LayerWork& layer : layers) {
     sum += layer.bytes();
   }
@@ -137,6 +139,13 @@ void MakeRoom(const FramePlan& plan, int width, int height, FrameWork* work) {
       (work->spline.width() != width || work->spline.height() != height)) {
     work->spline = Image3(width, height);
   }
+  const bool resized =
+      work->ratio.width() != FollowSize(width) || work->ratio.height() != FollowSize(height);
+  if (plan.antialias.follow_light != 0 && resized) {
+    work->followed_blocks = FollowedBlocks(width, height);
+    work->followed = Image1(FollowSize(width), FollowSize(height));
+    work->ratio = Image1(FollowSize(width), FollowSize(height));
+  }
 }
 
 bool FitHistory(const FramePlan& plan, int width, int height, int border, History* history) {
@@ -146,6 +155,11 @@ bool FitHistory(const FramePlan& plan, int width, int height, int border, Histor
   }
   for (LayerHistory& layer : history->layers) {
     FitLayer(width, height, border, &layer);
+  }
+  if (plan.antialias.follow_light == 0) {
+    history->followed = Image1();
+  } else if (history->followed.empty()) {
+    history->followed = Image1(FollowSize(width), FollowSize(height));
   }
   return begins_anew;
 }

@@ -68,6 +68,9 @@ struct FrameWork {
   Image3 picture;  ///< before it is antialiased
   Image2 motion;   ///< of the picture; empty until there are virtual guides
   Image3 spline;   ///< coefficients of the last picture; empty unless it is resampled so
+  FollowedBlocks followed_blocks;  ///< of follow_light, as the next two; empty unless it runs
+  Image1 followed;                 ///< the light of this frame
+  Image1 ratio;
   FillGuidesWork fill_guides;
   std::vector<double> row_sums;
 

@@ -8,6 +8,7 @@
 #include "denoise/fill_guides/fill_guides.h"
 #include "denoise/plan.h"
 #include "denoise/planes.h"
+#include "denoise/stages/follow_light.h"
 
 namespace stillray {
 
@@ -37,6 +38,7 @@ struct History {
   LayerList list;                    ///< the layers, in the order of their signals
   std::vector<LayerHistory> layers;  ///< the first is the surface's
   Image3 picture;                    ///< the last finished one
+  Image1 followed;                   ///< light per block, of follow_light; empty unless it runs
   HeldGuides held;                   ///< of frames with incomplete guides; else empty
 
   History() = default;
@@ -58,7 +60,7 @@ struct History {
     return width == w && height == h && list == layer_list && layout() == wanted;
   }
   size_t bytes() const {
-    size_t sum = picture.bytes() + held.bytes();
+    size_t sum = picture.bytes() + followed.bytes() + held.bytes();
     for (const LayerHistory& layer : layers) {
       sum += layer.bytes();
     }

@@ -10,20 +10,21 @@
 #include <fmt/format.h>
 
 #include "core/checksum.h"
+#include "denoise/stages/follow_light_shared.h"
 
 namespace stillray {
 namespace {
 
 struct Header {
   char magic[8] = {};
-  uint32_t version = 6;
+  uint32_t version = 7;
   uint32_t byte_order = kHistoryByteOrder;
   int32_t width = 0;
   int32_t height = 0;
   uint32_t signal_count = 0;
   /// 1: history, 2: picture, 4: compressed luminances, 8: history without the last feedback, 16:
   /// held guides, 32: with ids, 64: some frame was jittered, 128: layer of the reflection, 256: of
-  /// the refraction
+  /// the refraction, 512: followed light
   uint32_t flags = 0;
   uint32_t held_planes = 0;  ///< bit n: the n-th plane of VisitHeldPlanes is present
   float feedback_progress = 0;
@@ -60,6 +61,9 @@ void VisitPlanes(State& state, const Visit& visit) {
     visit(layer.guides.id);
   }
   visit_all(state.picture);
+  if (state.progress.has_followed) {
+    visit(state.followed);
+  }
   VisitHeldPlanes(state.held, visit);
   visit(state.held.guides.id);
 }
@@ -72,7 +76,11 @@ size_t PayloadBytes(const Header& header) {
   const size_t planes = header.signal_count * signal_planes + layers * 5 + 3 +
                         static_cast<size_t>(std::popcount(header.held_planes)) +
                         ((header.flags & 32u) != 0 ? 1u : 0u);
-  return header.signal_count * sizeof(float) +
+  const size_t blocks = (header.flags & 512u) == 0
+                            ? 0u
+                            : static_cast<size_t>(FollowSize(header.width)) *
+                                  static_cast<size_t>(FollowSize(header.height));
+  return header.signal_count * sizeof(float) + 4 * blocks +
          planes * 4 * static_cast<size_t>(header.width) * static_cast<size_t>(header.height);
 }
 
@@ -183,7 +191,8 @@ std::vector<uint8_t> HistoryToBytes(const History& state) {
                  (state.layout().with_behind ? 8u : 0u) | (state.held.empty() ? 0u : 16u) |
                  (state.held.guides.id.empty() ? 0u : 32u) | (state.progress.jittered ? 64u : 0u) |
                  (HasLayer(state.list, GuideSource::kReflection) ? 128u : 0u) |
-                 (HasLayer(state.list, GuideSource::kRefraction) ? 256u : 0u);
+                 (HasLayer(state.list, GuideSource::kRefraction) ? 256u : 0u) |
+                 (state.progress.has_followed ? 512u : 0u);
   header.held_planes = PlanesOf(state.held);
   header.feedback_progress = state.progress.feedback_progress;
   std::vector<uint8_t> bytes(sizeof(Header));
@@ -245,6 +254,10 @@ Result<History> HistoryFromBytes(std::span<const uint8_t> bytes, const Settings&
     layer.guides = GuidePlanes(header.width, header.height, border);
   }
   state.progress.feedback_progress = header.feedback_progress;
+  state.progress.has_followed = (header.flags & 512u) != 0;
+  if (state.progress.has_followed) {
+    state.followed = Image1(FollowSize(header.width), FollowSize(header.height));
+  }
   if (!MakePlanes(header, &state.held)) {
     return Status::BadData(fmt::format(
         "saved history names planes of guides that do not exist: {:#x}", header.held_planes));

@@ -26,6 +26,7 @@
 //   remodulate           -        colours, albedo, unfiltered    picture
 //   fxaa                 9        picture, length                picture
 //   spline_coefficients  4        last picture                   coefficients         (only where something moves)
+//   follow_light         blocks   light, guides, motion          ratio                light per block      (not before the second picture)
 //   antialias            4x4      picture, coefficients, motion  picture              kept for the next frame
 //
 // Stages that run together (fused/fused.h) count as the later one in the timings.
@@ -295,6 +296,23 @@ const Image3* RunSplineCoefficients(const CpuPipeline& p, const Image2& motion,
   return &work->spline;
 }
 
+/// \return the ratio of the light to that of the last frame, per block
+const Image1* RunFollowLight(const CpuPipeline& p, const FrameInput& in, const PictureParts& parts,
+                             const Image2& picture_motion, History* history, FrameWork* work) {
+  const LayerHistory& surface = history->layers.front();
+  const FollowLightInput given = {parts,
+                                  in.guides.motion,
+                                  picture_motion,
+                                  surface.guides,
+                                  surface.signals.front().length,
+                                  in.frame.samples.empty() ? nullptr : &in.frame.samples,
+                                  p.plan.has_followed ? &history->followed : nullptr};
+  CompareBlocks(given, &work->followed_blocks, &work->followed);
+  p.stages.follow_light(work->followed_blocks, &work->ratio);
+  std::swap(history->followed, work->followed);
+  return &work->ratio;
+}
+
 /// Stores the finished picture in the history.
 void RunAntialias(const CpuPipeline& p, const FrameInput& in, const PictureParts& parts,
                   History* history, FrameWork* work, Image3* colour, DenoisedFrame* out) {
@@ -303,6 +321,9 @@ void RunAntialias(const CpuPipeline& p, const FrameInput& in, const PictureParts
   Image3* scratch = &work->layers.front().scratch;
   AntialiasInput antialias = {history->picture, PictureMotion(p.plan, in, work), surface.guides};
   antialias.spline = RunSplineCoefficients(p, antialias.motion, history->picture, work);
+  if (p.plan.antialias.follow_light != 0) {
+    antialias.ratio = RunFollowLight(p, in, parts, antialias.motion, history, work);
+  }
   if (p.plan.antialias.weigh_by_length != 0) {
     antialias.length = &surface.signals.front().length;
     antialias.samples = in.frame.samples.empty() ? nullptr : &in.frame.samples;

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 
+#include "denoise/stages/follow_light.h"
 #include "denoise/simd/next_row.h"
 #include "denoise/simd/stream_rows-inl.h"
 #include "denoise/simd/tap_rows-inl.h"
@@ -71,6 +72,15 @@ HWY_INLINE VF Alpha(const AntialiasInput& in, const AntialiasParameters& p, VF l
   return hn::IfThenElse(some, hn::Min(hn::Max(alpha, share), one), alpha);
 }
 
+/// FollowedRow; nullptr without ratios.
+inline const float* RatioRow(const AntialiasInput& in, int y, float* row) {
+  if (in.ratio == nullptr) {
+    return nullptr;
+  }
+  FollowedRow(*in.ratio, y, in.previous.width(), row);
+  return row;
+}
+
 /// Values from the 3x3 neighbours of a vector of pixels.
 struct Neighbourhood {
   VF low[3];
@@ -101,6 +111,7 @@ struct RowsAround {
   const float* inverse_depth[3];
   const float* motion[3][2];
   const float* gradient[2];  ///< of row y only
+  const float* ratio;        ///< ... by which the previous picture is multiplied; nullptr: 1
 };
 
 /// \param colour_row  returns a row of the picture for a channel
@@ -121,6 +132,7 @@ RowsAround FindRowsAround(const Image2& motion, const GuidePlanes& guides, const
   }
   rows.gradient[0] = guides.gradient[0].Row(y);
   rows.gradient[1] = guides.gradient[1].Row(y);
+  rows.ratio = nullptr;
   return rows;
 }
 
@@ -324,6 +336,12 @@ HWY_INLINE void AntialiasVector(const RowsAround& rows, const AntialiasInput& in
     }
   } else {
     SamplePrevious(in, px, py, inside, before);
+  }
+  if (rows.ratio != nullptr) {
+    const VF ratio = hn::LoadU(d, rows.ratio + x);
+    for (int c = 0; c < 3; ++c) {
+      before[c] = hn::Mul(before[c], ratio);
+    }
   }
   const VF alpha = Alpha(in, p, n.longest, x, y);
   for (int c = 0; c < 3; ++c) {

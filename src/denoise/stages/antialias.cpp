@@ -3,6 +3,7 @@
 #include "denoise/stages/antialias.h"
 
 #include "core/parallel.h"
+#include "denoise/row_scratch.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "denoise/stages/antialias.cpp"
@@ -20,10 +21,12 @@ namespace {
 
 void AntialiasRows(const Image3& colour, const AntialiasInput& in, const AntialiasParameters& p,
                    int y0, int y1, Image3* out) {
+  const RowScratch scratch(in.previous.width(), 1);
   StillRows still(in.motion, y0);
   for (int y = y0; y < y1; ++y) {
-    const RowsAround rows = FindRowsAround(in.motion, in.guides, in.length, y,
-                                           [&](int c, int row) { return colour[c].Row(row); });
+    RowsAround rows = FindRowsAround(in.motion, in.guides, in.length, y,
+                                     [&](int c, int row) { return colour[c].Row(row); });
+    rows.ratio = RatioRow(in, y, scratch.Row(0));
     NextRow<kMostFetched> next;
     next.Add(colour, y + 2);
     still.Around(y) ? AntialiasRow<true>(rows, next, in, p, y, out)

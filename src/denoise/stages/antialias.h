@@ -14,8 +14,9 @@
 /// light, before the tone curve, so that linear files are antialiased too, and blends without
 /// Karis' weights 1 / (1 + luminance): those suppress flicker of undenoised highlights, but
 /// darkened textures of high contrast by 5 %, where the plain blend converges to the box-filtered
-/// picture. State: the previous output. Border: 1 pixel; reads 4x4 taps along the motion. Reads 36
-/// and 16 x 12, writes 12 bytes per pixel.
+/// picture. With `ratio` the previous picture is multiplied by the change of the light
+/// (follow_light.h). State: the previous output. Border: 1 pixel; reads 4x4 taps along the motion.
+/// Reads 36 and 16 x 12, writes 12 bytes per pixel.
 #pragma once
 
 #include "denoise/planes.h"
@@ -29,6 +30,8 @@ struct AntialiasInput {
   const GuidePlanes& guides;
   /// The spline coefficients of `previous`; nullptr: Catmull-Rom
   const Image3* spline = nullptr;
+  /// Of follow_light, per block; nullptr: the light is the same.
+  const Image1* ratio = nullptr;
   /// Number of samples in the light of each pixel, and of those of this frame; nullptr for length:
   /// weight `taa_alpha` everywhere; for samples: one everywhere.
   const Image1* length = nullptr;

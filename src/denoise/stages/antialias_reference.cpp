@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "core/shared.h"
+#include "denoise/stages/follow_light.h"
 #include "denoise/stages/antialias.h"
 #include "denoise/stages/antialias_shared.h"
 
@@ -80,7 +82,11 @@ void Antialias(const Image3& colour, const AntialiasInput& in, const AntialiasPa
                Image3* out) {
   const int width = colour.width();
   const int height = colour.height();
+  std::vector<float> ratio(static_cast<size_t>(width), 1.0f);
   for (int y = 0; y < height; ++y) {
+    if (in.ratio != nullptr) {
+      FollowedRow(*in.ratio, y, width, ratio.data());
+    }
     for (int x = 0; x < width; ++x) {
       const vec3 now = Load(colour, x, y);
       const vec2 m = NearestMotion(in.motion, in.guides, x, y);
@@ -98,7 +104,8 @@ void Antialias(const Image3& colour, const AntialiasInput& in, const AntialiasPa
             high = max(high, Load(colour, x + dx, y + dy));
           }
         }
-        const vec3 before = min(max(SamplePrevious(in, place), low), high);
+        const vec3 before =
+            min(max(ratio[static_cast<size_t>(x)] * SamplePrevious(in, place), low), high);
         const float alpha =
             in.length == nullptr
                 ? p.taa_alpha

@@ -6,6 +6,7 @@
 // antialias: see stages/antialias.h. Also writes the picture to the caller's image.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/stages/antialias_shared.h"
+#include "denoise/stages/follow_light_shared.h"
 
 layout(set = 1, binding = 0) uniform utexture2D surface_image;
 layout(set = 1, binding = 1) uniform utexture2D detail_image;
@@ -13,7 +14,8 @@ layout(set = 1, binding = 2) uniform texture2DArray moments;
 layout(set = 1, binding = 3) uniform texture2D picture;
 layout(set = 1, binding = 4) uniform texture2D picture_before;
 layout(set = 1, binding = 5) uniform texture2DArray coefficients;
-layout(set = 1, binding = 6, LIGHT_FORMAT) writeonly uniform image2D picture_out;
+layout(set = 1, binding = 6) uniform texture2D followed_ratio;
+layout(set = 1, binding = 7, LIGHT_FORMAT) writeonly uniform image2D picture_out;
 
 vec3 Load(ivec2 p) {
   return texelFetch(picture, ClampToPicture(p), 0).xyz;
@@ -78,6 +80,22 @@ vec3 SamplePrevious(vec2 place) {
   return sum * picture_ratio;
 }
 
+// The change of the light, interpolated between the pixels of blocks.
+float RatioAt(ivec2 p) {
+  vec2 place = (vec2(p) - 0.5f * float(kFollowBlock)) / float(kFollowBlock);
+  ivec2 corner = ivec2(floor(place));
+  vec2 t = place - vec2(corner);
+  ivec2 last = ivec2(FollowSize(width), FollowSize(height)) - 1;
+  float ratio[4];
+  for (int k = 0; k < 4; ++k) {
+    ivec2 block = clamp(corner + ivec2(k & 1, k >> 1), ivec2(0), last);
+    ratio[k] = texelFetch(followed_ratio, block, 0).x;
+  }
+  float above = ratio[0] + t.x * (ratio[1] - ratio[0]);
+  float below = ratio[2] + t.x * (ratio[3] - ratio[2]);
+  return above + t.y * (below - above);
+}
+
 vec3 Antialiased(ivec2 p, vec3 now) {
   vec2 motion = NearestMotion(p);
   vec2 place = vec2(p) + motion;
@@ -95,7 +113,8 @@ vec3 Antialiased(ivec2 p, vec3 now) {
       high = max(high, c);
     }
   }
-  vec3 before = min(max(SamplePrevious(place), low), high);
+  float ratio = antialias.follow_light != 0 ? RatioAt(p) : 1.0f;
+  vec3 before = min(max(ratio * SamplePrevious(place), low), high);
   float alpha = antialias.weigh_by_length != 0
                     ? NewPictureWeight(antialias.taa_alpha, LongestAround(p), GivenSamples(p))
                     : antialias.taa_alpha;

@@ -6,6 +6,7 @@
 #include <initializer_list>
 
 #include "core/negative_limit_shared.h"
+#include "denoise/stages/follow_light_shared.h"
 #include "denoise/vulkan/frame_shared.h"
 
 namespace stillray::vulkan {
@@ -92,6 +93,13 @@ Result<FrameImages> AddImages(const Shape& shape, gpu::Arena* arena) {
   images.picture = adder.Picture(light, 0);
   images.scratch = adder.Picture(light, 0);
   images.shown = adder.Picture(light, 0);
+  const int blocks_x = FollowSize(shape.width);
+  const int blocks_y = FollowSize(shape.height);
+  images.changes = adder.Add(VK_FORMAT_R32G32B32A32_SFLOAT, blocks_x, blocks_y, 0);
+  for (const gpu::Image** image :
+       {&images.followed, &images.followed_before, &images.followed_ratio}) {
+    *image = adder.Add(VK_FORMAT_R32_SFLOAT, blocks_x, blocks_y, 0);
+  }
   images.parameters = adder.AddBuffer(sizeof(FrameParameters), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT);
   images.state = adder.AddBuffer(sizeof(FrameState), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
   constexpr VkDeviceSize kBytesPerGroup = 2 * 4 * sizeof(float);

@@ -66,6 +66,11 @@ struct FrameImages {
   const gpu::Image* picture = nullptr;  ///< of this frame, times its exposure
   const gpu::Image* scratch = nullptr;
   const gpu::Image* shown = nullptr;  ///< the last antialiased picture
+  // Of follow_light, a texel for each block, floats:
+  const gpu::Image* followed = nullptr;         ///< the light of this frame
+  const gpu::Image* followed_before = nullptr;  ///< ... of the last frame
+  const gpu::Image* changes = nullptr;          ///< see follow_light.comp
+  const gpu::Image* followed_ratio = nullptr;
   /// Placeholders for absent images; one pixel.
   const gpu::Image* nothing = nullptr;           ///< an array of light
   const gpu::Image* nothing_scalar = nullptr;    ///< an array of scalars

@@ -29,6 +29,7 @@
 //   keep_mirrors         new light, light, roughness         light                     12 + 96 n, 40 n  (only where roughness is given)
 //   remodulate           light, albedos, unfiltered light    picture                   inputs + 8 n, 8
 //   fxaa                 picture, length                     picture                   16, 8
+//   follow_light         light, albedos, motion, of blocks   ratio of blocks           1 + inputs / 16, 2
 //   spline_coefficients  last picture                        light of the wavelet      8, 8
 //   antialias            picture, last picture, motion       picture, output           inputs + 40, 8 + output
 //   tonemap              picture                             display                   8, 4
@@ -43,6 +44,7 @@
 
 #include <fmt/format.h>
 
+#include "denoise/stages/follow_light_shared.h"
 #include "denoise/stages/keep_mirrors.h"
 #include "denoise/stages/limit_history.h"
 
@@ -410,11 +412,28 @@ void FramePipeline::Compose(const gpu::Image* light, PassRecorder* recorder) {
   Keep(recorder, "aliased", images_.picture);
 }
 
+/// The change of the light since the last picture.
+void FramePipeline::FollowLight(const FramePlan& plan, PassRecorder* recorder) {
+  std::swap(images_.followed, images_.followed_before);
+  const FrameImages& i = images_;
+  const Groups blocks = GroupsFor(FollowSize(shape_.width), FollowSize(shape_.height));
+  const int32_t has_before = plan.has_followed ? 1 : 0;
+  recorder->Run(Shader::kFollowLight, blocks,
+                {i.guides.surface, light_, i.history.moments, i.followed_before, i.followed,
+                 i.changes},
+                has_before);
+  recorder->Run(Shader::kFollowChange, blocks,
+                {i.guides.surface, i.guides.detail, i.changes, i.followed_ratio});
+}
+
 void FramePipeline::Finish(const FramePlan& plan, PassRecorder* recorder) {
   const FrameImages& i = images_;
   if (plan.runs.fxaa) {
     recorder->Run(Shader::kFxaa, grid_, {i.picture, i.history.moments, i.scratch});
     std::swap(images_.picture, images_.scratch);
+  }
+  if (plan.has_picture && plan.antialias.follow_light != 0) {
+    FollowLight(plan, recorder);
   }
   const gpu::Image* coefficients = i.wavelet[0];  // no longer read
   if (plan.has_picture && plan.antialias.spline != 0) {
@@ -422,7 +441,7 @@ void FramePipeline::Finish(const FramePlan& plan, PassRecorder* recorder) {
   }
   recorder->Run(Shader::kAntialias, grid_,
                 {i.guides.surface, i.guides.detail, i.history.moments, i.picture, i.shown,
-                 coefficients, i.scratch});
+                 coefficients, i.followed_ratio, i.scratch});
   std::swap(images_.shown, images_.scratch);
 }
 

@@ -111,6 +111,7 @@ class FramePipeline {
   void RunLevels(const FramePlan& plan, PassRecorder* recorder);
   void KeepMirrors(PassRecorder* recorder);
   void Compose(const gpu::Image* light, PassRecorder* recorder);
+  void FollowLight(const FramePlan& plan, PassRecorder* recorder);
   void Finish(const FramePlan& plan, PassRecorder* recorder);
   void Keep(PassRecorder* recorder, std::string_view name, const gpu::Image* image);
   void KeepPicture(PassRecorder* recorder, std::string_view name, const gpu::Image* light);

@@ -13,6 +13,7 @@
 #include "core/check.h"
 #include "core/checksum.h"
 #include "denoise/cpu/history_bytes.h"
+#include "denoise/stages/follow_light_shared.h"
 
 namespace stillray::vulkan {
 namespace {
@@ -27,11 +28,12 @@ enum Flag : uint32_t {
   kHasHeld = 64,
   kHasHeldId = 128,
   kJittered = 256,
+  kHasFollowed = 512,
 };
 
 struct Header {
   char magic[8] = {};
-  uint32_t version = 2;
+  uint32_t version = 3;
   uint32_t byte_order = kHistoryByteOrder;
   int32_t width = 0;
   int32_t height = 0;
@@ -90,7 +92,10 @@ size_t TexelBytesOf(const Header& h) {
     const auto lights = static_cast<size_t>(std::popcount(h.held_colours & ~kAlbedoColours));
     bytes += 4 + light + (h.Has(kHasHeldId) ? 4 : 0) + albedos * light + lights * 16;
   }
-  return bytes * static_cast<size_t>(h.width) * static_cast<size_t>(h.height);
+  const size_t blocks =
+      static_cast<size_t>(FollowSize(h.width)) * static_cast<size_t>(FollowSize(h.height));
+  return (h.Has(kHasFollowed) ? 4 * blocks : 0) +
+         bytes * static_cast<size_t>(h.width) * static_cast<size_t>(h.height);
 }
 
 /// The images of a pipeline that the next frame reads, in the order of the bytes.
@@ -112,6 +117,7 @@ std::vector<const gpu::Image*> RememberedImages(const FramePipeline& pipeline,
   keep(history, all.guides.surface);
   keep(history, all.guides.detail);
   keep(progress.has_picture, all.shown);
+  keep(progress.has_followed, all.followed);
   if (held.any) {
     const FillGuidesPass::Held& guides = pipeline.fill_guides()->held();
     keep(true, guides.depth);
@@ -136,7 +142,8 @@ Header HeaderOf(const FramePipeline& pipeline, const FillGuidesPass::Kinds& held
             flag(shape.with_compressed, kHasCompressed) | flag(shape.with_behind, kHasBehind) |
             flag(pipeline.has_transmission(), kHasTransmission) |
             flag(shape.storage == Storage::kHalf, kIsHalf) | flag(held.any, kHasHeld) |
-            flag(held.any && held.id, kHasHeldId) | flag(progress.jittered, kJittered);
+            flag(held.any && held.id, kHasHeldId) | flag(progress.jittered, kJittered) |
+            flag(progress.has_followed, kHasFollowed);
   h.held_colours = held.any ? held.colours : 0;
   h.feedback_progress = progress.feedback_progress;
   return h;
@@ -320,6 +327,7 @@ Result<SavedHistory> ReadSavedHistory(std::span<const uint8_t> bytes, const Sett
   saved.transmission = h.Has(kHasTransmission);
   saved.progress.has_history = h.Has(kHasHistory);
   saved.progress.has_picture = h.Has(kHasPicture);
+  saved.progress.has_followed = h.Has(kHasFollowed);
   saved.progress.jittered = h.Has(kJittered);
   saved.progress.feedback_progress = h.feedback_progress;
   saved.held = {h.Has(kHasHeld), h.Has(kHasHeldId), h.held_colours};

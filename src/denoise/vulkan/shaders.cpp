@@ -31,8 +31,10 @@
   X(KeepMirrors, "keep_mirrors", 3, 1, 0, 0)             \
   X(Remodulate, "remodulate", 1, 1, 0, 4)                \
   X(Fxaa, "fxaa", 2, 1, 0, 0)                            \
+  X(FollowLight, "antialias", 4, 2, 0, 4)                \
+  X(FollowChange, "antialias", 3, 1, 0, 0)               \
   X(SplineCoefficients, "antialias", 1, 1, 0, 0)         \
-  X(Antialias, "antialias", 6, 1, 0, 0)                  \
+  X(Antialias, "antialias", 7, 1, 0, 0)                  \
   X(Tonemap, "tonemap", 1, 0, 0, 0)                      \
   X(FindKnown, "fill_guides", 0, 0, 1, 0)                \
   X(RejectGhosts, "fill_guides", 3, 0, 2, 0)             \

@@ -42,6 +42,8 @@ enum class Shader : uint8_t {
   kKeepMirrors,
   kRemodulate,
   kFxaa,
+  kFollowLight,
+  kFollowChange,
   kSplineCoefficients,
   kAntialias,
   kTonemap,

@@ -27,7 +27,7 @@ namespace {
 int64_t AntialiasPartsRows(const PictureParts& parts, const AntialiasInput& in,
                            const AntialiasParameters& p, int y0, int y1, Image3* out) {
   const int width = in.previous.width();
-  const RowScratch kept(width, 9);
+  const RowScratch kept(width, 10);
   const auto colour_row = [&](int c, int row) { return kept.Row(row % 3 * 3 + c); };
   const auto compose = [&](int row) {
     float* const to[3] = {colour_row(0, row), colour_row(1, row), colour_row(2, row)};
@@ -43,7 +43,8 @@ int64_t AntialiasPartsRows(const PictureParts& parts, const AntialiasInput& in,
       const int64_t bad_below = compose(y + 1);
       bad += y + 1 < y1 ? bad_below : 0;
     }
-    const RowsAround rows = FindRowsAround(in.motion, in.guides, in.length, y, colour_row);
+    RowsAround rows = FindRowsAround(in.motion, in.guides, in.length, y, colour_row);
+    rows.ratio = RatioRow(in, y, kept.Row(9));
     NextRow<kMostFetched> next;
     AddPictureParts(parts, y + 2, &next);
     still.Around(y) ? AntialiasRow<true>(rows, next, in, p, y, out)

@@ -1,0 +1,71 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Formulas of follow_light.
+#ifndef STILLRAY_DENOISE_FOLLOW_LIGHT_SHARED_H
+#define STILLRAY_DENOISE_FOLLOW_LIGHT_SHARED_H
+
+#ifdef __cplusplus
+#include "core/shared.h"
+#endif
+
+SHARED_BEGIN
+
+// Light is compared at one pixel of each block of this many pixels a side.
+const int kFollowBlock = 4;
+// The change of a block is the mean over the blocks within this distance that show its surface ...
+const int kFollowRadius = 2;
+// ... of which at least this many are known.
+const float kFollowKnown = 6.0f;
+// The surface of another block is the same up to this relative inverse depth and cosine.
+const float kFollowDepth = 0.05f;
+const float kFollowCosine = 0.7f;
+// Light that moves with a reflection, not with its surface, by more pixels than this is not
+// compared.
+const float kMostMotionApart = 0.1f;
+// How many variances of the mean change count as noise: the noise of a filter that is wider than a
+// block is correlated between blocks.
+const float kFollowNoise = 4.0f;
+// A mean change of this size is noise, as logarithm per frame.
+const float kFollowLeast = 0.006f;
+// Bounds of the change of a block and of the change that is followed, as logarithms.
+const float kMostChange = 1.0f;
+const float kMostFollowed = 0.6931472f;
+
+SHARED_FN int FollowSize(int size) {
+  return (size + kFollowBlock - 1) / kFollowBlock;
+}
+
+// The pixel of a block, along one axis.
+SHARED_FN int FollowPixel(int block, int size) {
+  return min(block * kFollowBlock + kFollowBlock / 2, size - 1);
+}
+
+// The block whose pixel is nearest to a place, along one axis.
+SHARED_FN int FollowNearest(float place, int blocks) {
+  float block = (place - 0.5f * float(kFollowBlock)) / float(kFollowBlock);
+  return clamp(int(floor(block + 0.5f)), 0, blocks - 1);
+}
+
+// Logarithm of the ratio of light to what it was.
+SHARED_FN float LightChange(float light, float before) {
+  bool both = light > 1e-20f && before > 1e-20f;
+  return both ? clamp(log(light / before), -kMostChange, kMostChange) : 0.0f;
+}
+
+// Logarithm of the ratio by which the last picture is multiplied: the mean of the changes of
+// blocks, shrunk towards none as far as their noise explains it (James and Stein 1961). Light that
+// moves or dims changes its whole surroundings, the noise of the filter does not.
+SHARED_FN float FollowedChange(float sum, float squares, float known) {
+  float mean = sum / max(known, 1.0f);
+  float square = mean * mean;
+  float variance = max(squares / max(known, 1.0f) - square, 0.0f) / max(known, 1.0f);
+  float noise = kFollowNoise * variance + kFollowLeast * kFollowLeast;
+  float significance = max(1.0f - noise / max(square, 1e-12f), 0.0f);
+  float followed = clamp(mean * significance, -kMostFollowed, kMostFollowed);
+  return known >= kFollowKnown ? followed : 0.0f;
+}
+
+SHARED_END
+
+#endif
