@@ -75,5 +75,6 @@ function(stillray_embed_shader output file namespace symbol)
             -D SYMBOL=${symbol} -P ${STILLRAY_SHADER_SCRIPT}
     DEPENDS ${base}.spv.txt ${STILLRAY_SHADER_SCRIPT}
     VERBATIM)
+  set_source_files_properties(${base}.cpp PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
   set(${output} ${${output}} ${base}.cpp PARENT_SCOPE)
 endfunction()

@@ -3,16 +3,21 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # Installs what stillray needs on Debian 12 or newer, as root or through sudo.
-#   scripts/install_packages.sh build    compilers and libraries
+#   scripts/install_packages.sh program  compilers, and libraries of the program on the CPU
+#   scripts/install_packages.sh build    also what Vulkan and Python need
 #   scripts/install_packages.sh test     also what only the tests and checks use
 set -euo pipefail
 
-build_packages=(
+program_packages=(
   build-essential cmake ninja-build pkg-config
   libcli11-dev libdeflate-dev libembree-dev libfmt-dev libglm-dev libhwy-dev libopenexr-dev libspng-dev libstb-dev
-  libtbb-dev libtinyobjloader-dev libwebp-dev nlohmann-json3-dev pybind11-dev python3-dev python3-numpy
+  libtbb-dev libtinyobjloader-dev libwebp-dev nlohmann-json3-dev
   ffmpeg
   libglfw3-dev libimgui-dev libgl-dev
+)
+build_packages=(
+  "${program_packages[@]}"
+  pybind11-dev python3-dev python3-numpy
   libvulkan-dev glslc
 )
 test_packages=(
@@ -23,9 +28,10 @@ test_packages=(
 )
 
 case "${1:-}" in
+  program) wanted=("${program_packages[@]}") ;;
   build) wanted=("${build_packages[@]}") ;;
   test) wanted=("${build_packages[@]}" "${test_packages[@]}") ;;
-  *) sed -n 's/^# \?//; 5,7p' "$0" >&2; exit 2 ;;
+  *) sed -n 's/^# \?//; 5,8p' "$0" >&2; exit 2 ;;
 esac
 
 missing=()

@@ -49,7 +49,9 @@ int Main(int argc, char** argv) {
   app.require_subcommand(0, 1);
   // The last of a repeated option counts, so that scripts can append to a command line.
   app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
-  app.footer("stillray help COMMAND explains a command, with examples.");
+  app.footer(
+      "stillray help COMMAND explains a command, with examples. Exit codes: 0 success, 2 bad "
+      "input, 1 a defect of stillray, 3 findings of check, 130 interrupted.");
   int exit_code = kExitOk;
   AddRenderCommand(app, &exit_code);
   AddDenoiseCommand(app, &exit_code);
@@ -70,7 +72,7 @@ int Main(int argc, char** argv) {
     return ReportError(Status::InvalidArgument(UsageError(app, error)));
   }
   if (app.get_subcommands().empty()) {
-    WriteText(stdout, app.help());
+    WriteText(stdout, ShortHelp());
   }
   return exit_code;
 }

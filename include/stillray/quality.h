@@ -45,6 +45,10 @@ struct ImageMetrics {
 ///     is finite in both pictures), kOutOfMemory
 Result<ImageMetrics> CompareImages(const Image3& test, const Image3& reference, bool display);
 
+/// ImageMetrics::psnr of linear radiance alone, in a fraction of the time and memory.
+/// \return errors of CompareImages
+Result<double> MeasurePsnr(const Image3& test, const Image3& reference);
+
 enum class ErrorMap : uint8_t { kFlip, kHdrFlip, kRelativeSquaredError, kSsim };
 /// Per-pixel error, >= 0; CompareImages returns its mean (kSsim: 1 - SSIM). NaN at ignored pixels.
 /// \return errors of CompareImages; kInvalidArgument for kHdrFlip of display pictures

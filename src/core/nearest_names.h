@@ -4,9 +4,11 @@
 /// Suggestions for misspelt names.
 #pragma once
 
+#include <iterator>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace stillray {
 
@@ -19,5 +21,12 @@ int EditDistance(std::string_view a, std::string_view b);
 /// string if all need more than one edit per three characters of the name. A name that starts with
 /// `name` counts as near as well.
 std::string DidYouMean(std::string_view name, std::span<const std::string_view> names);
+
+/// The same for any container of names.
+template <typename Names>
+std::string DidYouMeanOneOf(std::string_view name, const Names& names) {
+  const std::vector<std::string_view> views(std::begin(names), std::end(names));
+  return DidYouMean(name, views);
+}
 
 }  // namespace stillray

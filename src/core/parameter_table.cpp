@@ -91,7 +91,9 @@ std::string BadValueText(const Parameter& info, std::string_view value,
   if (info.type == ParameterType::kFloat && IsTooSmall(value)) {
     return fmt::format("is '{}', which is too near to 0 for a 32-bit float", value);
   }
-  return fmt::format("is '{}', expected {}", value, expected);
+  const bool named = info.type == ParameterType::kChoice;
+  return fmt::format("is '{}', expected {}{}", value, expected,
+                     named ? DidYouMeanOneOf(value, info.choices) : "");
 }
 
 Status SplitAssignment(std::string_view text, std::string_view* name, std::string_view* value) {

@@ -4,6 +4,7 @@
 // Devices of a build without Vulkan: only the CPU.
 #include <fmt/format.h>
 
+#include "core/device_choice.h"
 #include "denoise/backend.h"
 
 namespace stillray {
@@ -26,8 +27,7 @@ Result<Device> Device::Open(const std::string& choice) {
   if (choice.compare(0, 6, "vulkan") == 0) {
     return Status::Unsupported(kWithoutVulkan);
   }
-  return Status::InvalidArgument(
-      fmt::format("device is '{}', expected auto, cpu, vulkan or vulkan:N", choice));
+  return UnknownDeviceChoice(choice);
 }
 
 std::vector<DeviceDescription> ListDevices(std::string* remark) {

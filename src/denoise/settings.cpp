@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "core/nearest_names.h"
 #include "core/parameter_table.h"
 #include "denoise/plan.h"
 #include "stillray/denoise.hpp"
@@ -633,8 +634,10 @@ Result<Settings> PresetSettings(std::string_view name) {
   const auto* preset = std::find_if(std::begin(kPresets), std::end(kPresets),
                                     [&](const Preset& p) { return p.name == name; });
   if (preset == std::end(kPresets)) {
-    return Status::InvalidArgument(
-        fmt::format("unknown preset '{}'; presets are: {}", name, fmt::join(kPresetNames, ", ")));
+    const std::string meant = DidYouMeanOneOf(name, kPresetNames);
+    return Status::InvalidArgument(fmt::format(
+        "unknown preset '{}'{}", name,
+        meant.empty() ? fmt::format("; presets are: {}", fmt::join(kPresetNames, ", ")) : meant));
   }
   Settings settings;
   for (const auto& [parameter, value] : preset->values) {

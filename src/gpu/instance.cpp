@@ -11,6 +11,8 @@
 
 #include <fmt/format.h>
 
+#include "core/device_choice.h"
+
 namespace stillray::gpu {
 namespace {
 
@@ -263,8 +265,7 @@ Result<DeviceInfo> ChooseDevice(const std::vector<DeviceInfo>& devices, const st
   const auto parsed = named ? std::from_chars(choice.data() + kPrefix.size(), end, index)
                             : std::from_chars_result{nullptr, std::errc::invalid_argument};
   if (parsed.ec != std::errc() || parsed.ptr != end || index < 0) {
-    return Status::InvalidArgument(
-        fmt::format("device is '{}', expected auto, cpu, vulkan or vulkan:N", choice));
+    return UnknownDeviceChoice(choice);
   }
   if (static_cast<size_t>(index) >= devices.size()) {
     return Status::NotFound(fmt::format(

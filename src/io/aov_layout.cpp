@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "core/nearest_names.h"
 #include "io/aov_light.h"
 #include "io/aov_mapping.h"
 #include "io/aov_presets.h"
@@ -162,9 +163,9 @@ Result<const io::AovPreset*> PickPreset(const ChannelNames& names, const AovOpti
     }
   }
   if (!known) {
-    return Status::InvalidArgument(fmt::format("--renderer is '{}', expected one of {}",
-                                               io::OneLine(renderer),
-                                               fmt::join(kRendererNames, ", ")));
+    return Status::InvalidArgument(
+        fmt::format("--renderer is '{}', expected one of {}{}", io::OneLine(renderer),
+                    fmt::join(kRendererNames, ", "), DidYouMean(renderer, kRendererNames)));
   }
   return picked;
 }
@@ -183,9 +184,9 @@ Status CheckViewLayer(const ChannelNames& names, const AovOptions& options, cons
     return Status::NotFound(fmt::format(
         "{}: --view-layer is '{}', expected one of the file's: {}", file,
         io::OneLine(options.view_layer),
-        io::OneLine(fmt::format("{}", firsts.empty()
-                                          ? "it has none, only passes"
-                                          : fmt::format("{}", fmt::join(firsts, ", "))))));
+        io::OneLine(firsts.empty() ? "it has none, only passes"
+                                   : fmt::format("{}{}", fmt::join(firsts, ", "),
+                                                 DidYouMeanOneOf(options.view_layer, firsts)))));
   }
   if (!options.view_layer.empty()) {
     layout->other_view_layers.clear();  // left out by request

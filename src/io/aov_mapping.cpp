@@ -6,9 +6,13 @@
 #include <charconv>
 #include <cmath>
 #include <optional>
+#include <string_view>
+#include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include "core/nearest_names.h"
 #include "io/text.h"
 
 namespace stillray {
@@ -156,11 +160,11 @@ std::vector<std::string> SplitAtCommas(const std::string& text) {
 Result<AovMapping> ParseAovMapping(const std::string& text) {
   const size_t equals = text.find('=');
   AovMapping mapping;
-  std::string names;
+  std::vector<std::string_view> names;
   bool found = false;
   for (int i = 0; i < kAovCount; ++i) {
     const Aov aov = static_cast<Aov>(i);
-    names += (names.empty() ? "" : ", ") + std::string(AovName(aov));
+    names.push_back(AovName(aov));
     if (equals != std::string::npos && text.substr(0, equals) == AovName(aov)) {
       mapping.aov = aov;
       found = true;
@@ -168,7 +172,8 @@ Result<AovMapping> ParseAovMapping(const std::string& text) {
   }
   if (!found) {
     return Status::InvalidArgument(fmt::format(
-        "--aov is '{}', expected NAME=LAYER[,WORD...] with NAME one of {}", OneLine(text), names));
+        "--aov is '{}', expected NAME=LAYER[,WORD...] with NAME one of {}{}", OneLine(text),
+        fmt::join(names, ", "), DidYouMean(std::string_view(text).substr(0, equals), names)));
   }
   const std::vector<std::string> parts = SplitAtCommas(text.substr(equals + 1));
   mapping.layer = parts[0];

@@ -28,8 +28,10 @@
 namespace stillray::io {
 namespace {
 
-/// Slightly smaller files than OpenEXR's level, 4 of zlib, in half of the time.
-constexpr int kLevel = 4;
+/// Of libdeflate. Half floats hardly compress beyond what the lowest level finds: level 4 takes a
+/// half longer for denoised pictures, and a quarter for noisy inputs, whose files are 0.6 %
+/// smaller.
+constexpr int kLevel = 1;
 
 struct FreeCompressor {
   void operator()(libdeflate_compressor* c) const { libdeflate_free_compressor(c); }

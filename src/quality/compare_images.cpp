@@ -96,6 +96,16 @@ Result<ImageMetrics> CompareImages(const Image3& test, const Image3& reference, 
   }
 }
 
+Result<double> MeasurePsnr(const Image3& test, const Image3& reference) {
+  try {
+    const Result<PicturePair> pair = quality::MakePicturePair(test, reference, false);
+    return pair.ok() ? Result<double>(quality::Psnr(*pair, quality::FindSquaredErrors(*pair)))
+                     : Result<double>(pair.status());
+  } catch (const std::bad_alloc&) {
+    return OutOfMemory(test);
+  }
+}
+
 Result<Image1> MakeErrorMap(const Image3& test, const Image3& reference, bool display,
                             ErrorMap which) {
   if (display && which == ErrorMap::kHdrFlip) {

@@ -3,13 +3,16 @@
 #include "scene/builtin.h"
 
 #include <array>
+#include <filesystem>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include <fmt/format.h>
 
 #include "core/lower_case.h"
+#include "core/nearest_names.h"
 #include "scene/import_log.h"
 
 namespace stillray {
@@ -52,18 +55,43 @@ Result<Scene> MakeBuiltinScene(const std::string& name) {
       return scene;
     }
   }
-  return Status::NotFound(fmt::format("there is no built-in scene '{}'; there are {}",
-                                      Printable(name), fmt::join(BuiltinSceneNames(), ", ")));
+  const std::string meant = DidYouMeanOneOf(name, BuiltinSceneNames());
+  return Status::NotFound(fmt::format(
+      "there is no built-in scene '{}'{}", Printable(name),
+      meant.empty() ? fmt::format("; there are {}", fmt::join(BuiltinSceneNames(), ", ")) : meant));
 }
+
+namespace {
+
+/// The built-in scene whose name was meant where no file has the name: "cornell", "bultin:cornell".
+std::string MeantBuiltin(const std::string& spec) {
+  std::vector<std::string> names;
+  for (const std::string& name : BuiltinSceneNames()) {
+    if (name == spec) {
+      return fmt::format(", did you mean {}{}?", kBuiltinPrefix, name);
+    }
+    names.push_back(std::string(kBuiltinPrefix) + name);
+  }
+  return DidYouMeanOneOf(spec, names);
+}
+
+Result<Scene> LoadSceneFile(const std::string& path, const KeepGoing& keep_going) {
+  return LowerExtension(path) == ".obj" ? LoadObj(path, keep_going) : LoadGltf(path, keep_going);
+}
+
+}  // namespace
 
 Result<Scene> LoadScene(const std::string& spec, const KeepGoing& keep_going) {
   if (spec.compare(0, kBuiltinPrefix.size(), kBuiltinPrefix) == 0) {
     return MakeBuiltinScene(spec.substr(kBuiltinPrefix.size()));
   }
-  if (LowerExtension(spec) == ".obj") {
-    return LoadObj(spec, keep_going);
+  Result<Scene> scene = LoadSceneFile(spec, keep_going);
+  const std::string meant = scene.ok() ? "" : MeantBuiltin(spec);
+  std::error_code error;
+  if (!meant.empty() && !std::filesystem::exists(spec, error)) {
+    return Status::NotFound(fmt::format("{}: no such file{}", Printable(spec), meant));
   }
-  return LoadGltf(spec, keep_going);
+  return scene;
 }
 
 }  // namespace stillray

@@ -110,8 +110,9 @@ TEST(CliTracerOptions, ErrorsNameOptionValueAndWhatWasExpected) {
               HasSubstr(expected + "\n"));
   EXPECT_THAT(error({"view", "--headless-frames", "1", "--spp", "2/3"}),
               HasSubstr(expected + ", or auto\n"));
-  EXPECT_THAT(error({"view", "--headless-frames", "1", "--sampler", "halton"}),
-              HasSubstr("--sampler is 'halton', expected sobol or halton16\n"));
+  EXPECT_THAT(
+      error({"view", "--headless-frames", "1", "--sampler", "halton"}),
+      HasSubstr("--sampler is 'halton', expected sobol or halton16, did you mean halton16?\n"));
   EXPECT_THAT(error({"bench", "--bounces", "0"}),
               HasSubstr("--bounces is '0', expected a whole number from 1 to 32\n"));
 }

@@ -53,13 +53,38 @@ TEST(CliUsage, NearestNames) {
                 "--set: unknown parameter 'sigmal', did you mean sigma_l?");
 }
 
+TEST(CliUsage, NearestValues) {
+  const auto render = [](const std::string& option, const std::string& value) {
+    return std::vector<std::string>{"render", "builtin:cornell", "-o", "x", option, value};
+  };
+  ExpectRefused(render("--preset", "defualt"), "unknown preset 'defualt', did you mean default?");
+  ExpectRefused(render("--sampler", "sobel"), "expected sobol or halton16, did you mean sobol?");
+  ExpectRefused(render("--tonemap", "flimic"), ", did you mean filmic?");
+  ExpectRefused(render("--format", "exr,pgn"), ", did you mean png?");
+  ExpectRefused(render("--ray-tracing", "hardwear"), ", did you mean hardware?");
+  ExpectRefused(render("--device", "vulcan"), ", did you mean vulkan?");
+  ExpectRefused(render("--device", "gpu"), ", did you mean vulkan?");
+  ExpectRefused({"denoise", "a.####.exr", "-o", "x", "--window", "bot"}, ", did you mean both?");
+  ExpectRefused({"render", "builtin:cornel", "-o", "x"},
+                "there is no built-in scene 'cornel', did you mean cornell?");
+  ExpectRefused({"render", "cornell", "-o", "x"},
+                "cornell: no such file, did you mean builtin:cornell?");
+  ExpectRefused({"render", "bultin:lights", "-o", "x"}, ", did you mean builtin:lights?");
+  // --aov lists many names before the nearest.
+  EXPECT_THAT(RunProgram(render("--aov", "temporl")).errors, HasSubstr(", did you mean temporal?"));
+}
+
 TEST(CliUsage, OverviewAndHelp) {
   const ProgramRun bare = RunProgram({});
   EXPECT_EQ(bare.exit_code, 0);
   EXPECT_THAT(bare.errors, IsEmpty());
-  EXPECT_THAT(bare.output, AllOf(HasSubstr("render"), HasSubstr("denoise"), HasSubstr("report")));
-  EXPECT_EQ(RunProgram({"help"}).output, bare.output);
-  EXPECT_EQ(RunProgram({"--help"}).output, bare.output);
+  EXPECT_THAT(bare.output, AllOf(HasSubstr("  stillray render"), HasSubstr("  stillray denoise"),
+                                 HasSubstr("  stillray view"), HasSubstr("stillray help")));
+  EXPECT_LT(std::count(bare.output.begin(), bare.output.end(), '\n'), 15);
+  const ProgramRun all = RunProgram({"help"});
+  EXPECT_EQ(all.exit_code, 0);
+  EXPECT_THAT(all.output, AllOf(HasSubstr("render"), HasSubstr("denoise"), HasSubstr("report")));
+  EXPECT_EQ(RunProgram({"--help"}).output, all.output);
   for (const std::string command : {"render", "denoise", "view", "check"}) {
     const ProgramRun help = RunProgram({"help", command});
     EXPECT_EQ(help.exit_code, 0);
@@ -143,6 +168,23 @@ TEST(CliUsage, ViewShowsABuiltInSceneWhereNoneIsNamed) {
       RunProgram({"view", "--headless-frames", "1", "--size", "32x32", "-o", folder / "out"});
   EXPECT_EQ(run.exit_code, 0) << run.errors;
   EXPECT_FALSE(std::filesystem::is_empty(folder / "out"));
+}
+
+TEST(CliUsage, RenderTakesABuiltInSceneAndAFolderWhereNoneIsNamed) {
+  const TemporaryFolder folder;
+  const std::string before = std::filesystem::current_path();
+  std::filesystem::current_path(folder.path());
+  const ProgramRun run = RunProgram({"render", "--size", "32x32", "--frames", "1-2", "--format",
+                                     "png", "--reference", "4", "--reference-frames", "2"});
+  std::filesystem::current_path(before);
+  EXPECT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.errors, StartsWith("no scene is named: rendering builtin:cornell; others: "
+                                     "builtin:spheres, "));
+  EXPECT_TRUE(std::filesystem::exists(folder / "out/denoised.0002.png"));
+  EXPECT_THAT(run.output, HasSubstr("wrote 2 frames to out/ ("));
+  EXPECT_THAT(run.output, HasSubstr("\nfiles: denoised.####.png, reference.####.png\n"));
+  EXPECT_THAT(run.output, HasSubstr("\nagainst the reference, 1 frame: PSNR "));
+  EXPECT_THAT(run.output, HasSubstr(" dB (noisy: "));
 }
 
 TEST(CliUsage, ControlCharactersAreEscaped) {

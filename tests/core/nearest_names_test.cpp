@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/nearest_names.h"
 
+#include <string>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 namespace stillray {
@@ -23,6 +26,14 @@ TEST(DidYouMean, NamesTheNearest) {
   EXPECT_EQ(DidYouMean("kernal", kNames), ", did you mean kernel?");
   EXPECT_EQ(DidYouMean("sigma", kNames), ", did you mean sigma_z, sigma_n or sigma_l?");
   EXPECT_EQ(DidYouMean("ste", kNames), ", did you mean steps?");
+}
+
+TEST(DidYouMean, TakesAnyListOfNames) {
+  const std::vector<std::string> strings = {"render", "denoise"};
+  const std::vector<const char*> letters = {"render", "denoise"};
+  EXPECT_EQ(DidYouMeanOneOf("rendr", strings), ", did you mean render?");
+  EXPECT_EQ(DidYouMeanOneOf("denose", letters), ", did you mean denoise?");
+  EXPECT_EQ(DidYouMeanOneOf("fly", strings), "");
 }
 
 TEST(DidYouMean, SaysNothingOfNamesThatAreFar) {

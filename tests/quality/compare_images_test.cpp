@@ -25,6 +25,21 @@ TEST(CompareImages, SizesMustAgree) {
   EXPECT_EQ(metrics.status().message(), "the test picture is 4x3 pixels, but the reference is 3x4");
 }
 
+TEST(CompareImages, PsnrAloneIsThatOfAllMeasures) {
+  Image3 reference(2, 1);
+  Image3 test(2, 1);
+  for (int c = 0; c < 3; ++c) {
+    reference[c](0, 0) = 1.0f;
+    test[c](0, 0) = 3.0f;
+  }
+  // On the curve x / (1 + x): 1/2 and 3/4 in one of two pixels.
+  const Result<double> psnr = MeasurePsnr(test, reference);
+  ASSERT_TRUE(psnr.ok());
+  EXPECT_NEAR(*psnr, -10 * std::log10(0.25 * 0.25 / 2), 1e-9);
+  EXPECT_EQ(*psnr, CompareImages(test, reference, false)->psnr);
+  EXPECT_EQ(MeasurePsnr(Image3(4, 3), Image3(3, 4)).status().code(), StatusCode::kInvalidArgument);
+}
+
 TEST(CompareImages, ChannelsMustAgree) {
   Image3 odd(4, 3);
   odd[2] = Image1(4, 4);

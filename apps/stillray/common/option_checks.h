@@ -14,6 +14,8 @@
 #include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 
+#include "core/nearest_names.h"
+
 namespace stillray {
 
 /// Numbers of a range, both ends included.
@@ -32,8 +34,9 @@ inline CLI::Validator OneOf(std::vector<std::string> names) {
     if (std::find(names.begin(), names.end(), text) != names.end()) {
       return std::string();
     }
-    return fmt::format("found '{}', expected {} or {}", text,
-                       fmt::join(names.begin(), names.end() - 1, ", "), names.back());
+    return fmt::format("found '{}', expected {} or {}{}", text,
+                       fmt::join(names.begin(), names.end() - 1, ", "), names.back(),
+                       DidYouMeanOneOf(text, names));
   };
   return CLI::Validator(check, "");
 }

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <filesystem>
 #include <system_error>
+#include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "common/progress.h"
 
@@ -17,6 +19,20 @@ namespace {
 std::string SecondsText(double seconds) {
   constexpr double kShort = 59.95;
   return seconds < kShort ? fmt::format("{:.1f} s", seconds) : FormatDuration(seconds);
+}
+
+/// "denoised.0012.exr" as "denoised.####.exr"; names without a number are unchanged.
+std::string PatternOf(const std::string& name) {
+  const size_t extension = name.rfind('.');
+  const size_t number =
+      extension == 0 || extension == std::string::npos ? extension : name.rfind('.', extension - 1);
+  if (number == std::string::npos || number + 1 >= extension ||
+      !std::all_of(name.begin() + static_cast<ptrdiff_t>(number) + 1,
+                   name.begin() + static_cast<ptrdiff_t>(extension),
+                   [](char c) { return c >= '0' && c <= '9'; })) {
+    return name;
+  }
+  return name.substr(0, number) + ".####" + name.substr(extension);
 }
 
 std::string Frames(size_t count) {
@@ -57,6 +73,17 @@ std::string RunSummaryText(const RunSummary& summary) {
                         summary.frames_before == 1 ? "was" : "were");
   }
   return text;
+}
+
+std::string FilePatternsText(const std::vector<std::string>& names) {
+  std::vector<std::string> patterns;
+  for (const std::string& name : names) {
+    std::string pattern = PatternOf(name);
+    if (std::find(patterns.begin(), patterns.end(), pattern) == patterns.end()) {
+      patterns.push_back(std::move(pattern));
+    }
+  }
+  return fmt::format("{}", fmt::join(patterns, ", "));
 }
 
 Status StopError(const StoppedRun& run) {

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "stillray/status.h"
 
@@ -23,6 +24,10 @@ struct RunSummary {
   int64_t bytes = 0;         ///< of all files of these frames
   double seconds = 0;        ///< of these frames, including reading, filtering and writing
 };
+
+/// Names of files by sequence, in the order of the first of each: "denoised.####.exr,
+/// denoised.mp4".
+std::string FilePatternsText(const std::vector<std::string>& names);
 
 /// "wrote 16 frames to clean/ (212 MB) in 3.2 s, 200 ms per frame"
 std::string RunSummaryText(const RunSummary& summary);

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "core/nearest_names.h"
 #ifdef STILLRAY_WITH_VULKAN
 #include "denoise/vulkan/host_denoiser.h"
 #include "gpu/instance.h"
@@ -117,8 +118,10 @@ Result<render::TracingWay> ParseTracingWay(const std::string& text) {
   if (text == "compute") {
     return render::TracingWay::kCompute;
   }
+  constexpr std::string_view kWays[] = {"auto", "hardware", "compute"};
   return Status::InvalidArgument(
-      fmt::format("--ray-tracing is '{}', expected auto, hardware or compute", text));
+      fmt::format("--ray-tracing is '{}', expected auto, hardware or compute{}", text,
+                  DidYouMean(text, kWays)));
 }
 
 std::string TracingWayText(const Device& device, render::TracingWay way) {

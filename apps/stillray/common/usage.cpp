@@ -32,14 +32,9 @@ std::vector<std::string> CommandNames(const CLI::App& app) {
   return names;
 }
 
-std::string DidYouMean(const std::string& name, const std::vector<std::string>& names) {
-  const std::vector<std::string_view> views(names.begin(), names.end());
-  return stillray::DidYouMean(std::string_view(name), views);
-}
-
 std::string UnknownCommand(const CLI::App& app, const std::string& name) {
   const std::vector<std::string> names = CommandNames(app);
-  const std::string meant = DidYouMean(name, names);
+  const std::string meant = DidYouMeanOneOf(name, names);
   return fmt::format(
       "unknown command '{}'{}", name,
       meant.empty() ? fmt::format("; commands are: {}", fmt::join(names, ", ")) : meant);
@@ -54,7 +49,7 @@ std::string UnknownOption(const CLI::App& command, const std::string& usage,
       names.push_back("--" + known);
     }
   }
-  const std::string meant = DidYouMean(name, names);
+  const std::string meant = DidYouMeanOneOf(name, names);
   return fmt::format("unknown option '{}'{}", name,
                      meant.empty() ? fmt::format("; {} --help lists all of them", usage) : meant);
 }
@@ -101,6 +96,20 @@ void CheckOption(CLI::Option* option) {
 }
 
 }  // namespace
+
+std::string ShortHelp() {
+  return R"(stillray: clean, temporally stable pictures from a few samples per pixel
+
+Begin with:
+  stillray render                             a built-in scene: clean frames and a video in out/
+  stillray render scene.glb -o clean          a scene (glTF or OBJ)
+  stillray denoise 'in.####.exr' -o clean     noisy frames of Blender, Arnold or another renderer
+  stillray view scene.glb                     a scene live, in a window
+
+stillray help              all commands: compare, report, check, info, bench
+stillray help COMMAND      options and examples
+)";
+}
 
 void AddHelpCommand(CLI::App& app, int* exit_code) {
   CLI::App* command = app.add_subcommand("help", "Explain a command, as COMMAND --help does");

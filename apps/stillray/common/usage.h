@@ -11,6 +11,9 @@
 
 namespace stillray {
 
+/// What `stillray` alone prints: the commands to begin with, and where the rest is.
+std::string ShortHelp();
+
 /// `stillray help` and `stillray help COMMAND`, like --help.
 void AddHelpCommand(CLI::App& app, int* exit_code);
 

@@ -6,10 +6,12 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "common/console.h"
 #include "common/device_option.h"
 #include "common/interrupt.h"
+#include "core/nearest_names.h"
 #include "render/render_files.h"
 #include "sequence/frame_loop.h"
 
@@ -37,16 +39,17 @@ Status FrameMaker::FindCamera() {
   if (wanted.empty()) {
     return Status::Ok();
   }
-  std::string names;
+  std::vector<std::string> names;
   for (size_t i = 0; i < scene_.cameras.size(); ++i) {
     const std::string& name = scene_.cameras[i].name;
     if (name == wanted || std::to_string(i) == wanted) {
       camera_ = static_cast<int>(i);
       return Status::Ok();
     }
-    names += (names.empty() ? "" : ", ") + name;
+    names.push_back(name);
   }
-  return Status::NotFound(fmt::format("--camera is '{}', the scene has: {}", wanted, names));
+  return Status::NotFound(fmt::format("--camera is '{}', the scene has: {}{}", wanted,
+                                      fmt::join(names, ", "), DidYouMeanOneOf(wanted, names)));
 }
 
 Status FrameMaker::Prepare(const Device& device) {

@@ -5,8 +5,10 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <tbb/global_control.h>
 #include <tbb/info.h>
 #include <CLI/CLI.hpp>
@@ -69,12 +71,24 @@ Status RunRender(const RenderArguments& arguments) {
   return RunFrames(*options, *scene, threads);
 }
 
+/// The built-in scenes but one.
+std::string OtherScenes(const std::string& scene) {
+  std::vector<std::string> others;
+  for (const std::string& name : BuiltinSceneNames()) {
+    if ("builtin:" + name != scene) {
+      others.push_back("builtin:" + name);
+    }
+  }
+  return fmt::format("{}", fmt::join(others, ", "));
+}
+
 constexpr const char* kExamples = R"(
 Frame N shows the animation at (N - 1) / fps seconds. DIR gets denoised.####.exr/png, with
 --save-inputs noisy.####.exr/png, with --reference reference.####.exr/png, denoised.mp4 and
 render.json.
 
 Examples:
+  stillray render
   stillray render builtin:cornell -o out
   stillray render kitchen.glb -o out --size 1920x1080 --frames 1-60 --spp 2 --format exr
   stillray render builtin:lights -o out --preset svgf --set sigma_l=6 --aov temporal,variance
@@ -92,14 +106,15 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
       "render", "Path-trace a scene at few samples per pixel and denoise every frame");
   command->footer(kExamples);
   const auto a = std::make_shared<RenderArguments>();
-  command
-      ->add_option("scene", a->scene,
-                   ".gltf, .glb, .obj or builtin:NAME (cornell, spheres, lights, mirrors, thin, "
-                   "faust, colonnade, car)")
-      ->required();
+  CLI::Option* scene =
+      command
+          ->add_option("scene", a->scene,
+                       ".gltf, .glb, .obj or builtin:NAME (cornell, spheres, lights, mirrors, "
+                       "thin, faust, colonnade, car)")
+          ->capture_default_str();
   command->option_defaults()->group("Output");
   command->add_option("-o,--output", a->folder, "Folder for the pictures; made if needed")
-      ->required();
+      ->capture_default_str();
   command->add_option("--size", a->size, "WIDTHxHEIGHT in pixels")->capture_default_str();
   command->option_defaults()->group("Scene");
   command->add_option("--frames", a->frames, "FIRST-LAST, or one frame")->capture_default_str();
@@ -151,8 +166,13 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
   command->add_flag("--timings", a->timings, "Print milliseconds per stage, and memory");
   command->add_option("--json", a->json_path,
                       "Write settings, times and memory there too (- for standard output)");
-  command->callback([a, format, exit_code] {
+  command->callback([a, scene, format, exit_code] {
     a->formats_given = format->count() > 0;
+    if (scene->count() == 0) {
+      PrintTo(stderr,
+              "no scene is named: rendering {}; others: {}, or a .gltf, .glb or .obj file\n",
+              a->scene, OtherScenes(a->scene));
+    }
     const Status status = RunRender(*a);
     *exit_code = status.ok() ? kExitOk : ReportError(status);
   });

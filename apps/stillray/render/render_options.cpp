@@ -12,6 +12,7 @@
 
 #include "common/trace_device.h"
 #include "core/checksum.h"
+#include "core/nearest_names.h"
 #include "denoise/output_names.h"
 #include "io/memory_limit.h"
 #include "render/render_files.h"
@@ -87,8 +88,10 @@ Status ParseFormats(const RenderArguments& arguments, RenderOptions* options) {
                    : name == "mp4" ? &options->mp4
                                    : nullptr;
     if (wanted == nullptr) {
+      constexpr std::string_view kFormats[] = {"exr", "png", "mp4"};
       return Status::InvalidArgument(
-          fmt::format("--format has '{}', expected a list of exr, png, mp4", name));
+          fmt::format("--format has '{}', expected a list of exr, png, mp4{}", name,
+                      DidYouMean(name, kFormats)));
     }
     *wanted = true;
   }
@@ -111,6 +114,13 @@ void AddGuidesOfMeasures(RenderOptions* options) {
   }
 }
 
+Status UnknownAov(const std::string& name, const std::vector<std::string>& outputs) {
+  std::vector<std::string> known(std::begin(kGuideNames), std::end(kGuideNames));
+  known.insert(known.end(), outputs.begin(), outputs.end());
+  return Status::InvalidArgument(fmt::format("--aov has '{}', expected some of {}{}", name,
+                                             fmt::join(known, ", "), DidYouMeanOneOf(name, known)));
+}
+
 /// Sorts the names of --aov into outputs of the denoiser and guides of the frame.
 Status ParseAovs(const RenderArguments& arguments, RenderOptions* options) {
   const std::vector<std::string> known = Denoiser::OutputNames(options->denoise);
@@ -124,9 +134,7 @@ Status ParseAovs(const RenderArguments& arguments, RenderOptions* options) {
         continue;
       }
       if (!AddOutputs(known, name, &options->outputs)) {
-        return Status::InvalidArgument(fmt::format("--aov has '{}', expected some of {}, {}", name,
-                                                   fmt::join(kGuideNames, ", "),
-                                                   fmt::join(known, ", ")));
+        return UnknownAov(name, known);
       }
       if (!options->exr && !IsPictureOutput(name)) {
         return Status::InvalidArgument(

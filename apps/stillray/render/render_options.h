@@ -23,8 +23,8 @@ namespace stillray {
 
 /// Text as the user gave it.
 struct RenderArguments {
-  std::string scene;
-  std::string folder;
+  std::string scene = "builtin:cornell";
+  std::string folder = "out";
   std::string size = "1280x720";
   std::string frames = "1-120";
   double fps = 30;

@@ -30,6 +30,7 @@
 #include "sequence/finished_files.h"
 #include "sequence/frame_loop.h"
 #include "sequence/resume_state.h"
+#include "stillray/quality.h"
 #include "stillray/scene.h"
 
 namespace stillray {
@@ -65,6 +66,9 @@ class RenderRun {
   Status SaveState(ResumeState state);
   Status RunLoop();
   Status WriteLog() const;
+  void MeasureQuality(const Picture& picture);
+  std::string FilesText() const;
+  std::string QualityText() const;
   void Summarise() const;
   int64_t FrameAt(size_t at) const { return options_.frames.first + static_cast<int64_t>(at); }
   std::string VideoPath() const {
@@ -92,6 +96,11 @@ class RenderRun {
   Clock::time_point start_;
   int64_t non_finite_ = 0;
   int64_t bad_guides_ = 0;
+  // Sums over the frames of this run that have a reference.
+  double psnr_ = 0;
+  double noisy_psnr_ = 0;
+  int measured_ = 0;
+  int noisy_measured_ = 0;
 };
 
 Status RenderRun::Prepare() {
@@ -228,7 +237,27 @@ Status RenderRun::Write(Picture* picture) {
       options_, *picture->in_files, picture->denoised,
       picture->reference.empty() ? nullptr : &picture->reference, &display, &paths));
   STILLRAY_RETURN_IF_ERROR(AddFinishedFiles(options_.text.folder, paths, &written_));
+  if (!picture->reference.empty()) {
+    MeasureQuality(*picture);
+  }
   return video_ ? video_->Write(display) : Status::Ok();
+}
+
+/// Pixels that are not finite are left out; pictures without others are not measured.
+void RenderRun::MeasureQuality(const Picture& picture) {
+  const Result<double> clean = MeasurePsnr(picture.denoised.colour, picture.reference);
+  if (clean.ok()) {
+    psnr_ += *clean;
+    ++measured_;
+  }
+  if (picture.in_files->on_device != nullptr) {
+    return;
+  }
+  const Result<double> noisy = MeasurePsnr(SumOfLight(*picture.in_files), picture.reference);
+  if (noisy.ok()) {
+    noisy_psnr_ += *noisy;
+    ++noisy_measured_;
+  }
 }
 
 Status RenderRun::Finish(Picture* picture, const WriteResult& written) {
@@ -295,6 +324,23 @@ Status RenderRun::WriteLog() const {
   return WriteJsonOutput(options_.text.json_path, json);
 }
 
+std::string RenderRun::FilesText() const {
+  std::vector<std::string> names;
+  for (const FinishedFile& file : files_) {
+    names.push_back(file.name);
+  }
+  return FilePatternsText(names);
+}
+
+std::string RenderRun::QualityText() const {
+  const std::string noisy =
+      noisy_measured_ > 0 ? fmt::format(" (noisy: {:.1f} dB)", noisy_psnr_ / noisy_measured_) : "";
+  return fmt::format(
+      "against the reference, {} frame{}: PSNR {:.1f} dB{}; more: stillray compare, stillray "
+      "report {}",
+      measured_, measured_ == 1 ? "" : "s", psnr_ / measured_, noisy, options_.text.folder);
+}
+
 void RenderRun::Summarise() const {
   if (non_finite_ > 0) {
     PrintTo(stderr, "warning: {} samples were not finite or negative and were left out\n",
@@ -317,6 +363,10 @@ void RenderRun::Summarise() const {
   }
   summary.seconds = MillisecondsSince(start_) / 1000;
   PrintTo(out, "{}\n", RunSummaryText(summary));
+  PrintTo(out, "files: {}\n", FilesText());
+  if (measured_ > 0) {
+    PrintTo(out, "{}\n", QualityText());
+  }
 }
 
 Status RenderRun::RunLoop() {

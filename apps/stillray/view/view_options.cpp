@@ -11,6 +11,7 @@
 
 #include "common/device_option.h"
 #include "common/option_checks.h"
+#include "core/nearest_names.h"
 #include "io/frame_rate.h"
 #include "view/views.h"
 
@@ -86,12 +87,13 @@ Status ParsePanes(const std::string& text, ViewSettings* settings) {
     const size_t comma = rest.find(',');
     const std::string name(rest.substr(0, comma));
     if (FindView(views, name) == nullptr) {
-      std::string names;
-      for (const ViewInfo& view : views) {
-        names += (names.empty() ? "" : ", ") + view.name;
+      std::vector<std::string> names;
+      for (const ViewInfo& known : views) {
+        names.push_back(known.name);
       }
-      return Status::InvalidArgument(
-          fmt::format("--views has '{}', expected 1 to 3 of {}", name, names));
+      return Status::InvalidArgument(fmt::format("--views has '{}', expected 1 to {} of {}{}", name,
+                                                 kMostPanes, fmt::join(names, ", "),
+                                                 DidYouMeanOneOf(name, names)));
     }
     settings->panes.push_back(name);
     rest.remove_prefix(comma == std::string_view::npos ? rest.size() : comma + 1);
