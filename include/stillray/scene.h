@@ -64,6 +64,12 @@ struct Material {
   bool solid = false;
   vec3 attenuation_color = vec3(1.0f);
   float attenuation_distance = std::numeric_limits<float>::infinity();
+  /// KHR_materials_specular: weight and colour of a dielectric's reflection. The colour applies at
+  /// normal incidence and may be above 1. Transmission keeps the reflection of its ior.
+  float specular = 1.0f;
+  TextureRef specular_texture;  ///< linear, A
+  vec3 specular_color = vec3(1.0f);
+  TextureRef specular_color_texture;  ///< sRGB
 
   bool emits() const { return emission.x > 0 || emission.y > 0 || emission.z > 0; }
 };
@@ -178,8 +184,8 @@ Aabb SceneBounds(const Scene& scene, double seconds);
 using KeepGoing = std::function<bool()>;
 
 /// Reads a .gltf or .glb file and all files that it references. Supported extensions:
-/// KHR_lights_punctual, KHR_materials_emissive_strength, _ior, _transmission, _unlit (as emission),
-/// _volume, KHR_mesh_quantization, KHR_texture_transform, EXT_texture_webp. Also
+/// KHR_lights_punctual, KHR_materials_emissive_strength, _ior, _specular, _transmission, _unlit
+/// (as emission), _volume, KHR_mesh_quantization, KHR_texture_transform, EXT_texture_webp. Also
 /// scenes[i].extras.environment = {"type": "constant", "radiance": [r, g, b]}. All animations are
 /// merged. A file without a camera gets one that shows everything, one without any light gets an
 /// environment of radiance 1; Scene::warnings lists both, and all parts left out or corrected.

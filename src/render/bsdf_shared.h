@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The BSDF: glTF 2.0 metallic-roughness with transmission, as
-//   diffuse    Lambert, scaled by the transmittance of the dielectric coat above it
-//   specular   GGX reflection, Schlick Fresnel between f0 and f90 (coat and metal in one lobe)
+//   diffuse    Lambert, scaled by the transmittance of the dielectric boundary above it
+//   specular   GGX reflection, Schlick Fresnel between f0 and f90 (boundary and metal in one lobe)
 //   glass      GGX reflection and refraction, exact Fresnel (Walter et al. 2007), or a thin sheet
 // The rough lobes are scaled to compensate the energy loss of single scattering (Turquin 2019,
 // "Practical multiple scattering compensation for microfacet models"): a white surface reflects all
@@ -21,7 +21,7 @@
 STILLRAY_RENDER_BEGIN
 
 struct Bsdf {
-  vec3 diffuse;              // reflectance of the diffuse lobe, including the coat
+  vec3 diffuse;              // reflectance of the diffuse lobe, below the boundary
   vec3 specular_f0;          // reflectance at normal incidence
   vec3 specular_scale;       // weight of the lobe times its energy compensation
   vec3 tint;                 // transmission colour

@@ -8,6 +8,7 @@
 
 #ifdef __cplusplus
 #include "render/bsdf_shared.h"
+#include "render/layers_shared.h"
 #endif
 
 STILLRAY_RENDER_BEGIN
@@ -57,7 +58,7 @@ SHARED_FN float GlassAlpha(SHARED_IN(BsdfInput) surface) {
   return surface.solid == 0 && surface.own_alpha <= 0.0f ? 0.0f : surface.alpha;
 }
 
-// The fraction of uniform white light that the coat and the metal reflect to the viewer.
+// The fraction of uniform white light that the boundary and the metal reflect to the viewer.
 SHARED_FN vec3 ReflectedShare(SHARED_IN(Bsdf) bsdf, SHARED_IN(SchlickShare) share) {
   return bsdf.specular_scale *
          (bsdf.specular_f0 * share.scale + vec3(bsdf.specular_f90 * share.offset));
@@ -76,24 +77,27 @@ SHARED_FN vec3 SpecularAlbedo(SHARED_IN(Bsdf) bsdf, SHARED_IN(SchlickShare) shar
 }
 
 // `of_glass` is used only if GlassWeight is above 0.
-SHARED_FN Bsdf MakeBsdf(SHARED_IN(BsdfInput) surface, SHARED_IN(SchlickShare) share,
-                        SHARED_IN(GlassShare) of_glass) {
+SHARED_FN Bsdf MakeBsdf(SHARED_IN(BsdfInput) surface, SHARED_IN(SurfaceLayers) layers,
+                        SHARED_IN(SchlickShare) share, SHARED_IN(GlassShare) of_glass) {
   float metal = surface.metallic;
   float glass = GlassWeight(surface);
   float base = (1.0f - metal) * (1.0f - surface.transmission);
 
   Bsdf bsdf;
-  float coat_f0 = DielectricF0(surface.ior);
+  float ior_f0 = DielectricF0(surface.ior);
+  vec3 boundary_f0 = min(layers.specular_colour * ior_f0, vec3(1.0f)) * layers.specular;
   // A boundary with almost no reflectance has none at grazing incidence either.
-  float coat_f90 = min(50.0f * coat_f0, 1.0f);
+  float boundary_f90 = min(50.0f * ior_f0, 1.0f) * layers.specular;
   float loss = 1.0f / (share.scale + share.offset) - 1.0f;
-  float coat = (1.0f + coat_f0 * loss) * (coat_f0 * share.scale + coat_f90 * share.offset);
-  bsdf.diffuse = surface.base_colour * (base * max(1.0f - coat, 0.0f));
+  // The largest component, so that light below a coloured boundary stays without colour.
+  float most_f0 = MaxComponent(boundary_f0);
+  float reflected = (1.0f + most_f0 * loss) * (most_f0 * share.scale + boundary_f90 * share.offset);
+  bsdf.diffuse = surface.base_colour * (base * max(1.0f - reflected, 0.0f));
 
-  // Coat and metal share one lobe: Schlick's formula is linear in f0 and f90.
+  // The dielectric boundary and metal share one lobe: Schlick's formula is linear in f0 and f90.
   float weight = metal + base;
-  bsdf.specular_f0 = surface.base_colour * metal + vec3(coat_f0 * base);
-  bsdf.specular_f90 = metal + coat_f90 * base;
+  bsdf.specular_f0 = surface.base_colour * metal + boundary_f0 * base;
+  bsdf.specular_f90 = metal + boundary_f90 * base;
   bsdf.specular_scale =
       weight > 0.0f ? vec3(1.0f) + bsdf.specular_f0 * (loss / weight) : vec3(1.0f);
   bsdf.specular_alpha = surface.alpha;

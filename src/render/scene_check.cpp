@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 
+#include "scene/material_textures.h"
 #include "scene/mesh_tools.h"
 
 namespace stillray::render {
@@ -72,23 +74,43 @@ Status CheckTexture(const Scene& scene, size_t index) {
   return Status::Ok();
 }
 
+/// A factor of a material, with its largest value.
+struct Factor {
+  const char* name;
+  float value;
+  float most;
+};
+
+Status CheckLayers(const Material& material, const std::string& name) {
+  const vec3 specular = material.specular_color;
+  constexpr float kMost = std::numeric_limits<float>::max();
+  const Factor factors[] = {
+      {"specular", material.specular, 1.0f},
+      {"specular colour", specular.x, kMost},
+      {"specular colour", specular.y, kMost},
+      {"specular colour", specular.z, kMost},
+  };
+  for (const Factor& factor : factors) {
+    if (!(factor.value >= 0.0f && factor.value <= factor.most)) {
+      return Status::InvalidArgument(fmt::format("{}: {} is {}, expected 0 to {:g}", name,
+                                                 factor.name, factor.value, factor.most));
+    }
+  }
+  return Status::Ok();
+}
+
 Status CheckMaterial(const Scene& scene, size_t index) {
   const Material& material = scene.materials[index];
   const std::string name = fmt::format("material {} (\"{}\")", index, material.name);
-  const std::pair<const char*, const TextureRef*> slots[] = {
-      {"base colour texture", &material.base_color_texture},
-      {"metallic-roughness texture", &material.metallic_roughness_texture},
-      {"normal texture", &material.normal_texture},
-      {"emissive texture", &material.emissive_texture},
-      {"transmission texture", &material.transmission_texture}};
-  for (const auto& [slot, ref] : slots) {
-    if (ref->texture != -1) {
+  for (const auto& [slot, member] : kMaterialTextures) {
+    const TextureRef& ref = material.*member;
+    if (ref.texture != -1) {
       STILLRAY_RETURN_IF_ERROR(
-          CheckIndex(fmt::format("{}: its {}", name, slot), ref->texture, scene.textures.size()));
+          CheckIndex(fmt::format("{}: its {}", name, slot), ref.texture, scene.textures.size()));
     }
-    if (ref->uv_set < 0 || ref->uv_set > 1) {
+    if (ref.uv_set < 0 || ref.uv_set > 1) {
       return Status::InvalidArgument(
-          fmt::format("{}: its {} uses uv set {}, expected 0 or 1", name, slot, ref->uv_set));
+          fmt::format("{}: its {} uses uv set {}, expected 0 or 1", name, slot, ref.uv_set));
     }
   }
   const vec3 e = material.emission;
@@ -100,7 +122,7 @@ Status CheckMaterial(const Scene& scene, size_t index) {
     return Status::InvalidArgument(
         fmt::format("{}: ior is {}, expected 1 to 10", name, material.ior));
   }
-  return Status::Ok();
+  return CheckLayers(material, name);
 }
 
 Status CheckEnvironment(const Environment& environment) {

@@ -49,6 +49,11 @@ std::vector<bool> AnimatedNodes(const Scene& scene) {
 
 }  // namespace
 
+bool IsLayered(const Material& material) {
+  return material.specular != 1.0f || material.specular_texture.texture >= 0 ||
+         material.specular_color != vec3(1.0f) || material.specular_color_texture.texture >= 0;
+}
+
 SceneState::SceneState(const Scene& scene) : scene_(&scene) {
   const std::vector<bool> animated = AnimatedNodes(scene);
   instances_.resize(scene.instances.size());
@@ -60,6 +65,7 @@ SceneState::SceneState(const Scene& scene) : scene_(&scene) {
     instance.moving = animated[static_cast<size_t>(scene.instances[i].node)];
     instance.instanced = instance.moving;
     instance.opaque = instance.material->alpha_mode == AlphaMode::kOpaque;
+    instance.layered = IsLayered(*instance.material);
   }
 }
 

@@ -27,10 +27,14 @@ struct PlacedInstance {
   /// It enters the BVH as an instance of its mesh: it moves, or it is static and one of so many
   /// instances of a mesh that copies would take too much memory.
   bool instanced = false;
-  bool opaque = true;  ///< alpha is 1 everywhere
+  bool opaque = true;    ///< alpha is 1 everywhere
+  bool layered = false;  ///< IsLayered(*material)
   /// The mesh's vertices in the world, plus one; null if instanced.
   const vec3* placed = nullptr;
 };
+
+/// Whether a material has more than metallic-roughness and transmission: SurfaceLayers.
+bool IsLayered(const Material& material);
 
 /// The corners of a triangle in the world.
 struct Triangle {

@@ -114,6 +114,15 @@ float TransmissionOf(const SceneState& state, const Hit& hit) {
                      state.TextureValue(material.transmission_texture, hit, false).x);
 }
 
+SurfaceLayers LayersAt(const SceneState& state, const Hit& hit) {
+  const Material& material = *state.instance(hit.instance).material;
+  SurfaceLayers layers = LayersOf(material);
+  layers.specular =
+      ClampToUnit(layers.specular * state.TextureValue(material.specular_texture, hit, false).w);
+  layers.specular_colour *= vec3(state.TextureValue(material.specular_color_texture, hit, true));
+  return layers;
+}
+
 SchlickShare ShareOfSpecular(float cosine, float alpha) {
   if (alpha <= 0.0f) {
     const float s = SchlickWeight(cosine);
@@ -125,6 +134,13 @@ SchlickShare ShareOfSpecular(float cosine, float alpha) {
 }
 
 }  // namespace
+
+SurfaceLayers LayersOf(const Material& material) {
+  SurfaceLayers layers = NoLayers();
+  layers.specular = material.specular;
+  layers.specular_colour = material.specular_color;
+  return layers;
+}
 
 Surface MakeSurface(const SceneState& state, const Hit& hit, vec3 direction) {
   const PlacedInstance& instance = state.instance(hit.instance);
@@ -141,6 +157,9 @@ Surface MakeSurface(const SceneState& state, const Hit& hit, vec3 direction) {
   surface.metallic = ClampToUnit(material.metallic * mr.z);
   surface.roughness = ClampToUnit(material.roughness * mr.y);
   surface.transmission = TransmissionOf(state, hit);
+  if (instance.layered) {
+    surface.layers = LayersAt(state, hit);
+  }
   return surface;
 }
 
@@ -205,7 +224,7 @@ Bsdf BsdfTables::Make(const Surface& surface, float min_alpha, vec3* specular_al
   const SchlickShare share = ShareOfSpecular(surface.local_wo.z, input.alpha);
   const GlassShare of_glass =
       GlassWeight(input) > 0.0f ? ShareOfGlass(surface, GlassAlpha(input)) : GlassShare{0.0f, 0.0f};
-  const Bsdf bsdf = MakeBsdf(input, share, of_glass);
+  const Bsdf bsdf = MakeBsdf(input, surface.layers, share, of_glass);
   if (specular_albedo != nullptr) {
     *specular_albedo = SpecularAlbedo(bsdf, share, of_glass);
   }

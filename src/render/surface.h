@@ -21,7 +21,11 @@ struct Surface : ShadingPoint {
   float metallic = 0;
   float roughness = 0;  ///< perceptual
   float transmission = 0;
+  SurfaceLayers layers = NoLayers();
 };
+
+/// The layers of a material, without textures.
+SurfaceLayers LayersOf(const Material& material);
 
 /// \param direction  of the ray that hit, unit length
 Surface MakeSurface(const SceneState& state, const Hit& hit, vec3 direction);

@@ -196,6 +196,28 @@ void ReadTransmission(GltfImport* import, const JsonView& view, Material* materi
   }
 }
 
+/// A colour factor without an upper limit but that of a float.
+void ReadStrength(const JsonView& view, const char* key, vec3* colour) {
+  if (!view.Numbers(key, &colour->x, 3)) {
+    return;
+  }
+  for (int c = 0; c < 3; ++c) {
+    if ((*colour)[c] < 0.0f) {
+      view.Warn(key, fmt::format("{} is below 0, 0 is used", (*colour)[c]));
+      (*colour)[c] = 0.0f;
+    }
+  }
+}
+
+void ReadSpecular(GltfImport* import, const JsonView& view, Material* material) {
+  const JsonView specular = view.Extension("KHR_materials_specular");
+  material->specular = specular.NumberIn("specularFactor", 1.0f, 0.0f, 1.0f);
+  material->specular_texture = ReadTextureRef(import, specular.Object("specularTexture"));
+  ReadStrength(specular, "specularColorFactor", &material->specular_color);
+  material->specular_color_texture =
+      ReadTextureRef(import, specular.Object("specularColorTexture"));
+}
+
 /// KHR_materials_unlit: the base colour is visible regardless of light. Here it is the emission of
 /// a black surface that reflects nothing (index of refraction 1).
 void MakeUnlit(const JsonView& view, Material* material) {
@@ -221,6 +243,7 @@ Material ReadMaterial(GltfImport* import, const JsonView& view) {
   material.alpha_cutoff = view.Number("alphaCutoff", 0.5f);
   material.double_sided = view.Bool("doubleSided", false);
   ReadTransmission(import, view, &material);
+  ReadSpecular(import, view, &material);
   if (view.Extension("KHR_materials_unlit").exists()) {
     MakeUnlit(view, &material);
   }

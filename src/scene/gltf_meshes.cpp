@@ -13,6 +13,7 @@
 
 #include "scene/gltf_accessor.h"
 #include "scene/gltf_import.h"
+#include "scene/material_textures.h"
 #include "scene/mesh_tools.h"
 
 namespace stillray {
@@ -360,13 +361,12 @@ bool ReadTangents(const GltfDocument& document, Primitive* primitive, size_t ver
 
 /// Textures need coordinates; a mesh without them gets zeros.
 void ProvideUvs(const Material& material, Primitive* primitive) {
-  for (const TextureRef* ref :
-       {&material.base_color_texture, &material.metallic_roughness_texture,
-        &material.normal_texture, &material.emissive_texture, &material.transmission_texture}) {
-    std::vector<vec2>& uv = primitive->mesh.uv[ref->uv_set];
-    if (ref->texture >= 0 && uv.empty()) {
+  for (const MaterialTexture& texture : kMaterialTextures) {
+    const TextureRef& ref = material.*texture.slot;
+    std::vector<vec2>& uv = primitive->mesh.uv[ref.uv_set];
+    if (ref.texture >= 0 && uv.empty()) {
       primitive->log.Warn(fmt::format("{}: has no TEXCOORD_{}, which its material's textures need",
-                                      primitive->view.path(), ref->uv_set));
+                                      primitive->view.path(), ref.uv_set));
       uv.assign(primitive->mesh.positions.size(), vec2(0.0f));
     }
   }

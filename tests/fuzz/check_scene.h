@@ -5,6 +5,7 @@
 #pragma once
 
 #include "core/check.h"
+#include "scene/material_textures.h"
 #include "stillray/scene.h"
 
 namespace stillray {
@@ -29,11 +30,10 @@ inline void CheckMesh(const Scene& scene, const Mesh& mesh) {
   STILLRAY_CHECK_LT(static_cast<size_t>(mesh.material), scene.materials.size());
   const Material& material = scene.materials[static_cast<size_t>(mesh.material)];
   STILLRAY_CHECK(material.normal_texture.texture < 0 || !mesh.tangents.empty());
-  for (const TextureRef* ref :
-       {&material.base_color_texture, &material.metallic_roughness_texture,
-        &material.normal_texture, &material.emissive_texture, &material.transmission_texture}) {
-    STILLRAY_CHECK_LT(ref->texture, static_cast<int>(scene.textures.size()));
-    STILLRAY_CHECK(ref->texture < 0 || mesh.uv[ref->uv_set].size() == vertices);
+  for (const MaterialTexture& texture : kMaterialTextures) {
+    const TextureRef& ref = material.*texture.slot;
+    STILLRAY_CHECK_LT(ref.texture, static_cast<int>(scene.textures.size()));
+    STILLRAY_CHECK(ref.texture < 0 || mesh.uv[ref.uv_set].size() == vertices);
   }
 }
 

@@ -29,6 +29,7 @@ Surface FlatSurface(const Material& material, vec3 wo, bool front = true) {
   surface.metallic = material.metallic;
   surface.roughness = material.roughness;
   surface.transmission = material.transmission;
+  surface.layers = LayersOf(material);
   return surface;
 }
 
@@ -46,6 +47,9 @@ std::vector<Case> Cases() {
     Material plastic = Metal(vec3(1.0f), roughness);
     plastic.metallic = 0.0f;
     cases.push_back({"dielectric " + std::to_string(roughness), plastic});
+    plastic.specular = 0.6f;
+    plastic.specular_color = vec3(4.0f, 2.0f, 0.5f);
+    cases.push_back({"coloured dielectric " + std::to_string(roughness), plastic});
     for (const bool front : {true, false}) {
       cases.push_back({"glass " + std::to_string(roughness) + (front ? " in" : " out"),
                        Glass(1.5f, roughness), front});

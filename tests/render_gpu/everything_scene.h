@@ -28,6 +28,20 @@ inline Transform Pose(vec3 translation, vec4 rotation, vec3 scale) {
   return transform;
 }
 
+// One for each extension of glTF's materials, with textures 0 to 2.
+inline std::vector<Material> LayeredMaterials() {
+  std::vector<Material> materials;
+  Material specular = Lambert(vec3(0.2f, 0.4f, 0.8f));
+  specular.ior = 1.6f;
+  specular.roughness = 0.4f;
+  specular.specular = 0.8f;
+  specular.specular_color = vec3(3, 1, 0.5f);
+  specular.specular_texture.texture = 0;
+  specular.specular_color_texture.texture = 1;
+  materials.push_back(specular);
+  return materials;
+}
+
 // One of everything that guides depend on: textures of each kind, normal maps with tangents and
 // without, cut-out and blended layers, glass of all kinds, mirrored and moving instances, a moving
 // camera, emitters seen from both sides.
@@ -70,6 +84,11 @@ inline Scene EverythingScene() {
       FacetedSphere(vec3(0), 0.6f, 2), Metal(vec3(0.9f, 0.6f, 0.3f), 0.3f),
       Pose(vec3(0, -0.3f, -4), Rotation(glm::normalize(vec3(1, 2, 3)), 1), vec3(-1, 0.7f, 1)));
   builder.Move(builder.InstanceNode(moving), vec3(0.4f, 0.2f, -0.3f));
+  for (int i = 0; i < static_cast<int>(LayeredMaterials().size()); ++i) {
+    const float turn = 0.9f * static_cast<float>(i);
+    builder.Add(FacetedSphere(vec3(0), 0.4f, 2), LayeredMaterials()[static_cast<size_t>(i)],
+                At(vec3(3 * std::cos(turn), 2 * std::sin(turn), -4.5f)));
+  }
   Material light = Emitter(vec3(3, 2, 1));
   light.emissive_texture.texture = 1;
   builder.Add(panel(-4, -3), light);

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "scene/gltf_builder.h"
+#include "scene/material_textures.h"
 #include "scene/test_pictures.h"
 
 namespace stillray {
@@ -108,6 +109,41 @@ TEST(GltfMaterials, TransmissionIorAndVolume) {
   EXPECT_EQ(material.attenuation_distance, 2.0f);
 }
 
+TEST(GltfMaterials, Specular) {
+  const Material plain =
+      WithMaterial({{"extensions", {{"KHR_materials_specular", json::object()}}}}).materials.at(0);
+  EXPECT_EQ(plain.specular, 1.0f);
+  EXPECT_EQ(plain.specular_color, vec3(1.0f));
+  const Scene scene =
+      WithMaterial({{"extensions",
+                     {{"KHR_materials_specular",
+                       {{"specularFactor", 0.25}, {"specularColorFactor", {3, 0.5, -1}}}}}}});
+  EXPECT_EQ(scene.materials.at(0).specular, 0.25f);
+  EXPECT_EQ(scene.materials.at(0).specular_color, vec3(3.0f, 0.5f, 0.0f));
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("materials[0].extensions.KHR_materials_specular."
+                                                 "specularColorFactor: -1 is below 0")));
+}
+
+/// A texture or a number of an extension that is damaged is an error that names it.
+TEST(GltfMaterials, DamagedExtensionsAreRefused) {
+  const auto refused = [](const char* extension, const json& content, const std::string& message) {
+    GltfBuilder builder;
+    builder.AddTriangle();
+    builder.UseMaterial({{"extensions", {{extension, content}}}});
+    const Status status = builder.Load().status();
+    EXPECT_EQ(status.code(), StatusCode::kBadData) << message;
+    EXPECT_THAT(status.message(), HasSubstr(std::string(extension) + "." + message));
+  };
+  refused("KHR_materials_specular", {{"specularFactor", nullptr}},
+          "specularFactor: expected a number, found null");
+  refused("KHR_materials_specular", {{"specularColorFactor", {1, 2}}},
+          "specularColorFactor: expected 3 numbers, found 2");
+  refused("KHR_materials_specular", {{"specularTexture", {{"index", 3}}}},
+          "specularTexture.index: index 3 is out of range");
+  refused("KHR_materials_specular", {{"specularColorTexture", json::object()}},
+          "specularColorTexture.index: missing");
+}
+
 TEST(GltfMaterials, AVolumeWithoutThicknessIsASheet) {
   const Material material =
       WithMaterial({{"extensions", {{"KHR_materials_volume", json::object()}}}}).materials.at(0);
@@ -149,14 +185,15 @@ TEST(GltfTextures, EverySlotIsRead) {
        {"emissiveTexture", {{"index", 0}}},
        {"occlusionTexture", {{"index", 0}}},
        {"extensions",
-        {{"KHR_materials_transmission", {{"transmissionTexture", {{"index", 0}}}}}}}});
+        {{"KHR_materials_transmission", {{"transmissionTexture", {{"index", 0}}}}},
+         {"KHR_materials_specular",
+          {{"specularTexture", {{"index", 0}}}, {"specularColorTexture", {{"index", 0}}}}}}}});
   const Scene scene = Loaded(builder);
   const Material& material = scene.materials.at(0);
-  for (const TextureRef* ref :
-       {&material.base_color_texture, &material.metallic_roughness_texture,
-        &material.normal_texture, &material.emissive_texture, &material.transmission_texture}) {
-    EXPECT_EQ(ref->texture, 0);
-    EXPECT_EQ(ref->transform, mat3(1.0f));
+  for (const MaterialTexture& texture : kMaterialTextures) {
+    const TextureRef& ref = material.*texture.slot;
+    EXPECT_EQ(ref.texture, 0) << texture.name;
+    EXPECT_EQ(ref.transform, mat3(1.0f)) << texture.name;
   }
   EXPECT_EQ(material.normal_scale, 0.5f);
   ASSERT_EQ(scene.textures.size(), 1u) << "one picture with one sampler is one texture";

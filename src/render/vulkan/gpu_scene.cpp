@@ -116,11 +116,21 @@ GpuMaterial MakeMaterial(const Material& m) {
   out.alpha_mode = static_cast<uint32_t>(m.alpha_mode);
   out.double_sided = m.double_sided ? 1 : 0;
   out.solid = m.solid ? 1 : 0;
+  out.layers = kNoArray;
   out.base_colour_texture = MakeRef(m.base_color_texture);
   out.metallic_roughness_texture = MakeRef(m.metallic_roughness_texture);
   out.normal_texture = MakeRef(m.normal_texture);
   out.emissive_texture = MakeRef(m.emissive_texture);
   out.transmission_texture = MakeRef(m.transmission_texture);
+  return out;
+}
+
+GpuLayers MakeLayers(const Material& m) {
+  GpuLayers out = {};
+  out.specular_colour = m.specular_color;
+  out.specular = m.specular;
+  out.specular_texture = MakeRef(m.specular_texture);
+  out.specular_colour_texture = MakeRef(m.specular_color_texture);
   return out;
 }
 static_assert(static_cast<uint32_t>(AlphaMode::kOpaque) == kAlphaOpaque &&
@@ -199,6 +209,10 @@ void GpuScene::AddEnergies() {
 Status GpuScene::AddMaterials() {
   for (const Material& material : state_.scene().materials) {
     materials_.push_back(MakeMaterial(material));
+    if (IsLayered(material)) {
+      materials_.back().layers = AppendWords(std::vector<GpuLayers>{MakeLayers(material)}, &words_);
+      with_layers_ = true;
+    }
   }
   for (uint32_t i = 0; i < kSrgbTableSize; ++i) {
     texels_.push_back(std::bit_cast<uint32_t>(SrgbDecode(static_cast<float>(i) / 255.0f)));

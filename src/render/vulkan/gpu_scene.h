@@ -41,6 +41,8 @@ class GpuScene {
   size_t placed_count() const { return placed_count_; }
   const std::vector<GpuInstance>& instances() const { return instances_; }
   const std::vector<GpuMaterial>& materials() const { return materials_; }
+  /// Whether any material has GpuLayers.
+  bool with_layers() const { return with_layers_; }
   const std::vector<GpuTexture>& textures() const { return textures_; }
   const std::vector<uint32_t>& texels() const { return texels_; }
   const std::vector<uint32_t>& words() const { return words_; }
@@ -75,6 +77,7 @@ class GpuScene {
   size_t placed_count_ = 0;
   std::vector<GpuInstance> instances_;
   std::vector<GpuMaterial> materials_;
+  bool with_layers_ = false;
   std::vector<GpuTexture> textures_;
   std::vector<uint32_t> texels_;
   std::vector<uint32_t> words_;

@@ -137,7 +137,7 @@ Result<std::unique_ptr<GpuTracer>> GpuTracer::Create(gpu::Device* device, const 
                                                      const Visibility* visibility,
                                                      uint32_t most_pixels, bool by_group) {
   std::unique_ptr<GpuTracer> tracer(new GpuTracer(device, accel, lights, visibility));
-  tracer->by_group_ = by_group ? 1 : 0;
+  tracer->constants_ = {by_group ? 1u : 0u, accel->scene().with_layers() ? 1u : 0u};
   STILLRAY_RETURN_IF_ERROR(tracer->CheckLimits());
   const size_t fit = device->context().limits.maxStorageBufferRange / kLargestRecord;
   tracer->capacity_ =
@@ -205,8 +205,8 @@ Status GpuTracer::Bind(VkCommandBuffer commands, Shader shader, const GpuBatch& 
     const Result<std::vector<VkDescriptorSetLayout>> layouts = Layouts();
     STILLRAY_RETURN_IF_ERROR(layouts.status());
     const ShaderCode code = CodeOf(shader);
-    Result<gpu::Pipeline> made = gpu::Pipeline::Create(
-        &c, {code.name, code.code, *layouts, sizeof(GpuBatch), {&by_group_, 1}});
+    Result<gpu::Pipeline> made =
+        gpu::Pipeline::Create(&c, {code.name, code.code, *layouts, sizeof(GpuBatch), constants_});
     STILLRAY_RETURN_IF_ERROR(made.status());
     pipeline = std::move(*made);
   }

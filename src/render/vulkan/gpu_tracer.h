@@ -141,7 +141,7 @@ class GpuTracer {
   const GpuLights* lights_;
   const Visibility* visibility_;
   uint32_t capacity_ = 0;
-  uint32_t by_group_ = 0;
+  std::array<uint32_t, 2> constants_{};  // kAddByGroup, kWithLayers
   gpu::Arena arena_;
   gpu::DescriptorSets sets_;
   VkDescriptorSet set_ = VK_NULL_HANDLE;

@@ -5,6 +5,7 @@
 // SheetTransmittance). Needs scene.glsl.
 #include "render/ggx_shared.h"
 #include "render/bsdf_shared.h"
+#include "render/layers_shared.h"
 #include "render/make_bsdf_shared.h"
 #include "render/texture_shared.h"
 

@@ -43,6 +43,13 @@ vec2 Vec2At(uint first) {
 vec3 Vec3At(uint first) {
   return uintBitsToFloat(uvec3(words[first], words[first + 1u], words[first + 2u]));
 }
+float FloatAt(uint place) {
+  return uintBitsToFloat(words[place]);
+}
+GpuTextureRef TextureRefAt(uint first) {
+  return GpuTextureRef(Vec3At(first), int(words[first + 3u]), Vec3At(first + 4u),
+                       int(words[first + 7u]));
+}
 vec4 Vec4At(uint first) {
   return uintBitsToFloat(
       uvec4(words[first], words[first + 1u], words[first + 2u], words[first + 3u]));

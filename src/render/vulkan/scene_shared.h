@@ -7,6 +7,8 @@
 #define STILLRAY_RENDER_VULKAN_SCENE_SHARED_H
 
 #ifdef __cplusplus
+#include <cstddef>
+
 #include "render/shared.h"
 #endif
 
@@ -98,13 +100,24 @@ struct GpuMaterial {
   uint double_sided;
   uint solid;
   uint glass_tables;  // offset of its five tables, if it may be rough glass
-  uint unused_0, unused_1, unused_2;
+  uint layers;        // offset of its GpuLayers in the words, if it has any; else kNoArray
+  uint unused_0, unused_1;
   GpuTextureRef base_colour_texture;
   GpuTextureRef metallic_roughness_texture;
   GpuTextureRef normal_texture;
   GpuTextureRef emissive_texture;
   GpuTextureRef transmission_texture;
 };
+
+// What a material has beyond that: words, since few materials have it.
+struct GpuLayers {
+  vec3 specular_colour;
+  float specular;
+  GpuTextureRef specular_texture;
+  GpuTextureRef specular_colour_texture;
+};
+const uint kLayersSpecularTexture = 4u;  // offsets of the texture references, in words
+const uint kLayersSpecularColourTexture = 12u;
 
 // Values of AlphaMode.
 const uint kAlphaOpaque = 0u;
@@ -164,6 +177,8 @@ static_assert(sizeof(Placement) == 64);
 static_assert(sizeof(GpuInstance) == 128);
 static_assert(sizeof(GpuTextureRef) == 32);
 static_assert(sizeof(GpuMaterial) == 256);
+static_assert(offsetof(GpuLayers, specular_texture) == 4 * kLayersSpecularTexture);
+static_assert(offsetof(GpuLayers, specular_colour_texture) == 4 * kLayersSpecularColourTexture);
 static_assert(sizeof(GpuTexture) == 16);
 static_assert(sizeof(GpuView) == 64);
 static_assert(sizeof(GpuRay) == 32);

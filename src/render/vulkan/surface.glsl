@@ -13,7 +13,11 @@ struct Surface {
   float metallic;
   float roughness;
   float transmission;
+  SurfaceLayers layers;
 };
+
+// 0: no material of the scene has layers, which then cost nothing.
+layout(constant_id = 1) const uint kWithLayers = 1u;
 
 // Transforms a normal to the world, without normalising, by the cofactors, which exist for any
 // matrix.
@@ -99,6 +103,18 @@ void SetNormals(GpuMaterial material, GpuInstance instance, GpuHit hit, inout Sh
   at.local_wo.z = max(at.local_wo.z, kMinViewCosine);
 }
 
+SurfaceLayers LayersAt(uint record, GpuInstance instance, GpuHit hit) {
+  SurfaceLayers layers;
+  layers.specular_colour = Vec3At(record) *
+                           TextureValue(TextureRefAt(record + kLayersSpecularColourTexture),
+                                        instance, hit, true)
+                               .rgb;
+  layers.specular = ClampToUnit(
+      FloatAt(record + 3u) *
+      TextureValue(TextureRefAt(record + kLayersSpecularTexture), instance, hit, false).a);
+  return layers;
+}
+
 Surface MakeSurface(GpuMaterial material, GpuInstance instance, GpuHit hit, vec3 base_colour,
                     vec3 direction) {
   Surface surface;
@@ -112,6 +128,10 @@ Surface MakeSurface(GpuMaterial material, GpuInstance instance, GpuHit hit, vec3
   surface.metallic = ClampToUnit(material.metallic * mr.z);
   surface.roughness = ClampToUnit(material.roughness * mr.y);
   surface.transmission = TransmissionOf(material, instance, hit);
+  surface.layers = NoLayers();
+  if (kWithLayers != 0u && material.layers != kNoArray) {
+    surface.layers = LayersAt(material.layers, instance, hit);
+  }
   return surface;
 }
 
@@ -178,7 +198,7 @@ Bsdf MakeSurfaceBsdf(GpuMaterial material, Surface surface, float min_alpha,
   if (GlassWeight(inputs) > 0.0f) {
     of_glass = ShareOfGlass(material, surface, GlassAlpha(inputs));
   }
-  Bsdf bsdf = MakeBsdf(inputs, share, of_glass);
+  Bsdf bsdf = MakeBsdf(inputs, surface.layers, share, of_glass);
   specular_albedo = SpecularAlbedo(bsdf, share, of_glass);
   return bsdf;
 }

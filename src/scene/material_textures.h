@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The textures of a material, for code that treats all of them alike.
+#pragma once
+
+#include "stillray/scene.h"
+
+namespace stillray {
+
+struct MaterialTexture {
+  const char* name;  ///< for messages
+  TextureRef Material::*slot;
+};
+
+inline constexpr MaterialTexture kMaterialTextures[] = {
+    {"base colour texture", &Material::base_color_texture},
+    {"metallic-roughness texture", &Material::metallic_roughness_texture},
+    {"normal texture", &Material::normal_texture},
+    {"emissive texture", &Material::emissive_texture},
+    {"transmission texture", &Material::transmission_texture},
+    {"specular texture", &Material::specular_texture},
+    {"specular colour texture", &Material::specular_color_texture},
+};
+
+}  // namespace stillray
