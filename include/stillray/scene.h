@@ -70,6 +70,14 @@ struct Material {
   TextureRef specular_texture;  ///< linear, A
   vec3 specular_color = vec3(1.0f);
   TextureRef specular_color_texture;  ///< sRGB
+  /// KHR_materials_clearcoat: a varnish of ior 1.5 over everything else.
+  float clearcoat = 0.0f;
+  TextureRef clearcoat_texture;  ///< linear, R
+  float clearcoat_roughness = 0.0f;
+  TextureRef clearcoat_roughness_texture;  ///< linear, G
+  /// Linear, tangent space; without it the varnish is even, whatever `normal_texture` has.
+  TextureRef clearcoat_normal_texture;
+  float clearcoat_normal_scale = 1.0f;
 
   bool emits() const { return emission.x > 0 || emission.y > 0 || emission.z > 0; }
 };
@@ -80,7 +88,7 @@ struct Mesh {
   std::string name;
   std::vector<vec3> positions;
   std::vector<vec3> normals;   ///< unit length
-  std::vector<vec4> tangents;  ///< unit length, w = handedness; given where a normal map is used
+  std::vector<vec4> tangents;  ///< unit length, w = handedness; given where normal_texture is
   std::vector<vec2> uv[2];
   std::vector<vec4> colors;       ///< linear, multiplied into the base colour
   std::vector<uint32_t> indices;  ///< three per triangle, counter-clockwise seen from the front
@@ -184,14 +192,14 @@ Aabb SceneBounds(const Scene& scene, double seconds);
 using KeepGoing = std::function<bool()>;
 
 /// Reads a .gltf or .glb file and all files that it references. Supported extensions:
-/// KHR_lights_punctual, KHR_materials_emissive_strength, _ior, _specular, _transmission, _unlit
-/// (as emission), _volume, KHR_mesh_quantization, KHR_texture_transform, EXT_texture_webp. Also
-/// scenes[i].extras.environment = {"type": "constant", "radiance": [r, g, b]}. All animations are
-/// merged. A file without a camera gets one that shows everything, one without any light gets an
-/// environment of radiance 1; Scene::warnings lists both, and all parts left out or corrected.
-/// Textures are at most 16384 texels wide and high. Nodes may mirror (negative determinant): front
-/// faces are then the clockwise ones, as in glTF 2.0 (3.7.4).
-/// \return kNotFound, kBadData (naming the file, the element and the fault) or kUnsupported (a
+/// KHR_lights_punctual, KHR_materials_clearcoat, _emissive_strength, _ior, _specular,
+/// _transmission, _unlit (as emission), _volume, KHR_mesh_quantization, KHR_texture_transform,
+/// EXT_texture_webp. Also scenes[i].extras.environment = {"type": "constant", "radiance": [r, g,
+/// b]}. All animations are merged. A file without a camera gets one that shows everything, one
+/// without any light gets an environment of radiance 1; Scene::warnings lists both, and all parts
+/// left out or corrected. Textures are at most 16384 texels wide and high. Nodes may mirror
+/// (negative determinant): front faces are then the clockwise ones, as in glTF 2.0 (3.7.4). \return
+/// kNotFound, kBadData (naming the file, the element and the fault) or kUnsupported (a
 ///     required extension that stillray lacks, by name), kCancelled
 Result<Scene> LoadGltf(const std::string& path, const KeepGoing& keep_going = {});
 

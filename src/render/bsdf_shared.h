@@ -4,10 +4,13 @@
 // The BSDF: glTF 2.0 metallic-roughness with transmission, as
 //   diffuse    Lambert, scaled by the transmittance of the dielectric boundary above it
 //   specular   GGX reflection, Schlick Fresnel between f0 and f90 (boundary and metal in one lobe)
+//   coat       GGX reflection of a clear coat, above all others
 //   glass      GGX reflection and refraction, exact Fresnel (Walter et al. 2007), or a thin sheet
 // The rough lobes are scaled to compensate the energy loss of single scattering (Turquin 2019,
 // "Practical multiple scattering compensation for microfacet models"): a white surface reflects all
-// light. Directions are local, z along the shading normal; wo.z > 0 always.
+// light. What lies below a layer is scaled by what that layer's directional albedo leaves of the
+// light, so that layers conserve energy. Directions are local, z along the shading normal; wo.z > 0
+// always.
 //
 // Paths carry "basic radiance", L / n^2, which refraction preserves: a path that enters a solid and
 // leaves it again gets the same light as with both factors.
@@ -15,6 +18,7 @@
 #define STILLRAY_RENDER_BSDF_SHARED_H
 
 #ifdef __cplusplus
+#include "render/geometry_shared.h"
 #include "render/ggx_shared.h"
 #endif
 
@@ -37,7 +41,18 @@ struct Bsdf {
   float pick_diffuse;       // probabilities of the lobes; their sum is 1, or 0: black
   float pick_specular;
   float pick_glass;
+  int layered;  // 1: the members below are set too
+  vec3 coat_normal;
+  float coat_scale;   // weight of the clear coat times its energy compensation
+  float coat_alpha;   // 0 = ideally smooth
+  float coat_albedo;  // its directional albedo
+  float pick_coat;
 };
+
+// Reflectance of the clear coat at normal incidence: ior 1.5.
+const float kCoatF0 = 0.04f;
+// The smallest cosine of a direction with the clear coat's normal.
+const float kLeastCoatCosine = 1e-3f;
 
 // f times |cos|, per lobe, and the density of SampleBsdf, per solid angle. Ideally smooth lobes are
 // not included.
@@ -61,14 +76,20 @@ struct BsdfSample {
   int kind;
 };
 
+// A GGX lobe without its Fresnel term: f times |cos|, the density of sampling by visible normals,
+// and Schlick's weight.
+struct GgxValue {
+  float value;
+  float density;
+  float schlick;
+};
+
 // GgxDensity(h) / (4 cos) over 1 + Lambda(wo) + Lambda(wi), and over 1 + Lambda(wo), for the half
 // vector h of two directions above the surface. With m = wo + wi not normalised and T(w) =
 // sqrt(w.z^2 + alpha^2 (1 - w.z^2)), so that 1 + 2 Lambda(w) = T(w) / w.z, few divisions remain;
 // the cosine of wo and h is |m| / 2.
-SHARED_FN BsdfValue EvaluateSpecular(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
-  BsdfValue value;
-  value.diffuse = vec3(0.0f);
-  float alpha2 = bsdf.specular_alpha * bsdf.specular_alpha;
+SHARED_FN GgxValue EvaluateGgx(float alpha, vec3 wo, vec3 wi) {
+  float alpha2 = alpha * alpha;
   vec3 m = wo + wi;
   float across2 = m.x * m.x + m.y * m.y;
   float length2 = across2 + m.z * m.z;
@@ -76,11 +97,46 @@ SHARED_FN BsdfValue EvaluateSpecular(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
   float to = sqrt(wo.z * wo.z + alpha2 * (wo.x * wo.x + wo.y * wo.y));
   float ti = sqrt(wi.z * wi.z + alpha2 * (wi.x * wi.x + wi.y * wi.y));
   float d = alpha2 * (0.5f * kInvPi) / (e * e);
-  float s = SchlickWeight(0.5f * sqrt(length2));
-  vec3 fresnel = bsdf.specular_f0 * (1.0f - s) + vec3(bsdf.specular_f90 * s);
-  value.specular = bsdf.specular_scale * fresnel * (d * wi.z / (to * wi.z + ti * wo.z));
-  value.density = d / (wo.z + to);
+  GgxValue lobe;
+  lobe.value = d * wi.z / (to * wi.z + ti * wo.z);
+  lobe.density = d / (wo.z + to);
+  lobe.schlick = SchlickWeight(0.5f * sqrt(length2));
+  return lobe;
+}
+
+SHARED_FN BsdfValue EvaluateSpecular(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
+  GgxValue lobe = EvaluateGgx(bsdf.specular_alpha, wo, wi);
+  vec3 fresnel = bsdf.specular_f0 * (1.0f - lobe.schlick) + vec3(bsdf.specular_f90 * lobe.schlick);
+  BsdfValue value;
+  value.diffuse = vec3(0.0f);
+  value.specular = bsdf.specular_scale * fresnel * lobe.value;
+  value.density = lobe.density;
   return value;
+}
+
+// Fresnel term of the clear coat, by Schlick's weight.
+SHARED_FN float CoatFresnel(float schlick) {
+  return kCoatF0 + (1.0f - kCoatF0) * schlick;
+}
+
+// The clear coat's frame in the local one, and a direction in it.
+SHARED_FN vec3 ToCoat(SHARED_IN(LocalFrame) coat, vec3 w) {
+  vec3 local = ToLocal(coat, w);
+  return vec3(local.x, local.y, max(local.z, kLeastCoatCosine));
+}
+
+// Adds the lobes of the layers that are not ideally smooth. wi.z is not 0.
+SHARED_FN void AddLayerValues(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi,
+                              SHARED_INOUT(BsdfValue) value) {
+  if (wi.z <= 0.0f) {
+    return;
+  }
+  if (bsdf.pick_coat > 0.0f && bsdf.coat_alpha > 0.0f && dot(wi, bsdf.coat_normal) > 0.0f) {
+    LocalFrame frame = MakeLocalFrame(bsdf.coat_normal);
+    GgxValue lobe = EvaluateGgx(bsdf.coat_alpha, ToCoat(frame, wo), ToLocal(frame, wi));
+    value.specular += vec3(bsdf.coat_scale * CoatFresnel(lobe.schlick) * lobe.value);
+    value.density += bsdf.pick_coat * lobe.density;
+  }
 }
 
 // Rough thin sheet: the reflected lobe above, the same lobe flipped below.
@@ -155,6 +211,9 @@ SHARED_FN BsdfValue EvaluateBsdf(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
     value.specular += glass.specular;
     value.density += bsdf.pick_glass * glass.density;
   }
+  if (bsdf.layered != 0) {
+    AddLayerValues(bsdf, wo, wi, value);
+  }
   return value;
 }
 
@@ -214,6 +273,27 @@ SHARED_FN BsdfSample SampleMirror(SHARED_IN(Bsdf) bsdf, vec3 wo) {
   return result;
 }
 
+// The ideally smooth clear coat.
+SHARED_FN BsdfSample SampleSmoothCoat(SHARED_IN(Bsdf) bsdf, vec3 wo) {
+  BsdfSample result;
+  float cosine = dot(wo, bsdf.coat_normal);
+  result.wi = 2.0f * cosine * bsdf.coat_normal - wo;
+  result.diffuse = vec3(0.0f);
+  result.specular = vec3(CoatFresnel(SchlickWeight(cosine)) * bsdf.coat_scale / bsdf.pick_coat);
+  result.density = 0.0f;
+  result.kind = result.wi.z > 0.0f ? kScatterMirror : kScatterNone;
+  return result;
+}
+
+// Samples a direction from the lobes of the layers that are not ideally smooth; zero z: none.
+SHARED_FN vec3 SampleLayers(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u) {
+  LocalFrame frame = MakeLocalFrame(bsdf.coat_normal);
+  vec3 local = ToCoat(frame, wo);
+  vec3 h = SampleGgxVisible(local, bsdf.coat_alpha, u.x, u.y);
+  vec3 wi = 2.0f * dot(local, h) * h - local;
+  return wi.z > 0.0f ? ToWorld(frame, wi) : vec3(0.0f);
+}
+
 // Samples a direction. u: (u.x, u.y) the direction, u.z the lobe, u.w reflection or transmission.
 SHARED_FN BsdfSample SampleBsdf(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u) {
   BsdfSample result;
@@ -222,7 +302,13 @@ SHARED_FN BsdfSample SampleBsdf(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u) {
   result.specular = vec3(0.0f);
   result.density = 0.0f;
   result.kind = kScatterNone;
-  if (u.z < bsdf.pick_diffuse) {
+  if (bsdf.layered != 0 && u.z >= bsdf.pick_diffuse + bsdf.pick_specular + bsdf.pick_glass) {
+    if (bsdf.coat_alpha <= 0.0f) {
+      return SampleSmoothCoat(bsdf, wo);
+    }
+    result.wi = SampleLayers(bsdf, wo, u);
+    result.wi.z = max(result.wi.z, 0.0f);
+  } else if (u.z < bsdf.pick_diffuse) {
     result.wi = SampleCosine(u.x, u.y);
   } else if (u.z < bsdf.pick_diffuse + bsdf.pick_specular || bsdf.pick_glass <= 0.0f) {
     if (bsdf.pick_specular <= 0.0f) {

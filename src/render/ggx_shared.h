@@ -17,6 +17,12 @@ STILLRAY_RENDER_BEGIN
 // no pixel shows a difference from a mirror.
 const float kSmoothAlpha = 1e-3f;
 
+// GGX alpha of a perceptual roughness.
+SHARED_FN float AlphaOfRoughness(float roughness) {
+  float alpha = roughness * roughness;
+  return alpha <= kSmoothAlpha ? 0.0f : alpha;
+}
+
 // Density of microfacet normals h, per solid angle and projected area. sin^2 is computed from x and
 // y: 1 - z^2 would cancel for narrow lobes.
 SHARED_FN float GgxDensity(vec3 h, float alpha) {

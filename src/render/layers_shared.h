@@ -14,13 +14,24 @@ STILLRAY_RENDER_BEGIN
 struct SurfaceLayers {
   vec3 specular_colour;  // of a dielectric's reflectance at normal incidence; may be above 1
   float specular;        // weight of a dielectric's reflection
+  vec3 coat_normal;      // of the clear coat, in the surface's local frame
+  float coat;            // its weight
+  float coat_alpha;      // of GGX, from its roughness
 };
 
 SHARED_FN SurfaceLayers NoLayers() {
   SurfaceLayers layers;
   layers.specular_colour = vec3(1.0f);
   layers.specular = 1.0f;
+  layers.coat_normal = vec3(0.0f, 0.0f, 1.0f);
+  layers.coat = 0.0f;
+  layers.coat_alpha = 0.0f;
   return layers;
+}
+
+// Solids have their covering layers on the outside alone.
+SHARED_FN void RemoveCovers(SHARED_INOUT(SurfaceLayers) layers) {
+  layers.coat = 0.0f;
 }
 
 STILLRAY_RENDER_END

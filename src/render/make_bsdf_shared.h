@@ -25,6 +25,11 @@ struct GlassShare {
   float total;
 };
 
+// Directional albedos of the layers.
+struct LayerShares {
+  SchlickShare coat;
+};
+
 // A surface at one point, from one side.
 struct BsdfInput {
   vec3 base_colour;
@@ -36,11 +41,6 @@ struct BsdfInput {
   int solid;  // 1: boundary of a solid; 0: an infinitely thin sheet
   int front;  // 1: seen from its front
 };
-
-SHARED_FN float AlphaOfRoughness(float roughness) {
-  float alpha = roughness * roughness;
-  return alpha <= kSmoothAlpha ? 0.0f : alpha;
-}
 
 // Reflectance at normal incidence of a dielectric.
 SHARED_FN float DielectricF0(float ior) {
@@ -73,7 +73,57 @@ SHARED_FN vec3 SpecularAlbedo(SHARED_IN(Bsdf) bsdf, SHARED_IN(SchlickShare) shar
     albedo += (vec3(of_glass.reflected) + bsdf.tint * transmitted) *
               (bsdf.glass_weight * bsdf.glass_compensation);
   }
-  return albedo;
+  return bsdf.layered != 0 ? albedo + vec3(bsdf.coat_albedo) : albedo;
+}
+
+// Alpha of the specular reflection that most of the specular light comes from.
+SHARED_FN float MainSpecularAlpha(SHARED_IN(Bsdf) bsdf, vec3 specular_albedo) {
+  bool coated = bsdf.layered != 0 && bsdf.coat_albedo > 0.5f * MaxComponent(specular_albedo);
+  return coated ? bsdf.coat_alpha : bsdf.specular_alpha;
+}
+
+// Perceptual roughness of that reflection. \param roughness  of the surface below the layers
+SHARED_FN float GuideRoughness(SHARED_IN(Bsdf) bsdf, vec3 specular_albedo, float roughness) {
+  bool coated = bsdf.layered != 0 && bsdf.coat_albedo > 0.5f * MaxComponent(specular_albedo);
+  return coated ? sqrt(bsdf.coat_alpha) : roughness;
+}
+
+// Energy compensation of the clear coat.
+SHARED_FN float CoatCompensation(SHARED_IN(SchlickShare) coat) {
+  return 1.0f + kCoatF0 * (1.0f / (coat.scale + coat.offset) - 1.0f);
+}
+
+// The fraction of light that the covering layers leave to what is below them.
+SHARED_FN float CoverTransmittance(SHARED_IN(SurfaceLayers) layers, SHARED_IN(LayerShares) shares) {
+  float coat = layers.coat * CoatCompensation(shares.coat) *
+               (kCoatF0 * shares.coat.scale + shares.coat.offset);
+  return max(1.0f - coat, 0.0f);
+}
+
+// Adds the layers to a Bsdf.
+// \param share          of the specular lobe
+// \param glass_covered  CoverTransmittance above glass
+SHARED_FN void AddLayers(SHARED_INOUT(Bsdf) bsdf, SHARED_IN(SurfaceLayers) layers,
+                         SHARED_IN(LayerShares) shares, SHARED_IN(SchlickShare) share,
+                         float glass_covered) {
+  bsdf.layered = 1;
+  bsdf.coat_normal = layers.coat_normal;
+  bsdf.coat_alpha = layers.coat_alpha;
+  bsdf.coat_scale = layers.coat * CoatCompensation(shares.coat);
+  bsdf.coat_albedo = bsdf.coat_scale * (kCoatF0 * shares.coat.scale + shares.coat.offset);
+  float covered = CoverTransmittance(layers, shares);
+  bsdf.diffuse *= covered;
+  bsdf.specular_scale *= covered;
+  bsdf.glass_weight *= glass_covered;
+
+  float specular = MaxComponent(ReflectedShare(bsdf, share));
+  float diffuse = MaxComponent(bsdf.diffuse);
+  float sum = diffuse + specular + bsdf.glass_weight + bsdf.coat_albedo;
+  float scale = sum > 0.0f ? 1.0f / sum : 0.0f;
+  bsdf.pick_diffuse = diffuse * scale;
+  bsdf.pick_specular = specular * scale;
+  bsdf.pick_glass = bsdf.glass_weight * scale;
+  bsdf.pick_coat = bsdf.coat_albedo * scale;
 }
 
 // `of_glass` is used only if GlassWeight is above 0.
@@ -84,6 +134,7 @@ SHARED_FN Bsdf MakeBsdf(SHARED_IN(BsdfInput) surface, SHARED_IN(SurfaceLayers) l
   float base = (1.0f - metal) * (1.0f - surface.transmission);
 
   Bsdf bsdf;
+  bsdf.layered = 0;
   float ior_f0 = DielectricF0(surface.ior);
   vec3 boundary_f0 = min(layers.specular_colour * ior_f0, vec3(1.0f)) * layers.specular;
   // A boundary with almost no reflectance has none at grazing incidence either.

@@ -89,6 +89,8 @@ Status CheckLayers(const Material& material, const std::string& name) {
       {"specular colour", specular.x, kMost},
       {"specular colour", specular.y, kMost},
       {"specular colour", specular.z, kMost},
+      {"clear coat", material.clearcoat, 1.0f},
+      {"clear coat roughness", material.clearcoat_roughness, 1.0f},
   };
   for (const Factor& factor : factors) {
     if (!(factor.value >= 0.0f && factor.value <= factor.most)) {

@@ -51,7 +51,8 @@ std::vector<bool> AnimatedNodes(const Scene& scene) {
 
 bool IsLayered(const Material& material) {
   return material.specular != 1.0f || material.specular_texture.texture >= 0 ||
-         material.specular_color != vec3(1.0f) || material.specular_color_texture.texture >= 0;
+         material.specular_color != vec3(1.0f) || material.specular_color_texture.texture >= 0 ||
+         material.clearcoat > 0.0f;
 }
 
 SceneState::SceneState(const Scene& scene) : scene_(&scene) {

@@ -7,6 +7,10 @@
 namespace stillray::render {
 namespace {
 
+float ClampToUnit(float x) {
+  return x > 0.0f ? min(x, 1.0f) : 0.0f;  // maps NaN to 0
+}
+
 struct Corners {
   uint32_t i0, i1, i2;
 };
@@ -43,14 +47,13 @@ vec4 TangentFromUv(const PlacedInstance& instance, const Hit& hit, const Triangl
 }
 
 vec3 ApplyNormalMap(const SceneState& state, const PlacedInstance& instance, const Hit& hit,
-                    const Triangle& triangle, vec3 normal) {
-  const Material& material = *instance.material;
-  if (material.normal_texture.texture < 0) {
+                    const Triangle& triangle, const TextureRef& map, float scale, vec3 normal) {
+  if (map.texture < 0) {
     return normal;
   }
   vec4 tangent;
   if (instance.mesh->tangents.empty()) {
-    tangent = TangentFromUv(instance, hit, triangle, material.normal_texture.uv_set);
+    tangent = TangentFromUv(instance, hit, triangle, map.uv_set);
   } else {
     tangent = Blend(instance.mesh->tangents, CornersOf(*instance.mesh, hit), hit);
     tangent = vec4(mat3(instance.world) * vec3(tangent), tangent.w);
@@ -62,9 +65,9 @@ vec3 ApplyNormalMap(const SceneState& state, const PlacedInstance& instance, con
   }
   const float handedness = (tangent.w < 0.0f ? -1.0f : 1.0f) * instance.orientation;
   const vec3 b = cross(normal, t) * handedness;
-  vec3 m = vec3(state.TextureValue(material.normal_texture, hit, false)) * 2.0f - vec3(1.0f);
-  m.x *= material.normal_scale;
-  m.y *= material.normal_scale;
+  vec3 m = vec3(state.TextureValue(map, hit, false)) * 2.0f - vec3(1.0f);
+  m.x *= scale;
+  m.y *= scale;
   return SafeNormalize(t * m.x + b * m.y + normal * m.z, normal);
 }
 
@@ -95,14 +98,21 @@ void SetNormals(const SceneState& state, const Hit& hit, Surface* surface) {
   vec3 normal = SafeNormalize(interpolated, outward);
   // Normals that disagree with the winding are flipped.
   normal = dot(normal, outward) < 0.0f ? -normal : normal;
-  normal = ApplyNormalMap(state, instance, hit, triangle, normal);
+  const vec3 even = normal;
+  const Material& material = *instance.material;
+  normal = ApplyNormalMap(state, instance, hit, triangle, material.normal_texture,
+                          material.normal_scale, normal);
   surface->frame = MakeLocalFrame(FaceViewer(normal * side, surface->wo));
   surface->local_wo = ToLocal(surface->frame, surface->wo);
   surface->local_wo.z = max(surface->local_wo.z, kMinViewCosine);
-}
-
-float ClampToUnit(float x) {
-  return x > 0.0f ? min(x, 1.0f) : 0.0f;  // maps NaN to 0
+  const bool apart =
+      material.normal_texture.texture >= 0 || material.clearcoat_normal_texture.texture >= 0;
+  if (surface->layers.coat > 0.0f && apart) {
+    const vec3 coat =
+        ApplyNormalMap(state, instance, hit, triangle, material.clearcoat_normal_texture,
+                       material.clearcoat_normal_scale, even);
+    surface->layers.coat_normal = ToLocal(surface->frame, FaceViewer(coat * side, surface->wo));
+  }
 }
 
 float TransmissionOf(const SceneState& state, const Hit& hit) {
@@ -120,6 +130,13 @@ SurfaceLayers LayersAt(const SceneState& state, const Hit& hit) {
   layers.specular =
       ClampToUnit(layers.specular * state.TextureValue(material.specular_texture, hit, false).w);
   layers.specular_colour *= vec3(state.TextureValue(material.specular_color_texture, hit, true));
+  if (material.clearcoat > 0.0f) {
+    layers.coat =
+        ClampToUnit(layers.coat * state.TextureValue(material.clearcoat_texture, hit, false).x);
+    const float roughness = material.clearcoat_roughness *
+                            state.TextureValue(material.clearcoat_roughness_texture, hit, false).y;
+    layers.coat_alpha = AlphaOfRoughness(ClampToUnit(roughness));
+  }
   return layers;
 }
 
@@ -133,12 +150,28 @@ SchlickShare ShareOfSpecular(float cosine, float alpha) {
   return {tables.scale.Lookup(at), tables.offset.Lookup(at)};
 }
 
+LayerShares SharesOf(const SurfaceLayers& layers, float coat_cosine) {
+  LayerShares shares = {{1.0f, 0.0f}};
+  if (layers.coat > 0.0f) {
+    shares.coat = ShareOfSpecular(min(coat_cosine, 1.0f), layers.coat_alpha);
+  }
+  return shares;
+}
+
+/// CoverTransmittance of a smooth thin sheet: by the geometric normal and without regularisation,
+/// as shadow rays see it.
+float SheetCover(const SurfaceLayers& layers, float cosine) {
+  return CoverTransmittance(layers, SharesOf(layers, cosine));
+}
+
 }  // namespace
 
 SurfaceLayers LayersOf(const Material& material) {
   SurfaceLayers layers = NoLayers();
   layers.specular = material.specular;
   layers.specular_colour = material.specular_color;
+  layers.coat = material.clearcoat;
+  layers.coat_alpha = AlphaOfRoughness(material.clearcoat_roughness);
   return layers;
 }
 
@@ -151,14 +184,18 @@ Surface MakeSurface(const SceneState& state, const Hit& hit, vec3 direction) {
   surface.solid = material.solid ? 1 : 0;
   surface.attenuation_colour = material.attenuation_color;
   surface.attenuation_distance = material.attenuation_distance;
+  if (instance.layered) {
+    surface.layers = LayersAt(state, hit);
+  }
   SetNormals(state, hit, &surface);
   surface.base_colour = vec3(state.BaseColour(hit));
   const vec4 mr = state.TextureValue(material.metallic_roughness_texture, hit, false);
   surface.metallic = ClampToUnit(material.metallic * mr.z);
   surface.roughness = ClampToUnit(material.roughness * mr.y);
   surface.transmission = TransmissionOf(state, hit);
-  if (instance.layered) {
-    surface.layers = LayersAt(state, hit);
+  surface.layered = instance.layered;
+  if (surface.layered && surface.solid != 0 && surface.front == 0) {
+    RemoveCovers(surface.layers);
   }
   return surface;
 }
@@ -173,8 +210,12 @@ vec3 SheetTransmittance(const SceneState& state, const Hit& hit, float cosine) {
   if (AlphaOfRoughness(ClampToUnit(material.roughness * mr.y)) > 0.0f) {
     return vec3(0.0f);
   }
-  const float share = (1.0f - ClampToUnit(material.metallic * mr.z)) * transmission *
-                      (1.0f - FresnelThinSheet(min(std::abs(cosine), 1.0f), material.ior));
+  cosine = min(std::abs(cosine), 1.0f);
+  float share = (1.0f - ClampToUnit(material.metallic * mr.z)) * transmission *
+                (1.0f - FresnelThinSheet(cosine, material.ior));
+  if (state.instance(hit.instance).layered) {
+    share *= SheetCover(LayersAt(state, hit), cosine);
+  }
   return vec3(state.BaseColour(hit)) * share;
 }
 
@@ -224,7 +265,18 @@ Bsdf BsdfTables::Make(const Surface& surface, float min_alpha, vec3* specular_al
   const SchlickShare share = ShareOfSpecular(surface.local_wo.z, input.alpha);
   const GlassShare of_glass =
       GlassWeight(input) > 0.0f ? ShareOfGlass(surface, GlassAlpha(input)) : GlassShare{0.0f, 0.0f};
-  const Bsdf bsdf = MakeBsdf(input, surface.layers, share, of_glass);
+  Bsdf bsdf = MakeBsdf(input, surface.layers, share, of_glass);
+  if (surface.layered) {
+    SurfaceLayers layers = surface.layers;
+    layers.coat_alpha = max(layers.coat_alpha, min_alpha);
+    const float cosine = max(dot(surface.local_wo, layers.coat_normal), kLeastCoatCosine);
+    const LayerShares shares = SharesOf(layers, cosine);
+    const bool smooth_sheet = surface.solid == 0 && input.own_alpha <= 0.0f;
+    const float glass_covered = smooth_sheet
+                                    ? SheetCover(surface.layers, dot(surface.wo, surface.geometric))
+                                    : CoverTransmittance(layers, shares);
+    AddLayers(bsdf, layers, shares, share, glass_covered);
+  }
   if (specular_albedo != nullptr) {
     *specular_albedo = SpecularAlbedo(bsdf, share, of_glass);
   }

@@ -21,6 +21,7 @@ struct Surface : ShadingPoint {
   float metallic = 0;
   float roughness = 0;  ///< perceptual
   float transmission = 0;
+  bool layered = false;  ///< PlacedInstance::layered
   SurfaceLayers layers = NoLayers();
 };
 

@@ -218,6 +218,18 @@ void ReadSpecular(GltfImport* import, const JsonView& view, Material* material) 
       ReadTextureRef(import, specular.Object("specularColorTexture"));
 }
 
+void ReadClearcoat(GltfImport* import, const JsonView& view, Material* material) {
+  const JsonView coat = view.Extension("KHR_materials_clearcoat");
+  material->clearcoat = coat.NumberIn("clearcoatFactor", 0.0f, 0.0f, 1.0f);
+  material->clearcoat_texture = ReadTextureRef(import, coat.Object("clearcoatTexture"));
+  material->clearcoat_roughness = coat.NumberIn("clearcoatRoughnessFactor", 0.0f, 0.0f, 1.0f);
+  material->clearcoat_roughness_texture =
+      ReadTextureRef(import, coat.Object("clearcoatRoughnessTexture"));
+  const JsonView normal = coat.Object("clearcoatNormalTexture");
+  material->clearcoat_normal_texture = ReadTextureRef(import, normal);
+  material->clearcoat_normal_scale = normal.Number("scale", 1.0f);
+}
+
 /// KHR_materials_unlit: the base colour is visible regardless of light. Here it is the emission of
 /// a black surface that reflects nothing (index of refraction 1).
 void MakeUnlit(const JsonView& view, Material* material) {
@@ -244,6 +256,7 @@ Material ReadMaterial(GltfImport* import, const JsonView& view) {
   material.double_sided = view.Bool("doubleSided", false);
   ReadTransmission(import, view, &material);
   ReadSpecular(import, view, &material);
+  ReadClearcoat(import, view, &material);
   if (view.Extension("KHR_materials_unlit").exists()) {
     MakeUnlit(view, &material);
   }

@@ -395,9 +395,12 @@ void ReadPrimitive(const GltfDocument& document, const std::vector<Material>& ma
     return;
   }
   ProvideUvs(material, primitive);
-  if (material.normal_texture.texture >= 0 && !ReadTangents(document, primitive, vertices, used) &&
+  const TextureRef& normal_map = material.normal_texture.texture >= 0
+                                     ? material.normal_texture
+                                     : material.clearcoat_normal_texture;
+  if (normal_map.texture >= 0 && !ReadTangents(document, primitive, vertices, used) &&
       primitive->log.ok()) {
-    ComputeTangents(material.normal_texture, &mesh);
+    ComputeTangents(normal_map, &mesh);
   }
 }
 

@@ -21,6 +21,9 @@ inline constexpr MaterialTexture kMaterialTextures[] = {
     {"transmission texture", &Material::transmission_texture},
     {"specular texture", &Material::specular_texture},
     {"specular colour texture", &Material::specular_color_texture},
+    {"clear coat texture", &Material::clearcoat_texture},
+    {"clear coat roughness texture", &Material::clearcoat_roughness_texture},
+    {"clear coat normal texture", &Material::clearcoat_normal_texture},
 };
 
 }  // namespace stillray

@@ -29,7 +29,9 @@ Surface FlatSurface(const Material& material, vec3 wo, bool front = true) {
   surface.metallic = material.metallic;
   surface.roughness = material.roughness;
   surface.transmission = material.transmission;
+  surface.layered = IsLayered(material);
   surface.layers = LayersOf(material);
+  surface.solid = material.solid ? 1 : 0;
   return surface;
 }
 
@@ -57,6 +59,14 @@ std::vector<Case> Cases() {
     Material sheet = Glass(1.5f, roughness);
     sheet.solid = false;
     cases.push_back({"sheet " + std::to_string(roughness), sheet});
+    // Coats as rough as what they cover.
+    for (Material coated : {Lambert(vec3(1.0f)), Metal(vec3(1.0f), roughness), plastic,
+                            Glass(1.5f, roughness), sheet}) {
+      coated.roughness = roughness;
+      coated.clearcoat = 0.9f;
+      coated.clearcoat_roughness = roughness;
+      cases.push_back({"coat over number " + std::to_string(cases.size()), coated});
+    }
   }
   return cases;
 }

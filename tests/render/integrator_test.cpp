@@ -32,6 +32,11 @@ std::vector<FurnaceCase> FurnaceCases() {
   plastic.metallic = 0.0f;
   Material half_metal = plastic;
   half_metal.metallic = 0.5f;
+  const auto coated = [](Material material, float roughness) {
+    material.clearcoat = 1.0f;
+    material.clearcoat_roughness = roughness;
+    return material;
+  };
   return {{"lambert", Lambert(vec3(1.0f))},
           {"metal 0", Metal(vec3(1.0f), 0.0f)},
           {"metal 0.2", Metal(vec3(1.0f), 0.2f)},
@@ -40,7 +45,11 @@ std::vector<FurnaceCase> FurnaceCases() {
           {"metal 1", Metal(vec3(1.0f), 1.0f)},
           {"dielectric", plastic},
           {"smooth glass", Glass(1.5f, 0.0f)},
-          {"rough glass", Glass(1.5f, 0.5f)}};
+          {"rough glass", Glass(1.5f, 0.5f)},
+          {"smoothly coated metal", coated(Metal(vec3(1.0f), 0.5f), 0.0f)},
+          {"roughly coated metal", coated(Metal(vec3(1.0f), 0.0f), 0.6f)},
+          {"coated lambert", coated(Lambert(vec3(1.0f)), 0.3f)},
+          {"coated glass", coated(Glass(1.5f, 0.0f), 0.2f)}};
 }
 
 TEST(FurnaceTest, WhiteBodiesVanish) {

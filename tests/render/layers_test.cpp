@@ -8,6 +8,7 @@
 #include <limits>
 #include <string>
 
+#include "render/sampler_shared.h"
 #include "render/surface.h"
 #include "test_scenes.h"
 
@@ -85,6 +86,173 @@ TEST(SpecularTest, TexturesAreAlphaAndSrgbColour) {
   ExpectNear(SpecularAlbedoOf(builder), 0.008f * vec3(1.0f, SrgbDecode(128.0f / 255), 0.0f), 1e-6f);
 }
 
+Material Coated(Material material, float coat, float roughness) {
+  material.clearcoat = coat;
+  material.clearcoat_roughness = roughness;
+  return material;
+}
+
+// Schlick with 0.04: 0.04 at normal incidence, 0.04 + 0.96 / 32 = 0.07 at 60 degrees.
+TEST(ClearCoatTest, ReflectanceByHand) {
+  const SceneBuilder straight = WallOf(Coated(Lambert(vec3(1.0f)), 0.5f, 0.0f));
+  ExpectNear(SpecularAlbedoOf(straight), vec3(0.02f), 1e-5f);
+  ExpectNear(DiffuseAlbedoOf(straight), vec3(0.98f), 1e-5f);
+  SceneBuilder tilted = WallOf(Coated(Lambert(vec3(0.5f)), 1.0f, 0.0f));
+  tilted.CameraTransform().rotation = Rotation(vec3(0, 1, 0), kPi / 3);
+  ExpectNear(SpecularAlbedoOf(tilted), vec3(0.07f), 1e-4f);
+  ExpectNear(DiffuseAlbedoOf(tilted), vec3(0.5f * 0.93f), 1e-4f);
+}
+
+// What is below is scaled by the same factor, whatever it is.
+TEST(ClearCoatTest, DarkensWhatItCovers) {
+  Material metal = Metal(vec3(0.9f, 0.5f, 0.1f), 0.4f);
+  const vec3 bare = SpecularAlbedoOf(WallOf(metal));
+  ExpectNear(SpecularAlbedoOf(WallOf(Coated(metal, 1.0f, 0.0f))), 0.96f * bare + vec3(0.04f),
+             1e-5f);
+}
+
+TEST(ClearCoatTest, TexturesAreRedAndGreen) {
+  SceneBuilder builder = WallOf(Coated(Lambert(vec3(0.0f)), 0.5f, 1.0f));
+  builder.scene.textures = {UniformTexture(51, 2, 3, 4), UniformTexture(1, 0, 3, 4)};
+  builder.scene.materials[0].clearcoat_texture.texture = 0;
+  builder.scene.materials[0].clearcoat_roughness_texture.texture = 1;  // smooth
+  ExpectNear(SpecularAlbedoOf(builder), vec3(0.04f * 0.5f * 0.2f), 1e-6f);
+}
+
+// The roughness guide is that of the reflection which gives most of the light.
+TEST(ClearCoatTest, RoughnessGuideIsThatOfTheStrongerReflection) {
+  const auto roughness = [](const Material& material) {
+    return RenderOne(WallOf(material).scene, SmallSettings(1, 1, 1)).guides.roughness(0, 0);
+  };
+  EXPECT_NEAR(roughness(Coated(Lambert(vec3(0.5f)), 1.0f, 0.2f)), 0.2f, 1e-6f);
+  EXPECT_NEAR(roughness(Coated(Metal(vec3(0.5f), 0.7f), 1.0f, 0.2f)), 0.7f, 1e-6f);
+}
+
+/// A coated black wall with a normal map, below a lamp without extent.
+Frame LitWall(bool base_map, bool coat_map) {
+  SceneBuilder builder = WallOf(Coated(Lambert(vec3(0.0f)), 1.0f, 0.5f));
+  builder.scene.environment.radiance = vec3(0.0f);
+  builder.scene.textures = {UniformTexture(180, 90, 220, 255)};
+  builder.scene.materials[0].normal_texture.texture = base_map ? 0 : -1;
+  builder.scene.materials[0].clearcoat_normal_texture.texture = coat_map ? 0 : -1;
+  PunctualLight light;
+  light.type = LightType::kDirectional;
+  light.intensity = vec3(2.0f);
+  Transform pose;
+  pose.rotation = Rotation(glm::normalize(vec3(1, 2, 0)), 0.4f);
+  light.node = builder.AddNode(pose);
+  builder.scene.lights.push_back(light);
+  return RenderOne(builder.scene, SmallSettings(2, 2, 1));
+}
+
+TEST(ClearCoatTest, HasANormalMapOfItsOwn) {
+  const auto light = [](bool base_map, bool coat_map) {
+    const Frame frame = LitWall(base_map, coat_map);
+    return Mean(frame.Find(SignalKind::kDirectSpecular)->radiance).x;
+  };
+  const float even = light(false, false);
+  const float bent = light(false, true);
+  ASSERT_GT(even, 0.0f);
+  EXPECT_GT(std::abs(bent / even - 1.0f), 0.2f);
+  EXPECT_NEAR(light(true, false) / even, 1.0f, 1e-3f) << "the base's map is not the coat's";
+  EXPECT_NEAR(light(true, true) / bent, 1.0f, 1e-3f);
+}
+
+/// A surface of the material in the plane z = 0, with another normal for the coat.
+Surface SurfaceWithCoatNormal(const Material& material, vec3 wo, vec3 normal) {
+  Surface surface;
+  surface.geometric = vec3(0, 0, 1);
+  surface.frame = {vec3(1, 0, 0), vec3(0, 1, 0), vec3(0, 0, 1)};
+  surface.wo = surface.local_wo = wo;
+  surface.front = 1;
+  surface.solid = material.solid ? 1 : 0;
+  surface.material = &material;
+  surface.base_colour = vec3(material.base_color);
+  surface.metallic = material.metallic;
+  surface.roughness = material.roughness;
+  surface.transmission = material.transmission;
+  surface.layered = true;
+  surface.layers = LayersOf(material);
+  surface.layers.coat_normal = normal;
+  return surface;
+}
+
+const BsdfTables& Tables() {
+  static const BsdfTables kTables(Scene(), false);
+  return kTables;
+}
+
+/// The mean weight of samples, and the integral of the BSDF and of its density over the sphere by a
+/// grid.
+struct Integrals {
+  glm::dvec3 sampled{0.0};
+  glm::dvec3 integrated{0.0};
+  double density = 0;
+  double lost = 0;  // part of the samples without a direction
+};
+
+Integrals Integrate(const Bsdf& bsdf, vec3 wo) {
+  Integrals sums;
+  constexpr uint32_t kCount = 16384;
+  for (uint32_t i = 0; i < kCount; ++i) {
+    const BsdfSample s = SampleBsdf(bsdf, wo, SobolSample(i, 5));
+    sums.lost += s.kind == kScatterNone ? 1.0 / kCount : 0.0;
+    sums.sampled += glm::dvec3(s.diffuse + s.specular) / static_cast<double>(kCount);
+  }
+  constexpr int kCosines = 400;
+  constexpr int kAzimuths = 400;
+  for (int i = 0; i < kCosines; ++i) {
+    for (int j = 0; j < kAzimuths; ++j) {
+      const double z = (i + 0.5) / kCosines * 2 - 1;
+      const double phi = (j + 0.5) / kAzimuths * 2 * 3.14159265358979;
+      const double r = std::sqrt(1 - z * z);
+      const BsdfValue value =
+          EvaluateBsdf(bsdf, wo, vec3(glm::dvec3(r * std::cos(phi), r * std::sin(phi), z)));
+      const double area = 4 * 3.14159265358979 / (kCosines * kAzimuths);
+      sums.integrated += glm::dvec3(value.diffuse + value.specular) * area;
+      sums.density += value.density * area;
+    }
+  }
+  return sums;
+}
+
+void ExpectConsistent(const Integrals& sums, const std::string& what) {
+  EXPECT_NEAR(sums.density + sums.lost, 1.0, 0.01) << what;
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_NEAR(sums.sampled[k], sums.integrated[k], 0.01) << what << " channel " << k;
+    EXPECT_LT(sums.integrated[k], 1.01) << what << " gains light";
+  }
+}
+
+// With the coat's normal tilted some of its light is lost, none is gained.
+TEST(ClearCoatTest, SamplesAgreeWithValuesAroundAnyNormal) {
+  for (const Material& base : {Lambert(vec3(1.0f)), Metal(vec3(1.0f, 0.5f, 0.2f), 0.5f)}) {
+    for (const float tilt : {0.0f, 0.3f, -0.6f}) {
+      const Material coated = Coated(base, 1.0f, 0.4f);
+      const vec3 wo(std::sin(0.7f), 0.0f, std::cos(0.7f));
+      const vec3 normal(std::sin(tilt), 0.0f, std::cos(tilt));
+      const Bsdf bsdf = Tables().Make(SurfaceWithCoatNormal(coated, wo, normal), 0.0f);
+      ExpectConsistent(Integrate(bsdf, wo), "tilt " + std::to_string(tilt));
+    }
+  }
+}
+
+// The lobe alone, before its energy compensation.
+TEST(ClearCoatTest, LobeIsReciprocal) {
+  const Material coated = Coated(Lambert(vec3(0.0f)), 1.0f, 0.6f);
+  const vec3 a(std::sin(0.4f), 0.0f, std::cos(0.4f));
+  const vec3 b(0.0f, std::sin(1.1f), std::cos(1.1f));
+  const vec3 normal = glm::normalize(vec3(0.1f, 0.2f, 1.0f));
+  const Bsdf from_a = Tables().Make(SurfaceWithCoatNormal(coated, a, normal), 0.0f);
+  const Bsdf from_b = Tables().Make(SurfaceWithCoatNormal(coated, b, normal), 0.0f);
+  const float ab =
+      EvaluateBsdf(from_a, a, b).specular.x / (from_a.coat_scale * glm::dot(b, normal));
+  const float ba =
+      EvaluateBsdf(from_b, b, a).specular.x / (from_b.coat_scale * glm::dot(a, normal));
+  ASSERT_GT(ab, 0.0f);
+  EXPECT_NEAR(ab / ba, 1.0f, 1e-4f);
+}
+
 void ExpectRefused(const Material& material, const std::string& message) {
   const SceneBuilder builder = WallOf(material);
   const auto renderer = Renderer::Create(builder.scene, SmallSettings(2, 2, 1));
@@ -109,6 +277,12 @@ TEST(MaterialLayersTest, FactorsOutOfRangeAreRefused) {
                 "specular colour is -1, expected 0 to");
   ExpectRefused(changed([&](Material* m) { m->specular_color.z = infinity; }),
                 "specular colour is inf, expected 0 to");
+  ExpectRefused(changed([&](Material* m) { m->clearcoat = -0.5f; }),
+                "clear coat is -0.5, expected 0 to 1");
+  ExpectRefused(changed([&](Material* m) { m->clearcoat_roughness = nan; }),
+                "clear coat roughness is nan, expected 0 to 1");
+  ExpectRefused(changed([&](Material* m) { m->clearcoat_normal_texture.uv_set = 2; }),
+                "its clear coat normal texture uses uv set 2, expected 0 or 1");
   ExpectRefused(changed([&](Material* m) { m->specular_texture.texture = 2; }),
                 "its specular texture is 2, but there are 0");
 }

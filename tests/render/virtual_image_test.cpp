@@ -340,5 +340,27 @@ TEST(VirtualImageTest, FramesHaveNoneWithoutSmoothSurfacesOrIfTheyAreOff) {
   }
 }
 
+// A smooth clear coat over a rough surface shows the same image as a mirror, unless most of the
+// specular light comes from below it.
+TEST(VirtualImageTest, SmoothClearCoatsShowImages) {
+  const auto image_of = [](const Material& material) {
+    SceneBuilder builder;
+    builder.Add(Quad(vec3(-6, -6, -4), vec3(12, 0, 0), vec3(0, 12, 0)), material);
+    builder.Add(Quad(vec3(40, -40, 3), vec3(-80, 0, 0), vec3(0, 80, 0)), Lambert(vec3(0.5f)));
+    return RenderOne(builder.scene, Size());
+  };
+  Material coated = Lambert(vec3(0.6f));
+  coated.clearcoat = 1.0f;
+  const Frame mirror = image_of(Metal(vec3(1.0f), 0.0f));
+  const Frame coat = image_of(coated);
+  Material metal = Metal(vec3(0.9f), 0.6f);
+  metal.clearcoat = 1.0f;
+  const Frame flakes = image_of(metal);
+  ASSERT_GT(mirror.reflection.depth(60, 40), 0.0f);
+  EXPECT_EQ(coat.reflection.depth(60, 40), mirror.reflection.depth(60, 40));
+  EXPECT_EQ(coat.reflection.id(60, 40), mirror.reflection.id(60, 40));
+  EXPECT_TRUE(flakes.reflection.depth.empty() || flakes.reflection.depth(60, 40) == 0.0f);
+}
+
 }  // namespace
 }  // namespace stillray::render

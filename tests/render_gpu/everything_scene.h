@@ -39,6 +39,26 @@ inline std::vector<Material> LayeredMaterials() {
   specular.specular_texture.texture = 0;
   specular.specular_color_texture.texture = 1;
   materials.push_back(specular);
+  Material coated = Metal(vec3(0.9f, 0.3f, 0.2f), 0.5f);
+  coated.normal_texture.texture = 2;
+  coated.normal_scale = 0.4f;
+  coated.clearcoat = 0.9f;
+  coated.clearcoat_roughness = 0.3f;
+  coated.clearcoat_texture.texture = 1;
+  materials.push_back(coated);
+  coated.clearcoat_roughness = 0.6f;
+  coated.clearcoat_roughness_texture.texture = 0;
+  coated.clearcoat_normal_texture.texture = 1;
+  coated.clearcoat_normal_scale = 0.3f;
+  materials.push_back(coated);
+  Material coated_sheet = Glass(1.5f, 0.0f);
+  coated_sheet.solid = false;
+  coated_sheet.clearcoat = 1.0f;
+  materials.push_back(coated_sheet);
+  Material coated_glass = Glass(1.4f, 0.3f);
+  coated_glass.clearcoat = 1.0f;
+  coated_glass.clearcoat_roughness = 0.5f;
+  materials.push_back(coated_glass);
   return materials;
 }
 

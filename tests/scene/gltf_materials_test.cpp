@@ -124,6 +124,28 @@ TEST(GltfMaterials, Specular) {
                                                  "specularColorFactor: -1 is below 0")));
 }
 
+TEST(GltfMaterials, Clearcoat) {
+  const Scene scene =
+      WithMaterial({{"extensions",
+                     {{"KHR_materials_clearcoat",
+                       {{"clearcoatFactor", 0.75}, {"clearcoatRoughnessFactor", -0.5}}}}}});
+  EXPECT_EQ(scene.materials.at(0).clearcoat, 0.75f);
+  EXPECT_EQ(scene.materials.at(0).clearcoat_roughness, 0.0f);
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("materials[0].extensions.KHR_materials_clearcoat."
+                                                 "clearcoatRoughnessFactor: -0.5 is outside")));
+  EXPECT_EQ(WithMaterial(json::object()).materials.at(0).clearcoat, 0.0f);
+}
+
+TEST(GltfMaterials, AMapOfTheClearCoatAloneNeedsTangents) {
+  GltfBuilder builder = Textured();
+  builder.UseMaterial({{"extensions",
+                        {{"KHR_materials_clearcoat",
+                          {{"clearcoatFactor", 1}, {"clearcoatNormalTexture", {{"index", 0}}}}}}}});
+  const Scene scene = Loaded(builder);
+  ASSERT_EQ(scene.meshes.at(0).tangents.size(), 3u);
+  EXPECT_EQ(scene.meshes.at(0).tangents[0], vec4(1, 0, 0, 1));
+}
+
 /// A texture or a number of an extension that is damaged is an error that names it.
 TEST(GltfMaterials, DamagedExtensionsAreRefused) {
   const auto refused = [](const char* extension, const json& content, const std::string& message) {
@@ -142,6 +164,10 @@ TEST(GltfMaterials, DamagedExtensionsAreRefused) {
           "specularTexture.index: index 3 is out of range");
   refused("KHR_materials_specular", {{"specularColorTexture", json::object()}},
           "specularColorTexture.index: missing");
+  refused("KHR_materials_clearcoat", {{"clearcoatFactor", "much"}},
+          "clearcoatFactor: expected a number, found string");
+  refused("KHR_materials_clearcoat", {{"clearcoatNormalTexture", {{"index", 0}}}},
+          "clearcoatNormalTexture.index: index 0 is out of range");
 }
 
 TEST(GltfMaterials, AVolumeWithoutThicknessIsASheet) {
@@ -187,7 +213,11 @@ TEST(GltfTextures, EverySlotIsRead) {
        {"extensions",
         {{"KHR_materials_transmission", {{"transmissionTexture", {{"index", 0}}}}},
          {"KHR_materials_specular",
-          {{"specularTexture", {{"index", 0}}}, {"specularColorTexture", {{"index", 0}}}}}}}});
+          {{"specularTexture", {{"index", 0}}}, {"specularColorTexture", {{"index", 0}}}}},
+         {"KHR_materials_clearcoat",
+          {{"clearcoatTexture", {{"index", 0}}},
+           {"clearcoatRoughnessTexture", {{"index", 0}}},
+           {"clearcoatNormalTexture", {{"index", 0}, {"scale", 0.25}}}}}}}});
   const Scene scene = Loaded(builder);
   const Material& material = scene.materials.at(0);
   for (const MaterialTexture& texture : kMaterialTextures) {
@@ -196,6 +226,7 @@ TEST(GltfTextures, EverySlotIsRead) {
     EXPECT_EQ(ref.transform, mat3(1.0f)) << texture.name;
   }
   EXPECT_EQ(material.normal_scale, 0.5f);
+  EXPECT_EQ(material.clearcoat_normal_scale, 0.25f);
   ASSERT_EQ(scene.textures.size(), 1u) << "one picture with one sampler is one texture";
   EXPECT_EQ(scene.textures[0].width, 4);
   EXPECT_EQ(scene.textures[0].height, 3);

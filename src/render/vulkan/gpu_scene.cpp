@@ -129,6 +129,12 @@ GpuLayers MakeLayers(const Material& m) {
   GpuLayers out = {};
   out.specular_colour = m.specular_color;
   out.specular = m.specular;
+  out.coat = m.clearcoat;
+  out.coat_roughness = m.clearcoat_roughness;
+  out.coat_normal_scale = m.clearcoat_normal_scale;
+  out.coat_texture = MakeRef(m.clearcoat_texture);
+  out.coat_roughness_texture = MakeRef(m.clearcoat_roughness_texture);
+  out.coat_normal_texture = MakeRef(m.clearcoat_normal_texture);
   out.specular_texture = MakeRef(m.specular_texture);
   out.specular_colour_texture = MakeRef(m.specular_color_texture);
   return out;

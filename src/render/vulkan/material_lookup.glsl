@@ -3,11 +3,16 @@
 
 // Materials and textures at a hit, step by step as on the CPU (SceneState, SampleTexture,
 // SheetTransmittance). Needs scene.glsl.
+#include "render/energy_shared.h"
+#include "render/geometry_shared.h"
 #include "render/ggx_shared.h"
 #include "render/bsdf_shared.h"
 #include "render/layers_shared.h"
 #include "render/make_bsdf_shared.h"
 #include "render/texture_shared.h"
+
+// 0: no material of the scene has layers, which then cost nothing.
+layout(constant_id = 1) const uint kWithLayers = 1u;
 
 vec4 TexelAt(GpuTexture source, int x, int y, bool srgb) {
   uint texel = texels[source.first + uint(y) * uint(source.width) + uint(x)];
@@ -102,6 +107,62 @@ float TransmissionOf(GpuMaterial material, GpuInstance instance, GpuHit hit) {
                      TextureValue(material.transmission_texture, instance, hit, false).x);
 }
 
+float LookUpEnergy(uint table, EnergyPlace at) {
+  uint first = table + uint(at.first);
+  uint below = first + uint(kEnergyTableSize);
+  float low = energies[first] + (energies[first + 1u] - energies[first]) * at.x;
+  float high = energies[below] + (energies[below + 1u] - energies[below]) * at.x;
+  return low + (high - low) * at.y;
+}
+
+SchlickShare ShareOfSpecular(float cosine, float alpha) {
+  SchlickShare share;
+  if (alpha <= 0.0f) {
+    share.offset = SchlickWeight(cosine);
+    share.scale = 1.0f - share.offset;
+    return share;
+  }
+  EnergyPlace at = FindEnergy(cosine, sqrt(alpha));
+  share.scale = LookUpEnergy(0u, at);
+  share.offset = LookUpEnergy(kEnergyTableWords, at);
+  return share;
+}
+
+SurfaceLayers LayersAt(uint record, GpuInstance instance, GpuHit hit) {
+  SurfaceLayers layers = NoLayers();
+  layers.specular = ClampToUnit(
+      FloatAt(record + kLayersSpecular) *
+      TextureValue(TextureRefAt(record + kLayersSpecularTexture), instance, hit, false).a);
+  layers.specular_colour =
+      Vec3At(record) *
+      TextureValue(TextureRefAt(record + kLayersSpecularColourTexture), instance, hit, true).rgb;
+  float coat = FloatAt(record + kLayersCoat);
+  if (coat > 0.0f) {
+    layers.coat = ClampToUnit(
+        coat * TextureValue(TextureRefAt(record + kLayersCoatTexture), instance, hit, false).r);
+    float roughness =
+        FloatAt(record + kLayersCoatRoughness) *
+        TextureValue(TextureRefAt(record + kLayersCoatRoughnessTexture), instance, hit, false).g;
+    layers.coat_alpha = AlphaOfRoughness(ClampToUnit(roughness));
+  }
+  return layers;
+}
+
+LayerShares SharesOf(SurfaceLayers layers, float coat_cosine) {
+  LayerShares shares;
+  shares.coat = SchlickShare(1.0f, 0.0f);
+  if (layers.coat > 0.0f) {
+    shares.coat = ShareOfSpecular(min(coat_cosine, 1.0f), layers.coat_alpha);
+  }
+  return shares;
+}
+
+// CoverTransmittance of a smooth thin sheet: by the geometric normal and without regularisation, as
+// shadow rays see it.
+float SheetCover(SurfaceLayers layers, float cosine) {
+  return CoverTransmittance(layers, SharesOf(layers, cosine));
+}
+
 // Transmittance of a smooth thin sheet for an undeflected ray at `cosine` with its geometric
 // normal; 0 if the material is no such sheet.
 vec3 SheetTransmittance(GpuMaterial material, GpuInstance instance, GpuHit hit, vec3 base_colour,
@@ -114,8 +175,12 @@ vec3 SheetTransmittance(GpuMaterial material, GpuInstance instance, GpuHit hit, 
   if (AlphaOfRoughness(ClampToUnit(material.roughness * mr.y)) > 0.0f) {
     return vec3(0.0f);
   }
+  cosine = min(abs(cosine), 1.0f);
   float share = (1.0f - ClampToUnit(material.metallic * mr.z)) * transmission *
-                (1.0f - FresnelThinSheet(min(abs(cosine), 1.0f), material.ior));
+                (1.0f - FresnelThinSheet(cosine, material.ior));
+  if (kWithLayers != 0u && material.layers != kNoArray) {
+    share *= SheetCover(LayersAt(material.layers, instance, hit), cosine);
+  }
   return base_colour * share;
 }
 

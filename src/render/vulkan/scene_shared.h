@@ -113,11 +113,26 @@ struct GpuMaterial {
 struct GpuLayers {
   vec3 specular_colour;
   float specular;
+  float coat;
+  float coat_roughness;
+  float coat_normal_scale;
+  float unused_0;
   GpuTextureRef specular_texture;
   GpuTextureRef specular_colour_texture;
+  GpuTextureRef coat_texture;
+  GpuTextureRef coat_roughness_texture;
+  GpuTextureRef coat_normal_texture;
 };
-const uint kLayersSpecularTexture = 4u;  // offsets of the texture references, in words
-const uint kLayersSpecularColourTexture = 12u;
+// Offsets in words.
+const uint kLayersSpecular = 3u;
+const uint kLayersCoat = 4u;
+const uint kLayersCoatRoughness = 5u;
+const uint kLayersCoatNormalScale = 6u;
+const uint kLayersSpecularTexture = 8u;
+const uint kLayersSpecularColourTexture = 16u;
+const uint kLayersCoatTexture = 24u;
+const uint kLayersCoatRoughnessTexture = 32u;
+const uint kLayersCoatNormalTexture = 40u;
 
 // Values of AlphaMode.
 const uint kAlphaOpaque = 0u;
@@ -177,6 +192,13 @@ static_assert(sizeof(Placement) == 64);
 static_assert(sizeof(GpuInstance) == 128);
 static_assert(sizeof(GpuTextureRef) == 32);
 static_assert(sizeof(GpuMaterial) == 256);
+static_assert(offsetof(GpuLayers, specular) == 4 * kLayersSpecular);
+static_assert(offsetof(GpuLayers, coat) == 4 * kLayersCoat);
+static_assert(offsetof(GpuLayers, coat_roughness) == 4 * kLayersCoatRoughness);
+static_assert(offsetof(GpuLayers, coat_normal_scale) == 4 * kLayersCoatNormalScale);
+static_assert(offsetof(GpuLayers, coat_texture) == 4 * kLayersCoatTexture);
+static_assert(offsetof(GpuLayers, coat_roughness_texture) == 4 * kLayersCoatRoughnessTexture);
+static_assert(offsetof(GpuLayers, coat_normal_texture) == 4 * kLayersCoatNormalTexture);
 static_assert(offsetof(GpuLayers, specular_texture) == 4 * kLayersSpecularTexture);
 static_assert(offsetof(GpuLayers, specular_colour_texture) == 4 * kLayersSpecularColourTexture);
 static_assert(sizeof(GpuTexture) == 16);

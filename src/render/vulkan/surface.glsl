@@ -3,8 +3,6 @@
 
 // The surface at a hit and its BSDF, step by step as on the CPU (MakeSurface, BsdfTables::Make).
 // Needs scene.glsl and material_lookup.glsl.
-#include "render/energy_shared.h"
-
 #include "render/shading_point_shared.h"
 
 struct Surface {
@@ -13,11 +11,9 @@ struct Surface {
   float metallic;
   float roughness;
   float transmission;
+  bool layered;
   SurfaceLayers layers;
 };
-
-// 0: no material of the scene has layers, which then cost nothing.
-layout(constant_id = 1) const uint kWithLayers = 1u;
 
 // Transforms a normal to the world, without normalising, by the cofactors, which exist for any
 // matrix.
@@ -43,9 +39,8 @@ vec4 TangentFromUv(GpuInstance instance, uvec3 corner, WorldTriangle t, uint arr
   return vec4(((t.p1 - t.p0) * d2.y - (t.p2 - t.p0) * d1.y) / area, area < 0.0f ? 1.0f : -1.0f);
 }
 
-vec3 ApplyNormalMap(GpuMaterial material, GpuInstance instance, GpuHit hit, WorldTriangle t,
-                    vec3 normal) {
-  GpuTextureRef ref = material.normal_texture;
+vec3 ApplyNormalMap(GpuTextureRef ref, float scale, GpuInstance instance, GpuHit hit,
+                    WorldTriangle t, vec3 normal) {
   if (ref.texture < 0) {
     return normal;
   }
@@ -68,7 +63,7 @@ vec3 ApplyNormalMap(GpuMaterial material, GpuInstance instance, GpuHit hit, Worl
   float handedness = (tangent.w < 0.0f ? -1.0f : 1.0f) * Orientation(instance);
   vec3 across = cross(normal, along) * handedness;
   vec3 m = TextureValue(ref, instance, hit, false).xyz * 2.0f - vec3(1.0f);
-  m.xy *= material.normal_scale;
+  m.xy *= scale;
   return SafeNormalize(along * m.x + across * m.y + normal * m.z, normal);
 }
 
@@ -88,7 +83,8 @@ vec3 FaceViewer(vec3 n, vec3 wo) {
   return cosine >= kMinViewCosine ? n : normalize(n + wo * (2.0f * kMinViewCosine - cosine));
 }
 
-void SetNormals(GpuMaterial material, GpuInstance instance, GpuHit hit, inout ShadingPoint at) {
+void SetNormals(GpuMaterial material, GpuInstance instance, GpuHit hit, inout ShadingPoint at,
+                inout SurfaceLayers layers) {
   WorldTriangle t = TriangleOf(instance, hit.primitive);
   vec3 weight = Weights(hit);
   at.position = t.p0 * weight.x + t.p1 * weight.y + t.p2 * weight.z;
@@ -97,22 +93,19 @@ void SetNormals(GpuMaterial material, GpuInstance instance, GpuHit hit, inout Sh
   at.front = side > 0.0f ? 1 : 0;
   at.geometric = outward * side;
   vec3 normal = InterpolatedNormal(instance, hit, outward);
-  normal = ApplyNormalMap(material, instance, hit, t, normal);
+  vec3 even = normal;
+  normal = ApplyNormalMap(material.normal_texture, material.normal_scale, instance, hit, t, normal);
   at.frame = MakeLocalFrame(FaceViewer(normal * side, at.wo));
   at.local_wo = ToLocal(at.frame, at.wo);
   at.local_wo.z = max(at.local_wo.z, kMinViewCosine);
-}
-
-SurfaceLayers LayersAt(uint record, GpuInstance instance, GpuHit hit) {
-  SurfaceLayers layers;
-  layers.specular_colour = Vec3At(record) *
-                           TextureValue(TextureRefAt(record + kLayersSpecularColourTexture),
-                                        instance, hit, true)
-                               .rgb;
-  layers.specular = ClampToUnit(
-      FloatAt(record + 3u) *
-      TextureValue(TextureRefAt(record + kLayersSpecularTexture), instance, hit, false).a);
-  return layers;
+  if (kWithLayers != 0u && layers.coat > 0.0f) {
+    GpuTextureRef ref = TextureRefAt(material.layers + kLayersCoatNormalTexture);
+    if (material.normal_texture.texture >= 0 || ref.texture >= 0) {
+      float scale = FloatAt(material.layers + kLayersCoatNormalScale);
+      vec3 coat = ApplyNormalMap(ref, scale, instance, hit, t, even);
+      layers.coat_normal = ToLocal(at.frame, FaceViewer(coat * side, at.wo));
+    }
+  }
 }
 
 Surface MakeSurface(GpuMaterial material, GpuInstance instance, GpuHit hit, vec3 base_colour,
@@ -122,38 +115,21 @@ Surface MakeSurface(GpuMaterial material, GpuInstance instance, GpuHit hit, vec3
   surface.at.solid = int(material.solid);
   surface.at.attenuation_colour = material.attenuation_colour;
   surface.at.attenuation_distance = material.attenuation_distance;
-  SetNormals(material, instance, hit, surface.at);
+  surface.layers = NoLayers();
+  surface.layered = kWithLayers != 0u && material.layers != kNoArray;
+  if (surface.layered) {
+    surface.layers = LayersAt(material.layers, instance, hit);
+  }
+  SetNormals(material, instance, hit, surface.at, surface.layers);
   surface.base_colour = base_colour;
   vec4 mr = TextureValue(material.metallic_roughness_texture, instance, hit, false);
   surface.metallic = ClampToUnit(material.metallic * mr.z);
   surface.roughness = ClampToUnit(material.roughness * mr.y);
   surface.transmission = TransmissionOf(material, instance, hit);
-  surface.layers = NoLayers();
-  if (kWithLayers != 0u && material.layers != kNoArray) {
-    surface.layers = LayersAt(material.layers, instance, hit);
+  if (surface.layered && surface.at.solid != 0 && surface.at.front == 0) {
+    RemoveCovers(surface.layers);
   }
   return surface;
-}
-
-float LookUpEnergy(uint table, EnergyPlace at) {
-  uint first = table + uint(at.first);
-  uint below = first + uint(kEnergyTableSize);
-  float low = energies[first] + (energies[first + 1u] - energies[first]) * at.x;
-  float high = energies[below] + (energies[below + 1u] - energies[below]) * at.x;
-  return low + (high - low) * at.y;
-}
-
-SchlickShare ShareOfSpecular(float cosine, float alpha) {
-  SchlickShare share;
-  if (alpha <= 0.0f) {
-    share.offset = SchlickWeight(cosine);
-    share.scale = 1.0f - share.offset;
-    return share;
-  }
-  EnergyPlace at = FindEnergy(cosine, sqrt(alpha));
-  share.scale = LookUpEnergy(0u, at);
-  share.offset = LookUpEnergy(kEnergyTableWords, at);
-  return share;
 }
 
 GlassShare ShareOfGlass(GpuMaterial material, Surface surface, float alpha) {
@@ -199,6 +175,17 @@ Bsdf MakeSurfaceBsdf(GpuMaterial material, Surface surface, float min_alpha,
     of_glass = ShareOfGlass(material, surface, GlassAlpha(inputs));
   }
   Bsdf bsdf = MakeBsdf(inputs, surface.layers, share, of_glass);
+  if (kWithLayers != 0u && surface.layered) {
+    SurfaceLayers layers = surface.layers;
+    layers.coat_alpha = max(layers.coat_alpha, min_alpha);
+    float cosine = max(dot(surface.at.local_wo, layers.coat_normal), kLeastCoatCosine);
+    LayerShares shares = SharesOf(layers, cosine);
+    bool smooth_sheet = surface.at.solid == 0 && inputs.own_alpha <= 0.0f;
+    float glass_covered = smooth_sheet
+                              ? SheetCover(surface.layers, dot(surface.at.wo, surface.at.geometric))
+                              : CoverTransmittance(layers, shares);
+    AddLayers(bsdf, layers, shares, share, glass_covered);
+  }
   specular_albedo = SpecularAlbedo(bsdf, share, of_glass);
   return bsdf;
 }
