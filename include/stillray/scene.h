@@ -78,6 +78,11 @@ struct Material {
   /// Linear, tangent space; without it the varnish is even, whatever `normal_texture` has.
   TextureRef clearcoat_normal_texture;
   float clearcoat_normal_scale = 1.0f;
+  /// KHR_materials_sheen: fibres over everything but the clear coat.
+  vec3 sheen_color = vec3(0.0f);
+  TextureRef sheen_color_texture;  ///< sRGB
+  float sheen_roughness = 0.0f;
+  TextureRef sheen_roughness_texture;  ///< linear, A
 
   bool emits() const { return emission.x > 0 || emission.y > 0 || emission.z > 0; }
 };
@@ -192,7 +197,7 @@ Aabb SceneBounds(const Scene& scene, double seconds);
 using KeepGoing = std::function<bool()>;
 
 /// Reads a .gltf or .glb file and all files that it references. Supported extensions:
-/// KHR_lights_punctual, KHR_materials_clearcoat, _emissive_strength, _ior, _specular,
+/// KHR_lights_punctual, KHR_materials_clearcoat, _emissive_strength, _ior, _sheen, _specular,
 /// _transmission, _unlit (as emission), _volume, KHR_mesh_quantization, KHR_texture_transform,
 /// EXT_texture_webp. Also scenes[i].extras.environment = {"type": "constant", "radiance": [r, g,
 /// b]}. All animations are merged. A file without a camera gets one that shows everything, one

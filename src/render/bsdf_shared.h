@@ -4,6 +4,7 @@
 // The BSDF: glTF 2.0 metallic-roughness with transmission, as
 //   diffuse    Lambert, scaled by the transmittance of the dielectric boundary above it
 //   specular   GGX reflection, Schlick Fresnel between f0 and f90 (boundary and metal in one lobe)
+//   sheen      of cloth, above the others
 //   coat       GGX reflection of a clear coat, above all others
 //   glass      GGX reflection and refraction, exact Fresnel (Walter et al. 2007), or a thin sheet
 // The rough lobes are scaled to compensate the energy loss of single scattering (Turquin 2019,
@@ -20,6 +21,7 @@
 #ifdef __cplusplus
 #include "render/geometry_shared.h"
 #include "render/ggx_shared.h"
+#include "render/sheen_shared.h"
 #endif
 
 STILLRAY_RENDER_BEGIN
@@ -47,6 +49,10 @@ struct Bsdf {
   float coat_alpha;   // 0 = ideally smooth
   float coat_albedo;  // its directional albedo
   float pick_coat;
+  vec3 sheen;         // factor of EvaluateSheen
+  vec3 sheen_albedo;  // its directional albedo
+  float sheen_alpha;
+  float pick_sheen;
 };
 
 // Reflectance of the clear coat at normal incidence: ior 1.5.
@@ -130,6 +136,10 @@ SHARED_FN void AddLayerValues(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi,
                               SHARED_INOUT(BsdfValue) value) {
   if (wi.z <= 0.0f) {
     return;
+  }
+  if (bsdf.pick_sheen > 0.0f) {
+    value.diffuse += bsdf.sheen * EvaluateSheen(wo, wi, bsdf.sheen_alpha);
+    value.density += bsdf.pick_sheen * (0.5f * kInvPi);
   }
   if (bsdf.pick_coat > 0.0f && bsdf.coat_alpha > 0.0f && dot(wi, bsdf.coat_normal) > 0.0f) {
     LocalFrame frame = MakeLocalFrame(bsdf.coat_normal);
@@ -285,13 +295,31 @@ SHARED_FN BsdfSample SampleSmoothCoat(SHARED_IN(Bsdf) bsdf, vec3 wo) {
   return result;
 }
 
-// Samples a direction from the lobes of the layers that are not ideally smooth; zero z: none.
-SHARED_FN vec3 SampleLayers(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u) {
+// Samples a direction uniformly over the hemisphere: sheen is broad, and its values are bounded.
+SHARED_FN vec3 SampleHemisphere(float u0, float u1) {
+  float z = max(1.0f - u0, 1e-6f);
+  vec2 turn = CosSinOfTurn(u1);
+  float r = sqrt(max(1.0f - z * z, 0.0f));
+  return vec3(r * turn.x, r * turn.y, z);
+}
+
+// The rough clear coat; zero: the direction is below the surface.
+SHARED_FN vec3 SampleRoughCoat(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u) {
   LocalFrame frame = MakeLocalFrame(bsdf.coat_normal);
   vec3 local = ToCoat(frame, wo);
   vec3 h = SampleGgxVisible(local, bsdf.coat_alpha, u.x, u.y);
-  vec3 wi = 2.0f * dot(local, h) * h - local;
-  return wi.z > 0.0f ? ToWorld(frame, wi) : vec3(0.0f);
+  vec3 in_coat = 2.0f * dot(local, h) * h - local;
+  vec3 wi = ToWorld(frame, in_coat);
+  return min(in_coat.z, wi.z) > 0.0f ? wi : vec3(0.0f);
+}
+
+// Samples a direction from the lobes of the layers that are not ideally smooth; zero: none.
+// \param past  u.z beyond the probabilities of the other lobes
+SHARED_FN vec3 SampleLayers(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u, float past) {
+  if (bsdf.pick_coat > 0.0f && past >= bsdf.pick_sheen) {
+    return SampleRoughCoat(bsdf, wo, u);
+  }
+  return bsdf.pick_sheen > 0.0f ? SampleHemisphere(u.x, u.y) : vec3(0.0f);
 }
 
 // Samples a direction. u: (u.x, u.y) the direction, u.z the lobe, u.w reflection or transmission.
@@ -302,12 +330,12 @@ SHARED_FN BsdfSample SampleBsdf(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u) {
   result.specular = vec3(0.0f);
   result.density = 0.0f;
   result.kind = kScatterNone;
-  if (bsdf.layered != 0 && u.z >= bsdf.pick_diffuse + bsdf.pick_specular + bsdf.pick_glass) {
-    if (bsdf.coat_alpha <= 0.0f) {
+  float past = u.z - (bsdf.pick_diffuse + bsdf.pick_specular + bsdf.pick_glass);
+  if (bsdf.layered != 0 && past >= 0.0f) {
+    if (bsdf.pick_coat > 0.0f && bsdf.coat_alpha <= 0.0f && past >= bsdf.pick_sheen) {
       return SampleSmoothCoat(bsdf, wo);
     }
-    result.wi = SampleLayers(bsdf, wo, u);
-    result.wi.z = max(result.wi.z, 0.0f);
+    result.wi = SampleLayers(bsdf, wo, u, past);
   } else if (u.z < bsdf.pick_diffuse) {
     result.wi = SampleCosine(u.x, u.y);
   } else if (u.z < bsdf.pick_diffuse + bsdf.pick_specular || bsdf.pick_glass <= 0.0f) {

@@ -11,6 +11,7 @@
 #include "render/energy_shared.h"
 #include "render/ggx_shared.h"
 #include "render/sampler_shared.h"
+#include "render/sheen_shared.h"
 
 namespace stillray::render {
 namespace {
@@ -76,6 +77,32 @@ SpecularEnergy MakeSpecularEnergy() {
   return energy;
 }
 
+/// The directional albedo of white sheen: a grid over half of the azimuth and the square root of
+/// the cosine, as the integrand rises steeply at the horizon.
+float SheenAlbedo(vec3 wo, float roughness) {
+  constexpr int kCosines = 32;
+  constexpr int kAzimuths = 16;
+  const float alpha = SheenAlpha(roughness);
+  double sum = 0;
+  for (int i = 0; i < kCosines; ++i) {
+    const float t = (static_cast<float>(i) + 0.5f) / kCosines;
+    const float sine = std::sqrt(1.0f - t * t * t * t);
+    for (int j = 0; j < kAzimuths; ++j) {
+      const vec2 turn = CosSinOfTurn(0.5f * (static_cast<float>(j) + 0.5f) / kAzimuths);
+      sum += 2.0f * t * EvaluateSheen(wo, {sine * turn.x, sine * turn.y, t * t}, alpha);
+    }
+  }
+  return static_cast<float>(sum * (2.0 * kPi / (kCosines * kAzimuths)));
+}
+
+SheenEnergy MakeSheenEnergy() {
+  SheenEnergy energy;
+  FillTables([&](int i, int j, vec3 wo, float alpha) {
+    energy.albedo.At(i, j) = SheenAlbedo(wo, std::sqrt(alpha));
+  });
+  return energy;
+}
+
 /// Adds one microfacet's contribution to a boundary's reflectance and transmittance.
 void AddBoundary(vec3 wo, vec3 h, float cosine, float alpha, float lambda_o, float reflected_weight,
                  float eta, double* reflected, double* total) {
@@ -115,6 +142,11 @@ const SpecularEnergy& SpecularEnergyTables() {
   static const SpecularEnergy kTables =
       tbb::this_task_arena::isolate([] { return MakeSpecularEnergy(); });
   return kTables;
+}
+
+const SheenEnergy& SheenEnergyTable() {
+  static const SheenEnergy kTable = tbb::this_task_arena::isolate([] { return MakeSheenEnergy(); });
+  return kTable;
 }
 
 GlassEnergy MakeGlassEnergy(float ior) {

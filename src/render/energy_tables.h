@@ -56,8 +56,15 @@ struct GlassEnergy {
   EnergyTable sheet_reflected;  ///< thin sheet; its total is scale + offset of SpecularEnergy
 };
 
+/// Directional albedo of white sheen, by the cosine and sheen roughness.
+struct SheenEnergy {
+  EnergyTable albedo;
+};
+
 /// Computed at the first call (some milliseconds), thread-safe.
 const SpecularEnergy& SpecularEnergyTables();
+/// Computed at the first call (some 30 milliseconds), thread-safe.
+const SheenEnergy& SheenEnergyTable();
 /// \param ior  >= 1
 GlassEnergy MakeGlassEnergy(float ior);
 

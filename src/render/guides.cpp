@@ -74,7 +74,7 @@ PixelGuides MakeGuides(const TraceContext& context, const PrimaryPixel& pixel,
     const Surface surface = MakeSurface(context.state, layer.hit, pixel.direction);
     vec3 specular_albedo;
     const Bsdf bsdf = context.bsdfs.Make(surface, 0.0f, &specular_albedo);
-    guides.albedo += bsdf.diffuse * layer.weight;
+    guides.albedo += DiffuseAlbedo(bsdf) * layer.weight;
     guides.specular_albedo += specular_albedo * layer.weight;
     guides.emission += EmissionTowards(context, layer.hit, surface.front != 0) * layer.weight;
     if (pixel.count == 1) {

@@ -17,6 +17,8 @@ struct SurfaceLayers {
   vec3 coat_normal;      // of the clear coat, in the surface's local frame
   float coat;            // its weight
   float coat_alpha;      // of GGX, from its roughness
+  vec3 sheen_colour;
+  float sheen_roughness;
 };
 
 SHARED_FN SurfaceLayers NoLayers() {
@@ -26,12 +28,15 @@ SHARED_FN SurfaceLayers NoLayers() {
   layers.coat_normal = vec3(0.0f, 0.0f, 1.0f);
   layers.coat = 0.0f;
   layers.coat_alpha = 0.0f;
+  layers.sheen_colour = vec3(0.0f);
+  layers.sheen_roughness = 0.0f;
   return layers;
 }
 
 // Solids have their covering layers on the outside alone.
 SHARED_FN void RemoveCovers(SHARED_INOUT(SurfaceLayers) layers) {
   layers.coat = 0.0f;
+  layers.sheen_colour = vec3(0.0f);
 }
 
 STILLRAY_RENDER_END

@@ -28,6 +28,7 @@ struct GlassShare {
 // Directional albedos of the layers.
 struct LayerShares {
   SchlickShare coat;
+  float sheen;  // white; above 1 near the horizon if it is smooth
 };
 
 // A surface at one point, from one side.
@@ -76,6 +77,11 @@ SHARED_FN vec3 SpecularAlbedo(SHARED_IN(Bsdf) bsdf, SHARED_IN(SchlickShare) shar
   return bsdf.layered != 0 ? albedo + vec3(bsdf.coat_albedo) : albedo;
 }
 
+// Of all lobes whose light counts as diffuse.
+SHARED_FN vec3 DiffuseAlbedo(SHARED_IN(Bsdf) bsdf) {
+  return bsdf.layered != 0 ? bsdf.diffuse + bsdf.sheen_albedo : bsdf.diffuse;
+}
+
 // Alpha of the specular reflection that most of the specular light comes from.
 SHARED_FN float MainSpecularAlpha(SHARED_IN(Bsdf) bsdf, vec3 specular_albedo) {
   bool coated = bsdf.layered != 0 && bsdf.coat_albedo > 0.5f * MaxComponent(specular_albedo);
@@ -97,7 +103,8 @@ SHARED_FN float CoatCompensation(SHARED_IN(SchlickShare) coat) {
 SHARED_FN float CoverTransmittance(SHARED_IN(SurfaceLayers) layers, SHARED_IN(LayerShares) shares) {
   float coat = layers.coat * CoatCompensation(shares.coat) *
                (kCoatF0 * shares.coat.scale + shares.coat.offset);
-  return max(1.0f - coat, 0.0f);
+  float sheen = MaxComponent(layers.sheen_colour) * min(shares.sheen, 1.0f);
+  return max(1.0f - coat, 0.0f) * (1.0f - sheen);
 }
 
 // Adds the layers to a Bsdf.
@@ -111,6 +118,10 @@ SHARED_FN void AddLayers(SHARED_INOUT(Bsdf) bsdf, SHARED_IN(SurfaceLayers) layer
   bsdf.coat_alpha = layers.coat_alpha;
   bsdf.coat_scale = layers.coat * CoatCompensation(shares.coat);
   bsdf.coat_albedo = bsdf.coat_scale * (kCoatF0 * shares.coat.scale + shares.coat.offset);
+  // Sheen that would reflect more than there is, is scaled to reflect everything.
+  bsdf.sheen = layers.sheen_colour * (max(1.0f - bsdf.coat_albedo, 0.0f) / max(shares.sheen, 1.0f));
+  bsdf.sheen_albedo = bsdf.sheen * shares.sheen;
+  bsdf.sheen_alpha = SheenAlpha(layers.sheen_roughness);
   float covered = CoverTransmittance(layers, shares);
   bsdf.diffuse *= covered;
   bsdf.specular_scale *= covered;
@@ -118,11 +129,13 @@ SHARED_FN void AddLayers(SHARED_INOUT(Bsdf) bsdf, SHARED_IN(SurfaceLayers) layer
 
   float specular = MaxComponent(ReflectedShare(bsdf, share));
   float diffuse = MaxComponent(bsdf.diffuse);
-  float sum = diffuse + specular + bsdf.glass_weight + bsdf.coat_albedo;
+  float sheen = MaxComponent(bsdf.sheen_albedo);
+  float sum = diffuse + specular + bsdf.glass_weight + sheen + bsdf.coat_albedo;
   float scale = sum > 0.0f ? 1.0f / sum : 0.0f;
   bsdf.pick_diffuse = diffuse * scale;
   bsdf.pick_specular = specular * scale;
   bsdf.pick_glass = bsdf.glass_weight * scale;
+  bsdf.pick_sheen = sheen * scale;
   bsdf.pick_coat = bsdf.coat_albedo * scale;
 }
 

@@ -91,6 +91,10 @@ Status CheckLayers(const Material& material, const std::string& name) {
       {"specular colour", specular.z, kMost},
       {"clear coat", material.clearcoat, 1.0f},
       {"clear coat roughness", material.clearcoat_roughness, 1.0f},
+      {"sheen colour", material.sheen_color.x, 1.0f},
+      {"sheen colour", material.sheen_color.y, 1.0f},
+      {"sheen colour", material.sheen_color.z, 1.0f},
+      {"sheen roughness", material.sheen_roughness, 1.0f},
   };
   for (const Factor& factor : factors) {
     if (!(factor.value >= 0.0f && factor.value <= factor.most)) {

@@ -52,7 +52,11 @@ std::vector<bool> AnimatedNodes(const Scene& scene) {
 bool IsLayered(const Material& material) {
   return material.specular != 1.0f || material.specular_texture.texture >= 0 ||
          material.specular_color != vec3(1.0f) || material.specular_color_texture.texture >= 0 ||
-         material.clearcoat > 0.0f;
+         material.clearcoat > 0.0f || HasSheen(material);
+}
+
+bool HasSheen(const Material& material) {
+  return MaxComponent(material.sheen_color) > 0.0f;
 }
 
 SceneState::SceneState(const Scene& scene) : scene_(&scene) {

@@ -137,6 +137,12 @@ SurfaceLayers LayersAt(const SceneState& state, const Hit& hit) {
                             state.TextureValue(material.clearcoat_roughness_texture, hit, false).y;
     layers.coat_alpha = AlphaOfRoughness(ClampToUnit(roughness));
   }
+  if (HasSheen(material)) {
+    layers.sheen_colour *= vec3(state.TextureValue(material.sheen_color_texture, hit, true));
+    layers.sheen_roughness =
+        ClampToUnit(layers.sheen_roughness *
+                    state.TextureValue(material.sheen_roughness_texture, hit, false).w);
+  }
   return layers;
 }
 
@@ -150,8 +156,13 @@ SchlickShare ShareOfSpecular(float cosine, float alpha) {
   return {tables.scale.Lookup(at), tables.offset.Lookup(at)};
 }
 
-LayerShares SharesOf(const SurfaceLayers& layers, float coat_cosine) {
-  LayerShares shares = {{1.0f, 0.0f}};
+/// \param cosine, coat_cosine  with the normal of the surface, and of its clear coat
+LayerShares SharesOf(const SurfaceLayers& layers, float cosine, float coat_cosine) {
+  LayerShares shares = {{1.0f, 0.0f}, 0.0f};
+  if (layers.sheen_colour != vec3(0.0f)) {
+    shares.sheen =
+        SheenEnergyTable().albedo.Lookup(EnergyTable::Find(cosine, layers.sheen_roughness));
+  }
   if (layers.coat > 0.0f) {
     shares.coat = ShareOfSpecular(min(coat_cosine, 1.0f), layers.coat_alpha);
   }
@@ -161,7 +172,7 @@ LayerShares SharesOf(const SurfaceLayers& layers, float coat_cosine) {
 /// CoverTransmittance of a smooth thin sheet: by the geometric normal and without regularisation,
 /// as shadow rays see it.
 float SheetCover(const SurfaceLayers& layers, float cosine) {
-  return CoverTransmittance(layers, SharesOf(layers, cosine));
+  return CoverTransmittance(layers, SharesOf(layers, cosine, cosine));
 }
 
 }  // namespace
@@ -172,6 +183,8 @@ SurfaceLayers LayersOf(const Material& material) {
   layers.specular_colour = material.specular_color;
   layers.coat = material.clearcoat;
   layers.coat_alpha = AlphaOfRoughness(material.clearcoat_roughness);
+  layers.sheen_colour = material.sheen_color;
+  layers.sheen_roughness = material.sheen_roughness;
   return layers;
 }
 
@@ -222,6 +235,9 @@ vec3 SheetTransmittance(const SceneState& state, const Hit& hit, float cosine) {
 BsdfTables::BsdfTables(const Scene& scene, bool regularise) {
   SpecularEnergyTables();
   for (const Material& material : scene.materials) {
+    if (HasSheen(material)) {
+      SheenEnergyTable();
+    }
     const bool rough = regularise || AlphaOfRoughness(ClampToUnit(material.roughness)) > 0.0f;
     if (material.transmission > 0.0f && rough && !glass_.count(material.ior)) {
       glass_[material.ior] = std::make_unique<GlassEnergy>(MakeGlassEnergy(material.ior));
@@ -270,7 +286,7 @@ Bsdf BsdfTables::Make(const Surface& surface, float min_alpha, vec3* specular_al
     SurfaceLayers layers = surface.layers;
     layers.coat_alpha = max(layers.coat_alpha, min_alpha);
     const float cosine = max(dot(surface.local_wo, layers.coat_normal), kLeastCoatCosine);
-    const LayerShares shares = SharesOf(layers, cosine);
+    const LayerShares shares = SharesOf(layers, surface.local_wo.z, cosine);
     const bool smooth_sheet = surface.solid == 0 && input.own_alpha <= 0.0f;
     const float glass_covered = smooth_sheet
                                     ? SheetCover(surface.layers, dot(surface.wo, surface.geometric))

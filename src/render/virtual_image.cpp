@@ -56,7 +56,7 @@ Leaving LeavingOf(const Surface& surface, const Bsdf& bsdf, vec3 specular_albedo
   const bool even = bsdf.layered == 0 || bsdf.pick_coat <= 0.0f || bsdf.coat_normal.z > kEven;
   const bool any = bsdf.pick_specular > 0.0f || (bsdf.layered != 0 && bsdf.pick_coat > 0.0f);
   const bool reflects = any && even && IsSmooth(MainSpecularAlpha(bsdf, specular_albedo));
-  const bool mostly = Luminance709(specular_albedo) > Luminance709(bsdf.diffuse);
+  const bool mostly = Luminance709(specular_albedo) > Luminance709(DiffuseAlbedo(bsdf));
   return reflects && (first || mostly) ? Leaving{Pass::kReflect} : Leaving{};
 }
 
@@ -238,7 +238,7 @@ VirtualImage ImageOf(const TraceContext& context, const Chain& chain, const Prim
   image.normal = surface.frame.z;
   const vec3 own = instance.material->emits()
                        ? max(context.state.Emission(hit), vec3(kLeastRadiance))
-                       : min(bsdf.diffuse + specular_albedo, vec3(1.0f));
+                       : min(DiffuseAlbedo(bsdf) + specular_albedo, vec3(1.0f));
   image.albedo = own * chain.throughput;
   image.id = hit.instance + 1;
   const ChainEnd end = {PreviousPoint(instance, hit, surface.position)};

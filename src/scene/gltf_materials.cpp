@@ -230,6 +230,16 @@ void ReadClearcoat(GltfImport* import, const JsonView& view, Material* material)
   material->clearcoat_normal_scale = normal.Number("scale", 1.0f);
 }
 
+void ReadSheen(GltfImport* import, const JsonView& view, Material* material) {
+  const JsonView sheen = view.Extension("KHR_materials_sheen");
+  if (sheen.Numbers("sheenColorFactor", &material->sheen_color.x, 3)) {
+    Clamp01(sheen, "sheenColorFactor", &material->sheen_color.x, 3);
+  }
+  material->sheen_color_texture = ReadTextureRef(import, sheen.Object("sheenColorTexture"));
+  material->sheen_roughness = sheen.NumberIn("sheenRoughnessFactor", 0.0f, 0.0f, 1.0f);
+  material->sheen_roughness_texture = ReadTextureRef(import, sheen.Object("sheenRoughnessTexture"));
+}
+
 /// KHR_materials_unlit: the base colour is visible regardless of light. Here it is the emission of
 /// a black surface that reflects nothing (index of refraction 1).
 void MakeUnlit(const JsonView& view, Material* material) {
@@ -257,6 +267,7 @@ Material ReadMaterial(GltfImport* import, const JsonView& view) {
   ReadTransmission(import, view, &material);
   ReadSpecular(import, view, &material);
   ReadClearcoat(import, view, &material);
+  ReadSheen(import, view, &material);
   if (view.Extension("KHR_materials_unlit").exists()) {
     MakeUnlit(view, &material);
   }

@@ -24,6 +24,8 @@ inline constexpr MaterialTexture kMaterialTextures[] = {
     {"clear coat texture", &Material::clearcoat_texture},
     {"clear coat roughness texture", &Material::clearcoat_roughness_texture},
     {"clear coat normal texture", &Material::clearcoat_normal_texture},
+    {"sheen colour texture", &Material::sheen_color_texture},
+    {"sheen roughness texture", &Material::sheen_roughness_texture},
 };
 
 }  // namespace stillray

@@ -67,6 +67,19 @@ std::vector<Case> Cases() {
       coated.clearcoat_roughness = roughness;
       cases.push_back({"coat over number " + std::to_string(cases.size()), coated});
     }
+    // Sheen of any roughness over a surface of any other.
+    for (const float sheen : {0.2f, 0.6f, 1.0f}) {
+      for (Material cloth : {Lambert(vec3(1.0f)), Metal(vec3(1.0f), roughness), sheet}) {
+        cloth.roughness = roughness;
+        cloth.sheen_color = vec3(0.9f);
+        cloth.sheen_roughness = sheen;
+        cloth.clearcoat = sheen == 0.6f ? 0.5f : 0.0f;
+        cloth.clearcoat_roughness = 0.5f;
+        cases.push_back(
+            {"sheen " + std::to_string(sheen) + " over number " + std::to_string(cases.size()),
+             cloth});
+      }
+    }
   }
   return cases;
 }
@@ -104,7 +117,7 @@ TEST(BsdfTest, WhiteSurfacesReflectAllLight) {
     for (const float cosine : {0.05f, 0.2f, 0.5f, 0.8f, 1.0f}) {
       const Surface surface = FlatSurface(c.material, Tilted(cosine), c.front);
       const Bsdf bsdf = tables.Make(surface, 0.0f);
-      constexpr uint32_t kCount = 4096;
+      constexpr uint32_t kCount = 16384;
       glm::dvec3 sum(0.0);
       for (uint32_t i = 0; i < kCount; ++i) {
         const BsdfSample s = SampleBsdf(bsdf, surface.local_wo, RandomPoint(i, 1));
@@ -125,7 +138,7 @@ TEST(BsdfTest, GuideAlbedosAreWhatTheLobesReflect) {
       const Surface surface = FlatSurface(c.material, Tilted(cosine), c.front);
       vec3 expected;
       const Bsdf bsdf = tables.Make(surface, 0.0f, &expected);
-      constexpr uint32_t kCount = 4096;
+      constexpr uint32_t kCount = 16384;
       glm::dvec3 diffuse(0.0);
       glm::dvec3 specular(0.0);
       for (uint32_t i = 0; i < kCount; ++i) {
@@ -136,7 +149,7 @@ TEST(BsdfTest, GuideAlbedosAreWhatTheLobesReflect) {
         }
       }
       for (int k = 0; k < 3; ++k) {
-        EXPECT_NEAR(diffuse[k] / kCount, bsdf.diffuse[k], 0.01) << c.name << ' ' << cosine;
+        EXPECT_NEAR(diffuse[k] / kCount, DiffuseAlbedo(bsdf)[k], 0.01) << c.name << ' ' << cosine;
         EXPECT_NEAR(specular[k] / kCount, expected[k], 0.01) << c.name << ' ' << cosine;
       }
     }

@@ -27,6 +27,13 @@ struct FurnaceCase {
   Material material;
 };
 
+Material Cloth(float sheen, float roughness) {
+  Material cloth = Lambert(vec3(1.0f));
+  cloth.sheen_color = vec3(sheen);
+  cloth.sheen_roughness = roughness;
+  return cloth;
+}
+
 std::vector<FurnaceCase> FurnaceCases() {
   Material plastic = Metal(vec3(1.0f), 0.4f);
   plastic.metallic = 0.0f;
@@ -49,6 +56,9 @@ std::vector<FurnaceCase> FurnaceCases() {
           {"smoothly coated metal", coated(Metal(vec3(1.0f), 0.5f), 0.0f)},
           {"roughly coated metal", coated(Metal(vec3(1.0f), 0.0f), 0.6f)},
           {"coated lambert", coated(Lambert(vec3(1.0f)), 0.3f)},
+          {"cloth", Cloth(1.0f, 0.4f)},
+          {"smooth sheen", Cloth(1.0f, 0.0f)},
+          {"coated cloth", coated(Cloth(0.7f, 0.8f), 0.2f)},
           {"coated glass", coated(Glass(1.5f, 0.0f), 0.2f)}};
 }
 

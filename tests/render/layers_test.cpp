@@ -8,7 +8,10 @@
 #include <limits>
 #include <string>
 
+#include <fmt/format.h>
+
 #include "render/sampler_shared.h"
+#include "render/sheen_shared.h"
 #include "render/surface.h"
 #include "test_scenes.h"
 
@@ -253,6 +256,105 @@ TEST(ClearCoatTest, LobeIsReciprocal) {
   EXPECT_NEAR(ab / ba, 1.0f, 1e-4f);
 }
 
+vec3 Towards(double cosine, double azimuth) {
+  const double sine = std::sqrt(1 - cosine * cosine);
+  return vec3(glm::dvec3(sine * std::cos(azimuth), sine * std::sin(azimuth), cosine));
+}
+
+Material Cloth(vec3 base, vec3 sheen, float roughness) {
+  Material cloth = Lambert(base);
+  cloth.sheen_color = sheen;
+  cloth.sheen_roughness = roughness;
+  return cloth;
+}
+
+// The projected area of all microfacets is that of the surface.
+TEST(SheenTest, DistributionIsNormalised) {
+  for (const float roughness : {0.0f, 0.1f, 0.3f, 0.7f, 1.0f}) {
+    const float alpha = SheenAlpha(roughness);
+    constexpr int kSteps = 100000;
+    double sum = 0;
+    for (int i = 0; i < kSteps; ++i) {
+      const double cosine = (i + 0.5) / kSteps;
+      sum += cosine * SheenDensity(static_cast<float>(1 - cosine * cosine), alpha);
+    }
+    EXPECT_NEAR(sum / kSteps * 2 * 3.14159265358979, 1.0, 1e-4) << roughness;
+  }
+}
+
+// alpha = 1: D = 3 / (2 pi) sin; Lambda at cosine 1 is exp(2 L(0.5) - L(0)) with L(0) = 21.5473 -
+// 4.32054 and L(0.5) = 21.5473 / (1 + 3.82987 * 0.871618) - 0.9888 - 4.32054 = -0.343095.
+TEST(SheenTest, ValuesWorkedByHand) {
+  EXPECT_NEAR(SheenDensity(0.25f, 1.0f), 3.0 / (2 * 3.14159265) * 0.5, 1e-6);
+  EXPECT_NEAR(SheenDensity(1.0f, 0.25f), 6.0 / (2 * 3.14159265), 1e-6);
+  EXPECT_NEAR(std::log(SheenLambda(0.5f, 1.0f)), -0.343095, 2e-4);
+  EXPECT_NEAR(std::log(SheenLambda(1.0f, 1.0f)), -2 * 0.343095 - 17.22676, 1e-3);
+}
+
+TEST(SheenTest, LobeIsReciprocal) {
+  const vec3 a = Towards(0.2, 0.3);
+  const vec3 b = Towards(0.7, 2.6);
+  for (const float alpha : {0.01f, 0.3f, 1.0f}) {
+    EXPECT_NEAR(EvaluateSheen(a, b, alpha) * a.z, EvaluateSheen(b, a, alpha) * b.z, 1e-6f);
+  }
+}
+
+// The guide's albedo against an integral by another grid, of half the azimuth in even angles.
+TEST(SheenTest, AlbedoIsTheIntegralOfTheLobe) {
+  for (const float roughness : {0.1f, 0.25f, 0.5f, 0.8f, 1.0f}) {
+    const Material cloth = Cloth(vec3(0.0f), vec3(1.0f), roughness);
+    for (const double cosine : {0.03, 0.15, 0.4, 0.8, 1.0}) {
+      const vec3 wo = Towards(cosine, 0);
+      constexpr int kAngles = 600;
+      double sum = 0;
+      for (int i = 0; i < kAngles; ++i) {
+        const double theta = (i + 0.5) / kAngles * 3.14159265358979 / 2;
+        for (int j = 0; j < kAngles; ++j) {
+          const double phi = (j + 0.5) / kAngles * 3.14159265358979;
+          sum += EvaluateSheen(wo, Towards(std::cos(theta), phi), SheenAlpha(roughness)) *
+                 std::sin(theta);
+        }
+      }
+      sum *= 3.14159265358979 * 3.14159265358979 / (kAngles * kAngles);
+      const Bsdf bsdf = Tables().Make(SurfaceWithCoatNormal(cloth, wo, vec3(0, 0, 1)), 0.0f);
+      EXPECT_NEAR(DiffuseAlbedo(bsdf).x, std::min(sum, 1.0), 0.01) << roughness << ' ' << cosine;
+    }
+  }
+}
+
+TEST(SheenTest, SamplesAgreeWithValuesAndGainNoLight) {
+  for (const float roughness : {0.1f, 0.5f, 1.0f}) {
+    for (const double cosine : {0.1, 0.5, 0.95}) {
+      const vec3 wo = Towards(cosine, 0.4);
+      const Material cloth =
+          Coated(Cloth(vec3(1.0f), vec3(1.0f, 0.4f, 0.0f), roughness), 0.5f, 0.6f);
+      const Bsdf bsdf = Tables().Make(SurfaceWithCoatNormal(cloth, wo, vec3(0, 0, 1)), 0.0f);
+      ExpectConsistent(Integrate(bsdf, wo), fmt::format("{} {}", roughness, cosine));
+    }
+  }
+}
+
+// Sheen dims what is below by its largest component.
+TEST(SheenTest, DimsWhatItCovers) {
+  SceneBuilder tilted = WallOf(Cloth(vec3(0.5f), vec3(0.8f, 0.4f, 0.0f), 0.5f));
+  tilted.CameraTransform().rotation = Rotation(vec3(0, 1, 0), 1.2f);
+  const vec3 seen = DiffuseAlbedoOf(tilted);
+  const float share = (seen.x - seen.z) / 0.8f;  // what the lobe reflects, if white
+  EXPECT_GT(share, 0.1f);
+  EXPECT_NEAR((seen.y - seen.z) / 0.4f, share, 1e-5f);
+  EXPECT_NEAR(seen.z, 0.5f * (1.0f - 0.8f * share), 1e-5f);
+}
+
+TEST(SheenTest, TexturesAreSrgbColourAndAlpha) {
+  SceneBuilder expected = WallOf(Cloth(vec3(0.0f), vec3(0.5f, 0.25f, 0.0f), 0.4f));
+  expected.scene.materials[0].sheen_color.y *= SrgbDecode(128.0f / 255);
+  SceneBuilder builder = WallOf(Cloth(vec3(0.0f), vec3(0.5f, 0.25f, 0.0f), 0.8f));
+  builder.scene.textures = {UniformTexture(255, 128, 7, 3), UniformTexture(1, 2, 3, 255 / 2 + 1)};
+  builder.scene.materials[0].sheen_color_texture.texture = 0;
+  builder.scene.materials[0].sheen_roughness_texture.texture = 1;
+  ExpectNear(DiffuseAlbedoOf(builder), DiffuseAlbedoOf(expected), 1e-3f);
+}
+
 void ExpectRefused(const Material& material, const std::string& message) {
   const SceneBuilder builder = WallOf(material);
   const auto renderer = Renderer::Create(builder.scene, SmallSettings(2, 2, 1));
@@ -281,6 +383,10 @@ TEST(MaterialLayersTest, FactorsOutOfRangeAreRefused) {
                 "clear coat is -0.5, expected 0 to 1");
   ExpectRefused(changed([&](Material* m) { m->clearcoat_roughness = nan; }),
                 "clear coat roughness is nan, expected 0 to 1");
+  ExpectRefused(changed([&](Material* m) { m->sheen_color.z = 1.25f; }),
+                "sheen colour is 1.25, expected 0 to 1");
+  ExpectRefused(changed([&](Material* m) { m->sheen_roughness = -1.0f; }),
+                "sheen roughness is -1, expected 0 to 1");
   ExpectRefused(changed([&](Material* m) { m->clearcoat_normal_texture.uv_set = 2; }),
                 "its clear coat normal texture uses uv set 2, expected 0 or 1");
   ExpectRefused(changed([&](Material* m) { m->specular_texture.texture = 2; }),

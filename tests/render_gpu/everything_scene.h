@@ -59,6 +59,14 @@ inline std::vector<Material> LayeredMaterials() {
   coated_glass.clearcoat = 1.0f;
   coated_glass.clearcoat_roughness = 0.5f;
   materials.push_back(coated_glass);
+  Material cloth = Lambert(vec3(0.3f, 0.1f, 0.4f));
+  cloth.sheen_color = vec3(0.9f, 0.6f, 1.0f);
+  cloth.sheen_roughness = 0.9f;
+  cloth.sheen_color_texture.texture = 0;
+  cloth.sheen_roughness_texture.texture = 1;
+  cloth.clearcoat = 0.4f;
+  cloth.clearcoat_roughness = 0.5f;
+  materials.push_back(cloth);
   return materials;
 }
 

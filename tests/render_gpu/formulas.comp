@@ -6,6 +6,7 @@
 #include "render/shared.h"
 #include "render/geometry_shared.h"
 #include "render/ggx_shared.h"
+#include "render/sheen_shared.h"
 #include "render/bsdf_shared.h"
 #include "render/sampler_shared.h"
 #include "render/shading_point_shared.h"

@@ -146,6 +146,20 @@ TEST(GltfMaterials, AMapOfTheClearCoatAloneNeedsTangents) {
   EXPECT_EQ(scene.meshes.at(0).tangents[0], vec4(1, 0, 0, 1));
 }
 
+TEST(GltfMaterials, Sheen) {
+  const Scene scene =
+      WithMaterial({{"extensions",
+                     {{"KHR_materials_sheen",
+                       {{"sheenColorFactor", {0.5, 2, 0.25}}, {"sheenRoughnessFactor", 0.75}}}}}});
+  EXPECT_EQ(scene.materials.at(0).sheen_color, vec3(0.5f, 1.0f, 0.25f));
+  EXPECT_EQ(scene.materials.at(0).sheen_roughness, 0.75f);
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("materials[0].extensions.KHR_materials_sheen."
+                                                 "sheenColorFactor: 2 is outside 0..1")));
+  const Material plain = WithMaterial(json::object()).materials.at(0);
+  EXPECT_EQ(plain.sheen_color, vec3(0.0f));
+  EXPECT_EQ(plain.sheen_roughness, 0.0f);
+}
+
 /// A texture or a number of an extension that is damaged is an error that names it.
 TEST(GltfMaterials, DamagedExtensionsAreRefused) {
   const auto refused = [](const char* extension, const json& content, const std::string& message) {
@@ -168,6 +182,8 @@ TEST(GltfMaterials, DamagedExtensionsAreRefused) {
           "clearcoatFactor: expected a number, found string");
   refused("KHR_materials_clearcoat", {{"clearcoatNormalTexture", {{"index", 0}}}},
           "clearcoatNormalTexture.index: index 0 is out of range");
+  refused("KHR_materials_sheen", {{"sheenColorFactor", {1, nullptr, 1}}},
+          "sheenColorFactor[1]: expected a number, found null");
 }
 
 TEST(GltfMaterials, AVolumeWithoutThicknessIsASheet) {
@@ -217,7 +233,9 @@ TEST(GltfTextures, EverySlotIsRead) {
          {"KHR_materials_clearcoat",
           {{"clearcoatTexture", {{"index", 0}}},
            {"clearcoatRoughnessTexture", {{"index", 0}}},
-           {"clearcoatNormalTexture", {{"index", 0}, {"scale", 0.25}}}}}}}});
+           {"clearcoatNormalTexture", {{"index", 0}, {"scale", 0.25}}}}},
+         {"KHR_materials_sheen",
+          {{"sheenColorTexture", {{"index", 0}}}, {"sheenRoughnessTexture", {{"index", 0}}}}}}}});
   const Scene scene = Loaded(builder);
   const Material& material = scene.materials.at(0);
   for (const MaterialTexture& texture : kMaterialTextures) {
@@ -351,10 +369,10 @@ TEST(GltfExtensions, AnUnknownRequiredOneIsRefusedByName) {
 TEST(GltfExtensions, AnUnknownOptionalOneIsAWarning) {
   GltfBuilder builder;
   builder.AddTriangle();
-  builder.json["extensionsUsed"] = {"KHR_materials_sheen", "KHR_materials_ior"};
+  builder.json["extensionsUsed"] = {"KHR_materials_dispersion", "KHR_materials_sheen"};
   const Scene scene = Loaded(builder);
-  EXPECT_THAT(scene.warnings, Contains(HasSubstr("KHR_materials_sheen")));
-  EXPECT_THAT(scene.warnings, ::testing::Not(Contains(HasSubstr("KHR_materials_ior"))));
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("KHR_materials_dispersion")));
+  EXPECT_THAT(scene.warnings, ::testing::Not(Contains(HasSubstr("KHR_materials_sheen"))));
 }
 
 }  // namespace

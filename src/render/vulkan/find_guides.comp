@@ -48,7 +48,7 @@ void AddLayer(CameraLayer layer, vec3 direction, bool heaviest, inout GpuGuides 
   Surface surface = MakeSurface(material, instance, layer.hit, layer.base_colour, direction);
   vec3 specular_albedo;
   Bsdf bsdf = MakeSurfaceBsdf(material, surface, 0.0f, specular_albedo);
-  sum.albedo += bsdf.diffuse * layer.weight;
+  sum.albedo += DiffuseAlbedo(bsdf) * layer.weight;
   sum.specular_albedo += specular_albedo * layer.weight;
   if (surface.at.front != 0 || material.double_sided != 0u) {
     sum.emission += EmissionOf(material, instance, layer.hit) * layer.weight;

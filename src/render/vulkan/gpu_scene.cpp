@@ -132,6 +132,10 @@ GpuLayers MakeLayers(const Material& m) {
   out.coat = m.clearcoat;
   out.coat_roughness = m.clearcoat_roughness;
   out.coat_normal_scale = m.clearcoat_normal_scale;
+  out.sheen_colour = m.sheen_color;
+  out.sheen_roughness = m.sheen_roughness;
+  out.sheen_colour_texture = MakeRef(m.sheen_color_texture);
+  out.sheen_roughness_texture = MakeRef(m.sheen_roughness_texture);
   out.coat_texture = MakeRef(m.clearcoat_texture);
   out.coat_roughness_texture = MakeRef(m.clearcoat_roughness_texture);
   out.coat_normal_texture = MakeRef(m.clearcoat_normal_texture);
@@ -192,6 +196,9 @@ Status GpuScene::AddMeshes() {
 void GpuScene::AddEnergies() {
   AppendTable(SpecularEnergyTables().scale, &energies_);
   AppendTable(SpecularEnergyTables().offset, &energies_);
+  const std::vector<Material>& all = state_.scene().materials;
+  const bool any_sheen = std::any_of(all.begin(), all.end(), HasSheen);
+  AppendTable(any_sheen ? SheenEnergyTable().albedo : EnergyTable(), &energies_);
   std::map<float, uint32_t> known;
   for (size_t i = 0; i < materials_.size(); ++i) {
     const Material& material = state_.scene().materials[i];

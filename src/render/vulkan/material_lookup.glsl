@@ -6,6 +6,7 @@
 #include "render/energy_shared.h"
 #include "render/geometry_shared.h"
 #include "render/ggx_shared.h"
+#include "render/sheen_shared.h"
 #include "render/bsdf_shared.h"
 #include "render/layers_shared.h"
 #include "render/make_bsdf_shared.h"
@@ -145,11 +146,25 @@ SurfaceLayers LayersAt(uint record, GpuInstance instance, GpuHit hit) {
         TextureValue(TextureRefAt(record + kLayersCoatRoughnessTexture), instance, hit, false).g;
     layers.coat_alpha = AlphaOfRoughness(ClampToUnit(roughness));
   }
+  layers.sheen_colour = Vec3At(record + kLayersSheenColour);
+  if (layers.sheen_colour != vec3(0.0f)) {
+    layers.sheen_colour *=
+        TextureValue(TextureRefAt(record + kLayersSheenColourTexture), instance, hit, true).rgb;
+    layers.sheen_roughness = ClampToUnit(
+        FloatAt(record + kLayersSheenRoughness) *
+        TextureValue(TextureRefAt(record + kLayersSheenRoughnessTexture), instance, hit, false).a);
+  }
   return layers;
 }
 
-LayerShares SharesOf(SurfaceLayers layers, float coat_cosine) {
+// \param cosine, coat_cosine  with the normal of the surface, and of its clear coat
+LayerShares SharesOf(SurfaceLayers layers, float cosine, float coat_cosine) {
   LayerShares shares;
+  shares.sheen = 0.0f;
+  if (layers.sheen_colour != vec3(0.0f)) {
+    shares.sheen =
+        LookUpEnergy(2u * kEnergyTableWords, FindEnergy(cosine, layers.sheen_roughness));
+  }
   shares.coat = SchlickShare(1.0f, 0.0f);
   if (layers.coat > 0.0f) {
     shares.coat = ShareOfSpecular(min(coat_cosine, 1.0f), layers.coat_alpha);
@@ -160,7 +175,7 @@ LayerShares SharesOf(SurfaceLayers layers, float coat_cosine) {
 // CoverTransmittance of a smooth thin sheet: by the geometric normal and without regularisation, as
 // shadow rays see it.
 float SheetCover(SurfaceLayers layers, float cosine) {
-  return CoverTransmittance(layers, SharesOf(layers, cosine));
+  return CoverTransmittance(layers, SharesOf(layers, cosine, cosine));
 }
 
 // Transmittance of a smooth thin sheet for an undeflected ray at `cosine` with its geometric

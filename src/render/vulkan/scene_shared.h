@@ -116,23 +116,31 @@ struct GpuLayers {
   float coat;
   float coat_roughness;
   float coat_normal_scale;
+  float sheen_roughness;
+  vec3 sheen_colour;
   float unused_0;
   GpuTextureRef specular_texture;
   GpuTextureRef specular_colour_texture;
   GpuTextureRef coat_texture;
   GpuTextureRef coat_roughness_texture;
   GpuTextureRef coat_normal_texture;
+  GpuTextureRef sheen_colour_texture;
+  GpuTextureRef sheen_roughness_texture;
 };
 // Offsets in words.
 const uint kLayersSpecular = 3u;
 const uint kLayersCoat = 4u;
 const uint kLayersCoatRoughness = 5u;
 const uint kLayersCoatNormalScale = 6u;
-const uint kLayersSpecularTexture = 8u;
-const uint kLayersSpecularColourTexture = 16u;
-const uint kLayersCoatTexture = 24u;
-const uint kLayersCoatRoughnessTexture = 32u;
-const uint kLayersCoatNormalTexture = 40u;
+const uint kLayersSheenRoughness = 7u;
+const uint kLayersSheenColour = 8u;
+const uint kLayersSpecularTexture = 12u;
+const uint kLayersSpecularColourTexture = 20u;
+const uint kLayersCoatTexture = 28u;
+const uint kLayersCoatRoughnessTexture = 36u;
+const uint kLayersCoatNormalTexture = 44u;
+const uint kLayersSheenColourTexture = 52u;
+const uint kLayersSheenRoughnessTexture = 60u;
 
 // Values of AlphaMode.
 const uint kAlphaOpaque = 0u;
@@ -149,8 +157,8 @@ struct GpuTexture {
 // The texels start with the 256 values of the sRGB curve.
 const uint kSrgbTableSize = 256u;
 
-// Energy tables of rough lobes: scale, offset, then those of each glass in the order of
-// GlassEnergy.
+// Energy tables of rough lobes: scale, offset, sheen (zeros if there is none), then those of each
+// glass in the order of GlassEnergy.
 const uint kEnergyTableWords = 1024u;
 const uint kGlassTables = 5u;
 
@@ -199,6 +207,10 @@ static_assert(offsetof(GpuLayers, coat_normal_scale) == 4 * kLayersCoatNormalSca
 static_assert(offsetof(GpuLayers, coat_texture) == 4 * kLayersCoatTexture);
 static_assert(offsetof(GpuLayers, coat_roughness_texture) == 4 * kLayersCoatRoughnessTexture);
 static_assert(offsetof(GpuLayers, coat_normal_texture) == 4 * kLayersCoatNormalTexture);
+static_assert(offsetof(GpuLayers, sheen_roughness) == 4 * kLayersSheenRoughness);
+static_assert(offsetof(GpuLayers, sheen_colour) == 4 * kLayersSheenColour);
+static_assert(offsetof(GpuLayers, sheen_colour_texture) == 4 * kLayersSheenColourTexture);
+static_assert(offsetof(GpuLayers, sheen_roughness_texture) == 4 * kLayersSheenRoughnessTexture);
 static_assert(offsetof(GpuLayers, specular_texture) == 4 * kLayersSpecularTexture);
 static_assert(offsetof(GpuLayers, specular_colour_texture) == 4 * kLayersSpecularColourTexture);
 static_assert(sizeof(GpuTexture) == 16);

@@ -179,7 +179,7 @@ Bsdf MakeSurfaceBsdf(GpuMaterial material, Surface surface, float min_alpha,
     SurfaceLayers layers = surface.layers;
     layers.coat_alpha = max(layers.coat_alpha, min_alpha);
     float cosine = max(dot(surface.at.local_wo, layers.coat_normal), kLeastCoatCosine);
-    LayerShares shares = SharesOf(layers, cosine);
+    LayerShares shares = SharesOf(layers, surface.at.local_wo.z, cosine);
     bool smooth_sheet = surface.at.solid == 0 && inputs.own_alpha <= 0.0f;
     float glass_covered = smooth_sheet
                               ? SheetCover(surface.layers, dot(surface.at.wo, surface.at.geometric))
