@@ -83,6 +83,12 @@ struct Material {
   TextureRef sheen_color_texture;  ///< sRGB
   float sheen_roughness = 0.0f;
   TextureRef sheen_roughness_texture;  ///< linear, A
+  /// KHR_materials_diffuse_transmission: the part of the diffuse light that leaves on the other
+  /// side, in a colour of its own.
+  float diffuse_transmission = 0.0f;
+  TextureRef diffuse_transmission_texture;  ///< linear, A
+  vec3 diffuse_transmission_color = vec3(1.0f);
+  TextureRef diffuse_transmission_color_texture;  ///< sRGB
 
   bool emits() const { return emission.x > 0 || emission.y > 0 || emission.z > 0; }
 };
@@ -197,14 +203,15 @@ Aabb SceneBounds(const Scene& scene, double seconds);
 using KeepGoing = std::function<bool()>;
 
 /// Reads a .gltf or .glb file and all files that it references. Supported extensions:
-/// KHR_lights_punctual, KHR_materials_clearcoat, _emissive_strength, _ior, _sheen, _specular,
-/// _transmission, _unlit (as emission), _volume, KHR_mesh_quantization, KHR_texture_transform,
-/// EXT_texture_webp. Also scenes[i].extras.environment = {"type": "constant", "radiance": [r, g,
-/// b]}. All animations are merged. A file without a camera gets one that shows everything, one
-/// without any light gets an environment of radiance 1; Scene::warnings lists both, and all parts
-/// left out or corrected. Textures are at most 16384 texels wide and high. Nodes may mirror
-/// (negative determinant): front faces are then the clockwise ones, as in glTF 2.0 (3.7.4). \return
-/// kNotFound, kBadData (naming the file, the element and the fault) or kUnsupported (a
+/// KHR_lights_punctual, KHR_materials_clearcoat, _diffuse_transmission, _emissive_strength, _ior,
+/// _sheen, _specular, _transmission, _unlit (as emission), _volume, KHR_mesh_quantization,
+/// KHR_texture_transform, EXT_texture_webp. Also scenes[i].extras.environment = {"type":
+/// "constant", "radiance": [r, g, b]}. All animations are merged. A file without a camera gets one
+/// that shows everything, one without any light gets an environment of radiance 1; Scene::warnings
+/// lists both, and all parts left out or corrected. Textures are at most 16384 texels wide and
+/// high. Nodes may mirror (negative determinant): front faces are then the clockwise ones, as in
+/// glTF 2.0 (3.7.4). \return kNotFound, kBadData (naming the file, the element and the fault) or
+/// kUnsupported (a
 ///     required extension that stillray lacks, by name), kCancelled
 Result<Scene> LoadGltf(const std::string& path, const KeepGoing& keep_going = {});
 

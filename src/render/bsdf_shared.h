@@ -4,6 +4,7 @@
 // The BSDF: glTF 2.0 metallic-roughness with transmission, as
 //   diffuse    Lambert, scaled by the transmittance of the dielectric boundary above it
 //   specular   GGX reflection, Schlick Fresnel between f0 and f90 (boundary and metal in one lobe)
+//   through    Lambertian transmission: the part of the diffuse light that leaves on the far side
 //   sheen      of cloth, above the others
 //   coat       GGX reflection of a clear coat, above all others
 //   glass      GGX reflection and refraction, exact Fresnel (Walter et al. 2007), or a thin sheet
@@ -28,6 +29,7 @@ STILLRAY_RENDER_BEGIN
 
 struct Bsdf {
   vec3 diffuse;              // reflectance of the diffuse lobe, below the boundary
+  float diffuse_share;       // the same without its colour
   vec3 specular_f0;          // reflectance at normal incidence
   vec3 specular_scale;       // weight of the lobe times its energy compensation
   vec3 tint;                 // transmission colour
@@ -53,6 +55,8 @@ struct Bsdf {
   vec3 sheen_albedo;  // its directional albedo
   float sheen_alpha;
   float pick_sheen;
+  vec3 through;  // transmittance of the diffuse lobe
+  float pick_through;
 };
 
 // Reflectance of the clear coat at normal incidence: ior 1.5.
@@ -135,6 +139,8 @@ SHARED_FN vec3 ToCoat(SHARED_IN(LocalFrame) coat, vec3 w) {
 SHARED_FN void AddLayerValues(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi,
                               SHARED_INOUT(BsdfValue) value) {
   if (wi.z <= 0.0f) {
+    value.diffuse += bsdf.through * (-wi.z * kInvPi);
+    value.density += bsdf.pick_through * (-wi.z * kInvPi);
     return;
   }
   if (bsdf.pick_sheen > 0.0f) {
@@ -316,10 +322,13 @@ SHARED_FN vec3 SampleRoughCoat(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u) {
 // Samples a direction from the lobes of the layers that are not ideally smooth; zero: none.
 // \param past  u.z beyond the probabilities of the other lobes
 SHARED_FN vec3 SampleLayers(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u, float past) {
-  if (bsdf.pick_coat > 0.0f && past >= bsdf.pick_sheen) {
+  if (bsdf.pick_coat > 0.0f && past >= bsdf.pick_through + bsdf.pick_sheen) {
     return SampleRoughCoat(bsdf, wo, u);
   }
-  return bsdf.pick_sheen > 0.0f ? SampleHemisphere(u.x, u.y) : vec3(0.0f);
+  if (bsdf.pick_sheen > 0.0f && past >= bsdf.pick_through) {
+    return SampleHemisphere(u.x, u.y);
+  }
+  return bsdf.pick_through > 0.0f ? -SampleCosine(u.x, u.y) : vec3(0.0f);
 }
 
 // Samples a direction. u: (u.x, u.y) the direction, u.z the lobe, u.w reflection or transmission.
@@ -332,7 +341,8 @@ SHARED_FN BsdfSample SampleBsdf(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u) {
   result.kind = kScatterNone;
   float past = u.z - (bsdf.pick_diffuse + bsdf.pick_specular + bsdf.pick_glass);
   if (bsdf.layered != 0 && past >= 0.0f) {
-    if (bsdf.pick_coat > 0.0f && bsdf.coat_alpha <= 0.0f && past >= bsdf.pick_sheen) {
+    if (bsdf.pick_coat > 0.0f && bsdf.coat_alpha <= 0.0f &&
+        past >= bsdf.pick_through + bsdf.pick_sheen) {
       return SampleSmoothCoat(bsdf, wo);
     }
     result.wi = SampleLayers(bsdf, wo, u, past);

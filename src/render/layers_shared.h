@@ -19,6 +19,8 @@ struct SurfaceLayers {
   float coat_alpha;      // of GGX, from its roughness
   vec3 sheen_colour;
   float sheen_roughness;
+  vec3 through_colour;  // of diffuse transmission
+  float through;        // its part of the diffuse light
 };
 
 SHARED_FN SurfaceLayers NoLayers() {
@@ -30,6 +32,8 @@ SHARED_FN SurfaceLayers NoLayers() {
   layers.coat_alpha = 0.0f;
   layers.sheen_colour = vec3(0.0f);
   layers.sheen_roughness = 0.0f;
+  layers.through_colour = vec3(1.0f);
+  layers.through = 0.0f;
   return layers;
 }
 

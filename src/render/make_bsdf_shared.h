@@ -79,7 +79,7 @@ SHARED_FN vec3 SpecularAlbedo(SHARED_IN(Bsdf) bsdf, SHARED_IN(SchlickShare) shar
 
 // Of all lobes whose light counts as diffuse.
 SHARED_FN vec3 DiffuseAlbedo(SHARED_IN(Bsdf) bsdf) {
-  return bsdf.layered != 0 ? bsdf.diffuse + bsdf.sheen_albedo : bsdf.diffuse;
+  return bsdf.layered != 0 ? bsdf.diffuse + bsdf.through + bsdf.sheen_albedo : bsdf.diffuse;
 }
 
 // Alpha of the specular reflection that most of the specular light comes from.
@@ -123,18 +123,21 @@ SHARED_FN void AddLayers(SHARED_INOUT(Bsdf) bsdf, SHARED_IN(SurfaceLayers) layer
   bsdf.sheen_albedo = bsdf.sheen * shares.sheen;
   bsdf.sheen_alpha = SheenAlpha(layers.sheen_roughness);
   float covered = CoverTransmittance(layers, shares);
-  bsdf.diffuse *= covered;
+  bsdf.through = layers.through_colour * (bsdf.diffuse_share * layers.through * covered);
+  bsdf.diffuse *= (1.0f - layers.through) * covered;
   bsdf.specular_scale *= covered;
   bsdf.glass_weight *= glass_covered;
 
   float specular = MaxComponent(ReflectedShare(bsdf, share));
   float diffuse = MaxComponent(bsdf.diffuse);
+  float through = MaxComponent(bsdf.through);
   float sheen = MaxComponent(bsdf.sheen_albedo);
-  float sum = diffuse + specular + bsdf.glass_weight + sheen + bsdf.coat_albedo;
+  float sum = diffuse + specular + bsdf.glass_weight + through + sheen + bsdf.coat_albedo;
   float scale = sum > 0.0f ? 1.0f / sum : 0.0f;
   bsdf.pick_diffuse = diffuse * scale;
   bsdf.pick_specular = specular * scale;
   bsdf.pick_glass = bsdf.glass_weight * scale;
+  bsdf.pick_through = through * scale;
   bsdf.pick_sheen = sheen * scale;
   bsdf.pick_coat = bsdf.coat_albedo * scale;
 }
@@ -156,7 +159,8 @@ SHARED_FN Bsdf MakeBsdf(SHARED_IN(BsdfInput) surface, SHARED_IN(SurfaceLayers) l
   // The largest component, so that light below a coloured boundary stays without colour.
   float most_f0 = MaxComponent(boundary_f0);
   float reflected = (1.0f + most_f0 * loss) * (most_f0 * share.scale + boundary_f90 * share.offset);
-  bsdf.diffuse = surface.base_colour * (base * max(1.0f - reflected, 0.0f));
+  bsdf.diffuse_share = base * max(1.0f - reflected, 0.0f);
+  bsdf.diffuse = surface.base_colour * bsdf.diffuse_share;
 
   // The dielectric boundary and metal share one lobe: Schlick's formula is linear in f0 and f90.
   float weight = metal + base;

@@ -171,7 +171,7 @@ SHARED_FN PathRay ShadowRayTo(SHARED_IN(ShadingPoint) at, SHARED_IN(LightSample)
 }
 
 SHARED_FN bool IsBlack(SHARED_IN(Bsdf) bsdf) {
-  float of_layers = bsdf.layered != 0 ? bsdf.pick_sheen + bsdf.pick_coat : 0.0f;
+  float of_layers = bsdf.layered != 0 ? bsdf.pick_through + bsdf.pick_sheen + bsdf.pick_coat : 0.0f;
   return bsdf.pick_diffuse + bsdf.pick_specular + bsdf.pick_glass + of_layers <= 0.0f;
 }
 
@@ -179,8 +179,8 @@ SHARED_FN bool IsBlack(SHARED_IN(Bsdf) bsdf) {
 SHARED_FN bool MaySeekLight(SHARED_IN(PathState) path, SHARED_IN(Bsdf) bsdf, int most_bounces) {
   bool any_rough = bsdf.pick_diffuse > 0.0f || bsdf.specular_alpha > 0.0f ||
                    (bsdf.pick_glass > 0.0f && bsdf.glass_alpha > 0.0f) ||
-                   (bsdf.layered != 0 &&
-                    (bsdf.pick_sheen > 0.0f || (bsdf.pick_coat > 0.0f && bsdf.coat_alpha > 0.0f)));
+                   (bsdf.layered != 0 && (bsdf.pick_through > 0.0f || bsdf.pick_sheen > 0.0f ||
+                                          (bsdf.pick_coat > 0.0f && bsdf.coat_alpha > 0.0f)));
   return any_rough && (path.first != 0 || path.bounces < most_bounces);
 }
 
@@ -188,7 +188,9 @@ SHARED_FN bool MaySeekLight(SHARED_IN(PathState) path, SHARED_IN(Bsdf) bsdf, int
 SHARED_FN float MeanAlpha(SHARED_IN(Bsdf) bsdf) {
   float mean = bsdf.pick_diffuse + bsdf.pick_specular * bsdf.specular_alpha +
                bsdf.pick_glass * bsdf.glass_alpha;
-  return bsdf.layered != 0 ? mean + bsdf.pick_sheen + bsdf.pick_coat * bsdf.coat_alpha : mean;
+  return bsdf.layered != 0
+             ? mean + bsdf.pick_through + bsdf.pick_sheen + bsdf.pick_coat * bsdf.coat_alpha
+             : mean;
 }
 
 // Samples the next ray and updates the path's weight. Returns whether the path continues.

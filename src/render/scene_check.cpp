@@ -95,6 +95,10 @@ Status CheckLayers(const Material& material, const std::string& name) {
       {"sheen colour", material.sheen_color.y, 1.0f},
       {"sheen colour", material.sheen_color.z, 1.0f},
       {"sheen roughness", material.sheen_roughness, 1.0f},
+      {"diffuse transmission", material.diffuse_transmission, 1.0f},
+      {"diffuse transmission colour", material.diffuse_transmission_color.x, 1.0f},
+      {"diffuse transmission colour", material.diffuse_transmission_color.y, 1.0f},
+      {"diffuse transmission colour", material.diffuse_transmission_color.z, 1.0f},
   };
   for (const Factor& factor : factors) {
     if (!(factor.value >= 0.0f && factor.value <= factor.most)) {

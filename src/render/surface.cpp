@@ -143,6 +143,12 @@ SurfaceLayers LayersAt(const SceneState& state, const Hit& hit) {
         ClampToUnit(layers.sheen_roughness *
                     state.TextureValue(material.sheen_roughness_texture, hit, false).w);
   }
+  if (material.diffuse_transmission > 0.0f) {
+    layers.through = ClampToUnit(
+        layers.through * state.TextureValue(material.diffuse_transmission_texture, hit, false).w);
+    layers.through_colour *=
+        vec3(state.TextureValue(material.diffuse_transmission_color_texture, hit, true));
+  }
   return layers;
 }
 
@@ -185,6 +191,8 @@ SurfaceLayers LayersOf(const Material& material) {
   layers.coat_alpha = AlphaOfRoughness(material.clearcoat_roughness);
   layers.sheen_colour = material.sheen_color;
   layers.sheen_roughness = material.sheen_roughness;
+  layers.through = material.diffuse_transmission;
+  layers.through_colour = material.diffuse_transmission_color;
   return layers;
 }
 

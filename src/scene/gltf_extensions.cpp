@@ -13,13 +13,20 @@ namespace stillray {
 
 namespace {
 
-constexpr std::array<std::string_view, 12> kKnownExtensions = {
-    "EXT_texture_webp",        "KHR_lights_punctual",
-    "KHR_materials_clearcoat", "KHR_materials_emissive_strength",
-    "KHR_materials_ior",       "KHR_materials_sheen",
-    "KHR_materials_specular",  "KHR_materials_transmission",
-    "KHR_materials_unlit",     "KHR_materials_volume",
-    "KHR_mesh_quantization",   "KHR_texture_transform",
+constexpr std::array<std::string_view, 13> kKnownExtensions = {
+    "EXT_texture_webp",
+    "KHR_lights_punctual",
+    "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
 };
 
 bool IsKnown(const std::string& name) {

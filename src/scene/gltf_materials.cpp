@@ -240,6 +240,19 @@ void ReadSheen(GltfImport* import, const JsonView& view, Material* material) {
   material->sheen_roughness_texture = ReadTextureRef(import, sheen.Object("sheenRoughnessTexture"));
 }
 
+void ReadDiffuseTransmission(GltfImport* import, const JsonView& view, Material* material) {
+  const JsonView diffuse = view.Extension("KHR_materials_diffuse_transmission");
+  material->diffuse_transmission = diffuse.NumberIn("diffuseTransmissionFactor", 0.0f, 0.0f, 1.0f);
+  material->diffuse_transmission_texture =
+      ReadTextureRef(import, diffuse.Object("diffuseTransmissionTexture"));
+  if (diffuse.Numbers("diffuseTransmissionColorFactor", &material->diffuse_transmission_color.x,
+                      3)) {
+    Clamp01(diffuse, "diffuseTransmissionColorFactor", &material->diffuse_transmission_color.x, 3);
+  }
+  material->diffuse_transmission_color_texture =
+      ReadTextureRef(import, diffuse.Object("diffuseTransmissionColorTexture"));
+}
+
 /// KHR_materials_unlit: the base colour is visible regardless of light. Here it is the emission of
 /// a black surface that reflects nothing (index of refraction 1).
 void MakeUnlit(const JsonView& view, Material* material) {
@@ -268,6 +281,7 @@ Material ReadMaterial(GltfImport* import, const JsonView& view) {
   ReadSpecular(import, view, &material);
   ReadClearcoat(import, view, &material);
   ReadSheen(import, view, &material);
+  ReadDiffuseTransmission(import, view, &material);
   if (view.Extension("KHR_materials_unlit").exists()) {
     MakeUnlit(view, &material);
   }

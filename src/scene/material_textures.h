@@ -26,6 +26,8 @@ inline constexpr MaterialTexture kMaterialTextures[] = {
     {"clear coat normal texture", &Material::clearcoat_normal_texture},
     {"sheen colour texture", &Material::sheen_color_texture},
     {"sheen roughness texture", &Material::sheen_roughness_texture},
+    {"diffuse transmission texture", &Material::diffuse_transmission_texture},
+    {"diffuse transmission colour texture", &Material::diffuse_transmission_color_texture},
 };
 
 }  // namespace stillray

@@ -67,6 +67,13 @@ std::vector<Case> Cases() {
       coated.clearcoat_roughness = roughness;
       cases.push_back({"coat over number " + std::to_string(cases.size()), coated});
     }
+    for (Material leaf : {Lambert(vec3(1.0f)), plastic}) {
+      leaf.roughness = roughness;
+      leaf.diffuse_transmission = 0.7f;
+      leaf.clearcoat = 0.5f;
+      leaf.clearcoat_roughness = 0.5f;
+      cases.push_back({"leaf number " + std::to_string(cases.size()), leaf});
+    }
     // Sheen of any roughness over a surface of any other.
     for (const float sheen : {0.2f, 0.6f, 1.0f}) {
       for (Material cloth : {Lambert(vec3(1.0f)), Metal(vec3(1.0f), roughness), sheet}) {

@@ -34,6 +34,12 @@ Material Cloth(float sheen, float roughness) {
   return cloth;
 }
 
+Material Leaf(float through) {
+  Material leaf = Lambert(vec3(1.0f));
+  leaf.diffuse_transmission = through;
+  return leaf;
+}
+
 std::vector<FurnaceCase> FurnaceCases() {
   Material plastic = Metal(vec3(1.0f), 0.4f);
   plastic.metallic = 0.0f;
@@ -56,6 +62,7 @@ std::vector<FurnaceCase> FurnaceCases() {
           {"smoothly coated metal", coated(Metal(vec3(1.0f), 0.5f), 0.0f)},
           {"roughly coated metal", coated(Metal(vec3(1.0f), 0.0f), 0.6f)},
           {"coated lambert", coated(Lambert(vec3(1.0f)), 0.3f)},
+          {"leaf", Leaf(0.6f)},
           {"cloth", Cloth(1.0f, 0.4f)},
           {"smooth sheen", Cloth(1.0f, 0.0f)},
           {"coated cloth", coated(Cloth(0.7f, 0.8f), 0.2f)},

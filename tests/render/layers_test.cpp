@@ -355,6 +355,97 @@ TEST(SheenTest, TexturesAreSrgbColourAndAlpha) {
   ExpectNear(DiffuseAlbedoOf(builder), DiffuseAlbedoOf(expected), 1e-3f);
 }
 
+/// A wall that transmits diffuse light, with a directional lamp before or behind it that meets it
+/// at an angle of 0.5. \return its light
+vec3 LightOfLeaf(const Material& leaf, bool behind) {
+  SceneBuilder builder = WallOf(leaf);
+  builder.scene.environment.radiance = vec3(0.0f);
+  PunctualLight light;
+  light.type = LightType::kDirectional;
+  light.intensity = vec3(2.0f);
+  Transform pose;
+  pose.rotation = Rotation(vec3(0, 1, 0), (behind ? kPi : 0.0f) + 0.5f);
+  light.node = builder.AddNode(pose);
+  builder.scene.lights.push_back(light);
+  const Frame frame = RenderOne(builder.scene, SmallSettings(2, 2, 1));
+  EXPECT_EQ(Mean(frame.Find(SignalKind::kDirectSpecular)->radiance), vec3(0.0f));
+  return Mean(frame.Find(SignalKind::kDirectDiffuse)->radiance);
+}
+
+// Lambert on both sides: irradiance times colour over pi.
+TEST(DiffuseTransmissionTest, LightOfALampByHand) {
+  Material leaf = Lambert(vec3(0.8f, 0.4f, 0.2f));
+  leaf.diffuse_transmission = 0.25f;
+  leaf.diffuse_transmission_color = vec3(0.6f, 1.0f, 0.1f);
+  const float irradiance = 2.0f * std::cos(0.5f) / kPi;
+  ExpectNear(LightOfLeaf(leaf, false), irradiance * 0.75f * vec3(leaf.base_color), 1e-5f, "before");
+  ExpectNear(LightOfLeaf(leaf, true), irradiance * 0.25f * leaf.diffuse_transmission_color, 1e-5f,
+             "behind");
+  ExpectNear(DiffuseAlbedoOf(WallOf(leaf)),
+             0.75f * vec3(leaf.base_color) + 0.25f * leaf.diffuse_transmission_color, 1e-5f);
+}
+
+// Before a constant environment a sheet shows the sum of both albedos, found by all strategies.
+TEST(DiffuseTransmissionTest, EnvironmentOnBothSidesByAllStrategies) {
+  Material leaf = Lambert(vec3(0.9f));
+  leaf.diffuse_transmission = 0.5f;
+  leaf.diffuse_transmission_color = vec3(0.2f, 0.6f, 1.0f);
+  const SceneBuilder builder = WallOf(leaf);
+  for (const LightStrategy strategy :
+       {LightStrategy::kBoth, LightStrategy::kNextEvent, LightStrategy::kScatter}) {
+    const vec3 seen = Mean(RenderMean(builder.scene, SmallSettings(4, 4, 1), 1024, strategy));
+    ExpectNear(seen, vec3(0.55f, 0.75f, 0.95f), 0.01f, std::to_string(static_cast<int>(strategy)));
+  }
+}
+
+// Only the diffuse part is divided: metal and glass transmit as before.
+TEST(DiffuseTransmissionTest, LeavesTheOtherLobesAlone) {
+  Material metal = Metal(vec3(0.9f), 0.5f);
+  const vec3 bare = SpecularAlbedoOf(WallOf(metal));
+  metal.diffuse_transmission = 1.0f;
+  ExpectNear(SpecularAlbedoOf(WallOf(metal)), bare, 0.0f);
+  ExpectNear(DiffuseAlbedoOf(WallOf(metal)), vec3(0.0f), 0.0f);
+  Material plastic = Plastic(0.5f);
+  const vec3 below = DiffuseAlbedoOf(WallOf(plastic));
+  plastic.diffuse_transmission = 0.5f;
+  plastic.diffuse_transmission_color = vec3(0.5f);
+  ExpectNear(DiffuseAlbedoOf(WallOf(plastic)), 0.75f * below, 1e-5f);
+}
+
+// Light that a solid's front transmits is absorbed up to the back: in a thick slab whose front
+// scatters and whose back is black, what the floor of the slab would return is zero, and through a
+// slab of index 1 without reflection a lamp behind it arrives by Beer's law.
+TEST(DiffuseTransmissionTest, SolidsAbsorbOnTheWay) {
+  SceneBuilder builder;
+  builder.scene.cameras[0].yfov = 1e-3f;
+  Material body = Lambert(vec3(0.0f));
+  body.diffuse_transmission = 1.0f;
+  body.solid = true;
+  body.attenuation_color = vec3(0.5f, 0.8f, 1.0f);
+  body.attenuation_distance = 1.0f;
+  builder.Add(Quad(vec3(-9, -9, -3), vec3(18, 0, 0), vec3(0, 18, 0)), body);
+  PunctualLight light;
+  light.type = LightType::kPoint;
+  light.intensity = vec3(4.0f);
+  light.node = builder.AddNode(At(vec3(0, 0, -5)));  // inside, 2 behind the face
+  builder.scene.lights.push_back(light);
+  const Frame frame = RenderOne(builder.scene, SmallSettings(2, 2, 1));
+  ExpectNear(Mean(frame.Find(SignalKind::kDirectDiffuse)->radiance), vec3(0.25f, 0.64f, 1.0f) / kPi,
+             1e-5f);
+}
+
+TEST(DiffuseTransmissionTest, TexturesAreAlphaAndSrgbColour) {
+  Material leaf = Lambert(vec3(0.0f));
+  leaf.diffuse_transmission = 0.5f;
+  leaf.diffuse_transmission_color = vec3(0.8f, 0.4f, 0.2f);
+  SceneBuilder builder = WallOf(leaf);
+  builder.scene.textures = {UniformTexture(1, 2, 3, 51), UniformTexture(255, 128, 0, 9)};
+  builder.scene.materials[0].diffuse_transmission_texture.texture = 0;
+  builder.scene.materials[0].diffuse_transmission_color_texture.texture = 1;
+  ExpectNear(DiffuseAlbedoOf(builder), 0.1f * vec3(0.8f, 0.4f * SrgbDecode(128.0f / 255), 0.0f),
+             1e-6f);
+}
+
 void ExpectRefused(const Material& material, const std::string& message) {
   const SceneBuilder builder = WallOf(material);
   const auto renderer = Renderer::Create(builder.scene, SmallSettings(2, 2, 1));
@@ -387,6 +478,10 @@ TEST(MaterialLayersTest, FactorsOutOfRangeAreRefused) {
                 "sheen colour is 1.25, expected 0 to 1");
   ExpectRefused(changed([&](Material* m) { m->sheen_roughness = -1.0f; }),
                 "sheen roughness is -1, expected 0 to 1");
+  ExpectRefused(changed([&](Material* m) { m->diffuse_transmission = nan; }),
+                "diffuse transmission is nan, expected 0 to 1");
+  ExpectRefused(changed([&](Material* m) { m->diffuse_transmission_color.x = 2.0f; }),
+                "diffuse transmission colour is 2, expected 0 to 1");
   ExpectRefused(changed([&](Material* m) { m->clearcoat_normal_texture.uv_set = 2; }),
                 "its clear coat normal texture uses uv set 2, expected 0 or 1");
   ExpectRefused(changed([&](Material* m) { m->specular_texture.texture = 2; }),

@@ -67,6 +67,19 @@ inline std::vector<Material> LayeredMaterials() {
   cloth.clearcoat = 0.4f;
   cloth.clearcoat_roughness = 0.5f;
   materials.push_back(cloth);
+  Material leaf = Lambert(vec3(0.2f, 0.5f, 0.1f));
+  leaf.ior = 1.5f;
+  leaf.diffuse_transmission = 0.8f;
+  leaf.diffuse_transmission_color = vec3(0.9f, 1.0f, 0.4f);
+  leaf.diffuse_transmission_texture.texture = 0;
+  leaf.diffuse_transmission_color_texture.texture = 1;
+  materials.push_back(leaf);
+  leaf.solid = true;
+  leaf.attenuation_color = vec3(0.9f, 0.5f, 0.4f);
+  leaf.attenuation_distance = 0.3f;
+  leaf.sheen_color = vec3(0.5f);
+  leaf.sheen_roughness = 0.4f;
+  materials.push_back(leaf);
   return materials;
 }
 

@@ -160,6 +160,17 @@ TEST(GltfMaterials, Sheen) {
   EXPECT_EQ(plain.sheen_roughness, 0.0f);
 }
 
+TEST(GltfMaterials, DiffuseTransmission) {
+  const Scene scene = WithMaterial(
+      {{"extensions",
+        {{"KHR_materials_diffuse_transmission",
+          {{"diffuseTransmissionFactor", 7}, {"diffuseTransmissionColorFactor", {0.5, 0, -3}}}}}}});
+  EXPECT_EQ(scene.materials.at(0).diffuse_transmission, 1.0f);
+  EXPECT_EQ(scene.materials.at(0).diffuse_transmission_color, vec3(0.5f, 0.0f, 0.0f));
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("diffuseTransmissionFactor: 7 is outside")));
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("diffuseTransmissionColorFactor: -3 is outside")));
+}
+
 /// A texture or a number of an extension that is damaged is an error that names it.
 TEST(GltfMaterials, DamagedExtensionsAreRefused) {
   const auto refused = [](const char* extension, const json& content, const std::string& message) {
@@ -182,6 +193,8 @@ TEST(GltfMaterials, DamagedExtensionsAreRefused) {
           "clearcoatFactor: expected a number, found string");
   refused("KHR_materials_clearcoat", {{"clearcoatNormalTexture", {{"index", 0}}}},
           "clearcoatNormalTexture.index: index 0 is out of range");
+  refused("KHR_materials_diffuse_transmission", {{"diffuseTransmissionFactor", {0.5}}},
+          "diffuseTransmissionFactor: expected a number, found array");
   refused("KHR_materials_sheen", {{"sheenColorFactor", {1, nullptr, 1}}},
           "sheenColorFactor[1]: expected a number, found null");
 }
@@ -235,7 +248,10 @@ TEST(GltfTextures, EverySlotIsRead) {
            {"clearcoatRoughnessTexture", {{"index", 0}}},
            {"clearcoatNormalTexture", {{"index", 0}, {"scale", 0.25}}}}},
          {"KHR_materials_sheen",
-          {{"sheenColorTexture", {{"index", 0}}}, {"sheenRoughnessTexture", {{"index", 0}}}}}}}});
+          {{"sheenColorTexture", {{"index", 0}}}, {"sheenRoughnessTexture", {{"index", 0}}}}},
+         {"KHR_materials_diffuse_transmission",
+          {{"diffuseTransmissionTexture", {{"index", 0}}},
+           {"diffuseTransmissionColorTexture", {{"index", 0}}}}}}}});
   const Scene scene = Loaded(builder);
   const Material& material = scene.materials.at(0);
   for (const MaterialTexture& texture : kMaterialTextures) {

@@ -136,6 +136,10 @@ GpuLayers MakeLayers(const Material& m) {
   out.sheen_roughness = m.sheen_roughness;
   out.sheen_colour_texture = MakeRef(m.sheen_color_texture);
   out.sheen_roughness_texture = MakeRef(m.sheen_roughness_texture);
+  out.through = m.diffuse_transmission;
+  out.through_colour = m.diffuse_transmission_color;
+  out.through_texture = MakeRef(m.diffuse_transmission_texture);
+  out.through_colour_texture = MakeRef(m.diffuse_transmission_color_texture);
   out.coat_texture = MakeRef(m.clearcoat_texture);
   out.coat_roughness_texture = MakeRef(m.clearcoat_roughness_texture);
   out.coat_normal_texture = MakeRef(m.clearcoat_normal_texture);

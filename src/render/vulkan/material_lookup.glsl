@@ -154,6 +154,15 @@ SurfaceLayers LayersAt(uint record, GpuInstance instance, GpuHit hit) {
         FloatAt(record + kLayersSheenRoughness) *
         TextureValue(TextureRefAt(record + kLayersSheenRoughnessTexture), instance, hit, false).a);
   }
+  layers.through = FloatAt(record + kLayersThrough);
+  if (layers.through > 0.0f) {
+    layers.through = ClampToUnit(
+        layers.through *
+        TextureValue(TextureRefAt(record + kLayersThroughTexture), instance, hit, false).a);
+    layers.through_colour =
+        Vec3At(record + kLayersThroughColour) *
+        TextureValue(TextureRefAt(record + kLayersThroughColourTexture), instance, hit, true).rgb;
+  }
   return layers;
 }
 

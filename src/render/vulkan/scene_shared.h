@@ -118,6 +118,8 @@ struct GpuLayers {
   float coat_normal_scale;
   float sheen_roughness;
   vec3 sheen_colour;
+  float through;
+  vec3 through_colour;
   float unused_0;
   GpuTextureRef specular_texture;
   GpuTextureRef specular_colour_texture;
@@ -126,6 +128,8 @@ struct GpuLayers {
   GpuTextureRef coat_normal_texture;
   GpuTextureRef sheen_colour_texture;
   GpuTextureRef sheen_roughness_texture;
+  GpuTextureRef through_texture;
+  GpuTextureRef through_colour_texture;
 };
 // Offsets in words.
 const uint kLayersSpecular = 3u;
@@ -134,13 +138,17 @@ const uint kLayersCoatRoughness = 5u;
 const uint kLayersCoatNormalScale = 6u;
 const uint kLayersSheenRoughness = 7u;
 const uint kLayersSheenColour = 8u;
-const uint kLayersSpecularTexture = 12u;
-const uint kLayersSpecularColourTexture = 20u;
-const uint kLayersCoatTexture = 28u;
-const uint kLayersCoatRoughnessTexture = 36u;
-const uint kLayersCoatNormalTexture = 44u;
-const uint kLayersSheenColourTexture = 52u;
-const uint kLayersSheenRoughnessTexture = 60u;
+const uint kLayersThrough = 11u;
+const uint kLayersThroughColour = 12u;
+const uint kLayersSpecularTexture = 16u;
+const uint kLayersSpecularColourTexture = 24u;
+const uint kLayersCoatTexture = 32u;
+const uint kLayersCoatRoughnessTexture = 40u;
+const uint kLayersCoatNormalTexture = 48u;
+const uint kLayersSheenColourTexture = 56u;
+const uint kLayersSheenRoughnessTexture = 64u;
+const uint kLayersThroughTexture = 72u;
+const uint kLayersThroughColourTexture = 80u;
 
 // Values of AlphaMode.
 const uint kAlphaOpaque = 0u;
@@ -211,6 +219,10 @@ static_assert(offsetof(GpuLayers, sheen_roughness) == 4 * kLayersSheenRoughness)
 static_assert(offsetof(GpuLayers, sheen_colour) == 4 * kLayersSheenColour);
 static_assert(offsetof(GpuLayers, sheen_colour_texture) == 4 * kLayersSheenColourTexture);
 static_assert(offsetof(GpuLayers, sheen_roughness_texture) == 4 * kLayersSheenRoughnessTexture);
+static_assert(offsetof(GpuLayers, through) == 4 * kLayersThrough);
+static_assert(offsetof(GpuLayers, through_colour) == 4 * kLayersThroughColour);
+static_assert(offsetof(GpuLayers, through_texture) == 4 * kLayersThroughTexture);
+static_assert(offsetof(GpuLayers, through_colour_texture) == 4 * kLayersThroughColourTexture);
 static_assert(offsetof(GpuLayers, specular_texture) == 4 * kLayersSpecularTexture);
 static_assert(offsetof(GpuLayers, specular_colour_texture) == 4 * kLayersSpecularColourTexture);
 static_assert(sizeof(GpuTexture) == 16);
