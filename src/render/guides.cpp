@@ -85,7 +85,7 @@ PixelGuides MakeGuides(const TraceContext& context, const PrimaryPixel& pixel,
       guides.normal = surface.frame.z;
       guides.motion = SurfaceMotion(context, layer.hit, surface.position);
       guides.id = layer.hit.instance + 1;
-      guides.roughness = GuideRoughness(bsdf, specular_albedo, surface.roughness);
+      guides.roughness = GuideRoughness(bsdf, surface.roughness);
     }
   }
   guides.background = context.lights.environment().Radiance(pixel.direction) * pixel.background;

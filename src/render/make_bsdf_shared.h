@@ -82,16 +82,15 @@ SHARED_FN vec3 DiffuseAlbedo(SHARED_IN(Bsdf) bsdf) {
   return bsdf.layered != 0 ? bsdf.diffuse + bsdf.through + bsdf.sheen_albedo : bsdf.diffuse;
 }
 
-// Alpha of the specular reflection that most of the specular light comes from.
-SHARED_FN float MainSpecularAlpha(SHARED_IN(Bsdf) bsdf, vec3 specular_albedo) {
-  bool coated = bsdf.layered != 0 && bsdf.coat_albedo > 0.5f * MaxComponent(specular_albedo);
-  return coated ? bsdf.coat_alpha : bsdf.specular_alpha;
+// Whether most of the specular light comes from the clear coat.
+SHARED_FN bool IsMainlyCoat(SHARED_IN(Bsdf) bsdf) {
+  return bsdf.layered != 0 && bsdf.pick_coat > bsdf.pick_specular + bsdf.pick_glass;
 }
 
-// Perceptual roughness of that reflection. \param roughness  of the surface below the layers
-SHARED_FN float GuideRoughness(SHARED_IN(Bsdf) bsdf, vec3 specular_albedo, float roughness) {
-  bool coated = bsdf.layered != 0 && bsdf.coat_albedo > 0.5f * MaxComponent(specular_albedo);
-  return coated ? sqrt(bsdf.coat_alpha) : roughness;
+// Perceptual roughness of the reflection that most of the specular light comes from.
+// \param roughness  of the surface below the layers
+SHARED_FN float GuideRoughness(SHARED_IN(Bsdf) bsdf, float roughness) {
+  return IsMainlyCoat(bsdf) ? sqrt(bsdf.coat_alpha) : roughness;
 }
 
 // Energy compensation of the clear coat.

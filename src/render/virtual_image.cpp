@@ -32,8 +32,8 @@ struct Leaving {
 /// Light of an emitter or the sky is divided by itself, so that the filter does not see it: smaller
 /// values are.
 constexpr float kLeastRadiance = 0.01f;
-/// A clear coat with normals of its own shows no image: least cosine between the normals.
-constexpr float kEven = 0.9999f;
+/// Least cosine of a clear coat's normal with the surface's, about which chains are reflected.
+constexpr float kSameNormal = 0.9999f;
 /// Glass shows the image of a light that it reflects if that is brighter than this part of the mean
 /// sky.
 constexpr float kVisibleLight = 0.5f;
@@ -53,9 +53,9 @@ Leaving LeavingOf(const Surface& surface, const Bsdf& bsdf, vec3 specular_albedo
     }
     return {bsdf.thin != 0 ? Pass::kStraight : Pass::kRefract, bsdf.eta, reflectance};
   }
-  const bool even = bsdf.layered == 0 || bsdf.pick_coat <= 0.0f || bsdf.coat_normal.z > kEven;
-  const bool any = bsdf.pick_specular > 0.0f || (bsdf.layered != 0 && bsdf.pick_coat > 0.0f);
-  const bool reflects = any && even && IsSmooth(MainSpecularAlpha(bsdf, specular_albedo));
+  const bool coat = IsMainlyCoat(bsdf);
+  const bool reflects = coat ? IsSmooth(bsdf.coat_alpha) && bsdf.coat_normal.z > kSameNormal
+                             : bsdf.pick_specular > 0.0f && IsSmooth(bsdf.specular_alpha);
   const bool mostly = Luminance709(specular_albedo) > Luminance709(DiffuseAlbedo(bsdf));
   return reflects && (first || mostly) ? Leaving{Pass::kReflect} : Leaving{};
 }

@@ -58,7 +58,7 @@ void AddLayer(CameraLayer layer, vec3 direction, bool heaviest, inout GpuGuides 
     sum.normal = surface.at.frame.z;
     SetMotion(SurfaceMotion(instance, layer.hit, surface.at.position), sum);
     sum.id = layer.hit.instance + 1u;
-    sum.roughness = GuideRoughness(bsdf, specular_albedo, surface.roughness);
+    sum.roughness = GuideRoughness(bsdf, surface.roughness);
   }
 }
 
