@@ -98,7 +98,7 @@ float SheenAlbedo(vec3 wo, float roughness) {
 SheenEnergy MakeSheenEnergy() {
   SheenEnergy energy;
   FillTables([&](int i, int j, vec3 wo, float alpha) {
-    energy.albedo.At(i, j) = SheenAlbedo(wo, std::sqrt(alpha));
+    energy.albedo.At(i, j) = SheenAlbedo(wo, SheenOfRow(std::sqrt(alpha)));
   });
   return energy;
 }

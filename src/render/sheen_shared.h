@@ -8,7 +8,7 @@
 #define STILLRAY_RENDER_SHEEN_SHARED_H
 
 #ifdef __cplusplus
-#include "render/shared.h"
+#include "render/energy_shared.h"
 #endif
 
 STILLRAY_RENDER_BEGIN
@@ -20,6 +20,18 @@ const float kSheenLeastRoughness = 0.1f;
 SHARED_FN float SheenAlpha(float roughness) {
   float least = max(roughness, kSheenLeastRoughness);
   return least * least;
+}
+
+// Rows of the table of directional albedos, which are those of a perceptual roughness, span the
+// roughness of sheen from its least value on.
+SHARED_FN float RowOfSheen(float roughness) {
+  float part =
+      (max(roughness, kSheenLeastRoughness) - kSheenLeastRoughness) / (1.0f - kSheenLeastRoughness);
+  return kEnergyLeastRoughness + part * (1.0f - kEnergyLeastRoughness);
+}
+SHARED_FN float SheenOfRow(float row) {
+  float part = (row - kEnergyLeastRoughness) / (1.0f - kEnergyLeastRoughness);
+  return kSheenLeastRoughness + part * (1.0f - kSheenLeastRoughness);
 }
 
 // Density of microfacet normals per solid angle and projected area (eq. 2), by the squared sine of

@@ -166,8 +166,8 @@ SchlickShare ShareOfSpecular(float cosine, float alpha) {
 LayerShares SharesOf(const SurfaceLayers& layers, float cosine, float coat_cosine) {
   LayerShares shares = {{1.0f, 0.0f}, 0.0f};
   if (layers.sheen_colour != vec3(0.0f)) {
-    shares.sheen =
-        SheenEnergyTable().albedo.Lookup(EnergyTable::Find(cosine, layers.sheen_roughness));
+    shares.sheen = SheenEnergyTable().albedo.Lookup(
+        EnergyTable::Find(cosine, RowOfSheen(layers.sheen_roughness)));
   }
   if (layers.coat > 0.0f) {
     shares.coat = ShareOfSpecular(min(coat_cosine, 1.0f), layers.coat_alpha);

@@ -5,6 +5,7 @@
 #include "core/shared.h"
 #include "render/shared.h"
 #include "render/geometry_shared.h"
+#include "render/energy_shared.h"
 #include "render/ggx_shared.h"
 #include "render/sheen_shared.h"
 #include "render/bsdf_shared.h"
