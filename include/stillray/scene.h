@@ -228,8 +228,8 @@ Result<Scene> LoadGltfFromMemory(const uint8_t* data, size_t size, const std::st
 ///     has no OBJ), kCancelled
 Result<Scene> LoadObj(const std::string& path, const KeepGoing& keep_going = {});
 
-/// Makes a built-in scene: "cornell", "spheres", "lights", "mirrors", "thin", "faust",
-/// "colonnade", "car".
+/// Makes a built-in scene: "cornell", "spheres", "lights", "materials", "mirrors", "thin",
+/// "faust", "colonnade", "car".
 /// \return kNotFound with the list of names if there is no such scene
 Result<Scene> MakeBuiltinScene(const std::string& name);
 std::vector<std::string> BuiltinSceneNames();

@@ -24,10 +24,11 @@ struct Builtin {
   Scene (*make)();
 };
 
-constexpr std::array<Builtin, 8> kBuiltins = {{
+constexpr std::array<Builtin, 9> kBuiltins = {{
     {"cornell", &MakeCornellScene},
     {"spheres", &MakeSpheresScene},
     {"lights", &MakeLightsScene},
+    {"materials", &MakeMaterialsScene},
     {"mirrors", &MakeMirrorsScene},
     {"thin", &MakeThinScene},
     {"faust", &MakeFaustScene},

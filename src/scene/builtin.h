@@ -17,6 +17,7 @@ Scene MakeCornellScene();
 Scene MakeSpheresScene();
 Scene MakeLightsScene();
 Scene MakeMirrorsScene();
+Scene MakeMaterialsScene();
 Scene MakeThinScene();
 Scene MakeFaustScene();
 Scene MakeColonnadeScene();

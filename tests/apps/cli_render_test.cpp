@@ -495,8 +495,9 @@ TEST(CliRender, BadScenesAndFoldersAreNamed) {
   EXPECT_THAT(missing.errors, HasSubstr("none.glb: no such file"));
   const ProgramRun unknown = RunProgram(Render(folder / "out", {}, "builtin:none"));
   EXPECT_EQ(unknown.exit_code, 2);
-  EXPECT_THAT(unknown.errors,
-              HasSubstr("cornell, spheres, lights, mirrors, thin, faust, colonnade, car"));
+  EXPECT_THAT(
+      unknown.errors,
+      HasSubstr("cornell, spheres, lights, materials, mirrors, thin, faust, colonnade, car"));
   EXPECT_FALSE(fs::exists(folder / "out"));
 
   const ProgramRun file = RunProgram(Render(scene, {"--frames", "1"}));

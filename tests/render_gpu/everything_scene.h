@@ -28,6 +28,12 @@ inline Transform Pose(vec3 translation, vec4 rotation, vec3 scale) {
   return transform;
 }
 
+inline std::vector<Texture> EverythingTextures() {
+  std::vector<Texture> textures = {Noise(64, 64, 1), Noise(16, 9, 2), Noise(7, 13, 3)};
+  textures[2].wrap_u = Wrap::kMirror;
+  return textures;
+}
+
 // One for each extension of glTF's materials, with textures 0 to 2.
 inline std::vector<Material> LayeredMaterials() {
   std::vector<Material> materials;
@@ -88,8 +94,7 @@ inline std::vector<Material> LayeredMaterials() {
 // camera, emitters seen from both sides.
 inline Scene EverythingScene() {
   SceneBuilder builder;
-  builder.scene.textures = {Noise(64, 64, 1), Noise(16, 9, 2), Noise(7, 13, 3)};
-  builder.scene.textures[2].wrap_u = Wrap::kMirror;
+  builder.scene.textures = EverythingTextures();
   const auto panel = [&](float x, float y) {
     return Quad(vec3(x, y, -6), vec3(1.6f, 0, 0.3f), vec3(0.1f, 1.6f, 0));
   };

@@ -422,14 +422,15 @@ TEST(BuiltinScenes, TheCarStandsOnItsWheelsUnderPanes) {
 }
 
 TEST(BuiltinScenes, AnUnknownNameListsTheKnownOnes) {
-  EXPECT_THAT(BuiltinSceneNames(), ElementsAre("cornell", "spheres", "lights", "mirrors", "thin",
-                                               "faust", "colonnade", "car"));
+  EXPECT_THAT(BuiltinSceneNames(), ElementsAre("cornell", "spheres", "lights", "materials",
+                                               "mirrors", "thin", "faust", "colonnade", "car"));
   const Result<Scene> scene = LoadScene("builtin:teapot");
   ASSERT_FALSE(scene.ok());
   EXPECT_EQ(scene.status().code(), StatusCode::kNotFound);
   EXPECT_THAT(scene.status().message(), HasSubstr("teapot"));
-  EXPECT_THAT(scene.status().message(),
-              HasSubstr("cornell, spheres, lights, mirrors, thin, faust, colonnade, car"));
+  EXPECT_THAT(
+      scene.status().message(),
+      HasSubstr("cornell, spheres, lights, materials, mirrors, thin, faust, colonnade, car"));
   EXPECT_TRUE(LoadScene("builtin:cornell").ok());
 }
 

@@ -110,7 +110,7 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
       command
           ->add_option("scene", a->scene,
                        ".gltf, .glb, .obj or builtin:NAME (cornell, spheres, lights, mirrors, "
-                       "thin, faust, colonnade, car)")
+                       "materials, thin, faust, colonnade, car)")
           ->capture_default_str();
   command->option_defaults()->group("Output");
   command->add_option("-o,--output", a->folder, "Folder for the pictures; made if needed")
