@@ -17,6 +17,7 @@ enum class ParameterType : uint8_t {
   kChoice,  ///< one of Parameter::choices
   kSteps,   ///< a list of whole numbers, such as 1,2,4
   kSeed,    ///< an unsigned whole number of 64 bits
+  kText,    ///< a notation of its own: Parameter::choices has its forms
   kRate,    ///< per pixel and frame: a whole number, or 1/n for one in n frames
 };
 
@@ -29,7 +30,8 @@ struct Parameter {
   const char* symbol = "";  ///< in the papers; "" if it has none
   double min = 0;           ///< inclusive; of each step for kSteps
   double max = 1;           ///< inclusive; without meaning for kSeed, which takes all of 64 bits
-  std::vector<const char*> choices = {};  ///< names of the values of a kChoice, in order
+  std::vector<const char*> choices =
+      {};  ///< names of the values of a kChoice, in order; forms of a kText
   /// When a change makes Denoiser::SetSettings begin the history anew; "": never.
   const char* resets_history = "";
 };

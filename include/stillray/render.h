@@ -34,6 +34,10 @@ enum class GuideCoverage : uint8_t {
 inline constexpr int kMaxCycle = 256;
 inline constexpr int kMaxSpp = 65536;
 inline constexpr int kMaxSide = 32768;
+inline constexpr float kMaxAperture = 1e6f;
+inline constexpr float kMaxFocus = 1e6f;
+inline constexpr float kMinFNumber = 0.1f;
+inline constexpr float kMaxFNumber = 1e3f;
 
 /// Size of the frames, and everything that RenderParameters() lists with range, unit and help. The
 /// initialisers are the defaults.
@@ -55,6 +59,12 @@ struct RenderSettings {
   /// Path-space regularisation (SVGF, section 3): roughens surfaces that a path hits after a rough
   /// one. Fewer fireflies, dimmer caustics.
   bool regularise = false;
+  /// The lens in place of the scene camera's; unset: as the scene has it.
+  std::optional<float> aperture;  ///< Lens::radius, 0..kMaxAperture; not together with f_number
+  std::optional<float> f_number;  ///< Lens::f_number, kMinFNumber..kMaxFNumber
+  std::optional<float> focus;     ///< Lens::focus: 0..kMaxFocus
+  std::optional<int> blades;      ///< Lens::blades: 0, or 3..kMaxBlades; also without a mask then
+  std::optional<float> blade_rotation;  ///< Lens::rotation, -180..180
   /// Frame::reflection for smooth surfaces: extra rays where there are some. Not with
   /// GuideCoverage::kSparse, and not on devices.
   bool virtual_guides = true;
@@ -82,7 +92,7 @@ Result<std::string> GetRenderParameter(const RenderSettings& settings, std::stri
 Status ValidateRenderSettings(const RenderSettings& settings);
 
 /// Whether light has the same expected value with both settings, so that frames of one may go on
-/// with the history of the other. Sampling may differ, `bounces` and `regularise` may not.
+/// with the history of the other. Sampling may differ, paths and the lens may not.
 bool SameLight(const RenderSettings& a, const RenderSettings& b);
 
 /// Signals of a rendered frame: direct and indirect, diffuse and specular, in the order of

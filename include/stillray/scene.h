@@ -128,11 +128,26 @@ struct Instance {
   int node = -1;
 };
 
+/// A thin lens (docs/lens.md). Without aperture the camera is a pinhole.
+struct Lens {
+  float radius = 0.0f;    ///< of the aperture, scene units
+  float f_number = 0.0f;  ///< above 0: the radius, in metres, of a lens before a 36 mm picture
+  float focus = 0.0f;  ///< depth of the plane of focus, may be +infinity; 0: the picture's centre
+  int blades = 0;      ///< corners of the aperture, a regular polygon in the circle; 0: a circle
+  float rotation = 0.0f;  ///< of the first corner from the right, anticlockwise, degrees
+  int mask = -1;          ///< index into Scene::textures: the aperture by its brightness; -1: none
+};
+
+/// Largest width or height of a lens mask, in texels.
+inline constexpr int kMaxLensMaskSide = 2048;
+inline constexpr int kMaxBlades = 32;
+
 struct Camera {
   std::string name;
   int node = -1;
   float yfov = 0.8f;    ///< vertical angle of view, radians
   float aspect = 0.0f;  ///< width / height that the camera was framed for; 0 = not given
+  Lens lens = {};
 };
 
 enum class LightType : uint8_t { kPoint, kSpot, kDirectional };
@@ -206,12 +221,12 @@ using KeepGoing = std::function<bool()>;
 /// KHR_lights_punctual, KHR_materials_clearcoat, _diffuse_transmission, _emissive_strength, _ior,
 /// _sheen, _specular, _transmission, _unlit (as emission), _volume, KHR_mesh_quantization,
 /// KHR_texture_transform, EXT_texture_webp. Also scenes[i].extras.environment = {"type":
-/// "constant", "radiance": [r, g, b]}. All animations are merged. A file without a camera gets one
-/// that shows everything, one without any light gets an environment of radiance 1; Scene::warnings
-/// lists both, and all parts left out or corrected. Textures are at most 16384 texels wide and
-/// high. Nodes may mirror (negative determinant): front faces are then the clockwise ones, as in
-/// glTF 2.0 (3.7.4). \return kNotFound, kBadData (naming the file, the element and the fault) or
-/// kUnsupported (a
+/// "constant", "radiance": [r, g, b]} and cameras[i].extras.lens (docs/lens.md). All animations
+/// are merged. A file without a camera gets one that shows everything, one without any light gets
+/// an environment of radiance 1; Scene::warnings lists both, and all parts left out or corrected.
+/// Textures are at most 16384 texels wide and high. Nodes may mirror (negative determinant): front
+/// faces are then the clockwise ones, as in glTF 2.0 (3.7.4).
+/// \return kNotFound, kBadData (naming the file, the element and the fault) or kUnsupported (a
 ///     required extension that stillray lacks, by name), kCancelled
 Result<Scene> LoadGltf(const std::string& path, const KeepGoing& keep_going = {});
 
@@ -233,6 +248,12 @@ Result<Scene> LoadObj(const std::string& path, const KeepGoing& keep_going = {})
 /// \return kNotFound with the list of names if there is no such scene
 Result<Scene> MakeBuiltinScene(const std::string& name);
 std::vector<std::string> BuiltinSceneNames();
+
+/// Reads a picture (PNG, JPEG, WebP) as the lens mask of all cameras.
+/// \return kNotFound, kBadData, kUnsupported (larger than kMaxLensMaskSide), kInvalidArgument (it
+/// is
+///     black): the scene is then unchanged
+Status SetLensMask(const std::string& path, Scene* scene);
 
 /// `spec` is "builtin:NAME" or the path of a .gltf, .glb or .obj file.
 Result<Scene> LoadScene(const std::string& spec, const KeepGoing& keep_going = {});

@@ -101,6 +101,8 @@ constexpr ScalarKey kScalarKeys[] = {
     {"scene_content", Kind::kText},
     {"environment", Kind::kText},
     {"environment_content", Kind::kText},
+    {"lens_mask", Kind::kText},
+    {"lens_mask_content", Kind::kText},
     {"camera", Kind::kText},
     {"width", Kind::kInteger, 1, 32768},
     {"height", Kind::kInteger, 1, 32768},

@@ -8,9 +8,17 @@
 
 namespace stillray::render {
 
+CameraView CameraView::Through(vec2 lens) const {
+  CameraView view = *this;
+  const vec2 offset = lens * lens_radius;
+  view.position += right * offset.x + up * offset.y;
+  view.shift = offset * inverse_focus;
+  return view;
+}
+
 vec3 CameraView::Direction(vec2 pixel) const {
-  const float x = (2.0f * pixel.x / width - 1.0f) * half_width;
-  const float y = (1.0f - 2.0f * pixel.y / height) * half_height;
+  const float x = (2.0f * pixel.x / width - 1.0f) * half_width - shift.x;
+  const float y = (1.0f - 2.0f * pixel.y / height) * half_height - shift.y;
   return normalize(forward + right * x + up * y);
 }
 
@@ -18,8 +26,8 @@ vec2 CameraView::Project(vec3 offset) const {
   constexpr float kNearest = 1e-20f;  // prevents division by zero in the camera plane
   const float depth = dot(offset, forward);
   const float safe = std::copysign(max(std::abs(depth), kNearest), depth);
-  const float x = dot(offset, right) / (safe * half_width);
-  const float y = dot(offset, up) / (safe * half_height);
+  const float x = dot(offset, right) / (safe * half_width) + shift.x / half_width;
+  const float y = dot(offset, up) / (safe * half_height) + shift.y / half_height;
   return {(x + 1.0f) * 0.5f * width, (1.0f - y) * 0.5f * height};
 }
 

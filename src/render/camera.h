@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The pinhole camera at one moment.
+/// The camera at one moment.
 #pragma once
 
 #include "stillray/scene.h"
@@ -19,7 +19,15 @@ struct CameraView {
   float half_height = 0;  ///< likewise, vertically
   float width = 0;        ///< pixels
   float height = 0;
+  /// Of the picture against the axes, in tangents: 0 for the lens's centre.
+  vec2 shift = vec2(0.0f);
+  float lens_radius = 0;    ///< 0: a pinhole
+  float inverse_focus = 0;  ///< 1 / depth of the plane of focus
 
+  /// The pinhole camera at a point of the lens, whose picture has the plane of focus at the same
+  /// place.
+  /// \param lens  in the unit circle (LensPoint)
+  CameraView Through(vec2 lens) const;
   /// Unit direction through `pixel` (centre of the top left pixel: 0.5, 0.5).
   vec3 Direction(vec2 pixel) const;
   /// Projects the point at `offset` from the camera's position to the picture; points behind the

@@ -7,24 +7,30 @@
 namespace stillray::render {
 namespace {
 
-vec2 MotionBetween(const TraceContext& context, vec3 offset, vec3 previous_offset) {
-  if (dot(previous_offset, context.previous_camera.forward) <= 0.0f) {
-    return MotionOutOfPicture(context.previous_camera);
+/// The cameras of a pixel's ray, now and one frame ago: motion is that of what the same point of
+/// the lens sees.
+struct PixelViews {
+  CameraView now;
+  CameraView before;
+};
+
+vec2 MotionBetween(const PixelViews& views, vec3 offset, vec3 previous_offset) {
+  if (dot(previous_offset, views.before.forward) <= 0.0f) {
+    return MotionOutOfPicture(views.before);
   }
-  return context.previous_camera.Project(previous_offset) - context.camera.Project(offset);
+  return views.before.Project(previous_offset) - views.now.Project(offset);
 }
 
-vec2 SurfaceMotion(const TraceContext& context, const Hit& hit, vec3 position) {
+vec2 SurfaceMotion(const TraceContext& context, const PixelViews& views, const Hit& hit,
+                   vec3 position) {
   const PlacedInstance& instance = context.state.instance(hit.instance);
   if (!instance.moving) {
-    return MotionBetween(context, position - context.camera.position,
-                         position - context.previous_camera.position);
+    return MotionBetween(views, position - views.now.position, position - views.before.position);
   }
   const vec4 local(LocalPoint(*instance.mesh, hit), 1.0f);
   const vec3 now(instance.world * local);
   const vec3 before(instance.previous_world * local);
-  return MotionBetween(context, now - context.camera.position,
-                       before - context.previous_camera.position);
+  return MotionBetween(views, now - views.now.position, before - views.before.position);
 }
 
 const PrimaryLayer* HeaviestLayer(const PrimaryPixel& pixel) {
@@ -64,10 +70,11 @@ vec3 LocalPoint(const Mesh& mesh, const Hit& hit) {
 PixelGuides MakeGuides(const TraceContext& context, const PrimaryPixel& pixel,
                        FirstSurface* first) {
   PixelGuides guides;
+  const PixelViews views = {ViewOf(context.camera, pixel), ViewOf(context.previous_camera, pixel)};
   const PrimaryLayer* heaviest = HeaviestLayer(pixel);
   if (heaviest == nullptr) {
     guides.depth = std::numeric_limits<float>::infinity();
-    guides.motion = MotionBetween(context, pixel.direction, pixel.direction);
+    guides.motion = MotionBetween(views, pixel.direction, pixel.direction);
   }
   for (int i = 0; i < pixel.count; ++i) {
     const PrimaryLayer& layer = pixel.layers[i];
@@ -83,7 +90,7 @@ PixelGuides MakeGuides(const TraceContext& context, const PrimaryPixel& pixel,
     if (&layer == heaviest) {
       guides.depth = context.camera.Depth(surface.position);
       guides.normal = surface.frame.z;
-      guides.motion = SurfaceMotion(context, layer.hit, surface.position);
+      guides.motion = SurfaceMotion(context, views, layer.hit, surface.position);
       guides.id = layer.hit.instance + 1;
       guides.roughness = GuideRoughness(bsdf, surface.roughness);
     }

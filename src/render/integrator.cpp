@@ -122,7 +122,7 @@ void Tracer::Start(const PrimaryPixel* pixels, const PathSampler* samplers, int 
     static_cast<PathState&>(path) = StartPath(i, samplers[i].seed);
     path.sampler = samplers[i];
     path.known = first_ != nullptr && pixel.count == 1;
-    trace.rays.Push(context_.camera.position, pixel.direction, kInfinity);
+    trace.rays.Push(ViewOf(context_.camera, pixel).position, pixel.direction, kInfinity);
     const Hit& hit = pixel.layers[layer].hit;
     trace.hits.t[at] = hit.t;
     trace.hits.u[at] = hit.u;

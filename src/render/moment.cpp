@@ -26,6 +26,18 @@ CameraPair CamerasOf(const SceneState& state, const RenderMoment& moment, int wi
           MakeCameraView(camera, state.previous_nodes()[node], width, height)};
 }
 
+void SetLens(const SceneState& state, const Lens& lens, CameraPair* cameras) {
+  cameras->now.lens_radius = LensRadius(lens, cameras->now);
+  cameras->before.lens_radius = LensRadius(lens, cameras->before);
+  if (cameras->now.lens_radius <= 0.0f && cameras->before.lens_radius <= 0.0f) {
+    return;
+  }
+  const bool given = lens.focus > 0.0f;
+  cameras->now.inverse_focus = 1.0f / (given ? lens.focus : FindFocus(state, cameras->now, false));
+  cameras->before.inverse_focus =
+      1.0f / (given ? lens.focus : FindFocus(state, cameras->before, true));
+}
+
 bool AnyTransmission(const Scene& scene) {
   return std::any_of(scene.materials.begin(), scene.materials.end(),
                      [](const Material& material) { return material.transmission > 0.0f; });

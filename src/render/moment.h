@@ -4,7 +4,7 @@
 /// The cameras of a moment.
 #pragma once
 
-#include "render/camera.h"
+#include "render/lens.h"
 #include "render/scene_state.h"
 #include "stillray/render.h"
 
@@ -18,6 +18,11 @@ struct CameraPair {
 /// \param state   at this moment
 /// \param moment  checked (CheckMoment)
 CameraPair CamerasOf(const SceneState& state, const RenderMoment& moment, int width, int height);
+
+/// Sets the lenses of both cameras.
+/// \param state  as given to CamerasOf
+/// \param lens   of the moment's camera (LensOf)
+void SetLens(const SceneState& state, const Lens& lens, CameraPair* cameras);
 
 /// Whether any surface may transmit light by refraction.
 bool AnyTransmission(const Scene& scene);

@@ -30,6 +30,16 @@ void MakeCameraRays(const CameraView& camera, const vec2* points, int count, Ray
   rays->count = count;
 }
 
+/// The same through a point of the lens each.
+void MakeLensRays(const CameraView& camera, const vec2* points, const vec2* lenses, int count,
+                  RayBatch* rays) {
+  rays->count = 0;
+  for (int i = 0; i < count; ++i) {
+    const CameraView view = camera.Through(lenses[i]);
+    rays->Push(view.position, view.Direction(points[i]), kInfinity);
+  }
+}
+
 /// Adds the surface to the pixel. Returns whether the ray continues.
 bool AddLayer(const Hit& hit, float opacity, PrimaryPixel* pixel) {
   if (!(opacity > 0.0f)) {
@@ -51,11 +61,16 @@ vec3 OriginBehind(const SceneState& state, const Hit& hit, vec3 direction) {
   return OriginBehindTriangle(t.p0, t.p1, t.p2, point, direction);
 }
 
-void FindPrimarySurfaces(const TraceContext& context, const vec2* points, int count,
-                         RayScratch* scratch, PrimaryPixel* pixels, RenderTimings* timings) {
+void FindPrimarySurfaces(const TraceContext& context, const vec2* points, const vec2* lenses,
+                         int count, RayScratch* scratch, PrimaryPixel* pixels,
+                         RenderTimings* timings) {
   {
     const PhaseTimer timer(&timings->primary_ms);
-    MakeCameraRays(context.camera, points, count, &scratch->rays);
+    if (lenses != nullptr) {
+      MakeLensRays(context.camera, points, lenses, count, &scratch->rays);
+    } else {
+      MakeCameraRays(context.camera, points, count, &scratch->rays);
+    }
   }
   for (int pass = 0; pass < kMaxPasses && scratch->rays.count > 0; ++pass) {
     timings->primary_rays += static_cast<uint64_t>(scratch->rays.count);
@@ -67,6 +82,7 @@ void FindPrimarySurfaces(const TraceContext& context, const vec2* points, int co
     if (pass == 0) {
       for (int i = 0; i < count; ++i) {
         pixels[i].direction = scratch->rays.Direction(i);
+        pixels[i].lens = lenses != nullptr ? lenses[i] : vec2(0.0f);
         pixels[i].count = 0;
         pixels[i].background = 1.0f;  // the remaining weight
         scratch->owner[i] = i;

@@ -18,6 +18,7 @@ struct PrimaryLayer {
 /// The weights of a pixel's layers and its background sum to 1.
 struct PrimaryPixel {
   vec3 direction;
+  vec2 lens = vec2(0.0f);  ///< point of the aperture, in the unit circle
   int count = 0;
   float background = 0;
   PrimaryLayer layers[kMaxLayers];
@@ -37,9 +38,16 @@ struct RayScratch {
 };
 
 /// \param points  positions of the rays in the picture, in pixels; at most kBatchCapacity
+/// \param lenses  points of the aperture (LensPoint), one for each; null for a pinhole
 /// \param pixels  [out] one for each
-void FindPrimarySurfaces(const TraceContext& context, const vec2* points, int count,
-                         RayScratch* scratch, PrimaryPixel* pixels, RenderTimings* timings);
+void FindPrimarySurfaces(const TraceContext& context, const vec2* points, const vec2* lenses,
+                         int count, RayScratch* scratch, PrimaryPixel* pixels,
+                         RenderTimings* timings);
+
+/// The pinhole camera at the pixel's point of the lens.
+inline CameraView ViewOf(const CameraView& camera, const PrimaryPixel& pixel) {
+  return camera.lens_radius > 0.0f ? camera.Through(pixel.lens) : camera;
+}
 
 /// The origin of a ray that continues behind the surface at `hit`.
 vec3 OriginBehind(const SceneState& state, const Hit& hit, vec3 direction);

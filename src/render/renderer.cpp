@@ -11,6 +11,7 @@
 #include "core/colour.h"
 #include "render/create_renderer.h"
 #include "render/frame_store.h"
+#include "render/lens_guides_shared.h"
 #include "render/moment.h"
 #include "render/pixel_order.h"
 #include "render/scene_check.h"
@@ -26,9 +27,11 @@ struct TileScratch {
   PixelPosition positions[kBatchCapacity];
   int count = 0;
   vec2 points[kBatchCapacity];
+  vec2 lenses[kBatchCapacity];
   PathSampler samplers[kBatchCapacity];
   PrimaryPixel pixels[kBatchCapacity];
   PixelGuides guides[kBatchCapacity];
+  LensGuides lens_guides[kBatchCapacity];  // sums over the samples, with a lens
   FirstSurface first[kBatchCapacity];
   VirtualImage images[kBatchCapacity];
   SampleLight sum[kBatchCapacity];
@@ -57,6 +60,37 @@ void AddSamples(int count, bool with_squares, TileScratch* scratch) {
       }
     }
   }
+}
+
+LensGuides OneSample(const PixelGuides& guides) {
+  LensGuides one;
+  one.albedo = guides.albedo;
+  one.depth = guides.depth;
+  one.specular_albedo = guides.specular_albedo;
+  one.roughness = guides.roughness;
+  one.emission = guides.emission;
+  one.motion_x = guides.motion.x;
+  one.background = guides.background;
+  one.motion_y = guides.motion.y;
+  one.normal = guides.normal;
+  one.id = guides.id;
+  one.samples = one.members = one.votes = 1;
+  one.unused_0 = 0;
+  return one;
+}
+
+PixelGuides ToGuides(const LensGuides& mean) {
+  PixelGuides guides;
+  guides.depth = mean.depth;
+  guides.normal = mean.normal;
+  guides.albedo = mean.albedo;
+  guides.specular_albedo = mean.specular_albedo;
+  guides.motion = vec2(mean.motion_x, mean.motion_y);
+  guides.id = mean.id;
+  guides.roughness = mean.roughness;
+  guides.emission = mean.emission;
+  guides.background = mean.background;
+  return guides;
 }
 
 /// Maps the progress of one part to that of the whole call.
@@ -88,6 +122,7 @@ class PathTracer final : public Renderer {
         strategy_(strategy),
         any_transmission_(AnyTransmission(scene)),
         may_show_images_(MayShowImages(scene)),
+        masks_(scene),
         state_(scene),
         bsdfs_(scene, settings.regularise),
         lights_(state_),
@@ -113,12 +148,15 @@ class PathTracer final : public Renderer {
   Status RenderPart(const TraceContext& context, const RenderMoment& moment, Frame* frame,
                     const RenderProgress& progress);
   void TakeTile(const Tile& tile, TileScratch* scratch) const;
-  void FindGuides(const TraceContext& context, const Frame& frame, TileScratch* scratch) const;
+  const vec2* ChooseLensPoints(const TraceContext& context, TileScratch* scratch) const;
+  void FindGuides(const TraceContext& context, const Frame& frame, uint64_t sample,
+                  TileScratch* scratch) const;
   static void StoreTileGuides(const TraceContext& context, const Tile& tile, TileScratch* scratch,
                               Frame* frame);
   bool ShowsImages() const;
   void PreparePlanes(const RenderMoment& moment, Frame* frame) const;
-  void TraceSamples(const TraceContext& context, uint64_t first_sample, TileScratch* scratch) const;
+  void TraceSamples(const TraceContext& context, const Frame& frame, uint64_t first_sample,
+                    TileScratch* scratch) const;
   void RenderRegion(const TraceContext& context, const PixelOrder& order, const Tile& region,
                     TileScratch* scratch, Frame* frame);
   void RenderReferenceTile(const TraceContext& context, int spp, TileScratch* scratch,
@@ -131,6 +169,7 @@ class PathTracer final : public Renderer {
   LightStrategy strategy_;
   bool any_transmission_;
   bool may_show_images_;
+  LensMasks masks_;
   SceneState state_;
   BsdfTables bsdfs_;
   LightSet lights_;
@@ -163,9 +202,19 @@ Result<TraceContext> PathTracer::MoveTo(const RenderMoment& moment) {
     STILLRAY_RETURN_IF_ERROR(accel_->Update(state_.InstanceTransforms()));
   }
   lights_.Update(moved);
-  const CameraPair cameras = CamerasOf(state_, moment, settings_.width, settings_.height);
-  return TraceContext{state_,    bsdfs_,      lights_,        *accel_,           settings_,
-                      strategy_, cameras.now, cameras.before, !any_transmission_};
+  CameraPair cameras = CamerasOf(state_, moment, settings_.width, settings_.height);
+  const Lens lens = LensOf(state_.scene(), settings_, moment.camera);
+  SetLens(state_, lens, &cameras);
+  return TraceContext{state_,
+                      bsdfs_,
+                      lights_,
+                      *accel_,
+                      settings_,
+                      strategy_,
+                      cameras.now,
+                      cameras.before,
+                      !any_transmission_,
+                      MakeLensArrays(lens, masks_)};
 }
 
 Status PathTracer::SetSettings(const RenderSettings& settings) {
@@ -196,15 +245,32 @@ void PathTracer::MakeSamplers(SampleStream stream, uint64_t sample, TileScratch*
   }
 }
 
-/// Finds the visible surfaces of the batch's pixels.
-void PathTracer::FindGuides(const TraceContext& context, const Frame& frame,
+/// Points of the lens for the samples of MakeSamplers; null for a pinhole.
+const vec2* PathTracer::ChooseLensPoints(const TraceContext& context, TileScratch* scratch) const {
+  if (context.camera.lens_radius <= 0.0f) {
+    return nullptr;
+  }
+  for (int i = 0; i < scratch->count; ++i) {
+    const vec4 u = scratch->samplers[i].Get(kLensDimensions);
+    scratch->lenses[i] = LensPoint(context.lens, vec2(u.x, u.y));
+  }
+  return scratch->lenses;
+}
+
+/// Finds the surfaces that the batch's pixels see, with a lens in this sample.
+void PathTracer::FindGuides(const TraceContext& context, const Frame& frame, uint64_t sample,
                             TileScratch* scratch) const {
+  const vec2* lenses = nullptr;
+  if (context.camera.lens_radius > 0.0f) {
+    MakeSamplers(SampleStream::kFrames, sample, scratch);
+    lenses = ChooseLensPoints(context, scratch);
+  }
   const vec2 offset(0.5f + frame.jitter_x, 0.5f + frame.jitter_y);
   for (int i = 0; i < scratch->count; ++i) {
     scratch->points[i] = vec2(scratch->positions[i].x, scratch->positions[i].y) + offset;
   }
   RenderTimings* timings = &scratch->timings;
-  FindPrimarySurfaces(context, scratch->points, scratch->count, &scratch->paths.trace,
+  FindPrimarySurfaces(context, scratch->points, lenses, scratch->count, &scratch->paths.trace,
                       scratch->pixels, timings);
   const PhaseTimer timer(&timings->shade_ms);
   for (int i = 0; i < scratch->count; ++i) {
@@ -243,19 +309,31 @@ void PathTracer::PreparePlanes(const RenderMoment& moment, Frame* frame) const {
   ResizeImage(&image.id, settings_.width, settings_.height);
 }
 
-/// Traces the light of the batch's pixels, whose guides are known.
-void PathTracer::TraceSamples(const TraceContext& context, uint64_t first_sample,
-                              TileScratch* scratch) const {
+/// Traces the light of the batch's pixels, whose guides in the first sample are known. With a lens
+/// each sample sees its own surfaces: guides become the means over all samples.
+void PathTracer::TraceSamples(const TraceContext& context, const Frame& frame,
+                              uint64_t first_sample, TileScratch* scratch) const {
+  const bool has_lens = context.camera.lens_radius > 0.0f;
   for (int i = 0; i < scratch->count; ++i) {
     scratch->sum[i].fill(vec3(0.0f));
     scratch->square[i].fill(0.0f);
+    scratch->lens_guides[i].samples = 0;
   }
   const auto spp = static_cast<uint64_t>(settings_.spp);
   for (uint64_t s = 0; s < spp; ++s) {
+    if (has_lens && s > 0) {
+      FindGuides(context, frame, first_sample + s, scratch);
+    }
     MakeSamplers(SampleStream::kFrames, first_sample + s, scratch);
     TraceSample(context, scratch->pixels, scratch->first, scratch->samplers, scratch->count,
                 &scratch->paths, &scratch->timings);
     AddSamples(scratch->count, spp > 1, scratch);
+    for (int i = 0; i < scratch->count && has_lens; ++i) {
+      AddLensSample(scratch->lens_guides[i], OneSample(scratch->guides[i]));
+    }
+  }
+  for (int i = 0; i < scratch->count && has_lens; ++i) {
+    scratch->guides[i] = ToGuides(MeanOfLensSamples(scratch->lens_guides[i]));
   }
 }
 
@@ -270,8 +348,9 @@ void PathTracer::RenderRegion(const TraceContext& context, const PixelOrder& ord
     const size_t count = std::min(scratch->order.size() - done, size_t{kBatchCapacity});
     std::copy_n(scratch->order.begin() + static_cast<ptrdiff_t>(done), count, scratch->positions);
     scratch->count = static_cast<int>(count);
-    FindGuides(context, *frame, scratch);
-    TraceSamples(context, static_cast<uint64_t>(order.cycle_index()), scratch);
+    const auto sample = static_cast<uint64_t>(order.cycle_index());
+    FindGuides(context, *frame, sample, scratch);
+    TraceSamples(context, *frame, sample, scratch);
     const PhaseTimer timer(&scratch->timings.shade_ms);
     for (size_t i = 0; i < count; ++i) {
       const auto [x, y] = scratch->positions[i];
@@ -295,8 +374,8 @@ void PathTracer::RenderReferenceTile(const TraceContext& context, int spp, TileS
       }
       scratch->points[i] = vec2(scratch->positions[i].x, scratch->positions[i].y) + within;
     }
-    FindPrimarySurfaces(context, scratch->points, scratch->count, &scratch->paths.trace,
-                        scratch->pixels, timings);
+    FindPrimarySurfaces(context, scratch->points, ChooseLensPoints(context, scratch),
+                        scratch->count, &scratch->paths.trace, scratch->pixels, timings);
     TraceSample(context, scratch->pixels, nullptr, scratch->samplers, scratch->count,
                 &scratch->paths, timings);
     for (int i = 0; i < scratch->count; ++i) {
@@ -342,9 +421,9 @@ Status PathTracer::RenderWhole(const TraceContext& context, const RenderMoment& 
       static_cast<uint64_t>(moment.frame_index) * static_cast<uint64_t>(settings_.spp);
   return RunTiles(TileSize(), progress, [&](const Tile& tile, TileScratch* scratch) {
     TakeTile(tile, scratch);
-    FindGuides(context, *frame, scratch);
+    FindGuides(context, *frame, first_sample, scratch);
+    TraceSamples(context, *frame, first_sample, scratch);
     StoreTileGuides(context, tile, scratch, frame);
-    TraceSamples(context, first_sample, scratch);
     const PhaseTimer timer(&scratch->timings.shade_ms);
     StoreLight(tile, settings_.spp, scratch->sum, scratch->square, frame);
   });
@@ -355,19 +434,20 @@ Status PathTracer::RenderPart(const TraceContext& context, const RenderMoment& m
                               const RenderProgress& progress) {
   sparse_.Begin(settings_, *frame);
   PreparePlanes(moment, frame);
+  const PixelOrder order(settings_.cycle, settings_.seed, moment.frame_index);
+  const auto sample = static_cast<uint64_t>(order.cycle_index());
   double done = 0;
   if (settings_.guides == GuideCoverage::kFull) {
     done = 0.5;
     STILLRAY_RETURN_IF_ERROR(RunTiles(TileSize(), PartOfProgress(progress, 0, done),
                                       [&](const Tile& tile, TileScratch* scratch) {
                                         TakeTile(tile, scratch);
-                                        FindGuides(context, *frame, scratch);
+                                        FindGuides(context, *frame, sample, scratch);
                                         StoreTileGuides(context, tile, scratch, frame);
                                       }));
   }
   // Paths need full packets, which the pixels of a large region fill. With guides everywhere, the
   // primary rays of these pixels are traced a second time, which is cheap compared with the paths.
-  const PixelOrder order(settings_.cycle, settings_.seed, moment.frame_index);
   STILLRAY_RETURN_IF_ERROR(RunTiles(kSparseRegion, PartOfProgress(progress, done, 1),
                                     [&](const Tile& region, TileScratch* scratch) {
                                       RenderRegion(context, order, region, scratch, frame);

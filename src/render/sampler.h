@@ -20,8 +20,8 @@ struct PathSampler {
   uint32_t index = 0;  ///< number of the sample within its sequence
   uint32_t seed = 0;   ///< of the pixel, the stream and the sequence
 
-  /// Four numbers in [0, 1). \param set  of dimensions: kPrimaryDimensions, ScatterDimensions(),
-  /// LightDimensions()
+  /// Four numbers in [0, 1). \param set  of dimensions: kPrimaryDimensions, kLensDimensions,
+  /// ScatterDimensions(), LightDimensions()
   vec4 Get(uint32_t set) const;
 };
 

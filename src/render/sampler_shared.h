@@ -132,8 +132,10 @@ SHARED_FN vec4 HaltonSample(uint index, uint seed, uint order) {
 const uint kSamplerSobol = 0u;
 const uint kSamplerHalton16 = 1u;
 
-// The sets of four dimensions that a path uses: two per ray, and one for the primary ray.
+// The sets of four dimensions that a path uses: two per ray, one for the primary ray, and one for
+// the point of the lens, beyond those of all rays.
 const uint kPrimaryDimensions = 0u;
+const uint kLensDimensions = 0x10000u;
 SHARED_FN uint ScatterDimensions(int surface) {
   return 1u + 2u * uint(surface);
 }
@@ -154,7 +156,7 @@ SHARED_FN uint PixelSeed(uint stream_seed, uint x, uint y, uint window_low, uint
 }
 
 // Four numbers in [0, 1) for sample `index` of the sequence of `seed`.
-// \param set  kPrimaryDimensions, ScatterDimensions() or LightDimensions()
+// \param set  kPrimaryDimensions, kLensDimensions, ScatterDimensions() or LightDimensions()
 SHARED_FN vec4 PathNumbers(uint kind, uint index, uint seed, uint set) {
   uint set_seed = HashCombine(seed, set);
   return kind == kSamplerSobol ? SobolSample(index, set_seed)

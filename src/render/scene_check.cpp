@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "render/lens.h"
 #include "scene/material_textures.h"
 #include "scene/mesh_tools.h"
 
@@ -165,6 +166,44 @@ Status CheckEnvironment(const Environment& environment) {
   return Status::Ok();
 }
 
+Status CheckLens(const Scene& scene, size_t index) {
+  const Lens& lens = scene.cameras[index].lens;
+  const auto bad = [index](const char* what, auto value, const char* expected) {
+    return Status::InvalidArgument(
+        fmt::format("camera {}: {} of its lens is {}, expected {}", index, what, value, expected));
+  };
+  if (!(lens.radius >= 0.0f && lens.radius <= kMaxAperture)) {
+    return bad("the radius", lens.radius, "0 to 1e6");
+  }
+  if (lens.f_number != 0.0f && !(lens.f_number >= kMinFNumber && lens.f_number <= kMaxFNumber)) {
+    return bad("the f-number", lens.f_number, "0.1 to 1000, or 0: none");
+  }
+  if (!(lens.focus >= 0.0f)) {
+    return bad("the focus", lens.focus, "a distance above 0, or 0: by itself");
+  }
+  if (lens.blades != 0 && (lens.blades < 3 || lens.blades > kMaxBlades)) {
+    return bad("the number of blades", lens.blades, "0, or 3 to 32");
+  }
+  if (!std::isfinite(lens.rotation)) {
+    return bad("the rotation", lens.rotation, "a finite number of degrees");
+  }
+  if (lens.mask < 0) {
+    return Status::Ok();
+  }
+  STILLRAY_RETURN_IF_ERROR(CheckIndex(fmt::format("camera {}: the mask of its lens", index),
+                                      lens.mask, scene.textures.size()));
+  const Texture& mask = scene.textures[static_cast<size_t>(lens.mask)];
+  if (std::max(mask.width, mask.height) > kMaxLensMaskSide) {
+    return Status::InvalidArgument(
+        fmt::format("camera {}: the mask of its lens has {}x{} pixels, expected up to {} a side",
+                    index, mask.width, mask.height, kMaxLensMaskSide));
+  }
+  if (!(MaskBrightness(mask) > 0.0)) {
+    return Status::InvalidArgument(fmt::format("camera {}: the mask of its lens is black", index));
+  }
+  return Status::Ok();
+}
+
 Status CheckNodes(const Scene& scene) {
   for (size_t i = 0; i < scene.nodes.size(); ++i) {
     if (scene.nodes[i].parent < -1 || scene.nodes[i].parent >= static_cast<int>(i)) {
@@ -186,6 +225,7 @@ Status CheckNodes(const Scene& scene) {
       return Status::InvalidArgument(
           fmt::format("camera {}: yfov is {}, expected above 0 and below pi", i, yfov));
     }
+    STILLRAY_RETURN_IF_ERROR(CheckLens(scene, i));
   }
   for (size_t i = 0; i < scene.lights.size(); ++i) {
     STILLRAY_RETURN_IF_ERROR(

@@ -3,6 +3,8 @@
 
 // The table of the path tracer's settings. Defaults are the initialisers of RenderSettings.
 #include <cmath>
+#include <optional>
+#include <type_traits>
 #include <vector>
 
 #include <fmt/format.h>
@@ -53,6 +55,155 @@ bool SetRate(RenderSettings* s, std::string_view text, const Parameter& info) {
 std::string ExpectedRate(const Parameter& info) {
   return fmt::format("1 to {}, or 1/2 to 1/{} for one path per pixel in several frames", info.max,
                      1 / info.min);
+}
+
+constexpr std::string_view kOfScene = "scene";
+
+template <typename T>
+std::string TextOf(const std::optional<T>& value) {
+  if constexpr (std::is_same_v<T, int>) {
+    return value ? std::to_string(*value) : std::string(kOfScene);
+  } else {
+    return value ? NumberText(*value) : std::string(kOfScene);
+  }
+}
+
+std::string ApertureText(const RenderSettings& s) {
+  if (s.f_number) {
+    return "f/" + TextOf(s.f_number);
+  }
+  return TextOf(s.aperture);
+}
+
+bool SetAperture(RenderSettings* s, std::string_view text, const Parameter& info) {
+  if (text == kOfScene) {
+    s->aperture.reset();
+    s->f_number.reset();
+    return true;
+  }
+  float number = 0;
+  if (text.substr(0, 2) == "f/") {
+    if (!ParseNumber(text.substr(2), &number) || !(number >= kMinFNumber) ||
+        !(number <= kMaxFNumber)) {
+      return false;
+    }
+    s->aperture.reset();
+    s->f_number = number;
+    return true;
+  }
+  if (!ParseInRange(text, info, &number)) {
+    return false;
+  }
+  s->aperture = number;
+  s->f_number.reset();
+  return true;
+}
+
+std::string ExpectedAperture(const Parameter& info) {
+  return fmt::format("scene, a radius from 0 to {:g}, or f/{:g} to f/{:g}", info.max, kMinFNumber,
+                     kMaxFNumber);
+}
+
+std::string FocusText(const RenderSettings& s) {
+  return s.focus && *s.focus == 0.0f ? "auto" : TextOf(s.focus);
+}
+
+bool SetFocus(RenderSettings* s, std::string_view text, const Parameter& info) {
+  float number = 0;
+  if (text == kOfScene) {
+    s->focus.reset();
+    return true;
+  }
+  if (text == "auto") {
+    s->focus = 0.0f;
+    return true;
+  }
+  if (!ParseInRange(text, info, &number) || !(number > 0.0f)) {
+    return false;
+  }
+  s->focus = number;
+  return true;
+}
+
+std::string ExpectedFocus(const Parameter& info) {
+  return fmt::format("scene, auto, or a distance above 0 and up to {:g}", info.max);
+}
+
+bool SetBlades(RenderSettings* s, std::string_view text, const Parameter& info) {
+  int number = 0;
+  if (text == kOfScene) {
+    s->blades.reset();
+    return true;
+  }
+  if (!ParseInRange(text, info, &number) || number == 1 || number == 2) {
+    return false;
+  }
+  s->blades = number;
+  return true;
+}
+
+std::string ExpectedBlades(const Parameter&) {
+  return fmt::format("scene, 0, or 3 to {}", kMaxBlades);
+}
+
+bool SetBladeRotation(RenderSettings* s, std::string_view text, const Parameter& info) {
+  float number = 0;
+  if (text == kOfScene) {
+    s->blade_rotation.reset();
+    return true;
+  }
+  if (!ParseInRange(text, info, &number)) {
+    return false;
+  }
+  s->blade_rotation = number;
+  return true;
+}
+
+std::string ExpectedRotation(const Parameter& info) {
+  return fmt::format("scene, or {:g} to {:g} degrees", info.min, info.max);
+}
+
+void AddLens(std::vector<Row>* table) {
+  using S = RenderSettings;
+  table->push_back(
+      {.info = {.name = "aperture",
+                .type = ParameterType::kText,
+                .group = "lens",
+                .help = "Radius of the lens in scene units, or its f-number; 0: a pinhole.",
+                .max = kMaxAperture,
+                .choices = {"scene", "RADIUS", "f/N"}},
+       .member = TextMember<S>{ApertureText, SetAperture, ExpectedAperture},
+       .changes_light = true});
+  table->push_back({.info = {.name = "focus",
+                             .type = ParameterType::kText,
+                             .group = "lens",
+                             .help = "Depth that is sharp, in scene units; auto: that of the "
+                                     "surface in the picture's centre, in every frame.",
+                             .max = kMaxFocus,
+                             .choices = {"scene", "auto", "DISTANCE"}},
+                    .member = TextMember<S>{FocusText, SetFocus, ExpectedFocus},
+                    .changes_light = true});
+  table->push_back({.info = {.name = "blades",
+                             .type = ParameterType::kText,
+                             .group = "lens",
+                             .help = "Corners of the aperture, a regular polygon; 0: a circle.",
+                             .max = kMaxBlades,
+                             .choices = {"scene", "N"}},
+                    .member = TextMember<S>{[](const S& s) { return TextOf(s.blades); }, SetBlades,
+                                            ExpectedBlades},
+                    .changes_light = true});
+  table->push_back(
+      {.info = {.name = "blade_rotation",
+                .type = ParameterType::kText,
+                .group = "lens",
+                .help = "Turns that polygon anticlockwise, in degrees; a corner is at the right "
+                        "at 0.",
+                .min = -180,
+                .max = 180,
+                .choices = {"scene", "DEGREES"}},
+       .member = TextMember<S>{[](const S& s) { return TextOf(s.blade_rotation); },
+                               SetBladeRotation, ExpectedRotation},
+       .changes_light = true});
 }
 
 std::vector<Row> MakeTable() {
@@ -112,6 +263,7 @@ std::vector<Row> MakeTable() {
                                 "rougher: fewer fireflies, dimmer caustics."},
                .member = &S::regularise,
                .changes_light = true});
+  AddLens(&t);
   return t;
 }
 

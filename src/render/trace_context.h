@@ -5,7 +5,7 @@
 #pragma once
 
 #include "render/accel.h"
-#include "render/camera.h"
+#include "render/lens.h"
 #include "render/lights.h"
 #include "render/sampler.h"
 #include "render/scene_state.h"
@@ -34,6 +34,7 @@ struct TraceContext {
   /// Only undeflected rays do not count as a bounce: after its last bounce, a path hits an emitter
   /// with its next ray or not at all.
   bool ends_are_opaque = false;
+  LensArrays lens{};
 };
 
 /// Adds its lifetime to a sum of milliseconds.

@@ -220,12 +220,14 @@ bool FindPreviousPlace(const CameraView& camera, const Chain& chain, const Chain
   return chain.count == 0 || change <= kAccepted;
 }
 
-vec2 MotionOf(const TraceContext& context, const Chain& chain, const ChainEnd& end, vec2 now) {
+vec2 MotionOf(const TraceContext& context, const Chain& chain, const ChainEnd& end,
+              const PrimaryPixel& pixel) {
+  const CameraView previous = ViewOf(context.previous_camera, pixel);
   vec2 before;
-  if (!FindPreviousPlace(context.previous_camera, chain, end, &before)) {
-    return MotionOutOfPicture(context.previous_camera);
+  if (!FindPreviousPlace(previous, chain, end, &before)) {
+    return MotionOutOfPicture(previous);
   }
-  return before - now;
+  return before - ViewOf(context.camera, pixel).Project(pixel.direction);
 }
 
 /// The image at the end of a chain on a surface.
@@ -242,7 +244,7 @@ VirtualImage ImageOf(const TraceContext& context, const Chain& chain, const Prim
   image.albedo = own * chain.throughput;
   image.id = hit.instance + 1;
   const ChainEnd end = {PreviousPoint(instance, hit, surface.position)};
-  image.motion = MotionOf(context, chain, end, context.camera.Project(pixel.direction));
+  image.motion = MotionOf(context, chain, end, pixel);
   return image;
 }
 
@@ -252,8 +254,7 @@ VirtualImage ImageOfSky(const TraceContext& context, const Chain& chain,
   image.depth = kInfinity;
   image.albedo = chain.throughput *
                  max(context.lights.environment().Radiance(chain.direction), vec3(kLeastRadiance));
-  image.motion =
-      MotionOf(context, chain, {chain.direction, true}, context.camera.Project(pixel.direction));
+  image.motion = MotionOf(context, chain, {chain.direction, true}, pixel);
   return image;
 }
 
@@ -275,7 +276,7 @@ class Tracer {
     Chain chain;
     chain.pixel = pixel;
     chain.direction = of.direction;
-    chain.length = length(first.surface.position - context_.camera.position);
+    chain.length = length(first.surface.position - ViewOf(context_.camera, of).position);
     const Leaving leaving = LeavingOf(first.surface, first.bsdf, vec3(1.0f), true);
     const Chain start = chain;
     if (Continue(context_, of.layers[0].hit, first.surface, leaving, &chain, &scratch_.rays)) {

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cstdint>
 #include <limits>
 #include <string>
 
@@ -28,6 +30,35 @@ void ReadSpot(const JsonView& light, PunctualLight* out) {
   out->outer_cone_angle = spot.NumberIn("outerConeAngle", out->outer_cone_angle, 1e-3f, kHalfPi);
   out->inner_cone_angle =
       spot.NumberIn("innerConeAngle", out->inner_cone_angle, 0.0f, out->outer_cone_angle);
+}
+
+/// camera.extras.lens: only stillray's own form is read.
+Lens ReadLens(GltfImport* import, const JsonView& camera) {
+  Lens lens;
+  if (!camera.IsObject("extras") || !camera.Object("extras").IsObject("lens")) {
+    return lens;
+  }
+  const JsonView view = camera.Object("extras").Object("lens");
+  constexpr float kAny = std::numeric_limits<float>::max();
+  lens.radius = view.Number("aperture", 0.0f);
+  lens.f_number = view.Number("f_number", 0.0f);
+  lens.focus = view.Number("focus", 0.0f);
+  lens.blades = static_cast<int>(std::min<uint64_t>(view.Count("blades", 0), kMaxBlades + 1));
+  lens.rotation = view.NumberIn("rotation", 0.0f, -kAny, kAny);
+  if (!(lens.radius >= 0.0f && lens.radius <= 1e6f)) {
+    view.Fail("aperture", fmt::format("{} is no radius (0 to 1e6)", lens.radius));
+  } else if (view.Has("f_number") && !(lens.f_number >= 0.1f && lens.f_number <= 1000.0f)) {
+    view.Fail("f_number", fmt::format("{} is no f-number (0.1 to 1000)", lens.f_number));
+  } else if (view.Has("focus") && !(lens.focus > 0.0f)) {
+    view.Fail("focus", fmt::format("{} is no distance above 0", lens.focus));
+  } else if (lens.blades != 0 && (lens.blades < 3 || lens.blades > kMaxBlades)) {
+    view.Fail("blades", fmt::format("is not 0 or 3 to {}", kMaxBlades));
+  }
+  const int mask = view.Index("mask", import->Root().Size("textures"), "textures");
+  if (mask >= 0 && import->log.ok()) {
+    lens.mask = UseTexture(import, mask);
+  }
+  return lens;
 }
 
 }  // namespace
@@ -63,6 +94,7 @@ void ImportNodeCamera(GltfImport* import, const JsonView& node, int scene_node) 
     perspective.Warn("aspectRatio", fmt::format("{} is left out", camera.aspect));
     camera.aspect = 0.0f;
   }
+  camera.lens = ReadLens(import, view);
   import->scene.cameras.push_back(std::move(camera));
 }
 

@@ -59,7 +59,11 @@ void ImportNodes(GltfImport* import);
 /// Imports all materials, in the file's order, and stubs of the textures that they use.
 void ImportMaterials(GltfImport* import);
 
-/// Reads and decodes the textures whose stubs ImportMaterials made.
+/// Index into Scene::textures of a stub for the glTF texture; textures with the same picture and
+/// sampler share the stub. -1 after a failure. Before ImportTextures.
+int UseTexture(GltfImport* import, int gltf_texture);
+
+/// Reads and decodes the textures that have stubs.
 void ImportTextures(GltfImport* import);
 
 /// Imports the primitives of all meshes in use, and their instances.

@@ -53,8 +53,8 @@ int ImageOfTexture(GltfImport* import, const JsonView& texture) {
   return image;
 }
 
-/// Index into Scene::textures of a stub for the glTF texture; textures with the same picture and
-/// sampler share the stub. -1 after a failure.
+}  // namespace
+
 int UseTexture(GltfImport* import, int gltf_texture) {
   const JsonView root = import->Root();
   const JsonView view = root.Item("textures", static_cast<size_t>(gltf_texture));
@@ -81,6 +81,8 @@ int UseTexture(GltfImport* import, int gltf_texture) {
   }
   return known->second;
 }
+
+namespace {
 
 /// KHR_texture_transform: translation * rotation * scale. The rotation turns coordinates
 /// counter-clockwise as seen with v down, as in the extension's text and examples; its GLSL lines

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <fstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -113,6 +114,16 @@ TEST(CliTracerOptions, ErrorsNameOptionValueAndWhatWasExpected) {
   EXPECT_THAT(
       error({"view", "--headless-frames", "1", "--sampler", "halton"}),
       HasSubstr("--sampler is 'halton', expected sobol or halton16, did you mean halton16?\n"));
+  for (const auto& [option, value] : {std::pair{"--aperture", "-1"},
+                                      {"--aperture", "nan"},
+                                      {"--aperture", "f/0"},
+                                      {"--focus", "0"},
+                                      {"--blades", "2"}}) {
+    EXPECT_THAT(error({"render", "builtin:cornell", "-o", "x", option, value}),
+                HasSubstr(std::string(option) + " is '" + value + "', expected scene"));
+  }
+  EXPECT_THAT(error({"render", "builtin:cornell", "-o", "x", "--lens-mask", "none.png"}),
+              HasSubstr("--lens-mask: none.png: no such file"));
   EXPECT_THAT(error({"bench", "--bounces", "0"}),
               HasSubstr("--bounces is '0', expected a whole number from 1 to 32\n"));
 }

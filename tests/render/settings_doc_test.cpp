@@ -21,6 +21,7 @@ std::string Values(const Parameter& p) {
     case ParameterType::kFlag:
       return "on, off";
     case ParameterType::kChoice:
+    case ParameterType::kText:
       return fmt::format("{}", fmt::join(p.choices, ", "));
     case ParameterType::kSeed:
       return "64 bits";

@@ -3,6 +3,7 @@
 
 // The table of the path tracer's settings.
 #include <string>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -58,7 +59,8 @@ TEST(RenderParameters, RowsAreComplete) {
     EXPECT_NE(*p.group, '\0') << p.name;
     const std::string help = p.help;
     EXPECT_TRUE(help.size() > 10 && help.back() == '.') << p.name;
-    EXPECT_EQ(p.type == ParameterType::kChoice, !p.choices.empty()) << p.name;
+    const bool lists = p.type == ParameterType::kChoice || p.type == ParameterType::kText;
+    EXPECT_EQ(lists, !p.choices.empty()) << p.name;
   }
 }
 
@@ -116,8 +118,54 @@ TEST(RenderParameters, ErrorsNameSettingValueAndRange) {
   EXPECT_EQ(message("bounce", "1"), "unknown render setting 'bounce', did you mean bounces?");
   EXPECT_EQ(message("colour", "1"),
             "unknown render setting 'colour'; settings are: spp, guides, seed, sampler, jitter, "
-            "virtual_guides, bounces, regularise");
+            "virtual_guides, bounces, regularise, aperture, focus, blades, blade_rotation");
   EXPECT_EQ(GetRenderParameter({}, "colour").status().code(), StatusCode::kInvalidArgument);
+}
+
+TEST(RenderParameters, LensesHaveTheirOwnNotation) {
+  RenderSettings settings;
+  const auto set = [&](const char* name, const char* value) {
+    return SetRenderParameter(&settings, name, value).ok();
+  };
+  EXPECT_TRUE(set("aperture", "f/2.8") && set("focus", "3.5") && set("blades", "6"));
+  EXPECT_TRUE(set("blade_rotation", "-12.5"));
+  EXPECT_EQ(settings.f_number, 2.8f);
+  EXPECT_FALSE(settings.aperture);
+  EXPECT_EQ(Value(settings, "aperture"), "f/2.8");
+  EXPECT_EQ(settings.focus, 3.5f);
+  EXPECT_EQ(settings.blades, 6);
+  EXPECT_EQ(settings.blade_rotation, -12.5f);
+  EXPECT_TRUE(set("aperture", "0.25") && set("focus", "auto"));
+  EXPECT_EQ(settings.aperture, 0.25f);
+  EXPECT_FALSE(settings.f_number);
+  EXPECT_EQ(Value(settings, "focus"), "auto");
+  for (const auto& [name, value] : {std::pair{"aperture", "-1"},
+                                    {"aperture", "nan"},
+                                    {"aperture", "inf"},
+                                    {"aperture", "f/0"},
+                                    {"aperture", "f/-2"},
+                                    {"aperture", "f/nan"},
+                                    {"aperture", "f/"},
+                                    {"aperture", ""},
+                                    {"focus", "0"},
+                                    {"focus", "-2"},
+                                    {"focus", "nan"},
+                                    {"focus", "near"},
+                                    {"blades", "2"},
+                                    {"blades", "33"},
+                                    {"blades", "-1"},
+                                    {"blades", "5.5"},
+                                    {"blade_rotation", "nan"},
+                                    {"blade_rotation", "181"}}) {
+    const Status status = SetRenderParameter(&settings, name, value);
+    EXPECT_EQ(status.code(), StatusCode::kInvalidArgument) << name << "=" << value;
+    EXPECT_THAT(status.message(), HasSubstr(std::string("'") + value + "', expected scene"));
+  }
+  for (const char* name : {"aperture", "focus", "blades", "blade_rotation"}) {
+    EXPECT_TRUE(set(name, "scene"));
+    EXPECT_EQ(Value(settings, name), "scene");
+  }
+  EXPECT_FALSE(settings.aperture || settings.focus || settings.blades || settings.blade_rotation);
 }
 
 TEST(RenderParameters, StructsOutOfRangeAreFound) {

@@ -82,6 +82,28 @@ class GpuRendererTest : public TracingWaysTest {
     return 1000.0 * wrong / (expected.width * expected.height);
   }
 
+  // Depth, albedo and motion.
+  void ExpectSameGuides(const Scene& scene, const RenderSettings& settings) {
+    Frame found;
+    Frame expected;
+    ASSERT_TRUE(Create(scene, settings)->RenderFrame(Moment(3), &found).ok());
+    ASSERT_TRUE(CreateOnCpu(scene, settings)->RenderFrame(Moment(3), &expected).ok());
+    int wrong = 0;
+    for (int y = 0; y < settings.height; ++y) {
+      for (int x = 0; x < settings.width; ++x) {
+        const float depth = expected.guides.depth(x, y);
+        const float other = found.guides.depth(x, y);
+        bool same = depth == other || std::abs(depth - other) <= 1e-3f * depth;
+        same = same && MaxComponent(abs(Pixel(found.guides.albedo, x, y) -
+                                        Pixel(expected.guides.albedo, x, y))) < 2e-3f;
+        same = same &&
+               std::abs(found.guides.motion[0](x, y) - expected.guides.motion[0](x, y)) < 1e-2f;
+        wrong += same ? 0 : 1;
+      }
+    }
+    EXPECT_LE(wrong, settings.width * settings.height / 100);
+  }
+
   // Frames `first` and the one after.
   void ExpectTheCpus(const Scene& scene, const RenderSettings& settings, int64_t first,
                      double per_thousand) {
@@ -194,6 +216,45 @@ TEST_P(GpuRendererTest, GuidesOfSparseFramesAreWhereThePathsAre) {
         ASSERT_EQ(frame.guides.depth(x, y) != 0.0f, frame.samples(x, y) == 1.0f) << x << " " << y;
       }
     }
+  }
+}
+
+// A lens: polygons, masks, both samplers, several samples with guides of their own, a focus that
+// is found by itself.
+TEST_P(GpuRendererTest, FramesThroughALensAreTheCpus) {
+  LeaveValidation();
+  Scene scene = EverythingScene();
+  scene.environment.radiance = vec3(0.4f, 0.5f, 0.7f);
+  RenderSettings settings = SmallSettings(kWidth, kHeight, 1);
+  settings.aperture = 0.15f;
+  settings.blades = 5;
+  settings.blade_rotation = 20.0f;
+  ExpectTheCpus(scene, settings, 3, 2 * kPerThousand);
+  settings.spp = 3;
+  settings.sampler = SamplerKind::kHalton16;
+  ExpectTheCpus(scene, settings, 3, 4 * kPerThousand);
+  ExpectSameGuides(scene, settings);
+  settings = SmallSettings(kWidth, kHeight, 1);
+  scene.cameras[0].lens.radius = 0.1f;
+  scene.cameras[0].lens.focus = 5.0f;
+  scene.cameras[0].lens.mask = 1;
+  ExpectTheCpus(scene, settings, 3, 2 * kPerThousand);
+  settings.cycle = 4;
+  ExpectTheCpus(scene, settings, 3, 2 * kPerThousand);
+}
+
+TEST_P(GpuRendererTest, ALensMayBePutOnAndTakenOff) {
+  const Result<Scene> scene = MakeBuiltinScene("cornell");
+  RenderSettings settings = SmallSettings(40, 30, 2);
+  const std::unique_ptr<Renderer> device = Create(*scene, settings);
+  for (const float aperture : {0.0f, 0.2f, 0.0f}) {
+    settings.aperture = aperture;
+    ASSERT_TRUE(device->SetSettings(settings).ok());
+    Frame found;
+    Frame expected;
+    ASSERT_TRUE(device->RenderFrame(Moment(3), &found).ok());
+    ASSERT_TRUE(CreateOnCpu(*scene, settings)->RenderFrame(Moment(3), &expected).ok());
+    EXPECT_LE(Differing(found, expected), 2 * 2 * kPerThousand);
   }
 }
 

@@ -80,8 +80,9 @@ class GpuVisibilityTest : public test::VulkanTest {
       RenderMoment moment;
       moment.seconds = moment.previous_seconds = seconds;
       const CameraView view = CamerasOf(state, moment, kWidth, kHeight).now;
-      const GpuView raster = {view.position, view.half_width, view.right,   view.half_height,
-                              view.up,       view.width,      view.forward, view.height};
+      const GpuView raster = {view.position, view.half_width,  view.right,        view.half_height,
+                              view.up,       view.width,       view.forward,      view.height,
+                              view.shift,    view.lens_radius, view.inverse_focus};
       const std::vector<Seen> seen = Draw(**accel, **visibility, {raster, point});
       std::vector<GpuRay> rays;
       for (int i = 0; i < kWidth * kHeight; ++i) {

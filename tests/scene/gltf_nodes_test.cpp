@@ -169,6 +169,42 @@ TEST(GltfNodes, TheEnvironmentIsThatOfTheScene) {
               Contains(HasSubstr("scenes[0].extras.environment.type: 'map' is unknown")));
 }
 
+TEST(GltfNodes, LensOfACamera) {
+  GltfBuilder builder;
+  builder.AddTriangle();
+  nlohmann::json camera = {{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 1}}}};
+  builder.json["cameras"] = {camera};
+  builder.json["nodes"][0]["camera"] = 0;
+  EXPECT_EQ(Loaded(builder).cameras[0].lens.radius, 0.0f);
+  nlohmann::json& lens = builder.json["cameras"][0]["extras"]["lens"];
+  lens = {{"aperture", 0.05}, {"f_number", 2.8}, {"focus", 3.5}, {"blades", 6}, {"rotation", 15}};
+  const Lens found = Loaded(builder).cameras[0].lens;
+  EXPECT_EQ(found.radius, 0.05f);
+  EXPECT_EQ(found.f_number, 2.8f);
+  EXPECT_EQ(found.focus, 3.5f);
+  EXPECT_EQ(found.blades, 6);
+  EXPECT_EQ(found.rotation, 15.0f);
+  EXPECT_EQ(found.mask, -1);
+  lens = "a lens of the author's";
+  EXPECT_EQ(Loaded(builder).cameras[0].lens.radius, 0.0f);
+  for (const auto& [name, value] : {std::pair{"aperture", -1.0},
+                                    {"f_number", 0.0},
+                                    {"focus", 0.0},
+                                    {"focus", -2.0},
+                                    {"blades", 2.0},
+                                    {"mask", 0.0}}) {
+    lens = {{name, value}};
+    if (value == 2.0 || std::string(name) == "mask") {
+      lens = {{name, static_cast<int>(value)}};
+    }
+    const std::string text = builder.Text();
+    const Result<Scene> scene =
+        LoadGltfFromMemory(reinterpret_cast<const uint8_t*>(text.data()), text.size(), "");
+    EXPECT_EQ(scene.status().code(), StatusCode::kBadData) << name;
+    EXPECT_THAT(scene.status().message(), HasSubstr(std::string("extras.lens.") + name));
+  }
+}
+
 TEST(GltfNodes, DarknessThatTheFileAsksForIsKept) {
   GltfBuilder builder;
   builder.AddTriangle();

@@ -22,6 +22,7 @@ std::string HelpOf(const Parameter& p) {
 std::string ValuesOf(const Parameter& p) {
   switch (p.type) {
     case ParameterType::kChoice:
+    case ParameterType::kText:
       return fmt::format("{}", fmt::join(p.choices, "|"));
     case ParameterType::kRate:
       return "N|1/N";

@@ -29,6 +29,12 @@ namespace {
 
 Result<Scene> LoadSceneFor(const RenderOptions& options) {
   Result<Scene> scene = LoadScene(options.text.scene, [] { return !Interrupted(); });
+  if (scene.ok() && !options.text.lens_mask.empty()) {
+    const Status set = SetLensMask(options.text.lens_mask, &scene.value());
+    if (!set.ok()) {
+      return Status(set.code(), "--lens-mask: " + set.message());
+    }
+  }
   if (!scene.ok() || options.text.environment.empty()) {
     return scene;
   }
@@ -128,6 +134,10 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
                       "Environment map: .hdr or .exr, latitude-longitude");
   command->option_defaults()->group("Sampling");
   AddTracerOptions(command, &a->tracer);
+  command
+      ->add_option("--lens-mask", a->lens_mask,
+                   "Picture of the aperture (.png, .jpg, .webp): light passes where it is bright")
+      ->excludes("--blades");
   command
       ->add_option("--reference", a->reference_spp,
                    "Also render converged pictures with this many paths per pixel")

@@ -254,6 +254,14 @@ std::string SceneContent(const Scene& scene) {
   return scene.checksum == 0 ? "" : fmt::format("{:016x}", scene.checksum);
 }
 
+std::string LensMaskContent(const RenderOptions& options, const Scene& scene) {
+  if (options.text.lens_mask.empty()) {
+    return "";
+  }
+  const Texture& mask = scene.textures[static_cast<size_t>(scene.cameras.front().lens.mask)];
+  return fmt::format("{:016x}", AddToChecksum(mask.texels, kEmptyChecksum));
+}
+
 std::string EnvironmentContent(const RenderOptions& options, const Scene& scene) {
   return options.text.environment.empty()
              ? ""
@@ -270,6 +278,10 @@ std::string RenderFingerprint(const RenderOptions& options, const Scene& scene) 
       "reference-frames {}\naov {}\nformat {}\nfloat {}\ninputs {}\nstill {}\n",
       scene_text, options.frames.first, a.size, a.fps, environment_text, a.camera, a.reference_spp,
       a.reference_frames, fmt::join(a.aovs, ","), a.formats, a.float_exr, a.save_inputs, a.still);
+  if (!a.lens_mask.empty()) {
+    text +=
+        fmt::format("lens-mask {}\n", NameAndContent(a.lens_mask, LensMaskContent(options, scene)));
+  }
   for (const Parameter& p : RenderParameters()) {
     text += fmt::format("{} {}\n", p.name, GetRenderParameter(options.render, p.name).value());
   }

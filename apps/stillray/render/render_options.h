@@ -31,6 +31,7 @@ struct RenderArguments {
   TracerArguments tracer;
   FilterArguments filter;
   std::string environment;
+  std::string lens_mask;
   std::string camera;
   int reference_spp = 0;
   std::string reference_frames;
@@ -99,6 +100,7 @@ std::string FileNameOf(const std::string& path);
 
 /// Checksums of the content of files as text; empty for built-in data.
 std::string SceneContent(const Scene& scene);
+std::string LensMaskContent(const RenderOptions& options, const Scene& scene);
 std::string EnvironmentContent(const RenderOptions& options, const Scene& scene);
 
 /// All settings that affect the pictures, one "name value" a line: runs with the same text produce

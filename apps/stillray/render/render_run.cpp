@@ -118,6 +118,7 @@ Status RenderRun::Prepare() {
   io::RemoveStaleTemporaries(folder);
   log_.scene_content = SceneContent(scene_);
   log_.environment_content = EnvironmentContent(options_, scene_);
+  log_.lens_mask_content = LensMaskContent(options_, scene_);
   log_.device = device->description();
   log_.tracer = maker_.place();
   if (options_.text.resume) {

@@ -38,6 +38,7 @@ Json SettingJson(const RenderSettings& render, const Parameter& p) {
     case ParameterType::kRate:
       return render.cycle > 1 ? Json(SamplesPerPixel(render)) : Json(render.spp);
     case ParameterType::kChoice:
+    case ParameterType::kText:
       return value;
     default:
       return Json::parse(value);
@@ -51,6 +52,8 @@ Json PictureSettings(const RenderOptions& options, const RunLog& log) {
                {"scene_content", log.scene_content},
                {"environment", FileNameOf(a.environment)},
                {"environment_content", log.environment_content},
+               {"lens_mask", FileNameOf(a.lens_mask)},
+               {"lens_mask_content", log.lens_mask_content},
                {"camera", a.camera},
                {"width", options.render.width},
                {"height", options.render.height},

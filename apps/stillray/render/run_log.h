@@ -27,6 +27,7 @@ struct RunLog {
   std::vector<FrameLog> frames;
   std::string scene_content;        ///< its checksum; empty for scenes that are built in
   std::string environment_content;  ///< likewise; empty without --environment
+  std::string lens_mask_content;    ///< likewise; empty without --lens-mask
   std::string device;               ///< device of the filter, by name
   std::string tracer;               ///< device of the tracer
   size_t denoiser_bytes = 0;

@@ -25,6 +25,23 @@ void AddSample(uint number, bool is_first) {
   sums[number].signals[1].light = now_lost;
 }
 #else
+// With a lens the guides are those of this sample: replaces them by the mean of all up to it.
+void AddGuides(uint number, bool is_first) {
+  GpuGuides g = guides[number];
+  LensGuides one = LensGuides(g.albedo, g.depth, g.specular_albedo, g.roughness, g.emission,
+                              g.motion_x, g.background, g.motion_y, g.normal, g.id, 1, 1, 1, 0);
+  LensGuides sum = one;
+  if (!is_first) {
+    sum = lens_sums[number];
+    AddLensSample(sum, one);
+  }
+  lens_sums[number] = sum;
+  LensGuides mean = MeanOfLensSamples(sum);
+  guides[number] =
+      GpuGuides(mean.normal, mean.depth, mean.albedo, mean.roughness, mean.specular_albedo, mean.id,
+                mean.emission, mean.motion_x, mean.background, mean.motion_y);
+}
+
 void AddSample(uint number, bool is_first) {
   for (int k = 0; k < 4; ++k) {
     vec3 light = sample_lights[number].signals[k].light;
@@ -40,6 +57,9 @@ void AddSample(uint number, bool is_first) {
       sum.square += l * l;
     }
     sums[number].signals[k] = sum;
+  }
+  if (frame.view.lens_radius > 0.0f) {
+    AddGuides(number, is_first);
   }
 }
 #endif

@@ -5,9 +5,30 @@
 // Needs trace.glsl, material_lookup.glsl and traversal.glsl.
 #include "render/primary_shared.h"
 
+float LensSum(int i) {
+  return uintBitsToFloat(words[frame.lens_mask + uint(i)]);
+}
+#define lens frame.lens_shape
+#include "render/lens_shared.h"
+#undef lens
+
+// The pinhole camera at a point of the lens.
+GpuView Through(GpuView view, vec2 point) {
+  vec2 offset = point * view.lens_radius;
+  view.position += view.right * offset.x + view.up * offset.y;
+  view.shift = offset * view.inverse_focus;
+  return view;
+}
+
+// The point of the lens for this sample of the pixel.
+vec2 LensPointOf(uint seed) {
+  return frame.view.lens_radius > 0.0f ? LensPoint(NumbersOf(seed, kLensDimensions).xy)
+                                       : vec2(0.0f);
+}
+
 vec3 DirectionOf(GpuView view, vec2 pixel) {
-  float x = (2.0f * pixel.x / view.width - 1.0f) * view.half_width;
-  float y = (1.0f - 2.0f * pixel.y / view.height) * view.half_height;
+  float x = (2.0f * pixel.x / view.width - 1.0f) * view.half_width - view.shift.x;
+  float y = (1.0f - 2.0f * pixel.y / view.height) * view.half_height - view.shift.y;
   return normalize(view.forward + view.right * x + view.up * y);
 }
 
@@ -15,8 +36,8 @@ vec3 DirectionOf(GpuView view, vec2 pixel) {
 vec2 Project(GpuView view, vec3 offset) {
   float depth = dot(offset, view.forward);
   float safe = max(abs(depth), 1e-20f) * (depth < 0.0f ? -1.0f : 1.0f);
-  float x = dot(offset, view.right) / (safe * view.half_width);
-  float y = dot(offset, view.up) / (safe * view.half_height);
+  float x = dot(offset, view.right) / (safe * view.half_width) + view.shift.x / view.half_width;
+  float y = dot(offset, view.up) / (safe * view.half_height) + view.shift.y / view.half_height;
   return vec2((x + 1.0f) * 0.5f * view.width, (1.0f - y) * 0.5f * view.height);
 }
 
@@ -59,14 +80,14 @@ struct CameraWalk {
   bool done;
 };
 
-CameraWalk StartWalk(vec3 direction) {
+CameraWalk StartWalk(vec3 origin, vec3 direction) {
   GpuHit none = GpuHit(kInfinity, 0.0f, 0.0f, kNoInstance, 0u);
-  return CameraWalk(none, false, frame.view.position, direction, 1.0f, 0, 0, false);
+  return CameraWalk(none, false, origin, direction, 1.0f, 0, 0, false);
 }
 
 // The ray of a pixel through the frame's point.
-CameraWalk StartPixel(uvec2 pixel, vec3 direction) {
-  CameraWalk walk = StartWalk(direction);
+CameraWalk StartPixel(uvec2 pixel, vec3 origin, vec3 direction) {
+  CameraWalk walk = StartWalk(origin, direction);
   if (frame.rasterised != 0) {
     walk.first_known = RasterisedHit(pixel, direction, walk.first);
   }

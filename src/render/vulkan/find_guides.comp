@@ -14,15 +14,21 @@
 #include "render/vulkan/camera.glsl"
 #include "render/vulkan/queue.glsl"
 
+// The cameras of the pixel's ray, now and one frame ago.
+struct PixelViews {
+  GpuView now;
+  GpuView before;
+};
+
 // Out of the picture if the point was behind the previous camera.
-vec2 MotionBetween(vec3 offset, vec3 previous_offset) {
-  if (dot(previous_offset, frame.previous.forward) <= 0.0f) {
-    return 2.0f * vec2(frame.previous.width, frame.previous.height);
+vec2 MotionBetween(PixelViews views, vec3 offset, vec3 previous_offset) {
+  if (dot(previous_offset, views.before.forward) <= 0.0f) {
+    return 2.0f * vec2(views.before.width, views.before.height);
   }
-  return Project(frame.previous, previous_offset) - Project(frame.view, offset);
+  return Project(views.before, previous_offset) - Project(views.now, offset);
 }
 
-vec2 SurfaceMotion(GpuInstance instance, GpuHit hit, vec3 position) {
+vec2 SurfaceMotion(PixelViews views, GpuInstance instance, GpuHit hit, vec3 position) {
   uvec3 corner = CornersOf(instance, hit.primitive);
   vec3 weight = Weights(hit);
   vec3 local = Vec3At(instance.positions + 3u * corner.x) * weight.x +
@@ -33,7 +39,7 @@ vec2 SurfaceMotion(GpuInstance instance, GpuHit hit, vec3 position) {
   vec3 before =
       stands ? position
              : TransformPoint(instance.previous_x, instance.previous_y, instance.previous_z, local);
-  return MotionBetween(position - frame.view.position, before - frame.previous.position);
+  return MotionBetween(views, position - views.now.position, before - views.before.position);
 }
 
 void SetMotion(vec2 motion, inout GpuGuides sum) {
@@ -42,7 +48,8 @@ void SetMotion(vec2 motion, inout GpuGuides sum) {
 }
 
 // Adds a surface with its fraction of the pixel; `heaviest`: it is the largest so far.
-void AddLayer(CameraLayer layer, vec3 direction, bool heaviest, inout GpuGuides sum) {
+void AddLayer(PixelViews views, CameraLayer layer, vec3 direction, bool heaviest,
+              inout GpuGuides sum) {
   GpuInstance instance = instances[layer.hit.instance];
   GpuMaterial material = materials[instance.material];
   Surface surface = MakeSurface(material, instance, layer.hit, layer.base_colour, direction);
@@ -56,7 +63,7 @@ void AddLayer(CameraLayer layer, vec3 direction, bool heaviest, inout GpuGuides 
   if (heaviest) {
     sum.depth = dot(surface.at.position - frame.view.position, frame.view.forward);
     sum.normal = surface.at.frame.z;
-    SetMotion(SurfaceMotion(instance, layer.hit, surface.at.position), sum);
+    SetMotion(SurfaceMotion(views, instance, layer.hit, surface.at.position), sum);
     sum.id = layer.hit.instance + 1u;
     sum.roughness = GuideRoughness(bsdf, surface.roughness);
   }
@@ -64,18 +71,23 @@ void AddLayer(CameraLayer layer, vec3 direction, bool heaviest, inout GpuGuides 
 
 // Returns the number of rays traced.
 uint FindGuides(uint number, uvec2 pixel) {
-  vec3 direction = DirectionOf(frame.view, vec2(pixel) + frame.point);
+  PixelViews views = PixelViews(frame.view, frame.previous);
+  if (frame.view.lens_radius > 0.0f) {
+    vec2 point = LensPointOf(SeedOf(pixel));
+    views = PixelViews(Through(frame.view, point), Through(frame.previous, point));
+  }
+  vec3 direction = DirectionOf(views.now, vec2(pixel) + frame.point);
   GpuGuides sum = GpuGuides(vec3(0.0f), kInfinity, vec3(0.0f), 0.0f, vec3(0.0f), 0u, vec3(0.0f),
                             0.0f, vec3(0.0f), 0.0f);
-  SetMotion(MotionBetween(direction, direction), sum);
+  SetMotion(MotionBetween(views, direction, direction), sum);
   GpuHit first = GpuHit(kInfinity, 0.0f, 0.0f, kNoInstance, 0u);
-  CameraWalk walk = StartPixel(pixel, direction);
+  CameraWalk walk = StartPixel(pixel, views.now.position, direction);
   CameraLayer layer;
   float largest = 0.0f;
   while (NextLayer(walk, layer)) {
     bool heaviest = walk.layers == 1 || layer.weight > largest;
     largest = heaviest ? layer.weight : largest;
-    AddLayer(layer, direction, heaviest, sum);
+    AddLayer(views, layer, direction, heaviest, sum);
     first = layer.hit;
   }
   if (walk.layers > 1 || (walk.layers == 1 && walk.background > 0.0f)) {

@@ -197,6 +197,20 @@ Status GpuScene::AddMeshes() {
   return Status::Ok();
 }
 
+Status GpuScene::AddLensMasks() {
+  for (const LensMask& mask : lens_masks_.all()) {
+    mask_words_.push_back(AppendWords(mask.sums, &words_));
+  }
+  return words_.size() < kMostWords
+             ? Status::Ok()
+             : Status::Unsupported("meshes and lens masks have more words than 32 bits can number");
+}
+
+uint32_t GpuScene::LensMaskWords(int texture) const {
+  const LensMask* mask = lens_masks_.Find(texture);
+  return mask == nullptr ? 0 : mask_words_[static_cast<size_t>(mask - lens_masks_.all().data())];
+}
+
 void GpuScene::AddEnergies() {
   AppendTable(SpecularEnergyTables().scale, &energies_);
   AppendTable(SpecularEnergyTables().offset, &energies_);
@@ -394,6 +408,7 @@ Result<std::unique_ptr<GpuScene>> GpuScene::Create(const SceneState& state) {
     }
     scene->builder_ = std::move(*builder);
     STILLRAY_RETURN_IF_ERROR(scene->AddMeshes());
+    STILLRAY_RETURN_IF_ERROR(scene->AddLensMasks());
     STILLRAY_RETURN_IF_ERROR(scene->AddMaterials());
     scene->AddEnergies();
     STILLRAY_RETURN_IF_ERROR(scene->BuildBottomLevels());

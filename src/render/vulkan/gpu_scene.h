@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "render/scene_state.h"
+#include "render/lens.h"
 #include "render/vulkan/wide_bvh.h"
 
 namespace stillray::render {
@@ -47,6 +47,9 @@ class GpuScene {
   const std::vector<uint32_t>& texels() const { return texels_; }
   const std::vector<uint32_t>& words() const { return words_; }
   const std::vector<float>& energies() const { return energies_; }
+  const LensMasks& lens_masks() const { return lens_masks_; }
+  /// Offset in words() of the sums of the mask of a texture; 0 if it is none.
+  uint32_t LensMaskWords(int texture) const;
 
  private:
   /// The bottom level of an instance, or of all static ones.
@@ -57,8 +60,9 @@ class GpuScene {
     Aabb bounds;
   };
 
-  explicit GpuScene(const SceneState& state) : state_(state) {}
+  explicit GpuScene(const SceneState& state) : state_(state), lens_masks_(state.scene()) {}
   Status AddMeshes();
+  Status AddLensMasks();
   Status AddMaterials();
   void AddEnergies();
   Status BuildBottomLevels();
@@ -67,6 +71,8 @@ class GpuScene {
   void PlaceInstances();
 
   const SceneState& state_;
+  LensMasks lens_masks_;
+  std::vector<uint32_t> mask_words_;  // in the order of the masks
   std::unique_ptr<WideBvhBuilder> builder_;
   std::vector<Bottom> bottoms_;
   size_t top_nodes_ = 0;

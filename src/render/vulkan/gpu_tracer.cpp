@@ -50,7 +50,8 @@ ShaderCode CodeOf(size_t shader) {
 
 /// The largest of the per-pixel structures.
 constexpr size_t kLargestRecord =
-    std::max({sizeof(PathState), sizeof(GpuGuides), sizeof(GpuPixelLight), sizeof(GpuShadow)});
+    std::max({sizeof(PathState), sizeof(GpuGuides), sizeof(GpuPixelLight), sizeof(GpuShadow),
+              sizeof(LensGuides)});
 
 constexpr size_t kQueueBytes = kQueueCount * sizeof(GpuQueue);
 
@@ -103,6 +104,7 @@ Status GpuTracer::AddBuffers() {
       {kFirstHits, n * sizeof(GpuHit), kStorage},
       {kLightOfSamples, n * sizeof(GpuPixelLight), kStorage},
       {kSums, n * sizeof(GpuPixelLight), kStorage},
+      {kLensSums, lens_ ? n * sizeof(LensGuides) : sizeof(LensGuides), kStorage},
   };
   for (const Want& want : wants) {
     const Result<const gpu::Buffer*> buffer =
@@ -135,9 +137,11 @@ Status GpuTracer::AddBuffers() {
 Result<std::unique_ptr<GpuTracer>> GpuTracer::Create(gpu::Device* device, const GpuAccel* accel,
                                                      const GpuLights* lights,
                                                      const Visibility* visibility,
-                                                     uint32_t most_pixels, bool by_group) {
+                                                     uint32_t most_pixels, bool by_group,
+                                                     bool lens) {
   std::unique_ptr<GpuTracer> tracer(new GpuTracer(device, accel, lights, visibility));
   tracer->constants_ = {by_group ? 1u : 0u, accel->scene().with_layers() ? 1u : 0u};
+  tracer->lens_ = lens;
   STILLRAY_RETURN_IF_ERROR(tracer->CheckLimits());
   const size_t fit = device->context().limits.maxStorageBufferRange / kLargestRecord;
   tracer->capacity_ =

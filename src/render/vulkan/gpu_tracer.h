@@ -36,15 +36,17 @@ class GpuTracer {
  public:
   /// \param device, accel, lights, visibility  must outlive this; without `visibility` (nullptr)
   ///     all camera rays are traced
+  /// \param lens         frames may have a lens, whose samples have guides of their own
   /// \param most_pixels  of a batch; fewer if the device's storage buffers are small
   /// \param by_group     kAddByGroup of queue.glsl: for hardware
   static Result<std::unique_ptr<GpuTracer>> Create(gpu::Device* device, const GpuAccel* accel,
                                                    const GpuLights* lights,
                                                    const Visibility* visibility,
-                                                   uint32_t most_pixels, bool by_group);
+                                                   uint32_t most_pixels, bool by_group, bool lens);
 
   /// Pixels of a batch, a multiple of kGroupSize.
   uint32_t capacity() const { return capacity_; }
+  bool has_lens() const { return lens_; }
   /// Mapped positions of the pixels of a batch that is `listed`: x in the lower half, y in the
   /// upper. Of size capacity().
   uint32_t* listed_pixels() { return static_cast<uint32_t*>(listed_->mapped); }
@@ -53,7 +55,8 @@ class GpuTracer {
   void RecordBegin(VkCommandBuffer commands, const GpuFrame& frame, gpu::Timestamps* times);
   /// Rasterises the visible triangles, for the batches of a frame with `rasterised`.
   void RecordVisibility(VkCommandBuffer commands, const GpuFrame& frame);
-  /// Guides of the batch, and the starting points of its paths.
+  /// Guides of the batch, and the starting points of its paths; with a lens those of the batch's
+  /// sample.
   Status RecordGuides(VkCommandBuffer commands, const GpuBatch& batch);
   /// One sample of the batch, whose guides are known (except for `reference`, which needs none).
   /// \param steps  maximum number for a path (MostSteps)
@@ -84,7 +87,7 @@ class GpuTracer {
   const gpu::Buffer& device_sums() const { return *buffers_[kSums]; }
   const gpu::Buffer& device_listed() const { return *listed_; }
 
-  static constexpr gpu::SetShape kShape = {0, 0, 1, 12};
+  static constexpr gpu::SetShape kShape = {0, 0, 1, 13};
 
  private:
   /// Bindings of trace.glsl.
@@ -102,6 +105,7 @@ class GpuTracer {
     kSums,
     kListed,
     kVisible,
+    kLensSums,
     kBindingCount
   };
   enum Shader : size_t {
@@ -142,6 +146,7 @@ class GpuTracer {
   const Visibility* visibility_;
   uint32_t capacity_ = 0;
   std::array<uint32_t, 2> constants_{};  // kAddByGroup, kWithLayers
+  bool lens_ = false;
   gpu::Arena arena_;
   gpu::DescriptorSets sets_;
   VkDescriptorSet set_ = VK_NULL_HANDLE;

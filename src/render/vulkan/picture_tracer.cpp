@@ -42,13 +42,13 @@ Status PictureTracer::MakeVisibility(int width, int height) {
                                                                               : visibility.status();
 }
 
-Status PictureTracer::Make(int width, int height) {
+Status PictureTracer::Make(int width, int height, bool lens) {
   uint32_t most = WantedPixels(width, height);
   tracer_.reset();
   STILLRAY_RETURN_IF_ERROR(MakeVisibility(width, height));
   while (true) {
-    Result<std::unique_ptr<GpuTracer>> tracer =
-        GpuTracer::Create(device_, accel_, lights_, visibility_.get(), most, options_.add_by_group);
+    Result<std::unique_ptr<GpuTracer>> tracer = GpuTracer::Create(
+        device_, accel_, lights_, visibility_.get(), most, options_.add_by_group, lens);
     if (tracer.ok()) {
       tracer_ = std::move(*tracer);
       return Status::Ok();
@@ -60,10 +60,11 @@ Status PictureTracer::Make(int width, int height) {
   }
 }
 
-bool PictureTracer::HasRoomFor(int width, int height) const {
+bool PictureTracer::HasRoomFor(int width, int height, bool lens) const {
   const bool drawn = visibility_ != nullptr ? visibility_->HasRoomFor(width, height)
                                             : !options_.rasterise || !device_->can_draw();
-  return drawn && tracer_ != nullptr && tracer_->capacity() >= WantedPixels(width, height);
+  return drawn && tracer_ != nullptr && tracer_->capacity() >= WantedPixels(width, height) &&
+         (tracer_->has_lens() || !lens);
 }
 
 }  // namespace stillray::render

@@ -26,9 +26,10 @@ class PictureTracer {
   /// for; destroys the previous one in any case. A viewer changes its resolution often, and this
   /// compiles the shaders again, so call HasRoomFor first.
   /// \return kOutOfMemory; kUnsupported: the device lacks a feature
-  Status Make(int width, int height);
+  /// \param lens  as GpuTracer::Create
+  Status Make(int width, int height, bool lens);
   /// Whether the current tracer can render a picture of this size.
-  bool HasRoomFor(int width, int height) const;
+  bool HasRoomFor(int width, int height, bool lens) const;
 
   /// nullptr: the last Make failed.
   GpuTracer* tracer() const { return tracer_.get(); }

@@ -6,6 +6,7 @@
 #include "core/colour_shared.h"
 #include "render/shared.h"
 #include "render/geometry_shared.h"
+#include "render/lens_shape_shared.h"
 #include "render/vulkan/scene_shared.h"
 
 layout(std430, set = 0, binding = 0) readonly buffer Nodes {

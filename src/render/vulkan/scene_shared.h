@@ -180,6 +180,9 @@ struct GpuView {
   float width;
   vec3 forward;
   float height;
+  vec2 shift;
+  float lens_radius;
+  float inverse_focus;
 };
 
 struct GpuRay {
@@ -226,7 +229,7 @@ static_assert(offsetof(GpuLayers, through_colour_texture) == 4 * kLayersThroughC
 static_assert(offsetof(GpuLayers, specular_texture) == 4 * kLayersSpecularTexture);
 static_assert(offsetof(GpuLayers, specular_colour_texture) == 4 * kLayersSpecularColourTexture);
 static_assert(sizeof(GpuTexture) == 16);
-static_assert(sizeof(GpuView) == 64);
+static_assert(sizeof(GpuView) == 80);
 static_assert(sizeof(GpuRay) == 32);
 static_assert(sizeof(GpuHit) == 20);
 static_assert(kTopStack + 1 + kBottomStack <= kStackSize);

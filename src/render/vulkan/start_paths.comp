@@ -65,24 +65,25 @@ bool Start(uint number, uvec2 pixel, out uint traced) {
   uint seed = SeedOf(pixel);
   GpuSignal none = GpuSignal(vec3(0.0f), 0.0f);
   sample_lights[number] = GpuPixelLight(GpuSignal[4](none, none, none, none));
+  GpuView view = Through(frame.view, LensPointOf(seed));
 #ifdef STILLRAY_REFERENCE
   vec4 u = NumbersOf(seed, kPrimaryDimensions);
   vec2 point = frame.spread_points != 0 ? u.xy : vec2(0.5f);
-  vec3 direction = DirectionOf(frame.view, vec2(pixel) + point);
-  GpuHit hit = PickLayer(number, StartWalk(direction), u.w, traced);
+  vec3 direction = DirectionOf(view, vec2(pixel) + point);
+  GpuHit hit = PickLayer(number, StartWalk(view.position, direction), u.w, traced);
 #else
-  vec3 direction = DirectionOf(frame.view, vec2(pixel) + frame.point);
+  vec3 direction = DirectionOf(view, vec2(pixel) + frame.point);
   GpuHit hit = first_hits[number];
   if (hit.instance == kSeveralLayers) {
-    hit = PickLayer(number, StartPixel(pixel, direction), NumbersOf(seed, kPrimaryDimensions).w,
-                    traced);
+    hit = PickLayer(number, StartPixel(pixel, view.position, direction),
+                    NumbersOf(seed, kPrimaryDimensions).w, traced);
   }
 #endif
   if (hit.instance == kNoInstance) {
     return false;
   }
   paths[number] = StartPath(int(number), seed);
-  rays[number] = GpuRay(frame.view.position, kInfinity, direction, 0u);
+  rays[number] = GpuRay(view.position, kInfinity, direction, 0u);
   hits[number] = hit;
   return true;
 }

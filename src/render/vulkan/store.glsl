@@ -5,6 +5,7 @@
 // binding of the list of pixels, first.
 #include "core/shared.h"
 #include "render/shared.h"
+#include "render/lens_shape_shared.h"
 #include "render/vulkan/scene_shared.h"
 #include "render/vulkan/trace_shared.h"
 

@@ -3,6 +3,7 @@
 
 // The state of a batch of pixels, in descriptor set 2. Needs scene.glsl, lights.glsl, path_shared.h
 // and sampler_shared.h.
+#include "render/lens_guides_shared.h"
 #include "render/vulkan/trace_shared.h"
 
 layout(std140, set = 2, binding = 0) uniform FrameBlock {
@@ -47,6 +48,10 @@ layout(std430, set = 2, binding = 11) readonly buffer Listed {
 // Instance and primitive of the nearest triangle of every pixel; kNoInstance: none.
 layout(std430, set = 2, binding = 12) readonly buffer Visible {
   uvec2 visible[];
+};
+// With a lens: of the samples of every pixel.
+layout(std430, set = 2, binding = 13) buffer LensSums {
+  LensGuides lens_sums[];
 };
 
 layout(push_constant) uniform Push {

@@ -7,6 +7,8 @@
 #define STILLRAY_RENDER_VULKAN_TRACE_SHARED_H
 
 #ifdef __cplusplus
+#include "render/lens_guides_shared.h"
+#include "render/lens_shape_shared.h"
 #include "render/path_shared.h"
 #include "render/vulkan/scene_shared.h"
 #endif
@@ -27,6 +29,9 @@ struct GpuFrame {
   int spread_points;    // 1: each sample has its own position in the pixel
   int with_squares;     // 1: squares of the samples are summed
   int rasterised;       // 1: the camera's first hits are in `visible`
+  LensShape lens_shape;
+  uint lens_mask;  // offset of the mask's sums in the words
+  uint unused_0, unused_1, unused_2;
 };
 
 // Pixels that are traced together: a rectangle of the picture in blocks of 8x8, which may extend
@@ -138,7 +143,8 @@ STILLRAY_RENDER_END
 
 #ifdef __cplusplus
 namespace stillray::render {
-static_assert(sizeof(GpuFrame) == 176);
+static_assert(sizeof(GpuFrame) == 240);
+static_assert(sizeof(LensGuides) == 96);
 static_assert(sizeof(PathState) == 112);
 static_assert(sizeof(GpuGuides) == 80);
 static_assert(sizeof(GpuPixelLight) == 64);

@@ -28,8 +28,9 @@ constexpr int kMostSamples = 16;
 constexpr uint32_t kMostMarks = 2048;
 
 GpuView MakeGpuView(const CameraView& view) {
-  return {view.position, view.half_width, view.right,   view.half_height,
-          view.up,       view.width,      view.forward, view.height};
+  return {view.position, view.half_width,  view.right,        view.half_height,
+          view.up,       view.width,       view.forward,      view.height,
+          view.shift,    view.lens_radius, view.inverse_focus};
 }
 
 /// The outputs of a batch.
@@ -56,6 +57,7 @@ class VulkanRenderer final : public Renderer {
         times_(&device_->context()) {}
 
   Status Build();
+  Status MakePicture(const RenderSettings& settings);
   Status SetSettings(const RenderSettings& settings) override;
   const RenderSettings& settings() const override { return settings_; }
   const RenderTimings& timings() const override { return timings_; }
@@ -69,12 +71,15 @@ class VulkanRenderer final : public Renderer {
                     const RenderProgress& progress) override;
   Status TraceReference(const RenderMoment& moment, int spp, Image3* radiance,
                         const RenderProgress& progress) override;
+  /// The rasteriser has one centre of projection.
+  bool MayDraw() const { return picture_->draws() && frame_.view.lens_radius <= 0.0f; }
   GpuTracer* tracer() const { return picture_->tracer(); }
   Status MoveTo(const RenderMoment& moment);
   void SetFrame(const RenderMoment& moment, vec2 jitter, SampleStream stream);
   template <typename Store>
   Status ForTiles(const BatchPlan& plan, ProgressMeter* meter, const Store& store);
   Status TraceBatch(const GpuBatch& batch, const BatchPlan& plan, ProgressMeter* meter);
+  void SelectSample(uint64_t sample, GpuBatch* batch) const;
   Status Submit(GpuBatch batch, const BatchPlan& plan, int done, int samples);
   void ReadTimes();
   void AdaptTo(double paths, double milliseconds);
@@ -124,21 +129,27 @@ Status VulkanRenderer::Build() {
   }
   picture_ = std::make_unique<PictureTracer>(device_.get(), accel_.get(), gpu_lights_.get(),
                                              &state_, tracer_options_);
-  return picture_->Make(settings_.width, settings_.height);
+  return MakePicture(settings_);
+}
+
+Status VulkanRenderer::MakePicture(const RenderSettings& settings) {
+  return picture_->Make(settings.width, settings.height, MayHaveLens(state_.scene(), settings));
 }
 
 Status VulkanRenderer::SetSettings(const RenderSettings& settings) {
   STILLRAY_RETURN_IF_ERROR(ValidateRenderSettings(settings));
   const RenderSettings before = settings_;
   settings_ = settings;
-  const bool same = settings.width == before.width && settings.height == before.height;
-  if (same || picture_->HasRoomFor(settings.width, settings.height)) {
+  const bool lens = MayHaveLens(state_.scene(), settings);
+  const bool same = settings.width == before.width && settings.height == before.height &&
+                    lens == MayHaveLens(state_.scene(), before);
+  if (same || picture_->HasRoomFor(settings.width, settings.height, lens)) {
     return Status::Ok();
   }
-  const Status made = picture_->Make(settings.width, settings.height);
+  const Status made = MakePicture(settings);
   if (!made.ok()) {
     settings_ = before;
-    STILLRAY_RETURN_IF_ERROR(picture_->Make(before.width, before.height));
+    STILLRAY_RETURN_IF_ERROR(MakePicture(before));
   }
   return made;
 }
@@ -146,7 +157,7 @@ Status VulkanRenderer::SetSettings(const RenderSettings& settings) {
 Status VulkanRenderer::MoveTo(const RenderMoment& moment) {
   STILLRAY_RETURN_IF_ERROR(CheckMoment(state_.scene(), moment));
   if (tracer() == nullptr) {  // there was no memory for it when the settings changed
-    STILLRAY_RETURN_IF_ERROR(picture_->Make(settings_.width, settings_.height));
+    STILLRAY_RETURN_IF_ERROR(MakePicture(settings_));
   }
   timings_ = RenderTimings();
   const PhaseTimer timer(&timings_.update_ms);
@@ -168,8 +179,12 @@ Status VulkanRenderer::MoveTo(const RenderMoment& moment) {
 }
 
 void VulkanRenderer::SetFrame(const RenderMoment& moment, vec2 jitter, SampleStream stream) {
-  const CameraPair cameras = CamerasOf(state_, moment, settings_.width, settings_.height);
+  CameraPair cameras = CamerasOf(state_, moment, settings_.width, settings_.height);
+  const Lens lens = LensOf(state_.scene(), settings_, moment.camera);
+  SetLens(state_, lens, &cameras);
   frame_ = {};
+  frame_.lens_shape = MakeLensArrays(lens, accel_->scene().lens_masks());
+  frame_.lens_mask = accel_->scene().LensMaskWords(lens.mask);
   visible_ = false;
   frame_.view = MakeGpuView(cameras.now);
   frame_.previous = MakeGpuView(cameras.before);
@@ -213,6 +228,13 @@ void VulkanRenderer::ReadTimes() {
   timings_.dropped += counters.dropped;
 }
 
+void VulkanRenderer::SelectSample(uint64_t sample, GpuBatch* batch) const {
+  const uint64_t window = SampleWindow(sampler_, sample);
+  batch->sample_index = SampleIndex(sample);
+  batch->window_low = static_cast<uint32_t>(window);
+  batch->window_high = static_cast<uint32_t>(window >> 32);
+}
+
 /// Traces samples `done` to `done + samples` of the batch; the first submission includes its
 /// guides, the last its results.
 Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, int samples) {
@@ -229,16 +251,17 @@ Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, i
   if (frame_.rasterised != 0 && !visible_) {
     tracer()->RecordVisibility(*commands, frame_);
   }
+  // With a lens each sample has its own guides.
+  SelectSample(plan.first_sample + static_cast<uint64_t>(done), &batch);
   if (plan.guides && done == 0) {
     STILLRAY_RETURN_IF_ERROR(tracer()->RecordGuides(*commands, batch));
   }
   const int steps = MostSteps(state_.scene(), settings_.bounces);
   for (int s = done; s < done + samples; ++s) {
-    const uint64_t sample = plan.first_sample + static_cast<uint64_t>(s);
-    const uint64_t window = SampleWindow(sampler_, sample);
-    batch.sample_index = SampleIndex(sample);
-    batch.window_low = static_cast<uint32_t>(window);
-    batch.window_high = static_cast<uint32_t>(window >> 32);
+    SelectSample(plan.first_sample + static_cast<uint64_t>(s), &batch);
+    if (plan.guides && s > 0 && frame_.view.lens_radius > 0.0f) {
+      STILLRAY_RETURN_IF_ERROR(tracer()->RecordGuides(*commands, batch));
+    }
     STILLRAY_RETURN_IF_ERROR(
         tracer()->RecordSample(*commands, batch, steps, s == 0, plan.reference));
   }
@@ -328,7 +351,7 @@ Status VulkanRenderer::RenderWhole(const RenderMoment& moment, Frame* frame,
                                    const RenderProgress& progress) {
   sparse_.Forget();
   STILLRAY_RETURN_IF_ERROR(BeginFrame(moment, frame));
-  frame_.rasterised = picture_->draws() ? 1 : 0;
+  frame_.rasterised = MayDraw() ? 1 : 0;
   BatchPlan plan;
   plan.guides = true;
   plan.samples = settings_.spp;
@@ -376,20 +399,20 @@ Status VulkanRenderer::RenderPart(const RenderMoment& moment, Frame* frame,
   STILLRAY_RETURN_IF_ERROR(BeginFrame(moment, frame));
   const bool full = settings_.guides == GuideCoverage::kFull;
   // Sparse guides are too few to rasterise the whole scene for.
-  frame_.rasterised = full && picture_->draws() ? 1 : 0;
+  frame_.rasterised = full && MayDraw() ? 1 : 0;
   const PixelOrder order(settings_.cycle, settings_.seed, moment.frame_index);
   const std::vector<PixelPosition> chosen = ChoosePixels(order, frame);
   ProgressMeter meter(progress,
                       (full ? WorkOf(settings_, 1) : 0.0) + static_cast<double>(chosen.size()));
   BatchPlan plan;
   plan.guides = true;
+  plan.first_sample = static_cast<uint64_t>(order.cycle_index());
   if (full) {
     STILLRAY_RETURN_IF_ERROR(ForTiles(plan, &meter, [&](const GpuBatch& batch) {
       StoreBatch(batch, tracer()->guides(), nullptr, 1, frame);
     }));
   }
   plan.samples = 1;
-  plan.first_sample = static_cast<uint64_t>(order.cycle_index());
   for (size_t done = 0; done < chosen.size();) {
     const size_t most = static_cast<size_t>(
         std::min(paths_per_submission_, static_cast<double>(tracer()->capacity())));

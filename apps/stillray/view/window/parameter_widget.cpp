@@ -92,6 +92,7 @@ bool Control(const Parameter& p, std::string* value) {
       return ChoiceControl(p, value);
     case ParameterType::kSteps:
     case ParameterType::kSeed:
+    case ParameterType::kText:
     case ParameterType::kRate:
       break;
   }
