@@ -153,8 +153,8 @@ class PathTracer final : public Renderer {
                   TileScratch* scratch) const;
   static void StoreTileGuides(const TraceContext& context, const Tile& tile, TileScratch* scratch,
                               Frame* frame);
-  bool ShowsImages() const;
-  void PreparePlanes(const RenderMoment& moment, Frame* frame) const;
+  bool ShowsImages(const TraceContext& context) const;
+  void PreparePlanes(const TraceContext& context, const RenderMoment& moment, Frame* frame) const;
   void TraceSamples(const TraceContext& context, const Frame& frame, uint64_t first_sample,
                     TileScratch* scratch) const;
   void RenderRegion(const TraceContext& context, const PixelOrder& order, const Tile& region,
@@ -289,16 +289,20 @@ void PathTracer::StoreTileGuides(const TraceContext& context, const Tile& tile,
   StoreGuides(tile, scratch->guides, frame);
 }
 
-bool PathTracer::ShowsImages() const {
+/// Not through a lens: the image that one of the samples sees would be printed over the light of
+/// all.
+bool PathTracer::ShowsImages(const TraceContext& context) const {
   const bool everywhere = settings_.cycle == 1 || settings_.guides == GuideCoverage::kFull;
-  return settings_.virtual_guides && may_show_images_ && everywhere;
+  return settings_.virtual_guides && may_show_images_ && everywhere &&
+         context.camera.lens_radius <= 0.0f;
 }
 
-void PathTracer::PreparePlanes(const RenderMoment& moment, Frame* frame) const {
+void PathTracer::PreparePlanes(const TraceContext& context, const RenderMoment& moment,
+                               Frame* frame) const {
   PrepareFrame(settings_, moment, frame);
   VirtualGuides& image = frame->reflection;
   frame->refraction = VirtualGuides();
-  if (!ShowsImages()) {
+  if (!ShowsImages(context)) {
     image = VirtualGuides();
     return;
   }
@@ -416,7 +420,7 @@ Status PathTracer::RunTiles(TileSize size, const RenderProgress& progress,
 Status PathTracer::RenderWhole(const TraceContext& context, const RenderMoment& moment,
                                Frame* frame, const RenderProgress& progress) {
   sparse_.Forget();
-  PreparePlanes(moment, frame);
+  PreparePlanes(context, moment, frame);
   const uint64_t first_sample =
       static_cast<uint64_t>(moment.frame_index) * static_cast<uint64_t>(settings_.spp);
   return RunTiles(TileSize(), progress, [&](const Tile& tile, TileScratch* scratch) {
@@ -433,7 +437,7 @@ Status PathTracer::RenderWhole(const TraceContext& context, const RenderMoment& 
 Status PathTracer::RenderPart(const TraceContext& context, const RenderMoment& moment, Frame* frame,
                               const RenderProgress& progress) {
   sparse_.Begin(settings_, *frame);
-  PreparePlanes(moment, frame);
+  PreparePlanes(context, moment, frame);
   const PixelOrder order(settings_.cycle, settings_.seed, moment.frame_index);
   const auto sample = static_cast<uint64_t>(order.cycle_index());
   double done = 0;

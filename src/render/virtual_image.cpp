@@ -220,14 +220,12 @@ bool FindPreviousPlace(const CameraView& camera, const Chain& chain, const Chain
   return chain.count == 0 || change <= kAccepted;
 }
 
-vec2 MotionOf(const TraceContext& context, const Chain& chain, const ChainEnd& end,
-              const PrimaryPixel& pixel) {
-  const CameraView previous = ViewOf(context.previous_camera, pixel);
+vec2 MotionOf(const TraceContext& context, const Chain& chain, const ChainEnd& end, vec2 now) {
   vec2 before;
-  if (!FindPreviousPlace(previous, chain, end, &before)) {
-    return MotionOutOfPicture(previous);
+  if (!FindPreviousPlace(context.previous_camera, chain, end, &before)) {
+    return MotionOutOfPicture(context.previous_camera);
   }
-  return before - ViewOf(context.camera, pixel).Project(pixel.direction);
+  return before - now;
 }
 
 /// The image at the end of a chain on a surface.
@@ -244,7 +242,7 @@ VirtualImage ImageOf(const TraceContext& context, const Chain& chain, const Prim
   image.albedo = own * chain.throughput;
   image.id = hit.instance + 1;
   const ChainEnd end = {PreviousPoint(instance, hit, surface.position)};
-  image.motion = MotionOf(context, chain, end, pixel);
+  image.motion = MotionOf(context, chain, end, context.camera.Project(pixel.direction));
   return image;
 }
 
@@ -254,7 +252,8 @@ VirtualImage ImageOfSky(const TraceContext& context, const Chain& chain,
   image.depth = kInfinity;
   image.albedo = chain.throughput *
                  max(context.lights.environment().Radiance(chain.direction), vec3(kLeastRadiance));
-  image.motion = MotionOf(context, chain, {chain.direction, true}, pixel);
+  image.motion =
+      MotionOf(context, chain, {chain.direction, true}, context.camera.Project(pixel.direction));
   return image;
 }
 
@@ -276,7 +275,7 @@ class Tracer {
     Chain chain;
     chain.pixel = pixel;
     chain.direction = of.direction;
-    chain.length = length(first.surface.position - ViewOf(context_.camera, of).position);
+    chain.length = length(first.surface.position - context_.camera.position);
     const Leaving leaving = LeavingOf(first.surface, first.bsdf, vec3(1.0f), true);
     const Chain start = chain;
     if (Continue(context_, of.layers[0].hit, first.surface, leaving, &chain, &scratch_.rays)) {

@@ -425,6 +425,15 @@ TEST(LensTest, MotionOfASlidingCameraIsThatOfThePinhole) {
   }
 }
 
+TEST(LensTest, MirrorsHaveNoVirtualGuidesThroughALens) {
+  SceneBuilder builder = TwoPlanes();
+  builder.Add(Quad(vec3(0, -1, -5), vec3(2, 0, 0), vec3(0, 2, 0)), Metal(vec3(0.9f), 0.0f));
+  RenderSettings settings = Wide(1);
+  EXPECT_TRUE(RenderOne(builder.scene, settings).reflection.empty());
+  settings.aperture = 0.0f;
+  EXPECT_FALSE(RenderOne(builder.scene, settings).reflection.empty());
+}
+
 TEST(LensTest, FocusFollowsWhatIsInTheCentre) {
   SceneBuilder builder;
   const int near =
