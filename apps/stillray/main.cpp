@@ -62,6 +62,7 @@ int Main(int argc, char** argv) {
   AddCheckCommand(app, &exit_code);
   AddBenchCommand(app, &exit_code);
   AddHelpCommand(app, &exit_code);
+  AddCompletionCommands(app);
   CheckNumbers(app);
   try {
     app.parse(ArgumentsOf(app, argc, argv));

@@ -28,8 +28,10 @@ inline CLI::Validator InRange(double low, double high) {
   return CLI::Validator(check, "");
 }
 
-/// One of two or more names.
+/// One of two or more names. The check bears them as its own name, from which shell completion
+/// lists them.
 inline CLI::Validator OneOf(std::vector<std::string> names) {
+  const std::string list = fmt::format("{}", fmt::join(names, "|"));
   const auto check = [names = std::move(names)](std::string& text) {
     if (std::find(names.begin(), names.end(), text) != names.end()) {
       return std::string();
@@ -38,7 +40,7 @@ inline CLI::Validator OneOf(std::vector<std::string> names) {
                        fmt::join(names.begin(), names.end() - 1, ", "), names.back(),
                        DidYouMeanOneOf(text, names));
   };
-  return CLI::Validator(check, "");
+  return CLI::Validator(check, "", list);
 }
 
 }  // namespace stillray

@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The command line as data, read from the options that the commands declare: shell completion and
+/// manual page are made from it, and so name every command and option there is.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+namespace stillray {
+
+struct OptionEntry {
+  std::vector<std::string> names;   ///< "-o", "--output"; those of flags with "--no-"
+  std::string value;                ///< what follows it, such as "TEXT"; "" for a flag
+  std::vector<std::string> values;  ///< names that may follow it; empty: a file, a number, a text
+  std::string default_value;        ///< "" if there is none
+  std::string help;                 ///< without a full stop
+};
+
+struct PositionalEntry {
+  std::string name;
+  std::vector<std::string> values;  ///< suggested ones; others, such as files, may be valid too
+  bool takes_files = true;
+  bool required = false;
+  bool repeated = false;
+  std::string help;
+};
+
+struct CommandEntry {
+  std::string name;
+  std::string help;
+  std::string footer;  ///< lines on what the command does, and examples
+  std::vector<OptionEntry> options;
+  std::vector<PositionalEntry> positionals;
+};
+
+struct ProgramEntry {
+  std::string help;
+  std::vector<OptionEntry> options;
+  std::vector<CommandEntry> commands;
+};
+
+/// All commands and options of the program. Hidden ones are left out.
+ProgramEntry ReadOptionTables(CLI::App& app);
+
+/// The first clause of a help text, for one line of a list.
+std::string ShortHelp(const std::string& help);
+
+}  // namespace stillray
