@@ -26,6 +26,10 @@ light of later frames counts too:
     for clean in stillray.denoise_sequence(denoiser, frames):   # frames as above
         show(clean)
 
+All frames at once, as arrays with the frame's number first; .shape is (frames, height, width, 3):
+
+    clean = stillray.denoise({"direct_diffuse": light, "albedo": albedo, "motion": motion})
+
 Files of a renderer, with all their layers:
 
     stillray.denoise_files("in.####.exr", "out/", window="both", passes=True)
@@ -45,13 +49,16 @@ from ._stillray import (
     presets,
 )
 from ._sequence import denoise_files, denoise_sequence
+from ._frames import Sequence, denoise
 
 __all__ = [
     "Cancelled",
     "Denoiser",
     "Error",
     "Parameter",
+    "Sequence",
     "__version__",
+    "denoise",
     "denoise_files",
     "denoise_sequence",
     "inputs",

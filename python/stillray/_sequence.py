@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whole sequences: of frames in memory, with light of the past and of the future, and of files."""
 
+from __future__ import annotations
+
 import os
 from typing import Any, Callable, Iterable, Iterator, Mapping, Optional, Sequence, Union
 
@@ -87,7 +89,9 @@ def denoise_files(
         from . import _files
     except ImportError as error:
         raise ImportError(
-            "this build of stillray has no files: it was built with STILLRAY_BUILD_APPS off"
+            "this package of stillray denoises arrays, not files: for files use the program "
+            "`stillray denoise`, or the module of the Debian package or of a build with "
+            "STILLRAY_BUILD_APPS"
         ) from error
     paths = [inputs] if isinstance(inputs, (str, os.PathLike)) else list(inputs)
     texts = [(name, _setting_text(value)) for name, value in settings.items()]

@@ -333,7 +333,7 @@ class DocumentationTest(unittest.TestCase):
             for node in tree.body
             if isinstance(node, (ast.ClassDef, ast.FunctionDef))
         }
-        in_python = {"__version__", "denoise_files", "denoise_sequence"}
+        in_python = {"Sequence", "__version__", "denoise", "denoise_files", "denoise_sequence"}
         self.assertEqual(set(hinted) | in_python, set(stillray.__all__))
         for name in "Denoiser", "Parameter":
             methods = {n.name for n in hinted[name].body if isinstance(n, ast.FunctionDef)}
