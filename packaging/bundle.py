@@ -49,7 +49,7 @@ def copy_host_libraries(libraries, folder):
 def suit_older_glibc(folder, arc4random):
     """libstdc++ of Debian 12 is built against glibc 2.36, for one function."""
     library = folder / "lib/host/cxx/libstdc++.so.6"
-    if elf.newest_glibc(library) <= (2, 35):
+    if elf.newest(library, "GLIBC") <= (2, 35):
         return
     shutil.copyfile(arc4random, library.parent / arc4random.name)
     subprocess.run(["patchelf", "--add-needed", arc4random.name, str(library)], check=True)

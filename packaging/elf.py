@@ -47,11 +47,12 @@ def closure(names, available):
     return done
 
 
-def newest_glibc(path):
-    """(major, minor, ...) of the newest version of glibc whose symbols the file needs."""
+def newest(path, family):
+    """(major, minor, ...) of the newest version of symbols of a family, such as GLIBC, that the file
+    needs; () if it needs none."""
     info = output_of("readelf", "-VW", str(path))
-    info = info[info.find("Version needs section") :] if "Version needs section" in info else ""
-    versions = re.findall(r"Name: GLIBC_([0-9.]+)", info)
+    _, _, info = info.partition("Version needs section")
+    versions = re.findall(r"Name: %s_([0-9.]+)" % family, info)
     return max((tuple(map(int, version.split("."))) for version in versions), default=())
 
 
@@ -128,9 +129,9 @@ class Versions:
 
 def check(limit, files):
     wanted = tuple(map(int, limit.split(".")))
-    bad = [path for path in files if newest_glibc(path) > wanted]
+    bad = [path for path in files if newest(path, "GLIBC") > wanted]
     for path in bad:
-        found = ".".join(map(str, newest_glibc(path)))
+        found = ".".join(map(str, newest(path, "GLIBC")))
         print("%s needs glibc %s, expected at most %s" % (path, found, limit), file=sys.stderr)
     return not bad
 
