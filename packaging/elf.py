@@ -63,13 +63,14 @@ def copy_library(source, target, path="$ORIGIN", name=None, replaced=None):
     shutil.copyfile(source, target)
     target.chmod(0o755)
     subprocess.run(["strip", "--strip-unneeded", str(target)], check=True)
-    options = ["--force-rpath", "--set-rpath", path]
-    for old, new in (replaced or {}).items():
-        if old in needed(target):
-            options += ["--replace-needed", old, new]
+    # One change per call: patchelf 0.14 mixes up the texts of several.
+    changes = [["--replace-needed", old, new]
+               for old, new in (replaced or {}).items() if old in needed(target)]  # fmt: skip
     if name:
-        options += ["--set-soname", name]
-    subprocess.run(["patchelf", *options, str(target)], check=True)
+        changes.append(["--set-soname", name])
+    changes.append(["--force-rpath", "--set-rpath", path])
+    for change in changes:
+        subprocess.run(["patchelf", *change, str(target)], check=True)
 
 
 class Versions:

@@ -12,7 +12,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/auxv.h>
 #include <unistd.h>
 
 enum { kExitBadInput = 2 };
@@ -52,11 +51,10 @@ static int IsOnThisMachine(const Probe* probe) {
 /* The archive's folder: that of bin/stillray, whichever link it was started by. */
 static int FindFolder(char* folder) {
   const ssize_t length = readlink("/proc/self/exe", folder, PATH_MAX - 1);
-  if (length >= 0) {
-    folder[length] = '\0';
-  } else if (realpath((const char*)getauxval(AT_EXECFN), folder) == NULL) { /* /proc is not there */
+  if (length < 0) {
     return 0;
   }
+  folder[length] = '\0';
   for (int levels = 2; levels > 0; --levels) {
     char* slash = strrchr(folder, '/');
     if (slash == NULL) {
@@ -85,7 +83,7 @@ int main(int argc, char** argv) {
   char folder[PATH_MAX];
   (void)argc;
   if (!FindFolder(folder)) {
-    return Fail("the folder of the program cannot be found", "");
+    return Fail("the folder of the program cannot be found by", "/proc/self/exe");
   }
   const char* added = "";
   for (size_t i = 0; i < sizeof(kProbes) / sizeof(kProbes[0]); ++i) {
