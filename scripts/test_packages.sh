@@ -97,7 +97,7 @@ test_wheel() {
   before="$(find "$environment" -not -name __pycache__ -not -name '*.pyc' | sort)"
   echo "== wheel: in a virtual environment"
   "$environment/bin/pip" install -q --no-index --disable-pip-version-check "$wheel"
-  for test in test_stillray test_frames test_ctypes test_example; do
+  for test in test_stillray test_frames test_ctypes test_example test_notebook; do
     (cd / && env -u PYTHONPATH "$environment/bin/python" -B "$root/tests/python/$test.py") \
       >"$work/wheel.txt" 2>&1 || broken "$test: $(cat "$work/wheel.txt")"
   done
