@@ -418,10 +418,10 @@ void FramePipeline::FollowLight(const FramePlan& plan, PassRecorder* recorder) {
   const FrameImages& i = images_;
   const Groups blocks = GroupsFor(FollowSize(shape_.width), FollowSize(shape_.height));
   const int32_t has_before = plan.has_followed ? 1 : 0;
-  recorder->Run(Shader::kFollowLight, blocks,
-                {i.guides.surface, light_, i.history.moments, i.followed_before, i.followed,
-                 i.changes},
-                has_before);
+  recorder->Run(
+      Shader::kFollowLight, blocks,
+      {i.guides.surface, light_, i.history.moments, i.followed_before, i.followed, i.changes},
+      has_before);
   recorder->Run(Shader::kFollowChange, blocks,
                 {i.guides.surface, i.guides.detail, i.changes, i.followed_ratio});
 }
