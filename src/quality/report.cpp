@@ -102,7 +102,7 @@ void NoteViews(const SequenceFiles& files, bool of_folder, std::vector<std::stri
 
 void NoteQuality(const Measurements& measurements, std::vector<std::string>* notes) {
   if (measurements.measured.empty()) {
-    notes->push_back(
+    notes->emplace_back(
         "Quality is not measured: no frame has a reference picture beside another one of the same "
         "format.");
     return;
@@ -116,19 +116,19 @@ void NoteQuality(const Measurements& measurements, std::vector<std::string>* not
     }
   }
   if (has_source[report::kLinear] && has_source[report::kDisplay]) {
-    notes->push_back(
+    notes->emplace_back(
         "Quality is measured on the linear radiance of EXR files where a view and the reference "
         "have them, and on the display values of PNG files for every view: numbers of the two "
         "are not comparable.");
   } else {
-    notes->push_back(
+    notes->emplace_back(
         has_source[report::kLinear]
             ? "Quality is measured on the linear radiance of EXR files."
             : "Quality is measured on the display values of PNG files, since there are "
               "no EXR files of both the reference and a view.");
   }
   if (measurements.without_motion) {
-    notes->push_back(
+    notes->emplace_back(
         "Temporal error: pictures without layers motion.X and motion.Y count as if nothing moved.");
   }
 }
@@ -171,9 +171,9 @@ std::vector<std::string> MakeNotes(const SequenceFiles& files, const PageContent
   NoteQuality(content.measurements, &notes);
   NoteDeveloped(content.measurements, options, content.log, &notes);
   if (!content.has_log && content.of_folder) {
-    notes.push_back("There is no render.json: scene, settings, times and memory are not known.");
+    notes.emplace_back("There is no render.json: scene, settings, times and memory are not known.");
   } else if (content.has_log && content.log.frames.empty()) {
-    notes.push_back("render.json lists no frames: times are not known.");
+    notes.emplace_back("render.json lists no frames: times are not known.");
   }
   return notes;
 }
