@@ -31,7 +31,7 @@ class StillraySettings(bpy.types.PropertyGroup):
                ("past", "Past Only", "A frame gets the light of frames before it: half the time")])
     preset: EnumProperty(
         name="Quality", default="default",
-        items=[("default", "Best", "Follows light that changes, and keeps fine detail"),
+        items=[("default", "High", "Follows light that changes, and keeps fine detail"),
                ("temporal", "Only Gather", "Adds frames up without a filter: no blur, more noise"),
                ("svgf", "SVGF", "The filter of 2017 as published, for comparison")])
     passes: BoolProperty(

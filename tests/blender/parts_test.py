@@ -11,6 +11,7 @@ import os
 import pathlib
 import posixpath
 import random
+import re
 import struct
 import subprocess
 import sys
@@ -703,6 +704,31 @@ class Package(TemporaryFolder):
         self.assertEqual(names - sources, {"stillray_addon/blender_manifest.toml",
                                            "stillray_addon/LICENSE"})
         self.assertEqual(sources - names, set())
+
+
+class Labels(unittest.TestCase):
+    """Blender is not needed to read them: the lists are literals."""
+
+    def items_of(self, name):
+        source = (addon_package.ROOT / "blender/stillray_addon/properties.py").read_text(
+            encoding="utf-8")
+        for node in ast.walk(ast.parse(source)):
+            if isinstance(node, ast.AnnAssign) and node.target.id == name:
+                values = {k.arg: k.value for k in node.annotation.keywords}
+                return ast.literal_eval(values["items"])
+        self.fail(f"no property {name}")
+
+    def test_no_quality_is_called_best_but_a_preset_of_that_name(self):
+        labels = {identifier: label for identifier, label, _ in self.items_of("preset")}
+        self.assertEqual(labels["default"], "High")
+        for identifier, label in labels.items():
+            self.assertEqual(label == "Best", identifier == "best", identifier)
+
+    def test_the_page_lists_the_qualities_of_the_panel(self):
+        page = (addon_package.ROOT / "docs/blender.md").read_text(encoding="utf-8")
+        (row,) = [line for line in page.splitlines() if line.startswith("| *Quality* |")]
+        self.assertEqual(re.findall(r"\*([^*]+)\*", row.split("|")[2]),
+                         [label for _, label, _ in self.items_of("preset")])
 
 
 class Thing:
