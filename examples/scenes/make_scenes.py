@@ -25,6 +25,9 @@ def turned(point, degrees):
     return (c * x + s * z, y, c * z - s * x)
 
 
+LICENCE = ["# SPDX-FileCopyrightText: the stillray developers", "# SPDX-License-Identifier: Apache-2.0"]
+
+
 # ---- OBJ -----------------------------------------------------------------------------------------
 
 MATERIALS = {
@@ -56,13 +59,13 @@ def box_quads(material, centre, half, degrees):
 
 def write_room(folder):
     quads = QUADS + [quad for box in BOXES for quad in box_quads(*box)]
-    lines = ["# A room with a lamp and two boxes.", "mtllib room.mtl"]
+    lines = LICENCE + ["# A room with a lamp and two boxes.", "mtllib room.mtl"]
     for material, corners in quads:
         lines += ["v %.4f %.4f %.4f" % corner for corner in corners]
         lines += ["usemtl " + material, "f -4 -3 -2 -1"]
     (folder / "room.obj").write_text("\n".join(lines) + "\n")
     text = "\n\n".join("newmtl %s\n%s" % entry for entry in MATERIALS.items())
-    (folder / "room.mtl").write_text(text + "\n")
+    (folder / "room.mtl").write_text("\n".join(LICENCE) + "\n" + text + "\n")
 
 
 # ---- glTF ----------------------------------------------------------------------------------------
@@ -138,7 +141,8 @@ def write_turntable(folder):
                  "samplers": [{"input": gltf.add("SCALAR", [0.0, 1.0, 2.0, 3.0, 4.0]),
                                "output": gltf.add("VEC4", [turn(90 * i) for i in range(5)])}]}  # fmt: skip
     document = {
-        "asset": {"version": "2.0", "generator": "stillray examples/scenes/make_scenes.py"},
+        "asset": {"version": "2.0", "generator": "stillray examples/scenes/make_scenes.py",
+                  "copyright": "the stillray developers, Apache-2.0"},
         "extensionsUsed": ["KHR_materials_emissive_strength"],
         "scene": 0,
         "scenes": [{"nodes": [0, 1, 6, 7],
