@@ -11,7 +11,9 @@
 
 #include "core/colour_shared.h"
 #include "core/parallel.h"
+#include "denoise/plan.h"
 #include "denoise/signal_groups.h"
+#include "denoise/stages/select_guides.h"
 #include "sequence/memory.h"
 
 namespace stillray {
@@ -101,9 +103,40 @@ void TakeFromBlack(const Image3* stored, Image3* estimate) {
   });
 }
 
+/// The guides that the denoiser takes for each signal, and the albedo that divides its light: those
+/// of the surface, or of the virtual image where a smooth surface shows one.
+class SignalGuides {
+ public:
+  SignalGuides(const Frame& frame, const Settings& settings)
+      : frame_(frame), settings_(settings), layers_(LayersOf(settings, FactsOf(frame))) {}
+
+  /// \param signal    in the order of FramePlan::signals
+  /// \param selected  [out] memory of guides that the frame does not have
+  const Guides& Of(size_t signal, Guides* selected) const {
+    const PlannedLayer& layer = *std::find_if(
+        layers_.begin(), layers_.end(),
+        [&](const PlannedLayer& l) { return signal >= l.first && signal < l.first + l.count; });
+    const Guides& surface = frame_.guides;
+    if (layer.guides == GuideSource::kSurface) {
+      return surface;
+    }
+    cpu::SelectGuides({&surface, &ImageOf(frame_, layer.guides), &surface.roughness,
+                       &SurfaceAlbedoOf(surface, layer.guides)},
+                      {.virtual_roughness = settings_.virtual_roughness}, selected,
+                      &SurfaceAlbedoOf(*selected, layer.guides));
+    return *selected;
+  }
+
+ private:
+  const Frame& frame_;
+  const Settings& settings_;
+  LayerList layers_;
+};
+
 /// Writes the shares of one signal.
-/// \param light  the signal's filtered light, without albedo
-void WriteLayers(const Frame& frame, const AovLayout& layout,
+/// \param guides  of the signal
+/// \param light   the signal's filtered light, without albedo
+void WriteLayers(const Frame& frame, const Guides& guides, const AovLayout& layout,
                  const std::vector<LightPart*>& members, const NamedImage& light,
                  const std::vector<Image3>& estimates, Image3* colour,
                  std::vector<NewLayer>* layers) {
@@ -112,7 +145,7 @@ void WriteLayers(const Frame& frame, const AovLayout& layout,
     if (part.aov == Aov::kColour) {
       continue;  // in no layer: only in the colour
     }
-    const Image3& albedo = AlbedoOf(frame.guides, part.kind);
+    const Image3& albedo = AlbedoOf(guides, part.kind);
     const Image3* stored = DividedBy(frame, layout, part);
     NewLayer layer{part.aov, Image3(frame.width, frame.height)};
     ForEachPixel(frame.width, frame.height, [&](int x, int y) {
@@ -191,8 +224,9 @@ std::vector<std::string> PassSplitter::Outputs(const Settings& settings) {
   return {FinalLight(settings)};
 }
 
-Status PassSplitter::FilterPair(const Frame& frame, const std::string& name, LightPart* first,
-                                LightPart* second, std::vector<Image3>* estimates) {
+Status PassSplitter::FilterPair(const Frame& frame, const Guides& guides, const std::string& name,
+                                LightPart* first, LightPart* second,
+                                std::vector<Image3>* estimates) {
   auto at = denoisers_.find(name);
   if (at == denoisers_.end()) {
     Result<Denoiser> made = Denoiser::Create(settings_, device_);
@@ -208,8 +242,8 @@ Status PassSplitter::FilterPair(const Frame& frame, const std::string& name, Lig
   pair.width = frame.width;
   pair.height = frame.height;
   pair.index = frame.index;
-  pair.guides = frame.guides;
-  pair.guides.albedo = AlbedoOf(frame.guides, first->kind);
+  pair.guides = guides;
+  pair.guides.albedo = AlbedoOf(guides, first->kind);
   pair.guides.transmission_albedo = Image3();
   pair.samples = frame.samples;
   pair.confidence = frame.confidence;
@@ -237,8 +271,8 @@ Status PassSplitter::FilterPair(const Frame& frame, const std::string& name, Lig
 
 /// Estimates the light of each member of a signal by filtering it separately. Nothing is filtered
 /// until a frame has light in two of them.
-Status PassSplitter::Estimate(const Frame& frame, const std::string& group, const Members& members,
-                              std::vector<Image3>* estimates) {
+Status PassSplitter::Estimate(const Frame& frame, const Guides& guides, const std::string& group,
+                              const Members& members, std::vector<Image3>* estimates) {
   size_t lit = 0;
   for (const LightPart* part : members) {
     lit += IsBlack(part->radiance) ? 0 : 1;
@@ -255,9 +289,9 @@ Status PassSplitter::Estimate(const Frame& frame, const std::string& group, cons
     return Status::Ok();
   }
   for (size_t i = 0; i < members.size(); i += 2) {
-    STILLRAY_RETURN_IF_ERROR(FilterPair(frame, fmt::format("{}{}", group, i / 2), members[i],
-                                        i + 1 < members.size() ? members[i + 1] : nullptr,
-                                        estimates));
+    STILLRAY_RETURN_IF_ERROR(
+        FilterPair(frame, guides, fmt::format("{}{}", group, i / 2), members[i],
+                   i + 1 < members.size() ? members[i + 1] : nullptr, estimates));
   }
   return Status::Ok();
 }
@@ -266,7 +300,11 @@ Status PassSplitter::Split(const Frame& frame, const AovLayout& layout,
                            std::vector<LightPart> parts, const DenoisedFrame& denoised,
                            Image3* colour, std::vector<NewLayer>* layers) {
   layers->clear();
-  for (const SignalGroup& group : GroupsOf(SignalGrouping::kSplit, HasTransmission(frame))) {
+  const SignalGuides signal_guides(frame, settings_);
+  const std::span<const SignalGroup> groups =
+      GroupsOf(SignalGrouping::kSplit, HasTransmission(frame));
+  for (size_t signal = 0; signal < groups.size(); ++signal) {
+    const SignalGroup& group = groups[signal];
     Members members;
     for (LightPart& part : parts) {
       if (std::find(group.kinds.begin(), group.kinds.end(), part.kind) != group.kinds.end()) {
@@ -281,12 +319,14 @@ Status PassSplitter::Split(const Frame& frame, const AovLayout& layout,
     if (light == nullptr) {
       return Status::Internal(fmt::format("the denoiser returned no {} light", group.name));
     }
+    Guides selected;
+    const Guides& guides = signal_guides.Of(signal, &selected);
     std::vector<Image3> estimates;
-    STILLRAY_RETURN_IF_ERROR(Estimate(frame, group.name, members, &estimates));
+    STILLRAY_RETURN_IF_ERROR(Estimate(frame, guides, group.name, members, &estimates));
     for (size_t i = 0; i < members.size(); ++i) {
       TakeFromBlack(DividedBy(frame, layout, *members[i]), &estimates[i]);
     }
-    WriteLayers(frame, layout, members, *light, estimates, colour, layers);
+    WriteLayers(frame, guides, layout, members, *light, estimates, colour, layers);
   }
   return Status::Ok();
 }

@@ -49,10 +49,10 @@ class PassSplitter {
 
  private:
   using Members = std::vector<LightPart*>;
-  Status Estimate(const Frame& frame, const std::string& group, const Members& members,
-                  std::vector<Image3>* estimates);
-  Status FilterPair(const Frame& frame, const std::string& name, LightPart* first,
-                    LightPart* second, std::vector<Image3>* estimates);
+  Status Estimate(const Frame& frame, const Guides& guides, const std::string& group,
+                  const Members& members, std::vector<Image3>* estimates);
+  Status FilterPair(const Frame& frame, const Guides& guides, const std::string& name,
+                    LightPart* first, LightPart* second, std::vector<Image3>* estimates);
 
   Settings settings_;
   Device device_;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // stillray denoise on frames of a room with a mirror, with Cycles' Denoising Data.
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <string>
@@ -159,6 +160,79 @@ TEST(CliDenoiseMirror, DenoisingDataKeepReflectionsSharp) {
   const double with = ErrorInMirror(FrameFileName(folder / "with.####.exr", kFrames), last);
   const double without = ErrorInMirror(FrameFileName(folder / "without.####.exr", kFrames), last);
   EXPECT_LT(with, 0.5 * without) << with << " " << without;
+}
+
+Image3 LayerOf(const ExrImage& image, const std::string& name) {
+  const Result<Image3> layer = ExrLayer(image, "V." + name + ".");
+  EXPECT_TRUE(layer.ok()) << layer.status().message();
+  return layer.ok() ? *layer : Image3(kWidth, kHeight);
+}
+
+/// The light layers put together as Blender does it.
+Image3 Composite(const ExrImage& image) {
+  Image3 sum(kWidth, kHeight);
+  for (const char* name : {"Diff", "Gloss"}) {
+    const Image3 colour = LayerOf(image, std::string(name) + "Col");
+    for (const char* bounces : {"Dir", "Ind"}) {
+      const Image3 seen = Product(LayerOf(image, std::string(name) + bounces), colour);
+      for (int c = 0; c < 3; ++c) {
+        for (int y = 0; y < kHeight; ++y) {
+          for (int x = 0; x < kWidth; ++x) {
+            sum[c](x, y) += seen[c](x, y);
+          }
+        }
+      }
+    }
+  }
+  return sum;
+}
+
+void Replace(const std::string& layer, const Image3& values, ExrImage* image) {
+  std::erase_if(image->channels,
+                [&](const Channel& channel) { return channel.name.starts_with(layer); });
+  image->Add(layer, PixelType::kFloat, values);
+}
+
+// The reflected light is divided by the albedo of what the mirror shows too, and each layer must
+// get it back.
+TEST(CliDenoiseMirror, PassesAddUpToTheColour) {
+  const TemporaryFolder folder;
+  const std::string in = folder / "in.####.exr";
+  for (int frame = 1; frame <= 4; ++frame) {
+    const RoomPicture picture = PictureOf(frame);
+    ExrImage file = FileOf(picture, frame);
+    Replace("V.GlossDir.", Product(Noise(frame, 3), picture.expected.albedo), &file);
+    Replace("V.Combined.", Composite(file), &file);
+    ASSERT_TRUE(WriteExr(FrameFileName(in, frame), file).ok());
+  }
+  const RoomPicture third = PictureOf(3);
+  for (const char* window : {"past", "both"}) {
+    const std::string out = folder / (std::string(window) + ".####.exr");
+    const ProgramRun run =
+        RunProgram({"denoise", in, "-o", out, "--device", "cpu", "--passes", "--window", window});
+    ASSERT_EQ(run.exit_code, 0) << run.errors;
+    EXPECT_THAT(run.output, HasSubstr("note: reflections and refractions"));
+    const Result<ExrImage> image = ReadExr(FrameFileName(out, 3));
+    ASSERT_TRUE(image.ok()) << image.status().message();
+    const Image3 combined = LayerOf(*image, "Combined");
+    const Image3 composite = Composite(*image);
+    const Image3 parts[] = {LayerOf(*image, "GlossDir"), LayerOf(*image, "GlossInd")};
+    double largest = 0;
+    double seen[2] = {};
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        for (int c = 0; c < 3; ++c) {
+          largest = std::max(largest, std::fabs(double{combined[c](x, y)} - composite[c](x, y)));
+        }
+        if (ShowsImage(third, x, y)) {
+          seen[0] += parts[0][1](x, y);
+          seen[1] += parts[1][1](x, y);
+        }
+      }
+    }
+    EXPECT_LT(largest, 1e-5) << window;
+    EXPECT_NEAR(seen[0] / (seen[0] + seen[1]), 0.5, 0.05) << window;  // of the same mean
+  }
 }
 
 }  // namespace
