@@ -11,6 +11,7 @@ namespace stillray::view {
 namespace {
 
 constexpr Rgb8 kMagenta = {255, 0, 255};
+constexpr Rgb8 kCyan = {0, 255, 255};
 
 float Luma(Rgb8 c) {
   return 0.2126f * c.r + 0.7152f * c.g + 0.0722f * c.b;
@@ -29,12 +30,17 @@ TEST(ColourMaps, HeatGrowsBrighterThroughout) {
   EXPECT_EQ(Heat(7), Heat(1));
 }
 
-TEST(ColourMaps, WhatIsNotANumberIsMagenta) {
+TEST(ColourMaps, NanIsMagentaAndInfinityCyan) {
   EXPECT_EQ(Grey(NAN), kMagenta);
+  EXPECT_EQ(Grey(INFINITY), kCyan);
   EXPECT_EQ(Heat(NAN), kMagenta);
-  EXPECT_EQ(Heat(INFINITY), kMagenta);
+  EXPECT_EQ(Heat(INFINITY), kCyan);
+  EXPECT_EQ(Heat(-INFINITY), kCyan);
   EXPECT_EQ(NormalColour(NAN, 0, 1), kMagenta);
-  EXPECT_EQ(MotionColour(INFINITY, 0, 1), kMagenta);
+  EXPECT_EQ(NormalColour(0, -INFINITY, INFINITY), kCyan);
+  EXPECT_EQ(MotionColour(INFINITY, 0, 1), kCyan);
+  EXPECT_EQ(MotionColour(INFINITY, NAN, 1), kMagenta) << "NaN goes before infinity";
+  EXPECT_FALSE(NotFiniteColour(3e38f, 3e38f, -3e38f)) << "their sum overflows, they do not";
 }
 
 TEST(ColourMaps, NormalsAndTheirAbsence) {

@@ -2,11 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "view/views.h"
 
+#include <cmath>
 #include <set>
+#include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "view/colour_maps.h"
 #include "view/small_session.h"
 #include "view/view_session.h"
 
@@ -113,6 +117,52 @@ TEST(Views, SlowMotionIsSeenOnItsOwnScale) {
   EXPECT_STREQ(range.unit, "pixels");
   EXPECT_EQ(picture.pixels[0], 0);
   EXPECT_GT(picture.pixels[7 * 3], 150);
+}
+
+/// One pixel is NaN in one channel, another one infinite, in views of every colouring.
+TEST(Views, NanAndInfinityAreToldApart) {
+  constexpr int kSide = 4;
+  Frame frame;
+  frame.width = frame.height = kSide;
+  Image3 broken(kSide, kSide);
+  for (int c = 0; c < 3; ++c) {
+    broken[c].Fill(0.5f);
+  }
+  broken[1](1, 0) = NAN;
+  broken[2](2, 0) = INFINITY;
+  broken[0](2, 1) = NAN;
+  broken[1](2, 1) = INFINITY;
+  Guides& g = frame.guides;
+  g.normal = g.albedo = g.specular_albedo = frame.emission = frame.background = broken;
+  const Settings settings;
+  Image1 plane(kSide, kSide);
+  plane.Fill(0.5f);
+  plane(1, 0) = plane(2, 1) = NAN;
+  plane(2, 0) = INFINITY;
+  g.depth = g.roughness = frame.samples = plane;
+  g.motion[0] = g.motion[1] = plane;
+  DenoisedFrame denoised;
+  for (const char* name : {"disocclusion", "history.direct", "variance.direct"}) {
+    denoised.images.push_back({name, {plane}});
+  }
+  const ViewSources sources = {&frame, &denoised, &broken, nullptr, &settings};
+  const std::vector<ViewInfo> views = ListViews(settings);
+  for (const char* name : {"noisy", "emission", "background", "samples", "depth", "normal",
+                           "albedo", "specular_albedo", "motion", "roughness", "disocclusion",
+                           "history.direct", "variance.direct"}) {
+    ViewRange range;
+    const Rgb8Image picture = ViewPicture(*FindView(views, name), sources, &range);
+    const auto at = [&](int x, int y) {
+      const uint8_t* p = picture.pixels.data() + 3 * (y * kSide + x);
+      return Rgb8{p[0], p[1], p[2]};
+    };
+    const bool is_depth = std::string(name) == "depth";
+    EXPECT_EQ(at(1, 0), kNanColour) << name;
+    EXPECT_EQ(at(2, 0), is_depth ? Rgb8() : kInfinityColour) << name;
+    EXPECT_EQ(at(2, 1), kNanColour) << name;
+    EXPECT_NE(at(0, 0), kNanColour) << name;
+    EXPECT_NE(at(0, 0), kInfinityColour) << name;
+  }
 }
 
 TEST(Views, ValuesAtAPixelAreThoseOfThePlanes) {

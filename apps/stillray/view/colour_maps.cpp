@@ -9,8 +9,6 @@
 namespace stillray::view {
 namespace {
 
-constexpr Rgb8 kNotFinite = {255, 0, 255};
-
 uint8_t Byte(float value) {
   return static_cast<uint8_t>(std::lround(std::clamp(value, 0.0f, 1.0f) * 255.0f));
 }
@@ -26,22 +24,32 @@ Rgb8 HueColour(float hue, float value) {
 
 }  // namespace
 
+std::optional<Rgb8> NotFiniteColour(float a, float b, float c) {
+  if (std::isnan(a) || std::isnan(b) || std::isnan(c)) {
+    return kNanColour;
+  }
+  if (std::isinf(a) || std::isinf(b) || std::isinf(c)) {
+    return kInfinityColour;
+  }
+  return std::nullopt;
+}
+
 float ToSrgb(float linear) {
   const float c = std::clamp(linear, 0.0f, 1.0f);
   return c <= 0.0031308f ? 12.92f * c : 1.055f * std::pow(c, 1 / 2.4f) - 0.055f;
 }
 
 Rgb8 Grey(float value) {
-  if (std::isnan(value)) {
-    return kNotFinite;
+  if (const std::optional<Rgb8> colour = NotFiniteColour(value)) {
+    return *colour;
   }
   const uint8_t g = Byte(value);
   return {g, g, g};
 }
 
 Rgb8 Heat(float value) {
-  if (!std::isfinite(value)) {
-    return kNotFinite;
+  if (const std::optional<Rgb8> colour = NotFiniteColour(value)) {
+    return *colour;
   }
   // Luminance increases from stop to stop.
   static constexpr float kStops[6][3] = {{0.00f, 0.00f, 0.02f}, {0.23f, 0.06f, 0.44f},
@@ -55,8 +63,8 @@ Rgb8 Heat(float value) {
 }
 
 Rgb8 NormalColour(float x, float y, float z) {
-  if (!std::isfinite(x + y + z)) {
-    return kNotFinite;
+  if (const std::optional<Rgb8> colour = NotFiniteColour(x, y, z)) {
+    return *colour;
   }
   if (x == 0 && y == 0 && z == 0) {
     return {};
@@ -65,10 +73,10 @@ Rgb8 NormalColour(float x, float y, float z) {
 }
 
 Rgb8 MotionColour(float x, float y, float top) {
-  const float length = std::hypot(x, y);
-  if (!std::isfinite(length)) {
-    return kNotFinite;
+  if (const std::optional<Rgb8> colour = NotFiniteColour(x, y)) {
+    return *colour;
   }
+  const float length = std::hypot(x, y);
   const float angle = std::atan2(y, x) / (2 * std::numbers::pi_v<float>);
   return HueColour(angle, std::min(length / top, 1.0f));
 }

@@ -1,10 +1,12 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Values as display colours. Values that are not finite are magenta, so that they are noticed.
+/// Values as display colours. NaN is magenta and infinity cyan, so that they are noticed and told
+/// apart.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 namespace stillray::view {
 
@@ -14,6 +16,12 @@ struct Rgb8 {
   uint8_t b = 0;
   bool operator==(const Rgb8&) const = default;
 };
+
+inline constexpr Rgb8 kNanColour = {255, 0, 255};
+inline constexpr Rgb8 kInfinityColour = {0, 255, 255};
+
+/// The colour of a pixel with a value that is not finite; NaN goes before infinity.
+std::optional<Rgb8> NotFiniteColour(float a, float b = 0, float c = 0);
 
 /// sRGB encoding of 0..1; other values are clamped.
 float ToSrgb(float linear);

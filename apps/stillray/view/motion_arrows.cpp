@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 
 #include "view/colour_maps.h"
 
@@ -16,7 +17,6 @@ constexpr float kHead = 5;       // pixels
 constexpr int kThickFrom = 400;  // pictures from this height on have lines two pixels wide
 constexpr Rgb8 kArrow = {255, 225, 70};
 constexpr Rgb8 kStill = {150, 160, 170};
-constexpr Rgb8 kNotFinite = {255, 0, 255};
 
 void Dot(float x, float y, Rgb8 colour, Rgb8Image* picture) {
   const int size = picture->height >= kThickFrom ? 2 : 1;
@@ -44,11 +44,11 @@ void Line(float x0, float y0, float x1, float y1, Rgb8 colour, Rgb8Image* pictur
 }
 
 void Arrow(float x, float y, float dx, float dy, Rgb8Image* picture) {
-  const float speed = std::hypot(dx, dy);
-  if (!std::isfinite(speed)) {
-    Dot(x, y, kNotFinite, picture);
+  if (const std::optional<Rgb8> mark = NotFiniteColour(dx, dy)) {
+    Dot(x, y, *mark, picture);
     return;
   }
+  const float speed = std::hypot(dx, dy);
   if (speed < kSlow) {
     Dot(x, y, kStill, picture);
     return;

@@ -16,7 +16,7 @@ float ArrowLength(float pixels_per_frame);
 
 /// Darkens the picture and draws an arrow every kArrowSpacing pixels: from the current position of
 /// a surface to its next one. Motion slower than a twentieth of a pixel per frame is a dot, motion
-/// that is not finite a magenta dot.
+/// of NaN a magenta dot, and that of infinity a cyan one.
 /// \param motion  of the picture's size, as Guides::motion: towards the previous frame
 void DrawMotionArrows(const Image2& motion, Rgb8Image* picture);
 

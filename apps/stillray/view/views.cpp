@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -219,6 +220,12 @@ ViewRange RangeOf(Colouring colouring, const Layer& layer, int width, int height
 }
 
 Rgb8 Colour(Colouring colouring, const float* v, float scale, const ViewRange& range) {
+  // Infinite depth is the sky.
+  const bool is_sky = colouring == Colouring::kDepth && v[0] == INFINITY;
+  const std::optional<Rgb8> mark = NotFiniteColour(v[0], v[1], v[2]);
+  if (mark && !is_sky) {
+    return *mark;
+  }
   switch (colouring) {
     case Colouring::kNormal:
       return NormalColour(v[0], v[1], v[2]);
@@ -260,6 +267,23 @@ float ScaleOf(Colouring colouring, const Layer& layer, const Settings& settings)
     return std::isfinite(nearest) ? nearest : 1.0f;
   }
   return std::exp2(settings.exposure);
+}
+
+/// Tone mapping clamps what is not finite: it is marked afterwards.
+void MarkNotFinite(const Image3& colour, Rgb8Image* picture) {
+  ParallelRows(picture->height, kBand, [&](int y0, int y1) {
+    for (int y = y0; y < y1; ++y) {
+      uint8_t* row = picture->pixels.data() + static_cast<size_t>(y) * picture->width * 3;
+      for (int x = 0; x < picture->width; ++x) {
+        if (const std::optional<Rgb8> mark =
+                NotFiniteColour(colour[0](x, y), colour[1](x, y), colour[2](x, y))) {
+          row[3 * x] = mark->r;
+          row[3 * x + 1] = mark->g;
+          row[3 * x + 2] = mark->b;
+        }
+      }
+    }
+  });
 }
 
 Image3 AsColour(const Layer& layer) {
@@ -418,7 +442,9 @@ Rgb8Image ViewPicture(const ViewInfo& view, const ViewSources& sources, ViewRang
   }
   const bool absent = layer.planes.empty() && layer.ids == nullptr && !layer.ones;
   if (!absent && view.colouring == Colouring::kLight) {
-    picture.pixels = DisplayOf(AsColour(layer), sources);
+    const Image3 colour = AsColour(layer);
+    picture.pixels = DisplayOf(colour, sources);
+    MarkNotFinite(colour, &picture);
     return picture;
   }
   if (!absent && view.colouring == Colouring::kArrows) {
