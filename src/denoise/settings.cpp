@@ -99,8 +99,11 @@ std::vector<Row> MakeTable() {
       {.info = {.name = "firefly",
                 .type = kChoice,
                 .group = "suppress_fireflies",
-                .help = "Limit single bright samples: to the brightest neighbour, or by filtering "
-                        "under a curve that compresses luminances above 32.",
+                .help =
+                    "Limit single bright samples, at the cost of light: clamp, to the brightest "
+                    "neighbour, takes 6 to 19 % of that of the built-in scenes at one sample "
+                    "per pixel; compress, by filtering under a curve that bends above a "
+                    "luminance of 32, below 0.5 %, but more where much light is brighter.",
                 .max = 2,
                 .choices = {"off", "clamp", "compress"}},
        .member = Choice<Settings, &Settings::firefly>(),

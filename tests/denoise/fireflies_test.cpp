@@ -76,6 +76,36 @@ TEST(Fireflies, CompressKeepsTheMeanOfNoisyLight) {
   }
 }
 
+/// The part of the light that remains under means in time, which are linear.
+double Kept(const char* firefly, Noise noise, float unit) {
+  const auto brightness = [&](const char* value) {
+    Settings s = WithFirefly("svgf", value);
+    s.wavelet = Wavelet::kOff;
+    return Brightness(s, noise, unit, Backend::kCpu);
+  };
+  return brightness(firefly) / brightness("off");
+}
+
+// The losses that docs/denoiser.md names. A sample that is clamped to the brightest of eight others
+// of an exponential distribution of mean 1 loses 1/9, the integral of u^8 over 0..1. Of light in a
+// tenth of the pixels, that without a lit neighbour is lost.
+TEST(Fireflies, ClampLosesLightInAnyUnit) {
+  for (const float unit : {0.01f, 1.0f, 16.0f}) {
+    EXPECT_NEAR(Kept("clamp", Exponential, unit), 8.0 / 9, 0.02) << unit;
+    EXPECT_NEAR(Kept("clamp", Sparse, unit), 1 - std::pow(0.9, 8), 0.03) << unit;
+  }
+}
+
+// Means of few lit samples stay below the knee, where the curve is the identity: what is left is
+// the value of a sample under the curve in proportion to its own.
+TEST(Fireflies, CompressLosesLightBeyondItsKnee) {
+  constexpr float kAlbedo = 0.5f;  // of the wall, which divides the light
+  const double sample = 160;
+  const double under_curve = 64 - 32 * 32 / sample;
+  EXPECT_NEAR(Kept("compress", Sparse, 16 * kAlbedo), under_curve / sample, 0.01);
+  EXPECT_NEAR(Kept("compress", Sparse, 3 * kAlbedo), 1, 1e-3);  // samples of 30
+}
+
 /// The brightest pixel of the last frame, in which one sample is a firefly.
 double PeakBesideFirefly(const char* firefly) {
   Denoiser d = MakeDenoiser(WithFirefly("svgf", firefly));
