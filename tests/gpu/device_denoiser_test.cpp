@@ -282,6 +282,24 @@ TEST_F(DeviceDenoiser, BrokenFramesAreRefusedAndMemoryIsTold) {
   EXPECT_FALSE(out.timings.empty());
 }
 
+// Outputs are read back through buffers of their own, in one block of memory.
+TEST_F(DeviceDenoiser, MemoryOfOutputsIsCounted) {
+  const Frame frame = MakeBusyFrame(40, 30, 0);
+  const auto memory = [&](const std::vector<std::string>& outputs) {
+    Denoiser d = MakeDenoiser(PresetSettings("default").value(), DevicePrecision::kHalf);
+    EXPECT_TRUE(d.SetOutputs(outputs).ok());
+    DenoisedFrame out;
+    EXPECT_TRUE(d.Denoise(frame, &out).ok());
+    EXPECT_EQ(d.memory_bytes(), d.device_memory().bytes);
+    return d.device_memory();
+  };
+  const DeviceMemory without = memory({});
+  const DeviceMemory with = memory({"temporal", "filtered.direct"});
+  EXPECT_EQ(with.allocations, without.allocations + 1);
+  EXPECT_GT(with.resources, without.resources);
+  EXPECT_GE(with.bytes, without.bytes + 2u * 40u * 30u * 8u);
+}
+
 TEST(DeviceChoice, NamesWhatIsWrong) {
   for (const char* bad : {"", "gpu", "vulkan:", "vulkan:one", "cpu:0"}) {
     const Result<Device> opened = Device::Open(bad);

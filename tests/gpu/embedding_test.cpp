@@ -30,6 +30,8 @@ constexpr int kHeight = 37;
 
 /// Calls of the device that recording a frame must not make.
 std::atomic<int> forbidden_calls = 0;
+/// Calls of vkAllocateMemory.
+std::atomic<uint32_t> memory_calls = 0;
 PFN_vkGetInstanceProcAddr real_get_instance = nullptr;
 PFN_vkGetDeviceProcAddr real_get_device = nullptr;
 PFN_vkAllocateMemory real_allocate = nullptr;
@@ -41,6 +43,7 @@ PFN_vkCreateComputePipelines real_pipelines = nullptr;
 VKAPI_ATTR VkResult VKAPI_CALL Allocate(VkDevice d, const VkMemoryAllocateInfo* i,
                                         const VkAllocationCallbacks* a, VkDeviceMemory* m) {
   ++forbidden_calls;
+  ++memory_calls;
   return real_allocate(d, i, a, m);
 }
 VKAPI_ATTR VkResult VKAPI_CALL Submit(VkQueue q, uint32_t n, const VkSubmitInfo* s, VkFence f) {
@@ -180,10 +183,12 @@ TEST_F(Embedding, GivesThePicturesOfTheHostApiWithoutHiddenWork) {
     const VulkanOptions o = options(preset);
     const Result<DeviceMemory> need = VulkanDenoiser::MemoryNeed(context(), o);
     ASSERT_TRUE(need.ok()) << need.status().message();
+    memory_calls = 0;
     Result<VulkanDenoiser> made = VulkanDenoiser::Create(context(), o);
     ASSERT_TRUE(made.ok()) << made.status().message();
     EXPECT_EQ(made->memory().bytes, need->bytes);
     EXPECT_EQ(made->memory().allocations, need->allocations);
+    EXPECT_EQ(memory_calls, need->allocations);
     Denoiser host = MakeDenoiser(o.settings, DevicePrecision::kHalf);
     for (int i = 0; i < 30; ++i) {
       const Frame f = MakeBusyFrame(kWidth, kHeight, i);

@@ -399,6 +399,9 @@ DeviceMemory HostDenoiser::device_memory() const {
   if (download_ != nullptr) {
     sum += download_->memory();
   }
+  if (reader_ != nullptr) {
+    sum += reader_->memory();
+  }
   if (future_ != nullptr) {
     sum += future_->memory();
   }

@@ -30,6 +30,7 @@ class OutputReader : public FrameObserver {
   Status Read(const FramePipeline& pipeline, const FrameState& state, const FramePlan& plan,
               std::vector<NamedImage>* images) const;
   const std::vector<std::string>& names() const { return names_; }
+  gpu::MemoryUse memory() const { return arena_.Need(); }
 
  private:
   /// Values of an image of light, read back: width x height x layers, four each.
