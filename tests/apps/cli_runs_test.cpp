@@ -7,8 +7,9 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
+#include <map>
 #include <set>
+#include <sstream>
 #include <string>
 #include <thread>
 #include <utility>
@@ -315,16 +316,33 @@ TEST(CliRuns, AKilledRunLeavesNoVideoForGood) {
   EXPECT_THAT(temporaries(), ::testing::IsEmpty());
 }
 
-/// render.json without values that differ from run to run.
-nlohmann::json SettingsIn(const std::string& folder) {
-  nlohmann::json json = nlohmann::json::parse(ReadText(folder + "/render.json"));
-  for (const char* key : {"frames", "memory", "threads", "command", "date"}) {
-    json.erase(key);
+/// The long options in a command's help, without "no-".
+std::set<std::string> OptionsOf(const std::string& command) {
+  std::istringstream help(RunProgram({command, "--help"}).output);
+  std::set<std::string> names;
+  for (std::string line; std::getline(help, line);) {
+    if (!line.starts_with("  -")) {
+      continue;
+    }
+    std::istringstream list(line.substr(2, line.find_first_of(" {=", 2) - 2));
+    for (std::string name; std::getline(list, name, ',');) {
+      if (name.starts_with("--")) {
+        names.insert(name.substr(name.starts_with("--no-") ? 5 : 2));
+      }
+    }
   }
-  return json;
+  return names;
 }
 
-TEST(CliRuns, TheLogTellsDifferentPicturesApart) {
+/// What an option changes in render.json.
+struct LoggedOption {
+  const char* key;
+  std::vector<std::string> arguments;  ///< another value than that of Render()
+};
+
+// An option without a row fails: whoever adds one says which key has it, or that pictures are the
+// same with it.
+TEST(CliRuns, TheLogHasEveryOptionThatChangesThePictures) {
   const TemporaryFolder folder;
   Image3 sky(4, 2);
   for (int c = 0; c < 3; ++c) {
@@ -335,28 +353,85 @@ TEST(CliRuns, TheLogTellsDifferentPicturesApart) {
   map.height = 2;
   map.Add("", PixelType::kFloat, sky);
   ASSERT_TRUE(WriteExr(folder / "sky.exr", map).ok());
-  ASSERT_EQ(RunProgram(Render(folder / "plain", {})).exit_code, 0);
-  const nlohmann::json plain = SettingsIn(folder / "plain");
-  EXPECT_FALSE(plain["device"].get<std::string>().empty());
-  const std::vector<std::string> changes[] = {
-      {"--regularise"},       {"--environment", folder / "sky.exr"},
-      {"--camera", "0"},      {"--still"},
-      {"--no-jitter"},        {"--reference", "2"},
-      {"--aov", "temporal"},  {"--float"},
-      {"--spp", "2"},         {"--bounces", "2"},
-      {"--seed", "4"},        {"--sampler", "halton16"},
-      {"--set", "sigma_l=7"}, {"--preset", "svgf"},
-      {"--exposure", "1"},    {"--fps", "25"}};
-  for (size_t i = 0; i < std::size(changes); ++i) {
-    const std::string out = folder / std::to_string(i);
-    ASSERT_EQ(RunProgram(Render(out, changes[i])).exit_code, 0) << changes[i][0];
-    EXPECT_NE(SettingsIn(out), plain) << changes[i][0];
-    const auto json = nlohmann::json::parse(ReadText(out + "/render.json"));
-    EXPECT_THAT(json["command"].get<std::string>(), HasSubstr(" " + changes[i][0]))
-        << changes[i][0];
+  Rgb8Image mask;
+  mask.width = mask.height = 2;
+  mask.pixels.assign(12, 255);
+  ASSERT_TRUE(WritePng(folder / "mask.png", mask).ok());
+  std::ofstream(folder / "look.txt") << "sigma_l=7\n";
+
+  const std::set<std::string> same_pictures = {"help", "output",  "resume", "timings",
+                                               "json", "threads", "verbose"};
+  const std::multimap<std::string, LoggedOption> logged = {
+      {"size", {"width", {"--size", "30x18"}}},
+      {"size", {"height", {"--size", "32x20"}}},
+      {"exposure", {"exposure", {"--exposure", "1"}}},
+      {"tonemap", {"tonemap", {"--tonemap", "filmic"}}},
+      {"aov", {"aov", {"--aov", "temporal"}}},
+      {"format", {"format", {"--format", "exr,png"}}},
+      {"save-inputs", {"save_inputs", {"--save-inputs"}}},
+      {"float", {"float", {"--float"}}},
+      {"frames", {"frames", {"--frames", "2"}}},
+      {"fps", {"fps", {"--fps", "25"}}},
+      {"still", {"still", {"--still"}}},
+      {"camera", {"camera", {"--camera", "0"}}},
+      {"environment", {"environment", {"--environment", folder / "sky.exr"}}},
+      {"environment", {"environment_content", {"--environment", folder / "sky.exr"}}},
+      {"lens-mask", {"lens_mask", {"--lens-mask", folder / "mask.png"}}},
+      {"lens-mask", {"lens_mask_content", {"--lens-mask", folder / "mask.png"}}},
+      {"reference", {"reference", {"--reference", "2"}}},
+      {"reference-frames", {"reference_frames", {"--reference", "2", "--reference-frames", "1"}}},
+      {"preset", {"preset", {"--preset", "svgf"}}},
+      {"preset", {"parameters", {"--preset", "svgf"}}},
+      {"settings", {"parameters", {"--settings", folder / "look.txt"}}},
+      {"set", {"parameters", {"--set", "sigma_l=7"}}},
+      {"device", {"device", {}}},
+      {"device", {"tracer", {}}},
+      {"ray-tracing", {"ray_tracing", {"--ray-tracing", "compute"}}},
+      {"spp", {"spp", {"--spp", "2"}}},
+      {"guides", {"guides", {"--spp", "1/2", "--guides", "sparse"}}},
+      {"seed", {"seed", {"--seed", "4"}}},
+      {"sampler", {"sampler", {"--sampler", "halton16"}}},
+      {"jitter", {"jitter", {"--no-jitter"}}},
+      {"virtual-guides", {"virtual_guides", {"--no-virtual-guides"}}},
+      {"bounces", {"bounces", {"--bounces", "2"}}},
+      {"regularise", {"regularise", {"--regularise"}}},
+      {"aperture", {"aperture", {"--aperture", "0.1"}}},
+      {"focus", {"focus", {"--focus", "2"}}},
+      {"blades", {"blades", {"--blades", "5"}}},
+      {"blade-rotation", {"blade_rotation", {"--blade-rotation", "10"}}}};
+
+  const auto log = [&](const std::string& out, const std::vector<std::string>& more) {
+    const ProgramRun run = RunProgram(Render(out, more));
+    EXPECT_EQ(run.exit_code, 0) << run.errors;
+    nlohmann::json json = nlohmann::json::parse(ReadText(out + "/render.json"));
+    for (nlohmann::json& frame : json["frames"]) {
+      frame = frame["frame"];  // times differ from run to run
+    }
+    return json;
+  };
+  const nlohmann::json plain = log(folder / "plain", {"--frames", "1"});
+  std::set<std::string> known = same_pictures;
+  int runs = 0;
+  for (const auto& [option, row] : logged) {
+    known.insert(option);
+    ASSERT_TRUE(plain.contains(row.key)) << row.key;
+    if (row.arguments.empty()) {
+      EXPECT_FALSE(plain[row.key].get<std::string>().empty()) << row.key;
+      continue;
+    }
+    std::vector<std::string> more = {"--frames", "1"};
+    more.insert(more.end(), row.arguments.begin(), row.arguments.end());
+    const std::string out = folder / std::to_string(runs++);
+    const nlohmann::json changed = log(out, more);
+    EXPECT_NE(changed[row.key], plain[row.key]) << option;
+    EXPECT_THAT(changed["command"].get<std::string>(), HasSubstr(" " + row.arguments.back()))
+        << option;
+    if (row.key == std::string("environment")) {
+      const ProgramRun report = RunProgram({"report", out});
+      EXPECT_EQ(report.exit_code, 0) << report.errors;
+    }
   }
-  const ProgramRun report = RunProgram({"report", folder / "1"});
-  EXPECT_EQ(report.exit_code, 0) << report.errors;
+  EXPECT_EQ(OptionsOf("render"), known);
 }
 
 // Pictures are passed on: they must not show the folders of the scene.
