@@ -139,8 +139,10 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
                    "Picture of the aperture (.png, .jpg, .webp): light passes where it is bright")
       ->excludes("--blades");
   command
-      ->add_option("--reference", a->reference_spp,
-                   "Also render converged pictures with this many paths per pixel")
+      ->add_option(
+          "--reference", a->reference_spp,
+          "Also render converged pictures with this many paths per pixel, of Sobol' points "
+          "with any --sampler")
       ->check(InRange(1, 1 << 20));
   command->add_option("--reference-frames", a->reference_frames,
                       "Only for these frames, such as 30-31,60-61; default: all");
