@@ -11,13 +11,13 @@
 
 #include <algorithm>
 
-#include "denoise/stages/follow_light.h"
 #include "denoise/simd/next_row.h"
 #include "denoise/simd/stream_rows-inl.h"
 #include "denoise/simd/tap_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 #include "denoise/stages/antialias.h"
 #include "denoise/stages/antialias_shared.h"
+#include "denoise/stages/follow_light.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace stillray {

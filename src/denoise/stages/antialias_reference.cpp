@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "core/shared.h"
-#include "denoise/stages/follow_light.h"
 #include "denoise/stages/antialias.h"
 #include "denoise/stages/antialias_shared.h"
+#include "denoise/stages/follow_light.h"
 
 namespace stillray::reference {
 namespace {

@@ -32,8 +32,7 @@ float FollowedAt(ivec2 block, ivec2 blocks) {
       ivec2 offset = ivec2(x, y) - block;
       Surface s = UnpackSurface(texelFetch(surface_image, q, 0));
       uint id = UnpackDetail(texelFetch(detail_image, q, 0), s.inverse_depth).id;
-      float expected =
-          centre.inverse_depth + dot(detail.gradient, vec2(kFollowBlock * offset));
+      float expected = centre.inverse_depth + dot(detail.gradient, vec2(kFollowBlock * offset));
       bool same =
           IsSameSurface(expected, s.inverse_depth, detail.gradient, dot(centre.normal, s.normal),
                         detail.id, id, kFollowDepth, kFollowCosine, true);

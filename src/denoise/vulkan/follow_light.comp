@@ -43,8 +43,9 @@ void main() {
     reflected += divisor * max(l, 0.0f);
     albedo += divisor;
   }
-  float rest = (has_emission != 0 ? UnfilteredLight(texelFetch(emission_image, p, 0).xyz) : 0.0f) +
-               (has_background != 0 ? UnfilteredLight(texelFetch(background_image, p, 0).xyz) : 0.0f);
+  float rest =
+      (has_emission != 0 ? UnfilteredLight(texelFetch(emission_image, p, 0).xyz) : 0.0f) +
+      (has_background != 0 ? UnfilteredLight(texelFetch(background_image, p, 0).xyz) : 0.0f);
   float own = albedo > 0.0f ? reflected / albedo : 0.0f;
   vec2 place = vec2(p) + texelFetch(motion_image, p, 0).xy;
   bool inside = place.x > -0.5f && place.y > -0.5f && place.x < float(width) - 0.5f &&

@@ -171,8 +171,8 @@ LayerShares SharesOf(SurfaceLayers layers, float cosine, float coat_cosine) {
   LayerShares shares;
   shares.sheen = 0.0f;
   if (layers.sheen_colour != vec3(0.0f)) {
-    shares.sheen =
-        LookUpEnergy(2u * kEnergyTableWords, FindEnergy(cosine, RowOfSheen(layers.sheen_roughness)));
+    shares.sheen = LookUpEnergy(2u * kEnergyTableWords,
+                                FindEnergy(cosine, RowOfSheen(layers.sheen_roughness)));
   }
   shares.coat = SchlickShare(1.0f, 0.0f);
   if (layers.coat > 0.0f) {
