@@ -27,17 +27,23 @@ float AlbedoAt(const AlbedoSum& albedo, int x, int y) {
 
 /// Luminances of a pixel.
 struct PixelLight {
-  float own = 0;  ///< of the signals, without albedo
+  float own = 0;  ///< of the followed signals, without albedo
   float albedo = 0;
-  float rest = 0;  ///< of unfiltered light
+  float rest = 0;  ///< of all other light
 };
 
 PixelLight LightAt(const FollowLightInput& in, int x, int y) {
   PixelLight light;
-  for (const SignalLight& signal : in.parts.signals) {
+  for (size_t k = 0; k < in.parts.signals.size(); ++k) {
+    const SignalLight& signal = in.parts.signals[k];
     const float albedo = AlbedoAt(signal.albedo, x, y);
-    light.own += albedo * std::max((*signal.light)[0](x, y), 0.0f);
-    light.albedo += albedo;
+    const float reflected = albedo * std::max((*signal.light)[0](x, y), 0.0f);
+    if (k < in.followed_signals) {
+      light.own += reflected;
+      light.albedo += albedo;
+    } else {
+      light.rest += reflected;
+    }
   }
   for (const Image3* image : in.parts.unfiltered) {
     const vec3 value((*image)[0](x, y), (*image)[1](x, y), (*image)[2](x, y));

@@ -164,6 +164,13 @@ void PlanWavelet(const Settings& s, FramePlan* plan) {
   plan->pilot_signals = PilotSignals(s, plan->signals);
 }
 
+/// The number of signals with diffuse light, the first ones: light that is reflected sharply moves
+/// over its surface.
+int FollowedSignals(std::span<const SignalGroup> signals) {
+  const auto is_diffuse = [](const SignalGroup& group) { return group.diffuse_albedo; };
+  return static_cast<int>(std::count_if(signals.begin(), signals.end(), is_diffuse));
+}
+
 void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   plan->clip_outliers = {.clip_outliers = s.clip_outliers};
   plan->keep_mirrors = {
@@ -174,7 +181,9 @@ void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
       .taa_alpha = s.taa_alpha,
       .weigh_by_length = Int(s.temporal),
       .spline = Int(s.antialias != Antialias::kOff && s.taa_filter == TaaFilter::kSpline),
-      .follow_light = Int(s.antialias != Antialias::kOff && s.temporal && s.taa_follow_light)};
+      .follow_light = s.antialias != Antialias::kOff && s.temporal && s.taa_follow_light
+                          ? FollowedSignals(plan->signals)
+                          : 0};
   plan->tonemap = TonemapOf(s.exposure, s.tonemap, s.dither, facts.index);
 }
 

@@ -111,7 +111,8 @@ TEST_F(ErrorsTest, Devices) {
   stillray_device* device = reinterpret_cast<stillray_device*>(&image);
   EXPECT_EQ(stillray_device_create_on(STILLRAY_ABI_VERSION, 0, "gpu", &device), kInvalid);
   EXPECT_EQ(device, nullptr);
-  EXPECT_EQ(ThreadMessage(), "device is 'gpu', expected auto, cpu, vulkan or vulkan:N");
+  EXPECT_EQ(ThreadMessage(),
+            "device is 'gpu', expected auto, cpu, vulkan or vulkan:N, did you mean vulkan?");
   EXPECT_EQ(stillray_device_create_on(STILLRAY_ABI_VERSION, 0, nullptr, &device), kInvalid);
   EXPECT_EQ(ThreadMessage(), "name is NULL");
   EXPECT_NE(stillray_device_create_on(STILLRAY_ABI_VERSION, 0, "vulkan:77", &device), STILLRAY_OK);

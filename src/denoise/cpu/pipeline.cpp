@@ -301,6 +301,7 @@ const Image1* RunFollowLight(const CpuPipeline& p, const FrameInput& in, const P
                              const Image2& picture_motion, History* history, FrameWork* work) {
   const LayerHistory& surface = history->layers.front();
   const FollowLightInput given = {parts,
+                                  static_cast<size_t>(p.plan.antialias.follow_light),
                                   in.guides.motion,
                                   picture_motion,
                                   surface.guides,

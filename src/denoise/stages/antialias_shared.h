@@ -15,7 +15,7 @@ SHARED_BLOCK(AntialiasParameters) {
   float taa_alpha;      // weight of the new frame
   int weigh_by_length;  // 1: light with a short history has a larger one
   int spline;           // 1: the last picture is resampled with a B-spline, 0: Catmull-Rom
-  int follow_light;     // 1: the last picture is multiplied by the ratio of follow_light
+  int follow_light;     // signals that follow_light compares, the first ones; 0: it does not run
 };
 
 // Whether a neighbour is in front of the surface at a pixel, rather than part of it: i are inverse

@@ -7,11 +7,11 @@
 /// lets most of that pass. Source: none.
 ///
 /// The light is compared per surface, along its motion, at one pixel of each block of 4x4, without
-/// its albedo, so that textures do not count, and not where the picture moves with a reflection.
-/// The change is the mean over the 5x5 blocks around as far as they show the same surface, and is
-/// followed as far as it exceeds their noise (FollowedChange); next to another surface it is not
-/// followed, since the ratio is interpolated over pixels. Border: 2 blocks. State: the last frame's
-/// light per block. Reads 6 and writes 3 bytes per pixel.
+/// its albedo, so that textures do not count, of the signals of diffuse light, and not where the
+/// picture moves with a reflection. The change is the mean over the 5x5 blocks around as far as
+/// they show the same surface, and is followed as far as it exceeds their noise (FollowedChange);
+/// next to another surface it is not followed, since the ratio is interpolated over pixels. Border:
+/// 2 blocks. State: the last frame's light per block. Reads 6 and writes 3 bytes per pixel.
 #pragma once
 
 #include "denoise/planes.h"
@@ -22,6 +22,7 @@ namespace stillray {
 
 struct FollowLightInput {
   PictureParts parts;
+  size_t followed_signals = 0;  ///< the first ones of `parts`: AntialiasParameters::follow_light
   const Image2& motion;
   const Image2& picture_motion;  ///< that of reflections where those are seen
   const GuidePlanes& guides;

@@ -34,18 +34,20 @@ void main() {
   ivec2 p = ivec2(FollowPixel(block.x, width), FollowPixel(block.y, height));
   float reflected = 0.0f;
   float albedo = 0.0f;
+  float rest = 0.0f;
   for (int s = 0; s < signals; ++s) {
     float l = texelFetch(light, ivec3(p, s), 0).x / exposure[s];
     l *= demodulate.firefly == 2 ? ExpandScale(l) : 1.0f;
     vec3 sum = AlbedosOf(s) != 0 ? AlbedoSum(s, p) : vec3(1.0f);
     float divisor = AlbedosOf(s) != 0 ? max(Luminance709(sum.x, sum.y, sum.z), kAlbedoFloor) : 1.0f;
     divisor = IsFinite(divisor) ? divisor : 1.0f;
-    reflected += divisor * max(l, 0.0f);
-    albedo += divisor;
+    bool follows = s < antialias.follow_light;
+    reflected += follows ? divisor * max(l, 0.0f) : 0.0f;
+    albedo += follows ? divisor : 0.0f;
+    rest += follows ? 0.0f : divisor * max(l, 0.0f);
   }
-  float rest =
-      (has_emission != 0 ? UnfilteredLight(texelFetch(emission_image, p, 0).xyz) : 0.0f) +
-      (has_background != 0 ? UnfilteredLight(texelFetch(background_image, p, 0).xyz) : 0.0f);
+  rest += (has_emission != 0 ? UnfilteredLight(texelFetch(emission_image, p, 0).xyz) : 0.0f) +
+          (has_background != 0 ? UnfilteredLight(texelFetch(background_image, p, 0).xyz) : 0.0f);
   float own = albedo > 0.0f ? reflected / albedo : 0.0f;
   vec2 place = vec2(p) + texelFetch(motion_image, p, 0).xy;
   bool inside = place.x > -0.5f && place.y > -0.5f && place.x < float(width) - 0.5f &&
