@@ -107,6 +107,10 @@ struct CameraMatrices {
 /// Empty if one is missing, is not of 16 finite numbers, or worldToCamera has no inverse.
 std::optional<CameraMatrices> CameraOf(const ExrImage& image);
 
+/// The focal length in pixels, vertically: the height of the picture over that in tangents of the
+/// angle of view. 0 without perspective.
+double FocalPixels(const CameraMatrices& camera, int width, int height);
+
 /// Motion of a still scene from the cameras of two frames: the point seen at p is at p + result(p)
 /// in the picture of the other camera, in pixels, right and down. Zero where depth is infinite;
 /// points behind the other camera lead out of the picture. Device coordinates run from 0 to 1 from

@@ -166,6 +166,13 @@ struct SequenceHooks {
   std::function<void(const SequenceFile& file)> looks_ahead;
   /// The frame's file is complete on disk.
   std::function<void(const FrameReport& report)> finished;
+  /// May change a denoised picture, from the frame's guides, before it is written; an error stops
+  /// the run. Not called again for pictures that a resumed run takes from the state.
+  /// \param focal_pixels  height of the picture over that in tangents of the angle of view, by the
+  ///     camera in the file or in SequenceOptions::cameras; 0: unknown, or without perspective
+  std::function<Status(const SequenceFile& file, const Frame& frame, double focal_pixels,
+                       Image3* colour)>
+      effects;
   /// A denoised picture before its file is written; an error stops the run. Called on the writer's
   /// thread, one frame at a time, in order.
   std::function<Status(const SequenceFile& file, const Image3& colour)> picture;

@@ -114,6 +114,20 @@ std::optional<CameraMatrices> CameraOf(const ExrImage& image) {
   return CameraMatrices{*to_camera, *to_ndc, false};
 }
 
+double FocalPixels(const CameraMatrices& camera, int width, int height) {
+  const glm::dmat4 to_device =
+      ForColumns(camera.world_to_ndc) * glm::inverse(ForColumns(camera.world_to_camera));
+  const Projection p = Understand(to_device, camera.is_standard, width, height);
+  if (std::abs(to_device[2][3]) < 1e-9) {
+    return 0;
+  }
+  // One unit up at a distance of one unit.
+  const glm::dvec2 middle = Device(p.matrix, {0, 0, p.z_sign, 1});
+  const glm::dvec2 above = Device(p.matrix, {0, 1, p.z_sign, 1});
+  const double pixels = std::abs((above.y - middle.y) * p.scale.y);
+  return std::isfinite(pixels) ? pixels : 0;
+}
+
 Image2 MotionFromCameras(const Image1& depth, const CameraMatrices& now,
                          const CameraMatrices& other) {
   const int width = depth.width();

@@ -63,6 +63,9 @@ Result<SequenceFrame> LoadFrame(const SequenceFile& file, const SequenceView& vi
   Result<std::optional<CameraMatrices>> camera = CameraOfFrame(view.motion, file, loaded->image);
   STILLRAY_RETURN_IF_ERROR(camera.status());
   result.camera = *camera;
+  if (const auto any = result.camera ? result.camera : CameraOf(loaded->image)) {
+    result.focal_pixels = FocalPixels(*any, result.frame.width, result.frame.height);
+  }
   if (to_write) {
     result.bytes = std::move(loaded->bytes);
     result.stored = std::move(loaded->stored);

@@ -36,6 +36,7 @@ struct SequenceFrame {
   /// Towards the next frame, lacking that frame's jitter likewise; empty if the file has none.
   Image2 next_motion;
   std::optional<CameraMatrices> camera;  ///< if motion is derived from it
+  double focal_pixels = 0;               ///< SequenceHooks::effects
   /// Of its motion; set by LinkToPrevious().
   MotionOrigin origin;
   std::vector<LightPart> parts;  ///< of the light; with SequenceOptions::passes

@@ -185,6 +185,17 @@ void Impl::ReportFallBack() {
   }
 }
 
+Status Impl::ApplyEffects(const SequenceFile& file, const SequenceFrame& frame,
+                          Picture* picture) const {
+  if (!hooks.effects) {
+    return Status::Ok();
+  }
+  const Clock::time_point start = Clock::now();
+  const Status status = hooks.effects(file, frame.frame, frame.focal_pixels, &picture->colour);
+  picture->report.stages.push_back({"effects", MillisecondsSince(start)});
+  return status.ok() ? status : Status(status.code(), file.input + ": " + status.message());
+}
+
 Status Impl::Make(size_t at, Picture* picture) {
   const SequenceFile& names = options.files[at];
   ReadFrame read = reader->Next();
@@ -211,6 +222,7 @@ Status Impl::Make(size_t at, Picture* picture) {
     const Status filtered = filter->Filter(&frame, at, &report, &picture->colour, &picture->layers);
     ReportFallBack();
     STILLRAY_RETURN_IF_ERROR(filtered);
+    STILLRAY_RETURN_IF_ERROR(ApplyEffects(names, frame, picture));
     inputs.push_back(*input);
     filter->SetPrevious(std::move(frame));
   }

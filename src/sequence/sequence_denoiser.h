@@ -49,6 +49,8 @@ struct SequenceDenoiser::Impl {
   bool CanSave() const;
   Status Save(std::span<Picture* const> unwritten);
 
+  Status ApplyEffects(const SequenceFile& file, const SequenceFrame& frame, Picture* picture) const;
+
   // Steps of Prepare.
   void TakeWindowOfResumedRun();
   Status ReadFirstFile();

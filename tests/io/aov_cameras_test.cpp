@@ -73,6 +73,15 @@ class AovCameras : public ::testing::TestWithParam<Kind> {
   }
 };
 
+TEST_P(AovCameras, FocalLength) {
+  EXPECT_NEAR(FocalPixels(CameraAt(GetParam(), 1, 2, 3, 0.3), 200, 100), 100, 1e-9);
+}
+
+TEST(FocalPixels, IsZeroWithoutPerspective) {
+  constexpr Rows kParallel = {0.5, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0.1, 0, 0.5, 0.5, 0, 1};
+  EXPECT_EQ(FocalPixels({kIdentity, kParallel}, 200, 100), 0);
+}
+
 // A camera that went 0.1 to the right has everything go to the left: by 0.1 * 100 / 5 pixels.
 TEST_P(AovCameras, Sidewards) {
   const Image2 motion = Motion(5, CameraAt(GetParam(), 0.1, 0, 0), CameraAt(GetParam(), 0, 0, 0));

@@ -50,6 +50,7 @@ Examples:
   stillray denoise 'shot.####.exr' -o clean --resume
   stillray denoise 'blurred.####.exr' -o clean --cameras cameras.json
   stillray denoise 'shot.####.exr' -o clean --motion estimate
+  stillray denoise 'shot.####.exr' -o clean --post dof,motion_blur --aperture f/2.8 --fov 40
 )";
 
 }  // namespace
@@ -101,6 +102,19 @@ void AddDenoiseCommand(CLI::App& app, int* exit_code) {
                       "Write display pictures too: a video (look.mp4), or PNG files "
                       "('look/####.png', or a folder)");
   AddDisplayOptions(command, &a->display);
+  AddPostOptions(command, &a->post);
+  command->add_option("--aperture", a->aperture,
+                      "With --post dof: radius of the lens in the unit of depth, or f/N if that is "
+                      "metres");
+  command->add_option("--focus", a->focus,
+                      "With --post dof: depth that is sharp, or auto: that of the picture's centre "
+                      "(the default)");
+  command
+      ->add_option(
+          "--fov", a->fov,
+          "With --post dof: vertical angle of view in degrees; default: of the cameras, if "
+          "the files or --cameras have them")
+      ->check(InRange(0.1, 179));
   CLI::Option* fps = command->add_option("--fps", a->fps, "Frames per second of the video")
                          ->check(InRange(kMinFps, kMaxFps))
                          ->capture_default_str();

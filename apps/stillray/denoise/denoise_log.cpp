@@ -120,6 +120,12 @@ std::string DenoiseLogJson(const DenoiseOptions& options, const AovLayout& layou
       {"aovs", LayoutJson(layout)},         {"findings", std::move(findings)},
       {"parameters", ParametersJson(used)}, {"slowest_part", Slowest(PartsOf(log)).name},
       {"frames", std::move(frames)},        {"memory", {{"denoiser_bytes", log.denoiser_bytes}}}};
+  if (options.post.any()) {
+    json["post"] = PostText(options.post);
+    json["aperture"] = options.text.aperture;
+    json["focus"] = options.text.focus;
+    json["fov"] = options.text.fov ? Json(*options.text.fov) : Json();
+  }
   if (log.device_memory.allocations > 0) {
     json["memory"]["device"] = DeviceMemoryJson(log.device_memory);
   }

@@ -3,12 +3,15 @@
 #include "denoise/denoise_options.h"
 
 #include <charconv>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "denoise/denoise_preview.h"
 #include "io/memory_limit.h"
+#include "render/lens.h"
+#include "stillray/render.h"
 
 namespace stillray {
 namespace {
@@ -34,10 +37,59 @@ Status CheckDisplayArguments(const DenoiseArguments& arguments) {
   return Status::Ok();
 }
 
+Status CheckLensArguments(const DenoiseArguments& arguments, const PostEffects& post) {
+  const char* given = !arguments.aperture.empty() ? "--aperture"
+                      : !arguments.focus.empty()  ? "--focus"
+                      : arguments.fov             ? "--fov"
+                                                  : nullptr;
+  if (!post.depth_of_field && given != nullptr) {
+    return Status::InvalidArgument(
+        fmt::format("{} is for depth of field, expected --post dof with it", given));
+  }
+  return Status::Ok();
+}
+
+/// In the words of `stillray render`.
+Status ParseLens(const DenoiseArguments& arguments, Lens* lens) {
+  RenderSettings settings;
+  for (const auto& [name, value] :
+       {std::pair("aperture", arguments.aperture), std::pair("focus", arguments.focus)}) {
+    const Status set = value.empty() ? Status::Ok() : SetRenderParameter(&settings, name, value);
+    if (!set.ok()) {
+      return Status::InvalidArgument("--" + set.message());
+    }
+  }
+  *lens = render::LensOf(Scene(), settings, 0);
+  if (!(lens->radius > 0.0f || lens->f_number > 0.0f)) {
+    return Status::InvalidArgument("--post dof needs a lens, expected --aperture RADIUS or f/N");
+  }
+  return Status::Ok();
+}
+
+Status ParsePost(const DenoiseArguments& arguments, DenoiseOptions* options) {
+  const Result<PostEffects> post = ParsePostArguments(arguments.post);
+  STILLRAY_RETURN_IF_ERROR(post.status());
+  options->post = *post;
+  STILLRAY_RETURN_IF_ERROR(CheckLensArguments(arguments, *post));
+  if (post->any() && arguments.passes) {
+    return Status::InvalidArgument(
+        "--passes and --post exclude each other: the layers would not add up to the blurred "
+        "picture");
+  }
+  return post->depth_of_field ? ParseLens(arguments, &options->lens) : Status::Ok();
+}
+
 /// The options besides SequenceOptions that change the pictures, for --resume.
 std::string Fingerprint(const DenoiseArguments& a) {
   std::string text = fmt::format("denoise {}\noutput {}\ndevice {}\n", fmt::join(a.inputs, " "),
                                  a.output, a.device);
+  for (const std::string& effects : a.post.effects) {
+    text += fmt::format("post {}\n", effects);
+  }
+  if (!a.post.effects.empty()) {
+    text += fmt::format("shutter {}\naperture {}\nfocus {}\nfov {}\n", a.post.shutter.value_or(-1),
+                        a.aperture, a.focus, a.fov.value_or(-1));
+  }
   if (!a.preview.empty()) {
     text += fmt::format("preview {}\nfps {}\n", a.preview, a.fps);
   }
@@ -75,6 +127,7 @@ Result<DenoiseOptions> ParseDenoiseArguments(const DenoiseArguments& arguments) 
   SequenceOptions& sequence = options.sequence;
   STILLRAY_RETURN_IF_ERROR(ParseSettings(arguments, &options));
   STILLRAY_RETURN_IF_ERROR(CheckDisplayArguments(arguments));
+  STILLRAY_RETURN_IF_ERROR(ParsePost(arguments, &options));
   STILLRAY_RETURN_IF_ERROR(ParseMemory(arguments.memory_limit, &sequence.memory.bytes));
   Result<std::vector<SequenceFile>> files =
       ListSequence(arguments.inputs, arguments.output, arguments.frames);

@@ -5,11 +5,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/display_options.h"
 #include "common/filter_options.h"
+#include "common/post_options.h"
 #include "stillray/aov.h"
 #include "stillray/denoise.hpp"
 #include "stillray/sequence.h"
@@ -34,6 +36,10 @@ struct DenoiseArguments {
   bool no_check = false;
   std::string preview;
   DisplayArguments display;
+  PostArguments post;
+  std::string aperture;
+  std::string focus;
+  std::optional<double> fov;
   double fps = 24;
   bool fps_given = false;
   std::string device = "auto";
@@ -46,6 +52,8 @@ struct DenoiseOptions {
   DenoiseArguments text;
   std::string preset;  ///< on which the settings are based
   SequenceOptions sequence;
+  PostEffects post;
+  Lens lens;                ///< of depth of field
   std::string window_note;  ///< the reason for the window, or empty
 };
 

@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/denoise_run.h"
 
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <string>
@@ -45,6 +47,7 @@ class DenoiseRun {
  private:
   size_t FileCount() const { return options_.sequence.files.size(); }
   SequenceHooks Hooks();
+  Status ApplyEffects(const Frame& frame, double focal_pixels, Image3* colour) const;
   Status Prepare();
   void PrintStart() const;
   Status CheckInputs();
@@ -91,6 +94,10 @@ SequenceHooks DenoiseRun::Hooks() {
   hooks.picture = [this](const SequenceFile& file, const Image3& colour) {
     return preview_ ? preview_->Write(file, colour) : Status::Ok();
   };
+  if (options_.post.any()) {
+    hooks.effects = [this](const SequenceFile&, const Frame& frame, double focal_pixels,
+                           Image3* colour) { return ApplyEffects(frame, focal_pixels, colour); };
+  }
   hooks.save_log = [this](std::span<const FrameReport> frames) { return Json(frames); };
   hooks.restore_log = [this](const std::string& text) -> Result<std::vector<FrameReport>> {
     Result<DenoiseLog> log = ParseDenoiseLog(text);
@@ -99,6 +106,23 @@ SequenceHooks DenoiseRun::Hooks() {
     return std::move(log->frames);
   };
   return hooks;
+}
+
+/// --fov counts before the cameras of the files.
+Status DenoiseRun::ApplyEffects(const Frame& frame, double focal_pixels, Image3* colour) const {
+  post::ThinLens lens;
+  if (options_.post.depth_of_field) {
+    const std::optional<double>& fov = options_.text.fov;
+    if (!fov && !(focal_pixels > 0)) {
+      return Status::InvalidArgument(
+          "--post dof needs the angle of view, and the frame has no camera with perspective: "
+          "expected --fov DEGREES, or --cameras");
+    }
+    const double yfov =
+        fov ? *fov * std::numbers::pi / 180 : 2 * std::atan(frame.height / (2 * focal_pixels));
+    lens = ThinLensOf(options_.lens, static_cast<float>(yfov), frame.width, frame.height);
+  }
+  return ApplyPostEffects(options_.post, lens, frame.guides, colour);
 }
 
 /// A resumed run has its findings in its log, and has printed them.

@@ -12,6 +12,7 @@
 #include "common/device_option.h"
 #include "common/interrupt.h"
 #include "core/nearest_names.h"
+#include "render/lens.h"
 #include "render/render_files.h"
 #include "sequence/frame_loop.h"
 
@@ -52,7 +53,24 @@ Status FrameMaker::FindCamera() {
                                       fmt::join(names, ", "), DidYouMeanOneOf(wanted, names)));
 }
 
+Status FrameMaker::PrepareLens() {
+  if (!options_.post.depth_of_field) {
+    return Status::Ok();
+  }
+  const Lens lens = render::LensOf(scene_, options_.lens, camera_);
+  const auto camera = static_cast<size_t>(camera_);
+  const float yfov = camera < scene_.cameras.size() ? scene_.cameras[camera].yfov : Camera().yfov;
+  lens_ = ThinLensOf(lens, yfov, options_.render.width, options_.render.height);
+  if (!(lens_.radius > 0.0f)) {
+    return Status::InvalidArgument(
+        "--post dof needs a lens, expected --aperture RADIUS or f/N: the scene's camera is a "
+        "pinhole");
+  }
+  return Status::Ok();
+}
+
 Status FrameMaker::Prepare(const Device& device) {
+  STILLRAY_RETURN_IF_ERROR(PrepareLens());
   STILLRAY_RETURN_IF_ERROR(MakeRenderer(device));
   Result<Denoiser> denoiser = Denoiser::Create(options_.denoise, device);
   STILLRAY_RETURN_IF_ERROR(denoiser.status());
@@ -173,6 +191,17 @@ Status FrameMaker::BringToHost(RenderPicture* picture) const {
   return Status::Ok();
 }
 
+Status FrameMaker::ApplyPost(Image3* colour, RenderPicture* picture) const {
+  if (!options_.post.any() || colour->empty()) {
+    return Status::Ok();
+  }
+  const Clock::time_point start = Clock::now();
+  STILLRAY_RETURN_IF_ERROR(
+      ApplyPostEffects(options_.post, lens_, picture->in_files->guides, colour));
+  picture->log.stages.push_back({"post", MillisecondsSince(start)});
+  return Status::Ok();
+}
+
 Status FrameMaker::Make(int64_t number, UnwrittenFrame* earlier, Progress* progress,
                         RenderPicture* picture) {
   const RenderMoment moment = MomentOf(number);
@@ -182,6 +211,7 @@ Status FrameMaker::Make(int64_t number, UnwrittenFrame* earlier, Progress* progr
   STILLRAY_RETURN_IF_ERROR(Trace(moment, progress, picture));
   if (earlier != nullptr) {
     STILLRAY_RETURN_IF_ERROR(BringToHost(picture));
+    STILLRAY_RETURN_IF_ERROR(ApplyPost(&picture->reference, picture));
     picture->denoised = DenoisedFrame();
     picture->denoised.colour = std::move(earlier->colour);
     picture->denoised.images = std::move(earlier->images);
@@ -196,6 +226,9 @@ Status FrameMaker::Make(int64_t number, UnwrittenFrame* earlier, Progress* progr
   const std::vector<LoggedStage> filtered = LoggedStages(picture->denoised.timings);
   picture->log.stages.insert(picture->log.stages.end(), filtered.begin(), filtered.end());
   STILLRAY_RETURN_IF_ERROR(BringToHost(picture));
+  STILLRAY_RETURN_IF_ERROR(ApplyPost(&picture->denoised.colour, picture));
+  // It is traced through a pinhole too: with the same effects it stays a reference.
+  STILLRAY_RETURN_IF_ERROR(ApplyPost(&picture->reference, picture));
   history_is_whole_ = true;
   last_filtered_ = number;
   return Status::Ok();

@@ -45,6 +45,7 @@ class FrameMaker {
   /// \return kNotFound naming the existing cameras
   Status FindCamera();
   /// Creates renderer and denoiser.
+  /// \return also kInvalidArgument if there is no lens for depth of field
   Status Prepare(const Device& device);
 
   /// Renders and denoises a frame, and its reference if requested.
@@ -73,11 +74,14 @@ class FrameMaker {
   Status RenderReference(const RenderMoment& moment, Progress* progress, Image3* reference);
   Status Denoise(const RenderMoment& moment, Progress* progress, RenderPicture* picture);
   Status BringToHost(RenderPicture* picture) const;
+  Status PrepareLens();
+  Status ApplyPost(Image3* colour, RenderPicture* picture) const;
   RenderProgress Shown(int64_t number, Progress* progress) const;
 
   const RenderOptions& options_;
   const Scene& scene_;
   int camera_ = 0;
+  post::ThinLens lens_;  ///< of the effect
   std::unique_ptr<DeviceRenderer> renderer_;
   std::optional<Denoiser> denoiser_;
   bool printed_fall_back_ = false;

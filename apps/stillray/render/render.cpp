@@ -102,6 +102,7 @@ Examples:
   stillray render builtin:spheres -o out --frames 1-32 --reference 1024 --reference-frames 31-32
   stillray render builtin:cornell -o out --still --spp 1/16 --guides sparse
   stillray render scene.glb -o out --save-inputs --format exr
+  stillray render builtin:spheres -o out --post dof,motion_blur --aperture 0.05 --shutter 0.5
   stillray render kitchen.glb -o out --still --frames 1-200 --format png --resume
 )";
 
@@ -151,6 +152,7 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
   command->get_option("--settings")->excludes("--preset");
   command->option_defaults()->group("Output");
   AddDisplayOptions(command, &a->display);
+  AddPostOptions(command, &a->post);
   command
       ->add_option("--aov", a->aovs,
                    "More layers and pictures, such as temporal,variance,history,atrous3,normal")

@@ -155,6 +155,9 @@ ExrImage NoisyExr(const RenderOptions& options, const Frame& frame) {
 }
 
 uint32_t PlanesInFiles(const RenderOptions& options) {
+  if (options.post.any()) {
+    return kAllPlanes;
+  }
   if (options.exr && (options.text.save_inputs || !options.guides.empty())) {
     return kAllPlanes;
   }

@@ -33,7 +33,7 @@ ExrImage DenoisedExr(const RenderOptions& options, const Frame& frame, const Den
 /// The frame as rendered: the sum of all light, every signal, every guide.
 ExrImage NoisyExr(const RenderOptions& options, const Frame& frame);
 
-/// Planes of a frame that its files need (kLightPlanes, kGuidePlanes); 0: none.
+/// Planes of a frame that its files and effects need (kLightPlanes, kGuidePlanes); 0: none.
 uint32_t PlanesInFiles(const RenderOptions& options);
 
 /// Writes all files of a finished frame; reads only the planes of PlanesInFiles.

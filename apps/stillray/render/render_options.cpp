@@ -188,6 +188,28 @@ Status ParseSettings(const RenderArguments& arguments, RenderOptions* options) {
   return ParseSize(arguments.size, &options->render);
 }
 
+/// With depth of field as an effect, a pinhole is traced.
+Status ParsePost(const RenderArguments& arguments, RenderOptions* options) {
+  const Result<PostEffects> post = ParsePostArguments(arguments.post);
+  STILLRAY_RETURN_IF_ERROR(post.status());
+  options->post = *post;
+  if (post->any() && options->render.guides == GuideCoverage::kSparse) {
+    return Status::InvalidArgument("--post needs guides in every pixel, expected --guides full");
+  }
+  if (!post->depth_of_field) {
+    return Status::Ok();
+  }
+  if (!arguments.lens_mask.empty() || options->render.blades.value_or(0) != 0) {
+    return Status::InvalidArgument(
+        fmt::format("--post dof has a round aperture, expected no {}",
+                    arguments.lens_mask.empty() ? "--blades" : "--lens-mask"));
+  }
+  options->lens = options->render;
+  options->render.aperture = 0.0f;
+  options->render.f_number.reset();
+  return Status::Ok();
+}
+
 /// "room.glb with content 0123456789abcdef".
 std::string NameAndContent(const std::string& path, const std::string& content) {
   return FileNameOf(path) + (content.empty() ? "" : " with content " + content);
@@ -235,6 +257,7 @@ Result<RenderOptions> ParseRenderArguments(const RenderArguments& arguments) {
   options.text = arguments;
   STILLRAY_RETURN_IF_ERROR(ParseRange("--frames", arguments.frames, &options.frames));
   STILLRAY_RETURN_IF_ERROR(ParseSettings(arguments, &options));
+  STILLRAY_RETURN_IF_ERROR(ParsePost(arguments, &options));
   STILLRAY_RETURN_IF_ERROR(ParseFormats(arguments, &options));
   STILLRAY_RETURN_IF_ERROR(ParseAovs(arguments, &options));
   STILLRAY_RETURN_IF_ERROR(ParseReference(arguments, &options));
@@ -281,6 +304,12 @@ std::string RenderFingerprint(const RenderOptions& options, const Scene& scene) 
   if (!a.lens_mask.empty()) {
     text +=
         fmt::format("lens-mask {}\n", NameAndContent(a.lens_mask, LensMaskContent(options, scene)));
+  }
+  if (options.post.any()) {
+    text += fmt::format("post {}\n", PostText(options.post));
+  }
+  if (options.post.depth_of_field) {
+    text += fmt::format("post aperture {}\n", GetRenderParameter(options.lens, "aperture").value());
   }
   for (const Parameter& p : RenderParameters()) {
     text += fmt::format("{} {}\n", p.name, GetRenderParameter(options.render, p.name).value());

@@ -12,6 +12,7 @@
 
 #include "common/display_options.h"
 #include "common/filter_options.h"
+#include "common/post_options.h"
 #include "common/tracer_options.h"
 #include "render/vulkan/tracing_way.h"
 #include "stillray/denoise.hpp"
@@ -41,6 +42,7 @@ struct RenderArguments {
   bool float_exr = false;
   bool save_inputs = false;
   DisplayArguments display;
+  PostArguments post;
   bool still = false;
   int threads = 0;
   bool resume = false;
@@ -65,6 +67,9 @@ struct RenderOptions {
   FrameRange frames;
   std::vector<FrameRange> reference_frames;
   RenderSettings render;
+  PostEffects post;
+  /// With PostEffects::depth_of_field: `render` with its lens, which then has none itself.
+  RenderSettings lens;
   std::string preset;  ///< from which `denoise` starts
   Settings denoise;
   render::TracingWay tracing_way = render::TracingWay::kAuto;
