@@ -16,12 +16,13 @@
 namespace stillray::post {
 namespace {
 
-/// Pixels that are gathered together, in a loop that compilers vectorise: a part of one row.
+/// Pixels that are gathered together, in a loop that compilers vectorise: a part of one row. The
+/// last run of a row ends in the border.
 constexpr int kRun = 32;
 /// Side of the squares of which the largest radius is known.
 constexpr int kTile = 32;
 
-/// All pixels, with a border as wide as the largest blur.
+/// All pixels, with a border as wide as the largest blur and a run.
 struct Taps {
   Image3 light;
   Image1 order;    ///< signed circle of confusion: grows with depth
@@ -40,7 +41,7 @@ float DensityOf(float radius) {
 }
 
 Taps MakeTaps(const ThinLens& lens, const Image1& depth, const Image3& colour) {
-  const int border = static_cast<int>(std::ceil(lens.max_radius)) + 1;
+  const int border = static_cast<int>(std::ceil(lens.max_radius)) + 1 + kRun;
   Taps taps;
   taps.light = FiniteLight(colour, border);
   for (Image1* plane : {&taps.order, &taps.radius, &taps.density}) {
@@ -99,19 +100,19 @@ struct RunSums {
   Row hidden = {};
 };
 
-/// Adds the taps at (dx, dy) from the pixels x0 .. x0 + count of row y.
-void AddTaps(const Taps& taps, int x0, int y, int count, int dx, int dy, RunSums* __restrict sums) {
+/// Adds the taps at (dx, dy) from the run at (x0, y).
+void AddTaps(const Taps& taps, int x0, int y, int dx, int dy, RunSums* __restrict sums) {
   const float distance = std::sqrt(static_cast<float>(dx * dx + dy * dy));
-  const float* own_order = taps.order.Row(y) + x0;
-  const float* own_radius = taps.radius.Row(y) + x0;
-  const float* own_density = taps.density.Row(y) + x0;
-  const float* order = taps.order.Row(y + dy) + x0 + dx;
-  const float* radius = taps.radius.Row(y + dy) + x0 + dx;
-  const float* density = taps.density.Row(y + dy) + x0 + dx;
-  const float* red = taps.light[0].Row(y + dy) + x0 + dx;
-  const float* green = taps.light[1].Row(y + dy) + x0 + dx;
-  const float* blue = taps.light[2].Row(y + dy) + x0 + dx;
-  for (int i = 0; i < count; ++i) {
+  const float* __restrict own_order = taps.order.Row(y) + x0;
+  const float* __restrict own_radius = taps.radius.Row(y) + x0;
+  const float* __restrict own_density = taps.density.Row(y) + x0;
+  const float* __restrict order = taps.order.Row(y + dy) + x0 + dx;
+  const float* __restrict radius = taps.radius.Row(y + dy) + x0 + dx;
+  const float* __restrict density = taps.density.Row(y + dy) + x0 + dx;
+  const float* __restrict red = taps.light[0].Row(y + dy) + x0 + dx;
+  const float* __restrict green = taps.light[1].Row(y + dy) + x0 + dx;
+  const float* __restrict blue = taps.light[2].Row(y + dy) + x0 + dx;
+  for (int i = 0; i < kRun; ++i) {
     const float behind = order[i] - own_order[i];
     const Sides sides = SidesOf(behind);
     // Nothing from behind reaches further than the pixel's own blur.
@@ -142,14 +143,14 @@ void AddTaps(const Taps& taps, int x0, int y, int count, int dx, int dy, RunSums
   }
 }
 
-void GatherRun(const Taps& taps, int x0, int y, int count, float reach, RunSums* sums) {
+void GatherRun(const Taps& taps, int x0, int y, float reach, RunSums* sums) {
   const float end = reach + 0.5f;
   const int rows = static_cast<int>(end);
   for (int dy = -rows; dy <= rows; ++dy) {
     const int columns =
         static_cast<int>(std::sqrt(std::max(end * end - static_cast<float>(dy * dy), 0.0f)));
     for (int dx = -columns; dx <= columns; ++dx) {
-      AddTaps(taps, x0, y, count, dx, dy, sums);
+      AddTaps(taps, x0, y, dx, dy, sums);
     }
   }
 }
@@ -221,7 +222,7 @@ Status DepthOfField(const ThinLens& lens, const Image1& depth, Image3* colour) {
         }
         const int count = std::min(kRun, colour->width() - x);
         RunSums sums;
-        GatherRun(taps, x, y, count, reach, &sums);
+        GatherRun(taps, x, y, reach, &sums);
         ComposeRun(sums, x, y, count, colour);
       }
     }

@@ -152,6 +152,17 @@ TEST(CliPost, DenoiseBlursTheDenoisedPicture) {
   EXPECT_THAT(no_fov.errors, HasSubstr("expected --fov DEGREES"));
 }
 
+TEST(CliPost, ARunIsResumedWithItsOwnEffectsOnly) {
+  const TemporaryFolder folder;
+  const Words dof = Joined({"--post", "dof"}, kLens);
+  ASSERT_EQ(Render(folder.path(), dof).exit_code, 0);
+  const ProgramRun same = Render(folder.path(), Joined({"--resume"}, dof));
+  EXPECT_EQ(same.exit_code, 0) << same.errors;
+  const ProgramRun without = Render(folder.path(), Joined({"--resume"}, kLens));
+  EXPECT_EQ(without.exit_code, 2);
+  EXPECT_THAT(without.errors, HasSubstr("cannot resume"));
+}
+
 struct Wrong {
   Words words;
   const char* message;
