@@ -4,6 +4,7 @@
 // --post of render and denoise: the pictures are those of the module, made from the same program's
 // sharp pictures and guides.
 #include <cmath>
+#include <fstream>
 #include <string>
 #include <vector>
 
