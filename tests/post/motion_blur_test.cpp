@@ -90,24 +90,27 @@ TEST(MotionBlur, KeepsAStillPicture) {
 }
 
 TEST(MotionBlur, AMovingSquareIsTheBoxBlur) {
-  for (const float open : {1.0f, 0.5f}) {
-    const Shot across(17.0f, 0.0f, 2.0f);
-    const Image3 out = Blurred(open, across.motion, across.depth, across.colour);
-    for (int x = 10; x < 90; ++x) {
-      const double share =
-          BoxShare(x + 0.5, 8.5 * static_cast<double>(open), Shot::kLeft, Shot::kRight);
-      EXPECT_NEAR(out[0](x, 32), share, 1e-5) << x << " " << open;
-      EXPECT_NEAR(out[1](x, 32), 1.0 - share, 1e-5) << x << " " << open;
+  for (const float path : {17.0f, 8.5f, 70.0f}) {  // up to more than two tiles to both sides
+    const double half = static_cast<double>(path) / 2;
+    const Shot across(path, 0.0f, 2.0f);
+    const Image3 out = Blurred(1.0f, across.motion, across.depth, across.colour);
+    const Shot fast(2.0f * path, 0.0f, 2.0f);
+    if (path < 50.0f) {
+      EXPECT_TRUE(SameBits(Blurred(0.5f, fast.motion, fast.depth, fast.colour), out));
+    }
+    for (int x = 2; x < 94; ++x) {
+      const double share = BoxShare(x + 0.5, half, Shot::kLeft, Shot::kRight);
+      EXPECT_NEAR(out[0](x, 32), share, 1e-5) << x << " " << path;
+      EXPECT_NEAR(out[1](x, 32), 1.0 - share, 1e-5) << x << " " << path;
     }
     // Nothing moves sideways.
     EXPECT_EQ(out[0](50, Shot::kTop - 1), 0.0f);
-    EXPECT_EQ(out[0](50, Shot::kTop), 1.0f);
-    const Shot down(0.0f, -17.0f, 2.0f);
-    const Image3 vertical = Blurred(open, down.motion, down.depth, down.colour);
-    for (int y = 2; y < 62; ++y) {
-      const double share =
-          BoxShare(y + 0.5, 8.5 * static_cast<double>(open), Shot::kTop, Shot::kBottom);
-      EXPECT_NEAR(vertical[0](50, y), share, 1e-5) << y << " " << open;
+    EXPECT_GT(out[0](50, Shot::kTop), 0.2f);
+    const Shot down(0.0f, -path, 2.0f);
+    const Image3 vertical = Blurred(1.0f, down.motion, down.depth, down.colour);
+    for (int y = 0; y < 64; ++y) {
+      const double share = BoxShare(y + 0.5, half, Shot::kTop, Shot::kBottom);
+      EXPECT_NEAR(vertical[0](50, y), share, 1e-5) << y << " " << path;
     }
   }
 }
