@@ -173,7 +173,7 @@ TEST(GltfNodes, LensOfACamera) {
   GltfBuilder builder;
   builder.AddTriangle();
   nlohmann::json camera = {{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 1}}}};
-  builder.json["cameras"] = {camera};
+  builder.json["cameras"] = nlohmann::json::array({camera});
   builder.json["nodes"][0]["camera"] = 0;
   EXPECT_EQ(Loaded(builder).cameras[0].lens.radius, 0.0f);
   nlohmann::json& lens = builder.json["cameras"][0]["extras"]["lens"];
@@ -193,9 +193,10 @@ TEST(GltfNodes, LensOfACamera) {
                                     {"focus", -2.0},
                                     {"blades", 2.0},
                                     {"mask", 0.0}}) {
-    lens = {{name, value}};
+    lens = nlohmann::json::object();
+    lens[name] = value;
     if (value == 2.0 || std::string(name) == "mask") {
-      lens = {{name, static_cast<int>(value)}};
+      lens[name] = static_cast<int>(value);
     }
     const std::string text = builder.Text();
     const Result<Scene> scene =
