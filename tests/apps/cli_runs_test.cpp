@@ -397,6 +397,8 @@ TEST(CliRuns, TheLogHasEveryOptionThatChangesThePictures) {
       {"regularise", {"regularise", {"--regularise"}}},
       {"aperture", {"aperture", {"--aperture", "0.1"}}},
       {"focus", {"focus", {"--focus", "2"}}},
+      {"post", {"post", {"--post", "motion_blur"}}},
+      {"shutter", {"post", {"--post", "motion_blur", "--shutter", "0.25"}}},
       {"blades", {"blades", {"--blades", "5"}}},
       {"blade-rotation", {"blade_rotation", {"--blade-rotation", "10"}}}};
 

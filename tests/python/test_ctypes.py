@@ -43,14 +43,15 @@ print({k: v for k, v in denoiser.statistics.items() if k != "filter_ms"})
 
 
 def facts(folder):
+    # Python looks in the working folder first.
     return subprocess.run([sys.executable, "-B", "-c", FACTS], capture_output=True, text=True,
-                          check=True, env={**os.environ, "PYTHONPATH": str(folder)}).stdout
+                          check=True, cwd=str(folder), env={**os.environ, "PYTHONPATH": str(folder)}).stdout
 
 
 def import_error(folder, *path):
     """The last line of what `import stillray` prints."""
     run = subprocess.run([sys.executable, "-B", "-c", "import stillray"], capture_output=True, text=True,
-                         env={**os.environ, "PYTHONPATH": os.pathsep.join([str(folder), *path])})
+                         cwd=str(folder), env={**os.environ, "PYTHONPATH": os.pathsep.join([str(folder), *path])})
     return run.stderr.strip().split("\n")[-1] if run.returncode else ""
 
 

@@ -76,9 +76,7 @@ Json PictureSettings(const RenderOptions& options, const RunLog& log) {
   for (const Parameter& p : RenderParameters()) {
     json[p.name] = SettingJson(options.render, p);
   }
-  if (options.post.any()) {
-    json["post"] = PostText(options.post);
-  }
+  json["post"] = PostText(options.post);
   if (options.post.depth_of_field) {
     json["post_aperture"] = GetRenderParameter(options.lens, "aperture").value();
   }
