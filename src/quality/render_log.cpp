@@ -109,6 +109,8 @@ constexpr ScalarKey kScalarKeys[] = {
     {"fps", Kind::kNumber, kMinFps, kMaxFps},
     {"still", Kind::kFlag},
     {"first_frame", Kind::kInteger, -kAnyCount, kAnyCount},
+    {"post", Kind::kText},
+    {"post_aperture", Kind::kText},
     {"preset", Kind::kText},
     {"device", Kind::kText},
     {"tracer", Kind::kText},
