@@ -5,6 +5,7 @@
 #include <GLFW/glfw3.h>
 #include <imgui.h>
 
+#include "core/clock.h"
 #include "view/window/panels.h"
 
 namespace stillray::view {
@@ -65,7 +66,9 @@ void PlainKey(int key, ViewerState* state) {
       state->changed = true;
       return;
     case GLFW_KEY_P:
-      return NextPreset(state);
+      NextPreset(state);
+      AddToast("preset " + state->preset, SecondsNow(), state);
+      return;
     case GLFW_KEY_TAB:
       return NextPanes(state);
     case GLFW_KEY_HOME:

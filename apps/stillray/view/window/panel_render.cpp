@@ -4,6 +4,7 @@
 // Samples, resolution and light paths.
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <imgui.h>
@@ -86,17 +87,33 @@ void RenderParameterRow(const Parameter& p, ViewerState* state) {
   }
 }
 
+/// Light paths are changed most often; the other groups are collapsed.
+void RenderParameterGroups(ViewerState* state) {
+  std::string_view group;
+  bool open = false;
+  for (const Parameter& p : RenderParameters()) {
+    if (p.type == ParameterType::kRate) {  // RateRow
+      continue;
+    }
+    if (group != p.group) {
+      group = p.group;
+      open =
+          ImGui::TreeNodeEx(p.group, ImGuiTreeNodeFlags_NoTreePushOnOpen |
+                                         (group == "paths" ? ImGuiTreeNodeFlags_DefaultOpen : 0));
+    }
+    if (open) {
+      RenderParameterRow(p, state);
+    }
+  }
+}
+
 }  // namespace
 
 void DrawRenderPanel(ViewerState* state) {
   ViewSettings& s = state->settings;
   RateRow(state);
   ScaleRow(state);
-  for (const Parameter& p : RenderParameters()) {
-    if (p.type != ParameterType::kRate) {  // RateRow
-      RenderParameterRow(p, state);
-    }
-  }
+  RenderParameterGroups(state);
   if (ImGui::Button("Reset accumulation")) {
     ++s.restart;
     state->changed = true;
