@@ -20,6 +20,7 @@ BUILTIN = ["cornell", "spheres", "lights", "mirrors", "thin"]
 # Row, folder, options.
 RUNS = [
     ("`default`", "default", ["--preset", "default", "--aov", "temporal"]),
+    ("`best`", "best", ["--preset", "best"]),
     ("`default`, each frame alone", "alone", ["--preset", "default", "--set", "temporal=off"]),
     ("`svgf`", "svgf", ["--preset", "svgf"]),
     ("`temporal`", "temporal-plain", ["--preset", "temporal"]),

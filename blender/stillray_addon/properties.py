@@ -32,6 +32,8 @@ class StillraySettings(bpy.types.PropertyGroup):
     preset: EnumProperty(
         name="Quality", default="default",
         items=[("default", "High", "Follows light that changes, and keeps fine detail"),
+               ("best", "Best", "As High, with sharper shadows and highlights. Takes longer, and runs "
+                "on the CPU only"),
                ("temporal", "Only Gather", "Adds frames up without a filter: no blur, more noise"),
                ("svgf", "SVGF", "The filter of 2017 as published, for comparison")])
     passes: BoolProperty(

@@ -144,6 +144,7 @@ struct Settings {
   float clip_outliers = 4.0f;
   float virtual_roughness = 0.1f;
   float mirror_roughness = 0.05f;
+  bool restore_detail = false;
 
   Antialias antialias = Antialias::kAuto;
   float taa_alpha = 0.12f;
@@ -158,7 +159,7 @@ struct Settings {
 /// The table, in the order of the documentation.
 std::span<const Parameter> Parameters();
 
-/// Names of the presets: "default", "svgf", "psvgf", "eaw", "temporal".
+/// Names of the presets: "default", "best", "svgf", "psvgf", "eaw", "temporal".
 std::span<const std::string_view> PresetNames();
 
 /// \return kInvalidArgument with the list of names if there is no such preset
@@ -320,7 +321,10 @@ class Denoiser {
   /// \return kInvalidArgument if the settings are not valid
   static Result<Denoiser> Create(const Settings& settings, Backend backend = Backend::kCpu);
   /// The same on another device. Its bits are reproducible only on the same device with the same
-  /// driver, and pictures equal those of the CPU within the bounds stated in docs/gpu.md.
+  /// driver, and pictures equal those of the CPU within the bounds stated in docs/gpu.md. Settings
+  /// with a stage that devices lack (`restore_detail`) run on the CPU, with a remark, if the device
+  /// was chosen by "auto".
+  /// \return kInvalidArgument also for such settings on a device that was chosen by name
   static Result<Denoiser> Create(const Settings& settings, const Device& device,
                                  DevicePrecision precision = DevicePrecision::kHalf);
   Denoiser(Denoiser&&) noexcept;
@@ -349,7 +353,8 @@ class Denoiser {
   Status Accumulate(const Frame& frame, FutureLight* future);
 
   /// New settings from the next frame on. History is kept, unless a parameter changes whose
-  /// Parameter::resets_history says otherwise.
+  /// Parameter::resets_history says otherwise, or the denoiser moves from a device to the CPU (see
+  /// Create).
   Status SetSettings(const Settings& settings);
   const Settings& settings() const;
 

@@ -110,7 +110,8 @@ class VulkanDenoiser {
 
   /// Changes the settings from the next frame on; compiles shaders if needed.
   /// \return kInvalidArgument if they are invalid or need other images: `signals`, `limit_history`,
-  ///     `feedback`, `firefly` and `wavelet` may
+  ///     `feedback`, `firefly` and `wavelet` may; or if they turn on `restore_detail`, which only
+  ///     the CPU has
   Status SetSettings(const Settings& settings);
   const Settings& settings() const;
   /// The next frame is a first frame.

@@ -32,6 +32,7 @@ struct Denoiser::Impl {
   std::unique_ptr<DenoiserBackend> backend;
   bool is_cpu = true;
   bool may_fall_back = false;  ///< to the CPU, until a frame is finished
+  bool is_automatic = false;   ///< the device was chosen by "auto"
   std::string remark;
   Results results;
   std::vector<std::string> outputs;
@@ -113,6 +114,12 @@ Result<Denoiser> Denoiser::Create(const Settings& settings, const Device& device
   if (!made.ok() || device.is_cpu()) {
     return made;
   }
+  const Status has_all_stages = CheckDeviceSettings(settings);
+  if (!has_all_stages.ok() && device.impl_->may_fall_back) {
+    made->impl_->remark = has_all_stages.message();
+    return made;
+  }
+  STILLRAY_RETURN_IF_ERROR(has_all_stages);
   Result<std::unique_ptr<DenoiserBackend>> on_device =
       device.impl_->backend->CreateDenoiser(settings, precision);
   STILLRAY_RETURN_IF_ERROR(on_device.status());
@@ -121,6 +128,7 @@ Result<Denoiser> Denoiser::Create(const Settings& settings, const Device& device
       MakeLayeredDenoiser(settings, precision, device.impl_->backend, std::move(on_device.value()));
   d.is_cpu = false;
   d.may_fall_back = device.impl_->may_fall_back;
+  d.is_automatic = device.impl_->may_fall_back;
   return made;
 }
 
@@ -149,6 +157,12 @@ Status Denoiser::Accumulate(const Frame& given, FutureLight* future) {
 
 Status Denoiser::SetSettings(const Settings& settings) {
   STILLRAY_RETURN_IF_ERROR(ValidateSettings(settings));
+  const Status has_all_stages = impl_->is_cpu ? Status::Ok() : CheckDeviceSettings(settings);
+  if (!has_all_stages.ok() && impl_->is_automatic) {
+    impl_->FallBack(has_all_stages.message());
+  } else {
+    STILLRAY_RETURN_IF_ERROR(has_all_stages);
+  }
   STILLRAY_RETURN_IF_ERROR(impl_->backend->SetSettings(settings));
   impl_->settings = settings;
   return Status::Ok();

@@ -9,6 +9,7 @@
 #include "denoise/row_sums.h"
 #include "denoise/stages/keep_mirrors.h"
 #include "denoise/stages/limit_history.h"
+#include "denoise/stages/restore_detail.h"
 
 namespace stillray {
 namespace {
@@ -113,6 +114,7 @@ StagesRun StagesOf(const Settings& s, const FrameFacts& facts, const SequencePro
           .measure_luminance = s.wavelet == Wavelet::kEaw,
           .clip_outliers = s.clip_outliers > 0 && s.wavelet == Wavelet::kSvgf,
           .keep_mirrors = s.mirror_roughness > 0 && facts.has_roughness,
+          .restore_detail = s.restore_detail && s.temporal && s.wavelet != Wavelet::kOff,
           .fxaa = s.fxaa == Fxaa::kOn || (s.fxaa == Fxaa::kSparse && sparse),
           .antialias = AntialiasesInTime(s, now.jittered),
           .tonemap = facts.is_displayed};
@@ -176,6 +178,7 @@ void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   plan->keep_mirrors = {
       .mirror_roughness = s.mirror_roughness,
       .mirror_signals = plan->runs.keep_mirrors ? MirrorSignals(plan->signals, facts.lights) : 0};
+  plan->restore_detail = {.detail_signals = DetailSignals(plan->signals), .alpha_min = s.alpha_min};
   plan->fxaa = {.fxaa_sparse = Int(s.fxaa == Fxaa::kSparse)};
   plan->antialias = {
       .taa_alpha = s.taa_alpha,
@@ -238,6 +241,8 @@ FramePlan PlanOfLayer(const FramePlan& plan, const PlannedLayer& layer) {
   }
   int& mirrors = of_layer.keep_mirrors.mirror_signals;
   mirrors = mirrors >> layer.first & mask;
+  int& detail = of_layer.restore_detail.detail_signals;
+  detail = detail >> layer.first & mask;
   return of_layer;
 }
 
@@ -261,6 +266,19 @@ std::array<int, kPilotLevels> PilotSignals(const Settings& s,
     return {};
   }
   return {(1 << signals.size()) - 1, SmoothSignals(signals)};
+}
+
+int DetailSignals(std::span<const SignalGroup> signals) {
+  return ~SmoothSignals(signals) & ((1 << signals.size()) - 1);
+}
+
+Status CheckDeviceSettings(const Settings& s) {
+  if (s.restore_detail) {
+    return Status::InvalidArgument(
+        "restore_detail, which preset best turns on, runs on the CPU only: turn it off or choose "
+        "the device cpu");
+  }
+  return Status::Ok();
 }
 
 bool AntialiasesInTime(const Settings& s, bool jittered) {
@@ -288,7 +306,8 @@ int ListLevels(const Settings& s, std::array<AtrousLevel, kMaxLevels>* levels) {
 int BorderOf(const Settings& s) {
   std::array<AtrousLevel, kMaxLevels> levels;
   const int count = ListLevels(s, &levels);
-  int border = ReachOf(GeometryLevel(kKeepMirrorsLevels - 1));
+  const int last = s.restore_detail ? kRestoreDetailLevels - 1 : kKeepMirrorsLevels - 1;
+  int border = ReachOf(GeometryLevel(last));
   for (size_t i = 0; i < static_cast<size_t>(count); ++i) {
     border = std::max(border, ReachOf(levels[i]));
   }

@@ -23,6 +23,7 @@
 #include "denoise/stages/limit_history_shared.h"
 #include "denoise/stages/prefilter_variance_shared.h"
 #include "denoise/stages/reproject_shared.h"
+#include "denoise/stages/restore_detail_shared.h"
 #include "denoise/stages/select_guides_shared.h"
 #include "denoise/stages/tonemap_shared.h"
 #include "stillray/denoise.hpp"
@@ -74,6 +75,7 @@ struct StagesRun {
   bool measure_luminance;  ///< the mean of each signal, which scales eaw_sigma_l
   bool clip_outliers;      ///< after the levels
   bool keep_mirrors;       ///< if the frame shows any
+  bool restore_detail;
   bool fxaa;
   bool antialias;
   bool tonemap;
@@ -153,6 +155,7 @@ struct FramePlan {
   float feedback_phase;
   ClipOutliersParameters clip_outliers;
   KeepMirrorsParameters keep_mirrors;
+  RestoreDetailParameters restore_detail;
   FxaaParameters fxaa;
   AntialiasParameters antialias;
   TonemapParameters tonemap;
@@ -174,6 +177,13 @@ HistoryLayout LayoutOf(const Settings& settings);
 
 /// FramePlan::pilot_signals; zeros if there is no pilot.
 std::array<int, kPilotLevels> PilotSignals(const Settings& s, std::span<const SignalGroup> signals);
+
+/// RestoreDetailParameters::detail_signals: all but those of nothing but indirect diffuse light.
+/// Their samples are rare and bright, and darken what they are compared with.
+int DetailSignals(std::span<const SignalGroup> signals);
+
+/// kInvalidArgument if a stage is on that only the CPU has.
+Status CheckDeviceSettings(const Settings& settings);
 
 /// The levels of the wavelet; none where it is off. \return their number
 int ListLevels(const Settings& settings, std::array<AtrousLevel, kMaxLevels>* levels);

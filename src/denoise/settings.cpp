@@ -424,6 +424,12 @@ std::vector<Row> MakeTable() {
                     "Reflections and refractions of surfaces up to this roughness keep this "
                     "frame's samples if their noise is less than the filter's change; 0: never."},
        .member = &Settings::mirror_roughness},
+      {.info = {.name = "restore_detail",
+                .type = kFlag,
+                .group = "restore_detail",
+                .help = "Add back what the filter has removed from the light of earlier frames "
+                        "too, as far as this frame's samples agree. On the CPU only."},
+       .member = &Settings::restore_detail},
       {.info = {.name = "antialias",
                 .type = kChoice,
                 .group = "antialias",
@@ -523,6 +529,9 @@ using PresetValue = std::pair<const char*, const char*>;
 
 // Presets, where they differ from "default", whose values are the initialisers of Settings.
 
+/// The best quality, where time matters less.
+constexpr PresetValue kBest[] = {{"restore_detail", "on"}};
+
 /// Schied et al. 2017.
 constexpr PresetValue kSvgf[] = {
     {"history_weight", "constant"},
@@ -605,8 +614,8 @@ struct Preset {
   std::span<const PresetValue> values;
 };
 
-constexpr Preset kPresets[] = {
-    {"default", {}}, {"svgf", kSvgf}, {"psvgf", kPsvgf}, {"eaw", kEaw}, {"temporal", kTemporal}};
+constexpr Preset kPresets[] = {{"default", {}},   {"best", kBest}, {"svgf", kSvgf},
+                               {"psvgf", kPsvgf}, {"eaw", kEaw},   {"temporal", kTemporal}};
 
 constexpr auto kPresetNames = [] {
   std::array<std::string_view, std::size(kPresets)> names;

@@ -21,6 +21,7 @@
 #include "denoise/stages/prepare_guides.h"
 #include "denoise/stages/remodulate.h"
 #include "denoise/stages/reproject.h"
+#include "denoise/stages/restore_detail.h"
 #include "denoise/stages/select_guides.h"
 #include "denoise/stages/spline_coefficients.h"
 #include "denoise/stages/suppress_fireflies.h"
@@ -49,6 +50,10 @@ struct StageTable {
   decltype(&reference::ClipOutliers) clip_outliers;
   decltype(&reference::MeasureMirrors) measure_mirrors;
   decltype(&reference::KeepMirrors) keep_mirrors;
+  decltype(&reference::BeginDetail) begin_detail;
+  decltype(&reference::MeasureDetail) measure_detail;
+  decltype(&reference::RestoreDetail) restore_detail;
+  decltype(&reference::AccumulateResidual) accumulate_residual;
   decltype(&reference::Remodulate) remodulate;
   decltype(&reference::Fxaa) fxaa;
   decltype(&reference::FollowLight) follow_light;
@@ -69,9 +74,12 @@ struct StageTable {
     .mix_pilot = &backend::MixPilot, .prefilter_variance = &backend::PrefilterVariance,            \
     .atrous = &backend::Atrous, .clip_outliers = &backend::ClipOutliers,                           \
     .measure_mirrors = &backend::MeasureMirrors, .keep_mirrors = &backend::KeepMirrors,            \
-    .remodulate = &backend::Remodulate, .fxaa = &backend::Fxaa,                                    \
-    .follow_light = &backend::FollowLight, .spline_coefficients = &backend::SplineCoefficients,    \
-    .antialias = &backend::Antialias, .tonemap = &backend::Tonemap,                                \
+    .begin_detail = &backend::BeginDetail, .measure_detail = &backend::MeasureDetail,              \
+    .restore_detail = &backend::RestoreDetail,                                                     \
+    .accumulate_residual = &backend::AccumulateResidual, .remodulate = &backend::Remodulate,       \
+    .fxaa = &backend::Fxaa, .follow_light = &backend::FollowLight,                                 \
+    .spline_coefficients = &backend::SplineCoefficients, .antialias = &backend::Antialias,         \
+    .tonemap = &backend::Tonemap,                                                                  \
   }
 
 inline constexpr StageTable kReferenceStages = STILLRAY_STAGES_OF(reference);

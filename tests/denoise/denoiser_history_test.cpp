@@ -25,7 +25,7 @@ using test::SameBits;
 using ::testing::HasSubstr;
 
 TEST(Denoiser, SavedHistoryContinuesWithTheSameBits) {
-  for (const char* preset : {"default", "svgf"}) {
+  for (const char* preset : {"default", "best", "svgf"}) {
     const Settings s = PresetSettings(preset).value();
     Denoiser whole = MakeDenoiser(s);
     DenoisedFrame expected;
@@ -86,8 +86,8 @@ TEST(Denoiser, HistoryWithNanIsRefused) {
   DenoisedFrame out;
   ASSERT_TRUE(d.Denoise(MakeBusyFrame(16, 16, 0), &out).ok());
   std::vector<uint8_t> saved = d.SaveHistory().value();
-  constexpr size_t kChecksumAt = 40;
-  constexpr size_t kHeaderBytes = 48;
+  constexpr size_t kChecksumAt = 48;
+  constexpr size_t kHeaderBytes = 56;
   const float nan = std::numeric_limits<float>::quiet_NaN();
   std::memcpy(saved.data() + kHeaderBytes + 400, &nan, sizeof(nan));
   std::memset(saved.data() + kChecksumAt, 0, sizeof(uint64_t));

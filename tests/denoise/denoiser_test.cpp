@@ -436,6 +436,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
       {"clip_outliers", "0", {}},
       {"virtual_roughness", "0", {}},
       {"mirror_roughness", "0", {}},
+      {"restore_detail", "on", {}},
       {"antialias", "off", {}},
       {"taa_alpha", "0.5", {}},
       {"taa_filter", "catmull_rom", {}},

@@ -49,6 +49,7 @@ std::vector<std::string> NamesOf(const StagesRun& r) {
   add(r.measure_luminance, "measure_luminance");
   add(r.clip_outliers, "clip_outliers");
   add(r.keep_mirrors, "keep_mirrors");
+  add(r.restore_detail, "restore_detail");
   add(r.fxaa, "fxaa");
   add(r.antialias, "antialias");
   add(r.tonemap, "tonemap");
@@ -63,6 +64,9 @@ TEST(Plan, StagesOfEveryPreset) {
   };
   EXPECT_EQ(stages("default"), (Names{"reproject", "limit_history", "wavelet", "estimate_variance",
                                       "clip_outliers", "keep_mirrors", "antialias"}));
+  EXPECT_EQ(stages("best"),
+            (Names{"reproject", "limit_history", "wavelet", "estimate_variance", "clip_outliers",
+                   "keep_mirrors", "restore_detail", "antialias"}));
   EXPECT_EQ(stages("svgf"), (Names{"reproject", "wavelet", "estimate_variance", "antialias"}));
   EXPECT_EQ(stages("psvgf"), (Names{"reproject", "wavelet", "estimate_variance", "antialias"}));
   EXPECT_EQ(stages("eaw"), (Names{"wavelet", "measure_luminance"}));

@@ -125,8 +125,8 @@ TEST(Settings, ErrorsNameParameterValueAndRange) {
   EXPECT_EQ(message("blue", "3"), "unknown parameter 'blue'; docs/parameters.md lists all of them");
   EXPECT_EQ(message("alpha_min", "1e-50"),
             "parameter 'alpha_min' is '1e-50', which is too near to 0 for a 32-bit float");
-  EXPECT_THAT(PresetSettings("best").status().message(),
-              HasSubstr("presets are: default, svgf, psvgf, eaw, temporal"));
+  EXPECT_THAT(PresetSettings("nicest").status().message(),
+              HasSubstr("presets are: default, best, svgf, psvgf, eaw, temporal"));
 }
 
 TEST(Settings, ContradictionsAndOutOfRangeStructsAreFound) {

@@ -178,6 +178,18 @@ TEST_F(FailingProgram, AutoFallsBackToTheCpu) {
   EXPECT_EQ(CountLines(run.errors, "tracing on the CPU: "), 0) << run.errors;
 }
 
+TEST_F(FailingProgram, AutoRunsOnTheCpuWhatOnlyTheCpuHas) {
+  setenv("FAILING_DEVICE", "gpu", 1);
+  const TemporaryFolder folder;
+  ProgramRun run = Render(folder / "auto", {"--preset", "best"});
+  EXPECT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.errors, HasSubstr("restore_detail"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "auto/denoised.0002.exr"));
+  run = Render(folder / "named", {"--preset", "best", "--device", "vulkan"});
+  EXPECT_EQ(run.exit_code, 2) << run.errors;
+  EXPECT_THAT(run.errors, HasSubstr("restore_detail, which preset best turns on, runs on the CPU"));
+}
+
 // Frames that stay on the device are lost with it.
 TEST_F(FailingProgram, FramesLostWithTheDeviceAreTracedAgain) {
   setenv("FAILING_DEVICE", "gpu", 1);

@@ -190,8 +190,8 @@ class ErrorTest(unittest.TestCase):
     def test_settings(self):
         with self.assertRaisesRegex(ValueError, "unknown parameter 'alpha'"):
             stillray.Denoiser(alpha=0.1)
-        with self.assertRaisesRegex(ValueError, "'best'"):
-            stillray.Denoiser("best")
+        with self.assertRaisesRegex(ValueError, "'nicest'"):
+            stillray.Denoiser("nicest")
         with self.assertRaisesRegex(ValueError, "threads is -1"):
             stillray.Denoiser(threads=-1)
 

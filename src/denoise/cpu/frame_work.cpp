@@ -100,7 +100,8 @@ void MakeLayerRoom(const FramePlan& plan, int width, int height, LayerWork* work
 
 size_t LayerWork::bytes() const {
   size_t sum = SelectedBytes(selected) + taps.bytes() + staged.bytes() + spare.bytes() +
-               scratch.bytes() + firefly.bytes() + mirror.bytes() + coarse.bytes();
+               scratch.bytes() + firefly.bytes() + mirror.bytes() + detail.bytes() +
+               residual.bytes() + coarse.bytes();
   for (const ComparedPlanes& planes : compared) {
     sum += planes.bytes();
   }

@@ -54,8 +54,10 @@ struct LayerWork {
   GuidePlanes coarse;                    ///< of limit_history; empty until it has run, as the next
   std::vector<ComparedPlanes> compared;  ///< of every signal
   Image3 scratch;
-  Image1 firefly;       ///< empty unless fireflies are clamped
-  FilterPlanes mirror;  ///< empty until there is a mirror
+  Image1 firefly;          ///< empty unless fireflies are clamped
+  FilterPlanes mirror;     ///< empty until there is a mirror, or restore_detail has run
+  FilterPlanes detail;     ///< of restore_detail; empty until it has run, as the next
+  SignalHistory residual;  ///< buffer for the next mean residual of a signal
   std::vector<double> row_sums;
   int border = 0;  ///< of the planes that wavelets read; never shrinks, so that none is reallocated
 

@@ -17,6 +17,9 @@ struct LayerHistory {
   std::vector<SignalHistory> signals;
   GuidePlanes guides;           ///< of the last frame; of the one in progress while there is one
   GuidePlanes previous_guides;  ///< of the frame before the one in progress
+  /// Of every signal, see restore_detail: mean residual (colour) and its length; the planes are
+  /// empty where it has not run.
+  std::vector<SignalHistory> residuals;
 
   int width() const { return signals.front().length.width(); }
   int height() const { return signals.front().length.height(); }
@@ -25,9 +28,20 @@ struct LayerHistory {
     for (const SignalHistory& signal : signals) {
       sum += signal.bytes();
     }
+    for (const SignalHistory& residual : residuals) {
+      sum += residual.bytes();
+    }
     return sum;
   }
 };
+
+/// The state of a mean residual without any samples.
+inline SignalHistory EmptyResidual(int width, int height) {
+  SignalHistory empty;
+  empty.colour = LumaImage3(width, height);
+  empty.length = Image1(width, height);
+  return empty;
+}
 
 /// The state of the denoiser on the CPU between frames: a sequence continues from it with the same
 /// bits.

@@ -17,7 +17,7 @@ namespace {
 
 struct Header {
   char magic[8] = {};
-  uint32_t version = 7;
+  uint32_t version = 8;
   uint32_t byte_order = kHistoryByteOrder;
   int32_t width = 0;
   int32_t height = 0;
@@ -28,9 +28,11 @@ struct Header {
   uint32_t flags = 0;
   uint32_t held_planes = 0;  ///< bit n: the n-th plane of VisitHeldPlanes is present
   float feedback_progress = 0;
+  uint32_t residual_signals = 0;  ///< bit n: the n-th signal of all layers has a mean residual
+  uint32_t reserved = 0;
   uint64_t checksum = 0;  ///< of all bytes, with this as 0
 };
-static_assert(sizeof(Header) == 48, "no bytes between members");
+static_assert(sizeof(Header) == 56, "no bytes between members");
 
 uint64_t ChecksumOf(Header header, std::span<const uint8_t> payload) {
   header.checksum = 0;
@@ -59,6 +61,12 @@ void VisitPlanes(State& state, const Visit& visit) {
     visit(layer.guides.inverse_depth);
     visit_all(layer.guides.normal);
     visit(layer.guides.id);
+    for (auto& residual : layer.residuals) {
+      if (!residual.length.empty()) {
+        visit_all(residual.colour);
+        visit(residual.length);
+      }
+    }
   }
   visit_all(state.picture);
   if (state.progress.has_followed) {
@@ -75,6 +83,7 @@ size_t PayloadBytes(const Header& header) {
       1u + ((header.flags & 128u) != 0 ? 1u : 0u) + ((header.flags & 256u) != 0 ? 1u : 0u);
   const size_t planes = header.signal_count * signal_planes + layers * 5 + 3 +
                         static_cast<size_t>(std::popcount(header.held_planes)) +
+                        4 * static_cast<size_t>(std::popcount(header.residual_signals)) +
                         ((header.flags & 32u) != 0 ? 1u : 0u);
   const size_t blocks = (header.flags & 512u) == 0
                             ? 0u
@@ -107,6 +116,32 @@ bool MakePlanes(const Header& header, HeldGuides* held) {
     held->guides.id = Plane<uint32_t>(header.width, header.height);
   }
   return mask == 0;
+}
+
+uint32_t ResidualsOf(const History& state) {
+  uint32_t mask = 0;
+  uint32_t first = 0;
+  for (const LayerHistory& layer : state.layers) {
+    for (size_t i = 0; i < layer.residuals.size(); ++i) {
+      mask |= layer.residuals[i].length.empty() ? 0u : 1u << (first + i);
+    }
+    first += static_cast<uint32_t>(layer.signals.size());
+  }
+  return mask;
+}
+
+/// Allocates the mean residuals of the mask, which has no bits of signals that do not exist.
+void MakeResiduals(const Header& header, std::vector<LayerHistory>* layers) {
+  uint32_t mask = header.residual_signals;
+  for (LayerHistory& layer : *layers) {
+    layer.residuals.resize(layer.signals.size());
+    for (SignalHistory& residual : layer.residuals) {
+      if ((mask & 1u) != 0) {
+        residual = EmptyResidual(header.width, header.height);
+      }
+      mask >>= 1;
+    }
+  }
 }
 
 bool HasLayer(const LayerList& list, GuideSource source) {
@@ -195,6 +230,7 @@ std::vector<uint8_t> HistoryToBytes(const History& state) {
                  (state.progress.has_followed ? 512u : 0u);
   header.held_planes = PlanesOf(state.held);
   header.feedback_progress = state.progress.feedback_progress;
+  header.residual_signals = ResidualsOf(state);
   std::vector<uint8_t> bytes(sizeof(Header));
   std::memcpy(bytes.data(), &header, sizeof(Header));
   bytes.reserve(sizeof(Header) + PayloadBytes(header));
@@ -238,6 +274,11 @@ Result<History> HistoryFromBytes(std::span<const uint8_t> bytes, const Settings&
       KeptBy(settings)));
   const Result<LayerList> layers = LayersOf(header, settings);
   STILLRAY_RETURN_IF_ERROR(layers.status());
+  if (header.residual_signals >> header.signal_count != 0) {
+    return Status::BadData(
+        fmt::format("saved history names residuals of signals that do not exist: {:#x}",
+                    header.residual_signals));
+  }
   if (bytes.size() != sizeof(Header) + PayloadBytes(header)) {
     return Status::BadData(fmt::format("saved history has {} bytes, expected {}", bytes.size(),
                                        sizeof(Header) + PayloadBytes(header)));
@@ -254,6 +295,7 @@ Result<History> HistoryFromBytes(std::span<const uint8_t> bytes, const Settings&
     layer.guides = GuidePlanes(header.width, header.height, border);
   }
   state.progress.feedback_progress = header.feedback_progress;
+  MakeResiduals(header, &state.layers);
   state.progress.has_followed = (header.flags & 512u) != 0;
   if (state.progress.has_followed) {
     state.followed = Image1(FollowSize(header.width), FollowSize(header.height));

@@ -23,6 +23,7 @@
 //     atrous             wavelet  colour, variance, guides       colour, variance     colour of the feedback level
 //   clip_outliers        1        colour, variance               colour
 //   keep_mirrors         wavelet  new light, colour, roughness   colour               (only where a surface is smooth)
+//   restore_detail       3x3 + 7  new light, colour, residual    colour               mean residual, length  (only if on)
 //   remodulate           -        colours, albedo, unfiltered    picture
 //   fxaa                 9        picture, length                picture
 //   spline_coefficients  4        last picture                   coefficients         (only where something moves)
@@ -40,6 +41,7 @@
 
 #include "core/negative_limit.h"
 #include "denoise/copy_image.h"
+#include "denoise/cpu/detail.h"
 #include "denoise/cpu/mirrors.h"
 #include "denoise/cpu/outputs.h"
 #include "denoise/cpu/signals.h"
@@ -161,6 +163,11 @@ void FilterLayer(const CpuPipeline& p, const FrameInput& in, std::span<const Sig
   }
   if (p.plan.runs.keep_mirrors) {
     RunKeepMirrors(p, in, history->guides, work, out);
+  }
+  if (p.plan.runs.restore_detail) {
+    RunRestoreDetail(p, history, work, out);
+  } else {
+    history->residuals.clear();
   }
 }
 

@@ -184,6 +184,7 @@ Result<DeviceMemory> VulkanDenoiser::MemoryNeed(const VulkanContext& context,
 Result<VulkanDenoiser> VulkanDenoiser::Create(const VulkanContext& context,
                                               const VulkanOptions& options) {
   STILLRAY_RETURN_IF_ERROR(ValidateSettings(options.settings));
+  STILLRAY_RETURN_IF_ERROR(CheckDeviceSettings(options.settings));
   const Result<gpu::DeviceContext> made = ContextOf(context);
   STILLRAY_RETURN_IF_ERROR(made.status());
   auto impl = std::make_unique<Impl>();
@@ -212,6 +213,7 @@ Status VulkanDenoiser::Record(VkCommandBuffer commands, const VulkanFrame& frame
 
 Status VulkanDenoiser::SetSettings(const Settings& settings) {
   STILLRAY_RETURN_IF_ERROR(ValidateSettings(settings));
+  STILLRAY_RETURN_IF_ERROR(CheckDeviceSettings(settings));
   vulkan::FramePipeline& pipeline = *impl_->pipeline;
   if (!pipeline.Fits(settings, pipeline.shape().width, pipeline.shape().height,
                      pipeline.has_transmission())) {
