@@ -34,8 +34,11 @@ constexpr double kRounding = 1e-6;
 /// The value as text, shortened.
 std::string Shown(const Json& value) {
   constexpr size_t kMost = 40;
-  const std::string text = value.dump(-1, ' ', true, Json::error_handler_t::replace);
-  return text.size() <= kMost ? text : text.substr(0, kMost - 3) + "...";
+  std::string text = value.dump(-1, ' ', true, Json::error_handler_t::replace);
+  if (text.size() > kMost) {
+    text.replace(kMost - 3, std::string::npos, "...");
+  }
+  return text;
 }
 
 /// Reads the members of one object; `where` is its place in the file.
