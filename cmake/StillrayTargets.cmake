@@ -114,9 +114,14 @@ function(stillray_add_test name)
     set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL TRUE)  # too slow to be run there
     return()
   endif()
+  # Long tests start first, so that no processor waits for the last one.
+  set(cost 1)
+  if("slow" IN_LIST ARG_LABELS)
+    set(cost 10)
+  endif()
   include(GoogleTest)
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST NO_PRETTY_VALUES
-    PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT}
+    PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT} COST ${cost}
                ENVIRONMENT "${STILLRAY_TEST_ENVIRONMENT}"
     WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
 endfunction()

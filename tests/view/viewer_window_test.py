@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Drives `stillray view` with mouse and keys and looks at the screen.
 
-    viewer_window_test.py PROGRAM
+    viewer_window_test.py PROGRAM           mouse and keys, on the CPU
+    viewer_window_test.py PROGRAM devices   pictures of Vulkan devices
 """
 import json
 import os
@@ -258,30 +259,35 @@ def test_runs_on_vulkan(display, program, folder):
             assert report["shared_pictures"] > 0, "OpenGL, in software here, is the same device"
 
 
+def drive(display, program, folder):
+    viewer = Viewer(display, program, folder)
+    try:
+        for test in (test_shows_a_picture, test_orbits, test_flies,
+                     test_orbits_around_what_is_clicked, test_divides,
+                     test_changes_the_preset):
+            print(test.__name__, flush=True)
+            test(display, viewer)
+        for test in (test_saves_a_picture, test_asks_before_it_overwrites):
+            print(test.__name__, flush=True)
+            test(display, viewer, folder)
+        for test in (test_tab_only_switches_panes, test_tells_what_is_wrong, test_resizes,
+                     test_quits):
+            print(test.__name__, flush=True)
+            test(display, viewer)
+    finally:
+        if viewer.process.poll() is None:
+            viewer.process.kill()
+        viewer.process.wait()
+
+
 def main():
     require("Xvfb", "xdotool")
     program = os.path.abspath(sys.argv[1])
     with tempfile.TemporaryDirectory() as folder, Display() as display:
-        viewer = Viewer(display, program, folder)
-        try:
-            for test in (test_shows_a_picture, test_orbits, test_flies,
-                         test_orbits_around_what_is_clicked, test_divides,
-                         test_changes_the_preset):
-                print(test.__name__, flush=True)
-                test(display, viewer)
-            for test in (test_saves_a_picture, test_asks_before_it_overwrites):
-                print(test.__name__, flush=True)
-                test(display, viewer, folder)
-            for test in (test_tab_only_switches_panes, test_tells_what_is_wrong, test_resizes,
-                         test_quits):
-                print(test.__name__, flush=True)
-                test(display, viewer)
-        finally:
-            if viewer.process.poll() is None:
-                viewer.process.kill()
-            viewer.process.wait()
-        print("test_runs_on_vulkan", flush=True)
-        test_runs_on_vulkan(display, program, folder)
+        if sys.argv[2:] == ["devices"]:
+            test_runs_on_vulkan(display, program, folder)
+        else:
+            drive(display, program, folder)
 
 
 if __name__ == "__main__":
