@@ -9,7 +9,6 @@ Raw next to filtered at some frames, against a converged reference, which takes 
 at the full size. What is finished is kept in the work folder: remove it to render again. Needs NumPy.
 """
 import argparse
-import json
 import pathlib
 import shlex
 import subprocess
@@ -18,19 +17,14 @@ import sys
 import numpy as np
 
 import picture_files  # beside this file
+from measured import ROOT, compare, named, run
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
 BUILTIN = ["cornell"]
 FRAMES = [5, 20, 88, 190]
 CROP = (288, 192)  # of the pictures in the documentation, pixels
 MARGIN = 4
 # Pictures of noise hardly shrink: the lowest bits of their values are left out.
 KEPT_BITS = 0xf8
-
-
-def run(*command):
-    print("+", *command, flush=True)
-    subprocess.run([str(part) for part in command], check=True, stdout=subprocess.DEVNULL)
 
 
 def still(arguments, scene, folder, *options):
@@ -52,9 +46,7 @@ def sparse(arguments, scene, folder, preset, guides):
 
 
 def measure(arguments, test, reference):
-    log = test.with_suffix(".json")
-    run(arguments.stillray, "compare", test, reference, "--json", log)
-    return json.loads(log.read_text())["mean"]
+    return compare(arguments.stillray, test, reference, test.with_suffix(".json"))
 
 
 def picture(folder, frame):
@@ -158,7 +150,7 @@ def main():
     arguments = parser.parse_args()
 
     scenes = [(name, f"builtin:{name}") for name in BUILTIN]
-    scenes += [tuple(text.split("=", 1)) for text in arguments.scene]
+    scenes += named(arguments.scene)
     arguments.work.mkdir(parents=True, exist_ok=True)
     arguments.images.mkdir(parents=True, exist_ok=True)
     sections = [measure_scene(arguments, name, scene) for name, scene in scenes]
@@ -174,5 +166,5 @@ def main():
 if __name__ == "__main__":
     try:
         main()
-    except subprocess.CalledProcessError as error:
+    except (subprocess.CalledProcessError, ValueError) as error:
         sys.exit(f"error: {error}")

@@ -10,12 +10,12 @@ the work folder: remove it to render again. Then every preset renders the frames
 and stillray compare sets the last ones against them.
 """
 import argparse
-import json
 import pathlib
 import subprocess
 import sys
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+from measured import ROOT, compare, named, run, specks, table, value  # beside this file
+
 BUILTIN = ["cornell", "spheres", "lights", "mirrors", "thin"]
 # Row, folder, options.
 RUNS = [
@@ -35,14 +35,6 @@ REFERENCE_SPP = 512
 MOVING_LIGHT = ["cornell", "lights"]
 
 
-def value(key, form):
-    return lambda values: form.format(values[key]) if values.get(key) is not None else "-"
-
-
-def specks(values):
-    return "{bright_specks:.1f} / {dark_specks:.1f}".format(**values)
-
-
 def regions(values):
     return "{brightness_lowest:.2f} to {brightness_highest:.2f}".format(**values)
 
@@ -58,11 +50,6 @@ MEASURES = [("FLIP", value("flip", "{:.4f}")), ("SSIM", value("ssim", "{:.4f}"))
 FRAME_MEASURES = [m for m in MEASURES if m[0] not in ("temporal error", "light change")]
 
 
-def run(*command):
-    print("+", *command, flush=True)
-    subprocess.run([str(part) for part in command], check=True, stdout=subprocess.DEVNULL)
-
-
 def render_reference(stillray, name, scene, work, first, last):
     folder = work / f"{name}-reference-{first}"
     if not (folder / "render.json").exists():
@@ -72,10 +59,8 @@ def render_reference(stillray, name, scene, work, first, last):
 
 
 def measure(stillray, test, reference, picture, first, last):
-    report = test / f"{picture}-{first}.json"
-    run(stillray, "compare", test / f"{picture}.####.exr", reference / "reference.####.exr",
-        "--frames", f"{first}-{last}", "--json", report)
-    return json.loads(report.read_text())["mean"]
+    return compare(stillray, test / f"{picture}.####.exr", reference / "reference.####.exr",
+                   test / f"{picture}-{first}.json", "--frames", f"{first}-{last}")
 
 
 def measure_scene(stillray, name, scene, work):
@@ -101,14 +86,6 @@ def measure_scene(stillray, name, scene, work):
     return rows, first_rows
 
 
-def table(rows, measures):
-    lines = ["| | " + " | ".join(title for title, _ in measures) + " |",
-             "|---|" + "---|" * len(measures)]
-    for name, values in rows:
-        lines.append(f"| {name} | " + " | ".join(cell(values) for _, cell in measures) + " |")
-    return "\n".join(lines)
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -121,7 +98,7 @@ def main():
     arguments = parser.parse_args()
 
     scenes = [(name, f"builtin:{name}") for name in BUILTIN]
-    scenes += [tuple(text.split("=", 1)) for text in arguments.scene]
+    scenes += named(arguments.scene)
     if arguments.only:
         by_name = dict(scenes)
         scenes = [(name, by_name[name]) for name in arguments.only.split(",")]
@@ -145,5 +122,5 @@ def main():
 if __name__ == "__main__":
     try:
         main()
-    except subprocess.CalledProcessError as error:
+    except (subprocess.CalledProcessError, ValueError) as error:
         sys.exit(f"error: {error}")
