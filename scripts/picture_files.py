@@ -1,13 +1,18 @@
 # SPDX-FileCopyrightText: the stillray developers
 # SPDX-License-Identifier: Apache-2.0
-"""Reads the EXR files and PNG files that stillray writes into NumPy arrays, and writes small PNGs."""
+"""Reads and writes EXR files as stillray does, as NumPy arrays; reads its PNG files, and writes small
+ones.
+"""
 import struct
 import zlib
 
 import numpy as np
 
+EXR_MAGIC = b"\x76\x2f\x31\x01"
+NOT_FLAT, LONG_NAMES = 0x1a, 0x04  # of the second byte of the version: tiles, deep, parts; names > 31
 EXR_TYPES = [np.dtype("<u4"), np.dtype("<f2"), np.dtype("<f4")]
-ZIP_LINES = 16  # lines per block of EXR's compression 3, the one that stillray writes
+NONE, ZIPS, ZIP = 0, 2, 3  # compressions of EXR; stillray writes ZIP
+LINES = {NONE: 1, ZIPS: 1, ZIP: 16}  # per block
 
 
 def _attributes(data):
@@ -45,20 +50,26 @@ def _undo_zip(block, size):
 
 
 def read_exr(path):
-    """Channel name to an array (height, width), of a file of stillray: one part, scanlines, ZIP."""
+    """Channel name to an array (height, width), of a file with one part, scanlines, and ZIP, ZIPS or no
+    compression.
+    """
     data = path.read_bytes()
+    if data[:5] != EXR_MAGIC + b"\2" or data[5] & NOT_FLAT:
+        raise ValueError(f"{path}: expected an EXR file with one part and scanlines")
     attributes, at = _attributes(data)
-    if attributes["compression"] != b"\3":
-        raise ValueError(f"{path}: compression {attributes['compression'][0]}, expected 3 (ZIP)")
+    compression = attributes["compression"][0]
+    if compression not in LINES:
+        raise ValueError(f"{path}: compression {compression}, expected none (0), ZIPS (2) or ZIP (3)")
+    block_lines = LINES[compression]
     x0, y0, x1, y1 = struct.unpack("<4i", attributes["dataWindow"])
     width, height = x1 - x0 + 1, y1 - y0 + 1
     channels = _channels(attributes["channels"])
     line_bytes = sum(dtype.itemsize for _, dtype in channels) * width
     planes = {name: np.empty((height, width), dtype) for name, dtype in channels}
-    blocks = (height + ZIP_LINES - 1) // ZIP_LINES
+    blocks = (height + block_lines - 1) // block_lines
     for offset in struct.unpack_from(f"<{blocks}Q", data, at):
         y, size = struct.unpack_from("<ii", data, offset)
-        lines = min(ZIP_LINES, y1 + 1 - y)
+        lines = min(block_lines, y1 + 1 - y)
         block = _undo_zip(data[offset + 8:offset + 8 + size], lines * line_bytes)
         where = 0
         for line in range(y - y0, y - y0 + lines):
@@ -66,6 +77,52 @@ def read_exr(path):
                 planes[name][line] = np.frombuffer(block, dtype, width, where)
                 where += dtype.itemsize * width
     return planes
+
+
+def _do_zip(raw):
+    plain = np.frombuffer(raw, np.uint8)
+    coded = np.concatenate([plain[0::2], plain[1::2]]).astype(np.int16)
+    coded[1:] = coded[1:] - coded[:-1] + 128
+    packed = zlib.compress((coded & 255).astype(np.uint8).tobytes(), 4)
+    return packed if len(packed) < len(raw) else raw
+
+
+def write_exr(path, planes):
+    """\param planes  channel name to an array (height, width): uint32, float16 or float32"""
+    names = sorted(planes)
+    height, width = planes[names[0]].shape
+    box = struct.pack("<4i", 0, 0, width - 1, height - 1)
+    channels = b"".join(
+        name.encode() + b"\0" + struct.pack("<iB3xii", EXR_TYPES.index(planes[name].dtype), 0, 1, 1)
+        for name in names) + b"\0"
+    flags = LONG_NAMES if max(map(len, names)) > 31 else 0
+    header = EXR_MAGIC + bytes([2, flags, 0, 0]) + b"".join(
+        f"{name}\0{kind}\0".encode() + struct.pack("<i", len(content)) + content
+        for name, kind, content in [
+            ("channels", "chlist", channels), ("compression", "compression", bytes([ZIP])),
+            ("dataWindow", "box2i", box), ("displayWindow", "box2i", box),
+            ("lineOrder", "lineOrder", b"\0"), ("pixelAspectRatio", "float", struct.pack("<f", 1)),
+            ("screenWindowCenter", "v2f", struct.pack("<2f", 0, 0)),
+            ("screenWindowWidth", "float", struct.pack("<f", 1))]) + b"\0"
+    blocks = []
+    for top in range(0, height, LINES[ZIP]):
+        lines = range(top, min(top + LINES[ZIP], height))
+        raw = b"".join(planes[name][line].tobytes() for line in lines for name in names)
+        packed = _do_zip(raw)
+        blocks.append(struct.pack("<ii", top, len(packed)) + packed)
+    offsets, at = [], len(header) + 8 * len(blocks)
+    for block in blocks:
+        offsets.append(at)
+        at += len(block)
+    path.write_bytes(header + struct.pack(f"<{len(offsets)}Q", *offsets) + b"".join(blocks))
+
+
+def layer(planes, name, letters="RGB"):
+    """(height, width, letters) as float32 of the channels NAME.LETTER, or None without them."""
+    names = [f"{name}.{letter}" if name else letter for letter in letters]
+    if any(n not in planes for n in names):
+        return None
+    return np.stack([planes[n].astype(np.float32) for n in names], axis=2)
 
 
 def _filtered_rows(rows, step):
