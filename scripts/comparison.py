@@ -23,19 +23,19 @@ import sys
 
 import numpy as np
 
-import frame_filters
+import frame_filters  # this and the next two are beside this file
 import picture_files
-from measured import ROOT, compare, named, run, specks, table, value  # all beside this file
+from measured import ROOT, compare, named, run, specks, table, value
 
 NOISY = "noisy"
 # Row, folder, options of stillray denoise.
 PRESETS = [
     ("plain accumulation", "temporal", ["--preset", "temporal", "--window", "past"]),
     ("`svgf`", "svgf", ["--preset", "svgf", "--window", "past"]),
-    ("`default`, past", "default-past", ["--preset", "default", "--window", "past"]),
-    ("`default`, both", "default-both", ["--preset", "default", "--window", "both"]),
-    ("`best`, past", "best-past", ["--preset", "best", "--window", "past"]),
-    ("`best`, both", "best-both", ["--preset", "best", "--window", "both"]),
+    ("`default` (past)", "default-past", ["--preset", "default", "--window", "past"]),
+    ("`default` (both)", "default-both", ["--preset", "default", "--window", "both"]),
+    ("`best` (past)", "best-past", ["--preset", "best", "--window", "past"]),
+    ("`best` (both)", "best-both", ["--preset", "best", "--window", "both"]),
 ]
 # Those that stillray recommends, against which all others are set.
 OWN = [row for row, _, _ in PRESETS if row.startswith(("`default`", "`best`"))]
@@ -55,10 +55,10 @@ COSTS = [
     ("MB", value("mb", "{:.0f}"), lambda v: v["mb"]),
 ]
 CROP = (120, 80)  # of the pictures in the documentation, pixels
-CROPS_PER_LINE = 5
+CROPS_PER_LINE = 4
 MARGIN = 4
 KEPT_BITS = 0xf8  # pictures of noise hardly shrink with all eight
-VIDEO_ROWS = [NOISY, "`svgf`", "`default`, past", "`best`, both"]
+VIDEO_ROWS = [NOISY, "`svgf`", "`default` (past)", "`best` (both)"]
 
 
 # ---- words made from the numbers
@@ -87,15 +87,15 @@ def title_of(measure):
 
 
 def best_of_each(rows):
-    """A sentence: which row is the best in each measure."""
+    """A sentence: which row is the best in each measure, as far as the table's digits show it."""
     found = {}
     for measure in MEASURES + COSTS:
         order = ranked(rows, measure)
         if order:
-            names = tuple(name for _, name, text in order if text == order[0][2])
-            found.setdefault(names, []).append(f"{title_of(measure)} ({order[0][2]})")
-    return "Best: " + "; ".join(f"{listed(list(names))} in {listed(titles)}"
-                                for names, titles in found.items()) + "."
+            names = [name for _, name, text in order if text == order[0][2]]
+            words = listed(names) if len(names) <= 2 else f"{names[0]} and {len(names) - 1} others"
+            found.setdefault(words, []).append(f"{title_of(measure)} ({order[0][2]})")
+    return "Best: " + "; ".join(f"{words} in {listed(titles)}" for words, titles in found.items()) + "."
 
 
 def where_others_lead(rows):
@@ -199,6 +199,8 @@ def parse_frames(text):
     frames = []
     for part in text.split(","):
         first, _, last = part.partition("-")
+        if not first.isdigit() or not (last or first).isdigit():
+            raise ValueError(f"frames '{text}': expected a list such as 8,15-16")
         frames += range(int(first), int(last or first) + 1)
     return frames
 
@@ -206,8 +208,8 @@ def parse_frames(text):
 def render(arguments, scene, folder, frames, spp, *options):
     """Frames of a built-in scene; those that are finished stay."""
     run(arguments.stillray, "render", f"builtin:{scene}", "-o", folder, "--size", arguments.size,
-        "--frames", frames, "--spp", spp, "--preset", "temporal", "--format", "exr", "--threads",
-        arguments.threads, "--resume", *options)
+        "--frames", frames, "--spp", spp, "--preset", "temporal", "--no-jitter", "--format", "exr",
+        "--threads", arguments.threads, "--resume", *options)
 
 
 def render_sequence(arguments, scene, spp):
@@ -357,8 +359,9 @@ def run_command(arguments, sequence, suffix, command):
     """A filter outside of stillray: COMMAND INPUT OUTPUT FRAMES."""
     folder = sequence.folder / "rows" / suffix
     raw, pattern = folder / "raw", folder / "denoised.####.exr"
-    kept = folder / "values.json"
-    if not kept.exists():
+    kept, used = folder / "values.json", folder / "command.json"
+    text = json.dumps([str(part) for part in command])
+    if not kept.exists() or not used.exists() or used.read_text() != text:
         raw.mkdir(parents=True, exist_ok=True)
         frames = ",".join(map(str, sequence.judged))
         output = run_measured(folder / "usage.json", *command, sequence.inputs, raw, frames)
@@ -372,6 +375,7 @@ def run_command(arguments, sequence, suffix, command):
             picture_files.write_exr(folder / f"denoised.{frame:04d}.exr", planes)
         with_costs(sequence, folder, pattern,
                    lambda cpu_s: command_ms(output, cpu_s, len(sequence.judged)), arguments.stillray)
+        used.write_text(text)
     return json.loads(kept.read_text()), pattern
 
 
@@ -428,7 +432,8 @@ def contact_sheet(sequence, path):
     pictures = {row: display(sequence.exr(row, frame)) for row in sequence.pictures}
     full = next(iter(pictures.values()))
     width, height = min(CROP[0], full.shape[1]), min(CROP[1], full.shape[0])
-    left, top = place_of_crop([p for row, p in pictures.items() if row != NOISY], width, height)
+    shown = {row for row, _, _ in PRESETS[1:]} | {"reference"}  # noise would outweigh all else
+    left, top = place_of_crop([p for row, p in pictures.items() if row in shown], width, height)
     lines = (len(pictures) + CROPS_PER_LINE - 1) // CROPS_PER_LINE
     sheet = np.full((lines * (height + MARGIN) - MARGIN,
                      CROPS_PER_LINE * (width + MARGIN) - MARGIN, 3), 255, np.uint8)
@@ -438,7 +443,7 @@ def contact_sheet(sequence, path):
     picture_files.write_png(path, sheet)
     names = list(pictures)
     parts = ["; ".join(names[i:i + CROPS_PER_LINE]) for i in range(0, len(names), CROPS_PER_LINE)]
-    return (f"*Frame {frame}, {sequence.title}, where the filters differ most. "
+    return (f"*Frame {frame}, {sequence.title}, where presets and reference differ most. "
             + ". ".join(f"Line {i}: {part}" for i, part in enumerate(parts, 1)) + ".*")
 
 
@@ -559,6 +564,13 @@ def parse():
     arguments = parser.parse_args()
     if arguments.tune_scene in arguments.scenes.split(","):
         parser.error(f"--tune-scene {arguments.tune_scene}: expected a scene that is not in --scenes")
+    if shutil.which(arguments.stillray) is None:
+        parser.error(f"--stillray {arguments.stillray}: expected the program stillray")
+    try:
+        named(arguments.sequence + arguments.learned)
+        parse_frames(arguments.judged)
+    except ValueError as error:
+        parser.error(str(error))
     return arguments
 
 
@@ -594,5 +606,5 @@ def main():
 if __name__ == "__main__":
     try:
         main()
-    except (subprocess.CalledProcessError, ValueError) as error:
+    except (subprocess.CalledProcessError, ValueError, OSError) as error:
         sys.exit(f"error: {error}")

@@ -28,11 +28,11 @@ LIGHT = [(("direct_diffuse", "indirect_diffuse"), "albedo"),
          (("direct_transmission", "indirect_transmission"), "transmission_albedo")]
 # The values that are tried, and the first ones.
 GRIDS = {
-    "bilateral": {"sigma_space": [1, 2, 4, 8], "sigma_guide": [0.05, 0.1, 0.2, 0.4],
-                  "albedo_weight": [0, 0.5, 1], "depth_weight": [0, 0.5, 2, 8],
-                  "curve": ["linear", "log"]},
-    "nlm": {"strength": [0.01, 0.02, 0.04, 0.08, 0.16, 0.32], "template": [3, 5, 7],
-            "search": [11, 21]},
+    "bilateral": {"sigma_space": [0.7, 1, 1.5, 2, 3, 4, 6, 8],
+                  "sigma_guide": [0.05, 0.1, 0.2, 0.4, 0.8, 1.6], "albedo_weight": [0, 0.5, 1],
+                  "depth_weight": [0, 0.5, 1, 2, 4, 8], "curve": ["linear", "log"]},
+    "nlm": {"strength": [0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64], "template": [1, 3, 5, 7],
+            "search": [5, 7, 11, 21]},
 }
 FIRST = {
     "bilateral": {"sigma_space": 4, "sigma_guide": 0.2, "albedo_weight": 0.5, "depth_weight": 2,

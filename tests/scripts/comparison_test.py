@@ -47,21 +47,27 @@ class Words(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, f"'{wrong}': expected NAME="):
                 measured.named([wrong])
         self.assertEqual(comparison.parse_frames("8,15-17"), [8, 15, 16, 17])
+        with self.assertRaisesRegex(ValueError, "frames 'x': expected"):
+            comparison.parse_frames("x")
 
     def test_the_best_of_each_measure(self):
         rows = [("noisy", values(psnr=99, brightness=1.0)),
                 ("`svgf`", values(psnr=31, dark_specks=0, brightness=1.01)),
-                ("`best`, both", values(flip=0.05, ms=80))]
+                ("`best` (both)", values(flip=0.05, ms=80))]
         words = comparison.best_of_each(rows)
         # The input is no filter, and brightness counts by its distance from 1.
         self.assertIn("`svgf` in PSNR (31.00), specks (1.0 / 0.0), brightness (1.0100) and ms (10)",
                       words)
-        self.assertIn("`best`, both in FLIP (0.0500)", words)
-        self.assertIn("`svgf` and `best`, both in SSIM (0.9000), relMSE (0.01000), flicker (0.00500) "
+        self.assertIn("`best` (both) in FLIP (0.0500)", words)
+        self.assertIn("`svgf` and `best` (both) in SSIM (0.9000), relMSE (0.01000), flicker (0.00500) "
                       "and MB (50)", words)
 
+    def test_many_that_are_equal_are_counted(self):
+        rows = [(name, values()) for name in "abc"]
+        self.assertIn("a and 2 others in PSNR (30.00)", comparison.best_of_each(rows))
+
     def test_others_that_lead_are_named(self):
-        rows = [("`default`, past", values()), ("`best`, both", values(psnr=32)),
+        rows = [("`default` (past)", values()), ("`best` (both)", values(psnr=32)),
                 ("learned", values(psnr=31, flip=0.0900, ms=1))]
         self.assertEqual(comparison.where_others_lead(rows),
                          "Better than all of `default` and `best`: learned in FLIP (0.0900, not 0.1000).")
@@ -69,7 +75,7 @@ class Words(unittest.TestCase):
         self.assertIn("No other filter is better", comparison.where_others_lead(rows))
 
     def test_a_measure_that_is_missing_has_no_best(self):
-        rows = [("`best`, both", values(temporal_error=None))]
+        rows = [("`best` (both)", values(temporal_error=None))]
         self.assertNotIn("flicker", comparison.best_of_each(rows))
         self.assertIn("No other", comparison.where_others_lead(rows))
 
@@ -93,13 +99,13 @@ class Words(unittest.TestCase):
                          "| | 1 spp | 4 spp |\n|---|---|---|\n| a | 30.0 | 32.0 |\n| b | 20.0 | 25.0 |")
 
     def test_leaders_for_each_number_of_samples(self):
-        one = [("noisy", values(psnr=99)), ("`default`, past", values(psnr=30)),
-               ("`best`, both", values(psnr=31)), ("x", values(psnr=29)), ("y", values(psnr=28))]
-        four = [("`default`, past", values(psnr=34)), ("`best`, both", values(psnr=33)),
+        one = [("noisy", values(psnr=99)), ("`default` (past)", values(psnr=30)),
+               ("`best` (both)", values(psnr=31)), ("x", values(psnr=29)), ("y", values(psnr=28))]
+        four = [("`default` (past)", values(psnr=34)), ("`best` (both)", values(psnr=33)),
                 ("x", values(psnr=35)), ("y", values(psnr=28))]
         psnr = comparison.MEASURES[0]
         self.assertEqual(comparison.leaders({1: one, 4: four}, psnr),
-                         "Best of `default` and `best`: `best`, both at 1 spp (31.00); `default`, past "
+                         "Best of `default` and `best`: `best` (both) at 1 spp (31.00); `default` (past) "
                          "at 4 spp (34.00). Best of the others: x at 1 spp (29.00) and 4 spp (35.00): "
                          "another filter is better at 4 spp.")
         self.assertIn(": none of them is better.", comparison.leaders({1: one}, psnr))
@@ -191,6 +197,12 @@ class Files(unittest.TestCase):
         self.assertGreater(found["mb"], 1)
         self.assertAlmostEqual(found["temporal_error"], 0, places=6)
         self.assertTrue(pathlib.Path(str(pattern).replace("####", "0002")).exists())
+        # Finished results stay, unless the command is another one.
+        script.write_text("raise SystemExit(1)")
+        again, _ = comparison.run_command(arguments, sequence, "copy", [sys.executable, script])
+        self.assertEqual(again, found)
+        with self.assertRaises(subprocess.CalledProcessError):
+            comparison.run_command(arguments, sequence, "copy", [sys.executable, script, "--option"])
 
     def test_crops_are_where_pictures_differ(self):
         a = np.zeros((64, 96, 3), np.uint8)
