@@ -491,6 +491,8 @@ def section(sequence, rows, image_line=""):
 def made_by(arguments):
     words = ["scripts/comparison.py", "--scenes", arguments.scenes, "--spp", arguments.spp, "--size",
              arguments.size, "--judged", arguments.judged, "--reference", arguments.reference]
+    for text in arguments.also:
+        words += ["--also", text]
     for name, text in named(arguments.sequence):
         files = ",".join(pathlib.Path(part).name for part in text.split(","))
         words += ["--sequence", f"{name}={files}"]
@@ -517,7 +519,9 @@ def page(arguments, settings, measured):
     for sequence, rows, _ in measured:
         if sequence.rendered_here:
             by_samples.setdefault(sequence.spp, []).append(rows)
-    by_samples = {spp: means(sections) for spp, sections in by_samples.items()}
+    scenes = arguments.scenes.split(",")
+    by_samples = {spp: means(sections) for spp, sections in by_samples.items()
+                  if len(sections) >= len(scenes)}
     parts = [(ROOT / "scripts/comparison_intro.md").read_text(), "## Settings of this page\n",
              f"Made by\n\n{made_by(arguments)}\n",
              f"{arguments.size} pixels; frames {arguments.judged} are judged against references of "
@@ -525,7 +529,7 @@ def page(arguments, settings, measured):
              f"Settings of OpenCV's filters with the highest PSNR on `{arguments.tune_scene}`, frames 8 "
              f"and 16, for each number of samples:\n" if settings else "", settings_text(settings)]
     if by_samples:
-        parts.append("## Means over the built-in scenes\n")
+        parts.append(f"## Means over {listed([f'`{scene}`' for scene in scenes])}\n")
         for title, key, words in [("PSNR, dB", "psnr", "PSNR in dB, higher is better:"),
                                   ("FLIP", "flip", "FLIP, lower is better:"),
                                   ("flicker", "temporal_error", "Flicker, lower is better:")]:
@@ -546,6 +550,8 @@ def parse():
     parser.add_argument("--work", type=pathlib.Path, default=ROOT / "out/comparison")
     parser.add_argument("--scenes", default="lights,cornell,mirrors", help="built-in scenes")
     parser.add_argument("--spp", default="1,4,16,64", help="samples per pixel, a list")
+    parser.add_argument("--also", action="append", default=[], metavar="SCENE:SPP",
+                        help="one more sequence, such as cornell:64")
     parser.add_argument("--size", default="384x216")
     parser.add_argument("--judged", default="8,15-16,23-24",
                         help="frames that are measured; flicker needs consecutive ones")
@@ -568,6 +574,9 @@ def parse():
         parser.error(f"--stillray {arguments.stillray}: expected the program stillray")
     try:
         named(arguments.sequence + arguments.learned)
+        for text in arguments.also:
+            if not text.partition(":")[2].isdigit():
+                raise ValueError(f"--also {text}: expected SCENE:SPP, such as cornell:64")
         parse_frames(arguments.judged)
     except ValueError as error:
         parser.error(str(error))
@@ -582,11 +591,12 @@ def main():
     cv = frame_filters.opencv()
     if cv is None:
         print("note: OpenCV's filters are left out: python3-opencv is not installed")
-    needed = sorted({*samples, *([1] if arguments.sequence else [])})
+    pairs = [(scene, spp) for scene in arguments.scenes.split(",") for spp in samples]
+    pairs += [(scene, int(spp)) for scene, _, spp in (text.partition(":") for text in arguments.also)]
+    needed = sorted({*(spp for _, spp in pairs), *([1] if arguments.sequence else [])})
     settings = {name: {spp: tuned(arguments, name, spp, cv) for spp in needed}
                 for _, name in OPENCV} if cv else {}
-    sequences = [render_sequence(arguments, scene, spp) for scene in arguments.scenes.split(",")
-                 for spp in samples]
+    sequences = [render_sequence(arguments, scene, spp) for scene, spp in pairs]
     sequences += [foreign_sequence(arguments, *entry) for entry in named(arguments.sequence)]
     measured = []
     for sequence in sequences:
