@@ -106,7 +106,9 @@ def where_others_lead(rows):
         own = [entry for entry in order if entry[1] in OWN]
         if not own:
             continue
-        for _, name, text in [entry for entry in order if entry[0] < own[0][0] and entry[2] != own[0][2]]:
+        for points, name, text in order:
+            if name in OWN or points >= own[0][0] or text == own[0][2]:
+                continue
             leads.setdefault(name, []).append(f"{title_of(measure)} ({text}, not {own[0][2]})")
     if not leads:
         return "No other filter is better than the better of `default` and `best` in any measure of quality."
@@ -218,8 +220,8 @@ def render_sequence(arguments, scene, spp):
     render(arguments, scene, reference, f"{judged[0]}-{judged[-1]}", 1, "--reference",
            arguments.reference, "--reference-frames", arguments.judged, "--seed", 1000)
     folder = arguments.work / f"{scene}-{spp}"
-    render(arguments, scene, folder, f"1-{judged[-1]}", spp, "--save-inputs")
-    return Sequence(f"{scene}, {spp} spp", folder, list(range(1, judged[-1] + 1)), judged,
+    render(arguments, scene, folder, f"1-{arguments.frames}", spp, "--save-inputs")
+    return Sequence(f"{scene}, {spp} spp", folder, list(range(1, arguments.frames + 1)), judged,
                     folder / "noisy.####.exr", reference / "reference.####.exr", spp)
 
 
@@ -489,8 +491,9 @@ def section(sequence, rows, image_line=""):
 
 
 def made_by(arguments):
-    words = ["scripts/comparison.py", "--scenes", arguments.scenes, "--spp", arguments.spp, "--size",
-             arguments.size, "--judged", arguments.judged, "--reference", arguments.reference]
+    words = ["scripts/comparison.py", "--scenes", arguments.scenes, "--spp", arguments.spp,
+             "--size", arguments.size, "--frames", arguments.frames, "--judged", arguments.judged,
+             "--reference", arguments.reference]
     for text in arguments.also:
         words += ["--also", text]
     for name, text in named(arguments.sequence):
@@ -513,6 +516,13 @@ def machine_of(measured):
     return json.loads((folder / "log.json").read_text())["machine"]
 
 
+def later_frames(arguments):
+    """What to keep in mind of `--window both` where the judged frames are the last ones."""
+    left = arguments.frames - parse_frames(arguments.judged)[-1]
+    return "" if left >= 8 else (f"After the last of them there are {left} frames, so rows with (both) "
+                                 "have few later frames to gain from. ")
+
+
 def page(arguments, settings, measured):
     """\\param measured  (sequence, rows, line with its picture)"""
     by_samples = {}
@@ -524,8 +534,9 @@ def page(arguments, settings, measured):
                   if len(sections) >= len(scenes)}
     parts = [(ROOT / "scripts/comparison_intro.md").read_text(), "## Settings of this page\n",
              f"Made by\n\n{made_by(arguments)}\n",
-             f"{arguments.size} pixels; frames {arguments.judged} are judged against references of "
-             f"{arguments.reference} samples per pixel. Times are of {machine_of(measured)}.\n",
+             f"{arguments.size} pixels, {arguments.frames} frames; frames {arguments.judged} are judged "
+             f"against references of {arguments.reference} samples per pixel. {later_frames(arguments)}"
+             f"Times are of {machine_of(measured)}.\n", *(f"{text}\n" for text in arguments.remark),
              f"Settings of OpenCV's filters with the highest PSNR on `{arguments.tune_scene}`, frames 8 "
              f"and 16, for each number of samples:\n" if settings else "", settings_text(settings)]
     if by_samples:
@@ -553,7 +564,8 @@ def parse():
     parser.add_argument("--also", action="append", default=[], metavar="SCENE:SPP",
                         help="one more sequence, such as cornell:64")
     parser.add_argument("--size", default="384x216")
-    parser.add_argument("--judged", default="8,15-16,23-24",
+    parser.add_argument("--frames", default=24, type=int, help="of each sequence")
+    parser.add_argument("--judged", default="8,15-16",
                         help="frames that are measured; flicker needs consecutive ones")
     parser.add_argument("--reference", default=512, type=int, help="their samples per pixel")
     parser.add_argument("--tune-scene", default="spheres",
@@ -564,7 +576,10 @@ def parse():
                         "references, both with #### for the number of the frame")
     parser.add_argument("--learned", action="append", default=[], metavar="NAME=COMMAND",
                         help="a filter to compare with: COMMAND INPUT OUTPUT FRAMES denoises")
-    parser.add_argument("--threads", default=1, type=int, help="of rendering; filters always run on one")
+    parser.add_argument("--remark", action="append", default=[], metavar="TEXT",
+                        help="a paragraph for the page, such as how --learned was run")
+    parser.add_argument("--threads", default=1, type=int,
+                        help="of rendering; filters always run on one")
     parser.add_argument("--images", type=pathlib.Path, default=ROOT / "docs/images")
     parser.add_argument("--output", type=pathlib.Path, default=ROOT / "docs/comparison.md")
     arguments = parser.parse_args()
@@ -577,7 +592,9 @@ def parse():
         for text in arguments.also:
             if not text.partition(":")[2].isdigit():
                 raise ValueError(f"--also {text}: expected SCENE:SPP, such as cornell:64")
-        parse_frames(arguments.judged)
+        last = parse_frames(arguments.judged)[-1]
+        if last > arguments.frames:
+            raise ValueError(f"--judged {arguments.judged}: expected frames up to {arguments.frames}")
     except ValueError as error:
         parser.error(str(error))
     return arguments

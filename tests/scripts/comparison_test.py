@@ -110,6 +110,12 @@ class Words(unittest.TestCase):
                          "another filter is better at 4 spp.")
         self.assertIn(": none of them is better.", comparison.leaders({1: one}, psnr))
 
+    def test_judged_frames_at_the_end_are_remarked(self):
+        settings = types.SimpleNamespace(frames=24, judged="8,15-16")
+        self.assertEqual(comparison.later_frames(settings), "")
+        settings.judged = "23-24"
+        self.assertIn("there are 0 frames", comparison.later_frames(settings))
+
     def test_times(self):
         frame = {"read_ms": 1, "write_ms": 2, "future_ms": 3, "denoise_ms": 4}
         # 7 of 10 ms are the filter's, 2 s over both frames.
