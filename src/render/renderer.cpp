@@ -117,9 +117,8 @@ void AddTimings(const RenderTimings& part, RenderTimings* sum) {
 
 class PathTracer final : public Renderer {
  public:
-  PathTracer(const Scene& scene, const RenderSettings& settings, LightStrategy strategy)
+  PathTracer(const Scene& scene, const RenderSettings& settings)
       : settings_(settings),
-        strategy_(strategy),
         any_transmission_(AnyTransmission(scene)),
         may_show_images_(MayShowImages(scene)),
         masks_(scene),
@@ -166,7 +165,6 @@ class PathTracer final : public Renderer {
                   const std::function<void(const Tile&, TileScratch*)>& body);
 
   RenderSettings settings_;
-  LightStrategy strategy_;
   bool any_transmission_;
   bool may_show_images_;
   LensMasks masks_;
@@ -210,7 +208,6 @@ Result<TraceContext> PathTracer::MoveTo(const RenderMoment& moment) {
                       lights_,
                       *accel_,
                       settings_,
-                      strategy_,
                       cameras.now,
                       cameras.before,
                       !any_transmission_,
@@ -486,13 +483,12 @@ Status PathTracer::TraceReference(const RenderMoment& moment, int spp, Image3* r
 }  // namespace
 
 Result<std::unique_ptr<Renderer>> CreateRenderer(const Scene& scene, const RenderSettings& settings,
-                                                 LightStrategy strategy,
                                                  const WrapAccel& wrap_accel,
                                                  const KeepGoing& keep_going) {
   STILLRAY_RETURN_IF_ERROR(ValidateRenderSettings(settings));
   STILLRAY_RETURN_IF_ERROR(CheckScene(scene));
   try {
-    auto renderer = std::make_unique<PathTracer>(scene, settings, strategy);
+    auto renderer = std::make_unique<PathTracer>(scene, settings);
     STILLRAY_RETURN_IF_ERROR(renderer->Build(wrap_accel, keep_going));
     return std::unique_ptr<Renderer>(std::move(renderer));
   } catch (const std::bad_alloc&) {
@@ -535,7 +531,7 @@ Status Renderer::RenderReference(const RenderMoment& moment, int spp, Image3* ra
 Result<std::unique_ptr<Renderer>> Renderer::Create(const Scene& scene,
                                                    const RenderSettings& settings,
                                                    const KeepGoing& keep_going) {
-  return render::CreateRenderer(scene, settings, render::LightStrategy::kBoth, {}, keep_going);
+  return render::CreateRenderer(scene, settings, {}, keep_going);
 }
 
 }  // namespace stillray

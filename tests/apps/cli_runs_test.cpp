@@ -395,6 +395,8 @@ TEST(CliRuns, TheLogHasEveryOptionThatChangesThePictures) {
       {"virtual-guides", {"virtual_guides", {"--no-virtual-guides"}}},
       {"bounces", {"bounces", {"--bounces", "2"}}},
       {"regularise", {"regularise", {"--regularise"}}},
+      {"light-sampling", {"light_sampling", {"--light-sampling", "light"}}},
+      {"clamp-radiance", {"clamp_radiance", {"--clamp-radiance", "1"}}},
       {"aperture", {"aperture", {"--aperture", "0.1"}}},
       {"focus", {"focus", {"--focus", "2"}}},
       {"post", {"post", {"--post", "motion_blur"}}},

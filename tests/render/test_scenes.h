@@ -174,11 +174,11 @@ inline RenderSettings SmallSettings(int width, int height, int spp) {
   return settings;
 }
 
-inline Frame RenderOne(const Scene& scene, const RenderSettings& settings,
-                       const RenderMoment& moment = {},
-                       LightStrategy strategy = LightStrategy::kBoth) {
+inline Frame RenderOne(const Scene& scene, RenderSettings settings, const RenderMoment& moment = {},
+                       LightSampling sampling = LightSampling::kMis) {
   Frame frame;
-  auto renderer = CreateRenderer(scene, settings, strategy);
+  settings.light_sampling = sampling;
+  auto renderer = CreateRenderer(scene, settings);
   EXPECT_TRUE(renderer.ok()) << renderer.status().message();
   if (renderer.ok()) {
     const Status status = (*renderer)->RenderFrame(moment, &frame);
@@ -188,10 +188,11 @@ inline Frame RenderOne(const Scene& scene, const RenderSettings& settings,
   return frame;
 }
 
-inline Image3 RenderMean(const Scene& scene, const RenderSettings& settings, int spp,
-                         LightStrategy strategy = LightStrategy::kBoth) {
+inline Image3 RenderMean(const Scene& scene, RenderSettings settings, int spp,
+                         LightSampling sampling = LightSampling::kMis) {
   Image3 image;
-  auto renderer = CreateRenderer(scene, settings, strategy);
+  settings.light_sampling = sampling;
+  auto renderer = CreateRenderer(scene, settings);
   EXPECT_TRUE(renderer.ok()) << renderer.status().message();
   if (renderer.ok()) {
     const Status status = (*renderer)->RenderReference({}, spp, &image);
@@ -214,6 +215,12 @@ inline vec3 Mean(const Image3& image) {
     }
   }
   return vec3(sum / (static_cast<double>(image.width()) * image.height()));
+}
+
+inline void ExpectNear(vec3 found, vec3 expected, float tolerance, const std::string& what = "") {
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_NEAR(found[k], expected[k], tolerance) << what << " channel " << k;
+  }
 }
 
 }  // namespace stillray::render

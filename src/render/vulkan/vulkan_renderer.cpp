@@ -196,6 +196,8 @@ void VulkanRenderer::SetFrame(const RenderMoment& moment, vec2 jitter, SampleStr
   frame_.stream_seed = StreamSeed(settings_.seed, stream);
   frame_.bounces = settings_.bounces;
   frame_.regularise = settings_.regularise ? 1 : 0;
+  frame_.light_sampling = static_cast<int>(settings_.light_sampling);
+  frame_.clamp_radiance = settings_.clamp_radiance;
   frame_.ends_are_opaque = any_transmission_ ? 0 : 1;
   frame_.spread_points = settings_.jitter ? 1 : 0;
   frame_.with_squares = settings_.spp > 1 ? 1 : 0;
