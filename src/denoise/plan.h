@@ -72,6 +72,7 @@ struct StagesRun {
   bool merge_future;
   bool wavelet;            ///< the levels
   bool estimate_variance;  ///< and prefilter_variance
+  bool smooth_variance;    ///< before the levels
   bool measure_luminance;  ///< the mean of each signal, which scales eaw_sigma_l
   bool clip_outliers;      ///< after the levels
   bool keep_mirrors;       ///< if the frame shows any

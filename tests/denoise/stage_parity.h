@@ -97,7 +97,15 @@ inline std::vector<Settings> OtherSettings() {
                     {"prefilter_variance", "off"}}),
       With("default",
            {{"signals", "diffuse_specular"}, {"history_search", "off"}, {"max_history", "5"}}),
-      With("svgf", {{"antialias", "off"}, {"history_id", "off"}, {"feedback", "2"}}),
+      With("svgf", {{"antialias", "off"},
+                    {"history_id", "off"},
+                    {"history_taps", "nearest"},
+                    {"feedback", "2"}}),
+      With("psvgf", {{"prefilter_variance", "once"},
+                     {"luminance_epsilon", "0"},
+                     {"luminance_floor", "0.05"},
+                     {"short_history", "spatial"},
+                     {"short_history_window", "5x5"}}),
   };
 }
 

@@ -17,6 +17,7 @@
 //     accumulate         -        new light, taps, last history  history              colour, moments, length
 //     merge_future       -        history, light of the future   merged history       (only where the future is known)
 //   estimate_variance    3        histories, guides              variances
+//   smooth_variance      1        variance                       variance             (signal by signal; prefilter_variance=once)
 //   per level:
 //     atrous (pilot)     1, 2     colour, variance, guides       pilot                (first and second level)
 //     prefilter_variance 1        luminance, variance            luminance factors    (signal by signal)

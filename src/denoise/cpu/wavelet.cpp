@@ -100,6 +100,18 @@ void RunEstimateVariance(const CpuPipeline& p, const FrameInput& in, const Guide
   }
 }
 
+/// Smooths the variance that the levels start from.
+void RunSmoothVariance(const CpuPipeline& p, const GuidePlanes& guides,
+                       std::vector<WaveletPlanes>* wavelet, DenoisedFrame* out) {
+  const StageTimer timer(&out->timings, "prefilter_variance");
+  for (WaveletPlanes& planes : *wavelet) {
+    Image1& smoothed = planes.filter[planes.target].variance;
+    p.stages.smooth_variance(
+        {planes.variance, planes.where, planes.all_valid ? &guides.full : nullptr}, &smoothed);
+    std::swap(*planes.variance, smoothed);
+  }
+}
+
 /// \param pilot  of the pilot estimate rather than of the light
 void RunPrefilterVariance(const CpuPipeline& p, const GuidePlanes& guides, bool pilot,
                           WaveletPlanes* planes, DenoisedFrame* out) {
@@ -272,6 +284,9 @@ void RunWavelet(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& g
       planes.all_valid = IsComplete(planes.history->length, guides);
     }
     FindPresent(guides.inverse_depth, &planes);
+  }
+  if (p.plan.runs.smooth_variance) {
+    RunSmoothVariance(p, guides, &wavelet, out);
   }
   for (int level = 0; level < p.plan.levels; ++level) {
     RunLevel(p, level, guides, &wavelet, out);

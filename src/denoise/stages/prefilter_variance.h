@@ -6,6 +6,8 @@
 /// 2 1) / 16, renormalised over pixels that have light; missing ones are skipped, never filled. The
 /// denominator is computed here, once per pixel instead of once per tap. Border: 1 pixel. Reads 8
 /// to 16, writes 4 bytes per pixel.
+/// SmoothVariance is the other reading of the papers: the variance itself is smoothed, once, and
+/// all levels filter and compare what it leaves. Border: 1 pixel. Reads 4 to 8, writes 4 bytes.
 #pragma once
 
 #include "denoise/planes.h"
@@ -24,16 +26,26 @@ struct PrefilterVarianceInput {
   const Plane<uint32_t>* full = nullptr;
 };
 
+/// Planes of one signal; as above.
+struct SmoothVarianceInput {
+  const Image1* variance;
+  const Image1* valid;
+  const Plane<uint32_t>* full = nullptr;
+};
+
 /// \param factor  LuminanceFactor of every pixel; 0 where the luminance weight is 1: no light yet,
 /// or
 ///     too short a history
+/// \param out     the smoothed variance; pixels without light keep their own
 namespace reference {
 void PrefilterVariance(const PrefilterVarianceInput& in,
                        const PrefilterVarianceParameters& parameters, Image1* factor);
-}
+void SmoothVariance(const SmoothVarianceInput& in, Image1* out);
+}  // namespace reference
 namespace cpu {
 void PrefilterVariance(const PrefilterVarianceInput& in,
                        const PrefilterVarianceParameters& parameters, Image1* factor);
+void SmoothVariance(const SmoothVarianceInput& in, Image1* out);
 }  // namespace cpu
 
 }  // namespace stillray

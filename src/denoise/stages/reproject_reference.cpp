@@ -48,10 +48,11 @@ void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& m
       if (!near_picture || !surface) {
         continue;
       }
-      const float fx = std::floor(place.x);
-      const float fy = std::floor(place.y);
-      const float tx = place.x - fx;
-      const float ty = place.y - fy;
+      const bool nearest = p.history_taps_nearest != 0;
+      const float fx = FirstTap(place.x, nearest);
+      const float fy = FirstTap(place.y, nearest);
+      const float tx = nearest ? 0.0f : place.x - fx;
+      const float ty = nearest ? 0.0f : place.y - fy;
       const int bx = static_cast<int>(fx);
       const int by = static_cast<int>(fy);
       float weight[4] = {(1 - tx) * (1 - ty), tx * (1 - ty), (1 - tx) * ty, tx * ty};

@@ -16,10 +16,17 @@ SHARED_BLOCK(ReprojectParameters) {
   float history_normal_cosine;  // minimum, between normals
   int history_id;               // 1: ids must agree
   int history_search;           // 1: the 3x3 fall-back
+  int history_taps_nearest;     // 1: one tap in place of the bilinear four
 };
 
 // Jitter and the rounding of motion move a tap by up to about one pixel along a slope.
 const float kReprojectSlack = 1.5f;
+
+// The first of the 2x2 taps along an axis: the pixel before the place, or the nearest one, which is
+// then the only tap.
+SHARED_FN float FirstTap(float place, bool nearest) {
+  return floor(nearest ? place + 0.5f : place);
+}
 
 // Whether a tap of the previous frame shows the expected surface. i: inverse depths, the expected
 // one from the plane through the current pixel; g: its gradient; ids of 0 are unknown.

@@ -21,6 +21,7 @@
 //   accumulate           new light, history, confidence      history                   26 n or 34 n, 18 n
 //   merge_future         history, light of the future        known history             48 n, 16 n  (only where the future is known)
 //   estimate_variance    known history, guides               light of the wavelet      16 + 24 n, 8 n
+//   smooth_variance      light of the wavelet                light of the wavelet      8 n, 8 n  (only for prefilter_variance=once)
 //   per level:
 //     pilot              light of the wavelet, guides        fetched history           16 + 24 n, 16 n  (atrous, mix_pilot; first and second level)
 //     prefilter_variance light of the wavelet                luminance factors         16 n, 2 n
@@ -353,6 +354,11 @@ const gpu::Image* FramePipeline::RunPilot(int level, int signals, const gpu::Ima
 
 void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
   int target = 1;
+  if (plan.runs.smooth_variance) {
+    recorder->Run(Shader::kSmoothVariance, grid_, {light_, images_.wavelet[target]});
+    light_ = images_.wavelet[target];
+    target ^= 1;
+  }
   for (int level = 0; level < plan.levels; ++level) {
     const int with_pilot =
         level < kPilotLevels ? plan.pilot_signals[static_cast<size_t>(level)] : 0;

@@ -60,8 +60,9 @@ Taps FindTaps(ivec2 p) {
     return taps;
   }
   Detail d = UnpackDetail(texelFetch(detail_image, p, 0), s.inverse_depth);
-  vec2 corner = floor(place);
-  vec2 t = place - corner;
+  bool nearest = reproject.history_taps_nearest != 0;
+  vec2 corner = vec2(FirstTap(place.x, nearest), FirstTap(place.y, nearest));
+  vec2 t = nearest ? vec2(0.0f) : place - corner;
   taps.origin = ivec2(corner);
   float sum = 0.0f;
   for (int i = 0; i < 4; ++i) {

@@ -34,6 +34,7 @@ enum class Shader : uint8_t {
   kMeasureHistory,
   kUpdateMean,
   kEstimateVariance,
+  kSmoothVariance,
   kPrefilterVariance,
   kMixPilot,
   kAtrous,
