@@ -362,9 +362,9 @@ class Denoiser {
   Status Denoise(const Frame& frame, const FutureLight& future, DenoisedFrame* out);
 
   /// Only accumulates the frame: for playing a sequence backward, from its last frame to its first,
-  /// with motion that points to the *next* frame (see ReverseMotion), and likewise a confidence, if
-  /// any, in the light of the next frame. `future` is set to the accumulated light of the frames
-  /// after it. Errors as Denoise.
+  /// with motion that points to the *next* frame (see ReverseMotion), likewise the
+  /// previous normals, if any, of the next frame, and a confidence in its light. `future` is set to
+  /// the accumulated light of the frames after it. Errors as Denoise.
   Status Accumulate(const Frame& frame, FutureLight* future);
 
   /// New settings from the next frame on. History is kept, unless a parameter changes whose

@@ -349,6 +349,7 @@ FrameFacts FactsOf(const Frame& f) {
   facts.has_emission = !f.emission.empty();
   facts.has_background = !f.background.empty();
   facts.has_roughness = !f.guides.roughness.empty();
+  facts.has_previous_normal = !f.guides.previous_normal.empty();
   facts.has_reflection = !f.reflection.empty();
   facts.has_refraction = !f.refraction.empty();
   facts.has_confidence = !f.confidence.empty();

@@ -41,6 +41,7 @@ struct FrameFacts {
   bool has_emission = false;
   bool has_background = false;
   bool has_roughness = false;
+  bool has_previous_normal = false;
   bool has_reflection = false;         ///< virtual guides of the specular signals are given
   bool has_refraction = false;         ///< of the transmission signals
   bool has_confidence = false;         ///< in the light of the last frame

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Frames with a confidence in the light of the last frame on the device: the pictures of the CPU.
+// Frames with a confidence in the light of the last frame, and with the normals of the last frame,
+// on the device: the pictures of the CPU.
 #include <limits>
 #include <string>
 
@@ -15,7 +16,8 @@ constexpr int kWidth = 50;
 constexpr int kHeight = 38;
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-/// A busy frame with every kind of confidence, in blocks; without one in every fourth frame.
+/// A busy frame with every kind of confidence, in blocks, and with normals of the last frame that
+/// turn some surfaces; without both in every fourth frame.
 Frame MakeFrame(int index) {
   Frame f = test::MakeBusyFrame(kWidth, kHeight, index);
   if (index % 4 != 3) {
@@ -23,6 +25,14 @@ Frame MakeFrame(int index) {
     test::FillImage(&f.confidence, [&](int x, int y) {
       constexpr float kValues[] = {1, 0, 0.5f, 0.1f, 0.9f, -1, 2, kNan};
       return kValues[(x / 3 + y / 2 + index) % 8];
+    });
+    f.guides.previous_normal = f.guides.normal;
+    test::FillImage<3>(&f.guides.previous_normal, [&](int x, int y, int c) {
+      const int kind = (x / 5 + y / 3 + index) % 4;
+      return kind == 0   ? kNan
+             : kind == 1 ? 0.0f
+             : kind == 2 ? 3 * f.guides.normal[c](x, y)
+                         : f.guides.normal[(c + 1) % 3](x, y);
     });
   }
   return f;

@@ -129,6 +129,7 @@ VulkanFrame FrameOf(const vulkan::FrameInputs& in, const Frame& frame) {
   f.samples = image(in.samples);
   f.roughness = image(in.roughness);
   f.confidence = image(in.confidence);
+  f.previous_normal = image(in.previous_normal);
   f.colour = image(in.colour);
   double samples = 0;
   for (int y = 0; y < frame.height; ++y) {
@@ -164,6 +165,7 @@ stillray_vulkan_frame CFrameOf(const VulkanFrame& cpp) {
   put(STILLRAY_VULKAN_SAMPLES, cpp.samples);
   put(STILLRAY_VULKAN_ROUGHNESS, cpp.roughness);
   put(STILLRAY_VULKAN_CONFIDENCE, cpp.confidence);
+  put(STILLRAY_VULKAN_PREVIOUS_NORMAL, cpp.previous_normal);
   put(STILLRAY_VULKAN_COLOUR, cpp.colour);
   return frame;
 }
@@ -209,11 +211,14 @@ TEST_F(Embedding, GivesThePicturesOfTheHostApiWithoutHiddenWork) {
   }
 }
 
-TEST_F(Embedding, TakesAConfidenceInCppAndInC) {
+TEST_F(Embedding, TakesConfidenceAndPreviousNormalsInCppAndInC) {
   const auto frame_of = [](int i) {
     Frame f = MakeBusyFrame(kWidth, kHeight, i);
     f.confidence = Image1(kWidth, kHeight);
     test::FillImage(&f.confidence, [&](int x, int) { return static_cast<float>(x) / kWidth; });
+    f.guides.previous_normal = Image3(kWidth, kHeight);
+    test::FillImage<3>(&f.guides.previous_normal,
+                       [](int, int y, int c) { return c == 2 && y % 2 == 0 ? 1.0f : 0.0f; });
     return f;
   };
   auto upload = Upload(device_->context(), frame_of(0));

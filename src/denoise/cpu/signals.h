@@ -16,8 +16,9 @@ struct FrameInput {
   const Guides& surface;  ///< whose albedos second moments are divided by
   const Image3& emission;
   const Image3& background;
-  const Image1& roughness;   ///< empty if unknown
-  float negative_limit = 0;  ///< negative light above -negative_limit is zero
+  const Image1& roughness;        ///< empty if unknown
+  const Image3& previous_normal;  ///< likewise
+  float negative_limit = 0;       ///< negative light above -negative_limit is zero
 };
 
 /// The albedos that a signal is divided by.

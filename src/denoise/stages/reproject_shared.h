@@ -9,6 +9,8 @@
 #include "core/shared.h"
 #endif
 
+#include "denoise/stages/select_guides_shared.h"
+
 SHARED_BEGIN
 
 SHARED_BLOCK(ReprojectParameters) {
@@ -37,6 +39,13 @@ SHARED_FN bool IsSameSurface(float expected, float i, vec2 g, float cosine, uint
   bool normal_ok = cosine >= min_cosine;
   bool id_ok = !test_id || id == 0u || tap_id == 0u || id == tap_id;
   return depth_ok && normal_ok && id_ok;
+}
+
+// The normal that the history of a point shows: the one that the point had in the last frame, if
+// that is given, else its own.
+SHARED_FN vec3 HistoryNormal(vec3 now, vec3 previous) {
+  float length2 = dot(previous, previous);
+  return IsNormalLength2(length2) ? previous / sqrt(length2) : now;
 }
 
 // The confidence in the light of the last frame, from the value that the caller gives.

@@ -32,6 +32,7 @@ gpu::SetContent FrameContent(const FrameInputs& in, const FrameImages& images) {
   add(in.samples, images.no_input);
   add(in.roughness, images.no_input);
   add(in.confidence, images.no_input);
+  add(in.previous_normal, images.no_input);
   add(in.colour_is_half ? ImageRef() : in.colour, images.no_float_output);
   add(in.colour_is_half ? in.colour : ImageRef(), images.no_half_output);
   add(in.display, images.no_display);

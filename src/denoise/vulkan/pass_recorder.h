@@ -34,6 +34,7 @@ struct FrameInputs {
   ImageRef samples;
   ImageRef roughness;
   ImageRef confidence;
+  ImageRef previous_normal;
   ImageRef colour;              ///< output: R32G32B32A32_SFLOAT, or R16G16B16A16_SFLOAT ...
   bool colour_is_half = false;  ///< ... as this says
   ImageRef display;             ///< output: R8G8B8A8_UNORM
