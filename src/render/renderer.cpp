@@ -14,6 +14,7 @@
 #include "render/lens_guides_shared.h"
 #include "render/moment.h"
 #include "render/pixel_order.h"
+#include "render/previous_normals.h"
 #include "render/scene_check.h"
 #include "render/shadow_filter.h"
 #include "render/virtual_image.h"
@@ -463,8 +464,11 @@ Status PathTracer::TraceFrame(const RenderMoment& moment, Frame* frame,
   if (!context.ok()) {
     return context.status();
   }
-  return settings_.cycle > 1 ? RenderPart(*context, moment, frame, progress)
-                             : RenderWhole(*context, moment, frame, progress);
+  STILLRAY_RETURN_IF_ERROR(settings_.cycle > 1 ? RenderPart(*context, moment, frame, progress)
+                                               : RenderWhole(*context, moment, frame, progress));
+  const PhaseTimer timer(&timings_.shade_ms);
+  StorePreviousNormals(state_, frame);
+  return Status::Ok();
 }
 
 Status PathTracer::TraceReference(const RenderMoment& moment, int spp, Image3* radiance,

@@ -148,6 +148,9 @@ ExrImage NoisyExr(const RenderOptions& options, const Frame& frame) {
   if (!frame.samples.empty()) {
     image.Add("samples.X", options.exr_type, frame.samples);
   }
+  if (!frame.guides.previous_normal.empty()) {
+    image.Add("previous_normal.", options.exr_type, frame.guides.previous_normal, true);
+  }
   if (!frame.confidence.empty()) {
     image.Add("confidence.X", options.exr_type, frame.confidence);
   }

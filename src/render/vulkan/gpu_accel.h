@@ -55,6 +55,8 @@ class GpuAccel {
 
   gpu::MemoryUse memory() const;
   const GpuScene& scene() const { return *scene_; }
+  /// GpuInstance of every instance, by number.
+  const gpu::Buffer& device_instances() const { return *buffers_[kInstances]; }
 
   /// For other shaders that include scene.glsl: its set 0.
   static constexpr gpu::SetShape kSceneShape = {0, 0, 0, 9};
@@ -85,6 +87,7 @@ class GpuAccel {
   std::unique_ptr<gpu::RayPipeline> hardware_first_hits_;
   std::unique_ptr<gpu::RayPipeline> hardware_transmittance_;
   VkDescriptorSet scene_set_ = VK_NULL_HANDLE;
+  static constexpr size_t kInstances = 3;  // the binding in scene.glsl
   std::array<const gpu::Buffer*, kSceneShape.buffers> buffers_{};
   const gpu::Buffer* staging_ = nullptr;  // moving data: top nodes, placements, instances
 };

@@ -10,6 +10,7 @@
 #include "render/lights.h"
 #include "render/moment.h"
 #include "render/pixel_order.h"
+#include "render/previous_normals.h"
 #include "render/scene_check.h"
 #include "render/trace_context.h"
 #include "render/vulkan/batch_store.h"
@@ -272,7 +273,8 @@ Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, i
   const bool light = plan.samples > 0 && last;
   const bool stays = device_store_.active();
   if (stays && last) {
-    STILLRAY_RETURN_IF_ERROR(device_store_.Record(*commands, tracer(), batch, guides, light));
+    STILLRAY_RETURN_IF_ERROR(device_store_.Record(*commands, tracer(), accel_->device_instances(),
+                                                  batch, guides, light));
   }
   tracer()->RecordEnd(*commands, batch, guides && !stays, light && !stays);
   const Clock::time_point start = Clock::now();
@@ -340,7 +342,7 @@ double WorkOf(const RenderSettings& settings, double samples) {
 Status VulkanRenderer::BeginFrame(const RenderMoment& moment, Frame* frame) {
   device_store_.Drop();
   if (settings_.on_device) {
-    STILLRAY_RETURN_IF_ERROR(device_store_.Begin(settings_, moment, frame));
+    STILLRAY_RETURN_IF_ERROR(device_store_.Begin(settings_, state_.may_turn(), moment, frame));
   }
   if (!device_store_.active()) {
     PrepareFrame(settings_, moment, frame);
@@ -443,8 +445,13 @@ Status VulkanRenderer::RenderPart(const RenderMoment& moment, Frame* frame,
 Status VulkanRenderer::TraceFrame(const RenderMoment& moment, Frame* frame,
                                   const RenderProgress& progress) {
   STILLRAY_RETURN_IF_ERROR(MoveTo(moment));
-  return settings_.cycle > 1 ? RenderPart(moment, frame, progress)
-                             : RenderWhole(moment, frame, progress);
+  STILLRAY_RETURN_IF_ERROR(settings_.cycle > 1 ? RenderPart(moment, frame, progress)
+                                               : RenderWhole(moment, frame, progress));
+  if (frame->on_device == nullptr) {
+    const PhaseTimer timer(&timings_.copy_ms);
+    StorePreviousNormals(state_, frame);
+  }
+  return Status::Ok();
 }
 
 Status VulkanRenderer::TraceReference(const RenderMoment& moment, int spp, Image3* radiance,
