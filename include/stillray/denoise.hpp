@@ -204,7 +204,7 @@ enum class Backend : uint8_t {
 
 struct StageTime {
   std::string_view name;    ///< of static storage
-  double milliseconds = 0;  ///< summed over signals and levels
+  double milliseconds = 0;  ///< summed over signals; each wavelet level ("atrous1", ...) is one
 };
 
 /// An intermediate picture, width x height, 1 to 3 channels.

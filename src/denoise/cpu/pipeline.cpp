@@ -170,6 +170,7 @@ void FilterLayer(const CpuPipeline& p, const FrameInput& in, std::span<const Sig
   FindTaps(p, in, work->border, history, &work->taps, out);
   ForEachSignal(p, in, history, work, outputs, out, [&](size_t i) {
     RunAccumulate(p, i, history, work, out);
+    KeepAlpha(p, i, *history, *work, outputs);
     SignalHistory* known = &history->signals[i];
     if (p.plan.runs.merge_future) {
       known = RunMergeFuture(p, i, *known, future[i], work, out);

@@ -37,6 +37,10 @@ void RunLimitHistory(const CpuPipeline& p, const LayerHistory& history, LayerWor
 void RunAccumulate(const CpuPipeline& p, size_t signal, LayerHistory* history, LayerWork* work,
                    DenoisedFrame* out);
 
+/// The output "alpha": the weight of the new frame, after RunAccumulate.
+void KeepAlpha(const CpuPipeline& p, size_t signal, const LayerHistory& history,
+               const LayerWork& work, FrameOutputs* outputs);
+
 /// \return the history of a signal with the light of its future, in LayerWork::merged
 SignalHistory* RunMergeFuture(const CpuPipeline& p, size_t signal, const SignalHistory& history,
                               const SignalHistory& future, LayerWork* work, DenoisedFrame* out);

@@ -10,6 +10,7 @@
 /// all levels filter and compare what it leaves. Border: 1 pixel. Reads 4 to 8, writes 4 bytes.
 #pragma once
 
+#include "core/shared.h"
 #include "denoise/planes.h"
 #include "denoise/stages/prefilter_variance_shared.h"
 
@@ -32,6 +33,24 @@ struct SmoothVarianceInput {
   const Image1* valid;
   const Plane<uint32_t>* full = nullptr;
 };
+
+/// The mean of the variance around a pixel, weighted by (1 2 1) x (1 2 1) over pixels with light; 0
+/// where there is none.
+/// \param variance, valid  return the values of a pixel; called for x - 1..x + 1, y - 1..y + 1
+template <typename Variance, typename Valid>
+float SmoothedVariance(const Variance& variance, const Valid& valid, int radius, int x, int y) {
+  float sum = 0;
+  float sum_weight = 0;
+  for (int dy = -radius; dy <= radius; ++dy) {
+    for (int dx = -radius; dx <= radius; ++dx) {
+      const float kernel = (dx == 0 ? 2.0f : 1.0f) * (dy == 0 ? 2.0f : 1.0f);
+      const float w = valid(x + dx, y + dy) > 0 ? kernel : 0.0f;
+      sum += w * variance(x + dx, y + dy);
+      sum_weight += w;
+    }
+  }
+  return sum / max(sum_weight, 1.0f);
+}
 
 /// \param factor  LuminanceFactor of every pixel; 0 where the luminance weight is 1: no light yet,
 /// or

@@ -5,25 +5,6 @@
 #include "denoise/stages/prefilter_variance.h"
 
 namespace stillray::reference {
-namespace {
-
-/// The mean of the variance over the (2 radius + 1)^2 pixels around one, of those that have light.
-float SmoothedVariance(const Image1& variance, const Image1& valid, int radius, int x, int y) {
-  float sum = 0;
-  float sum_weight = 0;
-  for (int dy = -radius; dy <= radius; ++dy) {
-    for (int dx = -radius; dx <= radius; ++dx) {
-      const float kernel = (dx == 0 ? 2.0f : 1.0f) * (dy == 0 ? 2.0f : 1.0f);
-      const float w = valid(x + dx, y + dy) > 0 ? kernel : 0.0f;
-      sum += w * variance(x + dx, y + dy);
-      sum_weight += w;
-    }
-  }
-  return sum / max(sum_weight, 1.0f);
-}
-
-}  // namespace
-
 void PrefilterVariance(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p,
                        Image1* factor) {
   const Image1& valid = *in.valid;

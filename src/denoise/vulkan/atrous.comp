@@ -12,6 +12,7 @@ layout(constant_id = 0) const int kWeights = kAtrousSvgf;
 layout(constant_id = 1) const int kRadius = 2;
 layout(constant_id = 2) const int kSignals = 1;
 layout(constant_id = 4) const int kCompared = 0;  // 1: a level of limit_history, on the coarse grid
+layout(constant_id = 5) const int kSumsOnly = 0;  // 1: writes the sums of weights, for an output
 layout(constant_id = 3) const int kPilot = 0;     // bit s: weights of signal s compare the pilot
 
 layout(set = 1, binding = 0) uniform utexture2D surface_image;
@@ -57,6 +58,10 @@ float EawSigma(int s) {
 
 void PassThrough(ivec2 p) {
   for (int s = 0; s < kSignals; ++s) {
+    if (kSumsOnly != 0) {
+      imageStore(light_out, ivec3(p, s), vec4(0.0f));
+      continue;
+    }
     imageStore(light_out, ivec3(p, s), texelFetch(light, ivec3(p, s), 0));
   }
 }
@@ -153,6 +158,10 @@ void main() {
     }
   }
   for (int s = 0; s < kSignals; ++s) {
+    if (kSumsOnly != 0) {
+      imageStore(light_out, ivec3(p, s), vec4(sum_weight[s]));
+      continue;
+    }
     // Smaller sums have lost their precision: no neighbour is similar to this pixel.
     bool filled = sum_weight[s] > kMinAtrousWeight;
     float inverse = filled ? 1.0f / sum_weight[s] : 0.0f;

@@ -45,6 +45,7 @@
 
 #include <fmt/format.h>
 
+#include "denoise/level_names.h"
 #include "denoise/stages/follow_light_shared.h"
 #include "denoise/stages/keep_mirrors.h"
 #include "denoise/stages/limit_history.h"
@@ -57,9 +58,11 @@ constexpr uint32_t kMostSets = 512;
 constexpr gpu::SetShape kMostDescriptors = {4096, 1024, 128, 256};
 constexpr uint32_t kMostMarks = 128;
 
-const char* AtrousName(int level) {
-  static constexpr const char* kNames[kMaxLevels] = {"atrous1", "atrous2", "atrous3", "atrous4",
-                                                     "atrous5", "atrous6", "atrous7", "atrous8"};
+/// The sums of a level's weights, for the observer.
+const char* WeightsName(int level) {
+  static constexpr const char* kNames[kMaxLevels] = {"weights1", "weights2", "weights3",
+                                                     "weights4", "weights5", "weights6",
+                                                     "weights7", "weights8"};
   return kNames[level];
 }
 
@@ -166,11 +169,14 @@ Groups FramePipeline::CoarseGrid() const {
   return GroupsFor(CoarseSize(shape_.width), CoarseSize(shape_.height));
 }
 
-std::array<uint32_t, 5> FramePipeline::AtrousConstants(const AtrousLevel& level, int pilot_signals,
-                                                       bool compared) const {
-  return {static_cast<uint32_t>(level.weights), static_cast<uint32_t>(level.radius),
-          static_cast<uint32_t>(shape_.signals), static_cast<uint32_t>(pilot_signals),
-          compared ? 1u : 0u};
+std::array<uint32_t, 6> FramePipeline::AtrousConstants(const AtrousLevel& level, int pilot_signals,
+                                                       bool compared, bool sums_only) const {
+  return {static_cast<uint32_t>(level.weights),
+          static_cast<uint32_t>(level.radius),
+          static_cast<uint32_t>(shape_.signals),
+          static_cast<uint32_t>(pilot_signals),
+          compared ? 1u : 0u,
+          sums_only ? 1u : 0u};
 }
 
 /// Compiles all shaders that the settings may use, so that recording does not.
@@ -275,6 +281,7 @@ void FramePipeline::RunComparedLevels(int levels, PassRecorder* recorder) {
   const FrameImages& i = images_;
   for (int level = 0; level < levels; ++level) {
     const LevelPush push = {ComparedLevel(level).step, level, 1};
+    recorder->CountAs("limit_history");
     recorder->Run(Shader::kAtrous, CoarseGrid(),
                   {i.coarse.surface, i.coarse.detail, i.compared[level & 1], i.luminance_factor,
                    i.nothing, i.compared[(level & 1) ^ 1]},
@@ -344,6 +351,7 @@ const gpu::Image* FramePipeline::RunPilot(int level, int signals, const gpu::Ima
                                           PassRecorder* recorder) {
   const FrameImages& i = images_;
   const LevelPush push = {PilotLevel(level).step, 0, 1};
+  recorder->CountAs("pilot");
   recorder->Run(Shader::kAtrous, grid_,
                 {i.guides.surface, i.guides.detail, light_, i.luminance_factor, i.nothing, mean},
                 push, AtrousConstants(PilotLevel(level)));
@@ -371,6 +379,14 @@ void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
     }
     const AtrousLevel& of_level = plan.level[static_cast<size_t>(level)];
     const LevelPush push = {of_level.step, level, 0};
+    if (observer_ != nullptr && observer_->Wants(WeightsName(level))) {
+      recorder->Run(Shader::kAtrous, grid_,
+                    {images_.guides.surface, images_.guides.detail, light_,
+                     images_.luminance_factor, pilot, images_.wavelet[target]},
+                    push, AtrousConstants(of_level, with_pilot, false, /*sums_only=*/true));
+      Keep(recorder, WeightsName(level), images_.wavelet[target]);
+    }
+    recorder->CountAs(LevelName(level));
     recorder->Run(Shader::kAtrous, grid_,
                   {images_.guides.surface, images_.guides.detail, light_, images_.luminance_factor,
                    pilot, images_.wavelet[target]},
@@ -384,7 +400,7 @@ void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
       std::swap(images_.history.colour, images_.wavelet[target]);
     }
     target ^= 1;
-    KeepPicture(recorder, AtrousName(level), light_);
+    KeepPicture(recorder, LevelName(level), light_);
   }
   if (plan.runs.clip_outliers) {
     recorder->Run(Shader::kClipOutliers, grid_, {light_, images_.wavelet[target]});
@@ -402,6 +418,7 @@ void FramePipeline::KeepMirrors(PassRecorder* recorder) {
   const auto constants = AtrousConstants(GeometryLevel(0));
   for (int level = 0; level < kKeepMirrorsLevels; ++level) {
     const LevelPush push = {GeometryLevel(level).step, level, 0};
+    recorder->CountAs("keep_mirrors");
     recorder->Run(
         Shader::kAtrous, grid_,
         {i.guides.surface, i.guides.detail, measured, i.luminance_factor, i.nothing, other}, push,
@@ -516,6 +533,7 @@ Status FramePipeline::Record(VkCommandBuffer commands, const FramePlan& plan,
   BeginFrame(plan, facts, inputs, &recorder);
   Accumulate(plan, &recorder);
   known_ = images_.history;
+  Keep(&recorder, "joined", known_.moments);
   if (plan.runs.merge_future) {
     MergeFuture(*future, &recorder);
   }

@@ -21,8 +21,9 @@ namespace stillray::vulkan {
 class FrameObserver {
  public:
   virtual ~FrameObserver() = default;
-  /// \param name  "noisy", "fetched", "compared", "accumulated", "moments", "variance", "filtered",
-  ///     "aliased"; "temporal" and "atrousN" are composed pictures
+  /// \param name  "noisy", "fetched", "compared", "joined" (moments before the future is merged),
+  ///     "accumulated", "moments", "variance", "weightsN", "filtered", "aliased"; "temporal" and
+  ///     "atrousN" are composed pictures
   virtual bool Wants(std::string_view name) const = 0;
   /// Called between barriers: may copy from the image.
   virtual void Keep(VkCommandBuffer commands, std::string_view name, const gpu::Image& image) = 0;
@@ -116,9 +117,10 @@ class FramePipeline {
   void Keep(PassRecorder* recorder, std::string_view name, const gpu::Image* image);
   void KeepPicture(PassRecorder* recorder, std::string_view name, const gpu::Image* light);
   /// \param pilot_signals  as in the plan
-  /// \param compared  a level of limit_history
-  std::array<uint32_t, 5> AtrousConstants(const AtrousLevel& level, int pilot_signals = 0,
-                                          bool compared = false) const;
+  /// \param compared   a level of limit_history
+  /// \param sums_only  writes the sums of the weights in place of light
+  std::array<uint32_t, 6> AtrousConstants(const AtrousLevel& level, int pilot_signals = 0,
+                                          bool compared = false, bool sums_only = false) const;
   Groups CoarseGrid() const;
   void RunComparedLevels(int levels, PassRecorder* recorder);
 

@@ -88,8 +88,10 @@ void PassRecorder::RunBytes(Shader shader, Groups groups, std::span<const gpu::I
     return;
   }
   Barrier();
-  if (times_ != nullptr && part_ != info.stage) {
-    part_ = info.stage;
+  const std::string_view part = next_part_.empty() ? std::string_view(info.stage) : next_part_;
+  next_part_ = {};
+  if (times_ != nullptr && part_ != part) {
+    part_ = part;
     times_->Mark(commands_, part_);
   }
   const VkDescriptorSet bound[] = {frame_set_, *own};
