@@ -85,18 +85,19 @@ Status ParseFormats(const RenderArguments& arguments, RenderOptions* options) {
   for (const std::string& name : SplitList(arguments.formats)) {
     bool* wanted = name == "exr"   ? &options->exr
                    : name == "png" ? &options->png
+                   : name == "jpg" ? &options->jpg
                    : name == "mp4" ? &options->mp4
                                    : nullptr;
     if (wanted == nullptr) {
-      constexpr std::string_view kFormats[] = {"exr", "png", "mp4"};
+      constexpr std::string_view kFormats[] = {"exr", "png", "jpg", "mp4"};
       return Status::InvalidArgument(
-          fmt::format("--format has '{}', expected a list of exr, png, mp4{}", name,
+          fmt::format("--format has '{}', expected a list of exr, png, jpg, mp4{}", name,
                       DidYouMean(name, kFormats)));
     }
     *wanted = true;
   }
-  if (!options->exr && !options->png && !options->mp4) {
-    return Status::InvalidArgument("--format is empty, expected a list of exr, png, mp4");
+  if (!options->exr && !options->png && !options->jpg && !options->mp4) {
+    return Status::InvalidArgument("--format is empty, expected a list of exr, png, jpg, mp4");
   }
   return Status::Ok();
 }

@@ -76,6 +76,7 @@ struct RenderOptions {
   PixelType exr_type = PixelType::kHalf;
   bool exr = false;
   bool png = false;
+  bool jpg = false;
   bool mp4 = false;
   std::vector<std::string> outputs;  ///< of the denoiser, by full name
   std::vector<std::string> guides;   ///< of the frame, in the files of the denoised picture
