@@ -4,6 +4,7 @@
 // Devices, memory, pipelines, timestamps, and the messages for missing features.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "gpu/memory.h"
@@ -140,6 +141,31 @@ TEST_F(Ground, ArenaTellsItsNeedBeforehandAndTakesNoMore) {
   EXPECT_GE(after.largest, 33u * 17u * 3u * 8u);
   EXPECT_GE(after.bytes, after.largest + 1000);
   EXPECT_EQ(arena.Allocate().code(), StatusCode::kInternal);
+}
+
+// Blocks are complete: their bytes are those of the allocations and of the ranges between these.
+TEST_F(Ground, ArenasAreCountedWhileTheyLive) {
+  const MemoryBlocks before = CountedBlocks(MemoryPlace::kDevice);
+  {
+    Arena arena(&device_->context());
+    for (const VkDeviceSize bytes : {100, 5000, 300}) {
+      ASSERT_TRUE(arena.AddBuffer(bytes, 0, gpu::BufferPlace::kDevice).ok());
+    }
+    EXPECT_EQ(CountedBlocks(MemoryPlace::kDevice), before);
+    const gpu::MemoryUse need = arena.Need();
+    ASSERT_TRUE(arena.Allocate().ok());
+    const MemoryBlocks with = CountedBlocks(MemoryPlace::kDevice);
+    EXPECT_EQ(with.blocks, before.blocks + need.allocations);
+    EXPECT_EQ(with.allocations, before.allocations + 3);
+    EXPECT_EQ(with.block_bytes, before.block_bytes + need.bytes);
+    EXPECT_GE(with.allocated_bytes, before.allocated_bytes + 5400);
+    EXPECT_GE(with.largest_allocation, 5000u);
+    const uint64_t unused =
+        with.block_bytes - with.allocated_bytes - (before.block_bytes - before.allocated_bytes);
+    EXPECT_EQ(unused > 0, with.unused_ranges > before.unused_ranges);
+    EXPECT_LE(with.largest_unused, std::max<uint64_t>(unused, before.largest_unused));
+  }
+  EXPECT_EQ(CountedBlocks(MemoryPlace::kDevice), before);
 }
 
 TEST_F(Ground, TooMuchMemoryIsAnError) {

@@ -14,6 +14,7 @@
 #include "common/json_output.h"
 #include "common/log_json.h"
 #include "common/machine.h"
+#include "common/memory_table.h"
 
 namespace stillray {
 namespace {
@@ -170,7 +171,7 @@ std::string TimingsTable(const RunLog& log) {
   table += fmt::format("  {:<22}{:>10.1f} MB\n  {:<22}{:>10.1f} MB\n", "memory, denoiser",
                        static_cast<double>(log.denoiser_bytes) / 1e6, "memory, renderer",
                        static_cast<double>(log.renderer_bytes) / 1e6);
-  return table + DeviceMemoryLine(log.device_memory);
+  return table + DeviceMemoryLine(log.device_memory) + MemoryBlocksTable();
 }
 
 }  // namespace stillray
