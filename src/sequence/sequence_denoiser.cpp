@@ -119,6 +119,12 @@ Status Impl::ReadFirstFile() {
     Note(note);
   }
   settings = SettingsFor(options, layout, file->image, motion.has_motion());
+  if (settings.antialias == Antialias::kTaa && !options.IsFixed("antialias")) {
+    Note(fmt::format(
+        "edges and textures are means over few samples: frames are antialiased in time, "
+        "a new one counts for {:.2f} (antialias=off: not)",
+        settings.taa_alpha));
+  }
   if (options.passes) {
     STILLRAY_RETURN_IF_ERROR(PassSplitter::Check(settings, layout));
   }

@@ -2,8 +2,48 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sequence/settings.h"
 
+#include <algorithm>
+#include <charconv>
+#include <string_view>
+
 namespace stillray {
 namespace {
+
+/// The samples per pixel that Cycles states for a view layer ("cycles.ViewLayer.samples"), the most
+/// of all view layers; 0: unknown.
+int StatedSamples(const ExrImage& image) {
+  int most = 0;
+  for (const auto& [name, text] : image.attributes) {
+    const std::string_view attribute = name;
+    int samples = 0;
+    const char* end = text.data() + text.size();
+    if (attribute.starts_with("cycles.") && attribute.ends_with(".samples") &&
+        std::from_chars(text.data(), end, samples).ptr == end) {
+      most = std::max(most, samples);
+    }
+  }
+  return most;
+}
+
+bool IsJitteredSequence(const ExrImage& first) {
+  const auto jitter = first.attributes.find("jitter");
+  return jitter != first.attributes.end() && jitter->second != "0 0";
+}
+
+/// Where guides are means over the pixel, rays go through random points of it: the albedo at edges
+/// and in textures is noisy, and so is the picture, however clean the light. Its mean over frames
+/// is not. Published presets stay as they are.
+void AntialiasMixedGuides(const SequenceOptions& options, const AovLayout& layout,
+                          const ExrImage& first, Settings* settings) {
+  const int samples = StatedSamples(first);
+  if (!layout.soft_guides || samples == 0 || !settings->limit_history || options.passes) {
+    return;
+  }
+  settings->antialias = Antialias::kTaa;
+  if (!options.IsFixed("taa_alpha")) {
+    settings->taa_alpha = AntialiasingWeight(settings->taa_alpha, samples);
+  }
+}
 
 /// If edges are mixtures that differ in every frame, strict tests of the history fail there and
 /// leave noise. limit_history still rejects history with different light; without it strict tests
@@ -26,8 +66,13 @@ void RelaxHistoryTests(const SequenceOptions& options, const AovLayout& layout,
 
 }  // namespace
 
-/// Files without motion have no usable history; temporal antialiasing needs jittered frames, and
-/// would blur those of other renderers.
+float AntialiasingWeight(float alpha, int samples) {
+  const float n = static_cast<float>(samples);
+  return n * alpha / (1 - alpha + n * alpha);
+}
+
+/// Files without motion have no usable history; temporal antialiasing needs jittered frames or
+/// mixed guides, and would blur those of other renderers.
 Settings SettingsFor(const SequenceOptions& options, const AovLayout& layout, const ExrImage& first,
                      bool has_motion) {
   Settings settings = options.settings;
@@ -35,11 +80,12 @@ Settings SettingsFor(const SequenceOptions& options, const AovLayout& layout, co
   if (!has_motion) {
     settings.temporal = false;
   }
-  const auto jitter = first.attributes.find("jitter");
-  const bool jittered =
-      jitter != first.attributes.end() && jitter->second != "0 0" && !options.passes;
+  const bool jittered = IsJitteredSequence(first) && !options.passes;
   if (!has_motion || (!jittered && !options.IsFixed("antialias"))) {
     settings.antialias = Antialias::kOff;
+  }
+  if (has_motion && !jittered && !options.IsFixed("antialias")) {
+    AntialiasMixedGuides(options, layout, first, &settings);
   }
   return settings;
 }

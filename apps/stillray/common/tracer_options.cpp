@@ -46,7 +46,8 @@ void AddFlag(const Parameter& p, CLI::App* command, RenderLines* given) {
 void AddValue(const Parameter& p, const std::string& by_default, CLI::App* command,
               RenderLines* given) {
   const auto take = [given, &p](const std::string& value) { given->push_back({p.name, value}); };
-  command->add_option_function<std::string>(fmt::format("--{}", OptionName(p.name)), take, HelpOf(p))
+  command
+      ->add_option_function<std::string>(fmt::format("--{}", OptionName(p.name)), take, HelpOf(p))
       ->type_name(ValuesOf(p))
       ->default_str(by_default);
 }

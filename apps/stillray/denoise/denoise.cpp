@@ -69,7 +69,8 @@ void AddDenoiseCommand(CLI::App& app, int* exit_code) {
   command->get_option("--settings")->excludes("--preset");
   CLI::Option* set = command->get_option("--set");
   set->description(set->get_description() +
-                   ". antialias is off unless it is set here or the frames are jittered");
+                   ". antialias is off unless it is set here, the frames are jittered, or "
+                   "their guides are antialiased (docs/renderers.md)");
   command
       ->add_option(
           "--window", a->window,

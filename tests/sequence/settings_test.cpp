@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// The settings that a sequence gets from its files.
+#include "sequence/settings.h"
+
+#include <gtest/gtest.h>
+
+namespace stillray {
+namespace {
+
+struct Given {
+  SequenceOptions options;
+  AovLayout layout;
+  ExrImage first;
+};
+
+/// Frames of Blender of `samples` per pixel, through a filter as wide as a pixel.
+Given Mixed(const char* samples) {
+  Given given;
+  given.options.settings = PresetSettings("default").value();
+  given.layout.soft_guides = true;
+  given.first.attributes["cycles.ViewLayer.samples"] = samples;
+  return given;
+}
+
+Settings Chosen(const Given& given, bool has_motion = true) {
+  return SettingsFor(given.options, given.layout, given.first, has_motion);
+}
+
+TEST(SequenceSettings, SamplesCountAlikeInAntialiasing) {
+  EXPECT_FLOAT_EQ(AntialiasingWeight(0.12f, 1), 0.12f);
+  // 0.12 / 0.88 of the past is one sample, so four are 0.48 / 0.88: 0.48 / 1.36.
+  EXPECT_NEAR(AntialiasingWeight(0.12f, 4), 0.48 / 1.36, 1e-6);
+  EXPECT_NEAR(AntialiasingWeight(0.12f, 16), 1.92 / 2.8, 1e-6);
+  EXPECT_FLOAT_EQ(AntialiasingWeight(0, 16), 0);
+  EXPECT_FLOAT_EQ(AntialiasingWeight(1, 16), 1);
+}
+
+TEST(SequenceSettings, FramesWithMixedGuidesAreAntialiased) {
+  const Settings settings = Chosen(Mixed("16"));
+  EXPECT_EQ(settings.antialias, Antialias::kTaa);
+  EXPECT_FLOAT_EQ(settings.taa_alpha, AntialiasingWeight(0.12f, 16));
+}
+
+TEST(SequenceSettings, TheViewLayerOfMostSamplesCounts) {
+  Given given = Mixed("4");
+  given.first.attributes["cycles.Shadows.samples"] = "64";
+  EXPECT_FLOAT_EQ(Chosen(given).taa_alpha, AntialiasingWeight(0.12f, 64));
+}
+
+TEST(SequenceSettings, OthersAreNot) {
+  Given sharp = Mixed("16");
+  sharp.layout.soft_guides = false;
+  EXPECT_EQ(Chosen(sharp).antialias, Antialias::kOff);
+  for (const char* samples : {"", "many", "0", "-4", "16x"}) {
+    EXPECT_EQ(Chosen(Mixed(samples)).antialias, Antialias::kOff) << samples;
+  }
+  EXPECT_EQ(Chosen(Mixed("16"), /*has_motion=*/false).antialias, Antialias::kOff);
+  Given passes = Mixed("16");
+  passes.options.passes = true;
+  EXPECT_EQ(Chosen(passes).antialias, Antialias::kOff);
+  Given published = Mixed("16");
+  published.options.settings = PresetSettings("svgf").value();
+  EXPECT_EQ(Chosen(published).antialias, Antialias::kOff);
+}
+
+TEST(SequenceSettings, WhatIsSetStays) {
+  Given off = Mixed("16");
+  off.options.settings.antialias = Antialias::kOff;
+  off.options.fixed_parameters = {"antialias"};
+  EXPECT_EQ(Chosen(off).antialias, Antialias::kOff);
+  Given alpha = Mixed("16");
+  alpha.options.settings.taa_alpha = 0.3f;
+  alpha.options.fixed_parameters = {"taa_alpha"};
+  EXPECT_EQ(Chosen(alpha).antialias, Antialias::kTaa);
+  EXPECT_FLOAT_EQ(Chosen(alpha).taa_alpha, 0.3f);
+}
+
+TEST(SequenceSettings, JitteredFramesAreAntialiasedAsTheyWere) {
+  Given given = Mixed("16");
+  given.first.attributes["jitter"] = "0.25 -0.125";
+  const Settings settings = Chosen(given);
+  EXPECT_EQ(settings.antialias, Antialias::kAuto);
+  EXPECT_FLOAT_EQ(settings.taa_alpha, 0.12f);
+}
+
+}  // namespace
+}  // namespace stillray
