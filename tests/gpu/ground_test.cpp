@@ -56,6 +56,28 @@ TEST(ChooseDevice, TakesHardwareBeforeSoftware) {
   EXPECT_EQ(gpu::ChooseDevice(devices, "vulkan:0")->name, "software");
 }
 
+TEST(ChooseDevice, TakesDiscreteGpusBeforeIntegratedOnes) {
+  std::vector<DeviceInfo> devices = {MakeInfo("software", false), MakeInfo("integrated", true),
+                                     MakeInfo("virtual", true), MakeInfo("card", true),
+                                     MakeInfo("second card", true)};
+  devices[0].rank = 1;
+  devices[1].rank = 2;
+  devices[2].rank = 3;
+  devices[3].rank = devices[4].rank = 4;
+  EXPECT_EQ(gpu::ChooseDevice(devices, "vulkan")->name, "card");
+  devices.resize(3);
+  EXPECT_EQ(gpu::ChooseDevice(devices, "vulkan")->name, "virtual");
+  devices.resize(2);
+  EXPECT_EQ(gpu::ChooseDevice(devices, "vulkan")->name, "integrated");
+}
+
+TEST(Timestamps, CountersThatBeginAgainAreUnderstood) {
+  EXPECT_EQ(gpu::TicksBetween(10, 25, 64), 15u);
+  EXPECT_EQ(gpu::TicksBetween(0xffffffff0u, 5, 36), 21u);       // 2^36 - 16, then 5
+  EXPECT_EQ(gpu::TicksBetween(3, 0xabc000000000007u, 36), 4u);  // undefined bits above
+  EXPECT_EQ(gpu::TicksBetween(~uint64_t{0}, 1, 64), 2u);
+}
+
 TEST(ChooseDevice, TakesWhatWorksBeforeHardware) {
   const std::vector<DeviceInfo> devices = {MakeInfo("old", true, Status::Unsupported("too old")),
                                            MakeInfo("software", false)};
