@@ -4,10 +4,10 @@
 
 // One step of all active paths: adds emission of the surfaces hit, samples light, and scatters. The
 // counterpart of Tracer::Shade on the CPU.
+#include "render/vulkan/tracer.glsl"
+#include "render/vulkan/surface.glsl"
 #include "render/vulkan/pixel_light.glsl"
 #include "render/vulkan/queue.glsl"
-#include "render/vulkan/surface.glsl"
-#include "render/vulkan/tracer.glsl"
 
 layout(local_size_x = 64) in;
 
