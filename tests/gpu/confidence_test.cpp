@@ -47,6 +47,16 @@ Frame MakeMirrorFrame(int index) {
   return f;
 }
 
+/// Few pixels keep a history whose normals turn; in halves one whose limit is rounded counts for
+/// more in their mean.
+test::Tolerance HistoryToleranceOf(const std::string& name, DevicePrecision precision) {
+  test::Tolerance t = test::ToleranceOf(name, precision);
+  if (precision == DevicePrecision::kHalf && name.find("history") == 0) {
+    t.rms = 0.02;
+  }
+  return t;
+}
+
 class ConfidenceOnDevice : public test::DeviceTest {};
 
 TEST_F(ConfidenceOnDevice, PicturesAreThoseOfTheCpu) {
@@ -56,7 +66,7 @@ TEST_F(ConfidenceOnDevice, PicturesAreThoseOfTheCpu) {
       Denoiser denoiser = MakeDenoiser(settings, precision);
       test::ExpectReferencePictures(
           settings, &denoiser, 6, [](int i) { return MakeFrame(i); },
-          [&](const std::string& name) { return test::ToleranceOf(name, precision); }, preset);
+          [&](const std::string& name) { return HistoryToleranceOf(name, precision); }, preset);
     }
   }
 }

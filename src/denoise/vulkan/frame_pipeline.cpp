@@ -39,6 +39,7 @@
 #include "denoise/vulkan/frame_pipeline.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <string>
 #include <utility>
@@ -76,11 +77,26 @@ Status CheckSize(const gpu::DeviceContext& context, const PipelineOptions& o) {
                                 o.height, most, most));
 }
 
-struct LevelPush {
-  int32_t step;
-  int32_t level;
-  int32_t box;
-};
+/// Bytes of shared memory of AtrousTile: see atrous.comp.
+uint32_t TileBytes(int signals, int radius) {
+  const int texels = (kGroupWidth + 2 * radius) * (kGroupHeight + 2 * radius);
+  return static_cast<uint32_t>(texels * (20 + 24 * signals));
+}
+
+/// STILLRAY_ATROUS chooses the variant of the wavelet, for comparisons: `plain` or `tile`. Without
+/// it GPUs use tiles: on a software driver they are slower than fetching every tap.
+Result<Shader> ChooseAtrous(const gpu::DeviceContext& context, int signals) {
+  const char* given = std::getenv("STILLRAY_ATROUS");
+  const std::string_view variant =
+      given != nullptr && given[0] != '\0' ? given : (context.is_software ? "plain" : "tile");
+  if (variant != "plain" && variant != "tile") {
+    return Status::InvalidArgument(
+        fmt::format("STILLRAY_ATROUS is '{}', expected plain or tile", variant));
+  }
+  constexpr int kLargestRadius = 2;
+  const bool fits = TileBytes(signals, kLargestRadius) <= context.limits.maxComputeSharedMemorySize;
+  return variant == "tile" && fits ? Shader::kAtrousTile : Shader::kAtrous;
+}
 
 }  // namespace
 
@@ -147,6 +163,9 @@ Result<std::unique_ptr<FramePipeline>> FramePipeline::Create(const gpu::DeviceCo
   made->shape_ =
       ShapeOf(o.settings, o.width, o.height, static_cast<int>(made->groups_.size()), o.storage);
   made->grid_ = GroupsFor(o.width, o.height);
+  const Result<Shader> atrous = ChooseAtrous(*context, made->shape_.signals);
+  STILLRAY_RETURN_IF_ERROR(atrous.status());
+  made->atrous_ = *atrous;
   Result<FrameImages> images = AddImages(made->shape_, &made->arena_);
   if (!images.ok()) {
     return images.status();
@@ -183,7 +202,7 @@ std::array<uint32_t, 6> FramePipeline::AtrousConstants(const AtrousLevel& level,
 Status FramePipeline::MakePipelines(const Settings& settings) {
   for (int i = 0; i <= static_cast<int>(Shader::kTonemap); ++i) {
     const auto shader = static_cast<Shader>(i);
-    if (shader == Shader::kAtrous) {
+    if (shader == Shader::kAtrous || shader == Shader::kAtrousTile) {
       continue;
     }
     const Result<const gpu::Pipeline*> made = pipelines_->Find(shader);
@@ -191,16 +210,31 @@ Status FramePipeline::MakePipelines(const Settings& settings) {
   }
   std::array<AtrousLevel, kMaxLevels> levels;
   if (ListLevels(settings, &levels) > 0) {
-    STILLRAY_RETURN_IF_ERROR(
-        pipelines_->Find(Shader::kAtrous, AtrousConstants(levels[0])).status());
+    STILLRAY_RETURN_IF_ERROR(MakeAtrous(AtrousConstants(levels[0])));
     for (const int signals : PilotSignals(settings, groups_)) {
-      STILLRAY_RETURN_IF_ERROR(
-          pipelines_->Find(Shader::kAtrous, AtrousConstants(levels[0], signals)).status());
+      STILLRAY_RETURN_IF_ERROR(MakeAtrous(AtrousConstants(levels[0], signals)));
     }
   }
-  STILLRAY_RETURN_IF_ERROR(
-      pipelines_->Find(Shader::kAtrous, AtrousConstants(ComparedLevel(0), 0, true)).status());
-  return pipelines_->Find(Shader::kAtrous, AtrousConstants(GeometryLevel(0))).status();
+  STILLRAY_RETURN_IF_ERROR(MakeAtrous(AtrousConstants(ComparedLevel(0), 0, true)));
+  return MakeAtrous(AtrousConstants(GeometryLevel(0)));
+}
+
+Status FramePipeline::MakeAtrous(std::span<const uint32_t> constants) {
+  return pipelines_->Find(atrous_, constants).status();
+}
+
+void FramePipeline::RunAtrous(int width, int height,
+                              std::initializer_list<const gpu::Image*> images,
+                              const LevelPush& push, std::span<const uint32_t> constants,
+                              PassRecorder* recorder) {
+  Groups groups = GroupsFor(width, height);
+  if (atrous_ == Shader::kAtrousTile) {
+    // Every residue class modulo the step has groups of its own.
+    groups = GroupsFor((width + push.step - 1) / push.step, (height + push.step - 1) / push.step);
+    groups.x *= static_cast<uint32_t>(push.step);
+    groups.y *= static_cast<uint32_t>(push.step);
+  }
+  recorder->Run(atrous_, groups, images, push, constants);
 }
 
 bool FramePipeline::Fits(const Settings& settings, int width, int height, bool transmission) const {
@@ -282,10 +316,10 @@ void FramePipeline::RunComparedLevels(int levels, PassRecorder* recorder) {
   for (int level = 0; level < levels; ++level) {
     const LevelPush push = {ComparedLevel(level).step, level, 1};
     recorder->CountAs("limit_history");
-    recorder->Run(Shader::kAtrous, CoarseGrid(),
-                  {i.coarse.surface, i.coarse.detail, i.compared[level & 1], i.luminance_factor,
-                   i.nothing, i.compared[(level & 1) ^ 1]},
-                  push, AtrousConstants(ComparedLevel(level), 0, true));
+    RunAtrous(CoarseSize(shape_.width), CoarseSize(shape_.height),
+              {i.coarse.surface, i.coarse.detail, i.compared[level & 1], i.luminance_factor,
+               i.nothing, i.compared[(level & 1) ^ 1]},
+              push, AtrousConstants(ComparedLevel(level), 0, true), recorder);
   }
 }
 
@@ -352,9 +386,9 @@ const gpu::Image* FramePipeline::RunPilot(int level, int signals, const gpu::Ima
   const FrameImages& i = images_;
   const LevelPush push = {PilotLevel(level).step, 0, 1};
   recorder->CountAs("pilot");
-  recorder->Run(Shader::kAtrous, grid_,
-                {i.guides.surface, i.guides.detail, light_, i.luminance_factor, i.nothing, mean},
-                push, AtrousConstants(PilotLevel(level)));
+  RunAtrous(shape_.width, shape_.height,
+            {i.guides.surface, i.guides.detail, light_, i.luminance_factor, i.nothing, mean}, push,
+            AtrousConstants(PilotLevel(level)), recorder);
   recorder->Run(Shader::kMixPilot, grid_, {light_, mean, known_.moments, i.fetched.colour},
                 signals);
   return i.fetched.colour;
@@ -380,17 +414,17 @@ void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
     const AtrousLevel& of_level = plan.level[static_cast<size_t>(level)];
     const LevelPush push = {of_level.step, level, 0};
     if (observer_ != nullptr && observer_->Wants(WeightsName(level))) {
-      recorder->Run(Shader::kAtrous, grid_,
-                    {images_.guides.surface, images_.guides.detail, light_,
-                     images_.luminance_factor, pilot, images_.wavelet[target]},
-                    push, AtrousConstants(of_level, with_pilot, false, /*sums_only=*/true));
+      RunAtrous(shape_.width, shape_.height,
+                {images_.guides.surface, images_.guides.detail, light_, images_.luminance_factor,
+                 pilot, images_.wavelet[target]},
+                push, AtrousConstants(of_level, with_pilot, false, /*sums_only=*/true), recorder);
       Keep(recorder, WeightsName(level), images_.wavelet[target]);
     }
     recorder->CountAs(LevelName(level));
-    recorder->Run(Shader::kAtrous, grid_,
-                  {images_.guides.surface, images_.guides.detail, light_, images_.luminance_factor,
-                   pilot, images_.wavelet[target]},
-                  push, AtrousConstants(of_level, with_pilot));
+    RunAtrous(shape_.width, shape_.height,
+              {images_.guides.surface, images_.guides.detail, light_, images_.luminance_factor,
+               pilot, images_.wavelet[target]},
+              push, AtrousConstants(of_level, with_pilot), recorder);
     light_ = images_.wavelet[target];
     if (plan.feedback_level == level + 1) {
       if (shape_.with_behind) {
@@ -419,10 +453,9 @@ void FramePipeline::KeepMirrors(PassRecorder* recorder) {
   for (int level = 0; level < kKeepMirrorsLevels; ++level) {
     const LevelPush push = {GeometryLevel(level).step, level, 0};
     recorder->CountAs("keep_mirrors");
-    recorder->Run(
-        Shader::kAtrous, grid_,
-        {i.guides.surface, i.guides.detail, measured, i.luminance_factor, i.nothing, other}, push,
-        constants);
+    RunAtrous(shape_.width, shape_.height,
+              {i.guides.surface, i.guides.detail, measured, i.luminance_factor, i.nothing, other},
+              push, constants, recorder);
     std::swap(measured, other);
   }
   recorder->Run(Shader::kKeepMirrors, grid_, {i.noisy, light_, measured, other});

@@ -29,6 +29,13 @@ class FrameObserver {
   virtual void Keep(VkCommandBuffer commands, std::string_view name, const gpu::Image& image) = 0;
 };
 
+/// Of a level of the wavelet, as its shader reads it.
+struct LevelPush {
+  int32_t step = 1;
+  int32_t level = 0;
+  int32_t box = 0;
+};
+
 struct PipelineOptions {
   Settings settings;
   int width = 0;
@@ -122,6 +129,12 @@ class FramePipeline {
   std::array<uint32_t, 6> AtrousConstants(const AtrousLevel& level, int pilot_signals = 0,
                                           bool compared = false, bool sums_only = false) const;
   Groups CoarseGrid() const;
+  /// One level of the wavelet, by the variant that suits the device.
+  /// \param width, height  of the images
+  void RunAtrous(int width, int height, std::initializer_list<const gpu::Image*> images,
+                 const LevelPush& push, std::span<const uint32_t> constants,
+                 PassRecorder* recorder);
+  Status MakeAtrous(std::span<const uint32_t> constants);
   void RunComparedLevels(int levels, PassRecorder* recorder);
 
   const gpu::DeviceContext* context_;
@@ -130,6 +143,7 @@ class FramePipeline {
   std::span<const SignalGroup> groups_;
   bool transmission_ = false;
   Groups grid_;
+  Shader atrous_ = Shader::kAtrous;
   gpu::Arena arena_;
   gpu::DescriptorSets sets_;
   gpu::Timestamps times_;

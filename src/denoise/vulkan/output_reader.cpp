@@ -196,7 +196,10 @@ void OutputReader::ReadSignal(const std::string& kind, int signal, const FrameSt
     const auto variance = [&](int x, int y) {
       return valid(x, y) > 0 ? Variance(load("variance", 3, x, y) / exposure) : 0.0f;
     };
-    const int radius = plan.prefilter_variance.prefilter_variance != 0 ? 1 : 0;
+    // The image holds the variance before smooth_variance.
+    const bool smoothed =
+        plan.prefilter_variance.prefilter_variance != 0 || plan.runs.smooth_variance;
+    const int radius = smoothed ? 1 : 0;
     add([&](int x, int y) {
       return valid(x, y) > 0 ? SmoothedVariance(variance, valid, radius, x, y) : 0.0f;
     });

@@ -38,6 +38,7 @@ enum class Shader : uint8_t {
   kPrefilterVariance,
   kMixPilot,
   kAtrous,
+  kAtrousTile,  ///< the same result, by tiles in shared memory
   kClipOutliers,
   kMeasureMirrors,
   kKeepMirrors,
