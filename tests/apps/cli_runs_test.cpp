@@ -427,6 +427,7 @@ TEST(CliRuns, TheLogHasEveryOptionThatChangesThePictures) {
       {"device", {"device", {}}},
       {"device", {"tracer", {}}},
       {"ray-tracing", {"ray_tracing", {"--ray-tracing", "compute"}}},
+      {"first-hits", {"first_hits", {"--first-hits", "trace"}}},
       {"spp", {"spp", {"--spp", "2"}}},
       {"guides", {"guides", {"--spp", "1/2", "--guides", "sparse"}}},
       {"seed", {"seed", {"--seed", "4"}}},

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/record_largest.h"
 #include "stillray/denoise.hpp"
 
 namespace stillray::test {
@@ -65,6 +66,8 @@ inline void ExpectImage(const NamedImage& a, const NamedImage& b, const Toleranc
   ASSERT_EQ(a.channels.size(), b.channels.size()) << what << " " << a.name;
   for (size_t c = 0; c < a.channels.size(); ++c) {
     const Difference d = Compare(a.channels[c], b.channels[c], t.rms);
+    RecordLargest(a.name + " rms", d.rms, t.rms);
+    RecordLargest(a.name + " outliers", d.outliers, t.outliers);
     EXPECT_LE(d.rms, t.rms) << what << " " << a.name << "[" << c << "]";
     EXPECT_LE(d.outliers, t.outliers) << what << " " << a.name << "[" << c << "]";
   }

@@ -33,7 +33,7 @@ class GpuGuidesTest : public TracingWaysTest {
   std::unique_ptr<Renderer> Create(const Scene& scene, int width, int height,
                                    bool rasterise = true) {
     VulkanRenderOptions options;
-    options.rasterise = rasterise;
+    options.first_hits = rasterise ? FirstHits::kDraw : FirstHits::kTrace;
     options.way = GetParam();
     auto renderer = CreateVulkanRenderer(scene, SmallSettings(width, height, 1), device_, options);
     EXPECT_TRUE(renderer.ok()) << renderer.status().message();
@@ -105,6 +105,7 @@ class GpuGuidesTest : public TracingWaysTest {
     EXPECT_GT(seen, kWidth * kHeight / 4);
     for (const Count& count :
          {depth, normal, albedo, specular, emission, background, motion, id, roughness, previous}) {
+      test::RecordLargest(count.what, count.wrong, kWidth * kHeight * kPerTenThousand / 10000);
       EXPECT_LE(count.wrong, kWidth * kHeight * kPerTenThousand / 10000) << count.what;
     }
   }

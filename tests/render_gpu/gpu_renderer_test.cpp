@@ -57,6 +57,11 @@ class GpuRendererTest : public TracingWaysTest {
     return moment;
   }
 
+  static void ExpectFew(double differing, double most) {
+    test::RecordLargest("differing pixels per thousand", differing, most);
+    EXPECT_LE(differing, most);
+  }
+
   // Pixels whose light is another, in a thousand; the picture's means must be close in any case.
   static double Differing(const Frame& found, const Frame& expected) {
     const Image3 sum = SumOfLight(expected);
@@ -117,7 +122,7 @@ class GpuRendererTest : public TracingWaysTest {
       const Status status = device->RenderFrame(Moment(index), &found);
       ASSERT_TRUE(status.ok()) << status.message();
       ASSERT_TRUE(cpu->RenderFrame(Moment(index), &expected).ok());
-      EXPECT_LE(Differing(found, expected), per_thousand);
+      ExpectFew(Differing(found, expected), per_thousand);
       EXPECT_EQ(found.jitter_x, expected.jitter_x);
       EXPECT_EQ(found.index, expected.index);
       ASSERT_EQ(found.samples.empty(), expected.samples.empty());
@@ -293,7 +298,7 @@ TEST_P(GpuRendererTest, ALensMayBePutOnAndTakenOff) {
     Frame expected;
     ASSERT_TRUE(device->RenderFrame(Moment(3), &found).ok());
     ASSERT_TRUE(CreateOnCpu(*scene, settings)->RenderFrame(Moment(3), &expected).ok());
-    EXPECT_LE(Differing(found, expected), 2 * 2 * kPerThousand);
+    ExpectFew(Differing(found, expected), 2 * 2 * kPerThousand);
   }
 }
 
@@ -426,7 +431,7 @@ TEST_P(GpuRendererTest, QueuesAreFilledInBothWays) {
     ASSERT_TRUE(device.ok());
     Frame found;
     ASSERT_TRUE((*device)->RenderFrame(Moment(3), &found).ok());
-    EXPECT_LE(Differing(found, expected), kPerThousand);
+    ExpectFew(Differing(found, expected), kPerThousand);
   }
 }
 
@@ -442,7 +447,7 @@ TEST_P(GpuRendererTest, SettingsMayChange) {
   EXPECT_EQ(frame.width, kWidth);
   Frame expected;
   ASSERT_TRUE(CreateOnCpu(*scene, settings)->RenderFrame(Moment(1), &expected).ok());
-  EXPECT_LE(Differing(frame, expected), 2 * kPerThousand);
+  ExpectFew(Differing(frame, expected), 2 * kPerThousand);
   // A smaller one, in the room of the one before.
   settings.width = kWidth - 10;
   settings.height = kHeight - 3;
@@ -450,7 +455,7 @@ TEST_P(GpuRendererTest, SettingsMayChange) {
   ASSERT_TRUE(device->RenderFrame(Moment(2), &frame).ok());
   ASSERT_TRUE(CreateOnCpu(*scene, settings)->RenderFrame(Moment(2), &expected).ok());
   EXPECT_EQ(frame.width, kWidth - 10);
-  EXPECT_LE(Differing(frame, expected), 2 * kPerThousand);
+  ExpectFew(Differing(frame, expected), 2 * kPerThousand);
   settings.spp = 0;
   EXPECT_THAT(device->SetSettings(settings).message(), HasSubstr("spp is '0'"));
   EXPECT_EQ(device->settings().spp, 2);

@@ -127,6 +127,11 @@ Status FramesBench::Add(const std::string& name, const Settings* settings, const
   if (settings != nullptr) {
     Result<Denoiser> made = Denoiser::Create(*settings, device);
     STILLRAY_RETURN_IF_ERROR(made.status());
+    if (!downloads_) {
+      Results kept;
+      kept.colour = false;
+      made->SetResults(kept);
+    }
     entry.denoiser.push_back(std::move(made.value()));
   }
   entries_.push_back(std::move(entry));

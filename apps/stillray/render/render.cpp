@@ -176,6 +176,13 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
                    "hardware if a GPU supports it")
       ->check(OneOf({"auto", "hardware", "compute"}))
       ->capture_default_str();
+  command
+      ->add_option(
+          "--first-hits", a->first_hits,
+          "How a Vulkan device finds what the camera sees: draw (the rasteriser), trace, or "
+          "auto: draw, except where the driver emulates ray tracing")
+      ->check(OneOf({"auto", "draw", "trace"}))
+      ->capture_default_str();
   command->add_option("--threads", a->threads, "Default: all processors")
       ->check(CLI::Range(0, 4096));
   command->option_defaults()->group("Output");

@@ -50,6 +50,7 @@ struct RenderArguments {
   std::string device = "auto";
   bool verbose = false;
   std::string ray_tracing = "auto";
+  std::string first_hits = "auto";
   std::string json_path;
 };
 
@@ -73,6 +74,7 @@ struct RenderOptions {
   std::string preset;  ///< from which `denoise` starts
   Settings denoise;
   render::TracingWay tracing_way = render::TracingWay::kAuto;
+  render::FirstHits first_hits = render::FirstHits::kAuto;
   PixelType exr_type = PixelType::kHalf;
   bool exr = false;
   bool png = false;

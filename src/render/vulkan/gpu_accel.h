@@ -19,6 +19,14 @@
 
 namespace stillray::render {
 
+/// Whether the device has units that trace rays. Drivers offer ray tracing pipelines on some
+/// devices without, and emulate them; ray queries they offer only where there are such units.
+bool TracesByUnits(const gpu::DeviceInfo& info);
+
+/// Whether the camera's first hits are drawn. `kAuto` traces them on GPUs whose driver emulates ray
+/// tracing pipelines: among those are data centre GPUs with few units that draw.
+bool DrawsFirstHits(const gpu::DeviceInfo& info, FirstHits wanted);
+
 /// Whether rays are traced in hardware on this device.
 /// \return kUnsupported if it is requested and not available
 Result<bool> UsesHardware(const gpu::Device& device, TracingWay way);
