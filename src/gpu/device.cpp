@@ -3,6 +3,11 @@
 
 #include "gpu/device.h"
 
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+#include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -185,13 +190,24 @@ Device::~Device() {
 
 namespace {
 
-constexpr uint64_t kWaitSeconds = 10;
+/// How long to wait for a GPU: STILLRAY_GPU_TIMEOUT, or 10 seconds if it is no whole number above
+/// 0.
+uint64_t WaitSeconds() {
+  constexpr uint64_t kDefault = 10;
+  constexpr uint64_t kMost = 1'000'000;
+  const char* given = std::getenv("STILLRAY_GPU_TIMEOUT");
+  const std::string_view text = given != nullptr ? given : "";
+  uint64_t seconds = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seconds);
+  const bool whole = error == std::errc() && end == text.data() + text.size();
+  return whole && seconds > 0 ? std::min(seconds, kMost) : kDefault;
+}
 
 Status HangsError() {
   return Status::Unsupported(fmt::format(
       "Vulkan: waiting for the device: it hangs; its work was not finished after {} s, expected "
-      "fractions of a second",
-      kWaitSeconds));
+      "fractions of a second (STILLRAY_GPU_TIMEOUT=N waits N s)",
+      WaitSeconds()));
 }
 
 }  // namespace
@@ -219,7 +235,7 @@ Status Device::Submit() {
   submit.pCommandBuffers = &commands_;
   STILLRAY_RETURN_IF_ERROR(ToStatus(vk.QueueSubmit(queue_, 1, &submit, fence_), "submitting work"));
   // A software driver may take any time.
-  const uint64_t limit = info_.is_gpu ? kWaitSeconds * 1'000'000'000 : UINT64_MAX;
+  const uint64_t limit = info_.is_gpu ? WaitSeconds() * 1'000'000'000 : UINT64_MAX;
   const VkResult waited = vk.WaitForFences(context_.device, 1, &fence_, VK_TRUE, limit);
   if (waited == VK_TIMEOUT) {
     hangs_ = true;

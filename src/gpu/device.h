@@ -63,9 +63,10 @@ class Device {
   [[nodiscard]] FairLock Lock() { return FairLock(mutex_); }
   /// Restarts the command buffer. Call Run before the next Begin.
   Result<VkCommandBuffer> Begin();
-  /// Ends the command buffer, submits it and waits for its completion: for a GPU 10 seconds. A
-  /// device without a display has no watchdog, and a shader that never ends would block the program
-  /// for good. After that the device is lost: this and Begin fail, and nothing is destroyed.
+  /// Ends the command buffer, submits it and waits for its completion: for a GPU 10 seconds, or
+  /// as many as the environment variable STILLRAY_GPU_TIMEOUT has. A device without a display has
+  /// no watchdog, and a shader that never ends would block the program for good. After that the
+  /// device is lost: this and Begin fail, and nothing is destroyed.
   Status Run();
 
  private:
