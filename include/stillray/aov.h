@@ -132,7 +132,6 @@ enum class Aov : uint8_t {
   kAlpha,
   kDepth,
   kNormal,
-  kPreviousNormal,  ///< Guides::previous_normal; in the axes of kNormal, always in world space
   kMotion,
   kNextMotion,  ///< towards the next frame, in addition to kMotion
   kAlbedo,
@@ -171,7 +170,7 @@ enum class Aov : uint8_t {
   kEmission,
   kBackground,
 };
-inline constexpr int kAovCount = 41;
+inline constexpr int kAovCount = 40;
 /// The name on the command line: "colour", "direct_diffuse", ...
 const char* AovName(Aov aov);
 

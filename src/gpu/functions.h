@@ -83,9 +83,6 @@ namespace stillray::gpu {
   X(UpdateDescriptorSets)               \
   X(CreatePipelineLayout)               \
   X(DestroyPipelineLayout)              \
-  X(CreatePipelineCache)                \
-  X(DestroyPipelineCache)               \
-  X(GetPipelineCacheData)               \
   X(CreateComputePipelines)             \
   X(CreateGraphicsPipelines)            \
   X(DestroyPipeline)                    \

@@ -224,7 +224,6 @@ const char* AovName(Aov aov) {
                                              "alpha",
                                              "depth",
                                              "normal",
-                                             "previous_normal",
                                              "motion",
                                              "next_motion",
                                              "albedo",

@@ -112,7 +112,6 @@ struct CallerFrame {
     }
     const Guides& g = frame.guides;
     Add("normal", g.normal);
-    Add("previous_normal", g.previous_normal);
     Add("albedo", g.albedo);
     Add("specular_albedo", g.specular_albedo);
     Add("motion", g.motion);
@@ -207,7 +206,6 @@ inline Frame RoundedToHalf(Frame frame) {
   }
   Guides& g = frame.guides;
   round_planes(&g.normal);
-  round_planes(&g.previous_normal);
   round_planes(&g.albedo);
   round_planes(&g.specular_albedo);
   round_planes(&g.motion);
