@@ -12,8 +12,9 @@
 namespace stillray {
 
 /// The weight of a new frame of several samples per pixel in temporal antialiasing: each counts as
-/// much as the one sample of a frame whose weight is `alpha`. \param alpha  0 to 1 \param samples >
-/// 0
+/// much as the one sample of a frame whose weight is `alpha`.
+/// \param alpha    0 to 1
+/// \param samples  above 0
 float AntialiasingWeight(float alpha, int samples);
 
 /// \param first       the first file of the sequence
