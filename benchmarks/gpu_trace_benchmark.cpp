@@ -9,17 +9,20 @@
 // Rays of the scene's camera, rays of all directions from the points that those meet, and shadow
 // rays from there to points of the scene (the same for all, in the order of the picture); then
 // milliseconds of whole frames with one path per pixel, shading included. Where the device traces
-// rays by hardware both ways are measured, in turn. The least time of the repeats counts: on the
+// rays by hardware both ways are measured, in turn, and frames with their first hits drawn by the
+// rasteriser and traced. The least time of the repeats counts: on the
 // device that of the dispatch or the frame alone, by its own clock; of Embree that of tracing, on
 // all threads.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <string>
 #include <vector>
 
 #include <tbb/parallel_for.h>
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 #include "render/camera.h"
 #include "render/geometry_shared.h"
@@ -30,10 +33,13 @@
 namespace stillray::render {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 struct Options {
   std::vector<std::string> scenes;
   std::string device = "vulkan";
   std::string size = "1280x720";
+  std::string json_path;
   int width = 0;
   int height = 0;
   int repeats = 5;
@@ -110,13 +116,21 @@ struct Way {
   TracingWay way;
   std::unique_ptr<GpuAccel> accel;
   std::unique_ptr<GpuBatch> batch;
+  double least_ms = 1e30;
+};
+
+/// Whole frames by one way, with first hits drawn or traced.
+struct FrameWay {
+  std::string name;
+  std::string first_hits;
   std::unique_ptr<Renderer> renderer;
   double least_ms = 1e30;
+  RenderTimings best;
 };
 
 /// \param shadow  whether light passes, in place of first hits
 Status Measure(const char* kind, const std::vector<GpuRay>& rays, bool shadow, const Accel& embree,
-               const Options& options, std::vector<Way>* ways) {
+               const Options& options, std::vector<Way>* ways, Json* json) {
   double embree_ms = 1e30;
   for (Way& way : *ways) {
     way.least_ms = 1e30;
@@ -139,18 +153,41 @@ Status Measure(const char* kind, const std::vector<GpuRay>& rays, bool shadow, c
     std::printf("   %s %9.2f M/s", way.name, rate(way.least_ms));
   }
   std::printf("   Embree %9.2f M/s\n", rate(embree_ms));
+  Json& rates = (*json)["million_rays_per_second"][kind];
+  rates["rays"] = rays.size();
+  for (const Way& way : *ways) {
+    rates[way.name] = rate(way.least_ms);
+  }
+  rates["embree"] = rate(embree_ms);
   return Status::Ok();
 }
 
-/// Whole frames: guides, paths and shading, by the device's own clock.
-Status MeasureFrames(const Options& options, std::vector<Way>* ways) {
-  std::vector<RenderTimings> best(ways->size());
-  for (Way& way : *ways) {
-    way.least_ms = 1e30;
+Result<std::vector<FrameWay>> MakeFrameWays(const std::shared_ptr<gpu::Device>& device,
+                                            const Scene& scene, const Options& options,
+                                            const std::vector<Way>& ways) {
+  std::vector<FrameWay> made;
+  for (const Way& way : ways) {
+    for (const bool draw : {true, false}) {
+      if (draw && !device->can_draw()) {
+        continue;
+      }
+      RenderSettings settings;
+      settings.width = options.width;
+      settings.height = options.height;
+      Result<std::unique_ptr<Renderer>> renderer = CreateVulkanRenderer(
+          scene, settings, device,
+          {.first_hits = draw ? FirstHits::kDraw : FirstHits::kTrace, .way = way.way});
+      STILLRAY_RETURN_IF_ERROR(renderer.status());
+      made.push_back({way.name, draw ? "drawn" : "traced", std::move(*renderer), 1e30, {}});
+    }
   }
+  return made;
+}
+
+/// Whole frames: guides, paths and shading, by the device's own clock.
+Status MeasureFrames(const Options& options, std::vector<FrameWay>* ways, Json* json) {
   for (int i = 0; i < options.repeats; ++i) {
-    for (size_t k = 0; k < ways->size(); ++k) {
-      Way& way = (*ways)[k];
+    for (FrameWay& way : *ways) {
       Frame frame;
       RenderMoment moment;
       moment.frame_index = i;
@@ -159,16 +196,24 @@ Status MeasureFrames(const Options& options, std::vector<Way>* ways) {
       const double ms = t.primary_ms + t.shade_ms + t.shadow_ms + t.bounce_ms;
       if (ms < way.least_ms) {
         way.least_ms = ms;
-        best[k] = t;
+        way.best = t;
       }
     }
   }
-  for (size_t k = 0; k < ways->size(); ++k) {
-    const RenderTimings& t = best[k];
+  for (const FrameWay& way : *ways) {
+    const RenderTimings& t = way.best;
     std::printf(
-        "  frame    %-8s %9.2f ms: camera's rays and guides %.2f, shading %.2f, shadow rays "
+        "  frame    %-8s %9.2f ms: camera's rays (%s) and guides %.2f, shading %.2f, shadow rays "
         "%.2f, bounce rays %.2f\n",
-        (*ways)[k].name, (*ways)[k].least_ms, t.primary_ms, t.shade_ms, t.shadow_ms, t.bounce_ms);
+        way.name.c_str(), way.least_ms, way.first_hits.c_str(), t.primary_ms, t.shade_ms,
+        t.shadow_ms, t.bounce_ms);
+    (*json)["frames"].push_back({{"way", way.name},
+                                 {"first_hits", way.first_hits},
+                                 {"ms", way.least_ms},
+                                 {"primary_ms", t.primary_ms},
+                                 {"shade_ms", t.shade_ms},
+                                 {"shadow_ms", t.shadow_ms},
+                                 {"bounce_ms", t.bounce_ms}});
   }
   return Status::Ok();
 }
@@ -186,18 +231,11 @@ Status MakeWay(const std::shared_ptr<gpu::Device>& device, const SceneState& sta
               static_cast<double>(memory.largest) * 0x1p-20);
   const auto most = static_cast<uint32_t>(options.width * options.height);
   way->batch = std::make_unique<GpuBatch>(device.get(), way->accel.get(), most);
-  RenderSettings settings;
-  settings.width = options.width;
-  settings.height = options.height;
-  Result<std::unique_ptr<Renderer>> renderer =
-      CreateVulkanRenderer(state.scene(), settings, device, {.way = way->way});
-  STILLRAY_RETURN_IF_ERROR(renderer.status());
-  way->renderer = std::move(*renderer);
   return way->batch->status();
 }
 
 Status RunScene(const std::shared_ptr<gpu::Device>& device, const std::string& spec,
-                const Options& options) {
+                const Options& options, Json* list) {
   const Result<Scene> scene = LoadScene(spec);
   if (!scene.ok()) {
     return scene.status();
@@ -211,21 +249,42 @@ Status RunScene(const std::shared_ptr<gpu::Device>& device, const std::string& s
     return embree.status();
   }
   std::printf("%s: %zu triangles\n", spec.c_str(), scene->TriangleCount());
+  Json json = {{"scene", spec}, {"triangles", scene->TriangleCount()}};
   std::vector<Way> ways;
-  ways.push_back({"compute", TracingWay::kCompute, {}, {}, {}});
+  ways.push_back({"compute", TracingWay::kCompute, {}, {}});
   if (device->context().ray_tracing.offered) {
-    ways.push_back({"hardware", TracingWay::kHardware, {}, {}, {}});
+    ways.push_back({"hardware", TracingWay::kHardware, {}, {}});
   }
   for (Way& way : ways) {
     STILLRAY_RETURN_IF_ERROR(MakeWay(device, state, options, &way));
   }
   const std::vector<GpuRay> camera = CameraRays(state, options);
   const std::vector<GpuRay> bounce = BounceRays(state, camera, ways[0].batch->FirstHits(camera));
-  STILLRAY_RETURN_IF_ERROR(Measure("camera", camera, false, **embree, options, &ways));
-  STILLRAY_RETURN_IF_ERROR(Measure("bounce", bounce, false, **embree, options, &ways));
+  STILLRAY_RETURN_IF_ERROR(Measure("camera", camera, false, **embree, options, &ways, &json));
+  STILLRAY_RETURN_IF_ERROR(Measure("bounce", bounce, false, **embree, options, &ways, &json));
   STILLRAY_RETURN_IF_ERROR(
-      Measure("shadow", ShadowRays(*scene, bounce), true, **embree, options, &ways));
-  return MeasureFrames(options, &ways);
+      Measure("shadow", ShadowRays(*scene, bounce), true, **embree, options, &ways, &json));
+  Result<std::vector<FrameWay>> frames = MakeFrameWays(device, *scene, options, ways);
+  STILLRAY_RETURN_IF_ERROR(frames.status());
+  STILLRAY_RETURN_IF_ERROR(MeasureFrames(options, &*frames, &json));
+  list->push_back(std::move(json));
+  return Status::Ok();
+}
+
+Status WriteJson(const Options& options, const gpu::DeviceInfo& device, const Json& scenes) {
+  if (options.json_path.empty()) {
+    return Status::Ok();
+  }
+  std::ofstream file(options.json_path);
+  file << Json{{"device", device.name},
+               {"width", options.width},
+               {"height", options.height},
+               {"repeats", options.repeats},
+               {"scenes", scenes}}
+              .dump(2)
+       << "\n";
+  file.close();
+  return file ? Status::Ok() : Status::Io(options.json_path + ": cannot be written");
 }
 
 Status Run(Options options) {
@@ -259,8 +318,12 @@ Status Run(Options options) {
   }
   std::printf("%s, %dx%d, least of %d\n", chosen->name.c_str(), options.width, options.height,
               options.repeats);
+  Json scenes = Json::array();
   for (const std::string& scene : options.scenes) {
-    STILLRAY_RETURN_IF_ERROR(RunScene(*device, scene, options));
+    STILLRAY_RETURN_IF_ERROR(RunScene(*device, scene, options, &scenes));
+    std::fflush(stdout);
+    // After each scene: a run that is ended early leaves those that it has measured.
+    STILLRAY_RETURN_IF_ERROR(WriteJson(options, *chosen, scenes));
   }
   return Status::Ok();
 }
@@ -275,6 +338,7 @@ int main(int argc, char** argv) {
   app.add_option("--device", options.device, "vulkan or vulkan:N");
   app.add_option("--size", options.size, "of the picture, WIDTHxHEIGHT");
   app.add_option("--repeats", options.repeats)->check(CLI::Range(1, 1000));
+  app.add_option("--json", options.json_path, "Write the figures there too");
   CLI11_PARSE(app, argc, argv);
   const stillray::Status status = stillray::render::Run(options);
   if (!status.ok()) {

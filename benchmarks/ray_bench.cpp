@@ -244,7 +244,7 @@ Status EmbreeRayBench::Build(const Scene& scene, double seconds) {
 Status EmbreeRayBench::RecordFrame(const Scene& scene, const RenderSettings& settings,
                                    const RenderMoment& moment) {
   Result<std::unique_ptr<Renderer>> renderer = CreateRenderer(
-      scene, settings, LightStrategy::kBoth,
+      scene, settings,
       [&](std::unique_ptr<Accel> accel) { return MakeRecordingAccel(std::move(accel), &logs_); });
   if (!renderer.ok()) {
     return renderer.status();

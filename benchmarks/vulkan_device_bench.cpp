@@ -9,14 +9,19 @@
 
 #include <fmt/format.h>
 
+#include "benchmarks/copy_bench.h"
+#include "benchmarks/packed_inputs.h"
+#include "core/clock.h"
 #include "core/random.h"
 #include "denoise/vulkan/frame_download.h"
 #include "denoise/vulkan/frame_pipeline.h"
 #include "denoise/vulkan/frame_upload.h"
+#include "gpu/shader_folder.h"
 
 namespace stillray::vulkan {
 namespace {
 
+/// Frames that fill histories, and take descriptor sets for the first time.
 constexpr int kWarmUp = 8;
 
 /// Slanted planes and a curved one, lit by sparse samples, under a camera that moves by a quarter
@@ -64,72 +69,143 @@ Frame MakeFrame(int width, int height) {
   return f;
 }
 
-/// A copy between two buffers of the device, timed.
-class CopyBench {
- public:
-  explicit CopyBench(const gpu::DeviceContext* context)
-      : context_(context), arena_(context), times_(context) {}
+/// Submissions last about this long: a wait for the device and its start take some 0.1 ms, and its
+/// clock falls while it waits.
+constexpr double kSubmissionMs = 20;
+constexpr int kMostFramesOfASubmission = 64;
 
-  /// \param bytes  read and written in all
-  Status Create(uint64_t bytes) {
-    size_ = bytes / 2 / 16 * 16;
-    const auto add = [&](const gpu::Buffer** buffer) {
-      const Result<const gpu::Buffer*> added =
-          arena_.AddBuffer(size_, 0, gpu::BufferPlace::kDevice);
-      STILLRAY_RETURN_IF_ERROR(added.status());
-      *buffer = *added;
-      return Status::Ok();
-    };
-    STILLRAY_RETURN_IF_ERROR(add(&from_));
-    STILLRAY_RETURN_IF_ERROR(add(&to_));
-    STILLRAY_RETURN_IF_ERROR(arena_.Allocate());
+/// Where the frames come from and go to.
+struct Images {
+  std::unique_ptr<FrameUpload> upload;
+  std::unique_ptr<FrameDownload> download;
+  std::unique_ptr<PackedInputs> packed;
+
+  void Record(VkCommandBuffer commands) {
+    if (packed != nullptr) {
+      packed->Record(commands);
+    } else {
+      upload->Record(commands);
+      download->RecordUse(commands);
+    }
+  }
+  FrameInputs Inputs() const {
+    FrameInputs inputs = packed != nullptr ? packed->inputs() : upload->inputs();
+    if (packed == nullptr) {
+      download->ShowTo(&inputs);
+    }
+    return inputs;
+  }
+};
+
+Result<Images> MakeImages(const gpu::DeviceContext* context, const Frame& frame,
+                          BenchInputs inputs) {
+  Images images;
+  if (inputs == BenchInputs::kPacked) {
+    Result<std::unique_ptr<PackedInputs>> packed = PackedInputs::Create(context, frame);
+    STILLRAY_RETURN_IF_ERROR(packed.status());
+    images.packed = std::move(*packed);
+    return images;
+  }
+  Result<std::unique_ptr<FrameUpload>> upload =
+      FrameUpload::Create(context, frame.width, frame.height, FactsOf(frame));
+  STILLRAY_RETURN_IF_ERROR(upload.status());
+  STILLRAY_RETURN_IF_ERROR((*upload)->Write(frame));
+  Result<std::unique_ptr<FrameDownload>> download =
+      FrameDownload::Create(context, frame.width, frame.height);
+  STILLRAY_RETURN_IF_ERROR(download.status());
+  STILLRAY_RETURN_IF_ERROR((*download)->Prepare(Results()));
+  images.upload = std::move(*upload);
+  images.download = std::move(*download);
+  return images;
+}
+
+/// Denoises the same frame again and again.
+class FrameLoop {
+ public:
+  FrameLoop(gpu::Device* device, const DeviceBenchOptions& options)
+      : device_(device), options_(options), copy_(&device->context()), times_(&device->context()) {}
+
+  Status Create(DeviceBenchResult* result) {
+    const DeviceBenchOptions& o = options_;
+    const gpu::DeviceContext* context = &device_->context();
+    const PipelineOptions options = {
+        o.settings,
+        o.width,
+        o.height,
+        false,
+        o.precision == DevicePrecision::kFloat ? Storage::kFloat : Storage::kHalf,
+        true};
+    Result<std::unique_ptr<FramePipeline>> pipeline = FramePipeline::Create(context, options);
+    STILLRAY_RETURN_IF_ERROR(pipeline.status());
+    pipeline_ = std::move(*pipeline);
+    const Frame frame = MakeFrame(o.width, o.height);
+    facts_ = FactsOf(frame);
+    Result<Images> images = MakeImages(context, frame, o.inputs);
+    STILLRAY_RETURN_IF_ERROR(images.status());
+    images_ = std::move(*images);
+    result->signals = static_cast<int>(pipeline_->groups().size());
+    result->copy_bytes_per_pixel = kLeastSharedBytes + kLeastSignalBytes * result->signals;
+    result->copy_bytes = static_cast<uint64_t>(result->copy_bytes_per_pixel) *
+                         static_cast<uint64_t>(o.width) * static_cast<uint64_t>(o.height);
+    STILLRAY_RETURN_IF_ERROR(copy_.Create(result->copy_bytes));
     return times_.Create(2);
   }
 
-  void Record(VkCommandBuffer commands) {
-    times_.Begin(commands);
-    times_.Mark(commands, "copy");
-    const VkBufferCopy region = {0, 0, size_};
-    context_->vk.CmdCopyBuffer(commands, from_->buffer, to_->buffer, 1, &region);
-    VkMemoryBarrier barrier = {};
-    barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
-    barrier.srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT;
-    barrier.dstAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT;
-    context_->vk.CmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT,
-                                    VK_PIPELINE_STAGE_TRANSFER_BIT, 0, 1, &barrier, 0, nullptr, 0,
-                                    nullptr);
-    times_.End(commands);
+  /// Runs so many frames and copies in one submission.
+  Status Run(int frames) {
+    const Result<VkCommandBuffer> commands = device_->Begin();
+    STILLRAY_RETURN_IF_ERROR(commands.status());
+    if (facts_.index == 0) {
+      images_.Record(*commands);
+    }
+    const FrameInputs inputs = images_.Inputs();
+    times_.Begin(*commands);
+    times_.Mark(*commands, "frames");
+    for (int i = 0; i < frames; ++i) {
+      const FramePlan plan = MakePlan(options_.settings, facts_, pipeline_->progress());
+      STILLRAY_RETURN_IF_ERROR(pipeline_->Record(*commands, plan, facts_, inputs, nullptr));
+      ++facts_.index;
+    }
+    times_.End(*commands);
+    copy_.Record(*commands, frames);
+    frames_ = frames;
+    return device_->Run();
   }
 
-  double Read() const {
+  /// Milliseconds of one frame of the last submission.
+  double FrameMs() const {
     const std::vector<gpu::DeviceTime> times = times_.Read();
-    return times.empty() ? 0 : times.front().milliseconds;
+    return times.empty() ? 0 : times.front().milliseconds / frames_;
   }
+
+  void AddTo(DeviceBenchResult* result) const {
+    for (const gpu::DeviceTime& time : pipeline_->times()) {
+      auto at = std::find_if(result->stages.begin(), result->stages.end(),
+                             [&](const auto& stage) { return stage.name == time.name; });
+      if (at == result->stages.end()) {
+        result->stages.push_back({std::string(time.name), {}});
+        at = result->stages.end() - 1;
+      }
+      at->ms.push_back(time.milliseconds);
+    }
+    const CopyTimes copy = copy_.Read();
+    result->whole.push_back(FrameMs());
+    result->transfer_copy.push_back(copy.transfer);
+    result->compute_copy.push_back(copy.compute);
+  }
+
+  gpu::MemoryUse memory() const { return pipeline_->memory(); }
 
  private:
-  const gpu::DeviceContext* context_;
-  gpu::Arena arena_;
+  gpu::Device* device_;
+  const DeviceBenchOptions& options_;
+  std::unique_ptr<FramePipeline> pipeline_;
+  Images images_;
+  FrameFacts facts_;
+  CopyBench copy_;
   gpu::Timestamps times_;
-  VkDeviceSize size_ = 0;
-  const gpu::Buffer* from_ = nullptr;
-  const gpu::Buffer* to_ = nullptr;
+  int frames_ = 1;
 };
-
-void Add(const std::vector<gpu::DeviceTime>& times, double copy, DeviceBenchResult* result) {
-  double whole = 0;
-  for (const gpu::DeviceTime& time : times) {
-    auto at = std::find_if(result->stages.begin(), result->stages.end(),
-                           [&](const auto& stage) { return stage.name == time.name; });
-    if (at == result->stages.end()) {
-      result->stages.push_back({std::string(time.name), {}});
-      at = result->stages.end() - 1;
-    }
-    at->ms.push_back(time.milliseconds);
-    whole += time.milliseconds;
-  }
-  result->whole.push_back(whole);
-  result->copy.push_back(copy);
-}
 
 }  // namespace
 
@@ -139,52 +215,23 @@ Result<DeviceBenchResult> RunDeviceBench(const std::shared_ptr<gpu::Device>& dev
     return Status::Unsupported(
         fmt::format("{}: the device measures no times", device->info().name));
   }
-  const gpu::DeviceContext* context = &device->context();
-  PipelineOptions options = {
-      o.settings,
-      o.width,
-      o.height,
-      false,
-      o.precision == DevicePrecision::kFloat ? Storage::kFloat : Storage::kHalf,
-      true};
-  Result<std::unique_ptr<FramePipeline>> pipeline = FramePipeline::Create(context, options);
-  STILLRAY_RETURN_IF_ERROR(pipeline.status());
-  const Frame frame = MakeFrame(o.width, o.height);
-  FrameFacts facts = FactsOf(frame);
-  Result<std::unique_ptr<FrameUpload>> upload =
-      FrameUpload::Create(context, o.width, o.height, facts);
-  STILLRAY_RETURN_IF_ERROR(upload.status());
-  STILLRAY_RETURN_IF_ERROR((*upload)->Write(frame));
-  const Result<std::unique_ptr<FrameDownload>> download =
-      FrameDownload::Create(context, o.width, o.height);
-  STILLRAY_RETURN_IF_ERROR(download.status());
-  FrameInputs images = (*upload)->inputs();
-  (*download)->ShowTo(&images);
-
   DeviceBenchResult result;
-  result.signals = static_cast<int>((*pipeline)->groups().size());
-  result.copy_bytes_per_pixel = kLeastSharedBytes + kLeastSignalBytes * result.signals;
-  result.copy_bytes = static_cast<uint64_t>(result.copy_bytes_per_pixel) *
-                      static_cast<uint64_t>(o.width) * static_cast<uint64_t>(o.height);
-  CopyBench copy(context);
-  STILLRAY_RETURN_IF_ERROR(copy.Create(result.copy_bytes));
-  for (int i = 0; i < kWarmUp + o.repeats; ++i) {
-    const Result<VkCommandBuffer> commands = device->Begin();
-    STILLRAY_RETURN_IF_ERROR(commands.status());
-    if (i == 0) {
-      (*upload)->Record(*commands);
-      (*download)->RecordUse(*commands);
-    }
-    facts.index = i;
-    const FramePlan plan = MakePlan(o.settings, facts, (*pipeline)->progress());
-    STILLRAY_RETURN_IF_ERROR((*pipeline)->Record(*commands, plan, facts, images, nullptr));
-    copy.Record(*commands);
-    STILLRAY_RETURN_IF_ERROR(device->Run());
-    if (i >= kWarmUp) {
-      Add((*pipeline)->times(), copy.Read(), &result);
-    }
+  result.replaced_shaders = gpu::ReplacedShaders();
+  FrameLoop loop(device.get(), o);
+  STILLRAY_RETURN_IF_ERROR(loop.Create(&result));
+  const Clock::time_point start = Clock::now();
+  for (int i = 0; i < kWarmUp || MillisecondsSince(start) < o.warm_up_ms;) {
+    STILLRAY_RETURN_IF_ERROR(loop.Run(result.frames_of_a_submission));
+    i += result.frames_of_a_submission;
+    const double frame_ms = std::max(loop.FrameMs(), 1e-3);
+    result.frames_of_a_submission =
+        std::clamp(static_cast<int>(kSubmissionMs / frame_ms), 1, kMostFramesOfASubmission);
   }
-  const gpu::MemoryUse use = (*pipeline)->memory();
+  for (int i = 0; i < o.repeats; ++i) {
+    STILLRAY_RETURN_IF_ERROR(loop.Run(result.frames_of_a_submission));
+    loop.AddTo(&result);
+  }
+  const gpu::MemoryUse use = loop.memory();
   result.memory = {use.allocations, use.resources, use.bytes, use.largest};
   return result;
 }

@@ -8,8 +8,9 @@
 #
 # stillray_embed_shader(<output variable> <file> <namespace> <symbol> [defines...])
 # <file>, relative to the current source folder, becomes a generated source that defines
-# `extern const std::uint32_t <symbol>[]` and `extern const std::size_t <symbol>Words`. Its path is
-# appended to the output variable.
+# `extern const std::uint32_t <symbol>[]` and `extern const std::size_t <symbol>Words`, and registers
+# the shader's name: the symbol without its k (gpu/shader_folder.h). Its path is appended to the output
+# variable.
 #
 # This file is also the script that the build runs to do it:
 # cmake -D INPUT= -D OUTPUT= -D NAMESPACE= -D SYMBOL= -P Shaders.cmake
@@ -17,15 +18,19 @@
 if(CMAKE_SCRIPT_MODE_FILE STREQUAL CMAKE_CURRENT_LIST_FILE)
   # glslc -mfmt=num writes the words of the module as a list of numbers.
   file(READ "${INPUT}" words)
+  string(SUBSTRING ${SYMBOL} 1 -1 name)
   file(WRITE "${OUTPUT}"
 "// Made from ${INPUT}
 #include <cstddef>
 #include <cstdint>
 
+#include \"gpu/shader_folder.h\"
+
 namespace ${NAMESPACE} {
 extern const std::uint32_t ${SYMBOL}[] = {
 ${words}};
 extern const std::size_t ${SYMBOL}Words = sizeof(${SYMBOL}) / sizeof(${SYMBOL}[0]);
+static const stillray::gpu::EmbeddedShader embedded(\"${name}\", ${SYMBOL});
 }  // namespace ${NAMESPACE}
 ")
   return()

@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: the stillray developers
 # SPDX-License-Identifier: Apache-2.0
-"""Puts the program and its libraries into the folder of the relocatable archive.
+"""Puts programs and their libraries into the folder of a relocatable archive.
 
-    bundle.py PROGRAM FOLDER ARC4RANDOM
+    bundle.py FOLDER ARC4RANDOM PROGRAM... [PLACE=LIBRARY...]
 
-FOLDER gets libexec/stillray, lib/, lib/host/ (what graphics drivers use, too: see launcher.c) and the
-licences of all libraries. ARC4RANDOM: the library of arc4random.c.
+FOLDER gets libexec/ with the programs, lib/, lib/host/ (what graphics drivers use, too: see launcher.c) and the
+licences of all libraries. ARC4RANDOM: the library of arc4random.c. A library that is only loaded at run
+time goes to the folder PLACE.
 """
 
 import pathlib
@@ -59,17 +60,22 @@ def suit_older_glibc(folder, arc4random):
 
 
 def main():
-    program, folder, arc4random = map(pathlib.Path, sys.argv[1:])
-    libraries = elf.libraries_of(program)
-    target = folder / "libexec/stillray"
-    elf.copy_library(program, target, "$ORIGIN/../lib")
+    folder, arc4random = map(pathlib.Path, sys.argv[1:3])
+    loaded = [argument.split("=", 1) for argument in sys.argv[3:] if "=" in argument]
+    libraries = {}
+    for program in [pathlib.Path(argument) for argument in sys.argv[3:] if "=" not in argument]:
+        libraries |= elf.libraries_of(program)
+        elf.copy_library(program, folder / "libexec" / program.name, "$ORIGIN/../lib")
     host = copy_host_libraries(libraries, folder)
     suit_older_glibc(folder, arc4random)
     for name, path in libraries.items():
         if name not in host:
             elf.copy_library(path, folder / "lib" / name)
         copy_licence(path, folder)
-    files = [target, *folder.glob("lib/**/*.so*")]
+    for place, path in loaded:
+        elf.copy_library(path, folder / place / pathlib.Path(path).name, "$ORIGIN")
+        copy_licence(pathlib.Path(path), folder)
+    files = [*folder.glob("libexec/*"), *folder.glob("**/*.so*")]
     if not elf.check(GLIBC_LIMIT, files):
         sys.exit(1)
 

@@ -1,7 +1,7 @@
 /* SPDX-FileCopyrightText: the stillray developers
  * SPDX-License-Identifier: Apache-2.0 */
 
-/* bin/stillray of the archive: starts libexec/stillray beside it. The libraries in lib/ are always
+/* bin/NAME of an archive: starts libexec/NAME beside it. The libraries in lib/ are always
  * those of the archive. Those in lib/host/ are used by graphics drivers of the machine, too, which
  * may need newer ones: they are taken from the archive only where the machine has none, or older
  * ones than the program needs. */
@@ -48,13 +48,15 @@ static int IsOnThisMachine(const Probe* probe) {
                                  : dlsym(library, probe->symbol)) != NULL;
 }
 
-/* The archive's folder: that of bin/stillray, whichever link it was started by. */
-static int FindFolder(char* folder) {
+/* The archive's folder: that of bin/NAME, whichever link it was started by. */
+static int FindFolder(char* folder, char* name) {
   const ssize_t length = readlink("/proc/self/exe", folder, PATH_MAX - 1);
   if (length < 0) {
     return 0;
   }
   folder[length] = '\0';
+  const char* file = strrchr(folder, '/');
+  strcpy(name, file != NULL ? file + 1 : folder);
   for (int levels = 2; levels > 0; --levels) {
     char* slash = strrchr(folder, '/');
     if (slash == NULL) {
@@ -81,8 +83,9 @@ static int AddToLibraryPath(const char* folder, const char* name) {
 
 int main(int argc, char** argv) {
   char folder[PATH_MAX];
+  char name[PATH_MAX];
   (void)argc;
-  if (!FindFolder(folder)) {
+  if (!FindFolder(folder, name)) {
     return Fail("the folder of the program cannot be found by", "/proc/self/exe");
   }
   const char* added = "";
@@ -104,8 +107,8 @@ int main(int argc, char** argv) {
     }
     added = probe->folder;
   }
-  char program[PATH_MAX + 32];
-  snprintf(program, sizeof(program), "%s/libexec/stillray", folder);
+  char program[2 * PATH_MAX + 16];
+  snprintf(program, sizeof(program), "%s/libexec/%s", folder, name);
   execv(program, argv);
   return Fail("could not start", program);
 }

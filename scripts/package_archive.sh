@@ -23,8 +23,8 @@ flags=(-std=c11 -O2 -Wall -Wextra -Werror -s)
 cc "${flags[@]}" "$root/packaging/launcher.c" -ldl -o "$folder/bin/stillray"
 cc "${flags[@]}" -shared -fPIC -Wl,-soname,libstillray_arc4random.so \
   "$root/packaging/arc4random.c" -o "$work/libstillray_arc4random.so"
-/usr/bin/python3 -B "$root/packaging/bundle.py" "$installed/usr/bin/stillray" "$folder" \
-  "$work/libstillray_arc4random.so"
+/usr/bin/python3 -B "$root/packaging/bundle.py" "$folder" \
+  "$work/libstillray_arc4random.so" "$installed/usr/bin/stillray"
 /usr/bin/python3 -B "$root/packaging/elf.py" check 2.35 "$folder/bin/stillray"
 ln -s bin/stillray "$folder/stillray"
 

@@ -28,14 +28,14 @@ def points(size):
     """(name, kernel, threads, multiply-adds per byte, multiply-adds per second) of every filter."""
     found = []
     for subject in size["filter"]["subjects"]:
-        if subject["scalar"] or "atrous" not in subject["stages"]:
+        if subject["scalar"] or "atrous1" not in subject["stages"]:
             continue
         taps = 8 if subject["kernel"] == "3x3" else 24
         pixels, levels = size["filter"]["pixels"], subject["levels"]
         work = taps * TAP_WORK * pixels * levels * subject["signals"]
         per_signal = SIGNAL_BYTES + (STOP_BYTES if "prefilter_variance" in subject["stages"] else 0)
         moved = (GUIDE_BYTES + per_signal * subject["signals"]) * pixels * levels
-        seconds = subject["stages"]["atrous"]["min_ms"] / 1e3
+        seconds = subject["wavelet"]["min_ms"] / 1e3
         found.append((subject["name"], subject["kernel"], subject["threads"], work / moved,
                       work / seconds))
     return found

@@ -11,6 +11,7 @@
 #include "common/command_line.h"
 #include "common/commands.h"
 #include "common/console.h"
+#include "common/trace_device.h"
 #include "common/usage.h"
 
 namespace stillray {
@@ -96,6 +97,7 @@ int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);
   stillray::OccupyClosedStreams();
   stillray::KeepCommandLine(argc, argv);
+  stillray::KeepCompiledShaders();
   try {
     return stillray::WithOutputWritten(stillray::Main(argc, argv));
   } catch (const std::bad_alloc&) {

@@ -132,6 +132,7 @@ enum class Aov : uint8_t {
   kAlpha,
   kDepth,
   kNormal,
+  kPreviousNormal,  ///< Guides::previous_normal; in the axes of kNormal, always in world space
   kMotion,
   kNextMotion,  ///< towards the next frame, in addition to kMotion
   kAlbedo,
@@ -170,7 +171,7 @@ enum class Aov : uint8_t {
   kEmission,
   kBackground,
 };
-inline constexpr int kAovCount = 40;
+inline constexpr int kAovCount = 41;
 /// The name on the command line: "colour", "direct_diffuse", ...
 const char* AovName(Aov aov);
 

@@ -31,13 +31,25 @@ enum class HistoryWeight : int {
   kConstant,  ///< alpha is alpha_min wherever there is history (SVGF)
   kAge,       ///< alpha is max(alpha_min, n / (n_history + n)): a plain mean at first (PSVGF)
 };
+enum class HistoryTaps : int {
+  kBilinear,  ///< the four pixels around the position in the last frame
+  kNearest,   ///< the nearest one: nothing blurs, but slow motion moves in steps
+};
 enum class VarianceOf : int {
   kFrame,  ///< noise of a single frame, as in the papers
   kMean,   ///< noise of the accumulated mean: the filter shrinks as a still view converges
 };
 enum class ShortHistory : int {
-  kSpatial,  ///< 7x7 bilateral estimate (SVGF, section 4.2)
+  kSpatial,  ///< bilateral estimate (SVGF, section 4.2)
   kBlur,     ///< no luminance weight while the history is short (PSVGF, section 4.4.3)
+};
+/// The pixels of the bilateral estimate.
+enum class ShortHistoryWindow : int { k7x7, k5x5 };
+/// Smoothing of the variance that scales the luminance weight, by a 3x3 kernel.
+enum class PrefilterVariance : int {
+  kOff,
+  kOnce,  ///< before the first level, which smooths what all levels start from (PSVGF, section 4.3)
+  kOn,    ///< before every level; the variance itself stays as it is (SVGF, section 4.4)
 };
 enum class Wavelet : int {
   kOff,    ///< no spatial filter
@@ -107,6 +119,7 @@ struct Settings {
   float history_depth = 0.05f;
   float history_normal = 25.0f;
   bool history_id = true;
+  HistoryTaps history_taps = HistoryTaps::kBilinear;
   bool history_search = true;
   bool limit_history = true;
   bool correct_history = true;
@@ -115,9 +128,10 @@ struct Settings {
 
   VarianceOf variance_of = VarianceOf::kMean;
   ShortHistory short_history = ShortHistory::kSpatial;
+  ShortHistoryWindow short_history_window = ShortHistoryWindow::k7x7;
   int short_history_length = 4;
   float short_history_boost = 0.25f;
-  bool prefilter_variance = true;
+  PrefilterVariance prefilter_variance = PrefilterVariance::kOn;
 
   Wavelet wavelet = Wavelet::kSvgf;
   Kernel kernel = Kernel::k5x5;
@@ -133,6 +147,7 @@ struct Settings {
   float max_slope = 0.0f;
   float sigma_l = 3.0f;
   float luminance_epsilon = 0.0001f;
+  float luminance_floor = 0.0f;
   LuminanceWeights luminance = LuminanceWeights::kRec709;
   LuminanceScale luminance_scale = LuminanceScale::kDeviation;
   bool pilot = true;
@@ -165,8 +180,8 @@ std::span<const std::string_view> PresetNames();
 /// \return kInvalidArgument with the list of names if there is no such preset
 Result<Settings> PresetSettings(std::string_view name);
 
-/// Sets one parameter from text: numbers in decimal, flags on/off/true/false/1/0, choices by name,
-/// steps as "1,2,4".
+/// Sets one parameter from text: numbers in decimal, flags on/off/true/false/1/0 (and so choices
+/// named on or off), choices by name, steps as "1,2,4".
 /// \return kInvalidArgument naming the parameter, the value and the allowed ones; `settings` is
 ///     then unchanged
 Status SetParameter(Settings* settings, std::string_view name, std::string_view value);
@@ -189,7 +204,7 @@ enum class Backend : uint8_t {
 
 struct StageTime {
   std::string_view name;    ///< of static storage
-  double milliseconds = 0;  ///< summed over signals and levels
+  double milliseconds = 0;  ///< summed over signals; each wavelet level ("atrous1", ...) is one
 };
 
 /// An intermediate picture, width x height, 1 to 3 channels.
@@ -347,9 +362,9 @@ class Denoiser {
   Status Denoise(const Frame& frame, const FutureLight& future, DenoisedFrame* out);
 
   /// Only accumulates the frame: for playing a sequence backward, from its last frame to its first,
-  /// with motion that points to the *next* frame (see ReverseMotion), and likewise a confidence, if
-  /// any, in the light of the next frame. `future` is set to the accumulated light of the frames
-  /// after it. Errors as Denoise.
+  /// with motion that points to the *next* frame (see ReverseMotion), likewise the
+  /// previous normals, if any, of the next frame, and a confidence in its light. `future` is set to
+  /// the accumulated light of the frames after it. Errors as Denoise.
   Status Accumulate(const Frame& frame, FutureLight* future);
 
   /// New settings from the next frame on. History is kept, unless a parameter changes whose

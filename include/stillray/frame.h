@@ -58,7 +58,10 @@ struct Guides {
   Image2
       motion;  ///< pixels, without jitter: the point seen at p was at p + motion(p) one frame ago
   Plane<uint32_t> id;  ///< same surface, same number, in every frame; 0 where there is no surface
-  Image1 roughness;    ///< perceptual roughness, 0..1
+  /// World-space normal that the same point of the surface had one frame ago, for the test of its
+  /// history: surfaces that turn keep theirs. Zero: as `normal`, as it is everywhere if empty.
+  Image3 previous_normal;
+  Image1 roughness;  ///< perceptual roughness, 0..1
 };
 
 /// Guides of the virtual image that a mirror or a pane of glass shows: of the point that a ray

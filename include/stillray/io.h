@@ -118,6 +118,18 @@ Result<Rgb8Image> DecodePng8(const uint8_t* data, size_t size, const std::string
 /// The bytes that WritePng writes.
 Result<std::string> EncodePng(const Rgb8Image& image);
 
+/// Writes 8-bit RGB as baseline JPEG of quality 95, with full resolution of colour.
+/// \return kInvalidArgument if the size is not 1 to 65535 a side; kIo
+Status WriteJpeg(const std::string& path, const Rgb8Image& image);
+/// The bytes that WriteJpeg writes.
+Result<std::string> EncodeJpeg(const Rgb8Image& image);
+/// Writes radiance as a Radiance picture (.hdr): 8 bits for each channel and a common exponent, so
+/// that channels are within 1/256 of the largest one. Negative values and NaN become 0, infinity
+/// the largest value (1.7e38). \return kInvalidArgument if the size is not 1 to 32768 a side; kIo
+Status WriteHdr(const std::string& path, const Image3& radiance);
+/// The bytes that WriteHdr writes.
+Result<std::string> EncodeHdr(const Image3& radiance);
+
 /// Writes `bytes` under a temporary name in the same folder and renames the result to `path`: other
 /// programs see the old file or the new one, never a part, and a failed write leaves no trace. A
 /// path that is not a regular file (/dev/stdout, a named pipe) is written directly; of a symbolic

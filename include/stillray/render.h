@@ -30,10 +30,21 @@ enum class GuideCoverage : uint8_t {
   kSparse,  ///< where the frame traced a path; elsewhere all are 0, including depth
 };
 
+/// How paths find light. All modes have the same mean, up to lights without extent in kNone.
+enum class LightSampling : uint8_t {
+  kNone,   ///< by scattered rays alone: a path tracer without shadow rays, to which lights without
+           ///< extent (point, spot, directional) are invisible
+  kBsdf,   ///< as kNone, and shadow rays to lights without extent
+  kLight,  ///< by shadow rays; scattered rays count where those cannot: behind ideally smooth
+           ///< surfaces
+  kMis,    ///< by both, combined by multiple importance sampling
+};
+
 /// Maximum number of frames in which every pixel is sampled once.
 inline constexpr int kMaxCycle = 256;
 inline constexpr int kMaxSpp = 65536;
 inline constexpr int kMaxSide = 32768;
+inline constexpr float kMaxClamp = 1e6f;
 inline constexpr float kMaxAperture = 1e6f;
 inline constexpr float kMaxFocus = 1e6f;
 inline constexpr float kMinFNumber = 0.1f;
@@ -59,6 +70,11 @@ struct RenderSettings {
   /// Path-space regularisation (SVGF, section 3): roughens surfaces that a path hits after a rough
   /// one. Fewer fireflies, dimmer caustics.
   bool regularise = false;
+  LightSampling light_sampling = LightSampling::kMis;
+  /// Upper limit of the largest component of what one ray adds to a sample, 0..kMaxClamp; 0: none.
+  /// Emission and background that the camera sees are not limited. Takes light away: pictures get
+  /// darker, references too.
+  float clamp_radiance = 0.0f;
   /// The lens in place of the scene camera's; unset: as the scene has it.
   std::optional<float> aperture;  ///< Lens::radius, 0..kMaxAperture; not together with f_number
   std::optional<float> f_number;  ///< Lens::f_number, kMinFNumber..kMaxFNumber

@@ -70,7 +70,8 @@ typedef enum stillray_vulkan_slot {
   STILLRAY_VULKAN_DISPLAY = 23, /* output */
   STILLRAY_VULKAN_ROUGHNESS = 24,
   STILLRAY_VULKAN_CONFIDENCE = 25, /* 0 to 1: how far the light of the last frame still holds */
-  STILLRAY_VULKAN_SLOT_COUNT = 26
+  STILLRAY_VULKAN_PREVIOUS_NORMAL = 26, /* the point's normal one frame ago; zero: as the normal */
+  STILLRAY_VULKAN_SLOT_COUNT = 27
 } stillray_vulkan_slot;
 /* Capacity of stillray_vulkan_frame; slots from STILLRAY_VULKAN_SLOT_COUNT on stay empty. */
 #define STILLRAY_VULKAN_SLOT_ROOM 32

@@ -73,7 +73,8 @@ struct VulkanFrame {
   VulkanImage background;
   VulkanImage samples;
   VulkanImage roughness;
-  VulkanImage confidence;  ///< see Frame::confidence
+  VulkanImage confidence;       ///< see Frame::confidence
+  VulkanImage previous_normal;  ///< see Guides::previous_normal
 
   /// The result: scene-linear, R32G32B32A32_SFLOAT, or R16G16B16A16_SFLOAT if `colour_is_half`.
   VulkanImage colour;

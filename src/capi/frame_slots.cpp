@@ -54,6 +54,10 @@ constexpr std::array kInputs = {
           "found from the next frame's motion.",
           2),
     Input("id", "Same surface, same number, in every frame; 0 where there is none.", 1),
+    Input("previous_normal",
+          "World-space normal that the same point had one frame ago, for surfaces that turn: they "
+          "keep their history; zero: as normal, as it is everywhere if not given.",
+          3),
     Input("roughness", "Perceptual roughness, 0 to 1: what smooth surfaces mirror stays sharp.", 1),
     Input(
         "reflection_depth",
@@ -207,6 +211,7 @@ void LoadFrame(const ImageMap& images, Frame* frame) {
   Load(images, "specular_albedo", *frame, &g.specular_albedo);
   Load(images, "transmission_albedo", *frame, &g.transmission_albedo);
   Load(images, "motion", *frame, &g.motion);
+  Load(images, "previous_normal", *frame, &g.previous_normal);
   Load(images, "roughness", *frame, &g.roughness);
   Load(images, "emission", *frame, &frame->emission);
   Load(images, "background", *frame, &frame->background);
@@ -239,6 +244,7 @@ void MarkImages(const ImageMap& images, Frame* shape) {
   Mark(images, "specular_albedo", &g.specular_albedo);
   Mark(images, "transmission_albedo", &g.transmission_albedo);
   Mark(images, "motion", &g.motion);
+  Mark(images, "previous_normal", &g.previous_normal);
   Mark(images, "id", &g.id);
   Mark(images, "roughness", &g.roughness);
   MarkVirtualGuides(images, "reflection", &shape->reflection);

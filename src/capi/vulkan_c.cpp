@@ -76,6 +76,7 @@ VulkanFrame FrameOf(const stillray_vulkan_frame& f) {
   frame.samples = image(STILLRAY_VULKAN_SAMPLES);
   frame.roughness = image(STILLRAY_VULKAN_ROUGHNESS);
   frame.confidence = image(STILLRAY_VULKAN_CONFIDENCE);
+  frame.previous_normal = image(STILLRAY_VULKAN_PREVIOUS_NORMAL);
   frame.colour = image(STILLRAY_VULKAN_COLOUR);
   frame.display = image(STILLRAY_VULKAN_DISPLAY);
   return frame;

@@ -49,9 +49,9 @@ size_t FrameBytes(const Frame& frame) {
   const Guides& g = frame.guides;
   size_t bytes = g.depth.bytes() + g.normal.bytes() + g.albedo.bytes() + g.specular_albedo.bytes() +
                  g.transmission_albedo.bytes() + g.motion.bytes() + g.id.bytes() +
-                 g.roughness.bytes() + frame.reflection.bytes() + frame.refraction.bytes() +
-                 frame.confidence.bytes() + frame.emission.bytes() + frame.background.bytes() +
-                 frame.samples.bytes();
+                 g.roughness.bytes() + g.previous_normal.bytes() + frame.reflection.bytes() +
+                 frame.refraction.bytes() + frame.confidence.bytes() + frame.emission.bytes() +
+                 frame.background.bytes() + frame.samples.bytes();
   for (const Signal& signal : frame.signals) {
     bytes += signal.radiance.bytes() + signal.second_moment.bytes();
   }

@@ -58,7 +58,9 @@ int FindChoice(std::string_view text, const Parameter& info) {
       return static_cast<int>(i);
     }
   }
-  return -1;
+  bool on = false;
+  const std::string_view name = !ParseFlag(text, &on) ? "" : on ? "on" : "off";
+  return !name.empty() && name != text ? FindChoice(name, info) : -1;
 }
 
 std::string NumberText(float value) {

@@ -62,6 +62,7 @@ bool ParseNumber(std::string_view text, T* out) {
 bool ParseInRange(std::string_view text, const Parameter& info, float* out);
 bool ParseInRange(std::string_view text, const Parameter& info, int* out);
 bool ParseFlag(std::string_view text, bool* out);
+/// The spellings of a flag stand for the choices on and off, so that a flag can become a choice.
 /// \return -1 if there is no such choice
 int FindChoice(std::string_view text, const Parameter& info);
 

@@ -19,6 +19,7 @@
 #include <atomic>
 #include <new>
 
+#include "core/memory_blocks.h"
 #include "stillray/image.h"
 
 namespace stillray::detail {
@@ -87,6 +88,17 @@ void* Map(size_t bytes) {
 
 #endif  // STILLRAY_MAPS_PLANES
 
+/// Counts a block of `bytes` with one allocation.
+void Count(const void* block, size_t bytes, size_t before, size_t allocated) {
+  MemoryBlocks own;
+  own.blocks = 1;
+  own.block_bytes = bytes;
+  own.AddAllocation(allocated);
+  own.AddUnused(before);
+  own.AddUnused(bytes - before - allocated);
+  CountBlocks(block, MemoryPlace::kHost, own);
+}
+
 }  // namespace
 
 PlaneMemory::PlaneMemory(size_t bytes) {
@@ -96,19 +108,37 @@ PlaneMemory::PlaneMemory(size_t bytes) {
 #ifdef STILLRAY_MAPS_PLANES
   if (bytes >= kHugePage) {
     const size_t shift = LargeShift(NextPlace(true));
-    mapped_ = MappedBytes(bytes + shift);
-    block_ = Map(mapped_);
+    const size_t mapped = MappedBytes(bytes + shift);
+    void* block = Map(mapped);
+    try {
+      Count(block, mapped, shift, bytes);
+    } catch (...) {
+      munmap(block, mapped);
+      throw;
+    }
+    mapped_ = mapped;
+    block_ = block;
     data_ = static_cast<std::byte*>(block_) + shift;
     return;
   }
 #endif
   const size_t shift = SmallShift(NextPlace(false));
-  block_ = ::operator new(bytes + shift, std::align_val_t(kPlaneAlignment));
+  void* block = ::operator new(bytes + shift, std::align_val_t(kPlaneAlignment));
+  try {
+    Count(block, bytes + shift, shift, bytes);
+  } catch (...) {
+    ::operator delete(block, std::align_val_t(kPlaneAlignment));
+    throw;
+  }
+  block_ = block;
   data_ = static_cast<std::byte*>(block_) + shift;
   std::memset(data_, 0, bytes);
 }
 
 PlaneMemory::~PlaneMemory() {
+  if (block_ != nullptr) {
+    RemoveBlocks(block_);
+  }
 #ifdef STILLRAY_MAPS_PLANES
   if (mapped_ > 0) {
     munmap(block_, mapped_);

@@ -191,8 +191,13 @@ std::vector<std::string> Denoiser::OutputNames(const Settings& settings) {
     names.push_back(fmt::format("atrous{}", level));
   }
   names.insert(names.end(), {"aliased", "disocclusion"});
-  for (const char* kind : {"noisy", "accumulated", "filtered", "variance", "filtered_variance",
-                           "history", "limit", "ratio", "moment_mean", "moment_variance"}) {
+  std::vector<std::string> kinds = {
+      "noisy",   "accumulated", "filtered", "variance", "smoothed_variance", "filtered_variance",
+      "history", "alpha",       "limit",    "ratio",    "moment_mean",       "moment_variance"};
+  for (int level = 1; level <= settings.steps.count; ++level) {
+    kinds.push_back(fmt::format("weights{}", level));
+  }
+  for (const std::string& kind : kinds) {
     for (const SignalGroup& group : GroupsOf(settings.signals, true)) {
       names.push_back(fmt::format("{}.{}", kind, group.name));
     }

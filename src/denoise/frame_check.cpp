@@ -239,6 +239,7 @@ Status CheckFrame(const Frame& frame, const Settings& settings, MotionUse use) {
   STILLRAY_RETURN_IF_ERROR(
       CheckPlanes(frame, g.transmission_albedo, "transmission_albedo",
                   settings.demodulate && DividesLight(frame, g.transmission_albedo)));
+  STILLRAY_RETURN_IF_ERROR(CheckPlanes(frame, g.previous_normal, "previous_normal", false));
   STILLRAY_RETURN_IF_ERROR(CheckPlane(frame, g.id, {"id"}, false));
   STILLRAY_RETURN_IF_ERROR(CheckPlane(frame, g.roughness, {"roughness"}, false));
   STILLRAY_RETURN_IF_ERROR(CheckPlanes(frame, frame.emission, "emission", false));

@@ -95,7 +95,7 @@ Frame MakeLayerFrame(const Frame& frame, GuideSource source, float virtual_rough
   const Guides& g = frame.guides;
   const Image3& own = SurfaceAlbedoOf(g, source);
   Image3& albedo = layer.guides.specular_albedo;
-  cpu::SelectGuides({&g, &ImageOf(frame, source), &g.roughness, &own},
+  cpu::SelectGuides({&g, &ImageOf(frame, source), &g.roughness, &own, &g.previous_normal},
                     {.virtual_roughness = virtual_roughness}, &layer.guides, &albedo);
   for (const Signal& signal : frame.signals) {
     if (IsLightOf(source, signal.kind)) {

@@ -25,16 +25,12 @@ Image2 ImageMotionTowards(const Frame& next, const VirtualGuides& image) {
   return ReverseMotion(selected.motion, selected.depth);
 }
 
-/// The confidence of the nearest pixel to where the motion leads; 1 outside the picture, where
-/// there is no light to be confident in. Empty if none is given.
-Image1 ConfidenceAlong(const Image2& motion, const Image1& confidence) {
-  if (confidence.empty() || motion.empty()) {
-    return {};
-  }
+/// Calls then(x, y, to_x, to_y) for each pixel whose motion leads into the picture, with the
+/// nearest pixel there.
+template <typename Then>
+void ForEachAlong(const Image2& motion, const Then& then) {
   const int width = motion.width();
   const int height = motion.height();
-  Image1 moved(width, height);
-  moved.Fill(1.0f);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       const float at_x = std::floor(static_cast<float>(x) + motion[0](x, y) + 0.5f);
@@ -42,19 +38,67 @@ Image1 ConfidenceAlong(const Image2& motion, const Image1& confidence) {
       // Also false for NaN.
       if (at_x >= 0 && at_y >= 0 && at_x < static_cast<float>(width) &&
           at_y < static_cast<float>(height)) {
-        moved(x, y) = confidence(static_cast<int>(at_x), static_cast<int>(at_y));
+        then(x, y, static_cast<int>(at_x), static_cast<int>(at_y));
       }
     }
   }
+}
+
+/// Unit length; zero if it is no normal.
+vec3 NormalAt(const Image3& image, int x, int y) {
+  const vec3 n(image[0](x, y), image[1](x, y), image[2](x, y));
+  const float length2 = dot(n, n);
+  return IsNormalLength2(length2) ? n / std::sqrt(length2) : vec3(0.0f);
+}
+
+/// The normals of a frame turned as the surface turns at the nearest pixel of `next` that the
+/// motion leads to. The smallest turn from the previous normal there to the normal there is exact
+/// where `frame` shows that previous normal, and keeps the angle between both where it does not:
+/// the test of a history is then that of `next` with the roles exchanged. Zero where nothing is
+/// known; empty if `next` has no previous normals.
+Image3 NormalsAlong(const Image2& motion, const Image3& normal, const Guides& next) {
+  if (next.previous_normal.empty() || next.normal.empty() || normal.empty() || motion.empty()) {
+    return {};
+  }
+  Image3 turned(motion.width(), motion.height());
+  ForEachAlong(motion, [&](int x, int y, int to_x, int to_y) {
+    const vec3 from = NormalAt(next.previous_normal, to_x, to_y);
+    const vec3 to = NormalAt(next.normal, to_x, to_y);
+    const vec3 n = NormalAt(normal, x, y);
+    const float cosine = dot(from, to);
+    constexpr float kOpposite = -0.999f;  // the axis of the turn is not known
+    if (from == vec3(0.0f) || to == vec3(0.0f) || cosine < kOpposite) {
+      return;
+    }
+    const vec3 sum = from + to;
+    const vec3 result = n - (dot(n, sum) / (1 + cosine)) * sum + 2 * dot(n, from) * to;
+    for (int c = 0; c < 3; ++c) {
+      turned[c](x, y) = result[c];
+    }
+  });
+  return turned;
+}
+
+/// The confidence of the nearest pixel to where the motion leads; 1 outside the picture, where
+/// there is no light to be confident in. Empty if none is given.
+Image1 ConfidenceAlong(const Image2& motion, const Image1& confidence) {
+  if (confidence.empty() || motion.empty()) {
+    return {};
+  }
+  Image1 moved(motion.width(), motion.height());
+  moved.Fill(1.0f);
+  ForEachAlong(motion,
+               [&](int x, int y, int to_x, int to_y) { moved(x, y) = confidence(to_x, to_y); });
   return moved;
 }
 
 }  // namespace
 
-FrameMotion MotionTowards(const Frame& next, Image2 surface) {
+FrameMotion MotionTowards(const Frame& frame, const Frame& next, Image2 surface) {
   FrameMotion motion;
   motion.reflection = ImageMotionTowards(next, next.reflection);
   motion.refraction = ImageMotionTowards(next, next.refraction);
+  motion.normal = NormalsAlong(surface, frame.guides.normal, next.guides);
   motion.confidence = ConfidenceAlong(surface, next.confidence);
   motion.surface = std::move(surface);
   return motion;
@@ -64,6 +108,7 @@ void SwapMotion(FrameMotion* motion, Frame* frame) {
   std::swap(motion->surface, frame->guides.motion);
   std::swap(motion->reflection, frame->reflection.motion);
   std::swap(motion->refraction, frame->refraction.motion);
+  std::swap(motion->normal, frame->guides.previous_normal);
   std::swap(motion->confidence, frame->confidence);
 }
 

@@ -18,7 +18,7 @@ namespace {
 /// so that rounding does not decide.
 constexpr float kSampleRounding = 1e-3f;
 
-/// Samples that the 7x7 neighbourhood must have below one per pixel.
+/// Samples that the neighbourhood of short histories must have below one per pixel.
 constexpr float kLeastEvidence = 4.0f - kSampleRounding;
 
 /// Frames of one cycle sum to one sample per pixel, up to rounding.
@@ -111,6 +111,8 @@ StagesRun StagesOf(const Settings& s, const FrameFacts& facts, const SequencePro
           .merge_future = facts.has_future,
           .wavelet = s.wavelet != Wavelet::kOff,
           .estimate_variance = s.wavelet == Wavelet::kSvgf,
+          .smooth_variance =
+              s.wavelet == Wavelet::kSvgf && s.prefilter_variance == PrefilterVariance::kOnce,
           .measure_luminance = s.wavelet == Wavelet::kEaw,
           .clip_outliers = s.clip_outliers > 0 && s.wavelet == Wavelet::kSvgf,
           .keep_mirrors = s.mirror_roughness > 0 && facts.has_roughness,
@@ -128,7 +130,8 @@ void PlanSignals(const Settings& s, FramePlan* plan) {
   plan->reproject = {.history_depth = s.history_depth,
                      .history_normal_cosine = std::cos(s.history_normal * kRadiansPerDegree),
                      .history_id = Int(s.history_id),
-                     .history_search = Int(s.history_search)};
+                     .history_search = Int(s.history_search),
+                     .history_taps_nearest = Int(s.history_taps == HistoryTaps::kNearest)};
   plan->limit_history = {.correct_history = Int(s.correct_history),
                          .limit_dead = s.limit_dead,
                          .limit_gain = s.limit_gain};
@@ -148,12 +151,14 @@ void PlanWavelet(const Settings& s, FramePlan* plan) {
       .short_history_spatial = Int(s.short_history == ShortHistory::kSpatial),
       .short_history_length = ShortHistoryLength(s),
       .short_history_boost = s.short_history_boost,
-      .least_evidence = plan->is_sparse ? kLeastEvidence : 0.0f};
+      .least_evidence = plan->is_sparse ? kLeastEvidence : 0.0f,
+      .short_history_radius = s.short_history_window == ShortHistoryWindow::k7x7 ? 3 : 2};
   plan->prefilter_variance = {
-      .prefilter_variance = Int(s.prefilter_variance),
+      .prefilter_variance = Int(s.prefilter_variance == PrefilterVariance::kOn),
       .luminance_scale_deviation = Int(s.luminance_scale == LuminanceScale::kDeviation),
       .sigma_l = s.sigma_l,
       .luminance_epsilon = s.luminance_epsilon,
+      .luminance_floor = s.luminance_floor,
       .short_history_blur = s.short_history == ShortHistory::kBlur ? ShortHistoryLength(s) : 0.0f};
   plan->atrous = {.edges = EdgesOf(s),
                   .wavelet_id = Int(s.wavelet_id),
@@ -344,6 +349,7 @@ FrameFacts FactsOf(const Frame& f) {
   facts.has_emission = !f.emission.empty();
   facts.has_background = !f.background.empty();
   facts.has_roughness = !f.guides.roughness.empty();
+  facts.has_previous_normal = !f.guides.previous_normal.empty();
   facts.has_reflection = !f.reflection.empty();
   facts.has_refraction = !f.refraction.empty();
   facts.has_confidence = !f.confidence.empty();

@@ -41,6 +41,7 @@ struct FrameFacts {
   bool has_emission = false;
   bool has_background = false;
   bool has_roughness = false;
+  bool has_previous_normal = false;
   bool has_reflection = false;         ///< virtual guides of the specular signals are given
   bool has_refraction = false;         ///< of the transmission signals
   bool has_confidence = false;         ///< in the light of the last frame
@@ -72,6 +73,7 @@ struct StagesRun {
   bool merge_future;
   bool wavelet;            ///< the levels
   bool estimate_variance;  ///< and prefilter_variance
+  bool smooth_variance;    ///< before the levels
   bool measure_luminance;  ///< the mean of each signal, which scales eaw_sigma_l
   bool clip_outliers;      ///< after the levels
   bool keep_mirrors;       ///< if the frame shows any

@@ -163,6 +163,8 @@ struct ReprojectionTaps {
   /// The frame's own plane, as the caller gives it; nullptr: the light of the last frame holds
   /// everywhere. Valid for the frame in progress.
   const Image1* confidence = nullptr;
+  /// Likewise, for HistoryNormal; nullptr: normals are compared as they are.
+  const Image3* previous_normal = nullptr;
   int lanes = 1;  ///< pixels of a vector
 
   ReprojectionTaps() = default;
@@ -195,6 +197,13 @@ struct ReprojectionTaps {
     }
     return (pattern != TapPattern::kBlock2x2 && search(px, py) != 0) ||
            weight[0](px, py) + weight[1](px, py) + weight[2](px, py) + weight[3](px, py) > 0;
+  }
+  /// HistoryNormal of a pixel with this normal.
+  vec3 NormalBefore(vec3 now, int px, int py) const {
+    return previous_normal != nullptr
+               ? HistoryNormal(now, {(*previous_normal)[0](px, py), (*previous_normal)[1](px, py),
+                                     (*previous_normal)[2](px, py)})
+               : now;
   }
   /// UsedConfidence of a pixel.
   float ConfidenceAt(int px, int py) const {

@@ -45,6 +45,7 @@ struct StageTable {
   decltype(&reference::MergeFuture) merge_future;
   decltype(&reference::EstimateVariance) estimate_variance;
   decltype(&reference::MixPilot) mix_pilot;
+  decltype(&reference::SmoothVariance) smooth_variance;
   decltype(&reference::PrefilterVariance) prefilter_variance;
   decltype(&reference::Atrous) atrous;
   decltype(&reference::ClipOutliers) clip_outliers;
@@ -71,11 +72,11 @@ struct StageTable {
     .fetch_history = &backend::FetchHistory, .compare_with_history = &backend::CompareWithHistory, \
     .limit_history = &backend::LimitHistory, .accumulate = &backend::Accumulate,                   \
     .merge_future = &backend::MergeFuture, .estimate_variance = &backend::EstimateVariance,        \
-    .mix_pilot = &backend::MixPilot, .prefilter_variance = &backend::PrefilterVariance,            \
-    .atrous = &backend::Atrous, .clip_outliers = &backend::ClipOutliers,                           \
-    .measure_mirrors = &backend::MeasureMirrors, .keep_mirrors = &backend::KeepMirrors,            \
-    .begin_detail = &backend::BeginDetail, .measure_detail = &backend::MeasureDetail,              \
-    .restore_detail = &backend::RestoreDetail,                                                     \
+    .mix_pilot = &backend::MixPilot, .smooth_variance = &backend::SmoothVariance,                  \
+    .prefilter_variance = &backend::PrefilterVariance, .atrous = &backend::Atrous,                 \
+    .clip_outliers = &backend::ClipOutliers, .measure_mirrors = &backend::MeasureMirrors,          \
+    .keep_mirrors = &backend::KeepMirrors, .begin_detail = &backend::BeginDetail,                  \
+    .measure_detail = &backend::MeasureDetail, .restore_detail = &backend::RestoreDetail,          \
     .accumulate_residual = &backend::AccumulateResidual, .remodulate = &backend::Remodulate,       \
     .fxaa = &backend::Fxaa, .follow_light = &backend::FollowLight,                                 \
     .spline_coefficients = &backend::SplineCoefficients, .antialias = &backend::Antialias,         \

@@ -105,7 +105,7 @@ Status TwoWayDenoiser::Impl::AccumulateBackward(const Progress& progress, double
     FrameMotion motion;
     if (continues) {
       const WaitingFrame& next = frames[i + 1 - first];
-      motion = MotionTowards(next.frame, MotionToNext(now, next));
+      motion = MotionTowards(now.frame, next.frame, MotionToNext(now, next));
       SwapMotion(&motion, &now.frame);
     }
     const Status status = futures.Accumulate(i, now.frame, continues);
@@ -278,6 +278,7 @@ Frame MakeStrip(const Frame& like, int height) {
   make(g.specular_albedo, &strip.guides.specular_albedo);
   make(g.transmission_albedo, &strip.guides.transmission_albedo);
   make(g.id, &strip.guides.id);
+  make(g.previous_normal, &strip.guides.previous_normal);
   make(g.roughness, &strip.guides.roughness);
   const auto make_image = [&](const VirtualGuides& given, VirtualGuides* to) {
     make(given.depth, &to->depth);

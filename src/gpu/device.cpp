@@ -3,6 +3,11 @@
 
 #include "gpu/device.h"
 
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+#include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -30,6 +35,7 @@ Result<DeviceContext> MakeContext(PFN_vkGetInstanceProcAddr get, VkInstance inst
   VkPhysicalDeviceProperties properties = {};
   of_instance->GetPhysicalDeviceProperties(physical, &properties);
   context.limits = properties.limits;
+  context.is_software = properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
   return context;
 }
 
@@ -148,6 +154,11 @@ Result<std::shared_ptr<Device>> Device::Create(std::shared_ptr<Instance> instanc
     return context.status();
   }
   made->context_ = std::move(context.value());
+  made->context_.timestamp_bits = made->timestamp_bits_;
+  VkPhysicalDeviceProperties properties = {};
+  made->instance_->functions().GetPhysicalDeviceProperties(info.handle, &properties);
+  made->pipeline_cache_.Create(made->context_, properties);
+  made->context_.pipeline_cache = made->pipeline_cache_.handle();
   if (info.ray_tracing.offered) {
     STILLRAY_RETURN_IF_ERROR(made->AddRayTracing());
   }
@@ -163,14 +174,48 @@ Device::~Device() {
   if (context_.device == VK_NULL_HANDLE) {
     return;
   }
+  if (hangs_) {
+    // What a device that hangs uses can be neither waited for nor destroyed, nor can its instance.
+    static auto* const kept = new std::vector<std::shared_ptr<Instance>>();
+    kept->push_back(instance_);
+    return;
+  }
   const DeviceFunctions& vk = context_.vk;
   vk.DeviceWaitIdle(context_.device);
+  pipeline_cache_.SaveAndDestroy(context_);
   vk.DestroyFence(context_.device, fence_, nullptr);
   vk.DestroyCommandPool(context_.device, pool_, nullptr);
   vk.DestroyDevice(context_.device, nullptr);
 }
 
+namespace {
+
+/// How long to wait for a GPU: STILLRAY_GPU_TIMEOUT, or 10 seconds if it is no whole number above
+/// 0.
+uint64_t WaitSeconds() {
+  constexpr uint64_t kDefault = 10;
+  constexpr uint64_t kMost = 1'000'000;
+  const char* given = std::getenv("STILLRAY_GPU_TIMEOUT");
+  const std::string_view text = given != nullptr ? given : "";
+  uint64_t seconds = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seconds);
+  const bool whole = error == std::errc() && end == text.data() + text.size();
+  return whole && seconds > 0 ? std::min(seconds, kMost) : kDefault;
+}
+
+Status HangsError() {
+  return Status::Unsupported(fmt::format(
+      "Vulkan: waiting for the device: it hangs; its work was not finished after {} s, expected "
+      "fractions of a second (STILLRAY_GPU_TIMEOUT=N waits N s)",
+      WaitSeconds()));
+}
+
+}  // namespace
+
 Result<VkCommandBuffer> Device::Begin() {
+  if (hangs_) {
+    return HangsError();
+  }
   const DeviceFunctions& vk = context_.vk;
   STILLRAY_RETURN_IF_ERROR(
       ToStatus(vk.ResetCommandPool(context_.device, pool_, 0), "resetting the command pool"));
@@ -182,17 +227,33 @@ Result<VkCommandBuffer> Device::Begin() {
   return commands_;
 }
 
-Status Device::Run() {
+Status Device::Submit() {
   const DeviceFunctions& vk = context_.vk;
-  STILLRAY_RETURN_IF_ERROR(ToStatus(vk.EndCommandBuffer(commands_), "ending a command buffer"));
   VkSubmitInfo submit = {};
   submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
   submit.commandBufferCount = 1;
   submit.pCommandBuffers = &commands_;
   STILLRAY_RETURN_IF_ERROR(ToStatus(vk.QueueSubmit(queue_, 1, &submit, fence_), "submitting work"));
-  STILLRAY_RETURN_IF_ERROR(
-      ToStatus(vk.WaitForFences(context_.device, 1, &fence_, VK_TRUE, UINT64_MAX),
-               "waiting for the device"));
+  // A software driver may take any time.
+  const uint64_t limit = info_.is_gpu ? WaitSeconds() * 1'000'000'000 : UINT64_MAX;
+  const VkResult waited = vk.WaitForFences(context_.device, 1, &fence_, VK_TRUE, limit);
+  if (waited == VK_TIMEOUT) {
+    hangs_ = true;
+    return HangsError();
+  }
+  return ToStatus(waited, "waiting for the device");
+}
+
+Status Device::Run() {
+  const DeviceFunctions& vk = context_.vk;
+  STILLRAY_RETURN_IF_ERROR(ToStatus(vk.EndCommandBuffer(commands_), "ending a command buffer"));
+  const Status done = Submit();
+  if (!done.ok()) {
+    if (!hangs_) {
+      vk.DeviceWaitIdle(context_.device);  // the caller may destroy what was submitted
+    }
+    return done;
+  }
   return ToStatus(vk.ResetFences(context_.device, 1, &fence_), "resetting a fence");
 }
 

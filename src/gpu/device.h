@@ -8,6 +8,7 @@
 
 #include "gpu/fair_mutex.h"
 #include "gpu/instance.h"
+#include "gpu/pipeline_cache.h"
 
 namespace stillray::gpu {
 
@@ -22,6 +23,10 @@ struct DeviceContext {
   /// Available only on devices that stillray creates.
   RayTracing ray_tracing;
   MemorySharing sharing;
+  VkPipelineCache pipeline_cache = VK_NULL_HANDLE;
+  bool is_software = false;  ///< a driver that runs on the CPU
+  /// Bits of a timestamp of the queue; higher ones are undefined. The caller's own: all.
+  uint32_t timestamp_bits = 64;
   /// All stages that execute stillray's shaders.
   VkPipelineStageFlags shader_stages = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
 };
@@ -50,6 +55,7 @@ class Device {
   const std::shared_ptr<Instance>& instance() const { return instance_; }
   uint32_t queue_family() const { return queue_family_; }
   bool has_timestamps() const { return timestamp_bits_ != 0; }
+  const PipelineCache& pipeline_cache() const { return pipeline_cache_; }
   bool can_draw() const { return can_draw_; }
 
   /// Protects the command buffer and the queue; hold it from Begin to Run. Threads acquire it in
@@ -57,7 +63,10 @@ class Device {
   [[nodiscard]] FairLock Lock() { return FairLock(mutex_); }
   /// Restarts the command buffer. Call Run before the next Begin.
   Result<VkCommandBuffer> Begin();
-  /// Ends the command buffer, submits it and waits for its completion.
+  /// Ends the command buffer, submits it and waits for its completion: for a GPU 10 seconds, or
+  /// as many as the environment variable STILLRAY_GPU_TIMEOUT has. A device without a display has
+  /// no watchdog, and a shader that never ends would block the program for good. After that the
+  /// device is lost: this and Begin fail, and nothing is destroyed.
   Status Run();
 
  private:
@@ -66,6 +75,7 @@ class Device {
   Status AddRayTracing();
   Status AddSharing();
   Status MakeCommandBuffer();
+  Status Submit();
 
   FairMutex mutex_;
   std::shared_ptr<Instance> instance_;
@@ -74,6 +84,8 @@ class Device {
   uint32_t queue_family_ = 0;
   uint32_t timestamp_bits_ = 0;
   bool can_draw_ = false;
+  bool hangs_ = false;
+  PipelineCache pipeline_cache_;
   VkQueue queue_ = VK_NULL_HANDLE;
   VkCommandPool pool_ = VK_NULL_HANDLE;
   VkCommandBuffer commands_ = VK_NULL_HANDLE;

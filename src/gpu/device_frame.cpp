@@ -57,6 +57,7 @@ void ForEachImage(const FrameImages& images, uint32_t planes, Frame* frame, cons
     visit(images.motion, std::span(g.motion.channel));
     visit(images.id, std::span(&g.id, 1));
     visit(images.roughness, std::span(&g.roughness, 1));
+    visit(images.previous_normal, std::span(g.previous_normal.channel));
     visit(nullptr, std::span(&frame->confidence, 1));
   }
 }
@@ -110,6 +111,9 @@ Status DeviceFrame::AddImages() {
   for (const Image** image : {&images_.emission, &images_.background, &images_.normal,
                               &images_.albedo, &images_.specular_albedo}) {
     add(kColour, image);
+  }
+  if (shape_.previous_normals) {
+    add(kColour, &images_.previous_normal);
   }
   add(kScalar, &images_.depth);
   add(kScalar, &images_.roughness);

@@ -24,11 +24,12 @@ struct FrameShape {
   int height = 0;
   bool second_moments = false;  ///< of all signals
   bool samples = false;
+  bool previous_normals = false;
 
   friend bool operator==(const FrameShape&, const FrameShape&) = default;
 };
 
-/// Images in VK_IMAGE_LAYOUT_GENERAL, with 32-bit float channels: four for colours and the normal
+/// Images in VK_IMAGE_LAYOUT_GENERAL, with 32-bit float channels: four for colours and normals
 /// (the fourth is unused), two for motion, one for others; `id` holds integers. Images not in the
 /// shape are nullptr.
 struct FrameImages {
@@ -44,6 +45,7 @@ struct FrameImages {
   const Image* motion = nullptr;
   const Image* id = nullptr;
   const Image* roughness = nullptr;
+  const Image* previous_normal = nullptr;
 };
 
 class DeviceFrame final : public FrameOnDevice {

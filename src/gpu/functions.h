@@ -83,6 +83,9 @@ namespace stillray::gpu {
   X(UpdateDescriptorSets)               \
   X(CreatePipelineLayout)               \
   X(DestroyPipelineLayout)              \
+  X(CreatePipelineCache)                \
+  X(DestroyPipelineCache)               \
+  X(GetPipelineCacheData)               \
   X(CreateComputePipelines)             \
   X(CreateGraphicsPipelines)            \
   X(DestroyPipeline)                    \

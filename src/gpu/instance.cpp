@@ -62,6 +62,22 @@ const char* KindName(VkPhysicalDeviceType type) {
   }
 }
 
+/// Loaders list integrated GPUs first on some machines.
+int RankOf(VkPhysicalDeviceType type) {
+  switch (type) {
+    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
+      return 4;
+    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU:
+      return 3;
+    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU:
+      return 2;
+    case VK_PHYSICAL_DEVICE_TYPE_CPU:
+      return 1;
+    default:
+      return 0;
+  }
+}
+
 uint64_t DeviceMemory(const InstanceFunctions& vk, VkPhysicalDevice device) {
   VkPhysicalDeviceMemoryProperties memory = {};
   vk.GetPhysicalDeviceMemoryProperties(device, &memory);
@@ -98,6 +114,7 @@ DeviceInfo Describe(const InstanceFunctions& vk, VkPhysicalDevice device, int in
   info.kind = KindName(properties.deviceType);
   info.is_gpu = properties.deviceType != VK_PHYSICAL_DEVICE_TYPE_CPU &&
                 properties.deviceType != VK_PHYSICAL_DEVICE_TYPE_OTHER;
+  info.rank = RankOf(properties.deviceType);
   info.api_version = properties.apiVersion;
   info.memory_bytes = DeviceMemory(vk, device);
   info.usable = CheckDevice(vk, device);
@@ -242,6 +259,16 @@ Status CheckDevice(const InstanceFunctions& vk, VkPhysicalDevice device) {
         properties.deviceName, limits.maxPerStageDescriptorSampledImages,
         limits.maxPerStageDescriptorStorageImages, kMostSampled, kMostStored));
   }
+  // Those of the shaders that sum up; all others have 128.
+  constexpr uint32_t kMostInvocations = 256;
+  if (limits.maxComputeWorkGroupInvocations < kMostInvocations ||
+      limits.maxComputeWorkGroupSize[0] < kMostInvocations) {
+    return Status::Unsupported(
+        fmt::format("{}: a workgroup may have {} invocations, {} along x, on this device, expected "
+                    "{}",
+                    properties.deviceName, limits.maxComputeWorkGroupInvocations,
+                    limits.maxComputeWorkGroupSize[0], kMostInvocations));
+  }
   return Status::Ok();
 }
 
@@ -251,7 +278,7 @@ Result<DeviceInfo> ChooseDevice(const std::vector<DeviceInfo>& devices, const st
   }
   if (choice == "vulkan") {
     const auto rank = [](const DeviceInfo& d) {
-      return (d.usable.ok() ? 2 : 0) + (d.is_gpu ? 1 : 0);
+      return (d.usable.ok() ? 100 : 0) + (d.is_gpu ? 10 : 0) + d.rank;
     };
     const auto best = std::max_element(
         devices.begin(), devices.end(),

@@ -24,6 +24,7 @@ struct DeviceInfo {
   std::string driver;     ///< name and version
   const char* kind = "";  ///< "discrete GPU", "integrated GPU", "virtual GPU", "software", "other"
   bool is_gpu = false;    ///< hardware: neither software nor unknown
+  int rank = 0;           ///< discrete before virtual before integrated before software
   uint32_t api_version = 0;   ///< as VK_API_VERSION_*
   uint64_t memory_bytes = 0;  ///< of the largest heap of the device's own memory
   Status usable;              ///< ok, or the missing feature
@@ -77,9 +78,9 @@ class Instance {
 /// Checks stillray's requirements: Vulkan 1.1, compute, the storage formats of its images.
 Status CheckDevice(const InstanceFunctions& functions, VkPhysicalDevice device);
 
-/// The devices that match a choice, best first: hardware before software.
-/// \param choice  "vulkan" (any usable), "vulkan:N" (the Nth of the list)
-/// \return kNotFound, kInvalidArgument: no such device; kUnsupported: it lacks a feature
+/// The device that matches a choice. Of several usable ones that of the highest rank, then the
+/// first. \param choice  "vulkan" (any usable), "vulkan:N" (the Nth of the list) \return kNotFound,
+/// kInvalidArgument: no such device; kUnsupported: it lacks a feature
 Result<DeviceInfo> ChooseDevice(const std::vector<DeviceInfo>& devices, const std::string& choice);
 
 }  // namespace stillray::gpu

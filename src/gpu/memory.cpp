@@ -32,6 +32,7 @@ MemoryUse& MemoryUse::operator+=(const MemoryUse& other) {
 }
 
 Arena::~Arena() {
+  RemoveBlocks(this);
   const DeviceFunctions& vk = context_->vk;
   for (const Image& image : images_) {
     vk.DestroyImageView(context_->device, image.view, nullptr);
@@ -206,6 +207,7 @@ Status Arena::Allocate() {
         ToStatus(context_->vk.AllocateMemory(context_->device, &info, nullptr, &block.memory),
                  "allocating device memory"));
   }
+  CountBlocks(this, MemoryPlace::kDevice, Blocks());
   for (const Resource& resource : resources_) {
     STILLRAY_RETURN_IF_ERROR(Bind(resource));
   }
@@ -224,6 +226,23 @@ Status Arena::Allocate() {
     }
   }
   return Status::Ok();
+}
+
+MemoryBlocks Arena::Blocks() const {
+  MemoryBlocks own;
+  std::vector<VkDeviceSize> ends(blocks_.size(), 0);
+  // Resources of a block follow each other in the order in which they were added.
+  for (const Resource& r : resources_) {
+    own.AddAllocation(r.need.size);
+    own.AddUnused(r.offset - ends[r.block]);
+    ends[r.block] = r.offset + r.need.size;
+  }
+  for (size_t i = 0; i < blocks_.size(); ++i) {
+    ++own.blocks;
+    own.block_bytes += blocks_[i].size;
+    own.AddUnused(blocks_[i].size - ends[i]);
+  }
+  return own;
 }
 
 Status Arena::Bind(const Resource& r) {

@@ -9,6 +9,7 @@
 #include <deque>
 #include <vector>
 
+#include "core/memory_blocks.h"
 #include "gpu/device.h"
 
 namespace stillray::gpu {
@@ -105,6 +106,7 @@ class Arena {
   /// Places every resource; the same before and after Allocate.
   std::vector<Block> Plan(std::vector<Resource>* resources) const;
   uint32_t FindType(const Resource& resource) const;
+  MemoryBlocks Blocks() const;
   Result<const Image*> Add(VkFormat format, int width, int height, int layers,
                            VkImageUsageFlags usage, VkImageAspectFlags aspect);
   Status Bind(const Resource& resource);

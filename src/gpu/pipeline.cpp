@@ -5,6 +5,8 @@
 
 #include <string>
 
+#include "gpu/shader_folder.h"
+
 namespace stillray::gpu {
 namespace {
 
@@ -182,6 +184,11 @@ Status MakePipelineLayout(const DeviceContext& context, std::span<const VkDescri
 
 Status MakeShaderModule(const DeviceContext& context, std::span<const uint32_t> code,
                         const char* action, VkShaderModule* out) {
+  const Result<std::vector<uint32_t>> replacement = ReplacementOf(code);
+  STILLRAY_RETURN_IF_ERROR(replacement.status());
+  if (!replacement->empty()) {
+    code = *replacement;
+  }
   VkShaderModuleCreateInfo module = {};
   module.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
   module.codeSize = code.size_bytes();
@@ -212,8 +219,8 @@ Result<Pipeline> Pipeline::Create(const DeviceContext* context, const PipelineIn
   create.stage.pName = "main";
   create.stage.pSpecializationInfo = &constants;
   create.layout = made.layout_;
-  const VkResult result = vk.CreateComputePipelines(context->device, VK_NULL_HANDLE, 1, &create,
-                                                    nullptr, &made.pipeline_);
+  const VkResult result = vk.CreateComputePipelines(context->device, context->pipeline_cache, 1,
+                                                    &create, nullptr, &made.pipeline_);
   vk.DestroyShaderModule(context->device, shader, nullptr);
   STILLRAY_RETURN_IF_ERROR(ToStatus(result, action.c_str()));
   return made;

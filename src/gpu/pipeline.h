@@ -79,6 +79,7 @@ class DescriptorSets {
 Status MakePipelineLayout(const DeviceContext& context, std::span<const VkDescriptorSetLayout> sets,
                           VkShaderStageFlags push_stage, uint32_t push_bytes,
                           VkPipelineLayout* out);
+/// \param code    of a shader in the program; shader_folder.h may replace it
 /// \param action  for messages: "compiling the shader atrous"
 Status MakeShaderModule(const DeviceContext& context, std::span<const uint32_t> code,
                         const char* action, VkShaderModule* out);

@@ -145,8 +145,8 @@ Status Raster::MakePipeline(const RasterInfo& info) {
     made = MakeShaderModule(*context_, info.fragment, action.c_str(), &stages[1].module);
   }
   if (made.ok()) {
-    made = ToStatus(context_->vk.CreateGraphicsPipelines(context_->device, VK_NULL_HANDLE, 1,
-                                                         &create, nullptr, &pipeline_),
+    made = ToStatus(context_->vk.CreateGraphicsPipelines(context_->device, context_->pipeline_cache,
+                                                         1, &create, nullptr, &pipeline_),
                     action.c_str());
   }
   for (const VkPipelineShaderStageCreateInfo& stage : stages) {

@@ -90,7 +90,7 @@ Status RayPipeline::MakePipeline(const RayPipelineInfo& info) {
   create.pGroups = groups;
   create.maxPipelineRayRecursionDepth = 1;
   create.layout = layout_;
-  return ToStatus(c.vk.CreateRayTracingPipelinesKHR(c.device, VK_NULL_HANDLE, VK_NULL_HANDLE, 1,
+  return ToStatus(c.vk.CreateRayTracingPipelinesKHR(c.device, VK_NULL_HANDLE, c.pipeline_cache, 1,
                                                     &create, nullptr, &pipeline_),
                   action.c_str());
 }

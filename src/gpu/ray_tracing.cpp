@@ -8,6 +8,24 @@
 #include "gpu/extensions.h"
 
 namespace stillray::gpu {
+namespace {
+
+bool HasRayQueries(const InstanceFunctions& vk, VkPhysicalDevice device) {
+  constexpr std::array kExtension = {VK_KHR_RAY_QUERY_EXTENSION_NAME};
+  if (!HasExtensions(vk, device, kExtension)) {
+    return false;
+  }
+  VkPhysicalDeviceRayQueryFeaturesKHR query = {};
+  query.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR;
+  VkPhysicalDeviceFeatures2 features = {};
+  features.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
+  features.pNext = &query;
+  vk.GetPhysicalDeviceFeatures2(device, &features);
+  return query.rayQuery == VK_TRUE;
+}
+
+}  // namespace
+
 RayTracing FindRayTracing(const InstanceFunctions& vk, VkPhysicalDevice device) {
   VkPhysicalDeviceProperties basic = {};
   vk.GetPhysicalDeviceProperties(device, &basic);
@@ -42,6 +60,7 @@ RayTracing FindRayTracing(const InstanceFunctions& vk, VkPhysicalDevice device) 
 
   RayTracing found;
   found.offered = true;
+  found.queries = HasRayQueries(vk, device);
   found.indirect = pipeline.rayTracingPipelineTraceRaysIndirect == VK_TRUE;
   found.handle_size = of_pipeline.shaderGroupHandleSize;
   // Both alignments are powers of two, so the larger one is a multiple of the smaller.

@@ -22,6 +22,9 @@ inline constexpr std::array kRayTracingExtensions = {
 /// A device's support for ray tracing; sizes and alignments in bytes.
 struct RayTracing {
   bool offered = false;
+  /// VK_KHR_ray_query too: without it the driver emulates the pipelines on a device without units
+  /// that trace rays.
+  bool queries = false;
   bool indirect = false;  ///< the number of rays may come from device memory
   uint32_t handle_size = 0;
   uint32_t record_stride = 0;      ///< of a shader binding table with aligned records

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "core/memory_blocks.h"
 #include "gpu/device.h"
 #include "gpu/extensions.h"
 
@@ -102,11 +103,17 @@ Status SharedBuffer::Make(VkDeviceSize bytes) {
       ToStatus(vk.AllocateMemory(context_->device, &allocate, nullptr, &memory_),
                "allocating shared memory"));
   memory_bytes_ = need.size;
+  MemoryBlocks own;
+  own.blocks = 1;
+  own.block_bytes = need.size;
+  own.AddAllocation(need.size);
+  CountBlocks(this, MemoryPlace::kDevice, own);
   return ToStatus(vk.BindBufferMemory(context_->device, buffer_, memory_, 0),
                   "binding a shared buffer");
 }
 
 SharedBuffer::~SharedBuffer() {
+  RemoveBlocks(this);
   context_->vk.DestroyBuffer(context_->device, buffer_, nullptr);
   context_->vk.FreeMemory(context_->device, memory_, nullptr);
 }

@@ -7,6 +7,10 @@
 
 namespace stillray::gpu {
 
+uint64_t TicksBetween(uint64_t begin, uint64_t end, uint32_t bits) {
+  return (end - begin) & (bits < 64 ? (uint64_t{1} << bits) - 1 : ~uint64_t{0});
+}
+
 Timestamps::~Timestamps() {
   if (pool_ != VK_NULL_HANDLE) {
     context_->vk.DestroyQueryPool(context_->device, pool_, nullptr);
@@ -57,7 +61,9 @@ std::vector<DeviceTime> Timestamps::Read() const {
     if (names_[i].empty()) {
       continue;
     }
-    const double ms = static_cast<double>(ticks[i + 1] - ticks[i]) * per_tick;
+    const double ms =
+        static_cast<double>(TicksBetween(ticks[i], ticks[i + 1], context_->timestamp_bits)) *
+        per_tick;
     const auto at = std::find_if(times.begin(), times.end(),
                                  [&](const DeviceTime& t) { return t.name == names_[i]; });
     if (at == times.end()) {

@@ -17,6 +17,11 @@ struct DeviceTime {
   double milliseconds = 0;
 };
 
+/// Ticks from one timestamp to a later one. Counters with fewer bits than 64 begin again at zero,
+/// some every hour; the difference is right unless they did so twice. \param bits  that are valid:
+/// VkQueueFamilyProperties::timestampValidBits
+uint64_t TicksBetween(uint64_t begin, uint64_t end, uint32_t bits);
+
 /// Every Mark takes a time; the part between two marks has the name of the earlier one.
 class Timestamps {
  public:

@@ -243,6 +243,9 @@ void Importer::ImportGuides(std::array<float, 2> previous_jitter) {
     g.motion = Image2(frame_.width, frame_.height);
   }
   ImportId();
+  if (const Image3 previous = Colour(Aov::kPreviousNormal); !previous.empty()) {
+    g.previous_normal = ConvertNormal(previous, layout_.normal, nullptr);
+  }
   if (std::optional<Image1> roughness = Plane1(Aov::kRoughness)) {
     g.roughness = std::move(*roughness);
   }

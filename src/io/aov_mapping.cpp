@@ -224,6 +224,7 @@ const char* AovName(Aov aov) {
                                              "alpha",
                                              "depth",
                                              "normal",
+                                             "previous_normal",
                                              "motion",
                                              "next_motion",
                                              "albedo",

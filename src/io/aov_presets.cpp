@@ -68,6 +68,7 @@ constexpr AovNameRow kStillray[] = {
     {Aov::kColour, "", "RGB"},
     {Aov::kDepth, "depth", "Z"},
     {Aov::kNormal, "normal", "XYZ"},
+    {Aov::kPreviousNormal, "previous_normal", "XYZ"},
     {Aov::kMotion, "motion", "XY"},
     {Aov::kAlbedo, "albedo", "RGB"},
     {Aov::kSpecularAlbedo, "specular_albedo", "RGB"},

@@ -13,11 +13,15 @@
 
 #include <fmt/format.h>
 
+#include "core/status_prefix.h"
 #include "io/decoders.h"
 #include "io/image_limits.h"
 #include "io/text.h"
+#include "stillray/io.h"
 
-namespace stillray::io {
+namespace stillray {
+
+namespace io {
 
 namespace {
 
@@ -231,6 +235,75 @@ class RowReader {
   size_t at_ = 0;
 };
 
+/// The largest value: 255 / 256 * 2^127.
+constexpr float kLargest = 0x1.fep+126f;
+
+/// Mantissas rounded to the nearest; black has the exponent 0.
+Rgbe ToRgbe(float r, float g, float b) {
+  const auto bounded = [](float v) { return v > 0 ? std::min(v, kLargest) : 0.0f; };
+  const float channels[3] = {bounded(r), bounded(g), bounded(b)};
+  const float largest = std::max({channels[0], channels[1], channels[2]});
+  int exponent = 0;
+  std::frexp(largest, &exponent);
+  // Rounding up the largest mantissa takes the next exponent.
+  exponent += std::lround(std::ldexp(largest, 8 - exponent)) > 255 ? 1 : 0;
+  constexpr int kBias = 128;
+  if (largest <= 0 || exponent + kBias < 1) {
+    return {0, 0, 0, 0};
+  }
+  Rgbe pixel = {0, 0, 0, static_cast<uint8_t>(exponent + kBias)};
+  for (size_t c = 0; c < 3; ++c) {
+    pixel[c] = static_cast<uint8_t>(std::lround(std::ldexp(channels[c], 8 - exponent)));
+  }
+  return pixel;
+}
+
+/// One component of a row as runs (of 4 or more, since shorter ones save nothing) and literals.
+void AppendRuns(const std::vector<Rgbe>& row, size_t component, std::string* out) {
+  constexpr size_t kShortest = 4;
+  constexpr size_t kLongestRun = 127;
+  constexpr size_t kMostLiterals = 128;
+  const auto run_at = [&](size_t x) {
+    size_t end = x + 1;
+    while (end < row.size() && end - x < kLongestRun && row[end][component] == row[x][component]) {
+      ++end;
+    }
+    return end - x;
+  };
+  for (size_t x = 0; x < row.size();) {
+    const size_t run = run_at(x);
+    if (run >= kShortest) {
+      out->push_back(static_cast<char>(128 + run));
+      out->push_back(static_cast<char>(row[x][component]));
+      x += run;
+      continue;
+    }
+    size_t end = x + 1;
+    while (end < row.size() && end - x < kMostLiterals && run_at(end) < kShortest) {
+      ++end;
+    }
+    out->push_back(static_cast<char>(end - x));
+    for (; x < end; ++x) {
+      out->push_back(static_cast<char>(row[x][component]));
+    }
+  }
+}
+
+void AppendRow(const std::vector<Rgbe>& row, std::string* out) {
+  const size_t width = row.size();
+  if (width < kMinRunWidth || width > kMaxRunWidth) {
+    for (const Rgbe& pixel : row) {
+      out->append(pixel.begin(), pixel.end());
+    }
+    return;
+  }
+  const char mark[] = {2, 2, static_cast<char>(width >> 8), static_cast<char>(width & 0xff)};
+  out->append(mark, sizeof(mark));
+  for (size_t component = 0; component < 4; ++component) {
+    AppendRuns(row, component, out);
+  }
+}
+
 }  // namespace
 
 Result<Image3> DecodeHdr(const uint8_t* data, size_t size, const std::string& name) {
@@ -270,4 +343,35 @@ Result<Image3> DecodeHdr(const uint8_t* data, size_t size, const std::string& na
   return image;
 }
 
-}  // namespace stillray::io
+}  // namespace io
+
+Result<std::string> EncodeHdr(const Image3& radiance) {
+  const int width = radiance.width();
+  const int height = radiance.height();
+  if (width < 1 || height < 1 || width > io::kMaxSide || height > io::kMaxSide) {
+    return Status::InvalidArgument(
+        fmt::format("an HDR picture of {} x {} pixels cannot be written; 1 to {} a side can", width,
+                    height, io::kMaxSide));
+  }
+  std::string file =
+      fmt::format("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {} +X {}\n", height, width);
+  std::vector<io::Rgbe> row(static_cast<size_t>(width));
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      row[static_cast<size_t>(x)] =
+          io::ToRgbe(radiance[0](x, y), radiance[1](x, y), radiance[2](x, y));
+    }
+    io::AppendRow(row, &file);
+  }
+  return file;
+}
+
+Status WriteHdr(const std::string& path, const Image3& radiance) {
+  const Result<std::string> bytes = EncodeHdr(radiance);
+  if (!bytes.ok()) {
+    return PrefixStatus(path, bytes.status());
+  }
+  return WriteFileAtomically(path, bytes->data(), bytes->size());
+}
+
+}  // namespace stillray

@@ -2,13 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <span>
 
+#include <fmt/format.h>
+
 #include "core/parallel.h"
 #include "core/status_prefix.h"
 #include "io/decoders.h"
 #include "io/image_limits.h"
 #include "pictures/jpeg.h"
+#include "stillray/io.h"
 
-namespace stillray::io {
+namespace stillray {
+
+namespace io {
 
 namespace {
 
@@ -51,4 +56,32 @@ Result<Image3> DecodeJpeg(const uint8_t* data, size_t size, const std::string& n
   return image;
 }
 
-}  // namespace stillray::io
+}  // namespace io
+
+Result<std::string> EncodeJpeg(const Rgb8Image& image) {
+  // Above 90, where the encoder keeps the full resolution of colour.
+  constexpr int kQuality = 95;
+  constexpr int kMost = pictures::kMaxJpegSide;
+  if (image.width < 1 || image.height < 1 || image.width > kMost || image.height > kMost) {
+    return Status::InvalidArgument(
+        fmt::format("a JPEG picture of {} x {} pixels cannot be written; 1 to {} a side can",
+                    image.width, image.height, kMost));
+  }
+  const size_t expected = static_cast<size_t>(image.width) * static_cast<size_t>(image.height) * 3;
+  if (image.pixels.size() != expected) {
+    return Status::InvalidArgument(
+        fmt::format("a JPEG picture of {} x {} pixels needs {} bytes, not {}", image.width,
+                    image.height, expected, image.pixels.size()));
+  }
+  return pictures::EncodeJpeg(image.width, image.height, image.pixels, kQuality);
+}
+
+Status WriteJpeg(const std::string& path, const Rgb8Image& image) {
+  const Result<std::string> bytes = EncodeJpeg(image);
+  if (!bytes.ok()) {
+    return PrefixStatus(path, bytes.status());
+  }
+  return WriteFileAtomically(path, bytes->data(), bytes->size());
+}
+
+}  // namespace stillray

@@ -3,9 +3,12 @@
 #include "pictures/jpeg.h"
 
 #include <stb/stb_image.h>
+#include <stb/stb_image_write.h>
 
 #include <algorithm>
 #include <limits>
+#include <new>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -85,6 +88,31 @@ Result<JpegPixels> DecodeJpeg(std::span<const uint8_t> file, const JpegHeader& h
     return Damaged("it changes its size");
   }
   return pixels;
+}
+
+Result<std::string> EncodeJpeg(int width, int height, std::span<const uint8_t> rgb, int quality) {
+  // Called from C, which no exception may pass.
+  struct Output {
+    std::string bytes;
+    bool out_of_memory = false;
+  } output;
+  const auto append = [](void* to, void* data, int size) {
+    auto* out = static_cast<Output*>(to);
+    try {
+      out->bytes.append(static_cast<const char*>(data), static_cast<size_t>(size));
+    } catch (const std::bad_alloc&) {
+      out->out_of_memory = true;
+    }
+  };
+  constexpr int kRgb = 3;
+  const int ok = stbi_write_jpg_to_func(append, &output, width, height, kRgb, rgb.data(), quality);
+  if (output.out_of_memory) {
+    return Status::OutOfMemory("not enough memory to encode a JPEG picture");
+  }
+  if (ok == 0) {
+    return Status::Internal("a JPEG picture was not encoded");
+  }
+  return std::move(output.bytes);
 }
 
 }  // namespace stillray::pictures

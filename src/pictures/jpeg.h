@@ -1,13 +1,15 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Baseline and progressive JPEG files in memory (stb_image): input pictures and textures.
-/// Messages do not name the file; callers put its name before them.
+/// JPEG files in memory (stb_image, stb_image_write): reads baseline and progressive ones, for
+/// input pictures and textures; writes baseline ones. Messages do not name the file; callers put
+/// its name before them.
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 
 #include "stillray/status.h"
 
@@ -30,5 +32,14 @@ using JpegPixels = std::unique_ptr<uint8_t, void (*)(void*)>;
 /// \return kBadData if the file is damaged or ends early
 Result<JpegPixels> DecodeJpeg(std::span<const uint8_t> file, const JpegHeader& header,
                               int channels);
+
+/// The largest width and height of a JPEG file (ITU-T T.81, B.2.2).
+inline constexpr int kMaxJpegSide = 65535;
+
+/// A baseline RGB file in YCbCr with full resolution of colour.
+/// \param rgb      width * height * 3 bytes, rows from the top
+/// \param quality  91..100
+/// \return kInternal if stb_image_write fails, kOutOfMemory
+Result<std::string> EncodeJpeg(int width, int height, std::span<const uint8_t> rgb, int quality);
 
 }  // namespace stillray::pictures

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// PNG files in memory (libspng): input pictures, textures, previews and the report use these.
-/// Messages do not name the file; callers put its name before them.
+/// PNG files in memory (libspng, libdeflate): input pictures, textures, previews and the report use
+/// these. Messages do not name the file; callers put its name before them.
 #pragma once
 
 #include <array>
@@ -41,7 +41,7 @@ Status DecodePng(std::span<const uint8_t> file, PngPixels layout, void* pixels, 
 
 /// An RGB file marked as sRGB.
 /// \param rgb  width * height * 3 bytes, rows from the top
-/// \return kInternal if libspng fails
+/// \return kOutOfMemory
 Result<std::string> EncodePng(int width, int height, std::span<const uint8_t> rgb);
 
 /// A file of one palette index per pixel, marked as sRGB.

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Renderers with one light sampling strategy, for tests, or with another Accel, for benchmarks.
+/// Renderers with another Accel, for benchmarks.
 #pragma once
 
 #include <functional>
@@ -15,10 +15,9 @@ namespace stillray::render {
 /// Returns the Accel to trace with in place of the given one.
 using WrapAccel = std::function<std::unique_ptr<Accel>(std::unique_ptr<Accel>)>;
 
-/// Renderer::Create with a light sampling strategy.
+/// Renderer::Create with a given Accel.
 /// \param wrap_accel  called once, with the scene's Accel; empty: the renderer uses that one
 Result<std::unique_ptr<Renderer>> CreateRenderer(const Scene& scene, const RenderSettings& settings,
-                                                 LightStrategy strategy,
                                                  const WrapAccel& wrap_accel = {},
                                                  const KeepGoing& keep_going = {});
 

@@ -60,8 +60,8 @@ class Tracer {
   float SeekLight(const Path& path, const Surface& surface, const Bsdf& bsdf, vec4 u);
   void Continue(const Path& path, vec3 origin, vec3 direction);
   void Add(int pixel, SignalKind kind, vec3 light);
-  void AddFound(int pixel, bool direct, const FoundLight& light);
-  float WeightOfMet(const Path& path, float light_density) const;
+  void AddFound(int pixel, bool direct, const FoundLight& found);
+  int sampling() const { return static_cast<int>(context_.settings.light_sampling); }
 
   const TraceContext& context_;
   const FirstSurface* first_;
@@ -80,17 +80,10 @@ void Tracer::Add(int pixel, SignalKind kind, vec3 light) {
   scratch_.light[pixel][static_cast<size_t>(Index(kind))] += light;
 }
 
-void Tracer::AddFound(int pixel, bool direct, const FoundLight& light) {
+void Tracer::AddFound(int pixel, bool direct, const FoundLight& found) {
+  const FoundLight light = ClampLight(found, context_.settings.clamp_radiance);
   Add(pixel, direct ? SignalKind::kDirectDiffuse : SignalKind::kIndirectDiffuse, light.diffuse);
   Add(pixel, direct ? SignalKind::kDirectSpecular : SignalKind::kIndirectSpecular, light.specular);
-}
-
-/// ScatterWeight for the light strategy.
-float Tracer::WeightOfMet(const Path& path, float light_density) const {
-  if (context_.strategy == LightStrategy::kBoth || path.density <= 0.0f) {
-    return ScatterWeight(path.density, light_density);
-  }
-  return context_.strategy == LightStrategy::kNextEvent && light_density > 0.0f ? 0.0f : 1.0f;
 }
 
 void Tracer::Start(const PrimaryPixel* pixels, const PathSampler* samplers, int count) {
@@ -168,7 +161,8 @@ void Tracer::Leave(const Path& path, vec3 direction) {
   }
   const float density =
       DensityOfEnvironment(context_.lights.arrays(), path.normal, path.light_total, direction);
-  const vec3 radiance = environment.Radiance(direction) * WeightOfMet(path, density);
+  const vec3 radiance =
+      environment.Radiance(direction) * ScatterWeight(path.density, density, sampling());
   AddFound(path.pixel, path.direct != 0, LightMet(path, radiance));
 }
 
@@ -181,7 +175,8 @@ void Tracer::MeetLight(const Path& path, const Hit& hit, const Surface& surface,
   const float distance = length(surface.position - path.origin);
   const float density =
       context_.lights.DensityOfHit(path.origin, path.light_total, hit, direction, distance);
-  const vec3 radiance = context_.state.Emission(hit) * WeightOfMet(path, density);
+  const vec3 radiance =
+      context_.state.Emission(hit) * ScatterWeight(path.density, density, sampling());
   AddFound(path.pixel, path.direct != 0, LightMet(path, radiance));
 }
 
@@ -190,8 +185,7 @@ float Tracer::SeekLight(const Path& path, const Surface& surface, const Bsdf& bs
   const LightChoices choices = WeighLights(context_.lights.arrays(), surface.position);
   const LightSample light = context_.lights.Sample(surface.position, surface.frame.z, choices, u);
   const float total = TotalOf(choices);
-  const bool delta = light.delta != 0;
-  if (!(light.density > 0.0f) || (context_.strategy == LightStrategy::kScatter && !delta)) {
+  if (!(light.density > 0.0f)) {
     return total;
   }
   const vec3 wi = ToLocal(surface.frame, light.direction);
@@ -199,8 +193,7 @@ float Tracer::SeekLight(const Path& path, const Surface& surface, const Bsdf& bs
     return total;
   }
   const BsdfValue value = EvaluateBsdf(bsdf, surface.local_wo, wi);
-  const bool weighted = !delta && context_.strategy == LightStrategy::kBoth;
-  const float weight = weighted ? MisWeight(light.density, value.density) : 1.0f;
+  const float weight = SoughtWeight(light.density, value.density, light.delta, sampling());
   const FoundLight found = LightSought(path, surface, light, value, wi.z, weight);
   if (found.diffuse != vec3(0.0f) || found.specular != vec3(0.0f)) {
     const PathRay ray = ShadowRayTo(surface, light, wi.z > 0.0f);
@@ -260,7 +253,7 @@ void Tracer::ScatterAt(int path_index, const Surface& surface, const Bsdf& bsdf,
   }
   const int most_bounces = context_.settings.bounces;
   float total = 0.0f;
-  if (!context_.lights.empty() && MaySeekLight(path, bsdf, most_bounces)) {
+  if (!context_.lights.empty() && MaySeekLight(path, bsdf, most_bounces, sampling())) {
     total = SeekLight(path, surface, bsdf, u);
   }
   vec3 onward(0.0f);

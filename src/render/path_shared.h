@@ -4,8 +4,9 @@
 // The steps of a path, one surface at a time.
 //
 // At every surface light is sampled both by a shadow ray to a light and by the scattered ray,
-// combined by multiple importance sampling (Veach 1997). The diffuse and specular lobes of the
-// first surface are kept separate: the path beyond carries one weight for each.
+// combined by multiple importance sampling (Veach 1997), or by one of the two alone. The diffuse
+// and specular lobes of the first surface are kept separate: the path beyond carries one weight for
+// each.
 #ifndef STILLRAY_RENDER_PATH_SHARED_H
 #define STILLRAY_RENDER_PATH_SHARED_H
 
@@ -28,6 +29,12 @@ const int kRouletteBounces = 3;
 const float kLeastSurvival = 0.05f;
 // Shadow rays end at this fraction of the distance to their light.
 const float kShadowEnd = 1.0f - 1e-5f;
+
+// By LightSampling.
+const int kSampleNone = 0;
+const int kSampleBsdf = 1;
+const int kSampleLight = 2;
+const int kSampleMis = 3;
 
 // A path between two surfaces.
 struct PathState {
@@ -113,9 +120,38 @@ SHARED_FN vec3 Absorb(vec3 absorption, float distance) {
   return absorption == vec3(0.0f) ? vec3(1.0f) : exp(-absorption * min(distance, kFar));
 }
 
-// MIS weight of light hit by the scattered ray, which light sampling could also have found.
-SHARED_FN float ScatterWeight(float density, float light_density) {
-  return density <= 0.0f ? 1.0f : MisWeight(density, light_density);
+// Weight of light hit by the scattered ray, which light sampling finds with `light_density`.
+// \param density   of the ray; 0: ideally smooth, so that no shadow ray can follow it
+// \param sampling  kSample...
+SHARED_FN float ScatterWeight(float density, float light_density, int sampling) {
+  if (density <= 0.0f || sampling <= kSampleBsdf) {
+    return 1.0f;
+  }
+  if (sampling == kSampleLight) {
+    return light_density > 0.0f ? 0.0f : 1.0f;
+  }
+  return MisWeight(density, light_density);
+}
+
+// Weight of a sampled light, whose direction the BSDF samples with `density`; 0: does not count.
+// \param delta  1: scattered rays cannot hit the light
+SHARED_FN float SoughtWeight(float light_density, float density, int delta, int sampling) {
+  if (sampling == kSampleBsdf) {
+    return delta != 0 ? 1.0f : 0.0f;
+  }
+  return delta != 0 || sampling == kSampleLight ? 1.0f : MisWeight(light_density, density);
+}
+
+// `found`, scaled so that no component of its sum exceeds `most`; 0: no limit. Both lobes keep
+// their share and their hue. A limit of the luminance would let saturated blue pass at 14 times it.
+SHARED_FN FoundLight ClampLight(FoundLight found, float most) {
+  float largest = MaxComponent(found.diffuse + found.specular);
+  if (most > 0.0f && largest > most) {
+    float scale = most / largest;
+    found.diffuse *= scale;
+    found.specular *= scale;
+  }
+  return found;
 }
 
 // Minimum GGX alpha of the next surface; 0: none.
@@ -176,12 +212,13 @@ SHARED_FN bool IsBlack(SHARED_IN(Bsdf) bsdf) {
 }
 
 // Whether light sampling is possible: ideally smooth lobes do not take part.
-SHARED_FN bool MaySeekLight(SHARED_IN(PathState) path, SHARED_IN(Bsdf) bsdf, int most_bounces) {
+SHARED_FN bool MaySeekLight(SHARED_IN(PathState) path, SHARED_IN(Bsdf) bsdf, int most_bounces,
+                            int sampling) {
   bool any_rough = bsdf.pick_diffuse > 0.0f || bsdf.specular_alpha > 0.0f ||
                    (bsdf.pick_glass > 0.0f && bsdf.glass_alpha > 0.0f) ||
                    (bsdf.layered != 0 && (bsdf.pick_through > 0.0f || bsdf.pick_sheen > 0.0f ||
                                           (bsdf.pick_coat > 0.0f && bsdf.coat_alpha > 0.0f)));
-  return any_rough && (path.first != 0 || path.bounces < most_bounces);
+  return sampling != kSampleNone && any_rough && (path.first != 0 || path.bounces < most_bounces);
 }
 
 // The mean alpha of the lobes, weighted by their share of light.

@@ -14,6 +14,7 @@
 #include "render/lens_guides_shared.h"
 #include "render/moment.h"
 #include "render/pixel_order.h"
+#include "render/previous_normals.h"
 #include "render/scene_check.h"
 #include "render/shadow_filter.h"
 #include "render/virtual_image.h"
@@ -117,9 +118,8 @@ void AddTimings(const RenderTimings& part, RenderTimings* sum) {
 
 class PathTracer final : public Renderer {
  public:
-  PathTracer(const Scene& scene, const RenderSettings& settings, LightStrategy strategy)
+  PathTracer(const Scene& scene, const RenderSettings& settings)
       : settings_(settings),
-        strategy_(strategy),
         any_transmission_(AnyTransmission(scene)),
         may_show_images_(MayShowImages(scene)),
         masks_(scene),
@@ -166,7 +166,6 @@ class PathTracer final : public Renderer {
                   const std::function<void(const Tile&, TileScratch*)>& body);
 
   RenderSettings settings_;
-  LightStrategy strategy_;
   bool any_transmission_;
   bool may_show_images_;
   LensMasks masks_;
@@ -210,7 +209,6 @@ Result<TraceContext> PathTracer::MoveTo(const RenderMoment& moment) {
                       lights_,
                       *accel_,
                       settings_,
-                      strategy_,
                       cameras.now,
                       cameras.before,
                       !any_transmission_,
@@ -466,8 +464,11 @@ Status PathTracer::TraceFrame(const RenderMoment& moment, Frame* frame,
   if (!context.ok()) {
     return context.status();
   }
-  return settings_.cycle > 1 ? RenderPart(*context, moment, frame, progress)
-                             : RenderWhole(*context, moment, frame, progress);
+  STILLRAY_RETURN_IF_ERROR(settings_.cycle > 1 ? RenderPart(*context, moment, frame, progress)
+                                               : RenderWhole(*context, moment, frame, progress));
+  const PhaseTimer timer(&timings_.shade_ms);
+  StorePreviousNormals(state_, frame);
+  return Status::Ok();
 }
 
 Status PathTracer::TraceReference(const RenderMoment& moment, int spp, Image3* radiance,
@@ -486,13 +487,12 @@ Status PathTracer::TraceReference(const RenderMoment& moment, int spp, Image3* r
 }  // namespace
 
 Result<std::unique_ptr<Renderer>> CreateRenderer(const Scene& scene, const RenderSettings& settings,
-                                                 LightStrategy strategy,
                                                  const WrapAccel& wrap_accel,
                                                  const KeepGoing& keep_going) {
   STILLRAY_RETURN_IF_ERROR(ValidateRenderSettings(settings));
   STILLRAY_RETURN_IF_ERROR(CheckScene(scene));
   try {
-    auto renderer = std::make_unique<PathTracer>(scene, settings, strategy);
+    auto renderer = std::make_unique<PathTracer>(scene, settings);
     STILLRAY_RETURN_IF_ERROR(renderer->Build(wrap_accel, keep_going));
     return std::unique_ptr<Renderer>(std::move(renderer));
   } catch (const std::bad_alloc&) {
@@ -535,7 +535,7 @@ Status Renderer::RenderReference(const RenderMoment& moment, int spp, Image3* ra
 Result<std::unique_ptr<Renderer>> Renderer::Create(const Scene& scene,
                                                    const RenderSettings& settings,
                                                    const KeepGoing& keep_going) {
-  return render::CreateRenderer(scene, settings, render::LightStrategy::kBoth, {}, keep_going);
+  return render::CreateRenderer(scene, settings, {}, keep_going);
 }
 
 }  // namespace stillray

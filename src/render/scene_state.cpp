@@ -35,10 +35,13 @@ T Interpolate(const Mesh& mesh, const Hit& hit, const std::vector<T>& values) {
 }
 
 /// Nodes with an animated transform, or with an animated ancestor.
-std::vector<bool> AnimatedNodes(const Scene& scene) {
+/// \param turns  only those whose rotation or scale is animated
+std::vector<bool> AnimatedNodes(const Scene& scene, bool turns) {
   std::vector<bool> animated(scene.nodes.size(), false);
   for (const AnimationChannel& channel : scene.animation) {
-    animated[static_cast<size_t>(channel.node)] = true;
+    if (!turns || channel.property != AnimatedProperty::kTranslation) {
+      animated[static_cast<size_t>(channel.node)] = true;
+    }
   }
   for (size_t i = 0; i < scene.nodes.size(); ++i) {
     const int parent = scene.nodes[i].parent;
@@ -60,7 +63,8 @@ bool HasSheen(const Material& material) {
 }
 
 SceneState::SceneState(const Scene& scene) : scene_(&scene) {
-  const std::vector<bool> animated = AnimatedNodes(scene);
+  const std::vector<bool> animated = AnimatedNodes(scene, false);
+  const std::vector<bool> turning = AnimatedNodes(scene, true);
   instances_.resize(scene.instances.size());
   for (size_t i = 0; i < instances_.size(); ++i) {
     PlacedInstance& instance = instances_[i];
@@ -68,6 +72,8 @@ SceneState::SceneState(const Scene& scene) : scene_(&scene) {
     instance.material_index = instance.mesh->material;
     instance.material = &scene.materials[static_cast<size_t>(instance.material_index)];
     instance.moving = animated[static_cast<size_t>(scene.instances[i].node)];
+    instance.may_turn = turning[static_cast<size_t>(scene.instances[i].node)];
+    may_turn_ = may_turn_ || instance.may_turn;
     instance.instanced = instance.moving;
     instance.opaque = instance.material->alpha_mode == AlphaMode::kOpaque;
     instance.layered = IsLayered(*instance.material);

@@ -24,6 +24,7 @@ struct PlacedInstance {
   /// 3.7.4).
   float orientation = 1.0f;
   bool moving = false;
+  bool may_turn = false;  ///< the scene's animation changes more than its place
   /// It enters the BVH as an instance of its mesh: it moves, or it is static and one of so many
   /// instances of a mesh that copies would take too much memory.
   bool instanced = false;
@@ -57,6 +58,8 @@ class SceneState {
   const std::vector<mat4>& nodes() const { return nodes_; }
   const std::vector<mat4>& previous_nodes() const { return previous_nodes_; }
   std::vector<mat4> InstanceTransforms() const;
+  /// Whether any instance may turn.
+  bool may_turn() const { return may_turn_; }
   size_t memory_bytes() const;
 
   static Triangle TriangleOf(const PlacedInstance& instance, uint32_t primitive) {
@@ -91,6 +94,7 @@ class SceneState {
   std::vector<mat4> nodes_;
   std::vector<mat4> previous_nodes_;
   bool placed_ = false;
+  bool may_turn_ = false;
 };
 
 }  // namespace stillray::render

@@ -263,6 +263,24 @@ std::vector<Row> MakeTable() {
                                 "rougher: fewer fireflies, dimmer caustics."},
                .member = &S::regularise,
                .changes_light = true});
+  t.push_back({.info = {.name = "light_sampling",
+                        .type = ParameterType::kChoice,
+                        .group = "paths",
+                        .help = "How paths find light: scattered rays alone, shadow rays only to "
+                                "lights without extent, shadow rays to all lights, or both, "
+                                "weighted by multiple importance sampling.",
+                        .choices = {"none", "bsdf", "light", "mis"}},
+               .member = Choice<S, &S::light_sampling>(),
+               .changes_light = true});
+  t.push_back({.info = {.name = "clamp_radiance",
+                        .type = ParameterType::kFloat,
+                        .group = "paths",
+                        .help = "Limit of the light that one ray adds to a sample: fewer "
+                                "fireflies, darker pictures; 0: no limit.",
+                        .min = 0,
+                        .max = kMaxClamp},
+               .member = &S::clamp_radiance,
+               .changes_light = true});
   AddLens(&t);
   return t;
 }

@@ -14,21 +14,12 @@
 
 namespace stillray::render {
 
-/// Light sampling strategies. All three have the same mean where both strategies work; the single
-/// ones exist to test that.
-enum class LightStrategy : uint8_t {
-  kBoth,       ///< weighted by multiple importance sampling
-  kNextEvent,  ///< shadow rays to lights only (and ideally smooth lobes)
-  kScatter,    ///< scattered rays only (and lights without extent)
-};
-
 struct TraceContext {
   const SceneState& state;
   const BsdfTables& bsdfs;
   const LightSet& lights;
   const Accel& accel;
   RenderSettings settings;
-  LightStrategy strategy = LightStrategy::kBoth;
   CameraView camera;
   CameraView previous_camera;
   /// Only undeflected rays do not count as a bounce: after its last bounce, a path hits an emitter

@@ -32,7 +32,7 @@ Status FuturePass::PlayBackward(const FutureRange& range) {
     // The frame's own motion points back and completes that of the previous frame.
     FrameMotion motion;
     if (continues) {
-      motion = MotionTowards(next->frame, MotionToNext(*now, *next, view_.layout));
+      motion = MotionTowards(now->frame, next->frame, MotionToNext(*now, *next, view_.layout));
       SwapMotion(&motion, &now->frame);
     }
     const Status accumulated = blocks_.Accumulate(i, now->frame, continues);

@@ -121,7 +121,7 @@ class SignalGuides {
       return surface;
     }
     cpu::SelectGuides({&surface, &ImageOf(frame_, layer.guides), &surface.roughness,
-                       &SurfaceAlbedoOf(surface, layer.guides)},
+                       &SurfaceAlbedoOf(surface, layer.guides), &surface.previous_normal},
                       {.virtual_roughness = settings_.virtual_roughness}, selected,
                       &SurfaceAlbedoOf(*selected, layer.guides));
     return *selected;

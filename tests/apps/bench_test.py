@@ -88,6 +88,21 @@ def test_frames_per_second(program, root, folder):
         for rate in fps.values():
             assert 0 < rate["min"] <= rate["mean"] <= rate["max"], fps
         assert fps["raw tracing"]["mean"] > fps["temporal only"]["mean"], fps
+        blocks = size["memory_blocks"]
+        for name, count in blocks["sum"].items():
+            parts = [blocks["cpu"][name], blocks["devices"][name]]
+            known = [part for part in parts if part] or [0]
+            expected = (min(known) if name.startswith("smallest") else
+                        max(known) if name.startswith("largest") else sum(parts))
+            assert count == expected, (name, blocks)
+        for part in blocks.values():
+            assert part["allocated_bytes"] <= part["block_bytes"], blocks
+            assert part["smallest_allocation"] <= part["largest_allocation"], blocks
+        # Frame, histories and work planes of two denoisers.
+        assert blocks["cpu"]["allocations"] == blocks["cpu"]["blocks"] > (20 if device == "cpu" else 0)
+        assert (blocks["devices"]["blocks"] > 0) == (device != "cpu"), blocks
+        assert re.search(r"^  CPU +\d+ +\d+ ", done.stdout, re.MULTILINE), done.stdout
+        assert ("  sum " in done.stdout) == (device != "cpu"), done.stdout
         memory = {part["name"]: part for part in size["memory"]}
         # What is not known is not there; a frame on the host has planes, and nobody counts allocations.
         for part in memory.values():
@@ -105,7 +120,8 @@ def test_frames_per_second(program, root, folder):
             with open(path) as file:
                 subjects = json.load(file)["subjects"]
             assert [s["kernel"] for s in subjects] == ["3x3", "5x5"]
-            assert all(s["stages"]["atrous"]["min_ms"] > 0 for s in subjects), subjects
+            assert all(s["stages"][f"atrous{level}"]["min_ms"] > 0
+                       for s in subjects for level in range(1, 6)), subjects
 
 
 def test_bad_input(program, root, folder):

@@ -19,6 +19,7 @@
 
 #include "program.h"
 #include "stillray/io.h"
+#include "stillray/quality.h"
 
 namespace stillray {
 namespace {
@@ -166,6 +167,23 @@ TEST(CliRender, TheEstimateHoldsForInputsReferencesAndLayers) {
   const double estimated = BytesIn(run.errors, "to " + out + ", about ");
   EXPECT_GT(estimated, 0.5 * bytes);
   EXPECT_LT(estimated, 2.0 * bytes);
+}
+
+TEST(CliRender, WritesJpegPictures) {
+  const TemporaryFolder folder;
+  const std::string out = folder / "out";
+  const ProgramRun run = RunProgram({"render", "builtin:cornell", "-o", out, "--size", "160x90",
+                                     "--frames", "1", "--format", "png,jpg", "--save-inputs"});
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_EQ(FilesIn(out),
+            (std::set<std::string>{"denoised.0001.jpg", "denoised.0001.png", "noisy.0001.jpg",
+                                   "noisy.0001.png", "render.json", "resume.stillray"}));
+  EXPECT_THAT(run.errors, HasSubstr("JPEG "));
+  bool linear = true;
+  const Image3 jpeg = ReadImage(out + "/denoised.0001.jpg", &linear).value();
+  const Image3 png = ReadImage(out + "/denoised.0001.png").value();
+  EXPECT_FALSE(linear);
+  EXPECT_GT(MeasurePsnr(jpeg, png).value(), 35);
 }
 
 TEST(CliRender, ThreadsDoNotChangeBits) {

@@ -2,6 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Runs of stillray with unusual names, streams and disks.
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <csignal>
@@ -73,6 +77,42 @@ TEST(CliRuns, ASceneWhoseNameIsNotUtf8KeepsItsLog) {
                   "--repeats", "1", "--device", "cpu", "--json", folder / "bench.json"});
   EXPECT_EQ(bench.exit_code, 0) << bench.errors;
   EXPECT_TRUE(nlohmann::json::accept(ReadText(folder / "bench.json")));
+}
+
+TEST(CliRuns, NamesWithSpacesUmlautsAndQuotes) {
+  const TemporaryFolder folder;
+  const std::string out = folder / "it's \"\xc3\xbc\" [1] # %d";
+  const std::string clean = folder / "cl'\xc3\xa4 n";
+  const std::string scene = folder / "my \"sc\xc3\xb6n'e\".gltf";
+  WriteTriangle(scene);
+  const ProgramRun rendered =
+      RunProgram(Render(out, {"--frames", "1-2", "--save-inputs", "--reference", "1"}, scene));
+  ASSERT_EQ(rendered.exit_code, 0) << rendered.errors;
+  EXPECT_THAT(rendered.output, HasSubstr("wrote 2 frames to " + out + "/ ("));
+  const ProgramRun denoised = RunProgram({"denoise", out + "/noisy.####.exr", "-o", clean,
+                                          "--preview", clean + "/l\xc3\xb6'ok/####.png"});
+  ASSERT_EQ(denoised.exit_code, 0) << denoised.errors;
+  EXPECT_TRUE(fs::exists(clean + "/noisy.0002.exr"));
+  EXPECT_TRUE(fs::exists(clean + "/l\xc3\xb6'ok/0002.png"));
+  const ProgramRun compared =
+      RunProgram({"compare", clean + "/noisy.####.exr", out + "/reference.####.exr"});
+  EXPECT_EQ(compared.exit_code, 0) << compared.errors;
+  const ProgramRun reported = RunProgram({"report", out});
+  EXPECT_EQ(reported.exit_code, 0) << reported.errors;
+  EXPECT_TRUE(fs::exists(out + "/report.html"));
+}
+
+// The test holds the lock that a run holds on its folder.
+TEST(CliRuns, AnotherRunInTheFolderIsNoticed) {
+  const TemporaryFolder folder;
+  const std::string warning = "another run is writing to " + folder.path();
+  EXPECT_THAT(RunProgram(Render(folder.path(), {"--frames", "1"})).errors, Not(HasSubstr(warning)));
+  const int other = ::open(folder.path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  ASSERT_EQ(::flock(other, LOCK_EX), 0);
+  const ProgramRun second = RunProgram(Render(folder.path(), {"--frames", "1"}));
+  EXPECT_EQ(second.exit_code, 0);
+  EXPECT_THAT(second.errors, HasSubstr(warning));
+  ::close(other);
 }
 
 TEST(CliRuns, ProgressThatCannotBeWrittenDoesNotMatter) {
@@ -387,6 +427,7 @@ TEST(CliRuns, TheLogHasEveryOptionThatChangesThePictures) {
       {"device", {"device", {}}},
       {"device", {"tracer", {}}},
       {"ray-tracing", {"ray_tracing", {"--ray-tracing", "compute"}}},
+      {"first-hits", {"first_hits", {"--first-hits", "trace"}}},
       {"spp", {"spp", {"--spp", "2"}}},
       {"guides", {"guides", {"--spp", "1/2", "--guides", "sparse"}}},
       {"seed", {"seed", {"--seed", "4"}}},
@@ -395,6 +436,8 @@ TEST(CliRuns, TheLogHasEveryOptionThatChangesThePictures) {
       {"virtual-guides", {"virtual_guides", {"--no-virtual-guides"}}},
       {"bounces", {"bounces", {"--bounces", "2"}}},
       {"regularise", {"regularise", {"--regularise"}}},
+      {"light-sampling", {"light_sampling", {"--light-sampling", "light"}}},
+      {"clamp-radiance", {"clamp_radiance", {"--clamp-radiance", "1"}}},
       {"aperture", {"aperture", {"--aperture", "0.1"}}},
       {"focus", {"focus", {"--focus", "2"}}},
       {"post", {"post", {"--post", "motion_blur"}}},

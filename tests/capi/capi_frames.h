@@ -112,6 +112,7 @@ struct CallerFrame {
     }
     const Guides& g = frame.guides;
     Add("normal", g.normal);
+    Add("previous_normal", g.previous_normal);
     Add("albedo", g.albedo);
     Add("specular_albedo", g.specular_albedo);
     Add("motion", g.motion);
@@ -206,6 +207,7 @@ inline Frame RoundedToHalf(Frame frame) {
   }
   Guides& g = frame.guides;
   round_planes(&g.normal);
+  round_planes(&g.previous_normal);
   round_planes(&g.albedo);
   round_planes(&g.specular_albedo);
   round_planes(&g.motion);

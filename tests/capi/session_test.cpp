@@ -224,7 +224,7 @@ TEST(SessionTest, ColourAloneIsDenoised) {
   }
 }
 
-TEST(SessionTest, ConfidenceIsThatOfCpp) {
+TEST(SessionTest, ConfidenceAndPreviousNormalsAreThoseOfCpp) {
   const DenoiserHandle denoiser = MakeDenoiser();
   Result<Denoiser> engine = Denoiser::Create(PresetSettings("default").value());
   ASSERT_TRUE(engine.ok());
@@ -236,6 +236,8 @@ TEST(SessionTest, ConfidenceIsThatOfCpp) {
         frame.confidence(x, y) = static_cast<float>((x + y + i) % 5) / 4;
       }
     }
+    frame.guides.previous_normal = Image3(kWidth, kHeight);
+    frame.guides.previous_normal[2].Fill(1);  // at an angle to some surfaces
     CallerFrame caller(frame);
     caller.Run(denoiser.get());
     DenoisedFrame expected;
@@ -249,7 +251,9 @@ TEST(SessionTest, ConfidenceIsThatOfCpp) {
   // Another frame without it.
   CallerFrame last(MakeBusyFrame(kWidth, kHeight, 4));
   last.Give(denoiser.get());
-  ASSERT_EQ(stillray_denoiser_set_input(denoiser.get(), "confidence", nullptr), STILLRAY_OK);
+  for (const char* input : {"confidence", "previous_normal"}) {
+    ASSERT_EQ(stillray_denoiser_set_input(denoiser.get(), input, nullptr), STILLRAY_OK);
+  }
   EXPECT_EQ(stillray_denoiser_execute(denoiser.get()), STILLRAY_OK);
 }
 

@@ -503,13 +503,13 @@ TEST(Confidence, IsMovedToTheFrameBefore) {
   motion[0].Fill(3.25f);
   motion[1].Fill(-1.6f);
   motion[0](5, 5) = kNan;
-  const FrameMotion moved = MotionTowards(next, motion);
+  const FrameMotion moved = MotionTowards(Frame(), next, motion);
   EXPECT_EQ(moved.confidence(10, 10), next.confidence(13, 8));
   EXPECT_EQ(moved.confidence(5, 5), 1);           // leads nowhere
   EXPECT_EQ(moved.confidence(kWidth - 1, 8), 1);  // and out of the picture
   EXPECT_EQ(moved.confidence(8, 1), 1);
   next.confidence = Image1();
-  EXPECT_TRUE(MotionTowards(next, motion).confidence.empty());
+  EXPECT_TRUE(MotionTowards(Frame(), next, motion).confidence.empty());
 }
 
 TEST(Confidence, LightOfTheFutureCountsForItsShortenedLength) {

@@ -401,6 +401,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
        {{"history_id", "off"}, {"history_normal", "180"}, {"history_search", "off"}}},
       {"history_normal", "0.5", {}},
       {"history_id", "off", {{"history_depth", "10"}, {"history_normal", "180"}}},
+      {"history_taps", "nearest", {}},
       {"history_search", "off", {}},
       {"limit_history", "off", {{"limit_dead", "0"}}},
       {"correct_history", "off", {}},
@@ -408,6 +409,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
       {"limit_dead", "0", {{"limit_gain", "200"}}},
       {"variance_of", "frame", {}},
       {"short_history", "blur", {}},
+      {"short_history_window", "5x5", {}},
       {"short_history_length", "0", {}},
       {"short_history_boost", "4", {}},
       {"prefilter_variance", "off", {}},
@@ -425,6 +427,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
       {"max_slope", "0.0001", {{"depth_weight", "gradient"}}},
       {"sigma_l", "1", {}},
       {"luminance_epsilon", "1", {}},
+      {"luminance_floor", "1", {}},
       {"pilot", "off", {}},
       {"noise_ratio", "1", {}},
       {"luminance", "rec601", {}},
@@ -478,6 +481,72 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
     Settings after = before;
     ASSERT_TRUE(SetParameter(&after, p.name, move->value).ok());
     EXPECT_NE(picture(before), picture(after)) << p.name;
+  }
+}
+
+TEST(Denoiser, PrefilterVarianceHasThreeWays) {
+  // off, once and on differ from each other, and a flag's spellings still mean off and on.
+  Settings settings;
+  std::vector<Image3> pictures;
+  for (const char* way : {"off", "once", "on"}) {
+    ASSERT_TRUE(SetParameter(&settings, "prefilter_variance", way).ok());
+    Denoiser d = MakeDenoiser(settings);
+    DenoisedFrame out;
+    for (int i = 0; i < 2; ++i) {
+      ASSERT_TRUE(d.Denoise(MakeBusyFrame(48, 40, i), &out).ok());
+    }
+    for (const Image3& other : pictures) {
+      EXPECT_FALSE(SameBits(out.colour, other)) << way;
+    }
+    pictures.push_back(out.colour);
+  }
+  for (const auto& [spelling, value] : {std::pair{"true", "on"}, {"0", "off"}, {"1", "on"}}) {
+    ASSERT_TRUE(SetParameter(&settings, "prefilter_variance", spelling).ok());
+    EXPECT_EQ(GetParameter(settings, "prefilter_variance").value(), value);
+  }
+  EXPECT_FALSE(SetParameter(&settings, "prefilter_variance", "twice").ok());
+}
+
+TEST(Denoiser, OneLevelPrefilteredOnceIsPrefilteredBeforeIt) {
+  // The first level compares the same smoothed variance either way.
+  Settings settings = PresetSettings("svgf").value();
+  ASSERT_TRUE(SetParameter(&settings, "steps", "2").ok());
+  Image1 pictures[2];
+  for (const int once : {0, 1}) {
+    settings.prefilter_variance = once == 1 ? PrefilterVariance::kOnce : PrefilterVariance::kOn;
+    Denoiser d = MakeDenoiser(settings);
+    DenoisedFrame out;
+    ASSERT_TRUE(d.Denoise(MakeBusyFrame(48, 40, 0), &out).ok());
+    pictures[once] = out.colour[0];
+  }
+  for (int y = 0; y < 40; ++y) {
+    for (int x = 0; x < 48; ++x) {
+      EXPECT_NEAR(pictures[0](x, y), pictures[1](x, y), 1e-5f * (1 + pictures[0](x, y)));
+    }
+  }
+}
+
+TEST(Denoiser, LuminanceFloorSmoothsDimLight) {
+  // Columns of 0.01 and 0.02, and of 1 and 2, with a variance of zero: without a floor every column
+  // keeps its light, with one of 0.1 the dim ones become their mean.
+  for (const float floor : {0.0f, 0.1f}) {
+    Settings settings = PresetSettings("svgf").value();
+    settings.short_history_length = 0;
+    settings.luminance_epsilon = 0;
+    settings.luminance_floor = floor;
+    Denoiser d = MakeDenoiser(settings);
+    Frame f = MakeWall(64, 32, 0);
+    FillImage<3>(&f.guides.albedo, [](int, int, int) { return 1.0f; });
+    FillImage<3>(&f.guides.specular_albedo, [](int, int, int) { return 0.0f; });
+    FillImage<3>(&Light(&f, SignalKind::kDirectDiffuse), [](int x, int y, int) {
+      return static_cast<float>(1 + x % 2) * (y < 16 ? 0.01f : 1.0f);
+    });
+    DenoisedFrame out;
+    ASSERT_TRUE(d.Denoise(f, &out).ok());
+    EXPECT_NEAR(out.colour[0](30, 4), floor > 0 ? 0.015f : 0.01f, 5e-4f) << floor;
+    EXPECT_NEAR(out.colour[0](31, 4), floor > 0 ? 0.015f : 0.02f, 5e-4f) << floor;
+    EXPECT_NEAR(out.colour[0](30, 28), 1.0f, 1e-3f) << floor;
+    EXPECT_NEAR(out.colour[0](31, 28), 2.0f, 1e-3f) << floor;
   }
 }
 

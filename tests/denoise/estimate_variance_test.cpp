@@ -29,6 +29,7 @@ EstimateVarianceParameters MakeParameters() {
   p.variance_of_mean = 1;
   p.short_history_spatial = 1;
   p.short_history_length = 4;
+  p.short_history_radius = 3;
   return p;
 }
 
@@ -115,6 +116,20 @@ TEST(EstimateVariance, ShortHistoriesHaveThatOfTheirNeighbourhood) {
   }
 }
 
+TEST(EstimateVariance, TheNeighbourhoodMayHave5x5Pixels) {
+  // 13 of 25 pixels are like the one in their middle; what lies further away has no effect.
+  const SignalHistory history = MakeHistory(1, 0.5f, 1, [](int x, int y) {
+    const bool far = std::abs(x - 7) > 2 || std::abs(y - 4) > 2;
+    return far ? 1e3f : (x + y) % 2 == 0 ? 0.0f : 2.0f;
+  });
+  EstimateVarianceParameters p = MakeParameters();
+  p.short_history_radius = 2;
+  for (const Version version : kVersions) {
+    EXPECT_NEAR(RunStage(version, history, MakeWall(), p).variance(7, 4),
+                4 * (12.0 / 25) * (13.0 / 25) + 0.5, 1e-5);
+  }
+}
+
 TEST(EstimateVariance, NothingLeaksOverEdges) {
   GuidePlanes depth = MakeWall();
   GuidePlanes normal = MakeWall();
@@ -198,6 +213,7 @@ TEST(EstimateVariance, VectorsMatchTheReference) {
         p.variance_of_mean = of_mean;
         p.edges.depth_weight_plane = plane;
         p.short_history_boost = 1;
+        p.short_history_radius = 3 - of_mean;
         p.least_evidence = 1.5f;
         Image1 expected(width, height);
         Image1 got(width, height);

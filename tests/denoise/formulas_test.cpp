@@ -129,7 +129,10 @@ TEST(Formulas, EdgeStoppingWeights) {
   EXPECT_NEAR(PlaneDepthExponent(0.5f, 0.62f, vec2(0.04f, 0.01f), vec2(2, -1), 0.1f),
               std::abs(0.5 + 0.08 - 0.01 - 0.62) / 0.05, 1e-5);
   // One tolerance, 4 * 0.25 + 0.001 * 3, takes the weight to 1/e.
-  EXPECT_NEAR(std::exp2(-1.003 * LuminanceFactor(3, 0.25f, 4, 0.001f)), std::exp(-1.0), 1e-6);
+  EXPECT_NEAR(std::exp2(-1.003 * LuminanceFactor(3, 0.25f, 4, 0.001f, 0)), std::exp(-1.0), 1e-6);
+  // A floor of 0.5 is added to it, whatever the luminance.
+  EXPECT_NEAR(std::exp2(-1.503 * LuminanceFactor(3, 0.25f, 4, 0.001f, 0.5f)), std::exp(-1.0), 1e-6);
+  EXPECT_NEAR(std::exp2(-0.5 * LuminanceFactor(0, 0, 4, 0.001f, 0.5f)), std::exp(-1.0), 1e-6);
   EXPECT_NEAR(EawExponent(0.04f, 0.09f, 0.01f, 0.5f, 0.3f, 0.2f), 0.16 + 1 + 0.25, 1e-6);
 }
 

@@ -5,6 +5,7 @@
 // edges, and where the variance is nothing, or beyond all bounds.
 #include "denoise/stages/prefilter_variance.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -87,6 +88,7 @@ TEST(PrefilterVariance, AsTheScalarStage) {
           p.prefilter_variance = smooth ? 1 : 0;
           p.luminance_scale_deviation = square_root ? 1 : 0;
           p.short_history_blur = short_history_blur;
+          p.luminance_floor = smooth ? 0.2f : 0.0f;
           Image1 expected(kWidth, kHeight);
           reference::PrefilterVariance(signal.Input(false), p, &expected);
           Image1 counted(kWidth, kHeight);
@@ -100,6 +102,47 @@ TEST(PrefilterVariance, AsTheScalarStage) {
     }
   }
   hwy::SetSupportedTargetsForTest(0);
+}
+
+TEST(SmoothVariance, AsTheScalarStage) {
+  Signal signal;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      signal.variance(x, y) = std::min(signal.variance(x, y), 1e36f);  // whose sums are finite
+    }
+  }
+  const Image1& valid = signal.guides.inverse_depth;
+  Image1 expected(kWidth, kHeight);
+  reference::SmoothVariance({&signal.variance, &valid}, &expected);
+  for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    SCOPED_TRACE(hwy::TargetName(target));
+    hwy::SetSupportedTargetsForTest(target);
+    Image1 counted(kWidth, kHeight);
+    cpu::SmoothVariance({&signal.variance, &valid}, &counted);
+    ExpectNear(counted, expected);
+    Image1 known(kWidth, kHeight);
+    cpu::SmoothVariance({&signal.variance, &valid, &signal.guides.full}, &known);
+    EXPECT_EQ(test::DifferentBits(known, counted), 0);
+  }
+  hwy::SetSupportedTargetsForTest(0);
+}
+
+TEST(SmoothVariance, MeanOfPixelsWithLight) {
+  Image1 variance(3, 3, 1);
+  Image1 valid(3, 3, 1);
+  for (int y = 0; y < 3; ++y) {
+    for (int x = 0; x < 3; ++x) {
+      variance(x, y) = static_cast<float>(1 + x + 3 * y);
+      valid(x, y) = 1;
+    }
+  }
+  valid(2, 0) = 0;
+  Image1 smoothed(3, 3);
+  reference::SmoothVariance({&variance, &valid}, &smoothed);
+  // (1 + 2 * 2) + 2 * (4 + 2 * 5 + 6) + (7 + 2 * 8 + 9), weights 16 less that of the 3.
+  EXPECT_FLOAT_EQ(smoothed(1, 1), 77.0f / 15);
+  EXPECT_FLOAT_EQ(smoothed(0, 2), (4 * 7 + 2 * 4 + 2 * 8 + 5) / 9.0f);  // beside the edge
+  EXPECT_EQ(smoothed(2, 0), 3.0f);                                      // without light: its own
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace stillray {
 namespace {
 
 constexpr int kBorder = 4;
-const ReprojectParameters kParameters = {0.05f, 0.9f, 1, 1};
+const ReprojectParameters kParameters = {0.05f, 0.9f, 1, 1, 0};
 
 struct Version {
   decltype(&cpu::FindTaps) find_taps;
@@ -88,6 +88,50 @@ TEST(Reproject, BilinearTapsAlongTheMotion) {
   }
 }
 
+TEST(Reproject, TheNearestTapAlone) {
+  const GuidePlanes wall = MakeWall(19, 7);
+  const SignalHistory ramp = MakeHistory(
+      19, 7, [](int x, int y) { return 10 + static_cast<float>(x) + 100 * static_cast<float>(y); });
+  ReprojectParameters p = kParameters;
+  p.history_taps_nearest = 1;
+  for (const Version& version : kVersions) {
+    const Fetched away(version, wall, wall, Constant(19, 7, 1.6f, -0.8f), ramp, p);
+    const Fetched at_home(version, wall, wall, Constant(19, 7, 0.4f, -0.5f), ramp, p);
+    for (int y = 1; y < 7; ++y) {
+      for (int x = 0; x < 17; ++x) {
+        EXPECT_EQ(away.At(x, y), ramp.colour[0](x + 2, y - 1));
+        EXPECT_EQ(at_home.At(x, y), ramp.colour[0](x, y));  // -0.5 + 0.5 is its own row
+      }
+    }
+    EXPECT_FALSE(away.taps.HasHistory(18, 3));  // outside
+    EXPECT_TRUE(at_home.taps.HasHistory(18, 3));
+  }
+}
+
+TEST(Reproject, TheNearestTapIsTestedAtItsOwnPlace) {
+  // On a slope that the motion does not follow, a history is as far off as the place is, not as the
+  // pixel: 1.6 pixels and not 2 under a tolerance of 1.7, 2.4 and not 2 under one of 2.2.
+  GuidePlanes slope = MakeWall(19, 7);
+  for (int y = 0; y < 7; ++y) {
+    for (int x = 0; x < 19; ++x) {
+      slope.inverse_depth(x, y) = 0.25f + 0.02f * static_cast<float>(x);
+      slope.gradient[0](x, y) = 0.02f;
+    }
+  }
+  const SignalHistory ones = MakeHistory(19, 7, [](int, int) { return 1.0f; });
+  ReprojectParameters p = kParameters;
+  p.history_taps_nearest = 1;
+  p.history_search = 0;
+  for (const Version& version : kVersions) {
+    p.history_depth = 0.0093f;  // of 0.43, and 1.5 pixels of slack
+    EXPECT_TRUE(
+        Fetched(version, slope, slope, Constant(19, 7, -1.6f, 0), ones, p).taps.HasHistory(9, 3));
+    p.history_depth = 0.0325f;
+    EXPECT_FALSE(
+        Fetched(version, slope, slope, Constant(19, 7, -2.4f, 0), ones, p).taps.HasHistory(9, 3));
+  }
+}
+
 TEST(Reproject, AtTheEdgeOfThePictureTheTapsInsideCount) {
   const GuidePlanes wall = MakeWall(19, 7);
   const SignalHistory ramp =
@@ -141,7 +185,7 @@ TEST(Reproject, NothingLeaksBetweenDepths) {
   for (int y = 0; y < 7; ++y) {
     std::fill(guides.inverse_depth.Row(y) + 8, guides.inverse_depth.Row(y) + 19, 0.2f);
   }
-  ExpectNoLeak(guides, {0.05f, 0.9f, 0, 1});
+  ExpectNoLeak(guides, {0.05f, 0.9f, 0, 1, 0});
 }
 
 TEST(Reproject, NothingLeaksBetweenNormals) {
@@ -150,7 +194,7 @@ TEST(Reproject, NothingLeaksBetweenNormals) {
     std::fill(guides.normal[2].Row(y) + 8, guides.normal[2].Row(y) + 19, 0.6f);
     std::fill(guides.normal[0].Row(y) + 8, guides.normal[0].Row(y) + 19, 0.8f);
   }
-  ExpectNoLeak(guides, {0.05f, 0.9f, 0, 1});
+  ExpectNoLeak(guides, {0.05f, 0.9f, 0, 1, 0});
 }
 
 TEST(Reproject, SearchAveragesThe3x3Taps) {
@@ -167,7 +211,7 @@ TEST(Reproject, SearchAveragesThe3x3Taps) {
     EXPECT_FLOAT_EQ(fetched.At(9, 3), 4);  // both
     EXPECT_FLOAT_EQ(fetched.At(11, 3), 3);
     EXPECT_FALSE(fetched.taps.HasHistory(13, 3));
-    const Fetched without(version, now, before, still, history, {0.05f, 0.9f, 1, 0});
+    const Fetched without(version, now, before, still, history, {0.05f, 0.9f, 1, 0, 0});
     EXPECT_FALSE(without.taps.HasHistory(9, 3));
     EXPECT_EQ(without.At(9, 3), 0);
     EXPECT_FLOAT_EQ(without.At(10, 2), 3);
@@ -207,7 +251,7 @@ TEST(Reproject, VectorsMatchTheReference) {
     const SignalHistory history =
         MakeHistory(width, height, [](int x, int y) { return 1 + 4 * test::RandomAt(x, y, 6); });
     for (const int search : {0, 1}) {
-      const ReprojectParameters p = {0.05f, 0.9f, 1, search};
+      const ReprojectParameters p = {0.05f, 0.9f, 1, search, 0};
       const Fetched expected(kVersions[0], now, before, motion, history, p);
       const Fetched got(kVersions[1], now, before, motion, history, p);
       test::ExpectNear(got.history.colour[0], expected.history.colour[0], 2e-6);

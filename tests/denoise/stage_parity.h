@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/record_largest.h"
 #include "stillray/denoise.hpp"
 
 namespace stillray::test {
@@ -65,6 +66,8 @@ inline void ExpectImage(const NamedImage& a, const NamedImage& b, const Toleranc
   ASSERT_EQ(a.channels.size(), b.channels.size()) << what << " " << a.name;
   for (size_t c = 0; c < a.channels.size(); ++c) {
     const Difference d = Compare(a.channels[c], b.channels[c], t.rms);
+    RecordLargest(a.name + " rms", d.rms, t.rms);
+    RecordLargest(a.name + " outliers", d.outliers, t.outliers);
     EXPECT_LE(d.rms, t.rms) << what << " " << a.name << "[" << c << "]";
     EXPECT_LE(d.outliers, t.outliers) << what << " " << a.name << "[" << c << "]";
   }
@@ -97,7 +100,15 @@ inline std::vector<Settings> OtherSettings() {
                     {"prefilter_variance", "off"}}),
       With("default",
            {{"signals", "diffuse_specular"}, {"history_search", "off"}, {"max_history", "5"}}),
-      With("svgf", {{"antialias", "off"}, {"history_id", "off"}, {"feedback", "2"}}),
+      With("svgf", {{"antialias", "off"},
+                    {"history_id", "off"},
+                    {"history_taps", "nearest"},
+                    {"feedback", "2"}}),
+      With("psvgf", {{"prefilter_variance", "once"},
+                     {"luminance_epsilon", "0"},
+                     {"luminance_floor", "0.05"},
+                     {"short_history", "spatial"},
+                     {"short_history_window", "5x5"}}),
   };
 }
 

@@ -46,7 +46,7 @@ Tolerance ToleranceOfSmall(const std::string& name) {
 /// the other leaves, and further levels spread the difference. Pictures before the wavelet are as
 /// exact as those of whole frames.
 Tolerance ToleranceOfSparse(const std::string& name) {
-  for (const char* filtered : {"atrous", "filtered", "aliased", "colour"}) {
+  for (const char* filtered : {"atrous", "weights", "filtered", "aliased", "colour"}) {
     if (name.starts_with(filtered)) {
       return {0.3, 0.05};
     }

@@ -96,9 +96,12 @@ class FailingProgram : public ::testing::Test {
     ASSERT_NE(dladdr(dlsym(library, "vkGetInstanceProcAddr"), &real), 0);
     setenv("FAILING_REAL", real.dli_fname, 1);
     setenv("LD_LIBRARY_PATH", STILLRAY_FAILING_FOLDER, 1);
+    // A software driver that claims to be a GPU may take any time on a busy machine.
+    setenv("STILLRAY_GPU_TIMEOUT", "600", 1);
   }
   void TearDown() override {
-    for (const char* name : {"FAILING_REAL", "LD_LIBRARY_PATH", "FAILING_CALL", "FAILING_DEVICE"}) {
+    for (const char* name : {"FAILING_REAL", "LD_LIBRARY_PATH", "FAILING_CALL", "FAILING_DEVICE",
+                             "STILLRAY_GPU_TIMEOUT"}) {
       unsetenv(name);
     }
   }

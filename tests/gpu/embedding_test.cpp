@@ -32,6 +32,9 @@ constexpr int kHeight = 37;
 std::atomic<int> forbidden_calls = 0;
 /// Calls of vkAllocateMemory.
 std::atomic<uint32_t> memory_calls = 0;
+/// Calls of vkCmdDispatch and vkCmdPipelineBarrier.
+std::atomic<int> dispatches = 0;
+std::atomic<int> barriers = 0;
 PFN_vkGetInstanceProcAddr real_get_instance = nullptr;
 PFN_vkGetDeviceProcAddr real_get_device = nullptr;
 PFN_vkAllocateMemory real_allocate = nullptr;
@@ -39,6 +42,8 @@ PFN_vkQueueSubmit real_submit = nullptr;
 PFN_vkAllocateDescriptorSets real_sets = nullptr;
 PFN_vkWaitForFences real_wait = nullptr;
 PFN_vkCreateComputePipelines real_pipelines = nullptr;
+PFN_vkCmdDispatch real_dispatch = nullptr;
+PFN_vkCmdPipelineBarrier real_barrier = nullptr;
 
 VKAPI_ATTR VkResult VKAPI_CALL Allocate(VkDevice d, const VkMemoryAllocateInfo* i,
                                         const VkAllocationCallbacks* a, VkDeviceMemory* m) {
@@ -67,6 +72,20 @@ VKAPI_ATTR VkResult VKAPI_CALL CreatePipelines(VkDevice d, VkPipelineCache c, ui
   return real_pipelines(d, c, n, i, a, p);
 }
 
+VKAPI_ATTR void VKAPI_CALL Dispatch(VkCommandBuffer c, uint32_t x, uint32_t y, uint32_t z) {
+  ++dispatches;
+  real_dispatch(c, x, y, z);
+}
+VKAPI_ATTR void VKAPI_CALL CountBarrier(VkCommandBuffer c, VkPipelineStageFlags from,
+                                        VkPipelineStageFlags to, VkDependencyFlags flags,
+                                        uint32_t memory_count, const VkMemoryBarrier* memory,
+                                        uint32_t buffer_count, const VkBufferMemoryBarrier* buffers,
+                                        uint32_t image_count, const VkImageMemoryBarrier* images) {
+  ++barriers;
+  real_barrier(c, from, to, flags, memory_count, memory, buffer_count, buffers, image_count,
+               images);
+}
+
 template <typename Function>
 PFN_vkVoidFunction Replace(PFN_vkVoidFunction found, Function* real, Function own) {
   *real = reinterpret_cast<Function>(found);
@@ -81,6 +100,8 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetDevice(VkDevice device, const char* 
          : text == "vkAllocateDescriptorSets" ? Replace(found, &real_sets, &AllocateSets)
          : text == "vkWaitForFences"          ? Replace(found, &real_wait, &Wait)
          : text == "vkCreateComputePipelines" ? Replace(found, &real_pipelines, &CreatePipelines)
+         : text == "vkCmdDispatch"            ? Replace(found, &real_dispatch, &Dispatch)
+         : text == "vkCmdPipelineBarrier"     ? Replace(found, &real_barrier, &CountBarrier)
                                               : found;
 }
 
@@ -129,6 +150,7 @@ VulkanFrame FrameOf(const vulkan::FrameInputs& in, const Frame& frame) {
   f.samples = image(in.samples);
   f.roughness = image(in.roughness);
   f.confidence = image(in.confidence);
+  f.previous_normal = image(in.previous_normal);
   f.colour = image(in.colour);
   double samples = 0;
   for (int y = 0; y < frame.height; ++y) {
@@ -164,6 +186,7 @@ stillray_vulkan_frame CFrameOf(const VulkanFrame& cpp) {
   put(STILLRAY_VULKAN_SAMPLES, cpp.samples);
   put(STILLRAY_VULKAN_ROUGHNESS, cpp.roughness);
   put(STILLRAY_VULKAN_CONFIDENCE, cpp.confidence);
+  put(STILLRAY_VULKAN_PREVIOUS_NORMAL, cpp.previous_normal);
   put(STILLRAY_VULKAN_COLOUR, cpp.colour);
   return frame;
 }
@@ -209,11 +232,40 @@ TEST_F(Embedding, GivesThePicturesOfTheHostApiWithoutHiddenWork) {
   }
 }
 
-TEST_F(Embedding, TakesAConfidenceInCppAndInC) {
+// Every dispatch and every barrier costs a device a few microseconds. docs/gpu.md states them.
+TEST_F(Embedding, FramesHaveAKnownNumberOfDispatchesAndBarriers) {
+  struct Known {
+    const char* preset;
+    int dispatches;
+    int barriers;
+  };
+  auto upload = Upload(device_->context(), MakeBusyFrame(kWidth, kHeight, 0));
+  for (const Known& known : {Known{"temporal", 8, 9}, Known{"svgf", 19, 20}, Known{"psvgf", 20, 21},
+                             Known{"default", 42, 43}}) {
+    Result<VulkanDenoiser> made = VulkanDenoiser::Create(context(), options(known.preset));
+    ASSERT_TRUE(made.ok()) << made.status().message();
+    for (int i = 0; i < 4; ++i) {
+      const Frame f = MakeBusyFrame(kWidth, kHeight, i);
+      Image3 colour;
+      RunFrame(device_.get(), upload.get(), f, &colour, [&](VkCommandBuffer commands) {
+        dispatches = 0;
+        barriers = 0;
+        EXPECT_TRUE(made->Record(commands, FrameOf(upload->inputs(), f)).ok());
+      });
+    }
+    EXPECT_EQ(dispatches, known.dispatches) << known.preset;
+    EXPECT_EQ(barriers, known.barriers) << known.preset;
+  }
+}
+
+TEST_F(Embedding, TakesConfidenceAndPreviousNormalsInCppAndInC) {
   const auto frame_of = [](int i) {
     Frame f = MakeBusyFrame(kWidth, kHeight, i);
     f.confidence = Image1(kWidth, kHeight);
     test::FillImage(&f.confidence, [&](int x, int) { return static_cast<float>(x) / kWidth; });
+    f.guides.previous_normal = Image3(kWidth, kHeight);
+    test::FillImage<3>(&f.guides.previous_normal,
+                       [](int, int y, int c) { return c == 2 && y % 2 == 0 ? 1.0f : 0.0f; });
     return f;
   };
   auto upload = Upload(device_->context(), frame_of(0));

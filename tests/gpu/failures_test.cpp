@@ -136,6 +136,23 @@ TEST_F(Failures, OfTheHostApiLeaveNothingBehind) {
 }
 
 // Every call of these in turn, up to the last.
+TEST_F(Failures, ADeviceThatHangsIsReportedAndNotUsedAgain) {
+  setenv("FAILING_DEVICE", "gpu", 1);
+  gpu::InstanceOptions options;  // without validation, which reports that nothing is destroyed
+  options.loader = STILLRAY_FAILING_LOADER;
+  const std::shared_ptr<gpu::Instance> instance = *gpu::Instance::Create(options);
+  const gpu::DeviceInfo info = *gpu::ChooseDevice(*instance->ListDevices(), "vulkan");
+  const std::shared_ptr<gpu::Device> device = *gpu::Device::Create(instance, info);
+  Prepare({"vkWaitForFences", 1, VK_TIMEOUT, ""});
+  ASSERT_TRUE(device->Begin().ok());
+  EXPECT_EQ(device->Run().message(),
+            "Vulkan: waiting for the device: it hangs; its work was not finished after 10 s, "
+            "expected fractions of a second (STILLRAY_GPU_TIMEOUT=N waits N s)");
+  test::FailAt(nullptr, 0, VK_SUCCESS);
+  EXPECT_THAT(device->Begin().status().message(), HasSubstr("it hangs"));
+  unsetenv("FAILING_DEVICE");
+}
+
 TEST_F(Failures, OfBothWaysAndSavedHistoriesLeaveNothingBehind) {
   constexpr int kMostCalls = 60;
   for (Failure failure :

@@ -9,6 +9,7 @@
 
 #include "denoise/stages/limit_history_shared.h"
 #include "denoise/stages/suppress_fireflies_shared.h"
+#include "denoise/vulkan/edge_exponent_shared.h"
 #include "denoise/vulkan/exposure_shared.h"
 #include "denoise/vulkan/octahedral_shared.h"
 
@@ -50,6 +51,25 @@ TEST(Octahedral, SixteenBitsKeepDirectionsOfTheWholeSphere) {
   // Radians: half a step of 1 / 32767 in both coordinates, stretched threefold at most.
   EXPECT_LT(worst, 6.5e-5);
   EXPECT_GT(worst, 1e-5);  // it is rounded at all
+}
+
+TEST(EdgeExponents, AreTheLogarithmsOfTheWeights) {
+  for (const float cosine : {1.0f, 0.999f, 0.9f, 0.5f, 0.01f}) {
+    for (const float sigma_n : {1.0f, 8.0f, 64.0f}) {
+      const double weight = std::pow(static_cast<double>(cosine), static_cast<double>(sigma_n));
+      EXPECT_NEAR(std::exp2(static_cast<double>(NormalExponent2(cosine, sigma_n, false))), weight,
+                  1e-5);
+      // To second order about 1: 2c - c^2/2 - 3/2.
+      const double c = cosine;
+      EXPECT_NEAR(NormalExponent2(cosine, sigma_n, true) * std::log(2.0),
+                  sigma_n * (2 * c - c * c / 2 - 1.5), 1e-5 * sigma_n);
+    }
+  }
+  for (const float cosine : {0.0f, -0.0f, -0.3f, -1.0f}) {  // surfaces that face away
+    EXPECT_LT(std::exp2(NormalExponent2(cosine, 1.0f, false)), kMinAtrousWeight);
+    EXPECT_EQ(std::exp2(NormalExponent2(cosine, 64.0f, false)), 0.0f);
+    EXPECT_EQ(std::exp2(NormalExponent2(cosine, 0.0f, false)), 1.0f);  // a weight that is off
+  }
 }
 
 TEST(Exposure, IsAPowerOfTwoNearAnEighth) {

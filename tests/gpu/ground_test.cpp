@@ -4,6 +4,7 @@
 // Devices, memory, pipelines, timestamps, and the messages for missing features.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "gpu/memory.h"
@@ -53,6 +54,28 @@ TEST(ChooseDevice, TakesHardwareBeforeSoftware) {
   const std::vector<DeviceInfo> devices = {MakeInfo("software", false), MakeInfo("card", true)};
   EXPECT_EQ(gpu::ChooseDevice(devices, "vulkan")->name, "card");
   EXPECT_EQ(gpu::ChooseDevice(devices, "vulkan:0")->name, "software");
+}
+
+TEST(ChooseDevice, TakesDiscreteGpusBeforeIntegratedOnes) {
+  std::vector<DeviceInfo> devices = {MakeInfo("software", false), MakeInfo("integrated", true),
+                                     MakeInfo("virtual", true), MakeInfo("card", true),
+                                     MakeInfo("second card", true)};
+  devices[0].rank = 1;
+  devices[1].rank = 2;
+  devices[2].rank = 3;
+  devices[3].rank = devices[4].rank = 4;
+  EXPECT_EQ(gpu::ChooseDevice(devices, "vulkan")->name, "card");
+  devices.resize(3);
+  EXPECT_EQ(gpu::ChooseDevice(devices, "vulkan")->name, "virtual");
+  devices.resize(2);
+  EXPECT_EQ(gpu::ChooseDevice(devices, "vulkan")->name, "integrated");
+}
+
+TEST(Timestamps, CountersThatBeginAgainAreUnderstood) {
+  EXPECT_EQ(gpu::TicksBetween(10, 25, 64), 15u);
+  EXPECT_EQ(gpu::TicksBetween(0xffffffff0u, 5, 36), 21u);       // 2^36 - 16, then 5
+  EXPECT_EQ(gpu::TicksBetween(3, 0xabc000000000007u, 36), 4u);  // undefined bits above
+  EXPECT_EQ(gpu::TicksBetween(~uint64_t{0}, 1, 64), 2u);
 }
 
 TEST(ChooseDevice, TakesWhatWorksBeforeHardware) {
@@ -140,6 +163,31 @@ TEST_F(Ground, ArenaTellsItsNeedBeforehandAndTakesNoMore) {
   EXPECT_GE(after.largest, 33u * 17u * 3u * 8u);
   EXPECT_GE(after.bytes, after.largest + 1000);
   EXPECT_EQ(arena.Allocate().code(), StatusCode::kInternal);
+}
+
+// Blocks are complete: their bytes are those of the allocations and of the ranges between these.
+TEST_F(Ground, ArenasAreCountedWhileTheyLive) {
+  const MemoryBlocks before = CountedBlocks(MemoryPlace::kDevice);
+  {
+    Arena arena(&device_->context());
+    for (const VkDeviceSize bytes : {100, 5000, 300}) {
+      ASSERT_TRUE(arena.AddBuffer(bytes, 0, gpu::BufferPlace::kDevice).ok());
+    }
+    EXPECT_EQ(CountedBlocks(MemoryPlace::kDevice), before);
+    const gpu::MemoryUse need = arena.Need();
+    ASSERT_TRUE(arena.Allocate().ok());
+    const MemoryBlocks with = CountedBlocks(MemoryPlace::kDevice);
+    EXPECT_EQ(with.blocks, before.blocks + need.allocations);
+    EXPECT_EQ(with.allocations, before.allocations + 3);
+    EXPECT_EQ(with.block_bytes, before.block_bytes + need.bytes);
+    EXPECT_GE(with.allocated_bytes, before.allocated_bytes + 5400);
+    EXPECT_GE(with.largest_allocation, 5000u);
+    const uint64_t unused =
+        with.block_bytes - with.allocated_bytes - (before.block_bytes - before.allocated_bytes);
+    EXPECT_EQ(unused > 0, with.unused_ranges > before.unused_ranges);
+    EXPECT_LE(with.largest_unused, std::max<uint64_t>(unused, before.largest_unused));
+  }
+  EXPECT_EQ(CountedBlocks(MemoryPlace::kDevice), before);
 }
 
 TEST_F(Ground, TooMuchMemoryIsAnError) {

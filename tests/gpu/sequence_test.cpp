@@ -70,6 +70,13 @@ Sequence::Errors Sequence::Run(const char* spec, const Settings& settings,
     expected_brightness += Sum(expected.colour);
   }
   errors.mean_brightness = brightness / expected_brightness;
+  const bool sparse = render.cycle > 1;
+  const bool halves = precision == DevicePrecision::kHalf;
+  const std::string what = std::string(sparse ? "sparse " : "") + (halves ? "halves" : "floats");
+  test::RecordLargest(what + " rms", errors.largest_rms, sparse && halves ? 0.12 : 0.03);
+  test::RecordLargest(what + " outliers", errors.largest_share, sparse && halves ? 0.45 : 0.03);
+  test::RecordLargest(what + " brightness", std::abs(errors.mean_brightness - 1),
+                      sparse && halves ? 2e-3 : 5e-4);
   return errors;
 }
 

@@ -3,6 +3,9 @@
 
 // Every stage on Vulkan against the scalar reference: the pictures between the stages, for all
 // kinds of settings, on frames with missing and broken samples, disocclusions and odd sizes.
+#include <gmock/gmock.h>
+
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -49,6 +52,53 @@ TEST_F(Stages, PresetsInHalves) {
     ExpectSame(PresetSettings(preset).value(), DevicePrecision::kHalf, 67, 35, 4,
                std::string(preset));
   }
+}
+
+/// Variants of the wavelet's shader, for the following denoisers.
+class Variant {
+ public:
+  explicit Variant(const char* name) { setenv("STILLRAY_ATROUS", name, 1); }
+  ~Variant() { unsetenv("STILLRAY_ATROUS"); }
+  Variant(const Variant&) = delete;
+  Variant& operator=(const Variant&) = delete;
+};
+
+TEST_F(Stages, TilesOfTheWaveletArePlainTaps) {
+  const Settings many[] = {
+      test::WithoutFxaa(PresetSettings("default").value()),
+      test::WithoutFxaa(PresetSettings("svgf").value()),
+      test::With("svgf",
+                 {{"kernel", "3x3"}, {"wavelet_id", "on"}, {"steps", "3,1,7"}, {"fxaa", "off"}}),
+      test::With("default", {{"wavelet", "eaw"}, {"fxaa", "off"}}),
+      test::With("default", {{"wavelet", "naive"}, {"fxaa", "off"}})};
+  for (const Settings& settings : many) {
+    for (const DevicePrecision precision : {DevicePrecision::kFloat, DevicePrecision::kHalf}) {
+      const auto picture = [&](const char* variant) {
+        const Variant chosen(variant);
+        Denoiser denoiser = MakeDenoiser(settings, precision);
+        DenoisedFrame out;
+        for (int i = 0; i < 3; ++i) {
+          EXPECT_TRUE(denoiser.Denoise(test::MakeBusyFrame(61, 37, i), &out).ok());
+        }
+        return out.colour;
+      };
+      const Image3 plain = picture("plain");
+      const Image3 tiles = picture("tile");
+      for (int c = 0; c < 3; ++c) {
+        // One rounding of a half, where the compiler of the device fuses other operations.
+        const bool halves = precision == DevicePrecision::kHalf;
+        const double most = halves ? 5e-4 : 1e-5;
+        const test::Difference d = test::Compare(tiles[c], plain[c], most);
+        test::RecordLargest(halves ? "tiles in halves rms" : "tiles rms", d.rms, most);
+        EXPECT_LE(d.rms, most);
+      }
+    }
+  }
+  const Variant unknown("tiles");
+  Denoiser denoiser = MakeDenoiser(many[0], DevicePrecision::kFloat);
+  DenoisedFrame out;
+  EXPECT_THAT(denoiser.Denoise(test::MakeBusyFrame(61, 37, 0), &out).message(),
+              ::testing::HasSubstr("STILLRAY_ATROUS is 'tiles', expected plain or tile"));
 }
 
 TEST_F(Stages, OtherSettingsInFloats) {

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "core/record_largest.h"
 #include "gpu/device.h"
 
 namespace stillray::test {
@@ -29,6 +30,7 @@ class VulkanTest : public ::testing::Test {
     if (!instance.ok()) {
       GTEST_SKIP() << instance.status().message();
     }
+    RecordProperty("validation layer", validates_ ? "watches" : "is not installed");
     instance_ = *instance;
     messages_ = instance_->messages();
     const Result<std::vector<gpu::DeviceInfo>> devices = instance_->ListDevices();

@@ -119,6 +119,29 @@ TEST(AovImport, ConfidenceIsALayerOfOurs) {
   EXPECT_EQ(confidence(OnePixel(layers), {"auto", {"confidence=valid"}}), 0.5f);
 }
 
+TEST(AovImport, PreviousNormalsHaveTheAxesOfNormals) {
+  const auto previous = [](const ExrImage& image, const AovOptions& options) {
+    const Result<Frame> frame = Import(image, options);
+    EXPECT_TRUE(frame.ok()) << frame.status().message();
+    const Image3& normal = frame->guides.previous_normal;
+    return normal.empty() ? Rgb{-9, -9, -9} : Pixel(normal);
+  };
+  std::map<std::string, std::vector<float>> layers = {{":RGB", {1, 1, 1}},
+                                                      {"direct_diffuse:RGB", {1, 1, 1}},
+                                                      {"normal:XYZ", {0, 0, 1}},
+                                                      {"motion:XY", {0, 0}},
+                                                      {"depth:Z", {1}}};
+  EXPECT_EQ(previous(OnePixel(layers), {"stillray", {}}), (Rgb{-9, -9, -9}));
+  layers["previous_normal:XYZ"] = {0, 1, 0};
+  EXPECT_EQ(previous(OnePixel(layers), {"stillray", {}}), (Rgb{0, 1, 0}));
+  EXPECT_EQ(previous(OnePixel(layers), {"stillray", {"previous_normal=none"}}), (Rgb{-9, -9, -9}));
+  EXPECT_EQ(previous(OnePixel(layers), {"stillray", {"normal=normal,axes=x-zy"}}), (Rgb{0, 0, 1}));
+  // Of any renderer, once it is named; zero stays zero.
+  layers = BlenderLayers();
+  layers["before:XYZ"] = {0, 0, 0};
+  EXPECT_EQ(previous(OnePixel(layers), {"auto", {"previous_normal=before"}}), (Rgb{0, 0, 0}));
+}
+
 TEST(AovImport, ConfidenceComesBackFromAFile) {
   const TempFolder folder;
   Image1 confidence(5, 3);

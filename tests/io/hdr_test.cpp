@@ -1,7 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
+#include <stb/stb_image.h>
 #include <stb/stb_image_write.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include <gmock/gmock.h>
@@ -161,6 +163,87 @@ TEST(Hdr, DamageIsNamed) {
   EXPECT_THAT(message(header + "-Y 1 +X 8\n" + Pixel(2, 2, 0, 8) + "\x89\x01"),
               HasSubstr("longer than its row"));
   EXPECT_THAT(message(header + "-Y 1 +X 2\n" + Pixel(1, 1, 1, 1)), HasSubstr("nothing to repeat"));
+}
+
+Image3 HdrPicture(int width, int height) {
+  Image3 image(width, height);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      // Long runs in the left half, noise in the right one.
+      const auto i = static_cast<uint32_t>(y * width + x);
+      for (int c = 0; c < 3; ++c) {
+        const float noise = static_cast<float>(HashU32(i + 1000u * static_cast<uint32_t>(c)));
+        image[c](x, y) = x < width / 2 ? 0.25f * static_cast<float>(c)
+                                       : std::exp2(noise / 4294967296.0f * 40 - 20);
+      }
+    }
+  }
+  return image;
+}
+
+// 1.5 = 192/256 * 2^1, 0.75 = 96/256 * 2^1: the largest channel determines the exponent 1 + 128.
+TEST(Hdr, WritesPixelsByHand) {
+  Image3 image(2, 1);
+  image[0](0, 0) = 1.5f;
+  image[1](0, 0) = 0.75f;
+  image[2](0, 0) = -3.0f;
+  const std::string file = EncodeHdr(image).value();
+  EXPECT_EQ(file,
+            std::string(kHeader) + "-Y 1 +X 2\n" + Pixel(192, 96, 0, 129) + Pixel(0, 0, 0, 0));
+}
+
+TEST(Hdr, WritesRunsByHand) {
+  Image3 image(8, 1);
+  for (int x = 0; x < 8; ++x) {
+    image[0](x, 0) = x < 6 ? 1.0f : 1.5f;
+    image[1](x, 0) = 0.5f;
+  }
+  // Red: six times 128, then 192 twice as literals; green and blue: one run; exponent: one run.
+  const std::string expected = Pixel(2, 2, 0, 8) + std::string("\x86\x80\x02\xc0\xc0", 5) +
+                               std::string("\x88\x40\x88\x00\x88\x81", 6);
+  EXPECT_EQ(EncodeHdr(image).value(), std::string(kHeader) + "-Y 1 +X 8\n" + expected);
+}
+
+TEST(Hdr, AnotherDecoderReadsWhatWasWritten) {
+  for (const auto& [width, height] : {std::pair(1, 1), std::pair(7, 3), std::pair(300, 9)}) {
+    const Image3 image = HdrPicture(width, height);
+    const std::string file = EncodeHdr(image).value();
+    int w = 0;
+    int h = 0;
+    int components = 0;
+    float* pixels =
+        stbi_loadf_from_memory(Data(file), static_cast<int>(file.size()), &w, &h, &components, 3);
+    ASSERT_NE(pixels, nullptr);
+    ASSERT_EQ(w, width);
+    ASSERT_EQ(h, height);
+    const Image3 own = Decode(file).value();
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        const float largest = std::max({image[0](x, y), image[1](x, y), image[2](x, y)});
+        for (int c = 0; c < 3; ++c) {
+          // Half a step of the common exponent, whose mantissa is at least 128.
+          ASSERT_NEAR(pixels[3 * (y * width + x) + c], image[c](x, y), largest / 256);
+          ASSERT_EQ(own[c](x, y), pixels[3 * (y * width + x) + c]);
+        }
+      }
+    }
+    stbi_image_free(pixels);
+  }
+}
+
+TEST(Hdr, WritesWhatIsNotFiniteOrBeyondItsRange) {
+  Image3 image(4, 1);
+  image[0](0, 0) = std::nanf("");
+  image[0](1, 0) = INFINITY;
+  image[0](2, 0) = 1e-42f;                      // below the least exponent
+  image[0](3, 0) = std::nextafter(1.0f, 0.0f);  // its mantissa rounds up to 256
+  const Image3 read = Decode(EncodeHdr(image).value()).value();
+  EXPECT_EQ(read[0](0, 0), 0.0f);
+  EXPECT_EQ(read[0](1, 0), std::ldexp(255.0f / 256.0f, 127));
+  EXPECT_EQ(read[0](2, 0), 0.0f);
+  EXPECT_EQ(read[0](3, 0), 1.0f);
+  EXPECT_EQ(EncodeHdr(Image3()).status().code(), StatusCode::kInvalidArgument);
+  EXPECT_THAT(WriteHdr("x/y.hdr", image).message(), HasSubstr("x/y.hdr"));
 }
 
 }  // namespace

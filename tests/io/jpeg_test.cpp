@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
+#include <stb/stb_image.h>
 #include <stb/stb_image_write.h>
 
 #include <cmath>
@@ -107,6 +108,40 @@ TEST(Jpeg, SizeBeyondTheBytesIsRefused) {
   const Result<Image3> image = Decode(jpeg);
   EXPECT_EQ(image.status().code(), StatusCode::kBadData);
   EXPECT_THAT(image.status().message(), HasSubstr("cannot hold"));
+}
+
+// Stripes of one pixel keep their colours only if those have the full resolution.
+TEST(Jpeg, WritesColoursInFullResolution) {
+  Rgb8Image image{33, 20, {}};
+  for (int i = 0; i < 33 * 20; ++i) {
+    const bool even = i % 33 % 2 == 0;
+    image.pixels.insert(image.pixels.end(), {static_cast<uint8_t>(even ? 150 : 90), 100,
+                                             static_cast<uint8_t>(even ? 90 : 150)});
+  }
+  const std::string jpeg = EncodeJpeg(image).value();
+  int w = 0;
+  int h = 0;
+  int components = 0;
+  stbi_uc* pixels =
+      stbi_load_from_memory(Data(jpeg), static_cast<int>(jpeg.size()), &w, &h, &components, 3);
+  ASSERT_NE(pixels, nullptr);
+  ASSERT_EQ(w, 33);
+  ASSERT_EQ(h, 20);
+  for (size_t i = 0; i < image.pixels.size(); ++i) {
+    ASSERT_NEAR(pixels[i], image.pixels[i], 12) << i;
+  }
+  stbi_image_free(pixels);
+}
+
+TEST(Jpeg, RefusesWhatCannotBeWritten) {
+  EXPECT_EQ(EncodeJpeg(Rgb8Image{}).status().code(), StatusCode::kInvalidArgument);
+  const Rgb8Image wrong{4, 4, std::vector<uint8_t>(47)};
+  EXPECT_THAT(EncodeJpeg(wrong).status().message(), HasSubstr("48 bytes, not 47"));
+  const Rgb8Image wide{65536, 1, std::vector<uint8_t>(65536 * 3)};
+  EXPECT_THAT(EncodeJpeg(wide).status().message(), HasSubstr("1 to 65535 a side"));
+  EXPECT_THAT(WriteJpeg("x/y.jpg", wrong).message(), HasSubstr("x/y.jpg"));
+  const Rgb8Image right{4, 4, std::vector<uint8_t>(48)};
+  EXPECT_EQ(WriteJpeg("/dev/full", right).code(), StatusCode::kIo);
 }
 
 }  // namespace

@@ -89,6 +89,21 @@ TEST(Png, AnotherDecoderReadsWhatWasWritten) {
   }
 }
 
+// Rows of several tasks, and every case of the predictor: flat, gradients along and across rows.
+TEST(Png, SmoothPicturesAreSmallAndExact) {
+  Rgb8Image image{200, 150, {}};
+  for (int y = 0; y < 150; ++y) {
+    for (int x = 0; x < 200; ++x) {
+      image.pixels.insert(image.pixels.end(),
+                          {static_cast<uint8_t>(x), static_cast<uint8_t>(255 - y),
+                           static_cast<uint8_t>(x < 100 ? (x * y) >> 6 : 7)});
+    }
+  }
+  const std::string png = EncodePng(image).value();
+  EXPECT_LT(png.size(), image.pixels.size() / 20);
+  EXPECT_EQ(Decode8(png).value().pixels, image.pixels);
+}
+
 TEST(Png, FileGivesBackWhatWasWritten) {
   const TempFolder folder;
   const Rgb8Image image = Noise(31, 12);

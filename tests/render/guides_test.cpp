@@ -209,6 +209,61 @@ TEST(MotionTest, PointsBehindThePreviousCameraCameFromOutside) {
   EXPECT_TRUE(std::isfinite(behind.guides.motion[0](5, 5)));
 }
 
+TEST(PreviousNormalTest, ScenesThatDoNotTurnHaveNone) {
+  SceneBuilder builder = WallAt(4);
+  EXPECT_TRUE(RenderOne(builder.scene, GuideSettings()).guides.previous_normal.empty());
+  builder.Move(0, vec3(0, 0, 1));  // the camera
+  builder.Move(builder.InstanceNode(0), vec3(0.25f, 0, 0));
+  EXPECT_TRUE(
+      RenderOne(builder.scene, GuideSettings(), MomentAt(1.0, 0.5)).guides.previous_normal.empty());
+}
+
+// In double precision: the mesh's normals by the inverse transpose of the instance's matrix.
+TEST(PreviousNormalTest, IsThatOfTheInstanceOneFrameAgo) {
+  SceneBuilder builder;
+  builder.Add(Quad(vec3(-9, -9, -9), vec3(18, 0, 0), vec3(0, 18, 0)), Lambert(vec3(0.5f)));
+  Transform skewed = At(vec3(0, 0, -5));
+  skewed.scale = vec3(-1.5f, 1, 0.6f);  // mirrors, and does not keep angles
+  const int pivot = builder.AddNode(skewed);
+  const int box = builder.Add(BoxWithoutLids(1), Lambert(vec3(0.5f)));
+  builder.scene.nodes[static_cast<size_t>(builder.InstanceNode(box))].parent = pivot;
+  builder.Turn(builder.InstanceNode(box), vec3(0, 1, 0), {0.5f, 1.1f});
+  const Frame frame = RenderOne(builder.scene, GuideSettings(), MomentAt(0.1, 0.0));
+  const auto turned = [](double angle, double side) {  // of the side that faces +z, or another
+    const double c = std::cos(angle + side);
+    const double s = std::sin(angle + side);
+    const glm::dvec3 n(s / -1.5, 0, c / 0.6);
+    return n / std::sqrt(glm::dot(n, n));
+  };
+  int of_box = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const vec3 previous = Pixel(frame.guides.previous_normal, x, y);
+      if (frame.guides.id(x, y) != 2) {
+        ASSERT_EQ(previous, vec3(0.0f)) << x << ' ' << y;
+        continue;
+      }
+      ++of_box;
+      const glm::dvec3 now(Pixel(frame.guides.normal, x, y));
+      double nearest = 2;
+      glm::dvec3 expected(0.0);
+      for (int i = 0; i < 4; ++i) {
+        const double side = i * 1.5707963267948966;
+        const glm::dvec3 off = turned(1.1f, side) - now;
+        if (glm::dot(off, off) < nearest) {
+          nearest = glm::dot(off, off);
+          expected = turned(0.5f, side);
+        }
+      }
+      ASSERT_LT(nearest, 1e-9) << x << ' ' << y;
+      for (int c = 0; c < 3; ++c) {
+        ASSERT_NEAR(previous[c], expected[c], 1e-5) << x << ' ' << y;
+      }
+    }
+  }
+  EXPECT_GT(of_box, kWidth * kHeight / 10);
+}
+
 // Blended sheets in front of a wall: guides are mixtures, light of the surfaces themselves is
 // exact.
 TEST(LayersTest, BlendedLayersMix) {

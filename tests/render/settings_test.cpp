@@ -44,6 +44,8 @@ TEST(RenderParameters, RowsSetTheirMembers) {
   set("jitter", "off");
   set("bounces", "7");
   set("regularise", "on");
+  set("light_sampling", "bsdf");
+  set("clamp_radiance", "2.5");
   EXPECT_EQ(settings.spp, 1);
   EXPECT_EQ(settings.cycle, 8);
   EXPECT_EQ(settings.guides, GuideCoverage::kSparse);
@@ -52,6 +54,8 @@ TEST(RenderParameters, RowsSetTheirMembers) {
   EXPECT_FALSE(settings.jitter);
   EXPECT_EQ(settings.bounces, 7);
   EXPECT_TRUE(settings.regularise);
+  EXPECT_EQ(settings.light_sampling, LightSampling::kBsdf);
+  EXPECT_EQ(settings.clamp_radiance, 2.5f);
 }
 
 TEST(RenderParameters, RowsAreComplete) {
@@ -113,12 +117,17 @@ TEST(RenderParameters, ErrorsNameSettingValueAndRange) {
   EXPECT_THAT(message("bounces", "4x"), HasSubstr("'4x'"));
   EXPECT_EQ(message("sampler", "nope"), "sampler is 'nope', expected sobol or halton16");
   EXPECT_EQ(message("jitter", "maybe"), "jitter is 'maybe', expected on or off");
+  EXPECT_EQ(message("clamp_radiance", "-1"),
+            "clamp_radiance is '-1', expected a number from 0 to 1000000");
+  EXPECT_EQ(message("light_sampling", "nee"),
+            "light_sampling is 'nee', expected one of none, bsdf, light, mis");
   EXPECT_EQ(message("seed", "-1"),
             "seed is '-1', expected a whole number from 0 to 18446744073709551615");
   EXPECT_EQ(message("bounce", "1"), "unknown render setting 'bounce', did you mean bounces?");
   EXPECT_EQ(message("colour", "1"),
             "unknown render setting 'colour'; settings are: spp, guides, seed, sampler, jitter, "
-            "virtual_guides, bounces, regularise, aperture, focus, blades, blade_rotation");
+            "virtual_guides, bounces, regularise, light_sampling, clamp_radiance, aperture, focus, "
+            "blades, blade_rotation");
   EXPECT_EQ(GetRenderParameter({}, "colour").status().code(), StatusCode::kInvalidArgument);
 }
 

@@ -131,6 +131,21 @@ inline Mesh FacetedSphere(vec3 centre, float radius, int subdivisions) {
   return mesh;
 }
 
+/// The sides of a box around the origin that face +x, -x, +z and -z.
+inline Mesh BoxWithoutLids(float half) {
+  Mesh box;
+  for (int i = 0; i < 4; ++i) {
+    const float angle = static_cast<float>(i) * 1.57079633f;
+    const vec3 out(std::sin(angle), 0, std::cos(angle));
+    const vec3 right(std::cos(angle), 0, -std::sin(angle));
+    const vec3 corner = (out - right - vec3(0, 1, 0)) * half;
+    const vec3 up(0, 2 * half, 0);
+    AddFlatTriangle(&box, corner, corner + right * (2 * half), corner + right * (2 * half) + up);
+    AddFlatTriangle(&box, corner, corner + right * (2 * half) + up, corner + up);
+  }
+  return box;
+}
+
 /// A scene with one camera at the origin that looks along -z.
 struct SceneBuilder {
   Scene scene;
@@ -160,6 +175,17 @@ struct SceneBuilder {
     channel.values = {vec4(start, 0.0f), vec4(start + velocity, 0.0f)};
     scene.animation.push_back(channel);
   }
+  /// Turns a node about a unit axis by `angles` radians at 0, 0.1, 0.2, ... seconds.
+  void Turn(int node, vec3 axis, const std::vector<float>& angles) {
+    AnimationChannel channel;
+    channel.node = node;
+    channel.property = AnimatedProperty::kRotation;
+    for (size_t i = 0; i < angles.size(); ++i) {
+      channel.times.push_back(static_cast<float>(i) * 0.1f);
+      channel.values.push_back(Rotation(axis, angles[i]));
+    }
+    scene.animation.push_back(channel);
+  }
   int InstanceNode(int instance) const {
     return scene.instances[static_cast<size_t>(instance)].node;
   }
@@ -174,11 +200,11 @@ inline RenderSettings SmallSettings(int width, int height, int spp) {
   return settings;
 }
 
-inline Frame RenderOne(const Scene& scene, const RenderSettings& settings,
-                       const RenderMoment& moment = {},
-                       LightStrategy strategy = LightStrategy::kBoth) {
+inline Frame RenderOne(const Scene& scene, RenderSettings settings, const RenderMoment& moment = {},
+                       LightSampling sampling = LightSampling::kMis) {
   Frame frame;
-  auto renderer = CreateRenderer(scene, settings, strategy);
+  settings.light_sampling = sampling;
+  auto renderer = CreateRenderer(scene, settings);
   EXPECT_TRUE(renderer.ok()) << renderer.status().message();
   if (renderer.ok()) {
     const Status status = (*renderer)->RenderFrame(moment, &frame);
@@ -188,10 +214,11 @@ inline Frame RenderOne(const Scene& scene, const RenderSettings& settings,
   return frame;
 }
 
-inline Image3 RenderMean(const Scene& scene, const RenderSettings& settings, int spp,
-                         LightStrategy strategy = LightStrategy::kBoth) {
+inline Image3 RenderMean(const Scene& scene, RenderSettings settings, int spp,
+                         LightSampling sampling = LightSampling::kMis) {
   Image3 image;
-  auto renderer = CreateRenderer(scene, settings, strategy);
+  settings.light_sampling = sampling;
+  auto renderer = CreateRenderer(scene, settings);
   EXPECT_TRUE(renderer.ok()) << renderer.status().message();
   if (renderer.ok()) {
     const Status status = (*renderer)->RenderReference({}, spp, &image);
@@ -214,6 +241,12 @@ inline vec3 Mean(const Image3& image) {
     }
   }
   return vec3(sum / (static_cast<double>(image.width()) * image.height()));
+}
+
+inline void ExpectNear(vec3 found, vec3 expected, float tolerance, const std::string& what = "") {
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_NEAR(found[k], expected[k], tolerance) << what << " channel " << k;
+  }
 }
 
 }  // namespace stillray::render

@@ -85,9 +85,8 @@ TEST(ShadowTest, LampBehindSheetsIsFoundByAllStrategies) {
     builder.Add(Quad(vec3(-1, 2, -1), vec3(2, 0, 0), vec3(0, 0, 2)), Emitter(vec3(3.0f)));
     const RenderSettings settings = SmallSettings(8, 8, 1);
     const float both = Mean(RenderMean(builder.scene, settings, 256)).x;
-    const float light = Mean(RenderMean(builder.scene, settings, 256, LightStrategy::kNextEvent)).x;
-    const float scatter =
-        Mean(RenderMean(builder.scene, settings, 1024, LightStrategy::kScatter)).x;
+    const float light = Mean(RenderMean(builder.scene, settings, 256, LightSampling::kLight)).x;
+    const float scatter = Mean(RenderMean(builder.scene, settings, 1024, LightSampling::kBsdf)).x;
     ASSERT_GT(both, 0.01f);
     EXPECT_NEAR(light / both, 1.0f, 0.015f) << sheet.clearcoat << ' ' << sheet.base_color.w;
     EXPECT_NEAR(scatter / both, 1.0f, 0.015f) << sheet.clearcoat << ' ' << sheet.base_color.w;

@@ -82,6 +82,15 @@ class DeviceFrameTest : public test::DeviceTest {
     ExpectPlanes(found.motion, expected.motion);
     ExpectPlane(found.id, expected.id);
     ExpectPlane(found.roughness, expected.roughness);
+    // Those of host frames are computed on the host.
+    ASSERT_EQ(found.previous_normal.width(), expected.previous_normal.width());
+    for (int c = 0; c < 3; ++c) {
+      for (int y = 0; y < expected.previous_normal.height(); ++y) {
+        for (int x = 0; x < expected.previous_normal.width(); ++x) {
+          ASSERT_NEAR(found.previous_normal[c](x, y), expected.previous_normal[c](x, y), 1e-5f);
+        }
+      }
+    }
   }
 
   static void ExpectFrame(const Frame& found, const Frame& expected) {
@@ -163,6 +172,92 @@ TEST_F(DeviceFrameTest, HoldsWhatSparseFramesDo) {
     settings.cycle = 4;
     settings.guides = guides;
     ExpectSameFrames(scene, settings, 5);
+  }
+}
+
+// A box with two faces in sight, which it turns by 36 degrees per frame, forth and back. It is far
+// away: the depths of its points change by less than history_depth.
+Scene TurningBox() {
+  SceneBuilder builder;
+  builder.scene.cameras[0].yfov = 0.1f;
+  builder.Add(Quad(vec3(-9, -9, -60), vec3(18, 0, 0), vec3(0, 18, 0)), Lambert(vec3(0.5f)));
+  const int box = builder.Add(BoxWithoutLids(1.5f), Metal(vec3(0.8f), 0.4f), At(vec3(0, 0, -40)));
+  constexpr float kDegree = 0.0174532925f;
+  std::vector<float> angles;
+  for (int i = 0; i < 12; ++i) {
+    angles.push_back((i % 2 == 0 ? 27 : 63) * kDegree);
+  }
+  builder.Turn(builder.InstanceNode(box), vec3(0, 1, 0), angles);
+  builder.scene.environment.radiance = vec3(0.5f);
+  return builder.scene;
+}
+
+TEST_F(DeviceFrameTest, HoldsPreviousNormals) {
+  ExpectSameFrames(TurningBox(), SmallSettings(61, 37, 1), 2);
+  RenderSettings settings = SmallSettings(45, 27, 1);
+  settings.cycle = 4;
+  settings.guides = GuideCoverage::kSparse;
+  ExpectSameFrames(TurningBox(), settings, 2);
+}
+
+// The share of a box's pixels without a history, and its mean length.
+struct Kept {
+  double lost = 0;
+  double length = 0;
+};
+
+Kept MeasureBox(const Frame& guides, const DenoisedFrame& out) {
+  Kept kept;
+  double pixels = 0;
+  for (int y = 0; y < guides.height; ++y) {
+    for (int x = 0; x < guides.width; ++x) {
+      if (guides.guides.id(x, y) == 2) {
+        pixels += 1;
+        for (const NamedImage& image : out.images) {
+          const double value = image.channels[0](x, y);
+          (image.name == "disocclusion" ? kept.lost : kept.length) += value;
+        }
+      }
+    }
+  }
+  EXPECT_GT(pixels, 500);
+  return {kept.lost / pixels, kept.length / pixels};
+}
+
+TEST_F(DeviceFrameTest, ABoxThatTurnsKeepsItsHistory) {
+  const Scene scene = TurningBox();
+  const RenderSettings settings = SmallSettings(96, 54, 1);
+  const std::unique_ptr<Renderer> on_device = Create(scene, settings);
+  ASSERT_NE(on_device, nullptr);
+  const std::unique_ptr<Renderer> on_host = std::move(Renderer::Create(scene, settings).value());
+  Settings filter;
+  filter.limit_history = false;  // the light of a face changes as it turns
+  Denoiser by_device = MakeDenoiser(filter, DevicePrecision::kHalf);
+  Denoiser by_cpu = std::move(Denoiser::Create(filter).value());
+  Denoiser without = std::move(Denoiser::Create(filter).value());
+  for (Denoiser* denoiser : {&by_device, &by_cpu, &without}) {
+    ASSERT_TRUE(denoiser->SetOutputs({"disocclusion", "history.specular"}).ok());
+  }
+  Frame stays;
+  Frame host;
+  DenoisedFrame out;
+  for (int i = 1; i <= 5; ++i) {
+    SCOPED_TRACE(i);
+    ASSERT_NO_FATAL_FAILURE(Render(true, i, on_device.get(), &stays));
+    ASSERT_TRUE(on_host->RenderFrame(Moment(i), &host).ok());
+    for (Denoiser* denoiser : {&by_device, &by_cpu}) {
+      ASSERT_TRUE(denoiser->Denoise(denoiser == &by_device ? stays : host, &out).ok());
+      const Kept kept = MeasureBox(host, out);
+      if (i > 1) {
+        EXPECT_LT(kept.lost, 0.1);
+        EXPECT_GT(kept.length, 0.8 * i);
+      }
+    }
+    host.guides.previous_normal = Image3();
+    ASSERT_TRUE(without.Denoise(host, &out).ok());
+    if (i > 1) {
+      EXPECT_GT(MeasureBox(host, out).lost, 0.9);
+    }
   }
 }
 

@@ -33,7 +33,7 @@ class GpuGuidesTest : public TracingWaysTest {
   std::unique_ptr<Renderer> Create(const Scene& scene, int width, int height,
                                    bool rasterise = true) {
     VulkanRenderOptions options;
-    options.rasterise = rasterise;
+    options.first_hits = rasterise ? FirstHits::kDraw : FirstHits::kTrace;
     options.way = GetParam();
     auto renderer = CreateVulkanRenderer(scene, SmallSettings(width, height, 1), device_, options);
     EXPECT_TRUE(renderer.ok()) << renderer.status().message();
@@ -65,8 +65,9 @@ class GpuGuidesTest : public TracingWaysTest {
     };
     Count depth{"depth"}, normal{"normal"}, albedo{"albedo"}, specular{"specular albedo"};
     Count emission{"emission"}, background{"background"}, motion{"motion"}, id{"id"},
-        roughness{"roughness"};
+        roughness{"roughness"}, previous{"previous normal"};
     int seen = 0;
+    ASSERT_EQ(g.previous_normal.empty(), frame.guides.previous_normal.empty());
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
         const Guides& e = frame.guides;
@@ -92,12 +93,19 @@ class GpuGuidesTest : public TracingWaysTest {
         background.wrong += of_background > kTolerance ? 1 : 0;
         motion.wrong += of_motion > kTolerance ? 1 : 0;
         id.wrong += g.id(x, y) != e.id(x, y) ? 1 : 0;
+        double of_previous = 0;
+        for (int k = 0; k < 3 && !g.previous_normal.empty(); ++k) {
+          of_previous =
+              std::max(of_previous, Off(g.previous_normal[k](x, y), e.previous_normal[k](x, y)));
+        }
+        previous.wrong += of_previous > kTolerance ? 1 : 0;
         roughness.wrong += Off(g.roughness(x, y), e.roughness(x, y)) > kTolerance ? 1 : 0;
       }
     }
     EXPECT_GT(seen, kWidth * kHeight / 4);
     for (const Count& count :
-         {depth, normal, albedo, specular, emission, background, motion, id, roughness}) {
+         {depth, normal, albedo, specular, emission, background, motion, id, roughness, previous}) {
+      test::RecordLargest(count.what, count.wrong, kWidth * kHeight * kPerTenThousand / 10000);
       EXPECT_LE(count.wrong, kWidth * kHeight * kPerTenThousand / 10000) << count.what;
     }
   }

@@ -102,6 +102,7 @@ class GpuVisibilityTest : public test::VulkanTest {
         different += same ? 0 : 1;
       }
       EXPECT_GT(found, kWidth * kHeight / 10);
+      test::RecordLargest("different hits", different, kWidth * kHeight * kPerTenThousand / 10000);
       EXPECT_LE(different, kWidth * kHeight * kPerTenThousand / 10000);
     }
   }

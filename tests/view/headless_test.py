@@ -37,6 +37,19 @@ def test_same_pictures(program, folder):
     assert seen[0]["view.0001.png"] != seen[0]["view.0005.png"]
 
 
+def test_orbit(program, folder):
+    out = [os.path.join(folder, name) for name in ("still", "orbit", "near")]
+    for path, orbit in zip(out, ([], ["--orbit", "90"], ["--orbit", "90", "--orbit-radius", "1"])):
+        done = run(program, "builtin:cornell", "--size", "64x48", "--headless-frames", "2", "--views",
+                   "normal", "--no-jitter", "--bounces", "1", *orbit, "-o", path)
+        assert done.returncode == 0, done.stderr
+    still, orbit, near = (files(path) for path in out)
+    # An orbit begins where the camera is, unless it has another radius.
+    assert still["view.0001.png"] == orbit["view.0001.png"] != near["view.0001.png"]
+    assert still["view.0002.png"] == still["view.0001.png"]
+    assert orbit["view.0002.png"] != orbit["view.0001.png"]
+
+
 def test_settings_file(program, folder):
     path = os.path.join(folder, "a.settings")
     with open(path, "w", encoding="utf-8") as file:
@@ -69,6 +82,9 @@ def test_errors(program, folder):
             (["builtin:cornell", "--camera", "-1"], ["--camera", "-1"]),
             (["builtin:cornell", "--settings", path], ["bad.settings:3", "sigma_l", "much"]),
             (["builtin:cornell", "--settings", "no.settings"], ["no.settings"]),
+            (["builtin:cornell", "--orbit", "fast"], ["--orbit", "fast"]),
+            (["builtin:cornell", "--orbit", "1000"], ["--orbit", "1000", "720"]),
+            (["builtin:cornell", "--orbit-radius", "2"], ["--orbit-radius", "--orbit SPEED"]),
             (["builtin:cornell", "-o", "/dev/null/x"], ["/dev/null/x"])):
         done = run(program, *arguments, "--headless-frames", "1")
         assert done.returncode == 2, (arguments, done.returncode, done.stderr)
@@ -123,8 +139,8 @@ def test_no_display(program, folder):
 
 def main():
     program = os.path.abspath(sys.argv[1])
-    for test in (test_same_pictures, test_settings_file, test_errors, test_options_of_the_window,
-                 test_scale_of_colours, test_devices, test_no_display):
+    for test in (test_same_pictures, test_orbit, test_settings_file, test_errors,
+                 test_options_of_the_window, test_scale_of_colours, test_devices, test_no_display):
         print(test.__name__, flush=True)
         with tempfile.TemporaryDirectory() as folder:
             test(program, folder)

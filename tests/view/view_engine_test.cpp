@@ -193,8 +193,23 @@ TEST(ViewEngine, SavesWhatIsShown) {
   for (const char* channel : {"R", "G", "B", "denoised.R", "motion.X", "motion.Y"}) {
     EXPECT_NE(image.Find(channel), nullptr) << channel;
   }
+  engine.Save(folder / "shown.hdr");
+  OneMessage(&engine, &is_error);
+  EXPECT_FALSE(is_error);
+  bool linear = false;
+  const Image3 radiance = ReadImage(folder / "shown.hdr", &linear).value();
+  EXPECT_TRUE(linear);
+  const Channel* red = image.Find("R");
+  ASSERT_EQ(radiance.width(), red->values.width());
+  EXPECT_NEAR(radiance[0](20, 20), red->values(20, 20), 0.01f * red->values(20, 20) + 0.02f);
+  engine.Save(folder / "shown.JPG");
+  OneMessage(&engine, &is_error);
+  EXPECT_FALSE(is_error);
+  const Image3 displayed = ReadImage(folder / "shown.JPG", &linear).value();
+  EXPECT_FALSE(linear);
+  EXPECT_EQ(displayed.width(), 96);
   engine.Save(folder / "shown.gif");
-  EXPECT_THAT(OneMessage(&engine, &is_error), HasSubstr("expected .png or .exr"));
+  EXPECT_THAT(OneMessage(&engine, &is_error), HasSubstr("expected .png, .jpg, .exr or .hdr"));
   EXPECT_TRUE(is_error);
   engine.Save(folder / "no/such/folder/a.png");
   OneMessage(&engine, &is_error);

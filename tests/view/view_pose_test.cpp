@@ -94,6 +94,34 @@ TEST(ViewPose, OrbitKeepsFocusAndDistance) {
   EXPECT_GT(glm::length(turned.position - pose.position), 0.5f);
 }
 
+// A camera at (0, 1, 5) that looks at (0, 1, 0): a quarter turn leads to (radius, 1, 0).
+TEST(ViewPose, OnOrbitCirclesCounterClockwiseFromAbove) {
+  ViewPose pose;
+  pose.position = {0, 1, 5};
+  pose.distance = 5;
+  ViewPose turned = OnOrbit(pose, kPi / 2, 0);
+  ExpectNear(turned.position, {5, 1, 0});
+  ExpectNear(turned.Forward(), {-1, 0, 0});
+  turned = OnOrbit(pose, kPi / 2, 2);
+  ExpectNear(turned.position, {2, 1, 0});
+  EXPECT_NEAR(turned.distance, 2, 1e-5f);
+  ExpectNear(OnOrbit(pose, 2 * kPi, 0).position, pose.position);
+}
+
+TEST(ViewPose, OnOrbitKeepsACentreBesideTheAxis) {
+  ViewPose pose = SomePose();
+  pose.aside = {1.5f, -0.5f};
+  const vec3 focus = pose.Focus();
+  for (const double angle : {0.3, -2.0, 100.0}) {
+    const ViewPose turned = OnOrbit(pose, angle, 7);
+    ExpectNear(turned.Focus(), focus, 2e-5f);
+    EXPECT_NEAR(glm::length(turned.position - focus), 7, 1e-4f);
+    EXPECT_EQ(turned.pitch, pose.pitch);
+    // The centre stays at the same place of the picture.
+    EXPECT_NEAR(turned.aside.x / turned.distance, pose.aside.x / pose.distance, 1e-5f);
+  }
+}
+
 TEST(ViewPose, OrbitStopsAtThePoles) {
   ViewPose pose = SomePose();
   for (int i = 0; i < 100; ++i) {

@@ -252,6 +252,29 @@ TEST(ViewSession, ChoosingWhatToOrbitAroundMovesNothing) {
   EXPECT_TRUE(Next(settings, &session).still);
 }
 
+TEST(ViewSession, TheCameraOrbitsAtItsSpeedAndRadius) {
+  ViewSession session = Open("builtin:cornell");
+  ViewSettings settings = SmallSettings();
+  const ViewPose start = Next(settings, &session).pose;
+  settings.orbiting = true;
+  settings.orbit_speed = 45;
+  settings.fps = 30;
+  settings.orbit_radius = 3;
+  settings.free_camera = true;
+  settings.pose = start;
+  ViewFrame frame;
+  for (int i = 0; i < 4; ++i) {
+    frame = Next(settings, &session);
+  }
+  // Four steps of 1.5 degrees.
+  EXPECT_NEAR(std::remainder(frame.pose.yaw - start.yaw, 6.2831853f), 0.1047198f, 1e-5f);
+  EXPECT_NEAR(glm::length(frame.pose.position - start.Focus()), 3, 1e-4f);
+  EXPECT_FALSE(frame.still);
+  settings.orbiting = false;
+  settings.pose = frame.pose;
+  EXPECT_EQ(Next(settings, &session).pose, frame.pose);
+}
+
 TEST(ViewSession, ResizingGoesOnAtTheNewSize) {
   ViewSession session = Open("builtin:cornell");
   ViewSettings settings = SmallSettings();

@@ -45,8 +45,11 @@ struct BenchArguments {
   bool scalar = true;
   std::string json_path;
   std::string device = "cpu";
+  std::vector<std::string> precisions = {"half"};  ///< of the device's own images
+  std::vector<std::string> inputs = {"float"};     ///< of the frames on the device
   bool verbose = false;
   bool fps = false;
+  bool download = true;  ///< of pictures from the device
 };
 
 /// One size: frames are rendered one by one, and given to every filter in turn.
@@ -193,6 +196,20 @@ Status WriteJson(const BenchArguments& a, const std::string& json) {
   return a.json_path.empty() ? Status::Ok() : WriteJsonOutput(a.json_path, json);
 }
 
+/// One size and filter, in every precision and with every kind of input.
+void AddDeviceSubjects(const BenchArguments& a, const DeviceSubject& subject,
+                       std::vector<DeviceSubject>* subjects) {
+  for (const std::string& precision : a.precisions) {
+    for (const std::string& inputs : a.inputs) {
+      DeviceSubject added = subject;
+      added.options.precision =
+          precision == "float" ? DevicePrecision::kFloat : DevicePrecision::kHalf;
+      added.options.inputs = inputs == "packed" ? BenchInputs::kPacked : BenchInputs::kFloat;
+      subjects->push_back(added);
+    }
+  }
+}
+
 /// The denoiser alone, on another device: its stages and a copy, on a picture made by formula.
 Status RunDeviceBench(const BenchArguments& a) {
   std::vector<DeviceSubject> subjects;
@@ -203,16 +220,23 @@ Status RunDeviceBench(const BenchArguments& a) {
       for (const std::string& kernel : a.kernels) {
         const Result<Settings> settings = SettingsOf(a, preset, false, kernel);
         STILLRAY_RETURN_IF_ERROR(settings.status());
-        subjects.push_back({preset,
-                            kernel,
-                            {*settings, options->render.width, options->render.height, a.repeats,
-                             DevicePrecision::kHalf}});
+        DeviceSubject subject = {preset, kernel, {}};
+        subject.options.settings = *settings;
+        subject.options.width = options->render.width;
+        subject.options.height = options->render.height;
+        subject.options.repeats = a.repeats;
+        AddDeviceSubjects(a, subject, &subjects);
       }
     }
   }
-  const Result<nlohmann::ordered_json> figures = BenchSubjectsOnDevice(a.device, subjects);
-  STILLRAY_RETURN_IF_ERROR(figures.status());
-  return WriteJson(a, JsonText(*figures));
+  nlohmann::ordered_json all;
+  const bool to_file = a.json_path != "-";
+  STILLRAY_RETURN_IF_ERROR(
+      BenchSubjectsOnDevice(a.device, subjects, [&](const nlohmann::ordered_json& figures) {
+        all = figures;
+        return to_file ? WriteJson(a, JsonText(figures)) : Status::Ok();
+      }));
+  return to_file ? Status::Ok() : WriteJson(a, JsonText(all));
 }
 
 /// Whole frames of one size, each traced once and given to all configurations.
@@ -254,7 +278,7 @@ Status RunFramesBench(const BenchArguments& a) {
   for (const std::string& size : a.sizes) {
     const Result<RenderOptions> options = OptionsAt(a, size);
     STILLRAY_RETURN_IF_ERROR(options.status());
-    FramesBench bench;
+    FramesBench bench(a.download);
     STILLRAY_RETURN_IF_ERROR(bench.Add("raw tracing", nullptr, *device));
     for (const auto& [name, preset] :
          {std::pair{"temporal only", "temporal"}, std::pair{"full SVGF", "svgf"}}) {
@@ -268,10 +292,12 @@ Status RunFramesBench(const BenchArguments& a) {
         MakeRenderer(a, *device, *scene, settings);
     STILLRAY_RETURN_IF_ERROR(renderer.status());
     STILLRAY_RETURN_IF_ERROR(MeasureFrames(a, *options, size, renderer->get(), &bench));
-    PrintTo(stdout, "{}{}, {}x{}, {} spp, {} bounces, {} frames; traced on {}, filtered on {}\n\n",
+    PrintTo(stdout,
+            "{}{}, {}x{}, {} spp, {} bounces, {} frames; traced on {}, filtered on {}{}\n\n",
             a.render.scene, options->text.still ? ", still" : "", options->render.width,
             options->render.height, GetRenderParameter(options->render, "spp").value(),
-            options->render.bounces, a.repeats, (*renderer)->place(), device->description());
+            options->render.bounces, a.repeats, (*renderer)->place(), device->description(),
+            a.download ? "" : ", pictures stay there");
     WriteText(stdout, bench.Table() + "\n");
     nlohmann::ordered_json json = bench.Json();
     json["width"] = options->render.width;
@@ -279,15 +305,28 @@ Status RunFramesBench(const BenchArguments& a) {
     json["tracer"] = (*renderer)->place();
     list.push_back(json);
   }
-  const nlohmann::ordered_json json = {{"stillray", STILLRAY_VERSION},
-                                       {"scene", a.render.scene},
-                                       {"device", device->description()},
-                                       {"frames", a.repeats},
-                                       {"sizes", list}};
+  const nlohmann::ordered_json json = {{"stillray", STILLRAY_VERSION},    {"scene", a.render.scene},
+                                       {"device", device->description()}, {"frames", a.repeats},
+                                       {"downloads", a.download},         {"sizes", list}};
   return WriteJson(a, JsonText(json));
 }
 
-Status RunBench(const BenchArguments& arguments) {
+/// \param device  without those that have a stage that only the CPU has
+std::vector<std::string> AllPresets(bool device) {
+  std::vector<std::string> names;
+  for (const std::string_view name : PresetNames()) {
+    if (!device || !PresetSettings(name)->restore_detail) {
+      names.emplace_back(name);
+    }
+  }
+  return names;
+}
+
+Status RunBench(const BenchArguments& given) {
+  BenchArguments arguments = given;
+  if (arguments.presets == std::vector<std::string>{"all"}) {
+    arguments.presets = AllPresets(arguments.device != "cpu");
+  }
   STILLRAY_RETURN_IF_ERROR(CheckJsonOutput(arguments.json_path));
   if (arguments.fps) {
     return RunFramesBench(arguments);
@@ -345,6 +384,7 @@ Examples:
   stillray bench --spp 1/128 --guides sparse --still --warm-up 128 --preset psvgf
   stillray bench --preset svgf --set sigma_n=32 --no-scalar
   stillray bench --device vulkan --preset svgf --kernel 5x5 --set signals=single
+  stillray bench --device vulkan --precision half,float --inputs float,packed
   stillray bench --fps --device auto          frames per second; camera, objects and lamp move
 )";
 
@@ -366,11 +406,13 @@ void AddBenchCommand(CLI::App& app, int* exit_code) {
       ->take_all()
       ->capture_default_str();
   AddTracerOptions(command, &a->render.tracer);
-  command->add_option("--preset", a->presets, "Presets to measure: a list, or none")
+  command->add_option("--preset", a->presets, "Presets to measure: a list, all, or none")
       ->delimiter(',')
       ->take_all()
       ->capture_default_str();
-  command->add_option("--repeats", a->repeats, "Frames that are measured")
+  command
+      ->add_option("--repeats", a->repeats,
+                   "Frames that are measured; with --device of the filter: submissions of frames")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   command->add_option("--warm-up", a->warm_up, "Frames before those")
@@ -396,10 +438,27 @@ void AddBenchCommand(CLI::App& app, int* exit_code) {
                    "cpu; or vulkan, vulkan:N: the denoiser alone, beside a copy on that device; "
                    "with --fps also auto")
       ->capture_default_str();
+  command
+      ->add_option("--precision", a->precisions,
+                   "half, float: of the images on the --device, a list")
+      ->delimiter(',')
+      ->take_all()
+      ->check(CLI::IsMember({"half", "float"}))
+      ->capture_default_str();
+  command
+      ->add_option("--inputs", a->inputs,
+                   "float: frames on the --device as the path tracer writes them; packed: as "
+                   "halves and 8 bits; a list")
+      ->delimiter(',')
+      ->take_all()
+      ->check(CLI::IsMember({"float", "packed"}))
+      ->capture_default_str();
   AddVerboseOption(command, &a->verbose);
   command->add_flag("--fps", a->fps,
                     "Whole frames per second instead, and memory: tracing alone, with preset "
                     "temporal, with preset svgf; of builtin:lights if no scene is given");
+  command->add_flag("--download,!--no-download", a->download,
+                    "With --fps: copy pictures from the device to the host (default)");
   command->add_option("--json", a->json_path, "Write the figures there too");
   command->callback([a, scene, exit_code] {
     if (a->fps && scene->count() == 0) {

@@ -23,31 +23,43 @@ Json TimesJson(const std::vector<double>& ms) {
                     : Json{{"median_ms", Median(ms)}, {"min_ms", *least}, {"max_ms", *most}};
 }
 
+double GigabytesPerSecond(const DeviceBenchResult& r) {
+  return static_cast<double>(r.copy_bytes) / std::max(Median(r.copy()), 1e-9) / 1e6;
+}
+
 Json SubjectJson(const DeviceSubject& subject, const DeviceBenchResult& r) {
   Json stages = Json::object();
   for (const DeviceBenchResult::Stage& stage : r.stages) {
     stages[stage.name] = TimesJson(stage.ms);
   }
-  Json copy = TimesJson(r.copy);
+  Json copy = TimesJson(r.copy());
   copy["bytes_per_pixel"] = r.copy_bytes_per_pixel;
+  copy["gigabytes_per_second"] = GigabytesPerSecond(r);
+  copy["by_driver"] = TimesJson(r.transfer_copy);
+  copy["by_shader"] = TimesJson(r.compute_copy);
+  const bool is_float = subject.options.precision == DevicePrecision::kFloat;
   return {{"preset", subject.preset},
           {"kernel", subject.kernel},
           {"width", subject.options.width},
           {"height", subject.options.height},
+          {"precision", is_float ? "float" : "half"},
+          {"inputs", subject.options.inputs == BenchInputs::kPacked ? "packed" : "float"},
           {"signals", r.signals},
-          {"frames", r.whole.size()},
+          {"submissions", r.whole.size()},
+          {"frames_of_a_submission", r.frames_of_a_submission},
           {"whole", TimesJson(r.whole)},
           {"copy", copy},
+          {"times_copy", Median(r.whole) / std::max(Median(r.copy()), 1e-9)},
+          {"replaced_shaders", r.replaced_shaders},
           {"stages", stages},
           {"memory", DeviceMemoryJson(r.memory)}};
 }
 
 }  // namespace
 
-Result<Json> BenchSubjectsOnDevice(const std::string& device,
-                                   const std::vector<DeviceSubject>& subjects) {
+Status BenchSubjectsOnDevice(const std::string& device, const std::vector<DeviceSubject>& subjects,
+                             const std::function<Status(const Json&)>& save) {
   Json list = Json::array();
-  std::string description;
   for (const DeviceSubject& subject : subjects) {
     const Result<DeviceBenchResult> result = BenchOnDevice(device, subject.options);
     if (!result.ok()) {
@@ -56,9 +68,10 @@ Result<Json> BenchSubjectsOnDevice(const std::string& device,
     WriteText(stdout, fmt::format("{}, {}: {}\n", subject.preset, subject.kernel,
                                   DeviceBenchTable(subject.options, *result)));
     list.push_back(SubjectJson(subject, *result));
-    description = result->device;
+    STILLRAY_RETURN_IF_ERROR(
+        save({{"stillray", STILLRAY_VERSION}, {"device", result->device}, {"subjects", list}}));
   }
-  return Json{{"stillray", STILLRAY_VERSION}, {"device", description}, {"subjects", list}};
+  return Status::Ok();
 }
 
 }  // namespace stillray

@@ -4,6 +4,7 @@
 /// `stillray bench --device`: the denoiser alone on another device, beside a copy on it.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,8 @@ struct DeviceSubject {
 
 /// Measures them one after the other and prints a table for each.
 /// \param device  as Device::Open takes it
-/// \return the figures of all
-Result<nlohmann::ordered_json> BenchSubjectsOnDevice(const std::string& device,
-                                                     const std::vector<DeviceSubject>& subjects);
+/// \param save    called after each with the figures so far: a run that is ended keeps them
+Status BenchSubjectsOnDevice(const std::string& device, const std::vector<DeviceSubject>& subjects,
+                             const std::function<Status(const nlohmann::ordered_json&)>& save);
 
 }  // namespace stillray

@@ -13,6 +13,7 @@
 #include "core/clock.h"
 #include "core/median.h"
 #include "core/one_signal.h"
+#include "denoise/level_names.h"
 
 namespace stillray {
 namespace {
@@ -75,6 +76,7 @@ Status FilterBench::Add(const FilterSubject& subject) {
                       std::make_unique<tbb::task_arena>(subject.threads),
                       {},
                       {"whole", {}},
+                      {"wavelet", {}},
                       {},
                       0,
                       SignalsOf(subject.settings)});
@@ -91,9 +93,12 @@ Status FilterBench::RunEntry(const Frame& frame, bool record, Entry* entry) {
     return status;
   }
   entry->whole.ms.push_back(whole);
+  double wavelet = 0;
   for (const StageTime& stage : entry->out.timings) {
     Find(&entry->stages, stage.name).ms.push_back(stage.milliseconds);
+    wavelet += IsLevelName(stage.name) ? stage.milliseconds : 0;
   }
+  entry->wavelet.ms.push_back(wavelet);
   entry->bytes = entry->denoiser.memory_bytes();
   return status;
 }
@@ -152,13 +157,9 @@ std::string FilterBench::Table() const {
       fmt::format("{:<30}{:>8}{:>10}{:>11}{:>9}{:>10}{:>15}{:>11}\n", "whole frame", "threads",
                   "min ms", "median ms", "x copy", "scalar x", "atrous x peak", "bytes/px");
   for (const Entry& e : entries_) {
-    double wavelet = 0;
-    for (const Times& t : e.stages) {
-      wavelet = t.name == "atrous" ? t.Min() : wavelet;
-    }
     const bool scalar = e.subject.backend == Backend::kReference;
     const std::string label = Label(e.subject) + (scalar ? ", scalar" : "");
-    const double peak = e.subject.threads == 1 && !scalar ? wavelet / PeakMs(e) : 0;
+    const double peak = e.subject.threads == 1 && !scalar ? e.wavelet.Min() / PeakMs(e) : 0;
     text += fmt::format("{:<30}{:>8}{:>10.2f}{:>11.2f}{:>9}{:>10}{:>15}{:>11.0f}\n", label,
                         e.subject.threads, e.whole.Min(), e.whole.Median(),
                         Ratio(e.whole.Median() / CopyMs(e.signals)),
@@ -213,15 +214,17 @@ nlohmann::ordered_json FilterBench::Json() const {
     for (const Times& t : e.stages) {
       stages[t.name] = {{"min_ms", t.Min()}, {"median_ms", t.Median()}};
     }
-    subjects.push_back({{"name", e.subject.name},
-                        {"kernel", e.subject.kernel},
-                        {"threads", e.subject.threads},
-                        {"scalar", e.subject.backend == Backend::kReference},
-                        {"signals", e.signals},
-                        {"levels", e.subject.settings.steps.count},
-                        {"whole", {{"min_ms", e.whole.Min()}, {"median_ms", e.whole.Median()}}},
-                        {"stages", stages},
-                        {"bytes", e.bytes}});
+    subjects.push_back(
+        {{"name", e.subject.name},
+         {"kernel", e.subject.kernel},
+         {"threads", e.subject.threads},
+         {"scalar", e.subject.backend == Backend::kReference},
+         {"signals", e.signals},
+         {"levels", e.subject.settings.steps.count},
+         {"whole", {{"min_ms", e.whole.Min()}, {"median_ms", e.whole.Median()}}},
+         {"wavelet", {{"min_ms", e.wavelet.Min()}, {"median_ms", e.wavelet.Median()}}},
+         {"stages", stages},
+         {"bytes", e.bytes}});
   }
   return {{"pixels", pixels_},
           {"subjects", subjects},

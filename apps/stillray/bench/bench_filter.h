@@ -58,6 +58,7 @@ class FilterBench {
     std::unique_ptr<tbb::task_arena> arena;
     DenoisedFrame out;
     Times whole;
+    Times wavelet;  ///< all levels
     std::vector<Times> stages;
     size_t bytes = 0;
     size_t signals = 0;

@@ -12,6 +12,7 @@
 
 #include "benchmarks/device_bench.h"
 #include "common/device_option.h"
+#include "common/memory_table.h"
 #include "core/clock.h"
 #include "core/median.h"
 #include "denoise/backend.h"
@@ -126,6 +127,11 @@ Status FramesBench::Add(const std::string& name, const Settings* settings, const
   if (settings != nullptr) {
     Result<Denoiser> made = Denoiser::Create(*settings, device);
     STILLRAY_RETURN_IF_ERROR(made.status());
+    if (!downloads_) {
+      Results kept;
+      kept.colour = false;
+      made->SetResults(kept);
+    }
     entry.denoiser.push_back(std::move(made.value()));
   }
   entries_.push_back(std::move(entry));
@@ -188,7 +194,7 @@ std::string FramesBench::Table() const {
                         Count(part.memory.allocations), Count(part.memory.resources),
                         Megabytes(part.memory.bytes), Megabytes(part.memory.largest));
   }
-  return text;
+  return text + "\n" + MemoryBlocksTable();
 }
 
 nlohmann::ordered_json FramesBench::Json() const {
@@ -208,7 +214,9 @@ nlohmann::ordered_json FramesBench::Json() const {
   for (const Part& part : Parts()) {
     memory.push_back(KnownMemoryJson(part.name, part.memory));
   }
-  return {{"configurations", configurations}, {"memory", memory}};
+  return {{"configurations", configurations},
+          {"memory", memory},
+          {"memory_blocks", MemoryBlocksJson()}};
 }
 
 }  // namespace stillray

@@ -27,6 +27,9 @@ double DeviceTimeOf(const DeviceRenderer& renderer);
 
 class FramesBench {
  public:
+  /// \param downloads  whether filtered pictures are copied from the device to the host
+  explicit FramesBench(bool downloads) : downloads_(downloads) {}
+
   /// \param name      of the configuration
   /// \param settings  of its filter; nullptr: none, the noisy frames themselves
   Status Add(const std::string& name, const Settings* settings, const Device& device);
@@ -61,6 +64,7 @@ class FramesBench {
   };
   std::vector<Part> Parts() const;
 
+  bool downloads_;
   std::vector<Entry> entries_;
   PartTimes trace_;
   DeviceMemory frame_;  ///< the images of a frame

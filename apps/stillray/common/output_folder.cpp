@@ -2,10 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/output_folder.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
+
+#include <cerrno>
 #include <filesystem>
 #include <system_error>
 
 #include <fmt/format.h>
+
+#include "common/console.h"
 
 namespace stillray {
 
@@ -20,6 +26,22 @@ Status MakeOutputFolder(const std::string& folder) {
                                   error ? error.message() : "a file of that name exists"));
   }
   return Status::Ok();
+}
+
+bool OutputFolderMark::Set(const std::string& folder) {
+  const char* path = folder.empty() ? "." : folder.c_str();
+  folder_ = io::FileDescriptor(::open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  return folder_.get() < 0 || ::flock(folder_.get(), LOCK_EX | LOCK_NB) == 0 ||
+         errno != EWOULDBLOCK;
+}
+
+void MarkOutputFolder(const std::string& folder, OutputFolderMark* mark) {
+  if (!mark->Set(folder)) {
+    PrintTo(stderr,
+            "warning: another run is writing to {}; of files with the same name the later one "
+            "stays\n",
+            folder.empty() ? "./" : folder);
+  }
 }
 
 }  // namespace stillray

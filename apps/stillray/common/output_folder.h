@@ -6,6 +6,7 @@
 
 #include <string>
 
+#include "io/atomic_file.h"
 #include "stillray/status.h"
 
 namespace stillray {
@@ -13,5 +14,19 @@ namespace stillray {
 /// Creates the folder and its parents if necessary. "" is the current one.
 /// \return kIo naming the folder and the reason
 Status MakeOutputFolder(const std::string& folder);
+
+/// Marks a folder as the output of this process, for as long as the object exists. The mark is a
+/// lock on the folder itself: it leaves no file, and ends with the process.
+class OutputFolderMark {
+ public:
+  /// \return false if another process has marked the folder. True where folders cannot be locked
+  bool Set(const std::string& folder);
+
+ private:
+  io::FileDescriptor folder_;
+};
+
+/// Marks the folder and prints a warning if another run is writing there.
+void MarkOutputFolder(const std::string& folder, OutputFolderMark* mark);
 
 }  // namespace stillray

@@ -49,6 +49,7 @@ Status DeviceRenderer::MakeOnDevice(const Device& device, const RenderSettings& 
     on_device_ = true;
     render::VulkanRenderOptions options;
     options.way = options_.way;
+    options.first_hits = options_.first_hits;
     options.submission_ms = options_.submission_ms;
     Result<std::unique_ptr<Renderer>> made =
         render::CreateVulkanRenderer(scene_, settings, backend->device(), options);
@@ -124,18 +125,48 @@ Result<render::TracingWay> ParseTracingWay(const std::string& text) {
                   DidYouMean(text, kWays)));
 }
 
-std::string TracingWayText(const Device& device, render::TracingWay way) {
+Result<render::FirstHits> ParseFirstHits(const std::string& text) {
+  if (text == "auto") {
+    return render::FirstHits::kAuto;
+  }
+  if (text == "draw") {
+    return render::FirstHits::kDraw;
+  }
+  if (text == "trace") {
+    return render::FirstHits::kTrace;
+  }
+  constexpr std::string_view kWays[] = {"auto", "draw", "trace"};
+  return Status::InvalidArgument(fmt::format("--first-hits is '{}', expected auto, draw or trace{}",
+                                             text, DidYouMean(text, kWays)));
+}
+
+std::string TracingWayText(const Device& device, const TraceOptions& options) {
 #ifdef STILLRAY_WITH_VULKAN
   const auto backend = std::dynamic_pointer_cast<vulkan::VulkanBackend>(BackendOf(device));
   if (backend != nullptr) {
-    const Result<bool> hardware = render::UsesHardware(*backend->device(), way);
-    return hardware.ok() && *hardware ? "by hardware" : "in compute shaders";
+    const gpu::DeviceInfo& info = backend->device()->info();
+    const Result<bool> hardware = render::UsesHardware(*backend->device(), options.way);
+    const bool by_hardware = hardware.ok() && *hardware;
+    const bool emulated = info.is_gpu && info.ray_tracing.offered && !render::TracesByUnits(info);
+    std::string text = by_hardware ? "by hardware" : "in compute shaders";
+    if (emulated && !by_hardware && options.way == render::TracingWay::kAuto) {
+      text += " (the driver offers no ray queries: it emulates ray tracing pipelines)";
+    }
+    const bool draws =
+        render::DrawsFirstHits(info, options.first_hits) && backend->device()->can_draw();
+    return text + (draws ? ", first hits are drawn" : ", first hits too");
   }
 #else
   static_cast<void>(device);
-  static_cast<void>(way);
+  static_cast<void>(options);
 #endif
   return {};
+}
+
+void KeepCompiledShaders() {
+#ifdef STILLRAY_WITH_VULKAN
+  gpu::SetPipelineCacheFolder(gpu::UserCacheFolder());
+#endif
 }
 
 std::vector<std::string> RayTracingDevices() {

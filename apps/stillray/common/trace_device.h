@@ -17,6 +17,7 @@ namespace stillray {
 
 struct TraceOptions {
   render::TracingWay way = render::TracingWay::kAuto;  ///< of a device other than the CPU
+  render::FirstHits first_hits = render::FirstHits::kAuto;
   bool may_fall_back = true;  ///< to the CPU, if the device cannot trace the scene, or fails
   /// Approximate duration of a submission to the device in milliseconds: other users of it, and
   /// cancelled calls, wait that long.
@@ -74,8 +75,17 @@ class DeviceRenderer final : public Renderer {
 /// "--ray-tracing": auto, hardware or compute.
 /// \return kInvalidArgument
 Result<render::TracingWay> ParseTracingWay(const std::string& text);
-/// The way of tracing rays, for messages: "by hardware", "in compute shaders"; empty for the CPU.
-std::string TracingWayText(const Device& device, render::TracingWay way);
+/// "--first-hits": draw, trace or auto.
+/// \return kInvalidArgument
+Result<render::FirstHits> ParseFirstHits(const std::string& text);
+/// The ways of tracing rays and of finding first hits, for messages: "in compute shaders, first
+/// hits are drawn"; empty for the CPU. Names the reason where the driver offers ray tracing
+/// pipelines that are not used.
+std::string TracingWayText(const Device& device, const TraceOptions& options);
+
+/// Keeps the shaders that drivers compile in the user's cache folder (gpu/pipeline_cache.h). Call
+/// it before the first device is opened.
+void KeepCompiledShaders();
 
 /// Devices with ray tracing hardware, as "vulkan:N".
 std::vector<std::string> RayTracingDevices();

@@ -32,22 +32,22 @@ std::string ValuesOf(const Parameter& p) {
 }
 
 /// The option of a setting: with dashes, as all options.
-std::string OptionName(const Parameter& p) {
-  std::string name = p.name;
+std::string OptionName(std::string name) {
   std::replace(name.begin(), name.end(), '_', '-');
   return name;
 }
 
 void AddFlag(const Parameter& p, CLI::App* command, RenderLines* given) {
   const auto take = [given, &p](int64_t on) { given->push_back({p.name, on > 0 ? "on" : "off"}); };
-  command->add_flag_function(fmt::format("--{0},!--no-{0}", OptionName(p)), take, HelpOf(p))
+  command->add_flag_function(fmt::format("--{0},!--no-{0}", OptionName(p.name)), take, HelpOf(p))
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
 }
 
 void AddValue(const Parameter& p, const std::string& by_default, CLI::App* command,
               RenderLines* given) {
   const auto take = [given, &p](const std::string& value) { given->push_back({p.name, value}); };
-  command->add_option_function<std::string>(fmt::format("--{}", OptionName(p)), take, HelpOf(p))
+  command
+      ->add_option_function<std::string>(fmt::format("--{}", OptionName(p.name)), take, HelpOf(p))
       ->type_name(ValuesOf(p))
       ->default_str(by_default);
 }
@@ -72,7 +72,9 @@ Result<RenderSettings> ParseTracerArguments(const TracerArguments& arguments,
   for (const RenderLine& line : arguments.given) {
     const Status set = SetRenderParameter(&settings, line.name, line.value);
     if (!set.ok()) {
-      return Status::InvalidArgument("--" + set.message());
+      // The message begins with the setting's name.
+      return Status::InvalidArgument("--" + OptionName(line.name) +
+                                     set.message().substr(line.name.size()));
     }
   }
   return settings;

@@ -63,6 +63,7 @@ class DenoiseRun {
   DenoiseOptions options_;
   int threads_;
   std::string folder_;
+  OutputFolderMark folder_mark_;
   std::optional<Preview> preview_;
   std::optional<SequenceDenoiser> sequence_;
   std::optional<Progress> progress_;
@@ -172,6 +173,7 @@ Status DenoiseRun::Prepare() {
   sequence_.emplace(std::move(sequence.value()));
   resumed_at_ = sequence_->finished();
   STILLRAY_RETURN_IF_ERROR(MakeOutputFolder(folder_));
+  MarkOutputFolder(folder_, &folder_mark_);
   STILLRAY_RETURN_IF_ERROR(CheckJsonOutput(options_.text.json_path));
   io::RemoveStaleTemporaries(folder_);
   PrintStart();

@@ -82,6 +82,7 @@ Status FrameMaker::Prepare(const Device& device) {
 Status FrameMaker::MakeRenderer(const Device& device) {
   TraceOptions options;
   options.way = options_.tracing_way;
+  options.first_hits = options_.first_hits;
   options.may_fall_back =
       options_.text.device == "auto" && options.way != render::TracingWay::kHardware;
   options.keep_going = [] { return !Interrupted(); };
@@ -96,7 +97,7 @@ Status FrameMaker::MakeRenderer(const Device& device) {
   renderer_ = std::move(renderer.value());
   PrintTracingOnCpu();
   if (renderer_->on_device()) {
-    PrintTo(stderr, "rays are traced {}\n", TracingWayText(device, options_.tracing_way));
+    PrintTo(stderr, "rays are traced {}\n", TracingWayText(device, options));
   }
   return Status::Ok();
 }

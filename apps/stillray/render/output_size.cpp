@@ -25,27 +25,32 @@ constexpr double kExrOutput = 3.0;   ///< a layer of the denoiser
 constexpr double kFloatsOverHalves = 2.2;
 constexpr double kPngPicture = 1.0;
 constexpr double kPngNoisy = 2.6;
+constexpr double kJpgPicture = 0.35;
+constexpr double kJpgNoisy = 1.2;
 constexpr double kVideo = 0.08;
 
 /// Bytes per pixel of the frames, and additionally of those with a reference.
 struct PerPixel {
   double exr = 0;
   double png = 0;
+  double jpg = 0;
 };
 
 PerPixel PerPixelOfFrame(const RenderOptions& options) {
-  PerPixel sum = {kExrPicture + kExrGuide * static_cast<double>(options.guides.size()),
-                  kPngPicture};
+  PerPixel sum = {kExrPicture + kExrGuide * static_cast<double>(options.guides.size()), kPngPicture,
+                  kJpgPicture};
   for (const std::string& name : options.outputs) {
     sum.exr += kExrOutput;
     if (IsPictureOutput(name)) {
       sum.exr += kExrPicture;
       sum.png += kPngPicture;
+      sum.jpg += kJpgPicture;
     }
   }
   if (options.text.save_inputs) {
     sum.exr += kExrNoisy;
     sum.png += kPngNoisy;
+    sum.jpg += kJpgNoisy;
   }
   return sum;
 }
@@ -58,16 +63,19 @@ OutputSize EstimateOutputSize(const RenderOptions& options, int64_t first_frame)
   const PerPixel frame = PerPixelOfFrame(options);
   double exr = 0;
   double png = 0;
+  double jpg = 0;
   for (int64_t i = first_frame; i <= options.frames.last; ++i) {
     const double reference = options.WantsReference(i) ? 1.0 : 0.0;
     exr += frame.exr + reference * kExrPicture;
     png += frame.png + reference * kPngPicture;
+    jpg += frame.jpg + reference * kJpgPicture;
   }
   const double mp4 = kVideo * static_cast<double>(options.frames.count());
   exr *= options.exr_type == PixelType::kFloat ? kFloatsOverHalves : 1.0;
   OutputSize size;
   size.exr = options.exr ? static_cast<int64_t>(exr * pixels) : 0;
   size.png = options.png ? static_cast<int64_t>(png * pixels) : 0;
+  size.jpg = options.jpg ? static_cast<int64_t>(jpg * pixels) : 0;
   size.mp4 = options.mp4 ? static_cast<int64_t>(mp4 * pixels) : 0;
   return size;
 }
@@ -75,8 +83,8 @@ OutputSize EstimateOutputSize(const RenderOptions& options, int64_t first_frame)
 std::string OutputSizeText(const RenderOptions& options, int64_t first_frame) {
   const OutputSize size = EstimateOutputSize(options, first_frame);
   std::vector<std::string> parts;
-  for (const auto& [name, bytes] :
-       {std::pair("EXR", size.exr), std::pair("PNG", size.png), std::pair("video", size.mp4)}) {
+  for (const auto& [name, bytes] : {std::pair("EXR", size.exr), std::pair("PNG", size.png),
+                                    std::pair("JPEG", size.jpg), std::pair("video", size.mp4)}) {
     if (bytes > 0) {
       parts.push_back(fmt::format("{} {}", name, FormatBytes(bytes)));
     }

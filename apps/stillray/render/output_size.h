@@ -16,8 +16,9 @@ namespace stillray {
 struct OutputSize {
   int64_t exr = 0;
   int64_t png = 0;
+  int64_t jpg = 0;
   int64_t mp4 = 0;
-  int64_t total() const { return exr + png + mp4; }
+  int64_t total() const { return exr + png + jpg + mp4; }
 };
 
 /// \param first_frame  earlier frames are written already

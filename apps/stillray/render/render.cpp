@@ -89,8 +89,8 @@ std::string OtherScenes(const std::string& scene) {
 }
 
 constexpr const char* kExamples = R"(
-Frame N shows the animation at (N - 1) / fps seconds. DIR gets denoised.####.exr/png, with
---save-inputs noisy.####.exr/png, with --reference reference.####.exr/png, denoised.mp4 and
+Frame N shows the animation at (N - 1) / fps seconds. DIR gets denoised.####.exr/png/jpg, with
+--save-inputs noisy.####.exr/png/jpg, with --reference reference.####.exr/png/jpg, denoised.mp4 and
 render.json.
 
 Examples:
@@ -154,12 +154,15 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
   AddDisplayOptions(command, &a->display);
   AddPostOptions(command, &a->post);
   command
-      ->add_option("--aov", a->aovs,
-                   "More layers and pictures, such as temporal,variance,history,atrous3,normal")
+      ->add_option(
+          "--aov", a->aovs,
+          "More layers and pictures: guides (normal, depth, ...), and outputs of the filter "
+          "(temporal, atrousN, weightsN, variance, smoothed_variance, alpha, history, ...; "
+          "an unknown name lists all)")
       ->allow_extra_args(false)
       ->take_all();
   CLI::Option* format =
-      command->add_option("--format", a->formats, "Formats to write: a list of exr, png, mp4")
+      command->add_option("--format", a->formats, "Formats to write: a list of exr, png, jpg, mp4")
           ->capture_default_str();
   command->add_flag("--save-inputs", a->save_inputs,
                     "Also write the noisy frames: EXR files with every signal and every guide, as "
@@ -172,6 +175,13 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
                    "How a Vulkan device traces rays: hardware, compute (shaders), or auto: "
                    "hardware if a GPU supports it")
       ->check(OneOf({"auto", "hardware", "compute"}))
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--first-hits", a->first_hits,
+          "How a Vulkan device finds what the camera sees: draw (the rasteriser), trace, or "
+          "auto: draw, except where the driver emulates ray tracing")
+      ->check(OneOf({"auto", "draw", "trace"}))
       ->capture_default_str();
   command->add_option("--threads", a->threads, "Default: all processors")
       ->check(CLI::Range(0, 4096));

@@ -4,8 +4,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <utility>
 
 #include <fmt/format.h>
+#include <tbb/parallel_invoke.h>
+
+#include "core/status_prefix.h"
 
 namespace stillray {
 namespace {
@@ -60,23 +64,55 @@ void Describe(const RenderOptions& options, const Frame& frame, ExrImage* image)
   image->attributes["jitter"] = fmt::format("{} {}", frame.jitter_x, frame.jitter_y);
 }
 
-Status WritePicture(const RenderOptions& options, const std::string& view, int64_t frame,
-                    const Image3& colour, Rgb8Image* display, std::vector<std::string>* written) {
-  Rgb8Image picture;
-  picture.width = colour.width();
-  picture.height = colour.height();
-  picture.pixels = ToDisplay(colour, options.denoise.exposure, options.denoise.tonemap,
-                             options.denoise.dither, frame);
-  Status status;
+/// A display picture if --format has pictures or a video, and the files of its formats in memory.
+struct EncodedPicture {
+  struct File {
+    const char* extension;
+    Result<std::string> bytes;
+  };
+  Rgb8Image display;
+  std::vector<File> files;
+};
+
+void EncodePicture(const RenderOptions& options, int64_t frame, const Image3& colour,
+                   EncodedPicture* out) {
+  if (!options.png && !options.jpg && !options.mp4) {
+    return;
+  }
+  out->display.width = colour.width();
+  out->display.height = colour.height();
+  out->display.pixels = ToDisplay(colour, options.denoise.exposure, options.denoise.tonemap,
+                                  options.denoise.dither, frame);
   if (options.png) {
-    const std::string path = FrameFileName(ViewPattern(options.text.folder, view, "png"), frame);
-    status = WritePng(path, picture);
+    out->files.push_back({"png", EncodePng(out->display)});
+  }
+  if (options.jpg) {
+    out->files.push_back({"jpg", EncodeJpeg(out->display)});
+  }
+}
+
+Status WriteEncoded(const RenderOptions& options, const std::string& view, int64_t frame,
+                    const EncodedPicture& picture, std::vector<std::string>* written) {
+  for (const EncodedPicture::File& file : picture.files) {
+    const std::string path =
+        FrameFileName(ViewPattern(options.text.folder, view, file.extension), frame);
+    if (!file.bytes.ok()) {
+      return PrefixStatus(path, file.bytes.status());
+    }
+    STILLRAY_RETURN_IF_ERROR(WriteFileAtomically(path, file.bytes->data(), file.bytes->size()));
     written->push_back(path);
   }
-  if (display != nullptr) {
-    *display = std::move(picture);
+  return Status::Ok();
+}
+
+Status WritePicture(const RenderOptions& options, const std::string& view, int64_t frame,
+                    const Image3& colour, std::vector<std::string>* written) {
+  if (!options.png && !options.jpg) {
+    return Status::Ok();
   }
-  return status;
+  EncodedPicture picture;
+  EncodePicture(options, frame, colour, &picture);
+  return WriteEncoded(options, view, frame, picture, written);
 }
 
 Status WriteExrFile(const RenderOptions& options, const std::string& view, int64_t frame,
@@ -99,7 +135,35 @@ Status WritePlainView(const RenderOptions& options, const Frame& frame, const st
     }
     STILLRAY_RETURN_IF_ERROR(WriteExrFile(options, view, frame.index, image, written));
   }
-  return WritePicture(options, view, frame.index, colour, nullptr, written);
+  return WritePicture(options, view, frame.index, colour, written);
+}
+
+/// All files but the denoised display picture.
+Status WriteOtherFiles(const RenderOptions& options, const Frame& frame, const DenoisedFrame& out,
+                       const Image3* reference, std::vector<std::string>* written) {
+  if (options.exr && options.text.save_inputs) {
+    STILLRAY_RETURN_IF_ERROR(
+        WriteExrFile(options, "noisy", frame.index, NoisyExr(options, frame), written));
+  }
+  if (options.exr) {
+    STILLRAY_RETURN_IF_ERROR(
+        WriteExrFile(options, "denoised", frame.index, DenoisedExr(options, frame, out), written));
+  }
+  if ((options.png || options.jpg) && options.text.save_inputs) {
+    STILLRAY_RETURN_IF_ERROR(
+        WritePicture(options, "noisy", frame.index, SumOfLight(frame), written));
+  }
+  for (const NamedImage& named : out.images) {
+    if (IsPictureOutput(named.name)) {
+      Image3 colour(frame.width, frame.height);
+      for (int c = 0; c < 3; ++c) {
+        colour[c] = named.channels[static_cast<size_t>(c)];
+      }
+      STILLRAY_RETURN_IF_ERROR(WritePlainView(options, frame, named.name, colour, written));
+    }
+  }
+  return reference == nullptr ? Status::Ok()
+                              : WritePlainView(options, frame, "reference", *reference, written);
 }
 
 }  // namespace
@@ -148,6 +212,9 @@ ExrImage NoisyExr(const RenderOptions& options, const Frame& frame) {
   if (!frame.samples.empty()) {
     image.Add("samples.X", options.exr_type, frame.samples);
   }
+  if (!frame.guides.previous_normal.empty()) {
+    image.Add("previous_normal.", options.exr_type, frame.guides.previous_normal, true);
+  }
   if (!frame.confidence.empty()) {
     image.Add("confidence.X", options.exr_type, frame.confidence);
   }
@@ -161,38 +228,21 @@ uint32_t PlanesInFiles(const RenderOptions& options) {
   if (options.exr && (options.text.save_inputs || !options.guides.empty())) {
     return kAllPlanes;
   }
-  return options.png && options.text.save_inputs ? kLightPlanes : 0;
+  return (options.png || options.jpg) && options.text.save_inputs ? kLightPlanes : 0;
 }
 
 Status WriteFrameFiles(const RenderOptions& options, const Frame& frame, const DenoisedFrame& out,
                        const Image3* reference, Rgb8Image* display,
                        std::vector<std::string>* written) {
-  if (options.exr && options.text.save_inputs) {
-    STILLRAY_RETURN_IF_ERROR(
-        WriteExrFile(options, "noisy", frame.index, NoisyExr(options, frame), written));
-  }
-  if (options.exr) {
-    STILLRAY_RETURN_IF_ERROR(
-        WriteExrFile(options, "denoised", frame.index, DenoisedExr(options, frame, out), written));
-  }
-  if (options.png && options.text.save_inputs) {
-    STILLRAY_RETURN_IF_ERROR(
-        WritePicture(options, "noisy", frame.index, SumOfLight(frame), nullptr, written));
-  }
-  for (const NamedImage& named : out.images) {
-    if (IsPictureOutput(named.name)) {
-      Image3 colour(frame.width, frame.height);
-      for (int c = 0; c < 3; ++c) {
-        colour[c] = named.channels[static_cast<size_t>(c)];
-      }
-      STILLRAY_RETURN_IF_ERROR(WritePlainView(options, frame, named.name, colour, written));
-    }
-  }
-  if (reference != nullptr) {
-    STILLRAY_RETURN_IF_ERROR(WritePlainView(options, frame, "reference", *reference, written));
-  }
+  EncodedPicture picture;
+  Status others;
+  tbb::parallel_invoke([&] { EncodePicture(options, frame.index, out.colour, &picture); },
+                       [&] { others = WriteOtherFiles(options, frame, out, reference, written); });
+  STILLRAY_RETURN_IF_ERROR(others);
   // Last, so that a denoised picture implies a complete frame.
-  return WritePicture(options, "denoised", frame.index, out.colour, display, written);
+  STILLRAY_RETURN_IF_ERROR(WriteEncoded(options, "denoised", frame.index, picture, written));
+  *display = std::move(picture.display);
+  return Status::Ok();
 }
 
 }  // namespace stillray

@@ -85,18 +85,19 @@ Status ParseFormats(const RenderArguments& arguments, RenderOptions* options) {
   for (const std::string& name : SplitList(arguments.formats)) {
     bool* wanted = name == "exr"   ? &options->exr
                    : name == "png" ? &options->png
+                   : name == "jpg" ? &options->jpg
                    : name == "mp4" ? &options->mp4
                                    : nullptr;
     if (wanted == nullptr) {
-      constexpr std::string_view kFormats[] = {"exr", "png", "mp4"};
+      constexpr std::string_view kFormats[] = {"exr", "png", "jpg", "mp4"};
       return Status::InvalidArgument(
-          fmt::format("--format has '{}', expected a list of exr, png, mp4{}", name,
+          fmt::format("--format has '{}', expected a list of exr, png, jpg, mp4{}", name,
                       DidYouMean(name, kFormats)));
     }
     *wanted = true;
   }
-  if (!options->exr && !options->png && !options->mp4) {
-    return Status::InvalidArgument("--format is empty, expected a list of exr, png, mp4");
+  if (!options->exr && !options->png && !options->jpg && !options->mp4) {
+    return Status::InvalidArgument("--format is empty, expected a list of exr, png, jpg, mp4");
   }
   return Status::Ok();
 }
@@ -265,6 +266,9 @@ Result<RenderOptions> ParseRenderArguments(const RenderArguments& arguments) {
   const Result<render::TracingWay> way = ParseTracingWay(arguments.ray_tracing);
   STILLRAY_RETURN_IF_ERROR(way.status());
   options.tracing_way = *way;
+  const Result<render::FirstHits> first_hits = ParseFirstHits(arguments.first_hits);
+  STILLRAY_RETURN_IF_ERROR(first_hits.status());
+  options.first_hits = *first_hits;
   options.exr_type = arguments.float_exr ? PixelType::kFloat : PixelType::kHalf;
   return options;
 }
@@ -314,7 +318,8 @@ std::string RenderFingerprint(const RenderOptions& options, const Scene& scene) 
   for (const Parameter& p : RenderParameters()) {
     text += fmt::format("{} {}\n", p.name, GetRenderParameter(options.render, p.name).value());
   }
-  text += fmt::format("device {}\nray-tracing {}\n", a.device, a.ray_tracing);
+  text += fmt::format("device {}\nray-tracing {}\nfirst-hits {}\n", a.device, a.ray_tracing,
+                      a.first_hits);
   for (const Parameter& p : Parameters()) {
     text += fmt::format("{} {}\n", p.name, GetParameter(options.denoise, p.name).value());
   }

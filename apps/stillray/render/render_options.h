@@ -50,6 +50,7 @@ struct RenderArguments {
   std::string device = "auto";
   bool verbose = false;
   std::string ray_tracing = "auto";
+  std::string first_hits = "auto";
   std::string json_path;
 };
 
@@ -73,9 +74,11 @@ struct RenderOptions {
   std::string preset;  ///< from which `denoise` starts
   Settings denoise;
   render::TracingWay tracing_way = render::TracingWay::kAuto;
+  render::FirstHits first_hits = render::FirstHits::kAuto;
   PixelType exr_type = PixelType::kHalf;
   bool exr = false;
   bool png = false;
+  bool jpg = false;
   bool mp4 = false;
   std::vector<std::string> outputs;  ///< of the denoiser, by full name
   std::vector<std::string> guides;   ///< of the frame, in the files of the denoised picture

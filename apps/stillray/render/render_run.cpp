@@ -83,6 +83,7 @@ class RenderRun {
   int64_t next_frame_;                     ///< all frames before it are done, their files written
   bool complete_ = false;                  ///< an earlier run did everything
   std::vector<UnwrittenFrame> unwritten_;  ///< of an earlier run; the first is the next to be made
+  OutputFolderMark folder_mark_;
   FrameMaker maker_;
   RenderPicture* made_ = nullptr;  ///< the last one
   std::unique_ptr<VideoWriter> video_;
@@ -114,6 +115,7 @@ Status RenderRun::Prepare() {
   STILLRAY_RETURN_IF_ERROR(maker_.Prepare(*device));
   const std::string& folder = options_.text.folder;
   STILLRAY_RETURN_IF_ERROR(MakeOutputFolder(folder));
+  MarkOutputFolder(folder, &folder_mark_);
   STILLRAY_RETURN_IF_ERROR(CheckJsonOutput(options_.text.json_path));
   io::RemoveStaleTemporaries(folder);
   log_.scene_content = SceneContent(scene_);

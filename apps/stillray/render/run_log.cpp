@@ -14,6 +14,7 @@
 #include "common/json_output.h"
 #include "common/log_json.h"
 #include "common/machine.h"
+#include "common/memory_table.h"
 
 namespace stillray {
 namespace {
@@ -61,6 +62,7 @@ Json PictureSettings(const RenderOptions& options, const RunLog& log) {
                {"still", a.still},
                {"preset", options.preset},
                {"ray_tracing", a.ray_tracing},
+               {"first_hits", a.first_hits},
                {"reference", a.reference_spp},
                {"reference_frames", a.reference_frames},
                {"aov", fmt::format("{}", fmt::join(a.aovs, ","))},
@@ -170,7 +172,7 @@ std::string TimingsTable(const RunLog& log) {
   table += fmt::format("  {:<22}{:>10.1f} MB\n  {:<22}{:>10.1f} MB\n", "memory, denoiser",
                        static_cast<double>(log.denoiser_bytes) / 1e6, "memory, renderer",
                        static_cast<double>(log.renderer_bytes) / 1e6);
-  return table + DeviceMemoryLine(log.device_memory);
+  return table + DeviceMemoryLine(log.device_memory) + MemoryBlocksTable();
 }
 
 }  // namespace stillray

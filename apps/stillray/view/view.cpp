@@ -27,6 +27,7 @@ Examples:
   stillray view builtin:lights
   stillray view kitchen.glb --views noisy,denoised --target-ms 33
   stillray view scene.glb --environment sky.hdr --preset svgf
+  stillray view scene.glb --orbit 15 --orbit-radius 4
   stillray view builtin:cornell --headless-frames 20 --spp 1/8 -o out    no window: pictures)";
 
 Status RunView(const view::ViewArguments& arguments) {

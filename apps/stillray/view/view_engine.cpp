@@ -309,6 +309,23 @@ Rgb8Image ViewEngine::AsOnScreen(const std::vector<Rgb8Image>& pictures) const {
   return ComposePanes(large, dividers_);
 }
 
+/// The colour of the first view that has some.
+Status ViewEngine::SaveRadiance(const std::string& path) const {
+  for (const std::string& pane : shown_panes_) {
+    Result<std::vector<Image1>> values = session_->Values(pane);
+    if (values.ok() && values->size() == 3) {
+      Image3 colour;
+      for (size_t c = 0; c < 3; ++c) {
+        colour[static_cast<int>(c)] = std::move((*values)[c]);
+      }
+      return WriteHdr(path, colour);
+    }
+  }
+  return Status::InvalidArgument(fmt::format(
+      "'{}' would hold a colour, and no view shows one; expected .exr, which holds any numbers",
+      path));
+}
+
 Status ViewEngine::SaveNow(const std::string& path) const {
   if (shown_.empty()) {
     return Status::NotFound("there is no picture to save yet");
@@ -318,9 +335,16 @@ Status ViewEngine::SaveNow(const std::string& path) const {
     const Result<Rgb8Image> picture = ShownPicture();
     return picture.ok() ? WritePng(path, *picture) : picture.status();
   }
+  if (extension == ".jpg" || extension == ".jpeg") {
+    const Result<Rgb8Image> picture = ShownPicture();
+    return picture.ok() ? WriteJpeg(path, *picture) : picture.status();
+  }
+  if (extension == ".hdr") {
+    return SaveRadiance(path);
+  }
   if (extension != ".exr") {
     return Status::InvalidArgument(
-        fmt::format("'{}' ends in '{}', expected .png or .exr", path, extension));
+        fmt::format("'{}' ends in '{}', expected .png, .jpg, .exr or .hdr", path, extension));
   }
   ExrImage image;
   image.width = shown_[0].width;

@@ -62,8 +62,9 @@ class ViewEngine {
   LoadState load_state() const { return loader_.state(); }
   SceneInfo scene_info() const;
 
-  /// Writes the composed picture as .png, at least in the window's size, or the values of all panes
-  /// as .exr, in their own resolution.
+  /// Writes the composed picture as .png or .jpg, at least in the window's size; or, in their own
+  /// resolution, the values of all panes as .exr, or the colour of the first pane that has one as
+  /// .hdr.
   void Save(const std::string& path);
   /// Adds every frame from here on to a video until StopClip().
   void StartClip(const std::string& path, double fps);
@@ -84,6 +85,7 @@ class ViewEngine {
   void EndClip();
   Result<Rgb8Image> ShownPicture() const;
   Status SaveNow(const std::string& path) const;
+  Status SaveRadiance(const std::string& path) const;
   bool IsDone(const ViewSettings& settings, const ViewFrame& frame) const;
   void AddJob(Job job);
   void Tell(bool is_error, std::string text);

@@ -20,6 +20,7 @@ namespace {
 
 constexpr int kLargestSide = 8192;
 constexpr int kMostPanes = 3;
+constexpr double kFastestOrbit = 720;
 
 template <typename T>
 bool ParseWhole(std::string_view text, T* out) {
@@ -172,6 +173,13 @@ Result<ViewOptions> ParseViewArguments(const ViewArguments& arguments) {
   settings.fps = arguments.fps;
   settings.camera = arguments.camera;
   settings.playing = arguments.play;
+  if (arguments.orbit) {
+    settings.orbiting = true;
+    settings.orbit_speed = *arguments.orbit;
+  } else if (arguments.orbit_radius > 0) {
+    return Status::InvalidArgument("--orbit-radius needs --orbit SPEED");
+  }
+  settings.orbit_radius = arguments.orbit_radius;
   STILLRAY_RETURN_IF_ERROR(ParseHeadless(arguments, &options));
   return options;
 }
@@ -208,6 +216,15 @@ void DeclareViewOptions(CLI::App* command, ViewArguments* a) {
       ->check(InRange(kMinFps, kMaxFps))
       ->capture_default_str();
   command->add_flag("--play", a->play, "Start the animation at once");
+  command
+      ->add_option("--orbit", a->orbit,
+                   "Circle around what the camera looks at: degrees per second, counter-clockwise "
+                   "from above; -720 to 720")
+      ->check(InRange(-kFastestOrbit, kFastestOrbit));
+  command
+      ->add_option("--orbit-radius", a->orbit_radius,
+                   "Of --orbit, scene units; default: the camera's distance to what it looks at")
+      ->check(InRange(1e-4, 1e6));
   AddDeviceOption(command, &a->device, &a->verbose);
   command->add_option("--threads", a->threads, "Default: all processors")
       ->check(CLI::Range(0, 4096));

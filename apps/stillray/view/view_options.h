@@ -32,6 +32,8 @@ struct ViewArguments {
   double fps = 30;
   int camera = 0;
   bool play = false;
+  std::optional<double> orbit;
+  float orbit_radius = 0;
   int threads = 0;
   std::optional<int> headless_frames;
   std::string folder;

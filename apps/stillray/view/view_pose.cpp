@@ -121,6 +121,19 @@ ViewPose Orbit(const ViewPose& pose, float right, float down) {
   return Bounded(turned);
 }
 
+ViewPose OnOrbit(const ViewPose& pose, double angle, float radius) {
+  const vec3 focus = pose.Focus();
+  ViewPose turned = pose;
+  turned.yaw = WrapAngle(static_cast<float>(std::remainder(pose.yaw + angle, 2.0 * kPi)));
+  const float distance = glm::length(focus - pose.position);
+  if (radius > 0 && distance > 0) {
+    turned.distance = BoundDistance(pose.distance * (radius / distance));
+    turned.aside = pose.aside * (turned.distance / pose.distance);
+  }
+  turned.position += focus - turned.Focus();
+  return Bounded(turned);
+}
+
 ViewPose Look(const ViewPose& pose, float right, float down) {
   return Turned(pose, right, down);
 }

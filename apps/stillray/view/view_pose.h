@@ -42,6 +42,11 @@ ViewPose FilePose(const Scene& scene, const Aabb& bounds, int camera, double sec
 
 /// Rotates around the orbit centre. Positive angles move the picture right and down.
 ViewPose Orbit(const ViewPose& pose, float right, float down);
+/// The same pose further along a horizontal circle around the orbit centre, which it keeps in sight
+/// at the same place of the picture.
+/// \param angle   counter-clockwise, seen from above
+/// \param radius  distance of the camera to the orbit centre, scene units; 0: as it is
+ViewPose OnOrbit(const ViewPose& pose, double angle, float radius);
 /// Rotates without moving.
 ViewPose Look(const ViewPose& pose, float right, float down);
 /// Shifts the camera so that the point at the orbit centre follows the mouse.

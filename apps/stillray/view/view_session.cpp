@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <fmt/format.h>
 
@@ -139,6 +140,15 @@ AnimationTime ViewSession::NextTime(const ViewSettings& s, double elapsed) const
           Wrapped(moment_.time.lights + step * s.light_speed.value_or(s.speed), length_)};
 }
 
+/// Degrees that the camera has turned on its orbit.
+double ViewSession::NextOrbit(const ViewSettings& s, double elapsed) const {
+  if (!s.orbiting || frames_ == 0) {
+    return 0;
+  }
+  const double step = s.wall_clock ? std::clamp(elapsed, 0.0, kLongestStep) : 1 / s.fps;
+  return std::remainder(moment_.orbit_degrees + step * s.orbit_speed, 360.0);
+}
+
 ViewSession::Moment ViewSession::NextMoment(const ViewSettings& s, double elapsed) {
   Moment next;
   const bool first = frames_ == 0;
@@ -151,6 +161,10 @@ ViewSession::Moment ViewSession::NextMoment(const ViewSettings& s, double elapse
   next.pose = s.free_camera
                   ? s.pose
                   : FilePose(animation_.original(), bounds_, next.render.camera, next.time.all);
+  if (s.orbiting) {
+    next.orbit_degrees = NextOrbit(s, elapsed);
+    next.pose = OnOrbit(next.pose, next.orbit_degrees * std::numbers::pi / 180, s.orbit_radius);
+  }
   next.render.pose = CameraPose{ToMatrix(next.pose), next.pose.yfov};
   next.render.previous_pose = first ? next.render.pose : moment_.render.pose;
   return next;

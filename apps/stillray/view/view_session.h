@@ -68,6 +68,7 @@ class ViewSession {
     RenderMoment render;  ///< arguments for the renderer: times of the retimed animation
     AnimationTime time;
     ViewPose pose;
+    double orbit_degrees = 0;  ///< of `pose` on its orbit
   };
   struct FilledGuides;
   bool AllowsFastFilter(const ViewSettings& settings) const;
@@ -97,6 +98,7 @@ class ViewSession {
   const Frame& Host() const { return brought_ ? from_device_ : frame_; }
   Moment NextMoment(const ViewSettings& settings, double elapsed);
   AnimationTime NextTime(const ViewSettings& settings, double elapsed) const;
+  double NextOrbit(const ViewSettings& settings, double elapsed) const;
   void FillGuides(const ViewSettings& settings);
   void Show(const ViewSettings& settings, ViewFrame* out) const;
   void Inspect(const ViewSettings& settings, ViewFrame* out) const;

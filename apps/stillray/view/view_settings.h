@@ -39,6 +39,10 @@ struct ViewSettings {
   uint64_t pose_scene = 0;  ///< number of the opened scene that `pose` belongs to (ViewEngine)
   int camera = 0;
 
+  bool orbiting = false;    ///< the camera circles around its orbit centre
+  double orbit_speed = 20;  ///< degrees per second, counter-clockwise from above
+  float orbit_radius = 0;   ///< scene units; 0: the camera's distance when it began
+
   bool playing = false;
   bool wall_clock = true;  ///< animations run in real time; else by 1 / fps per frame
   double fps = 30;

@@ -22,7 +22,7 @@ constexpr std::string_view kFilled = "filled.";
 constexpr uint8_t kAbsent = 40;  // dark grey: the picture does not exist yet
 
 Colouring ColouringOf(const std::string& kind) {
-  if (kind == "disocclusion") {
+  if (kind == "disocclusion" || kind == "alpha" || kind.starts_with("weights")) {
     return Colouring::kUnit;
   }
   if (kind == "history" || kind == "limit") {
@@ -41,10 +41,11 @@ std::string GroupOfOutput(const std::string& kind) {
   if (kind == "temporal" || kind == "aliased") {
     return "picture";
   }
-  if (kind.rfind("atrous", 0) == 0) {
+  if (kind.starts_with("atrous") || kind.starts_with("weights")) {
     return "wavelet levels";
   }
-  if (kind == "history" || kind == "limit" || kind == "ratio" || kind == "disocclusion") {
+  if (kind == "alpha" || kind == "history" || kind == "limit" || kind == "ratio" ||
+      kind == "disocclusion") {
     return "history";
   }
   return ColouringOf(kind) == Colouring::kLight ? "light without albedo" : "moments and variance";

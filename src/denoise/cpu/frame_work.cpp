@@ -57,7 +57,8 @@ void MakePlanes(int width, int height, const FramePlan& plan, LayerWork* work) {
 
 size_t SelectedBytes(const Guides& g) {
   return g.depth.bytes() + g.normal.bytes() + g.motion.bytes() + g.id.bytes() +
-         g.roughness.bytes() + g.specular_albedo.bytes() + g.transmission_albedo.bytes();
+         g.roughness.bytes() + g.previous_normal.bytes() + g.specular_albedo.bytes() +
+         g.transmission_albedo.bytes();
 }
 
 /// Changes the borders of a layer's history to those that the wavelet reads.

@@ -9,7 +9,7 @@
 //   per layer (the surface, and reflections or refractions with virtual guides):
 //   select_guides        -        guides of surface and image    guides               (not for the surface)
 //   prepare_guides       1        depth, normal, id              guides               kept for the next frame
-//   reproject            -        guides of both frames, motion  taps                                        (hold the confidence of frames that have one)
+//   reproject            -        guides of both frames, motion  taps                                        (hold the confidence and the normals of the last frame, if given)
 //   per signal:
 //     demodulate         -        lights, albedo, samples        new light
 //     suppress_fireflies 1        new light                      new light
@@ -17,6 +17,7 @@
 //     accumulate         -        new light, taps, last history  history              colour, moments, length
 //     merge_future       -        history, light of the future   merged history       (only where the future is known)
 //   estimate_variance    3        histories, guides              variances
+//   smooth_variance      1        variance                       variance             (signal by signal; prefilter_variance=once)
 //   per level:
 //     atrous (pilot)     1, 2     colour, variance, guides       pilot                (first and second level)
 //     prefilter_variance 1        luminance, variance            luminance factors    (signal by signal)
@@ -64,14 +65,24 @@ FrameInput InputOf(const CpuPipeline& p, const Frame& frame, HeldGuides* held, F
     if (!held->empty()) {
       *held = HeldGuides();
     }
-    return {frame,          frame.guides,     frame.guides,
-            frame.emission, frame.background, frame.guides.roughness,
+    return {frame,
+            frame.guides,
+            frame.guides,
+            frame.emission,
+            frame.background,
+            frame.guides.roughness,
+            frame.guides.previous_normal,
             negative_limit};
   }
   const StageTimer timer(&out->timings, "fill_guides");
   FillGuides(frame, p.stages, held, work);
-  return {frame,          held->guides,     held->guides,
-          held->emission, held->background, frame.guides.roughness,
+  return {frame,
+          held->guides,
+          held->guides,
+          held->emission,
+          held->background,
+          frame.guides.roughness,
+          frame.guides.previous_normal,
           negative_limit};
 }
 
@@ -80,11 +91,17 @@ FrameInput RunSelectGuides(const CpuPipeline& p, const FrameInput& in, GuideSour
                            Guides* selected, DenoisedFrame* out) {
   const StageTimer timer(&out->timings, "select_guides");
   const SelectGuidesInput given = {&in.guides, &ImageOf(in.frame, source), &in.roughness,
-                                   &SurfaceAlbedoOf(in.guides, source)};
+                                   &SurfaceAlbedoOf(in.guides, source), &in.previous_normal};
   p.stages.select_guides(given, p.plan.select_guides, selected,
                          &SurfaceAlbedoOf(*selected, source));
-  return {in.frame,      *selected,           in.surface,       in.emission,
-          in.background, selected->roughness, in.negative_limit};
+  return {in.frame,
+          *selected,
+          in.surface,
+          in.emission,
+          in.background,
+          selected->roughness,
+          selected->previous_normal,
+          in.negative_limit};
 }
 
 int64_t CountNan(const Image1& plane) {
@@ -112,6 +129,7 @@ void FindTaps(const CpuPipeline& p, const FrameInput& in, int border, LayerHisto
   const PrepareGuidesInput given = {&g.depth, &g.normal, g.id.empty() ? nullptr : &g.id};
   const Image1& confidence = in.frame.confidence;
   taps->confidence = confidence.empty() ? nullptr : &confidence;
+  taps->previous_normal = in.previous_normal.empty() ? nullptr : &in.previous_normal;
   out->bad_guides += CountNan(confidence);
   const StageTimer timer(&out->timings, p.plan.runs.reproject ? "reproject" : "prepare_guides");
   if (p.fusion.prepare_and_find_taps) {
@@ -152,6 +170,7 @@ void FilterLayer(const CpuPipeline& p, const FrameInput& in, std::span<const Sig
   FindTaps(p, in, work->border, history, &work->taps, out);
   ForEachSignal(p, in, history, work, outputs, out, [&](size_t i) {
     RunAccumulate(p, i, history, work, out);
+    KeepAlpha(p, i, *history, *work, outputs);
     SignalHistory* known = &history->signals[i];
     if (p.plan.runs.merge_future) {
       known = RunMergeFuture(p, i, *known, future[i], work, out);

@@ -208,6 +208,23 @@ void RunLimitHistory(const CpuPipeline& p, const LayerHistory& history, LayerWor
   KeepLimits(p, history, *work, outputs);
 }
 
+void KeepAlpha(const CpuPipeline& p, size_t signal, const LayerHistory& history,
+               const LayerWork& work, FrameOutputs* outputs) {
+  if (!outputs->any()) {
+    return;
+  }
+  const Image1& length = history.signals[signal].length;
+  const Image1& samples = work.light[signal].samples;
+  Image1 alpha(length.width(), length.height());
+  for (int y = 0; y < length.height(); ++y) {
+    for (int x = 0; x < length.width(); ++x) {
+      alpha(x, y) = UsedAlpha(p.plan.accumulate, length(x, y), samples(x, y),
+                              p.plan.runs.reproject ? work.taps.ConfidenceAt(x, y) : 1.0f);
+    }
+  }
+  outputs->KeepPlane("alpha", p.plan.signals[signal], alpha);
+}
+
 void RunAccumulate(const CpuPipeline& p, size_t signal, LayerHistory* history, LayerWork* work,
                    DenoisedFrame* out) {
   const StageTimer timer(&out->timings, "accumulate");

@@ -16,8 +16,9 @@ struct FrameInput {
   const Guides& surface;  ///< whose albedos second moments are divided by
   const Image3& emission;
   const Image3& background;
-  const Image1& roughness;   ///< empty if unknown
-  float negative_limit = 0;  ///< negative light above -negative_limit is zero
+  const Image1& roughness;        ///< empty if unknown
+  const Image3& previous_normal;  ///< likewise
+  float negative_limit = 0;       ///< negative light above -negative_limit is zero
 };
 
 /// The albedos that a signal is divided by.
@@ -35,6 +36,10 @@ void RunLimitHistory(const CpuPipeline& p, const LayerHistory& history, LayerWor
 /// Accumulates the new light of a signal in its history.
 void RunAccumulate(const CpuPipeline& p, size_t signal, LayerHistory* history, LayerWork* work,
                    DenoisedFrame* out);
+
+/// The output "alpha": the weight of the new frame, after RunAccumulate.
+void KeepAlpha(const CpuPipeline& p, size_t signal, const LayerHistory& history,
+               const LayerWork& work, FrameOutputs* outputs);
 
 /// \return the history of a signal with the light of its future, in LayerWork::merged
 SignalHistory* RunMergeFuture(const CpuPipeline& p, size_t signal, const SignalHistory& history,

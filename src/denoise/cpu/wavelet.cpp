@@ -14,6 +14,7 @@
 
 #include "core/parallel.h"
 #include "denoise/copy_image.h"
+#include "denoise/level_names.h"
 #include "denoise/row_sums.h"
 #include "denoise/stage_timer.h"
 
@@ -100,6 +101,18 @@ void RunEstimateVariance(const CpuPipeline& p, const FrameInput& in, const Guide
   }
 }
 
+/// Smooths the variance that the levels start from.
+void RunSmoothVariance(const CpuPipeline& p, const GuidePlanes& guides,
+                       std::vector<WaveletPlanes>* wavelet, DenoisedFrame* out) {
+  const StageTimer timer(&out->timings, "prefilter_variance");
+  for (WaveletPlanes& planes : *wavelet) {
+    Image1& smoothed = planes.filter[planes.target].variance;
+    p.stages.smooth_variance(
+        {planes.variance, planes.where, planes.all_valid ? &guides.full : nullptr}, &smoothed);
+    std::swap(*planes.variance, smoothed);
+  }
+}
+
 /// \param pilot  of the pilot estimate rather than of the light
 void RunPrefilterVariance(const CpuPipeline& p, const GuidePlanes& guides, bool pilot,
                           WaveletPlanes* planes, DenoisedFrame* out) {
@@ -173,8 +186,40 @@ void FinishLevel(const AtrousSignal& signal, const GuidePlanes& guides, WaveletP
   }
 }
 
+/// The output "smoothed_variance": the variance by which the first level compares luminances.
+void KeepSmoothedVariance(const CpuPipeline& p, const std::vector<WaveletPlanes>& wavelet,
+                          FrameOutputs* outputs) {
+  const int radius = p.plan.prefilter_variance.prefilter_variance != 0 ? 1 : 0;
+  for (size_t i = 0; outputs->any() && i < wavelet.size(); ++i) {
+    const Image1& variance = *wavelet[i].variance;
+    const Image1& valid = *wavelet[i].where;
+    Image1 smoothed(variance.width(), variance.height());
+    for (int y = 0; y < smoothed.height(); ++y) {
+      for (int x = 0; x < smoothed.width(); ++x) {
+        smoothed(x, y) = valid(x, y) > 0 ? SmoothedVariance(variance, valid, radius, x, y) : 0.0f;
+      }
+    }
+    outputs->KeepPlane("smoothed_variance", p.plan.signals[i], smoothed);
+  }
+}
+
+/// The outputs "weights1", ...: the sum of the weights of each level.
+void KeepWeights(const CpuPipeline& p, int level, const GuidePlanes& guides,
+                 std::span<const AtrousSignal> signals, FrameOutputs* outputs) {
+  const std::string kind = fmt::format("weights{}", level + 1);
+  for (size_t i = 0; i < signals.size(); ++i) {
+    const SignalGroup& group = p.plan.signals[i];
+    if (outputs->Wants(fmt::format("{}.{}", kind, group.name))) {
+      Image1 sums(signals[i].variance->width(), signals[i].variance->height());
+      SumAtrousWeights(signals[i], guides, p.plan.level[static_cast<size_t>(level)], p.plan.atrous,
+                       &sums);
+      outputs->KeepPlane(kind.c_str(), group, sums);
+    }
+  }
+}
+
 void RunLevel(const CpuPipeline& p, int level, const GuidePlanes& guides,
-              std::vector<WaveletPlanes>* wavelet, DenoisedFrame* out) {
+              std::vector<WaveletPlanes>* wavelet, FrameOutputs* outputs, DenoisedFrame* out) {
   std::array<AtrousSignal, kMostGroups> signals;
   const size_t count = wavelet->size();
   RunPilot(p, level, guides, wavelet, out);
@@ -185,7 +230,10 @@ void RunLevel(const CpuPipeline& p, int level, const GuidePlanes& guides,
     }
     signals[i] = SignalOf(p, level, has_pilot, &(*wavelet)[i]);
   }
-  const StageTimer timer(&out->timings, "atrous");
+  if (outputs->any()) {
+    KeepWeights(p, level, guides, {signals.data(), count}, outputs);
+  }
+  const StageTimer timer(&out->timings, LevelName(level));
   p.stages.atrous({signals.data(), count}, guides, p.plan.level[static_cast<size_t>(level)],
                   p.plan.atrous);
   for (size_t i = 0; i < count; ++i) {
@@ -273,8 +321,14 @@ void RunWavelet(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& g
     }
     FindPresent(guides.inverse_depth, &planes);
   }
+  if (p.plan.runs.smooth_variance) {
+    RunSmoothVariance(p, guides, &wavelet, out);
+  }
+  if (p.plan.runs.estimate_variance) {
+    KeepSmoothedVariance(p, wavelet, outputs);
+  }
   for (int level = 0; level < p.plan.levels; ++level) {
-    RunLevel(p, level, guides, &wavelet, out);
+    RunLevel(p, level, guides, &wavelet, outputs, out);
     const std::string name = outputs->any() ? fmt::format("atrous{}", level + 1) : "";
     for (size_t i = 0; i < wavelet.size(); ++i) {
       if (p.plan.feedback_level == level + 1) {

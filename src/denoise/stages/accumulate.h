@@ -15,6 +15,15 @@
 
 namespace stillray {
 
+/// The weight that accumulate has given to the new frame at a pixel.
+/// \param length      of the history after it
+/// \param n           samples of the new frame
+/// \param confidence  in the history: UsedConfidence
+inline float UsedAlpha(const AccumulateParameters& p, float length, float n, float confidence) {
+  return NewFrameWeight(length - n, n, ConfidentAlpha(p.alpha_min, confidence),
+                        p.history_weight_constant != 0);
+}
+
 /// What limit_history found out about a history.
 struct HistoryLimits {
   const Image1* bias = nullptr;   ///< relative, see LimitedLength; nullptr: 0

@@ -66,6 +66,12 @@ struct AtrousSignal {
   Image1* valid_out = nullptr;
 };
 
+/// The sum of the weights of a level at each pixel, as the scalar version computes them: 1 where
+/// every tap counts with its kernel's weight, the centre's own where no neighbour is similar, 0
+/// without a surface.
+void SumAtrousWeights(const AtrousSignal& signal, const GuidePlanes& guides,
+                      const AtrousLevel& level, const AtrousParameters& parameters, Image1* sums);
+
 namespace reference {
 void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
             const AtrousLevel& level, const AtrousParameters& parameters);

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/check.h"
+#include "core/parallel.h"
 #include "denoise/stages/atrous.h"
 #include "denoise/stages/edge_stopping_shared.h"
 
@@ -58,9 +59,22 @@ float EdgeWeight(const AtrousSignal& signal, const GuidePlanes& g, const AtrousL
          std::exp2(-dl * SharedLuminanceFactor(factor(x, y), factor(qx, qy), p.noise_ratio));
 }
 
+/// The weight of the tap (dx, dy) of pixel (x, y); 0 where it has no light.
+float TapWeight(const AtrousSignal& signal, const GuidePlanes& g, const AtrousLevel& level,
+                const AtrousParameters& p, int x, int y, int dx, int dy) {
+  const float* kernel = level.radius == 1 ? kKernel3 : kKernel5;
+  const int qx = x + dx * level.step;
+  const int qy = y + dy * level.step;
+  if (!((*signal.valid)(qx, qy) > 0)) {
+    return 0;
+  }
+  const bool centre = dx == 0 && dy == 0;
+  const float edge = centre ? 1.0f : EdgeWeight(signal, g, level, p, x, y, qx, qy);
+  return (level.box ? 1.0f : kernel[abs(dx)] * kernel[abs(dy)]) * edge;
+}
+
 void FilterPixel(const AtrousSignal& signal, const GuidePlanes& g, const AtrousLevel& level,
                  const AtrousParameters& p, int x, int y) {
-  const float* kernel = level.radius == 1 ? kKernel3 : kKernel5;
   const LumaImage3& in = *signal.colour;
   float sum_weight = 0;
   float sum_variance = 0;
@@ -72,9 +86,7 @@ void FilterPixel(const AtrousSignal& signal, const GuidePlanes& g, const AtrousL
       if (!((*signal.valid)(qx, qy) > 0)) {
         continue;
       }
-      const bool centre = dx == 0 && dy == 0;
-      const float edge = centre ? 1.0f : EdgeWeight(signal, g, level, p, x, y, qx, qy);
-      const float w = (level.box ? 1.0f : kernel[abs(dx)] * kernel[abs(dy)]) * edge;
+      const float w = TapWeight(signal, g, level, p, x, y, dx, dy);
       sum += w * vec3(in[0](qx, qy), in[1](qx, qy), in[2](qx, qy));
       sum_variance += w * w * (*signal.variance)(qx, qy);
       sum_weight += w;
@@ -124,3 +136,26 @@ void Atrous(std::span<const AtrousSignal> signals, const GuidePlanes& guides,
 }
 
 }  // namespace stillray::reference
+
+namespace stillray {
+
+void SumAtrousWeights(const AtrousSignal& signal, const GuidePlanes& guides,
+                      const AtrousLevel& level, const AtrousParameters& p, Image1* sums) {
+  ParallelRows(sums->height(), 8, [&](int y0, int y1) {
+    for (int y = y0; y < y1; ++y) {
+      for (int x = 0; x < sums->width(); ++x) {
+        float sum = 0;
+        for (int dy = -level.radius; dy <= level.radius; ++dy) {
+          for (int dx = -level.radius; dx <= level.radius; ++dx) {
+            sum += guides.inverse_depth(x, y) > 0
+                       ? reference::TapWeight(signal, guides, level, p, x, y, dx, dy)
+                       : 0.0f;
+          }
+        }
+        (*sums)(x, y) = sum;
+      }
+    }
+  });
+}
+
+}  // namespace stillray

@@ -76,9 +76,9 @@ SHARED_FN float PlaneDepthExponent(float ip, float iq, vec2 g, vec2 offset, floa
 
 // The reciprocal denominator of the luminance weight: log2(e) / (sigma_l sqrt(var_p) + eps), the
 // factor of |l_p - l_q| in an exponent of 2 (SVGF eq. 5). `spread` is the root of the prefiltered
-// variance (PSVGF: the variance itself); eps in proportion to the luminance.
-SHARED_FN float LuminanceFactor(float l, float spread, float sigma_l, float epsilon) {
-  return 1.44269504f / (sigma_l * spread + epsilon * abs(l) + 1e-12f);
+// variance (PSVGF: the variance itself); eps is `least` and a part in proportion to the luminance.
+SHARED_FN float LuminanceFactor(float l, float spread, float sigma_l, float epsilon, float least) {
+  return 1.44269504f / (sigma_l * spread + epsilon * abs(l) + (least + 1e-12f));
 }
 
 // The reciprocal denominator for p and q: that of p, as in the papers, lowered to that of a noisier

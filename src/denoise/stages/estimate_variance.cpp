@@ -245,8 +245,10 @@ HWY_EXPORT(EstimateVarianceRows);
 void EstimateVariance(std::span<VarianceSignal> signals, const GuidePlanes& guides,
                       const EstimateVarianceParameters& p) {
   STILLRAY_CHECK_LE(signals.size(), kMostSignals);
-  constexpr float kLog2OfOnes[4] = {};
-  const TapPairs taps = MakeTapPairs(kLog2OfOnes, 1, guides.inverse_depth.stride());
+  constexpr float kLog2OfOnes[SignalHistory::kBorder + 1] = {};
+  STILLRAY_CHECK_LE(p.short_history_radius, SignalHistory::kBorder);
+  const std::span<const float> row(kLog2OfOnes, static_cast<size_t>(p.short_history_radius) + 1);
+  const TapPairs taps = MakeTapPairs(row, 1, guides.inverse_depth.stride());
   const Estimates estimates = {signals, guides, p, taps};
   std::atomic<uint32_t> incomplete = 0;
   ParallelRows(guides.id.height(), 16, [&](int y0, int y1) {

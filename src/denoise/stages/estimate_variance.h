@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// estimate_variance: the variance that the wavelet must remove from each pixel. Source: SVGF
-/// section 4.2: temporal moments; 7x7 bilateral estimate over depth and normal while the history is
-/// shorter than `short_length`. Departs: optionally the variance of the accumulated mean instead of
-/// a frame's, and a factor for short histories. Signals share the weights of the guides. Border: 3
-/// pixels. Reads 16 and 12 per signal (and 7x7 x 16 and 12 per signal if the history is short),
-/// writes 4 bytes per pixel and signal.
+/// section 4.2: temporal moments; 7x7 (or 5x5) bilateral estimate over depth and normal while the
+/// history is shorter than `short_length`. Departs: optionally the variance of the accumulated mean
+/// instead of a frame's, and a factor for short histories. Signals share the weights of the guides.
+/// Border: 3 pixels. Reads 16 and 12 per signal (and 7x7 x 16 and 12 per signal if the history is
+/// short), writes 4 bytes per pixel and signal.
 #pragma once
 
 #include <span>

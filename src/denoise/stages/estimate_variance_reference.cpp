@@ -8,7 +8,7 @@
 namespace stillray::reference {
 namespace {
 
-/// Variance of single samples from the 7x7 neighbourhood on the same surface, about this pixel's
+/// Variance of single samples from the neighbourhood on the same surface, about this pixel's
 /// mean.
 float SpatialVariance(const SignalHistory& h, const GuidePlanes& g,
                       const EstimateVarianceParameters& p, int x, int y) {
@@ -17,8 +17,9 @@ float SpatialVariance(const SignalHistory& h, const GuidePlanes& g,
   float sum_d = 0;
   float sum_d2 = 0;
   const vec2 slope = {g.gradient[0](x, y), g.gradient[1](x, y)};
-  for (int dy = -3; dy <= 3; ++dy) {
-    for (int dx = -3; dx <= 3; ++dx) {
+  const int radius = p.short_history_radius;
+  for (int dy = -radius; dy <= radius; ++dy) {
+    for (int dx = -radius; dx <= radius; ++dx) {
       const int qx = x + dx;
       const int qy = y + dy;
       if (qx < 0 || qy < 0 || qx >= h.mean.width() || qy >= h.mean.height() ||

@@ -16,10 +16,11 @@ SHARED_BEGIN
 SHARED_BLOCK(EstimateVarianceParameters) {
   EdgeStopping edges;
   int variance_of_mean;       // 1: of the accumulated mean, 0: of a single frame
-  int short_history_spatial;  // 1: the 7x7 estimate for short histories, 0: zero is left there
+  int short_history_spatial;  // 1: the spatial estimate for short histories, 0: zero is left there
   float short_history_length;
   float short_history_boost;
-  float least_evidence;  // sum of the 7x7 weights below which the variance is kUnknownVariance
+  float least_evidence;      // sum of its weights below which the variance is kUnknownVariance
+  int short_history_radius;  // of its neighbourhood, pixels, at most 3
 };
 
 // So large that the luminance weight is 1, so small that sums of it stay finite.

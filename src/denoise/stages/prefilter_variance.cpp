@@ -33,16 +33,13 @@ ThreeRows<T> ThreeRowsOf(const Plane<T>& plane, int y) {
 
 /// The inputs of one row.
 struct VarianceRows {
-  const float* luminance;
-  const float* length;
   ThreeRows<float> variance;
   ThreeRows<float> valid;
   ThreeRows<uint32_t> full;  ///< nullptr: unknown
 };
 
-inline VarianceRows RowsOf(const PrefilterVarianceInput& in, int y) {
-  return {in.luminance->Row(y), in.length->Row(y), ThreeRowsOf(*in.variance, y),
-          ThreeRowsOf(*in.valid, y),
+inline VarianceRows RowsOf(const SmoothVarianceInput& in, int y) {
+  return {ThreeRowsOf(*in.variance, y), ThreeRowsOf(*in.valid, y),
           in.full != nullptr ? ThreeRowsOf(*in.full, y) : ThreeRows<uint32_t>()};
 }
 
@@ -86,48 +83,39 @@ HWY_INLINE SmoothedLight SmoothLightDown(const ThreeRows<float>& variance,
 }
 
 /// Work memory of a row.
-struct FactorScratch {
+struct SmoothScratch {
   float* sums;            ///< of the variance down the columns
   uint32_t* full_around;  ///< of each block: it and those around it are full
 };
 
-/// Computes the outputs of a row from its inputs.
-class LuminanceFactors {
+/// The variance of a row, smoothed or not.
+class RowVariance {
  public:
-  LuminanceFactors(const VarianceRows& rows, const PrefilterVarianceParameters& p, int width,
-                   const FactorScratch& scratch)
-      : rows_(rows), p_(p), scratch_(scratch) {
+  RowVariance(const VarianceRows& rows, bool smooth, int width, const SmoothScratch& scratch)
+      : rows_(rows), smooth_(smooth), scratch_(scratch) {
     const DF d;
     const bool any_full = rows.full.row[0] != nullptr;
     for (int i = 0; i < BlocksOf(width); ++i) {
       scratch.full_around[i] = any_full ? Column(i - 1) & Column(i) & Column(i + 1) : 0;
     }
-    for (int x = 0; x < width && any_full && p.prefilter_variance != 0; x += LaneCount()) {
+    for (int x = 0; x < width && any_full && smooth; x += LaneCount()) {
       hn::Store(SmoothDown(rows.variance, x), d, scratch.sums + x);
     }
   }
 
-  /// LuminanceFactor of the pixels x, x + 1, ...
+  /// Whether all pixels x, x + 1, ... and their neighbours have light.
+  HWY_INLINE bool Full(int x) const { return scratch_.full_around[x / kBlockPixels] != 0; }
+
   HWY_INLINE VF At(int x) const {
     const DF d;
-    const bool full = scratch_.full_around[x / kBlockPixels] != 0;
-    const VF variance =
-        p_.prefilter_variance != 0 ? Smoothed(full, x) : hn::LoadU(d, rows_.variance.row[1] + x);
-    const VF spread = p_.luminance_scale_deviation != 0 ? hn::Sqrt(variance) : variance;
-    const VF l = hn::Abs(hn::LoadU(d, rows_.luminance + x));
-    const VF tolerance =
-        hn::MulAdd(hn::Set(d, p_.sigma_l), spread,
-                   hn::MulAdd(hn::Set(d, p_.luminance_epsilon), l, hn::Set(d, 1e-12f)));
-    VF factor = hn::Div(hn::Set(d, kLog2E), tolerance);
-    if (!full) {
-      factor =
-          hn::IfThenElseZero(hn::Gt(hn::LoadU(d, rows_.valid.row[1] + x), hn::Zero(d)), factor);
-    }
-    if (p_.short_history_blur > 0) {
-      const VF old = hn::LoadU(d, rows_.length + x);
-      factor = hn::IfThenElseZero(hn::Ge(old, hn::Set(d, p_.short_history_blur)), factor);
-    }
-    return factor;
+    return smooth_ ? Smoothed(Full(x), x) : hn::LoadU(d, rows_.variance.row[1] + x);
+  }
+
+  /// `value` where the pixels x, x + 1, ... have light, else `other`.
+  HWY_INLINE VF WhereLit(int x, VF value, VF other) const {
+    const DF d;
+    const VF valid = hn::LoadU(d, rows_.valid.row[1] + x);
+    return Full(x) ? value : hn::IfThenElse(hn::Gt(valid, hn::Zero(d)), value, other);
   }
 
  private:
@@ -153,9 +141,27 @@ class LuminanceFactors {
   }
 
   const VarianceRows rows_;
-  const PrefilterVarianceParameters p_;
-  const FactorScratch scratch_;
+  const bool smooth_;
+  const SmoothScratch scratch_;
 };
+
+/// LuminanceFactor of the pixels x, x + 1, ... of a row.
+HWY_INLINE VF FactorAt(const RowVariance& of_row, const float* luminance, const float* length,
+                       const PrefilterVarianceParameters& p, int x) {
+  const DF d;
+  const VF variance = of_row.At(x);
+  const VF spread = p.luminance_scale_deviation != 0 ? hn::Sqrt(variance) : variance;
+  const VF l = hn::Abs(hn::LoadU(d, luminance + x));
+  const VF tolerance = hn::MulAdd(
+      hn::Set(d, p.sigma_l), spread,
+      hn::MulAdd(hn::Set(d, p.luminance_epsilon), l, hn::Set(d, p.luminance_floor + 1e-12f)));
+  const VF factor = of_row.WhereLit(x, hn::Div(hn::Set(d, kLog2E), tolerance), hn::Zero(d));
+  if (!(p.short_history_blur > 0)) {
+    return factor;
+  }
+  const VF old = hn::LoadU(d, length + x);
+  return hn::IfThenElseZero(hn::Ge(old, hn::Set(d, p.short_history_blur)), factor);
+}
 
 /// The inputs and outputs of the next row.
 NextRow<8> NextRowOf(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p, int y,
@@ -173,18 +179,37 @@ NextRow<8> NextRowOf(const PrefilterVarianceInput& in, const PrefilterVariancePa
   return next;
 }
 
-void PrefilterVarianceRows(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p,
+void PrefilterVarianceRows(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& all,
                            int y0, int y1, Image1* factor) {
   const DF d;
+  const PrefilterVarianceParameters p = all;  // a copy: stores could change `all`
   const int width = factor->width();
   const RowScratch scratch(width, 2);
   for (int y = y0; y < y1; ++y) {
-    const LuminanceFactors source(RowsOf(in, y), p, width,
-                                  {scratch.Row(0), scratch.Row<uint32_t>(1)});
+    const RowVariance of_row(RowsOf({in.variance, in.valid, in.full}, y), p.prefilter_variance != 0,
+                             width, {scratch.Row(0), scratch.Row<uint32_t>(1)});
+    const float* luminance = in.luminance->Row(y);
+    const float* length = in.length->Row(y);
     const NextRow<8> next = NextRowOf(in, p, y + 1, *factor);
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
-      StreamInRow(d, source.At(x), factor->Row(y), x, width);
+      StreamInRow(d, FactorAt(of_row, luminance, length, p, x), factor->Row(y), x, width);
+    }
+  }
+  FinishStreams();
+}
+
+void SmoothVarianceRows(const SmoothVarianceInput& in, int y0, int y1, Image1* out) {
+  const DF d;
+  const int width = out->width();
+  const RowScratch scratch(width, 2);
+  for (int y = y0; y < y1; ++y) {
+    const RowVariance of_row(RowsOf(in, y), true, width,
+                             {scratch.Row(0), scratch.Row<uint32_t>(1)});
+    const float* own = in.variance->Row(y);
+    for (int x = 0; x < width; x += LaneCount()) {
+      StreamInRow(d, of_row.WhereLit(x, of_row.At(x), hn::LoadU(d, own + x)), out->Row(y), x,
+                  width);
     }
   }
   FinishStreams();
@@ -199,11 +224,18 @@ HWY_AFTER_NAMESPACE();
 namespace stillray::cpu {
 
 HWY_EXPORT(PrefilterVarianceRows);
+HWY_EXPORT(SmoothVarianceRows);
 
 void PrefilterVariance(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p,
                        Image1* factor) {
   ParallelRows(factor->height(), 32, [&](int y0, int y1) {
     HWY_DYNAMIC_DISPATCH(PrefilterVarianceRows)(in, p, y0, y1, factor);
+  });
+}
+
+void SmoothVariance(const SmoothVarianceInput& in, Image1* out) {
+  ParallelRows(out->height(), 32, [&](int y0, int y1) {
+    HWY_DYNAMIC_DISPATCH(SmoothVarianceRows)(in, y0, y1, out);
   });
 }
 

@@ -6,8 +6,11 @@
 /// 2 1) / 16, renormalised over pixels that have light; missing ones are skipped, never filled. The
 /// denominator is computed here, once per pixel instead of once per tap. Border: 1 pixel. Reads 8
 /// to 16, writes 4 bytes per pixel.
+/// SmoothVariance is the other reading of the papers: the variance itself is smoothed, once, and
+/// all levels filter and compare what it leaves. Border: 1 pixel. Reads 4 to 8, writes 4 bytes.
 #pragma once
 
+#include "core/shared.h"
 #include "denoise/planes.h"
 #include "denoise/stages/prefilter_variance_shared.h"
 
@@ -24,16 +27,44 @@ struct PrefilterVarianceInput {
   const Plane<uint32_t>* full = nullptr;
 };
 
+/// Planes of one signal; as above.
+struct SmoothVarianceInput {
+  const Image1* variance;
+  const Image1* valid;
+  const Plane<uint32_t>* full = nullptr;
+};
+
+/// The mean of the variance around a pixel, weighted by (1 2 1) x (1 2 1) over pixels with light; 0
+/// where there is none.
+/// \param variance, valid  return the values of a pixel; called for x - 1..x + 1, y - 1..y + 1
+template <typename Variance, typename Valid>
+float SmoothedVariance(const Variance& variance, const Valid& valid, int radius, int x, int y) {
+  float sum = 0;
+  float sum_weight = 0;
+  for (int dy = -radius; dy <= radius; ++dy) {
+    for (int dx = -radius; dx <= radius; ++dx) {
+      const float kernel = (dx == 0 ? 2.0f : 1.0f) * (dy == 0 ? 2.0f : 1.0f);
+      const float w = valid(x + dx, y + dy) > 0 ? kernel : 0.0f;
+      sum += w * variance(x + dx, y + dy);
+      sum_weight += w;
+    }
+  }
+  return sum / max(sum_weight, 1.0f);
+}
+
 /// \param factor  LuminanceFactor of every pixel; 0 where the luminance weight is 1: no light yet,
 /// or
 ///     too short a history
+/// \param out     the smoothed variance; pixels without light keep their own
 namespace reference {
 void PrefilterVariance(const PrefilterVarianceInput& in,
                        const PrefilterVarianceParameters& parameters, Image1* factor);
-}
+void SmoothVariance(const SmoothVarianceInput& in, Image1* out);
+}  // namespace reference
 namespace cpu {
 void PrefilterVariance(const PrefilterVarianceInput& in,
                        const PrefilterVarianceParameters& parameters, Image1* factor);
+void SmoothVariance(const SmoothVarianceInput& in, Image1* out);
 }  // namespace cpu
 
 }  // namespace stillray

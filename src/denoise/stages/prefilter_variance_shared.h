@@ -16,6 +16,7 @@ SHARED_BLOCK(PrefilterVarianceParameters) {
   int luminance_scale_deviation;  // 1: standard deviation, 0: the variance (PSVGF as printed)
   float sigma_l;
   float luminance_epsilon;
+  float luminance_floor;     // in units of light
   float short_history_blur;  // shorter histories have no luminance weight
 };
 

@@ -144,7 +144,23 @@ struct RowNow {
   GuidesOfRow guides;
   const float* mx;
   const float* my;
+  const float* previous[3];  ///< normals one frame ago; nullptr: not given
 };
+
+/// Replaces the normals by those of the last frame where they are given: HistoryNormal.
+HWY_INLINE void TurnBack(const RowNow& now, int x, Target* t) {
+  const DF d;
+  const VF px = hn::LoadU(d, now.previous[0] + x);
+  const VF py = hn::LoadU(d, now.previous[1] + x);
+  const VF pz = hn::LoadU(d, now.previous[2] + x);
+  const VF length2 = hn::MulAdd(px, px, hn::MulAdd(py, py, hn::Mul(pz, pz)));
+  const MF given = hn::And(hn::Gt(length2, hn::Set(d, 1e-12f)), hn::Lt(length2, hn::Set(d, 1e12f)));
+  const VF one = hn::Set(d, 1.0f);
+  const VF scale = hn::Div(one, hn::Sqrt(hn::IfThenElse(given, length2, one)));
+  t->nx = hn::IfThenElse(given, hn::Mul(px, scale), t->nx);
+  t->ny = hn::IfThenElse(given, hn::Mul(py, scale), t->ny);
+  t->nz = hn::IfThenElse(given, hn::Mul(pz, scale), t->nz);
+}
 
 GuidesOfRow GuidesOf(const GuidePlanes& g, int y) {
   return {{g.normal[0].Row(y), g.normal[1].Row(y), g.normal[2].Row(y)},
@@ -161,6 +177,9 @@ HWY_INLINE Target LoadTarget(const RowNow& now, int x, int y, int width, int hei
   t.nx = hn::LoadU(d, now.guides.normal[0] + x);
   t.ny = hn::LoadU(d, now.guides.normal[1] + x);
   t.nz = hn::LoadU(d, now.guides.normal[2] + x);
+  if (now.previous[0] != nullptr) {
+    TurnBack(now, x, &t);
+  }
   t.i = hn::LoadU(d, now.guides.inverse_depth + x);
   t.gx = hn::LoadU(d, now.guides.gradient[0] + x);
   t.gy = hn::LoadU(d, now.guides.gradient[1] + x);
@@ -193,14 +212,18 @@ HWY_INLINE Taps FindBilinear(const Target& t, const GuidePlanes& before,
   const DI di;
   const VF zero = hn::Zero(d);
   const VF one = hn::Set(d, 1.0f);
-  const VF fx = hn::Floor(t.px);
-  const VF fy = hn::Floor(t.py);
-  const VF u = hn::Sub(t.px, fx);
-  const VF v = hn::Sub(t.py, fy);
+  const bool nearest = p.history_taps_nearest != 0;
+  const VF half = hn::Set(d, nearest ? 0.5f : 0.0f);
+  const VF fx = hn::Floor(hn::Add(t.px, half));
+  const VF fy = hn::Floor(hn::Add(t.py, half));
+  const VF off_x = hn::Sub(t.px, fx);
+  const VF off_y = hn::Sub(t.py, fy);
+  const VF u = nearest ? zero : off_x;
+  const VF v = nearest ? zero : off_y;
   const VF weight_x[2] = {hn::Sub(one, u), u};
   const VF weight_y[2] = {hn::Sub(one, v), v};
-  const VF dx[2] = {hn::Neg(u), weight_x[0]};
-  const VF dy[2] = {hn::Neg(v), weight_y[0]};
+  const VF dx[2] = {hn::Neg(off_x), hn::Sub(one, off_x)};
+  const VF dy[2] = {hn::Neg(off_y), hn::Sub(one, off_y)};
   Taps taps;
   taps.x = hn::ConvertTo(di, fx);
   taps.y = hn::ConvertTo(di, fy);
@@ -258,7 +281,10 @@ void TapsOfRow(const GuidesOfRow& now, const GuidePlanes& before, const Image2& 
   const VF one = hn::Set(d, 1.0f);
   const int width = out->x.width();
   const int height = out->x.height();
-  const RowNow row = {now, motion[0].Row(y), motion[1].Row(y)};
+  RowNow row = {now, motion[0].Row(y), motion[1].Row(y), {}};
+  for (int c = 0; out->previous_normal != nullptr && c < 3; ++c) {
+    row.previous[c] = (*out->previous_normal)[c].Row(y);
+  }
   int32_t* const to_x = out->x.Row(y);
   int32_t* const to_y = out->y.Row(y);
   uint32_t* const to_search = out->search.Row(y);

@@ -8,17 +8,17 @@
 namespace stillray::reference {
 namespace {
 
-bool TapMatches(const GuidePlanes& now, const GuidePlanes& before, int x, int y, vec2 place, int tx,
-                int ty, const ReprojectParameters& p) {
+/// \param normal  that the pixel's history shows
+bool TapMatches(const GuidePlanes& now, const GuidePlanes& before, int x, int y, vec3 normal,
+                vec2 place, int tx, int ty, const ReprojectParameters& p) {
   if (tx < 0 || ty < 0 || tx >= before.id.width() || ty >= before.id.height()) {
     return false;
   }
   const vec2 g = {now.gradient[0](x, y), now.gradient[1](x, y)};
   const float expected = now.inverse_depth(x, y) + g.x * (static_cast<float>(tx) - place.x) +
                          g.y * (static_cast<float>(ty) - place.y);
-  const float cosine = now.normal[0](x, y) * before.normal[0](tx, ty) +
-                       now.normal[1](x, y) * before.normal[1](tx, ty) +
-                       now.normal[2](x, y) * before.normal[2](tx, ty);
+  const float cosine = normal.x * before.normal[0](tx, ty) + normal.y * before.normal[1](tx, ty) +
+                       normal.z * before.normal[2](tx, ty);
   return IsSameSurface(expected, before.inverse_depth(tx, ty), g, cosine, now.id(x, y),
                        before.id(tx, ty), p.history_depth, p.history_normal_cosine,
                        p.history_id != 0);
@@ -48,16 +48,19 @@ void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& m
       if (!near_picture || !surface) {
         continue;
       }
-      const float fx = std::floor(place.x);
-      const float fy = std::floor(place.y);
-      const float tx = place.x - fx;
-      const float ty = place.y - fy;
+      const vec3 normal =
+          taps->NormalBefore({now.normal[0](x, y), now.normal[1](x, y), now.normal[2](x, y)}, x, y);
+      const bool nearest = p.history_taps_nearest != 0;
+      const float fx = FirstTap(place.x, nearest);
+      const float fy = FirstTap(place.y, nearest);
+      const float tx = nearest ? 0.0f : place.x - fx;
+      const float ty = nearest ? 0.0f : place.y - fy;
       const int bx = static_cast<int>(fx);
       const int by = static_cast<int>(fy);
       float weight[4] = {(1 - tx) * (1 - ty), tx * (1 - ty), (1 - tx) * ty, tx * ty};
       float sum = 0;
       for (int i = 0; i < 4; ++i) {
-        if (!TapMatches(now, before, x, y, place, bx + (i & 1), by + (i >> 1), p)) {
+        if (!TapMatches(now, before, x, y, normal, place, bx + (i & 1), by + (i >> 1), p)) {
           weight[i] = 0;
         }
         sum += weight[i];
@@ -80,7 +83,7 @@ void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& m
       taps->y(x, y) = cy - 1;
       uint32_t search = 0;
       for (int i = 0; i < 9; ++i) {
-        if (TapMatches(now, before, x, y, place, cx - 1 + i % 3, cy - 1 + i / 3, p)) {
+        if (TapMatches(now, before, x, y, normal, place, cx - 1 + i % 3, cy - 1 + i / 3, p)) {
           search |= 1u << i;
         }
       }

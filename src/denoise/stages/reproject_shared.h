@@ -9,6 +9,8 @@
 #include "core/shared.h"
 #endif
 
+#include "denoise/stages/select_guides_shared.h"
+
 SHARED_BEGIN
 
 SHARED_BLOCK(ReprojectParameters) {
@@ -16,10 +18,17 @@ SHARED_BLOCK(ReprojectParameters) {
   float history_normal_cosine;  // minimum, between normals
   int history_id;               // 1: ids must agree
   int history_search;           // 1: the 3x3 fall-back
+  int history_taps_nearest;     // 1: one tap in place of the bilinear four
 };
 
 // Jitter and the rounding of motion move a tap by up to about one pixel along a slope.
 const float kReprojectSlack = 1.5f;
+
+// The first of the 2x2 taps along an axis: the pixel before the place, or the nearest one, which is
+// then the only tap.
+SHARED_FN float FirstTap(float place, bool nearest) {
+  return floor(nearest ? place + 0.5f : place);
+}
 
 // Whether a tap of the previous frame shows the expected surface. i: inverse depths, the expected
 // one from the plane through the current pixel; g: its gradient; ids of 0 are unknown.
@@ -30,6 +39,13 @@ SHARED_FN bool IsSameSurface(float expected, float i, vec2 g, float cosine, uint
   bool normal_ok = cosine >= min_cosine;
   bool id_ok = !test_id || id == 0u || tap_id == 0u || id == tap_id;
   return depth_ok && normal_ok && id_ok;
+}
+
+// The normal that the history of a point shows: the one that the point had in the last frame, if
+// that is given, else its own.
+SHARED_FN vec3 HistoryNormal(vec3 now, vec3 previous) {
+  float length2 = dot(previous, previous);
+  return IsNormalLength2(length2) ? previous / sqrt(length2) : now;
 }
 
 // The confidence in the light of the last frame, from the value that the caller gives.

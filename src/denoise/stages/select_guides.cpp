@@ -110,6 +110,10 @@ void SelectRows(const SelectGuidesInput& in, float limit, int y0, int y1, Guides
         StoreInRow(d, hn::IfThenElse(shows, hn::Set(d, 1.0f), roughness), out->roughness.Row(y), x,
                    width);
       }
+      if (!out->previous_normal.empty()) {
+        const Vectors<3> none = {{hn::Zero(d), hn::Zero(d), hn::Zero(d)}};
+        SelectAt(shows, none, *in.previous_normal, x, y, &out->previous_normal);
+      }
       if (!albedo->empty()) {
         SelectAlbedoAt(in, shows, x, y, albedo);
       }

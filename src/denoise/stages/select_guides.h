@@ -20,6 +20,7 @@ struct SelectGuidesInput {
   const VirtualGuides* image;
   const Image1* roughness;  ///< empty: all surfaces are smooth
   const Image3* albedo;     ///< of the surface, that divides the light; may be empty
+  const Image3* previous_normal = nullptr;  ///< of the surface; nullptr or empty: not given
 };
 
 /// Allocates the planes that SelectGuides writes, if necessary; others become empty.
@@ -39,11 +40,13 @@ inline void MakeSelectedPlanes(const SelectGuidesInput& in, Guides* out, Image3*
   make(!in.surface->motion.empty(), &out->motion);
   make(!in.surface->id.empty(), &out->id);
   make(!in.roughness->empty(), &out->roughness);
+  make(in.previous_normal != nullptr && !in.previous_normal->empty(), &out->previous_normal);
   make(!in.albedo->empty() || !in.image->albedo.empty(), albedo);
 }
 
 /// \param out     depth and normal are written; motion, id and roughness too if the surface has
-///     them. The roughness of pixels with virtual guides is 1: keep_mirrors leaves them alone.
+///     them, and so is its previous normal. The roughness of pixels with virtual guides is 1:
+///     keep_mirrors leaves them alone; their previous normal is 0, that of images is not known.
 /// \param albedo  `in.albedo` times the albedo of what is seen; empty if both are
 namespace reference {
 void SelectGuides(const SelectGuidesInput& in, const SelectGuidesParameters& parameters,

@@ -59,6 +59,9 @@ void SelectGuides(const SelectGuidesInput& in, const SelectGuidesParameters& p, 
       if (!out->roughness.empty()) {
         out->roughness(x, y) = image ? 1.0f : (*in.roughness)(x, y);
       }
+      for (int c = 0; !out->previous_normal.empty() && c < 3; ++c) {
+        out->previous_normal[c](x, y) = image ? 0.0f : (*in.previous_normal)[c](x, y);
+      }
       if (!albedo->empty()) {
         SelectAlbedo(in, image, x, y, albedo);
       }

@@ -58,12 +58,13 @@ layout(set = 0, binding = 20) uniform texture2D background_image;
 layout(set = 0, binding = 21) uniform texture2D samples_image;
 layout(set = 0, binding = 22) uniform texture2D roughness_image;
 layout(set = 0, binding = 23) uniform texture2D confidence_image;
-layout(set = 0, binding = 24, rgba32f) writeonly uniform image2D colour_float;
-layout(set = 0, binding = 25, rgba16f) writeonly uniform image2D colour_half;
-layout(set = 0, binding = 26, rgba8) writeonly uniform image2D display_image;
+layout(set = 0, binding = 24) uniform texture2D previous_normal_image;
+layout(set = 0, binding = 25, rgba32f) writeonly uniform image2D colour_float;
+layout(set = 0, binding = 26, rgba16f) writeonly uniform image2D colour_half;
+layout(set = 0, binding = 27, rgba8) writeonly uniform image2D display_image;
 #include "denoise/vulkan/frame_shared.h"
 // Work of one frame. light_bins is zero between frames.
-layout(set = 0, binding = 29, std430) buffer Partials {
+layout(set = 0, binding = 30, std430) buffer Partials {
   uint light_bins[STILLRAY_LIGHT_BINS];  // see negative_limit.h
   float negative_limit;                  // light that is less negative is zero
   float unused[3];

@@ -30,6 +30,7 @@ FrameFacts FactsOf(const Frame& frame, const gpu::DeviceFrame& pixels) {
   facts.has_emission = true;
   facts.has_background = true;
   facts.has_roughness = true;
+  facts.has_previous_normal = pixels.shape().previous_normals;
   facts.samples_per_pixel = pixels.samples_per_pixel;
   facts.has_incomplete_guides = pixels.has_incomplete_guides;
   return facts;
@@ -52,6 +53,7 @@ FrameInputs InputsOf(const gpu::DeviceFrame& pixels) {
   inputs.background = RefTo(i.background);
   inputs.samples = RefTo(i.samples);
   inputs.roughness = RefTo(i.roughness);
+  inputs.previous_normal = RefTo(i.previous_normal);
   return inputs;
 }
 

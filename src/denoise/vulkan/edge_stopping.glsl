@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/stages/edge_stopping_shared.h"
+#include "denoise/vulkan/edge_exponent_shared.h"
 
 #include "denoise/stages/prepare_guides_shared.h"
 
@@ -16,6 +17,20 @@ float Turn2At(EdgeStopping edges, utexture2D surfaces, vec3 normal, ivec2 p) {
                                               CosineTo(surfaces, normal, p - ivec2(0, 1)),
                                               CosineTo(surfaces, normal, p + ivec2(0, 1)))
                                 : 0.0f;
+}
+
+// The exponent of 2 of the depth and normal weight of another surface `offset` pixels away.
+// sigma_n: see NormalExponent2
+float GeometryExponent2(EdgeStopping edges, Surface s, Detail d, float sigma_n, Surface other,
+                        vec2 offset) {
+  float depth =
+      edges.depth_weight_plane != 0
+          ? PlaneDepthExponent(s.inverse_depth, other.inverse_depth, d.gradient, offset,
+                               edges.plane_tolerance)
+          : GradientDepthExponent(s.inverse_depth, other.inverse_depth, d.gradient, offset,
+                                  edges.sigma_z, edges.depth_epsilon, edges.max_slope);
+  return NormalExponent2(dot(s.normal, other.normal), sigma_n, edges.curvature > 0.0f) -
+         kExponentsOfE * depth;
 }
 
 // The depth and normal weight of another surface `offset` pixels away.

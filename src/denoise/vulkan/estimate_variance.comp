@@ -26,15 +26,16 @@ float UnknownVariance(int s) {
 #endif
 }
 
-// Variance of single samples from the 7x7 neighbourhood on the same surface, about this pixel's
+// Variance of single samples from the neighbourhood on the same surface, about this pixel's
 // mean.
 float SpatialVariance(Surface s, Detail detail, float mean, ivec3 at) {
   float turn2 = Turn2At(estimate_variance.edges, surface_image, s.normal, at.xy);
   float sum_weight = 0.0f;
   float sum_d = 0.0f;
   float sum_d2 = 0.0f;
-  for (int dy = -3; dy <= 3; ++dy) {
-    for (int dx = -3; dx <= 3; ++dx) {
+  int radius = estimate_variance.short_history_radius;
+  for (int dy = -radius; dy <= radius; ++dy) {
+    for (int dx = -radius; dx <= radius; ++dx) {
       ivec2 q = at.xy + ivec2(dx, dy);
       if (!Inside(q)) {
         continue;

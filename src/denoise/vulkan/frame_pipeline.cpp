@@ -21,6 +21,7 @@
 //   accumulate           new light, history, confidence      history                   26 n or 34 n, 18 n
 //   merge_future         history, light of the future        known history             48 n, 16 n  (only where the future is known)
 //   estimate_variance    known history, guides               light of the wavelet      16 + 24 n, 8 n
+//   smooth_variance      light of the wavelet                light of the wavelet      8 n, 8 n  (only for prefilter_variance=once)
 //   per level:
 //     pilot              light of the wavelet, guides        fetched history           16 + 24 n, 16 n  (atrous, mix_pilot; first and second level)
 //     prefilter_variance light of the wavelet                luminance factors         16 n, 2 n
@@ -38,12 +39,14 @@
 #include "denoise/vulkan/frame_pipeline.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <string>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "denoise/level_names.h"
 #include "denoise/stages/follow_light_shared.h"
 #include "denoise/stages/keep_mirrors.h"
 #include "denoise/stages/limit_history.h"
@@ -56,9 +59,11 @@ constexpr uint32_t kMostSets = 512;
 constexpr gpu::SetShape kMostDescriptors = {4096, 1024, 128, 256};
 constexpr uint32_t kMostMarks = 128;
 
-const char* AtrousName(int level) {
-  static constexpr const char* kNames[kMaxLevels] = {"atrous1", "atrous2", "atrous3", "atrous4",
-                                                     "atrous5", "atrous6", "atrous7", "atrous8"};
+/// The sums of a level's weights, for the observer.
+const char* WeightsName(int level) {
+  static constexpr const char* kNames[kMaxLevels] = {"weights1", "weights2", "weights3",
+                                                     "weights4", "weights5", "weights6",
+                                                     "weights7", "weights8"};
   return kNames[level];
 }
 
@@ -72,11 +77,26 @@ Status CheckSize(const gpu::DeviceContext& context, const PipelineOptions& o) {
                                 o.height, most, most));
 }
 
-struct LevelPush {
-  int32_t step;
-  int32_t level;
-  int32_t box;
-};
+/// Bytes of shared memory of AtrousTile: see atrous.comp.
+uint32_t TileBytes(int signals, int radius) {
+  const int texels = (kGroupWidth + 2 * radius) * (kGroupHeight + 2 * radius);
+  return static_cast<uint32_t>(texels * (20 + 24 * signals));
+}
+
+/// STILLRAY_ATROUS chooses the variant of the wavelet, for comparisons: `plain` or `tile`. Without
+/// it GPUs use tiles: on a software driver they are slower than fetching every tap.
+Result<Shader> ChooseAtrous(const gpu::DeviceContext& context, int signals) {
+  const char* given = std::getenv("STILLRAY_ATROUS");
+  const std::string_view variant =
+      given != nullptr && given[0] != '\0' ? given : (context.is_software ? "plain" : "tile");
+  if (variant != "plain" && variant != "tile") {
+    return Status::InvalidArgument(
+        fmt::format("STILLRAY_ATROUS is '{}', expected plain or tile", variant));
+  }
+  constexpr int kLargestRadius = 2;
+  const bool fits = TileBytes(signals, kLargestRadius) <= context.limits.maxComputeSharedMemorySize;
+  return variant == "tile" && fits ? Shader::kAtrousTile : Shader::kAtrous;
+}
 
 }  // namespace
 
@@ -143,6 +163,9 @@ Result<std::unique_ptr<FramePipeline>> FramePipeline::Create(const gpu::DeviceCo
   made->shape_ =
       ShapeOf(o.settings, o.width, o.height, static_cast<int>(made->groups_.size()), o.storage);
   made->grid_ = GroupsFor(o.width, o.height);
+  const Result<Shader> atrous = ChooseAtrous(*context, made->shape_.signals);
+  STILLRAY_RETURN_IF_ERROR(atrous.status());
+  made->atrous_ = *atrous;
   Result<FrameImages> images = AddImages(made->shape_, &made->arena_);
   if (!images.ok()) {
     return images.status();
@@ -165,18 +188,21 @@ Groups FramePipeline::CoarseGrid() const {
   return GroupsFor(CoarseSize(shape_.width), CoarseSize(shape_.height));
 }
 
-std::array<uint32_t, 5> FramePipeline::AtrousConstants(const AtrousLevel& level, int pilot_signals,
-                                                       bool compared) const {
-  return {static_cast<uint32_t>(level.weights), static_cast<uint32_t>(level.radius),
-          static_cast<uint32_t>(shape_.signals), static_cast<uint32_t>(pilot_signals),
-          compared ? 1u : 0u};
+std::array<uint32_t, 6> FramePipeline::AtrousConstants(const AtrousLevel& level, int pilot_signals,
+                                                       bool compared, bool sums_only) const {
+  return {static_cast<uint32_t>(level.weights),
+          static_cast<uint32_t>(level.radius),
+          static_cast<uint32_t>(shape_.signals),
+          static_cast<uint32_t>(pilot_signals),
+          compared ? 1u : 0u,
+          sums_only ? 1u : 0u};
 }
 
 /// Compiles all shaders that the settings may use, so that recording does not.
 Status FramePipeline::MakePipelines(const Settings& settings) {
   for (int i = 0; i <= static_cast<int>(Shader::kTonemap); ++i) {
     const auto shader = static_cast<Shader>(i);
-    if (shader == Shader::kAtrous) {
+    if (shader == Shader::kAtrous || shader == Shader::kAtrousTile) {
       continue;
     }
     const Result<const gpu::Pipeline*> made = pipelines_->Find(shader);
@@ -184,16 +210,31 @@ Status FramePipeline::MakePipelines(const Settings& settings) {
   }
   std::array<AtrousLevel, kMaxLevels> levels;
   if (ListLevels(settings, &levels) > 0) {
-    STILLRAY_RETURN_IF_ERROR(
-        pipelines_->Find(Shader::kAtrous, AtrousConstants(levels[0])).status());
+    STILLRAY_RETURN_IF_ERROR(MakeAtrous(AtrousConstants(levels[0])));
     for (const int signals : PilotSignals(settings, groups_)) {
-      STILLRAY_RETURN_IF_ERROR(
-          pipelines_->Find(Shader::kAtrous, AtrousConstants(levels[0], signals)).status());
+      STILLRAY_RETURN_IF_ERROR(MakeAtrous(AtrousConstants(levels[0], signals)));
     }
   }
-  STILLRAY_RETURN_IF_ERROR(
-      pipelines_->Find(Shader::kAtrous, AtrousConstants(ComparedLevel(0), 0, true)).status());
-  return pipelines_->Find(Shader::kAtrous, AtrousConstants(GeometryLevel(0))).status();
+  STILLRAY_RETURN_IF_ERROR(MakeAtrous(AtrousConstants(ComparedLevel(0), 0, true)));
+  return MakeAtrous(AtrousConstants(GeometryLevel(0)));
+}
+
+Status FramePipeline::MakeAtrous(std::span<const uint32_t> constants) {
+  return pipelines_->Find(atrous_, constants).status();
+}
+
+void FramePipeline::RunAtrous(int width, int height,
+                              std::initializer_list<const gpu::Image*> images,
+                              const LevelPush& push, std::span<const uint32_t> constants,
+                              PassRecorder* recorder) {
+  Groups groups = GroupsFor(width, height);
+  if (atrous_ == Shader::kAtrousTile) {
+    // Every residue class modulo the step has groups of its own.
+    groups = GroupsFor((width + push.step - 1) / push.step, (height + push.step - 1) / push.step);
+    groups.x *= static_cast<uint32_t>(push.step);
+    groups.y *= static_cast<uint32_t>(push.step);
+  }
+  recorder->Run(atrous_, groups, images, push, constants);
 }
 
 bool FramePipeline::Fits(const Settings& settings, int width, int height, bool transmission) const {
@@ -274,10 +315,11 @@ void FramePipeline::RunComparedLevels(int levels, PassRecorder* recorder) {
   const FrameImages& i = images_;
   for (int level = 0; level < levels; ++level) {
     const LevelPush push = {ComparedLevel(level).step, level, 1};
-    recorder->Run(Shader::kAtrous, CoarseGrid(),
-                  {i.coarse.surface, i.coarse.detail, i.compared[level & 1], i.luminance_factor,
-                   i.nothing, i.compared[(level & 1) ^ 1]},
-                  push, AtrousConstants(ComparedLevel(level), 0, true));
+    recorder->CountAs("limit_history");
+    RunAtrous(CoarseSize(shape_.width), CoarseSize(shape_.height),
+              {i.coarse.surface, i.coarse.detail, i.compared[level & 1], i.luminance_factor,
+               i.nothing, i.compared[(level & 1) ^ 1]},
+              push, AtrousConstants(ComparedLevel(level), 0, true), recorder);
   }
 }
 
@@ -343,9 +385,10 @@ const gpu::Image* FramePipeline::RunPilot(int level, int signals, const gpu::Ima
                                           PassRecorder* recorder) {
   const FrameImages& i = images_;
   const LevelPush push = {PilotLevel(level).step, 0, 1};
-  recorder->Run(Shader::kAtrous, grid_,
-                {i.guides.surface, i.guides.detail, light_, i.luminance_factor, i.nothing, mean},
-                push, AtrousConstants(PilotLevel(level)));
+  recorder->CountAs("pilot");
+  RunAtrous(shape_.width, shape_.height,
+            {i.guides.surface, i.guides.detail, light_, i.luminance_factor, i.nothing, mean}, push,
+            AtrousConstants(PilotLevel(level)), recorder);
   recorder->Run(Shader::kMixPilot, grid_, {light_, mean, known_.moments, i.fetched.colour},
                 signals);
   return i.fetched.colour;
@@ -353,6 +396,11 @@ const gpu::Image* FramePipeline::RunPilot(int level, int signals, const gpu::Ima
 
 void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
   int target = 1;
+  if (plan.runs.smooth_variance) {
+    recorder->Run(Shader::kSmoothVariance, grid_, {light_, images_.wavelet[target]});
+    light_ = images_.wavelet[target];
+    target ^= 1;
+  }
   for (int level = 0; level < plan.levels; ++level) {
     const int with_pilot =
         level < kPilotLevels ? plan.pilot_signals[static_cast<size_t>(level)] : 0;
@@ -365,10 +413,18 @@ void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
     }
     const AtrousLevel& of_level = plan.level[static_cast<size_t>(level)];
     const LevelPush push = {of_level.step, level, 0};
-    recorder->Run(Shader::kAtrous, grid_,
-                  {images_.guides.surface, images_.guides.detail, light_, images_.luminance_factor,
-                   pilot, images_.wavelet[target]},
-                  push, AtrousConstants(of_level, with_pilot));
+    if (observer_ != nullptr && observer_->Wants(WeightsName(level))) {
+      RunAtrous(shape_.width, shape_.height,
+                {images_.guides.surface, images_.guides.detail, light_, images_.luminance_factor,
+                 pilot, images_.wavelet[target]},
+                push, AtrousConstants(of_level, with_pilot, false, /*sums_only=*/true), recorder);
+      Keep(recorder, WeightsName(level), images_.wavelet[target]);
+    }
+    recorder->CountAs(LevelName(level));
+    RunAtrous(shape_.width, shape_.height,
+              {images_.guides.surface, images_.guides.detail, light_, images_.luminance_factor,
+               pilot, images_.wavelet[target]},
+              push, AtrousConstants(of_level, with_pilot), recorder);
     light_ = images_.wavelet[target];
     if (plan.feedback_level == level + 1) {
       if (shape_.with_behind) {
@@ -378,7 +434,7 @@ void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
       std::swap(images_.history.colour, images_.wavelet[target]);
     }
     target ^= 1;
-    KeepPicture(recorder, AtrousName(level), light_);
+    KeepPicture(recorder, LevelName(level), light_);
   }
   if (plan.runs.clip_outliers) {
     recorder->Run(Shader::kClipOutliers, grid_, {light_, images_.wavelet[target]});
@@ -396,10 +452,10 @@ void FramePipeline::KeepMirrors(PassRecorder* recorder) {
   const auto constants = AtrousConstants(GeometryLevel(0));
   for (int level = 0; level < kKeepMirrorsLevels; ++level) {
     const LevelPush push = {GeometryLevel(level).step, level, 0};
-    recorder->Run(
-        Shader::kAtrous, grid_,
-        {i.guides.surface, i.guides.detail, measured, i.luminance_factor, i.nothing, other}, push,
-        constants);
+    recorder->CountAs("keep_mirrors");
+    RunAtrous(shape_.width, shape_.height,
+              {i.guides.surface, i.guides.detail, measured, i.luminance_factor, i.nothing, other},
+              push, constants, recorder);
     std::swap(measured, other);
   }
   recorder->Run(Shader::kKeepMirrors, grid_, {i.noisy, light_, measured, other});
@@ -510,6 +566,7 @@ Status FramePipeline::Record(VkCommandBuffer commands, const FramePlan& plan,
   BeginFrame(plan, facts, inputs, &recorder);
   Accumulate(plan, &recorder);
   known_ = images_.history;
+  Keep(&recorder, "joined", known_.moments);
   if (plan.runs.merge_future) {
     MergeFuture(*future, &recorder);
   }

@@ -21,11 +21,19 @@ namespace stillray::vulkan {
 class FrameObserver {
  public:
   virtual ~FrameObserver() = default;
-  /// \param name  "noisy", "fetched", "compared", "accumulated", "moments", "variance", "filtered",
-  ///     "aliased"; "temporal" and "atrousN" are composed pictures
+  /// \param name  "noisy", "fetched", "compared", "joined" (moments before the future is merged),
+  ///     "accumulated", "moments", "variance", "weightsN", "filtered", "aliased"; "temporal" and
+  ///     "atrousN" are composed pictures
   virtual bool Wants(std::string_view name) const = 0;
   /// Called between barriers: may copy from the image.
   virtual void Keep(VkCommandBuffer commands, std::string_view name, const gpu::Image& image) = 0;
+};
+
+/// Of a level of the wavelet, as its shader reads it.
+struct LevelPush {
+  int32_t step = 1;
+  int32_t level = 0;
+  int32_t box = 0;
 };
 
 struct PipelineOptions {
@@ -116,10 +124,17 @@ class FramePipeline {
   void Keep(PassRecorder* recorder, std::string_view name, const gpu::Image* image);
   void KeepPicture(PassRecorder* recorder, std::string_view name, const gpu::Image* light);
   /// \param pilot_signals  as in the plan
-  /// \param compared  a level of limit_history
-  std::array<uint32_t, 5> AtrousConstants(const AtrousLevel& level, int pilot_signals = 0,
-                                          bool compared = false) const;
+  /// \param compared   a level of limit_history
+  /// \param sums_only  writes the sums of the weights in place of light
+  std::array<uint32_t, 6> AtrousConstants(const AtrousLevel& level, int pilot_signals = 0,
+                                          bool compared = false, bool sums_only = false) const;
   Groups CoarseGrid() const;
+  /// One level of the wavelet, by the variant that suits the device.
+  /// \param width, height  of the images
+  void RunAtrous(int width, int height, std::initializer_list<const gpu::Image*> images,
+                 const LevelPush& push, std::span<const uint32_t> constants,
+                 PassRecorder* recorder);
+  Status MakeAtrous(std::span<const uint32_t> constants);
   void RunComparedLevels(int levels, PassRecorder* recorder);
 
   const gpu::DeviceContext* context_;
@@ -128,6 +143,7 @@ class FramePipeline {
   std::span<const SignalGroup> groups_;
   bool transmission_ = false;
   Groups grid_;
+  Shader atrous_ = Shader::kAtrous;
   gpu::Arena arena_;
   gpu::DescriptorSets sets_;
   gpu::Timestamps times_;

@@ -29,7 +29,7 @@ namespace stillray::vulkan {
 using uint = uint32_t;
 struct FrameParameters {
 #else
-layout(set = 0, binding = 27, std140) uniform FrameParameters {
+layout(set = 0, binding = 28, std140) uniform FrameParameters {
 #endif
   // Size and input.
   int width;
@@ -52,6 +52,7 @@ layout(set = 0, binding = 27, std140) uniform FrameParameters {
   int has_emission;
   int has_background;
   int has_confidence;
+  int has_previous_normal;
   int measure_stride;  // distance of the measured pixels
   // History.
   int has_history;
@@ -92,7 +93,7 @@ static_assert(offsetof(FrameParameters, demodulate) % 16 == 0);
 
 struct FrameState {
 #else
-layout(set = 0, binding = 28, std430) buffer FrameState {
+layout(set = 0, binding = 29, std430) buffer FrameState {
 #endif
   // Light is stored times a power of two of its signal, chosen so that half precision neither
   // overflows nor underflows; ratio: this frame's over the last frame's.

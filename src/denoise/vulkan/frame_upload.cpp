@@ -70,6 +70,7 @@ Result<std::unique_ptr<FrameUpload>> FrameUpload::Create(const gpu::DeviceContex
   add(facts.has_samples, kScalar, 1, &u.samples_, &u.inputs_.samples);
   add(facts.has_roughness, kScalar, 1, &u.roughness_, &u.inputs_.roughness);
   add(facts.has_confidence, kScalar, 1, &u.confidence_, &u.inputs_.confidence);
+  add(facts.has_previous_normal, kColour, 4, &u.previous_normal_, &u.inputs_.previous_normal);
   STILLRAY_RETURN_IF_ERROR(status);
   const Result<const gpu::Buffer*> staging =
       u.arena_.AddBuffer(u.staged_, 0, gpu::BufferPlace::kUpload);
@@ -95,6 +96,7 @@ Result<std::unique_ptr<FrameUpload>> FrameUpload::Create(const gpu::DeviceContex
   show(u.samples_, &u.inputs_.samples);
   show(u.roughness_, &u.inputs_.roughness);
   show(u.confidence_, &u.inputs_.confidence);
+  show(u.previous_normal_, &u.inputs_.previous_normal);
   return made;
 }
 
@@ -105,7 +107,8 @@ bool FrameUpload::Fits(int width, int height, const FrameFacts& facts) const {
          facts.has_emission == facts_.has_emission &&
          facts.has_background == facts_.has_background &&
          facts.has_roughness == facts_.has_roughness &&
-         facts.has_confidence == facts_.has_confidence;
+         facts.has_confidence == facts_.has_confidence &&
+         facts.has_previous_normal == facts_.has_previous_normal;
 }
 
 /// Interleaves channels; a fourth channel is not written.
@@ -178,6 +181,9 @@ Status FrameUpload::Write(const Frame& f) {
   if (!f.confidence.empty()) {
     WritePlane(confidence_, f.confidence);
   }
+  if (!g.previous_normal.empty()) {
+    WritePlanes(previous_normal_, g.previous_normal);
+  }
   return arena_.Flush();
 }
 
@@ -202,7 +208,7 @@ void FrameUpload::Record(VkCommandBuffer commands) {
   }
   for (const Entry* entry :
        {&depth_, &normal_, &id_, &motion_, &albedos_[0], &albedos_[1], &albedos_[2], &emission_,
-        &background_, &samples_, &roughness_, &confidence_}) {
+        &background_, &samples_, &roughness_, &confidence_, &previous_normal_}) {
     copy(*entry);
   }
 }

@@ -68,6 +68,7 @@ class FrameUpload {
   Entry samples_;
   Entry roughness_;
   Entry confidence_;
+  Entry previous_normal_;
 };
 
 }  // namespace stillray::vulkan

@@ -61,7 +61,7 @@ class HostDenoiser : public DenoiserBackend {
   Status MakeStateBuffer();
   Status Run(const FramePlan& plan, const FrameFacts& facts);
   Status RunBackward(const FramePlan& plan, const FrameFacts& facts);
-  Status ReadResults(const FramePlan& plan, DenoisedFrame* out);
+  Status ReadResults(const Frame& frame, const FramePlan& plan, DenoisedFrame* out);
 
   std::shared_ptr<gpu::Device> device_;
   Settings settings_;
@@ -290,7 +290,7 @@ Status HostDenoiser::RunBackward(const FramePlan& plan, const FrameFacts& facts)
   return device_->Run();
 }
 
-Status HostDenoiser::ReadResults(const FramePlan& plan, DenoisedFrame* out) {
+Status HostDenoiser::ReadResults(const Frame& frame, const FramePlan& plan, DenoisedFrame* out) {
   STILLRAY_RETURN_IF_ERROR(state_memory_->Invalidate());
   FrameState state;
   std::memcpy(&state, state_->mapped, sizeof(state));
@@ -301,7 +301,8 @@ Status HostDenoiser::ReadResults(const FramePlan& plan, DenoisedFrame* out) {
   for (const gpu::DeviceTime& time : pipeline_->times()) {
     out->timings.push_back({time.name, time.milliseconds});
   }
-  STILLRAY_RETURN_IF_ERROR(reader_->Read(*pipeline_, state, plan, &out->images));
+  const Image1* confidence = frame.confidence.empty() ? nullptr : &frame.confidence;
+  STILLRAY_RETURN_IF_ERROR(reader_->Read(*pipeline_, state, plan, confidence, &out->images));
   out->shared = std::exchange(shared_, nullptr);
   return download_->Read(results_, out);
 }
@@ -349,7 +350,7 @@ Status HostDenoiser::Denoise(const Frame& frame, std::span<const SignalHistory> 
   has_result_ = false;
   STILLRAY_RETURN_IF_ERROR(Run(plan, *facts));
   has_result_ = true;
-  return ReadResults(plan, out);
+  return ReadResults(frame, plan, out);
 }
 
 Status HostDenoiser::SetSettings(const Settings& settings) {

@@ -8,7 +8,10 @@
 
 #include "core/colour_shared.h"
 #include "core/half.h"
+#include "denoise/stages/accumulate.h"
 #include "denoise/stages/limit_history_shared.h"
+#include "denoise/stages/prefilter_variance.h"
+#include "denoise/stages/reproject_shared.h"
 
 namespace stillray::vulkan {
 namespace {
@@ -34,9 +37,17 @@ std::vector<const char*> SourcesOf(const std::string& name) {
   if (kind == "filtered_variance") {
     return {"filtered"};
   }
+  if (kind == "smoothed_variance") {
+    return {"variance"};
+  }
+  if (kind == "alpha") {
+    return {"noisy", "joined"};
+  }
   for (const char* known :
-       {"temporal", "aliased", "noisy", "accumulated", "filtered", "variance", "atrous1", "atrous2",
-        "atrous3", "atrous4", "atrous5", "atrous6", "atrous7", "atrous8"}) {
+       {"temporal", "aliased",  "noisy",    "accumulated", "filtered", "variance",
+        "atrous1",  "atrous2",  "atrous3",  "atrous4",     "atrous5",  "atrous6",
+        "atrous7",  "atrous8",  "weights1", "weights2",    "weights3", "weights4",
+        "weights5", "weights6", "weights7", "weights8"}) {
     if (kind == known) {
       return {known};
     }
@@ -156,7 +167,8 @@ void OutputReader::ReadDisocclusion(bool had_history, NamedImage* out) const {
 }
 
 void OutputReader::ReadSignal(const std::string& kind, int signal, const FrameState& state,
-                              const FramePlan& plan, NamedImage* out) const {
+                              const FramePlan& plan, const Image1* confidence,
+                              NamedImage* out) const {
   const float exposure = state.exposure[signal];
   const bool rec601 = plan.demodulate.luminance_rec601 != 0;
   const auto add = [&](const auto& value) {
@@ -176,6 +188,29 @@ void OutputReader::ReadSignal(const std::string& kind, int signal, const FrameSt
       const float deviation = load("variance", 3, x, y);
       return deviation < 0 ? 0.0f : Variance(deviation / exposure);
     });
+  } else if (kind == "smoothed_variance") {
+    const auto valid = [&](int x, int y) {
+      const bool inside = x >= 0 && y >= 0 && x < shape_.width && y < shape_.height;
+      return inside && load("variance", 3, x, y) >= 0 ? 1.0f : 0.0f;
+    };
+    const auto variance = [&](int x, int y) {
+      return valid(x, y) > 0 ? Variance(load("variance", 3, x, y) / exposure) : 0.0f;
+    };
+    // The image holds the variance before smooth_variance.
+    const bool smoothed =
+        plan.prefilter_variance.prefilter_variance != 0 || plan.runs.smooth_variance;
+    const int radius = smoothed ? 1 : 0;
+    add([&](int x, int y) {
+      return valid(x, y) > 0 ? SmoothedVariance(variance, valid, radius, x, y) : 0.0f;
+    });
+  } else if (kind == "alpha") {
+    add([&](int x, int y) {
+      const float given = confidence != nullptr ? (*confidence)(x, y) : 1.0f;
+      return UsedAlpha(plan.accumulate, std::max(load("joined", 2, x, y), 0.0f),
+                       load("noisy", 3, x, y), UsedConfidence(given, std::isnan(given)));
+    });
+  } else if (kind.starts_with("weights")) {
+    add([&](int x, int y) { return load(kind.c_str(), 0, x, y); });
   } else if (kind == "filtered_variance") {
     add([&](int x, int y) {
       const float deviation = load("filtered", 3, x, y);
@@ -213,7 +248,8 @@ void OutputReader::ReadSignal(const std::string& kind, int signal, const FrameSt
 }
 
 Status OutputReader::Read(const FramePipeline& pipeline, const FrameState& state,
-                          const FramePlan& plan, std::vector<NamedImage>* images) const {
+                          const FramePlan& plan, const Image1* confidence,
+                          std::vector<NamedImage>* images) const {
   STILLRAY_RETURN_IF_ERROR(arena_.Invalidate());
   const bool had_history = plan.runs.reproject;
   const std::span<const SignalGroup> groups = pipeline.groups();
@@ -235,7 +271,7 @@ Status OutputReader::Read(const FramePipeline& pipeline, const FrameState& state
     }
     for (size_t i = 0; i < groups.size() && image.channels.empty(); ++i) {
       if (name == kind + "." + groups[i].name) {
-        ReadSignal(kind, static_cast<int>(i), state, plan, &image);
+        ReadSignal(kind, static_cast<int>(i), state, plan, confidence, &image);
       }
     }
     if (!image.channels.empty()) {

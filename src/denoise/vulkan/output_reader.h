@@ -27,8 +27,9 @@ class OutputReader : public FrameObserver {
   /// Copies remaining images at the end of a frame.
   void Finish(VkCommandBuffer commands, const FramePipeline& pipeline);
   /// Converts the outputs after the device has finished the frame.
+  /// \param confidence  of the frame; nullptr: none
   Status Read(const FramePipeline& pipeline, const FrameState& state, const FramePlan& plan,
-              std::vector<NamedImage>* images) const;
+              const Image1* confidence, std::vector<NamedImage>* images) const;
   const std::vector<std::string>& names() const { return names_; }
   gpu::MemoryUse memory() const { return arena_.Need(); }
 
@@ -43,7 +44,7 @@ class OutputReader : public FrameObserver {
   float Load(const std::string& name, int layer, int channel, int x, int y) const;
   void ReadPicture(const std::string& name, const FrameState& state, NamedImage* out) const;
   void ReadSignal(const std::string& kind, int signal, const FrameState& state,
-                  const FramePlan& plan, NamedImage* out) const;
+                  const FramePlan& plan, const Image1* confidence, NamedImage* out) const;
   void ReadDisocclusion(bool had_history, NamedImage* out) const;
 
   const gpu::DeviceContext* context_;

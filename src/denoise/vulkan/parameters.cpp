@@ -47,6 +47,7 @@ void SetInput(const FrameFacts& facts, FrameParameters* p) {
   p->has_emission = facts.has_emission ? 1 : 0;
   p->has_background = facts.has_background ? 1 : 0;
   p->has_confidence = facts.has_confidence ? 1 : 0;
+  p->has_previous_normal = facts.has_previous_normal ? 1 : 0;
 }
 
 }  // namespace

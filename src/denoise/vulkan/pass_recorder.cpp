@@ -32,6 +32,7 @@ gpu::SetContent FrameContent(const FrameInputs& in, const FrameImages& images) {
   add(in.samples, images.no_input);
   add(in.roughness, images.no_input);
   add(in.confidence, images.no_input);
+  add(in.previous_normal, images.no_input);
   add(in.colour_is_half ? ImageRef() : in.colour, images.no_float_output);
   add(in.colour_is_half ? in.colour : ImageRef(), images.no_half_output);
   add(in.display, images.no_display);
@@ -87,8 +88,10 @@ void PassRecorder::RunBytes(Shader shader, Groups groups, std::span<const gpu::I
     return;
   }
   Barrier();
-  if (times_ != nullptr && part_ != info.stage) {
-    part_ = info.stage;
+  const std::string_view part = next_part_.empty() ? std::string_view(info.stage) : next_part_;
+  next_part_ = {};
+  if (times_ != nullptr && part_ != part) {
+    part_ = part;
     times_->Mark(commands_, part_);
   }
   const VkDescriptorSet bound[] = {frame_set_, *own};

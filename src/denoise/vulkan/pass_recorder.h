@@ -34,6 +34,7 @@ struct FrameInputs {
   ImageRef samples;
   ImageRef roughness;
   ImageRef confidence;
+  ImageRef previous_normal;
   ImageRef colour;              ///< output: R32G32B32A32_SFLOAT, or R16G16B16A16_SFLOAT ...
   bool colour_is_half = false;  ///< ... as this says
   ImageRef display;             ///< output: R8G8B8A8_UNORM
@@ -69,6 +70,10 @@ class PassRecorder {
     RunBytes(shader, groups, {images.begin(), images.size()}, nullptr, {});
   }
 
+  /// The next pass counts as this part in the times, not as the stage of its shader.
+  /// \param part  of static storage
+  void CountAs(std::string_view part) { next_part_ = part; }
+
   /// Ends the time of the last pass.
   void EndTimes();
 
@@ -87,6 +92,7 @@ class PassRecorder {
   VkDescriptorSet frame_set_ = VK_NULL_HANDLE;
   std::vector<const gpu::Buffer*> buffers_;
   std::string_view part_;
+  std::string_view next_part_;
   Status status_;
 };
 

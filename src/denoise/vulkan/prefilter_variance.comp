@@ -7,6 +7,7 @@
 // weight, the inverse of LuminanceFactor; kNoLuminanceWeight where the weight is 1.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/luminance_factor.glsl"
+#include "denoise/vulkan/smoothed_variance.glsl"
 
 layout(set = 1, binding = 0) uniform texture2DArray light;
 layout(set = 1, binding = 1) uniform texture2DArray moments;
@@ -20,26 +21,15 @@ void main() {
   int radius = prefilter_variance.prefilter_variance != 0 ? 1 : 0;
   for (int s = 0; s < signals; ++s) {
     vec4 own = texelFetch(light, ivec3(p, s), 0);
-    float sum = 0.0f;
-    float sum_weight = 0.0f;
-    for (int dy = -radius; dy <= radius; ++dy) {
-      for (int dx = -radius; dx <= radius; ++dx) {
-        ivec2 q = p + ivec2(dx, dy);
-        float deviation = Inside(q) ? texelFetch(light, ivec3(q, s), 0).w : -1.0f;
-        float w = (dx == 0 ? 2.0f : 1.0f) * (dy == 0 ? 2.0f : 1.0f);
-        w = IsValid(deviation) ? w : 0.0f;
-        sum += w * VarianceOf(deviation);
-        sum_weight += w;
-      }
-    }
     bool bounded = IsValid(own.w) && max(texelFetch(moments, ivec3(p, s), 0).z, 0.0f) >=
                                          prefilter_variance.short_history_blur;
-    float smoothed = sum / max(sum_weight, 1.0f);
+    float smoothed = SmoothedVariance(light, radius, ivec3(p, s));
     // Without exposure, since PSVGF's use of the variance depends on it.
     float spread =
         prefilter_variance.luminance_scale_deviation != 0 ? sqrt(smoothed) : smoothed / exposure[s];
     float factor = bounded ? LuminanceFactor(own.x, spread, prefilter_variance.sigma_l,
-                                             prefilter_variance.luminance_epsilon)
+                                             prefilter_variance.luminance_epsilon,
+                                             prefilter_variance.luminance_floor * exposure[s])
                            : 0.0f;
     imageStore(factor_out, ivec3(p, s), vec4(PackLuminanceFactor(factor)));
   }

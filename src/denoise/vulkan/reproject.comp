@@ -30,6 +30,7 @@ struct Taps {
   bool found;
 };
 
+// The surface has the normal that its history shows.
 bool TapMatches(Surface s, Detail d, vec2 place, ivec2 q) {
   if (!Inside(q)) {
     return false;
@@ -60,8 +61,12 @@ Taps FindTaps(ivec2 p) {
     return taps;
   }
   Detail d = UnpackDetail(texelFetch(detail_image, p, 0), s.inverse_depth);
-  vec2 corner = floor(place);
-  vec2 t = place - corner;
+  if (has_previous_normal != 0) {
+    s.normal = HistoryNormal(s.normal, texelFetch(previous_normal_image, p, 0).xyz);
+  }
+  bool nearest = reproject.history_taps_nearest != 0;
+  vec2 corner = vec2(FirstTap(place.x, nearest), FirstTap(place.y, nearest));
+  vec2 t = nearest ? vec2(0.0f) : place - corner;
   taps.origin = ivec2(corner);
   float sum = 0.0f;
   for (int i = 0; i < 4; ++i) {

@@ -23,9 +23,11 @@
   X(MeasureHistory, "estimate_variance", 1, 0, 0, 0)     \
   X(UpdateMean, "estimate_variance", 0, 0, 0, 4)         \
   X(EstimateVariance, "estimate_variance", 6, 1, 0, 0)   \
+  X(SmoothVariance, "prefilter_variance", 1, 1, 0, 0)    \
   X(PrefilterVariance, "prefilter_variance", 2, 1, 0, 0) \
   X(MixPilot, "pilot", 3, 1, 0, 4)                       \
   X(Atrous, "atrous", 5, 1, 0, 12)                       \
+  X(AtrousTile, "atrous", 5, 1, 0, 12)                   \
   X(ClipOutliers, "clip_outliers", 1, 1, 0, 0)           \
   X(MeasureMirrors, "keep_mirrors", 3, 1, 0, 0)          \
   X(KeepMirrors, "keep_mirrors", 3, 1, 0, 0)             \

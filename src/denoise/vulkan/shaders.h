@@ -34,9 +34,11 @@ enum class Shader : uint8_t {
   kMeasureHistory,
   kUpdateMean,
   kEstimateVariance,
+  kSmoothVariance,
   kPrefilterVariance,
   kMixPilot,
   kAtrous,
+  kAtrousTile,  ///< the same result, by tiles in shared memory
   kClipOutliers,
   kMeasureMirrors,
   kKeepMirrors,
@@ -79,7 +81,7 @@ const ShaderInfo& InfoOf(Shader shader);
 std::span<const uint32_t> CodeOf(Shader shader, Storage storage);
 
 /// Set 0, common to all shaders: inputs of the frame, outputs, parameters, state, partial sums.
-inline constexpr gpu::SetShape kFrameSet = {24, 3, 1, 2};
+inline constexpr gpu::SetShape kFrameSet = {25, 3, 1, 2};
 
 /// Descriptor set layouts and pipelines, created on first use.
 class Pipelines {

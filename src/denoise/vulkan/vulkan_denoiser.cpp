@@ -41,6 +41,7 @@ FrameFacts FactsOf(const VulkanFrame& frame) {
   facts.has_background = IsGiven(frame.background);
   facts.has_roughness = IsGiven(frame.roughness);
   facts.has_confidence = IsGiven(frame.confidence);
+  facts.has_previous_normal = IsGiven(frame.previous_normal);
   facts.samples_per_pixel = frame.samples_per_pixel;
   facts.is_displayed = IsGiven(frame.display);
   return facts;
@@ -64,6 +65,7 @@ FrameInputs InputsOf(const VulkanFrame& frame) {
   in.samples = RefTo(frame.samples);
   in.roughness = RefTo(frame.roughness);
   in.confidence = RefTo(frame.confidence);
+  in.previous_normal = RefTo(frame.previous_normal);
   in.colour = RefTo(frame.colour);
   in.colour_is_half = frame.colour_is_half;
   in.display = RefTo(frame.display);

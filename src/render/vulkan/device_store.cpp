@@ -19,6 +19,7 @@ STILLRAY_SHADER(StoreMoments)
 STILLRAY_SHADER(StoreListed)
 STILLRAY_SHADER(StoreGuides)
 STILLRAY_SHADER(StoreColours)
+STILLRAY_SHADER(StorePreviousNormals)
 #undef STILLRAY_SHADER
 }  // namespace shaders
 
@@ -28,6 +29,7 @@ struct ShaderCode {
   const char* name;
   std::span<const uint32_t> code;
   uint32_t images;
+  uint32_t buffers = 2;  ///< values, the list of pixels, and others
 };
 
 /// In the order of DeviceStore's enumerators.
@@ -38,14 +40,16 @@ ShaderCode CodeOf(size_t shader) {
       {"store_light of a list", {shaders::kStoreListed, shaders::kStoreListedWords}, 5},
       {"store_guides", {shaders::kStoreGuides, shaders::kStoreGuidesWords}, 5},
       {"store_guides of colours", {shaders::kStoreColours, shaders::kStoreColoursWords}, 4},
+      {"store_guides of previous normals",
+       {shaders::kStorePreviousNormals, shaders::kStorePreviousNormalsWords},
+       1,
+       3},
   };
   return codes[shader];
 }
 
-/// Values and the list of pixels.
-constexpr uint32_t kBuffers = 2;
-/// A frame uses three of the shaders; this is enough for all.
-constexpr gpu::SetShape kMostDescriptors = {0, 26, 0, 5 * kBuffers};
+/// A frame uses up to four of the shaders; this is enough for all.
+constexpr gpu::SetShape kMostDescriptors = {0, 27, 0, 5 * 2 + 3};
 
 struct StorePush {
   GpuBatch batch;
@@ -62,13 +66,13 @@ bool HasSparseGuides(const RenderSettings& settings) {
 
 }  // namespace
 
-Status DeviceStore::Begin(const RenderSettings& settings, const RenderMoment& moment,
-                          Frame* frame) {
+Status DeviceStore::Begin(const RenderSettings& settings, bool previous_normals,
+                          const RenderMoment& moment, Frame* frame) {
   settings_ = settings;
   begun_ = false;
   target_ = std::dynamic_pointer_cast<gpu::DeviceFrame>(std::exchange(frame->on_device, nullptr));
   const gpu::FrameShape shape = {settings.width, settings.height, settings.spp > 1,
-                                 settings.spp > 1 || IsSparse(settings)};
+                                 settings.spp > 1 || IsSparse(settings), previous_normals};
   const bool suits = target_ != nullptr && target_.use_count() == 1 &&
                      target_->device() == device_ && target_->shape() == shape;
   if (!suits) {
@@ -118,6 +122,9 @@ void DeviceStore::RecordBegin(VkCommandBuffer commands) {
                                     i.roughness, i.emission, i.background}) {
       Clear(commands, image, 0);
     }
+    if (i.previous_normal != nullptr) {
+      Clear(commands, i.previous_normal, 0);
+    }
   }
   gpu::MemoryBarrier(device_->context(), commands, VK_PIPELINE_STAGE_TRANSFER_BIT,
                      VK_ACCESS_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
@@ -126,11 +133,11 @@ void DeviceStore::RecordBegin(VkCommandBuffer commands) {
 
 /// One thread for each pixel of the batch.
 Status DeviceStore::Run(VkCommandBuffer commands, Shader shader,
-                        std::vector<const gpu::Image*> images, const gpu::Buffer& values,
-                        const gpu::Buffer& listed, const GpuBatch& batch) {
+                        std::vector<const gpu::Image*> images,
+                        std::initializer_list<const gpu::Buffer*> buffers, const GpuBatch& batch) {
   const gpu::DeviceContext& c = device_->context();
   const ShaderCode code = CodeOf(shader);
-  const gpu::SetShape shape = {0, code.images, 0, kBuffers};
+  const gpu::SetShape shape = {0, code.images, 0, code.buffers};
   std::optional<gpu::Pipeline>& pipeline = pipelines_[shader];
   if (!pipeline) {
     const Result<VkDescriptorSetLayout> layout = sets_.Layout(shape);
@@ -144,7 +151,9 @@ Status DeviceStore::Run(VkCommandBuffer commands, Shader shader,
   for (const gpu::Image* image : images) {
     content.images.push_back(image->view);
   }
-  content.buffers = {values.buffer, listed.buffer};
+  for (const gpu::Buffer* buffer : buffers) {
+    content.buffers.push_back(buffer->buffer);
+  }
   const Result<VkDescriptorSet> set = sets_.Find(shape, content);
   STILLRAY_RETURN_IF_ERROR(set.status());
   const StorePush push = {batch, 1.0f / static_cast<float>(settings_.spp)};
@@ -157,8 +166,9 @@ Status DeviceStore::Run(VkCommandBuffer commands, Shader shader,
   return Status::Ok();
 }
 
-Status DeviceStore::Record(VkCommandBuffer commands, GpuTracer* tracer, const GpuBatch& batch,
-                           bool guides, bool light) {
+Status DeviceStore::Record(VkCommandBuffer commands, GpuTracer* tracer,
+                           const gpu::Buffer& instances, const GpuBatch& batch, bool guides,
+                           bool light) {
   tracer->Mark(commands, kTimeStore);
   if (!begun_) {
     RecordBegin(commands);
@@ -169,11 +179,15 @@ Status DeviceStore::Record(VkCommandBuffer commands, GpuTracer* tracer, const Gp
   if (guides && (batch.listed == 0 || HasSparseGuides(settings_))) {
     const gpu::Buffer& values = tracer->device_guides();
     STILLRAY_RETURN_IF_ERROR(Run(commands, kStoreGuides,
-                                 {i.depth, i.normal, i.motion, i.id, i.roughness}, values, listed,
-                                 batch));
+                                 {i.depth, i.normal, i.motion, i.id, i.roughness},
+                                 {&values, &listed}, batch));
     STILLRAY_RETURN_IF_ERROR(Run(commands, kStoreColours,
-                                 {i.albedo, i.specular_albedo, i.emission, i.background}, values,
-                                 listed, batch));
+                                 {i.albedo, i.specular_albedo, i.emission, i.background},
+                                 {&values, &listed}, batch));
+    if (i.previous_normal != nullptr) {
+      STILLRAY_RETURN_IF_ERROR(Run(commands, kStorePreviousNormals, {i.previous_normal},
+                                   {&values, &listed, &instances}, batch));
+    }
   }
   if (light) {
     std::vector<const gpu::Image*> images(i.lights.begin(), i.lights.end());
@@ -186,7 +200,7 @@ Status DeviceStore::Record(VkCommandBuffer commands, GpuTracer* tracer, const Gp
       images.insert(images.end(), i.second_moments.begin(), i.second_moments.end());
     }
     STILLRAY_RETURN_IF_ERROR(
-        Run(commands, shader, std::move(images), tracer->device_sums(), listed, batch));
+        Run(commands, shader, std::move(images), {&tracer->device_sums(), &listed}, batch));
   }
   target_->RecordEnd(commands);
   return Status::Ok();

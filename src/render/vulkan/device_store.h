@@ -23,12 +23,15 @@ class DeviceStore {
   /// Chooses images for `frame`: its own, if suitable and not referenced elsewhere, or new ones.
   /// Its planes on the host become empty. If there is no memory for images, or the device does not
   /// support the size, the frame has none, and active() is false.
-  Status Begin(const RenderSettings& settings, const RenderMoment& moment, Frame* frame);
+  /// \param previous_normals  the frame has them
+  Status Begin(const RenderSettings& settings, bool previous_normals, const RenderMoment& moment,
+               Frame* frame);
   /// Whether a frame has begun that stays on the device.
   bool active() const { return target_ != nullptr; }
   /// Records the storing of the batch's guides or light (or both).
-  Status Record(VkCommandBuffer commands, GpuTracer* tracer, const GpuBatch& batch, bool guides,
-                bool light);
+  /// \param instances  GpuAccel::device_instances
+  Status Record(VkCommandBuffer commands, GpuTracer* tracer, const gpu::Buffer& instances,
+                const GpuBatch& batch, bool guides, bool light);
   /// Finishes the frame after all its batches. Does nothing unless active().
   /// \param paths  number of pixels with light
   Status End(int64_t paths, Frame* frame);
@@ -42,13 +45,14 @@ class DeviceStore {
     kStoreListed,
     kStoreGuides,
     kStoreColours,
+    kStorePreviousNormals,
     kShaderCount
   };
 
   void Clear(VkCommandBuffer commands, const gpu::Image* image, float value) const;
   void RecordBegin(VkCommandBuffer commands);
   Status Run(VkCommandBuffer commands, Shader shader, std::vector<const gpu::Image*> images,
-             const gpu::Buffer& values, const gpu::Buffer& listed, const GpuBatch& batch);
+             std::initializer_list<const gpu::Buffer*> buffers, const GpuBatch& batch);
 
   std::shared_ptr<gpu::Device> device_;
   gpu::DescriptorSets sets_;

@@ -68,6 +68,15 @@ uint64_t MostRaysOfALaunch(const gpu::DeviceContext& c) {
 
 }  // namespace
 
+bool TracesByUnits(const gpu::DeviceInfo& info) {
+  return info.is_gpu && info.ray_tracing.offered && info.ray_tracing.queries;
+}
+
+bool DrawsFirstHits(const gpu::DeviceInfo& info, FirstHits wanted) {
+  const bool emulates = info.is_gpu && info.ray_tracing.offered && !info.ray_tracing.queries;
+  return wanted == FirstHits::kDraw || (wanted == FirstHits::kAuto && !emulates);
+}
+
 Result<bool> UsesHardware(const gpu::Device& device, TracingWay way) {
   const bool offered = device.context().ray_tracing.offered;
   if (way == TracingWay::kHardware && !offered) {
@@ -76,8 +85,7 @@ Result<bool> UsesHardware(const gpu::Device& device, TracingWay way) {
                     "VK_KHR_ray_tracing_pipeline or what that needs",
                     device.info().name));
   }
-  return way == TracingWay::kHardware ||
-         (way == TracingWay::kAuto && offered && device.info().is_gpu);
+  return way == TracingWay::kHardware || (way == TracingWay::kAuto && TracesByUnits(device.info()));
 }
 
 Status GpuAccel::CheckLimits() const {

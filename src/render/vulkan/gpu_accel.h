@@ -19,6 +19,14 @@
 
 namespace stillray::render {
 
+/// Whether the device has units that trace rays. Drivers offer ray tracing pipelines on some
+/// devices without, and emulate them; ray queries they offer only where there are such units.
+bool TracesByUnits(const gpu::DeviceInfo& info);
+
+/// Whether the camera's first hits are drawn. `kAuto` traces them on GPUs whose driver emulates ray
+/// tracing pipelines: among those are data centre GPUs with few units that draw.
+bool DrawsFirstHits(const gpu::DeviceInfo& info, FirstHits wanted);
+
 /// Whether rays are traced in hardware on this device.
 /// \return kUnsupported if it is requested and not available
 Result<bool> UsesHardware(const gpu::Device& device, TracingWay way);
@@ -55,6 +63,8 @@ class GpuAccel {
 
   gpu::MemoryUse memory() const;
   const GpuScene& scene() const { return *scene_; }
+  /// GpuInstance of every instance, by number.
+  const gpu::Buffer& device_instances() const { return *buffers_[kInstances]; }
 
   /// For other shaders that include scene.glsl: its set 0.
   static constexpr gpu::SetShape kSceneShape = {0, 0, 0, 9};
@@ -85,6 +95,7 @@ class GpuAccel {
   std::unique_ptr<gpu::RayPipeline> hardware_first_hits_;
   std::unique_ptr<gpu::RayPipeline> hardware_transmittance_;
   VkDescriptorSet scene_set_ = VK_NULL_HANDLE;
+  static constexpr size_t kInstances = 3;  // the binding in scene.glsl
   std::array<const gpu::Buffer*, kSceneShape.buffers> buffers_{};
   const gpu::Buffer* staging_ = nullptr;  // moving data: top nodes, placements, instances
 };

@@ -17,6 +17,7 @@ void AddSignal(uint number, int kind, vec3 light) {
 }
 
 void AddFound(uint number, bool direct, vec3 diffuse, vec3 specular) {
-  AddSignal(number, direct ? kDirectDiffuse : kIndirectDiffuse, diffuse);
-  AddSignal(number, direct ? kDirectSpecular : kIndirectSpecular, specular);
+  FoundLight light = ClampLight(FoundLight(diffuse, specular), frame.clamp_radiance);
+  AddSignal(number, direct ? kDirectDiffuse : kIndirectDiffuse, light.diffuse);
+  AddSignal(number, direct ? kDirectSpecular : kIndirectSpecular, light.specular);
 }

@@ -17,7 +17,8 @@ void Leave(uint number, PathState path, vec3 direction) {
     return;
   }
   float density = DensityOfEnvironment(path.normal, path.light_total, direction);
-  vec3 radiance = EnvironmentRadiance(direction) * ScatterWeight(path.density, density);
+  vec3 radiance =
+      EnvironmentRadiance(direction) * ScatterWeight(path.density, density, frame.light_sampling);
   FoundLight found = LightMet(path, radiance);
   AddFound(number, path.direct != 0, found.diffuse, found.specular);
 }
@@ -39,7 +40,8 @@ void MeetLight(uint number, PathState path, GpuMaterial material, GpuInstance in
   }
   float distance = length(at.position - path.origin);
   float density = DensityOfHit(path, hit, direction, distance);
-  vec3 radiance = EmissionOf(material, instance, hit) * ScatterWeight(path.density, density);
+  vec3 radiance = EmissionOf(material, instance, hit) *
+                  ScatterWeight(path.density, density, frame.light_sampling);
   FoundLight found = LightMet(path, radiance);
   AddFound(number, path.direct != 0, found.diffuse, found.specular);
 }
@@ -72,7 +74,7 @@ float SeekLight(uint number, PathState path, ShadingPoint at, Bsdf bsdf, vec4 u,
     light.radiance = RadianceOfArea(light);
   }
   BsdfValue value = EvaluateBsdf(bsdf, at.local_wo, wi);
-  float weight = light.delta != 0 ? 1.0f : MisWeight(light.density, value.density);
+  float weight = SoughtWeight(light.density, value.density, light.delta, frame.light_sampling);
   FoundLight found = LightSought(path, at, light, value, wi.z, weight);
   seeks = found.diffuse != vec3(0.0f) || found.specular != vec3(0.0f);
   PathRay ray = ShadowRayTo(at, light, wi.z > 0.0f);
@@ -109,7 +111,7 @@ bool ScatterAt(uint number, PathState path, ShadingPoint at, Bsdf bsdf, vec3 dir
     return false;
   }
   float total = 0.0f;
-  if (lights.choice_count > 0 && MaySeekLight(path, bsdf, frame.bounces)) {
+  if (lights.choice_count > 0 && MaySeekLight(path, bsdf, frame.bounces, frame.light_sampling)) {
     total = SeekLight(number, path, at, bsdf, u, seeks, shadow);
   }
   bool was_first = path.first != 0;

@@ -3,21 +3,31 @@
 #version 450
 
 // Writes the guides of a batch into the images of a frame: StoreGuides on the device. Devices need
-// not support more than eight storage images, so there are two variants: colours
-// (STILLRAY_COLOURS), and the other images.
-#ifdef STILLRAY_COLOURS
+// not support more than eight storage images, so there are variants: colours (STILLRAY_COLOURS),
+// previous normals, which only frames of scenes that turn have (STILLRAY_PREVIOUS_NORMALS), and the
+// other images.
+#if defined(STILLRAY_COLOURS)
 #define kImages 4
+#elif defined(STILLRAY_PREVIOUS_NORMALS)
+#define kImages 1
 #else
 #define kImages 5
 #endif
 #define kListed (kImages + 1)
 #include "render/vulkan/store.glsl"
+#include "render/geometry_shared.h"
+#include "render/previous_normal_shared.h"
 
-#ifdef STILLRAY_COLOURS
+#if defined(STILLRAY_COLOURS)
 layout(set = 0, binding = 0, rgba32f) writeonly uniform image2D albedo;
 layout(set = 0, binding = 1, rgba32f) writeonly uniform image2D specular_albedo;
 layout(set = 0, binding = 2, rgba32f) writeonly uniform image2D emission;
 layout(set = 0, binding = 3, rgba32f) writeonly uniform image2D background;
+#elif defined(STILLRAY_PREVIOUS_NORMALS)
+layout(set = 0, binding = 0, rgba32f) writeonly uniform image2D previous_normal;
+layout(std430, set = 0, binding = kListed + 1) readonly buffer Instances {
+  GpuInstance instances[];
+};
 #else
 layout(set = 0, binding = 0, r32f) writeonly uniform image2D depth;
 layout(set = 0, binding = 1, rgba32f) writeonly uniform image2D normal;
@@ -29,15 +39,31 @@ layout(std430, set = 0, binding = kImages) readonly buffer Guides {
   GpuGuides guides[];
 };
 
+#ifdef STILLRAY_PREVIOUS_NORMALS
+vec3 PreviousNormalOf(GpuGuides of) {
+  if (of.id == 0u) {
+    return vec3(0.0f);
+  }
+  GpuInstance i = instances[of.id - 1u];
+  return PreviousNormal(LinearRows(i.world_x.xyz, i.world_y.xyz, i.world_z.xyz),
+                        LinearRows(i.previous_x.xyz, i.previous_y.xyz, i.previous_z.xyz),
+                        of.normal);
+}
+#endif
+
 void main() {
   ivec2 pixel;
   uint number = gl_GlobalInvocationID.x;
-#ifdef STILLRAY_COLOURS
+#if defined(STILLRAY_COLOURS)
   if (FindPixel(imageSize(albedo), pixel)) {
     imageStore(albedo, pixel, vec4(guides[number].albedo, 0.0f));
     imageStore(specular_albedo, pixel, vec4(guides[number].specular_albedo, 0.0f));
     imageStore(emission, pixel, vec4(guides[number].emission, 0.0f));
     imageStore(background, pixel, vec4(guides[number].background, 0.0f));
+  }
+#elif defined(STILLRAY_PREVIOUS_NORMALS)
+  if (FindPixel(imageSize(previous_normal), pixel)) {
+    imageStore(previous_normal, pixel, vec4(PreviousNormalOf(guides[number]), 0.0f));
   }
 #else
   if (FindPixel(imageSize(depth), pixel)) {

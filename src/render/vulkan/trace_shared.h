@@ -30,8 +30,10 @@ struct GpuFrame {
   int with_squares;     // 1: squares of the samples are summed
   int rasterised;       // 1: the camera's first hits are in `visible`
   LensShape lens_shape;
-  uint lens_mask;  // offset of the mask's sums in the words
-  uint unused_0, unused_1, unused_2;
+  uint lens_mask;      // offset of the mask's sums in the words
+  int light_sampling;  // kSample...
+  float clamp_radiance;
+  uint unused_0;
 };
 
 // Pixels that are traced together: a rectangle of the picture in blocks of 8x8, which may extend

@@ -9,9 +9,16 @@
 namespace stillray::render {
 
 enum class TracingWay : uint8_t {
-  kAuto,      ///< hardware if a GPU supports it, else compute
+  kAuto,      ///< hardware if a GPU has units for it, else compute
   kHardware,  ///< VK_KHR_ray_tracing_pipeline
   kCompute,   ///< stillray's BVH, traversed by compute shaders: on any device
+};
+
+/// Ways of finding the camera's first hits.
+enum class FirstHits : uint8_t {
+  kAuto,  ///< drawn, except on GPUs whose driver emulates ray tracing pipelines: see DrawsFirstHits
+  kDraw,  ///< by the rasteriser, if the device can
+  kTrace,  ///< as all other rays
 };
 
 }  // namespace stillray::render

@@ -10,6 +10,7 @@
 #include "render/lights.h"
 #include "render/moment.h"
 #include "render/pixel_order.h"
+#include "render/previous_normals.h"
 #include "render/scene_check.h"
 #include "render/trace_context.h"
 #include "render/vulkan/batch_store.h"
@@ -46,7 +47,8 @@ class VulkanRenderer final : public Renderer {
   VulkanRenderer(const Scene& scene, const RenderSettings& settings,
                  std::shared_ptr<gpu::Device> device, const VulkanRenderOptions& options)
       : device_(std::move(device)),
-        tracer_options_{options.add_by_group.value_or(device_->info().is_gpu), options.rasterise},
+        tracer_options_{options.add_by_group.value_or(device_->info().is_gpu),
+                        DrawsFirstHits(device_->info(), options.first_hits)},
         way_(options.way),
         submission_ms_(options.submission_ms),
         settings_(settings),
@@ -196,6 +198,8 @@ void VulkanRenderer::SetFrame(const RenderMoment& moment, vec2 jitter, SampleStr
   frame_.stream_seed = StreamSeed(settings_.seed, stream);
   frame_.bounces = settings_.bounces;
   frame_.regularise = settings_.regularise ? 1 : 0;
+  frame_.light_sampling = static_cast<int>(settings_.light_sampling);
+  frame_.clamp_radiance = settings_.clamp_radiance;
   frame_.ends_are_opaque = any_transmission_ ? 0 : 1;
   frame_.spread_points = settings_.jitter ? 1 : 0;
   frame_.with_squares = settings_.spp > 1 ? 1 : 0;
@@ -270,7 +274,8 @@ Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, i
   const bool light = plan.samples > 0 && last;
   const bool stays = device_store_.active();
   if (stays && last) {
-    STILLRAY_RETURN_IF_ERROR(device_store_.Record(*commands, tracer(), batch, guides, light));
+    STILLRAY_RETURN_IF_ERROR(device_store_.Record(*commands, tracer(), accel_->device_instances(),
+                                                  batch, guides, light));
   }
   tracer()->RecordEnd(*commands, batch, guides && !stays, light && !stays);
   const Clock::time_point start = Clock::now();
@@ -338,7 +343,7 @@ double WorkOf(const RenderSettings& settings, double samples) {
 Status VulkanRenderer::BeginFrame(const RenderMoment& moment, Frame* frame) {
   device_store_.Drop();
   if (settings_.on_device) {
-    STILLRAY_RETURN_IF_ERROR(device_store_.Begin(settings_, moment, frame));
+    STILLRAY_RETURN_IF_ERROR(device_store_.Begin(settings_, state_.may_turn(), moment, frame));
   }
   if (!device_store_.active()) {
     PrepareFrame(settings_, moment, frame);
@@ -441,8 +446,13 @@ Status VulkanRenderer::RenderPart(const RenderMoment& moment, Frame* frame,
 Status VulkanRenderer::TraceFrame(const RenderMoment& moment, Frame* frame,
                                   const RenderProgress& progress) {
   STILLRAY_RETURN_IF_ERROR(MoveTo(moment));
-  return settings_.cycle > 1 ? RenderPart(moment, frame, progress)
-                             : RenderWhole(moment, frame, progress);
+  STILLRAY_RETURN_IF_ERROR(settings_.cycle > 1 ? RenderPart(moment, frame, progress)
+                                               : RenderWhole(moment, frame, progress));
+  if (frame->on_device == nullptr) {
+    const PhaseTimer timer(&timings_.copy_ms);
+    StorePreviousNormals(state_, frame);
+  }
+  return Status::Ok();
 }
 
 Status VulkanRenderer::TraceReference(const RenderMoment& moment, int spp, Image3* radiance,

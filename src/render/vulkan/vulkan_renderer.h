@@ -14,10 +14,9 @@
 namespace stillray::render {
 
 struct VulkanRenderOptions {
-  std::optional<bool> add_by_group = {};  ///< GpuTracer::Create; without: suited to the device
-  /// Rasterises the camera's first hits (Visibility) rather than tracing them, if the device can.
-  bool rasterise = true;
-  TracingWay way = TracingWay::kAuto;  ///< for all other rays
+  std::optional<bool> add_by_group = {};    ///< GpuTracer::Create; without: suited to the device
+  FirstHits first_hits = FirstHits::kAuto;  ///< drawn (Visibility) or traced
+  TracingWay way = TracingWay::kAuto;       ///< for all other rays
   /// Approximate duration of a submission in milliseconds: other users of the device wait that
   /// long.
   double submission_ms = 200;

@@ -17,7 +17,8 @@ constexpr float kClickPixels = 4;     // a longer movement is a drag
 constexpr double kLongestStep = 0.1;  // seconds: after a pause the camera does not jump
 
 ViewPose CurrentPose(const ViewerState& state) {
-  return state.settings.free_camera ? state.settings.pose : state.frame->pose;
+  const ViewSettings& s = state.settings;
+  return s.free_camera && !s.orbiting ? s.pose : state.frame->pose;
 }
 
 /// Requests the depth under the mouse, which arrives with one of the next frames.

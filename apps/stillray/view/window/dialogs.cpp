@@ -29,7 +29,9 @@ DialogText TextOf(Dialog dialog) {
       return {"Environment map", "An .hdr or .exr file around the scene; empty: that of the scene",
               ""};
     case Dialog::kSavePicture:
-      return {"Save what is shown", ".png as displayed, .exr with all numbers", "stillray.png"};
+      return {"Save what is shown",
+              ".png or .jpg as displayed, .exr with all numbers, .hdr with radiance",
+              "stillray.png"};
     case Dialog::kRecordClip:
       return {"Record a clip", "A video (.mp4) of all frames until Ctrl+R", "stillray.mp4"};
     case Dialog::kLoadSettings:
@@ -181,6 +183,7 @@ void DrawHelp(ViewerState* state) {
       {"click, double click", "orbit around what is there, turn to it"},
       {"W A S D, Q E", "fly; with Shift: faster"},
       {"Home", "the file's camera"},
+      {"O", "camera on an orbit, or at rest"},
       {"1 ... 9, with Ctrl", "go to a saved view, save it"},
       {"Space", "play or pause"},
       {", .", "one frame back, forward"},

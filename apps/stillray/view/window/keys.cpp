@@ -73,6 +73,8 @@ void PlainKey(int key, ViewerState* state) {
       return NextPanes(state);
     case GLFW_KEY_HOME:
       return UseFileCamera(s.camera, state);
+    case GLFW_KEY_O:
+      return SetOrbit(!s.orbiting, state);
     case GLFW_KEY_I:
       return InspectorKey(state);
     default:

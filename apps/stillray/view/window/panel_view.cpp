@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Selects views and camera.
+#include <algorithm>
+
 #include <fmt/format.h>
 #include <imgui.h>
 
@@ -53,6 +55,31 @@ void CountButtons(ViewerState* state) {
   }
 }
 
+/// The radius begins as the camera's distance; it is kept until the orbit ends.
+void DrawOrbit(ViewerState* state) {
+  ViewSettings& s = state->settings;
+  bool orbits = s.orbiting;
+  if (ImGui::Checkbox("Orbit", &orbits)) {
+    SetOrbit(orbits, state);
+  }
+  HelpMark("The camera circles around its orbit centre (key O). Moving it by hand ends the orbit.");
+  if (!s.orbiting) {
+    return;
+  }
+  auto speed = static_cast<float>(s.orbit_speed);
+  if (LabelledSlider("Speed", "degrees/s", &speed, -90.0f, 90.0f, "%.0f")) {
+    s.orbit_speed = speed;
+    state->changed = true;
+  }
+  const ViewPose& pose = state->frame->pose;
+  float radius = s.orbit_radius > 0 ? s.orbit_radius : glm::length(pose.Focus() - pose.position);
+  LabelFor("Radius");
+  if (ImGui::DragFloat("##radius", &radius, 0.01f * radius, 1e-4f, 1e6f, "%.3g")) {
+    s.orbit_radius = std::clamp(radius, 1e-4f, 1e6f);
+    state->changed = true;
+  }
+}
+
 }  // namespace
 
 void DrawViewPanel(ViewerState* state) {
@@ -98,7 +125,8 @@ void DrawCameraPanel(ViewerState* state) {
   if (state->frame == nullptr) {
     return;
   }
-  ViewPose pose = s.free_camera ? s.pose : state->frame->pose;
+  DrawOrbit(state);
+  ViewPose pose = s.free_camera && !s.orbiting ? s.pose : state->frame->pose;
   constexpr float kDegrees = 57.29578f;
   float degrees = pose.yfov * kDegrees;
   if (LabelledSlider("Angle of view", "degrees", &degrees, 5.0f, 120.0f, "%.1f")) {

@@ -154,9 +154,17 @@ void NextPreset(ViewerState* state) {
 void SetPose(const ViewPose& pose, ViewerState* state) {
   state->flight.reset();
   state->settings.free_camera = true;
+  state->settings.orbiting = false;
   state->settings.pose = pose;
   state->settings.pose_scene = state->scene.number;
   state->changed = true;
+}
+
+void SetOrbit(bool orbits, ViewerState* state) {
+  if (state->frame != nullptr && orbits != state->settings.orbiting) {
+    SetPose(state->frame->pose, state);
+    state->settings.orbiting = orbits;
+  }
 }
 
 void UseFileCamera(int camera, ViewerState* state) {

@@ -102,8 +102,10 @@ void SetPanes(std::vector<std::string> panes, ViewerState* state);
 /// Applies a preset to all parameters but exposure and tone curve, which are the viewer's.
 void SetPreset(const std::string& name, ViewerState* state);
 void NextPreset(ViewerState* state);
-/// Switches to the free camera, if necessary, and moves it to `pose`.
+/// Switches to the free camera, if necessary, and moves it to `pose`. An orbit ends.
 void SetPose(const ViewPose& pose, ViewerState* state);
+/// Begins or ends an orbit where the camera is.
+void SetOrbit(bool orbits, ViewerState* state);
 void UseFileCamera(int camera, ViewerState* state);
 void SaveView(size_t slot, ViewerState* state);
 /// Flies to the saved view; no effect if there is none.

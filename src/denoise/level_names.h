@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Names of the wavelet's levels, in timings and outputs.
+#pragma once
+
+#include <string_view>
+
+#include "stillray/denoise.hpp"
+
+namespace stillray {
+
+/// "atrous1" for level 0; of static storage.
+inline const char* LevelName(int level) {
+  static constexpr const char* kNames[kMaxLevels] = {"atrous1", "atrous2", "atrous3", "atrous4",
+                                                     "atrous5", "atrous6", "atrous7", "atrous8"};
+  return kNames[level];
+}
+
+/// Whether a time is that of one of the levels.
+inline bool IsLevelName(std::string_view name) {
+  return name.starts_with("atrous");
+}
+
+}  // namespace stillray

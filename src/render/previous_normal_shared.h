@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Guides::previous_normal of a surface that turns with its instance.
+#ifndef STILLRAY_RENDER_PREVIOUS_NORMAL_SHARED_H
+#define STILLRAY_RENDER_PREVIOUS_NORMAL_SHARED_H
+
+#ifdef __cplusplus
+#include "render/geometry_shared.h"
+#endif
+
+STILLRAY_RENDER_BEGIN
+
+// Rows of a matrix without its translation.
+struct LinearRows {
+  vec3 x;
+  vec3 y;
+  vec3 z;
+};
+
+// The normal n one frame ago; zero, "as now", if the instance does not turn. Normals are
+// transformed by the inverse transpose: the transpose of `now` leads back to the instance's space,
+// up to a positive factor, and the cofactors of `before` are its inverse transpose times its
+// determinant.
+SHARED_FN vec3 PreviousNormal(SHARED_IN(LinearRows) now, SHARED_IN(LinearRows) before, vec3 n) {
+  if (now.x == before.x && now.y == before.y && now.z == before.z) {
+    return vec3(0.0f);
+  }
+  vec3 local = SafeNormalize(now.x * n.x + now.y * n.y + now.z * n.z, vec3(0.0f));
+  vec3 cofactors = cross(before.y, before.z);
+  float side = dot(before.x, cofactors) < 0.0f ? -1.0f : 1.0f;
+  return SafeNormalize(side * vec3(dot(cofactors, local), dot(cross(before.z, before.x), local),
+                                   dot(cross(before.x, before.y), local)),
+                       vec3(0.0f));
+}
+
+STILLRAY_RENDER_END
+
+#endif  // STILLRAY_RENDER_PREVIOUS_NORMAL_SHARED_H
