@@ -115,6 +115,7 @@ constexpr ScalarKey kScalarKeys[] = {
     {"device", Kind::kText},
     {"tracer", Kind::kText},
     {"ray_tracing", Kind::kText},
+    {"first_hits", Kind::kText},
     {"reference", Kind::kInteger, 0, 1e9},
     {"reference_frames", Kind::kText},
     {"aov", Kind::kText},

@@ -183,7 +183,8 @@ class Checker:
             if option not in known:
                 self.add(path, number, f"'{words}': {of} has no option '{option}'")
         for preset in re.findall(r"--preset[ =]([a-z]\w*)", words):
-            if preset not in self.parameters.presets and (of, preset) != ("stillray bench", "none"):
+            if preset not in self.parameters.presets and not (of == "stillray bench" and
+                                                              preset in ("none", "all")):
                 self.add(path, number, f"'{words}': there is no preset '{preset}'")
         for name, value in re.findall(r"--set[ =](\w+)=(\S+)", words):
             if name == "name":  # the placeholder of name=value

@@ -24,6 +24,9 @@ inline std::string OtherValue(const Parameter& p) {
     default:
       break;
   }
+  if (std::string(p.name) == "clamp_radiance") {
+    return "0.125";  // the largest value limits no light of a test scene
+  }
   const std::string most = std::to_string(std::lround(p.max));
   return by_default == most ? std::to_string(std::lround(p.min)) : most;
 }
