@@ -200,10 +200,9 @@ inline RenderSettings SmallSettings(int width, int height, int spp) {
   return settings;
 }
 
-inline Frame RenderOne(const Scene& scene, RenderSettings settings, const RenderMoment& moment = {},
-                       LightSampling sampling = LightSampling::kMis) {
+inline Frame RenderOne(const Scene& scene, const RenderSettings& settings,
+                       const RenderMoment& moment = {}) {
   Frame frame;
-  settings.light_sampling = sampling;
   auto renderer = CreateRenderer(scene, settings);
   EXPECT_TRUE(renderer.ok()) << renderer.status().message();
   if (renderer.ok()) {
@@ -214,10 +213,8 @@ inline Frame RenderOne(const Scene& scene, RenderSettings settings, const Render
   return frame;
 }
 
-inline Image3 RenderMean(const Scene& scene, RenderSettings settings, int spp,
-                         LightSampling sampling = LightSampling::kMis) {
+inline Image3 RenderMean(const Scene& scene, const RenderSettings& settings, int spp) {
   Image3 image;
-  settings.light_sampling = sampling;
   auto renderer = CreateRenderer(scene, settings);
   EXPECT_TRUE(renderer.ok()) << renderer.status().message();
   if (renderer.ok()) {
@@ -226,6 +223,12 @@ inline Image3 RenderMean(const Scene& scene, RenderSettings settings, int spp,
     EXPECT_EQ((*renderer)->timings().dropped, 0u);
   }
   return image;
+}
+
+inline Image3 RenderMean(const Scene& scene, RenderSettings settings, int spp,
+                         LightSampling sampling) {
+  settings.light_sampling = sampling;
+  return RenderMean(scene, settings, spp);
 }
 
 inline vec3 Pixel(const Image3& image, int x, int y) {
