@@ -84,7 +84,7 @@ std::string Mebibytes(uint64_t bytes) {
 }
 
 /// One line without control characters: names come from files.
-std::string Shown(const std::string& name) {
+std::string WithoutControls(const std::string& name) {
   std::string text = name;
   for (char& c : text) {
     c = static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
@@ -148,7 +148,7 @@ std::string SceneText(const std::string& spec, const Scene& scene) {
   const SceneCounts counts = Count(scene);
   const Aabb bounds = SceneBounds(scene, 0);
   std::string text = fmt::format("{}: scene{}\n", Printable(spec),
-                                 scene.name.empty() ? "" : " \"" + Shown(scene.name) + "\"");
+                                 scene.name.empty() ? "" : " \"" + WithoutControls(scene.name) + "\"");
   const auto line = [&](const char* what, const std::string& value) {
     text += fmt::format("{:<20}{}\n", what, value);
   };
@@ -172,15 +172,15 @@ std::string SceneText(const std::string& spec, const Scene& scene) {
     const Camera& camera = scene.cameras[i];
     line("camera",
          fmt::format(
-             "{} \"{}\", {:.4g} degrees high{}", i, Shown(camera.name), Degrees(camera.yfov),
+             "{} \"{}\", {:.4g} degrees high{}", i, WithoutControls(camera.name), Degrees(camera.yfov),
              camera.aspect > 0 ? fmt::format(", aspect {:.4g}", camera.aspect) : std::string()));
   }
   for (const PunctualLight& light : scene.lights) {
-    line("light", fmt::format("{} \"{}\", intensity {}", TypeName(light.type), Shown(light.name),
+    line("light", fmt::format("{} \"{}\", intensity {}", TypeName(light.type), WithoutControls(light.name),
                               VectorText(light.intensity)));
   }
   for (const std::string& warning : scene.warnings) {
-    line("warning", Shown(warning));
+    line("warning", WithoutControls(warning));
   }
   return text;
 }
