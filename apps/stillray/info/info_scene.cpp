@@ -147,8 +147,9 @@ bool LooksLikeScene(const std::string& spec) {
 std::string SceneText(const std::string& spec, const Scene& scene) {
   const SceneCounts counts = Count(scene);
   const Aabb bounds = SceneBounds(scene, 0);
-  std::string text = fmt::format("{}: scene{}\n", Printable(spec),
-                                 scene.name.empty() ? "" : " \"" + WithoutControls(scene.name) + "\"");
+  std::string text =
+      fmt::format("{}: scene{}\n", Printable(spec),
+                  scene.name.empty() ? "" : " \"" + WithoutControls(scene.name) + "\"");
   const auto line = [&](const char* what, const std::string& value) {
     text += fmt::format("{:<20}{}\n", what, value);
   };
@@ -170,14 +171,14 @@ std::string SceneText(const std::string& spec, const Scene& scene) {
            : fmt::format("{:.5g} s, {} channels", scene.AnimationLength(), scene.animation.size()));
   for (size_t i = 0; i < scene.cameras.size(); ++i) {
     const Camera& camera = scene.cameras[i];
-    line("camera",
-         fmt::format(
-             "{} \"{}\", {:.4g} degrees high{}", i, WithoutControls(camera.name), Degrees(camera.yfov),
-             camera.aspect > 0 ? fmt::format(", aspect {:.4g}", camera.aspect) : std::string()));
+    line("camera", fmt::format("{} \"{}\", {:.4g} degrees high{}", i, WithoutControls(camera.name),
+                               Degrees(camera.yfov),
+                               camera.aspect > 0 ? fmt::format(", aspect {:.4g}", camera.aspect)
+                                                 : std::string()));
   }
   for (const PunctualLight& light : scene.lights) {
-    line("light", fmt::format("{} \"{}\", intensity {}", TypeName(light.type), WithoutControls(light.name),
-                              VectorText(light.intensity)));
+    line("light", fmt::format("{} \"{}\", intensity {}", TypeName(light.type),
+                              WithoutControls(light.name), VectorText(light.intensity)));
   }
   for (const std::string& warning : scene.warnings) {
     line("warning", WithoutControls(warning));
