@@ -105,6 +105,25 @@ void AppendVertexCopy(Mesh* mesh, uint32_t vertex) {
   if (!mesh->colors.empty()) {
     mesh->colors.push_back(vec4(mesh->colors[vertex]));
   }
+  for (size_t k = 0; k < static_cast<size_t>(mesh->influences); ++k) {
+    const size_t from = vertex * static_cast<size_t>(mesh->influences) + k;
+    mesh->joints.push_back(uint16_t{mesh->joints[from]});
+    mesh->weights.push_back(float{mesh->weights[from]});
+  }
+  const auto copy = static_cast<uint32_t>(mesh->positions.size()) - 1;
+  for (MorphTarget& target : mesh->targets) {
+    const auto at = std::lower_bound(target.vertices.begin(), target.vertices.end(), vertex);
+    if (at == target.vertices.end() || *at != vertex) {
+      continue;
+    }
+    const auto from = static_cast<size_t>(at - target.vertices.begin());
+    target.vertices.push_back(copy);
+    for (std::vector<vec3>* deltas : {&target.positions, &target.normals, &target.tangents}) {
+      if (!deltas->empty()) {
+        deltas->push_back(vec3((*deltas)[from]));
+      }
+    }
+  }
 }
 
 std::vector<vec2> TransformedUvs(const TextureRef& map, const Mesh& mesh) {
@@ -166,13 +185,16 @@ TriangleFault FaultOf(const std::vector<vec3>& positions, const uint32_t* corner
   return IsZero(AreaNormal(positions, corners)) ? TriangleFault::kNoArea : TriangleFault::kNone;
 }
 
-BadTriangles RemoveBadTriangles(const std::vector<vec3>& positions,
-                                std::vector<uint32_t>* indices) {
+BadTriangles RemoveBadTriangles(const std::vector<vec3>& positions, std::vector<uint32_t>* indices,
+                                bool deforms) {
   BadTriangles bad;
   size_t kept = 0;
   for (size_t i = 0; i + 2 < indices->size(); i += 3) {
     const uint32_t* corners = indices->data() + i;
-    const TriangleFault fault = FaultOf(positions, corners);
+    TriangleFault fault = FaultOf(positions, corners);
+    if (deforms && fault == TriangleFault::kNoArea) {
+      fault = TriangleFault::kNone;
+    }
     bad.not_finite += fault == TriangleFault::kNotFinite ? 1 : 0;
     bad.no_area += fault == TriangleFault::kNoArea ? 1 : 0;
     if (fault == TriangleFault::kNone) {
