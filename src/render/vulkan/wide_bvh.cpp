@@ -286,6 +286,34 @@ Result<std::unique_ptr<WideBvhBuilder>> WideBvhBuilder::Create() {
   return std::unique_ptr<WideBvhBuilder>(std::make_unique<EmbreeWideBvhBuilder>(std::move(device)));
 }
 
+Aabb RefitBvh(std::span<BvhNode> nodes, uint32_t first_node, uint32_t first_item,
+              std::span<const Aabb> boxes) {
+  std::vector<Aabb> of_nodes(nodes.size());
+  // Parents precede their children.
+  for (size_t n = nodes.size(); n-- > 0;) {
+    std::array<Aabb, kWidth> of_children;
+    uint32_t count = 0;
+    while (count < kWidth && nodes[n].children[static_cast<int>(count)] != 0) {
+      const uint32_t child = nodes[n].children[static_cast<int>(count)];
+      if ((child & kLeafBit) == 0) {
+        of_children[count] = of_nodes[child - first_node];
+      } else {
+        const uint32_t first = (child & kLeafFirstMask) - first_item;
+        const uint32_t last = first + (child >> kLeafCountShift & 7u);
+        for (uint32_t i = first; i <= last; ++i) {
+          of_children[count] = Union(of_children[count], boxes[i]);
+        }
+      }
+      of_nodes[n] = Union(of_nodes[n], of_children[count]);
+      ++count;
+    }
+    const uvec4 children = nodes[n].children;
+    nodes[n] = PackNode(of_children.data(), count);
+    nodes[n].children = children;
+  }
+  return of_nodes[0];
+}
+
 Aabb ChildBox(const BvhNode& node, int child) {
   const uint32_t low[] = {node.low_x, node.low_y, node.low_z};
   const uint32_t high[] = {node.high_x, node.high_y, node.high_z};
