@@ -239,6 +239,7 @@ class EmbreeAccel final : public Accel {
     EmbreeGeometry geometry;
     const Mesh* mesh;
     RTCScene deformed;  // its own BVH, if it deforms; in mesh_scenes_
+    uint64_t shape;     // of that BVH
   };
   std::vector<Instanced> instanced_;
   EmbreeScene top_scene_;  // null if nothing moves: rays then traverse static_scene_ itself
@@ -303,7 +304,8 @@ Status EmbreeAccel::BuildStatic(const Scene& scene, const std::vector<AccelInsta
       if (instances[i].instanced) {
         RTCGeometry geometry = rtcGetGeometry(static_scene_.get(), static_cast<unsigned>(i));
         rtcRetainGeometry(geometry);
-        instanced_.push_back({static_cast<uint32_t>(i), EmbreeGeometry(geometry), &mesh, nullptr});
+        instanced_.push_back(
+            {static_cast<uint32_t>(i), EmbreeGeometry(geometry), &mesh, nullptr, 0});
       }
     }
   }
@@ -326,7 +328,7 @@ Status EmbreeAccel::BuildInstanced(const Scene& scene, const std::vector<AccelIn
     if (!mesh_scene) {
       mesh_scene = NewScene(RTC_BUILD_QUALITY_MEDIUM, RTC_SCENE_FLAG_NONE);
       STILLRAY_RETURN_IF_ERROR(
-          AddMesh(mesh_scene.get(), mesh, {mat4(1.0f), places[i].positions}, instances[i], 0));
+          AddMesh(mesh_scene.get(), mesh, {mat4(1.0f), places[i].positions, 0}, instances[i], 0));
       STILLRAY_RETURN_IF_ERROR(Commit(mesh_scene.get(), mesh.name.c_str()));
     }
     EmbreeGeometry geometry(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE));
@@ -334,7 +336,7 @@ Status EmbreeAccel::BuildInstanced(const Scene& scene, const std::vector<AccelIn
     rtcSetGeometryTimeStepCount(geometry.get(), 1);
     rtcAttachGeometryByID(top_scene_.get(), geometry.get(), static_cast<uint32_t>(i));
     instanced_.push_back({static_cast<uint32_t>(i), std::move(geometry), &mesh,
-                          instances[i].deforms ? mesh_scene.get() : nullptr});
+                          instances[i].deforms ? mesh_scene.get() : nullptr, places[i].shape});
   }
   static_id_ = static_cast<uint32_t>(instances.size());
   const EmbreeGeometry fixed(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE));
@@ -402,11 +404,12 @@ Status EmbreeAccel::Update(const std::vector<AccelPlace>& places) {
   if (!top_scene_) {
     return Status::Ok();
   }
-  for (const Instanced& instance : instanced_) {
+  for (Instanced& instance : instanced_) {
     const mat4& transform = places[instance.index].world;
-    if (instance.deformed != nullptr) {
+    if (instance.deformed != nullptr && instance.shape != places[instance.index].shape) {
+      instance.shape = places[instance.index].shape;
       SetVertices(rtcGetGeometry(instance.deformed, 0), *instance.mesh,
-                  {mat4(1.0f), places[instance.index].positions});
+                  {mat4(1.0f), places[instance.index].positions, 0});
       STILLRAY_RETURN_IF_ERROR(Commit(instance.deformed, instance.mesh->name.c_str()));
     }
     if (!IsInvertible(transform)) {

@@ -72,7 +72,7 @@ struct AccelInstance {
   /// True: as an instance of its mesh, whose transform may change between calls of Update; false:
   /// copied.
   bool instanced = false;
-  bool deforms = false;      ///< instanced, with a BVH of its own that every Update rebuilds
+  bool deforms = false;      ///< instanced, with a BVH of its own, which Update rebuilds
   bool see_through = false;  ///< shadow rays call ShadowFilter on its hits
   /// The world-space vertices of a copied instance, plus one; must outlive the Accel.
   const vec3* placed = nullptr;
@@ -82,6 +82,7 @@ struct AccelInstance {
 struct AccelPlace {
   mat4 world = mat4(1.0f);
   const vec3* positions = nullptr;  ///< of its mesh's vertices, before `world`
+  uint64_t shape = 0;               ///< another number whenever these have changed
 };
 
 /// Computes the fraction of light that passes the surface at `hit` undeflected, per channel in
@@ -107,7 +108,8 @@ class Accel {
                                                const KeepGoing& keep_going = {});
   virtual ~Accel() = default;
 
-  /// Moves the moving instances, and rebuilds the BVHs of those that deform.
+  /// Moves the moving instances, and rebuilds the BVHs of those that have changed
+  /// their shape.
   virtual Status Update(const std::vector<AccelPlace>& places) = 0;
 
   /// First hits of coherent rays, such as primary rays.

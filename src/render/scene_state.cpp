@@ -154,6 +154,7 @@ bool SceneState::UpdateDeformation(double seconds, double previous_seconds,
   instance.orientation = of.skin >= 0 ? PoseOrientation(pose) : instance.orientation;
   set(&pose, &now);
   instance.vertices = ArraysOf(now.mesh);
+  instance.shape += changed ? 1 : 0;
   if (!stands) {
     set(&previous_pose, &before);
   }
@@ -164,7 +165,7 @@ bool SceneState::UpdateDeformation(double seconds, double previous_seconds,
 std::vector<AccelPlace> SceneState::Places() const {
   std::vector<AccelPlace> places(instances_.size());
   for (size_t i = 0; i < places.size(); ++i) {
-    places[i] = {instances_[i].world, instances_[i].vertices.positions};
+    places[i] = {instances_[i].world, instances_[i].vertices.positions, instances_[i].shape};
   }
   return places;
 }

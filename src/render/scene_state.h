@@ -29,6 +29,7 @@ struct PlacedInstance {
   mat4 previous_world = mat4(1.0f);  ///< at the previous frame's moment
   VertexArrays vertices;
   VertexArrays previous_vertices;   ///< at the previous frame's moment
+  uint64_t shape = 0;               ///< another number whenever `vertices` have changed
   mat3 normal_matrix = mat3(1.0f);  ///< to the world, without normalising
   /// -1 if the transform mirrors: then the front is where triangles are clockwise (glTF 2.0,
   /// 3.7.4).

@@ -171,6 +171,49 @@ TEST(DeformingMotionTest, OfARigidSkinIsThatOfItsJoint) {
   EXPECT_GT(seen, 300);
 }
 
+// What a mirror shows of such a mesh, and what such a mesh shows as a mirror.
+TEST(DeformingMotionTest, OfMirrorImagesIsThatOfTheJoint) {
+  const auto make = [](bool skinned, bool as_mirror) {
+    SceneBuilder builder;
+    const Material mirror = Metal(vec3(0.9f), 0.0f);
+    const Material matte = Lambert(vec3(0.5f));
+    Mesh sheet = Quad(vec3(-3, -1, -5), vec3(6, 0, 0), vec3(0, 2, 0));
+    if (skinned) {
+      sheet.influences = 4;
+      sheet.joints.assign(16, 0);
+      sheet.weights = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0};
+    }
+    const int instance = builder.Add(sheet, as_mirror ? mirror : matte);
+    builder.Add(Quad(vec3(-9, -1.2f, 0), vec3(18, 0, 0), vec3(0, 0, -18)),
+                as_mirror ? matte : mirror);
+    int node = builder.InstanceNode(instance);
+    if (skinned) {
+      AddSkin(&builder, instance, {});
+      node = builder.scene.skins[0].joints[0];
+    }
+    builder.Turn(node, vec3(0, 1, 0), {0.0f, 0.1f});
+    builder.scene.environment.radiance = vec3(1.0f);
+    return builder.scene;
+  };
+  RenderSettings settings = SmallSettings(kWidth, kHeight, 1);
+  settings.virtual_guides = true;
+  for (const bool as_mirror : {false, true}) {
+    const Frame skin = RenderOne(make(true, as_mirror), settings, MomentAt(0.1, 0.0));
+    const Frame node = RenderOne(make(false, as_mirror), settings, MomentAt(0.1, 0.0));
+    ASSERT_FALSE(node.reflection.empty());
+    int shown = 0;
+    ForPixels([&](int x, int y) {
+      ASSERT_EQ(skin.reflection.id(x, y), node.reflection.id(x, y));
+      shown += node.reflection.id(x, y) != 0 ? 1 : 0;
+      for (int c = 0; c < 2; ++c) {
+        ASSERT_NEAR(skin.reflection.motion[c](x, y), node.reflection.motion[c](x, y), 5e-3f)
+            << as_mirror << ' ' << x << ' ' << y;
+      }
+    });
+    EXPECT_GT(shown, 100) << as_mirror;
+  }
+}
+
 TEST(DeformingMotionTest, StandsWhileThePoseDoes) {
   const Scene scene = DeformingScene(10);
   const RenderSettings settings = SmallSettings(kWidth, kHeight, 1);
@@ -324,6 +367,24 @@ TEST(DeformingFrameTest, TheNumberOfThreadsDoesNotMatter) {
     EXPECT_TRUE(SameLight(one, four)) << rings;
     EXPECT_TRUE(SameBits(one.guides.motion[0], four.guides.motion[0])) << rings;
     EXPECT_TRUE(SameBits(one.guides.previous_normal, four.guides.previous_normal)) << rings;
+  }
+}
+
+// A mesh whose pose changes now and then, while something else moves: its BVH is rebuilt only then.
+TEST(DeformingFrameTest, MayStandWhileOthersMove) {
+  Scene scene = DeformingScene(60);
+  for (AnimationChannel& channel : scene.animation) {
+    if (channel.property == AnimatedProperty::kRotation) {
+      channel.interpolation = Interpolation::kStep;
+    }
+  }
+  const RenderSettings settings = SmallSettings(kWidth, kHeight, 1);
+  auto renderer = CreateRenderer(scene, settings);
+  ASSERT_TRUE(renderer.ok());
+  Frame frame;
+  for (const double now : {0.02, 0.05, 0.12, 0.17, 0.02}) {
+    ASSERT_TRUE((*renderer)->RenderFrame(MomentAt(now, now - 0.03), &frame).ok());
+    EXPECT_TRUE(SameLight(frame, RenderOne(scene, settings, MomentAt(now, now - 0.03)))) << now;
   }
 }
 
