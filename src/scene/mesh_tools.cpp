@@ -45,6 +45,12 @@ bool IsZero(dvec3 v) {
   return v.x == 0 && v.y == 0 && v.z == 0;
 }
 
+/// Triangles without area, which meshes that deform may have, face up.
+dvec3 UnitOrUp(dvec3 v) {
+  const dvec3 unit = Unit(v);
+  return IsZero(unit) ? dvec3(0.0, 1.0, 0.0) : unit;
+}
+
 dvec3 AnyPerpendicular(dvec3 n) {
   const dvec3 axis = std::abs(n.x) < 0.5 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
   return Unit(glm::cross(n, axis));
@@ -209,7 +215,7 @@ BadTriangles RemoveBadTriangles(const std::vector<vec3>& positions, std::vector<
 void ComputeFlatNormals(Mesh* mesh) {
   mesh->normals.assign(mesh->positions.size(), vec3(0.0f));
   for (size_t i = 0; i + 2 < mesh->indices.size(); i += 3) {
-    const vec3 normal(Unit(AreaNormal(mesh->positions, &mesh->indices[i])));
+    const vec3 normal(UnitOrUp(AreaNormal(mesh->positions, &mesh->indices[i])));
     for (size_t corner = 0; corner < 3; ++corner) {
       mesh->normals[mesh->indices[i + corner]] = normal;
     }
@@ -243,7 +249,7 @@ size_t NormalizeNormals(Mesh* mesh) {
   for (const uint32_t i : missing) {
     dvec3 normal = Unit(sums[i]);
     if (IsZero(normal)) {
-      normal = Unit(any[i]);  // the normals around the vertex cancel
+      normal = UnitOrUp(any[i]);  // the normals around the vertex cancel
     }
     mesh->normals[i] = vec3(normal);
   }

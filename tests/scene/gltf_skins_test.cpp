@@ -322,6 +322,8 @@ TEST(GltfMorphs, TrianglesThatOpenLaterStay) {
   const int closed = builder.AddFloats({0, 0, 0, 1, 0, 0, 2, 0, 0}, "VEC3");
   Attributes(&builder)["POSITION"] = closed;
   EXPECT_EQ(Loaded(builder).TriangleCount(), 1u);
+  Attributes(&builder).erase("NORMAL");
+  EXPECT_EQ(Loaded(builder).meshes.at(0).normals[0], vec3(0, 1, 0));
 }
 
 TEST(GltfMorphs, TrianglesWithoutNormalsStayFlat) {
