@@ -10,6 +10,8 @@
 
 #include <embree3/rtcore.h>
 #include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include "render/embree_handles.h"
@@ -289,28 +291,42 @@ Result<std::unique_ptr<WideBvhBuilder>> WideBvhBuilder::Create() {
 Aabb RefitBvh(std::span<BvhNode> nodes, uint32_t first_node, uint32_t first_item,
               std::span<const Aabb> boxes) {
   std::vector<Aabb> of_nodes(nodes.size());
-  // Parents precede their children.
-  for (size_t n = nodes.size(); n-- > 0;) {
-    std::array<Aabb, kWidth> of_children;
+  // Boxes of the node's children; their number.
+  const auto find_children = [&](const BvhNode& node, std::array<Aabb, kWidth>* out) {
     uint32_t count = 0;
-    while (count < kWidth && nodes[n].children[static_cast<int>(count)] != 0) {
-      const uint32_t child = nodes[n].children[static_cast<int>(count)];
+    for (; count < kWidth && node.children[static_cast<int>(count)] != 0; ++count) {
+      const uint32_t child = node.children[static_cast<int>(count)];
       if ((child & kLeafBit) == 0) {
-        of_children[count] = of_nodes[child - first_node];
-      } else {
-        const uint32_t first = (child & kLeafFirstMask) - first_item;
-        const uint32_t last = first + (child >> kLeafCountShift & 7u);
-        for (uint32_t i = first; i <= last; ++i) {
-          of_children[count] = Union(of_children[count], boxes[i]);
-        }
+        (*out)[count] = of_nodes[child - first_node];
+        continue;
       }
-      of_nodes[n] = Union(of_nodes[n], of_children[count]);
-      ++count;
+      const uint32_t first = (child & kLeafFirstMask) - first_item;
+      const uint32_t last = first + (child >> kLeafCountShift & 7u);
+      for (uint32_t i = first; i <= last; ++i) {
+        (*out)[count] = Union((*out)[count], boxes[i]);
+      }
     }
-    const uvec4 children = nodes[n].children;
-    nodes[n] = PackNode(of_children.data(), count);
-    nodes[n].children = children;
+    return count;
+  };
+  for (size_t n = nodes.size(); n-- > 0;) {  // parents precede their children
+    std::array<Aabb, kWidth> of_children;
+    const uint32_t count = find_children(nodes[n], &of_children);
+    for (uint32_t i = 0; i < count; ++i) {
+      of_nodes[n] = Union(of_nodes[n], of_children[i]);
+    }
   }
+  // Nearly all of the time.
+  constexpr size_t kGrain = 256;
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, nodes.size(), kGrain),
+                    [&](const tbb::blocked_range<size_t>& range) {
+                      for (size_t n = range.begin(); n < range.end(); ++n) {
+                        std::array<Aabb, kWidth> of_children;
+                        const uint32_t count = find_children(nodes[n], &of_children);
+                        const uvec4 children = nodes[n].children;
+                        nodes[n] = PackNode(of_children.data(), count);
+                        nodes[n].children = children;
+                      }
+                    });
   return of_nodes[0];
 }
 
