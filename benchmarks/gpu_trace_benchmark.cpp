@@ -243,8 +243,7 @@ Status RunScene(const std::shared_ptr<gpu::Device>& device, const std::string& s
   SceneState state(*scene);
   state.Update(0, 0);
   const SceneShadowFilter filter(state);
-  const auto embree =
-      Accel::Create(*scene, DescribeInstances(state), state.InstanceTransforms(), filter);
+  const auto embree = Accel::Create(*scene, DescribeInstances(state), state.Places(), filter);
   if (!embree.ok()) {
     return embree.status();
   }

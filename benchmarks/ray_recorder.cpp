@@ -12,7 +12,7 @@ class RecordingAccel final : public Accel {
   RecordingAccel(std::unique_ptr<Accel> inner, RayLogs* logs)
       : inner_(std::move(inner)), logs_(*logs) {}
 
-  Status Update(const std::vector<mat4>& transforms) override { return inner_->Update(transforms); }
+  Status Update(const std::vector<AccelPlace>& places) override { return inner_->Update(places); }
   void IntersectCoherent(const RayBatch& rays, HitBatch* hits) const override {
     Keep(rays, RayPhase::kPrimary);
     inner_->IntersectCoherent(rays, hits);

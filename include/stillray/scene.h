@@ -93,8 +93,18 @@ struct Material {
   bool emits() const { return emission.x > 0 || emission.y > 0 || emission.z > 0; }
 };
 
+/// What a morph target adds to the vertices that it moves. Deltas have the size of `vertices` or
+/// are empty.
+struct MorphTarget {
+  std::vector<uint32_t> vertices;  ///< increasing
+  std::vector<vec3> positions;
+  std::vector<vec3> normals;
+  std::vector<vec3> tangents;
+};
+
 /// Triangles with one material (a glTF primitive). All per-vertex arrays have the size of
-/// `positions` or are empty, except `normals`, which are always given.
+/// `positions` or are empty, except `normals`, which are always given. Positions, normals and
+/// tangents are those of the rest pose, if the mesh deforms.
 struct Mesh {
   std::string name;
   std::vector<vec3> positions;
@@ -104,6 +114,11 @@ struct Mesh {
   std::vector<vec4> colors;       ///< linear, multiplied into the base colour
   std::vector<uint32_t> indices;  ///< three per triangle, counter-clockwise seen from the front
   int material = -1;              ///< index into Scene::materials (never -1 in a loaded scene)
+  std::vector<MorphTarget> targets;
+  int influences = 0;            ///< joints per vertex, for skins; 0: none
+  std::vector<uint16_t> joints;  ///< `influences` per vertex: indices into Skin::joints
+  std::vector<float> weights;    ///< of these joints: at least 0, with the sum 1 for each vertex
+  bool flat_normals = false;     ///< normals are those of the triangles, also when it deforms
 };
 
 /// Local transform of a node as glTF stores it.
@@ -120,12 +135,24 @@ struct Node {
   Transform local;
   bool has_matrix = false;  ///< the node gave a matrix in place of translation, rotation, scale
   mat4 matrix = mat4(1.0f);
+  /// Weights of the morph targets of the node's meshes, before animation; empty: all 0.
+  std::vector<float> weights;
+};
+
+/// Nodes that move the vertices of meshes (glTF 2.0, 3.7.3).
+struct Skin {
+  std::string name;
+  std::vector<int> joints;         ///< indices into Scene::nodes, at least one
+  std::vector<mat4> inverse_bind;  ///< for each: from the mesh's rest pose to the joint's space
 };
 
 /// A mesh placed in the scene. Its position in Scene::instances + 1 is its id in Guides::id.
 struct Instance {
   int mesh = -1;
   int node = -1;
+  /// Index into Scene::skins; -1: none. The joints place a mesh with a skin, whatever the transform
+  /// of its node.
+  int skin = -1;
 };
 
 /// A thin lens (docs/lens.md). Without aperture the camera is a pinhole.
@@ -165,7 +192,7 @@ struct PunctualLight {
 };
 
 enum class Interpolation : uint8_t { kStep, kLinear, kCubicSpline };
-enum class AnimatedProperty : uint8_t { kTranslation, kRotation, kScale };
+enum class AnimatedProperty : uint8_t { kTranslation, kRotation, kScale, kWeights };
 
 /// Keyframes of one property of one node. For kCubicSpline each key has three values: in-tangent,
 /// value, out-tangent. The first value holds before the first key, the last after the last key.
@@ -174,7 +201,9 @@ struct AnimationChannel {
   AnimatedProperty property = AnimatedProperty::kTranslation;
   Interpolation interpolation = Interpolation::kLinear;
   std::vector<float> times;  ///< seconds, strictly increasing
-  std::vector<vec4> values;
+  std::vector<vec4> values;  ///< empty for kWeights
+  /// For kWeights: in place of each value as many as Node::weights has.
+  std::vector<float> weights;
 };
 
 /// Light from infinitely far away.
@@ -191,6 +220,7 @@ struct Scene {
   std::vector<Material> materials;
   std::vector<Mesh> meshes;
   std::vector<Node> nodes;  ///< parents precede children
+  std::vector<Skin> skins;
   std::vector<Instance> instances;
   std::vector<Camera> cameras;  ///< at least one in a loaded scene: one is added if needed
   std::vector<PunctualLight> lights;
@@ -206,6 +236,9 @@ struct Scene {
 
 /// World transforms of all nodes at `seconds`, in the order of Scene::nodes.
 std::vector<mat4> NodeTransforms(const Scene& scene, double seconds);
+
+/// Weights of the morph targets of a node's meshes at `seconds`, as many as Node::weights has.
+std::vector<float> MorphWeights(const Scene& scene, int node, double seconds);
 
 struct Aabb {
   vec3 min = vec3(std::numeric_limits<float>::infinity());
@@ -225,7 +258,7 @@ using KeepGoing = std::function<bool()>;
 /// are merged. A file without a camera gets one that shows everything, one without any light gets
 /// an environment of radiance 1; Scene::warnings lists both, and all parts left out or corrected.
 /// Textures are at most 16384 texels wide and high. Nodes may mirror (negative determinant): front
-/// faces are then the clockwise ones, as in glTF 2.0 (3.7.4).
+/// faces are then the clockwise ones, as in glTF 2.0 (3.7.4). Skins have up to 8 joints per vertex.
 /// \return kNotFound, kBadData (naming the file, the element and the fault) or kUnsupported (a
 ///     required extension that stillray lacks, by name), kCancelled
 Result<Scene> LoadGltf(const std::string& path, const KeepGoing& keep_going = {});

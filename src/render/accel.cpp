@@ -164,9 +164,9 @@ void FilterShadows(const RTCFilterFunctionNArguments* arguments) {
 /// frame takes less time than the rays would spend on entering and leaving instances.
 constexpr size_t kMaxRebuilt = 4096;
 
-void PlaceVertices(const Mesh& mesh, const mat4& transform, float* vertices) {
+void PlaceVertices(const Mesh& mesh, const AccelPlace& place, float* vertices) {
   for (size_t i = 0; i < mesh.positions.size(); ++i) {
-    const vec3 p = vec3(transform * vec4(mesh.positions[i], 1.0f));
+    const vec3 p = vec3(place.world * vec4(place.positions[i], 1.0f));
     vertices[3 * i] = p.x;
     vertices[3 * i + 1] = p.y;
     vertices[3 * i + 2] = p.z;
@@ -174,8 +174,8 @@ void PlaceVertices(const Mesh& mesh, const mat4& transform, float* vertices) {
 }
 
 /// Sets the geometry's triangles: shares the mesh's indices, and its vertices where they are
-/// already in world space; otherwise copies them with `transform` applied.
-bool FillGeometry(RTCGeometry geometry, const Mesh& mesh, const mat4& transform,
+/// already in world space; otherwise copies them to their place.
+bool FillGeometry(RTCGeometry geometry, const Mesh& mesh, const AccelPlace& place,
                   const vec3* placed) {
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                              mesh.indices.data(), 0, 3 * sizeof(uint32_t), mesh.indices.size() / 3);
@@ -190,7 +190,7 @@ bool FillGeometry(RTCGeometry geometry, const Mesh& mesh, const mat4& transform,
   if (vertices == nullptr) {
     return false;
   }
-  PlaceVertices(mesh, transform, vertices);
+  PlaceVertices(mesh, place, vertices);
   return true;
 }
 
@@ -199,8 +199,8 @@ class EmbreeAccel final : public Accel {
   explicit EmbreeAccel(const ShadowFilter& filter) : filter_(filter) {}
 
   Status Build(const Scene& scene, const std::vector<AccelInstance>& instances,
-               const std::vector<mat4>& transforms, const KeepGoing& keep_going);
-  Status Update(const std::vector<mat4>& transforms) override;
+               const std::vector<AccelPlace>& places, const KeepGoing& keep_going);
+  Status Update(const std::vector<AccelPlace>& places) override;
   void IntersectCoherent(const RayBatch& rays, HitBatch* hits) const override;
   void IntersectIncoherent(const RayBatch& rays, HitBatch* hits) const override;
   void Occluded(const RayBatch& rays, vec3* transmittance) const override;
@@ -217,11 +217,13 @@ class EmbreeAccel final : public Accel {
   bool GoesOn() const { return !keep_going_ || keep_going_(); }
   Status Commit(RTCScene scene, const char* what);
   Status BuildStatic(const Scene& scene, const std::vector<AccelInstance>& instances,
-                     const std::vector<mat4>& transforms);
-  Status BuildInstanced(const Scene& scene, const std::vector<AccelInstance>& instances);
-  void UpdateFlat(const std::vector<mat4>& transforms);
+                     const std::vector<AccelPlace>& places);
+  Status BuildInstanced(const Scene& scene, const std::vector<AccelInstance>& instances,
+                        const std::vector<AccelPlace>& places);
+  static void SetVertices(RTCGeometry geometry, const Mesh& mesh, const AccelPlace& place);
+  void UpdateFlat(const std::vector<AccelPlace>& places);
   EmbreeScene NewScene(RTCBuildQuality quality, RTCSceneFlags flags);
-  Status AddMesh(RTCScene target, const Mesh& mesh, const mat4& transform,
+  Status AddMesh(RTCScene target, const Mesh& mesh, const AccelPlace& place,
                  const AccelInstance& instance, uint32_t id);
 
   const ShadowFilter& filter_;
@@ -229,12 +231,15 @@ class EmbreeAccel final : public Accel {
   std::atomic<int64_t> bytes_{0};  // declared before the device, whose destruction still updates it
   EmbreeDevice device_;
   EmbreeScene static_scene_;
-  // The scene shared by the instances of a mesh, per mesh and kind (opaque, see-through).
+  // The scene shared by the instances of a mesh, per mesh and kind (opaque, see-through); then, per
+  // instance, the scene of those that deform.
   std::vector<EmbreeScene> mesh_scenes_;
   struct Instanced {
     uint32_t index;
     EmbreeGeometry geometry;
     const Mesh* mesh;
+    RTCScene deformed;  // its own BVH, if it deforms; in mesh_scenes_
+    uint64_t shape;     // of that BVH
   };
   std::vector<Instanced> instanced_;
   EmbreeScene top_scene_;  // null if nothing moves: rays then traverse static_scene_ itself
@@ -268,14 +273,13 @@ EmbreeScene EmbreeAccel::NewScene(RTCBuildQuality quality, RTCSceneFlags flags) 
   return scene;
 }
 
-Status EmbreeAccel::AddMesh(RTCScene target, const Mesh& mesh, const mat4& transform,
+Status EmbreeAccel::AddMesh(RTCScene target, const Mesh& mesh, const AccelPlace& place,
                             const AccelInstance& instance, uint32_t id) {
   if (!GoesOn()) {
     return Status::Cancelled();
   }
   const EmbreeGeometry geometry(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
-  if (!FillGeometry(geometry.get(), mesh, transform,
-                    instance.instanced ? nullptr : instance.placed)) {
+  if (!FillGeometry(geometry.get(), mesh, place, instance.instanced ? nullptr : instance.placed)) {
     return Status::OutOfMemory(
         fmt::format("mesh \"{}\": no memory for the BVH's copy of its {} "
                     "vertices",
@@ -290,44 +294,49 @@ Status EmbreeAccel::AddMesh(RTCScene target, const Mesh& mesh, const mat4& trans
 }
 
 Status EmbreeAccel::BuildStatic(const Scene& scene, const std::vector<AccelInstance>& instances,
-                                const std::vector<mat4>& transforms) {
+                                const std::vector<AccelPlace>& places) {
   static_scene_ = NewScene(RTC_BUILD_QUALITY_MEDIUM, RTC_SCENE_FLAG_NONE);
   for (size_t i = 0; i < instances.size(); ++i) {
     const Mesh& mesh = scene.meshes[static_cast<size_t>(scene.instances[i].mesh)];
     if ((flat_ || !instances[i].instanced) && !mesh.indices.empty()) {
-      STILLRAY_RETURN_IF_ERROR(AddMesh(static_scene_.get(), mesh, transforms[i], instances[i],
-                                       static_cast<uint32_t>(i)));
+      STILLRAY_RETURN_IF_ERROR(
+          AddMesh(static_scene_.get(), mesh, places[i], instances[i], static_cast<uint32_t>(i)));
       if (instances[i].instanced) {
         RTCGeometry geometry = rtcGetGeometry(static_scene_.get(), static_cast<unsigned>(i));
         rtcRetainGeometry(geometry);
-        instanced_.push_back({static_cast<uint32_t>(i), EmbreeGeometry(geometry), &mesh});
+        instanced_.push_back(
+            {static_cast<uint32_t>(i), EmbreeGeometry(geometry), &mesh, nullptr, 0});
       }
     }
   }
   return Commit(static_scene_.get(), "what stands still");
 }
 
-Status EmbreeAccel::BuildInstanced(const Scene& scene,
-                                   const std::vector<AccelInstance>& instances) {
+Status EmbreeAccel::BuildInstanced(const Scene& scene, const std::vector<AccelInstance>& instances,
+                                   const std::vector<AccelPlace>& places) {
   top_scene_ = NewScene(RTC_BUILD_QUALITY_MEDIUM, RTC_SCENE_FLAG_DYNAMIC);
-  mesh_scenes_.resize(2 * scene.meshes.size());
+  mesh_scenes_.resize(2 * scene.meshes.size() + instances.size());
   for (size_t i = 0; i < instances.size(); ++i) {
     const auto mesh_index = static_cast<size_t>(scene.instances[i].mesh);
     const Mesh& mesh = scene.meshes[mesh_index];
     if (!instances[i].instanced || mesh.indices.empty()) {
       continue;
     }
-    EmbreeScene& mesh_scene = mesh_scenes_[2 * mesh_index + (instances[i].see_through ? 1 : 0)];
+    const size_t own = 2 * scene.meshes.size() + i;
+    const size_t shared = 2 * mesh_index + (instances[i].see_through ? 1 : 0);
+    EmbreeScene& mesh_scene = mesh_scenes_[instances[i].deforms ? own : shared];
     if (!mesh_scene) {
       mesh_scene = NewScene(RTC_BUILD_QUALITY_MEDIUM, RTC_SCENE_FLAG_NONE);
-      STILLRAY_RETURN_IF_ERROR(AddMesh(mesh_scene.get(), mesh, mat4(1.0f), instances[i], 0));
+      STILLRAY_RETURN_IF_ERROR(
+          AddMesh(mesh_scene.get(), mesh, {mat4(1.0f), places[i].positions, 0}, instances[i], 0));
       STILLRAY_RETURN_IF_ERROR(Commit(mesh_scene.get(), mesh.name.c_str()));
     }
     EmbreeGeometry geometry(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE));
     rtcSetGeometryInstancedScene(geometry.get(), mesh_scene.get());
     rtcSetGeometryTimeStepCount(geometry.get(), 1);
     rtcAttachGeometryByID(top_scene_.get(), geometry.get(), static_cast<uint32_t>(i));
-    instanced_.push_back({static_cast<uint32_t>(i), std::move(geometry), &mesh});
+    instanced_.push_back({static_cast<uint32_t>(i), std::move(geometry), &mesh,
+                          instances[i].deforms ? mesh_scene.get() : nullptr, places[i].shape});
   }
   static_id_ = static_cast<uint32_t>(instances.size());
   const EmbreeGeometry fixed(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE));
@@ -339,7 +348,7 @@ Status EmbreeAccel::BuildInstanced(const Scene& scene,
 }
 
 Status EmbreeAccel::Build(const Scene& scene, const std::vector<AccelInstance>& instances,
-                          const std::vector<mat4>& transforms, const KeepGoing& keep_going) {
+                          const std::vector<AccelPlace>& places, const KeepGoing& keep_going) {
   keep_going_ = keep_going;
   // No own threads: it runs on the shared thread pool.
   device_.reset(rtcNewDevice("start_threads=0,set_affinity=0"));
@@ -363,38 +372,46 @@ Status EmbreeAccel::Build(const Scene& scene, const std::vector<AccelInstance>& 
     any_instanced |= instance.instanced;
   }
   flat_ = any_instanced && scene.TriangleCount() <= kMaxRebuilt;
-  STILLRAY_RETURN_IF_ERROR(BuildStatic(scene, instances, transforms));
+  STILLRAY_RETURN_IF_ERROR(BuildStatic(scene, instances, places));
   root_ = static_scene_.get();
   if (any_instanced && !flat_) {
-    STILLRAY_RETURN_IF_ERROR(BuildInstanced(scene, instances));
+    STILLRAY_RETURN_IF_ERROR(BuildInstanced(scene, instances, places));
     root_ = top_scene_.get();
   }
-  const Status updated = Update(transforms);
+  const Status updated = Update(places);
   keep_going_ = nullptr;  // frames are cancelled by their progress callback
   return updated;
 }
 
-void EmbreeAccel::UpdateFlat(const std::vector<mat4>& transforms) {
+void EmbreeAccel::SetVertices(RTCGeometry geometry, const Mesh& mesh, const AccelPlace& place) {
+  PlaceVertices(mesh, place,
+                static_cast<float*>(rtcGetGeometryBufferData(geometry, RTC_BUFFER_TYPE_VERTEX, 0)));
+  rtcUpdateGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0);
+  rtcCommitGeometry(geometry);
+}
+
+void EmbreeAccel::UpdateFlat(const std::vector<AccelPlace>& places) {
   for (const Instanced& instance : instanced_) {
-    RTCGeometry geometry = instance.geometry.get();
-    PlaceVertices(
-        *instance.mesh, transforms[instance.index],
-        static_cast<float*>(rtcGetGeometryBufferData(geometry, RTC_BUFFER_TYPE_VERTEX, 0)));
-    rtcUpdateGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0);
-    rtcCommitGeometry(geometry);
+    SetVertices(instance.geometry.get(), *instance.mesh, places[instance.index]);
   }
 }
 
-Status EmbreeAccel::Update(const std::vector<mat4>& transforms) {
+Status EmbreeAccel::Update(const std::vector<AccelPlace>& places) {
   if (flat_) {
-    UpdateFlat(transforms);
+    UpdateFlat(places);
     return Commit(static_scene_.get(), "what moves");
   }
   if (!top_scene_) {
     return Status::Ok();
   }
-  for (const Instanced& instance : instanced_) {
-    const mat4& transform = transforms[instance.index];
+  for (Instanced& instance : instanced_) {
+    const mat4& transform = places[instance.index].world;
+    if (instance.deformed != nullptr && instance.shape != places[instance.index].shape) {
+      instance.shape = places[instance.index].shape;
+      SetVertices(rtcGetGeometry(instance.deformed, 0), *instance.mesh,
+                  {mat4(1.0f), places[instance.index].positions, 0});
+      STILLRAY_RETURN_IF_ERROR(Commit(instance.deformed, instance.mesh->name.c_str()));
+    }
     if (!IsInvertible(transform)) {
       rtcDisableGeometry(instance.geometry.get());
       continue;
@@ -457,11 +474,11 @@ bool IsInvertible(const mat4& transform) {
 
 Result<std::unique_ptr<Accel>> Accel::Create(const Scene& scene,
                                              const std::vector<AccelInstance>& instances,
-                                             const std::vector<mat4>& transforms,
+                                             const std::vector<AccelPlace>& places,
                                              const ShadowFilter& filter,
                                              const KeepGoing& keep_going) {
   auto accel = std::make_unique<EmbreeAccel>(filter);
-  STILLRAY_RETURN_IF_ERROR(accel->Build(scene, instances, transforms, keep_going));
+  STILLRAY_RETURN_IF_ERROR(accel->Build(scene, instances, places, keep_going));
   return std::unique_ptr<Accel>(std::move(accel));
 }
 

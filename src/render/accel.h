@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// Ray queries; the only module that uses Embree. Static instances are in one flat BVH; moving ones
-/// are instances of their mesh's BVH in a top level that is updated per frame.
+/// are instances of their mesh's BVH, or of one of their own if they deform, in a top level that is
+/// updated per frame.
 #pragma once
 
 #include <cstdint>
@@ -71,9 +72,17 @@ struct AccelInstance {
   /// True: as an instance of its mesh, whose transform may change between calls of Update; false:
   /// copied.
   bool instanced = false;
+  bool deforms = false;      ///< instanced, with a BVH of its own, which Update rebuilds
   bool see_through = false;  ///< shadow rays call ShadowFilter on its hits
   /// The world-space vertices of a copied instance, plus one; must outlive the Accel.
   const vec3* placed = nullptr;
+};
+
+/// Where an instance is.
+struct AccelPlace {
+  mat4 world = mat4(1.0f);
+  const vec3* positions = nullptr;  ///< of its mesh's vertices, before `world`
+  uint64_t shape = 0;               ///< another number whenever these have changed
 };
 
 /// Computes the fraction of light that passes the surface at `hit` undeflected, per channel in
@@ -87,20 +96,21 @@ class ShadowFilter {
 /// All queries may be called from several threads at once, but not Update.
 class Accel {
  public:
-  /// \param transforms  current world transform of each instance
+  /// \param places      of each instance, now
   /// \param filter      must outlive the result; called only for see_through instances
   /// \param keep_going  called from time to time while BVHs are built, from any thread; may be
   ///     empty
   /// \return kOutOfMemory; kUnsupported if the Embree library lacks a required feature; kCancelled
   static Result<std::unique_ptr<Accel>> Create(const Scene& scene,
                                                const std::vector<AccelInstance>& instances,
-                                               const std::vector<mat4>& transforms,
+                                               const std::vector<AccelPlace>& places,
                                                const ShadowFilter& filter,
                                                const KeepGoing& keep_going = {});
   virtual ~Accel() = default;
 
-  /// Moves the moving instances.
-  virtual Status Update(const std::vector<mat4>& transforms) = 0;
+  /// Moves the moving instances, and rebuilds the BVHs of those that have changed
+  /// their shape.
+  virtual Status Update(const std::vector<AccelPlace>& places) = 0;
 
   /// First hits of coherent rays, such as primary rays.
   virtual void IntersectCoherent(const RayBatch& rays, HitBatch* hits) const = 0;

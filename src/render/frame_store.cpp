@@ -81,6 +81,9 @@ uint32_t StoreSparseGuides(const PixelGuides& guides, int x, int y, Frame* frame
   StorePixel(&g.normal, x, y, guides.normal);
   g.id(x, y) = guides.id;
   g.roughness(x, y) = guides.roughness;
+  if (!g.previous_normal.empty()) {
+    StorePixel(&g.previous_normal, x, y, guides.previous_normal);
+  }
   uint32_t kinds = kGuideBits;
   if (guides.motion != vec2(0.0f)) {
     g.motion[0](x, y) = guides.motion.x;
@@ -157,6 +160,9 @@ void StoreGuides(const Tile& tile, const PixelGuides* guides, Frame* frame) {
   store3(&g.specular_albedo, &PixelGuides::specular_albedo);
   store3(&frame->emission, &PixelGuides::emission);
   store3(&frame->background, &PixelGuides::background);
+  if (!g.previous_normal.empty()) {
+    store3(&g.previous_normal, &PixelGuides::previous_normal);
+  }
 }
 
 void StoreLight(const Tile& tile, int spp, const SampleLight* sums,

@@ -4,6 +4,8 @@
 
 #include <limits>
 
+#include "render/previous_normals.h"
+
 namespace stillray::render {
 namespace {
 
@@ -27,9 +29,11 @@ vec2 SurfaceMotion(const TraceContext& context, const PixelViews& views, const H
   if (!instance.moving) {
     return MotionBetween(views, position - views.now.position, position - views.before.position);
   }
-  const vec4 local(LocalPoint(*instance.mesh, hit), 1.0f);
-  const vec3 now(instance.world * local);
-  const vec3 before(instance.previous_world * local);
+  const auto point = [&](const mat4& world, const VertexArrays& vertices) {
+    return vec3(world * vec4(LocalPoint(*instance.mesh, vertices.positions, hit), 1.0f));
+  };
+  const vec3 now = point(instance.world, instance.vertices);
+  const vec3 before = point(instance.previous_world, instance.previous_vertices);
   return MotionBetween(views, now - views.now.position, before - views.before.position);
 }
 
@@ -61,10 +65,10 @@ vec2 MotionOutOfPicture(const CameraView& camera) {
   return {2.0f * camera.width, 2.0f * camera.height};
 }
 
-vec3 LocalPoint(const Mesh& mesh, const Hit& hit) {
+vec3 LocalPoint(const Mesh& mesh, const vec3* positions, const Hit& hit) {
   const uint32_t* corner = mesh.indices.data() + 3 * static_cast<size_t>(hit.primitive);
-  return mesh.positions[corner[0]] * (1.0f - hit.u - hit.v) + mesh.positions[corner[1]] * hit.u +
-         mesh.positions[corner[2]] * hit.v;
+  return positions[corner[0]] * (1.0f - hit.u - hit.v) + positions[corner[1]] * hit.u +
+         positions[corner[2]] * hit.v;
 }
 
 PixelGuides MakeGuides(const TraceContext& context, const PrimaryPixel& pixel,
@@ -91,6 +95,10 @@ PixelGuides MakeGuides(const TraceContext& context, const PrimaryPixel& pixel,
       guides.depth = context.camera.Depth(surface.position);
       guides.normal = surface.frame.z;
       guides.motion = SurfaceMotion(context, views, layer.hit, surface.position);
+      const PlacedInstance& instance = context.state.instance(layer.hit.instance);
+      if (instance.HasChangedShape()) {
+        guides.previous_normal = PreviousNormalAt(instance, layer.hit, surface.frame.z);
+      }
       guides.id = layer.hit.instance + 1;
       guides.roughness = GuideRoughness(bsdf, surface.roughness);
     }

@@ -18,6 +18,7 @@ struct PixelGuides {
   vec3 albedo;
   vec3 specular_albedo;
   vec2 motion;
+  vec3 previous_normal = vec3(0.0f);  ///< where the shape has changed, see StorePreviousNormals
   uint32_t id = 0;
   float roughness = 0;
   vec3 emission;
@@ -27,8 +28,9 @@ struct PixelGuides {
 /// \param first  [out] for TraceSample; unchanged unless the pixel has exactly one layer
 PixelGuides MakeGuides(const TraceContext& context, const PrimaryPixel& pixel, FirstSurface* first);
 
-/// The point of a hit in the coordinates of its mesh.
-vec3 LocalPoint(const Mesh& mesh, const Hit& hit);
+/// The point of a hit before the transform of its instance.
+/// \param positions  of the mesh's vertices
+vec3 LocalPoint(const Mesh& mesh, const vec3* positions, const Hit& hit);
 
 /// Motion of points that the previous frame's camera did not see.
 vec2 MotionOutOfPicture(const CameraView& camera);

@@ -21,12 +21,13 @@ void FetchAhead(const SceneState& state, const HitBatch& hits, int i, int count)
     __builtin_prefetch(mesh.indices.data() + 3 * static_cast<size_t>(hits.primitive[i + kIndices]));
   }
   if (i + kCorners < count && hits.instance[i + kCorners] != kNoHit) {
-    const Mesh& mesh = *state.instance(hits.instance[i + kCorners]).mesh;
+    const PlacedInstance& instance = state.instance(hits.instance[i + kCorners]);
+    const Mesh& mesh = *instance.mesh;
     const size_t first = 3 * static_cast<size_t>(hits.primitive[i + kCorners]);
     for (size_t k = first; k < first + 3; ++k) {
       const uint32_t corner = mesh.indices[k];
-      __builtin_prefetch(mesh.positions.data() + corner);
-      __builtin_prefetch(mesh.normals.data() + corner);
+      __builtin_prefetch(instance.vertices.positions + corner);
+      __builtin_prefetch(instance.vertices.normals + corner);
       if (!mesh.uv[0].empty()) {
         __builtin_prefetch(mesh.uv[0].data() + corner);
       }

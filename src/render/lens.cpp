@@ -56,11 +56,11 @@ LensMask MakeMask(const Texture& texture, int index) {
 /// Moeller and Trumbore (1997), "Fast, Minimum Storage Ray/Triangle Intersection", in double
 /// precision. `hit` keeps its instance.
 bool MeetTriangle(const glm::dvec3& origin, const glm::dvec3& direction, const Mesh& mesh,
-                  uint32_t primitive, Hit* hit) {
+                  const vec3* positions, uint32_t primitive, Hit* hit) {
   const uint32_t* corner = mesh.indices.data() + 3 * static_cast<size_t>(primitive);
-  const glm::dvec3 p0(mesh.positions[corner[0]]);
-  const glm::dvec3 e1 = glm::dvec3(mesh.positions[corner[1]]) - p0;
-  const glm::dvec3 e2 = glm::dvec3(mesh.positions[corner[2]]) - p0;
+  const glm::dvec3 p0(positions[corner[0]]);
+  const glm::dvec3 e1 = glm::dvec3(positions[corner[1]]) - p0;
+  const glm::dvec3 e2 = glm::dvec3(positions[corner[2]]) - p0;
   const glm::dvec3 across = glm::cross(direction, e2);
   const double determinant = glm::dot(e1, across);
   if (determinant == 0.0) {
@@ -83,8 +83,8 @@ bool MeetTriangle(const glm::dvec3& origin, const glm::dvec3& direction, const M
 
 /// Distance of the nearest surface of an instance along a ray of the world. One ray needs no BVH,
 /// and devices have none on the host.
-float NearestOf(const SceneState& state, uint32_t instance, const mat4& world, vec3 origin,
-                vec3 direction) {
+float NearestOf(const SceneState& state, uint32_t instance, const mat4& world,
+                const vec3* positions, vec3 origin, vec3 direction) {
   constexpr uint32_t kTriangles = 4096;  // of a task
   const Mesh& mesh = *state.instance(instance).mesh;
   const glm::dmat4 exact(world);
@@ -101,7 +101,8 @@ float NearestOf(const SceneState& state, uint32_t instance, const mat4& world, v
         Hit hit;
         hit.instance = instance;
         for (uint32_t i = range.begin(); i < range.end(); ++i) {
-          if (MeetTriangle(o, d, mesh, i, &hit) && hit.t < nearest && state.Opacity(hit) >= 0.5f) {
+          if (MeetTriangle(o, d, mesh, positions, i, &hit) && hit.t < nearest &&
+              state.Opacity(hit) >= 0.5f) {
             nearest = hit.t;
           }
         }
@@ -177,7 +178,9 @@ float FindFocus(const SceneState& state, const CameraView& view, bool previous) 
   for (uint32_t i = 0; i < state.instances().size(); ++i) {
     const PlacedInstance& instance = state.instance(i);
     const mat4& world = previous ? instance.previous_world : instance.world;
-    nearest = std::min(nearest, NearestOf(state, i, world, view.position, view.forward));
+    const VertexArrays& vertices = previous ? instance.previous_vertices : instance.vertices;
+    nearest = std::min(nearest,
+                       NearestOf(state, i, world, vertices.positions, view.position, view.forward));
   }
   return nearest;
 }

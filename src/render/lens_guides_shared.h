@@ -30,6 +30,8 @@ struct LensGuides {
   int members;  // in the sums of the surface
   int votes;    // of the surface, less those of the others since
   int unused_0;
+  vec3 previous_normal;  // of surfaces that deform
+  float unused_1;
 };
 
 // Adds the guides of one more sample; samples, members and votes of `one` are 1.
@@ -49,6 +51,7 @@ SHARED_FN void AddLensSample(SHARED_INOUT(LensGuides) sum, SHARED_IN(LensGuides)
     sum.motion_x += one.motion_x;
     sum.motion_y += one.motion_y;
     sum.normal += one.normal;
+    sum.previous_normal += one.previous_normal;
     sum.members += 1;
     sum.votes += 1;
   } else if (sum.votes > 0) {
@@ -59,6 +62,7 @@ SHARED_FN void AddLensSample(SHARED_INOUT(LensGuides) sum, SHARED_IN(LensGuides)
     sum.motion_x = one.motion_x;
     sum.motion_y = one.motion_y;
     sum.normal = one.normal;
+    sum.previous_normal = one.previous_normal;
     sum.id = one.id;
     sum.members = 1;
     sum.votes = 1;
@@ -79,6 +83,7 @@ SHARED_FN LensGuides MeanOfLensSamples(SHARED_IN(LensGuides) sum) {
   mean.motion_y /= members;
   if (sum.members > 1) {
     mean.normal = SafeNormalize(sum.normal, vec3(0.0f));
+    mean.previous_normal = SafeNormalize(sum.previous_normal, vec3(0.0f));
   }
   return mean;
 }

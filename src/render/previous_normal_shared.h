@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Guides::previous_normal of a surface that turns with its instance.
+// Guides::previous_normal of a surface that turns with its instance, or deforms.
 #ifndef STILLRAY_RENDER_PREVIOUS_NORMAL_SHARED_H
 #define STILLRAY_RENDER_PREVIOUS_NORMAL_SHARED_H
 
@@ -32,6 +32,28 @@ SHARED_FN vec3 PreviousNormal(SHARED_IN(LinearRows) now, SHARED_IN(LinearRows) b
   return SafeNormalize(side * vec3(dot(cofactors, local), dot(cross(before.z, before.x), local),
                                    dot(cross(before.x, before.y), local)),
                        vec3(0.0f));
+}
+
+// The direction of the surface at a hit: the interpolated normal, unit length, and an edge of the
+// triangle.
+struct SurfaceFrame {
+  vec3 normal;
+  vec3 edge;
+};
+
+// The same for a surface that deforms: n keeps its place in the frame of the interpolated normal
+// and of the edge. Without a normal map this is the interpolated normal itself.
+SHARED_FN vec3 DeformedNormal(SHARED_IN(SurfaceFrame) now, SHARED_IN(SurfaceFrame) before, vec3 n) {
+  if (now.normal == before.normal && now.edge == before.edge) {
+    return n;
+  }
+  vec3 x = SafeNormalize(now.edge - now.normal * dot(now.edge, now.normal), vec3(0.0f));
+  vec3 x_before =
+      SafeNormalize(before.edge - before.normal * dot(before.edge, before.normal), vec3(0.0f));
+  vec3 y = cross(now.normal, x);
+  vec3 y_before = cross(before.normal, x_before);
+  return SafeNormalize(
+      x_before * dot(n, x) + y_before * dot(n, y) + before.normal * dot(n, now.normal), n);
 }
 
 STILLRAY_RENDER_END

@@ -9,9 +9,15 @@
 
 namespace stillray::render {
 
-/// Sets the plane from the ids and normals of the frame; empty if no instance of the scene can
-/// turn. A surface's normal in the last frame depends on its instance alone, so that no path needs
-/// it.
+/// The normal n of a surface that deforms, one frame ago.
+vec3 PreviousNormalAt(const PlacedInstance& instance, const Hit& hit, vec3 n);
+
+/// Makes the plane before the frame is traced; empty if no instance of the scene can turn.
+void PreparePreviousNormals(const SceneState& state, Frame* frame);
+
+/// Sets the plane from the ids and normals of the frame, except where an instance has changed its
+/// shape: there tracing has stored them. The normal of all others depends on their instance alone,
+/// so that no path needs it.
 void StorePreviousNormals(const SceneState& state, Frame* frame);
 
 }  // namespace stillray::render

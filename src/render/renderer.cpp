@@ -77,6 +77,8 @@ LensGuides OneSample(const PixelGuides& guides) {
   one.id = guides.id;
   one.samples = one.members = one.votes = 1;
   one.unused_0 = 0;
+  one.previous_normal = guides.previous_normal;
+  one.unused_1 = 0;
   return one;
 }
 
@@ -91,6 +93,7 @@ PixelGuides ToGuides(const LensGuides& mean) {
   guides.roughness = mean.roughness;
   guides.emission = mean.emission;
   guides.background = mean.background;
+  guides.previous_normal = mean.previous_normal;
   return guides;
 }
 
@@ -181,8 +184,8 @@ class PathTracer final : public Renderer {
 
 Status PathTracer::Build(const WrapAccel& wrap_accel, const KeepGoing& keep_going) {
   state_.Update(0.0, 0.0);
-  Result<std::unique_ptr<Accel>> accel = Accel::Create(
-      state_.scene(), DescribeInstances(state_), state_.InstanceTransforms(), filter_, keep_going);
+  Result<std::unique_ptr<Accel>> accel = Accel::Create(state_.scene(), DescribeInstances(state_),
+                                                       state_.Places(), filter_, keep_going);
   if (!accel.ok()) {
     return accel.status();
   }
@@ -198,7 +201,7 @@ Result<TraceContext> PathTracer::MoveTo(const RenderMoment& moment) {
   const bool moved = state_.Update(moment.seconds, moment.previous_seconds);
   STILLRAY_RETURN_IF_ERROR(CheckPlaces(state_, moment));
   if (moved) {
-    STILLRAY_RETURN_IF_ERROR(accel_->Update(state_.InstanceTransforms()));
+    STILLRAY_RETURN_IF_ERROR(accel_->Update(state_.Places()));
   }
   lights_.Update(moved);
   CameraPair cameras = CamerasOf(state_, moment, settings_.width, settings_.height);
@@ -298,6 +301,7 @@ bool PathTracer::ShowsImages(const TraceContext& context) const {
 void PathTracer::PreparePlanes(const TraceContext& context, const RenderMoment& moment,
                                Frame* frame) const {
   PrepareFrame(settings_, moment, frame);
+  PreparePreviousNormals(state_, frame);
   VirtualGuides& image = frame->reflection;
   frame->refraction = VirtualGuides();
   if (!ShowsImages(context)) {

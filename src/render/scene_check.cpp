@@ -58,6 +58,108 @@ Status CheckMesh(const Scene& scene, size_t index) {
   return Status::Ok();
 }
 
+Status CheckDeformation(const Scene& scene, size_t index) {
+  const Mesh& mesh = scene.meshes[index];
+  const std::string name = fmt::format("mesh {} (\"{}\")", index, mesh.name);
+  const size_t count = mesh.positions.size();
+  const auto joints = static_cast<size_t>(std::max(mesh.influences, 0)) * count;
+  if (mesh.influences < 0 || mesh.joints.size() != joints || mesh.weights.size() != joints) {
+    return Status::InvalidArgument(
+        fmt::format("{} has {} joints and {} weights, expected {} for each of {} vertices", name,
+                    mesh.joints.size(), mesh.weights.size(), mesh.influences, count));
+  }
+  for (const float weight : mesh.weights) {
+    if (!(weight >= 0.0f && weight <= 1.0f)) {
+      return Status::InvalidArgument(
+          fmt::format("{} has a joint of weight {}, expected 0 to 1", name, weight));
+    }
+  }
+  for (size_t t = 0; t < mesh.targets.size(); ++t) {
+    const MorphTarget& target = mesh.targets[t];
+    const std::string of = fmt::format("{}: morph target {}", name, t);
+    const std::vector<uint32_t>& vertices = target.vertices;
+    STILLRAY_RETURN_IF_ERROR(CheckCount(of, "positions", target.positions, vertices.size()));
+    STILLRAY_RETURN_IF_ERROR(CheckCount(of, "normals", target.normals, vertices.size()));
+    STILLRAY_RETURN_IF_ERROR(CheckCount(of, "tangents", target.tangents, vertices.size()));
+    for (size_t i = 0; i < vertices.size(); ++i) {
+      if (vertices[i] >= count || (i != 0 && vertices[i] <= vertices[i - 1])) {
+        return Status::InvalidArgument(
+            fmt::format("{} moves vertex {} at position {}, expected increasing numbers below {}",
+                        of, vertices[i], i, count));
+      }
+    }
+  }
+  return Status::Ok();
+}
+
+Status CheckSkin(const Scene& scene, size_t index) {
+  const Skin& skin = scene.skins[index];
+  const std::string name = fmt::format("skin {} (\"{}\")", index, skin.name);
+  if (skin.joints.empty() || skin.joints.size() != skin.inverse_bind.size()) {
+    return Status::InvalidArgument(
+        fmt::format("{} has {} joints and {} matrices, expected as many of both, at least one",
+                    name, skin.joints.size(), skin.inverse_bind.size()));
+  }
+  for (size_t i = 0; i < skin.joints.size(); ++i) {
+    STILLRAY_RETURN_IF_ERROR(
+        CheckIndex(fmt::format("{}: joint {}", name, i), skin.joints[i], scene.nodes.size()));
+  }
+  return Status::Ok();
+}
+
+/// \param joint_counts  of each mesh: one more than its largest joint
+Status CheckPosed(const Scene& scene, size_t index, const std::vector<size_t>& joint_counts) {
+  const Instance& instance = scene.instances[index];
+  const Mesh& mesh = scene.meshes[static_cast<size_t>(instance.mesh)];
+  const size_t weights = scene.nodes[static_cast<size_t>(instance.node)].weights.size();
+  if (!mesh.targets.empty() && weights != 0 && weights != mesh.targets.size()) {
+    return Status::InvalidArgument(
+        fmt::format("instance {}: its node has {} weights, its mesh {} "
+                    "morph targets",
+                    index, weights, mesh.targets.size()));
+  }
+  if (instance.skin == -1) {
+    return Status::Ok();
+  }
+  STILLRAY_RETURN_IF_ERROR(
+      CheckIndex(fmt::format("instance {}: its skin", index), instance.skin, scene.skins.size()));
+  const size_t used = joint_counts[static_cast<size_t>(instance.mesh)];
+  const size_t joints = scene.skins[static_cast<size_t>(instance.skin)].joints.size();
+  if (used == 0 || used > joints) {
+    return Status::InvalidArgument(
+        fmt::format("instance {}: its mesh uses {} joints, its skin has {}", index, used, joints));
+  }
+  return Status::Ok();
+}
+
+Status CheckDeformations(const Scene& scene) {
+  std::vector<size_t> joint_counts;
+  for (size_t i = 0; i < scene.meshes.size(); ++i) {
+    STILLRAY_RETURN_IF_ERROR(CheckDeformation(scene, i));
+    const std::vector<uint16_t>& joints = scene.meshes[i].joints;
+    const auto largest = std::max_element(joints.begin(), joints.end());
+    joint_counts.push_back(largest == joints.end() ? 0 : size_t{*largest} + 1);
+  }
+  for (size_t i = 0; i < scene.skins.size(); ++i) {
+    STILLRAY_RETURN_IF_ERROR(CheckSkin(scene, i));
+  }
+  for (size_t i = 0; i < scene.instances.size(); ++i) {
+    STILLRAY_RETURN_IF_ERROR(CheckPosed(scene, i, joint_counts));
+  }
+  for (size_t i = 0; i < scene.animation.size(); ++i) {
+    const AnimationChannel& channel = scene.animation[i];
+    const size_t per_key = channel.interpolation == Interpolation::kCubicSpline ? 3 : 1;
+    const size_t expected = scene.nodes[static_cast<size_t>(channel.node)].weights.size() *
+                            channel.times.size() * per_key;
+    if (channel.property == AnimatedProperty::kWeights && channel.weights.size() != expected) {
+      return Status::InvalidArgument(
+          fmt::format("animation channel {}: {} weights for {} keys, expected {}", i,
+                      channel.weights.size(), channel.times.size(), expected));
+    }
+  }
+  return Status::Ok();
+}
+
 Status CheckTexture(const Scene& scene, size_t index) {
   const Texture& texture = scene.textures[index];
   const std::string name = fmt::format("texture {} (\"{}\")", index, texture.name);
@@ -285,6 +387,7 @@ Status CheckScene(const Scene& scene) {
     STILLRAY_RETURN_IF_ERROR(CheckMesh(scene, i));
   }
   STILLRAY_RETURN_IF_ERROR(CheckNodes(scene));
+  STILLRAY_RETURN_IF_ERROR(CheckDeformations(scene));
   return CheckEnvironment(scene.environment);
 }
 
@@ -318,7 +421,13 @@ Status CheckPlaces(const SceneState& state, const RenderMoment& moment) {
     STILLRAY_RETURN_IF_ERROR(check(scene.cameras[static_cast<size_t>(moment.camera)].node));
   }
   for (const Instance& instance : scene.instances) {
-    STILLRAY_RETURN_IF_ERROR(check(instance.node));
+    if (instance.skin < 0) {
+      STILLRAY_RETURN_IF_ERROR(check(instance.node));
+      continue;
+    }
+    for (const int joint : scene.skins[static_cast<size_t>(instance.skin)].joints) {
+      STILLRAY_RETURN_IF_ERROR(check(joint));
+    }
   }
   return Status::Ok();
 }

@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/scene_state.h"
 
+#include <algorithm>
+#include <utility>
+
 #include <tbb/parallel_for.h>
 
 #include "render/shared.h"
@@ -9,11 +12,6 @@
 
 namespace stillray::render {
 namespace {
-
-/// The cofactor matrix: determinant times inverse transpose, defined for singular matrices too.
-mat3 CofactorMatrix(const mat3& m) {
-  return {cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])};
-}
 
 void Place(PlacedInstance* instance, const mat4& world) {
   instance->world = world;
@@ -39,7 +37,8 @@ T Interpolate(const Mesh& mesh, const Hit& hit, const std::vector<T>& values) {
 std::vector<bool> AnimatedNodes(const Scene& scene, bool turns) {
   std::vector<bool> animated(scene.nodes.size(), false);
   for (const AnimationChannel& channel : scene.animation) {
-    if (!turns || channel.property != AnimatedProperty::kTranslation) {
+    if (channel.property != AnimatedProperty::kWeights &&
+        (!turns || channel.property != AnimatedProperty::kTranslation)) {
       animated[static_cast<size_t>(channel.node)] = true;
     }
   }
@@ -48,6 +47,15 @@ std::vector<bool> AnimatedNodes(const Scene& scene, bool turns) {
     animated[i] = animated[i] || (parent >= 0 && animated[static_cast<size_t>(parent)]);
   }
   return animated;
+}
+
+VertexArrays ArraysOf(const std::vector<vec3>& positions, const std::vector<vec3>& normals,
+                      const std::vector<vec4>& tangents) {
+  return {positions.data(), normals.data(), tangents.empty() ? nullptr : tangents.data()};
+}
+
+VertexArrays ArraysOf(const DeformedMesh& mesh) {
+  return ArraysOf(mesh.positions, mesh.normals, mesh.tangents);
 }
 
 }  // namespace
@@ -73,7 +81,22 @@ SceneState::SceneState(const Scene& scene) : scene_(&scene) {
     instance.material = &scene.materials[static_cast<size_t>(instance.material_index)];
     instance.moving = animated[static_cast<size_t>(scene.instances[i].node)];
     instance.may_turn = turning[static_cast<size_t>(scene.instances[i].node)];
+    const Instance& from = scene.instances[i];
+    if (from.skin >= 0) {
+      const std::vector<int>& joints = scene.skins[static_cast<size_t>(from.skin)].joints;
+      instance.moving = std::any_of(joints.begin(), joints.end(), [&](int joint) {
+        return animated[static_cast<size_t>(joint)];
+      });
+    }
+    instance.deforms = (from.skin >= 0 && instance.moving) || HasAnimatedWeights(scene, from);
+    instance.moving = instance.moving || instance.deforms;
+    instance.may_turn = (from.skin < 0 && instance.may_turn) || instance.deforms;
     may_turn_ = may_turn_ || instance.may_turn;
+    instance.vertices = instance.previous_vertices =
+        ArraysOf(instance.mesh->positions, instance.mesh->normals, instance.mesh->tangents);
+    if (MayDeform(scene, from)) {
+      deformations_.push_back({i, {}, {}});
+    }
     instance.instanced = instance.moving;
     instance.opaque = instance.material->alpha_mode == AlphaMode::kOpaque;
     instance.layered = IsLayered(*instance.material);
@@ -87,11 +110,16 @@ bool SceneState::Update(double seconds, double previous_seconds) {
   for (size_t i = 0; i < instances_.size(); ++i) {
     const auto node = static_cast<size_t>(scene_->instances[i].node);
     PlacedInstance& instance = instances_[i];
-    if (!placed_ || instance.world != nodes_[node]) {
+    const bool skinned = scene_->instances[i].skin >= 0;
+    const mat4 world = skinned ? mat4(1.0f) : nodes_[node];
+    if (!placed_ || instance.world != world) {
       moved = true;
-      Place(&instance, nodes_[node]);
+      Place(&instance, world);
     }
-    instance.previous_world = previous_nodes_[node];
+    instance.previous_world = skinned ? mat4(1.0f) : previous_nodes_[node];
+  }
+  for (Deformation& deformation : deformations_) {
+    moved = UpdateDeformation(seconds, previous_seconds, &deformation) || moved;
   }
   if (!placed_) {
     ShareMeshes();
@@ -101,12 +129,45 @@ bool SceneState::Update(double seconds, double previous_seconds) {
   return moved;
 }
 
-std::vector<mat4> SceneState::InstanceTransforms() const {
-  std::vector<mat4> transforms(instances_.size());
-  for (size_t i = 0; i < transforms.size(); ++i) {
-    transforms[i] = instances_[i].world;
+/// The vertices of a frame often are the previous ones of the next frame, so both are kept with
+/// their poses.
+bool SceneState::UpdateDeformation(double seconds, double previous_seconds,
+                                   Deformation* deformation) {
+  const Instance& of = scene_->instances[deformation->instance];
+  PlacedInstance& instance = instances_[deformation->instance];
+  Posed& now = deformation->now;
+  Posed& before = deformation->before;
+  Pose pose = PoseOf(*scene_, of, nodes_, seconds);
+  Pose previous_pose = PoseOf(*scene_, of, previous_nodes_, previous_seconds);
+  const auto set = [&](Pose* to, Posed* posed) {
+    if (!posed->known || !(posed->pose == *to)) {
+      Deform(*instance.mesh, *to, &posed->mesh);
+      posed->pose = std::move(*to);
+      posed->known = true;
+    }
+  };
+  const bool changed = !now.known || !(now.pose == pose);
+  const bool stands = pose == previous_pose;
+  if (!stands && changed && now.known && now.pose == previous_pose) {
+    std::swap(now, before);
   }
-  return transforms;
+  instance.orientation = of.skin >= 0 ? PoseOrientation(pose) : instance.orientation;
+  set(&pose, &now);
+  instance.vertices = ArraysOf(now.mesh);
+  instance.shape += changed ? 1 : 0;
+  if (!stands) {
+    set(&previous_pose, &before);
+  }
+  instance.previous_vertices = stands ? instance.vertices : ArraysOf(before.mesh);
+  return changed;
+}
+
+std::vector<AccelPlace> SceneState::Places() const {
+  std::vector<AccelPlace> places(instances_.size());
+  for (size_t i = 0; i < places.size(); ++i) {
+    places[i] = {instances_[i].world, instances_[i].vertices.positions, instances_[i].shape};
+  }
+  return places;
 }
 
 /// Copying makes tracing faster, and costs about 120 bytes per triangle. If copies of repeated
@@ -125,7 +186,8 @@ void SceneState::ShareMeshes() {
   }
   for (size_t i = 0; i < instances_.size(); ++i) {
     PlacedInstance& instance = instances_[i];
-    const bool worth_it = places[static_cast<size_t>(scene_->instances[i].mesh)] > 1 &&
+    const bool worth_it = !MayDeform(*scene_, scene_->instances[i]) &&
+                          places[static_cast<size_t>(scene_->instances[i].mesh)] > 1 &&
                           instance.mesh->indices.size() / 3 >= kMinSharedTriangles;
     instance.instanced = instance.instanced || (worth_it && IsInvertible(instance.world));
   }
@@ -143,7 +205,7 @@ void SceneState::PlaceStatic() {
     // Embree loads a vector of four at the last vertex.
     placed.resize(instance.mesh->positions.size() + 1);
     for (size_t k = 0; k < instance.mesh->positions.size(); ++k) {
-      placed[k] = vec3(instance.world * vec4(instance.mesh->positions[k], 1.0f));
+      placed[k] = vec3(instance.world * vec4(instance.vertices.positions[k], 1.0f));
     }
     instance.placed = placed.data();
   });
@@ -153,6 +215,12 @@ size_t SceneState::memory_bytes() const {
   size_t bytes = instances_.capacity() * sizeof(PlacedInstance);
   for (const std::vector<vec3>& placed : placed_positions_) {
     bytes += placed.capacity() * sizeof(vec3);
+  }
+  for (const Deformation& deformation : deformations_) {
+    for (const Posed* posed : {&deformation.now, &deformation.before}) {
+      bytes += (posed->mesh.positions.capacity() + posed->mesh.normals.capacity()) * sizeof(vec3) +
+               posed->mesh.tangents.capacity() * sizeof(vec4);
+    }
   }
   return bytes;
 }

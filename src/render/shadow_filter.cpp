@@ -27,6 +27,7 @@ std::vector<AccelInstance> DescribeInstances(const SceneState& state) {
   for (size_t i = 0; i < out.size(); ++i) {
     const PlacedInstance& instance = state.instances()[i];
     out[i].instanced = instance.instanced;
+    out[i].deforms = instance.deforms;
     out[i].placed = instance.placed;
     out[i].see_through = IsSeeThrough(instance);
   }

@@ -21,7 +21,7 @@ Corners CornersOf(const Mesh& mesh, const Hit& hit) {
 }
 
 template <typename T>
-T Blend(const std::vector<T>& values, Corners c, const Hit& hit) {
+T Blend(const T* values, Corners c, const Hit& hit) {
   return values[c.i0] * (1.0f - hit.u - hit.v) + values[c.i1] * hit.u + values[c.i2] * hit.v;
 }
 
@@ -52,10 +52,10 @@ vec3 ApplyNormalMap(const SceneState& state, const PlacedInstance& instance, con
     return normal;
   }
   vec4 tangent;
-  if (instance.mesh->tangents.empty()) {
+  if (instance.vertices.tangents == nullptr) {
     tangent = TangentFromUv(instance, hit, triangle, map.uv_set);
   } else {
-    tangent = Blend(instance.mesh->tangents, CornersOf(*instance.mesh, hit), hit);
+    tangent = Blend(instance.vertices.tangents, CornersOf(*instance.mesh, hit), hit);
     tangent = vec4(mat3(instance.world) * vec3(tangent), tangent.w);
   }
   const vec3 across = vec3(tangent) - normal * dot(normal, vec3(tangent));
@@ -93,8 +93,8 @@ void SetNormals(const SceneState& state, const Hit& hit, Surface* surface) {
   surface->front = side > 0.0f ? 1 : 0;
   surface->geometric = outward * side;
 
-  const vec3 interpolated =
-      instance.normal_matrix * Blend(instance.mesh->normals, CornersOf(*instance.mesh, hit), hit);
+  const vec3 interpolated = instance.normal_matrix *
+                            Blend(instance.vertices.normals, CornersOf(*instance.mesh, hit), hit);
   vec3 normal = SafeNormalize(interpolated, outward);
   // Normals that disagree with the winding are flipped.
   normal = dot(normal, outward) < 0.0f ? -normal : normal;

@@ -10,6 +10,7 @@
 #include "core/colour.h"
 #include "render/frame_store.h"
 #include "render/guides.h"
+#include "render/previous_normals.h"
 #include "render/virtual_image_shared.h"
 
 namespace stillray::render {
@@ -78,7 +79,9 @@ struct Chain {
 /// The point of a hit at the previous frame's moment.
 vec3 PreviousPoint(const PlacedInstance& instance, const Hit& hit, vec3 now) {
   return instance.moving
-             ? vec3(instance.previous_world * vec4(LocalPoint(*instance.mesh, hit), 1.0f))
+             ? vec3(instance.previous_world *
+                    vec4(LocalPoint(*instance.mesh, instance.previous_vertices.positions, hit),
+                         1.0f))
              : now;
 }
 
@@ -91,16 +94,20 @@ ChainVertex MakeVertex(const TraceContext& context, const Hit& hit, const Surfac
   const mat3 world(instance.moving ? instance.previous_world : instance.world);
   const mat3 to_normal = transpose(inverse(world));
   const mat3 from_normal = transpose(mat3(instance.world));
+  const VertexArrays& before = instance.previous_vertices;
   const auto normal_at = [&](int k) {
-    return SafeNormalize(to_normal * mesh.normals[corner[k]], surface.frame.z);
+    return SafeNormalize(to_normal * before.normals[corner[k]], surface.frame.z);
   };
   ChainVertex vertex;
   vertex.position = PreviousPoint(instance, hit, surface.position);
-  vertex.edge_u = world * (mesh.positions[corner[1]] - mesh.positions[corner[0]]);
-  vertex.edge_v = world * (mesh.positions[corner[2]] - mesh.positions[corner[0]]);
-  vertex.normal = instance.moving
-                      ? SafeNormalize(to_normal * (from_normal * surface.frame.z), surface.frame.z)
-                      : surface.frame.z;
+  vertex.edge_u = world * (before.positions[corner[1]] - before.positions[corner[0]]);
+  vertex.edge_v = world * (before.positions[corner[2]] - before.positions[corner[0]]);
+  vertex.normal = surface.frame.z;
+  if (instance.HasChangedShape()) {
+    vertex.normal = PreviousNormalAt(instance, hit, surface.frame.z);
+  } else if (instance.moving) {
+    vertex.normal = SafeNormalize(to_normal * (from_normal * surface.frame.z), surface.frame.z);
+  }
   const vec3 n0 = normal_at(0);
   const float side = dot(n0, vertex.normal) < 0.0f ? -1.0f : 1.0f;
   vertex.normal_u = (normal_at(1) - n0) * side;

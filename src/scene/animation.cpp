@@ -36,45 +36,86 @@ vec4 Slerp(vec4 a, vec4 b, float t) {
                       std::sin(angle));
 }
 
-/// Cubic Hermite spline (glTF 2.0, C.5) between keys i and i + 1, which lie `gap` seconds apart.
-vec4 Hermite(const std::vector<vec4>& values, size_t i, float t, float gap) {
-  const vec4 p0 = values[3 * i + 1];
-  const vec4 m0 = values[3 * i + 2] * gap;
-  const vec4 m1 = values[3 * i + 3] * gap;
-  const vec4 p1 = values[3 * i + 4];
+/// Cubic Hermite spline (glTF 2.0, C.5) between two keys that lie `gap` seconds apart.
+/// \param out_tangent, in_tangent  of the first and of the second key
+template <typename T>
+T Hermite(T p0, T out_tangent, T in_tangent, T p1, float t, float gap) {
+  const T m0 = out_tangent * gap;
+  const T m1 = in_tangent * gap;
   const float t2 = t * t;
   const float t3 = t2 * t;
   return p0 * (2.0f * t3 - 3.0f * t2 + 1.0f) + m0 * (t3 - 2.0f * t2 + t) +
          p1 * (3.0f * t2 - 2.0f * t3) + m1 * (t3 - t2);
 }
 
-vec4 KeyValue(const AnimationChannel& channel, size_t i) {
-  return channel.interpolation == Interpolation::kCubicSpline ? channel.values[3 * i + 1]
-                                                              : channel.values[i];
+size_t ValuesPerKey(const AnimationChannel& channel) {
+  return channel.interpolation == Interpolation::kCubicSpline ? 3 : 1;
 }
 
-vec4 ChannelValue(const AnimationChannel& channel, double seconds) {
+/// Where a time lies among the keys of a channel.
+struct KeyPlace {
+  size_t key = 0;        ///< its value holds, or the value lies between it and the next one
+  bool between = false;  ///< the latter
+  float t = 0;           ///< 0..1 of the way to the next key
+  float gap = 0;         ///< seconds to the next key
+};
+
+/// \param channel  has at least one key
+KeyPlace FindKey(const AnimationChannel& channel, double seconds) {
   const std::vector<float>& times = channel.times;
   // The first key after `seconds`.
   const size_t next = static_cast<size_t>(
       std::upper_bound(times.begin(), times.end(), seconds,
                        [](double s, float time) { return s < static_cast<double>(time); }) -
       times.begin());
+  KeyPlace place;
   if (next == 0) {
-    return KeyValue(channel, 0);
+    return place;
   }
-  const size_t i = next - 1;
+  place.key = next - 1;
   if (next == times.size() || channel.interpolation == Interpolation::kStep) {
-    return KeyValue(channel, i);
+    return place;
   }
-  const double gap = static_cast<double>(times[next]) - static_cast<double>(times[i]);
-  const float t = static_cast<float>((seconds - static_cast<double>(times[i])) / gap);
+  const auto start = static_cast<double>(times[place.key]);
+  const double gap = static_cast<double>(times[next]) - start;
+  place.between = true;
+  place.t = static_cast<float>((seconds - start) / gap);
+  place.gap = static_cast<float>(gap);
+  return place;
+}
+
+vec4 ChannelValue(const AnimationChannel& channel, double seconds) {
+  const KeyPlace at = FindKey(channel, seconds);
+  const vec4* v = channel.values.data();
+  const size_t i = at.key;
   if (channel.interpolation == Interpolation::kCubicSpline) {
-    return Hermite(channel.values, i, t, static_cast<float>(gap));
+    return at.between
+               ? Hermite(v[3 * i + 1], v[3 * i + 2], v[3 * i + 3], v[3 * i + 4], at.t, at.gap)
+               : v[3 * i + 1];
   }
-  const vec4 a = channel.values[i];
-  const vec4 b = channel.values[next];
-  return channel.property == AnimatedProperty::kRotation ? Slerp(a, b, t) : a + (b - a) * t;
+  if (!at.between) {
+    return v[i];
+  }
+  return channel.property == AnimatedProperty::kRotation ? Slerp(v[i], v[i + 1], at.t)
+                                                         : v[i] + (v[i + 1] - v[i]) * at.t;
+}
+
+/// \param weights  [out] all are set
+void ChannelWeights(const AnimationChannel& channel, double seconds, std::vector<float>* weights) {
+  const KeyPlace at = FindKey(channel, seconds);
+  const size_t n = weights->size();
+  for (size_t k = 0; k < n; ++k) {
+    const auto value = [&](size_t i) { return channel.weights[i * n + k]; };
+    const size_t i = at.key;
+    float& weight = (*weights)[k];
+    if (channel.interpolation == Interpolation::kCubicSpline) {
+      weight = at.between ? Hermite(value(3 * i + 1), value(3 * i + 2), value(3 * i + 3),
+                                    value(3 * i + 4), at.t, at.gap)
+                          : value(3 * i + 1);
+    } else {
+      weight = at.between ? value(i) + (value(i + 1) - value(i)) * at.t : value(i);
+    }
+  }
 }
 
 void ApplyChannel(const AnimationChannel& channel, double seconds, Transform* local) {
@@ -89,6 +130,8 @@ void ApplyChannel(const AnimationChannel& channel, double seconds, Transform* lo
     case AnimatedProperty::kScale:
       local->scale = vec3(value);
       break;
+    case AnimatedProperty::kWeights:
+      break;  // no part of the transform
   }
 }
 
@@ -122,10 +165,9 @@ std::vector<mat4> NodeTransforms(const Scene& scene, double seconds) {
     locals[i] = scene.nodes[i].local;
   }
   for (const AnimationChannel& channel : scene.animation) {
-    const size_t per_key = channel.interpolation == Interpolation::kCubicSpline ? 3 : 1;
     STILLRAY_CHECK_LT(static_cast<size_t>(channel.node), locals.size());
-    STILLRAY_CHECK_EQ(channel.values.size(), channel.times.size() * per_key);
-    if (!channel.times.empty()) {
+    if (channel.property != AnimatedProperty::kWeights && !channel.times.empty()) {
+      STILLRAY_CHECK_EQ(channel.values.size(), channel.times.size() * ValuesPerKey(channel));
       ApplyChannel(channel, seconds, &locals[static_cast<size_t>(channel.node)]);
     }
   }
@@ -137,6 +179,19 @@ std::vector<mat4> NodeTransforms(const Scene& scene, double seconds) {
     worlds[i] = node.parent < 0 ? local : worlds[static_cast<size_t>(node.parent)] * local;
   }
   return worlds;
+}
+
+std::vector<float> MorphWeights(const Scene& scene, int node, double seconds) {
+  std::vector<float> weights = scene.nodes[static_cast<size_t>(node)].weights;
+  for (const AnimationChannel& channel : scene.animation) {
+    if (channel.node == node && channel.property == AnimatedProperty::kWeights &&
+        !channel.times.empty()) {
+      STILLRAY_CHECK_EQ(channel.weights.size(),
+                        channel.times.size() * ValuesPerKey(channel) * weights.size());
+      ChannelWeights(channel, seconds, &weights);
+    }
+  }
+  return weights;
 }
 
 }  // namespace stillray

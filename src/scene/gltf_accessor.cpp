@@ -25,7 +25,7 @@ constexpr uint64_t kMaxElements = 100'000'000;
 /// bytes: real files use such accessors only for small morph targets and placeholders.
 constexpr uint64_t kMaxFreeElements = 1'000'000;
 
-const std::array<uint8_t, 16> kZeros{};
+const std::array<uint8_t, 64> kZeros{};
 
 size_t ComponentBytes(uint64_t type) {
   switch (type) {
@@ -49,6 +49,9 @@ int ComponentCount(const std::string& type) {
   }
   if (type.size() == 4 && type.compare(0, 3, "VEC") == 0 && type[3] >= '2' && type[3] <= '4') {
     return type[3] - '0';
+  }
+  if (type == "MAT4") {
+    return 16;  // its columns are not padded, whatever the component type
   }
   return 0;
 }
@@ -206,7 +209,7 @@ bool OpenAccessor(const GltfDocument& document, ImportLog* log, int index, const
   accessor->components_ = ComponentCount(type);
   accessor->component_bytes_ = ComponentBytes(accessor->component_type_);
   if (accessor->components_ == 0) {
-    view.Fail("type", fmt::format("'{}' is not SCALAR, VEC2, VEC3 or VEC4, as {} needs",
+    view.Fail("type", fmt::format("'{}' is not SCALAR, VEC2, VEC3, VEC4 or MAT4, as {} needs",
                                   Printable(type), user));
     return false;
   }

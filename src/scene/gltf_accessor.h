@@ -17,8 +17,9 @@ namespace stillray {
 class Accessor {
  public:
   size_t count() const { return count_; }
-  int components() const { return components_; }  ///< 1..4
+  int components() const { return components_; }  ///< 1..4; 16 for MAT4, in columns
   bool is_float() const { return component_type_ == 5126; }
+  size_t component_bytes() const { return component_bytes_; }
   bool normalized() const { return normalized_; }
   bool is_unsigned() const {
     return component_type_ == 5121 || component_type_ == 5123 || component_type_ == 5125;

@@ -34,8 +34,7 @@ ChannelTarget ReadTarget(GltfImport* import, const JsonView& channel) {
   } else if (path == "scale") {
     result.property = AnimatedProperty::kScale;
   } else if (path == "weights") {
-    import->log.Warn("animated morph weights are not supported and were left out");
-    return result;
+    result.property = AnimatedProperty::kWeights;
   } else {
     target.Warn("path", fmt::format("'{}' is not supported and was left out", Printable(path)));
     return result;
@@ -90,6 +89,28 @@ Interpolation ReadInterpolation(const JsonView& sampler) {
   return Interpolation::kLinear;
 }
 
+/// Morph weights: scalars, for each key as many as the node's meshes have targets.
+bool ReadWeights(GltfImport* import, const JsonView& sampler, int accessor_index, size_t expected,
+                 const Accessor& accessor, AnimationChannel* channel) {
+  if (accessor.components() != 1 || accessor.count() != expected) {
+    sampler.Fail("output",
+                 fmt::format("accessors[{}] has {} elements of {} components, expected "
+                             "{} of 1: the node's morph targets for each keyframe",
+                             accessor_index, accessor.count(), accessor.components(), expected));
+    return false;
+  }
+  channel->weights.resize(accessor.count());
+  for (size_t i = 0; i < channel->weights.size(); ++i) {
+    float& value = channel->weights[i];
+    accessor.Read(i, &value);
+    if (!(std::abs(value) <= kMaxAnimatedValue)) {
+      sampler.Fail("output", fmt::format("value {} of element {} is no usable number", value, i));
+      return false;
+    }
+  }
+  return import->log.ok();
+}
+
 bool ReadValues(GltfImport* import, const JsonView& sampler, int accessor_index,
                 AnimationChannel* channel) {
   Accessor accessor;
@@ -100,6 +121,11 @@ bool ReadValues(GltfImport* import, const JsonView& sampler, int accessor_index,
   }
   const int components = channel->property == AnimatedProperty::kRotation ? 4 : 3;
   const size_t per_key = channel->interpolation == Interpolation::kCubicSpline ? 3 : 1;
+  if (channel->property == AnimatedProperty::kWeights) {
+    const size_t targets = import->scene.nodes[static_cast<size_t>(channel->node)].weights.size();
+    return ReadWeights(import, sampler, accessor_index, channel->times.size() * per_key * targets,
+                       accessor, channel);
+  }
   if (accessor.components() != components || accessor.count() != channel->times.size() * per_key) {
     sampler.Fail("output", fmt::format("accessors[{}] has {} elements of {} components, expected "
                                        "{} of {}",
@@ -152,6 +178,11 @@ void ReadChannel(GltfImport* import, const JsonView& animation, const JsonView& 
     view.Fail("sampler", "missing");
     return;
   }
+  if (target.property == AnimatedProperty::kWeights &&
+      import->scene.nodes[static_cast<size_t>(target.node)].weights.empty()) {
+    view.Warn("target.node", "has no morph targets, so its animated weights were left out");
+    return;
+  }
   if (!seen->insert({target.node, target.property}).second) {
     view.Warn("target", "animates what another channel animates, and was left out");
     return;
@@ -172,7 +203,7 @@ void ReadChannel(GltfImport* import, const JsonView& animation, const JsonView& 
     return;
   }
   Node& node = import->scene.nodes[static_cast<size_t>(target.node)];
-  if (node.has_matrix) {
+  if (node.has_matrix && target.property != AnimatedProperty::kWeights) {
     view.Warn("target.node", "is animated but has a matrix, which was taken apart");
     SplitMatrix(&node);
   }

@@ -73,7 +73,8 @@ Result<Scene> Import(ByteSpan bytes, const std::string& base_folder, const KeepG
   };
   for (void (*step)(GltfImport*) :
        {&CheckExtensions, static_cast<void (*)(GltfImport*)>(load_buffers), &ImportNodes,
-        &ImportMaterials, &ImportTextures, &ImportMeshes, &ImportAnimations, &Complete}) {
+        &ImportSkins, &ImportMaterials, &ImportTextures, &ImportMeshes, &ImportAnimations,
+        &Complete}) {
     if (!import.GoesOn()) {
       return Status::Cancelled();
     }

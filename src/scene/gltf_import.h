@@ -21,6 +21,8 @@ namespace stillray {
 struct GltfMeshUse {
   int gltf_mesh = -1;
   int node = -1;  ///< in Scene::nodes
+  int gltf_node = -1;
+  int gltf_skin = -1;
 };
 
 struct GltfImport {
@@ -29,6 +31,7 @@ struct GltfImport {
   Scene scene;
   std::vector<int> node_of_gltf;       ///< glTF node -> Scene::nodes, -1 if not part of the scene
   std::vector<GltfMeshUse> mesh_uses;  ///< in the order of Scene::nodes
+  std::vector<int> skin_of_gltf;       ///< glTF skin -> Scene::skins, -1 if not in use
   std::vector<int> image_of_texture;   ///< Scene::textures -> glTF image
   bool has_environment = false;        ///< the file defines an environment, which may be black
   /// Picture, wrap modes and filter -> index into Scene::textures.
@@ -56,6 +59,9 @@ void CheckExtensions(GltfImport* import);
 /// meshes; also the environment, which is a property of the scene.
 void ImportNodes(GltfImport* import);
 
+/// Imports the skins in use.
+void ImportSkins(GltfImport* import);
+
 /// Imports all materials, in the file's order, and stubs of the textures that they use.
 void ImportMaterials(GltfImport* import);
 
@@ -66,7 +72,7 @@ int UseTexture(GltfImport* import, int gltf_texture);
 /// Reads and decodes the textures that have stubs.
 void ImportTextures(GltfImport* import);
 
-/// Imports the primitives of all meshes in use, and their instances.
+/// Imports the primitives of all meshes in use, their instances, and the weights of morph targets.
 void ImportMeshes(GltfImport* import);
 
 void ImportAnimations(GltfImport* import);

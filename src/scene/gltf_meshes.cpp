@@ -13,6 +13,7 @@
 
 #include "scene/gltf_accessor.h"
 #include "scene/gltf_import.h"
+#include "scene/gltf_primitive.h"
 #include "scene/material_textures.h"
 #include "scene/mesh_tools.h"
 
@@ -23,36 +24,14 @@ namespace {
 constexpr uint64_t kMaxInstances = 10'000'000;
 /// An instance takes about 900 bytes, most of them in the BVH; an element up to 28.
 constexpr uint64_t kElementsPerInstance = 32;
+/// A vertex of an instance that deforms takes about 80 bytes, and its triangles as many in the BVH.
+constexpr uint64_t kElementsPerDeformedVertex = 4;
 constexpr uint64_t kTriangles = 4;
 constexpr uint64_t kTriangleStrip = 5;
 constexpr uint64_t kTriangleFan = 6;
 
-/// A primitive to convert to a Mesh: its checked references, before any data is read.
-struct Primitive {
-  JsonView view;
-  std::string mesh_name;
-  uint64_t mode = kTriangles;
-  int material = -1;
-  int indices = -1;
-  int position = -1;
-  int normal = -1;
-  int tangent = -1;
-  int color = -1;
-  std::array<int, 2> uv = {-1, -1};
-  ImportLog log;  ///< of the parallel part
-  Mesh mesh;
-};
-
 uint64_t AccessorCount(const JsonView& root, int accessor) {
   return root.Item("accessors", static_cast<size_t>(accessor)).Count("count", 0);
-}
-
-/// Cost of opening an accessor beyond its elements in use.
-uint64_t SparseCount(const JsonView& root, int accessor) {
-  return accessor < 0 ? 0
-                      : root.Item("accessors", static_cast<size_t>(accessor))
-                            .Object("sparse")
-                            .Count("count", 0);
 }
 
 /// glTF's default material, added when the first primitive without a material is read.
@@ -63,15 +42,6 @@ int DefaultMaterial(GltfImport* import, int* index) {
     import->scene.materials.back().name = "default";
   }
   return *index;
-}
-
-void WarnAboutDeformation(const JsonView& view, const JsonView& attributes) {
-  if (view.Size("targets") != 0) {
-    view.log()->Warn("morph targets are not supported: morphed meshes stand in their rest pose");
-  }
-  if (attributes.Has("JOINTS_0")) {
-    view.log()->Warn("skins are not supported: skinned meshes stand in their rest pose");
-  }
 }
 
 /// Fills the plan of one primitive; false if it is skipped or after a failure.
@@ -90,7 +60,6 @@ bool PlanPrimitive(GltfImport* import, const JsonView& view, Primitive* plan) {
   const auto find = [&](const char* name) {
     return attributes.Index(name, accessors, "accessors");
   };
-  WarnAboutDeformation(view, attributes);
   plan->material = view.Index("material", root.Size("materials"), "materials");
   plan->indices = view.Index("indices", accessors, "accessors");
   plan->position = find("POSITION");
@@ -112,39 +81,9 @@ bool PlanPrimitive(GltfImport* import, const JsonView& view, Primitive* plan) {
                              plan->color, plan->uv[0], plan->uv[1]}) {
     cost += SparseCount(root, accessor);
   }
-  return import->log.ok() && import->Charge(view.path(), cost);
-}
-
-/// Opens an accessor and checks its shape.
-bool OpenAttribute(const GltfDocument& document, Primitive* primitive, int index, const char* name,
-                   int min_components, int max_components, Accessor* accessor) {
-  const std::string user = primitive->view.path() + "." + name;
-  if (!OpenAccessor(document, &primitive->log, index, user, accessor)) {
-    return false;
-  }
-  if (accessor->components() < min_components || accessor->components() > max_components) {
-    primitive->log.Fail(
-        Status::BadData(fmt::format("{}: accessors[{}] has {} components, expected {}", user, index,
-                                    accessor->components(), min_components)));
-    return false;
-  }
-  return true;
-}
-
-/// The same for attributes other than POSITION, which must have as many elements as POSITION.
-bool OpenVertexAttribute(const GltfDocument& document, Primitive* primitive, int index,
-                         const char* name, int min_components, int max_components, size_t vertices,
-                         Accessor* accessor) {
-  if (!OpenAttribute(document, primitive, index, name, min_components, max_components, accessor)) {
-    return false;
-  }
-  if (accessor->count() != vertices) {
-    primitive->log.Fail(
-        Status::BadData(fmt::format("{}.{}: has {} elements, POSITION has {}",
-                                    primitive->view.path(), name, accessor->count(), vertices)));
-    return false;
-  }
-  return true;
+  const uint64_t vertices = AccessorCount(root, plan->position);
+  return PlanDeformation(root, view, vertices, plan, &cost) && import->log.ok() &&
+         import->Charge(view.path(), cost);
 }
 
 bool ReadIndices(const GltfDocument& document, Primitive* primitive, size_t vertices,
@@ -211,7 +150,7 @@ void ReadPositions(const Accessor& accessor, Primitive* primitive, std::vector<u
   for (size_t i = 0; i < used->size(); ++i) {
     accessor.Read((*used)[i], &mesh.positions[i].x);
   }
-  const BadTriangles bad = RemoveBadTriangles(mesh.positions, &mesh.indices);
+  const BadTriangles bad = RemoveBadTriangles(mesh.positions, &mesh.indices, primitive->deforms());
   if (bad.not_finite != 0) {
     primitive->log.Warn(fmt::format(
         "{}: {} triangles with positions that are NaN, infinite or beyond {:g} were left out",
@@ -253,6 +192,7 @@ void ReadNormals(const GltfDocument& document, Primitive* primitive, size_t vert
   if (primitive->normal < 0) {
     Unshare(&mesh, used);
     ComputeFlatNormals(&mesh);
+    mesh.flat_normals = true;
     return;
   }
   Accessor accessor;
@@ -390,6 +330,8 @@ void ReadPrimitive(const GltfDocument& document, const std::vector<Material>& ma
   ReadNormals(document, primitive, vertices, &used);
   ReadUvs(document, primitive, vertices, used);
   ReadColours(document, primitive, vertices, used);
+  ReadJoints(document, primitive, vertices, used);
+  ReadTargets(document, primitive, vertices, used);
   const Material& material = materials[static_cast<size_t>(primitive->material)];
   if (!primitive->log.ok()) {
     return;
@@ -423,6 +365,12 @@ std::vector<Primitive> PlanPrimitives(GltfImport* import,
       if (!PlanPrimitive(import, mesh.Item("primitives", i), &plan)) {
         continue;
       }
+      if (primitives.size() > first && plan.targets.size() != primitives[first].targets.size()) {
+        plan.view.Fail("targets", fmt::format("{} morph targets, but {} has {}",
+                                              plan.targets.size(), primitives[first].view.path(),
+                                              primitives[first].targets.size()));
+        break;
+      }
       plan.mesh_name = name;
       if (plan.material < 0) {
         plan.material = DefaultMaterial(import, &default_material);
@@ -435,6 +383,58 @@ std::vector<Primitive> PlanPrimitives(GltfImport* import,
     }
   }
   return primitives;
+}
+
+/// The weights of a node's morph targets: its own, else those of its mesh; all 0 without either.
+std::vector<float> ReadMorphWeights(const JsonView& root, const GltfMeshUse& use, size_t targets) {
+  std::vector<float> weights(targets, 0.0f);
+  const JsonView node = root.Item("nodes", static_cast<size_t>(use.gltf_node));
+  const JsonView mesh = root.Item("meshes", static_cast<size_t>(use.gltf_mesh));
+  for (const JsonView& view : {node, mesh}) {
+    if (!view.Has("weights")) {
+      continue;
+    }
+    const size_t count = view.Size("weights");
+    if (targets == 0) {
+      view.Warn("weights", "are of no use: the mesh has no morph targets");
+    } else if (count != targets) {
+      view.Fail("weights",
+                fmt::format("{} weights, but the mesh has {} morph targets", count, targets));
+    } else {
+      view.Numbers("weights", weights.data(), targets);
+    }
+    break;
+  }
+  return weights;
+}
+
+/// The joint with the largest number, -1 if there are none.
+int LargestJoint(const Mesh& mesh) {
+  const auto largest = std::max_element(mesh.joints.begin(), mesh.joints.end());
+  return largest == mesh.joints.end() ? -1 : *largest;
+}
+
+/// The skin of a primitive on a node, as an index into Scene::skins; -1: none, or after a failure.
+/// \param largest_joint  of the primitive
+int SkinOf(GltfImport* import, const GltfMeshUse& use, const Primitive& primitive,
+           int largest_joint) {
+  if (use.gltf_skin < 0) {
+    return -1;
+  }
+  if (largest_joint < 0) {
+    import->log.Warn(fmt::format("{}: has no JOINTS_0, so the skin of nodes[{}] does not move it",
+                                 primitive.view.path(), use.gltf_node));
+    return -1;
+  }
+  const int skin = import->skin_of_gltf[static_cast<size_t>(use.gltf_skin)];
+  const size_t joints = import->scene.skins[static_cast<size_t>(skin)].joints.size();
+  if (static_cast<size_t>(largest_joint) >= joints) {
+    import->log.Fail(Status::BadData(
+        fmt::format("{}.JOINTS_0: joint {} is out of range, skins[{}] of nodes[{}] has {} joints",
+                    primitive.view.path(), largest_joint, use.gltf_skin, use.gltf_node, joints)));
+    return -1;
+  }
+  return skin;
 }
 
 /// Nodes that share meshes of many primitives create many instances from few bytes.
@@ -458,6 +458,43 @@ bool ChargeInstances(GltfImport* import,
 
 }  // namespace
 
+uint64_t SparseCount(const JsonView& root, int accessor) {
+  return accessor < 0 ? 0
+                      : root.Item("accessors", static_cast<size_t>(accessor))
+                            .Object("sparse")
+                            .Count("count", 0);
+}
+
+bool OpenAttribute(const GltfDocument& document, Primitive* primitive, int index, const char* name,
+                   int min_components, int max_components, Accessor* accessor) {
+  const std::string user = primitive->view.path() + "." + name;
+  if (!OpenAccessor(document, &primitive->log, index, user, accessor)) {
+    return false;
+  }
+  if (accessor->components() < min_components || accessor->components() > max_components) {
+    primitive->log.Fail(
+        Status::BadData(fmt::format("{}: accessors[{}] has {} components, expected {}", user, index,
+                                    accessor->components(), min_components)));
+    return false;
+  }
+  return true;
+}
+
+bool OpenVertexAttribute(const GltfDocument& document, Primitive* primitive, int index,
+                         const char* name, int min_components, int max_components, size_t vertices,
+                         Accessor* accessor) {
+  if (!OpenAttribute(document, primitive, index, name, min_components, max_components, accessor)) {
+    return false;
+  }
+  if (accessor->count() != vertices) {
+    primitive->log.Fail(
+        Status::BadData(fmt::format("{}.{}: has {} elements, POSITION has {}",
+                                    primitive->view.path(), name, accessor->count(), vertices)));
+    return false;
+  }
+  return true;
+}
+
 void ImportMeshes(GltfImport* import) {
   std::map<int, std::pair<size_t, size_t>> range_of_mesh;
   std::vector<Primitive> primitives = PlanPrimitives(import, &range_of_mesh);
@@ -476,22 +513,37 @@ void ImportMeshes(GltfImport* import) {
     return;
   }
   std::vector<int> scene_mesh(primitives.size(), -1);
+  std::vector<int> largest_joint(primitives.size(), -1);
   for (size_t i = 0; i < primitives.size(); ++i) {
     import->log.Append(primitives[i].log);
+    largest_joint[i] = LargestJoint(primitives[i].mesh);
     if (!primitives[i].mesh.indices.empty()) {
       scene_mesh[i] = static_cast<int>(import->scene.meshes.size());
       import->scene.meshes.push_back(std::move(primitives[i].mesh));
     }
   }
-  if (!ChargeInstances(import, range_of_mesh)) {
+  if (!import->log.ok() || !ChargeInstances(import, range_of_mesh)) {
     return;
   }
   for (const GltfMeshUse& use : import->mesh_uses) {
     const auto [first, last] = range_of_mesh[use.gltf_mesh];
+    const size_t targets = first == last ? 0 : primitives[first].targets.size();
+    import->scene.nodes[static_cast<size_t>(use.node)].weights =
+        ReadMorphWeights(import->Root(), use, targets);
     for (size_t i = first; i < last && import->log.ok(); ++i) {
-      if (scene_mesh[i] >= 0) {
-        import->scene.instances.push_back({scene_mesh[i], use.node});
+      if (scene_mesh[i] < 0) {
+        continue;
       }
+      const int skin = SkinOf(import, use, primitives[i], largest_joint[i]);
+      const Mesh& mesh = import->scene.meshes[static_cast<size_t>(scene_mesh[i])];
+      if ((skin < 0 && mesh.targets.empty()) ||
+          import->Charge(primitives[i].view.path(),
+                         kElementsPerDeformedVertex * mesh.positions.size())) {
+        import->scene.instances.push_back({scene_mesh[i], use.node, skin});
+      }
+    }
+    if (!import->log.ok()) {
+      return;
     }
   }
 }

@@ -153,14 +153,14 @@ std::vector<int> SceneRoots(GltfImport* import, const std::vector<int>& parents)
   return roots;
 }
 
-void ReadNodeContents(GltfImport* import, const JsonView& view, int scene_node) {
+void ReadNodeContents(GltfImport* import, const JsonView& view, int gltf_node, int scene_node) {
   const JsonView root = import->Root();
   const int mesh = view.Index("mesh", root.Size("meshes"), "meshes");
+  const int skin = view.Index("skin", root.Size("skins"), "skins");
   if (mesh >= 0) {
-    import->mesh_uses.push_back({mesh, scene_node});
-  }
-  if (view.Has("skin")) {
-    import->log.Warn("skins are not supported: skinned meshes stand in their rest pose");
+    import->mesh_uses.push_back({mesh, scene_node, gltf_node, skin});
+  } else if (skin >= 0) {
+    view.Warn("skin", "is of no use without a mesh");
   }
   if (view.Extension("EXT_mesh_gpu_instancing").exists()) {
     view.Warn("extensions.EXT_mesh_gpu_instancing", "only one of the instances is shown");
@@ -195,7 +195,7 @@ void ImportNodes(GltfImport* import) {
     const int scene_node = static_cast<int>(head);
     import->node_of_gltf[gltf_node] = scene_node;
     import->scene.nodes.push_back(std::move(node));
-    ReadNodeContents(import, view, scene_node);
+    ReadNodeContents(import, view, queue[head], scene_node);
     queue.insert(queue.end(), children[gltf_node].begin(), children[gltf_node].end());
   }
 }

@@ -45,6 +45,12 @@ bool IsZero(dvec3 v) {
   return v.x == 0 && v.y == 0 && v.z == 0;
 }
 
+/// Triangles without area, which meshes that deform may have, face up.
+dvec3 UnitOrUp(dvec3 v) {
+  const dvec3 unit = Unit(v);
+  return IsZero(unit) ? dvec3(0.0, 1.0, 0.0) : unit;
+}
+
 dvec3 AnyPerpendicular(dvec3 n) {
   const dvec3 axis = std::abs(n.x) < 0.5 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
   return Unit(glm::cross(n, axis));
@@ -104,6 +110,25 @@ void AppendVertexCopy(Mesh* mesh, uint32_t vertex) {
   }
   if (!mesh->colors.empty()) {
     mesh->colors.push_back(vec4(mesh->colors[vertex]));
+  }
+  for (size_t k = 0; k < static_cast<size_t>(mesh->influences); ++k) {
+    const size_t from = vertex * static_cast<size_t>(mesh->influences) + k;
+    mesh->joints.push_back(uint16_t{mesh->joints[from]});
+    mesh->weights.push_back(float{mesh->weights[from]});
+  }
+  const auto copy = static_cast<uint32_t>(mesh->positions.size()) - 1;
+  for (MorphTarget& target : mesh->targets) {
+    const auto at = std::lower_bound(target.vertices.begin(), target.vertices.end(), vertex);
+    if (at == target.vertices.end() || *at != vertex) {
+      continue;
+    }
+    const auto from = static_cast<size_t>(at - target.vertices.begin());
+    target.vertices.push_back(copy);
+    for (std::vector<vec3>* deltas : {&target.positions, &target.normals, &target.tangents}) {
+      if (!deltas->empty()) {
+        deltas->push_back(vec3((*deltas)[from]));
+      }
+    }
   }
 }
 
@@ -166,13 +191,16 @@ TriangleFault FaultOf(const std::vector<vec3>& positions, const uint32_t* corner
   return IsZero(AreaNormal(positions, corners)) ? TriangleFault::kNoArea : TriangleFault::kNone;
 }
 
-BadTriangles RemoveBadTriangles(const std::vector<vec3>& positions,
-                                std::vector<uint32_t>* indices) {
+BadTriangles RemoveBadTriangles(const std::vector<vec3>& positions, std::vector<uint32_t>* indices,
+                                bool deforms) {
   BadTriangles bad;
   size_t kept = 0;
   for (size_t i = 0; i + 2 < indices->size(); i += 3) {
     const uint32_t* corners = indices->data() + i;
-    const TriangleFault fault = FaultOf(positions, corners);
+    TriangleFault fault = FaultOf(positions, corners);
+    if (deforms && fault == TriangleFault::kNoArea) {
+      fault = TriangleFault::kNone;
+    }
     bad.not_finite += fault == TriangleFault::kNotFinite ? 1 : 0;
     bad.no_area += fault == TriangleFault::kNoArea ? 1 : 0;
     if (fault == TriangleFault::kNone) {
@@ -187,7 +215,7 @@ BadTriangles RemoveBadTriangles(const std::vector<vec3>& positions,
 void ComputeFlatNormals(Mesh* mesh) {
   mesh->normals.assign(mesh->positions.size(), vec3(0.0f));
   for (size_t i = 0; i + 2 < mesh->indices.size(); i += 3) {
-    const vec3 normal(Unit(AreaNormal(mesh->positions, &mesh->indices[i])));
+    const vec3 normal(UnitOrUp(AreaNormal(mesh->positions, &mesh->indices[i])));
     for (size_t corner = 0; corner < 3; ++corner) {
       mesh->normals[mesh->indices[i + corner]] = normal;
     }
@@ -221,7 +249,7 @@ size_t NormalizeNormals(Mesh* mesh) {
   for (const uint32_t i : missing) {
     dvec3 normal = Unit(sums[i]);
     if (IsZero(normal)) {
-      normal = Unit(any[i]);  // the normals around the vertex cancel
+      normal = UnitOrUp(any[i]);  // the normals around the vertex cancel
     }
     mesh->normals[i] = vec3(normal);
   }

@@ -36,7 +36,9 @@ struct BadTriangles {
   size_t no_area = 0;
 };
 /// Removes triangles that no ray can hit.
-BadTriangles RemoveBadTriangles(const std::vector<vec3>& positions, std::vector<uint32_t>* indices);
+/// \param deforms  those without area may get one, and stay
+BadTriangles RemoveBadTriangles(const std::vector<vec3>& positions, std::vector<uint32_t>* indices,
+                                bool deforms = false);
 
 /// Flat normals; no two triangles may share a vertex.
 void ComputeFlatNormals(Mesh* mesh);

@@ -4,6 +4,8 @@
 
 #include <glm/common.hpp>
 
+#include "scene/deform.h"
+
 namespace stillray {
 
 size_t Scene::TriangleCount() const {
@@ -18,8 +20,14 @@ Aabb SceneBounds(const Scene& scene, double seconds) {
   const std::vector<mat4> worlds = NodeTransforms(scene, seconds);
   Aabb bounds;
   for (const Instance& instance : scene.instances) {
-    const mat4& world = worlds[static_cast<size_t>(instance.node)];
-    for (const vec3& position : scene.meshes[static_cast<size_t>(instance.mesh)].positions) {
+    const Mesh& mesh = scene.meshes[static_cast<size_t>(instance.mesh)];
+    const bool deforms = MayDeform(scene, instance);
+    DeformedMesh deformed;
+    if (deforms) {
+      Deform(mesh, PoseOf(scene, instance, worlds, seconds), &deformed);
+    }
+    const mat4 world = instance.skin >= 0 ? mat4(1.0f) : worlds[static_cast<size_t>(instance.node)];
+    for (const vec3& position : deforms ? deformed.positions : mesh.positions) {
       const vec3 p(world * vec4(position, 1.0f));
       bounds.min = glm::min(bounds.min, p);
       bounds.max = glm::max(bounds.max, p);

@@ -184,6 +184,28 @@ TEST_F(CliInfo, GltfFile) {
   EXPECT_EQ(info["animation_seconds"], 0.0);
 }
 
+TEST_F(CliInfo, WhatDeforms) {
+  // The same triangle, with itself as a morph target, and on one node with a skin of one joint.
+  const std::string path = WriteBytes("b.gltf", R"({"asset": {"version": "2.0"},
+    "nodes": [{"mesh": 0}, {"mesh": 0}, {"mesh": 1, "skin": 0}, {}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "targets": [{"POSITION": 0}]}]},
+               {"primitives": [{"attributes": {"POSITION": 0, "JOINTS_0": 1, "WEIGHTS_0": 2}}]}],
+    "skins": [{"joints": [3]}],
+    "buffers": [{"byteLength": 36, "uri":
+      "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}],
+    "bufferViews": [{"buffer": 0, "byteLength": 36}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+                  {"componentType": 5121, "count": 3, "type": "VEC4"},
+                  {"componentType": 5126, "count": 3, "type": "VEC4"}]})");
+  ProgramRun run = RunProgram({"info", path});
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.output, HasSubstr("1 instances by skins, 2 by morph targets"));
+  run = RunProgram({"info", path, "--json", "-"});
+  const json info = json::parse(run.output);
+  EXPECT_EQ(info["skinned_instances"], 1);
+  EXPECT_EQ(info["morphed_instances"], 2);
+}
+
 TEST_F(CliInfo, HelpHasExamples) {
   const ProgramRun run = RunProgram({"info", "--help"});
   EXPECT_EQ(run.exit_code, 0);

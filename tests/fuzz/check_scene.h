@@ -37,22 +37,61 @@ inline void CheckMesh(const Scene& scene, const Mesh& mesh) {
   }
 }
 
+inline void CheckDeformation(const Mesh& mesh) {
+  const size_t vertices = mesh.positions.size();
+  const size_t joints = static_cast<size_t>(mesh.influences) * vertices;
+  STILLRAY_CHECK_EQ(mesh.joints.size(), joints);
+  STILLRAY_CHECK_EQ(mesh.weights.size(), joints);
+  for (size_t i = 0; i < joints; i += static_cast<size_t>(mesh.influences)) {
+    float sum = 0;
+    for (size_t k = i; k < i + static_cast<size_t>(mesh.influences); ++k) {
+      STILLRAY_CHECK(mesh.weights[k] >= 0.0f);
+      sum += mesh.weights[k];
+    }
+    STILLRAY_CHECK(sum > 0.999f && sum < 1.001f);
+  }
+  for (const MorphTarget& target : mesh.targets) {
+    const size_t moved = target.vertices.size();
+    STILLRAY_CHECK(moved == 0 || target.vertices.back() < vertices);
+    STILLRAY_CHECK(target.positions.empty() || target.positions.size() == moved);
+    STILLRAY_CHECK(target.normals.empty() || target.normals.size() == moved);
+    STILLRAY_CHECK(target.tangents.empty() || target.tangents.size() == moved);
+  }
+}
+
+inline void CheckInstance(const Scene& scene, const Instance& instance) {
+  STILLRAY_CHECK_LT(static_cast<size_t>(instance.mesh), scene.meshes.size());
+  STILLRAY_CHECK_LT(static_cast<size_t>(instance.node), scene.nodes.size());
+  const Mesh& mesh = scene.meshes[static_cast<size_t>(instance.mesh)];
+  const size_t weights = scene.nodes[static_cast<size_t>(instance.node)].weights.size();
+  STILLRAY_CHECK(mesh.targets.empty() || weights == mesh.targets.size());
+  if (instance.skin >= 0) {
+    STILLRAY_CHECK_LT(static_cast<size_t>(instance.skin), scene.skins.size());
+    const Skin& skin = scene.skins[static_cast<size_t>(instance.skin)];
+    STILLRAY_CHECK_EQ(skin.joints.size(), skin.inverse_bind.size());
+    for (const uint16_t joint : mesh.joints) {
+      STILLRAY_CHECK_LT(size_t{joint}, skin.joints.size());
+    }
+  }
+}
+
 inline void CheckScene(const Scene& scene) {
   STILLRAY_CHECK(!scene.cameras.empty());
   STILLRAY_CHECK(!scene.instances.empty());
   for (const Mesh& mesh : scene.meshes) {
     CheckMesh(scene, mesh);
+    CheckDeformation(mesh);
   }
   for (const Texture& texture : scene.textures) {
     STILLRAY_CHECK_EQ(texture.texels.size(),
                       static_cast<size_t>(texture.width) * static_cast<size_t>(texture.height) * 4);
   }
   for (const Instance& instance : scene.instances) {
-    STILLRAY_CHECK_LT(static_cast<size_t>(instance.mesh), scene.meshes.size());
-    STILLRAY_CHECK_LT(static_cast<size_t>(instance.node), scene.nodes.size());
+    CheckInstance(scene, instance);
   }
   for (const double seconds : {0.0, 0.4, scene.AnimationLength(), 1e9}) {
     STILLRAY_CHECK_EQ(NodeTransforms(scene, seconds).size(), scene.nodes.size());
+    SceneBounds(scene, seconds);
   }
 }
 

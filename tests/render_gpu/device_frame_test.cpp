@@ -9,6 +9,7 @@
 
 #include "denoise/vulkan/device_inputs.h"
 #include "gpu/device_test.h"
+#include "render/deforming_scene.h"
 #include "render/vulkan/vulkan_renderer.h"
 #include "render_gpu/everything_scene.h"
 
@@ -198,6 +199,14 @@ TEST_F(DeviceFrameTest, HoldsPreviousNormals) {
   settings.cycle = 4;
   settings.guides = GuideCoverage::kSparse;
   ExpectSameFrames(TurningBox(), settings, 2);
+}
+
+TEST_F(DeviceFrameTest, HoldsPreviousNormalsOfDeformingMeshes) {
+  ExpectSameFrames(DeformingScene(10), SmallSettings(61, 37, 1), 2);
+  RenderSettings settings = SmallSettings(45, 27, 1);
+  settings.cycle = 4;
+  settings.guides = GuideCoverage::kSparse;
+  ExpectSameFrames(DeformingScene(10), settings, 2);
 }
 
 // The share of a box's pixels without a history, and its mean length.

@@ -8,6 +8,7 @@
 
 #include <limits>
 
+#include "render/deforming_scene.h"
 #include "render/test_scenes.h"
 #include "render_gpu/gpu_batch.h"
 #include "render_gpu/tracing_ways.h"
@@ -40,8 +41,7 @@ class GpuAccelTest : public TracingWaysTest {
     state_ = std::make_unique<SceneState>(scene_);
     state_->Update(seconds, seconds);
     filter_ = std::make_unique<SceneShadowFilter>(*state_);
-    auto embree =
-        Accel::Create(scene_, DescribeInstances(*state_), state_->InstanceTransforms(), *filter_);
+    auto embree = Accel::Create(scene_, DescribeInstances(*state_), state_->Places(), *filter_);
     ASSERT_TRUE(embree.ok()) << embree.status().message();
     embree_ = std::move(*embree);
     auto accel = GpuAccel::Create(device_.get(), *state_, GetParam());
@@ -53,7 +53,7 @@ class GpuAccelTest : public TracingWaysTest {
 
   void MoveTo(double seconds) {
     state_->Update(seconds, seconds);
-    ASSERT_TRUE(embree_->Update(state_->InstanceTransforms()).ok());
+    ASSERT_TRUE(embree_->Update(state_->Places()).ok());
     const Status status = accel_->Update();
     ASSERT_TRUE(status.ok()) << status.message();
   }
@@ -158,6 +158,37 @@ TEST_P(GpuAccelTest, HitsOfMovingInstancesAreEmbrees) {
   for (const double seconds : {0.0, 0.3, 1.0}) {
     ASSERT_NO_FATAL_FAILURE(MoveTo(seconds));
     ExpectSameHits(seconds, 50000, 10000);
+  }
+}
+
+TEST_P(GpuAccelTest, HitsOfDeformingInstancesAreEmbrees) {
+  for (const int rings : {10, 60}) {
+    ASSERT_NO_FATAL_FAILURE(Build(DeformingScene(rings)));
+    for (const double seconds : {0.0, 0.3, 0.1, 1.0}) {
+      ASSERT_NO_FATAL_FAILURE(MoveTo(seconds));
+      ExpectSameHits(seconds, 50000, 5000);
+    }
+  }
+}
+
+TEST_P(GpuAccelTest, TrianglesThatMoveBeyondAllLimitsAreNotThere) {
+  SceneBuilder builder;
+  Mesh sheet = Quad(vec3(-2, -2, -4), vec3(4, 0, 0), vec3(0, 4, 0));
+  AddTarget(&sheet, [](vec3 p) { return p.x < 0 && p.y < 0 ? vec3(-1e18f, 0, 0) : vec3(0.0f); });
+  const int instance = builder.Add(sheet, Lambert(vec3(0.5f)));
+  AnimateWeights(&builder, builder.InstanceNode(instance), {0}, {100});
+  ASSERT_NO_FATAL_FAILURE(Build(builder.scene));
+  const std::vector<GpuRay> rays = {{vec3(-1, -1.1f, 0), 1e9f, vec3(0, 0, -1), 0},
+                                    {vec3(1, -1.1f, 0), 1e9f, vec3(0, 0, -1), 0}};
+  for (const double seconds : {0.0, 1.0, 0.0}) {
+    ASSERT_NO_FATAL_FAILURE(MoveTo(seconds));
+    const std::vector<GpuHit> hits = batch_->FirstHits(rays);
+    ASSERT_TRUE(batch_->status().ok()) << batch_->status().message();
+    const std::vector<GpuHit> expected = EmbreeFirstHits(*embree_, rays);
+    for (size_t i = 0; i < rays.size(); ++i) {
+      EXPECT_EQ(hits[i].instance, seconds == 0.0 ? 0u : kNoInstance) << i;
+      EXPECT_EQ(expected[i].instance, seconds == 0.0 ? 0u : kNoHit) << i;
+    }
   }
 }
 

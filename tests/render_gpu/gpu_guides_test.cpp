@@ -4,6 +4,7 @@
 // Guides that the device finds are those of the tracer on the CPU.
 #include <gmock/gmock.h>
 
+#include "render/deforming_scene.h"
 #include "render/test_scenes.h"
 #include "render/vulkan/vulkan_renderer.h"
 #include "render_gpu/everything_scene.h"
@@ -123,6 +124,11 @@ TEST_P(GpuGuidesTest, OfTheBuiltinScenesAreTheCpus) {
 TEST_P(GpuGuidesTest, OfEverythingAreTheCpus) {
   ExpectTheCpus(EverythingScene(), false);
   ExpectTheCpus(EverythingScene(), true);
+}
+
+TEST_P(GpuGuidesTest, OfDeformingMeshesAreTheCpus) {
+  ExpectTheCpus(DeformingScene(10), false);
+  ExpectTheCpus(DeformingScene(10), true);
 }
 
 TEST_P(GpuGuidesTest, TinyPicturesAndNothingInSight) {

@@ -6,6 +6,7 @@
 
 #include <gmock/gmock.h>
 
+#include "render/deforming_scene.h"
 #include "render/test_scenes.h"
 #include "render_gpu/everything_scene.h"
 #include "render_gpu/tracing_ways.h"
@@ -165,6 +166,14 @@ TEST_P(GpuRendererTest, FramesOfEverythingAreTheCpus) {
   Scene scene = EverythingScene();
   scene.environment.radiance = vec3(0.4f, 0.5f, 0.7f);
   ExpectTheCpus(scene, SmallSettings(kWidth, kHeight, 1), 3, kPerThousand);
+}
+
+TEST_P(GpuRendererTest, FramesOfDeformingScenesAreTheCpus) {
+  ExpectTheCpus(DeformingScene(10), SmallSettings(kWidth, kHeight, 1), 2, kPerThousand);
+  RenderSettings settings = SmallSettings(kWidth, kHeight, 1);
+  settings.aperture = 0.1f;
+  ExpectTheCpus(DeformingScene(60), settings, 3, 2 * kPerThousand);
+  ExpectSameGuides(DeformingScene(10), settings);
 }
 
 TEST_P(GpuRendererTest, EveryLayeredMaterialIsTheCpus) {

@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "gpu/vulkan_test.h"
+#include "render/deforming_scene.h"
 #include "render/moment.h"
 #include "render/test_scenes.h"
 #include "render_gpu/everything_scene.h"
@@ -61,8 +62,7 @@ class GpuVisibilityTest : public test::VulkanTest {
     SceneState state(scene);
     state.Update(0.0, 0.0);
     const SceneShadowFilter filter(state);
-    const auto embree =
-        Accel::Create(scene, DescribeInstances(state), state.InstanceTransforms(), filter);
+    const auto embree = Accel::Create(scene, DescribeInstances(state), state.Places(), filter);
     const auto accel = GpuAccel::Create(device_.get(), state);
     ASSERT_TRUE(embree.ok() && accel.ok());
     // Room for more than is drawn.
@@ -74,7 +74,7 @@ class GpuVisibilityTest : public test::VulkanTest {
     for (const double seconds : {0.0, 0.4}) {
       SCOPED_TRACE(seconds);
       state.Update(seconds, seconds);
-      ASSERT_TRUE((*embree)->Update(state.InstanceTransforms()).ok());
+      ASSERT_TRUE((*embree)->Update(state.Places()).ok());
       ASSERT_TRUE((*accel)->Update().ok());
       const vec2 point(0.8f, 0.15f);
       RenderMoment moment;
@@ -119,6 +119,10 @@ TEST_F(GpuVisibilityTest, BuiltinScenes) {
 
 TEST_F(GpuVisibilityTest, SeeThroughMirroredAndMoving) {
   ExpectTheRays(EverythingScene());
+}
+
+TEST_F(GpuVisibilityTest, Deforming) {
+  ExpectTheRays(DeformingScene(10));
 }
 
 }  // namespace

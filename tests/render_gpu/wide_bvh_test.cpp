@@ -70,6 +70,13 @@ struct Visitor {
   }
 };
 
+void ExpectHolds(const WideBvh& bvh, const std::vector<Aabb>& boxes) {
+  Visitor visitor{bvh, boxes};
+  visitor.Visit(0, {}, 0);
+  EXPECT_THAT(visitor.found, Each(1));
+  EXPECT_EQ(visitor.escaped, 0);
+}
+
 WideBvh BuildChecked(const std::vector<Aabb>& boxes, int leaf_items = kMostLeafItems,
                      int stack = kBottomStack) {
   auto builder = WideBvhBuilder::Create();
@@ -89,6 +96,23 @@ TEST(WideBvh, HoldsRandomBoxes) {
   for (const int count : {1, 2, 3, 4, 5, 17, 1000}) {
     BuildChecked(RandomBoxes(count, 0.1f, 1));
     BuildChecked(RandomBoxes(count, 0.0f, 2));
+  }
+}
+
+TEST(WideBvh, HoldsBoxesThatHaveMoved) {
+  for (const int count : {1, 2, 5, 17, 1000}) {
+    WideBvh bvh = BuildChecked(RandomBoxes(count, 0.1f, 1));
+    const std::vector<Aabb> moved = RandomBoxes(count, 3.0f, 7);
+    std::vector<Aabb> in_order;
+    Aabb all;
+    for (const uint32_t item : bvh.order) {
+      in_order.push_back(moved[item]);
+      all = {glm::min(all.min, moved[item].min), glm::max(all.max, moved[item].max)};
+    }
+    const Aabb bounds = RefitBvh(bvh.nodes, 0, 0, in_order);
+    ExpectHolds(bvh, moved);
+    EXPECT_EQ(bounds.min, all.min);
+    EXPECT_EQ(bounds.max, all.max);
   }
 }
 

@@ -38,7 +38,10 @@ std::string Base64(const std::vector<uint8_t>& bytes) {
 }
 
 size_t GltfBuilder::Components(const std::string& type) {
-  return type == "SCALAR" ? 1 : static_cast<size_t>(type[3] - '0');
+  if (type == "SCALAR" || type == "MAT4") {
+    return type == "MAT4" ? 16 : 1;
+  }
+  return static_cast<size_t>(type[3] - '0');
 }
 
 int GltfBuilder::AddView(const std::vector<uint8_t>& bytes) {

@@ -153,8 +153,8 @@ TEST(GltfDamage, TypesThatDoNotFit) {
   builder.json["accessors"][0]["type"] = "VEC2";
   ExpectBad(builder, "meshes[0].primitives[0].POSITION: accessors[0] has 2 components");
   builder = Triangle();
-  builder.json["accessors"][0]["type"] = "MAT4";
-  ExpectBad(builder, "accessors[0].type: 'MAT4'");
+  builder.json["accessors"][0]["type"] = "MAT3";
+  ExpectBad(builder, "accessors[0].type: 'MAT3'");
   builder = Indexed({0, 1, 2});
   builder.json["accessors"][0]["componentType"] = test::kGltfShort;
   ExpectBad(builder, "does not hold unsigned integers");

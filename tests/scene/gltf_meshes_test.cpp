@@ -266,17 +266,6 @@ TEST(GltfMeshes, NormalsAreMendedAndNormalised) {
   EXPECT_THAT(scene.warnings, Contains(HasSubstr("NORMAL: 2 normals")));
 }
 
-TEST(GltfMeshes, MorphTargetsAndSkinsStandInTheirRestPose) {
-  GltfBuilder builder;
-  nlohmann::json& primitive = builder.AddTriangle();
-  primitive["targets"] = {{{"POSITION", 0}}};
-  builder.json["nodes"][0]["skin"] = 0;
-  const Scene scene = Loaded(builder);
-  EXPECT_EQ(scene.TriangleCount(), 1u);
-  EXPECT_THAT(scene.warnings, Contains(HasSubstr("morph targets")));
-  EXPECT_THAT(scene.warnings, Contains(HasSubstr("skins")));
-}
-
 TEST(GltfMeshes, GlbAndTextGiveTheSameScene) {
   GltfBuilder builder;
   builder.AddTriangle();

@@ -24,6 +24,8 @@ struct SceneCounts {
   uint64_t emissive_materials = 0;
   uint64_t transmissive_materials = 0;
   uint64_t cutout_materials = 0;
+  uint64_t skinned = 0;  ///< instances
+  uint64_t morphed = 0;  ///< instances
 };
 
 template <typename T>
@@ -43,11 +45,18 @@ SceneCounts Count(const Scene& scene) {
     counts.stored_triangles += mesh.indices.size() / 3;
     counts.geometry_bytes += BytesOf(mesh.positions) + BytesOf(mesh.normals) +
                              BytesOf(mesh.tangents) + BytesOf(mesh.uv[0]) + BytesOf(mesh.uv[1]) +
-                             BytesOf(mesh.colors) + BytesOf(mesh.indices);
+                             BytesOf(mesh.colors) + BytesOf(mesh.indices) + BytesOf(mesh.joints) +
+                             BytesOf(mesh.weights);
+    for (const MorphTarget& target : mesh.targets) {
+      counts.geometry_bytes += BytesOf(target.vertices) + BytesOf(target.positions) +
+                               BytesOf(target.normals) + BytesOf(target.tangents);
+    }
   }
   for (const Instance& instance : scene.instances) {
     const Mesh& mesh = scene.meshes[static_cast<size_t>(instance.mesh)];
     const Material* material = MaterialOf(scene, mesh);
+    counts.skinned += instance.skin >= 0 ? 1 : 0;
+    counts.morphed += mesh.targets.empty() ? 0 : 1;
     if (material != nullptr && material->emits()) {
       counts.emissive_triangles += mesh.indices.size() / 3;
     }
@@ -157,6 +166,10 @@ std::string SceneText(const std::string& spec, const Scene& scene) {
                                 counts.stored_triangles, Mebibytes(counts.geometry_bytes)));
   line("emissive triangles", fmt::format("{}", counts.emissive_triangles));
   line("instances", fmt::format("{} of {} meshes", scene.instances.size(), scene.meshes.size()));
+  if (counts.skinned + counts.morphed != 0) {
+    line("deforming",
+         fmt::format("{} instances by skins, {} by morph targets", counts.skinned, counts.morphed));
+  }
   line("nodes", fmt::format("{}", scene.nodes.size()));
   line("materials", fmt::format("{} ({} emissive, {} transmissive, {} with alpha)",
                                 scene.materials.size(), counts.emissive_materials,
@@ -199,6 +212,8 @@ nlohmann::ordered_json SceneJson(const std::string& spec, const Scene& scene) {
   json["geometry_bytes"] = counts.geometry_bytes;
   json["instances"] = scene.instances.size();
   json["meshes"] = scene.meshes.size();
+  json["skinned_instances"] = counts.skinned;
+  json["morphed_instances"] = counts.morphed;
   json["nodes"] = scene.nodes.size();
   json["materials"] = scene.materials.size();
   json["emissive_materials"] = counts.emissive_materials;

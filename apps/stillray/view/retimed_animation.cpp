@@ -26,6 +26,11 @@ std::vector<bool> NodesThatCarryLights(const Scene& scene) {
     const int material = scene.meshes[static_cast<size_t>(instance.mesh)].material;
     if (scene.materials[static_cast<size_t>(material)].emits()) {
       MarkUp(scene, instance.node, &lights);
+      if (instance.skin >= 0) {
+        for (const int joint : scene.skins[static_cast<size_t>(instance.skin)].joints) {
+          MarkUp(scene, joint, &lights);
+        }
+      }
     }
   }
   std::vector<bool> cameras(scene.nodes.size(), false);
@@ -38,10 +43,12 @@ std::vector<bool> NodesThatCarryLights(const Scene& scene) {
   return lights;
 }
 
-/// A node with only this channel: its matrix yields the channel's value.
-Scene ProbeOf(const AnimationChannel& channel) {
+/// A node with only this channel: its matrix, or its morph weights, yield the channel's value.
+/// \param weights  number of morph weights of the channel's node
+Scene ProbeOf(const AnimationChannel& channel, size_t weights) {
   Scene probe;
   probe.nodes.emplace_back();
+  probe.nodes[0].weights.resize(weights);
   probe.animation.push_back(channel);
   probe.animation[0].node = 0;
   return probe;
@@ -55,6 +62,7 @@ vec4 ValueAt(const Scene& probe, double seconds) {
     case AnimatedProperty::kScale:
       return {m[0][0], m[1][1], m[2][2], 0};
     case AnimatedProperty::kRotation:
+    case AnimatedProperty::kWeights:
       break;
   }
   const glm::quat q = glm::quat_cast(mat3(m));
@@ -69,7 +77,8 @@ RetimedAnimation::RetimedAnimation(Scene* scene) : scene_(scene) {
   original_.animation = scene->animation;
   const std::vector<bool> lights = NodesThatCarryLights(*scene);
   for (const AnimationChannel& channel : original_.animation) {
-    probes_.push_back(ProbeOf(channel));
+    const Node& node = scene->nodes[static_cast<size_t>(channel.node)];
+    probes_.push_back(ProbeOf(channel, node.weights.size()));
     of_lights_.push_back(lights[static_cast<size_t>(channel.node)]);
     has_lights_ = has_lights_ || (of_lights_.back() && channel.times.size() > 1);
   }
@@ -95,8 +104,15 @@ void RetimedAnimation::Set(const AnimationTime& now, const AnimationTime& before
     const bool light = of_lights_[i];
     channel.interpolation = Interpolation::kStep;
     channel.times = {0.0f, 1.0f};
-    channel.values = {ValueAt(probes_[i], light ? before.lights : before.all),
-                      ValueAt(probes_[i], light ? now.lights : now.all)};
+    const double before_at = light ? before.lights : before.all;
+    const double now_at = light ? now.lights : now.all;
+    if (channel.property == AnimatedProperty::kWeights) {
+      channel.weights = MorphWeights(probes_[i], 0, before_at);
+      const std::vector<float> weights = MorphWeights(probes_[i], 0, now_at);
+      channel.weights.insert(channel.weights.end(), weights.begin(), weights.end());
+      continue;
+    }
+    channel.values = {ValueAt(probes_[i], before_at), ValueAt(probes_[i], now_at)};
   }
   replaced_ = true;
   *seconds = 1;

@@ -28,8 +28,9 @@ void AddSample(uint number, bool is_first) {
 // With a lens the guides are those of this sample: replaces them by the mean of all up to it.
 void AddGuides(uint number, bool is_first) {
   GpuGuides g = guides[number];
-  LensGuides one = LensGuides(g.albedo, g.depth, g.specular_albedo, g.roughness, g.emission,
-                              g.motion_x, g.background, g.motion_y, g.normal, g.id, 1, 1, 1, 0);
+  LensGuides one =
+      LensGuides(g.albedo, g.depth, g.specular_albedo, g.roughness, g.emission, g.motion_x,
+                 g.background, g.motion_y, g.normal, g.id, 1, 1, 1, 0, g.previous_normal, 0.0f);
   LensGuides sum = one;
   if (!is_first) {
     sum = lens_sums[number];
@@ -37,9 +38,9 @@ void AddGuides(uint number, bool is_first) {
   }
   lens_sums[number] = sum;
   LensGuides mean = MeanOfLensSamples(sum);
-  guides[number] =
-      GpuGuides(mean.normal, mean.depth, mean.albedo, mean.roughness, mean.specular_albedo, mean.id,
-                mean.emission, mean.motion_x, mean.background, mean.motion_y);
+  guides[number] = GpuGuides(mean.normal, mean.depth, mean.albedo, mean.roughness,
+                             mean.specular_albedo, mean.id, mean.emission, mean.motion_x,
+                             mean.background, mean.motion_y, mean.previous_normal, 0.0f);
 }
 
 void AddSample(uint number, bool is_first) {

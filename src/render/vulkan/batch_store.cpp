@@ -56,6 +56,7 @@ PixelGuides GuidesOf(const GpuGuides& guides) {
   out.roughness = guides.roughness;
   out.emission = guides.emission;
   out.background = guides.background;
+  out.previous_normal = guides.previous_normal;
   return out;
 }
 

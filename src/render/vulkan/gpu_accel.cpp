@@ -32,6 +32,7 @@ constexpr size_t kNodes = 0;
 constexpr size_t kTriangles = 1;
 constexpr size_t kPlacements = 2;
 constexpr size_t kInstances = 3;
+constexpr size_t kWords = 7;
 /// In the order of those bindings.
 using Arrays = std::array<HostArray, GpuAccel::kSceneShape.buffers>;
 
@@ -44,19 +45,30 @@ Arrays ArraysOf(const GpuScene& scene) {
       MakeArray("energy tables", scene.energies())};
 }
 
-/// Data that Update changes, with its positions in the staging buffer and in its own buffer.
+/// Data that Update changes: a part of the buffer of a binding.
 struct MovingPart {
   size_t binding;
   const void* data;
+  size_t offset;  // in the buffer
   size_t bytes;
 };
 
-std::array<MovingPart, 3> MovingParts(const GpuScene& scene) {
-  return {MovingPart{kNodes, scene.nodes().data(), scene.top_node_count() * sizeof(BvhNode)},
-          MovingPart{kPlacements, scene.placements().data(),
-                     scene.placements().size() * sizeof(Placement)},
-          MovingPart{kInstances, scene.instances().data(),
-                     scene.instances().size() * sizeof(GpuInstance)}};
+template <typename T>
+MovingPart MakePart(size_t binding, const std::vector<T>& values, size_t first, size_t count) {
+  return {binding, values.data() + first, first * sizeof(T), count * sizeof(T)};
+}
+
+/// In the order of the staging buffer; their sizes never change.
+std::array<MovingPart, 6> MovingParts(const GpuScene& scene) {
+  const size_t node = scene.first_deforming_node();
+  const size_t triangle = scene.first_deforming_triangle();
+  return {
+      MakePart(kNodes, scene.nodes(), 0, scene.top_node_count()),
+      MakePart(kNodes, scene.nodes(), node, scene.nodes().size() - node),
+      MakePart(kTriangles, scene.triangles(), triangle, scene.triangles().size() - triangle),
+      MakePart(kWords, scene.words(), scene.first_deforming_word(), scene.deforming_word_count()),
+      MakePart(kPlacements, scene.placements(), 0, scene.placements().size()),
+      MakePart(kInstances, scene.instances(), 0, scene.instances().size())};
 }
 
 /// Limited by the width of a launch.
@@ -200,7 +212,9 @@ gpu::MemoryUse GpuAccel::memory() const {
 void GpuAccel::FillStaging() {
   size_t offset = 0;
   for (const MovingPart& part : MovingParts(*scene_)) {
-    std::memcpy(static_cast<char*>(staging_->mapped) + offset, part.data, part.bytes);
+    if (part.bytes > 0) {
+      std::memcpy(static_cast<char*>(staging_->mapped) + offset, part.data, part.bytes);
+    }
     offset += part.bytes;
   }
 }
@@ -224,7 +238,7 @@ void GpuAccel::RecordUpdate(VkCommandBuffer commands) const {
   size_t offset = 0;
   for (const MovingPart& part : MovingParts(*scene_)) {
     if (part.bytes > 0) {
-      const VkBufferCopy region = {offset, 0, part.bytes};
+      const VkBufferCopy region = {offset, part.offset, part.bytes};
       c.vk.CmdCopyBuffer(commands, staging_->buffer, buffers_[part.binding]->buffer, 1, &region);
     }
     offset += part.bytes;

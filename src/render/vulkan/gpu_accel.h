@@ -43,7 +43,7 @@ class GpuAccel {
   static Result<std::unique_ptr<GpuAccel>> Create(gpu::Device* device, const SceneState& state,
                                                   TracingWay way = TracingWay::kAuto);
 
-  /// Applies the current transforms of the state's instances; only the top level is rebuilt. No
+  /// Applies the current transforms and vertices of the state's instances. No
   /// recorded work that uses this may be running. Takes effect on the device by RecordUpdate.
   Status Update();
   void RecordUpdate(VkCommandBuffer commands) const;
@@ -97,7 +97,7 @@ class GpuAccel {
   VkDescriptorSet scene_set_ = VK_NULL_HANDLE;
   static constexpr size_t kInstances = 3;  // the binding in scene.glsl
   std::array<const gpu::Buffer*, kSceneShape.buffers> buffers_{};
-  const gpu::Buffer* staging_ = nullptr;  // moving data: top nodes, placements, instances
+  const gpu::Buffer* staging_ = nullptr;  // moving data: instances, what deforms, the top level
 };
 
 }  // namespace stillray::render

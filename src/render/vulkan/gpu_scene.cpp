@@ -11,6 +11,7 @@
 #include <new>
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include "core/colour.h"
 #include "render/energy_tables.h"
@@ -188,6 +189,8 @@ Status GpuScene::AddMeshes() {
     instance.indices = of.indices;
     instance.positions = of.positions;
     instance.normals = of.normals;
+    instance.previous_positions = of.positions;
+    instance.previous_normals = of.normals;
     instance.tangents = of.tangents;
     instance.uv_0 = of.uv_0;
     instance.uv_1 = of.uv_1;
@@ -195,6 +198,109 @@ Status GpuScene::AddMeshes() {
     instances_.push_back(instance);
   }
   return Status::Ok();
+}
+
+/// Instances in a pose that stays have its vertices; for others room is made for those of two
+/// moments.
+Status GpuScene::AddDeformedVertices() {
+  const auto add = [&](const void* values, size_t words) {
+    const size_t first = words_.size();
+    words_.resize(first + words);
+    if (values != nullptr) {
+      std::memcpy(words_.data() + first, values, words * sizeof(uint32_t));
+    }
+    return static_cast<uint32_t>(first);
+  };
+  previous_arrays_.resize(instances_.size());
+  for (const bool deforms : {false, true}) {
+    first_deforming_word_ = words_.size();
+    for (size_t i = 0; i < instances_.size(); ++i) {
+      const PlacedInstance& from = state_.instances()[i];
+      const Mesh& mesh = *from.mesh;
+      if (from.deforms != deforms || from.vertices.positions == mesh.positions.data()) {
+        continue;
+      }
+      const size_t count = mesh.positions.size();
+      GpuInstance& to = instances_[i];
+      to.positions = add(from.vertices.positions, 3 * count);
+      to.normals = add(from.vertices.normals, 3 * count);
+      to.previous_positions = to.positions;
+      to.previous_normals = to.normals;
+      if (from.vertices.tangents != nullptr) {
+        to.tangents = add(from.vertices.tangents, 4 * count);
+      }
+      if (deforms) {
+        previous_arrays_[i] = {add(nullptr, 3 * count), add(nullptr, 3 * count)};
+      }
+      if (words_.size() >= kMostWords) {
+        return Status::Unsupported(
+            fmt::format("the meshes up to the deformed \"{}\" have {} words, more than 32 bits can "
+                        "number",
+                        mesh.name, words_.size()));
+      }
+    }
+  }
+  deforming_words_ = words_.size() - first_deforming_word_;
+  return Status::Ok();
+}
+
+void GpuScene::UpdateVertices(size_t i) {
+  const PlacedInstance& from = state_.instances()[i];
+  GpuInstance& to = instances_[i];
+  const size_t count = from.mesh->positions.size();
+  const auto copy = [&](uint32_t first, const auto* values) {
+    std::memcpy(words_.data() + first, values, count * sizeof(*values));
+  };
+  copy(to.positions, from.vertices.positions);
+  copy(to.normals, from.vertices.normals);
+  if (from.vertices.tangents != nullptr) {
+    copy(to.tangents, from.vertices.tangents);
+  }
+  const bool changed = from.HasChangedShape();
+  if (changed) {
+    copy(previous_arrays_[i][0], from.previous_vertices.positions);
+    copy(previous_arrays_[i][1], from.previous_vertices.normals);
+  }
+  to.previous_positions = changed ? previous_arrays_[i][0] : to.positions;
+  to.previous_normals = changed ? previous_arrays_[i][1] : to.normals;
+}
+
+/// Moves the triangles of an instance that deforms, and the boxes around them. A tree built again
+/// would be better, but a build takes one thread longer than a frame should last.
+void GpuScene::UpdateBottom(Bottom* bottom) {
+  const PlacedInstance& placed = state_.instance(bottom->instance);
+  const vec3* positions = placed.vertices.positions;
+  BvhTriangle* triangles = triangles_.data() + bottom->group.first;
+  std::vector<Aabb> boxes(bottom->group.count);
+  vec3 anchor(0.0f);
+  for (size_t k = 0; k < boxes.size(); ++k) {
+    BvhTriangle& t = triangles[k];
+    const uint32_t* corner = placed.mesh->indices.data() + 3 * static_cast<size_t>(t.primitive);
+    t.p0 = positions[corner[0]];
+    t.p1 = positions[corner[1]];
+    t.p2 = positions[corner[2]];
+    if (Usable(t.p0) && Usable(t.p1) && Usable(t.p2)) {
+      anchor = t.p0;
+    } else {
+      t.p0 = t.p1 = t.p2 = anchor;  // no ray hits a triangle without area
+    }
+    boxes[k] = BoxOf(t);
+  }
+  bottom->bounds = RefitBvh({nodes_.data() + bottom->root, bottom->node_count}, bottom->root,
+                            bottom->group.first, boxes);
+}
+
+void GpuScene::UpdateDeforming() {
+  tbb::parallel_for(size_t{0}, instances_.size(), [&](size_t i) {
+    if (state_.instances()[i].deforms) {
+      UpdateVertices(i);
+    }
+  });
+  tbb::parallel_for(size_t{0}, bottoms_.size(), [&](size_t i) {
+    if (bottoms_[i].deforms) {
+      UpdateBottom(&bottoms_[i]);
+    }
+  });
 }
 
 Status GpuScene::AddLensMasks() {
@@ -296,7 +402,8 @@ Result<GpuScene::Bottom> GpuScene::AddBottom(std::vector<BvhTriangle> triangles,
   if (group.count > 0) {
     groups_.push_back(group);
   }
-  return Bottom{kNoInstance, first_node, group, bvh->bounds};
+  return Bottom{kNoInstance, first_node,  static_cast<uint32_t>(bvh->nodes.size()),
+                group,       bvh->bounds, false};
 }
 
 Status GpuScene::AddStatic() {
@@ -324,10 +431,18 @@ Status GpuScene::BuildBottomLevels() {
   nodes_.resize(top_nodes_);
   bottoms_.reserve(scene.instances.size() + 1);  // pointers to elements must stay valid
   STILLRAY_RETURN_IF_ERROR(AddStatic());
+  STILLRAY_RETURN_IF_ERROR(AddMoving());
+  STILLRAY_RETURN_IF_ERROR(AddDeforming());
+  placements_.resize(std::max<size_t>(bottoms_.size(), 1));
+  return Status::Ok();
+}
+
+Status GpuScene::AddMoving() {
+  const Scene& scene = state_.scene();
   std::vector<const Bottom*> of_mesh(scene.meshes.size(), nullptr);
   for (size_t i = 0; i < scene.instances.size(); ++i) {
     const PlacedInstance& instance = state_.instances()[i];
-    if (!instance.instanced || instance.mesh->indices.empty()) {
+    if (!instance.instanced || instance.deforms || instance.mesh->indices.empty()) {
       continue;
     }
     const Bottom*& known = of_mesh[static_cast<size_t>(scene.instances[i].mesh)];
@@ -346,7 +461,31 @@ Status GpuScene::BuildBottomLevels() {
     }
     bottoms_.back().instance = static_cast<uint32_t>(i);
   }
-  placements_.resize(std::max<size_t>(bottoms_.size(), 1));
+  return Status::Ok();
+}
+
+/// Trees over the rest pose, whose limbs lie apart; UpdateBottom adapts them to every moment.
+Status GpuScene::AddDeforming() {
+  first_deforming_group_ = groups_.size();
+  first_deforming_node_ = nodes_.size();
+  first_deforming_triangle_ = triangles_.size();
+  for (size_t i = 0; i < state_.instances().size(); ++i) {
+    const PlacedInstance& instance = state_.instances()[i];
+    if (!instance.deforms) {
+      continue;
+    }
+    std::vector<BvhTriangle> triangles;
+    AppendTriangles(instance, instance.mesh->positions.data(), kNoInstance, &triangles);
+    if (triangles.empty()) {
+      continue;
+    }
+    Result<Bottom> made =
+        AddBottom(std::move(triangles), fmt::format("mesh \"{}\"", instance.mesh->name));
+    STILLRAY_RETURN_IF_ERROR(made.status());
+    made->instance = static_cast<uint32_t>(i);
+    made->deforms = true;
+    bottoms_.push_back(*made);
+  }
   return Status::Ok();
 }
 
@@ -360,11 +499,13 @@ void GpuScene::PlaceInstances() {
     to.previous_x = Row(from.previous_world, 0);
     to.previous_y = Row(from.previous_world, 1);
     to.previous_z = Row(from.previous_world, 2);
+    to.orientation = from.orientation;
   }
 }
 
 Status GpuScene::Update() {
   PlaceInstances();
+  UpdateDeforming();
   std::vector<Aabb> boxes;
   std::vector<Placement> placed;
   for (const Bottom& bottom : bottoms_) {
@@ -408,6 +549,7 @@ Result<std::unique_ptr<GpuScene>> GpuScene::Create(const SceneState& state) {
     }
     scene->builder_ = std::move(*builder);
     STILLRAY_RETURN_IF_ERROR(scene->AddMeshes());
+    STILLRAY_RETURN_IF_ERROR(scene->AddDeformedVertices());
     STILLRAY_RETURN_IF_ERROR(scene->AddLensMasks());
     STILLRAY_RETURN_IF_ERROR(scene->AddMaterials());
     scene->AddEnergies();

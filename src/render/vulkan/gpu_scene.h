@@ -4,6 +4,7 @@
 /// A scene as the arrays for shaders.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -20,15 +21,17 @@ struct TriangleGroup {
 };
 
 /// All static instances share one bottom level, in world space; every moving mesh has its own,
-/// shared by its instances. The nodes start with the top level, which has a fixed size so that it
-/// can be rebuilt when instances move.
+/// shared by its instances, and every instance that deforms. The latter are last in all arrays. The
+/// nodes start with the top level, which has a fixed size so that it can be rebuilt when instances
+/// move.
 class GpuScene {
  public:
   /// \param state  at its first moment; must outlive this
   /// \return kOutOfMemory; kUnsupported: too large for the indices, too deep
   static Result<std::unique_ptr<GpuScene>> Create(const SceneState& state);
 
-  /// Rebuilds the top level and the instances for the state's moment.
+  /// Rebuilds the top level and the instances for the state's moment; bottom levels of instances
+  /// that deform are adapted.
   Status Update();
 
   const std::vector<BvhNode>& nodes() const { return nodes_; }
@@ -36,6 +39,13 @@ class GpuScene {
   const std::vector<BvhTriangle>& triangles() const { return triangles_; }
   /// In the order of the triangles; none is empty.
   const std::vector<TriangleGroup>& groups() const { return groups_; }
+  /// What deforms begins at these elements of groups(), nodes() and triangles(), and is all that
+  /// follows; and of words(), where it is deforming_word_count().
+  size_t first_deforming_group() const { return first_deforming_group_; }
+  size_t first_deforming_node() const { return first_deforming_node_; }
+  size_t first_deforming_triangle() const { return first_deforming_triangle_; }
+  size_t first_deforming_word() const { return first_deforming_word_; }
+  size_t deforming_word_count() const { return deforming_words_; }
   /// Of maximum size; only the first placed_count() are valid.
   const std::vector<Placement>& placements() const { return placements_; }
   size_t placed_count() const { return placed_count_; }
@@ -56,19 +66,27 @@ class GpuScene {
   struct Bottom {
     uint32_t instance = kNoInstance;
     uint32_t root = 0;
+    uint32_t node_count = 0;
     TriangleGroup group;
     Aabb bounds;
+    bool deforms = false;
   };
 
   explicit GpuScene(const SceneState& state) : state_(state), lens_masks_(state.scene()) {}
   Status AddMeshes();
+  Status AddDeformedVertices();
   Status AddLensMasks();
   Status AddMaterials();
   void AddEnergies();
   Status BuildBottomLevels();
   Status AddStatic();
   Result<Bottom> AddBottom(std::vector<BvhTriangle> triangles, const std::string& what);
+  Status AddMoving();
+  Status AddDeforming();
   void PlaceInstances();
+  void UpdateDeforming();
+  void UpdateVertices(size_t instance);
+  void UpdateBottom(Bottom* bottom);
 
   const SceneState& state_;
   LensMasks lens_masks_;
@@ -79,6 +97,12 @@ class GpuScene {
   std::vector<BvhNode> nodes_;
   std::vector<BvhTriangle> triangles_;
   std::vector<TriangleGroup> groups_;
+  size_t first_deforming_group_ = 0;
+  size_t first_deforming_node_ = 0;
+  size_t first_deforming_triangle_ = 0;
+  size_t first_deforming_word_ = 0;
+  size_t deforming_words_ = 0;
+  std::vector<std::array<uint32_t, 2>> previous_arrays_;  // by instance, if it deforms
   std::vector<Placement> placements_;
   size_t placed_count_ = 0;
   std::vector<GpuInstance> instances_;

@@ -35,6 +35,16 @@ std::vector<uint32_t> OrderOf(const GpuScene& scene) {
   return order;
 }
 
+/// Indices of the corners of triangles, three for each.
+std::vector<uint32_t> CornersOf(std::span<const uint32_t> order) {
+  std::vector<uint32_t> corners;
+  corners.reserve(3 * order.size());
+  for (const uint32_t triangle : order) {
+    corners.insert(corners.end(), {3 * triangle, 3 * triangle + 1, 3 * triangle + 2});
+  }
+  return corners;
+}
+
 /// One build of a structure and its inputs. Not copied.
 struct Build {
   VkAccelerationStructureBuildGeometryInfoKHR info = {};
@@ -72,13 +82,11 @@ struct Build {
 };
 
 /// A group of triangles. Both geometries always exist, so that their indices distinguish them.
-/// \param indices  three for each entry of the order
+/// \param indices  three for each entry of the order from `first_entry` on
 void DescribeBottom(const TriangleGroup& group, size_t all_triangles, VkDeviceAddress triangles,
-                    VkDeviceAddress indices, Build* build) {
-  build->Begin(VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-               VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR |
-                   VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
-               2);
+                    VkDeviceAddress indices, uint32_t first_entry,
+                    VkBuildAccelerationStructureFlagsKHR flags, Build* build) {
+  build->Begin(VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, flags, 2);
   for (size_t i = 0; i < 2; ++i) {
     VkAccelerationStructureGeometryKHR& geometry = build->geometries[i];
     geometry.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR;
@@ -93,11 +101,19 @@ void DescribeBottom(const TriangleGroup& group, size_t all_triangles, VkDeviceAd
     data.maxVertex = static_cast<uint32_t>(3 * all_triangles - 1);
     data.indexType = VK_INDEX_TYPE_UINT32;
     data.indexData.deviceAddress = indices;
-    const uint32_t first = i == 0 ? group.first : group.first + group.opaque;
+    const uint32_t first = (i == 0 ? group.first : group.first + group.opaque) - first_entry;
     build->ranges[i].primitiveCount = i == 0 ? group.opaque : group.count - group.opaque;
     build->ranges[i].primitiveOffset = first * 3 * static_cast<uint32_t>(sizeof(uint32_t));
   }
 }
+
+/// Of groups that keep their shape.
+constexpr VkBuildAccelerationStructureFlagsKHR kKept =
+    VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR |
+    VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR;
+/// Of groups that are built again for every frame.
+constexpr VkBuildAccelerationStructureFlagsKHR kRebuilt =
+    VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR;
 
 void DescribeTop(VkDeviceAddress instances, uint32_t count, Build* build) {
   build->Begin(VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
@@ -231,15 +247,12 @@ struct HardwareScene::BottomBuffers {
 Status HardwareScene::BuildBottoms(const gpu::Buffer& triangles,
                                    const std::vector<uint32_t>& order) {
   const gpu::DeviceContext& c = device_->context();
-  const std::vector<TriangleGroup>& groups = scene_.groups();
+  const std::span groups(scene_.groups().data(), scene_.first_deforming_group());
   if (groups.empty()) {
     return Status::Ok();
   }
-  std::vector<uint32_t> corners;
-  corners.reserve(3 * order.size());
-  for (const uint32_t triangle : order) {
-    corners.insert(corners.end(), {3 * triangle, 3 * triangle + 1, 3 * triangle + 2});
-  }
+  const std::vector<uint32_t> corners =
+      CornersOf({order.data(), scene_.first_deforming_triangle()});
   gpu::Arena arena(&c);
   BottomBuffers buffers;
   buffers.structures.resize(groups.size());
@@ -248,7 +261,7 @@ Status HardwareScene::BuildBottoms(const gpu::Buffer& triangles,
   VkDeviceSize most_scratch = 0;
   for (size_t i = 0; i < groups.size(); ++i) {
     Build build;
-    DescribeBottom(groups[i], order.size(), 0, 0, &build);
+    DescribeBottom(groups[i], order.size(), 0, 0, 0, kKept, &build);
     const uint32_t counts[2] = {build.ranges[0].primitiveCount, build.ranges[1].primitiveCount};
     build.FindSizes(c, counts);
     most_scratch = std::max(most_scratch, build.sizes.buildScratchSize);
@@ -271,7 +284,7 @@ Status HardwareScene::BuildBottoms(const gpu::Buffer& triangles,
 Status HardwareScene::RunBuilds(const gpu::Buffer& triangles, const BottomBuffers& buffers,
                                 std::vector<gpu::Acceleration>* built) {
   const gpu::DeviceContext& c = device_->context();
-  const std::vector<TriangleGroup>& groups = scene_.groups();
+  const std::span groups(scene_.groups().data(), scene_.first_deforming_group());
   const gpu::FairLock lock = device_->Lock();
   const Result<VkCommandBuffer> commands = device_->Begin();
   STILLRAY_RETURN_IF_ERROR(commands.status());
@@ -285,7 +298,7 @@ Status HardwareScene::RunBuilds(const gpu::Buffer& triangles, const BottomBuffer
     built->push_back(std::move(*made));
     Build build;
     DescribeBottom(groups[i], scene_.triangles().size(), triangles.address,
-                   buffers.corners->address, &build);
+                   buffers.corners->address, 0, kKept, &build);
     build.Record(c, *commands, built->back(), *buffers.scratch);
     gpu::WaitForBuilds(c, *commands);
   }
@@ -328,6 +341,60 @@ Status HardwareScene::Compact(std::span<const gpu::Acceleration> loose) {
   return device_->Run();
 }
 
+/// Creates what RecordDeforming builds.
+Status HardwareScene::MakeDeforming(const gpu::Buffer& triangles,
+                                    const std::vector<uint32_t>& order) {
+  const gpu::DeviceContext& c = device_->context();
+  const size_t first = scene_.first_deforming_triangle();
+  const std::vector<TriangleGroup>& groups = scene_.groups();
+  if (scene_.first_deforming_group() == groups.size()) {
+    return Status::Ok();
+  }
+  triangles_ = &triangles;
+  const std::vector<uint32_t> corners = CornersOf({order.data() + first, order.size() - first});
+  STILLRAY_RETURN_IF_ERROR(AddBuffer(&deforming_arena_, corners.size() * sizeof(uint32_t),
+                                     kTriangleUsage, gpu::BufferPlace::kDevice,
+                                     &deforming_corners_));
+  std::vector<const gpu::Buffer*> memory(groups.size(), nullptr);
+  VkDeviceSize most_scratch = 0;
+  for (size_t i = scene_.first_deforming_group(); i < groups.size(); ++i) {
+    Build build;
+    DescribeBottom(groups[i], order.size(), 0, 0, static_cast<uint32_t>(first), kRebuilt, &build);
+    const uint32_t counts[2] = {build.ranges[0].primitiveCount, build.ranges[1].primitiveCount};
+    build.FindSizes(c, counts);
+    most_scratch = std::max(most_scratch, build.sizes.buildScratchSize);
+    STILLRAY_RETURN_IF_ERROR(AddBuffer(&deforming_arena_, build.sizes.accelerationStructureSize,
+                                       gpu::Acceleration::kUsage, gpu::BufferPlace::kDevice,
+                                       &memory[i]));
+  }
+  STILLRAY_RETURN_IF_ERROR(AddBuffer(&deforming_arena_,
+                                     most_scratch + c.ray_tracing.scratch_alignment, kScratchUsage,
+                                     gpu::BufferPlace::kDevice, &deforming_scratch_));
+  STILLRAY_RETURN_IF_ERROR(deforming_arena_.Allocate());
+  for (size_t i = scene_.first_deforming_group(); i < groups.size(); ++i) {
+    Result<gpu::Acceleration> made =
+        gpu::Acceleration::Create(&c, *memory[i], VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    STILLRAY_RETURN_IF_ERROR(made.status());
+    deforming_.push_back(std::move(*made));
+  }
+  const std::array<HostArray, 1> arrays = {MakeArray("corners of triangles that deform", corners)};
+  const std::array<const gpu::Buffer*, 1> targets = {deforming_corners_};
+  return UploadArrays(device_, arrays, targets);
+}
+
+/// In sequence: they share the scratch memory.
+void HardwareScene::RecordDeforming(VkCommandBuffer commands) const {
+  const gpu::DeviceContext& c = device_->context();
+  for (size_t i = 0; i < deforming_.size(); ++i) {
+    Build build;
+    DescribeBottom(scene_.groups()[scene_.first_deforming_group() + i], scene_.triangles().size(),
+                   triangles_->address, deforming_corners_->address,
+                   static_cast<uint32_t>(scene_.first_deforming_triangle()), kRebuilt, &build);
+    build.Record(c, commands, deforming_[i], *deforming_scratch_);
+    gpu::WaitForBuilds(c, commands);
+  }
+}
+
 Status HardwareScene::MakeSet() {
   STILLRAY_RETURN_IF_ERROR(sets_.CreatePool(1, kShape));
   const Result<VkDescriptorSet> set =
@@ -349,6 +416,7 @@ Result<std::unique_ptr<HardwareScene>> HardwareScene::Create(gpu::Device* device
   const std::array<const gpu::Buffer*, 1> buffers = {made->order_};
   STILLRAY_RETURN_IF_ERROR(UploadArrays(device, arrays, buffers));
   STILLRAY_RETURN_IF_ERROR(made->BuildBottoms(triangles, order));
+  STILLRAY_RETURN_IF_ERROR(made->MakeDeforming(triangles, order));
   Result<gpu::Acceleration> top = gpu::Acceleration::Create(
       &device->context(), *made->top_memory_, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
   STILLRAY_RETURN_IF_ERROR(top.status());
@@ -363,7 +431,9 @@ VkDeviceAddress HardwareScene::BottomOf(const Placement& placement) const {
   const auto group =
       std::lower_bound(groups.begin(), groups.end(), placement.first_triangle,
                        [](const TriangleGroup& g, uint32_t first) { return g.first < first; });
-  return bottoms_[static_cast<size_t>(group - groups.begin())].address();
+  const auto index = static_cast<size_t>(group - groups.begin());
+  return index < bottoms_.size() ? bottoms_[index].address()
+                                 : deforming_[index - bottoms_.size()].address();
 }
 
 Status HardwareScene::Update() {
@@ -396,6 +466,7 @@ void HardwareScene::RecordUpdate(VkCommandBuffer commands) const {
       VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR, kBuild,
       VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
           VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR);
+  RecordDeforming(commands);
   Build top;
   DescribeTop(instances_->address, count, &top);
   top.Record(c, commands, top_, *scratch_);
@@ -407,6 +478,7 @@ void HardwareScene::RecordUpdate(VkCommandBuffer commands) const {
 gpu::MemoryUse HardwareScene::memory() const {
   gpu::MemoryUse use = arena_.Need();
   use += bottom_arena_.Need();
+  use += deforming_arena_.Need();
   return use;
 }
 

@@ -17,9 +17,9 @@
 namespace stillray::render {
 
 /// Bottom levels over the triangles of the compute shaders' BVH, which are not copied: one for all
-/// static instances, one for each moving mesh. A top level of the placements is rebuilt on the
-/// device when instances move. Opaque triangles and others are separate geometries: any-hit shaders
-/// run for the latter only.
+/// static instances, one for each moving mesh, one for each instance that deforms. The last, and a
+/// top level of the placements, are rebuilt on the device when instances move. Opaque triangles and
+/// others are separate geometries: any-hit shaders run for the latter only.
 class HardwareScene {
  public:
   /// Builds the bottom levels; waits for completion.
@@ -49,6 +49,7 @@ class HardwareScene {
         scene_(scene),
         arena_(&device->context()),
         bottom_arena_(&device->context()),
+        deforming_arena_(&device->context()),
         sets_(&device->context()) {}
   Status CheckLimits() const;
   Status AddBuffers();
@@ -57,6 +58,8 @@ class HardwareScene {
   Status RunBuilds(const gpu::Buffer& triangles, const BottomBuffers& buffers,
                    std::vector<gpu::Acceleration>* built);
   Status Compact(std::span<const gpu::Acceleration> loose);
+  Status MakeDeforming(const gpu::Buffer& triangles, const std::vector<uint32_t>& order);
+  void RecordDeforming(VkCommandBuffer commands) const;
   Status MakeSet();
   VkDeviceAddress BottomOf(const Placement& placement) const;
 
@@ -64,9 +67,14 @@ class HardwareScene {
   const GpuScene& scene_;
   gpu::Arena arena_;
   gpu::Arena bottom_arena_;
+  gpu::Arena deforming_arena_;
   gpu::DescriptorSets sets_;
   VkDescriptorSet set_ = VK_NULL_HANDLE;
-  std::vector<gpu::Acceleration> bottoms_;  // of the scene's groups
+  std::vector<gpu::Acceleration> bottoms_;    // of the scene's groups
+  std::vector<gpu::Acceleration> deforming_;  // of the groups behind those
+  const gpu::Buffer* triangles_ = nullptr;    // inputs of their builds
+  const gpu::Buffer* deforming_corners_ = nullptr;
+  const gpu::Buffer* deforming_scratch_ = nullptr;
   gpu::Acceleration top_;
   const gpu::Buffer* order_ = nullptr;
   const gpu::Buffer* staging_ = nullptr;    // to be copied on the device

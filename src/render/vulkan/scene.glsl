@@ -73,10 +73,9 @@ vec3 TransformVector(vec4 x, vec4 y, vec4 z, vec3 v) {
   return vec3(dot(x.xyz, v), dot(y.xyz, v), dot(z.xyz, v));
 }
 
-// -1 if the instance's transform mirrors.
+// -1 if the instance is mirrored.
 float Orientation(GpuInstance instance) {
-  return dot(instance.world_x.xyz, cross(instance.world_y.xyz, instance.world_z.xyz)) < 0.0f ? -1.0f
-                                                                                             : 1.0f;
+  return instance.orientation;
 }
 
 struct WorldTriangle {

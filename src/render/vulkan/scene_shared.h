@@ -62,7 +62,8 @@ struct Placement {
 const uint kNoInstance = 0xffffffffu;
 
 // An instance of the scene: rows of its matrix to the world, now and one frame ago, and the offsets
-// of its mesh's arrays in the words; kNoArray: none.
+// of its mesh's arrays in the words; kNoArray: none. Instances that deform have vertices of their
+// own; the offsets of the previous ones are the same unless the shape has changed since.
 struct GpuInstance {
   vec4 world_x, world_y, world_z;
   vec4 previous_x, previous_y, previous_z;
@@ -74,6 +75,10 @@ struct GpuInstance {
   uint uv_0;       // 2
   uint uv_1;       // 2
   uint colours;    // 4
+  uint previous_positions;
+  uint previous_normals;
+  float orientation;  // -1 if it is mirrored
+  uint unused_0;
 };
 const uint kNoArray = 0xffffffffu;
 
@@ -208,7 +213,7 @@ namespace stillray::render {
 static_assert(sizeof(BvhNode) == 64);
 static_assert(sizeof(BvhTriangle) == 48);
 static_assert(sizeof(Placement) == 64);
-static_assert(sizeof(GpuInstance) == 128);
+static_assert(sizeof(GpuInstance) == 144);
 static_assert(sizeof(GpuTextureRef) == 32);
 static_assert(sizeof(GpuMaterial) == 256);
 static_assert(offsetof(GpuLayers, specular) == 4 * kLayersSpecular);

@@ -40,11 +40,18 @@ layout(std430, set = 0, binding = kImages) readonly buffer Guides {
 };
 
 #ifdef STILLRAY_PREVIOUS_NORMALS
+bool HasChangedShape(GpuInstance instance) {
+  return instance.previous_positions != instance.positions;
+}
+
 vec3 PreviousNormalOf(GpuGuides of) {
   if (of.id == 0u) {
     return vec3(0.0f);
   }
   GpuInstance i = instances[of.id - 1u];
+  if (HasChangedShape(i)) {
+    return of.previous_normal;
+  }
   return PreviousNormal(LinearRows(i.world_x.xyz, i.world_y.xyz, i.world_z.xyz),
                         LinearRows(i.previous_x.xyz, i.previous_y.xyz, i.previous_z.xyz),
                         of.normal);

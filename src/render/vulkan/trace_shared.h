@@ -80,6 +80,8 @@ struct GpuGuides {
   float motion_x;
   vec3 background;
   float motion_y;
+  vec3 previous_normal;  // where an instance has changed its shape
+  float unused_0;
 };
 
 // A signal of a pixel: light, and in sums of samples the sum of the squared luminances.
@@ -146,9 +148,9 @@ STILLRAY_RENDER_END
 #ifdef __cplusplus
 namespace stillray::render {
 static_assert(sizeof(GpuFrame) == 240);
-static_assert(sizeof(LensGuides) == 96);
+static_assert(sizeof(LensGuides) == 112);
 static_assert(sizeof(PathState) == 112);
-static_assert(sizeof(GpuGuides) == 80);
+static_assert(sizeof(GpuGuides) == 96);
 static_assert(sizeof(GpuPixelLight) == 64);
 static_assert(sizeof(GpuShadow) == 64);
 static_assert(sizeof(GpuQueue) == 32);

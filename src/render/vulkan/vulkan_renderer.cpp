@@ -347,6 +347,7 @@ Status VulkanRenderer::BeginFrame(const RenderMoment& moment, Frame* frame) {
   }
   if (!device_store_.active()) {
     PrepareFrame(settings_, moment, frame);
+    PreparePreviousNormals(state_, frame);
   }
   SetFrame(moment, vec2(frame->jitter_x, frame->jitter_y), SampleStream::kFrames);
   return Status::Ok();

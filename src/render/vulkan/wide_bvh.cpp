@@ -10,6 +10,8 @@
 
 #include <embree3/rtcore.h>
 #include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include "render/embree_handles.h"
@@ -284,6 +286,48 @@ Result<std::unique_ptr<WideBvhBuilder>> WideBvhBuilder::Create() {
                                            static_cast<int>(rtcGetDeviceError(nullptr))));
   }
   return std::unique_ptr<WideBvhBuilder>(std::make_unique<EmbreeWideBvhBuilder>(std::move(device)));
+}
+
+Aabb RefitBvh(std::span<BvhNode> nodes, uint32_t first_node, uint32_t first_item,
+              std::span<const Aabb> boxes) {
+  std::vector<Aabb> of_nodes(nodes.size());
+  // Boxes of the node's children; their number.
+  const auto find_children = [&](const BvhNode& node, std::array<Aabb, kWidth>* out) {
+    uint32_t count = 0;
+    for (; count < kWidth && node.children[static_cast<int>(count)] != 0; ++count) {
+      const uint32_t child = node.children[static_cast<int>(count)];
+      if ((child & kLeafBit) == 0) {
+        (*out)[count] = of_nodes[child - first_node];
+        continue;
+      }
+      const uint32_t first = (child & kLeafFirstMask) - first_item;
+      const uint32_t last = first + (child >> kLeafCountShift & 7u);
+      for (uint32_t i = first; i <= last; ++i) {
+        (*out)[count] = Union((*out)[count], boxes[i]);
+      }
+    }
+    return count;
+  };
+  for (size_t n = nodes.size(); n-- > 0;) {  // parents precede their children
+    std::array<Aabb, kWidth> of_children;
+    const uint32_t count = find_children(nodes[n], &of_children);
+    for (uint32_t i = 0; i < count; ++i) {
+      of_nodes[n] = Union(of_nodes[n], of_children[i]);
+    }
+  }
+  // Nearly all of the time.
+  constexpr size_t kGrain = 256;
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, nodes.size(), kGrain),
+                    [&](const tbb::blocked_range<size_t>& range) {
+                      for (size_t n = range.begin(); n < range.end(); ++n) {
+                        std::array<Aabb, kWidth> of_children;
+                        const uint32_t count = find_children(nodes[n], &of_children);
+                        const uvec4 children = nodes[n].children;
+                        nodes[n] = PackNode(of_children.data(), count);
+                        nodes[n].children = children;
+                      }
+                    });
+  return of_nodes[0];
 }
 
 Aabb ChildBox(const BvhNode& node, int child) {

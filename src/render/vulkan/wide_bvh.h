@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,14 @@ class WideBvhBuilder {
   virtual Result<WideBvh> Build(const std::vector<Aabb>& boxes, int leaf_items, int stack,
                                 const std::string& what) = 0;
 };
+
+/// Adapts a tree to items that have moved; its shape stays.
+/// \param nodes  of the tree: children refer to `first_node` plus the index in this list, and to
+///     items from `first_item` on
+/// \param boxes  of the items, in the order of the tree; finite
+/// \return the bounds of all
+Aabb RefitBvh(std::span<BvhNode> nodes, uint32_t first_node, uint32_t first_item,
+              std::span<const Aabb> boxes);
 
 /// The box of a node's child, as shaders compute it; undefined if there is none.
 Aabb ChildBox(const BvhNode& node, int child);
