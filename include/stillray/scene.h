@@ -203,7 +203,7 @@ struct AnimationChannel {
   std::vector<float> times;  ///< seconds, strictly increasing
   std::vector<vec4> values;  ///< empty for kWeights
   /// For kWeights: in place of each value as many as Node::weights has.
-  std::vector<float> weights;
+  std::vector<float> weights = {};
 };
 
 /// Light from infinitely far away.

@@ -64,6 +64,37 @@ TEST(RetimedAnimation, WithOneClockTheSceneIsAsItWas) {
   EXPECT_EQ(scene.animation[0].interpolation, Interpolation::kLinear);
 }
 
+TEST(RetimedAnimation, MorphWeightsAndEmissiveSkinsFollowTheirClock) {
+  Scene scene = MovingScene();
+  scene.nodes[1].weights = {0, 0};
+  AnimationChannel weights;
+  weights.node = 1;
+  weights.property = AnimatedProperty::kWeights;
+  weights.times = {0, 4};
+  weights.weights = {0, 1, 4, 5};
+  scene.animation.push_back(weights);
+  // Node 3 is the joint of a mesh that emits, on node 0.
+  scene.nodes.emplace_back();
+  AnimationChannel joint = scene.animation[0];
+  joint.node = 3;
+  scene.animation.push_back(joint);
+  scene.skins.push_back({"", {3}, {mat4(1.0f)}});
+  scene.materials.emplace_back();
+  scene.materials[1].emission = vec3(1);
+  scene.meshes.emplace_back();
+  scene.meshes[1].material = 1;
+  scene.instances.push_back({1, 0, 0});
+  const Scene original = scene;
+  RetimedAnimation animation(&scene);
+  double now = 0;
+  double before = 0;
+  animation.Set({1, 3}, {0.5, 3.5}, &now, &before);
+  EXPECT_EQ(MorphWeights(scene, 1, now), MorphWeights(original, 1, 1));
+  EXPECT_EQ(MorphWeights(scene, 1, before), MorphWeights(original, 1, 0.5));
+  ExpectNear(NodeTransforms(scene, now)[3], NodeTransforms(original, 3)[3]);
+  ExpectNear(NodeTransforms(scene, before)[3], NodeTransforms(original, 3.5)[3]);
+}
+
 TEST(RetimedAnimation, LightsHaveAClockOfTheirOwn) {
   Scene scene = MovingScene();
   const Scene original = scene;

@@ -269,6 +269,10 @@ void GpuScene::UpdateVertices(size_t i) {
 /// would be better, but a build takes one thread longer than a frame should last.
 void GpuScene::UpdateBottom(Bottom* bottom) {
   const PlacedInstance& placed = state_.instance(bottom->instance);
+  if (bottom->shape == placed.shape) {
+    return;
+  }
+  bottom->shape = placed.shape;
   const vec3* positions = placed.vertices.positions;
   BvhTriangle* triangles = triangles_.data() + bottom->group.first;
   std::vector<Aabb> boxes(bottom->group.count);

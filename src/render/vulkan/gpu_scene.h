@@ -70,6 +70,7 @@ class GpuScene {
     TriangleGroup group;
     Aabb bounds;
     bool deforms = false;
+    uint64_t shape = 0;  // of the boxes, if it deforms
   };
 
   explicit GpuScene(const SceneState& state) : state_(state), lens_masks_(state.scene()) {}
