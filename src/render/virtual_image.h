@@ -9,12 +9,10 @@
 
 #include "render/primary.h"
 #include "render/tiles.h"
+#include "render/virtual_image_shared.h"
 #include "stillray/frame.h"
 
 namespace stillray::render {
-
-/// Perceptual roughness up to which a surface counts as smooth.
-inline constexpr float kSmoothRoughness = 0.1f;
 
 /// The image that a pixel shows. See VirtualGuides.
 struct VirtualImage {
