@@ -65,10 +65,9 @@ SHARED_FN ChainRay ShootAlongChain(CHAIN_IN SHARED_IN(CHAIN_VIEW) view, vec2 pix
   return ray;
 }
 
-// How far the ray of a pixel passes the chain's end, in the plane of two axes.
-SHARED_FN vec2 MissOfChain(CHAIN_IN SHARED_IN(CHAIN_VIEW) view, SHARED_IN(ChainEnd) end,
-                           SHARED_IN(LocalFrame) axes, vec2 pixel) {
-  ChainRay ray = ShootAlongChain(CHAIN view, pixel);
+// How far a ray passes the chain's end, in the plane of two axes.
+SHARED_FN vec2 MissOfRay(SHARED_IN(ChainRay) ray, SHARED_IN(ChainEnd) end,
+                         SHARED_IN(LocalFrame) axes) {
   vec3 wanted = end.is_sky != 0 ? end.point : end.point - ray.origin;
   vec3 miss = wanted - ray.direction * dot(wanted, ray.direction);
   return vec2(dot(miss, axes.x), dot(miss, axes.y));
@@ -79,15 +78,6 @@ struct MissSlope {
   vec2 by_x;
   vec2 by_y;
 };
-
-SHARED_FN MissSlope SlopeOfMiss(CHAIN_IN SHARED_IN(CHAIN_VIEW) view, SHARED_IN(ChainEnd) end,
-                                SHARED_IN(LocalFrame) axes, vec2 at, vec2 miss) {
-  const float kStep = 0.5f;  // pixels
-  MissSlope slope;
-  slope.by_x = (MissOfChain(CHAIN view, end, axes, at + vec2(kStep, 0.0f)) - miss) / kStep;
-  slope.by_y = (MissOfChain(CHAIN view, end, axes, at + vec2(0.0f, kStep)) - miss) / kStep;
-  return slope;
-}
 
 // The step to where a linear miss would be zero.
 SHARED_FN vec2 StepOfMiss(SHARED_IN(MissSlope) slope, vec2 miss) {
@@ -105,7 +95,8 @@ SHARED_FN bool FindPreviousPlace(CHAIN_IN SHARED_IN(CHAIN_VIEW) view, SHARED_IN(
   const int kIterations = 10;
   const float kConverged = 0.002f;  // pixels
   const float kAccepted = 0.1f;
-  const float kSlow = 0.25f;  // steps that shrink less need the slope at their place
+  const float kSlow = 0.25f;   // steps that shrink less need the slope at their place
+  const float kOffset = 0.5f;  // pixels, for the slope
   int count = ChainCount(CHAIN_ALONE);
   vec3 first = end.is_sky != 0 ? end.point : end.point - view.position;
   if (count > 0) {
@@ -114,32 +105,34 @@ SHARED_FN bool FindPreviousPlace(CHAIN_IN SHARED_IN(CHAIN_VIEW) view, SHARED_IN(
   if (dot(first, view.forward) <= 0.0f) {
     return false;
   }
-  vec2 at = Project(view, first);
-  if (count == 0) {
-    place = at;
-    return true;
-  }
-  LocalFrame axes = MakeLocalFrame(ShootAlongChain(CHAIN view, at).direction);
-  vec2 miss = MissOfChain(CHAIN view, end, axes, at);
-  MissSlope slope = SlopeOfMiss(CHAIN view, end, axes, at, miss);
-  float change = kInfinity;
-  for (int i = 0; i < kIterations; ++i) {
+  place = Project(view, first);
+  LocalFrame axes = MakeLocalFrame(view.forward);
+  vec2 miss = vec2(0.0f);
+  MissSlope slope;
+  slope.by_x = slope.by_y = vec2(0.0f);
+  float change = count > 0 ? kInfinity : 0.0f;
+  int shots = 3;  // at the place, and for the slope beside it
+  for (int i = 0; i < kIterations && change > kConverged; ++i) {
+    for (int k = 0; k < shots; ++k) {
+      vec2 beside = vec2(k == 1 ? kOffset : 0.0f, k == 2 ? kOffset : 0.0f);
+      ChainRay ray = ShootAlongChain(CHAIN view, place + beside);
+      if (i == 0 && k == 0) {
+        axes = MakeLocalFrame(ray.direction);
+      }
+      vec2 missed = MissOfRay(ray, end, axes);
+      miss = k == 0 ? missed : miss;
+      slope.by_x = k == 1 ? (missed - miss) / kOffset : slope.by_x;
+      slope.by_y = k == 2 ? (missed - miss) / kOffset : slope.by_y;
+    }
     vec2 next = StepOfMiss(slope, miss);
     float before = change;
     change = length(next);
     if (!(change < view.width + view.height)) {
       return false;
     }
-    at += next;
-    if (change <= kConverged) {
-      break;
-    }
-    miss = MissOfChain(CHAIN view, end, axes, at);
-    if (change > kSlow * before) {
-      slope = SlopeOfMiss(CHAIN view, end, axes, at, miss);
-    }
+    place += next;
+    shots = change > kSlow * before ? 3 : 1;
   }
-  place = at;
   return change <= kAccepted;
 }
 

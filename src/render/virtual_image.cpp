@@ -250,6 +250,31 @@ bool MayShowImages(const Scene& scene) {
   });
 }
 
+bool WantsImages(const RenderSettings& settings) {
+  return settings.virtual_guides &&
+         (settings.cycle == 1 || settings.guides == GuideCoverage::kFull);
+}
+
+bool FramesShowImages(const Scene& scene, const RenderSettings& settings, int camera) {
+  const Lens lens = LensOf(scene, settings, camera);
+  return MayShowImages(scene) && WantsImages(settings) && lens.radius <= 0.0f &&
+         lens.f_number <= 0.0f;
+}
+
+void PrepareVirtualGuides(const RenderSettings& settings, bool shown, Frame* frame) {
+  VirtualGuides& image = frame->reflection;
+  frame->refraction = VirtualGuides();
+  if (!shown) {
+    image = VirtualGuides();
+    return;
+  }
+  ResizeImage(&image.depth, settings.width, settings.height);
+  ResizeImage(&image.normal, settings.width, settings.height);
+  ResizeImage(&image.albedo, settings.width, settings.height);
+  ResizeImage(&image.motion, settings.width, settings.height);
+  ResizeImage(&image.id, settings.width, settings.height);
+}
+
 void FindVirtualImages(const TraceContext& context, const PrimaryPixel* pixels,
                        const FirstSurface* first, int count, RayScratch* scratch,
                        VirtualImage* images, RenderTimings* timings) {

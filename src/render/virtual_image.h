@@ -26,6 +26,18 @@ struct VirtualImage {
 /// Whether a scene has materials that may be smooth and show images.
 bool MayShowImages(const Scene& scene);
 
+/// Whether frames of a scene that may show images get virtual guides with these settings, unless
+/// they are seen through a lens: the image that one of the samples sees would be printed over the
+/// light of all.
+bool WantsImages(const RenderSettings& settings);
+
+/// Whether frames of a camera have virtual guides, on the host: the scene may show images, the
+/// settings want them, and the camera has no lens.
+bool FramesShowImages(const Scene& scene, const RenderSettings& settings, int camera);
+
+/// Resizes the planes of Frame::reflection, or makes them empty; Frame::refraction is empty.
+void PrepareVirtualGuides(const RenderSettings& settings, bool shown, Frame* frame);
+
 /// \param pixels  of a batch
 /// \param first   of pixels with a single layer
 /// \param images  [out] one per pixel

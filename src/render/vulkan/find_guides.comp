@@ -29,16 +29,7 @@ vec2 MotionBetween(PixelViews views, vec3 offset, vec3 previous_offset) {
 }
 
 vec2 SurfaceMotion(PixelViews views, GpuInstance instance, GpuHit hit, vec3 position) {
-  uvec3 corner = CornersOf(instance, hit.primitive);
-  vec3 weight = Weights(hit);
-  vec3 local = Vec3At(instance.positions + 3u * corner.x) * weight.x +
-               Vec3At(instance.positions + 3u * corner.y) * weight.y +
-               Vec3At(instance.positions + 3u * corner.z) * weight.z;
-  bool stands = instance.world_x == instance.previous_x &&
-                instance.world_y == instance.previous_y && instance.world_z == instance.previous_z;
-  vec3 before =
-      stands ? position
-             : TransformPoint(instance.previous_x, instance.previous_y, instance.previous_z, local);
+  vec3 before = PreviousPoint(instance, hit, position);
   return MotionBetween(views, position - views.now.position, before - views.before.position);
 }
 
@@ -90,8 +81,10 @@ uint FindGuides(uint number, uvec2 pixel) {
     AddLayer(views, layer, direction, heaviest, sum);
     first = layer.hit;
   }
-  if (walk.layers > 1 || (walk.layers == 1 && walk.background > 0.0f)) {
+  if (walk.layers > 1) {
     first.instance = kSeveralLayers;
+  } else if (walk.layers == 1 && walk.background > 0.0f) {
+    first.instance = kLayerBeforeSky;
   }
   sum.background = EnvironmentRadiance(direction) * walk.background;
   guides[number] = sum;

@@ -15,6 +15,26 @@ struct Surface {
   SurfaceLayers layers;
 };
 
+// Whether the instance is where it was one frame ago.
+bool Stands(GpuInstance instance) {
+  return instance.world_x == instance.previous_x && instance.world_y == instance.previous_y &&
+         instance.world_z == instance.previous_z;
+}
+
+// The point of a hit one frame ago.
+// \param position  now
+vec3 PreviousPoint(GpuInstance instance, GpuHit hit, vec3 position) {
+  if (Stands(instance)) {
+    return position;
+  }
+  uvec3 corner = CornersOf(instance, hit.primitive);
+  vec3 weight = Weights(hit);
+  vec3 local = Vec3At(instance.positions + 3u * corner.x) * weight.x +
+               Vec3At(instance.positions + 3u * corner.y) * weight.y +
+               Vec3At(instance.positions + 3u * corner.z) * weight.z;
+  return TransformPoint(instance.previous_x, instance.previous_y, instance.previous_z, local);
+}
+
 // Transforms a normal to the world, without normalising, by the cofactors, which exist for any
 // matrix.
 vec3 TransformNormal(GpuInstance instance, vec3 n) {
