@@ -156,7 +156,6 @@ class PathTracer final : public Renderer {
                   TileScratch* scratch) const;
   static void StoreTileGuides(const TraceContext& context, const Tile& tile, TileScratch* scratch,
                               Frame* frame);
-  bool ShowsImages(const TraceContext& context) const;
   void PreparePlanes(const TraceContext& context, const RenderMoment& moment, Frame* frame) const;
   void TraceSamples(const TraceContext& context, const Frame& frame, uint64_t first_sample,
                     TileScratch* scratch) const;
@@ -290,29 +289,13 @@ void PathTracer::StoreTileGuides(const TraceContext& context, const Tile& tile,
   StoreGuides(tile, scratch->guides, frame);
 }
 
-/// Not through a lens: the image that one of the samples sees would be printed over the light of
-/// all.
-bool PathTracer::ShowsImages(const TraceContext& context) const {
-  const bool everywhere = settings_.cycle == 1 || settings_.guides == GuideCoverage::kFull;
-  return settings_.virtual_guides && may_show_images_ && everywhere &&
-         context.camera.lens_radius <= 0.0f;
-}
-
 void PathTracer::PreparePlanes(const TraceContext& context, const RenderMoment& moment,
                                Frame* frame) const {
   PrepareFrame(settings_, moment, frame);
   PreparePreviousNormals(state_, frame);
-  VirtualGuides& image = frame->reflection;
-  frame->refraction = VirtualGuides();
-  if (!ShowsImages(context)) {
-    image = VirtualGuides();
-    return;
-  }
-  ResizeImage(&image.depth, settings_.width, settings_.height);
-  ResizeImage(&image.normal, settings_.width, settings_.height);
-  ResizeImage(&image.albedo, settings_.width, settings_.height);
-  ResizeImage(&image.motion, settings_.width, settings_.height);
-  ResizeImage(&image.id, settings_.width, settings_.height);
+  const bool shown =
+      may_show_images_ && WantsImages(settings_) && context.camera.lens_radius <= 0.0f;
+  PrepareVirtualGuides(settings_, shown, frame);
 }
 
 /// Traces the light of the batch's pixels, whose guides in the first sample are known. With a lens

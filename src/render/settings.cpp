@@ -246,7 +246,7 @@ std::vector<Row> MakeTable() {
                         .type = ParameterType::kFlag,
                         .group = "sampling",
                         .help = "Guides of what mirrors and glass show, by extra rays from smooth "
-                                "surfaces. On the CPU only."},
+                                "surfaces."},
                .member = &S::virtual_guides});
   t.push_back({.info = {.name = "bounces",
                         .type = ParameterType::kInt,

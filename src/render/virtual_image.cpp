@@ -8,58 +8,13 @@
 #include <vector>
 
 #include "core/colour.h"
+#include "render/chain_search_shared.h"
 #include "render/frame_store.h"
 #include "render/guides.h"
 #include "render/previous_normals.h"
-#include "render/virtual_image_shared.h"
 
 namespace stillray::render {
 namespace {
-
-/// Longer chains show no image: two faces of three glass bodies, and two mirrors.
-constexpr int kMostVertices = 8;
-/// Rays of a chain, those that pass thin sheets and cut-outs too.
-constexpr int kMostRays = 16;
-
-/// How a chain leaves a surface.
-enum class Pass : uint8_t { kEnd, kReflect, kRefract, kStraight };
-
-struct Leaving {
-  Pass pass = Pass::kEnd;
-  float eta = 0;          ///< of kRefract
-  float reflectance = 1;  ///< of glass
-};
-
-/// Light of an emitter or the sky is divided by itself, so that the filter does not see it: smaller
-/// values are.
-constexpr float kLeastRadiance = 0.01f;
-/// Least cosine of a clear coat's normal with the surface's, about which chains are reflected.
-constexpr float kSameNormal = 0.9999f;
-/// Glass shows the image of a light that it reflects if that is brighter than this part of the mean
-/// sky.
-constexpr float kVisibleLight = 0.5f;
-
-bool IsSmooth(float alpha) {
-  return alpha <= AlphaOfRoughness(kSmoothRoughness);
-}
-
-/// \param first  the visible surface, whose specular light alone is guided: it may be diffuse too
-Leaving LeavingOf(const Surface& surface, const Bsdf& bsdf, vec3 specular_albedo, bool first) {
-  if (bsdf.glass_weight > 0.5f && IsSmooth(bsdf.glass_alpha)) {
-    const float reflectance = bsdf.thin != 0
-                                  ? bsdf.sheet_reflectance
-                                  : FresnelDielectric(min(surface.local_wo.z, 1.0f), bsdf.eta);
-    if (reflectance > 0.5f) {
-      return {Pass::kReflect};
-    }
-    return {bsdf.thin != 0 ? Pass::kStraight : Pass::kRefract, bsdf.eta, reflectance};
-  }
-  const bool coat = IsMainlyCoat(bsdf);
-  const bool reflects = coat ? IsSmooth(bsdf.coat_alpha) && bsdf.coat_normal.z > kSameNormal
-                             : bsdf.pick_specular > 0.0f && IsSmooth(bsdf.specular_alpha);
-  const bool mostly = Luminance709(specular_albedo) > Luminance709(DiffuseAlbedo(bsdf));
-  return reflects && (first || mostly) ? Leaving{Pass::kReflect} : Leaving{};
-}
 
 /// A chain of smooth surfaces.
 struct Chain {
@@ -74,6 +29,8 @@ struct Chain {
   bool seeks_light = false;
   float reflectance = 1;                          ///< of the glass, then
   std::array<ChainVertex, kMostVertices> vertex;  ///< in the previous frame
+
+  ChainArrays arrays() const { return {vertex.data(), count}; }
 };
 
 /// The point of a hit at the previous frame's moment.
@@ -91,49 +48,35 @@ ChainVertex MakeVertex(const TraceContext& context, const Hit& hit, const Surfac
   const PlacedInstance& instance = context.state.instance(hit.instance);
   const Mesh& mesh = *instance.mesh;
   const uint32_t* corner = mesh.indices.data() + 3 * static_cast<size_t>(hit.primitive);
-  const mat3 world(instance.moving ? instance.previous_world : instance.world);
-  const mat3 to_normal = transpose(inverse(world));
-  const mat3 from_normal = transpose(mat3(instance.world));
   const VertexArrays& before = instance.previous_vertices;
-  const auto normal_at = [&](int k) {
-    return SafeNormalize(to_normal * before.normals[corner[k]], surface.frame.z);
-  };
-  ChainVertex vertex;
-  vertex.position = PreviousPoint(instance, hit, surface.position);
-  vertex.edge_u = world * (before.positions[corner[1]] - before.positions[corner[0]]);
-  vertex.edge_v = world * (before.positions[corner[2]] - before.positions[corner[0]]);
-  vertex.normal = surface.frame.z;
-  if (instance.HasChangedShape()) {
-    vertex.normal = PreviousNormalAt(instance, hit, surface.frame.z);
-  } else if (instance.moving) {
-    vertex.normal = SafeNormalize(to_normal * (from_normal * surface.frame.z), surface.frame.z);
-  }
-  const vec3 n0 = normal_at(0);
-  const float side = dot(n0, vertex.normal) < 0.0f ? -1.0f : 1.0f;
-  vertex.normal_u = (normal_at(1) - n0) * side;
-  vertex.normal_v = (normal_at(2) - n0) * side;
-  vertex.eta = eta;
-  return vertex;
+  const vec3 n = surface.frame.z;
+  ChainTriangle triangle;
+  triangle.edge_u = before.positions[corner[1]] - before.positions[corner[0]];
+  triangle.edge_v = before.positions[corner[2]] - before.positions[corner[0]];
+  triangle.normal_0 = before.normals[corner[0]];
+  triangle.normal_1 = before.normals[corner[1]];
+  triangle.normal_2 = before.normals[corner[2]];
+  triangle.world = mat3(instance.world);
+  triangle.before = mat3(instance.moving ? instance.previous_world : instance.world);
+  triangle.moving = instance.moving ? 1 : 0;
+  return MakeChainVertex(triangle, PreviousPoint(instance, hit, surface.position), n,
+                         instance.HasChangedShape() ? PreviousNormalAt(instance, hit, n)
+                                                    : MovedNormal(triangle, n),
+                         eta);
 }
 
 /// Continues a chain from a surface. \return false if it ends there
 bool Continue(const TraceContext& context, const Hit& hit, const Surface& surface,
               const Leaving& leaving, Chain* chain, RayBatch* rays) {
-  if (leaving.pass == Pass::kEnd || chain->rays == kMostRays ||
-      (leaving.pass != Pass::kStraight && chain->count == kMostVertices)) {
+  if (leaving.way == kChainEnds || chain->rays == kMostChainRays ||
+      (leaving.way != kChainGoesOn && chain->count == kMostVertices)) {
     return false;
   }
   vec3 direction = chain->direction;
-  if (leaving.pass == Pass::kReflect) {
-    direction -= 2.0f * dot(direction, surface.frame.z) * surface.frame.z;
-  } else if (leaving.pass == Pass::kRefract) {
-    direction = RefractAbout(surface.wo, surface.frame.z, leaving.eta);
+  if (!TurnChain(leaving, surface, direction)) {
+    return false;
   }
-  const bool above = dot(direction, surface.geometric) > 0.0f;
-  if (above != (leaving.pass == Pass::kReflect)) {
-    return false;  // the shading normal leads through the surface
-  }
-  if (leaving.pass != Pass::kStraight) {
+  if (leaving.way != kChainGoesOn) {
     const size_t i = static_cast<size_t>(chain->count++);
     chain->vertex[i] = MakeVertex(context, hit, surface, leaving.eta);
   }
@@ -143,93 +86,9 @@ bool Continue(const TraceContext& context, const Hit& hit, const Surface& surfac
   return true;
 }
 
-/// The end of a chain in the previous frame: a point, or a direction to the sky.
-struct ChainEnd {
-  vec3 point;  ///< or direction
-  bool is_sky = false;
-};
-
-/// Rays of the previous frame along a chain, and how far they pass its end.
-struct ChainSearch {
-  const CameraView& camera;
-  const Chain& chain;
-  const ChainEnd& end;
-  LocalFrame axes = {};  ///< across the last ray
-
-  ChainRay Shoot(vec2 pixel) const {
-    ChainRay ray = {camera.position, camera.Direction(pixel)};
-    for (int i = 0; i < chain.count; ++i) {
-      ray = PassVertex(chain.vertex[static_cast<size_t>(i)], ray);
-    }
-    return ray;
-  }
-  vec2 MissAt(vec2 pixel) const {
-    const ChainRay ray = Shoot(pixel);
-    const vec3 wanted = end.is_sky ? end.point : end.point - ray.origin;
-    const vec3 miss = wanted - ray.direction * dot(wanted, ray.direction);
-    return {dot(miss, axes.x), dot(miss, axes.y)};
-  }
-};
-
-/// The change of the miss per pixel.
-struct MissSlope {
-  vec2 by_x;
-  vec2 by_y;
-
-  MissSlope(const ChainSearch& search, vec2 at, vec2 miss) {
-    constexpr float kStep = 0.5f;  // pixels
-    by_x = (search.MissAt(at + vec2(kStep, 0.0f)) - miss) / kStep;
-    by_y = (search.MissAt(at + vec2(0.0f, kStep)) - miss) / kStep;
-  }
-  /// The step to where a linear miss would be zero.
-  vec2 StepFrom(vec2 miss) const {
-    const float determinant = by_x.x * by_y.y - by_x.y * by_y.x;
-    return vec2(by_y.x * miss.y - by_y.y * miss.x, by_x.y * miss.x - by_x.x * miss.y) / determinant;
-  }
-};
-
-/// The place of the image in the previous frame: Newton's method on the pixel whose ray reaches the
-/// end of the chain. Exact for planar mirrors. \return false if none is found
-bool FindPreviousPlace(const CameraView& camera, const Chain& chain, const ChainEnd& end,
-                       vec2* place) {
-  constexpr int kIterations = 10;
-  constexpr float kConverged = 0.002f;  // pixels
-  constexpr float kAccepted = 0.1f;
-  constexpr float kSlow = 0.25f;  // steps that shrink less need the slope at their place
-  const vec3 first = chain.count > 0 ? chain.vertex[0].position - camera.position
-                                     : (end.is_sky ? end.point : end.point - camera.position);
-  if (dot(first, camera.forward) <= 0.0f) {
-    return false;
-  }
-  vec2 at = camera.Project(first);
-  ChainSearch search = {camera, chain, end};
-  search.axes = MakeLocalFrame(search.Shoot(at).direction);
-  vec2 miss = search.MissAt(at);
-  MissSlope slope(search, at, miss);
-  float change = kInfinity;
-  for (int i = 0; i < kIterations && chain.count > 0; ++i) {
-    const vec2 step = slope.StepFrom(miss);
-    const float before = change;
-    change = length(step);
-    if (!(change < camera.width + camera.height)) {
-      return false;
-    }
-    at += step;
-    if (change <= kConverged) {
-      break;
-    }
-    miss = search.MissAt(at);
-    if (change > kSlow * before) {
-      slope = MissSlope(search, at, miss);
-    }
-  }
-  *place = at;
-  return chain.count == 0 || change <= kAccepted;
-}
-
 vec2 MotionOf(const TraceContext& context, const Chain& chain, const ChainEnd& end, vec2 now) {
   vec2 before;
-  if (!FindPreviousPlace(context.previous_camera, chain, end, &before)) {
+  if (!FindPreviousPlace(chain.arrays(), context.previous_camera, end, before)) {
     return MotionOutOfPicture(context.previous_camera);
   }
   return before - now;
@@ -248,7 +107,7 @@ VirtualImage ImageOf(const TraceContext& context, const Chain& chain, const Prim
                        : min(DiffuseAlbedo(bsdf) + specular_albedo, vec3(1.0f));
   image.albedo = own * chain.throughput;
   image.id = hit.instance + 1;
-  const ChainEnd end = {PreviousPoint(instance, hit, surface.position)};
+  const ChainEnd end = {PreviousPoint(instance, hit, surface.position), 0};
   image.motion = MotionOf(context, chain, end, context.camera.Project(pixel.direction));
   return image;
 }
@@ -260,7 +119,7 @@ VirtualImage ImageOfSky(const TraceContext& context, const Chain& chain,
   image.albedo = chain.throughput *
                  max(context.lights.environment().Radiance(chain.direction), vec3(kLeastRadiance));
   image.motion =
-      MotionOf(context, chain, {chain.direction, true}, context.camera.Project(pixel.direction));
+      MotionOf(context, chain, {chain.direction, 1}, context.camera.Project(pixel.direction));
   return image;
 }
 
@@ -283,12 +142,12 @@ class Tracer {
     chain.pixel = pixel;
     chain.direction = of.direction;
     chain.length = length(first.surface.position - context_.camera.position);
-    const Leaving leaving = LeavingOf(first.surface, first.bsdf, vec3(1.0f), true);
+    const Leaving leaving = LeavingOf(first.bsdf, first.surface.local_wo.z, vec3(1.0f), 1);
     const Chain start = chain;
     if (Continue(context_, of.layers[0].hit, first.surface, leaving, &chain, &scratch_.rays)) {
       chains_.push_back(chain);
     }
-    if (leaving.pass == Pass::kRefract || leaving.pass == Pass::kStraight) {
+    if (leaving.way == kChainRefracts || leaving.way == kChainGoesOn) {
       starts_.push_back({start, of.layers[0].hit, first.surface, leaving.reflectance});
     }
   }
@@ -299,7 +158,8 @@ class Tracer {
       Chain chain = glass.chain;
       chain.seeks_light = true;
       chain.reflectance = glass.reflectance;
-      if (Continue(context_, glass.hit, glass.surface, {Pass::kReflect}, &chain, &scratch_.rays)) {
+      if (Continue(context_, glass.hit, glass.surface, LeavingBy(kChainReflects), &chain,
+                   &scratch_.rays)) {
         chains_.push_back(chain);
       }
     }
@@ -356,8 +216,8 @@ class Tracer {
   bool Meet(const Hit& hit, vec3 origin, Chain* chain) {
     const Surface surface = MakeSurface(context_.state, hit, chain->direction);
     chain->length += length(surface.position - origin);
-    if (context_.state.Opacity(hit) < 0.5f) {
-      return Continue(context_, hit, surface, {Pass::kStraight}, chain, &scratch_.rays);
+    if (context_.state.Opacity(hit) < kChainOpacity) {
+      return Continue(context_, hit, surface, LeavingBy(kChainGoesOn), chain, &scratch_.rays);
     }
     if (chain->seeks_light &&
         !(surface.material->emits() && IsVisible(*chain, context_.state.Emission(hit)))) {
@@ -365,9 +225,9 @@ class Tracer {
     }
     vec3 specular_albedo;
     const Bsdf bsdf = context_.bsdfs.Make(surface, 0.0f, &specular_albedo);
-    const Leaving leaving = LeavingOf(surface, bsdf, specular_albedo, false);
+    const Leaving leaving = LeavingOf(bsdf, surface.local_wo.z, specular_albedo, 0);
     const vec3 before = chain->throughput;
-    chain->throughput *= leaving.pass == Pass::kReflect ? specular_albedo : bsdf.tint;
+    chain->throughput *= leaving.way == kChainReflects ? specular_albedo : bsdf.tint;
     if (Continue(context_, hit, surface, leaving, chain, &scratch_.rays)) {
       return true;
     }
@@ -395,6 +255,31 @@ bool MayShowImages(const Scene& scene) {
                                              m.clearcoat_roughness_texture.texture >= 0);
     return coat || m.roughness <= kSmoothRoughness || m.metallic_roughness_texture.texture >= 0;
   });
+}
+
+bool WantsImages(const RenderSettings& settings) {
+  return settings.virtual_guides &&
+         (settings.cycle == 1 || settings.guides == GuideCoverage::kFull);
+}
+
+bool FramesShowImages(const Scene& scene, const RenderSettings& settings, int camera) {
+  const Lens lens = LensOf(scene, settings, camera);
+  return MayShowImages(scene) && WantsImages(settings) && lens.radius <= 0.0f &&
+         lens.f_number <= 0.0f;
+}
+
+void PrepareVirtualGuides(const RenderSettings& settings, bool shown, Frame* frame) {
+  VirtualGuides& image = frame->reflection;
+  frame->refraction = VirtualGuides();
+  if (!shown) {
+    image = VirtualGuides();
+    return;
+  }
+  ResizeImage(&image.depth, settings.width, settings.height);
+  ResizeImage(&image.normal, settings.width, settings.height);
+  ResizeImage(&image.albedo, settings.width, settings.height);
+  ResizeImage(&image.motion, settings.width, settings.height);
+  ResizeImage(&image.id, settings.width, settings.height);
 }
 
 void FindVirtualImages(const TraceContext& context, const PrimaryPixel* pixels,

@@ -9,12 +9,10 @@
 
 #include "render/primary.h"
 #include "render/tiles.h"
+#include "render/virtual_image_shared.h"
 #include "stillray/frame.h"
 
 namespace stillray::render {
-
-/// Perceptual roughness up to which a surface counts as smooth.
-inline constexpr float kSmoothRoughness = 0.1f;
 
 /// The image that a pixel shows. See VirtualGuides.
 struct VirtualImage {
@@ -27,6 +25,18 @@ struct VirtualImage {
 
 /// Whether a scene has materials that may be smooth and show images.
 bool MayShowImages(const Scene& scene);
+
+/// Whether frames of a scene that may show images get virtual guides with these settings, unless
+/// they are seen through a lens: the image that one of the samples sees would be printed over the
+/// light of all.
+bool WantsImages(const RenderSettings& settings);
+
+/// Whether frames of a camera have virtual guides, on the host: the scene may show images, the
+/// settings want them, and the camera has no lens.
+bool FramesShowImages(const Scene& scene, const RenderSettings& settings, int camera);
+
+/// Resizes the planes of Frame::reflection, or makes them empty; Frame::refraction is empty.
+void PrepareVirtualGuides(const RenderSettings& settings, bool shown, Frame* frame);
 
 /// \param pixels  of a batch
 /// \param first   of pixels with a single layer

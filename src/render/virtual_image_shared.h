@@ -1,18 +1,106 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// How a ray passes smooth surfaces that are known around one point each: where an image in mirrors
-// and glass was in the previous frame. Around its point a surface is its triangle's plane, with
-// normals that change linearly, and the height that belongs to them: a quadric, as the vertices
-// approximate it.
+// Chains of smooth surfaces, whose images mirrors and glass show: how a chain leaves a surface, and
+// how a ray passes surfaces that are known around one point each, for the place of an image in the
+// previous frame. Around its point a surface is its triangle's plane, with normals that change
+// linearly, and the height that belongs to them: a quadric, as the vertices approximate it.
 #ifndef STILLRAY_RENDER_VIRTUAL_IMAGE_SHARED_H
 #define STILLRAY_RENDER_VIRTUAL_IMAGE_SHARED_H
 
 #ifdef __cplusplus
-#include "render/ggx_shared.h"
+#include <glm/matrix.hpp>
+
+#include "core/colour.h"
+#include "render/make_bsdf_shared.h"
+#include "render/shading_point_shared.h"
 #endif
 
 STILLRAY_RENDER_BEGIN
+
+#ifdef __cplusplus
+using glm::inverse;
+using glm::transpose;
+#endif
+
+// Perceptual roughness up to which a surface counts as smooth.
+const float kSmoothRoughness = 0.1f;
+// Longer chains show no image: two faces of three glass bodies, and two mirrors.
+const int kMostVertices = 8;
+// Rays of a chain, those that pass thin sheets and cut-outs too.
+const int kMostChainRays = 16;
+// Light of an emitter or the sky is divided by itself, so that the filter does not see it: smaller
+// values are.
+const float kLeastRadiance = 0.01f;
+// Least cosine of a clear coat's normal with the surface's, about which chains are reflected.
+const float kSameNormal = 0.9999f;
+// Glass shows the image of a light that it reflects if that is brighter than this part of the mean
+// sky.
+const float kVisibleLight = 0.5f;
+// Chains pass surfaces of less opacity.
+const float kChainOpacity = 0.5f;
+
+// How a chain leaves a surface.
+const int kChainEnds = 0;
+const int kChainReflects = 1;
+const int kChainRefracts = 2;
+const int kChainGoesOn = 3;  // undeflected
+
+struct Leaving {
+  int way;            // kChain...
+  float eta;          // of kChainRefracts
+  float reflectance;  // of glass; else 1
+};
+
+SHARED_FN Leaving LeavingBy(int way) {
+  Leaving leaving;
+  leaving.way = way;
+  leaving.eta = 0.0f;
+  leaving.reflectance = 1.0f;
+  return leaving;
+}
+
+SHARED_FN float ChainLuminance(vec3 c) {
+  return Luminance709(c.x, c.y, c.z);
+}
+
+SHARED_FN bool IsSmooth(float alpha) {
+  return alpha <= AlphaOfRoughness(kSmoothRoughness);
+}
+
+// \param cosine  of the viewer's direction with the shading normal
+// \param first   1: the visible surface, whose specular light alone is guided: it may be diffuse
+// too
+SHARED_FN Leaving LeavingOf(SHARED_IN(Bsdf) bsdf, float cosine, vec3 specular_albedo, int first) {
+  if (bsdf.glass_weight > 0.5f && IsSmooth(bsdf.glass_alpha)) {
+    Leaving glass = LeavingBy(kChainReflects);
+    float reflectance =
+        bsdf.thin != 0 ? bsdf.sheet_reflectance : FresnelDielectric(min(cosine, 1.0f), bsdf.eta);
+    if (!(reflectance > 0.5f)) {
+      glass.way = bsdf.thin != 0 ? kChainGoesOn : kChainRefracts;
+      glass.eta = bsdf.eta;
+      glass.reflectance = reflectance;
+    }
+    return glass;
+  }
+  bool reflects = IsMainlyCoat(bsdf) ? IsSmooth(bsdf.coat_alpha) && bsdf.coat_normal.z > kSameNormal
+                                     : bsdf.pick_specular > 0.0f && IsSmooth(bsdf.specular_alpha);
+  bool mostly = ChainLuminance(specular_albedo) > ChainLuminance(DiffuseAlbedo(bsdf));
+  return LeavingBy(reflects && (first != 0 || mostly) ? kChainReflects : kChainEnds);
+}
+
+// Turns the direction of a chain at a surface. Returns whether it may leave: a shading normal may
+// lead it through the surface.
+SHARED_FN bool TurnChain(SHARED_IN(Leaving) leaving, SHARED_IN(ShadingPoint) at,
+                         SHARED_INOUT(vec3) direction) {
+  if (leaving.way == kChainReflects) {
+    direction -= 2.0f * dot(direction, at.frame.z) * at.frame.z;
+  } else if (leaving.way == kChainRefracts) {
+    direction = RefractAbout(at.wo, at.frame.z, leaving.eta);
+  }
+  bool above = dot(direction, at.geometric) > 0.0f;
+  return above == (leaving.way == kChainReflects);
+}
 
 // A smooth surface around the point at which a chain of reflections and refractions meets it.
 struct ChainVertex {
@@ -64,6 +152,47 @@ SHARED_FN ChainRay PassVertex(SHARED_IN(ChainVertex) vertex, ChainRay ray) {
   next.direction = vertex.eta > 0.0f ? RefractAbout(-ray.direction, normal, vertex.eta)
                                      : ray.direction - 2.0f * dot(ray.direction, normal) * normal;
   return next;
+}
+
+// A triangle of a mesh in the previous frame, in the mesh's space, and its instance's matrices to
+// the world.
+struct ChainTriangle {
+  vec3 edge_u;
+  vec3 edge_v;
+  vec3 normal_0;  // of its corners
+  vec3 normal_1;
+  vec3 normal_2;
+  mat3 world;   // of now
+  mat3 before;  // of the previous frame
+  int moving;   // 1: they differ
+};
+
+// The shading normal in the previous frame, if the mesh has kept its shape.
+SHARED_FN vec3 MovedNormal(SHARED_IN(ChainTriangle) triangle, vec3 normal) {
+  mat3 to_normal = transpose(inverse(triangle.before));
+  mat3 from_normal = transpose(triangle.world);
+  return triangle.moving != 0 ? SafeNormalize(to_normal * (from_normal * normal), normal) : normal;
+}
+
+// The surface around a point in the previous frame.
+// \param position         of the point in the previous frame
+// \param normal           its shading normal now, on the side of the arriving ray
+// \param previous_normal  the same in the previous frame
+// \param eta              as in ChainVertex
+SHARED_FN ChainVertex MakeChainVertex(SHARED_IN(ChainTriangle) triangle, vec3 position, vec3 normal,
+                                      vec3 previous_normal, float eta) {
+  mat3 to_normal = transpose(inverse(triangle.before));
+  ChainVertex vertex;
+  vertex.position = position;
+  vertex.edge_u = triangle.before * triangle.edge_u;
+  vertex.edge_v = triangle.before * triangle.edge_v;
+  vertex.normal = previous_normal;
+  vec3 n0 = SafeNormalize(to_normal * triangle.normal_0, normal);
+  float side = dot(n0, vertex.normal) < 0.0f ? -1.0f : 1.0f;
+  vertex.normal_u = (SafeNormalize(to_normal * triangle.normal_1, normal) - n0) * side;
+  vertex.normal_v = (SafeNormalize(to_normal * triangle.normal_2, normal) - n0) * side;
+  vertex.eta = eta;
+  return vertex;
 }
 
 STILLRAY_RENDER_END

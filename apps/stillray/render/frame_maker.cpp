@@ -14,6 +14,7 @@
 #include "core/nearest_names.h"
 #include "render/lens.h"
 #include "render/render_files.h"
+#include "render/virtual_image.h"
 #include "sequence/frame_loop.h"
 
 namespace stillray {
@@ -78,6 +79,12 @@ Status FrameMaker::Prepare(const Device& device) {
   return denoiser_->SetOutputs(options_.outputs);
 }
 
+/// Whether frames have virtual guides that the denoiser or a file uses.
+bool FrameMaker::NeedsVirtualGuides() const {
+  const bool used = options_.denoise.virtual_roughness > 0 || PlanesInFiles(options_) == kAllPlanes;
+  return used && render::FramesShowImages(scene_, options_.render, camera_);
+}
+
 /// With --device auto, the CPU traces if the device cannot.
 Status FrameMaker::MakeRenderer(const Device& device) {
   TraceOptions options;
@@ -87,7 +94,8 @@ Status FrameMaker::MakeRenderer(const Device& device) {
       options_.text.device == "auto" && options.way != render::TracingWay::kHardware;
   options.keep_going = [] { return !Interrupted(); };
   RenderSettings settings = options_.render;
-  settings.on_device = true;  // the denoiser is on the same device
+  // The denoiser is on the same device, but frames there have no virtual guides.
+  settings.on_device = !NeedsVirtualGuides();
   Result<std::unique_ptr<DeviceRenderer>> renderer =
       DeviceRenderer::Create(device, scene_, settings, options);
   if (renderer.status().code() == StatusCode::kCancelled) {

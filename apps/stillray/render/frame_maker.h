@@ -68,6 +68,7 @@ class FrameMaker {
 
  private:
   Status MakeRenderer(const Device& device);
+  bool NeedsVirtualGuides() const;
   void PrintTracingOnCpu();
   RenderMoment MomentOf(int64_t number) const;
   Status Trace(const RenderMoment& moment, Progress* progress, RenderPicture* picture);

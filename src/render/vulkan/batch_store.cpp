@@ -60,6 +60,10 @@ PixelGuides GuidesOf(const GpuGuides& guides) {
   return out;
 }
 
+VirtualImage ImageOf(const GpuImage& image) {
+  return {image.depth, image.normal, image.albedo, vec2(image.motion_x, image.motion_y), image.id};
+}
+
 SampleLight LightOf(const GpuPixelLight& light) {
   SampleLight out;
   for (size_t k = 0; k < out.size(); ++k) {
@@ -74,29 +78,48 @@ Tile TileOf(const GpuBatch& batch, int width, int height) {
           std::min(rows, height - batch.y)};
 }
 
-void StoreBatch(const GpuBatch& batch, const GpuGuides* guides, const GpuPixelLight* sums, int spp,
-                Frame* frame) {
-  ForChunks(TileOf(batch, frame->width, frame->height), [&](const Tile& chunk) {
-    if (guides != nullptr) {
-      std::vector<PixelGuides> of_chunk;
-      of_chunk.reserve(static_cast<size_t>(chunk.count()));
-      ForPixels(batch, chunk,
-                [&](uint32_t number) { of_chunk.push_back(GuidesOf(guides[number])); });
-      StoreGuides(chunk, of_chunk.data(), frame);
+namespace {
+
+void StoreLightOf(const GpuBatch& batch, const Tile& chunk, const GpuPixelLight* sums, int spp,
+                  Frame* frame) {
+  std::vector<SampleLight> lights;
+  std::vector<Squares> squares;
+  lights.reserve(static_cast<size_t>(chunk.count()));
+  squares.reserve(static_cast<size_t>(chunk.count()));
+  ForPixels(batch, chunk, [&](uint32_t number) {
+    lights.push_back(LightOf(sums[number]));
+    Squares& square = squares.emplace_back();
+    for (size_t k = 0; k < square.size(); ++k) {
+      square[k] = sums[number].signals[k].square;
     }
-    if (sums != nullptr) {
-      std::vector<SampleLight> lights;
-      std::vector<Squares> squares;
-      lights.reserve(static_cast<size_t>(chunk.count()));
-      squares.reserve(static_cast<size_t>(chunk.count()));
-      ForPixels(batch, chunk, [&](uint32_t number) {
-        lights.push_back(LightOf(sums[number]));
-        Squares& square = squares.emplace_back();
-        for (size_t k = 0; k < square.size(); ++k) {
-          square[k] = sums[number].signals[k].square;
-        }
-      });
-      StoreLight(chunk, spp, lights.data(), squares.data(), frame);
+  });
+  StoreLight(chunk, spp, lights.data(), squares.data(), frame);
+}
+
+/// Converts the values of a chunk's pixels, row by row.
+template <typename T, typename Value, typename Convert>
+std::vector<T> Converted(const GpuBatch& batch, const Tile& chunk, const Value* values,
+                         const Convert& convert) {
+  std::vector<T> of_chunk;
+  of_chunk.reserve(static_cast<size_t>(chunk.count()));
+  ForPixels(batch, chunk, [&](uint32_t number) { of_chunk.push_back(convert(values[number])); });
+  return of_chunk;
+}
+
+}  // namespace
+
+void StoreBatch(const GpuBatch& batch, const BatchResults& results, Frame* frame) {
+  ForChunks(TileOf(batch, frame->width, frame->height), [&](const Tile& chunk) {
+    if (results.guides != nullptr) {
+      const auto guides = Converted<PixelGuides>(batch, chunk, results.guides, GuidesOf);
+      StoreGuides(chunk, guides.data(), frame);
+    }
+    if (results.images != nullptr) {
+      const auto images = Converted<VirtualImage>(batch, chunk, results.images, ImageOf);
+      StoreVirtualImages(chunk, images.data(), &frame->reflection);
+    }
+    if (results.sums != nullptr) {
+      StoreLightOf(batch, chunk, results.sums, results.spp, frame);
     }
   });
 }

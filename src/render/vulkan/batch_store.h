@@ -5,20 +5,28 @@
 #pragma once
 
 #include "render/frame_store.h"
+#include "render/virtual_image.h"
 #include "render/vulkan/trace_shared.h"
 
 namespace stillray::render {
 
 PixelGuides GuidesOf(const GpuGuides& guides);
+VirtualImage ImageOf(const GpuImage& image);
 SampleLight LightOf(const GpuPixelLight& light);
 
 /// The part of a rectangular batch that lies within the picture.
 Tile TileOf(const GpuBatch& batch, int width, int height);
 
-/// Stores guides of a rectangular batch, and the sums of `spp` samples of light, in the order of
-/// the batch; null: not stored.
-void StoreBatch(const GpuBatch& batch, const GpuGuides* guides, const GpuPixelLight* sums, int spp,
-                Frame* frame);
+/// Results of the pixels of a batch, in its order; null: not stored.
+struct BatchResults {
+  const GpuGuides* guides = nullptr;
+  const GpuImage* images = nullptr;
+  const GpuPixelLight* sums = nullptr;  ///< of `spp` samples
+  int spp = 1;
+};
+
+/// Stores results of a rectangular batch.
+void StoreBatch(const GpuBatch& batch, const BatchResults& results, Frame* frame);
 
 /// Stores the mean of `spp` samples of a reference.
 void StoreReference(const GpuBatch& batch, const GpuPixelLight* sums, int spp, Image3* radiance);

@@ -13,7 +13,7 @@
 #include "render/vulkan/rays.glsl"
 #include "render/vulkan/camera.glsl"
 #include "render/vulkan/queue.glsl"
-#include "render/previous_normal_shared.h"
+#include "render/vulkan/previous_surface.glsl"
 
 // The cameras of the pixel's ray, now and one frame ago.
 struct PixelViews {
@@ -29,49 +29,8 @@ vec2 MotionBetween(PixelViews views, vec3 offset, vec3 previous_offset) {
   return Project(views.before, previous_offset) - Project(views.now, offset);
 }
 
-bool HasChangedShape(GpuInstance instance) {
-  return instance.previous_positions != instance.positions;
-}
-
-// Interpolates a mesh's array of vec3.
-vec3 Blend3(uint array, uvec3 corner, vec3 weight) {
-  return Vec3At(array + 3u * corner.x) * weight.x + Vec3At(array + 3u * corner.y) * weight.y +
-         Vec3At(array + 3u * corner.z) * weight.z;
-}
-
-// FrameOf on the CPU; x, y and z are the rows of the transform to the world.
-SurfaceFrame FrameOf(GpuInstance instance, GpuHit hit, uint positions, uint normals, vec3 x, vec3 y,
-                     vec3 z) {
-  uvec3 corner = CornersOf(instance, hit.primitive);
-  vec3 p0 = Vec3At(positions + 3u * corner.x);
-  vec3 edge_1 = Vec3At(positions + 3u * corner.y) - p0;
-  vec3 edge_2 = Vec3At(positions + 3u * corner.z) - p0;
-  SurfaceFrame f;
-  f.edge = vec3(dot(x, edge_1), dot(y, edge_1), dot(z, edge_1));
-  vec3 other = vec3(dot(x, edge_2), dot(y, edge_2), dot(z, edge_2));
-  vec3 n = Blend3(normals, corner, Weights(hit));
-  float side = dot(x, cross(y, z)) < 0.0f ? -1.0f : 1.0f;
-  vec3 placed = side * vec3(dot(cross(y, z), n), dot(cross(z, x), n), dot(cross(x, y), n));
-  f.normal = SafeNormalize(placed, SafeNormalize(cross(f.edge, other), vec3(0.0f)));
-  return f;
-}
-
-vec3 PreviousNormalAt(GpuInstance i, GpuHit hit, vec3 n) {
-  return DeformedNormal(
-      FrameOf(i, hit, i.positions, i.normals, i.world_x.xyz, i.world_y.xyz, i.world_z.xyz),
-      FrameOf(i, hit, i.previous_positions, i.previous_normals, i.previous_x.xyz, i.previous_y.xyz,
-              i.previous_z.xyz),
-      n);
-}
-
 vec2 SurfaceMotion(PixelViews views, GpuInstance instance, GpuHit hit, vec3 position) {
-  vec3 local =
-      Blend3(instance.previous_positions, CornersOf(instance, hit.primitive), Weights(hit));
-  bool stands = !HasChangedShape(instance) && instance.world_x == instance.previous_x &&
-                instance.world_y == instance.previous_y && instance.world_z == instance.previous_z;
-  vec3 before =
-      stands ? position
-             : TransformPoint(instance.previous_x, instance.previous_y, instance.previous_z, local);
+  vec3 before = PreviousPoint(instance, hit, position);
   return MotionBetween(views, position - views.now.position, before - views.before.position);
 }
 
@@ -126,8 +85,10 @@ uint FindGuides(uint number, uvec2 pixel) {
     AddLayer(views, layer, direction, heaviest, sum);
     first = layer.hit;
   }
-  if (walk.layers > 1 || (walk.layers == 1 && walk.background > 0.0f)) {
+  if (walk.layers > 1) {
     first.instance = kSeveralLayers;
+  } else if (walk.layers == 1 && walk.background > 0.0f) {
+    first.instance = kLayerBeforeSky;
   }
   sum.background = EnvironmentRadiance(direction) * walk.background;
   guides[number] = sum;

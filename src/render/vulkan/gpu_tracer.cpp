@@ -14,6 +14,7 @@ namespace shaders {
   extern const std::uint32_t k##name[]; \
   extern const std::size_t k##name##Words;
 STILLRAY_SHADER(FindGuides)
+STILLRAY_SHADER(FindImages)
 STILLRAY_SHADER(StartPaths)
 STILLRAY_SHADER(StartReference)
 STILLRAY_SHADER(Shade)
@@ -36,6 +37,7 @@ struct ShaderCode {
 ShaderCode CodeOf(size_t shader) {
   const ShaderCode codes[] = {
       {"find_guides", {shaders::kFindGuides, shaders::kFindGuidesWords}},
+      {"find_images", {shaders::kFindImages, shaders::kFindImagesWords}},
       {"start_paths", {shaders::kStartPaths, shaders::kStartPathsWords}},
       {"start_reference", {shaders::kStartReference, shaders::kStartReferenceWords}},
       {"shade", {shaders::kShade, shaders::kShadeWords}},
@@ -83,6 +85,8 @@ Status GpuTracer::CheckLimits() const {
 
 Status GpuTracer::AddBuffers() {
   const size_t n = capacity_;
+  const size_t n_lens = parts_.lens ? n : 1;
+  const size_t n_images = parts_.images ? n : 1;
   constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
   const VkBufferUsageFlags queue_usage =
       kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |
@@ -104,7 +108,8 @@ Status GpuTracer::AddBuffers() {
       {kFirstHits, n * sizeof(GpuHit), kStorage},
       {kLightOfSamples, n * sizeof(GpuPixelLight), kStorage},
       {kSums, n * sizeof(GpuPixelLight), kStorage},
-      {kLensSums, lens_ ? n * sizeof(LensGuides) : sizeof(LensGuides), kStorage},
+      {kLensSums, n_lens * sizeof(LensGuides), kStorage},
+      {kImages, n_images * sizeof(GpuImage), kStorage},
   };
   for (const Want& want : wants) {
     const Result<const gpu::Buffer*> buffer =
@@ -125,6 +130,8 @@ Status GpuTracer::AddBuffers() {
   STILLRAY_RETURN_IF_ERROR(
       add_host(n * sizeof(GpuGuides), 0, gpu::BufferPlace::kDownload, &host_guides_));
   STILLRAY_RETURN_IF_ERROR(
+      add_host(n_images * sizeof(GpuImage), 0, gpu::BufferPlace::kDownload, &host_images_));
+  STILLRAY_RETURN_IF_ERROR(
       add_host(n * sizeof(GpuPixelLight), 0, gpu::BufferPlace::kDownload, &host_sums_));
   STILLRAY_RETURN_IF_ERROR(
       add_host(sizeof(GpuCounters), 0, gpu::BufferPlace::kDownload, &host_counters_));
@@ -138,10 +145,10 @@ Result<std::unique_ptr<GpuTracer>> GpuTracer::Create(gpu::Device* device, const 
                                                      const GpuLights* lights,
                                                      const Visibility* visibility,
                                                      uint32_t most_pixels, bool by_group,
-                                                     bool lens) {
+                                                     const TracerParts& parts) {
   std::unique_ptr<GpuTracer> tracer(new GpuTracer(device, accel, lights, visibility));
   tracer->constants_ = {by_group ? 1u : 0u, accel->scene().with_layers() ? 1u : 0u};
-  tracer->lens_ = lens;
+  tracer->parts_ = parts;
   STILLRAY_RETURN_IF_ERROR(tracer->CheckLimits());
   const size_t fit = device->context().limits.maxStorageBufferRange / kLargestRecord;
   tracer->capacity_ =
@@ -178,8 +185,12 @@ Status GpuTracer::MakeHardwarePipelines() {
   STILLRAY_RETURN_IF_ERROR(own.status());
   layouts->push_back(*own);
   for (const auto& [shader, hardware] : {std::pair{kFindGuides, HardwareShader::kFindGuides},
+                                         std::pair{kFindImages, HardwareShader::kFindImages},
                                          std::pair{kTraceShadows, HardwareShader::kTraceShadows},
                                          std::pair{kTraceNext, HardwareShader::kTraceNext}}) {
+    if (shader == kFindImages && !parts_.images) {
+      continue;
+    }
     Result<std::unique_ptr<gpu::RayPipeline>> made =
         MakeHardwarePipeline(device_, hardware, *layouts, sizeof(GpuBatch));
     STILLRAY_RETURN_IF_ERROR(made.status());
@@ -289,6 +300,13 @@ Status GpuTracer::RecordGuides(VkCommandBuffer commands, const GpuBatch& batch) 
   return Status::Ok();
 }
 
+Status GpuTracer::RecordImages(VkCommandBuffer commands, const GpuBatch& batch) {
+  Mark(commands, kTimeImages);
+  STILLRAY_RETURN_IF_ERROR(Dispatch(commands, kFindImages, batch));
+  Wait(commands);
+  return Status::Ok();
+}
+
 Status GpuTracer::RecordSample(VkCommandBuffer commands, GpuBatch batch, int steps, bool first,
                                bool reference) {
   Mark(commands, kTimeGuides);
@@ -324,7 +342,7 @@ Status GpuTracer::RecordSample(VkCommandBuffer commands, GpuBatch batch, int ste
   return Status::Ok();
 }
 
-void GpuTracer::RecordEnd(VkCommandBuffer commands, const GpuBatch& batch, bool guides, bool sums) {
+void GpuTracer::RecordEnd(VkCommandBuffer commands, const GpuBatch& batch, const Results& copied) {
   const gpu::DeviceContext& c = device_->context();
   if (times_ != nullptr) {
     times_->End(commands);
@@ -337,10 +355,13 @@ void GpuTracer::RecordEnd(VkCommandBuffer commands, const GpuBatch& batch, bool 
     const VkBufferCopy region = {offset, 0, bytes};
     c.vk.CmdCopyBuffer(commands, from->buffer, to->buffer, 1, &region);
   };
-  if (guides) {
+  if (copied.guides) {
     copy(buffers_[kGuides], 0, host_guides_, batch.count * sizeof(GpuGuides));
   }
-  if (sums) {
+  if (copied.images) {
+    copy(buffers_[kImages], 0, host_images_, batch.count * sizeof(GpuImage));
+  }
+  if (copied.sums) {
     copy(buffers_[kSums], 0, host_sums_, batch.count * sizeof(GpuPixelLight));
   }
   copy(buffers_[kQueues], kQueueBytes, host_counters_, sizeof(GpuCounters));

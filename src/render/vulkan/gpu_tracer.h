@@ -26,27 +26,40 @@ namespace stillray::render {
 /// Names of parts of the device time.
 inline constexpr const char* kTimeRaster = "trace: rasterised hits";
 inline constexpr const char* kTimeGuides = "trace: guides";
+inline constexpr const char* kTimeImages = "trace: virtual guides";
 inline constexpr const char* kTimeShade = "trace: shading";
 inline constexpr const char* kTimeShadows = "trace: shadow rays";
 inline constexpr const char* kTimeBounces = "trace: bounce rays";
 inline constexpr const char* kTimeStore = "trace: storing";
+
+/// What frames may have beside the light and the guides of their surfaces.
+struct TracerParts {
+  bool lens = false;    ///< a lens, whose samples have guides of their own
+  bool images = false;  ///< virtual guides
+
+  friend bool operator==(const TracerParts&, const TracerParts&) = default;
+  bool Include(const TracerParts& others) const {
+    return (lens || !others.lens) && (images || !others.images);
+  }
+};
 
 /// Not thread-safe.
 class GpuTracer {
  public:
   /// \param device, accel, lights, visibility  must outlive this; without `visibility` (nullptr)
   ///     all camera rays are traced
-  /// \param lens         frames may have a lens, whose samples have guides of their own
+  /// \param parts        that there is memory for
   /// \param most_pixels  of a batch; fewer if the device's storage buffers are small
   /// \param by_group     kAddByGroup of queue.glsl: for hardware
   static Result<std::unique_ptr<GpuTracer>> Create(gpu::Device* device, const GpuAccel* accel,
                                                    const GpuLights* lights,
                                                    const Visibility* visibility,
-                                                   uint32_t most_pixels, bool by_group, bool lens);
+                                                   uint32_t most_pixels, bool by_group,
+                                                   const TracerParts& parts);
 
   /// Pixels of a batch, a multiple of kGroupSize.
   uint32_t capacity() const { return capacity_; }
-  bool has_lens() const { return lens_; }
+  const TracerParts& parts() const { return parts_; }
   /// Mapped positions of the pixels of a batch that is `listed`: x in the lower half, y in the
   /// upper. Of size capacity().
   uint32_t* listed_pixels() { return static_cast<uint32_t*>(listed_->mapped); }
@@ -58,6 +71,8 @@ class GpuTracer {
   /// Guides of the batch, and the starting points of its paths; with a lens those of the batch's
   /// sample.
   Status RecordGuides(VkCommandBuffer commands, const GpuBatch& batch);
+  /// Virtual guides of the batch, after its guides. Only if parts() have them, and without a lens.
+  Status RecordImages(VkCommandBuffer commands, const GpuBatch& batch);
   /// One sample of the batch, whose guides are known (except for `reference`, which needs none).
   /// \param steps  maximum number for a path (MostSteps)
   /// \param first  starts new sums with this sample
@@ -65,12 +80,19 @@ class GpuTracer {
                       bool reference);
   /// Begins a timed part of the submission.
   void Mark(VkCommandBuffer commands, const char* name);
-  /// Copies guides or sums (or none) and the counters of the submission to the host; ends it.
-  void RecordEnd(VkCommandBuffer commands, const GpuBatch& batch, bool guides, bool sums);
+  /// Results of a batch.
+  struct Results {
+    bool guides = false;
+    bool images = false;
+    bool sums = false;
+  };
+  /// Copies results and the counters of the submission to the host; ends it.
+  void RecordEnd(VkCommandBuffer commands, const GpuBatch& batch, const Results& copied);
 
   /// Of the last submission, after it has finished and Invalidate was called.
   Status Invalidate() const { return arena_.Invalidate(); }
   const GpuGuides* guides() const { return static_cast<const GpuGuides*>(host_guides_->mapped); }
+  const GpuImage* images() const { return static_cast<const GpuImage*>(host_images_->mapped); }
   const GpuPixelLight* sums() const {
     return static_cast<const GpuPixelLight*>(host_sums_->mapped);
   }
@@ -87,7 +109,7 @@ class GpuTracer {
   const gpu::Buffer& device_sums() const { return *buffers_[kSums]; }
   const gpu::Buffer& device_listed() const { return *listed_; }
 
-  static constexpr gpu::SetShape kShape = {0, 0, 1, 13};
+  static constexpr gpu::SetShape kShape = {0, 0, 1, 14};
 
  private:
   /// Bindings of trace.glsl.
@@ -106,10 +128,12 @@ class GpuTracer {
     kListed,
     kVisible,
     kLensSums,
+    kImages,
     kBindingCount
   };
   enum Shader : size_t {
     kFindGuides,
+    kFindImages,
     kStartPaths,
     kStartReference,
     kShade,
@@ -146,7 +170,7 @@ class GpuTracer {
   const Visibility* visibility_;
   uint32_t capacity_ = 0;
   std::array<uint32_t, 2> constants_{};  // kAddByGroup, kWithLayers
-  bool lens_ = false;
+  TracerParts parts_;
   gpu::Arena arena_;
   gpu::DescriptorSets sets_;
   VkDescriptorSet set_ = VK_NULL_HANDLE;
@@ -155,6 +179,7 @@ class GpuTracer {
   std::array<const gpu::Buffer*, kBindingCount> buffers_{};
   const gpu::Buffer* listed_ = nullptr;
   const gpu::Buffer* host_guides_ = nullptr;
+  const gpu::Buffer* host_images_ = nullptr;
   const gpu::Buffer* host_sums_ = nullptr;
   const gpu::Buffer* host_counters_ = nullptr;
   gpu::Timestamps* times_ = nullptr;  // of the submission being recorded

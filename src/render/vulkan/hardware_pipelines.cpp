@@ -10,6 +10,7 @@ namespace shaders {
 STILLRAY_SHADER(FirstHits)
 STILLRAY_SHADER(Transmittance)
 STILLRAY_SHADER(FindGuides)
+STILLRAY_SHADER(FindImages)
 STILLRAY_SHADER(TraceShadows)
 STILLRAY_SHADER(TraceNext)
 STILLRAY_SHADER(ClosestHit)
@@ -48,6 +49,11 @@ gpu::RayPipelineInfo InfoOf(HardwareShader shader) {
     case HardwareShader::kFindGuides:
       info.name = "find_guides";
       info.generation = STILLRAY_CODE(FindGuides);
+      AddFirstHit(&info);
+      break;
+    case HardwareShader::kFindImages:
+      info.name = "find_images";
+      info.generation = STILLRAY_CODE(FindImages);
       AddFirstHit(&info);
       break;
     case HardwareShader::kTraceShadows:

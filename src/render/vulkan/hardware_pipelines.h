@@ -15,6 +15,7 @@ enum class HardwareShader : uint8_t {
   kFirstHits,      ///< of batches of rays (GpuAccel)
   kTransmittance,  ///< the same
   kFindGuides,     ///< of the tracer, like all that follow
+  kFindImages,
   kTraceShadows,
   kTraceNext,
 };

@@ -42,13 +42,13 @@ Status PictureTracer::MakeVisibility(int width, int height) {
                                                                               : visibility.status();
 }
 
-Status PictureTracer::Make(int width, int height, bool lens) {
+Status PictureTracer::Make(int width, int height, const TracerParts& parts) {
   uint32_t most = WantedPixels(width, height);
   tracer_.reset();
   STILLRAY_RETURN_IF_ERROR(MakeVisibility(width, height));
   while (true) {
     Result<std::unique_ptr<GpuTracer>> tracer = GpuTracer::Create(
-        device_, accel_, lights_, visibility_.get(), most, options_.add_by_group, lens);
+        device_, accel_, lights_, visibility_.get(), most, options_.add_by_group, parts);
     if (tracer.ok()) {
       tracer_ = std::move(*tracer);
       return Status::Ok();
@@ -60,11 +60,11 @@ Status PictureTracer::Make(int width, int height, bool lens) {
   }
 }
 
-bool PictureTracer::HasRoomFor(int width, int height, bool lens) const {
+bool PictureTracer::HasRoomFor(int width, int height, const TracerParts& parts) const {
   const bool drawn = visibility_ != nullptr ? visibility_->HasRoomFor(width, height)
                                             : !options_.rasterise || !device_->can_draw();
   return drawn && tracer_ != nullptr && tracer_->capacity() >= WantedPixels(width, height) &&
-         (tracer_->has_lens() || !lens);
+         tracer_->parts().Include(parts);
 }
 
 }  // namespace stillray::render

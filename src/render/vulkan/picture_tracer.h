@@ -26,10 +26,10 @@ class PictureTracer {
   /// for; destroys the previous one in any case. A viewer changes its resolution often, and this
   /// compiles the shaders again, so call HasRoomFor first.
   /// \return kOutOfMemory; kUnsupported: the device lacks a feature
-  /// \param lens  as GpuTracer::Create
-  Status Make(int width, int height, bool lens);
+  /// \param parts  as GpuTracer::Create
+  Status Make(int width, int height, const TracerParts& parts);
   /// Whether the current tracer can render a picture of this size.
-  bool HasRoomFor(int width, int height, bool lens) const;
+  bool HasRoomFor(int width, int height, const TracerParts& parts) const;
 
   /// nullptr: the last Make failed.
   GpuTracer* tracer() const { return tracer_.get(); }

@@ -7,10 +7,8 @@
 // queue may differ from run to run; the result of a pixel does not depend on it. Threads of a ray
 // generation shader have no group; they only count.
 #ifdef STILLRAY_HARDWARE
-void CountPrimaryRays(uint count) {
-  if (count > 0u) {
-    atomicAdd(counters.primary_rays, count);
-  }
+uint ToAdd(uint count) {
+  return count;
 }
 #else
 layout(constant_id = 0) const uint kAddByGroup = 1u;
@@ -39,13 +37,11 @@ uint TakePlace(uint queue, bool wanted) {
   return group_first + place;
 }
 
-// Called by all threads of the group.
-void CountPrimaryRays(uint count) {
+// What the thread must add to a counter so that the counts of all threads are added. Called by all
+// threads of the group.
+uint ToAdd(uint count) {
   if (kAddByGroup == 0u) {
-    if (count > 0u) {
-      atomicAdd(counters.primary_rays, count);
-    }
-    return;
+    return count;
   }
   barrier();
   if (gl_LocalInvocationIndex == 0u) {
@@ -56,8 +52,22 @@ void CountPrimaryRays(uint count) {
     atomicAdd(group_count, count);
   }
   barrier();
-  if (gl_LocalInvocationIndex == 0u && group_count > 0u) {
-    atomicAdd(counters.primary_rays, group_count);
-  }
+  return gl_LocalInvocationIndex == 0u ? group_count : 0u;
 }
 #endif
+
+// Called by all threads of the group.
+void CountPrimaryRays(uint count) {
+  uint added = ToAdd(count);
+  if (added > 0u) {
+    atomicAdd(counters.primary_rays, added);
+  }
+}
+
+// Called by all threads of the group.
+void CountImageRays(uint count) {
+  uint added = ToAdd(count);
+  if (added > 0u) {
+    atomicAdd(counters.image_rays, added);
+  }
+}

@@ -82,6 +82,11 @@ struct GpuInstance {
 };
 const uint kNoArray = 0xffffffffu;
 
+// Whether the mesh's vertices have moved since the previous frame.
+SHARED_FN bool HasChangedShape(SHARED_IN(GpuInstance) instance) {
+  return instance.previous_positions != instance.positions;
+}
+
 // TextureRef: rows of its transform; texture -1: none.
 struct GpuTextureRef {
   vec3 u_row;

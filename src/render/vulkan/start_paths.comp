@@ -74,7 +74,7 @@ bool Start(uint number, uvec2 pixel, out uint traced) {
 #else
   vec3 direction = DirectionOf(view, vec2(pixel) + frame.point);
   GpuHit hit = first_hits[number];
-  if (hit.instance == kSeveralLayers) {
+  if (hit.instance == kSeveralLayers || hit.instance == kLayerBeforeSky) {
     hit = PickLayer(number, StartPixel(pixel, view.position, direction),
                     NumbersOf(seed, kPrimaryDimensions).w, traced);
   }

@@ -40,10 +40,6 @@ layout(std430, set = 0, binding = kImages) readonly buffer Guides {
 };
 
 #ifdef STILLRAY_PREVIOUS_NORMALS
-bool HasChangedShape(GpuInstance instance) {
-  return instance.previous_positions != instance.positions;
-}
-
 vec3 PreviousNormalOf(GpuGuides of) {
   if (of.id == 0u) {
     return vec3(0.0f);

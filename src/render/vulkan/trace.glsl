@@ -54,6 +54,11 @@ layout(std430, set = 2, binding = 13) buffer LensSums {
   LensGuides lens_sums[];
 };
 
+// Only with virtual guides.
+layout(std430, set = 2, binding = 14) buffer Images {
+  GpuImage images[];
+};
+
 layout(push_constant) uniform Push {
   GpuBatch batch;
 };

@@ -84,6 +84,17 @@ struct GpuGuides {
   float unused_0;
 };
 
+// VirtualImage.
+struct GpuImage {
+  vec3 normal;
+  float depth;
+  vec3 albedo;
+  uint id;
+  float motion_x;
+  float motion_y;
+  uint unused_0, unused_1;
+};
+
 // A signal of a pixel: light, and in sums of samples the sum of the squared luminances.
 struct GpuSignal {
   vec3 light;
@@ -131,10 +142,13 @@ struct GpuCounters {
   uint bounce_rays;
   uint shadow_rays;
   uint dropped;  // contributions that were not finite or negative
+  uint image_rays;
 };
 
-// Replaces the hit of a pixel's camera ray if it passes transparent surfaces.
+// These replace the instance in the hit of a pixel's camera ray if it passes transparent surfaces:
+// several, or a single one, whose other numbers stay and whose instance is in the guides.
 const uint kSeveralLayers = 0xfffffffeu;
+const uint kLayerBeforeSky = 0xfffffffdu;
 
 // Values of GpuBatch::phase. In steps, the current one of the two queues 0 and 1.
 const uint kPhaseReset = 2u;  // before the paths start
@@ -151,6 +165,7 @@ static_assert(sizeof(GpuFrame) == 240);
 static_assert(sizeof(LensGuides) == 112);
 static_assert(sizeof(PathState) == 112);
 static_assert(sizeof(GpuGuides) == 96);
+static_assert(sizeof(GpuImage) == 48);
 static_assert(sizeof(GpuPixelLight) == 64);
 static_assert(sizeof(GpuShadow) == 64);
 static_assert(sizeof(GpuQueue) == 32);

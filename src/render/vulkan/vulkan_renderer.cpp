@@ -13,6 +13,7 @@
 #include "render/previous_normals.h"
 #include "render/scene_check.h"
 #include "render/trace_context.h"
+#include "render/virtual_image.h"
 #include "render/vulkan/batch_store.h"
 #include "render/vulkan/device_store.h"
 #include "render/vulkan/picture_tracer.h"
@@ -37,6 +38,7 @@ GpuView MakeGpuView(const CameraView& view) {
 /// The outputs of a batch.
 struct BatchPlan {
   bool guides = false;
+  bool images = false;  // virtual guides
   bool reference = false;
   uint64_t first_sample = 0;
   int samples = 0;
@@ -53,6 +55,7 @@ class VulkanRenderer final : public Renderer {
         submission_ms_(options.submission_ms),
         settings_(settings),
         any_transmission_(AnyTransmission(scene)),
+        may_show_images_(MayShowImages(scene)),
         state_(scene),
         lights_(state_),
         device_store_(device_),
@@ -77,7 +80,18 @@ class VulkanRenderer final : public Renderer {
   bool MayDraw() const { return picture_->draws() && frame_.view.lens_radius <= 0.0f; }
   GpuTracer* tracer() const { return picture_->tracer(); }
   Status MoveTo(const RenderMoment& moment);
-  void SetFrame(const RenderMoment& moment, vec2 jitter, SampleStream stream);
+  TracerParts PartsFor(const RenderSettings& settings) const;
+  /// Not in frames that shall stay on the device, whose images have no place for them.
+  bool MayShowImagesWith(const RenderSettings& settings) const {
+    return may_show_images_ && WantsImages(settings) && !settings.on_device;
+  }
+  /// Virtual guides, of the cameras of SetCameras.
+  bool ShowsImages() const {
+    return MayShowImagesWith(settings_) && frame_.view.lens_radius <= 0.0f;
+  }
+  void SetCameras(const RenderMoment& moment);
+  void SetSampling(vec2 jitter, SampleStream stream);
+  BatchResults ResultsOf(const BatchPlan& plan) const;
   template <typename Store>
   Status ForTiles(const BatchPlan& plan, ProgressMeter* meter, const Store& store);
   Status TraceBatch(const GpuBatch& batch, const BatchPlan& plan, ProgressMeter* meter);
@@ -97,6 +111,7 @@ class VulkanRenderer final : public Renderer {
   double submission_ms_;
   RenderSettings settings_;
   bool any_transmission_;
+  bool may_show_images_;
   SceneState state_;
   LightSet lights_;
   std::unique_ptr<GpuAccel> accel_;
@@ -134,18 +149,22 @@ Status VulkanRenderer::Build() {
   return MakePicture(settings_);
 }
 
+TracerParts VulkanRenderer::PartsFor(const RenderSettings& settings) const {
+  return {MayHaveLens(state_.scene(), settings), MayShowImagesWith(settings)};
+}
+
 Status VulkanRenderer::MakePicture(const RenderSettings& settings) {
-  return picture_->Make(settings.width, settings.height, MayHaveLens(state_.scene(), settings));
+  return picture_->Make(settings.width, settings.height, PartsFor(settings));
 }
 
 Status VulkanRenderer::SetSettings(const RenderSettings& settings) {
   STILLRAY_RETURN_IF_ERROR(ValidateRenderSettings(settings));
   const RenderSettings before = settings_;
   settings_ = settings;
-  const bool lens = MayHaveLens(state_.scene(), settings);
+  const TracerParts parts = PartsFor(settings);
   const bool same = settings.width == before.width && settings.height == before.height &&
-                    lens == MayHaveLens(state_.scene(), before);
-  if (same || picture_->HasRoomFor(settings.width, settings.height, lens)) {
+                    parts == PartsFor(before);
+  if (same || picture_->HasRoomFor(settings.width, settings.height, parts)) {
     return Status::Ok();
   }
   const Status made = MakePicture(settings);
@@ -180,7 +199,7 @@ Status VulkanRenderer::MoveTo(const RenderMoment& moment) {
   return Status::Ok();
 }
 
-void VulkanRenderer::SetFrame(const RenderMoment& moment, vec2 jitter, SampleStream stream) {
+void VulkanRenderer::SetCameras(const RenderMoment& moment) {
   CameraPair cameras = CamerasOf(state_, moment, settings_.width, settings_.height);
   const Lens lens = LensOf(state_.scene(), settings_, moment.camera);
   SetLens(state_, lens, &cameras);
@@ -190,6 +209,9 @@ void VulkanRenderer::SetFrame(const RenderMoment& moment, vec2 jitter, SampleStr
   visible_ = false;
   frame_.view = MakeGpuView(cameras.now);
   frame_.previous = MakeGpuView(cameras.before);
+}
+
+void VulkanRenderer::SetSampling(vec2 jitter, SampleStream stream) {
   frame_.point = vec2(0.5f) + jitter;
   frame_.width = static_cast<uint32_t>(settings_.width);
   frame_.height = static_cast<uint32_t>(settings_.height);
@@ -219,6 +241,7 @@ void VulkanRenderer::AdaptTo(double paths, double milliseconds) {
 void VulkanRenderer::ReadTimes() {
   for (const gpu::DeviceTime& time : times_.Read()) {
     double& sum = time.name == kTimeGuides || time.name == kTimeRaster ? timings_.primary_ms
+                  : time.name == kTimeImages                           ? timings_.image_ms
                   : time.name == kTimeShadows                          ? timings_.shadow_ms
                   : time.name == kTimeBounces                          ? timings_.bounce_ms
                   : time.name == kTimeStore                            ? timings_.copy_ms
@@ -228,6 +251,7 @@ void VulkanRenderer::ReadTimes() {
   const GpuCounters& counters = tracer()->counters();
   timings_.primary_rays += counters.primary_rays;
   timings_.bounce_rays += counters.bounce_rays;
+  timings_.image_rays += counters.image_rays;
   timings_.shadow_rays += counters.shadow_rays;
   timings_.dropped += counters.dropped;
 }
@@ -260,6 +284,9 @@ Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, i
   if (plan.guides && done == 0) {
     STILLRAY_RETURN_IF_ERROR(tracer()->RecordGuides(*commands, batch));
   }
+  if (plan.images && done == 0) {
+    STILLRAY_RETURN_IF_ERROR(tracer()->RecordImages(*commands, batch));
+  }
   const int steps = MostSteps(state_.scene(), settings_.bounces);
   for (int s = done; s < done + samples; ++s) {
     SelectSample(plan.first_sample + static_cast<uint64_t>(s), &batch);
@@ -277,7 +304,11 @@ Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, i
     STILLRAY_RETURN_IF_ERROR(device_store_.Record(*commands, tracer(), accel_->device_instances(),
                                                   batch, guides, light));
   }
-  tracer()->RecordEnd(*commands, batch, guides && !stays, light && !stays);
+  GpuTracer::Results copied;
+  copied.guides = guides && !stays;
+  copied.images = plan.images && last;
+  copied.sums = light && !stays;
+  tracer()->RecordEnd(*commands, batch, copied);
   const Clock::time_point start = Clock::now();
   STILLRAY_RETURN_IF_ERROR(device_->Run());
   AdaptTo(static_cast<double>(batch.count) * std::max(samples, 1), MillisecondsSince(start));
@@ -304,6 +335,16 @@ Status VulkanRenderer::TraceBatch(const GpuBatch& batch, const BatchPlan& plan,
     }
   } while (done < plan.samples);
   return Status::Ok();
+}
+
+/// Those of the last batch on the host.
+BatchResults VulkanRenderer::ResultsOf(const BatchPlan& plan) const {
+  BatchResults results;
+  results.guides = plan.guides ? tracer()->guides() : nullptr;
+  results.images = plan.images ? tracer()->images() : nullptr;
+  results.sums = plan.samples > 0 ? tracer()->sums() : nullptr;
+  results.spp = std::max(plan.samples, 1);
+  return results;
 }
 
 /// Covers the picture with rectangles of a size that suits one submission.
@@ -342,14 +383,16 @@ double WorkOf(const RenderSettings& settings, double samples) {
 /// On the device, if requested and there is memory; else on the host.
 Status VulkanRenderer::BeginFrame(const RenderMoment& moment, Frame* frame) {
   device_store_.Drop();
+  SetCameras(moment);
   if (settings_.on_device) {
     STILLRAY_RETURN_IF_ERROR(device_store_.Begin(settings_, state_.may_turn(), moment, frame));
   }
   if (!device_store_.active()) {
     PrepareFrame(settings_, moment, frame);
     PreparePreviousNormals(state_, frame);
+    PrepareVirtualGuides(settings_, ShowsImages(), frame);
   }
-  SetFrame(moment, vec2(frame->jitter_x, frame->jitter_y), SampleStream::kFrames);
+  SetSampling(vec2(frame->jitter_x, frame->jitter_y), SampleStream::kFrames);
   return Status::Ok();
 }
 
@@ -360,13 +403,13 @@ Status VulkanRenderer::RenderWhole(const RenderMoment& moment, Frame* frame,
   frame_.rasterised = MayDraw() ? 1 : 0;
   BatchPlan plan;
   plan.guides = true;
+  plan.images = ShowsImages();
   plan.samples = settings_.spp;
   plan.first_sample =
       static_cast<uint64_t>(moment.frame_index) * static_cast<uint64_t>(settings_.spp);
   ProgressMeter meter(progress, WorkOf(settings_, settings_.spp));
-  STILLRAY_RETURN_IF_ERROR(ForTiles(plan, &meter, [&](const GpuBatch& batch) {
-    StoreBatch(batch, tracer()->guides(), tracer()->sums(), settings_.spp, frame);
-  }));
+  STILLRAY_RETURN_IF_ERROR(ForTiles(
+      plan, &meter, [&](const GpuBatch& batch) { StoreBatch(batch, ResultsOf(plan), frame); }));
   return device_store_.End(int64_t{settings_.width} * settings_.height, frame);
 }
 
@@ -414,9 +457,10 @@ Status VulkanRenderer::RenderPart(const RenderMoment& moment, Frame* frame,
   plan.guides = true;
   plan.first_sample = static_cast<uint64_t>(order.cycle_index());
   if (full) {
-    STILLRAY_RETURN_IF_ERROR(ForTiles(plan, &meter, [&](const GpuBatch& batch) {
-      StoreBatch(batch, tracer()->guides(), nullptr, 1, frame);
-    }));
+    plan.images = ShowsImages();
+    STILLRAY_RETURN_IF_ERROR(ForTiles(
+        plan, &meter, [&](const GpuBatch& batch) { StoreBatch(batch, ResultsOf(plan), frame); }));
+    plan.images = false;
   }
   plan.samples = 1;
   for (size_t done = 0; done < chosen.size();) {
@@ -461,7 +505,8 @@ Status VulkanRenderer::TraceReference(const RenderMoment& moment, int spp, Image
   STILLRAY_RETURN_IF_ERROR(MoveTo(moment));
   device_store_.Drop();
   ResizeImage(radiance, settings_.width, settings_.height);
-  SetFrame(moment, vec2(0.0f), SampleStream::kReference);
+  SetCameras(moment);
+  SetSampling(vec2(0.0f), SampleStream::kReference);
   BatchPlan plan;
   plan.reference = true;
   plan.samples = spp;
