@@ -36,7 +36,9 @@ class GpuGuidesTest : public TracingWaysTest {
     VulkanRenderOptions options;
     options.first_hits = rasterise ? FirstHits::kDraw : FirstHits::kTrace;
     options.way = GetParam();
-    auto renderer = CreateVulkanRenderer(scene, SmallSettings(width, height, 1), device_, options);
+    RenderSettings settings = SmallSettings(width, height, 1);
+    settings.virtual_guides = false;  // gpu_virtual_guides_test.cpp
+    auto renderer = CreateVulkanRenderer(scene, settings, device_, options);
     EXPECT_TRUE(renderer.ok()) << renderer.status().message();
     return renderer.ok() ? std::move(*renderer) : nullptr;
   }

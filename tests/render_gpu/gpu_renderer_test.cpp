@@ -158,6 +158,7 @@ TEST_P(GpuRendererTest, FramesOfTheBuiltinScenesAreTheCpus) {
     ASSERT_TRUE(scene.ok());
     RenderSettings settings = SmallSettings(kWidth, kHeight, 1);
     settings.jitter = true;
+    settings.virtual_guides = false;  // gpu_virtual_guides_test.cpp
     ExpectTheCpus(*scene, settings, 12, kPerThousand);
   }
 }
