@@ -59,10 +59,10 @@ ChainVertex MakeVertex(const TraceContext& context, const Hit& hit, const Surfac
   triangle.world = mat3(instance.world);
   triangle.before = mat3(instance.moving ? instance.previous_world : instance.world);
   triangle.moving = instance.moving ? 1 : 0;
-  return MakeChainVertex(triangle, PreviousPoint(instance, hit, surface.position), n,
-                         instance.HasChangedShape() ? PreviousNormalAt(instance, hit, n)
-                                                    : MovedNormal(triangle, n),
-                         eta);
+  return MakeChainVertex(
+      triangle, PreviousPoint(instance, hit, surface.position), n,
+      instance.HasChangedShape() ? PreviousNormalAt(instance, hit, n) : MovedNormal(triangle, n),
+      eta);
 }
 
 /// Continues a chain from a surface. \return false if it ends there
