@@ -4,6 +4,7 @@
 // Virtual guides that the device finds are those of the tracer on the CPU.
 #include <gmock/gmock.h>
 
+#include "render/deforming_scene.h"
 #include "render/test_scenes.h"
 #include "render/vulkan/vulkan_renderer.h"
 #include "render_gpu/everything_scene.h"
@@ -144,6 +145,14 @@ TEST_P(GpuRendererTestVirtualGuides, OfAMovingMirrorAreTheCpus) {
   builder.Move(builder.InstanceNode(wall), vec3(0.3f, -0.2f, 0.0f));
   builder.Move(0, vec3(0.1f, 0.05f, -0.2f));
   ExpectTheCpus(builder.scene, SmallSettings(kWidth, kHeight, 1), kPixels);
+}
+
+// A chrome tube that bends: its surface one frame ago is that of the previous pose.
+TEST_P(GpuRendererTestVirtualGuides, OfAMirrorThatDeformsAreTheCpus) {
+  Scene scene = DeformingScene(20);
+  const int tube = scene.meshes[static_cast<size_t>(scene.instances[1].mesh)].material;
+  scene.materials[static_cast<size_t>(tube)] = Metal(vec3(0.9f, 0.6f, 0.3f), 0.0f);
+  ExpectTheCpus(scene, SmallSettings(kWidth, kHeight, 1), 100);
 }
 
 // Balls of glass and of chrome in a room, a pane with a lamp that it reflects, and mirrors behind

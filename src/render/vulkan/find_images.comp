@@ -67,8 +67,8 @@ ChainVertex VertexAt(GpuInstance instance, GpuHit hit, ShadingPoint at, float et
       transpose(mat3(instance.previous_x.xyz, instance.previous_y.xyz, instance.previous_z.xyz));
   triangle.moving = Stands(instance) ? 0 : 1;
   vec3 n = at.frame.z;
-  vec3 n_before = HasChangedShape(instance) ? PreviousNormalAt(instance, hit, n)
-                                            : MovedNormal(triangle, n);
+  vec3 n_before =
+      HasChangedShape(instance) ? PreviousNormalAt(instance, hit, n) : MovedNormal(triangle, n);
   return MakeChainVertex(triangle, PreviousPoint(instance, hit, at.position), n, n_before, eta);
 }
 
