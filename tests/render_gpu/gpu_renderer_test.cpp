@@ -27,17 +27,6 @@ constexpr double kPerThousand = 8;
 
 class GpuRendererTest : public TracingWaysTest {
  protected:
-  // For tests with many dispatches, which take ten times as long under the validation layer.
-  void LeaveValidation() {
-    const Result<std::shared_ptr<gpu::Instance>> instance = gpu::Instance::Create();
-    ASSERT_TRUE(instance.ok());
-    const Result<std::vector<gpu::DeviceInfo>> devices = (*instance)->ListDevices();
-    const Result<gpu::DeviceInfo> chosen = gpu::ChooseDevice(*devices, "vulkan");
-    const Result<std::shared_ptr<gpu::Device>> device = gpu::Device::Create(*instance, *chosen);
-    ASSERT_TRUE(device.ok());
-    device_ = *device;
-  }
-
   std::unique_ptr<Renderer> Create(const Scene& scene, const RenderSettings& settings) {
     auto renderer = CreateVulkanRenderer(scene, settings, device_, {.way = GetParam()});
     EXPECT_TRUE(renderer.ok()) << renderer.status().message();

@@ -19,6 +19,17 @@ class TracingWaysTest : public test::VulkanTest, public ::testing::WithParamInte
       GTEST_SKIP() << device_->info().name << " does not trace rays by hardware";
     }
   }
+
+  // For tests with many dispatches, which take ten times as long under the validation layer.
+  void LeaveValidation() {
+    const Result<std::shared_ptr<gpu::Instance>> instance = gpu::Instance::Create();
+    ASSERT_TRUE(instance.ok());
+    const Result<std::vector<gpu::DeviceInfo>> devices = (*instance)->ListDevices();
+    const Result<gpu::DeviceInfo> chosen = gpu::ChooseDevice(*devices, "vulkan");
+    const Result<std::shared_ptr<gpu::Device>> device = gpu::Device::Create(*instance, *chosen);
+    ASSERT_TRUE(device.ok());
+    device_ = *device;
+  }
 };
 
 inline std::string NameOfWay(const ::testing::TestParamInfo<TracingWay>& info) {
