@@ -29,6 +29,13 @@ double Off(double a, double b) {
   return std::isfinite(a) && std::isfinite(b) ? std::abs(a - b) / std::max(1.0, std::abs(b)) : 1e30;
 }
 
+// Guides do not depend on the paths, which take most of the time.
+RenderSettings ShortPaths(int width, int height) {
+  RenderSettings settings = SmallSettings(width, height, 1);
+  settings.bounces = 1;
+  return settings;
+}
+
 class GpuGuidesTest : public TracingWaysTest {
  protected:
   std::unique_ptr<Renderer> Create(const Scene& scene, int width, int height,
@@ -36,7 +43,7 @@ class GpuGuidesTest : public TracingWaysTest {
     VulkanRenderOptions options;
     options.first_hits = rasterise ? FirstHits::kDraw : FirstHits::kTrace;
     options.way = GetParam();
-    RenderSettings settings = SmallSettings(width, height, 1);
+    RenderSettings settings = ShortPaths(width, height);
     settings.virtual_guides = false;  // gpu_virtual_guides_test.cpp
     auto renderer = CreateVulkanRenderer(scene, settings, device_, options);
     EXPECT_TRUE(renderer.ok()) << renderer.status().message();
@@ -57,7 +64,7 @@ class GpuGuidesTest : public TracingWaysTest {
     RenderMoment moment;
     moment.seconds = seconds;
     moment.previous_seconds = previous_seconds;
-    const Frame frame = RenderOne(scene, SmallSettings(kWidth, kHeight, 1), moment);
+    const Frame frame = RenderOne(scene, ShortPaths(kWidth, kHeight), moment);
     Frame found;
     const Status status = renderer->RenderFrame(moment, &found);
     ASSERT_TRUE(status.ok()) << status.message();
