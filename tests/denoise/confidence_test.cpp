@@ -39,7 +39,7 @@ constexpr int kWidth = 48;
 constexpr int kHeight = 32;
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr const char* kPresets[] = {"default", "svgf", "psvgf", "eaw", "temporal"};
+constexpr const char* kPresets[] = {"default", "svgf", "psvgf", "eaw", "temporal", "best"};
 
 Image1 Filled(float value, int width = kWidth, int height = kHeight) {
   Image1 plane(width, height);

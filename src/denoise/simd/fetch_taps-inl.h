@@ -273,8 +273,12 @@ struct HistoryAt : HistoryConfidence<kWithConfidence> {
       const VF confidence = this->confidence;
       const DF d;
       const VF one = hn::Set(d, 1.0f);
-      const VF most = hn::Div(one, hn::Max((*this)(before.weights2), hn::Set(d, 1e-6f)));
-      const VF shortened = hn::Mul(confidence, hn::Min(length, most));
+      VF effective = length;
+      if (!before.weights2.empty()) {
+        const VF most = hn::Div(one, hn::Max((*this)(before.weights2), hn::Set(d, 1e-6f)));
+        effective = hn::Min(length, most);
+      }
+      const VF shortened = hn::Mul(confidence, effective);
       return hn::IfThenElse(hn::Lt(confidence, one), shortened, length);
     } else {
       return length;

@@ -128,9 +128,11 @@ float Fetch(const Image1& plane, const Image1& length, const ReprojectionTaps& t
 }
 
 /// Shortens the fetched history of a pixel.
-void ApplyConfidence(float confidence, int planes, Image1* const* fetched, int x, int y,
-                     SignalHistory* out) {
-  out->length(x, y) = ConfidentLength(out->length(x, y), out->weights2(x, y), confidence);
+void ApplyConfidence(const SignalHistory& before, float confidence, int planes,
+                     Image1* const* fetched, int x, int y, SignalHistory* out) {
+  // Without weights2, as in the mean of restore_detail, the length itself is shortened.
+  const float weights2 = before.weights2.empty() ? 0.0f : out->weights2(x, y);
+  out->length(x, y) = ConfidentLength(out->length(x, y), weights2, confidence);
   for (int i = 0; i < planes && confidence == 0; ++i) {
     (*fetched[i])(x, y) = 0;
   }
@@ -152,7 +154,7 @@ void FetchHistory(const SignalHistory& before, const ReprojectionTaps& taps, Sig
   }
   for (int y = 0; taps.confidence != nullptr && y < taps.x.height(); ++y) {
     for (int x = 0; x < taps.x.width(); ++x) {
-      ApplyConfidence(taps.ConfidenceAt(x, y), planes, to, x, y, out);
+      ApplyConfidence(before, taps.ConfidenceAt(x, y), planes, to, x, y, out);
     }
   }
 }
