@@ -19,16 +19,20 @@ float Turn2At(EdgeStopping edges, utexture2D surfaces, vec3 normal, ivec2 p) {
                                 : 0.0f;
 }
 
+// The exponent of the depth weight of another surface `offset` pixels away.
+float DepthExponent(EdgeStopping edges, Surface s, Detail d, Surface other, vec2 offset) {
+  return edges.depth_weight_plane != 0
+             ? PlaneDepthExponent(s.inverse_depth, other.inverse_depth, d.gradient, offset,
+                                  edges.plane_tolerance)
+             : GradientDepthExponent(s.inverse_depth, other.inverse_depth, d.gradient, offset,
+                                     edges.sigma_z, edges.depth_epsilon, edges.max_slope);
+}
+
 // The exponent of 2 of the depth and normal weight of another surface `offset` pixels away.
 // sigma_n: see NormalExponent2
 float GeometryExponent2(EdgeStopping edges, Surface s, Detail d, float sigma_n, Surface other,
                         vec2 offset) {
-  float depth =
-      edges.depth_weight_plane != 0
-          ? PlaneDepthExponent(s.inverse_depth, other.inverse_depth, d.gradient, offset,
-                               edges.plane_tolerance)
-          : GradientDepthExponent(s.inverse_depth, other.inverse_depth, d.gradient, offset,
-                                  edges.sigma_z, edges.depth_epsilon, edges.max_slope);
+  float depth = DepthExponent(edges, s, d, other, offset);
   return NormalExponent2(dot(s.normal, other.normal), sigma_n, edges.curvature > 0.0f) -
          kExponentsOfE * depth;
 }
@@ -36,11 +40,6 @@ float GeometryExponent2(EdgeStopping edges, Surface s, Detail d, float sigma_n, 
 // The depth and normal weight of another surface `offset` pixels away.
 float GeometryWeight(EdgeStopping edges, Surface s, Detail d, float turn2, Surface other,
                      vec2 offset) {
-  float depth =
-      edges.depth_weight_plane != 0
-          ? PlaneDepthExponent(s.inverse_depth, other.inverse_depth, d.gradient, offset,
-                               edges.plane_tolerance)
-          : GradientDepthExponent(s.inverse_depth, other.inverse_depth, d.gradient, offset,
-                                  edges.sigma_z, edges.depth_epsilon, edges.max_slope);
+  float depth = DepthExponent(edges, s, d, other, offset);
   return NormalWeightAt(edges, dot(s.normal, other.normal), turn2) * exp(-depth);
 }
