@@ -24,6 +24,7 @@ ViewSettings SmallSettings(const std::string& preset, const SampleRate& rate) {
   settings.wall_clock = false;
   settings.render.bounces = 2;
   settings.denoise = PresetSettings(preset).value();
+  settings.still_converges = false;
   return settings;
 }
 
@@ -87,6 +88,7 @@ std::string Text(const std::vector<double>& errors) {
 
 struct Errors {
   std::vector<double> preset;
+  std::vector<double> still;  ///< with equal weights once nothing moves
   std::vector<double> exact;
 };
 
@@ -95,11 +97,14 @@ Errors ErrorsOf(const std::string& preset, const SampleRate& rate) {
   const Image3 reference = Converged("builtin:cornell", settings, 512);
   Errors errors;
   errors.preset = ErrorsOverTime(settings, reference);
+  settings.still_converges = true;
+  errors.still = ErrorsOverTime(settings, reference);
+  settings.still_converges = false;
   SetExactAccumulation(true, settings.denoise, &settings.denoise);
   EXPECT_TRUE(AccumulatesExactly(settings.denoise));
   errors.exact = ErrorsOverTime(settings, reference);
-  std::printf("%s: as the preset has it%s; exactly%s\n", preset.c_str(),
-              Text(errors.preset).c_str(), Text(errors.exact).c_str());
+  std::printf("%s: as the preset has it%s; while still%s; exactly%s\n", preset.c_str(),
+              Text(errors.preset).c_str(), Text(errors.still).c_str(), Text(errors.exact).c_str());
   return errors;
 }
 
@@ -115,6 +120,8 @@ TEST(StillView, DefaultFallsToItsFloorAndExactAccumulationBelow) {
   ExpectToFall(errors.exact);
   EXPECT_LT(errors.preset.back(), 0.2 * errors.preset.front());
   EXPECT_LT(errors.exact.back(), 0.8 * errors.preset.back());
+  ExpectToFall(errors.still);
+  EXPECT_LT(errors.still.back(), 0.8 * errors.preset.back());
 }
 
 /// psvgf as published uses the noise of single frames and feeds filtered light back: blur cancels
@@ -124,6 +131,7 @@ TEST(StillView, PsvgfConvergesWithExactAccumulation) {
   ExpectToFall(errors.exact);
   EXPECT_LT(errors.exact.back(), 0.1 * errors.exact.front());
   EXPECT_LT(errors.exact.back(), 0.1 * errors.preset.back());
+  EXPECT_LT(errors.still.back(), 0.1 * errors.preset.back());
   // The floor of the preset is reached and held.
   const size_t last = errors.preset.size() - 1;
   EXPECT_LT(errors.preset[last], 0.15);

@@ -101,6 +101,8 @@ def test_options_of_the_window(program, folder):
     done = run(program, "builtin:cornell", "--headless-frames", "0", "-o", folder)
     assert done.returncode == 2, done.stderr
     assert "--headless-frames: found '0', expected 1 to" in done.stderr, done.stderr
+    done = run(program, "builtin:cornell", "--still-history", "some", "--headless-frames", "1")
+    assert done.returncode == 2 and "--still-history" in done.stderr, done.stderr
     done = run(program, "builtin:cornell", "--moving-filter", "eaw", "--headless-frames", "1")
     assert done.returncode == 2 and "'eaw', expected psvgf or same" in done.stderr, done.stderr
 

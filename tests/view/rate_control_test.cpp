@@ -90,6 +90,20 @@ Changes CountChanges(Machine* machine, const RateChoice& choice, bool moves, int
   return changes;
 }
 
+/// A slider that is dragged ends refinement, but not rest.
+TEST(RateControl, IsStillOnceNothingHasMoved) {
+  RateControl control({1, 16});
+  const RateChoice choice;
+  for (int i = 1; i < RateControl::kFramesToRefine; ++i) {
+    EXPECT_FALSE(control.Next(choice, false, false).still) << i;
+  }
+  EXPECT_TRUE(control.Next(choice, false, false).still);
+  const FramePlan attended = control.Next(choice, false, true);
+  EXPECT_TRUE(attended.still);
+  EXPECT_FALSE(attended.refines);
+  EXPECT_FALSE(control.Next(choice, true, false).still);
+}
+
 TEST(RateControl, FindsTheMostSamplesThatFit) {
   RateControl control({1, 16});
   Machine machine;

@@ -472,6 +472,49 @@ TEST(ViewSession, SamplesAreThoseOfTheHistory) {
   EXPECT_EQ(Next(settings, &session).samples, 1);
 }
 
+/// Frames 1 to n of a view at rest, the last one's picture.
+Rgb8Image AtRest(ViewSettings settings, bool converges, int frames) {
+  settings.still_converges = converges;
+  ViewSession session = Open("builtin:cornell");
+  ViewFrame frame;
+  for (int i = 0; i < frames; ++i) {
+    frame = Next(settings, &session);
+  }
+  EXPECT_EQ(frame.samples, frames) << "no history is lost";
+  return frame.pictures[0];
+}
+
+TEST(ViewSession, AStillViewWeighsAllSamplesOnceNothingHasMoved) {
+  const ViewSettings settings = SmallSettings();
+  constexpr int kMoving = RateControl::kFramesToRefine;
+  EXPECT_EQ(AtRest(settings, true, kMoving).pixels, AtRest(settings, false, kMoving).pixels);
+  EXPECT_NE(AtRest(settings, true, 24).pixels, AtRest(settings, false, 24).pixels);
+}
+
+TEST(ViewSession, OtherViewsShowTheSettingsAsTheyAre) {
+  ViewSettings settings = SmallSettings();
+  settings.panes = {"denoised", "temporal"};
+  EXPECT_EQ(AtRest(settings, true, 24).pixels, AtRest(settings, false, 24).pixels);
+  settings.panes = {"denoised"};
+  settings.inspect = true;
+  EXPECT_EQ(AtRest(settings, true, 24).pixels, AtRest(settings, false, 24).pixels);
+}
+
+/// The frame that moves has the weights of the settings again, on the history of all samples.
+TEST(ViewSession, AViewThatMovesAgainKeepsItsHistory) {
+  ViewSettings settings = SmallSettings();
+  ViewSession session = Open("builtin:cornell");
+  ViewFrame frame;
+  for (int i = 0; i < 24; ++i) {
+    frame = Next(settings, &session);
+  }
+  settings.free_camera = true;
+  settings.pose = Orbit(frame.pose, 0.001f, 0);
+  const ViewFrame moved = Next(settings, &session);
+  EXPECT_FALSE(moved.still);
+  EXPECT_LT(MeanDifference(frame.pictures[0], moved.pictures[0]), 1.5);
+}
+
 TEST(LoadForView, NamesWhatIsWrong) {
   const auto quiet = [](const LoadPhase&) { return true; };
   EXPECT_EQ(LoadForView({"no/such.glb", ""}, SmallSettings(), quiet).status().code(),

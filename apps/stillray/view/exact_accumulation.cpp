@@ -39,4 +39,14 @@ void SetExactAccumulation(bool on, const Settings& preset, Settings* settings) {
   settings->variance_of = VarianceOf::kMean;
 }
 
+void WeighSamplesEqually(Settings* settings) {
+  settings->alpha_min = 0;
+  settings->alpha_moments = 0;
+  settings->max_history = 0;
+  settings->limit_gain = 0;
+  settings->correct_history = false;
+  settings->feedback = 0;
+  settings->variance_of = VarianceOf::kMean;
+}
+
 }  // namespace stillray::view

@@ -15,4 +15,9 @@ bool AccumulatesExactly(const Settings& settings);
 /// Sets these, or restores their values in `preset`. Moving light leaves trails while it is on.
 void SetExactAccumulation(bool on, const Settings& preset, Settings* settings);
 
+/// Gives all samples equal weight as SetExactAccumulation does, with members that keep the history:
+/// temporal and history_weight stay, limit_gain=0 and correct_history=off stand for
+/// limit_history=off. For frames of a view in which nothing moves; no other frames may use it.
+void WeighSamplesEqually(Settings* settings);
+
 }  // namespace stillray::view

@@ -77,12 +77,12 @@ FramePlan RateControl::Next(const RateChoice& choice, bool moves, bool attended)
   }
   still_ = still;
   if (still) {
-    plan_ = {still_rate_, choice.scale, false, !attended};
+    plan_ = {still_rate_, choice.scale, false, !attended, true};
     if (attended && still_cost_.cost.total() > 0) {
       HighestRate(still_cost_, 1, choice.target_ms, kLongestCycleOfChosen, &plan_.rate);
     }
   } else {
-    plan_ = {rate_, choice.scale * kParts[part_], fast_, false};
+    plan_ = {rate_, choice.scale * kParts[part_], fast_, false, false};
   }
   plan_.rate = choice.auto_rate ? plan_.rate : choice.rate;
   return plan_;

@@ -37,6 +37,7 @@ struct FramePlan {
   float scale = 1;           ///< of the window's width and height
   bool fast_filter = false;  ///< use the faster filter, with guides only where a path is traced
   bool refines = false;      ///< nothing moves: the frame may take longer than the target
+  bool still = false;        ///< nothing has moved for kFramesToRefine frames
 };
 
 /// While something moves, frames should take no longer than the target: samples fall first; if 1/16

@@ -111,6 +111,7 @@ Status ParsePanes(const std::string& text, ViewSettings* settings) {
 
 Status ParseRate(const ViewArguments& arguments, ViewSettings* settings) {
   settings->fast_filter = arguments.moving_filter == "psvgf";
+  settings->still_converges = arguments.still_history == "all";
   settings->auto_scale = arguments.scale == "auto";
   if (!settings->auto_scale && (!ParseWhole(arguments.scale, &settings->scale) ||
                                 !(settings->scale >= 0.05f && settings->scale <= 1.0f))) {
@@ -208,6 +209,12 @@ void DeclareViewOptions(CLI::App* command, ViewArguments* a) {
                    "Filter while something moves and frames take too long: psvgf, with sparse "
                    "guides, or same: the one chosen")
       ->check(OneOf({"psvgf", "same"}))
+      ->capture_default_str();
+  command
+      ->add_option("--still-history", a->still_history,
+                   "History once nothing moves: all, every sample with equal weight, so that the "
+                   "picture converges, or same: as the settings have it")
+      ->check(OneOf({"all", "same"}))
       ->capture_default_str();
   command->add_option("--camera", a->camera, "Number of the file's camera, from 0")
       ->check(InRange(0, std::numeric_limits<int>::max()))

@@ -39,6 +39,7 @@ struct ViewArguments {
   std::string folder;
   std::string report;
   std::string moving_filter = "psvgf";
+  std::string still_history = "all";
   std::string device = "auto";
   bool verbose = false;
 };

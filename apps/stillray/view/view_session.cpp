@@ -12,6 +12,7 @@
 #include "denoise/fill_guides/fill_guides.h"
 #include "denoise/plan.h"
 #include "denoise/stage_table.h"
+#include "view/exact_accumulation.h"
 #include "view/history_seed.h"
 
 namespace stillray::view {
@@ -246,14 +247,18 @@ Status ViewSession::AskForOutputs() {
   return denoiser_->SetOutputs(outputs_);
 }
 
-/// The faster filter shows finished pictures as well; its intermediate pictures have other names,
-/// and its guides are sparse. Settings without a wavelet, or without history, are not replaced.
-bool ViewSession::AllowsFastFilter(const ViewSettings& s) const {
+/// Views of intermediate data, and the inspector, show the settings as they are.
+bool ViewSession::MayReplaceSettings(const ViewSettings& s) const {
   const bool plain = std::all_of(s.panes.begin(), s.panes.end(), [](const std::string& name) {
     return name == "denoised" || name == "noisy" || name == "reference";
   });
-  return s.fast_filter && plain && !s.inspect && s.denoise.temporal &&
-         s.denoise.wavelet != Wavelet::kOff;
+  return plain && !s.inspect && s.denoise.temporal;
+}
+
+/// The faster filter shows finished pictures as well; its intermediate pictures have other names,
+/// and its guides are sparse. Settings without a wavelet, or without history, are not replaced.
+bool ViewSession::AllowsFastFilter(const ViewSettings& s) const {
+  return s.fast_filter && MayReplaceSettings(s) && s.denoise.wavelet != Wavelet::kOff;
 }
 
 FramePlan ViewSession::PlanFrame(const ViewSettings& s, bool moves) {
@@ -276,6 +281,9 @@ ViewSettings ViewSession::Planned(ViewSettings s) const {
     fast.tonemap = s.denoise.tonemap;
     s.denoise = fast;
     s.render.guides = GuideCoverage::kSparse;
+  }
+  if (plan_.still && s.still_converges && MayReplaceSettings(s)) {
+    WeighSamplesEqually(&s.denoise);
   }
   return s;
 }

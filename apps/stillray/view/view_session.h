@@ -71,6 +71,7 @@ class ViewSession {
     double orbit_degrees = 0;  ///< of `pose` on its orbit
   };
   struct FilledGuides;
+  bool MayReplaceSettings(const ViewSettings& settings) const;
   bool AllowsFastFilter(const ViewSettings& settings) const;
   FramePlan PlanFrame(const ViewSettings& settings, bool moves);
   ViewSettings Planned(ViewSettings settings) const;

@@ -28,6 +28,9 @@ struct ViewSettings {
   /// While something moves and frames take too long: use `psvgf` and sparse guides instead of
   /// `denoise` and full ones. Only with `auto_rate`.
   bool fast_filter = true;
+  /// Once nothing moves: all samples of the history have equal weight, so that the picture
+  /// converges instead of keeping the noise of the shortest histories that `denoise` allows.
+  bool still_converges = true;
 
   /// Of samples and paths. Size, spp and cycle are those of RenderSettingsFor, which also switches
   /// `jitter` off without antialiasing in time.

@@ -73,6 +73,15 @@ void PresetRow(ViewerState* state) {
   }
 }
 
+void StillHistoryRow(ViewerState* state) {
+  state->changed |=
+      ImGui::Checkbox("Converge while nothing moves", &state->settings.still_converges);
+  HelpMark(
+      "Once nothing moves, all samples are weighted equally and the picture converges. Only where "
+      "the views are denoised, noisy and reference, and without the pixel inspector: other views "
+      "show the parameters below as they are.");
+}
+
 void ExactRow(ViewerState* state) {
   bool exact = AccumulatesExactly(state->settings.denoise);
   if (ImGui::Checkbox("Progressive accumulation (unbiased)", &exact)) {
@@ -91,6 +100,7 @@ void ExactRow(ViewerState* state) {
 void DrawParameterPanel(ViewerState* state) {
   static const std::vector<std::string> kGroups = Groups();
   PresetRow(state);
+  StillHistoryRow(state);
   ExactRow(state);
   if (!state->parameter_error.empty()) {
     ImGui::PushTextWrapPos(0);
