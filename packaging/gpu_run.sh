@@ -146,7 +146,7 @@ run_tracer_parity() {
     tests "" gpu_visibility_test '*Builtin*' || bad=1
     return "$bad"
   fi
-  for program in wide_bvh gpu_formulas gpu_accel gpu_guides gpu_visibility gpu_renderer device_frame denoise_vulkan_sequence; do
+  for program in wide_bvh gpu_formulas gpu_accel gpu_guides gpu_virtual_guides gpu_visibility gpu_renderer device_frame denoise_vulkan_sequence; do
     tests "" "${program}_test" || bad=1
   done
   return "$bad"

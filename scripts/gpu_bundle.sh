@@ -34,7 +34,7 @@ need xz xz-utils
 # As gpu_run.sh starts them.
 programs=(apps/stillray/stillray benchmarks/gpu_limits benchmarks/gpu_trace_benchmark
   tests/gpu/gpu_test tests/gpu/denoise_vulkan_test tests/gpu/denoise_vulkan_sequence_test
-  tests/render_gpu/{gpu_formulas,gpu_accel,gpu_guides,gpu_visibility,gpu_renderer,device_frame,wide_bvh}_test)
+  tests/render_gpu/{gpu_formulas,gpu_accel,gpu_guides,gpu_virtual_guides,gpu_visibility,gpu_renderer,device_frame,wide_bvh}_test)
 if [ "$own_build" = 1 ]; then
   (cd "$root" && cmake --preset release -B "$build" -DSTILLRAY_BUILD_TESTS=ON -DSTILLRAY_BUILD_PYTHON=OFF \
     -DSTILLRAY_STATIC_SIMD=OFF) >"$build.log" 2>&1 ||
