@@ -13,6 +13,8 @@
 
 #include <fmt/format.h>
 
+#include "gpu/shared_pipelines.h"
+
 namespace stillray::gpu {
 
 Result<DeviceContext> MakeContext(PFN_vkGetInstanceProcAddr get, VkInstance instance,
@@ -38,6 +40,8 @@ Result<DeviceContext> MakeContext(PFN_vkGetInstanceProcAddr get, VkInstance inst
   context.is_software = properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
   return context;
 }
+
+Device::Device() = default;
 
 /// Finds a queue for compute, preferring one with graphics and timestamps.
 Status Device::FindQueue() {
@@ -159,6 +163,8 @@ Result<std::shared_ptr<Device>> Device::Create(std::shared_ptr<Instance> instanc
   made->instance_->functions().GetPhysicalDeviceProperties(info.handle, &properties);
   made->pipeline_cache_.Create(made->context_, properties);
   made->context_.pipeline_cache = made->pipeline_cache_.handle();
+  made->pipelines_ = std::make_unique<SharedPipelines>(&made->context_);
+  made->context_.pipelines = made->pipelines_.get();
   if (info.ray_tracing.offered) {
     STILLRAY_RETURN_IF_ERROR(made->AddRayTracing());
   }
@@ -176,12 +182,14 @@ Device::~Device() {
   }
   if (hangs_) {
     // What a device that hangs uses can be neither waited for nor destroyed, nor can its instance.
-    static auto* const kept = new std::vector<std::shared_ptr<Instance>>();
-    kept->push_back(instance_);
+    using Kept = std::pair<std::shared_ptr<Instance>, std::unique_ptr<SharedPipelines>>;
+    static auto* const kept = new std::vector<Kept>();
+    kept->emplace_back(instance_, std::move(pipelines_));
     return;
   }
   const DeviceFunctions& vk = context_.vk;
   vk.DeviceWaitIdle(context_.device);
+  pipelines_.reset();
   pipeline_cache_.SaveAndDestroy(context_);
   vk.DestroyFence(context_.device, fence_, nullptr);
   vk.DestroyCommandPool(context_.device, pool_, nullptr);

@@ -12,6 +12,8 @@
 
 namespace stillray::gpu {
 
+class SharedPipelines;
+
 /// A logical device with its properties and functions. Owns nothing; made alike for a caller's
 /// device.
 struct DeviceContext {
@@ -24,13 +26,16 @@ struct DeviceContext {
   RayTracing ray_tracing;
   MemorySharing sharing;
   VkPipelineCache pipeline_cache = VK_NULL_HANDLE;
-  bool is_software = false;  ///< a driver that runs on the CPU
+  SharedPipelines* pipelines = nullptr;  ///< of the owner of this
+  bool is_software = false;              ///< a driver that runs on the CPU
   /// Bits of a timestamp of the queue; higher ones are undefined. The caller's own: all.
   uint32_t timestamp_bits = 64;
   /// All stages that execute stillray's shaders.
   VkPipelineStageFlags shader_stages = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
 };
 
+/// Leaves `pipelines` to the caller, who makes them (shared_pipelines.h) and destroys them before
+/// the device.
 /// \return kUnsupported if the device fails CheckDevice or lacks a function
 Result<DeviceContext> MakeContext(PFN_vkGetInstanceProcAddr get, VkInstance instance,
                                   VkPhysicalDevice physical, VkDevice device);
@@ -70,7 +75,7 @@ class Device {
   Status Run();
 
  private:
-  Device() = default;
+  Device();
   Status FindQueue();
   Status AddRayTracing();
   Status AddSharing();
@@ -81,6 +86,7 @@ class Device {
   std::shared_ptr<Instance> instance_;
   DeviceInfo info_;
   DeviceContext context_;
+  std::unique_ptr<SharedPipelines> pipelines_;
   uint32_t queue_family_ = 0;
   uint32_t timestamp_bits_ = 0;
   bool can_draw_ = false;

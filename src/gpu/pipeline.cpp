@@ -4,8 +4,10 @@
 #include "gpu/pipeline.h"
 
 #include <string>
+#include <utility>
 
 #include "gpu/shader_folder.h"
+#include "gpu/shared_pipelines.h"
 
 namespace stillray::gpu {
 namespace {
@@ -25,14 +27,20 @@ VkDescriptorType TypeOf(const SetShape& shape, uint32_t binding) {
              : VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR;
 }
 
+Status MakeModule(const DeviceContext& context, std::span<const uint32_t> code, const char* action,
+                  VkShaderModule* out) {
+  VkShaderModuleCreateInfo module = {};
+  module.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
+  module.codeSize = code.size_bytes();
+  module.pCode = code.data();
+  return ToStatus(context.vk.CreateShaderModule(context.device, &module, nullptr, out), action);
+}
+
 }  // namespace
 
 DescriptorSets::~DescriptorSets() {
   if (pool_ != VK_NULL_HANDLE) {
     context_->vk.DestroyDescriptorPool(context_->device, pool_, nullptr);
-  }
-  for (const auto& [shape, layout] : layouts_) {
-    context_->vk.DestroyDescriptorSetLayout(context_->device, layout, nullptr);
   }
 }
 
@@ -59,31 +67,8 @@ Status DescriptorSets::CreatePool(uint32_t most, const SetShape& all) {
                   "creating a descriptor pool");
 }
 
-Result<VkDescriptorSetLayout> DescriptorSets::Layout(const SetShape& shape) {
-  for (const auto& [known, layout] : layouts_) {
-    if (known == shape) {
-      return layout;
-    }
-  }
-  std::vector<VkDescriptorSetLayoutBinding> bindings(shape.count());
-  // One layout for all users of a set, so that sets can be shared.
-  VkShaderStageFlags stages = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_VERTEX_BIT;
-  if (context_->ray_tracing.offered) {
-    stages |= VK_SHADER_STAGE_RAYGEN_BIT_KHR | VK_SHADER_STAGE_ANY_HIT_BIT_KHR;
-  }
-  for (uint32_t i = 0; i < shape.count(); ++i) {
-    bindings[i] = {i, TypeOf(shape, i), 1, stages, nullptr};
-  }
-  VkDescriptorSetLayoutCreateInfo info = {};
-  info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
-  info.bindingCount = shape.count();
-  info.pBindings = bindings.data();
-  VkDescriptorSetLayout layout = VK_NULL_HANDLE;
-  STILLRAY_RETURN_IF_ERROR(
-      ToStatus(context_->vk.CreateDescriptorSetLayout(context_->device, &info, nullptr, &layout),
-               "creating a descriptor layout"));
-  layouts_.emplace_back(shape, layout);
-  return layout;
+Result<VkDescriptorSetLayout> DescriptorSets::Layout(const SetShape& shape) const {
+  return context_->pipelines->Layout(shape);
 }
 
 Status DescriptorSets::Clear() {
@@ -168,6 +153,25 @@ void DescriptorSets::Write(const SetShape& shape, const SetContent& content,
                                     writes.data(), 0, nullptr);
 }
 
+Status MakeSetLayout(const DeviceContext& context, const SetShape& shape,
+                     VkDescriptorSetLayout* out) {
+  std::vector<VkDescriptorSetLayoutBinding> bindings(shape.count());
+  // One layout for all users of a set, so that sets can be shared.
+  VkShaderStageFlags stages = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_VERTEX_BIT;
+  if (context.ray_tracing.offered) {
+    stages |= VK_SHADER_STAGE_RAYGEN_BIT_KHR | VK_SHADER_STAGE_ANY_HIT_BIT_KHR;
+  }
+  for (uint32_t i = 0; i < shape.count(); ++i) {
+    bindings[i] = {i, TypeOf(shape, i), 1, stages, nullptr};
+  }
+  VkDescriptorSetLayoutCreateInfo info = {};
+  info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
+  info.bindingCount = shape.count();
+  info.pBindings = bindings.data();
+  return ToStatus(context.vk.CreateDescriptorSetLayout(context.device, &info, nullptr, out),
+                  "creating a descriptor layout");
+}
+
 Status MakePipelineLayout(const DeviceContext& context, std::span<const VkDescriptorSetLayout> sets,
                           VkShaderStageFlags push_stage, uint32_t push_bytes,
                           VkPipelineLayout* out) {
@@ -186,25 +190,14 @@ Status MakeShaderModule(const DeviceContext& context, std::span<const uint32_t> 
                         const char* action, VkShaderModule* out) {
   const Result<std::vector<uint32_t>> replacement = ReplacementOf(code);
   STILLRAY_RETURN_IF_ERROR(replacement.status());
-  if (!replacement->empty()) {
-    code = *replacement;
-  }
-  VkShaderModuleCreateInfo module = {};
-  module.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
-  module.codeSize = code.size_bytes();
-  module.pCode = code.data();
-  return ToStatus(context.vk.CreateShaderModule(context.device, &module, nullptr, out), action);
+  return MakeModule(context, replacement->empty() ? code : *replacement, action, out);
 }
 
-Result<Pipeline> Pipeline::Create(const DeviceContext* context, const PipelineInfo& info) {
-  const DeviceFunctions& vk = context->vk;
-  Pipeline made;
-  made.context_ = context;
-  STILLRAY_RETURN_IF_ERROR(MakePipelineLayout(*context, info.sets, VK_SHADER_STAGE_COMPUTE_BIT,
-                                              info.push_bytes, &made.layout_));
-  VkShaderModule shader = VK_NULL_HANDLE;
+Status MakeComputePipeline(const DeviceContext& context, const PipelineInfo& info,
+                           VkPipelineLayout layout, VkPipeline* out) {
   const std::string action = std::string("compiling the shader ") + info.name;
-  STILLRAY_RETURN_IF_ERROR(MakeShaderModule(*context, info.code, action.c_str(), &shader));
+  VkShaderModule shader = VK_NULL_HANDLE;
+  STILLRAY_RETURN_IF_ERROR(MakeModule(context, info.code, action.c_str(), &shader));
   std::vector<VkSpecializationMapEntry> entries;
   for (uint32_t i = 0; i < info.constants.size(); ++i) {
     entries.push_back({i, i * static_cast<uint32_t>(sizeof(uint32_t)), sizeof(uint32_t)});
@@ -218,26 +211,15 @@ Result<Pipeline> Pipeline::Create(const DeviceContext* context, const PipelineIn
   create.stage.module = shader;
   create.stage.pName = "main";
   create.stage.pSpecializationInfo = &constants;
-  create.layout = made.layout_;
-  const VkResult result = vk.CreateComputePipelines(context->device, context->pipeline_cache, 1,
-                                                    &create, nullptr, &made.pipeline_);
-  vk.DestroyShaderModule(context->device, shader, nullptr);
-  STILLRAY_RETURN_IF_ERROR(ToStatus(result, action.c_str()));
-  return made;
+  create.layout = layout;
+  const VkResult result = context.vk.CreateComputePipelines(context.device, context.pipeline_cache,
+                                                            1, &create, nullptr, out);
+  context.vk.DestroyShaderModule(context.device, shader, nullptr);
+  return ToStatus(result, action.c_str());
 }
 
-Pipeline& Pipeline::operator=(Pipeline&& other) noexcept {
-  std::swap(context_, other.context_);
-  std::swap(layout_, other.layout_);
-  std::swap(pipeline_, other.pipeline_);
-  return *this;
-}
-
-Pipeline::~Pipeline() {
-  if (context_ != nullptr) {
-    context_->vk.DestroyPipeline(context_->device, pipeline_, nullptr);
-    context_->vk.DestroyPipelineLayout(context_->device, layout_, nullptr);
-  }
+Result<Pipeline> Pipeline::Create(const DeviceContext* context, const PipelineInfo& info) {
+  return context->pipelines->Find(info);
 }
 
 }  // namespace stillray::gpu

@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "gpu/memory.h"
@@ -51,7 +50,8 @@ class DescriptorSets {
   /// \param most  number of sets
   /// \param all   number of descriptors of all sets together
   Status CreatePool(uint32_t most, const SetShape& all);
-  Result<VkDescriptorSetLayout> Layout(const SetShape& shape);
+  /// The device's own layout: all users of the device share it.
+  Result<VkDescriptorSetLayout> Layout(const SetShape& shape) const;
   /// Frees all sets; none may be in use.
   Status Clear();
   Result<VkDescriptorSet> Find(const SetShape& shape, const SetContent& content);
@@ -70,10 +70,12 @@ class DescriptorSets {
   const DeviceContext* context_;
   VkDescriptorPool pool_ = VK_NULL_HANDLE;
   size_t most_ = 0;
-  std::vector<std::pair<SetShape, VkDescriptorSetLayout>> layouts_;
   std::vector<Entry> entries_;
 };
 
+/// Creates the layout of descriptor sets, for all stages that use stillray's sets.
+Status MakeSetLayout(const DeviceContext& context, const SetShape& shape,
+                     VkDescriptorSetLayout* out);
 /// Creates the layout of a pipeline of any kind.
 /// \param push_stage  the stage that reads the `push_bytes` of push constants; unused if they are 0
 Status MakePipelineLayout(const DeviceContext& context, std::span<const VkDescriptorSetLayout> sets,
@@ -84,30 +86,34 @@ Status MakePipelineLayout(const DeviceContext& context, std::span<const VkDescri
 Status MakeShaderModule(const DeviceContext& context, std::span<const uint32_t> code,
                         const char* action, VkShaderModule* out);
 
-/// A compute shader with its layout. Move-only.
+/// A compute shader with its layout.
 struct PipelineInfo {
-  const char* name = "";           ///< for messages
-  std::span<const uint32_t> code;  ///< SPIR-V
-  std::span<const VkDescriptorSetLayout> sets;
+  const char* name = "";                        ///< for messages
+  std::span<const uint32_t> code;               ///< SPIR-V
+  std::span<const VkDescriptorSetLayout> sets;  ///< of DescriptorSets::Layout
   uint32_t push_bytes = 0;
   std::span<const uint32_t> constants;  ///< specialisation constants 0, 1, ...
 };
 
+/// Compiles the code as it is given.
+Status MakeComputePipeline(const DeviceContext& context, const PipelineInfo& info,
+                           VkPipelineLayout layout, VkPipeline* out);
+
+/// A compute pipeline of the device, which all its users share (shared_pipelines.h): valid as long
+/// as the device, or the denoiser in a renderer's own device.
 class Pipeline {
  public:
+  /// Finds the pipeline, or creates it.
   static Result<Pipeline> Create(const DeviceContext* context, const PipelineInfo& info);
   Pipeline() = default;
-  Pipeline(Pipeline&& other) noexcept { *this = std::move(other); }
-  Pipeline& operator=(Pipeline&& other) noexcept;
-  ~Pipeline();
+  Pipeline(VkPipeline pipeline, VkPipelineLayout layout) : pipeline_(pipeline), layout_(layout) {}
 
   VkPipeline handle() const { return pipeline_; }
   VkPipelineLayout layout() const { return layout_; }
 
  private:
-  const DeviceContext* context_ = nullptr;
-  VkPipelineLayout layout_ = VK_NULL_HANDLE;
   VkPipeline pipeline_ = VK_NULL_HANDLE;
+  VkPipelineLayout layout_ = VK_NULL_HANDLE;
 };
 
 }  // namespace stillray::gpu

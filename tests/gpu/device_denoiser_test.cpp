@@ -2,9 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The denoiser on Vulkan as its users see it.
+#include <thread>
+#include <vector>
+
 #include "denoise/mirror_scene.h"
 #include "denoise/test_frames.h"
 #include "gpu/device_test.h"
+#include "gpu/shared_pipelines.h"
 
 namespace stillray {
 namespace {
@@ -40,6 +44,60 @@ TEST_F(DeviceDenoiser, FxaaFindsTheSameEdges) {
     }
     EXPECT_GT(changed, 100);
   }
+}
+
+TEST_F(DeviceDenoiser, DenoisersOfADeviceShareItsPipelines) {
+  const auto created = [&] { return device_->context().pipelines->created(); };
+  const auto picture = [&](const char* preset) {
+    Denoiser denoiser = MakeDenoiser(PresetSettings(preset).value(), DevicePrecision::kHalf);
+    DenoisedFrame out;
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_TRUE(denoiser.Denoise(MakeBusyFrame(30, 20, i), &out).ok());
+    }
+    return std::move(out.colour);
+  };
+  const Image3 first = picture("default");
+  const size_t of_one = created();
+  EXPECT_GT(of_one, 10u);
+  EXPECT_TRUE(test::SameBits(picture("default"), first));  // the first denoiser has ended
+  EXPECT_EQ(created(), of_one);
+  std::vector<Image3> pictures(2);
+  std::vector<std::thread> threads;
+  for (Image3& one : pictures) {
+    threads.emplace_back([&] { one = picture("default"); });
+  }
+  for (std::thread& thread : threads) {
+    thread.join();
+  }
+  EXPECT_TRUE(test::SameBits(pictures[0], first));
+  EXPECT_TRUE(test::SameBits(pictures[1], first));
+  EXPECT_EQ(created(), of_one);
+  // Another preset has most shaders in common.
+  picture("svgf");
+  EXPECT_LT(created(), of_one + 5);
+}
+
+// As above, without anything that was made before.
+TEST_F(DeviceDenoiser, TwoThreadsMakeTheFirstPipelines) {
+  std::vector<Image3> pictures(2);
+  std::vector<std::thread> threads;
+  for (Image3& one : pictures) {
+    threads.emplace_back([&] {
+      Denoiser denoiser = MakeDenoiser(PresetSettings("default").value(), DevicePrecision::kHalf);
+      DenoisedFrame out;
+      EXPECT_TRUE(denoiser.Denoise(MakeBusyFrame(30, 20, 0), &out).ok());
+      one = std::move(out.colour);
+    });
+  }
+  for (std::thread& thread : threads) {
+    thread.join();
+  }
+  EXPECT_TRUE(test::SameBits(pictures[0], pictures[1]));
+  const size_t of_both = device_->context().pipelines->created();
+  Denoiser third = MakeDenoiser(PresetSettings("default").value(), DevicePrecision::kHalf);
+  DenoisedFrame out;
+  EXPECT_TRUE(third.Denoise(MakeBusyFrame(30, 20, 0), &out).ok());
+  EXPECT_EQ(device_->context().pipelines->created(), of_both);
 }
 
 TEST_F(DeviceDenoiser, MirrorsKeepTheirSamples) {

@@ -11,6 +11,7 @@
 #include "denoise/test_frames.h"
 #include "gpu/device_test.h"
 #include "gpu/failing_device.h"
+#include "gpu/shared_pipelines.h"
 #include "stillray/vulkan.hpp"
 
 namespace stillray {
@@ -173,6 +174,36 @@ TEST_F(Failures, OfBothWaysAndSavedHistoriesLeaveNothingBehind) {
     }
     EXPECT_FALSE(failed) << failure.function;
     EXPECT_GT(failure.count, 4) << failure.function;  // it was not the first that went through
+  }
+}
+
+// The pipelines before the failure are used, those after it are created by the next denoiser.
+TEST_F(Failures, OfOneDenoiserLeaveSharedPipelinesToTheNext) {
+  ASSERT_TRUE(Open().ok());
+  const auto created = [&] { return device_->context().pipelines->created(); };
+  const auto make = [&] {
+    Result<Denoiser> made =
+        Denoiser::Create(PresetSettings("svgf").value(),
+                         MakeDevice(std::make_shared<vulkan::VulkanBackend>(device_), "test"));
+    DenoisedFrame out;
+    return made.ok() ? made->Denoise(test::MakeBusyFrame(20, 12, 0), &out) : made.status();
+  };
+  ASSERT_TRUE(make().ok());
+  const size_t all = created();
+  for (const Failure& failure :
+       {Failure{"vkCreatePipelineLayout", 4, VK_ERROR_OUT_OF_HOST_MEMORY, "a pipeline layout"},
+        Failure{"vkCreateShaderModule", 4, VK_ERROR_OUT_OF_HOST_MEMORY, "compiling the shader"},
+        Failure{"vkCreateComputePipelines", 4, VK_ERROR_OUT_OF_DEVICE_MEMORY,
+                "compiling the shader"}}) {
+    Close();
+    ASSERT_TRUE(Open().ok());
+    Prepare(failure);
+    ExpectTold(make(), failure);
+    EXPECT_EQ(created(), 3u) << failure.function;
+    test::FailAt(nullptr, 0, VK_SUCCESS);
+    const Status again = make();
+    EXPECT_TRUE(again.ok()) << again.message();
+    EXPECT_EQ(created(), all) << failure.function;
   }
 }
 

@@ -12,7 +12,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "gpu/pipeline.h"
+#include "gpu/shared_pipelines.h"
 #include "gpu/vulkan_test.h"
 
 namespace shaders {
@@ -77,6 +77,26 @@ TEST_F(ShaderFolder, AFileReplacesTheShaderOfItsName) {
   EXPECT_EQ(*gpu::ReplacementOf(Embedded()), words);
   EXPECT_THAT(gpu::ReplacedShaders(), ElementsAre("DoubleValues"));
   EXPECT_EQ(Make(), "");
+}
+
+// The code decides which pipelines are shared, not the name.
+TEST_F(ShaderFolder, AFileThatChangesMakesAnotherPipeline) {
+  const auto created = [&] { return device_->context().pipelines->created(); };
+  std::vector<uint32_t> words(Embedded().begin(), Embedded().end());
+  EXPECT_EQ(Make(), "");
+  EXPECT_EQ(created(), 1u);
+  Write(words, words.size() * 4);  // the same as the program's
+  EXPECT_EQ(Make(), "");
+  EXPECT_EQ(created(), 1u);
+  for (const uint32_t generator : {12345u, 54321u}) {
+    words[2] = generator;
+    Write(words, words.size() * 4);
+    EXPECT_EQ(Make(), "");
+  }
+  EXPECT_EQ(created(), 3u);
+  std::filesystem::remove(folder_ / "DoubleValues.spv");
+  EXPECT_EQ(Make(), "");
+  EXPECT_EQ(created(), 3u);
 }
 
 TEST_F(ShaderFolder, DamageIsAnError) {

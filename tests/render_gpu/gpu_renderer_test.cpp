@@ -6,6 +6,7 @@
 
 #include <gmock/gmock.h>
 
+#include "gpu/shared_pipelines.h"
 #include "render/deforming_scene.h"
 #include "render/test_scenes.h"
 #include "render_gpu/everything_scene.h"
@@ -462,6 +463,28 @@ TEST_P(GpuRendererTest, SettingsMayChange) {
   settings.spp = 0;
   EXPECT_THAT(device->SetSettings(settings).message(), HasSubstr("spp is '0'"));
   EXPECT_EQ(device->settings().spp, 2);
+}
+
+TEST_P(GpuRendererTest, RenderersOfADeviceShareItsPipelines) {
+  LeaveValidation();
+  const Result<Scene> scene = MakeBuiltinScene("cornell");
+  const RenderSettings settings = SmallSettings(9, 7, 1);
+  const auto created = [&] { return device_->context().pipelines->created(); };
+  std::unique_ptr<Renderer> first = Create(*scene, settings);
+  Frame expected;
+  ASSERT_TRUE(first->RenderFrame(Moment(1), &expected).ok());
+  const size_t of_one = created();
+  EXPECT_GT(of_one, 0u);
+  const std::unique_ptr<Renderer> second = Create(*scene, settings);
+  Frame found;
+  ASSERT_TRUE(second->RenderFrame(Moment(1), &found).ok());
+  EXPECT_EQ(Differing(found, expected), 0);
+  EXPECT_EQ(created(), of_one);
+  first.reset();  // what it made stays
+  ASSERT_TRUE(second->RenderFrame(Moment(2), &found).ok());
+  ASSERT_TRUE(Create(*scene, settings)->RenderFrame(Moment(2), &expected).ok());
+  EXPECT_EQ(Differing(found, expected), 0);
+  EXPECT_EQ(created(), of_one);
 }
 
 TEST_P(GpuRendererTest, ProgressRisesAndCancels) {

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "denoise/vulkan/frame_pipeline.h"
+#include "gpu/shared_pipelines.h"
 
 namespace stillray {
 namespace {
@@ -160,7 +161,12 @@ DeviceMemory MemoryOf(const gpu::MemoryUse& use) {
 }  // namespace
 
 struct VulkanDenoiser::Impl {
+  explicit Impl(const gpu::DeviceContext& device) : context(device), pipelines(&context) {
+    context.pipelines = &pipelines;
+  }
+
   gpu::DeviceContext context;
+  gpu::SharedPipelines pipelines;  // of this alone, so that none outlives the renderer's device
   Settings settings;
   bool incomplete_guides = false;
   std::unique_ptr<vulkan::FramePipeline> pipeline;
@@ -189,8 +195,7 @@ Result<VulkanDenoiser> VulkanDenoiser::Create(const VulkanContext& context,
   STILLRAY_RETURN_IF_ERROR(CheckDeviceSettings(options.settings));
   const Result<gpu::DeviceContext> made = ContextOf(context);
   STILLRAY_RETURN_IF_ERROR(made.status());
-  auto impl = std::make_unique<Impl>();
-  impl->context = *made;
+  auto impl = std::make_unique<Impl>(*made);
   impl->settings = options.settings;
   impl->incomplete_guides = options.incomplete_guides;
   Result<std::unique_ptr<vulkan::FramePipeline>> pipeline =

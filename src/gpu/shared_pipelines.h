@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Compute pipelines and layouts of descriptor sets that all users of a device share.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "gpu/pipeline.h"
+
+namespace stillray::gpu {
+
+/// Whoever made or was given the device owns one: Device, or a denoiser in a renderer's own device.
+/// What it creates lives until it is destroyed, not until the last user ends: drivers take seconds
+/// to compile, and a viewer ends a renderer before it makes the next one. The number is bounded, by
+/// the shaders and their specialisation constants. Calls from several threads are allowed.
+class SharedPipelines {
+ public:
+  /// \param context  must outlive this
+  explicit SharedPipelines(const DeviceContext* context) : context_(context) {}
+  SharedPipelines(const SharedPipelines&) = delete;
+  SharedPipelines& operator=(const SharedPipelines&) = delete;
+  /// No work of the device may be using the pipelines.
+  ~SharedPipelines();
+
+  /// \return the same handle for the same shape
+  Result<VkDescriptorSetLayout> Layout(const SetShape& shape);
+  /// Creates the pipeline unless there is one of the same code (that of shader_folder.h, if it
+  /// replaces the shader's), layout and constants. Threads that ask for the same one at a time wait
+  /// for the first; others are not held up. A failure leaves nothing behind: the next call tries
+  /// again.
+  Result<Pipeline> Find(const PipelineInfo& info);
+
+  /// Number of pipelines created so far.
+  size_t created() const;
+
+ private:
+  struct Entry {
+    std::vector<uint32_t> code;
+    std::vector<VkDescriptorSetLayout> sets;
+    uint32_t push_bytes = 0;
+    std::vector<uint32_t> constants;
+    std::mutex compiling;  ///< protects the pipeline
+    Pipeline pipeline;
+  };
+  Entry* EntryOf(std::span<const uint32_t> code, const PipelineInfo& info);
+  Status Compile(const char* name, Entry* entry);
+
+  const DeviceContext* context_;
+  mutable std::mutex mutex_;  // protects what follows
+  size_t created_ = 0;
+  std::vector<std::pair<SetShape, VkDescriptorSetLayout>> layouts_;
+  std::vector<std::unique_ptr<Entry>> entries_;
+};
+
+}  // namespace stillray::gpu
