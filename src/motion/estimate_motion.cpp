@@ -6,20 +6,20 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <map>
+#include <optional>
 #include <utility>
 #include <vector>
 
-#include "core/parallel.h"
 #include "io/camera_fit.h"
 #include "motion/guide_pyramid.h"
 #include "motion/match_guides.h"
+#include "motion/motion_field.h"
+#include "motion/move_objects.h"
 #include "stillray/denoise.hpp"
 
 namespace stillray::motion {
 namespace {
 
-constexpr int kRowsPerTask = 16;
 /// Distances of guides above this are not those of one place on a surface.
 constexpr float kDiffers = 0.1f;
 /// If fewer surfaces than this differ under the motion of the camera, nothing moves by itself.
@@ -27,44 +27,12 @@ constexpr double kLeastDiffering = 2e-4;
 /// Matching must explain the surroundings of a pixel by this much better than the camera's motion.
 constexpr float kFarBetter = 0.6f;
 constexpr float kBetterBy = 0.01f;
-constexpr float kLeastAgreement = 0.5f;
 constexpr int kRadius = 3;  ///< of the surroundings
-/// Distance of the surroundings above which nothing explains them ...
-constexpr float kUnexplained = 0.25f;
-/// ... and as a multiple of the median, which is the noise of guides with motion blur.
+/// kUnexplained as a multiple of the median, which is the noise of guides with motion blur.
 constexpr float kUnexplainedPart = 3.0f;
 
 /// Without a camera: if more of the picture than this is unknown, the rest matches by chance.
 constexpr double kMostUnknown = 0.6;
-
-// Objects that move by themselves.
-constexpr int kLeastPixels = 64;
-/// Part of the pixels of an object that must move by themselves for it to move as a whole, ...
-constexpr double kLeastMoving = 0.05;
-/// ... and below which its other pixels stand still: jagged textures that repeat match elsewhere
-/// too.
-constexpr double kStill = 0.25;
-/// Without ids: the same for the pixels within kStillRadius.
-constexpr int kStillRadius = 8;
-constexpr int kStillPart = 4;
-/// The motion of an object as a whole explains it by this much better than the camera's.
-constexpr double kObjectBetter = 0.7;
-/// ... and hardly worse than that of its single pixels.
-constexpr double kObjectWorse = 1.25;
-constexpr double kObjectSlack = 0.005;
-
-bool IsSurface(float depth) {
-  return depth > 0 && std::isfinite(depth);
-}
-
-vec2 At(const Image2& motion, int x, int y) {
-  return {motion[0](x, y), motion[1](x, y)};
-}
-
-void Set(vec2 value, int x, int y, Image2* motion) {
-  (*motion)[0](x, y) = value.x;
-  (*motion)[1](x, y) = value.y;
-}
 
 /// Row by row, so that the bits do not depend on threads.
 double MeanOf(const Image1& image) {
@@ -77,41 +45,12 @@ double MeanOf(const Image1& image) {
   return sum / (static_cast<double>(image.width()) * image.height());
 }
 
-template <typename Body>
-void ForEachPixel(int width, int height, const Body& body) {
-  ParallelRows(height, kRowsPerTask, [&](int y0, int y1) {
-    for (int y = y0; y < y1; ++y) {
-      for (int x = 0; x < width; ++x) {
-        body(x, y);
-      }
-    }
-  });
-}
-
 void Shift(vec2 by, Image2* motion) {
   if (by != vec2(0.0f)) {
     ForEachPixel(motion->width(), motion->height(),
                  [&](int x, int y) { Set(At(*motion, x, y) + by, x, y, motion); });
   }
 }
-
-enum Source : uint8_t { kBase, kMatched, kObject, kUnknown };
-
-/// The pixels of an object.
-struct Box {
-  int left = std::numeric_limits<int>::max();
-  int top = std::numeric_limits<int>::max();
-  int right = -1;
-  int bottom = -1;
-  int pixels = 0;
-  int moving = 0;
-};
-
-/// The pixels of an object in the picture around it.
-struct Cutout {
-  Image1 depth;   ///< 0 where something else is seen
-  Image2 motion;  ///< not a number where it is uncertain
-};
 
 /// Two frames while their motion is estimated. All motion here leads from pixel to pixel, with
 /// jitter.
@@ -134,16 +73,6 @@ class Estimate {
   bool Adopt(Image2 base, double* least);
   void RefineCamera();
   void Choose();
-  void StandStill(int x, int y);
-  void RemoveSpecks();
-  void MoveObjects();
-  struct Misfit {
-    double squares = 0;
-    double distances = 0;
-  };
-  Cutout Cut(uint32_t id, const Box& box) const;
-  Misfit MisfitOf(const Cutout& cutout, const Box& box, const Image2& motion) const;
-  void MoveObject(uint32_t id, const Box& box);
   void ForgetAll();
   EstimatedMotion Finish();
 
@@ -160,9 +89,7 @@ class Estimate {
   Matched matched_;
   Image1 agreement_;
   Image1 matched_distances_;
-  Image2 motion_;
-  Image1 confidence_;
-  Plane<uint8_t> source_;
+  MotionField field_;
 };
 
 Estimate::Estimate(const EstimateInput& input)
@@ -237,42 +164,6 @@ bool Estimate::Explains(const Image2& motion, const Image1& distances) const {
   }
   return static_cast<double>(differing) <= kLeastDiffering * static_cast<double>(surfaces);
 }
-
-/// The motion that the camera gives each pixel of a frame with this depth.
-Image2 MotionOf(const io::CameraMotion& camera, const Image1& depth) {
-  const int width = depth.width();
-  const int height = depth.height();
-  Image2 result(width, height);
-  ForEachPixel(width, height, [&](int x, int y) {
-    const vec2 p =
-        io::PicturePoint(width, height, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
-    const vec2 motion = camera.MotionOf(p, static_cast<double>(depth(x, y)), width);
-    const bool valid = std::isfinite(motion.x + motion.y);
-    Set(valid ? motion : UnknownMotion(width, height), x, y, &result);
-  });
-  return result;
-}
-
-/// Every n-th pixel of depth, and of motion in pixels of the smaller picture.
-Image1 Thinned(const Image1& depth, int n) {
-  Image1 thin((depth.width() + n - 1) / n, (depth.height() + n - 1) / n);
-  ForEachPixel(thin.width(), thin.height(),
-               [&](int x, int y) { thin(x, y) = depth(n * x, n * y); });
-  return thin;
-}
-
-Image2 Thinned(const Image2& motion, int n) {
-  Image2 thin;
-  for (int c = 0; c < 2; ++c) {
-    thin[c] = Thinned(motion[c], n);
-  }
-  ForEachPixel(thin.width(), thin.height(),
-               [&](int x, int y) { Set(At(thin, x, y) / static_cast<float>(n), x, y, &thin); });
-  return thin;
-}
-
-/// Where guides tell little, motion is that of the surroundings.
-constexpr float kLeastStructure = 0.01f;
 
 /// Motion of pixels that are clearly seen, not a number elsewhere.
 Image2 Certain(const Matched& matched, const Image1& agreement) {
@@ -392,9 +283,9 @@ void Estimate::Choose() {
   const Image1 matched = Surroundings(matched_distances_);
   const float limit =
       std::max(kUnexplained, kUnexplainedPart * MedianOf(has_base_ ? base : matched));
-  motion_ = Image2(width_, height_);
-  confidence_ = Image1(width_, height_);
-  source_ = Plane<uint8_t>(width_, height_);
+  field_.motion = Image2(width_, height_);
+  field_.confidence = Image1(width_, height_);
+  field_.source = Plane<uint8_t>(width_, height_);
   ForEachPixel(width_, height_, [&](int x, int y) {
     const float b = base(x, y);
     const float m = matched(x, y);
@@ -404,181 +295,21 @@ void Estimate::Choose() {
     const bool known = better || has_base_;
     const bool leaves = !better && has_base_ && !IsInside(x, y, At(base_, x, y));
     if (!known || (cost > limit && !leaves)) {
-      source_(x, y) = kUnknown;
-      Set(UnknownMotion(width_, height_), x, y, &motion_);
+      field_.source(x, y) = kUnknown;
+      Set(UnknownMotion(width_, height_), x, y, &field_.motion);
       return;
     }
-    source_(x, y) = better ? kMatched : kBase;
-    Set(At(better ? matched_.motion : base_, x, y), x, y, &motion_);
-    confidence_(x, y) = std::max(1 - cost / limit, 0.0f) * (better ? agreement_(x, y) : 1.0f);
-  });
-}
-
-Cutout Estimate::Cut(uint32_t id, const Box& box) const {
-  const int width = box.right - box.left + 1;
-  const int height = box.bottom - box.top + 1;
-  Cutout cutout = {Image1(width, height), Image2(width, height)};
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const int px = box.left + x;
-      const int py = box.top + y;
-      const bool own = g_.id(px, py) == id && IsSurface(g_.depth(px, py));
-      const bool sure = own && agreement_(px, py) >= kLeastAgreement &&
-                        matched_.structure(px, py) >= kLeastStructure;
-      cutout.depth(x, y) = own ? g_.depth(px, py) : 0.0f;
-      Set(sure ? At(matched_.motion, px, py) : vec2(std::numeric_limits<float>::quiet_NaN()), x, y,
-          &cutout.motion);
-    }
-  }
-  return cutout;
-}
-
-/// How an object differs under the motion of its cutout: squared differences between pixels, and
-/// distances as everywhere here.
-Estimate::Misfit Estimate::MisfitOf(const Cutout& cutout, const Box& box,
-                                    const Image2& motion) const {
-  Misfit sum;
-  for (int y = 0; y < cutout.depth.height(); ++y) {
-    for (int x = 0; x < cutout.depth.width(); ++x) {
-      if (cutout.depth(x, y) > 0) {
-        const int px = box.left + x;
-        const int py = box.top + y;
-        const vec2 m = At(motion, x, y);
-        sum.squares += static_cast<double>(PixelCost(now_.levels[0], before_.levels[0], px, py, m));
-        sum.distances += static_cast<double>(DistanceTo(now_.sharp, px, py, before_.sharp,
-                                                        static_cast<float>(px) + m.x,
-                                                        static_cast<float>(py) + m.y));
-      }
-    }
-  }
-  return sum;
-}
-
-/// Each point of a rigid object moves like one of a still scene before another camera. Of fits to
-/// the matched motion in several sizes, the one under which the object differs least is used, if it
-/// explains the object better than the camera does.
-void Estimate::MoveObject(uint32_t id, const Box& box) {
-  const Cutout cutout = Cut(id, box);
-  std::optional<Image2> best;
-  Misfit least;
-  const auto consider = [&](Image2 motion) {
-    const Misfit misfit = MisfitOf(cutout, box, motion);
-    if (!best || misfit.squares < least.squares) {
-      best = std::move(motion);
-      least = misfit;
-    }
-  };
-  for (const int thinning : {1, 2, 4}) {
-    const std::optional<io::CameraMotion> fit =
-        io::FitCameraMotion(Thinned(cutout.depth, thinning), Thinned(cutout.motion, thinning));
-    if (fit) {
-      consider(MotionOf(*fit, cutout.depth));
-    }
-  }
-  if (!best) {
-    return;
-  }
-  double base = 0;
-  double matched = 0;
-  for (int y = 0; y < cutout.depth.height(); ++y) {
-    for (int x = 0; x < cutout.depth.width(); ++x) {
-      if (cutout.depth(x, y) > 0) {
-        base += static_cast<double>(base_distances_(box.left + x, box.top + y));
-        matched += static_cast<double>(matched_distances_(box.left + x, box.top + y));
-      }
-    }
-  }
-  const double slack = kObjectSlack * box.pixels;
-  if (!(least.distances < kObjectBetter * base &&
-        least.distances < kObjectWorse * matched + slack)) {
-    return;
-  }
-  const auto cost = static_cast<float>(least.distances / box.pixels);
-  for (int y = 0; y < cutout.depth.height(); ++y) {
-    for (int x = 0; x < cutout.depth.width(); ++x) {
-      if (cutout.depth(x, y) > 0) {
-        Set(At(*best, x, y), box.left + x, box.top + y, &motion_);
-        source_(box.left + x, box.top + y) = kObject;
-        confidence_(box.left + x, box.top + y) = std::clamp(1 - cost / kUnexplained, 0.1f, 1.0f);
-      }
-    }
-  }
-}
-
-void Estimate::StandStill(int x, int y) {
-  if (source_(x, y) == kMatched || source_(x, y) == kUnknown) {
-    source_(x, y) = kBase;
-    Set(At(base_, x, y), x, y, &motion_);
-    confidence_(x, y) = std::max(1 - base_distances_(x, y) / kMostDistance, 0.0f);
-  }
-}
-
-/// Single pixels that seem to move by themselves stand still.
-void Estimate::RemoveSpecks() {
-  Image1 sums(width_, height_);  // of the pixels of a row within the radius
-  const auto moves = [&](int x, int y) { return source_(x, y) != kBase; };
-  ForEachPixel(width_, height_, [&](int x, int y) {
-    for (int u = std::max(x - kStillRadius, 0); u <= std::min(x + kStillRadius, width_ - 1); ++u) {
-      sums(x, y) += moves(u, y) ? 1.0f : 0.0f;
-    }
-  });
-  Plane<uint8_t> specks(width_, height_);
-  constexpr int kSide = 2 * kStillRadius + 1;
-  ForEachPixel(width_, height_, [&](int x, int y) {
-    float moving = 0;
-    for (int v = std::max(y - kStillRadius, 0); v <= std::min(y + kStillRadius, height_ - 1); ++v) {
-      moving += sums(x, v);
-    }
-    specks(x, y) = moving * kStillPart < static_cast<float>(kSide * kSide);
-  });
-  ForEachPixel(width_, height_, [&](int x, int y) {
-    if (specks(x, y) != 0) {
-      StandStill(x, y);
-    }
-  });
-}
-
-/// Objects of which a part moves by itself are likely to move as a whole, plain parts too.
-void Estimate::MoveObjects() {
-  if (g_.id.empty()) {
-    RemoveSpecks();
-    return;
-  }
-  std::map<uint32_t, Box> boxes;
-  for (int y = 0; y < height_; ++y) {
-    for (int x = 0; x < width_; ++x) {
-      if (!IsSurface(g_.depth(x, y)) || g_.id(x, y) == 0) {
-        continue;
-      }
-      Box& box = boxes[g_.id(x, y)];
-      box.left = std::min(box.left, x);
-      box.right = std::max(box.right, x);
-      box.top = std::min(box.top, y);
-      box.bottom = std::max(box.bottom, y);
-      ++box.pixels;
-      box.moving += source_(x, y) != kBase;
-    }
-  }
-  for (const auto& [id, box] : boxes) {
-    if (box.pixels >= kLeastPixels &&
-        static_cast<double>(box.moving) >= kLeastMoving * static_cast<double>(box.pixels)) {
-      MoveObject(id, box);
-    }
-  }
-  ForEachPixel(width_, height_, [&](int x, int y) {
-    const auto at = boxes.find(g_.id(x, y));
-    if (at != boxes.end() &&
-        static_cast<double>(at->second.moving) < kStill * static_cast<double>(at->second.pixels)) {
-      StandStill(x, y);
-    }
+    field_.source(x, y) = better ? kMatched : kBase;
+    Set(At(better ? matched_.motion : base_, x, y), x, y, &field_.motion);
+    field_.confidence(x, y) = std::max(1 - cost / limit, 0.0f) * (better ? agreement_(x, y) : 1.0f);
   });
 }
 
 void Estimate::ForgetAll() {
-  source_.Fill(kUnknown);
-  confidence_.Fill(0);
-  motion_[0].Fill(UnknownMotion(width_, height_).x);
-  motion_[1].Fill(UnknownMotion(width_, height_).y);
+  field_.source.Fill(kUnknown);
+  field_.confidence.Fill(0);
+  field_.motion[0].Fill(UnknownMotion(width_, height_).x);
+  field_.motion[1].Fill(UnknownMotion(width_, height_).y);
 }
 
 EstimatedMotion Estimate::Finish() {
@@ -589,7 +320,7 @@ EstimatedMotion Estimate::Finish() {
     for (int x = 0; x < width_; ++x) {
       if (IsSurface(g_.depth(x, y))) {
         ++surfaces;
-        ++counts[source_(x, y)];
+        ++counts[field_.source(x, y)];
       }
     }
   }
@@ -601,20 +332,20 @@ EstimatedMotion Estimate::Finish() {
   result.of_objects = part(kObject);
   result.unknown = part(kUnknown);
   result.found_camera = found_camera_;
-  Shift(input_.jitter_before - input_.jitter, &motion_);
-  result.motion = std::move(motion_);
-  result.confidence = std::move(confidence_);
+  Shift(input_.jitter_before - input_.jitter, &field_.motion);
+  result.motion = std::move(field_.motion);
+  result.confidence = std::move(field_.confidence);
   return result;
 }
 
 EstimatedMotion Estimate::Run() {
   if (Explains(base_, base_distances_)) {
     const bool known = has_base_ || ShowsMotion();
-    motion_ = std::move(base_);
-    confidence_ = Image1(width_, height_);
-    source_ = Plane<uint8_t>(width_, height_);
-    confidence_.Fill(1);
-    source_.Fill(kBase);
+    field_.motion = std::move(base_);
+    field_.confidence = Image1(width_, height_);
+    field_.source = Plane<uint8_t>(width_, height_);
+    field_.confidence.Fill(1);
+    field_.source.Fill(kBase);
     if (!known) {
       ForgetAll();
     }
@@ -631,13 +362,15 @@ EstimatedMotion Estimate::Run() {
   }
   Choose();
   if (has_base_) {
-    MoveObjects();
+    MoveObjects(
+        {g_, now_, before_, base_, base_distances_, matched_, agreement_, matched_distances_},
+        &field_);
     return Finish();
   }
   EstimatedMotion result = Finish();
   if (result.unknown > kMostUnknown) {
-    motion_ = std::move(result.motion);
-    confidence_ = std::move(result.confidence);
+    field_.motion = std::move(result.motion);
+    field_.confidence = std::move(result.confidence);
     ForgetAll();
     result = Finish();
   }
