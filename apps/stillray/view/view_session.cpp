@@ -446,6 +446,7 @@ Status ViewSession::RenderNext(const ViewSettings& settings, double elapsed,
     reference_.Reset();
   }
   FillGuides(s);
+  FindWorld(s);
   Show(s, out);
   Account(denoise_ms, render_ms, out);
   out->note = std::exchange(note_, {});
@@ -497,7 +498,8 @@ ViewSources ViewSession::Sources() const {
           &noisy_,
           reference_.picture(),
           &settings_.denoise,
-          filled ? &filled_->held.guides : nullptr};
+          filled ? &filled_->held.guides : nullptr,
+          world_ ? &*world_ : nullptr};
 }
 
 /// Fills the guides as the denoiser does, if a view shows them.
@@ -515,6 +517,23 @@ void ViewSession::FillGuides(const ViewSettings& s) {
     filled_ = std::make_unique<FilledGuides>();
   }
   stillray::FillGuides(Host(), kCpuStages, &filled_->held, &filled_->work);
+}
+
+/// Derives what views of the world show, if there are any.
+void ViewSession::FindWorld(const ViewSettings& s) {
+  const bool shown = std::any_of(s.panes.begin(), s.panes.end(), [&](const std::string& name) {
+    const ViewInfo* view = FindView(views_, name);
+    return view != nullptr && ShowsWorld(*view);
+  });
+  world_.reset();
+  if (shown || s.inspect) {
+    world_ = WorldNow();
+  }
+}
+
+WorldViews ViewSession::WorldNow() const {
+  const RenderMoment& moment = moment_.render;
+  return MakeWorldViews(Host(), *moment.pose, *moment.previous_pose);
 }
 
 void ViewSession::Show(const ViewSettings& s, ViewFrame* out) const {
@@ -603,6 +622,9 @@ Result<std::vector<Image1>> ViewSession::Values(const std::string& name) {
   }
   if (view != nullptr && ShowsFrame(*view) && frames_ > 0 && noisy_.empty()) {
     STILLRAY_RETURN_IF_ERROR(TakePlanes(settings_));
+  }
+  if (view != nullptr && ShowsWorld(*view) && frames_ > 0 && !world_) {
+    world_ = WorldNow();
   }
   std::vector<Image1> values =
       view == nullptr || frames_ == 0 ? std::vector<Image1>() : ViewValues(*view, Sources());

@@ -101,6 +101,8 @@ class ViewSession {
   AnimationTime NextTime(const ViewSettings& settings, double elapsed) const;
   double NextOrbit(const ViewSettings& settings, double elapsed) const;
   void FillGuides(const ViewSettings& settings);
+  void FindWorld(const ViewSettings& settings);
+  WorldViews WorldNow() const;
   void Show(const ViewSettings& settings, ViewFrame* out) const;
   void Inspect(const ViewSettings& settings, ViewFrame* out) const;
   void Account(double denoise_ms, double render_ms, ViewFrame* out) const;
@@ -109,6 +111,7 @@ class ViewSession {
   LoadedScene loaded_;
   RetimedAnimation animation_;
   std::unique_ptr<FilledGuides> filled_;  ///< while a view shows them
+  std::optional<WorldViews> world_;       ///< likewise
   Device device_;
   std::string note_;  ///< message for the next frame
   std::optional<Denoiser> denoiser_;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -19,6 +20,9 @@ namespace {
 constexpr int kBand = 16;
 constexpr int kRangeStep = 3;  // distance of the pixels that determine the range
 constexpr std::string_view kFilled = "filled.";
+constexpr std::pair<const char*, Colouring> kWorldViews[] = {{"position", Colouring::kPosition},
+                                                             {"world_grid", Colouring::kGrid},
+                                                             {"object_motion", Colouring::kMotion}};
 constexpr uint8_t kAbsent = 40;  // dark grey: the picture does not exist yet
 
 Colouring ColouringOf(const std::string& kind) {
@@ -150,6 +154,13 @@ Layer FindLayer(const ViewInfo& view, const ViewSources& s) {
     layer.ones = s.frame->samples.empty();
     return layer;
   }
+  if (ShowsWorld(view)) {
+    if (s.world == nullptr) {
+      return {};
+    }
+    return name == "object_motion" ? LayerOf<2>(s.world->object_motion)
+                                   : LayerOf<3>(s.world->position);
+  }
   for (const Signal& signal : s.frame->signals) {
     if (name == SignalName(signal.kind)) {
       return LayerOf<3>(signal.radiance);
@@ -220,6 +231,40 @@ ViewRange RangeOf(Colouring colouring, const Layer& layer, int width, int height
   return range;
 }
 
+/// Cubes whose corners, not their centres, are multiples of half an edge: walls at round numbers
+/// are not cut by rounding errors.
+Rgb8 GridColour(const float* v, float cubes_per_unit) {
+  constexpr float kDark = 0.25f;
+  constexpr float kBright = 0.7f;
+  if (v[0] == 0 && v[1] == 0 && v[2] == 0) {
+    return {};  // no surface
+  }
+  int64_t sum = 0;
+  for (int c = 0; c < 3; ++c) {
+    sum += static_cast<int64_t>(std::floor(v[c] * cubes_per_unit + 0.5f));
+  }
+  return Grey((sum & 1) != 0 ? kDark : kBright);
+}
+
+/// The largest finite coordinate, at least a millionth.
+float LargestCoordinate(const Layer& layer) {
+  float largest = 1e-6f;
+  for (const Image1* plane : layer.planes) {
+    for (int y = 0; y < plane->height(); ++y) {
+      for (int x = 0; x < plane->width(); ++x) {
+        const float value = std::abs((*plane)(x, y));
+        largest = std::isfinite(value) ? std::max(largest, value) : largest;
+      }
+    }
+  }
+  return largest;
+}
+
+/// Cubes of the world's grid have a power of ten as edge, 2 to 20 of them on the longest axis.
+float CubesPerUnit(const Layer& layer) {
+  return std::pow(10.0f, -std::floor(std::log10(LargestCoordinate(layer) / 2)));
+}
+
 Rgb8 Colour(Colouring colouring, const float* v, float scale, const ViewRange& range) {
   // Infinite depth is the sky.
   const bool is_sky = colouring == Colouring::kDepth && v[0] == INFINITY;
@@ -234,6 +279,11 @@ Rgb8 Colour(Colouring colouring, const float* v, float scale, const ViewRange& r
       return Grey(std::isfinite(v[0]) && v[0] > 0 ? scale / v[0] : 0);
     case Colouring::kMotion:
       return MotionColour(v[0], v[1], range.top);
+    case Colouring::kPosition:
+      return {Grey(0.5f + 0.5f * v[0] * scale).r, Grey(0.5f + 0.5f * v[1] * scale).r,
+              Grey(0.5f + 0.5f * v[2] * scale).r};
+    case Colouring::kGrid:
+      return GridColour(v, scale);
     case Colouring::kUnit:
       return Grey(v[0]);
     case Colouring::kCount:
@@ -266,6 +316,12 @@ float ScaleOf(Colouring colouring, const Layer& layer, const Settings& settings)
       }
     }
     return std::isfinite(nearest) ? nearest : 1.0f;
+  }
+  if (colouring == Colouring::kPosition) {
+    return 1 / LargestCoordinate(layer);
+  }
+  if (colouring == Colouring::kGrid) {
+    return CubesPerUnit(layer);
   }
   return std::exp2(settings.exposure);
 }
@@ -361,6 +417,9 @@ std::vector<ViewInfo> ListViews(const Settings& settings) {
   for (const auto& [name, colouring] : guides) {
     views.push_back({name, "guides", colouring, {}});
   }
+  for (const auto& [name, colouring] : kWorldViews) {
+    views.push_back({name, "guides", colouring, {}});
+  }
   for (const auto& [name, colouring] : guides) {
     if (colouring != Colouring::kArrows && colouring != Colouring::kCount &&
         colouring != Colouring::kMotion) {
@@ -376,6 +435,10 @@ bool ShowsFinishedPicture(const ViewInfo& view) {
 
 bool ShowsFrame(const ViewInfo& view) {
   return view.outputs.empty() && view.name != "denoised" && view.name != "reference";
+}
+
+bool ShowsWorld(const ViewInfo& view) {
+  return std::ranges::any_of(kWorldViews, [&](const auto& one) { return view.name == one.first; });
 }
 
 bool ShowsFilledGuides(const ViewInfo& view) {

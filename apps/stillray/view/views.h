@@ -14,6 +14,7 @@
 #include "stillray/frame.h"
 #include "stillray/io.h"
 #include "view/view_range.h"
+#include "view/world_views.h"
 
 namespace stillray::view {
 
@@ -31,6 +32,8 @@ enum class Colouring : uint8_t {
   kRatio,      ///< logarithmic: 1/2 black, 1 grey, 2 white
   kVariance,   ///< its root as heat, on a scale fitted to the picture
   kArrows,     ///< motion as arrows over the denoised picture
+  kPosition,   ///< world coordinates as red, green, blue, the origin mid grey
+  kGrid,       ///< world coordinates as cubes of alternating grey
   kRelative,   ///< deviation relative to the mean as heat, on a scale fitted to the picture
 };
 
@@ -47,7 +50,7 @@ std::vector<ViewInfo> ListViews(const Settings& settings);
 /// nullptr if there is no such view.
 const ViewInfo* FindView(const std::vector<ViewInfo>& views, std::string_view name);
 
-/// The sources of views. None may be nullptr but `reference` and `filled`.
+/// The sources of views. None may be nullptr but `reference`, `filled` and `world`.
 struct ViewSources {
   const Frame* frame = nullptr;
   const DenoisedFrame* denoised = nullptr;
@@ -57,12 +60,16 @@ struct ViewSources {
   /// The source of views named "filled.*": guides after fill_guides, if the frame's are sparse;
   /// nullptr: those of `frame`.
   const Guides* filled = nullptr;
+  const WorldViews* world = nullptr;  ///< of `frame`, for views that ShowsWorld
 };
 
 /// Whether the view needs planes of ViewSources::frame, or data derived from them.
 bool ShowsFrame(const ViewInfo& view);
 /// Whether the view needs ViewSources::filled.
 bool ShowsFilledGuides(const ViewInfo& view);
+
+/// Whether the view needs ViewSources::world.
+bool ShowsWorld(const ViewInfo& view);
 
 /// Whether the view is the finished picture as displayed.
 bool ShowsFinishedPicture(const ViewInfo& view);

@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// What a frame's guides and its camera say together: where surfaces are in the world, and how they
+/// move there.
+#pragma once
+
+#include "stillray/frame.h"
+#include "stillray/image.h"
+#include "stillray/render.h"
+
+namespace stillray::view {
+
+struct WorldViews {
+  Image3 position;       ///< of the surface, world space; 0 where there is none
+  Image2 object_motion;  ///< Guides::motion less what the camera's own motion gives still surfaces
+};
+
+/// \param frame   with depth and motion, pixels in host memory; without them the planes are empty
+/// \param pose           the camera of the frame
+/// \param previous_pose  of the frame before
+WorldViews MakeWorldViews(const Frame& frame, const CameraPose& pose,
+                          const CameraPose& previous_pose);
+
+}  // namespace stillray::view
