@@ -5,15 +5,12 @@
 #include <algorithm>
 
 namespace stillray::render {
-namespace {
 
 CameraView ViewOf(const CameraPose& pose, int width, int height) {
   Camera camera;
   camera.yfov = pose.yfov;
   return MakeCameraView(camera, pose.world_from_camera, width, height);
 }
-
-}  // namespace
 
 CameraPair CamerasOf(const SceneState& state, const RenderMoment& moment, int width, int height) {
   if (moment.pose) {

@@ -15,6 +15,9 @@ struct CameraPair {
   CameraView before;  ///< at the previous frame's moment
 };
 
+/// The camera of a pose, for a picture of this size in pixels: a pinhole without shift.
+CameraView ViewOf(const CameraPose& pose, int width, int height);
+
 /// \param state   at this moment
 /// \param moment  checked (CheckMoment)
 CameraPair CamerasOf(const SceneState& state, const RenderMoment& moment, int width, int height);

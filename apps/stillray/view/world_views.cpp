@@ -6,17 +6,12 @@
 
 #include "core/parallel.h"
 #include "render/camera.h"
+#include "render/moment.h"
 
 namespace stillray::view {
 namespace {
 
 constexpr int kRowsPerTask = 16;
-
-render::CameraView ViewOf(const CameraPose& pose, int width, int height) {
-  Camera camera;
-  camera.yfov = pose.yfov;
-  return render::MakeCameraView(camera, pose.world_from_camera, width, height);
-}
 
 /// The motion, in pixels, of a point of the world that stands still, or of a direction of the sky.
 vec2 CameraMotion(const render::CameraView& now, const render::CameraView& before, vec3 position,
@@ -35,8 +30,8 @@ WorldViews MakeWorldViews(const Frame& frame, const CameraPose& pose,
   if (g.depth.empty() || g.motion.empty()) {
     return {};
   }
-  const render::CameraView now = ViewOf(pose, frame.width, frame.height);
-  const render::CameraView before = ViewOf(previous_pose, frame.width, frame.height);
+  const render::CameraView now = render::ViewOf(pose, frame.width, frame.height);
+  const render::CameraView before = render::ViewOf(previous_pose, frame.width, frame.height);
   WorldViews views = {Image3(frame.width, frame.height), Image2(frame.width, frame.height)};
   ParallelRows(frame.height, kRowsPerTask, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
