@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "denoise/plan.h"
 #include "stillray/quality.h"
 #include "view/exact_accumulation.h"
 #include "view/small_session.h"
@@ -122,6 +123,50 @@ TEST(StillView, DefaultFallsToItsFloorAndExactAccumulationBelow) {
   EXPECT_LT(errors.exact.back(), 0.8 * errors.preset.back());
   ExpectToFall(errors.still);
   EXPECT_LT(errors.still.back(), 0.8 * errors.preset.back());
+}
+
+/// svgf gives each frame the same weight, whatever came before.
+TEST(StillView, SvgfConvergesOnceNothingMoves) {
+  const Errors errors = ErrorsOf("svgf", {1, 1});
+  ExpectToFall(errors.still);
+  EXPECT_LT(errors.still.back(), 0.5 * errors.preset.back());
+}
+
+TEST(StillView, EqualWeightsKeepTheHistory) {
+  for (const std::string_view name : PresetNames()) {
+    const Settings preset = PresetSettings(name).value();
+    const Settings equal = WithEqualWeights(preset);
+    // The history of blended feedback is seeded.
+    EXPECT_EQ(NeedsNewHistory(preset, equal), name == "psvgf") << name;
+    EXPECT_EQ(equal.alpha_min, 0) << name;
+    EXPECT_EQ(equal.history_weight, HistoryWeight::kAge) << name;
+    EXPECT_TRUE(ValidateSettings(equal).ok()) << name;
+  }
+  Settings blended = PresetSettings("svgf").value();
+  blended.feedback_when = FeedbackWhen::kBlend;
+  EXPECT_FALSE(NeedsNewHistory(blended, WithEqualWeights(blended)));
+}
+
+/// Neither the change to equal weights nor the one back shows the noise of a new history.
+TEST(StillView, BlendedFeedbackGoesOnFromTheShownPicture) {
+  ViewSettings settings = SmallSettings("psvgf", {1, 1});
+  settings.still_converges = true;
+  ViewSession session(Load("builtin:cornell", settings));
+  std::vector<Rgb8Image> pictures;
+  for (int n = 0; n < 16; ++n) {
+    ViewFrame frame;
+    ASSERT_TRUE(session.RenderNext(settings, 0, kGoOn, &frame).ok());
+    if (n == 14) {
+      settings.free_camera = true;
+      settings.pose = Orbit(frame.pose, 0.0005f, 0);
+    }
+    pictures.push_back(frame.pictures[0]);
+  }
+  for (size_t n = RateControl::kFramesToRefine; n < pictures.size(); ++n) {
+    EXPECT_LT(MeanDifference(pictures[n], pictures[n - 1]),
+              0.5 * MeanDifference(pictures[1], pictures[0]))
+        << n;
+  }
 }
 
 /// psvgf as published uses the noise of single frames and feeds filtered light back: blur cancels

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "view/exact_accumulation.h"
 
+#include "denoise/plan.h"
+
 namespace stillray::view {
 namespace {
 
@@ -14,6 +16,16 @@ void CopyAccumulation(const Settings& from, Settings* to) {
   to->limit_history = from.limit_history;
   to->feedback = from.feedback;
   to->variance_of = from.variance_of;
+}
+
+/// The part of equal weights that needs no other planes.
+void SetEqualWeights(Settings* settings) {
+  settings->history_weight = HistoryWeight::kAge;
+  settings->alpha_min = 0;
+  settings->alpha_moments = 0;
+  settings->max_history = 0;
+  settings->feedback = 0;
+  settings->variance_of = VarianceOf::kMean;
 }
 
 }  // namespace
@@ -30,23 +42,18 @@ void SetExactAccumulation(bool on, const Settings& preset, Settings* settings) {
     return;
   }
   settings->temporal = true;
-  settings->history_weight = HistoryWeight::kAge;
-  settings->alpha_min = 0;
-  settings->alpha_moments = 0;
-  settings->max_history = 0;
   settings->limit_history = false;
-  settings->feedback = 0;
-  settings->variance_of = VarianceOf::kMean;
+  SetEqualWeights(settings);
 }
 
-void WeighSamplesEqually(Settings* settings) {
-  settings->alpha_min = 0;
-  settings->alpha_moments = 0;
-  settings->max_history = 0;
-  settings->limit_gain = 0;
-  settings->correct_history = false;
-  settings->feedback = 0;
-  settings->variance_of = VarianceOf::kMean;
+Settings WithEqualWeights(const Settings& settings) {
+  Settings equal = settings;
+  equal.limit_gain = 0;
+  equal.correct_history = false;
+  SetEqualWeights(&equal);
+  const bool restarts =
+      NeedsNewHistory(settings, equal) && settings.signals != SignalGrouping::kSingle;
+  return restarts ? settings : equal;
 }
 
 }  // namespace stillray::view

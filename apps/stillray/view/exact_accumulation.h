@@ -15,9 +15,11 @@ bool AccumulatesExactly(const Settings& settings);
 /// Sets these, or restores their values in `preset`. Moving light leaves trails while it is on.
 void SetExactAccumulation(bool on, const Settings& preset, Settings* settings);
 
-/// Gives all samples equal weight as SetExactAccumulation does, with members that keep the history:
-/// temporal and history_weight stay, limit_gain=0 and correct_history=off stand for
-/// limit_history=off. For frames of a view in which nothing moves; no other frames may use it.
-void WeighSamplesEqually(Settings* settings);
+/// Settings that give all samples equal weight as SetExactAccumulation does, and keep the history:
+/// limit_gain=0 and correct_history=off in place of limit_history=off. Blended feedback has a
+/// history of its own: with one signal the picture on the screen becomes the new history
+/// (ViewSession::CanSeed), with several the settings are returned unchanged. Only for frames in
+/// which nothing moves.
+Settings WithEqualWeights(const Settings& settings);
 
 }  // namespace stillray::view

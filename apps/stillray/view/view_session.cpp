@@ -283,7 +283,7 @@ ViewSettings ViewSession::Planned(ViewSettings s) const {
     s.render.guides = GuideCoverage::kSparse;
   }
   if (plan_.still && s.still_converges && MayReplaceSettings(s)) {
-    WeighSamplesEqually(&s.denoise);
+    s.denoise = WithEqualWeights(s.denoise);
   }
   return s;
 }
