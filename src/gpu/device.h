@@ -26,7 +26,7 @@ struct DeviceContext {
   RayTracing ray_tracing;
   MemorySharing sharing;
   VkPipelineCache pipeline_cache = VK_NULL_HANDLE;
-  SharedPipelines* pipelines = nullptr;  ///< of the owner of this
+  SharedPipelines* pipelines = nullptr;  ///< owned by Device or a denoiser
   bool is_software = false;              ///< a driver that runs on the CPU
   /// Bits of a timestamp of the queue; higher ones are undefined. The caller's own: all.
   uint32_t timestamp_bits = 64;

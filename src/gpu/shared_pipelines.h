@@ -15,10 +15,10 @@
 
 namespace stillray::gpu {
 
-/// Whoever made or was given the device owns one: Device, or a denoiser in a renderer's own device.
-/// What it creates lives until it is destroyed, not until the last user ends: drivers take seconds
-/// to compile, and a viewer ends a renderer before it makes the next one. The number is bounded, by
-/// the shaders and their specialisation constants. Calls from several threads are allowed.
+/// Owned by Device, or by a denoiser that runs in a renderer's VkDevice. Pipelines and layouts live
+/// as long as this object, not as long as their users: a driver may take seconds to compile, and
+/// the viewer destroys a renderer before it creates the next one. Their number is limited by that
+/// of the shaders and specialisation constants. Thread-safe.
 class SharedPipelines {
  public:
   /// \param context  must outlive this
@@ -31,9 +31,8 @@ class SharedPipelines {
   /// \return the same handle for the same shape
   Result<VkDescriptorSetLayout> Layout(const SetShape& shape);
   /// Creates the pipeline unless there is one of the same code (that of shader_folder.h, if it
-  /// replaces the shader's), layout and constants. Threads that ask for the same one at a time wait
-  /// for the first; others are not held up. A failure leaves nothing behind: the next call tries
-  /// again.
+  /// replaces the shader's), layout and constants. Calls for the same pipeline wait for the thread
+  /// that compiles it; calls for others do not. After a failure the next call compiles again.
   Result<Pipeline> Find(const PipelineInfo& info);
 
   /// Number of pipelines created so far.

@@ -11,18 +11,16 @@
 #include <fmt/format.h>
 
 #include "core/guides.h"
+#include "core/pixels.h"
 #include "io/aov_albedo.h"
 #include "io/aov_seen.h"
 #include "io/lossy.h"
-#include "io/pixels.h"
 #include "io/seen_guides.h"
 #include "io/text.h"
 #include "stillray/aov.h"
 
 namespace stillray {
 namespace {
-
-using io::ForEachPixel;
 
 /// Sums of passes differ from the colour by the rounding of halves; a larger fraction of it is
 /// light that no pass holds.

@@ -10,8 +10,8 @@
 #include <optional>
 #include <vector>
 
+#include "core/pixels.h"
 #include "io/camera_fit.h"
-#include "io/pixels.h"
 
 namespace stillray::io {
 namespace {

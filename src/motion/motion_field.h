@@ -7,14 +7,14 @@
 #include <cmath>
 #include <cstdint>
 
-#include "core/parallel.h"
+#include "core/pixels.h"
 #include "io/camera_fit.h"
 #include "stillray/image.h"
 #include "stillray/vec.h"
 
 namespace stillray::motion {
 
-/// Where the motion of a pixel comes from: the camera, matching, its object as a whole, nowhere.
+/// The source of a pixel's motion: the camera, matching, its object as a whole, or none.
 enum Source : uint8_t { kBase, kMatched, kObject, kUnknown };
 
 /// The estimate of each pixel. Motion leads from pixel to pixel, with jitter.
@@ -42,19 +42,6 @@ inline vec2 At(const Image2& motion, int x, int y) {
 inline void Set(vec2 value, int x, int y, Image2* motion) {
   (*motion)[0](x, y) = value.x;
   (*motion)[1](x, y) = value.y;
-}
-
-/// Calls body(x, y) for all pixels, in parallel by rows.
-template <typename Body>
-void ForEachPixel(int width, int height, const Body& body) {
-  constexpr int kRowsPerTask = 16;
-  ParallelRows(height, kRowsPerTask, [&](int y0, int y1) {
-    for (int y = y0; y < y1; ++y) {
-      for (int x = 0; x < width; ++x) {
-        body(x, y);
-      }
-    }
-  });
 }
 
 /// The motion that the camera gives each pixel of a frame with this depth; UnknownMotion where it

@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 
 #include "core/colour_shared.h"
-#include "core/parallel.h"
+#include "core/pixels.h"
 #include "denoise/plan.h"
 #include "denoise/signal_groups.h"
 #include "denoise/stages/select_guides.h"
@@ -18,19 +18,6 @@
 
 namespace stillray {
 namespace {
-
-constexpr int kRowsPerTask = 16;
-
-template <typename Body>
-void ForEachPixel(int width, int height, const Body& body) {
-  ParallelRows(height, kRowsPerTask, [&](int y0, int y1) {
-    for (int y = y0; y < y1; ++y) {
-      for (int x = 0; x < width; ++x) {
-        body(x, y);
-      }
-    }
-  });
-}
 
 /// The name of the output with a signal's final light.
 const char* FinalLight(const Settings& settings) {

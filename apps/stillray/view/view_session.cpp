@@ -446,7 +446,7 @@ Status ViewSession::RenderNext(const ViewSettings& settings, double elapsed,
     reference_.Reset();
   }
   FillGuides(s);
-  FindWorld(s);
+  UpdateWorld(s);
   Show(s, out);
   Account(denoise_ms, render_ms, out);
   out->note = std::exchange(note_, {});
@@ -463,13 +463,17 @@ Status ViewSession::RefineReference(const RenderProgress& keep_going) {
   return reference_.AddPass(moment_.render, loaded_.renderer.get(), keep_going);
 }
 
+/// Whether a pane has a view of this kind.
+bool ViewSession::ShowsAny(const ViewSettings& s, bool (*kind)(const ViewInfo&)) const {
+  return std::any_of(s.panes.begin(), s.panes.end(), [&](const std::string& name) {
+    const ViewInfo* view = FindView(views_, name);
+    return view != nullptr && kind(*view);
+  });
+}
+
 /// Whether planes of the frame are needed on the host, which is rare.
 bool ViewSession::NeedsHost(const ViewSettings& s) const {
-  const bool shown = std::any_of(s.panes.begin(), s.panes.end(), [&](const std::string& name) {
-    const ViewInfo* view = FindView(views_, name);
-    return view != nullptr && ShowsFrame(*view);
-  });
-  return shown || s.inspect || s.reference || s.focus != answered_focus_;
+  return ShowsAny(s, ShowsFrame) || s.inspect || s.reference || s.focus != answered_focus_;
 }
 
 Status ViewSession::BringToHost(const ViewSettings& s) {
@@ -504,11 +508,7 @@ ViewSources ViewSession::Sources() const {
 
 /// Fills the guides as the denoiser does, if a view shows them.
 void ViewSession::FillGuides(const ViewSettings& s) {
-  const bool shown = std::any_of(s.panes.begin(), s.panes.end(), [&](const std::string& name) {
-    const ViewInfo* view = FindView(views_, name);
-    return view != nullptr && ShowsFilledGuides(*view);
-  });
-  if (!shown || !HasIncompleteGuides(Host())) {
+  if (!ShowsAny(s, ShowsFilledGuides) || !HasIncompleteGuides(Host())) {
     filled_.reset();
     return;
   }
@@ -519,14 +519,10 @@ void ViewSession::FillGuides(const ViewSettings& s) {
   stillray::FillGuides(Host(), kCpuStages, &filled_->held, &filled_->work);
 }
 
-/// Derives what views of the world show, if there are any.
-void ViewSession::FindWorld(const ViewSettings& s) {
-  const bool shown = std::any_of(s.panes.begin(), s.panes.end(), [&](const std::string& name) {
-    const ViewInfo* view = FindView(views_, name);
-    return view != nullptr && ShowsWorld(*view);
-  });
+/// Derives the planes of world-space views, if one is shown.
+void ViewSession::UpdateWorld(const ViewSettings& s) {
   world_.reset();
-  if (shown || s.inspect) {
+  if (ShowsAny(s, ShowsWorld) || s.inspect) {
     world_ = WorldNow();
   }
 }

@@ -92,6 +92,7 @@ class ViewSession {
   void Note(const std::string& what);
   Status Filter(const ViewSettings& settings, const RenderMoment& moment,
                 const RenderProgress& keep_going);
+  bool ShowsAny(const ViewSettings& settings, bool (*kind)(const ViewInfo&)) const;
   bool NeedsHost(const ViewSettings& settings) const;
   Status BringToHost(const ViewSettings& settings);
   Status TakePlanes(const ViewSettings& settings);
@@ -101,7 +102,7 @@ class ViewSession {
   AnimationTime NextTime(const ViewSettings& settings, double elapsed) const;
   double NextOrbit(const ViewSettings& settings, double elapsed) const;
   void FillGuides(const ViewSettings& settings);
-  void FindWorld(const ViewSettings& settings);
+  void UpdateWorld(const ViewSettings& settings);
   WorldViews WorldNow() const;
   void Show(const ViewSettings& settings, ViewFrame* out) const;
   void Inspect(const ViewSettings& settings, ViewFrame* out) const;

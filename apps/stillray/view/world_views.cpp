@@ -4,14 +4,12 @@
 
 #include <cmath>
 
-#include "core/parallel.h"
+#include "core/pixels.h"
 #include "render/camera.h"
 #include "render/moment.h"
 
 namespace stillray::view {
 namespace {
-
-constexpr int kRowsPerTask = 16;
 
 /// The motion, in pixels, of a point of the world that stands still, or of a direction of the sky.
 vec2 CameraMotion(const render::CameraView& now, const render::CameraView& before, vec3 position,
@@ -33,26 +31,22 @@ WorldViews MakeWorldViews(const Frame& frame, const CameraPose& pose,
   const render::CameraView now = render::ViewOf(pose, frame.width, frame.height);
   const render::CameraView before = render::ViewOf(previous_pose, frame.width, frame.height);
   WorldViews views = {Image3(frame.width, frame.height), Image2(frame.width, frame.height)};
-  ParallelRows(frame.height, kRowsPerTask, [&](int y0, int y1) {
-    for (int y = y0; y < y1; ++y) {
-      for (int x = 0; x < frame.width; ++x) {
-        const vec2 pixel(static_cast<float>(x) + 0.5f + frame.jitter_x,
-                         static_cast<float>(y) + 0.5f + frame.jitter_y);
-        const vec3 direction = now.Direction(pixel);
-        const float depth = g.depth(x, y);
-        const bool is_surface = depth > 0 && std::isfinite(depth);
-        vec3 position(0.0f);
-        if (is_surface) {
-          position = now.position + direction * (depth / dot(direction, now.forward));
-        }
-        const vec2 still = CameraMotion(now, before, position, direction, is_surface);
-        for (int c = 0; c < 3; ++c) {
-          views.position[c](x, y) = position[c];
-        }
-        for (int c = 0; c < 2; ++c) {
-          views.object_motion[c](x, y) = g.motion[c](x, y) - still[c];
-        }
-      }
+  ForEachPixel(frame.width, frame.height, [&](int x, int y) {
+    const vec2 pixel(static_cast<float>(x) + 0.5f + frame.jitter_x,
+                     static_cast<float>(y) + 0.5f + frame.jitter_y);
+    const vec3 direction = now.Direction(pixel);
+    const float depth = g.depth(x, y);
+    const bool is_surface = depth > 0 && std::isfinite(depth);
+    vec3 position(0.0f);
+    if (is_surface) {
+      position = now.position + direction * (depth / dot(direction, now.forward));
+    }
+    const vec2 still = CameraMotion(now, before, position, direction, is_surface);
+    for (int c = 0; c < 3; ++c) {
+      views.position[c](x, y) = position[c];
+    }
+    for (int c = 0; c < 2; ++c) {
+      views.object_motion[c](x, y) = g.motion[c](x, y) - still[c];
     }
   });
   return views;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What a frame's guides and its camera say together: where surfaces are in the world, and how they
-/// move there.
+/// World-space views, derived from a frame's guides and camera: positions of surfaces, and the
+/// motion of objects without the camera's.
 #pragma once
 
 #include "stillray/frame.h"

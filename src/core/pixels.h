@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
+/// Loops over the pixels of a picture.
 #pragma once
 
 #include "core/parallel.h"
 
-namespace stillray::io {
+namespace stillray {
 
 /// Calls body(x, y) for every pixel, from several threads.
 template <typename Body>
@@ -20,4 +21,4 @@ void ForEachPixel(int width, int height, const Body& body) {
   });
 }
 
-}  // namespace stillray::io
+}  // namespace stillray
