@@ -89,6 +89,13 @@ struct Material {
   TextureRef diffuse_transmission_texture;  ///< linear, A
   vec3 diffuse_transmission_color = vec3(1.0f);
   TextureRef diffuse_transmission_color_texture;  ///< sRGB
+  /// KHR_materials_anisotropy: strength, 0 to 1, with which reflections of metals and dielectrics
+  /// are stretched along a direction, which is turned from the mesh's tangent to its bitangent by
+  /// `anisotropy_rotation` radians. Transmission and the clear coat stay isotropic.
+  float anisotropy = 0.0f;
+  float anisotropy_rotation = 0.0f;
+  /// Linear; RG the direction by tangent and bitangent, -1 to 1, before the rotation; B strength.
+  TextureRef anisotropy_texture;
 
   bool emits() const { return emission.x > 0 || emission.y > 0 || emission.z > 0; }
 };
@@ -108,8 +115,9 @@ struct MorphTarget {
 struct Mesh {
   std::string name;
   std::vector<vec3> positions;
-  std::vector<vec3> normals;   ///< unit length
-  std::vector<vec4> tangents;  ///< unit length, w = handedness; given where normal_texture is
+  std::vector<vec3> normals;  ///< unit length
+  /// Unit length, w = handedness; given where the material has a normal map or anisotropy.
+  std::vector<vec4> tangents;
   std::vector<vec2> uv[2];
   std::vector<vec4> colors;       ///< linear, multiplied into the base colour
   std::vector<uint32_t> indices;  ///< three per triangle, counter-clockwise seen from the front

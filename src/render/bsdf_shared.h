@@ -57,6 +57,8 @@ struct Bsdf {
   float pick_sheen;
   vec3 through;  // transmittance of the diffuse lobe
   float pick_through;
+  vec2 tangent;  // of an anisotropic specular lobe: where it is stretched, in the local frame
+  float tangent_alpha;  // GGX alpha there; `specular_alpha` is that across it. 0 = isotropic
 };
 
 // Reflectance of the clear coat at normal incidence: ior 1.5.
@@ -114,8 +116,63 @@ SHARED_FN GgxValue EvaluateGgx(float alpha, vec3 wo, vec3 wi) {
   return lobe;
 }
 
+// The same for an alpha along x and one along y.
+SHARED_FN GgxValue EvaluateGgxOf2(vec2 alpha, vec3 wo, vec3 wi) {
+  float alpha2 = alpha.x * alpha.y;
+  vec3 m = wo + wi;
+  float ratio = alpha.y / alpha.x;
+  float across2 = m.x * m.x * ratio + m.y * m.y / ratio;
+  float length2 = dot(m, m);
+  float e = (across2 + alpha2 * m.z * m.z) / length2;
+  vec3 o = vec3(alpha.x * wo.x, alpha.y * wo.y, wo.z);
+  vec3 i = vec3(alpha.x * wi.x, alpha.y * wi.y, wi.z);
+  float to = length(o);
+  float ti = length(i);
+  float d = alpha2 * (0.5f * kInvPi) / (e * e);
+  GgxValue lobe;
+  lobe.value = d * wi.z / (to * wi.z + ti * wo.z);
+  lobe.density = d / (wo.z + to);
+  lobe.schlick = SchlickWeight(0.5f * sqrt(length2));
+  return lobe;
+}
+
+SHARED_FN bool IsAnisotropic(SHARED_IN(Bsdf) bsdf) {
+  return bsdf.layered != 0 && bsdf.tangent_alpha > 0.0f;
+}
+
+// Turns a direction about the normal to x along the tangent, and back.
+SHARED_FN vec3 ToTangent(vec2 tangent, vec3 w) {
+  return vec3(w.x * tangent.x + w.y * tangent.y, w.y * tangent.x - w.x * tangent.y, w.z);
+}
+SHARED_FN vec3 FromTangent(vec2 tangent, vec3 w) {
+  return vec3(w.x * tangent.x - w.y * tangent.y, w.y * tangent.x + w.x * tangent.y, w.z);
+}
+
+SHARED_FN GgxValue EvaluateSpecularLobe(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
+  if (IsAnisotropic(bsdf)) {
+    return EvaluateGgxOf2(vec2(bsdf.tangent_alpha, bsdf.specular_alpha),
+                          ToTangent(bsdf.tangent, wo), ToTangent(bsdf.tangent, wi));
+  }
+  return EvaluateGgx(bsdf.specular_alpha, wo, wi);
+}
+
+// A visible microfacet normal of the specular lobe.
+SHARED_FN vec3 SampleSpecularNormal(SHARED_IN(Bsdf) bsdf, vec3 wo, float u0, float u1) {
+  if (IsAnisotropic(bsdf)) {
+    return FromTangent(bsdf.tangent,
+                       SampleGgxVisibleOf2(ToTangent(bsdf.tangent, wo),
+                                           vec2(bsdf.tangent_alpha, bsdf.specular_alpha), u0, u1));
+  }
+  return SampleGgxVisible(wo, bsdf.specular_alpha, u0, u1);
+}
+
+// The alpha of an isotropic lobe as high as the specular one.
+SHARED_FN float SpecularMeanAlpha(SHARED_IN(Bsdf) bsdf) {
+  return IsAnisotropic(bsdf) ? sqrt(bsdf.tangent_alpha * bsdf.specular_alpha) : bsdf.specular_alpha;
+}
+
 SHARED_FN BsdfValue EvaluateSpecular(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
-  GgxValue lobe = EvaluateGgx(bsdf.specular_alpha, wo, wi);
+  GgxValue lobe = EvaluateSpecularLobe(bsdf, wo, wi);
   vec3 fresnel = bsdf.specular_f0 * (1.0f - lobe.schlick) + vec3(bsdf.specular_f90 * lobe.schlick);
   BsdfValue value;
   value.diffuse = vec3(0.0f);
@@ -355,7 +412,7 @@ SHARED_FN BsdfSample SampleBsdf(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u) {
     if (bsdf.specular_alpha <= 0.0f) {
       return SampleMirror(bsdf, wo);
     }
-    vec3 h = SampleGgxVisible(wo, bsdf.specular_alpha, u.x, u.y);
+    vec3 h = SampleSpecularNormal(bsdf, wo, u.x, u.y);
     result.wi = 2.0f * dot(wo, h) * h - wo;
     result.wi.z = max(result.wi.z, 0.0f);
   } else {

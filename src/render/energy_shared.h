@@ -11,6 +11,12 @@
 
 STILLRAY_RENDER_BEGIN
 
+// Fraction of light reflected by a single-scattering lobe with Schlick weights.
+struct SchlickShare {
+  float scale;
+  float offset;
+};
+
 // Entries per row and column.
 const int kEnergyTableSize = 32;
 
@@ -38,6 +44,65 @@ SHARED_FN EnergyPlace FindEnergy(float cosine, float roughness) {
   place.x = x - float(i);
   place.y = y - float(j);
   return place;
+}
+
+// The table of anisotropic lobes: entries by the cosine with the normal, the direction around it,
+// the roughness across the tangent, and the strength of the anisotropy.
+const int kAnisotropicCosines = 16;
+const int kAnisotropicTurns = 6;
+const int kAnisotropicRoughnesses = 12;
+const int kAnisotropicStrengths = 12;
+const int kAnisotropicEntries =
+    kAnisotropicCosines * kAnisotropicTurns * kAnisotropicRoughnesses * kAnisotropicStrengths;
+
+// The first of the sixteen entries to interpolate, and the fractions by cosine, direction,
+// roughness and strength.
+struct AnisotropicPlace {
+  int first;
+  vec4 part;
+};
+
+// The directions are spaced evenly by the roughness that a ray meets, of which the reflected light
+// is a smooth function: 0 is across the tangent, 1 along it.
+// \param w      towards the viewer; x along the tangent
+// \param alpha  along the tangent, and across; not below that
+SHARED_FN AnisotropicPlace FindAnisotropicEnergy(vec3 w, vec2 alpha) {
+  float sine2 = max(w.x * w.x + w.y * w.y, 1e-12f);
+  float x = alpha.x * w.x;
+  float y = alpha.y * w.y;
+  float met = sqrt((x * x + y * y) / sine2);
+  float stretch = max(alpha.x - alpha.y, 0.0f);
+  float turn = stretch > 0.0f ? clamp((met - alpha.y) / stretch, 0.0f, 1.0f) : 0.0f;
+  float roughness = (sqrt(alpha.y) - kEnergyLeastRoughness) / (1.0f - kEnergyLeastRoughness);
+  float strength = sqrt(stretch / max(1.0f - alpha.y, 1e-6f));
+  vec4 last = vec4(float(kAnisotropicCosines - 1), float(kAnisotropicTurns - 1),
+                   float(kAnisotropicRoughnesses - 1), float(kAnisotropicStrengths - 1));
+  vec4 at = vec4(sqrt(clamp(w.z, 0.0f, 1.0f)), turn, clamp(roughness, 0.0f, 1.0f),
+                 clamp(strength, 0.0f, 1.0f)) *
+            last;
+  int i = min(int(at.x), kAnisotropicCosines - 2);
+  int j = min(int(at.y), kAnisotropicTurns - 2);
+  int k = min(int(at.z), kAnisotropicRoughnesses - 2);
+  int l = min(int(at.w), kAnisotropicStrengths - 2);
+  AnisotropicPlace place;
+  place.first =
+      ((l * kAnisotropicRoughnesses + k) * kAnisotropicTurns + j) * kAnisotropicCosines + i;
+  place.part = vec4(at.x - float(i), at.y - float(j), at.z - float(k), at.w - float(l));
+  return place;
+}
+
+// The entry and the weight of a corner, 0 to 15: its bits are the steps by cosine, direction,
+// roughness and strength.
+SHARED_FN int AnisotropicEntry(SHARED_IN(AnisotropicPlace) place, int corner) {
+  int row = kAnisotropicCosines;
+  int plane = row * kAnisotropicTurns;
+  return place.first + (corner & 1) + (corner >> 1 & 1) * row + (corner >> 2 & 1) * plane +
+         (corner >> 3 & 1) * (plane * kAnisotropicRoughnesses);
+}
+SHARED_FN float AnisotropicWeight(SHARED_IN(AnisotropicPlace) place, int corner) {
+  vec4 p = place.part;
+  return ((corner & 1) != 0 ? p.x : 1.0f - p.x) * ((corner & 2) != 0 ? p.y : 1.0f - p.y) *
+         ((corner & 4) != 0 ? p.z : 1.0f - p.z) * ((corner & 8) != 0 ? p.w : 1.0f - p.w);
 }
 
 STILLRAY_RENDER_END

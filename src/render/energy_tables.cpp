@@ -77,6 +77,58 @@ SpecularEnergy MakeSpecularEnergy() {
   return energy;
 }
 
+/// The viewer's direction and the alphas of an entry: the inverse of FindAnisotropicEnergy.
+struct AnisotropicCase {
+  vec3 wo;
+  vec2 alpha;
+};
+
+AnisotropicCase CaseOfEntry(int entry) {
+  const auto take = [&](int size) {
+    const int i = entry % size;
+    entry /= size;
+    return static_cast<float>(i) / static_cast<float>(size - 1);
+  };
+  const float x = take(kAnisotropicCosines);
+  const float turn = take(kAnisotropicTurns);
+  const float roughness =
+      kEnergyLeastRoughness + (1.0f - kEnergyLeastRoughness) * take(kAnisotropicRoughnesses);
+  const float across = roughness * roughness;
+  const float strength = take(kAnisotropicStrengths);
+  const float along = glm::mix(across, 1.0f, strength * strength);
+  const float cosine = std::max(x * x, kMinCosine);
+  const float sine = std::sqrt(1.0f - cosine * cosine);
+  // The share of the squared sine along the tangent: met^2 = along^2 c + across^2 (1 - c).
+  const float met = across + turn * (along - across);
+  const float c =
+      along > across
+          ? clamp((met * met - across * across) / (along * along - across * across), 0.0f, 1.0f)
+          : turn;
+  return {{sine * std::sqrt(c), sine * std::sqrt(1.0f - c), cosine}, {along, across}};
+}
+
+/// Both albedos of a lobe, over the whole azimuth: it is not symmetric.
+SchlickShare IntegrateAnisotropic(const AnisotropicCase& at) {
+  constexpr int kPoints = 512;
+  const float lambda_o = GgxLambdaOf2(at.wo, at.alpha);
+  double scale = 0;
+  double offset = 0;
+  for (uint32_t i = 0; i < kPoints; ++i) {
+    const float azimuth = (static_cast<float>(i) + 0.5f) / kPoints;
+    const float polar = FractionToFloat(ReverseBits(i)) + 0.5f / kPoints;
+    const vec3 h = SampleGgxVisibleOf2(at.wo, at.alpha, azimuth, polar);
+    const float cosine = dot(at.wo, h);
+    const vec3 wi = 2.0f * cosine * h - at.wo;
+    if (wi.z > 0) {
+      const float weight = (1.0f + lambda_o) / (1.0f + lambda_o + GgxLambdaOf2(wi, at.alpha));
+      const float s = SchlickWeight(cosine);
+      scale += weight * (1.0f - s);
+      offset += weight * s;
+    }
+  }
+  return {static_cast<float>(scale / kPoints), static_cast<float>(offset / kPoints)};
+}
+
 /// The directional albedo of white sheen: a grid over half of the azimuth and the square root of
 /// the cosine, as the integrand rises steeply at the horizon.
 float SheenAlbedo(vec3 wo, float roughness) {
@@ -147,6 +199,32 @@ const SpecularEnergy& SpecularEnergyTables() {
 const SheenEnergy& SheenEnergyTable() {
   static const SheenEnergy kTable = tbb::this_task_arena::isolate([] { return MakeSheenEnergy(); });
   return kTable;
+}
+
+AnisotropicEnergy::AnisotropicEnergy() {
+  tbb::parallel_for(0, kAnisotropicEntries, [&](int i) {
+    const SchlickShare share = IntegrateAnisotropic(CaseOfEntry(i));
+    scale_[static_cast<size_t>(i)] = share.scale;
+    offset_[static_cast<size_t>(i)] = share.offset;
+  });
+}
+
+SchlickShare AnisotropicEnergy::Lookup(vec3 w, vec2 alpha) const {
+  const AnisotropicPlace place = FindAnisotropicEnergy(w, alpha);
+  SchlickShare share = {0.0f, 0.0f};
+  for (int corner = 0; corner < 16; ++corner) {
+    const auto entry = static_cast<size_t>(AnisotropicEntry(place, corner));
+    const float weight = AnisotropicWeight(place, corner);
+    share.scale += weight * scale_[entry];
+    share.offset += weight * offset_[entry];
+  }
+  return share;
+}
+
+const AnisotropicEnergy& AnisotropicEnergyTables() {
+  static const AnisotropicEnergy kTables =
+      tbb::this_task_arena::isolate([] { return AnisotropicEnergy(); });
+  return kTables;
 }
 
 GlassEnergy MakeGlassEnergy(float ior) {

@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The isotropic GGX microfacet distribution (Walter et al. 2007) with the height-correlated Smith
-// shadowing of Heitz (2014), and Fresnel terms. Directions are in the local frame of the surface:
-// z along the shading normal, pointing away from the surface.
+// The GGX microfacet distribution (Walter et al. 2007; anisotropic: Burley 2012) with the
+// height-correlated Smith shadowing of Heitz (2014), and Fresnel terms. Directions are in the local
+// frame of the surface: z along the shading normal, pointing away from the surface; x and y along
+// the two alphas of an anisotropic surface.
 #ifndef STILLRAY_RENDER_GGX_SHARED_H
 #define STILLRAY_RENDER_GGX_SHARED_H
 
@@ -46,6 +47,34 @@ SHARED_FN vec3 SampleGgxVisible(vec3 wo, float alpha, float u0, float u1) {
   float sin_theta = sqrt(clamp(1.0f - z * z, 0.0f, 1.0f));
   vec3 h = vec3(sin_theta * turn.x, sin_theta * turn.y, z) + w;
   return normalize(vec3(alpha * h.x, alpha * h.y, max(h.z, 1e-7f)));
+}
+
+// The same for an alpha along x and one along y.
+SHARED_FN float GgxLambdaOf2(vec3 w, vec2 alpha) {
+  float x = alpha.x * w.x;
+  float y = alpha.y * w.y;
+  float stretched2 = (x * x + y * y) / max(w.z * w.z, 1e-20f);
+  return 0.5f * (sqrt(1.0f + stretched2) - 1.0f);
+}
+SHARED_FN vec3 SampleGgxVisibleOf2(vec3 wo, vec2 alpha, float u0, float u1) {
+  vec3 w = normalize(vec3(alpha.x * wo.x, alpha.y * wo.y, wo.z));
+  vec2 turn = CosSinOfTurn(u0);
+  float z = (1.0f - u1) * (1.0f + w.z) - w.z;
+  float sin_theta = sqrt(clamp(1.0f - z * z, 0.0f, 1.0f));
+  vec3 h = vec3(sin_theta * turn.x, sin_theta * turn.y, z) + w;
+  return normalize(vec3(alpha.x * h.x, alpha.y * h.y, max(h.z, 1e-7f)));
+}
+
+// Alphas along the tangent and across of KHR_materials_anisotropy.
+// \param alpha  of the isotropic surface; 0 = ideally smooth
+// \param least  minimum of both
+// \return both the same where the reflection is as narrow as that of an ideally smooth surface
+SHARED_FN vec2 AnisotropicAlpha(float alpha, float strength, float least) {
+  float along = mix(alpha, 1.0f, strength * strength);
+  if (along <= kSmoothAlpha) {
+    return vec2(max(alpha, least));
+  }
+  return max(vec2(along, alpha), vec2(max(least, kSmoothAlpha)));
 }
 
 // Density of SampleGgxVisible per solid angle at h; wo . h > 0.

@@ -21,6 +21,8 @@ struct SurfaceLayers {
   float sheen_roughness;
   vec3 through_colour;  // of diffuse transmission
   float through;        // its part of the diffuse light
+  float anisotropy;     // strength, 0 to 1
+  vec2 tangent;         // in which the reflection is stretched, unit length, in the local frame
 };
 
 SHARED_FN SurfaceLayers NoLayers() {
@@ -34,6 +36,8 @@ SHARED_FN SurfaceLayers NoLayers() {
   layers.sheen_roughness = 0.0f;
   layers.through_colour = vec3(1.0f);
   layers.through = 0.0f;
+  layers.anisotropy = 0.0f;
+  layers.tangent = vec2(1.0f, 0.0f);
   return layers;
 }
 

@@ -13,12 +13,6 @@
 
 STILLRAY_RENDER_BEGIN
 
-// Fraction of light reflected by a single-scattering lobe with Schlick weights.
-struct SchlickShare {
-  float scale;
-  float offset;
-};
-
 // The same for glass, before energy compensation.
 struct GlassShare {
   float reflected;
@@ -90,7 +84,10 @@ SHARED_FN bool IsMainlyCoat(SHARED_IN(Bsdf) bsdf) {
 // Perceptual roughness of the reflection that most of the specular light comes from.
 // \param roughness  of the surface below the layers
 SHARED_FN float GuideRoughness(SHARED_IN(Bsdf) bsdf, float roughness) {
-  return IsMainlyCoat(bsdf) ? sqrt(bsdf.coat_alpha) : roughness;
+  if (IsMainlyCoat(bsdf)) {
+    return sqrt(bsdf.coat_alpha);
+  }
+  return IsAnisotropic(bsdf) ? sqrt(SpecularMeanAlpha(bsdf)) : roughness;
 }
 
 // Energy compensation of the clear coat.
@@ -106,13 +103,23 @@ SHARED_FN float CoverTransmittance(SHARED_IN(SurfaceLayers) layers, SHARED_IN(La
   return max(1.0f - coat, 0.0f) * (1.0f - sheen);
 }
 
+// GGX alphas of the specular lobe along the tangent and across.
+SHARED_FN vec2 SpecularAlphas(SHARED_IN(BsdfInput) surface, SHARED_IN(SurfaceLayers) layers) {
+  float least = surface.alpha > surface.own_alpha ? surface.alpha : 0.0f;  // regularisation's
+  return AnisotropicAlpha(surface.own_alpha, layers.anisotropy, least);
+}
+
 // Adds the layers to a Bsdf.
+// \param alphas         SpecularAlphas
 // \param share          of the specular lobe
 // \param glass_covered  CoverTransmittance above glass
-SHARED_FN void AddLayers(SHARED_INOUT(Bsdf) bsdf, SHARED_IN(SurfaceLayers) layers,
+SHARED_FN void AddLayers(SHARED_INOUT(Bsdf) bsdf, SHARED_IN(SurfaceLayers) layers, vec2 alphas,
                          SHARED_IN(LayerShares) shares, SHARED_IN(SchlickShare) share,
                          float glass_covered) {
   bsdf.layered = 1;
+  bsdf.tangent = layers.tangent;
+  bsdf.specular_alpha = alphas.y;
+  bsdf.tangent_alpha = alphas.x > alphas.y ? alphas.x : 0.0f;
   bsdf.coat_normal = layers.coat_normal;
   bsdf.coat_alpha = layers.coat_alpha;
   bsdf.coat_scale = layers.coat * CoatCompensation(shares.coat);

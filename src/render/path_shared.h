@@ -223,7 +223,7 @@ SHARED_FN bool MaySeekLight(SHARED_IN(PathState) path, SHARED_IN(Bsdf) bsdf, int
 
 // The mean alpha of the lobes, weighted by their share of light.
 SHARED_FN float MeanAlpha(SHARED_IN(Bsdf) bsdf) {
-  float mean = bsdf.pick_diffuse + bsdf.pick_specular * bsdf.specular_alpha +
+  float mean = bsdf.pick_diffuse + bsdf.pick_specular * SpecularMeanAlpha(bsdf) +
                bsdf.pick_glass * bsdf.glass_alpha;
   return bsdf.layered != 0
              ? mean + bsdf.pick_through + bsdf.pick_sheen + bsdf.pick_coat * bsdf.coat_alpha

@@ -202,12 +202,17 @@ Status CheckLayers(const Material& material, const std::string& name) {
       {"diffuse transmission colour", material.diffuse_transmission_color.x, 1.0f},
       {"diffuse transmission colour", material.diffuse_transmission_color.y, 1.0f},
       {"diffuse transmission colour", material.diffuse_transmission_color.z, 1.0f},
+      {"anisotropy", material.anisotropy, 1.0f},
   };
   for (const Factor& factor : factors) {
     if (!(factor.value >= 0.0f && factor.value <= factor.most)) {
       return Status::InvalidArgument(fmt::format("{}: {} is {}, expected 0 to {:g}", name,
                                                  factor.name, factor.value, factor.most));
     }
+  }
+  if (!std::isfinite(material.anisotropy_rotation)) {
+    return Status::InvalidArgument(fmt::format("{}: anisotropy rotation is {}, expected a number",
+                                               name, material.anisotropy_rotation));
   }
   return Status::Ok();
 }

@@ -63,7 +63,8 @@ VertexArrays ArraysOf(const DeformedMesh& mesh) {
 bool IsLayered(const Material& material) {
   return material.specular != 1.0f || material.specular_texture.texture >= 0 ||
          material.specular_color != vec3(1.0f) || material.specular_color_texture.texture >= 0 ||
-         material.clearcoat > 0.0f || HasSheen(material) || material.diffuse_transmission > 0.0f;
+         material.clearcoat > 0.0f || HasSheen(material) || material.diffuse_transmission > 0.0f ||
+         material.anisotropy > 0.0f;
 }
 
 bool HasSheen(const Material& material) {

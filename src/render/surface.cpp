@@ -46,29 +46,68 @@ vec4 TangentFromUv(const PlacedInstance& instance, const Hit& hit, const Triangl
   return vec4(tangent, area < 0.0f ? 1.0f : -1.0f);
 }
 
-vec3 ApplyNormalMap(const SceneState& state, const PlacedInstance& instance, const Hit& hit,
-                    const Triangle& triangle, const TextureRef& map, float scale, vec3 normal) {
-  if (map.texture < 0) {
-    return normal;
-  }
+struct TangentFrame {
+  vec3 tangent;    // zero if there is none
+  vec3 bitangent;  // both of unit length
+};
+
+/// In the plane of a normal.
+/// \param uv_set  texture coordinates for meshes without tangents
+TangentFrame TangentsAt(const PlacedInstance& instance, const Hit& hit, const Triangle& triangle,
+                        int uv_set, vec3 normal) {
   vec4 tangent;
   if (instance.vertices.tangents == nullptr) {
-    tangent = TangentFromUv(instance, hit, triangle, map.uv_set);
+    tangent = TangentFromUv(instance, hit, triangle, uv_set);
   } else {
     tangent = Blend(instance.vertices.tangents, CornersOf(*instance.mesh, hit), hit);
     tangent = vec4(mat3(instance.world) * vec3(tangent), tangent.w);
   }
   const vec3 across = vec3(tangent) - normal * dot(normal, vec3(tangent));
   const vec3 t = SafeNormalize(across, vec3(0.0f));
+  const float handedness = (tangent.w < 0.0f ? -1.0f : 1.0f) * instance.orientation;
+  return {t, cross(normal, t) * handedness};
+}
+
+vec3 ApplyNormalMap(const SceneState& state, const PlacedInstance& instance, const Hit& hit,
+                    const Triangle& triangle, const TextureRef& map, float scale, vec3 normal) {
+  if (map.texture < 0) {
+    return normal;
+  }
+  const auto [t, b] = TangentsAt(instance, hit, triangle, map.uv_set, normal);
   if (t == vec3(0.0f)) {
     return normal;
   }
-  const float handedness = (tangent.w < 0.0f ? -1.0f : 1.0f) * instance.orientation;
-  const vec3 b = cross(normal, t) * handedness;
   vec3 m = vec3(state.TextureValue(map, hit, false)) * 2.0f - vec3(1.0f);
   m.x *= scale;
   m.y *= scale;
   return SafeNormalize(t * m.x + b * m.y + normal * m.z, normal);
+}
+
+/// The direction of the material's anisotropy by tangent and bitangent.
+vec2 AnisotropyDirection(const SceneState& state, const Material& material, const Hit& hit) {
+  const float c = std::cos(material.anisotropy_rotation);
+  const float s = std::sin(material.anisotropy_rotation);
+  if (material.anisotropy_texture.texture < 0) {
+    return {c, s};
+  }
+  const vec2 d = vec2(state.TextureValue(material.anisotropy_texture, hit, false)) * 2.0f - 1.0f;
+  return {c * d.x - s * d.y, s * d.x + c * d.y};
+}
+
+/// Isotropic where the mesh has no tangent, or the texture no direction.
+void SetAnisotropy(const SceneState& state, const Hit& hit, const Triangle& triangle, vec3 normal,
+                   Surface* surface) {
+  const PlacedInstance& instance = state.instance(hit.instance);
+  const Material& material = *instance.material;
+  const auto [t, b] =
+      TangentsAt(instance, hit, triangle, material.anisotropy_texture.uv_set, normal);
+  const vec2 direction = AnisotropyDirection(state, material, hit);
+  const vec3 local = ToLocal(surface->frame, t * direction.x + b * direction.y);
+  const vec3 tangent = SafeNormalize(vec3(local.x, local.y, 0.0f), vec3(0.0f));
+  surface->layers.tangent = vec2(tangent);
+  if (tangent == vec3(0.0f)) {
+    surface->layers.anisotropy = 0.0f;
+  }
 }
 
 /// Bends n towards wo until their angle is slightly less than 90 degrees.
@@ -113,6 +152,9 @@ void SetNormals(const SceneState& state, const Hit& hit, Surface* surface) {
                        material.clearcoat_normal_scale, even);
     surface->layers.coat_normal = ToLocal(surface->frame, FaceViewer(coat * side, surface->wo));
   }
+  if (surface->layers.anisotropy > 0.0f) {
+    SetAnisotropy(state, hit, triangle, even, surface);
+  }
 }
 
 float TransmissionOf(const SceneState& state, const Hit& hit) {
@@ -149,6 +191,10 @@ SurfaceLayers LayersAt(const SceneState& state, const Hit& hit) {
     layers.through_colour *=
         vec3(state.TextureValue(material.diffuse_transmission_color_texture, hit, true));
   }
+  if (material.anisotropy > 0.0f) {
+    layers.anisotropy = ClampToUnit(layers.anisotropy *
+                                    state.TextureValue(material.anisotropy_texture, hit, false).z);
+  }
   return layers;
 }
 
@@ -160,6 +206,15 @@ SchlickShare ShareOfSpecular(float cosine, float alpha) {
   const SpecularEnergy& tables = SpecularEnergyTables();
   const EnergyTable::Place at = EnergyTable::Find(cosine, std::sqrt(alpha));
   return {tables.scale.Lookup(at), tables.offset.Lookup(at)};
+}
+
+/// Of the specular lobe; \param alphas  SpecularAlphas
+SchlickShare ShareOfSpecular(const Surface& surface, vec2 alphas) {
+  if (alphas.x > alphas.y) {
+    return AnisotropicEnergyTables().Lookup(ToTangent(surface.layers.tangent, surface.local_wo),
+                                            alphas);
+  }
+  return ShareOfSpecular(surface.local_wo.z, alphas.y);
 }
 
 /// \param cosine, coat_cosine  with the normal of the surface, and of its clear coat
@@ -193,6 +248,8 @@ SurfaceLayers LayersOf(const Material& material) {
   layers.sheen_roughness = material.sheen_roughness;
   layers.through = material.diffuse_transmission;
   layers.through_colour = material.diffuse_transmission_color;
+  layers.anisotropy = material.anisotropy;
+  layers.tangent = {std::cos(material.anisotropy_rotation), std::sin(material.anisotropy_rotation)};
   return layers;
 }
 
@@ -246,6 +303,9 @@ BsdfTables::BsdfTables(const Scene& scene, bool regularise) {
     if (HasSheen(material)) {
       SheenEnergyTable();
     }
+    if (material.anisotropy > 0.0f) {
+      AnisotropicEnergyTables();
+    }
     const bool rough = regularise || AlphaOfRoughness(ClampToUnit(material.roughness)) > 0.0f;
     if (material.transmission > 0.0f && rough && !glass_.count(material.ior)) {
       glass_[material.ior] = std::make_unique<GlassEnergy>(MakeGlassEnergy(material.ior));
@@ -286,7 +346,8 @@ Bsdf BsdfTables::Make(const Surface& surface, float min_alpha, vec3* specular_al
   input.ior = material.ior;
   input.solid = material.solid ? 1 : 0;
   input.front = surface.front;
-  const SchlickShare share = ShareOfSpecular(surface.local_wo.z, input.alpha);
+  const vec2 alphas = SpecularAlphas(input, surface.layers);
+  const SchlickShare share = ShareOfSpecular(surface, alphas);
   const GlassShare of_glass =
       GlassWeight(input) > 0.0f ? ShareOfGlass(surface, GlassAlpha(input)) : GlassShare{0.0f, 0.0f};
   Bsdf bsdf = MakeBsdf(input, surface.layers, share, of_glass);
@@ -299,7 +360,7 @@ Bsdf BsdfTables::Make(const Surface& surface, float min_alpha, vec3* specular_al
     const float glass_covered = smooth_sheet
                                     ? SheetCover(surface.layers, dot(surface.wo, surface.geometric))
                                     : CoverTransmittance(layers, shares);
-    AddLayers(bsdf, layers, shares, share, glass_covered);
+    AddLayers(bsdf, layers, alphas, shares, share, glass_covered);
   }
   if (specular_albedo != nullptr) {
     *specular_albedo = SpecularAlbedo(bsdf, share, of_glass);

@@ -68,6 +68,11 @@ SHARED_FN bool IsSmooth(float alpha) {
   return alpha <= AlphaOfRoughness(kSmoothRoughness);
 }
 
+// Of the specular lobe.
+SHARED_FN float WidestAlpha(SHARED_IN(Bsdf) bsdf) {
+  return IsAnisotropic(bsdf) ? bsdf.tangent_alpha : bsdf.specular_alpha;
+}
+
 // \param cosine  of the viewer's direction with the shading normal
 // \param first   1: the visible surface, whose specular light alone is guided: it may be diffuse
 // too
@@ -84,7 +89,7 @@ SHARED_FN Leaving LeavingOf(SHARED_IN(Bsdf) bsdf, float cosine, vec3 specular_al
     return glass;
   }
   bool reflects = IsMainlyCoat(bsdf) ? IsSmooth(bsdf.coat_alpha) && bsdf.coat_normal.z > kSameNormal
-                                     : bsdf.pick_specular > 0.0f && IsSmooth(bsdf.specular_alpha);
+                                     : bsdf.pick_specular > 0.0f && IsSmooth(WidestAlpha(bsdf));
   bool mostly = ChainLuminance(specular_albedo) > ChainLuminance(DiffuseAlbedo(bsdf));
   return LeavingBy(reflects && (first != 0 || mostly) ? kChainReflects : kChainEnds);
 }

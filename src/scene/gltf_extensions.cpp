@@ -13,9 +13,10 @@ namespace stillray {
 
 namespace {
 
-constexpr std::array<std::string_view, 13> kKnownExtensions = {
+constexpr std::array<std::string_view, 14> kKnownExtensions = {
     "EXT_texture_webp",
     "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
     "KHR_materials_diffuse_transmission",
     "KHR_materials_emissive_strength",

@@ -255,6 +255,13 @@ void ReadDiffuseTransmission(GltfImport* import, const JsonView& view, Material*
       ReadTextureRef(import, diffuse.Object("diffuseTransmissionColorTexture"));
 }
 
+void ReadAnisotropy(GltfImport* import, const JsonView& view, Material* material) {
+  const JsonView anisotropy = view.Extension("KHR_materials_anisotropy");
+  material->anisotropy = anisotropy.NumberIn("anisotropyStrength", 0.0f, 0.0f, 1.0f);
+  material->anisotropy_rotation = anisotropy.Number("anisotropyRotation", 0.0f);
+  material->anisotropy_texture = ReadTextureRef(import, anisotropy.Object("anisotropyTexture"));
+}
+
 /// KHR_materials_unlit: the base colour is visible regardless of light. Here it is the emission of
 /// a black surface that reflects nothing (index of refraction 1).
 void MakeUnlit(const JsonView& view, Material* material) {
@@ -284,6 +291,7 @@ Material ReadMaterial(GltfImport* import, const JsonView& view) {
   ReadClearcoat(import, view, &material);
   ReadSheen(import, view, &material);
   ReadDiffuseTransmission(import, view, &material);
+  ReadAnisotropy(import, view, &material);
   if (view.Extension("KHR_materials_unlit").exists()) {
     MakeUnlit(view, &material);
   }

@@ -312,6 +312,36 @@ void ProvideUvs(const Material& material, Primitive* primitive) {
   }
 }
 
+/// The texture by whose coordinates tangents are computed; null if the material needs none.
+const TextureRef* TextureOfTangents(const Material& material) {
+  if (material.normal_texture.texture >= 0) {
+    return &material.normal_texture;
+  }
+  if (material.clearcoat_normal_texture.texture >= 0) {
+    return &material.clearcoat_normal_texture;
+  }
+  return material.anisotropy > 0.0f ? &material.anisotropy_texture : nullptr;
+}
+
+/// Tangents of the file, or computed ones.
+void ProvideTangents(const GltfDocument& document, const Material& material, size_t vertices,
+                     const std::vector<uint32_t>& used, Primitive* primitive) {
+  const TextureRef* texture = TextureOfTangents(material);
+  if (texture == nullptr || ReadTangents(document, primitive, vertices, used) ||
+      !primitive->log.ok()) {
+    return;
+  }
+  Mesh& mesh = primitive->mesh;
+  if (mesh.uv[texture->uv_set].empty()) {
+    primitive->log.Warn(
+        fmt::format("{}: has neither TANGENT nor TEXCOORD_{}, by which its material's anisotropy "
+                    "is directed: it reflects alike in all directions",
+                    primitive->view.path(), texture->uv_set));
+    return;
+  }
+  ComputeTangents(*texture, &mesh);
+}
+
 /// Reads all data of a primitive. Its mesh has no triangles if none can be rendered.
 void ReadPrimitive(const GltfDocument& document, const std::vector<Material>& materials,
                    Primitive* primitive) {
@@ -337,13 +367,7 @@ void ReadPrimitive(const GltfDocument& document, const std::vector<Material>& ma
     return;
   }
   ProvideUvs(material, primitive);
-  const TextureRef& normal_map = material.normal_texture.texture >= 0
-                                     ? material.normal_texture
-                                     : material.clearcoat_normal_texture;
-  if (normal_map.texture >= 0 && !ReadTangents(document, primitive, vertices, used) &&
-      primitive->log.ok()) {
-    ComputeTangents(normal_map, &mesh);
-  }
+  ProvideTangents(document, material, vertices, used, primitive);
 }
 
 /// The primitives of all meshes in use, and their indices per glTF mesh.

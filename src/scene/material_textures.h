@@ -28,6 +28,7 @@ inline constexpr MaterialTexture kMaterialTextures[] = {
     {"sheen roughness texture", &Material::sheen_roughness_texture},
     {"diffuse transmission texture", &Material::diffuse_transmission_texture},
     {"diffuse transmission colour texture", &Material::diffuse_transmission_color_texture},
+    {"anisotropy texture", &Material::anisotropy_texture},
 };
 
 }  // namespace stillray

@@ -74,6 +74,13 @@ std::vector<Case> Cases() {
       leaf.clearcoat_roughness = 0.5f;
       cases.push_back({"leaf number " + std::to_string(cases.size()), leaf});
     }
+    for (Material brushed : {Metal(vec3(1.0f), roughness), plastic}) {
+      brushed.anisotropy = roughness == 0.15f ? 0.4f : 0.9f;
+      brushed.anisotropy_rotation = 1.1f;
+      brushed.clearcoat = roughness == 1.0f ? 0.3f : 0.0f;
+      brushed.clearcoat_roughness = 0.5f;
+      cases.push_back({"brushed number " + std::to_string(cases.size()), brushed});
+    }
     // Sheen of any roughness over a surface of any other.
     for (const float sheen : {0.2f, 0.6f, 1.0f}) {
       for (Material cloth : {Lambert(vec3(1.0f)), Metal(vec3(1.0f), roughness), sheet}) {

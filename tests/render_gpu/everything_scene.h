@@ -86,7 +86,30 @@ inline std::vector<Material> LayeredMaterials() {
   leaf.sheen_color = vec3(0.5f);
   leaf.sheen_roughness = 0.4f;
   materials.push_back(leaf);
+  Material brushed = Metal(vec3(0.9f, 0.7f, 0.4f), 0.25f);
+  brushed.anisotropy = 0.8f;
+  brushed.anisotropy_rotation = 0.6f;
+  brushed.normal_texture.texture = 2;
+  brushed.normal_scale = 0.3f;
+  materials.push_back(brushed);
+  brushed.metallic = 0.4f;
+  brushed.normal_texture.texture = -1;
+  brushed.anisotropy_texture.texture = 0;
+  brushed.clearcoat = 0.3f;
+  materials.push_back(brushed);
   return materials;
+}
+
+// The sphere with texture coordinates and with tangents around its vertical axis.
+inline Mesh TexturedSphere(vec3 centre, float radius, int subdivisions) {
+  Mesh mesh = FacetedSphere(centre, radius, subdivisions);
+  for (size_t i = 0; i < mesh.positions.size(); ++i) {
+    const vec3 offset = mesh.positions[i] - centre;
+    mesh.uv[0].push_back(vec2(offset) / radius);
+    const vec3 around = glm::cross(vec3(0, 1, 0), mesh.normals[i]);
+    mesh.tangents.push_back(vec4(glm::normalize(around), 1));
+  }
+  return mesh;
 }
 
 // One of everything that guides depend on: textures of each kind, normal maps with tangents and
@@ -132,7 +155,7 @@ inline Scene EverythingScene() {
   builder.Move(builder.InstanceNode(moving), vec3(0.4f, 0.2f, -0.3f));
   for (int i = 0; i < static_cast<int>(LayeredMaterials().size()); ++i) {
     const float turn = 0.9f * static_cast<float>(i);
-    builder.Add(FacetedSphere(vec3(0), 0.4f, 2), LayeredMaterials()[static_cast<size_t>(i)],
+    builder.Add(TexturedSphere(vec3(0), 0.4f, 2), LayeredMaterials()[static_cast<size_t>(i)],
                 At(vec3(3 * std::cos(turn), 2 * std::sin(turn), -4.5f)));
   }
   Material light = Emitter(vec3(3, 2, 1));

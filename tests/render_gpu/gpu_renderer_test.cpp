@@ -175,7 +175,7 @@ TEST_P(GpuRendererTest, EveryLayeredMaterialIsTheCpus) {
     builder.scene.textures = EverythingTextures();
     builder.scene.cameras[0].yfov = 0.5f;
     builder.scene.environment.radiance = vec3(0.4f, 0.5f, 0.7f);
-    builder.Add(FacetedSphere(vec3(0, 0, -4), 1.0f, 3), LayeredMaterials()[i]);
+    builder.Add(TexturedSphere(vec3(0, 0, -4), 1.0f, 3), LayeredMaterials()[i]);
     builder.Add(Quad(vec3(-9, -1, 0), vec3(18, 0, 0), vec3(0, 0, -18)), Lambert(vec3(0.5f)));
     builder.Add(Quad(vec3(-1, 3, -4), vec3(2, 0, 0), vec3(0, 0, 2)), Emitter(vec3(5, 4, 3)));
     RenderSettings settings = SmallSettings(40, 30, 2);  // no ray meets an edge of the faces

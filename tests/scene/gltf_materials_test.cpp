@@ -171,6 +171,31 @@ TEST(GltfMaterials, DiffuseTransmission) {
   EXPECT_THAT(scene.warnings, Contains(HasSubstr("diffuseTransmissionColorFactor: -3 is outside")));
 }
 
+TEST(GltfMaterials, Anisotropy) {
+  const json extension = {{"anisotropyStrength", 1.5}, {"anisotropyRotation", -0.5}};
+  const Scene scene = WithMaterial({{"extensions", {{"KHR_materials_anisotropy", extension}}}});
+  EXPECT_EQ(scene.materials.at(0).anisotropy, 1.0f);
+  EXPECT_EQ(scene.materials.at(0).anisotropy_rotation, -0.5f);
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("materials[0].extensions.KHR_materials_anisotropy."
+                                                 "anisotropyStrength: 1.5 is outside 0..1")));
+  const Material plain = WithMaterial(json::object()).materials.at(0);
+  EXPECT_EQ(plain.anisotropy, 0.0f);
+  EXPECT_EQ(plain.anisotropy_rotation, 0.0f);
+}
+
+TEST(GltfMaterials, AnisotropyNeedsTangents) {
+  const json material = {
+      {"extensions", {{"KHR_materials_anisotropy", {{"anisotropyStrength", 0.5}}}}}};
+  GltfBuilder builder = Textured();
+  builder.UseMaterial(material);
+  const Scene scene = Loaded(builder);
+  ASSERT_EQ(scene.meshes.at(0).tangents.size(), 3u);
+  EXPECT_EQ(scene.meshes.at(0).tangents[0], vec4(1, 0, 0, 1));
+  const Scene without = WithMaterial(material);
+  EXPECT_TRUE(without.meshes.at(0).tangents.empty());
+  EXPECT_THAT(without.warnings, Contains(HasSubstr("neither TANGENT nor TEXCOORD_0")));
+}
+
 /// A texture or a number of an extension that is damaged is an error that names it.
 TEST(GltfMaterials, DamagedExtensionsAreRefused) {
   const auto refused = [](const char* extension, const json& content, const std::string& message) {
@@ -195,6 +220,8 @@ TEST(GltfMaterials, DamagedExtensionsAreRefused) {
           "clearcoatNormalTexture.index: index 0 is out of range");
   refused("KHR_materials_diffuse_transmission", {{"diffuseTransmissionFactor", {0.5}}},
           "diffuseTransmissionFactor: expected a number, found array");
+  refused("KHR_materials_anisotropy", {{"anisotropyRotation", "left"}},
+          "anisotropyRotation: expected a number, found string");
   refused("KHR_materials_sheen", {{"sheenColorFactor", {1, nullptr, 1}}},
           "sheenColorFactor[1]: expected a number, found null");
 }
@@ -251,7 +278,8 @@ TEST(GltfTextures, EverySlotIsRead) {
           {{"sheenColorTexture", {{"index", 0}}}, {"sheenRoughnessTexture", {{"index", 0}}}}},
          {"KHR_materials_diffuse_transmission",
           {{"diffuseTransmissionTexture", {{"index", 0}}},
-           {"diffuseTransmissionColorTexture", {{"index", 0}}}}}}}});
+           {"diffuseTransmissionColorTexture", {{"index", 0}}}}},
+         {"KHR_materials_anisotropy", {{"anisotropyTexture", {{"index", 0}}}}}}}});
   const Scene scene = Loaded(builder);
   const Material& material = scene.materials.at(0);
   for (const MaterialTexture& texture : kMaterialTextures) {

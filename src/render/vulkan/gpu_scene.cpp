@@ -141,6 +141,9 @@ GpuLayers MakeLayers(const Material& m) {
   out.through_colour = m.diffuse_transmission_color;
   out.through_texture = MakeRef(m.diffuse_transmission_texture);
   out.through_colour_texture = MakeRef(m.diffuse_transmission_color_texture);
+  out.anisotropy = m.anisotropy;
+  out.anisotropy_texture = MakeRef(m.anisotropy_texture);
+  out.anisotropy_turn = {std::cos(m.anisotropy_rotation), std::sin(m.anisotropy_rotation)};
   out.coat_texture = MakeRef(m.clearcoat_texture);
   out.coat_roughness_texture = MakeRef(m.clearcoat_roughness_texture);
   out.coat_normal_texture = MakeRef(m.clearcoat_normal_texture);
@@ -327,6 +330,11 @@ void GpuScene::AddEnergies() {
   const std::vector<Material>& all = state_.scene().materials;
   const bool any_sheen = std::any_of(all.begin(), all.end(), HasSheen);
   AppendTable(any_sheen ? SheenEnergyTable().albedo : EnergyTable(), &energies_);
+  if (std::any_of(all.begin(), all.end(), [](const Material& m) { return m.anisotropy > 0.0f; })) {
+    const AnisotropicEnergy& tables = AnisotropicEnergyTables();
+    energies_.insert(energies_.end(), tables.scale().begin(), tables.scale().end());
+    energies_.insert(energies_.end(), tables.offset().begin(), tables.offset().end());
+  }
   std::map<float, uint32_t> known;
   for (size_t i = 0; i < materials_.size(); ++i) {
     const Material& material = state_.scene().materials[i];

@@ -129,6 +129,19 @@ SchlickShare ShareOfSpecular(float cosine, float alpha) {
   return share;
 }
 
+// Of an anisotropic lobe; w: towards the viewer, x along the tangent.
+SchlickShare ShareOfAnisotropic(vec3 w, vec2 alphas) {
+  AnisotropicPlace place = FindAnisotropicEnergy(w, alphas);
+  SchlickShare share = SchlickShare(0.0f, 0.0f);
+  for (int corner = 0; corner < 16; ++corner) {
+    uint entry = kAnisotropicTables + uint(AnisotropicEntry(place, corner));
+    float weight = AnisotropicWeight(place, corner);
+    share.scale += weight * energies[entry];
+    share.offset += weight * energies[entry + uint(kAnisotropicEntries)];
+  }
+  return share;
+}
+
 SurfaceLayers LayersAt(uint record, GpuInstance instance, GpuHit hit) {
   SurfaceLayers layers = NoLayers();
   layers.specular = ClampToUnit(
@@ -162,6 +175,12 @@ SurfaceLayers LayersAt(uint record, GpuInstance instance, GpuHit hit) {
     layers.through_colour =
         Vec3At(record + kLayersThroughColour) *
         TextureValue(TextureRefAt(record + kLayersThroughColourTexture), instance, hit, true).rgb;
+  }
+  layers.anisotropy = FloatAt(record + kLayersAnisotropy);
+  if (layers.anisotropy > 0.0f) {
+    layers.anisotropy = ClampToUnit(
+        layers.anisotropy *
+        TextureValue(TextureRefAt(record + kLayersAnisotropyTexture), instance, hit, false).b);
   }
   return layers;
 }

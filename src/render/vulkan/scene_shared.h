@@ -130,7 +130,7 @@ struct GpuLayers {
   vec3 sheen_colour;
   float through;
   vec3 through_colour;
-  float unused_0;
+  float anisotropy;
   GpuTextureRef specular_texture;
   GpuTextureRef specular_colour_texture;
   GpuTextureRef coat_texture;
@@ -140,6 +140,8 @@ struct GpuLayers {
   GpuTextureRef sheen_roughness_texture;
   GpuTextureRef through_texture;
   GpuTextureRef through_colour_texture;
+  GpuTextureRef anisotropy_texture;
+  vec2 anisotropy_turn;  // cosine and sine of its rotation
 };
 // Offsets in words.
 const uint kLayersSpecular = 3u;
@@ -150,6 +152,7 @@ const uint kLayersSheenRoughness = 7u;
 const uint kLayersSheenColour = 8u;
 const uint kLayersThrough = 11u;
 const uint kLayersThroughColour = 12u;
+const uint kLayersAnisotropy = 15u;
 const uint kLayersSpecularTexture = 16u;
 const uint kLayersSpecularColourTexture = 24u;
 const uint kLayersCoatTexture = 32u;
@@ -159,6 +162,8 @@ const uint kLayersSheenColourTexture = 56u;
 const uint kLayersSheenRoughnessTexture = 64u;
 const uint kLayersThroughTexture = 72u;
 const uint kLayersThroughColourTexture = 80u;
+const uint kLayersAnisotropyTexture = 88u;
+const uint kLayersAnisotropyTurn = 96u;
 
 // Values of AlphaMode.
 const uint kAlphaOpaque = 0u;
@@ -175,9 +180,11 @@ struct GpuTexture {
 // The texels start with the 256 values of the sRGB curve.
 const uint kSrgbTableSize = 256u;
 
-// Energy tables of rough lobes: scale, offset, sheen (zeros if there is none), then those of each
-// glass in the order of GlassEnergy.
+// Energy tables of rough lobes: scale, offset, sheen (zeros if there is none), scale and offset of
+// anisotropic lobes (absent if there are none), then those of each glass in the order of
+// GlassEnergy.
 const uint kEnergyTableWords = 1024u;
+const uint kAnisotropicTables = 3u * kEnergyTableWords;
 const uint kGlassTables = 5u;
 
 // CameraView.
@@ -236,6 +243,9 @@ static_assert(offsetof(GpuLayers, through) == 4 * kLayersThrough);
 static_assert(offsetof(GpuLayers, through_colour) == 4 * kLayersThroughColour);
 static_assert(offsetof(GpuLayers, through_texture) == 4 * kLayersThroughTexture);
 static_assert(offsetof(GpuLayers, through_colour_texture) == 4 * kLayersThroughColourTexture);
+static_assert(offsetof(GpuLayers, anisotropy) == 4 * kLayersAnisotropy);
+static_assert(offsetof(GpuLayers, anisotropy_texture) == 4 * kLayersAnisotropyTexture);
+static_assert(offsetof(GpuLayers, anisotropy_turn) == 4 * kLayersAnisotropyTurn);
 static_assert(offsetof(GpuLayers, specular_texture) == 4 * kLayersSpecularTexture);
 static_assert(offsetof(GpuLayers, specular_colour_texture) == 4 * kLayersSpecularColourTexture);
 static_assert(sizeof(GpuTexture) == 16);

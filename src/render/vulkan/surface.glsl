@@ -39,15 +39,18 @@ vec4 TangentFromUv(GpuInstance instance, uvec3 corner, WorldTriangle t, uint arr
   return vec4(((t.p1 - t.p0) * d2.y - (t.p2 - t.p0) * d1.y) / area, area < 0.0f ? 1.0f : -1.0f);
 }
 
-vec3 ApplyNormalMap(GpuTextureRef ref, float scale, GpuInstance instance, GpuHit hit,
-                    WorldTriangle t, vec3 normal) {
-  if (ref.texture < 0) {
-    return normal;
-  }
+struct TangentFrame {
+  vec3 tangent;    // zero if there is none
+  vec3 bitangent;  // both of unit length
+};
+
+// In the plane of a normal; uv_set: texture coordinates for meshes without tangents.
+TangentFrame TangentsAt(GpuInstance instance, GpuHit hit, WorldTriangle t, int uv_set,
+                        vec3 normal) {
   uvec3 corner = CornersOf(instance, hit.primitive);
   vec4 tangent;
   if (instance.tangents == kNoArray) {
-    tangent = TangentFromUv(instance, corner, t, ref.uv_set == 0 ? instance.uv_0 : instance.uv_1);
+    tangent = TangentFromUv(instance, corner, t, uv_set == 0 ? instance.uv_0 : instance.uv_1);
   } else {
     vec3 weight = Weights(hit);
     tangent = Vec4At(instance.tangents + 4u * corner.x) * weight.x +
@@ -57,14 +60,40 @@ vec3 ApplyNormalMap(GpuTextureRef ref, float scale, GpuInstance instance, GpuHit
         TransformVector(instance.world_x, instance.world_y, instance.world_z, tangent.xyz);
   }
   vec3 along = SafeNormalize(tangent.xyz - normal * dot(normal, tangent.xyz), vec3(0.0f));
-  if (along == vec3(0.0f)) {
+  float handedness = (tangent.w < 0.0f ? -1.0f : 1.0f) * Orientation(instance);
+  return TangentFrame(along, cross(normal, along) * handedness);
+}
+
+vec3 ApplyNormalMap(GpuTextureRef ref, float scale, GpuInstance instance, GpuHit hit,
+                    WorldTriangle t, vec3 normal) {
+  if (ref.texture < 0) {
     return normal;
   }
-  float handedness = (tangent.w < 0.0f ? -1.0f : 1.0f) * Orientation(instance);
-  vec3 across = cross(normal, along) * handedness;
+  TangentFrame frame = TangentsAt(instance, hit, t, ref.uv_set, normal);
+  if (frame.tangent == vec3(0.0f)) {
+    return normal;
+  }
   vec3 m = TextureValue(ref, instance, hit, false).xyz * 2.0f - vec3(1.0f);
   m.xy *= scale;
-  return SafeNormalize(along * m.x + across * m.y + normal * m.z, normal);
+  return SafeNormalize(frame.tangent * m.x + frame.bitangent * m.y + normal * m.z, normal);
+}
+
+// Isotropic where the mesh has no tangent, or the texture no direction.
+void SetAnisotropy(uint record, GpuInstance instance, GpuHit hit, WorldTriangle t, vec3 normal,
+                   LocalFrame frame, inout SurfaceLayers layers) {
+  GpuTextureRef ref = TextureRefAt(record + kLayersAnisotropyTexture);
+  TangentFrame tangents = TangentsAt(instance, hit, t, ref.uv_set, normal);
+  vec2 direction = Vec2At(record + kLayersAnisotropyTurn);
+  if (ref.texture >= 0) {
+    vec2 d = TextureValue(ref, instance, hit, false).xy * 2.0f - vec2(1.0f);
+    direction = vec2(direction.x * d.x - direction.y * d.y, direction.y * d.x + direction.x * d.y);
+  }
+  vec3 local = ToLocal(frame, tangents.tangent * direction.x + tangents.bitangent * direction.y);
+  vec3 tangent = SafeNormalize(vec3(local.xy, 0.0f), vec3(0.0f));
+  layers.tangent = tangent.xy;
+  if (tangent == vec3(0.0f)) {
+    layers.anisotropy = 0.0f;
+  }
 }
 
 vec3 InterpolatedNormal(GpuInstance instance, GpuHit hit, vec3 outward) {
@@ -105,6 +134,9 @@ void SetNormals(GpuMaterial material, GpuInstance instance, GpuHit hit, inout Sh
       vec3 coat = ApplyNormalMap(ref, scale, instance, hit, t, even);
       layers.coat_normal = ToLocal(at.frame, FaceViewer(coat * side, at.wo));
     }
+  }
+  if (kWithLayers != 0u && layers.anisotropy > 0.0f) {
+    SetAnisotropy(material.layers, instance, hit, t, even, at.frame, layers);
   }
 }
 
@@ -169,7 +201,16 @@ Bsdf MakeSurfaceBsdf(GpuMaterial material, Surface surface, float min_alpha,
   inputs.ior = material.ior;
   inputs.solid = surface.at.solid;
   inputs.front = surface.at.front;
-  SchlickShare share = ShareOfSpecular(surface.at.local_wo.z, inputs.alpha);
+  vec2 alphas = vec2(inputs.alpha);
+  SchlickShare share;
+  if (kWithLayers != 0u && surface.layers.anisotropy > 0.0f) {
+    alphas = SpecularAlphas(inputs, surface.layers);
+  }
+  if (kWithLayers != 0u && alphas.x > alphas.y) {
+    share = ShareOfAnisotropic(ToTangent(surface.layers.tangent, surface.at.local_wo), alphas);
+  } else {
+    share = ShareOfSpecular(surface.at.local_wo.z, alphas.y);
+  }
   GlassShare of_glass = GlassShare(0.0f, 0.0f);
   if (GlassWeight(inputs) > 0.0f) {
     of_glass = ShareOfGlass(material, surface, GlassAlpha(inputs));
@@ -184,7 +225,7 @@ Bsdf MakeSurfaceBsdf(GpuMaterial material, Surface surface, float min_alpha,
     float glass_covered = smooth_sheet
                               ? SheetCover(surface.layers, dot(surface.at.wo, surface.at.geometric))
                               : CoverTransmittance(layers, shares);
-    AddLayers(bsdf, layers, shares, share, glass_covered);
+    AddLayers(bsdf, layers, alphas, shares, share, glass_covered);
   }
   specular_albedo = SpecularAlbedo(bsdf, share, of_glass);
   return bsdf;
