@@ -157,6 +157,7 @@ struct Settings {
   float eaw_sigma_n = 0.3f;
   float eaw_sigma_z = 0.05f;
   float clip_outliers = 4.0f;
+  bool restore_energy = true;
   float virtual_roughness = 0.1f;
   float mirror_roughness = 0.05f;
   bool restore_detail = false;

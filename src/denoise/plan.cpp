@@ -115,6 +115,8 @@ StagesRun StagesOf(const Settings& s, const FrameFacts& facts, const SequencePro
               s.wavelet == Wavelet::kSvgf && s.prefilter_variance == PrefilterVariance::kOnce,
           .measure_luminance = s.wavelet == Wavelet::kEaw,
           .clip_outliers = s.clip_outliers > 0 && s.wavelet == Wavelet::kSvgf,
+          .restore_energy =
+              s.restore_energy && s.wavelet != Wavelet::kOff && s.firefly != Firefly::kCompress,
           .keep_mirrors = s.mirror_roughness > 0 && facts.has_roughness,
           .restore_detail = s.restore_detail && s.temporal && s.wavelet != Wavelet::kOff,
           .fxaa = s.fxaa == Fxaa::kOn || (s.fxaa == Fxaa::kSparse && sparse),
@@ -180,6 +182,7 @@ int FollowedSignals(std::span<const SignalGroup> signals) {
 
 void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   plan->clip_outliers = {.clip_outliers = s.clip_outliers};
+  plan->energy_signals = plan->runs.restore_energy ? SmoothSignals(plan->signals) : 0;
   plan->keep_mirrors = {
       .mirror_roughness = s.mirror_roughness,
       .mirror_signals = plan->runs.keep_mirrors ? MirrorSignals(plan->signals, facts.lights) : 0};
@@ -246,6 +249,7 @@ FramePlan PlanOfLayer(const FramePlan& plan, const PlannedLayer& layer) {
   }
   int& mirrors = of_layer.keep_mirrors.mirror_signals;
   mirrors = mirrors >> layer.first & mask;
+  of_layer.energy_signals = plan.energy_signals >> layer.first & mask;
   int& detail = of_layer.restore_detail.detail_signals;
   detail = detail >> layer.first & mask;
   return of_layer;

@@ -76,7 +76,8 @@ struct StagesRun {
   bool smooth_variance;    ///< before the levels
   bool measure_luminance;  ///< the mean of each signal, which scales eaw_sigma_l
   bool clip_outliers;      ///< after the levels
-  bool keep_mirrors;       ///< if the frame shows any
+  bool restore_energy;
+  bool keep_mirrors;  ///< if the frame shows any
   bool restore_detail;
   bool fxaa;
   bool antialias;
@@ -156,6 +157,7 @@ struct FramePlan {
   /// without it (PSVGF section 5).
   float feedback_phase;
   ClipOutliersParameters clip_outliers;
+  int energy_signals;  ///< bit s: restore_energy runs for signal s
   KeepMirrorsParameters keep_mirrors;
   RestoreDetailParameters restore_detail;
   FxaaParameters fxaa;

@@ -435,6 +435,13 @@ std::vector<Row> MakeTable() {
                     "for wavelet=svgf.",
                 .max = 1000.0},
        .member = &Settings::clip_outliers},
+      {.info = {.name = "restore_energy",
+                .type = kFlag,
+                .group = "restore_energy",
+                .help = "Make filtered indirect diffuse light as bright as its samples, over some "
+                        "fifty pixels, where the difference is significant. Not for signals with "
+                        "other light too, nor with firefly=compress."},
+       .member = &Settings::restore_energy},
       {.info = {.name = "virtual_roughness",
                 .type = kFloat,
                 .group = "select_guides",
@@ -570,6 +577,7 @@ constexpr PresetValue kSvgf[] = {
     {"curvature", "0"},
     {"depth_weight", "gradient"},
     {"clip_outliers", "0"},
+    {"restore_energy", "off"},
     {"pilot", "off"},
     {"sigma_l", "4"},
     {"noise_ratio", "1"},
@@ -596,6 +604,7 @@ constexpr PresetValue kPsvgf[] = {
     {"curvature", "0"},
     {"depth_weight", "gradient"},
     {"clip_outliers", "0"},
+    {"restore_energy", "off"},
     {"pilot", "off"},
     {"max_slope", "0.1"},
     {"sigma_l", "4"},
@@ -613,17 +622,12 @@ constexpr PresetValue kPsvgf[] = {
 
 /// Dammertz et al. 2010.
 constexpr PresetValue kEaw[] = {
-    {"temporal", "off"},
-    {"limit_history", "off"},
-    {"variance_of", "frame"},
-    {"wavelet", "eaw"},
-    {"virtual_roughness", "0"},
-    {"mirror_roughness", "0"},
-    {"antialias", "off"},
-    {"taa_alpha", "0.1"},
-    {"taa_filter", "catmull_rom"},
-    {"taa_follow_light", "off"},
-    {"fxaa", "off"},
+    {"temporal", "off"},         {"limit_history", "off"},
+    {"variance_of", "frame"},    {"wavelet", "eaw"},
+    {"restore_energy", "off"},   {"virtual_roughness", "0"},
+    {"mirror_roughness", "0"},   {"antialias", "off"},
+    {"taa_alpha", "0.1"},        {"taa_filter", "catmull_rom"},
+    {"taa_follow_light", "off"}, {"fxaa", "off"},
 };
 
 /// Accumulation alone.

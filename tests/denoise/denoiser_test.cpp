@@ -437,6 +437,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
       {"eaw_sigma_n", "0.05", {{"wavelet", "eaw"}}},
       {"eaw_sigma_z", "5", {{"wavelet", "eaw"}, {"eaw_sigma_n", "5"}}},
       {"clip_outliers", "0", {}},
+      {"restore_energy", "off", {}},
       {"virtual_roughness", "0", {}},
       {"mirror_roughness", "0", {}},
       {"restore_detail", "on", {}},

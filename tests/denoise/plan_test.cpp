@@ -48,6 +48,7 @@ std::vector<std::string> NamesOf(const StagesRun& r) {
   add(r.estimate_variance, "estimate_variance");
   add(r.measure_luminance, "measure_luminance");
   add(r.clip_outliers, "clip_outliers");
+  add(r.restore_energy, "restore_energy");
   add(r.keep_mirrors, "keep_mirrors");
   add(r.restore_detail, "restore_detail");
   add(r.fxaa, "fxaa");
@@ -62,11 +63,12 @@ TEST(Plan, StagesOfEveryPreset) {
   const auto stages = [](const char* preset) {
     return NamesOf(MakePlan(Preset(preset), UsualFacts(), kLater).runs);
   };
-  EXPECT_EQ(stages("default"), (Names{"reproject", "limit_history", "wavelet", "estimate_variance",
-                                      "clip_outliers", "keep_mirrors", "antialias"}));
+  EXPECT_EQ(stages("default"),
+            (Names{"reproject", "limit_history", "wavelet", "estimate_variance", "clip_outliers",
+                   "restore_energy", "keep_mirrors", "antialias"}));
   EXPECT_EQ(stages("best"),
             (Names{"reproject", "limit_history", "wavelet", "estimate_variance", "clip_outliers",
-                   "keep_mirrors", "restore_detail", "antialias"}));
+                   "restore_energy", "keep_mirrors", "restore_detail", "antialias"}));
   EXPECT_EQ(stages("svgf"), (Names{"reproject", "wavelet", "estimate_variance", "antialias"}));
   EXPECT_EQ(stages("psvgf"), (Names{"reproject", "wavelet", "estimate_variance", "antialias"}));
   EXPECT_EQ(stages("eaw"), (Names{"wavelet", "measure_luminance"}));
@@ -84,7 +86,7 @@ TEST(Plan, StagesThatTheFrameAsksFor) {
   s.firefly = Firefly::kClamp;
   EXPECT_EQ(NamesOf(MakePlan(s, facts, SequenceProgress()).runs),
             (Names{"fill_guides", "clamp_fireflies", "merge_future", "wavelet", "estimate_variance",
-                   "clip_outliers", "fxaa", "antialias", "tonemap"}));
+                   "clip_outliers", "restore_energy", "fxaa", "antialias", "tonemap"}));
   s.fill_guides = false;
   s.firefly = Firefly::kCompress;
   s.fxaa = Fxaa::kOff;

@@ -79,6 +79,7 @@ TEST(Settings, PublishedValuesOfPsvgf) {
       {"fxaa", "sparse"},
       {"limit_history", "off"},
       {"clip_outliers", "0"},
+      {"restore_energy", "off"},
       {"mirror_roughness", "0"}};
   for (const auto& [name, value] : kPublished) {
     EXPECT_EQ(GetParameter(psvgf, name).value(), value) << name;

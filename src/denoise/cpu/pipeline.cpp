@@ -23,6 +23,7 @@
 //     prefilter_variance 1        luminance, variance            luminance factors    (signal by signal)
 //     atrous             wavelet  colour, variance, guides       colour, variance     colour of the feedback level
 //   clip_outliers        1        colour, variance               colour
+//   restore_energy     grid       colour before, colour          colour               (first pass before the levels; at half the resolution)
 //   keep_mirrors         wavelet  new light, colour, roughness   colour               (only where a surface is smooth)
 //   restore_detail       3x3 + 7  new light, colour, residual    colour               mean residual, length  (only if on)
 //   remodulate           -        colours, albedo, unfiltered    picture
@@ -43,6 +44,7 @@
 #include "core/negative_limit.h"
 #include "denoise/copy_image.h"
 #include "denoise/cpu/detail.h"
+#include "denoise/cpu/energy.h"
 #include "denoise/cpu/mirrors.h"
 #include "denoise/cpu/outputs.h"
 #include "denoise/cpu/signals.h"
@@ -178,7 +180,9 @@ void FilterLayer(const CpuPipeline& p, const FrameInput& in, std::span<const Sig
     BeginFilter(p, in, i, known, work, outputs);
   });
   if (p.plan.runs.wavelet) {
+    RunBeginEnergy(p, history->guides, work, out);
     RunWavelet(p, in, history->guides, work, outputs, out);
+    RunRestoreEnergy(p, history->guides, work, out);
   }
   if (p.plan.runs.keep_mirrors) {
     RunKeepMirrors(p, in, history->guides, work, out);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/guides.h"
+#include "denoise/cpu/coarse_grid.h"
 #include "denoise/row_sums.h"
 #include "denoise/stage_timer.h"
 
@@ -80,35 +81,13 @@ HistoryLimits LimitsOf(const CpuPipeline& p, const LayerWork& work, size_t signa
                                    : HistoryLimits();
 }
 
-/// Allocates the planes of the coarse grid, if necessary.
-void MakeCoarsePlanes(const GuidePlanes& guides, size_t signals, LayerWork* work) {
-  const int width = CoarseSize(guides.id.width());
-  const int height = CoarseSize(guides.id.height());
-  if (work->coarse.id.width() != width || work->coarse.id.height() != height ||
-      work->compared.size() != signals) {
-    work->coarse = GuidePlanes(width, height, kComparedBorder);
-    work->compared.assign(signals, ComparedPlanes(width, height));
-  }
-  for (size_t i = 0; i < signals; ++i) {
-    Image1& ratio = work->wavelet[i].ratio;
+/// Allocates the ratios of the history at the pixels, if necessary.
+void MakeRatioPlanes(const GuidePlanes& guides, LayerWork* work) {
+  for (WaveletPlanes& planes : work->wavelet) {
+    Image1& ratio = planes.ratio;
     if (ratio.width() != guides.id.width() || ratio.height() != guides.id.height()) {
       ratio = Image1(guides.id.width(), guides.id.height());
     }
-  }
-}
-
-/// Runs levels on the coarse grid from `light` to `work` and back, and so on.
-void RunComparedLevels(const CpuPipeline& p, int levels, LayerWork* work) {
-  std::array<AtrousSignal, kMostGroups> signals;
-  const size_t count = work->compared.size();
-  for (int level = 0; level < levels; ++level) {
-    for (size_t i = 0; i < count; ++i) {
-      ComparedPlanes& c = work->compared[i];
-      const FilterPlanes& from = level % 2 == 0 ? c.light : c.work;
-      FilterPlanes* to = level % 2 == 0 ? &c.work : &c.light;
-      signals[i] = {&from.colour, &from.variance, to, nullptr, &c.valid};
-    }
-    p.stages.atrous({signals.data(), count}, work->coarse, ComparedLevel(level), p.plan.compared);
   }
 }
 
@@ -183,6 +162,7 @@ void RunLimitHistory(const CpuPipeline& p, const LayerHistory& history, LayerWor
   const StageTimer timer(&out->timings, "limit_history");
   const size_t count = p.plan.signals.size();
   MakeCoarsePlanes(history.guides, count, work);
+  MakeRatioPlanes(history.guides, work);
   std::array<ComparedSignal, kMostGroups> signals;
   for (size_t i = 0; i < count; ++i) {
     signals[i] = {&work->light[i], &history.signals[i], &work->compared[i]};
@@ -191,12 +171,12 @@ void RunLimitHistory(const CpuPipeline& p, const LayerHistory& history, LayerWor
   static_assert(kCorrectHistoryLevels % 2 == 1 && kLimitHistoryLevels % 2 == 0,
                 "the results lie in `work` and in `light`");
   if (p.plan.limit_history.correct_history != 0) {
-    RunComparedLevels(p, kCorrectHistoryLevels, work);
+    RunComparedLevels(p, kCorrectHistoryLevels, kAllSignals, work);
   }
   for (ComparedPlanes& compared : work->compared) {
     CorrectHistory(compared.work, p.plan.limit_history, &compared);
   }
-  RunComparedLevels(p, kLimitHistoryLevels, work);
+  RunComparedLevels(p, kLimitHistoryLevels, kAllSignals, work);
   std::array<LimitedSignal, kMostGroups> limited;
   for (size_t i = 0; i < count; ++i) {
     ComparedPlanes& compared = work->compared[i];

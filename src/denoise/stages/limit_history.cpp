@@ -19,8 +19,8 @@
 
 #include <hwy/highway.h>
 
+#include "denoise/simd/coarse_grid-inl.h"
 #include "denoise/simd/fetch_taps-inl.h"
-#include "denoise/simd/guide_exponents-inl.h"
 #include "denoise/simd/sparse_rows-inl.h"
 #include "denoise/simd/stream_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
@@ -45,87 +45,6 @@ enum PixelRow {
 /// Then rows per block: the weights of its pixels.
 constexpr int kWeightRow = 2 * kPixelRows;
 constexpr int kCompareRows = kWeightRow + 4;
-
-/// The same plane at the even and odd pixels of two rows.
-struct BlockValues {
-  VF pixel[4];
-};
-
-HWY_INLINE BlockValues LoadBlocks(const float* upper, const float* lower, int bx) {
-  const DF d;
-  BlockValues v;
-  hn::LoadInterleaved2(d, upper + 2 * bx, v.pixel[0], v.pixel[1]);
-  hn::LoadInterleaved2(d, lower + 2 * bx, v.pixel[2], v.pixel[3]);
-  return v;
-}
-
-HWY_INLINE VF ComparedWeight(VF cosine, VF expected, VF found, VF own) {
-  const DF d;
-  const VF deviation = hn::Div(hn::Abs(hn::Sub(expected, found)), own);
-  const VF exponent =
-      hn::NegMulAdd(hn::Set(d, kLog2E / kComparedTolerance), deviation,
-                    hn::Mul(hn::Set(d, kLog2E * kComparedSigmaN), LogCosine(cosine)));
-  return Exp2(hn::Max(exponent, hn::Set(d, -120.0f)));
-}
-
-/// Finds the nearest pixels of a row of blocks and their surfaces, and the pixels' weights.
-void CoarseRow(const GuidePlanes& g, int by, const RowScratch& scratch, GuidePlanes* coarse) {
-  const DF d;
-  const VF zero = hn::Zero(d);
-  const VF one = hn::Set(d, 1.0f);
-  const int blocks = CoarseSize(g.id.width());
-  const auto load = [&](const Image1& plane, int bx) HWY_ATTR __attribute__((always_inline)) {
-    return LoadBlocks(plane.Row(2 * by), plane.Row(2 * by + 1), bx);
-  };
-  for (int bx = 0; bx < blocks; bx += LaneCount()) {
-    const BlockValues inverse = load(g.inverse_depth, bx);
-    const BlockValues normal[3] = {load(g.normal[0], bx), load(g.normal[1], bx),
-                                   load(g.normal[2], bx)};
-    const BlockValues gradient[2] = {load(g.gradient[0], bx), load(g.gradient[1], bx)};
-    VF own = inverse.pixel[0];
-    VF n[3] = {normal[0].pixel[0], normal[1].pixel[0], normal[2].pixel[0]};
-    VF slope[2] = {gradient[0].pixel[0], gradient[1].pixel[0]};
-    VF at[2] = {zero, zero};
-    for (int k = 1; k < 4; ++k) {
-      const MF nearer = hn::Gt(inverse.pixel[k], own);
-      own = hn::IfThenElse(nearer, inverse.pixel[k], own);
-      for (int c = 0; c < 3; ++c) {
-        n[c] = hn::IfThenElse(nearer, normal[c].pixel[k], n[c]);
-      }
-      for (int c = 0; c < 2; ++c) {
-        slope[c] = hn::IfThenElse(nearer, gradient[c].pixel[k], slope[c]);
-      }
-      at[0] = hn::IfThenElse(nearer, hn::Set(d, static_cast<float>(k & 1)), at[0]);
-      at[1] = hn::IfThenElse(nearer, hn::Set(d, static_cast<float>(k >> 1)), at[1]);
-    }
-    const MF surface = hn::Gt(own, zero);
-    const VF divisor = hn::IfThenElse(surface, own, one);
-    const auto expected_at = [&](VF x, VF y) HWY_ATTR __attribute__((always_inline)) {
-      return hn::Add(own,
-                     hn::MulAdd(slope[0], hn::Sub(x, at[0]), hn::Mul(slope[1], hn::Sub(y, at[1]))));
-    };
-    for (int k = 0; k < 4; ++k) {
-      const VF cosine =
-          hn::MulAdd(n[0], normal[0].pixel[k],
-                     hn::MulAdd(n[1], normal[1].pixel[k], hn::Mul(n[2], normal[2].pixel[k])));
-      const VF expected = expected_at(hn::Set(d, static_cast<float>(k & 1)),
-                                      hn::Set(d, static_cast<float>(k >> 1)));
-      const VF weight = ComparedWeight(cosine, expected, inverse.pixel[k], divisor);
-      const MF same = hn::And(surface, hn::Gt(inverse.pixel[k], zero));
-      hn::StoreU(hn::IfThenElseZero(same, weight), d, scratch.Row(kWeightRow + k) + bx);
-    }
-    const VF half = hn::Set(d, 0.5f);
-    const VF centre = expected_at(half, half);
-    StoreInRow(d, hn::IfThenElse(hn::Gt(centre, zero), centre, own), coarse->inverse_depth.Row(by),
-               bx, blocks);
-    for (int c = 0; c < 3; ++c) {
-      StoreInRow(d, n[c], coarse->normal[c].Row(by), bx, blocks);
-    }
-    for (int c = 0; c < 2; ++c) {
-      StoreInRow(d, hn::Add(slope[c], slope[c]), coarse->gradient[c].Row(by), bx, blocks);
-    }
-  }
-}
 
 /// See CompressedVariance. \param c  the compressed mean
 HWY_INLINE VF SampleVariance(VF c, VF mean, VF variance, VF scale) {
@@ -279,7 +198,7 @@ void CompareRows(std::span<const ComparedSignal> signals, const ReprojectionTaps
   const auto compare_pixels =
       taps.confidence != nullptr ? ComparePixels<true> : ComparePixels<false>;
   for (int by = begin; by < end; ++by) {
-    CoarseRow(guides, by, scratch, coarse);
+    CoarseRow(guides, by, scratch, kWeightRow, coarse);
     for (const ComparedSignal& signal : signals) {
       bool any = false;
       for (int row = 0; row < 2; ++row) {
@@ -300,97 +219,6 @@ void CompareRows(std::span<const ComparedSignal> signals, const ReprojectionTaps
 /// and the results.
 enum LimitRow { kBlockWeights, kRatioRow = 8, kBiasRow, kLimitRows };
 
-/// Rows of the blocks that a row of pixels reads, and the columns of its even and odd pixels.
-struct BlocksBeside {
-  int row[2];
-
-  explicit BlocksBeside(int y) : row{y / 2, y / 2 + (y & 1) * 2 - 1} {}
-  int RowOf(int k) const { return row[k >> 1]; }
-  static int ColumnOf(int k, int side) { return (k & 1) == 0 ? 0 : side * 2 - 1; }
-};
-
-void WeighBlocks(const GuidePlanes& coarse, const GuidePlanes& guides, int y,
-                 const RowScratch& scratch) {
-  const DF d;
-  const VF zero = hn::Zero(d);
-  const VF one = hn::Set(d, 1.0f);
-  const int blocks = CoarseSize(guides.id.width());
-  const BlocksBeside beside(y);
-  const auto load = [&](const Image1& plane, int bx, VF* sides) HWY_ATTR
-      __attribute__((always_inline)) {
-    hn::LoadInterleaved2(d, plane.Row(y) + 2 * bx, sides[0], sides[1]);
-  };
-  for (int bx = 0; bx < blocks; bx += LaneCount()) {
-    VF inverse[2], nx[2], ny[2], nz[2], gx[2], gy[2];
-    load(guides.inverse_depth, bx, inverse);
-    load(guides.normal[0], bx, nx);
-    load(guides.normal[1], bx, ny);
-    load(guides.normal[2], bx, nz);
-    load(guides.gradient[0], bx, gx);
-    load(guides.gradient[1], bx, gy);
-    for (int side = 0; side < 2; ++side) {
-      const MF surface = hn::Gt(inverse[side], zero);
-      const VF own = hn::IfThenElse(surface, inverse[side], one);
-      for (int k = 0; k < 4; ++k) {
-        const int row = beside.RowOf(k);
-        const int column = BlocksBeside::ColumnOf(k, side);
-        const float dx = static_cast<float>(2 * column) + 0.5f - static_cast<float>(side);
-        const float dy = static_cast<float>(2 * row - y) + 0.5f;
-        const float kernel = ((k & 1) == 0 ? 0.75f : 0.25f) * ((k >> 1) == 0 ? 0.75f : 0.25f);
-        const auto of_block = [&](const Image1& plane) HWY_ATTR __attribute__((always_inline)) {
-          return hn::LoadU(d, plane.Row(row) + bx + column);
-        };
-        const VF cosine = hn::MulAdd(nx[side], of_block(coarse.normal[0]),
-                                     hn::MulAdd(ny[side], of_block(coarse.normal[1]),
-                                                hn::Mul(nz[side], of_block(coarse.normal[2]))));
-        const VF expected = hn::Add(
-            inverse[side], hn::MulAdd(gx[side], hn::Set(d, dx), hn::Mul(gy[side], hn::Set(d, dy))));
-        const VF weight =
-            hn::Mul(hn::Set(d, kernel),
-                    ComparedWeight(cosine, expected, of_block(coarse.inverse_depth), own));
-        hn::StoreU(hn::IfThenElseZero(surface, weight), d,
-                   scratch.Row(kBlockWeights + 4 * side + k) + bx);
-      }
-    }
-  }
-}
-
-/// Interpolates ratio and bias of one signal to a row of pixels, 1 and 0 where no block is similar.
-void UpsampleRow(const LimitedSignal& signal, int y, const RowScratch& scratch) {
-  const DF d;
-  const VF zero = hn::Zero(d);
-  const VF one = hn::Set(d, 1.0f);
-  const int blocks = signal.compared->ratio.width();
-  const BlocksBeside beside(y);
-  for (int bx = 0; bx < blocks; bx += LaneCount()) {
-    VF ratio[2], bias[2];
-    for (int side = 0; side < 2; ++side) {
-      VF sum = zero;
-      VF sum_ratio = zero;
-      VF sum_bias = zero;
-      for (int k = 0; k < 4; ++k) {
-        const int row = beside.RowOf(k);
-        const int q = bx + BlocksBeside::ColumnOf(k, side);
-        const auto load = [&](const Image1& plane) HWY_ATTR __attribute__((always_inline)) {
-          return hn::LoadU(d, plane.Row(row) + q);
-        };
-        const MF valid = hn::Gt(load(signal.compared->valid), zero);
-        const VF weight =
-            hn::IfThenElseZero(valid, hn::LoadU(d, scratch.Row(kBlockWeights + 4 * side + k) + bx));
-        sum = hn::Add(sum, weight);
-        sum_ratio = hn::MulAdd(weight, load(signal.compared->ratio), sum_ratio);
-        sum_bias = hn::MulAdd(weight, load(signal.compared->bias), sum_bias);
-      }
-      const MF similar = hn::Gt(sum, hn::Set(d, kLeastComparedWeight));
-      const VF scale = hn::Div(one, hn::IfThenElse(similar, sum, one));
-      ratio[side] = hn::IfThenElse(similar, hn::Mul(sum_ratio, scale), one);
-      bias[side] = hn::IfThenElseZero(similar, hn::Mul(sum_bias, scale));
-    }
-    hn::StoreInterleaved2(ratio[0], ratio[1], d, scratch.Row(kRatioRow) + 2 * bx);
-    hn::StoreInterleaved2(bias[0], bias[1], d, scratch.Row(kBiasRow) + 2 * bx);
-  }
-}
-
 void LimitHistoryRows(std::span<const LimitedSignal> signals, const GuidePlanes& coarse,
                       const GuidePlanes& guides, int y0, int y1) {
   const DF d;
@@ -399,9 +227,11 @@ void LimitHistoryRows(std::span<const LimitedSignal> signals, const GuidePlanes&
   const int width = guides.id.width();
   const RowScratch scratch(width + 2, kLimitRows);
   for (int y = y0; y < y1; ++y) {
-    WeighBlocks(coarse, guides, y, scratch);
+    WeighBlocks(coarse, guides, y, scratch, kBlockWeights);
     for (const LimitedSignal& signal : signals) {
-      UpsampleRow(signal, y, scratch);
+      const ComparedPlanes& compared = *signal.compared;
+      InterpolateBlocks<2>(compared.valid, {&compared.ratio, &compared.bias}, {1.0f, 0.0f}, y,
+                           scratch, kBlockWeights, kRatioRow);
       for (int x = 0; x < width; x += LaneCount()) {
         const MF sampled = hn::Gt(hn::LoadU(d, signal.samples->Row(y) + x), hn::Zero(d));
         const VF ratio = hn::LoadU(d, scratch.Row(kRatioRow) + x);

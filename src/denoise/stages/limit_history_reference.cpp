@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 #include "core/shared.h"
+#include "denoise/stages/coarse_grid.h"
 #include "denoise/stages/limit_history.h"
 #include "denoise/stages/limit_history_shared.h"
 #include "denoise/stages/reproject.h"
@@ -12,59 +13,6 @@ SignalHistory Fetched(const SignalHistory& before, const ReprojectionTaps& taps)
   SignalHistory fetched = before;
   FetchHistory(before, taps, &fetched);
   return fetched;
-}
-
-vec3 NormalAt(const GuidePlanes& g, int x, int y) {
-  return {g.normal[0](x, y), g.normal[1](x, y), g.normal[2](x, y)};
-}
-
-/// The inverse depth that the surface at a pixel has `dx`, `dy` pixels away.
-float ExpectedAt(const GuidePlanes& g, int x, int y, float dx, float dy) {
-  return g.inverse_depth(x, y) + (g.gradient[0](x, y) * dx + g.gradient[1](x, y) * dy);
-}
-
-/// The pixels of a block, of which the nearest represents it.
-struct Block {
-  int x, y;  ///< of the nearest pixel
-  float weight[4];
-};
-
-Block BlockAt(const GuidePlanes& g, int bx, int by) {
-  Block block = {2 * bx, 2 * by, {}};
-  for (int k = 1; k < 4; ++k) {
-    const int x = 2 * bx + (k & 1);
-    const int y = 2 * by + (k >> 1);
-    if (g.inverse_depth(x, y) > g.inverse_depth(block.x, block.y)) {
-      block.x = x;
-      block.y = y;
-    }
-  }
-  const float own = g.inverse_depth(block.x, block.y);
-  for (int k = 0; k < 4 && own > 0; ++k) {
-    const int x = 2 * bx + (k & 1);
-    const int y = 2 * by + (k >> 1);
-    const float found = g.inverse_depth(x, y);
-    const float expected = ExpectedAt(g, block.x, block.y, static_cast<float>(x - block.x),
-                                      static_cast<float>(y - block.y));
-    const float cosine = dot(NormalAt(g, block.x, block.y), NormalAt(g, x, y));
-    block.weight[k] = found > 0 ? ComparedWeight(cosine, expected, found, own) : 0.0f;
-  }
-  return block;
-}
-
-/// The surface of a block at its centre; its slope is that over two pixels.
-void StoreCoarse(const GuidePlanes& g, const Block& block, int bx, int by, GuidePlanes* coarse) {
-  const float own = g.inverse_depth(block.x, block.y);
-  const float dx = 2 * static_cast<float>(bx) + 0.5f - static_cast<float>(block.x);
-  const float dy = 2 * static_cast<float>(by) + 0.5f - static_cast<float>(block.y);
-  const float centre = ExpectedAt(g, block.x, block.y, dx, dy);
-  coarse->inverse_depth(bx, by) = centre > 0 ? centre : own;
-  for (int c = 0; c < 3; ++c) {
-    coarse->normal[c](bx, by) = g.normal[c](block.x, block.y);
-  }
-  for (int c = 0; c < 2; ++c) {
-    coarse->gradient[c](bx, by) = 2 * g.gradient[c](block.x, block.y);
-  }
 }
 
 struct Means {
@@ -140,25 +88,18 @@ namespace {
 void LimitPixel(const LimitedSignal& signal, const GuidePlanes& coarse, const GuidePlanes& guides,
                 int x, int y) {
   const ComparedPlanes& compared = *signal.compared;
+  const BlocksAround around = FindBlocksAround(coarse, guides, x, y);
   float sum_ratio = 0;
   float sum_bias = 0;
   float sum = 0;
   for (int k = 0; k < 4; ++k) {
-    // Its own block, and those beside it on the pixel's side.
-    const int bx = x / 2 + ((k & 1) == 0 ? 0 : (x & 1) * 2 - 1);
-    const int by = y / 2 + ((k >> 1) == 0 ? 0 : (y & 1) * 2 - 1);
-    if (!(compared.valid(bx, by) > 0)) {  // 0 in the border
-      continue;
+    const int bx = around.x[k];
+    const int by = around.y[k];
+    if (compared.valid(bx, by) > 0) {  // 0 in the border
+      sum_ratio += around.weight[k] * compared.ratio(bx, by);
+      sum_bias += around.weight[k] * compared.bias(bx, by);
+      sum += around.weight[k];
     }
-    const float dx = 2 * static_cast<float>(bx) + 0.5f - static_cast<float>(x);
-    const float dy = 2 * static_cast<float>(by) + 0.5f - static_cast<float>(y);
-    const float cosine = dot(NormalAt(guides, x, y), NormalAt(coarse, bx, by));
-    const float w = ((k & 1) == 0 ? 0.75f : 0.25f) * ((k >> 1) == 0 ? 0.75f : 0.25f) *
-                    ComparedWeight(cosine, ExpectedAt(guides, x, y, dx, dy),
-                                   coarse.inverse_depth(bx, by), guides.inverse_depth(x, y));
-    sum_ratio += w * compared.ratio(bx, by);
-    sum_bias += w * compared.bias(bx, by);
-    sum += w;
   }
   if (sum > kLeastComparedWeight) {
     (*signal.ratio)(x, y) = sum_ratio / sum;

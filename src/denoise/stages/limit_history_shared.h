@@ -94,13 +94,19 @@ SHARED_FN float ComparisonNoise(float present, float n, float length, float mean
 const float kRatioNoise = 1.75f;
 const float kMostRatio = 2.0f;
 
-// Ratio of present to history from their means over a neighbourhood, shrunk towards 1 as far as
-// their difference is explained by noise (James and Stein 1961).
+// Ratio of two means over a neighbourhood, shrunk towards 1 as far as their difference is explained
+// by noise (James and Stein 1961).
+// \param noise  what counts as noise: a multiple of the variance of the difference
+SHARED_FN float ShrunkenRatio(float present, float before, float noise) {
+  float d = present - before;
+  float significance = max(1.0f - noise / max(d * d, 1e-30f), 0.0f);
+  float ratio = 1.0f + significance * d / max(before, 1e-20f);
+  return before > 1e-20f ? min(max(ratio, 1.0f / kMostRatio), kMostRatio) : 1.0f;
+}
+
+// Ratio of present to history.
 SHARED_FN float HistoryRatio(float present, float history, float noise) {
-  float d = present - history;
-  float significance = max(1.0f - kRatioNoise * noise / max(d * d, 1e-30f), 0.0f);
-  float ratio = 1.0f + significance * d / max(history, 1e-20f);
-  return history > 1e-20f ? min(max(ratio, 1.0f / kMostRatio), kMostRatio) : 1.0f;
+  return ShrunkenRatio(present, history, kRatioNoise * noise);
 }
 
 // The compressed luminance of light times a ratio: exact for a single value.

@@ -20,13 +20,7 @@ layout(set = 1, binding = 6, SURFACE_FORMAT) writeonly uniform uimage2D detail_o
 layout(set = 1, binding = 7, LIGHT_FORMAT) writeonly uniform image2DArray light_out;
 layout(set = 1, binding = 8, LIGHT_FORMAT) writeonly uniform image2DArray compressed_out;
 
-ivec2 PixelOf(ivec2 block, int k) {
-  return 2 * block + ivec2(k & 1, k >> 1);
-}
-
-Surface SurfaceAt(ivec2 p) {
-  return Inside(p) ? UnpackSurface(texelFetch(surface_image, p, 0)) : Surface(0.0f, vec3(0.0f));
-}
+#include "denoise/vulkan/coarse_grid.glsl"
 
 void CompareSignal(ivec2 block, int s, vec4 weight) {
   vec4 sum = vec4(0.0f);             // present, history, noise; weight
@@ -67,33 +61,9 @@ void main() {
   if (any(greaterThanEqual(block, CoarseSize()))) {
     return;
   }
-  Surface nearest = SurfaceAt(PixelOf(block, 0));
-  int own = 0;
-  for (int k = 1; k < 4; ++k) {
-    Surface other = SurfaceAt(PixelOf(block, k));
-    if (other.inverse_depth > nearest.inverse_depth) {
-      nearest = other;
-      own = k;
-    }
-  }
-  vec2 from = vec2(own & 1, own >> 1);
-  Detail detail =
-      UnpackDetail(texelFetch(detail_image, PixelOf(block, own), 0), nearest.inverse_depth);
-  vec4 weight = vec4(0.0f);
-  for (int k = 0; k < 4; ++k) {
-    Surface other = SurfaceAt(PixelOf(block, k));
-    if (nearest.inverse_depth > 0.0f && other.inverse_depth > 0.0f) {
-      float expected = nearest.inverse_depth + dot(detail.gradient, vec2(k & 1, k >> 1) - from);
-      weight[k] = ComparedWeight(dot(nearest.normal, other.normal), expected, other.inverse_depth,
-                                 nearest.inverse_depth);
-    }
-  }
+  Block found = FindBlock(block);
   for (int s = 0; s < signals; ++s) {
-    CompareSignal(block, s, weight);
+    CompareSignal(block, s, found.weight);
   }
-  float centre = nearest.inverse_depth + dot(detail.gradient, vec2(0.5f) - from);
-  Surface coarse = Surface(centre > 0.0f ? centre : nearest.inverse_depth, nearest.normal);
-  imageStore(surface_out, block, PackSurface(coarse));
-  imageStore(detail_out, block,
-             PackDetail(Detail(2.0f * detail.gradient, 0u), coarse.inverse_depth));
+  StoreBlock(block, found);
 }

@@ -80,15 +80,17 @@ Result<FrameImages> AddImages(const Shape& shape, gpu::Arena* arena) {
     guides->surface = adder.Picture(guide, 0);
     guides->detail = adder.Picture(guide, 0);
   }
-  if (shape.with_compressed) {
+  if (shape.with_coarse) {
     const int width = (shape.width + 1) / 2;
     const int height = (shape.height + 1) / 2;
     images.coarse.surface = adder.Add(guide, width, height, 0);
     images.coarse.detail = adder.Add(guide, width, height, 0);
     images.compared[0] = adder.Add(light, width, height, n);
     images.compared[1] = adder.Add(light, width, height, n);
-    images.compressed_light = adder.Add(light, width, height, n);
-    images.ratio = adder.Add(scalar, width, height, n);
+    if (shape.with_compressed) {
+      images.compressed_light = adder.Add(light, width, height, n);
+      images.ratio = adder.Add(scalar, width, height, n);
+    }
   }
   images.picture = adder.Picture(light, 0);
   images.scratch = adder.Picture(light, 0);

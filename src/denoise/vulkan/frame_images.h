@@ -17,6 +17,7 @@ struct Shape {
   int height = 0;
   int signals = 1;
   bool with_compressed = false;  ///< limit_history runs
+  bool with_coarse = false;      ///< limit_history or restore_energy runs
   bool with_behind = false;      ///< feedback is blended in
   bool with_within = true;       ///< second moments may be given
   bool clamps_fireflies = false;
@@ -55,7 +56,7 @@ struct FrameImages {
   const gpu::Image* noisy = nullptr;      ///< luminance, red, blue, samples
   const gpu::Image* unclamped = nullptr;  ///< the same before fireflies are clamped
   const gpu::Image* within = nullptr;
-  GuideImages coarse;                  ///< of limit_history, at half the size, as the next
+  GuideImages coarse;  ///< of limit_history and restore_energy, at half the size, as the next
   const gpu::Image* compared[2] = {};  ///< see compare_history.comp
   const gpu::Image* compressed_light = nullptr;
   const gpu::Image* ratio = nullptr;

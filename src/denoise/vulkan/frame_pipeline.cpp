@@ -27,6 +27,7 @@
 //     prefilter_variance light of the wavelet                luminance factors         16 n, 2 n
 //     atrous             light, luminance factors, guides    light of the wavelet      16 + 10 n, 8 n
 //   clip_outliers        light                               light                     8 n, 8 n
+//   restore_energy     light before and after, guides      light                     64 + 30 n, 12 n  (a pass before the levels; half the size)
 //   keep_mirrors         new light, light, roughness         light                     12 + 96 n, 40 n  (only where roughness is given)
 //   remodulate           light, albedos, unfiltered light    picture                   inputs + 8 n, 8
 //   fxaa                 picture, length                     picture                   16, 8
@@ -310,12 +311,13 @@ void FramePipeline::GatherLight(const FramePlan& plan, PassRecorder* recorder) {
   }
 }
 
-/// Runs levels of limit_history from the first image to the second and back.
-void FramePipeline::RunComparedLevels(int levels, PassRecorder* recorder) {
+/// Runs levels on the coarse grid from the first image to the second and back.
+/// \param stage  whose time it is
+void FramePipeline::RunComparedLevels(const char* stage, int levels, PassRecorder* recorder) {
   const FrameImages& i = images_;
   for (int level = 0; level < levels; ++level) {
     const LevelPush push = {ComparedLevel(level).step, level, 1};
-    recorder->CountAs("limit_history");
+    recorder->CountAs(stage);
     RunAtrous(CoarseSize(shape_.width), CoarseSize(shape_.height),
               {i.coarse.surface, i.coarse.detail, i.compared[level & 1], i.luminance_factor,
                i.nothing, i.compared[(level & 1) ^ 1]},
@@ -334,11 +336,11 @@ void FramePipeline::LimitHistory(const FramePlan& plan, PassRecorder* recorder) 
   static_assert(kCorrectHistoryLevels % 2 == 1 && kLimitHistoryLevels % 2 == 0,
                 "the results lie in the second and in the first image");
   if (plan.limit_history.correct_history != 0) {
-    RunComparedLevels(kCorrectHistoryLevels, recorder);
+    RunComparedLevels("limit_history", kCorrectHistoryLevels, recorder);
   }
   recorder->Run(Shader::kCorrectHistory, CoarseGrid(),
                 {i.compared[1], i.compressed_light, i.ratio, i.compared[0]});
-  RunComparedLevels(kLimitHistoryLevels, recorder);
+  RunComparedLevels("limit_history", kLimitHistoryLevels, recorder);
   recorder->Run(Shader::kLimitHistory, grid_,
                 {i.guides.surface, i.guides.detail, i.coarse.surface, i.compared[0], i.ratio,
                  i.noisy, i.wavelet[1]});
@@ -395,6 +397,9 @@ const gpu::Image* FramePipeline::RunPilot(int level, int signals, const gpu::Ima
 }
 
 void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
+  if (plan.energy_signals != 0) {
+    BeginEnergy(recorder);
+  }
   int target = 1;
   if (plan.runs.smooth_variance) {
     recorder->Run(Shader::kSmoothVariance, grid_, {light_, images_.wavelet[target]});
@@ -439,7 +444,35 @@ void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
   if (plan.runs.clip_outliers) {
     recorder->Run(Shader::kClipOutliers, grid_, {light_, images_.wavelet[target]});
     light_ = images_.wavelet[target];
+    target ^= 1;
   }
+  Keep(recorder, "filtered", light_);
+  if (plan.energy_signals != 0) {
+    RestoreEnergy(images_.wavelet[target], recorder);
+  }
+}
+
+/// Before the wavelet: the means of the accumulated light, in the second image of the coarse grid.
+void FramePipeline::BeginEnergy(PassRecorder* recorder) {
+  const FrameImages& i = images_;
+  recorder->Run(Shader::kMeasureEnergy, CoarseGrid(),
+                {i.guides.surface, i.guides.detail, known_.moments, light_, i.nothing,
+                 i.coarse.surface, i.coarse.detail, i.compared[1]},
+                int32_t{0});
+}
+
+/// See stages/restore_energy.h. \param out  an image that is no longer read; becomes the light
+void FramePipeline::RestoreEnergy(const gpu::Image* out, PassRecorder* recorder) {
+  const FrameImages& i = images_;
+  recorder->Run(Shader::kMeasureEnergy, CoarseGrid(),
+                {i.guides.surface, i.guides.detail, known_.moments, light_, i.compared[1],
+                 i.coarse.surface, i.coarse.detail, i.compared[0]},
+                int32_t{1});
+  static_assert(kCorrectHistoryLevels % 2 == 1, "the result lies in the second image");
+  RunComparedLevels("restore_energy", kCorrectHistoryLevels, recorder);
+  recorder->Run(Shader::kRestoreEnergy, grid_,
+                {i.guides.surface, i.guides.detail, i.coarse.surface, i.compared[1], light_, out});
+  light_ = out;
 }
 
 /// See stages/keep_mirrors.h. Uses images of the wavelet and of the fetched history, which are no
@@ -577,7 +610,6 @@ Status FramePipeline::Record(VkCommandBuffer commands, const FramePlan& plan,
   if (plan.runs.wavelet) {
     BeginFilter(plan, &recorder);
     RunLevels(plan, &recorder);
-    Keep(&recorder, "filtered", light_);
   }
   if (plan.runs.keep_mirrors) {
     KeepMirrors(&recorder);

@@ -135,7 +135,9 @@ class FramePipeline {
                  const LevelPush& push, std::span<const uint32_t> constants,
                  PassRecorder* recorder);
   Status MakeAtrous(std::span<const uint32_t> constants);
-  void RunComparedLevels(int levels, PassRecorder* recorder);
+  void RunComparedLevels(const char* stage, int levels, PassRecorder* recorder);
+  void BeginEnergy(PassRecorder* recorder);
+  void RestoreEnergy(const gpu::Image* out, PassRecorder* recorder);
 
   const gpu::DeviceContext* context_;
   bool timed_ = true;

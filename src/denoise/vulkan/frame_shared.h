@@ -70,6 +70,7 @@ layout(set = 0, binding = 28, std140) uniform FrameParameters {
   int estimates_variance;  // 0: the wavelet reads no variance
   int colour_is_half;      // which output image is given
   int shows;               // a display image is given
+  int energy_signals;      // bit s: restore_energy runs for signal s
   DemodulateParameters demodulate;
   ReprojectParameters reproject;
   LimitHistoryParameters limit_history;

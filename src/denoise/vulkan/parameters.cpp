@@ -59,6 +59,7 @@ Shape ShapeOf(const Settings& settings, int width, int height, int signals, Stor
   shape.height = height;
   shape.signals = signals;
   shape.with_compressed = layout.with_compressed;
+  shape.with_coarse = settings.limit_history || settings.restore_energy;
   shape.with_behind = layout.with_behind;
   shape.clamps_fireflies = settings.firefly == Firefly::kClamp;
   shape.luminance_factors = settings.wavelet == Wavelet::kSvgf;
@@ -82,6 +83,7 @@ FrameParameters MakeParameters(const FramePlan& plan, const FrameFacts& facts, c
   p.feedback_phase = plan.feedback_phase;
   p.estimates_variance = plan.runs.estimate_variance ? 1 : 0;
   p.shows = plan.runs.tonemap ? 1 : 0;
+  p.energy_signals = plan.energy_signals;
   p.demodulate = plan.demodulate;
   p.reproject = plan.reproject;
   p.limit_history = plan.limit_history;

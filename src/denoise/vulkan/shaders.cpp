@@ -29,6 +29,8 @@
   X(Atrous, "atrous", 5, 1, 0, 12)                       \
   X(AtrousTile, "atrous", 5, 1, 0, 12)                   \
   X(ClipOutliers, "clip_outliers", 1, 1, 0, 0)           \
+  X(MeasureEnergy, "restore_energy", 5, 3, 0, 4)         \
+  X(RestoreEnergy, "restore_energy", 5, 1, 0, 0)         \
   X(MeasureMirrors, "keep_mirrors", 3, 1, 0, 0)          \
   X(KeepMirrors, "keep_mirrors", 3, 1, 0, 0)             \
   X(Remodulate, "remodulate", 1, 1, 0, 4)                \

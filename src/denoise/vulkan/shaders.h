@@ -40,6 +40,8 @@ enum class Shader : uint8_t {
   kAtrous,
   kAtrousTile,  ///< the same result, by tiles in shared memory
   kClipOutliers,
+  kMeasureEnergy,
+  kRestoreEnergy,
   kMeasureMirrors,
   kKeepMirrors,
   kRemodulate,

@@ -1,0 +1,172 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise/stages/restore_energy.h"
+
+#include <algorithm>
+
+#include "core/parallel.h"
+#include "denoise/row_scratch.h"
+#include "denoise/stages/restore_energy_shared.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "denoise/stages/restore_energy.cpp"
+
+#include <hwy/foreach_target.h>  // IWYU pragma: keep
+
+#include <hwy/highway.h>
+
+#include "denoise/simd/coarse_grid-inl.h"
+#include "denoise/simd/vector_math-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace stillray {
+namespace HWY_NAMESPACE {
+namespace {
+
+/// Rows in the scratch memory of the block means: the weights of a block's pixels, and zeros, which
+/// stand for a row below the picture.
+enum MeanRow { kPixelWeights, kNoRow = 4, kMeanRows };
+
+/// Means of a row of blocks. \tparam kFiltered  of the filtered light: MeasureEnergy
+template <bool kFiltered>
+void AverageBlocks(const EnergySignal& signal, int by, const RowScratch& scratch) {
+  const DF d;
+  const VF zero = hn::Zero(d);
+  const VF one = hn::Set(d, 1.0f);
+  const int width = signal.length->width();
+  const int blocks = CoarseSize(width);
+  const bool has_lower = 2 * by + 1 < signal.length->height();
+  const float* lower_length = has_lower ? signal.length->Row(2 * by + 1) : scratch.Row(kNoRow);
+  const float* lower = has_lower ? signal.luminance->Row(2 * by + 1) : scratch.Row(kNoRow);
+  ComparedPlanes& out = *signal.out;
+  for (int bx = 0; bx < blocks; bx += LaneCount()) {
+    const BlockValues length = LoadBlocks(signal.length->Row(2 * by), lower_length, bx);
+    const BlockValues luminance = LoadBlocks(signal.luminance->Row(2 * by), lower, bx);
+    VF total = zero;
+    VF sum = zero;
+    for (int k = 0; k < 4; ++k) {
+      // Of an odd width the last block has one column.
+      const VF x = hn::MulAdd(hn::Iota(d, static_cast<float>(bx)), hn::Set(d, 2.0f),
+                              hn::Set(d, static_cast<float>(k & 1)));
+      const MF known = hn::And(hn::Lt(x, hn::Set(d, static_cast<float>(width))),
+                               hn::Gt(length.pixel[k], zero));
+      const VF weight =
+          hn::IfThenElseZero(known, hn::LoadU(d, scratch.Row(kPixelWeights + k) + bx));
+      total = hn::MulAdd(weight, hn::IfThenElseZero(known, luminance.pixel[k]), total);
+      sum = hn::Add(sum, weight);
+    }
+    const MF valid = hn::Gt(sum, hn::Set(d, kLeastComparedWeight));
+    const VF mean = hn::IfThenElseZero(valid, hn::Div(total, hn::IfThenElse(valid, sum, one)));
+    if constexpr (kFiltered) {
+      const VF difference = hn::Sub(hn::LoadU(d, out.light.colour[0].Row(by) + bx), mean);
+      StoreInRow(d, mean, out.light.colour[1].Row(by), bx, blocks);
+      StoreInRow(d, hn::Mul(difference, difference), out.light.variance.Row(by), bx, blocks);
+    } else {
+      StoreInRow(d, hn::IfThenElseZero(valid, one), out.valid.Row(by), bx, blocks);
+      StoreInRow(d, mean, out.light.colour[0].Row(by), bx, blocks);
+    }
+  }
+}
+
+template <bool kFiltered>
+void AverageRows(std::span<const EnergySignal> signals, const GuidePlanes& guides, int begin,
+                 int end, GuidePlanes* coarse) {
+  const TinyIsZero tiny_is_zero;
+  const int width = guides.id.width();
+  const RowScratch scratch(width + 2, kMeanRows);
+  std::fill_n(scratch.Row(kNoRow), width + 2, 0.0f);
+  for (int by = begin; by < end; ++by) {
+    CoarseRow(guides, by, scratch, kPixelWeights, coarse);
+    for (const EnergySignal& signal : signals) {
+      AverageBlocks<kFiltered>(signal, by, scratch);
+    }
+  }
+}
+
+void BeginRows(std::span<const EnergySignal> signals, const GuidePlanes& guides, int begin, int end,
+               GuidePlanes* coarse) {
+  AverageRows<false>(signals, guides, begin, end, coarse);
+}
+
+void MeasureRows(std::span<const EnergySignal> signals, const GuidePlanes& guides, int begin,
+                 int end, GuidePlanes* coarse) {
+  AverageRows<true>(signals, guides, begin, end, coarse);
+}
+
+/// Rows in the scratch memory of the pixels: the weights of the blocks around them, and the ratio.
+enum RestoreRow { kBlockWeights, kRatioRow = 8, kRestoreRows };
+
+void RestoreRows(std::span<const RestoredSignal> signals, const GuidePlanes& coarse,
+                 const GuidePlanes& guides, int y0, int y1) {
+  const DF d;
+  const TinyIsZero tiny_is_zero;
+  const int width = guides.id.width();
+  const RowScratch scratch(width + 2, kRestoreRows);
+  for (int y = y0; y < y1; ++y) {
+    WeighBlocks(coarse, guides, y, scratch, kBlockWeights);
+    for (const RestoredSignal& signal : signals) {
+      const ComparedPlanes& compared = *signal.compared;
+      InterpolateBlocks<1>(compared.valid, {&compared.ratio}, {1.0f}, y, scratch, kBlockWeights,
+                           kRatioRow);
+      for (int x = 0; x < width; x += LaneCount()) {
+        const VF ratio = hn::LoadU(d, scratch.Row(kRatioRow) + x);
+        for (int c = 0; c < 3; ++c) {
+          float* row = (*signal.light)[c].Row(y);
+          StoreInRow(d, hn::Mul(ratio, hn::LoadU(d, row + x)), row, x, width);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace stillray
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace stillray {
+
+void FindEnergyRatio(const FilterPlanes& averaged, ComparedPlanes* planes) {
+  ParallelRows(planes->ratio.height(), 16, [&](int y0, int y1) {
+    for (int y = y0; y < y1; ++y) {
+      for (int x = 0; x < planes->ratio.width(); ++x) {
+        planes->ratio(x, y) = planes->valid(x, y) > 0
+                                  ? EnergyRatio(averaged.colour[0](x, y), averaged.colour[1](x, y),
+                                                 averaged.variance(x, y))
+                                  : 1.0f;
+      }
+    }
+  });
+}
+
+namespace cpu {
+
+HWY_EXPORT(BeginRows);
+HWY_EXPORT(MeasureRows);
+HWY_EXPORT(RestoreRows);
+
+void BeginEnergy(std::span<const EnergySignal> signals, const GuidePlanes& guides,
+                 GuidePlanes* coarse) {
+  ParallelRows(coarse->id.height(), 16, [&](int begin, int end) {
+    HWY_DYNAMIC_DISPATCH(BeginRows)(signals, guides, begin, end, coarse);
+  });
+}
+
+void MeasureEnergy(std::span<const EnergySignal> signals, const GuidePlanes& guides,
+                   GuidePlanes* coarse) {
+  ParallelRows(coarse->id.height(), 16, [&](int begin, int end) {
+    HWY_DYNAMIC_DISPATCH(MeasureRows)(signals, guides, begin, end, coarse);
+  });
+}
+
+void RestoreEnergy(std::span<const RestoredSignal> signals, const GuidePlanes& coarse,
+                   const GuidePlanes& guides) {
+  ParallelRows(guides.id.height(), 32, [&](int y0, int y1) {
+    HWY_DYNAMIC_DISPATCH(RestoreRows)(signals, coarse, guides, y0, y1);
+  });
+}
+
+}  // namespace cpu
+}  // namespace stillray
+#endif

@@ -1,0 +1,93 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise/stages/restore_energy.h"
+
+#include "denoise/stages/coarse_grid.h"
+#include "denoise/stages/restore_energy_shared.h"
+
+namespace stillray::reference {
+namespace {
+
+/// The mean luminance of a block's pixels with samples.
+struct BlockMean {
+  float luminance = 0;
+  float weight = 0;
+};
+
+BlockMean MeanOf(const EnergySignal& signal, const Block& block, int bx, int by) {
+  BlockMean mean;
+  for (int k = 0; k < 4; ++k) {
+    const int x = 2 * bx + (k & 1);
+    const int y = 2 * by + (k >> 1);
+    if (block.weight[k] > 0 && x < signal.length->width() && y < signal.length->height() &&
+        (*signal.length)(x, y) > 0) {
+      mean.luminance += block.weight[k] * (*signal.luminance)(x, y);
+      mean.weight += block.weight[k];
+    }
+  }
+  const bool valid = mean.weight > kLeastComparedWeight;
+  mean.luminance = valid ? mean.luminance / mean.weight : 0.0f;
+  return mean;
+}
+
+}  // namespace
+
+void BeginEnergy(std::span<const EnergySignal> signals, const GuidePlanes& guides,
+                 GuidePlanes* coarse) {
+  for (int by = 0; by < coarse->id.height(); ++by) {
+    for (int bx = 0; bx < coarse->id.width(); ++bx) {
+      const Block block = BlockAt(guides, bx, by);
+      StoreCoarse(guides, block, bx, by, coarse);
+      for (const EnergySignal& signal : signals) {
+        const BlockMean mean = MeanOf(signal, block, bx, by);
+        signal.out->valid(bx, by) = mean.weight > kLeastComparedWeight ? 1.0f : 0.0f;
+        signal.out->light.colour[0](bx, by) = mean.luminance;
+      }
+    }
+  }
+}
+
+void MeasureEnergy(std::span<const EnergySignal> signals, const GuidePlanes& guides,
+                   GuidePlanes* coarse) {
+  for (int by = 0; by < coarse->id.height(); ++by) {
+    for (int bx = 0; bx < coarse->id.width(); ++bx) {
+      const Block block = BlockAt(guides, bx, by);
+      for (const EnergySignal& signal : signals) {
+        FilterPlanes& light = signal.out->light;
+        const float filtered = MeanOf(signal, block, bx, by).luminance;
+        light.colour[1](bx, by) = filtered;
+        light.variance(bx, by) = EnergyNoise(light.colour[0](bx, by), filtered);
+      }
+    }
+  }
+}
+
+void RestoreEnergy(std::span<const RestoredSignal> signals, const GuidePlanes& coarse,
+                   const GuidePlanes& guides) {
+  for (const RestoredSignal& signal : signals) {
+    const ComparedPlanes& compared = *signal.compared;
+    LumaImage3& light = *signal.light;
+    for (int y = 0; y < light[0].height(); ++y) {
+      for (int x = 0; x < light[0].width(); ++x) {
+        if (!(guides.inverse_depth(x, y) > 0)) {
+          continue;
+        }
+        const BlocksAround around = FindBlocksAround(coarse, guides, x, y);
+        float sum_ratio = 0;
+        float sum = 0;
+        for (int k = 0; k < 4; ++k) {
+          if (compared.valid(around.x[k], around.y[k]) > 0) {
+            sum_ratio += around.weight[k] * compared.ratio(around.x[k], around.y[k]);
+            sum += around.weight[k];
+          }
+        }
+        const float ratio = sum > kLeastComparedWeight ? sum_ratio / sum : 1.0f;
+        for (int c = 0; c < 3; ++c) {
+          light[c](x, y) *= ratio;
+        }
+      }
+    }
+  }
+}
+
+}  // namespace stillray::reference

@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Formulas of restore_energy.
+#ifndef STILLRAY_DENOISE_RESTORE_ENERGY_SHARED_H
+#define STILLRAY_DENOISE_RESTORE_ENERGY_SHARED_H
+
+#include "denoise/stages/limit_history_shared.h"
+
+SHARED_BEGIN
+
+// Squared difference of the means of a block before and after the filter: its own estimate of the
+// noise of the difference, and no smaller than it.
+SHARED_FN float EnergyNoise(float accumulated, float filtered) {
+  float d = accumulated - filtered;
+  return d * d;
+}
+
+// Ratio of accumulated to filtered light from their means over a neighbourhood.
+SHARED_FN float EnergyRatio(float accumulated, float filtered, float noise) {
+  return ShrunkenRatio(accumulated, filtered, noise);
+}
+
+SHARED_END
+
+#endif
