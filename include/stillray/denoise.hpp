@@ -100,6 +100,7 @@ inline constexpr int kMaxLevels = 8;
 struct StepList {
   int count = 5;
   std::array<int, kMaxLevels> step = {1, 2, 4, 8, 16, 0, 0, 0};
+  bool operator==(const StepList&) const = default;
 };
 
 /// All parameters of the denoiser. Parameters() has their meaning, unit, range and the value of
@@ -170,6 +171,8 @@ struct Settings {
   float exposure = 0.0f;
   Tonemap tonemap = Tonemap::kAces;
   float dither = 0.0f;
+
+  bool operator==(const Settings&) const = default;
 };
 
 /// The table, in the order of the documentation.

@@ -87,6 +87,8 @@ struct RenderSettings {
   /// Leaves frames on the renderer's device (Frame::on_device) while memory lasts, for a denoiser
   /// on the same device. Ignored by renderers on the CPU, whose frames are on the host.
   bool on_device = false;
+
+  bool operator==(const RenderSettings&) const = default;
 };
 
 /// The table of the settings of paths and samples, in the order of docs/render_settings.md, which

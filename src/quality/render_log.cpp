@@ -114,6 +114,7 @@ constexpr ScalarKey kScalarKeys[] = {
     {"preset", Kind::kText},
     {"device", Kind::kText},
     {"tracer", Kind::kText},
+    {"traces_ahead", Kind::kFlag},
     {"ray_tracing", Kind::kText},
     {"first_hits", Kind::kText},
     {"reference", Kind::kInteger, 0, 1e9},

@@ -41,6 +41,10 @@ class Background {
     return result_.valid() &&
            result_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
   }
+  /// Waits for at most this time. \return whether Take() need not wait for another thread
+  bool WaitFor(std::chrono::milliseconds time) const {
+    return result_.wait_for(time) != std::future_status::timeout;
+  }
   /// Waits for the result. Only while under_way(). Rethrows exceptions of the task.
   T Take() { return result_.get(); }
 

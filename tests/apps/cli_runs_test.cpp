@@ -426,6 +426,7 @@ TEST(CliRuns, TheLogHasEveryOptionThatChangesThePictures) {
       {"set", {"parameters", {"--set", "sigma_l=7"}}},
       {"device", {"device", {}}},
       {"device", {"tracer", {}}},
+      {"trace-device", {"tracer", {}}},
       {"ray-tracing", {"ray_tracing", {"--ray-tracing", "compute"}}},
       {"first-hits", {"first_hits", {"--first-hits", "trace"}}},
       {"spp", {"spp", {"--spp", "2"}}},

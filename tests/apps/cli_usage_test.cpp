@@ -105,7 +105,7 @@ TEST(CliUsage, OptionsOfRenderAreGrouped) {
       {"\nScene:\n", {"--frames", "--fps", "--still", "--camera", "--environment"}},
       {"\nSampling:\n", {"--spp", "--bounces", "--seed", "--sampler", "--reference"}},
       {"\nDenoiser:\n", {"--preset", "--set"}},
-      {"\nDevice:\n", {"--device", "--verbose", "--threads"}},
+      {"\nDevice:\n", {"--device", "--trace-device", "--verbose", "--threads"}},
       {"\nOutput:\n", {"--output", "--format", "--aov", "--json"}}};
   for (const auto& [group, options] : kGroups) {
     const size_t begin = place(group);

@@ -65,6 +65,83 @@ std::vector<int64_t> Differences(const std::string& a, const std::string& b,
   return different;
 }
 
+// Tracing on the CPU while the last frame is filtered on the device, as one thread does in turn;
+// interrupted in between, too.
+TEST_F(CliDeviceHistory, TracingBesideFilteringGivesTheSameBits) {
+  const TemporaryFolder folder;
+  const auto render = [&](const std::string& out, std::vector<std::string> more,
+                          const char* device = "vulkan", const char* tracer = "cpu") {
+    more.insert(more.begin(), {"render",
+                               "builtin:lights",
+                               "-o",
+                               folder / out,
+                               "--size",
+                               "40x22",
+                               "--frames",
+                               "1-12",
+                               "--bounces",
+                               "1",
+                               "--format",
+                               "exr",
+                               "--save-inputs",
+                               "--reference",
+                               "2",
+                               "--reference-frames",
+                               "3,12",
+                               "--device",
+                               device,
+                               "--trace-device",
+                               tracer});
+    return more;
+  };
+  const ProgramRun beside = RunProgram(render("beside", {"--threads", "3", "--timings"}));
+  ASSERT_EQ(beside.exit_code, 0) << beside.errors;
+  EXPECT_THAT(beside.errors, HasSubstr("denoising on vulkan:0"));
+  EXPECT_THAT(beside.errors, HasSubstr("\ntracing on the CPU, 3 threads\n"));
+  EXPECT_THAT(beside.output, HasSubstr("memory, frames"));
+  EXPECT_THAT(ReadText(folder / "beside/render.json"), HasSubstr("\"traces_ahead\": true"));
+  EXPECT_THAT(ReadText(folder / "beside/render.json"), HasSubstr("\"tracer\": \"cpu\""));
+  const ProgramRun in_turn = RunProgram(render("in_turn", {"--threads", "1"}));
+  ASSERT_EQ(in_turn.exit_code, 0) << in_turn.errors;
+  EXPECT_THAT(ReadText(folder / "in_turn/render.json"), HasSubstr("\"traces_ahead\": false"));
+  const ProgramRun cpu = RunProgram(render("cpu", {}, "cpu"));
+  ASSERT_EQ(cpu.exit_code, 0) << cpu.errors;
+  EXPECT_THAT(cpu.errors, HasSubstr("rendering on the CPU"));
+
+  const std::string part = folder / "part";
+  const ProgramRun stopped =
+      InterruptProgram(render("part", {"--threads", "3"}), part + "/denoised.0003.exr");
+  ASSERT_EQ(stopped.exit_code, 130) << stopped.errors;
+  EXPECT_FALSE(fs::exists(part + "/denoised.0012.exr")) << "it was not interrupted";
+  const ProgramRun other = RunProgram(render("part", {"--resume"}, "vulkan", "vulkan"));
+  EXPECT_EQ(other.exit_code, 2) << other.errors;
+  EXPECT_THAT(other.errors, HasSubstr("cannot resume"));
+  const ProgramRun rest = RunProgram(render("part", {"--threads", "3", "--resume"}));
+  ASSERT_EQ(rest.exit_code, 0) << rest.errors;
+
+  for (const char* files : {"denoised.####.exr", "noisy.####.exr"}) {
+    EXPECT_THAT(Differences(folder / "beside", folder / "in_turn", files, 12), IsEmpty()) << files;
+    EXPECT_THAT(Differences(folder / "beside", part, files, 12), IsEmpty()) << files;
+  }
+  EXPECT_THAT(Differences(folder / "beside", folder / "cpu", "noisy.####.exr", 12), IsEmpty());
+  EXPECT_EQ(ReadText(folder / "beside/reference.0012.exr"),
+            ReadText(folder / "in_turn/reference.0012.exr"));
+}
+
+TEST_F(CliDeviceHistory, TracingOnTheDeviceBesideFilteringOnTheCpuGivesTheSameBits) {
+  const TemporaryFolder folder;
+  for (const char* threads : {"3", "1"}) {
+    const ProgramRun run =
+        RunProgram({"render", "builtin:lights", "-o", folder / threads, "--size", "40x22",
+                    "--frames", "1-4", "--bounces", "1", "--format", "exr", "--device", "cpu",
+                    "--trace-device", "vulkan", "--threads", threads});
+    ASSERT_EQ(run.exit_code, 0) << run.errors;
+    EXPECT_THAT(run.errors, HasSubstr("tracing on vulkan:0"));
+  }
+  EXPECT_THAT(ReadText(folder / "3/render.json"), HasSubstr("\"traces_ahead\": true"));
+  EXPECT_THAT(Differences(folder / "3", folder / "1", "denoised.####.exr", 4), IsEmpty());
+}
+
 TEST_F(CliDeviceHistory, InterruptedAndResumedRenderingGivesTheSameBits) {
   const TemporaryFolder folder;
   ASSERT_EQ(RunProgram(RenderArguments(folder / "whole")).exit_code, 0);

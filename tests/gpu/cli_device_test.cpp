@@ -42,6 +42,12 @@ TEST(CliDevice, WrongOnesAreNamed) {
   run = Render(folder.path(), {"--device", "vulkan:77"});
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_THAT(run.errors, HasSubstr("--device: "));
+  run = Render(folder.path(), {"--trace-device", "gpu"});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.errors, HasSubstr("--trace-device: device is 'gpu', expected auto, cpu, "));
+  run = Render(folder.path(), {"--trace-device", "cpu", "--ray-tracing", "hardware"});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.errors, HasSubstr("--ray-tracing is 'hardware', but the CPU traces"));
 }
 
 TEST(CliDevice, AutoSaysWhereItWorks) {
@@ -191,6 +197,24 @@ TEST_F(FailingProgram, AutoRunsOnTheCpuWhatOnlyTheCpuHas) {
   run = Render(folder / "named", {"--preset", "best", "--device", "vulkan"});
   EXPECT_EQ(run.exit_code, 2) << run.errors;
   EXPECT_THAT(run.errors, HasSubstr("restore_detail, which preset best turns on, runs on the CPU"));
+}
+
+// The filter's device may be lost while the CPU traces the next frame.
+TEST_F(FailingProgram, TracingOnTheCpuGoesOnWithoutTheFiltersDevice) {
+  const TemporaryFolder folder;
+  const std::vector<std::string> beside = {"--device", "vulkan",    "--trace-device",
+                                           "cpu",      "--threads", "2"};
+  setenv("FAILING_CALL", "vkQueueSubmit:1:-4", 1);
+  ProgramRun run = Render(folder / "named", beside);
+  EXPECT_EQ(run.exit_code, 2) << run.errors;
+  EXPECT_EQ(CountLines(run.errors, "stillray: error: "), 1) << run.errors;
+  EXPECT_THAT(run.errors, HasSubstr("the device was lost"));
+  setenv("FAILING_DEVICE", "gpu", 1);
+  run = Render(folder / "auto", {"--trace-device", "cpu", "--threads", "2"});
+  EXPECT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.errors, StartsWith("denoising on vulkan:0"));
+  EXPECT_EQ(CountLines(run.errors, "denoising on the CPU after all: "), 1) << run.errors;
+  EXPECT_TRUE(std::filesystem::exists(folder / "auto/denoised.0002.exr"));
 }
 
 // Frames that stay on the device are lost with it.

@@ -214,14 +214,14 @@ TEST(RenderLog, ReadsWhatChangesThePictures) {
     "command": "stillray render room.glb -o out --still", "scene": "room.glb",
     "scene_content": "0123456789abcdef", "environment": "sky.hdr", "camera": "top", "still": true,
     "first_frame": 3, "regularise": false, "jitter": true, "device": "CPU", "tracer": "CPU",
-    "ray_tracing": "auto", "first_hits": "auto", "reference": 0, "reference_frames": "",
+    "traces_ahead": false, "ray_tracing": "auto", "first_hits": "auto", "reference": 0, "reference_frames": "",
     "aov": "temporal",
     "format": "exr,png", "float": false,
     "memory": {"denoiser_bytes": 123,
                "device": {"allocations": 2, "bytes": 100, "largest_bytes": 60}}})");
   EXPECT_THAT(log.settings, ::testing::Contains(Pair("still", "true")));
   EXPECT_THAT(log.settings, ::testing::Contains(Pair("environment", "sky.hdr")));
-  EXPECT_EQ(log.settings.size(), 18u);
+  EXPECT_EQ(log.settings.size(), 19u);
   EXPECT_THAT(log.memory, ElementsAre(Pair("denoiser_bytes", 123)));
 }
 

@@ -122,6 +122,8 @@ def test_devices(program, folder):
     assert done.returncode == 0 and done.stderr.startswith("rendering on the CPU, "), done.stderr
     done = run(program, *common, "--device", "gpu", "-o", out[0])
     assert done.returncode == 2 and "--device: device is 'gpu'" in done.stderr, done.stderr
+    done = run(program, *common, "--trace-device", "gpu", "-o", out[0])
+    assert done.returncode == 2 and "--trace-device: device is 'gpu'" in done.stderr, done.stderr
     done = run(program, *common, "--device", "auto", VK_DRIVER_FILES="/nonexistent")
     assert done.returncode == 0 and "; no Vulkan driver\n" in done.stderr, done.stderr
     done = run(program, *common, "--device", "vulkan", "-o", out[1])
@@ -131,6 +133,13 @@ def test_devices(program, folder):
         return
     assert done.stderr.startswith("rendering on vulkan:"), done.stderr
     assert list(files(out[0])) == list(files(out[1]))
+    beside = [os.path.join(folder, name) for name in ("ahead", "in_turn")]
+    for path, threads in zip(beside, ("2", "1")):
+        done = run(program, *common, "--device", "vulkan", "--trace-device", "cpu", "--threads",
+                   threads, "--play", "-o", path)
+        assert done.returncode == 0 and done.stderr.startswith("denoising on vulkan:"), done.stderr
+        assert "\ntracing on the CPU, " in done.stderr, done.stderr
+    assert files(beside[0]) == files(beside[1])
 
 
 def test_no_display(program, folder):

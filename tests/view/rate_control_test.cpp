@@ -386,6 +386,27 @@ TEST(RateControl, AFallThatDoesNotHelpIsTakenBack) {
   EXPECT_GE(plan.rate.value(), 1.0 / 64);
 }
 
+// Traced while the last frame is filtered: the slower part alone takes the time.
+TEST(RateControl, OverlappedPartsAreNotAdded) {
+  EXPECT_EQ((FrameCost{30, 40, 10, true}.total()), 40);
+  EXPECT_EQ((FrameCost{60, 40, 10, true}.total()), 60);
+  EXPECT_EQ((FrameCost{30, 40, 10, false}.total()), 70);
+  for (const bool overlapped : {false, true}) {
+    RateControl control({1, 8});
+    FramePlan plan;
+    for (int i = 0; i < 3; ++i) {  // late twice in a row: samples fall
+      plan = control.Next(OnlySamples(50, 1), true, false);
+      control.Observe({30, 40, 10, overlapped});
+    }
+    EXPECT_EQ(plan.rate == (SampleRate{1, 8}), overlapped) << plan.rate.value();
+  }
+  // 10 ms and 190 ms for the samples: an eighth of them fits into 50 ms, beside a filter of 45 ms.
+  RateControl control({1, 4});
+  control.Next(OnlySamples(50, 1), true, false);
+  control.Observe({200, 45, 10, true});
+  EXPECT_EQ(control.Next(OnlySamples(50, 1), true, false).rate, (SampleRate{1, 32}));
+}
+
 TEST(RateControl, TheSameCostsGiveTheSamePlans) {
   RateControl controls[2];
   for (int i = 0; i < 300; ++i) {

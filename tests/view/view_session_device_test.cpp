@@ -94,7 +94,7 @@ TEST(ViewSessionOnDevice, GoesOnOnTheCpuWhenItsDeviceIsLost) {
     EXPECT_EQ(lost.note, "filtering goes on on the CPU: the device was lost");
     EXPECT_LT(MeanDifference(lost.pictures[0], Next(SmallSettings(), &expected).pictures[0]), 15);
     EXPECT_EQ(Next(SmallSettings(), &session).note, "");
-    EXPECT_TRUE(session.device().is_cpu());
+    EXPECT_TRUE(session.devices().filter.is_cpu());
   }
 }
 
@@ -129,6 +129,148 @@ TEST(ViewSessionOnDevice, CopiesOnlyWhatIsLookedAt) {
   EXPECT_EQ(backend->reads(), 1);
   settings.reference = false;
   EXPECT_EQ(copied(settings), Copied(false, true));
+}
+
+/// A session whose frames are traced on the CPU and filtered on another device, by turns or at the
+/// same time.
+ViewSession OpenBeside(const Device& device, bool overlapped) {
+  const auto quiet = [](const LoadPhase&) { return true; };
+  LoadedScene loaded =
+      std::move(LoadForView({"builtin:lights", ""}, SmallSettings(), quiet).value());
+  return ViewSession(std::move(loaded),
+                     overlapped ? RenderDevices(device, Device()) : RenderDevices(device));
+}
+
+ViewSettings SmallAndMoving() {
+  ViewSettings settings = SmallSettings();
+  settings.width = 64;
+  settings.height = 40;
+  settings.render.bounces = 1;
+  settings.playing = true;
+  settings.panes = {"noisy", "denoised"};
+  return settings;
+}
+
+// Frames that are traced while the last one is filtered are those that would be traced then,
+// whatever changes between them.
+TEST(ViewSessionOnDevice, FramesTracedAheadAreThoseOfTheirTurn) {
+  const Device device = MakeDevice(std::make_shared<MortalDevice>(100), "a device");
+  ViewSession ahead = OpenBeside(device, true);
+  ViewSession in_turn = OpenBeside(device, false);
+  ViewSettings settings = SmallAndMoving();
+  int overlapped = 0;
+  const auto compare = [&](const char* what, int frames) {
+    for (int i = 0; i < frames; ++i) {
+      const ViewFrame a = Next(settings, &ahead);
+      const ViewFrame b = Next(settings, &in_turn);
+      EXPECT_EQ(a.pictures[0].pixels, b.pictures[0].pixels) << what << ", frame " << i;
+      EXPECT_EQ(a.seconds, b.seconds) << what;
+      EXPECT_EQ(a.samples, b.samples) << what;
+      EXPECT_EQ(a.rate, b.rate) << what;
+      EXPECT_EQ(a.device, "a device") << what;
+      EXPECT_EQ(a.tracer, "cpu") << what;
+      EXPECT_FALSE(b.cost.overlapped) << what;
+      overlapped += a.cost.overlapped ? 1 : 0;
+      EXPECT_EQ(a.memory.scene, b.memory.scene) << what;
+    }
+  };
+  compare("moving", 3);
+  EXPECT_EQ(overlapped, 2) << "all but the first";
+  settings.rate = {1, 4};
+  compare("another rate", 2);
+  settings.rate = {2, 1};
+  compare("a higher rate", 2);
+  settings.width = 52;
+  compare("another size", 2);
+  settings.free_camera = true;
+  settings.pose = Orbit(Next(settings, &in_turn).pose, 0.1f, 0);
+  Next(settings, &ahead);
+  compare("a free camera", 2);
+  settings.denoise.signals = SignalGrouping::kSingle;
+  compare("another filter", 2);
+  settings.restart = 1;
+  compare("begun again", 2);
+  settings.playing = false;
+  settings.seek = 1;
+  settings.seek_seconds = 0.5;
+  compare("another moment", 7);  // it stands still and refines
+  EXPECT_GT(overlapped, 12);
+  settings.reference = true;
+  settings.panes = {"noisy", "denoised", "reference"};
+  compare("with a reference", 2);
+  for (ViewSession* session : {&ahead, &in_turn}) {
+    ASSERT_TRUE(session->RefineReference(kGoOn).ok());
+  }
+  compare("after a sample of the reference", 1);
+}
+
+TEST(ViewSessionOnDevice, ACameraThatMovesIsShownOneFrameLate) {
+  const Device device = MakeDevice(std::make_shared<MortalDevice>(100), "a device");
+  ViewSession session = OpenBeside(device, true);
+  ViewSettings settings = SmallAndMoving();
+  settings.pose = Next(settings, &session).pose;
+  settings.free_camera = true;
+  EXPECT_EQ(Next(settings, &session).pose, settings.pose) << "as asked for: all is new";
+  const ViewPose first = settings.pose;
+  settings.pose = Orbit(first, 0.1f, 0);
+  ++settings.revision;
+  EXPECT_EQ(Next(settings, &session).pose, first);
+  EXPECT_EQ(Next(settings, &session).pose, settings.pose);
+}
+
+// In real time a frame ahead is traced for an estimate of its moment: what it misses the next ones
+// make up for.
+TEST(ViewSessionOnDevice, TimePassesAsFastAsTheClockWhenFramesAreTracedAhead) {
+  const Device device = MakeDevice(std::make_shared<MortalDevice>(100), "a device");
+  ViewSession session = OpenBeside(device, true);
+  ViewSettings settings = SmallAndMoving();
+  settings.wall_clock = true;
+  settings.width = settings.height = 16;
+  ViewFrame frame = Next(settings, &session);
+  double passed = 0;
+  for (const double elapsed : {0.02, 0.05, 0.01, 0.12, 0.03, 0.04, 0.04, 0.04}) {
+    ASSERT_TRUE(session.RenderNext(settings, elapsed, kGoOn, &frame).ok());
+    passed += elapsed;
+  }
+  EXPECT_NEAR(frame.seconds, passed, 1e-9);
+}
+
+TEST(ViewSessionOnDevice, AFrameAheadThatIsGivenUpIsTracedAgain) {
+  const Device device = MakeDevice(std::make_shared<MortalDevice>(100), "a device");
+  ViewSession ahead = OpenBeside(device, true);
+  ViewSession in_turn = OpenBeside(device, false);
+  const ViewSettings settings = SmallAndMoving();
+  Next(settings, &ahead);
+  ViewFrame frame;
+  const Status status = ahead.RenderNext(
+      settings, 0.04, [](double) { return false; }, &frame);
+  // It may have been finished already.
+  EXPECT_TRUE(status.ok() || status.code() == StatusCode::kCancelled) << status.message();
+  for (int i = status.ok() ? 0 : 1; i < 2; ++i) {
+    Next(settings, &in_turn);
+  }
+  for (int i = 0; i < 2; ++i) {
+    const ViewFrame a = Next(settings, &ahead);
+    EXPECT_EQ(a.pictures[0].pixels, Next(settings, &in_turn).pictures[0].pixels) << i;
+  }
+  // A session may be moved, and end, while it traces.
+  const ViewSession moved = std::move(ahead);
+}
+
+TEST(ViewSessionOnDevice, TracingAheadEndsWithTheDeviceOfTheFilter) {
+  const Device device = MakeDevice(std::make_shared<MortalDevice>(2), "a device");
+  ViewSession ahead = OpenBeside(device, true);
+  ViewSession on_cpu = OpenBeside(Device(), false);
+  const ViewSettings settings = SmallAndMoving();
+  for (int i = 0; i < 5; ++i) {
+    const ViewFrame a = Next(settings, &ahead);
+    const ViewFrame b = Next(settings, &on_cpu);
+    EXPECT_EQ(a.pictures[0].pixels, b.pictures[0].pixels) << i;
+    EXPECT_EQ(a.note.empty(), i != 2) << a.note;
+    // The frame that was traced when the device was lost is used.
+    EXPECT_EQ(a.cost.overlapped, i > 0 && i < 4) << i;
+    EXPECT_EQ(a.device, i < 2 ? "a device" : "cpu") << i;
+  }
 }
 
 /// The most that two pictures differ by, in steps of 255.
@@ -291,6 +433,27 @@ TEST(ViewSessionOnDevice, ADeviceTracesWhatTheCpuTraces) {
       CompareImages(*sessions[0].reference().picture(), *sessions[1].reference().picture(), false)
           .value();
   EXPECT_GT(metrics.psnr, 25);
+}
+
+// The filter's history too is as if all were done in turn.
+TEST(ViewSessionOnDevice, TracingOnTheCpuBesideFilteringGivesTheSamePictures) {
+  const Result<Device> device = Device::Open("vulkan");
+  if (!device.ok()) {
+    GTEST_SKIP() << device.status().message();
+  }
+  ViewSession ahead = OpenBeside(*device, true);
+  ViewSession in_turn = OpenBeside(*device, false);
+  ViewSettings settings = SmallAndMoving();
+  for (int i = 0; i < 4; ++i) {
+    if (i == 2) {
+      settings.rate = {1, 2};
+    }
+    const ViewFrame a = Next(settings, &ahead);
+    const ViewFrame b = Next(settings, &in_turn);
+    EXPECT_EQ(a.pictures[0].pixels, b.pictures[0].pixels) << i;
+    EXPECT_EQ(a.pictures[1].pixels, b.pictures[1].pixels) << i;
+    EXPECT_EQ(a.cost.overlapped, i % 2 == 1) << i;
+  }
 }
 
 }  // namespace

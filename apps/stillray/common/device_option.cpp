@@ -37,6 +37,27 @@ std::string ReasonForCpu() {
   return gpu ? "the GPU cannot be used" : "no GPU with Vulkan";
 }
 
+Result<Device> OpenNamed(const char* option, const std::string& text) {
+  Result<Device> opened = Device::Open(text);
+  return opened.ok() ? std::move(opened)
+                     : Status(opened.status().code(),
+                              fmt::format("{}: {}", option, opened.status().message()));
+}
+
+void PrintDevice(const Device& device, bool verbose, const std::string& work) {
+  if (!device.is_cpu()) {
+    PrintTo(stderr, "{} on {}\n", work, device.description());
+    return;
+  }
+  const size_t threads =
+      tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  PrintTo(stderr, "{} on the CPU, {} thread{}{}\n", work, threads, threads == 1 ? "" : "s",
+          device.remark().empty() ? "" : "; " + ReasonForCpu());
+  if (verbose && !device.remark().empty()) {
+    PrintTo(stderr, "{}\n", device.remark());
+  }
+}
+
 }  // namespace
 
 void AddDeviceOption(CLI::App* command, std::string* text, bool* verbose) {
@@ -53,22 +74,39 @@ void AddVerboseOption(CLI::App* command, bool* verbose) {
 }
 
 Result<Device> OpenDeviceOption(const std::string& text, bool verbose, const std::string& work) {
-  Result<Device> opened = Device::Open(text);
-  if (!opened.ok()) {
-    return Status(opened.status().code(), "--device: " + opened.status().message());
-  }
-  if (!opened->is_cpu()) {
-    PrintTo(stderr, "{} on {}\n", work, opened->description());
-    return opened;
-  }
-  const size_t threads =
-      tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-  PrintTo(stderr, "{} on the CPU, {} thread{}{}\n", work, threads, threads == 1 ? "" : "s",
-          opened->remark().empty() ? "" : "; " + ReasonForCpu());
-  if (verbose && !opened->remark().empty()) {
-    PrintTo(stderr, "{}\n", opened->remark());
+  Result<Device> opened = OpenNamed("--device", text);
+  if (opened.ok()) {
+    PrintDevice(*opened, verbose, work);
   }
   return opened;
+}
+
+void AddTraceDeviceOption(CLI::App* command, std::string* text) {
+  command->add_option("--trace-device", *text,
+                      "Device that traces, as for --device, which then only denoises; if they "
+                      "differ, each frame is traced while the last one is denoised. Default: the "
+                      "same device");
+}
+
+Result<RenderDevices> OpenRenderDevices(const std::string& device, const std::string& trace_device,
+                                        bool verbose) {
+  if (trace_device.empty()) {
+    const Result<Device> both = OpenDeviceOption(device, verbose, "rendering");
+    STILLRAY_RETURN_IF_ERROR(both.status());
+    return RenderDevices(*both);
+  }
+  const Result<Device> filter = OpenNamed("--device", device);
+  STILLRAY_RETURN_IF_ERROR(filter.status());
+  const Result<Device> tracer = OpenNamed("--trace-device", trace_device);
+  STILLRAY_RETURN_IF_ERROR(tracer.status());
+  const RenderDevices devices(*filter, *tracer);
+  if (!devices.differ()) {
+    PrintDevice(*filter, verbose, "rendering");
+    return RenderDevices(*filter);  // opened once
+  }
+  PrintDevice(*filter, verbose, "denoising");
+  PrintDevice(*tracer, verbose, "tracing");
+  return devices;
 }
 
 void TellFallBack(const Denoiser& denoiser, bool* told) {

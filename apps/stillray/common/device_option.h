@@ -8,6 +8,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "common/render_devices.h"
 #include "stillray/denoise.hpp"
 
 namespace CLI {
@@ -25,6 +26,14 @@ void AddVerboseOption(CLI::App* command, bool* verbose);
 /// \param verbose  print a second line with the driver's message
 /// \param work     for the message, such as "denoising"
 Result<Device> OpenDeviceOption(const std::string& text, bool verbose, const std::string& work);
+
+/// --trace-device.
+void AddTraceDeviceOption(CLI::App* command, std::string* text);
+
+/// OpenDeviceOption for --device and --trace-device: one line, or one for each if they differ.
+/// \param trace_device  empty: as `device`
+Result<RenderDevices> OpenRenderDevices(const std::string& device, const std::string& trace_device,
+                                        bool verbose);
 
 /// Prints once on standard error that a denoiser fell back to the CPU.
 void TellFallBack(const Denoiser& denoiser, bool* told);

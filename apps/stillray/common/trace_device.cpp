@@ -30,8 +30,8 @@ Result<std::unique_ptr<DeviceRenderer>> DeviceRenderer::Create(const Device& dev
   }
   if (made->renderer_ == nullptr && options.way == render::TracingWay::kHardware) {
     return Status::Unsupported(
-        "--ray-tracing is 'hardware', but --device is the CPU: stillray info --devices lists the "
-        "others");
+        "--ray-tracing is 'hardware', but the CPU traces: stillray info --devices lists the others "
+        "for --device or --trace-device");
   }
   if (made->renderer_ == nullptr) {
     STILLRAY_RETURN_IF_ERROR(made->MakeOnCpu(settings));

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The path tracer on the device that also denoises.
+/// The path tracer on any device.
 #pragma once
 
 #include <memory>

@@ -11,6 +11,7 @@
 #include "common/console.h"
 #include "common/device_option.h"
 #include "common/interrupt.h"
+#include "core/check.h"
 #include "core/nearest_names.h"
 #include "render/lens.h"
 #include "render/render_files.h"
@@ -19,9 +20,24 @@
 
 namespace stillray {
 
-double FrameWork(const RenderOptions& options, int64_t frame) {
-  return SamplesPerPixel(options.render) + 4.0 +
+namespace {
+
+/// The cost of a frame's tracing, in samples per pixel.
+double TraceWork(const RenderOptions& options, int64_t frame) {
+  return SamplesPerPixel(options.render) +
          (options.WantsReference(frame) ? options.text.reference_spp : 0);
+}
+
+void PrintTracingOnCpu(const std::string& reason) {
+  if (!reason.empty()) {
+    PrintTo(stderr, "tracing on the CPU: {}\n", reason);
+  }
+}
+
+}  // namespace
+
+double FrameWork(const RenderOptions& options, int64_t frame) {
+  return TraceWork(options, frame) + 4.0;
 }
 
 double WorkBefore(const RenderOptions& options, int64_t frame) {
@@ -70,10 +86,11 @@ Status FrameMaker::PrepareLens() {
   return Status::Ok();
 }
 
-Status FrameMaker::Prepare(const Device& device) {
+Status FrameMaker::Prepare(const RenderDevices& devices, bool ahead) {
   STILLRAY_RETURN_IF_ERROR(PrepareLens());
-  STILLRAY_RETURN_IF_ERROR(MakeRenderer(device));
-  Result<Denoiser> denoiser = Denoiser::Create(options_.denoise, device);
+  STILLRAY_RETURN_IF_ERROR(MakeRenderer(devices));
+  traces_ahead_ = devices.differ() && ahead;
+  Result<Denoiser> denoiser = Denoiser::Create(options_.denoise, devices.filter);
   STILLRAY_RETURN_IF_ERROR(denoiser.status());
   denoiser_.emplace(std::move(denoiser.value()));
   return denoiser_->SetOutputs(options_.outputs);
@@ -85,35 +102,32 @@ bool FrameMaker::NeedsVirtualGuides() const {
   return used && render::FramesShowImages(scene_, options_.render, camera_);
 }
 
-/// With --device auto, the CPU traces if the device cannot.
-Status FrameMaker::MakeRenderer(const Device& device) {
+/// With "auto", the CPU traces if the device cannot.
+Status FrameMaker::MakeRenderer(const RenderDevices& devices) {
+  const std::string& chosen =
+      options_.text.trace_device.empty() ? options_.text.device : options_.text.trace_device;
   TraceOptions options;
   options.way = options_.tracing_way;
   options.first_hits = options_.first_hits;
-  options.may_fall_back =
-      options_.text.device == "auto" && options.way != render::TracingWay::kHardware;
+  options.may_fall_back = chosen == "auto" && options.way != render::TracingWay::kHardware;
   options.keep_going = [] { return !Interrupted(); };
   RenderSettings settings = options_.render;
-  // The denoiser is on the same device, but frames there have no virtual guides.
-  settings.on_device = !NeedsVirtualGuides();
+  // Frames on a device have no virtual guides.
+  on_device_ = !devices.differ() && !NeedsVirtualGuides();
+  settings.on_device = on_device_;
   Result<std::unique_ptr<DeviceRenderer>> renderer =
-      DeviceRenderer::Create(device, scene_, settings, options);
+      DeviceRenderer::Create(devices.tracer, scene_, settings, options);
   if (renderer.status().code() == StatusCode::kCancelled) {
     return Status(StatusCode::kCancelled, "stopped while the BVH was built");
   }
   STILLRAY_RETURN_IF_ERROR(renderer.status());
   renderer_ = std::move(renderer.value());
-  PrintTracingOnCpu();
+  place_ = renderer_->place();
+  PrintTracingOnCpu(renderer_->TakeRemark());
   if (renderer_->on_device()) {
-    PrintTo(stderr, "rays are traced {}\n", TracingWayText(device, options));
+    PrintTo(stderr, "rays are traced {}\n", TracingWayText(devices.tracer, options));
   }
   return Status::Ok();
-}
-
-void FrameMaker::PrintTracingOnCpu() {
-  if (const std::string remark = renderer_->TakeRemark(); !remark.empty()) {
-    PrintTo(stderr, "tracing on the CPU: {}\n", remark);
-  }
 }
 
 Status FrameMaker::RestoreHistory(const std::vector<uint8_t>& history, int64_t last) {
@@ -131,47 +145,72 @@ RenderMoment FrameMaker::MomentOf(int64_t number) const {
   return moment;
 }
 
+/// Shows the progress of a frame's tracing, given as a fraction of its TraceWork.
 RenderProgress FrameMaker::Shown(int64_t number, Progress* progress) const {
   return [this, number, progress](double part) {
-    progress->Update(WorkBefore(options_, number) + part * SamplesPerPixel(options_.render),
-                     FrameText(options_, number));
+    const double done = part * TraceWork(options_, number);
+    const bool reference = done > SamplesPerPixel(options_.render);
+    progress->Update(WorkBefore(options_, number) + done,
+                     FrameText(options_, number) + (reference ? ", reference" : ""));
     return !Interrupted();
   };
 }
 
-Status FrameMaker::RenderReference(const RenderMoment& moment, Progress* progress,
-                                   Image3* reference) {
-  const int64_t number = moment.frame_index;
-  const double before = WorkBefore(options_, number) + SamplesPerPixel(options_.render);
-  const int spp = options_.text.reference_spp;
-  return renderer_->RenderReference(moment, spp, reference, [&](double part) {
-    progress->Update(before + part * spp, FrameText(options_, number) + ", reference");
-    return !Interrupted();
-  });
+/// \param progress  of frame and reference together
+Status FrameMaker::Trace(int64_t number, const RenderProgress& progress, TracedFrame* traced) {
+  const RenderMoment moment = MomentOf(number);
+  const double work = TraceWork(options_, number);
+  const double samples = SamplesPerPixel(options_.render);
+  const Clock::time_point start = Clock::now();
+  STILLRAY_RETURN_IF_ERROR(renderer_->RenderFrame(
+      moment, &traced->frame, [&](double part) { return progress(part * samples / work); }));
+  traced->milliseconds = MillisecondsSince(start);
+  traced->stages.clear();
+  if (renderer_->on_device()) {
+    traced->stages = TraceStages(renderer_->timings());
+  }
+  traced->reference = Image3();
+  if (options_.WantsReference(number)) {
+    const int spp = options_.text.reference_spp;
+    STILLRAY_RETURN_IF_ERROR(renderer_->RenderReference(
+        moment, spp, &traced->reference,
+        [&](double part) { return progress((samples + part * spp) / work); }));
+  }
+  traced->renderer_bytes = renderer_->memory_bytes();
+  traced->on_cpu = renderer_->TakeRemark();
+  return Status::Ok();
 }
 
-Status FrameMaker::Trace(const RenderMoment& moment, Progress* progress, RenderPicture* picture) {
-  const Clock::time_point start = Clock::now();
-  STILLRAY_RETURN_IF_ERROR(
-      renderer_->RenderFrame(moment, &picture->frame, Shown(moment.frame_index, progress)));
-  PrintTracingOnCpu();
-  picture->log.render_ms = MillisecondsSince(start);
-  if (renderer_->on_device()) {
-    picture->log.stages = TraceStages(renderer_->timings());
+/// Traces the frame, or waits for it, and starts with the next one.
+Status FrameMaker::TakeTraced(int64_t number, Progress* progress, RenderPicture* picture) {
+  const RenderProgress shown = Shown(number, progress);
+  if (ahead_.under_way()) {
+    STILLRAY_CHECK_EQ(number, next_number_);
+    STILLRAY_RETURN_IF_ERROR(ahead_.Take(shown));
+    std::swap(picture->traced, next_);
+  } else {
+    STILLRAY_RETURN_IF_ERROR(Trace(number, shown, &picture->traced));
   }
-  picture->reference = Image3();
-  return options_.WantsReference(moment.frame_index)
-             ? RenderReference(moment, progress, &picture->reference)
-             : Status::Ok();
+  PrintTracingOnCpu(picture->traced.on_cpu);
+  if (traces_ahead_ && number < options_.frames.last) {
+    next_number_ = number + 1;
+    ahead_.Start([this](const RenderProgress& going_on) {
+      return Trace(
+          next_number_, [&](double part) { return going_on(part) && !Interrupted(); }, &next_);
+    });
+  }
+  return Status::Ok();
 }
 
 /// If the denoiser falls back to the CPU, later frames are rendered to the host; this one is traced
 /// again, as it may be lost with the device.
 Status FrameMaker::Denoise(const RenderMoment& moment, Progress* progress, RenderPicture* picture) {
-  const Status status = denoiser_->Denoise(picture->frame, &picture->denoised);
-  if (denoiser_->remark().empty() || !renderer_->settings().on_device) {
+  Frame& frame = picture->traced.frame;
+  const Status status = denoiser_->Denoise(frame, &picture->denoised);
+  if (denoiser_->remark().empty() || !on_device_) {
     return status;
   }
+  on_device_ = false;
   RenderSettings settings = renderer_->settings();
   settings.on_device = false;
   STILLRAY_RETURN_IF_ERROR(renderer_->SetSettings(settings));
@@ -179,21 +218,22 @@ Status FrameMaker::Denoise(const RenderMoment& moment, Progress* progress, Rende
     return status;
   }
   STILLRAY_RETURN_IF_ERROR(
-      renderer_->RenderFrame(moment, &picture->frame, Shown(moment.frame_index, progress)));
-  PrintTracingOnCpu();
-  return denoiser_->Denoise(picture->frame, &picture->denoised);
+      renderer_->RenderFrame(moment, &frame, Shown(moment.frame_index, progress)));
+  PrintTracingOnCpu(renderer_->TakeRemark());
+  return denoiser_->Denoise(frame, &picture->denoised);
 }
 
 /// Not on the writer's thread, which would have to wait for the device while that traces the next
 /// frame.
 Status FrameMaker::BringToHost(RenderPicture* picture) const {
-  picture->in_files = &picture->frame;
+  const Frame& frame = picture->traced.frame;
+  picture->in_files = &frame;
   const uint32_t planes = PlanesInFiles(options_);
-  if (picture->frame.on_device == nullptr || planes == 0) {
+  if (frame.on_device == nullptr || planes == 0) {
     return Status::Ok();
   }
   const Clock::time_point start = Clock::now();
-  const Result<const Frame*> brought = OnHost(picture->frame, &picture->on_host, planes);
+  const Result<const Frame*> brought = OnHost(frame, &picture->on_host, planes);
   STILLRAY_RETURN_IF_ERROR(brought.status());
   picture->in_files = *brought;
   picture->log.stages.push_back({"frame_to_host", MillisecondsSince(start)});
@@ -217,10 +257,12 @@ Status FrameMaker::Make(int64_t number, UnwrittenFrame* earlier, Progress* progr
   picture->log = FrameLog();
   picture->log.frame = number;
   picture->log.seconds = moment.seconds;
-  STILLRAY_RETURN_IF_ERROR(Trace(moment, progress, picture));
+  STILLRAY_RETURN_IF_ERROR(TakeTraced(number, progress, picture));
+  picture->log.render_ms = picture->traced.milliseconds;
+  picture->log.stages = picture->traced.stages;
   if (earlier != nullptr) {
     STILLRAY_RETURN_IF_ERROR(BringToHost(picture));
-    STILLRAY_RETURN_IF_ERROR(ApplyPost(&picture->reference, picture));
+    STILLRAY_RETURN_IF_ERROR(ApplyPost(&picture->traced.reference, picture));
     picture->denoised = DenoisedFrame();
     picture->denoised.colour = std::move(earlier->colour);
     picture->denoised.images = std::move(earlier->images);
@@ -237,7 +279,7 @@ Status FrameMaker::Make(int64_t number, UnwrittenFrame* earlier, Progress* progr
   STILLRAY_RETURN_IF_ERROR(BringToHost(picture));
   STILLRAY_RETURN_IF_ERROR(ApplyPost(&picture->denoised.colour, picture));
   // It is traced through a pinhole too: with the same effects it stays a reference.
-  STILLRAY_RETURN_IF_ERROR(ApplyPost(&picture->reference, picture));
+  STILLRAY_RETURN_IF_ERROR(ApplyPost(&picture->traced.reference, picture));
   history_is_whole_ = true;
   last_filtered_ = number;
   return Status::Ok();

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Traces and filters the frames of `stillray render`, on one device or, as a fallback, on the CPU.
+/// Traces and filters the frames of `stillray render`, on one device or, as a fallback, on the CPU;
+/// or on two devices, which then work at the same time.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +10,9 @@
 #include <optional>
 #include <string>
 
+#include "common/device_option.h"
 #include "common/progress.h"
+#include "common/trace_ahead.h"
 #include "common/trace_device.h"
 #include "render/render_options.h"
 #include "render/run_log.h"
@@ -18,13 +21,22 @@
 
 namespace stillray {
 
+/// A frame as traced, and what is known of its tracing: the renderer may already trace another.
+struct TracedFrame {
+  Frame frame;
+  Image3 reference;  ///< empty: none
+  double milliseconds = 0;
+  std::vector<LoggedStage> stages;
+  size_t renderer_bytes = 0;
+  std::string on_cpu;  ///< why the CPU traced it instead of the device; empty: it did not
+};
+
 /// A frame until its files are written.
 struct RenderPicture {
-  Frame frame;
+  TracedFrame traced;
   Frame on_host;  ///< host copy of its planes, if it is on a device and files need them
   const Frame* in_files = nullptr;  ///< the frame with the planes that files need
   DenoisedFrame denoised;
-  Image3 reference;  ///< empty: none
   FrameLog log;
 };
 
@@ -45,10 +57,13 @@ class FrameMaker {
   /// \return kNotFound naming the existing cameras
   Status FindCamera();
   /// Creates renderer and denoiser.
+  /// \param ahead  whether a frame may be traced while the last one is filtered, if the devices
+  ///     differ
   /// \return also kInvalidArgument if there is no lens for depth of field
-  Status Prepare(const Device& device);
+  Status Prepare(const RenderDevices& devices, bool ahead);
 
-  /// Renders and denoises a frame, and its reference if requested.
+  /// Renders and denoises a frame, and its reference if requested. Call it for one frame after the
+  /// other: the next one may be traced already.
   /// \param earlier  picture of the same frame, filtered by an earlier run, which replaces
   ///     filtering: the history already includes its light; or nullptr
   Status Make(int64_t number, UnwrittenFrame* earlier, Progress* progress, RenderPicture* picture);
@@ -62,17 +77,18 @@ class FrameMaker {
   /// \param last  the last frame whose light it includes
   Status RestoreHistory(const std::vector<uint8_t>& history, int64_t last);
 
-  const Renderer& renderer() const { return *renderer_; }
+  /// Whether the next frame is traced while one is filtered: one frame more in memory.
+  bool traces_ahead() const { return traces_ahead_; }
   const Denoiser& denoiser() const { return *denoiser_; }
-  const std::string& place() const { return renderer_->place(); }
+  /// The device that traces the first frame.
+  const std::string& place() const { return place_; }
 
  private:
-  Status MakeRenderer(const Device& device);
+  Status MakeRenderer(const RenderDevices& devices);
   bool NeedsVirtualGuides() const;
-  void PrintTracingOnCpu();
   RenderMoment MomentOf(int64_t number) const;
-  Status Trace(const RenderMoment& moment, Progress* progress, RenderPicture* picture);
-  Status RenderReference(const RenderMoment& moment, Progress* progress, Image3* reference);
+  Status Trace(int64_t number, const RenderProgress& progress, TracedFrame* traced);
+  Status TakeTraced(int64_t number, Progress* progress, RenderPicture* picture);
   Status Denoise(const RenderMoment& moment, Progress* progress, RenderPicture* picture);
   Status BringToHost(RenderPicture* picture) const;
   Status PrepareLens();
@@ -84,10 +100,16 @@ class FrameMaker {
   int camera_ = 0;
   post::ThinLens lens_;  ///< of the effect
   std::unique_ptr<DeviceRenderer> renderer_;
+  std::string place_;
+  bool on_device_ = false;  ///< frames stay on the device, which also filters them
+  bool traces_ahead_ = false;
   std::optional<Denoiser> denoiser_;
   bool printed_fall_back_ = false;
   int64_t last_filtered_;
   bool history_is_whole_ = true;
+  TracedFrame next_;         ///< is traced while another is filtered
+  int64_t next_number_ = 0;  ///< its number
+  TraceAhead ahead_;         ///< last, so that its thread ends before its data is freed
 };
 
 }  // namespace stillray

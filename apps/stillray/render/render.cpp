@@ -170,6 +170,7 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
   command->add_flag("--float", a->float_exr, "32-bit EXR files; default: 16-bit (half)");
   command->option_defaults()->group("Device");
   AddDeviceOption(command, &a->device, &a->verbose);
+  AddTraceDeviceOption(command, &a->trace_device);
   command
       ->add_option("--ray-tracing", a->ray_tracing,
                    "How a Vulkan device traces rays: hardware, compute (shaders), or auto: "

@@ -26,6 +26,9 @@ constexpr int64_t kLastFrame = 99'999'999;
 constexpr int64_t kBytesPerPixel = 700;
 /// A second frame whose files are written meanwhile: 40 planes, and the channels of its files.
 constexpr int64_t kBytesPerPixelOfSecondFrame = 300;
+/// A third frame that is traced meanwhile: all planes of a Frame with four signals, and a
+/// reference.
+constexpr int64_t kBytesPerPixelOfThirdFrame = 220;
 
 template <typename T>
 bool ParseWhole(std::string_view text, T* out) {
@@ -229,9 +232,10 @@ uint64_t ChecksumOf(const Image3& image) {
 
 }  // namespace
 
-bool TwoFramesFit(const RenderSettings& render) {
-  const int64_t needed =
-      int64_t{render.width} * render.height * (kBytesPerPixel + kBytesPerPixelOfSecondFrame);
+bool FramesFit(const RenderSettings& render, int count) {
+  const int64_t more =
+      (count > 1 ? kBytesPerPixelOfSecondFrame : 0) + (count > 2 ? kBytesPerPixelOfThirdFrame : 0);
+  const int64_t needed = int64_t{render.width} * render.height * (kBytesPerPixel + more);
   const int64_t memory = AvailableMemory();
   return memory <= 0 || needed <= memory;
 }
@@ -317,6 +321,9 @@ std::string RenderFingerprint(const RenderOptions& options, const Scene& scene) 
   }
   for (const Parameter& p : RenderParameters()) {
     text += fmt::format("{} {}\n", p.name, GetRenderParameter(options.render, p.name).value());
+  }
+  if (!a.trace_device.empty()) {
+    text += fmt::format("trace-device {}\n", a.trace_device);
   }
   text += fmt::format("device {}\nray-tracing {}\nfirst-hits {}\n", a.device, a.ray_tracing,
                       a.first_hits);

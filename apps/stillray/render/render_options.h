@@ -48,6 +48,7 @@ struct RenderArguments {
   bool resume = false;
   bool timings = false;
   std::string device = "auto";
+  std::string trace_device;  ///< empty: as `device`
   bool verbose = false;
   std::string ray_tracing = "auto";
   std::string first_hits = "auto";
@@ -99,9 +100,9 @@ inline double SamplesPerPixel(const RenderSettings& render) {
 /// \return kInvalidArgument naming the option, its value and the expected ones
 Result<RenderOptions> ParseRenderArguments(const RenderArguments& arguments);
 
-/// Whether the machine's memory has room for a second frame of this size, so that one can be traced
-/// while the files of the other are written.
-bool TwoFramesFit(const RenderSettings& render);
+/// Whether the machine's memory has room for `count` frames of this size: with 2, one is made while
+/// the files of another are written; with 3, a third is traced meanwhile.
+bool FramesFit(const RenderSettings& render, int count);
 
 /// The name of a file without its folders.
 std::string FileNameOf(const std::string& path);

@@ -46,6 +46,7 @@ class RenderRun {
         fingerprint_(RenderFingerprint(options, scene)),
         key_(fmt::format("render frames from {}", options.frames.first)),
         next_frame_(options.frames.first),
+        overlaps_(threads > 1 && FramesFit(options.render, 2)),
         maker_(options, scene) {}
 
   Status Run();
@@ -84,6 +85,7 @@ class RenderRun {
   bool complete_ = false;                  ///< an earlier run did everything
   std::vector<UnwrittenFrame> unwritten_;  ///< of an earlier run; the first is the next to be made
   OutputFolderMark folder_mark_;
+  bool overlaps_;  ///< a frame is made while the last one is written
   FrameMaker maker_;
   RenderPicture* made_ = nullptr;  ///< the last one
   std::unique_ptr<VideoWriter> video_;
@@ -107,12 +109,16 @@ class RenderRun {
 Status RenderRun::Prepare() {
   STILLRAY_RETURN_IF_ERROR(maker_.FindCamera());
   STILLRAY_RETURN_IF_ERROR(ValidateRenderSettings(options_.render));
-  const Result<Device> device =
-      OpenDeviceOption(options_.text.device, options_.text.verbose, "rendering");
-  STILLRAY_RETURN_IF_ERROR(device.status());
-  fingerprint_ += fmt::format("on {}\n", device->description());
+  const Result<RenderDevices> devices =
+      OpenRenderDevices(options_.text.device, options_.text.trace_device, options_.text.verbose);
+  STILLRAY_RETURN_IF_ERROR(devices.status());
+  fingerprint_ += fmt::format("on {}\n", devices->filter.description());
+  if (devices->differ()) {
+    fingerprint_ += fmt::format("traced on {}\n", devices->tracer.description());
+  }
   // Errors of the settings are found before anything is written.
-  STILLRAY_RETURN_IF_ERROR(maker_.Prepare(*device));
+  const bool ahead = threads_ > 1 && FramesFit(options_.render, 3);
+  STILLRAY_RETURN_IF_ERROR(maker_.Prepare(*devices, ahead));
   const std::string& folder = options_.text.folder;
   STILLRAY_RETURN_IF_ERROR(MakeOutputFolder(folder));
   MarkOutputFolder(folder, &folder_mark_);
@@ -121,8 +127,9 @@ Status RenderRun::Prepare() {
   log_.scene_content = SceneContent(scene_);
   log_.environment_content = EnvironmentContent(options_, scene_);
   log_.lens_mask_content = LensMaskContent(options_, scene_);
-  log_.device = device->description();
+  log_.device = devices->filter.description();
   log_.tracer = maker_.place();
+  log_.traces_ahead = maker_.traces_ahead();
   if (options_.text.resume) {
     STILLRAY_RETURN_IF_ERROR(Resume());
   } else {
@@ -217,7 +224,7 @@ Status RenderRun::FeedVideoAgain() {
 Status RenderRun::Make(size_t at, Picture* picture) {
   // The files of the last frame need no images of the device any more: this one may have them.
   if (made_ != nullptr) {
-    picture->frame.on_device = std::move(made_->frame.on_device);
+    picture->traced.frame.on_device = std::move(made_->traced.frame.on_device);
   }
   made_ = nullptr;
   UnwrittenFrame* earlier = unwritten_.empty() ? nullptr : &unwritten_.front();
@@ -228,7 +235,9 @@ Status RenderRun::Make(size_t at, Picture* picture) {
   made_ = picture;
   log_.denoiser_bytes = maker_.denoiser().memory_bytes();
   log_.device_memory = maker_.denoiser().device_memory();
-  log_.renderer_bytes = maker_.renderer().memory_bytes();
+  log_.renderer_bytes = picture->traced.renderer_bytes;
+  const size_t frames = 1 + (overlaps_ ? 1 : 0) + (maker_.traces_ahead() ? 1 : 0);
+  log_.frame_bytes = frames * (FrameBytes(picture->traced.frame) + FrameBytes(picture->on_host));
   return Status::Ok();
 }
 
@@ -238,9 +247,9 @@ Status RenderRun::Write(Picture* picture) {
   written_.clear();
   STILLRAY_RETURN_IF_ERROR(WriteFrameFiles(
       options_, *picture->in_files, picture->denoised,
-      picture->reference.empty() ? nullptr : &picture->reference, &display, &paths));
+      picture->traced.reference.empty() ? nullptr : &picture->traced.reference, &display, &paths));
   STILLRAY_RETURN_IF_ERROR(AddFinishedFiles(options_.text.folder, paths, &written_));
-  if (!picture->reference.empty()) {
+  if (!picture->traced.reference.empty()) {
     MeasureQuality(*picture);
   }
   return video_ ? video_->Write(display) : Status::Ok();
@@ -248,7 +257,7 @@ Status RenderRun::Write(Picture* picture) {
 
 /// Pixels that are not finite are left out; pictures without others are not measured.
 void RenderRun::MeasureQuality(const Picture& picture) {
-  const Result<double> clean = MeasurePsnr(picture.denoised.colour, picture.reference);
+  const Result<double> clean = MeasurePsnr(picture.denoised.colour, picture.traced.reference);
   if (clean.ok()) {
     psnr_ += *clean;
     ++measured_;
@@ -256,7 +265,7 @@ void RenderRun::MeasureQuality(const Picture& picture) {
   if (picture.in_files->on_device != nullptr) {
     return;
   }
-  const Result<double> noisy = MeasurePsnr(SumOfLight(*picture.in_files), picture.reference);
+  const Result<double> noisy = MeasurePsnr(SumOfLight(*picture.in_files), picture.traced.reference);
   if (noisy.ok()) {
     noisy_psnr_ += *noisy;
     ++noisy_measured_;
@@ -376,7 +385,7 @@ Status RenderRun::RunLoop() {
   LoopOptions loop;
   loop.begin = static_cast<size_t>(next_frame_ - options_.frames.first);
   loop.end = static_cast<size_t>(options_.frames.count());
-  loop.overlap = threads_ > 1 && TwoFramesFit(options_.render);
+  loop.overlap = overlaps_;
   loop.keep_going = [] { return !Interrupted(); };
   progress_.emplace(WorkBefore(options_, options_.frames.last + 1), stderr);
   LoopEnd end = FrameLoop<RenderRun>(this, std::move(loop)).Run();

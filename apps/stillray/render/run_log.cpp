@@ -106,6 +106,7 @@ std::string RunLogJson(const RenderOptions& options, const RunLog& log, int thre
   json["date"] = UtcNow();
   json["device"] = log.device;
   json["tracer"] = log.tracer;
+  json["traces_ahead"] = log.traces_ahead;
   json["command"] = CommandLine();
   json["parameters"] = ParametersJson(options.denoise);
   Json frames = Json::array();
@@ -113,7 +114,9 @@ std::string RunLogJson(const RenderOptions& options, const RunLog& log, int thre
     frames.push_back(FrameJson(frame));
   }
   json["frames"] = std::move(frames);
-  json["memory"] = {{"denoiser_bytes", log.denoiser_bytes}, {"renderer_bytes", log.renderer_bytes}};
+  json["memory"] = {{"denoiser_bytes", log.denoiser_bytes},
+                    {"renderer_bytes", log.renderer_bytes},
+                    {"frame_bytes", log.frame_bytes}};
   if (log.device_memory.allocations > 0) {
     json["memory"]["device"] = DeviceMemoryJson(log.device_memory);
   }
@@ -169,9 +172,12 @@ std::string TimingsTable(const RunLog& log) {
   table += TimingsRow("denoise", log.frames, [](const FrameLog& f) { return f.denoise_ms; });
   table += StageRows(log.frames);
   table += WriteRow(log);
-  table += fmt::format("  {:<22}{:>10.1f} MB\n  {:<22}{:>10.1f} MB\n", "memory, denoiser",
-                       static_cast<double>(log.denoiser_bytes) / 1e6, "memory, renderer",
-                       static_cast<double>(log.renderer_bytes) / 1e6);
+  const std::pair<const char*, size_t> rows[] = {{"memory, denoiser", log.denoiser_bytes},
+                                                 {"memory, renderer", log.renderer_bytes},
+                                                 {"memory, frames", log.frame_bytes}};
+  for (const auto& [name, bytes] : rows) {
+    table += fmt::format("  {:<22}{:>10.1f} MB\n", name, static_cast<double>(bytes) / 1e6);
+  }
   return table + DeviceMemoryLine(log.device_memory) + MemoryBlocksTable();
 }
 

@@ -30,8 +30,10 @@ struct RunLog {
   std::string lens_mask_content;    ///< likewise; empty without --lens-mask
   std::string device;               ///< device of the filter, by name
   std::string tracer;               ///< device of the tracer
+  bool traces_ahead = false;        ///< each frame was traced while the last one was filtered
   size_t denoiser_bytes = 0;
   size_t renderer_bytes = 0;
+  size_t frame_bytes = 0;      ///< of all frames that are there at once
   DeviceMemory device_memory;  ///< the part of it on a GPU
 };
 

@@ -51,7 +51,7 @@ Status RunHeadless(const ViewOptions& options) {
   CatchInterrupts();
   Result<LoadedScene> loaded = LoadForView(
       options.request, options.settings, [](const LoadPhase&) { return !Interrupted(); },
-      options.device);
+      options.devices.tracer);
   if (!loaded.ok()) {
     return loaded.status();
   }
@@ -60,7 +60,7 @@ Status RunHeadless(const ViewOptions& options) {
     return Status::InvalidArgument(fmt::format("--camera is {}, the scene's are numbered 0 to {}",
                                                options.settings.camera, cameras - 1));
   }
-  ViewSession session(std::move(loaded.value()), options.device);
+  ViewSession session(std::move(loaded.value()), options.devices);
   for (const std::string& warning : session.scene().warnings) {
     PrintTo(stderr, "note: {}\n", warning);
   }

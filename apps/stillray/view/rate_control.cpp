@@ -140,7 +140,7 @@ bool RateControl::HighestRate(const Measured& now, double area, double limit_ms,
 /// Whether a view that refines should use this rate, which is above that of `now`.
 bool RateControl::IsWorthIt(const Measured& now, const SampleRate& rate) const {
   const double total = now.total_at(rate);
-  const double traced = total - now.cost.filter_ms;
+  const double traced = now.cost.overlapped ? now.trace_at(rate) : total - now.cost.filter_ms;
   const double limit_ms = choice_.target_ms * (rate.value() > 1 ? 1.0 : kRefineTargets);
   return total <= kSpare * limit_ms || traced <= kShareToRise * now.cost.filter_ms;
 }

@@ -17,7 +17,9 @@ struct FrameCost {
   double filter_ms = 0;  ///< part that depends only on the size of the picture
   /// part of trace_ms that does not depend on the samples: guides of all pixels
   double fixed_ms = 0;
-  double total() const { return trace_ms + filter_ms; }
+  /// The frame was traced while the last one was filtered: the slower of both takes the time.
+  bool overlapped = false;
+  double total() const { return overlapped ? std::max(trace_ms, filter_ms) : trace_ms + filter_ms; }
   /// Part of trace_ms that is proportional to the samples.
   double paths_ms() const { return std::max(trace_ms - fixed_ms, 0.0); }
 };
@@ -38,6 +40,7 @@ struct FramePlan {
   bool fast_filter = false;  ///< use the faster filter, with guides only where a path is traced
   bool refines = false;      ///< nothing moves: the frame may take longer than the target
   bool still = false;        ///< nothing has moved for kFramesToRefine frames
+  bool operator==(const FramePlan&) const = default;
 };
 
 /// While something moves, frames should take no longer than the target: samples fall first; if 1/16
@@ -84,9 +87,16 @@ class RateControl {
     FrameCost cost;
     SampleRate rate;
     /// Part of the time that does not depend on the samples.
-    double floor_ms() const { return cost.total() - cost.paths_ms(); }
+    double floor_ms() const {
+      return cost.overlapped ? std::max(cost.trace_ms - cost.paths_ms(), cost.filter_ms)
+                             : cost.total() - cost.paths_ms();
+    }
+    double trace_at(const SampleRate& other) const {
+      return cost.trace_ms - cost.paths_ms() + cost.paths_ms() * other.value() / rate.value();
+    }
     double total_at(const SampleRate& other) const {
-      return floor_ms() + cost.paths_ms() * other.value() / rate.value();
+      return cost.overlapped ? std::max(trace_at(other), cost.filter_ms)
+                             : floor_ms() + cost.paths_ms() * other.value() / rate.value();
     }
   };
 

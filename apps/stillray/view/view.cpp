@@ -40,9 +40,10 @@ Status RunView(const view::ViewArguments& arguments) {
                           : tbb::info::default_concurrency();
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<size_t>(threads));
-  const Result<Device> device = OpenDeviceOption(arguments.device, arguments.verbose, "rendering");
-  STILLRAY_RETURN_IF_ERROR(device.status());
-  options->device = *device;
+  const Result<RenderDevices> devices =
+      OpenRenderDevices(arguments.device, arguments.trace_device, arguments.verbose);
+  STILLRAY_RETURN_IF_ERROR(devices.status());
+  options->devices = *devices;
   if (options->headless_frames > 0) {
     return view::RunHeadless(options.value());
   }

@@ -49,10 +49,11 @@ void AddLayer(const std::string& name, const std::vector<Image1>& values, bool m
 
 }  // namespace
 
-ViewEngine::ViewEngine(const ViewSettings& settings, std::function<void()> wake, Device device)
+ViewEngine::ViewEngine(const ViewSettings& settings, std::function<void()> wake,
+                       const RenderDevices& devices)
     : wake_(std::move(wake)),
       settings_(settings),
-      device_(std::move(device)),
+      devices_(devices),
       loader_([this](bool finished) {
         if (finished) {
           {
@@ -77,13 +78,13 @@ ViewEngine::~ViewEngine() {
 
 void ViewEngine::Open(const SceneRequest& request) {
   ViewSettings settings;
-  Device device;
+  Device tracer;
   {
     const std::lock_guard lock(mutex_);
     settings = settings_;
-    device = device_;
+    tracer = devices_.tracer;
   }
-  loader_.Load(request, settings, device);
+  loader_.Load(request, settings, tracer);
 }
 
 uint64_t ViewEngine::Post(const ViewSettings& settings) {
@@ -164,12 +165,12 @@ void ViewEngine::TakeLoadedScene() {
   }
   EndClip();
   session_.reset();  // frees the old scene's memory first
-  Device device;
+  RenderDevices devices;
   {
     const std::lock_guard lock(mutex_);
-    device = device_;
+    devices = devices_;
   }
-  session_ = std::make_unique<ViewSession>(std::move(*outcome->scene), device);
+  session_ = std::make_unique<ViewSession>(std::move(*outcome->scene), devices);
   metrics_.Forget();
   idle_ = false;
   shown_ = {};
@@ -244,7 +245,7 @@ void ViewEngine::MakeFrame() {
   if (!frame.note.empty()) {
     Tell(true, frame.note);
     const std::lock_guard lock(mutex_);
-    device_ = session_->device();
+    devices_ = session_->devices();
   }
   idle_ = IsDone(settings, frame);
   if (!frame.still || frame.samples <= frame.rate.value()) {

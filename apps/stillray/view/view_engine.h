@@ -42,9 +42,10 @@ struct SceneInfo {
 
 class ViewEngine {
  public:
-  /// \param wake    called from other threads when there is something new to show
-  /// \param device  traces and filters frames; if it fails, the CPU continues, with a message
-  ViewEngine(const ViewSettings& settings, std::function<void()> wake, Device device = Device());
+  /// \param wake     called from other threads when there is something new to show
+  /// \param devices  trace and filter frames; if one fails, the CPU continues, with a message
+  ViewEngine(const ViewSettings& settings, std::function<void()> wake,
+             const RenderDevices& devices = {});
   /// Cancels the frame in progress, and loading (see SceneLoader::abandoned).
   ~ViewEngine();
 
@@ -97,7 +98,7 @@ class ViewEngine {
 
   // Guarded by mutex_.
   ViewSettings settings_;
-  Device device_;  // of the next scene
+  RenderDevices devices_;  // of the next scene
   SceneInfo scene_info_;
   std::deque<Job> jobs_;
   std::vector<EngineMessage> messages_;

@@ -233,6 +233,7 @@ void DeclareViewOptions(CLI::App* command, ViewArguments* a) {
                    "Of --orbit, scene units; default: the camera's distance to what it looks at")
       ->check(InRange(1e-4, 1e6));
   AddDeviceOption(command, &a->device, &a->verbose);
+  AddTraceDeviceOption(command, &a->trace_device);
   command->add_option("--threads", a->threads, "Default: all processors")
       ->check(CLI::Range(0, 4096));
   command

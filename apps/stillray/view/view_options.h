@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/filter_options.h"
+#include "common/render_devices.h"
 #include "common/tracer_options.h"
 #include "view/loaded_scene.h"
 #include "view/view_settings.h"
@@ -41,6 +42,7 @@ struct ViewArguments {
   std::string moving_filter = "psvgf";
   std::string still_history = "all";
   std::string device = "auto";
+  std::string trace_device;  ///< empty: as `device`
   bool verbose = false;
 };
 
@@ -52,8 +54,8 @@ struct ViewOptions {
   int threads = 0;
   int headless_frames = 0;  ///< 0: open a window
   std::string folder;
-  std::string report;  ///< file for the times of the interface; empty: none
-  Device device;       ///< renders frames; opened by the caller of ParseViewArguments
+  std::string report;     ///< file for the times of the interface; empty: none
+  RenderDevices devices;  ///< opened by the caller of ParseViewArguments
 };
 
 /// Applies the file's values; other settings are unchanged.

@@ -7,7 +7,9 @@
 #include <numbers>
 
 #include <fmt/format.h>
+#include <tbb/global_control.h>
 
+#include "common/trace_ahead.h"
 #include "core/clock.h"
 #include "denoise/fill_guides/fill_guides.h"
 #include "denoise/plan.h"
@@ -35,6 +37,23 @@ bool SameView(const ViewPose& a, const ViewPose& b) {
 
 bool SameScene(const ViewSettings& a, const ViewSettings& b) {
   return SameLight(a.render, b.render) && a.restart == b.restart;
+}
+
+/// Whether a frame that was traced for `a` is the one for `b`.
+/// \param moving  the pose may be an earlier one
+bool TracesTheSame(const ViewSettings& a, ViewSettings b, bool moving) {
+  if (moving) {
+    b.pose = a.pose;
+    b.revision = a.revision;
+  }
+  b.dividers = a.dividers;
+  b.sharp_pixels = a.sharp_pixels;
+  b.inspect_x = a.inspect_x;
+  b.inspect_y = a.inspect_y;
+  b.focus = a.focus;
+  b.focus_x = a.focus_x;
+  b.focus_y = a.focus_y;
+  return a == b;
 }
 
 bool HasSparseGuides(const ViewSettings& s) {
@@ -67,46 +86,6 @@ float DepthNear(const Image1& depth, int x, int y) {
   return best;
 }
 
-/// Wall time of a phase whose time is summed over threads; times of a device come from timestamp
-/// queries.
-double ShareOfWall(const RenderTimings& t, bool on_device, double wall_ms) {
-  if (on_device) {
-    return 1;
-  }
-  const double sum =
-      t.clear_ms + t.primary_ms + t.bounce_ms + t.shadow_ms + t.shade_ms + t.image_ms;
-  return sum > 0 ? std::max(wall_ms - t.update_ms, 0.0) / sum : 0;
-}
-
-void AddTracerStages(const DeviceRenderer& renderer, double wall_ms,
-                     std::vector<StageTime>* stages) {
-  const RenderTimings& t = renderer.timings();
-  const double share = ShareOfWall(t, renderer.on_device(), wall_ms);
-  stages->push_back({"update scene", t.update_ms});
-  if (t.clear_ms > 0) {
-    stages->push_back({"choose pixels", t.clear_ms * share});
-  }
-  stages->push_back({"primary rays", t.primary_ms * share});
-  stages->push_back({"bounces", t.bounce_ms * share});
-  stages->push_back({"shadow rays", t.shadow_ms * share});
-  stages->push_back({"shading", t.shade_ms * share});
-  if (t.image_ms > 0) {
-    stages->push_back({"virtual guides", t.image_ms * share});
-  }
-  if (renderer.on_device()) {
-    stages->push_back({"copy to the frame", t.copy_ms});
-  }
-}
-
-/// Time that does not depend on the samples: the guides, if all pixels have them.
-double FixedTime(const DeviceRenderer& renderer, double wall_ms) {
-  const RenderTimings& t = renderer.timings();
-  const RenderSettings& settings = renderer.settings();
-  const bool sparse = settings.guides == GuideCoverage::kSparse && settings.cycle > 1;
-  const double fixed = t.clear_ms + (sparse ? 0 : t.primary_ms + t.copy_ms);
-  return t.update_ms + ShareOfWall(t, renderer.on_device(), wall_ms) * fixed;
-}
-
 double Wrapped(double seconds, double length) {
   const double wrapped = std::fmod(seconds, length);
   return wrapped < 0 ? wrapped + length : wrapped;
@@ -119,8 +98,17 @@ struct ViewSession::FilledGuides {
   FillGuidesWork work;
 };
 
-ViewSession::ViewSession(LoadedScene loaded, Device device)
-    : loaded_(std::move(loaded)), animation_(loaded_.scene.get()), device_(std::move(device)) {
+/// A frame that is traced while the last one is filtered.
+struct ViewSession::Ahead {
+  ViewSettings asked;  ///< the caller's for the last frame
+  NextFrame next;
+  Frame frame;
+  Tracing tracing;
+  TraceAhead thread;  ///< last, so that it ends before its data is freed
+};
+
+ViewSession::ViewSession(LoadedScene loaded, const RenderDevices& devices)
+    : loaded_(std::move(loaded)), animation_(loaded_.scene.get()), devices_(devices) {
   length_ = loaded_.scene->AnimationLength();
   bounds_ = SceneBounds(*loaded_.scene, 0);
 }
@@ -174,12 +162,12 @@ ViewSession::Moment ViewSession::NextMoment(const ViewSettings& s, double elapse
 /// If a device other than the CPU failed: switches to the CPU, with a note. Errors of settings or
 /// frames would occur on the CPU as well.
 bool ViewSession::FallsBack(const Status& status) {
-  if (status.ok() || device_.is_cpu() || status.code() == StatusCode::kInvalidArgument) {
+  if (status.ok() || devices_.filter.is_cpu() || status.code() == StatusCode::kInvalidArgument) {
     return false;
   }
   Note("filtering goes on on the CPU: " + status.message());
   denoiser_.reset();
-  device_ = Device();
+  devices_ = devices_.differ() ? RenderDevices(Device(), devices_.tracer) : RenderDevices();
   return true;
 }
 
@@ -188,7 +176,7 @@ void ViewSession::Note(const std::string& what) {
 }
 
 Status ViewSession::MakeDenoiser(const Settings& settings) {
-  Result<Denoiser> denoiser = Denoiser::Create(settings, device_);
+  Result<Denoiser> denoiser = Denoiser::Create(settings, devices_.filter);
   if (FallsBack(denoiser.status())) {
     denoiser = Denoiser::Create(settings);
   }
@@ -261,7 +249,7 @@ bool ViewSession::AllowsFastFilter(const ViewSettings& s) const {
   return s.fast_filter && MayReplaceSettings(s) && s.denoise.wavelet != Wavelet::kOff;
 }
 
-FramePlan ViewSession::PlanFrame(const ViewSettings& s, bool moves) {
+FramePlan ViewSession::PlanFrame(const ViewSettings& s, bool moves, RateControl* control) const {
   RateChoice choice;
   choice.rate = s.rate;
   choice.auto_rate = s.auto_rate;
@@ -269,36 +257,55 @@ FramePlan ViewSession::PlanFrame(const ViewSettings& s, bool moves) {
   choice.auto_scale = s.auto_scale;
   choice.fast_filter = AllowsFastFilter(s);
   choice.target_ms = s.target_ms;
-  return control_.Next(choice, moves, s.revision != settings_.revision);
+  return control->Next(choice, moves, s.revision != settings_.revision);
 }
 
 /// The settings with the plan's replacements.
-ViewSettings ViewSession::Planned(ViewSettings s) const {
-  s.rate = plan_.rate;
-  if (plan_.fast_filter) {
+ViewSettings ViewSession::Planned(ViewSettings s, const FramePlan& plan) const {
+  s.rate = plan.rate;
+  if (plan.fast_filter) {
     Settings fast = PresetSettings("psvgf").value();
     fast.exposure = s.denoise.exposure;
     fast.tonemap = s.denoise.tonemap;
     s.denoise = fast;
     s.render.guides = GuideCoverage::kSparse;
   }
-  if (plan_.still && s.still_converges && MayReplaceSettings(s)) {
+  if (plan.still && s.still_converges && MayReplaceSettings(s)) {
     s.denoise = WithEqualWeights(s.denoise);
   }
   return s;
 }
 
-RenderSettings ViewSession::RendererSettings(const ViewSettings& s) const {
-  RenderSettings wanted = RenderSettingsFor(s, plan_.rate, plan_.scale);
-  wanted.on_device = !device_.is_cpu();
+/// The frame after the last one.
+ViewSession::NextFrame ViewSession::PlanNext(const ViewSettings& settings, double elapsed,
+                                             RateControl* control) {
+  NextFrame next;
+  next.elapsed = std::clamp(elapsed + owed_, 0.0, kLongestStep);
+  next.moment = NextMoment(settings, next.elapsed);
+  next.moved = frames_ == 0 || !SameView(next.moment.pose, moment_.pose) ||
+               !(next.moment.time == moment_.time) || !SameScene(settings, settings_) ||
+               settings.width != settings_.width || settings.height != settings_.height;
+  next.plan = PlanFrame(settings, next.moved, control);
+  next.settings = Planned(settings, next.plan);
+  next.loses_history = LosesHistory(next);
+  // Samples are numbered from the rate: after a change, the same numbers would recur.
+  const bool rate_changes = frames_ > 0 && !(next.settings.rate == settings_.rate);
+  next.rate_changes = rate_changes_ + (rate_changes ? 1 : 0);
+  return next;
+}
+
+RenderSettings ViewSession::RendererSettings(const NextFrame& next) const {
+  RenderSettings wanted = RenderSettingsFor(next.settings, next.plan.rate, next.plan.scale);
+  wanted.on_device = !devices_.filter.is_cpu() && !devices_.differ();
   return wanted;
 }
 
 /// Whether the filter's history is lost: other signals, another size.
-bool ViewSession::LosesHistory(const ViewSettings& s) const {
+bool ViewSession::LosesHistory(const NextFrame& next) const {
+  const ViewSettings& s = next.settings;
   int width = 0;
   int height = 0;
-  PictureSize(s, plan_.scale, &width, &height);
+  PictureSize(s, next.plan.scale, &width, &height);
   return frames_ == 0 || width != frame_.width || height != frame_.height ||
          s.restart != settings_.restart || NeedsNewHistory(settings_.denoise, s.denoise) ||
          (s.denoise.temporal && !settings_.denoise.temporal);
@@ -306,22 +313,23 @@ bool ViewSession::LosesHistory(const ViewSettings& s) const {
 
 /// Whether the picture on the screen can replace the lost history: the filter has one signal for
 /// all light, and the picture shows the same view.
-bool ViewSession::CanSeed(const ViewSettings& s) const {
+bool ViewSession::CanSeed(const NextFrame& next) const {
+  const ViewSettings& s = next.settings;
   if (frames_ == 0 || s.restart != settings_.restart || !SameScene(s, settings_) ||
-      s.denoise.signals != SignalGrouping::kSingle || !s.denoise.temporal || !LosesHistory(s)) {
+      s.denoise.signals != SignalGrouping::kSingle || !s.denoise.temporal || !next.loses_history) {
     return false;
   }
   int width = 0;
   int height = 0;
-  PictureSize(s, plan_.scale, &width, &height);
+  PictureSize(s, next.plan.scale, &width, &height);
   const double shape = static_cast<double>(width) * frame_.height / height / frame_.width;
   return std::abs(shape - 1) < 0.01;
 }
 
 /// A frame of the last view, in the new size, with guides in every pixel.
-Result<Frame> ViewSession::GuidesOfLastView(const ViewSettings& s,
+Result<Frame> ViewSession::GuidesOfLastView(const NextFrame& next,
                                             const RenderProgress& keep_going) {
-  RenderSettings wanted = RendererSettings(s);
+  RenderSettings wanted = RendererSettings(next);
   const bool complete = !HasSparseGuides(settings_);
   Frame guides;
   Frame room;
@@ -342,36 +350,99 @@ Result<Frame> ViewSession::GuidesOfLastView(const ViewSettings& s,
 }
 
 /// Makes the seed for the history of the next frame's filter; empty if there is none.
-Status ViewSession::MakeSeed(const ViewSettings& s, const RenderProgress& keep_going) {
+Status ViewSession::MakeSeed(const NextFrame& next, const RenderProgress& keep_going) {
   seed_.reset();
-  if (!CanSeed(s)) {
+  if (!CanSeed(next)) {
     return Status::Ok();
   }
   const Result<const Image3*> shown = Denoised();
   STILLRAY_RETURN_IF_ERROR(shown.status());
-  const Result<Frame> guides = GuidesOfLastView(s, keep_going);
+  const Result<Frame> guides = GuidesOfLastView(next, keep_going);
   STILLRAY_RETURN_IF_ERROR(guides.status());
-  seed_ = SeedFrame(*guides, **shown, kSeedSamples, HasSparseGuides(s));
+  seed_ = SeedFrame(*guides, **shown, kSeedSamples, HasSparseGuides(next.settings));
   return Status::Ok();
 }
 
-/// Traces the next frame. A frame that refines may be cancelled, and the view then continues: the
-/// data of the last frame stays until the new one is complete.
-Status ViewSession::Trace(const ViewSettings& s, const RenderMoment& moment,
-                          const RenderProgress& keep_going) {
-  RenderSettings wanted = RendererSettings(s);
-  // Samples are numbered from the rate: after a change, the same numbers would recur.
-  rate_changes_ += frames_ > 0 && !(s.rate == settings_.rate) ? 1 : 0;
-  wanted.seed += rate_changes_;
-  STILLRAY_RETURN_IF_ERROR(loaded_.renderer->SetSettings(wanted));
-  if (!plan_.refines) {
+/// Plans the next frame and traces it. A frame that refines may be cancelled, and the view then
+/// continues: the data of the last frame stays until the new one is complete.
+Status ViewSession::TraceNow(const ViewSettings& settings, double elapsed,
+                             const RenderProgress& keep_going, NextFrame* next) {
+  ahead_.reset();
+  *next = PlanNext(settings, elapsed, &control_);
+  plan_ = next->plan;
+  STILLRAY_RETURN_IF_ERROR(MakeSeed(*next, keep_going));
+  RenderSettings wanted = RendererSettings(*next);
+  wanted.seed += next->rate_changes;
+  if (plan_.refines) {
+    next_frame_.on_device = nullptr;
+  } else {
     next_frame_ = Frame();
-    return loaded_.renderer->RenderFrame(moment, &frame_, keep_going);
   }
-  next_frame_.on_device = nullptr;
-  STILLRAY_RETURN_IF_ERROR(loaded_.renderer->RenderFrame(moment, &next_frame_, keep_going));
-  std::swap(frame_, next_frame_);
+  Frame* frame = plan_.refines ? &next_frame_ : &frame_;
+  STILLRAY_RETURN_IF_ERROR(TraceFrame(wanted, next->moment.render, keep_going,
+                                      loaded_.renderer.get(), frame, &tracing_));
+  if (plan_.refines) {
+    std::swap(frame_, next_frame_);
+  }
+  owed_ = 0;
   return Status::Ok();
+}
+
+/// Whether the frame that is traced ahead is the next one by these settings, which then become the
+/// plan. While the view moves, the pose may be that of one frame before, as in every pipeline.
+bool ViewSession::UsesAhead(const ViewSettings& settings) {
+  if (ahead_ == nullptr ||
+      ahead_->next.moment.render.frame_index != static_cast<int64_t>(frames_) ||
+      !TracesTheSame(ahead_->asked, settings, !ahead_->next.plan.refines)) {
+    return false;
+  }
+  RateControl control = control_;
+  const FramePlan plan = PlanFrame(settings, ahead_->next.moved, &control);
+  if (!(plan == ahead_->next.plan)) {
+    return false;
+  }
+  control_ = control;
+  plan_ = plan;
+  return true;
+}
+
+/// Waits for the frame that is traced ahead.
+Status ViewSession::TakeAhead(double elapsed, const RenderProgress& keep_going, NextFrame* next) {
+  const std::unique_ptr<Ahead> ahead = std::move(ahead_);
+  STILLRAY_RETURN_IF_ERROR(ahead->thread.Take(keep_going));
+  *next = ahead->next;
+  std::swap(frame_, ahead->frame);
+  std::swap(next_frame_, ahead->frame);
+  tracing_ = ahead->tracing;
+  const double passed = std::clamp(elapsed, 0.0, kLongestStep);
+  owed_ = std::clamp(owed_ + passed - next->elapsed, -kLongestStep, kLongestStep);
+  return Status::Ok();
+}
+
+/// Starts to trace the frame after the last one, if tracer and filter can work at the same time, as
+/// it will be if the caller's settings stay the same. A frame that needs the picture of this one
+/// waits for it.
+void ViewSession::StartAhead(const ViewSettings& asked, double elapsed) {
+  if (!devices_.differ() || asked.reference ||
+      tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism) < 2) {
+    return;
+  }
+  RateControl control = control_;
+  const NextFrame next = PlanNext(asked, elapsed, &control);
+  if (next.loses_history) {
+    return;
+  }
+  ahead_ = std::make_unique<Ahead>();
+  ahead_->asked = asked;
+  ahead_->next = next;
+  std::swap(ahead_->frame, next_frame_);
+  RenderSettings wanted = RendererSettings(next);
+  wanted.seed += next.rate_changes;
+  // The session may be moved meanwhile.
+  ahead_->thread.Start([wanted, moment = next.moment.render, renderer = loaded_.renderer.get(),
+                        ahead = ahead_.get()](const RenderProgress& keep_going) {
+    return TraceFrame(wanted, moment, keep_going, renderer, &ahead->frame, &ahead->tracing);
+  });
 }
 
 /// Prepares the filter with its history.
@@ -418,37 +489,41 @@ Status ViewSession::Filter(const ViewSettings& s, const RenderMoment& moment,
 Status ViewSession::RenderNext(const ViewSettings& settings, double elapsed,
                                const RenderProgress& keep_going, ViewFrame* out) {
   STILLRAY_RETURN_IF_ERROR(ValidateSettings(settings.denoise));
-  const Moment next = NextMoment(settings, elapsed);
-  const bool moved = frames_ == 0 || !SameView(next.pose, moment_.pose) ||
-                     !(next.time == moment_.time) || !SameScene(settings, settings_) ||
-                     settings.width != settings_.width || settings.height != settings_.height;
-  plan_ = PlanFrame(settings, moved);
-  const ViewSettings s = Planned(settings);
-  const bool loses_history = LosesHistory(s);
-  STILLRAY_RETURN_IF_ERROR(MakeSeed(s, keep_going));
-  const Clock::time_point start = Clock::now();
-  STILLRAY_RETURN_IF_ERROR(Trace(s, next.render, keep_going));
-  const double render_ms = MillisecondsSince(start);
-  if (const std::string remark = loaded_.renderer->TakeRemark(); !remark.empty()) {
-    Note("tracing goes on on the CPU: " + remark);
+  NextFrame next;
+  const bool overlapped = UsesAhead(settings);
+  STILLRAY_RETURN_IF_ERROR(overlapped ? TakeAhead(elapsed, keep_going, &next)
+                                      : TraceNow(settings, elapsed, keep_going, &next));
+  if (!tracing_.remark.empty()) {
+    Note("tracing goes on on the CPU: " + tracing_.remark);
   }
+  const ViewSettings& s = next.settings;
   STILLRAY_RETURN_IF_ERROR(PrepareHistory(s));
+  ViewSettings last_settings = std::exchange(settings_, s);
+  const Moment last_moment = std::exchange(moment_, next.moment);
+  const uint64_t last_rate_changes = std::exchange(rate_changes_, next.rate_changes);
+  ++frames_;
+  StartAhead(settings, elapsed);
   const Clock::time_point filter_start = Clock::now();
-  STILLRAY_RETURN_IF_ERROR(Filter(s, next.render, keep_going));
+  const Status filtered = Filter(s, next.moment.render, keep_going);
+  if (!filtered.ok()) {
+    ahead_.reset();
+    settings_ = std::move(last_settings);
+    moment_ = last_moment;
+    rate_changes_ = last_rate_changes;
+    --frames_;
+    return filtered;
+  }
   const double denoise_ms = MillisecondsSince(filter_start);
 
-  settings_ = s;
-  moment_ = next;
-  still_ = !moved;
-  samples_ = (moved || loses_history ? 0 : samples_) + plan_.rate.value();
-  ++frames_;
-  if (moved || reference_.HasOtherSize(frame_.width, frame_.height)) {
+  still_ = !next.moved;
+  samples_ = (next.moved || next.loses_history ? 0 : samples_) + next.plan.rate.value();
+  if (next.moved || reference_.HasOtherSize(frame_.width, frame_.height)) {
     reference_.Reset();
   }
   FillGuides(s);
   UpdateWorld(s);
   Show(s, out);
-  Account(denoise_ms, render_ms, out);
+  Account(denoise_ms, overlapped, out);
   out->note = std::exchange(note_, {});
   if (frames_ > kFirstFrames) {
     control_.Observe(out->cost);
@@ -571,7 +646,7 @@ void ViewSession::Inspect(const ViewSettings& s, ViewFrame* out) const {
   out->focus_depth = focus_depth_;
 }
 
-void ViewSession::Account(double denoise_ms, double render_ms, ViewFrame* out) const {
+void ViewSession::Account(double denoise_ms, bool overlapped, ViewFrame* out) const {
   out->rate = plan_.rate;
   out->scale = plan_.scale;
   out->chosen_scale = settings_.scale;
@@ -583,16 +658,17 @@ void ViewSession::Account(double denoise_ms, double render_ms, ViewFrame* out) c
   out->light_seconds = moment_.time.lights;
   out->length = length_;
   out->pose = moment_.pose;
-  out->cost = {render_ms, denoise_ms + out->show_ms, FixedTime(*loaded_.renderer, render_ms)};
-  out->stages.clear();
-  AddTracerStages(*loaded_.renderer, render_ms, &out->stages);
+  out->cost = {tracing_.milliseconds, denoise_ms + out->show_ms, tracing_.fixed_ms, overlapped};
+  out->stages = tracing_.stages;
   out->stages.insert(out->stages.end(), denoised_.timings.begin(), denoised_.timings.end());
   out->stages.push_back({"make pictures", out->show_ms});
-  out->memory = {loaded_.renderer->memory_bytes(), denoiser_->memory_bytes(),
-                 FrameBytes(frame_) + FrameBytes(next_frame_) + FrameBytes(from_device_)};
+  // A frame that is being traced will be as large as this one.
+  const size_t next_bytes = FrameBytes(ahead_ != nullptr ? frame_ : next_frame_);
+  out->memory = {tracing_.memory_bytes, denoiser_->memory_bytes(),
+                 FrameBytes(frame_) + next_bytes + FrameBytes(from_device_)};
   out->reference_spp = reference_.spp();
-  out->device = device_.description();
-  out->tracer = loaded_.renderer->place();
+  out->device = devices_.filter.description();
+  out->tracer = tracing_.place;
 }
 
 Result<const Image3*> ViewSession::Denoised() {

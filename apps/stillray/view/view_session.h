@@ -1,18 +1,20 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A view of one scene: settings in, the next picture out. No threads, no clock, no window: the
-/// same calls give the same bits (as long as the rate is fixed).
+/// A view of one scene: settings in, the next picture out. No clock, no window: the same calls give
+/// the same bits (as long as the rate is fixed), on one device or on two.
 #pragma once
 
 #include <memory>
 #include <optional>
 
+#include "common/render_devices.h"
 #include "stillray/denoise.hpp"
 #include "view/loaded_scene.h"
 #include "view/rate_control.h"
 #include "view/reference.h"
 #include "view/retimed_animation.h"
+#include "view/tracing.h"
 #include "view/view_frame.h"
 #include "view/view_settings.h"
 #include "view/views.h"
@@ -21,9 +23,12 @@ namespace stillray::view {
 
 class ViewSession {
  public:
-  /// \param device  filters frames; if it fails, the CPU continues (ViewFrame::note). The loaded
-  ///     renderer traces, and falls back by itself
-  explicit ViewSession(LoadedScene loaded, Device device = Device());
+  /// \param devices  the first one filters frames; if it fails, the CPU continues
+  ///     (ViewFrame::note). The loaded renderer traces, on the second one, and falls back by
+  ///     itself. If they differ, the next frame is traced while one is filtered, on another thread:
+  ///     with the same settings, or with others in the pose alone while the view moves, RenderNext
+  ///     then waits for it; else it is discarded
+  explicit ViewSession(LoadedScene loaded, const RenderDevices& devices = {});
   ~ViewSession();
   ViewSession(ViewSession&&) noexcept;
 
@@ -45,8 +50,8 @@ class ViewSession {
   }
   bool has_moving_lights() const { return animation_.has_lights(); }
 
-  /// The device that filters frames, and traces the next scene.
-  const Device& device() const { return device_; }
+  /// The devices that filter frames, and trace the next scene.
+  const RenderDevices& devices() const { return devices_; }
 
   const Scene& scene() const { return *loaded_.scene; }
   const SceneRequest& request() const { return loaded_.request; }
@@ -70,18 +75,33 @@ class ViewSession {
     ViewPose pose;
     double orbit_degrees = 0;  ///< of `pose` on its orbit
   };
+  /// A frame that is planned.
+  struct NextFrame {
+    Moment moment;
+    FramePlan plan;
+    ViewSettings settings;  ///< with the plan's replacements
+    bool moved = false;     ///< against the last frame
+    bool loses_history = false;
+    uint64_t rate_changes = 0;
+    double elapsed = 0;  ///< seconds by which time passes
+  };
+  struct Ahead;
   struct FilledGuides;
   bool MayReplaceSettings(const ViewSettings& settings) const;
   bool AllowsFastFilter(const ViewSettings& settings) const;
-  FramePlan PlanFrame(const ViewSettings& settings, bool moves);
-  ViewSettings Planned(ViewSettings settings) const;
-  bool LosesHistory(const ViewSettings& settings) const;
-  bool CanSeed(const ViewSettings& settings) const;
-  Result<Frame> GuidesOfLastView(const ViewSettings& settings, const RenderProgress& keep_going);
-  Status MakeSeed(const ViewSettings& settings, const RenderProgress& keep_going);
-  RenderSettings RendererSettings(const ViewSettings& settings) const;
-  Status Trace(const ViewSettings& settings, const RenderMoment& moment,
-               const RenderProgress& keep_going);
+  FramePlan PlanFrame(const ViewSettings& settings, bool moves, RateControl* control) const;
+  ViewSettings Planned(ViewSettings settings, const FramePlan& plan) const;
+  NextFrame PlanNext(const ViewSettings& settings, double elapsed, RateControl* control);
+  bool LosesHistory(const NextFrame& next) const;
+  bool CanSeed(const NextFrame& next) const;
+  Result<Frame> GuidesOfLastView(const NextFrame& next, const RenderProgress& keep_going);
+  Status MakeSeed(const NextFrame& next, const RenderProgress& keep_going);
+  RenderSettings RendererSettings(const NextFrame& next) const;
+  Status TraceNow(const ViewSettings& settings, double elapsed, const RenderProgress& keep_going,
+                  NextFrame* next);
+  bool UsesAhead(const ViewSettings& settings);
+  Status TakeAhead(double elapsed, const RenderProgress& keep_going, NextFrame* next);
+  void StartAhead(const ViewSettings& settings, double elapsed);
   Status PrepareHistory(const ViewSettings& settings);
   Status PrepareDenoiser(const ViewSettings& settings);
   Status MakeDenoiser(const Settings& settings);
@@ -106,14 +126,15 @@ class ViewSession {
   WorldViews WorldNow() const;
   void Show(const ViewSettings& settings, ViewFrame* out) const;
   void Inspect(const ViewSettings& settings, ViewFrame* out) const;
-  void Account(double denoise_ms, double render_ms, ViewFrame* out) const;
+  void Account(double denoise_ms, bool overlapped, ViewFrame* out) const;
   ViewSources Sources() const;
 
   LoadedScene loaded_;
   RetimedAnimation animation_;
   std::unique_ptr<FilledGuides> filled_;  ///< while a view shows them
   std::optional<WorldViews> world_;       ///< likewise
-  Device device_;
+  RenderDevices devices_;
+  Tracing tracing_;   ///< of the last frame
   std::string note_;  ///< message for the next frame
   std::optional<Denoiser> denoiser_;
   ViewSettings settings_;  ///< of the last frame, with the filter that made it
@@ -124,7 +145,7 @@ class ViewSession {
   RateControl control_;
   FramePlan plan_;  ///< of the frame in progress, or the last one
   Frame frame_;
-  Frame next_frame_;           ///< buffer for the frame being traced
+  Frame next_frame_;           ///< buffer for the next frame
   std::optional<Frame> seed_;  ///< becomes the history of the next frame's filter
   Frame from_device_;          ///< buffer for its planes, if it is on a device
   bool brought_ = false;       ///< they are valid
@@ -139,6 +160,8 @@ class ViewSession {
   uint64_t rate_changes_ = 0;
   bool still_ = false;
   double length_ = 0;
+  double owed_ = 0;  ///< seconds that passed but are not shown: a frame ahead used an estimate
+  std::unique_ptr<Ahead> ahead_;  ///< last, so that it ends before its data is freed
 };
 
 }  // namespace stillray::view

@@ -69,6 +69,8 @@ struct ViewSettings {
   uint64_t revision = 0;
   /// The interface imports pictures from the device (ViewFrame::shared).
   bool shares_pictures = false;
+
+  bool operator==(const ViewSettings&) const = default;
 };
 
 }  // namespace stillray::view

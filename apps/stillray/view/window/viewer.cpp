@@ -153,7 +153,7 @@ Status RunViewer(const ViewOptions& options) {
     news = true;
     GlWindow::Wake();
   };
-  auto engine = std::make_unique<ViewEngine>(state.settings, wake, options.device);
+  auto engine = std::make_unique<ViewEngine>(state.settings, wake, options.devices);
   engine->Open(options.request);
   const InterfaceTimes times =
       Loop(!options.report.empty(), window->get(), &news, engine.get(), &state);

@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The devices of a path tracer and its filter.
+#pragma once
+
+#include "stillray/denoise.hpp"
+
+namespace stillray {
+
+/// The default is the CPU.
+struct RenderDevices {
+  RenderDevices() = default;
+  RenderDevices(const Device& both) : filter(both), tracer(both) {}
+  RenderDevices(const Device& filters, const Device& traces) : filter(filters), tracer(traces) {}
+
+  Device filter;
+  Device tracer;
+
+  /// Whether both can work at the same time: each frame is then traced while the last one is
+  /// filtered (TraceAhead).
+  bool differ() const { return filter.description() != tracer.description(); }
+};
+
+}  // namespace stillray
