@@ -115,8 +115,8 @@ StagesRun StagesOf(const Settings& s, const FrameFacts& facts, const SequencePro
               s.wavelet == Wavelet::kSvgf && s.prefilter_variance == PrefilterVariance::kOnce,
           .measure_luminance = s.wavelet == Wavelet::kEaw,
           .clip_outliers = s.clip_outliers > 0 && s.wavelet == Wavelet::kSvgf,
-          .restore_energy =
-              s.restore_energy && s.wavelet != Wavelet::kOff && s.firefly != Firefly::kCompress,
+          .restore_energy = s.restore_energy && s.wavelet != Wavelet::kOff &&
+                            s.firefly != Firefly::kCompress && !(s.temporal && s.feedback > 0),
           .keep_mirrors = s.mirror_roughness > 0 && facts.has_roughness,
           .restore_detail = s.restore_detail && s.temporal && s.wavelet != Wavelet::kOff,
           .fxaa = s.fxaa == Fxaa::kOn || (s.fxaa == Fxaa::kSparse && sparse),

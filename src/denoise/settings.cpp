@@ -440,7 +440,7 @@ std::vector<Row> MakeTable() {
                 .group = "restore_energy",
                 .help = "Make filtered indirect diffuse light as bright as its samples, over some "
                         "fifty pixels, where the difference is significant. Not for signals with "
-                        "other light too, nor with firefly=compress."},
+                        "other light too, nor with feedback or firefly=compress."},
        .member = &Settings::restore_energy},
       {.info = {.name = "virtual_roughness",
                 .type = kFloat,

@@ -50,7 +50,6 @@ struct StageTable {
   decltype(&reference::PrefilterVariance) prefilter_variance;
   decltype(&reference::Atrous) atrous;
   decltype(&reference::ClipOutliers) clip_outliers;
-  decltype(&reference::BeginEnergy) begin_energy;
   decltype(&reference::MeasureEnergy) measure_energy;
   decltype(&reference::RestoreEnergy) restore_energy;
   decltype(&reference::MeasureMirrors) measure_mirrors;
@@ -78,11 +77,10 @@ struct StageTable {
     .merge_future = &backend::MergeFuture, .estimate_variance = &backend::EstimateVariance,        \
     .mix_pilot = &backend::MixPilot, .smooth_variance = &backend::SmoothVariance,                  \
     .prefilter_variance = &backend::PrefilterVariance, .atrous = &backend::Atrous,                 \
-    .clip_outliers = &backend::ClipOutliers, .begin_energy = &backend::BeginEnergy,                \
-    .measure_energy = &backend::MeasureEnergy, .restore_energy = &backend::RestoreEnergy,          \
-    .measure_mirrors = &backend::MeasureMirrors, .keep_mirrors = &backend::KeepMirrors,            \
-    .begin_detail = &backend::BeginDetail, .measure_detail = &backend::MeasureDetail,              \
-    .restore_detail = &backend::RestoreDetail,                                                     \
+    .clip_outliers = &backend::ClipOutliers, .measure_energy = &backend::MeasureEnergy,            \
+    .restore_energy = &backend::RestoreEnergy, .measure_mirrors = &backend::MeasureMirrors,        \
+    .keep_mirrors = &backend::KeepMirrors, .begin_detail = &backend::BeginDetail,                  \
+    .measure_detail = &backend::MeasureDetail, .restore_detail = &backend::RestoreDetail,          \
     .accumulate_residual = &backend::AccumulateResidual, .remodulate = &backend::Remodulate,       \
     .fxaa = &backend::Fxaa, .follow_light = &backend::FollowLight,                                 \
     .spline_coefficients = &backend::SplineCoefficients, .antialias = &backend::Antialias,         \

@@ -70,10 +70,8 @@ LumaImage3 Restored(const StageTable& stages, const GuidePlanes& guides, const L
   const int height = CoarseSize(light.length.height());
   GuidePlanes coarse(width, height, kComparedBorder);
   ComparedPlanes compared(width, height);
-  const EnergySignal before = {&light.accumulated, &light.length, &compared};
-  const EnergySignal after = {&light.filtered[0], &light.length, &compared};
-  stages.begin_energy({&before, 1}, guides, &coarse);
-  stages.measure_energy({&after, 1}, guides, &coarse);
+  const EnergySignal measured = {&light.accumulated, &light.filtered[0], &light.length, &compared};
+  stages.measure_energy({&measured, 1}, guides, &coarse);
   FilterPlanes* from = &compared.light;
   FilterPlanes* to = &compared.work;
   for (int level = 0; level < kCorrectHistoryLevels; ++level) {
@@ -96,7 +94,9 @@ TEST(RestoreEnergy, VersionsAgree) {
   ForSizesAndTargets([](int width, int height) {
     const GuidePlanes guides = FacingGuides(width, height, [](int x, int y) {
       const bool sky = RandomAt(x / 5, y / 3, 1) < 0.1f;
-      return sky ? std::numeric_limits<float>::infinity() : RandomAt(x / 7, y / 5, 2) < 0.3f ? 9.0f : 4.0f;
+      return sky                                ? std::numeric_limits<float>::infinity()
+             : RandomAt(x / 7, y / 5, 2) < 0.3f ? 9.0f
+                                                : 4.0f;
     });
     Light light(
         width, height, [](int x, int y) { return 3 * RandomAt(x, y, 3); },

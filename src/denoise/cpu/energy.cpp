@@ -9,40 +9,6 @@
 #include "denoise/stage_timer.h"
 
 namespace stillray {
-namespace {
-
-/// The signals of the stage.
-struct EnergySignals {
-  std::array<EnergySignal, kMostGroups> signal;
-  size_t count = 0;
-
-  std::span<const EnergySignal> all() const { return {signal.data(), count}; }
-};
-
-EnergySignals SignalsOf(const CpuPipeline& p, LayerWork* work) {
-  EnergySignals signals;
-  for (size_t i = 0; i < work->wavelet.size(); ++i) {
-    if ((p.plan.energy_signals >> i & 1) != 0) {
-      const WaveletPlanes& planes = work->wavelet[i];
-      signals.signal[signals.count++] = {&(*planes.light)[0], &planes.history->length,
-                                         &work->compared[i]};
-    }
-  }
-  return signals;
-}
-
-}  // namespace
-
-void RunBeginEnergy(const CpuPipeline& p, const GuidePlanes& guides, LayerWork* work,
-                    DenoisedFrame* out) {
-  if (p.plan.energy_signals == 0) {
-    return;
-  }
-  const StageTimer timer(&out->timings, "restore_energy");
-  MakeCoarsePlanes(guides, work->wavelet.size(), work);
-  p.stages.begin_energy(SignalsOf(p, work).all(), guides, &work->coarse);
-}
-
 void RunRestoreEnergy(const CpuPipeline& p, const GuidePlanes& guides, LayerWork* work,
                       DenoisedFrame* out) {
   const int mask = p.plan.energy_signals;
@@ -50,17 +16,25 @@ void RunRestoreEnergy(const CpuPipeline& p, const GuidePlanes& guides, LayerWork
     return;
   }
   const StageTimer timer(&out->timings, "restore_energy");
-  p.stages.measure_energy(SignalsOf(p, work).all(), guides, &work->coarse);
-  static_assert(kCorrectHistoryLevels % 2 == 1, "the result lies in `work`");
-  RunComparedLevels(p, kCorrectHistoryLevels, mask, work);
+  MakeCoarsePlanes(guides, work->wavelet.size(), work);
+  std::array<EnergySignal, kMostGroups> signals;
   std::array<RestoredSignal, kMostGroups> restored;
   size_t count = 0;
   for (size_t i = 0; i < work->wavelet.size(); ++i) {
-    if ((mask >> i & 1) != 0) {
-      ComparedPlanes& compared = work->compared[i];
-      FindEnergyRatio(compared.work, &compared);
-      restored[count++] = {&compared, ChangeableLight(&work->wavelet[i])};
+    if ((mask >> i & 1) == 0) {
+      continue;
     }
+    WaveletPlanes& planes = work->wavelet[i];
+    LumaImage3* light = ChangeableLight(&planes);
+    signals[count] = {&planes.history->colour[0], &(*light)[0], &planes.history->length,
+                      &work->compared[i]};
+    restored[count++] = {&work->compared[i], light};
+  }
+  p.stages.measure_energy({signals.data(), count}, guides, &work->coarse);
+  static_assert(kCorrectHistoryLevels % 2 == 1, "the result lies in `work`");
+  RunComparedLevels(p, kCorrectHistoryLevels, mask, work);
+  for (size_t i = 0; i < count; ++i) {
+    FindEnergyRatio(signals[i].out->work, signals[i].out);
   }
   p.stages.restore_energy({restored.data(), count}, work->coarse, guides);
 }

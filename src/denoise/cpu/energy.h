@@ -9,11 +9,7 @@
 
 namespace stillray {
 
-/// Before the wavelet: measures the light that it filters.
-void RunBeginEnergy(const CpuPipeline& p, const GuidePlanes& guides, LayerWork* work,
-                    DenoisedFrame* out);
-
-/// After the wavelet: gives WaveletPlanes::light the brightness that was measured.
+/// Gives the filtered light, WaveletPlanes::light, the brightness of the light before the wavelet.
 void RunRestoreEnergy(const CpuPipeline& p, const GuidePlanes& guides, LayerWork* work,
                       DenoisedFrame* out);
 

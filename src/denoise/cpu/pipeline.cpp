@@ -23,7 +23,7 @@
 //     prefilter_variance 1        luminance, variance            luminance factors    (signal by signal)
 //     atrous             wavelet  colour, variance, guides       colour, variance     colour of the feedback level
 //   clip_outliers        1        colour, variance               colour
-//   restore_energy     grid       colour before, colour          colour               (first pass before the levels; at half the resolution)
+//   restore_energy     grid       colour before, colour          colour               (at half the resolution)
 //   keep_mirrors         wavelet  new light, colour, roughness   colour               (only where a surface is smooth)
 //   restore_detail       3x3 + 7  new light, colour, residual    colour               mean residual, length  (only if on)
 //   remodulate           -        colours, albedo, unfiltered    picture
@@ -180,7 +180,6 @@ void FilterLayer(const CpuPipeline& p, const FrameInput& in, std::span<const Sig
     BeginFilter(p, in, i, known, work, outputs);
   });
   if (p.plan.runs.wavelet) {
-    RunBeginEnergy(p, history->guides, work, out);
     RunWavelet(p, in, history->guides, work, outputs, out);
     RunRestoreEnergy(p, history->guides, work, out);
   }

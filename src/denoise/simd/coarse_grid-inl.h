@@ -43,8 +43,8 @@ HWY_INLINE VF ComparedWeight(VF cosine, VF expected, VF found, VF own) {
   return Exp2(hn::Max(exponent, hn::Set(d, -120.0f)));
 }
 
-/// Finds the nearest pixels of a row of blocks, stores their surfaces, and the weights of the blocks'
-/// pixels in four rows of the scratch memory.
+/// Finds the nearest pixels of a row of blocks, stores their surfaces, and the weights of the
+/// blocks' pixels in four rows of the scratch memory.
 inline void CoarseRow(const GuidePlanes& g, int by, const RowScratch& scratch, int weight_row,
                       GuidePlanes* coarse) {
   const DF d;
@@ -113,8 +113,8 @@ struct BlocksBeside {
   static int ColumnOf(int k, int side) { return (k & 1) == 0 ? 0 : side * 2 - 1; }
 };
 
-/// The weights of the four blocks around each pixel of a row, in eight rows of the scratch memory: of
-/// the even pixels, then of the odd ones.
+/// The weights of the four blocks around each pixel of a row, in eight rows of the scratch memory:
+/// of the even pixels, then of the odd ones.
 inline void WeighBlocks(const GuidePlanes& coarse, const GuidePlanes& guides, int y,
                         const RowScratch& scratch, int weight_row) {
   const DF d;

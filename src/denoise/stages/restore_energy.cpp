@@ -27,49 +27,51 @@ namespace {
 /// stand for a row below the picture.
 enum MeanRow { kPixelWeights, kNoRow = 4, kMeanRows };
 
-/// Means of a row of blocks. \tparam kFiltered  of the filtered light: MeasureEnergy
-template <bool kFiltered>
-void AverageBlocks(const EnergySignal& signal, int by, const RowScratch& scratch) {
+/// The plane's values at a row of blocks, whose lower row may lie below the picture.
+HWY_INLINE BlockValues LoadLight(const Image1& plane, int by, const RowScratch& scratch, int bx) {
+  const bool has_lower = 2 * by + 1 < plane.height();
+  return LoadBlocks(plane.Row(2 * by), has_lower ? plane.Row(2 * by + 1) : scratch.Row(kNoRow), bx);
+}
+
+void MeasureBlocks(const EnergySignal& signal, int by, const RowScratch& scratch) {
   const DF d;
   const VF zero = hn::Zero(d);
   const VF one = hn::Set(d, 1.0f);
   const int width = signal.length->width();
   const int blocks = CoarseSize(width);
-  const bool has_lower = 2 * by + 1 < signal.length->height();
-  const float* lower_length = has_lower ? signal.length->Row(2 * by + 1) : scratch.Row(kNoRow);
-  const float* lower = has_lower ? signal.luminance->Row(2 * by + 1) : scratch.Row(kNoRow);
   ComparedPlanes& out = *signal.out;
   for (int bx = 0; bx < blocks; bx += LaneCount()) {
-    const BlockValues length = LoadBlocks(signal.length->Row(2 * by), lower_length, bx);
-    const BlockValues luminance = LoadBlocks(signal.luminance->Row(2 * by), lower, bx);
-    VF total = zero;
+    const BlockValues length = LoadLight(*signal.length, by, scratch, bx);
+    const BlockValues accumulated = LoadLight(*signal.accumulated, by, scratch, bx);
+    const BlockValues filtered = LoadLight(*signal.filtered, by, scratch, bx);
+    VF before = zero;
+    VF after = zero;
     VF sum = zero;
     for (int k = 0; k < 4; ++k) {
       // Of an odd width the last block has one column.
       const VF x = hn::MulAdd(hn::Iota(d, static_cast<float>(bx)), hn::Set(d, 2.0f),
                               hn::Set(d, static_cast<float>(k & 1)));
-      const MF known = hn::And(hn::Lt(x, hn::Set(d, static_cast<float>(width))),
-                               hn::Gt(length.pixel[k], zero));
+      const MF known =
+          hn::And(hn::Lt(x, hn::Set(d, static_cast<float>(width))), hn::Gt(length.pixel[k], zero));
       const VF weight =
           hn::IfThenElseZero(known, hn::LoadU(d, scratch.Row(kPixelWeights + k) + bx));
-      total = hn::MulAdd(weight, hn::IfThenElseZero(known, luminance.pixel[k]), total);
+      before = hn::MulAdd(weight, hn::IfThenElseZero(known, accumulated.pixel[k]), before);
+      after = hn::MulAdd(weight, hn::IfThenElseZero(known, filtered.pixel[k]), after);
       sum = hn::Add(sum, weight);
     }
     const MF valid = hn::Gt(sum, hn::Set(d, kLeastComparedWeight));
-    const VF mean = hn::IfThenElseZero(valid, hn::Div(total, hn::IfThenElse(valid, sum, one)));
-    if constexpr (kFiltered) {
-      const VF difference = hn::Sub(hn::LoadU(d, out.light.colour[0].Row(by) + bx), mean);
-      StoreInRow(d, mean, out.light.colour[1].Row(by), bx, blocks);
-      StoreInRow(d, hn::Mul(difference, difference), out.light.variance.Row(by), bx, blocks);
-    } else {
-      StoreInRow(d, hn::IfThenElseZero(valid, one), out.valid.Row(by), bx, blocks);
-      StoreInRow(d, mean, out.light.colour[0].Row(by), bx, blocks);
-    }
+    const VF scale = hn::IfThenElseZero(valid, hn::Div(one, hn::IfThenElse(valid, sum, one)));
+    before = hn::Mul(before, scale);
+    after = hn::Mul(after, scale);
+    const VF difference = hn::Sub(before, after);
+    StoreInRow(d, hn::IfThenElseZero(valid, one), out.valid.Row(by), bx, blocks);
+    StoreInRow(d, before, out.light.colour[0].Row(by), bx, blocks);
+    StoreInRow(d, after, out.light.colour[1].Row(by), bx, blocks);
+    StoreInRow(d, hn::Mul(difference, difference), out.light.variance.Row(by), bx, blocks);
   }
 }
 
-template <bool kFiltered>
-void AverageRows(std::span<const EnergySignal> signals, const GuidePlanes& guides, int begin,
+void MeasureRows(std::span<const EnergySignal> signals, const GuidePlanes& guides, int begin,
                  int end, GuidePlanes* coarse) {
   const TinyIsZero tiny_is_zero;
   const int width = guides.id.width();
@@ -78,19 +80,9 @@ void AverageRows(std::span<const EnergySignal> signals, const GuidePlanes& guide
   for (int by = begin; by < end; ++by) {
     CoarseRow(guides, by, scratch, kPixelWeights, coarse);
     for (const EnergySignal& signal : signals) {
-      AverageBlocks<kFiltered>(signal, by, scratch);
+      MeasureBlocks(signal, by, scratch);
     }
   }
-}
-
-void BeginRows(std::span<const EnergySignal> signals, const GuidePlanes& guides, int begin, int end,
-               GuidePlanes* coarse) {
-  AverageRows<false>(signals, guides, begin, end, coarse);
-}
-
-void MeasureRows(std::span<const EnergySignal> signals, const GuidePlanes& guides, int begin,
-                 int end, GuidePlanes* coarse) {
-  AverageRows<true>(signals, guides, begin, end, coarse);
 }
 
 /// Rows in the scratch memory of the pixels: the weights of the blocks around them, and the ratio.
@@ -133,7 +125,7 @@ void FindEnergyRatio(const FilterPlanes& averaged, ComparedPlanes* planes) {
       for (int x = 0; x < planes->ratio.width(); ++x) {
         planes->ratio(x, y) = planes->valid(x, y) > 0
                                   ? EnergyRatio(averaged.colour[0](x, y), averaged.colour[1](x, y),
-                                                 averaged.variance(x, y))
+                                                averaged.variance(x, y))
                                   : 1.0f;
       }
     }
@@ -142,16 +134,8 @@ void FindEnergyRatio(const FilterPlanes& averaged, ComparedPlanes* planes) {
 
 namespace cpu {
 
-HWY_EXPORT(BeginRows);
 HWY_EXPORT(MeasureRows);
 HWY_EXPORT(RestoreRows);
-
-void BeginEnergy(std::span<const EnergySignal> signals, const GuidePlanes& guides,
-                 GuidePlanes* coarse) {
-  ParallelRows(coarse->id.height(), 16, [&](int begin, int end) {
-    HWY_DYNAMIC_DISPATCH(BeginRows)(signals, guides, begin, end, coarse);
-  });
-}
 
 void MeasureEnergy(std::span<const EnergySignal> signals, const GuidePlanes& guides,
                    GuidePlanes* coarse) {

@@ -1,19 +1,19 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// restore_energy: filtered indirect diffuse light becomes as bright as the light that was filtered,
-/// over some fifty pixels of the same surface. Its samples are few and bright: the wavelet's
-/// luminance weights refuse them, and clip_outliers removes what is left of them, so that the
-/// picture gets darker, by 5 to 20 % of this light on the built-in scenes. The mean of the samples
-/// has no such bias. So the filtered light is multiplied by the ratio of both means, as far as their
-/// difference is significant, in the manner of correct_history. Each block's share of the noise is
-/// the squared difference of its own means, so that a single bright sample changes nothing.
-/// Reflections are left out: their detail is finer than the means.
-/// Source: none; twicing (Tukey, Exploratory Data Analysis, 1977) at one coarse scale.
+/// restore_energy: filtered indirect diffuse light becomes as bright as the light that was
+/// filtered, over some fifty pixels of the same surface. Its samples are few and bright: the
+/// wavelet's luminance weights refuse them, and clip_outliers removes what is left of them, so that
+/// the picture gets darker, by 5 to 20 % of this light on the built-in scenes. The mean of the
+/// samples has no such bias. So the filtered light is multiplied by the ratio of both means, as far
+/// as their difference is significant, in the manner of correct_history. Each block's share of the
+/// noise is the squared difference of its own means, so that a single bright sample changes
+/// nothing. Reflections are left out: their detail is finer than the means. Source: none; twicing
+/// (Tukey, Exploratory Data Analysis, 1977) at one coarse scale.
 ///
-/// Means are computed on the coarse grid of limit_history and by its levels. No state. Border of the
-/// full planes: 1 pixel of guides. Reads 4 bytes per pixel and signal before the wavelet, 20 after
-/// it, and writes 12, beside the guides.
+/// Means are computed on the coarse grid of limit_history and by its levels. No state. Border of
+/// the full planes: 1 pixel of guides. Reads 28 and writes 12 bytes per pixel and signal, beside
+/// the guides.
 #pragma once
 
 #include <span>
@@ -24,8 +24,9 @@
 namespace stillray {
 
 struct EnergySignal {
-  const Image1* luminance;  ///< of the light
-  const Image1* length;     ///< of the history; only pixels with samples have energy
+  const Image1* accumulated;  ///< luminance of the light before the wavelet
+  const Image1* filtered;     ///< and after it
+  const Image1* length;       ///< of the history; only pixels with samples have energy
   ComparedPlanes* out;
 };
 
@@ -35,21 +36,11 @@ struct RestoredSignal {
   LumaImage3* light;  ///< is multiplied by the ratio
 };
 
-/// Before the wavelet: fills `valid` and the luminance of `light` with the means of the accumulated
-/// light over the pixels of each 2x2 block that lie on the surface of its nearest pixel.
+/// Before the levels: fills `light` and `valid` with the means of the accumulated light (luminance)
+/// and of the filtered light (red) over the pixels of each 2x2 block that lie on the surface of its
+/// nearest pixel, and with EnergyNoise (variance).
 /// \param coarse  inverse depth, normal and gradient of that surface, per block; border of
 ///     kComparedBorder
-namespace reference {
-void BeginEnergy(std::span<const EnergySignal> signals, const GuidePlanes& guides,
-                 GuidePlanes* coarse);
-}
-namespace cpu {
-void BeginEnergy(std::span<const EnergySignal> signals, const GuidePlanes& guides,
-                 GuidePlanes* coarse);
-}
-
-/// After the wavelet: fills red of `light` with the means of the filtered light over the same pixels,
-/// and its variance with the squared difference of both means.
 namespace reference {
 void MeasureEnergy(std::span<const EnergySignal> signals, const GuidePlanes& guides,
                    GuidePlanes* coarse);

@@ -8,55 +8,40 @@
 namespace stillray::reference {
 namespace {
 
-/// The mean luminance of a block's pixels with samples.
-struct BlockMean {
-  float luminance = 0;
-  float weight = 0;
-};
-
-BlockMean MeanOf(const EnergySignal& signal, const Block& block, int bx, int by) {
-  BlockMean mean;
+void MeasureBlock(const EnergySignal& signal, const Block& block, int bx, int by) {
+  float accumulated = 0;
+  float filtered = 0;
+  float sum = 0;
   for (int k = 0; k < 4; ++k) {
     const int x = 2 * bx + (k & 1);
     const int y = 2 * by + (k >> 1);
-    if (block.weight[k] > 0 && x < signal.length->width() && y < signal.length->height() &&
+    const float w = block.weight[k];
+    if (w > 0 && x < signal.length->width() && y < signal.length->height() &&
         (*signal.length)(x, y) > 0) {
-      mean.luminance += block.weight[k] * (*signal.luminance)(x, y);
-      mean.weight += block.weight[k];
+      accumulated += w * (*signal.accumulated)(x, y);
+      filtered += w * (*signal.filtered)(x, y);
+      sum += w;
     }
   }
-  const bool valid = mean.weight > kLeastComparedWeight;
-  mean.luminance = valid ? mean.luminance / mean.weight : 0.0f;
-  return mean;
+  const bool valid = sum > kLeastComparedWeight;
+  const float scale = valid ? 1.0f / sum : 0.0f;
+  FilterPlanes& light = signal.out->light;
+  signal.out->valid(bx, by) = valid ? 1.0f : 0.0f;
+  light.colour[0](bx, by) = accumulated * scale;
+  light.colour[1](bx, by) = filtered * scale;
+  light.variance(bx, by) = EnergyNoise(light.colour[0](bx, by), light.colour[1](bx, by));
 }
 
 }  // namespace
-
-void BeginEnergy(std::span<const EnergySignal> signals, const GuidePlanes& guides,
-                 GuidePlanes* coarse) {
-  for (int by = 0; by < coarse->id.height(); ++by) {
-    for (int bx = 0; bx < coarse->id.width(); ++bx) {
-      const Block block = BlockAt(guides, bx, by);
-      StoreCoarse(guides, block, bx, by, coarse);
-      for (const EnergySignal& signal : signals) {
-        const BlockMean mean = MeanOf(signal, block, bx, by);
-        signal.out->valid(bx, by) = mean.weight > kLeastComparedWeight ? 1.0f : 0.0f;
-        signal.out->light.colour[0](bx, by) = mean.luminance;
-      }
-    }
-  }
-}
 
 void MeasureEnergy(std::span<const EnergySignal> signals, const GuidePlanes& guides,
                    GuidePlanes* coarse) {
   for (int by = 0; by < coarse->id.height(); ++by) {
     for (int bx = 0; bx < coarse->id.width(); ++bx) {
       const Block block = BlockAt(guides, bx, by);
+      StoreCoarse(guides, block, bx, by, coarse);
       for (const EnergySignal& signal : signals) {
-        FilterPlanes& light = signal.out->light;
-        const float filtered = MeanOf(signal, block, bx, by).luminance;
-        light.colour[1](bx, by) = filtered;
-        light.variance(bx, by) = EnergyNoise(light.colour[0](bx, by), filtered);
+        MeasureBlock(signal, block, bx, by);
       }
     }
   }

@@ -3,9 +3,9 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// restore_energy, BeginEnergy and MeasureEnergy: see stages/restore_energy.h. One invocation per
-// block of 2x2 pixels. light_out: mean of the accumulated light, of the filtered light, deviation of
-// their difference.
+// restore_energy, MeasureEnergy: see stages/restore_energy.h. One invocation per block of 2x2
+// pixels. Before the wavelet, which may overwrite the accumulated light, and after it. light_out:
+// mean of the accumulated light, of the filtered light, deviation of their difference.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/limit_history.glsl"
 #include "denoise/stages/restore_energy_shared.h"
@@ -14,13 +14,13 @@ layout(set = 1, binding = 0) uniform utexture2D surface_image;
 layout(set = 1, binding = 1) uniform utexture2D detail_image;
 layout(set = 1, binding = 2) uniform texture2DArray moments;
 layout(set = 1, binding = 3) uniform texture2DArray light;
-layout(set = 1, binding = 4) uniform texture2DArray begun;  // light_out of BeginEnergy
+layout(set = 1, binding = 4) uniform texture2DArray begun;  // light_out of the first time
 layout(set = 1, binding = 5, SURFACE_FORMAT) writeonly uniform uimage2D surface_out;
 layout(set = 1, binding = 6, SURFACE_FORMAT) writeonly uniform uimage2D detail_out;
 layout(set = 1, binding = 7, LIGHT_FORMAT) writeonly uniform image2DArray light_out;
 
 layout(push_constant) uniform Push {
-  int is_filtered;  // 0: BeginEnergy, 1: MeasureEnergy
+  int is_filtered;  // 0: light is the accumulated light, 1: the filtered light
 };
 
 #include "denoise/vulkan/coarse_grid.glsl"
@@ -36,8 +36,9 @@ void MeasureSignal(ivec2 block, int s, vec4 weight) {
   bool valid = sum.y > kLeastComparedWeight;
   float mean = valid ? sum.x / sum.y : 0.0f;
   float accumulated = is_filtered != 0 ? texelFetch(begun, ivec3(block, s), 0).x : mean;
-  imageStore(light_out, ivec3(block, s),
-             Stored(vec4(accumulated, mean, 0.0f, PackDeviation(EnergyNoise(accumulated, mean), valid))));
+  imageStore(
+      light_out, ivec3(block, s),
+      Stored(vec4(accumulated, mean, 0.0f, PackDeviation(EnergyNoise(accumulated, mean), valid))));
 }
 
 void main() {
