@@ -115,8 +115,7 @@ StagesRun StagesOf(const Settings& s, const FrameFacts& facts, const SequencePro
               s.wavelet == Wavelet::kSvgf && s.prefilter_variance == PrefilterVariance::kOnce,
           .measure_luminance = s.wavelet == Wavelet::kEaw,
           .clip_outliers = s.clip_outliers > 0 && s.wavelet == Wavelet::kSvgf,
-          .restore_energy = s.restore_energy && s.wavelet != Wavelet::kOff &&
-                            s.firefly != Firefly::kCompress && !(s.temporal && s.feedback > 0),
+          .restore_energy = RestoresEnergy(s),
           .keep_mirrors = s.mirror_roughness > 0 && facts.has_roughness,
           .restore_detail = s.restore_detail && s.temporal && s.wavelet != Wavelet::kOff,
           .fxaa = s.fxaa == Fxaa::kOn || (s.fxaa == Fxaa::kSparse && sparse),
@@ -292,6 +291,11 @@ Status CheckDeviceSettings(const Settings& s) {
 
 bool AntialiasesInTime(const Settings& s, bool jittered) {
   return s.antialias == Antialias::kTaa || (s.antialias == Antialias::kAuto && jittered);
+}
+
+bool RestoresEnergy(const Settings& s) {
+  return s.restore_energy && s.wavelet != Wavelet::kOff && s.firefly != Firefly::kCompress &&
+         !(s.temporal && s.feedback > 0);
 }
 
 HistoryLayout LayoutOf(const Settings& s) {

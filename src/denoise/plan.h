@@ -209,6 +209,9 @@ MotionUse UseOfMotion(const Settings& settings, bool jittered, const SequencePro
 /// Whether pictures are antialiased in time. \param jittered  this frame or one before it was
 bool AntialiasesInTime(const Settings& settings, bool jittered);
 
+/// Whether restore_energy runs: the light before and after the wavelet must be comparable.
+bool RestoresEnergy(const Settings& settings);
+
 /// Whether the rays of a frame missed the pixels' centres.
 inline bool IsJittered(float jitter_x, float jitter_y) {
   return jitter_x != 0 || jitter_y != 0;

@@ -19,7 +19,7 @@ Status SequenceFilter::Prepare(const Device& device, size_t held, bool ahead,
   std::vector<std::string> outputs;
   if (view_.options.passes) {
     splitter_.emplace(settings_, device);
-    outputs = PassSplitter::Outputs(settings_);
+    outputs = PassSplitter::Outputs();
   }
   if (settings_.temporal) {
     outputs.emplace_back("disocclusion");

@@ -19,10 +19,8 @@
 namespace stillray {
 namespace {
 
-/// The name of the output with a signal's final light.
-const char* FinalLight(const Settings& settings) {
-  return settings.wavelet == Wavelet::kOff ? "accumulated" : "filtered";
-}
+/// The output with the final light of a signal, without its albedo.
+constexpr const char* kFinalLight = "filtered";
 
 const NamedImage* Find(const DenoisedFrame& denoised, const std::string& name) {
   const auto at = std::find_if(denoised.images.begin(), denoised.images.end(),
@@ -207,8 +205,8 @@ Status PassSplitter::Check(const Settings& settings, const AovLayout& layout) {
 PassSplitter::PassSplitter(const Settings& settings, const Device& device)
     : settings_(settings), device_(device) {}
 
-std::vector<std::string> PassSplitter::Outputs(const Settings& settings) {
-  return {FinalLight(settings)};
+std::vector<std::string> PassSplitter::Outputs() {
+  return {kFinalLight};
 }
 
 Status PassSplitter::FilterPair(const Frame& frame, const Guides& guides, const std::string& name,
@@ -223,7 +221,7 @@ Status PassSplitter::FilterPair(const Frame& frame, const Guides& guides, const 
     at = denoisers_.emplace(name, std::move(made.value())).first;
   }
   Denoiser& denoiser = at->second;
-  STILLRAY_RETURN_IF_ERROR(denoiser.SetOutputs({FinalLight(settings_)}));
+  STILLRAY_RETURN_IF_ERROR(denoiser.SetOutputs({kFinalLight}));
   // Both replace diffuse light, whose signals the engine filters separately.
   Frame pair;
   pair.width = frame.width;
@@ -243,7 +241,7 @@ Status PassSplitter::FilterPair(const Frame& frame, const Guides& guides, const 
   constexpr const char* kPlaces[] = {"direct", "indirect"};
   for (size_t i = 0; i < pair.signals.size(); ++i) {
     const NamedImage* image =
-        Find(denoised, fmt::format("{}.{}", FinalLight(settings_), kPlaces[i]));
+        Find(denoised, fmt::format("{}.{}", kFinalLight, kPlaces[i]));
     if (image == nullptr) {
       return Status::Internal(fmt::format("the denoiser returned no {} light", kPlaces[i]));
     }
@@ -302,7 +300,7 @@ Status PassSplitter::Split(const Frame& frame, const AovLayout& layout,
       continue;
     }
     const NamedImage* light =
-        Find(denoised, fmt::format("{}.{}", FinalLight(settings_), group.name));
+        Find(denoised, fmt::format("{}.{}", kFinalLight, group.name));
     if (light == nullptr) {
       return Status::Internal(fmt::format("the denoiser returned no {} light", group.name));
     }

@@ -31,7 +31,7 @@ class PassSplitter {
   PassSplitter(const Settings& settings, const Device& device);
 
   /// Outputs that the denoiser of the whole light must return.
-  static std::vector<std::string> Outputs(const Settings& settings);
+  static std::vector<std::string> Outputs();
 
   /// Splits the light of `denoised` into `layers`, as stored in the file.
   /// \param parts   the frame's light; emptied

@@ -151,23 +151,26 @@ double LayerError(const ExrImage& image, const PassTruth& pass) {
   return sum / count;
 }
 
-ExrImage DenoiseShot(const TemporaryFolder& folder, bool noisy, const std::string& window) {
+ExrImage DenoiseShot(const TemporaryFolder& folder, bool noisy, const std::string& window,
+                     const std::string& preset = "default") {
   for (int64_t frame = 1; frame <= 4; ++frame) {
     const Status written =
         WriteExr(FrameFileName(folder / "in.#.exr", frame), AllPasses(frame, noisy));
     EXPECT_TRUE(written.ok()) << written.message();
   }
-  const ProgramRun run = RunProgram(
-      {"denoise", folder / "in.#.exr", "-o", folder / "out.#.exr", "--passes", "--window", window});
+  const ProgramRun run =
+      RunProgram({"denoise", folder / "in.#.exr", "-o", folder / "out.#.exr", "--passes",
+                  "--window", window, "--preset", preset});
   EXPECT_EQ(run.exit_code, 0) << run.errors;
   const Result<ExrImage> out = ReadExr(folder / "out.3.exr");
   return out.ok() ? *out : AllPasses(0, false);
 }
 
 TEST(CliDenoisePasses, LayersAddUpToTheColourAndAreCleanOnTheirOwn) {
-  for (const char* window : {"past", "both"}) {
+  for (const auto& [window, preset] :
+       {std::pair{"past", "default"}, {"both", "default"}, {"past", "best"}}) {
     const TemporaryFolder folder;
-    const ExrImage out = DenoiseShot(folder, true, window);
+    const ExrImage out = DenoiseShot(folder, true, window, preset);
     EXPECT_LT(LargestDifference(Composite(out), Layer(out, "Combined")), 2e-6);
     const ExrImage in = AllPasses(3, true);
     for (const PassTruth& pass : kPasses) {

@@ -191,6 +191,9 @@ void FilterLayer(const CpuPipeline& p, const FrameInput& in, std::span<const Sig
   } else {
     history->residuals.clear();
   }
+  for (size_t i = 0; i < work->wavelet.size(); ++i) {
+    outputs->KeepLight("filtered", p.plan.signals[i], *work->wavelet[i].light);
+  }
 }
 
 /// Calls run(layer, pipeline, in) for each layer with the pipeline of its signals and its input.

@@ -347,9 +347,6 @@ void RunWavelet(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& g
   if (p.plan.runs.clip_outliers) {
     RunClipOutliers(p, guides, &wavelet, out);
   }
-  for (size_t i = 0; i < wavelet.size(); ++i) {
-    outputs->KeepLight("filtered", p.plan.signals[i], *wavelet[i].light);
-  }
 }
 
 }  // namespace stillray

@@ -446,7 +446,7 @@ void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
     light_ = images_.wavelet[target];
     target ^= 1;
   }
-  Keep(recorder, "filtered", light_);
+  Keep(recorder, "wavelet", light_);
   if (plan.energy_signals != 0) {
     RestoreEnergy(images_.wavelet[target], recorder);
   }
@@ -614,6 +614,7 @@ Status FramePipeline::Record(VkCommandBuffer commands, const FramePlan& plan,
   if (plan.runs.keep_mirrors) {
     KeepMirrors(&recorder);
   }
+  Keep(&recorder, "filtered", light_);
   Compose(light_, &recorder);
   Finish(plan, &recorder);
   if (plan.runs.tonemap) {

@@ -35,7 +35,7 @@ std::vector<const char*> SourcesOf(const std::string& name) {
     return {"moments"};
   }
   if (kind == "filtered_variance") {
-    return {"filtered"};
+    return {"wavelet"};
   }
   if (kind == "smoothed_variance") {
     return {"variance"};
@@ -213,7 +213,7 @@ void OutputReader::ReadSignal(const std::string& kind, int signal, const FrameSt
     add([&](int x, int y) { return load(kind.c_str(), 0, x, y); });
   } else if (kind == "filtered_variance") {
     add([&](int x, int y) {
-      const float deviation = load("filtered", 3, x, y);
+      const float deviation = load("wavelet", 3, x, y);
       return -deviation > 0 && -deviation < 1.001f * kLeastDeviation
                  ? 0.0f
                  : Variance(deviation / exposure);

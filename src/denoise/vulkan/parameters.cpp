@@ -59,7 +59,7 @@ Shape ShapeOf(const Settings& settings, int width, int height, int signals, Stor
   shape.height = height;
   shape.signals = signals;
   shape.with_compressed = layout.with_compressed;
-  shape.with_coarse = settings.limit_history || settings.restore_energy;
+  shape.with_coarse = settings.limit_history || RestoresEnergy(settings);
   shape.with_behind = layout.with_behind;
   shape.clamps_fireflies = settings.firefly == Firefly::kClamp;
   shape.luminance_factors = settings.wavelet == Wavelet::kSvgf;
