@@ -213,6 +213,8 @@ struct AovLayout {
   bool ignores_colour = false;
   /// The kind of the light that the colour holds beyond the passes; kEmission is not filtered.
   Aov rest = Aov::kEmission;
+  /// The number of samples of every pixel of a frame, where no layer holds it.
+  int samples = 1;
   bool single_layer = false;  ///< the file holds the main picture and no other layer
   std::string view_layer;     ///< as AovOptions::view_layer; the one in use
   /// Other view layers with light, which are copied unchanged; empty if a view layer was chosen.

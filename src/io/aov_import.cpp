@@ -12,7 +12,9 @@
 
 #include "core/guides.h"
 #include "core/pixels.h"
+#include "core/second_moments.h"
 #include "io/aov_albedo.h"
+#include "io/aov_samples.h"
 #include "io/aov_seen.h"
 #include "io/lossy.h"
 #include "io/seen_guides.h"
@@ -94,6 +96,12 @@ Status Importer::CheckChannels() const {
                         io::OneLine(channel), AovName(source.aov)));
       }
     }
+  }
+  const AovSource* samples = layout_.Find(Aov::kSamples);
+  if (samples != nullptr && io::HoldsFractions(*samples) &&
+      io::CyclesSamples(image_, *samples) == 0) {
+    return Status::BadData(fmt::format("{}: has no usable attribute {}, which the first frame has",
+                                       name_, io::OneLine(io::SamplesAttribute(*samples))));
   }
   if (layout_.motion_from_cameras && !CameraOf(image_)) {
     return Status::BadData(fmt::format(
@@ -248,7 +256,14 @@ void Importer::ImportGuides(std::array<float, 2> previous_jitter) {
     g.roughness = std::move(*roughness);
   }
   if (std::optional<Image1> samples = Plane1(Aov::kSamples)) {
+    const AovSource& source = *layout_.Find(Aov::kSamples);
+    if (io::HoldsFractions(source)) {
+      io::ToCounts(io::CyclesSamples(image_, source), &*samples);
+    }
     frame_.samples = std::move(*samples);
+  } else if (layout_.samples > 1) {
+    frame_.samples = Image1(frame_.width, frame_.height);
+    frame_.samples.Fill(static_cast<float>(layout_.samples));
   }
   if (std::optional<Image1> confidence = Plane1(Aov::kConfidence)) {
     frame_.confidence = std::move(*confidence);
@@ -528,6 +543,7 @@ Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
   if (transmits) {
     CompleteTransmissionAlbedo();
   }
+  EstimateSecondMoments(&frame_);
   return std::move(frame_);
 }
 

@@ -13,6 +13,7 @@
 #include "io/aov_light.h"
 #include "io/aov_mapping.h"
 #include "io/aov_presets.h"
+#include "io/aov_samples.h"
 #include "io/aov_seen.h"
 #include "io/text.h"
 #include "stillray/aov.h"
@@ -504,6 +505,7 @@ Result<AovLayout> UnderstandAovs(const ExrImage& image, const AovOptions& option
                                layout.Find(Aov::kDepth) != nullptr && CameraOf(image).has_value();
   layout.single_layer = names.layers() == std::set<std::string>{""} && !layout.motion_from_cameras;
   NoteMissingGuides(&layout);
+  io::DecideSamples(image, &layout);
   NoteSoftGuides(image, &layout);
   ListCarried(names, &layout);
   return layout;

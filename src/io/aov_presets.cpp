@@ -42,6 +42,8 @@ constexpr AovNameRow kBlender[] = {
     {Aov::kId, "Object Index", "V"},
     {Aov::kCryptomatte, "CryptoObject00", "r"},
     {Aov::kCryptomatte, "CryptoObject00", "R"},
+    {Aov::kSamples, "Debug Sample Count", "X"},
+    {Aov::kSamples, "Debug Sample Count", "V"},
     {Aov::kDirectDiffuse, "DiffDir", "RGB"},
     {Aov::kDirectDiffuse, "Diffuse Direct", "RGB"},
     {Aov::kIndirectDiffuse, "DiffInd", "RGB"},

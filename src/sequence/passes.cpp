@@ -11,6 +11,7 @@
 
 #include "core/colour_shared.h"
 #include "core/pixels.h"
+#include "core/second_moments.h"
 #include "denoise/plan.h"
 #include "denoise/signal_groups.h"
 #include "denoise/stages/select_guides.h"
@@ -236,6 +237,7 @@ Status PassSplitter::FilterPair(const Frame& frame, const Guides& guides, const 
   if (second != nullptr) {
     pair.signals.push_back({SignalKind::kIndirectDiffuse, std::move(second->radiance), Image1()});
   }
+  EstimateSecondMoments(&pair);
   DenoisedFrame denoised;
   STILLRAY_RETURN_IF_ERROR(denoiser.Denoise(pair, &denoised));
   constexpr const char* kPlaces[] = {"direct", "indirect"};

@@ -125,6 +125,13 @@ Status Impl::ReadFirstFile() {
         "a new one counts for {:.2f} (antialias=off: not)",
         settings.taa_alpha));
   }
+  layout.samples = SamplesFor(options, layout, file->image, settings);
+  if (layout.samples > 1) {
+    Note(
+        fmt::format("the file states {} samples per pixel (--aov samples=none: each frame counts "
+                    "as one)",
+                    layout.samples));
+  }
   if (options.passes) {
     STILLRAY_RETURN_IF_ERROR(PassSplitter::Check(settings, layout));
   }

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <charconv>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace stillray {
 namespace {
@@ -88,6 +90,17 @@ Settings SettingsFor(const SequenceOptions& options, const AovLayout& layout, co
     AntialiasMixedGuides(options, layout, first, &settings);
   }
   return settings;
+}
+
+int SamplesFor(const SequenceOptions& options, const AovLayout& layout, const ExrImage& first,
+               const Settings& settings) {
+  const std::vector<std::string>& mappings = options.aovs.mappings;
+  const bool refused =
+      std::find(mappings.begin(), mappings.end(), "samples=none") != mappings.end();
+  if (refused || !settings.limit_history || layout.Find(Aov::kSamples) != nullptr) {
+    return 1;
+  }
+  return std::max(StatedSamples(first), 1);
 }
 
 }  // namespace stillray

@@ -22,4 +22,11 @@ float AntialiasingWeight(float alpha, int samples);
 Settings SettingsFor(const SequenceOptions& options, const AovLayout& layout, const ExrImage& first,
                      bool has_motion);
 
+/// The number of samples of every pixel, of files that state it and have no layer of it; 1 if the
+/// user says samples=none. A number that is wrong, as where Cycles stops early at some pixels,
+/// still is better than 1: it scales all histories alike. Presets without limit_history, those of
+/// the papers, keep 1: their measure of noise, variance_of=frame, is better with it.
+int SamplesFor(const SequenceOptions& options, const AovLayout& layout, const ExrImage& first,
+               const Settings& settings);
+
 }  // namespace stillray

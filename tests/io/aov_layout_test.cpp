@@ -287,5 +287,29 @@ TEST(AovLayout, IdsThatNobodyGaveOutAreNotUsed) {
   EXPECT_EQ(UnderstandAovs(image, {"blender", {}}, "file")->Find(Aov::kCryptomatte), nullptr);
 }
 
+TEST(AovLayout, CountsOfCyclesNeedTheNumberTheyAreFractionsOf) {
+  std::vector<std::string> names = BlenderChannels("View.Layer 1.", false);
+  names.push_back("View.Layer 1.Debug Sample Count.X");
+  ExrImage image = WithChannels(names);
+  for (const char* number : {"", "many", "0", "-4", "16x"}) {
+    image.attributes["cycles.View.Layer 1.samples"] = number;
+    const Result<AovLayout> layout = UnderstandAovs(image, {}, "file");
+    ASSERT_TRUE(layout.ok()) << layout.status().message();
+    EXPECT_EQ(layout->Find(Aov::kSamples), nullptr) << number;
+    EXPECT_THAT(layout->notes,
+                ElementsAre("View.Layer 1.Debug Sample Count is not used: it holds fractions of "
+                            "the number of samples, and the file has no attribute "
+                            "cycles.View.Layer 1.samples with that number"));
+    EXPECT_THAT(layout->carried, Contains("View.Layer 1.Debug Sample Count"));
+  }
+  image.attributes["cycles.View.Layer 1.samples"] = "16";
+  const Result<AovLayout> layout = UnderstandAovs(image, {}, "file");
+  ASSERT_TRUE(layout.ok());
+  EXPECT_EQ(LayerOf(*layout, Aov::kSamples), "View.Layer 1.Debug Sample Count");
+  EXPECT_THAT(layout->notes, ElementsAre());
+  EXPECT_EQ(UnderstandAovs(image, {"auto", {"samples=none"}}, "file")->Find(Aov::kSamples),
+            nullptr);
+}
+
 }  // namespace
 }  // namespace stillray

@@ -49,6 +49,29 @@ TEST(SequenceSettings, TheViewLayerOfMostSamplesCounts) {
   EXPECT_FLOAT_EQ(Chosen(given).taa_alpha, AntialiasingWeight(0.12f, 64));
 }
 
+int StatedIn(const Given& given) {
+  return SamplesFor(given.options, given.layout, given.first, given.options.settings);
+}
+
+TEST(SequenceSettings, SamplesAreThoseThatTheFileStates) {
+  EXPECT_EQ(StatedIn(Mixed("16")), 16);
+  for (const char* samples : {"", "many", "0", "-4", "16x", "1"}) {
+    EXPECT_EQ(StatedIn(Mixed(samples)), 1) << samples;
+  }
+  Given sharp = Mixed("16");
+  sharp.layout.soft_guides = false;
+  EXPECT_EQ(StatedIn(sharp), 16);
+  Given refused = Mixed("16");
+  refused.options.aovs.mappings = {"id=none", "samples=none"};
+  EXPECT_EQ(StatedIn(refused), 1);
+  Given layer = Mixed("16");
+  layer.layout.sources.push_back({Aov::kSamples, "counts", {"counts.X"}});
+  EXPECT_EQ(StatedIn(layer), 1);
+  Given published = Mixed("16");
+  published.options.settings = PresetSettings("svgf").value();
+  EXPECT_EQ(StatedIn(published), 1);
+}
+
 TEST(SequenceSettings, OthersAreNot) {
   Given sharp = Mixed("16");
   sharp.layout.soft_guides = false;
