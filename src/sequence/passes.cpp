@@ -242,8 +242,7 @@ Status PassSplitter::FilterPair(const Frame& frame, const Guides& guides, const 
   STILLRAY_RETURN_IF_ERROR(denoiser.Denoise(pair, &denoised));
   constexpr const char* kPlaces[] = {"direct", "indirect"};
   for (size_t i = 0; i < pair.signals.size(); ++i) {
-    const NamedImage* image =
-        Find(denoised, fmt::format("{}.{}", kFinalLight, kPlaces[i]));
+    const NamedImage* image = Find(denoised, fmt::format("{}.{}", kFinalLight, kPlaces[i]));
     if (image == nullptr) {
       return Status::Internal(fmt::format("the denoiser returned no {} light", kPlaces[i]));
     }
@@ -301,8 +300,7 @@ Status PassSplitter::Split(const Frame& frame, const AovLayout& layout,
     if (members.empty()) {
       continue;
     }
-    const NamedImage* light =
-        Find(denoised, fmt::format("{}.{}", kFinalLight, group.name));
+    const NamedImage* light = Find(denoised, fmt::format("{}.{}", kFinalLight, group.name));
     if (light == nullptr) {
       return Status::Internal(fmt::format("the denoiser returned no {} light", group.name));
     }

@@ -158,9 +158,8 @@ ExrImage DenoiseShot(const TemporaryFolder& folder, bool noisy, const std::strin
         WriteExr(FrameFileName(folder / "in.#.exr", frame), AllPasses(frame, noisy));
     EXPECT_TRUE(written.ok()) << written.message();
   }
-  const ProgramRun run =
-      RunProgram({"denoise", folder / "in.#.exr", "-o", folder / "out.#.exr", "--passes",
-                  "--window", window, "--preset", preset});
+  const ProgramRun run = RunProgram({"denoise", folder / "in.#.exr", "-o", folder / "out.#.exr",
+                                     "--passes", "--window", window, "--preset", preset});
   EXPECT_EQ(run.exit_code, 0) << run.errors;
   const Result<ExrImage> out = ReadExr(folder / "out.3.exr");
   return out.ok() ? *out : AllPasses(0, false);

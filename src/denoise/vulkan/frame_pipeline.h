@@ -22,8 +22,8 @@ class FrameObserver {
  public:
   virtual ~FrameObserver() = default;
   /// \param name  "noisy", "fetched", "compared", "joined" (moments before the future is merged),
-  ///     "accumulated", "moments", "variance", "weightsN", "wavelet", "filtered", "aliased"; "temporal" and
-  ///     "atrousN" are composed pictures
+  ///     "accumulated", "moments", "variance", "weightsN", "wavelet", "filtered", "aliased";
+  ///     "temporal" and "atrousN" are composed pictures
   virtual bool Wants(std::string_view name) const = 0;
   /// Called between barriers: may copy from the image.
   virtual void Keep(VkCommandBuffer commands, std::string_view name, const gpu::Image& image) = 0;
