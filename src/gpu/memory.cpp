@@ -99,6 +99,9 @@ Result<const Buffer*> Arena::AddBuffer(VkDeviceSize size, VkBufferUsageFlags usa
   info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
   info.size = size;
   info.usage = usage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+  if ((usage & VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT) != 0) {
+    info.usage |= VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;  // see uniform_blocks.h
+  }
   Buffer buffer;
   buffer.size = size;
   STILLRAY_RETURN_IF_ERROR(

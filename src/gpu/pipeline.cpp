@@ -8,11 +8,18 @@
 
 #include "gpu/shader_folder.h"
 #include "gpu/shared_pipelines.h"
+#include "gpu/uniform_blocks.h"
 
 namespace stillray::gpu {
 namespace {
 
-VkDescriptorType TypeOf(const SetShape& shape, uint32_t binding) {
+/// Of the bindings that shaders have as uniform blocks.
+VkDescriptorType UniformType(const DeviceContext& context) {
+  return context.is_software ? VK_DESCRIPTOR_TYPE_STORAGE_BUFFER
+                             : VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
+}
+
+VkDescriptorType TypeOf(const DeviceContext& context, const SetShape& shape, uint32_t binding) {
   if (binding < shape.sampled) {
     return VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE;
   }
@@ -20,7 +27,7 @@ VkDescriptorType TypeOf(const SetShape& shape, uint32_t binding) {
     return VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
   }
   if (binding < shape.sampled + shape.stored + shape.uniforms) {
-    return VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
+    return UniformType(context);
   }
   return binding < shape.count() - shape.accelerations
              ? VK_DESCRIPTOR_TYPE_STORAGE_BUFFER
@@ -29,6 +36,11 @@ VkDescriptorType TypeOf(const SetShape& shape, uint32_t binding) {
 
 Status MakeModule(const DeviceContext& context, std::span<const uint32_t> code, const char* action,
                   VkShaderModule* out) {
+  std::vector<uint32_t> with_storage;
+  if (context.is_software) {
+    with_storage = WithStorageBlocks(code);
+    code = with_storage;
+  }
   VkShaderModuleCreateInfo module = {};
   module.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
   module.codeSize = code.size_bytes();
@@ -37,6 +49,10 @@ Status MakeModule(const DeviceContext& context, std::span<const uint32_t> code, 
 }
 
 }  // namespace
+
+uint32_t StorageBuffersOf(const DeviceContext& context, const SetShape& shape) {
+  return shape.buffers + (context.is_software ? shape.uniforms : 0);
+}
 
 DescriptorSets::~DescriptorSets() {
   if (pool_ != VK_NULL_HANDLE) {
@@ -49,7 +65,7 @@ Status DescriptorSets::CreatePool(uint32_t most, const SetShape& all) {
   for (const auto& [type, count] :
        {std::pair{VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE, all.sampled},
         std::pair{VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, all.stored},
-        std::pair{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, all.uniforms},
+        std::pair{UniformType(*context_), all.uniforms},
         std::pair{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, all.buffers},
         std::pair{VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, all.accelerations}}) {
     if (count > 0) {
@@ -132,7 +148,7 @@ void DescriptorSets::Write(const SetShape& shape, const SetContent& content,
     write.dstSet = set;
     write.dstBinding = i;
     write.descriptorCount = 1;
-    write.descriptorType = TypeOf(shape, i);
+    write.descriptorType = TypeOf(*context_, shape, i);
     if (i < images.size()) {
       const VkImageLayout layout =
           content.layouts.empty() ? VK_IMAGE_LAYOUT_GENERAL : content.layouts[i];
@@ -162,7 +178,7 @@ Status MakeSetLayout(const DeviceContext& context, const SetShape& shape,
     stages |= VK_SHADER_STAGE_RAYGEN_BIT_KHR | VK_SHADER_STAGE_ANY_HIT_BIT_KHR;
   }
   for (uint32_t i = 0; i < shape.count(); ++i) {
-    bindings[i] = {i, TypeOf(shape, i), 1, stages, nullptr};
+    bindings[i] = {i, TypeOf(context, shape, i), 1, stages, nullptr};
   }
   VkDescriptorSetLayoutCreateInfo info = {};
   info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;

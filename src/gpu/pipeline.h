@@ -28,6 +28,9 @@ struct SetShape {
   friend bool operator==(const SetShape&, const SetShape&) = default;
 };
 
+/// Storage buffers of a set on the device, which may have uniform ones as such (uniform_blocks.h).
+uint32_t StorageBuffersOf(const DeviceContext& context, const SetShape& shape);
+
 /// The resources bound by a descriptor set, in the order of its shape.
 struct SetContent {
   std::vector<VkImageView> images;     ///< sampled ones, then storage ones

@@ -69,10 +69,12 @@ int MostSteps(const Scene& scene, int bounces) {
 }
 
 Status GpuTracer::CheckLimits() const {
-  const VkPhysicalDeviceLimits& limits = device_->context().limits;
-  const uint32_t needed = GpuAccel::kSceneShape.buffers + GpuLights::kShape.buffers +
-                          kShape.buffers +
-                          (accel_->hardware() != nullptr ? HardwareScene::kShape.buffers : 0);
+  const gpu::DeviceContext& c = device_->context();
+  const VkPhysicalDeviceLimits& limits = c.limits;
+  const uint32_t needed =
+      gpu::StorageBuffersOf(c, GpuAccel::kSceneShape) +
+      gpu::StorageBuffersOf(c, GpuLights::kShape) + gpu::StorageBuffersOf(c, kShape) +
+      (accel_->hardware() != nullptr ? gpu::StorageBuffersOf(c, HardwareScene::kShape) : 0);
   const uint32_t offered =
       std::min(limits.maxPerStageDescriptorStorageBuffers, limits.maxDescriptorSetStorageBuffers);
   if (offered < needed) {
