@@ -40,18 +40,33 @@ struct Grid {
   }
 };
 
-/// Blocks of samples that the surface cannot reach keep the value at their centre.
+/// Blocks of samples that the surface cannot reach keep the value at their centre; others are
+/// divided.
 void FillBlock(const Distance& distance, int x0, int y0, int z0, int side, Grid* grid) {
+  if (x0 > grid->nx || y0 > grid->ny || z0 > grid->nz) {
+    return;
+  }
+  if (side == 1) {
+    grid->values[grid->At(x0, y0, z0)] = distance(grid->Point(x0, y0, z0));
+    return;
+  }
   const float half = 0.5f * static_cast<float>(side) * grid->cell;
   const float centre = distance(grid->Point(x0, y0, z0) + vec3(half));
   constexpr float kDiagonal = 1.7321f;
   constexpr float kDistanceError = 2.0f;
-  const bool far = std::abs(centre) > kDistanceError * kDiagonal * half;
+  if (std::abs(centre) <= kDistanceError * kDiagonal * half) {
+    const int step = side / 2;
+    for (int i = 0; i < 8; ++i) {
+      FillBlock(distance, x0 + step * (i & 1), y0 + step * (i >> 1 & 1), z0 + step * (i >> 2), step,
+                grid);
+    }
+    return;
+  }
+  const int x1 = std::min(x0 + side, grid->nx + 1);
   for (int z = z0; z < std::min(z0 + side, grid->nz + 1); ++z) {
     for (int y = y0; y < std::min(y0 + side, grid->ny + 1); ++y) {
-      for (int x = x0; x < std::min(x0 + side, grid->nx + 1); ++x) {
-        grid->values[grid->At(x, y, z)] = far ? centre : distance(grid->Point(x, y, z));
-      }
+      std::fill(&grid->values[grid->At(x0, y, z)], &grid->values[grid->At(x1 - 1, y, z)] + 1,
+                centre);
     }
   }
 }

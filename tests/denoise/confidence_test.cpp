@@ -157,6 +157,7 @@ struct Fetching {
 TEST(ConfidenceInFetch, ShortensTheHistoryAndDropsItsLight) {
   for (const float shift : {0.0f, 0.4f, -1.75f}) {
     const Fetching f(shift);
+    const ReprojectionTaps of_geometry = f.Taps(kReferenceStages);
     OnEveryTarget([&] {
       for (const StageTable* stages : {&kReferenceStages, &kCpuStages}) {
         ReprojectionTaps taps = f.Taps(*stages);
@@ -179,7 +180,7 @@ TEST(ConfidenceInFetch, ShortensTheHistoryAndDropsItsLight) {
             ASSERT_EQ(fetched.weights2(x, y), c > 0 ? whole.weights2(x, y) : 0.0f);
             ASSERT_EQ(fetched.compressed(x, y), c > 0 ? whole.compressed(x, y) : 0.0f);
             // Disocclusions are those of the geometry.
-            ASSERT_EQ(taps.HasHistory(x, y), f.Taps(kReferenceStages).HasHistory(x, y));
+            ASSERT_EQ(taps.HasHistory(x, y), of_geometry.HasHistory(x, y));
           }
         }
       }
