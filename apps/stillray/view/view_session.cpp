@@ -502,6 +502,7 @@ Status ViewSession::RenderNext(const ViewSettings& settings, double elapsed,
   const Moment last_moment = std::exchange(moment_, next.moment);
   const uint64_t last_rate_changes = std::exchange(rate_changes_, next.rate_changes);
   ++frames_;
+  UpdateHits(s);  // before the scene moves on
   StartAhead(settings, elapsed);
   const Clock::time_point filter_start = Clock::now();
   const Status filtered = Filter(s, next.moment.render, keep_going);
@@ -578,7 +579,8 @@ ViewSources ViewSession::Sources() const {
           reference_.picture(),
           &settings_.denoise,
           filled ? &filled_->held.guides : nullptr,
-          world_ ? &*world_ : nullptr};
+          world_ ? &*world_ : nullptr,
+          hits_ ? &*hits_ : nullptr};
 }
 
 /// Fills the guides as the denoiser does, if a view shows them.
@@ -605,6 +607,32 @@ void ViewSession::UpdateWorld(const ViewSettings& s) {
 WorldViews ViewSession::WorldNow() const {
   const RenderMoment& moment = moment_.render;
   return MakeWorldViews(Host(), *moment.pose, *moment.previous_pose);
+}
+
+/// Finds the planes of views of hits, if one is shown. The scene must be that of this frame.
+void ViewSession::UpdateHits(const ViewSettings& s) {
+  hits_.reset();
+  if (!ShowsAny(s, ShowsHits)) {
+    return;
+  }
+  Status status = Status::Ok();
+  if (hit_finder_ == nullptr) {
+    Result<std::unique_ptr<HitFinder>> made = HitFinder::Create(*loaded_.scene);
+    status = made.status();
+    if (made.ok()) {
+      hit_finder_ = std::move(*made);
+    }
+  }
+  if (status.ok()) {
+    Result<HitViews> found = hit_finder_->Find(moment_.render, frame_);
+    status = found.status();
+    if (found.ok()) {
+      hits_ = std::move(*found);
+    }
+  }
+  if (!status.ok()) {
+    Note("no view of hits: " + status.message());
+  }
 }
 
 void ViewSession::Show(const ViewSettings& s, ViewFrame* out) const {

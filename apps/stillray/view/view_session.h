@@ -124,6 +124,7 @@ class ViewSession {
   void FillGuides(const ViewSettings& settings);
   void UpdateWorld(const ViewSettings& settings);
   WorldViews WorldNow() const;
+  void UpdateHits(const ViewSettings& settings);
   void Show(const ViewSettings& settings, ViewFrame* out) const;
   void Inspect(const ViewSettings& settings, ViewFrame* out) const;
   void Account(double denoise_ms, bool overlapped, ViewFrame* out) const;
@@ -131,8 +132,10 @@ class ViewSession {
 
   LoadedScene loaded_;
   RetimedAnimation animation_;
-  std::unique_ptr<FilledGuides> filled_;  ///< while a view shows them
-  std::optional<WorldViews> world_;       ///< likewise
+  std::unique_ptr<FilledGuides> filled_;   ///< while a view shows them
+  std::optional<WorldViews> world_;        ///< likewise
+  std::optional<HitViews> hits_;           ///< likewise
+  std::unique_ptr<HitFinder> hit_finder_;  ///< made when a view first shows hits
   RenderDevices devices_;
   Tracing tracing_;   ///< of the last frame
   std::string note_;  ///< message for the next frame

@@ -23,6 +23,9 @@ constexpr std::string_view kFilled = "filled.";
 constexpr std::pair<const char*, Colouring> kWorldViews[] = {{"position", Colouring::kPosition},
                                                              {"world_grid", Colouring::kGrid},
                                                              {"object_motion", Colouring::kMotion}};
+constexpr std::pair<const char*, Colouring> kHitViews[] = {{"barycentrics", Colouring::kAlbedo},
+                                                           {"triangle", Colouring::kId},
+                                                           {"material", Colouring::kId}};
 constexpr uint8_t kAbsent = 40;  // dark grey: the picture does not exist yet
 
 Colouring ColouringOf(const std::string& kind) {
@@ -132,6 +135,15 @@ Layer GuideLayer(std::string_view name, const Guides& g) {
   return name == "roughness" ? LayerOf(g.roughness) : Layer{};
 }
 
+Layer HitLayer(std::string_view name, const HitViews& hits) {
+  Layer layer;
+  if (name == "barycentrics") {
+    return LayerOf<3>(hits.barycentrics);
+  }
+  layer.ids = name == "triangle" ? &hits.triangle : &hits.material;
+  return layer;
+}
+
 Layer FindLayer(const ViewInfo& view, const ViewSources& s) {
   const std::string& name = view.name;
   if (name == "denoised") {
@@ -160,6 +172,9 @@ Layer FindLayer(const ViewInfo& view, const ViewSources& s) {
     }
     return name == "object_motion" ? LayerOf<2>(s.world->object_motion)
                                    : LayerOf<3>(s.world->position);
+  }
+  if (ShowsHits(view)) {
+    return s.hits == nullptr ? Layer{} : HitLayer(name, *s.hits);
   }
   for (const Signal& signal : s.frame->signals) {
     if (name == SignalName(signal.kind)) {
@@ -420,6 +435,9 @@ std::vector<ViewInfo> ListViews(const Settings& settings) {
   for (const auto& [name, colouring] : kWorldViews) {
     views.push_back({name, "guides", colouring, {}});
   }
+  for (const auto& [name, colouring] : kHitViews) {
+    views.push_back({name, "guides", colouring, {}});
+  }
   for (const auto& [name, colouring] : guides) {
     if (colouring != Colouring::kArrows && colouring != Colouring::kCount &&
         colouring != Colouring::kMotion) {
@@ -439,6 +457,10 @@ bool ShowsFrame(const ViewInfo& view) {
 
 bool ShowsWorld(const ViewInfo& view) {
   return std::ranges::any_of(kWorldViews, [&](const auto& one) { return view.name == one.first; });
+}
+
+bool ShowsHits(const ViewInfo& view) {
+  return std::ranges::any_of(kHitViews, [&](const auto& one) { return view.name == one.first; });
 }
 
 bool ShowsFilledGuides(const ViewInfo& view) {

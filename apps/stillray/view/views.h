@@ -13,6 +13,7 @@
 #include "stillray/denoise.hpp"
 #include "stillray/frame.h"
 #include "stillray/io.h"
+#include "view/hit_views.h"
 #include "view/view_range.h"
 #include "view/world_views.h"
 
@@ -50,7 +51,7 @@ std::vector<ViewInfo> ListViews(const Settings& settings);
 /// nullptr if there is no such view.
 const ViewInfo* FindView(const std::vector<ViewInfo>& views, std::string_view name);
 
-/// The sources of views. None may be nullptr but `reference`, `filled` and `world`.
+/// The sources of views. None may be nullptr but `reference`, `filled`, `world` and `hits`.
 struct ViewSources {
   const Frame* frame = nullptr;
   const DenoisedFrame* denoised = nullptr;
@@ -61,6 +62,7 @@ struct ViewSources {
   /// nullptr: those of `frame`.
   const Guides* filled = nullptr;
   const WorldViews* world = nullptr;  ///< of `frame`, for views that ShowsWorld
+  const HitViews* hits = nullptr;     ///< of `frame`, for views that ShowsHits
 };
 
 /// Whether the view needs planes of ViewSources::frame, or data derived from them.
@@ -70,6 +72,9 @@ bool ShowsFilledGuides(const ViewInfo& view);
 
 /// Whether the view needs ViewSources::world.
 bool ShowsWorld(const ViewInfo& view);
+
+/// Whether the view needs ViewSources::hits.
+bool ShowsHits(const ViewInfo& view);
 
 /// Whether the view is the finished picture as displayed.
 bool ShowsFinishedPicture(const ViewInfo& view);
