@@ -98,11 +98,13 @@ endfunction()
 # few pixels.
 set(STILLRAY_DRIVER_ENVIRONMENT "GALLIVM_PERF=set:nopt")
 
-# stillray_add_test(<name> SOURCES ... LINK targets... [LABELS labels...] [TIMEOUT seconds])
+# stillray_add_test(<name> SOURCES ... LINK targets... [LABELS labels...] [TIMEOUT seconds]
+#                   [UNSANITIZED patterns...])
 # Declares a GoogleTest program whose cases CTest runs one by one. LABELS: "fast" cases also run
-# under the sanitizers, "slow" ones do not. Default: fast.
+# under the sanitizers, "slow" ones do not. Default: fast. UNSANITIZED: cases that do not, because
+# others run the same code in less time; patterns of --gtest_filter.
 function(stillray_add_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LINK;LABELS;UNSANITIZED" ${ARGN})
   if(NOT ARG_LABELS)
     set(ARG_LABELS fast)
   endif()
@@ -123,8 +125,13 @@ function(stillray_add_test name)
   if("slow" IN_LIST ARG_LABELS)
     set(cost 10)
   endif()
+  set(filter "")
+  if(STILLRAY_SANITIZE AND ARG_UNSANITIZED)
+    list(JOIN ARG_UNSANITIZED ":" patterns)
+    set(filter TEST_FILTER "-${patterns}")
+  endif()
   include(GoogleTest)
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST NO_PRETTY_VALUES
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST NO_PRETTY_VALUES ${filter}
     PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT} COST ${cost}
                ENVIRONMENT "${STILLRAY_TEST_ENVIRONMENT}"
                ENVIRONMENT_MODIFICATION "${STILLRAY_DRIVER_ENVIRONMENT}"
