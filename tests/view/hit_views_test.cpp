@@ -67,8 +67,7 @@ TEST(HitViews, TheFirstMostlyOpaqueSurfaceCounts) {
   EXPECT_EQ(views.material(0, 1), 0u);
   EXPECT_EQ(views.barycentrics[0](0, 1), 0);
   frame.jitter_x = 0.25f;  // an eighth of the wall to the right
-  ExpectHit((*finder)->Find(FromTheOrigin(), frame).value(), 2, 2, 1,
-            vec3(0.125f, 0.625f, 0.25f));
+  ExpectHit((*finder)->Find(FromTheOrigin(), frame).value(), 2, 2, 1, vec3(0.125f, 0.625f, 0.25f));
 }
 
 // Rows are divided where they are longer than a batch of rays.

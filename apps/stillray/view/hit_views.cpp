@@ -44,8 +44,7 @@ class EmbreeHitFinder final : public HitFinder {
     }
     const int width = frame.width;
     const int height = frame.height;
-    const render::CameraView camera =
-        render::CamerasOf(state_, moment, width, height).now;
+    const render::CameraView camera = render::CamerasOf(state_, moment, width, height).now;
     HitViews views = {Image3(width, height), Plane<uint32_t>(width, height),
                       Plane<uint32_t>(width, height)};
     ParallelRows(height, 1, [&](int y, int /*y1*/) {
@@ -81,8 +80,7 @@ class EmbreeHitFinder final : public HitFinder {
         }
         const vec3 direction = part->rays.Direction(i);
         part->x[part->rays.count] = part->x[i];  // never ahead of the ray that is read
-        part->rays.Push(render::OriginBehind(state_, hit, direction), direction,
-                        render::kInfinity);
+        part->rays.Push(render::OriginBehind(state_, hit, direction), direction, render::kInfinity);
       }
     }
     part->rays.count = 0;
@@ -94,8 +92,7 @@ class EmbreeHitFinder final : public HitFinder {
       views->barycentrics[c](x, y) = weights[c];
     }
     views->triangle(x, y) = hit.primitive + 1;
-    views->material(x, y) =
-        static_cast<uint32_t>(state_.instance(hit.instance).material_index) + 1;
+    views->material(x, y) = static_cast<uint32_t>(state_.instance(hit.instance).material_index) + 1;
   }
 
   render::SceneState state_;

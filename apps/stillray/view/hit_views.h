@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Views of what each pixel's camera ray hits: the triangle, the point on it, the material. No frame
-/// has these planes: rays of their own find them, on the CPU.
+/// Views of what each pixel's camera ray hits: the triangle, the point on it, the material. No
+/// frame has these planes: rays of their own find them, on the CPU.
 #pragma once
 
 #include <memory>
