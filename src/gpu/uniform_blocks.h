@@ -17,7 +17,7 @@ namespace stillray::gpu {
 /// Makes the uniform blocks of a shader storage blocks that are only read, with the same bindings
 /// and the same layout of their members.
 /// \param code  SPIR-V of version 1.3 or later, where uniform blocks have a storage class of their
-///     own. What is not whole instructions is returned as it is
+///     own. Code that ends within an instruction is returned unchanged
 std::vector<uint32_t> WithStorageBlocks(std::span<const uint32_t> code);
 
 }  // namespace stillray::gpu

@@ -7,6 +7,9 @@
 
 #include <memory>
 
+#include "render/accel.h"
+#include "render/scene_state.h"
+#include "render/shadow_filter.h"
 #include "stillray/frame.h"
 #include "stillray/image.h"
 #include "stillray/render.h"
@@ -28,12 +31,17 @@ class HitFinder {
   /// \param scene  valid; must outlive the result
   /// \return kOutOfMemory
   static Result<std::unique_ptr<HitFinder>> Create(const Scene& scene);
-  virtual ~HitFinder() = default;
-
   /// \param moment  of the frame, with its pose
   /// \param frame   its size and jitter
   /// \return kOutOfMemory
-  virtual Result<HitViews> Find(const RenderMoment& moment, const Frame& frame) = 0;
+  Result<HitViews> Find(const RenderMoment& moment, const Frame& frame);
+
+ private:
+  explicit HitFinder(const Scene& scene) : state_(scene), filter_(state_) {}
+
+  render::SceneState state_;
+  render::SceneShadowFilter filter_;
+  std::unique_ptr<render::Accel> accel_;
 };
 
 }  // namespace stillray::view

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Traces a frame of a view, and tells of its tracing.
+/// Traces a frame of a view and measures it.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@
 
 namespace stillray::view {
 
-/// What a renderer tells of the frame that it has traced; it may already trace another.
+/// Times, memory and device of a traced frame, copied: the renderer may already trace another.
 struct Tracing {
   double milliseconds = 0;  ///< wall time
   double fixed_ms = 0;      ///< part of it that does not depend on the samples

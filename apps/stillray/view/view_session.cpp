@@ -100,7 +100,7 @@ struct ViewSession::FilledGuides {
 
 /// A frame that is traced while the last one is filtered.
 struct ViewSession::Ahead {
-  ViewSettings asked;  ///< the caller's for the last frame
+  ViewSettings requested;  ///< the caller's for the last frame
   NextFrame next;
   Frame frame;
   Tracing tracing;
@@ -393,7 +393,7 @@ Status ViewSession::TraceNow(const ViewSettings& settings, double elapsed,
 bool ViewSession::UsesAhead(const ViewSettings& settings) {
   if (ahead_ == nullptr ||
       ahead_->next.moment.render.frame_index != static_cast<int64_t>(frames_) ||
-      !TracesTheSame(ahead_->asked, settings, !ahead_->next.plan.refines)) {
+      !TracesTheSame(ahead_->requested, settings, !ahead_->next.plan.refines)) {
     return false;
   }
   RateControl control = control_;
@@ -422,18 +422,18 @@ Status ViewSession::TakeAhead(double elapsed, const RenderProgress& keep_going, 
 /// Starts to trace the frame after the last one, if tracer and filter can work at the same time, as
 /// it will be if the caller's settings stay the same. A frame that needs the picture of this one
 /// waits for it.
-void ViewSession::StartAhead(const ViewSettings& asked, double elapsed) {
-  if (!devices_.differ() || asked.reference ||
+void ViewSession::StartAhead(const ViewSettings& requested, double elapsed) {
+  if (!devices_.differ() || requested.reference ||
       tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism) < 2) {
     return;
   }
   RateControl control = control_;
-  const NextFrame next = PlanNext(asked, elapsed, &control);
+  const NextFrame next = PlanNext(requested, elapsed, &control);
   if (next.loses_history) {
     return;
   }
   ahead_ = std::make_unique<Ahead>();
-  ahead_->asked = asked;
+  ahead_->requested = requested;
   ahead_->next = next;
   std::swap(ahead_->frame, next_frame_);
   RenderSettings wanted = RendererSettings(next);
