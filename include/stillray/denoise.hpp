@@ -161,6 +161,7 @@ struct Settings {
   bool restore_energy = true;
   float virtual_roughness = 0.1f;
   float mirror_roughness = 0.05f;
+  bool keep_samples = true;
   bool restore_detail = false;
 
   Antialias antialias = Antialias::kAuto;

@@ -8,6 +8,7 @@
 #include "core/guides.h"
 #include "denoise/row_sums.h"
 #include "denoise/stages/keep_mirrors.h"
+#include "denoise/stages/keep_samples.h"
 #include "denoise/stages/limit_history.h"
 #include "denoise/stages/restore_detail.h"
 
@@ -82,6 +83,17 @@ int MirrorSignals(std::span<const SignalGroup> signals, uint32_t lights) {
   return mask;
 }
 
+/// Signals with any of these lights.
+int SignalsOf(std::span<const SignalGroup> signals, uint32_t lights) {
+  int mask = 0;
+  for (size_t i = 0; i < signals.size(); ++i) {
+    for (const SignalKind kind : signals[i].kinds) {
+      mask |= (lights >> static_cast<uint32_t>(kind) & 1u) != 0 ? 1 << i : 0;
+    }
+  }
+  return mask;
+}
+
 bool HasTransmission(uint32_t lights) {
   constexpr uint32_t kTransmission = 1u << static_cast<uint32_t>(SignalKind::kDirectTransmission) |
                                      1u << static_cast<uint32_t>(SignalKind::kIndirectTransmission);
@@ -97,6 +109,23 @@ GuideSource SourceOf(const SignalGroup& signal, const FrameFacts& facts) {
   }
   return refracted && !reflected && facts.has_refraction ? GuideSource::kRefraction
                                                          : GuideSource::kSurface;
+}
+
+/// Whether keep_samples runs: where frames state the noise within pixels of several samples. The
+/// samples of firefly=compress are not the light that a reference shows.
+bool KeepsSamplesOf(const Settings& s, const FrameFacts& facts) {
+  return s.keep_samples && s.wavelet != Wavelet::kOff && s.firefly != Firefly::kCompress &&
+         facts.second_moments != 0 && facts.samples_per_pixel >= kFewestKept - kSampleRounding;
+}
+
+/// The tolerance of the luminance weight falls with the number of samples n, beside the noise to
+/// which it is relative: what a filter removes of the light does not become less with the noise.
+/// The best compromise of variance and squared bias falls with a power of the noise; the cube root
+/// of the samples has the least error on frames of 4 to 256 (docs/denoiser.md, keep_samples).
+float SigmaL(const Settings& s, const FrameFacts& facts) {
+  return s.variance_of == VarianceOf::kMean
+             ? s.sigma_l / std::cbrt(std::max(facts.samples_per_pixel, 1.0f))
+             : s.sigma_l;
 }
 
 /// Which stages run. \param now  the progress with this frame's jitter
@@ -116,6 +145,7 @@ StagesRun StagesOf(const Settings& s, const FrameFacts& facts, const SequencePro
           .measure_luminance = s.wavelet == Wavelet::kEaw,
           .clip_outliers = s.clip_outliers > 0 && s.wavelet == Wavelet::kSvgf,
           .restore_energy = RestoresEnergy(s),
+          .keep_samples = KeepsSamplesOf(s, facts),
           .keep_mirrors = s.mirror_roughness > 0 && facts.has_roughness,
           .restore_detail = s.restore_detail && s.temporal && s.wavelet != Wavelet::kOff,
           .fxaa = s.fxaa == Fxaa::kOn || (s.fxaa == Fxaa::kSparse && sparse),
@@ -145,7 +175,7 @@ void PlanSignals(const Settings& s, FramePlan* plan) {
                       .max_history = s.max_history};
 }
 
-void PlanWavelet(const Settings& s, FramePlan* plan) {
+void PlanWavelet(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   plan->estimate_variance = {
       .edges = EdgesOf(s),
       .variance_of_mean = Int(s.variance_of == VarianceOf::kMean),
@@ -157,7 +187,7 @@ void PlanWavelet(const Settings& s, FramePlan* plan) {
   plan->prefilter_variance = {
       .prefilter_variance = Int(s.prefilter_variance == PrefilterVariance::kOn),
       .luminance_scale_deviation = Int(s.luminance_scale == LuminanceScale::kDeviation),
-      .sigma_l = s.sigma_l,
+      .sigma_l = SigmaL(s, facts),
       .luminance_epsilon = s.luminance_epsilon,
       .luminance_floor = s.luminance_floor,
       .short_history_blur = s.short_history == ShortHistory::kBlur ? ShortHistoryLength(s) : 0.0f};
@@ -182,6 +212,8 @@ int FollowedSignals(std::span<const SignalGroup> signals) {
 void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   plan->clip_outliers = {.clip_outliers = s.clip_outliers};
   plan->energy_signals = plan->runs.restore_energy ? SmoothSignals(plan->signals) : 0;
+  plan->keep_samples = {
+      .kept_signals = plan->runs.keep_samples ? SignalsOf(plan->signals, facts.second_moments) : 0};
   plan->keep_mirrors = {
       .mirror_roughness = s.mirror_roughness,
       .mirror_signals = plan->runs.keep_mirrors ? MirrorSignals(plan->signals, facts.lights) : 0};
@@ -229,7 +261,7 @@ FramePlan MakePlan(const Settings& s, const FrameFacts& facts, const SequencePro
   plan.runs = StagesOf(s, facts, plan.after, plan.is_sparse);
   plan.has_picture = progress.has_picture && plan.runs.antialias;
   PlanSignals(s, &plan);
-  PlanWavelet(s, &plan);
+  PlanWavelet(s, facts, &plan);
   PlanPicture(s, facts, &plan);
   PlanFeedback(s, facts, &plan);
   plan.has_followed = plan.has_picture && progress.has_followed;
@@ -246,6 +278,8 @@ FramePlan PlanOfLayer(const FramePlan& plan, const PlannedLayer& layer) {
   for (int& signals : of_layer.pilot_signals) {
     signals = signals >> layer.first & mask;
   }
+  int& kept = of_layer.keep_samples.kept_signals;
+  kept = kept >> layer.first & mask;
   int& mirrors = of_layer.keep_mirrors.mirror_signals;
   mirrors = mirrors >> layer.first & mask;
   of_layer.energy_signals = plan.energy_signals >> layer.first & mask;
@@ -319,7 +353,7 @@ int ListLevels(const Settings& s, std::array<AtrousLevel, kMaxLevels>* levels) {
 int BorderOf(const Settings& s) {
   std::array<AtrousLevel, kMaxLevels> levels;
   const int count = ListLevels(s, &levels);
-  const int last = s.restore_detail ? kRestoreDetailLevels - 1 : kKeepMirrorsLevels - 1;
+  const int last = s.restore_detail ? kRestoreDetailLevels - 1 : kKeepSamplesLevels - 1;
   int border = ReachOf(GeometryLevel(last));
   for (size_t i = 0; i < static_cast<size_t>(count); ++i) {
     border = std::max(border, ReachOf(levels[i]));

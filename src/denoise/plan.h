@@ -20,6 +20,7 @@
 #include "denoise/stages/estimate_variance_shared.h"
 #include "denoise/stages/fxaa_shared.h"
 #include "denoise/stages/keep_mirrors_shared.h"
+#include "denoise/stages/keep_samples_shared.h"
 #include "denoise/stages/limit_history_shared.h"
 #include "denoise/stages/prefilter_variance_shared.h"
 #include "denoise/stages/reproject_shared.h"
@@ -77,6 +78,7 @@ struct StagesRun {
   bool measure_luminance;  ///< the mean of each signal, which scales eaw_sigma_l
   bool clip_outliers;      ///< after the levels
   bool restore_energy;
+  bool keep_samples;
   bool keep_mirrors;  ///< if the frame shows any
   bool restore_detail;
   bool fxaa;
@@ -158,6 +160,7 @@ struct FramePlan {
   float feedback_phase;
   ClipOutliersParameters clip_outliers;
   int energy_signals;  ///< bit s: restore_energy runs for signal s
+  KeepSamplesParameters keep_samples;
   KeepMirrorsParameters keep_mirrors;
   RestoreDetailParameters restore_detail;
   FxaaParameters fxaa;

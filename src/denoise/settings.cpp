@@ -341,8 +341,9 @@ std::vector<Row> MakeTable() {
       {.info = {.name = "sigma_l",
                 .type = kFloat,
                 .group = "edge_stopping",
-                .help =
-                    "Tolerance of the luminance weight, in standard deviations: larger blurs more.",
+                .help = "Tolerance of the luminance weight, in standard deviations: larger blurs "
+                        "more. With "
+                        "variance_of=mean divided by the cube root of the samples per pixel.",
                 .symbol = "sigma_l",
                 .min = 1e-3,
                 .max = 1000.0},
@@ -455,6 +456,13 @@ std::vector<Row> MakeTable() {
                     "Reflections and refractions of surfaces up to this roughness keep this "
                     "frame's samples if their noise is less than the filter's change; 0: never."},
        .member = &Settings::mirror_roughness},
+      {.info = {.name = "keep_samples",
+                .type = kFlag,
+                .group = "keep_samples",
+                .help =
+                    "Keep this frame's samples where they have less noise than the filter has "
+                    "error. Only of frames with second moments and 2 samples per pixel or more."},
+       .member = &Settings::keep_samples},
       {.info = {.name = "restore_detail",
                 .type = kFlag,
                 .group = "restore_detail",
@@ -583,6 +591,7 @@ constexpr PresetValue kSvgf[] = {
     {"noise_ratio", "1"},
     {"virtual_roughness", "0"},
     {"mirror_roughness", "0"},
+    {"keep_samples", "off"},
     {"taa_alpha", "0.1"},
     {"taa_filter", "catmull_rom"},
     {"taa_follow_light", "off"},
@@ -613,6 +622,7 @@ constexpr PresetValue kPsvgf[] = {
     {"luminance_scale", "variance"},
     {"virtual_roughness", "0"},
     {"mirror_roughness", "0"},
+    {"keep_samples", "off"},
     {"taa_alpha", "0.1"},
     {"taa_filter", "catmull_rom"},
     {"taa_follow_light", "off"},
@@ -628,6 +638,7 @@ constexpr PresetValue kEaw[] = {
     {"mirror_roughness", "0"},   {"antialias", "off"},
     {"taa_alpha", "0.1"},        {"taa_filter", "catmull_rom"},
     {"taa_follow_light", "off"}, {"fxaa", "off"},
+    {"keep_samples", "off"},
 };
 
 /// Accumulation alone.
@@ -635,6 +646,7 @@ constexpr PresetValue kTemporal[] = {
     {"limit_history", "off"},      {"wavelet", "off"},          {"virtual_roughness", "0"},
     {"mirror_roughness", "0"},     {"antialias", "off"},        {"taa_alpha", "0.1"},
     {"taa_filter", "catmull_rom"}, {"taa_follow_light", "off"}, {"fxaa", "off"},
+    {"keep_samples", "off"},
 };
 
 struct Preset {

@@ -14,6 +14,7 @@
 #include "denoise/stages/follow_light.h"
 #include "denoise/stages/fxaa.h"
 #include "denoise/stages/keep_mirrors.h"
+#include "denoise/stages/keep_samples.h"
 #include "denoise/stages/limit_history.h"
 #include "denoise/stages/merge_future.h"
 #include "denoise/stages/mix_pilot.h"
@@ -53,7 +54,8 @@ struct StageTable {
   decltype(&reference::MeasureEnergy) measure_energy;
   decltype(&reference::RestoreEnergy) restore_energy;
   decltype(&reference::MeasureMirrors) measure_mirrors;
-  decltype(&reference::KeepMirrors) keep_mirrors;
+  decltype(&reference::MeasureSamples) measure_samples;
+  decltype(&reference::KeepSamples) keep_samples;
   decltype(&reference::BeginDetail) begin_detail;
   decltype(&reference::MeasureDetail) measure_detail;
   decltype(&reference::RestoreDetail) restore_detail;
@@ -79,8 +81,9 @@ struct StageTable {
     .prefilter_variance = &backend::PrefilterVariance, .atrous = &backend::Atrous,                 \
     .clip_outliers = &backend::ClipOutliers, .measure_energy = &backend::MeasureEnergy,            \
     .restore_energy = &backend::RestoreEnergy, .measure_mirrors = &backend::MeasureMirrors,        \
-    .keep_mirrors = &backend::KeepMirrors, .begin_detail = &backend::BeginDetail,                  \
-    .measure_detail = &backend::MeasureDetail, .restore_detail = &backend::RestoreDetail,          \
+    .measure_samples = &backend::MeasureSamples, .keep_samples = &backend::KeepSamples,            \
+    .begin_detail = &backend::BeginDetail, .measure_detail = &backend::MeasureDetail,              \
+    .restore_detail = &backend::RestoreDetail,                                                     \
     .accumulate_residual = &backend::AccumulateResidual, .remodulate = &backend::Remodulate,       \
     .fxaa = &backend::Fxaa, .follow_light = &backend::FollowLight,                                 \
     .spline_coefficients = &backend::SplineCoefficients, .antialias = &backend::Antialias,         \

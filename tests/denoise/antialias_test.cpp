@@ -24,9 +24,11 @@ Frame MakeStripes(int64_t index, float brightness) {
 }
 
 TEST(Antialias, NewPictureWeight) {
-  EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 1, 1), 1.0f);         // the first sample of a surface
-  EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 4, 1), 0.25f);        // a plain mean while it is young
-  EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 16, 4), 0.25f);       // four samples in each frame
+  EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 1, 1), 1.0f);   // the first sample of a surface
+  EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 4, 1), 0.25f);  // a plain mean while it is young
+  EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 4, 4), 1.0f);
+  EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 16, 4), 1.0f / 7);    // 2 of 2 + 12
+  EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 128, 64), 1.0f / 9);  // 8 of 8 + 64
   EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 200, 1), 0.1f);       // then the requested weight
   EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 0.5f, 0), 0.1f);      // without new samples: unchanged
   EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 0.25f, 0.5f), 1.0f);  // never more than all

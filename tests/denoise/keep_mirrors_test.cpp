@@ -15,6 +15,7 @@
 #include "denoise/make_denoiser.h"
 #include "denoise/mirror_scene.h"
 #include "denoise/stages/keep_mirrors_shared.h"
+#include "denoise/stages/keep_samples.h"
 
 namespace stillray {
 namespace {
@@ -39,10 +40,6 @@ TEST(KeepMirrors, Formulas) {
   EXPECT_FALSE(IsMirror(1.0f, 1.0f, std::nanf(""), 0.1f));
   EXPECT_FLOAT_EQ(NoiseOfNearest(1.0f, 3.0f, 1.5f), 3.0f);
   EXPECT_EQ(NoiseOfNearest(1.0f, kNoNeighbour, 1.5f), 0.0f);  // one neighbour says nothing
-  EXPECT_EQ(FilteredShare(2.0f, 3.0f), 1.0f);                 // no more than noise
-  EXPECT_EQ(FilteredShare(0.0f, 0.0f), 1.0f);
-  EXPECT_FLOAT_EQ(FilteredShare(4.0f, 1.0f), 0.25f);
-  EXPECT_EQ(FilteredShare(4.0f, 0.0f), 0.0f);
 }
 
 /// The estimate of normal noise is a little below its variance, that of rare bright samples above
@@ -117,7 +114,7 @@ TEST(KeepMirrors, EveryTargetGivesTheBitsOfTheReference) {
     Image1 expected_valid(kWidth, kHeight, kBorder);
     reference::MeasureMirrors(planes.Input(with_motion), kParameters, &expected, &expected_valid);
     LumaImage3 expected_light = planes.filtered;
-    reference::KeepMirrors(expected, expected_valid, planes.light, &expected_light);
+    reference::KeepSamples(expected, expected_valid, planes.light, &expected_light);
     ASSERT_FALSE(SameBits(expected_light, planes.filtered));
     OnEveryTarget([&] {
       FilterPlanes measured(kWidth, kHeight, kBorder);
@@ -132,7 +129,7 @@ TEST(KeepMirrors, EveryTargetGivesTheBitsOfTheReference) {
         }
       }
       LumaImage3 light = planes.filtered;
-      cpu::KeepMirrors(expected, valid, planes.light, &light);
+      cpu::KeepSamples(expected, valid, planes.light, &light);
       EXPECT_TRUE(SameBits(light, expected_light));
     });
   }

@@ -49,6 +49,7 @@ std::vector<std::string> NamesOf(const StagesRun& r) {
   add(r.measure_luminance, "measure_luminance");
   add(r.clip_outliers, "clip_outliers");
   add(r.restore_energy, "restore_energy");
+  add(r.keep_samples, "keep_samples");
   add(r.keep_mirrors, "keep_mirrors");
   add(r.restore_detail, "restore_detail");
   add(r.fxaa, "fxaa");
@@ -165,6 +166,37 @@ TEST(Plan, SparseFrames) {
   EXPECT_TRUE(plan.runs.fxaa);
   EXPECT_EQ(plan.atrous.grows, 1);
   EXPECT_NEAR(plan.estimate_variance.least_evidence, 4 - 1e-3f, 1e-6f);
+}
+
+TEST(Plan, SamplesAreKeptWhereTheirNoiseIsKnown) {
+  FrameFacts facts = UsualFacts();
+  facts.samples_per_pixel = 4;
+  EXPECT_FALSE(MakePlan(Settings(), facts, kLater).runs.keep_samples);
+  facts.second_moments = 1u << static_cast<uint32_t>(SignalKind::kDirectDiffuse) |
+                         1u << static_cast<uint32_t>(SignalKind::kDirectSpecular);
+  const FramePlan plan = MakePlan(Settings(), facts, kLater);
+  EXPECT_TRUE(plan.runs.keep_samples);
+  EXPECT_EQ(plan.keep_samples.kept_signals, 5);
+  for (const char* preset : {"svgf", "psvgf", "eaw", "temporal"}) {
+    EXPECT_FALSE(MakePlan(Preset(preset), facts, kLater).runs.keep_samples) << preset;
+  }
+  facts.samples_per_pixel = 1;
+  EXPECT_FALSE(MakePlan(Settings(), facts, kLater).runs.keep_samples);
+}
+
+TEST(Plan, TheToleranceOfLuminanceFallsWithTheSamples) {
+  FrameFacts facts = UsualFacts();
+  const auto tolerance = [&](const Settings& s, float samples) {
+    facts.samples_per_pixel = samples;
+    return MakePlan(s, facts, kLater).prefilter_variance.sigma_l;
+  };
+  const Settings s;
+  EXPECT_EQ(tolerance(s, 1), s.sigma_l);
+  EXPECT_EQ(tolerance(s, 0.25f), s.sigma_l);
+  EXPECT_FLOAT_EQ(tolerance(s, 8), s.sigma_l / 2);
+  EXPECT_FLOAT_EQ(tolerance(s, 64), s.sigma_l / 4);
+  EXPECT_EQ(tolerance(Preset("svgf"), 64), Preset("svgf").sigma_l);
+  EXPECT_EQ(tolerance(Preset("psvgf"), 64), Preset("psvgf").sigma_l);
 }
 
 TEST(Plan, SignalsOfMirrors) {

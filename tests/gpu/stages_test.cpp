@@ -54,6 +54,61 @@ TEST_F(Stages, PresetsInHalves) {
   }
 }
 
+/// Sixteen samples in each pixel that has any; all signals but the last have second moments.
+Frame SeveralSamples(int width, int height, int index) {
+  Frame f = MakeBusyFrame(width, height, index);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      f.samples(x, y) *= 16;
+    }
+  }
+  for (size_t i = 0; i + 1 < f.signals.size(); ++i) {
+    const Image3& light = f.signals[i].radiance;
+    Image1& moment = f.signals[i].second_moment;
+    moment = Image1(width, height);
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        const float u =
+            test::Random(static_cast<uint32_t>(index), static_cast<uint32_t>(y * width + x), 200);
+        const float luminance =
+            0.2126f * light[0](x, y) + 0.7152f * light[1](x, y) + 0.0722f * light[2](x, y);
+        moment(x, y) = (1.0f + u) * luminance * luminance;
+      }
+    }
+  }
+  return f;
+}
+
+TEST_F(Stages, SamplesAreKept) {
+  const Settings settings = test::WithoutFxaa(Settings());
+  Settings off = settings;
+  off.keep_samples = false;
+  Denoiser tested = MakeDenoiser(settings, DevicePrecision::kFloat);
+  test::ExpectReferencePictures(
+      settings, &tested, 4, [&](int i) { return SeveralSamples(67, 35, i); },
+      [&](const std::string& name) { return ToleranceOf(name, DevicePrecision::kFloat); },
+      "several samples");
+  // Halves hold the squares less well than light: the last pictures alone.
+  const auto picture = [&](Denoiser denoiser) {
+    DenoisedFrame out;
+    for (int i = 0; i < 4; ++i) {
+      EXPECT_TRUE(denoiser.Denoise(SeveralSamples(67, 35, i), &out).ok());
+    }
+    return out.colour;
+  };
+  const Image3 floats = picture(MakeDenoiser(settings, DevicePrecision::kFloat));
+  const Image3 halves = picture(MakeDenoiser(settings, DevicePrecision::kHalf));
+  const Image3 without = picture(MakeDenoiser(off, DevicePrecision::kFloat));
+  constexpr double kHalves = 0.015;
+  constexpr double kChange = 4e-3;
+  for (int c = 0; c < 3; ++c) {
+    const double rms = test::Compare(halves[c], floats[c], kHalves).rms;
+    test::RecordLargest("several samples in halves rms", rms, kHalves);
+    EXPECT_LE(rms, kHalves);
+    EXPECT_GT(test::Compare(without[c], floats[c], kChange).rms, kChange);
+  }
+}
+
 /// Variants of the wavelet's shader, for the following denoisers.
 class Variant {
  public:

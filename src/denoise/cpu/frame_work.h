@@ -55,7 +55,8 @@ struct LayerWork {
   std::vector<ComparedPlanes> compared;  ///< of every signal
   Image3 scratch;
   Image1 firefly;          ///< empty unless fireflies are clamped
-  FilterPlanes mirror;     ///< empty until there is a mirror, or restore_detail has run
+  FilterPlanes mirror;     ///< empty until there is a mirror, or keep_samples or
+                           ///< restore_detail has run
   FilterPlanes detail;     ///< of restore_detail; empty until it has run, as the next
   SignalHistory residual;  ///< buffer for the next mean residual of a signal
   std::vector<double> row_sums;

@@ -3,9 +3,9 @@
 #include "denoise/cpu/mirrors.h"
 
 #include <atomic>
-#include <utility>
 
 #include "core/parallel.h"
+#include "denoise/cpu/samples.h"
 #include "denoise/cpu/wavelet.h"
 #include "denoise/stage_timer.h"
 
@@ -38,13 +38,7 @@ void KeepMirrors(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& 
   const KeepMirrorsInput mirrors = {&light, filtered, &guides, &in.roughness,
                                     p.plan.runs.reproject ? &in.guides.motion : nullptr};
   p.stages.measure_mirrors(mirrors, p.plan.keep_mirrors, measured, &planes->valid);
-  for (int level = 0; level < kKeepMirrorsLevels; ++level) {
-    const AtrousSignal blur = {&measured->colour, &measured->variance, other, nullptr,
-                               &planes->valid};
-    p.stages.atrous({&blur, 1}, guides, GeometryLevel(level), p.plan.atrous);
-    std::swap(measured, other);
-  }
-  p.stages.keep_mirrors(*measured, planes->valid, light, filtered);
+  BlendSamples(p, guides, light, planes->valid, measured, other, filtered);
 }
 
 }  // namespace
@@ -55,12 +49,7 @@ void RunKeepMirrors(const CpuPipeline& p, const FrameInput& in, const GuidePlane
     return;
   }
   const StageTimer timer(&out->timings, "keep_mirrors");
-  const Image1& like = work->wavelet.front().valid;
-  if (work->mirror.variance.width() != like.width() ||
-      work->mirror.variance.height() != like.height() ||
-      work->mirror.variance.border() != like.border()) {
-    work->mirror = FilterPlanes(like.width(), like.height(), like.border());
-  }
+  MakeSampleRoom(work);
   for (size_t i = 0; i < work->wavelet.size(); ++i) {
     if ((p.plan.keep_mirrors.mirror_signals >> i & 1) != 0) {
       KeepMirrors(p, in, guides, work->light[i], &work->wavelet[i], &work->mirror);

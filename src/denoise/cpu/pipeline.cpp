@@ -24,6 +24,7 @@
 //     atrous             wavelet  colour, variance, guides       colour, variance     colour of the feedback level
 //   clip_outliers        1        colour, variance               colour
 //   restore_energy     grid       colour before, colour          colour               (at half the resolution)
+//   keep_samples         wavelet  new light, colour, history     colour               (only frames of several samples)
 //   keep_mirrors         wavelet  new light, colour, roughness   colour               (only where a surface is smooth)
 //   restore_detail       3x3 + 7  new light, colour, residual    colour               mean residual, length  (only if on)
 //   remodulate           -        colours, albedo, unfiltered    picture
@@ -47,6 +48,7 @@
 #include "denoise/cpu/energy.h"
 #include "denoise/cpu/mirrors.h"
 #include "denoise/cpu/outputs.h"
+#include "denoise/cpu/samples.h"
 #include "denoise/cpu/signals.h"
 #include "denoise/cpu/wavelet.h"
 #include "denoise/picture_motion.h"
@@ -182,6 +184,9 @@ void FilterLayer(const CpuPipeline& p, const FrameInput& in, std::span<const Sig
   if (p.plan.runs.wavelet) {
     RunWavelet(p, in, history->guides, work, outputs, out);
     RunRestoreEnergy(p, history->guides, work, out);
+  }
+  if (p.plan.runs.keep_samples) {
+    RunKeepSamples(p, history->guides, work, out);
   }
   if (p.plan.runs.keep_mirrors) {
     RunKeepMirrors(p, in, history->guides, work, out);

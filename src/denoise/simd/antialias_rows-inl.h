@@ -67,8 +67,9 @@ HWY_INLINE VF Alpha(const AntialiasInput& in, const AntialiasParameters& p, VF l
   const VF one = hn::Set(d, 1.0f);
   const VF n = in.samples == nullptr ? one : hn::LoadU(d, in.samples->Row(y) + x);
   const MF some = hn::Gt(n, hn::Zero(d));
-  const VF length = hn::Max(longest, n);
-  const VF share = hn::Div(n, hn::IfThenElse(some, length, one));
+  const VF counted = hn::IfThenElse(hn::Gt(n, one), hn::Sqrt(n), n);
+  const VF length = hn::Max(hn::Sub(longest, hn::Sub(n, counted)), counted);
+  const VF share = hn::Div(counted, hn::IfThenElse(some, length, one));
   return hn::IfThenElse(some, hn::Min(hn::Max(alpha, share), one), alpha);
 }
 

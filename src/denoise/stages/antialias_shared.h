@@ -28,9 +28,13 @@ SHARED_FN bool StandsInFront(float i, float i_neighbour, vec2 g, vec2 offset) {
 
 // Weight of the new picture, whose light has `length` samples, n of them new. If the light's
 // history has just started (after a disocclusion) the old picture showed another surface, even if
-// it passes the clamp: it counts no more than the light's own history does.
+// it passes the clamp: it counts no more than the light's own history does. Where limit_history has
+// shortened a history, that is since the light has changed by more than its noise. With many
+// samples little is enough, while a picture that starts again has the jagged edges of one point per
+// pixel, whatever n is: n samples count as their square root.
 SHARED_FN float NewPictureWeight(float alpha, float length, float n) {
-  return n > 0.0f ? min(max(alpha, n / max(length, n)), 1.0f) : alpha;
+  float counted = n > 1.0f ? sqrt(n) : n;
+  return n > 0.0f ? min(max(alpha, counted / max(length - (n - counted), counted)), 1.0f) : alpha;
 }
 
 // Weight of the six-tap (per axis: four) Catmull-Rom spline at distance -1-t, -t, 1-t, 2-t.

@@ -100,30 +100,6 @@ void MeasureMirrorRows(const KeepMirrorsInput& in, const Image1& valid, int y0, 
   }
 }
 
-void KeepMirrorRows(const FilterPlanes& blurred, const Image1& valid, const NewLight& light, int y0,
-                    int y1, LumaImage3* filtered) {
-  const DF d;
-  const VF zero = hn::Zero(d);
-  const int width = valid.width();
-  for (int y = y0; y < y1; ++y) {
-    for (int x = 0; x < width; x += LaneCount()) {
-      const VF square = hn::LoadU(d, blurred.colour[0].Row(y) + x);
-      const VF noise = hn::LoadU(d, blurred.colour[1].Row(y) + x);
-      const MF keep = hn::And(hn::Gt(hn::LoadU(d, valid.Row(y) + x), zero), hn::Gt(square, noise));
-      if (hn::AllFalse(d, keep)) {
-        continue;
-      }
-      const VF share = hn::Div(noise, hn::IfThenElse(keep, square, hn::Set(d, 1.0f)));
-      for (int c = 0; c < 3; ++c) {
-        const VF kept = hn::LoadU(d, light.colour[c].Row(y) + x);
-        const VF old = hn::LoadU(d, (*filtered)[c].Row(y) + x);
-        const VF blend = hn::Add(kept, hn::Mul(share, hn::Sub(old, kept)));
-        StoreInRow(d, hn::IfThenElse(keep, blend, old), (*filtered)[c].Row(y), x, width);
-      }
-    }
-  }
-}
-
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace stillray
@@ -134,7 +110,6 @@ namespace stillray::cpu {
 
 HWY_EXPORT(FindMirrorRows);
 HWY_EXPORT(MeasureMirrorRows);
-HWY_EXPORT(KeepMirrorRows);
 
 void MeasureMirrors(const KeepMirrorsInput& in, const KeepMirrorsParameters& p,
                     FilterPlanes* measured, Image1* valid) {
@@ -143,13 +118,6 @@ void MeasureMirrors(const KeepMirrorsInput& in, const KeepMirrorsParameters& p,
   });
   ParallelRows(valid->height(), 32, [&](int y0, int y1) {
     HWY_DYNAMIC_DISPATCH(MeasureMirrorRows)(in, *valid, y0, y1, measured);
-  });
-}
-
-void KeepMirrors(const FilterPlanes& blurred, const Image1& valid, const NewLight& light,
-                 LumaImage3* filtered) {
-  ParallelRows(valid.height(), 32, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(KeepMirrorRows)(blurred, valid, light, y0, y1, filtered);
   });
 }
 

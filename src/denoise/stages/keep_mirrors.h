@@ -18,8 +18,6 @@
 
 namespace stillray {
 
-inline constexpr int kKeepMirrorsLevels = 3;
-
 struct KeepMirrorsInput {
   const NewLight* light;       ///< x, of this frame
   const LumaImage3* filtered;  ///< y, luminance first
@@ -29,20 +27,15 @@ struct KeepMirrorsInput {
 };
 
 /// MeasureMirrors: luminance of `measured` = squared difference of x and y, red = variance of x,
-/// variance = 0; valid = 1 for samples in mirrors. Its blue is scratch memory. KeepMirrors:
-/// blends x into y.
-/// \param blurred  `measured` after the wavelet levels; not read where `valid` is 0
+/// variance = 0; valid = 1 for samples in mirrors. Its blue is scratch memory. The
+/// levels and KeepSamples follow (see keep_samples.h).
 namespace reference {
 void MeasureMirrors(const KeepMirrorsInput& in, const KeepMirrorsParameters& parameters,
                     FilterPlanes* measured, Image1* valid);
-void KeepMirrors(const FilterPlanes& blurred, const Image1& valid, const NewLight& light,
-                 LumaImage3* filtered);
 }  // namespace reference
 namespace cpu {
 void MeasureMirrors(const KeepMirrorsInput& in, const KeepMirrorsParameters& parameters,
                     FilterPlanes* measured, Image1* valid);
-void KeepMirrors(const FilterPlanes& blurred, const Image1& valid, const NewLight& light,
-                 LumaImage3* filtered);
 }  // namespace cpu
 
 }  // namespace stillray

@@ -53,18 +53,4 @@ void MeasureMirrors(const KeepMirrorsInput& in, const KeepMirrorsParameters& p,
   }
 }
 
-void KeepMirrors(const FilterPlanes& blurred, const Image1& valid, const NewLight& light,
-                 LumaImage3* filtered) {
-  for (int y = 0; y < valid.height(); ++y) {
-    for (int x = 0; x < valid.width(); ++x) {
-      const float share =
-          valid(x, y) > 0 ? FilteredShare(blurred.colour[0](x, y), blurred.colour[1](x, y)) : 1.0f;
-      for (int c = 0; c < 3 && share < 1; ++c) {
-        const float kept = light.colour[c](x, y);
-        (*filtered)[c](x, y) = kept + share * ((*filtered)[c](x, y) - kept);
-      }
-    }
-  }
-}
-
 }  // namespace stillray::reference

@@ -41,12 +41,6 @@ SHARED_FN float NoiseOfNearest(float first, float second, float scale) {
   return second < kNoNeighbour ? scale * (0.5f * (first + second)) : 0.0f;
 }
 
-// The weight of the filtered light y beside the sample x that has the least mean square error:
-// noise / (noise + bias^2), with E (x - y)^2 = noise + bias^2 (James and Stein 1961).
-SHARED_FN float FilteredShare(float difference2, float noise) {
-  return difference2 > noise ? noise / difference2 : 1.0f;
-}
-
 SHARED_END
 
 #endif

@@ -28,6 +28,7 @@
 //     atrous             light, luminance factors, guides    light of the wavelet      16 + 10 n, 8 n
 //   clip_outliers        light                               light                     8 n, 8 n
 //   restore_energy     light before and after, guides      light                     64 + 30 n, 12 n  (a pass before the levels; half the size)
+//   keep_samples         new light, light, history           light                     4 + 108 n, 40 n  (only frames of several samples)
 //   keep_mirrors         new light, light, roughness         light                     12 + 96 n, 40 n  (only where roughness is given)
 //   remodulate           light, albedos, unfiltered light    picture                   inputs + 8 n, 8
 //   fxaa                 picture, length                     picture                   16, 8
@@ -50,6 +51,7 @@
 #include "denoise/level_names.h"
 #include "denoise/stages/follow_light_shared.h"
 #include "denoise/stages/keep_mirrors.h"
+#include "denoise/stages/keep_samples.h"
 #include "denoise/stages/limit_history.h"
 
 namespace stillray::vulkan {
@@ -475,23 +477,44 @@ void FramePipeline::RestoreEnergy(const gpu::Image* out, PassRecorder* recorder)
   light_ = out;
 }
 
-/// See stages/keep_mirrors.h. Uses images of the wavelet and of the fetched history, which are no
-/// longer read.
+/// See stages/keep_mirrors.h.
 void FramePipeline::KeepMirrors(PassRecorder* recorder) {
   const FrameImages& i = images_;
-  const gpu::Image* measured = light_ == i.fetched.colour ? i.wavelet[1] : i.fetched.colour;
+  recorder->Run(Shader::kMeasureMirrors, grid_,
+                {i.guides.surface, i.noisy, light_, SampleSquares()});
+  BlendSamples("keep_mirrors", recorder);
+}
+
+/// See stages/keep_samples.h.
+void FramePipeline::KeepSamples(PassRecorder* recorder) {
+  const FrameImages& i = images_;
+  recorder->Run(Shader::kMeasureSamples, grid_,
+                {i.guides.surface, i.noisy, i.within, known_.moments, light_, SampleSquares()});
+  BlendSamples("keep_samples", recorder);
+}
+
+/// The image of squares for BlendSamples: of the fetched history or the wavelet, which are no
+/// longer read.
+const gpu::Image* FramePipeline::SampleSquares() const {
+  return light_ == images_.fetched.colour ? images_.wavelet[1] : images_.fetched.colour;
+}
+
+/// The levels of a stage, and the blend.
+void FramePipeline::BlendSamples(const char* stage, PassRecorder* recorder) {
+  const FrameImages& i = images_;
+  const gpu::Image* measured = SampleSquares();
   const gpu::Image* other = light_ == i.wavelet[0] ? i.wavelet[1] : i.wavelet[0];
-  recorder->Run(Shader::kMeasureMirrors, grid_, {i.guides.surface, i.noisy, light_, measured});
   const auto constants = AtrousConstants(GeometryLevel(0));
-  for (int level = 0; level < kKeepMirrorsLevels; ++level) {
+  for (int level = 0; level < kKeepSamplesLevels; ++level) {
     const LevelPush push = {GeometryLevel(level).step, level, 0};
-    recorder->CountAs("keep_mirrors");
+    recorder->CountAs(stage);
     RunAtrous(shape_.width, shape_.height,
               {i.guides.surface, i.guides.detail, measured, i.luminance_factor, i.nothing, other},
               push, constants, recorder);
     std::swap(measured, other);
   }
-  recorder->Run(Shader::kKeepMirrors, grid_, {i.noisy, light_, measured, other});
+  recorder->CountAs(stage);
+  recorder->Run(Shader::kKeepSamples, grid_, {i.noisy, light_, measured, other});
   light_ = other;
 }
 
@@ -610,6 +633,9 @@ Status FramePipeline::Record(VkCommandBuffer commands, const FramePlan& plan,
   if (plan.runs.wavelet) {
     BeginFilter(plan, &recorder);
     RunLevels(plan, &recorder);
+  }
+  if (plan.runs.keep_samples) {
+    KeepSamples(&recorder);
   }
   if (plan.runs.keep_mirrors) {
     KeepMirrors(&recorder);

@@ -117,7 +117,10 @@ class FramePipeline {
   const gpu::Image* RunPilot(int level, int signals, const gpu::Image* mean,
                              PassRecorder* recorder);
   void RunLevels(const FramePlan& plan, PassRecorder* recorder);
+  void KeepSamples(PassRecorder* recorder);
   void KeepMirrors(PassRecorder* recorder);
+  const gpu::Image* SampleSquares() const;
+  void BlendSamples(const char* stage, PassRecorder* recorder);
   void Compose(const gpu::Image* light, PassRecorder* recorder);
   void FollowLight(const FramePlan& plan, PassRecorder* recorder);
   void Finish(const FramePlan& plan, PassRecorder* recorder);

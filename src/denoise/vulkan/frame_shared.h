@@ -15,6 +15,7 @@
 #include "denoise/stages/estimate_variance_shared.h"
 #include "denoise/stages/fxaa_shared.h"
 #include "denoise/stages/keep_mirrors_shared.h"
+#include "denoise/stages/keep_samples_shared.h"
 #include "denoise/stages/limit_history_shared.h"
 #include "denoise/stages/prefilter_variance_shared.h"
 #include "denoise/stages/reproject_shared.h"
@@ -80,6 +81,7 @@ layout(set = 0, binding = 28, std140) uniform FrameParameters {
   PrefilterVarianceParameters prefilter_variance;
   AtrousParameters atrous;
   ClipOutliersParameters clip_outliers;
+  KeepSamplesParameters keep_samples;
   KeepMirrorsParameters keep_mirrors;
   FxaaParameters fxaa;
   AntialiasParameters antialias;

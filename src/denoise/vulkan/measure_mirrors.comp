@@ -6,15 +6,13 @@
 // keep_mirrors, before its wavelet levels: see stages/keep_mirrors.h. Squared difference of
 // filtered light and sample, variance of the sample.
 #include "denoise/vulkan/common.glsl"
+#include "denoise/vulkan/sample_squares.glsl"
 #include "denoise/stages/keep_mirrors_shared.h"
 
 layout(set = 1, binding = 0) uniform utexture2D surface_image;
 layout(set = 1, binding = 1) uniform texture2DArray noisy;
 layout(set = 1, binding = 2) uniform texture2DArray light;
 layout(set = 1, binding = 3, LIGHT_FORMAT) writeonly uniform image2DArray measured_out;
-
-// Light has its mean near 1/8; this factor keeps the precision of its squares in halves.
-const float kSquareScale = 64.0f;
 
 bool IsMirrorAt(ivec2 p, int s) {
   return Inside(p) && IsMirror(uintBitsToFloat(texelFetch(surface_image, p, 0).x),
@@ -55,9 +53,7 @@ void main() {
     vec4 measured = vec4(0.0f, 0.0f, 0.0f, PackDeviation(0.0f, false));
     if ((keep_mirrors.mirror_signals >> s & 1) != 0 && IsMirrorAt(p, s)) {
       float d = texelFetch(noisy, at, 0).x - texelFetch(light, at, 0).x;
-      vec2 squares = kSquareScale * vec2(d * d, NoiseAt(p, s));
-      squares /= max(1.0f, max(squares.x, squares.y) / kMostLight);  // only their ratio matters
-      measured = vec4(squares, 0.0f, PackDeviation(0.0f, true));
+      measured = SampleSquares(d * d, NoiseAt(p, s));
     }
     imageStore(measured_out, at, Stored(measured));
   }

@@ -93,6 +93,7 @@ FrameParameters MakeParameters(const FramePlan& plan, const FrameFacts& facts, c
   p.prefilter_variance = plan.prefilter_variance;
   p.atrous = plan.atrous;
   p.clip_outliers = plan.clip_outliers;
+  p.keep_samples = plan.keep_samples;
   p.keep_mirrors = plan.keep_mirrors;
   p.fxaa = plan.fxaa;
   p.antialias = plan.antialias;

@@ -32,7 +32,8 @@
   X(MeasureEnergy, "restore_energy", 5, 3, 0, 4)         \
   X(RestoreEnergy, "restore_energy", 5, 1, 0, 0)         \
   X(MeasureMirrors, "keep_mirrors", 3, 1, 0, 0)          \
-  X(KeepMirrors, "keep_mirrors", 3, 1, 0, 0)             \
+  X(MeasureSamples, "keep_samples", 5, 1, 0, 0)          \
+  X(KeepSamples, "keep_samples", 3, 1, 0, 0)             \
   X(Remodulate, "remodulate", 1, 1, 0, 4)                \
   X(Fxaa, "fxaa", 2, 1, 0, 0)                            \
   X(FollowLight, "antialias", 4, 2, 0, 4)                \

@@ -3,9 +3,9 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// keep_mirrors, after its wavelet: see stages/keep_mirrors.h.
+// keep_samples and keep_mirrors, after their wavelet levels: see stages/keep_samples.h.
 #include "denoise/vulkan/common.glsl"
-#include "denoise/stages/keep_mirrors_shared.h"
+#include "denoise/stages/keep_samples_shared.h"
 
 layout(set = 1, binding = 0) uniform texture2DArray noisy;
 layout(set = 1, binding = 1) uniform texture2DArray light;

@@ -1,0 +1,14 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// What the wavelet levels of keep_samples and keep_mirrors average.
+
+// Light has its mean near 1/8; this factor keeps the precision of its squares in halves.
+const float kSquareScale = 64.0f;
+
+// A pixel's squared difference and noise; only their ratio matters.
+vec4 SampleSquares(float difference2, float noise) {
+  vec2 squares = kSquareScale * vec2(difference2, noise);
+  squares /= max(1.0f, max(squares.x, squares.y) / kMostLight);
+  return vec4(squares, 0.0f, PackDeviation(0.0f, true));
+}
