@@ -9,8 +9,8 @@
 # stillray_embed_shader(<output variable> <file> <namespace> <symbol> [defines...])
 # <file>, relative to the current source folder, becomes a generated source that defines
 # `extern const std::uint32_t <symbol>[]` and `extern const std::size_t <symbol>Words`, and registers
-# the shader's name: the symbol without its k (gpu/shader_folder.h). Its path is appended to the output
-# variable.
+# the shader's name: the symbol without its k (gpu/embedded_shader.h). Its path is appended to the
+# output variable.
 #
 # This file is also the script that the build runs to do it:
 # cmake -D INPUT= -D OUTPUT= -D NAMESPACE= -D SYMBOL= -P Shaders.cmake
@@ -21,10 +21,7 @@ if(CMAKE_SCRIPT_MODE_FILE STREQUAL CMAKE_CURRENT_LIST_FILE)
   string(SUBSTRING ${SYMBOL} 1 -1 name)
   file(WRITE "${OUTPUT}"
 "// Made from ${INPUT}
-#include <cstddef>
-#include <cstdint>
-
-#include \"gpu/shader_folder.h\"
+#include \"gpu/embedded_shader.h\"
 
 namespace ${NAMESPACE} {
 extern const std::uint32_t ${SYMBOL}[] = {
@@ -65,9 +62,9 @@ endfunction()
 function(stillray_embed_shader output file namespace symbol)
   set(input ${CMAKE_CURRENT_SOURCE_DIR}/${file})
   set(base ${CMAKE_CURRENT_BINARY_DIR}/shaders/${symbol})
+  file(MAKE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/shaders)
   add_custom_command(
     OUTPUT ${base}.spv.txt
-    COMMAND ${CMAKE_COMMAND} -E make_directory ${CMAKE_CURRENT_BINARY_DIR}/shaders
     COMMAND ${STILLRAY_GLSLC} -O --target-env=vulkan1.1 -Werror -mfmt=num -I ${PROJECT_SOURCE_DIR}/src
             ${ARGN} -MD -MF ${base}.d -MT ${base}.spv.txt -o ${base}.spv.txt ${input}
     DEPENDS ${input}

@@ -14,6 +14,8 @@
 
 #include <fmt/format.h>
 
+#include "gpu/embedded_shader.h"
+
 namespace stillray::gpu {
 namespace {
 

@@ -18,14 +18,6 @@ namespace stillray::gpu {
 /// The environment variable that names the folder; unset or empty: there is none.
 inline constexpr const char* kShaderFolderVariable = "STILLRAY_SHADER_DIR";
 
-/// The name of a shader that is part of the program: made with its code, by stillray_embed_shader.
-class EmbeddedShader {
- public:
-  /// \param name  of its file in the folder, without `.spv`
-  /// \param code  SPIR-V of static storage
-  EmbeddedShader(const char* name, const std::uint32_t* code);
-};
-
 /// The content of the shader's file in the folder.
 /// \param code  of an embedded shader
 /// \return empty if there is no folder or no such file; kNotFound: the variable names no folder;
