@@ -440,6 +440,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
       {"restore_energy", "off", {}},
       {"virtual_roughness", "0", {}},
       {"mirror_roughness", "0", {}},
+      {"keep_samples", "off", {}},
       {"restore_detail", "on", {}},
       {"antialias", "off", {}},
       {"taa_alpha", "0.5", {}},
@@ -450,11 +451,15 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
       {"tonemap", "linear", {}},
       {"dither", "2", {}},
   };
-  const auto picture = [](const Settings& s) {
+  const auto picture = [](const Settings& s, bool several_samples) {
     Denoiser d = MakeDenoiser(s);
     DenoisedFrame out;
     for (int i = 0; i < 8; ++i) {
       Frame f = MakeBusyFrame(48, 40, i);
+      if (several_samples) {
+        f.samples.Fill(16);
+        f.signals.front().second_moment = Image1(48, 40);
+      }
       // Nothing is known of a block without samples, for fill_guides.
       for (int y = 20; y < 24; ++y) {
         for (int x = 20; x < 28; ++x) {
@@ -481,7 +486,8 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
     }
     Settings after = before;
     ASSERT_TRUE(SetParameter(&after, p.name, move->value).ok());
-    EXPECT_NE(picture(before), picture(after)) << p.name;
+    const bool several_samples = std::string(p.name) == "keep_samples";
+    EXPECT_NE(picture(before, several_samples), picture(after, several_samples)) << p.name;
   }
 }
 

@@ -13,8 +13,8 @@
 namespace stillray::render {
 namespace {
 
-constexpr int kWidth = 193;
-constexpr int kHeight = 109;
+constexpr int kWidth = 129;
+constexpr int kHeight = 73;
 
 // Of values near 1, and relative to larger ones. Directions of rays and hits agree to a few units
 // in the last place; textures and reflectances at grazing angles multiply that.
