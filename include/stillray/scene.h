@@ -96,6 +96,15 @@ struct Material {
   float anisotropy_rotation = 0.0f;
   /// Linear; RG the direction by tangent and bitangent, -1 to 1, before the rotation; B strength.
   TextureRef anisotropy_texture;
+  /// KHR_materials_iridescence: weight, 0 to 1, of a thin film over the metal, the dielectric or
+  /// the glass, below the clear coat and the sheen.
+  float iridescence = 0.0f;
+  TextureRef iridescence_texture;  ///< linear, R
+  float iridescence_ior = 1.3f;    ///< of the film, at least 1
+  /// Thickness of the film in nanometres, from `min` to `max` by the texture; `max` without it.
+  float iridescence_thickness_min = 100.0f;
+  float iridescence_thickness_max = 400.0f;
+  TextureRef iridescence_thickness_texture;  ///< linear, G
 
   bool emits() const { return emission.x > 0 || emission.y > 0 || emission.z > 0; }
 };
@@ -259,14 +268,15 @@ Aabb SceneBounds(const Scene& scene, double seconds);
 using KeepGoing = std::function<bool()>;
 
 /// Reads a .gltf or .glb file and all files that it references. Supported extensions:
-/// KHR_lights_punctual, KHR_materials_clearcoat, _diffuse_transmission, _emissive_strength, _ior,
-/// _sheen, _specular, _transmission, _unlit (as emission), _volume, KHR_mesh_quantization,
-/// KHR_texture_transform, EXT_texture_webp. Also scenes[i].extras.environment = {"type":
-/// "constant", "radiance": [r, g, b]} and cameras[i].extras.lens (docs/lens.md). All animations
-/// are merged. A file without a camera gets one that shows everything, one without any light gets
-/// an environment of radiance 1; Scene::warnings lists both, and all parts left out or corrected.
-/// Textures are at most 16384 texels wide and high. Nodes may mirror (negative determinant): front
-/// faces are then the clockwise ones, as in glTF 2.0 (3.7.4). Skins have up to 8 joints per vertex.
+/// KHR_lights_punctual, KHR_materials_anisotropy, _clearcoat, _diffuse_transmission,
+/// _emissive_strength, _ior, _iridescence, _sheen, _specular, _transmission, _unlit (as emission),
+/// _volume, KHR_mesh_quantization, KHR_texture_transform, EXT_texture_webp. Also
+/// scenes[i].extras.environment = {"type": "constant", "radiance": [r, g, b]} and
+/// cameras[i].extras.lens (docs/lens.md). All animations are merged. A file without a camera gets
+/// one that shows everything, one without any light gets an environment of radiance 1;
+/// Scene::warnings lists both, and all parts left out or corrected. Textures are at most 16384
+/// texels wide and high. Nodes may mirror (negative determinant): front faces are then the
+/// clockwise ones, as in glTF 2.0 (3.7.4). Skins have up to 8 joints per vertex.
 /// \return kNotFound, kBadData (naming the file, the element and the fault) or kUnsupported (a
 ///     required extension that stillray lacks, by name), kCancelled
 Result<Scene> LoadGltf(const std::string& path, const KeepGoing& keep_going = {});

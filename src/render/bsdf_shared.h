@@ -8,6 +8,7 @@
 //   sheen      of cloth, above the others
 //   coat       GGX reflection of a clear coat, above all others
 //   glass      GGX reflection and refraction, exact Fresnel (Walter et al. 2007), or a thin sheet
+// A thin film may replace the Fresnel terms of the specular lobe and of glass.
 // The rough lobes are scaled to compensate the energy loss of single scattering (Turquin 2019,
 // "Practical multiple scattering compensation for microfacet models"): a white surface reflects all
 // light. What lies below a layer is scaled by what that layer's directional albedo leaves of the
@@ -20,6 +21,7 @@
 #define STILLRAY_RENDER_BSDF_SHARED_H
 
 #ifdef __cplusplus
+#include "render/film_shared.h"
 #include "render/geometry_shared.h"
 #include "render/ggx_shared.h"
 #include "render/sheen_shared.h"
@@ -59,6 +61,14 @@ struct Bsdf {
   float pick_through;
   vec2 tangent;  // of an anisotropic specular lobe: where it is stretched, in the local frame
   float tangent_alpha;  // GGX alpha there; `specular_alpha` is that across it. 0 = isotropic
+  float film;           // weight of the thin film; above 0: the members below are set too
+  float film_ior;
+  float film_thickness;  // nm
+  float film_metal;      // weights of its reflectance over metal, of F0 `tint`,
+  float film_boundary;   // and over the dielectric boundary,
+  vec3 film_f0;          // of that F0
+  vec3 film_mean;        // their sum's mean over the specular lobe
+  vec3 film_sheet;       // colour of light reflected by glass, its largest component is 1
 };
 
 // Reflectance of the clear coat at normal incidence: ior 1.5.
@@ -171,9 +181,71 @@ SHARED_FN float SpecularMeanAlpha(SHARED_IN(Bsdf) bsdf) {
   return IsAnisotropic(bsdf) ? sqrt(bsdf.tangent_alpha * bsdf.specular_alpha) : bsdf.specular_alpha;
 }
 
+SHARED_FN bool HasFilm(SHARED_IN(Bsdf) bsdf) {
+  return bsdf.layered != 0 && bsdf.film > 0.0f;
+}
+
+// Reflectance of a film over the metal and the dielectric boundary together.
+SHARED_FN vec3 SpecularFilm(SHARED_IN(Bsdf) bsdf, float cosine) {
+  FilmView view = ViewFilm(min(cosine, 1.0f), bsdf.film_ior, bsdf.film_thickness);
+  vec3 reflectance = vec3(0.0f);
+  if (bsdf.film_metal > 0.0f) {
+    reflectance += FilmReflectance(view, bsdf.tint) * bsdf.film_metal;
+  }
+  if (bsdf.film_boundary > 0.0f) {
+    reflectance += FilmReflectance(view, bsdf.film_f0) * bsdf.film_boundary;
+  }
+  return reflectance;
+}
+
+// Fresnel term of the specular lobe.
+// \param cosine  of the viewer's direction with the microfacet normal; \param schlick  its weight
+SHARED_FN vec3 SpecularFresnel(SHARED_IN(Bsdf) bsdf, float cosine, float schlick) {
+  vec3 fresnel = bsdf.specular_f0 * (1.0f - schlick) + vec3(bsdf.specular_f90 * schlick);
+  return HasFilm(bsdf) ? mix(fresnel, SpecularFilm(bsdf, cosine), bsdf.film) : fresnel;
+}
+
+// Fresnel term of glass: `share` of the light is reflected, in this colour, whose largest component
+// is 1; the rest is transmitted, whatever its colour, so that what is seen through a film does not
+// take the complementary colour.
+struct GlassFresnel {
+  float share;
+  vec3 colour;
+};
+
+// Glass below a film reflects as much from the inside as it does for the same ray from the outside.
+SHARED_FN vec3 GlassFilm(SHARED_IN(Bsdf) bsdf, float cosine, float plain) {
+  float c = min(cosine, 1.0f);
+  float inside = 1.0f - (1.0f - c * c) / (bsdf.eta * bsdf.eta);
+  if (bsdf.eta < 1.0f) {
+    if (inside <= 0.0f) {
+      return vec3(1.0f);
+    }
+    c = sqrt(inside);
+  }
+  float r = (bsdf.eta - 1.0f) / (bsdf.eta + 1.0f);
+  FilmView view = ViewFilm(c, bsdf.film_ior, bsdf.film_thickness);
+  return mix(vec3(plain), FilmReflectance(view, vec3(r * r)), bsdf.film);
+}
+
+SHARED_FN GlassFresnel FresnelOfGlass(SHARED_IN(Bsdf) bsdf, float cosine) {
+  GlassFresnel fresnel;
+  fresnel.colour = vec3(1.0f);
+  if (HasFilm(bsdf)) {
+    vec3 r = GlassFilm(bsdf, cosine, FresnelDielectric(cosine, bsdf.eta));
+    r = bsdf.thin != 0 ? 2.0f * r / (vec3(1.0f) + r) : r;
+    fresnel.share = MaxComponent(r);
+    fresnel.colour = r / max(fresnel.share, 1e-6f);
+  } else {
+    fresnel.share =
+        bsdf.thin != 0 ? FresnelThinSheet(cosine, bsdf.eta) : FresnelDielectric(cosine, bsdf.eta);
+  }
+  return fresnel;
+}
+
 SHARED_FN BsdfValue EvaluateSpecular(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
   GgxValue lobe = EvaluateSpecularLobe(bsdf, wo, wi);
-  vec3 fresnel = bsdf.specular_f0 * (1.0f - lobe.schlick) + vec3(bsdf.specular_f90 * lobe.schlick);
+  vec3 fresnel = SpecularFresnel(bsdf, 0.5f * length(wo + wi), lobe.schlick);
   BsdfValue value;
   value.diffuse = vec3(0.0f);
   value.specular = bsdf.specular_scale * fresnel * lobe.value;
@@ -221,9 +293,9 @@ SHARED_FN BsdfValue EvaluateSheet(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
   float lambda_o = GgxLambda(wo, bsdf.glass_alpha);
   float lambda_i = GgxLambda(up, bsdf.glass_alpha);
   float d = GgxDensity(h, bsdf.glass_alpha) / (4.0f * wo.z);
-  float reflectance = FresnelThinSheet(dot(wo, h), bsdf.eta);
-  float share = wi.z > 0.0f ? reflectance : 1.0f - reflectance;
-  vec3 colour = wi.z > 0.0f ? vec3(1.0f) : bsdf.tint;
+  GlassFresnel fresnel = FresnelOfGlass(bsdf, dot(wo, h));
+  float share = wi.z > 0.0f ? fresnel.share : 1.0f - fresnel.share;
+  vec3 colour = wi.z > 0.0f ? fresnel.colour : bsdf.tint;
   float scale = bsdf.glass_weight * bsdf.glass_compensation;
   value.specular = colour * (scale * share * d / (1.0f + lambda_o + lambda_i));
   value.density = share * d / (1.0f + lambda_o);
@@ -245,16 +317,16 @@ SHARED_FN BsdfValue EvaluateBoundary(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
   }
   float lambda_o = GgxLambda(wo, bsdf.glass_alpha);
   float lambda_i = GgxLambda(wi, bsdf.glass_alpha);
-  float fresnel = FresnelDielectric(cos_o, bsdf.eta);
+  GlassFresnel fresnel = FresnelOfGlass(bsdf, cos_o);
   float share;
   float jacobian;  // solid angle of h over that of wi
-  vec3 colour = vec3(1.0f);
+  vec3 colour = fresnel.colour;
   if (wi.z > 0.0f) {
-    share = fresnel;
+    share = fresnel.share;
     jacobian = 1.0f / (4.0f * cos_o);
   } else {
     float denominator = cos_o + bsdf.eta * cos_i;
-    share = 1.0f - fresnel;
+    share = 1.0f - fresnel.share;
     jacobian = bsdf.eta * bsdf.eta * abs(cos_i) / max(denominator * denominator, 1e-12f);
     colour = bsdf.tint;
   }
@@ -303,10 +375,16 @@ SHARED_FN BsdfSample SampleSmoothGlass(SHARED_IN(Bsdf) bsdf, vec3 wo, float u) {
   result.diffuse = vec3(0.0f);
   result.density = 0.0f;
   float share = bsdf.glass_weight / bsdf.pick_glass;
-  float reflectance = bsdf.thin != 0 ? bsdf.sheet_reflectance : FresnelDielectric(wo.z, bsdf.eta);
-  if (u < reflectance) {
+  GlassFresnel fresnel;
+  if (bsdf.thin != 0) {
+    fresnel.share = bsdf.sheet_reflectance;
+    fresnel.colour = HasFilm(bsdf) ? bsdf.film_sheet : vec3(1.0f);
+  } else {
+    fresnel = FresnelOfGlass(bsdf, wo.z);
+  }
+  if (u < fresnel.share) {
     result.wi = vec3(-wo.x, -wo.y, wo.z);
-    result.specular = vec3(share);
+    result.specular = share * fresnel.colour;
     result.kind = kScatterMirror;
   } else {
     result.wi = bsdf.thin != 0 ? -wo : RefractAbout(wo, vec3(0.0f, 0.0f, 1.0f), bsdf.eta);
@@ -323,10 +401,10 @@ SHARED_FN vec3 SampleRoughGlass(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 h, float u) 
   float cos_o = dot(wo, h);
   vec3 reflected = 2.0f * cos_o * h - wo;
   if (bsdf.thin != 0) {
-    float side = u < FresnelThinSheet(cos_o, bsdf.eta) ? 1.0f : -1.0f;
+    float side = u < FresnelOfGlass(bsdf, cos_o).share ? 1.0f : -1.0f;
     return reflected.z > 0.0f ? vec3(reflected.x, reflected.y, side * reflected.z) : vec3(0.0f);
   }
-  if (u < FresnelDielectric(cos_o, bsdf.eta)) {
+  if (u < FresnelOfGlass(bsdf, cos_o).share) {
     return reflected.z > 0.0f ? reflected : vec3(0.0f);
   }
   vec3 refracted = RefractAbout(wo, h, bsdf.eta);
@@ -336,8 +414,7 @@ SHARED_FN vec3 SampleRoughGlass(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 h, float u) 
 // The ideally smooth specular lobe.
 SHARED_FN BsdfSample SampleMirror(SHARED_IN(Bsdf) bsdf, vec3 wo) {
   BsdfSample result;
-  float s = SchlickWeight(wo.z);
-  vec3 fresnel = bsdf.specular_f0 * (1.0f - s) + vec3(bsdf.specular_f90 * s);
+  vec3 fresnel = SpecularFresnel(bsdf, wo.z, SchlickWeight(wo.z));
   result.wi = vec3(-wo.x, -wo.y, wo.z);
   result.diffuse = vec3(0.0f);
   result.specular = fresnel * bsdf.specular_scale / bsdf.pick_specular;

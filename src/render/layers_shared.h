@@ -23,6 +23,9 @@ struct SurfaceLayers {
   float through;        // its part of the diffuse light
   float anisotropy;     // strength, 0 to 1
   vec2 tangent;         // in which the reflection is stretched, unit length, in the local frame
+  float film;           // weight of the thin film
+  float film_ior;
+  float film_thickness;  // nm
 };
 
 SHARED_FN SurfaceLayers NoLayers() {
@@ -38,6 +41,9 @@ SHARED_FN SurfaceLayers NoLayers() {
   layers.through = 0.0f;
   layers.anisotropy = 0.0f;
   layers.tangent = vec2(1.0f, 0.0f);
+  layers.film = 0.0f;
+  layers.film_ior = 1.3f;
+  layers.film_thickness = 0.0f;
   return layers;
 }
 

@@ -187,6 +187,7 @@ struct Factor {
 Status CheckLayers(const Material& material, const std::string& name) {
   const vec3 specular = material.specular_color;
   constexpr float kMost = std::numeric_limits<float>::max();
+  constexpr float kThickestFilm = 1e6f;  // nm; interference is long gone
   const Factor factors[] = {
       {"specular", material.specular, 1.0f},
       {"specular colour", specular.x, kMost},
@@ -203,12 +204,19 @@ Status CheckLayers(const Material& material, const std::string& name) {
       {"diffuse transmission colour", material.diffuse_transmission_color.y, 1.0f},
       {"diffuse transmission colour", material.diffuse_transmission_color.z, 1.0f},
       {"anisotropy", material.anisotropy, 1.0f},
+      {"iridescence", material.iridescence, 1.0f},
+      {"iridescence thickness minimum", material.iridescence_thickness_min, kThickestFilm},
+      {"iridescence thickness maximum", material.iridescence_thickness_max, kThickestFilm},
   };
   for (const Factor& factor : factors) {
     if (!(factor.value >= 0.0f && factor.value <= factor.most)) {
       return Status::InvalidArgument(fmt::format("{}: {} is {}, expected 0 to {:g}", name,
                                                  factor.name, factor.value, factor.most));
     }
+  }
+  if (!(material.iridescence_ior >= 1.0f && material.iridescence_ior <= kMost)) {
+    return Status::InvalidArgument(fmt::format("{}: iridescence ior is {}, expected at least 1",
+                                               name, material.iridescence_ior));
   }
   if (!std::isfinite(material.anisotropy_rotation)) {
     return Status::InvalidArgument(fmt::format("{}: anisotropy rotation is {}, expected a number",

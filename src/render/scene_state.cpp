@@ -64,7 +64,14 @@ bool IsLayered(const Material& material) {
   return material.specular != 1.0f || material.specular_texture.texture >= 0 ||
          material.specular_color != vec3(1.0f) || material.specular_color_texture.texture >= 0 ||
          material.clearcoat > 0.0f || HasSheen(material) || material.diffuse_transmission > 0.0f ||
-         material.anisotropy > 0.0f;
+         material.anisotropy > 0.0f || HasFilm(material);
+}
+
+bool HasFilm(const Material& material) {
+  const bool from_texture = material.iridescence_thickness_texture.texture >= 0;
+  return material.iridescence > 0.0f &&
+         (material.iridescence_thickness_max > 0.0f ||
+          (from_texture && material.iridescence_thickness_min > 0.0f));
 }
 
 bool HasSheen(const Material& material) {

@@ -52,6 +52,7 @@ struct PlacedInstance {
 /// Whether a material has more than metallic-roughness and transmission: SurfaceLayers.
 bool IsLayered(const Material& material);
 bool HasSheen(const Material& material);
+bool HasFilm(const Material& material);
 
 /// The corners of a triangle in the world.
 struct Triangle {

@@ -166,6 +166,19 @@ float TransmissionOf(const SceneState& state, const Hit& hit) {
                      state.TextureValue(material.transmission_texture, hit, false).x);
 }
 
+/// Where a film has no thickness there is none.
+void SetFilm(const SceneState& state, const Hit& hit, SurfaceLayers* layers) {
+  const Material& material = *state.instance(hit.instance).material;
+  const vec4 strength = state.TextureValue(material.iridescence_texture, hit, false);
+  layers->film = ClampToUnit(layers->film * strength.x);
+  const vec4 thickness = state.TextureValue(material.iridescence_thickness_texture, hit, false);
+  layers->film_thickness =
+      mix(material.iridescence_thickness_min, material.iridescence_thickness_max, thickness.y);
+  if (!(layers->film_thickness > 0.0f)) {
+    layers->film = 0.0f;
+  }
+}
+
 SurfaceLayers LayersAt(const SceneState& state, const Hit& hit) {
   const Material& material = *state.instance(hit.instance).material;
   SurfaceLayers layers = LayersOf(material);
@@ -194,6 +207,9 @@ SurfaceLayers LayersAt(const SceneState& state, const Hit& hit) {
   if (material.anisotropy > 0.0f) {
     layers.anisotropy = ClampToUnit(layers.anisotropy *
                                     state.TextureValue(material.anisotropy_texture, hit, false).z);
+  }
+  if (HasFilm(material)) {
+    SetFilm(state, hit, &layers);
   }
   return layers;
 }
@@ -250,6 +266,9 @@ SurfaceLayers LayersOf(const Material& material) {
   layers.through_colour = material.diffuse_transmission_color;
   layers.anisotropy = material.anisotropy;
   layers.tangent = {std::cos(material.anisotropy_rotation), std::sin(material.anisotropy_rotation)};
+  layers.film = HasFilm(material) ? material.iridescence : 0.0f;
+  layers.film_ior = material.iridescence_ior;
+  layers.film_thickness = material.iridescence_thickness_max;
   return layers;
 }
 
@@ -289,10 +308,13 @@ vec3 SheetTransmittance(const SceneState& state, const Hit& hit, float cosine) {
     return vec3(0.0f);
   }
   cosine = min(std::abs(cosine), 1.0f);
-  float share = (1.0f - ClampToUnit(material.metallic * mr.z)) * transmission *
-                (1.0f - FresnelThinSheet(cosine, material.ior));
-  if (state.instance(hit.instance).layered) {
-    share *= SheetCover(LayersAt(state, hit), cosine);
+  float share = (1.0f - ClampToUnit(material.metallic * mr.z)) * transmission;
+  if (!state.instance(hit.instance).layered) {
+    share *= 1.0f - FresnelThinSheet(cosine, material.ior);
+  } else {
+    const SurfaceLayers layers = LayersAt(state, hit);
+    share *= 1.0f - SheetReflectance(layers, cosine, material.ior);
+    share *= SheetCover(layers, cosine);
   }
   return vec3(state.BaseColour(hit)) * share;
 }
@@ -348,9 +370,15 @@ Bsdf BsdfTables::Make(const Surface& surface, float min_alpha, vec3* specular_al
   input.front = surface.front;
   const vec2 alphas = SpecularAlphas(input, surface.layers);
   const SchlickShare share = ShareOfSpecular(surface, alphas);
-  const GlassShare of_glass =
+  GlassShare of_glass =
       GlassWeight(input) > 0.0f ? ShareOfGlass(surface, GlassAlpha(input)) : GlassShare{0.0f, 0.0f};
   Bsdf bsdf = MakeBsdf(input, surface.layers, share, of_glass);
+  if (surface.layers.film > 0.0f) {
+    const bool smooth_sheet = surface.solid == 0 && bsdf.glass_alpha <= 0.0f;
+    const float cosine = smooth_sheet ? dot(surface.wo, surface.geometric) : surface.local_wo.z;
+    AddFilm(bsdf, input, surface.layers, surface.local_wo, alphas, share, min(cosine, 1.0f),
+            of_glass);
+  }
   if (surface.layered) {
     SurfaceLayers layers = surface.layers;
     layers.coat_alpha = max(layers.coat_alpha, min_alpha);

@@ -80,7 +80,7 @@ SHARED_FN Leaving LeavingOf(SHARED_IN(Bsdf) bsdf, float cosine, vec3 specular_al
   if (bsdf.glass_weight > 0.5f && IsSmooth(bsdf.glass_alpha)) {
     Leaving glass = LeavingBy(kChainReflects);
     float reflectance =
-        bsdf.thin != 0 ? bsdf.sheet_reflectance : FresnelDielectric(min(cosine, 1.0f), bsdf.eta);
+        bsdf.thin != 0 ? bsdf.sheet_reflectance : FresnelOfGlass(bsdf, min(cosine, 1.0f)).share;
     if (!(reflectance > 0.5f)) {
       glass.way = bsdf.thin != 0 ? kChainGoesOn : kChainRefracts;
       glass.eta = bsdf.eta;

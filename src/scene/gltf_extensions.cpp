@@ -13,7 +13,7 @@ namespace stillray {
 
 namespace {
 
-constexpr std::array<std::string_view, 14> kKnownExtensions = {
+constexpr std::array<std::string_view, 15> kKnownExtensions = {
     "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
@@ -21,6 +21,7 @@ constexpr std::array<std::string_view, 14> kKnownExtensions = {
     "KHR_materials_diffuse_transmission",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    "KHR_materials_iridescence",
     "KHR_materials_sheen",
     "KHR_materials_specular",
     "KHR_materials_transmission",

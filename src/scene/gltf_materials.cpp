@@ -262,6 +262,22 @@ void ReadAnisotropy(GltfImport* import, const JsonView& view, Material* material
   material->anisotropy_texture = ReadTextureRef(import, anisotropy.Object("anisotropyTexture"));
 }
 
+void ReadIridescence(GltfImport* import, const JsonView& view, Material* material) {
+  // Far beyond films that interfere visibly.
+  constexpr float kThickest = 1e6f;
+  constexpr float kMostIor = 10.0f;
+  const JsonView film = view.Extension("KHR_materials_iridescence");
+  material->iridescence = film.NumberIn("iridescenceFactor", 0.0f, 0.0f, 1.0f);
+  material->iridescence_texture = ReadTextureRef(import, film.Object("iridescenceTexture"));
+  material->iridescence_ior = film.NumberIn("iridescenceIor", 1.3f, 1.0f, kMostIor);
+  material->iridescence_thickness_min =
+      film.NumberIn("iridescenceThicknessMinimum", 100.0f, 0.0f, kThickest);
+  material->iridescence_thickness_max =
+      film.NumberIn("iridescenceThicknessMaximum", 400.0f, 0.0f, kThickest);
+  material->iridescence_thickness_texture =
+      ReadTextureRef(import, film.Object("iridescenceThicknessTexture"));
+}
+
 /// KHR_materials_unlit: the base colour is visible regardless of light. Here it is the emission of
 /// a black surface that reflects nothing (index of refraction 1).
 void MakeUnlit(const JsonView& view, Material* material) {
@@ -292,6 +308,7 @@ Material ReadMaterial(GltfImport* import, const JsonView& view) {
   ReadSheen(import, view, &material);
   ReadDiffuseTransmission(import, view, &material);
   ReadAnisotropy(import, view, &material);
+  ReadIridescence(import, view, &material);
   if (view.Extension("KHR_materials_unlit").exists()) {
     MakeUnlit(view, &material);
   }

@@ -29,6 +29,8 @@ inline constexpr MaterialTexture kMaterialTextures[] = {
     {"diffuse transmission texture", &Material::diffuse_transmission_texture},
     {"diffuse transmission colour texture", &Material::diffuse_transmission_color_texture},
     {"anisotropy texture", &Material::anisotropy_texture},
+    {"iridescence texture", &Material::iridescence_texture},
+    {"iridescence thickness texture", &Material::iridescence_thickness_texture},
 };
 
 }  // namespace stillray

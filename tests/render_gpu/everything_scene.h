@@ -97,6 +97,26 @@ inline std::vector<Material> LayeredMaterials() {
   brushed.anisotropy_texture.texture = 0;
   brushed.clearcoat = 0.3f;
   materials.push_back(brushed);
+  Material beetle = Metal(vec3(0.7f, 0.6f, 0.5f), 0.3f);
+  beetle.metallic = 0.6f;
+  beetle.iridescence = 0.9f;
+  beetle.iridescence_ior = 1.6f;
+  beetle.iridescence_thickness_max = 700.0f;
+  beetle.iridescence_texture.texture = 1;
+  beetle.iridescence_thickness_texture.texture = 0;
+  beetle.anisotropy = 0.5f;
+  materials.push_back(beetle);
+  Material bubble = Glass(1.4f, 0.0f);
+  bubble.solid = false;
+  bubble.iridescence = 1.0f;
+  bubble.iridescence_thickness_max = 350.0f;
+  materials.push_back(bubble);
+  Material vase = Glass(1.5f, 0.3f);
+  vase.iridescence = 0.8f;
+  vase.iridescence_ior = 1.9f;
+  vase.iridescence_thickness_max = 300.0f;
+  vase.clearcoat = 0.2f;
+  materials.push_back(vase);
   return materials;
 }
 

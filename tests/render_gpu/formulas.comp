@@ -7,6 +7,7 @@
 #include "render/geometry_shared.h"
 #include "render/energy_shared.h"
 #include "render/ggx_shared.h"
+#include "render/film_shared.h"
 #include "render/sheen_shared.h"
 #include "render/bsdf_shared.h"
 #include "render/sampler_shared.h"

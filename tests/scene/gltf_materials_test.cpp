@@ -196,6 +196,26 @@ TEST(GltfMaterials, AnisotropyNeedsTangents) {
   EXPECT_THAT(without.warnings, Contains(HasSubstr("neither TANGENT nor TEXCOORD_0")));
 }
 
+TEST(GltfMaterials, Iridescence) {
+  const json extension = {{"iridescenceFactor", 0.5},
+                          {"iridescenceIor", 0.5},
+                          {"iridescenceThicknessMinimum", 200},
+                          {"iridescenceThicknessMaximum", -7}};
+  const Scene scene = WithMaterial({{"extensions", {{"KHR_materials_iridescence", extension}}}});
+  const Material& material = scene.materials.at(0);
+  EXPECT_EQ(material.iridescence, 0.5f);
+  EXPECT_EQ(material.iridescence_ior, 1.0f);
+  EXPECT_EQ(material.iridescence_thickness_min, 200.0f);
+  EXPECT_EQ(material.iridescence_thickness_max, 0.0f);
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("iridescenceIor: 0.5 is outside 1..10")));
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("iridescenceThicknessMaximum: -7 is outside")));
+  const Material plain = WithMaterial(json::object()).materials.at(0);
+  EXPECT_EQ(plain.iridescence, 0.0f);
+  EXPECT_EQ(plain.iridescence_ior, 1.3f);
+  EXPECT_EQ(plain.iridescence_thickness_min, 100.0f);
+  EXPECT_EQ(plain.iridescence_thickness_max, 400.0f);
+}
+
 /// A texture or a number of an extension that is damaged is an error that names it.
 TEST(GltfMaterials, DamagedExtensionsAreRefused) {
   const auto refused = [](const char* extension, const json& content, const std::string& message) {
@@ -222,6 +242,8 @@ TEST(GltfMaterials, DamagedExtensionsAreRefused) {
           "diffuseTransmissionFactor: expected a number, found array");
   refused("KHR_materials_anisotropy", {{"anisotropyRotation", "left"}},
           "anisotropyRotation: expected a number, found string");
+  refused("KHR_materials_iridescence", {{"iridescenceThicknessTexture", {{"index", 5}}}},
+          "iridescenceThicknessTexture.index: index 5 is out of range");
   refused("KHR_materials_sheen", {{"sheenColorFactor", {1, nullptr, 1}}},
           "sheenColorFactor[1]: expected a number, found null");
 }
@@ -279,7 +301,10 @@ TEST(GltfTextures, EverySlotIsRead) {
          {"KHR_materials_diffuse_transmission",
           {{"diffuseTransmissionTexture", {{"index", 0}}},
            {"diffuseTransmissionColorTexture", {{"index", 0}}}}},
-         {"KHR_materials_anisotropy", {{"anisotropyTexture", {{"index", 0}}}}}}}});
+         {"KHR_materials_anisotropy", {{"anisotropyTexture", {{"index", 0}}}}},
+         {"KHR_materials_iridescence",
+          {{"iridescenceTexture", {{"index", 0}}},
+           {"iridescenceThicknessTexture", {{"index", 0}}}}}}}});
   const Scene scene = Loaded(builder);
   const Material& material = scene.materials.at(0);
   for (const MaterialTexture& texture : kMaterialTextures) {

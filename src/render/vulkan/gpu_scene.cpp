@@ -144,6 +144,11 @@ GpuLayers MakeLayers(const Material& m) {
   out.anisotropy = m.anisotropy;
   out.anisotropy_texture = MakeRef(m.anisotropy_texture);
   out.anisotropy_turn = {std::cos(m.anisotropy_rotation), std::sin(m.anisotropy_rotation)};
+  out.film = HasFilm(m) ? m.iridescence : 0.0f;
+  out.film_ior = m.iridescence_ior;
+  out.film_texture = MakeRef(m.iridescence_texture);
+  out.film_thickness_texture = MakeRef(m.iridescence_thickness_texture);
+  out.film_thickness = {m.iridescence_thickness_min, m.iridescence_thickness_max};
   out.coat_texture = MakeRef(m.clearcoat_texture);
   out.coat_roughness_texture = MakeRef(m.clearcoat_roughness_texture);
   out.coat_normal_texture = MakeRef(m.clearcoat_normal_texture);

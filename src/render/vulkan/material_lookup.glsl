@@ -6,6 +6,7 @@
 #include "render/energy_shared.h"
 #include "render/geometry_shared.h"
 #include "render/ggx_shared.h"
+#include "render/film_shared.h"
 #include "render/sheen_shared.h"
 #include "render/bsdf_shared.h"
 #include "render/layers_shared.h"
@@ -182,6 +183,18 @@ SurfaceLayers LayersAt(uint record, GpuInstance instance, GpuHit hit) {
         layers.anisotropy *
         TextureValue(TextureRefAt(record + kLayersAnisotropyTexture), instance, hit, false).b);
   }
+  layers.film = FloatAt(record + kLayersFilm);
+  if (layers.film > 0.0f) {
+    layers.film = ClampToUnit(
+        layers.film *
+        TextureValue(TextureRefAt(record + kLayersFilmTexture), instance, hit, false).r);
+    layers.film_ior = FloatAt(record + kLayersFilmIor);
+    vec2 thickness = Vec2At(record + kLayersFilmThickness);
+    layers.film_thickness = mix(
+        thickness.x, thickness.y,
+        TextureValue(TextureRefAt(record + kLayersFilmThicknessTexture), instance, hit, false).g);
+    layers.film = layers.film_thickness > 0.0f ? layers.film : 0.0f;
+  }
   return layers;
 }
 
@@ -219,10 +232,13 @@ vec3 SheetTransmittance(GpuMaterial material, GpuInstance instance, GpuHit hit, 
     return vec3(0.0f);
   }
   cosine = min(abs(cosine), 1.0f);
-  float share = (1.0f - ClampToUnit(material.metallic * mr.z)) * transmission *
-                (1.0f - FresnelThinSheet(cosine, material.ior));
+  float share = (1.0f - ClampToUnit(material.metallic * mr.z)) * transmission;
   if (kWithLayers != 0u && material.layers != kNoArray) {
-    share *= SheetCover(LayersAt(material.layers, instance, hit), cosine);
+    SurfaceLayers layers = LayersAt(material.layers, instance, hit);
+    share *= 1.0f - SheetReflectance(layers, cosine, material.ior);
+    share *= SheetCover(layers, cosine);
+  } else {
+    share *= 1.0f - FresnelThinSheet(cosine, material.ior);
   }
   return base_colour * share;
 }

@@ -142,6 +142,11 @@ struct GpuLayers {
   GpuTextureRef through_colour_texture;
   GpuTextureRef anisotropy_texture;
   vec2 anisotropy_turn;  // cosine and sine of its rotation
+  float film;            // 0: none
+  float film_ior;
+  GpuTextureRef film_texture;
+  GpuTextureRef film_thickness_texture;
+  vec2 film_thickness;  // minimum and maximum
 };
 // Offsets in words.
 const uint kLayersSpecular = 3u;
@@ -164,6 +169,11 @@ const uint kLayersThroughTexture = 72u;
 const uint kLayersThroughColourTexture = 80u;
 const uint kLayersAnisotropyTexture = 88u;
 const uint kLayersAnisotropyTurn = 96u;
+const uint kLayersFilm = 98u;
+const uint kLayersFilmIor = 99u;
+const uint kLayersFilmTexture = 100u;
+const uint kLayersFilmThicknessTexture = 108u;
+const uint kLayersFilmThickness = 116u;
 
 // Values of AlphaMode.
 const uint kAlphaOpaque = 0u;
@@ -246,6 +256,11 @@ static_assert(offsetof(GpuLayers, through_colour_texture) == 4 * kLayersThroughC
 static_assert(offsetof(GpuLayers, anisotropy) == 4 * kLayersAnisotropy);
 static_assert(offsetof(GpuLayers, anisotropy_texture) == 4 * kLayersAnisotropyTexture);
 static_assert(offsetof(GpuLayers, anisotropy_turn) == 4 * kLayersAnisotropyTurn);
+static_assert(offsetof(GpuLayers, film) == 4 * kLayersFilm);
+static_assert(offsetof(GpuLayers, film_ior) == 4 * kLayersFilmIor);
+static_assert(offsetof(GpuLayers, film_texture) == 4 * kLayersFilmTexture);
+static_assert(offsetof(GpuLayers, film_thickness_texture) == 4 * kLayersFilmThicknessTexture);
+static_assert(offsetof(GpuLayers, film_thickness) == 4 * kLayersFilmThickness);
 static_assert(offsetof(GpuLayers, specular_texture) == 4 * kLayersSpecularTexture);
 static_assert(offsetof(GpuLayers, specular_colour_texture) == 4 * kLayersSpecularColourTexture);
 static_assert(sizeof(GpuTexture) == 16);

@@ -216,6 +216,12 @@ Bsdf MakeSurfaceBsdf(GpuMaterial material, Surface surface, float min_alpha,
     of_glass = ShareOfGlass(material, surface, GlassAlpha(inputs));
   }
   Bsdf bsdf = MakeBsdf(inputs, surface.layers, share, of_glass);
+  if (kWithLayers != 0u && surface.layers.film > 0.0f) {
+    bool smooth_sheet = surface.at.solid == 0 && bsdf.glass_alpha <= 0.0f;
+    float cosine = smooth_sheet ? dot(surface.at.wo, surface.at.geometric) : surface.at.local_wo.z;
+    AddFilm(bsdf, inputs, surface.layers, surface.at.local_wo, alphas, share, min(cosine, 1.0f),
+            of_glass);
+  }
   if (kWithLayers != 0u && surface.layered) {
     SurfaceLayers layers = surface.layers;
     layers.coat_alpha = max(layers.coat_alpha, min_alpha);
