@@ -113,7 +113,7 @@ GuideSource SourceOf(const SignalGroup& signal, const FrameFacts& facts) {
 
 /// Whether keep_samples runs: where frames state the noise within pixels of several samples. The
 /// samples of firefly=compress are not the light that a reference shows.
-bool KeepsSamplesOf(const Settings& s, const FrameFacts& facts) {
+bool RunsKeepSamples(const Settings& s, const FrameFacts& facts) {
   return s.keep_samples && s.wavelet != Wavelet::kOff && s.firefly != Firefly::kCompress &&
          facts.second_moments != 0 && facts.samples_per_pixel >= kFewestKept - kSampleRounding;
 }
@@ -145,7 +145,7 @@ StagesRun StagesOf(const Settings& s, const FrameFacts& facts, const SequencePro
           .measure_luminance = s.wavelet == Wavelet::kEaw,
           .clip_outliers = s.clip_outliers > 0 && s.wavelet == Wavelet::kSvgf,
           .restore_energy = RestoresEnergy(s),
-          .keep_samples = KeepsSamplesOf(s, facts),
+          .keep_samples = RunsKeepSamples(s, facts),
           .keep_mirrors = s.mirror_roughness > 0 && facts.has_roughness,
           .restore_detail = s.restore_detail && s.temporal && s.wavelet != Wavelet::kOff,
           .fxaa = s.fxaa == Fxaa::kOn || (s.fxaa == Fxaa::kSparse && sparse),

@@ -16,7 +16,7 @@ void RunKeepSamples(const CpuPipeline& p, const GuidePlanes& guides, LayerWork* 
 void MakeSampleRoom(LayerWork* work);
 
 /// The levels of keep_samples and keep_mirrors, and the blend.
-/// \param measured  by one of the two; is changed, as WaveletPlanes::valid is read
+/// \param measured  squared differences and noise, of one of the two; overwritten, as `other` is
 void BlendSamples(const CpuPipeline& p, const GuidePlanes& guides, const NewLight& light,
                   const Image1& valid, FilterPlanes* measured, FilterPlanes* other,
                   LumaImage3* filtered);
