@@ -10,13 +10,6 @@
 namespace stillray {
 namespace {
 
-void MakeRoom(const Image1& like, FilterPlanes* planes) {
-  if (planes->variance.width() != like.width() || planes->variance.height() != like.height() ||
-      planes->variance.border() != like.border()) {
-    *planes = FilterPlanes(like.width(), like.height(), like.border());
-  }
-}
-
 /// The mean residual along the motion; empty where there is none.
 void FetchResidual(const CpuPipeline& p, const SignalHistory& residual, const Image1& like,
                    const ReprojectionTaps& taps, SignalHistory* fetched) {

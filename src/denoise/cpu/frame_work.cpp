@@ -127,6 +127,13 @@ size_t FrameWork::bytes() const {
   return sum;
 }
 
+void MakeRoom(const Image1& like, FilterPlanes* planes) {
+  if (planes->variance.width() != like.width() || planes->variance.height() != like.height() ||
+      planes->variance.border() != like.border()) {
+    *planes = FilterPlanes(like.width(), like.height(), like.border());
+  }
+}
+
 void MakeRoom(const FramePlan& plan, int width, int height, FrameWork* work) {
   work->layers.resize(plan.layers.count);
   for (size_t i = 0; i < plan.layers.count; ++i) {

@@ -81,6 +81,9 @@ struct FrameWork {
   size_t bytes() const;
 };
 
+/// Gives the planes the size and the border of another plane, if necessary.
+void MakeRoom(const Image1& like, FilterPlanes* planes);
+
 /// Allocates memory for a frame of this size under the plan, if necessary.
 void MakeRoom(const FramePlan& plan, int width, int height, FrameWork* work);
 

@@ -9,15 +9,6 @@
 
 namespace stillray {
 
-void MakeSampleRoom(LayerWork* work) {
-  const Image1& like = work->wavelet.front().valid;
-  const Image1& room = work->mirror.variance;
-  if (room.width() != like.width() || room.height() != like.height() ||
-      room.border() != like.border()) {
-    work->mirror = FilterPlanes(like.width(), like.height(), like.border());
-  }
-}
-
 void BlendSamples(const CpuPipeline& p, const GuidePlanes& guides, const NewLight& light,
                   const Image1& valid, FilterPlanes* measured, FilterPlanes* other,
                   LumaImage3* filtered) {
@@ -32,7 +23,7 @@ void BlendSamples(const CpuPipeline& p, const GuidePlanes& guides, const NewLigh
 void RunKeepSamples(const CpuPipeline& p, const GuidePlanes& guides, LayerWork* work,
                     DenoisedFrame* out) {
   const StageTimer timer(&out->timings, "keep_samples");
-  MakeSampleRoom(work);
+  MakeRoom(work->wavelet.front().valid, &work->mirror);
   for (size_t i = 0; i < work->wavelet.size(); ++i) {
     if ((p.plan.keep_samples.kept_signals >> i & 1) == 0) {
       continue;

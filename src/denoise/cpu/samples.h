@@ -12,9 +12,6 @@ namespace stillray {
 void RunKeepSamples(const CpuPipeline& p, const GuidePlanes& guides, LayerWork* work,
                     DenoisedFrame* out);
 
-/// Allocates LayerWork::mirror, if necessary.
-void MakeSampleRoom(LayerWork* work);
-
 /// The levels of keep_samples and keep_mirrors, and the blend.
 /// \param measured  squared differences and noise, of one of the two; overwritten, as `other` is
 void BlendSamples(const CpuPipeline& p, const GuidePlanes& guides, const NewLight& light,
