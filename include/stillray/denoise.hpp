@@ -168,6 +168,7 @@ struct Settings {
   float taa_alpha = 0.12f;
   TaaFilter taa_filter = TaaFilter::kSpline;
   bool taa_follow_light = true;
+  bool taa_tonemapped = false;
   Fxaa fxaa = Fxaa::kSparse;
   float exposure = 0.0f;
   Tonemap tonemap = Tonemap::kAces;

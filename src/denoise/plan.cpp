@@ -225,7 +225,8 @@ void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
       .spline = Int(s.antialias != Antialias::kOff && s.taa_filter == TaaFilter::kSpline),
       .follow_light = s.antialias != Antialias::kOff && s.temporal && s.taa_follow_light
                           ? FollowedSignals(plan->signals)
-                          : 0};
+                          : 0,
+      .tone_scale = s.taa_tonemapped ? std::exp2(s.exposure) : 0.0f};
   plan->tonemap = TonemapOf(s.exposure, s.tonemap, s.dither, facts.index);
 }
 

@@ -498,6 +498,13 @@ std::vector<Row> MakeTable() {
                 .help = "Multiply the previous picture by the change of the filtered light, so "
                         "that it does not lag behind light that moves."},
        .member = &Settings::taa_follow_light},
+      {.info = {.name = "taa_tonemapped",
+                .type = kFlag,
+                .group = "antialias",
+                .help = "Blend pictures under Reinhard's curve of the exposed light, as if "
+                        "antialiasing ran after the tone curve: edges of bright lamps are smooth "
+                        "too, but textures of high contrast darken."},
+       .member = &Settings::taa_tonemapped},
       {.info = {.name = "fxaa",
                 .type = kChoice,
                 .group = "fxaa",

@@ -34,6 +34,56 @@ TEST(Antialias, NewPictureWeight) {
   EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 0.25f, 0.5f), 1.0f);  // never more than all
 }
 
+TEST(Antialias, TonemappedBlendIsTheInverseCurveOfTheBlendOfCurves) {
+  for (const double scale : {0.25, 1.0, 8.0}) {
+    const auto curve = [&](double x) { return scale * x / (1 + scale * x); };
+    for (const float before : {0.0f, 0.01f, 1.0f, 700.0f}) {
+      for (const float now : {0.0f, 0.3f, 5.0f, 40000.0f}) {
+        for (const float alpha : {0.0f, 0.12f, 0.5f, 1.0f}) {
+          const double y = (1.0 - alpha) * curve(before) + static_cast<double>(alpha) * curve(now);
+          const double expected = y / (scale * (1 - y));
+          EXPECT_NEAR(BlendTonemapped(before, now, alpha, static_cast<float>(scale)), expected,
+                      2e-6 * expected)
+              << before << " " << now << " " << alpha << " " << scale;
+        }
+      }
+    }
+  }
+}
+
+TEST(Antialias, TheEdgeOfALampIsSmoothUnderTheToneCurve) {
+  // A lamp of luminance 60 covers a pixel in every second frame. Half covered the pixel is mid grey
+  // on a display; a mean of linear light is as white as the lamp.
+  const auto pixel = [](const char* tonemapped) {
+    Settings s = PresetSettings("svgf").value();
+    s.wavelet = Wavelet::kOff;
+    s.temporal = false;
+    s.antialias = Antialias::kTaa;
+    s.taa_alpha = 0.02f;
+    EXPECT_TRUE(SetParameter(&s, "taa_tonemapped", tonemapped).ok());
+    Denoiser d = Denoiser::Create(s).value();
+    DenoisedFrame out;
+    for (int i = 0; i < 400; ++i) {
+      Frame f = MakeWall(16, 8, i);
+      for (Signal& signal : f.signals) {
+        signal.radiance = Image3(16, 8);
+      }
+      for (int y = 0; y < 8; ++y) {
+        for (int x = 0; x < 16; ++x) {
+          for (int c = 0; c < 3; ++c) {
+            f.emission[c](x, y) = x < 8 + i % 2 ? 60.0f : 0.0f;
+          }
+        }
+      }
+      EXPECT_TRUE(d.Denoise(f, &out).ok());
+    }
+    return out.colour[1](8, 4);
+  };
+  const float half_of_curve = 60.0f / 61.0f / 2;
+  EXPECT_NEAR(pixel("on"), half_of_curve / (1 - half_of_curve), 0.03f);
+  EXPECT_NEAR(pixel("off"), 30.0f, 1.0f);
+}
+
 TEST(Antialias, APictureOfAnotherSurfaceIsForgotten) {
   Settings s = PresetSettings("default").value();
   s.wavelet = Wavelet::kOff;

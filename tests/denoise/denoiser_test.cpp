@@ -446,6 +446,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
       {"taa_alpha", "0.5", {}},
       {"taa_filter", "catmull_rom", {}},
       {"taa_follow_light", "off", {}},
+      {"taa_tonemapped", "on", {}},
       {"fxaa", "on", {}},
       {"exposure", "1", {}},
       {"tonemap", "linear", {}},

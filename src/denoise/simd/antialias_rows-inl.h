@@ -73,6 +73,16 @@ HWY_INLINE VF Alpha(const AntialiasInput& in, const AntialiasParameters& p, VF l
   return hn::IfThenElse(some, hn::Min(hn::Max(alpha, share), one), alpha);
 }
 
+/// BlendTonemapped for a vector of pixels.
+HWY_INLINE VF BlendTonemapped(VF before, VF now, VF alpha, VF scale) {
+  const DF d;
+  const VF one = hn::Set(d, 1.0f);
+  const VF zero = hn::Zero(d);
+  const VF of_before = hn::Div(hn::Sub(one, alpha), hn::MulAdd(scale, hn::Max(before, zero), one));
+  const VF of_now = hn::Div(alpha, hn::MulAdd(scale, hn::Max(now, zero), one));
+  return hn::Div(hn::MulAdd(of_before, before, hn::Mul(of_now, now)), hn::Add(of_before, of_now));
+}
+
 /// FollowedRow; nullptr without ratios.
 inline const float* RatioRow(const AntialiasInput& in, int y, float* row) {
   if (in.ratio == nullptr) {
@@ -348,7 +358,8 @@ HWY_INLINE void AntialiasVector(const RowsAround& rows, const AntialiasInput& in
   for (int c = 0; c < 3; ++c) {
     const VF now = hn::LoadU(d, rows.colour[1][c] + x);
     const VF kept = hn::Min(hn::Max(before[c], n.low[c]), n.high[c]);
-    const VF blend = hn::MulAdd(alpha, hn::Sub(now, kept), kept);
+    const VF blend = p.tone_scale > 0 ? BlendTonemapped(kept, now, alpha, hn::Set(d, p.tone_scale))
+                                      : hn::MulAdd(alpha, hn::Sub(now, kept), kept);
     const VF result = hn::IfThenElse(inside, blend, now);
     StreamInRow(d, result, out.row[c], x, width);
     if (out.copy[c] != nullptr) {

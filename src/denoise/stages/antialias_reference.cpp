@@ -111,7 +111,10 @@ void Antialias(const Image3& colour, const AntialiasInput& in, const AntialiasPa
                 ? p.taa_alpha
                 : NewPictureWeight(p.taa_alpha, LongestAround(*in.length, x, y),
                                    in.samples == nullptr ? 1.0f : (*in.samples)(x, y));
-        result = before + alpha * (now - before);
+        for (int c = 0; c < 3; ++c) {
+          result[c] = p.tone_scale > 0 ? BlendTonemapped(before[c], now[c], alpha, p.tone_scale)
+                                       : before[c] + alpha * (now[c] - before[c]);
+        }
       }
       for (int c = 0; c < 3; ++c) {
         (*out)[c](x, y) = result[c];

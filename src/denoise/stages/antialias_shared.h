@@ -16,6 +16,7 @@ SHARED_BLOCK(AntialiasParameters) {
   int weigh_by_length;  // 1: light with a short history has a larger one
   int spline;           // 1: the last picture is resampled with a B-spline, 0: Catmull-Rom
   int follow_light;     // signals that follow_light compares, the first ones; 0: it does not run
+  float tone_scale;     // pictures are blended under x / (1 + tone_scale x); 0: as linear light
 };
 
 // Whether a neighbour is in front of the surface at a pixel, rather than part of it: i are inverse
@@ -35,6 +36,16 @@ SHARED_FN bool StandsInFront(float i, float i_neighbour, vec2 g, vec2 offset) {
 SHARED_FN float NewPictureWeight(float alpha, float length, float n) {
   float counted = n > 1.0f ? sqrt(n) : n;
   return n > 0.0f ? min(max(alpha, counted / max(length - (n - counted), counted)), 1.0f) : alpha;
+}
+
+// Blend of one channel of two pictures under Reinhard's curve s x / (1 + s x), s = `scale`: the
+// curve of the result is the linear blend of both curves, as if antialiasing ran after the tone
+// curve. The inverse curve of that blend is the mean weighted by 1 / (1 + s x) (Karis 2014, with
+// luminance for x), which, other than the curve itself, is accurate for bright light.
+SHARED_FN float BlendTonemapped(float before, float now, float alpha, float scale) {
+  float of_before = (1.0f - alpha) / (1.0f + scale * max(before, 0.0f));
+  float of_now = alpha / (1.0f + scale * max(now, 0.0f));
+  return (of_before * before + of_now * now) / (of_before + of_now);
 }
 
 // Weight of the six-tap (per axis: four) Catmull-Rom spline at distance -1-t, -t, 1-t, 2-t.

@@ -118,6 +118,12 @@ vec3 Antialiased(ivec2 p, vec3 now) {
   float alpha = antialias.weigh_by_length != 0
                     ? NewPictureWeight(antialias.taa_alpha, LongestAround(p), GivenSamples(p))
                     : antialias.taa_alpha;
+  if (antialias.tone_scale > 0.0f) {
+    float scale = antialias.tone_scale / picture_exposure;
+    return vec3(BlendTonemapped(before.x, now.x, alpha, scale),
+                BlendTonemapped(before.y, now.y, alpha, scale),
+                BlendTonemapped(before.z, now.z, alpha, scale));
+  }
   return before + alpha * (now - before);
 }
 
