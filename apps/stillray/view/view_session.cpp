@@ -11,9 +11,7 @@
 
 #include "common/trace_ahead.h"
 #include "core/clock.h"
-#include "denoise/fill_guides/fill_guides.h"
 #include "denoise/plan.h"
-#include "denoise/stage_table.h"
 #include "view/exact_accumulation.h"
 #include "view/history_seed.h"
 
@@ -27,7 +25,6 @@ constexpr uint64_t kFirstFrames = 2;
 /// Samples that the picture on the screen counts as when it becomes the history of a filter: half
 /// of its longest history, so that new samples are soon visible.
 constexpr float kSeedSamples = 8;
-constexpr int kFocusReach = 24;  // pixels around a click that are searched for a surface
 
 /// Whether two poses show the same picture; the orbit centre does not matter.
 bool SameView(const ViewPose& a, const ViewPose& b) {
@@ -60,43 +57,12 @@ bool HasSparseGuides(const ViewSettings& s) {
   return s.render.guides == GuideCoverage::kSparse && s.rate.cycle > 1;
 }
 
-int PixelAt(float fraction, int size) {
-  return std::clamp(static_cast<int>(fraction * static_cast<float>(size)), 0, size - 1);
-}
-
-bool IsSurface(float depth) {
-  return std::isfinite(depth) && depth > 0;
-}
-
-/// The depth of the surface nearest to a pixel; 0 if there is none.
-float DepthNear(const Image1& depth, int x, int y) {
-  float best = 0;
-  int best_distance = kFocusReach * kFocusReach + 1;
-  for (int dy = -kFocusReach; dy <= kFocusReach; ++dy) {
-    for (int dx = -kFocusReach; dx <= kFocusReach; ++dx) {
-      const int distance = dx * dx + dy * dy;
-      const bool inside =
-          x + dx >= 0 && x + dx < depth.width() && y + dy >= 0 && y + dy < depth.height();
-      if (inside && distance < best_distance && IsSurface(depth(x + dx, y + dy))) {
-        best = depth(x + dx, y + dy);
-        best_distance = distance;
-      }
-    }
-  }
-  return best;
-}
-
 double Wrapped(double seconds, double length) {
   const double wrapped = std::fmod(seconds, length);
   return wrapped < 0 ? wrapped + length : wrapped;
 }
 
 }  // namespace
-
-struct ViewSession::FilledGuides {
-  HeldGuides held;
-  FillGuidesWork work;
-};
 
 /// A frame that is traced while the last one is filtered.
 struct ViewSession::Ahead {
@@ -186,53 +152,20 @@ Status ViewSession::MakeDenoiser(const Settings& settings) {
 }
 
 Status ViewSession::PrepareDenoiser(const ViewSettings& s) {
-  views_ = ListViews(s.denoise);
+  shown_.ListViewsOf(s.denoise);
   const Status kept = denoiser_ ? denoiser_->SetSettings(s.denoise) : Status::Ok();
   if (!denoiser_ || FallsBack(kept)) {
     STILLRAY_RETURN_IF_ERROR(MakeDenoiser(s.denoise));
   } else {
     STILLRAY_RETURN_IF_ERROR(kept);
   }
-  FindOutputs(s);
-  return AskForOutputs();
+  return AskForOutputs(s);
 }
 
-/// The view of a pane. Names of signals change with their grouping: a missing one is replaced by
-/// the plain picture.
-const ViewInfo& ViewSession::PaneView(const std::string& name) const {
-  const ViewInfo* view = FindView(views_, name);
-  return view != nullptr ? *view : views_[0];
-}
-
-/// Selects the outputs of the filter for the next frame. The picture in full precision, which is
-/// the larger copy, is included only if its values are measured or shown.
-void ViewSession::FindOutputs(const ViewSettings& s) {
-  results_.colour = s.reference || s.inspect;
-  results_.display = results_.shared = false;
-  for (const std::string& name : s.panes) {
-    const ViewInfo& view = PaneView(name);
-    const bool shares = s.shares_pictures && view.name == "denoised";
-    results_.shared |= shares;
-    results_.display |= !shares && ShowsFinishedPicture(view);
-  }
-  outputs_.clear();
-  for (const ViewInfo& view : views_) {
-    const bool shown = std::find(s.panes.begin(), s.panes.end(), view.name) != s.panes.end();
-    const bool told = s.inspect && (view.group == "history" || view.name == "temporal" ||
-                                    view.group == "moments and variance");
-    if (shown || told) {
-      for (const std::string& output : view.outputs) {
-        if (std::find(outputs_.begin(), outputs_.end(), output) == outputs_.end()) {
-          outputs_.push_back(output);
-        }
-      }
-    }
-  }
-}
-
-Status ViewSession::AskForOutputs() {
-  denoiser_->SetResults(results_);
-  return denoiser_->SetOutputs(outputs_);
+/// Selects the results of the filter for the next frame.
+Status ViewSession::AskForOutputs(const ViewSettings& s) {
+  denoiser_->SetResults(shown_.WantedResults(s));
+  return denoiser_->SetOutputs(shown_.WantedOutputs(s));
 }
 
 /// Views of intermediate data, and the inspector, show the settings as they are.
@@ -460,7 +393,7 @@ Status ViewSession::PrepareHistory(const ViewSettings& s) {
     denoiser_->Reset();  // the frame itself will report the error
   }
   seed_.reset();
-  return AskForOutputs();
+  return AskForOutputs(s);
 }
 
 /// Filters the frame and downloads the data to show. If the device fails, frames continue on the
@@ -469,13 +402,13 @@ Status ViewSession::Filter(const ViewSettings& s, const RenderMoment& moment,
                            const RenderProgress& keep_going) {
   Status status = denoiser_->Denoise(frame_, &denoised_);
   if (status.ok()) {
-    status = BringToHost(s);
+    status = shown_.Take(frame_, s);
   }
   if (!FallsBack(status)) {
     return status;
   }
   STILLRAY_RETURN_IF_ERROR(MakeDenoiser(s.denoise));
-  STILLRAY_RETURN_IF_ERROR(AskForOutputs());
+  STILLRAY_RETURN_IF_ERROR(AskForOutputs(s));
   if (frame_.on_device != nullptr) {
     RenderSettings settings = loaded_.renderer->settings();
     settings.on_device = false;
@@ -483,7 +416,7 @@ Status ViewSession::Filter(const ViewSettings& s, const RenderMoment& moment,
     STILLRAY_RETURN_IF_ERROR(loaded_.renderer->RenderFrame(moment, &frame_, keep_going));
   }
   STILLRAY_RETURN_IF_ERROR(denoiser_->Denoise(frame_, &denoised_));
-  return BringToHost(s);
+  return shown_.Take(frame_, s);
 }
 
 Status ViewSession::RenderNext(const ViewSettings& settings, double elapsed,
@@ -502,7 +435,11 @@ Status ViewSession::RenderNext(const ViewSettings& settings, double elapsed,
   const Moment last_moment = std::exchange(moment_, next.moment);
   const uint64_t last_rate_changes = std::exchange(rate_changes_, next.rate_changes);
   ++frames_;
-  UpdateHits(s);  // before the scene moves on
+  // Before the scene moves on.
+  const Status found = shown_.FindHits(*loaded_.scene, moment_.render, frame_, s);
+  if (!found.ok()) {
+    Note("no view of hits: " + found.message());
+  }
   StartAhead(settings, elapsed);
   const Clock::time_point filter_start = Clock::now();
   const Status filtered = Filter(s, next.moment.render, keep_going);
@@ -521,9 +458,8 @@ Status ViewSession::RenderNext(const ViewSettings& settings, double elapsed,
   if (next.moved || reference_.HasOtherSize(frame_.width, frame_.height)) {
     reference_.Reset();
   }
-  FillGuides(s);
-  UpdateWorld(s);
-  Show(s, out);
+  shown_.Derive(Parts(), s);
+  shown_.Show(Parts(), s, out);
   Account(denoise_ms, overlapped, out);
   out->note = std::exchange(note_, {});
   if (frames_ > kFirstFrames) {
@@ -539,142 +475,12 @@ Status ViewSession::RefineReference(const RenderProgress& keep_going) {
   return reference_.AddPass(moment_.render, loaded_.renderer.get(), keep_going);
 }
 
-/// Whether a pane has a view of this kind.
-bool ViewSession::ShowsAny(const ViewSettings& s, bool (*kind)(const ViewInfo&)) const {
-  return std::any_of(s.panes.begin(), s.panes.end(), [&](const std::string& name) {
-    const ViewInfo* view = FindView(views_, name);
-    return view != nullptr && kind(*view);
-  });
-}
-
-/// Whether planes of the frame are needed on the host, which is rare.
-bool ViewSession::NeedsHost(const ViewSettings& s) const {
-  return ShowsAny(s, ShowsFrame) || s.inspect || s.reference || s.focus != answered_focus_;
-}
-
-Status ViewSession::BringToHost(const ViewSettings& s) {
-  brought_ = false;
-  noisy_ = Image3();
-  return frame_.on_device == nullptr || NeedsHost(s) ? TakePlanes(s) : Status::Ok();
-}
-
-/// Downloads the frame's planes, and updates the data derived from them.
-Status ViewSession::TakePlanes(const ViewSettings& s) {
-  if (frame_.on_device != nullptr) {
-    STILLRAY_RETURN_IF_ERROR(OnHost(frame_, &from_device_).status());
-    brought_ = true;
-  }
-  noisy_ = SumOfLight(Host());
-  focus_depth_ = DepthNear(Host().guides.depth, PixelAt(s.focus_x, frame_.width),
-                           PixelAt(s.focus_y, frame_.height));
-  answered_focus_ = s.focus;
-  return Status::Ok();
-}
-
-ViewSources ViewSession::Sources() const {
-  const bool filled = filled_ != nullptr && !filled_->held.empty();
-  return {&Host(),
-          &denoised_,
-          &noisy_,
-          reference_.picture(),
-          &settings_.denoise,
-          filled ? &filled_->held.guides : nullptr,
-          world_ ? &*world_ : nullptr,
-          hits_ ? &*hits_ : nullptr};
-}
-
-/// Fills the guides as the denoiser does, if a view shows them.
-void ViewSession::FillGuides(const ViewSettings& s) {
-  if (!ShowsAny(s, ShowsFilledGuides) || !HasIncompleteGuides(Host())) {
-    filled_.reset();
-    return;
-  }
-  if (filled_ == nullptr || filled_->held.known.width() != frame_.width ||
-      filled_->held.known.height() != frame_.height) {
-    filled_ = std::make_unique<FilledGuides>();
-  }
-  stillray::FillGuides(Host(), kCpuStages, &filled_->held, &filled_->work);
-}
-
-/// Derives the planes of world-space views, if one is shown.
-void ViewSession::UpdateWorld(const ViewSettings& s) {
-  world_.reset();
-  if (ShowsAny(s, ShowsWorld) || s.inspect) {
-    world_ = WorldNow();
-  }
-}
-
-WorldViews ViewSession::WorldNow() const {
-  const RenderMoment& moment = moment_.render;
-  return MakeWorldViews(Host(), *moment.pose, *moment.previous_pose);
-}
-
-/// Finds the planes of views of hits, if one is shown. The scene must be that of this frame.
-void ViewSession::UpdateHits(const ViewSettings& s) {
-  hits_.reset();
-  if (!ShowsAny(s, ShowsHits)) {
-    return;
-  }
-  Status status = Status::Ok();
-  if (hit_finder_ == nullptr) {
-    Result<std::unique_ptr<HitFinder>> made = HitFinder::Create(*loaded_.scene);
-    status = made.status();
-    if (made.ok()) {
-      hit_finder_ = std::move(*made);
-    }
-  }
-  if (status.ok()) {
-    Result<HitViews> found = hit_finder_->Find(moment_.render, frame_);
-    status = found.status();
-    if (found.ok()) {
-      hits_ = std::move(*found);
-    }
-  }
-  if (!status.ok()) {
-    Note("no view of hits: " + status.message());
-  }
-}
-
-void ViewSession::Show(const ViewSettings& s, ViewFrame* out) const {
-  const Clock::time_point start = Clock::now();
-  out->number = frames_;
-  out->width = frame_.width;
-  out->height = frame_.height;
-  out->panes.clear();
-  out->pictures.clear();
-  out->shared.clear();
-  out->ranges.assign(s.panes.size(), {});
-  size_t pane = 0;
-  for (const std::string& name : s.panes) {
-    const ViewInfo& view = PaneView(name);
-    const bool shares = view.name == "denoised" && denoised_.shared != nullptr;
-    out->panes.push_back(view.name);
-    out->shared.push_back(shares ? denoised_.shared : nullptr);
-    out->pictures.push_back(shares ? Rgb8Image{frame_.width, frame_.height, {}}
-                                   : ViewPicture(view, Sources(), &out->ranges[pane]));
-    ++pane;
-  }
-  Inspect(s, out);
-  out->show_ms = MillisecondsSince(start);
-}
-
-void ViewSession::Inspect(const ViewSettings& s, ViewFrame* out) const {
-  out->inspected.clear();
-  out->inspect_x = PixelAt(s.inspect_x, frame_.width);
-  out->inspect_y = PixelAt(s.inspect_y, frame_.height);
-  if (s.inspect) {
-    for (const ViewInfo& view : views_) {
-      std::vector<float> values = ViewValuesAt(view, Sources(), out->inspect_x, out->inspect_y);
-      if (!values.empty()) {
-        out->inspected.push_back({view.name, std::move(values)});
-      }
-    }
-  }
-  out->focus = s.focus;
-  out->focus_depth = focus_depth_;
+FrameParts ViewSession::Parts() const {
+  return {frame_, moment_.render, denoised_, reference_.picture(), settings_.denoise};
 }
 
 void ViewSession::Account(double denoise_ms, bool overlapped, ViewFrame* out) const {
+  out->number = frames_;
   out->rate = plan_.rate;
   out->scale = plan_.scale;
   out->chosen_scale = settings_.scale;
@@ -693,7 +499,7 @@ void ViewSession::Account(double denoise_ms, bool overlapped, ViewFrame* out) co
   // A frame that is being traced will be as large as this one.
   const size_t next_bytes = FrameBytes(ahead_ != nullptr ? frame_ : next_frame_);
   out->memory = {tracing_.memory_bytes, denoiser_->memory_bytes(),
-                 FrameBytes(frame_) + next_bytes + FrameBytes(from_device_)};
+                 FrameBytes(frame_) + next_bytes + shown_.bytes()};
   out->reference_spp = reference_.spp();
   out->device = devices_.filter.description();
   out->tracer = tracing_.place;
@@ -711,23 +517,20 @@ Result<const Image3*> ViewSession::Denoised() {
 
 Result<Rgb8Image> ViewSession::FinishedPicture() {
   STILLRAY_RETURN_IF_ERROR(Denoised().status());
-  ViewRange none;
-  return ViewPicture(views_[0], Sources(), &none);
+  return shown_.FinishedPicture(Parts());
 }
 
 Result<std::vector<Image1>> ViewSession::Values(const std::string& name) {
-  const ViewInfo* view = FindView(views_, name);
-  if (view != nullptr && view->name == "denoised" && frames_ > 0) {
-    STILLRAY_RETURN_IF_ERROR(Denoised().status());
+  const ViewInfo* view = frames_ > 0 ? shown_.Find(name) : nullptr;
+  std::vector<Image1> values;
+  if (view != nullptr) {
+    if (view->name == "denoised") {
+      STILLRAY_RETURN_IF_ERROR(Denoised().status());
+    }
+    Result<std::vector<Image1>> found = shown_.Values(*view, Parts(), settings_);
+    STILLRAY_RETURN_IF_ERROR(found.status());
+    values = std::move(*found);
   }
-  if (view != nullptr && ShowsFrame(*view) && frames_ > 0 && noisy_.empty()) {
-    STILLRAY_RETURN_IF_ERROR(TakePlanes(settings_));
-  }
-  if (view != nullptr && ShowsWorld(*view) && frames_ > 0 && !world_) {
-    world_ = WorldNow();
-  }
-  std::vector<Image1> values =
-      view == nullptr || frames_ == 0 ? std::vector<Image1>() : ViewValues(*view, Sources());
   if (values.empty()) {
     return Status::NotFound(fmt::format("there is no picture '{}' to save yet", name));
   }

@@ -14,10 +14,10 @@
 #include "view/rate_control.h"
 #include "view/reference.h"
 #include "view/retimed_animation.h"
+#include "view/shown_frame.h"
 #include "view/tracing.h"
 #include "view/view_frame.h"
 #include "view/view_settings.h"
-#include "view/views.h"
 
 namespace stillray::view {
 
@@ -57,7 +57,7 @@ class ViewSession {
   const SceneRequest& request() const { return loaded_.request; }
   /// Of the last frame; empty before the first, and if the frame stayed on the device since neither
   /// a reference nor a view needed it.
-  const Image3& noisy() const { return noisy_; }
+  const Image3& noisy() const { return shown_.noisy(); }
   /// The picture in full precision, downloaded if no frame has needed it so far.
   /// \return kNotFound before the first frame; errors of the device
   Result<const Image3*> Denoised();
@@ -86,7 +86,6 @@ class ViewSession {
     double elapsed = 0;  ///< seconds by which time passes
   };
   struct Ahead;
-  struct FilledGuides;
   bool MayReplaceSettings(const ViewSettings& settings) const;
   bool AllowsFastFilter(const ViewSettings& settings) const;
   FramePlan PlanFrame(const ViewSettings& settings, bool moves, RateControl* control) const;
@@ -105,57 +104,32 @@ class ViewSession {
   Status PrepareHistory(const ViewSettings& settings);
   Status PrepareDenoiser(const ViewSettings& settings);
   Status MakeDenoiser(const Settings& settings);
-  void FindOutputs(const ViewSettings& settings);
-  Status AskForOutputs();
-  const ViewInfo& PaneView(const std::string& name) const;
+  Status AskForOutputs(const ViewSettings& settings);
   bool FallsBack(const Status& status);
   void Note(const std::string& what);
   Status Filter(const ViewSettings& settings, const RenderMoment& moment,
                 const RenderProgress& keep_going);
-  bool ShowsAny(const ViewSettings& settings, bool (*kind)(const ViewInfo&)) const;
-  bool NeedsHost(const ViewSettings& settings) const;
-  Status BringToHost(const ViewSettings& settings);
-  Status TakePlanes(const ViewSettings& settings);
-  /// The frame with its planes; without, if it is on a device and they are not needed.
-  const Frame& Host() const { return brought_ ? from_device_ : frame_; }
   Moment NextMoment(const ViewSettings& settings, double elapsed);
   AnimationTime NextTime(const ViewSettings& settings, double elapsed) const;
   double NextOrbit(const ViewSettings& settings, double elapsed) const;
-  void FillGuides(const ViewSettings& settings);
-  void UpdateWorld(const ViewSettings& settings);
-  WorldViews WorldNow() const;
-  void UpdateHits(const ViewSettings& settings);
-  void Show(const ViewSettings& settings, ViewFrame* out) const;
-  void Inspect(const ViewSettings& settings, ViewFrame* out) const;
   void Account(double denoise_ms, bool overlapped, ViewFrame* out) const;
-  ViewSources Sources() const;
+  FrameParts Parts() const;
 
   LoadedScene loaded_;
   RetimedAnimation animation_;
-  std::unique_ptr<FilledGuides> filled_;   ///< while a view shows them
-  std::optional<WorldViews> world_;        ///< likewise
-  std::optional<HitViews> hits_;           ///< likewise
-  std::unique_ptr<HitFinder> hit_finder_;  ///< made when a view first shows hits
   RenderDevices devices_;
   Tracing tracing_;   ///< of the last frame
   std::string note_;  ///< message for the next frame
   std::optional<Denoiser> denoiser_;
   ViewSettings settings_;  ///< of the last frame, with the filter that made it
   Aabb bounds_;
-  std::vector<ViewInfo> views_;
-  std::vector<std::string> outputs_;
-  Results results_;
   RateControl control_;
   FramePlan plan_;  ///< of the frame in progress, or the last one
   Frame frame_;
   Frame next_frame_;           ///< buffer for the next frame
   std::optional<Frame> seed_;  ///< becomes the history of the next frame's filter
-  Frame from_device_;          ///< buffer for its planes, if it is on a device
-  bool brought_ = false;       ///< they are valid
-  uint64_t answered_focus_ = 0;
-  float focus_depth_ = 0;
   DenoisedFrame denoised_;
-  Image3 noisy_;
+  ShownFrame shown_;
   ReferenceAccumulator reference_;
   Moment moment_;  ///< of the last frame
   uint64_t frames_ = 0;
