@@ -42,7 +42,7 @@ void RestoreDetail(const CpuPipeline& p, const GuidePlanes& guides, const NewLig
   SignalHistory* fetched = &work->residual;
   FetchResidual(p, *residual, planes->valid, work->taps, fetched);
   FilterPlanes* measured = &planes->filter[planes->target];
-  FilterPlanes* other = &work->mirror;
+  FilterPlanes* other = &work->blended;
   FilterPlanes* mean = &work->detail;
   const DetailInput in = {&light, filtered, &planes->history->variance};
   p.stages.begin_detail(in, *fetched, guides, p.plan.restore_detail, measured, &planes->valid);
@@ -64,7 +64,7 @@ void RestoreDetail(const CpuPipeline& p, const GuidePlanes& guides, const NewLig
 void RunRestoreDetail(const CpuPipeline& p, LayerHistory* history, LayerWork* work,
                       DenoisedFrame* out) {
   const StageTimer timer(&out->timings, "restore_detail");
-  MakeRoom(work->wavelet.front().valid, &work->mirror);
+  MakeRoom(work->wavelet.front().valid, &work->blended);
   MakeRoom(work->wavelet.front().valid, &work->detail);
   history->residuals.resize(work->wavelet.size());
   for (size_t i = 0; i < work->wavelet.size(); ++i) {

@@ -101,7 +101,7 @@ void MakeLayerRoom(const FramePlan& plan, int width, int height, LayerWork* work
 
 size_t LayerWork::bytes() const {
   size_t sum = SelectedBytes(selected) + taps.bytes() + staged.bytes() + spare.bytes() +
-               scratch.bytes() + firefly.bytes() + mirror.bytes() + detail.bytes() +
+               scratch.bytes() + firefly.bytes() + blended.bytes() + detail.bytes() +
                residual.bytes() + coarse.bytes();
   for (const ComparedPlanes& planes : compared) {
     sum += planes.bytes();

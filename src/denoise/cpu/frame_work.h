@@ -54,9 +54,9 @@ struct LayerWork {
   GuidePlanes coarse;                    ///< of limit_history; empty until it has run, as the next
   std::vector<ComparedPlanes> compared;  ///< of every signal
   Image3 scratch;
-  Image1 firefly;          ///< empty unless fireflies are clamped
-  FilterPlanes mirror;     ///< empty until there is a mirror, or keep_samples or
-                           ///< restore_detail has run
+  Image1 firefly;  ///< empty unless fireflies are clamped
+  /// Output of keep_samples, keep_mirrors and restore_detail; empty until one of them has run.
+  FilterPlanes blended;
   FilterPlanes detail;     ///< of restore_detail; empty until it has run, as the next
   SignalHistory residual;  ///< buffer for the next mean residual of a signal
   std::vector<double> row_sums;

@@ -49,10 +49,10 @@ void RunKeepMirrors(const CpuPipeline& p, const FrameInput& in, const GuidePlane
     return;
   }
   const StageTimer timer(&out->timings, "keep_mirrors");
-  MakeRoom(work->wavelet.front().valid, &work->mirror);
+  MakeRoom(work->wavelet.front().valid, &work->blended);
   for (size_t i = 0; i < work->wavelet.size(); ++i) {
     if ((p.plan.keep_mirrors.mirror_signals >> i & 1) != 0) {
-      KeepMirrors(p, in, guides, work->light[i], &work->wavelet[i], &work->mirror);
+      KeepMirrors(p, in, guides, work->light[i], &work->wavelet[i], &work->blended);
     }
   }
 }

@@ -23,7 +23,7 @@ void BlendSamples(const CpuPipeline& p, const GuidePlanes& guides, const NewLigh
 void RunKeepSamples(const CpuPipeline& p, const GuidePlanes& guides, LayerWork* work,
                     DenoisedFrame* out) {
   const StageTimer timer(&out->timings, "keep_samples");
-  MakeRoom(work->wavelet.front().valid, &work->mirror);
+  MakeRoom(work->wavelet.front().valid, &work->blended);
   for (size_t i = 0; i < work->wavelet.size(); ++i) {
     if ((p.plan.keep_samples.kept_signals >> i & 1) == 0) {
       continue;
@@ -34,7 +34,7 @@ void RunKeepSamples(const CpuPipeline& p, const GuidePlanes& guides, LayerWork* 
     FilterPlanes* measured = &planes.filter[planes.target];
     p.stages.measure_samples({&light, filtered, &planes.history->variance, &guides.inverse_depth},
                              measured, &planes.valid);
-    BlendSamples(p, guides, light, planes.valid, measured, &work->mirror, filtered);
+    BlendSamples(p, guides, light, planes.valid, measured, &work->blended, filtered);
   }
 }
 
