@@ -168,7 +168,8 @@ TEST_F(DeviceDenoiser, ExposureFollowsTheLight) {
 
 TEST_F(DeviceDenoiser, RoundingBelowZeroIsZero) {
   // Of all sizes that are measured in another way: whole, and every 16th pixel.
-  for (const auto& [width, height] : {std::pair(96, 64), std::pair(300, 240)}) {
+  for (const auto& [width, height] : {std::pair(96, 64), std::pair(300, 220)}) {
+    const int frames = width == 96 ? 2 : 1;
     const Settings settings = PresetSettings("default").value();
     Denoiser zeros = MakeDenoiser(settings, DevicePrecision::kFloat);
     Denoiser rounded = MakeDenoiser(settings, DevicePrecision::kFloat);
@@ -176,7 +177,7 @@ TEST_F(DeviceDenoiser, RoundingBelowZeroIsZero) {
     Denoiser on_cpu = std::move(Denoiser::Create(settings).value());
     DenoisedFrame a;
     DenoisedFrame b;
-    for (int i = 0; i < 2; ++i) {
+    for (int i = 0; i < frames; ++i) {
       ASSERT_TRUE(zeros.Denoise(test::MakeSparseLight(width, height, i, 0), &a).ok());
       ASSERT_TRUE(rounded.Denoise(test::MakeSparseLight(width, height, i, -1e-6f), &b).ok());
       EXPECT_EQ(b.negative, 0);

@@ -17,8 +17,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr int kWidth = 97;
-constexpr int kHeight = 61;
+constexpr int kWidth = 73;
+constexpr int kHeight = 45;
 
 // A pixel's light may differ by so much, of itself and of the picture's mean.
 constexpr double kTolerance = 2e-3;

@@ -20,7 +20,7 @@ namespace stillray::view {
 namespace {
 
 ViewSettings SmallSettings(const std::string& preset, const SampleRate& rate) {
-  ViewSettings settings = SettingsOfSize(160, 90);
+  ViewSettings settings = SettingsOfSize(120, 68);
   settings.rate = rate;
   settings.wall_clock = false;
   settings.render.bounces = 2;
