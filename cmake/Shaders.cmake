@@ -62,10 +62,14 @@ endfunction()
 function(stillray_embed_shader output file namespace symbol)
   set(input ${CMAKE_CURRENT_SOURCE_DIR}/${file})
   set(base ${CMAKE_CURRENT_BINARY_DIR}/shaders/${symbol})
+  set(optimise -O)
+  if(STILLRAY_SANITIZE)
+    set(optimise "")  # it takes most of the time, and the tests on devices are not run there
+  endif()
   file(MAKE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/shaders)
   add_custom_command(
     OUTPUT ${base}.spv.txt
-    COMMAND ${STILLRAY_GLSLC} -O --target-env=vulkan1.1 -Werror -mfmt=num -I ${PROJECT_SOURCE_DIR}/src
+    COMMAND ${STILLRAY_GLSLC} ${optimise} --target-env=vulkan1.1 -Werror -mfmt=num -I ${PROJECT_SOURCE_DIR}/src
             ${ARGN} -MD -MF ${base}.d -MT ${base}.spv.txt -o ${base}.spv.txt ${input}
     DEPENDS ${input}
     DEPFILE ${base}.d
