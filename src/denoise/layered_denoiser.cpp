@@ -8,12 +8,12 @@
 #include <cstring>
 #include <utility>
 
-#include "core/colour.h"
 #include "core/guides.h"
 #include "core/parallel.h"
 #include "denoise/picture_motion.h"
 #include "denoise/plan.h"
 #include "denoise/planes.h"
+#include "denoise/rescaled_moment_shared.h"
 #include "denoise/stages/select_guides.h"
 
 namespace stillray {
@@ -44,8 +44,7 @@ Settings LayerSettings(Settings settings) {
 }
 
 /// Second moments that were divided by the square of one albedo's luminance, for another albedo.
-/// The mean's part is exact only for grey albedos; it is that of the CPU.
-Image1 RescaledMoment(const Signal& signal, const Image3& own, const Image3& albedo) {
+Image1 RescaledMoments(const Signal& signal, const Image3& own, const Image3& albedo) {
   Image1 moment(signal.second_moment.width(), signal.second_moment.height());
   const auto at = [](const Image3& image, int x, int y) {
     return image.empty() ? vec3(1.0f) : vec3(image[0](x, y), image[1](x, y), image[2](x, y));
@@ -53,15 +52,8 @@ Image1 RescaledMoment(const Signal& signal, const Image3& own, const Image3& alb
   ParallelRows(moment.height(), 32, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
       for (int x = 0; x < moment.width(); ++x) {
-        const vec3 before = at(own, x, y);
-        const vec3 after = at(albedo, x, y);
-        const vec3 light = at(signal.radiance, x, y);
-        const float mean = Luminance709(Demodulate(light, before));
-        const float new_mean = Luminance709(Demodulate(light, after));
-        const float ratio = std::max(Luminance709(before), kAlbedoFloor) /
-                            std::max(Luminance709(after), kAlbedoFloor);
-        const float variance = std::max(signal.second_moment(x, y) - mean * mean, 0.0f);
-        moment(x, y) = variance * ratio * ratio + new_mean * new_mean;
+        moment(x, y) = RescaledMoment(signal.second_moment(x, y), at(signal.radiance, x, y),
+                                      at(own, x, y), at(albedo, x, y));
       }
     }
   });
@@ -105,7 +97,7 @@ Frame MakeLayerFrame(const Frame& frame, GuideSource source, float virtual_rough
                           signal.kind == SignalKind::kDirectTransmission;
       copy.kind = direct ? SignalKind::kDirectSpecular : SignalKind::kIndirectSpecular;
       if (!signal.second_moment.empty()) {
-        copy.second_moment = RescaledMoment(signal, own, albedo);
+        copy.second_moment = RescaledMoments(signal, own, albedo);
       }
     }
   }

@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Formulas of picture_motion.
+#ifndef STILLRAY_DENOISE_PICTURE_MOTION_SHARED_H
+#define STILLRAY_DENOISE_PICTURE_MOTION_SHARED_H
+
+#ifdef __cplusplus
+#include "core/shared.h"
+#endif
+
+SHARED_BEGIN
+
+// The most diffuse light of a surface that shows an image, relative to the light of the image.
+const float kMostDiffuse = 0.1f;
+
+// Antialiasing takes the motion of the nearest surface of 3x3 pixels, so that silhouettes stay
+// smooth. They move with the surface: pixels this near to them keep its motion.
+const int kSilhouette = 2;
+
+// Whether a pixel shows little but an image that has a motion. Luminances of the albedos: `diffuse`
+// of the surface, `reflected` of the light of the image.
+SHARED_FN bool ShowsLittleElse(float surface_depth, float selected_depth, float motion_x,
+                               float picture_width, float diffuse, float reflected) {
+  return selected_depth != surface_depth && abs(motion_x) < picture_width &&  // not NaN either
+         diffuse < kMostDiffuse * reflected;
+}
+
+// Whether a neighbour of a surface is another one by its depth.
+SHARED_FN bool IsOtherSurface(float depth, float neighbour) {
+  return abs(neighbour - depth) > 0.1f * depth;
+}
+
+SHARED_END
+
+#endif
