@@ -106,6 +106,8 @@ class FrameOnDevice {
   /// \return kOutOfMemory, or errors of the device
   virtual Status Download(uint32_t planes, Frame* host) const = 0;
   virtual uint64_t bytes() const = 0;  ///< of device memory
+  /// Whether the frame has virtual guides of specular light, which Download copies.
+  virtual bool has_reflection() const { return false; }
 };
 
 struct Frame {

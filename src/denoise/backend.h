@@ -41,12 +41,36 @@ class DenoiserBackend {
   virtual Status RestoreHistory(std::span<const uint8_t> bytes) = 0;
 };
 
+/// Parts of a frame whose pixels a renderer left on the device, as frames that are on the device
+/// too: a layer of reflected light, and the rest. See LayeredDenoiser. Parts are for denoisers on
+/// the same device: first the layer, which must exist until the rest has been denoised, then the
+/// rest, before parts of another frame are made.
+class FrameSplit {
+ public:
+  virtual ~FrameSplit() = default;
+  /// Specular light with the guides of select_guides.
+  /// \param frame  DeviceBackend::Holds it, and it has virtual guides
+  /// \return kOutOfMemory, or errors of the device
+  virtual Result<Frame> MakeLayer(const Frame& frame, float virtual_roughness) = 0;
+  /// The frame with black specular light and the motion of FollowImages; the picture of its layer
+  /// is part of its emission.
+  virtual Result<Frame> MakeRest(const Frame& frame) = 0;
+  /// Appends the device's times for both parts of the last frame.
+  virtual void AddTimes(std::vector<StageTime>* times) const = 0;
+  virtual DeviceMemory memory() const = 0;
+};
+
 /// An opened device other than the CPU.
 class DeviceBackend {
  public:
   virtual ~DeviceBackend() = default;
   virtual Result<std::unique_ptr<DenoiserBackend>> CreateDenoiser(const Settings& settings,
                                                                   DevicePrecision precision) = 0;
+  /// Whether a renderer left the frame's pixels on this device, for a FrameSplit.
+  virtual bool Holds(const Frame&) const { return false; }
+  virtual Result<std::unique_ptr<FrameSplit>> CreateFrameSplit() {
+    return Status::Unsupported("frames on this device have no parts");
+  }
 };
 
 struct Device::Impl {

@@ -189,6 +189,11 @@ class LayeredDenoiser : public DenoiserBackend {
 
  private:
   Status Begin(const Frame& frame);
+  Status PrepareSplit(const Frame& frame);
+  Status DenoiseOnDevice(const Frame& frame, std::span<const SignalHistory> future,
+                         DenoisedFrame* out);
+  Status DenoiseOnHost(const Frame& frame, std::span<const SignalHistory> future,
+                       DenoisedFrame* out);
   std::vector<std::string> OutputsOfLayer(size_t image) const;
   Status MakeLayer(size_t image);
   Frame WithoutLayers(const Frame& frame) const;
@@ -201,7 +206,9 @@ class LayeredDenoiser : public DenoiserBackend {
   std::unique_ptr<DenoiserBackend> main_;
   std::vector<std::string> outputs_;
   std::array<std::unique_ptr<DenoiserBackend>, kImageCount> layer_;  ///< made when they are needed
-  LayerList list_;                                                   ///< of the last frame
+  std::unique_ptr<FrameSplit> split_;  ///< nullptr unless the last frame was split on the device
+  LayerList list_;                     ///< of the last frame
+  Frame from_device_;                  ///< host copy of a frame on another device
 };
 
 /// Restarts the histories if the layers differ from those of the last frame.
@@ -226,7 +233,6 @@ Status LayeredDenoiser::MakeLayer(size_t image) {
       device_->CreateDenoiser(LayerSettings(settings_), precision_);
   STILLRAY_RETURN_IF_ERROR(made.status());
   layer_[image] = std::move(made.value());
-  layer_[image]->SetResults(Results());
   layer_[image]->SetOutputs(OutputsOfLayer(image));
   return Status::Ok();
 }
@@ -285,12 +291,56 @@ std::vector<SignalHistory> LayeredDenoiser::FutureWithoutLayers(
   return rest;
 }
 
+/// Makes `split_` for frames with layers that stay on the device, else releases it.
+Status LayeredDenoiser::PrepareSplit(const Frame& frame) {
+  if (list_.count <= 1 || !device_->Holds(frame)) {
+    split_.reset();
+  } else if (split_ == nullptr) {
+    Result<std::unique_ptr<FrameSplit>> made = device_->CreateFrameSplit();
+    STILLRAY_RETURN_IF_ERROR(made.status());
+    split_ = std::move(made.value());
+  }
+  return Status::Ok();
+}
+
 Status LayeredDenoiser::Denoise(const Frame& frame, std::span<const SignalHistory> future,
                                 DenoisedFrame* out) {
   STILLRAY_RETURN_IF_ERROR(Begin(frame));
+  STILLRAY_RETURN_IF_ERROR(PrepareSplit(frame));
   if (list_.count <= 1) {
     return main_->Denoise(frame, future, out);
   }
+  if (split_ != nullptr) {
+    return DenoiseOnDevice(frame, future, out);
+  }
+  const Result<const Frame*> host = OnHost(frame, &from_device_);
+  STILLRAY_RETURN_IF_ERROR(host.status());
+  return DenoiseOnHost(**host, future, out);
+}
+
+/// Frames on a device have no transmitted light: their only layer is the reflection.
+Status LayeredDenoiser::DenoiseOnDevice(const Frame& frame, std::span<const SignalHistory> future,
+                                        DenoisedFrame* out) {
+  DenoiserBackend& denoiser = *layer_.front();
+  const PlannedLayer& planned = *LayerOf(list_, kImages[0]);
+  const Result<Frame> layer = split_->MakeLayer(frame, settings_.virtual_roughness);
+  STILLRAY_RETURN_IF_ERROR(layer.status());
+  DenoisedFrame picture;
+  // On the host only for MergeOutputs.
+  denoiser.SetResults({.colour = !outputs_.empty()});
+  STILLRAY_RETURN_IF_ERROR(denoiser.Denoise(
+      *layer, future.empty() ? future : future.subspan(planned.first, planned.count), &picture));
+  const Result<Frame> rest = split_->MakeRest(frame);
+  STILLRAY_RETURN_IF_ERROR(rest.status());
+  STILLRAY_RETURN_IF_ERROR(main_->Denoise(*rest, FutureWithoutLayers(frame, future), out));
+  split_->AddTimes(&out->timings);
+  AddCounts(picture, out);
+  MergeOutputs(kImages[0], picture, out);
+  return Status::Ok();
+}
+
+Status LayeredDenoiser::DenoiseOnHost(const Frame& frame, std::span<const SignalHistory> future,
+                                      DenoisedFrame* out) {
   Frame rest = WithoutLayers(frame);
   std::array<DenoisedFrame, kImageCount> pictures;
   for (size_t i = 0; i < kImageCount; ++i) {
@@ -299,6 +349,7 @@ Status LayeredDenoiser::Denoise(const Frame& frame, std::span<const SignalHistor
     }
     const PlannedLayer& planned = *LayerOf(list_, kImages[i]);
     const Frame of_layer = MakeLayerFrame(frame, kImages[i], settings_.virtual_roughness);
+    layer_[i]->SetResults(Results());
     FollowImages(frame.guides, of_layer.guides, SurfaceAlbedoOf(frame.guides, kImages[i]),
                  &rest.guides.motion);
     STILLRAY_RETURN_IF_ERROR(layer_[i]->Denoise(
@@ -317,11 +368,15 @@ Status LayeredDenoiser::Denoise(const Frame& frame, std::span<const SignalHistor
   return Status::Ok();
 }
 
-Status LayeredDenoiser::Accumulate(const Frame& frame, std::vector<SignalHistory>* future) {
-  STILLRAY_RETURN_IF_ERROR(Begin(frame));
+/// Takes frames with layers over the host: frames whose future is used are kept there.
+Status LayeredDenoiser::Accumulate(const Frame& given, std::vector<SignalHistory>* future) {
+  STILLRAY_RETURN_IF_ERROR(Begin(given));
   if (list_.count <= 1) {
-    return main_->Accumulate(frame, future);
+    return main_->Accumulate(given, future);
   }
+  const Result<const Frame*> host = OnHost(given, &from_device_);
+  STILLRAY_RETURN_IF_ERROR(host.status());
+  const Frame& frame = **host;
   STILLRAY_RETURN_IF_ERROR(main_->Accumulate(WithoutLayers(frame), future));
   for (size_t i = 0; i < kImageCount; ++i) {
     if (layer_[i] != nullptr) {
@@ -354,7 +409,7 @@ void LayeredDenoiser::Reset() {
 }
 
 size_t LayeredDenoiser::memory_bytes() const {
-  size_t sum = main_->memory_bytes();
+  size_t sum = main_->memory_bytes() + (split_ != nullptr ? split_->memory().bytes : 0);
   for (const std::unique_ptr<DenoiserBackend>& layer : layer_) {
     sum += layer != nullptr ? layer->memory_bytes() : 0;
   }
@@ -363,14 +418,19 @@ size_t LayeredDenoiser::memory_bytes() const {
 
 DeviceMemory LayeredDenoiser::device_memory() const {
   DeviceMemory sum = main_->device_memory();
+  const auto add = [&](const DeviceMemory& more) {
+    sum.allocations += more.allocations;
+    sum.resources += more.resources;
+    sum.bytes += more.bytes;
+    sum.largest = std::max(sum.largest, more.largest);
+  };
   for (const std::unique_ptr<DenoiserBackend>& layer : layer_) {
     if (layer != nullptr) {
-      const DeviceMemory more = layer->device_memory();
-      sum.allocations += more.allocations;
-      sum.resources += more.resources;
-      sum.bytes += more.bytes;
-      sum.largest = std::max(sum.largest, more.largest);
+      add(layer->device_memory());
     }
+  }
+  if (split_ != nullptr) {
+    add(split_->memory());
   }
   return sum;
 }

@@ -393,7 +393,8 @@ FrameFacts FactsOf(const Frame& f) {
   facts.has_background = !f.background.empty();
   facts.has_roughness = !f.guides.roughness.empty();
   facts.has_previous_normal = !f.guides.previous_normal.empty();
-  facts.has_reflection = !f.reflection.empty();
+  facts.has_reflection =
+      !f.reflection.empty() || (f.on_device != nullptr && f.on_device->has_reflection());
   facts.has_refraction = !f.refraction.empty();
   facts.has_confidence = !f.confidence.empty();
   return facts;

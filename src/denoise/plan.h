@@ -35,6 +35,7 @@ namespace stillray {
 struct FrameFacts {
   int64_t index = 0;
   uint32_t lights = 0;          ///< bit k: light of SignalKind k is given
+  uint32_t black_lights = 0;    ///< those of `lights` that are black everywhere, without images
   uint32_t second_moments = 0;  ///< likewise
   uint32_t albedos = 0;         ///< bit 0 albedo, 1 specular, 2 transmission albedo
   bool has_samples = false;

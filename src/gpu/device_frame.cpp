@@ -34,6 +34,15 @@ VkDeviceSize BytesOf(const Image& image) {
   return (bytes + 15) / 16 * 16;
 }
 
+template <typename Visit>
+void ForEachVirtualImage(const VirtualImages& images, VirtualGuides* guides, const Visit& visit) {
+  visit(images.depth, std::span(&guides->depth, 1));
+  visit(images.normal, std::span(guides->normal.channel));
+  visit(images.albedo, std::span(guides->albedo.channel));
+  visit(images.motion, std::span(guides->motion.channel));
+  visit(images.id, std::span(&guides->id, 1));
+}
+
 /// Calls visit(image, destination planes of the frame) for these `planes`. The image is nullptr for
 /// planes that must become empty.
 template <typename Visit>
@@ -59,6 +68,8 @@ void ForEachImage(const FrameImages& images, uint32_t planes, Frame* frame, cons
     visit(images.roughness, std::span(&g.roughness, 1));
     visit(images.previous_normal, std::span(g.previous_normal.channel));
     visit(nullptr, std::span(&frame->confidence, 1));
+    ForEachVirtualImage(images.reflection, &frame->reflection, visit);
+    ForEachVirtualImage({}, &frame->refraction, visit);
   }
 }
 
@@ -99,6 +110,8 @@ Status DeviceFrame::AddImages() {
   };
   constexpr VkFormat kColour = VK_FORMAT_R32G32B32A32_SFLOAT;
   constexpr VkFormat kScalar = VK_FORMAT_R32_SFLOAT;
+  constexpr VkFormat kMotion = VK_FORMAT_R32G32_SFLOAT;
+  constexpr VkFormat kId = VK_FORMAT_R32_UINT;
   for (size_t k = 0; k < images_.lights.size(); ++k) {
     add(kColour, &images_.lights[k]);
     if (shape_.second_moments) {
@@ -117,8 +130,15 @@ Status DeviceFrame::AddImages() {
   }
   add(kScalar, &images_.depth);
   add(kScalar, &images_.roughness);
-  add(VK_FORMAT_R32G32_SFLOAT, &images_.motion);
-  add(VK_FORMAT_R32_UINT, &images_.id);
+  add(kMotion, &images_.motion);
+  add(kId, &images_.id);
+  if (shape_.virtual_guides) {
+    add(kScalar, &images_.reflection.depth);
+    add(kColour, &images_.reflection.normal);
+    add(kColour, &images_.reflection.albedo);
+    add(kMotion, &images_.reflection.motion);
+    add(kId, &images_.reflection.id);
+  }
   return status;
 }
 

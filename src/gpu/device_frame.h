@@ -25,8 +25,18 @@ struct FrameShape {
   bool second_moments = false;  ///< of all signals
   bool samples = false;
   bool previous_normals = false;
+  bool virtual_guides = false;  ///< of reflections
 
   friend bool operator==(const FrameShape&, const FrameShape&) = default;
+};
+
+/// Of VirtualGuides.
+struct VirtualImages {
+  const Image* depth = nullptr;
+  const Image* normal = nullptr;
+  const Image* albedo = nullptr;
+  const Image* motion = nullptr;
+  const Image* id = nullptr;
 };
 
 /// Images in VK_IMAGE_LAYOUT_GENERAL, with 32-bit float channels: four for colours and normals
@@ -46,6 +56,7 @@ struct FrameImages {
   const Image* id = nullptr;
   const Image* roughness = nullptr;
   const Image* previous_normal = nullptr;
+  VirtualImages reflection;
 };
 
 class DeviceFrame final : public FrameOnDevice {
@@ -56,6 +67,7 @@ class DeviceFrame final : public FrameOnDevice {
 
   Status Download(uint32_t planes, Frame* host) const override;
   uint64_t bytes() const override;
+  bool has_reflection() const override { return shape_.virtual_guides; }
 
   const std::shared_ptr<Device>& device() const { return device_; }
   const FrameShape& shape() const { return shape_; }

@@ -11,6 +11,7 @@
 #include "denoise/test_frames.h"
 #include "gpu/device_test.h"
 #include "gpu/failing_device.h"
+#include "gpu/put_on_device.h"
 #include "gpu/shared_pipelines.h"
 #include "stillray/vulkan.hpp"
 
@@ -65,6 +66,28 @@ class Failures : public test::FailingDevice {
     STILLRAY_RETURN_IF_ERROR(saved.status());
     STILLRAY_RETURN_IF_ERROR(forward->RestoreHistory(*saved));
     return forward->Denoise(test::MakeBusyFrame(20, 12, 1), future[1], &out);
+  }
+  /// Two frames with virtual guides that are on the device already. \param failure  from then on
+  Status DenoiseWhatIsThere(const Failure& failure) {
+    test::FailAt(nullptr, 0, VK_SUCCESS);
+    STILLRAY_RETURN_IF_ERROR(Open());
+    Frame frames[2];
+    for (int i = 0; i < 2; ++i) {
+      Frame f = test::MakeBusyFrame(20, 12, i);
+      f.reflection.depth = f.guides.depth;
+      f.reflection.motion = f.guides.motion;
+      for (Signal& signal : f.signals) {
+        signal.second_moment = f.guides.depth;
+      }
+      frames[i] = test::PutOnDevice(device_, f);
+    }
+    Result<Denoiser> denoiser = Denoiser::Create(
+        Settings(), MakeDevice(std::make_shared<vulkan::VulkanBackend>(device_), "test"));
+    STILLRAY_RETURN_IF_ERROR(denoiser.status());
+    Prepare(failure);
+    DenoisedFrame out;
+    STILLRAY_RETURN_IF_ERROR(denoiser->Denoise(frames[0], &out));
+    return denoiser->Denoise(frames[1], &out);
   }
   /// A denoiser in a renderer's own frame.
   Status Embed() {
@@ -174,6 +197,29 @@ TEST_F(Failures, OfBothWaysAndSavedHistoriesLeaveNothingBehind) {
     }
     EXPECT_FALSE(failed) << failure.function;
     EXPECT_GT(failure.count, 4) << failure.function;  // it was not the first that went through
+  }
+}
+
+TEST_F(Failures, OfFramesOnTheDeviceLeaveNothingBehind) {
+  constexpr int kMostCalls = 60;
+  for (Failure failure :
+       {Failure{"vkAllocateMemory", 1, VK_ERROR_OUT_OF_DEVICE_MEMORY, "allocating device memory"},
+        Failure{"vkCreateQueryPool", 1, VK_ERROR_OUT_OF_DEVICE_MEMORY, "creating a query pool"},
+        Failure{"vkCreateDescriptorPool", 1, VK_ERROR_OUT_OF_HOST_MEMORY,
+                "creating a descriptor pool"},
+        Failure{"vkQueueSubmit", 1, VK_ERROR_DEVICE_LOST, "submitting work"}}) {
+    bool failed = true;
+    for (; failed && failure.count <= kMostCalls; ++failure.count) {
+      const Status status = DenoiseWhatIsThere(failure);
+      failed = !status.ok();
+      if (failed) {
+        ExpectTold(status, failure);
+      }
+      Close();
+      ASSERT_FALSE(HasFailure()) << failure.function << " " << failure.count;
+    }
+    EXPECT_FALSE(failed) << failure.function;
+    EXPECT_GT(failure.count, 4) << failure.function;  // of the layer, of the rest, and more
   }
 }
 

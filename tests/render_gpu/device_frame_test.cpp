@@ -432,26 +432,35 @@ TEST_F(DeviceFrameTest, WhatDoesNotFitIsRefused) {
 
 // Sets made for images that are gone must be forgotten, whether or not handles come again.
 TEST(SeenFrames, TellsWhenImagesAreGoneOrTooMany) {
-  class Pixels : public FrameOnDevice {
-    Status Download(uint32_t, Frame*) const override { return Status::Ok(); }
-    uint64_t bytes() const override { return 0; }
-  };
+  struct Pixels {};
   vulkan::SeenFrames seen;
-  std::shared_ptr<FrameOnDevice> held[5];
+  std::shared_ptr<const void> held[5];
+  const auto add = [&](int first, size_t count = 1) { return seen.Add({held + first, count}); };
   for (auto& pixels : held) {
     pixels = std::make_shared<Pixels>();
   }
-  EXPECT_FALSE(seen.Add(held[0]));
-  EXPECT_FALSE(seen.Add(held[1]));
-  EXPECT_FALSE(seen.Add(held[0]));
+  EXPECT_FALSE(add(0));
+  EXPECT_FALSE(add(1));
+  EXPECT_FALSE(add(0));
   held[1] = std::make_shared<Pixels>();
-  EXPECT_TRUE(seen.Add(held[0]));
-  EXPECT_FALSE(seen.Add(held[0]));
+  EXPECT_TRUE(add(0));
+  EXPECT_FALSE(add(0));
   for (int i : {1, 2, 3}) {
-    EXPECT_FALSE(seen.Add(held[i]));
+    EXPECT_FALSE(add(i));
   }
-  EXPECT_TRUE(seen.Add(held[4]));
-  EXPECT_FALSE(seen.Add(held[4]));
+  EXPECT_TRUE(add(4));
+  EXPECT_FALSE(add(4));
+  // Owners of one frame are remembered together, or the images of one would be forgotten while its
+  // sets are kept.
+  EXPECT_FALSE(add(2, 2));
+  held[3] = nullptr;
+  EXPECT_TRUE(add(2));
+  EXPECT_FALSE(add(2));
+  EXPECT_FALSE(add(0, 2));
+  held[0] = nullptr;
+  EXPECT_TRUE(add(1, 2));
+  held[1] = nullptr;
+  EXPECT_TRUE(add(2));
 }
 
 }  // namespace

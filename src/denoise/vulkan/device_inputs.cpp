@@ -4,6 +4,9 @@
 #include "denoise/vulkan/device_inputs.h"
 
 #include <algorithm>
+#include <iterator>
+
+#include <fmt/format.h>
 
 namespace stillray::vulkan {
 namespace {
@@ -11,11 +14,11 @@ namespace {
 /// Renderers alternate between one or two frames. Caching sets for more is not worth the memory.
 constexpr size_t kMostSeen = 4;
 
+}  // namespace
+
 ImageRef RefTo(const gpu::Image* image) {
   return {image != nullptr ? image->view : VK_NULL_HANDLE, VK_IMAGE_LAYOUT_GENERAL};
 }
-
-}  // namespace
 
 FrameFacts FactsOf(const Frame& frame, const gpu::DeviceFrame& pixels) {
   constexpr uint32_t kAllLights = (1u << gpu::kFrameSignals) - 1;
@@ -34,6 +37,15 @@ FrameFacts FactsOf(const Frame& frame, const gpu::DeviceFrame& pixels) {
   facts.samples_per_pixel = pixels.samples_per_pixel;
   facts.has_incomplete_guides = pixels.has_incomplete_guides;
   return facts;
+}
+
+Status CheckSize(const Frame& frame, const gpu::DeviceFrame& pixels) {
+  const gpu::FrameShape& shape = pixels.shape();
+  return frame.width == shape.width && frame.height == shape.height
+             ? Status::Ok()
+             : Status::InvalidArgument(
+                   fmt::format("frame {}: size is {}x{}, its images on the device are {}x{}",
+                               frame.index, frame.width, frame.height, shape.width, shape.height));
 }
 
 FrameInputs InputsOf(const gpu::DeviceFrame& pixels) {
@@ -57,18 +69,19 @@ FrameInputs InputsOf(const gpu::DeviceFrame& pixels) {
   return inputs;
 }
 
-bool SeenFrames::Add(const std::shared_ptr<FrameOnDevice>& pixels) {
-  const bool is_known = std::any_of(seen_.begin(), seen_.end(),
-                                    [&](const auto& seen) { return seen.lock() == pixels; });
+bool SeenFrames::Add(std::span<const std::shared_ptr<const void>> owners) {
+  const auto is_new = [&](const std::shared_ptr<const void>& owner) {
+    return std::none_of(seen_.begin(), seen_.end(),
+                        [&](const auto& seen) { return seen.lock() == owner; });
+  };
+  const auto added = std::count_if(owners.begin(), owners.end(), is_new);
   const bool any_gone =
       std::any_of(seen_.begin(), seen_.end(), [](const auto& seen) { return seen.expired(); });
-  const bool forgets = any_gone || (!is_known && seen_.size() >= kMostSeen);
+  const bool forgets = any_gone || (added > 0 && seen_.size() >= kMostSeen);
   if (forgets) {
     seen_.clear();
   }
-  if (forgets || !is_known) {
-    seen_.push_back(pixels);
-  }
+  std::copy_if(owners.begin(), owners.end(), std::back_inserter(seen_), is_new);
   return forgets;
 }
 

@@ -67,6 +67,8 @@ class FrameDownload {
   /// The same to memory that is shared, which is left to other APIs then.
   void RecordShared(VkCommandBuffer commands, uint32_t queue_family,
                     const gpu::SharedBuffer& buffer) const;
+  /// The finished colour on the device.
+  ImageRef picture() const { return colour_.ref(); }
   Status ReadColour(Image3* colour) const;
   /// Reads the results into `out`; clears those that are not requested.
   Status Read(const Results& wanted, DenoisedFrame* out) const;

@@ -8,8 +8,6 @@
 #include <cstring>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "core/parallel.h"
 #include "denoise/fill_guides/fill_guides.h"
 #include "denoise/frame_check.h"
@@ -19,6 +17,7 @@
 #include "denoise/vulkan/frame_download.h"
 #include "denoise/vulkan/frame_upload.h"
 #include "denoise/vulkan/future_exchange.h"
+#include "denoise/vulkan/layer_split.h"
 #include "denoise/vulkan/output_reader.h"
 #include "denoise/vulkan/saved_history.h"
 #include "denoise/vulkan/shared_pictures.h"
@@ -51,6 +50,8 @@ class HostDenoiser : public DenoiserBackend {
   Result<FrameFacts> Take(const Frame& frame);
   SequenceProgress ProgressFor(const Frame& frame) const;
   Result<FrameFacts> TakeHere(const Frame& frame, const gpu::DeviceFrame& pixels);
+  Result<FrameFacts> TakeImages(const Frame& frame, FrameFacts facts, const FrameInputs& inputs,
+                                std::span<const std::shared_ptr<const void>> owners);
   Status PreparePipeline(int width, int height, bool transmission);
   Status PrepareFuture(const Frame& frame);
   Status PrepareWork(const Frame& frame, const FrameFacts& facts);
@@ -59,6 +60,7 @@ class HostDenoiser : public DenoiserBackend {
   Status PrepareDownload(const Frame& frame);
   void ChooseResults(const Frame& frame);
   Status MakeStateBuffer();
+  Status RecordInputs(VkCommandBuffer commands);
   Status Run(const FramePlan& plan, const FrameFacts& facts);
   Status RunBackward(const FramePlan& plan, const FrameFacts& facts);
   Status ReadResults(const Frame& frame, const FramePlan& plan, DenoisedFrame* out);
@@ -80,6 +82,7 @@ class HostDenoiser : public DenoiserBackend {
   std::unique_ptr<OutputReader> reader_;
   SeenFrames seen_;
   FrameInputs inputs_;                      ///< of the frame in progress
+  FramePart* part_ = nullptr;               ///< that frame, if it is part of one on the device
   OddValues odd_;                           ///< of its values
   Frame from_elsewhere_;                    ///< host copy of a frame on another device
   std::unique_ptr<FutureExchange> future_;  ///< nullptr until there is a future
@@ -88,6 +91,10 @@ class HostDenoiser : public DenoiserBackend {
 
 /// Makes a frame available to the device.
 Result<FrameFacts> HostDenoiser::Take(const Frame& frame) {
+  part_ = dynamic_cast<FramePart*>(frame.on_device.get());
+  if (part_ != nullptr) {
+    return TakeImages(frame, part_->facts, part_->inputs, part_->owners);
+  }
   if (const gpu::DeviceFrame* here = gpu::FrameOn(*device_, frame); here != nullptr) {
     return TakeHere(frame, *here);
   }
@@ -117,21 +124,23 @@ SequenceProgress HostDenoiser::ProgressFor(const Frame& f) const {
 
 /// Uses a frame that is on this device.
 Result<FrameFacts> HostDenoiser::TakeHere(const Frame& frame, const gpu::DeviceFrame& pixels) {
+  STILLRAY_RETURN_IF_ERROR(CheckSize(frame, pixels));
+  const std::shared_ptr<const void> owner = frame.on_device;
+  return TakeImages(frame, FactsOf(frame, pixels), InputsOf(pixels), {&owner, 1});
+}
+
+/// \param owners  of the images
+Result<FrameFacts> HostDenoiser::TakeImages(const Frame& frame, FrameFacts facts,
+                                            const FrameInputs& inputs,
+                                            std::span<const std::shared_ptr<const void>> owners) {
   odd_ = OddValues();
-  const gpu::FrameShape& shape = pixels.shape();
-  if (frame.width != shape.width || frame.height != shape.height) {
-    return Status::InvalidArgument(
-        fmt::format("frame {}: size is {}x{}, its images on the device are {}x{}", frame.index,
-                    frame.width, frame.height, shape.width, shape.height));
-  }
-  FrameFacts facts = FactsOf(frame, pixels);
   facts.has_incomplete_guides = facts.has_incomplete_guides && settings_.fill_guides;
   STILLRAY_RETURN_IF_ERROR(PrepareWork(frame, facts));
-  if (seen_.Add(frame.on_device) || upload_ != nullptr) {
+  if (seen_.Add(owners) || upload_ != nullptr) {
     STILLRAY_RETURN_IF_ERROR(pipeline_->ForgetInputs());
     upload_.reset();
   }
-  inputs_ = InputsOf(pixels);
+  inputs_ = inputs;
   return facts;
 }
 
@@ -234,15 +243,21 @@ Status HostDenoiser::MakeStateBuffer() {
   return Status::Ok();
 }
 
+/// Records what writes the frame's images.
+Status HostDenoiser::RecordInputs(VkCommandBuffer commands) {
+  if (upload_ != nullptr) {
+    upload_->Record(commands);
+  }
+  return part_ != nullptr ? part_->record(commands) : Status::Ok();
+}
+
 Status HostDenoiser::Run(const FramePlan& plan, const FrameFacts& facts) {
   const gpu::DeviceFunctions& vk = device_->context().vk;
   const gpu::FairLock lock = device_->Lock();
   const Result<VkCommandBuffer> begun = device_->Begin();
   STILLRAY_RETURN_IF_ERROR(begun.status());
   const VkCommandBuffer commands = *begun;
-  if (upload_ != nullptr) {
-    upload_->Record(commands);
-  }
+  STILLRAY_RETURN_IF_ERROR(RecordInputs(commands));
   if (plan.runs.merge_future) {
     future_->Prepare(commands);
     future_->RecordUpload(commands);
@@ -280,9 +295,7 @@ Status HostDenoiser::RunBackward(const FramePlan& plan, const FrameFacts& facts)
   const gpu::FairLock lock = device_->Lock();
   const Result<VkCommandBuffer> commands = device_->Begin();
   STILLRAY_RETURN_IF_ERROR(commands.status());
-  if (upload_ != nullptr) {
-    upload_->Record(*commands);
-  }
+  STILLRAY_RETURN_IF_ERROR(RecordInputs(*commands));
   future_->Prepare(*commands);
   STILLRAY_RETURN_IF_ERROR(
       pipeline_->RecordBackward(*commands, plan, facts, inputs_, future_->images()));
@@ -350,6 +363,9 @@ Status HostDenoiser::Denoise(const Frame& frame, std::span<const SignalHistory> 
   has_result_ = false;
   STILLRAY_RETURN_IF_ERROR(Run(plan, *facts));
   has_result_ = true;
+  if (part_ != nullptr) {
+    part_->picture = download_->picture();
+  }
   return ReadResults(frame, plan, out);
 }
 
@@ -435,6 +451,16 @@ Result<std::unique_ptr<DenoiserBackend>> VulkanBackend::CreateDenoiser(const Set
                                                                        DevicePrecision precision) {
   return std::unique_ptr<DenoiserBackend>(std::make_unique<HostDenoiser>(
       device_, settings, precision == DevicePrecision::kFloat ? Storage::kFloat : Storage::kHalf));
+}
+
+bool VulkanBackend::Holds(const Frame& frame) const {
+  return gpu::FrameOn(*device_, frame) != nullptr;
+}
+
+Result<std::unique_ptr<FrameSplit>> VulkanBackend::CreateFrameSplit() {
+  Result<std::unique_ptr<LayerSplit>> made = LayerSplit::Create(device_);
+  STILLRAY_RETURN_IF_ERROR(made.status());
+  return std::unique_ptr<FrameSplit>(std::move(made.value()));
 }
 
 }  // namespace stillray::vulkan

@@ -39,7 +39,7 @@ void SetSignals(const FramePlan& plan, FrameParameters* p) {
 }
 
 void SetInput(const FrameFacts& facts, FrameParameters* p) {
-  p->lights = static_cast<int>(facts.lights);
+  p->lights = static_cast<int>(facts.lights & ~facts.black_lights);
   p->second_moments = static_cast<int>(facts.second_moments);
   p->own_albedos = static_cast<int>(facts.albedos);
   p->has_samples = facts.has_samples ? 1 : 0;

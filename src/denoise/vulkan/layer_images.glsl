@@ -1,0 +1,11 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Common to the shaders of layer_split.h, which read the images of a renderer's frame: one thread
+// for each pixel, floats in all images.
+#extension GL_EXT_samplerless_texture_functions : require
+
+#include "core/shared.h"
+#include "core/colour_shared.h"
+
+layout(local_size_x = 16, local_size_y = 8) in;

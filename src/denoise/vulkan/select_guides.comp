@@ -1,0 +1,83 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#version 450
+#extension GL_GOOGLE_include_directive : require
+
+// select_guides: see stages/select_guides.h. Of a frame that a renderer left on the device, whose
+// images are all given.
+#include "denoise/vulkan/layer_images.glsl"
+#include "denoise/picture_motion_shared.h"
+#include "denoise/stages/select_guides_shared.h"
+
+layout(set = 0, binding = 0) uniform texture2D surface_depth;
+layout(set = 0, binding = 1) uniform texture2D surface_normal;
+layout(set = 0, binding = 2) uniform texture2D surface_motion;
+layout(set = 0, binding = 3) uniform utexture2D surface_id;
+layout(set = 0, binding = 4) uniform texture2D surface_roughness;
+layout(set = 0, binding = 5) uniform texture2D surface_previous_normal;
+layout(set = 0, binding = 6) uniform texture2D diffuse_albedo;
+layout(set = 0, binding = 7) uniform texture2D specular_albedo;
+layout(set = 0, binding = 8) uniform texture2D image_depth;
+layout(set = 0, binding = 9) uniform texture2D image_normal;
+layout(set = 0, binding = 10) uniform texture2D image_motion;
+layout(set = 0, binding = 11) uniform utexture2D image_id;
+layout(set = 0, binding = 12) uniform texture2D image_albedo;
+layout(set = 0, binding = 13, r32f) writeonly uniform image2D depth_out;
+layout(set = 0, binding = 14, rgba32f) writeonly uniform image2D normal_out;
+layout(set = 0, binding = 15, rg32f) writeonly uniform image2D motion_out;
+layout(set = 0, binding = 16, r32ui) writeonly uniform uimage2D id_out;
+layout(set = 0, binding = 17, r32f) writeonly uniform image2D roughness_out;
+// Fourth channel: 1 where the pixel shows little but an image (picture_motion_shared.h).
+layout(set = 0, binding = 18, rgba32f) writeonly uniform image2D albedo_out;
+layout(set = 0, binding = 19, rgba32f) writeonly uniform image2D previous_normal_out;
+
+layout(push_constant) uniform Push {
+  float virtual_roughness;
+  int has_previous_normal;  // 0: the last image must not be written
+};
+
+vec3 SelectedNormal(bool image, ivec2 p) {
+  vec3 own = texelFetch(surface_normal, p, 0).xyz;
+  vec3 seen = texelFetch(image_normal, p, 0).xyz;
+  return image && IsNormalLength2(dot(seen, seen)) ? seen : own;
+}
+
+vec3 SelectedAlbedo(bool image, ivec2 p) {
+  vec3 own = texelFetch(specular_albedo, p, 0).xyz;
+  vec3 seen = texelFetch(image_albedo, p, 0).xyz;
+  return image ? own * vec3(SeenAlbedo(seen.x), SeenAlbedo(seen.y), SeenAlbedo(seen.z)) : own;
+}
+
+bool ShowsLittleElseAt(ivec2 p, float own_depth, float depth, float motion_x, int width) {
+  vec3 diffuse = texelFetch(diffuse_albedo, p, 0).xyz;
+  vec3 reflected = texelFetch(specular_albedo, p, 0).xyz;
+  return ShowsLittleElse(own_depth, depth, motion_x, float(width),
+                         Luminance709(diffuse.x, diffuse.y, diffuse.z),
+                         Luminance709(reflected.x, reflected.y, reflected.z));
+}
+
+void main() {
+  ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+  ivec2 size = imageSize(depth_out);
+  if (p.x >= size.x || p.y >= size.y) {
+    return;
+  }
+  float own_depth = texelFetch(surface_depth, p, 0).x;
+  float seen_depth = texelFetch(image_depth, p, 0).x;
+  float roughness = texelFetch(surface_roughness, p, 0).x;
+  bool image = ShowsImage(own_depth, seen_depth, roughness, virtual_roughness);
+  float depth = image ? ImageDepth(seen_depth) : own_depth;
+  vec2 motion = (image ? texelFetch(image_motion, p, 0) : texelFetch(surface_motion, p, 0)).xy;
+  uint id = image ? texelFetch(image_id, p, 0).x : texelFetch(surface_id, p, 0).x;
+  float little_else = ShowsLittleElseAt(p, own_depth, depth, motion.x, size.x) ? 1.0f : 0.0f;
+  imageStore(depth_out, p, vec4(depth));
+  imageStore(normal_out, p, vec4(SelectedNormal(image, p), 0.0f));
+  imageStore(motion_out, p, vec4(motion, 0.0f, 0.0f));
+  imageStore(id_out, p, uvec4(id));
+  imageStore(roughness_out, p, vec4(image ? 1.0f : roughness));
+  imageStore(albedo_out, p, vec4(SelectedAlbedo(image, p), little_else));
+  if (has_previous_normal != 0) {
+    vec3 before = texelFetch(surface_previous_normal, p, 0).xyz;
+    imageStore(previous_normal_out, p, vec4(image ? vec3(0.0f) : before, 0.0f));
+  }
+}
