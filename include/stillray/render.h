@@ -82,7 +82,7 @@ struct RenderSettings {
   std::optional<int> blades;      ///< Lens::blades: 0, or 3..kMaxBlades; also without a mask then
   std::optional<float> blade_rotation;  ///< Lens::rotation, -180..180
   /// Frame::reflection for smooth surfaces: extra rays where there are some. Not with
-  /// GuideCoverage::kSparse, not through a lens, and not in frames that stay on a device.
+  /// GuideCoverage::kSparse, and not through a lens.
   bool virtual_guides = true;
   /// Leaves frames on the renderer's device (Frame::on_device) while memory lasts, for a denoiser
   /// on the same device. Ignored by renderers on the CPU, whose frames are on the host.

@@ -262,12 +262,6 @@ bool WantsImages(const RenderSettings& settings) {
          (settings.cycle == 1 || settings.guides == GuideCoverage::kFull);
 }
 
-bool FramesShowImages(const Scene& scene, const RenderSettings& settings, int camera) {
-  const Lens lens = LensOf(scene, settings, camera);
-  return MayShowImages(scene) && WantsImages(settings) && lens.radius <= 0.0f &&
-         lens.f_number <= 0.0f;
-}
-
 void PrepareVirtualGuides(const RenderSettings& settings, bool shown, Frame* frame) {
   VirtualGuides& image = frame->reflection;
   frame->refraction = VirtualGuides();

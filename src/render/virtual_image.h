@@ -31,10 +31,6 @@ bool MayShowImages(const Scene& scene);
 /// light of all.
 bool WantsImages(const RenderSettings& settings);
 
-/// Whether frames of a camera have virtual guides, on the host: the scene may show images, the
-/// settings want them, and the camera has no lens.
-bool FramesShowImages(const Scene& scene, const RenderSettings& settings, int camera);
-
 /// Resizes the planes of Frame::reflection, or makes them empty; Frame::refraction is empty.
 void PrepareVirtualGuides(const RenderSettings& settings, bool shown, Frame* frame);
 

@@ -94,6 +94,14 @@ class DeviceFrameTest : public test::DeviceTest {
     }
   }
 
+  static void ExpectVirtualGuides(const VirtualGuides& found, const VirtualGuides& expected) {
+    ExpectPlane(found.depth, expected.depth);
+    ExpectPlanes(found.normal, expected.normal);
+    ExpectPlanes(found.albedo, expected.albedo);
+    ExpectPlanes(found.motion, expected.motion);
+    ExpectPlane(found.id, expected.id);
+  }
+
   static void ExpectFrame(const Frame& found, const Frame& expected) {
     EXPECT_EQ(found.width, expected.width);
     EXPECT_EQ(found.height, expected.height);
@@ -102,6 +110,8 @@ class DeviceFrameTest : public test::DeviceTest {
     EXPECT_EQ(found.jitter_y, expected.jitter_y);
     ExpectLight(found, expected);
     ExpectGuides(found.guides, expected.guides);
+    ExpectVirtualGuides(found.reflection, expected.reflection);
+    EXPECT_TRUE(found.refraction.empty());
   }
 
   // Frames of the host and of the device, brought to the host, from one renderer.
@@ -125,8 +135,9 @@ class DeviceFrameTest : public test::DeviceTest {
   }
 
   // Pictures of frames that stay on the device, and of those that come from the host.
-  void ExpectSamePictures(const Settings& settings, const RenderSettings& render, int frames) {
-    const Scene scene = MakeBuiltinScene("lights").value();
+  void ExpectSamePictures(const Settings& settings, const RenderSettings& render, int frames,
+                          const char* scene_name = "lights") {
+    const Scene scene = MakeBuiltinScene(scene_name).value();
     const std::unique_ptr<Renderer> renderer = Create(scene, render);
     ASSERT_NE(renderer, nullptr);
     Denoiser from_host = MakeDenoiser(settings, DevicePrecision::kHalf);
@@ -360,6 +371,22 @@ TEST_F(DeviceFrameTest, SparseOnesAreFilteredToTheSamePicture) {
     render.guides = guides;
     ExpectSamePictures(PresetSettings("psvgf").value(), render, 9);
   }
+}
+
+// What mirrors and glass show has guides of its own, on the device as on the host. The camera
+// moves.
+TEST_F(DeviceFrameTest, WhatMirrorsShowIsFilteredToTheSamePicture) {
+  RenderSettings render = SmallSettings(61, 37, 1);
+  render.jitter = true;
+  const Frame frame = RenderOne(MakeBuiltinScene("mirrors").value(), render, Moment(1));
+  ASSERT_FALSE(frame.reflection.empty());
+  ExpectSamePictures(Settings(), render, 7, "mirrors");
+}
+
+TEST_F(DeviceFrameTest, WhatMirrorsShowInSparseFramesIsFilteredToTheSamePicture) {
+  RenderSettings render = SmallSettings(45, 27, 1);
+  render.cycle = 4;
+  ExpectSamePictures(Settings(), render, 5, "mirrors");
 }
 
 TEST_F(DeviceFrameTest, OtherDevicesBringItToTheHost) {

@@ -252,21 +252,82 @@ TEST_P(GpuRendererTestVirtualGuides, AreOnlyWhereTheCpuHasThem) {
             RenderOne(*cornell, SmallSettings(24, 16, 1), moment).reflection.empty());
 }
 
-// Frames that stay on the device have no place for them.
-TEST_P(GpuRendererTestVirtualGuides, FramesOnTheDeviceHaveNone) {
+// Whether frames stay on the device or come to the host, for all combinations of samples.
+TEST_P(GpuRendererTestVirtualGuides, OfFramesOnTheDeviceAreThoseOnTheHost) {
+  const Result<Scene> scene = MakeBuiltinScene("mirrors");
+  RenderSettings settings = SmallSettings(45, 27, 1);
+  const std::unique_ptr<Renderer> renderer = Create(*scene, settings);
+  ASSERT_NE(renderer, nullptr);
+  for (const auto& [spp, cycle] : {std::pair{1, 1}, {2, 1}, {1, 4}}) {
+    settings.spp = spp;
+    settings.cycle = cycle;
+    Frame frames[2];
+    for (const bool on_device : {false, true}) {
+      Frame& frame = frames[on_device ? 1 : 0];
+      settings.on_device = on_device;
+      ASSERT_TRUE(renderer->SetSettings(settings).ok());
+      ASSERT_TRUE(renderer->RenderFrame(MomentAt(0.1, 0.0), &frame).ok());
+      ASSERT_EQ(frame.on_device != nullptr, on_device);
+      EXPECT_GT(renderer->timings().image_rays, 0u);
+    }
+    ASSERT_TRUE(frames[1].on_device->has_reflection());
+    EXPECT_TRUE(frames[1].reflection.empty());
+    Frame host;
+    ASSERT_TRUE(OnHost(frames[1], &host, kGuidePlanes).ok());
+    const VirtualGuides& expected = frames[0].reflection;
+    const VirtualGuides& found = host.reflection;
+    ASSERT_EQ(found.depth.width(), 45);
+    int shown = 0;
+    for (int y = 0; y < 27; ++y) {
+      for (int x = 0; x < 45; ++x) {
+        shown += expected.depth(x, y) != 0 ? 1 : 0;
+        ASSERT_EQ(found.depth(x, y), expected.depth(x, y));
+        ASSERT_EQ(Pixel(found.normal, x, y), Pixel(expected.normal, x, y));
+        ASSERT_EQ(Pixel(found.albedo, x, y), Pixel(expected.albedo, x, y));
+        ASSERT_EQ(found.motion[0](x, y), expected.motion[0](x, y));
+        ASSERT_EQ(found.motion[1](x, y), expected.motion[1](x, y));
+        ASSERT_EQ(found.id(x, y), expected.id(x, y));
+      }
+    }
+    EXPECT_GT(shown, 150);
+    EXPECT_TRUE(host.refraction.empty());
+  }
+}
+
+// Off, seen through a lens, or with sparse guides: no images, and no memory for them.
+TEST_P(GpuRendererTestVirtualGuides, FramesOnTheDeviceHaveThemOnlyWhereTheHostDoes) {
   const Result<Scene> scene = MakeBuiltinScene("mirrors");
   RenderSettings settings = SmallSettings(24, 16, 1);
+  settings.on_device = true;
   const std::unique_ptr<Renderer> renderer = Create(*scene, settings);
   ASSERT_NE(renderer, nullptr);
   Frame frame;
-  for (const bool on_device : {false, true, false}) {
-    settings.on_device = on_device;
-    ASSERT_TRUE(renderer->SetSettings(settings).ok());
-    ASSERT_TRUE(renderer->RenderFrame(MomentAt(0.1, 0.0), &frame).ok());
-    EXPECT_EQ(frame.on_device != nullptr, on_device);
-    EXPECT_EQ(frame.reflection.empty(), on_device);
-    EXPECT_EQ(renderer->timings().image_rays == 0, on_device);
-  }
+  Frame host;
+  const auto render = [&] {
+    EXPECT_TRUE(renderer->SetSettings(settings).ok());
+    EXPECT_TRUE(renderer->RenderFrame(MomentAt(0.1, 0.0), &frame).ok());
+    return frame.on_device->has_reflection();
+  };
+  EXPECT_TRUE(render());
+  const uint64_t with = frame.on_device->bytes();
+  ASSERT_TRUE(OnHost(frame, &host).ok());
+  EXPECT_FALSE(host.reflection.empty());
+  settings.virtual_guides = false;
+  EXPECT_FALSE(render());
+  EXPECT_EQ(renderer->timings().image_rays, 0u);
+  EXPECT_GE(with - frame.on_device->bytes(), 24u * 16 * 48);
+  // The host's planes of an earlier frame do not stay.
+  ASSERT_TRUE(OnHost(frame, &host).ok());
+  EXPECT_TRUE(host.reflection.empty());
+  settings.virtual_guides = true;
+  settings.aperture = 0.05f;
+  EXPECT_FALSE(render());
+  settings.aperture = std::nullopt;
+  settings.cycle = 4;
+  settings.guides = GuideCoverage::kSparse;
+  EXPECT_FALSE(render());
+  settings.guides = GuideCoverage::kFull;
+  EXPECT_TRUE(render());
 }
 
 STILLRAY_IN_BOTH_WAYS(GpuRendererTestVirtualGuides);

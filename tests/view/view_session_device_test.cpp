@@ -346,6 +346,30 @@ TEST(ViewSessionOnDevice, FramesStayOnTheDeviceUntilSomebodyLooks) {
                           [](const InspectedValue& value) { return value.view == "depth"; }));
 }
 
+// What mirrors show is filtered with its own guides, without the frame's planes on the host.
+TEST(ViewSessionOnDevice, MirrorsAreFilteredAsOnTheCpu) {
+  const Result<Device> device = Device::Open("vulkan");
+  if (!device.ok()) {
+    GTEST_SKIP() << device.status().message();
+  }
+  const auto picture = [](const Device& on, bool virtual_guides) {
+    ViewSession session = Open("builtin:mirrors", on);
+    ViewSettings settings = SmallSettings();
+    settings.panes = {"denoised"};
+    settings.render.virtual_guides = virtual_guides;
+    ViewFrame frame;
+    for (int i = 0; i < 4; ++i) {
+      frame = Next(settings, &session);
+    }
+    EXPECT_EQ(session.noisy().empty(), !on.is_cpu());
+    return std::move(frame.pictures[0]);
+  };
+  const Rgb8Image expected = picture(Device(), true);
+  const double with = MeanDifference(picture(*device, true), expected);
+  const double without = MeanDifference(picture(*device, false), expected);
+  EXPECT_LT(with, 0.3 * without) << with << " " << without;
+}
+
 TEST(ViewSessionOnDevice, SharesThePictureWhereTheDeviceDoes) {
   const auto opened = [](const Device& device) {
     ViewSettings settings = SmallSettings();

@@ -96,12 +96,6 @@ Status FrameMaker::Prepare(const RenderDevices& devices, bool ahead) {
   return denoiser_->SetOutputs(options_.outputs);
 }
 
-/// Whether frames have virtual guides that the denoiser or a file uses.
-bool FrameMaker::NeedsVirtualGuides() const {
-  const bool used = options_.denoise.virtual_roughness > 0 || PlanesInFiles(options_) == kAllPlanes;
-  return used && render::FramesShowImages(scene_, options_.render, camera_);
-}
-
 /// With "auto", the CPU traces if the device cannot.
 Status FrameMaker::MakeRenderer(const RenderDevices& devices) {
   const std::string& chosen =
@@ -112,8 +106,7 @@ Status FrameMaker::MakeRenderer(const RenderDevices& devices) {
   options.may_fall_back = chosen == "auto" && options.way != render::TracingWay::kHardware;
   options.keep_going = [] { return !Interrupted(); };
   RenderSettings settings = options_.render;
-  // Frames on a device have no virtual guides.
-  on_device_ = !devices.differ() && !NeedsVirtualGuides();
+  on_device_ = !devices.differ();
   settings.on_device = on_device_;
   Result<std::unique_ptr<DeviceRenderer>> renderer =
       DeviceRenderer::Create(devices.tracer, scene_, settings, options);

@@ -85,7 +85,6 @@ class FrameMaker {
 
  private:
   Status MakeRenderer(const RenderDevices& devices);
-  bool NeedsVirtualGuides() const;
   RenderMoment MomentOf(int64_t number) const;
   Status Trace(int64_t number, const RenderProgress& progress, TracedFrame* traced);
   Status TakeTraced(int64_t number, Progress* progress, RenderPicture* picture);

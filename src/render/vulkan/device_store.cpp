@@ -20,6 +20,7 @@ STILLRAY_SHADER(StoreListed)
 STILLRAY_SHADER(StoreGuides)
 STILLRAY_SHADER(StoreColours)
 STILLRAY_SHADER(StorePreviousNormals)
+STILLRAY_SHADER(StoreVirtualGuides)
 #undef STILLRAY_SHADER
 }  // namespace shaders
 
@@ -44,12 +45,15 @@ ShaderCode CodeOf(size_t shader) {
        {shaders::kStorePreviousNormals, shaders::kStorePreviousNormalsWords},
        1,
        3},
+      {"store_virtual_guides",
+       {shaders::kStoreVirtualGuides, shaders::kStoreVirtualGuidesWords},
+       5},
   };
   return codes[shader];
 }
 
-/// A frame uses up to four of the shaders; this is enough for all.
-constexpr gpu::SetShape kMostDescriptors = {0, 27, 0, 5 * 2 + 3};
+/// A frame uses up to five of the shaders; this is enough for all.
+constexpr gpu::SetShape kMostDescriptors = {0, 32, 0, 6 * 2 + 3};
 
 struct StorePush {
   GpuBatch batch;
@@ -67,12 +71,16 @@ bool HasSparseGuides(const RenderSettings& settings) {
 }  // namespace
 
 Status DeviceStore::Begin(const RenderSettings& settings, bool previous_normals,
-                          const RenderMoment& moment, Frame* frame) {
+                          bool virtual_guides, const RenderMoment& moment, Frame* frame) {
   settings_ = settings;
   begun_ = false;
   target_ = std::dynamic_pointer_cast<gpu::DeviceFrame>(std::exchange(frame->on_device, nullptr));
-  const gpu::FrameShape shape = {settings.width, settings.height, settings.spp > 1,
-                                 settings.spp > 1 || IsSparse(settings), previous_normals};
+  const gpu::FrameShape shape = {.width = settings.width,
+                                 .height = settings.height,
+                                 .second_moments = settings.spp > 1,
+                                 .samples = settings.spp > 1 || IsSparse(settings),
+                                 .previous_normals = previous_normals,
+                                 .virtual_guides = virtual_guides};
   const bool suits = target_ != nullptr && target_.use_count() == 1 &&
                      target_->device() == device_ && target_->shape() == shape;
   if (!suits) {
@@ -166,41 +174,57 @@ Status DeviceStore::Run(VkCommandBuffer commands, Shader shader,
   return Status::Ok();
 }
 
+Status DeviceStore::StoreGuides(VkCommandBuffer commands, const GpuTracer& tracer,
+                                const gpu::Buffer& instances, const GpuBatch& batch) {
+  const gpu::FrameImages& i = target_->images();
+  const gpu::Buffer& listed = tracer.device_listed();
+  const gpu::Buffer& values = tracer.device_guides();
+  STILLRAY_RETURN_IF_ERROR(Run(commands, kStoreGuides,
+                               {i.depth, i.normal, i.motion, i.id, i.roughness}, {&values, &listed},
+                               batch));
+  STILLRAY_RETURN_IF_ERROR(Run(commands, kStoreColours,
+                               {i.albedo, i.specular_albedo, i.emission, i.background},
+                               {&values, &listed}, batch));
+  return i.previous_normal == nullptr ? Status::Ok()
+                                      : Run(commands, kStorePreviousNormals, {i.previous_normal},
+                                            {&values, &listed, &instances}, batch);
+}
+
+Status DeviceStore::StoreLight(VkCommandBuffer commands, const GpuTracer& tracer,
+                               const GpuBatch& batch) {
+  const gpu::FrameImages& i = target_->images();
+  std::vector<const gpu::Image*> images(i.lights.begin(), i.lights.end());
+  Shader shader = kStoreLight;
+  if (IsSparse(settings_)) {
+    shader = kStoreListed;
+    images.push_back(i.samples);
+  } else if (settings_.spp > 1) {
+    shader = kStoreMoments;
+    images.insert(images.end(), i.second_moments.begin(), i.second_moments.end());
+  }
+  return Run(commands, shader, std::move(images), {&tracer.device_sums(), &tracer.device_listed()},
+             batch);
+}
+
 Status DeviceStore::Record(VkCommandBuffer commands, GpuTracer* tracer,
-                           const gpu::Buffer& instances, const GpuBatch& batch, bool guides,
-                           bool light) {
+                           const gpu::Buffer& instances, const GpuBatch& batch,
+                           const GpuTracer::Results& stored) {
   tracer->Mark(commands, kTimeStore);
   if (!begun_) {
     RecordBegin(commands);
   }
-  const gpu::FrameImages& i = target_->images();
-  const gpu::Buffer& listed = tracer->device_listed();
   // Full frames have already stored the guides of pixels with a path.
-  if (guides && (batch.listed == 0 || HasSparseGuides(settings_))) {
-    const gpu::Buffer& values = tracer->device_guides();
-    STILLRAY_RETURN_IF_ERROR(Run(commands, kStoreGuides,
-                                 {i.depth, i.normal, i.motion, i.id, i.roughness},
-                                 {&values, &listed}, batch));
-    STILLRAY_RETURN_IF_ERROR(Run(commands, kStoreColours,
-                                 {i.albedo, i.specular_albedo, i.emission, i.background},
-                                 {&values, &listed}, batch));
-    if (i.previous_normal != nullptr) {
-      STILLRAY_RETURN_IF_ERROR(Run(commands, kStorePreviousNormals, {i.previous_normal},
-                                   {&values, &listed, &instances}, batch));
-    }
+  if (stored.guides && (batch.listed == 0 || HasSparseGuides(settings_))) {
+    STILLRAY_RETURN_IF_ERROR(StoreGuides(commands, *tracer, instances, batch));
   }
-  if (light) {
-    std::vector<const gpu::Image*> images(i.lights.begin(), i.lights.end());
-    Shader shader = kStoreLight;
-    if (IsSparse(settings_)) {
-      shader = kStoreListed;
-      images.push_back(i.samples);
-    } else if (settings_.spp > 1) {
-      shader = kStoreMoments;
-      images.insert(images.end(), i.second_moments.begin(), i.second_moments.end());
-    }
-    STILLRAY_RETURN_IF_ERROR(
-        Run(commands, shader, std::move(images), {&tracer->device_sums(), &listed}, batch));
+  if (stored.images) {
+    const gpu::VirtualImages& v = target_->images().reflection;
+    STILLRAY_RETURN_IF_ERROR(Run(commands, kStoreVirtualGuides,
+                                 {v.depth, v.normal, v.albedo, v.motion, v.id},
+                                 {&tracer->device_images(), &tracer->device_listed()}, batch));
+  }
+  if (stored.sums) {
+    STILLRAY_RETURN_IF_ERROR(StoreLight(commands, *tracer, batch));
   }
   target_->RecordEnd(commands);
   return Status::Ok();

@@ -23,15 +23,15 @@ class DeviceStore {
   /// Chooses images for `frame`: its own, if suitable and not referenced elsewhere, or new ones.
   /// Its planes on the host become empty. If there is no memory for images, or the device does not
   /// support the size, the frame has none, and active() is false.
-  /// \param previous_normals  the frame has them
-  Status Begin(const RenderSettings& settings, bool previous_normals, const RenderMoment& moment,
-               Frame* frame);
+  /// \param previous_normals, virtual_guides  the frame has them
+  Status Begin(const RenderSettings& settings, bool previous_normals, bool virtual_guides,
+               const RenderMoment& moment, Frame* frame);
   /// Whether a frame has begun that stays on the device.
   bool active() const { return target_ != nullptr; }
-  /// Records the storing of the batch's guides or light (or both).
+  /// Records the storing of these results of the batch.
   /// \param instances  GpuAccel::device_instances
   Status Record(VkCommandBuffer commands, GpuTracer* tracer, const gpu::Buffer& instances,
-                const GpuBatch& batch, bool guides, bool light);
+                const GpuBatch& batch, const GpuTracer::Results& stored);
   /// Finishes the frame after all its batches. Does nothing unless active().
   /// \param paths  number of pixels with light
   Status End(int64_t paths, Frame* frame);
@@ -46,11 +46,15 @@ class DeviceStore {
     kStoreGuides,
     kStoreColours,
     kStorePreviousNormals,
+    kStoreVirtualGuides,
     kShaderCount
   };
 
   void Clear(VkCommandBuffer commands, const gpu::Image* image, float value) const;
   void RecordBegin(VkCommandBuffer commands);
+  Status StoreGuides(VkCommandBuffer commands, const GpuTracer& tracer,
+                     const gpu::Buffer& instances, const GpuBatch& batch);
+  Status StoreLight(VkCommandBuffer commands, const GpuTracer& tracer, const GpuBatch& batch);
   Status Run(VkCommandBuffer commands, Shader shader, std::vector<const gpu::Image*> images,
              std::initializer_list<const gpu::Buffer*> buffers, const GpuBatch& batch);
 

@@ -106,6 +106,7 @@ class GpuTracer {
   /// Buffers of the current batch, in the order of its pixels, for shaders that process the
   /// results.
   const gpu::Buffer& device_guides() const { return *buffers_[kGuides]; }
+  const gpu::Buffer& device_images() const { return *buffers_[kImages]; }
   const gpu::Buffer& device_sums() const { return *buffers_[kSums]; }
   const gpu::Buffer& device_listed() const { return *listed_; }
 

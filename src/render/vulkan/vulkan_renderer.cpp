@@ -81,9 +81,8 @@ class VulkanRenderer final : public Renderer {
   GpuTracer* tracer() const { return picture_->tracer(); }
   Status MoveTo(const RenderMoment& moment);
   TracerParts PartsFor(const RenderSettings& settings) const;
-  /// Not in frames that shall stay on the device, whose images have no place for them.
   bool MayShowImagesWith(const RenderSettings& settings) const {
-    return may_show_images_ && WantsImages(settings) && !settings.on_device;
+    return may_show_images_ && WantsImages(settings);
   }
   /// Virtual guides, of the cameras of SetCameras.
   bool ShowsImages() const {
@@ -297,18 +296,15 @@ Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, i
         tracer()->RecordSample(*commands, batch, steps, s == 0, plan.reference));
   }
   const bool last = done + samples == plan.samples;
-  const bool guides = plan.guides && last;
-  const bool light = plan.samples > 0 && last;
+  const GpuTracer::Results results = {.guides = plan.guides && last,
+                                      .images = plan.images && last,
+                                      .sums = plan.samples > 0 && last};
   const bool stays = device_store_.active();
   if (stays && last) {
-    STILLRAY_RETURN_IF_ERROR(device_store_.Record(*commands, tracer(), accel_->device_instances(),
-                                                  batch, guides, light));
+    STILLRAY_RETURN_IF_ERROR(
+        device_store_.Record(*commands, tracer(), accel_->device_instances(), batch, results));
   }
-  GpuTracer::Results copied;
-  copied.guides = guides && !stays;
-  copied.images = plan.images && last;
-  copied.sums = light && !stays;
-  tracer()->RecordEnd(*commands, batch, copied);
+  tracer()->RecordEnd(*commands, batch, stays ? GpuTracer::Results() : results);
   const Clock::time_point start = Clock::now();
   STILLRAY_RETURN_IF_ERROR(device_->Run());
   AdaptTo(static_cast<double>(batch.count) * std::max(samples, 1), MillisecondsSince(start));
@@ -385,7 +381,8 @@ Status VulkanRenderer::BeginFrame(const RenderMoment& moment, Frame* frame) {
   device_store_.Drop();
   SetCameras(moment);
   if (settings_.on_device) {
-    STILLRAY_RETURN_IF_ERROR(device_store_.Begin(settings_, state_.may_turn(), moment, frame));
+    STILLRAY_RETURN_IF_ERROR(
+        device_store_.Begin(settings_, state_.may_turn(), ShowsImages(), moment, frame));
   }
   if (!device_store_.active()) {
     PrepareFrame(settings_, moment, frame);
