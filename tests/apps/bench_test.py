@@ -124,6 +124,27 @@ def test_frames_per_second(program, root, folder):
                        for s in subjects for level in range(1, 6)), subjects
 
 
+def test_virtual_guides_of_whole_frames(program, root, folder):
+    """They are traced only for filters that read them, and take 48 bytes per pixel of the frame."""
+    devices = run(program, "info", "--devices").stdout
+    usable = "vulkan:0" in devices and "not usable" not in devices
+    reads = ["--set", "virtual_roughness=0.1", "--set", "signals=split"]
+    for device in ["cpu"] + (["vulkan"] if usable else []):
+        path = os.path.join(folder, "fps.json")
+
+        def memory(*more):
+            done = run(program, "bench", "--fps", "--scene", "builtin:mirrors", "--device", device,
+                       "--size", "64x36", "--repeats", "1", "--warm-up", "0", "--json", path, *more)
+            assert done.returncode == 0, done.stderr
+            with open(path) as file:
+                return {part["name"]: part["bytes"] for part in json.load(file)["sizes"][0]["memory"]}
+
+        without, unread, read = memory(*reads, "--no-virtual-guides"), memory(), memory(*reads)
+        assert unread["frame"] == without["frame"], (device, unread, without)
+        assert read["frame"] >= without["frame"] + 64 * 36 * 48 * 0.99, (device, read, without)
+        assert read["full SVGF"] > without["full SVGF"] > 0, (device, read, without)
+
+
 def test_bad_input(program, root, folder):
     for arguments, words in (
             (["--preset", "fast"], "unknown preset 'fast'"),

@@ -280,13 +280,16 @@ Status RunFramesBench(const BenchArguments& a) {
     STILLRAY_RETURN_IF_ERROR(options.status());
     FramesBench bench(a.download);
     STILLRAY_RETURN_IF_ERROR(bench.Add("raw tracing", nullptr, *device));
+    bool reads_images = false;
     for (const auto& [name, preset] :
          {std::pair{"temporal only", "temporal"}, std::pair{"full SVGF", "svgf"}}) {
       const Result<Settings> settings = SettingsOf(a, preset, false, a.kernels.back());
       STILLRAY_RETURN_IF_ERROR(settings.status());
       STILLRAY_RETURN_IF_ERROR(bench.Add(name, &*settings, *device));
+      reads_images = reads_images || settings->virtual_roughness > 0;
     }
     RenderSettings settings = options->render;
+    settings.virtual_guides = settings.virtual_guides && reads_images;
     settings.on_device = true;
     const Result<std::unique_ptr<DeviceRenderer>> renderer =
         MakeRenderer(a, *device, *scene, settings);

@@ -61,7 +61,7 @@ DeviceMemory ImagesOf(const Frame& f) {
   }
   const Guides& g = f.guides;
   for (const Image3* image : {&g.normal, &g.albedo, &g.specular_albedo, &g.transmission_albedo,
-                              &f.emission, &f.background}) {
+                              &g.previous_normal, &f.emission, &f.background}) {
     add_all(*image);
   }
   for (const Image1* plane : {&g.depth, &g.roughness, &f.samples}) {
@@ -69,6 +69,12 @@ DeviceMemory ImagesOf(const Frame& f) {
   }
   add_all(g.motion);
   add(g.id);
+  const VirtualGuides& v = f.reflection;
+  add(v.depth);
+  add_all(v.normal);
+  add_all(v.albedo);
+  add_all(v.motion);
+  add(v.id);
   return sum;
 }
 
