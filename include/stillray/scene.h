@@ -64,6 +64,11 @@ struct Material {
   bool solid = false;
   vec3 attenuation_color = vec3(1.0f);
   float attenuation_distance = std::numeric_limits<float>::infinity();
+  /// KHR_materials_volume_scatter, of solids: the colour that a thick body has after all scattering
+  /// inside, 0 to 1 (0 = no scattering), and the mean cosine of the deflection, -1 to 1 exclusive.
+  /// Attenuation is then that by absorption and scattering together.
+  vec3 multiscatter_color = vec3(0.0f);
+  float scatter_anisotropy = 0.0f;
   /// KHR_materials_specular: weight and colour of a dielectric's reflection. The colour applies at
   /// normal incidence and may be above 1. Transmission keeps the reflection of its ior.
   float specular = 1.0f;
@@ -270,7 +275,7 @@ using KeepGoing = std::function<bool()>;
 /// Reads a .gltf or .glb file and all files that it references. Supported extensions:
 /// KHR_lights_punctual, KHR_materials_anisotropy, _clearcoat, _diffuse_transmission,
 /// _emissive_strength, _ior, _iridescence, _sheen, _specular, _transmission, _unlit (as emission),
-/// _volume, KHR_mesh_quantization, KHR_texture_transform, EXT_texture_webp. Also
+/// _volume, _volume_scatter, KHR_mesh_quantization, KHR_texture_transform, EXT_texture_webp. Also
 /// scenes[i].extras.environment = {"type": "constant", "radiance": [r, g, b]} and
 /// cameras[i].extras.lens (docs/lens.md). All animations are merged. A file without a camera gets
 /// one that shows everything, one without any light gets an environment of radiance 1;

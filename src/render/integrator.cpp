@@ -55,6 +55,7 @@ class Tracer {
 
  private:
   void Shade(int path_index, const Hit& hit);
+  bool PassMedium(int path_index, float far);
   void ScatterAt(int path_index, const Surface& surface, const Bsdf& bsdf, vec3 direction, vec4 u);
   void Leave(const Path& path, vec3 direction);
   void MeetLight(const Path& path, const Hit& hit, const Surface& surface, vec3 direction);
@@ -113,7 +114,8 @@ void Tracer::Start(const PrimaryPixel* pixels, const PathSampler* samplers, int 
     }
     const int at = trace.rays.count;
     Path& path = scratch_.paths[at];
-    static_cast<PathState&>(path) = StartPath(i, samplers[i].seed);
+    static_cast<PathState&>(path) = StartPath(samplers[i].seed);
+    path.pixel = i;
     path.sampler = samplers[i];
     path.known = first_ != nullptr && pixel.count == 1;
     trace.rays.Push(ViewOf(context_.camera, pixel).position, pixel.direction, kInfinity);
@@ -204,11 +206,34 @@ float Tracer::SeekLight(const Path& path, const Surface& surface, const Bsdf& bs
   return total;
 }
 
+/// Returns whether the path gets to the surface at `far`; otherwise it is scattered or ends.
+bool Tracer::PassMedium(int path_index, float far) {
+  Path& path = scratch_.paths[path_index];
+  vec3 direction = rays_->Direction(path_index);
+  const vec3 before = direction;
+  float distance = 0.0f;
+  const vec4 u = path.sampler.Get(MediumDimensions(path.step));
+  const int fate = CrossMedium(path, far, u, scratch_.light_numbers.Get(path_index).w,
+                               context_.settings.bounces, direction, distance);
+  if (fate == kMediumScatters) {
+    ++path.step;
+    path.known = false;
+    Continue(path, rays_->Origin(path_index) + before * distance, direction);
+  }
+  return fate == kMediumPasses;
+}
+
 void Tracer::Shade(int path_index, const Hit& hit) {
   Path& path = scratch_.paths[path_index];
   const vec3 direction = rays_->Direction(path_index);
   if (path.first == 0) {
-    path.throughput *= Absorb(path.absorption, hit.t);
+    if (IsInMurk(path)) {
+      if (!PassMedium(path_index, hit.t)) {
+        return;
+      }
+    } else {
+      path.throughput *= Absorb(path.extinction, hit.t);
+    }
     if (hit.instance == kNoHit) {
       return Leave(path, direction);
     }

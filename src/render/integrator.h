@@ -21,6 +21,7 @@ using SampleLight = std::array<vec3, kTracedSignalCount>;
 /// A path between two surfaces, with the state that it keeps between steps.
 struct Path : PathState {
   PathSampler sampler;
+  int pixel;   // of the tile
   bool known;  // the first surface is given to TraceSample
 };
 

@@ -12,6 +12,7 @@
 
 #ifdef __cplusplus
 #include "render/lights_shared.h"
+#include "render/medium_shared.h"
 #include "render/shading_point_shared.h"
 #endif
 
@@ -43,11 +44,13 @@ struct PathState {
   vec3 diffuse;       // weights of the first surface's lobes for light beyond it
   float light_total;  // TotalOf the light choices at the point where `density` was sampled
   vec3 specular;
-  float roughest;   // for regularisation
-  vec3 absorption;  // per unit length, of the solid around the path
-  int pixel;
+  float roughest;       // for regularisation
+  vec3 extinction;      // per unit length, of the solid around the path
+  int collisions;       // with media so far
+  vec3 scatter_albedo;  // of the solid around the path; 0: light is only absorbed
+  float scatter_anisotropy;
   vec3 origin;  // the last point with a finite scattering density, or the camera
-  int step;     // number of surfaces hit so far
+  int step;     // number of surfaces and media met so far
   vec3 normal;  // shading normal at `origin`
   int bounces;  // number of them that scattered, without the first
   int free_events;
@@ -56,7 +59,7 @@ struct PathState {
   uint seed;   // of the pixel's random numbers
 };
 
-SHARED_FN PathState StartPath(int pixel, uint seed) {
+SHARED_FN PathState StartPath(uint seed) {
   PathState path;
   path.throughput = vec3(1.0f);
   path.density = 0.0f;
@@ -64,8 +67,10 @@ SHARED_FN PathState StartPath(int pixel, uint seed) {
   path.light_total = 0.0f;
   path.specular = vec3(0.0f);
   path.roughest = 0.0f;
-  path.absorption = vec3(0.0f);
-  path.pixel = pixel;
+  path.extinction = vec3(0.0f);
+  path.collisions = 0;
+  path.scatter_albedo = vec3(0.0f);
+  path.scatter_anisotropy = 0.0f;
   path.origin = vec3(0.0f);
   path.step = 0;
   path.normal = vec3(0.0f);
@@ -94,14 +99,14 @@ SHARED_FN bool IsUsableLight(vec3 v) {
   return v.x >= 0.0f && v.y >= 0.0f && v.z >= 0.0f && v.x + v.y + v.z <= kLargestFloat;
 }
 
-SHARED_FN float AbsorptionOf(float colour, float distance) {
+SHARED_FN float ExtinctionOf(float colour, float distance) {
   const float kDarkest = 1e-6f;
   return -log(clamp(colour, kDarkest, 1.0f)) / distance;
 }
 
-// Absorption of the medium that a ray from the surface enters; `below`: on the far side from the
+// Extinction of the medium that a ray from the surface enters; `below`: on the far side from the
 // viewer.
-SHARED_FN vec3 AbsorptionBeyond(vec3 here, SHARED_IN(ShadingPoint) at, bool below) {
+SHARED_FN vec3 ExtinctionBeyond(vec3 here, SHARED_IN(ShadingPoint) at, bool below) {
   if (!below || at.solid == 0) {
     return here;
   }
@@ -109,15 +114,30 @@ SHARED_FN vec3 AbsorptionBeyond(vec3 here, SHARED_IN(ShadingPoint) at, bool belo
   if (at.front == 0 || !(distance > 0.0f && distance <= kLargestFloat)) {
     return vec3(0.0f);
   }
-  return vec3(AbsorptionOf(at.attenuation_colour.x, distance),
-              AbsorptionOf(at.attenuation_colour.y, distance),
-              AbsorptionOf(at.attenuation_colour.z, distance));
+  return vec3(ExtinctionOf(at.attenuation_colour.x, distance),
+              ExtinctionOf(at.attenuation_colour.y, distance),
+              ExtinctionOf(at.attenuation_colour.z, distance));
 }
 
 // Beer's law.
 SHARED_FN vec3 Absorb(vec3 absorption, float distance) {
   const float kFar = 1e30f;  // 0 times infinity is NaN
   return absorption == vec3(0.0f) ? vec3(1.0f) : exp(-absorption * min(distance, kFar));
+}
+
+// Enters the medium that a ray from the surface enters; `below`: on the far side from the viewer.
+SHARED_FN void EnterMedium(SHARED_INOUT(PathState) path, SHARED_IN(ShadingPoint) at, bool below) {
+  path.extinction = ExtinctionBeyond(path.extinction, at, below);
+  if (!below || at.solid == 0) {
+    return;
+  }
+  path.scatter_albedo = vec3(0.0f);
+  if (at.front != 0 && IsMurky(at)) {
+    path.scatter_albedo = vec3(SingleScatterAlbedo(at.multiscatter_colour.x),
+                               SingleScatterAlbedo(at.multiscatter_colour.y),
+                               SingleScatterAlbedo(at.multiscatter_colour.z));
+    path.scatter_anisotropy = at.scatter_anisotropy;
+  }
 }
 
 // Weight of light hit by the scattered ray, which light sampling finds with `light_density`.
@@ -177,7 +197,7 @@ SHARED_FN FoundLight LightSought(SHARED_IN(PathState) path, SHARED_IN(ShadingPoi
                                  SHARED_IN(LightSample) light, SHARED_IN(BsdfValue) value,
                                  float local_z, float weight) {
   vec3 arriving = path.throughput * light.radiance * (weight / light.density) *
-                  Absorb(AbsorptionBeyond(path.absorption, at, local_z < 0.0f), light.distance);
+                  Absorb(ExtinctionBeyond(path.extinction, at, local_z < 0.0f), light.distance);
   FoundLight found;
   if (path.first != 0) {
     found.diffuse = value.diffuse * arriving;
@@ -268,7 +288,7 @@ SHARED_FN bool ScatterPath(SHARED_INOUT(PathState) path, SHARED_IN(ShadingPoint)
     // A sheet passed undeflected does not make light indirect: shadow rays pass it too.
     path.direct = drawn.kind == kScatterStraight ? path.direct : 0;
   }
-  path.absorption = AbsorptionBeyond(path.absorption, at, drawn.wi.z < 0.0f);
+  EnterMedium(path, at, drawn.wi.z < 0.0f);
   if (drawn.kind == kScatterRough) {
     path.roughest = max(path.roughest, MeanAlpha(bsdf));
   }
@@ -283,7 +303,7 @@ SHARED_FN bool ScatterPath(SHARED_INOUT(PathState) path, SHARED_IN(ShadingPoint)
 
 // Russian roulette.
 SHARED_FN bool SurvivesRoulette(SHARED_INOUT(PathState) path, float u) {
-  if (path.bounces < kRouletteBounces) {
+  if (path.bounces < kRouletteBounces && path.collisions < kRouletteCollisions) {
     return true;
   }
   float weight = MaxComponent(path.throughput * max(path.diffuse, path.specular));
@@ -293,6 +313,46 @@ SHARED_FN bool SurvivesRoulette(SHARED_INOUT(PathState) path, float u) {
   }
   path.throughput /= survival;
   return true;
+}
+
+// Whether light is scattered in the medium around the path.
+SHARED_FN bool IsInMurk(SHARED_IN(PathState) path) {
+  return path.scatter_albedo != vec3(0.0f);
+}
+
+// What happens to a path in a medium.
+const int kMediumPasses = 0;
+const int kMediumScatters = 1;
+const int kMediumEnds = 2;
+
+// Moves the path through the medium around it. All collisions of a path count as one bounce
+// together: they make one surface-like appearance, and dense media need hundreds. No light is
+// sampled at a collision, since shadow rays end at the boundary; scattered rays find it.
+// \param far        distance of the surface that its ray hits
+// \param u          MediumDimensions; \param roulette  another number
+// \param direction  of the ray, then of the next one if the path is scattered
+// \param distance   [out] of the collision
+// \return kMedium...
+SHARED_FN int CrossMedium(SHARED_INOUT(PathState) path, float far, vec4 u, float roulette,
+                          int most_bounces, SHARED_INOUT(vec3) direction,
+                          SHARED_INOUT(float) distance) {
+  vec3 share = path.throughput * max(path.diffuse, path.specular);
+  Flight flight = FlyThrough(path.extinction, path.scatter_albedo, share, far, u.x, u.y);
+  path.throughput *= flight.weight;
+  if (flight.collides == 0) {
+    return kMediumPasses;
+  }
+  path.bounces += path.collisions == 0 ? 1 : 0;
+  path.collisions += 1;
+  if (path.bounces > most_bounces || path.collisions > kMaxCollisions ||
+      !SurvivesRoulette(path, roulette)) {
+    return kMediumEnds;
+  }
+  path.density = 0.0f;
+  path.direct = 0;
+  direction = SampleScattering(direction, path.scatter_anisotropy, u.z, u.w);
+  distance = flight.distance;
+  return kMediumScatters;
 }
 
 STILLRAY_RENDER_END

@@ -132,8 +132,8 @@ SHARED_FN vec4 HaltonSample(uint index, uint seed, uint order) {
 const uint kSamplerSobol = 0u;
 const uint kSamplerHalton16 = 1u;
 
-// The sets of four dimensions that a path uses: two per ray, one for the primary ray, and one for
-// the point of the lens, beyond those of all rays.
+// The sets of four dimensions that a path uses: two per ray, one for the primary ray, and beyond
+// those of all rays one for the point of the lens and one per ray in a medium that scatters.
 const uint kPrimaryDimensions = 0u;
 const uint kLensDimensions = 0x10000u;
 SHARED_FN uint ScatterDimensions(int surface) {
@@ -141,6 +141,9 @@ SHARED_FN uint ScatterDimensions(int surface) {
 }
 SHARED_FN uint LightDimensions(int surface) {
   return 2u + 2u * uint(surface);
+}
+SHARED_FN uint MediumDimensions(int step) {
+  return 0x20000u + uint(step);
 }
 
 // The seed of one sample of a pixel. The part common to all pixels comes first: HashCombine of the

@@ -188,7 +188,11 @@ Status CheckLayers(const Material& material, const std::string& name) {
   const vec3 specular = material.specular_color;
   constexpr float kMost = std::numeric_limits<float>::max();
   constexpr float kThickestFilm = 1e6f;  // nm; interference is long gone
+  const vec3 scatters = material.multiscatter_color;
   const Factor factors[] = {
+      {"multi-scatter colour", scatters.x, 1.0f},
+      {"multi-scatter colour", scatters.y, 1.0f},
+      {"multi-scatter colour", scatters.z, 1.0f},
       {"specular", material.specular, 1.0f},
       {"specular colour", specular.x, kMost},
       {"specular colour", specular.y, kMost},
@@ -213,6 +217,11 @@ Status CheckLayers(const Material& material, const std::string& name) {
       return Status::InvalidArgument(fmt::format("{}: {} is {}, expected 0 to {:g}", name,
                                                  factor.name, factor.value, factor.most));
     }
+  }
+  if (!(std::abs(material.scatter_anisotropy) < 1.0f)) {
+    return Status::InvalidArgument(
+        fmt::format("{}: scatter anisotropy is {}, expected more than -1 and less than 1", name,
+                    material.scatter_anisotropy));
   }
   if (!(material.iridescence_ior >= 1.0f && material.iridescence_ior <= kMost)) {
     return Status::InvalidArgument(fmt::format("{}: iridescence ior is {}, expected at least 1",

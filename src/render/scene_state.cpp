@@ -67,6 +67,11 @@ bool IsLayered(const Material& material) {
          material.anisotropy > 0.0f || HasFilm(material);
 }
 
+bool ScattersInside(const Material& material) {
+  return material.solid && material.multiscatter_color != vec3(0.0f) &&
+         std::isfinite(material.attenuation_distance);
+}
+
 bool HasFilm(const Material& material) {
   const bool from_texture = material.iridescence_thickness_texture.texture >= 0;
   return material.iridescence > 0.0f &&

@@ -53,6 +53,8 @@ struct PlacedInstance {
 bool IsLayered(const Material& material);
 bool HasSheen(const Material& material);
 bool HasFilm(const Material& material);
+/// Whether it bounds a solid in which light is scattered.
+bool ScattersInside(const Material& material);
 
 /// The corners of a triangle in the world.
 struct Triangle {

@@ -23,6 +23,8 @@ struct ShadingPoint {
   // Of the solid: the transmittance over that distance.
   vec3 attenuation_colour;
   float attenuation_distance;
+  vec3 multiscatter_colour;
+  float scatter_anisotropy;
 };
 
 // Shading normals are bent towards the viewer to at least this cosine.
@@ -32,6 +34,12 @@ const float kMinViewCosine = 1e-3f;
 // leak through the surface.
 SHARED_FN bool IsConsistent(SHARED_IN(ShadingPoint) at, vec3 wi, float local_z) {
   return (dot(wi, at.geometric) > 0.0f) == (local_z > 0.0f);
+}
+
+// Whether light is scattered inside the solid.
+SHARED_FN bool IsMurky(SHARED_IN(ShadingPoint) at) {
+  return at.solid != 0 && at.multiscatter_colour != vec3(0.0f) &&
+         at.attenuation_distance <= kLargestFloat;
 }
 
 // The origin of the next ray.

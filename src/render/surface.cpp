@@ -281,6 +281,8 @@ Surface MakeSurface(const SceneState& state, const Hit& hit, vec3 direction) {
   surface.solid = material.solid ? 1 : 0;
   surface.attenuation_colour = material.attenuation_color;
   surface.attenuation_distance = material.attenuation_distance;
+  surface.multiscatter_colour = material.multiscatter_color;
+  surface.scatter_anisotropy = material.scatter_anisotropy;
   if (instance.layered) {
     surface.layers = LayersAt(state, hit);
   }

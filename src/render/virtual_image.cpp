@@ -142,7 +142,7 @@ class Tracer {
     chain.pixel = pixel;
     chain.direction = of.direction;
     chain.length = length(first.surface.position - context_.camera.position);
-    const Leaving leaving = LeavingOf(first.bsdf, first.surface.local_wo.z, vec3(1.0f), 1);
+    const Leaving leaving = LeavingOf(first.bsdf, first.surface, vec3(1.0f), 1);
     const Chain start = chain;
     if (Continue(context_, of.layers[0].hit, first.surface, leaving, &chain, &scratch_.rays)) {
       chains_.push_back(chain);
@@ -225,7 +225,7 @@ class Tracer {
     }
     vec3 specular_albedo;
     const Bsdf bsdf = context_.bsdfs.Make(surface, 0.0f, &specular_albedo);
-    const Leaving leaving = LeavingOf(bsdf, surface.local_wo.z, specular_albedo, 0);
+    const Leaving leaving = LeavingOf(bsdf, surface, specular_albedo, 0);
     const vec3 before = chain->throughput;
     chain->throughput *= leaving.way == kChainReflects ? specular_albedo : bsdf.tint;
     if (Continue(context_, hit, surface, leaving, chain, &scratch_.rays)) {

@@ -73,15 +73,18 @@ SHARED_FN float WidestAlpha(SHARED_IN(Bsdf) bsdf) {
   return IsAnisotropic(bsdf) ? bsdf.tangent_alpha : bsdf.specular_alpha;
 }
 
-// \param cosine  of the viewer's direction with the shading normal
-// \param first   1: the visible surface, whose specular light alone is guided: it may be diffuse
-// too
-SHARED_FN Leaving LeavingOf(SHARED_IN(Bsdf) bsdf, float cosine, vec3 specular_albedo, int first) {
+// Solids that scatter inside do not show what is behind them.
+// \param first  1: the visible surface, whose specular light alone is guided: it may be diffuse too
+SHARED_FN Leaving LeavingOf(SHARED_IN(Bsdf) bsdf, SHARED_IN(ShadingPoint) at, vec3 specular_albedo,
+                            int first) {
   if (bsdf.glass_weight > 0.5f && IsSmooth(bsdf.glass_alpha)) {
     Leaving glass = LeavingBy(kChainReflects);
-    float reflectance =
-        bsdf.thin != 0 ? bsdf.sheet_reflectance : FresnelOfGlass(bsdf, min(cosine, 1.0f)).share;
+    float reflectance = bsdf.thin != 0 ? bsdf.sheet_reflectance
+                                       : FresnelOfGlass(bsdf, min(at.local_wo.z, 1.0f)).share;
     if (!(reflectance > 0.5f)) {
+      if (IsMurky(at)) {
+        return LeavingBy(kChainEnds);
+      }
       glass.way = bsdf.thin != 0 ? kChainGoesOn : kChainRefracts;
       glass.eta = bsdf.eta;
       glass.reflectance = reflectance;

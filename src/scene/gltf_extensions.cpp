@@ -13,7 +13,7 @@ namespace stillray {
 
 namespace {
 
-constexpr std::array<std::string_view, 15> kKnownExtensions = {
+constexpr std::array<std::string_view, 16> kKnownExtensions = {
     "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
@@ -27,6 +27,7 @@ constexpr std::array<std::string_view, 15> kKnownExtensions = {
     "KHR_materials_transmission",
     "KHR_materials_unlit",
     "KHR_materials_volume",
+    "KHR_materials_volume_scatter",
     "KHR_mesh_quantization",
     "KHR_texture_transform",
 };

@@ -198,6 +198,30 @@ void ReadTransmission(GltfImport* import, const JsonView& view, Material* materi
   }
 }
 
+/// Drafts of the extension have two names for the colour.
+void ReadVolumeScatter(const JsonView& view, Material* material) {
+  // A phase function of 1 scatters nothing, and is no function.
+  constexpr float kMostAnisotropy = 0.999f;
+  const JsonView scatter = view.Extension("KHR_materials_volume_scatter");
+  const char* key =
+      scatter.Has("multiscatterColorFactor") ? "multiscatterColorFactor" : "multiscatterColor";
+  if (scatter.Numbers(key, &material->multiscatter_color.x, 3)) {
+    Clamp01(scatter, key, &material->multiscatter_color.x, 3);
+  }
+  material->scatter_anisotropy =
+      scatter.NumberIn("scatterAnisotropy", 0.0f, -kMostAnisotropy, kMostAnisotropy);
+  if (scatter.Has("multiscatterColorTexture")) {
+    scatter.Warn("multiscatterColorTexture",
+                 "is left out: what fills a body is the same everywhere");
+  }
+  const bool fills = material->solid && std::isfinite(material->attenuation_distance);
+  if (material->multiscatter_color != vec3(0.0f) && !fills) {
+    scatter.Warn(key,
+                 "scatters no light without thicknessFactor and attenuationDistance of "
+                 "KHR_materials_volume");
+  }
+}
+
 /// A colour factor without an upper limit but that of a float.
 void ReadStrength(const JsonView& view, const char* key, vec3* colour) {
   if (!view.Numbers(key, &colour->x, 3)) {
@@ -303,6 +327,7 @@ Material ReadMaterial(GltfImport* import, const JsonView& view) {
   material.alpha_cutoff = view.Number("alphaCutoff", 0.5f);
   material.double_sided = view.Bool("doubleSided", false);
   ReadTransmission(import, view, &material);
+  ReadVolumeScatter(view, &material);
   ReadSpecular(import, view, &material);
   ReadClearcoat(import, view, &material);
   ReadSheen(import, view, &material);

@@ -85,6 +85,8 @@ inline std::vector<Material> LayeredMaterials() {
   leaf.attenuation_distance = 0.3f;
   leaf.sheen_color = vec3(0.5f);
   leaf.sheen_roughness = 0.4f;
+  leaf.multiscatter_color = vec3(0.5f, 0.9f, 0.2f);
+  leaf.scatter_anisotropy = -0.3f;
   materials.push_back(leaf);
   Material brushed = Metal(vec3(0.9f, 0.7f, 0.4f), 0.25f);
   brushed.anisotropy = 0.8f;
@@ -116,6 +118,10 @@ inline std::vector<Material> LayeredMaterials() {
   vase.iridescence_ior = 1.9f;
   vase.iridescence_thickness_max = 300.0f;
   vase.clearcoat = 0.2f;
+  vase.multiscatter_color = vec3(0.9f, 0.6f, 0.3f);
+  vase.scatter_anisotropy = 0.6f;
+  vase.attenuation_color = vec3(0.3f, 0.4f, 0.5f);
+  vase.attenuation_distance = 0.8f;
   materials.push_back(vase);
   return materials;
 }

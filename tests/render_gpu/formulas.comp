@@ -13,6 +13,7 @@
 #include "render/sampler_shared.h"
 #include "render/shading_point_shared.h"
 #include "render/vulkan/lights.glsl"
+#include "render/medium_shared.h"
 #include "render/path_shared.h"
 #include "formulas_shared.h"
 

@@ -37,6 +37,10 @@ struct FormulaValues {
   float area_density;
   float may_be_met;
   float survival;
+  vec3 flight_weight;
+  float flight_distance;
+  vec3 scattered;
+  float albedo;
 };
 
 SHARED_FN FormulaValues ComputeFormulas(LIGHTS_IN SHARED_IN(FormulaPlace) place) {
@@ -64,10 +68,18 @@ SHARED_FN FormulaValues ComputeFormulas(LIGHTS_IN SHARED_IN(FormulaPlace) place)
                                         values.total, light.direction, light.distance);
   }
   values.may_be_met = LightMayBeMet(LIGHTS place.point, place.normal) ? 1.0f : 0.0f;
-  PathState path = StartPath(0, place.seed);
+  PathState path = StartPath(place.seed);
   path.bounces = kRouletteBounces;
   path.diffuse = vec3(values.sobol.x, values.sobol.y, values.sobol.z);
   values.survival = SurvivesRoulette(path, values.halton.x) ? path.throughput.x : 0.0f;
+  Flight flight = FlyThrough(vec3(0.5f, 1.0f, 3.0f), vec3(0.9f, 0.5f, 0.2f),
+                             vec3(values.sobol.x, values.sobol.y, values.sobol.z), 1.0f,
+                             values.halton.y, values.halton.z);
+  values.flight_weight = flight.weight;
+  values.flight_distance = min(flight.distance, 1e6f);
+  values.scattered = SampleScattering(place.normal, 1.8f * values.sobol.w - 0.9f, values.halton.x,
+                                      values.halton.w);
+  values.albedo = SingleScatterAlbedo(values.sobol.x);
   return values;
 }
 

@@ -106,7 +106,10 @@ class GpuFormulasTest : public test::VulkanTest {
           near(vec3(f.environment_density), vec3(e.environment_density), 1e-2f) &&
           near(vec3(f.total), vec3(e.total), 1e-4f) &&
           near(vec3(f.area_density), vec3(e.area_density), 1e-2f) && f.may_be_met == e.may_be_met &&
-          near(vec3(f.survival), vec3(e.survival), 1e-4f);
+          near(vec3(f.survival), vec3(e.survival), 1e-4f) &&
+          near(f.flight_weight, e.flight_weight, 1e-3f) &&
+          near(vec3(f.flight_distance), vec3(e.flight_distance), 1e-3f) &&
+          near(f.scattered, e.scattered, 1e-4f) && near(vec3(f.albedo), vec3(e.albedo), 1e-4f);
       differ += same ? 0 : 1;
       of_areas += e.area_density > 0 ? 1 : 0;
       of_points += e.area_density == 0 && e.density > 0 ? 1 : 0;

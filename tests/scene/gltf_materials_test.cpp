@@ -216,6 +216,29 @@ TEST(GltfMaterials, Iridescence) {
   EXPECT_EQ(plain.iridescence_thickness_max, 400.0f);
 }
 
+TEST(GltfMaterials, VolumeScatter) {
+  json extensions = {
+      {"KHR_materials_volume",
+       {{"thicknessFactor", 1}, {"attenuationColor", {0.5, 0.5, 0.5}}, {"attenuationDistance", 2}}},
+      {"KHR_materials_volume_scatter",
+       {{"multiscatterColor", {0.5, 1.5, 0}}, {"scatterAnisotropy", 1}}}};
+  const Scene scene = WithMaterial({{"extensions", extensions}});
+  EXPECT_EQ(scene.materials.at(0).multiscatter_color, vec3(0.5f, 1.0f, 0.0f));
+  EXPECT_EQ(scene.materials.at(0).scatter_anisotropy, 0.999f);
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("multiscatterColor: 1.5 is outside 0..1")));
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("scatterAnisotropy: 1 is outside")));
+  EXPECT_THAT(scene.warnings, Not(Contains(HasSubstr("scatters no light"))));
+  extensions["KHR_materials_volume_scatter"] = {{"multiscatterColorFactor", {0.25, 0.5, 1}},
+                                                {"multiscatterColorTexture", {{"index", 0}}}};
+  extensions["KHR_materials_volume"].erase("attenuationDistance");
+  const Scene later = WithMaterial({{"extensions", extensions}});
+  EXPECT_EQ(later.materials.at(0).multiscatter_color, vec3(0.25f, 0.5f, 1.0f));
+  EXPECT_EQ(later.materials.at(0).scatter_anisotropy, 0.0f);
+  EXPECT_THAT(later.warnings, Contains(HasSubstr("multiscatterColorTexture: is left out")));
+  EXPECT_THAT(later.warnings, Contains(HasSubstr("multiscatterColorFactor: scatters no light")));
+  EXPECT_EQ(WithMaterial(json::object()).materials.at(0).multiscatter_color, vec3(0.0f));
+}
+
 /// A texture or a number of an extension that is damaged is an error that names it.
 TEST(GltfMaterials, DamagedExtensionsAreRefused) {
   const auto refused = [](const char* extension, const json& content, const std::string& message) {
@@ -242,6 +265,8 @@ TEST(GltfMaterials, DamagedExtensionsAreRefused) {
           "diffuseTransmissionFactor: expected a number, found array");
   refused("KHR_materials_anisotropy", {{"anisotropyRotation", "left"}},
           "anisotropyRotation: expected a number, found string");
+  refused("KHR_materials_volume_scatter", {{"multiscatterColor", {1, 1}}},
+          "multiscatterColor: expected 3 numbers, found 2");
   refused("KHR_materials_iridescence", {{"iridescenceThicknessTexture", {{"index", 5}}}},
           "iridescenceThicknessTexture.index: index 5 is out of range");
   refused("KHR_materials_sheen", {{"sheenColorFactor", {1, nullptr, 1}}},

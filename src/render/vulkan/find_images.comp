@@ -132,7 +132,7 @@ int Meet(GpuHit hit, float forward, inout Chain chain, inout GpuImage image, ino
   vec3 specular_albedo;
   Bsdf bsdf = MakeSurfaceBsdf(material, surface, 0.0f, specular_albedo);
   Leaving leaving =
-      LeavingOf(bsdf, surface.at.local_wo.z, first ? vec3(1.0f) : specular_albedo, first ? 1 : 0);
+      LeavingOf(bsdf, surface.at, first ? vec3(1.0f) : specular_albedo, first ? 1 : 0);
   bool through = first && (leaving.way == kChainRefracts || leaving.way == kChainGoesOn);
   if (through) {
     chain.reflectance = leaving.reflectance;

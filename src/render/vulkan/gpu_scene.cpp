@@ -113,6 +113,8 @@ GpuMaterial MakeMaterial(const Material& m) {
   out.transmission = m.transmission;
   out.attenuation_colour = m.attenuation_color;
   out.attenuation_distance = m.attenuation_distance;
+  out.multiscatter_colour = m.multiscatter_color;
+  out.scatter_anisotropy = m.scatter_anisotropy;
   out.ior = m.ior;
   out.alpha_mode = static_cast<uint32_t>(m.alpha_mode);
   out.double_sided = m.double_sided ? 1 : 0;
@@ -367,6 +369,7 @@ Status GpuScene::AddMaterials() {
       materials_.back().layers = AppendWords(std::vector<GpuLayers>{MakeLayers(material)}, &words_);
       with_layers_ = true;
     }
+    with_media_ = with_media_ || ScattersInside(material);
   }
   for (uint32_t i = 0; i < kSrgbTableSize; ++i) {
     texels_.push_back(std::bit_cast<uint32_t>(SrgbDecode(static_cast<float>(i) / 255.0f)));

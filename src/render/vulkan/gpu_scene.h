@@ -53,6 +53,7 @@ class GpuScene {
   const std::vector<GpuMaterial>& materials() const { return materials_; }
   /// Whether any material has GpuLayers.
   bool with_layers() const { return with_layers_; }
+  bool with_media() const { return with_media_; }  ///< any that scatter
   const std::vector<GpuTexture>& textures() const { return textures_; }
   const std::vector<uint32_t>& texels() const { return texels_; }
   const std::vector<uint32_t>& words() const { return words_; }
@@ -109,6 +110,7 @@ class GpuScene {
   std::vector<GpuInstance> instances_;
   std::vector<GpuMaterial> materials_;
   bool with_layers_ = false;
+  bool with_media_ = false;
   std::vector<GpuTexture> textures_;
   std::vector<uint32_t> texels_;
   std::vector<uint32_t> words_;

@@ -20,6 +20,7 @@ STILLRAY_SHADER(StartReference)
 STILLRAY_SHADER(Shade)
 STILLRAY_SHADER(TraceShadows)
 STILLRAY_SHADER(TraceNext)
+STILLRAY_SHADER(CrossMedia)
 STILLRAY_SHADER(Advance)
 STILLRAY_SHADER(AddSamples)
 STILLRAY_SHADER(AddReference)
@@ -43,6 +44,7 @@ ShaderCode CodeOf(size_t shader) {
       {"shade", {shaders::kShade, shaders::kShadeWords}},
       {"trace_shadows", {shaders::kTraceShadows, shaders::kTraceShadowsWords}},
       {"trace_next", {shaders::kTraceNext, shaders::kTraceNextWords}},
+      {"cross_media", {shaders::kCrossMedia, shaders::kCrossMediaWords}},
       {"advance", {shaders::kAdvance, shaders::kAdvanceWords}},
       {"add_samples", {shaders::kAddSamples, shaders::kAddSamplesWords}},
       {"add_reference", {shaders::kAddReference, shaders::kAddReferenceWords}},
@@ -334,6 +336,11 @@ Status GpuTracer::RecordSample(VkCommandBuffer commands, GpuBatch batch, int ste
     if (step + 1 < steps) {
       STILLRAY_RETURN_IF_ERROR(
           DispatchQueue(commands, kTraceNext, batch, kQueueActive + 1 - batch.phase));
+      if (accel_->scene().with_media()) {
+        Wait(commands);
+        STILLRAY_RETURN_IF_ERROR(
+            DispatchQueue(commands, kCrossMedia, batch, kQueueActive + 1 - batch.phase));
+      }
     }
     Wait(commands);
   }

@@ -140,6 +140,7 @@ class GpuTracer {
     kShade,
     kTraceShadows,
     kTraceNext,
+    kCrossMedia,
     kAdvance,
     kAddSamples,
     kAddReference,

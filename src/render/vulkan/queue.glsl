@@ -65,6 +65,14 @@ void CountPrimaryRays(uint count) {
 }
 
 // Called by all threads of the group.
+void CountBounceRays(uint count) {
+  uint added = ToAdd(count);
+  if (added > 0u) {
+    atomicAdd(counters.bounce_rays, added);
+  }
+}
+
+// Called by all threads of the group.
 void CountImageRays(uint count) {
   uint added = ToAdd(count);
   if (added > 0u) {

@@ -105,6 +105,8 @@ struct GpuMaterial {
   float transmission;
   vec3 attenuation_colour;
   float attenuation_distance;
+  vec3 multiscatter_colour;
+  float scatter_anisotropy;
   float ior;
   uint alpha_mode;  // kAlpha...
   uint double_sided;
@@ -237,7 +239,7 @@ static_assert(sizeof(BvhTriangle) == 48);
 static_assert(sizeof(Placement) == 64);
 static_assert(sizeof(GpuInstance) == 144);
 static_assert(sizeof(GpuTextureRef) == 32);
-static_assert(sizeof(GpuMaterial) == 256);
+static_assert(sizeof(GpuMaterial) == 272);
 static_assert(offsetof(GpuLayers, specular) == 4 * kLayersSpecular);
 static_assert(offsetof(GpuLayers, coat) == 4 * kLayersCoat);
 static_assert(offsetof(GpuLayers, coat_roughness) == 4 * kLayersCoatRoughness);

@@ -139,7 +139,9 @@ bool Shade(uint number, out bool seeks, inout GpuShadow shadow) {
   GpuHit hit = hits[number];
   vec3 direction = rays[number].direction;
   if (path.first == 0) {
-    path.throughput *= Absorb(path.absorption, hit.t);
+    if (!IsInMurk(path)) {  // else cross_media has done it
+      path.throughput *= Absorb(path.extinction, hit.t);
+    }
     if (hit.instance == kNoInstance) {
       Leave(number, path, direction);
       return false;

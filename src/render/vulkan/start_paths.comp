@@ -82,7 +82,7 @@ bool Start(uint number, uvec2 pixel, out uint traced) {
   if (hit.instance == kNoInstance) {
     return false;
   }
-  paths[number] = StartPath(int(number), seed);
+  paths[number] = StartPath(seed);
   rays[number] = GpuRay(view.position, kInfinity, direction, 0u);
   hits[number] = hit;
   return true;

@@ -147,6 +147,8 @@ Surface MakeSurface(GpuMaterial material, GpuInstance instance, GpuHit hit, vec3
   surface.at.solid = int(material.solid);
   surface.at.attenuation_colour = material.attenuation_colour;
   surface.at.attenuation_distance = material.attenuation_distance;
+  surface.at.multiscatter_colour = material.multiscatter_colour;
+  surface.at.scatter_anisotropy = material.scatter_anisotropy;
   surface.layers = NoLayers();
   surface.layered = kWithLayers != 0u && material.layers != kNoArray;
   if (surface.layered) {

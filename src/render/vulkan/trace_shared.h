@@ -163,7 +163,7 @@ STILLRAY_RENDER_END
 namespace stillray::render {
 static_assert(sizeof(GpuFrame) == 240);
 static_assert(sizeof(LensGuides) == 112);
-static_assert(sizeof(PathState) == 112);
+static_assert(sizeof(PathState) == 128);
 static_assert(sizeof(GpuGuides) == 96);
 static_assert(sizeof(GpuImage) == 48);
 static_assert(sizeof(GpuPixelLight) == 64);

@@ -6,6 +6,7 @@
 #include "render/vulkan/material_lookup.glsl"
 #include "render/shading_point_shared.h"
 #include "render/vulkan/lights.glsl"
+#include "render/medium_shared.h"
 #include "render/path_shared.h"
 #include "render/sampler_shared.h"
 #include "render/vulkan/trace.glsl"

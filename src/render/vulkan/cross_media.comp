@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#version 450
+
+// Takes active paths through the media that scatter around them, up to the surface where they leave
+// or to their end: all collisions in one step, since a path may have hundreds. Rays in media are
+// traced by stillray's BVH, also where the device traces the others. The counterpart of
+// Tracer::PassMedium on the CPU.
+#include "render/vulkan/tracer.glsl"
+#include "render/vulkan/rays.glsl"
+#include "render/vulkan/queue.glsl"
+
+// Returns the number of rays traced.
+uint Cross(uint number, PathState path) {
+  GpuRay ray = rays[number];
+  GpuHit hit = hits[number];
+  uint traced = 0u;
+  int fate = kMediumScatters;
+  while (true) {
+    vec4 u = NumbersOf(path.seed, MediumDimensions(path.step));
+    float roulette = NumbersOf(path.seed, LightDimensions(path.step)).w;
+    vec3 direction = ray.direction;
+    float distance = 0.0f;
+    fate = CrossMedium(path, hit.t, u, roulette, frame.bounces, direction, distance);
+    if (fate != kMediumScatters) {
+      break;
+    }
+    path.step += 1;
+    ray.origin += ray.direction * distance;
+    ray.direction = direction;
+    hit = FindFirstHit(ray);
+    traced += 1u;
+  }
+  if (fate == kMediumEnds) {  // as a path that leaves the scene without light
+    path.throughput = vec3(0.0f);
+    hit.instance = kNoInstance;
+  }
+  paths[number] = path;
+  rays[number] = ray;
+  hits[number] = hit;
+  return traced;
+}
+
+void main() {
+  uint next = 1u - batch.phase;
+  uint place = ThreadNumber();
+  uint traced = 0u;
+  if (place < queues[kQueueActive + next].count) {
+    uint number = lists[ListStart(next) + place];
+    PathState path = paths[number];
+    if (IsInMurk(path)) {
+      traced = Cross(number, path);
+    }
+  }
+  CountBounceRays(traced);
+}
