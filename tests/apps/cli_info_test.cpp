@@ -165,10 +165,21 @@ TEST_F(CliInfo, BuiltinScene) {
 }
 
 TEST_F(CliInfo, GltfFile) {
-  // One triangle in a buffer of 36 bytes, outside of the view.
+  // One triangle in a buffer of 36 bytes, outside of the view. Of the three solids one scatters:
+  // another has an infinite attenuation distance, the third no colour.
   const std::string path = WriteBytes("a.gltf", R"({"asset": {"version": "2.0"},
     "scene": 0, "scenes": [{"nodes": [0, 1]}], "nodes": [{"mesh": 0}, {"mesh": 0}],
     "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+    "materials": [
+      {"extensions": {
+        "KHR_materials_volume": {"thicknessFactor": 1, "attenuationDistance": 2,
+                                 "attenuationColor": [0.5, 0.5, 0.5]},
+        "KHR_materials_volume_scatter": {"multiscatterColor": [0, 0.5, 0]}}},
+      {"extensions": {
+        "KHR_materials_volume": {"thicknessFactor": 1},
+        "KHR_materials_volume_scatter": {"multiscatterColor": [0, 0.5, 0]}}},
+      {"extensions": {
+        "KHR_materials_volume": {"thicknessFactor": 1, "attenuationDistance": 2}}}],
     "buffers": [{"byteLength": 36, "uri":
       "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}],
     "bufferViews": [{"buffer": 0, "byteLength": 36}],
@@ -182,6 +193,7 @@ TEST_F(CliInfo, GltfFile) {
   EXPECT_EQ(info["instances"], 2);
   EXPECT_EQ(info["bounds"]["max"], json::array({1.0, 1.0, 0.0}));
   EXPECT_EQ(info["animation_seconds"], 0.0);
+  EXPECT_EQ(info["scattering_materials"], 1);
 }
 
 TEST_F(CliInfo, WhatDeforms) {

@@ -10,6 +10,7 @@
 
 #include "core/lower_case.h"
 #include "core/printable.h"
+#include "render/scene_state.h"
 
 namespace stillray {
 
@@ -23,6 +24,7 @@ struct SceneCounts {
   uint64_t texture_bytes = 0;
   uint64_t emissive_materials = 0;
   uint64_t transmissive_materials = 0;
+  uint64_t scattering_materials = 0;  ///< of solids in which light is scattered
   uint64_t cutout_materials = 0;
   uint64_t skinned = 0;  ///< instances
   uint64_t morphed = 0;  ///< instances
@@ -67,6 +69,7 @@ SceneCounts Count(const Scene& scene) {
   for (const Material& material : scene.materials) {
     counts.emissive_materials += material.emits();
     counts.transmissive_materials += material.transmission > 0;
+    counts.scattering_materials += render::ScattersInside(material);
     counts.cutout_materials += material.alpha_mode != AlphaMode::kOpaque;
   }
   return counts;
@@ -171,9 +174,10 @@ std::string SceneText(const std::string& spec, const Scene& scene) {
          fmt::format("{} instances by skins, {} by morph targets", counts.skinned, counts.morphed));
   }
   line("nodes", fmt::format("{}", scene.nodes.size()));
-  line("materials", fmt::format("{} ({} emissive, {} transmissive, {} with alpha)",
-                                scene.materials.size(), counts.emissive_materials,
-                                counts.transmissive_materials, counts.cutout_materials));
+  line("materials",
+       fmt::format("{} ({} emissive, {} transmissive, {} scattering, {} with alpha)",
+                   scene.materials.size(), counts.emissive_materials, counts.transmissive_materials,
+                   counts.scattering_materials, counts.cutout_materials));
   line("textures", fmt::format("{} ({})", scene.textures.size(), Mebibytes(counts.texture_bytes)));
   line("bounds",
        IsEmpty(bounds) ? "empty" : VectorText(bounds.min) + " - " + VectorText(bounds.max));
@@ -218,6 +222,7 @@ nlohmann::ordered_json SceneJson(const std::string& spec, const Scene& scene) {
   json["materials"] = scene.materials.size();
   json["emissive_materials"] = counts.emissive_materials;
   json["transmissive_materials"] = counts.transmissive_materials;
+  json["scattering_materials"] = counts.scattering_materials;
   json["alpha_materials"] = counts.cutout_materials;
   json["textures"] = scene.textures.size();
   json["texture_bytes"] = counts.texture_bytes;
