@@ -227,7 +227,7 @@ void Tracer::Shade(int path_index, const Hit& hit) {
   Path& path = scratch_.paths[path_index];
   const vec3 direction = rays_->Direction(path_index);
   if (path.first == 0) {
-    if (IsInMurk(path)) {
+    if (IsInScatteringMedium(path)) {
       if (!PassMedium(path_index, hit.t)) {
         return;
       }

@@ -316,7 +316,7 @@ SHARED_FN bool SurvivesRoulette(SHARED_INOUT(PathState) path, float u) {
 }
 
 // Whether light is scattered in the medium around the path.
-SHARED_FN bool IsInMurk(SHARED_IN(PathState) path) {
+SHARED_FN bool IsInScatteringMedium(SHARED_IN(PathState) path) {
   return path.scatter_albedo != vec3(0.0f);
 }
 

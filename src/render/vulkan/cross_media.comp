@@ -48,7 +48,7 @@ void main() {
   if (place < queues[kQueueActive + next].count) {
     uint number = lists[ListStart(next) + place];
     PathState path = paths[number];
-    if (IsInMurk(path)) {
+    if (IsInScatteringMedium(path)) {
       traced = Cross(number, path);
     }
   }

@@ -139,7 +139,7 @@ bool Shade(uint number, out bool seeks, inout GpuShadow shadow) {
   GpuHit hit = hits[number];
   vec3 direction = rays[number].direction;
   if (path.first == 0) {
-    if (!IsInMurk(path)) {  // else cross_media has done it
+    if (!IsInScatteringMedium(path)) {  // else cross_media has done it
       path.throughput *= Absorb(path.extinction, hit.t);
     }
     if (hit.instance == kNoInstance) {
