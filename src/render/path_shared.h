@@ -132,7 +132,7 @@ SHARED_FN void EnterMedium(SHARED_INOUT(PathState) path, SHARED_IN(ShadingPoint)
     return;
   }
   path.scatter_albedo = vec3(0.0f);
-  if (at.front != 0 && IsMurky(at)) {
+  if (at.front != 0 && Scatters(at)) {
     path.scatter_albedo = vec3(SingleScatterAlbedo(at.multiscatter_colour.x),
                                SingleScatterAlbedo(at.multiscatter_colour.y),
                                SingleScatterAlbedo(at.multiscatter_colour.z));

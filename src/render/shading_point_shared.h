@@ -37,7 +37,7 @@ SHARED_FN bool IsConsistent(SHARED_IN(ShadingPoint) at, vec3 wi, float local_z) 
 }
 
 // Whether light is scattered inside the solid.
-SHARED_FN bool IsMurky(SHARED_IN(ShadingPoint) at) {
+SHARED_FN bool Scatters(SHARED_IN(ShadingPoint) at) {
   return at.solid != 0 && at.multiscatter_colour != vec3(0.0f) &&
          at.attenuation_distance <= kLargestFloat;
 }

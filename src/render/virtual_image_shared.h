@@ -82,7 +82,7 @@ SHARED_FN Leaving LeavingOf(SHARED_IN(Bsdf) bsdf, SHARED_IN(ShadingPoint) at, ve
     float reflectance = bsdf.thin != 0 ? bsdf.sheet_reflectance
                                        : FresnelOfGlass(bsdf, min(at.local_wo.z, 1.0f)).share;
     if (!(reflectance > 0.5f)) {
-      if (IsMurky(at)) {
+      if (Scatters(at)) {
         return LeavingBy(kChainEnds);
       }
       glass.way = bsdf.thin != 0 ? kChainGoesOn : kChainRefracts;

@@ -196,7 +196,7 @@ TEST(MediumTest, PathsThatPassAMediumKeepTheirStrategy) {
 }
 
 /// A body of refractive index `ior` with the attenuation `transmittance` per unit length.
-Material Murky(float ior, vec3 multiscatter, float anisotropy, vec3 transmittance) {
+Material Scattering(float ior, vec3 multiscatter, float anisotropy, vec3 transmittance) {
   Material material = Glass(ior, 0.0f);
   material.multiscatter_color = multiscatter;
   material.scatter_anisotropy = anisotropy;
@@ -207,7 +207,7 @@ Material Murky(float ior, vec3 multiscatter, float anisotropy, vec3 transmittanc
 
 /// The same behind a surface of diffuse transmission alone.
 Material Waxen(vec3 multiscatter, float anisotropy, vec3 transmittance) {
-  Material material = Murky(1.0f, multiscatter, anisotropy, transmittance);
+  Material material = Scattering(1.0f, multiscatter, anisotropy, transmittance);
   material.transmission = 0.0f;
   material.roughness = 1.0f;
   material.diffuse_transmission = 1.0f;
@@ -237,8 +237,8 @@ TEST(VolumeTest, WhiteBodiesVanishInAFurnace) {
   const vec3 thin(0.8f, 0.4f, 0.1f);
   const vec3 dense(0.2f, 0.1f, 0.05f);
   for (const Material& material :
-       {Murky(1.0f, white, 0.0f, thin), Murky(1.0f, white, 0.7f, thin),
-        Murky(1.5f, white, 0.0f, dense), Murky(1.3f, white, -0.5f, vec3(0.05f)),
+       {Scattering(1.0f, white, 0.0f, thin), Scattering(1.0f, white, 0.7f, thin),
+        Scattering(1.5f, white, 0.0f, dense), Scattering(1.3f, white, -0.5f, vec3(0.05f)),
         Waxen(white, 0.0f, thin), Waxen(white, 0.5f, vec3(0.1f))}) {
     const vec3 mean = Mean(RenderMean(BodyInFurnace(material).scene, DeepSettings(), 256));
     ExpectNear(mean, vec3(1.0f), 0.006f,
@@ -330,7 +330,7 @@ double SimulateTrapped(double ior, double depth) {
 }
 
 TEST(VolumeTest, ThinGlassLosesTheLightThatItTraps) {
-  SceneBuilder builder = Slab(Murky(1.5f, vec3(1.0f), 0.0f, vec3(0.8f)), 1.0f, 0.0f);
+  SceneBuilder builder = Slab(Scattering(1.5f, vec3(1.0f), 0.0f, vec3(0.8f)), 1.0f, 0.0f);
   builder.scene.environment.radiance = vec3(1.0f);
   const vec3 mean = Mean(RenderMean(builder.scene, DeepSettings(16, 16), 256));
   const double trapped = SimulateTrapped(1.5, -std::log(0.8));
@@ -344,7 +344,7 @@ TEST(VolumeTest, ThinGlassLosesTheLightThatItTraps) {
 TEST(VolumeTest, HalfSpaceHasChandrasekharsAlbedo) {
   const vec3 multi(0.7f, 0.4f, 0.15f);
   for (const float angle : {0.0f, 1.0f}) {
-    SceneBuilder builder = Slab(Murky(1.0f, multi, 0.0f, vec3(0.1f, 0.4f, 0.02f)), 30.0f, angle);
+    SceneBuilder builder = Slab(Scattering(1.0f, multi, 0.0f, vec3(0.1f, 0.4f, 0.02f)), 30.0f, angle);
     builder.scene.environment.radiance = vec3(1.0f);
     const vec3 seen = Mean(RenderMean(builder.scene, DeepSettings(16, 16), 256));
     for (int c = 0; c < 3; ++c) {
@@ -401,7 +401,7 @@ TEST(VolumeTest, SlabsTransmitAndReflectAsPhotonsDo) {
   for (const float g : {0.0f, 0.6f, -0.5f}) {
     for (const float angle : {0.0f, 0.9f}) {
       const vec3 depth(2.0f, 0.7f, 1.4f);
-      SceneBuilder builder = Slab(Murky(1.0f, multi, g, glm::exp(-depth)), 1.0f, angle);
+      SceneBuilder builder = Slab(Scattering(1.0f, multi, g, glm::exp(-depth)), 1.0f, angle);
       SceneBuilder behind = builder;
       behind.Add(Quad(vec3(-900, -900, -2.5f), vec3(1800, 0, 0), vec3(0, 1800, 0)),
                  Emitter(vec3(1.0f)));
@@ -426,7 +426,7 @@ TEST(VolumeTest, SlabsTransmitAndReflectAsPhotonsDo) {
 TEST(VolumeTest, WithoutScatteringLightIsAbsorbed) {
   const vec3 transmittance(0.7f, 0.4f, 0.1f);
   const auto picture = [&](vec3 multi) {
-    SceneBuilder builder = Slab(Murky(1.0f, multi, 0.0f, transmittance), 1.0f, 0.0f);
+    SceneBuilder builder = Slab(Scattering(1.0f, multi, 0.0f, transmittance), 1.0f, 0.0f);
     builder.Add(Quad(vec3(-900, -900, -2.5f), vec3(1800, 0, 0), vec3(0, 1800, 0)),
                 Emitter(vec3(1.0f)));
     return Mean(RenderMean(builder.scene, DeepSettings(16, 16), 256));
@@ -438,7 +438,7 @@ TEST(VolumeTest, WithoutScatteringLightIsAbsorbed) {
 // Only one colour is scattered: the others are absorbed by the same paths.
 TEST(VolumeTest, ColoursAreApart) {
   const vec3 multi(0.0f, 0.6f, 0.0f);
-  SceneBuilder builder = Slab(Murky(1.0f, multi, 0.0f, vec3(0.5f)), 30.0f, 0.0f);
+  SceneBuilder builder = Slab(Scattering(1.0f, multi, 0.0f, vec3(0.5f)), 30.0f, 0.0f);
   builder.scene.environment.radiance = vec3(1.0f);
   const vec3 seen = Mean(RenderMean(builder.scene, DeepSettings(16, 16), 64));
   EXPECT_NEAR(seen.x, 0.0f, 1e-5f);
@@ -448,7 +448,7 @@ TEST(VolumeTest, ColoursAreApart) {
 
 // All collisions are one bounce: with the fewest a body is as bright as with many.
 TEST(VolumeTest, CollisionsAreOneBounce) {
-  SceneBuilder builder = BodyInFurnace(Murky(1.0f, vec3(0.6f), 0.0f, vec3(0.05f)));
+  SceneBuilder builder = BodyInFurnace(Scattering(1.0f, vec3(0.6f), 0.0f, vec3(0.05f)));
   RenderSettings settings = DeepSettings();
   const vec3 many = Mean(RenderMean(builder.scene, settings, 64));
   settings.bounces = 1;
@@ -474,7 +474,7 @@ TEST(VolumeTest, PunctualLightsReachBodiesOfDiffuseTransmission) {
 
 // Scattered light is indirect, light that passes is direct; behind glass both are specular.
 TEST(VolumeTest, ScatteredLightIsIndirectSpecularBehindGlass) {
-  SceneBuilder builder = Slab(Murky(1.0f, vec3(0.8f), 0.0f, vec3(0.25f)), 1.0f, 0.0f);
+  SceneBuilder builder = Slab(Scattering(1.0f, vec3(0.8f), 0.0f, vec3(0.25f)), 1.0f, 0.0f);
   builder.Add(Quad(vec3(-900, -900, -2.5f), vec3(1800, 0, 0), vec3(0, 1800, 0)),
               Emitter(vec3(1.0f)));
   const Frame frame = RenderOne(builder.scene, SmallSettings(16, 16, 256));
@@ -487,10 +487,10 @@ TEST(VolumeTest, ScatteredLightIsIndirectSpecularBehindGlass) {
   EXPECT_EQ(Mean(frame.Find(SignalKind::kIndirectDiffuse)->radiance), vec3(0.0f));
 }
 
-// What is seen through clear glass has virtual guides; murk hides it.
+// What is seen through clear glass has virtual guides; a medium that scatters hides it.
 TEST(VolumeTest, GuidesEndAtTheSurface) {
   const auto has_image = [](vec3 multi) {
-    SceneBuilder builder = Slab(Murky(1.4f, multi, 0.0f, vec3(0.9f)), 1.0f, 0.0f);
+    SceneBuilder builder = Slab(Scattering(1.4f, multi, 0.0f, vec3(0.9f)), 1.0f, 0.0f);
     builder.Add(Quad(vec3(-900, -900, -2.5f), vec3(1800, 0, 0), vec3(0, 1800, 0)),
                 Lambert(vec3(0.5f)));
     builder.scene.environment.radiance = vec3(1.0f);
@@ -505,7 +505,7 @@ TEST(VolumeTest, GuidesEndAtTheSurface) {
 
 TEST(VolumeTest, ValuesOutOfRangeAreRefused) {
   const auto message = [](vec3 multi, float g) {
-    const Material material = Murky(1.3f, multi, g, vec3(0.5f));
+    const Material material = Scattering(1.3f, multi, g, vec3(0.5f));
     const auto renderer = Renderer::Create(BodyInFurnace(material).scene, SmallSettings(2, 2, 1));
     EXPECT_EQ(renderer.status().code(), StatusCode::kInvalidArgument);
     return renderer.status().message();
