@@ -68,8 +68,8 @@ bool IsLayered(const Material& material) {
 }
 
 bool ScattersInside(const Material& material) {
-  return material.solid && material.multiscatter_color != vec3(0.0f) &&
-         std::isfinite(material.attenuation_distance);
+  return material.solid && std::isfinite(material.attenuation_distance) &&
+         dot(material.multiscatter_color, vec3(1.0f) - material.attenuation_color) > 0.0f;
 }
 
 bool HasFilm(const Material& material) {

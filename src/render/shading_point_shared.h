@@ -38,8 +38,8 @@ SHARED_FN bool IsConsistent(SHARED_IN(ShadingPoint) at, vec3 wi, float local_z) 
 
 // Whether light is scattered inside the solid.
 SHARED_FN bool Scatters(SHARED_IN(ShadingPoint) at) {
-  return at.solid != 0 && at.multiscatter_colour != vec3(0.0f) &&
-         at.attenuation_distance <= kLargestFloat;
+  return at.solid != 0 && at.attenuation_distance <= kLargestFloat &&
+         dot(at.multiscatter_colour, vec3(1.0f) - at.attenuation_colour) > 0.0f;
 }
 
 // The origin of the next ray.

@@ -214,11 +214,13 @@ void ReadVolumeScatter(const JsonView& view, Material* material) {
     scatter.Warn("multiscatterColorTexture",
                  "is left out: what fills a body is the same everywhere");
   }
-  const bool fills = material->solid && std::isfinite(material->attenuation_distance);
+  const bool fills =
+      material->solid && std::isfinite(material->attenuation_distance) &&
+      dot(material->multiscatter_color, vec3(1.0f) - material->attenuation_color) > 0.0f;
   if (material->multiscatter_color != vec3(0.0f) && !fills) {
     scatter.Warn(key,
-                 "scatters no light without thicknessFactor and attenuationDistance of "
-                 "KHR_materials_volume");
+                 "scatters no light without thicknessFactor, attenuationDistance and an "
+                 "attenuationColor below 1 of KHR_materials_volume");
   }
 }
 

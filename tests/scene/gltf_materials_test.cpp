@@ -236,6 +236,9 @@ TEST(GltfMaterials, VolumeScatter) {
   EXPECT_EQ(later.materials.at(0).scatter_anisotropy, 0.0f);
   EXPECT_THAT(later.warnings, Contains(HasSubstr("multiscatterColorTexture: is left out")));
   EXPECT_THAT(later.warnings, Contains(HasSubstr("multiscatterColorFactor: scatters no light")));
+  extensions["KHR_materials_volume"] = {{"thicknessFactor", 1}, {"attenuationDistance", 2}};
+  EXPECT_THAT(WithMaterial({{"extensions", extensions}}).warnings,
+              Contains(HasSubstr("attenuationColor below 1")));
   EXPECT_EQ(WithMaterial(json::object()).materials.at(0).multiscatter_color, vec3(0.0f));
 }
 
