@@ -135,7 +135,7 @@ function(stillray_add_test name)
     list(JOIN ARG_UNSANITIZED ":" patterns)
     add_test(NAME ${name} COMMAND ${name} --gtest_brief=1 "--gtest_filter=-${patterns}"
       WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
-    set_tests_properties(${name} PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT 1800
+    set_tests_properties(${name} PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT 3000
       ENVIRONMENT "${STILLRAY_DRIVER_ENVIRONMENT};${STILLRAY_TEST_ENVIRONMENT}")
     return()
   endif()

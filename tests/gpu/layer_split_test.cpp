@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include <gmock/gmock.h>
+
 #include "denoise/picture_motion.h"
 #include "denoise/stage_test.h"
 #include "denoise/stages/select_guides.h"
@@ -358,8 +360,21 @@ class LayersOnDevice : public test::DeviceTest {
         test::ExpectImage(found.images[i], expected.images[i], {1e-5, 0.0}, found.images[i].name);
       }
     }
+    EXPECT_THAT(StageNames(&stays, MakeMirrors(51, 37, 5, second_moments)),
+                ::testing::IsSupersetOf({"select_guides", "add_layer", "atrous1"}));
     EXPECT_LT(stays.device_memory().bytes, from_host.device_memory().bytes);
     EXPECT_EQ(stays.device_memory().bytes, stays.memory_bytes());
+  }
+
+  /// The stages that a frame on the device lists in its timings.
+  std::vector<std::string> StageNames(Denoiser* denoiser, const Frame& frame) const {
+    DenoisedFrame out;
+    EXPECT_TRUE(denoiser->Denoise(PutOnDevice(device_, frame), &out).ok());
+    std::vector<std::string> names;
+    for (const StageTime& time : out.timings) {
+      names.emplace_back(time.name);
+    }
+    return names;
   }
 };
 

@@ -344,7 +344,8 @@ TEST(VolumeTest, ThinGlassLosesTheLightThatItTraps) {
 TEST(VolumeTest, HalfSpaceHasChandrasekharsAlbedo) {
   const vec3 multi(0.7f, 0.4f, 0.15f);
   for (const float angle : {0.0f, 1.0f}) {
-    SceneBuilder builder = Slab(Scattering(1.0f, multi, 0.0f, vec3(0.1f, 0.4f, 0.02f)), 30.0f, angle);
+    SceneBuilder builder =
+        Slab(Scattering(1.0f, multi, 0.0f, vec3(0.1f, 0.4f, 0.02f)), 30.0f, angle);
     builder.scene.environment.radiance = vec3(1.0f);
     const vec3 seen = Mean(RenderMean(builder.scene, DeepSettings(16, 16), 256));
     for (int c = 0; c < 3; ++c) {

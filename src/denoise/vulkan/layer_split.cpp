@@ -283,7 +283,7 @@ Result<Frame> LayerSplit::MakeRest(const Frame& frame) {
 void LayerSplit::AddTimes(std::vector<StageTime>* times) const {
   for (const gpu::Timestamps* of_part : {&layer_times_, &rest_times_}) {
     for (const gpu::DeviceTime& time : of_part->Read()) {
-      times->push_back({std::string(time.name), time.milliseconds});
+      times->push_back({time.name, time.milliseconds});
     }
   }
 }
