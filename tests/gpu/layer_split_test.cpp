@@ -344,7 +344,7 @@ class LayersOnDevice : public test::DeviceTest {
       ASSERT_TRUE(status.ok()) << status.message();
       status = stays.Denoise(on_device, &found);
       ASSERT_TRUE(status.ok()) << status.message();
-      // A renderer reuses images that nobody else holds.
+      // A renderer reuses images without other references.
       EXPECT_EQ(on_device.on_device.use_count(), 1);
       EXPECT_EQ(found.non_finite, expected.non_finite);
       EXPECT_EQ(found.negative, expected.negative);
