@@ -359,8 +359,12 @@ TEST_P(GpuAccelTest, AxisParallelRaysHitWhereBoxesAreFlat) {
       ASSERT_FLOAT_EQ(hit.t, 1.0f);
     }
   }
-  // Along faces, edges and corners of the box, of which a quarter of the rays are.
-  EXPECT_LE(missed, IsSoftwareAsHardware() ? static_cast<int>(rays.size()) / 4 : 0);
+  // A quarter of the rays runs along faces, edges and corners of the box. Ray tracing hardware may
+  // miss what lies in the plane of a ray (an H200 misses 51 of 243); the traversal of stillray's
+  // trees does not.
+  const int most = GetParam() == TracingWay::kHardware ? static_cast<int>(rays.size()) / 4 : 0;
+  test::RecordLargest("missed along faces", missed, most);
+  EXPECT_LE(missed, most);
 }
 
 // A texture of random alpha and colour.

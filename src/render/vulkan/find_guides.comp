@@ -15,11 +15,21 @@
 #include "render/vulkan/queue.glsl"
 #include "render/vulkan/previous_surface.glsl"
 
-// The cameras of the pixel's ray, now and one frame ago.
+// The cameras of the pixel's ray, now and one frame ago. They are made again where they are needed:
+// in ray generation shaders all that lives while a ray is traced is stored.
 struct PixelViews {
   GpuView now;
   GpuView before;
 };
+
+PixelViews ViewsOf(uvec2 pixel) {
+  PixelViews views = PixelViews(frame.view, frame.previous);
+  if (frame.view.lens_radius > 0.0f) {
+    vec2 point = LensPointOf(SeedOf(pixel));
+    views = PixelViews(Through(frame.view, point), Through(frame.previous, point));
+  }
+  return views;
+}
 
 // Out of the picture if the point was behind the previous camera.
 vec2 MotionBetween(PixelViews views, vec3 offset, vec3 previous_offset) {
@@ -40,8 +50,7 @@ void SetMotion(vec2 motion, inout GpuGuides sum) {
 }
 
 // Adds a surface with its fraction of the pixel; `heaviest`: it is the largest so far.
-void AddLayer(PixelViews views, CameraLayer layer, vec3 direction, bool heaviest,
-              inout GpuGuides sum) {
+void AddLayer(uvec2 pixel, CameraLayer layer, vec3 direction, bool heaviest, inout GpuGuides sum) {
   GpuInstance instance = instances[layer.hit.instance];
   GpuMaterial material = materials[instance.material];
   Surface surface = MakeSurface(material, instance, layer.hit, layer.base_colour, direction);
@@ -55,7 +64,7 @@ void AddLayer(PixelViews views, CameraLayer layer, vec3 direction, bool heaviest
   if (heaviest) {
     sum.depth = dot(surface.at.position - frame.view.position, frame.view.forward);
     sum.normal = surface.at.frame.z;
-    SetMotion(SurfaceMotion(views, instance, layer.hit, surface.at.position), sum);
+    SetMotion(SurfaceMotion(ViewsOf(pixel), instance, layer.hit, surface.at.position), sum);
     sum.previous_normal = HasChangedShape(instance)
                               ? PreviousNormalAt(instance, layer.hit, surface.at.frame.z)
                               : vec3(0.0f);
@@ -66,11 +75,7 @@ void AddLayer(PixelViews views, CameraLayer layer, vec3 direction, bool heaviest
 
 // Returns the number of rays traced.
 uint FindGuides(uint number, uvec2 pixel) {
-  PixelViews views = PixelViews(frame.view, frame.previous);
-  if (frame.view.lens_radius > 0.0f) {
-    vec2 point = LensPointOf(SeedOf(pixel));
-    views = PixelViews(Through(frame.view, point), Through(frame.previous, point));
-  }
+  PixelViews views = ViewsOf(pixel);
   vec3 direction = DirectionOf(views.now, vec2(pixel) + frame.point);
   GpuGuides sum = GpuGuides(vec3(0.0f), kInfinity, vec3(0.0f), 0.0f, vec3(0.0f), 0u, vec3(0.0f),
                             0.0f, vec3(0.0f), 0.0f, vec3(0.0f), 0.0f);
@@ -82,7 +87,7 @@ uint FindGuides(uint number, uvec2 pixel) {
   while (NextLayer(walk, layer)) {
     bool heaviest = walk.layers == 1 || layer.weight > largest;
     largest = heaviest ? layer.weight : largest;
-    AddLayer(views, layer, direction, heaviest, sum);
+    AddLayer(pixel, layer, direction, heaviest, sum);
     first = layer.hit;
   }
   if (walk.layers > 1) {

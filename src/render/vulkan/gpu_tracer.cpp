@@ -148,10 +148,10 @@ Status GpuTracer::AddBuffers() {
 Result<std::unique_ptr<GpuTracer>> GpuTracer::Create(gpu::Device* device, const GpuAccel* accel,
                                                      const GpuLights* lights,
                                                      const Visibility* visibility,
-                                                     uint32_t most_pixels, bool by_group,
+                                                     uint32_t most_pixels,
                                                      const TracerParts& parts) {
   std::unique_ptr<GpuTracer> tracer(new GpuTracer(device, accel, lights, visibility));
-  tracer->constants_ = {by_group ? 1u : 0u, accel->scene().with_layers() ? 1u : 0u};
+  tracer->constants_ = {accel->scene().with_layers() ? 1u : 0u};
   tracer->parts_ = parts;
   STILLRAY_RETURN_IF_ERROR(tracer->CheckLimits());
   const size_t fit = device->context().limits.maxStorageBufferRange / kLargestRecord;

@@ -50,12 +50,10 @@ class GpuTracer {
   ///     all camera rays are traced
   /// \param parts        that there is memory for
   /// \param most_pixels  of a batch; fewer if the device's storage buffers are small
-  /// \param by_group     kAddByGroup of queue.glsl: for hardware
   static Result<std::unique_ptr<GpuTracer>> Create(gpu::Device* device, const GpuAccel* accel,
                                                    const GpuLights* lights,
                                                    const Visibility* visibility,
-                                                   uint32_t most_pixels, bool by_group,
-                                                   const TracerParts& parts);
+                                                   uint32_t most_pixels, const TracerParts& parts);
 
   /// Pixels of a batch, a multiple of kGroupSize.
   uint32_t capacity() const { return capacity_; }
@@ -171,7 +169,7 @@ class GpuTracer {
   const GpuLights* lights_;
   const Visibility* visibility_;
   uint32_t capacity_ = 0;
-  std::array<uint32_t, 2> constants_{};  // kAddByGroup, kWithLayers
+  std::array<uint32_t, 1> constants_{};  // kWithLayers
   TracerParts parts_;
   gpu::Arena arena_;
   gpu::DescriptorSets sets_;

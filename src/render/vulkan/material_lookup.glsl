@@ -14,7 +14,7 @@
 #include "render/texture_shared.h"
 
 // 0: no material of the scene has layers, which then cost nothing.
-layout(constant_id = 1) const uint kWithLayers = 1u;
+layout(constant_id = 0) const uint kWithLayers = 1u;
 
 vec4 TexelAt(GpuTexture source, int x, int y, bool srgb) {
   uint texel = texels[source.first + uint(y) * uint(source.width) + uint(x)];

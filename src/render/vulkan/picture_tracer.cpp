@@ -47,8 +47,8 @@ Status PictureTracer::Make(int width, int height, const TracerParts& parts) {
   tracer_.reset();
   STILLRAY_RETURN_IF_ERROR(MakeVisibility(width, height));
   while (true) {
-    Result<std::unique_ptr<GpuTracer>> tracer = GpuTracer::Create(
-        device_, accel_, lights_, visibility_.get(), most, options_.add_by_group, parts);
+    Result<std::unique_ptr<GpuTracer>> tracer =
+        GpuTracer::Create(device_, accel_, lights_, visibility_.get(), most, parts);
     if (tracer.ok()) {
       tracer_ = std::move(*tracer);
       return Status::Ok();

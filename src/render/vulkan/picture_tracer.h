@@ -11,8 +11,7 @@
 namespace stillray::render {
 
 struct PictureTracerOptions {
-  bool add_by_group = false;  ///< GpuTracer::Create
-  bool rasterise = true;      ///< rasterise the camera's first hits, if the device can
+  bool rasterise = true;  ///< rasterise the camera's first hits, if the device can
 };
 
 class PictureTracer {

@@ -49,8 +49,7 @@ class VulkanRenderer final : public Renderer {
   VulkanRenderer(const Scene& scene, const RenderSettings& settings,
                  std::shared_ptr<gpu::Device> device, const VulkanRenderOptions& options)
       : device_(std::move(device)),
-        tracer_options_{options.add_by_group.value_or(device_->info().is_gpu),
-                        DrawsFirstHits(device_->info(), options.first_hits)},
+        tracer_options_{DrawsFirstHits(device_->info(), options.first_hits)},
         way_(options.way),
         submission_ms_(options.submission_ms),
         settings_(settings),

@@ -14,7 +14,6 @@
 namespace stillray::render {
 
 struct VulkanRenderOptions {
-  std::optional<bool> add_by_group = {};    ///< GpuTracer::Create; without: suited to the device
   FirstHits first_hits = FirstHits::kAuto;  ///< drawn (Visibility) or traced
   TracingWay way = TracingWay::kAuto;       ///< for all other rays
   /// Approximate duration of a submission in milliseconds: other users of the device wait that
