@@ -13,6 +13,7 @@
 
 #include <fmt/format.h>
 
+#include "gpu/pipeline_statistics.h"
 #include "gpu/shared_pipelines.h"
 
 namespace stillray::gpu {
@@ -134,12 +135,19 @@ Result<std::shared_ptr<Device>> Device::Create(std::shared_ptr<Instance> instanc
   create.pQueueCreateInfos = &queue;
   create.pEnabledFeatures = &features;
   std::vector<const char*> extensions;
+  const bool statistics = WantsPipelineStatistics(made->instance_->functions(), info.handle);
+  VkPhysicalDevicePipelineExecutablePropertiesFeaturesKHR of_statistics = StatisticsFeature();
   if (info.ray_tracing.offered) {
     create.pNext = ray_tracing.chain();
     extensions.insert(extensions.end(), kRayTracingExtensions.begin(), kRayTracingExtensions.end());
   }
   if (info.sharing.offered) {
     extensions.insert(extensions.end(), kSharingExtensions.begin(), kSharingExtensions.end());
+  }
+  if (statistics) {
+    of_statistics.pNext = const_cast<void*>(create.pNext);
+    create.pNext = &of_statistics;
+    extensions.insert(extensions.end(), kStatisticsExtensions.begin(), kStatisticsExtensions.end());
   }
   create.enabledExtensionCount = static_cast<uint32_t>(extensions.size());
   create.ppEnabledExtensionNames = extensions.data();
@@ -170,6 +178,10 @@ Result<std::shared_ptr<Device>> Device::Create(std::shared_ptr<Instance> instanc
   }
   if (info.sharing.offered) {
     STILLRAY_RETURN_IF_ERROR(made->AddSharing());
+  }
+  if (statistics) {
+    STILLRAY_RETURN_IF_ERROR(LoadStatisticsFunctions(made->instance_->functions().GetDeviceProcAddr,
+                                                     device, &made->context_.vk));
   }
   made->context_.vk.GetDeviceQueue(device, made->queue_family_, 0, &made->queue_);
   STILLRAY_RETURN_IF_ERROR(made->MakeCommandBuffer());

@@ -123,4 +123,11 @@ Status LoadSharingFunctions(PFN_vkGetDeviceProcAddr get, VkDevice handle,
   return Status::Ok();
 }
 
+Status LoadStatisticsFunctions(PFN_vkGetDeviceProcAddr get, VkDevice handle,
+                               DeviceFunctions* functions) {
+  DeviceFunctions& f = *functions;
+  STILLRAY_VK_STATISTICS_FUNCTIONS(STILLRAY_VK_REQUIRE_)
+  return Status::Ok();
+}
+
 }  // namespace stillray::gpu

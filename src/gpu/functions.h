@@ -134,6 +134,11 @@ namespace stillray::gpu {
 /// Only there on devices that share memory (gpu/shared_memory.h).
 #define STILLRAY_VK_SHARING_FUNCTIONS(X) X(GetMemoryFdKHR)
 
+/// Only there with statistics of pipelines (gpu/pipeline_statistics.h).
+#define STILLRAY_VK_STATISTICS_FUNCTIONS(X) \
+  X(GetPipelineExecutablePropertiesKHR)     \
+  X(GetPipelineExecutableStatisticsKHR)
+
 #define STILLRAY_VK_MEMBER_(name) PFN_vk##name name = nullptr;
 
 struct GlobalFunctions {
@@ -148,6 +153,7 @@ struct DeviceFunctions {
   STILLRAY_VK_DEVICE_FUNCTIONS(STILLRAY_VK_MEMBER_)
   STILLRAY_VK_RAY_TRACING_FUNCTIONS(STILLRAY_VK_MEMBER_)
   STILLRAY_VK_SHARING_FUNCTIONS(STILLRAY_VK_MEMBER_)
+  STILLRAY_VK_STATISTICS_FUNCTIONS(STILLRAY_VK_MEMBER_)
 };
 
 #undef STILLRAY_VK_MEMBER_
@@ -167,6 +173,9 @@ Status LoadRayTracingFunctions(PFN_vkGetDeviceProcAddr get, VkDevice device,
 /// Those for sharing memory, likewise.
 Status LoadSharingFunctions(PFN_vkGetDeviceProcAddr get, VkDevice device,
                             DeviceFunctions* functions);
+/// Those for statistics of pipelines, likewise.
+Status LoadStatisticsFunctions(PFN_vkGetDeviceProcAddr get, VkDevice device,
+                               DeviceFunctions* functions);
 
 /// Ok, or an error with a sentence: "allocating image memory: out of device memory".
 Status ToStatus(VkResult result, const char* action);

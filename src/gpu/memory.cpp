@@ -179,25 +179,34 @@ MemoryUse Arena::Need() const {
   return use;
 }
 
+/// Before anything is allocated: drivers fail late, and others slow down before that.
+Status Arena::CheckHeaps() const {
+  std::array<VkDeviceSize, VK_MAX_MEMORY_HEAPS> taken = {};
+  for (const Block& block : blocks_) {
+    if (block.type == kNoType) {
+      return Status::Unsupported("Vulkan: the device has no memory of a kind that is needed");
+    }
+    taken[context_->memory.memoryTypes[block.type].heapIndex] += block.size;
+  }
+  for (uint32_t heap = 0; heap < context_->memory.memoryHeapCount; ++heap) {
+    const VkDeviceSize most = context_->memory.memoryHeaps[heap].size;
+    if (taken[heap] > most) {
+      return Status::OutOfMemory(
+          fmt::format("Vulkan: images and buffers take {:.1f} MB, the device has {:.1f} MB",
+                      static_cast<double>(taken[heap]) / 1e6, static_cast<double>(most) / 1e6));
+    }
+  }
+  return Status::Ok();
+}
+
 Status Arena::Allocate() {
   if (allocated_) {
     return Status::Internal("Vulkan: an arena was allocated twice");
   }
   allocated_ = true;
   blocks_ = Plan(&resources_);
-  std::array<VkDeviceSize, VK_MAX_MEMORY_HEAPS> taken = {};
+  STILLRAY_RETURN_IF_ERROR(CheckHeaps());
   for (Block& block : blocks_) {
-    if (block.type == kNoType) {
-      return Status::Unsupported("Vulkan: the device has no memory of a kind that is needed");
-    }
-    const uint32_t heap = context_->memory.memoryTypes[block.type].heapIndex;
-    const VkDeviceSize most = context_->memory.memoryHeaps[heap].size;
-    taken[heap] += block.size;
-    if (taken[heap] > most) {
-      return Status::OutOfMemory(
-          fmt::format("Vulkan: images and buffers take {:.1f} MB or more, the device has {:.1f} MB",
-                      static_cast<double>(taken[heap]) / 1e6, static_cast<double>(most) / 1e6));
-    }
     VkMemoryAllocateInfo info = {};
     info.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
     info.allocationSize = block.size;

@@ -109,6 +109,7 @@ class Arena {
   MemoryBlocks Blocks() const;
   Result<const Image*> Add(VkFormat format, int width, int height, int layers,
                            VkImageUsageFlags usage, VkImageAspectFlags aspect);
+  Status CheckHeaps() const;
   Status Bind(const Resource& resource);
   std::vector<VkMappedMemoryRange> MappedRanges() const;
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "gpu/pipeline_statistics.h"
 #include "gpu/shader_folder.h"
 #include "gpu/shared_pipelines.h"
 #include "gpu/uniform_blocks.h"
@@ -228,9 +229,11 @@ Status MakeComputePipeline(const DeviceContext& context, const PipelineInfo& inf
   create.stage.pName = "main";
   create.stage.pSpecializationInfo = &constants;
   create.layout = layout;
+  create.flags = StatisticsFlags(context);
   const VkResult result = context.vk.CreateComputePipelines(context.device, context.pipeline_cache,
                                                             1, &create, nullptr, out);
   context.vk.DestroyShaderModule(context.device, shader, nullptr);
+  PrintStatistics(context, info.name, info.constants, *out);
   return ToStatus(result, action.c_str());
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gpu/pipeline.h"
+#include "gpu/pipeline_statistics.h"
 
 namespace stillray::gpu {
 namespace {
@@ -90,9 +91,11 @@ Status RayPipeline::MakePipeline(const RayPipelineInfo& info) {
   create.pGroups = groups;
   create.maxPipelineRayRecursionDepth = 1;
   create.layout = layout_;
-  return ToStatus(c.vk.CreateRayTracingPipelinesKHR(c.device, VK_NULL_HANDLE, c.pipeline_cache, 1,
-                                                    &create, nullptr, &pipeline_),
-                  action.c_str());
+  create.flags = StatisticsFlags(c);
+  const VkResult result = c.vk.CreateRayTracingPipelinesKHR(
+      c.device, VK_NULL_HANDLE, c.pipeline_cache, 1, &create, nullptr, &pipeline_);
+  PrintStatistics(c, info.name, {}, pipeline_);
+  return ToStatus(result, action.c_str());
 }
 
 /// Creates the shader binding table in device memory: one record per group.
