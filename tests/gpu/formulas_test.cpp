@@ -72,6 +72,32 @@ TEST(EdgeExponents, AreTheLogarithmsOfTheWeights) {
   }
 }
 
+// Against the formulas of the papers in double precision, with depths: SVGF eq. 3 and the distance
+// from a plane.
+TEST(EdgeExponents, OfDepthAreThoseOfThePapers) {
+  const double log2_e = 1.0 / std::log(2.0);
+  for (const float zp : {0.01f, 1.0f, 7.5f, 3e4f}) {
+    for (const float ratio : {1.0f, 1.0001f, 0.9f, 1.5f, 20.0f}) {
+      for (const float slope : {0.0f, 0.003f, -0.2f}) {  // of the inverse depth, relative to it
+        const float ip = 1.0f / zp;
+        const float iq = ip / ratio;
+        const float change = slope * ip;
+        const double p = 1.0 / static_cast<double>(ip);
+        const double q = 1.0 / static_cast<double>(iq);
+        const double steepness = std::abs(static_cast<double>(change)) * p * p;
+        const double gradient = std::abs(p - q) / (2.0 * steepness + 0.01 * p) * log2_e;
+        EXPECT_NEAR(GradientDepthExponent2(ip, iq, change, 1.0f / ip, 2.0f, 0.01f), gradient,
+                    1e-4 * gradient + 2e-5);
+        const double plane =
+            std::abs(static_cast<double>(ip) + static_cast<double>(change) - 1.0 / q) /
+            (0.02 / p) * log2_e;
+        const float scale = kExponentsOfE / 0.02f * (1.0f / ip);
+        EXPECT_NEAR(PlaneDepthExponent2(ip + change, iq, scale), plane, 1e-4 * plane + 2e-5);
+      }
+    }
+  }
+}
+
 TEST(Exposure, IsAPowerOfTwoNearAnEighth) {
   EXPECT_EQ(ChooseExposure(0, 1.0f), 0.125f);
   EXPECT_EQ(ChooseExposure(0, 1.99f), 0.125f);

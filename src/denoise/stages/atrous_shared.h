@@ -19,6 +19,11 @@ const int kAtrousGeometry = 1;  // normal and depth
 const int kAtrousSvgf = 2;      // normal, depth and luminance against the local spread
 const int kAtrousEaw = 3;       // Gaussians of luminance, normal and depth differences
 
+// Kinds of weights that the device knows when a pipeline is made, as bits.
+#define STILLRAY_ATROUS_CURVED 1  // curvature is on
+#define STILLRAY_ATROUS_PLANES 2  // depth_weight_plane
+#define STILLRAY_ATROUS_IDS 4     // wavelet_id
+
 SHARED_BLOCK(AtrousParameters) {
   EdgeStopping edges;
   int wavelet_id;     // 1: also stop at another id, but with kAtrousGeometry

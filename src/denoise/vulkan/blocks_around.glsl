@@ -12,7 +12,7 @@ BlocksAround FindBlocksAround(ivec2 p, Surface surface) {
   Detail detail = UnpackDetail(texelFetch(detail_image, p, 0), surface.inverse_depth);
   BlocksAround around;
   around.weight = vec4(0.0f);
-  for (int k = 0; k < 4; ++k) {
+  [[unroll]] for (int k = 0; k < 4; ++k) {
     // Its own block, and those beside it on the pixel's side.
     around.block[k] = (p >> 1) + ivec2(k & 1, k >> 1) * (2 * (p & 1) - 1);
     ivec2 b = around.block[k];

@@ -20,7 +20,7 @@ Surface SurfaceAt(ivec2 p) {
 Block FindBlock(ivec2 block) {
   Surface nearest = SurfaceAt(PixelOf(block, 0));
   int own = 0;
-  for (int k = 1; k < 4; ++k) {
+  [[unroll]] for (int k = 1; k < 4; ++k) {
     Surface other = SurfaceAt(PixelOf(block, k));
     if (other.inverse_depth > nearest.inverse_depth) {
       nearest = other;
@@ -31,7 +31,7 @@ Block FindBlock(ivec2 block) {
   Detail detail =
       UnpackDetail(texelFetch(detail_image, PixelOf(block, own), 0), nearest.inverse_depth);
   vec4 weight = vec4(0.0f);
-  for (int k = 0; k < 4; ++k) {
+  [[unroll]] for (int k = 0; k < 4; ++k) {
     Surface other = SurfaceAt(PixelOf(block, k));
     if (nearest.inverse_depth > 0.0f && other.inverse_depth > 0.0f) {
       float expected = nearest.inverse_depth + dot(detail.gradient, vec2(k & 1, k >> 1) - from);

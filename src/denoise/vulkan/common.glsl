@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Common to all compute shaders of the denoiser: formats, inputs, small functions.
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_samplerless_texture_functions : require
 
 #include "core/shared.h"

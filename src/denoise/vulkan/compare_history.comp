@@ -26,7 +26,7 @@ void CompareSignal(ivec2 block, int s, vec4 weight) {
   vec4 sum = vec4(0.0f);             // present, history, noise; weight
   vec4 sum_compressed = vec4(0.0f);  // difference, history, single, noise
   float scale = compressed_scale[s] * exposure[s];
-  for (int k = 0; k < 4; ++k) {
+  [[unroll]] for (int k = 0; k < 4; ++k) {
     ivec3 at = ivec3(PixelOf(block, k), s);
     float w = weight[k];
     if (!(w > 0.0f)) {

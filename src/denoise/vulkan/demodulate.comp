@@ -18,7 +18,7 @@ void main() {
   for (int s = 0; inside && s < signals; ++s) {
     NewLight light = LoadNewLight(s, p, negative_limit);
     vec3 colour = ClampLight(light.colour * exposure[s]);
-    luminance[s] = colour.x;
+    luminance += AtComponent(s, colour.x);
     imageStore(noisy_out, ivec3(p, s), Stored(vec4(colour, min(light.samples, kMostLight))));
     if (second_moments != 0) {
       float within = light.samples > 0.0f ? WithinVariance(s, p) : 0.0f;

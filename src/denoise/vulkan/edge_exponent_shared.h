@@ -25,6 +25,21 @@ SHARED_FN float NormalExponent2(float cosine, float sigma_n, bool curved) {
   return sigma_n * (curved ? LogCosine(cosine) * kExponentsOfE : log2(max(cosine, 1e-30f)));
 }
 
+// The depth exponents of one pixel's taps, negated, without divisions of what all of them share.
+// per_ip: 1 / ip, the depth of the pixel. Differences are taken before they are scaled, so that the
+// rounding of per_ip does not matter.
+
+// PlaneDepthExponent times log2(e). `expected`: ip + g . offset; scale: log2(e) per_ip / tolerance
+SHARED_FN float PlaneDepthExponent2(float expected, float iq, float scale) {
+  return abs(expected - iq) * scale;
+}
+
+// GradientDepthExponent times log2(e), without max_slope. `change`: g . offset
+SHARED_FN float GradientDepthExponent2(float ip, float iq, float change, float per_ip,
+                                       float sigma_z, float depth_epsilon) {
+  return kExponentsOfE * abs(iq - ip) / (iq * (sigma_z * abs(change * per_ip) + depth_epsilon));
+}
+
 SHARED_END
 
 #endif

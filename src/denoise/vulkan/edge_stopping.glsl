@@ -19,27 +19,53 @@ float Turn2At(EdgeStopping edges, utexture2D surfaces, vec3 normal, ivec2 p) {
                                 : 0.0f;
 }
 
-// The exponent of the depth weight of another surface `offset` pixels away.
-float DepthExponent(EdgeStopping edges, Surface s, Detail d, Surface other, vec2 offset) {
-  return edges.depth_weight_plane != 0
-             ? PlaneDepthExponent(s.inverse_depth, other.inverse_depth, d.gradient, offset,
-                                  edges.plane_tolerance)
-             : GradientDepthExponent(s.inverse_depth, other.inverse_depth, d.gradient, offset,
-                                     edges.sigma_z, edges.depth_epsilon, edges.max_slope);
+// What the depth and normal weights of one pixel's taps share.
+struct TapGeometry {
+  vec3 normal;
+  float inverse_depth;
+  float per_inverse_depth;
+  vec2 gradient;  // of the inverse depth, over the distance of taps
+  float sigma_n;
+  float depth_scale;  // of the depth exponent
+};
+
+// The kinds of weights, as arguments: constants where they are known when the pipeline is made.
+bool IsCurved(EdgeStopping edges) {
+  return edges.curvature > 0.0f;
+}
+bool WeighsPlanes(EdgeStopping edges) {
+  return edges.depth_weight_plane != 0;
 }
 
-// The exponent of 2 of the depth and normal weight of another surface `offset` pixels away.
-// sigma_n: see NormalExponent2
-float GeometryExponent2(EdgeStopping edges, Surface s, Detail d, float sigma_n, Surface other,
-                        vec2 offset) {
-  float depth = DepthExponent(edges, s, d, other, offset);
-  return NormalExponent2(dot(s.normal, other.normal), sigma_n, edges.curvature > 0.0f) -
-         kExponentsOfE * depth;
+// sigma_n: see NormalExponent2; distance: of taps, in pixels
+TapGeometry GeometryOf(EdgeStopping edges, bool planes, Surface s, Detail d, float sigma_n,
+                       float distance) {
+  TapGeometry g;
+  g.normal = s.normal;
+  g.inverse_depth = s.inverse_depth;
+  g.per_inverse_depth = 1.0f / s.inverse_depth;
+  g.gradient = d.gradient * distance;
+  g.sigma_n = sigma_n;
+  float steep = max(abs(d.gradient.x), abs(d.gradient.y)) * g.per_inverse_depth;
+  bool off = edges.max_slope > 0.0f && steep > edges.max_slope;
+  g.depth_scale =
+      planes ? kExponentsOfE / edges.plane_tolerance * g.per_inverse_depth : (off ? 0.0f : 1.0f);
+  return g;
 }
 
-// The depth and normal weight of another surface `offset` pixels away.
-float GeometryWeight(EdgeStopping edges, Surface s, Detail d, float turn2, Surface other,
+// The exponent of 2 of the depth weight of another surface, negated. offset: in distances of taps
+float DepthExponent2(EdgeStopping edges, bool planes, TapGeometry g, float inverse_depth,
                      vec2 offset) {
-  float depth = DepthExponent(edges, s, d, other, offset);
-  return NormalWeightAt(edges, dot(s.normal, other.normal), turn2) * exp(-depth);
+  float change = g.gradient.x * offset.x + g.gradient.y * offset.y;
+  return planes ? PlaneDepthExponent2(g.inverse_depth + change, inverse_depth, g.depth_scale)
+                : g.depth_scale * GradientDepthExponent2(g.inverse_depth, inverse_depth, change,
+                                                         g.per_inverse_depth, edges.sigma_z,
+                                                         edges.depth_epsilon);
+}
+
+// The exponent of 2 of the depth and normal weight of another surface.
+float GeometryExponent2(EdgeStopping edges, bool curved, bool planes, TapGeometry g, vec3 normal,
+                        float inverse_depth, vec2 offset) {
+  return NormalExponent2(dot(g.normal, normal), g.sigma_n, curved) -
+         DepthExponent2(edges, planes, g, inverse_depth, offset);
 }

@@ -29,7 +29,12 @@ float UnknownVariance(int s) {
 // Variance of single samples from the neighbourhood on the same surface, about this pixel's
 // mean.
 float SpatialVariance(Surface s, Detail detail, float mean, ivec3 at) {
-  float turn2 = Turn2At(estimate_variance.edges, surface_image, s.normal, at.xy);
+  EdgeStopping edges = estimate_variance.edges;
+  float turn2 = Turn2At(edges, surface_image, s.normal, at.xy);
+  bool curved = IsCurved(edges);
+  bool planes = WeighsPlanes(edges);
+  float sigma_n = curved ? CurvedSigmaN(edges.sigma_n, turn2, edges.curvature) : edges.sigma_n;
+  TapGeometry geometry = GeometryOf(edges, planes, s, detail, sigma_n, 1.0f);
   float sum_weight = 0.0f;
   float sum_d = 0.0f;
   float sum_d2 = 0.0f;
@@ -45,7 +50,8 @@ float SpatialVariance(Surface s, Detail detail, float mean, ivec3 at) {
       if (!(m.z > 0.0f) || !(other.inverse_depth > 0.0f)) {
         continue;
       }
-      float w = GeometryWeight(estimate_variance.edges, s, detail, turn2, other, vec2(dx, dy));
+      float w = exp2(GeometryExponent2(edges, curved, planes, geometry, other.normal,
+                                       other.inverse_depth, vec2(dx, dy)));
       float d = m.x - mean;
       sum_weight += w;
       sum_d += w * d;

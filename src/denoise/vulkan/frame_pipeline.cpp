@@ -43,6 +43,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -80,25 +81,45 @@ Status CheckSize(const gpu::DeviceContext& context, const PipelineOptions& o) {
                                 o.height, most, most));
 }
 
-/// Bytes of shared memory of AtrousTile: see atrous.comp.
+uint32_t EdgesOf(const Settings& s) {
+  return (s.curvature > 0 ? STILLRAY_ATROUS_CURVED : 0u) |
+         (s.depth_weight == DepthWeight::kPlane ? STILLRAY_ATROUS_PLANES : 0u) |
+         (s.wavelet_id ? STILLRAY_ATROUS_IDS : 0u);
+}
+
+/// The residue classes modulo the step that share a group of AtrousTile: see atrous.comp.
+constexpr int kMostTileResidues = 2;
+int TileResidues(int step) {
+  return std::gcd(step, kMostTileResidues);
+}
+
+/// By the last constant, the residue classes of a group: none without tiles.
+Shader AtrousShader(std::span<const uint32_t> constants) {
+  return constants.back() != 0 ? Shader::kAtrousTile : Shader::kAtrous;
+}
+
+/// Bytes of shared memory of the largest tile.
 uint32_t TileBytes(int signals, int radius) {
-  const int texels = (kGroupWidth + 2 * radius) * (kGroupHeight + 2 * radius);
+  const int texels = (kGroupWidth + 2 * radius * kMostTileResidues) * (kGroupHeight + 2 * radius);
   return static_cast<uint32_t>(texels * (20 + 24 * signals));
 }
 
 /// STILLRAY_ATROUS chooses the variant of the wavelet, for comparisons: `plain` or `tile`. Without
-/// it GPUs use tiles: on a software driver they are slower than fetching every tap.
-Result<Shader> ChooseAtrous(const gpu::DeviceContext& context, int signals) {
+/// it GPUs use tiles where they are faster than fetching every tap, as measured on an H200: for 5x5
+/// taps, and for 3x3 taps of one signal. On a software driver they are slower.
+Result<AtrousTiles> ChooseTiles(const gpu::DeviceContext& context, int signals) {
   const char* given = std::getenv("STILLRAY_ATROUS");
-  const std::string_view variant =
-      given != nullptr && given[0] != '\0' ? given : (context.is_software ? "plain" : "tile");
-  if (variant != "plain" && variant != "tile") {
+  const std::string_view variant = given != nullptr ? given : "";
+  if (!variant.empty() && variant != "plain" && variant != "tile") {
     return Status::InvalidArgument(
         fmt::format("STILLRAY_ATROUS is '{}', expected plain or tile", variant));
   }
   constexpr int kLargestRadius = 2;
   const bool fits = TileBytes(signals, kLargestRadius) <= context.limits.maxComputeSharedMemorySize;
-  return variant == "tile" && fits ? Shader::kAtrousTile : Shader::kAtrous;
+  if (!fits || variant == "plain" || (variant.empty() && context.is_software)) {
+    return AtrousTiles::kNever;
+  }
+  return variant == "tile" || signals == 1 ? AtrousTiles::kAlways : AtrousTiles::kLargeKernels;
 }
 
 }  // namespace
@@ -166,9 +187,9 @@ Result<std::unique_ptr<FramePipeline>> FramePipeline::Create(const gpu::DeviceCo
   made->shape_ =
       ShapeOf(o.settings, o.width, o.height, static_cast<int>(made->groups_.size()), o.storage);
   made->grid_ = GroupsFor(o.width, o.height);
-  const Result<Shader> atrous = ChooseAtrous(*context, made->shape_.signals);
-  STILLRAY_RETURN_IF_ERROR(atrous.status());
-  made->atrous_ = *atrous;
+  const Result<AtrousTiles> tiles = ChooseTiles(*context, made->shape_.signals);
+  STILLRAY_RETURN_IF_ERROR(tiles.status());
+  made->tiles_ = *tiles;
   Result<FrameImages> images = AddImages(made->shape_, &made->arena_);
   if (!images.ok()) {
     return images.status();
@@ -191,14 +212,20 @@ Groups FramePipeline::CoarseGrid() const {
   return GroupsFor(CoarseSize(shape_.width), CoarseSize(shape_.height));
 }
 
-std::array<uint32_t, 6> FramePipeline::AtrousConstants(const AtrousLevel& level, int pilot_signals,
+bool FramePipeline::UsesTiles(int radius) const {
+  return tiles_ == AtrousTiles::kAlways || (tiles_ == AtrousTiles::kLargeKernels && radius == 2);
+}
+
+std::array<uint32_t, 8> FramePipeline::AtrousConstants(const AtrousLevel& level, int pilot_signals,
                                                        bool compared, bool sums_only) const {
   return {static_cast<uint32_t>(level.weights),
           static_cast<uint32_t>(level.radius),
           static_cast<uint32_t>(shape_.signals),
           static_cast<uint32_t>(pilot_signals),
           compared ? 1u : 0u,
-          sums_only ? 1u : 0u};
+          sums_only ? 1u : 0u,
+          compared ? uint32_t{STILLRAY_ATROUS_PLANES} : edges_,
+          static_cast<uint32_t>(UsesTiles(level.radius) ? TileResidues(level.step) : 0)};
 }
 
 /// Compiles all shaders that the settings may use, so that recording does not.
@@ -211,19 +238,35 @@ Status FramePipeline::MakePipelines(const Settings& settings) {
     const Result<const gpu::Pipeline*> made = pipelines_->Find(shader);
     STILLRAY_RETURN_IF_ERROR(made.status());
   }
+  return MakeAtrousPipelines(settings);
+}
+
+/// Of all levels: they differ by what they weigh, and by the tiles of their steps.
+Status FramePipeline::MakeAtrousPipelines(const Settings& settings) {
+  edges_ = EdgesOf(settings);
   std::array<AtrousLevel, kMaxLevels> levels;
-  if (ListLevels(settings, &levels) > 0) {
-    STILLRAY_RETURN_IF_ERROR(MakeAtrous(AtrousConstants(levels[0])));
-    for (const int signals : PilotSignals(settings, groups_)) {
-      STILLRAY_RETURN_IF_ERROR(MakeAtrous(AtrousConstants(levels[0], signals)));
+  const int count = ListLevels(settings, &levels);
+  const std::array<int, kPilotLevels> pilots = PilotSignals(settings, groups_);
+  for (int level = 0; level < count; ++level) {
+    const AtrousLevel& of_level = levels[static_cast<size_t>(level)];
+    STILLRAY_RETURN_IF_ERROR(MakeAtrous(AtrousConstants(of_level)));
+    if (level < kPilotLevels) {
+      STILLRAY_RETURN_IF_ERROR(
+          MakeAtrous(AtrousConstants(of_level, pilots[static_cast<size_t>(level)])));
+      STILLRAY_RETURN_IF_ERROR(MakeAtrous(AtrousConstants(PilotLevel(level))));
     }
   }
-  STILLRAY_RETURN_IF_ERROR(MakeAtrous(AtrousConstants(ComparedLevel(0), 0, true)));
-  return MakeAtrous(AtrousConstants(GeometryLevel(0)));
+  for (int level = 0; level < kCorrectHistoryLevels; ++level) {
+    STILLRAY_RETURN_IF_ERROR(MakeAtrous(AtrousConstants(ComparedLevel(level), 0, true)));
+  }
+  for (int level = 0; level < kKeepSamplesLevels; ++level) {
+    STILLRAY_RETURN_IF_ERROR(MakeAtrous(AtrousConstants(GeometryLevel(level))));
+  }
+  return Status::Ok();
 }
 
 Status FramePipeline::MakeAtrous(std::span<const uint32_t> constants) {
-  return pipelines_->Find(atrous_, constants).status();
+  return pipelines_->Find(AtrousShader(constants), constants).status();
 }
 
 void FramePipeline::RunAtrous(int width, int height,
@@ -231,13 +274,16 @@ void FramePipeline::RunAtrous(int width, int height,
                               const LevelPush& push, std::span<const uint32_t> constants,
                               PassRecorder* recorder) {
   Groups groups = GroupsFor(width, height);
-  if (atrous_ == Shader::kAtrousTile) {
-    // Every residue class modulo the step has groups of its own.
-    groups = GroupsFor((width + push.step - 1) / push.step, (height + push.step - 1) / push.step);
-    groups.x *= static_cast<uint32_t>(push.step);
+  const Shader shader = AtrousShader(constants);
+  if (shader == Shader::kAtrousTile) {
+    // Of the residue classes modulo the step, some that lie side by side share a group.
+    const auto residues = static_cast<int>(constants.back());
+    groups = GroupsFor((width + push.step - 1) / push.step * residues,
+                       (height + push.step - 1) / push.step);
+    groups.x *= static_cast<uint32_t>(push.step / residues);
     groups.y *= static_cast<uint32_t>(push.step);
   }
-  recorder->Run(atrous_, groups, images, push, constants);
+  recorder->Run(shader, groups, images, push, constants);
 }
 
 bool FramePipeline::Fits(const Settings& settings, int width, int height, bool transmission) const {
@@ -504,8 +550,8 @@ void FramePipeline::BlendSamples(const char* stage, PassRecorder* recorder) {
   const FrameImages& i = images_;
   const gpu::Image* measured = SampleSquares();
   const gpu::Image* other = light_ == i.wavelet[0] ? i.wavelet[1] : i.wavelet[0];
-  const auto constants = AtrousConstants(GeometryLevel(0));
   for (int level = 0; level < kKeepSamplesLevels; ++level) {
+    const auto constants = AtrousConstants(GeometryLevel(level));
     const LevelPush push = {GeometryLevel(level).step, level, 0};
     recorder->CountAs(stage);
     RunAtrous(shape_.width, shape_.height,

@@ -29,6 +29,10 @@ class FrameObserver {
   virtual void Keep(VkCommandBuffer commands, std::string_view name, const gpu::Image& image) = 0;
 };
 
+/// Levels of the wavelet whose taps come from tiles in shared memory (atrous.comp), not from
+/// images.
+enum class AtrousTiles { kNever, kLargeKernels, kAlways };
+
 /// Of a level of the wavelet, as its shader reads it.
 struct LevelPush {
   int32_t step = 1;
@@ -129,14 +133,16 @@ class FramePipeline {
   /// \param pilot_signals  as in the plan
   /// \param compared   a level of limit_history
   /// \param sums_only  writes the sums of the weights in place of light
-  std::array<uint32_t, 6> AtrousConstants(const AtrousLevel& level, int pilot_signals = 0,
+  std::array<uint32_t, 8> AtrousConstants(const AtrousLevel& level, int pilot_signals = 0,
                                           bool compared = false, bool sums_only = false) const;
+  bool UsesTiles(int radius) const;
   Groups CoarseGrid() const;
   /// One level of the wavelet, by the variant that suits the device.
   /// \param width, height  of the images
   void RunAtrous(int width, int height, std::initializer_list<const gpu::Image*> images,
                  const LevelPush& push, std::span<const uint32_t> constants,
                  PassRecorder* recorder);
+  Status MakeAtrousPipelines(const Settings& settings);
   Status MakeAtrous(std::span<const uint32_t> constants);
   void RunComparedLevels(const char* stage, int levels, PassRecorder* recorder);
   void BeginEnergy(PassRecorder* recorder);
@@ -144,11 +150,12 @@ class FramePipeline {
 
   const gpu::DeviceContext* context_;
   bool timed_ = true;
+  uint32_t edges_ = 0;  ///< STILLRAY_ATROUS_... of the settings
   Shape shape_;
   std::span<const SignalGroup> groups_;
   bool transmission_ = false;
   Groups grid_;
-  Shader atrous_ = Shader::kAtrous;
+  AtrousTiles tiles_ = AtrousTiles::kNever;
   gpu::Arena arena_;
   gpu::DescriptorSets sets_;
   gpu::Timestamps times_;

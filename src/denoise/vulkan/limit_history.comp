@@ -29,7 +29,7 @@ void main() {
     ivec3 at = ivec3(p, s);
     bool has_samples = surface.inverse_depth > 0.0f && texelFetch(noisy, at, 0).w > 0.0f;
     vec3 sum = vec3(0.0f);  // ratio, bias, weight
-    for (int k = 0; k < 4; ++k) {
+    [[unroll]] for (int k = 0; k < 4; ++k) {
       if (!(around.weight[k] > 0.0f)) {
         continue;
       }

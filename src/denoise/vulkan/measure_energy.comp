@@ -27,7 +27,7 @@ layout(push_constant) uniform Push {
 
 void MeasureSignal(ivec2 block, int s, vec4 weight) {
   vec2 sum = vec2(0.0f);  // luminance, weight
-  for (int k = 0; k < 4; ++k) {
+  [[unroll]] for (int k = 0; k < 4; ++k) {
     ivec3 at = ivec3(PixelOf(block, k), s);
     if (weight[k] > 0.0f && texelFetch(moments, at, 0).z > 0.0f) {
       sum += weight[k] * vec2(texelFetch(light, at, 0).x, 1.0f);

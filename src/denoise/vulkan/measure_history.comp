@@ -13,7 +13,7 @@ void main() {
   ivec2 p = ivec2(gl_GlobalInvocationID.xy);
   vec4 luminance = vec4(0.0f);
   for (int s = 0; Inside(p) && s < signals; ++s) {
-    luminance[s] = texelFetch(colour, ivec3(p, s), 0).x;
+    luminance += AtComponent(s, texelFetch(colour, ivec3(p, s), 0).x);
   }
   luminance = SumOfGroup(luminance);
   if (gl_LocalInvocationIndex == 0u) {

@@ -28,7 +28,7 @@ shared uint bins[STILLRAY_LIGHT_BINS];
 // See negative_limit.cpp.
 void CountLight(ivec2 p) {
   float brightest = 0.0f;
-  for (int k = 0; k < 6; ++k) {
+  [[unroll]] for (int k = 0; k < 6; ++k) {
     if ((lights >> k & 1) != 0) {
       vec3 light = LoadLight(k, p);
       if (!IsFinite(light)) {
@@ -52,7 +52,7 @@ void main() {
   if (Inside(p)) {
     for (int s = 0; s < signals; ++s) {
       NewLight new_light = LoadNewLight(s, p, kMostLight);
-      light[s] = min(max(new_light.colour.x, 0.0f), 1e30f);
+      light += AtComponent(s, min(max(new_light.colour.x, 0.0f), 1e30f));
     }
     if (GivenSamples(p) > 0.0f) {
       CountLight(p);

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The new light of one signal at a pixel, from the caller's images: see stages/demodulate.h.
+// The new light of one signal at a pixel, from the caller's images: see stages/demodulate.h. Loops
+// over kinds are unrolled: each kind is an image of its own.
 #include "denoise/stages/suppress_fireflies_shared.h"
 
 vec3 LoadLight(int kind, ivec2 p) {
@@ -61,7 +62,7 @@ int AlbedosOf(int signal) {
 
 vec3 AlbedoSum(int signal, ivec2 p) {
   vec3 sum = vec3(0.0f);
-  for (int i = 0; i < 3; ++i) {
+  [[unroll]] for (int i = 0; i < 3; ++i) {
     if ((AlbedosOf(signal) >> i & 1) != 0) {
       sum += LoadAlbedo(i, p);
     }
@@ -92,7 +93,7 @@ NewLight LoadNewLight(int signal, ivec2 p, float limit) {
   vec3 sum = vec3(0.0f);
   bool finite = true;
   bool negative = false;
-  for (int k = 0; k < 6; ++k) {
+  [[unroll]] for (int k = 0; k < 6; ++k) {
     if ((kinds >> k & 1) != 0) {
       vec3 light = LoadLight(k, p);
       finite = finite && IsFinite(light);
@@ -120,7 +121,7 @@ float WithinVariance(int signal, ivec2 p) {
   int kinds = LightsOf(signal) & second_moments;
   vec3 albedo = AlbedosOf(signal) != 0 ? AlbedoSum(signal, p) : vec3(1.0f);
   float sum = 0.0f;
-  for (int k = 0; k < 6; ++k) {
+  [[unroll]] for (int k = 0; k < 6; ++k) {
     if ((kinds >> k & 1) == 0) {
       continue;
     }

@@ -14,16 +14,21 @@ layout(set = 1, binding = 1) uniform texture2DArray moments;
 layout(set = 1, binding = 2, SCALAR_FORMAT) writeonly uniform image2DArray factor_out;
 
 void main() {
+  LoadDeviations(light);
   ivec2 p = ivec2(gl_GlobalInvocationID.xy);
   if (!Inside(p)) {
     return;
   }
-  int radius = prefilter_variance.prefilter_variance != 0 ? 1 : 0;
   for (int s = 0; s < signals; ++s) {
     vec4 own = texelFetch(light, ivec3(p, s), 0);
-    bool bounded = IsValid(own.w) && max(texelFetch(moments, ivec3(p, s), 0).z, 0.0f) >=
-                                         prefilter_variance.short_history_blur;
-    float smoothed = SmoothedVariance(light, radius, ivec3(p, s));
+    bool bounded = IsValid(own.w);
+    if (prefilter_variance.short_history_blur > 0.0f) {
+      float history_length = max(texelFetch(moments, ivec3(p, s), 0).z, 0.0f);
+      bounded = bounded && history_length >= prefilter_variance.short_history_blur;
+    }
+    float own_variance = IsValid(own.w) ? VarianceOf(own.w) : 0.0f;
+    float smoothed =
+        prefilter_variance.prefilter_variance != 0 ? SmoothedVariance(s) : own_variance;
     // Without exposure, since PSVGF's use of the variance depends on it.
     float spread =
         prefilter_variance.luminance_scale_deviation != 0 ? sqrt(smoothed) : smoothed / exposure[s];

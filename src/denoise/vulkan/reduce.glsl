@@ -1,6 +1,12 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
+// A vector with one component, without an index that is known at run time only: such vectors lie in
+// memory.
+vec4 AtComponent(int i, float value) {
+  return vec4(equal(ivec4(i), ivec4(0, 1, 2, 3))) * value;
+}
+
 // Sums over a workgroup, always in the same order.
 shared vec4 reduce_scratch[LOCAL_SIZE_X * LOCAL_SIZE_Y];
 
@@ -18,6 +24,25 @@ vec4 SumOfGroup(vec4 value) {
   vec4 sum = reduce_scratch[0];
   barrier();
   return sum;
+}
+
+// The sum of the partials of all workgroups of an earlier pass. which: 0 the first of each, 1 the
+// second. Some loads are in flight together, since one workgroup has to wait for all.
+vec4 SumOfPartials(uint groups, uint which) {
+  const uint kThreads = LOCAL_SIZE_X * LOCAL_SIZE_Y;
+  const uint kLoads = 8u;
+  vec4 sum = vec4(0.0f);
+  for (uint first = gl_LocalInvocationIndex; first < groups; first += kLoads * kThreads) {
+    vec4 loaded[kLoads];
+    [[unroll]] for (uint i = 0u; i < kLoads; ++i) {
+      uint group = first + i * kThreads;
+      loaded[i] = group < groups ? partials[2u * group + which] : vec4(0.0f);
+    }
+    [[unroll]] for (uint i = 0u; i < kLoads; ++i) {
+      sum += loaded[i];
+    }
+  }
+  return SumOfGroup(sum);
 }
 
 uint GroupIndex() {

@@ -19,7 +19,7 @@ layout(set = 1, binding = 5, LIGHT_FORMAT) writeonly uniform image2DArray light_
 
 float RatioAt(BlocksAround around, int s) {
   vec2 sum = vec2(0.0f);  // ratio, weight
-  for (int k = 0; k < 4; ++k) {
+  [[unroll]] for (int k = 0; k < 4; ++k) {
     if (!(around.weight[k] > 0.0f)) {
       continue;
     }

@@ -11,6 +11,7 @@ layout(set = 1, binding = 0) uniform texture2DArray light;
 layout(set = 1, binding = 1, LIGHT_FORMAT) writeonly uniform image2DArray light_out;
 
 void main() {
+  LoadDeviations(light);
   ivec2 p = ivec2(gl_GlobalInvocationID.xy);
   if (!Inside(p)) {
     return;
@@ -18,7 +19,7 @@ void main() {
   for (int s = 0; s < signals; ++s) {
     vec4 own = texelFetch(light, ivec3(p, s), 0);
     if (IsValid(own.w)) {
-      own.w = PackDeviation(SmoothedVariance(light, 1, ivec3(p, s)), true);
+      own.w = PackDeviation(SmoothedVariance(s), true);
     }
     imageStore(light_out, ivec3(p, s), Stored(own));
   }

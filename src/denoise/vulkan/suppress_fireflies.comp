@@ -33,7 +33,7 @@ void main() {
   for (int s = 0; inside && s < signals; ++s) {
     vec4 light = texelFetch(noisy, ivec3(p, s), 0);
     light.xyz *= ClampScale(light.x, BrightestNeighbour(p, s));
-    luminance[s] = light.x;
+    luminance += AtComponent(s, light.x);
     imageStore(noisy_out, ivec3(p, s), Stored(light));
   }
   luminance = SumOfGroup(luminance);

@@ -15,11 +15,7 @@ layout(push_constant) uniform Push {
 };
 
 void main() {
-  vec4 sum = vec4(0.0f);
-  for (uint i = gl_LocalInvocationIndex; i < groups; i += 256u) {
-    sum += partials[2u * i + (has_history != 0 ? 1u : 0u)];
-  }
-  sum = SumOfGroup(sum);
+  vec4 sum = SumOfPartials(groups, has_history != 0 ? 1u : 0u);
   if (gl_LocalInvocationIndex == 0u) {
     for (int s = 0; s < 4; ++s) {
       float mean = sum[s] / (float(width) * float(height)) / exposure[s];

@@ -5,7 +5,7 @@
 
 // Chooses the powers of two that light is stored with and the limit of negative light (one
 // workgroup), and clears the counts.
-#define LOCAL_SIZE_X 256
+#define LOCAL_SIZE_X 256  // as many as bins
 #define LOCAL_SIZE_Y 1
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/exposure_shared.h"
@@ -16,45 +16,43 @@ layout(push_constant) uniform Push {
 };
 
 shared uint bins[STILLRAY_LIGHT_BINS];
+shared int limit_bin;  // brighter pixels count as this bin
 
-// As in negative_limit.cpp.
+// MeanLight of negative_limit.cpp, with an invocation for each bin. The brightest pixels, which may
+// be fireflies, count as the bin of the pixel after them.
 float MeanLight() {
-  uint measured = 0u;
-  for (int bin = 0; bin < STILLRAY_LIGHT_BINS; ++bin) {
-    measured += bins[bin];
+  int bin = int(gl_LocalInvocationIndex);
+  uint count = bins[bin];
+  // Pixels of each bin and of all brighter ones.
+  for (int distance = 1; distance < STILLRAY_LIGHT_BINS; distance *= 2) {
+    uint brighter = bin + distance < STILLRAY_LIGHT_BINS ? bins[bin + distance] : 0u;
+    barrier();
+    bins[bin] += brighter;
+    barrier();
   }
+  uint measured = bins[0];
   uint brightest = BrightestPixels(measured);
-  uint waiting = 0u;  // pixels that count as the next ones do
-  uint passed = 0u;
-  int dimmest = 0;
-  float sum = 0.0f;
-  for (int bin = STILLRAY_LIGHT_BINS - 1; bin > 0; --bin) {
-    uint count = bins[bin];
-    dimmest = count != 0u ? bin : dimmest;
-    passed += count;
-    waiting += count;
-    if (passed > brightest) {
-      sum += float(waiting) * LightOfBin(bin);
-      waiting = 0u;
-    }
+  uint lit = bins[1];
+  uint passed_before = bin + 1 < STILLRAY_LIGHT_BINS ? bins[bin + 1] : 0u;
+  bool is_limit = bins[bin] > brightest && passed_before <= brightest;
+  bool is_dimmest = count != 0u && bins[bin] == lit;
+  if (bin > 0 && (lit > brightest ? is_limit : is_dimmest)) {
+    limit_bin = bin;
   }
-  sum += float(waiting) * LightOfBin(dimmest);
+  barrier();
+  float light = bin > 0 && count != 0u ? float(count) * LightOfBin(min(bin, limit_bin)) : 0.0f;
+  float sum = SumOfGroup(vec4(light, 0.0f, 0.0f, 0.0f)).x;
   return measured > 0u ? sum / float(measured) : 0.0f;
 }
 
 void main() {
-  for (uint i = gl_LocalInvocationIndex; i < STILLRAY_LIGHT_BINS; i += 256u) {
-    bins[i] = light_bins[i];
-    light_bins[i] = 0u;
-  }
-  vec4 light = vec4(0.0f);
-  vec4 other = vec4(0.0f);
-  for (uint i = gl_LocalInvocationIndex; i < groups; i += 256u) {
-    light += partials[2u * i];
-    other += partials[2u * i + 1u];
-  }
-  light = SumOfGroup(light);
-  other = SumOfGroup(other);
+  uint bin = gl_LocalInvocationIndex;
+  bins[bin] = light_bins[bin];
+  light_bins[bin] = 0u;
+  barrier();
+  float mean_light = MeanLight();
+  vec4 light = SumOfPartials(groups, 0u);
+  vec4 other = SumOfPartials(groups, 1u);
   if (gl_LocalInvocationIndex != 0u) {
     return;
   }
@@ -73,7 +71,7 @@ void main() {
   float old = has_picture != 0 ? picture_exposure : 0.0f;
   picture_exposure = ChooseExposure(old, brightness);
   picture_ratio = old > 0.0f ? picture_exposure / old : 1.0f;
-  negative_limit = NegativeLimit(MeanLight());
+  negative_limit = NegativeLimit(mean_light);
   non_finite = 0u;
   negative = 0u;
   bad_guides = 0u;

@@ -14,11 +14,7 @@ layout(push_constant) uniform Push {
 };
 
 void main() {
-  vec4 sum = vec4(0.0f);
-  for (uint i = gl_LocalInvocationIndex; i < groups; i += 256u) {
-    sum += partials[2u * i];
-  }
-  sum = SumOfGroup(sum);
+  vec4 sum = SumOfPartials(groups, 0u);
   if (gl_LocalInvocationIndex == 0u) {
     for (int s = 0; s < 4; ++s) {
       mean_luminance[s] = max(sum[s] / (float(width) * float(height)) / exposure[s], 1e-20f);
