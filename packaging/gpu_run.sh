@@ -36,6 +36,8 @@ has_library() {
 add_missing_libraries() {
   has_library libvulkan.so.1 || LD_LIBRARY_PATH="$here/lib/host/vulkan${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}"
   has_library libXext.so.6 || LD_LIBRARY_PATH="${LD_LIBRARY_PATH:+$LD_LIBRARY_PATH:}$here/lib/host/xext:$here/lib/host/x11"
+  has_library libEGL.so.1 ||
+    LD_LIBRARY_PATH="${LD_LIBRARY_PATH:+$LD_LIBRARY_PATH:}$here/lib/host/glvnd:$here/lib/host/gl:$here/lib/host/x11"
   [ -z "${LD_LIBRARY_PATH:-}" ] || export LD_LIBRARY_PATH
 }
 

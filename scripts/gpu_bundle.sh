@@ -56,6 +56,8 @@ layer_json=/usr/share/vulkan/explicit_layer.d/VkLayer_khronos_validation.json
 [ -e "$layer" ] || fail "$layer is missing (Debian: vulkan-validationlayers)"
 loader="$(library libvulkan.so.1 libvulkan1)"
 xext="$(library libXext.so.6 libxext6)"
+egl="$(library libEGL.so.1 libegl1)"
+glx="$(library libGLX.so.0 libglx0)"
 
 name="stillray-gpu-$version-linux-x86_64"
 work="$build/packages/gpu"
@@ -67,9 +69,9 @@ flags=(-std=c11 -O2 -Wall -Wextra -Werror -s)
 cc "${flags[@]}" "$root/packaging/launcher.c" -ldl -o "$work/launcher"
 cc "${flags[@]}" -shared -fPIC -Wl,-soname,libstillray_arc4random.so \
   "$root/packaging/arc4random.c" -o "$work/libstillray_arc4random.so"
-# NVIDIA's driver needs libXext, which a machine without a display may lack.
+# NVIDIA's driver needs libXext and GLVND's libraries, which a machine without a display may lack.
 /usr/bin/python3 -B "$root/packaging/bundle.py" "$folder" "$work/libstillray_arc4random.so" \
-  "${programs[@]/#/$build/}" lib/host/vulkan="$loader" lib/host/xext="$xext" layers="$layer"
+  "${programs[@]/#/$build/}" lib/host/vulkan="$loader" lib/host/xext="$xext" lib/host/glvnd="$egl" lib/host/glvnd="$glx" layers="$layer"
 for program in "${programs[@]##*/}"; do cp "$work/launcher" "$folder/bin/$program"; done
 sed 's|"library_path": *"[^"]*"|"library_path": "./libVkLayer_khronos_validation.so"|' \
   "$layer_json" >"$folder/layers/VkLayer_khronos_validation.json"
