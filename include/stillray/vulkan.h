@@ -43,9 +43,11 @@ typedef struct stillray_vulkan_options {
   int32_t timestamps;     /* not 0: measure the stages */
   /* not 0: pixels with depth 0 and no sample have unknown guides, which are completed */
   int32_t incomplete_guides;
+  /* not 0: frames have virtual guides, by which reflected light is denoised */
+  int32_t virtual_guides;
 } stillray_vulkan_options;
 #define STILLRAY_VULKAN_OPTIONS_INIT \
-  { sizeof(stillray_vulkan_options), NULL, NULL, 0, 0, 0, 0, 0, 0, 0 }
+  { sizeof(stillray_vulkan_options), NULL, NULL, 0, 0, 0, 0, 0, 0, 0, 0 }
 
 /* Indices of the images in stillray_vulkan_frame. */
 typedef enum stillray_vulkan_slot {
@@ -71,9 +73,15 @@ typedef enum stillray_vulkan_slot {
   STILLRAY_VULKAN_ROUGHNESS = 24,
   STILLRAY_VULKAN_CONFIDENCE = 25, /* 0 to 1: how far the light of the last frame still holds */
   STILLRAY_VULKAN_PREVIOUS_NORMAL = 26, /* the point's normal one frame ago; zero: as the normal */
-  STILLRAY_VULKAN_SLOT_COUNT = 27
+  /* What is seen in smooth surfaces: all of them, with virtual_guides, or none. */
+  STILLRAY_VULKAN_REFLECTION_DEPTH = 27,
+  STILLRAY_VULKAN_REFLECTION_NORMAL = 28,
+  STILLRAY_VULKAN_REFLECTION_MOTION = 29,
+  STILLRAY_VULKAN_REFLECTION_ID = 30,
+  STILLRAY_VULKAN_REFLECTION_ALBEDO = 31,
+  STILLRAY_VULKAN_SLOT_COUNT = 32
 } stillray_vulkan_slot;
-/* Capacity of stillray_vulkan_frame; slots from STILLRAY_VULKAN_SLOT_COUNT on stay empty. */
+/* Capacity of stillray_vulkan_frame. */
 #define STILLRAY_VULKAN_SLOT_ROOM 32
 
 /* This struct does not grow. */

@@ -39,6 +39,10 @@ struct VulkanOptions {
   /// on the device (docs/denoiser.md, fill_guides), together with the images below, which takes
   /// memory. `samples` and `motion` must be given then.
   bool incomplete_guides = false;
+  /// Frames have virtual guides: reflected light is denoised by them, in a filter of its own, which
+  /// takes memory and time (docs/gpu.md). It is as long as the setting `virtual_roughness` is
+  /// above 0 and `signals` keeps specular light apart (`split` or `light`).
+  bool virtual_guides = false;
 };
 
 /// A plain 2D image (VK_IMAGE_VIEW_TYPE_2D) of the denoiser's size; no view: not given. Usage:
@@ -47,6 +51,16 @@ struct VulkanOptions {
 struct VulkanImage {
   VkImageView view = VK_NULL_HANDLE;
   VkImageLayout layout = VK_IMAGE_LAYOUT_GENERAL;
+};
+
+/// What is seen in smooth surfaces: see VirtualGuides. Given as a whole (`id` with VulkanFrame::id)
+/// or not at all.
+struct VulkanVirtualGuides {
+  VulkanImage depth;
+  VulkanImage normal;
+  VulkanImage motion;
+  VulkanImage id;
+  VulkanImage albedo;
 };
 
 /// Images of one frame, by the conventions of Frame and Guides. Inputs may have any format that
@@ -75,6 +89,9 @@ struct VulkanFrame {
   VulkanImage roughness;
   VulkanImage confidence;       ///< see Frame::confidence
   VulkanImage previous_normal;  ///< see Guides::previous_normal
+  /// Of reflections, with VulkanOptions::virtual_guides. `roughness`, `motion`, `albedo` and
+  /// `specular_albedo` must be given too. A frame without them begins a new history.
+  VulkanVirtualGuides reflection;
 
   /// The result: scene-linear, R32G32B32A32_SFLOAT, or R16G16B16A16_SFLOAT if `colour_is_half`.
   VulkanImage colour;

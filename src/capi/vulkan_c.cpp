@@ -43,6 +43,7 @@ Result<VulkanOptions> OptionsOf(const stillray_vulkan_options& o) {
   options.precision = o.full_precision != 0 ? DevicePrecision::kFloat : DevicePrecision::kHalf;
   options.timestamps = o.timestamps != 0;
   options.incomplete_guides = o.incomplete_guides != 0;
+  options.virtual_guides = o.virtual_guides != 0;
   return options;
 }
 
@@ -77,6 +78,10 @@ VulkanFrame FrameOf(const stillray_vulkan_frame& f) {
   frame.roughness = image(STILLRAY_VULKAN_ROUGHNESS);
   frame.confidence = image(STILLRAY_VULKAN_CONFIDENCE);
   frame.previous_normal = image(STILLRAY_VULKAN_PREVIOUS_NORMAL);
+  frame.reflection = {
+      image(STILLRAY_VULKAN_REFLECTION_DEPTH), image(STILLRAY_VULKAN_REFLECTION_NORMAL),
+      image(STILLRAY_VULKAN_REFLECTION_MOTION), image(STILLRAY_VULKAN_REFLECTION_ID),
+      image(STILLRAY_VULKAN_REFLECTION_ALBEDO)};
   frame.colour = image(STILLRAY_VULKAN_COLOUR);
   frame.display = image(STILLRAY_VULKAN_DISPLAY);
   return frame;
@@ -157,13 +162,8 @@ stillray_error stillray_vulkan_record(stillray_vulkan_denoiser* denoiser, VkComm
   return WithDenoiser(denoiser, [&](VulkanDenoiser* d) {
     stillray_vulkan_frame f;
     STILLRAY_RETURN_IF_ERROR(ReadStruct(frame, "frame", "stillray_vulkan_frame", &f));
-    for (int slot = STILLRAY_VULKAN_SLOT_COUNT; slot < STILLRAY_VULKAN_SLOT_ROOM; ++slot) {
-      if (f.images[slot].view != VK_NULL_HANDLE) {
-        return Status::Unsupported(
-            fmt::format("frame->images[{}] is given, this library has 0 to {}", slot,
-                        STILLRAY_VULKAN_SLOT_COUNT - 1));
-      }
-    }
+    static_assert(STILLRAY_VULKAN_SLOT_COUNT == STILLRAY_VULKAN_SLOT_ROOM,
+                  "images beyond those that are read here must be refused");
     return d->Record(commands, FrameOf(f));
   });
 }

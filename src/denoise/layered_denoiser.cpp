@@ -35,14 +35,6 @@ const PlannedLayer* LayerOf(const LayerList& list, GuideSource source) {
   return at == list.end() ? nullptr : at;
 }
 
-/// The settings of a layer: one signal, and no stage of the finished picture.
-Settings LayerSettings(Settings settings) {
-  settings.signals = SignalGrouping::kSingle;
-  settings.antialias = Antialias::kOff;
-  settings.fxaa = Fxaa::kOff;
-  return settings;
-}
-
 /// Second moments that were divided by the square of one albedo's luminance, for another albedo.
 Image1 RescaledMoments(const Signal& signal, const Image3& own, const Image3& albedo) {
   Image1 moment(signal.second_moment.width(), signal.second_moment.height());
@@ -230,7 +222,7 @@ Status LayeredDenoiser::Begin(const Frame& frame) {
 
 Status LayeredDenoiser::MakeLayer(size_t image) {
   Result<std::unique_ptr<DenoiserBackend>> made =
-      device_->CreateDenoiser(LayerSettings(settings_), precision_);
+      device_->CreateDenoiser(SettingsOfLayer(settings_), precision_);
   STILLRAY_RETURN_IF_ERROR(made.status());
   layer_[image] = std::move(made.value());
   layer_[image]->SetOutputs(OutputsOfLayer(image));
@@ -393,7 +385,7 @@ Status LayeredDenoiser::SetSettings(const Settings& settings) {
   settings_ = settings;
   for (std::unique_ptr<DenoiserBackend>& layer : layer_) {
     if (layer != nullptr) {
-      STILLRAY_RETURN_IF_ERROR(layer->SetSettings(LayerSettings(settings)));
+      STILLRAY_RETURN_IF_ERROR(layer->SetSettings(SettingsOfLayer(settings)));
     }
   }
   return main_->SetSettings(settings);

@@ -289,6 +289,13 @@ FramePlan PlanOfLayer(const FramePlan& plan, const PlannedLayer& layer) {
   return of_layer;
 }
 
+Settings SettingsOfLayer(Settings settings) {
+  settings.signals = SignalGrouping::kSingle;
+  settings.antialias = Antialias::kOff;
+  settings.fxaa = Fxaa::kOff;
+  return settings;
+}
+
 LayerList LayersOf(const Settings& s, const FrameFacts& facts) {
   const std::span<const SignalGroup> signals = GroupsOf(s.signals, HasTransmission(facts.lights));
   LayerList list;

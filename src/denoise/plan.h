@@ -178,6 +178,10 @@ FramePlan MakePlan(const Settings& settings, const FrameFacts& facts,
 /// The plan of one layer's signals alone.
 FramePlan PlanOfLayer(const FramePlan& plan, const PlannedLayer& layer);
 
+/// The settings of a layer that is denoised as a frame of its own: one signal, and no stage of the
+/// finished picture.
+Settings SettingsOfLayer(Settings settings);
+
 /// \param facts  its lights and virtual guides
 LayerList LayersOf(const Settings& settings, const FrameFacts& facts);
 

@@ -89,8 +89,8 @@ TEST(EdgeExponents, OfDepthAreThoseOfThePapers) {
         EXPECT_NEAR(GradientDepthExponent2(ip, iq, change, 1.0f / ip, 2.0f, 0.01f), gradient,
                     1e-4 * gradient + 2e-5);
         const double plane =
-            std::abs(static_cast<double>(ip) + static_cast<double>(change) - 1.0 / q) /
-            (0.02 / p) * log2_e;
+            std::abs(static_cast<double>(ip) + static_cast<double>(change) - 1.0 / q) / (0.02 / p) *
+            log2_e;
         const float scale = kExponentsOfE / 0.02f * (1.0f / ip);
         EXPECT_NEAR(PlaneDepthExponent2(ip + change, iq, scale), plane, 1e-4 * plane + 2e-5);
       }

@@ -18,6 +18,15 @@ layout(set = 0, binding = 6) uniform texture2D picture;
 layout(set = 0, binding = 7, rg32f) writeonly uniform image2D motion_out;
 layout(set = 0, binding = 8, rgba32f) writeonly uniform image2D emission_out;
 
+layout(push_constant) uniform Push {
+  int has_id;
+  int has_emission;
+};
+
+uint IdAt(ivec2 p) {
+  return has_id != 0 ? texelFetch(surface_id, p, 0).x : 0u;
+}
+
 bool ShowsLittleElseAt(ivec2 p) {
   return texelFetch(selected_albedo, p, 0).w != 0.0f;
 }
@@ -28,13 +37,13 @@ bool IsWithin(ivec2 p, ivec2 size) {
     return false;
   }
   float depth = texelFetch(surface_depth, p, 0).x;
-  uint id = texelFetch(surface_id, p, 0).x;
+  uint id = IdAt(p);
   ivec2 first = max(p - kSilhouette, ivec2(0));
   ivec2 last = min(p + kSilhouette, size - 1);
   for (int v = first.y; v <= last.y; ++v) {
     for (int u = first.x; u <= last.x; ++u) {
       ivec2 q = ivec2(u, v);
-      if (!ShowsLittleElseAt(q) || texelFetch(surface_id, q, 0).x != id ||
+      if (!ShowsLittleElseAt(q) || IdAt(q) != id ||
           IsOtherSurface(depth, texelFetch(surface_depth, q, 0).x)) {
         return false;
       }
@@ -52,6 +61,9 @@ void main() {
   bool follows = IsWithin(p, size);
   vec2 motion = (follows ? texelFetch(selected_motion, p, 0) : texelFetch(surface_motion, p, 0)).xy;
   imageStore(motion_out, p, vec4(motion, 0.0f, 0.0f));
-  vec3 sum = texelFetch(emission, p, 0).xyz + texelFetch(picture, p, 0).xyz;
+  vec3 sum = texelFetch(picture, p, 0).xyz;
+  if (has_emission != 0) {
+    sum += texelFetch(emission, p, 0).xyz;
+  }
   imageStore(emission_out, p, vec4(sum, 0.0f));
 }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Common to the shaders of layer_split.h, which read the images of a renderer's frame: one thread
-// for each pixel, floats in all images.
+// Common to the shaders of layer_passes.h, which read the images of a frame: one thread for each
+// pixel, floats in all images.
 #extension GL_EXT_samplerless_texture_functions : require
 
 #include "core/shared.h"

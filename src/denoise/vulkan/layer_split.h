@@ -5,18 +5,14 @@
 /// layer of reflected light, and the rest. See FrameSplit in backend.h.
 #pragma once
 
-#include <array>
 #include <functional>
 #include <memory>
-#include <optional>
-#include <span>
 #include <utility>
 #include <vector>
 
 #include "denoise/backend.h"
 #include "denoise/vulkan/device_inputs.h"
-#include "gpu/pipeline.h"
-#include "gpu/timestamps.h"
+#include "denoise/vulkan/layer_passes.h"
 
 namespace stillray::vulkan {
 
@@ -34,64 +30,23 @@ class FramePart final : public FrameOnDevice {
   uint64_t bytes() const override { return 0; }  // its images are counted as FrameSplit::memory
 };
 
-/// The images of both parts that differ from those of the frame.
-struct LayerImages {
-  explicit LayerImages(const gpu::DeviceContext* context) : arena(context) {}
-
-  gpu::Arena arena;
-  bool used = false;  ///< their layout is set
-  // Of the layer:
-  const gpu::Image* depth = nullptr;
-  const gpu::Image* normal = nullptr;
-  const gpu::Image* motion = nullptr;
-  const gpu::Image* id = nullptr;
-  const gpu::Image* roughness = nullptr;
-  const gpu::Image* albedo = nullptr;
-  const gpu::Image* previous_normal = nullptr;  ///< nullptr unless the frame has it
-  const gpu::Image* direct_moment = nullptr;    ///< likewise
-  const gpu::Image* indirect_moment = nullptr;  ///< likewise
-  // Of the rest:
-  const gpu::Image* picture_motion = nullptr;
-  const gpu::Image* emission = nullptr;
-};
-
 class LayerSplit final : public FrameSplit {
  public:
   static Result<std::unique_ptr<LayerSplit>> Create(std::shared_ptr<gpu::Device> device);
 
   Result<Frame> MakeLayer(const Frame& frame, float virtual_roughness) override;
   Result<Frame> MakeRest(const Frame& frame) override;
-  void AddTimes(std::vector<StageTime>* times) const override;
+  void AddTimes(std::vector<StageTime>* times) const override { passes_->AddTimes(times); }
   DeviceMemory memory() const override;
   /// Of the last frame, for tests; nullptr before the first one.
-  const LayerImages* images() const { return images_.get(); }
+  const LayerImages* images() const { return passes_->images().get(); }
 
  private:
-  enum Pass : size_t { kSelectGuides, kRescaleMoments, kAddLayer, kPassCount };
-
-  explicit LayerSplit(std::shared_ptr<gpu::Device> device)
-      : device_(std::move(device)),
-        sets_(&device_->context()),
-        layer_times_(&device_->context()),
-        rest_times_(&device_->context()) {}
-
-  Status Prepare(const gpu::FrameShape& shape);
-  Status MakeImages(const gpu::FrameShape& shape);
-  Status RecordLayer(VkCommandBuffer commands, const gpu::FrameImages& from,
-                     float virtual_roughness);
-  Status RecordRest(VkCommandBuffer commands, const gpu::FrameImages& from);
-  Status Run(VkCommandBuffer commands, Pass pass, std::span<const ImageRef> images,
-             std::span<const std::byte> push);
-  void Mark(VkCommandBuffer commands, const char* name, gpu::Timestamps* times);
-  void End(VkCommandBuffer commands, gpu::Timestamps* times);
+  LayerSplit(std::shared_ptr<gpu::Device> device, std::unique_ptr<LayerPasses> passes)
+      : device_(std::move(device)), passes_(std::move(passes)) {}
 
   std::shared_ptr<gpu::Device> device_;
-  gpu::DescriptorSets sets_;
-  gpu::Timestamps layer_times_;
-  gpu::Timestamps rest_times_;
-  std::array<std::optional<gpu::Pipeline>, kPassCount> pipelines_;
-  gpu::FrameShape shape_;  ///< of the images
-  std::shared_ptr<LayerImages> images_;
+  std::unique_ptr<LayerPasses> passes_;
   std::weak_ptr<FramePart> layer_;  ///< of the frame in progress
 };
 

@@ -3,8 +3,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// select_guides: see stages/select_guides.h. Of a frame that a renderer left on the device, whose
-// images are all given.
+// select_guides: see stages/select_guides.h. Of a frame on the device.
 #include "denoise/vulkan/layer_images.glsl"
 #include "denoise/picture_motion_shared.h"
 #include "denoise/stages/select_guides_shared.h"
@@ -34,6 +33,7 @@ layout(set = 0, binding = 19, rgba32f) writeonly uniform image2D previous_normal
 layout(push_constant) uniform Push {
   float virtual_roughness;
   int has_previous_normal;  // 0: the last image must not be written
+  int has_id;               // 0: ids are 0
 };
 
 vec3 SelectedNormal(bool image, ivec2 p) {
@@ -68,7 +68,10 @@ void main() {
   bool image = ShowsImage(own_depth, seen_depth, roughness, virtual_roughness);
   float depth = image ? ImageDepth(seen_depth) : own_depth;
   vec2 motion = (image ? texelFetch(image_motion, p, 0) : texelFetch(surface_motion, p, 0)).xy;
-  uint id = image ? texelFetch(image_id, p, 0).x : texelFetch(surface_id, p, 0).x;
+  uint id = 0u;
+  if (has_id != 0) {
+    id = image ? texelFetch(image_id, p, 0).x : texelFetch(surface_id, p, 0).x;
+  }
   float little_else = ShowsLittleElseAt(p, own_depth, depth, motion.x, size.x) ? 1.0f : 0.0f;
   imageStore(depth_out, p, vec4(depth));
   imageStore(normal_out, p, vec4(SelectedNormal(image, p), 0.0f));

@@ -3,18 +3,21 @@
 
 #include "stillray/vulkan.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "denoise/vulkan/frame_pipeline.h"
+#include "denoise/vulkan/layer_passes.h"
 #include "gpu/shared_pipelines.h"
 
 namespace stillray {
 namespace {
 
 using vulkan::FrameInputs;
+using vulkan::FramePipeline;
 using vulkan::ImageRef;
 
 ImageRef RefTo(const VulkanImage& image) {
@@ -43,6 +46,7 @@ FrameFacts FactsOf(const VulkanFrame& frame) {
   facts.has_roughness = IsGiven(frame.roughness);
   facts.has_confidence = IsGiven(frame.confidence);
   facts.has_previous_normal = IsGiven(frame.previous_normal);
+  facts.has_reflection = IsGiven(frame.reflection.depth);
   facts.samples_per_pixel = frame.samples_per_pixel;
   facts.is_displayed = IsGiven(frame.display);
   return facts;
@@ -71,6 +75,33 @@ FrameInputs InputsOf(const VulkanFrame& frame) {
   in.colour_is_half = frame.colour_is_half;
   in.display = RefTo(frame.display);
   return in;
+}
+
+vulkan::VirtualInputs VirtualInputsOf(const VulkanVirtualGuides& seen) {
+  return {RefTo(seen.depth), RefTo(seen.normal), RefTo(seen.motion), RefTo(seen.id),
+          RefTo(seen.albedo)};
+}
+
+/// Checks that all images are given that a layer of reflected light needs.
+Status CheckReflection(const VulkanFrame& frame) {
+  const std::pair<const VulkanImage*, const char*> needed[] = {
+      {&frame.reflection.normal, "reflection.normal"},
+      {&frame.reflection.motion, "reflection.motion"},
+      {&frame.reflection.albedo, "reflection.albedo"},
+      {&frame.motion, "motion"},
+      {&frame.roughness, "roughness"},
+      {&frame.albedo, "albedo"},
+      {&frame.specular_albedo, "specular_albedo"}};
+  for (const auto& [image, name] : needed) {
+    if (!IsGiven(*image)) {
+      return Status::InvalidArgument(fmt::format(
+          "frame {}: image '{}' is not given, beside 'reflection.depth'", frame.index, name));
+    }
+  }
+  return IsGiven(frame.id) && !IsGiven(frame.reflection.id)
+             ? Status::InvalidArgument(fmt::format(
+                   "frame {}: image 'reflection.id' is not given, beside 'id'", frame.index))
+             : Status::Ok();
 }
 
 /// Checks that all images that the settings need are given. \param jittered  this frame or one
@@ -145,6 +176,87 @@ vulkan::PipelineOptions PipelineOptionsOf(const VulkanOptions& o) {
   return options;
 }
 
+vulkan::PipelineOptions LayerOptionsOf(const VulkanOptions& o) {
+  vulkan::PipelineOptions options = PipelineOptionsOf(o);
+  options.settings = SettingsOfLayer(o.settings);
+  options.transmission = false;
+  return options;
+}
+
+vulkan::LayerShape LayerShapeOf(const VulkanOptions& o) {
+  return {.width = o.width,
+          .height = o.height,
+          .previous_normals = true,
+          .second_moments = true,
+          .with_picture = true};
+}
+
+/// Frames whose images may differ from each other, as of FramePipeline.
+constexpr uint32_t kMostFrames = 128;
+
+/// The filter of reflected light, and the passes between it and that of the rest.
+struct ReflectionLayer {
+  std::unique_ptr<vulkan::LayerPasses> passes;
+  std::unique_ptr<FramePipeline> pipeline;
+  bool was_used = false;  ///< by the last frame
+
+  static Result<gpu::MemoryUse> Need(const gpu::DeviceContext* context, const VulkanOptions& o) {
+    Result<gpu::MemoryUse> need = FramePipeline::Need(context, LayerOptionsOf(o));
+    STILLRAY_RETURN_IF_ERROR(need.status());
+    const Result<gpu::MemoryUse> of_passes = vulkan::LayerPasses::Need(context, LayerShapeOf(o));
+    STILLRAY_RETURN_IF_ERROR(of_passes.status());
+    *need += *of_passes;
+    return need;
+  }
+
+  static Result<std::unique_ptr<ReflectionLayer>> Create(const gpu::DeviceContext* context,
+                                                         const VulkanOptions& o) {
+    auto layer = std::make_unique<ReflectionLayer>();
+    Result<std::unique_ptr<vulkan::LayerPasses>> passes =
+        vulkan::LayerPasses::Create(context, o.timestamps, kMostFrames);
+    STILLRAY_RETURN_IF_ERROR(passes.status());
+    layer->passes = std::move(*passes);
+    STILLRAY_RETURN_IF_ERROR(layer->passes->Prepare(LayerShapeOf(o)));
+    Result<std::unique_ptr<FramePipeline>> pipeline =
+        FramePipeline::Create(context, LayerOptionsOf(o));
+    STILLRAY_RETURN_IF_ERROR(pipeline.status());
+    layer->pipeline = std::move(*pipeline);
+    return layer;
+  }
+
+  /// Records the filter of reflected light, and what makes the rest of facts and inputs.
+  Status Record(VkCommandBuffer commands, const Settings& settings,
+                const vulkan::VirtualInputs& seen, FrameFacts* facts, FrameInputs* inputs) {
+    STILLRAY_RETURN_IF_ERROR(
+        passes->RecordLayer(commands, *facts, *inputs, seen, settings.virtual_roughness));
+    const ImageRef picture = {passes->images()->picture->view, VK_IMAGE_LAYOUT_GENERAL};
+    const FrameFacts of_layer = passes->FactsOfLayer(*facts);
+    FrameInputs layer_inputs = passes->InputsOfLayer(*inputs);
+    layer_inputs.colour = picture;
+    layer_inputs.colour_is_half = false;
+    layer_inputs.display = {};
+    const FramePlan plan = MakePlan(SettingsOfLayer(settings), of_layer, pipeline->progress());
+    STILLRAY_RETURN_IF_ERROR(pipeline->Record(commands, plan, of_layer, layer_inputs, nullptr));
+    STILLRAY_RETURN_IF_ERROR(passes->RecordRest(commands, *facts, *inputs, picture));
+    *inputs = passes->InputsOfRest(*inputs);
+    *facts = passes->FactsOfRest(*facts);
+    return Status::Ok();
+  }
+};
+
+/// Adds times to those of the same names.
+void AddTimes(const std::vector<gpu::DeviceTime>& more, std::vector<StageTime>* times) {
+  for (const gpu::DeviceTime& time : more) {
+    const auto same = std::find_if(times->begin(), times->end(),
+                                   [&](const StageTime& t) { return t.name == time.name; });
+    if (same != times->end()) {
+      same->milliseconds += time.milliseconds;
+    } else {
+      times->push_back({time.name, time.milliseconds});
+    }
+  }
+}
+
 Result<gpu::DeviceContext> ContextOf(const VulkanContext& c) {
   if (c.instance == VK_NULL_HANDLE || c.physical_device == VK_NULL_HANDLE ||
       c.device == VK_NULL_HANDLE || c.get_instance_proc_addr == nullptr) {
@@ -169,10 +281,34 @@ struct VulkanDenoiser::Impl {
   gpu::SharedPipelines pipelines;  // of this alone, so that none outlives the renderer's device
   Settings settings;
   bool incomplete_guides = false;
-  std::unique_ptr<vulkan::FramePipeline> pipeline;
+  std::unique_ptr<FramePipeline> pipeline;
+  std::unique_ptr<ReflectionLayer> layer;  // nullptr without VulkanOptions::virtual_guides
 
   bool FillsGuides() const { return incomplete_guides && settings.fill_guides; }
+  Result<bool> UsesLayer(const VulkanFrame& frame, const FrameFacts& facts) const;
+  void Reset();
 };
+
+/// Whether the frame has a layer of reflected light, whose images were checked.
+Result<bool> VulkanDenoiser::Impl::UsesLayer(const VulkanFrame& frame,
+                                             const FrameFacts& facts) const {
+  if (!facts.has_reflection) {
+    return false;
+  }
+  if (layer == nullptr) {
+    return Status::InvalidArgument(fmt::format(
+        "frame {}: virtual guides are given, but the denoiser was made without them", frame.index));
+  }
+  STILLRAY_RETURN_IF_ERROR(CheckReflection(frame));
+  return LayersOf(settings, facts).count > 1;
+}
+
+void VulkanDenoiser::Impl::Reset() {
+  pipeline->Reset();
+  if (layer != nullptr) {
+    layer->pipeline->Reset();
+  }
+}
 
 VulkanDenoiser::VulkanDenoiser(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 VulkanDenoiser::VulkanDenoiser(VulkanDenoiser&&) noexcept = default;
@@ -183,9 +319,13 @@ Result<DeviceMemory> VulkanDenoiser::MemoryNeed(const VulkanContext& context,
                                                 const VulkanOptions& options) {
   const Result<gpu::DeviceContext> made = ContextOf(context);
   STILLRAY_RETURN_IF_ERROR(made.status());
-  const Result<gpu::MemoryUse> need =
-      vulkan::FramePipeline::Need(&*made, PipelineOptionsOf(options));
+  Result<gpu::MemoryUse> need = FramePipeline::Need(&*made, PipelineOptionsOf(options));
   STILLRAY_RETURN_IF_ERROR(need.status());
+  if (options.virtual_guides) {
+    const Result<gpu::MemoryUse> more = ReflectionLayer::Need(&*made, options);
+    STILLRAY_RETURN_IF_ERROR(more.status());
+    *need += *more;
+  }
   return MemoryOf(*need);
 }
 
@@ -198,10 +338,16 @@ Result<VulkanDenoiser> VulkanDenoiser::Create(const VulkanContext& context,
   auto impl = std::make_unique<Impl>(*made);
   impl->settings = options.settings;
   impl->incomplete_guides = options.incomplete_guides;
-  Result<std::unique_ptr<vulkan::FramePipeline>> pipeline =
-      vulkan::FramePipeline::Create(&impl->context, PipelineOptionsOf(options));
+  Result<std::unique_ptr<FramePipeline>> pipeline =
+      FramePipeline::Create(&impl->context, PipelineOptionsOf(options));
   STILLRAY_RETURN_IF_ERROR(pipeline.status());
   impl->pipeline = std::move(pipeline.value());
+  if (options.virtual_guides) {
+    Result<std::unique_ptr<ReflectionLayer>> layer =
+        ReflectionLayer::Create(&impl->context, options);
+    STILLRAY_RETURN_IF_ERROR(layer.status());
+    impl->layer = std::move(*layer);
+  }
   return VulkanDenoiser(std::move(impl));
 }
 
@@ -214,22 +360,42 @@ Status VulkanDenoiser::Record(VkCommandBuffer commands, const VulkanFrame& frame
   STILLRAY_RETURN_IF_ERROR(CheckFrame(frame, impl_->settings, impl_->pipeline->has_transmission(),
                                       impl_->FillsGuides(), jittered));
   facts.has_incomplete_guides = impl_->FillsGuides();
+  const Result<bool> uses_layer = impl_->UsesLayer(frame, facts);
+  STILLRAY_RETURN_IF_ERROR(uses_layer.status());
+  FrameInputs inputs = InputsOf(frame);
+  ReflectionLayer* const layer = impl_->layer.get();
+  if (layer != nullptr && layer->was_used != *uses_layer) {
+    impl_->Reset();  // each history has another part of the light
+    layer->was_used = *uses_layer;
+  }
+  if (*uses_layer) {
+    STILLRAY_RETURN_IF_ERROR(layer->Record(commands, impl_->settings,
+                                           VirtualInputsOf(frame.reflection), &facts, &inputs));
+  }
   const FramePlan plan = MakePlan(impl_->settings, facts, impl_->pipeline->progress());
-  return impl_->pipeline->Record(commands, plan, facts, InputsOf(frame), nullptr);
+  return impl_->pipeline->Record(commands, plan, facts, inputs, nullptr);
 }
 
 Status VulkanDenoiser::SetSettings(const Settings& settings) {
   STILLRAY_RETURN_IF_ERROR(ValidateSettings(settings));
   STILLRAY_RETURN_IF_ERROR(CheckDeviceSettings(settings));
-  vulkan::FramePipeline& pipeline = *impl_->pipeline;
-  if (!pipeline.Fits(settings, pipeline.shape().width, pipeline.shape().height,
-                     pipeline.has_transmission())) {
+  const auto fits = [](const FramePipeline& pipeline, const Settings& s) {
+    return pipeline.Fits(s, pipeline.shape().width, pipeline.shape().height,
+                         pipeline.has_transmission());
+  };
+  FramePipeline& pipeline = *impl_->pipeline;
+  FramePipeline* const of_layer = impl_->layer != nullptr ? impl_->layer->pipeline.get() : nullptr;
+  if (!fits(pipeline, settings) ||
+      (of_layer != nullptr && !fits(*of_layer, SettingsOfLayer(settings)))) {
     return Status::InvalidArgument(
         "these settings need other images than the denoiser was made with: make another one");
   }
   STILLRAY_RETURN_IF_ERROR(pipeline.SetSettings(settings));
+  if (of_layer != nullptr) {
+    STILLRAY_RETURN_IF_ERROR(of_layer->SetSettings(SettingsOfLayer(settings)));
+  }
   if (NeedsNewHistory(impl_->settings, settings)) {
-    pipeline.Reset();
+    impl_->Reset();
   }
   impl_->settings = settings;
   return Status::Ok();
@@ -240,21 +406,32 @@ const Settings& VulkanDenoiser::settings() const {
 }
 
 void VulkanDenoiser::Reset() {
-  impl_->pipeline->Reset();
+  impl_->Reset();
 }
 
 Status VulkanDenoiser::ForgetImages() {
+  if (impl_->layer != nullptr) {
+    STILLRAY_RETURN_IF_ERROR(impl_->layer->passes->ForgetInputs());
+    STILLRAY_RETURN_IF_ERROR(impl_->layer->pipeline->ForgetInputs());
+  }
   return impl_->pipeline->ForgetInputs();
 }
 
 DeviceMemory VulkanDenoiser::memory() const {
-  return MemoryOf(impl_->pipeline->memory());
+  gpu::MemoryUse use = impl_->pipeline->memory();
+  if (impl_->layer != nullptr) {
+    use += impl_->layer->pipeline->memory();
+    use += impl_->layer->passes->memory();
+  }
+  return MemoryOf(use);
 }
 
 std::vector<StageTime> VulkanDenoiser::timings() const {
   std::vector<StageTime> times;
-  for (const gpu::DeviceTime& time : impl_->pipeline->times()) {
-    times.push_back({time.name, time.milliseconds});
+  AddTimes(impl_->pipeline->times(), &times);
+  if (impl_->layer != nullptr && impl_->layer->was_used) {
+    AddTimes(impl_->layer->pipeline->times(), &times);
+    impl_->layer->passes->AddTimes(&times);
   }
   return times;
 }

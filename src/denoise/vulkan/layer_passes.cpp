@@ -1,0 +1,335 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "denoise/vulkan/layer_passes.h"
+
+#include <utility>
+
+namespace stillray::vulkan {
+
+namespace shaders {
+#define STILLRAY_SHADER(name)           \
+  extern const std::uint32_t k##name[]; \
+  extern const std::size_t k##name##Words;
+STILLRAY_SHADER(SelectGuides)
+STILLRAY_SHADER(RescaleMoments)
+STILLRAY_SHADER(AddLayer)
+#undef STILLRAY_SHADER
+}  // namespace shaders
+
+namespace {
+
+/// The kinds of light of the layer.
+constexpr auto kDirect = static_cast<size_t>(SignalKind::kDirectSpecular);
+constexpr auto kIndirect = static_cast<size_t>(SignalKind::kIndirectSpecular);
+constexpr uint32_t kLights = 1u << kDirect | 1u << kIndirect;
+
+/// Of select_guides.comp.
+struct SelectPush {
+  float virtual_roughness = 0;
+  int32_t has_previous_normal = 0;
+  int32_t has_id = 0;
+};
+
+/// Of add_layer.comp.
+struct AddPush {
+  int32_t has_id = 0;
+  int32_t has_emission = 0;
+};
+
+struct PassInfo {
+  const char* stage;  ///< in timings
+  std::span<const uint32_t> code;
+  uint32_t reads;
+  uint32_t writes;
+  uint32_t push_bytes;
+};
+
+/// In the order of LayerPasses::Pass.
+PassInfo InfoOf(size_t pass) {
+  const PassInfo infos[] = {
+      {"select_guides",
+       {shaders::kSelectGuides, shaders::kSelectGuidesWords},
+       13,
+       7,
+       sizeof(SelectPush)},
+      {"select_guides", {shaders::kRescaleMoments, shaders::kRescaleMomentsWords}, 6, 2, 0},
+      {"add_layer", {shaders::kAddLayer, shaders::kAddLayerWords}, 7, 2, sizeof(AddPush)},
+  };
+  return infos[pass];
+}
+
+constexpr uint32_t kMostMarks = 4;
+constexpr VkPipelineStageFlags kCompute = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
+
+void WaitForWrites(const gpu::DeviceContext& context, VkCommandBuffer commands) {
+  gpu::MemoryBarrier(context, commands, kCompute, VK_ACCESS_SHADER_WRITE_BIT, kCompute,
+                     VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
+}
+
+ImageRef ImageOf(const gpu::Image* image) {
+  return {image != nullptr ? image->view : VK_NULL_HANDLE, VK_IMAGE_LAYOUT_GENERAL};
+}
+
+template <typename Push>
+std::span<const std::byte> BytesOf(const Push& push) {
+  return std::as_bytes(std::span(&push, 1));
+}
+
+Status AddImages(const LayerShape& shape, LayerImages* to) {
+  Status status;
+  const auto add = [&](VkFormat format, const gpu::Image** image) {
+    if (status.ok()) {
+      const Result<const gpu::Image*> added =
+          to->arena.AddImage(format, shape.width, shape.height, 0);
+      status = added.status();
+      *image = added.ok() ? *added : nullptr;
+    }
+  };
+  constexpr VkFormat kColour = VK_FORMAT_R32G32B32A32_SFLOAT;
+  constexpr VkFormat kScalar = VK_FORMAT_R32_SFLOAT;
+  constexpr VkFormat kMotion = VK_FORMAT_R32G32_SFLOAT;
+  add(kScalar, &to->depth);
+  add(kColour, &to->normal);
+  add(kMotion, &to->motion);
+  add(VK_FORMAT_R32_UINT, &to->id);
+  add(kScalar, &to->roughness);
+  add(kColour, &to->albedo);
+  if (shape.previous_normals) {
+    add(kColour, &to->previous_normal);
+  }
+  if (shape.second_moments) {
+    add(kScalar, &to->direct_moment);
+    add(kScalar, &to->indirect_moment);
+  }
+  if (shape.with_picture) {
+    add(kColour, &to->picture);
+  }
+  add(kMotion, &to->picture_motion);
+  add(kColour, &to->emission);
+  return status;
+}
+
+}  // namespace
+
+Result<gpu::MemoryUse> LayerPasses::Need(const gpu::DeviceContext* context,
+                                         const LayerShape& shape) {
+  LayerImages images(context);
+  STILLRAY_RETURN_IF_ERROR(AddImages(shape, &images));
+  return images.arena.Need();
+}
+
+Result<std::unique_ptr<LayerPasses>> LayerPasses::Create(const gpu::DeviceContext* context,
+                                                         bool timed, uint32_t most_frames) {
+  std::unique_ptr<LayerPasses> made(new LayerPasses(context, timed));
+  gpu::SetShape all = {0, 0, 0, 0};
+  for (size_t pass = 0; pass < kPassCount; ++pass) {
+    all.sampled += InfoOf(pass).reads * most_frames;
+    all.stored += InfoOf(pass).writes * most_frames;
+  }
+  STILLRAY_RETURN_IF_ERROR(made->sets_.CreatePool(kPassCount * most_frames, all));
+  if (timed) {
+    STILLRAY_RETURN_IF_ERROR(made->layer_times_.Create(kMostMarks));
+    STILLRAY_RETURN_IF_ERROR(made->rest_times_.Create(kMostMarks));
+  }
+  STILLRAY_RETURN_IF_ERROR(made->MakePipelines());
+  return made;
+}
+
+Status LayerPasses::MakePipelines() {
+  for (size_t pass = 0; pass < kPassCount; ++pass) {
+    const PassInfo info = InfoOf(pass);
+    const Result<VkDescriptorSetLayout> layout = sets_.Layout({info.reads, info.writes, 0, 0});
+    STILLRAY_RETURN_IF_ERROR(layout.status());
+    Result<gpu::Pipeline> made = gpu::Pipeline::Create(
+        context_, {info.stage, info.code, {&*layout, 1}, info.push_bytes, {}});
+    STILLRAY_RETURN_IF_ERROR(made.status());
+    pipelines_[pass] = *made;
+  }
+  return Status::Ok();
+}
+
+Status LayerPasses::Prepare(const LayerShape& shape) {
+  if (images_ != nullptr && shape_ == shape) {
+    return Status::Ok();
+  }
+  images_.reset();  // first, since both may not fit into memory
+  auto made = std::make_shared<LayerImages>(context_);
+  STILLRAY_RETURN_IF_ERROR(AddImages(shape, made.get()));
+  STILLRAY_RETURN_IF_ERROR(made->arena.Allocate());
+  images_ = std::move(made);
+  shape_ = shape;
+  return Status::Ok();
+}
+
+void LayerPasses::Begin(VkCommandBuffer commands, Pass pass, gpu::Timestamps* times) {
+  if (timed_) {
+    times->Begin(commands);
+    times->Mark(commands, InfoOf(pass).stage);
+  }
+}
+
+void LayerPasses::End(VkCommandBuffer commands, gpu::Timestamps* times) {
+  if (timed_) {
+    times->End(commands);
+  }
+}
+
+/// One thread for each pixel. \param images  those that the shader reads, then those that it writes
+Status LayerPasses::Run(VkCommandBuffer commands, Pass pass, std::span<const ImageRef> images,
+                        std::span<const std::byte> push) {
+  const gpu::DeviceFunctions& vk = context_->vk;
+  const PassInfo info = InfoOf(pass);
+  const gpu::Pipeline& pipeline = *pipelines_[pass];
+  gpu::SetContent content;
+  for (const ImageRef& image : images) {
+    content.images.push_back(image.view);
+    content.layouts.push_back(image.layout);
+  }
+  const Result<VkDescriptorSet> set = sets_.Find({info.reads, info.writes, 0, 0}, content);
+  STILLRAY_RETURN_IF_ERROR(set.status());
+  vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.handle());
+  vk.CmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.layout(), 0, 1, &*set,
+                           0, nullptr);
+  if (!push.empty()) {
+    vk.CmdPushConstants(commands, pipeline.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0,
+                        info.push_bytes, push.data());
+  }
+  const Groups groups = GroupsFor(shape_.width, shape_.height);
+  vk.CmdDispatch(commands, groups.x, groups.y, 1);
+  return Status::Ok();
+}
+
+Status LayerPasses::RecordLayer(VkCommandBuffer commands, const FrameFacts& facts,
+                                const FrameInputs& from, const VirtualInputs& seen,
+                                float virtual_roughness) {
+  LayerImages& to = *images_;
+  if (!to.used) {
+    to.used = true;
+    to.arena.RecordFirstUse(commands, kCompute,
+                            VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
+  } else {
+    // The passes of the last frame may still read what these write.
+    WaitForWrites(*context_, commands);
+  }
+  const bool has_previous = HasPreviousNormals(facts);
+  // The shader needs images of the right format in place of those that are not given.
+  const ImageRef previous_from = has_previous ? from.previous_normal : from.normal;
+  const gpu::Image* previous_to = has_previous ? to.previous_normal : to.normal;
+  const ImageRef images[] = {from.depth,         from.normal,
+                             from.motion,        facts.has_id ? from.id : ImageOf(to.id),
+                             from.roughness,     previous_from,
+                             from.albedos[0],    from.albedos[1],
+                             seen.depth,         seen.normal,
+                             seen.motion,        facts.has_id ? seen.id : ImageOf(to.id),
+                             seen.albedo,        ImageOf(to.depth),
+                             ImageOf(to.normal), ImageOf(to.motion),
+                             ImageOf(to.id),     ImageOf(to.roughness),
+                             ImageOf(to.albedo), ImageOf(previous_to)};
+  const SelectPush push = {virtual_roughness, has_previous ? 1 : 0, facts.has_id ? 1 : 0};
+  Begin(commands, kSelectGuides, &layer_times_);
+  STILLRAY_RETURN_IF_ERROR(Run(commands, kSelectGuides, images, BytesOf(push)));
+  WaitForWrites(*context_, commands);
+  if (RescalesMoments(facts)) {
+    const ImageRef moments[] = {from.lights[kDirect],
+                                from.lights[kIndirect],
+                                from.second_moments[kDirect],
+                                from.second_moments[kIndirect],
+                                from.albedos[1],
+                                ImageOf(to.albedo),
+                                ImageOf(to.direct_moment),
+                                ImageOf(to.indirect_moment)};
+    STILLRAY_RETURN_IF_ERROR(Run(commands, kRescaleMoments, moments, {}));
+    WaitForWrites(*context_, commands);
+  }
+  End(commands, &layer_times_);
+  return Status::Ok();
+}
+
+Status LayerPasses::RecordRest(VkCommandBuffer commands, const FrameFacts& facts,
+                               const FrameInputs& from, const ImageRef& picture) {
+  const LayerImages& own = *images_;
+  const ImageRef images[] = {from.depth,
+                             from.motion,
+                             facts.has_id ? from.id : ImageOf(own.id),
+                             facts.has_emission ? from.emission : ImageOf(own.albedo),
+                             ImageOf(own.motion),
+                             ImageOf(own.albedo),
+                             picture,
+                             ImageOf(own.picture_motion),
+                             ImageOf(own.emission)};
+  const AddPush push = {facts.has_id ? 1 : 0, facts.has_emission ? 1 : 0};
+  WaitForWrites(*context_, commands);  // of the layer's picture
+  Begin(commands, kAddLayer, &rest_times_);
+  STILLRAY_RETURN_IF_ERROR(Run(commands, kAddLayer, images, BytesOf(push)));
+  WaitForWrites(*context_, commands);
+  End(commands, &rest_times_);
+  return Status::Ok();
+}
+
+bool LayerPasses::HasPreviousNormals(const FrameFacts& frame) const {
+  return frame.has_previous_normal && images_->previous_normal != nullptr;
+}
+
+bool LayerPasses::RescalesMoments(const FrameFacts& frame) const {
+  return (frame.second_moments & frame.lights & kLights) == kLights &&
+         images_->direct_moment != nullptr;
+}
+
+FrameFacts LayerPasses::FactsOfLayer(const FrameFacts& frame) const {
+  FrameFacts facts = frame;
+  facts.lights &= kLights;
+  facts.second_moments &= RescalesMoments(frame) ? kLights : 0u;
+  facts.has_previous_normal = HasPreviousNormals(frame);
+  facts.albedos = 1u << 1;
+  facts.has_emission = false;
+  facts.has_background = false;
+  facts.has_roughness = true;
+  facts.has_reflection = false;
+  facts.is_displayed = false;
+  return facts;
+}
+
+FrameInputs LayerPasses::InputsOfLayer(const FrameInputs& frame) const {
+  const LayerImages& own = *images_;
+  FrameInputs inputs = frame;
+  inputs.depth = ImageOf(own.depth);
+  inputs.normal = ImageOf(own.normal);
+  inputs.motion = ImageOf(own.motion);
+  inputs.id = ImageOf(own.id);
+  inputs.roughness = ImageOf(own.roughness);
+  inputs.albedos[1] = ImageOf(own.albedo);
+  inputs.previous_normal = ImageOf(own.previous_normal);
+  inputs.second_moments[kDirect] = ImageOf(own.direct_moment);
+  inputs.second_moments[kIndirect] = ImageOf(own.indirect_moment);
+  return inputs;
+}
+
+FrameFacts LayerPasses::FactsOfRest(const FrameFacts& frame) const {
+  FrameFacts facts = frame;
+  facts.black_lights = frame.lights & kLights;
+  facts.second_moments &= ~kLights;
+  facts.has_emission = true;
+  facts.has_reflection = false;
+  return facts;
+}
+
+FrameInputs LayerPasses::InputsOfRest(const FrameInputs& frame) const {
+  FrameInputs inputs = frame;
+  inputs.motion = ImageOf(images_->picture_motion);
+  inputs.emission = ImageOf(images_->emission);
+  return inputs;
+}
+
+gpu::MemoryUse LayerPasses::memory() const {
+  return images_ != nullptr ? images_->arena.Need() : gpu::MemoryUse();
+}
+
+void LayerPasses::AddTimes(std::vector<StageTime>* times) const {
+  for (const gpu::Timestamps* of_part : {&layer_times_, &rest_times_}) {
+    for (const gpu::DeviceTime& time : of_part->Read()) {
+      times->push_back({time.name, time.milliseconds});
+    }
+  }
+}
+
+}  // namespace stillray::vulkan

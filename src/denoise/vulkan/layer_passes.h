@@ -1,0 +1,130 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The passes between the two parts of a frame with virtual guides, the layer of reflected light
+/// and the rest, each of which a FramePipeline denoises: the layer first, whose picture is emission
+/// of the rest. See layered_denoiser.h.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "denoise/plan.h"
+#include "denoise/vulkan/frame_images.h"
+#include "denoise/vulkan/pass_recorder.h"
+#include "gpu/pipeline.h"
+#include "gpu/timestamps.h"
+
+namespace stillray::vulkan {
+
+/// Virtual guides, on the device: see VirtualGuides.
+struct VirtualInputs {
+  ImageRef depth;
+  ImageRef normal;
+  ImageRef motion;
+  ImageRef id;  ///< read if the frame has ids
+  ImageRef albedo;
+};
+
+struct LayerShape {
+  int width = 0;
+  int height = 0;
+  bool previous_normals = false;
+  bool second_moments = false;  ///< of direct and of indirect specular light, if both are given
+  bool with_picture = false;    ///< the layer's picture, which the caller's denoiser writes
+
+  friend bool operator==(const LayerShape&, const LayerShape&) = default;
+};
+
+/// The images of both parts that differ from those of the frame.
+struct LayerImages {
+  explicit LayerImages(const gpu::DeviceContext* context) : arena(context) {}
+
+  gpu::Arena arena;
+  bool used = false;  ///< their layout is set
+  // Of the layer:
+  const gpu::Image* depth = nullptr;
+  const gpu::Image* normal = nullptr;
+  const gpu::Image* motion = nullptr;
+  const gpu::Image* id = nullptr;
+  const gpu::Image* roughness = nullptr;
+  const gpu::Image* albedo = nullptr;
+  const gpu::Image* previous_normal = nullptr;  ///< LayerShape::previous_normals
+  const gpu::Image* direct_moment = nullptr;    ///< LayerShape::second_moments
+  const gpu::Image* indirect_moment = nullptr;  ///< likewise
+  const gpu::Image* picture = nullptr;          ///< LayerShape::with_picture
+  // Of the rest:
+  const gpu::Image* picture_motion = nullptr;
+  const gpu::Image* emission = nullptr;
+};
+
+class LayerPasses {
+ public:
+  /// The memory of Prepare. Allocates nothing.
+  static Result<gpu::MemoryUse> Need(const gpu::DeviceContext* context, const LayerShape& shape);
+  /// Compiles the shaders.
+  /// \param context      must outlive this
+  /// \param timed        the queue supports timestamps, and they are requested
+  /// \param most_frames  whose images are different, until ForgetInputs
+  static Result<std::unique_ptr<LayerPasses>> Create(const gpu::DeviceContext* context, bool timed,
+                                                     uint32_t most_frames);
+  LayerPasses(const LayerPasses&) = delete;
+  LayerPasses& operator=(const LayerPasses&) = delete;
+
+  /// Makes images for frames of this shape, if necessary.
+  Status Prepare(const LayerShape& shape);
+  /// Forgets the images of frames; none may be in use by the device.
+  Status ForgetInputs() { return sets_.Clear(); }
+
+  /// Writes the layer's guides. All images of `seen` are given, and the frame's motion, roughness,
+  /// albedo and specular albedo.
+  Status RecordLayer(VkCommandBuffer commands, const FrameFacts& facts, const FrameInputs& frame,
+                     const VirtualInputs& seen, float virtual_roughness);
+  /// Writes emission and motion of the rest. \param picture  the layer's, denoised
+  Status RecordRest(VkCommandBuffer commands, const FrameFacts& facts, const FrameInputs& frame,
+                    const ImageRef& picture);
+
+  /// Facts and inputs of both parts, from those of the frame. The result is that of the frame.
+  FrameFacts FactsOfLayer(const FrameFacts& frame) const;
+  FrameInputs InputsOfLayer(const FrameInputs& frame) const;
+  FrameFacts FactsOfRest(const FrameFacts& frame) const;
+  FrameInputs InputsOfRest(const FrameInputs& frame) const;
+
+  /// nullptr before Prepare.
+  const std::shared_ptr<LayerImages>& images() const { return images_; }
+  gpu::MemoryUse memory() const;
+  /// Of the last frame, once the device has finished it.
+  void AddTimes(std::vector<StageTime>* times) const;
+
+ private:
+  enum Pass : size_t { kSelectGuides, kRescaleMoments, kAddLayer, kPassCount };
+
+  LayerPasses(const gpu::DeviceContext* context, bool timed)
+      : context_(context),
+        timed_(timed),
+        sets_(context),
+        layer_times_(context),
+        rest_times_(context) {}
+
+  Status MakePipelines();
+  bool HasPreviousNormals(const FrameFacts& frame) const;
+  bool RescalesMoments(const FrameFacts& frame) const;
+  Status Run(VkCommandBuffer commands, Pass pass, std::span<const ImageRef> images,
+             std::span<const std::byte> push);
+  void Begin(VkCommandBuffer commands, Pass pass, gpu::Timestamps* times);
+  void End(VkCommandBuffer commands, gpu::Timestamps* times);
+
+  const gpu::DeviceContext* context_;
+  bool timed_;
+  gpu::DescriptorSets sets_;
+  gpu::Timestamps layer_times_;
+  gpu::Timestamps rest_times_;
+  std::array<std::optional<gpu::Pipeline>, kPassCount> pipelines_;
+  LayerShape shape_;  ///< of the images
+  std::shared_ptr<LayerImages> images_;
+};
+
+}  // namespace stillray::vulkan
