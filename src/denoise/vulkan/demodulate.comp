@@ -32,8 +32,5 @@ void main() {
       atomicAdd(negative, 1u);
     }
   }
-  luminance = SumOfGroup(luminance);
-  if (gl_LocalInvocationIndex == 0u) {
-    partials[2u * GroupIndex()] = luminance;
-  }
+  MeasureNewLight(luminance);
 }

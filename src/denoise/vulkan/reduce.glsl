@@ -48,3 +48,19 @@ vec4 SumOfPartials(uint groups, uint which) {
 uint GroupIndex() {
   return gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
 }
+
+// Whether update_compression measures the new light: there is no history yet, which it prefers.
+bool MeasuresNewLight() {
+  return with_compressed != 0 && has_history == 0;
+}
+
+// Stores the sum of the workgroup's luminances of new light, if it is read. Every invocation of the
+// workgroup must call it.
+void MeasureNewLight(vec4 luminance) {
+  if (MeasuresNewLight()) {
+    luminance = SumOfGroup(luminance);
+    if (gl_LocalInvocationIndex == 0u) {
+      partials[2u * GroupIndex()] = luminance;
+    }
+  }
+}

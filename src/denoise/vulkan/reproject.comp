@@ -4,8 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 
 // reproject: see stages/reproject.h. Finds each pixel's taps once and fetches the history of all
-// signals along them. Without history the length is -1. Sums of the last frame's luminances over
-// each workgroup measure the brightness of the history. Loops over taps are unrolled, so that
+// signals along them. Without history the length is -1. Loops over taps are unrolled, so that
 // weights lie in registers, and the four usual taps are loaded before the first is used, so that
 // their latencies overlap.
 #include "denoise/vulkan/common.glsl"
@@ -218,19 +217,31 @@ void Fetch(Taps taps, float confidence, ivec2 p, int s) {
   }
 }
 
-void main() {
-  ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+// The sum of the last frame's luminances over the workgroup, which update_compression reads.
+void MeasureHistory(ivec2 p) {
   vec4 luminance = vec4(0.0f);
   if (Inside(p)) {
-    Taps taps = FindTaps(p);
-    float confidence = Confidence(p);
     for (int s = 0; s < signals; ++s) {
-      Fetch(taps, confidence, p, s);
       luminance += AtComponent(s, texelFetch(colour, ivec3(p, s), 0).x * exposure_ratio[s]);
     }
   }
   luminance = SumOfGroup(luminance);
   if (gl_LocalInvocationIndex == 0u) {
     partials[2u * GroupIndex() + 1u] = luminance;
+  }
+}
+
+void main() {
+  ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+  if (with_compressed != 0) {
+    MeasureHistory(p);  // before invocations go different ways
+  }
+  if (!Inside(p)) {
+    return;
+  }
+  Taps taps = FindTaps(p);
+  float confidence = Confidence(p);
+  for (int s = 0; s < signals; ++s) {
+    Fetch(taps, confidence, p, s);
   }
 }

@@ -36,8 +36,5 @@ void main() {
     luminance += AtComponent(s, light.x);
     imageStore(noisy_out, ivec3(p, s), Stored(light));
   }
-  luminance = SumOfGroup(luminance);
-  if (gl_LocalInvocationIndex == 0u) {
-    partials[2u * GroupIndex()] = luminance;
-  }
+  MeasureNewLight(luminance);
 }
