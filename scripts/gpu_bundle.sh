@@ -71,7 +71,8 @@ cc "${flags[@]}" -shared -fPIC -Wl,-soname,libstillray_arc4random.so \
   "$root/packaging/arc4random.c" -o "$work/libstillray_arc4random.so"
 # NVIDIA's driver needs libXext and GLVND's libraries, which a machine without a display may lack.
 /usr/bin/python3 -B "$root/packaging/bundle.py" "$folder" "$work/libstillray_arc4random.so" \
-  "${programs[@]/#/$build/}" lib/host/vulkan="$loader" lib/host/xext="$xext" lib/host/glvnd="$egl" lib/host/glvnd="$glx" layers="$layer"
+  "${programs[@]/#/$build/}" lib/host/vulkan="$loader" lib/host/xext="$xext" \
+  lib/host/glvnd="$egl" lib/host/glvnd="$glx" layers="$layer"
 for program in "${programs[@]##*/}"; do cp "$work/launcher" "$folder/bin/$program"; done
 sed 's|"library_path": *"[^"]*"|"library_path": "./libVkLayer_khronos_validation.so"|' \
   "$layer_json" >"$folder/layers/VkLayer_khronos_validation.json"

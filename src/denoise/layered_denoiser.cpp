@@ -14,6 +14,7 @@
 #include "denoise/plan.h"
 #include "denoise/planes.h"
 #include "denoise/rescaled_moment_shared.h"
+#include "denoise/stage_timer.h"
 #include "denoise/stages/select_guides.h"
 
 namespace stillray {
@@ -102,13 +103,7 @@ void AddCounts(const DenoisedFrame& layer, DenoisedFrame* out) {
   out->negative += layer.negative;
   out->bad_guides += layer.bad_guides;
   for (const StageTime& timing : layer.timings) {
-    const auto same = std::find_if(out->timings.begin(), out->timings.end(),
-                                   [&](const StageTime& t) { return t.name == timing.name; });
-    if (same != out->timings.end()) {
-      same->milliseconds += timing.milliseconds;
-    } else {
-      out->timings.push_back(timing);
-    }
+    AddTime(timing, &out->timings);
   }
 }
 

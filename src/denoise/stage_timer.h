@@ -12,22 +12,24 @@
 
 namespace stillray {
 
+/// Adds to the time of the stage of that name, or appends it.
+inline void AddTime(const StageTime& more, std::vector<StageTime>* times) {
+  const auto same = std::find_if(times->begin(), times->end(),
+                                 [&](const StageTime& t) { return t.name == more.name; });
+  if (same == times->end()) {
+    times->push_back(more);
+  } else {
+    same->milliseconds += more.milliseconds;
+  }
+}
+
 /// Adds its lifetime to the time of the stage of that name.
 class StageTimer {
  public:
   StageTimer(std::vector<StageTime>* times, const char* name) : times_(times), name_(name) {}
   StageTimer(const StageTimer&) = delete;
   StageTimer& operator=(const StageTimer&) = delete;
-  ~StageTimer() {
-    const double elapsed = MillisecondsSince(start_);
-    const auto at = std::find_if(times_->begin(), times_->end(),
-                                 [&](const StageTime& t) { return t.name == name_; });
-    if (at == times_->end()) {
-      times_->push_back({name_, elapsed});
-    } else {
-      at->milliseconds += elapsed;
-    }
-  }
+  ~StageTimer() { AddTime({name_, MillisecondsSince(start_)}, times_); }
 
  private:
   std::vector<StageTime>* times_;

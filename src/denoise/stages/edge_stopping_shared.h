@@ -81,13 +81,18 @@ SHARED_FN float LuminanceFactor(float l, float spread, float sigma_l, float epsi
   return 1.44269504f / (sigma_l * spread + epsilon * abs(l) + (least + 1e-12f));
 }
 
+// The reciprocal denominator for p and q, where that of p is lowered to no less than `least`.
+SHARED_FN float LoweredLuminanceFactor(float factor_p, float factor_q, float least) {
+  return min(factor_p, max(factor_q, least));
+}
+
 // The reciprocal denominator for p and q: that of p, as in the papers, lowered to that of a noisier
 // q, but to no less than 1 / ratio of it. p's alone darkens sparsely lit surfaces: the variance of
 // a pixel with few bright samples is underestimated, so it rejects its brighter neighbours, while
 // they accept it. Without the bound, noisy penumbras would leak into the clean surfaces beside
 // them.
 SHARED_FN float SharedLuminanceFactor(float factor_p, float factor_q, float ratio) {
-  return min(factor_p, max(factor_q, factor_p / ratio));
+  return LoweredLuminanceFactor(factor_p, factor_q, factor_p / ratio);
 }
 
 // Gaussians of Dammertz et al. 2010, section 3.2, with squared differences d2 over squared sigmas.

@@ -19,7 +19,7 @@ layout(constant_id = 2) const int kSignals = 1;
 layout(constant_id = 4) const int kCompared = 0;  // 1: a level of limit_history, on the coarse grid
 layout(constant_id = 5) const int kSumsOnly = 0;  // 1: writes the sums of weights, for an output
 layout(constant_id = 3) const int kPilot = 0;     // bit s: weights of signal s compare the pilot
-layout(constant_id = 6) const int kEdges = 0;     // STILLRAY_ATROUS_...: kinds of weights
+layout(constant_id = 6) const int kEdgeKinds = 0;  // STILLRAY_ATROUS_...: kinds of weights
 #ifdef STILLRAY_TILE
 layout(constant_id = 7) const int kResidues = 1;  // residue classes of a group; divides the step
 #endif
@@ -37,10 +37,10 @@ layout(push_constant) uniform Push {
   int box;  // 1: all taps have the same weight before the edge-stopping functions
 };
 
-const bool kCurved = (kEdges & STILLRAY_ATROUS_CURVED) != 0;
-const bool kPlanes = (kEdges & STILLRAY_ATROUS_PLANES) != 0;
-const bool kComparesIds =
-    (kEdges & STILLRAY_ATROUS_IDS) != 0 && kWeights != kAtrousGeometry && kWeights != kAtrousNaive;
+const bool kCurved = (kEdgeKinds & STILLRAY_ATROUS_CURVED) != 0;
+const bool kPlanes = (kEdgeKinds & STILLRAY_ATROUS_PLANES) != 0;
+const bool kComparesIds = (kEdgeKinds & STILLRAY_ATROUS_IDS) != 0 && kWeights != kAtrousGeometry &&
+                          kWeights != kAtrousNaive;
 
 bool HasPilot(int s) {
   return (kPilot >> s & 1) != 0;
@@ -86,7 +86,7 @@ struct Tap {
   float luminance;  // that is compared
   float factor;     // see LuminanceFactor
 };
-// The least that a pixel's own factor is lowered to: see SharedLuminanceFactor.
+// SharedLuminanceFactor lowers a pixel's own factor to this at least: the same for all taps.
 float LeastFactor(Tap own) {
   return own.factor / atrous.noise_ratio;
 }
@@ -226,7 +226,7 @@ Tap TapAt(ivec2 p, ivec2 d, int s) {
 float LuminanceExponent2(Tap own, float least_factor, Tap q, int s) {
   if (kWeights == kAtrousSvgf) {
     float dl = IsValid(own.light.w) || !HasPilot(s) ? abs(own.luminance - q.luminance) : 0.0f;
-    return -dl * min(own.factor, max(q.factor, least_factor));
+    return -dl * LoweredLuminanceFactor(own.factor, q.factor, least_factor);
   }
   if (kWeights == kAtrousEaw) {
     float dl = IsValid(own.light.w) ? abs(own.light.x - q.light.x) : 0.0f;

@@ -81,7 +81,8 @@ Status CheckSize(const gpu::DeviceContext& context, const PipelineOptions& o) {
                                 o.height, most, most));
 }
 
-uint32_t EdgesOf(const Settings& s) {
+/// STILLRAY_ATROUS_... of the settings.
+uint32_t EdgeKindsOf(const Settings& s) {
   return (s.curvature > 0 ? STILLRAY_ATROUS_CURVED : 0u) |
          (s.depth_weight == DepthWeight::kPlane ? STILLRAY_ATROUS_PLANES : 0u) |
          (s.wavelet_id ? STILLRAY_ATROUS_IDS : 0u);
@@ -224,7 +225,7 @@ std::array<uint32_t, 8> FramePipeline::AtrousConstants(const AtrousLevel& level,
           static_cast<uint32_t>(pilot_signals),
           compared ? 1u : 0u,
           sums_only ? 1u : 0u,
-          compared ? uint32_t{STILLRAY_ATROUS_PLANES} : edges_,
+          compared ? uint32_t{STILLRAY_ATROUS_PLANES} : edge_kinds_,
           static_cast<uint32_t>(UsesTiles(level.radius) ? TileResidues(level.step) : 0)};
 }
 
@@ -243,7 +244,7 @@ Status FramePipeline::MakePipelines(const Settings& settings) {
 
 /// Of all levels: they differ by what they weigh, and by the tiles of their steps.
 Status FramePipeline::MakeAtrousPipelines(const Settings& settings) {
-  edges_ = EdgesOf(settings);
+  edge_kinds_ = EdgeKindsOf(settings);
   std::array<AtrousLevel, kMaxLevels> levels;
   const int count = ListLevels(settings, &levels);
   const std::array<int, kPilotLevels> pilots = PilotSignals(settings, groups_);

@@ -150,7 +150,7 @@ class FramePipeline {
 
   const gpu::DeviceContext* context_;
   bool timed_ = true;
-  uint32_t edges_ = 0;  ///< STILLRAY_ATROUS_... of the settings
+  uint32_t edge_kinds_ = 0;  ///< STILLRAY_ATROUS_... of the settings
   Shape shape_;
   std::span<const SignalGroup> groups_;
   bool transmission_ = false;

@@ -4,6 +4,8 @@
 
 #include <utility>
 
+#include "denoise/vulkan/device_inputs.h"
+
 namespace stillray::vulkan {
 
 namespace shaders {
@@ -64,10 +66,6 @@ constexpr VkPipelineStageFlags kCompute = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
 void WaitForWrites(const gpu::DeviceContext& context, VkCommandBuffer commands) {
   gpu::MemoryBarrier(context, commands, kCompute, VK_ACCESS_SHADER_WRITE_BIT, kCompute,
                      VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
-}
-
-ImageRef ImageOf(const gpu::Image* image) {
-  return {image != nullptr ? image->view : VK_NULL_HANDLE, VK_IMAGE_LAYOUT_GENERAL};
 }
 
 template <typename Push>
@@ -215,29 +213,21 @@ Status LayerPasses::RecordLayer(VkCommandBuffer commands, const FrameFacts& fact
   // The shader needs images of the right format in place of those that are not given.
   const ImageRef previous_from = has_previous ? from.previous_normal : from.normal;
   const gpu::Image* previous_to = has_previous ? to.previous_normal : to.normal;
-  const ImageRef images[] = {from.depth,         from.normal,
-                             from.motion,        facts.has_id ? from.id : ImageOf(to.id),
-                             from.roughness,     previous_from,
-                             from.albedos[0],    from.albedos[1],
-                             seen.depth,         seen.normal,
-                             seen.motion,        facts.has_id ? seen.id : ImageOf(to.id),
-                             seen.albedo,        ImageOf(to.depth),
-                             ImageOf(to.normal), ImageOf(to.motion),
-                             ImageOf(to.id),     ImageOf(to.roughness),
-                             ImageOf(to.albedo), ImageOf(previous_to)};
+  const ImageRef images[] = {
+      from.depth,     from.normal,         from.motion,      facts.has_id ? from.id : RefTo(to.id),
+      from.roughness, previous_from,       from.albedos[0],  from.albedos[1],
+      seen.depth,     seen.normal,         seen.motion,      facts.has_id ? seen.id : RefTo(to.id),
+      seen.albedo,    RefTo(to.depth),     RefTo(to.normal), RefTo(to.motion),
+      RefTo(to.id),   RefTo(to.roughness), RefTo(to.albedo), RefTo(previous_to)};
   const SelectPush push = {virtual_roughness, has_previous ? 1 : 0, facts.has_id ? 1 : 0};
   Begin(commands, kSelectGuides, &layer_times_);
   STILLRAY_RETURN_IF_ERROR(Run(commands, kSelectGuides, images, BytesOf(push)));
   WaitForWrites(*context_, commands);
   if (RescalesMoments(facts)) {
-    const ImageRef moments[] = {from.lights[kDirect],
-                                from.lights[kIndirect],
-                                from.second_moments[kDirect],
-                                from.second_moments[kIndirect],
-                                from.albedos[1],
-                                ImageOf(to.albedo),
-                                ImageOf(to.direct_moment),
-                                ImageOf(to.indirect_moment)};
+    const ImageRef moments[] = {
+        from.lights[kDirect],           from.lights[kIndirect],   from.second_moments[kDirect],
+        from.second_moments[kIndirect], from.albedos[1],          RefTo(to.albedo),
+        RefTo(to.direct_moment),        RefTo(to.indirect_moment)};
     STILLRAY_RETURN_IF_ERROR(Run(commands, kRescaleMoments, moments, {}));
     WaitForWrites(*context_, commands);
   }
@@ -250,13 +240,13 @@ Status LayerPasses::RecordRest(VkCommandBuffer commands, const FrameFacts& facts
   const LayerImages& own = *images_;
   const ImageRef images[] = {from.depth,
                              from.motion,
-                             facts.has_id ? from.id : ImageOf(own.id),
-                             facts.has_emission ? from.emission : ImageOf(own.albedo),
-                             ImageOf(own.motion),
-                             ImageOf(own.albedo),
+                             facts.has_id ? from.id : RefTo(own.id),
+                             facts.has_emission ? from.emission : RefTo(own.albedo),
+                             RefTo(own.motion),
+                             RefTo(own.albedo),
                              picture,
-                             ImageOf(own.picture_motion),
-                             ImageOf(own.emission)};
+                             RefTo(own.picture_motion),
+                             RefTo(own.emission)};
   const AddPush push = {facts.has_id ? 1 : 0, facts.has_emission ? 1 : 0};
   WaitForWrites(*context_, commands);  // of the layer's picture
   Begin(commands, kAddLayer, &rest_times_);
@@ -292,15 +282,15 @@ FrameFacts LayerPasses::FactsOfLayer(const FrameFacts& frame) const {
 FrameInputs LayerPasses::InputsOfLayer(const FrameInputs& frame) const {
   const LayerImages& own = *images_;
   FrameInputs inputs = frame;
-  inputs.depth = ImageOf(own.depth);
-  inputs.normal = ImageOf(own.normal);
-  inputs.motion = ImageOf(own.motion);
-  inputs.id = ImageOf(own.id);
-  inputs.roughness = ImageOf(own.roughness);
-  inputs.albedos[1] = ImageOf(own.albedo);
-  inputs.previous_normal = ImageOf(own.previous_normal);
-  inputs.second_moments[kDirect] = ImageOf(own.direct_moment);
-  inputs.second_moments[kIndirect] = ImageOf(own.indirect_moment);
+  inputs.depth = RefTo(own.depth);
+  inputs.normal = RefTo(own.normal);
+  inputs.motion = RefTo(own.motion);
+  inputs.id = RefTo(own.id);
+  inputs.roughness = RefTo(own.roughness);
+  inputs.albedos[1] = RefTo(own.albedo);
+  inputs.previous_normal = RefTo(own.previous_normal);
+  inputs.second_moments[kDirect] = RefTo(own.direct_moment);
+  inputs.second_moments[kIndirect] = RefTo(own.indirect_moment);
   return inputs;
 }
 
@@ -315,8 +305,8 @@ FrameFacts LayerPasses::FactsOfRest(const FrameFacts& frame) const {
 
 FrameInputs LayerPasses::InputsOfRest(const FrameInputs& frame) const {
   FrameInputs inputs = frame;
-  inputs.motion = ImageOf(images_->picture_motion);
-  inputs.emission = ImageOf(images_->emission);
+  inputs.motion = RefTo(images_->picture_motion);
+  inputs.emission = RefTo(images_->emission);
   return inputs;
 }
 

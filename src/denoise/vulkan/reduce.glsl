@@ -49,15 +49,10 @@ uint GroupIndex() {
   return gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
 }
 
-// Whether update_compression measures the new light: there is no history yet, which it prefers.
-bool MeasuresNewLight() {
-  return with_compressed != 0 && has_history == 0;
-}
-
-// Stores the sum of the workgroup's luminances of new light, if it is read. Every invocation of the
-// workgroup must call it.
+// Stores the sum of the workgroup's luminances of new light, if update_compression reads it: where
+// there is no history yet. Every invocation of the workgroup must call it.
 void MeasureNewLight(vec4 luminance) {
-  if (MeasuresNewLight()) {
+  if (with_compressed != 0 && has_history == 0) {
     luminance = SumOfGroup(luminance);
     if (gl_LocalInvocationIndex == 0u) {
       partials[2u * GroupIndex()] = luminance;

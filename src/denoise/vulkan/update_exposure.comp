@@ -5,7 +5,7 @@
 
 // Chooses the powers of two that light is stored with and the limit of negative light (one
 // workgroup), and clears the counts.
-#define LOCAL_SIZE_X 256  // as many as bins
+#define LOCAL_SIZE_X STILLRAY_LIGHT_BINS
 #define LOCAL_SIZE_Y 1
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/exposure_shared.h"

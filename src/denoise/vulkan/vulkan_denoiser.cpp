@@ -3,12 +3,13 @@
 
 #include "stillray/vulkan.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "denoise/stage_timer.h"
+#include "denoise/vulkan/device_inputs.h"
 #include "denoise/vulkan/frame_pipeline.h"
 #include "denoise/vulkan/layer_passes.h"
 #include "gpu/shared_pipelines.h"
@@ -229,7 +230,7 @@ struct ReflectionLayer {
                 const vulkan::VirtualInputs& seen, FrameFacts* facts, FrameInputs* inputs) {
     STILLRAY_RETURN_IF_ERROR(
         passes->RecordLayer(commands, *facts, *inputs, seen, settings.virtual_roughness));
-    const ImageRef picture = {passes->images()->picture->view, VK_IMAGE_LAYOUT_GENERAL};
+    const ImageRef picture = vulkan::RefTo(passes->images()->picture);
     const FrameFacts of_layer = passes->FactsOfLayer(*facts);
     FrameInputs layer_inputs = passes->InputsOfLayer(*inputs);
     layer_inputs.colour = picture;
@@ -247,13 +248,7 @@ struct ReflectionLayer {
 /// Adds times to those of the same names.
 void AddTimes(const std::vector<gpu::DeviceTime>& more, std::vector<StageTime>* times) {
   for (const gpu::DeviceTime& time : more) {
-    const auto same = std::find_if(times->begin(), times->end(),
-                                   [&](const StageTime& t) { return t.name == time.name; });
-    if (same != times->end()) {
-      same->milliseconds += time.milliseconds;
-    } else {
-      times->push_back({time.name, time.milliseconds});
-    }
+    AddTime({time.name, time.milliseconds}, times);
   }
 }
 

@@ -1,0 +1,212 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Virtual guides in a caller's own command buffers: the pictures of the host API.
+#include <gmock/gmock.h>
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "gpu/device_test.h"
+#include "gpu/mirror_frames.h"
+#include "gpu/put_on_device.h"
+#include "stillray/vulkan.hpp"
+
+namespace stillray {
+namespace {
+
+using test::MakeMirrors;
+using test::PlanesOf;
+using test::PutOnDevice;
+using ::testing::HasSubstr;
+
+/// A renderer that denoises in its own command buffers.
+class EmbeddedLayers : public test::DeviceTest {
+ protected:
+  void TearDown() override {
+    output_.reset();
+    test::DeviceTest::TearDown();
+  }
+  VulkanContext context() const {
+    return {instance_->handle(), device_->context().physical, device_->context().device,
+            instance_->get_instance_proc_addr()};
+  }
+  static VulkanOptions Options(const Frame& f, DevicePrecision precision) {
+    VulkanOptions options;
+    options.width = f.width;
+    options.height = f.height;
+    options.precision = precision;
+    options.virtual_guides = true;
+    return options;
+  }
+  void MakeOutput(const Frame& f) {
+    output_ = std::make_unique<gpu::Arena>(&device_->context());
+    colour_ = *output_->AddImage(VK_FORMAT_R32G32B32A32_SFLOAT, f.width, f.height, 0);
+    ASSERT_TRUE(output_->Allocate().ok());
+    Run([&](VkCommandBuffer commands) {
+      output_->RecordFirstUse(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+                              VK_ACCESS_SHADER_WRITE_BIT);
+      return Status::Ok();
+    });
+  }
+  void Run(const std::function<Status(VkCommandBuffer)>& record) {
+    const gpu::FairLock lock = device_->Lock();
+    const Result<VkCommandBuffer> commands = device_->Begin();
+    ASSERT_TRUE(commands.ok());
+    const Status recorded = record(*commands);
+    ASSERT_TRUE(recorded.ok()) << recorded.message();
+    ASSERT_TRUE(device_->Run().ok());
+  }
+
+  /// The images of a frame that lies on the device; of those that may lack, those that `f` has.
+  VulkanFrame FrameOf(const Frame& f, const Frame& on_device) const {
+    const gpu::DeviceFrame& pixels = *gpu::FrameOn(*device_, on_device);
+    const gpu::FrameImages& from = pixels.images();
+    const auto image = [](const gpu::Image* i, bool given = true) {
+      return given && i != nullptr ? VulkanImage{i->view, VK_IMAGE_LAYOUT_GENERAL} : VulkanImage();
+    };
+    VulkanFrame out;
+    out.index = f.index;
+    out.jitter_x = f.jitter_x;
+    out.jitter_y = f.jitter_y;
+    out.samples_per_pixel = pixels.samples_per_pixel;
+    for (size_t k = 0; k < from.lights.size(); ++k) {
+      out.lights[k] = image(from.lights[k]);
+      out.second_moments[k] = image(from.second_moments[k]);
+    }
+    out.depth = image(from.depth);
+    out.normal = image(from.normal);
+    out.id = image(from.id, !f.guides.id.empty());
+    out.motion = image(from.motion);
+    out.albedo = image(from.albedo);
+    out.specular_albedo = image(from.specular_albedo);
+    out.emission = image(from.emission, !f.emission.empty());
+    out.background = image(from.background, !f.background.empty());
+    out.samples = image(from.samples, !f.samples.empty());
+    out.roughness = image(from.roughness);
+    out.previous_normal = image(from.previous_normal, !f.guides.previous_normal.empty());
+    const gpu::VirtualImages& seen = from.reflection;
+    const bool reflects = !f.reflection.empty();
+    out.reflection = {image(seen.depth, reflects), image(seen.normal, reflects),
+                      image(seen.motion, reflects), image(seen.id, !f.reflection.id.empty()),
+                      image(seen.albedo, reflects)};
+    out.colour = image(colour_);
+    return out;
+  }
+
+  Image3 Picture() {
+    Image3 picture;
+    std::array<Image1, 3> planes = PlanesOf<float, 3>(device_.get(), *colour_);
+    for (size_t c = 0; c < 3; ++c) {
+      picture.channel[c] = std::move(planes[c]);
+    }
+    return picture;
+  }
+
+  std::unique_ptr<gpu::Arena> output_;
+  const gpu::Image* colour_ = nullptr;
+};
+
+/// MakeMirrors with all images, or with none that may lack.
+Frame MakeEmbedded(int index, bool all) {
+  Frame f = MakeMirrors(51, 37, index, false);
+  if (!all) {
+    f.guides.id = f.reflection.id = Plane<uint32_t>();
+    f.emission = Image3();
+    f.guides.previous_normal = Image3();
+  }
+  return f;
+}
+
+TEST_F(EmbeddedLayers, PicturesAreThoseOfTheHost) {
+  for (const bool all : {true, false}) {
+    SCOPED_TRACE(all ? "all images" : "without those that may lack");
+    const Frame first = MakeEmbedded(0, all);
+    const VulkanOptions options = Options(first, DevicePrecision::kHalf);
+    const Result<DeviceMemory> need = VulkanDenoiser::MemoryNeed(context(), options);
+    ASSERT_TRUE(need.ok()) << need.status().message();
+    Result<VulkanDenoiser> embedded = VulkanDenoiser::Create(context(), options);
+    ASSERT_TRUE(embedded.ok()) << embedded.status().message();
+    EXPECT_EQ(embedded->memory().bytes, need->bytes);
+    EXPECT_EQ(embedded->memory().allocations, need->allocations);
+    MakeOutput(first);
+    Denoiser from_host = MakeDenoiser(options.settings, DevicePrecision::kHalf);
+    for (int index = 0; index < 6; ++index) {
+      SCOPED_TRACE(index);
+      Frame f = MakeEmbedded(index, all);
+      if (index == 3) {  // a frame without them begins anew, as does the one after it
+        f.reflection = VirtualGuides();
+      }
+      const Frame on_device = PutOnDevice(device_, f);
+      DenoisedFrame expected;
+      ASSERT_TRUE(from_host.Denoise(f, &expected).ok());
+      Run([&](VkCommandBuffer commands) {
+        return embedded->Record(commands, FrameOf(f, on_device));
+      });
+      EXPECT_TRUE(test::SameBits(Picture(), expected.colour));
+      ASSERT_TRUE(embedded->ForgetImages().ok());
+    }
+  }
+}
+
+TEST_F(EmbeddedLayers, PicturesOfSeveralSamplesAreThoseOfTheHost) {
+  const Frame first = MakeMirrors(51, 37, 0, true);
+  const VulkanOptions options = Options(first, DevicePrecision::kFloat);
+  Result<VulkanDenoiser> embedded = VulkanDenoiser::Create(context(), options);
+  ASSERT_TRUE(embedded.ok()) << embedded.status().message();
+  MakeOutput(first);
+  Denoiser from_host = MakeDenoiser(options.settings, DevicePrecision::kFloat);
+  for (int index = 0; index < 3; ++index) {
+    SCOPED_TRACE(index);
+    const Frame f = MakeMirrors(51, 37, index, true);
+    const Frame on_device = PutOnDevice(device_, f);
+    DenoisedFrame expected;
+    ASSERT_TRUE(from_host.Denoise(f, &expected).ok());
+    Run([&](VkCommandBuffer commands) {
+      return embedded->Record(commands, FrameOf(f, on_device));
+    });
+    const Image3 found = Picture();
+    test::ExpectImage({"colour", {found[0], found[1], found[2]}},
+                      {"colour", {expected.colour[0], expected.colour[1], expected.colour[2]}},
+                      {1e-5, 0.0}, "embedded");
+    ASSERT_TRUE(embedded->ForgetImages().ok());
+  }
+}
+
+TEST_F(EmbeddedLayers, SaysWhatIsMissing) {
+  const Frame f = MakeMirrors(51, 37, 0, false);
+  const Frame on_device = PutOnDevice(device_, f);
+  VulkanOptions options = Options(f, DevicePrecision::kHalf);
+  MakeOutput(f);
+  const auto message = [&](VulkanDenoiser* denoiser, auto change) {
+    VulkanFrame frame = FrameOf(f, on_device);
+    change(&frame);
+    std::string text;
+    Run([&](VkCommandBuffer commands) {
+      text = denoiser->Record(commands, frame).message();
+      return Status::Ok();
+    });
+    return text;
+  };
+  Result<VulkanDenoiser> with = VulkanDenoiser::Create(context(), options);
+  ASSERT_TRUE(with.ok());
+  EXPECT_THAT(message(&*with, [](VulkanFrame* v) { v->reflection.albedo = {}; }),
+              HasSubstr("image 'reflection.albedo' is not given, beside 'reflection.depth'"));
+  EXPECT_THAT(message(&*with, [](VulkanFrame* v) { v->roughness = {}; }),
+              HasSubstr("image 'roughness' is not given"));
+  EXPECT_THAT(message(&*with, [](VulkanFrame* v) { v->reflection.id = {}; }),
+              HasSubstr("image 'reflection.id' is not given, beside 'id'"));
+  EXPECT_EQ(message(&*with, [](VulkanFrame* v) { v->reflection = {}; }), "");
+  options.virtual_guides = false;
+  Result<VulkanDenoiser> without = VulkanDenoiser::Create(context(), options);
+  ASSERT_TRUE(without.ok());
+  EXPECT_LT(without->memory().bytes, with->memory().bytes);
+  EXPECT_THAT(message(&*without, [](VulkanFrame*) {}),
+              HasSubstr("virtual guides are given, but the denoiser was made without them"));
+}
+
+}  // namespace
+}  // namespace stillray
