@@ -61,6 +61,7 @@ enum class Kernel : int { k3x3, k5x5 };
 enum class DepthWeight : int {
   kGradient,  ///< |z_p - z_q| against the slope at p (SVGF, eq. 3)
   kPlane,     ///< distance of q from the plane through p, relative to its depth
+  kPosition,  ///< distance of the points in space, relative to depth; needs Frame::focal_pixels
 };
 enum class LuminanceWeights : int { kRec709, kRec601 };
 enum class LuminanceScale : int {
@@ -144,6 +145,7 @@ struct Settings {
   DepthWeight depth_weight = DepthWeight::kPlane;
   float sigma_z = 1.0f;
   float plane_tolerance = 0.01f;
+  float position_sigma = 0.1f;
   float depth_epsilon = 0.001f;
   float max_slope = 0.0f;
   float sigma_l = 3.0f;

@@ -118,6 +118,10 @@ struct Frame {
   /// With Antialias::kAuto the first jitter that is not zero starts temporal antialiasing.
   float jitter_x = 0;
   float jitter_y = 0;
+  /// Distance of the picture plane from the camera, in pixels: width / (2 tan(horizontal angle of
+  /// view / 2)). The optical axis passes through the centre of the picture, and pixels are square.
+  /// 0: unknown, or the camera is no such perspective. DepthWeight::kPosition needs it.
+  float focal_pixels = 0;
   std::vector<Signal> signals;
   Guides guides;
   VirtualGuides reflection;  ///< of the specular signals

@@ -98,12 +98,13 @@ typedef struct stillray_vulkan_frame {
   float jitter_x;          /* see stillray_denoiser_set_jitter */
   float jitter_y;
   stillray_vulkan_image images[STILLRAY_VULKAN_SLOT_ROOM];
+  float focal_pixels; /* see stillray_denoiser_set_focal_pixels */
+  float reserved;     /* 0 */
 } stillray_vulkan_frame;
-#define STILLRAY_VULKAN_FRAME_INIT                           \
-  {                                                          \
-    sizeof(stillray_vulkan_frame), 0, 1.0f, 0, 0.0f, 0.0f, { \
-      { VK_NULL_HANDLE, VK_IMAGE_LAYOUT_UNDEFINED }          \
-    }                                                        \
+#define STILLRAY_VULKAN_FRAME_INIT                                \
+  {                                                               \
+    sizeof(stillray_vulkan_frame), 0, 1.0f, 0, 0.0f, 0.0f,        \
+        {{VK_NULL_HANDLE, VK_IMAGE_LAYOUT_UNDEFINED}}, 0.0f, 0.0f \
   }
 
 typedef struct stillray_vulkan_memory {

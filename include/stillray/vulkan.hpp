@@ -73,6 +73,7 @@ struct VulkanFrame {
   /// See Frame::jitter_x.
   float jitter_x = 0;
   float jitter_y = 0;
+  float focal_pixels = 0;  ///< see Frame::focal_pixels
 
   VulkanImage lights[kSignalKindCount];          ///< by SignalKind: r, g, b
   VulkanImage second_moments[kSignalKindCount];  ///< see Signal::second_moment

@@ -61,6 +61,7 @@ VulkanFrame FrameOf(const stillray_vulkan_frame& f) {
   frame.colour_is_half = f.colour_is_half != 0;
   frame.jitter_x = f.jitter_x;
   frame.jitter_y = f.jitter_y;
+  frame.focal_pixels = f.focal_pixels;
   for (int k = 0; k < kSignalKindCount; ++k) {
     frame.lights[k] = image(STILLRAY_VULKAN_DIRECT_DIFFUSE + k);
     frame.second_moments[k] = image(STILLRAY_VULKAN_SECOND_MOMENT + k);

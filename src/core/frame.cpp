@@ -40,6 +40,7 @@ Result<const Frame*> OnHost(const Frame& frame, Frame* room, uint32_t planes) {
   room->index = frame.index;
   room->jitter_x = frame.jitter_x;
   room->jitter_y = frame.jitter_y;
+  room->focal_pixels = frame.focal_pixels;
   room->on_device = nullptr;
   STILLRAY_RETURN_IF_ERROR(frame.on_device->Download(planes, room));
   return static_cast<const Frame*>(room);

@@ -49,6 +49,7 @@ void ToOneSignal(const Frame& frame, Frame* out) {
   out->index = frame.index;
   out->jitter_x = frame.jitter_x;
   out->jitter_y = frame.jitter_y;
+  out->focal_pixels = frame.focal_pixels;
   out->signals.resize(1);
   out->signals[0].kind = SignalKind::kDirectDiffuse;
   Sum(light, frame.width, frame.height, &out->signals[0].radiance);

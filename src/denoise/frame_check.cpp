@@ -209,8 +209,24 @@ Status CheckSize(const Frame& frame) {
   return Status::Ok();
 }
 
+Status CheckFocalLength(int64_t frame, float focal_pixels, const Settings& settings) {
+  if (!(focal_pixels >= 0) || !std::isfinite(focal_pixels)) {
+    return Status::InvalidArgument(fmt::format(
+        "frame {}: focal_pixels is {}, expected a number > 0, or 0: unknown", frame, focal_pixels));
+  }
+  if (settings.depth_weight == DepthWeight::kPosition && focal_pixels == 0) {
+    return Status::InvalidArgument(fmt::format(
+        "frame {}: depth_weight=position needs the focal length of the frame: give files with "
+        "worldToCamera and worldToNDC of a perspective camera without shift, or a file of cameras "
+        "(--cameras), or call stillray_denoiser_set_focal_pixels (Frame::focal_pixels)",
+        frame));
+  }
+  return Status::Ok();
+}
+
 Status CheckFrame(const Frame& frame, const Settings& settings, MotionUse use) {
   STILLRAY_RETURN_IF_ERROR(CheckSize(frame));
+  STILLRAY_RETURN_IF_ERROR(CheckFocalLength(frame.index, frame.focal_pixels, settings));
   if (frame.signals.empty()) {
     return Status::InvalidArgument(
         fmt::format("frame {}: there are no signals to denoise", frame.index));

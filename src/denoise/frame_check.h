@@ -19,6 +19,10 @@ Status CheckSize(const Frame& frame);
 /// both sizes.
 Status CheckFrame(const Frame& frame, const Settings& settings, MotionUse use);
 
+/// Checks that a frame gives the focal length where the settings need it.
+/// \param focal_pixels  Frame::focal_pixels
+Status CheckFocalLength(int64_t frame, float focal_pixels, const Settings& settings);
+
 struct OddValues {
   std::string warning;     ///< one line; empty: none
   int64_t bad_guides = 0;  ///< pixels with invalid guides, which are passed through

@@ -75,6 +75,7 @@ Frame MakeLayerFrame(const Frame& frame, GuideSource source, float virtual_rough
   layer.index = frame.index;
   layer.jitter_x = frame.jitter_x;
   layer.jitter_y = frame.jitter_y;
+  layer.focal_pixels = frame.focal_pixels;
   layer.samples = frame.samples;
   layer.confidence = frame.confidence;
   const Guides& g = frame.guides;

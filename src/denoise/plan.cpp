@@ -44,14 +44,19 @@ int WeightsOf(Wavelet wavelet) {
   return kAtrousNaive;
 }
 
-EdgeStopping EdgesOf(const Settings& s) {
+EdgeStopping EdgesOf(const Settings& s, const FrameFacts& facts) {
   return {.sigma_n = s.sigma_n,
           .curvature = s.curvature,
           .depth_weight_plane = Int(s.depth_weight == DepthWeight::kPlane),
           .sigma_z = s.sigma_z,
           .plane_tolerance = s.plane_tolerance,
           .depth_epsilon = s.depth_epsilon,
-          .max_slope = s.max_slope};
+          .max_slope = s.max_slope,
+          .depth_weight_position = Int(s.depth_weight == DepthWeight::kPosition),
+          .position_sigma = s.position_sigma,
+          .focal_pixels = facts.focal_pixels,
+          .centre_x = 0.5f * static_cast<float>(facts.width),
+          .centre_y = 0.5f * static_cast<float>(facts.height)};
 }
 
 float ShortHistoryLength(const Settings& s) {
@@ -177,7 +182,7 @@ void PlanSignals(const Settings& s, FramePlan* plan) {
 
 void PlanWavelet(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   plan->estimate_variance = {
-      .edges = EdgesOf(s),
+      .edges = EdgesOf(s, facts),
       .variance_of_mean = Int(s.variance_of == VarianceOf::kMean),
       .short_history_spatial = Int(s.short_history == ShortHistory::kSpatial),
       .short_history_length = ShortHistoryLength(s),
@@ -191,7 +196,7 @@ void PlanWavelet(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
       .luminance_epsilon = s.luminance_epsilon,
       .luminance_floor = s.luminance_floor,
       .short_history_blur = s.short_history == ShortHistory::kBlur ? ShortHistoryLength(s) : 0.0f};
-  plan->atrous = {.edges = EdgesOf(s),
+  plan->atrous = {.edges = EdgesOf(s, facts),
                   .wavelet_id = Int(s.wavelet_id),
                   .noise_ratio = s.noise_ratio,
                   .eaw_sigma_l = s.eaw_sigma_l,
@@ -384,6 +389,9 @@ TonemapParameters TonemapOf(float exposure, Tonemap curve, float dither, int64_t
 FrameFacts FactsOf(const Frame& f) {
   FrameFacts facts;
   facts.index = f.index;
+  facts.width = f.width;
+  facts.height = f.height;
+  facts.focal_pixels = f.focal_pixels;
   facts.jittered = IsJittered(f.jitter_x, f.jitter_y);
   for (const Signal& signal : f.signals) {
     const uint32_t bit = 1u << static_cast<uint32_t>(signal.kind);

@@ -34,6 +34,9 @@ namespace stillray {
 /// Properties of a frame that determine its plan.
 struct FrameFacts {
   int64_t index = 0;
+  int width = 0;
+  int height = 0;
+  float focal_pixels = 0;       ///< Frame::focal_pixels
   uint32_t lights = 0;          ///< bit k: light of SignalKind k is given
   uint32_t black_lights = 0;    ///< those of `lights` that are black everywhere, without images
   uint32_t second_moments = 0;  ///< likewise

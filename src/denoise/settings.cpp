@@ -303,9 +303,12 @@ std::vector<Row> MakeTable() {
       {.info = {.name = "depth_weight",
                 .type = kChoice,
                 .group = "edge_stopping",
-                .help = "Compare depth differences with the slope (the papers), or measure them "
-                        "from the plane through the pixel.",
-                .choices = {"gradient", "plane"}},
+                .help = "Compare depth differences with the slope (the papers), measure them from "
+                        "the plane through the pixel, or weigh by the Gaussian of the distance of "
+                        "the points in space, which needs the focal length of the frames. With "
+                        "wavelet=eaw gradient is as plane, with eaw_sigma_z.",
+                .max = 2,
+                .choices = {"gradient", "plane", "position"}},
        .member = Choice<Settings, &Settings::depth_weight>()},
       {.info = {.name = "sigma_z",
                 .type = kFloat,
@@ -323,6 +326,16 @@ std::vector<Row> MakeTable() {
                 .min = 1e-5,
                 .max = 10.0},
        .member = &Settings::plane_tolerance},
+      {.info = {.name = "position_sigma",
+                .type = kFloat,
+                .group = "edge_stopping",
+                .help = "Width of the Gaussian of depth_weight=position: the distance of two "
+                        "points at which their weight is 1/e.",
+                .unit = "of depth",
+                .symbol = "sigma_x",
+                .min = 1e-4,
+                .max = 1000.0},
+       .member = &Settings::position_sigma},
       {.info = {.name = "depth_epsilon",
                 .type = kFloat,
                 .group = "edge_stopping",

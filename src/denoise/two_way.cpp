@@ -261,6 +261,7 @@ Frame MakeStrip(const Frame& like, int height) {
   strip.height = height;
   strip.jitter_x = like.jitter_x;
   strip.jitter_y = like.jitter_y;
+  strip.focal_pixels = static_cast<float>(width);  // any: memory does not depend on it
   const auto make = [&](const auto& given, auto* to) {
     if (!given.empty()) {
       *to = std::decay_t<decltype(*to)>(width, height);

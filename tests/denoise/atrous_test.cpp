@@ -33,6 +33,17 @@ AtrousParameters MakeParameters() {
   return p;
 }
 
+/// By the distance of positions.
+AtrousParameters ByPosition(AtrousParameters p, int width, int height, float sigma = 0.1f) {
+  p.edges.depth_weight_plane = 0;
+  p.edges.depth_weight_position = 1;
+  p.edges.position_sigma = sigma;
+  p.edges.focal_pixels = static_cast<float>(width);
+  p.edges.centre_x = 0.5f * static_cast<float>(width);
+  p.edges.centre_y = 0.5f * static_cast<float>(height);
+  return p;
+}
+
 /// A lit wall that faces the camera, of one id. The border has neither light nor a surface.
 struct Picture {
   int width;
@@ -103,13 +114,15 @@ TEST(Atrous, ConstantStaysConstant) {
     for (const int radius : {1, 2}) {
       for (const int step : {1, 2, 8}) {
         for (const Version version : kVersions) {
-          const Filtered out =
-              RunStage(version, picture, {weights, radius, step}, MakeParameters());
-          for (int y = 0; y < picture.height; ++y) {
-            for (int x = 0; x < picture.width; ++x) {
-              if (picture.valid(x, y) > 0) {
-                ASSERT_NEAR(out.planes.colour[0](x, y), 1, 2e-6f) << x << " " << y;
-                ASSERT_LE(out.planes.variance(x, y), 1 + 2e-6f) << x << " " << y;
+          for (const AtrousParameters& p :
+               {MakeParameters(), ByPosition(MakeParameters(), picture.width, picture.height)}) {
+            const Filtered out = RunStage(version, picture, {weights, radius, step}, p);
+            for (int y = 0; y < picture.height; ++y) {
+              for (int x = 0; x < picture.width; ++x) {
+                if (picture.valid(x, y) > 0) {
+                  ASSERT_NEAR(out.planes.colour[0](x, y), 1, 2e-6f) << x << " " << y;
+                  ASSERT_LE(out.planes.variance(x, y), 1 + 2e-6f) << x << " " << y;
+                }
               }
             }
           }
@@ -192,6 +205,7 @@ TEST(Atrous, NothingLeaksBetweenDepths) {
   p.eaw_sigma_l = 1e6f;  // depth alone
   for (const int weights : {kAtrousGeometry, kAtrousSvgf, kAtrousEaw}) {
     ExpectNoLeak(picture, weights, p);
+    ExpectNoLeak(picture, weights, ByPosition(p, picture.width, picture.height));
   }
   p.edges.depth_weight_plane = 0;
   ExpectNoLeak(picture, kAtrousSvgf, p);
@@ -418,6 +432,12 @@ TEST(Atrous, VectorsMatchTheReference) {
           other.edges.curvature = 2;
           CompareVersions(picture, level, other);
           CompareVersions(picture, level, curved, &picture.variance);
+          for (const AtrousParameters& any : {MakeParameters(), other, curved}) {
+            CompareVersions(picture, level, ByPosition(any, width, height, 0.3f));
+          }
+          AtrousParameters low = MakeParameters();
+          low.edges.sigma_n = 16;  // by the logarithm
+          CompareVersions(picture, level, ByPosition(low, width, height));
         }
       }
     }

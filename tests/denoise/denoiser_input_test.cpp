@@ -249,6 +249,28 @@ TEST(Denoiser, BadFramesAreRefusedAndHistoryStays) {
   EXPECT_THAT(d.SetOutputs({"varience"}).message(), HasSubstr("unknown output 'varience'"));
 }
 
+TEST(Denoiser, PositionsNeedTheFocalLength) {
+  Settings settings;
+  settings.depth_weight = DepthWeight::kPosition;
+  Denoiser d = MakeDenoiser(settings);
+  DenoisedFrame out;
+  Frame f = MakeWall(16, 9, 3);
+  f.focal_pixels = 0;
+  const Status status = d.Denoise(f, &out);
+  EXPECT_EQ(status.code(), StatusCode::kInvalidArgument);
+  EXPECT_THAT(status.message(),
+              HasSubstr("frame 3: depth_weight=position needs the focal length of the frame: give "
+                        "files with worldToCamera and worldToNDC"));
+  for (const float wrong : {-1.0f, std::nanf(""), INFINITY}) {
+    f.focal_pixels = wrong;
+    EXPECT_THAT(d.Denoise(f, &out).message(), HasSubstr("focal_pixels is"));
+  }
+  f.focal_pixels = 20;
+  EXPECT_TRUE(d.Denoise(f, &out).ok());
+  f.focal_pixels = 0;
+  EXPECT_TRUE(MakeDenoiser(Settings()).Denoise(f, &out).ok());
+}
+
 TEST(Denoiser, SizesFromOnePixelUpWork) {
   for (const auto& [width, height] :
        {std::pair{1, 1}, std::pair{2, 1}, std::pair{1, 7}, std::pair{17, 3}, std::pair{33, 65}}) {

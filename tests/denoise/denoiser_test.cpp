@@ -423,6 +423,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
       {"depth_weight", "gradient", {}},
       {"sigma_z", "20", {{"depth_weight", "gradient"}}},
       {"plane_tolerance", "1", {}},
+      {"position_sigma", "0.01", {{"depth_weight", "position"}}},
       {"depth_epsilon", "0.5", {{"depth_weight", "gradient"}}},
       {"max_slope", "0.0001", {{"depth_weight", "gradient"}}},
       {"sigma_l", "1", {}},

@@ -206,12 +206,18 @@ TEST(EstimateVariance, VectorsMatchTheReference) {
         samples(x, y) = std::floor(4 * test::RandomAt(x, y, 6));
       }
     }
+    enum { kGradient, kPlane, kPosition };
     for (const int of_mean : {0, 1}) {
-      for (const int plane : {0, 1}) {
+      for (const int kind : {kGradient, kPlane, kPosition}) {
         EstimateVarianceParameters p = MakeParameters();
-        p.edges.curvature = plane == 0 ? 0.0f : 0.5f;
+        p.edges.curvature = kind == kGradient ? 0.0f : 0.5f;
         p.variance_of_mean = of_mean;
-        p.edges.depth_weight_plane = plane;
+        p.edges.depth_weight_plane = kind == kPlane ? 1 : 0;
+        p.edges.depth_weight_position = kind == kPosition ? 1 : 0;
+        p.edges.position_sigma = 0.2f;
+        p.edges.focal_pixels = 20;
+        p.edges.centre_x = 0.5f * static_cast<float>(width);
+        p.edges.centre_y = 0.5f * static_cast<float>(height);
         p.short_history_boost = 1;
         p.short_history_radius = 3 - of_mean;
         p.least_evidence = 1.5f;

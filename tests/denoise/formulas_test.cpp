@@ -148,6 +148,38 @@ TEST(Formulas, PlaneWeightIsExactOnAnySlope) {
   }
 }
 
+// The distance of points of a camera that is turned by any angles, in double precision.
+TEST(Formulas, PositionWeightIsTheDistanceInSpace) {
+  EdgeStopping e = {};
+  e.depth_weight_position = 1;
+  e.position_sigma = 0.05f;
+  e.focal_pixels = 935.3f;
+  e.centre_x = 640;
+  e.centre_y = 360.5f;
+  const double f = static_cast<double>(e.focal_pixels);
+  const auto position = [&](double x, double y, double z) {
+    const glm::dvec3 p((x + 0.5 - 640) * z / f, (y + 0.5 - 360.5) * z / f, z);
+    const double c = std::cos(0.7);
+    const double s = std::sin(0.7);
+    return glm::dvec3(c * p.x + s * p.z, p.y, c * p.z - s * p.x) + glm::dvec3(3, -2, 9);
+  };
+  for (const auto& [x, y] : {std::pair{0, 0}, {639, 360}, {1279, 50}}) {
+    for (const auto& [dx, dy] : {std::pair{1, 0}, {-32, 16}, {5, -7}}) {
+      for (const double zp : {0.01, 4.0, 3e4}) {
+        for (const double ratio : {1.0, 1.0001, 0.97, 1.5}) {
+          const glm::dvec3 d = position(x, y, zp) - position(x + dx, y + dy, zp * ratio);
+          const double expected = glm::dot(d, d) / std::pow(0.05 * zp, 2);
+          const float found =
+              DepthExponent(e, static_cast<float>(1 / zp), static_cast<float>(1 / (zp * ratio)),
+                            vec2(0.0f), vec2(x, y), vec2(dx, dy));
+          EXPECT_NEAR(static_cast<double>(found), expected, 2e-4 * expected + 1e-9);
+        }
+      }
+    }
+  }
+  EXPECT_EQ(DepthExponent(e, 0.5f, 0.0f, vec2(0.0f), vec2(3, 4), vec2(1, 0)), kNeverSimilar);
+}
+
 TEST(Formulas, SharedLuminanceFactor) {
   EXPECT_EQ(SharedLuminanceFactor(6, 2, 1), 6.0f);  // the papers': the pixel's own
   EXPECT_EQ(SharedLuminanceFactor(6, 2, 1.5f),

@@ -41,6 +41,7 @@ inline Frame MakeWall(int width, int height, int64_t index = 0) {
   f.width = width;
   f.height = height;
   f.index = index;
+  f.focal_pixels = 1.2f * static_cast<float>(width);
   for (const SignalKind kind : {SignalKind::kDirectDiffuse, SignalKind::kIndirectDiffuse,
                                 SignalKind::kDirectSpecular, SignalKind::kIndirectSpecular}) {
     f.signals.push_back({kind, Image3(width, height), Image1()});

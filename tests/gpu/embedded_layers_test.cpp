@@ -72,6 +72,7 @@ class EmbeddedLayers : public test::DeviceTest {
     out.index = f.index;
     out.jitter_x = f.jitter_x;
     out.jitter_y = f.jitter_y;
+    out.focal_pixels = f.focal_pixels;
     out.samples_per_pixel = pixels.samples_per_pixel;
     for (size_t k = 0; k < from.lights.size(); ++k) {
       out.lights[k] = image(from.lights[k]);

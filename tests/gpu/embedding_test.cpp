@@ -135,6 +135,7 @@ VulkanFrame FrameOf(const vulkan::FrameInputs& in, const Frame& frame) {
   f.index = frame.index;
   f.jitter_x = frame.jitter_x;
   f.jitter_y = frame.jitter_y;
+  f.focal_pixels = frame.focal_pixels;
   for (int k = 0; k < kSignalKindCount; ++k) {
     f.lights[k] = image(in.lights[k]);
     f.second_moments[k] = image(in.second_moments[k]);
@@ -169,6 +170,7 @@ stillray_vulkan_frame CFrameOf(const VulkanFrame& cpp) {
   frame.samples_per_pixel = cpp.samples_per_pixel;
   frame.jitter_x = cpp.jitter_x;
   frame.jitter_y = cpp.jitter_y;
+  frame.focal_pixels = cpp.focal_pixels;
   const auto put = [&](int slot, const VulkanImage& image) {
     frame.images[slot] = {image.view, image.layout};
   };
@@ -416,6 +418,13 @@ TEST_F(Embedding, SaysWhatIsMissing) {
   frame.jitter_x = 0.6f;
   EXPECT_EQ(made->Record(*commands, frame).message(),
             "frame 4: jitter is (0.6, 0.125), expected -0.5 to 0.5 for each");
+  Settings by_position = made->settings();
+  by_position.depth_weight = DepthWeight::kPosition;
+  EXPECT_TRUE(made->SetSettings(by_position).ok());
+  frame = FrameOf(upload->inputs(), f);
+  frame.focal_pixels = 0;
+  EXPECT_THAT(made->Record(*commands, frame).message(),
+              HasSubstr("frame 4: depth_weight=position needs the focal length of the frame"));
   Settings other = made->settings();
   other.signals = SignalGrouping::kSingle;
   EXPECT_EQ(made->SetSettings(other).code(), StatusCode::kInvalidArgument);

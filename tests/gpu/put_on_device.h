@@ -184,6 +184,7 @@ inline Frame PutOnDevice(const std::shared_ptr<gpu::Device>& device, const Frame
   out.index = f.index;
   out.jitter_x = f.jitter_x;
   out.jitter_y = f.jitter_y;
+  out.focal_pixels = f.focal_pixels;
   for (const Signal& signal : f.signals) {
     out.signals.push_back({signal.kind, Image3(), Image1()});
   }

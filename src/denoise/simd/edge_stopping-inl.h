@@ -35,7 +35,8 @@ struct GuideCentre {
 enum class Depths {
   kGradient,
   kPlane,
-  kEither,  ///< chosen by EdgeStopping::depth_weight_plane
+  kEither,    ///< chosen by EdgeStopping::depth_weight_plane
+  kPosition,  ///< see PositionCentre
 };
 
 /// How the normal weight is computed.
@@ -116,6 +117,43 @@ HWY_INLINE VF PlaneDeviation(const GuideCentre& c, VF iq, float dx, float dy) {
   const DF d;
   const VF expected = hn::MulAdd(c.gx, hn::Set(d, dx), hn::MulAdd(c.gy, hn::Set(d, dy), c.i));
   return hn::Abs(hn::Sub(expected, iq));
+}
+
+/// Data of the centre pixels for depth_weight=position.
+struct PositionCentre {
+  VF ray_x, ray_y;  ///< RayAt
+  VF z, per_z;
+  float per_focal;
+  float scale;  ///< log2(e) / position_sigma^2
+};
+
+/// \param c  made with the depths of `row`, which are linear
+HWY_INLINE PositionCentre LoadPositionCentre(const GuideCentre& c, const EdgeStopping& e, int x,
+                                             int y) {
+  const DF d;
+  const float per_focal = 1 / e.focal_pixels;
+  const VF from_left = hn::Add(hn::ConvertTo(d, ColumnNumbers(x)), hn::Set(d, 0.5f - e.centre_x));
+  const float from_top = static_cast<float>(y) + 0.5f - e.centre_y;
+  PositionCentre p;
+  p.ray_x = hn::Mul(from_left, hn::Set(d, per_focal));
+  p.ray_y = hn::Set(d, from_top * per_focal);
+  p.z = c.z;
+  p.per_z = hn::Div(hn::Set(d, 1.0f), c.z);
+  p.per_focal = per_focal;
+  p.scale = kLog2E / (e.position_sigma * e.position_sigma);
+  return p;
+}
+
+/// PositionExponent of base 2 of a tap at depth zq; 0 is no surface.
+HWY_INLINE VF PositionExponent(const PositionCentre& c, VF zq, float dx, float dy) {
+  const DF d;
+  const VF deeper = hn::Mul(hn::Sub(zq, c.z), c.per_z);
+  const VF ratio = hn::Add(deeper, hn::Set(d, 1.0f));
+  const VF across = hn::MulAdd(deeper, c.ray_x, hn::Mul(ratio, hn::Set(d, dx * c.per_focal)));
+  const VF down = hn::MulAdd(deeper, c.ray_y, hn::Mul(ratio, hn::Set(d, dy * c.per_focal)));
+  const VF distance2 = hn::MulAdd(across, across, hn::MulAdd(down, down, hn::Mul(deeper, deeper)));
+  return hn::IfThenElse(hn::Gt(zq, hn::Zero(d)), hn::Mul(distance2, hn::Set(d, c.scale)),
+                        hn::Set(d, kNeverSimilar));
 }
 
 /// log2(cosine^sigma_n); for cosines <= 0, of a tiny cosine.

@@ -34,11 +34,10 @@ HWY_INLINE VF LogCosine(VF cosine) {
                     hn::Set(d, -1.5f));
 }
 
-/// Exponent of the guides' weights at one tap; `expected` is the depth of the centre's surface at
-/// the tap.
+/// Exponent of the normal weight at one tap, plus the bias.
 template <Normals kNormals>
-HWY_INLINE VF GuideExponent(const GuideRow& g, const GuideCentre& c, ptrdiff_t q, VF expected,
-                            VF depth_scale, VF bias, float sigma_n) {
+HWY_INLINE VF NormalExponentAt(const GuideRow& g, const GuideCentre& c, ptrdiff_t q, VF bias,
+                               float sigma_n) {
   const DF d;
   const VF cosine =
       hn::MulAdd(c.nx, hn::LoadU(d, g.nx + q),
@@ -52,6 +51,16 @@ HWY_INLINE VF GuideExponent(const GuideRow& g, const GuideCentre& c, ptrdiff_t q
     exponent = hn::Add(bias, NormalExponent(cosine, sigma_n));
     exponent = hn::IfThenElse(hn::Gt(cosine, hn::Zero(d)), exponent, hn::Set(d, -1000.0f));
   }
+  return exponent;
+}
+
+/// Exponent of the guides' weights at one tap; `expected` is the depth of the centre's surface at
+/// the tap.
+template <Normals kNormals>
+HWY_INLINE VF GuideExponent(const GuideRow& g, const GuideCentre& c, ptrdiff_t q, VF expected,
+                            VF depth_scale, VF bias, float sigma_n) {
+  const DF d;
+  const VF exponent = NormalExponentAt<kNormals>(g, c, q, bias, sigma_n);
   const VF deviation = hn::Abs(hn::Sub(expected, hn::LoadU(d, g.depth + q)));
   return hn::NegMulAdd(deviation, depth_scale, exponent);
 }
@@ -138,6 +147,50 @@ HWY_INLINE void GuideExponents(const TapPairs& taps, const EdgeStopping& edges, 
           hn::Store(exponent, d, to.first + (2 * i + side) * to.stride);
         }
       });
+}
+
+/// The same with the distances of positions.
+template <Normals kNormals>
+HWY_INLINE void PositionExponents(const TapPairs& taps, const EdgeStopping& edges, bool test_id,
+                                  const GuideRow& guide, const GuideCentre& c, int x, int y,
+                                  TapSlots to) {
+  const DF d;
+  const DU du;
+  const PositionCentre position = LoadPositionCentre(c, edges, x, y);
+  const VU id = test_id ? hn::LoadU(du, guide.id + x) : hn::Zero(du);
+  for (int i = 0; i < taps.count; ++i) {
+    const TapPair& pair = taps.pair[i];
+    const VF bias = hn::Set(d, pair.log2_kernel);
+    for (int side = 0; side < 2; ++side) {
+      const float sign = side == 0 ? 1.0f : -1.0f;
+      const ptrdiff_t q = x + (side == 0 ? pair.distance : -pair.distance);
+      VF exponent = NormalExponentAt<kNormals>(guide, c, q, bias, edges.sigma_n);
+      exponent = hn::Sub(exponent, PositionExponent(position, hn::LoadU(d, guide.depth + q),
+                                                    sign * pair.dx, sign * pair.dy));
+      if (test_id) {
+        const MF same = hn::RebindMask(d, hn::Eq(id, hn::LoadU(du, guide.id + q)));
+        exponent = hn::IfThenElse(same, exponent, hn::Set(d, -1000.0f));
+      }
+      hn::Store(exponent, d, to.first + (2 * i + side) * to.stride);
+    }
+  }
+}
+
+/// The same, with the kind of the normal weight that `edges` selects.
+HWY_INLINE void PositionExponents(const TapPairs& taps, const EdgeStopping& edges, bool test_id,
+                                  const GuideRow& guide, const GuideCentre& c, int x, int y,
+                                  TapSlots to) {
+  switch (NormalsOf(edges)) {
+    case Normals::kLogarithm:
+      PositionExponents<Normals::kLogarithm>(taps, edges, test_id, guide, c, x, y, to);
+      break;
+    case Normals::kParabola:
+      PositionExponents<Normals::kParabola>(taps, edges, test_id, guide, c, x, y, to);
+      break;
+    case Normals::kCurved:
+      PositionExponents<Normals::kCurved>(taps, edges, test_id, guide, c, x, y, to);
+      break;
+  }
 }
 
 /// Converts exponents to weights.

@@ -269,6 +269,7 @@ HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, VF own_fac
 }
 
 /// Computes the exponents of the guides for all taps of a row.
+/// \tparam kNormals  not with Depths::kPosition, whose exponents choose it themselves
 template <int kPairs, Normals kNormals, Depths kDepths, bool kTestId>
 void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
   const DF d;
@@ -283,7 +284,11 @@ void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
     next.Fetch(x);
     if (!hn::AllFalse(d, hn::Gt(hn::LoadU(d, guide.depth + x), hn::Zero(d)))) {
       const GuideCentre c = LoadGuideCentre<kDepths>(guide, edges, x);
-      GuideExponents<kNormals, kDepths, kPairs>(taps, edges, test_id, guide, c, x, to);
+      if constexpr (kDepths == Depths::kPosition) {
+        PositionExponents(taps, edges, test_id, guide, c, x, y, to);
+      } else {
+        GuideExponents<kNormals, kDepths, kPairs>(taps, edges, test_id, guide, c, x, to);
+      }
     }
   }
 }
@@ -373,7 +378,7 @@ HWY_INLINE GeometrySums SumGeometryTaps(const TapPairs& taps, float centre_kerne
 }
 
 /// Filters one row of all signals with the geometry-only weights, which they share, where there is
-/// light (and beside it, in the same vector).
+/// light (and beside it, in the same vector). \tparam kNormals  not with Depths::kPosition
 template <Normals kNormals, Depths kDepths>
 void FilterRowByGeometry(const AtrousPass& pass, int y) {
   const DF d;
@@ -408,7 +413,11 @@ void FilterRowByGeometry(const AtrousPass& pass, int y) {
       continue;
     }
     const GuideCentre c = LoadGuideCentre<kDepths>(guide, edges, x);
-    GuideExponents<kNormals, kDepths>(taps, edges, false, guide, c, x, SlotsOf(weights));
+    if constexpr (kDepths == Depths::kPosition) {
+      PositionExponents(taps, edges, false, guide, c, x, y, SlotsOf(weights));
+    } else {
+      GuideExponents<kNormals, kDepths>(taps, edges, false, guide, c, x, SlotsOf(weights));
+    }
     WeightsOfExponents(taps, weights);
     for (size_t i = 0; i < pass.signals.size(); ++i) {
       const GeometrySums sums = SumGeometryTaps(taps, pass.centre_kernel, rows[i], weights, x);
@@ -421,7 +430,8 @@ void FilterRowByGeometry(const AtrousPass& pass, int y) {
 }
 
 /// The weights for comparison: the kernel alone, and the Gaussians of EAW.
-template <bool kEaw>
+/// \tparam kDepths  of EAW: kPosition, or kPlane for any other
+template <bool kEaw, Depths kDepths>
 void FilterRowForComparison(const AtrousPass& pass, const AtrousSignal& signal, int y) {
   const DF d;
   const DU du;
@@ -439,6 +449,10 @@ void FilterRowForComparison(const AtrousPass& pass, const AtrousSignal& signal, 
     const VF eaw_n = hn::Set(d, kLog2E / (p.eaw_sigma_n * p.eaw_sigma_n));
     const VF eaw_z =
         hn::Mul(hn::Mul(c.z, c.z), hn::Set(d, kLog2E / (p.eaw_sigma_z * p.eaw_sigma_z)));
+    [[maybe_unused]] PositionCentre position;
+    if constexpr (kDepths == Depths::kPosition) {
+      position = LoadPositionCentre(c, p.edges, x, y);
+    }
     const VF zero = hn::Zero(d);
     Sums sums = {zero, zero, zero, zero, zero};
     AddTap(row, x, WherePresent(row, x, hn::Set(d, pass.centre_kernel)), luminance, &sums);
@@ -452,11 +466,16 @@ void FilterRowForComparison(const AtrousPass& pass, const AtrousSignal& signal, 
         const VF ey = hn::Sub(c.ny, hn::LoadU(d, guide.ny + q));
         const VF ez = hn::Sub(c.nz, hn::LoadU(d, guide.nz + q));
         const VF n2 = hn::MulAdd(ex, ex, hn::MulAdd(ey, ey, hn::Mul(ez, ez)));
-        const VF deviation = PlaneDeviation(c, hn::LoadU(d, inverse_depth + q), dx, dy);
         const VF dl = hn::Sub(luminance, l);
         exponent = hn::NegMulAdd(hn::Mul(dl, dl), eaw_l, exponent);
         exponent = hn::NegMulAdd(n2, eaw_n, exponent);
-        exponent = hn::NegMulAdd(hn::Mul(deviation, deviation), eaw_z, exponent);
+        if constexpr (kDepths == Depths::kPosition) {
+          const VF zq = hn::LoadU(d, guide.depth + q);
+          exponent = hn::Sub(exponent, PositionExponent(position, zq, dx, dy));
+        } else {
+          const VF deviation = PlaneDeviation(c, hn::LoadU(d, inverse_depth + q), dx, dy);
+          exponent = hn::NegMulAdd(hn::Mul(deviation, deviation), eaw_z, exponent);
+        }
         if (p.wavelet_id != 0) {
           const MF same = hn::RebindMask(d, hn::Eq(id, hn::LoadU(du, guide.id + q)));
           exponent = hn::IfThenElse(same, exponent, hn::Set(d, -1000.0f));
@@ -479,7 +498,9 @@ void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
   const AtrousParameters& p = *pass.parameters;
   const Normals normals = NormalsOf(p.edges);
   const bool plane = p.edges.depth_weight_plane != 0;
-  if (normals == Normals::kLogarithm) {
+  if (p.edges.depth_weight_position != 0) {
+    ExponentsOfRow<kPairs, Normals::kLogarithm, Depths::kPosition, true>(pass, y, to);
+  } else if (normals == Normals::kLogarithm) {
     ExponentsOfRow<kPairs, Normals::kLogarithm, Depths::kEither, true>(pass, y, to);
   } else if (normals == Normals::kCurved && plane && p.wavelet_id == 0) {
     ExponentsOfRow<kPairs, Normals::kCurved, Depths::kPlane, false>(pass, y, to);
@@ -497,6 +518,10 @@ void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
 void FilterRowByGeometry(const AtrousPass& pass, int y) {
   const EdgeStopping& edges = pass.parameters->edges;
   const bool plane = edges.depth_weight_plane != 0;
+  if (edges.depth_weight_position != 0) {
+    FilterRowByGeometry<Normals::kLogarithm, Depths::kPosition>(pass, y);
+    return;
+  }
   switch (NormalsOf(edges)) {
     case Normals::kLogarithm:
       FilterRowByGeometry<Normals::kLogarithm, Depths::kEither>(pass, y);
@@ -525,15 +550,17 @@ void FilterRow(const AtrousPass& pass, int y) {
 }
 
 void AtrousRow(const AtrousPass& pass, int y) {
+  const bool by_position = pass.parameters->edges.depth_weight_position != 0;
   switch (pass.level->weights) {
     case kAtrousNaive:
       for (const AtrousSignal& signal : pass.signals) {
-        FilterRowForComparison<false>(pass, signal, y);
+        FilterRowForComparison<false, Depths::kPlane>(pass, signal, y);
       }
       break;
     case kAtrousEaw:
       for (const AtrousSignal& signal : pass.signals) {
-        FilterRowForComparison<true>(pass, signal, y);
+        by_position ? FilterRowForComparison<true, Depths::kPosition>(pass, signal, y)
+                    : FilterRowForComparison<true, Depths::kPlane>(pass, signal, y);
       }
       break;
     case kAtrousGeometry:

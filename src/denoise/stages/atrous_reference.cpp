@@ -36,17 +36,17 @@ float EdgeWeight(const AtrousSignal& signal, const GuidePlanes& g, const AtrousL
   const bool has_pilot = signal.pilot != nullptr && level.weights == kAtrousSvgf;
   const Image1& luminance = has_pilot ? *signal.pilot : (*signal.colour)[0];
   const float dl = abs(luminance(x, y) - luminance(qx, qy));
-  if (level.weights == kAtrousEaw) {
-    const float plane = PlaneDepthExponent(ip, iq, slope, offset, 1.0f);
-    const float known_dl = (*signal.valid)(x, y) > 0 ? dl : 0.0f;
-    return exp(-EawExponent(known_dl * known_dl, dot(np - nq, np - nq), plane * plane,
-                            signal.eaw_sigma_l, p.eaw_sigma_n, p.eaw_sigma_z));
-  }
   const EdgeStopping& e = p.edges;
-  const float depth =
-      e.depth_weight_plane != 0
-          ? PlaneDepthExponent(ip, iq, slope, offset, e.plane_tolerance)
-          : GradientDepthExponent(ip, iq, slope, offset, e.sigma_z, e.depth_epsilon, e.max_slope);
+  const vec2 pixel = {static_cast<float>(x), static_cast<float>(y)};
+  if (level.weights == kAtrousEaw) {
+    const bool by_position = e.depth_weight_position != 0;
+    const float plane = by_position ? 0.0f : PlaneDepthExponent(ip, iq, slope, offset, 1.0f);
+    const float position = by_position ? DepthExponent(e, ip, iq, slope, pixel, offset) : 0.0f;
+    const float known_dl = (*signal.valid)(x, y) > 0 ? dl : 0.0f;
+    return exp(-position - EawExponent(known_dl * known_dl, dot(np - nq, np - nq), plane * plane,
+                                       signal.eaw_sigma_l, p.eaw_sigma_n, p.eaw_sigma_z));
+  }
+  const float depth = DepthExponent(e, ip, iq, slope, pixel, offset);
   const float geometry = NormalWeightAt(e, dot(np, nq), Turn2At(g, x, y)) * exp(-depth);
   if (level.weights == kAtrousGeometry) {
     return geometry;

@@ -20,9 +20,10 @@ const int kAtrousSvgf = 2;      // normal, depth and luminance against the local
 const int kAtrousEaw = 3;       // Gaussians of luminance, normal and depth differences
 
 // Kinds of weights that the device knows when a pipeline is made, as bits.
-#define STILLRAY_ATROUS_CURVED 1  // curvature is on
-#define STILLRAY_ATROUS_PLANES 2  // depth_weight_plane
-#define STILLRAY_ATROUS_IDS 4     // wavelet_id
+#define STILLRAY_ATROUS_CURVED 1     // curvature is on
+#define STILLRAY_ATROUS_PLANES 2     // depth_weight_plane
+#define STILLRAY_ATROUS_IDS 4        // wavelet_id
+#define STILLRAY_ATROUS_POSITIONS 8  // depth_weight_position
 
 SHARED_BLOCK(AtrousParameters) {
   EdgeStopping edges;

@@ -21,6 +21,11 @@ SHARED_BLOCK(EdgeStopping) {
   float plane_tolerance;
   float depth_epsilon;
   float max_slope;
+  int depth_weight_position;  // 1: by the distance of positions; depth_weight_plane is then 0
+  float position_sigma;
+  float focal_pixels;  // Frame::focal_pixels
+  float centre_x;      // of the picture, pixels
+  float centre_y;
 };
 
 // Weight sums of a level up to this are treated as zero: the pixel keeps its value.
@@ -72,6 +77,38 @@ SHARED_FN float GradientDepthExponent(float ip, float iq, vec2 g, vec2 offset, f
 SHARED_FN float PlaneDepthExponent(float ip, float iq, vec2 g, vec2 offset, float tolerance) {
   float expected = ip + g.x * offset.x + g.y * offset.y;
   return abs(expected - iq) / (tolerance * ip);
+}
+
+// Positions are known up to the camera's rotation, on which distances do not depend: that of the
+// pixel (x, y) at depth z is z (RayAt, 1).
+SHARED_FN vec2 RayAt(EdgeStopping e, vec2 pixel) {
+  return vec2(pixel.x + 0.5f - e.centre_x, pixel.y + 0.5f - e.centre_y) / e.focal_pixels;
+}
+
+// A negated exponent of e at which every weight is 0.
+const float kNeverSimilar = 1e4f;
+
+// |P_p - P_q|^2 / (sigma z_p)^2: Dammertz et al. 2010, section 3.2, with a tolerance in proportion
+// to depth. ray: of p; offset: from it to the ray of q. The difference of the depths is taken
+// before the division, so that positions far from the origin do not lose it to rounding.
+SHARED_FN float PositionExponent(float ip, float iq, vec2 ray, vec2 offset, float sigma) {
+  if (!(iq > 0.0f)) {
+    return kNeverSimilar;
+  }
+  float deeper = (ip - iq) / iq;  // (z_q - z_p) / z_p
+  vec2 across = deeper * ray + (deeper + 1.0f) * offset;
+  return (dot(across, across) + deeper * deeper) / (sigma * sigma);
+}
+
+// The exponent of the depth weight that `e` selects. pixel: of p; offset: from it to q
+SHARED_FN float DepthExponent(EdgeStopping e, float ip, float iq, vec2 g, vec2 pixel, vec2 offset) {
+  if (e.depth_weight_position != 0) {
+    return PositionExponent(ip, iq, RayAt(e, pixel), offset / e.focal_pixels, e.position_sigma);
+  }
+  if (e.depth_weight_plane != 0) {
+    return PlaneDepthExponent(ip, iq, g, offset, e.plane_tolerance);
+  }
+  return GradientDepthExponent(ip, iq, g, offset, e.sigma_z, e.depth_epsilon, e.max_slope);
 }
 
 // The reciprocal denominator of the luminance weight: log2(e) / (sigma_l sqrt(var_p) + eps), the

@@ -143,6 +143,11 @@ HWY_INLINE void FindWeights(const Estimates& e, int x, int y, TapVectors& weight
   const GuideRow guide = GuideRowOf(e.guides, edges, y);
   const GuideCentre centre = LoadGuideCentre(guide, edges, x);
   const TapSlots slots = SlotsOf(weights);
+  if (edges.depth_weight_position != 0) {
+    PositionExponents(e.taps, edges, false, guide, centre, x, y, slots);
+    WeightsOfExponents(e.taps, weights);
+    return;
+  }
   switch (NormalsOf(edges)) {
     case Normals::kLogarithm:
       GuideExponents<Normals::kLogarithm>(e.taps, edges, false, guide, centre, x, slots);

@@ -17,6 +17,7 @@ float SpatialVariance(const SignalHistory& h, const GuidePlanes& g,
   float sum_d = 0;
   float sum_d2 = 0;
   const vec2 slope = {g.gradient[0](x, y), g.gradient[1](x, y)};
+  const vec2 pixel = {static_cast<float>(x), static_cast<float>(y)};
   const int radius = p.short_history_radius;
   for (int dy = -radius; dy <= radius; ++dy) {
     for (int dx = -radius; dx <= radius; ++dx) {
@@ -32,10 +33,7 @@ float SpatialVariance(const SignalHistory& h, const GuidePlanes& g,
       const vec2 offset = {static_cast<float>(dx), static_cast<float>(dy)};
       const float ip = g.inverse_depth(x, y);
       const float iq = g.inverse_depth(qx, qy);
-      const float depth = e.depth_weight_plane != 0
-                              ? PlaneDepthExponent(ip, iq, slope, offset, e.plane_tolerance)
-                              : GradientDepthExponent(ip, iq, slope, offset, e.sigma_z,
-                                                      e.depth_epsilon, e.max_slope);
+      const float depth = DepthExponent(e, ip, iq, slope, pixel, offset);
       const float w = NormalWeightAt(e, cosine, Turn2At(g, x, y)) * exp(-depth);
       const float d = h.mean(qx, qy) - h.mean(x, y);
       sum_weight += w;

@@ -39,6 +39,7 @@ layout(push_constant) uniform Push {
 
 const bool kCurved = (kEdgeKinds & STILLRAY_ATROUS_CURVED) != 0;
 const bool kPlanes = (kEdgeKinds & STILLRAY_ATROUS_PLANES) != 0;
+const bool kPositions = (kEdgeKinds & STILLRAY_ATROUS_POSITIONS) != 0;
 const bool kComparesIds = (kEdgeKinds & STILLRAY_ATROUS_IDS) != 0 && kWeights != kAtrousGeometry &&
                           kWeights != kAtrousNaive;
 
@@ -257,13 +258,19 @@ Centre CentreOf(EdgeStopping edges, ivec2 p) {
       sigma_n = CurvedSigmaN(edges.sigma_n, turn2, edges.curvature);
     }
   }
-  centre.geometry = GeometryOf(edges, kPlanes, surface, detail, sigma_n, float(tap_step));
+  centre.geometry =
+      GeometryOf(edges, kPlanes, kPositions, p, surface, detail, sigma_n, float(tap_step));
   centre.id = detail.id;
   return centre;
 }
 
 // The exponent of 2 of the weights that all signals share, of a tap at an offset in steps.
 float SharedExponent2(EdgeStopping edges, Centre centre, Surface other, vec2 offset) {
+  if (kWeights == kAtrousEaw && kPositions) {
+    vec3 dn = centre.geometry.normal - other.normal;
+    return -kExponentsOfE * EawExponent(0.0f, dot(dn, dn), 0.0f, 1.0f, atrous.eaw_sigma_n, 1.0f) -
+           DepthExponent2(edges, kPlanes, kPositions, centre.geometry, other.inverse_depth, offset);
+  }
   if (kWeights == kAtrousEaw) {
     float expected = centre.geometry.inverse_depth + dot(centre.geometry.gradient, offset);
     float distance =
@@ -272,7 +279,7 @@ float SharedExponent2(EdgeStopping edges, Centre centre, Surface other, vec2 off
     return -kExponentsOfE * EawExponent(0.0f, dot(dn, dn), distance * distance, 1.0f,
                                         atrous.eaw_sigma_n, atrous.eaw_sigma_z);
   }
-  return GeometryExponent2(edges, kCurved, kPlanes, centre.geometry, other.normal,
+  return GeometryExponent2(edges, kCurved, kPlanes, kPositions, centre.geometry, other.normal,
                            other.inverse_depth, offset);
 }
 

@@ -24,6 +24,9 @@ FrameFacts FactsOf(const Frame& frame, const gpu::DeviceFrame& pixels) {
   constexpr uint32_t kAllLights = (1u << gpu::kFrameSignals) - 1;
   FrameFacts facts;
   facts.index = frame.index;
+  facts.width = frame.width;
+  facts.height = frame.height;
+  facts.focal_pixels = frame.focal_pixels;
   facts.jittered = IsJittered(frame.jitter_x, frame.jitter_y);
   facts.lights = kAllLights;
   facts.second_moments = pixels.shape().second_moments ? kAllLights : 0;

@@ -26,7 +26,9 @@ struct TapGeometry {
   float per_inverse_depth;
   vec2 gradient;  // of the inverse depth, over the distance of taps
   float sigma_n;
-  float depth_scale;  // of the depth exponent
+  float depth_scale;    // of the depth exponent
+  vec2 ray;             // RayAt, for distances of positions
+  float ray_of_offset;  // change of the ray over the distance of taps
 };
 
 // The kinds of weights, as arguments: constants where they are known when the pipeline is made.
@@ -36,10 +38,13 @@ bool IsCurved(EdgeStopping edges) {
 bool WeighsPlanes(EdgeStopping edges) {
   return edges.depth_weight_plane != 0;
 }
+bool WeighsPositions(EdgeStopping edges) {
+  return edges.depth_weight_position != 0;
+}
 
-// sigma_n: see NormalExponent2; distance: of taps, in pixels
-TapGeometry GeometryOf(EdgeStopping edges, bool planes, Surface s, Detail d, float sigma_n,
-                       float distance) {
+// p: the pixel; sigma_n: see NormalExponent2; distance: of taps, in pixels
+TapGeometry GeometryOf(EdgeStopping edges, bool planes, bool positions, ivec2 p, Surface s,
+                       Detail d, float sigma_n, float distance) {
   TapGeometry g;
   g.normal = s.normal;
   g.inverse_depth = s.inverse_depth;
@@ -50,12 +55,18 @@ TapGeometry GeometryOf(EdgeStopping edges, bool planes, Surface s, Detail d, flo
   bool off = edges.max_slope > 0.0f && steep > edges.max_slope;
   g.depth_scale =
       planes ? kExponentsOfE / edges.plane_tolerance * g.per_inverse_depth : (off ? 0.0f : 1.0f);
+  g.ray = positions ? RayAt(edges, vec2(p)) : vec2(0.0f);
+  g.ray_of_offset = positions ? distance / edges.focal_pixels : 0.0f;
   return g;
 }
 
 // The exponent of 2 of the depth weight of another surface, negated. offset: in distances of taps
-float DepthExponent2(EdgeStopping edges, bool planes, TapGeometry g, float inverse_depth,
-                     vec2 offset) {
+float DepthExponent2(EdgeStopping edges, bool planes, bool positions, TapGeometry g,
+                     float inverse_depth, vec2 offset) {
+  if (positions) {
+    return kExponentsOfE * PositionExponent(g.inverse_depth, inverse_depth, g.ray,
+                                            g.ray_of_offset * offset, edges.position_sigma);
+  }
   float change = g.gradient.x * offset.x + g.gradient.y * offset.y;
   return planes ? PlaneDepthExponent2(g.inverse_depth + change, inverse_depth, g.depth_scale)
                 : g.depth_scale * GradientDepthExponent2(g.inverse_depth, inverse_depth, change,
@@ -64,8 +75,8 @@ float DepthExponent2(EdgeStopping edges, bool planes, TapGeometry g, float inver
 }
 
 // The exponent of 2 of the depth and normal weight of another surface.
-float GeometryExponent2(EdgeStopping edges, bool curved, bool planes, TapGeometry g, vec3 normal,
-                        float inverse_depth, vec2 offset) {
+float GeometryExponent2(EdgeStopping edges, bool curved, bool planes, bool positions, TapGeometry g,
+                        vec3 normal, float inverse_depth, vec2 offset) {
   return NormalExponent2(dot(g.normal, normal), g.sigma_n, curved) -
-         DepthExponent2(edges, planes, g, inverse_depth, offset);
+         DepthExponent2(edges, planes, positions, g, inverse_depth, offset);
 }

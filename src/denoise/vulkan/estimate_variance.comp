@@ -33,8 +33,9 @@ float SpatialVariance(Surface s, Detail detail, float mean, ivec3 at) {
   float turn2 = Turn2At(edges, surface_image, s.normal, at.xy);
   bool curved = IsCurved(edges);
   bool planes = WeighsPlanes(edges);
+  bool positions = WeighsPositions(edges);
   float sigma_n = curved ? CurvedSigmaN(edges.sigma_n, turn2, edges.curvature) : edges.sigma_n;
-  TapGeometry geometry = GeometryOf(edges, planes, s, detail, sigma_n, 1.0f);
+  TapGeometry geometry = GeometryOf(edges, planes, positions, at.xy, s, detail, sigma_n, 1.0f);
   float sum_weight = 0.0f;
   float sum_d = 0.0f;
   float sum_d2 = 0.0f;
@@ -50,7 +51,7 @@ float SpatialVariance(Surface s, Detail detail, float mean, ivec3 at) {
       if (!(m.z > 0.0f) || !(other.inverse_depth > 0.0f)) {
         continue;
       }
-      float w = exp2(GeometryExponent2(edges, curved, planes, geometry, other.normal,
+      float w = exp2(GeometryExponent2(edges, curved, planes, positions, geometry, other.normal,
                                        other.inverse_depth, vec2(dx, dy)));
       float d = m.x - mean;
       sum_weight += w;

@@ -85,6 +85,7 @@ Status CheckSize(const gpu::DeviceContext& context, const PipelineOptions& o) {
 uint32_t EdgeKindsOf(const Settings& s) {
   return (s.curvature > 0 ? STILLRAY_ATROUS_CURVED : 0u) |
          (s.depth_weight == DepthWeight::kPlane ? STILLRAY_ATROUS_PLANES : 0u) |
+         (s.depth_weight == DepthWeight::kPosition ? STILLRAY_ATROUS_POSITIONS : 0u) |
          (s.wavelet_id ? STILLRAY_ATROUS_IDS : 0u);
 }
 

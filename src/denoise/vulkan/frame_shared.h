@@ -89,8 +89,8 @@ layout(set = 0, binding = 28, std140) uniform FrameParameters {
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(EdgeStopping) == 32 && sizeof(AtrousParameters) == 64 &&
-                  sizeof(EstimateVarianceParameters) == 64 && sizeof(LimitHistoryParameters) == 16,
+static_assert(sizeof(EdgeStopping) == 48 && sizeof(AtrousParameters) == 80 &&
+                  sizeof(EstimateVarianceParameters) == 80 && sizeof(LimitHistoryParameters) == 16,
               "blocks fill multiples of 16 bytes, as in GLSL");
 static_assert(offsetof(FrameParameters, demodulate) % 16 == 0);
 

@@ -133,6 +133,7 @@ Result<FrameFacts> HostDenoiser::TakeHere(const Frame& frame, const gpu::DeviceF
 Result<FrameFacts> HostDenoiser::TakeImages(const Frame& frame, FrameFacts facts,
                                             const FrameInputs& inputs,
                                             std::span<const std::shared_ptr<const void>> owners) {
+  STILLRAY_RETURN_IF_ERROR(CheckFocalLength(frame.index, facts.focal_pixels, settings_));
   odd_ = OddValues();
   facts.has_incomplete_guides = facts.has_incomplete_guides && settings_.fill_guides;
   STILLRAY_RETURN_IF_ERROR(PrepareWork(frame, facts));

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "denoise/frame_check.h"
 #include "denoise/stage_timer.h"
 #include "denoise/vulkan/device_inputs.h"
 #include "denoise/vulkan/frame_pipeline.h"
@@ -29,9 +30,12 @@ bool IsGiven(const VulkanImage& image) {
   return image.view != VK_NULL_HANDLE;
 }
 
-FrameFacts FactsOf(const VulkanFrame& frame) {
+FrameFacts FactsOf(const VulkanFrame& frame, const vulkan::Shape& shape) {
   FrameFacts facts;
   facts.index = frame.index;
+  facts.width = shape.width;
+  facts.height = shape.height;
+  facts.focal_pixels = frame.focal_pixels;
   facts.jittered = IsJittered(frame.jitter_x, frame.jitter_y);
   for (uint32_t k = 0; k < kSignalKindCount; ++k) {
     facts.lights |= IsGiven(frame.lights[k]) ? 1u << k : 0u;
@@ -161,7 +165,7 @@ Status CheckFrame(const VulkanFrame& frame, const Settings& settings, bool trans
     return Status::InvalidArgument(fmt::format("frame {}: samples_per_pixel is {}, expected >= 0",
                                                frame.index, frame.samples_per_pixel));
   }
-  return Status::Ok();
+  return CheckFocalLength(frame.index, frame.focal_pixels, settings);
 }
 
 vulkan::PipelineOptions PipelineOptionsOf(const VulkanOptions& o) {
@@ -350,7 +354,7 @@ Status VulkanDenoiser::Record(VkCommandBuffer commands, const VulkanFrame& frame
   if (commands == VK_NULL_HANDLE) {
     return Status::InvalidArgument("Vulkan: the command buffer is not given");
   }
-  FrameFacts facts = FactsOf(frame);
+  FrameFacts facts = FactsOf(frame, impl_->pipeline->shape());
   const bool jittered = facts.jittered || impl_->pipeline->progress().jittered;
   STILLRAY_RETURN_IF_ERROR(CheckFrame(frame, impl_->settings, impl_->pipeline->has_transmission(),
                                       impl_->FillsGuides(), jittered));
