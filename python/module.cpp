@@ -204,13 +204,14 @@ class PyDenoiser {
   }
 
   py::object Denoise(const py::dict& frame, const py::object& outputs, const py::object& out,
-                     const std::pair<float, float>& jitter, const py::object& progress) {
+                     const std::pair<float, float>& jitter, const py::object& progress,
+                     float focal_pixels) {
     const std::unique_lock<std::mutex> lock = Use();
     const Arrays inputs = ArraysOf(frame);
     Arrays results = out.is_none() ? Arrays() : ArraysOf(out.cast<py::dict>());
     const std::vector<std::string> wanted = NamesOf(outputs);
     const Cleanup cleanup{this, inputs, results};
-    GiveInputs(inputs, jitter);
+    GiveInputs(inputs, jitter, focal_pixels);
     if (!inputs.empty()) {
       const py::array& any = inputs.begin()->second;
       MakeResults(wanted, any.shape(0), any.shape(1), &results);
@@ -221,7 +222,7 @@ class PyDenoiser {
   }
 
   void Push(const py::dict& frame, const std::pair<float, float>& jitter, const py::object& cut,
-            const py::object& index) {
+            const py::object& index, float focal_pixels) {
     const std::unique_lock<std::mutex> lock = Use();
     const Arrays inputs = ArraysOf(frame);
     const Arrays results;
@@ -229,7 +230,7 @@ class PyDenoiser {
     if (!index.is_none()) {
       Check(denoiser_.SetFrameIndex(index.cast<int64_t>()));
     }
-    GiveInputs(inputs, jitter);
+    GiveInputs(inputs, jitter, focal_pixels);
     const stillray_cut where = cut.is_none()      ? STILLRAY_CUT_FIND
                                : cut.cast<bool>() ? STILLRAY_CUT_YES
                                                   : STILLRAY_CUT_NO;
@@ -277,7 +278,7 @@ class PyDenoiser {
     const Arrays inputs = ArraysOf(frame);
     const Arrays results;
     const Cleanup cleanup{this, inputs, results};
-    GiveInputs(inputs, jitter);
+    GiveInputs(inputs, jitter, 0);
     stillray_memory_need need = STILLRAY_MEMORY_NEED_INIT;
     Check(denoiser_.GetMemoryNeed(&need));
     return py::dict("denoisers"_a = need.denoisers, "per_future"_a = need.per_future,
@@ -285,8 +286,9 @@ class PyDenoiser {
   }
 
  private:
-  void GiveInputs(const Arrays& inputs, const std::pair<float, float>& jitter) {
+  void GiveInputs(const Arrays& inputs, const std::pair<float, float>& jitter, float focal_pixels) {
     Check(denoiser_.SetJitter(jitter.first, jitter.second));
+    Check(denoiser_.SetFocalPixels(focal_pixels));
     for (const auto& [name, array] : inputs) {
       Check(denoiser_.SetInput(name.c_str(), Describe(name, array, false)));
     }
@@ -501,6 +503,7 @@ void BindDenoiser(py::module_& m) {
       .def(
           "denoise", &PyDenoiser::Denoise, "frame"_a, "outputs"_a = py::none(),
           "out"_a = py::none(), "jitter"_a = std::pair(0.0f, 0.0f), "progress"_a = py::none(),
+          "focal_pixels"_a = 0.0f,
           "Denoises the next frame of the sequence.\n\n"
           "    frame: arrays by name, see stillray.inputs(). Light is needed (one or more of\n"
           "        'direct_diffuse', ...), and 'motion' from the second frame on, unless the\n"
@@ -512,24 +515,26 @@ void BindDenoiser(py::module_& m) {
           "    out: arrays by name to write results to; they may be the frame's own\n"
           "    jitter: all rays went through pixel (x, y) at x + 0.5 + jitter[0],\n"
           "        y + 0.5 + jitter[1]; other than (0, 0) it turns antialiasing in time on\n"
-          "    progress: called with 0..1; return False to cancel (raises stillray.Cancelled)\n\n"
+          "    progress: called with 0..1; return False to cancel (raises stillray.Cancelled)\n"
+          "    focal_pixels: width / (2 tan(horizontal angle of view / 2)), which\n"
+          "        depth_weight='position' needs\n\n"
           "Returns the picture, float32 of (height, width, 3), or, if outputs is given, all\n"
           "results by name. A frame of another size restarts the history.\n\n"
           "Raises ValueError naming the image or setting that is wrong (history is then\n"
           "unchanged), TypeError for other types of arrays. Warns (RuntimeWarning) of images that\n"
           "say nothing, such as normals that are all zero.")
-      .def("push", &PyDenoiser::Push, "frame"_a, "jitter"_a = std::pair(0.0f, 0.0f),
-           "cut"_a = py::none(), "index"_a = py::none(),
-           "Appends a frame to a sequence that is denoised with light of later frames too; its\n"
-           "arrays are copied. denoise_sequence() pushes and pulls by itself.\n\n"
-           "    frame, jitter: as for denoise(); besides 'next_motion', pixels: the point seen at "
-           "p\n"
-           "        stands at p + next_motion(p) one frame later (else it is found from the next\n"
-           "        frame's motion)\n"
-           "    cut: True: the frame begins a shot; False: it does not; None: found by comparing\n"
-           "        surfaces\n"
-           "    index: number of the frame; counts up from 0 by itself\n\n"
-           "Raises ValueError as denoise(); the sequence is then unchanged.")
+      .def(
+          "push", &PyDenoiser::Push, "frame"_a, "jitter"_a = std::pair(0.0f, 0.0f),
+          "cut"_a = py::none(), "index"_a = py::none(), "focal_pixels"_a = 0.0f,
+          "Appends a frame to a sequence that is denoised with light of later frames too; its\n"
+          "arrays are copied. denoise_sequence() pushes and pulls by itself.\n\n"
+          "    frame, jitter, focal_pixels: as for denoise(); besides 'next_motion', pixels: the\n"
+          "        point seen at p stands at p + next_motion(p) one frame later (else it is found\n"
+          "        from the next frame's motion)\n"
+          "    cut: True: the frame begins a shot; False: it does not; None: found by comparing\n"
+          "        surfaces\n"
+          "    index: number of the frame; counts up from 0 by itself\n\n"
+          "Raises ValueError as denoise(); the sequence is then unchanged.")
       .def("finish", &PyDenoiser::Finish,
            "The sequence ends with the last frame that was pushed: all frames are ready.")
       .def("pull", &PyDenoiser::Pull, "outputs"_a = py::none(), "out"_a = py::none(),

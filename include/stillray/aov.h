@@ -111,6 +111,10 @@ std::optional<CameraMatrices> CameraOf(const ExrImage& image);
 /// angle of view. 0 without perspective.
 double FocalPixels(const CameraMatrices& camera, int width, int height);
 
+/// Frame::focal_pixels: the same of a camera whose optical axis passes through the centre of the
+/// picture, up to 2 % of its width, and whose pixels are square, up to 2 %; else 0.
+double CentredFocalPixels(const CameraMatrices& camera, int width, int height);
+
 /// Motion of a still scene from the cameras of two frames: the point seen at p is at p + result(p)
 /// in the picture of the other camera, in pixels, right and down. Zero where depth is infinite;
 /// points behind the other camera lead out of the picture. Device coordinates run from 0 to 1 from

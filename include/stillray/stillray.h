@@ -218,6 +218,12 @@ STILLRAY_API const char* stillray_denoiser_output_name(stillray_denoiser* denois
 STILLRAY_API stillray_error stillray_denoiser_set_jitter(stillray_denoiser* denoiser,
                                                          float jitter_x, float jitter_y);
 
+/* The distance of the picture plane of the next frames in pixels, which depth_weight=position
+ * needs: width / (2 tan(horizontal angle of view / 2)). Of a perspective camera whose axis passes
+ * through the centre of the picture, with square pixels. 0, as before the first call: unknown. */
+STILLRAY_API stillray_error stillray_denoiser_set_focal_pixels(stillray_denoiser* denoiser,
+                                                               float focal_pixels);
+
 /* Called with the completed fraction of the frame, 0 to 1 (estimated from the last frame's time),
  * on the thread that called execute; return 0 to continue, any other value to cancel. Calls on the
  * same denoiser from the callback are rejected. */

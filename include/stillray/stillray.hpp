@@ -115,6 +115,10 @@ class Denoiser {
   }
   /// See stillray_denoiser_set_jitter: enables temporal antialiasing.
   Error SetJitter(float x, float y) { return Check(stillray_denoiser_set_jitter(handle(), x, y)); }
+  /// See stillray_denoiser_set_focal_pixels: needed by depth_weight=position.
+  Error SetFocalPixels(float focal_pixels) {
+    return Check(stillray_denoiser_set_focal_pixels(handle(), focal_pixels));
+  }
   /// \param progress  receives 0..1, returns whether to continue; must not throw; empty: none
   Error SetProgress(std::function<bool(double)> progress) {
     auto kept = std::make_unique<std::function<bool(double)>>(std::move(progress));

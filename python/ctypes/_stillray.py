@@ -143,6 +143,7 @@ _FUNCTIONS = {
     "denoiser_output_count": (_size, [_handle]),
     "denoiser_output_name": (_text, [_handle, _size]),
     "denoiser_set_jitter": (ctypes.c_int, [_handle, ctypes.c_float, ctypes.c_float]),
+    "denoiser_set_focal_pixels": (ctypes.c_int, [_handle, ctypes.c_float]),
     "denoiser_set_progress": (ctypes.c_int, [_handle, _Progress, ctypes.c_void_p]),
     "denoiser_execute": (ctypes.c_int, [_handle]),
     "denoiser_set_frame_index": (ctypes.c_int, [_handle, ctypes.c_int64]),
@@ -509,7 +510,9 @@ class Denoiser:
             self._call("statistics", ctypes.byref(found))
             return {name: getattr(found, name) for name, _ in _Statistics._fields_[1:]}
 
-    def denoise(self, frame, outputs=None, out=None, jitter=(0.0, 0.0), progress=None):
+    def denoise(
+        self, frame, outputs=None, out=None, jitter=(0.0, 0.0), progress=None, focal_pixels=0.0
+    ):
         """Denoises the next frame of the sequence.
 
             frame: arrays by name, see stillray.inputs(). Light is needed (one or more of
@@ -523,6 +526,8 @@ class Denoiser:
             jitter: all rays went through pixel (x, y) at x + 0.5 + jitter[0],
                 y + 0.5 + jitter[1]; other than (0, 0) it turns antialiasing in time on
             progress: called with 0..1; return False to cancel (raises stillray.Cancelled)
+            focal_pixels: width / (2 tan(horizontal angle of view / 2)), which
+                depth_weight='position' needs
 
         Returns the picture, float32 of (height, width, 3), or, if outputs is given, all
         results by name. A frame of another size restarts the history.
@@ -536,7 +541,7 @@ class Denoiser:
             results = {} if out is None else _arrays_of(out)
             wanted = _output_names(outputs)
             with self._cleanup(images, results):
-                self._give_inputs(images, jitter)
+                self._give_inputs(images, jitter, focal_pixels)
                 if images:
                     height, width = next(iter(images.values())).shape[:2]
                     _add_results(wanted, height, width, results)
@@ -544,13 +549,13 @@ class Denoiser:
                 self._run(progress, "execute")
             return _answer(outputs, results)
 
-    def push(self, frame, jitter=(0.0, 0.0), cut=None, index=None):
+    def push(self, frame, jitter=(0.0, 0.0), cut=None, index=None, focal_pixels=0.0):
         """Appends a frame to a sequence that is denoised with light of later frames too; its
         arrays are copied. denoise_sequence() pushes and pulls by itself.
 
-            frame, jitter: as for denoise(); besides 'next_motion', pixels: the point seen at p
-                stands at p + next_motion(p) one frame later (else it is found from the next
-                frame's motion)
+            frame, jitter, focal_pixels: as for denoise(); besides 'next_motion', pixels: the
+                point seen at p stands at p + next_motion(p) one frame later (else it is found
+                from the next frame's motion)
             cut: True: the frame begins a shot; False: it does not; None: found by comparing
                 surfaces
             index: number of the frame; counts up from 0 by itself
@@ -562,7 +567,7 @@ class Denoiser:
             with self._cleanup(images, {}):
                 if index is not None:
                     self._call("set_frame_index", _as_int("index", index, 1 << 63))
-                self._give_inputs(images, jitter)
+                self._give_inputs(images, jitter, focal_pixels)
                 self._call("push", _CUTS[None if cut is None else bool(cut)])
 
     def finish(self):
@@ -602,7 +607,7 @@ class Denoiser:
         with self._use():
             images = _arrays_of(frame)
             with self._cleanup(images, {}):
-                self._give_inputs(images, jitter)
+                self._give_inputs(images, jitter, 0.0)
                 need = _MemoryNeed()
                 self._call("memory_need", ctypes.byref(need))
             return {name: getattr(need, name) for name, _ in _MemoryNeed._fields_[1:]}
@@ -636,9 +641,10 @@ class Denoiser:
         self._call("waiting", ctypes.byref(waiting))
         return waiting
 
-    def _give_inputs(self, images, jitter):
+    def _give_inputs(self, images, jitter, focal_pixels):
         x, y = jitter
         self._call("set_jitter", x, y)
+        self._call("set_focal_pixels", focal_pixels)
         for name, array in images.items():
             image = _describe(name, array, writeable=False)
             self._call("set_input", _as_text("an image's name", name), ctypes.byref(image))

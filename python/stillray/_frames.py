@@ -19,6 +19,8 @@ class Sequence:
             (frames, height, width, 3) and "depth" of (frames, height, width); "next_motion" too
         jitter: one (x, y) per frame, as for Denoiser.denoise(); none: pixel centres
         cuts: numbers of the frames that begin a shot; None: they are found
+        focal_pixels: one number for all frames, or one per frame, as for Denoiser.denoise(); none:
+            unknown
 
     sequence[3] is a frame for Denoiser.denoise(), sequence[8:16] a Sequence; both are views of the
     same memory. Raises ValueError naming the image whose size differs.
@@ -29,6 +31,7 @@ class Sequence:
         images: Mapping[str, np.ndarray],
         jitter: Optional[Any] = None,
         cuts: Optional[Iterable[int]] = None,
+        focal_pixels: Optional[Any] = None,
     ) -> None:
         self.images: Dict[str, np.ndarray] = {k: v for k, v in images.items() if v is not None}
         if not self.images:
@@ -48,6 +51,9 @@ class Sequence:
             raise ValueError(
                 "jitter has the shape %s, expected (%d, 2)" % (self.jitter.shape, len(self))
             )
+        self.focal_pixels = None
+        if focal_pixels is not None:
+            self.focal_pixels = np.broadcast_to(np.asarray(focal_pixels, np.float32), len(self))
         self.cuts = None if cuts is None else frozenset(int(cut) for cut in cuts)
         for cut in self.cuts or ():
             if not 0 <= cut < len(self):
@@ -55,9 +61,11 @@ class Sequence:
 
     @classmethod
     def from_frames(cls, frames: Iterable[Mapping[str, Any]]) -> "Sequence":
-        """Stacks frames as denoise_sequence() takes them, with "jitter" and "cut"."""
+        """Stacks frames as denoise_sequence() takes them, with "jitter", "cut" and
+        "focal_pixels"."""
         listed = [dict(frame) for frame in frames]
         jitter = [frame.pop("jitter", (0.0, 0.0)) for frame in listed]
+        focal_pixels = [frame.pop("focal_pixels", 0.0) for frame in listed]
         marks = [frame.pop("cut", None) for frame in listed]
         for index, frame in enumerate(listed):
             if frame.keys() != listed[0].keys():
@@ -69,7 +77,12 @@ class Sequence:
             raise ValueError("the sequence has no frames")
         images = {name: _stack(name, [frame[name] for frame in listed]) for name in listed[0]}
         cuts = None if all(mark is None for mark in marks) else [i for i, m in enumerate(marks) if m]
-        return cls(images, jitter if np.any(jitter) else None, cuts)
+        return cls(
+            images,
+            jitter if np.any(jitter) else None,
+            cuts,
+            focal_pixels if np.any(focal_pixels) else None,
+        )
 
     def __len__(self) -> int:
         return int(self.shape[0])
@@ -81,6 +94,8 @@ class Sequence:
         frame: Dict[str, Any] = {name: array[number] for name, array in self.images.items()}
         if self.jitter is not None:
             frame["jitter"] = (float(self.jitter[number, 0]), float(self.jitter[number, 1]))
+        if self.focal_pixels is not None:
+            frame["focal_pixels"] = float(self.focal_pixels[number])
         if self.cuts is not None:
             frame["cut"] = number in self.cuts
         return frame
@@ -107,7 +122,10 @@ class Sequence:
             raise ValueError("the part %s has no frames" % (index,))
         cuts = None if self.cuts is None else [c - numbers.start for c in self.cuts if c in numbers]
         jitter = None if self.jitter is None else self.jitter[index]
-        return Sequence({name: array[index] for name, array in self.images.items()}, jitter, cuts)
+        focal = None if self.focal_pixels is None else self.focal_pixels[index]
+        return Sequence(
+            {name: array[index] for name, array in self.images.items()}, jitter, cuts, focal
+        )
 
 
 Sequence.__module__ = "stillray"
@@ -168,7 +186,8 @@ def _denoise_past(
         if images.pop("cut", None):
             denoiser.reset()
         jitter = images.pop("jitter", (0.0, 0.0))
-        yield denoiser.denoise(images, outputs, jitter=jitter)
+        focal_pixels = images.pop("focal_pixels", 0.0)
+        yield denoiser.denoise(images, outputs, jitter=jitter, focal_pixels=focal_pixels)
 
 
 def _check_stack(name: str, array: Any) -> None:

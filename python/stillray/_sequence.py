@@ -12,6 +12,9 @@ from ._stillray import Denoiser, _setting_text
 Path = Union[str, "os.PathLike[str]"]
 
 
+_PUSH_ARGUMENTS = ("jitter", "cut", "focal_pixels")
+
+
 def _ready(denoiser: Denoiser, outputs: Optional[Sequence[str]]) -> Iterator[Any]:
     while (clean := denoiser.pull(outputs)) is not None:
         yield clean
@@ -26,7 +29,7 @@ def denoise_sequence(
     """Denoises the frames of a sequence with light of the frames before and after each.
 
         frames: an iterable of dictionaries as for Denoiser.denoise(). Beside arrays they may hold
-            "next_motion" and the arguments of Denoiser.push(): "jitter" and "cut"
+            "next_motion" and the arguments of Denoiser.push(): "jitter", "cut" and "focal_pixels"
         outputs: as for Denoiser.denoise()
         first_index: number of the first frame
 
@@ -38,7 +41,7 @@ def denoise_sequence(
     denoiser.reset()
     for index, frame in enumerate(frames, first_index):
         images = dict(frame)
-        about = {key: images.pop(key) for key in ("jitter", "cut") if key in images}
+        about = {key: images.pop(key) for key in _PUSH_ARGUMENTS if key in images}
         denoiser.push(images, index=index, **about)
         yield from _ready(denoiser, outputs)
     denoiser.finish()

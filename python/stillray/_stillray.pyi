@@ -61,6 +61,7 @@ class Denoiser:
         out: Optional[Mapping[str, Image]] = None,
         jitter: tuple[float, float] = (0.0, 0.0),
         progress: Optional[Callable[[float], Any]] = None,
+        focal_pixels: float = 0.0,
     ) -> NDArray[Any]: ...
     @overload
     def denoise(
@@ -70,6 +71,7 @@ class Denoiser:
         out: Optional[Mapping[str, Image]] = None,
         jitter: tuple[float, float] = (0.0, 0.0),
         progress: Optional[Callable[[float], Any]] = None,
+        focal_pixels: float = 0.0,
     ) -> dict[str, NDArray[Any]]: ...
     def push(
         self,
@@ -77,6 +79,7 @@ class Denoiser:
         jitter: tuple[float, float] = (0.0, 0.0),
         cut: Optional[bool] = None,
         index: Optional[int] = None,
+        focal_pixels: float = 0.0,
     ) -> None: ...
     def finish(self) -> None: ...
     @overload

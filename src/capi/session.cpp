@@ -141,6 +141,15 @@ Status Session::SetJitter(float x, float y) {
   return Status::Ok();
 }
 
+Status Session::SetFocalPixels(float focal_pixels) {
+  if (!(focal_pixels >= 0) || !std::isfinite(focal_pixels)) {
+    return Status::InvalidArgument(
+        fmt::format("focal_pixels is {}, expected a number > 0, or 0: unknown", focal_pixels));
+  }
+  focal_pixels_ = focal_pixels;
+  return Status::Ok();
+}
+
 void Session::SetProgress(stillray_progress progress, void* user) {
   progress_ = progress;
   progress_user_ = user;
@@ -230,6 +239,7 @@ void Session::NumberFrame() {
   frame_.index = index_;
   frame_.jitter_x = jitter_x_;
   frame_.jitter_y = jitter_y_;
+  frame_.focal_pixels = focal_pixels_;
 }
 
 Status Session::Execute() {

@@ -48,6 +48,7 @@ class Session {
   Status SetInput(std::string_view name, const stillray_image* image);
   Status SetOutput(std::string_view name, const stillray_image* image);
   Status SetJitter(float x, float y);
+  Status SetFocalPixels(float focal_pixels);
   void SetProgress(stillray_progress progress, void* user);
   void SetFrameIndex(int64_t index) { index_ = index; }
 
@@ -114,6 +115,7 @@ class Session {
   int64_t index_ = 0;  ///< of the next frame
   float jitter_x_ = 0;
   float jitter_y_ = 0;
+  float focal_pixels_ = 0;
   Frame frame_;  ///< the last finished one, or the one in progress
   DenoisedFrame result_;
 };

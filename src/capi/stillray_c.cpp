@@ -340,6 +340,10 @@ stillray_error stillray_denoiser_set_jitter(stillray_denoiser* denoiser, float j
   return With(denoiser, [&](Session& session) { return session.SetJitter(jitter_x, jitter_y); });
 }
 
+stillray_error stillray_denoiser_set_focal_pixels(stillray_denoiser* denoiser, float focal_pixels) {
+  return With(denoiser, [&](Session& session) { return session.SetFocalPixels(focal_pixels); });
+}
+
 stillray_error stillray_denoiser_set_progress(stillray_denoiser* denoiser,
                                               stillray_progress progress, void* user) {
   return With(denoiser, [&](Session& session) {

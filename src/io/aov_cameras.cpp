@@ -128,6 +128,25 @@ double FocalPixels(const CameraMatrices& camera, int width, int height) {
   return std::isfinite(pixels) ? pixels : 0;
 }
 
+double CentredFocalPixels(const CameraMatrices& camera, int width, int height) {
+  constexpr double kTolerance = 0.02;
+  const double focal = FocalPixels(camera, width, height);
+  if (!(focal > 0)) {
+    return 0;
+  }
+  const glm::dmat4 to_device =
+      ForColumns(camera.world_to_ndc) * glm::inverse(ForColumns(camera.world_to_camera));
+  const Projection p = Understand(to_device, camera.is_standard, width, height);
+  const auto pixel = [&](double x, double y) {
+    return Device(p.matrix, {x, y, p.z_sign, 1}) * p.scale + p.offset;
+  };
+  const glm::dvec2 axis = pixel(0, 0);
+  const glm::dvec2 shift = glm::abs(axis - 0.5 * glm::dvec2(width, height));
+  const double across = std::abs(pixel(1, 0).x - axis.x);
+  const bool centred = shift.x + shift.y <= kTolerance * width;
+  return centred && std::abs(across - focal) <= kTolerance * focal ? focal : 0;
+}
+
 Image2 MotionFromCameras(const Image1& depth, const CameraMatrices& now,
                          const CameraMatrices& other) {
   const int width = depth.width();

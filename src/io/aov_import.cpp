@@ -64,6 +64,7 @@ class Importer {
   bool IsLossy(Aov aov) const;
   Image3 Light(Aov aov) const;
   void ImportJitter();
+  void ImportFocalLength();
   void ImportGuides(std::array<float, 2> previous_jitter);
   void ImportNormal();
   void ImportId();
@@ -187,6 +188,19 @@ void Importer::ImportJitter() {
   if (jitter.size() == 2 && std::fabs(jitter[0]) <= 0.5f && std::fabs(jitter[1]) <= 0.5f) {
     frame_.jitter_x = jitter[0];
     frame_.jitter_y = jitter[1];
+  }
+}
+
+/// From stillray's own attribute, the matrices of the camera, or the convention of the depth.
+void Importer::ImportFocalLength() {
+  const std::vector<float> given = Numbers(image_.attributes, "focal_pixels");
+  if (given.size() == 1 && given[0] > 0) {
+    frame_.focal_pixels = given[0];
+  } else if (const auto camera = CameraOf(image_)) {
+    frame_.focal_pixels =
+        static_cast<float>(CentredFocalPixels(*camera, frame_.width, frame_.height));
+  } else {
+    frame_.focal_pixels = layout_.depth.focal;
   }
 }
 
@@ -516,6 +530,7 @@ void Importer::CompleteTransmissionAlbedo() {
 Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
   STILLRAY_RETURN_IF_ERROR(CheckChannels());
   ImportJitter();
+  ImportFocalLength();
   ImportGuides(previous_jitter);
   ImportAlbedo();
   frame_.emission = Light(Aov::kEmission);

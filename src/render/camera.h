@@ -37,6 +37,11 @@ struct CameraView {
   float Depth(vec3 point) const;
 };
 
+/// Frame::focal_pixels of its frames.
+inline float FocalPixels(const CameraView& camera) {
+  return 0.5f * camera.width / camera.half_width;
+}
+
 /// \param world          of the camera's node
 /// \param width, height  of the picture in pixels; the vertical angle of view is kept
 CameraView MakeCameraView(const Camera& camera, const mat4& world, int width, int height);

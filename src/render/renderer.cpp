@@ -292,6 +292,7 @@ void PathTracer::StoreTileGuides(const TraceContext& context, const Tile& tile,
 void PathTracer::PreparePlanes(const TraceContext& context, const RenderMoment& moment,
                                Frame* frame) const {
   PrepareFrame(settings_, moment, frame);
+  frame->focal_pixels = FocalPixels(context.camera);
   PreparePreviousNormals(state_, frame);
   const bool shown =
       may_show_images_ && WantsImages(settings_) && context.camera.lens_radius <= 0.0f;

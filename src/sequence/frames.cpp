@@ -66,6 +66,10 @@ Result<SequenceFrame> LoadFrame(const SequenceFile& file, const SequenceView& vi
   if (const auto any = result.camera ? result.camera : CameraOf(loaded->image)) {
     result.focal_pixels = FocalPixels(*any, result.frame.width, result.frame.height);
   }
+  if (result.camera && result.frame.focal_pixels == 0) {
+    result.frame.focal_pixels = static_cast<float>(
+        CentredFocalPixels(*result.camera, result.frame.width, result.frame.height));
+  }
   if (to_write) {
     result.bytes = std::move(loaded->bytes);
     result.stored = std::move(loaded->stored);

@@ -82,6 +82,23 @@ TEST(CliDenoiseCameras, StandInForMotion) {
               ShotError(folder / "v.####.exr", shot, 12), 1e-4);
 }
 
+TEST(CliDenoiseCameras, GivePositions) {
+  const TemporaryFolder folder;
+  const Shot shot;
+  const std::string in = folder / "in.####.exr";
+  WriteShotWithCameras(in, shot, 1, 3);
+  const auto denoise = [&](const std::string& from) {
+    return RunProgram(
+        {"denoise", from, "-o", folder / "out.####.exr", "--set", "depth_weight=position"});
+  };
+  const ProgramRun with = denoise(in);
+  EXPECT_EQ(with.exit_code, 0) << with.errors;
+  WriteShot(folder / "vector.####.exr", shot, 1, 3);  // without cameras
+  const ProgramRun without = denoise(folder / "vector.####.exr");
+  EXPECT_NE(without.exit_code, 0);
+  EXPECT_THAT(without.errors, HasSubstr("depth_weight=position needs the focal length"));
+}
+
 TEST(CliDenoiseCameras, AFrameWithoutOneIsNamed) {
   const TemporaryFolder folder;
   const std::string in = folder / "in.####.exr";

@@ -39,6 +39,7 @@ std::vector<stillray_error> CallEverything(stillray_denoiser* denoiser, const st
           stillray_denoiser_set_input(denoiser, "depth", nullptr),
           stillray_denoiser_set_output(denoiser, "colour", &image),
           stillray_denoiser_set_jitter(denoiser, 0.25f, 0.25f),
+          stillray_denoiser_set_focal_pixels(denoiser, 100),
           stillray_denoiser_set_progress(denoiser, progress, nullptr),
           stillray_denoiser_resize(denoiser, 8, 8),
           stillray_denoiser_reset(denoiser),

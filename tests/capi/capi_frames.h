@@ -94,6 +94,7 @@ struct CallerFrame {
   int height = 0;
   float jitter_x = 0;
   float jitter_y = 0;
+  float focal_pixels = 0;
   stillray_format format = STILLRAY_FORMAT_FLOAT;
   Layout layout = Layout::kInterleaved;
   std::map<std::string, Buffer> inputs;
@@ -105,6 +106,7 @@ struct CallerFrame {
         height(frame.height),
         jitter_x(frame.jitter_x),
         jitter_y(frame.jitter_y),
+        focal_pixels(frame.focal_pixels),
         format(image_format),
         layout(image_layout) {
     for (const Signal& signal : frame.signals) {
@@ -177,6 +179,8 @@ struct CallerFrame {
           << stillray_error_message(denoiser);
     }
     ASSERT_EQ(stillray_denoiser_set_jitter(denoiser, jitter_x, jitter_y), STILLRAY_OK)
+        << stillray_error_message(denoiser);
+    ASSERT_EQ(stillray_denoiser_set_focal_pixels(denoiser, focal_pixels), STILLRAY_OK)
         << stillray_error_message(denoiser);
     ASSERT_EQ(stillray_denoiser_set_output(denoiser, "colour", &colour.image), STILLRAY_OK)
         << stillray_error_message(denoiser);

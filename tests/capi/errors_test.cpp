@@ -38,6 +38,7 @@ TEST_F(ErrorsTest, NullDenoiserEverywhere) {
   EXPECT_EQ(stillray_denoiser_output_count(nullptr), 0u);
   EXPECT_EQ(stillray_denoiser_output_name(nullptr, 0), nullptr);
   EXPECT_EQ(stillray_denoiser_set_jitter(nullptr, 0, 0), kInvalid);
+  EXPECT_EQ(stillray_denoiser_set_focal_pixels(nullptr, 100), kInvalid);
   EXPECT_EQ(stillray_denoiser_set_progress(nullptr, nullptr, nullptr), kInvalid);
   EXPECT_EQ(stillray_denoiser_execute(nullptr), kInvalid);
   EXPECT_EQ(stillray_denoiser_resize(nullptr, 1, 1), kInvalid);
@@ -263,6 +264,10 @@ TEST_F(ErrorsTest, JitterAndSize) {
   EXPECT_EQ(stillray_denoiser_set_jitter(denoiser, 0, std::nanf("")), kInvalid);
   EXPECT_THAT(Message(), HasSubstr("jitter"));
   EXPECT_EQ(stillray_denoiser_set_jitter(denoiser, -0.5f, 0.5f), STILLRAY_OK);
+  EXPECT_EQ(stillray_denoiser_set_focal_pixels(denoiser, -1), kInvalid);
+  EXPECT_EQ(stillray_denoiser_set_focal_pixels(denoiser, std::nanf("")), kInvalid);
+  EXPECT_THAT(Message(), HasSubstr("focal_pixels"));
+  EXPECT_EQ(stillray_denoiser_set_focal_pixels(denoiser, 100), STILLRAY_OK);
   EXPECT_EQ(stillray_denoiser_resize(denoiser, 0, 5), kInvalid);
   EXPECT_EQ(stillray_denoiser_resize(denoiser, -1, -1), kInvalid);
   EXPECT_EQ(stillray_denoiser_resize(denoiser, 32769, 5), kInvalid);

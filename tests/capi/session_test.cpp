@@ -4,6 +4,8 @@
 /// State that outlasts a frame: history, sizes, settings, progress.
 #include <thread>
 
+#include <gmock/gmock.h>
+
 #include "capi/capi_frames.h"
 #include "stillray/denoise.hpp"
 
@@ -160,6 +162,26 @@ TEST(SessionTest, JitterTurnsAntialiasingInTimeOn) {
   EXPECT_NE(second(0.25f, nullptr), second(0, nullptr));
   EXPECT_EQ(second(0.25f, nullptr), second(0, "taa"));
   EXPECT_EQ(second(0, nullptr), second(0.25f, "off"));
+}
+
+TEST(SessionTest, PositionsFollowFromTheFocalLength) {
+  const auto denoise = [](float focal_pixels) {
+    const DenoiserHandle denoiser = MakeDenoiser();
+    EXPECT_EQ(stillray_denoiser_set(denoiser.get(), "depth_weight", "position"), STILLRAY_OK);
+    CallerFrame caller = Busy(0);
+    caller.focal_pixels = focal_pixels;
+    caller.Run(denoiser.get());
+    return caller.colour.bytes;
+  };
+  EXPECT_NE(denoise(10), denoise(100));
+  const DenoiserHandle denoiser = MakeDenoiser();
+  ASSERT_EQ(stillray_denoiser_set(denoiser.get(), "depth_weight", "position"), STILLRAY_OK);
+  CallerFrame caller = Busy(0);
+  caller.focal_pixels = 0;
+  caller.Give(denoiser.get());
+  EXPECT_EQ(stillray_denoiser_execute(denoiser.get()), STILLRAY_ERROR_INVALID_ARGUMENT);
+  EXPECT_THAT(stillray_error_message(denoiser.get()),
+              testing::HasSubstr("stillray_denoiser_set_focal_pixels"));
 }
 
 TEST(SessionTest, EveryParameterTakesItsDefault) {

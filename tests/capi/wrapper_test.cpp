@@ -18,6 +18,7 @@ void Give(CallerFrame* caller, api::Denoiser* denoiser) {
     ASSERT_TRUE(denoiser->SetInput(name.c_str(), buffer.image).ok());
   }
   ASSERT_TRUE(denoiser->SetJitter(caller->jitter_x, caller->jitter_y).ok());
+  ASSERT_TRUE(denoiser->SetFocalPixels(caller->focal_pixels).ok());
   ASSERT_TRUE(denoiser->SetOutput("colour", caller->colour.image).ok());
 }
 

@@ -74,12 +74,23 @@ class AovCameras : public ::testing::TestWithParam<Kind> {
 };
 
 TEST_P(AovCameras, FocalLength) {
-  EXPECT_NEAR(FocalPixels(CameraAt(GetParam(), 1, 2, 3, 0.3), 200, 100), 100, 1e-9);
+  const CameraMatrices camera = CameraAt(GetParam(), 1, 2, 3, 0.3);
+  EXPECT_NEAR(FocalPixels(camera, 200, 100), 100, 1e-9);
+  EXPECT_NEAR(CentredFocalPixels(camera, 200, 100), 100, 1e-9);
+  EXPECT_EQ(CentredFocalPixels(camera, 230, 100), 0) << "pixels that are not square";
 }
 
 TEST(FocalPixels, IsZeroWithoutPerspective) {
   constexpr Rows kParallel = {0.5, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0.1, 0, 0.5, 0.5, 0, 1};
   EXPECT_EQ(FocalPixels({kIdentity, kParallel}, 200, 100), 0);
+  EXPECT_EQ(CentredFocalPixels({kIdentity, kParallel}, 200, 100), 0);
+}
+
+TEST(FocalPixels, PositionsNeedAnAxisThroughTheCentre) {
+  Rows shifted = kStandard;
+  shifted[8] += 0.1 * shifted[11];  // a tenth of the width, as with a shifted lens
+  EXPECT_NEAR(FocalPixels({kIdentity, shifted, true}, 200, 100), 100, 1e-9);
+  EXPECT_EQ(CentredFocalPixels({kIdentity, shifted, true}, 200, 100), 0);
 }
 
 // A camera that went 0.1 to the right has everything go to the left: by 0.1 * 100 / 5 pixels.
@@ -158,6 +169,7 @@ TEST(AovCameras, AreUsedWhereMotionIsMissing) {
   ASSERT_TRUE(frame.ok());
   EXPECT_EQ(frame->guides.motion[0](0, 0), 0);
   EXPECT_EQ(CameraOf(image)->world_to_ndc, kStandard);
+  EXPECT_EQ(frame->focal_pixels, 0) << "the camera is of pictures twice as wide as high";
 
   EXPECT_FALSE(UnderstandAovs(image, {"arnold", {"motion=none"}}, "f")->motion_from_cameras);
   EXPECT_FALSE(UnderstandAovs(image, {"arnold", {"depth=none"}}, "f")->motion_from_cameras);

@@ -526,10 +526,12 @@ TEST(AovImport, StillraysOwnFramesKeepTheirJitter) {
   id.Fill(4'000'000'001u);
   image.Add("id.X", id);
   image.attributes["jitter"] = "0.25 -0.5";
+  image.attributes["focal_pixels"] = "935.5";
   const Result<Frame> frame = Import(image);
   ASSERT_TRUE(frame.ok()) << frame.status().message();
   EXPECT_EQ(frame->jitter_x, 0.25f);
   EXPECT_EQ(frame->jitter_y, -0.5f);
+  EXPECT_EQ(frame->focal_pixels, 935.5f);
   EXPECT_EQ(frame->guides.id(0, 0), 4'000'000'001u);
   EXPECT_EQ(frame->guides.motion[1](0, 0), 2);
   EXPECT_EQ(frame->guides.depth(0, 0), kInf);

@@ -108,6 +108,18 @@ class SequenceTest(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "a step of -1"):
             part[::-1]
 
+    def test_focal_lengths(self):
+        images = make_images()
+        sequence = stillray.Sequence(images, focal_pixels=40)
+        self.assertEqual([frame["focal_pixels"] for frame in sequence[1:]], [40.0] * (FRAMES - 1))
+        for window in "past", "both":
+            clean = sequence.denoise(window=window, depth_weight="position")
+            frames = stillray.Sequence.from_frames(sequence)
+            again = frames.denoise(window=window, depth_weight="position")
+            np.testing.assert_array_equal(clean, again)
+            with self.assertRaisesRegex(ValueError, "needs the focal length"):
+                stillray.denoise(images, window=window, depth_weight="position")
+
     def test_cuts_part_the_light(self):
         images = make_images()
         for window in "past", "both":

@@ -158,6 +158,15 @@ class ErrorTest(unittest.TestCase):
         self.expect(TypeError, "the progress function returned a str, expected True",
                     progress=lambda fraction: "on")
 
+    def test_positions_need_the_focal_length(self):
+        denoiser = stillray.Denoiser(depth_weight="position")
+        with self.assertRaisesRegex(ValueError, "needs the focal length of the frame"):
+            denoiser.denoise(make_frame(0))
+        self.expect(ValueError, "focal_pixels is -1", focal_pixels=-1)
+        near = denoiser.denoise(make_frame(0), focal_pixels=10)
+        denoiser.reset()
+        self.assertTrue((near != denoiser.denoise(make_frame(0), focal_pixels=100)).any())
+
     def test_a_colour_alone_is_enough(self):
         frame = make_frame(0)
         alone = {"direct_diffuse": frame["direct_diffuse"]}

@@ -113,6 +113,7 @@ TEST(GuidesTest, JitterMovesAllRaysAlike) {
   EXPECT_EQ(frame.jitter_x, FrameJitter(1).x);
   EXPECT_EQ(frame.jitter_y, FrameJitter(1).y);
   const float f = Focal(builder.scene);
+  EXPECT_FLOAT_EQ(frame.focal_pixels, f);
   const vec3 n = glm::cross(u, vec3(0, 1, 0));
   const vec3 d((10.5f + frame.jitter_x - kWidth / 2) / f,
                -(20.5f + frame.jitter_y - kHeight / 2) / f, -1.0f);

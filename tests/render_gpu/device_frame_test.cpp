@@ -108,6 +108,7 @@ class DeviceFrameTest : public test::DeviceTest {
     EXPECT_EQ(found.index, expected.index);
     EXPECT_EQ(found.jitter_x, expected.jitter_x);
     EXPECT_EQ(found.jitter_y, expected.jitter_y);
+    EXPECT_EQ(found.focal_pixels, expected.focal_pixels);
     ExpectLight(found, expected);
     ExpectGuides(found.guides, expected.guides);
     ExpectVirtualGuides(found.reflection, expected.reflection);

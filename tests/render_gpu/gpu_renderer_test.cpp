@@ -115,6 +115,7 @@ class GpuRendererTest : public TracingWaysTest {
       ASSERT_TRUE(cpu->RenderFrame(Moment(index), &expected).ok());
       ExpectFew(Differing(found, expected), per_thousand);
       EXPECT_EQ(found.jitter_x, expected.jitter_x);
+      EXPECT_EQ(found.focal_pixels, expected.focal_pixels);
       EXPECT_EQ(found.index, expected.index);
       ASSERT_EQ(found.samples.empty(), expected.samples.empty());
       for (int y = 0; y < expected.height && !expected.samples.empty(); ++y) {

@@ -62,6 +62,7 @@ void Describe(const RenderOptions& options, const Frame& frame, ExrImage* image)
   image->attributes["scene"] = FileNameOf(options.text.scene);
   image->attributes["frame"] = fmt::format("{}", frame.index);
   image->attributes["jitter"] = fmt::format("{} {}", frame.jitter_x, frame.jitter_y);
+  image->attributes["focal_pixels"] = fmt::format("{}", frame.focal_pixels);
 }
 
 /// A display picture if --format has pictures or a video, and the files of its formats in memory.

@@ -118,6 +118,7 @@ class VulkanRenderer final : public Renderer {
   DeviceStore device_store_;
   gpu::Timestamps times_;
   GpuFrame frame_ = {};
+  float focal_pixels_ = 0;                     ///< of the camera of frame_
   SamplerKind sampler_ = SamplerKind::kSobol;  // of frame_
   // the visible triangles were rasterised for this frame
   bool visible_ = false;
@@ -205,6 +206,7 @@ void VulkanRenderer::SetCameras(const RenderMoment& moment) {
   frame_.lens_shape = MakeLensArrays(lens, accel_->scene().lens_masks());
   frame_.lens_mask = accel_->scene().LensMaskWords(lens.mask);
   visible_ = false;
+  focal_pixels_ = FocalPixels(cameras.now);
   frame_.view = MakeGpuView(cameras.now);
   frame_.previous = MakeGpuView(cameras.before);
 }
@@ -388,6 +390,7 @@ Status VulkanRenderer::BeginFrame(const RenderMoment& moment, Frame* frame) {
     PreparePreviousNormals(state_, frame);
     PrepareVirtualGuides(settings_, ShowsImages(), frame);
   }
+  frame->focal_pixels = focal_pixels_;
   SetSampling(vec2(frame->jitter_x, frame->jitter_y), SampleStream::kFrames);
   return Status::Ok();
 }
